@@ -1,0 +1,34 @@
+# Language, warnings, sanitizers, output folders, faster tools where present.
+set(CMAKE_CXX_STANDARD 20)
+set(CMAKE_CXX_STANDARD_REQUIRED ON)
+set(CMAKE_CXX_EXTENSIONS OFF)
+set(CMAKE_EXPORT_COMPILE_COMMANDS ON)
+set(CMAKE_RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/bin)
+if(NOT CMAKE_BUILD_TYPE)
+  set(CMAKE_BUILD_TYPE Release CACHE STRING "" FORCE)
+endif()
+set(CMAKE_CXX_FLAGS_RELEASE "-O2 -DNDEBUG")
+set(CMAKE_CXX_FLAGS_RELWITHDEBINFO "-O1 -g")
+
+set(MIMESIS_SANITIZE "" CACHE STRING "Sanitizers, comma separated: address,undefined or thread")
+option(MIMESIS_PEERS "Benchmark foreign programs beside ours where they are installed" ON)
+
+# One rounding per operation, whatever the build: same inputs, same bits.
+add_compile_options(-ffp-contract=off)
+if(MIMESIS_SANITIZE)
+  add_compile_options(-fsanitize=${MIMESIS_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all)
+  add_link_options(-fsanitize=${MIMESIS_SANITIZE})
+endif()
+
+find_program(MIMESIS_CCACHE ccache)
+if(MIMESIS_CCACHE)
+  set(CMAKE_CXX_COMPILER_LAUNCHER ${MIMESIS_CCACHE})
+endif()
+find_program(MIMESIS_MOLD mold)
+if(MIMESIS_MOLD)
+  add_link_options(-fuse-ld=mold)
+endif()
+
+# Everything of ours links this; generated code does not.
+add_library(mimesis_warnings INTERFACE)
+target_compile_options(mimesis_warnings INTERFACE -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Werror)

@@ -1,0 +1,25 @@
+#pragma once
+#include <stdexcept>
+#include <string>
+
+namespace mimesis {
+
+/// The user's mistake: a bad file, parameter or argument. One line that says where, what, and what was
+/// expected. Thrown before the first step only; `run_node` and `mimesis` turn it into exit code 2.
+class ConfigError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+/// Why an expected failure happened; carried by tl::expected<T, Status>.
+struct Status {
+  std::string reason;  ///< one line, complete
+};
+
+[[noreturn]] void assertion_failed(const char* condition, const char* file, int line);
+
+}  // namespace mimesis
+
+/// Our own bug: armed in every build type.
+#define MIMESIS_ASSERT(condition) \
+  ((condition) ? void(0) : ::mimesis::assertion_failed(#condition, __FILE__, __LINE__))

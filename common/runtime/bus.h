@@ -1,0 +1,108 @@
+#pragma once
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <tl/expected.hpp>
+
+#include "common/error.h"
+#include "common/runtime/time.h"
+
+namespace google::protobuf {
+class Message;
+}
+
+namespace mimesis::runtime {
+
+/// What an input keeps between two steps.
+enum class Policy {
+  latest,    ///< only the newest message; older ones are dropped and counted
+  queue,     ///< the newest `depth`; older ones are dropped and counted
+  reliable,  ///< all of them; the publisher keeps what does not fit, and says so
+};
+
+struct InOptions {
+  Policy policy = Policy::latest;
+  std::size_t depth = 1;  ///< of Policy::queue
+};
+
+struct OutOptions {
+  bool latched = false;  ///< late subscribers get the last message
+};
+
+/// One received message, still serialised.
+struct Received {
+  std::string payload;   ///< Protobuf wire format
+  Time stamp{};          ///< graph time at which it was published
+  std::uint64_t seq = 0; ///< of its publisher and topic, from 1
+  std::string source;    ///< name of the publishing node
+};
+
+/// Counters of one input since the start.
+struct InCounters {
+  std::uint64_t received = 0;
+  std::uint64_t lost = 0;      ///< gaps in seq
+  std::uint64_t dropped = 0;   ///< by policy
+  std::uint64_t rejected = 0;  ///< malformed, or with a NaN or infinity
+};
+
+/// Receiving end of one port. The messages of a step are fixed before the step starts.
+class InChannel {
+ public:
+  virtual ~InChannel() = default;
+  /// Oldest message not yet taken, or nothing.
+  virtual std::optional<Received> pop() = 0;
+  /// Tells that a message just popped could not be used; counted and logged (throttled) with `why`.
+  virtual void reject(const Received& message, std::string_view why) = 0;
+  virtual const InCounters& counters() const = 0;
+};
+
+/// Sending end of one port.
+class OutChannel {
+ public:
+  virtual ~OutChannel() = default;
+  /// Publishes; never blocks. `stamp`: graph time of the content.
+  virtual void send(const google::protobuf::Message& message, Time stamp) = 0;
+  /// seq that the next message will carry.
+  virtual std::uint64_t next_seq() const = 0;
+  /// Subscribers connected now, as far as this side knows.
+  virtual std::size_t subscribers() const = 0;
+};
+
+/// Serialised request -> serialised response, or a reason. Runs between steps, on the node's thread.
+using Handler = std::function<tl::expected<std::string, Status>(const std::string& request)>;
+
+/// The node's connection to its graph: ZeroMQ in processes (`zmq_bus.h`), memory in tests
+/// (`common/testing/loopback.h`). A port's name is local to the node; the launch file (or --in, --out)
+/// wires it to a topic. Unwired outputs publish on NODE/PORT; unwired inputs receive nothing and say so.
+class Bus {
+ public:
+  virtual ~Bus() = default;
+
+  /// `prototype` gives the type. @throws ConfigError if the port exists already.
+  virtual std::unique_ptr<InChannel> subscribe(std::string_view port,
+                                               const google::protobuf::Message& prototype,
+                                               const InOptions& options) = 0;
+  virtual std::unique_ptr<OutChannel> advertise(std::string_view port,
+                                                const google::protobuf::Message& prototype,
+                                                const OutOptions& options) = 0;
+
+  /// Offers service NODE/`name`.
+  virtual void serve(std::string_view name, const google::protobuf::Message& request,
+                     const google::protobuf::Message& response, Handler handler) = 0;
+  /// Calls a service by its full name; blocks until the answer, the death of the server, or `timeout` of
+  /// wall time, whichever comes first. Not for use inside `step`.
+  virtual tl::expected<std::string, Status> call(std::string_view service, const std::string& request,
+                                                 std::chrono::milliseconds timeout) = 0;
+
+  /// True in lock-step: results must not depend on how long anything takes (see Job).
+  virtual bool lockstep() const = 0;
+  /// Name of the node, for messages.
+  virtual const std::string& node() const = 0;
+  /// Folder for this graph's sockets ($XDG_RUNTIME_DIR/mimesis/GRAPH): buses of simulated hardware live here.
+  virtual const std::string& directory() const = 0;
+};
+
+}  // namespace mimesis::runtime

@@ -1,0 +1,42 @@
+#pragma once
+#include <spdlog/fmt/fmt.h>
+
+#include <chrono>
+#include <string_view>
+
+namespace mimesis::runtime {
+
+enum class Level { debug, info, warn, error };
+
+/// Writes one line to the node's logger (standard error, and topic NODE/log as foxglove.Log). For .cc files
+/// of nodes and hw, never of algorithms; state changes only: what happens every cycle is a message.
+void log(Level level, std::string_view line);
+
+template <class... Args>
+void info(fmt::format_string<Args...> format, Args&&... args) {
+  log(Level::info, fmt::format(format, std::forward<Args>(args)...));
+}
+template <class... Args>
+void warn(fmt::format_string<Args...> format, Args&&... args) {
+  log(Level::warn, fmt::format(format, std::forward<Args>(args)...));
+}
+template <class... Args>
+void error(fmt::format_string<Args...> format, Args&&... args) {
+  log(Level::error, fmt::format(format, std::forward<Args>(args)...));
+}
+
+/// Lets one line through per period; counts what it held back. One per place that can flood.
+class Throttle {
+ public:
+  explicit Throttle(std::chrono::milliseconds period) : period_(period) {}
+  /// True if the line may be written now (wall time).
+  bool pass();
+  std::uint64_t held_back() const { return held_back_; }  ///< since the last line that passed
+
+ private:
+  std::chrono::milliseconds period_;
+  std::chrono::steady_clock::time_point next_{};
+  std::uint64_t held_back_ = 0, counting_ = 0;
+};
+
+}  // namespace mimesis::runtime

@@ -1,0 +1,48 @@
+#pragma once
+#include <functional>
+#include <initializer_list>
+#include <limits>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace mimesis::runtime {
+
+/// Walks through a struct of parameters. One `visit` per struct serves reading (YAML, --set), ranges, the
+/// effective set in the log, and --help. Keys end in their unit. Ranges are closed.
+class ParamVisitor {
+ public:
+  virtual ~ParamVisitor() = default;
+  virtual void operator()(std::string_view key, double& value, double lo, double hi) = 0;
+  virtual void operator()(std::string_view key, int& value, int lo, int hi) = 0;
+  virtual void operator()(std::string_view key, bool& value) = 0;
+  virtual void operator()(std::string_view key, std::string& value) = 0;  ///< any text
+  /// One of `choices`.
+  virtual void operator()(std::string_view key, std::string& value,
+                          std::initializer_list<std::string_view> choices) = 0;
+  /// Every element within [lo, hi]; `size` elements unless 0.
+  virtual void operator()(std::string_view key, std::vector<double>& value, double lo, double hi,
+                          std::size_t size) = 0;
+  virtual void operator()(std::string_view key, std::vector<std::string>& value) = 0;
+  /// A nested struct under `key`: `v.group("drive", [&](auto& g) { drive.visit(g); })`.
+  virtual void group(std::string_view key, const std::function<void(ParamVisitor&)>& visit) = 0;
+  /// A list of nested structs; use the function `list` below.
+  virtual void elements(std::string_view key, std::size_t size,
+                        const std::function<void(std::size_t)>& resize,
+                        const std::function<void(ParamVisitor&, std::size_t)>& visit) = 0;
+};
+
+/// A list of structs that have `visit`: `list(v, "balls", balls)`.
+template <class T>
+void list(ParamVisitor& v, std::string_view key, std::vector<T>& items) {
+  v.elements(
+      key, items.size(), [&](std::size_t n) { items.resize(n); },
+      [&](ParamVisitor& g, std::size_t i) { items[i].visit(g); });
+}
+
+/// Reads a whole YAML file into a struct that has `visit`: robots, scenes, calibrations. Relative `file`
+/// names are looked up in the working folder, then in the project's `models/` (source tree or installed).
+/// @throws ConfigError "file:line:col: ..." for an unknown key, a bad value, a duplicate or a missing file.
+void load_params(const std::string& file, const std::function<void(ParamVisitor&)>& visit);
+
+}  // namespace mimesis::runtime

@@ -1,0 +1,112 @@
+#pragma once
+#include <deque>
+#include <memory>
+#include <optional>
+#include <string_view>
+
+#include "common/runtime/bus.h"
+
+namespace mimesis::runtime {
+
+/// Untyped half of the input ports: parses, rejects what is malformed or not finite, remembers the newest.
+class InPort {
+ public:
+  InPort(Bus& bus, std::string_view port, const google::protobuf::Message& prototype,
+         const InOptions& options);
+  ~InPort();
+  InPort(const InPort&) = delete;
+  InPort& operator=(const InPort&) = delete;
+
+ protected:
+  /// Newest valid message received up to this step; null before the first.
+  const google::protobuf::Message* newest();
+  /// Next valid message in order of arrival, moved into `out`; false if there is none.
+  bool next(google::protobuf::Message& out);
+  Time newest_stamp_{};           ///< of newest()
+  bool unseen_ = false;           ///< newest() changed since the last take
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+/// State: only the newest message matters.
+template <class M>
+class Latest : private InPort {
+ public:
+  Latest(Bus& bus, std::string_view port) : InPort(bus, port, M::default_instance(), {}) {}
+
+  /// Newest message, or null before the first.
+  const M* get() { return static_cast<const M*>(newest()); }
+  /// Newest message if its stamp is at most `max_age` before `now`, else null.
+  const M* fresh(Time now, Time max_age) {
+    const M* m = get();
+    return m != nullptr && now - newest_stamp_ <= max_age ? m : nullptr;
+  }
+  /// Newest message if it was not taken before, else null.
+  const M* take() {
+    const M* m = get();
+    if (!unseen_) return nullptr;
+    unseen_ = false;
+    return m;
+  }
+  /// Stamp of get() [graph time].
+  Time stamp() {
+    get();
+    return newest_stamp_;
+  }
+};
+
+/// Events: up to N between two steps, the oldest are dropped and counted.
+template <class M, std::size_t N>
+class Queue : private InPort {
+ public:
+  Queue(Bus& bus, std::string_view port)
+      : InPort(bus, port, M::default_instance(), {.policy = Policy::queue, .depth = N}) {}
+  /// Oldest message not yet popped.
+  std::optional<M> pop() {
+    M m;
+    if (!next(m)) return std::nullopt;
+    return m;
+  }
+};
+
+/// Events none of which may be lost.
+template <class M>
+class Reliable : private InPort {
+ public:
+  Reliable(Bus& bus, std::string_view port)
+      : InPort(bus, port, M::default_instance(), {.policy = Policy::reliable}) {}
+  /// Oldest message not yet popped.
+  std::optional<M> pop() {
+    M m;
+    if (!next(m)) return std::nullopt;
+    return m;
+  }
+};
+
+/// Output port. Fills `header` (or the `timestamp` of foxglove.* messages) and publishes.
+template <class M>
+class Out {
+ public:
+  Out(Bus& bus, std::string_view port, const OutOptions& options = {})
+      : channel_(bus.advertise(port, M::default_instance(), options)) {}
+
+  /// `stamp`: graph time the content refers to.
+  void send(M& message, Time stamp) {
+    if constexpr (requires { message.mutable_header()->set_stamp_ns(0); }) {
+      message.mutable_header()->set_stamp_ns(static_cast<std::uint64_t>(stamp.count()));
+      message.mutable_header()->set_seq(channel_->next_seq());
+    } else if constexpr (requires { message.mutable_timestamp()->set_seconds(0); }) {
+      message.mutable_timestamp()->set_seconds(stamp.count() / 1'000'000'000);
+      message.mutable_timestamp()->set_nanos(static_cast<int>(stamp.count() % 1'000'000'000));
+    }
+    channel_->send(message, stamp);
+  }
+  std::size_t subscribers() const { return channel_->subscribers(); }
+
+ private:
+  std::unique_ptr<OutChannel> channel_;
+};
+
+}  // namespace mimesis::runtime

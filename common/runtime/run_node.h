@@ -1,0 +1,65 @@
+#pragma once
+#include <memory>
+#include <string_view>
+
+#include "common/runtime/bus.h"
+#include "common/runtime/params.h"
+#include "common/runtime/time.h"
+
+namespace mimesis::runtime {
+
+/// Name and one line for --help.
+struct NodeAbout {
+  std::string_view name;
+  std::string_view about;
+};
+
+/// A node as `run` sees it; written by NodeAdapter, never by hand.
+class AnyNode {
+ public:
+  virtual ~AnyNode() = default;
+  virtual void visit(ParamVisitor& v) = 0;   ///< its parameters
+  virtual void create(Bus& bus) = 0;         ///< constructs the node; may throw ConfigError
+  virtual void step(Time now) = 0;
+  virtual void stop(Time now) noexcept = 0;  ///< last call: actuators to a safe state
+  virtual double rate_hz() const = 0;
+  virtual double offset_s() const = 0;       ///< of the first step within the period
+};
+
+/// Parses the command line, loads parameters, joins the graph, steps at the node's rate on the graph's
+/// clock until SIGINT, SIGTERM or the end of simulated time, stops the node. Returns the exit code:
+/// 0 stopped on request, 1 failed, 2 configuration.
+int run(int argc, char** argv, const NodeAbout& about, AnyNode& node);
+
+/// `Node` has: `using Params` (with `rate_hz`, optionally `offset_s`, and `visit`), a constructor
+/// `(const Params&, Bus&)`, `step(Time)`, optionally `stop(Time) noexcept`.
+template <class Node>
+class NodeAdapter final : public AnyNode {
+ public:
+  void visit(ParamVisitor& v) override { params_.visit(v); }
+  void create(Bus& bus) override { node_ = std::make_unique<Node>(params_, bus); }
+  void step(Time now) override { node_->step(now); }
+  void stop(Time now) noexcept override {
+    if constexpr (requires { node_->stop(now); }) {
+      if (node_) node_->stop(now);
+    }
+    node_.reset();
+  }
+  double rate_hz() const override { return params_.rate_hz; }
+  double offset_s() const override {
+    if constexpr (requires { params_.offset_s; }) return params_.offset_s;
+    return 0.0;
+  }
+
+ private:
+  typename Node::Params params_;
+  std::unique_ptr<Node> node_;
+};
+
+template <class Node>
+int run_node(int argc, char** argv, const NodeAbout& about) {
+  NodeAdapter<Node> adapter;
+  return run(argc, argv, about, adapter);
+}
+
+}  // namespace mimesis::runtime

@@ -1,0 +1,87 @@
+#pragma once
+#include <google/protobuf/message.h>
+
+#include <deque>
+#include <map>
+#include <memory>
+#include <string>
+
+#include "common/runtime/bus.h"
+
+namespace mimesis::testing {
+
+/// A bus in memory for one node under test: `send` feeds its inputs, `take` reads its outputs, by port name.
+class Loopback final : public runtime::Bus {
+ public:
+  Loopback();
+  ~Loopback() override;
+
+  /// Delivers `message` to input `port`, published at `stamp`. The header is filled in.
+  template <class M>
+  void send(std::string_view port, M message, runtime::Time stamp) {
+    if constexpr (requires { message.mutable_header()->set_stamp_ns(0); }) {
+      message.mutable_header()->set_stamp_ns(static_cast<std::uint64_t>(stamp.count()));
+    } else if constexpr (requires { message.mutable_timestamp()->set_seconds(0); }) {
+      message.mutable_timestamp()->set_seconds(stamp.count() / 1'000'000'000);
+      message.mutable_timestamp()->set_nanos(static_cast<int>(stamp.count() % 1'000'000'000));
+    }
+    send_raw(port, message.SerializeAsString(), stamp);
+  }
+  /// Delivers bytes as they are: malformed messages.
+  void send_raw(std::string_view port, std::string payload, runtime::Time stamp);
+
+  /// Oldest message the node published on `port` and not taken yet.
+  template <class M>
+  std::optional<M> take(std::string_view port) {
+    M m;
+    return take_raw(port, m) ? std::optional<M>(std::move(m)) : std::nullopt;
+  }
+  /// Newest message published on `port`; all older ones are discarded.
+  template <class M>
+  std::optional<M> take_last(std::string_view port) {
+    std::optional<M> last;
+    while (auto m = take<M>(port)) last = std::move(m);
+    return last;
+  }
+
+  /// Counters of input `port`.
+  runtime::InCounters counters(std::string_view port) const;
+
+  std::unique_ptr<runtime::InChannel> subscribe(std::string_view port,
+                                                const google::protobuf::Message& prototype,
+                                                const runtime::InOptions& options) override;
+  std::unique_ptr<runtime::OutChannel> advertise(std::string_view port,
+                                                 const google::protobuf::Message& prototype,
+                                                 const runtime::OutOptions& options) override;
+  void serve(std::string_view name, const google::protobuf::Message& request,
+             const google::protobuf::Message& response, runtime::Handler handler) override;
+  tl::expected<std::string, Status> call(std::string_view service, const std::string& request,
+                                         std::chrono::milliseconds timeout) override;
+  bool lockstep() const override { return true; }
+  const std::string& node() const override { return node_; }
+  const std::string& directory() const override { return directory_; }  ///< a fresh temporary folder
+
+  struct Input {
+    runtime::InOptions options;
+    std::deque<runtime::Received> pending;
+    runtime::InCounters counters;
+    std::uint64_t seq = 0;
+    std::string last_reject;
+  };
+  struct Output {
+    std::string type;
+    std::deque<std::string> sent;
+    std::uint64_t seq = 0;
+  };
+
+ private:
+  bool take_raw(std::string_view port, google::protobuf::Message& out);
+
+  std::string node_ = "test";
+  std::string directory_;
+  std::map<std::string, std::shared_ptr<Input>, std::less<>> inputs_;
+  std::map<std::string, std::shared_ptr<Output>, std::less<>> outputs_;
+  std::map<std::string, runtime::Handler, std::less<>> services_;
+};
+
+}  // namespace mimesis::testing
