@@ -1,0 +1,72 @@
+#pragma once
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "common/runtime/bus.h"
+#include "proto/runtime.pb.h"
+
+namespace mimesis::runtime {
+
+/// $MIMESIS_GRAPH, or "default".
+std::string graph_name();
+/// $XDG_RUNTIME_DIR/mimesis/GRAPH, or the same below the temporary directory; created if absent.
+std::string graph_directory(const std::string& graph);
+
+/// What runs in a graph now, read from its directory. No daemon, no cache.
+class GraphView {
+ public:
+  explicit GraphView(std::string graph = graph_name());
+  ~GraphView();
+  std::vector<v1::NodeInfo> nodes() const;  ///< alive, by name
+  /// Until the directory changes or `timeout` of wall time has passed; true on a change.
+  bool wait(std::chrono::milliseconds timeout);
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+/// A message of any topic with what is needed to decode it.
+struct Tapped {
+  std::string topic;
+  std::string type;              ///< full Protobuf name
+  std::uint64_t type_hash = 0;
+  Received message;
+};
+
+/// Receives topics without compiled types: tools, recorder, results of a launch. Follows nodes that come,
+/// go and restart.
+class Tap {
+ public:
+  /// `accept(topic)` chooses the topics; `policy` reliable or latest (per topic).
+  Tap(std::string graph, std::function<bool(const std::string& topic)> accept, Policy policy);
+  ~Tap();
+  /// Next message in order of arrival; nothing after `timeout` of wall time.
+  std::optional<Tapped> next(std::chrono::milliseconds timeout);
+  /// Serialised FileDescriptorSet of a type seen on this graph, empty if unknown.
+  std::string descriptors(const std::string& type) const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+/// Makes messages from descriptor sets.
+class TypePool {
+ public:
+  TypePool();
+  ~TypePool();
+  /// A new empty message of `type`; null if the set does not define it. Owned by the pool's factory types:
+  /// the pool must outlive the message.
+  std::unique_ptr<google::protobuf::Message> make(const std::string& type,
+                                                  const std::string& descriptor_set);
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace mimesis::runtime
