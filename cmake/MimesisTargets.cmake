@@ -1,10 +1,14 @@
 # mimesis_library(NAME SOURCES ... [LINK ...])         a library of ours, with warnings as errors
+# mimesis_program(NAME SOURCES ... [LINK ...])         build/bin/NAME, part of target `programs`
 # mimesis_test(NAME SOURCES ... [LINK ...] [LABEL unit|node|launch|...] [TIMEOUT s])
 # mimesis_benchmark(SUBJECT SOURCES ... [LINK ...])    build/bench/bench_SUBJECT
 # mimesis_add_node(NAME [ALGO_LINK ...] [NODE_LINK ...])
 #   By convention of a node's folder: *_node.cc -> NAME_node, main.cc -> mimesis_NAME, other *.cc -> NAME_algo,
 #   test/*_process_test.cc -> NAME_process_test (label node), other test/*.cc -> NAME_test (label unit),
 #   bench/*.cc -> bench_NAME.
+
+# What runs on a robot or in a demo: everything but tests and benchmarks.
+add_custom_target(programs)
 
 function(mimesis_library name)
   cmake_parse_arguments(arg "" "" "SOURCES;LINK;PRIVATE_LINK" ${ARGN})
@@ -18,6 +22,12 @@ function(mimesis_executable name)
   add_executable(${name} ${arg_SOURCES})
   target_include_directories(${name} PRIVATE ${PROJECT_SOURCE_DIR})
   target_link_libraries(${name} PRIVATE mimesis_warnings ${arg_LINK})
+endfunction()
+
+# A program of build/bin.
+function(mimesis_program name)
+  mimesis_executable(${name} ${ARGN})
+  add_dependencies(programs ${name})
 endfunction()
 
 function(mimesis_test name)
@@ -59,7 +69,7 @@ function(mimesis_add_node name)
     set(algo ${name}_algo)
   endif()
   mimesis_library(${name}_node SOURCES ${node_sources} LINK ${algo} mimesis_runtime ${arg_NODE_LINK})
-  mimesis_executable(mimesis_${name} SOURCES main.cc LINK ${name}_node)
+  mimesis_program(mimesis_${name} SOURCES main.cc LINK ${name}_node)
   if(tests)
     mimesis_test(${name}_test SOURCES ${tests} LINK ${name}_node mimesis_testing)
   endif()
