@@ -1,0 +1,25 @@
+#pragma once
+#include <cstdint>
+#include <filesystem>
+#include <span>
+#include <tl/expected.hpp>
+
+#include "common/error.h"
+#include "common/image/image.h"
+
+namespace mimesis::image {
+
+/// Reads a PNG or JPEG file, told apart by its first bytes; grey and palette images become colour,
+/// alpha is dropped. Refuses images wider or higher than 16384 px. The reason names the file.
+tl::expected<Image, Status> read_image(const std::filesystem::path& path);
+
+/// Decodes a JPEG picture in memory (a camera's MJPEG frame) into `out`, whose storage is reused.
+tl::expected<void, Status> decode_jpeg(std::span<const std::uint8_t> jpeg, Image& out);
+
+/// Writes a PNG file (8-bit RGB).
+tl::expected<void, Status> write_png(const std::filesystem::path& path, const Image& image);
+/// Writes a JPEG file. `quality` 1..100.
+tl::expected<void, Status> write_jpeg(const std::filesystem::path& path, const Image& image,
+                                      int quality);
+
+}  // namespace mimesis::image

@@ -1,0 +1,115 @@
+#include <gtest/gtest.h>
+#include <stdlib.h>
+
+#include <Eigen/LU>
+#include <cmath>
+#include <fstream>
+
+#include "common/image/image_file.h"
+#include "common/image/pinhole.h"
+
+namespace mimesis::image {
+namespace {
+
+class ImageFile : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    std::string name = (std::filesystem::temp_directory_path() / "mimesis-image-XXXXXX").string();
+    ASSERT_NE(mkdtemp(name.data()), nullptr);
+    folder_ = name;
+  }
+  void TearDown() override { std::filesystem::remove_all(folder_); }
+  std::filesystem::path folder_;
+};
+
+Image gradient() {
+  Image image(37, 21);
+  for (int v = 0; v < image.height; ++v) {
+    for (int u = 0; u < image.width; ++u) {
+      std::uint8_t* p = image.at(u, v);
+      p[0] = static_cast<std::uint8_t>(6 * u);
+      p[1] = static_cast<std::uint8_t>(10 * v);
+      p[2] = static_cast<std::uint8_t>(255 - 5 * u);
+    }
+  }
+  return image;
+}
+
+TEST_F(ImageFile, PngKeepsEveryByteAndTheOrderOfChannels) {
+  const Image image = gradient();
+  ASSERT_TRUE(write_png(folder_ / "a.png", image));
+  const auto back = read_image(folder_ / "a.png");
+  ASSERT_TRUE(back) << back.error().reason;
+  EXPECT_EQ(back->width, 37);
+  EXPECT_EQ(back->height, 21);
+  EXPECT_EQ(back->bgr, image.bgr);
+}
+
+TEST_F(ImageFile, JpegKeepsColoursWithinItsLoss) {
+  const Image image = gradient();
+  ASSERT_TRUE(write_jpeg(folder_ / "a.jpg", image, 95));
+  const auto back = read_image(folder_ / "a.jpg");
+  ASSERT_TRUE(back) << back.error().reason;
+  ASSERT_EQ(back->bgr.size(), image.bgr.size());
+  double sum = 0.0;
+  for (std::size_t i = 0; i < image.bgr.size(); ++i) sum += std::abs(back->bgr[i] - image.bgr[i]);
+  EXPECT_LT(sum / static_cast<double>(image.bgr.size()), 3.0);  // swapped channels give > 50
+}
+
+TEST_F(ImageFile, RefusesWhatIsNoImageWithTheFilesName) {
+  std::ofstream(folder_ / "text.png") << "this is no picture";
+  for (const char* name : {"text.png", "absent.jpg", "."}) {
+    const auto image = read_image(folder_ / name);
+    ASSERT_FALSE(image) << name;
+    EXPECT_NE(image.error().reason.find((folder_ / name).string()), std::string::npos);
+  }
+}
+
+TEST_F(ImageFile, RefusesTruncatedFiles) {
+  ASSERT_TRUE(write_png(folder_ / "a.png", gradient()));
+  ASSERT_TRUE(write_jpeg(folder_ / "a.jpg", gradient(), 90));
+  for (const char* name : {"a.png", "a.jpg"}) {
+    const auto path = folder_ / name;
+    for (const double part : {0.9, 0.5, 0.2}) {
+      const auto size = static_cast<double>(std::filesystem::file_size(path));
+      std::filesystem::resize_file(path, static_cast<std::uintmax_t>(part * size));
+      EXPECT_FALSE(read_image(path)) << name << " " << part;
+    }
+  }
+}
+
+TEST(Pinhole, ProjectsItsTargetToTheMiddleAndKeepsUpAndRight) {
+  const Pinhole camera{View{}};
+  const View view;
+  const Eigen::Vector3d target(view.target_m[0], view.target_m[1], view.target_m[2]);
+  EXPECT_NEAR((camera.project(target) - Eigen::Vector2d(319.5, 239.5)).norm(), 0.0, 1e-9);
+  EXPECT_GT(camera.project(target + Eigen::Vector3d(0.1, 0, 0)).x(), 319.5);
+  EXPECT_LT(camera.project(target + Eigen::Vector3d(0, 0.1, 0)).y(), 239.5);
+  EXPECT_LT(camera.depth(target + Eigen::Vector3d(0, 0, 0.1)), camera.depth(target));
+  EXPECT_NEAR((camera.R_CT() * camera.R_CT().transpose() - Eigen::Matrix3d::Identity()).norm(), 0.0,
+              1e-12);
+  EXPECT_NEAR(camera.R_CT().determinant(), 1.0, 1e-12);
+}
+
+TEST(Pinhole, FindsPointsOfThePlaneOfMotionAgain) {
+  const Pinhole camera{View{}};
+  for (const double x : {-0.4, -0.1, 0.0, 0.3}) {
+    for (const double y : {0.0, 0.12, 0.4}) {
+      const Eigen::Vector2d pixel = camera.project({x, y, 0.0});
+      const auto p = camera.on_plane(pixel.x(), pixel.y());
+      ASSERT_TRUE(p);
+      EXPECT_NEAR(p->x(), x, 1e-9);
+      EXPECT_NEAR(p->y(), y, 1e-9);
+    }
+  }
+}
+
+TEST(Pinhole, RefusesAViewWithoutDirection) {
+  View view;
+  view.eye_m = {0.0, 1.0, 0.0};
+  view.target_m = {0.0, 0.0, 0.0};
+  EXPECT_THROW(Pinhole{view}, ConfigError);
+}
+
+}  // namespace
+}  // namespace mimesis::image
