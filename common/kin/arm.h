@@ -6,7 +6,8 @@
 
 namespace mimesis::kin {
 
-/// One link of a serial arm in standard Denavit-Hartenberg form: T = Rz(q + offset) Tz(d) Tx(a) Rx(alpha).
+/// One link of a serial arm in standard Denavit-Hartenberg form: T = Rz(q + offset) Tz(d) Tx(a)
+/// Rx(alpha).
 struct DhLink {
   double a = 0.0;       ///< [m]
   double alpha = 0.0;   ///< [rad]
@@ -17,30 +18,32 @@ struct DhLink {
 /// Safety ball [M18 2.3.2], fixed in frame `frame` (0 = base, i = after joint i).
 struct SafetyBall {
   int frame = 0;
-  int group = 0;            ///< index into ArmModel::groups
-  Eigen::Vector3d center;   ///< in that frame [m]
-  double radius = 0.0;      ///< [m]
+  int group = 0;           ///< index into ArmModel::groups
+  Eigen::Vector3d center;  ///< in that frame [m]
+  double radius = 0.0;     ///< [m]
 };
 
 /// Serial arm with n revolute joints. Read from models/*.yaml by common/model.
 struct ArmModel {
   std::string name;
-  std::vector<DhLink> links;                       ///< n
+  std::vector<DhLink> links;                               ///< n
   Eigen::Isometry3d X_WB = Eigen::Isometry3d::Identity();  ///< base in the world
-  Eigen::Isometry3d X_LE = Eigen::Isometry3d::Identity();  ///< end effector (grasp centre, z = approach) in the last link
-  Eigen::VectorXd q_min, q_max;                    ///< n [rad]
-  Eigen::VectorXd v_max;                           ///< n [rad/s]
-  Eigen::VectorXd a_max;                           ///< n [rad/s²]
-  Eigen::VectorXd home;                            ///< n [rad]
-  std::vector<std::string> groups;                 ///< names: base, upper, fore, hand
+  Eigen::Isometry3d X_LE = Eigen::Isometry3d::Identity();  ///< end effector (grasp centre, z =
+                                                           ///< approach) in the last link
+  Eigen::VectorXd q_min, q_max;                            ///< n [rad]
+  Eigen::VectorXd v_max;                                   ///< n [rad/s]
+  Eigen::VectorXd a_max;                                   ///< n [rad/s²]
+  Eigen::VectorXd home;                                    ///< n [rad]
+  std::vector<std::string> groups;                         ///< names: base, upper, fore, hand
   std::vector<SafetyBall> balls;
-  std::vector<std::pair<int, int>> self_pairs;     ///< groups checked against each other
-  std::vector<int> env_groups;                     ///< groups checked against obstacles
+  std::vector<std::pair<int, int>> self_pairs;  ///< groups checked against each other
+  std::vector<int> env_groups;                  ///< groups checked against obstacles
 
   int dof() const { return static_cast<int>(links.size()); }
 };
 
-/// Poses of all frames in W: X[0] base, X[i] after joint i, size n + 1. Does not allocate if `X` is sized.
+/// Poses of all frames in W: X[0] base, X[i] after joint i, size n + 1. Does not allocate if `X` is
+/// sized.
 void forward(const ArmModel& arm, const Eigen::Ref<const Eigen::VectorXd>& q,
              std::vector<Eigen::Isometry3d>& X);
 
@@ -51,8 +54,9 @@ Eigen::Isometry3d end_effector(const ArmModel& arm, const Eigen::Ref<const Eigen
 Eigen::Matrix<double, 6, Eigen::Dynamic> jacobian(const ArmModel& arm,
                                                   const Eigen::Ref<const Eigen::VectorXd>& q);
 
-/// Centres of all safety balls in W for the frames of `forward`; `centers` is 3 × balls. Does not allocate
-/// if sized.
-void ball_centers(const ArmModel& arm, const std::vector<Eigen::Isometry3d>& X, Eigen::Matrix3Xd& centers);
+/// Centres of all safety balls in W for the frames of `forward`; `centers` is 3 × balls. Does not
+/// allocate if sized.
+void ball_centers(const ArmModel& arm, const std::vector<Eigen::Isometry3d>& X,
+                  Eigen::Matrix3Xd& centers);
 
 }  // namespace mimesis::kin

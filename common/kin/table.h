@@ -24,18 +24,19 @@ struct GoalPlace {
   double radius = 0.0;
 };
 
-/// The robot's table in the bridge paradigm [M18 2.1.1], frame W. Read from models/*.yaml by common/model,
-/// carried by v1.Scene.
+/// The robot's table in the bridge paradigm [M18 2.1.1], frame W. Read from models/*.yaml by
+/// common/model, carried by v1.Scene.
 struct Table {
   std::vector<Ball> balls;  ///< the bridge, as unions of safety balls, and anything else round
   std::vector<Box> boxes;   ///< table top, goal stands
   Eigen::Vector3d bridge_center = Eigen::Vector3d::Zero();  ///< middle of the bar
-  double bridge_height = 0.0;                               ///< lower edge of the bar above the table [m]
-  double bridge_half_width = 0.0;                           ///< half the span along y [m]
+  double bridge_height = 0.0;      ///< lower edge of the bar above the table [m]
+  double bridge_half_width = 0.0;  ///< half the span along y [m]
   std::vector<GoalPlace> goals;
-  Eigen::Vector3d object = Eigen::Vector3d::Zero();  ///< centre of the upright cylinder to be grasped
-  double object_radius = 0.0;                        ///< [m]
-  double object_height = 0.0;                        ///< [m]
+  Eigen::Vector3d object =
+      Eigen::Vector3d::Zero();  ///< centre of the upright cylinder to be grasped
+  double object_radius = 0.0;   ///< [m]
+  double object_height = 0.0;   ///< [m]
 };
 
 }  // namespace mimesis::kin

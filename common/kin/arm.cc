@@ -1,0 +1,70 @@
+#include "common/kin/arm.h"
+
+#include <cmath>
+
+#include "common/error.h"
+
+namespace mimesis::kin {
+namespace {
+
+/// Rz(θ) Tz(d) Tx(a) Rx(α), multiplied out.
+Eigen::Isometry3d link_transform(const DhLink& link, double q) {
+  const double theta = q + link.offset;
+  const double ct = std::cos(theta), st = std::sin(theta);
+  const double ca = std::cos(link.alpha), sa = std::sin(link.alpha);
+  Eigen::Isometry3d T;
+  T.matrix() << ct, -st * ca, st * sa, link.a * ct,  //
+      st, ct * ca, -ct * sa, link.a * st,            //
+      0.0, sa, ca, link.d,                           //
+      0.0, 0.0, 0.0, 1.0;
+  return T;
+}
+
+}  // namespace
+
+void forward(const ArmModel& arm, const Eigen::Ref<const Eigen::VectorXd>& q,
+             std::vector<Eigen::Isometry3d>& X) {
+  MIMESIS_ASSERT(q.size() == arm.dof());
+  const auto n = static_cast<std::size_t>(arm.dof());
+  X.resize(n + 1);
+  X[0] = arm.X_WB;
+  for (std::size_t i = 0; i < n; ++i) {
+    X[i + 1] = X[i] * link_transform(arm.links[i], q[static_cast<Eigen::Index>(i)]);
+  }
+}
+
+Eigen::Isometry3d end_effector(const ArmModel& arm, const Eigen::Ref<const Eigen::VectorXd>& q) {
+  MIMESIS_ASSERT(q.size() == arm.dof());
+  Eigen::Isometry3d X = arm.X_WB;
+  for (int i = 0; i < arm.dof(); ++i)
+    X = X * link_transform(arm.links[static_cast<std::size_t>(i)], q[i]);
+  return X * arm.X_LE;
+}
+
+Eigen::Matrix<double, 6, Eigen::Dynamic> jacobian(const ArmModel& arm,
+                                                  const Eigen::Ref<const Eigen::VectorXd>& q) {
+  std::vector<Eigen::Isometry3d> X;
+  forward(arm, q, X);
+  const Eigen::Vector3d p_WE = X.back() * arm.X_LE.translation();
+  Eigen::Matrix<double, 6, Eigen::Dynamic> J(6, arm.dof());
+  for (int i = 0; i < arm.dof(); ++i) {
+    // Joint i + 1 turns about the z axis of frame i: ṗ = z × (p_E − p_i), ω = z.
+    const Eigen::Isometry3d& frame = X[static_cast<std::size_t>(i)];
+    const Eigen::Vector3d z = frame.linear().col(2);
+    J.col(i).head<3>() = z.cross(p_WE - frame.translation());
+    J.col(i).tail<3>() = z;
+  }
+  return J;
+}
+
+void ball_centers(const ArmModel& arm, const std::vector<Eigen::Isometry3d>& X,
+                  Eigen::Matrix3Xd& centers) {
+  centers.resize(3, static_cast<Eigen::Index>(arm.balls.size()));
+  for (std::size_t i = 0; i < arm.balls.size(); ++i) {
+    const SafetyBall& ball = arm.balls[i];
+    centers.col(static_cast<Eigen::Index>(i)) =
+        X[static_cast<std::size_t>(ball.frame)] * ball.center;
+  }
+}
+
+}  // namespace mimesis::kin

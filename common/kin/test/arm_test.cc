@@ -1,0 +1,115 @@
+#include "common/kin/arm.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "common/kin/test/arms.h"
+#include "common/testing/no_malloc.h"
+
+namespace mimesis::kin {
+namespace {
+
+TEST(Forward, PlanarArmMatchesItsClosedForm) {
+  const ArmModel arm = planar_arm();
+  for (const auto& [q1, q2] : {std::pair(0.0, 0.0), {0.3, -1.1}, {2.0, 0.7}, {-3.0, 1.5}}) {
+    const Eigen::Isometry3d X_WE = end_effector(arm, Eigen::Vector2d(q1, q2));
+    const Eigen::Vector3d expected(1.0 * std::cos(q1) + 0.8 * std::cos(q1 + q2),
+                                   1.0 * std::sin(q1) + 0.8 * std::sin(q1 + q2), 0.0);
+    EXPECT_LT((X_WE.translation() - expected).norm(), 1e-12);
+    EXPECT_NEAR(std::atan2(X_WE.linear()(1, 0), X_WE.linear()(0, 0)),
+                std::remainder(q1 + q2, 2 * M_PI), 1e-12);
+  }
+}
+
+TEST(Forward, Lwr4StretchedUpHasAllLengthsInARow) {
+  const Eigen::Isometry3d X_WE = end_effector(lwr4(), Eigen::VectorXd::Zero(7));
+  EXPECT_LT((X_WE.translation() - Eigen::Vector3d(0, 0, 0.31 + 0.4 + 0.39 + 0.078 + 0.16)).norm(),
+            1e-12);
+  EXPECT_TRUE(X_WE.linear().isApprox(Eigen::Matrix3d::Identity(), 1e-12));
+}
+
+// q2 bends the shoulder by +90°: with α₁ = +90° a positive turn of joint 2 leans the arm to −x of
+// W, and q1 turns the plane of the arm about z.
+TEST(Forward, Lwr4BentShoulderPointsAwayInThePlaneOfJointOne) {
+  Eigen::VectorXd q = Eigen::VectorXd::Zero(7);
+  q[1] = M_PI / 2;
+  q[0] = 0.4;
+  const double reach = 0.4 + 0.39 + 0.078 + 0.16;
+  const Eigen::Vector3d expected(-reach * std::cos(0.4), -reach * std::sin(0.4), 0.31);
+  EXPECT_LT((end_effector(lwr4(), q).translation() - expected).norm(), 1e-12);
+}
+
+// Joint 2 turns about −y of W at rest, joint 4 about +y: both quarter turns bend forwards.
+TEST(Forward, Lwr4ShoulderAndElbowBendForwards) {
+  Eigen::VectorXd q = Eigen::VectorXd::Zero(7);
+  q[1] = -M_PI / 2;
+  q[3] = M_PI / 2;
+  const Eigen::Vector3d elbow(0.4, 0, 0.31);
+  std::vector<Eigen::Isometry3d> X;
+  forward(lwr4(), q, X);
+  ASSERT_EQ(X.size(), 8u);
+  EXPECT_LT((X[4].translation() - elbow).norm(), 1e-12);
+  EXPECT_LT((X[5].translation() - elbow - Eigen::Vector3d(0, 0, -0.39)).norm(), 1e-12);
+}
+
+TEST(Forward, BaseAndToolPosesCompose) {
+  ArmModel arm = planar_arm();
+  arm.X_WB =
+      Eigen::Translation3d(0.1, -0.2, 0.3) * Eigen::AngleAxisd(M_PI / 2, Eigen::Vector3d::UnitZ());
+  arm.X_LE.translation() << 0.5, 0, 0;
+  const Eigen::Vector3d p = end_effector(arm, Eigen::Vector2d::Zero()).translation();
+  EXPECT_LT((p - Eigen::Vector3d(0.1, -0.2 + 1.0 + 0.8 + 0.5, 0.3)).norm(), 1e-12);
+}
+
+TEST(Jacobian, EqualsCentralDifferences) {
+  const ArmModel arm = lwr4();
+  std::mt19937 generator(7);
+  std::uniform_real_distribution<double> angle(-2.0, 2.0);
+  constexpr double kH = 1e-6;
+  for (int trial = 0; trial < 20; ++trial) {
+    Eigen::VectorXd q(7);
+    for (double& x : q) x = angle(generator);
+    const auto J = jacobian(arm, q);
+    for (int j = 0; j < 7; ++j) {
+      Eigen::VectorXd plus = q, minus = q;
+      plus[j] += kH;
+      minus[j] -= kH;
+      const Eigen::Isometry3d a = end_effector(arm, minus), b = end_effector(arm, plus);
+      const Eigen::Vector3d linear = (b.translation() - a.translation()) / (2 * kH);
+      const Eigen::AngleAxisd turn(Eigen::Matrix3d(b.linear() * a.linear().transpose()));
+      const Eigen::Vector3d angular = turn.axis() * turn.angle() / (2 * kH);
+      EXPECT_LT((J.col(j).head<3>() - linear).norm(), 1e-8) << "joint " << j;
+      EXPECT_LT((J.col(j).tail<3>() - angular).norm(), 1e-6) << "joint " << j;
+    }
+  }
+}
+
+TEST(BallCenters, FollowTheirFrames) {
+  ArmModel arm = planar_arm();
+  arm.balls = {{.frame = 0, .center = {0.1, 0.2, 0.3}, .radius = 0.1},
+               {.frame = 2, .center = {-0.4, 0.0, 0.0}, .radius = 0.1}};
+  std::vector<Eigen::Isometry3d> X;
+  forward(arm, Eigen::Vector2d(M_PI / 2, -M_PI / 2), X);
+  Eigen::Matrix3Xd centers;
+  ball_centers(arm, X, centers);
+  EXPECT_LT((centers.col(0) - Eigen::Vector3d(0.1, 0.2, 0.3)).norm(), 1e-12);
+  EXPECT_LT((centers.col(1) - Eigen::Vector3d(0.4, 1.0, 0.0)).norm(),
+            1e-12);  // halfway along link 2
+}
+
+TEST(Forward, DoesNotAllocateOnceSized) {
+  const ArmModel arm = lwr4();
+  const Eigen::VectorXd q = Eigen::VectorXd::Constant(7, 0.3);
+  std::vector<Eigen::Isometry3d> X;
+  Eigen::Matrix3Xd centers;
+  forward(arm, q, X);
+  ball_centers(arm, X, centers);
+  testing::NoMalloc guard;
+  forward(arm, q, X);
+  ball_centers(arm, X, centers);
+}
+
+}  // namespace
+}  // namespace mimesis::kin
