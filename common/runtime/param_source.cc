@@ -1,0 +1,82 @@
+#include "common/runtime/param_source.h"
+
+#include <filesystem>
+
+#include "common/error.h"
+#include "common/runtime/param_reader.h"
+#include "common/runtime/suggest.h"
+
+namespace mimesis::runtime {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Value at "nodes.camera.params"; null if only its last key is absent.
+const Yaml* section_of(const Yaml& document, const std::string& path) {
+  const Yaml* at = &document;
+  for (std::size_t begin = 0; begin < path.size();) {
+    const std::size_t end = std::min(path.find('.', begin), path.size());
+    const std::string key = path.substr(begin, end - begin);
+    const Yaml* next = at->find(key);
+    if (next == nullptr && end == path.size()) return nullptr;
+    if (next == nullptr) {
+      throw ConfigError(to_string(at->place) + ": has no '" + key + "' on the way to " + path +
+                        did_you_mean(key, at->keys()));
+    }
+    at = next;
+    begin = end + 1;
+  }
+  return at;
+}
+
+}  // namespace
+
+ParamSource::ParamSource(const std::string& reference, const std::vector<std::string>& args,
+                         const std::vector<std::string>& sets)
+    : args_(args) {
+  for (const std::string& set : sets) sets_.push_back(split_assignment(set, "--set"));
+  if (reference.empty()) {
+    if (!args.empty()) throw ConfigError("--arg: there is no file that declares arguments");
+    return;
+  }
+  const std::size_t hash = reference.find('#');
+  document_ = read_yaml(reference.substr(0, hash));
+  section_ =
+      hash == std::string::npos ? &document_ : section_of(document_, reference.substr(hash + 1));
+  if (section_ == nullptr || section_->kind == Yaml::Kind::empty) {
+    section_ = nullptr;
+  } else if (section_->kind != Yaml::Kind::map) {
+    throw ConfigError(to_string(section_->place) + ": expected a map of parameters, found " +
+                      section_->described());
+  }
+}
+
+void ParamSource::read(std::string_view owner, const VisitParams& visit) const {
+  Variables variables(document_);
+  for (const std::string& arg : args_) variables.set_arg(arg);
+  ParamReader reader(owner, section_, variables, sets_);
+  visit(reader);
+  reader.finish();
+}
+
+std::string find_model_file(const std::string& file) {
+  std::error_code ignored;
+  if (fs::exists(file, ignored)) return file;
+  const fs::path name(file);
+  std::string searched = fs::current_path(ignored).string();
+  if (name.is_relative()) {
+    const fs::path program = fs::read_symlink("/proc/self/exe", ignored);
+    for (const fs::path& folder : {fs::path(MIMESIS_SOURCE_DIR) / "models",
+                                   program.parent_path().parent_path() / "share/mimesis/models"}) {
+      if (fs::exists(folder / name, ignored)) return (folder / name).string();
+      searched += ", " + folder.string();
+    }
+  }
+  throw ConfigError(file + ": no such file" + (name.is_relative() ? " in " + searched : ""));
+}
+
+void load_params(const std::string& file, const VisitParams& visit) {
+  ParamSource(find_model_file(file), {}, {}).read("", visit);
+}
+
+}  // namespace mimesis::runtime

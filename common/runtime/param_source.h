@@ -1,0 +1,59 @@
+#pragma once
+#include <functional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "common/runtime/params.h"
+#include "common/runtime/variables.h"
+#include "common/runtime/yaml_document.h"
+
+namespace mimesis::runtime {
+
+using VisitParams = std::function<void(ParamVisitor&)>;
+
+/// Where a node's parameters come from: a section of a YAML file, then --set, the last of which
+/// wins.
+class ParamSource {
+ public:
+  /// @param reference "" (defaults only), "FILE", or "FILE#KEY.KEY" for a section of a file, such
+  /// as
+  ///   launch/imitation.yaml#nodes.camera.params; a section whose last key is absent is empty.
+  /// @param args "NAME=VALUE" of arguments the file declares, replacing their defaults
+  /// @param sets "KEY=VALUE", nested keys with dots, elements of lists by index:
+  /// "balls.0.radius_m=0.1";
+  ///   lists as "1,2,3" or "[1, 2, 3]"
+  /// @throws ConfigError "file:line:col: what, expected what", see read_yaml
+  ParamSource(const std::string& reference, const std::vector<std::string>& args,
+              const std::vector<std::string>& sets);
+
+  /// Reads into the struct behind `visit`. Every mistake is found, one per line of the error:
+  ///   launch/crowd.yaml:7:22: crowd.k_1_s: 50 is outside [0.001, 10]
+  /// @param owner put before the keys in messages: the node's name; may be empty
+  /// @throws ConfigError for unknown keys, values of a wrong type, out of range or not among the
+  /// choices.
+  void read(std::string_view owner, const VisitParams& visit) const;
+
+  ParamSource(const ParamSource&) = delete;
+  ParamSource& operator=(const ParamSource&) = delete;
+
+ private:
+  Yaml document_;
+  const Yaml* section_ = nullptr;  // of document_, null if empty
+  std::vector<std::string> args_;
+  std::vector<std::pair<std::string, std::string>> sets_;
+};
+
+/// The values behind `visit` as YAML, two spaces per level: the effective set for the log.
+std::string dump_params(const VisitParams& visit);
+
+/// One line per parameter for --help: "k_1_s  0.5  [0.001, 10]".
+std::string describe_params(const VisitParams& visit);
+
+/// Path of a file named in a parameter: as given, else in the project's models/ (source tree, or
+/// share/mimesis/models beside the program's bin/). @throws ConfigError that names the places
+/// searched.
+std::string find_model_file(const std::string& file);
+
+}  // namespace mimesis::runtime

@@ -1,0 +1,156 @@
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+
+#include "common/error.h"
+#include "common/runtime/param_source.h"
+#include "common/runtime/suggest.h"
+#include "common/runtime/test/params_under_test.h"
+
+namespace mimesis::runtime {
+namespace {
+
+class Params : public ::testing::Test {
+ protected:
+  Params() { EXPECT_NE(mkdtemp(folder_.data()), nullptr); }
+  ~Params() override { std::filesystem::remove_all(folder_); }
+
+  CrowdParams read(const std::string& yaml, const std::vector<std::string>& sets = {},
+                   const std::vector<std::string>& args = {}, const std::string& section = "") {
+    std::ofstream(file_ = folder_ + "/crowd.yaml") << yaml;
+    CrowdParams params;
+    ParamSource(file_ + section, args, sets).read("crowd", [&](ParamVisitor& v) {
+      params.visit(v);
+    });
+    return params;
+  }
+
+  std::string folder_ = (std::filesystem::temp_directory_path() / "params-XXXXXX").string();
+  std::string file_;
+};
+
+TEST_F(Params, DefaultsStayWhereNothingIsGiven) {
+  const CrowdParams p = read("# nothing\n");
+  EXPECT_EQ(p.rate_hz, 50.0);
+  EXPECT_EQ(p.balls.size(), 2U);
+}
+
+TEST_F(Params, ReadsEveryKind) {
+  const CrowdParams p = read(
+      "rate_hz: 1e2\nagents: +7\nlog: true\nbus: 010\ngraph: line\ngains: [4, 5.5, 6]\n"
+      "names:\n  - no\n  - 'x y'\ndrive: {limit_rad_s: 0, enabled: false}\n"
+      "balls:\n  - {radius_m: 0.3, name: one}\n  - radius_m: 0.4\n  - {}\n");
+  EXPECT_EQ(p.rate_hz, 100.0);
+  EXPECT_EQ(p.agents, 7);
+  EXPECT_TRUE(p.log);
+  EXPECT_EQ(p.bus, "010");  // text stays as it is written
+  EXPECT_EQ(p.graph, "line");
+  EXPECT_EQ(p.gains, (std::vector<double>{4, 5.5, 6}));
+  EXPECT_EQ(p.names, (std::vector<std::string>{"no", "x y"}));
+  EXPECT_EQ(p.drive.limit_rad_s, 0.0);
+  EXPECT_FALSE(p.drive.enabled);
+  ASSERT_EQ(p.balls.size(), 3U);
+  EXPECT_EQ(p.balls[0].radius_m, 0.3);
+  EXPECT_EQ(p.balls[0].name, "one");
+  EXPECT_EQ(p.balls[2].radius_m, 0.1);
+}
+
+TEST_F(Params, TheLastSetWins) {
+  const CrowdParams p = read("k_1_s: 1\ngains: [1, 1, 1]\n",
+                             {"k_1_s=2", "k_1_s=3", "drive.enabled=false", "balls.1.radius_m=0.5",
+                              "gains=[7, 8, 9]", "names=x,y", "bus=[not a list"});
+  EXPECT_EQ(p.k_1_s, 3.0);
+  EXPECT_FALSE(p.drive.enabled);
+  EXPECT_EQ(p.balls[0].radius_m, 0.1);
+  EXPECT_EQ(p.balls[1].radius_m, 0.5);
+  EXPECT_EQ(p.gains, (std::vector<double>{7, 8, 9}));
+  EXPECT_EQ(p.names, (std::vector<std::string>{"x", "y"}));
+  EXPECT_EQ(p.bus, "[not a list");
+}
+
+TEST_F(Params, VariablesAreReplaced) {
+  setenv("MIMESIS_TEST_BUS", "can0", 1);
+  setenv("MIMESIS_RUN_LOG", "/logs/7", 1);
+  const std::string yaml =
+      "args:\n  speed: {type: number, default: 20}\n  where: {default: \"${run:log}/x\"}\n"
+      "nodes:\n  crowd:\n    params:\n      rate_hz: ${arg:speed}\n"
+      "      bus: \"$${arg:x} ${env:MIMESIS_TEST_BUS} ${arg:where}\"\n      names: "
+      "\"${arg:where}\"\n";
+  CrowdParams p = read(yaml, {}, {}, "#nodes.crowd.params");
+  EXPECT_EQ(p.rate_hz, 20.0);
+  EXPECT_EQ(p.bus, "${arg:x} can0 /logs/7/x");
+  EXPECT_EQ(p.names, (std::vector<std::string>{"/logs/7/x"}));
+  p = read(yaml, {}, {"speed=30", "where=a,b"}, "#nodes.crowd.params");
+  EXPECT_EQ(p.rate_hz, 30.0);
+  EXPECT_EQ(p.names, (std::vector<std::string>{"a", "b"}));  // a whole value may be a list
+}
+
+TEST_F(Params, AbsentLastKeyOfTheSectionMeansNoParameters) {
+  EXPECT_EQ(read("nodes:\n  crowd:\n    exec: x\n", {"agents=9"}, {}, "#nodes.crowd.params").agents,
+            9);
+}
+
+TEST_F(Params, NothingChangesOnRefusedValues) {
+  CrowdParams params;
+  EXPECT_THROW(ParamSource("", {}, {"k_1_s=99", "gains=1,2,x"})
+                   .read("c", [&](ParamVisitor& v) { params.visit(v); }),
+               ConfigError);
+  EXPECT_EQ(params.k_1_s, 0.5);
+  EXPECT_EQ(params.gains, (std::vector<double>{1, 2, 3}));
+}
+
+TEST_F(Params, DumpReadsBackTheSame) {
+  CrowdParams p = read(
+      "rate_hz: 0.1e2\nbus: \"a \\\"quoted\\\" \\\\ text\"\nnames: [\"x, y\", z]\nballs: []\n");
+  const auto visit = [&p](ParamVisitor& v) { p.visit(v); };
+  const std::string dump = dump_params(visit);
+  CrowdParams q = read(dump);
+  EXPECT_EQ(dump_params([&q](ParamVisitor& v) { q.visit(v); }), dump);
+  EXPECT_EQ(q.bus, "a \"quoted\" \\ text");
+  EXPECT_EQ(q.names, (std::vector<std::string>{"x, y", "z"}));
+  EXPECT_TRUE(q.balls.empty());
+}
+
+TEST_F(Params, DumpOfListsOfStructs) {
+  CrowdParams p;
+  const std::string dump = dump_params([&p](ParamVisitor& v) { p.visit(v); });
+  EXPECT_NE(dump.find("balls:\n  - radius_m: 0.1\n    name: \"ball\"\n  - radius_m: 0.2\n"),
+            std::string::npos)
+      << dump;
+}
+
+TEST_F(Params, DescribesRangesAndChoices) {
+  CrowdParams p;
+  const std::string help = describe_params([&p](ParamVisitor& v) { p.visit(v); });
+  EXPECT_NE(help.find("drive.limit_rad_s"), std::string::npos);
+  EXPECT_NE(help.find("[0.001, 10]"), std::string::npos);
+  EXPECT_NE(help.find("one of ring, line, all_to_all"), std::string::npos);
+}
+
+TEST_F(Params, LoadParamsNamesThePlacesItSearched) {
+  Ball ball;
+  try {
+    load_params("no_such_robot.yaml", [&](ParamVisitor& v) { ball.visit(v); });
+    ADD_FAILURE();
+  } catch (const ConfigError& e) {
+    EXPECT_NE(std::string(e.what()).find(MIMESIS_SOURCE_DIR "/models"), std::string::npos)
+        << e.what();
+  }
+  std::ofstream(folder_ + "/ball.yaml") << "radius_m: 0.7\n";
+  load_params(folder_ + "/ball.yaml", [&](ParamVisitor& v) { ball.visit(v); });
+  EXPECT_EQ(ball.radius_m, 0.7);
+}
+
+TEST(Suggest, CountsSlips) {
+  EXPECT_EQ(edit_distance("", "abc"), 3U);
+  EXPECT_EQ(edit_distance("kitten", "sitting"), 3U);
+  EXPECT_EQ(edit_distance("rate_zh", "rate_hz"), 1U);  // neighbours swapped
+  EXPECT_EQ(did_you_mean("lanch", {"log", "launch"}), ", did you mean 'launch'?");
+  EXPECT_EQ(did_you_mean("frobnicate", {"log", "launch"}), "");
+}
+
+}  // namespace
+}  // namespace mimesis::runtime

@@ -1,0 +1,161 @@
+#include "common/runtime/yaml_document.h"
+
+#include <yaml-cpp/yaml.h>
+
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+#include "common/error.h"
+
+namespace mimesis::runtime {
+namespace {
+
+// Aliases can repeat each other: a small file must not become a tree that fills the memory.
+constexpr int kMaxNodes = 200'000;
+constexpr int kMaxDepth = 100;
+
+class Converter {
+ public:
+  Converter(const std::string& text, const std::string& file) : text_(text), file_(file) {}
+
+  Yaml convert(const YAML::Node& from, int depth) {
+    Yaml to;
+    to.place = place(from.Mark());
+    if (++nodes_ > kMaxNodes || depth > kMaxDepth) {
+      throw ConfigError(to_string(to.place) + ": nested too deeply, or an alias contains itself");
+    }
+    switch (from.Type()) {
+      case YAML::NodeType::Scalar:
+        to.kind = Yaml::Kind::scalar;
+        to.text = from.Scalar();
+        to.quoted = from.Tag() == "!";
+        if (to.quoted) demand_closed(static_cast<std::size_t>(from.Mark().pos), to.place);
+        break;
+      case YAML::NodeType::Sequence:
+        to.kind = Yaml::Kind::sequence;
+        for (const YAML::Node& item : from) to.items.push_back(convert(item, depth + 1));
+        break;
+      case YAML::NodeType::Map:
+        to.kind = Yaml::Kind::map;
+        for (const auto& pair : from) add_entry(to, pair.first, pair.second, depth);
+        break;
+      case YAML::NodeType::Null:
+      case YAML::NodeType::Undefined:
+        break;
+    }
+    return to;
+  }
+
+  Place place(const YAML::Mark& mark) const {
+    return mark.is_null() ? Place{file_, 1, 1} : Place{file_, mark.line + 1, mark.column + 1};
+  }
+
+ private:
+  void add_entry(Yaml& map, const YAML::Node& key, const YAML::Node& value, int depth) {
+    const Place at = place(key.Mark());
+    if (!key.IsScalar()) throw ConfigError(to_string(at) + ": a key must be text");
+    if (key.Scalar() == "<<") {
+      throw ConfigError(to_string(at) + ": merge keys (<<) are not supported");
+    }
+    if (const Yaml* first = map.find(key.Scalar())) {
+      throw ConfigError(to_string(at) + ": key '" + key.Scalar() +
+                        "' appears twice (first on line " + std::to_string(first->place.line) +
+                        ")");
+    }
+    Yaml converted = convert(value, depth + 1);
+    if (converted.kind == Yaml::Kind::empty) converted.place = at;
+    map.entries.push_back({key.Scalar(), at, std::move(converted)});
+  }
+
+  /// yaml-cpp 0.7 takes the end of the file for the closing quote.
+  void demand_closed(std::size_t at, const Place& begin) const {
+    if (at >= text_.size()) return;
+    const char quote = text_[at];
+    if (quote != '"' && quote != '\'') return;  // a block of text
+    for (++at; at < text_.size(); ++at) {
+      const bool doubled = quote == '\'' && text_.compare(at, 2, "''") == 0;
+      if (doubled || (quote == '"' && text_[at] == '\\')) {
+        ++at;
+      } else if (text_[at] == quote) {
+        return;
+      }
+    }
+    throw ConfigError(to_string(begin) + ": this quote is never closed");
+  }
+
+  const std::string& text_;
+  const std::string& file_;
+  int nodes_ = 0;
+};
+
+}  // namespace
+
+std::string to_string(const Place& place) {
+  if (place.line == 0) return place.file;
+  return place.file + ":" + std::to_string(place.line) + ":" + std::to_string(place.column);
+}
+
+const Yaml* Yaml::find(std::string_view key) const {
+  for (const Entry& entry : entries) {
+    if (entry.key == key) return &entry.value;
+  }
+  return nullptr;
+}
+
+std::vector<std::string> Yaml::keys() const {
+  std::vector<std::string> all;
+  for (const Entry& entry : entries) all.push_back(entry.key);
+  return all;
+}
+
+std::string Yaml::described() const {
+  switch (kind) {
+    case Kind::empty:
+      return "nothing";
+    case Kind::scalar:
+      return "'" + text + "'";
+    case Kind::sequence:
+      return "a list";
+    case Kind::map:
+      return "a map";
+  }
+  return {};
+}
+
+Yaml parse_yaml(const std::string& text, const std::string& name) {
+  Converter converter(text, name);
+  try {
+    const std::vector<YAML::Node> documents = YAML::LoadAll(text);
+    if (documents.empty()) {
+      Yaml nothing;
+      nothing.place = {name, 1, 1};
+      return nothing;
+    }
+    if (documents.size() > 1) {
+      throw ConfigError(to_string(converter.place(documents[1].Mark())) +
+                        ": a second document (---) is not read");
+    }
+    return converter.convert(documents[0], 0);
+  } catch (const YAML::Exception& e) {
+    throw ConfigError(to_string(converter.place(e.mark)) + ": " + e.msg);
+  }
+}
+
+Yaml read_yaml(const std::string& file) {
+  // ifstream opens folders happily and fails only on reading.
+  if (std::error_code ignored; std::filesystem::is_directory(file, ignored)) {
+    throw ConfigError(file + ": is a folder");
+  }
+  errno = 0;
+  std::ifstream in(file, std::ios::binary);
+  std::ostringstream text;
+  if (in) text << in.rdbuf();
+  if (!in || in.bad()) throw ConfigError(file + ": " + std::strerror(errno != 0 ? errno : EIO));
+  const std::string bytes = text.str();
+  return parse_yaml(bytes.starts_with("\xEF\xBB\xBF") ? bytes.substr(3) : bytes, file);
+}
+
+}  // namespace mimesis::runtime
