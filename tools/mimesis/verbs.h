@@ -6,8 +6,9 @@ class App;
 
 namespace mimesis::tool {
 
-/// Each adds one verb with its sub-verbs to the program. When the verb is chosen its callback stores the
-/// exit code: 0 done, 1 failed, 2 usage or configuration, 3 not found or timed out, 130 interrupted.
+/// Each adds one verb with its sub-verbs to the program. When the verb is chosen its callback
+/// stores the exit code: 0 done, 1 failed, 2 usage or configuration, 3 not found or timed out, 130
+/// interrupted.
 void add_launch(CLI::App& program, int& exit_code);
 void add_topic(CLI::App& program, int& exit_code);
 void add_node(CLI::App& program, int& exit_code);

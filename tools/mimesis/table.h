@@ -1,0 +1,24 @@
+#pragma once
+#include <iosfwd>
+#include <string>
+#include <vector>
+
+namespace mimesis::tool {
+
+/// Columns for people: a heading, then rows, each column as wide as its widest cell. The heading is
+/// bold on a terminal unless NO_COLOR is set.
+class Table {
+ public:
+  explicit Table(std::vector<std::string> heading) : rows_{std::move(heading)} {}
+  /// As many cells as the heading has.
+  void row(std::vector<std::string> cells);
+  void print(std::ostream& out, bool bold_heading) const;
+
+ private:
+  std::vector<std::vector<std::string>> rows_;
+};
+
+/// True if `fd` is a terminal and the user wants colour (https://no-color.org).
+bool use_colour(int fd);
+
+}  // namespace mimesis::tool
