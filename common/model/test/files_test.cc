@@ -1,0 +1,153 @@
+#include "common/model/files.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "common/error.h"
+
+namespace mimesis::model {
+namespace {
+
+const std::string kModels = std::string(MIMESIS_SOURCE_DIR) + "/models/";
+
+std::string slurp(const std::string& file) {
+  std::ifstream in(file);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+/// A copy of a model file in which `from` is replaced by `to`; removed at the end.
+class EditedCopy {
+ public:
+  EditedCopy(const std::string& model, const std::string& from, const std::string& to) {
+    std::string text = slurp(kModels + model);
+    const std::size_t at = text.find(from);
+    EXPECT_NE(at, std::string::npos) << from;
+    text.replace(at, from.size(), to);
+    std::string folder = (std::filesystem::temp_directory_path() / "mimesis-model-XXXXXX").string();
+    EXPECT_NE(mkdtemp(folder.data()), nullptr);
+    folder_ = folder;
+    std::ofstream(file()) << text;
+  }
+  ~EditedCopy() { std::filesystem::remove_all(folder_); }
+  std::string file() const { return folder_ / "edited.yaml"; }
+
+ private:
+  std::filesystem::path folder_;
+};
+
+template <class Load>
+std::string message_of(const Load& load) {
+  try {
+    load();
+  } catch (const ConfigError& e) {
+    return e.what();
+  }
+  return "no error";
+}
+
+TEST(ArmFile, Lwr4IsTheArmOfThePlannersProblemSet) {
+  const char* shared = std::getenv("MIMESIS_SHARED");
+  const std::string folder = shared ? shared : std::string(MIMESIS_SOURCE_DIR) + "/../shared";
+  std::ifstream in(folder + "/data/planner/problemset.json");
+  if (!in) GTEST_SKIP() << folder << " is absent";
+  const nlohmann::json set = nlohmann::json::parse(in);
+  const auto robot = std::find_if(set["robots"].begin(), set["robots"].end(),
+                                  [](const auto& r) { return r["name"] == "lwr4p"; });
+  ASSERT_NE(robot, set["robots"].end());
+  const kin::ArmModel arm = load_arm(kModels + "lwr4.yaml");
+  ASSERT_EQ(arm.dof(), 7);
+  for (std::size_t i = 0; i < 7; ++i) {
+    const auto& link = (*robot)["dh"][i];
+    EXPECT_DOUBLE_EQ(arm.links[i].a, link["a"]);
+    EXPECT_DOUBLE_EQ(arm.links[i].alpha, link["alpha"]);
+    EXPECT_DOUBLE_EQ(arm.links[i].d, link["d"]);
+    EXPECT_NEAR(arm.q_min[static_cast<int>(i)], (*robot)["lo"][i], 1e-9);
+    EXPECT_NEAR(arm.q_max[static_cast<int>(i)], (*robot)["hi"][i], 1e-9);
+  }
+  ASSERT_EQ(arm.balls.size(), (*robot)["balls"].size());
+  for (std::size_t i = 0; i < arm.balls.size(); ++i) {
+    const auto& ball = (*robot)["balls"][i];
+    EXPECT_EQ(arm.balls[i].frame, ball["frame"]);
+    EXPECT_EQ(arm.groups[static_cast<std::size_t>(arm.balls[i].group)], ball["group"]);
+    EXPECT_DOUBLE_EQ(arm.balls[i].radius, ball["r"]);
+    for (int k = 0; k < 3; ++k) EXPECT_DOUBLE_EQ(arm.balls[i].center[k], ball["c"][k]);
+  }
+  EXPECT_EQ(arm.self_pairs.size(), (*robot)["self_groups"].size());
+  EXPECT_EQ(arm.env_groups, (std::vector<int>{1, 2, 3}));
+}
+
+TEST(ArmFile, Lwr4HasTheDataSheetsSpeeds) {
+  const kin::ArmModel arm = load_arm(kModels + "lwr4.yaml");
+  const double degrees[] = {110, 110, 128, 128, 204, 184, 184};
+  for (int i = 0; i < 7; ++i) EXPECT_NEAR(arm.v_max[i], degrees[i] * M_PI / 180, 1e-4);
+  EXPECT_TRUE((arm.a_max.array() > 0).all());
+  EXPECT_TRUE(((arm.home - arm.q_min).array() > 0).all() &&
+              ((arm.q_max - arm.home).array() > 0).all());
+}
+
+TEST(ArmFile, MistakesAreNamedInOneLine) {
+  const EditedCopy group("lwr4.yaml", "group: upper", "group: uper");
+  EXPECT_NE(message_of([&] { load_arm(group.file()); }).find("'uper' is not one of groups"),
+            std::string::npos);
+  const EditedCopy home("lwr4.yaml", "home_rad: 1.6", "home_rad: 2.6");
+  EXPECT_NE(message_of([&] { load_arm(home.file()); }).find("joints[3]: home_rad is outside"),
+            std::string::npos);
+  const EditedCopy limits("lwr4.yaml", "q_min_rad: -2.9670597284", "q_min_rad: 2.9670597284");
+  EXPECT_NE(message_of([&] { load_arm(limits.file()); }).find("q_min_rad is not below"),
+            std::string::npos);
+  const EditedCopy frame("lwr4.yaml", "{frame: 7", "{frame: 8");
+  EXPECT_NE(message_of([&] { load_arm(frame.file()); }).find("frame is above"), std::string::npos);
+  const EditedCopy key("lwr4.yaml", "radius_m: 0.11", "radius: 0.11");
+  EXPECT_NE(message_of([&] { load_arm(key.file()); }).find("edited.yaml:"), std::string::npos);
+  EXPECT_NE(message_of([] { load_arm("no-such-arm.yaml"); }), "no error");
+}
+
+TEST(TableFile, BridgeTableHoldsItsObjectsUp) {
+  const kin::Table table = load_table(kModels + "bridge_table.yaml");
+  EXPECT_NEAR(table.bridge_height, 0.42, 1e-12);
+  ASSERT_EQ(table.goals.size(), 2u);
+  EXPECT_EQ(table.goals[0].name, "high");
+  EXPECT_GT(table.goals[0].position.z(), table.goals[1].position.z());
+  const auto bottom_is_supported = [&](const Eigen::Vector3d& p) {
+    for (const kin::Box& box : table.boxes) {
+      const double top = box.center.z() + box.half_extent.z();
+      const Eigen::Vector2d side = (p - box.center).head<2>().cwiseAbs();
+      if (std::abs(p.z() - table.object_height / 2 - top) < 1e-9 &&
+          (side.array() < box.half_extent.head<2>().array()).all()) {
+        return true;
+      }
+    }
+    return false;
+  };
+  EXPECT_TRUE(bottom_is_supported(table.object));
+  for (const kin::GoalPlace& goal : table.goals) {
+    EXPECT_TRUE(bottom_is_supported(goal.position)) << goal.name;
+    EXPECT_GT(goal.position.x(), table.bridge_center.x())
+        << goal.name << " is not behind the bridge";
+  }
+  EXPECT_LT(table.object.x(), table.bridge_center.x());
+}
+
+TEST(TableFile, BridgeHeightCanBeGivenInstead) {
+  const kin::Table table = load_table(kModels + "bridge_table.yaml", 0.25);
+  EXPECT_DOUBLE_EQ(table.bridge_height, 0.25);
+  EXPECT_NEAR(table.bridge_center.z(), -0.01 + 0.25 + 0.03, 1e-12);
+  for (const kin::Ball& ball : table.balls)
+    EXPECT_LE(ball.center.z(), table.bridge_center.z() + 1e-12);
+}
+
+TEST(TableFile, MistakesAreNamedInOneLine) {
+  EXPECT_NE(
+      message_of([] { load_table(kModels + "bridge_table.yaml", 0.01); }).find("height_m is below"),
+      std::string::npos);
+  const EditedCopy goal("bridge_table.yaml", "name: low", "name: middle");
+  EXPECT_NE(message_of([&] { load_table(goal.file()); }).find("middle"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace mimesis::model
