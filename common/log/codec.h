@@ -1,0 +1,48 @@
+#pragma once
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <tl/expected.hpp>
+
+#include "common/error.h"
+
+namespace mimesis::log {
+
+/// How the records of a chunk are compressed: lz4 as LZ4 frames at the fast level, zstd at level 1.
+enum class Compression { none, lz4, zstd };
+
+/// Name in a file ("" for none).
+std::string_view wire_name(Compression compression);
+/// Inverse; "none" is also understood. Nothing for an unknown name.
+std::optional<Compression> parse_compression(std::string_view name);
+
+/// Compresses whole buffers; keeps its context and buffer between calls.
+class Compressor {
+ public:
+  explicit Compressor(Compression compression);
+  ~Compressor();
+  /// The result lives until the next call; for Compression::none it is `bytes` itself.
+  tl::expected<std::string_view, Status> run(std::string_view bytes);
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+/// Decompresses what it does not trust.
+class Decompressor {
+ public:
+  Decompressor();
+  ~Decompressor();
+  /// Exactly `size` bytes, or why not. The result lives until the next call; for Compression::none
+  /// it is `bytes` itself. Memory is touched only as far as data arrives, whatever `size` claims.
+  tl::expected<std::string_view, Status> run(Compression compression, std::string_view bytes,
+                                             std::size_t size);
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace mimesis::log

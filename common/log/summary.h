@@ -1,0 +1,48 @@
+#pragma once
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "common/log/io.h"
+#include "common/log/records.h"
+#include "common/log/stream_reader.h"
+
+namespace mimesis::log {
+
+/// A run of messages in the file that is read at once: a chunk, or messages that stand outside of
+/// chunks.
+struct Segment {
+  ChunkIndex index;
+  bool bare = false;  ///< not a chunk: the records themselves, `chunk_length` bytes
+};
+
+/// What a file holds and where.
+struct Summary {
+  Header header;
+  std::map<std::uint16_t, Schema> schemas;
+  std::map<std::uint16_t, Channel> channels;
+  Statistics statistics;
+  bool counted = true;            ///< false: the file's summary has no statistics; `scan` counts
+  std::vector<Segment> segments;  ///< in file order
+  std::vector<AttachmentIndex> attachments;
+  std::vector<MetadataIndex> metadata;
+  bool from_file = false;       ///< the file's own summary; false: the whole file was read
+  std::vector<Damage> damages;  ///< found by that reading
+  std::uint64_t damage_count = 0;
+};
+
+/// Reads the summary at the end of the file; if there is none that serves (a killed recorder, a
+/// damaged end, no index), reads the whole file and makes one. Fails only if the file is no log at
+/// all.
+tl::expected<Summary, Status> summarize(const Source& source, const ReaderLimits& limits = {});
+
+/// Makes the summary from the data alone: checks every sum.
+tl::expected<Summary, Status> scan(const Source& source, const ReaderLimits& limits = {});
+
+/// The record at an index entry; the data of the attachment is put into `data`, its CRC is checked.
+tl::expected<Attachment, Status> read_attachment(const Source& source, const AttachmentIndex& index,
+                                                 std::string& data);
+tl::expected<Metadata, Status> read_metadata(const Source& source, const MetadataIndex& index);
+
+}  // namespace mimesis::log
