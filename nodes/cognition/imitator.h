@@ -1,0 +1,72 @@
+#pragma once
+#include <string>
+#include <vector>
+
+#include "nodes/cognition/ladder.h"
+#include "nodes/cognition/readout.h"
+
+namespace mimesis::cognition {
+
+struct ImitatorParams {
+  LadderParams ladder{};
+  /// Sequences rehearsed with reward before the first demonstration (parse_sequence): the robot "is
+  /// familiar with the task" [M18 2.4.2]. Empty: it must learn from its own successes.
+  std::vector<std::string> practice = {"precision,above,high", "full,below,low"};
+  /// A demonstration of which part stays hidden counts as over when nothing new was seen for so
+  /// long [s].
+  double patience_s = 5.0;
+};
+
+/// Watches one demonstration after the other, lets the ladder decide, and learns from success.
+///
+///   waiting --something seen--> watching --complete, or patience over--> deciding --stable-->
+///   decided any --all symbols gone: a new demonstration--> waiting (activity at rest, links stay)
+///
+/// All that was seen drives the fields at once, when the demonstration is over: the order of the
+/// decisions is that of the fields, not that of the teacher's hand, else the means would always be
+/// decided before the goal can override them [M18 fig. 2.21].
+class Imitator {
+ public:
+  enum class Stage { waiting, watching, deciding, decided };
+
+  /// Practises; some hundred milliseconds of computation. @throws ConfigError for impossible
+  /// constants.
+  explicit Imitator(const ImitatorParams& params);
+
+  /// What vision holds now. Not calling it (no fresh image) stops the clock of `patience_s`.
+  /// @param complete the teacher's action is over
+  void observe(const Demonstration& seen, bool complete, double period_s);
+  /// Advances the fields by `period_s`, a multiple of ladder.dt_s. Does not allocate.
+  /// @param success the planner has a complete plan for this decision: rewards it, once, for the
+  /// window
+  void advance(double period_s, bool success);
+
+  Stage stage() const { return stage_; }
+  /// Before Stage::decided: what the fields show now, not settled. After: the decision, which
+  /// stays.
+  const Decision& decision() const { return decision_; }
+  const Demonstration& shown() const { return seen_; }
+  bool learning() const { return learning_; }  ///< links changed in the last advance()
+  bool learned() const {
+    return decided() && reward_left_ == 0;
+  }  ///< a whole window, for this decision
+  bool decided() const { return stage_ == Stage::decided; }
+  double deciding_s() const { return deciding_s_; }  ///< since the onset of the inputs [s]
+  /// Practice sequences that the robot would not do, because it had learned another before.
+  const std::vector<std::string>& refused() const { return refused_; }
+  const Ladder<float>& ladder() const { return ladder_; }
+
+ private:
+  ImitatorParams params_;
+  Ladder<float> ladder_;
+  Stimulus task_, shown_;
+  Stage stage_ = Stage::waiting;
+  Demonstration seen_;
+  Decision decision_;
+  double unchanged_s_ = 0.0, deciding_s_ = 0.0;
+  long window_left_ = 0, reward_left_ = 0;  // ladder steps
+  bool learning_ = false;
+  std::vector<std::string> refused_;
+};
+
+}  // namespace mimesis::cognition

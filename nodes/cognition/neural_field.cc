@@ -1,0 +1,156 @@
+#include "nodes/cognition/neural_field.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstring>
+
+#include "common/error.h"
+#include "nodes/cognition/exponential.h"
+
+namespace mimesis::cognition {
+namespace {
+
+// Neurons whose sums are held in registers at once. Every loop below runs over whole blocks, so
+// that it becomes vector code without changing the order of a single addition.
+constexpr std::size_t kBlock = 16;
+
+/// 16 bytes of neighbouring neurons (GCC and Clang): the compiler left to itself vectorises the sum
+/// over the kernel along the wrong loop, at half the speed.
+template <class Real>
+struct Lanes {
+  using Vector [[gnu::vector_size(16)]] = Real;
+  static constexpr std::size_t kPerBlock = kBlock * sizeof(Real) / 16;
+
+  static Vector load(const Real* from) {
+    Vector v;
+    std::memcpy(&v, from, sizeof v);
+    return v;
+  }
+};
+
+std::size_t whole_blocks(std::size_t n) { return (n + kBlock - 1) / kBlock * kBlock; }
+
+void check(bool ok, const char* what) {
+  if (!ok) throw ConfigError(std::string("neural field: ") + what);
+}
+
+void check(const FieldParams& p, double dt_s) {
+  check(p.neurons >= 2, "neurons must be at least 2");
+  check(p.dx > 0.0, "dx must be positive");
+  check(p.tau_s > 0.0, "tau_s must be positive");
+  check(p.resting_level < 0.0, "resting_level must be negative");
+  check(p.slope > 0.0, "slope must be positive");
+  check(p.threshold1 > p.threshold2, "threshold1 must be above threshold2 [M18 eq. 2.2]");
+  check(p.width > 0.0, "width must be positive");
+  check(p.inhibition > 0.0, "inhibition must be positive");
+  check(dt_s > 0.0 && dt_s <= p.tau_s, "the step must be positive and at most tau_s");
+}
+
+}  // namespace
+
+template <class Real>
+NeuralField<Real>::NeuralField(const FieldParams& params, double dt_s)
+    : params_(params), dt_s_(dt_s) {
+  check(params, dt_s);
+  size_ = static_cast<std::size_t>(params.neurons);
+  padded_ = whole_blocks(size_);
+  halo_ = static_cast<std::size_t>(std::ceil(4.0 * params.width / params.dx));
+  relaxation_ = static_cast<Real>(dt_s / params.tau_s);
+  beta_ = static_cast<Real>(params.slope);
+  shift1_ = static_cast<Real>(std::exp(params.slope * params.threshold1));
+  shift2_ = static_cast<Real>(std::exp(params.slope * params.threshold2));
+  for (std::size_t i = 0; i <= 2 * halo_; ++i) {
+    const double d =
+        (static_cast<double>(i) - static_cast<double>(halo_)) * params.dx / params.width;
+    kernel_.push_back(static_cast<Real>(params.excitation * std::exp(-0.5 * d * d) * params.dx));
+  }
+  for (auto* v : {&u_, &input_, &gate_, &lateral_, &rise_}) v->resize(padded_);
+  rate_.resize(padded_ + 2 * halo_);
+  reset();
+}
+
+template <class Real>
+void NeuralField<Real>::reset() {
+  std::ranges::fill(u_, static_cast<Real>(params_.resting_level));
+  std::ranges::fill(input_, Real(0));
+  std::ranges::fill(rise_, Real(0));
+  fire();
+}
+
+template <class Real>
+void NeuralField<Real>::step() {
+  interact();
+  const Real h = static_cast<Real>(params_.resting_level);
+  const Real relaxation = relaxation_;
+  Real* __restrict u = u_.data();
+  Real* __restrict rise = rise_.data();
+  Real* __restrict input = input_.data();
+  const Real* __restrict gate = gate_.data();
+  const Real* __restrict lateral = lateral_.data();
+  for (std::size_t i = 0; i < padded_; ++i) {
+    rise[i] = relaxation * (h - u[i] + input[i] + gate[i] * lateral[i]);
+    u[i] += rise[i];
+    input[i] = Real(0);
+  }
+  fire();
+}
+
+// β₁ = β₂, so one exponential serves both sigmoids: exp(−β(u − θ)) = exp(−βu)·exp(βθ).
+template <class Real>
+void NeuralField<Real>::fire() {
+  const Real beta = beta_, shift1 = shift1_, shift2 = shift2_;
+  const Real* __restrict u = u_.data();
+  Real* __restrict gate = gate_.data();
+  Real* __restrict rate = rate_.data() + halo_;
+  for (std::size_t i = 0; i < padded_; ++i) {
+    const Real e = exponential(-beta * u[i]);
+    gate[i] = Real(1) / (Real(1) + e * shift1);
+    rate[i] = Real(1) / (Real(1) + e * shift2);
+  }
+  for (std::size_t i = size_; i < padded_; ++i) rate[i] = Real(0);  // the axis ends at N
+}
+
+template <class Real>
+void NeuralField<Real>::interact() {
+  std::array<Real, kBlock> partial{};  // sums of every 16th neuron
+  const Real* __restrict rate = rate_.data();
+  for (std::size_t x = 0; x < padded_; x += kBlock) {
+    for (std::size_t i = 0; i < kBlock; ++i) partial[i] += rate[halo_ + x + i];
+  }
+  Real total = 0;
+  for (const Real p : partial) total += p;
+  const Real inhibition = static_cast<Real>(params_.inhibition * params_.dx) * total;
+
+  const Real* __restrict kernel = kernel_.data();
+  Real* __restrict lateral = lateral_.data();
+  using L = Lanes<Real>;
+  constexpr std::size_t kLanes = kBlock / L::kPerBlock;
+  for (std::size_t x = 0; x < padded_; x += kBlock) {
+    typename L::Vector sum[L::kPerBlock] = {};
+    for (std::size_t j = 0; j <= 2 * halo_; ++j) {
+      for (std::size_t i = 0; i < L::kPerBlock; ++i) {
+        sum[i] += kernel[j] * L::load(rate + x + j + i * kLanes);
+      }
+    }
+    for (auto& s : sum) s -= inhibition;
+    std::memcpy(lateral + x, sum, sizeof sum);
+  }
+}
+
+template <class Real>
+double NeuralField<Real>::speed_1_s() const {
+  Real largest = 0;
+  for (std::size_t i = 0; i < size_; ++i) largest = std::max(largest, std::abs(rise_[i]));
+  return static_cast<double>(largest) / dt_s_;
+}
+
+template <class Real>
+double NeuralField<Real>::f2(double u) const {
+  return 1.0 / (1.0 + std::exp(-params_.slope * (u - params_.threshold2)));
+}
+
+template class NeuralField<float>;
+template class NeuralField<double>;
+
+}  // namespace mimesis::cognition

@@ -1,0 +1,69 @@
+#pragma once
+#include <array>
+#include <cstddef>
+#include <string_view>
+
+namespace mimesis::cognition {
+
+/// The vocabulary of the bridge paradigm [M18 2.1.1], with the numbers of proto/task.proto.
+enum class Grip { unknown, precision, full };
+enum class Transport { unknown, above, below };
+enum class Goal { unknown, high, low };
+enum class Color { unknown, light, dark };
+
+/// What the teacher showed. An unknown symbol was not seen and gives no input.
+struct Demonstration {
+  Grip grip = Grip::unknown;
+  Transport transport = Transport::unknown;
+  Goal goal = Goal::unknown;
+  Color color = Color::unknown;
+  /// 0..1, scale the inputs [1]
+  double grip_confidence = 1.0, transport_confidence = 1.0, goal_confidence = 1.0,
+         color_confidence = 1.0;
+
+  bool anything() const {
+    return grip != Grip::unknown || transport != Transport::unknown || goal != Goal::unknown ||
+           color != Color::unknown;
+  }
+};
+
+/// The fields of the ladder [M18 fig. 2.2, 2.4.4]: action observation, primitives combined for a
+/// goal, motor primitives, goals, colour cues.
+enum class Layer { sts_grip, sts_transport, pf, f5_grip, f5_transport, pfc, color };
+inline constexpr std::size_t kLayers = 7;
+inline constexpr std::array<Layer, kLayers> kAllLayers = {
+    Layer::sts_grip,     Layer::sts_transport, Layer::pf,   Layer::f5_grip,
+    Layer::f5_transport, Layer::pfc,           Layer::color};
+
+/// Sites of PF: combinations of primitives. All other layers have two sites: the first and the
+/// second symbol of their enum (0: precision, above, high, light; 1: full, below, low, dark).
+enum PfSite { kPgAt, kFgBt, kFgAt, kPgBt };
+
+constexpr std::size_t index(Layer layer) { return static_cast<std::size_t>(layer); }
+constexpr int sites(Layer layer) { return layer == Layer::pf ? 4 : 2; }
+
+/// Position of a site as a fraction of the length of the axis: evenly spaced.
+constexpr double site_fraction(Layer layer, int site) { return (site + 0.5) / sites(layer); }
+
+/// Name as in the dissertation and on the wire: STSg STSt PF F5g F5t PFC COL.
+constexpr std::string_view layer_name(Layer layer) {
+  constexpr std::array<std::string_view, kLayers> kNames = {"STSg", "STSt", "PF", "F5g",
+                                                            "F5t",  "PFC",  "COL"};
+  return kNames[index(layer)];
+}
+
+/// Label of a site as in the dissertation's figures.
+constexpr std::string_view site_label(Layer layer, int site) {
+  constexpr std::array<std::string_view, 4> kPf = {"PG-AT", "FG-BT", "FG-AT", "PG-BT"};
+  constexpr std::array<std::array<std::string_view, 2>, kLayers> kTwo = {{{"PG", "FG"},
+                                                                          {"AT", "BT"},
+                                                                          {"", ""},
+                                                                          {"PG", "FG"},
+                                                                          {"AT", "BT"},
+                                                                          {"high", "low"},
+                                                                          {"light", "dark"}}};
+  const auto i = static_cast<std::size_t>(site);
+  return layer == Layer::pf ? kPf[i] : kTwo[index(layer)][i];
+}
+
+}  // namespace mimesis::cognition

@@ -1,0 +1,122 @@
+#include "nodes/cognition/trial.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstring>
+#include <string>
+#include <vector>
+
+#include "common/error.h"
+#include "common/testing/no_malloc.h"
+
+namespace mimesis::cognition {
+namespace {
+
+constexpr std::size_t kN = 128;
+
+std::vector<double> weights(const Ladder<double>& ladder, Connection c) {
+  std::vector<double> all;
+  for (std::size_t y = 0; y < kN; ++y) {
+    for (std::size_t x = 0; x < kN; ++x) all.push_back(ladder.link(c).weight(x, y));
+  }
+  return all;
+}
+
+TEST(Trial, TaskInputAloneDecidesNothing) {
+  Ladder<double> ladder({});
+  ASSERT_TRUE(rehearse(ladder, parse_sequence("precision,above,high")));
+  ASSERT_TRUE(rehearse(ladder, parse_sequence("full,below,low")));
+  const TrialResult r = run_trial(ladder, {.shown = {}, .task = {}, .duration_s = 3.0});
+  for (const Layer layer : kAllLayers) EXPECT_TRUE(std::isnan(r.onset(layer))) << layer_name(layer);
+  EXPECT_EQ(r.decision, Decision{});
+}
+
+TEST(Trial, UntrainedRobotDoesNotInferTheGoal) {
+  Ladder<double> ladder({});
+  const TrialResult r = run_trial(ladder, {.shown = {.grip = Grip::full}, .task = {}});
+  EXPECT_EQ(r.site(Layer::pf), kFgBt);  // the task input names the combination
+  EXPECT_EQ(r.decision.goal, Goal::unknown);
+  EXPECT_FALSE(r.decision.settled);
+}
+
+TEST(Trial, RehearsalReachesTheClosedForm) {  // in the ladder, where patterns excite each other
+  Ladder<double> ladder({});
+  ASSERT_TRUE(rehearse(ladder, parse_sequence("precision,above,high")));
+  // ū of eq. 2.4: the stable state under the links as learned
+  run_trial(ladder, {.shown = parse_sequence("precision,above,high"), .task = {}});
+  const double local = ladder.field(Layer::pf).f2(ladder.params().learning.local_above);
+  for (const auto& [c, source, target] : {std::tuple{Connection::pf_pfc, Layer::pf, Layer::pfc},
+                                          std::tuple{Connection::pfc_pf, Layer::pfc, Layer::pf}}) {
+    const auto r2 = ladder.field(source).rate(), r1 = ladder.field(target).rate();
+    const double eta = ladder.eta(c);
+    double worst = 0.0;
+    for (std::size_t y = 0; y < kN; ++y) {
+      for (std::size_t x = 0; x < kN; ++x) {
+        const bool both = r1[x] >= local && r2[y] >= local;
+        const double exact = both ? eta * r1[x] * r2[y] : 0.0;
+        worst = std::max(worst, std::abs(ladder.link(c).weight(x, y) - exact));
+      }
+    }
+    EXPECT_LT(worst / eta, 0.01);
+  }
+}
+
+TEST(Trial, WithoutRewardTheLinksKeepEveryBit) {
+  Ladder<double> ladder({});
+  ASSERT_TRUE(rehearse(ladder, parse_sequence("precision,above,high,light")));
+  for (const Connection c : {Connection::pf_pfc, Connection::pfc_pf, Connection::color_pfc,
+                             Connection::pfc_color, Connection::sts_grip_pf}) {
+    const auto before = weights(ladder, c);
+    run_trial(ladder, {.shown = parse_sequence("full,below,low,dark"), .task = {}});
+    const auto after = weights(ladder, c);
+    EXPECT_EQ(std::memcmp(before.data(), after.data(), before.size() * sizeof(double)), 0);
+  }
+}
+
+TEST(Trial, RefusesToRehearseAgainstItsHabit) {
+  Ladder<double> ladder({});
+  ASSERT_TRUE(rehearse(ladder, parse_sequence("precision,above,high")));
+  const auto before = weights(ladder, Connection::pfc_pf);
+  EXPECT_FALSE(rehearse(ladder, parse_sequence("full,below,high")));
+  EXPECT_EQ(weights(ladder, Connection::pfc_pf), before);
+}
+
+TEST(Trial, StepDoesNotAllocateAndRepeatsEveryBit) {
+  Ladder<float> a({}), b({});
+  Stimulus stimulus = task_stimulus(a.params().task);
+  add_vision(a.params().vision, parse_sequence("full,below,low,dark"), stimulus);
+  for (int i = 0; i < 300; ++i) {
+    const testing::NoMalloc guard;
+    a.step(stimulus, i > 150);
+    b.step(stimulus, i > 150);
+    read_decision(a);
+  }
+  for (const Layer layer : kAllLayers) {
+    const auto ua = a.field(layer).activity(), ub = b.field(layer).activity();
+    EXPECT_EQ(std::memcmp(ua.data(), ub.data(), ua.size_bytes()), 0) << layer_name(layer);
+  }
+  EXPECT_GT(a.link(Connection::color_pfc).weight(96, 96), 0.0F);
+}
+
+TEST(Trial, ParsesSequences) {
+  const Demonstration d = parse_sequence("full,above,low,dark");
+  EXPECT_EQ(d.grip, Grip::full);
+  EXPECT_EQ(d.transport, Transport::above);
+  EXPECT_EQ(d.goal, Goal::low);
+  EXPECT_EQ(d.color, Color::dark);
+  EXPECT_EQ(parse_sequence("precision,below,high").color, Color::unknown);
+  for (const char* wrong :
+       {"", "full", "full,above,low,dark,dark", "full,above,middle", "full, above,low"}) {
+    EXPECT_THROW(parse_sequence(wrong), ConfigError) << wrong;
+  }
+}
+
+TEST(Ladder, RefusesFieldsThatCannotHoldAPattern) {
+  LadderParams p;
+  p.field.excitation = 0.5;
+  EXPECT_THROW(Ladder<double>{p}, ConfigError);
+}
+
+}  // namespace
+}  // namespace mimesis::cognition

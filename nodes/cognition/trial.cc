@@ -1,0 +1,90 @@
+#include "nodes/cognition/trial.h"
+
+#include <cmath>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "common/error.h"
+
+namespace mimesis::cognition {
+namespace {
+
+long steps(double duration_s, double dt_s) { return std::lround(duration_s / dt_s); }
+
+/// 1-based number of `word` among two choices.
+int choose(std::string_view word, std::string_view first, std::string_view second,
+           std::string_view sequence) {
+  if (word == first) return 1;
+  if (word == second) return 2;
+  throw ConfigError("sequence '" + std::string(sequence) + "': '" + std::string(word) +
+                    "' is neither " + std::string(first) + " nor " + std::string(second));
+}
+
+}  // namespace
+
+template <class Real>
+TrialResult run_trial(Ladder<Real>& ladder, const Trial& trial,
+                      const std::function<void(double)>& observe) {
+  const LadderParams& p = ladder.params();
+  const Stimulus task = task_stimulus(trial.task);
+  Stimulus shown = task;
+  add_vision(p.vision, trial.shown, shown);
+
+  TrialResult result;
+  result.onset_s.fill(std::numeric_limits<double>::quiet_NaN());
+  ladder.reset();
+  const long window = steps(p.vision.window_s, p.dt_s), end = steps(trial.duration_s, p.dt_s);
+  for (long i = -steps(trial.preshape_s, p.dt_s); i < end; ++i) {
+    ladder.step(i >= 0 && i < window ? shown : task);
+    const double t_s = static_cast<double>(i + 1) * p.dt_s;
+    for (const Layer layer : kAllLayers) {
+      double& onset_s = result.onset_s[index(layer)];
+      if (std::isnan(onset_s) && read_peaks(ladder, layer).count > 0) onset_s = t_s;
+    }
+    if (observe) observe(t_s);
+  }
+  for (const Layer layer : kAllLayers) result.peaks[index(layer)] = read_peaks(ladder, layer);
+  result.decision = read_decision(ladder);
+  return result;
+}
+
+Demonstration parse_sequence(std::string_view text) {
+  std::vector<std::string_view> words;
+  for (std::size_t from = 0; from <= text.size();) {
+    const std::size_t comma = std::min(text.find(',', from), text.size());
+    words.push_back(text.substr(from, comma - from));
+    from = comma + 1;
+  }
+  if (words.size() != 3 && words.size() != 4) {
+    throw ConfigError("sequence '" + std::string(text) +
+                      "': expected grip,transport,goal or grip,transport,goal,color");
+  }
+  Demonstration d;
+  d.grip = static_cast<Grip>(choose(words[0], "precision", "full", text));
+  d.transport = static_cast<Transport>(choose(words[1], "above", "below", text));
+  d.goal = static_cast<Goal>(choose(words[2], "high", "low", text));
+  if (words.size() == 4) d.color = static_cast<Color>(choose(words[3], "light", "dark", text));
+  return d;
+}
+
+template <class Real>
+bool rehearse(Ladder<Real>& ladder, const Demonstration& sequence) {
+  const LadderParams& p = ladder.params();
+  const Decision decided = run_trial(ladder, {.shown = sequence, .task = p.task}).decision;
+  const bool agreed = decided.settled && decided.grip == sequence.grip &&
+                      decided.transport == sequence.transport && decided.goal == sequence.goal;
+  if (agreed) {
+    const Stimulus task = task_stimulus(p.task);
+    for (long i = steps(p.learning.window_s, p.dt_s); i > 0; --i) ladder.step(task, true);
+  }
+  ladder.reset();
+  return agreed;
+}
+
+template TrialResult run_trial(Ladder<float>&, const Trial&, const std::function<void(double)>&);
+template TrialResult run_trial(Ladder<double>&, const Trial&, const std::function<void(double)>&);
+template bool rehearse(Ladder<float>&, const Demonstration&);
+template bool rehearse(Ladder<double>&, const Demonstration&);
+
+}  // namespace mimesis::cognition
