@@ -1,0 +1,179 @@
+#include <gtest/gtest.h>
+#include <linux/can.h>
+#include <sys/socket.h>
+#include <sys/un.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cstring>
+#include <filesystem>
+
+#include "common/error.h"
+#include "common/testing/loopback.h"
+#include "hw/can/bus.h"
+#include "hw/can/embedded.h"
+#include "hw/can/memory.h"
+
+namespace mimesis::hw::can {
+namespace {
+
+Frame frame(std::uint32_t id, std::initializer_list<std::uint8_t> data = {}) {
+  Frame f{.id = id, .length = static_cast<std::uint8_t>(data.size())};
+  std::copy(data.begin(), data.end(), f.data.begin());
+  return f;
+}
+
+std::vector<Frame> receive_all(Bus& bus) {
+  std::vector<Frame> frames(256);
+  frames.resize(bus.receive(frames));
+  return frames;
+}
+
+TEST(Frame, HasTheKernelsLayout) {
+  const Frame f = frame(0x185, {1, 2, 3});
+  canfd_frame kernel{};
+  std::memcpy(&kernel, &f, sizeof(kernel));
+  EXPECT_EQ(kernel.can_id, 0x185u);
+  EXPECT_EQ(kernel.len, 3);
+  EXPECT_EQ(kernel.data[2], 3);
+  EXPECT_EQ(kExtendedFlag, CAN_EFF_FLAG);
+  EXPECT_EQ(kRemoteFlag, CAN_RTR_FLAG);
+  EXPECT_EQ(kErrorFlag, CAN_ERR_FLAG);
+}
+
+/// Both twins keep the same promises.
+struct Wire {
+  virtual ~Wire() = default;
+  virtual std::unique_ptr<Bus> join() = 0;
+};
+struct InMemory final : Wire {
+  MemoryWire wire;
+  std::unique_ptr<Bus> join() override { return wire.join(); }
+};
+struct Embedded final : Wire {
+  testing::Loopback graph;  // for its temporary directory
+  std::unique_ptr<Bus> join() override { return open("embedded:test", graph.directory()); }
+};
+
+template <class W>
+class AnyWire : public ::testing::Test {
+ protected:
+  W wire;
+};
+using Wires = ::testing::Types<InMemory, Embedded>;
+TYPED_TEST_SUITE(AnyWire, Wires);
+
+TYPED_TEST(AnyWire, BringsEveryFrameToAllOthersInOrder) {
+  auto a = this->wire.join(), b = this->wire.join(), c = this->wire.join();
+  const std::vector<Frame> sent = {frame(0x80), frame(0x201, {0x0F, 0}), frame(0x77F, {5})};
+  a->send(sent);
+  EXPECT_EQ(receive_all(*b), sent);
+  EXPECT_EQ(receive_all(*c), sent);
+  EXPECT_TRUE(receive_all(*a).empty());
+  EXPECT_EQ(a->counters().sent, 3u);
+  EXPECT_EQ(b->counters().received, 3u);
+}
+
+TYPED_TEST(AnyWire, CountsFramesThatNobodyHears) {
+  auto alone = this->wire.join();
+  const std::vector<Frame> sent = {frame(0x80), frame(0x81)};
+  alone->send(sent);
+  EXPECT_EQ(alone->counters().sent, 0u);
+  EXPECT_EQ(alone->counters().errors, 2u);
+}
+
+TYPED_TEST(AnyWire, HandsOutInSmallPortions) {
+  auto a = this->wire.join(), b = this->wire.join();
+  std::vector<Frame> sent;
+  for (std::uint32_t i = 0; i < 100; ++i) sent.push_back(frame(i));
+  a->send(sent);
+  std::vector<Frame> got;
+  std::array<Frame, 7> portion;
+  while (const std::size_t n = b->receive(portion)) got.insert(got.end(), &portion[0], &portion[n]);
+  EXPECT_EQ(got, sent);
+}
+
+TEST(EmbeddedBus, KeepsBusesOfDifferentNamesApart) {
+  testing::Loopback graph;
+  auto arm = open("embedded:arm", graph.directory()),
+       legs = open("embedded:legs", graph.directory());
+  arm->send(std::array{frame(1)});
+  EXPECT_TRUE(receive_all(*legs).empty());
+}
+
+TEST(EmbeddedBus, NeverBlocksOnAFullReceiverAndCounts) {
+  testing::Loopback graph;
+  auto a = open("embedded:x", graph.directory()), deaf = open("embedded:x", graph.directory());
+  for (int i = 0; i < 10'000; ++i) a->send(std::array{frame(1)});
+  EXPECT_GT(a->counters().sent, 0u);
+  EXPECT_EQ(a->counters().sent + a->counters().errors, 10'000u);
+  EXPECT_EQ(receive_all(*deaf).size(), a->counters().sent);
+  a->send(std::array{frame(2)});  // and recovers
+  EXPECT_EQ(receive_all(*deaf).size(), 1u);
+}
+
+TEST(EmbeddedBus, RemovesTheSocketOfAKilledParticipant) {
+  testing::Loopback graph;
+  const auto folder = std::filesystem::path(graph.directory()) / "can-x";
+  auto a = open("embedded:x", graph.directory());
+  int joined[2];
+  ASSERT_EQ(pipe(joined), 0);
+  const pid_t child = fork();
+  if (child == 0) {
+    auto doomed = open("embedded:x", graph.directory());
+    if (write(joined[1], "j", 1) != 1) _exit(1);
+    pause();
+    _exit(0);
+  }
+  char byte;
+  ASSERT_EQ(read(joined[0], &byte, 1), 1);
+  a->send(std::array{frame(1)});
+  EXPECT_EQ(a->counters().sent, 1u);
+  kill(child, SIGKILL);
+  ASSERT_EQ(waitpid(child, nullptr, 0), child);
+
+  auto b = open("embedded:x", graph.directory());
+  a->send(std::array{frame(2)});
+  EXPECT_EQ(receive_all(*b).size(), 1u);  // the living one got it
+  EXPECT_EQ(a->counters().errors, 0u);
+  const auto sockets = std::distance(std::filesystem::directory_iterator(folder), {});
+  EXPECT_EQ(sockets, 2);
+}
+
+TEST(EmbeddedBus, RejectsForeignDatagrams) {
+  testing::Loopback graph;
+  auto a = open("embedded:x", graph.directory());
+  const auto folder = std::filesystem::path(graph.directory()) / "can-x";
+  const std::string path = std::filesystem::directory_iterator(folder)->path();
+  const int s = socket(AF_UNIX, SOCK_DGRAM, 0);
+  sockaddr_un address{.sun_family = AF_UNIX, .sun_path = {}};
+  std::copy(path.begin(), path.end(), address.sun_path);
+  sendto(s, "noise", 5, 0, reinterpret_cast<sockaddr*>(&address), sizeof(address));
+  Frame too_long{.id = 1, .length = 65};
+  sendto(s, &too_long, sizeof(too_long), 0, reinterpret_cast<sockaddr*>(&address), sizeof(address));
+  close(s);
+  EXPECT_TRUE(receive_all(*a).empty());
+  EXPECT_EQ(a->counters().errors, 2u);
+}
+
+std::string refusal(const std::string& address) {
+  try {
+    open(address, "/tmp");
+  } catch (const ConfigError& e) {
+    return e.what();
+  }
+  return "accepted";
+}
+
+TEST(Open, SaysWhatIsWrongInOneLine) {
+  EXPECT_EQ(refusal("usb:0"), "CAN bus 'usb:0': expected embedded:NAME or socketcan:INTERFACE");
+  EXPECT_EQ(refusal("embedded:"),
+            "CAN bus 'embedded:': expected embedded:NAME or socketcan:INTERFACE");
+  const std::string missing = refusal("socketcan:nonesuch0");
+  EXPECT_TRUE(missing == "CAN interface 'nonesuch0': no such interface" ||
+              missing.find("no SocketCAN") != std::string::npos)
+      << missing;
+}
+
+}  // namespace
+}  // namespace mimesis::hw::can
