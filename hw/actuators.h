@@ -1,0 +1,79 @@
+#pragma once
+#include <chrono>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace mimesis::hw {
+
+/// Graph time [ns]; all of hw is driven by it and reads no clock.
+using Time = std::chrono::nanoseconds;
+
+/// State of one drive [IEC 61800-7-201 = CiA 402, power drive system state machine].
+enum class DriveState : std::uint8_t {
+  unknown = 0,
+  not_ready_to_switch_on = 1,
+  switch_on_disabled = 2,
+  ready_to_switch_on = 3,
+  switched_on = 4,
+  operation_enabled = 5,
+  quick_stop_active = 6,
+  fault_reaction_active = 7,
+  fault = 8,
+};
+
+const char* name(DriveState state);
+
+/// One joint, in the units, order and signs of the robot's model.
+struct JointReading {
+  double position_rad = 0.0;
+  double velocity_rad_s = 0.0;
+  double torque_n_m = 0.0;
+  DriveState drive = DriveState::unknown;
+};
+
+/// Where the actuators as a whole are.
+enum class Phase : std::uint8_t {
+  starting,   ///< searching and configuring; postures may be old
+  idle,       ///< reachable, not powered
+  enabling,   ///< on the way to following
+  following,  ///< every drive is enabled and follows
+  stopping,   ///< quick stop
+  fault,      ///< not powered because of `reason`
+};
+
+struct Reading {
+  Phase phase = Phase::starting;
+  bool posture_known = false;  ///< every joint was heard of since the start
+  std::vector<JointReading> joints;
+  std::string reason;  ///< of starting and fault: one line with axis, expected and actual state
+  std::uint64_t limited = 0;  ///< cycles in which a set-point was changed to respect a limit
+};
+
+/// What the actuators shall do from now on.
+enum class Mode : std::uint8_t {
+  idle,    ///< no power; from motion by quick stop
+  follow,  ///< track `position_rad`; from idle or fault: enable, starting at the actual posture
+  hold,    ///< come to rest by bounded deceleration and stay there, powered
+};
+
+struct Setpoint {
+  Mode mode = Mode::idle;
+  std::span<const double> position_rad{};  ///< of Mode::follow, one per joint
+};
+
+/// Seam between the bridge and whatever moves the joints. Per cycle: read, write. Never blocks.
+class Actuators {
+ public:
+  virtual ~Actuators() = default;
+  /// Takes in what arrived up to `now`, advances the state machine.
+  virtual const Reading& read(Time now) = 0;
+  /// Sends the set-point of this cycle, limited to what the robot may do.
+  virtual void write(Time now, const Setpoint& setpoint) = 0;
+  /// Quick stop of all joints, at once; the first and the last thing sent. Nothing is sent after it
+  /// until the next write.
+  virtual void stop() noexcept = 0;
+};
+
+}  // namespace mimesis::hw
