@@ -1,0 +1,35 @@
+#pragma once
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace mimesis::hw::arm {
+
+/// What lies between a joint of the robot's model and its drive on the bus. `visit` lets the bridge
+/// and the simulated drives read the same table.
+struct Axis {
+  int node_id = 0;                        ///< CANopen node, 1..126 [1]
+  double increments_per_rad = 160'000.0;  ///< encoder increments × gear ratio / 2π [1/rad]
+  int sign = 1;                     ///< +1, or -1 if the drive turns against the model's axis [1]
+  double rated_torque_n_m = 100.0;  ///< at the joint; 6077h is in thousandths of it [N m]
+
+  template <class Visitor>
+  void visit(Visitor& v) {
+    v("node_id", node_id, 1, 126);
+    v("increments_per_rad", increments_per_rad, 100.0, 1e8);
+    v("sign", sign, -1, 1);
+    v("rated_torque_n_m", rated_torque_n_m, 0.1, 1e4);
+  }
+
+  std::int32_t to_increments(double rad) const;  ///< also for rad/s, rad/s²; saturates
+  double to_rad(std::int32_t increments) const { return sign * increments / increments_per_rad; }
+  double to_torque(std::int32_t thousandths) const {
+    return sign * thousandths * 1e-3 * rated_torque_n_m;
+  }
+};
+
+/// `axes` checked, or nodes 1..`joints` with defaults if it is empty.
+/// @throws ConfigError naming the axis: wrong number, node id used twice, sign 0
+std::vector<Axis> complete(std::vector<Axis> axes, int joints);
+
+}  // namespace mimesis::hw::arm
