@@ -132,4 +132,8 @@ DriveState transition(DriveState state, std::uint16_t word, std::uint16_t previo
   }
 }
 
+DriveState next_towards_enabled(DriveState state) {
+  return transition(state, towards_enabled(state, 0), 0);
+}
+
 }  // namespace mimesis::hw::arm

@@ -26,6 +26,9 @@ std::uint16_t towards_enabled(DriveState state, std::uint16_t previous);
 /// stop from operation enabled leads to quick stop active.
 DriveState transition(DriveState state, std::uint16_t controlword, std::uint16_t previous);
 
+/// State that follows `state` on the way to operation enabled.
+DriveState next_towards_enabled(DriveState state);
+
 inline constexpr int kCyclicSynchronousPosition = 8;  ///< mode of operation 6060h
 
 namespace object {

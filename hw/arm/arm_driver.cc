@@ -1,0 +1,296 @@
+#include "hw/arm/arm_driver.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <utility>
+
+#include "common/error.h"
+
+namespace mimesis::hw::arm {
+namespace {
+
+using std::chrono::milliseconds;
+
+constexpr milliseconds kRetry(1000);  // between attempts to set up, and after bus-off
+constexpr milliseconds kLongestStop(2000);
+
+Time from_seconds(double seconds) {
+  return std::chrono::duration_cast<Time>(std::chrono::duration<double>(seconds));
+}
+
+std::string seconds(double s) {
+  char buffer[32];
+  std::snprintf(buffer, sizeof(buffer), "%g s", s);
+  return buffer;
+}
+
+bool powered(DriveState state) {
+  return state == DriveState::operation_enabled || state == DriveState::quick_stop_active ||
+         state == DriveState::fault_reaction_active;
+}
+
+}  // namespace
+
+ArmDriver::ArmDriver(ArmOptions options, std::unique_ptr<can::Bus> bus)
+    : options_(std::move(options)),
+      bus_(std::move(bus)),
+      limiter_(options_.limits, 1.0 / options_.rate_hz),
+      inbox_(256),
+      axis_of_node_(kLastNode + 1, -1),
+      posture_(options_.axes.size(), 0.0) {
+  const std::size_t n = options_.axes.size();
+  MIMESIS_ASSERT(options_.limits.q_min.size() == static_cast<Eigen::Index>(n));
+  const Period period = period_of(options_.rate_hz);
+  const JointLimits& l = options_.limits;
+  for (std::size_t i = 0; i < n; ++i) {
+    const Axis& axis = options_.axes[i];
+    const auto k = static_cast<Eigen::Index>(i);
+    axis_of_node_[static_cast<std::size_t>(axis.node_id)] = static_cast<int>(i);
+    axes_.emplace_back("A" + std::to_string(i + 1) + " (node " + std::to_string(axis.node_id) + ")",
+                       axis,
+                       setup_steps(axis, l.q_min[k], l.q_max[k], l.v_max[k], l.a_max[k], period));
+  }
+  outbox_.reserve(4 * n + 8);
+  reading_.joints.resize(n);
+  reading_.reason = "searching the drives";
+  stop();
+}
+
+void ArmDriver::stop() noexcept {
+  if (options_.readonly) return;
+  try {
+    outbox_.clear();
+    for (AxisMaster& axis : axes_) {
+      axis.controlword = controlword::kQuickStop;
+      can::Frame frame = rpdo(1, axis.axis().node_id);
+      append(frame, axis.controlword, 2);
+      append(frame, static_cast<std::uint32_t>(axis.axis().to_increments(axis.target_rad)), 4);
+      outbox_.push_back(frame);
+    }
+    outbox_.push_back(sync());
+    bus_->send(outbox_);
+  } catch (...) {  // the drives' own watchdogs are left
+  }
+  outbox_.clear();
+  if (reading_.phase == Phase::following || reading_.phase == Phase::enabling) {
+    enter(Phase::stopping);
+  }
+}
+
+void ArmDriver::enter(Phase phase) {
+  reading_.phase = phase;
+  entered_ = now_;
+  if (phase != Phase::fault && phase != Phase::starting) reading_.reason.clear();
+}
+
+void ArmDriver::fault(const std::string& why) {
+  if (reading_.phase == Phase::fault && !reading_.reason.empty()) return;  // the first cause counts
+  may_enable_ = false;
+  reading_.phase = Phase::fault;
+  reading_.reason = why;
+}
+
+void ArmDriver::lose(AxisMaster& axis, const std::string& why) {
+  fault(axis.name() + ": " + why);
+  axis.restart();
+  configured_ = false;
+}
+
+void ArmDriver::receive() {
+  std::size_t count = 0;
+  do {
+    count = bus_->receive(inbox_);
+    for (const can::Frame& frame : std::span(inbox_).first(count)) {
+      if ((frame.id & can::kErrorFlag) != 0) {
+        if ((frame.id & can::kBusOff) == 0) continue;
+        for (AxisMaster& axis : axes_) lose(axis, "the CAN controller is bus-off");
+        silent_until_ = now_ + kRetry;
+        continue;
+      }
+      const Identity id = identify(frame);
+      const int axis = axis_of_node_[static_cast<std::size_t>(id.node)];
+      if (axis >= 0) axes_[static_cast<std::size_t>(axis)].handle(id, frame, now_);
+    }
+  } while (count == inbox_.size());
+}
+
+void ArmDriver::set_up() {
+  for (AxisMaster& axis : axes_) axis.advance(now_, outbox_);
+  if (std::ranges::all_of(axes_, &AxisMaster::configured)) {
+    outbox_.push_back(nmt(Nmt::start, 0));
+    for (AxisMaster& axis : axes_) axis.watch_from(now_);
+    configured_ = true;
+    reading_.posture_known = false;
+    enter(Phase::idle);
+    return;
+  }
+  std::string missing;
+  for (AxisMaster& axis : axes_) {
+    if (!axis.failure().empty()) {
+      if (now_ < retry_at_) continue;
+      retry_at_ = now_ + kRetry;
+      fault(axis.failure());
+      axis.restart();
+    } else if (!axis.found()) {
+      missing += (missing.empty() ? "" : ", ") + axis.name();
+    }
+  }
+  if (!missing.empty() && now_ - entered_ > from_seconds(options_.boot_timeout_s)) {
+    fault("no answer within " + seconds(options_.boot_timeout_s) + " from " + missing);
+  }
+}
+
+void ArmDriver::supervise_axis(AxisMaster& axis) {
+  if (axis.take_rebooted()) return lose(axis, "the drive has restarted");
+  if (axis.heartbeat_age(now_) > milliseconds(kDriveHeartbeatTimeoutMs)) {
+    return lose(axis, "no heartbeat for " + seconds(1e-3 * kDriveHeartbeatTimeoutMs));
+  }
+  if (axis.feedback_age(now_) > from_seconds(options_.feedback_timeout_s)) {
+    return lose(axis, "no feedback for " + seconds(options_.feedback_timeout_s));
+  }
+  if (!axis.heard()) return;
+  const DriveState state = axis.reading().drive;
+  const bool failed = state == DriveState::fault || state == DriveState::fault_reaction_active;
+  switch (reading_.phase) {
+    case Phase::enabling: {  // a fault found here is about to be reset
+      if (state == DriveState::operation_enabled) return;
+      const Time limit = from_seconds(options_.transition_timeout_s);
+      const bool stuck = std::min(now_ - entered_, axis.state_age(now_)) > limit;
+      const bool wandering = now_ - entered_ > 4 * limit;
+      if (stuck || wandering) fault(axis.complaint(next_towards_enabled(state)));
+      return;
+    }
+    case Phase::following:
+      if (state != DriveState::operation_enabled)
+        fault(axis.complaint(DriveState::operation_enabled));
+      return;
+    default:
+      if (failed) fault(axis.complaint(DriveState::switch_on_disabled));
+      return;
+  }
+}
+
+void ArmDriver::supervise() {
+  for (AxisMaster& axis : axes_) supervise_axis(axis);
+  if (!configured_) return;
+  if (reading_.phase == Phase::enabling && all_are(DriveState::operation_enabled)) {
+    for (std::size_t i = 0; i < axes_.size(); ++i) posture_[i] = axes_[i].target_rad;
+    limiter_.reset(posture_);
+    enter(Phase::following);
+  }
+  if (reading_.phase == Phase::stopping && none_moves()) enter(Phase::idle);
+}
+
+bool ArmDriver::all_are(DriveState state) const {
+  return std::ranges::all_of(axes_,
+                             [&](const AxisMaster& a) { return a.reading().drive == state; });
+}
+
+bool ArmDriver::none_moves() const {
+  return std::ranges::none_of(axes_,
+                              [](const AxisMaster& a) { return powered(a.reading().drive); });
+}
+
+void ArmDriver::publish() {
+  for (std::size_t i = 0; i < axes_.size(); ++i) reading_.joints[i] = axes_[i].reading();
+  reading_.posture_known = reading_.posture_known || std::ranges::all_of(axes_, &AxisMaster::heard);
+}
+
+const Reading& ArmDriver::read(Time now) {
+  now_ = now;
+  outbox_.clear();
+  if (!std::exchange(begun_, true)) {
+    entered_ = heartbeat_due_ = now;
+    if (!options_.readonly) outbox_.push_back(nmt(Nmt::reset_communication, 0));
+  }
+  receive();
+  if (options_.readonly) {
+    const auto fresh = [&](const AxisMaster& a) {
+      return a.heard() && a.feedback_age(now_) < from_seconds(options_.feedback_timeout_s);
+    };
+    reading_.phase = std::ranges::all_of(axes_, fresh) ? Phase::idle : Phase::starting;
+    reading_.reason = "read-only";
+  } else if (now >= silent_until_) {
+    configured_ ? supervise() : set_up();
+  }
+  publish();
+  return reading_;
+}
+
+void ArmDriver::obey(const Setpoint& setpoint) {
+  const bool follow = setpoint.mode == Mode::follow;
+  switch (reading_.phase) {
+    case Phase::idle:
+    case Phase::fault:
+      if (!follow) {
+        may_enable_ = true;
+      } else if (may_enable_ && configured_ && reading_.posture_known) {
+        enter(Phase::enabling);
+      }
+      return;
+    case Phase::enabling:
+      if (setpoint.mode == Mode::idle) enter(Phase::stopping);
+      return;
+    case Phase::following:
+      if (setpoint.mode == Mode::idle) {
+        enter(Phase::stopping);
+      } else if (setpoint.mode == Mode::hold) {
+        limiter_.hold();
+      } else {
+        reading_.limited += limiter_.follow(setpoint.position_rad) ? 1 : 0;
+      }
+      return;
+    case Phase::starting:
+    case Phase::stopping:
+      return;
+  }
+}
+
+void ArmDriver::command_axes() {
+  const bool overdue = reading_.phase == Phase::stopping && now_ - entered_ > kLongestStop;
+  for (std::size_t i = 0; i < axes_.size(); ++i) {
+    AxisMaster& axis = axes_[i];
+    const DriveState state = axis.reading().drive;
+    switch (reading_.phase) {
+      case Phase::enabling: {
+        const bool held = axis.controlword == controlword::kEnableOperation;
+        axis.controlword = towards_enabled(state, axis.controlword);
+        if (!held) axis.target_rad = axis.reading().position_rad;  // powered where it is
+        break;
+      }
+      case Phase::following:
+        axis.target_rad = limiter_.position()[static_cast<Eigen::Index>(i)];
+        break;
+      default:
+        axis.controlword = overdue ? controlword::kDisableVoltage : controlword::kQuickStop;
+        axis.target_rad = axis.reading().position_rad;
+        break;
+    }
+  }
+}
+
+void ArmDriver::send_cycle() {
+  if (now_ >= heartbeat_due_) {
+    outbox_.push_back(heartbeat(kMasterNode, NmtState::operational));
+    heartbeat_due_ = now_ + milliseconds(kMasterHeartbeatMs);
+  }
+  for (const AxisMaster& axis : axes_) {
+    can::Frame frame = rpdo(1, axis.axis().node_id);
+    append(frame, axis.controlword, 2);
+    append(frame, static_cast<std::uint32_t>(axis.axis().to_increments(axis.target_rad)), 4);
+    outbox_.push_back(frame);
+  }
+  outbox_.push_back(sync());
+  bus_->send(outbox_);
+  outbox_.clear();
+}
+
+void ArmDriver::write(Time now, const Setpoint& setpoint) {
+  now_ = now;
+  if (options_.readonly || now < silent_until_) return;
+  obey(setpoint);
+  command_axes();
+  send_cycle();
+}
+
+}  // namespace mimesis::hw::arm

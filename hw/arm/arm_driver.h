@@ -1,0 +1,71 @@
+#pragma once
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "hw/actuators.h"
+#include "hw/arm/axis_master.h"
+#include "hw/arm/setpoint_limiter.h"
+#include "hw/can/bus.h"
+
+namespace mimesis::hw::arm {
+
+struct ArmOptions {
+  std::vector<Axis> axes;             ///< one per joint, in the model's order
+  JointLimits limits;                 ///< of the model; enforced on every set-point
+  double rate_hz = 200.0;             ///< of read and write
+  double boot_timeout_s = 2.0;        ///< until missing drives are reported
+  double transition_timeout_s = 0.5;  ///< per change of a drive's state
+  double feedback_timeout_s = 0.05;   ///< without TPDO: the axis is lost
+  bool readonly = false;              ///< listens, never sends
+};
+
+/// CiA 402 drives on one CAN bus as the joints of an arm. Per cycle one batch of frames out
+/// (set-points, then SYNC) and one in. After any fault all axes get a quick stop; a set-point is
+/// obeyed again only after Mode::idle has been asked for, and starts at the actual posture.
+class ArmDriver final : public Actuators {
+ public:
+  /// Sends a quick stop first. @throws ConfigError if the rate gives no interpolation period
+  ArmDriver(ArmOptions options, std::unique_ptr<can::Bus> bus);
+
+  const Reading& read(Time now) override;
+  void write(Time now, const Setpoint& setpoint) override;
+  void stop() noexcept override;
+
+  const can::Counters& counters() const { return bus_->counters(); }
+
+ private:
+  void receive();
+  void set_up();
+  void supervise();
+  void supervise_axis(AxisMaster& axis);
+  void publish();
+  void fault(const std::string& why);
+  void lose(AxisMaster& axis, const std::string& why);
+  void enter(Phase phase);
+  void obey(const Setpoint& setpoint);
+  void command_axes();
+  void send_cycle();
+  bool all_are(DriveState state) const;
+  bool none_moves() const;
+
+  ArmOptions options_;
+  std::unique_ptr<can::Bus> bus_;
+  std::vector<AxisMaster> axes_;
+  SetpointLimiter limiter_;
+  std::vector<can::Frame> inbox_, outbox_;
+  std::vector<int> axis_of_node_;
+  std::vector<double> posture_;
+  Reading reading_;
+
+  Time now_{};      // of the last read or write
+  Time entered_{};  // when the phase began
+  Time heartbeat_due_{};
+  Time silent_until_{};      // after bus-off
+  Time retry_at_{};          // after a failed set-up
+  bool begun_ = false;       // first cycle seen
+  bool configured_ = false;  // every drive is configured and started
+  bool may_enable_ = true;   // idle was asked for since the last fault
+};
+
+}  // namespace mimesis::hw::arm

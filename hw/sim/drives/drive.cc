@@ -1,0 +1,214 @@
+#include "hw/sim/drives/drive.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace mimesis::hw::sim {
+namespace {
+
+namespace obj = arm::object;
+using arm::NmtState;
+using arm::Object;
+using can::Frame;
+using std::chrono::milliseconds;
+
+constexpr std::uint32_t kInvalid = 0x80000000;  // bit of a PDO's COB-ID
+constexpr Object kErrorRegister{0x1001, 0};
+
+double seconds(Time t) { return std::chrono::duration<double>(t).count(); }
+std::uint32_t bits(std::int32_t value) { return static_cast<std::uint32_t>(value); }
+
+}  // namespace
+
+Drive::Drive(const DriveConfig& config) : config_(config), plant_(config.plant, config.home_rad) {
+  using enum Access;
+  const arm::Axis& axis = config_.axis;
+  const auto magnitude = [&](double rad) { return bits(std::abs(axis.to_increments(rad))); };
+  objects_.add(obj::kDeviceType, 4, read_only, 0x00020192);  // servo drive, profile 402
+  objects_.add(kErrorRegister, 1, read_only, 0);
+  objects_.add({0x1018, 0}, 1, read_only, 2);
+  objects_.add({0x1018, 1}, 4, read_only, 0);  // no vendor
+  objects_.add({0x1018, 2}, 4, read_only, 1);
+  objects_.add(obj::kAbortOption, 2, read_write, 1);
+  objects_.add(obj::kControlword, 2, read_write, 0);
+  objects_.add(obj::kStatusword, 2, read_only, 0);
+  objects_.add(obj::kQuickStopOption, 2, read_write, 2);
+  objects_.add(obj::kMode, 1, read_write, 0);
+  objects_.add(obj::kModeDisplay, 1, read_only, 0);
+  objects_.add(obj::kPosition, 4, read_only, 0);
+  objects_.add(obj::kFollowingWindow, 4, read_write, magnitude(config_.following_window_rad));
+  objects_.add(obj::kFollowingTime, 2, read_write,
+               static_cast<std::uint32_t>(1e3 * config_.following_time_s));
+  objects_.add(obj::kVelocity, 4, read_only, 0);
+  objects_.add(obj::kTorque, 2, read_only, 0);
+  objects_.add(obj::kTarget, 4, read_write, 0);
+  objects_.add(obj::kPositionMin, 4, read_write, 0x80000000);
+  objects_.add(obj::kPositionMax, 4, read_write, 0x7FFFFFFF);
+  objects_.add(obj::kMaxVelocity, 4, read_only, magnitude(config_.plant.v_max_rad_s));
+  objects_.add(obj::kQuickStopDeceleration, 4, read_write, magnitude(config_.plant.a_max_rad_s2));
+  objects_.add(obj::kPeriodValue, 1, read_write, 1);
+  objects_.add(obj::kPeriodExponent, 1, read_write, 0xFE);  // 10 ms
+  objects_.add(obj::kSupportedModes, 4, read_only, 1u << (arm::kCyclicSynchronousPosition - 1));
+  reset_communication();
+  update_objects();
+}
+
+void Drive::reset_communication() {
+  using enum Access;
+  const auto node = static_cast<std::uint32_t>(config_.axis.node_id);
+  objects_.add({0x1016, 0}, 1, read_only, 1);
+  objects_.add(obj::kMasterHeartbeat, 4, read_write, 0);
+  objects_.add(obj::kHeartbeatTime, 2, read_write, 0);
+  const auto pdo = [&](std::uint16_t communication, std::uint32_t cob, int mapped,
+                       std::uint32_t first) {
+    const auto mapping = static_cast<std::uint16_t>(communication + 0x200);
+    objects_.add({communication, 1}, 4, read_write, cob);
+    objects_.add({communication, 2}, 1, read_write, 1);
+    objects_.add({mapping, 0}, 1, read_write, static_cast<std::uint32_t>(mapped));
+    for (std::uint8_t i = 1; i <= 4; ++i)
+      objects_.add({mapping, i}, 4, read_write, i == 1 ? first : 0);
+  };
+  pdo(0x1400, 0x200 + node, 1, 0x60400010);
+  pdo(0x1800, 0x180 + node, 1, 0x60410010);
+  pdo(0x1801, kInvalid | (0x280 + node), 0, 0);
+  objects_.add(obj::kRpdo1Deadline, 2, read_write, 0);
+  heartbeat_due_ = master_seen_ = rpdo_seen_ = std::nullopt;
+}
+
+void Drive::boot(std::vector<Frame>& out) {
+  nmt_ = NmtState::pre_operational;
+  out.push_back(arm::heartbeat(config_.axis.node_id, NmtState::boot_up));
+}
+
+void Drive::inject(Trouble trouble) {
+  if (trouble == Trouble::overcurrent) trouble_ = trouble;  // reported with the next advance
+  if (trouble == Trouble::jam) plant_.jam();
+  if (trouble == Trouble::mute) mute_ = true;
+}
+
+double Drive::period_s() const {
+  const int exponent = objects_.get_signed(obj::kPeriodExponent);
+  return objects_.get(obj::kPeriodValue) * std::pow(10.0, exponent);
+}
+
+double Drive::deceleration() const {
+  return objects_.get(obj::kQuickStopDeceleration) / config_.axis.increments_per_rad;
+}
+
+void Drive::move(double dt) {
+  switch (state_) {
+    case DriveState::operation_enabled: {
+      const double left = std::min(dt, interpolation_left_s_);
+      const double rate = dt > 0.0 ? reference_rate_ * left / dt : 0.0;
+      interpolation_left_s_ -= left;
+      reference_ += reference_rate_ * left;
+      plant_.track(reference_, rate, dt);
+      const double error =
+          std::abs(reference_ - plant_.position()) * config_.axis.increments_per_rad;
+      lag_s_ = error > objects_.get(obj::kFollowingWindow) ? lag_s_ + dt : 0.0;
+      return;
+    }
+    case DriveState::quick_stop_active:
+      plant_.brake(deceleration(), dt);
+      if (plant_.at_rest() && objects_.get(obj::kQuickStopOption) == 2) {
+        state_ = DriveState::switch_on_disabled;
+      }
+      return;
+    case DriveState::fault_reaction_active:
+      plant_.brake(deceleration(), dt);
+      if (plant_.at_rest()) state_ = DriveState::fault;
+      return;
+    default:
+      return plant_.lock();
+  }
+}
+
+void Drive::fail(std::uint16_t code, std::vector<Frame>& out) {
+  if (state_ == DriveState::fault || state_ == DriveState::fault_reaction_active) return;
+  state_ = DriveState::fault_reaction_active;
+  objects_.set(kErrorRegister, 1);
+  out.push_back(arm::emergency(config_.axis.node_id, code, 1));
+}
+
+void Drive::connection_lost(std::uint16_t code, std::vector<Frame>& out) {
+  out.push_back(arm::emergency(config_.axis.node_id, code, 0x10));
+  if (state_ != DriveState::operation_enabled) return;
+  if (objects_.get(obj::kAbortOption) == 3) state_ = DriveState::quick_stop_active;
+  if (objects_.get(obj::kAbortOption) == 1) fail(code, out);
+}
+
+void Drive::watch(Time now, std::vector<Frame>& out) {
+  const std::uint32_t heartbeat_ms = objects_.get(obj::kHeartbeatTime);
+  if (heartbeat_ms > 0 && now >= heartbeat_due_.value_or(now)) {
+    out.push_back(arm::heartbeat(config_.axis.node_id, nmt_));
+    heartbeat_due_ = now + milliseconds(heartbeat_ms);
+  }
+  const milliseconds master_ms(objects_.get(obj::kMasterHeartbeat) & 0xFFFF);
+  if (master_seen_ && now - *master_seen_ > master_ms) {
+    master_seen_ = std::nullopt;  // watched again from its next heartbeat on
+    connection_lost(0x8130, out);
+  }
+  const milliseconds deadline_ms(objects_.get(obj::kRpdo1Deadline));
+  if (rpdo_seen_ && deadline_ms.count() > 0 && now - *rpdo_seen_ > deadline_ms) {
+    rpdo_seen_ = std::nullopt;
+    connection_lost(0x8250, out);
+  }
+  if (state_ == DriveState::operation_enabled && lag_s_ * 1e3 > objects_.get(obj::kFollowingTime)) {
+    fail(0x8611, out);
+  }
+  if (trouble_) fail(0x2310, out);
+  trouble_ = std::nullopt;
+}
+
+void Drive::update_objects() {
+  const arm::Axis& axis = config_.axis;
+  objects_.set(obj::kPosition, bits(axis.to_increments(plant_.position())));
+  objects_.set(obj::kVelocity, bits(axis.to_increments(plant_.velocity())));
+  const double torque = 1e3 * axis.sign * plant_.torque() / axis.rated_torque_n_m;
+  objects_.set(obj::kTorque,
+               bits(static_cast<std::int32_t>(std::clamp(torque, -32768.0, 32767.0))));
+  objects_.set(obj::kStatusword, arm::encode_statusword(state_));
+  objects_.set(obj::kModeDisplay, objects_.get(obj::kMode));
+}
+
+void Drive::advance(Time now, std::vector<Frame>& out) {
+  const std::size_t before = out.size();
+  if (!started_) {
+    now_ = now;
+    boot(out);
+  }
+  started_ = true;
+  if (now > now_) move(seconds(now - now_));
+  now_ = now;
+  watch(now, out);
+  update_objects();
+  if (mute_) out.resize(before);
+}
+
+void Drive::handle(const Frame& frame, Time now, std::vector<Frame>& out) {
+  if (mute_) return;
+  using Kind = arm::Identity::Kind;
+  const arm::Identity id = arm::identify(frame);
+  const bool mine = id.node == config_.axis.node_id;
+  switch (id.kind) {
+    case Kind::nmt:
+      return on_nmt(frame, out);
+    case Kind::sync:
+      return on_sync(out);
+    case Kind::rpdo:
+      if (mine && id.n == 1) on_rpdo(frame, now);
+      return;
+    case Kind::sdo_request:
+      if (mine && nmt_ != NmtState::stopped) on_sdo(frame, out);
+      return;
+    case Kind::heartbeat: {
+      const std::uint32_t watched = objects_.get(obj::kMasterHeartbeat);
+      if (watched != 0 && static_cast<int>(watched >> 16) == id.node) master_seen_ = now;
+      return;
+    }
+    default:
+      return;
+  }
+}
+
+}  // namespace mimesis::hw::sim

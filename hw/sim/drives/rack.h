@@ -1,0 +1,27 @@
+#pragma once
+#include <memory>
+#include <vector>
+
+#include "hw/can/bus.h"
+#include "hw/sim/drives/drive.h"
+
+namespace mimesis::hw::sim {
+
+/// Simulated drives that share one participant of a bus.
+class Rack {
+ public:
+  Rack(const std::vector<DriveConfig>& configs, std::unique_ptr<can::Bus> bus);
+
+  /// Moves all drives up to `now`, then lets them answer what has arrived, in one batch.
+  void step(Time now);
+
+  std::vector<Drive>& drives() { return drives_; }
+  const can::Counters& counters() const { return bus_->counters(); }
+
+ private:
+  std::unique_ptr<can::Bus> bus_;
+  std::vector<Drive> drives_;
+  std::vector<can::Frame> inbox_, outbox_;
+};
+
+}  // namespace mimesis::hw::sim
