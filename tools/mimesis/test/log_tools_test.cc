@@ -1,0 +1,171 @@
+// Recording and playback without a graph.
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include "tools/mimesis/playback.h"
+#include "tools/mimesis/recording.h"
+#include "tools/mimesis/topic_filter.h"
+
+namespace mimesis::tool {
+namespace {
+
+using namespace std::chrono_literals;
+constexpr Recording::WallTime kStart{1h};
+
+Recorded message(const std::string& node, std::uint64_t seq, std::uint64_t time_ns,
+                 const std::string& payload = "x") {
+  Recorded m;
+  m.topic = node + "/out";
+  m.type = "test.Type";
+  m.node = node;
+  m.seq = seq;
+  m.log_time_ns = m.publish_time_ns = time_ns;
+  m.ordered = true;
+  m.payload = payload;
+  return m;
+}
+
+struct Recorder {
+  std::string bytes;
+  log::MemorySink sink{bytes};
+  log::Writer writer{sink, {}};
+  Recording recording{writer, [](const std::string& type) { return "descriptors of " + type; }};
+
+  std::string finish() {
+    EXPECT_TRUE(recording.finish());
+    EXPECT_TRUE(writer.finish());
+    return bytes;
+  }
+};
+
+std::vector<std::string> payloads(const std::string& bytes) {
+  const log::MemorySource source(bytes);
+  log::StreamReader reader(source);
+  std::vector<std::string> all;
+  while (const log::Record* r = reader.next()) {
+    if (const auto* m = std::get_if<log::Message>(r)) all.emplace_back(m->data);
+  }
+  return all;
+}
+
+TEST(Recording, MessagesOfOneGraphTimeAreSortedByNodeWhateverTheirWay) {
+  Recorder a, b;
+  for (const auto& m : {message("cam", 1, 10, "1"), message("cam", 2, 10, "2"),
+                        message("arm", 1, 10, "0"), message("arm", 2, 20, "3")}) {
+    ASSERT_TRUE(a.recording.add(m, kStart, false));
+  }
+  for (const auto& m : {message("arm", 1, 10, "0"), message("arm", 2, 20, "3"),
+                        message("cam", 1, 10, "1"), message("cam", 2, 10, "2")}) {
+    ASSERT_TRUE(b.recording.add(m, kStart + 5ms, false));
+  }
+  ASSERT_TRUE(b.recording.advance(kStart + 30ms));
+  const std::string first = a.finish();
+  EXPECT_EQ(payloads(first), (std::vector<std::string>{"0", "1", "2", "3"}));
+  EXPECT_EQ(b.finish(), first);  // the whole file, byte by byte
+}
+
+TEST(Recording, AKilledRecorderHasLostAtMostATenthOfASecond) {
+  Recorder r;
+  ASSERT_TRUE(r.recording.add(message("a", 1, 10), kStart, false));
+  ASSERT_TRUE(r.recording.advance(kStart + Recording::kHold));
+  ASSERT_TRUE(r.recording.advance(kStart + Recording::kHold + Recording::kChunkPeriod - 1ms));
+  EXPECT_EQ(payloads(r.bytes).size(), 0u);
+  ASSERT_TRUE(r.recording.advance(kStart + 100ms));
+  EXPECT_EQ(payloads(r.bytes).size(), 1u);
+}
+
+TEST(Recording, CountsWhatIsMissing) {
+  Recorder r;
+  for (const std::uint64_t seq : {5, 6, 6, 9}) {  // late start, repetition of a latched one, gap
+    ASSERT_TRUE(r.recording.add(message("a", seq, seq), kStart, false));
+  }
+  EXPECT_EQ(r.recording.received(), 3u);
+  EXPECT_EQ(r.recording.lost(), 2u);
+  ASSERT_TRUE(
+      r.recording.add(message("a", 2, 10), kStart, false));  // restarted: its first is missing
+  EXPECT_EQ(r.recording.lost(), 3u);
+  ASSERT_TRUE(r.recording.add(message("b", 3, 10), kStart, true));  // started after the recorder
+  EXPECT_EQ(r.recording.lost(), 5u);
+  const std::string bytes = r.finish();
+  const log::MemorySource source(bytes);
+  const auto summary = log::summarize(source);
+  ASSERT_TRUE(summary);
+  const auto counts = log::read_metadata(source, summary->metadata.at(0));
+  ASSERT_TRUE(counts);
+  EXPECT_EQ(counts->metadata.at("a/out (a)"), "received=4 lost=3");
+  EXPECT_EQ(counts->metadata.at("total"), "received=5 lost=5");
+}
+
+TEST(TopicFilter, NamesExpressionsAndExclusions) {
+  EXPECT_TRUE(TopicFilter({}, "", "")("camera/image"));
+  const TopicFilter some({"a/b"}, "camera/.*", ".*/log");
+  EXPECT_TRUE(some("a/b"));
+  EXPECT_TRUE(some("camera/image"));
+  EXPECT_FALSE(some("camera/log"));
+  EXPECT_FALSE(some("a/bc"));
+  EXPECT_THROW(TopicFilter({}, "(", ""), ConfigError);
+}
+
+class PlaybackTest : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    Recorder r;
+    for (std::uint64_t i = 0; i < 10; ++i) {
+      Recorded m = message("a", i + 1, 1'000'000'000 + i * 100'000'000, "a" + std::to_string(i));
+      ASSERT_TRUE(r.recording.add(m, kStart, false));
+      m.node = "b";
+      m.topic = "b/state";
+      m.latched = true;
+      m.payload = "b" + std::to_string(i);
+      if (i < 3) {
+        ASSERT_TRUE(r.recording.add(m, kStart, false));
+      }
+    }
+    path_ =
+        std::filesystem::temp_directory_path() / ("mimesis-playback-" + std::to_string(getpid()));
+    std::ofstream(path_, std::ios::binary) << r.finish();
+  }
+  void TearDown() override { std::filesystem::remove(path_); }
+
+  std::vector<std::string> play(Playback& playback) {
+    std::vector<std::string> all;
+    for (Played p; playback.next(p);) all.emplace_back(p.payload);
+    return all;
+  }
+  std::filesystem::path path_;
+};
+
+TEST_F(PlaybackTest, KeepsOrderTypesAndLatches) {
+  Playback playback(path_, {});
+  ASSERT_EQ(playback.topics().size(), 2u);
+  EXPECT_EQ(playback.topics()[0].topic, "a/out");
+  EXPECT_EQ(playback.topics()[0].type, "test.Type");
+  EXPECT_EQ(playback.topics()[0].descriptors, "descriptors of test.Type");
+  EXPECT_FALSE(playback.topics()[0].latched);
+  EXPECT_TRUE(playback.topics()[1].latched);
+  const auto all = play(playback);
+  ASSERT_EQ(all.size(), 13u);
+  EXPECT_EQ(all[0], "a0");
+  EXPECT_EQ(all[1], "b0");
+  playback.rewind();
+  EXPECT_EQ(play(playback), all);
+}
+
+TEST_F(PlaybackTest, ALateStartGivesTheLastLatchedValueFirst) {
+  Playback playback(path_, {.topic = nullptr, .start_s = 0.45, .duration_s = 0.2});
+  ASSERT_EQ(playback.latched().size(), 1u);
+  EXPECT_EQ(playback.latched()[0].second, "b2");
+  EXPECT_EQ(play(playback), (std::vector<std::string>{"a5", "a6"}));
+}
+
+TEST_F(PlaybackTest, BadSelectionsSayWhatIsWrong) {
+  EXPECT_THROW(Playback(path_, {.topic = [](const std::string&) { return false; }}), ConfigError);
+  EXPECT_THROW(Playback(path_, {.topic = nullptr, .start_s = 7.0}), ConfigError);
+  EXPECT_THROW(Playback("/no/such.mcap", {}), ConfigError);
+}
+
+}  // namespace
+}  // namespace mimesis::tool
