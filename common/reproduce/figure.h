@@ -1,0 +1,45 @@
+#pragma once
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace mimesis::reproduce {
+
+/// One number of a figure beside its reference.
+struct Row {
+  std::string what;
+  double ours = 0.0;
+  std::optional<double> reference;  ///< nothing: `why` says why
+  double tolerance = 0.0;
+  std::string unit;  ///< "1" if dimensionless
+  bool passed = false;
+  std::string why;
+};
+
+/// |ours − reference| <= tolerance.
+Row near(std::string what, double ours, double reference, double tolerance, std::string unit);
+/// A statement that must hold; ours and reference are 1 or 0.
+Row holds(std::string what, bool ours);
+/// A bound of our own where nothing is published; `why` tells what the bound stands for.
+Row at_least(std::string what, double ours, double bound, std::string unit, std::string why);
+Row at_most(std::string what, double ours, double bound, std::string unit, std::string why);
+
+struct Report {
+  std::vector<Row> rows;
+  std::vector<std::filesystem::path> plots;
+  bool passed() const;  ///< every row, and at least one
+};
+
+/// A figure or table of a publication that we reproduce.
+struct Figure {
+  std::string name;    ///< fig-CHAPTER.NUMBER, table-CHAPTER.NUMBER, or a word
+  std::string title;   ///< one line
+  std::string source;  ///< M18, M10, M13
+  /// Computes the rows; writes plots into the folder if one is given. @throws std::runtime_error if
+  /// a plot cannot be made.
+  std::function<Report(const std::optional<std::filesystem::path>& plot_dir)> run;
+};
+
+}  // namespace mimesis::reproduce

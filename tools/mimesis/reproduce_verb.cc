@@ -1,0 +1,174 @@
+#include <unistd.h>
+
+#include <CLI/App.hpp>
+#include <CLI/Config.hpp>
+#include <CLI/Formatter.hpp>
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <future>
+#include <iostream>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "common/reproduce/figure.h"
+#include "common/runtime/suggest.h"
+#include "nodes/cognition/figures/figures.h"
+#include "tools/mimesis/table.h"
+#include "tools/mimesis/verbs.h"
+
+namespace mimesis::tool {
+namespace {
+
+using reproduce::Figure;
+using reproduce::Report;
+using reproduce::Row;
+using Json = nlohmann::ordered_json;
+
+constexpr int kFailed = 1, kUsage = 2, kNotFound = 3;
+
+/// All reproductions. A folder with figures of its own adds one line here.
+std::vector<Figure> all_figures() {
+  std::vector<Figure> all;
+  std::ranges::move(cognition::figures(), std::back_inserter(all));
+  return all;
+}
+
+struct Options {
+  std::vector<std::string> names;
+  bool list = false, json = false;
+  std::string plot_dir;
+  double timeout_s = 600.0;
+};
+
+std::string number(double v) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.5g", v);
+  return text;
+}
+
+Json to_json(const Row& row) {
+  // JSON has no NaN: a quantity that never came about is null
+  const auto value = [](double v) { return std::isfinite(v) ? Json(v) : Json(nullptr); };
+  Json out = {{"what", row.what},
+              {"ours", value(row.ours)},
+              {"reference", row.reference ? value(*row.reference) : Json(nullptr)},
+              {"tolerance", value(row.tolerance)},
+              {"unit", row.unit},
+              {"passed", row.passed}};
+  if (!row.why.empty()) out["why"] = row.why;
+  return out;
+}
+
+void print_json(const Figure& figure, const Report& report, double seconds) {
+  Json rows = Json::array(), plots = Json::array();
+  for (const Row& row : report.rows) rows.push_back(to_json(row));
+  for (const auto& plot : report.plots) plots.push_back(plot.string());
+  const Json out = {{"name", figure.name}, {"source", figure.source}, {"passed", report.passed()},
+                    {"rows", rows},        {"plots", plots},          {"seconds", seconds}};
+  std::cout << out.dump() << '\n';
+}
+
+void print_text(const Figure& figure, const Report& report, double seconds) {
+  std::cout << figure.name << " [" << figure.source << "]: " << figure.title << '\n';
+  Table table({"", "what", "ours", "reference", "tolerance", "unit"});
+  for (const Row& row : report.rows) {
+    table.row({row.passed ? "ok" : "FAILED", row.what, number(row.ours),
+               row.reference ? number(*row.reference) : "-", number(row.tolerance), row.unit});
+  }
+  table.print(std::cout, use_colour(STDOUT_FILENO));
+  for (const auto& plot : report.plots) std::cout << "plot: " << plot.string() << '\n';
+  std::cout << (report.passed() ? "passed" : "FAILED") << ", " << number(seconds) << " s\n";
+}
+
+void print_list(const std::vector<Figure>& all, bool json) {
+  if (json) {
+    Json out = Json::array();
+    for (const Figure& f : all) {
+      out.push_back({{"name", f.name}, {"source", f.source}, {"title", f.title}});
+    }
+    std::cout << out.dump() << '\n';
+    return;
+  }
+  Table table({"name", "source", "title"});
+  for (const Figure& f : all) table.row({f.name, f.source, f.title});
+  table.print(std::cout, use_colour(STDOUT_FILENO));
+}
+
+/// Runs one figure; the process ends with code 3 if that takes longer than allowed.
+Report run_within(const Figure& figure, const Options& options) {
+  std::optional<std::filesystem::path> dir;
+  if (!options.plot_dir.empty()) dir = options.plot_dir;
+  auto report = std::async(std::launch::async, [&] { return figure.run(dir); });
+  if (report.wait_for(std::chrono::duration<double>(options.timeout_s)) !=
+      std::future_status::ready) {
+    std::cerr << "reproduce: " << figure.name << " took longer than " << number(options.timeout_s)
+              << " s\n";
+    std::cout.flush();
+    std::_Exit(kNotFound);  // a pure computation cannot be asked to stop
+  }
+  return report.get();
+}
+
+int reproduce_all(const Options& options) {
+  const std::vector<Figure> all = all_figures();
+  if (options.list) {
+    print_list(all, options.json);
+    return 0;
+  }
+  if (options.names.empty()) {
+    std::cerr << "reproduce: which one? `mimesis reproduce --list` names them\n";
+    return kUsage;
+  }
+  std::vector<const Figure*> chosen;
+  for (const std::string& name : options.names) {
+    const auto it = std::ranges::find(all, name, &Figure::name);
+    if (it == all.end()) {
+      std::vector<std::string> known;
+      for (const Figure& f : all) known.push_back(f.name);
+      std::cerr << "reproduce: no figure '" << name << "'" << runtime::did_you_mean(name, known)
+                << "; `mimesis reproduce --list` names all\n";
+      return kNotFound;
+    }
+    chosen.push_back(&*it);
+  }
+  bool passed = true;
+  for (const Figure* figure : chosen) {
+    const auto start = std::chrono::steady_clock::now();
+    const Report report = run_within(*figure, options);
+    const double seconds =
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    options.json ? print_json(*figure, report, seconds) : print_text(*figure, report, seconds);
+    passed = passed && report.passed();
+  }
+  return passed ? 0 : kFailed;
+}
+
+}  // namespace
+
+void add_reproduce(CLI::App& program, int& exit_code) {
+  auto options = std::make_shared<Options>();
+  CLI::App* verb = program.add_subcommand(
+      "reproduce", "Computes a published figure anew and compares it with its reference");
+  verb->add_option("NAME", options->names, "fig-CHAPTER.NUMBER, table-CHAPTER.NUMBER or a word");
+  verb->add_flag("--list", options->list, "Name all reproductions");
+  verb->add_option("--plot", options->plot_dir, "Write PNG plots into this folder (needs gnuplot)")
+      ->type_name("DIR");
+  verb->add_flag("--json", options->json,
+                 "One object per figure and line: name, source, passed, rows, plots, seconds");
+  verb->add_option("--timeout", options->timeout_s,
+                   "Give up on a figure after so many seconds (exit 3)")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  verb->footer(
+      "Exit codes: 0 all rows within tolerance, 1 a row or a plot failed, 2 usage, 3 no such "
+      "figure or "
+      "timed out.\nExamples:\n  mimesis reproduce --list\n  mimesis reproduce fig-2.21 --plot "
+      "/tmp/plots\n"
+      "  mimesis reproduce fig-2.19 --json");
+  verb->callback([options, &exit_code] { exit_code = reproduce_all(*options); });
+}
+
+}  // namespace mimesis::tool
