@@ -15,6 +15,7 @@ struct Ball {
 struct Box {
   Eigen::Vector3d center = Eigen::Vector3d::Zero();
   Eigen::Vector3d half_extent = Eigen::Vector3d::Zero();
+  std::string name;  ///< for messages to people
 };
 
 /// Where an object's centre shall rest, and how near counts.

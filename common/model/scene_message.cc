@@ -34,6 +34,7 @@ v1::Scene to_proto(const kin::Table& table) {
     v1::Box& out = *scene.add_boxes();
     set(box.center, *out.mutable_center_in_world_m());
     set(box.half_extent, *out.mutable_half_extent_m());
+    out.set_name(box.name);
   }
   set(table.bridge_center, *scene.mutable_bridge()->mutable_center_in_world_m());
   scene.mutable_bridge()->set_height_m(table.bridge_height);
@@ -56,7 +57,8 @@ kin::Table from_proto(const v1::Scene& scene) {
     table.balls.push_back({vector(ball.center_in_world_m()), ball.radius_m()});
   }
   for (const v1::Box& box : scene.boxes()) {
-    table.boxes.push_back({vector(box.center_in_world_m()), vector(box.half_extent_m())});
+    table.boxes.push_back(
+        {vector(box.center_in_world_m()), vector(box.half_extent_m()), box.name()});
   }
   table.bridge_center = vector(scene.bridge().center_in_world_m());
   table.bridge_height = scene.bridge().height_m();

@@ -9,9 +9,11 @@ namespace {
 using runtime::ParamVisitor;
 
 struct BoxEntry {
+  std::string name;
   std::vector<double> center_m, half_extent_m;
 
   void visit(ParamVisitor& v) {
+    v("name", name);
     v("center_m", center_m, -10.0, 10.0, 3);
     v("half_extent_m", half_extent_m, 1e-4, 10.0, 3);
   }
@@ -76,7 +78,7 @@ kin::Table load_table(const std::string& file, std::optional<double> bridge_heig
   table.bridge_height = bridge.height;
   table.bridge_half_width = bridge.half_width;
   for (const BoxEntry& box : entry.boxes) {
-    table.boxes.push_back({vector(box.center_m), vector(box.half_extent_m)});
+    table.boxes.push_back({vector(box.center_m), vector(box.half_extent_m), box.name});
   }
   for (const GoalEntry& goal : entry.goals) {
     table.goals.push_back({goal.name, vector(goal.position_m), goal.radius_m});

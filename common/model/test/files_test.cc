@@ -145,7 +145,7 @@ TEST(TableFile, MistakesAreNamedInOneLine) {
   EXPECT_NE(
       message_of([] { load_table(kModels + "bridge_table.yaml", 0.01); }).find("height_m is below"),
       std::string::npos);
-  const EditedCopy goal("bridge_table.yaml", "name: low", "name: middle");
+  const EditedCopy goal("bridge_table.yaml", "{name: low,", "{name: middle,");
   EXPECT_NE(message_of([&] { load_table(goal.file()); }).find("middle"), std::string::npos);
 }
 

@@ -18,6 +18,7 @@ TEST(SceneMessage, CarriesAWholeTableThereAndBack) {
   for (std::size_t i = 0; i < table.boxes.size(); ++i) {
     EXPECT_EQ(back.boxes[i].center, table.boxes[i].center);
     EXPECT_EQ(back.boxes[i].half_extent, table.boxes[i].half_extent);
+    EXPECT_EQ(back.boxes[i].name, table.boxes[i].name);
   }
   ASSERT_EQ(back.goals.size(), table.goals.size());
   for (std::size_t i = 0; i < table.goals.size(); ++i) {

@@ -1,0 +1,109 @@
+#include "hw/sim/world/collisions.h"
+
+#include <algorithm>
+
+namespace mimesis::world {
+
+CollisionMonitor::CollisionMonitor(const kin::ArmModel& arm, const kin::Table& table,
+                                   const CollisionTolerance& tolerance)
+    : arm_(arm),
+      table_(table),
+      tolerance_(tolerance),
+      object_(static_cast<int>(arm.groups.size())),
+      bridge_(object_ + 1),
+      first_box_(object_ + 2) {
+  for (const kin::SafetyBall& ball : arm_.balls) {
+    if (ball.frame == arm_.dof()) hand_ = ball.group;
+  }
+  for (std::size_t i = 0; i < arm_.balls.size(); ++i) {
+    const int group = arm_.balls[i].group;
+    parts_.push_back({group, Eigen::Vector3d::Zero(), arm_.balls[i].radius,
+                      arm_.groups[static_cast<std::size_t>(group)] + " ball " + std::to_string(i)});
+  }
+}
+
+void CollisionMonitor::update(const std::vector<Eigen::Isometry3d>& X,
+                              const ObjectInScene& object) {
+  now_.clear();
+  push_ = {};
+  place(X, object);
+  for (const Part& part : parts_) meet_table(part);
+  meet_itself();
+  if (!object.falling) meet_object(object);
+  count_episodes();
+}
+
+void CollisionMonitor::place(const std::vector<Eigen::Isometry3d>& X, const ObjectInScene& object) {
+  kin::ball_centers(arm_, X, centers_);
+  parts_.resize(arm_.balls.size());
+  for (std::size_t i = 0; i < parts_.size(); ++i) {
+    parts_[i].center = centers_.col(static_cast<Eigen::Index>(i));
+  }
+  if (!object.held) return;
+  for (const kin::Ball& ball : covering_balls(object.cylinder)) {
+    parts_.push_back({object_, ball.center, ball.radius, "object"});
+  }
+}
+
+void CollisionMonitor::meet_table(const Part& part) {
+  const bool is_object = part.body == object_;
+  if (!is_object && std::find(arm_.env_groups.begin(), arm_.env_groups.end(), part.body) ==
+                        arm_.env_groups.end()) {
+    return;
+  }
+  for (const kin::Ball& ball : table_.balls) {
+    note(part.body, bridge_, part.radius + ball.radius - (part.center - ball.center).norm(),
+         part.name, "bridge");
+  }
+  for (std::size_t k = 0; k < table_.boxes.size(); ++k) {
+    const kin::Box& box = table_.boxes[k];
+    const double depth = part.radius - signed_distance(box, part.center);
+    note(part.body, first_box_ + static_cast<int>(k),
+         depth - (is_object ? tolerance_.support : 0.0), part.name, box.name);
+  }
+}
+
+void CollisionMonitor::meet_itself() {
+  for (const auto& [a, b] : arm_.self_pairs) {
+    for (const Part& first : parts_) {
+      if (first.body != a) continue;
+      for (const Part& second : parts_) {
+        if (second.body != b) continue;
+        note(a, b, first.radius + second.radius - (first.center - second.center).norm(), first.name,
+             second.name);
+      }
+    }
+  }
+}
+
+void CollisionMonitor::meet_object(const ObjectInScene& object) {
+  const bool hand_may_touch = object.held || object.between_fingers;
+  for (std::size_t i = 0; i < arm_.balls.size(); ++i) {
+    const Part& part = parts_[i];
+    if (hand_may_touch && part.body == hand_) continue;
+    const double depth = part.radius - signed_distance(object.cylinder, part.center);
+    note(part.body, object_, depth, part.name, "object");
+    if (!object.held && depth > push_.depth) push_ = {part.name, depth};
+  }
+}
+
+void CollisionMonitor::note(int body, int other, double depth, const std::string& name,
+                            const std::string& other_name) {
+  if (depth < -tolerance_.release) return;
+  Overlap& overlap =
+      now_.try_emplace({body, other}, Overlap{-tolerance_.release, {}}).first->second;
+  if (depth >= overlap.depth) overlap = {depth, name + " with " + other_name};
+}
+
+void CollisionMonitor::count_episodes() {
+  for (auto& [pair, touching] : touching_) touching = touching && now_.contains(pair);
+  for (const auto& [pair, overlap] : now_) {
+    bool& touching = touching_[pair];
+    if (touching || overlap.depth <= 0.0) continue;
+    touching = true;
+    ++count_;
+    last_ = overlap.name;
+  }
+}
+
+}  // namespace mimesis::world

@@ -1,0 +1,163 @@
+#include "hw/sim/world/world_node.h"
+
+#include "common/model/files.h"
+#include "common/model/viewer.h"
+
+namespace mimesis::world {
+namespace {
+
+kin::Table table_for(const WorldParams& params) {
+  std::optional<double> bridge_height;
+  if (params.bridge_height_m > 0.0) bridge_height = params.bridge_height_m;
+  kin::Table table = model::load_table(params.table, bridge_height);
+  table.object.head<2>() += Eigen::Vector2d::Map(params.object_offset_m.data());
+  for (const kin::GoalPlace& goal : table.goals) {
+    if (goal.name != params.goal_blocked) continue;
+    const Eigen::Vector3d half(0.04, 0.04, table.object_height / 2);
+    table.boxes.push_back({goal.position, half, "block on goal " + goal.name});
+  }
+  return table;
+}
+
+Grip grip_of(v1::Grip grip) {
+  if (grip == v1::GRIP_PRECISION) return Grip::precision;
+  return grip == v1::GRIP_FULL ? Grip::full : Grip::none;
+}
+
+std::string name_of(v1::Goal goal) {
+  if (goal == v1::GOAL_HIGH) return "high";
+  return goal == v1::GOAL_LOW ? "low" : "";
+}
+
+}  // namespace
+
+WorldNode::WorldNode(const Params& params, runtime::Bus& bus)
+    : params_(params),
+      arm_model_(model::load_arm(params.robot)),
+      table_(table_for(params)),
+      world_(arm_model_, table_, {}),
+      arm_(bus, "arm"),
+      hand_(bus, "hand"),
+      task_(bus, "task"),
+      scene_(bus, "scene", {.latched = true}),
+      state_(bus, "state"),
+      contact_(bus, "contact"),
+      transforms_(bus, "transforms"),
+      entities_(bus, "entities", {.latched = true}),
+      outcome_(bus, "outcome", {.latched = true}) {}
+
+void WorldNode::step(runtime::Time now) {
+  const double dt = last_step_ ? runtime::to_seconds(now - *last_step_) : 1.0 / params_.rate_hz;
+  if (dt <= 0.0) return;
+  last_step_ = now;
+
+  read_posture();
+  const Hand hand = read_hand();
+  const ObjectState before = world_.object().state();
+  const bool upright_before = world_.object().upright();
+  if (q_) {
+    world_.step(dt, *q_, hand);
+  } else {
+    world_.step(dt);
+  }
+  const ObjectState after = world_.object().state();
+  if (after == ObjectState::resting &&
+      (before != ObjectState::resting || upright_before != world_.object().upright())) {
+    scene_due_ = true;
+    if (!world_.object().mishap().empty()) runtime::warn("object {}", world_.object().mishap());
+  }
+
+  follow_task(now);
+  publish_state(now);
+  if (scene_due_) publish_scene(now);
+  const bool settled = task_ended_ && runtime::to_seconds(now - *task_ended_) >= params_.settle_s;
+  if (settled && !outcome_sent_ && after != ObjectState::falling) publish_outcome(now);
+}
+
+/// Takes over the newest posture. Without news the arm is where it was.
+void WorldNode::read_posture() {
+  const v1::ArmState* arm = arm_.get();
+  if (arm == nullptr) return;
+  const bool right_size = arm->position_rad_size() == arm_model_.dof();
+  if (right_size) q_ = Eigen::VectorXd::Map(arm->position_rad().data(), arm_model_.dof());
+  if (!right_size && !wrong_size_reported_) {
+    runtime::error("input arm: {} positions, expected {} ({})", arm->position_rad_size(),
+                   arm_model_.dof(), params_.robot);
+  }
+  wrong_size_reported_ = !right_size;
+}
+
+/// A silent hand stays as it was seen last.
+Hand WorldNode::read_hand() {
+  const v1::HandState* hand = hand_.get();
+  if (hand == nullptr) return {};
+  return {grip_of(hand->grip()), hand->closure()};
+}
+
+bool WorldNode::inputs_fresh(runtime::Time now) {
+  const runtime::Time max_age = runtime::from_seconds(params_.stale_s);
+  return arm_.fresh(now, max_age) != nullptr && hand_.fresh(now, max_age) != nullptr;
+}
+
+void WorldNode::follow_task(runtime::Time now) {
+  while (const auto status = task_.pop()) {
+    const bool done = status->state() == v1::TASK_STATE_DONE;
+    const bool failed = status->state() == v1::TASK_STATE_FAILED;
+    if (status->goal() != v1::GOAL_UNSPECIFIED) goal_ = status->goal();
+    if (done || failed) {
+      if (!task_ended_) task_ended_ = now;
+      task_end_ = {done, name_of(goal_), status->reason()};
+    } else if (status->state() != v1::TASK_STATE_IDLE) {
+      task_ended_.reset();  // the planner tries again
+    }
+  }
+}
+
+void WorldNode::publish_state(runtime::Time now) {
+  const ObjectModel& object = world_.object();
+  const Eigen::Vector3d p = object.cylinder().X_WO.translation();
+  v1::WorldState state;
+  state.mutable_object_position_in_world_m()->set_x_m(p.x());
+  state.mutable_object_position_in_world_m()->set_y_m(p.y());
+  state.mutable_object_position_in_world_m()->set_z_m(p.z());
+  state.set_grasped(object.state() == ObjectState::held);
+  state.set_moved(object.moved());
+  state.set_dropped(!object.mishap().empty());
+  state.set_collisions(static_cast<std::uint32_t>(world_.collisions().count()));
+  state.set_last_collision(world_.collisions().last());
+  state_.send(state, now);
+
+  v1::HandContact contact;
+  contact.set_reachable(inputs_fresh(now) && world_.contact().reachable);
+  contact.set_contact_closure(world_.contact().closure);
+  contact_.send(contact, now);
+
+  auto transforms =
+      model::to_transforms(arm_model_, world_.frames(), object.cylinder().X_WO, table_.goals, now);
+  transforms_.send(transforms, now);
+}
+
+void WorldNode::publish_scene(runtime::Time now) {
+  scene_due_ = false;
+  table_.object = world_.object().cylinder().X_WO.translation();
+  v1::Scene scene = model::to_proto(table_);
+  scene_.send(scene, now);
+  foxglove::SceneUpdate entities = model::to_entities(table_, arm_model_, now);
+  entities_.send(entities, now);
+}
+
+void WorldNode::publish_outcome(runtime::Time now) {
+  outcome_sent_ = true;
+  const Verdict verdict = judge(task_end_, world_.object(), table_.goals);
+  v1::TrialOutcome outcome;
+  outcome.set_placed(verdict.placed);
+  outcome.set_goal(goal_);
+  outcome.set_placement_error_m(verdict.placement_error);
+  outcome.set_collisions(static_cast<std::uint32_t>(world_.collisions().count()));
+  outcome.set_dropped(!world_.object().mishap().empty());
+  outcome.set_reason(verdict.reason);
+  outcome_.send(outcome, now);
+  runtime::info("verdict: {}", verdict.placed ? "placed" : verdict.reason);
+}
+
+}  // namespace mimesis::world

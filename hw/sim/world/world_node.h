@@ -1,0 +1,81 @@
+#pragma once
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "common/runtime/log.h"
+#include "common/runtime/params.h"
+#include "common/runtime/ports.h"
+#include "hw/sim/world/verdict.h"
+#include "hw/sim/world/world.h"
+#include "proto/arm.pb.h"
+#include "proto/foxglove/scene.pb.h"
+#include "proto/foxglove/transform.pb.h"
+#include "proto/planner.pb.h"
+#include "proto/world.pb.h"
+
+namespace mimesis::world {
+
+struct WorldParams {
+  double rate_hz = 100.0;                   ///< step rate [Hz]
+  double offset_s = 0.0;                    ///< of the first step within the period [s]
+  std::string robot = "lwr4.yaml";          ///< arm, in models/
+  std::string table = "bridge_table.yaml";  ///< table, in models/
+  double bridge_height_m = 0.0;       ///< lower edge of the bar above the table; 0: the file's [m]
+  std::string goal_blocked = "none";  ///< puts a box on that goal: none, high or low
+  std::vector<double> object_offset_m{
+      0.0, 0.0};          ///< moves the object from its place in the file, x y [m]
+  double settle_s = 0.5;  ///< from the task's end to the verdict [s]
+  double stale_s = 0.2;   ///< older states of arm or hand silence the contact [s]
+
+  void visit(runtime::ParamVisitor& v) {
+    v("rate_hz", rate_hz, 1.0, 1000.0);
+    v("offset_s", offset_s, 0.0, 1.0);
+    v("robot", robot);
+    v("table", table);
+    v("bridge_height_m", bridge_height_m, 0.0, 2.0);
+    v("goal_blocked", goal_blocked, {"none", "high", "low"});
+    v("object_offset_m", object_offset_m, -0.02, 0.02, 2);
+    v("settle_s", settle_s, 0.0, 60.0);
+    v("stale_s", stale_s, 0.01, 10.0);
+  }
+};
+
+/// The robot's world: tells the hand what is between its fingers, and judges the trial.
+class WorldNode {
+ public:
+  using Params = WorldParams;
+  WorldNode(const Params& params, runtime::Bus& bus);
+  void step(runtime::Time now);
+
+ private:
+  void read_posture();
+  bool inputs_fresh(runtime::Time now);
+  Hand read_hand();
+  void follow_task(runtime::Time now);
+  void publish_state(runtime::Time now);
+  void publish_scene(runtime::Time now);
+  void publish_outcome(runtime::Time now);
+
+  Params params_;
+  kin::ArmModel arm_model_;
+  kin::Table table_;
+  World world_;
+  std::optional<Eigen::VectorXd> q_;  // newest true posture
+  std::optional<runtime::Time> last_step_, task_ended_;
+  TaskEnd task_end_;
+  v1::Goal goal_ = v1::GOAL_UNSPECIFIED;
+  bool scene_due_ = true, outcome_sent_ = false, wrong_size_reported_ = false;
+
+  runtime::Latest<v1::ArmState> arm_;
+  runtime::Latest<v1::HandState> hand_;
+  runtime::Reliable<v1::TaskStatus> task_;
+  runtime::Out<v1::Scene> scene_;
+  runtime::Out<v1::WorldState> state_;
+  runtime::Out<v1::HandContact> contact_;
+  runtime::Out<foxglove::FrameTransforms> transforms_;
+  runtime::Out<foxglove::SceneUpdate> entities_;
+  runtime::Out<v1::TrialOutcome> outcome_;
+};
+
+}  // namespace mimesis::world
