@@ -1,0 +1,149 @@
+#include "common/runtime/publisher.h"
+
+#include <algorithm>
+
+#include "common/error.h"
+
+namespace mimesis::runtime {
+namespace {
+// Messages per subscriber on each side. Small: with 64 KiB messages a slow subscriber costs 4 MB, not 130.
+constexpr int kDataHighWater = 32;
+constexpr int kReliableHighWater = 1000;
+// Per topic; whichever is reached first.
+constexpr std::size_t kBacklogMessages = 100'000;
+constexpr std::size_t kBacklogBytes = std::size_t{256} << 20U;
+}  // namespace
+
+Publisher::Publisher(ZmqContext& context, std::uint64_t start_id)
+    : start_id_(start_id), data_(context, ZMQ_XPUB), reliable_(context, ZMQ_XPUB) {
+  for (ZmqSocket* socket : {&data_, &reliable_}) socket->set(ZMQ_XPUB_VERBOSER, 1);
+  data_.set(ZMQ_SNDHWM, kDataHighWater);
+  reliable_.set(ZMQ_SNDHWM, kReliableHighWater);
+  reliable_.set(ZMQ_XPUB_NODROP, 1);
+}
+
+Publisher::Topic& Publisher::add(const std::string& topic, std::uint64_t type_hash, bool latched) {
+  auto [it, fresh] = topics_.emplace(topic, std::make_unique<Topic>());
+  MIMESIS_ASSERT(fresh);
+  it->second->frame = encode_frame(topic, {});
+  it->second->hash = type_hash;
+  it->second->latched = latched;
+  return *it->second;
+}
+
+std::uint64_t Publisher::next_seq(const Topic& topic) { return topic.seq + 1; }
+std::size_t Publisher::subscribers(const Topic& topic) {
+  return topic.data_subscribers + topic.reliable_subscribers;
+}
+
+bool Publisher::send_frames(ZmqSocket& socket, Frame& header, Frame& payload) {
+  // XPUB decides on the first frame for the whole message.
+  return socket.send(header, true) && socket.send(payload, false);
+}
+
+std::uint64_t Publisher::send(Topic& topic, Frame payload, Time stamp, std::uint64_t tick) {
+  ++topic.seq;
+  ++sent_;
+  rewrite_header(topic.frame, {.seq = topic.seq,
+                               .stamp = stamp,
+                               .type_hash = topic.hash,
+                               .start_id = start_id_,
+                               .tick = tick});
+  Frame header{std::string_view(topic.frame)};
+  if (topic.latched) topic.last = {header.share(), payload.share()};
+  Frame data_header = header.share();
+  Frame data_payload = payload.share();
+  send_frames(data_, data_header, data_payload);
+  enqueue(topic, std::move(header), std::move(payload));
+  return topic.seq;
+}
+
+void Publisher::enqueue(Topic& topic, Frame header, Frame payload) {
+  if (!held_ && topic.waiting.empty() && send_frames(reliable_, header, payload)) {
+    topic.overflowing = false;
+    return;
+  }
+  topic.waiting_bytes += payload.size();
+  topic.waiting.push_back({std::move(header), std::move(payload)});
+  flush(topic);
+}
+
+void Publisher::flush(Topic& topic) {
+  const auto pop = [&topic](std::size_t payload_size) {
+    topic.waiting_bytes -= payload_size;
+    topic.waiting.pop_front();
+  };
+  while (!held_ && !topic.waiting.empty()) {
+    const std::size_t size = topic.waiting.front().payload.size();
+    if (!send_frames(reliable_, topic.waiting.front().header, topic.waiting.front().payload)) break;
+    pop(size);
+  }
+  if (topic.waiting.empty()) topic.overflowing = false;
+  if (topic.waiting.size() > kBacklogMessages || topic.waiting_bytes > kBacklogBytes) {
+    topic.overflowing = true;
+  }
+  if (!topic.overflowing) return;
+  // Without NODROP the socket delivers to all that have room and skips who has not.
+  if (!held_) reliable_.set(ZMQ_XPUB_NODROP, 0);
+  while (!topic.waiting.empty()) {
+    const std::size_t size = topic.waiting.front().payload.size();
+    ++overflow_;
+    if (!held_) send_frames(reliable_, topic.waiting.front().header, topic.waiting.front().payload);
+    pop(size);
+  }
+  if (!held_) reliable_.set(ZMQ_XPUB_NODROP, 1);
+}
+
+void Publisher::serve() {
+  for (ZmqSocket* socket : {&data_, &reliable_}) {
+    for (Frame message; socket->receive(message);) {
+      on_subscription(message.view(), socket == &reliable_);
+      socket->skip_rest(message);
+    }
+  }
+  for (auto& [name, topic] : topics_) {
+    if (!topic->waiting.empty()) flush(*topic);
+  }
+}
+
+void Publisher::on_subscription(std::string_view message, bool reliable) {
+  if (message.size() < 2) return;
+  const bool joined = message.front() == 1;
+  message.remove_prefix(1);
+  if (const auto start_id = decode_hello(message)) {
+    if (reliable && (greetings_[*start_id] += joined ? 1 : -1) <= 0) greetings_.erase(*start_id);
+    return;
+  }
+  message.remove_suffix(1);  // the NUL
+  const auto it = topics_.find(message);
+  if (it == topics_.end()) return;
+  Topic& topic = *it->second;
+  std::size_t& count = reliable ? topic.reliable_subscribers : topic.data_subscribers;
+  if (!joined) {
+    count -= std::min<std::size_t>(count, 1);
+    return;
+  }
+  ++count;
+  if (!topic.latched || topic.seq == 0) return;
+  // To all subscribers; those that have it already recognise its seq.
+  Frame header = topic.last.header.share();
+  Frame payload = topic.last.payload.share();
+  if (!reliable) {
+    send_frames(data_, header, payload);
+  } else if (topic.waiting.empty()) {  // else it comes anyway
+    enqueue(topic, std::move(header), std::move(payload));
+  }
+}
+
+void Publisher::release() {
+  held_ = false;
+  serve();
+}
+
+std::uint64_t Publisher::backlog() const {
+  std::uint64_t n = 0;
+  for (const auto& [name, topic] : topics_) n += topic->waiting.size();
+  return n;
+}
+
+}  // namespace mimesis::runtime

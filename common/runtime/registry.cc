@@ -1,0 +1,207 @@
+#include "common/runtime/registry.h"
+
+#include <dirent.h>
+#include <fcntl.h>
+#include <sys/inotify.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <fstream>
+#include <optional>
+#include <thread>
+
+#include "common/error.h"
+#include "common/runtime/graph_directory.h"
+
+namespace mimesis::runtime {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr auto kScanPeriod = 20ms;     // without inotify
+constexpr int kLooks = 20;             // 1 ms apart: a dying process closes its files, then drops the locks
+constexpr auto kNamePatience = 500ms;  // for a predecessor that is just dying
+
+struct flock whole_file(short type) {
+  struct flock lock {};
+  lock.l_type = type;
+  lock.l_whence = SEEK_SET;
+  return lock;
+}
+
+std::string nodes_directory(const std::string& graph) {
+  std::string path = graph + "/nodes";
+  if (mkdir(path.c_str(), 0700) != 0 && errno != EEXIST) {
+    throw ConfigError("cannot create " + path + ": " + std::strerror(errno));
+  }
+  return path;
+}
+
+bool held(const std::string& lock_path) {
+  const int fd = open(lock_path.c_str(), O_RDONLY | O_CLOEXEC);
+  if (fd < 0) return false;
+  struct flock lock = whole_file(F_WRLCK);
+  const bool other = fcntl(fd, F_OFD_GETLK, &lock) == 0 && lock.l_type != F_UNLCK;
+  close(fd);
+  return other;
+}
+
+std::optional<v1::NodeInfo> read_info(const std::string& path, const std::string& name) {
+  std::ifstream file(path, std::ios::binary);
+  v1::NodeInfo info;
+  if (!file || !info.ParseFromIstream(&file) || info.name() != name) return std::nullopt;
+  return info;
+}
+
+/// Removes the entry of a dead node and its sockets; whoever takes the name meanwhile is left alone.
+void clean(const std::string& directory, const std::string& name) {
+  const int fd = open((directory + "/." + name).c_str(), O_RDWR | O_CLOEXEC);
+  if (fd < 0) return;
+  struct flock lock = whole_file(F_WRLCK);
+  if (fcntl(fd, F_OFD_SETLK, &lock) == 0) {
+    const std::string path = directory + "/" + name;
+    const std::string graph = directory.substr(0, directory.rfind('/') + 1);
+    if (const auto info = read_info(path, name)) {
+      for (const auto* list :
+           {&info->data_endpoints(), &info->reliable_endpoints(), &info->service_endpoints()}) {
+        for (const std::string& endpoint : *list) {
+          if (endpoint.starts_with("ipc://" + graph)) unlink(endpoint.c_str() + 6);
+        }
+      }
+    }
+    unlink(path.c_str());
+  }
+  close(fd);
+}
+
+}  // namespace
+
+RegistryEntry::RegistryEntry(std::string directory, std::string name) {
+  check_name("node name", name);
+  const std::string nodes = nodes_directory(directory);
+  path_ = nodes + "/" + name;
+  hidden_path_ = nodes + "/." + name;
+  lock_ = open(hidden_path_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600);
+  if (lock_ < 0) throw ConfigError("cannot open " + hidden_path_ + ": " + std::strerror(errno));
+  const auto deadline = std::chrono::steady_clock::now() + kNamePatience;
+  for (;;) {
+    struct flock lock = whole_file(F_WRLCK);
+    if (fcntl(lock_, F_OFD_SETLK, &lock) == 0) break;
+    if (std::chrono::steady_clock::now() >= deadline) {
+      const auto other = read_info(path_, name);
+      close(lock_);
+      throw ConfigError("a node '" + name + "' runs already in " + directory +
+                        (other ? " (process " + std::to_string(other->pid()) + ")" : ""));
+    }
+    std::this_thread::sleep_for(2ms);
+  }
+  unlink(path_.c_str());  // of a predecessor that died
+}
+
+RegistryEntry::~RegistryEntry() {
+  unlink(path_.c_str());
+  close(lock_);
+}
+
+void RegistryEntry::publish(const v1::NodeInfo& info) {
+  const std::string temporary = hidden_path_ + ".new";
+  {
+    std::ofstream file(temporary, std::ios::binary | std::ios::trunc);
+    if (!info.SerializeToOstream(&file) || !file.flush()) {
+      throw ConfigError("cannot write " + temporary + ": " + std::strerror(errno));
+    }
+  }
+  if (std::rename(temporary.c_str(), path_.c_str()) != 0) {
+    throw ConfigError("cannot write " + path_ + ": " + std::strerror(errno));
+  }
+}
+
+Registry::Registry(std::string directory)
+    : directory_(nodes_directory(directory)), inotify_(inotify_init1(IN_NONBLOCK | IN_CLOEXEC)) {
+  if (inotify_ >= 0 && inotify_add_watch(inotify_, directory_.c_str(),
+                                         IN_MOVED_TO | IN_DELETE | IN_CLOSE_WRITE | IN_ONLYDIR) < 0) {
+    close(inotify_);
+    inotify_ = -1;
+  }
+  scan();
+}
+
+Registry::~Registry() {
+  if (inotify_ >= 0) close(inotify_);
+}
+
+std::chrono::milliseconds Registry::patience() const {
+  if (!suspects_.empty()) return 1ms;
+  return inotify_ >= 0 ? std::chrono::milliseconds(1h) : kScanPeriod;
+}
+
+void Registry::scan() {
+  DIR* dir = opendir(directory_.c_str());
+  if (dir == nullptr) return;
+  while (const dirent* entry = readdir(dir)) {
+    if (entry->d_name[0] != '.') suspects_.emplace(entry->d_name, 0);
+  }
+  closedir(dir);
+  for (const auto& [name, info] : nodes_) suspects_.emplace(name, 0);
+}
+
+void Registry::read_events() {
+  alignas(inotify_event) std::array<char, 4096> buffer;
+  for (;;) {
+    const ssize_t size = read(inotify_, buffer.data(), buffer.size());
+    if (size <= 0) return;
+    for (ssize_t at = 0; at < size;) {
+      const auto* event = reinterpret_cast<const inotify_event*>(buffer.data() + at);
+      at += static_cast<ssize_t>(sizeof(inotify_event) + event->len);
+      if ((event->mask & IN_Q_OVERFLOW) != 0) scan();
+      if (event->len == 0) continue;
+      const std::string name = event->name;
+      if (name.ends_with(".new")) continue;
+      if (name.front() != '.') {
+        suspects_.emplace(name, 0);
+      } else if ((event->mask & IN_CLOSE_WRITE) != 0 && nodes_.contains(name.substr(1))) {
+        suspects_[name.substr(1)] = kLooks;
+      }
+    }
+  }
+}
+
+std::vector<RegistryChange> Registry::poll() {
+  if (inotify_ >= 0) {
+    read_events();
+  } else if (const auto now = std::chrono::steady_clock::now(); now >= next_scan_) {
+    next_scan_ = now + kScanPeriod;
+    scan();
+  }
+  std::vector<RegistryChange> changes;
+  for (auto it = suspects_.begin(); it != suspects_.end();) {
+    refresh(it->first, changes);
+    it = nodes_.contains(it->first) && it->second-- > 0 ? std::next(it) : suspects_.erase(it);
+  }
+  return changes;
+}
+
+void Registry::refresh(const std::string& name, std::vector<RegistryChange>& changes) {
+  const std::string path = directory_ + "/" + name;
+  const bool alive = held(directory_ + "/." + name);
+  std::optional<v1::NodeInfo> info;
+  if (alive) info = read_info(path, name);
+  if (!alive) clean(directory_, name);
+
+  const auto known = nodes_.find(name);
+  if (known != nodes_.end() && (!info || info->start_id() != known->second.start_id())) {
+    changes.push_back({std::move(known->second), false});
+    nodes_.erase(known);
+  }
+  if (!info) return;
+  v1::NodeInfo& entry = nodes_[name];
+  if (entry.SerializeAsString() == info->SerializeAsString()) return;
+  entry = *info;
+  changes.push_back({std::move(*info), true});
+}
+
+}  // namespace mimesis::runtime

@@ -1,0 +1,64 @@
+#pragma once
+#include <chrono>
+#include <map>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "proto/runtime.pb.h"
+
+namespace mimesis::runtime {
+
+/// A node's claim to its name: a lock on GRAPH/nodes/.NAME for the life of the process, whatever ends it,
+/// and its NodeInfo in GRAPH/nodes/NAME, replaced atomically.
+class RegistryEntry {
+ public:
+  /// @throws ConfigError if a live process holds the name.
+  RegistryEntry(std::string directory, std::string name);
+  ~RegistryEntry();
+  RegistryEntry(const RegistryEntry&) = delete;
+  RegistryEntry& operator=(const RegistryEntry&) = delete;
+
+  void publish(const v1::NodeInfo& info);
+
+ private:
+  std::string path_, hidden_path_;
+  int lock_;
+};
+
+struct RegistryChange {
+  v1::NodeInfo node;
+  bool alive = true;  ///< false: gone, or replaced by a new start
+};
+
+/// Who is in a graph, kept current through inotify. The kernel reports the closing of a dead process's lock
+/// file, so a death is known as fast as a birth; without inotify the directory is read every 20 ms.
+class Registry {
+ public:
+  explicit Registry(std::string directory);
+  ~Registry();
+  Registry(const Registry&) = delete;
+  Registry& operator=(const Registry&) = delete;
+
+  /// What changed since the last call. Removes what dead nodes left behind.
+  std::vector<RegistryChange> poll();
+  /// Readable when `poll` has work; -1 without inotify.
+  int fd() const { return inotify_; }
+  /// How long one may sleep on fd() before `poll` is due anyway.
+  std::chrono::milliseconds patience() const;
+
+  const std::map<std::string, v1::NodeInfo>& nodes() const { return nodes_; }  ///< alive, by name
+
+ private:
+  void read_events();
+  void scan();
+  void refresh(const std::string& name, std::vector<RegistryChange>& changes);
+
+  std::string directory_;
+  int inotify_;
+  std::map<std::string, v1::NodeInfo> nodes_;
+  std::map<std::string, int> suspects_;  ///< name -> looks left: to be read, or perhaps dying
+  std::chrono::steady_clock::time_point next_scan_{};
+};
+
+}  // namespace mimesis::runtime
