@@ -12,7 +12,8 @@ namespace mimesis::runtime {
 
 /// $MIMESIS_GRAPH, or "default".
 std::string graph_name();
-/// $XDG_RUNTIME_DIR/mimesis/GRAPH, or the same below the temporary directory; created if absent.
+/// $XDG_RUNTIME_DIR/mimesis/GRAPH, or TMPDIR/mimesis-UID/GRAPH; created with mode 0700 if absent.
+/// @throws ConfigError if it cannot be, or if other users could write there.
 std::string graph_directory(const std::string& graph);
 
 /// What runs in a graph now, read from its directory. No daemon, no cache.
@@ -32,13 +33,14 @@ class GraphView {
 /// A message of any topic with what is needed to decode it.
 struct Tapped {
   std::string topic;
-  std::string type;              ///< full Protobuf name
+  std::string type;  ///< full Protobuf name
   std::uint64_t type_hash = 0;
   Received message;
 };
 
-/// Receives topics without compiled types: tools, recorder, results of a launch. Follows nodes that come,
-/// go and restart.
+/// Receives topics without compiled types: tools, recorder, results of a launch. Follows nodes that
+/// come, go and restart. A reliable tap is an entry of the graph (input "*"): nodes that start
+/// afterwards wait for it, so that it misses no first message; its owner must keep calling `next`.
 class Tap {
  public:
   /// `accept(topic)` chooses the topics; `policy` reliable or latest (per topic).
@@ -59,8 +61,8 @@ class TypePool {
  public:
   TypePool();
   ~TypePool();
-  /// A new empty message of `type`; null if the set does not define it. Owned by the pool's factory types:
-  /// the pool must outlive the message.
+  /// A new empty message of `type`; null if the set does not define it. Owned by the pool's factory
+  /// types: the pool must outlive the message.
   std::unique_ptr<google::protobuf::Message> make(const std::string& type,
                                                   const std::string& descriptor_set);
 

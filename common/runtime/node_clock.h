@@ -1,0 +1,35 @@
+#pragma once
+#include <cstdint>
+#include <memory>
+#include <optional>
+
+#include "common/runtime/zmq_bus.h"
+
+namespace mimesis::runtime {
+
+/// Wiring that a node on the simulated clock needs, beside its own; before the bus is constructed.
+void add_clock_wiring(BusOptions& options);
+
+/// The graph's clock as one node sees it: tells when to step.
+class NodeClock {
+ public:
+  virtual ~NodeClock() = default;
+  /// Waits until the next step is due, serving the bus; the inputs are then fixed. Graph time of
+  /// the step, or nothing if the node shall stop.
+  virtual std::optional<Time> wait() = 0;
+  /// The step is done, its messages are sent.
+  virtual void done() = 0;
+  virtual Time now() const = 0;
+  /// Steps that ended after the next one was due.
+  virtual std::uint64_t overruns() const = 0;
+};
+
+/// @param stop_fd  readable when the node shall stop
+std::unique_ptr<NodeClock> make_wall_clock(ZmqBus& bus, double rate_hz, double offset_s,
+                                           int stop_fd);
+std::unique_ptr<NodeClock> make_sim_clock(ZmqBus& bus, double rate_hz, double offset_s,
+                                          int stop_fd);
+std::unique_ptr<NodeClock> make_lockstep_clock(ZmqBus& bus, double rate_hz, double offset_s,
+                                               int stop_fd);
+
+}  // namespace mimesis::runtime

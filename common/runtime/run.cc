@@ -1,0 +1,89 @@
+#include <algorithm>
+#include <iostream>
+
+#include "common/error.h"
+#include "common/runtime/command_line.h"
+#include "common/runtime/log.h"
+#include "common/runtime/log_lines.h"
+#include "common/runtime/node_clock.h"
+#include "common/runtime/param_source.h"
+#include "common/runtime/run_node.h"
+#include "common/runtime/self_report.h"
+#include "common/runtime/stop_signal.h"
+
+namespace mimesis::runtime {
+namespace {
+
+std::unique_ptr<NodeClock> make_clock(ClockKind kind, ZmqBus& bus, const AnyNode& node,
+                                      int stop_fd) {
+  switch (kind) {
+    case ClockKind::wall:
+      return make_wall_clock(bus, node.rate_hz(), node.offset_s(), stop_fd);
+    case ClockKind::sim:
+      return make_sim_clock(bus, node.rate_hz(), node.offset_s(), stop_fd);
+    case ClockKind::lockstep:
+      return make_lockstep_clock(bus, node.rate_hz(), node.offset_s(), stop_fd);
+  }
+  return nullptr;
+}
+
+/// Steps until asked to stop; the exit code.
+int step_until_stopped(AnyNode& node, NodeClock& clock, SelfReport& report) {
+  int exit_code = 0;
+  try {
+    while (const auto now = clock.wait()) {
+      report.step_begins();
+      node.step(*now);
+      report.step_ended(*now, clock.overruns());
+      clock.done();
+    }
+  } catch (const std::exception& e) {
+    error("step failed: {}", e.what());
+    exit_code = 1;
+  }
+  node.stop(clock.now());
+  report.publish_log(clock.now());
+  return exit_code;
+}
+
+int run_configured(const NodeOptions& options, const std::string& effective, AnyNode& node) {
+  StopSignal stop;
+  set_log_name(options.bus.name);
+  BusOptions bus_options = options.bus;
+  add_clock_wiring(bus_options);
+  ZmqBus bus(std::move(bus_options));
+  SelfReport report(bus);
+  try {
+    node.create(bus);
+    const auto clock = make_clock(options.bus.clock, bus, node, stop.fd());
+    bus.ready();
+    info("ready; parameters:\n{}", effective);
+    notify_ready();
+    return step_until_stopped(node, *clock, report);
+  } catch (...) {
+    node.stop(Time(0));  // before the bus that its ports refer to
+    throw;
+  }
+}
+
+}  // namespace
+
+int run(int argc, char** argv, const NodeAbout& about, AnyNode& node) {
+  const auto visit = [&node](ParamVisitor& v) { node.visit(v); };
+  NodeOptions options;
+  if (const auto exit_code = parse_command_line(argc, argv, about, visit, options))
+    return *exit_code;
+  try {
+    ParamSource(options.params, options.args, options.sets).read(about.name, visit);
+    if (options.check) return 0;
+    return run_configured(options, dump_params(visit), node);
+  } catch (const ConfigError& e) {
+    std::cerr << e.what() << '\n';
+    return 2;
+  } catch (const std::exception& e) {
+    std::cerr << options.bus.name << ": " << e.what() << '\n';
+    return 1;
+  }
+}
+
+}  // namespace mimesis::runtime

@@ -1,0 +1,77 @@
+#include "common/runtime/stop_signal.h"
+
+#include <poll.h>
+#include <sys/eventfd.h>
+#include <sys/socket.h>
+#include <sys/un.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <cstddef>
+#include <cstdint>
+#include <cstdlib>
+#include <cstring>
+#include <string_view>
+
+#include "common/error.h"
+
+namespace mimesis::runtime {
+namespace {
+
+int stop_fd = -1;
+
+void on_signal(int) {
+  const std::uint64_t one = 1;
+  [[maybe_unused]] const auto written = write(stop_fd, &one, sizeof one);
+}
+
+}  // namespace
+
+StopSignal::StopSignal() {
+  MIMESIS_ASSERT(stop_fd < 0);
+  stop_fd = eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC);
+  MIMESIS_ASSERT(stop_fd >= 0);
+  struct sigaction action {};
+  action.sa_handler = on_signal;
+  action.sa_flags = static_cast<int>(SA_RESETHAND);
+  sigaction(SIGINT, &action, nullptr);
+  sigaction(SIGTERM, &action, nullptr);
+  std::signal(SIGPIPE,
+              SIG_IGN);  // an orphan whose standard error is gone still stops its actuators
+}
+
+StopSignal::~StopSignal() {
+  std::signal(SIGINT, SIG_DFL);
+  std::signal(SIGTERM, SIG_DFL);
+  close(stop_fd);
+  stop_fd = -1;
+}
+
+int StopSignal::fd() const { return stop_fd; }
+
+bool StopSignal::requested() const {
+  pollfd item{stop_fd, POLLIN, 0};
+  return poll(&item, 1, 0) == 1;
+}
+
+void notify_ready() {
+  const char* path = std::getenv("NOTIFY_SOCKET");
+  if (path == nullptr || (*path != '/' && *path != '@')) return;
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
+  const std::string_view name(path);
+  if (name.size() >= sizeof address.sun_path) return;
+  std::memcpy(address.sun_path, name.data(), name.size());
+  if (*path == '@') address.sun_path[0] = '\0';  // abstract namespace
+  const int fd = socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+  if (fd < 0) return;
+  constexpr std::string_view kReady = "READY=1";
+  // Best effort by the protocol's design: a service manager that does not listen is not our
+  // failure.
+  [[maybe_unused]] const auto sent = sendto(
+      fd, kReady.data(), kReady.size(), MSG_NOSIGNAL, reinterpret_cast<const sockaddr*>(&address),
+      static_cast<socklen_t>(offsetof(sockaddr_un, sun_path) + name.size()));
+  close(fd);
+}
+
+}  // namespace mimesis::runtime

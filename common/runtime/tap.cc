@@ -1,0 +1,153 @@
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <deque>
+#include <map>
+#include <set>
+#include <utility>
+
+#include "common/runtime/graph_directory.h"
+#include "common/runtime/raw.h"
+#include "common/runtime/registry.h"
+#include "common/runtime/sub_socket.h"
+
+namespace mimesis::runtime {
+namespace {
+
+constexpr int kLatestHighWater = 32;
+constexpr int kReliableHighWater = 10'000;
+
+/// Unlike any node's name that a person would choose.
+std::string tap_name() {
+  static std::atomic<int> count{0};
+  return "tap-" + std::to_string(getpid()) + "-" + std::to_string(++count);
+}
+
+}  // namespace
+
+struct Tap::Impl {
+  Impl(const std::string& graph, std::function<bool(const std::string&)> a, Policy p)
+      : accept(std::move(a)),
+        reliable(p == Policy::reliable),
+        start_id(new_start_id()),
+        socket(context, reliable ? kReliableHighWater : kLatestHighWater, start_id),
+        registry(graph_directory(graph)) {
+    if (reliable) {
+      v1::NodeInfo info;
+      info.set_name(tap_name());
+      info.set_pid(static_cast<std::uint32_t>(getpid()));
+      info.set_start_id(start_id);
+      info.set_ready(true);
+      v1::TopicInfo& all = *info.add_inputs();
+      all.set_topic("*");
+      all.set_policy("reliable");
+      entry = std::make_unique<RegistryEntry>(graph_directory(graph), info.name());
+      entry->publish(info);
+    }
+    follow();
+  }
+
+  void follow() {
+    for (const RegistryChange& change : registry.poll()) {
+      if (change.alive) {
+        meet(change.node);
+        continue;
+      }
+      // Its last words may be here already.
+      while (auto message = receive()) keep(*std::move(message));
+      socket.disconnect(change.node.start_id());
+    }
+  }
+
+  void meet(const v1::NodeInfo& node) {
+    names[node.start_id()] = node.name();
+    for (const auto& [type, set] : node.descriptors()) sets[type] = set;
+    bool wanted = false;
+    for (const v1::TopicInfo& output : node.outputs()) {
+      types[output.type_hash()] = output.type();
+      if (!accept(output.topic())) continue;
+      wanted = true;
+      socket.subscribe(output.topic());
+    }
+    // A reliable tap connects to all: a node that starts waits for its greeting.
+    const auto& endpoints = reliable ? node.reliable_endpoints() : node.data_endpoints();
+    if ((wanted || reliable) && !endpoints.empty()) socket.connect(node.start_id(), endpoints[0]);
+  }
+
+  std::optional<Tapped> receive() {
+    Incoming incoming;
+    while (socket.receive(incoming)) {
+      const WireHeader& header = incoming.message.header;
+      std::string topic(incoming.message.topic);
+      std::uint64_t& last = last_seq[{header.start_id, topic}];
+      if (header.seq <= last) continue;  // a latched message again
+      last = header.seq;
+      return Tapped{.topic = std::move(topic),
+                    .type = types[header.type_hash],
+                    .type_hash = header.type_hash,
+                    .message = {.payload = std::string(incoming.payload.view()),
+                                .stamp = header.stamp,
+                                .seq = header.seq,
+                                .source = names[header.start_id]}};
+    }
+    return std::nullopt;
+  }
+
+  void keep(Tapped message) {
+    if (!reliable) {
+      std::erase_if(pending, [&](const Tapped& older) { return older.topic == message.topic; });
+    }
+    pending.push_back(std::move(message));
+  }
+
+  std::optional<Tapped> take() {
+    if (!reliable) {
+      while (auto message = receive()) keep(*std::move(message));
+    }
+    if (pending.empty()) return receive();
+    Tapped oldest = std::move(pending.front());
+    pending.pop_front();
+    return oldest;
+  }
+
+  std::function<bool(const std::string&)> accept;
+  bool reliable;
+  std::uint64_t start_id;
+  ZmqContext context;
+  SubSocket socket;
+  std::unique_ptr<RegistryEntry> entry;
+  Registry registry;
+  std::map<std::uint64_t, std::string> names;  ///< by start_id
+  std::map<std::uint64_t, std::string> types;  ///< by hash
+  std::map<std::string, std::string> sets;     ///< FileDescriptorSet by type
+  std::map<std::pair<std::uint64_t, std::string>, std::uint64_t> last_seq;
+  std::deque<Tapped> pending;
+};
+
+Tap::Tap(std::string graph, std::function<bool(const std::string& topic)> accept, Policy policy)
+    : impl_(std::make_unique<Impl>(graph, std::move(accept), policy)) {}
+Tap::~Tap() = default;
+
+std::optional<Tapped> Tap::next(std::chrono::milliseconds timeout) {
+  const auto deadline = std::chrono::steady_clock::now() + timeout;
+  for (;;) {
+    impl_->follow();
+    if (auto message = impl_->take()) return message;
+    const auto left =
+        std::chrono::ceil<std::chrono::milliseconds>(deadline - std::chrono::steady_clock::now());
+    if (left.count() <= 0) return std::nullopt;
+    std::array<zmq_pollitem_t, 2> items{{{impl_->socket.handle(), 0, ZMQ_POLLIN, 0},
+                                         {nullptr, impl_->registry.fd(), ZMQ_POLLIN, 0}}};
+    zmq_poll(items.data(), impl_->registry.fd() >= 0 ? 2 : 1,
+             std::min(left, impl_->registry.patience()).count());
+  }
+}
+
+std::string Tap::descriptors(const std::string& type) const {
+  const auto it = impl_->sets.find(type);
+  return it == impl_->sets.end() ? std::string() : it->second;
+}
+
+}  // namespace mimesis::runtime

@@ -1,0 +1,48 @@
+#include "common/runtime/test/counter_node.h"
+
+#include <cmath>
+#include <stdexcept>
+
+#include "common/error.h"
+#include "common/runtime/log.h"
+
+namespace mimesis::runtime {
+
+CounterNode::CounterNode(const Params& params, Bus& bus)
+    : params_(params), a_(bus, "a"), b_(bus, "b"), latest_(bus, "latest"), out_(bus, "out") {
+  if (params.mode == "refuse") throw ConfigError("counter.mode: refuses");
+  bus.serve("add_one", v1::Publication::default_instance(), v1::Publication::default_instance(),
+            [](const std::string& request) -> tl::expected<std::string, Status> {
+              v1::Publication p;
+              if (!p.ParseFromString(request)) return tl::unexpected(Status{"not a Publication"});
+              p.set_seq(p.seq() + 1);
+              return p.SerializeAsString();
+            });
+}
+
+void CounterNode::mix(std::uint64_t word) { hash_ = (hash_ ^ word) * 0x100000001b3U; }
+
+void CounterNode::step(Time now) {
+  ++steps_;
+  if (steps_ == static_cast<std::uint64_t>(params_.fail_at_step))
+    throw std::runtime_error("asked to fail");
+  volatile double load = 2.0;
+  for (int i = 0; i < params_.work; ++i) load = std::sqrt(load) + 1.0;
+  mix(static_cast<std::uint64_t>(now.count()));
+  for (Reliable<v1::Publication>* in : {&a_, &b_}) {
+    while (const auto m = in->pop()) {
+      mix(m->seq());
+      mix(m->start_id());
+    }
+  }
+  if (const v1::Publication* m = latest_.take()) mix(m->start_id());
+  v1::Publication m;
+  m.set_topic("counter");
+  m.set_seq(steps_);
+  m.set_start_id(hash_);
+  out_.send(m, now);
+}
+
+void CounterNode::stop(Time) noexcept { info("stopped after {} steps", steps_); }
+
+}  // namespace mimesis::runtime

@@ -1,0 +1,155 @@
+#include <gtest/gtest.h>
+
+#include <csignal>
+
+#include "common/runtime/raw.h"
+#include "common/testing/process.h"
+#include "proto/foxglove/log.pb.h"
+#include "proto/runtime.pb.h"
+
+namespace mimesis::runtime {
+namespace {
+
+using testing::Process;
+using testing::TestGraph;
+using testing::TestNode;
+using namespace std::chrono_literals;
+
+constexpr const char* kCounter = MIMESIS_COUNTER;
+
+TEST(NodeProcess, StepsAtItsRateAndStopsOnRequest) {
+  TestGraph graph;
+  TestNode peer(graph, {{"count", "counter/out"}}, {});
+  Reliable<v1::Publication> count(peer.bus(), "count");
+  peer.open();
+  Process node(graph, kCounter, {"--set", "rate_hz=200"});
+  ASSERT_TRUE(node.wait_ready(graph, "counter")) << node.errors();
+  const auto first = peer.receive(count);
+  ASSERT_TRUE(first);
+  const auto begin = TestNode::now();
+  std::optional<v1::Publication> last;
+  while ((last = peer.receive(count)) && last->seq() < first->seq() + 40) {
+  }
+  ASSERT_TRUE(last);
+  EXPECT_GT(to_seconds(TestNode::now() - begin), 0.15);  // 40 steps take 0.2 s
+  EXPECT_EQ(node.terminate(), 0);
+  EXPECT_NE(node.errors().find("stopped after"), std::string::npos);
+  EXPECT_TRUE(GraphView(graph.name()).nodes().size() == 1);  // the test's own
+}
+
+TEST(NodeProcess, MessagesReachItAndItsHealthCountsThem) {
+  TestGraph graph;
+  TestNode peer(graph, {{"health", "counter/health"}}, {{"a", "test/a"}});
+  Reliable<v1::Health> health(peer.bus(), "health");
+  Out<v1::Publication> a(peer.bus(), "a");
+  peer.open();
+  Process node(graph, kCounter, {"--in", "a=test/a"});
+  ASSERT_TRUE(peer.wait_subscriber(a)) << node.errors();
+  v1::Publication m;
+  for (int i = 0; i < 5; ++i) a.send(m, TestNode::now());
+  std::optional<v1::Health> h;
+  do {
+    h = peer.receive(health);
+    ASSERT_TRUE(h);
+  } while (h->inputs(0).received() < 5);
+  EXPECT_EQ(h->inputs(0).received(), 5U);
+  EXPECT_EQ(h->inputs(0).lost(), 0U);
+  EXPECT_EQ(h->inputs(0).topic(), "test/a");
+  EXPECT_GT(h->steps(), 50U);
+  EXPECT_GT(h->worst_step_s(), 0.0);
+  EXPECT_GE(h->worst_step_s(), h->mean_step_s());
+}
+
+TEST(NodeProcess, OverrunsAreCountedNotMadeUpFor) {
+  TestGraph graph;
+  TestNode peer(graph, {{"health", "counter/health"}}, {});
+  Reliable<v1::Health> health(peer.bus(), "health");
+  peer.open();
+  Process node(graph, kCounter, {"--set", "rate_hz=1000", "--set", "work=2000000"});
+  const auto h = peer.receive(health);
+  ASSERT_TRUE(h) << node.errors();
+  EXPECT_GT(h->overruns(), 0U);
+  EXPECT_LT(h->steps(), 1000U);
+}
+
+TEST(NodeProcess, MistakesOnTheCommandLineExitWith2) {
+  const auto mistake = [](std::vector<std::string> arguments) {
+    TestGraph graph;
+    Process node(graph, kCounter, std::move(arguments));
+    EXPECT_EQ(node.wait(), 2) << node.errors();
+    return node.errors();
+  };
+  EXPECT_NE(mistake({"--sett", "rate_hz=1"}).find("did you mean '--set'"), std::string::npos);
+  EXPECT_NE(mistake({"--set", "rate_hz=0"}).find("rate_hz"), std::string::npos);
+  EXPECT_NE(mistake({"--set", "mode=refuse"}).find("counter.mode: refuses"), std::string::npos);
+  EXPECT_NE(mistake({"--in", "aa=x/y"}).find("has no input 'aa'"), std::string::npos);
+  EXPECT_NE(mistake({"--in", "a"}).find("expected PORT=TOPIC"), std::string::npos);
+  EXPECT_NE(mistake({"--clock", "lock"}).find("lockstep"), std::string::npos);
+  EXPECT_NE(mistake({"--name", "a/b"}).find("node name 'a/b'"), std::string::npos);
+}
+
+TEST(NodeProcess, CheckAndHelpPrintOnlyWhatTheyShould) {
+  Process check(kCounter, {"--check", "--set", "rate_hz=10"});
+  EXPECT_EQ(check.wait(), 0);
+  EXPECT_EQ(check.output() + check.errors(), "");
+  Process help(kCounter, {"--help"});
+  EXPECT_EQ(help.wait(), 0);
+  EXPECT_NE(help.output().find("fail_at_step"), std::string::npos);
+  EXPECT_NE(help.output().find("Examples"), std::string::npos);
+}
+
+TEST(NodeProcess, AnExceptionInAStepStopsTheNodeWithExitCode1) {
+  TestGraph graph;
+  Process node(graph, kCounter, {"--set", "fail_at_step=3"});
+  EXPECT_EQ(node.wait(), 1);
+  EXPECT_NE(node.errors().find("step failed: asked to fail"), std::string::npos);
+  EXPECT_NE(node.errors().find("stopped after 3 steps"), std::string::npos);
+}
+
+TEST(NodeProcess, ItsLogLinesAreATopic) {
+  TestGraph graph;
+  TestNode peer(graph, {{"log", "counter/log"}}, {});
+  Reliable<foxglove::Log> log(peer.bus(), "log");
+  peer.open();
+  Process node(graph, kCounter, {});
+  ASSERT_TRUE(node.wait_ready(graph, "counter"));
+  ASSERT_TRUE(peer.until([&] {  // met, so that the stop line finds a subscriber
+    const auto nodes = peer.bus().known_nodes();
+    return !nodes.empty() && nodes[0].ready();
+  }));
+  node.signal(SIGTERM);
+  const auto line = peer.receive(log);
+  ASSERT_TRUE(line);
+  EXPECT_EQ(line->name(), "counter");
+  EXPECT_EQ(node.wait(), 0);
+}
+
+TEST(NodeProcess, ASecondNodeOfTheSameNameIsRefused) {
+  TestGraph graph;
+  Process first(graph, kCounter, {});
+  ASSERT_TRUE(first.wait_ready(graph, "counter"));
+  Process second(graph, kCounter, {});
+  EXPECT_EQ(second.wait(), 2);
+  EXPECT_NE(second.errors().find("runs already"), std::string::npos);
+  EXPECT_NE(second.errors().find(std::to_string(first.pid())), std::string::npos);
+}
+
+TEST(NodeProcess, KilledAndStartedAgainItIsHeardAgain) {
+  TestGraph graph;
+  TestNode peer(graph, {{"count", "counter/out"}}, {});
+  Latest<v1::Publication> count(peer.bus(), "count");
+  peer.open();
+  for (int round = 0; round < 5; ++round) {
+    Process node(graph, kCounter, {});
+    ASSERT_TRUE(peer.until([&] { return count.take() != nullptr; })) << node.errors();
+    node.signal(SIGKILL);
+    ASSERT_TRUE(node.wait());
+    const auto killed = TestNode::now();
+    EXPECT_TRUE(peer.until([&] { return peer.bus().known_nodes().empty(); }));
+    EXPECT_LT(to_seconds(TestNode::now() - killed), 0.1) << "the death was not noticed at once";
+    count.take();
+  }
+}
+
+}  // namespace
+}  // namespace mimesis::runtime
