@@ -1,0 +1,180 @@
+#include "nodes/planner/collision.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "common/model/files.h"
+#include "common/testing/no_malloc.h"
+#include "nodes/planner/sampling.h"
+#include "nodes/planner/test/arms.h"
+
+namespace mimesis::planner {
+namespace {
+
+constexpr double kMargin = 0.002;
+
+/// Least clearance of a posture, written out as one would on paper.
+double clearance(const kin::ArmModel& arm, const Obstacles& obstacles, const Eigen::VectorXd& q) {
+  std::vector<Eigen::Isometry3d> X;
+  kin::forward(arm, q, X);
+  const auto center = [&](const kin::SafetyBall& b) -> Eigen::Vector3d {
+    return X[static_cast<std::size_t>(b.frame)] * b.center;
+  };
+  double least = 1e9;
+  const auto against_obstacles = [&](const Eigen::Vector3d& p, double r) {
+    for (const auto& o : obstacles.balls)
+      least = std::min(least, (p - o.center).norm() - r - o.radius);
+    for (const auto& o : obstacles.boxes) {
+      const Eigen::Vector3d outside = ((p - o.center).cwiseAbs() - o.half_extent).cwiseMax(0.0);
+      least = std::min(least, outside.norm() - r);
+    }
+  };
+  for (const auto& ball : arm.balls) {
+    if (arm.groups[static_cast<std::size_t>(ball.group)] != "base")
+      against_obstacles(center(ball), ball.radius);
+  }
+  for (const auto& held : obstacles.held) {
+    against_obstacles(X.back() * (arm.X_LE * held.center), held.radius);
+  }
+  for (const auto& [a, b] : arm.self_pairs) {
+    for (const auto& i : arm.balls) {
+      for (const auto& j : arm.balls) {
+        if (i.group != a || j.group != b) continue;
+        least = std::min(least, (center(i) - center(j)).norm() - i.radius - j.radius);
+      }
+    }
+  }
+  return least;
+}
+
+Obstacles bridge() {
+  const auto table = model::load_table("bridge_table.yaml");
+  return {table.balls, table.boxes, {}, {}};
+}
+
+TEST(CollisionChecker, AgreesWithAllPairsOnRandomPostures) {
+  const auto arm = model::load_arm("lwr4.yaml");
+  Obstacles obstacles = bridge();
+  CollisionChecker checker(arm, obstacles, kMargin);
+  const Eigen::MatrixXd postures = sample_box(arm.q_min, arm.q_max, 4000, 5);
+  int touching = 0;
+  for (Eigen::Index i = 0; i < postures.cols(); ++i) {
+    const bool free = clearance(arm, obstacles, postures.col(i)) >= kMargin;
+    ASSERT_EQ(checker.free(postures.col(i)), free) << i;
+    ASSERT_EQ(checker.contact(postures.col(i)).has_value(), !free) << i;
+    touching += !free;
+  }
+  EXPECT_GT(touching, 400);
+  EXPECT_LT(touching, 3600);
+}
+
+TEST(CollisionChecker, HeldBallsCountAgainstObstaclesButNotAgainstTheirSupports) {
+  const auto arm = planar_arm();
+  const Eigen::Vector2d stretched(0.0, 0.0);  // hand at (1.8, 0, 0)
+  const kin::Box shelf{{1.9, 0.2, 0.0}, {0.05, 0.05, 0.05}};
+  Obstacles obstacles;
+  obstacles.boxes = {shelf};
+  EXPECT_TRUE(CollisionChecker(arm, obstacles, kMargin).free(stretched));
+  obstacles.held = {{{0.1, 0.1, 0.0}, 0.06}};  // reaches up to y = 0.16
+  CollisionChecker carrying(arm, obstacles, kMargin);
+  EXPECT_FALSE(carrying.free(stretched));
+  EXPECT_EQ(carrying.contact(stretched), "the held object touches the box at (1900, 200, 0) mm");
+  obstacles.boxes.clear();
+  obstacles.supports = {shelf};
+  EXPECT_TRUE(CollisionChecker(arm, obstacles, kMargin).free(stretched));
+}
+
+TEST(CollisionChecker, NamesBallAndObstacle) {
+  const auto arm = planar_arm();
+  CollisionChecker checker(arm, {{{{1.8, 0.0, 0.0}, 0.05}}, {}, {}, {}}, kMargin);
+  EXPECT_EQ(checker.contact(Eigen::Vector2d(0.0, 0.0)),
+            "ball 16 (fore) touches the obstacle ball at (1800, 0, 0) mm");
+}
+
+/// Dense sampling can only refute a certificate: none of the certified motions may touch anything.
+TEST(Certificate, NeverContradictedByDenseSampling) {
+  const auto arm = model::load_arm("lwr4.yaml");
+  const Obstacles obstacles = bridge();
+  CollisionChecker checker(arm, obstacles, kMargin);
+  const Eigen::MatrixXd postures = sample_box(arm.q_min, arm.q_max, 600, 6);
+  int certified = 0, refused = 0, refused_for_nothing = 0;
+  for (Eigen::Index i = 0; i + 1 < postures.cols(); i += 2) {
+    const Eigen::VectorXd a = postures.col(i), b = a + 0.3 * (postures.col(i + 1) - a);
+    double least = 1e9;
+    for (int k = 0; k <= 200; ++k)
+      least = std::min(least, clearance(arm, obstacles, a + k / 200.0 * (b - a)));
+    if (checker.certify(a, b)) {
+      ++certified;
+      ASSERT_GE(least, kMargin) << i;
+    } else {
+      ++refused;
+      refused_for_nothing += least > kMargin + 1e-3;
+    }
+  }
+  EXPECT_GT(certified, 50);
+  EXPECT_GT(refused, 50);
+  EXPECT_EQ(refused_for_nothing, 0) << "what keeps 1 mm more than the margin is always certified";
+}
+
+/// An obstacle pushed 1.5 mm into the path of a ball must be found, wherever on the path it is.
+TEST(Certificate, RejectsAPath1500MicrometresInAnObstacle) {
+  const auto arm = planar_arm();
+  const Eigen::Vector2d a(-0.9, 0.4), b(0.8, -0.5);
+  for (int k = 0; k <= 40; ++k) {
+    const double u = k / 40.0;
+    std::vector<Eigen::Isometry3d> X;
+    kin::forward(arm, a + u * (b - a), X);
+    const Eigen::Vector3d tip = X[2].translation(), outwards = tip.normalized();
+    const auto ball_at = [&](double gap) {
+      return Obstacles{{{tip + (0.06 + 0.004 + gap) * outwards, 0.004}}, {}, {}, {}};
+    };
+    // The tip is farthest out at u only roughly: the path may come nearer elsewhere, never farther.
+    EXPECT_FALSE(CollisionChecker(arm, ball_at(-0.0015), 0.0).certify(a, b)) << u;
+    EXPECT_TRUE(CollisionChecker(arm, ball_at(0.1), 0.0).certify(a, b)) << u;
+  }
+}
+
+TEST(Certificate, BoundsPairsOfOwnBallsByTheirRelativeMotion) {
+  auto arm = planar_arm();
+  arm.self_pairs = {{0, 1}};
+  arm.balls = {{1, 0, {-0.5, 0.0, 0.0}, 0.06}, {2, 1, {0.0, 0.0, 0.0}, 0.06}};
+  CollisionChecker checker(arm, {}, kMargin);
+  // Turning the shoulder moves both balls far, but not against each other.
+  const Eigen::Vector2d a(-2.0, 2.2), b(2.0, 2.2);
+  EXPECT_TRUE(checker.certify(a, b));
+  EXPECT_LT(checker.postures_checked(), 3);
+  // Folding the elbow: they are 0.5² + 0.8² − 2·0.5·0.8·cos(π − q₂) apart.
+  EXPECT_TRUE(checker.certify(Eigen::Vector2d(0, 0), Eigen::Vector2d(0, 2.7)));
+  arm.balls[0].radius = 0.5;  // 0.5 + 0.06 > 0.43 at q₂ = 2.7
+  EXPECT_FALSE(
+      CollisionChecker(arm, {}, kMargin).certify(Eigen::Vector2d(0, 0), Eigen::Vector2d(0, 2.7)));
+}
+
+TEST(Certificate, OfABezierCurveIsThatOfItsShapeNotOfItsEnds) {
+  const auto arm = planar_arm();
+  Eigen::MatrixXd bulge(2, 3);
+  bulge << 0.0, 0.5, 1.0, 0.0, 2.6, 0.0;
+  Eigen::MatrixXd straight(2, 2);
+  straight << 0.0, 1.0, 0.0, 0.0;
+  std::vector<Eigen::Isometry3d> X;
+  kin::forward(arm, Eigen::Vector2d(0.5, 0.0), X);  // the middle of the straight line
+  const Obstacles obstacle{{{X[2].translation(), 0.02}}, {}, {}, {}};
+  CollisionChecker checker(arm, obstacle, kMargin);
+  EXPECT_FALSE(checker.certify_curve(straight));
+  EXPECT_FALSE(checker.certify(straight.col(0), straight.col(1)));
+  EXPECT_TRUE(checker.certify_curve(bulge));
+}
+
+TEST(CollisionChecker, DoesNotAllocate) {
+  const auto arm = model::load_arm("lwr4.yaml");
+  CollisionChecker checker(arm, bridge(), kMargin);
+  const Eigen::VectorXd a = arm.home, b = arm.home.array() + 0.1;
+  const bool warm = checker.certify(a, b);
+  testing::NoMalloc guard;
+  EXPECT_EQ(checker.certify(a, b), warm);
+  EXPECT_TRUE(checker.free(a));
+}
+
+}  // namespace
+}  // namespace mimesis::planner
