@@ -1,0 +1,129 @@
+#include "nodes/planner/time_scaling.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+namespace mimesis::planner {
+namespace {
+
+constexpr double kGridStep = 0.01;  // largest Δs [rad]
+constexpr int kLeastPerPiece = 12;  // grid points in a piece, however short
+constexpr int kBisections = 45;
+constexpr double kTiny = 1e-12;
+
+struct Interval {
+  double lo = -std::numeric_limits<double>::infinity();
+  double hi = std::numeric_limits<double>::infinity();
+  bool empty() const { return lo > hi + kTiny; }
+  /// Adds lower ≤ slope · u ≤ upper.
+  void cut(double slope, double lower, double upper) {
+    if (std::abs(slope) < kTiny) {
+      if (lower > kTiny || upper < -kTiny) hi = lo - 1.0;
+      return;
+    }
+    if (slope < 0.0) std::swap(lower, upper);
+    lo = std::max(lo, lower / slope);
+    hi = std::min(hi, upper / slope);
+  }
+};
+
+struct GridPoint {
+  double s = 0.0;
+  Eigen::VectorXd dq, ddq;
+  double x_max = 0.0;  // by the velocity limits; 0 where the motion stops
+};
+
+std::vector<GridPoint> grid_of(const SmoothPath& path, const Eigen::VectorXd& v_max) {
+  std::vector<GridPoint> grid;
+  const auto add = [&](double s) {
+    SmoothPath::Point point = path.at(s);
+    const double rate = (point.dq.cwiseAbs().array() / v_max.array()).maxCoeff();
+    const bool stop = std::any_of(path.stops().begin(), path.stops().end(),
+                                  [s](double at) { return std::abs(at - s) < kTiny; });
+    const double x_max = stop ? 0.0 : 1.0 / std::max(rate * rate, kTiny);
+    grid.push_back({s, std::move(point.dq), std::move(point.ddq), x_max});
+  };
+  add(0.0);
+  for (std::size_t k = 1; k < path.knots().size(); ++k) {
+    const double begin = path.knots()[k - 1], end = path.knots()[k];
+    const int parts =
+        std::max(kLeastPerPiece, static_cast<int>(std::ceil((end - begin) / kGridStep)));
+    for (int i = 1; i < parts; ++i) add(begin + (end - begin) * i / parts);
+    add(end);
+  }
+  return grid;
+}
+
+/// Accelerations u that may be applied from `here` to `there` at squared speed x, if the squared
+/// speed at `there` shall stay within [0, x_there].
+Interval accelerations(const GridPoint& here, const GridPoint& there, double x, double x_there,
+                       const Eigen::VectorXd& a_max) {
+  const double twice = 2.0 * (there.s - here.s);
+  Interval u;
+  u.cut(twice, -x, x_there - x);
+  for (Eigen::Index j = 0; j < a_max.size(); ++j) {
+    const double drift = here.ddq[j] * x, drift_there = there.ddq[j] * x;
+    u.cut(here.dq[j], -a_max[j] - drift, a_max[j] - drift);
+    u.cut(there.dq[j] + there.ddq[j] * twice, -a_max[j] - drift_there, a_max[j] - drift_there);
+  }
+  return u;
+}
+
+/// Largest squared speed at every grid point from which the rest can be driven.
+std::vector<double> controllable(const std::vector<GridPoint>& grid, const Eigen::VectorXd& a_max) {
+  std::vector<double> x(grid.size(), 0.0);
+  for (std::size_t i = grid.size() - 1; i-- > 0;) {
+    const auto feasible = [&](double value) {
+      return !accelerations(grid[i], grid[i + 1], value, x[i + 1], a_max).empty();
+    };
+    double lo = 0.0, hi = grid[i].x_max;
+    if (feasible(hi)) lo = hi;
+    for (int b = 0; b < kBisections && hi > lo; ++b) {
+      const double middle = 0.5 * (lo + hi);
+      (feasible(middle) ? lo : hi) = middle;
+    }
+    x[i] = lo;
+  }
+  return x;
+}
+
+}  // namespace
+
+JointTrajectory time_optimal(const SmoothPath& path, const Eigen::VectorXd& v_max_rad_s,
+                             const Eigen::VectorXd& a_max_rad_s2, double period_s) {
+  const std::vector<GridPoint> grid = grid_of(path, v_max_rad_s);
+  const std::vector<double> limit = controllable(grid, a_max_rad_s2);
+
+  std::vector<double> speed(grid.size(), 0.0),
+      time(grid.size(), 0.0);  // ṡ and t at the grid points
+  for (std::size_t i = 0; i + 1 < grid.size(); ++i) {
+    const double x = speed[i] * speed[i], ds = grid[i + 1].s - grid[i].s;
+    const Interval u = accelerations(grid[i], grid[i + 1], x, limit[i + 1], a_max_rad_s2);
+    speed[i + 1] = std::sqrt(std::clamp(x + 2.0 * u.hi * ds, 0.0, limit[i + 1]));
+    time[i + 1] = time[i] + 2.0 * ds / std::max(speed[i] + speed[i + 1], kTiny);
+  }
+
+  const auto periods =
+      static_cast<Eigen::Index>(std::max(1.0, std::ceil(time.back() / period_s - 1e-9)));
+  const double stretch = period_s * static_cast<double>(periods) / time.back();
+  JointTrajectory motion{period_s, Eigen::MatrixXd(path.dof(), periods + 1),
+                         Eigen::MatrixXd::Zero(path.dof(), periods + 1)};
+  motion.position.col(0) = path.at(0.0).q;
+  std::size_t i = 0;
+  for (Eigen::Index k = 1; k < periods; ++k) {
+    const double t = static_cast<double>(k) * period_s / stretch;
+    while (i + 2 < grid.size() && time[i + 1] < t) ++i;
+    const double span = time[i + 1] - time[i], tau = std::clamp(t - time[i], 0.0, span);
+    const double u = (speed[i + 1] - speed[i]) / span, s_dot = speed[i] + u * tau;
+    const double s = grid[i].s + (speed[i] + 0.5 * u * tau) * tau;
+    const SmoothPath::Point point = path.at(std::min(s, path.length()));
+    motion.position.col(k) = point.q;
+    motion.velocity.col(k) = point.dq * (s_dot / stretch);
+  }
+  motion.position.col(periods) = path.at(path.length()).q;
+  return motion;
+}
+
+}  // namespace mimesis::planner
