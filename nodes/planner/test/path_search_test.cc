@@ -1,0 +1,166 @@
+#include "nodes/planner/path_search.h"
+
+#include <gtest/gtest.h>
+
+#include "nodes/planner/sampling.h"
+#include "nodes/planner/shortcut.h"
+#include "nodes/planner/test/arms.h"
+
+namespace mimesis::planner {
+namespace {
+
+constexpr double kMargin = 0.002;
+
+/// A wall of 16 balls across the workspace, as in fig. 2.7: the arm must fold to pass under it.
+Obstacles wall() {
+  Obstacles obstacles;
+  for (int i = 0; i < 16; ++i) obstacles.balls.push_back({{1.2 + 0.04 * i, 0.1, 0.0}, 0.05});
+  return obstacles;
+}
+
+Roadmap planar_roadmap(CollisionChecker& checker, std::uint64_t seed = 1) {
+  RoadmapSettings settings;
+  settings.nodes = 600;
+  settings.seed = seed;
+  settings.refinement.window_rad = 0.4;
+  return build_roadmap(checker, Eigen::MatrixXd(2, 0), settings);
+}
+
+const Eigen::Vector2d kBelow(-0.5, 0.2), kAbove(0.6, 0.2);
+
+TEST(RefineOffline, MovesInhibitedNodesOutAndDropsTheRest) {  // fig. 2.10
+  const auto arm = planar_arm();
+  CollisionChecker checker(arm, wall(), kMargin);
+  const auto free = [&](const Eigen::VectorXd& q) { return checker.free(q); };
+  Eigen::MatrixXd nodes = sample_box(arm.q_min, arm.q_max, 800, 2);
+  RefinementSettings settings;
+  settings.window_rad = 0.4;
+  const auto shares = refine_offline(nodes, arm.q_min, arm.q_max, free, settings);
+  EXPECT_GT(shares.front(), 0.03);
+  EXPECT_LT(shares.back(), 0.02);
+  EXPECT_LE(shares.size(), 10u) << "usually just a few iterations are needed";
+  EXPECT_GE(nodes.cols(), 784) << "nearly all nodes survive";
+  for (Eigen::Index i = 0; i < nodes.cols(); ++i) {
+    EXPECT_TRUE(checker.free(nodes.col(i)));
+    EXPECT_TRUE((nodes.col(i).array() >= arm.q_min.array()).all() &&
+                (nodes.col(i).array() <= arm.q_max.array()).all());
+  }
+}
+
+TEST(RefineOffline, ShiftsAwayFromTheInhibitedAndTowardsTheActive) {
+  // One coordinate: inhibited at 0 and 0.1, active at 0.5. v2 = 0.1, v3 = 0.4: 0.1 moves to 0.6; 0
+  // moves by v2 = -0.1 and v3 = 0.5 to 0.4.
+  Eigen::MatrixXd nodes(1, 3);
+  nodes << 0.0, 0.1, 0.5;
+  const auto free = [](const Eigen::VectorXd& q) { return q[0] > 0.2; };
+  RefinementSettings settings{.window_rad = 1.0, .inhibited_share = 0.01};
+  const auto shares = refine_offline(nodes, Eigen::VectorXd::Constant(1, -1),
+                                     Eigen::VectorXd::Constant(1, 1), free, settings);
+  EXPECT_EQ(shares.size(), 2u);
+  ASSERT_EQ(nodes.cols(), 3);
+  EXPECT_NEAR(nodes(0, 0), 0.4, 1e-12);
+  EXPECT_NEAR(nodes(0, 1), 0.6, 1e-12);
+}
+
+TEST(FindPath, GoesRoundTheObstacleAndEveryPartIsCertified) {
+  const auto arm = planar_arm();
+  CollisionChecker checker(arm, wall(), kMargin);
+  ASSERT_FALSE(checker.certify(kBelow, kAbove)) << "the straight line is blocked";
+  const Roadmap roadmap = planar_roadmap(checker);
+  const std::vector<Eigen::VectorXd> goals{kAbove};
+  const auto found = find_path(roadmap, checker, kBelow, goals, {}, {});
+  ASSERT_TRUE(found) << found.error().reason;
+  EXPECT_GT(found->waves, 0);
+  EXPECT_EQ(found->waypoints.front(), kBelow);
+  EXPECT_EQ(found->waypoints.back(), kAbove);
+  for (std::size_t i = 1; i < found->waypoints.size(); ++i) {
+    EXPECT_TRUE(CollisionChecker(arm, wall(), kMargin - 1e-6)
+                    .certify(found->waypoints[i - 1], found->waypoints[i]));
+  }
+  // The forearm must fold so far that the tip stays nearer than the wall: the way is not much
+  // longer.
+  EXPECT_LT(path_length(found->waypoints), 6.0);
+}
+
+TEST(FindPath, SameSeedSameBits) {
+  const auto arm = planar_arm();
+  std::vector<std::vector<Eigen::VectorXd>> paths;
+  for (const std::uint64_t seed : {1u, 1u, 2u}) {
+    CollisionChecker checker(arm, wall(), kMargin);
+    const std::vector<Eigen::VectorXd> goals{kAbove};
+    SearchSettings settings;
+    settings.seed = seed;
+    const auto found =
+        find_path(planar_roadmap(checker, seed), checker, kBelow, goals, {}, settings);
+    ASSERT_TRUE(found);
+    paths.push_back(found->waypoints);
+  }
+  EXPECT_EQ(paths[0], paths[1]);
+  EXPECT_NE(paths[0], paths[2]);
+}
+
+TEST(FindPath, GoesStraightWhereItCan) {
+  CollisionChecker checker(planar_arm(), {}, kMargin);
+  const std::vector<Eigen::VectorXd> goals{kAbove};
+  const auto found = find_path(planar_roadmap(checker), checker, kBelow, goals, {}, {});
+  ASSERT_TRUE(found);
+  EXPECT_EQ(found->waves, 0);
+  EXPECT_EQ(found->waypoints.size(), 2u);
+}
+
+TEST(FindPath, SaysWhyThereIsNone) {
+  const auto arm = planar_arm();
+  CollisionChecker checker(arm, wall(), kMargin);
+  const Roadmap roadmap = planar_roadmap(checker);
+  const Eigen::VectorXd inside = Eigen::Vector2d(0.06, 0.0), below = kBelow, above = kAbove;
+  const auto reason = [&](const Eigen::VectorXd& start, const std::vector<Eigen::VectorXd>& goals) {
+    const auto found = find_path(roadmap, checker, start, goals, {}, {});
+    return found ? "found a path" : found.error().reason;
+  };
+  EXPECT_EQ(reason(inside, {above}).substr(0, 71),
+            "the start posture is in collision: ball 10 (fore) touches the obstacle ");
+  EXPECT_EQ(reason(below, {inside}).substr(0, 56),
+            "every posture at the goal is in collision, e.g. ball 10 ");
+  EXPECT_EQ(reason(below, {}), "no posture reaches the goal");
+
+  Obstacles cage;  // on both sides of the base, nearer than the elbow
+  for (double x = 0.45; x < 1.9; x += 0.05) {
+    cage.balls.push_back({{x, 0.1, 0.0}, 0.05});
+    cage.balls.push_back({{-x, 0.1, 0.0}, 0.05});
+  }
+  CollisionChecker caged(arm, cage, kMargin);
+  const std::vector<Eigen::VectorXd> goals{kAbove};
+  const auto none = find_path(planar_roadmap(caged), caged, kBelow, goals, {}, {.rescues = 4});
+  ASSERT_FALSE(none);
+  EXPECT_EQ(none.error().reason, "start and goal are not connected by free postures");
+}
+
+TEST(FindPath, TakesTheGoalThatCanBeReached) {
+  const auto arm = planar_arm();
+  CollisionChecker checker(arm, wall(), kMargin);
+  const std::vector<Eigen::VectorXd> goals{Eigen::Vector2d(0.06, 0.0), kAbove};
+  const auto found = find_path(planar_roadmap(checker), checker, kBelow, goals, {}, {});
+  ASSERT_TRUE(found);
+  EXPECT_EQ(found->goal, 1);
+}
+
+TEST(Shortened, KeepsEndsAndNeverLengthens) {
+  const auto outside_disc = [](const Eigen::VectorXd& a, const Eigen::VectorXd& b) {
+    const double u = std::clamp(-a.dot(b - a) / (b - a).squaredNorm(), 0.0, 1.0);
+    return (a + u * (b - a)).norm() >= 1.0;
+  };
+  const std::vector<Eigen::VectorXd> detour{Eigen::Vector2d(-2, 0), Eigen::Vector2d(-2, 3),
+                                            Eigen::Vector2d(0, 4), Eigen::Vector2d(2, 3),
+                                            Eigen::Vector2d(2, 0)};
+  const auto path = shortened(detour, outside_disc, 400, 1);
+  EXPECT_EQ(path.front(), detour.front());
+  EXPECT_EQ(path.back(), detour.back());
+  for (std::size_t i = 1; i < path.size(); ++i) EXPECT_TRUE(outside_disc(path[i - 1], path[i]));
+  // The shortest way round the unit disc: two tangents of √3 and an arc of π/3.
+  const double shortest = 2.0 * std::sqrt(3.0) + M_PI / 3.0;
+  EXPECT_GE(path_length(path), shortest);
+  EXPECT_LT(path_length(path), 1.05 * shortest);
+}
+
+}  // namespace
+}  // namespace mimesis::planner

@@ -1,0 +1,33 @@
+#pragma once
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "common/kin/arm.h"
+#include "nodes/planner/collision.h"
+
+namespace mimesis::planner {
+
+struct Query {
+  std::string kind;  ///< uniform, cross, task_low, task_high, task_any
+  Eigen::VectorXd start;
+  std::vector<Eigen::VectorXd> goals;
+};
+
+struct ProblemScene {
+  std::string name;
+  Obstacles obstacles;
+  std::vector<Query> queries;
+};
+
+/// Scenes of one robot (lwr4p or planar2) of ../shared/data/planner/problemset.json.
+struct ProblemSet {
+  kin::ArmModel arm;
+  std::vector<ProblemScene> scenes;
+};
+
+/// Nothing if the file is absent. The robots with modified DH are not read: kin::ArmModel is
+/// standard DH.
+std::optional<ProblemSet> load_problem_set(const std::string& robot);
+
+}  // namespace mimesis::planner
