@@ -1,0 +1,189 @@
+#include "nodes/planner/task_plan.h"
+
+#include <gtest/gtest.h>
+
+#include "common/model/files.h"
+
+namespace mimesis::planner {
+namespace {
+
+/// Arm, table and roadmap of the demo.
+struct Demo {
+  kin::ArmModel arm = model::load_arm("lwr4.yaml");
+  kin::Table table = model::load_table("bridge_table.yaml");
+  TaskSettings settings;
+  Roadmap roadmap = prepare_roadmap(arm, table, settings);
+
+  tl::expected<TaskPlan, Status> plan(const Task& task) const {
+    return plan_task(arm, table, roadmap, arm.home, task, settings);
+  }
+};
+
+const Demo& demo() {
+  static const Demo one;
+  return one;
+}
+
+const Task kAboveHigh{Grip::precision, Transport::above, "high"};
+const Task kBelowLow{Grip::full, Transport::below, "low"};
+
+/// Heights of the hand above the bar where it passes the plane of the bridge.
+std::vector<double> crossings(const TaskPlan& plan) {
+  const Eigen::Vector3d bar = demo().table.bridge_center;
+  std::vector<double> heights;
+  for (const auto& motion : plan.motions) {
+    if (motion.phase != Phase::transport) continue;
+    for (Eigen::Index k = 1; k < motion.trajectory.samples(); ++k) {
+      const Eigen::Vector3d a =
+          kin::end_effector(demo().arm, motion.trajectory.position.col(k - 1)).translation();
+      const Eigen::Vector3d b =
+          kin::end_effector(demo().arm, motion.trajectory.position.col(k)).translation();
+      if ((a.x() < bar.x()) != (b.x() < bar.x())) {
+        heights.push_back(b.z() - bar.z());
+        EXPECT_LT(std::abs(b.y() - bar.y()), demo().table.bridge_half_width) << "between the posts";
+      }
+    }
+  }
+  return heights;
+}
+
+void expect_whole(const TaskPlan& plan, const Eigen::Vector3d& goal) {
+  const Demo& d = demo();
+  Eigen::VectorXd at = d.arm.home;
+  std::vector<Phase> phases;
+  for (const auto& motion : plan.motions) {
+    const auto& q = motion.trajectory.position;
+    EXPECT_LT((q.col(0) - at).norm(), 1e-9) << "each motion begins where the one before ends";
+    at = q.rightCols(1);
+    if (phases.empty() || phases.back() != motion.phase) phases.push_back(motion.phase);
+    // Judged by a checker of its own, on the curves and on what is streamed.
+    CollisionChecker judge(d.arm, motion.obstacles, d.settings.margin_m - 1e-5);
+    for (const auto& curve : motion.curves) EXPECT_TRUE(judge.certify_curve(curve));
+    for (Eigen::Index k = 0; k < q.cols(); ++k) EXPECT_TRUE(judge.free(q.col(k)));
+    EXPECT_TRUE((q.colwise() - d.arm.q_min).minCoeff() >= 0.0 &&
+                (q.colwise() - d.arm.q_max).maxCoeff() <= 0.0);
+  }
+  EXPECT_EQ(phases, (std::vector{Phase::reach, Phase::approach, Phase::transport, Phase::retreat}));
+
+  // The object's centre, fixed in the hand since the grasp, ends at the goal.
+  const Eigen::VectorXd grasp = plan.motions[1].trajectory.position.rightCols(1);
+  const Eigen::VectorXd release =
+      plan.motions[plan.motions.size() - 2].trajectory.position.rightCols(1);
+  const Eigen::Vector3d in_hand = kin::end_effector(d.arm, grasp).inverse() * d.table.object;
+  EXPECT_LT((kin::end_effector(d.arm, release) * in_hand - goal).norm(), 1e-3);
+}
+
+TEST(TaskPlan, PrecisionGripAboveTheBridgeToTheHighGoal) {
+  const auto plan = demo().plan(kAboveHigh);
+  ASSERT_TRUE(plan) << plan.error().reason;
+  expect_whole(*plan, demo().table.goals[0].position);
+  const auto heights = crossings(*plan);
+  ASSERT_FALSE(heights.empty());
+  for (const double height : heights) EXPECT_GT(height, 0.0);
+  const Eigen::VectorXd grasp = plan->motions[1].trajectory.position.rightCols(1);
+  EXPECT_LT(kin::end_effector(demo().arm, grasp).linear().col(2).z(), -0.999) << "from above";
+}
+
+TEST(TaskPlan, FullGripBelowTheBridgeToTheLowGoal) {
+  const auto plan = demo().plan(kBelowLow);
+  ASSERT_TRUE(plan) << plan.error().reason;
+  expect_whole(*plan, demo().table.goals[1].position);
+  const auto heights = crossings(*plan);
+  ASSERT_FALSE(heights.empty());
+  for (const double height : heights) EXPECT_LT(height, 0.0);
+  const Eigen::VectorXd grasp = plan->motions[1].trajectory.position.rightCols(1);
+  EXPECT_NEAR(kin::end_effector(demo().arm, grasp).linear().col(2).z(), 0.0, 1e-3)
+      << "from the side";
+}
+
+TEST(TaskPlan, FullGripBelowReachesTheHighGoalToo) {
+  const auto plan = demo().plan({Grip::full, Transport::below, "high"});
+  ASSERT_TRUE(plan) << plan.error().reason;
+  expect_whole(*plan, demo().table.goals[0].position);
+  for (const double height : crossings(*plan)) EXPECT_LT(height, 0.0);
+}
+
+TEST(TaskPlan, TellsWhatIsInTheWayOfOtherCombinations) {
+  const auto above_low = demo().plan({Grip::precision, Transport::above, "low"});
+  ASSERT_FALSE(above_low);
+  EXPECT_EQ(above_low.error().reason.substr(0, 46),
+            "no free posture at the low goal, e.g. ball 10 ");
+  const auto nowhere = demo().plan({Grip::full, Transport::below, "middle"});
+  ASSERT_FALSE(nowhere);
+  EXPECT_EQ(nowhere.error().reason, "the scene has no goal 'middle'");
+}
+
+TEST(TaskPlan, BlockedGoalNamesTheObstacle) {
+  Demo d = demo();
+  d.table.balls.push_back({d.table.goals[0].position, 0.06});
+  const auto plan = d.plan(kAboveHigh);
+  ASSERT_FALSE(plan);
+  EXPECT_EQ(
+      plan.error().reason,
+      "the high goal is blocked: the object would touch the obstacle ball at (680, -120, 300) mm");
+
+  d.table.balls.pop_back();
+  d.table.boxes.push_back({{0.68, -0.12, 0.40}, {0.05, 0.05, 0.05}});  // 10 mm too low a ceiling
+  EXPECT_EQ(d.plan(kAboveHigh).error().reason,
+            "the high goal is blocked: the object would touch the box at (680, -120, 400) mm");
+}
+
+TEST(TaskPlan, GoalOutOfReach) {
+  Demo d = demo();
+  d.table.goals[0].position.x() = 1.5;
+  const auto plan = d.plan(kAboveHigh);
+  ASSERT_FALSE(plan);
+  EXPECT_EQ(plan.error().reason, "no posture reaches the high goal");
+}
+
+TEST(TaskPlan, WalledOffGoalIsNotConnected) {
+  Demo d = demo();
+  d.table.boxes.push_back({{0.53, 0.0, 1.0}, {0.01, 1.5, 1.5}});
+  const auto plan = d.plan(kBelowLow);
+  ASSERT_FALSE(plan);
+}
+
+TEST(TaskPlan, SameSeedSameBits) {
+  const Demo again;
+  EXPECT_EQ(again.roadmap.nodes, demo().roadmap.nodes);
+  const auto a = demo().plan(kAboveHigh), b = again.plan(kAboveHigh);
+  ASSERT_TRUE(a && b);
+  ASSERT_EQ(a->motions.size(), b->motions.size());
+  for (std::size_t i = 0; i < a->motions.size(); ++i) {
+    EXPECT_EQ(a->motions[i].trajectory.position, b->motions[i].trajectory.position);
+  }
+}
+
+TEST(ClosedPassages, LeaveTheDecidedOneOpen) {
+  const auto& table = demo().table;
+  const auto inside = [](const std::vector<kin::Box>& boxes, const Eigen::Vector3d& p) {
+    for (const auto& box : boxes) {
+      if (((p - box.center).cwiseAbs().array() <= box.half_extent.array()).all()) return true;
+    }
+    return false;
+  };
+  const Eigen::Vector3d over = table.bridge_center + Eigen::Vector3d(0, 0, 0.2);
+  const Eigen::Vector3d under = table.bridge_center - Eigen::Vector3d(0, 0, 0.2);
+  const Eigen::Vector3d beside = under + Eigen::Vector3d(0, 0.5, 0);
+  const auto above = closed_passages(table, Transport::above),
+             below = closed_passages(table, Transport::below);
+  EXPECT_FALSE(inside(above, over));
+  EXPECT_TRUE(inside(above, under) && inside(above, beside));
+  EXPECT_FALSE(inside(below, under));
+  EXPECT_TRUE(inside(below, over) && inside(below, beside));
+}
+
+TEST(CylinderBalls, CoverTheWholeCylinder) {
+  const double r = 0.022, h = 0.12;
+  const auto balls = cylinder_balls({0.4, 0.1, 0.2}, r, h);
+  for (double z = -0.5; z <= 0.5; z += 0.01) {
+    const Eigen::Vector3d rim(0.4 + r, 0.1, 0.2 + z * h);
+    double least = 1.0;
+    for (const auto& ball : balls)
+      least = std::min(least, (rim - ball.center).norm() - ball.radius);
+    EXPECT_LE(least, 1e-12) << z;
+  }
+}
+
+}  // namespace
+}  // namespace mimesis::planner
