@@ -26,6 +26,10 @@ std::string in_mm(const Eigen::Vector3d& p) {
   return "(" + mm(p.x()) + ", " + mm(p.y()) + ", " + mm(p.z()) + ") mm";
 }
 
+std::string in_words(const kin::Box& box) {
+  return box.name.empty() ? "the box at " + in_mm(box.center) : "the " + box.name;
+}
+
 CollisionChecker::CollisionChecker(const kin::ArmModel& arm, const Obstacles& obstacles,
                                    double margin_m)
     : arm_(arm), obstacles_(obstacles), margin_(margin_m) {
@@ -149,7 +153,7 @@ std::optional<std::string> CollisionChecker::contact(const Eigen::Ref<const Eige
   for (std::size_t i = 0; i < against_all_; ++i) {
     const BallArrays one{&x_[i], &y_[i], &z_[i], &reach_[i], 1};
     const auto box_text = [&](const kin::Box& box) {
-      return names_[i] + " touches the box at " + in_mm(box.center);
+      return names_[i] + " touches " + in_words(box);
     };
     for (const auto& ball : obstacles_.balls) {
       if (ball_gaps(one, nullptr, ball).touches) {

@@ -10,6 +10,8 @@ namespace mimesis::planner {
 
 /// "(x, y, z) mm", rounded: how reasons name places.
 std::string in_mm(const Eigen::Vector3d& p);
+/// "the high stand", or "the box at (x, y, z) mm" if it has no name.
+std::string in_words(const kin::Box& box);
 
 /// What the arm must not touch, in W, and what it carries.
 struct Obstacles {

@@ -54,8 +54,7 @@ std::optional<std::string> place_blocked(const kin::Table& table, const Eigen::V
   }
   for (const auto& box : table.boxes) {
     const Eigen::Vector3d d = ((box.center - center).cwiseAbs() - box.half_extent).cwiseMax(0.0);
-    if (d.head<2>().norm() < r && d.z() < half - kStanding)
-      return "the box at " + in_mm(box.center);
+    if (d.head<2>().norm() < r && d.z() < half - kStanding) return in_words(box);
   }
   return std::nullopt;
 }
@@ -64,7 +63,8 @@ std::vector<kin::Box> closed_passages(const kin::Table& table, Transport transpo
   const Eigen::Vector3d& bar = table.bridge_center;
   const auto slab = [&](double y_lo, double y_hi, double z_lo, double z_hi) {
     return kin::Box{{bar.x(), 0.5 * (y_lo + y_hi), 0.5 * (z_lo + z_hi)},
-                    {kGateHalfThickness, 0.5 * (y_hi - y_lo), 0.5 * (z_hi - z_lo)}};
+                    {kGateHalfThickness, 0.5 * (y_hi - y_lo), 0.5 * (z_hi - z_lo)},
+                    "closed passage"};
   };
   if (transport == Transport::above) return {slab(-kFar, kFar, bar.z() - kFar, bar.z())};
   const double left = bar.y() + table.bridge_half_width, right = bar.y() - table.bridge_half_width;

@@ -72,14 +72,14 @@ TEST(CollisionChecker, AgreesWithAllPairsOnRandomPostures) {
 TEST(CollisionChecker, HeldBallsCountAgainstObstaclesButNotAgainstTheirSupports) {
   const auto arm = planar_arm();
   const Eigen::Vector2d stretched(0.0, 0.0);  // hand at (1.8, 0, 0)
-  const kin::Box shelf{{1.9, 0.2, 0.0}, {0.05, 0.05, 0.05}};
+  const kin::Box shelf{{1.9, 0.2, 0.0}, {0.05, 0.05, 0.05}, "shelf"};
   Obstacles obstacles;
   obstacles.boxes = {shelf};
   EXPECT_TRUE(CollisionChecker(arm, obstacles, kMargin).free(stretched));
   obstacles.held = {{{0.1, 0.1, 0.0}, 0.06}};  // reaches up to y = 0.16
   CollisionChecker carrying(arm, obstacles, kMargin);
   EXPECT_FALSE(carrying.free(stretched));
-  EXPECT_EQ(carrying.contact(stretched), "the held object touches the box at (1900, 200, 0) mm");
+  EXPECT_EQ(carrying.contact(stretched), "the held object touches the shelf");
   obstacles.boxes.clear();
   obstacles.supports = {shelf};
   EXPECT_TRUE(CollisionChecker(arm, obstacles, kMargin).free(stretched));

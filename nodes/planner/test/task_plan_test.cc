@@ -123,9 +123,10 @@ TEST(TaskPlan, BlockedGoalNamesTheObstacle) {
       "the high goal is blocked: the object would touch the obstacle ball at (680, -120, 300) mm");
 
   d.table.balls.pop_back();
-  d.table.boxes.push_back({{0.68, -0.12, 0.40}, {0.05, 0.05, 0.05}});  // 10 mm too low a ceiling
+  d.table.boxes.push_back(
+      {{0.68, -0.12, 0.40}, {0.05, 0.05, 0.05}, "ceiling"});  // too low by 10 mm
   EXPECT_EQ(d.plan(kAboveHigh).error().reason,
-            "the high goal is blocked: the object would touch the box at (680, -120, 400) mm");
+            "the high goal is blocked: the object would touch the ceiling");
 }
 
 TEST(TaskPlan, GoalOutOfReach) {
@@ -138,7 +139,7 @@ TEST(TaskPlan, GoalOutOfReach) {
 
 TEST(TaskPlan, WalledOffGoalIsNotConnected) {
   Demo d = demo();
-  d.table.boxes.push_back({{0.53, 0.0, 1.0}, {0.01, 1.5, 1.5}});
+  d.table.boxes.push_back({{0.53, 0.0, 1.0}, {0.01, 1.5, 1.5}, "wall"});
   const auto plan = d.plan(kBelowLow);
   ASSERT_FALSE(plan);
 }

@@ -50,7 +50,7 @@ ProblemScene scene_of(const Json& json) {
     scene.obstacles.balls.push_back({vector(s).head<3>(), s[3].get<double>()});
   }
   for (const auto& b : json["boxes"])
-    scene.obstacles.boxes.push_back({vector(b["c"]), vector(b["h"])});
+    scene.obstacles.boxes.push_back({vector(b["c"]), vector(b["h"]), ""});
   for (const auto& q : json["queries"]) {
     Query query{q["kind"], vector(q["start"]), {}};
     for (const auto& goal : q["goals"]) query.goals.push_back(vector(goal));
