@@ -1,0 +1,120 @@
+#include "tools/mimesis/launch/command.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <filesystem>
+
+namespace mimesis::launch {
+namespace {
+
+namespace fs = std::filesystem;
+
+bool executable(const fs::path& path) {
+  std::error_code ignored;
+  return fs::is_regular_file(path, ignored) && access(path.c_str(), X_OK) == 0;
+}
+
+std::string quoted(const std::string& word) {
+  const auto plain = [](unsigned char c) {
+    return std::isalnum(c) != 0 ||
+           std::string_view("_-+=:,./@%").find(static_cast<char>(c)) != std::string_view::npos;
+  };
+  if (!word.empty() && std::all_of(word.begin(), word.end(), plain)) return word;
+  std::string out = "'";
+  for (const char c : word) out += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return out + "'";
+}
+
+void add(std::vector<std::string>& argv, const std::string& option, const std::string& value) {
+  argv.push_back(option);
+  argv.push_back(value);
+}
+
+}  // namespace
+
+std::string find_executable(const std::string& exec) {
+  if (exec.find('/') != std::string::npos) return executable(exec) ? exec : "";
+  std::error_code ignored;
+  const fs::path beside = fs::read_symlink("/proc/self/exe", ignored).parent_path() / exec;
+  if (executable(beside)) return beside.string();
+  const char* path = std::getenv("PATH");
+  const std::string folders = path != nullptr ? path : "";
+  for (std::size_t begin = 0; begin < folders.size();) {
+    const std::size_t end = std::min(folders.find(':', begin), folders.size());
+    const fs::path candidate = fs::path(folders.substr(begin, end - begin)) / exec;
+    if (executable(candidate)) return candidate.string();
+    begin = end + 1;
+  }
+  return "";
+}
+
+Command local_command(const GraphFile& graph, const NodeSpec& node, const Run& run) {
+  Command c;
+  const std::string path = find_executable(node.exec.text);
+  c.argv.push_back(path.empty() ? node.exec.text : path);
+  for (const Text& arg : node.args) c.argv.push_back(arg.text);
+  c.env = node.env;
+  c.env.emplace_back("MIMESIS_GRAPH", run.graph);
+  c.env.emplace_back("MIMESIS_RUN_LOG", run.log);
+  if (!node.takes_node_options()) return c;
+  add(c.argv, "--name", node.name.text);
+  add(c.argv, "--graph", run.graph);
+  add(c.argv, "--clock", graph.clock);
+  if (node.name.place.line > 0) {  // the clock is written in no file
+    add(c.argv, "--params", graph.file + "#nodes." + node.name.text + ".params");
+    for (const auto& [name, value] : graph.args) add(c.argv, "--arg", name + "=" + value);
+  }
+  for (const auto& [target, set] : run.sets) {
+    if (target == node.name.text) add(c.argv, "--set", set);
+  }
+  for (const Wire& wire : node.in) add(c.argv, "--in", wire.port + "=" + wire.topic.text);
+  for (const Wire& wire : node.out) add(c.argv, "--out", wire.port + "=" + wire.topic.text);
+  return c;
+}
+
+Command command(const GraphFile& graph, const NodeSpec& node, const Run& run) {
+  Command local = local_command(graph, node, run);
+  const auto host = std::find_if(graph.hosts.begin(), graph.hosts.end(), [&](const Host& h) {
+    return node.host && h.name.text == node.host->text;
+  });
+  if (host == graph.hosts.end() || host->address == "localhost") return local;
+  std::string remote = "exec env";
+  for (const auto& [name, value] : local.env) remote += " " + name + "=" + quoted(value);
+  local.argv[0] = host->prefix + "/bin/" + fs::path(node.exec.text).filename().string();
+  for (const std::string& word : local.argv) remote += " " + quoted(word);
+  const std::string target = host->user.empty() ? host->address : host->user + "@" + host->address;
+  return {{"ssh", "-tt", "-o", "BatchMode=yes", target, "--", remote}, {}};
+}
+
+GraphFile with_clock(GraphFile graph) {
+  if (graph.clock == "wall") return graph;
+  NodeSpec clock;
+  clock.name.text = "clock";
+  clock.exec.text = "mimesis_clock";
+  clock.required = true;
+  clock.stop.last = true;
+  std::string participants;
+  for (NodeSpec& node : graph.nodes) {
+    if (!node.takes_node_options()) continue;
+    participants += (participants.empty() ? "" : ",") + node.name.text;
+    node.after.push_back(clock.name);
+  }
+  for (const std::string& set : {"mode=" + graph.clock, "participants=" + participants}) {
+    clock.args.push_back({"--set", {}});
+    clock.args.push_back({set, {}});
+  }
+  graph.nodes.insert(graph.nodes.begin(), clock);
+  return graph;
+}
+
+std::string shell_line(const Command& command) {
+  std::string line;
+  for (const auto& [name, value] : command.env) line += name + "=" + quoted(value) + " ";
+  for (std::size_t i = 0; i < command.argv.size(); ++i)
+    line += (i > 0 ? " " : "") + quoted(command.argv[i]);
+  return line;
+}
+
+}  // namespace mimesis::launch

@@ -1,0 +1,225 @@
+#include "tools/mimesis/launch/graph_file.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "common/error.h"
+#include "common/runtime/value_text.h"
+#include "tools/mimesis/launch/order.h"
+#include "tools/mimesis/launch/result_section.h"
+
+namespace mimesis::launch {
+namespace {
+
+using runtime::Yaml;
+
+/// What a node has if it does not say otherwise: the section `defaults:`, or our own.
+struct Defaults {
+  Restart restart;
+  Stop stop;
+  Sched sched;
+  nanoseconds ready_within = NodeSpec{}.ready_within;
+  bool ready_when_started = false;
+  std::optional<Text> host;
+  std::vector<std::pair<std::string, std::string>> env;
+};
+
+void read_restart(Section& node, Restart& restart) {
+  const Yaml* value = node.take("restart");
+  if (value == nullptr) return;
+  if (value->kind == Yaml::Kind::scalar) {
+    const auto policy = node.choice("restart", {"never", "on-failure"});
+    if (policy) restart.on_failure = *policy == "on-failure";
+    return;
+  }
+  node.section("restart", [&](Section& s) {
+    restart.on_failure =
+        s.choice("policy", {"never", "on-failure"}).value_or("on-failure") == "on-failure";
+    restart.delay = s.duration("delay").value_or(restart.delay);
+    restart.backoff = s.number("backoff", 1.0, 100.0).value_or(restart.backoff);
+    restart.max = s.whole("max", 1, 1000).value_or(restart.max);
+    restart.window = s.duration("window").value_or(restart.window);
+  });
+}
+
+/// The keys that `defaults:` and a node share.
+template <class T>
+void read_common(Section& s, T& t) {
+  read_restart(s, t.restart);
+  s.section("stop", [&](Section& stop) {
+    if (const auto order = stop.choice("order", {"reverse", "last"}))
+      t.stop.last = *order == "last";
+    if (const auto name = stop.choice("signal", {"INT", "TERM"})) {
+      t.stop.signal = *name == "INT" ? SIGINT : SIGTERM;
+    }
+    t.stop.timeout = stop.duration("timeout").value_or(t.stop.timeout);
+  });
+  s.section("sched", [&](Section& sched) {
+    t.sched.policy = sched.choice("policy", {"other", "fifo", "rr"}).value_or(t.sched.policy);
+    t.sched.priority = sched.whole("priority", 1, 99).value_or(t.sched.priority);
+    if (const auto cpus = sched.wholes("cpus", 0, 1023); !cpus.empty()) t.sched.cpus = cpus;
+  });
+  if (const Yaml* ready = s.take("ready"); ready != nullptr && ready->kind == Yaml::Kind::scalar) {
+    t.ready_when_started = s.choice("ready", {"started"}).has_value();
+  } else {
+    s.section("ready", [&](Section& within) {
+      t.ready_within = within.duration("within").value_or(t.ready_within);
+    });
+  }
+  if (auto host = s.text("host")) t.host = std::move(*host);
+  s.entries("env", [&](const Text& name, const Yaml& value) {
+    if (auto text = s.expand(value, "text")) t.env.emplace_back(name.text, text->text);
+  });
+}
+
+std::vector<Wire> read_wires(Section& node, const std::string& key) {
+  std::vector<Wire> wires;
+  node.entries(key, [&](const Text& port, const Yaml& topic) {
+    if (auto text = node.expand(topic, "a topic")) wires.push_back({port.text, std::move(*text)});
+  });
+  return wires;
+}
+
+NodeSpec read_node(const Text& name, Section& s, const Defaults& defaults) {
+  NodeSpec node;
+  node.name = name;
+  node.restart = defaults.restart;
+  node.stop = defaults.stop;
+  node.sched = defaults.sched;
+  node.ready_within = defaults.ready_within;
+  node.ready_when_started = defaults.ready_when_started;
+  node.host = defaults.host;
+  node.env = defaults.env;
+  if (auto exec = s.text("exec")) {
+    node.exec = std::move(*exec);
+  } else {
+    s.mistakes().add(name.place, fmt::format("node '{}' has no exec", name.text));
+  }
+  node.args = s.texts("args");
+  node.in = read_wires(s, "in");
+  node.out = read_wires(s, "out");
+  node.after = s.texts("after");
+  node.required = s.flag("required").value_or(false);
+  node.enabled = s.flag("if").value_or(true);
+  if (const Yaml* params = s.take("params");
+      params != nullptr && params->kind != Yaml::Kind::map && params->kind != Yaml::Kind::empty) {
+    s.mistakes().add(params->place, "expected params as a map, found " + params->described());
+  }
+  read_common(s, node);
+  if (node.sched.policy != "other" && node.sched.priority == 0) {
+    s.mistakes().add(
+        name.place, fmt::format("node '{}': sched.policy {} needs a priority in [1, 99]", name.text,
+                                node.sched.policy));
+  }
+  s.finish();
+  return node;
+}
+
+bool fits(const std::string& value, const std::string& type) {
+  if (type == "bool") return runtime::to_bool(value).has_value();
+  if (type == "int") return runtime::to_int(value).has_value();
+  if (type == "number") return runtime::to_double(value).has_value();
+  if (type == "duration") return runtime::to_duration(value).has_value();
+  return true;
+}
+
+void read_args(Section& top, GraphFile& graph) {
+  top.entries("args", [&](const Text& name, const Yaml& declaration) {
+    Section s(declaration, top.variables(), top.mistakes());
+    const std::string type =
+        s.choice("type", {"string", "bool", "int", "number", "duration", "path"})
+            .value_or("string");
+    s.text("help");
+    s.take("default");
+    s.finish();
+    Yaml reference;
+    reference.kind = Yaml::Kind::scalar;
+    reference.text = "${arg:" + name.text + "}";
+    reference.place = declaration.place;
+    const auto value = s.expand(reference, "text");
+    if (!value) return;
+    if (!fits(value->text, type)) {
+      const bool given = top.variables().args().contains(name.text);
+      const Yaml* fallback = declaration.find("default");
+      top.mistakes().add(given || fallback == nullptr ? runtime::Place{"--arg"} : fallback->place,
+                         fmt::format("{}: expected {}, found '{}'", name.text, type, value->text));
+    }
+    graph.args.emplace_back(name.text, value->text);
+  });
+}
+
+void read_hosts(Section& top, GraphFile& graph) {
+  top.entries("hosts", [&](const Text& name, const Yaml& map) {
+    Section s(map, top.variables(), top.mistakes());
+    Host host{.name = name, .address = {}, .user = {}, .prefix = "/usr"};
+    if (const auto address = s.text("address")) {
+      host.address = address->text;
+    } else {
+      top.mistakes().add(name.place, fmt::format("host '{}' has no address", name.text));
+    }
+    if (const auto user = s.text("user")) host.user = user->text;
+    if (const auto prefix = s.text("prefix")) host.prefix = prefix->text;
+    s.finish();
+    graph.hosts.push_back(std::move(host));
+  });
+}
+
+void read_nodes(Section& top, GraphFile& graph, const Defaults& defaults) {
+  const Yaml* nodes = top.take("nodes");
+  if (nodes == nullptr || nodes->entries.empty()) {
+    top.mistakes().add(nodes != nullptr ? nodes->place : top.place(), "there are no nodes");
+  }
+  top.entries("nodes", [&](const Text& name, const Yaml& map) {
+    Section s(map, top.variables(), top.mistakes());
+    graph.nodes.push_back(read_node(name, s, defaults));
+  });
+}
+
+}  // namespace
+
+const NodeSpec* GraphFile::find(const std::string& node) const {
+  const auto it = std::find_if(nodes.begin(), nodes.end(),
+                               [&](const NodeSpec& spec) { return spec.name.text == node; });
+  return it != nodes.end() ? &*it : nullptr;
+}
+
+GraphFile read_graph_file(const std::string& file, const std::vector<std::string>& args,
+                          const std::string& run_log, Mistakes& mistakes) {
+  const Yaml document = runtime::read_yaml(file);
+  runtime::Variables variables(document);
+  for (const std::string& arg : args) {
+    try {
+      variables.set_arg(arg);
+    } catch (const ConfigError& e) {
+      mistakes.add_line({}, e.what());
+    }
+  }
+  variables.set_run("log", run_log);
+
+  GraphFile graph;
+  graph.file = file;
+  Section top(document, variables, mistakes);
+  // Version first: a newer file may have keys that mean nothing here.
+  if (const auto version = top.text("version"); !version || version->text != "1") {
+    mistakes.add(version ? version->place : document.place, "expected version: 1");
+    return graph;
+  }
+  graph.clock = top.choice("clock", {"wall", "sim", "lockstep"}).value_or("wall");
+  read_args(top, graph);
+  read_hosts(top, graph);
+  Defaults defaults;
+  top.section("defaults", [&](Section& s) { read_common(s, defaults); });
+  read_nodes(top, graph, defaults);
+  if (const Yaml* result = top.take("result");
+      result != nullptr && result->kind == Yaml::Kind::map) {
+    Section s(*result, variables, mistakes);
+    graph.result = read_result(s);
+  }
+  top.finish();
+  check_order(graph, mistakes);
+  drop_disabled(graph);
+  return graph;
+}
+
+}  // namespace mimesis::launch

@@ -1,0 +1,110 @@
+#pragma once
+#include <chrono>
+#include <csignal>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "tools/mimesis/launch/section.h"
+
+namespace mimesis::launch {
+
+using std::chrono::nanoseconds;
+
+/// What happens when a node ends by itself with a failure.
+struct Restart {
+  bool on_failure = false;
+  nanoseconds delay = std::chrono::milliseconds(500);  ///< before the first restart
+  double backoff = 2.0;  ///< factor of the delay per restart in the window [1]
+  int max = 5;           ///< restarts within the window, then it has failed
+  nanoseconds window = std::chrono::seconds(60);
+};
+
+struct Stop {
+  bool last = false;    ///< `order: last`: after all others, for actuators
+  int signal = SIGINT;  ///< SIGINT or SIGTERM
+  nanoseconds timeout = std::chrono::seconds(3);  ///< then SIGKILL
+};
+
+/// Scheduling of the process, inherited by its threads.
+struct Sched {
+  std::string policy = "other";  ///< other, fifo or rr
+  int priority = 0;              ///< 1..99 for fifo and rr
+  std::vector<int> cpus;         ///< empty: any
+};
+
+/// A port of a node and the topic it is wired to.
+struct Wire {
+  std::string port;
+  Text topic;
+};
+
+struct NodeSpec {
+  Text name;
+  Text exec;
+  std::vector<Text> args;
+  std::vector<Wire> in, out;
+  std::vector<Text> after;
+  std::vector<std::pair<std::string, std::string>> env;
+  std::optional<Text> host;
+  bool required = false;
+  bool enabled = true;  ///< `if`
+  Restart restart;
+  Stop stop;
+  nanoseconds ready_within = std::chrono::seconds(10);
+  bool ready_when_started = false;  ///< `ready: started`: for programs that are no nodes
+  Sched sched;
+
+  /// False for a program that is no graph node with our options, such as `exec: mimesis`.
+  bool takes_node_options() const { return exec.text != "mimesis"; }
+};
+
+/// A machine that is reached by ssh.
+struct Host {
+  Text name;
+  std::string address, user, prefix;
+};
+
+/// TOPIC.FIELD of a message: the topic ends at the first dot.
+struct FieldPath {
+  std::string topic;
+  std::string field;  ///< "object_position_in_world_m.x_m"
+  runtime::Place place;
+};
+
+struct ResultField {
+  std::string name;
+  FieldPath from;
+  std::optional<double> scale;  ///< factor
+  std::optional<int> digits;    ///< after the point
+};
+
+struct ResultSpec {
+  Text until;                                           ///< topic whose first message ends the run
+  nanoseconds timeout = std::chrono::seconds(60);       ///< of graph time
+  nanoseconds wall_timeout = std::chrono::minutes(10);  ///< guard, of wall time
+  std::optional<FieldPath> success;                     ///< a bool
+  std::vector<ResultField> fields;
+};
+
+/// A launch file, checked and with its variables replaced.
+struct GraphFile {
+  std::string file;
+  std::string clock = "wall";                             ///< wall, sim or lockstep
+  std::vector<std::pair<std::string, std::string>> args;  ///< effective values of all arguments
+  std::vector<Host> hosts;
+  std::vector<NodeSpec> nodes;  ///< enabled ones, in the order of the file
+  std::optional<ResultSpec> result;
+
+  const NodeSpec* find(const std::string& node) const;
+};
+
+/// Reads `file`. Mistakes are collected; what is returned is usable if there are none.
+/// @param args "NAME=VALUE" from the command line
+/// @param run_log folder that `${run:log}` stands for
+/// @throws ConfigError if the file cannot be read as YAML.
+GraphFile read_graph_file(const std::string& file, const std::vector<std::string>& args,
+                          const std::string& run_log, Mistakes& mistakes);
+
+}  // namespace mimesis::launch

@@ -1,0 +1,172 @@
+#include "tools/mimesis/launch/process.h"
+
+#include <fcntl.h>
+#include <sched.h>
+#include <signal.h>
+#include <sys/pidfd.h>
+#include <sys/prctl.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <stdexcept>
+#include <vector>
+
+extern char** environ;
+
+namespace mimesis::launch {
+namespace {
+
+struct Pipe {
+  Fd read, write;
+};
+
+Pipe make_pipe() {
+  int fds[2];
+  if (pipe2(fds, O_CLOEXEC) != 0)
+    throw std::runtime_error(std::string("pipe: ") + std::strerror(errno));
+  return {Fd(fds[0]), Fd(fds[1])};
+}
+
+std::vector<std::string> environment(const Command& command) {
+  std::vector<std::string> all;
+  for (char** entry = environ; *entry != nullptr; ++entry) {
+    const std::string text = *entry;
+    bool replaced = false;
+    for (const auto& [name, value] : command.env)
+      replaced = replaced || text.starts_with(name + "=");
+    if (!replaced) all.push_back(text);
+  }
+  for (const auto& [name, value] : command.env) all.push_back(name + "=" + value);
+  return all;
+}
+
+std::vector<char*> pointers(std::vector<std::string>& texts) {
+  std::vector<char*> all;
+  for (std::string& text : texts) all.push_back(text.data());
+  all.push_back(nullptr);
+  return all;
+}
+
+/// All that the child needs, made before the fork: after it only async-signal-safe calls are
+/// allowed.
+struct Prepared {
+  std::vector<char*> argv, env;
+  pid_t parent = 0;
+  int out = -1, err = -1, report = -1;
+  bool pinned = false;
+  cpu_set_t cpus{};
+  int policy = SCHED_OTHER;
+  sched_param priority{};
+};
+
+/// What failed, as the first of two ints; errno is the second.
+enum Stage : int { kAffinity, kScheduler, kExec };
+
+[[noreturn]] void become(const Prepared& p) {
+  setsid();
+  prctl(PR_SET_PDEATHSIG, SIGTERM);
+  if (getppid() != p.parent) _exit(1);  // it died before we could ask
+  sigset_t none;
+  sigemptyset(&none);
+  sigprocmask(SIG_SETMASK, &none, nullptr);
+  for (const int s : {SIGPIPE, SIGINT, SIGTERM, SIGHUP, SIGTTOU}) signal(s, SIG_DFL);
+  const int null = open("/dev/null", O_RDONLY);
+  dup2(null, STDIN_FILENO);
+  dup2(p.out, STDOUT_FILENO);
+  dup2(p.err, STDERR_FILENO);
+  int failure[2] = {kExec, 0};
+  if (p.pinned && sched_setaffinity(0, sizeof p.cpus, &p.cpus) != 0) {
+    failure[0] = kAffinity;
+  } else if (p.policy != SCHED_OTHER && sched_setscheduler(0, p.policy, &p.priority) != 0) {
+    failure[0] = kScheduler;
+  } else {
+    execve(p.argv[0], p.argv.data(), p.env.data());
+  }
+  failure[1] = errno;
+  if (write(p.report, failure, sizeof failure) < 0) _exit(126);
+  _exit(127);
+}
+
+void set_schedule(Prepared& p, const Sched& sched) {
+  CPU_ZERO(&p.cpus);
+  for (const int cpu : sched.cpus) CPU_SET(static_cast<std::size_t>(cpu), &p.cpus);
+  p.pinned = !sched.cpus.empty();
+  p.policy = sched.policy == "fifo" ? SCHED_FIFO : sched.policy == "rr" ? SCHED_RR : SCHED_OTHER;
+  p.priority.sched_priority = p.policy == SCHED_OTHER ? 0 : sched.priority;
+}
+
+}  // namespace
+
+Fd& Fd::operator=(Fd&& other) noexcept {
+  if (this != &other) {
+    reset();
+    std::swap(fd_, other.fd_);
+  }
+  return *this;
+}
+
+void Fd::reset() {
+  if (fd_ >= 0) close(fd_);
+  fd_ = -1;
+}
+
+std::string Ending::text() const {
+  if (signal == 0) return "ended with exit code " + std::to_string(code);
+  const char* name = sigabbrev_np(signal);
+  return "was killed by " + (name != nullptr ? "SIG" + std::string(name) : std::to_string(signal));
+}
+
+void Child::send(int signal) const {
+  if (pid > 0) kill(-pid, signal);
+}
+
+std::optional<Ending> Child::reap() {
+  int status = 0;
+  if (pid <= 0 || waitpid(pid, &status, WNOHANG) != pid) return std::nullopt;
+  kill(-pid, SIGKILL);  // what it started itself
+  pid = -1;
+  pidfd.reset();
+  if (WIFSIGNALED(status)) return Ending{.signal = WTERMSIG(status)};
+  return Ending{.code = WEXITSTATUS(status)};
+}
+
+Child spawn(const Command& command, const Sched& sched) {
+  std::vector<std::string> argv = command.argv, env = environment(command);
+  const std::string path = find_executable(argv[0]);
+  if (path.empty()) throw std::runtime_error(argv[0] + ": there is no such program");
+  argv[0] = path;
+  Pipe out = make_pipe(), err = make_pipe(), report = make_pipe();
+  Prepared prepared{.argv = pointers(argv), .env = pointers(env), .parent = getpid()};
+  prepared.out = out.write.get();
+  prepared.err = err.write.get();
+  prepared.report = report.write.get();
+  set_schedule(prepared, sched);
+
+  Child child;
+  child.pid = fork();
+  if (child.pid < 0) throw std::runtime_error(argv[0] + ": fork: " + std::strerror(errno));
+  if (child.pid == 0) become(prepared);
+  report.write.reset();
+  out.write.reset();
+  err.write.reset();
+  int failure[2];
+  if (read(report.read.get(), failure, sizeof failure) == sizeof failure) {
+    waitpid(child.pid, nullptr, 0);
+    const char* stage = failure[0] == kAffinity    ? ": sched.cpus: "
+                        : failure[0] == kScheduler ? ": sched.policy: "
+                                                   : ": ";
+    throw std::runtime_error(argv[0] + stage + std::strerror(failure[1]));
+  }
+  child.pidfd = Fd(pidfd_open(child.pid, 0));
+  if (!child.pidfd.open())
+    throw std::runtime_error(std::string("pidfd_open: ") + std::strerror(errno));
+  fcntl(out.read.get(), F_SETFL, O_NONBLOCK);
+  fcntl(err.read.get(), F_SETFL, O_NONBLOCK);
+  child.out = std::move(out.read);
+  child.err = std::move(err.read);
+  return child;
+}
+
+}  // namespace mimesis::launch

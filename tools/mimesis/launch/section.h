@@ -1,0 +1,62 @@
+#pragma once
+#include <chrono>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "common/runtime/variables.h"
+#include "common/runtime/yaml_document.h"
+#include "tools/mimesis/launch/mistakes.h"
+
+namespace mimesis::launch {
+
+/// Text with the place it was written at.
+struct Text {
+  std::string text;
+  runtime::Place place;
+};
+
+/// Reads one map of a launch file: each value by its expected type, with variables replaced. Call
+/// `finish` when all known keys were asked for; what was not asked for is unknown.
+class Section {
+ public:
+  Section(const runtime::Yaml& map, const runtime::Variables& variables, Mistakes& mistakes);
+
+  /// Value of `key`, null if absent. The key counts as known.
+  const runtime::Yaml* take(const std::string& key);
+
+  // Nothing if the key is absent or, with a mistake noted, if the value is wrong.
+  std::optional<Text> text(const std::string& key);
+  std::optional<std::string> choice(const std::string& key,
+                                    const std::vector<std::string>& choices);
+  std::optional<bool> flag(const std::string& key);  ///< also "!true", for `if: "!${arg:sim}"`
+  std::optional<int> whole(const std::string& key, int lo, int hi);
+  std::optional<double> number(const std::string& key, double lo, double hi);
+  std::optional<std::chrono::nanoseconds> duration(const std::string& key);
+  std::vector<Text> texts(const std::string& key);  ///< a list
+  std::vector<int> wholes(const std::string& key, int lo, int hi);
+
+  /// A nested section; nothing happens if it is absent.
+  void section(const std::string& key, const std::function<void(Section&)>& read);
+  /// Each entry of a map with free keys.
+  void entries(const std::string& key,
+               const std::function<void(const Text& name, const runtime::Yaml& value)>& read);
+
+  void finish();
+
+  std::optional<Text> expand(const runtime::Yaml& value, const std::string& expected);
+  Mistakes& mistakes() { return mistakes_; }
+  const runtime::Variables& variables() const { return variables_; }
+  const runtime::Place& place() const { return map_.place; }
+
+ private:
+  bool expect(const runtime::Yaml& value, runtime::Yaml::Kind kind, const std::string& expected);
+
+  const runtime::Yaml& map_;
+  const runtime::Variables& variables_;
+  Mistakes& mistakes_;
+  std::vector<std::string> known_;
+};
+
+}  // namespace mimesis::launch
