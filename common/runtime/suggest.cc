@@ -30,7 +30,7 @@ std::string did_you_mean(std::string_view word, const std::vector<std::string>& 
     // A forgotten unit ("rate" for "rate_hz") is one slip, however long the unit is.
     if (word.size() >= 3 && candidate.starts_with(word))
       distance = std::min<std::size_t>(distance, 1);
-    if (distance < best_distance) {
+    if (distance < best_distance && distance < word.size()) {
       best = &candidate;
       best_distance = distance;
     }

@@ -20,6 +20,7 @@ class Published {
   }
 
   void demand(const Text& topic, Mistakes& mistakes) const {
+    if (topic.text.empty()) return;  // reported as missing
     for (const std::string& known : known_) {
       if (known == topic.text) return;
     }
@@ -76,6 +77,10 @@ void check_sets(const GraphFile& graph, const Run& run, Mistakes& mistakes) {
 
 void check_graph(const GraphFile& graph, const Run& run, Mistakes& mistakes) {
   const Published published(graph);
+  if (graph.clock != "wall" && find_executable("mimesis_clock").empty()) {
+    mistakes.add({graph.file},
+                 "clock " + graph.clock + " needs the program mimesis_clock beside mimesis");
+  }
   for (const NodeSpec& node : graph.nodes) {
     if (!node.exec.text.empty() && !remote(graph, node) &&
         find_executable(node.exec.text).empty()) {

@@ -57,6 +57,10 @@ void read_common(Section& s, T& t) {
   });
   s.section("sched", [&](Section& sched) {
     t.sched.policy = sched.choice("policy", {"other", "fifo", "rr"}).value_or(t.sched.policy);
+    if (!sched.has("priority") && t.sched.policy != "other" && t.sched.priority == 0) {
+      sched.mistakes().add(sched.place(),
+                           "policy " + t.sched.policy + " needs a priority in [1, 99]");
+    }
     t.sched.priority = sched.whole("priority", 1, 99).value_or(t.sched.priority);
     if (const auto cpus = sched.wholes("cpus", 0, 1023); !cpus.empty()) t.sched.cpus = cpus;
   });
@@ -93,7 +97,7 @@ NodeSpec read_node(const Text& name, Section& s, const Defaults& defaults) {
   node.env = defaults.env;
   if (auto exec = s.text("exec")) {
     node.exec = std::move(*exec);
-  } else {
+  } else if (!s.has("exec")) {
     s.mistakes().add(name.place, fmt::format("node '{}' has no exec", name.text));
   }
   node.args = s.texts("args");
@@ -107,11 +111,6 @@ NodeSpec read_node(const Text& name, Section& s, const Defaults& defaults) {
     s.mistakes().add(params->place, "expected params as a map, found " + params->described());
   }
   read_common(s, node);
-  if (node.sched.policy != "other" && node.sched.priority == 0) {
-    s.mistakes().add(
-        name.place, fmt::format("node '{}': sched.policy {} needs a priority in [1, 99]", name.text,
-                                node.sched.policy));
-  }
   s.finish();
   return node;
 }
@@ -155,7 +154,7 @@ void read_hosts(Section& top, GraphFile& graph) {
     Host host{.name = name, .address = {}, .user = {}, .prefix = "/usr"};
     if (const auto address = s.text("address")) {
       host.address = address->text;
-    } else {
+    } else if (!s.has("address")) {
       top.mistakes().add(name.place, fmt::format("host '{}' has no address", name.text));
     }
     if (const auto user = s.text("user")) host.user = user->text;

@@ -53,11 +53,12 @@ struct NodeSpec {
   Restart restart;
   Stop stop;
   nanoseconds ready_within = std::chrono::seconds(10);
-  bool ready_when_started = false;  ///< `ready: started`: for programs that are no nodes
+  bool ready_when_started = false;  ///< `ready: started`: a foreign program, no node
   Sched sched;
 
-  /// False for a program that is no graph node with our options, such as `exec: mimesis`.
-  bool takes_node_options() const { return exec.text != "mimesis"; }
+  /// False for programs without the options of nodes and no part in the graph's clock: foreign ones, and
+  /// `exec: mimesis` (the recorder).
+  bool takes_node_options() const { return !ready_when_started && exec.text != "mimesis"; }
 };
 
 /// A machine that is reached by ssh.

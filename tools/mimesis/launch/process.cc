@@ -3,8 +3,8 @@
 #include <fcntl.h>
 #include <sched.h>
 #include <signal.h>
-#include <sys/pidfd.h>
 #include <sys/prctl.h>
+#include <sys/syscall.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -159,7 +159,7 @@ Child spawn(const Command& command, const Sched& sched) {
                                                    : ": ";
     throw std::runtime_error(argv[0] + stage + std::strerror(failure[1]));
   }
-  child.pidfd = Fd(pidfd_open(child.pid, 0));
+  child.pidfd = Fd(static_cast<int>(syscall(SYS_pidfd_open, child.pid, 0)));
   if (!child.pidfd.open())
     throw std::runtime_error(std::string("pidfd_open: ") + std::strerror(errno));
   fcntl(out.read.get(), F_SETFL, O_NONBLOCK);

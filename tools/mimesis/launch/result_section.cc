@@ -23,7 +23,8 @@ std::optional<ResultField> result_field(const Text& name, const Yaml& value, Sec
   if (value.kind == Yaml::Kind::map) {
     Section s(value, section.variables(), section.mistakes());
     from = s.text("from");
-    if (!from) section.mistakes().add(value.place, "a result field needs from: TOPIC.FIELD");
+    if (!s.has("from"))
+      section.mistakes().add(value.place, "a result field needs from: TOPIC.FIELD");
     field.scale = s.number("scale", -1e12, 1e12);
     field.digits = s.whole("digits", 0, 15);
     s.finish();
@@ -43,7 +44,7 @@ ResultSpec read_result(Section& section) {
   ResultSpec result;
   if (auto until = section.text("until")) {
     result.until = std::move(*until);
-  } else {
+  } else if (!section.has("until")) {
     section.mistakes().add(section.place(), "result needs until: TOPIC");
   }
   result.timeout = section.duration("timeout").value_or(result.timeout);

@@ -23,6 +23,7 @@ class Section {
  public:
   Section(const runtime::Yaml& map, const runtime::Variables& variables, Mistakes& mistakes);
 
+  bool has(const std::string& key) const { return map_.find(key) != nullptr; }
   /// Value of `key`, null if absent. The key counts as known.
   const runtime::Yaml* take(const std::string& key);
 
