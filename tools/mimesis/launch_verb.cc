@@ -16,8 +16,12 @@ void add_launch(CLI::App& program, int& exit_code) {
                  "Report all mistakes of the file with line and column; start nothing");
   verb->add_flag("--dry-run", options->dry_run,
                  "Print the commands in order of start; start nothing");
-  verb->add_option("--arg", options->args, "Value of an argument the file declares: NAME=VALUE");
-  verb->add_option("--set", options->sets, "Parameter of a node: NODE.KEY=VALUE, the last wins");
+  verb->add_option("--arg", options->args, "Value of an argument the file declares")
+      ->type_name("NAME=VALUE")
+      ->allow_extra_args(false);
+  verb->add_option("--set", options->sets, "Parameter of a node, the last wins")
+      ->type_name("NODE.KEY=VALUE")
+      ->allow_extra_args(false);
   verb->add_option("--graph", options->graph,
                    "Name of the graph (default: MIMESIS_GRAPH, or default)");
   verb->add_option("--name", options->name,
