@@ -1,0 +1,117 @@
+#include "hw/modbus/registers.h"
+
+#include <algorithm>
+
+namespace mimesis::hw::modbus {
+namespace {
+
+constexpr std::size_t kFingers = 4;  // A, B, C and the scissor axis
+using Bytes = std::array<std::uint8_t, 2 * kRegisters>;
+
+Registers pack(const Bytes& bytes) {
+  Registers registers{};
+  for (std::size_t i = 0; i < kRegisters; ++i) {
+    registers[i] = static_cast<std::uint16_t>(bytes[2 * i] << 8 | bytes[2 * i + 1]);
+  }
+  return registers;
+}
+
+Bytes unpack(const Registers& registers) {
+  Bytes bytes{};
+  for (std::size_t i = 0; i < kRegisters; ++i) {
+    bytes[2 * i] = static_cast<std::uint8_t>(registers[i] >> 8);
+    bytes[2 * i + 1] = static_cast<std::uint8_t>(registers[i] & 0xFF);
+  }
+  return bytes;
+}
+
+std::uint8_t byte(unsigned value) { return static_cast<std::uint8_t>(value); }
+unsigned flag(bool set, int bit) { return set ? 1u << bit : 0u; }
+bool bit(std::uint8_t value, int n) { return (value >> n & 1) != 0; }
+unsigned two_bits(std::uint8_t value, int lowest) { return value >> lowest & 3u; }
+
+}  // namespace
+
+Registers encode(const HandOutput& o) {
+  Bytes b{};
+  b[0] = byte(flag(o.activate, 0) | static_cast<unsigned>(o.mode) << 1 | flag(o.go, 3));
+  b[3] = o.position;  // of finger A; the others follow it while rICF (byte 1, bit 2) is 0
+  b[4] = o.speed;
+  b[5] = o.force;
+  return pack(b);
+}
+
+HandOutput decode_output(const Registers& registers) {
+  const Bytes b = unpack(registers);
+  return {.activate = bit(b[0], 0),
+          .mode = static_cast<HandMode>(two_bits(b[0], 1)),
+          .go = bit(b[0], 3),
+          .position = b[3],
+          .speed = b[4],
+          .force = b[5]};
+}
+
+Registers encode(const HandInput& i) {
+  Bytes b{};
+  b[0] = byte(flag(i.activated, 0) | static_cast<unsigned>(i.mode) << 1 | flag(i.go, 3) |
+              static_cast<unsigned>(i.initialisation) << 4 | static_cast<unsigned>(i.motion) << 6);
+  b[1] = byte(static_cast<unsigned>(i.contact) * 0b010101u |
+              static_cast<unsigned>(Contact::at_request) << 6);
+  b[2] = i.fault;
+  for (std::size_t finger = 0; finger < kFingers - 1; ++finger) {
+    b[3 + 3 * finger] = i.requested;
+    b[4 + 3 * finger] = i.position;
+    b[5 + 3 * finger] = i.current;
+  }
+  return pack(b);
+}
+
+HandInput decode_input(const Registers& registers) {
+  const Bytes b = unpack(registers);
+  HandInput i{.activated = bit(b[0], 0),
+              .mode = static_cast<HandMode>(two_bits(b[0], 1)),
+              .go = bit(b[0], 3),
+              .initialisation = static_cast<Initialisation>(two_bits(b[0], 4)),
+              .motion = static_cast<Motion>(two_bits(b[0], 6)),
+              .fault = byte(b[2] & 0x0Fu),
+              .requested = b[3],
+              .position = byte((b[4] + b[7] + b[10] + 1u) / 3u),
+              .current = std::max({b[5], b[8], b[11]})};
+  const auto any = [&](Contact c) {
+    return std::ranges::any_of(
+        std::array{0, 2, 4}, [&](int n) { return two_bits(b[1], n) == static_cast<unsigned>(c); });
+  };
+  for (const Contact c : {Contact::while_closing, Contact::while_opening, Contact::at_request}) {
+    if (i.contact == Contact::none && any(c)) i.contact = c;
+  }
+  return i;
+}
+
+std::string fault_text(std::uint8_t fault) {
+  switch (fault) {
+    case 0x0:
+      return "";
+    case 0x5:
+      return "action delayed: activation must be completed (0x5)";
+    case 0x6:
+      return "action delayed: mode change must be completed (0x6)";
+    case 0x7:
+      return "must be activated first (0x7)";
+    case 0x9:
+      return "communication chip not ready (0x9)";
+    case 0xA:
+      return "mode change impeded for less than 20 s (0xA)";
+    case 0xB:
+      return "automatic release in progress (0xB)";
+    case 0xD:
+      return "activation failed (0xD)";
+    case 0xE:
+      return "mode change failed (0xE)";
+    case 0xF:
+      return "automatic release completed (0xF)";
+    default:
+      return "fault " + std::to_string(fault);
+  }
+}
+
+}  // namespace mimesis::hw::modbus

@@ -1,0 +1,29 @@
+#pragma once
+#include <chrono>
+#include <string>
+#include <tl/expected.hpp>
+
+#include "common/error.h"
+
+namespace mimesis::hw::modbus {
+
+/// Where a Modbus TCP server is: tcp:HOST:PORT, or unix:NAME, a stream socket in the graph's
+/// directory.
+struct Address {
+  bool local = false;
+  std::string host;  ///< of tcp
+  std::string port;  ///< of tcp
+  std::string path;  ///< of unix
+  std::string text;  ///< as written
+};
+
+/// @throws ConfigError if it is neither, or the socket's path is too long
+Address parse_address(const std::string& text, const std::string& directory);
+
+/// Connected socket, blocking; at most `timeout` of wall time.
+tl::expected<int, Status> connect(const Address& address, std::chrono::milliseconds timeout);
+
+/// Listening socket. @throws ConfigError if the address is in use or cannot be bound
+int listen(const Address& address);
+
+}  // namespace mimesis::hw::modbus
