@@ -41,7 +41,7 @@ Drive::Drive(const DriveConfig& config) : config_(config), plant_(config.plant, 
                static_cast<std::uint32_t>(1e3 * config_.following_time_s));
   objects_.add(obj::kVelocity, 4, read_only, 0);
   objects_.add(obj::kTorque, 2, read_only, 0);
-  objects_.add(obj::kTarget, 4, read_write, 0);
+  objects_.add(obj::kTarget, 4, read_write, bits(axis.to_increments(config_.home_rad)));
   objects_.add(obj::kPositionMin, 4, read_write, 0x80000000);
   objects_.add(obj::kPositionMax, 4, read_write, 0x7FFFFFFF);
   objects_.add(obj::kMaxVelocity, 4, read_only, magnitude(config_.plant.v_max_rad_s));

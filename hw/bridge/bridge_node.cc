@@ -1,0 +1,191 @@
+#include "hw/bridge/bridge_node.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "common/model/files.h"
+
+namespace mimesis::hw::bridge {
+namespace {
+
+using std::chrono::milliseconds;
+
+constexpr double kHandRateHz = 100.0, kJointsRateHz = 50.0;
+constexpr milliseconds kStatusPeriod(1000);
+constexpr int kHoldCycles = 3;
+constexpr milliseconds kHandTimeout(50);
+// In lock-step graph time stands still meanwhile, and the machine's speed must not decide.
+constexpr milliseconds kHandTimeoutLockstep(5000);
+
+static_assert(static_cast<int>(DriveState::switch_on_disabled) ==
+              v1::DRIVE_STATE_SWITCH_ON_DISABLED);
+static_assert(static_cast<int>(DriveState::fault) == v1::DRIVE_STATE_FAULT);
+
+arm::ArmOptions arm_options(const BridgeParams& p, const kin::ArmModel& model) {
+  return {.axes = arm::complete(p.axes, model.dof()),
+          .limits = {.q_min = model.q_min,
+                     .q_max = model.q_max,
+                     .v_max = model.v_max,
+                     .a_max = model.a_max},
+          .rate_hz = p.rate_hz,
+          .boot_timeout_s = p.boot_timeout_s,
+          .transition_timeout_s = p.transition_timeout_s,
+          .feedback_timeout_s = p.feedback_timeout_s,
+          .readonly = p.readonly};
+}
+
+GateLimits gate_limits(const BridgeParams& p, const kin::ArmModel& model) {
+  return {.hold_after = runtime::from_seconds((kHoldCycles + 0.5) / p.rate_hz),
+          .silence = runtime::from_seconds(p.silence_s),
+          .start_tolerance_rad = p.start_tolerance_rad,
+          .jump_rad = p.jump_rad,
+          .v_max_rad_s = {model.v_max.begin(), model.v_max.end()}};
+}
+
+const char* name(Phase phase) {
+  switch (phase) {
+    case Phase::starting:
+      return "starting";
+    case Phase::idle:
+      return "idle";
+    case Phase::enabling:
+      return "enabling";
+    case Phase::following:
+      return "following";
+    case Phase::stopping:
+      return "quick_stop";
+    case Phase::fault:
+      return "fault";
+  }
+  return "";
+}
+
+/// Every how many steps something slower is due.
+std::uint64_t every(double rate_hz, double slower_hz) {
+  return static_cast<std::uint64_t>(std::max(1.0, std::round(rate_hz / slower_hz)));
+}
+
+}  // namespace
+
+BridgeNode::BridgeNode(const Params& params, runtime::Bus& bus)
+    : params_(params),
+      gate_(gate_limits(params, model::load_arm(params.robot))),
+      driver_(arm_options(params, model::load_arm(params.robot)),
+              can::open(params.can, bus.directory())),
+      command_(bus, "command"),
+      hand_command_(bus, "hand_command"),
+      arm_(bus, "arm"),
+      hand_(bus, "hand"),
+      joints_(bus, "joints"),
+      status_(bus, "status", {.latched = true}) {
+  const int joints = model::load_arm(params.robot).dof();
+  for (int i = 1; i <= joints; ++i) joint_names_.push_back("A" + std::to_string(i));
+  if (params.hand.empty() || params.readonly) return;
+  hand_driver_ = std::make_unique<modbus::HandDriver>(
+      modbus::parse_address(params.hand, bus.directory()),
+      modbus::HandDriver::Options{.threaded = !bus.lockstep(),
+                                  .timeout = bus.lockstep() ? kHandTimeoutLockstep : kHandTimeout});
+}
+
+void BridgeNode::take_command(runtime::Time now, const Reading& arm) {
+  const v1::JointCommand* command = command_.take();
+  if (command == nullptr) return;
+  const auto& q = command->position_rad();
+  const std::string refusal = gate_.offer(
+      now, command_.stamp(), std::span(q.data(), static_cast<std::size_t>(q.size())), arm);
+  if (!refusal.empty() && refusals_.pass()) runtime::warn("command refused: {}", refusal);
+}
+
+void BridgeNode::step_hand(runtime::Time now) {
+  if (const v1::HandCommand* c = hand_command_.take()) {
+    hand_setpoint_.move = true;
+    if (c->grip() == v1::GRIP_PRECISION) hand_setpoint_.mode = modbus::HandMode::pinch;
+    if (c->grip() == v1::GRIP_FULL) hand_setpoint_.mode = modbus::HandMode::basic;
+    hand_setpoint_.closure = c->closure();
+    hand_setpoint_.force = c->force();
+  }
+  if (!hand_driver_ || steps_ % every(params_.rate_hz, kHandRateHz) != 0) return;
+  const std::string before = hand_reading_.fault;
+  hand_reading_ = hand_driver_->exchange(now, hand_setpoint_);
+  if (hand_reading_.fault != before) {
+    runtime::info("hand: {}", hand_reading_.fault.empty() ? "well" : hand_reading_.fault);
+  }
+  v1::HandState state;
+  state.set_grip(hand_reading_.mode == modbus::HandMode::pinch   ? v1::GRIP_PRECISION
+                 : hand_reading_.mode == modbus::HandMode::basic ? v1::GRIP_FULL
+                                                                 : v1::GRIP_UNSPECIFIED);
+  state.set_closure(hand_reading_.closure);
+  state.set_moving(hand_reading_.moving);
+  state.set_object_detected(hand_reading_.object_detected);
+  state.set_active(hand_reading_.active);
+  state.set_fault(hand_reading_.fault);
+  hand_.send(state, now);
+}
+
+void BridgeNode::publish_arm(runtime::Time now, const Reading& arm) {
+  if (!arm.posture_known) return;  // zeros would be a posture
+  arm_message_.clear_position_rad();
+  arm_message_.clear_velocity_rad_s();
+  arm_message_.clear_torque_n_m();
+  arm_message_.clear_drives();
+  for (const JointReading& joint : arm.joints) {
+    arm_message_.add_position_rad(joint.position_rad);
+    arm_message_.add_velocity_rad_s(joint.velocity_rad_s);
+    arm_message_.add_torque_n_m(joint.torque_n_m);
+    arm_message_.add_drives(static_cast<v1::DriveState>(joint.drive));
+  }
+  arm_message_.set_operational(arm.phase == Phase::following);
+  arm_message_.set_fault(arm.phase == Phase::fault ? arm.reason : "");
+  arm_.send(arm_message_, now);
+
+  if (steps_ % every(params_.rate_hz, kJointsRateHz) != 0) return;
+  foxglove::JointStates states;
+  for (std::size_t i = 0; i < arm.joints.size(); ++i) {
+    auto* state = states.add_joints();
+    state->set_name(joint_names_[i]);
+    state->set_position(arm.joints[i].position_rad);
+    state->set_velocity(arm.joints[i].velocity_rad_s);
+    state->set_effort(arm.joints[i].torque_n_m);
+  }
+  joints_.send(states, now);
+}
+
+void BridgeNode::publish_status(runtime::Time now, const Reading& arm) {
+  const std::string& reason = arm.reason.empty() ? gate_.reason() : arm.reason;
+  const bool changed =
+      status_message_.state() != name(arm.phase) || status_message_.reason() != reason;
+  if (!changed && now < status_due_) return;
+  if (changed) {
+    const std::string line =
+        "arm: " + std::string(name(arm.phase)) + (reason.empty() ? "" : ": " + reason);
+    runtime::log(arm.phase == Phase::fault ? runtime::Level::warn : runtime::Level::info, line);
+  }
+  status_due_ = now + kStatusPeriod;
+  const can::Counters& can = driver_.counters();
+  status_message_.set_state(name(arm.phase));
+  status_message_.set_reason(reason);
+  status_message_.set_can_frames_sent(can.sent);
+  status_message_.set_can_frames_received(can.received);
+  status_message_.set_can_errors(can.errors);
+  status_message_.set_modbus_transactions(hand_reading_.transactions);
+  status_message_.set_modbus_errors(hand_reading_.errors);
+  status_message_.set_commands_limited(arm.limited);
+  status_.send(status_message_, now);
+}
+
+void BridgeNode::step(runtime::Time now) {
+  const Reading& arm = driver_.read(now);
+  take_command(now, arm);
+  driver_.write(now, gate_.decide(now, arm));
+  step_hand(now);
+  publish_arm(now, arm);
+  publish_status(now, arm);
+  ++steps_;
+}
+
+void BridgeNode::stop(runtime::Time) noexcept {
+  driver_.stop();
+  if (hand_driver_) hand_driver_->stop();
+}
+
+}  // namespace mimesis::hw::bridge

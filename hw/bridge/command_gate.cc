@@ -1,0 +1,86 @@
+#include "hw/bridge/command_gate.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+namespace mimesis::hw::bridge {
+namespace {
+
+double seconds(Time t) { return std::chrono::duration<double>(t).count(); }
+
+template <class... Args>
+std::string line(const char* format, Args... args) {
+  char buffer[160];
+  std::snprintf(buffer, sizeof(buffer), format, args...);
+  return buffer;
+}
+
+}  // namespace
+
+CommandGate::CommandGate(GateLimits limits)
+    : limits_(std::move(limits)), command_(limits_.v_max_rad_s.size(), 0.0) {}
+
+std::string CommandGate::why_not(Time now, Time stamp, std::span<const double> position_rad,
+                                 const Reading& arm) const {
+  if (position_rad.size() != command_.size()) {
+    return line("command for %zu joints, the arm has %zu", position_rad.size(), command_.size());
+  }
+  if (now - stamp > limits_.silence) return line("command is %.3f s old", seconds(now - stamp));
+  if (needs_silence_) {
+    return line("after a fault a new stream is needed: one that comes after %.3g s of silence",
+                seconds(limits_.silence));
+  }
+  if (!arm.posture_known) return "the arm's posture is not known yet";
+  for (std::size_t i = 0; i < command_.size(); ++i) {
+    const double from = open_ ? command_[i] : arm.joints[i].position_rad;
+    const double elapsed = open_ ? std::max(0.0, seconds(stamp - accepted_)) : 0.0;
+    const double allowed =
+        open_ ? limits_.jump_rad + limits_.v_max_rad_s[i] * elapsed : limits_.start_tolerance_rad;
+    const double distance = std::abs(position_rad[i] - from);
+    if (distance > allowed) {
+      return line(open_ ? "A%zu jumps by %.3f rad, allowed are %.3f"
+                        : "A%zu starts %.3f rad from its actual position, allowed are %.3f",
+                  i + 1, distance, allowed);
+    }
+  }
+  return {};
+}
+
+std::string CommandGate::offer(Time now, Time stamp, std::span<const double> position_rad,
+                               const Reading& arm) {
+  std::string refusal = why_not(now, stamp, position_rad, arm);
+  heard_ = std::max(heard_, stamp);
+  if (!refusal.empty()) {
+    if (!open_) reason_ = refusal;
+    return refusal;
+  }
+  std::ranges::copy(position_rad, command_.begin());
+  accepted_ = stamp;
+  open_ = true;
+  return {};
+}
+
+Setpoint CommandGate::decide(Time now, const Reading& arm) {
+  if (needs_silence_ && now - heard_ > limits_.silence) needs_silence_ = false;
+  if (arm.phase == Phase::fault && open_) {
+    open_ = false;
+    needs_silence_ = true;
+    reason_ = arm.reason;
+  }
+  if (!open_) return {.mode = Mode::idle};
+  const Time age = now - accepted_;
+  if (age > limits_.silence) {
+    open_ = false;
+    reason_ = line("no command for %.3g s", seconds(limits_.silence));
+    return {.mode = Mode::idle};
+  }
+  if (age > limits_.hold_after) {
+    reason_ = "command is late: holding";
+    return {.mode = Mode::hold};
+  }
+  reason_.clear();
+  return {.mode = Mode::follow, .position_rad = command_};
+}
+
+}  // namespace mimesis::hw::bridge

@@ -1,0 +1,49 @@
+#pragma once
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "hw/actuators.h"
+
+namespace mimesis::hw::bridge {
+
+struct GateLimits {
+  Time hold_after{};  ///< older: come to rest, powered
+  Time silence{};     ///< older: quick stop
+  double start_tolerance_rad =
+      0.0;                ///< largest distance of a stream's start from the actual posture
+  double jump_rad = 0.0;  ///< largest jump beyond what v_max explains
+  std::vector<double> v_max_rad_s;  ///< one per joint
+};
+
+/// Decides in every cycle whether the stream of commands is obeyed. A stream starts with a command
+/// at the actual posture; it ends by silence. After a fault only a new stream counts: one that
+/// comes after silence. Pure: knows graph time as argument.
+class CommandGate {
+ public:
+  explicit CommandGate(GateLimits limits);
+
+  /// A command that has arrived. @return empty, or why it is refused: one line
+  std::string offer(Time now, Time stamp, std::span<const double> position_rad, const Reading& arm);
+
+  /// What to do in this cycle; valid until the next call of either function.
+  Setpoint decide(Time now, const Reading& arm);
+
+  /// Why the arm is not following, or empty.
+  const std::string& reason() const { return reason_; }
+
+ private:
+  std::string why_not(Time now, Time stamp, std::span<const double> position_rad,
+                      const Reading& arm) const;
+
+  GateLimits limits_;
+  std::vector<double> command_;  // accepted last
+  Time accepted_{};              // its stamp
+  Time heard_{};                 // stamp of any command, also refused ones
+  bool open_ = false;
+  bool needs_silence_ = false;
+  std::string reason_ = "no command yet";
+};
+
+}  // namespace mimesis::hw::bridge

@@ -1,0 +1,151 @@
+// The node on a loopback graph, with simulated drives and hand on its buses, in explicit time.
+#include "hw/bridge/bridge_node.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "common/model/files.h"
+#include "common/testing/loopback.h"
+#include "hw/sim/drives/rack.h"
+#include "hw/sim/hand/hand_plant.h"
+#include "hw/sim/hand/hand_server.h"
+
+namespace mimesis::hw::bridge {
+namespace {
+
+using namespace std::chrono_literals;
+using Time = runtime::Time;
+
+class Node : public ::testing::Test {
+ protected:
+  Node() {
+    for (Eigen::Index i = 0; i < model.dof(); ++i) {
+      drives.push_back({.axis = {.node_id = static_cast<int>(i) + 1}, .home_rad = model.home[i]});
+      target.push_back(model.home[i]);
+    }
+    rack.emplace(drives, can::open("embedded:arm", graph.directory()));
+    node.emplace(BridgeParams{}, graph);
+  }
+
+  void run(Time duration, bool speak = true) {
+    for (const Time end = now + duration; now < end; now += 5ms) {
+      v1::JointCommand command;
+      for (const double q : target) command.add_position_rad(q);
+      if (speak) graph.send("command", command, now - 5ms);
+      node->step(now);
+      if (rack) rack->step(now + 2500us);
+      if (now.count() % 10'000'000 == 0) plant.step(0.01, server.exchange(plant.input()), 0.5);
+    }
+    if (auto s = graph.take_last<v1::BridgeStatus>("status")) status = *s;
+    if (auto s = graph.take_last<v1::ArmState>("arm")) arm = *s;
+    if (auto s = graph.take_last<v1::HandState>("hand")) hand = *s;
+  }
+
+  testing::Loopback graph;
+  kin::ArmModel model = model::load_arm("lwr4.yaml");
+  std::vector<sim::DriveConfig> drives;
+  std::optional<sim::Rack> rack;
+  sim::HandServer server{modbus::parse_address("unix:hand", graph.directory())};
+  sim::HandPlant plant{{}};
+  std::optional<BridgeNode> node;
+  Time now = 1s;
+  std::vector<double> target;
+  v1::BridgeStatus status;
+  v1::ArmState arm;
+  v1::HandState hand;
+};
+
+TEST_F(Node, ReportsThePostureBeforeAnyCommand) {
+  run(1s, false);
+  EXPECT_EQ(status.state(), "idle");
+  EXPECT_EQ(status.reason(), "no command yet");
+  ASSERT_EQ(arm.position_rad_size(), 7);
+  EXPECT_NEAR(arm.position_rad(0), model.home[0], 1e-4);
+  EXPECT_FALSE(arm.operational());
+  EXPECT_EQ(arm.drives(0), v1::DRIVE_STATE_SWITCH_ON_DISABLED);
+  EXPECT_TRUE(hand.active());
+  const auto joints = graph.take_last<foxglove::JointStates>("joints");
+  ASSERT_TRUE(joints.has_value());
+  EXPECT_EQ(joints->joints(6).name(), "A7");
+  EXPECT_NEAR(joints->joints(0).position(), model.home[0], 1e-4);
+}
+
+TEST_F(Node, FollowsThenStopsOnSilenceThenFollowsAgain) {
+  run(1s);
+  ASSERT_EQ(status.state(), "following") << status.reason();
+  EXPECT_TRUE(arm.operational());
+  for (int k = 1; k <= 200; ++k) {  // 1 s, at most 0.63 rad/s and 3.9 rad/s²
+    target[1] = model.home[1] + 0.1 * (1.0 - std::cos(M_PI * k / 100.0));
+    run(5ms);
+  }
+  run(50ms);
+  EXPECT_NEAR(arm.position_rad(1), target[1], 1e-3);
+  run(95ms, false);
+  EXPECT_EQ(status.state(), "following") << "held, powered";
+  run(50ms, false);
+  EXPECT_FALSE(arm.operational());
+  EXPECT_EQ(status.reason(), "no command for 0.1 s");
+  target[1] += 0.5;
+  run(100ms);
+  EXPECT_FALSE(arm.operational()) << "not at the actual posture";
+  EXPECT_NE(status.reason().find("A2 starts 0.500 rad"), std::string::npos) << status.reason();
+  target[1] -= 0.5;
+  run(200ms);
+  EXPECT_EQ(status.state(), "following") << status.reason();
+  EXPECT_EQ(status.commands_limited(), 0u);
+  EXPECT_GT(status.can_frames_sent(), 1000u);
+  EXPECT_EQ(status.can_errors(), 0u);
+}
+
+TEST_F(Node, LostDrivesAreAFault) {
+  run(1s);
+  rack.reset();
+  run(300ms);
+  EXPECT_EQ(status.state(), "fault");
+  EXPECT_EQ(status.reason(), "A1 (node 1): no feedback for 0.05 s");
+  EXPECT_EQ(arm.fault(), status.reason());
+  EXPECT_GT(status.can_errors(), 0u) << "nobody hears the quick stop";
+}
+
+TEST_F(Node, ClosesTheHandOnTheObject) {
+  run(1s);
+  v1::HandCommand close;
+  close.set_grip(v1::GRIP_PRECISION);
+  close.set_closure(1.0);
+  close.set_force(0.5);
+  graph.send("hand_command", close, now);
+  run(2s);
+  EXPECT_EQ(hand.grip(), v1::GRIP_PRECISION);
+  EXPECT_TRUE(hand.object_detected());
+  EXPECT_NEAR(hand.closure(), 0.5, 0.01);
+  EXPECT_FALSE(hand.moving());
+}
+
+TEST_F(Node, StopDisablesTheDrives) {
+  run(1s);
+  node->stop(now);
+  node.reset();
+  for (int k = 0; k < 40; ++k) rack->step(now += 5ms);
+  for (auto& drive : rack->drives()) EXPECT_EQ(drive.state(), DriveState::switch_on_disabled);
+}
+
+TEST_F(Node, BadConfigurationIsRefused) {
+  const auto refusal = [&](BridgeParams params) -> std::string {
+    testing::Loopback other;
+    try {
+      BridgeNode refused(params, other);
+    } catch (const ConfigError& e) {
+      return e.what();
+    }
+    return "accepted";
+  };
+  EXPECT_NE(refusal({.robot = "nobody.yaml"}).find("nobody.yaml"), std::string::npos);
+  EXPECT_EQ(refusal({.can = "can0"}),
+            "CAN bus 'can0': expected embedded:NAME or socketcan:INTERFACE");
+  EXPECT_EQ(refusal({.hand = "hand"}), "Modbus 'hand': expected tcp:HOST:PORT or unix:NAME");
+  EXPECT_EQ(refusal({.axes = {{.node_id = 1}}}), "axes: 1 given, the robot has 7 joints");
+}
+
+}  // namespace
+}  // namespace mimesis::hw::bridge

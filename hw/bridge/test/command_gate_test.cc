@@ -1,0 +1,131 @@
+#include "hw/bridge/command_gate.h"
+
+#include <gtest/gtest.h>
+
+#include "common/testing/no_malloc.h"
+
+namespace mimesis::hw::bridge {
+namespace {
+
+using namespace std::chrono_literals;
+
+class Gate : public ::testing::Test {
+ protected:
+  Gate() {
+    arm.joints.resize(2);
+    arm.phase = Phase::idle;
+    arm.posture_known = true;
+  }
+  /// A command at `now` that arrives at once.
+  std::string offer(double q1, double q2) { return gate.offer(now, now, std::array{q1, q2}, arm); }
+  Mode mode() { return gate.decide(now, arm).mode; }
+  void follow() {
+    ASSERT_EQ(offer(0.0, 0.0), "");
+    ASSERT_EQ(mode(), Mode::follow);
+    arm.phase = Phase::following;
+  }
+
+  CommandGate gate{{.hold_after = 17500us,
+                    .silence = 100ms,
+                    .start_tolerance_rad = 0.02,
+                    .jump_rad = 0.1,
+                    .v_max_rad_s = {2.0, 2.0}}};
+  Reading arm;
+  Time now = 1s;
+};
+
+TEST_F(Gate, FollowsAStreamFromTheActualPosture) {
+  EXPECT_EQ(mode(), Mode::idle);
+  follow();
+  now += 5ms;
+  EXPECT_EQ(offer(0.01, 0.0), "");
+  const Setpoint s = gate.decide(now, arm);
+  EXPECT_EQ(s.mode, Mode::follow);
+  EXPECT_EQ(s.position_rad[0], 0.01);
+}
+
+TEST_F(Gate, HoldsAfterThreeCyclesAndStopsAfterSilence) {
+  follow();
+  now += 15ms;
+  EXPECT_EQ(mode(), Mode::follow) << "three cycles are the network's right";
+  now += 5ms;
+  EXPECT_EQ(mode(), Mode::hold);
+  now += 80ms;
+  EXPECT_EQ(mode(), Mode::hold) << "exactly 100 ms";
+  now += 1ns;
+  EXPECT_EQ(mode(), Mode::idle);
+  EXPECT_EQ(gate.reason(), "no command for 0.1 s");
+}
+
+TEST_F(Gate, AHeldStreamMayGoOn) {
+  follow();
+  now += 50ms;
+  EXPECT_EQ(mode(), Mode::hold);
+  EXPECT_EQ(offer(0.1, 0.0), "");
+  EXPECT_EQ(mode(), Mode::follow);
+}
+
+TEST_F(Gate, RefusesAStartAwayFromTheActualPosture) {
+  arm.joints[1].position_rad = 0.5;
+  EXPECT_EQ(offer(0.0, 0.0), "A2 starts 0.500 rad from its actual position, allowed are 0.020");
+  EXPECT_EQ(mode(), Mode::idle);
+  EXPECT_EQ(offer(0.0, 0.49), "");
+  EXPECT_EQ(mode(), Mode::follow);
+}
+
+TEST_F(Gate, RefusesAJumpButNotTheDistanceOfALateCommand) {
+  follow();
+  now += 5ms;
+  EXPECT_EQ(offer(0.2, 0.0), "A1 jumps by 0.200 rad, allowed are 0.110");
+  EXPECT_EQ(mode(), Mode::follow) << "the last good one still counts";
+  now += 55ms;
+  EXPECT_EQ(offer(0.2, 0.0), "") << "0.1 + 2 rad/s · 60 ms";
+}
+
+TEST_F(Gate, NothingButRefusedCommandsIsSilence) {
+  follow();
+  for (int i = 0; i < 25; ++i) {
+    now += 5ms;
+    offer(3.0, 3.0);
+    mode();
+  }
+  EXPECT_EQ(mode(), Mode::idle);
+}
+
+TEST_F(Gate, RefusesWrongSizeOldAndUnknownPosture) {
+  EXPECT_EQ(gate.offer(now, now, std::array{0.0}, arm), "command for 1 joints, the arm has 2");
+  EXPECT_EQ(gate.offer(now, now - 200ms, std::array{0.0, 0.0}, arm), "command is 0.200 s old");
+  arm.posture_known = false;
+  EXPECT_EQ(offer(0.0, 0.0), "the arm's posture is not known yet");
+}
+
+TEST_F(Gate, AfterAFaultOnlyANewStreamCounts) {
+  follow();
+  arm.phase = Phase::fault;
+  arm.reason = "A1 is broken";
+  EXPECT_EQ(mode(), Mode::idle);
+  EXPECT_EQ(gate.reason(), "A1 is broken");
+  for (int i = 0; i < 60; ++i) {  // goes on as if nothing had happened
+    now += 5ms;
+    EXPECT_NE(offer(0.0, 0.0), "");
+    EXPECT_EQ(mode(), Mode::idle);
+  }
+  now += 101ms;
+  EXPECT_EQ(mode(), Mode::idle);
+  EXPECT_EQ(offer(0.0, 0.0), "");
+  arm.phase = Phase::idle;
+  EXPECT_EQ(mode(), Mode::follow);
+}
+
+TEST_F(Gate, DoesNotAllocateWhileFollowing) {
+  follow();
+  testing::NoMalloc guard;
+  for (int i = 0; i < 100; ++i) {
+    now += 5ms;
+    offer(0.0, 0.0);
+    gate.decide(now, arm);
+  }
+}
+
+}  // namespace
+}  // namespace mimesis::hw::bridge

@@ -1,0 +1,64 @@
+#pragma once
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "common/runtime/params.h"
+#include "common/runtime/ports.h"
+#include "hw/arm/axis.h"
+#include "hw/sim/drives/rack.h"
+#include "proto/arm.pb.h"
+
+namespace mimesis::hw::sim {
+
+struct DrivesParams {
+  double rate_hz = 200.0;            ///< of steps [Hz]
+  double offset_s = 0.0025;          ///< of the first step: after the bridge's [s]
+  std::string bus = "embedded:arm";  ///< see hw/can/bus.h
+  std::string robot = "lwr4.yaml";   ///< model file: number of joints, home posture, dynamics
+  double v_margin = 1.2;             ///< motor's top speed over the model's v_max [1]
+  double a_margin = 2.0;             ///< motor's top acceleration over the model's a_max [1]
+  double bandwidth_rad_s = 150.0;    ///< of the position loops [rad/s]
+  double following_window_rad =
+      0.05;  ///< larger following error for longer than following_time_s: fault [rad]
+  double following_time_s = 0.05;  ///< [s]
+  int fault_axis = 0;              ///< joint 1..n that gets trouble, 0: none [1]
+  double fault_at_s = 0.0;         ///< when, after the first step [s]
+  std::string fault_kind = "overcurrent";
+  std::vector<arm::Axis> axes{};  ///< empty: nodes 1..n with defaults
+
+  void visit(runtime::ParamVisitor& v) {
+    v("rate_hz", rate_hz, 10.0, 1000.0);
+    v("offset_s", offset_s, 0.0, 1.0);
+    v("bus", bus);
+    v("robot", robot);
+    v("v_margin", v_margin, 0.1, 10.0);
+    v("a_margin", a_margin, 0.1, 10.0);
+    v("bandwidth_rad_s", bandwidth_rad_s, 1.0, 1000.0);
+    v("following_window_rad", following_window_rad, 0.001, 3.0);
+    v("following_time_s", following_time_s, 0.001, 10.0);
+    v("fault_axis", fault_axis, 0, 126);
+    v("fault_at_s", fault_at_s, 0.0, 1e6);
+    v("fault_kind", fault_kind, {"overcurrent", "mute", "jam"});
+    runtime::list(v, "axes", axes);
+  }
+};
+
+/// The drives of a simulated arm on a CAN bus. Publishes where the joints truly are.
+class DrivesNode {
+ public:
+  using Params = DrivesParams;
+  DrivesNode(const Params& params, runtime::Bus& bus);
+  void step(runtime::Time now);
+
+ private:
+  void make_trouble(runtime::Time now);
+
+  Params params_;
+  Rack rack_;
+  std::optional<runtime::Time> trouble_at_;
+  bool troubled_ = false;
+  runtime::Out<v1::ArmState> arm_;
+};
+
+}  // namespace mimesis::hw::sim

@@ -1,0 +1,153 @@
+#include "hw/sim/drives/drive.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace mimesis::hw::sim {
+namespace {
+
+using namespace std::chrono_literals;
+namespace obj = arm::object;
+
+TEST(AxisPlant, FollowsARampWithoutLag) {
+  AxisPlant plant({}, 0.0);
+  for (int k = 1; k <= 200; ++k) plant.track(0.005 * k, 1.0, 0.005);
+  EXPECT_NEAR(plant.position(), 1.0, 1e-3);
+  EXPECT_NEAR(plant.velocity(), 1.0, 1e-3);
+}
+
+TEST(AxisPlant, SettlesLikeACriticallyDampedLoop) {
+  AxisPlant plant({.bandwidth_rad_s = 50.0, .v_max_rad_s = 100.0, .a_max_rad_s2 = 1e6}, 0.0);
+  for (int k = 0; k < 200; ++k) plant.track(1.0, 0.0, 0.0005);  // 0.1 s
+  const double wt = 50.0 * 0.1;                                 // q = 1 − (1 + ωt) e^(−ωt)
+  EXPECT_NEAR(plant.position(), 1.0 - (1.0 + wt) * std::exp(-wt), 0.005);
+}
+
+TEST(AxisPlant, RespectsTheMotorsLimits) {
+  AxisPlant plant({.v_max_rad_s = 2.0, .a_max_rad_s2 = 10.0}, 0.0);
+  double v = 0.0;
+  for (int k = 0; k < 100; ++k) {
+    plant.track(5.0, 0.0, 0.005);
+    EXPECT_LE(plant.velocity(), 2.0);
+    EXPECT_LE(plant.velocity() - v, 10.0 * 0.005 + 1e-12);
+    v = plant.velocity();
+  }
+}
+
+TEST(AxisPlant, BrakesOverTheExactDistance) {
+  AxisPlant plant({}, 0.0);
+  for (int k = 1; k <= 100; ++k) plant.track(0.01 * k, 2.0, 0.005);
+  const double v = plant.velocity(), q = plant.position();
+  while (!plant.at_rest()) plant.brake(8.0, 0.005);
+  EXPECT_NEAR(plant.position() - q, v * v / (2 * 8.0), 1e-9);
+}
+
+/// One drive, spoken to frame by frame.
+class OneDrive : public ::testing::Test {
+ protected:
+  OneDrive() { drive.advance(now, out); }
+
+  arm::Sdo ask(const can::Frame& request) {
+    out.clear();
+    drive.handle(request, now, out);
+    return out.empty() ? arm::Sdo{} : arm::parse_sdo_response(out.back());
+  }
+  std::uint32_t abort_of(const can::Frame& request) {
+    const arm::Sdo s = ask(request);
+    return s.kind == arm::Sdo::Kind::abort ? s.value : 0;
+  }
+  void pass(Time duration) {
+    for (const Time end = now + duration; now < end;) drive.advance(now += 1ms, out);
+  }
+  /// RPDO of the default mapping: controlword alone.
+  void command(std::uint16_t word) {
+    can::Frame f = arm::rpdo(1, 4);
+    arm::append(f, word, 2);
+    drive.handle(f, now, out);
+    drive.handle(arm::sync(), now, out);
+  }
+
+  Drive drive{{.axis = {.node_id = 4}, .home_rad = 0.25}};
+  Time now = 1s;
+  std::vector<can::Frame> out;
+};
+
+TEST_F(OneDrive, AnnouncesItself) {
+  ASSERT_EQ(out.size(), 1u);
+  EXPECT_EQ(out[0], arm::heartbeat(4, arm::NmtState::boot_up));
+}
+
+TEST_F(OneDrive, AnswersSdoAsTheStandardAsks) {
+  EXPECT_EQ(ask(arm::sdo_upload(4, obj::kDeviceType)).value, 0x00020192u);
+  EXPECT_EQ(ask(arm::sdo_upload(4, obj::kPosition)).value, 40'000u);
+  EXPECT_EQ(abort_of(arm::sdo_upload(4, {0x2000, 0})), 0x06020000u);
+  EXPECT_EQ(abort_of(arm::sdo_upload(4, {0x607D, 7})), 0x06090011u);
+  EXPECT_EQ(abort_of(arm::sdo_download(4, obj::kStatusword, 1, 2)), 0x06010002u);
+  EXPECT_EQ(abort_of(arm::sdo_download(4, obj::kHeartbeatTime, 1, 4)), 0x06070010u);
+  EXPECT_EQ(abort_of(arm::sdo_download(4, obj::kMode, 1, 1)), 0x06090030u) << "only CSP";
+  can::Frame segmented = arm::sdo_upload(4, {0x1008, 0});
+  segmented.data[0] = 0x60;
+  EXPECT_EQ(abort_of(segmented), 0x05040001u);
+  out.clear();
+  drive.handle(arm::sdo_upload(5, obj::kDeviceType), now, out);
+  EXPECT_TRUE(out.empty()) << "not its node";
+}
+
+TEST_F(OneDrive, MapsPdosOnlyInTheOrderOfTheStandard) {
+  EXPECT_EQ(abort_of(arm::sdo_download(4, {0x1600, 0}, 0, 1)), 0x08000022u) << "PDO still valid";
+  ask(arm::sdo_download(4, {0x1400, 1}, 0x80000204, 4));
+  EXPECT_EQ(abort_of(arm::sdo_download(4, {0x1600, 1}, 0x607A0020, 4)), 0x08000022u)
+      << "count not 0";
+  ask(arm::sdo_download(4, {0x1600, 0}, 0, 1));
+  EXPECT_EQ(abort_of(arm::sdo_download(4, {0x1600, 1}, 0x20000020, 4)), 0x06040041u);
+  EXPECT_EQ(abort_of(arm::sdo_download(4, {0x1600, 1}, 0x607A0010, 4)), 0x06040041u)
+      << "wrong length";
+  for (std::uint8_t i = 1; i <= 3; ++i) {
+    EXPECT_EQ(abort_of(arm::sdo_download(4, {0x1600, i}, 0x607A0020, 4)), 0u);
+  }
+  EXPECT_EQ(abort_of(arm::sdo_download(4, {0x1600, 0}, 3, 1)), 0x06040042u) << "12 bytes";
+  EXPECT_EQ(abort_of(arm::sdo_download(4, {0x1600, 0}, 2, 1)), 0u);
+}
+
+TEST_F(OneDrive, ObeysOnlyWhenOperational) {
+  command(arm::controlword::kShutdown);
+  EXPECT_EQ(drive.state(), DriveState::switch_on_disabled);
+  drive.handle(arm::nmt(arm::Nmt::start, 4), now, out);
+  command(arm::controlword::kShutdown);
+  EXPECT_EQ(drive.state(), DriveState::ready_to_switch_on);
+  out.clear();
+  drive.handle(arm::sync(), now, out);
+  ASSERT_EQ(out.size(), 1u);
+  EXPECT_EQ(out[0].id, 0x184u);
+  EXPECT_EQ(arm::decode_statusword(static_cast<std::uint16_t>(*arm::unsigned_at(out[0], 0, 2))),
+            DriveState::ready_to_switch_on);
+}
+
+TEST_F(OneDrive, SendsHeartbeatsAtItsPeriod) {
+  ask(arm::sdo_download(4, obj::kHeartbeatTime, 100, 2));
+  out.clear();
+  pass(1s);
+  EXPECT_EQ(out.size(), 10u);
+  EXPECT_EQ(out[0], arm::heartbeat(4, arm::NmtState::pre_operational));
+}
+
+TEST_F(OneDrive, TellsOfALostMasterAndStops) {
+  ask(arm::sdo_download(4, obj::kMasterHeartbeat, 0x7F00FA, 4));
+  ask(arm::sdo_download(4, obj::kAbortOption, 3, 2));
+  drive.handle(arm::nmt(arm::Nmt::start, 0), now, out);
+  for (const int word : {0x06, 0x07, 0x0F}) command(static_cast<std::uint16_t>(word));
+  ASSERT_EQ(drive.state(), DriveState::operation_enabled);
+  drive.handle(arm::heartbeat(0x7F, arm::NmtState::operational), now, out);
+  out.clear();
+  pass(250ms);
+  EXPECT_EQ(drive.state(), DriveState::operation_enabled);
+  EXPECT_TRUE(out.empty());
+  pass(1ms);
+  EXPECT_NE(drive.state(), DriveState::operation_enabled);
+  ASSERT_EQ(out.size(), 1u);
+  EXPECT_EQ(out[0], arm::emergency(4, 0x8130, 0x10));
+}
+
+}  // namespace
+}  // namespace mimesis::hw::sim

@@ -1,0 +1,32 @@
+#include "hw/sim/hand/hand_node.h"
+
+namespace mimesis::hw::sim {
+
+HandNode::HandNode(const Params& params, runtime::Bus& bus)
+    : plant_(params.hand),
+      server_(modbus::parse_address(params.address, bus.directory())),
+      contact_(bus, "contact"),
+      hand_(bus, "hand") {}
+
+void HandNode::step(runtime::Time now) {
+  const v1::HandContact* met = contact_.get();
+  const bool reachable = met != nullptr && met->reachable();
+  const double dt = runtime::to_seconds(now - last_step_.value_or(now));
+  last_step_ = now;
+  plant_.step(dt, server_.exchange(plant_.input()),
+              reachable ? std::optional(met->contact_closure()) : std::nullopt);
+
+  const modbus::HandInput& input = plant_.input();
+  v1::HandState state;
+  state.set_grip(input.mode == modbus::HandMode::pinch   ? v1::GRIP_PRECISION
+                 : input.mode == modbus::HandMode::basic ? v1::GRIP_FULL
+                                                         : v1::GRIP_UNSPECIFIED);
+  state.set_closure(plant_.closure());
+  state.set_moving(input.go && input.motion == modbus::Motion::moving);
+  state.set_object_detected(input.contact == modbus::Contact::while_closing);
+  state.set_active(input.initialisation == modbus::Initialisation::done && input.fault == 0);
+  state.set_fault(modbus::fault_text(input.fault));
+  hand_.send(state, now);
+}
+
+}  // namespace mimesis::hw::sim

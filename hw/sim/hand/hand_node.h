@@ -1,0 +1,45 @@
+#pragma once
+#include <optional>
+#include <string>
+
+#include "common/runtime/params.h"
+#include "common/runtime/ports.h"
+#include "hw/sim/hand/hand_plant.h"
+#include "hw/sim/hand/hand_server.h"
+#include "proto/arm.pb.h"
+#include "proto/world.pb.h"
+
+namespace mimesis::hw::sim {
+
+struct HandNodeParams {
+  double rate_hz = 100.0;             ///< of steps [Hz]
+  double offset_s = 0.0025;           ///< of the first step: after the bridge's [s]
+  std::string address = "unix:hand";  ///< served: tcp:HOST:PORT or unix:NAME
+  HandParams hand{};
+
+  void visit(runtime::ParamVisitor& v) {
+    v("rate_hz", rate_hz, 10.0, 1000.0);
+    v("offset_s", offset_s, 0.0, 1.0);
+    v("address", address);
+    v("closing_time_s", hand.closing_time_s, 0.1, 10.0);
+    v("activation_time_s", hand.activation_time_s, 0.0, 10.0);
+    v("mode_time_s", hand.mode_time_s, 0.0, 10.0);
+  }
+};
+
+/// A simulated hand behind Modbus. Where its fingers meet the object it learns from the world.
+class HandNode {
+ public:
+  using Params = HandNodeParams;
+  HandNode(const Params& params, runtime::Bus& bus);
+  void step(runtime::Time now);
+
+ private:
+  HandPlant plant_;
+  HandServer server_;
+  std::optional<runtime::Time> last_step_;
+  runtime::Latest<v1::HandContact> contact_;
+  runtime::Out<v1::HandState> hand_;
+};
+
+}  // namespace mimesis::hw::sim

@@ -1,0 +1,98 @@
+#include "hw/sim/hand/hand_plant.h"
+
+#include <gtest/gtest.h>
+
+#include "common/testing/loopback.h"
+#include "hw/modbus/hand_client.h"
+#include "hw/sim/hand/hand_node.h"
+
+namespace mimesis::hw::sim {
+namespace {
+
+using modbus::Contact;
+using modbus::HandOutput;
+using modbus::Initialisation;
+using modbus::Motion;
+using namespace std::chrono_literals;
+
+constexpr HandOutput kClose{
+    .activate = true, .go = true, .position = 255, .speed = 255, .force = 255};
+
+void run(HandPlant& plant, double seconds, const HandOutput& output,
+         std::optional<double> contact = {}) {
+  for (int i = 0; i < static_cast<int>(seconds * 100 + 0.5); ++i) plant.step(0.01, output, contact);
+}
+
+TEST(HandPlant, MustBeActivatedFirst) {
+  HandPlant plant({});
+  run(plant, 0.1, {.go = true, .position = 255});
+  EXPECT_EQ(plant.input().fault, 0x7);
+  run(plant, 0.4, {.activate = true});
+  EXPECT_EQ(plant.input().initialisation, Initialisation::activating);
+  run(plant, 0.2, {.activate = true});
+  EXPECT_EQ(plant.input().initialisation, Initialisation::done);
+  EXPECT_EQ(plant.closure(), 0.0);
+}
+
+TEST(HandPlant, ClosesInItsTime) {
+  HandPlant plant({.closing_time_s = 1.0, .activation_time_s = 0.0});
+  run(plant, 0.02, {.activate = true});
+  run(plant, 0.5, kClose);
+  EXPECT_NEAR(plant.closure(), 0.5, 1e-9);
+  EXPECT_EQ(plant.input().motion, Motion::moving);
+  run(plant, 0.5, kClose);
+  EXPECT_EQ(plant.closure(), 1.0);
+  EXPECT_EQ(plant.input().motion, Motion::at_request);
+  HandOutput slow = kClose;
+  slow.position = 0;
+  slow.speed = 0;
+  run(plant, 1.0, slow);
+  EXPECT_NEAR(plant.closure(), 0.8, 1e-9);
+}
+
+TEST(HandPlant, HoldsAnObjectAndClosesOnWhenItIsGone) {
+  HandPlant plant({.activation_time_s = 0.0});
+  run(plant, 0.02, {.activate = true});
+  run(plant, 1.0, kClose, 0.4);
+  EXPECT_EQ(plant.closure(), 0.4);
+  EXPECT_EQ(plant.input().contact, Contact::while_closing);
+  EXPECT_EQ(plant.input().current, 100);
+  run(plant, 1.0, kClose);
+  EXPECT_EQ(plant.closure(), 1.0);
+  EXPECT_EQ(plant.input().contact, Contact::at_request);
+}
+
+TEST(HandPlant, ModeChangeTakesItsTimeAndNoFingerMoves) {
+  HandPlant plant({.activation_time_s = 0.0, .mode_time_s = 0.3});
+  run(plant, 0.02, {.activate = true});
+  HandOutput pinch = kClose;
+  pinch.mode = modbus::HandMode::pinch;
+  run(plant, 0.3, pinch);
+  EXPECT_EQ(plant.input().initialisation, Initialisation::changing_mode);
+  EXPECT_EQ(plant.closure(), 0.0);
+  run(plant, 0.1, pinch);
+  EXPECT_EQ(plant.input().mode, modbus::HandMode::pinch);
+  EXPECT_GT(plant.closure(), 0.0);
+}
+
+TEST(HandNode, ObeysRegistersAndMeetsTheObjectOfTheWorld) {
+  testing::Loopback graph;
+  HandNode node({}, graph);
+  modbus::HandClient client(modbus::parse_address("unix:hand", graph.directory()), 5000ms);
+  v1::HandContact contact;
+  contact.set_reachable(true);
+  contact.set_contact_closure(0.3);
+  graph.send("contact", contact, 1s);
+  v1::HandState hand;
+  for (runtime::Time now = 1s; now < 3s; now += 10ms) {
+    ASSERT_TRUE(client.exchange(now, kClose).has_value());
+    node.step(now + 2500us);
+    hand = *graph.take<v1::HandState>("hand");
+  }
+  EXPECT_TRUE(hand.active());
+  EXPECT_TRUE(hand.object_detected());
+  EXPECT_DOUBLE_EQ(hand.closure(), 0.3);
+}
+
+}  // namespace
+}  // namespace mimesis::hw::sim
