@@ -36,6 +36,9 @@ struct Tapped {
   std::string type;  ///< full Protobuf name
   std::uint64_t type_hash = 0;
   Received message;
+  Time tick{};  ///< graph time of the publishing step; 0 outside lock-step
+  const v1::NodeInfo* publisher =
+      nullptr;  ///< as it described itself last; valid until the next call
 };
 
 /// Receives topics without compiled types: tools, recorder, results of a launch. Follows nodes that

@@ -62,7 +62,7 @@ struct Tap::Impl {
   }
 
   void meet(const v1::NodeInfo& node) {
-    names[node.start_id()] = node.name();
+    nodes[node.start_id()] = node;
     for (const auto& [type, set] : node.descriptors()) sets[type] = set;
     bool wanted = false;
     for (const v1::TopicInfo& output : node.outputs()) {
@@ -84,13 +84,16 @@ struct Tap::Impl {
       std::uint64_t& last = last_seq[{header.start_id, topic}];
       if (header.seq <= last) continue;  // a latched message again
       last = header.seq;
+      const v1::NodeInfo& node = nodes[header.start_id];
       return Tapped{.topic = std::move(topic),
                     .type = types[header.type_hash],
                     .type_hash = header.type_hash,
                     .message = {.payload = std::string(incoming.payload.view()),
                                 .stamp = header.stamp,
                                 .seq = header.seq,
-                                .source = names[header.start_id]}};
+                                .source = node.name()},
+                    .tick = Time(static_cast<std::int64_t>(header.tick)),
+                    .publisher = &node};
     }
     return std::nullopt;
   }
@@ -119,9 +122,9 @@ struct Tap::Impl {
   SubSocket socket;
   std::unique_ptr<RegistryEntry> entry;
   Registry registry;
-  std::map<std::uint64_t, std::string> names;  ///< by start_id
-  std::map<std::uint64_t, std::string> types;  ///< by hash
-  std::map<std::string, std::string> sets;     ///< FileDescriptorSet by type
+  std::map<std::uint64_t, v1::NodeInfo> nodes;  ///< ever met, by start_id
+  std::map<std::uint64_t, std::string> types;   ///< by hash
+  std::map<std::string, std::string> sets;      ///< FileDescriptorSet by type
   std::map<std::pair<std::uint64_t, std::string>, std::uint64_t> last_seq;
   std::deque<Tapped> pending;
 };

@@ -144,9 +144,8 @@ void print_text(const std::string& path, std::uint64_t file_size, const log::Sou
       line("metadata", metadata.error().reason);
       continue;
     }
-    std::vector<std::string> values;
-    for (const auto& [key, value] : metadata->metadata) values.push_back(key + "=" + value);
-    line("metadata", fmt::format("{}: {}", metadata->name, fmt::join(values, " ")));
+    line("metadata", metadata->name);
+    for (const auto& [key, value] : metadata->metadata) line("", key + ": " + value);
   }
   std::cout << '\n';
   Table table({"TOPIC", "TYPE", "NODE", "MESSAGES", "HZ"});

@@ -8,13 +8,17 @@ Recording::Recording(log::Writer& writer,
                      std::function<std::string(const std::string& type)> descriptors)
     : writer_(writer), descriptors_(std::move(descriptors)) {}
 
-log::Result Recording::add(Recorded message, WallTime now, bool missed_before) {
+log::Result Recording::add(Recorded message, WallTime now, bool from_first) {
   TopicCount& count = counts_[{message.topic, message.node}];
-  if (count.received > 0 && message.seq == count.last_seq)
-    return {};  // a latched message, repeated
-  std::uint64_t expected = count.last_seq + 1;
-  if (message.seq < expected) expected = 1;  // the node was restarted
-  if (count.received == 0 && !missed_before) expected = message.seq;
+  const bool same_start = count.received > 0 && count.start_id == message.start_id;
+  if (same_start && message.seq <= count.last_seq) return {};  // a latched message, repeated
+  std::uint64_t expected = message.seq;
+  if (same_start) {
+    expected = count.last_seq + 1;
+  } else if (from_first) {
+    expected = 1;
+  }
+  count.start_id = message.start_id;
   count.lost += message.seq - expected;
   lost_ += message.seq - expected;
   count.last_seq = message.seq;

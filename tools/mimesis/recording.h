@@ -16,6 +16,7 @@ struct Recorded {
   std::string node;  ///< that published it
   std::uint64_t type_hash = 0;
   bool latched = false;
+  std::uint64_t start_id = 0;  ///< tells a restarted node from its predecessor
   std::uint64_t seq = 0;
   std::uint64_t log_time_ns = 0, publish_time_ns = 0;
   bool ordered = false;  ///< log_time is a time of the graph: equal ones are sorted by node
@@ -25,7 +26,7 @@ struct Recorded {
 /// What was received and what is missing on one topic of one node.
 struct TopicCount {
   std::uint64_t received = 0, lost = 0;
-  std::uint64_t last_seq = 0;
+  std::uint64_t start_id = 0, last_seq = 0;
 };
 
 /// Turns messages into a log: a channel per topic and node, gaps in seq counted, messages of one
@@ -43,7 +44,7 @@ class Recording {
 
   /// Takes a message received at `now`. `missed_before`: the first of its publisher counts all
   /// before it as lost.
-  [[nodiscard]] log::Result add(Recorded message, WallTime now, bool missed_before);
+  [[nodiscard]] log::Result add(Recorded message, WallTime now, bool from_first);
   /// Writes what was held long enough, closes a chunk that was open long enough.
   [[nodiscard]] log::Result advance(WallTime now);
   /// Writes everything that is held, and the counts as metadata "mimesis.counts".

@@ -1,6 +1,7 @@
 #pragma once
-#include <optional>
-#include <regex>
+#include <regex.h>
+
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -10,7 +11,7 @@ namespace mimesis::tool {
 /// excluded.
 class TopicFilter {
  public:
-  /// `include`, `exclude`: regular expressions (ECMAScript) for the whole topic, empty: none.
+  /// `include`, `exclude`: extended regular expressions (POSIX) for the whole topic, empty: none.
   /// @throws ConfigError if one of them is none.
   TopicFilter(std::vector<std::string> topics, const std::string& include,
               const std::string& exclude);
@@ -18,8 +19,12 @@ class TopicFilter {
   const std::vector<std::string>& topics() const { return topics_; }  ///< those given by name
 
  private:
+  using Regex =
+      std::shared_ptr<const regex_t>;  // shared by copies: filters travel in std::function
+  static Regex compile(const std::string& option, const std::string& expression);
+
   std::vector<std::string> topics_;
-  std::optional<std::regex> include_, exclude_;
+  Regex include_, exclude_;
 };
 
 }  // namespace mimesis::tool

@@ -84,8 +84,9 @@ TEST(Recording, CountsWhatIsMissing) {
   }
   EXPECT_EQ(r.recording.received(), 3u);
   EXPECT_EQ(r.recording.lost(), 2u);
-  ASSERT_TRUE(
-      r.recording.add(message("a", 2, 10), kStart, false));  // restarted: its first is missing
+  Recorded restarted = message("a", 2, 10);  // its first is missing
+  restarted.start_id = 77;
+  ASSERT_TRUE(r.recording.add(restarted, kStart, true));
   EXPECT_EQ(r.recording.lost(), 3u);
   ASSERT_TRUE(r.recording.add(message("b", 3, 10), kStart, true));  // started after the recorder
   EXPECT_EQ(r.recording.lost(), 5u);
