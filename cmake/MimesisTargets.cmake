@@ -2,10 +2,10 @@
 # mimesis_program(NAME SOURCES ... [LINK ...])         build/bin/NAME, part of target `programs`
 # mimesis_test(NAME SOURCES ... [LINK ...] [LABEL unit|node|launch|...] [TIMEOUT s])
 # mimesis_benchmark(SUBJECT SOURCES ... [LINK ...])    build/bench/bench_SUBJECT
-# mimesis_add_node(NAME [ALGO_LINK ...] [NODE_LINK ...])
+# mimesis_add_node(NAME [BENCH SUBJECT] [ALGO_LINK ...] [NODE_LINK ...])
 #   By convention of a node's folder: *_node.cc -> NAME_node, main.cc -> mimesis_NAME, other *.cc -> NAME_algo,
 #   test/*_process_test.cc -> NAME_process_test (label node), other test/*.cc -> NAME_test (label unit),
-#   bench/*.cc -> bench_NAME.
+#   bench/*.cc -> bench_SUBJECT (default NAME).
 
 # What runs on a robot or in a demo: everything but tests and benchmarks.
 add_custom_target(programs)
@@ -53,7 +53,10 @@ function(mimesis_benchmark subject)
 endfunction()
 
 function(mimesis_add_node name)
-  cmake_parse_arguments(arg "" "" "ALGO_LINK;NODE_LINK" ${ARGN})
+  cmake_parse_arguments(arg "" "BENCH" "ALGO_LINK;NODE_LINK" ${ARGN})
+  if(NOT arg_BENCH)
+    set(arg_BENCH ${name})
+  endif()
   file(GLOB sources CONFIGURE_DEPENDS *.cc)
   file(GLOB node_sources CONFIGURE_DEPENDS *_node.cc)
   file(GLOB tests CONFIGURE_DEPENDS test/*.cc)
@@ -78,6 +81,6 @@ function(mimesis_add_node name)
     add_dependencies(${name}_process_test mimesis_${name})
   endif()
   if(benches)
-    mimesis_benchmark(${name} SOURCES ${benches} LINK ${name}_node)
+    mimesis_benchmark(${arg_BENCH} SOURCES ${benches} LINK ${name}_node)
   endif()
 endfunction()

@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "common/error.h"
 #include "nodes/cognition/trial.h"
 
 namespace mimesis::cognition {
@@ -11,12 +12,21 @@ bool same_symbols(const Demonstration& a, const Demonstration& b) {
   return a.grip == b.grip && a.transport == b.transport && a.goal == b.goal && a.color == b.color;
 }
 
+Demonstration practice_sequence(const std::string& text, std::size_t i) {
+  try {
+    return parse_sequence(text);
+  } catch (const ConfigError& e) {
+    throw ConfigError("cognition.practice[" + std::to_string(i) + "]: " + e.what());
+  }
+}
+
 }  // namespace
 
 Imitator::Imitator(const ImitatorParams& params)
     : params_(params), ladder_(params.ladder), task_(task_stimulus(params.ladder.task)) {
-  for (const std::string& sequence : params_.practice) {
-    if (!rehearse(ladder_, parse_sequence(sequence))) refused_.push_back(sequence);
+  for (std::size_t i = 0; i < params_.practice.size(); ++i) {
+    const std::string& sequence = params_.practice[i];
+    if (!rehearse(ladder_, practice_sequence(sequence, i))) refused_.push_back(sequence);
   }
 }
 

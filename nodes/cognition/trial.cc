@@ -17,8 +17,8 @@ int choose(std::string_view word, std::string_view first, std::string_view secon
            std::string_view sequence) {
   if (word == first) return 1;
   if (word == second) return 2;
-  throw ConfigError("sequence '" + std::string(sequence) + "': '" + std::string(word) +
-                    "' is neither " + std::string(first) + " nor " + std::string(second));
+  throw ConfigError("'" + std::string(sequence) + "': '" + std::string(word) + "' is neither " +
+                    std::string(first) + " nor " + std::string(second));
 }
 
 }  // namespace
@@ -57,7 +57,7 @@ Demonstration parse_sequence(std::string_view text) {
     from = comma + 1;
   }
   if (words.size() != 3 && words.size() != 4) {
-    throw ConfigError("sequence '" + std::string(text) +
+    throw ConfigError("'" + std::string(text) +
                       "': expected grip,transport,goal or grip,transport,goal,color");
   }
   Demonstration d;

@@ -11,7 +11,7 @@ namespace mimesis::cognition {
 /// One run of the ladder from rest: task input alone, then a demonstration, then relaxation.
 struct Trial {
   Demonstration shown{};
-  TaskInput task{};           ///< constant input
+  TaskInput task{};         ///< constant input
   double preshape_s = 1.0;  ///< task input before the demonstration [s]
   double duration_s = 2.0;  ///< from the onset of the demonstration [s]
 };

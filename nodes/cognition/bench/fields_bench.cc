@@ -1,0 +1,107 @@
+// Speed of eq. 2.1 and of the ladder of seven fields, on one core.
+#include <benchmark/benchmark.h>
+
+#include <Eigen/Core>
+#include <cmath>
+
+#include "nodes/cognition/trial.h"
+
+namespace mimesis::cognition {
+namespace {
+
+constexpr double kDt_s = 0.001;
+
+FieldParams sized(std::int64_t neurons) {
+  FieldParams p;
+  p.neurons = static_cast<int>(neurons);
+  return p;
+}
+
+/// A self-sustained peak in the middle, so that no case profits from a field at rest.
+template <class Real>
+void ignite(NeuralField<Real>& field) {
+  for (int t = 0; t < 200; ++t) {
+    for (std::size_t i = 0; i < field.input().size(); ++i) {
+      const double d = (static_cast<double>(i) - 0.5 * field.params().neurons) / 5.0;
+      field.input()[i] = static_cast<Real>(6.0 * std::exp(-0.5 * d * d));
+    }
+    field.step();
+  }
+}
+
+template <class Real>
+void field_step(benchmark::State& state) {
+  NeuralField<Real> field(sized(state.range(0)), kDt_s);
+  ignite(field);
+  for (auto _ : state) {
+    field.step();
+    benchmark::DoNotOptimize(field.activity().data());
+  }
+  state.SetItemsProcessed(state.iterations());  // field-steps/s
+}
+BENCHMARK(field_step<float>)->Name("field_step/float")->Arg(101)->Arg(128)->Arg(256)->Arg(512);
+BENCHMARK(field_step<double>)->Name("field_step/double")->Arg(101)->Arg(128)->Arg(256)->Arg(512);
+
+/// The same equation as one would write it with Eigen: dense kernel matrix, array expressions.
+template <class Real>
+void eigen_dense(benchmark::State& state) {
+  using Vector = Eigen::Array<Real, Eigen::Dynamic, 1>;
+  using Matrix = Eigen::Matrix<Real, Eigen::Dynamic, Eigen::Dynamic>;
+  const FieldParams p = sized(state.range(0));
+  NeuralField<Real> ours(p, kDt_s);
+  ignite(ours);
+  Vector u = Eigen::Map<const Vector>(ours.activity().data(), p.neurons);
+  const Vector input = Vector::Zero(p.neurons);
+  const Matrix w = Matrix::NullaryExpr(p.neurons, p.neurons, [&](Eigen::Index i, Eigen::Index j) {
+    const double d = static_cast<double>(i - j) / p.width;
+    return static_cast<Real>(p.excitation * std::exp(-0.5 * d * d));
+  });
+  const auto h = static_cast<Real>(p.resting_level), beta = static_cast<Real>(p.slope);
+  const auto theta1 = static_cast<Real>(p.threshold1), theta2 = static_cast<Real>(p.threshold2);
+  const auto inhibition = static_cast<Real>(p.inhibition), a = static_cast<Real>(kDt_s / p.tau_s);
+  Vector f1(p.neurons), f2(p.neurons), lateral(p.neurons);
+  for (auto _ : state) {
+    f1 = Real(1) / (Real(1) + (-beta * (u - theta1)).exp());
+    f2 = Real(1) / (Real(1) + (-beta * (u - theta2)).exp());
+    lateral.matrix().noalias() = w * f2.matrix();
+    u += a * (h - u + input + f1 * (lateral - inhibition * f2.sum()));
+    benchmark::DoNotOptimize(u.data());
+  }
+  state.SetItemsProcessed(state.iterations());
+}
+BENCHMARK(eigen_dense<float>)
+    ->Name("peer/eigen_dense/float")
+    ->Arg(101)
+    ->Arg(128)
+    ->Arg(256)
+    ->Arg(512);
+BENCHMARK(eigen_dense<double>)
+    ->Name("peer/eigen_dense/double")
+    ->Arg(101)
+    ->Arg(128)
+    ->Arg(256)
+    ->Arg(512);
+
+/// Seven fields, ten links, four of them learning if `learn`; all layers active. Items:
+/// ladder-steps/s.
+template <class Real, bool learn>
+void ladder_step(benchmark::State& state) {
+  LadderParams p;
+  p.field = sized(state.range(0));
+  Ladder<Real> ladder(p);
+  const Demonstration shown = parse_sequence("precision,above,high,light");
+  rehearse(ladder, shown);
+  run_trial(ladder, {.shown = shown});
+  const Stimulus task = task_stimulus(p.task);
+  for (auto _ : state) {
+    ladder.step(task, learn);
+    benchmark::DoNotOptimize(ladder.field(Layer::pf).activity().data());
+  }
+  state.SetItemsProcessed(state.iterations());
+}
+BENCHMARK(ladder_step<float, false>)->Name("ladder_step/float")->Arg(128)->Arg(256);
+BENCHMARK(ladder_step<float, true>)->Name("ladder_step/learning/float")->Arg(128)->Arg(256);
+BENCHMARK(ladder_step<double, false>)->Name("ladder_step/double")->Arg(128);
+
+}  // namespace
+}  // namespace mimesis::cognition

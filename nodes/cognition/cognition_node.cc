@@ -1,0 +1,161 @@
+#include "nodes/cognition/cognition_node.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace mimesis::cognition {
+namespace {
+
+using runtime::Time;
+
+/// Why an observation cannot be used; empty if it can.
+std::string fault(const v1::Observation& o) {
+  if (!v1::Grip_IsValid(o.grip()) || !v1::Transport_IsValid(o.transport()) ||
+      !v1::Goal_IsValid(o.goal()) || !v1::ObjectColor_IsValid(o.color())) {
+    return "has a symbol that proto/task.proto does not know";
+  }
+  for (const double c :
+       {o.grip_confidence(), o.transport_confidence(), o.goal_confidence(), o.color_confidence()}) {
+    if (c < 0.0 || c > 1.0) return fmt::format("has confidence {}, outside [0, 1]", c);
+  }
+  return {};
+}
+
+Demonstration from_proto(const v1::Observation& o) {
+  Demonstration d;
+  d.grip = static_cast<Grip>(o.grip());
+  d.transport = static_cast<Transport>(o.transport());
+  d.goal = static_cast<Goal>(o.goal());
+  d.color = static_cast<Color>(o.color());
+  d.grip_confidence = o.grip_confidence();
+  d.transport_confidence = o.transport_confidence();
+  d.goal_confidence = o.goal_confidence();
+  d.color_confidence = o.color_confidence();
+  return d;
+}
+
+void to_proto(const Decision& d, v1::Decision& out) {
+  out.set_grip(static_cast<v1::Grip>(d.grip));
+  out.set_transport(static_cast<v1::Transport>(d.transport));
+  out.set_goal(static_cast<v1::Goal>(d.goal));
+  out.set_color(static_cast<v1::ObjectColor>(d.color));
+  out.set_settled(d.settled);
+}
+
+/// "precision, above, high" for log lines.
+template <class Symbols>
+std::string text(const Symbols& s) {
+  constexpr const char* kGrip[] = {"-", "precision", "full"};
+  constexpr const char* kTransport[] = {"-", "above", "below"};
+  constexpr const char* kGoal[] = {"-", "high", "low"};
+  return fmt::format("{}, {}, {}", kGrip[static_cast<int>(s.grip)],
+                     kTransport[static_cast<int>(s.transport)], kGoal[static_cast<int>(s.goal)]);
+}
+
+long whole_steps(const CognitionParams& p) {
+  const double steps = 1.0 / (p.rate_hz * p.imitator.ladder.dt_s);
+  if (std::abs(steps - std::round(steps)) > 1e-6 || steps < 0.5) {
+    throw ConfigError(
+        fmt::format("cognition.rate_hz: the period 1/{} s is no multiple of dt_s = {}", p.rate_hz,
+                    p.imitator.ladder.dt_s));
+  }
+  return std::lround(steps);
+}
+
+}  // namespace
+
+CognitionNode::CognitionNode(const Params& params, runtime::Bus& bus)
+    : params_(params),
+      period_s_(static_cast<double>(whole_steps(params)) * params.imitator.ladder.dt_s),
+      fields_every_(params.fields_hz > 0.0
+                        ? std::max(1L, std::lround(params.rate_hz / params.fields_hz))
+                        : 0),
+      imitator_(params.imitator),
+      observation_(bus, "observation"),
+      task_(bus, "task"),
+      decision_(bus, "decision"),
+      fields_(bus, "fields") {
+  for (const std::string& sequence : imitator_.refused()) {
+    runtime::warn(
+        "practice '{}': the robot settles on something it learned before; nothing learned",
+        sequence);
+  }
+  for (const Layer layer : kAllLayers) {
+    v1::Field* field = activity_.add_fields();
+    field->set_name(std::string(layer_name(layer)));
+    field->mutable_u()->Resize(params.imitator.ladder.field.neurons, 0.0F);
+  }
+}
+
+void CognitionNode::step(Time now) {
+  watch(now);
+  const bool was_decided = imitator_.decided();
+  imitator_.advance(period_s_, succeeded(now));
+  if (imitator_.decided() && !was_decided) {
+    decided_ = now;
+    runtime::info("decided: {} (seen: {})", text(imitator_.decision()), text(imitator_.shown()));
+  }
+  publish_decision(now);
+  if (fields_every_ > 0 && tick_ % fields_every_ == 0) publish_fields(now);
+  ++tick_;
+}
+
+void CognitionNode::watch(Time now) {
+  const v1::Observation* seen = observation_.fresh(now, runtime::from_seconds(params_.stale_s));
+  if (seen == nullptr) return;
+  if (const std::string why = fault(*seen); !why.empty()) {
+    if (bad_input_.pass()) runtime::warn("observation {}; ignored", why);
+    return;
+  }
+  imitator_.observe(from_proto(*seen), seen->complete(), period_s_);
+  if (imitator_.stage() == Imitator::Stage::waiting) {
+    decided_ = Time{};
+    failure_told_ = indecision_told_ = false;
+  }
+  constexpr double kLong_s = 3.0;  // far beyond every settling time of the reference trials
+  if (imitator_.stage() == Imitator::Stage::deciding && imitator_.deciding_s() > kLong_s &&
+      !indecision_told_) {
+    runtime::warn("no decision: what was seen ({}) does not drive the fields to one peak each",
+                  text(imitator_.shown()));
+    indecision_told_ = true;
+  }
+}
+
+/// Reinforcement [M18 eq. 2.3]: the planner has a plan for this decision, not for an earlier one.
+bool CognitionNode::succeeded(Time now) {
+  const v1::TaskStatus* task = task_.fresh(now, runtime::from_seconds(params_.task_stale_s));
+  if (task == nullptr || !imitator_.decided() || task_.stamp() < decided_) return false;
+  const Decision& d = imitator_.decision();
+  if (static_cast<Grip>(task->grip()) != d.grip ||
+      static_cast<Transport>(task->transport()) != d.transport ||
+      static_cast<Goal>(task->goal()) != d.goal) {
+    return false;
+  }
+  if (task->state() == v1::TASK_STATE_FAILED && !failure_told_) {
+    runtime::warn("planning failed for {} ({}); the links stay as they are", text(d),
+                  task->reason());
+    failure_told_ = true;
+  }
+  const bool under_way =
+      task->state() == v1::TASK_STATE_PLANNING || task->state() == v1::TASK_STATE_EXECUTING;
+  return under_way && task->plan_succeeded();
+}
+
+void CognitionNode::publish_decision(Time now) {
+  v1::Decision message;
+  to_proto(imitator_.decision(), message);
+  message.set_decided_ns(static_cast<std::uint64_t>(decided_.count()));
+  message.set_learning(imitator_.learning());
+  message.set_learned(imitator_.learned());
+  decision_.send(message, now);
+}
+
+void CognitionNode::publish_fields(Time now) {
+  for (const Layer layer : kAllLayers) {
+    const auto u = imitator_.ladder().field(layer).activity();
+    std::ranges::copy(u, activity_.mutable_fields(static_cast<int>(layer))->mutable_u()->begin());
+  }
+  fields_.send(activity_, now);
+}
+
+}  // namespace mimesis::cognition

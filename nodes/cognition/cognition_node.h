@@ -1,0 +1,60 @@
+#pragma once
+#include "common/runtime/log.h"
+#include "common/runtime/params.h"
+#include "common/runtime/ports.h"
+#include "nodes/cognition/imitator.h"
+#include "proto/cognition.pb.h"
+#include "proto/planner.pb.h"
+#include "proto/vision.pb.h"
+
+namespace mimesis::cognition {
+
+struct CognitionParams {
+  double rate_hz = 100.0;   ///< step rate; its period is a multiple of dt_s [Hz]
+  double fields_hz = 25.0;  ///< rate of port `fields`; 0: never [Hz]
+  double stale_s = 0.5;     ///< an older observation is not used [s]
+  double task_stale_s =
+      2.5;  ///< an older task status rewards nothing (the planner repeats it at 1 Hz) [s]
+  ImitatorParams imitator{};
+
+  void visit(runtime::ParamVisitor& v) {
+    v("rate_hz", rate_hz, 1.0, 1000.0);
+    v("fields_hz", fields_hz, 0.0, 1000.0);
+    v("stale_s", stale_s, 0.01, 60.0);
+    v("task_stale_s", task_stale_s, 0.01, 60.0);
+    v("practice", imitator.practice);
+    v("patience_s", imitator.patience_s, 0.1, 600.0);
+    imitator.ladder.visit(v);
+  }
+};
+
+/// Decides goal and means of an observed action, and learns what led to a feasible plan.
+class CognitionNode {
+ public:
+  using Params = CognitionParams;
+  /// @throws ConfigError if the period is no multiple of dt_s, or a practice sequence has an
+  /// unknown word.
+  CognitionNode(const Params& params, runtime::Bus& bus);
+  void step(runtime::Time now);
+
+ private:
+  void watch(runtime::Time now);
+  bool succeeded(runtime::Time now);
+  void publish_decision(runtime::Time now);
+  void publish_fields(runtime::Time now);
+
+  Params params_;
+  double period_s_;
+  long fields_every_, tick_ = 0;  // steps between two messages on `fields`; steps since the start
+  Imitator imitator_;
+  runtime::Time decided_{};
+  bool failure_told_ = false, indecision_told_ = false;
+  v1::FieldActivity activity_;  // kept, so that its buffers are
+  runtime::Throttle bad_input_{std::chrono::seconds(1)};
+  runtime::Latest<v1::Observation> observation_;
+  runtime::Latest<v1::TaskStatus> task_;
+  runtime::Out<v1::Decision> decision_;
+  runtime::Out<v1::FieldActivity> fields_;
+};
+
+}  // namespace mimesis::cognition

@@ -1,0 +1,257 @@
+#include "nodes/cognition/cognition_node.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <string>
+
+#include "common/testing/loopback.h"
+
+namespace mimesis::cognition {
+namespace {
+using namespace std::chrono_literals;
+using runtime::Time;
+
+/// One node on a loopback bus, stepped at 100 Hz, with what vision and the planner would repeat.
+class Rig {
+ public:
+  explicit Rig(const CognitionParams& params = {}) : node_(params, bus) {}
+
+  /// Runs for `duration`; vision repeats `seen` at every step unless it is frozen.
+  void run(Time duration) {
+    for (const Time end = now_ + duration; now_ < end; now_ += 10ms) {
+      if (vision_alive) bus.send("observation", seen, now_);
+      if (task.state() != v1::TASK_STATE_UNSPECIFIED) bus.send("task", task, now_);
+      node_.step(now_);
+      while (auto d = bus.take<v1::Decision>("decision")) {
+        ever_learned_ = ever_learned_ || d->learning();
+        last_ = *d;
+      }
+    }
+  }
+  /// The teacher's table is empty again, then `demonstration`.
+  void show(const v1::Observation& demonstration) {
+    seen = {};
+    run(100ms);
+    seen = demonstration;
+    run(1500ms);
+  }
+  void planner_says(v1::TaskState state, bool plan_succeeded) {
+    task.set_state(state);
+    task.set_plan_succeeded(plan_succeeded);
+    task.set_grip(last_.grip());
+    task.set_transport(last_.transport());
+    task.set_goal(last_.goal());
+  }
+  const v1::Decision& decision() const { return last_; }
+  bool ever_learned() const { return ever_learned_; }
+  Time now() const { return now_; }
+  void step() { node_.step(now_); }
+
+  testing::Loopback bus;
+  v1::Observation seen;
+  v1::TaskStatus task;
+  bool vision_alive = true;
+
+ private:
+  CognitionNode node_;
+  v1::Decision last_;
+  bool ever_learned_ = false;
+  Time now_ = 1s;
+};
+
+v1::Observation observation(v1::Grip grip, v1::Transport transport, v1::Goal goal,
+                            bool complete = true, double confidence = 1.0) {
+  v1::Observation o;
+  o.set_grip(grip);
+  o.set_transport(transport);
+  o.set_goal(goal);
+  o.set_complete(complete);
+  o.set_grip_confidence(confidence);
+  o.set_transport_confidence(confidence);
+  o.set_goal_confidence(confidence);
+  o.set_color_confidence(confidence);
+  return o;
+}
+
+const v1::Observation kPreferred =
+    observation(v1::GRIP_PRECISION, v1::TRANSPORT_ABOVE, v1::GOAL_HIGH);
+const v1::Observation kOther = observation(v1::GRIP_FULL, v1::TRANSPORT_BELOW, v1::GOAL_LOW);
+
+std::string text(const v1::Decision& d) {
+  return v1::Grip_Name(d.grip()) + " " + v1::Transport_Name(d.transport()) + " " +
+         v1::Goal_Name(d.goal());
+}
+
+TEST(CognitionNode, CopiesWhatWasShown) {
+  Rig rig;
+  rig.run(500ms);
+  EXPECT_FALSE(rig.decision().settled());
+  EXPECT_EQ(rig.decision().decided_ns(), 0U);
+  rig.show(kPreferred);
+  EXPECT_TRUE(rig.decision().settled());
+  EXPECT_EQ(text(rig.decision()), "GRIP_PRECISION TRANSPORT_ABOVE GOAL_HIGH");
+  const std::uint64_t decided_ns = rig.decision().decided_ns();
+  EXPECT_GT(decided_ns, static_cast<std::uint64_t>(Time(1s).count()));
+  EXPECT_GT(rig.decision().header().stamp_ns(), decided_ns);
+  rig.show(kOther);
+  EXPECT_EQ(text(rig.decision()), "GRIP_FULL TRANSPORT_BELOW GOAL_LOW");
+  EXPECT_GT(rig.decision().decided_ns(), decided_ns);
+}
+
+TEST(CognitionNode,
+     WaitsForTheEndOfTheDemonstration) {  // the grip alone would be inferred to be FG-BT-low
+  Rig rig;
+  rig.seen = observation(v1::GRIP_FULL, v1::TRANSPORT_UNSPECIFIED, v1::GOAL_UNSPECIFIED, false);
+  rig.run(2s);
+  rig.seen.set_transport(v1::TRANSPORT_ABOVE);
+  rig.run(2s);
+  EXPECT_EQ(rig.decision().grip(), v1::GRIP_UNSPECIFIED);
+  rig.seen = observation(v1::GRIP_FULL, v1::TRANSPORT_ABOVE, v1::GOAL_HIGH);
+  rig.run(1500ms);
+  EXPECT_EQ(text(rig.decision()),
+            "GRIP_PRECISION TRANSPORT_ABOVE GOAL_HIGH");  // goal over means, fig. 2.21
+}
+
+TEST(CognitionNode, InfersWhatStayedHidden) {  // fig. 2.20: never complete, nothing new
+  Rig rig({.imitator = {.patience_s = 1.0}});
+  rig.seen = observation(v1::GRIP_FULL, v1::TRANSPORT_UNSPECIFIED, v1::GOAL_UNSPECIFIED, false);
+  rig.run(900ms);
+  EXPECT_FALSE(rig.decision().settled());
+  rig.run(1500ms);
+  EXPECT_TRUE(rig.decision().settled());
+  EXPECT_EQ(text(rig.decision()), "GRIP_FULL TRANSPORT_BELOW GOAL_LOW");
+}
+
+TEST(CognitionNode, UntrainedItInfersNothing) {
+  Rig rig({.imitator = {.practice = {}, .patience_s = 0.5}});
+  rig.seen = observation(v1::GRIP_FULL, v1::TRANSPORT_UNSPECIFIED, v1::GOAL_UNSPECIFIED, false);
+  rig.run(4s);
+  EXPECT_FALSE(rig.decision().settled());
+  EXPECT_EQ(rig.decision().goal(), v1::GOAL_UNSPECIFIED);
+}
+
+TEST(CognitionNode, TheDecisionStays) {
+  Rig rig;
+  rig.show(kPreferred);
+  const v1::Decision decided = rig.decision();
+  rig.seen = kOther;  // without an empty table before it this is no new demonstration
+  rig.run(2s);
+  rig.vision_alive = false;
+  rig.run(2s);
+  EXPECT_EQ(text(rig.decision()), text(decided));
+  EXPECT_EQ(rig.decision().decided_ns(), decided.decided_ns());
+  EXPECT_TRUE(rig.decision().settled());
+}
+
+TEST(CognitionNode, IgnoresStaleObservations) {
+  Rig rig({.stale_s = 0.3, .imitator = {.patience_s = 1.0}});
+  rig.seen = observation(v1::GRIP_FULL, v1::TRANSPORT_UNSPECIFIED, v1::GOAL_UNSPECIFIED, false);
+  rig.run(500ms);
+  rig.vision_alive = false;  // died in the middle of the demonstration
+  rig.run(5s);
+  EXPECT_EQ(rig.decision().grip(), v1::GRIP_UNSPECIFIED);
+  rig.vision_alive = true;
+  rig.seen = kPreferred;
+  rig.run(1500ms);
+  EXPECT_TRUE(rig.decision().settled());
+}
+
+TEST(CognitionNode, IgnoresWrongValues) {
+  Rig rig;
+  v1::Observation wrong = kPreferred;
+  wrong.set_grip(static_cast<v1::Grip>(7));
+  rig.show(wrong);
+  EXPECT_EQ(rig.decision().grip(), v1::GRIP_UNSPECIFIED);
+  wrong = kPreferred;
+  wrong.set_goal_confidence(1.5);
+  rig.show(wrong);
+  EXPECT_EQ(rig.decision().goal(), v1::GOAL_UNSPECIFIED);
+  wrong.set_goal_confidence(NAN);
+  rig.show(wrong);
+  EXPECT_EQ(rig.decision().goal(), v1::GOAL_UNSPECIFIED);
+  EXPECT_GT(rig.bus.counters("observation").rejected, 0U);
+  rig.bus.send_raw("observation", "not a message", rig.now());
+  rig.show(kPreferred);
+  EXPECT_TRUE(rig.decision().settled());
+}
+
+TEST(CognitionNode, DoubtfulSymbolsDecideNothing) {
+  Rig rig;
+  rig.show(observation(v1::GRIP_PRECISION, v1::TRANSPORT_ABOVE, v1::GOAL_HIGH, true, 0.2));
+  EXPECT_FALSE(rig.decision().settled());
+  rig.show(observation(v1::GRIP_PRECISION, v1::TRANSPORT_ABOVE, v1::GOAL_HIGH, true, 0.85));
+  EXPECT_TRUE(rig.decision().settled());
+}
+
+TEST(CognitionNode, LearnsOnlyWhileThePlanSucceeds) {
+  Rig rig({.imitator = {.practice = {}, .patience_s = 0.5}});
+  rig.show(kOther);
+  ASSERT_TRUE(rig.decision().settled());
+  rig.planner_says(v1::TASK_STATE_PLANNING, false);
+  rig.run(1s);
+  EXPECT_FALSE(rig.ever_learned());
+  rig.planner_says(v1::TASK_STATE_EXECUTING, true);
+  rig.run(1s);
+  EXPECT_TRUE(rig.decision().learning());
+  EXPECT_FALSE(rig.decision().learned());
+  rig.run(1100ms);
+  EXPECT_FALSE(rig.decision().learning());  // the window is over
+  EXPECT_TRUE(rig.decision().learned());
+  EXPECT_EQ(text(rig.decision()), "GRIP_FULL TRANSPORT_BELOW GOAL_LOW");
+
+  rig.task.Clear();  // what it learned lets it infer the goal from the grip
+  rig.show(observation(v1::GRIP_FULL, v1::TRANSPORT_UNSPECIFIED, v1::GOAL_UNSPECIFIED, false));
+  rig.run(1s);
+  EXPECT_EQ(text(rig.decision()), "GRIP_FULL TRANSPORT_BELOW GOAL_LOW");
+  EXPECT_FALSE(rig.decision().learned());  // of this decision
+}
+
+TEST(CognitionNode, DoesNotLearnFromOtherStatus) {
+  Rig rig({.task_stale_s = 0.5});
+  rig.show(kPreferred);
+  rig.planner_says(v1::TASK_STATE_FAILED, false);
+  rig.run(1s);
+  rig.planner_says(v1::TASK_STATE_DONE, true);  // of an earlier decision for the same means
+  rig.run(1s);
+  rig.planner_says(v1::TASK_STATE_EXECUTING, true);
+  rig.task.set_grip(v1::GRIP_FULL);  // success of other means
+  rig.run(1s);
+  EXPECT_FALSE(rig.ever_learned());
+  EXPECT_FALSE(rig.decision().learned());
+  rig.planner_says(v1::TASK_STATE_EXECUTING, true);
+  rig.run(200ms);
+  EXPECT_TRUE(rig.ever_learned());
+  rig.task.Clear();  // the planner died: its last word is soon too old
+  rig.run(1s);
+  EXPECT_FALSE(rig.decision().learning());
+  EXPECT_FALSE(rig.decision().learned());
+}
+
+TEST(CognitionNode, PublishesFieldsAtTheirRate) {
+  Rig rig;
+  rig.run(1s);
+  int count = 0;
+  while (const auto f = rig.bus.take<v1::FieldActivity>("fields")) {
+    ASSERT_EQ(f->fields_size(), 7);
+    EXPECT_EQ(f->fields(0).name(), "STSg");
+    EXPECT_EQ(f->fields(6).name(), "COL");
+    ASSERT_EQ(f->fields(2).u_size(), 128);
+    EXPECT_LT(f->fields(2).u(16), 0.0F);
+    ++count;
+  }
+  EXPECT_EQ(count, 25);
+  rig.show(kPreferred);
+  const auto last = rig.bus.take_last<v1::FieldActivity>("fields");
+  ASSERT_TRUE(last.has_value());
+  EXPECT_GT(last->fields(2).u(16), 5.0F);  // PG-AT
+}
+
+TEST(CognitionNode, RefusesWhatCannotWork) {
+  testing::Loopback bus;
+  EXPECT_THROW(CognitionNode({.rate_hz = 77.0}, bus), ConfigError);
+  EXPECT_THROW(CognitionNode({.imitator = {.practice = {"precise,above,high"}}}, bus), ConfigError);
+}
+
+}  // namespace
+}  // namespace mimesis::cognition
