@@ -1,0 +1,158 @@
+#include "nodes/planner/planner_node.h"
+
+#include <chrono>
+
+#include "common/model/files.h"
+#include "common/runtime/log.h"
+#include "nodes/planner/task_messages_node.h"
+
+namespace mimesis::planner {
+namespace {
+
+TaskSettings task_settings(const PlannerParams& p) {
+  TaskSettings s;
+  s.roadmap = {p.roadmap_nodes,
+               p.neighbours,
+               static_cast<std::uint64_t>(p.seed),
+               {.window_rad = p.window_rad, .inhibited_share = p.inhibited_share}};
+  s.search.neighbours = p.neighbours;
+  s.search.online_refinements = p.online_refinements;
+  s.search.seed = static_cast<std::uint64_t>(p.seed);
+  s.margin_m = p.margin_m;
+  s.approach_m = p.approach_m;
+  s.lift_m = p.lift_m;
+  s.precision_depth_m = p.precision_depth_m;
+  s.preference = p.preference;
+  s.corner_rad = p.corner_rad;
+  s.speed = p.speed;
+  s.period_s = 1.0 / p.rate_hz;
+  return s;
+}
+
+SequenceSettings sequence_settings(const PlannerParams& p) {
+  SequenceSettings s;
+  s.period_s = 1.0 / p.rate_hz;
+  s.ready_s = p.ready_s;
+  s.hand_s = p.hand_s;
+  s.tracking_rad = p.tracking_rad;
+  s.object_moved_m = p.object_moved_m;
+  s.grip_force = p.grip_force;
+  return s;
+}
+
+template <class T>
+const T* pointer(const std::optional<T>& value) {
+  return value ? &*value : nullptr;
+}
+
+}  // namespace
+
+PlannerNode::PlannerNode(const Params& params, runtime::Bus& bus)
+    : params_(params),
+      arm_(model::load_arm(params.robot)),
+      settings_(task_settings(params)),
+      sequence_(sequence_settings(params)),
+      job_(bus),
+      decision_in_(bus, "decision"),
+      scene_in_(bus, "scene"),
+      arm_in_(bus, "arm"),
+      hand_in_(bus, "hand"),
+      command_(bus, "command"),
+      hand_command_(bus, "hand_command"),
+      status_(bus, "status", {.latched = true}),
+      trajectory_(bus, "trajectory") {}
+
+void PlannerNode::step(runtime::Time now) {
+  read_inputs(now);
+  take_plan();
+  sequence_.step(
+      {pointer(decided_), pointer(table_), pointer(arm_reading_), pointer(hand_reading_)});
+  if (auto request = sequence_.take_request()) waiting_request_ = std::move(request);
+  if (waiting_request_ && !job_.running()) {
+    start_planning(*std::exchange(waiting_request_, std::nullopt));
+  }
+  publish_trajectory(now);
+  publish_commands(now);
+  publish_status(now);
+}
+
+void PlannerNode::read_inputs(runtime::Time now) {
+  const runtime::Time stale = runtime::from_seconds(params_.stale_s);
+  if (const auto* decision = decision_in_.take()) {
+    if (auto decided = to_decided(*decision)) decided_ = std::move(decided);
+  }
+  if (const auto* scene = scene_in_.take()) table_ = model::from_proto(*scene);
+  const auto* arm = arm_in_.fresh(now, stale);
+  arm_reading_ = arm == nullptr ? std::nullopt : to_reading(*arm, arm_.dof());
+  const auto* hand = hand_in_.fresh(now, stale);
+  hand_reading_ = hand == nullptr ? std::nullopt : std::optional(to_reading(*hand));
+}
+
+void PlannerNode::start_planning(PlanRequest request) {
+  const std::string scene = model::to_proto(request.table).SerializeAsString();
+  const auto known = scene == scene_of_roadmap_ ? roadmap_ : nullptr;
+  scene_of_roadmap_ = scene;
+  job_.start([arm = arm_, settings = settings_, known, request = std::move(request)] {
+    const auto begin = std::chrono::steady_clock::now();
+    const auto roadmap =
+        known ? known
+              : std::make_shared<const Roadmap>(prepare_roadmap(arm, request.table, settings));
+    auto plan = plan_task(arm, request.table, *roadmap, request.start, request.task, settings);
+    const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - begin;
+    return Planned{roadmap, std::move(plan), spent.count()};
+  });
+}
+
+void PlannerNode::take_plan() {
+  auto planned = job_.take();
+  if (!planned) return;
+  roadmap_ = planned->roadmap;
+  compute_s_ = planned->compute_s;
+  if (waiting_request_) return;  // a newer request made this answer obsolete
+  if (planned->plan) {
+    runtime::info("plan of {:.2f} rad in {} motions, computed in {:.3f} s",
+                  planned->plan->path_length_rad, planned->plan->motions.size(), compute_s_);
+  }
+  sequence_.set_plan(std::move(planned->plan));
+}
+
+void PlannerNode::publish_trajectory(runtime::Time now) {
+  const auto started = sequence_.started_motion();
+  if (!started) return;
+  v1::Trajectory trajectory = to_proto(sequence_.plan()->motions[*started]);
+  trajectory_.send(trajectory, now);
+}
+
+void PlannerNode::publish_commands(runtime::Time now) {
+  const auto& point = sequence_.set_point();
+  if (!point) return;  // silence stops the drives
+  v1::JointCommand command;
+  for (Eigen::Index j = 0; j < point->q.size(); ++j) {
+    command.add_position_rad(point->q[j]);
+    command.add_velocity_rad_s(point->dq[j]);
+  }
+  command_.send(command, now);
+  if (const auto& order = sequence_.hand_order()) {
+    v1::HandCommand hand;
+    hand.set_grip(to_proto(order->grip));
+    hand.set_closure(order->closure);
+    hand.set_force(order->force);
+    hand_command_.send(hand, now);
+  }
+}
+
+void PlannerNode::publish_status(runtime::Time now) {
+  v1::TaskStatus status = to_status(sequence_);
+  status.set_plan_compute_s(compute_s_);
+  const bool changed = status.SerializeAsString() != last_status_.SerializeAsString();
+  if (!changed && now < status_due_) return;
+  if (changed && status.state() != last_status_.state()) {
+    runtime::info("task {}{}{}", v1::TaskState_Name(status.state()),
+                  status.reason().empty() ? "" : ": ", status.reason());
+  }
+  last_status_ = status;
+  status_due_ = now + std::chrono::seconds(1);
+  status_.send(status, now);
+}
+
+}  // namespace mimesis::planner

@@ -1,0 +1,116 @@
+#pragma once
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "common/runtime/job.h"
+#include "common/runtime/params.h"
+#include "common/runtime/ports.h"
+#include "nodes/planner/task_sequence.h"
+#include "proto/arm.pb.h"
+#include "proto/cognition.pb.h"
+#include "proto/planner.pb.h"
+#include "proto/scene.pb.h"
+
+namespace mimesis::planner {
+
+struct PlannerParams {
+  double rate_hz = 200.0;           ///< set-points per second [Hz]
+  double offset_s = 0.0;            ///< of the first step within the period [s]
+  std::string robot = "lwr4.yaml";  ///< model file of the arm
+  int roadmap_nodes = 2500;         ///< sampled over the joint limits [1]
+  int neighbours = 4;               ///< k [1]
+  int seed = 1;                     ///< of all sampling [1]
+  double window_rad = 1.3;          ///< half testing window of the off-line refinement [rad]
+  double inhibited_share = 0.02;    ///< where that refinement stops [1]
+  int online_refinements = 2;       ///< around a found path [1]
+  double margin_m = 0.002;          ///< least distance of safety balls [m]
+  double approach_m = 0.09;         ///< straight way to and from the object [m]
+  double lift_m = 0.05;             ///< straight up and down with the object [m]
+  double precision_depth_m = 0.02;  ///< object's top above the grasp centre in a precision grip [m]
+  double preference = 0.5;          ///< link cost where the hand passes as decided [1]
+  double corner_rad = 0.15;         ///< largest rounding of corners [rad]
+  double speed = 0.6;               ///< share of the arm's velocity and acceleration limits [1]
+  double stale_s = 0.1;             ///< older states of arm or hand stop the task [s]
+  double ready_s = 10.0;            ///< time for scene, arm and hand to be there [s]
+  double hand_s = 5.0;              ///< time for the hand to open or close [s]
+  double tracking_rad = 0.25;       ///< largest allowed following error [rad]
+  double object_moved_m = 0.005;    ///< farther than this: plan again [m]
+  double grip_force = 0.5;          ///< 0 .. 1 [1]
+
+  void visit(runtime::ParamVisitor& v) {
+    v("rate_hz", rate_hz, 10.0, 1000.0);
+    v("offset_s", offset_s, 0.0, 1.0);
+    v("robot", robot);
+    v("roadmap_nodes", roadmap_nodes, 100, 20000);
+    v("neighbours", neighbours, 2, 32);
+    v("seed", seed, 0, 1'000'000'000);
+    v("window_rad", window_rad, 0.05, 6.0);
+    v("inhibited_share", inhibited_share, 0.0, 1.0);
+    v("online_refinements", online_refinements, 0, 10);
+    v("margin_m", margin_m, 0.0, 0.05);
+    v("approach_m", approach_m, 0.02, 0.3);
+    v("lift_m", lift_m, 0.02, 0.3);
+    v("precision_depth_m", precision_depth_m, 0.0, 0.2);
+    v("preference", preference, 0.1, 1.0);
+    v("corner_rad", corner_rad, 0.001, 1.0);
+    v("speed", speed, 0.05, 0.95);
+    v("stale_s", stale_s, 0.02, 2.0);
+    v("ready_s", ready_s, 0.1, 100.0);
+    v("hand_s", hand_s, 0.1, 60.0);
+    v("tracking_rad", tracking_rad, 0.01, 1.0);
+    v("object_moved_m", object_moved_m, 0.001, 0.1);
+    v("grip_force", grip_force, 0.0, 1.0);
+  }
+};
+
+/// Plans the decided task and streams it to the bridge. Its ports are its interface.
+class PlannerNode {
+ public:
+  using Params = PlannerParams;
+  PlannerNode(const Params& params, runtime::Bus& bus);
+  void step(runtime::Time now);  ///< called at rate_hz
+
+ private:
+  /// What the planning job brings back.
+  struct Planned {
+    std::shared_ptr<const Roadmap> roadmap;
+    tl::expected<TaskPlan, Status> plan;
+    double compute_s = 0.0;  // wall time
+  };
+
+  void read_inputs(runtime::Time now);
+  void start_planning(PlanRequest request);
+  void take_plan();
+  void publish_commands(runtime::Time now);
+  void publish_trajectory(runtime::Time now);
+  void publish_status(runtime::Time now);
+
+  Params params_;
+  kin::ArmModel arm_;
+  TaskSettings settings_;
+  TaskSequence sequence_;
+  runtime::Job<Planned> job_;
+  std::optional<PlanRequest> waiting_request_;
+  std::shared_ptr<const Roadmap> roadmap_;  // of scene_of_roadmap_
+  std::string scene_of_roadmap_;
+  double compute_s_ = 0.0;
+
+  std::optional<DecidedTask> decided_;
+  std::optional<kin::Table> table_;
+  std::optional<ArmReading> arm_reading_;
+  std::optional<HandReading> hand_reading_;
+  v1::TaskStatus last_status_;
+  runtime::Time status_due_{};
+
+  runtime::Latest<v1::Decision> decision_in_;
+  runtime::Latest<v1::Scene> scene_in_;
+  runtime::Latest<v1::ArmState> arm_in_;
+  runtime::Latest<v1::HandState> hand_in_;
+  runtime::Out<v1::JointCommand> command_;
+  runtime::Out<v1::HandCommand> hand_command_;
+  runtime::Out<v1::TaskStatus> status_;
+  runtime::Out<v1::Trajectory> trajectory_;
+};
+
+}  // namespace mimesis::planner

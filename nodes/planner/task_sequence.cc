@@ -1,0 +1,208 @@
+#include "nodes/planner/task_sequence.h"
+
+#include <cmath>
+
+namespace mimesis::planner {
+namespace {
+
+constexpr double kClosedOnNothing = 0.98;  // closure of an empty hand [1]
+
+std::string degrees(double rad) { return std::to_string(std::lround(rad * 180.0 / M_PI)) + " deg"; }
+
+}  // namespace
+
+TaskSequence::TaskSequence(const SequenceSettings& settings) : settings_(settings) {}
+
+void TaskSequence::step(const SequenceInput& input) {
+  started_.reset();
+  waited_s_ += settings_.period_s;
+  const bool at_rest = state_ == State::idle || state_ == State::done || state_ == State::failed;
+  if (at_rest) {
+    if (input.decision != nullptr && input.decision->id != decision_id_) await_inputs(input);
+    return;
+  }
+  if (!healthy(input)) return;
+  if (state_ == State::planning) {
+    step_planning(input);
+  } else {
+    step_executing(input);
+  }
+}
+
+void TaskSequence::await_inputs(const SequenceInput& input) {
+  if (awaiting_id_ != input.decision->id) {
+    awaiting_id_ = input.decision->id;
+    waited_s_ = 0.0;
+  }
+  const char* missing = input.table == nullptr  ? "the scene"
+                        : input.arm == nullptr  ? "the state of the arm"
+                        : input.hand == nullptr ? "the state of the hand"
+                                                : nullptr;
+  if (missing == nullptr) return begin(input);
+  if (!late(settings_.ready_s)) return;
+  decision_id_ = input.decision->id;
+  task_ = input.decision->task;
+  fail(std::string("waited in vain for ") + missing, true);
+}
+
+void TaskSequence::begin(const SequenceInput& input) {
+  decision_id_ = input.decision->id;
+  task_ = input.decision->task;
+  hand_ = HandOrder{task_->grip, 0.0, settings_.grip_force};
+  if (!set_point_) set_point_ = {input.arm->q, Eigen::VectorXd::Zero(input.arm->q.size())};
+  plan_from_here(*input.table);
+}
+
+void TaskSequence::plan_from_here(const kin::Table& table) {
+  state_ = State::planning;
+  phase_ = Phase::reach;
+  reason_.clear();
+  plan_.reset();
+  table_ = table;
+  request_ = PlanRequest{table, set_point_->q, *task_};
+  stop_.reset();
+  waited_s_ = 0.0;
+}
+
+void TaskSequence::set_plan(tl::expected<TaskPlan, Status> plan) {
+  if (state_ != State::planning) return;
+  if (!plan) return fail(plan.error().reason, false);
+  plan_ = std::move(*plan);
+  waited_s_ = 0.0;
+}
+
+void TaskSequence::step_planning(const SequenceInput& input) {
+  if (!plan_) {
+    if (late(settings_.planning_s)) fail("planning took too long", false);
+    return;
+  }
+  if (input.table != nullptr && object_moved(*input.table)) return plan_from_here(*input.table);
+  if (!input.arm->operational) {
+    if (late(settings_.ready_s)) fail("the arm is not operational", false);
+    return;
+  }
+  if ((input.arm->q - set_point_->q).cwiseAbs().maxCoeff() > settings_.arrival_rad) {
+    // It sagged or was moved before it was armed: hold and plan from where it is.
+    set_point_->q = input.arm->q;
+    return plan_from_here(*table_);
+  }
+  state_ = State::executing;
+  start_motion(0);
+}
+
+void TaskSequence::start_motion(std::size_t index) {
+  motion_ = index;
+  phase_ = plan_->motions[index].phase;
+  playback_.start(plan_->motions[index].trajectory);
+  started_ = index;
+  waited_s_ = 0.0;
+}
+
+void TaskSequence::step_executing(const SequenceInput& input) {
+  if (phase_ == Phase::grasp) return step_grasp(*input.hand);
+  if (phase_ == Phase::release) return step_release(*input.hand);
+  if (!stop_) stop_ = reason_to_stop(input);
+  if (stop_) playback_.brake();
+  if (!playback_.at_rest()) {
+    playback_.advance();
+    set_point_ = {playback_.position(), playback_.velocity()};
+    waited_s_ = 0.0;
+    return;
+  }
+  const double away = (input.arm->q - set_point_->q).cwiseAbs().maxCoeff();
+  if (away > settings_.arrival_rad) {
+    if (late(settings_.settle_s))
+      fail("the arm did not arrive, it is " + degrees(away) + " off", false);
+    return;
+  }
+  if (stop_ == Stop::object_lost) return fail("the object was lost in transport", false);
+  if (stop_ == Stop::object_moved) {
+    if (input.table != nullptr) plan_from_here(*input.table);
+    return;
+  }
+  // The open hand goes round the object: it must be open before the approach.
+  if (phase_ == Phase::reach &&
+      (input.hand->closure > settings_.open_closure || input.hand->moving)) {
+    if (late(settings_.hand_s)) fail("the hand does not open", false);
+    return;
+  }
+  motion_ended();
+}
+
+std::optional<TaskSequence::Stop> TaskSequence::reason_to_stop(const SequenceInput& input) const {
+  if (phase_ == Phase::transport && !input.hand->object_detected) return Stop::object_lost;
+  if (phase_ == Phase::reach && input.table != nullptr && object_moved(*input.table)) {
+    return Stop::object_moved;
+  }
+  return std::nullopt;
+}
+
+void TaskSequence::motion_ended() {
+  waited_s_ = 0.0;
+  const auto& motions = plan_->motions;
+  const bool last_of_phase = motion_ + 1 == motions.size() || motions[motion_ + 1].phase != phase_;
+  if (phase_ == Phase::approach && last_of_phase) {
+    phase_ = Phase::grasp;
+    hand_->closure = 1.0;
+  } else if (phase_ == Phase::transport && last_of_phase) {
+    phase_ = Phase::release;
+    hand_->closure = 0.0;
+  } else if (motion_ + 1 == motions.size()) {
+    state_ = State::done;
+  } else {
+    start_motion(motion_ + 1);
+  }
+}
+
+void TaskSequence::step_grasp(const HandReading& hand) {
+  if (hand.object_detected && !hand.moving) return start_motion(motion_ + 1);
+  if (!hand.moving && hand.closure > kClosedOnNothing) {
+    return fail("the hand closed, but no object was detected", false);
+  }
+  if (late(settings_.hand_s)) fail("no grasp: the hand did not close in time", false);
+}
+
+void TaskSequence::step_release(const HandReading& hand) {
+  if (!hand.moving && hand.closure < settings_.open_closure) return start_motion(motion_ + 1);
+  if (late(settings_.hand_s)) fail("the hand does not open to release the object", false);
+}
+
+bool TaskSequence::healthy(const SequenceInput& input) {
+  const auto& arm = input.arm;
+  const auto& hand = input.hand;
+  if (arm == nullptr) {
+    fail("the arm's state is stale", true);
+  } else if (hand == nullptr) {
+    fail("the hand's state is stale", true);
+  } else if (!arm->fault.empty()) {
+    fail("arm: " + arm->fault, true);
+  } else if (!hand->fault.empty()) {
+    fail("hand: " + hand->fault, true);
+  } else if (state_ == State::executing && !arm->operational) {
+    fail("the arm is no longer operational", true);
+  } else if (state_ == State::executing && !hand->active) {
+    fail("the hand is not active", true);
+  } else if (state_ == State::executing) {
+    Eigen::Index joint = 0;
+    const double away = (arm->q - set_point_->q).cwiseAbs().maxCoeff(&joint);
+    if (away > settings_.tracking_rad) {
+      fail("joint " + std::to_string(joint + 1) + " is " + degrees(away) + " off its set-point",
+           true);
+    }
+  }
+  return state_ != State::failed;
+}
+
+bool TaskSequence::object_moved(const kin::Table& table) const {
+  return (table.object - table_->object).norm() > settings_.object_moved_m;
+}
+
+void TaskSequence::fail(std::string reason, bool silent) {
+  state_ = State::failed;
+  reason_ = std::move(reason);
+  request_.reset();
+  if (set_point_) set_point_->dq.setZero();
+  if (silent) set_point_.reset();
+}
+
+}  // namespace mimesis::planner

@@ -1,0 +1,141 @@
+#pragma once
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <tl/expected.hpp>
+
+#include "nodes/planner/playback.h"
+#include "nodes/planner/task_plan.h"
+
+namespace mimesis::planner {
+
+struct SequenceSettings {
+  double period_s = 0.005;  ///< of step(), and of the trajectories [s]
+  double ready_s = 10.0;    ///< scene, arm and hand must be there, the arm operational, by then [s]
+  double hand_s = 5.0;      ///< the hand must have opened or closed by then [s]
+  double settle_s = 2.0;    ///< the arm must have arrived this long after a motion's end [s]
+  double planning_s = 20.0;    ///< a plan must have come by then [s]
+  double arrival_rad = 0.01;   ///< it has arrived within this [rad]
+  double tracking_rad = 0.25;  ///< largest allowed difference of set-point and posture [rad]
+  double object_moved_m =
+      0.005;  ///< the object moved if farther than this from where it was planned for [m]
+  double open_closure = 0.05;  ///< the hand is open below this [1]
+  double grip_force = 0.5;     ///< commanded force, 0 .. 1 [1]
+};
+
+/// A settled decision; `id` changes with every new one.
+struct DecidedTask {
+  Task task;
+  std::uint64_t id = 0;
+};
+
+struct ArmReading {
+  Eigen::VectorXd q;         ///< [rad]
+  bool operational = false;  ///< all drives follow
+  std::string fault;         ///< empty if none
+};
+
+struct HandReading {
+  double closure = 0.0;  ///< 0 open .. 1 closed [1]
+  bool moving = false;
+  bool object_detected = false;
+  bool active = false;
+  std::string fault;
+};
+
+/// What one step sees. Null: unknown or stale.
+struct SequenceInput {
+  const DecidedTask* decision = nullptr;
+  const kin::Table* table = nullptr;
+  const ArmReading* arm = nullptr;
+  const HandReading* hand = nullptr;
+};
+
+struct SetPoint {
+  Eigen::VectorXd q;   ///< [rad]
+  Eigen::VectorXd dq;  ///< [rad/s]
+};
+
+struct HandOrder {
+  Grip grip = Grip::precision;
+  double closure = 0.0, force = 0.0;  ///< [1]
+};
+
+/// What is to be planned.
+struct PlanRequest {
+  kin::Table table;
+  Eigen::VectorXd start;  ///< [rad]
+  Task task;
+};
+
+/// The task from a settled decision to the released object, one step per period:
+///   idle → planning → executing {reach, approach, grasp, transport, release, retreat} → done,
+/// and from anywhere → failed with a reason. The whole plan exists before the first motion starts.
+/// Set-points flow from the first decision on (the posture at that time is held) and end with a
+/// fault of arm or hand: silence stops the drives. After done or failed a new decision starts
+/// again.
+class TaskSequence {
+ public:
+  enum class State { idle, planning, executing, done, failed };
+
+  explicit TaskSequence(const SequenceSettings& settings);
+
+  void step(const SequenceInput& input);
+
+  /// Once after the step that wants a plan.
+  std::optional<PlanRequest> take_request() { return std::exchange(request_, std::nullopt); }
+  /// The answer, before the next step.
+  void set_plan(tl::expected<TaskPlan, Status> plan);
+
+  State state() const { return state_; }
+  Phase phase() const { return phase_; }
+  const std::string& reason() const { return reason_; }
+  const std::optional<Task>& task() const { return task_; }
+  bool plan_succeeded() const { return plan_.has_value() && state_ != State::failed; }
+  const std::optional<TaskPlan>& plan() const { return plan_; }
+  const std::optional<SetPoint>& set_point() const {
+    return set_point_;
+  }  ///< of this step; none: be silent
+  const std::optional<HandOrder>& hand_order() const {
+    return hand_;
+  }  ///< none before the first decision
+  /// Index into plan().motions that this step started.
+  std::optional<std::size_t> started_motion() const { return started_; }
+
+ private:
+  enum class Stop { object_moved, object_lost };
+
+  void await_inputs(const SequenceInput& input);
+  void begin(const SequenceInput& input);
+  void plan_from_here(const kin::Table& table);
+  void step_planning(const SequenceInput& input);
+  void step_executing(const SequenceInput& input);
+  void step_grasp(const HandReading& hand);
+  void step_release(const HandReading& hand);
+  void start_motion(std::size_t index);
+  void motion_ended();
+  std::optional<Stop> reason_to_stop(const SequenceInput& input) const;
+  bool healthy(const SequenceInput& input);
+  bool object_moved(const kin::Table& table) const;
+  void fail(std::string reason, bool silent);
+  bool late(double limit_s) const { return waited_s_ > limit_s; }
+
+  SequenceSettings settings_;
+  State state_ = State::idle;
+  Phase phase_ = Phase::reach;
+  std::string reason_;
+  std::optional<Task> task_;
+  std::uint64_t decision_id_ = 0, awaiting_id_ = 0;
+  std::optional<kin::Table> table_;  // the plan's
+  std::optional<PlanRequest> request_;
+  std::optional<TaskPlan> plan_;
+  std::optional<SetPoint> set_point_;
+  std::optional<HandOrder> hand_;
+  std::optional<std::size_t> started_;
+  Playback playback_;
+  std::size_t motion_ = 0;
+  std::optional<Stop> stop_;  // why the motion brakes
+  double waited_s_ = 0.0;     // since the last change of what is waited for
+};
+
+}  // namespace mimesis::planner

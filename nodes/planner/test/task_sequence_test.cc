@@ -1,0 +1,256 @@
+#include "nodes/planner/task_sequence.h"
+
+#include <gtest/gtest.h>
+
+#include <functional>
+
+namespace mimesis::planner {
+namespace {
+
+using State = TaskSequence::State;
+
+Eigen::VectorXd both(double q) { return Eigen::VectorXd::Constant(2, q); }
+
+PlannedMotion motion(Phase phase, double from, double to) {
+  const SmoothPath path({both(from), both(to)}, 0.1, [](const Eigen::MatrixXd&) { return true; });
+  return {phase, path.curves(), {}, time_optimal(path, both(1.0), both(4.0), 0.005)};
+}
+
+/// reach 0 -> 1, approach 1 -> 1.2, transport 1.2 -> 1.3 -> 2, retreat 2 -> 1.9 [rad]
+TaskPlan small_plan() {
+  TaskPlan plan;
+  plan.motions = {motion(Phase::reach, 0.0, 1.0), motion(Phase::approach, 1.0, 1.2),
+                  motion(Phase::transport, 1.2, 1.3), motion(Phase::transport, 1.3, 2.0),
+                  motion(Phase::retreat, 2.0, 1.9)};
+  plan.path_length_rad = 2.1;
+  return plan;
+}
+
+/// A task with an arm that follows at once and a hand that takes 20 steps.
+class Trial {
+ public:
+  Trial() : sequence({}) {
+    decision.id = 7;
+    arm.q = both(0.0);
+    arm.operational = true;
+    hand.active = true;
+    table.object = {0.4, 0.0, 0.1};
+  }
+
+  void step() {
+    sequence.step({decided ? &decision : nullptr, has_table ? &table : nullptr,
+                   has_arm ? &arm : nullptr, has_hand ? &hand : nullptr});
+    if (const auto request = sequence.take_request()) {
+      requests.push_back(*request);
+      if (answer) sequence.set_plan(answer());
+    }
+    if (const auto& point = sequence.set_point(); point && follows) arm.q = point->q;
+    if (const auto& order = sequence.hand_order()) move_hand(order->closure);
+    if (phases.empty() || phases.back() != sequence.phase()) phases.push_back(sequence.phase());
+  }
+  /// Steps until `done` or 5000 steps have passed.
+  void until(const std::function<bool()>& done) {
+    for (int i = 0; i < 5000 && !done(); ++i) step();
+  }
+  void until_rest() {
+    until([&] { return sequence.state() == State::done || sequence.state() == State::failed; });
+  }
+  void until_phase(Phase phase) {
+    until([&] { return sequence.state() == State::executing && sequence.phase() == phase; });
+  }
+
+  TaskSequence sequence;
+  DecidedTask decision;
+  kin::Table table;
+  ArmReading arm;
+  HandReading hand;
+  bool decided = true, has_table = true, has_arm = true, has_hand = true, follows = true;
+  bool object_there = true;
+  std::function<tl::expected<TaskPlan, Status>()> answer = [] { return small_plan(); };
+  std::vector<PlanRequest> requests;
+  std::vector<Phase> phases;
+
+ private:
+  void move_hand(double closure) {
+    const double end =
+        closure > 0.5 && object_there ? 0.3 : closure;  // fingers meet the object at 0.3
+    const double step = std::clamp(end - hand.closure, -0.05, 0.05);
+    hand.closure += step;
+    hand.moving = std::abs(step) > 1e-9;
+    hand.object_detected = object_there && closure > 0.5 && !hand.moving;
+  }
+};
+
+TEST(TaskSequence, GoesThroughAllPhasesOnceTheDecisionHasSettled) {
+  Trial trial;
+  trial.decided = false;
+  for (int i = 0; i < 100; ++i) trial.step();
+  EXPECT_EQ(trial.sequence.state(), State::idle);
+  EXPECT_FALSE(trial.sequence.set_point()) << "silent before the first decision";
+  trial.decided = true;
+  trial.until_rest();
+  EXPECT_EQ(trial.sequence.state(), State::done) << trial.sequence.reason();
+  EXPECT_EQ(trial.phases, (std::vector{Phase::reach, Phase::approach, Phase::grasp,
+                                       Phase::transport, Phase::release, Phase::retreat}));
+  EXPECT_TRUE(trial.sequence.plan_succeeded());
+  EXPECT_EQ(trial.requests.size(), 1u);
+  EXPECT_LT((trial.arm.q - both(1.9)).norm(), 1e-12);
+  EXPECT_EQ(trial.hand.closure, 0.0);
+  for (int i = 0; i < 100; ++i) trial.step();
+  EXPECT_EQ(trial.requests.size(), 1u) << "one task per decision";
+}
+
+TEST(TaskSequence, SetPointsNeverJump) {
+  Trial trial;
+  Eigen::VectorXd last = both(0.0);
+  trial.until([&] {
+    if (const auto& point = trial.sequence.set_point()) {
+      EXPECT_LT((point->q - last).cwiseAbs().maxCoeff(), 1.01 * 0.005);  // 1 rad/s
+      last = point->q;
+    }
+    return trial.sequence.state() == State::done;
+  });
+  EXPECT_EQ(trial.sequence.state(), State::done);
+}
+
+TEST(TaskSequence, HoldsThePostureAndTheHandOpenWhileItPlans) {
+  Trial trial;
+  trial.answer = nullptr;
+  trial.arm.q = both(0.3);
+  trial.step();
+  EXPECT_EQ(trial.sequence.state(), State::planning);
+  ASSERT_TRUE(trial.sequence.set_point());
+  EXPECT_EQ(trial.sequence.set_point()->q, both(0.3));
+  EXPECT_EQ(trial.sequence.set_point()->dq, both(0.0));
+  EXPECT_EQ(trial.sequence.hand_order()->closure, 0.0);
+  EXPECT_FALSE(trial.sequence.plan_succeeded());
+  EXPECT_EQ(trial.requests.at(0).start, both(0.3));
+}
+
+TEST(TaskSequence, ANewDecisionAfterAFailedPlanStartsAgain) {
+  Trial trial;
+  trial.answer = []() -> tl::expected<TaskPlan, Status> {
+    return tl::unexpected(Status{"no way"});
+  };
+  trial.until_rest();
+  EXPECT_EQ(trial.sequence.state(), State::failed);
+  EXPECT_EQ(trial.sequence.reason(), "no way");
+  EXPECT_FALSE(trial.sequence.plan_succeeded());
+  EXPECT_TRUE(trial.sequence.set_point()) << "the arm is well and held";
+  trial.answer = [] { return small_plan(); };
+  for (int i = 0; i < 10; ++i) trial.step();
+  EXPECT_EQ(trial.sequence.state(), State::failed) << "the same decision is not tried twice";
+  trial.decision.id = 8;
+  trial.step();
+  trial.until_rest();
+  EXPECT_EQ(trial.sequence.state(), State::done);
+  EXPECT_EQ(trial.sequence.reason(), "");
+}
+
+TEST(TaskSequence, FaultsSilenceTheSetPoints) {
+  struct Case {
+    const char* reason;
+    std::function<void(Trial&)> happen;
+  };
+  const std::vector<Case> cases{
+      {"arm: axis 3 in FAULT", [](Trial& t) { t.arm.fault = "axis 3 in FAULT"; }},
+      {"hand: overheated", [](Trial& t) { t.hand.fault = "overheated"; }},
+      {"the arm's state is stale", [](Trial& t) { t.has_arm = false; }},
+      {"the hand's state is stale", [](Trial& t) { t.has_hand = false; }},
+      {"the arm is no longer operational", [](Trial& t) { t.arm.operational = false; }},
+      {"the hand is not active", [](Trial& t) { t.hand.active = false; }},
+      {"joint 2 is 29 deg off its set-point",
+       [](Trial& t) {
+         t.follows = false;
+         t.arm.q[1] -= 0.5;
+       }},
+  };
+  for (const auto& [reason, happen] : cases) {
+    Trial trial;
+    trial.until_phase(Phase::transport);
+    happen(trial);
+    trial.step();
+    EXPECT_EQ(trial.sequence.state(), State::failed) << reason;
+    EXPECT_EQ(trial.sequence.reason(), reason);
+    EXPECT_FALSE(trial.sequence.set_point()) << reason;
+  }
+}
+
+TEST(TaskSequence, ClosingOnNothingFails) {
+  Trial trial;
+  trial.object_there = false;
+  trial.until_rest();
+  EXPECT_EQ(trial.sequence.reason(), "the hand closed, but no object was detected");
+  EXPECT_TRUE(trial.sequence.set_point());
+}
+
+TEST(TaskSequence, ALostObjectBrakesTheArmBeforeItFails) {
+  Trial trial;
+  trial.until_phase(Phase::transport);
+  trial.until([&] { return trial.sequence.set_point()->dq.norm() > 0.5; });
+  trial.object_there = false;
+  double last = trial.arm.q[0];
+  trial.until([&] {
+    const double moved = trial.arm.q[0] - last;
+    last = trial.arm.q[0];
+    EXPECT_LT(moved, 0.0051);
+    return trial.sequence.state() == State::failed;
+  });
+  EXPECT_EQ(trial.sequence.reason(), "the object was lost in transport");
+  EXPECT_LT(trial.arm.q[0], 2.0);
+}
+
+TEST(TaskSequence, PlansAgainWhenTheObjectMovesDuringTheReach) {
+  Trial trial;
+  trial.until([&] { return trial.arm.q[0] > 0.4; });
+  trial.table.object.y() += 0.02;
+  trial.until([&] { return trial.requests.size() == 2; });
+  ASSERT_EQ(trial.requests.size(), 2u);
+  EXPECT_EQ(trial.requests[1].table.object.y(), 0.02);
+  EXPECT_EQ(trial.requests[1].start, trial.arm.q) << "from where it came to rest";
+  EXPECT_GT(trial.arm.q[0], 0.4);
+  EXPECT_LT(trial.arm.q[0], 1.0);
+}
+
+TEST(TaskSequence, MillimetresOfTheObjectDoNotCount) {
+  Trial trial;
+  trial.until([&] { return trial.arm.q[0] > 0.4; });
+  trial.table.object.y() += 0.004;
+  trial.until_rest();
+  EXPECT_EQ(trial.requests.size(), 1u);
+  EXPECT_EQ(trial.sequence.state(), State::done);
+}
+
+TEST(TaskSequence, TimesOutInWords) {
+  Trial no_scene;
+  no_scene.has_table = false;
+  no_scene.until_rest();
+  EXPECT_EQ(no_scene.sequence.reason(), "waited in vain for the scene");
+
+  Trial not_armed;
+  not_armed.arm.operational = false;
+  not_armed.until_rest();
+  EXPECT_EQ(not_armed.sequence.reason(), "the arm is not operational");
+
+  Trial no_answer;
+  no_answer.answer = nullptr;
+  no_answer.until_rest();
+  EXPECT_EQ(no_answer.sequence.reason(), "planning took too long");
+}
+
+TEST(TaskSequence, WaitsForTheArmToBeArmedAndPlansFromWhereItSagged) {
+  Trial trial;
+  trial.arm.operational = false;
+  trial.follows = false;
+  for (int i = 0; i < 50; ++i) trial.step();
+  EXPECT_EQ(trial.sequence.state(), State::planning);
+  EXPECT_TRUE(trial.sequence.plan_succeeded());
+  trial.arm.q = both(-0.1);
+  trial.arm.operational = true;
+  trial.step();
+  ASSERT_EQ(trial.requests.size(), 2u);
+  EXPECT_EQ(trial.requests[1].start, both(-0.1));
+}
+
+}  // namespace
+}  // namespace mimesis::planner
