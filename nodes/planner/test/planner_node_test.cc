@@ -1,0 +1,183 @@
+#include "nodes/planner/planner_node.h"
+
+#include <gtest/gtest.h>
+
+#include "common/error.h"
+#include "common/model/files.h"
+#include "common/testing/loopback.h"
+
+namespace mimesis::planner {
+namespace {
+using namespace std::chrono_literals;
+
+/// The node with an arm that follows at once and a hand that stops at the object.
+class Bench {
+ public:
+  explicit Bench(const PlannerParams& params = {}) : node(params, bus) {
+    arm_q = model::load_arm("lwr4.yaml").home;
+    scene = model::to_proto(model::load_table("bridge_table.yaml"));
+  }
+
+  void decide(v1::Grip grip, v1::Transport transport, v1::Goal goal, bool settled = true) {
+    v1::Decision decision;
+    decision.set_grip(grip);
+    decision.set_transport(transport);
+    decision.set_goal(goal);
+    decision.set_settled(settled);
+    decision.set_decided_ns(42);
+    bus.send("decision", decision, now);
+  }
+  void send_states() {
+    v1::ArmState arm;
+    for (const double q : arm_q) arm.add_position_rad(q);
+    arm.set_operational(true);
+    bus.send("arm", arm, now);
+    v1::HandState hand;
+    const double end = closure > 0.5 ? 0.24 : 0.0;
+    hand.set_closure(end);
+    hand.set_object_detected(closure > 0.5);
+    hand.set_active(true);
+    bus.send("hand", hand, now);
+  }
+  void step(bool states = true) {
+    if (states) send_states();
+    node.step(now);
+    commanded = false;
+    while (const auto command = bus.take<v1::JointCommand>("command")) {
+      commanded = true;
+      for (int j = 0; j < 7; ++j) arm_q[j] = command->position_rad(j);
+    }
+    while (const auto hand = bus.take<v1::HandCommand>("hand_command")) closure = hand->closure();
+    while (auto next = bus.take<v1::TaskStatus>("status")) {
+      if (statuses.empty() || statuses.back().state() != next->state() ||
+          statuses.back().phase() != next->phase()) {
+        statuses.push_back(*next);
+      }
+    }
+    now += 5ms;
+  }
+  v1::TaskState state() const {
+    return statuses.empty() ? v1::TASK_STATE_UNSPECIFIED : statuses.back().state();
+  }
+  void until_rest() {
+    for (int i = 0; i < 6000; ++i) {
+      step();
+      if (state() == v1::TASK_STATE_DONE || state() == v1::TASK_STATE_FAILED) return;
+    }
+  }
+
+  testing::Loopback bus;
+  PlannerNode node;
+  runtime::Time now = 10s;
+  Eigen::VectorXd arm_q;
+  double closure = 0.0;
+  bool commanded = false;
+  v1::Scene scene;
+  std::vector<v1::TaskStatus> statuses;
+};
+
+TEST(PlannerNode, PlansAndStreamsTheWholeTask) {
+  Bench bench;
+  bench.bus.send("scene", bench.scene, bench.now);
+  for (int i = 0; i < 10; ++i) bench.step();
+  EXPECT_EQ(bench.state(), v1::TASK_STATE_IDLE);
+  EXPECT_FALSE(bench.commanded);
+  bench.decide(v1::GRIP_PRECISION, v1::TRANSPORT_ABOVE, v1::GOAL_HIGH);
+  bench.until_rest();
+  ASSERT_EQ(bench.state(), v1::TASK_STATE_DONE) << bench.statuses.back().reason();
+
+  std::vector<v1::TaskPhase> phases;
+  for (const auto& status : bench.statuses) {
+    if (status.state() != v1::TASK_STATE_EXECUTING) continue;
+    phases.push_back(status.phase());
+    EXPECT_TRUE(status.plan_succeeded());
+    EXPECT_EQ(status.grip(), v1::GRIP_PRECISION);
+    EXPECT_GT(status.path_length_rad(), 1.0);
+    EXPECT_GT(status.roadmap_nodes(), 2000u);
+    EXPECT_GT(status.plan_compute_s(), 0.0);
+  }
+  EXPECT_EQ(phases, (std::vector{v1::TASK_PHASE_REACH, v1::TASK_PHASE_APPROACH,
+                                 v1::TASK_PHASE_GRASP, v1::TASK_PHASE_TRANSPORT,
+                                 v1::TASK_PHASE_RELEASE, v1::TASK_PHASE_RETREAT}));
+  const auto first = bench.bus.take<v1::Trajectory>("trajectory");
+  ASSERT_TRUE(first);
+  EXPECT_EQ(first->phase(), v1::TASK_PHASE_REACH);
+  EXPECT_EQ(first->points(1).time_from_start_ns(), 5'000'000u);
+  int trajectories = 1;
+  while (bench.bus.take<v1::Trajectory>("trajectory")) ++trajectories;
+  EXPECT_EQ(trajectories, 6);
+}
+
+TEST(PlannerNode, ReportsABlockedGoalAndHoldsStill) {
+  Bench bench;
+  v1::Ball& block = *bench.scene.add_obstacles();
+  *block.mutable_center_in_world_m() = bench.scene.goals(1).position_in_world_m();
+  block.set_radius_m(0.05);
+  ASSERT_EQ(bench.scene.goals(1).goal(), v1::GOAL_LOW);
+  bench.bus.send("scene", bench.scene, bench.now);
+  bench.decide(v1::GRIP_FULL, v1::TRANSPORT_BELOW, v1::GOAL_LOW);
+  const Eigen::VectorXd before = bench.arm_q;
+  bench.until_rest();
+  ASSERT_EQ(bench.state(), v1::TASK_STATE_FAILED);
+  EXPECT_EQ(bench.statuses.back().reason().substr(0, 23), "the low goal is blocked");
+  EXPECT_FALSE(bench.statuses.back().plan_succeeded());
+  EXPECT_EQ(bench.arm_q, before);
+}
+
+TEST(PlannerNode, IgnoresWhatIsNotSettledOrNotWhole) {
+  Bench bench;
+  bench.bus.send("scene", bench.scene, bench.now);
+  bench.decide(v1::GRIP_FULL, v1::TRANSPORT_BELOW, v1::GOAL_LOW, false);
+  for (int i = 0; i < 10; ++i) bench.step();
+  bench.decide(v1::GRIP_FULL, v1::TRANSPORT_UNSPECIFIED, v1::GOAL_LOW);
+  for (int i = 0; i < 10; ++i) bench.step();
+  EXPECT_EQ(bench.state(), v1::TASK_STATE_IDLE);
+  EXPECT_FALSE(bench.commanded);
+}
+
+TEST(PlannerNode, FallsSilentWhenTheArmDoes) {
+  Bench bench;
+  bench.bus.send("scene", bench.scene, bench.now);
+  bench.decide(v1::GRIP_FULL, v1::TRANSPORT_BELOW, v1::GOAL_LOW);
+  for (int i = 0; i < 200; ++i) bench.step();
+  ASSERT_EQ(bench.state(), v1::TASK_STATE_EXECUTING);
+  EXPECT_TRUE(bench.commanded);
+  for (int i = 0; i < 22; ++i) bench.step(false);  // 110 ms: the last state is older than stale_s
+  EXPECT_EQ(bench.state(), v1::TASK_STATE_FAILED);
+  EXPECT_EQ(bench.statuses.back().reason(), "the arm's state is stale");
+  EXPECT_FALSE(bench.commanded);
+}
+
+TEST(PlannerNode, AnArmStateWithAnotherNumberOfJointsIsNoState) {
+  PlannerParams params;
+  params.ready_s = 0.1;
+  Bench bench(params);
+  bench.bus.send("scene", bench.scene, bench.now);
+  bench.decide(v1::GRIP_FULL, v1::TRANSPORT_BELOW, v1::GOAL_LOW);
+  bench.arm_q.conservativeResize(6);
+  for (int i = 0; i < 30; ++i) bench.step();
+  EXPECT_EQ(bench.state(), v1::TASK_STATE_FAILED);
+  EXPECT_EQ(bench.statuses.back().reason(), "waited in vain for the state of the arm");
+  EXPECT_FALSE(bench.commanded);
+}
+
+TEST(PlannerNode, TellsItsStatusOnceASecond) {
+  Bench bench;
+  int count = 0;
+  for (int i = 0; i < 601; ++i) {
+    bench.node.step(bench.now);
+    while (bench.bus.take<v1::TaskStatus>("status")) ++count;
+    bench.now += 5ms;
+  }
+  EXPECT_EQ(count, 4);
+}
+
+TEST(PlannerNode, RefusesAMissingModelFile) {
+  testing::Loopback bus;
+  PlannerParams params;
+  params.robot = "nowhere.yaml";
+  EXPECT_THROW(PlannerNode(params, bus), ConfigError);
+}
+
+}  // namespace
+}  // namespace mimesis::planner

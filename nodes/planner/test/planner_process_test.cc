@@ -1,0 +1,129 @@
+#include <gtest/gtest.h>
+
+#include "common/model/files.h"
+#include "common/testing/process.h"
+#include "proto/arm.pb.h"
+#include "proto/cognition.pb.h"
+#include "proto/planner.pb.h"
+#include "proto/scene.pb.h"
+
+namespace mimesis {
+namespace {
+using namespace std::chrono_literals;
+using testing::Process;
+using testing::TestGraph;
+using testing::TestNode;
+
+/// The rest of the graph as the planner sees it: an arm that follows at once, a hand that does as
+/// told.
+struct Rest {
+  explicit Rest(const TestGraph& graph)
+      : peer(graph, {{"command", "planner/command"}, {"status", "planner/status"}},
+             {{"decision", "test/decision"},
+              {"scene", "test/scene"},
+              {"arm", "test/arm"},
+              {"hand", "test/hand"}}),
+        command(peer.bus(), "command"),
+        status(peer.bus(), "status"),
+        decision(peer.bus(), "decision", {.latched = true}),
+        scene(peer.bus(), "scene", {.latched = true}),
+        arm(peer.bus(), "arm"),
+        hand(peer.bus(), "hand"),
+        q(model::load_arm("lwr4.yaml").home) {
+    peer.open();
+  }
+
+  void tell(const v1::Scene& table, v1::Grip grip, v1::Transport transport, v1::Goal goal) {
+    v1::Scene message = table;
+    scene.send(message, TestNode::now());
+    v1::Decision decided;
+    decided.set_grip(grip);
+    decided.set_transport(transport);
+    decided.set_goal(goal);
+    decided.set_settled(true);
+    decided.set_decided_ns(1);
+    decision.send(decided, TestNode::now());
+  }
+  /// Plays arm and hand until `done`.
+  bool play(const std::function<bool()>& done) {
+    return peer.until(
+        [&] {
+          while (const auto next = command.pop()) {
+            ++commands;
+            for (int j = 0; j < 7; ++j) q[j] = next->position_rad(j);
+          }
+          while (auto next = status.pop()) last = std::move(*next);
+          v1::ArmState arm_state;
+          for (const double position : q) arm_state.add_position_rad(position);
+          arm_state.set_operational(true);
+          arm.send(arm_state, TestNode::now());
+          v1::HandState hand_state;
+          hand_state.set_active(true);
+          hand.send(hand_state, TestNode::now());
+          return done();
+        },
+        20s);
+  }
+
+  TestNode peer;
+  runtime::Reliable<v1::JointCommand> command;
+  runtime::Reliable<v1::TaskStatus> status;
+  runtime::Out<v1::Decision> decision;
+  runtime::Out<v1::Scene> scene;
+  runtime::Out<v1::ArmState> arm;
+  runtime::Out<v1::HandState> hand;
+  Eigen::VectorXd q;
+  v1::TaskStatus last;
+  int commands = 0;
+};
+
+std::vector<std::string> wired() {
+  return {"--in", "decision=test/decision", "--in",  "scene=test/scene", "--in", "arm=test/arm",
+          "--in", "hand=test/hand",         "--set", "speed=0.9"};
+}
+
+TEST(PlannerProcess, PlansAndMovesTheArmToTheObject) {
+  TestGraph graph;
+  Process planner(graph, "mimesis_planner", wired());
+  ASSERT_TRUE(planner.wait_ready(graph, "planner")) << planner.errors();
+  Rest rest(graph);
+  rest.tell(model::to_proto(model::load_table("bridge_table.yaml")), v1::GRIP_FULL,
+            v1::TRANSPORT_BELOW, v1::GOAL_LOW);
+  const Eigen::VectorXd home = rest.q;
+  ASSERT_TRUE(rest.play([&] { return rest.last.phase() == v1::TASK_PHASE_GRASP; }))
+      << rest.last.ShortDebugString() << planner.errors();
+  EXPECT_TRUE(rest.last.plan_succeeded());
+  EXPECT_GT((rest.q - home).norm(), 0.3);
+  EXPECT_GT(rest.commands, 100);
+  EXPECT_EQ(planner.terminate(), 0);
+}
+
+TEST(PlannerProcess, AnUnreachableGoalFailsWithItsReason) {
+  TestGraph graph;
+  Process planner(graph, "mimesis_planner", wired());
+  ASSERT_TRUE(planner.wait_ready(graph, "planner")) << planner.errors();
+  Rest rest(graph);
+  v1::Scene scene = model::to_proto(model::load_table("bridge_table.yaml"));
+  scene.mutable_goals(0)->mutable_position_in_world_m()->set_x_m(3.0);
+  rest.tell(scene, v1::GRIP_PRECISION, v1::TRANSPORT_ABOVE, v1::GOAL_HIGH);
+  ASSERT_TRUE(rest.play([&] { return rest.last.state() == v1::TASK_STATE_FAILED; }))
+      << planner.errors();
+  EXPECT_EQ(rest.last.reason(), "no posture reaches the high goal");
+  EXPECT_EQ(planner.terminate(), 0);
+}
+
+TEST(PlannerProcess, BadConfigurationIsNamedAndExitsWith2) {
+  TestGraph graph;
+  Process typo(graph, "mimesis_planner", {"--set", "sped=0.5"});
+  EXPECT_EQ(typo.wait(), 2);
+  EXPECT_NE(typo.errors().find("sped"), std::string::npos) << typo.errors();
+  Process range(graph, "mimesis_planner", {"--set", "speed=2"});
+  EXPECT_EQ(range.wait(), 2);
+  EXPECT_NE(range.errors().find("speed"), std::string::npos) << range.errors();
+  Process model(graph, "mimesis_planner", {"--set", "robot=nowhere.yaml"});
+  EXPECT_EQ(model.wait(), 2);
+  EXPECT_NE(model.errors().find("nowhere.yaml"), std::string::npos) << model.errors();
+}
+
+}  // namespace
+}  // namespace mimesis
