@@ -62,7 +62,10 @@ std::string CommandGate::offer(Time now, Time stamp, std::span<const double> pos
 }
 
 Setpoint CommandGate::decide(Time now, const Reading& arm) {
-  if (needs_silence_ && now - heard_ > limits_.silence) needs_silence_ = false;
+  if (needs_silence_ && now - heard_ > limits_.silence) {
+    needs_silence_ = false;
+    reason_ = "ready for a new stream";
+  }
   if (arm.phase == Phase::fault && open_) {
     open_ = false;
     needs_silence_ = true;

@@ -1,0 +1,226 @@
+// The real bridge, drives and hand as processes on the wall clock. MIMESIS_TEST_CAN chooses another
+// bus: test/on_vcan runs the same on the kernel's CAN.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <csignal>
+#include <cstdlib>
+
+#include "common/testing/process.h"
+#include "proto/arm.pb.h"
+
+namespace mimesis::hw::bridge {
+namespace {
+
+using testing::Process;
+using testing::TestGraph;
+using testing::TestNode;
+using namespace std::chrono_literals;
+using runtime::Time;
+
+std::string can_address() {
+  const char* chosen = std::getenv("MIMESIS_TEST_CAN");
+  return chosen != nullptr ? chosen : "embedded:arm";
+}
+
+/// Slower where system calls are slow (MIMESIS_TEST_RATE).
+double rate_hz() {
+  const char* chosen = std::getenv("MIMESIS_TEST_RATE");
+  return chosen != nullptr ? std::atof(chosen) : 200.0;
+}
+
+/// Three processes and the test as their planner.
+class Robot : public ::testing::Test {
+ protected:
+  Robot() {
+    peer.open();
+    start_drives();
+  }
+
+  static std::string rate() { return "rate_hz=" + std::to_string(rate_hz()); }
+  void start_drives() {
+    drives.emplace(graph, "mimesis_sim_drives",
+                   std::vector<std::string>{"--set", "bus=" + can_address(), "--set", rate()});
+    ASSERT_TRUE(drives->wait_ready(graph, "sim_drives")) << drives->errors();
+  }
+  void start_hand() {
+    hand.emplace(graph, "mimesis_sim_hand", std::vector<std::string>{});
+    ASSERT_TRUE(hand->wait_ready(graph, "sim_hand")) << hand->errors();
+  }
+  void start_bridge() {
+    // Patience beyond the defaults: a busy machine must not stop the arm in a test about something
+    // else.
+    bridge.emplace(
+        graph, "mimesis_bridge",
+        std::vector<std::string>{"--set", "can=" + can_address(), "--set", rate(), "--set",
+                                 "silence_s=0.5", "--set", "feedback_timeout_s=0.5", "--in",
+                                 "command=test/command", "--in", "hand_command=test/hand_command"});
+    ASSERT_TRUE(bridge->wait_ready(graph, "bridge")) << bridge->errors();
+    ASSERT_TRUE(wait_state("idle")) << bridge->errors();
+    ASSERT_TRUE(peer.wait_subscriber(command));
+    ASSERT_TRUE(peer.until([&] { return arm.get() != nullptr; }));
+    start.assign(arm.get()->position_rad().begin(), arm.get()->position_rad().end());
+  }
+
+  bool wait_state(const std::string& state) {
+    return peer.until([&] { return status.get() != nullptr && status.get()->state() == state; });
+  }
+  /// Streams q(t) every cycle until `done`; joint 2 is offset by `motion(t)`.
+  template <class Motion, class Done>
+  bool stream(Motion motion, Done done, std::chrono::milliseconds timeout = 10s) {
+    const Time begin = TestNode::now();
+    Time next = begin;
+    return peer.until(
+        [&] {
+          const Time now = TestNode::now();
+          if (now >= next) {
+            v1::JointCommand c;
+            for (const double q : start) c.add_position_rad(q);
+            c.set_position_rad(1, start[1] + motion(runtime::to_seconds(now - begin)));
+            command.send(c, now);
+            next = now + runtime::from_seconds(1.0 / rate_hz());
+          }
+          return done();
+        },
+        timeout);
+  }
+  void follow() {
+    ASSERT_TRUE(stream(at_rest, [&] {
+      return status.get() != nullptr && status.get()->state() == "following";
+    })) << bridge->errors();
+  }
+  static double at_rest(double) { return 0.0; }
+  /// Swings by 0.2 rad with a period of 2 s.
+  static double swing(double t) { return 0.1 * (1.0 - std::cos(M_PI * t)); }
+  bool enabled() {
+    const v1::ArmState* t = truth.get();
+    return t != nullptr && std::ranges::any_of(t->drives(), [](int s) {
+             return s == v1::DRIVE_STATE_OPERATION_ENABLED;
+           });
+  }
+
+  TestGraph graph;
+  TestNode peer{graph,
+                {{"truth", "sim_drives/arm"},
+                 {"arm", "bridge/arm"},
+                 {"status", "bridge/status"},
+                 {"hand", "bridge/hand"}},
+                {{"command", "test/command"}, {"hand_command", "test/hand_command"}}};
+  runtime::Latest<v1::ArmState> truth{peer.bus(), "truth"}, arm{peer.bus(), "arm"};
+  runtime::Latest<v1::BridgeStatus> status{peer.bus(), "status"};
+  runtime::Latest<v1::HandState> hand_state{peer.bus(), "hand"};
+  runtime::Out<v1::JointCommand> command{peer.bus(), "command"};
+  runtime::Out<v1::HandCommand> hand_command{peer.bus(), "hand_command"};
+  std::optional<Process> drives, hand, bridge;
+  std::vector<double> start;
+};
+
+TEST_F(Robot, FollowsAndStopsWhenTheStreamFallsSilent) {
+  start_bridge();
+  follow();
+  double largest = 0.0;
+  ASSERT_TRUE(stream(swing, [&] {
+    largest = std::max(largest, truth.get()->position_rad(1) - start[1]);
+    return largest > 0.19;
+  })) << bridge->errors();
+  EXPECT_TRUE(enabled());
+  EXPECT_EQ(arm.get()->fault(), "");
+  // Silence: the truth must show that the drives have left operation enabled.
+  ASSERT_TRUE(peer.until([&] { return !enabled(); })) << bridge->errors();
+  ASSERT_TRUE(wait_state("idle"));
+  EXPECT_EQ(status.get()->reason(), "no command for 0.5 s");
+  // A new stream from where the arm stands is obeyed.
+  start.assign(arm.get()->position_rad().begin(), arm.get()->position_rad().end());
+  follow();
+  EXPECT_TRUE(peer.until([&] { return enabled(); }));
+}
+
+TEST_F(Robot, MovesTheHand) {
+  start_hand();
+  start_bridge();
+  ASSERT_TRUE(peer.until([&] { return hand_state.get() != nullptr && hand_state.get()->active(); }))
+      << bridge->errors();
+  ASSERT_TRUE(peer.wait_subscriber(hand_command));
+  v1::HandCommand c;
+  c.set_grip(v1::GRIP_PRECISION);
+  c.set_closure(0.4);
+  hand_command.send(c, TestNode::now());
+  EXPECT_TRUE(peer.until([&] {
+    const v1::HandState* h = hand_state.get();
+    return h->grip() == v1::GRIP_PRECISION && std::abs(h->closure() - 0.4) < 0.01 && !h->moving();
+  })) << bridge->errors();
+}
+
+TEST_F(Robot, SigtermStopsTheDrivesAndExitsWell) {
+  start_bridge();
+  follow();
+  EXPECT_EQ(bridge->terminate(), 0) << bridge->errors();
+  EXPECT_TRUE(peer.until([&] {
+    return std::ranges::all_of(truth.get()->drives(),
+                               [](int s) { return s == v1::DRIVE_STATE_SWITCH_ON_DISABLED; });
+  }));
+}
+
+TEST_F(Robot, DrivesStopThemselvesWhenTheBridgeIsKilled) {
+  start_bridge();
+  follow();
+  ASSERT_TRUE(stream(swing, [&] { return truth.get()->position_rad(1) - start[1] > 0.05; }));
+  bridge->signal(SIGKILL);
+  const Time killed = TestNode::now();
+  ASSERT_TRUE(peer.until([&] { return !enabled(); }));
+  const double took_s = runtime::to_seconds(truth.stamp() - killed);
+  EXPECT_LE(took_s, 0.3);
+  RecordProperty("seconds_until_stopped", std::to_string(took_s));
+  EXPECT_EQ(bridge->wait(), 128 + SIGKILL);
+}
+
+TEST_F(Robot, ReportsKilledDrivesAndTakesThemBack) {
+  start_bridge();
+  follow();
+  drives->signal(SIGKILL);
+  ASSERT_TRUE(stream(at_rest, [&] { return status.get()->state() == "fault"; }))
+      << bridge->errors();
+  EXPECT_NE(status.get()->reason().find("A1 (node 1): no "), std::string::npos)
+      << status.get()->reason();
+  drives.reset();
+  start_drives();
+  ASSERT_TRUE(peer.until([&] {
+    return status.get()->state() == "idle" && status.get()->reason() == "ready for a new stream";
+  })) << bridge->errors();
+  ASSERT_TRUE(peer.until([&] { return truth.get()->drives_size() == 7 && !enabled(); }));
+  start.assign(arm.get()->position_rad().begin(), arm.get()->position_rad().end());
+  follow();
+}
+
+TEST(BridgeProcess, SaysWhenNobodyIsOnTheBus) {
+  TestGraph graph;
+  TestNode peer(graph, {{"status", "bridge/status"}}, {});
+  runtime::Latest<v1::BridgeStatus> status(peer.bus(), "status");
+  peer.open();
+  Process bridge(graph, "mimesis_bridge", {"--set", "boot_timeout_s=0.3", "--set", "hand="});
+  ASSERT_TRUE(peer.until([&] {
+    return status.get() != nullptr && status.get()->state() == "fault";
+  })) << bridge.errors();
+  EXPECT_EQ(status.get()->reason(),
+            "no answer within 0.3 s from A1 (node 1), A2 (node 2), A3 (node 3), A4 (node 4), A5 "
+            "(node 5), "
+            "A6 (node 6), A7 (node 7)");
+  EXPECT_EQ(bridge.terminate(), 0);
+}
+
+TEST(BridgeProcess, RefusesBadConfigurationInOneLine) {
+  const auto refusal = [](const std::string& setting) {
+    TestGraph graph;
+    Process bridge(graph, "mimesis_bridge", {"--set", setting});
+    EXPECT_EQ(bridge.wait(), 2) << bridge.errors();
+    return bridge.errors();
+  };
+  EXPECT_NE(refusal("can=can0").find("expected embedded:NAME or socketcan:INTERFACE"),
+            std::string::npos);
+  EXPECT_NE(refusal("robt=x").find("robt"), std::string::npos);
+  EXPECT_NE(refusal("robot=nobody.yaml").find("nobody.yaml"), std::string::npos);
+  EXPECT_NE(refusal("rate_hz=300").find("rate_hz: 300"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace mimesis::hw::bridge
