@@ -6,17 +6,25 @@
 
 namespace mimesis::runtime {
 namespace {
-// Messages per subscriber on each side. Small: with 64 KiB messages a slow subscriber costs 4 MB, not 130.
+// Messages per subscriber and side. Small: with 64 KiB messages a slow subscriber costs 4 MB, not
+// 130.
 constexpr int kDataHighWater = 32;
-constexpr int kReliableHighWater = 1000;
+constexpr int kReliableHighWater = 64;
 // Per topic; whichever is reached first.
 constexpr std::size_t kBacklogMessages = 100'000;
-constexpr std::size_t kBacklogBytes = std::size_t{256} << 20U;
+constexpr std::size_t kBacklogBytes = std::size_t{128} << 20U;
+// A subscriber that takes nothing for so long, once the bound was reached, is stuck.
+constexpr std::chrono::milliseconds kStuck(500);
+// Long enough for the last words of a node that stops, short enough for one whose peer is stuck.
+constexpr int kLinger_ms = 300;
 }  // namespace
 
 Publisher::Publisher(ZmqContext& context, std::uint64_t start_id)
     : start_id_(start_id), data_(context, ZMQ_XPUB), reliable_(context, ZMQ_XPUB) {
-  for (ZmqSocket* socket : {&data_, &reliable_}) socket->set(ZMQ_XPUB_VERBOSER, 1);
+  for (ZmqSocket* socket : {&data_, &reliable_}) {
+    socket->set(ZMQ_XPUB_VERBOSER, 1);
+    socket->set(ZMQ_LINGER, kLinger_ms);
+  }
   data_.set(ZMQ_SNDHWM, kDataHighWater);
   reliable_.set(ZMQ_SNDHWM, kReliableHighWater);
   reliable_.set(ZMQ_XPUB_NODROP, 1);
@@ -50,7 +58,7 @@ std::uint64_t Publisher::send(Topic& topic, Frame payload, Time stamp, std::uint
                                .start_id = start_id_,
                                .tick = tick});
   Frame header{std::string_view(topic.frame)};
-  if (topic.latched) topic.last = {header.share(), payload.share()};
+  if (topic.latched) topic.last = {header.share(), payload.share(), payload.size()};
   Frame data_header = header.share();
   Frame data_payload = payload.share();
   send_frames(data_, data_header, data_payload);
@@ -64,34 +72,45 @@ void Publisher::enqueue(Topic& topic, Frame header, Frame payload) {
     return;
   }
   topic.waiting_bytes += payload.size();
-  topic.waiting.push_back({std::move(header), std::move(payload)});
+  const std::size_t size = payload.size();
+  topic.waiting.push_back({std::move(header), std::move(payload), size});
   flush(topic);
 }
 
+void Publisher::Topic::pop() {
+  waiting_bytes -= waiting.front().size;
+  waiting.pop_front();
+}
+
 void Publisher::flush(Topic& topic) {
-  const auto pop = [&topic](std::size_t payload_size) {
-    topic.waiting_bytes -= payload_size;
-    topic.waiting.pop_front();
+  const auto full = [&topic] {
+    return topic.waiting.size() > kBacklogMessages || topic.waiting_bytes > kBacklogBytes;
   };
-  while (!held_ && !topic.waiting.empty()) {
-    const std::size_t size = topic.waiting.front().payload.size();
-    if (!send_frames(reliable_, topic.waiting.front().header, topic.waiting.front().payload)) break;
-    pop(size);
+  const auto now = std::chrono::steady_clock::now();
+  for (;;) {
+    while (!held_ && !topic.waiting.empty() &&
+           send_frames(reliable_, topic.waiting.front().header, topic.waiting.front().payload)) {
+      topic.pop();
+      topic.last_progress = now;
+    }
+    if (topic.waiting.empty()) topic.overflowing = false;
+    if (full()) topic.overflowing = true;
+    if (!topic.overflowing || (!full() && now - topic.last_progress < kStuck)) return;
+    force(topic);
+    topic.last_progress = now;
   }
-  if (topic.waiting.empty()) topic.overflowing = false;
-  if (topic.waiting.size() > kBacklogMessages || topic.waiting_bytes > kBacklogBytes) {
-    topic.overflowing = true;
+}
+
+void Publisher::force(Topic& topic) {
+  // Without NODROP the socket delivers to all that have room, and from then on does not ask those
+  // that had none until they have read something: one message frees the way for the others.
+  ++overflow_;
+  if (!held_) {
+    reliable_.set(ZMQ_XPUB_NODROP, 0);
+    send_frames(reliable_, topic.waiting.front().header, topic.waiting.front().payload);
+    reliable_.set(ZMQ_XPUB_NODROP, 1);
   }
-  if (!topic.overflowing) return;
-  // Without NODROP the socket delivers to all that have room and skips who has not.
-  if (!held_) reliable_.set(ZMQ_XPUB_NODROP, 0);
-  while (!topic.waiting.empty()) {
-    const std::size_t size = topic.waiting.front().payload.size();
-    ++overflow_;
-    if (!held_) send_frames(reliable_, topic.waiting.front().header, topic.waiting.front().payload);
-    pop(size);
-  }
-  if (!held_) reliable_.set(ZMQ_XPUB_NODROP, 1);
+  topic.pop();
 }
 
 void Publisher::serve() {

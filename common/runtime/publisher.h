@@ -1,4 +1,5 @@
 #pragma once
+#include <chrono>
 #include <cstdint>
 #include <deque>
 #include <map>
@@ -12,15 +13,17 @@
 
 namespace mimesis::runtime {
 
-/// Sending half of a node: its data socket drops for slow subscribers and never blocks; its reliable socket
-/// drops nothing: what does not fit waits here, up to a bound. Beyond it a subscriber that takes nothing
-/// misses messages (counted), so that it can neither exhaust the memory nor hold up the others.
+/// Sending half of a node: its data socket drops for slow subscribers and never blocks; its
+/// reliable socket drops nothing: what does not fit waits here, up to a bound. Beyond it a
+/// subscriber that takes nothing misses messages (counted), so that it can neither exhaust the
+/// memory nor hold up the others.
 class Publisher {
  public:
   /// One output; its owner only hands it back to `send`.
   struct Topic {
     struct Waiting {
       Frame header, payload;
+      std::size_t size = 0;  ///< of the payload, which sending takes away [bytes]
     };
     std::string frame;  ///< first frame, its header rewritten for every message
     std::uint64_t hash = 0, seq = 0;
@@ -30,6 +33,9 @@ class Publisher {
     Waiting last;  ///< if latched and seq > 0
     std::deque<Waiting> waiting;
     std::size_t waiting_bytes = 0;
+    std::chrono::steady_clock::time_point last_progress{};
+
+    void pop();  ///< the oldest waiting
   };
 
   Publisher(ZmqContext& context, std::uint64_t start_id);
@@ -63,6 +69,7 @@ class Publisher {
   bool send_frames(ZmqSocket& socket, Frame& header, Frame& payload);
   void enqueue(Topic& topic, Frame header, Frame payload);
   void flush(Topic& topic);
+  void force(Topic& topic);
 
   std::uint64_t start_id_;
   ZmqSocket data_, reliable_;

@@ -1,6 +1,9 @@
 #include "common/runtime/sub_socket.h"
 
 namespace mimesis::runtime {
+namespace {
+constexpr std::chrono::milliseconds kLastWords(200);
+}
 
 SubSocket::SubSocket(ZmqContext& context, int high_water_messages, std::uint64_t start_id)
     : socket_(context, ZMQ_SUB) {
@@ -16,14 +19,23 @@ void SubSocket::connect(std::uint64_t publisher, const std::string& endpoint) {
   if (endpoints_.emplace(publisher, endpoint).second) socket_.connect(endpoint);
 }
 
-void SubSocket::disconnect(std::uint64_t publisher) {
-  const auto it = endpoints_.find(publisher);
-  if (it == endpoints_.end()) return;
-  socket_.disconnect(it->second);
-  endpoints_.erase(it);
+void SubSocket::retire(std::uint64_t publisher) {
+  if (endpoints_.contains(publisher)) retired_.emplace(publisher, Clock::now() + kLastWords);
+}
+
+void SubSocket::disconnect_retired() {
+  const auto now = Clock::now();
+  std::erase_if(retired_, [&](const auto& entry) {
+    if (now < entry.second) return false;
+    const auto it = endpoints_.find(entry.first);
+    socket_.disconnect(it->second);
+    endpoints_.erase(it);
+    return true;
+  });
 }
 
 bool SubSocket::receive(Incoming& incoming) {
+  if (!retired_.empty()) disconnect_retired();
   while (socket_.receive(incoming.header)) {
     const auto message = decode_frame(incoming.header.view());
     if (!message || !incoming.header.more() || !socket_.receive(incoming.payload) ||

@@ -1,4 +1,5 @@
 #pragma once
+#include <chrono>
 #include <cstdint>
 #include <map>
 #include <set>
@@ -22,7 +23,9 @@ class SubSocket {
 
   void subscribe(const std::string& topic);  ///< idempotent
   void connect(std::uint64_t publisher, const std::string& endpoint);
-  void disconnect(std::uint64_t publisher);
+  /// The publisher is gone. The connection is closed a little later: its last words may be on their
+  /// way.
+  void retire(std::uint64_t publisher);
   bool connected(std::uint64_t publisher) const { return endpoints_.contains(publisher); }
 
   /// Next well-formed message; false if none is there now.
@@ -31,9 +34,13 @@ class SubSocket {
   void* handle() const { return socket_.handle(); }
 
  private:
+  using Clock = std::chrono::steady_clock;
+  void disconnect_retired();
+
   ZmqSocket socket_;
   std::set<std::string> topics_;
-  std::map<std::uint64_t, std::string> endpoints_;
+  std::map<std::uint64_t, std::string> endpoints_;      ///< by start_id
+  std::map<std::uint64_t, Clock::time_point> retired_;  ///< start_id -> when to disconnect
   std::uint64_t malformed_ = 0;
 };
 

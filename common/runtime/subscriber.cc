@@ -5,7 +5,7 @@
 namespace mimesis::runtime {
 namespace {
 constexpr int kDataHighWater = 32;
-constexpr int kReliableHighWater = 1000;
+constexpr int kReliableHighWater = 64;
 constexpr int kDrainMessages = 20'000;           // at most, so that a flood cannot stop the node
 constexpr std::size_t kReliableDepth = 200'000;  // of an input nobody reads
 }  // namespace
@@ -70,11 +70,8 @@ void Subscriber::meet(const v1::NodeInfo& node) {
 }
 
 void Subscriber::forget(const v1::NodeInfo& node) {
-  // Its last messages may have arrived already: read them before the connection goes with them.
-  drain();
-  data_.disconnect(node.start_id());
-  reliable_.disconnect(node.start_id());
-  known_.erase(node.start_id());
+  data_.retire(node.start_id());
+  reliable_.retire(node.start_id());
 }
 
 bool Subscriber::drain() {
@@ -101,7 +98,8 @@ void Subscriber::dispatch(const Incoming& incoming, Frame& payload, bool reliabl
                    .seq = header.seq,
                    .source = known == known_.end() ? std::string() : known->second.name};
   const auto usable = [&](Input& input) {
-    if (uses_reliable_socket(input) != reliable || !input.fresh(header.start_id, header.seq)) return false;
+    if (uses_reliable_socket(input) != reliable || !input.fresh(header.start_id, header.seq))
+      return false;
     if (header.type_hash == input.type_hash()) return true;
     ++input.counters.rejected;  // why was said when the nodes met
     return false;

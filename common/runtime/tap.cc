@@ -17,7 +17,7 @@ namespace mimesis::runtime {
 namespace {
 
 constexpr int kLatestHighWater = 32;
-constexpr int kReliableHighWater = 10'000;
+constexpr int kReliableHighWater = 64;  // the rest waits at the publishers, bounded in bytes
 
 /// Unlike any node's name that a person would choose.
 std::string tap_name() {
@@ -51,13 +51,7 @@ struct Tap::Impl {
 
   void follow() {
     for (const RegistryChange& change : registry.poll()) {
-      if (change.alive) {
-        meet(change.node);
-        continue;
-      }
-      // Its last words may be here already.
-      while (auto message = receive()) keep(*std::move(message));
-      socket.disconnect(change.node.start_id());
+      change.alive ? meet(change.node) : socket.retire(change.node.start_id());
     }
   }
 

@@ -8,8 +8,6 @@
 
 namespace mimesis::runtime {
 namespace {
-// Long enough for the last words of a node that stops, short enough for one whose peer is stuck.
-constexpr int kLinger_ms = 300;
 // The default of 100 ms makes connect-before-bind cost 187 ms; 1 ms: 3-9 ms.
 constexpr int kReconnect_ms = 1;
 constexpr int kReconnectMax_ms = 200;
@@ -37,7 +35,7 @@ Frame Frame::share() const {
 
 ZmqSocket::ZmqSocket(ZmqContext& context, int type) : handle_(zmq_socket(context.handle(), type)) {
   if (handle_ == nullptr) throw ConfigError(std::string("zmq_socket: ") + zmq_strerror(errno));
-  set(ZMQ_LINGER, kLinger_ms);
+  set(ZMQ_LINGER, 0);
   set(ZMQ_RECONNECT_IVL, kReconnect_ms);
   set(ZMQ_RECONNECT_IVL_MAX, kReconnectMax_ms);
 }
@@ -53,9 +51,10 @@ void ZmqSocket::set(int option, std::string_view value) {
 void ZmqSocket::bind(const std::string& endpoint) {
   constexpr std::string_view kIpc = "ipc://";
   if (endpoint.starts_with(kIpc) && endpoint.size() - kIpc.size() > kMaxIpcPath) {
-    throw ConfigError("socket path " + endpoint.substr(kIpc.size()) + " has " +
-                      std::to_string(endpoint.size() - kIpc.size()) +
-                      " bytes, a Unix socket allows 107: use a shorter XDG_RUNTIME_DIR, graph or node name");
+    throw ConfigError(
+        "socket path " + endpoint.substr(kIpc.size()) + " has " +
+        std::to_string(endpoint.size() - kIpc.size()) +
+        " bytes, a Unix socket allows 107: use a shorter XDG_RUNTIME_DIR, graph or node name");
   }
   if (zmq_bind(handle_, endpoint.c_str()) != 0) {
     throw ConfigError("cannot bind " + endpoint + ": " + zmq_strerror(errno));
@@ -74,7 +73,9 @@ void ZmqSocket::connect(const std::string& endpoint) {
     throw ConfigError("cannot connect to " + endpoint + ": " + zmq_strerror(errno));
   }
 }
-void ZmqSocket::disconnect(const std::string& endpoint) { zmq_disconnect(handle_, endpoint.c_str()); }
+void ZmqSocket::disconnect(const std::string& endpoint) {
+  zmq_disconnect(handle_, endpoint.c_str());
+}
 
 bool ZmqSocket::send(Frame& frame, bool more) {
   int rc = 0;

@@ -1,0 +1,182 @@
+#include "common/runtime/conductor.h"
+
+#include <gtest/gtest.h>
+
+#include <chrono>
+
+namespace mimesis::runtime {
+namespace {
+
+using namespace std::chrono_literals;
+constexpr Time kNoEnd = Time::max();
+
+v1::LockstepJoin join(const std::string& name, std::uint64_t start_id, double rate_hz,
+                      double offset_s = 0.0, std::vector<std::string> inputs = {}) {
+  v1::LockstepJoin j;
+  j.set_node(name);
+  j.set_start_id(start_id);
+  j.set_rate_hz(rate_hz);
+  j.set_offset_s(offset_s);
+  for (std::string& input : inputs) j.add_inputs(std::move(input));
+  return j;
+}
+
+v1::StepReport published(std::uint64_t start_id, const std::string& topic,
+                         std::vector<std::uint64_t> seqs, bool latched = false) {
+  v1::StepReport report;
+  for (const std::uint64_t seq : seqs) {
+    v1::Publication& p = *report.add_published();
+    p.set_topic(topic);
+    p.set_start_id(start_id);
+    p.set_seq(seq);
+    p.set_latched(latched);
+  }
+  return report;
+}
+
+/// "1:5 2:6": start_id:seq of what a step sees.
+std::string seen(const Conductor::Go& go) {
+  std::string text;
+  for (const auto& p : go.message.visible()) {
+    text +=
+        (text.empty() ? "" : " ") + std::to_string(p.start_id()) + ":" + std::to_string(p.seq());
+  }
+  return text;
+}
+
+TEST(Conductor, TimeWaitsForAllParticipants) {
+  Conductor c({"a", "b"}, kNoEnd);
+  EXPECT_TRUE(c.advance().empty());
+  c.join(join("b", 2, 10.0));
+  EXPECT_TRUE(c.advance().empty());
+  EXPECT_EQ(c.missing(), std::vector<std::string>{"a"});
+  c.join(join("a", 1, 10.0));
+  EXPECT_EQ(c.advance().size(), 2U);
+  EXPECT_EQ(c.time(), 0ns);
+}
+
+TEST(Conductor, AdvancesToTheEarliestDueTimeAndNotBeforeAllHaveReported) {
+  Conductor c({"slow", "fast"}, kNoEnd);
+  c.join(join("fast", 1, 1000.0, 0.0005));
+  c.join(join("slow", 2, 400.0));
+  const std::vector<std::pair<Time, std::uint64_t>> expected{{0us, 2},    {500us, 1},  {1500us, 1},
+                                                             {2500us, 1}, {2500us, 2}, {3500us, 1}};
+  std::vector<std::pair<Time, std::uint64_t>> actual;
+  while (actual.size() < expected.size()) {
+    const auto gos = c.advance();
+    ASSERT_FALSE(gos.empty());
+    for (const auto& go : gos) actual.emplace_back(c.time(), go.start_id);
+    EXPECT_TRUE(c.advance().empty()) << "a step is running";
+    for (const auto& go : gos) c.report(go.start_id, {});
+  }
+  EXPECT_EQ(actual, expected);
+}
+
+TEST(Conductor, RatesThatDoNotDivideASecondDoNotDrift) {
+  Conductor c({"a"}, kNoEnd);
+  c.join(join("a", 1, 30.0));
+  for (int k = 0; k <= 300; ++k) {
+    ASSERT_EQ(c.advance().size(), 1U);
+    if (k % 30 == 0) {
+      EXPECT_EQ(c.time(), k / 30 * 1s);
+    }
+    c.report(1, {});
+  }
+}
+
+TEST(Conductor, ShowsWhatWasPublishedBeforeInOneOrder) {
+  Conductor c({"z", "m", "reader"}, kNoEnd);
+  c.join(join("z", 1, 10.0));
+  c.join(join("m", 2, 10.0));
+  c.join(join("reader", 3, 5.0, 0.0, {"z/out", "m/out"}));
+  EXPECT_EQ(c.advance().size(), 3U);
+  c.report(1, published(1, "z/out", {1, 2}));  // whoever reports first
+  c.report(3, {});
+  c.report(2, published(2, "m/out", {1}));
+  EXPECT_EQ(c.advance().size(), 2U);  // 0.1 s: without the reader
+  c.report(2, published(2, "m/out", {2}));
+  c.report(1, published(1, "z/elsewhere", {1}));
+  const auto gos = c.advance();  // 0.2 s
+  ASSERT_EQ(gos.size(), 3U);
+  EXPECT_EQ(seen(gos[2]), "2:1 1:1 1:2 2:2");
+  EXPECT_EQ(seen(gos[0]), "");
+  for (const auto& go : gos) c.report(go.start_id, {});
+  c.advance();
+  c.report(1, {});
+  c.report(2, {});
+  EXPECT_EQ(seen(c.advance()[2]), "") << "shown once";
+}
+
+TEST(Conductor, NobodyWaitsForTheDead) {
+  Conductor c({"a", "b"}, kNoEnd);
+  c.join(join("a", 1, 10.0));
+  c.join(join("b", 2, 10.0));
+  EXPECT_EQ(c.advance().size(), 2U);
+  c.report(1, {});
+  EXPECT_TRUE(c.advance().empty());
+  c.leave(2);
+  const auto gos = c.advance();
+  ASSERT_EQ(gos.size(), 1U);
+  EXPECT_EQ(gos[0].start_id, 1U);
+}
+
+TEST(Conductor, ARestartedNodeJoinsAtTheNextDueTimeAndSeesWhatIsLatched) {
+  Conductor c({"a", "b"}, kNoEnd);
+  c.join(join("a", 1, 10.0));
+  c.join(join("b", 2, 10.0, 0.0, {"a/map"}));
+  const auto first = c.advance();
+  const std::uint64_t generation = first[0].message.generation();
+  c.report(1, published(1, "a/map", {1}, true));
+  c.report(2, {});
+  EXPECT_EQ(c.advance().size(), 2U);
+  c.leave(2);
+  c.join(join("b", 9, 10.0, 0.0, {"a/map"}));
+  EXPECT_TRUE(c.advance().empty()) << "a is still stepping";
+  c.report(1, {});
+  const auto gos = c.advance();
+  ASSERT_EQ(gos.size(), 2U);
+  EXPECT_EQ(c.time(), 200ms);
+  EXPECT_NE(gos[0].message.generation(), generation);
+  EXPECT_EQ(gos[1].start_id, 9U);
+  EXPECT_EQ(seen(gos[1]), "1:1");
+}
+
+TEST(Conductor, MessagesOfConstructorsAreSeenByTheFirstSteps) {
+  Conductor c({"a", "b"}, kNoEnd);
+  auto a = join("a", 1, 10.0);
+  *a.mutable_published() = published(1, "a/map", {1}).published();
+  c.join(join("b", 2, 10.0, 0.0, {"a/map"}));
+  c.join(a);
+  EXPECT_EQ(seen(c.advance()[1]), "1:1");
+}
+
+TEST(Conductor, EndsAfterTheLastStep) {
+  Conductor c({"a"}, 200ms);
+  c.join(join("a", 1, 10.0));
+  for (int i = 0; i < 3; ++i) {
+    const auto gos = c.advance();
+    ASSERT_EQ(gos.size(), 1U);
+    EXPECT_FALSE(gos[0].message.ended());
+    c.report(1, {});
+  }
+  const auto gos = c.advance();
+  ASSERT_EQ(gos.size(), 1U);
+  EXPECT_TRUE(gos[0].message.ended());
+  EXPECT_TRUE(c.ended());
+  EXPECT_EQ(c.time(), 200ms);
+}
+
+TEST(Conductor, ARestartedConductorGoesOnWhereTheNodesAre) {
+  Conductor c({"a", "b"}, kNoEnd);
+  auto a = join("a", 1, 10.0);
+  a.set_resume_ns(static_cast<std::uint64_t>(Time(1200ms).count()));
+  c.join(a);
+  c.join(join("b", 2, 20.0));
+  const auto gos = c.advance();
+  ASSERT_EQ(gos.size(), 1U);
+  EXPECT_EQ(gos[0].start_id, 2U);
+  EXPECT_EQ(c.time(), 1250ms);
+}
+
+}  // namespace
+}  // namespace mimesis::runtime

@@ -1,0 +1,357 @@
+#include "common/runtime/zmq_bus.h"
+
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+
+#include <random>
+
+#include "common/runtime/ports.h"
+#include "common/runtime/raw.h"
+#include "common/runtime/registry.h"
+#include "common/runtime/type_info.h"
+#include "common/runtime/wire.h"
+#include "common/runtime/zmq_socket.h"
+#include "common/testing/process.h"
+#include "proto/runtime.pb.h"
+
+namespace mimesis::runtime {
+namespace {
+
+using testing::TestGraph;
+using testing::TestNode;
+using namespace std::chrono_literals;
+
+v1::Publication numbered(std::uint64_t n) {
+  v1::Publication m;
+  m.set_seq(n);
+  return m;
+}
+
+/// Serves both nodes until `done`.
+template <class Done>
+bool both(TestNode& a, TestNode& b, Done done, std::chrono::milliseconds timeout = 10s) {
+  return a.until(
+      [&] {
+        b.until([] { return true; });
+        b.bus().wait(std::chrono::system_clock::now());
+        return done();
+      },
+      timeout);
+}
+
+struct Pair {
+  TestGraph graph;
+  TestNode sender{graph, {}, {{"out", "t/x"}}, "sender"};
+  TestNode receiver{graph, {{"in", "t/x"}, {"second", "t/x"}}, {}, "receiver"};
+};
+
+TEST(ZmqBus, LatestKeepsTheNewestAndCountsTheRest) {
+  Pair p;
+  Out<v1::Publication> out(p.sender.bus(), "out");
+  auto in = p.receiver.bus().subscribe("in", v1::Publication::default_instance(), {});
+  auto unused = p.receiver.bus().subscribe("second", v1::Publication::default_instance(), {});
+  p.sender.open();
+  ASSERT_TRUE(both(p.sender, p.receiver, [&] { return out.subscribers() > 0; }));
+  for (std::uint64_t i = 1; i <= 5; ++i) {
+    auto m = numbered(i);
+    out.send(m, Time(i));
+  }
+  ASSERT_TRUE(p.receiver.until([&] { return in->counters().received == 5; }));
+  const auto got = in->pop();
+  ASSERT_TRUE(got);
+  EXPECT_EQ(got->seq, 5U);
+  EXPECT_EQ(got->stamp, Time(5));
+  EXPECT_EQ(got->source, "sender");
+  EXPECT_FALSE(in->pop());
+  EXPECT_EQ(in->counters().dropped, 4U);
+  EXPECT_EQ(in->counters().lost, 0U);
+  EXPECT_EQ(unused->counters().received, 5U);
+}
+
+TEST(ZmqBus, AQueueDropsTheOldest) {
+  Pair p;
+  Out<v1::Publication> out(p.sender.bus(), "out");
+  auto in = p.receiver.bus().subscribe("in", v1::Publication::default_instance(),
+                                       {.policy = Policy::queue, .depth = 3});
+  auto rest = p.receiver.bus().subscribe("second", v1::Publication::default_instance(), {});
+  p.sender.open();
+  ASSERT_TRUE(both(p.sender, p.receiver, [&] { return out.subscribers() > 0; }));
+  for (std::uint64_t i = 1; i <= 5; ++i) {
+    auto m = numbered(i);
+    out.send(m, Time(i));
+  }
+  ASSERT_TRUE(p.receiver.until([&] { return in->counters().received == 5; }));
+  for (std::uint64_t expected = 3; expected <= 5; ++expected) EXPECT_EQ(in->pop()->seq, expected);
+  EXPECT_FALSE(in->pop());
+  EXPECT_EQ(in->counters().dropped, 2U);
+}
+
+TEST(ZmqBus, ALateJoinerGetsTheLatchedMessageOnce) {
+  TestGraph graph;
+  TestNode sender(graph, {}, {{"out", "t/x"}}, "sender");
+  Out<v1::Publication> out(sender.bus(), "out", {.latched = true});
+  sender.open();
+  auto m = numbered(7);
+  out.send(m, 1s);
+  TestNode first(graph, {{"in", "t/x"}}, {}, "first");
+  Reliable<v1::Publication> in_first(first.bus(), "in");
+  std::optional<v1::Publication> got;
+  ASSERT_TRUE(both(first, sender, [&] { return (got = in_first.pop()).has_value(); }));
+  EXPECT_EQ(got->seq(), 7U);
+  TestNode second(graph, {{"in", "t/x"}}, {}, "second");
+  Reliable<v1::Publication> in_second(second.bus(), "in");
+  ASSERT_TRUE(both(second, sender, [&] { return in_second.pop().has_value(); }));
+  m = numbered(8);
+  out.send(m, 2s);
+  ASSERT_TRUE(first.until([&] { return (got = in_first.pop()).has_value(); }));
+  EXPECT_EQ(got->seq(), 8U) << "the repetition for the second one must not show";
+}
+
+TEST(ZmqBus, ReliableKeepsWhatAStuckSubscriberDoesNotTake) {
+  Pair p;
+  Out<v1::Publication> out(p.sender.bus(), "out");
+  auto in = p.receiver.bus().subscribe("in", v1::Publication::default_instance(),
+                                       {.policy = Policy::reliable});
+  auto rest = p.receiver.bus().subscribe("second", v1::Publication::default_instance(), {});
+  p.sender.open();
+  ASSERT_TRUE(both(p.sender, p.receiver, [&] { return out.subscribers() > 1; }));
+  constexpr std::uint64_t kCount = 30'000;
+  auto m = numbered(1);
+  m.set_topic(std::string(100, 'x'));
+  for (std::uint64_t i = 1; i <= kCount; ++i) {
+    const auto before = std::chrono::steady_clock::now();
+    out.send(m, Time(i));
+    ASSERT_LT(std::chrono::steady_clock::now() - before, 1s) << "send blocked";
+  }
+  EXPECT_GT(p.sender.bus().backlog(), 1000U);
+  std::uint64_t expected = 1;
+  ASSERT_TRUE(both(p.sender, p.receiver, [&] {
+    while (const auto got = in->pop()) {
+      EXPECT_EQ(got->seq, expected);
+      ++expected;
+    }
+    return expected > kCount;
+  })) << expected;
+  EXPECT_EQ(p.sender.bus().backlog(), 0U);
+  EXPECT_EQ(p.sender.bus().overflow(), 0U);
+  EXPECT_EQ(in->counters().lost, 0U);
+  EXPECT_GT(rest->counters().lost, 0U) << "the lossy socket is small";
+}
+
+TEST(ZmqBus, AStuckSubscriberNeitherFillsTheMemoryNorStopsTheOthers) {
+  TestGraph graph;
+  TestNode sender(graph, {}, {{"out", "t/x"}}, "sender");
+  TestNode stuck(graph, {{"in", "t/x"}}, {}, "stuck"), well(graph, {{"in", "t/x"}}, {}, "well");
+  Out<v1::Publication> out(sender.bus(), "out");
+  Reliable<v1::Publication> in_stuck(stuck.bus(), "in"), in_well(well.bus(), "in");
+  stuck.until([] { return true; });
+  sender.open();
+  ASSERT_TRUE(both(sender, well, [&] {
+    stuck.bus().wait(std::chrono::system_clock::now());
+    return out.subscribers() == 2;
+  }));
+  auto m = numbered(1);
+  m.set_topic(std::string(1'000'000, 'x'));
+  std::uint64_t received = 0;
+  constexpr std::uint64_t kCount = 400;  // 400 MB: more than sockets and backlog take
+  for (std::uint64_t i = 1; i <= kCount; ++i) {
+    out.send(m, Time(i));
+    ASSERT_LT(sender.bus().backlog(), 300U);
+    ASSERT_TRUE(both(well, sender,
+                     [&] {  // who is well keeps up
+                       while (in_well.pop()) ++received;
+                       return received + sender.bus().backlog() + 8 >= i;
+                     }))
+        << i << " received " << received << " backlog " << sender.bus().backlog() << " overflow "
+        << sender.bus().overflow();
+  }
+  EXPECT_GT(sender.bus().overflow(), 0U);
+  EXPECT_TRUE(both(well, sender, [&] {
+    while (in_well.pop()) ++received;
+    return received == kCount;
+  })) << received;
+}
+
+TEST(ZmqBus, GapsAreCounted) {
+  Pair p;
+  Out<v1::Publication> out(p.sender.bus(), "out");
+  auto in = p.receiver.bus().subscribe("in", v1::Publication::default_instance(), {});
+  auto second = p.receiver.bus().subscribe("second", v1::Publication::default_instance(), {});
+  p.sender.open();
+  ASSERT_TRUE(both(p.sender, p.receiver, [&] { return out.subscribers() > 0; }));
+  auto m = numbered(1);
+  m.set_topic(std::string(100'000, 'x'));
+  constexpr std::uint64_t kCount = 500;
+  for (std::uint64_t i = 1; i <= kCount; ++i) out.send(m, Time(i));
+  // The last one sent after the flood shows the gap before it.
+  ASSERT_TRUE(p.receiver.until([&] {
+    out.send(m, 1s);
+    return in->counters().received + in->counters().lost > kCount;
+  }));
+  EXPECT_GT(in->counters().lost, 0U);
+  EXPECT_GT(in->counters().received, 10U);
+}
+
+TEST(ZmqBus, LastWordsOfANodeThatStopsArrive) {
+  for (int round = 0; round < 20; ++round) {
+    Pair p;
+    auto in = p.receiver.bus().subscribe("in", v1::Publication::default_instance(),
+                                         {.policy = Policy::reliable});
+    auto rest = p.receiver.bus().subscribe("second", v1::Publication::default_instance(), {});
+    {
+      TestNode brief(p.graph, {}, {{"out", "t/x"}}, "brief");
+      Out<v1::Publication> out(brief.bus(), "out");
+      brief.open();
+      ASSERT_TRUE(both(brief, p.receiver, [&] { return out.subscribers() > 0; }));
+      for (std::uint64_t i = 1; i <= 20; ++i) {
+        auto m = numbered(i);
+        out.send(m, Time(i));
+      }
+    }
+    EXPECT_TRUE(p.receiver.until([&] { return in->counters().received == 20; }, 2s))
+        << in->counters().received;
+  }
+}
+
+TEST(ZmqBus, DifferentTypesAreReportedOnBothSidesByName) {
+  Pair p;
+  Out<v1::Publication> out(p.sender.bus(), "out");
+  auto in = p.receiver.bus().subscribe("in", v1::Health::default_instance(), {});
+  auto second = p.receiver.bus().subscribe("second", v1::Publication::default_instance(), {});
+  ::testing::internal::CaptureStderr();
+  p.sender.open();
+  ASSERT_TRUE(both(p.sender, p.receiver, [&] {
+    return p.sender.bus().known_nodes().size() == 1 && p.receiver.bus().known_nodes().size() == 1 &&
+           out.subscribers() > 0;
+  }));
+  const std::string said = ::testing::internal::GetCapturedStderr();
+  const std::string line =
+      "topic t/x: node sender publishes mimesis.v1.Publication, node receiver expects "
+      "mimesis.v1.Health";
+  const std::size_t at = said.find(line);
+  ASSERT_NE(at, std::string::npos) << said;
+  EXPECT_NE(said.find(line, at + 1), std::string::npos) << "only one side said it: " << said;
+  auto m = numbered(1);
+  out.send(m, 1s);
+  ASSERT_TRUE(p.receiver.until([&] { return second->counters().received == 1; }));
+  EXPECT_FALSE(in->pop());
+  EXPECT_EQ(in->counters().rejected, 1U);
+}
+
+TEST(ZmqBus, TwoGraphsDoNotMeet) {
+  Pair p;
+  TestGraph other;
+  TestNode stranger(other, {{"in", "t/x"}}, {}, "receiver");
+  Out<v1::Publication> out(p.sender.bus(), "out");
+  auto in = p.receiver.bus().subscribe("in", v1::Publication::default_instance(), {});
+  auto second = p.receiver.bus().subscribe("second", v1::Publication::default_instance(), {});
+  auto strange = stranger.bus().subscribe("in", v1::Publication::default_instance(), {});
+  p.sender.open();
+  stranger.open();
+  ASSERT_TRUE(both(p.sender, p.receiver, [&] { return out.subscribers() > 0; }));
+  auto m = numbered(1);
+  out.send(m, 1s);
+  ASSERT_TRUE(both(stranger, p.receiver, [&] { return in->counters().received == 1; }));
+  EXPECT_TRUE(stranger.bus().known_nodes().empty());
+  EXPECT_EQ(strange->counters().received, 0U);
+}
+
+TEST(ZmqBus, BytesThatAreNoMessagesAreCounted) {
+  TestGraph graph;
+  TestNode receiver(graph, {{"in", "t/x"}}, {}, "receiver");
+  auto in = receiver.bus().subscribe("in", v1::Publication::default_instance(), {});
+  receiver.open();
+  // A publisher that speaks ZeroMQ but not our frames, announced as a node.
+  ZmqContext context;
+  ZmqSocket liar(context, ZMQ_XPUB);
+  const std::string endpoint = "ipc://" + graph.directory() + "/liar";
+  liar.bind(endpoint);
+  TestNode entry(graph, {}, {}, "entry");
+  v1::NodeInfo info = entry.bus().info();
+  *info.mutable_data_endpoints(0) = endpoint;
+  v1::TopicInfo& output = *info.add_outputs();
+  output.set_topic("t/x");
+  output.set_type_hash(type_hash(*v1::Publication::descriptor()));
+  RegistryEntry liars_entry(graph.directory(), "liar");
+  info.set_name("liar");
+  liars_entry.publish(info);
+  Frame subscribed;
+  ASSERT_TRUE(receiver.until([&] { return liar.receive(subscribed); }));
+  std::mt19937 random(1);
+  constexpr std::uint64_t kCount = 2000;
+  std::uint64_t sent = 0;
+  while (receiver.bus().malformed() < kCount / 2 && sent < 20 * kCount) {
+    std::string bytes("t/x\0", 4);
+    bytes.resize(4 + random() % 80);
+    for (std::size_t i = 4; i < bytes.size(); ++i) bytes[i] = static_cast<char>(random());
+    if (bytes.size() == 44) continue;  // that would be a header
+    Frame first{std::string_view(bytes)}, second(std::size_t{random() % 10}), third(std::size_t{1});
+    const auto parts = random() % 3;
+    if (liar.send(first, parts > 0)) ++sent;
+    if (parts > 0) liar.send(second, parts > 1);
+    if (parts > 1) liar.send(third, false);
+    receiver.until([] { return true; });
+  }
+  EXPECT_GE(receiver.bus().malformed(), kCount / 2);
+  EXPECT_EQ(in->counters().received, 0U);
+}
+
+TEST(ZmqBus, RawMessagesAreOfTheTypeTheirDescriptorsSay) {
+  TestGraph graph;
+  TestNode sender(graph, {}, {}, "sender"), receiver(graph, {{"in", "t/x"}}, {}, "receiver");
+  EXPECT_THROW(sender.bus().advertise_raw("t/x", "mimesis.v1.Publication", "no descriptors", {}),
+               ConfigError);
+  const auto raw = sender.bus().advertise_raw("t/x", "mimesis.v1.Publication",
+                                              descriptor_set(*v1::Publication::descriptor()), {});
+  auto in = receiver.bus().subscribe("in", v1::Publication::default_instance(),
+                                     {.policy = Policy::reliable});
+  Tap tap(
+      graph.name(), [](const std::string&) { return true; }, Policy::reliable);
+  ASSERT_TRUE(both(sender, receiver, [&] {
+    tap.next(0ms);
+    return raw->subscribers() == 2;
+  }));
+  sender.open();
+  raw->send_raw(numbered(42).SerializeAsString(), 3s);
+  ASSERT_TRUE(receiver.until([&] { return in->counters().received == 1; }));
+  v1::Publication m;
+  EXPECT_TRUE(m.ParseFromString(in->pop()->payload));
+  EXPECT_EQ(m.seq(), 42U);
+  const auto tapped = tap.next(5s);
+  ASSERT_TRUE(tapped);
+  EXPECT_EQ(tapped->topic, "t/x");
+  EXPECT_EQ(tapped->type, "mimesis.v1.Publication");
+  EXPECT_EQ(tapped->message.source, "sender");
+  EXPECT_EQ(tapped->message.stamp, 3s);
+  TypePool pool;
+  const auto dynamic = pool.make(tapped->type, tap.descriptors(tapped->type));
+  ASSERT_TRUE(dynamic);
+  ASSERT_TRUE(dynamic->ParseFromString(tapped->message.payload));
+  EXPECT_EQ(dynamic->SerializeAsString(), numbered(42).SerializeAsString());
+  EXPECT_EQ(pool.make("mimesis.v1.Nothing", tap.descriptors(tapped->type)), nullptr);
+}
+
+TEST(ZmqBus, BadNamesAndPlacesAreRefused) {
+  TestGraph graph;
+  EXPECT_THROW(TestNode(graph, {}, {}, ".hidden"), ConfigError);
+  EXPECT_THROW(TestNode(graph, {{"in", "a//b"}}, {}), ConfigError);
+  EXPECT_THROW(graph_directory("../elsewhere"), ConfigError);
+  try {
+    TestNode(graph, {}, {}, std::string(64, 'n'));
+    const std::string long_graph(64, 'g');
+    ZmqBus bus({.name = std::string(64, 'n'),
+                .graph = long_graph,
+                .in = {},
+                .out = {},
+                .bind = {},
+                .peers = {}});
+    ADD_FAILURE() << "a socket path of more than 107 bytes was accepted";
+  } catch (const ConfigError& e) {
+    EXPECT_NE(std::string(e.what()).find("107"), std::string::npos) << e.what();
+  }
+  ASSERT_EQ(chmod(graph.directory().c_str(), 0777), 0);
+  EXPECT_THROW(TestNode(graph, {}, {}, "late"), ConfigError);
+}
+
+}  // namespace
+}  // namespace mimesis::runtime
