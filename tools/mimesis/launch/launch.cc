@@ -92,12 +92,13 @@ int launch(const Options& options) {
   const GraphFile file = read_graph_file(options.file, options.args, run.log, mistakes);
   check_graph(file, run, mistakes);
   // Nodes read their own parameters, so in a plain launch they find their mistakes themselves.
-  const GraphFile graph = with_clock(file);
+  GraphFile graph = with_clock(file);
   if (options.check && mistakes.empty()) check_parameters(graph, run, mistakes);
   if (options.check || !mistakes.empty()) {
     report_mistakes(options.file, mistakes, options.json);
     return mistakes.empty() ? 0 : 2;
   }
+  sort_by_start(graph);
   if (options.dry_run) {
     print_plan(graph, run, options.json);
     return 0;

@@ -86,6 +86,15 @@ void drop_disabled(GraphFile& graph) {
   }
 }
 
+void sort_by_start(GraphFile& graph) {
+  std::map<std::string, int> levels;
+  for (const NodeSpec& node : graph.nodes) levels[node.name.text] = level(graph, node);
+  std::stable_sort(graph.nodes.begin(), graph.nodes.end(),
+                   [&](const NodeSpec& a, const NodeSpec& b) {
+                     return levels[a.name.text] < levels[b.name.text];
+                   });
+}
+
 std::vector<std::vector<std::string>> stop_order(const GraphFile& graph) {
   std::set<std::string> last;
   for (const NodeSpec& node : graph.nodes) {

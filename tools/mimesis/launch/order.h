@@ -12,6 +12,9 @@ void check_order(const GraphFile& graph, Mistakes& mistakes);
 /// Removes nodes with a false `if`, and the waiting for them.
 void drop_disabled(GraphFile& graph);
 
+/// The nodes in an order in which each comes after those it waits for, otherwise as in the file.
+void sort_by_start(GraphFile& graph);
+
 /// Order of stopping, as groups to be stopped together one group after the other: a node goes
 /// before those it came `after`. Nodes with `stop.order: last`, and all that they came after, are
 /// at the end, in the same order. Precondition: no circle.

@@ -1,0 +1,345 @@
+// The real launcher with real nodes (mimesis_counter) and shell scripts.
+#include <gtest/gtest.h>
+#include <signal.h>
+
+#include <nlohmann/json.hpp>
+
+#include "common/testing/process.h"
+#include "tools/mimesis/launch/test/graph_text.h"
+
+namespace mimesis::launch {
+namespace {
+using namespace std::chrono_literals;
+using nlohmann::json;
+
+class Launch : public ::testing::Test {
+ protected:
+  Launch() { setenv("XDG_STATE_HOME", folder_.path().c_str(), 1); }
+
+  std::unique_ptr<testing::Process> start(const std::string& text,
+                                          std::vector<std::string> options = {}) {
+    options.insert(options.begin(), {"launch", folder_.write("g.yaml", "version: 1\n" + text),
+                                     "--graph", graph_.name(), "--name", "run", "--json"});
+    return std::make_unique<testing::Process>("mimesis", options);
+  }
+
+  /// Waits for a change of the node list until `done`; false after 10 s.
+  bool until(const std::function<bool()>& done) {
+    runtime::GraphView view(graph_.name());
+    const auto deadline = std::chrono::steady_clock::now() + 10s;
+    while (!done()) {
+      if (std::chrono::steady_clock::now() > deadline) return false;
+      view.wait(10ms);
+    }
+    return true;
+  }
+  bool until_written(const std::string& file, const std::string& text) {
+    return until([&] { return folder_.read(file).find(text) != std::string::npos; });
+  }
+  std::map<std::string, pid_t> pids() const {
+    std::map<std::string, pid_t> all;
+    for (const v1::NodeInfo& node : runtime::GraphView(graph_.name()).nodes()) {
+      if (node.ready()) all[node.name()] = static_cast<pid_t>(node.pid());
+    }
+    return all;
+  }
+  static bool alive(pid_t pid) { return kill(pid, 0) == 0; }
+  static json summary(const testing::Process& p) {
+    return json::parse(p.output().substr(0, p.output().find('\n')));
+  }
+  static json last_line(const testing::Process& p) {
+    std::string out = p.output();
+    out.pop_back();
+    return json::parse(out.substr(out.rfind('\n') + 1));
+  }
+  /// A foreign program that appends its name to `order` when it is asked to stop.
+  std::string stops_with_a_note(const std::string& name, const std::string& more) const {
+    return "  " + name + ": {exec: sh, ready: started, " + more + "args: [-c, \"trap 'echo " +
+           name + " >> " + folder_.path() + "/order; exit 0' INT; echo " + name + " >> " +
+           folder_.path() + "/up; sleep 1000 & wait\"]}\n";
+  }
+
+  const std::string counter_ = MIMESIS_COUNTER;
+  TemporaryFolder folder_;
+  testing::TestGraph graph_;
+};
+
+TEST_F(Launch, StartsWhenThoseBeforeAreReadyAndStopsInReverse) {
+  auto launch = start("nodes:\n  c: {exec: " + counter_ + ", after: [b]}\n  b: {exec: " + counter_ +
+                      ", after: [a]}\n  a: {exec: " + counter_ + "}\n");
+  ASSERT_TRUE(until([&] { return pids().size() == 3; })) << launch->errors();
+  launch->signal(SIGINT);
+  EXPECT_EQ(launch->wait(), 130);
+  const std::string err = launch->errors();
+  const std::size_t positions[] = {err.find("a is ready"), err.find("[b] "), err.find("b is ready"),
+                                   err.find("[c] ")};
+  EXPECT_TRUE(std::is_sorted(std::begin(positions), std::end(positions))) << err;
+  EXPECT_NE(positions[3], std::string::npos);
+  for (const auto& node : summary(*launch)["nodes"]) EXPECT_EQ(node["exit_code"], 0) << node;
+  EXPECT_NE(folder_.read("mimesis/log/run/a.log").find("ready"), std::string::npos);
+}
+
+TEST_F(Launch, StopsActuatorsLast) {
+  auto launch =
+      start("nodes:\n" + stops_with_a_note("bridge", "stop: {order: last}, after: [drives], ") +
+            stops_with_a_note("drives", "") + stops_with_a_note("planner", "after: [bridge], ") +
+            stops_with_a_note("world", ""));
+  ASSERT_TRUE(until_written("up", "planner"));
+  ASSERT_TRUE(until_written("up", "world"));
+  launch->signal(SIGINT);
+  EXPECT_EQ(launch->wait(), 130);
+  EXPECT_EQ(folder_.read("order"), "planner\nworld\nbridge\ndrives\n") << launch->errors();
+}
+
+TEST_F(Launch, EndsWithTheCodeOfTheRequiredNode) {
+  auto launch =
+      start("nodes:\n  a: {exec: " + counter_ +
+            "}\n  b: {exec: sh, ready: started, args: [-c, exit 7], required: true, after: [a]}\n");
+  EXPECT_EQ(launch->wait(), 7);
+  EXPECT_EQ(summary(*launch)["reason"], "node 'b' ended with exit code 7");
+  EXPECT_TRUE(pids().empty());
+}
+
+TEST_F(Launch, NamesTheSignalThatKilledTheRequiredNode) {
+  auto launch = start("nodes:\n  a: {exec: " + counter_ + ", required: true}\n");
+  ASSERT_TRUE(until([&] { return pids().size() == 1; }));
+  kill(pids().at("a"), SIGSEGV);
+  EXPECT_EQ(launch->wait(), 1);
+  EXPECT_EQ(summary(*launch)["reason"], "node 'a' was killed by SIGSEGV");
+}
+
+TEST_F(Launch, GoesOnWithoutANodeThatIsNotRequired) {
+  auto launch = start("nodes:\n  a: {exec: " + counter_ +
+                      "}\n  b: {exec: sh, ready: started, args: [-c, exit 7]}\n");
+  ASSERT_TRUE(until([&] {
+    return pids().size() == 1 &&
+           launch->errors().find("node 'b' ended with exit code 7") != std::string::npos;
+  }));
+  launch->signal(SIGTERM);
+  EXPECT_EQ(launch->wait(), 143);
+}
+
+TEST_F(Launch, NamesTheNodeThatDoesNotBecomeReady) {
+  auto launch = start(
+      "nodes:\n  mute: {exec: mimesis, args: [topic, hz, nothing], ready: {within: 200ms}, "
+      "required: true}\n");
+  EXPECT_EQ(launch->wait(), 1);
+  EXPECT_EQ(summary(*launch)["reason"], "node 'mute' was not ready within 0.2 s");
+}
+
+TEST_F(Launch, PassesOnTheCodeOfBadParameters) {
+  auto launch = start("nodes:\n  a:\n    exec: " + counter_ +
+                      "\n    required: true\n    params: {rate_hz: 0}\n");
+  EXPECT_EQ(launch->wait(), 2);
+  EXPECT_NE(launch->errors().find("g.yaml:6:23: counter.rate_hz: 0 is outside"), std::string::npos)
+      << launch->errors();
+}
+
+TEST_F(Launch, RestartsWithBackOffAndThenGivesUp) {
+  auto launch = start(
+      "nodes:\n  a: {exec: sh, ready: started, args: [-c, exit 4], required: true, "
+      "restart: {delay: 10ms, backoff: 2, max: 3}}\n");
+  EXPECT_EQ(launch->wait(), 4);
+  EXPECT_EQ(summary(*launch)["nodes"][0]["restarts"], 3);
+  for (const char* delay : {"again in 0.01 s", "again in 0.02 s", "again in 0.04 s"}) {
+    EXPECT_NE(launch->errors().find(delay), std::string::npos) << launch->errors();
+  }
+}
+
+TEST_F(Launch, RestartedNodeComesBack) {
+  auto launch = start("nodes:\n  a: {exec: " + counter_ + ", restart: {delay: 1ms}}\n");
+  ASSERT_TRUE(until([&] { return pids().contains("a"); }));
+  const pid_t first = pids().at("a");
+  kill(first, SIGKILL);
+  EXPECT_TRUE(until([&] { return pids().contains("a") && pids().at("a") != first; }))
+      << launch->errors();
+  launch->signal(SIGINT);
+  EXPECT_EQ(launch->wait(), 130);
+}
+
+TEST_F(Launch, KillsWhatDoesNotStop) {
+  auto launch = start(
+      "nodes:\n  deaf: {exec: sh, ready: started, stop: {timeout: 100ms}, args: [-c, \"trap '' INT "
+      "TERM; echo $$ > " +
+      folder_.path() + "/pid; sleep 1000 & wait\"]}\n");
+  ASSERT_TRUE(until_written("pid", "\n"));
+  launch->signal(SIGINT);
+  EXPECT_EQ(launch->wait(), 130);
+  EXPECT_EQ(summary(*launch)["nodes"][0]["killed"], true);
+  EXPECT_FALSE(alive(std::stoi(folder_.read("pid"))));
+}
+
+TEST_F(Launch, SecondInterruptHastens) {
+  auto launch = start(
+      "nodes:\n  deaf: {exec: sh, ready: started, stop: {timeout: 1h}, args: [-c, \"trap '' INT; "
+      "echo up > " +
+      folder_.path() + "/up; sleep 1000 & wait\"]}\n");
+  ASSERT_TRUE(until_written("up", "up"));
+  launch->signal(SIGINT);
+  ASSERT_TRUE(until([&] { return launch->errors().find("interrupted") != std::string::npos; }));
+  launch->signal(SIGINT);
+  EXPECT_EQ(launch->wait(), 130);
+}
+
+/// A node, a script that ignores all signals that can be ignored, and its child in a session of its
+/// own.
+class NoOrphan : public Launch {
+ protected:
+  void SetUp() override {
+    launch_ = start("nodes:\n  a: {exec: " + counter_ +
+                    "}\n  deaf: {exec: sh, ready: started, stop: {timeout: 100ms}, args: [-c, "
+                    "\"trap '' INT TERM "
+                    "HUP; setsid sh -c 'echo $$ > " +
+                    folder_.path() + "/grandchild; exec sleep 1000' & echo $$ > " + folder_.path() +
+                    "/child; wait\"]}\n");
+    ASSERT_TRUE(until([&] { return pids().size() == 1; }));
+    ASSERT_TRUE(until_written("child", "\n"));
+    ASSERT_TRUE(until_written("grandchild", "\n"));
+    all_ = {pids().at("a"), std::stoi(folder_.read("child")),
+            std::stoi(folder_.read("grandchild"))};
+    // The process that supervises is the parent of the nodes.
+    const std::string stat = read_stat(all_[0]);
+    worker_ = std::stoi(stat.substr(stat.rfind(')') + 4));
+    ASSERT_NE(worker_, launch_->pid());
+  }
+  static std::string read_stat(pid_t pid) {
+    std::ifstream in("/proc/" + std::to_string(pid) + "/stat");
+    return {std::istreambuf_iterator<char>(in), {}};
+  }
+  bool all_gone() {
+    return until([&] { return std::none_of(all_.begin(), all_.end(), alive); });
+  }
+
+  std::unique_ptr<testing::Process> launch_;
+  std::vector<pid_t> all_;
+  pid_t worker_ = 0;
+};
+
+TEST_F(NoOrphan, AfterKillOfTheLauncher) {
+  launch_->signal(SIGKILL);
+  EXPECT_EQ(launch_->wait(), 128 + SIGKILL);
+  EXPECT_TRUE(all_gone());
+}
+
+TEST_F(NoOrphan, AfterKillOfItsSupervisor) {
+  kill(worker_, SIGKILL);
+  EXPECT_EQ(launch_->wait(), 1);
+  EXPECT_TRUE(all_gone());
+  EXPECT_NE(launch_->errors().find("the launcher was killed by SIGKILL"), std::string::npos);
+}
+
+TEST_F(NoOrphan, AfterAnInterrupt) {
+  launch_->signal(SIGINT);
+  EXPECT_EQ(launch_->wait(), 130);
+  EXPECT_TRUE(all_gone());
+}
+
+TEST_F(Launch, ResultIsTheLastLine) {
+  auto launch =
+      start("nodes:\n  a: {exec: " + counter_ +
+            ", params: {rate_hz: 100}}\nresult:\n  until: a/out\n  success: a/out.seq\n  fields:\n"
+            "    topic: a/out.topic\n    seq: {from: a/out.seq, scale: 0.5, digits: 1}\n");
+  EXPECT_EQ(launch->wait(), 1);  // a/out.seq is not `true`
+  const json line = last_line(*launch);
+  EXPECT_EQ(line["topic"], "counter");
+  EXPECT_EQ(line["seq"], false);  // the success field says whether the run succeeded
+  EXPECT_TRUE(line.contains("wall_s") && line.contains("graph_s"));
+  EXPECT_EQ(line["log"], folder_.path() + "/mimesis/log/run");
+}
+
+TEST_F(Launch, ResultWithoutConditionSucceedsWithTheFirstMessage) {
+  auto launch =
+      start("nodes:\n  a: {exec: " + counter_ +
+            "}\nresult: {until: a/out, fields: {n: {from: a/out.seq, scale: 0.5, digits: 1}}}\n");
+  EXPECT_EQ(launch->wait(), 0) << launch->errors();
+  const json line = last_line(*launch);
+  EXPECT_EQ(line["n"], 0.5);  // none was lost: it is the first
+  EXPECT_EQ(line["success"], true);
+}
+
+TEST_F(Launch, ResultTellsOfTheDeathOfANode) {
+  auto launch = start("nodes:\n  a: {exec: " + counter_ +
+                      ", required: true, params: {fail_at_step: 3}}\n"
+                      "result: {until: a/other, fields: {n: a/out.seq}}\n");
+  EXPECT_EQ(launch->wait(), 1);
+  EXPECT_EQ(last_line(*launch)["success"], false);
+  EXPECT_EQ(last_line(*launch)["reason"], "node 'a' ended with exit code 1");
+}
+
+TEST_F(Launch, ResultTellsOfTheTimeOut) {
+  auto launch = start("nodes:\n  a: {exec: " + counter_ +
+                      "}\nresult: {until: a/other, timeout: 300ms, fields: {n: a/out.seq}}\n");
+  EXPECT_EQ(launch->wait(), 1);
+  EXPECT_EQ(last_line(*launch)["reason"], "nothing on a/other within 0.3 s of graph time");
+}
+
+TEST_F(Launch, ResultFieldThatTheTypeLacksIsAMistakeOfTheFile) {
+  auto launch = start("nodes:\n  a: {exec: " + counter_ +
+                      "}\nresult: {until: a/out, fields: {n: a/out.sq}}\n");
+  EXPECT_EQ(launch->wait(), 2);
+  EXPECT_NE(last_line(*launch)["reason"].get<std::string>().find(
+                "g.yaml:4:36: mimesis.v1.Publication has no "
+                "field 'sq', did you mean 'seq'?"),
+            std::string::npos)
+      << last_line(*launch);
+}
+
+TEST_F(Launch, CheckReadsTheParametersOfTheNodes) {
+  auto launch =
+      start("nodes:\n  a:\n    exec: " + counter_ +
+                "\n    params:\n      rate_hz: 0\n      wrok: 3\n  b: {exec: " + counter_ + "}\n",
+            {"--check", "--set", "b.work=-1"});
+  EXPECT_EQ(launch->wait(), 2);
+  const json found = json::parse(launch->output());
+  EXPECT_FALSE(found["ok"]);
+  ASSERT_EQ(found["mistakes"].size(), 3U) << found;
+  EXPECT_NE(
+      found["mistakes"][0].get<std::string>().find("g.yaml:6:16: counter.rate_hz: 0 is outside"),
+      std::string::npos);
+  EXPECT_NE(
+      found["mistakes"][1].get<std::string>().find("g.yaml:7:7: counter.wrok: unknown parameter"),
+      std::string::npos);
+  EXPECT_TRUE(
+      found["mistakes"][2].get<std::string>().starts_with("--set: counter.work: -1 is outside"));
+}
+
+TEST_F(Launch, CheckFindsWhatCannotWork) {
+  auto launch = start("nodes:\n  a: {exec: mimesis_nothing}\n  b: {exec: " + counter_ +
+                          ", in: {a: aa/out}, host: moon}\n",
+                      {"--check", "--set", "c.work=1"});
+  EXPECT_EQ(launch->wait(), 2);
+  const json found = json::parse(launch->output())["mistakes"];
+  ASSERT_EQ(found.size(), 4U) << found;
+  EXPECT_EQ(found[0], "--set: c.work=1: there is no node 'c'");
+  const std::string file = folder_.path() + "/g.yaml";
+  EXPECT_EQ(
+      found[1],
+      file + ":3:13: node 'a': there is no program 'mimesis_nothing' beside mimesis or on PATH");
+  EXPECT_EQ(found[2].get<std::string>().substr(file.size()).find(":4:"), 0U);
+  EXPECT_NE(found[2].get<std::string>().find("no node publishes 'aa/out', did you mean 'a/out'?"),
+            std::string::npos);
+  EXPECT_NE(found[3].get<std::string>().find("there is no host 'moon'"), std::string::npos);
+}
+
+TEST_F(Launch, DryRunStartsNothing) {
+  auto launch =
+      start("nodes:\n  b: {exec: " + counter_ + ", after: [a]}\n  a: {exec: " + counter_ + "}\n",
+            {"--dry-run"});
+  EXPECT_EQ(launch->wait(), 0);
+  const json plan = json::parse(launch->output());
+  EXPECT_EQ(plan["start"][0]["name"], "a");  // in order of start
+  EXPECT_EQ(plan["stop"], json::parse(R"([["b"],["a"]])"));
+  EXPECT_FALSE(std::filesystem::exists(folder_.path() + "/mimesis"));
+}
+
+TEST_F(Launch, MistakesEndWithTwo) {
+  EXPECT_EQ(start("nodes: {a: {exec: sh, foo: 1}}\n")->wait(), 2);
+  EXPECT_EQ(testing::Process("mimesis", {"launch", "/nowhere.yaml"}).wait(), 2);
+  EXPECT_EQ(testing::Process("mimesis", {"launch"}).wait(), 2);
+  testing::Process typo("mimesis", {"lanch", "x.yaml"});
+  EXPECT_EQ(typo.wait(), 2);
+  EXPECT_NE(typo.errors().find("did you mean 'launch'?"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace mimesis::launch
