@@ -89,7 +89,9 @@ TEST(Ik, TurnsAnOppositeAxisAround) {
   const Eigen::Isometry3d X_WE = end_effector(arm, q);
   const IkGoal goal{.position_in_W = X_WE.translation(),
                     .axes = {{Eigen::Vector3d::UnitX(), -X_WE.linear().col(0)}}};
-  EXPECT_TRUE(solve_ik(arm, goal, q));
+  const auto turned = solve_ik(arm, goal, q);
+  ASSERT_TRUE(turned);
+  EXPECT_LT(angle(end_effector(arm, *turned).linear().col(0), -X_WE.linear().col(0)), 1e-3);
 }
 
 TEST(Ik, IsRepeatable) {

@@ -126,12 +126,14 @@ TEST_F(WorldNodeTest, TheSceneFollowsTheObjectWhenItRests) {
 
 TEST_F(WorldNodeTest, AFailedTaskIsJudgedWithThePlannersReason) {
   act(arm_.home, 0.0);
-  send_task(v1::TASK_STATE_FAILED, v1::GOAL_HIGH, "goal high is blocked");
+  send_task(v1::TASK_STATE_EXECUTING, v1::GOAL_HIGH);
+  send_task(v1::TASK_STATE_FAILED, v1::GOAL_UNSPECIFIED, "goal high is blocked");
   act(arm_.home, 0.0, 20);
   const auto outcome = bus_.take<v1::TrialOutcome>("outcome");
   ASSERT_TRUE(outcome);
   EXPECT_FALSE(outcome->placed());
   EXPECT_EQ(outcome->reason(), "goal high is blocked");
+  EXPECT_EQ(outcome->goal(), v1::GOAL_HIGH);  // the one decided before
 }
 
 TEST_F(WorldNodeTest, ATaskThatStartsAgainIsNotJudgedYet) {
@@ -142,7 +144,9 @@ TEST_F(WorldNodeTest, ATaskThatStartsAgainIsNotJudgedYet) {
   EXPECT_FALSE(bus_.take<v1::TrialOutcome>("outcome"));
   send_task(v1::TASK_STATE_DONE, v1::GOAL_HIGH);
   step(20);
-  EXPECT_EQ(bus_.take<v1::TrialOutcome>("outcome")->reason(), "object not grasped");
+  const auto outcome = bus_.take<v1::TrialOutcome>("outcome");
+  ASSERT_TRUE(outcome);
+  EXPECT_EQ(outcome->reason(), "object not grasped");
 }
 
 TEST_F(WorldNodeTest, WithoutArmOrHandThereIsNoContact) {
