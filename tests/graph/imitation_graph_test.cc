@@ -1,0 +1,94 @@
+// The whole chain of launch/imitation.yaml: what the teacher shows is what the world finds done.
+#include <gtest/gtest.h>
+
+#include "proto/planner.pb.h"
+#include "tests/graph/scenario.h"
+
+namespace mimesis::testing {
+namespace {
+
+using nlohmann::json;
+
+json without_times(json result) {
+  for (const char* key : {"wall_s", "log"}) result.erase(key);
+  return result;
+}
+
+/// Trajectories as planned, without what depends on the machine.
+std::vector<std::string> trajectories(const Scenario& run) {
+  return run.messages("planner/trajectory");
+}
+
+struct Case {
+  const char* teacher;
+  const char *grip, *transport, *goal;  ///< what the robot shall do
+};
+
+class Imitation : public ::testing::TestWithParam<Case> {};
+
+TEST_P(Imitation, PlacesTheObjectWhereTheTeacherDid) {
+  Scenario run("imitation", {"--arg", std::string("teacher=") + GetParam().teacher});
+  EXPECT_EQ(run.wait(), 0);
+  const json result = run.result();
+  ASSERT_TRUE(result.is_object()) << run.process().output();
+  EXPECT_EQ(result["grip"], GetParam().grip);
+  EXPECT_EQ(result["transport"], GetParam().transport);
+  EXPECT_EQ(result["goal"], GetParam().goal);
+  EXPECT_EQ(result["placed"], true);
+  EXPECT_EQ(result["collisions"], 0);
+  EXPECT_LT(result["placement_error_mm"], 20.0);
+  EXPECT_GT(result["can_frames"], 1000);
+}
+
+INSTANTIATE_TEST_SUITE_P(Teachers, Imitation,
+                         ::testing::Values(Case{"precision,above,high", "precision", "above",
+                                                "high"},
+                                           Case{"full,below,low", "full", "below", "low"},
+                                           // The goal overrides the means: the bridge stands only
+                                           // on the robot's table [M18 fig. 2.21].
+                                           Case{"full,above,high", "precision", "above", "high"}),
+                         [](const auto& info) { return "case" + std::to_string(info.index); });
+
+TEST(ImitationGraph, LockstepRunsAreEqualEvenSideBySide) {
+  Scenario a("imitation"), b("imitation");
+  EXPECT_EQ(a.wait(), 0);
+  EXPECT_EQ(b.wait(), 0);
+  ASSERT_TRUE(a.result().is_object());
+  EXPECT_EQ(without_times(a.result()), without_times(b.result()));
+  EXPECT_GE(trajectories(a).size(), 3u);
+  EXPECT_EQ(trajectories(a), trajectories(b));
+  for (const char* topic : {"vision/observation", "cognition/decision", "bridge/arm",
+                            "sim_drives/arm", "world/state"}) {
+    const auto ours = a.messages(topic);
+    EXPECT_FALSE(ours.empty()) << topic;
+    EXPECT_EQ(ours, b.messages(topic)) << topic;
+  }
+}
+
+TEST(ImitationGraph, BlockedGoalIsAFailureWithAReason) {
+  Scenario run("imitation", {"--set", "world.goal_blocked=high"});
+  EXPECT_EQ(run.wait(), 1);
+  const json result = run.result();
+  ASSERT_TRUE(result.is_object()) << run.process().output();
+  EXPECT_EQ(result["placed"], false);
+  EXPECT_FALSE(result["reason"].get<std::string>().empty());
+}
+
+TEST(ImitationGraph, LogDrivesVisionAndCognitionToTheSameDecision) {
+  Scenario run("imitation");
+  ASSERT_EQ(run.wait(), 0);
+  Scenario replay("replay", {"--arg", "log=" + run.log()});
+  EXPECT_EQ(replay.wait(), 0);
+  const json expected = run.result(), found = replay.result();
+  ASSERT_TRUE(found.is_object()) << replay.process().output();
+  for (const char* key : {"grip", "transport", "goal"}) EXPECT_EQ(found[key], expected[key]) << key;
+}
+
+TEST(ImitationGraph, WrongSettingsAreRefusedBeforeAnythingStarts) {
+  Scenario run("imitation", {"--set", "vision.rate_hertz=30"});
+  EXPECT_EQ(run.wait(), 2);
+  EXPECT_NE(run.process().errors().find("rate_hz"), std::string::npos) << "no suggestion";
+}
+
+}  // namespace
+}  // namespace mimesis::testing

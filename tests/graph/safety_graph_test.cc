@@ -1,0 +1,96 @@
+// Any node of the running imitation is killed: the arm stops, the launcher fails, nothing stays
+// behind.
+#include <gtest/gtest.h>
+#include <signal.h>
+
+#include <filesystem>
+
+#include "proto/arm.pb.h"
+#include "proto/planner.pb.h"
+#include "tests/graph/scenario.h"
+
+namespace mimesis::testing {
+namespace {
+
+class KilledNode : public ::testing::TestWithParam<const char*> {
+ protected:
+  /// Until the arm moves.
+  static bool wait_executing(Scenario& run) {
+    runtime::Tap tap(
+        run.graph().name(), [](const std::string& topic) { return topic == "planner/status"; },
+        runtime::Policy::reliable);
+    for (int i = 0; i < 600; ++i) {
+      const auto item = tap.next(100ms);
+      v1::TaskStatus status;
+      if (item && status.ParseFromString(item->message.payload) &&
+          status.state() == v1::TASK_STATE_EXECUTING) {
+        return true;
+      }
+      if (run.process().wait(0ms)) return false;
+    }
+    return false;
+  }
+
+  static std::map<std::string, pid_t> pids(const Scenario& run) {
+    std::map<std::string, pid_t> found;
+    for (const v1::NodeInfo& node : runtime::GraphView(run.graph().name()).nodes()) {
+      found[node.name()] = static_cast<pid_t>(node.pid());
+    }
+    return found;
+  }
+};
+
+TEST_P(KilledNode, StopsTheArmAndLeavesNothingBehind) {
+  const std::string victim = GetParam();
+  Scenario run("imitation");
+  ASSERT_TRUE(wait_executing(run)) << run.process().errors();
+  const auto before = pids(run);
+  ASSERT_TRUE(before.contains(victim));
+  kill(before.at(victim), SIGKILL);
+
+  const auto code = run.wait();
+  ASSERT_TRUE(code.has_value()) << "the launcher did not end";
+  EXPECT_NE(*code, 0);
+  EXPECT_NE(run.process().errors().find(victim), std::string::npos) << "the line names who died";
+  const nlohmann::json result = run.result();
+  ASSERT_TRUE(result.is_object()) << run.process().output();
+  EXPECT_EQ(result["placed"], false);
+  EXPECT_FALSE(result["reason"].get<std::string>().empty());
+  for (const auto& [name, pid] : before) {
+    if (pid != getpid()) EXPECT_NE(kill(pid, 0), 0) << name << " still runs";
+  }
+
+  if (victim == "sim_drives") return;  // the arm itself is gone
+  const auto states = run.messages("sim_drives/arm");
+  ASSERT_FALSE(states.empty());
+  v1::ArmState last;
+  ASSERT_TRUE(last.ParseFromString(states.back()));
+  for (int i = 0; i < last.drives_size(); ++i) {
+    EXPECT_NEAR(last.velocity_rad_s(i), 0.0, 1e-3) << "axis " << i << " still moves";
+    EXPECT_NE(last.drives(i), v1::DRIVE_STATE_OPERATION_ENABLED)
+        << "axis " << i << " is still powered";
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Nodes, KilledNode,
+                         ::testing::Values("camera", "vision", "cognition", "planner", "bridge",
+                                           "sim_drives", "sim_hand", "world", "clock"),
+                         [](const auto& info) { return std::string(info.param); });
+
+TEST(KilledLauncher, LeavesNothingBehind) {
+  Scenario run("imitation");
+  runtime::GraphView view(run.graph().name());
+  while (view.nodes().size() < 5 && !run.process().wait(0ms)) view.wait(100ms);
+  const auto nodes = view.nodes();
+  run.process().signal(SIGKILL);
+  run.process().wait();
+  for (int i = 0; i < 200 && !view.nodes().empty(); ++i) view.wait(100ms);
+  for (const v1::NodeInfo& node : nodes) {
+    const auto pid = static_cast<pid_t>(node.pid());
+    for (int i = 0; i < 200 && kill(pid, 0) == 0; ++i) view.wait(50ms);
+    EXPECT_NE(kill(pid, 0), 0) << node.name() << " still runs";
+  }
+}
+
+}  // namespace
+}  // namespace mimesis::testing

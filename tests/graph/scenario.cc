@@ -1,0 +1,51 @@
+#include "tests/graph/scenario.h"
+
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <sstream>
+
+#include "common/log/indexed_reader.h"
+
+namespace mimesis::testing {
+
+Scenario::Scenario(const std::string& name, std::vector<std::string> options) {
+  std::string folder = (std::filesystem::temp_directory_path() / "mimesis-run-XXXXXX").string();
+  MIMESIS_ASSERT(mkdtemp(folder.data()) != nullptr);
+  folder_ = folder;
+  log_ = folder_ + "/run.mcap";
+  std::vector<std::string> arguments = {"launch", MIMESIS_SOURCE_DIR "/launch/" + name + ".yaml"};
+  if (name == "imitation") options.insert(options.end(), {"--arg", "log=" + log_});
+  arguments.insert(arguments.end(), options.begin(), options.end());
+  process_ = std::make_unique<Process>(graph_, "mimesis", arguments);
+}
+
+Scenario::~Scenario() {
+  if (::testing::Test::HasFailure()) std::cerr << process_->errors();
+  process_.reset();
+  std::error_code ignored;
+  std::filesystem::remove_all(folder_, ignored);
+}
+
+nlohmann::json Scenario::result() const {
+  std::istringstream lines(process_->output());
+  std::string line, last;
+  while (std::getline(lines, line)) last = line;
+  return nlohmann::json::parse(last, nullptr, false);
+}
+
+std::vector<std::string> Scenario::messages(const std::string& topic) const {
+  std::vector<std::string> found;
+  const auto source = log::open_file(log_);
+  if (!source) return found;
+  const auto summary = log::summarize(**source);
+  if (!summary) return found;
+  log::IndexedReader reader(**source, *summary, {.channel = [&](const log::Channel& channel) {
+    return channel.topic == topic;
+  }});
+  while (const log::Message* message = reader.next()) found.emplace_back(message->data);
+  return found;
+}
+
+}  // namespace mimesis::testing

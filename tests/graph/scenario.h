@@ -1,0 +1,35 @@
+#pragma once
+#include <map>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "common/testing/process.h"
+
+namespace mimesis::testing {
+
+/// A scenario of launch/ in a graph of its own, with a log in a temporary folder.
+class Scenario {
+ public:
+  /// `options` of `mimesis launch`.
+  explicit Scenario(const std::string& name, std::vector<std::string> options = {});
+  ~Scenario();
+
+  Process& process() { return *process_; }
+  const TestGraph& graph() const { return graph_; }
+  const std::string& log() const { return log_; }
+
+  /// Waits for the end. Exit code, or nothing after four minutes.
+  std::optional<int> wait() { return process_->wait(240s); }
+  /// Last line of standard output.
+  nlohmann::json result() const;
+  /// Bytes of all messages on `topic` in the log, in order.
+  std::vector<std::string> messages(const std::string& topic) const;
+
+ private:
+  TestGraph graph_;
+  std::string folder_, log_;
+  std::unique_ptr<Process> process_;
+};
+
+}  // namespace mimesis::testing
