@@ -1,6 +1,6 @@
 #include "common/runtime/bus_core.h"
 
-#include <sys/timerfd.h>
+#include <poll.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -20,6 +20,7 @@ using namespace std::chrono_literals;
 constexpr auto kGreetingPatience = 2s;
 constexpr auto kDrainPeriod = 20ms;
 constexpr auto kPeerPeriod = 50ms;
+constexpr auto kSettled = 1min;  // a registry more patient than this waits for its descriptor only
 constexpr int kHeartbeat_ms = 500, kHeartbeatTimeout_ms = 2000;
 
 std::string_view clock_name(ClockKind clock) {
@@ -42,12 +43,26 @@ std::string port_after(const std::string& address, int n) {
   }
   const std::string port = address.substr(colon + 1);
   if (port == "*" || port == "0") return address.substr(0, colon) + ":*";
-  const bool digits = std::all_of(port.begin(), port.end(), [](char c) { return c >= '0' && c <= '9'; });
+  const bool digits =
+      std::all_of(port.begin(), port.end(), [](char c) { return c >= '0' && c <= '9'; });
   const long number = digits && port.size() < 6 ? std::stol(port) : 0;
   if (number < 1 || number + 2 > 65535) {
     throw ConfigError("--bind '" + address + "': expected a port in [1, 65533]");
   }
   return address.substr(0, colon + 1) + std::to_string(number + n);
+}
+
+bool readable(void* socket) {
+  int events = 0;
+  std::size_t size = sizeof events;
+  return zmq_getsockopt(socket, ZMQ_EVENTS, &events, &size) == 0 && (events & ZMQ_POLLIN) != 0;
+}
+
+int zmq_fd(void* socket) {
+  int fd = -1;
+  std::size_t size = sizeof fd;
+  zmq_getsockopt(socket, ZMQ_FD, &fd, &size);
+  return fd;
 }
 
 v1::NodeInfo describe(const BusOptions& options) {
@@ -87,12 +102,15 @@ ZmqBus::Impl::Impl(BusOptions o)
       subscriber(context, info.start_id(), options.clock == ClockKind::lockstep),
       server(context),
       peers(context, options.peers),
-      registry(directory),
-      timer(timerfd_create(CLOCK_REALTIME, TFD_NONBLOCK | TFD_CLOEXEC)) {
-  MIMESIS_ASSERT(timer >= 0);
+      registry(directory) {
+  for (ZmqSocket* socket :
+       {&server.socket(), &publisher.data_socket(), &publisher.reliable_socket()}) {
+    served_fds.push_back(zmq_fd(socket->handle()));
+  }
+  for (void* handle : peers.handles()) served_fds.push_back(zmq_fd(handle));
   // Names of a start are unique: nobody reconnects to the socket of a predecessor.
-  const std::string stem =
-      "ipc://" + directory + "/" + options.name + "-" + std::to_string(info.start_id() % 100'000'000);
+  const std::string stem = "ipc://" + directory + "/" + options.name + "-" +
+                           std::to_string(info.start_id() % 100'000'000);
   const auto bind = [&](ZmqSocket& socket, const char* suffix, int port_offset, auto& endpoints) {
     socket.bind(stem + suffix);
     *endpoints.Add() = stem + suffix;
@@ -134,7 +152,8 @@ void ZmqBus::Impl::discover() {
     change.alive ? meet(change.node) : forget(change.node);
   }
   for (const RegistryChange& change : peers.poll(info)) {
-    if (registry.nodes().contains(change.node.name()) || change.node.start_id() == info.start_id()) {
+    if (registry.nodes().contains(change.node.name()) ||
+        change.node.start_id() == info.start_id()) {
       continue;  // a peer on this host is met in the directory
     }
     change.alive ? meet(change.node) : forget(change.node);
@@ -155,47 +174,60 @@ void ZmqBus::Impl::forget(const v1::NodeInfo& node) {
   known.erase(node.start_id());
 }
 
+void ZmqBus::Impl::serve_arrived() {
+  publish_info();
+  if (!peers.empty()) discover();
+  if (readable(publisher.data_socket().handle()) ||
+      readable(publisher.reliable_socket().handle()) || publisher.backlog() > 0) {
+    publisher.serve();
+  }
+  if (readable(server.socket().handle())) server.serve();
+}
+
+// ZeroMQ's descriptors tell only that something has changed since its events were last looked at:
+// so look before every sleep. Cheaper than zmq_poll, and with a deadline in nanoseconds.
 ZmqBus::Impl::Woken ZmqBus::Impl::wait(WallTime deadline, std::span<const int> fds, bool messages,
                                        void* reply) {
-  const auto since_epoch = std::chrono::nanoseconds(deadline.time_since_epoch());
-  itimerspec at{};
-  at.it_value.tv_sec = since_epoch.count() / 1'000'000'000;
-  at.it_value.tv_nsec = since_epoch.count() % 1'000'000'000;
-  timerfd_settime(timer, TFD_TIMER_ABSTIME, &at, nullptr);
-
-  std::vector<zmq_pollitem_t> items;
-  const auto watch = [&items](void* socket, int fd) { items.push_back({socket, fd, ZMQ_POLLIN, 0}); };
-  for (const int fd : fds) watch(nullptr, fd);
+  waiting_on.clear();
+  const auto watch = [this](int fd) { waiting_on.push_back({fd, POLLIN, 0}); };
+  for (const int fd : fds) watch(fd);
+  watch(registry.fd());  // -1 is ignored
+  for (const int fd : served_fds) watch(fd);
   if (messages) {
-    watch(subscriber.data_handle(), 0);
-    watch(subscriber.reliable_handle(), 0);
+    watch(zmq_fd(subscriber.data_handle()));
+    watch(zmq_fd(subscriber.reliable_handle()));
   }
-  if (reply != nullptr) watch(reply, 0);
-  const std::size_t wakers = items.size();
-  watch(nullptr, timer);
-  watch(server.socket().handle(), 0);
-  watch(publisher.data_socket().handle(), 0);
-  watch(publisher.reliable_socket().handle(), 0);
-  if (registry.fd() >= 0) watch(nullptr, registry.fd());
-  for (void* handle : peers.handles()) watch(handle, 0);
-
+  if (reply != nullptr) watch(zmq_fd(reply));
+  const auto arrived = [&] {
+    return (messages &&
+            (readable(subscriber.data_handle()) || readable(subscriber.reliable_handle()))) ||
+           (reply != nullptr && readable(reply));
+  };
   for (;;) {
-    serve();
-    auto patience = registry.patience();
-    if (publisher.backlog() > 0) patience = std::min(patience, 1ms);
-    if (!peers.empty()) patience = std::min<std::chrono::milliseconds>(patience, kPeerPeriod);
-    if (drains_while_waiting && !messages) {
-      subscriber.drain();
-      patience = std::min<std::chrono::milliseconds>(patience, kDrainPeriod);
+    serve_arrived();
+    if (arrived()) return Woken::message;
+    const auto left = std::chrono::nanoseconds(deadline - std::chrono::system_clock::now());
+    const auto pause = std::clamp(left, std::chrono::nanoseconds(0), patience(messages));
+    const timespec ts{pause.count() / 1'000'000'000, pause.count() % 1'000'000'000};
+    const int ready = ppoll(waiting_on.data(), waiting_on.size(), &ts, nullptr);
+    if ((ready > 0 && waiting_on[fds.size()].revents != 0) || registry.patience() < kSettled)
+      discover();
+    for (std::size_t i = 0; ready > 0 && i < fds.size(); ++i) {
+      if (waiting_on[i].revents != 0) return Woken::fd;
     }
-    const bool late = std::chrono::system_clock::now() >= deadline;
-    zmq_poll(items.data(), static_cast<int>(items.size()), late ? 0 : patience.count());
-    for (std::size_t i = 0; i < wakers; ++i) {
-      if (items[i].revents == 0) continue;
-      return i < fds.size() ? Woken::fd : Woken::message;
-    }
-    if (late) return Woken::deadline;
+    if (left.count() <= 0) return Woken::deadline;
   }
+}
+
+std::chrono::nanoseconds ZmqBus::Impl::patience(bool messages) {
+  auto patience = registry.patience();
+  if (publisher.backlog() > 0) patience = std::min(patience, 1ms);
+  if (!peers.empty()) patience = std::min<std::chrono::milliseconds>(patience, kPeerPeriod);
+  if (drains_while_waiting && !messages) {
+    subscriber.drain();
+    patience = std::min<std::chrono::milliseconds>(patience, kDrainPeriod);
+  }
+  return patience;
 }
 
 void ZmqBus::Impl::await_greetings(const std::function<bool(const v1::NodeInfo&)>& selects) {

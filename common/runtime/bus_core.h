@@ -1,4 +1,6 @@
 #pragma once
+#include <poll.h>
+
 #include <map>
 #include <memory>
 #include <set>
@@ -23,19 +25,25 @@ struct ZmqBus::Impl {
   void serve();
   /// Waits for `deadline`, for a readable fd, or (`messages`) for a message to drain.
   enum class Woken { deadline, fd, message };
+  std::chrono::nanoseconds patience(
+      bool messages);  ///< how long one may sleep before looking again
+  void serve_arrived();
   Woken wait(WallTime deadline, std::span<const int> fds, bool messages, void* reply = nullptr);
   void discover();
   void meet(const v1::NodeInfo& node);
   void forget(const v1::NodeInfo& node);
   void publish_info();
-  /// Waits (at most 2 s) until all that `selects` chooses among the living have greeted the reliable socket.
+  /// Waits (at most 2 s) until all that `selects` chooses among the living have greeted the
+  /// reliable socket.
   void await_greetings(const std::function<bool(const v1::NodeInfo&)>& selects);
   void check_wiring() const;
   std::string topic_of_output(std::string_view port) const;
   /// @throws ConfigError if the node publishes the topic already.
-  Publisher::Topic& add_output(std::string_view port, const std::string& topic, const std::string& type,
-                               std::uint64_t hash, std::string descriptors, bool latched);
-  void send(Publisher::Topic& topic, const std::string& name, bool latched, Frame payload, Time stamp);
+  Publisher::Topic& add_output(std::string_view port, const std::string& topic,
+                               const std::string& type, std::uint64_t hash, std::string descriptors,
+                               bool latched);
+  void send(Publisher::Topic& topic, const std::string& name, bool latched, Frame payload,
+            Time stamp);
   const v1::NodeInfo* server_of(std::string_view service) const;
 
   BusOptions options;
@@ -55,7 +63,8 @@ struct ZmqBus::Impl {
   std::set<std::pair<std::uint64_t, std::string>> said;  ///< mismatches, once per start
   std::vector<v1::Publication> published;
   Time tick{};
-  int timer = -1;
+  std::vector<int> served_fds;     ///< of the sockets that are always served
+  std::vector<pollfd> waiting_on;  ///< of the current wait
   bool info_changed = true;
   bool drains_while_waiting = false;  ///< a queue could overflow in the socket between slow steps
   bool behind = false;                ///< flush() gave up

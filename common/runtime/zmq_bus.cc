@@ -4,9 +4,6 @@
 #include <google/protobuf/descriptor.pb.h>
 #include <google/protobuf/io/coded_stream.h>
 #include <google/protobuf/io/zero_copy_stream_impl_lite.h>
-#include <unistd.h>
-
-#include <thread>
 
 #include "common/error.h"
 #include "common/runtime/bus_core.h"
@@ -34,13 +31,14 @@ std::string_view policy_name(Policy policy) {
 
 class ZmqIn final : public InChannel {
  public:
-  ZmqIn(std::string port, std::shared_ptr<Input> input) : port_(std::move(port)), input_(std::move(input)) {}
+  ZmqIn(std::string port, std::shared_ptr<Input> input)
+      : port_(std::move(port)), input_(std::move(input)) {}
   std::optional<Received> pop() override { return input_->pop(); }
   void reject(const Received& message, std::string_view why) override {
     ++input_->counters.rejected;
     if (!throttle_.pass()) return;
-    warn("input {} (topic {}): message {} of node {} rejected: {}{}", port_, input_->topic(), message.seq,
-         message.source, why,
+    warn("input {} (topic {}): message {} of node {} rejected: {}{}", port_, input_->topic(),
+         message.seq, message.source, why,
          throttle_.held_back() > 0 ? fmt::format(" ({} more)", throttle_.held_back()) : "");
   }
   const InCounters& counters() const override { return input_->counters; }
@@ -51,7 +49,8 @@ class ZmqIn final : public InChannel {
   Throttle throttle_{1s};
 };
 
-/// Serialises straight into the frame that is sent; maps in sorted order, so that equal runs give equal logs.
+/// Serialises straight into the frame that is sent; maps in sorted order, so that equal runs give
+/// equal logs.
 Frame serialise(const Message& message) {
   Frame frame(message.ByteSizeLong());
   google::protobuf::io::ArrayOutputStream array(frame.data(), static_cast<int>(frame.size()));
@@ -97,9 +96,7 @@ class ZmqRawOut final : public ZmqOut<RawOut> {
 
 ZmqBus::ZmqBus(BusOptions options) : impl_(std::make_unique<Impl>(std::move(options))) {}
 
-ZmqBus::~ZmqBus() {
-  if (impl_->timer >= 0) close(impl_->timer);
-}
+ZmqBus::~ZmqBus() = default;
 
 std::unique_ptr<InChannel> ZmqBus::subscribe(std::string_view port, const Message& prototype,
                                              const InOptions& options) {
@@ -140,7 +137,8 @@ std::unique_ptr<OutChannel> ZmqBus::advertise(std::string_view port, const Messa
 }
 
 std::unique_ptr<RawOut> ZmqBus::advertise_raw(std::string_view topic, std::string_view type,
-                                              std::string_view descriptor_set, const OutOptions& options) {
+                                              std::string_view descriptor_set,
+                                              const OutOptions& options) {
   google::protobuf::FileDescriptorSet files;
   google::protobuf::DescriptorPool pool;
   const google::protobuf::Descriptor* descriptor = nullptr;
@@ -167,7 +165,8 @@ Publisher::Topic& ZmqBus::Impl::add_output(std::string_view port, const std::str
                                            const std::string& type, std::uint64_t hash,
                                            std::string descriptors, bool latched) {
   check_topic(topic);
-  if (publisher.has(topic)) throw ConfigError("topic " + topic + " has two outputs in node " + options.name);
+  if (publisher.has(topic))
+    throw ConfigError("topic " + topic + " has two outputs in node " + options.name);
   out_ports.emplace(port);
   v1::TopicInfo& added = *info.add_outputs();
   added.set_topic(topic);
@@ -180,8 +179,8 @@ Publisher::Topic& ZmqBus::Impl::add_output(std::string_view port, const std::str
   return publisher.add(topic, hash, latched);
 }
 
-void ZmqBus::Impl::send(Publisher::Topic& topic, const std::string& name, bool latched, Frame payload,
-                        Time stamp) {
+void ZmqBus::Impl::send(Publisher::Topic& topic, const std::string& name, bool latched,
+                        Frame payload, Time stamp) {
   const bool lockstep = options.clock == ClockKind::lockstep;
   const std::uint64_t seq = publisher.send(topic, std::move(payload), stamp,
                                            lockstep ? static_cast<std::uint64_t>(tick.count()) : 0);
@@ -197,7 +196,8 @@ void ZmqBus::Impl::check_wiring() const {
   const auto check = [this](std::string_view kind, const auto& wiring, const auto& ports) {
     for (const auto& [port, topic] : wiring) {
       if (ports.contains(port)) continue;
-      std::string line = "node " + options.name + " has no " + std::string(kind) + " '" + port + "'; it has";
+      std::string line =
+          "node " + options.name + " has no " + std::string(kind) + " '" + port + "'; it has";
       for (const std::string& p : ports) line += " " + p;
       throw ConfigError(ports.empty() ? line + " none" : line);
     }

@@ -1,6 +1,8 @@
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <csignal>
+#include <filesystem>
 
 #include "common/runtime/raw.h"
 #include "common/testing/process.h"
@@ -149,6 +151,18 @@ TEST(NodeProcess, KilledAndStartedAgainItIsHeardAgain) {
     EXPECT_LT(to_seconds(TestNode::now() - killed), 0.1) << "the death was not noticed at once";
     count.take();
   }
+}
+
+TEST(NodeProcess, NoNetworkInterfaceIsNeeded) {  // not even the loopback one is up
+  const std::string unshare = "/usr/bin/unshare";
+  const std::string flags = geteuid() == 0 ? "-n" : "-rn";
+  if (access(unshare.c_str(), X_OK) != 0 || Process(unshare, {flags, "true"}).wait() != 0) {
+    GTEST_SKIP() << "unshare is not permitted here";
+  }
+  const std::string self = std::filesystem::read_symlink("/proc/self/exe").string();
+  Process inside(unshare, {flags, self, "--gtest_filter=*MessagesReachIt*:*HeardAgain*"});
+  EXPECT_EQ(inside.wait(60s), 0) << inside.output() << inside.errors();
+  EXPECT_NE(inside.output().find("[  PASSED  ] 2 tests"), std::string::npos);
 }
 
 }  // namespace
