@@ -19,21 +19,11 @@ int main(int argc, char** argv) {
       "  mimesis launch launch/imitation.yaml\n"
       "  mimesis topic echo planner/status --once");
   int exit_code = 0;
-#ifdef MIMESIS_HAS_LAUNCH
   mimesis::tool::add_launch(program, exit_code);
-#endif
-#ifdef MIMESIS_HAS_TOPIC
   mimesis::tool::add_topic(program, exit_code);
-#endif
-#ifdef MIMESIS_HAS_NODE
   mimesis::tool::add_node(program, exit_code);
-#endif
-#ifdef MIMESIS_HAS_LOG
   mimesis::tool::add_log(program, exit_code);
-#endif
-#ifdef MIMESIS_HAS_REPRODUCE
   mimesis::tool::add_reproduce(program, exit_code);
-#endif
   try {
     program.parse(argc, argv);
   } catch (const CLI::ParseError& e) {

@@ -101,7 +101,10 @@ GraphFile with_clock(GraphFile graph) {
     participants += (participants.empty() ? "" : ",") + node.name.text;
     node.after.push_back(clock.name);
   }
-  for (const std::string& set : {"mode=" + graph.clock, "participants=" + participants}) {
+  std::vector<std::string> sets = {"mode=" + graph.clock, "participants=" + participants};
+  if (graph.clock == "sim")
+    sets.push_back("factor=1");  // real time, unless --set clock.factor says else
+  for (const std::string& set : sets) {
     clock.args.push_back({"--set", {}});
     clock.args.push_back({set, {}});
   }
