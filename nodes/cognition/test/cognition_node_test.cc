@@ -113,6 +113,16 @@ TEST(CognitionNode,
             "GRIP_PRECISION TRANSPORT_ABOVE GOAL_HIGH");  // goal over means, fig. 2.21
 }
 
+TEST(CognitionNode, SettlesOnWhatTheFieldsHoldWithoutInput) {
+  Rig rig({.imitator = {.ladder = {.vision = {.window_s = 1.2}}}});
+  rig.seen = kPreferred;
+  rig.run(1100ms);  // stable long ago, but under input
+  EXPECT_EQ(text(rig.decision()), "GRIP_PRECISION TRANSPORT_ABOVE GOAL_HIGH");
+  EXPECT_FALSE(rig.decision().settled());
+  rig.run(900ms);
+  EXPECT_TRUE(rig.decision().settled());
+}
+
 TEST(CognitionNode, InfersWhatStayedHidden) {  // fig. 2.20: never complete, nothing new
   Rig rig({.imitator = {.patience_s = 1.0}});
   rig.seen = observation(v1::GRIP_FULL, v1::TRANSPORT_UNSPECIFIED, v1::GOAL_UNSPECIFIED, false);
@@ -226,6 +236,20 @@ TEST(CognitionNode, DoesNotLearnFromOtherStatus) {
   rig.run(1s);
   EXPECT_FALSE(rig.decision().learning());
   EXPECT_FALSE(rig.decision().learned());
+}
+
+TEST(CognitionNode, SuccessBeforeTheDecisionRewardsNothing) {
+  Rig rig({.task_stale_s = 60.0});
+  rig.show(kPreferred);
+  rig.planner_says(v1::TASK_STATE_EXECUTING, true);
+  rig.seen = {};
+  rig.run(100ms);  // the planner still carries out what was decided for the last demonstration
+  rig.task.Clear();
+  ASSERT_FALSE(rig.ever_learned());
+  rig.seen = kPreferred;
+  rig.run(3s);
+  EXPECT_TRUE(rig.decision().settled());
+  EXPECT_FALSE(rig.ever_learned());
 }
 
 TEST(CognitionNode, PublishesFieldsAtTheirRate) {

@@ -83,6 +83,18 @@ TEST(Link, LearningOnePatternLeavesTheOther) {
   EXPECT_NEAR(link.weight(50, 50), kEta * 0.99 * 0.99, 0.01 * kEta);
 }
 
+TEST(Link, LearningOneTargetLeavesTheOther) {  // same source: a goal that two sequences reach
+  const auto source = pattern(30), low = pattern(12), high = pattern(50);
+  Link<double> link(kN, kN, 1.0);
+  link.install(low, source, kEta, kLocal);
+  const auto before = bits(link);
+  for (int i = 0; i < 2000; ++i) link.learn(high, source, kEta, 0.0025, kLocal);
+  for (std::size_t y = 0; y < kN; ++y) {
+    for (std::size_t x = 0; x < kN / 2; ++x) EXPECT_EQ(link.weight(x, y), before[y * kN + x]);
+  }
+  EXPECT_NEAR(link.weight(50, 30), kEta * 0.99 * 0.99, 0.01 * kEta);
+}
+
 TEST(Link, TransmitsTheIntegral) {
   const auto target = pattern(20), source = pattern(40), rate = pattern(38);
   const double dy = 0.5;

@@ -111,12 +111,12 @@ Survivors survivors(int sets, double spread) {
 }
 
 TEST(Robustness, DecisionsSurviveJitteredGains) {
-  const Survivors two_percent = survivors(10, 0.02), five_percent = survivors(40, 0.05);
+  const Survivors two_percent = survivors(10, 0.02), five_percent = survivors(20, 0.05);
   EXPECT_EQ(two_percent.all, 10);
-  EXPECT_EQ(five_percent.imitation, 40);
+  EXPECT_EQ(five_percent.imitation, 20);
   // Fig. 2.19 is a race that the text tunes by hand: of 100 sets 83 keep both ends.
-  EXPECT_GE(five_percent.all, 30);
-  RecordProperty("kept_of_40_at_5_percent", five_percent.all);
+  EXPECT_GE(five_percent.all, 15);
+  RecordProperty("kept_of_20_at_5_percent", five_percent.all);
 }
 
 }  // namespace
