@@ -26,19 +26,11 @@ Gaps ball_gaps(const BallArrays& balls, const double* bound, const kin::Ball& ob
   const double cx = obstacle.center.x(), cy = obstacle.center.y(), cz = obstacle.center.z();
   const double r = obstacle.radius;
   std::int64_t touches = 0, within = 0;
-  if (bound == nullptr) {
-    for (std::size_t i = 0; i < balls.n; ++i) {
-      const double dx = x[i] - cx, dy = y[i] - cy, dz = z[i] - cz, s = reach[i] + r;
-      touches |= flag(dx * dx + dy * dy + dz * dz < s * s);
-    }
-  } else {
-    for (std::size_t i = 0; i < balls.n; ++i) {
-      const double dx = x[i] - cx, dy = y[i] - cy, dz = z[i] - cz, s = reach[i] + r,
-                   w = s + bound[i];
-      const double squared = dx * dx + dy * dy + dz * dz;
-      touches |= flag(squared < s * s);
-      within |= flag(squared < w * w);
-    }
+  for (std::size_t i = 0; i < balls.n; ++i) {
+    const double dx = x[i] - cx, dy = y[i] - cy, dz = z[i] - cz, s = reach[i] + r, w = s + bound[i];
+    const double squared = dx * dx + dy * dy + dz * dz;
+    touches |= flag(squared < s * s);
+    within |= flag(squared < w * w);
   }
   return {touches != 0, within != 0};
 }
@@ -56,8 +48,7 @@ Gaps box_gaps(const BallArrays& balls, const double* bound, const kin::Box& obst
     dx = dx > 0.0 ? dx : 0.0;
     dy = dy > 0.0 ? dy : 0.0;
     dz = dz > 0.0 ? dz : 0.0;
-    const double squared = dx * dx + dy * dy + dz * dz, s = reach[i];
-    const double w = s + (bound == nullptr ? 0.0 : bound[i]);
+    const double squared = dx * dx + dy * dy + dz * dz, s = reach[i], w = s + bound[i];
     touches |= flag(squared < s * s);
     within |= flag(squared < w * w);
   }

@@ -15,7 +15,7 @@ struct BallArrays {
   std::size_t n;
 };
 
-/// Any of the balls touches, or (`bound` not null) comes within bound[i] of touching.
+/// Any of the balls touches, or is within bound[i] of touching.
 struct Gaps {
   bool touches = false;
   bool within_bound = false;

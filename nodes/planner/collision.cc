@@ -49,6 +49,7 @@ CollisionChecker::CollisionChecker(const kin::ArmModel& arm, const Obstacles& ob
   y_.resize(count);
   z_.resize(count);
   for (const auto& ball : balls_) reach_.push_back(ball.radius + margin_);
+  no_motion_.assign(count, 0.0);
   bound_.assign(n + 1, std::vector<double>(count, 0.0));
   moved_by_.assign(n, std::vector<double>(count, 0.0));
   for (std::size_t joint = 0; joint < n; ++joint) {
@@ -114,7 +115,7 @@ double CollisionChecker::relative_bound(const SelfPair& pair) const {
 
 CollisionChecker::Verdict CollisionChecker::judge(bool with_bounds) const {
   bool within = false;
-  const double* bound = with_bounds ? bound_[0].data() : nullptr;
+  const double* bound = with_bounds ? bound_[0].data() : no_motion_.data();
   const BallArrays all{x_.data(), y_.data(), z_.data(), reach_.data(), against_all_};
   const BallArrays of_the_arm{x_.data(), y_.data(), z_.data(), reach_.data(), of_the_arm_};
   const auto touches = [&within](const Gaps& gaps) {
@@ -156,15 +157,15 @@ std::optional<std::string> CollisionChecker::contact(const Eigen::Ref<const Eige
       return names_[i] + " touches " + in_words(box);
     };
     for (const auto& ball : obstacles_.balls) {
-      if (ball_gaps(one, nullptr, ball).touches) {
+      if (ball_gaps(one, no_motion_.data(), ball).touches) {
         return names_[i] + " touches the obstacle ball at " + in_mm(ball.center);
       }
     }
     for (const auto& box : obstacles_.boxes) {
-      if (box_gaps(one, nullptr, box).touches) return box_text(box);
+      if (box_gaps(one, no_motion_.data(), box).touches) return box_text(box);
     }
     for (const auto& box : obstacles_.supports) {
-      if (i < of_the_arm_ && box_gaps(one, nullptr, box).touches) return box_text(box);
+      if (i < of_the_arm_ && box_gaps(one, no_motion_.data(), box).touches) return box_text(box);
     }
   }
   for (const auto& pair : self_pairs_) {

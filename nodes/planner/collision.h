@@ -83,6 +83,7 @@ class CollisionChecker {
   std::vector<double> x_, y_, z_, reach_;      // reach_: radius + margin
   std::vector<std::vector<double>> moved_by_;  // [joint][ball]: 1 if the joint moves it, else 0
   std::vector<std::vector<double>> bound_;     // [frame][ball]: motion relative to the frame [m]
+  std::vector<double> no_motion_;              // zeros
   Eigen::VectorXd deviation_, middle_, from_, along_;
   long postures_ = 0;
 };

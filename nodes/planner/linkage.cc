@@ -1,6 +1,7 @@
 #include "nodes/planner/linkage.h"
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 
 namespace mimesis::planner {
