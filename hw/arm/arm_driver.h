@@ -16,7 +16,7 @@ struct ArmOptions {
   double rate_hz = 200.0;             ///< of read and write
   double boot_timeout_s = 2.0;        ///< until missing drives are reported
   double transition_timeout_s = 0.5;  ///< per change of a drive's state
-  double feedback_timeout_s = 0.05;   ///< without TPDO: the axis is lost
+  double feedback_timeout_s = 0.1;    ///< without TPDO: the axis is lost
   bool readonly = false;              ///< listens, never sends
 };
 

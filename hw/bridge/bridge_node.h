@@ -27,8 +27,8 @@ struct BridgeParams {
   double jump_rad = 0.1;              ///< largest jump within a stream beyond v_max [rad]
   double boot_timeout_s = 2.0;        ///< until missing drives are reported [s]
   double transition_timeout_s = 0.5;  ///< per change of a drive's state [s]
-  double feedback_timeout_s = 0.05;   ///< without feedback a drive is lost [s]
-  std::vector<arm::Axis> axes{};        ///< empty: nodes 1..n with defaults
+  double feedback_timeout_s = 0.1;    ///< without feedback a drive is lost [s]
+  std::vector<arm::Axis> axes{};      ///< empty: nodes 1..n with defaults
 
   void visit(runtime::ParamVisitor& v) {
     v("rate_hz", rate_hz, 10.0, 1000.0);

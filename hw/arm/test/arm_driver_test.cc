@@ -207,9 +207,9 @@ TEST_F(Bench, AJammedJointIsAFollowingError) {
 TEST_F(Bench, ACutCableStopsBothSides) {
   enable();
   rack->drives()[2].inject(sim::Trouble::mute);
-  follow(100ms);
+  follow(150ms);
   EXPECT_EQ(reading().phase, Phase::fault);
-  EXPECT_EQ(reading().reason, "A3 (node 9): no feedback for 0.05 s");
+  EXPECT_EQ(reading().reason, "A3 (node 9): no feedback for 0.1 s");
   follow(200ms);
   EXPECT_FALSE(any_enabled()) << "the cut one by its own watchdog";
 }

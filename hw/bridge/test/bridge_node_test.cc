@@ -103,7 +103,7 @@ TEST_F(Node, LostDrivesAreAFault) {
   rack.reset();
   run(300ms);
   EXPECT_EQ(status.state(), "fault");
-  EXPECT_EQ(status.reason(), "A1 (node 1): no feedback for 0.05 s");
+  EXPECT_EQ(status.reason(), "A1 (node 1): no feedback for 0.1 s");
   EXPECT_EQ(arm.fault(), status.reason());
   EXPECT_GT(status.can_errors(), 0u) << "nobody hears the quick stop";
 }

@@ -2,11 +2,15 @@
 // bus: test/on_vcan runs the same on the kernel's CAN.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <csignal>
 #include <cstdlib>
 
 #include "common/testing/process.h"
+#include "hw/arm/cia402.h"
+#include "hw/can/bus.h"
 #include "proto/arm.pb.h"
 
 namespace mimesis::hw::bridge {
@@ -151,10 +155,35 @@ TEST_F(Robot, MovesTheHand) {
   })) << bridge->errors();
 }
 
-TEST_F(Robot, SigtermStopsTheDrivesAndExitsWell) {
+TEST_F(Robot, SigtermSendsQuickStopLastAndExitsWell) {
   start_bridge();
   follow();
-  EXPECT_EQ(bridge->terminate(), 0) << bridge->errors();
+  const auto tap = can::open(can_address(), graph.directory());
+  std::array<std::uint8_t, 128> controlword{};  // of the last set-point to each node
+  int late = 0;                                 // set-points after the quick stop
+  const auto listen = [&] {
+    std::array<can::Frame, 256> frames;
+    const std::size_t count = tap->receive(frames);
+    for (const can::Frame& frame : std::span(frames).first(count)) {
+      const arm::Identity id = arm::identify(frame);
+      if (id.kind != arm::Identity::Kind::rpdo) continue;
+      auto& last = controlword[static_cast<std::size_t>(id.node)];
+      if (last == arm::controlword::kQuickStop && frame.data[0] != last) ++late;
+      last = frame.data[0];
+    }
+    return count > 0;
+  };
+  bridge->signal(SIGTERM);
+  ASSERT_TRUE(peer.until([&] {
+    listen();
+    return bridge->wait(0ms).has_value();
+  }));
+  while (listen()) {
+  }
+  EXPECT_EQ(bridge->wait(), 0) << bridge->errors();
+  EXPECT_EQ(late, 0);
+  for (std::size_t node = 1; node <= 7; ++node)
+    EXPECT_EQ(controlword[node], arm::controlword::kQuickStop);
   EXPECT_TRUE(peer.until([&] {
     return std::ranges::all_of(truth.get()->drives(),
                                [](int s) { return s == v1::DRIVE_STATE_SWITCH_ON_DISABLED; });
