@@ -8,8 +8,8 @@ namespace mimesis::image {
 /// Calibration of a camera on the teacher's table, frame T (x right, y up, z towards the camera).
 struct View {
   std::vector<double> eye_m{0.40, 0.50, 1.00};      ///< p_TC, position of the camera
-  std::vector<double> target_m{-0.01, 0.105, 0.0};  ///< point in T in the middle of the image
-  double focal_px = 690.0;
+  std::vector<double> target_m{-0.01, 0.125, 0.0};  ///< point in T in the middle of the image
+  double focal_px = 740.0;
   int width_px = 640;
   int height_px = 480;
 

@@ -1,0 +1,174 @@
+#include "nodes/camera/moving_layer.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+
+namespace mimesis::camera {
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+const Bgr kSkin(116.0f, 152.0f, 220.0f);
+const Bgr kCloth(66.0f, 62.0f, 60.0f);
+constexpr int kCoarse = 4;  // the shadow is drawn at a quarter of the resolution
+
+std::size_t area(int width, int height) {
+  return static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
+}
+
+struct Window {
+  int u0, u1, v0, v1;  // half open
+};
+
+Window clip(double u0, double u1, double v0, double v1, int width, int height) {
+  return {std::max(0, static_cast<int>(std::floor(u0))),
+          std::min(width, static_cast<int>(std::ceil(u1)) + 1),
+          std::max(0, static_cast<int>(std::floor(v0))),
+          std::min(height, static_cast<int>(std::ceil(v1)) + 1)};
+}
+
+}  // namespace
+
+MovingLayer::MovingLayer(const image::Pinhole& camera, const TablePicture& table)
+    : camera_(camera),
+      table_(table),
+      shadow_(area(camera.width() / kCoarse, camera.height() / kCoarse)),
+      soft_(shadow_.size()),
+      large_(area(camera.width(), camera.height())) {}
+
+void MovingLayer::draw(std::span<const Capsule> hand, const MovingCylinder& object,
+                       image::Image& image) {
+  cast_shadow(hand, object, image);
+  depth_ = table_.depth;
+  draw_cylinder(object, image);
+  for (const Capsule& c : hand) draw_capsule(c, image);
+}
+
+void MovingLayer::blend(int u, int v, float depth, float coverage, const Bgr& color,
+                        image::Image& image) {
+  float& nearest = depth_[area(image.width, v) + static_cast<std::size_t>(u)];
+  if (depth >= nearest) return;
+  if (coverage > 0.5f) nearest = depth;
+  std::uint8_t* pixel = image.at(u, v);
+  for (int c = 0; c < 3; ++c) {
+    const float mixed = static_cast<float>(pixel[c]) * (1.0f - coverage) + coverage * color[c];
+    pixel[c] = static_cast<std::uint8_t>(std::clamp(mixed, 0.0f, 255.0f));
+  }
+}
+
+void MovingLayer::shadow_disc(const Vector3d& p, double radius) {
+  const double t = p.y() / (kLamp.y() - p.y());
+  const Vector3d ground = p + t * (p - kLamp);
+  if (camera_.depth(ground) < 0.1) return;
+  const Vector2d pixel = camera_.project(ground) / kCoarse;
+  const double r = radius * camera_.scale(ground) / kCoarse;
+  const double squash = 0.6;  // a disc on the table is foreshortened
+  const int width = camera_.width() / kCoarse, height = camera_.height() / kCoarse;
+  const Window w = clip(pixel.x() - r, pixel.x() + r, pixel.y() - r, pixel.y() + r, width, height);
+  for (int v = w.v0; v < w.v1; ++v) {
+    for (int u = w.u0; u < w.u1; ++u) {
+      const double du = u - pixel.x(), dv = (v - pixel.y()) / squash;
+      if (du * du + dv * dv < r * r) shadow_[area(width, v) + static_cast<std::size_t>(u)] = 255;
+    }
+  }
+}
+
+void MovingLayer::cast_shadow(std::span<const Capsule> hand, const MovingCylinder& object,
+                              image::Image& image) {
+  std::fill(shadow_.begin(), shadow_.end(), std::uint8_t{0});
+  for (const Capsule& c : hand) {
+    const int steps = 2 + static_cast<int>((c.b - c.a).norm() / 0.02);
+    for (int k = 0; k <= steps; ++k) {
+      const double s = static_cast<double>(k) / steps;
+      shadow_disc(c.a + s * (c.b - c.a), c.radius_a + s * (c.radius_b - c.radius_a));
+    }
+  }
+  for (const double part : {-0.5, -0.25, 0.0, 0.25, 0.5}) {
+    shadow_disc(object.center + Vector3d(0.0, part * object.height, 0.0), object.radius);
+  }
+  const cv::Size coarse(camera_.width() / kCoarse, camera_.height() / kCoarse);
+  const cv::Mat mask(coarse, CV_8U, shadow_.data());
+  cv::Mat soft(coarse, CV_8U, soft_.data());
+  cv::GaussianBlur(mask, soft, cv::Size(7, 7), 1.6);
+  cv::Mat large(cv::Size(camera_.width(), camera_.height()), CV_8U, large_.data());
+  cv::resize(soft, large, large.size(), 0.0, 0.0, cv::INTER_LINEAR);
+  for (std::size_t i = 0; i < large_.size(); ++i) {
+    if (large_[i] == 0 || table_.wood[i] == 0) continue;
+    const int keep = 256 - large_[i] * 100 / 256;
+    for (std::size_t c = 0; c < 3; ++c) {
+      std::uint8_t& value = image.bgr[3 * i + c];
+      value = static_cast<std::uint8_t>(value * keep / 256);
+    }
+  }
+}
+
+void MovingLayer::draw_capsule(const Capsule& capsule, image::Image& image) {
+  const double za = camera_.depth(capsule.a), zb = camera_.depth(capsule.b);
+  if (za < 0.1 || zb < 0.1) return;
+  const Vector2d a = camera_.project(capsule.a), b = camera_.project(capsule.b);
+  const double ra = capsule.radius_a * camera_.scale(capsule.a);
+  const double rb = capsule.radius_b * camera_.scale(capsule.b);
+  const Window w = clip(std::min(a.x() - ra, b.x() - rb), std::max(a.x() + ra, b.x() + rb),
+                        std::min(a.y() - ra, b.y() - rb), std::max(a.y() + ra, b.y() + rb),
+                        image.width, image.height);
+  const Vector2d axis = b - a;
+  const double inverse = 1.0 / std::max(axis.squaredNorm(), 1e-9);
+  const Vector3d middle = 0.5 * (capsule.a + capsule.b);
+  const Vector3d to_lamp = camera_.R_CT() * (kLamp - middle).normalized();
+  const Bgr& base = capsule.skin ? kSkin : kCloth;
+  for (int v = w.v0; v < w.v1; ++v) {
+    for (int u = w.u0; u < w.u1; ++u) {
+      const Vector2d p(u, v);
+      const double s = std::clamp((p - a).dot(axis) * inverse, 0.0, 1.0);
+      const Vector2d away = p - (a + s * axis);
+      const double r = ra + s * (rb - ra);
+      if (away.squaredNorm() >= (r + 0.5) * (r + 0.5)) continue;
+      const double distance = away.norm();
+      const double coverage = std::clamp(r - distance + 0.5, 0.0, 1.0);
+      const Vector2d across = away / std::max(r, distance);
+      const double bulge = std::sqrt(std::max(0.0, 1.0 - across.squaredNorm()));
+      const Vector3d normal(across.x(), across.y(), -bulge);
+      const double thickness = capsule.radius_a + s * (capsule.radius_b - capsule.radius_a);
+      const auto depth = static_cast<float>(za + s * (zb - za) - thickness * bulge);
+      const auto rim = static_cast<float>(0.86 + 0.14 * bulge);
+      blend(u, v, depth, static_cast<float>(coverage), base * (rim * lambert(normal, to_lamp)),
+            image);
+    }
+  }
+}
+
+void MovingLayer::draw_cylinder(const MovingCylinder& cylinder, image::Image& image) {
+  RayScene scene(false);
+  const Vector3d base = cylinder.center - Vector3d(0.0, 0.5 * cylinder.height, 0.0);
+  scene.add_cylinder(base, cylinder.radius, cylinder.height, cylinder.color, 1.1f * cylinder.color);
+  if (camera_.depth(cylinder.center) < 0.1) return;
+  const Vector2d c = camera_.project(cylinder.center);
+  const double r = camera_.scale(cylinder.center) * (0.5 * cylinder.height + cylinder.radius) + 2.0;
+  const Window w = clip(c.x() - r, c.x() + r, c.y() - r, c.y() + r, image.width, image.height);
+  constexpr int kSide = 3;  // 3 x 3 rays a pixel
+  for (int v = w.v0; v < w.v1; ++v) {
+    for (int u = w.u0; u < w.u1; ++u) {
+      Bgr sum = Bgr::Zero();
+      int hits = 0;
+      float depth = 0.0f;
+      for (int k = 0; k < kSide * kSide; ++k) {
+        const Vector3d ray = camera_.ray(u + (k % kSide - 1) / static_cast<double>(kSide),
+                                         v + (k / kSide - 1) / static_cast<double>(kSide));
+        const auto hit = scene.trace(camera_.eye(), ray);
+        if (!hit) continue;
+        const Vector3d point = camera_.eye() + hit->distance * ray;
+        sum += hit->color * lambert(hit->normal, (kLamp - point).normalized());
+        depth += static_cast<float>(hit->distance);
+        ++hits;
+      }
+      if (hits == 0) continue;
+      const auto n = static_cast<float>(hits);
+      blend(u, v, depth / n, n / (kSide * kSide), sum / n, image);
+    }
+  }
+}
+
+}  // namespace mimesis::camera

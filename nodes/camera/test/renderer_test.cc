@@ -1,0 +1,168 @@
+#include "nodes/camera/renderer.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "common/error.h"
+
+namespace mimesis::camera {
+namespace {
+
+Lesson combination(int k) {
+  return {k & 4 ? Grip::full : Grip::precision, k & 2 ? Transport::below : Transport::above,
+          k & 1 ? Goal::low : Goal::high};
+}
+
+std::string message_of(const std::string& teacher) {
+  try {
+    parse_lesson(teacher);
+  } catch (const ConfigError& e) {
+    return e.what();
+  }
+  return {};
+}
+
+TEST(Lesson, IsReadWordByWord) {
+  const Lesson a = parse_lesson("full, below,low");
+  EXPECT_EQ(a.grip, Grip::full);
+  EXPECT_EQ(a.transport, Transport::below);
+  EXPECT_EQ(a.goal, Goal::low);
+  EXPECT_EQ(message_of("precise,above,high"),
+            "teacher: 'precise,above,high': grip 'precise' is neither 'precision' nor 'full'");
+  EXPECT_NE(message_of("full,low").find("expected grip,transport,goal"), std::string::npos);
+  EXPECT_NE(message_of("full,below,low,fast"), "");
+  EXPECT_NE(message_of(""), "");
+}
+
+TEST(Lesson, IsRefusedWhereTheHandDoesNotFitBelowTheBridge) {
+  TeacherTable table;
+  table.bridge_height_m = 0.15;
+  EXPECT_THROW(check_passable({Grip::precision, Transport::below, Goal::low}, table), ConfigError);
+  EXPECT_NO_THROW(check_passable({Grip::full, Transport::below, Goal::low}, table));
+  EXPECT_NO_THROW(check_passable({Grip::precision, Transport::above, Goal::low}, table));
+  table.bridge_removed = true;
+  EXPECT_NO_THROW(check_passable({Grip::precision, Transport::below, Goal::low}, table));
+}
+
+class EveryLesson : public ::testing::TestWithParam<int> {};
+
+TEST_P(EveryLesson, CarriesTheObjectPastTheBridgeOnTheRightSideToTheGoal) {
+  const TeacherTable table;
+  TeacherScript script;
+  script.lesson = combination(GetParam());
+  const TeacherMotion motion(script, table);
+  const double half = 0.5 * table.object_height_m;
+  for (double t = 0.0; t < motion.end_s(); t += 0.005) {
+    const TeacherPose pose = motion.pose(t);
+    EXPECT_GT(pose.object.y(), half - 1e-9);  // never in the table
+    if (std::abs(pose.object.x()) > 0.5 * table.bar_width_m + table.object_radius_m) continue;
+    if (script.lesson.transport == Transport::above) {
+      EXPECT_GT(pose.object.y() - half, table.bridge_height_m + table.bar_thickness_m);
+    } else {
+      EXPECT_LT(pose.object.y() + half, table.bridge_height_m);
+    }
+  }
+  const TeacherPose end = motion.pose(motion.end_s() + 1.0);
+  const bool high = script.lesson.goal == Goal::high;
+  EXPECT_NEAR(end.object.x(), high ? table.goal_high_x_m : table.goal_low_x_m, 1e-9);
+  EXPECT_NEAR(end.object.y(), (high ? table.goal_high_y_m : table.goal_low_y_m) + half, 1e-9);
+  EXPECT_LT(end.palm.x(), -0.6);  // withdrawn
+}
+
+TEST_P(EveryLesson, MovesWithoutJumps) {
+  TeacherScript script;
+  script.lesson = combination(GetParam());
+  const TeacherMotion motion(script, TeacherTable{});
+  constexpr double kStep = 0.002;
+  Eigen::Vector3d wrist = motion.pose(0.0).wrist, object = motion.pose(0.0).object;
+  for (double t = kStep; t < motion.end_s(); t += kStep) {
+    const TeacherPose pose = motion.pose(t);
+    EXPECT_LT((pose.wrist - wrist).norm(), 2.5 * kStep) << t;  // 2.5 m/s
+    EXPECT_LT((pose.object - object).norm(), 2.5 * kStep) << t;
+    wrist = pose.wrist;
+    object = pose.object;
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(All, EveryLesson, ::testing::Range(0, 8));
+
+TEST(TeacherMotion, StaysAtTheObjectIfOnlyTheGraspIsShown) {
+  TeacherScript script;
+  script.only_grasp = true;
+  const TeacherTable table;
+  const TeacherPose pose = TeacherMotion(script, table).pose(60.0);
+  EXPECT_TRUE(pose.held);
+  EXPECT_NEAR(pose.object.x(), table.object_x_m, 1e-12);
+  EXPECT_EQ(pose.closure, 1.0);
+}
+
+TEST(RayScene, MeetsBoxCylinderAndTableWhereTheyAre) {
+  RayScene scene(true);
+  scene.add_box({0.0, 0.5, 0.0}, {0.1, 0.1, 0.1}, Bgr(1, 2, 3));
+  scene.add_cylinder({1.0, 0.0, 0.0}, 0.2, 0.6, Bgr(4, 5, 6), Bgr(7, 8, 9));
+  const auto box = scene.trace({0.0, 0.5, 2.0}, -Eigen::Vector3d::UnitZ());
+  ASSERT_TRUE(box);
+  EXPECT_NEAR(box->distance, 1.9, 1e-12);
+  EXPECT_TRUE(box->normal.isApprox(Eigen::Vector3d::UnitZ()));
+  const auto side = scene.trace({1.0, 0.3, 2.0}, -Eigen::Vector3d::UnitZ());
+  ASSERT_TRUE(side);
+  EXPECT_NEAR(side->distance, 1.8, 1e-12);
+  EXPECT_EQ(side->color, Bgr(4, 5, 6));
+  const auto top = scene.trace({1.0, 2.0, 0.0}, -Eigen::Vector3d::UnitY());
+  ASSERT_TRUE(top);
+  EXPECT_NEAR(top->distance, 1.4, 1e-12);
+  EXPECT_EQ(top->color, Bgr(7, 8, 9));
+  const auto table = scene.trace({0.5, 2.0, 0.5}, -Eigen::Vector3d::UnitY());
+  ASSERT_TRUE(table);
+  EXPECT_NEAR(table->distance, 2.0, 1e-12);
+  EXPECT_TRUE(scene.blocked({0.0, 0.5, 2.0}, {0.0, 0.5, -2.0}));
+  EXPECT_FALSE(scene.blocked({0.0, 0.5, 2.0}, {0.0, 0.5, 1.0}));
+  EXPECT_FALSE(scene.trace({0.0, 1.0, 2.0}, Eigen::Vector3d::UnitZ()));
+}
+
+TEST(PictureFaults, GainWarmthAndNoiseAreWhatTheySay) {
+  image::Image grey(64, 48);
+  std::fill(grey.bgr.begin(), grey.bgr.end(), std::uint8_t{100});
+  image::Image lit = grey;
+  PictureFaults({0.0, 0.0, 1.2, 1.25}, 1).apply(0, lit);
+  EXPECT_EQ(lit.at(3, 3)[0], 96);
+  EXPECT_EQ(lit.at(3, 3)[1], 120);
+  EXPECT_EQ(lit.at(3, 3)[2], 150);
+
+  image::Image noisy = grey, again = grey, later = grey;
+  const PictureFaults noise({8.0, 0.0, 1.0, 1.0}, 1);
+  noise.apply(1, noisy);
+  noise.apply(1, again);
+  noise.apply(2, later);
+  EXPECT_EQ(noisy.bgr, again.bgr);
+  EXPECT_NE(noisy.bgr, later.bgr);
+  double sum = 0.0, squares = 0.0;
+  for (const std::uint8_t byte : noisy.bgr) {
+    sum += byte - 100.0;
+    squares += (byte - 100.0) * (byte - 100.0);
+  }
+  const auto n = static_cast<double>(noisy.bgr.size());
+  EXPECT_NEAR(sum / n, 0.0, 0.3);
+  EXPECT_NEAR(std::sqrt(squares / n), 8.0, 0.3);
+}
+
+TEST(Renderer, DrawsTheObjectWhereTheTruthIs) {
+  Picture picture;
+  picture.faults = {0.0, 0.0, 1.0, 1.0};
+  Renderer renderer(picture);
+  const image::Pinhole camera(picture.view);
+  image::Image frame;
+  for (const double t : {0.0, 3.4, 7.0}) {
+    renderer.render(t, frame);
+    const Truth truth = renderer.truth(t);
+    const Eigen::Vector2d p = camera.project({truth.object.x(), truth.object.y() - 0.02, 0.0});
+    const std::uint8_t* pixel =
+        frame.at(static_cast<int>(std::lround(p.x())), static_cast<int>(std::lround(p.y())));
+    EXPECT_GT(pixel[1], pixel[0] + 30) << t;  // green
+    EXPECT_GT(pixel[1], pixel[2] + 30) << t;
+  }
+}
+
+}  // namespace
+}  // namespace mimesis::camera

@@ -1,0 +1,303 @@
+#include <gtest/gtest.h>
+#include <stdlib.h>
+
+#include <cmath>
+#include <deque>
+#include <fstream>
+
+#include "common/image/image_file.h"
+#include "nodes/camera/source/capture.h"
+#include "nodes/camera/source/film.h"
+#include "nodes/camera/source/sequence.h"
+
+namespace mimesis::camera {
+namespace {
+
+using namespace std::chrono_literals;
+
+class Files : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    std::string name = (std::filesystem::temp_directory_path() / "mimesis-camera-XXXXXX").string();
+    ASSERT_NE(mkdtemp(name.data()), nullptr);
+    folder_ = name;
+  }
+  void TearDown() override { std::filesystem::remove_all(folder_); }
+  void picture(const std::string& name, std::uint8_t grey) {
+    image::Image image(8, 6);
+    std::fill(image.bgr.begin(), image.bgr.end(), grey);
+    ASSERT_TRUE(image::write_png(folder_ / name, image));
+  }
+  /// Frames of 16x8 with luma 50, 60, 70 ... and neutral chroma.
+  std::string film(int frames, const std::string& header) {
+    const std::string path = (folder_ / "film.y4m").string();
+    std::ofstream file(path, std::ios::binary);
+    file << header << "\n";
+    for (int k = 0; k < frames; ++k) {
+      file << "FRAME\n" << std::string(16 * 8, static_cast<char>(50 + 10 * k));
+      file << std::string(16 * 8 / 2, static_cast<char>(128));
+    }
+    return path;
+  }
+  std::filesystem::path folder_;
+};
+
+template <class Action>
+std::string complaint(Action&& action) {
+  try {
+    action();
+  } catch (const ConfigError& e) {
+    return e.what();
+  }
+  return {};
+}
+
+TEST_F(Files, AFolderIsShownInTheOrderOfNamesAtTheRate) {
+  picture("b.png", 20);
+  picture("a.png", 10);
+  picture("c.PNG", 30);
+  std::ofstream(folder_ / "notes.txt") << "no picture";
+  Sequence sequence(std::make_unique<FolderReader>(folder_), 10.0, 1);
+  const auto first = sequence.next(5s);
+  ASSERT_TRUE(first);
+  EXPECT_EQ(first->image->at(0, 0)[0], 10);
+  EXPECT_EQ(first->stamp, 5s);
+  EXPECT_FALSE(sequence.next(5s + 50ms));        // not due
+  const auto third = sequence.next(5s + 210ms);  // late: the second is left out
+  ASSERT_TRUE(third);
+  EXPECT_EQ(third->image->at(0, 0)[0], 30);
+  EXPECT_EQ(third->stamp, 5s + 200ms);
+  EXPECT_FALSE(sequence.next(6s));
+  EXPECT_EQ(sequence.news(), "end after 3 pictures");
+  EXPECT_EQ(sequence.news(), "");
+}
+
+TEST_F(Files, AFolderIsRepeatedAndBadPicturesAreReported) {
+  picture("a.png", 10);
+  std::ofstream(folder_ / "b.png") << "damaged";
+  Sequence sequence(std::make_unique<FolderReader>(folder_), 10.0, 2);
+  EXPECT_TRUE(sequence.next(0s));
+  EXPECT_FALSE(sequence.next(100ms));
+  EXPECT_NE(sequence.news().find("b.png"), std::string::npos);
+  const auto again = sequence.next(200ms);
+  ASSERT_TRUE(again);
+  EXPECT_EQ(again->image->at(0, 0)[0], 10);
+}
+
+TEST_F(Files, AFolderWithoutPicturesIsRefused) {
+  EXPECT_NE(complaint([&] { FolderReader r(folder_); }).find("holds no"), std::string::npos);
+  EXPECT_NE(complaint([&] { FolderReader r(folder_ / "absent"); }).find("absent"),
+            std::string::npos);
+}
+
+TEST(Y4m, HeaderGivesSizeAndRate) {
+  const auto h = parse_y4m_header("YUV4MPEG2 W640 H480 F30000:1001 Ip A1:1 C420jpeg");
+  ASSERT_TRUE(h);
+  EXPECT_EQ(h->width, 640);
+  EXPECT_EQ(h->height, 480);
+  EXPECT_NEAR(h->rate_hz, 29.97, 0.001);
+  for (const char* bad : {"", "RIFF", "YUV4MPEG2 W640 F30:1", "YUV4MPEG2 W640 H480",
+                          "YUV4MPEG2 W640 H480 F30:0", "YUV4MPEG2 W-2 H480 F30:1",
+                          "YUV4MPEG2 W640 H480 F30:1 C444", "YUV4MPEG2 W640 H480 F30:1 C420p10"}) {
+    EXPECT_FALSE(parse_y4m_header(bad)) << bad;
+  }
+}
+
+TEST_F(Files, AFilmIsReadFrameByFrameAndAgain) {
+  FilmReader reader(film(3, "YUV4MPEG2 W16 H8 F25:1 C420jpeg"));
+  EXPECT_EQ(reader.rate_hz(), 25.0);
+  image::Image image;
+  for (int pass = 0; pass < 2; ++pass) {
+    for (int k = 0; k < 3; ++k) {
+      const auto read = reader.read(image);
+      ASSERT_TRUE(read && *read);
+      EXPECT_EQ(image.width, 16);
+      EXPECT_NEAR(image.at(5, 5)[0], 1.164 * (50 + 10 * k - 16), 1.5);  // BT.601, studio range
+      EXPECT_EQ(image.at(5, 5)[0], image.at(5, 5)[2]);
+    }
+    const auto end = reader.read(image);
+    ASSERT_TRUE(end);
+    EXPECT_FALSE(*end);
+    reader.rewind();
+  }
+}
+
+TEST_F(Files, AFilmThatIsNoneIsRefused) {
+  EXPECT_NE(complaint([&] { FilmReader r(film(1, "no film")); }).find("not a Y4M"),
+            std::string::npos);
+  EXPECT_NE(complaint([&] { FilmReader r((folder_ / "absent.mp4").string()); }).find("absent.mp4"),
+            std::string::npos);
+}
+
+/// Puts a folder first on PATH, alone or before the old one.
+class Path {
+ public:
+  Path(const std::filesystem::path& folder, bool alone) : before_(getenv("PATH")) {
+    setenv("PATH", (folder.string() + (alone ? "" : ":" + before_)).c_str(), 1);
+  }
+  ~Path() { setenv("PATH", before_.c_str(), 1); }
+
+ private:
+  std::string before_;
+};
+
+TEST_F(Files, AnyFilmIsReadThroughTheProgramFfmpeg) {
+  film(3, "YUV4MPEG2 W16 H8 F25:1 C420jpeg");
+  const std::filesystem::path program = folder_ / "ffmpeg";  // writes that film, whatever is asked
+  std::ofstream(program) << "#!/bin/sh\nexec cat '" << folder_.string() << "/film.y4m'\n";
+  std::filesystem::permissions(program, std::filesystem::perms::owner_all);
+  std::ofstream(folder_ / "film.mp4") << "x";
+  const Path path(folder_, false);
+  FilmReader reader((folder_ / "film.mp4").string());
+  EXPECT_EQ(reader.rate_hz(), 25.0);
+  image::Image image;
+  int pictures = 0;
+  for (auto read = reader.read(image); read && *read; read = reader.read(image)) ++pictures;
+  EXPECT_EQ(pictures, 3);
+}
+
+TEST_F(Files, AFilmThatFfmpegRefusesGivesItsFirstComplaint) {
+  const std::filesystem::path program = folder_ / "ffmpeg";
+  std::ofstream(program) << "#!/bin/sh\necho 'film.mp4: Invalid data' >&2\necho more >&2\nexit 1\n";
+  std::filesystem::permissions(program, std::filesystem::perms::owner_all);
+  std::ofstream(folder_ / "film.mp4") << "x";
+  const Path path(folder_, false);
+  const std::string why = complaint([&] { FilmReader r((folder_ / "film.mp4").string()); });
+  EXPECT_NE(why.find("ffmpeg: film.mp4: Invalid data"), std::string::npos) << why;
+  EXPECT_EQ(why.find('\n'), std::string::npos);
+}
+
+TEST_F(Files, WithoutTheProgramFfmpegThereIsOneLine) {
+  const std::string file = (folder_ / "film.mp4").string();
+  std::ofstream(file) << "x";
+  const Path path(folder_, true);
+  const std::string why = complaint([&] { FilmReader r(file); });
+  EXPECT_NE(why.find("needs the program ffmpeg"), std::string::npos) << why;
+}
+
+/// A camera made of what the test says.
+struct FakeCamera {
+  bool present = true;
+  bool gone = false;
+  std::deque<RawFrame> frames;
+  int opened = 0, closed = 0;
+};
+
+class FakeDevice final : public FrameDevice {
+ public:
+  explicit FakeDevice(FakeCamera& camera) : camera_(camera) {}
+  tl::expected<void, Status> open() override {
+    if (!camera_.present) return tl::unexpected(Status{"cannot be opened: No such device"});
+    ++camera_.opened;
+    return {};
+  }
+  void close() override { ++camera_.closed; }
+  Taken take_newest(RawFrame& out) override {
+    if (camera_.gone) return Taken::gone;
+    if (camera_.frames.empty()) return Taken::none;
+    out = camera_.frames.back();
+    camera_.frames.clear();
+    return Taken::frame;
+  }
+
+ private:
+  FakeCamera& camera_;
+};
+
+std::chrono::nanoseconds g_monotonic{};  // the fake's monotonic clock
+std::chrono::nanoseconds monotonic() { return g_monotonic; }
+
+class LiveCamera : public ::testing::Test {
+ protected:
+  void SetUp() override { g_monotonic = 100s; }
+  RawFrame frame(std::chrono::nanoseconds captured) {
+    return {PixelFormat::yuyv, 4, 2, 8, std::vector<std::uint8_t>(16, 128), captured};
+  }
+  std::optional<Frame> after(std::chrono::nanoseconds wait) {
+    g_monotonic += wait;
+    graph_ += wait;
+    return capture_.next(graph_);
+  }
+  std::chrono::nanoseconds graph_ = 7s;
+  FakeCamera camera_;
+  Capture capture_{std::make_unique<FakeDevice>(camera_), "/dev/video9", monotonic};
+};
+
+TEST_F(LiveCamera, GivesTheNewestFrameWithTheDriversStamp) {
+  camera_.frames = {frame(100s - 70ms), frame(100s - 36ms), frame(100s - 3ms)};
+  const auto newest = after(0ms);
+  ASSERT_TRUE(newest);
+  EXPECT_EQ(newest->stamp, 7s - 3ms);
+  EXPECT_EQ(newest->image->width, 4);
+  EXPECT_FALSE(after(10ms));  // never the same twice
+}
+
+TEST_F(LiveCamera, ReportsAnUnpluggedCameraAtOnceAndReopensIt) {
+  camera_.frames = {frame(100s)};
+  ASSERT_TRUE(after(0ms));
+  camera_.gone = true;
+  camera_.present = false;
+  EXPECT_FALSE(after(33ms));
+  EXPECT_EQ(capture_.news(), "/dev/video9: unplugged, trying to reopen");
+  for (int k = 0; k < 90; ++k) EXPECT_FALSE(after(33ms));
+  EXPECT_EQ(capture_.news(), "");  // said once
+  EXPECT_EQ(camera_.opened, 1);
+  camera_.present = true;
+  camera_.gone = false;
+  bool back = false;
+  for (int k = 0; k < 20 && !back; ++k) {
+    camera_.frames = {frame(g_monotonic)};
+    back = after(33ms).has_value();
+  }
+  EXPECT_TRUE(back);  // within 0.66 s
+  EXPECT_EQ(capture_.news(), "/dev/video9: frames again");
+}
+
+TEST_F(LiveCamera, ReportsSilenceWithinHalfASecond) {
+  camera_.frames = {frame(100s)};
+  ASSERT_TRUE(after(0ms));
+  std::chrono::nanoseconds waited{};
+  std::string news;
+  while (news.empty() && waited < 2s) {
+    EXPECT_FALSE(after(33ms));
+    waited += 33ms;
+    news = capture_.news();
+  }
+  EXPECT_NE(news.find("no frame"), std::string::npos);
+  EXPECT_LE(waited, 500ms);
+}
+
+TEST_F(LiveCamera, LeavesOutTruncatedFrames) {
+  RawFrame cut = frame(100s);
+  cut.bytes.resize(9);
+  camera_.frames = {cut};
+  EXPECT_FALSE(after(0ms));
+  EXPECT_NE(capture_.news().find("left out"), std::string::npos);
+  camera_.frames = {frame(100s)};
+  EXPECT_TRUE(after(33ms));
+}
+
+TEST(Decode, YuyvTakesTheRowsLengthAndJpegTheWholePicture) {
+  RawFrame raw{PixelFormat::yuyv, 2, 2, 8, {}, {}};
+  raw.bytes = {235, 128, 16, 128, 9, 9, 9, 9, 16, 128, 235, 128, 9, 9, 9, 9};
+  image::Image image;
+  ASSERT_TRUE(decode(raw, image));
+  EXPECT_EQ(image.at(0, 0)[1], 255);
+  EXPECT_EQ(image.at(1, 0)[1], 0);
+  EXPECT_EQ(image.at(0, 1)[1], 0);
+  EXPECT_EQ(image.at(1, 1)[1], 255);
+  raw.format = PixelFormat::mjpeg;
+  EXPECT_FALSE(decode(raw, image));  // these bytes are no JPEG
+}
+
+TEST(V4l2Device, ThatDoesNotExistOrIsNoCameraIsRefusedWithTheReason) {
+  const auto absent = v4l2_device("/dev/mimesis-no-camera", 640, 480)->open();
+  ASSERT_FALSE(absent);
+  EXPECT_NE(absent.error().reason.find("No such file"), std::string::npos);
+  const auto null = v4l2_device("/dev/null", 640, 480)->open();
+  ASSERT_FALSE(null);
+  EXPECT_NE(null.error().reason.find("is no camera"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace mimesis::camera

@@ -1,0 +1,138 @@
+#include "nodes/vision/action_recognizer.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "nodes/vision/palm.h"
+
+namespace mimesis::vision {
+
+using Eigen::Vector2d;
+
+template <class T>
+void ActionRecognizer::Ballot<T>::vote(T value, int needed, double agreement) {
+  if (symbol.value != T::unknown) return;
+  if (value == T::unknown) {
+    ++abstained;
+    return;
+  }
+  ++(value == first ? votes_first : votes_second);
+  const int most = std::max(votes_first, votes_second);
+  const double share = static_cast<double>(most) / (votes_first + votes_second);
+  if (most < needed || share < agreement) return;
+  symbol = {votes_first > votes_second ? first : second, share};
+}
+
+void ActionRecognizer::update(const Sight& sight) {
+  angle_.reset();
+  const bool both = sight.object && sight.palm;
+  const double distance = both ? (*sight.palm - *sight.object).norm() : INFINITY;
+  if (distance < limits_.reach_m) {
+    angle_ = palm_angle(*sight.palm, *sight.object, limits_.clearance_m);
+  }
+  // Away: clearly farther than where a grasp begins, or out of view while the object is seen.
+  hand_away_ = sight.object && distance > limits_.reach_m;
+  away_frames_ = hand_away_ ? away_frames_ + 1 : 0;
+
+  if (stage_ == Stage::waiting && grip_.symbol.value != Grip::unknown &&
+      away_frames_ >= limits_.rest_frames) {
+    left_after_grip_ = true;
+  }
+
+  const bool still = object_still(sight);
+  if (still && hand_away_) remember_start(sight);
+  if (stage_ == Stage::waiting) judge_grip(sight);
+  if (stage_ == Stage::waiting && start_ && sight.object && !hand_away_ &&
+      (*sight.object - *start_).norm() > limits_.moved_m) {
+    stage_ = Stage::carried;
+  }
+  if (stage_ == Stage::carried) {
+    judge_transport(sight);
+    if (still) judge_goal(sight);
+  }
+  if (stage_ == Stage::placed && away_frames_ >= limits_.rest_frames) complete_ = true;
+}
+
+/// Where the object waits for a demonstration; also ends the one before.
+void ActionRecognizer::remember_start(const Sight& sight) {
+  const Vector2d& object = *sight.object;
+  const bool before_bridge = !sight.bar || object.x() < sight.bar->x() - limits_.moved_m;
+  if (!before_bridge || near_goal(object, sight)) return;
+  if (stage_ != Stage::waiting) restart();
+  start_ = object;
+  if (sight.object_luma) {
+    const bool light = *sight.object_luma > limits_.light_luma;
+    color_.vote(light ? Color::light : Color::dark, limits_.grip_votes, limits_.agreement);
+  }
+}
+
+void ActionRecognizer::judge_grip(const Sight& sight) {
+  if (!angle_ || !start_ || (*sight.object - *start_).norm() > limits_.moved_m) return;
+  if (left_after_grip_) {  // only a grasp had been shown; this is the next demonstration
+    grip_.clear();
+    left_after_grip_ = false;
+  }
+  const double beyond = *angle_ - std::numbers::pi / 4.0;
+  Grip grip = beyond > 0.0 ? Grip::full : Grip::precision;
+  if (std::abs(beyond) < limits_.undecided_rad) grip = Grip::unknown;
+  grip_.vote(grip, limits_.grip_votes, limits_.agreement);
+}
+
+void ActionRecognizer::judge_transport(const Sight& sight) {
+  if (!sight.bar || !sight.object) return;
+  if (std::abs(sight.object->x() - sight.bar->x()) > limits_.bridge_zone_m) return;
+  // Wrist and object are on the same side of the bar; the nearer of the two decides.
+  const double object = sight.object->y() - sight.bar->y();
+  const double palm = sight.palm ? sight.palm->y() - sight.bar->y() : object;
+  Transport transport = Transport::unknown;
+  if (std::min(object, palm) > limits_.bridge_margin_m) transport = Transport::above;
+  if (std::max(object, palm) < -limits_.bridge_margin_m) transport = Transport::below;
+  transport_.vote(transport, limits_.transport_votes, limits_.agreement);
+}
+
+void ActionRecognizer::judge_goal(const Sight& sight) {
+  const auto distance = [&](const std::optional<Vector2d>& goal) {
+    return goal ? (*sight.object - *goal).norm() : INFINITY;
+  };
+  const double high = distance(sight.goal_high), low = distance(sight.goal_low);
+  const double near = std::min(high, low);
+  if (near > limits_.goal_radius_m) return;
+  goal_.symbol.value = high < low ? Goal::high : Goal::low;
+  const double other = std::max(high, low);
+  goal_.symbol.confidence = std::isfinite(other) ? 1.0 - near / other : 0.5;
+  stage_ = Stage::placed;
+}
+
+bool ActionRecognizer::object_still(const Sight& sight) {
+  if (!sight.object) {
+    trail_.clear();
+    return false;
+  }
+  trail_.push_back(*sight.object);
+  if (static_cast<int>(trail_.size()) <= limits_.rest_frames) return false;
+  trail_.pop_front();
+  return std::all_of(trail_.begin(), trail_.end(), [&](const Vector2d& p) {
+    return (p - trail_.back()).norm() < limits_.still_m;
+  });
+}
+
+bool ActionRecognizer::near_goal(const Vector2d& object, const Sight& sight) const {
+  const auto near = [&](const std::optional<Vector2d>& goal) {
+    return goal && (object - *goal).norm() < limits_.goal_radius_m;
+  };
+  return near(sight.goal_high) || near(sight.goal_low);
+}
+
+void ActionRecognizer::restart() {
+  stage_ = Stage::waiting;
+  grip_.clear();
+  transport_.clear();
+  goal_.clear();
+  color_.clear();
+  complete_ = false;
+  left_after_grip_ = false;
+  away_frames_ = 0;
+}
+
+}  // namespace mimesis::vision

@@ -1,0 +1,116 @@
+#pragma once
+#include <Eigen/Core>
+#include <deque>
+#include <optional>
+
+namespace mimesis::vision {
+
+enum class Grip { unknown, precision, full };
+enum class Transport { unknown, above, below };
+enum class Goal { unknown, high, low };
+enum class Color { unknown, light, dark };
+
+/// What one picture tells, frame T [m]; what is not seen is absent.
+struct Sight {
+  std::optional<Eigen::Vector2d> object, palm;         ///< centres
+  std::optional<Eigen::Vector2d> bar;                  ///< middle of the bridge's bar
+  std::optional<Eigen::Vector2d> goal_high, goal_low;  ///< where the object's centre would rest
+  std::optional<double> object_luma;                   ///< 0..255, corrected for the light
+};
+
+/// A decided value and the share of pictures that agreed.
+template <class T>
+struct Symbol {
+  T value = T::unknown;
+  double confidence = 0.0;  ///< 0..1 [1]
+};
+
+struct RecognizerLimits {
+  int grip_votes = 10;             ///< pictures needed for the grip
+  int transport_votes = 5;         ///< pictures needed beside the bridge
+  int rest_frames = 6;             ///< pictures without motion that make a rest
+  double agreement = 0.8;          ///< share of votes needed [1]
+  double reach_m = 0.17;           ///< palm and object belong together below it
+  double clearance_m = 0.054;      ///< least distance of the centres of palm and object
+  double undecided_rad = 0.1745;   ///< abstain this close to the boundary of 45°
+  double bridge_zone_m = 0.09;     ///< transport is judged this far to both sides of the bar
+  double bridge_margin_m = 0.012;  ///< abstain this close to the bar's middle height
+  double moved_m = 0.03;           ///< the object has left its place
+  double still_m = 0.006;          ///< motion within a rest
+  double goal_radius_m = 0.05;     ///< at rest this close to a goal counts
+  double light_luma = 115.0;       ///< boundary between a light and a dark object
+
+  template <class Visitor>
+  void visit(Visitor& v) {
+    v("grip_votes", grip_votes, 1, 1000);
+    v("transport_votes", transport_votes, 1, 1000);
+    v("rest_frames", rest_frames, 2, 1000);
+    v("agreement", agreement, 0.5, 1.0);
+    v("reach_m", reach_m, 0.01, 2.0);
+    v("clearance_m", clearance_m, 0.0, 1.0);
+    v("undecided_rad", undecided_rad, 0.0, 0.7);
+    v("bridge_zone_m", bridge_zone_m, 0.01, 1.0);
+    v("bridge_margin_m", bridge_margin_m, 0.0, 0.5);
+    v("moved_m", moved_m, 0.001, 1.0);
+    v("still_m", still_m, 1e-4, 0.5);
+    v("goal_radius_m", goal_radius_m, 0.005, 1.0);
+    v("light_luma", light_luma, 0.0, 255.0);
+  }
+};
+
+/// Turns what is seen into symbols [M18 2.2.1]: grip from the palm's orientation towards the object
+/// up to contact, transport from wrist and object beside the bridge, goal from where the object
+/// comes to rest. A symbol, once decided, stays until a new demonstration begins: the object back
+/// before the bridge, at rest and alone, or the hand back at it after having been away.
+class ActionRecognizer {
+ public:
+  explicit ActionRecognizer(const RecognizerLimits& limits) : limits_(limits) {}
+  void update(const Sight& sight);
+
+  const Symbol<Grip>& grip() const { return grip_.symbol; }
+  const Symbol<Transport>& transport() const { return transport_.symbol; }
+  const Symbol<Goal>& goal() const { return goal_.symbol; }
+  const Symbol<Color>& color() const { return color_.symbol; }
+  bool complete() const { return complete_; }
+  /// Newest palm angle [rad]; nothing if hand or object are not seen or too far apart.
+  std::optional<double> palm_angle_rad() const { return angle_; }
+  int grip_abstentions() const { return grip_.abstained; }  ///< in this demonstration
+
+ private:
+  enum class Stage { waiting, carried, placed };
+
+  /// Counts votes for two values until enough agree; then fixed.
+  template <class T>
+  struct Ballot {
+    Ballot(T a, T b) : first(a), second(b) {}
+    T first, second;
+    int votes_first = 0, votes_second = 0, abstained = 0;
+    Symbol<T> symbol;
+    void vote(T value, int needed, double agreement);
+    void clear() { *this = Ballot{first, second}; }
+  };
+
+  void remember_start(const Sight& sight);
+  void judge_grip(const Sight& sight);
+  void judge_transport(const Sight& sight);
+  void judge_goal(const Sight& sight);
+  bool object_still(const Sight& sight);
+  bool near_goal(const Eigen::Vector2d& object, const Sight& sight) const;
+  void restart();
+
+  RecognizerLimits limits_;
+  Stage stage_ = Stage::waiting;
+  Ballot<Grip> grip_{Grip::precision, Grip::full};
+  Ballot<Transport> transport_{Transport::above, Transport::below};
+  Ballot<Goal> goal_{Goal::high, Goal::low};
+  Ballot<Color> color_{Color::light, Color::dark};
+  std::deque<Eigen::Vector2d> trail_;     ///< newest object positions
+  std::optional<Eigen::Vector2d> start_;  ///< where the object rested first
+  std::optional<double> angle_;
+  bool hand_away_ = true;
+  bool left_after_grip_ = false;  ///< a grasp was shown, nothing was moved, the hand went away
+  bool complete_ = false;
+  int away_frames_ = 0;
+};
+
+}  // namespace mimesis::vision

@@ -1,0 +1,91 @@
+// Segmentation of 640x480 pictures with five classes: ours against the straightforward pipeline of
+// OpenCV, one thread each. Goal: ours <= 0.05 of peer/opencv.
+#include <benchmark/benchmark.h>
+
+#include <opencv2/imgproc.hpp>
+#include <random>
+
+#include "nodes/vision/table_watcher.h"
+
+namespace mimesis::vision {
+namespace {
+
+/// Five coloured shapes and 20 dots of clutter on grey, with noise of 12 levels.
+image::Image scene() {
+  image::Image image(640, 480);
+  cv::Mat view(480, 640, CV_8UC3, image.bgr.data());
+  view.setTo(cv::Scalar(150, 152, 155));
+  std::mt19937 random(3);
+  for (int i = 0; i < 20; ++i) {
+    const cv::Point at(static_cast<int>(random() % 640), static_cast<int>(random() % 480));
+    cv::Scalar color;
+    for (int c = 0; c < 3; ++c) color[c] = static_cast<double>(random() % 256);
+    cv::circle(view, at, 4, color, cv::FILLED);
+  }
+  cv::ellipse(view, {150, 180}, {120, 35}, 25, 0, 360, cv::Scalar(116, 152, 220), cv::FILLED);
+  cv::rectangle(view, {240, 260, 40, 70}, cv::Scalar(90, 200, 90), cv::FILLED);
+  cv::rectangle(view, {300, 150, 90, 40}, cv::Scalar(205, 96, 38), cv::FILLED);
+  cv::rectangle(view, {520, 260, 70, 30}, cv::Scalar(36, 214, 224), cv::FILLED);
+  cv::rectangle(view, {410, 310, 60, 30}, cv::Scalar(196, 62, 158), cv::FILLED);
+  std::normal_distribution<double> noise(0.0, 12.0);
+  for (auto& byte : image.bgr) {
+    byte = static_cast<std::uint8_t>(std::clamp(byte + noise(random), 0.0, 255.0));
+  }
+  return image;
+}
+
+void table_and_runs(benchmark::State& state) {
+  const image::Image image = scene();
+  const ColorTable table{ColorBoxes{}};
+  RegionFinder finder;
+  std::vector<std::uint8_t> labels;
+  for (auto _ : state) {
+    table.apply(image, labels);
+    finder.find(labels, image.width, image.height);
+    benchmark::DoNotOptimize(finder.regions().data());
+  }
+  state.counters["regions"] = static_cast<double>(finder.regions().size());
+}
+BENCHMARK(table_and_runs)->Unit(benchmark::kMillisecond);
+
+void table_only(benchmark::State& state) {
+  const image::Image image = scene();
+  const ColorTable table{ColorBoxes{}};
+  std::vector<std::uint8_t> labels;
+  for (auto _ : state) {
+    table.apply(image, labels);
+    benchmark::DoNotOptimize(labels.data());
+  }
+}
+BENCHMARK(table_only)->Unit(benchmark::kMillisecond);
+
+void picture_to_symbols(benchmark::State& state) {
+  const image::Image image = scene();
+  TableWatcher watcher{WatcherSetup{}};
+  for (auto _ : state) watcher.watch(image);
+}
+BENCHMARK(picture_to_symbols)->Unit(benchmark::kMillisecond);
+
+void opencv(benchmark::State& state) {
+  cv::setNumThreads(1);
+  const image::Image image = scene();
+  const cv::Mat bgr(480, 640, CV_8UC3, const_cast<std::uint8_t*>(image.bgr.data()));
+  const cv::Mat kernel = cv::getStructuringElement(cv::MORPH_RECT, {3, 3});
+  const ColorBoxes boxes;
+  cv::Mat yuv, mask, names, stats, centroids;
+  for (auto _ : state) {
+    cv::cvtColor(bgr, yuv, cv::COLOR_BGR2YUV);
+    for (std::size_t k = 1; k < kKinds; ++k) {
+      const ColorBox& box = boxes.of(static_cast<Kind>(k));
+      cv::inRange(yuv, cv::Scalar(box.y_min, box.u_min, box.v_min),
+                  cv::Scalar(box.y_max, box.u_max, box.v_max), mask);
+      cv::morphologyEx(mask, mask, cv::MORPH_OPEN, kernel);
+      cv::connectedComponentsWithStats(mask, names, stats, centroids);
+      benchmark::DoNotOptimize(stats.data);
+    }
+  }
+}
+BENCHMARK(opencv)->Name("peer/opencv")->Unit(benchmark::kMillisecond);
+
+}  // namespace
+}  // namespace mimesis::vision

@@ -1,0 +1,82 @@
+#include "nodes/vision/blob_tracker.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace mimesis::vision {
+namespace {
+
+constexpr double kFresh = 0.3;  // weight of a region far from the last place
+
+/// Free pixels between two bounding boxes, the larger of the two directions; negative if they
+/// overlap.
+int gap(const Moments& a, const Moments& b) {
+  const int du = std::max(a.left, b.left) - std::min(a.right, b.right);
+  const int dv = std::max(a.top, b.top) - std::min(a.bottom, b.bottom);
+  return std::max(du, dv) - 1;
+}
+
+}  // namespace
+
+void BlobTracker::update(std::span<const Region> regions) {
+  for (std::size_t k = 1; k < kKinds; ++k) update(static_cast<Kind>(k), regions);
+}
+
+int BlobTracker::choose(Kind kind, std::span<const Region> regions) const {
+  const Place& last = last_[static_cast<std::size_t>(kind)];
+  int best = -1;
+  double best_score = 0.0;
+  for (std::size_t i = 0; i < regions.size(); ++i) {
+    const Region& r = regions[i];
+    if (r.kind != kind || r.moments.area < limits_.min_area) continue;
+    const double far =
+        last.known ? std::hypot(r.moments.mean_u() - last.u, r.moments.mean_v() - last.v) : 0.0;
+    // Never more than 1 / kFresh times larger: a patch of skin colour must not hold the tracker for
+    // ever.
+    const double nearness = kFresh + (1.0 - kFresh) * std::exp(-far / limits_.memory_px);
+    const double score = r.moments.area * nearness;
+    if (score > best_score) {
+      best_score = score;
+      best = static_cast<int>(i);
+    }
+  }
+  return best;
+}
+
+void BlobTracker::update(Kind kind, std::span<const Region> regions) {
+  const auto k = static_cast<std::size_t>(kind);
+  Blob& blob = blobs_[k];
+  blob.moments = {};
+  blob.regions.clear();
+  const int seed = choose(kind, regions);
+  if (seed >= 0) {
+    blob.moments = regions[static_cast<std::size_t>(seed)].moments;
+    blob.regions.push_back(seed);
+    for (bool grown = true; grown;) {
+      grown = false;
+      for (std::size_t i = 0; i < regions.size(); ++i) {
+        const Region& r = regions[i];
+        const int index = static_cast<int>(i);
+        if (r.kind != kind || r.moments.area < limits_.min_area) continue;
+        if (gap(blob.moments, r.moments) > limits_.gap_px) continue;
+        if (std::find(blob.regions.begin(), blob.regions.end(), index) != blob.regions.end())
+          continue;
+        blob.moments.add(r.moments);
+        blob.regions.push_back(index);
+        grown = true;
+      }
+    }
+    std::sort(blob.regions.begin(), blob.regions.end());
+  }
+  if (kind == Kind::hand && blob.moments.area < limits_.min_hand_area) {
+    blob.moments = {};
+    blob.regions.clear();
+  }
+  if (blob.found()) {
+    last_[k] = {blob.moments.mean_u(), blob.moments.mean_v(), true};
+  } else {
+    last_[k].known = false;
+  }
+}
+
+}  // namespace mimesis::vision

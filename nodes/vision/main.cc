@@ -1,0 +1,9 @@
+#include "common/runtime/run_node.h"
+#include "nodes/vision/vision_node.h"
+
+int main(int argc, char** argv) {
+  return mimesis::runtime::run_node<mimesis::vision::VisionNode>(
+      argc, argv,
+      {.name = "vision",
+       .about = "Tells what the teacher does, from images of his table (M18 2.2.1)"});
+}

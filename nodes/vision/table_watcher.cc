@@ -1,0 +1,111 @@
+#include "nodes/vision/table_watcher.h"
+
+#include <algorithm>
+
+#include "common/error.h"
+
+namespace mimesis::vision {
+
+using Eigen::Vector2d;
+
+void SteadyPlace::update(const std::optional<Vector2d>& place_m, double area) {
+  constexpr int kGone = 15;        // pictures after which an absent thing was taken away
+  constexpr double kMoved = 0.02;  // [m]
+  constexpr double kWhole = 0.97;
+  constexpr int kMemory = 60;  // pictures
+  absent_ = place_m ? 0 : absent_ + 1;
+  if (absent_ >= kGone) *this = {};
+  if (!place_m) return;
+  elsewhere_ = mean_ && (*place_m - *mean_).norm() > kMoved ? elsewhere_ + 1 : 0;
+  if (elsewhere_ >= kGone) *this = {};  // it was moved, or what was seen first was something else
+  area_ = std::max(area_, area);
+  if (area < kWhole * area_ && mean_) return;
+  if (elsewhere_ > 0) return;
+  count_ = std::min(count_ + 1, kMemory);
+  mean_ = mean_ ? Vector2d(*mean_ + (*place_m - *mean_) / count_) : *place_m;
+}
+
+TableWatcher::TableWatcher(const WatcherSetup& setup)
+    : camera_(setup.view),
+      sizes_(setup.sizes),
+      light_(setup.reference_bgr),
+      table_(setup.boxes),
+      tracker_(setup.tracker),
+      recognizer_(setup.recognizer),
+      object_body_(cylinder(sizes_.object_radius_m, sizes_.object_height_m)),
+      bar_body_(box(sizes_.bar_width_m, sizes_.bar_thickness_m, sizes_.bar_span_m)),
+      cap_body_(cylinder(sizes_.goal_radius_m, sizes_.goal_cap_m)) {}
+
+void TableWatcher::segment(const image::Image& image) {
+  constexpr double kNoticeable = 0.02;  // change of gain worth a new table
+  const Eigen::Vector3d& gain = light_.update(image);
+  if ((gain - table_.gain()).cwiseAbs().maxCoeff() > kNoticeable) table_.set_gain(gain);
+  table_.apply(image, labels_);
+  finder_.find(labels_, image.width, image.height);
+  tracker_.update(finder_.regions());
+}
+
+void TableWatcher::watch(const image::Image& image) {
+  MIMESIS_ASSERT(image.width == camera_.width() && image.height == camera_.height());
+  segment(image);
+  look(image);
+  recognizer_.update(sight_);
+}
+
+std::optional<Vector2d> TableWatcher::place(Kind kind, const Body& body) const {
+  const Blob& blob = tracker_.blob(kind);
+  if (!blob.found()) return std::nullopt;
+  return locate(camera_, body, {blob.moments.mean_u(), blob.moments.mean_v()});
+}
+
+void TableWatcher::look(const image::Image& image) {
+  bar_.update(place(Kind::bridge, bar_body_), blob(Kind::bridge).moments.area);
+  goal_high_.update(place(Kind::goal_high, cap_body_), blob(Kind::goal_high).moments.area);
+  goal_low_.update(place(Kind::goal_low, cap_body_), blob(Kind::goal_low).moments.area);
+  const Vector2d resting(0.0, 0.5 * (sizes_.goal_cap_m + sizes_.object_height_m));
+  sight_.bar = bar_.get();
+  sight_.goal_high = goal_high_.get();
+  sight_.goal_low = goal_low_.get();
+  if (sight_.goal_high) *sight_.goal_high += resting;
+  if (sight_.goal_low) *sight_.goal_low += resting;
+  sight_.object = place(Kind::object, object_body_);
+  sight_.object_luma = object_luma(image);
+  look_at_hand();
+}
+
+void TableWatcher::look_at_hand() {
+  sight_.palm.reset();
+  palm_.reset();
+  const Blob& hand = blob(Kind::hand);
+  if (!hand.found()) return;
+  const auto middle = camera_.on_plane(hand.moments.mean_u(), hand.moments.mean_v());
+  if (!middle) return;
+  const Eigen::Vector3d at(middle->x(), middle->y(), 0.0);
+  const Vector2d reach = camera_.project(at + 0.1 * Eigen::Vector3d::UnitX()) - camera_.project(at);
+  palm_ = find_palm(runs(), hand, reach, sizes_.hand_length_m * camera_.scale(at));
+  if (palm_) sight_.palm = camera_.on_plane(palm_->center.x(), palm_->center.y());
+}
+
+std::optional<double> TableWatcher::object_luma(const image::Image& image) const {
+  const Blob& object = blob(Kind::object);
+  if (!object.found()) return std::nullopt;
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  double count = 0.0;
+  for (const Run& run : runs()) {
+    if (!std::binary_search(object.regions.begin(), object.regions.end(), run.region)) continue;
+    const std::uint8_t* pixel = image.at(run.begin, run.row);
+    for (int u = run.begin; u < run.end; ++u, pixel += 3) {
+      sum += Eigen::Vector3d(pixel[0], pixel[1], pixel[2]);
+    }
+    count += run.end - run.begin;
+  }
+  const Eigen::Vector3d mean = table_.gain().cwiseProduct(sum) / count;
+  return to_yuv(mean[0], mean[1], mean[2]).y;
+}
+
+std::optional<double> TableWatcher::bridge_height_m() const {
+  if (!sight_.bar) return std::nullopt;
+  return sight_.bar->y() - 0.5 * sizes_.bar_thickness_m;
+}
+
+}  // namespace mimesis::vision

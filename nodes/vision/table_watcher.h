@@ -1,0 +1,105 @@
+#pragma once
+#include <array>
+#include <optional>
+
+#include "common/image/pinhole.h"
+#include "nodes/vision/action_recognizer.h"
+#include "nodes/vision/blob_tracker.h"
+#include "nodes/vision/color_table.h"
+#include "nodes/vision/palm.h"
+#include "nodes/vision/regions.h"
+#include "nodes/vision/silhouette.h"
+
+namespace mimesis::vision {
+
+/// Sizes of the things on the teacher's table [m]: with them one calibrated view gives positions.
+struct TableSizes {
+  double object_radius_m = 0.024;
+  double object_height_m = 0.085;
+  double bar_thickness_m = 0.03;  ///< along y
+  double bar_width_m = 0.035;     ///< along x
+  double bar_span_m = 0.26;       ///< along z
+  double goal_radius_m = 0.046;   ///< of a stand's coloured cap
+  double goal_cap_m = 0.02;       ///< its height
+  double hand_length_m = 0.15;    ///< finger tips to wrist, fingers half bent
+
+  template <class Visitor>
+  void visit(Visitor& v) {
+    v("object_radius_m", object_radius_m, 0.001, 1.0);
+    v("object_height_m", object_height_m, 0.001, 1.0);
+    v("bar_thickness_m", bar_thickness_m, 0.001, 1.0);
+    v("bar_width_m", bar_width_m, 0.001, 1.0);
+    v("bar_span_m", bar_span_m, 0.001, 5.0);
+    v("goal_radius_m", goal_radius_m, 0.001, 1.0);
+    v("goal_cap_m", goal_cap_m, 0.001, 1.0);
+    v("hand_length_m", hand_length_m, 0.01, 1.0);
+  }
+};
+
+struct WatcherSetup {
+  image::View view;
+  ColorBoxes boxes;
+  /// Median colour of the scene under the light for which the boxes hold (0: boxes hold in any
+  /// light).
+  Eigen::Vector3d reference_bgr{145.0, 151.0, 155.0};
+  TrackerLimits tracker;
+  TableSizes sizes;
+  RecognizerLimits recognizer;
+};
+
+/// Mean position of something that stands still, over the pictures in which it is not hidden: those
+/// with at least 97 % of its largest area.
+class SteadyPlace {
+ public:
+  void update(const std::optional<Eigen::Vector2d>& place_m, double area);
+  const std::optional<Eigen::Vector2d>& get() const { return mean_; }
+
+ private:
+  std::optional<Eigen::Vector2d> mean_;
+  double area_ = 0.0;
+  int absent_ = 0, elsewhere_ = 0, count_ = 0;
+};
+
+/// From picture to symbols: segmentation, regions, tracking, positions in frame T, recognition.
+class TableWatcher {
+ public:
+  /// @throws ConfigError if the view is impossible.
+  explicit TableWatcher(const WatcherSetup& setup);
+
+  /// Blobs only: for pictures of any size.
+  void segment(const image::Image& image);
+  /// Everything. Precondition: the picture has the size of the calibrated view.
+  void watch(const image::Image& image);
+
+  const Blob& blob(Kind kind) const { return tracker_.blob(kind); }
+  std::span<const Region> regions() const { return finder_.regions(); }
+  std::span<const Run> runs() const { return finder_.runs(); }
+  std::span<const std::uint8_t> labels() const { return labels_; }
+  const Sight& sight() const { return sight_; }
+  const std::optional<Palm>& palm() const { return palm_; }
+  const ActionRecognizer& action() const { return recognizer_; }
+  /// Lower edge of the bar above the table [m]; nothing without a bridge.
+  std::optional<double> bridge_height_m() const;
+  const TableSizes& sizes() const { return sizes_; }
+
+ private:
+  void look(const image::Image& image);
+  std::optional<Eigen::Vector2d> place(Kind kind, const Body& body) const;
+  void look_at_hand();
+  std::optional<double> object_luma(const image::Image& image) const;
+
+  image::Pinhole camera_;
+  TableSizes sizes_;
+  LightMeter light_;
+  ColorTable table_;
+  RegionFinder finder_;
+  BlobTracker tracker_;
+  ActionRecognizer recognizer_;
+  Body object_body_, bar_body_, cap_body_;
+  SteadyPlace bar_, goal_high_, goal_low_;
+  std::vector<std::uint8_t> labels_;
+  std::optional<Palm> palm_;
+  Sight sight_;
+};
+
+}  // namespace mimesis::vision

@@ -1,0 +1,141 @@
+#include <gtest/gtest.h>
+
+#include "nodes/vision/action_recognizer.h"
+
+namespace mimesis::vision {
+namespace {
+
+using Eigen::Vector2d;
+
+/// Plays scenes to a recognizer: an object at (-0.27, 0.04), a bar at height 0.215, goals at 0.19
+/// and 0.35.
+class Stage : public ::testing::Test {
+ protected:
+  void show(const Vector2d& object, std::optional<Vector2d> palm, int frames) {
+    for (int k = 0; k < frames; ++k) {
+      sight_.object = object;
+      sight_.palm = palm;
+      recognizer_.update(sight_);
+    }
+  }
+  /// Object and palm move together in equal steps.
+  void carry(const Vector2d& from, const Vector2d& to, const Vector2d& palm_offset, int frames) {
+    for (int k = 1; k <= frames; ++k) {
+      const Vector2d at = from + (to - from) * k / frames;
+      show(at, at + palm_offset, 1);
+    }
+  }
+  void grasp(const Vector2d& palm_offset, int frames) {
+    show(start_, std::nullopt, 20);
+    show(start_, start_ + palm_offset, frames);
+  }
+  void transport(double height, const Vector2d& palm_offset, const Vector2d& goal) {
+    carry(start_, {-0.27, height}, palm_offset, 15);
+    carry({-0.27, height}, {goal.x(), height}, palm_offset, 40);
+    carry({goal.x(), height}, goal, palm_offset, 15);
+    show(goal, goal + palm_offset, 10);
+  }
+
+  const Vector2d start_{-0.27, 0.04}, high_{0.35, 0.16}, low_{0.19, 0.07};
+  const Vector2d from_above_{-0.02, 0.10}, from_side_{-0.07, 0.01};
+  Sight sight_{.object = {},
+               .palm = {},
+               .bar = Vector2d(0.0, 0.215),
+               .goal_high = high_,
+               .goal_low = low_,
+               .object_luma = 150.0};
+  ActionRecognizer recognizer_{RecognizerLimits{}};
+};
+
+TEST_F(Stage, KnowsAWholeDemonstration) {
+  grasp(from_above_, 15);
+  EXPECT_EQ(recognizer_.grip().value, Grip::precision);
+  EXPECT_EQ(recognizer_.transport().value, Transport::unknown);
+  transport(0.30, from_above_, high_);
+  EXPECT_EQ(recognizer_.transport().value, Transport::above);
+  EXPECT_EQ(recognizer_.goal().value, Goal::high);
+  EXPECT_GT(recognizer_.goal().confidence, 0.9);
+  EXPECT_EQ(recognizer_.color().value, Color::light);
+  EXPECT_FALSE(recognizer_.complete());  // the hand is still there
+  show(high_, high_ + Vector2d(-0.3, 0.1), 10);
+  EXPECT_TRUE(recognizer_.complete());
+}
+
+TEST_F(Stage, KnowsTheOtherOne) {
+  sight_.object_luma = 70.0;
+  grasp(from_side_, 15);
+  transport(0.06, from_side_, low_);
+  EXPECT_EQ(recognizer_.grip().value, Grip::full);
+  EXPECT_EQ(recognizer_.transport().value, Transport::below);
+  EXPECT_EQ(recognizer_.goal().value, Goal::low);
+  EXPECT_EQ(recognizer_.color().value, Color::dark);
+}
+
+TEST_F(Stage, SaysNothingBeforeEnoughFramesAgree) {
+  grasp(from_above_, 9);
+  EXPECT_EQ(recognizer_.grip().value, Grip::unknown);
+  show(start_, start_ + from_above_, 1);
+  EXPECT_EQ(recognizer_.grip().value, Grip::precision);
+}
+
+TEST_F(Stage, AbstainsNearTheBoundaryOf45Degrees) {
+  grasp({-0.08, 0.08}, 40);
+  EXPECT_EQ(recognizer_.grip().value, Grip::unknown);
+  EXPECT_EQ(recognizer_.grip_abstentions(), 40);
+  ASSERT_TRUE(recognizer_.palm_angle_rad());
+  EXPECT_NEAR(*recognizer_.palm_angle_rad(), 0.785, 1e-3);
+}
+
+TEST_F(Stage, DoesNotChangeItsMindAfterTheDecision) {
+  grasp(from_above_, 12);
+  show(start_, start_ + from_side_, 100);
+  EXPECT_EQ(recognizer_.grip().value, Grip::precision);
+}
+
+TEST_F(Stage, KeepsOnlyTheGripIfOnlyGraspingIsSeen) {  // [M18 Fig. 2.20]
+  grasp(from_side_, 40);
+  EXPECT_EQ(recognizer_.grip().value, Grip::full);
+  EXPECT_EQ(recognizer_.transport().value, Transport::unknown);
+  EXPECT_EQ(recognizer_.goal().value, Goal::unknown);
+  EXPECT_FALSE(recognizer_.complete());
+}
+
+TEST_F(Stage, TellsNoTransportWithoutABridge) {  // [M18 Fig. 2.21]
+  sight_.bar.reset();
+  grasp(from_side_, 15);
+  transport(0.10, from_side_, high_);
+  EXPECT_EQ(recognizer_.transport().value, Transport::unknown);
+  EXPECT_EQ(recognizer_.goal().value, Goal::high);
+}
+
+TEST_F(Stage, StartsAnewWhenTheObjectIsBack) {
+  grasp(from_above_, 15);
+  transport(0.30, from_above_, high_);
+  show(high_, std::nullopt, 10);
+  ASSERT_TRUE(recognizer_.complete());
+  show(start_, std::nullopt, 10);
+  EXPECT_FALSE(recognizer_.complete());
+  EXPECT_EQ(recognizer_.grip().value, Grip::unknown);
+  EXPECT_EQ(recognizer_.goal().value, Goal::unknown);
+  grasp(from_side_, 15);
+  EXPECT_EQ(recognizer_.grip().value, Grip::full);
+}
+
+TEST_F(Stage, StartsAnewWhenTheHandReturnsAfterAMereGrasp) {
+  grasp(from_above_, 15);
+  show(start_, std::nullopt, 30);
+  EXPECT_EQ(recognizer_.grip().value, Grip::precision);
+  show(start_, start_ + from_side_, 15);
+  EXPECT_EQ(recognizer_.grip().value, Grip::full);
+}
+
+TEST_F(Stage, TakesNoStopInTheAirForAGoal) {
+  grasp(from_above_, 15);
+  carry(start_, {-0.27, 0.3}, from_above_, 15);
+  carry({-0.27, 0.3}, {0.35, 0.3}, from_above_, 40);
+  show({0.35, 0.3}, Vector2d(0.35, 0.3) + from_above_, 30);
+  EXPECT_EQ(recognizer_.goal().value, Goal::unknown);
+}
+
+}  // namespace
+}  // namespace mimesis::vision

@@ -1,0 +1,43 @@
+#pragma once
+#include "common/runtime/log.h"
+#include "common/runtime/params.h"
+#include "common/runtime/ports.h"
+#include "nodes/vision/table_watcher.h"
+#include "proto/foxglove/image.pb.h"
+#include "proto/vision.pb.h"
+
+namespace mimesis::vision {
+
+struct VisionParams {
+  double rate_hz = 60.0;  ///< looks for a new image this often [Hz]
+  std::vector<double> reference_bgr{145.0, 151.0,
+                                    155.0};  ///< see WatcherSetup; zeros: no correction
+  WatcherSetup setup;
+
+  void visit(runtime::ParamVisitor& v);
+};
+
+/// Watches the teacher's table: image in; blobs, symbols, geometry and an overlay out, once per
+/// image.
+class VisionNode {
+ public:
+  using Params = VisionParams;
+  VisionNode(const Params& params, runtime::Bus& bus);
+  void step(runtime::Time now);
+
+ private:
+  bool accept(const foxglove::RawImage& message);
+  void refuse(const std::string& why);
+
+  TableWatcher watcher_;
+  int width_, height_;
+  image::Image image_;
+  runtime::Throttle refused_{std::chrono::seconds(5)};
+  runtime::Latest<foxglove::RawImage> in_;
+  runtime::Out<v1::Blobs> blobs_;
+  runtime::Out<v1::Observation> observation_;
+  runtime::Out<v1::TeacherScene> scene_;
+  runtime::Out<foxglove::ImageAnnotations> annotations_;
+};
+
+}  // namespace mimesis::vision

@@ -1,0 +1,170 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdio>
+
+#include "tests/sight/demonstration.h"
+
+namespace mimesis {
+namespace {
+
+TEST(Sight, TellsEachDemonstrationUnderOtherConditions) {
+  const auto& conditions = all_conditions();
+  for (int k = 0; k < 8; ++k) {
+    const Conditions& c = conditions[static_cast<std::size_t>(k)];
+    const Verdict v = watch(picture_of(lesson(k), c, static_cast<std::uint64_t>(200 + k)));
+    EXPECT_TRUE(v.right()) << c.what << ", demonstration " << k << ": grip " << v.grip
+                           << " transport " << v.transport << " goal " << v.goal << " color "
+                           << v.color << " complete " << v.complete;
+    EXPECT_EQ(v.flips, 0) << c.what;
+    EXPECT_LT(v.decided_s, 0.3) << c.what;
+  }
+}
+
+TEST(Sight, MeasuresTheTableWithinMillimetres) {
+  camera::Picture picture;
+  picture.faults.noise = 8.0;
+  for (const double height : {0.16, 0.20, 0.25}) {
+    picture.script.lesson = lesson(0);
+    picture.table.bridge_height_m = height;
+    camera::Renderer renderer(picture);
+    vision::TableWatcher watcher{vision::WatcherSetup{}};
+    image::Image frame;
+    for (double t = 0.0; t < 0.4; t += kFrame) {
+      renderer.render(t, frame);
+      watcher.watch(frame);
+    }
+    const camera::Truth truth = renderer.truth(0.0);
+    const vision::Sight& s = watcher.sight();
+    ASSERT_TRUE(s.object && s.bar && s.goal_high && s.goal_low);
+    const Eigen::Vector2d up(0.0, 0.5 * picture.table.object_height_m);
+    EXPECT_LT((*s.object - truth.object).norm(), 0.005);
+    EXPECT_LT((*s.goal_high - up - truth.goal_high).norm(), 0.005);
+    EXPECT_LT((*s.goal_low - up - truth.goal_low).norm(), 0.005);
+    EXPECT_NEAR(*watcher.bridge_height_m(), height, 0.005);
+  }
+}
+
+TEST(Sight, FollowsObjectAndHandThroughTheMotion) {
+  for (const int k : {0, 3, 5, 6}) {
+    camera::Picture picture;
+    picture.script.lesson = lesson(k);
+    camera::Renderer renderer(picture);
+    vision::TableWatcher watcher{vision::WatcherSetup{}};
+    image::Image frame;
+    double object2 = 0.0, palm2 = 0.0;
+    int objects = 0, palms = 0, frames = 0;
+    for (double t = 1.2; t < 5.4; t += kFrame, ++frames) {
+      renderer.render(t, frame);
+      watcher.watch(frame);
+      const camera::Truth truth = renderer.truth(t);
+      if (watcher.sight().object) {
+        object2 += (*watcher.sight().object - truth.object).squaredNorm();
+        ++objects;
+      }
+      if (watcher.sight().palm && truth.hand_in_view) {
+        palm2 += (*watcher.sight().palm - truth.palm).squaredNorm();
+        ++palms;
+      }
+    }
+    EXPECT_EQ(objects, frames);
+    EXPECT_GT(palms, frames * 9 / 10);
+    EXPECT_LT(std::sqrt(object2 / objects), 0.015) << "demonstration " << k;
+    EXPECT_LT(std::sqrt(palm2 / palms), 0.045) << "demonstration " << k;
+  }
+}
+
+TEST(Sight, CentroidsKeepStillWithinHalfAPixelUnderNoise) {
+  camera::Picture clean;
+  clean.faults.noise = 0.0;
+  camera::Picture noisy = clean;
+  noisy.faults.noise = 8.0;
+  camera::Renderer clean_renderer(clean), noisy_renderer(noisy);
+  vision::TableWatcher reference{vision::WatcherSetup{}}, watcher{vision::WatcherSetup{}};
+  image::Image frame;
+  clean_renderer.render(0.0, frame);
+  reference.watch(frame);
+  double sum = 0.0;
+  int count = 0;
+  for (int k = 0; k < 40; ++k) {
+    noisy_renderer.render(0.01 * k, frame);
+    watcher.watch(frame);
+    for (const vision::Kind kind : {vision::Kind::object, vision::Kind::bridge,
+                                    vision::Kind::goal_high, vision::Kind::goal_low}) {
+      const vision::Moments& a = reference.blob(kind).moments;
+      const vision::Moments& b = watcher.blob(kind).moments;
+      ASSERT_GT(a.area, 0.0);
+      ASSERT_GT(b.area, 0.0);
+      const double du = a.mean_u() - b.mean_u(), dv = a.mean_v() - b.mean_v();
+      sum += du * du + dv * dv;
+      ++count;
+    }
+    EXPECT_FALSE(watcher.blob(vision::Kind::hand).found()) << "frame " << k;
+  }
+  const double rms = std::sqrt(sum / count);
+  std::printf("centroid error at noise 8: %.3f px rms\n", rms);
+  EXPECT_LT(rms, 0.5);
+}
+
+TEST(Sight, SeesOnlyTheGripWhenTheTeacherStopsAfterGrasping) {  // [M18 Fig. 2.20]
+  for (const int k : {0, 4}) {
+    camera::Picture picture;
+    picture.script.lesson = lesson(k);
+    picture.script.only_grasp = true;
+    camera::Renderer renderer(picture);
+    vision::TableWatcher watcher{vision::WatcherSetup{}};
+    image::Image frame;
+    for (double t = 0.0; t < 6.0; t += kFrame) {
+      renderer.render(t, frame);
+      watcher.watch(frame);
+    }
+    EXPECT_EQ(watcher.action().grip().value, expected(picture.script.lesson.grip));
+    EXPECT_EQ(watcher.action().transport().value, vision::Transport::unknown);
+    EXPECT_EQ(watcher.action().goal().value, vision::Goal::unknown);
+    EXPECT_FALSE(watcher.action().complete());
+  }
+}
+
+TEST(Sight, SeesTheGoalButNoTransportWithoutTheBar) {  // [M18 Fig. 2.21]
+  camera::Picture picture;
+  picture.script.lesson = {camera::Grip::full, camera::Transport::below, camera::Goal::high};
+  picture.table.bridge_removed = true;
+  const Verdict v = watch(picture);
+  EXPECT_TRUE(v.grip && v.goal && v.complete);
+  EXPECT_FALSE(v.transport);
+}
+
+TEST(Sight, StartsAnewWithTheSecondDemonstration) {
+  camera::Picture picture;
+  picture.script.repeat = 2;
+  camera::Renderer renderer(picture);
+  vision::TableWatcher watcher{vision::WatcherSetup{}};
+  image::Image frame;
+  int completions = 0;
+  bool before = false;
+  for (double t = 0.0; t < renderer.end_s() + 0.3; t += kFrame) {
+    renderer.render(t, frame);
+    watcher.watch(frame);
+    completions += watcher.action().complete() && !before ? 1 : 0;
+    before = watcher.action().complete();
+  }
+  EXPECT_EQ(completions, 2);
+  EXPECT_EQ(watcher.action().transport().value, vision::Transport::above);
+}
+
+TEST(Renderer, IsAPureFunctionOfTimeAndSeed) {
+  camera::Picture picture;
+  camera::Renderer a(picture), b(picture);
+  image::Image first, second, other;
+  a.render(2.0, first);
+  b.render(0.7, second);
+  b.render(2.0, second);
+  EXPECT_EQ(first.bgr, second.bgr);
+  picture.seed = 2;
+  camera::Renderer c(picture);
+  c.render(2.0, other);
+  EXPECT_NE(first.bgr, other.bgr);
+}
+
+}  // namespace
+}  // namespace mimesis
