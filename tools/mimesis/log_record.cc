@@ -22,7 +22,7 @@ namespace {
 using namespace std::chrono_literals;
 using std::chrono::steady_clock;
 
-constexpr auto kPoll = 20ms;   // how late a signal or a full chunk may be noticed
+constexpr auto kPoll = 10ms;   // how late a signal or a full chunk may be noticed
 constexpr auto kQuiet = 50ms;  // without a message after the stop: nothing is under way any more
 constexpr auto kDrainAtMost = 2s;
 

@@ -37,7 +37,7 @@ class Recording {
 
   /// Held for `hold` so that all messages of a graph time are there to be sorted, then at most
   /// `chunk_period` in memory: whoever kills the recorder loses the sum.
-  static constexpr std::chrono::milliseconds kHold{40}, kChunkPeriod{60};
+  static constexpr std::chrono::milliseconds kHold{30}, kChunkPeriod{40};
 
   /// `descriptors(type)`: serialised FileDescriptorSet. `writer` outlives the recording.
   Recording(log::Writer& writer, std::function<std::string(const std::string& type)> descriptors);

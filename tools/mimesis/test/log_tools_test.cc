@@ -53,15 +53,16 @@ std::vector<std::string> payloads(const std::string& bytes) {
 
 TEST(Recording, MessagesOfOneGraphTimeAreSortedByNodeWhateverTheirWay) {
   Recorder a, b;
-  for (const auto& m : {message("cam", 1, 10, "1"), message("cam", 2, 10, "2"),
-                        message("arm", 1, 10, "0"), message("arm", 2, 20, "3")}) {
-    ASSERT_TRUE(a.recording.add(m, kStart, false));
+  const std::vector<Recorded> camera{message("cam", 1, 10, "1"), message("cam", 2, 10, "2")};
+  const std::vector<Recorded> arm{message("arm", 1, 10, "0"), message("arm", 2, 20, "3")};
+  for (const auto& [recorder, order] :
+       {std::pair{&a, std::pair{camera, arm}}, {&b, {arm, camera}}}) {
+    for (const Recorded& m : order.first) ASSERT_TRUE(recorder->recording.add(m, kStart, false));
+    ASSERT_TRUE(recorder->recording.advance(kStart + 10ms));
+    for (const Recorded& m : order.second) {
+      ASSERT_TRUE(recorder->recording.add(m, kStart + 20ms, false));
+    }
   }
-  for (const auto& m : {message("arm", 1, 10, "0"), message("arm", 2, 20, "3"),
-                        message("cam", 1, 10, "1"), message("cam", 2, 10, "2")}) {
-    ASSERT_TRUE(b.recording.add(m, kStart + 5ms, false));
-  }
-  ASSERT_TRUE(b.recording.advance(kStart + 30ms));
   const std::string first = a.finish();
   EXPECT_EQ(payloads(first), (std::vector<std::string>{"0", "1", "2", "3"}));
   EXPECT_EQ(b.finish(), first);  // the whole file, byte by byte

@@ -1,0 +1,99 @@
+// Equal runs in lock-step give equal logs, and a log gives the same run again.
+#include <gtest/gtest.h>
+#include <stdlib.h>
+
+#include <csignal>
+#include <filesystem>
+
+#include "common/log/indexed_reader.h"
+#include "common/testing/process.h"
+
+namespace mimesis::tool {
+namespace {
+
+using testing::Process;
+using testing::TestGraph;
+using namespace std::chrono_literals;
+namespace fs = std::filesystem;
+
+struct Line {
+  std::string topic;
+  std::uint64_t log_time, sequence;
+  std::string data;
+  bool operator==(const Line&) const = default;
+};
+
+/// The messages of `file` in its order, those about real time left out.
+std::vector<Line> lines(const std::string& file, const std::string& topic = "") {
+  std::vector<Line> all;
+  const auto source = log::open_file(file);
+  if (!source) return all;
+  log::StreamReader reader(**source);
+  while (const log::Record* record = reader.next()) {
+    const auto* m = std::get_if<log::Message>(record);
+    if (m == nullptr) continue;
+    const std::string& name = reader.channels().at(m->channel_id).topic;
+    if (name.ends_with("/health") || name.ends_with("/log") || name.starts_with("clock/")) continue;
+    if (topic.empty() || name == topic) {
+      all.push_back({name, m->log_time, m->sequence, std::string(m->data)});
+    }
+  }
+  EXPECT_EQ(reader.damage_count(), 0U);
+  return all;
+}
+
+class LogLockstep : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    std::string name = (fs::temp_directory_path() / "mimesis-lockstep-XXXXXX").string();
+    ASSERT_NE(mkdtemp(name.data()), nullptr);
+    folder_ = name;
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+
+  /// Two seconds of node b, fed by node a, or by the player of `log`; returns the log of it.
+  std::string run(const std::string& name, const std::string& log) {
+    const TestGraph graph;
+    setenv("MIMESIS_GRAPH", graph.name().c_str(), 1);
+    const std::string file = (folder_ / name).string();
+    Process recorder("mimesis", {"log", "record", "--all", "--output", file});
+    EXPECT_TRUE(recorder.wait_ready(graph, "tap-" + std::to_string(recorder.pid()) + "-1"))
+        << recorder.errors();
+    Process clock(graph, "mimesis_clock",
+                  {"--set", "mode=lockstep", "--set", "until_s=2", "--set", "participants=a,b"});
+    std::unique_ptr<Process> a;
+    if (log.empty()) {
+      a = std::make_unique<Process>(graph, MIMESIS_COUNTER,
+                                    std::vector<std::string>{"--name", "a", "--clock", "lockstep"});
+    } else {
+      a = std::make_unique<Process>(
+          "mimesis", std::vector<std::string>{"log", "play", log, "--lockstep", "--name", "a",
+                                              "--topic", "a/out"});
+    }
+    Process b(graph, MIMESIS_COUNTER,
+              {"--name", "b", "--clock", "lockstep", "--in", "a=a/out", "--set", "rate_hz=30"});
+    EXPECT_EQ(clock.wait(30s), 0) << clock.errors();
+    EXPECT_EQ(a->wait(), 0) << a->errors();
+    EXPECT_EQ(b.wait(), 0) << b.errors();
+    recorder.signal(SIGINT);
+    EXPECT_EQ(recorder.wait(), 0) << recorder.errors();
+    return file;
+  }
+
+  fs::path folder_;
+};
+
+TEST_F(LogLockstep, EqualRunsGiveEqualLogsAndAReplayTheSameSteps) {
+  const std::string first = run("first.mcap", "");
+  const std::vector<Line> recorded = lines(first);
+  ASSERT_GE(recorded.size(), 250U);  // 100 Hz and 30 Hz
+  EXPECT_EQ(lines(run("second.mcap", "")), recorded);
+
+  // Each message of b is a hash of all it has seen and when.
+  const std::vector<Line> steps = lines(first, "b/out");
+  EXPECT_GE(steps.size(), 59U);
+  EXPECT_EQ(lines(run("replay.mcap", first), "b/out"), steps);
+}
+
+}  // namespace
+}  // namespace mimesis::tool
