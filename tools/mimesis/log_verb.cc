@@ -37,7 +37,7 @@ void add_record(CLI::App& verb, int& exit_code) {
   };
   auto o = std::make_shared<Options>();
   record->add_flag("--all", o->all, "All topics");
-  record->add_option("--topic", o->topics, "This topic (repeatable)");
+  record->add_option("--topic", o->topics, "This topic (repeatable)")->allow_extra_args(false);
   record->add_option("--regex", o->regex, "Topics that match as a whole");
   record->add_option("--exclude", o->exclude, "Not those that match as a whole");
   record->add_option("--output,-o", o->output, "File to write; replaced if it exists")->required();
@@ -46,8 +46,8 @@ void add_record(CLI::App& verb, int& exit_code) {
       ->capture_default_str();
   record->add_option("--duration", o->duration_s, "Stop after so many seconds of wall time")
       ->check(CLI::PositiveNumber);
-  record->add_option("--attach", o->attach,
-                     "Store this file in the log (repeatable): launch files");
+  record->add_option("--attach", o->attach, "Store this file in the log (repeatable): launch files")
+      ->allow_extra_args(false);
   record->add_flag("--json", o->json, "Print the counts as one JSON object at the end");
   record->footer(
       "SIGINT, SIGTERM and SIGHUP close the log; after kill -9 it opens, too, less the last 100 "
@@ -80,7 +80,7 @@ void add_play(CLI::App& verb, int& exit_code) {
   };
   auto o = std::make_shared<Options>();
   play->add_option("FILE", o->play.file, "An MCAP file")->required();
-  play->add_option("--topic", o->topics, "Only this topic (repeatable)");
+  play->add_option("--topic", o->topics, "Only this topic (repeatable)")->allow_extra_args(false);
   play->add_option("--regex", o->regex, "Only topics that match as a whole");
   play->add_option("--exclude", o->exclude, "Not those that match as a whole");
   play->add_option("--rate", o->play.rate, "Recorded seconds per second")

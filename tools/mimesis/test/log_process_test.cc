@@ -161,7 +161,8 @@ TEST_F(LogProcess, PlaysWhatWasRecordedInOrderAndLatched) {
   TestNode listener(graph_, {{"count", "sender/count"}, {"state", "sender/state"}}, {});
   Reliable<v1::Publication> count(listener.bus(), "count"), state(listener.bus(), "state");
   listener.open();
-  Process player("mimesis", {"log", "play", file_, "--json", "--loop", "2"});
+  Process player("mimesis", {"log", "play", "--json", "--loop", "2", "--topic", "sender/count",
+                             "--topic", "sender/state", file_});
   for (std::uint64_t loop = 0; loop < 2; ++loop) {
     for (std::uint64_t i = 1; i <= 300; ++i) {
       const auto m = listener.receive(count);
