@@ -87,7 +87,7 @@ constexpr std::array<Strength, 6> kStrengths = {
 void plot_switch(const std::filesystem::path& png, const std::vector<Recording>& runs) {
   std::vector<reproduce::Data> data = {course("sts", runs.back(), Layer::sts_grip)};
   std::ostringstream script;
-  script << "set multiplot layout 1,2\nset xrange [-20:200]\nset yrange [-4:14]\n"
+  script << "set multiplot layout 1,2\nset xrange [-20:280]\nset yrange [-4:14]\n"
             "set xlabel 'time from the onset of vision [ms]'\nset ylabel 'max u'\nset key bottom "
             "right opaque\n"
             "set arrow from 0,graph 0 to 0,graph 1 nohead lt 7 dt 3\n";
