@@ -253,8 +253,10 @@ void ArmDriver::command_axes() {
     const DriveState state = axis.reading().drive;
     switch (reading_.phase) {
       case Phase::enabling: {
+        const bool braking = state == DriveState::quick_stop_active;  // disables itself at rest
         const bool held = axis.controlword == controlword::kEnableOperation;
-        axis.controlword = towards_enabled(state, axis.controlword);
+        axis.controlword =
+            braking ? controlword::kQuickStop : towards_enabled(state, axis.controlword);
         if (!held) axis.target_rad = axis.reading().position_rad;  // powered where it is
         break;
       }

@@ -259,6 +259,23 @@ TEST_F(Bench, ReArmsAtTheActualPosture) {
   EXPECT_LE(fastest_motion, kA * 0.1) << "from rest, not by a jump";
 }
 
+TEST_F(Bench, ReArmsWithoutAJumpEvenWhileStillBraking) {
+  enable();
+  target = {1.5, 1.5, 1.5};
+  follow(300ms);
+  ASSERT_GT(reading().joints[0].velocity_rad_s, 0.5);
+  rack->drives()[1].inject(sim::Trouble::overcurrent);
+  follow(15ms);
+  ASSERT_EQ(reading().phase, Phase::fault);
+  idle(kCycle);
+  follow(2 * kCycle);
+  ASSERT_EQ(reading().phase, Phase::enabling);
+  EXPECT_GT(rack->drives()[0].velocity_rad_s(), 0.3) << "still braking";
+  follow(400ms);
+  EXPECT_EQ(reading().phase, Phase::following) << reading().reason;
+  EXPECT_LE(fastest_change, kA * 1.5);
+}
+
 TEST_F(Bench, SendsQuickStopFirstAndLastAndNothingAfter) {
   plug();
   connect();
