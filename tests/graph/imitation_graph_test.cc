@@ -47,7 +47,7 @@ INSTANTIATE_TEST_SUITE_P(Teachers, Imitation,
                                            // The goal overrides the means: the bridge stands only
                                            // on the robot's table [M18 fig. 2.21].
                                            Case{"full,above,high", "precision", "above", "high"}),
-                         [](const auto& info) { return "case" + std::to_string(info.index); });
+                         [](const auto& c) { return "case" + std::to_string(c.index); });
 
 TEST(ImitationGraph, LockstepRunsAreEqualEvenSideBySide) {
   Scenario a("imitation"), b("imitation");
