@@ -77,8 +77,10 @@ void TaskSequence::step_planning(const SequenceInput& input) {
     return;
   }
   if (input.table != nullptr && object_moved(*input.table)) return plan_from_here(*input.table);
-  if (!input.arm->operational) {
-    if (late(settings_.ready_s)) fail("the arm is not operational", false);
+  if (!input.arm->operational || !input.hand->active) {
+    if (late(settings_.ready_s)) {
+      fail(input.arm->operational ? "the hand is not active" : "the arm is not operational", false);
+    }
     return;
   }
   if ((input.arm->q - set_point_->q).cwiseAbs().maxCoeff() > settings_.arrival_rad) {

@@ -232,10 +232,26 @@ TEST(TaskSequence, TimesOutInWords) {
   not_armed.until_rest();
   EXPECT_EQ(not_armed.sequence.reason(), "the arm is not operational");
 
+  Trial no_hand;
+  no_hand.hand.active = false;
+  no_hand.until_rest();
+  EXPECT_EQ(no_hand.sequence.reason(), "the hand is not active");
+
   Trial no_answer;
   no_answer.answer = nullptr;
   no_answer.until_rest();
   EXPECT_EQ(no_answer.sequence.reason(), "planning took too long");
+}
+
+TEST(TaskSequence, WaitsForTheHandToBeActivatedBeforeItMoves) {
+  Trial trial;
+  trial.hand.active = false;
+  for (int i = 0; i < 100; ++i) trial.step();
+  EXPECT_EQ(trial.sequence.state(), State::planning);
+  EXPECT_EQ(trial.arm.q, both(0.0));
+  trial.hand.active = true;
+  trial.until_rest();
+  EXPECT_EQ(trial.sequence.state(), State::done) << trial.sequence.reason();
 }
 
 TEST(TaskSequence, WaitsForTheArmToBeArmedAndPlansFromWhereItSagged) {
