@@ -25,6 +25,7 @@ TaskSettings task_settings(const PlannerParams& p) {
   s.preference = p.preference;
   s.corner_rad = p.corner_rad;
   s.speed = p.speed;
+  s.contact_speed = p.contact_speed;
   s.period_s = 1.0 / p.rate_hz;
   return s;
 }

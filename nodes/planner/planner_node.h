@@ -31,6 +31,7 @@ struct PlannerParams {
   double preference = 0.5;          ///< link cost where the hand passes as decided [1]
   double corner_rad = 0.15;         ///< largest rounding of corners [rad]
   double speed = 0.6;               ///< share of the arm's velocity and acceleration limits [1]
+  double contact_speed = 0.3;       ///< the same for straight motions to and from contact [1]
   double stale_s = 0.1;             ///< older states of arm or hand stop the task [s]
   double ready_s = 10.0;            ///< time for scene, arm and hand to be there [s]
   double hand_s = 5.0;              ///< time for the hand to open or close [s]
@@ -55,6 +56,7 @@ struct PlannerParams {
     v("preference", preference, 0.1, 1.0);
     v("corner_rad", corner_rad, 0.001, 1.0);
     v("speed", speed, 0.05, 0.95);
+    v("contact_speed", contact_speed, 0.05, 0.95);
     v("stale_s", stale_s, 0.02, 2.0);
     v("ready_s", ready_s, 0.1, 100.0);
     v("hand_s", hand_s, 0.1, 60.0);

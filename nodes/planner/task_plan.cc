@@ -44,8 +44,8 @@ class TaskPlanner {
   Obstacles carrying(bool on_its_support) const;
   double passing_cost(const Eigen::VectorXd& q) const;
   std::vector<kin::Ball> held_balls(const Eigen::VectorXd& q) const;
-  void add_motion(TaskPlan& plan, Phase phase, const Way& waypoints,
-                  const Obstacles& obstacles) const;
+  void add_motion(TaskPlan& plan, Phase phase, const Way& waypoints, const Obstacles& obstacles,
+                  double speed) const;
 
   const kin::ArmModel& arm_;
   const kin::Table& table_;
@@ -121,15 +121,15 @@ tl::expected<std::vector<Hold>, Status> TaskPlanner::holds_at(const Eigen::Vecto
 }
 
 void TaskPlanner::add_motion(TaskPlan& plan, Phase phase, const Way& waypoints,
-                             const Obstacles& obstacles) const {
+                             const Obstacles& obstacles, double speed) const {
   if (path_length(waypoints) < 1e-9) return;
   CollisionChecker checker(arm_, obstacles, settings_.margin_m);
   const SmoothPath path(waypoints, settings_.corner_rad,
                         [&](const Eigen::MatrixXd& curve) { return checker.certify_curve(curve); });
   plan.path_length_rad += path.length();
-  plan.motions.push_back({phase, path.curves(), obstacles,
-                          time_optimal(path, settings_.speed * arm_.v_max,
-                                       settings_.speed * arm_.a_max, settings_.period_s)});
+  plan.motions.push_back(
+      {phase, path.curves(), obstacles,
+       time_optimal(path, speed * arm_.v_max, speed * arm_.a_max, settings_.period_s)});
 }
 
 tl::expected<TaskPlan, Status> TaskPlanner::plan(const Eigen::VectorXd& start) {
@@ -181,12 +181,13 @@ tl::expected<TaskPlan, Status> TaskPlanner::plan(const Eigen::VectorXd& start) {
     TaskPlan plan;
     plan.roadmap_nodes =
         std::max({reach->nodes, transport->nodes, static_cast<int>(roadmap_.nodes.cols())});
-    add_motion(plan, Phase::reach, reach->waypoints, with_object);
-    add_motion(plan, Phase::approach, reversed(grasp.away), table_obstacles(table_));
-    add_motion(plan, Phase::transport, grasp.up, supported);
-    add_motion(plan, Phase::transport, transport->waypoints, carried);
-    add_motion(plan, Phase::transport, reversed(place.up), supported);
-    add_motion(plan, Phase::retreat, place.away, table_obstacles(table_));
+    const double fast = settings_.speed, gentle = settings_.contact_speed;
+    add_motion(plan, Phase::reach, reach->waypoints, with_object, fast);
+    add_motion(plan, Phase::approach, reversed(grasp.away), table_obstacles(table_), gentle);
+    add_motion(plan, Phase::transport, grasp.up, supported, gentle);
+    add_motion(plan, Phase::transport, transport->waypoints, carried, fast);
+    add_motion(plan, Phase::transport, reversed(place.up), supported, gentle);
+    add_motion(plan, Phase::retreat, place.away, table_obstacles(table_), gentle);
     return plan;
   }
   return tl::unexpected(failure);

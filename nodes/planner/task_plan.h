@@ -33,9 +33,10 @@ struct TaskSettings {
   int reaching_postures = 15;  ///< samples of each [1]
   double preference =
       0.5;  ///< link cost where the hand passes the bridge as decided; 1: no preference [1]
-  double corner_rad = 0.15;  ///< largest rounding of corners [rad]
-  double speed = 0.6;        ///< share of the model's velocity and acceleration limits in use [1]
-  double period_s = 0.005;   ///< of the trajectories [s]
+  double corner_rad = 0.15;    ///< largest rounding of corners [rad]
+  double speed = 0.6;          ///< share of the model's velocity and acceleration limits in use [1]
+  double contact_speed = 0.3;  ///< the same for straight motions to and from contact [1]
+  double period_s = 0.005;     ///< of the trajectories [s]
 };
 
 enum class Phase { reach, approach, grasp, transport, release, retreat };
