@@ -27,8 +27,12 @@ std::unique_ptr<NodeClock> make_clock(ClockKind kind, ZmqBus& bus, const AnyNode
   return nullptr;
 }
 
-/// Steps until asked to stop; the exit code.
-int step_until_stopped(AnyNode& node, NodeClock& clock, SelfReport& report) {
+/// How long a node that moves something may go on stepping after it was asked to stop.
+constexpr std::chrono::milliseconds kRestGrace(1500);
+
+/// Steps until asked to stop and at rest; the exit code.
+int step_until_stopped(AnyNode& node, NodeClock& clock, SelfReport& report,
+                       const StopSignal& stop) {
   int exit_code = 0;
   try {
     while (const auto now = clock.wait()) {
@@ -36,6 +40,7 @@ int step_until_stopped(AnyNode& node, NodeClock& clock, SelfReport& report) {
       node.step(*now);
       report.step_ended(*now, clock.overruns());
       clock.done();
+      if (stop.requested() && node.at_rest()) break;
     }
   } catch (const std::exception& e) {
     error("step failed: {}", e.what());
@@ -47,7 +52,7 @@ int step_until_stopped(AnyNode& node, NodeClock& clock, SelfReport& report) {
 }
 
 int run_configured(const NodeOptions& options, const std::string& effective, AnyNode& node) {
-  StopSignal stop;
+  StopSignal stop(node.comes_to_rest() ? kRestGrace : std::chrono::milliseconds(0));
   set_log_name(options.bus.name);
   BusOptions bus_options = options.bus;
   add_clock_wiring(bus_options);
@@ -59,7 +64,7 @@ int run_configured(const NodeOptions& options, const std::string& effective, Any
     bus.ready();
     info("ready; parameters:\n{}", effective);
     notify_ready();
-    return step_until_stopped(node, *clock, report);
+    return step_until_stopped(node, *clock, report, stop);
   } catch (...) {
     node.stop(Time(0));  // before the bus that its ports refer to
     throw;

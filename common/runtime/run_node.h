@@ -22,6 +22,8 @@ class AnyNode {
   virtual void create(Bus& bus) = 0;         ///< constructs the node; may throw ConfigError
   virtual void step(Time now) = 0;
   virtual void stop(Time now) noexcept = 0;  ///< last call: actuators to a safe state
+  virtual bool comes_to_rest() const { return false; }  ///< a stop request waits (bounded) for at_rest
+  virtual bool at_rest() const { return true; }
   virtual double rate_hz() const = 0;
   virtual double offset_s() const = 0;       ///< of the first step within the period
 };
@@ -32,7 +34,8 @@ class AnyNode {
 int run(int argc, char** argv, const NodeAbout& about, AnyNode& node);
 
 /// `Node` has: `using Params` (with `rate_hz`, optionally `offset_s`, and `visit`), a constructor
-/// `(const Params&, Bus&)`, `step(Time)`, optionally `stop(Time) noexcept`.
+/// `(const Params&, Bus&)`, `step(Time)`, optionally `stop(Time) noexcept`, and `bool at_rest() const`
+/// if it should go on stepping (for 1.5 s at most) after a stop request until it is.
 template <class Node>
 class NodeAdapter final : public AnyNode {
  public:
@@ -44,6 +47,13 @@ class NodeAdapter final : public AnyNode {
       if (node_) node_->stop(now);
     }
     node_.reset();
+  }
+  bool comes_to_rest() const override {
+    return requires(const Node& node) { node.at_rest(); };
+  }
+  bool at_rest() const override {
+    if constexpr (requires(const Node& node) { node.at_rest(); }) return node_->at_rest();
+    return true;
   }
   double rate_hz() const override { return params_.rate_hz; }
   double offset_s() const override {

@@ -1,8 +1,7 @@
 #include "common/runtime/stop_signal.h"
 
-#include <poll.h>
-#include <sys/eventfd.h>
 #include <sys/socket.h>
+#include <sys/timerfd.h>
 #include <sys/un.h>
 #include <unistd.h>
 
@@ -19,18 +18,24 @@ namespace mimesis::runtime {
 namespace {
 
 int stop_fd = -1;
+itimerspec stop_after{};
+volatile std::sig_atomic_t signalled = 0;
 
 void on_signal(int) {
-  const std::uint64_t one = 1;
-  [[maybe_unused]] const auto written = write(stop_fd, &one, sizeof one);
+  signalled = 1;
+  timerfd_settime(stop_fd, 0, &stop_after, nullptr);
 }
 
 }  // namespace
 
-StopSignal::StopSignal() {
+StopSignal::StopSignal(std::chrono::milliseconds grace) {
   MIMESIS_ASSERT(stop_fd < 0);
-  stop_fd = eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC);
+  stop_fd = timerfd_create(CLOCK_MONOTONIC, TFD_NONBLOCK | TFD_CLOEXEC);
   MIMESIS_ASSERT(stop_fd >= 0);
+  signalled = 0;
+  const auto whole = std::chrono::floor<std::chrono::seconds>(grace);
+  stop_after.it_value.tv_sec = whole.count();
+  stop_after.it_value.tv_nsec = std::chrono::nanoseconds(grace - whole).count() + 1;  // 0 disarms
   struct sigaction action {};
   action.sa_handler = on_signal;
   action.sa_flags = static_cast<int>(SA_RESETHAND);
@@ -49,10 +54,7 @@ StopSignal::~StopSignal() {
 
 int StopSignal::fd() const { return stop_fd; }
 
-bool StopSignal::requested() const {
-  pollfd item{stop_fd, POLLIN, 0};
-  return poll(&item, 1, 0) == 1;
-}
+bool StopSignal::requested() const { return signalled != 0; }
 
 void notify_ready() {
   const char* path = std::getenv("NOTIFY_SOCKET");

@@ -1,4 +1,5 @@
 #pragma once
+#include <chrono>
 
 namespace mimesis::runtime {
 
@@ -6,13 +7,14 @@ namespace mimesis::runtime {
 /// per process.
 class StopSignal {
  public:
-  StopSignal();
+  /// @param grace  time between the first signal and the descriptor
+  explicit StopSignal(std::chrono::milliseconds grace = {});
   ~StopSignal();
   StopSignal(const StopSignal&) = delete;
   StopSignal& operator=(const StopSignal&) = delete;
 
-  int fd() const;  ///< readable from the first signal on
-  bool requested() const;
+  int fd() const;          ///< readable `grace` after the first signal
+  bool requested() const;  ///< there was a signal
 };
 
 /// Tells systemd (or the launcher) through $NOTIFY_SOCKET that the node is ready; nothing without

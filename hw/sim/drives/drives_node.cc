@@ -1,5 +1,7 @@
 #include "hw/sim/drives/drives_node.h"
 
+#include <algorithm>
+
 #include "common/error.h"
 #include "common/model/files.h"
 
@@ -59,6 +61,12 @@ void DrivesNode::step(runtime::Time now) {
   }
   state.set_operational(operational);
   arm_.send(state, now);
+}
+
+bool DrivesNode::at_rest() const {
+  return std::ranges::all_of(rack_.drives(), [](const Drive& drive) {
+    return drive.state() != DriveState::operation_enabled && drive.velocity_rad_s() == 0.0;
+  });
 }
 
 }  // namespace mimesis::hw::sim

@@ -50,6 +50,8 @@ class DrivesNode {
   using Params = DrivesParams;
   DrivesNode(const Params& params, runtime::Bus& bus);
   void step(runtime::Time now);
+  /// No joint moves and no drive is enabled: whoever stops a simulation sees how the arm stopped.
+  bool at_rest() const;
 
  private:
   void make_trouble(runtime::Time now);

@@ -16,6 +16,7 @@ class Rack {
   void step(Time now);
 
   std::vector<Drive>& drives() { return drives_; }
+  const std::vector<Drive>& drives() const { return drives_; }
   const can::Counters& counters() const { return bus_->counters(); }
 
  private:
