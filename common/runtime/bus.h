@@ -34,10 +34,10 @@ struct OutOptions {
 
 /// One received message, still serialised.
 struct Received {
-  std::string payload;   ///< Protobuf wire format
-  Time stamp{};          ///< graph time at which it was published
-  std::uint64_t seq = 0; ///< of its publisher and topic, from 1
-  std::string source;    ///< name of the publishing node
+  std::string payload;    ///< Protobuf wire format
+  Time stamp{};           ///< graph time at which it was published
+  std::uint64_t seq = 0;  ///< of its publisher and topic, from 1
+  std::string source;     ///< name of the publishing node
 };
 
 /// Counters of one input since the start.
@@ -71,12 +71,14 @@ class OutChannel {
   virtual std::size_t subscribers() const = 0;
 };
 
-/// Serialised request -> serialised response, or a reason. Runs between steps, on the node's thread.
+/// Serialised request -> serialised response, or a reason. Runs between steps, on the node's
+/// thread.
 using Handler = std::function<tl::expected<std::string, Status>(const std::string& request)>;
 
 /// The node's connection to its graph: ZeroMQ in processes (`zmq_bus.h`), memory in tests
-/// (`common/testing/loopback.h`). A port's name is local to the node; the launch file (or --in, --out)
-/// wires it to a topic. Unwired outputs publish on NODE/PORT; unwired inputs receive nothing and say so.
+/// (`common/testing/loopback.h`). A port's name is local to the node; the launch file (or --in,
+/// --out) wires it to a topic. Unwired outputs publish on NODE/PORT; unwired inputs receive nothing
+/// and say so.
 class Bus {
  public:
   virtual ~Bus() = default;
@@ -92,16 +94,18 @@ class Bus {
   /// Offers service NODE/`name`.
   virtual void serve(std::string_view name, const google::protobuf::Message& request,
                      const google::protobuf::Message& response, Handler handler) = 0;
-  /// Calls a service by its full name; blocks until the answer, the death of the server, or `timeout` of
-  /// wall time, whichever comes first. Not for use inside `step`.
-  virtual tl::expected<std::string, Status> call(std::string_view service, const std::string& request,
+  /// Calls a service by its full name; blocks until the answer, the death of the server, or
+  /// `timeout` of wall time, whichever comes first. Not for use inside `step`.
+  virtual tl::expected<std::string, Status> call(std::string_view service,
+                                                 const std::string& request,
                                                  std::chrono::milliseconds timeout) = 0;
 
   /// True in lock-step: results must not depend on how long anything takes (see Job).
   virtual bool lockstep() const = 0;
   /// Name of the node, for messages.
   virtual const std::string& node() const = 0;
-  /// Folder for this graph's sockets ($XDG_RUNTIME_DIR/mimesis/GRAPH): buses of simulated hardware live here.
+  /// Folder for this graph's sockets ($XDG_RUNTIME_DIR/mimesis/GRAPH): buses of simulated hardware
+  /// live here.
   virtual const std::string& directory() const = 0;
 };
 

@@ -17,7 +17,8 @@ namespace {
 
 constexpr std::size_t kMaxName = 64;
 
-/// Creates `path` for this user alone, or checks that it is: whoever can write there can command the robot.
+/// Creates `path` for this user alone, or checks that it is: whoever can write there can command
+/// the robot.
 void private_directory(const std::string& path) {
   if (mkdir(path.c_str(), 0700) != 0 && errno != EEXIST) {
     throw ConfigError("cannot create " + path + ": " + std::strerror(errno));
@@ -27,7 +28,8 @@ void private_directory(const std::string& path) {
     throw ConfigError(path + " is not a directory");
   }
   if (st.st_uid != geteuid()) throw ConfigError(path + " belongs to another user");
-  if ((st.st_mode & 0077) != 0) throw ConfigError(path + " is open to other users; expected mode 0700");
+  if ((st.st_mode & 0077) != 0)
+    throw ConfigError(path + " is open to other users; expected mode 0700");
 }
 
 bool name_char(char c) {
@@ -47,15 +49,17 @@ bool is_name(std::string_view name) {
 
 void check_name(std::string_view what, std::string_view name) {
   if (is_name(name)) return;
-  throw ConfigError(std::string(what) + " '" + std::string(name) +
-                    "' is invalid: expected 1 to 64 letters, digits, '_', '-' or '.', not beginning with '.'");
+  throw ConfigError(
+      std::string(what) + " '" + std::string(name) +
+      "' is invalid: expected 1 to 64 letters, digits, '_', '-' or '.', not beginning with '.'");
 }
 
 void check_topic(std::string_view topic) {
   for (std::string_view rest = topic;;) {
     const std::size_t slash = rest.find('/');
     if (!is_name(rest.substr(0, slash))) {
-      throw ConfigError("topic '" + std::string(topic) + "' is invalid: expected names joined by '/'");
+      throw ConfigError("topic '" + std::string(topic) +
+                        "' is invalid: expected names joined by '/'");
     }
     if (slash == std::string_view::npos) return;
     rest.remove_prefix(slash + 1);
@@ -80,7 +84,8 @@ std::string graph_directory(const std::string& graph) {
   if (const char* runtime = std::getenv("XDG_RUNTIME_DIR"); runtime != nullptr && *runtime == '/') {
     base = std::string(runtime) + "/mimesis";
   } else {  // shared by all users: one folder for each
-    base = (std::filesystem::temp_directory_path() / ("mimesis-" + std::to_string(geteuid()))).string();
+    base = (std::filesystem::temp_directory_path() / ("mimesis-" + std::to_string(geteuid())))
+               .string();
   }
   private_directory(base);
   private_directory(base + "/" + graph);

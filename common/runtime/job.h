@@ -7,8 +7,8 @@
 
 namespace mimesis::runtime {
 
-/// A long pure computation beside the steps. In lock-step it runs to its end inside `start`, so that the
-/// result does not depend on the machine's speed; otherwise on a thread of its own.
+/// A long pure computation beside the steps. In lock-step it runs to its end inside `start`, so
+/// that the result does not depend on the machine's speed; otherwise on a thread of its own.
 template <class T>
 class Job {
  public:

@@ -25,8 +25,8 @@ Kept& kept() {
 
 std::shared_ptr<spdlog::logger>& logger() {
   static std::shared_ptr<spdlog::logger> l = [] {
-    auto made = std::make_shared<spdlog::logger>(
-        "mimesis", std::make_shared<spdlog::sinks::stderr_sink_mt>());
+    auto made = std::make_shared<spdlog::logger>("mimesis",
+                                                 std::make_shared<spdlog::sinks::stderr_sink_mt>());
     made->set_pattern("[%H:%M:%S.%e] [%n] %l: %v");
     made->flush_on(spdlog::level::debug);
     return made;

@@ -8,8 +8,9 @@ namespace mimesis::runtime {
 
 enum class Level { debug, info, warn, error };
 
-/// Writes one line to the node's logger (standard error, and topic NODE/log as foxglove.Log). For .cc files
-/// of nodes and hw, never of algorithms; state changes only: what happens every cycle is a message.
+/// Writes one line to the node's logger (standard error, and topic NODE/log as foxglove.Log). For
+/// .cc files of nodes and hw, never of algorithms; state changes only: what happens every cycle is
+/// a message.
 void log(Level level, std::string_view line);
 
 template <class... Args>

@@ -15,8 +15,8 @@ struct LogLine {
 /// Name in front of every line of this process on standard error.
 void set_log_name(std::string_view name);
 
-/// Lines since the last call, for publication by the node's own thread: a logger may be called anywhere, a
-/// socket may not. At most 256 are kept, the newest ones.
+/// Lines since the last call, for publication by the node's own thread: a logger may be called
+/// anywhere, a socket may not. At most 256 are kept, the newest ones.
 std::vector<LogLine> take_log_lines();
 
 }  // namespace mimesis::runtime

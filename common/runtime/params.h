@@ -8,8 +8,8 @@
 
 namespace mimesis::runtime {
 
-/// Walks through a struct of parameters. One `visit` per struct serves reading (YAML, --set), ranges, the
-/// effective set in the log, and --help. Keys end in their unit. Ranges are closed.
+/// Walks through a struct of parameters. One `visit` per struct serves reading (YAML, --set),
+/// ranges, the effective set in the log, and --help. Keys end in their unit. Ranges are closed.
 class ParamVisitor {
  public:
   virtual ~ParamVisitor() = default;
@@ -40,9 +40,11 @@ void list(ParamVisitor& v, std::string_view key, std::vector<T>& items) {
       [&](ParamVisitor& g, std::size_t i) { items[i].visit(g); });
 }
 
-/// Reads a whole YAML file into a struct that has `visit`: robots, scenes, calibrations. Relative `file`
-/// names are looked up in the working folder, then in the project's `models/` (source tree or installed).
-/// @throws ConfigError "file:line:col: ..." for an unknown key, a bad value, a duplicate or a missing file.
+/// Reads a whole YAML file into a struct that has `visit`: robots, scenes, calibrations. Relative
+/// `file` names are looked up in the working folder, then in the project's `models/` (source tree
+/// or installed).
+/// @throws ConfigError "file:line:col: ..." for an unknown key, a bad value, a duplicate or a
+/// missing file.
 void load_params(const std::string& file, const std::function<void(ParamVisitor&)>& visit);
 
 }  // namespace mimesis::runtime

@@ -20,12 +20,15 @@ std::string host_of(const std::string& address) {
   return address.substr(kTcp.size(), colon - kTcp.size());
 }
 
-/// Leaves only the tcp endpoint, with the host by which the node was reached if it listens everywhere.
-void reach_through(const std::string& host, google::protobuf::RepeatedPtrField<std::string>& endpoints) {
+/// Leaves only the tcp endpoint, with the host by which the node was reached if it listens
+/// everywhere.
+void reach_through(const std::string& host,
+                   google::protobuf::RepeatedPtrField<std::string>& endpoints) {
   std::string usable;
   for (const std::string& endpoint : endpoints) {
     if (!endpoint.starts_with(kTcp)) continue;
-    const bool anywhere = endpoint.starts_with("tcp://0.0.0.0:") || endpoint.starts_with("tcp://[::]:");
+    const bool anywhere =
+        endpoint.starts_with("tcp://0.0.0.0:") || endpoint.starts_with("tcp://[::]:");
     usable = anywhere ? std::string(kTcp) + host + endpoint.substr(endpoint.rfind(':')) : endpoint;
   }
   endpoints.Clear();
@@ -63,7 +66,8 @@ std::vector<RegistryChange> Peers::poll(const v1::NodeInfo& self) {
   return changes;
 }
 
-void Peers::take_answer(Peer& peer, const std::string& answer, std::vector<RegistryChange>& changes) {
+void Peers::take_answer(Peer& peer, const std::string& answer,
+                        std::vector<RegistryChange>& changes) {
   v1::NodeInfo info;
   if (!info.ParseFromString(answer) || info.start_id() == 0) return;
   reach_through(peer.host, *info.mutable_data_endpoints());

@@ -10,9 +10,9 @@
 
 namespace mimesis::runtime {
 
-/// Nodes on other hosts, reached by the address of their service socket. Each is asked for its NodeInfo
-/// until it answers, and then twice a second: silence means that it is gone, a new start_id that it has
-/// restarted.
+/// Nodes on other hosts, reached by the address of their service socket. Each is asked for its
+/// NodeInfo until it answers, and then twice a second: silence means that it is gone, a new
+/// start_id that it has restarted.
 class Peers {
  public:
   /// @throws ConfigError unless every address is tcp://HOST:PORT.

@@ -36,7 +36,8 @@ std::string first_not_finite(const Message& m, const std::string& prefix) {
           break;
         case FieldDescriptor::CPPTYPE_MESSAGE: {
           std::string inner = first_not_finite(
-              f->is_repeated() ? r->GetRepeatedMessage(m, f, i) : r->GetMessage(m, f), path(i) + ".");
+              f->is_repeated() ? r->GetRepeatedMessage(m, f, i) : r->GetMessage(m, f),
+              path(i) + ".");
           if (!inner.empty()) return inner;
           continue;
         }

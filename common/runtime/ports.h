@@ -8,7 +8,8 @@
 
 namespace mimesis::runtime {
 
-/// Untyped half of the input ports: parses, rejects what is malformed or not finite, remembers the newest.
+/// Untyped half of the input ports: parses, rejects what is malformed or not finite, remembers the
+/// newest.
 class InPort {
  public:
   InPort(Bus& bus, std::string_view port, const google::protobuf::Message& prototype,
@@ -22,8 +23,8 @@ class InPort {
   const google::protobuf::Message* newest();
   /// Next valid message in order of arrival, moved into `out`; false if there is none.
   bool next(google::protobuf::Message& out);
-  Time newest_stamp_{};           ///< of newest()
-  bool unseen_ = false;           ///< newest() changed since the last take
+  Time newest_stamp_{};  ///< of newest()
+  bool unseen_ = false;  ///< newest() changed since the last take
 
  private:
   struct Impl;

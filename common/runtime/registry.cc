@@ -22,8 +22,8 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr auto kScanPeriod = 20ms;     // without inotify
-constexpr int kLooks = 20;             // 1 ms apart: a dying process closes its files, then drops the locks
+constexpr auto kScanPeriod = 20ms;  // without inotify
+constexpr int kLooks = 20;  // 1 ms apart: a dying process closes its files, then drops the locks
 constexpr auto kNamePatience = 500ms;  // for a predecessor that is just dying
 
 struct flock whole_file(short type) {
@@ -57,7 +57,8 @@ std::optional<v1::NodeInfo> read_info(const std::string& path, const std::string
   return info;
 }
 
-/// Removes the entry of a dead node and its sockets; whoever takes the name meanwhile is left alone.
+/// Removes the entry of a dead node and its sockets; whoever takes the name meanwhile is left
+/// alone.
 void clean(const std::string& directory, const std::string& name) {
   const int fd = open((directory + "/." + name).c_str(), O_RDWR | O_CLOEXEC);
   if (fd < 0) return;
@@ -122,8 +123,9 @@ void RegistryEntry::publish(const v1::NodeInfo& info) {
 
 Registry::Registry(std::string directory)
     : directory_(nodes_directory(directory)), inotify_(inotify_init1(IN_NONBLOCK | IN_CLOEXEC)) {
-  if (inotify_ >= 0 && inotify_add_watch(inotify_, directory_.c_str(),
-                                         IN_MOVED_TO | IN_DELETE | IN_CLOSE_WRITE | IN_ONLYDIR) < 0) {
+  if (inotify_ >= 0 &&
+      inotify_add_watch(inotify_, directory_.c_str(),
+                        IN_MOVED_TO | IN_DELETE | IN_CLOSE_WRITE | IN_ONLYDIR) < 0) {
     close(inotify_);
     inotify_ = -1;
   }

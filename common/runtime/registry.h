@@ -9,8 +9,8 @@
 
 namespace mimesis::runtime {
 
-/// A node's claim to its name: a lock on GRAPH/nodes/.NAME for the life of the process, whatever ends it,
-/// and its NodeInfo in GRAPH/nodes/NAME, replaced atomically.
+/// A node's claim to its name: a lock on GRAPH/nodes/.NAME for the life of the process, whatever
+/// ends it, and its NodeInfo in GRAPH/nodes/NAME, replaced atomically.
 class RegistryEntry {
  public:
   /// @throws ConfigError if a live process holds the name.
@@ -31,8 +31,9 @@ struct RegistryChange {
   bool alive = true;  ///< false: gone, or replaced by a new start
 };
 
-/// Who is in a graph, kept current through inotify. The kernel reports the closing of a dead process's lock
-/// file, so a death is known as fast as a birth; without inotify the directory is read every 20 ms.
+/// Who is in a graph, kept current through inotify. The kernel reports the closing of a dead
+/// process's lock file, so a death is known as fast as a birth; without inotify the directory is
+/// read every 20 ms.
 class Registry {
  public:
   explicit Registry(std::string directory);

@@ -18,24 +18,26 @@ struct NodeAbout {
 class AnyNode {
  public:
   virtual ~AnyNode() = default;
-  virtual void visit(ParamVisitor& v) = 0;   ///< its parameters
-  virtual void create(Bus& bus) = 0;         ///< constructs the node; may throw ConfigError
+  virtual void visit(ParamVisitor& v) = 0;  ///< its parameters
+  virtual void create(Bus& bus) = 0;        ///< constructs the node; may throw ConfigError
   virtual void step(Time now) = 0;
   virtual void stop(Time now) noexcept = 0;  ///< last call: actuators to a safe state
-  virtual bool comes_to_rest() const { return false; }  ///< a stop request waits (bounded) for at_rest
+  virtual bool comes_to_rest() const {
+    return false;
+  }  ///< a stop request waits (bounded) for at_rest
   virtual bool at_rest() const { return true; }
   virtual double rate_hz() const = 0;
-  virtual double offset_s() const = 0;       ///< of the first step within the period
+  virtual double offset_s() const = 0;  ///< of the first step within the period
 };
 
-/// Parses the command line, loads parameters, joins the graph, steps at the node's rate on the graph's
-/// clock until SIGINT, SIGTERM or the end of simulated time, stops the node. Returns the exit code:
-/// 0 stopped on request, 1 failed, 2 configuration.
+/// Parses the command line, loads parameters, joins the graph, steps at the node's rate on the
+/// graph's clock until SIGINT, SIGTERM or the end of simulated time, stops the node. Returns the
+/// exit code: 0 stopped on request, 1 failed, 2 configuration.
 int run(int argc, char** argv, const NodeAbout& about, AnyNode& node);
 
 /// `Node` has: `using Params` (with `rate_hz`, optionally `offset_s`, and `visit`), a constructor
-/// `(const Params&, Bus&)`, `step(Time)`, optionally `stop(Time) noexcept`, and `bool at_rest() const`
-/// if it should go on stepping (for 1.5 s at most) after a stop request until it is.
+/// `(const Params&, Bus&)`, `step(Time)`, optionally `stop(Time) noexcept`, and `bool at_rest()
+/// const` if it should go on stepping (for 1.5 s at most) after a stop request until it is.
 template <class Node>
 class NodeAdapter final : public AnyNode {
  public:

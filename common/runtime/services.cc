@@ -58,7 +58,8 @@ std::uint64_t ServiceClient::send(const std::string& service, const std::string&
 std::optional<tl::expected<std::string, Status>> ServiceClient::receive(std::uint64_t expected) {
   for (Frame number; socket_.receive(number);) {
     Frame kind, body;
-    if (!number.more() || !socket_.receive(kind) || !kind.more() || !socket_.receive(body)) continue;
+    if (!number.more() || !socket_.receive(kind) || !kind.more() || !socket_.receive(body))
+      continue;
     socket_.skip_rest(body);
     std::uint64_t n = 0;
     if (number.size() != sizeof n || kind.size() != 1) continue;

@@ -12,8 +12,8 @@
 
 namespace mimesis::runtime {
 
-/// Answers requests. Frames: identity, request number, service | answer: identity, number, 0 or 1, body or
-/// reason. The service "" exchanges NodeInfos with other hosts.
+/// Answers requests. Frames: identity, request number, service | answer: identity, number, 0 or 1,
+/// body or reason. The service "" exchanges NodeInfos with other hosts.
 class ServiceServer {
  public:
   explicit ServiceServer(ZmqContext& context) : socket_(context, ZMQ_ROUTER) {}

@@ -40,8 +40,8 @@ class Input {
   std::map<std::uint64_t, std::uint64_t> last_seq_;  ///< by start_id
 };
 
-/// Receiving half of a node: `latest` and `queue` inputs on a lossy socket, `reliable` ones (in lock-step:
-/// all) on a second one.
+/// Receiving half of a node: `latest` and `queue` inputs on a lossy socket, `reliable` ones (in
+/// lock-step: all) on a second one.
 class Subscriber {
  public:
   Subscriber(ZmqContext& context, std::uint64_t start_id, bool lockstep);
@@ -52,8 +52,8 @@ class Subscriber {
   void meet(const v1::NodeInfo& node);
   void forget(const v1::NodeInfo& node);
 
-  /// Moves what has arrived to the inputs; in lock-step only from nodes that do not take part in it, the
-  /// rest is kept for `deliver`. True if anything arrived.
+  /// Moves what has arrived to the inputs; in lock-step only from nodes that do not take part in
+  /// it, the rest is kept for `deliver`. True if anything arrived.
   bool drain();
   /// Lock-step: moves one message to its inputs; false if it has not arrived yet.
   bool deliver(const v1::Publication& publication);

@@ -3,7 +3,8 @@
 
 namespace mimesis::runtime {
 
-/// Graph time: nanoseconds since the epoch of the graph's clock (wall clock: 1970; simulated: its start).
+/// Graph time: nanoseconds since the epoch of the graph's clock (wall clock: 1970; simulated: its
+/// start).
 using Time = std::chrono::nanoseconds;
 
 inline double to_seconds(Time t) { return std::chrono::duration<double>(t).count(); }

@@ -8,7 +8,8 @@
 
 namespace mimesis::runtime {
 
-/// What precedes every payload on the wire, after the topic and a NUL: five little-endian 64-bit words.
+/// What precedes every payload on the wire, after the topic and a NUL: five little-endian 64-bit
+/// words.
 struct WireHeader {
   std::uint64_t seq = 0;        ///< of this publisher and topic, from 1 [1]
   Time stamp{};                 ///< graph time of the content
@@ -33,7 +34,8 @@ std::optional<WireMessage> decode_frame(std::string_view frame);
 std::string subscription(std::string_view topic);
 
 /// Subscription by which a subscriber names itself to publishers. It sorts behind every topic, and
-/// ZeroMQ sends subscriptions to a new connection in sorted order: who has seen it has seen them all.
+/// ZeroMQ sends subscriptions to a new connection in sorted order: who has seen it has seen them
+/// all.
 std::string hello(std::uint64_t start_id);
 /// start_id of a hello, or nothing.
 std::optional<std::uint64_t> decode_hello(std::string_view subscription);

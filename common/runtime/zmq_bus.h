@@ -16,12 +16,12 @@ namespace mimesis::runtime {
 enum class ClockKind { wall, sim, lockstep };
 
 struct BusOptions {
-  std::string name;                 ///< of the node: letters, digits, _ and -
-  std::string graph;                ///< empty: graph_name()
+  std::string name;   ///< of the node: letters, digits, _ and -
+  std::string graph;  ///< empty: graph_name()
   ClockKind clock = ClockKind::wall;
   std::map<std::string, std::string, std::less<>> in, out;  ///< wiring: port -> topic
-  std::string bind;                 ///< tcp://ADDRESS:PORT for other hosts; empty: this host only
-  std::vector<std::string> peers;   ///< tcp://HOST:PORT, `bind` of nodes on other hosts
+  std::string bind;                ///< tcp://ADDRESS:PORT for other hosts; empty: this host only
+  std::vector<std::string> peers;  ///< tcp://HOST:PORT, `bind` of nodes on other hosts
 };
 
 /// Sending end for messages that are serialised already: log player, converters.
@@ -33,8 +33,8 @@ class RawOut {
   virtual std::size_t subscribers() const = 0;
 };
 
-/// The bus of real processes, over ZeroMQ (docs/architecture.md). Single-threaded: everything happens inside
-/// the calls below, so whoever owns it must call `wait` or `drain` regularly.
+/// The bus of real processes, over ZeroMQ (docs/architecture.md). Single-threaded: everything
+/// happens inside the calls below, so whoever owns it must call `wait` or `drain` regularly.
 class ZmqBus final : public Bus {
  public:
   using WallTime = std::chrono::system_clock::time_point;
@@ -45,7 +45,8 @@ class ZmqBus final : public Bus {
   explicit ZmqBus(BusOptions options);
   ~ZmqBus() override;
 
-  std::unique_ptr<InChannel> subscribe(std::string_view port, const google::protobuf::Message& prototype,
+  std::unique_ptr<InChannel> subscribe(std::string_view port,
+                                       const google::protobuf::Message& prototype,
                                        const InOptions& options) override;
   std::unique_ptr<OutChannel> advertise(std::string_view port,
                                         const google::protobuf::Message& prototype,
@@ -63,20 +64,20 @@ class ZmqBus final : public Bus {
   std::unique_ptr<RawOut> advertise_raw(std::string_view topic, std::string_view type,
                                         std::string_view descriptor_set, const OutOptions& options);
 
-  /// Declares that all ports exist. Waits (at most 2 s) for the recorders of the graph to connect, so that
-  /// they miss nothing: until then messages for reliable subscribers are held back.
+  /// Declares that all ports exist. Waits (at most 2 s) for the recorders of the graph to connect,
+  /// so that they miss nothing: until then messages for reliable subscribers are held back.
   void ready();
 
-  /// Serves discovery, services and late joiners until `deadline` or until one of `fds` is readable; true
-  /// in the second case.
+  /// Serves discovery, services and late joiners until `deadline` or until one of `fds` is
+  /// readable; true in the second case.
   bool wait(WallTime deadline, std::span<const int> fds = {});
   /// As `wait`, but until a message can be drained; true then.
   bool wait_message(WallTime deadline);
   /// Moves what has arrived to the inputs. In lock-step use `deliver`.
   void drain();
 
-  /// Lock-step: the step at `tick` begins. Makes exactly `visible` appear at the inputs, in this order; waits
-  /// for what is still on its way, but not for publishers that died.
+  /// Lock-step: the step at `tick` begins. Makes exactly `visible` appear at the inputs, in this
+  /// order; waits for what is still on its way, but not for publishers that died.
   void deliver(Time tick, const google::protobuf::RepeatedPtrField<v1::Publication>& visible);
   /// Lock-step: waits (at most 2 s) until every live lock-step node wired to this one's outputs has
   /// connected, and lets held messages go.
@@ -89,9 +90,9 @@ class ZmqBus final : public Bus {
   std::vector<v1::NodeInfo> known_nodes() const;  ///< alive, without this one, by name
   const v1::NodeInfo& info() const;               ///< of this node
   std::vector<v1::InputHealth> input_health(Time now) const;
-  std::uint64_t sent() const;     ///< messages since the start
-  std::uint64_t backlog() const;  ///< messages waiting for reliable subscribers
-  std::uint64_t overflow() const; ///< messages a stuck reliable subscriber has missed
+  std::uint64_t sent() const;       ///< messages since the start
+  std::uint64_t backlog() const;    ///< messages waiting for reliable subscribers
+  std::uint64_t overflow() const;   ///< messages a stuck reliable subscriber has missed
   std::uint64_t malformed() const;  ///< received frames that were no messages of ours
 
  private:

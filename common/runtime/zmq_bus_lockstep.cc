@@ -6,8 +6,8 @@
 namespace mimesis::runtime {
 namespace {
 using namespace std::chrono_literals;
-constexpr auto kAfterDeath = 50ms;   // for bytes of a dead publisher that are still under way
-constexpr auto kPatience = 5s;       // for a living one: then a message must have been lost
+constexpr auto kAfterDeath = 50ms;  // for bytes of a dead publisher that are still under way
+constexpr auto kPatience = 5s;      // for a living one: then a message must have been lost
 constexpr auto kRetry = 100us;
 }  // namespace
 
@@ -23,7 +23,8 @@ void ZmqBus::connect_members() {
   impl_->publisher.release();
 }
 
-void ZmqBus::deliver(Time tick, const google::protobuf::RepeatedPtrField<v1::Publication>& visible) {
+void ZmqBus::deliver(Time tick,
+                     const google::protobuf::RepeatedPtrField<v1::Publication>& visible) {
   impl_->tick = tick;
   impl_->subscriber.drain();
   for (const v1::Publication& publication : visible) {
@@ -36,7 +37,8 @@ void ZmqBus::deliver(Time tick, const google::protobuf::RepeatedPtrField<v1::Pub
       }
       if (std::chrono::steady_clock::now() >= give_up) {
         impl_->subscriber.give_up(publication);
-        if (!dying) error("message {} on topic {} did not arrive", publication.seq(), publication.topic());
+        if (!dying)
+          error("message {} on topic {} did not arrive", publication.seq(), publication.topic());
         break;
       }
       impl_->wait(std::chrono::system_clock::now() + 20ms, {}, true);
@@ -45,7 +47,9 @@ void ZmqBus::deliver(Time tick, const google::protobuf::RepeatedPtrField<v1::Pub
   }
 }
 
-std::vector<v1::Publication> ZmqBus::take_published() { return std::exchange(impl_->published, {}); }
+std::vector<v1::Publication> ZmqBus::take_published() {
+  return std::exchange(impl_->published, {});
+}
 
 void ZmqBus::flush() {
   std::uint64_t waiting = impl_->publisher.backlog();

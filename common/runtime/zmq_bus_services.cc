@@ -58,7 +58,8 @@ tl::expected<std::string, Status> ZmqBus::call(std::string_view service, const s
     impl_->wait(next_look(), {}, false);
     server = impl_->server_of(service);
   }
-  if (server == nullptr) return tl::unexpected(Status{"no node offers service " + name + within(timeout)});
+  if (server == nullptr)
+    return tl::unexpected(Status{"no node offers service " + name + within(timeout)});
 
   const std::uint64_t start_id = server->start_id();
   const std::string server_name = server->name();
@@ -74,7 +75,8 @@ tl::expected<std::string, Status> ZmqBus::call(std::string_view service, const s
       return *std::move(answer);
     }
     if (!left()) {
-      return tl::unexpected(Status{"service " + name + ": no answer from node " + server_name + within(timeout)});
+      return tl::unexpected(
+          Status{"service " + name + ": no answer from node " + server_name + within(timeout)});
     }
     impl_->wait(next_look(), {}, false, client->handle());
     if (!impl_->known.contains(start_id)) {

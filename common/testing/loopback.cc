@@ -55,7 +55,8 @@ Loopback::~Loopback() {
 
 void Loopback::send_raw(std::string_view port, std::string payload, runtime::Time stamp) {
   const auto it = inputs_.find(port);
-  if (it == inputs_.end()) throw ConfigError("loopback: the node has no input " + std::string(port));
+  if (it == inputs_.end())
+    throw ConfigError("loopback: the node has no input " + std::string(port));
   Input& in = *it->second;
   ++in.counters.received;
   in.pending.push_back({std::move(payload), stamp, ++in.seq, "test"});
@@ -70,7 +71,8 @@ void Loopback::send_raw(std::string_view port, std::string payload, runtime::Tim
 
 bool Loopback::take_raw(std::string_view port, google::protobuf::Message& out) {
   const auto it = outputs_.find(port);
-  if (it == outputs_.end()) throw ConfigError("loopback: the node has no output " + std::string(port));
+  if (it == outputs_.end())
+    throw ConfigError("loopback: the node has no output " + std::string(port));
   if (it->second->sent.empty()) return false;
   MIMESIS_ASSERT(it->second->type == out.GetTypeName());
   MIMESIS_ASSERT(out.ParseFromString(it->second->sent.front()));
@@ -106,7 +108,8 @@ void Loopback::serve(std::string_view name, const google::protobuf::Message&,
   services_[node_ + "/" + std::string(name)] = std::move(handler);
 }
 
-tl::expected<std::string, Status> Loopback::call(std::string_view service, const std::string& request,
+tl::expected<std::string, Status> Loopback::call(std::string_view service,
+                                                 const std::string& request,
                                                  std::chrono::milliseconds) {
   const auto it = services_.find(service);
   if (it == services_.end()) {

@@ -10,7 +10,8 @@
 
 namespace mimesis::testing {
 
-/// A bus in memory for one node under test: `send` feeds its inputs, `take` reads its outputs, by port name.
+/// A bus in memory for one node under test: `send` feeds its inputs, `take` reads its outputs, by
+/// port name.
 class Loopback final : public runtime::Bus {
  public:
   Loopback();
@@ -59,7 +60,9 @@ class Loopback final : public runtime::Bus {
                                          std::chrono::milliseconds timeout) override;
   bool lockstep() const override { return true; }
   const std::string& node() const override { return node_; }
-  const std::string& directory() const override { return directory_; }  ///< a fresh temporary folder
+  const std::string& directory() const override {
+    return directory_;
+  }  ///< a fresh temporary folder
 
   struct Input {
     runtime::InOptions options;

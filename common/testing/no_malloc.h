@@ -3,8 +3,8 @@
 
 namespace mimesis::testing {
 
-/// While one lives, an allocation on this thread aborts with a message; deallocation is free to happen.
-/// Inactive under sanitizers, which replace malloc themselves.
+/// While one lives, an allocation on this thread aborts with a message; deallocation is free to
+/// happen. Inactive under sanitizers, which replace malloc themselves.
 class NoMalloc {
  public:
   NoMalloc();

@@ -56,8 +56,8 @@ struct NodeSpec {
   bool ready_when_started = false;  ///< `ready: started`: a foreign program, no node
   Sched sched;
 
-  /// False for programs without the options of nodes and no part in the graph's clock: foreign ones, and
-  /// `exec: mimesis` (the recorder).
+  /// False for programs without the options of nodes and no part in the graph's clock: foreign
+  /// ones, and `exec: mimesis` (the recorder).
   bool takes_node_options() const { return !ready_when_started && exec.text != "mimesis"; }
 };
 
