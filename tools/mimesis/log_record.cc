@@ -43,7 +43,9 @@ Recorded recorded(runtime::Tapped tapped) {
   m.publish_time_ns = static_cast<std::uint64_t>(tapped.message.stamp.count());
   if (tapped.publisher != nullptr) {
     m.start_id = tapped.publisher->start_id();
-    m.ordered = tapped.publisher->clock() == "sim" || tapped.publisher->clock() == "lockstep";
+    // The clock node itself steps on the wall clock, but what it says is graph time.
+    m.ordered = tapped.publisher->clock() == "sim" || tapped.publisher->clock() == "lockstep" ||
+                m.type == v1::ClockTime::descriptor()->full_name();
     for (const auto& output : tapped.publisher->outputs()) {
       if (output.topic() == m.topic) m.latched = output.latched();
     }
