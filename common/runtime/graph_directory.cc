@@ -32,6 +32,15 @@ void private_directory(const std::string& path) {
     throw ConfigError(path + " is open to other users; expected mode 0700");
 }
 
+/// Tells users apart in a folder that all share. User 0 of a user namespace is not the machine's
+/// root.
+std::string user_name() {
+  constexpr ino_t kInitialNamespace = 0xEFFFFFFD;  // linux/proc_ns.h
+  struct stat st {};
+  const bool nested = stat("/proc/self/ns/user", &st) == 0 && st.st_ino != kInitialNamespace;
+  return std::to_string(geteuid()) + (nested ? "-" + std::to_string(st.st_ino) : "");
+}
+
 bool name_char(char c) {
   return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' ||
          c == '-' || c == '.';
@@ -84,8 +93,7 @@ std::string graph_directory(const std::string& graph) {
   if (const char* runtime = std::getenv("XDG_RUNTIME_DIR"); runtime != nullptr && *runtime == '/') {
     base = std::string(runtime) + "/mimesis";
   } else {  // shared by all users: one folder for each
-    base = (std::filesystem::temp_directory_path() / ("mimesis-" + std::to_string(geteuid())))
-               .string();
+    base = (std::filesystem::temp_directory_path() / ("mimesis-" + user_name())).string();
   }
   private_directory(base);
   private_directory(base + "/" + graph);
