@@ -29,6 +29,19 @@ std::string name_of(v1::Goal goal) {
   return goal == v1::GOAL_LOW ? "low" : "";
 }
 
+/// The table as calibrated cameras measure it: places in the horizontal plane with Gaussian errors;
+/// the heights of known objects on known supports are taken as known.
+kin::Table measured(kin::Table table, double sigma_m, std::mt19937_64& random) {
+  std::normal_distribution<double> error(0.0, 1.0);
+  const auto perturb = [&](Eigen::Vector3d& p) {
+    p.x() += sigma_m * error(random);
+    p.y() += sigma_m * error(random);
+  };
+  perturb(table.object);
+  for (kin::GoalPlace& goal : table.goals) perturb(goal.position);
+  return table;
+}
+
 }  // namespace
 
 WorldNode::WorldNode(const Params& params, runtime::Bus& bus)
@@ -36,6 +49,7 @@ WorldNode::WorldNode(const Params& params, runtime::Bus& bus)
       arm_model_(model::load_arm(params.robot)),
       table_(table_for(params)),
       world_(arm_model_, table_, {}),
+      random_(static_cast<std::uint64_t>(params.seed)),
       arm_(bus, "arm"),
       hand_(bus, "hand"),
       task_(bus, "task"),
@@ -140,7 +154,7 @@ void WorldNode::publish_state(runtime::Time now) {
 void WorldNode::publish_scene(runtime::Time now) {
   scene_due_ = false;
   table_.object = world_.object().cylinder().X_WO.translation();
-  v1::Scene scene = model::to_proto(table_);
+  v1::Scene scene = model::to_proto(measured(table_, params_.measurement_sigma_m, random_));
   scene_.send(scene, now);
   foxglove::SceneUpdate entities = model::to_entities(table_, arm_model_, now);
   entities_.send(entities, now);

@@ -20,6 +20,7 @@ WorldParams params() {
   p.robot = kModels + "lwr4.yaml";
   p.table = kModels + "bridge_table.yaml";
   p.settle_s = 0.1;
+  p.measurement_sigma_m = 0.0;
   return p;
 }
 
@@ -202,6 +203,29 @@ TEST(WorldNodeParams, ABlockedGoalIsAnObstacleEverybodySees) {
   EXPECT_DOUBLE_EQ(scene->boxes(4).center_in_world_m().y_m(), 0.12);
   EXPECT_DOUBLE_EQ(scene->bridge().height_m(), 0.3);
   EXPECT_DOUBLE_EQ(scene->object().position_in_world_m().x_m(), 0.41);
+}
+
+TEST(WorldNodeParams, MeasuredPlacesScatterAsAskedAndRepeatably) {
+  constexpr double kSigma = 0.002;
+  constexpr int kWorlds = 200;
+  const kin::Table truth = model::load_table(params().table);
+  const auto error = [&](int seed) -> Eigen::Vector3d {
+    WorldParams p = params();
+    p.measurement_sigma_m = kSigma;
+    p.seed = seed;
+    testing::Loopback bus;
+    WorldNode node(p, bus);
+    node.step(1s);
+    return model::from_proto(*bus.take<v1::Scene>("scene")).object - truth.object;
+  };
+  Eigen::Vector3d squares = Eigen::Vector3d::Zero();
+  for (int seed = 0; seed < kWorlds; ++seed) squares += error(seed).cwiseAbs2();
+  const Eigen::Vector3d rms = (squares / kWorlds).cwiseSqrt();
+  EXPECT_NEAR(rms.x(), kSigma, 0.2 * kSigma);  // four standard errors of an rms of 200
+  EXPECT_NEAR(rms.y(), kSigma, 0.2 * kSigma);
+  EXPECT_EQ(rms.z(), 0.0);
+  EXPECT_EQ(error(7), error(7));
+  EXPECT_NE(error(7), error(8));
 }
 
 TEST(WorldNodeParams, AMissingFileIsAConfigurationError) {
