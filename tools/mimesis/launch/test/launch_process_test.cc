@@ -75,7 +75,8 @@ TEST_F(Launch, StartsWhenThoseBeforeAreReadyAndStopsInReverse) {
                                    err.find("[c] ")};
   EXPECT_TRUE(std::is_sorted(std::begin(positions), std::end(positions))) << err;
   EXPECT_NE(positions[3], std::string::npos);
-  for (const auto& node : summary(*launch)["nodes"]) EXPECT_EQ(node["exit_code"], 0) << node;
+  const auto report = summary(*launch);  // outlives the loop over a part of it
+  for (const auto& node : report["nodes"]) EXPECT_EQ(node["exit_code"], 0) << node;
   EXPECT_NE(folder_.read("mimesis/log/run/a.log").find("ready"), std::string::npos);
 }
 
