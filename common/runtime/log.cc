@@ -48,16 +48,22 @@ spdlog::level::level_enum to_spdlog(Level level) {
   return spdlog::level::err;
 }
 
-}  // namespace
-
-void log(Level level, std::string_view line) {
-  logger()->log(to_spdlog(level), spdlog::string_view_t(line.data(), line.size()));
-  if (!logger()->should_log(to_spdlog(level))) return;
+/// For take_log_lines.
+void keep(Level level, std::string_view line) {
   Kept& k = kept();
   const std::scoped_lock lock(k.mutex);
   k.lines.push_back({level, std::string(line)});
   if (k.lines.size() > kKeptLines) k.lines.pop_front();
 }
+
+}  // namespace
+
+void log(Level level, std::string_view line) {
+  logger()->log(to_spdlog(level), spdlog::string_view_t(line.data(), line.size()));
+  if (logger()->should_log(to_spdlog(level))) keep(level, line);
+}
+
+void record(std::string_view line) { keep(Level::debug, line); }
 
 void set_log_name(std::string_view name) { logger() = logger()->clone(std::string(name)); }
 

@@ -48,6 +48,10 @@ class ParamSource {
 /// The values behind `visit` as YAML, two spaces per level: the effective set for the log.
 std::string dump_params(const VisitParams& visit);
 
+/// One "key=value" per value, for one line of the log: view.focal_px=740. Text with spaces is
+/// quoted.
+std::vector<std::string> flat_params(const VisitParams& visit);
+
 /// One line per parameter for --help: "k_1_s  0.5  [0.001, 10]".
 std::string describe_params(const VisitParams& visit);
 

@@ -1,6 +1,8 @@
 // The values of a struct of parameters as text: for the log (YAML) and for --help (one line each).
 #include <fmt/format.h>
 
+#include <utility>
+
 #include "common/runtime/param_source.h"
 
 namespace mimesis::runtime {
@@ -97,6 +99,33 @@ class YamlWriter final : public Writer {
   bool dash_ = false;  // the next line starts an element of a list
 };
 
+/// One entry per value: "view.focal_px=740", "axes.0.node=1".
+class FlatWriter final : public Writer {
+ public:
+  void group(std::string_view key, const VisitParams& visit) override {
+    const std::string outer = std::exchange(prefix_, prefix_ + std::string(key) + ".");
+    visit(*this);
+    prefix_ = outer;
+  }
+  void elements(std::string_view key, std::size_t size, const std::function<void(std::size_t)>&,
+                const std::function<void(ParamVisitor&, std::size_t)>& visit) override {
+    for (std::size_t i = 0; i < size; ++i) {
+      group(fmt::format("{}.{}", key, i), [&](ParamVisitor& v) { visit(v, i); });
+    }
+  }
+
+  std::vector<std::string> entries;
+
+ private:
+  void leaf(std::string_view key, const std::string& value, const std::string&) override {
+    const bool bare = value.starts_with('"') && value.find_first_of(" \\") == std::string::npos;
+    entries.push_back(
+        fmt::format("{}{}={}", prefix_, key, bare ? value.substr(1, value.size() - 2) : value));
+  }
+
+  std::string prefix_;
+};
+
 class HelpWriter final : public Writer {
  public:
   void group(std::string_view key, const VisitParams& visit) override {
@@ -124,6 +153,12 @@ std::string dump_params(const VisitParams& visit) {
   YamlWriter writer;
   visit(writer);
   return writer.out;
+}
+
+std::vector<std::string> flat_params(const VisitParams& visit) {
+  FlatWriter writer;
+  visit(writer);
+  return std::move(writer.entries);
 }
 
 std::string describe_params(const VisitParams& visit) {

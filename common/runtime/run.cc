@@ -51,7 +51,34 @@ int step_until_stopped(AnyNode& node, NodeClock& clock, SelfReport& report,
   return exit_code;
 }
 
-int run_configured(const NodeOptions& options, const std::string& effective, AnyNode& node) {
+struct EffectiveParams {
+  std::string all;      ///< as YAML
+  std::string changed;  ///< one line: what differs from the defaults
+};
+
+EffectiveParams effective_params(const VisitParams& visit,
+                                 const std::vector<std::string>& defaults) {
+  std::string changed;
+  for (const std::string& entry : flat_params(visit)) {
+    if (std::ranges::find(defaults, entry) == defaults.end()) {
+      changed += (changed.empty() ? "" : " ") + entry;
+    }
+  }
+  return {dump_params(visit), changed.empty() ? "all parameters at their defaults" : changed};
+}
+
+/// What the node's own checks find names no place yet.
+void create(AnyNode& node, ZmqBus& bus) {
+  try {
+    node.create(bus);
+  } catch (const ConfigError& e) {
+    const std::string what = e.what();
+    if (what.starts_with(bus.node() + ".")) throw;
+    throw ConfigError(bus.node() + ": " + what);
+  }
+}
+
+int run_configured(const NodeOptions& options, const EffectiveParams& effective, AnyNode& node) {
   StopSignal stop(node.comes_to_rest() ? kRestGrace : std::chrono::milliseconds(0));
   set_log_name(options.bus.name);
   BusOptions bus_options = options.bus;
@@ -59,10 +86,11 @@ int run_configured(const NodeOptions& options, const std::string& effective, Any
   ZmqBus bus(std::move(bus_options));
   SelfReport report(bus);
   try {
-    node.create(bus);
+    create(node, bus);
     const auto clock = make_clock(options.bus.clock, bus, node, stop.fd());
     bus.ready();
-    info("ready; parameters:\n{}", effective);
+    info("ready: {}", effective.changed);
+    record("parameters:\n" + effective.all);
     notify_ready();
     return step_until_stopped(node, *clock, report, stop);
   } catch (...) {
@@ -79,9 +107,10 @@ int run(int argc, char** argv, const NodeAbout& about, AnyNode& node) {
   if (const auto exit_code = parse_command_line(argc, argv, about, visit, options))
     return *exit_code;
   try {
+    const std::vector<std::string> defaults = flat_params(visit);
     ParamSource(options.params, options.args, options.sets).read(about.name, visit);
     if (options.check) return 0;
-    return run_configured(options, dump_params(visit), node);
+    return run_configured(options, effective_params(visit, defaults), node);
   } catch (const ConfigError& e) {
     std::cerr << e.what() << '\n';
     return 2;

@@ -62,6 +62,21 @@ TEST(NodeProcess, MessagesReachItAndItsHealthCountsThem) {
   EXPECT_GE(h->worst_step_s(), h->mean_step_s());
 }
 
+TEST(NodeProcess, SaysInOneLineWhatIsNotDefaultAndRecordsAll) {
+  TestGraph graph;
+  TestNode peer(graph, {{"log", "counter/log"}}, {});
+  Reliable<foxglove::Log> log(peer.bus(), "log");
+  peer.open();
+  Process node(graph, kCounter, {"--set", "rate_hz=200"});
+  std::optional<foxglove::Log> line;
+  while ((line = peer.receive(log)) && !line->message().starts_with("parameters:\n")) {
+  }
+  ASSERT_TRUE(line) << node.errors();
+  EXPECT_NE(line->message().find("\nrate_hz: 200\n"), std::string::npos) << line->message();
+  EXPECT_NE(line->message().find("\nwork: "), std::string::npos) << line->message();
+  EXPECT_NE(node.errors().find("info: ready: rate_hz=200\n"), std::string::npos) << node.errors();
+}
+
 TEST(NodeProcess, OverrunsAreCountedNotMadeUpFor) {
   TestGraph graph;
   TestNode peer(graph, {{"health", "counter/health"}}, {});

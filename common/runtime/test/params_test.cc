@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -112,6 +113,22 @@ TEST_F(Params, DumpReadsBackTheSame) {
   EXPECT_EQ(q.bus, "a \"quoted\" \\ text");
   EXPECT_EQ(q.names, (std::vector<std::string>{"x, y", "z"}));
   EXPECT_TRUE(q.balls.empty());
+}
+
+TEST_F(Params, FlatEntriesAreKeyAndValue) {
+  CrowdParams p;
+  const auto entries = flat_params([&p](ParamVisitor& v) { p.visit(v); });
+  const auto has = [&](const char* entry) {
+    return std::find(entries.begin(), entries.end(), entry) != entries.end();
+  };
+  EXPECT_TRUE(has("k_1_s=0.5"));
+  EXPECT_TRUE(has("balls.1.radius_m=0.2"));
+  p.k_1_s = 0.25;
+  const auto changed = flat_params([&p](ParamVisitor& v) { p.visit(v); });
+  ASSERT_EQ(changed.size(), entries.size());
+  int differing = 0;
+  for (std::size_t i = 0; i < entries.size(); ++i) differing += entries[i] != changed[i] ? 1 : 0;
+  EXPECT_EQ(differing, 1);
 }
 
 TEST_F(Params, DumpOfListsOfStructs) {
