@@ -36,7 +36,9 @@ int report(const CLI::App& app, const CLI::ParseError& error) {
     for (const CLI::Option* option : app.get_options()) {
       for (const std::string& name : option->get_lnames()) known.push_back("--" + name);
     }
-    line = "unknown option '" + word + "'" + did_you_mean(word.substr(0, word.find('=')), known);
+    line = word.starts_with('-') ? "unknown option '" + word + "'" +
+                                       did_you_mean(word.substr(0, word.find('=')), known)
+                                 : "unexpected argument '" + word + "'";
   }
   std::cerr << app.get_name() << ": " << line << "; see --help\n";
   return 2;
