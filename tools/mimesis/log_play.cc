@@ -166,6 +166,10 @@ class WallPlayer {
 }  // namespace
 
 int log_play(const PlayOptions& options) {
+  if (const auto file = log::open_file(options.file); !file) {
+    std::cerr << file.error().reason << '\n';
+    return 3;  // not found, as of `log info`
+  }
   PlayOptions checked = options;
   // The time of the recorded run is not the time of this one.
   checked.playback.topic = [wanted = options.playback.topic](const std::string& topic) {

@@ -16,6 +16,7 @@
 #include "common/reproduce/figure.h"
 #include "common/runtime/suggest.h"
 #include "nodes/cognition/figures/figures.h"
+#include "tools/mimesis/number_check.h"
 #include "tools/mimesis/table.h"
 #include "tools/mimesis/verbs.h"
 
@@ -160,7 +161,7 @@ void add_reproduce(CLI::App& program, int& exit_code) {
                  "One object per figure and line: name, source, passed, rows, plots, seconds");
   verb->add_option("--timeout", options->timeout_s,
                    "Give up on a figure after so many seconds (exit 3)")
-      ->check(CLI::PositiveNumber)
+      ->check(number_above_zero())
       ->capture_default_str();
   verb->footer(
       "Exit codes: 0 all rows within tolerance, 1 a row or a plot failed, 2 usage, 3 no such "

@@ -1,6 +1,7 @@
 #include "tools/mimesis/usage.h"
 
 #include <CLI/App.hpp>
+#include <algorithm>
 #include <iostream>
 
 #include "common/runtime/suggest.h"
@@ -33,13 +34,26 @@ std::vector<std::string> known_words(const CLI::App& app, bool options) {
   return known;
 }
 
+std::string unknown(const std::string& word, bool option, const std::vector<std::string>& known) {
+  return (option          ? "unknown option '"
+          : known.empty() ? "unexpected argument '"
+                          : "unknown verb '") +
+         word + "'" + runtime::did_you_mean(word, known);
+}
+
+std::string joined(const std::vector<std::string>& words) {
+  std::string all;
+  for (const std::string& word : words) all += (all.empty() ? "" : ", ") + word;
+  return all;
+}
+
 }  // namespace
 
 int report_usage(const CLI::App& program, const CLI::ParseError& error) {
   const CLI::App& verb = innermost(program);
   if (error.get_exit_code() == static_cast<int>(CLI::ExitCodes::Success)) {
     std::cout << (error.get_name() == "CallForVersion" ? std::string(error.what()) + "\n"
-                                                       : verb.help());
+                                                       : program.help());
     return 0;
   }
   const std::vector<std::string> extra = program.remaining(true);
@@ -47,10 +61,14 @@ int report_usage(const CLI::App& program, const CLI::ParseError& error) {
   if (!extra.empty()) {
     const bool option = extra.front().starts_with('-');
     const std::vector<std::string> known = known_words(verb, option);
-    what = (option          ? "unknown option '"
-            : known.empty() ? "unexpected argument '"
-                            : "unknown verb '") +
-           extra.front() + "'" + runtime::did_you_mean(extra.front(), known);
+    const std::string name = extra.front().substr(0, extra.front().find('='));
+    if (option && std::ranges::find(known, name) != known.end()) {
+      what = "'" + name + "' belongs behind the verb: " + full_name(verb) + " " + name + " ...";
+    } else {
+      what = unknown(extra.front(), option, known);
+    }
+  } else if (const auto verbs = known_words(verb, false); !verbs.empty()) {
+    what = "expected a verb: " + joined(verbs);
   }
   std::cerr << full_name(verb) << ": " << what << "\nSee: " << full_name(verb) << " --help\n";
   return 2;

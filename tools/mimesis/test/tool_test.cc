@@ -75,6 +75,12 @@ TEST(Usage, SuggestsOnTheLevelOfTheMistake) {
   EXPECT_EQ(err,
             "mimesis topic echo: unknown option '--onec', did you mean '--once'?\n"
             "See: mimesis topic echo --help\n");
+  EXPECT_EQ(usage_of({"topic"}, err), 2);
+  EXPECT_EQ(err, "mimesis topic: expected a verb: echo\nSee: mimesis topic --help\n");
+  EXPECT_EQ(usage_of({"--once", "topic", "echo"}, err), 2);
+  EXPECT_EQ(err,
+            "mimesis topic echo: '--once' belongs behind the verb: mimesis topic echo --once ...\n"
+            "See: mimesis topic echo --help\n");
   EXPECT_EQ(usage_of({"topic", "--help"}, err), 0);
   EXPECT_EQ(usage_of({"topic", "echo", "--once"}, err), 0);
   EXPECT_EQ(err, "");
