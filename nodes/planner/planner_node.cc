@@ -85,6 +85,10 @@ void PlannerNode::read_inputs(runtime::Time now) {
   if (const auto* scene = scene_in_.take()) table_ = model::from_proto(*scene);
   const auto* arm = arm_in_.fresh(now, stale);
   arm_reading_ = arm == nullptr ? std::nullopt : to_reading(*arm, arm_.dof());
+  if (arm != nullptr && !arm_reading_ && unusable_.pass()) {
+    runtime::warn("arm: {} positions, expected {} ({}); ignored", arm->position_rad_size(),
+                  arm_.dof(), params_.robot);
+  }
   const auto* hand = hand_in_.fresh(now, stale);
   hand_reading_ = hand == nullptr ? std::nullopt : std::optional(to_reading(*hand));
 }

@@ -1,9 +1,11 @@
 #pragma once
+#include <chrono>
 #include <memory>
 #include <optional>
 #include <string>
 
 #include "common/runtime/job.h"
+#include "common/runtime/log.h"
 #include "common/runtime/params.h"
 #include "common/runtime/ports.h"
 #include "nodes/planner/task_sequence.h"
@@ -101,6 +103,7 @@ class PlannerNode {
   std::optional<DecidedTask> decided_;
   std::optional<kin::Table> table_;
   std::optional<ArmReading> arm_reading_;
+  runtime::Throttle unusable_{std::chrono::seconds(1)};
   std::optional<HandReading> hand_reading_;
   v1::TaskStatus last_status_;
   runtime::Time status_due_{};

@@ -82,6 +82,7 @@ struct Input {
 struct Victim {
   const char* node;
   std::vector<Input> inputs;
+  const char* complaint;  ///< about content that is finite and nevertheless wrong
 };
 
 void PrintTo(const Victim& victim, std::ostream* out) { *out << victim.node; }
@@ -150,28 +151,35 @@ TEST_P(BadInput, IsReportedAndSurvived) {
   EXPECT_EQ(node.terminate(), 0) << node.errors();
   const std::string said = node.errors();
   EXPECT_NE(said.find(" rejected: "), std::string::npos) << said;
+  EXPECT_NE(said.find(victim.complaint), std::string::npos) << said;
   EXPECT_LT(std::ranges::count(said, '\n'), 100) << said;  // of thousands of messages
 }
 
 INSTANTIATE_TEST_SUITE_P(
     Nodes, BadInput,
-    ::testing::Values(Victim{"vision", {{"image", &foxglove::RawImage::default_instance()}}},
+    ::testing::Values(Victim{"vision",
+                             {{"image", &foxglove::RawImage::default_instance()}},
+                             "is not read, expected"},
                       Victim{"cognition",
                              {{"observation", &v1::Observation::default_instance()},
-                              {"task", &v1::TaskStatus::default_instance()}}},
+                              {"task", &v1::TaskStatus::default_instance()}},
+                             "a symbol that"},
                       Victim{"planner",
                              {{"decision", &v1::Decision::default_instance()},
                               {"scene", &v1::Scene::default_instance()},
                               {"arm", &v1::ArmState::default_instance()},
-                              {"hand", &v1::HandState::default_instance()}}},
+                              {"hand", &v1::HandState::default_instance()}},
+                             "positions, expected 7"},
                       Victim{"bridge",
                              {{"command", &v1::JointCommand::default_instance()},
-                              {"hand_command", &v1::HandCommand::default_instance()}}},
-                      Victim{"sim_hand", {{"contact", &v1::HandContact::default_instance()}}},
+                              {"hand_command", &v1::HandCommand::default_instance()}},
+                             "the arm has 7"},
+                      Victim{"sim_hand", {{"contact", &v1::HandContact::default_instance()}}, ""},
                       Victim{"world",
                              {{"arm", &v1::ArmState::default_instance()},
                               {"hand", &v1::HandState::default_instance()},
-                              {"task", &v1::TaskStatus::default_instance()}}}),
+                              {"task", &v1::TaskStatus::default_instance()}},
+                             "positions, expected 7"}),
     [](const auto& victim) { return std::string(victim.param.node); });
 
 }  // namespace
