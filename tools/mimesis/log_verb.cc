@@ -46,7 +46,7 @@ void add_record(CLI::App& verb, int& exit_code) {
       ->check(CLI::IsMember({"zstd", "lz4", "none"}))
       ->capture_default_str();
   record->add_option("--duration", o->duration_s, "Stop after so many seconds of wall time")
-      ->check(number_above_zero());
+      ->check(number_above_zero);
   record->add_option("--attach", o->attach, "Store this file in the log (repeatable): launch files")
       ->allow_extra_args(false);
   record->add_flag("--json", o->json, "Print the counts as one JSON object at the end");
@@ -88,12 +88,12 @@ void add_play(CLI::App& verb, int& exit_code) {
       ->check(CLI::Range(1e-3, 1e3))
       ->capture_default_str();
   CLI::Option* loop = play->add_option("--loop", o->play.loops, "So many times; 0: until stopped")
-                          ->check(number_not_below_zero())
+                          ->check(number_not_below_zero)
                           ->capture_default_str();
   play->add_option("--start", o->play.playback.start_s, "Skip so many recorded seconds")
-      ->check(number_not_below_zero());
+      ->check(number_not_below_zero);
   play->add_option("--duration", o->play.playback.duration_s, "Play so many recorded seconds")
-      ->check(number_not_below_zero());
+      ->check(number_not_below_zero);
   play->add_option("--name", o->play.name, "Name of the player in the graph")
       ->capture_default_str();
   CLI::Option* clock = play->add_flag("--clock", o->play.clock,

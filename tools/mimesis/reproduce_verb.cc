@@ -161,7 +161,7 @@ void add_reproduce(CLI::App& program, int& exit_code) {
                  "One object per figure and line: name, source, passed, rows, plots, seconds");
   verb->add_option("--timeout", options->timeout_s,
                    "Give up on a figure after so many seconds (exit 3)")
-      ->check(number_above_zero())
+      ->check(number_above_zero)
       ->capture_default_str();
   verb->footer(
       "Exit codes: 0 all rows within tolerance, 1 a row or a plot failed, 2 usage, 3 no such "

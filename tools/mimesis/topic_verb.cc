@@ -117,14 +117,14 @@ void add_topic(CLI::App& program, int& exit_code) {
   echo->add_option("topic", echo_options->topic, "Name of the topic")->required();
   echo->add_flag("--once", echo_options->once, "One message, then end");
   echo->add_option("-n", echo_options->count, "Number of messages, then end")
-      ->check(number_above_zero());
+      ->check(number_above_zero);
   echo->add_option("--field", echo_options->field,
                    "Only this field, such as header.seq or blobs.0.u_px");
   echo->add_flag("--reliable", echo_options->reliable,
                  "Lose none: the publisher waits with what does not fit");
   echo->add_option("--timeout", echo_options->timeout_s,
                    "Longest wait for a message [s]; then exit code 3")
-      ->check(number_above_zero());
+      ->check(number_above_zero);
   add_common(echo);
   echo->footer(
       "Examples:\n  mimesis topic echo planner/status --once\n"
@@ -139,11 +139,10 @@ void add_topic(CLI::App& program, int& exit_code) {
   hz->add_option("topic", hz_options->topic, "Name of the topic")->required();
   hz->add_option("-w,--window", hz_options->window, "Messages to look at")
       ->check(CLI::Range(2, 1'000'000));
-  hz->add_option("-n", hz_options->reports, "Number of lines, then end")
-      ->check(number_above_zero());
+  hz->add_option("-n", hz_options->reports, "Number of lines, then end")->check(number_above_zero);
   hz->add_option("--timeout", hz_options->timeout_s,
                  "Longest wait for a message [s]; then exit code 3")
-      ->check(number_above_zero());
+      ->check(number_above_zero);
   add_common(hz);
   hz->footer(
       "Examples:\n  mimesis topic hz camera/image\n  mimesis topic hz bridge/arm -w 200 -n 1 "
