@@ -16,7 +16,7 @@ constexpr std::size_t kBacklogBytes = std::size_t{128} << 20U;
 // A subscriber that takes nothing for so long, once the bound was reached, is stuck.
 constexpr std::chrono::milliseconds kStuck(500);
 // Long enough for the last words of a node that stops, short enough for one whose peer is stuck.
-constexpr int kLinger_ms = 300;
+constexpr int kLinger_ms = 1000;
 }  // namespace
 
 Publisher::Publisher(ZmqContext& context, std::uint64_t start_id)

@@ -35,7 +35,6 @@ void SubSocket::disconnect_retired() {
 }
 
 bool SubSocket::receive(Incoming& incoming) {
-  if (!retired_.empty()) disconnect_retired();
   while (socket_.receive(incoming.header)) {
     const auto message = decode_frame(incoming.header.view());
     if (!message || !incoming.header.more() || !socket_.receive(incoming.payload) ||
@@ -47,6 +46,7 @@ bool SubSocket::receive(Incoming& incoming) {
     incoming.message = *message;
     return true;
   }
+  if (!retired_.empty()) disconnect_retired();  // only now: what had arrived of them is read
   return false;
 }
 
