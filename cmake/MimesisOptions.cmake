@@ -24,9 +24,13 @@ find_program(MIMESIS_CCACHE ccache)
 if(MIMESIS_CCACHE)
   set(CMAKE_CXX_COMPILER_LAUNCHER ${MIMESIS_CCACHE})
 endif()
+# mold 1 (Debian 12's) now and then ends the RELRO segment behind the last mapped page: such a program does not start.
 find_program(MIMESIS_MOLD mold)
 if(MIMESIS_MOLD)
-  add_link_options(-fuse-ld=mold)
+  execute_process(COMMAND ${MIMESIS_MOLD} --version OUTPUT_VARIABLE mold_version ERROR_QUIET)
+  if(mold_version MATCHES "^mold ([0-9]+)" AND CMAKE_MATCH_1 GREATER_EQUAL 2)
+    add_link_options(-fuse-ld=mold)
+  endif()
 endif()
 
 # Everything of ours links this; generated code does not.
