@@ -34,10 +34,11 @@ struct OutOptions {
 
 /// One received message, still serialised.
 struct Received {
-  std::string payload;    ///< Protobuf wire format
-  Time stamp{};           ///< graph time at which it was published
-  std::uint64_t seq = 0;  ///< of its publisher and topic, from 1
-  std::string source;     ///< name of the publishing node
+  std::string payload;         ///< Protobuf wire format
+  Time stamp{};                ///< graph time at which it was published
+  std::uint64_t seq = 0;       ///< of its publisher and topic, from 1
+  std::string source;          ///< name of the publishing node
+  std::uint64_t start_id = 0;  ///< tells that node from its predecessors; 0 in memory
 };
 
 /// Counters of one input since the start.
@@ -75,6 +76,33 @@ class OutChannel {
 /// thread.
 using Handler = std::function<tl::expected<std::string, Status>(const std::string& request)>;
 
+/// What a step reads from and writes to the world outside of the graph: field buses, devices, the
+/// wall clock, threads. All of it passes here, so that it is recorded with the step and a replay
+/// gives the same back; without that a node's outputs are no function of its log. Only inside the
+/// constructor, `step`, `stop` and handlers of services.
+class Outside {
+ public:
+  virtual ~Outside() = default;
+  /// True: there is no outside; open no device, and take what was recorded.
+  virtual bool replaying() const = 0;
+  /// Live: keeps what was just read; `name` says of what ("can"), for messages and tools.
+  virtual void record(std::string_view name, std::string_view bytes) = 0;
+  /// Replay: what was read at this place. Empty, and the replay stops with a line that says so, if
+  /// the log holds something else here.
+  virtual std::string replay(std::string_view name) = 0;
+  /// What goes out, in both cases: recorded live, compared with the record in a replay.
+  virtual void written(std::string_view name, std::string_view bytes) = 0;
+};
+
+/// Where nobody records.
+class LiveOutside final : public Outside {
+ public:
+  bool replaying() const override { return false; }
+  void record(std::string_view, std::string_view) override {}
+  std::string replay(std::string_view) override { return {}; }
+  void written(std::string_view, std::string_view) override {}
+};
+
 /// The node's connection to its graph: ZeroMQ in processes (`zmq_bus.h`), memory in tests
 /// (`common/testing/loopback.h`). A port's name is local to the node; the launch file (or --in,
 /// --out) wires it to a topic. Unwired outputs publish on NODE/PORT; unwired inputs receive nothing
@@ -102,6 +130,7 @@ class Bus {
 
   /// True in lock-step: results must not depend on how long anything takes (see Job).
   virtual bool lockstep() const = 0;
+  virtual Outside& outside() = 0;
   /// Name of the node, for messages.
   virtual const std::string& node() const = 0;
   /// Folder for this graph's sockets ($XDG_RUNTIME_DIR/mimesis/GRAPH): buses of simulated hardware

@@ -96,7 +96,8 @@ void Subscriber::dispatch(const Incoming& incoming, Frame& payload, bool reliabl
   Received message{.payload = {},
                    .stamp = header.stamp,
                    .seq = header.seq,
-                   .source = known == known_.end() ? std::string() : known->second.name};
+                   .source = known == known_.end() ? std::string() : known->second.name,
+                   .start_id = header.start_id};
   const auto usable = [&](Input& input) {
     if (uses_reliable_socket(input) != reliable || !input.fresh(header.start_id, header.seq))
       return false;

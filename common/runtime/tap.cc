@@ -85,7 +85,8 @@ struct Tap::Impl {
                     .message = {.payload = std::string(incoming.payload.view()),
                                 .stamp = header.stamp,
                                 .seq = header.seq,
-                                .source = node.name()},
+                                .source = node.name(),
+                                .start_id = header.start_id},
                     .tick = Time(static_cast<std::int64_t>(header.tick)),
                     .publisher = &node};
     }

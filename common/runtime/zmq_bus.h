@@ -56,6 +56,7 @@ class ZmqBus final : public Bus {
   tl::expected<std::string, Status> call(std::string_view service, const std::string& request,
                                          std::chrono::milliseconds timeout) override;
   bool lockstep() const override;
+  Outside& outside() override { return outside_; }
   const std::string& node() const override;
   const std::string& directory() const override;
 
@@ -96,6 +97,7 @@ class ZmqBus final : public Bus {
   std::uint64_t malformed() const;  ///< received frames that were no messages of ours
 
  private:
+  LiveOutside outside_;
   std::unique_ptr<Impl> impl_;
 };
 

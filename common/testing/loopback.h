@@ -59,6 +59,7 @@ class Loopback final : public runtime::Bus {
   tl::expected<std::string, Status> call(std::string_view service, const std::string& request,
                                          std::chrono::milliseconds timeout) override;
   bool lockstep() const override { return true; }
+  runtime::Outside& outside() override { return outside_; }
   const std::string& node() const override { return node_; }
   const std::string& directory() const override {
     return directory_;
@@ -80,6 +81,7 @@ class Loopback final : public runtime::Bus {
  private:
   bool take_raw(std::string_view port, google::protobuf::Message& out);
 
+  runtime::LiveOutside outside_;
   std::string node_ = "test";
   std::string directory_;
   std::map<std::string, std::shared_ptr<Input>, std::less<>> inputs_;

@@ -1,4 +1,4 @@
-#include "tools/mimesis/playback.h"
+#include "tools/mimesis/log/playback.h"
 
 #include <fmt/format.h>
 

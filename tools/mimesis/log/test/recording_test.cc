@@ -5,8 +5,8 @@
 #include <filesystem>
 #include <fstream>
 
-#include "tools/mimesis/playback.h"
-#include "tools/mimesis/recording.h"
+#include "tools/mimesis/log/playback.h"
+#include "tools/mimesis/log/recording.h"
 #include "tools/mimesis/topic_filter.h"
 
 namespace mimesis::tool {

@@ -1,5 +1,5 @@
 #pragma once
-#include "tools/mimesis/log_play.h"
+#include "tools/mimesis/log/play.h"
 
 namespace mimesis::tool {
 

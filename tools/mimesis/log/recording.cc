@@ -1,4 +1,4 @@
-#include "tools/mimesis/recording.h"
+#include "tools/mimesis/log/recording.h"
 
 #include <fmt/format.h>
 

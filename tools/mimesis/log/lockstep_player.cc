@@ -1,4 +1,4 @@
-#include "tools/mimesis/lockstep_player.h"
+#include "tools/mimesis/log/lockstep_player.h"
 
 #include <map>
 

@@ -1,7 +1,7 @@
 #pragma once
 #include <string>
 
-#include "tools/mimesis/playback.h"
+#include "tools/mimesis/log/playback.h"
 
 namespace mimesis::tool {
 

@@ -1,4 +1,4 @@
-#include "tools/mimesis/log_info.h"
+#include "tools/mimesis/log/info.h"
 
 #include <fmt/chrono.h>
 #include <fmt/format.h>

@@ -1,4 +1,4 @@
-#include "tools/mimesis/log_record.h"
+#include "tools/mimesis/log/record.h"
 
 #include <fmt/format.h>
 
@@ -12,7 +12,7 @@
 
 #include "common/log/writer.h"
 #include "common/runtime/raw.h"
-#include "tools/mimesis/recording.h"
+#include "tools/mimesis/log/recording.h"
 #include "tools/mimesis/stop_signals.h"
 #include "tools/mimesis/table.h"
 

@@ -1,4 +1,4 @@
-#include "tools/mimesis/log_play.h"
+#include "tools/mimesis/log/play.h"
 
 #include <fmt/format.h>
 
@@ -11,7 +11,7 @@
 #include "common/runtime/raw.h"
 #include "common/runtime/stop_signal.h"
 #include "common/runtime/zmq_bus.h"
-#include "tools/mimesis/lockstep_player.h"
+#include "tools/mimesis/log/lockstep_player.h"
 
 namespace mimesis::tool {
 namespace {
