@@ -80,6 +80,9 @@ std::optional<int> parse_command_line(int argc, char** argv, const NodeAbout& ab
   repeated("--peer", options.bus.peers, "A node on another host: its --bind address",
            "tcp://HOST:PORT");
   app.add_flag("--check", options.check, "Reads the parameters and stops: exit code 0 or 2");
+  app.add_option("--replay", options.replay_fd,
+                 "Runs recorded steps that `mimesis log replay` sends over this socket")
+      ->type_name("FD");
   app.footer([&] {
     return "Parameters (key, default, range):\n" + describe_params(visit) + "\nExamples:\n  " +
            program + " --params launch/imitation.yaml#nodes." + std::string(about.name) +

@@ -17,6 +17,7 @@ struct NodeOptions {
   std::vector<std::string> args,
       sets;            ///< NAME=VALUE of the file's arguments; KEY=VALUE of parameters
   bool check = false;  ///< read the parameters and stop
+  int replay_fd = -1;  ///< >= 0: driven step by step over this socket (replay.h)
 };
 
 /// Fills `options`, or returns the exit code with which the program ends now (0 after --help, 2

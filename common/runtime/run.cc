@@ -7,8 +7,10 @@
 #include "common/runtime/log_lines.h"
 #include "common/runtime/node_clock.h"
 #include "common/runtime/param_source.h"
+#include "common/runtime/replay.h"
 #include "common/runtime/run_node.h"
 #include "common/runtime/self_report.h"
+#include "common/runtime/step_report.h"
 #include "common/runtime/stop_signal.h"
 
 namespace mimesis::runtime {
@@ -31,22 +33,28 @@ std::unique_ptr<NodeClock> make_clock(ClockKind kind, ZmqBus& bus, const AnyNode
 constexpr std::chrono::milliseconds kRestGrace(1500);
 
 /// Steps until asked to stop and at rest; the exit code.
-int step_until_stopped(AnyNode& node, NodeClock& clock, SelfReport& report,
+int step_until_stopped(AnyNode& node, NodeClock& clock, SelfReport& report, StepReport& steps,
                        const StopSignal& stop) {
   int exit_code = 0;
   try {
     while (const auto now = clock.wait()) {
       report.step_begins();
+      steps.begin(v1::STEP_KIND_STEP, *now);
       node.step(*now);
+      steps.end();
       report.step_ended(*now, clock.overruns());
       clock.done();
       if (stop.requested() && node.at_rest()) break;
     }
   } catch (const std::exception& e) {
     error("step failed: {}", e.what());
+    steps.end();
     exit_code = 1;
   }
+  steps.begin(v1::STEP_KIND_STOP, clock.now());
   node.stop(clock.now());
+  steps.end();
+  steps.publish(clock.now());
   report.publish_log(clock.now());
   return exit_code;
 }
@@ -68,7 +76,7 @@ EffectiveParams effective_params(const VisitParams& visit,
 }
 
 /// What the node's own checks find names no place yet.
-void create(AnyNode& node, ZmqBus& bus) {
+void create(AnyNode& node, Bus& bus) {
   try {
     node.create(bus);
   } catch (const ConfigError& e) {
@@ -85,14 +93,17 @@ int run_configured(const NodeOptions& options, const EffectiveParams& effective,
   add_clock_wiring(bus_options);
   ZmqBus bus(std::move(bus_options));
   SelfReport report(bus);
+  StepReport steps(bus, options.bus, effective.all, node.recorded());
   try {
-    create(node, bus);
+    steps.begin(v1::STEP_KIND_CREATE, Time(0));
+    create(node, steps.bus());
+    steps.end();
     const auto clock = make_clock(options.bus.clock, bus, node, stop.fd());
     bus.ready();
     info("ready: {}", effective.changed);
     record("parameters:\n" + effective.all);
     notify_ready();
-    return step_until_stopped(node, *clock, report, stop);
+    return step_until_stopped(node, *clock, report, steps, stop);
   } catch (...) {
     node.stop(Time(0));  // before the bus that its ports refer to
     throw;
@@ -110,6 +121,7 @@ int run(int argc, char** argv, const NodeAbout& about, AnyNode& node) {
     const std::vector<std::string> defaults = flat_params(visit);
     ParamSource(options.params, options.args, options.sets).read(about.name, visit);
     if (options.check) return 0;
+    if (options.replay_fd >= 0) return run_replay(options.bus, options.replay_fd, node);
     return run_configured(options, effective_params(visit, defaults), node);
   } catch (const ConfigError& e) {
     std::cerr << e.what() << '\n';

@@ -1,6 +1,9 @@
 #include "common/runtime/wire.h"
 
 #include <endian.h>
+#include <google/protobuf/io/coded_stream.h>
+#include <google/protobuf/io/zero_copy_stream_impl_lite.h>
+#include <google/protobuf/message.h>
 
 #include <array>
 #include <cstring>
@@ -72,6 +75,13 @@ std::optional<std::uint64_t> decode_hello(std::string_view subscription) {
   if (subscription.size() != 1 + sizeof word || subscription[0] != kHelloMark) return std::nullopt;
   std::memcpy(&word, subscription.data() + 1, sizeof word);
   return le64toh(word);
+}
+
+void serialise(const google::protobuf::Message& message, void* out, std::size_t size) {
+  google::protobuf::io::ArrayOutputStream array(out, static_cast<int>(size));
+  google::protobuf::io::CodedOutputStream coded(&array);
+  coded.SetSerializationDeterministic(true);
+  message.SerializeWithCachedSizes(&coded);
 }
 
 }  // namespace mimesis::runtime

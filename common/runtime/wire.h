@@ -6,6 +6,10 @@
 
 #include "common/runtime/time.h"
 
+namespace google::protobuf {
+class Message;
+}
+
 namespace mimesis::runtime {
 
 /// What precedes every payload on the wire, after the topic and a NUL: five little-endian 64-bit
@@ -29,6 +33,10 @@ std::string encode_frame(std::string_view topic, const WireHeader& header);
 void rewrite_header(std::string& frame, const WireHeader& header);
 /// Nothing if `frame` is not what encode_frame makes (any bytes are safe to pass).
 std::optional<WireMessage> decode_frame(std::string_view frame);
+
+/// Exactly `message.ByteSizeLong()` bytes, asked before; maps in sorted order, so that equal runs
+/// give equal logs.
+void serialise(const google::protobuf::Message& message, void* out, std::size_t size);
 
 /// Subscription to one topic and not to topics that begin alike.
 std::string subscription(std::string_view topic);

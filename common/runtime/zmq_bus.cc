@@ -2,8 +2,6 @@
 
 #include <google/protobuf/descriptor.h>
 #include <google/protobuf/descriptor.pb.h>
-#include <google/protobuf/io/coded_stream.h>
-#include <google/protobuf/io/zero_copy_stream_impl_lite.h>
 
 #include "common/error.h"
 #include "common/runtime/bus_core.h"
@@ -49,14 +47,10 @@ class ZmqIn final : public InChannel {
   Throttle throttle_{1s};
 };
 
-/// Serialises straight into the frame that is sent; maps in sorted order, so that equal runs give
-/// equal logs.
-Frame serialise(const Message& message) {
+/// Serialises straight into the frame that is sent.
+Frame serialised(const Message& message) {
   Frame frame(message.ByteSizeLong());
-  google::protobuf::io::ArrayOutputStream array(frame.data(), static_cast<int>(frame.size()));
-  google::protobuf::io::CodedOutputStream coded(&array);
-  coded.SetSerializationDeterministic(true);
-  message.SerializeWithCachedSizes(&coded);
+  serialise(message, frame.data(), frame.size());
   return frame;
 }
 
@@ -81,7 +75,7 @@ class ZmqTypedOut final : public ZmqOut<OutChannel> {
  public:
   using ZmqOut::ZmqOut;
   void send(const Message& message, Time stamp) override {
-    bus_.send(topic_, name_, latched_, serialise(message), stamp);
+    bus_.send(topic_, name_, latched_, serialised(message), stamp);
   }
   std::uint64_t next_seq() const override { return Publisher::next_seq(topic_); }
 };

@@ -42,6 +42,7 @@ class LockstepPlayer final : public runtime::AnyNode {
     }
   }
   void stop(Time) noexcept override { outs_.clear(); }
+  bool recorded() const override { return false; }  // it is a log already
   double rate_hz() const override { return rate_hz_; }
   double offset_s() const override { return 0.0; }
 

@@ -1,0 +1,165 @@
+#include "common/runtime/step_recorder.h"
+
+#include <algorithm>
+
+#include "common/error.h"
+
+namespace mimesis::runtime {
+namespace {
+
+constexpr Time kPeriod = std::chrono::milliseconds(100);  // a killed node loses no more steps
+constexpr std::size_t kManyBytes = 256 * 1024;
+
+class RecordedIn final : public InChannel {
+ public:
+  RecordedIn(std::unique_ptr<InChannel> inner, StepRecorder& recorder, std::string port,
+             std::string topic)
+      : inner_(std::move(inner)),
+        recorder_(recorder),
+        port_(std::move(port)),
+        topic_(std::move(topic)) {}
+  std::optional<Received> pop() override {
+    auto message = inner_->pop();
+    if (message) recorder_.took(port_, topic_, *message);
+    return message;
+  }
+  void reject(const Received& message, std::string_view why) override {
+    inner_->reject(message, why);
+  }
+  const InCounters& counters() const override { return inner_->counters(); }
+
+ private:
+  std::unique_ptr<InChannel> inner_;
+  StepRecorder& recorder_;
+  std::string port_, topic_;
+};
+
+class RecordedOut final : public OutChannel {
+ public:
+  RecordedOut(std::unique_ptr<OutChannel> inner, StepRecorder& recorder)
+      : inner_(std::move(inner)), recorder_(recorder) {}
+  void send(const google::protobuf::Message& message, Time stamp) override {
+    recorder_.published();
+    inner_->send(message, stamp);
+  }
+  std::uint64_t next_seq() const override { return inner_->next_seq(); }
+  std::size_t subscribers() const override { return inner_->subscribers(); }
+
+ private:
+  std::unique_ptr<OutChannel> inner_;
+  StepRecorder& recorder_;
+};
+
+}  // namespace
+
+void StepRecorder::begin(v1::StepKind kind, Time now) {
+  if (taken_) {
+    log_.Clear();  // keeps its memory
+    log_.set_first(steps_);
+    bytes_ = 0;
+    taken_ = false;
+  }
+  open_.set_kind(kind);
+  open_.set_time_ns(static_cast<std::uint64_t>(now.count()));
+}
+
+void StepRecorder::end() {
+  bytes_ += open_.ByteSizeLong();
+  log_.add_steps()->Swap(&open_);
+  open_.Clear();
+  ++steps_;
+}
+
+void StepRecorder::took(std::string_view port, std::string_view topic, const Received& message) {
+  const auto& known = log_.sources();
+  const auto it = std::ranges::find_if(known, [&](const v1::InputSource& source) {
+    return source.start_id() == message.start_id && source.port() == port;
+  });
+  const auto index = static_cast<std::uint32_t>(it - known.begin());
+  if (it == known.end()) {
+    v1::InputSource& source = *log_.add_sources();
+    source.set_port(std::string(port));
+    source.set_topic(std::string(topic));
+    source.set_node(message.source);
+    source.set_start_id(message.start_id);
+  }
+  v1::TakenMessage& taken = *open_.add_taken();
+  taken.set_source(index);
+  taken.set_seq(message.seq);
+}
+
+void StepRecorder::outside(std::string_view name, std::string_view bytes, bool written) {
+  v1::OutsideBytes& entry = *open_.add_outside();
+  entry.mutable_name()->assign(name);
+  entry.mutable_data()->assign(bytes);
+  entry.set_written(written);
+}
+
+void StepRecorder::served(std::string_view service, const std::string& request,
+                          const tl::expected<std::string, Status>& response) {
+  v1::ServedRequest& entry = *open_.add_requests();
+  entry.mutable_service()->assign(service);
+  entry.set_request(request);
+  response ? entry.set_response(*response) : entry.set_failure(response.error().reason);
+}
+
+bool StepRecorder::due(Time now) const {
+  if (taken_ || log_.steps().empty()) return false;
+  const auto oldest = static_cast<Time::rep>(log_.steps(0).time_ns());
+  return bytes_ >= kManyBytes || now - Time(oldest) >= kPeriod || now < Time(oldest);
+}
+
+v1::StepLog& StepRecorder::take() {
+  taken_ = true;
+  return log_;
+}
+
+RecordedBus::RecordedBus(Bus& inner, StepRecorder& recorder,
+                         std::map<std::string, std::string, std::less<>> inputs)
+    : inner_(inner), recorder_(recorder), outside_(recorder), inputs_(std::move(inputs)) {}
+
+std::unique_ptr<InChannel> RecordedBus::subscribe(std::string_view port,
+                                                  const google::protobuf::Message& prototype,
+                                                  const InOptions& options) {
+  const auto topic = inputs_.find(port);
+  return std::make_unique<RecordedIn>(inner_.subscribe(port, prototype, options), recorder_,
+                                      std::string(port),
+                                      topic == inputs_.end() ? std::string() : topic->second);
+}
+
+std::unique_ptr<OutChannel> RecordedBus::advertise(std::string_view port,
+                                                   const google::protobuf::Message& prototype,
+                                                   const OutOptions& options) {
+  return std::make_unique<RecordedOut>(inner_.advertise(port, prototype, options), recorder_);
+}
+
+void RecordedBus::serve(std::string_view name, const google::protobuf::Message& request,
+                        const google::protobuf::Message& response, Handler handler) {
+  inner_.serve(
+      name, request, response,
+      [this, service = std::string(name), inner = std::move(handler)](const std::string& asked) {
+        auto answer = inner(asked);
+        recorder_.served(service, asked, answer);
+        return answer;
+      });
+}
+
+tl::expected<std::string, Status> RecordedBus::call(std::string_view service,
+                                                    const std::string& request,
+                                                    std::chrono::milliseconds timeout) {
+  outside_.written(service, request);
+  auto answer = inner_.call(service, request, timeout);
+  outside_.record(service, encode_answer(answer));
+  return answer;
+}
+
+std::string encode_answer(const tl::expected<std::string, Status>& answer) {
+  return answer ? "+" + *answer : "-" + answer.error().reason;
+}
+
+tl::expected<std::string, Status> decode_answer(const std::string& bytes) {
+  if (bytes.starts_with('+')) return bytes.substr(1);
+  return tl::unexpected(Status{bytes.empty() ? bytes : bytes.substr(1)});
+}
+
+}  // namespace mimesis::runtime
