@@ -23,7 +23,15 @@ struct Line {
   bool operator==(const Line&) const = default;
 };
 
-/// The messages of `file` in its order, those about real time left out.
+/// What a node says about its own process: differs from run to run.
+bool about_process(std::string_view topic) {
+  for (const std::string_view port : {"/health", "/log", "/start", "/steps"}) {
+    if (topic.ends_with(port)) return true;
+  }
+  return topic.starts_with("clock/");
+}
+
+/// The messages of `file` in its order, those about processes left out.
 std::vector<Line> lines(const std::string& file, const std::string& topic = "") {
   std::vector<Line> all;
   const auto source = log::open_file(file);
@@ -33,7 +41,7 @@ std::vector<Line> lines(const std::string& file, const std::string& topic = "") 
     const auto* m = std::get_if<log::Message>(record);
     if (m == nullptr) continue;
     const std::string& name = reader.channels().at(m->channel_id).topic;
-    if (name.ends_with("/health") || name.ends_with("/log") || name.starts_with("clock/")) continue;
+    if (about_process(name)) continue;
     if (topic.empty() || name == topic) {
       all.push_back({name, m->log_time, m->sequence, std::string(m->data)});
     }
@@ -87,12 +95,12 @@ TEST_F(LogLockstep, EqualRunsGiveEqualLogsAndAReplayTheSameSteps) {
   const std::string first = run("first.mcap", "");
   const std::vector<Line> recorded = lines(first);
   ASSERT_GE(recorded.size(), 250U);  // 100 Hz and 30 Hz
-  EXPECT_EQ(lines(run("second.mcap", "")), recorded);
+  EXPECT_TRUE(lines(run("second.mcap", "")) == recorded);
 
   // Each message of b is a hash of all it has seen and when.
   const std::vector<Line> steps = lines(first, "b/out");
   EXPECT_GE(steps.size(), 59U);
-  EXPECT_EQ(lines(run("replay.mcap", first), "b/out"), steps);
+  EXPECT_TRUE(lines(run("replay.mcap", first), "b/out") == steps);
 }
 
 }  // namespace
