@@ -98,6 +98,7 @@ int launch(const Options& options) {
     report_mistakes(options.file, mistakes, options.json);
     return mistakes.empty() ? 0 : 2;
   }
+  if (options.keep_running) graph.result.reset();
   sort_by_start(graph);
   if (options.dry_run) {
     print_plan(graph, run, options.json);

@@ -12,6 +12,7 @@ struct Options {
   std::string graph;              ///< empty: the environment's
   std::string name;               ///< of the run; empty: made from the time
   bool check = false, dry_run = false, json = false;
+  bool keep_running = false;  ///< the result does not end the run
 };
 
 /// Checks, shows or runs a launch file. Returns the exit code. @throws ConfigError
