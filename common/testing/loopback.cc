@@ -42,7 +42,8 @@ class LoopbackOut final : public runtime::OutChannel {
 
 }  // namespace
 
-Loopback::Loopback() {
+Loopback::Loopback(const Options& options)
+    : lockstep_(options.lockstep), outside_(options.outside ? *options.outside : live_) {
   std::string name = (std::filesystem::temp_directory_path() / "mimesis-test-XXXXXX").string();
   MIMESIS_ASSERT(mkdtemp(name.data()) != nullptr);
   directory_ = name;
@@ -78,6 +79,15 @@ bool Loopback::take_raw(std::string_view port, google::protobuf::Message& out) {
   MIMESIS_ASSERT(out.ParseFromString(it->second->sent.front()));
   it->second->sent.pop_front();
   return true;
+}
+
+std::map<std::string, std::vector<std::string>> Loopback::take_all() {
+  std::map<std::string, std::vector<std::string>> all;
+  for (auto& [port, output] : outputs_) {
+    all[port].assign(output->sent.begin(), output->sent.end());
+    output->sent.clear();
+  }
+  return all;
 }
 
 runtime::InCounters Loopback::counters(std::string_view port) const {

@@ -5,6 +5,7 @@
 #include <map>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "common/runtime/bus.h"
 
@@ -14,7 +15,13 @@ namespace mimesis::testing {
 /// port name.
 class Loopback final : public runtime::Bus {
  public:
-  Loopback();
+  /// What a test may want otherwise.
+  struct Options {
+    bool lockstep;
+    runtime::Outside* outside;  ///< null: nobody records
+  };
+  Loopback() : Loopback({.lockstep = true, .outside = nullptr}) {}
+  explicit Loopback(const Options& options);
   ~Loopback() override;
 
   /// Delivers `message` to input `port`, published at `stamp`. The header is filled in.
@@ -45,6 +52,9 @@ class Loopback final : public runtime::Bus {
     return last;
   }
 
+  /// Everything published and not taken yet, serialised: what two runs are compared by.
+  std::map<std::string, std::vector<std::string>> take_all();
+
   /// Counters of input `port`.
   runtime::InCounters counters(std::string_view port) const;
 
@@ -58,7 +68,7 @@ class Loopback final : public runtime::Bus {
              const google::protobuf::Message& response, runtime::Handler handler) override;
   tl::expected<std::string, Status> call(std::string_view service, const std::string& request,
                                          std::chrono::milliseconds timeout) override;
-  bool lockstep() const override { return true; }
+  bool lockstep() const override { return lockstep_; }
   runtime::Outside& outside() override { return outside_; }
   const std::string& node() const override { return node_; }
   const std::string& directory() const override {
@@ -81,7 +91,9 @@ class Loopback final : public runtime::Bus {
  private:
   bool take_raw(std::string_view port, google::protobuf::Message& out);
 
-  runtime::LiveOutside outside_;
+  bool lockstep_;
+  runtime::LiveOutside live_;
+  runtime::Outside& outside_;
   std::string node_ = "test";
   std::string directory_;
   std::map<std::string, std::shared_ptr<Input>, std::less<>> inputs_;

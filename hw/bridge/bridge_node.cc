@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "common/model/files.h"
+#include "hw/outside/recorded_can.h"
 
 namespace mimesis::hw::bridge {
 namespace {
@@ -71,7 +72,7 @@ BridgeNode::BridgeNode(const Params& params, runtime::Bus& bus)
     : params_(params),
       gate_(gate_limits(params, model::load_arm(params.robot))),
       driver_(arm_options(params, model::load_arm(params.robot)),
-              can::open(params.can, bus.directory())),
+              outside::open_can(params.can, bus)),
       command_(bus, "command"),
       hand_command_(bus, "hand_command"),
       arm_(bus, "arm"),
@@ -81,10 +82,11 @@ BridgeNode::BridgeNode(const Params& params, runtime::Bus& bus)
   const int joints = model::load_arm(params.robot).dof();
   for (int i = 1; i <= joints; ++i) joint_names_.push_back("A" + std::to_string(i));
   if (params.hand.empty() || params.readonly) return;
-  hand_driver_ = std::make_unique<modbus::HandDriver>(
-      modbus::parse_address(params.hand, bus.directory()),
+  hand_driver_ = std::make_unique<outside::RecordedHand>(
+      params.hand,
       modbus::HandDriver::Options{.threaded = !bus.lockstep(),
-                                  .timeout = bus.lockstep() ? kHandTimeoutLockstep : kHandTimeout});
+                                  .timeout = bus.lockstep() ? kHandTimeoutLockstep : kHandTimeout},
+      bus);
 }
 
 void BridgeNode::take_command(runtime::Time now, const Reading& arm) {

@@ -9,7 +9,7 @@
 #include "common/runtime/ports.h"
 #include "hw/arm/arm_driver.h"
 #include "hw/bridge/command_gate.h"
-#include "hw/modbus/hand_driver.h"
+#include "hw/outside/recorded_hand.h"
 #include "proto/arm.pb.h"
 #include "proto/foxglove/joint_states.pb.h"
 
@@ -65,7 +65,7 @@ class BridgeNode {
   std::vector<std::string> joint_names_;
   CommandGate gate_;
   arm::ArmDriver driver_;
-  std::unique_ptr<modbus::HandDriver> hand_driver_;
+  std::unique_ptr<outside::RecordedHand> hand_driver_;
   modbus::HandSetpoint hand_setpoint_;
   modbus::HandReading hand_reading_;
   std::uint64_t steps_ = 0;

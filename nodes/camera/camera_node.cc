@@ -3,7 +3,8 @@
 #include <chrono>
 
 #include "common/runtime/log.h"
-#include "nodes/camera/source/capture.h"
+#include "common/runtime/outside.h"
+#include "nodes/camera/recorded_device_node.h"
 #include "nodes/camera/source/film.h"
 
 namespace mimesis::camera {
@@ -21,14 +22,24 @@ Picture picture_of(const CameraParams& p) {
 
 std::chrono::nanoseconds monotonic() { return std::chrono::steady_clock::now().time_since_epoch(); }
 
-std::unique_ptr<Source> open_source(const CameraParams& p) {
+std::unique_ptr<Source> open_camera(const CameraParams& p, runtime::Bus& bus) {
+  const bool replaying = bus.outside().replaying();
+  if (replaying && !p.record_frames) {
+    throw ConfigError(
+        "source: v4l2 is a live camera, its images are inputs of the graph; it can be replayed if "
+        "record_frames was true when the log was recorded");
+  }
+  const image::View& view = p.picture.view;
+  auto device = replaying ? nullptr : v4l2_device(p.path, view.width_px, view.height_px);
+  if (!p.record_frames) return std::make_unique<Capture>(std::move(device), p.path, monotonic);
+  return std::make_unique<Capture>(record_device(std::move(device), bus), p.path,
+                                   record_clock(monotonic, bus));
+}
+
+std::unique_ptr<Source> open_source(const CameraParams& p, runtime::Bus& bus) {
   if (p.path.empty())
     throw ConfigError("path: empty, expected a device, film or folder for source " + p.source);
-  if (p.source == "v4l2") {
-    const image::View& view = p.picture.view;
-    return std::make_unique<Capture>(v4l2_device(p.path, view.width_px, view.height_px), p.path,
-                                     monotonic);
-  }
+  if (p.source == "v4l2") return open_camera(p, bus);
   if (p.source == "folder") {
     return std::make_unique<Sequence>(std::make_unique<FolderReader>(p.path), p.rate_hz, p.repeat);
   }
@@ -43,6 +54,7 @@ void CameraParams::visit(runtime::ParamVisitor& v) {
   v("rate_hz", rate_hz, 1.0, 240.0);
   v("source", source, {"renderer", "v4l2", "video", "folder"});
   v("path", path);
+  v("record_frames", record_frames);
   v("repeat", repeat, 1, 1000000);
   v("teacher", teacher);
   v("color", color, {"light", "dark"});
@@ -68,7 +80,7 @@ CameraNode::CameraNode(const Params& params, runtime::Bus& bus)
     rendered_ = rendered.get();
     source_ = std::move(rendered);
   } else {
-    source_ = open_source(params);
+    source_ = open_source(params, bus);
   }
   message_.set_encoding("bgr8");
   message_.set_frame_id("camera");

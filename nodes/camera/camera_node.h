@@ -14,6 +14,7 @@ struct CameraParams {
   double rate_hz = 30.0;            ///< frames looked for [Hz]
   std::string source = "renderer";  ///< renderer, v4l2, video or folder
   std::string path;                 ///< device, film or folder
+  bool record_frames = false;       ///< v4l2: keeps what the device delivers, for replays
   int repeat = 1;                   ///< demonstrations, or passes of a film or folder [1]
   std::string teacher = "precision,above,high";  ///< renderer: grip,transport,goal
   std::string color = "light";                   ///< renderer: of the object

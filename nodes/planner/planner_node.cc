@@ -4,6 +4,7 @@
 
 #include "common/model/files.h"
 #include "common/runtime/log.h"
+#include "common/runtime/outside.h"
 #include "nodes/planner/task_messages_node.h"
 
 namespace mimesis::planner {
@@ -49,7 +50,8 @@ const T* pointer(const std::optional<T>& value) {
 }  // namespace
 
 PlannerNode::PlannerNode(const Params& params, runtime::Bus& bus)
-    : params_(params),
+    : bus_(bus),
+      params_(params),
       arm_(model::load_arm(params.robot)),
       settings_(task_settings(params)),
       sequence_(sequence_settings(params)),
@@ -112,7 +114,8 @@ void PlannerNode::take_plan() {
   auto planned = job_.take();
   if (!planned) return;
   roadmap_ = planned->roadmap;
-  compute_s_ = planned->compute_s;
+  compute_s_ =
+      runtime::read_outside_value<double>(bus_, "compute_s", [&] { return planned->compute_s; });
   if (waiting_request_) return;  // a newer request made this answer obsolete
   if (planned->plan) {
     runtime::info("plan of {:.2f} rad in {} motions, computed in {:.3f} s",

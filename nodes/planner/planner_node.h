@@ -90,6 +90,7 @@ class PlannerNode {
   void publish_trajectory(runtime::Time now);
   void publish_status(runtime::Time now);
 
+  runtime::Bus& bus_;
   Params params_;
   kin::ArmModel arm_;
   TaskSettings settings_;

@@ -4,6 +4,7 @@
 
 #include "common/error.h"
 #include "common/model/files.h"
+#include "hw/outside/recorded_can.h"
 
 namespace mimesis::hw::sim {
 namespace {
@@ -36,7 +37,7 @@ Trouble trouble_of(const std::string& kind) {
 
 DrivesNode::DrivesNode(const Params& params, runtime::Bus& bus)
     : params_(params),
-      rack_(configs(params), can::open(params.bus, bus.directory())),
+      rack_(configs(params), outside::open_can(params.bus, bus)),
       arm_(bus, "arm") {}
 
 void DrivesNode::make_trouble(runtime::Time now) {

@@ -1,19 +1,29 @@
 #include "hw/sim/hand/hand_node.h"
 
+#include "common/runtime/outside.h"
+
 namespace mimesis::hw::sim {
 
 HandNode::HandNode(const Params& params, runtime::Bus& bus)
-    : plant_(params.hand),
-      server_(modbus::parse_address(params.address, bus.directory())),
-      contact_(bus, "contact"),
-      hand_(bus, "hand") {}
+    : bus_(bus), plant_(params.hand), contact_(bus, "contact"), hand_(bus, "hand") {
+  if (bus.outside().replaying()) return;
+  server_ = std::make_unique<HandServer>(modbus::parse_address(params.address, bus.directory()));
+}
+
+/// Shows `input` to clients; what they have written last. Both are recorded as registers.
+modbus::HandOutput HandNode::exchange(const modbus::HandInput& input) {
+  const modbus::Registers shown = modbus::encode(input);
+  bus_.outside().written("hand", {reinterpret_cast<const char*>(shown.data()), sizeof shown});
+  return modbus::decode_output(runtime::read_outside_value<modbus::Registers>(
+      bus_, "hand", [&] { return modbus::encode(server_->exchange(input)); }));
+}
 
 void HandNode::step(runtime::Time now) {
   const v1::HandContact* met = contact_.get();
   const bool reachable = met != nullptr && met->reachable();
   const double dt = runtime::to_seconds(now - last_step_.value_or(now));
   last_step_ = now;
-  plant_.step(dt, server_.exchange(plant_.input()),
+  plant_.step(dt, exchange(plant_.input()),
               reachable ? std::optional(met->contact_closure()) : std::nullopt);
 
   const modbus::HandInput& input = plant_.input();

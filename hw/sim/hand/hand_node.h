@@ -1,4 +1,5 @@
 #pragma once
+#include <memory>
 #include <optional>
 #include <string>
 
@@ -35,8 +36,11 @@ class HandNode {
   void step(runtime::Time now);
 
  private:
+  modbus::HandOutput exchange(const modbus::HandInput& input);
+
+  runtime::Bus& bus_;
   HandPlant plant_;
-  HandServer server_;
+  std::unique_ptr<HandServer> server_;  // none in a replay
   std::optional<runtime::Time> last_step_;
   runtime::Latest<v1::HandContact> contact_;
   runtime::Out<v1::HandState> hand_;

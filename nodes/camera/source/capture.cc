@@ -32,7 +32,7 @@ tl::expected<void, Status> decode(const RawFrame& raw, image::Image& out) {
 }
 
 Capture::Capture(std::unique_ptr<FrameDevice> device, std::string name, Clock monotonic)
-    : device_(std::move(device)), name_(std::move(name)), monotonic_(monotonic) {}
+    : device_(std::move(device)), name_(std::move(name)), monotonic_(std::move(monotonic)) {}
 
 std::string Capture::news() { return std::exchange(news_, {}); }
 

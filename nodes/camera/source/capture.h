@@ -1,6 +1,7 @@
 #pragma once
 #include <chrono>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <tl/expected.hpp>
 #include <vector>
@@ -40,7 +41,7 @@ tl::expected<void, Status> decode(const RawFrame& raw, image::Image& out);
 /// 0.5 s.
 class Capture final : public Source {
  public:
-  using Clock = std::chrono::nanoseconds (*)();  ///< monotonic
+  using Clock = std::function<std::chrono::nanoseconds()>;  ///< monotonic
   /// @param name of the device, for messages
   Capture(std::unique_ptr<FrameDevice> device, std::string name, Clock monotonic);
   std::optional<Frame> next(std::chrono::nanoseconds now) override;
