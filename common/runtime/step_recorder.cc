@@ -53,12 +53,7 @@ class RecordedOut final : public OutChannel {
 }  // namespace
 
 void StepRecorder::begin(v1::StepKind kind, Time now) {
-  if (taken_) {
-    log_.Clear();  // keeps its memory
-    log_.set_first(steps_);
-    bytes_ = 0;
-    taken_ = false;
-  }
+  if (taken_) forget();
   open_.set_kind(kind);
   open_.set_time_ns(static_cast<std::uint64_t>(now.count()));
 }
@@ -109,7 +104,15 @@ bool StepRecorder::due(Time now) const {
   return bytes_ >= kManyBytes || now - Time(oldest) >= kPeriod || now < Time(oldest);
 }
 
+void StepRecorder::forget() {
+  log_.Clear();  // keeps its memory
+  log_.set_first(steps_);
+  bytes_ = 0;
+  taken_ = false;
+}
+
 v1::StepLog& StepRecorder::take() {
+  if (taken_) forget();
   taken_ = true;
   return log_;
 }

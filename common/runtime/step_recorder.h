@@ -31,6 +31,8 @@ class StepRecorder {
   v1::StepLog& take();
 
  private:
+  void forget();
+
   v1::StepLog log_;
   v1::StepRecord open_;
   std::size_t bytes_ = 0;

@@ -34,8 +34,8 @@ void add_clutter(RayScene& scene, int count, std::uint64_t seed) {
                                            : 0.22 + 0.10 * uniform(random);  // in front of it
     Bgr color;
     for (int k = 0; k < 3; ++k) color[k] = static_cast<float>(40.0 + 190.0 * uniform(random));
-    scene.add_cylinder({x, 0.0, z}, 0.005 + 0.006 * uniform(random), 0.006 + 0.02 * uniform(random),
-                       color, color);
+    const double height = 0.006 + 0.02 * uniform(random), radius = 0.005 + 0.006 * uniform(random);
+    scene.add_cylinder({x, 0.0, z}, radius, height, color, color);
   }
 }
 
@@ -69,7 +69,8 @@ float lamp_share(const RayScene& scene, const Vector3d& point, double jitter_x, 
 /// The wall behind the table, seen along `direction`.
 Bgr wall(const Vector3d& direction) {
   const double up = direction.normalized().y();
-  const double glow = std::exp(-4.0 * std::pow(direction.normalized().x() + 0.45, 2.0));
+  const double aside = direction.normalized().x() + 0.45;
+  const double glow = std::exp(-4.0 * aside * aside);
   return Bgr(150.0f, 150.0f, 148.0f) * static_cast<float>(0.92 + 0.35 * up + 0.16 * glow);
 }
 

@@ -96,8 +96,9 @@ std::optional<Eigen::VectorXd> Network::free_near(const Eigen::VectorXd& center,
   Eigen::VectorXd q = center;
   for (Eigen::Index j = 0; j < q.size(); ++j) {
     // Sum of uniforms: near enough to a Gaussian, and the same with every standard library.
-    const double sum = unit(random) + unit(random) + unit(random) + unit(random) - 2.0;
-    q[j] += sigma * std::sqrt(3.0) * sum;
+    double sum = 0.0;
+    for (int i = 0; i < 4; ++i) sum += unit(random);
+    q[j] += sigma * std::sqrt(3.0) * (sum - 2.0);
   }
   q = q.cwiseMax(arm.q_min).cwiseMin(arm.q_max);
   if (!checker_.free(q)) return std::nullopt;

@@ -93,6 +93,7 @@ Recording record_adder() {
   EXPECT_FALSE(recorder.due(Time(3)));
   EXPECT_TRUE(recorder.due(std::chrono::milliseconds(100)));
   made.log = recorder.take();
+  EXPECT_TRUE(recorder.take().steps().empty()) << "no step is in a log twice";
   for (const char* port : {"ready", "out"}) {
     while (auto m = loopback.take<v1::Publication>(port))
       made.outputs.push_back(m->SerializeAsString());
