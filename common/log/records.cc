@@ -278,15 +278,23 @@ bool decode(std::string_view content, Message& r) {
   return d.ok();
 }
 
-bool decode(std::string_view content, Chunk& r) {
+bool decode_head(std::string_view content, Chunk& r, std::uint64_t& size) {
   Decoder d(content);
   r.message_start_time = d.integer<std::uint64_t>();
   r.message_end_time = d.integer<std::uint64_t>();
   r.uncompressed_size = d.integer<std::uint64_t>();
   r.uncompressed_crc = d.integer<std::uint32_t>();
   r.compression = d.string();
-  r.records = d.raw(d.integer<std::uint64_t>());
+  size = d.integer<std::uint64_t>();
+  r.records = d.rest();
   return d.ok();
+}
+
+bool decode(std::string_view content, Chunk& r) {
+  std::uint64_t size = 0;
+  if (!decode_head(content, r, size) || size > r.records.size()) return false;
+  r.records = r.records.substr(0, static_cast<std::size_t>(size));
+  return true;
 }
 
 bool decode(std::string_view content, ChunkIndex& r) {

@@ -158,6 +158,9 @@ bool decode(std::string_view content, Schema& r);
 bool decode(std::string_view content, Channel& r);
 bool decode(std::string_view content, Message& r);
 bool decode(std::string_view content, Chunk& r);
+/// The fields before its records; `r.records`: all behind them, `size`: how many of these bytes
+/// they should be.
+bool decode_head(std::string_view content, Chunk& r, std::uint64_t& size);
 bool decode(std::string_view content, ChunkIndex& r);
 bool decode(std::string_view content, Attachment& r);
 bool decode(std::string_view content, AttachmentIndex& r);
