@@ -4,26 +4,24 @@
 #include <lz4frame.h>
 #include <zstd.h>
 
+#include <algorithm>
+
+#include "common/log/buffer.h"
+#include "common/log/io.h"
+
 namespace mimesis::log {
 namespace {
 
 constexpr int kZstdLevel = 1;  // about eight times as fast as lz4's level 9, and smaller
 
-/// Memory that is not cleared before use, and kept.
-class Scratch {
- public:
-  char* reserve(std::size_t size) {
-    if (size > capacity_) {
-      bytes_ = std::make_unique_for_overwrite<char[]>(size);
-      capacity_ = size;
-    }
-    return bytes_.get();
-  }
+constexpr std::size_t kEager = 16 << 20;  // memory taken before data arrived [bytes]
+constexpr std::size_t kFailed = ~std::size_t{0};
 
- private:
-  std::unique_ptr<char[]> bytes_;
-  std::size_t capacity_ = 0;
-};
+/// Size of the blocks of an LZ4 frame, as its head says.
+std::size_t lz4_block(std::string_view frame) {
+  const unsigned id = frame.size() > 5 ? static_cast<unsigned char>(frame[5]) >> 4 & 7u : 0;
+  return id < 4 ? 0 : std::size_t{1} << (8 + 2 * id);  // 64 kB, 256 kB, 1 MB, 4 MB
+}
 
 tl::unexpected<Status> failed(std::string_view what, std::string_view why) {
   return tl::unexpected(Status{fmt::format("{}: {}", what, why)});
@@ -53,7 +51,7 @@ std::optional<Compression> parse_compression(std::string_view name) {
 struct Compressor::Impl {
   Compression compression;
   ZSTD_CCtx* zstd = nullptr;
-  Scratch out;
+  Buffer out;
 };
 
 Compressor::Compressor(Compression compression) : impl_(std::make_unique<Impl>()) {
@@ -74,7 +72,7 @@ tl::expected<std::string_view, Status> Compressor::run(std::string_view bytes) {
   }
   if (impl_->compression == Compression::lz4) {
     LZ4F_preferences_t preferences = LZ4F_INIT_PREFERENCES;
-    preferences.frameInfo.blockSizeID = LZ4F_max1MB;
+    preferences.frameInfo.blockSizeID = LZ4F_max64KB;
     const std::size_t bound = LZ4F_compressFrameBound(bytes.size(), &preferences);
     char* out = impl_->out.reserve(bound);
     const std::size_t n = LZ4F_compressFrame(out, bound, bytes.data(), bytes.size(), &preferences);
@@ -87,7 +85,67 @@ tl::expected<std::string_view, Status> Compressor::run(std::string_view bytes) {
 struct Decompressor::Impl {
   ZSTD_DCtx* zstd = nullptr;
   LZ4F_dctx* lz4 = nullptr;
-  Scratch out;
+  Buffer out;
+  std::size_t produced = 0;
+  std::string_view reason;  // of the last failure
+
+  Result start(Compression compression) {
+    produced = 0;
+    if (compression == Compression::zstd) {
+      if (zstd == nullptr) zstd = ZSTD_createDCtx();
+      ZSTD_DCtx_reset(zstd, ZSTD_reset_session_only);
+      return {};
+    }
+    if (lz4 == nullptr) {
+      const auto error = LZ4F_createDecompressionContext(&lz4, LZ4F_VERSION);
+      if (LZ4F_isError(error)) return failed("lz4", LZ4F_getErrorName(error));
+    }
+    LZ4F_resetDecompressionContext(lz4);
+    return {};
+  }
+  /// Unpacks block by block into memory that begins with `room` bytes and grows to `limit`; returns
+  /// why it ended before the frame did.
+  Result stream(Compression compression, std::string_view bytes, std::size_t room,
+                std::size_t limit) {
+    if (auto done = start(compression); !done) return done;
+    std::size_t hint = 1, consumed = 0;
+    while (hint != 0) {
+      out.reserve(room, produced);
+      std::size_t to = room - produced, from = bytes.size() - consumed;
+      hint = step(compression, bytes.data() + consumed, from, to);
+      if (hint == kFailed) return failed(wire_name(compression), reason);
+      const bool stuck = from == 0 && to == 0;
+      consumed += from;
+      produced += to;
+      if (produced == room && room < limit) {
+        room = std::min(limit, 2 * room);
+      } else if (stuck) {
+        return failed(wire_name(compression),
+                      "the frame has no end, or is larger than its chunk says");
+      }
+    }
+    return {};
+  }
+
+  /// One call of the codec: `from` and `to` become what it consumed and produced.
+  std::size_t step(Compression compression, const char* in, std::size_t& from, std::size_t& to) {
+    char* const at = out.reserve(0) + produced;
+    if (compression == Compression::lz4) {
+      const std::size_t hint = LZ4F_decompress(lz4, at, &to, in, &from, nullptr);
+      if (!LZ4F_isError(hint)) return hint;
+      reason = LZ4F_getErrorName(hint);
+      return kFailed;
+    }
+    ZSTD_inBuffer source{in, from, 0};
+    ZSTD_outBuffer target{at, to, 0};
+    const std::size_t hint = ZSTD_decompressStream(zstd, &target, &source);
+    from = source.pos;
+    to = target.pos;
+    if (!ZSTD_isError(hint)) return hint;
+    reason = ZSTD_getErrorName(hint);
+    return kFailed;
+  }
+  std::string_view result() { return {out.reserve(0), produced}; }
 };
 
 Decompressor::Decompressor() : impl_(std::make_unique<Impl>()) {}
@@ -99,37 +157,42 @@ Decompressor::~Decompressor() {
 
 tl::expected<std::string_view, Status> Decompressor::run(Compression compression,
                                                          std::string_view bytes, std::size_t size) {
+  const auto wrong_size = [&](std::size_t is) {
+    return failed(
+        compression == Compression::none ? "uncompressed records" : wire_name(compression),
+        fmt::format("{} bytes instead of {}", is, size));
+  };
   if (compression == Compression::none) {
     if (bytes.size() == size) return bytes;
-    return failed("uncompressed records",
-                  fmt::format("{} bytes instead of {}", bytes.size(), size));
+    return wrong_size(bytes.size());
   }
-  char* out = impl_->out.reserve(size);
-  std::size_t produced = 0;
-  if (compression == Compression::zstd) {
-    if (impl_->zstd == nullptr) impl_->zstd = ZSTD_createDCtx();
-    produced = ZSTD_decompressDCtx(impl_->zstd, out, size, bytes.data(), bytes.size());
-    if (ZSTD_isError(produced)) return failed("zstd", ZSTD_getErrorName(produced));
+  Impl& d = *impl_;
+  // Rarely so much comes of so little: then memory grows with what arrives.
+  const bool doubtful = size > kEager && size / 256 > bytes.size();
+  if (doubtful) {
+    if (auto done = d.stream(compression, bytes, kEager, size); !done)
+      return tl::unexpected(done.error());
+  } else if (compression == Compression::zstd) {
+    if (auto done = d.start(compression); !done) return tl::unexpected(done.error());
+    char* out = d.out.reserve(size);
+    d.produced = ZSTD_decompressDCtx(d.zstd, out, size, bytes.data(), bytes.size());
+    if (ZSTD_isError(d.produced)) return failed("zstd", ZSTD_getErrorName(d.produced));
   } else {
-    if (impl_->lz4 == nullptr) {
-      const auto error = LZ4F_createDecompressionContext(&impl_->lz4, LZ4F_VERSION);
-      if (LZ4F_isError(error)) return failed("lz4", LZ4F_getErrorName(error));
-    }
-    LZ4F_resetDecompressionContext(impl_->lz4);
-    std::size_t consumed = 0, hint = 1;
-    while (consumed < bytes.size() && hint != 0) {
-      std::size_t to = size - produced, from = bytes.size() - consumed;
-      hint =
-          LZ4F_decompress(impl_->lz4, out + produced, &to, bytes.data() + consumed, &from, nullptr);
-      if (LZ4F_isError(hint)) return failed("lz4", LZ4F_getErrorName(hint));
-      if (to == 0 && from == 0) break;  // no room for more output
-      produced += to;
-      consumed += from;
-    }
-    if (hint != 0) return failed("lz4", "the frame has no end, or is larger than its chunk says");
+    // With room for a whole block behind its end lz4 unpacks all of them where they belong.
+    const std::size_t room = size + lz4_block(bytes);
+    if (auto done = d.stream(compression, bytes, room, room); !done)
+      return tl::unexpected(done.error());
   }
-  if (produced == size) return std::string_view(out, size);
-  return failed(wire_name(compression), fmt::format("{} bytes instead of {}", produced, size));
+  if (d.produced == size) return d.result();
+  return wrong_size(d.produced);
+}
+
+std::string_view Decompressor::run_beginning(Compression compression, std::string_view bytes,
+                                             std::size_t size) {
+  if (compression == Compression::none) return bytes.substr(0, size);
+  // It ends early: that is why we are here.
+  static_cast<void>(impl_->stream(compression, bytes, std::min(size, kEager), size));
+  return impl_->result();
 }
 
 }  // namespace mimesis::log

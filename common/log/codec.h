@@ -36,9 +36,12 @@ class Decompressor {
   Decompressor();
   ~Decompressor();
   /// Exactly `size` bytes, or why not. The result lives until the next call; for Compression::none
-  /// it is `bytes` itself. Memory is touched only as far as data arrives, whatever `size` claims.
+  /// it is `bytes` itself. Memory is taken only as far as data arrives, whatever `size` claims.
   tl::expected<std::string_view, Status> run(Compression compression, std::string_view bytes,
                                              std::size_t size);
+  /// What the beginning of compressed bytes unpacks to: whole blocks (zstd: 128 kB, our lz4: 64
+  /// kB), at most `size` bytes. Lives until the next call.
+  std::string_view run_beginning(Compression compression, std::string_view bytes, std::size_t size);
 
  private:
   struct Impl;

@@ -5,6 +5,7 @@
 #include <memory>
 #include <vector>
 
+#include "common/log/read_ahead.h"
 #include "common/log/summary.h"
 
 namespace mimesis::log {
@@ -16,11 +17,12 @@ struct Selection {
 };
 
 /// Delivers the messages of a log in the order of their log time; equal ones in the order of the
-/// file. Seeks by the summary. Holds the unpacked chunks that overlap in time: one, in logs of our
-/// recorder.
+/// file. Seeks by the summary; two threads read and unpack ahead from the third chunk on. Holds the
+/// unpacked chunks that overlap in time (one, in logs of our recorder) and those read ahead (64
+/// MiB).
 class IndexedReader {
  public:
-  /// `source` and `summary` outlive the reader.
+  /// `source` and `summary` outlive the reader; the source is read from several threads.
   IndexedReader(const Source& source, const Summary& summary, Selection selection = {});
   ~IndexedReader();
 
@@ -32,15 +34,17 @@ class IndexedReader {
  private:
   struct Loaded;
   bool wanted(const Segment& segment) const;
-  void load(const Segment& segment);
+  void take();
+  static bool later(const std::unique_ptr<Loaded>& a, const std::unique_ptr<Loaded>& b);
 
   const Source& source_;
-  const Summary& summary_;
   Selection selection_;
-  std::vector<bool> channels_;           ///< by id: selected
-  std::vector<const Segment*> pending_;  ///< not yet loaded, earliest last
-  std::vector<std::unique_ptr<Loaded>> loaded_;
-  std::unique_ptr<Loaded> spare_;  ///< memory for the next chunk
+  std::vector<bool> channels_;            ///< by id: selected
+  std::vector<const Segment*> segments_;  ///< wanted ones, earliest first
+  std::size_t claimed_ = 0, taken_ = 0;   ///< of them
+  std::unique_ptr<ReadAhead<Loaded>> ahead_;
+  std::vector<std::unique_ptr<Loaded>> loaded_;  ///< a heap, next message first
+  bool delivered_ = false;                       ///< the first one's message was the last delivered
   Message message_;
   std::vector<Damage> damages_;
 };

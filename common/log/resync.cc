@@ -1,5 +1,7 @@
 #include "common/log/resync.h"
 
+#include <algorithm>
+
 #include "common/log/codec.h"
 #include "common/log/records.h"
 #include "common/log/wire.h"
@@ -8,6 +10,7 @@ namespace mimesis::log {
 namespace {
 
 constexpr std::size_t kPiece = 64 * 1024;
+constexpr std::size_t kDataEnd = kRecordHead + sizeof(std::uint32_t);
 constexpr std::size_t kChunkHead =
     kRecordHead + 3 * 8 + 4 + 4 + 4 + 8;  // with the longest name, "lz4"/"zstd"
 
@@ -26,10 +29,19 @@ bool chunk_starts(std::string_view bytes, std::uint64_t left) {
          length == 3 * 8 + 4 + 4 + compression.size() + 8 + size;
 }
 
-bool data_end_starts(std::string_view bytes) {
+bool data_end_starts(std::string_view bytes, std::uint64_t left) {
   Decoder d(bytes);
-  return d.integer<Opcode>() == Opcode::data_end &&
-         d.integer<std::uint64_t>() == sizeof(std::uint32_t) && d.ok();
+  if (d.integer<Opcode>() != Opcode::data_end ||
+      d.integer<std::uint64_t>() != sizeof(std::uint32_t)) {
+    return false;
+  }
+  d.integer<std::uint32_t>();
+  const std::uint64_t behind = left - std::min(left, std::uint64_t{kDataEnd});
+  if (!d.ok() || behind < kRecordHead) return d.ok() && behind == 0;
+  const auto opcode = d.integer<Opcode>();  // of the summary, or the footer
+  return opcode >= Opcode::footer && opcode <= Opcode::summary_offset &&
+         opcode != Opcode::message && opcode != Opcode::chunk &&
+         d.integer<std::uint64_t>() <= behind - kRecordHead;
 }
 
 }  // namespace
@@ -46,7 +58,7 @@ std::optional<std::uint64_t> find_record(Window& window, std::uint64_t file_size
       const std::uint64_t left = file_size - from - i;
       if (left < kRecordHead) return std::nullopt;
       const std::string_view here = bytes->substr(i, kChunkHead);
-      if (chunk_starts(here, left) || data_end_starts(here)) return from + i;
+      if (chunk_starts(here, left) || data_end_starts(here, left)) return from + i;
     }
     from += starts;
   }

@@ -5,113 +5,98 @@
 #include <algorithm>
 
 #include "common/log/crc32.h"
-#include "common/log/resync.h"
+#include "common/log/salvage.h"
 #include "common/log/wire.h"
 
 namespace mimesis::log {
 namespace {
-constexpr std::size_t kPiece = 256 * 1024;  // of what is summed without being looked at
-}
+constexpr std::size_t kIds = 1 << 16;
+constexpr std::uint64_t kPart = 256 * 1024;  // of the summary, summed at once [bytes]
+}  // namespace
 
 StreamReader::StreamReader(const Source& source, const ReaderLimits& limits)
-    : source_(source), limits_(limits), window_(source) {}
+    : source_(source),
+      limits_(limits),
+      pieces_(source, limits),
+      ahead_([this](Piece& piece) { return pieces_.claim(piece); },
+             [this](Piece& piece) { pieces_.work(piece); }, &PieceReader::memory, limits.threads),
+      known_channels_(kIds, false) {}
 
 void StreamReader::damage(std::uint64_t offset, std::string what) {
   ++damage_count_;
   if (damages_.size() < limits_.damages) damages_.push_back({offset, std::move(what)});
 }
 
-std::string_view StreamReader::view(std::uint64_t offset, std::size_t size) {
-  auto bytes = window_.view(offset, size);
-  if (bytes) return *bytes;
-  damage(offset, bytes.error().reason);
-  section_ = Section::end;
-  return {};
-}
-
-/// Steps over `size` bytes and adds them to the sum of the data section.
-void StreamReader::pass(std::uint64_t size) {
-  while (size > 0) {
-    const std::string_view piece =
-        view(position_, static_cast<std::size_t>(std::min<std::uint64_t>(size, kPiece)));
-    if (piece.empty()) return;
-    data_crc_ = crc32(data_crc_, piece);
-    position_ += piece.size();
-    size -= piece.size();
-  }
-}
-
 const Record* StreamReader::next() {
-  if (section_ == Section::start && !read_magic()) section_ = Section::end;
   while (true) {
-    if (in_chunk_) {
-      if (read_inner()) return &record_;
-    } else {
-      if (section_ == Section::end) return nullptr;
-      if (read_record()) return &record_;
+    if (rest_.empty()) {
+      if (!take_piece()) return nullptr;
+    } else if (in_chunk_ ? read_inner() : read_record()) {
+      return &record_;
     }
   }
 }
 
-bool StreamReader::read_magic() {
-  section_ = Section::data;
-  const std::string_view head = view(0, kMagic.size() + 1);
-  if (head.size() == kMagic.size() + 1 && head.substr(0, kMagic.size()) == kMagic) {
-    pass(kMagic.size());
-    return true;
+bool StreamReader::take_piece() {
+  if (piece_ && piece_->failed) return false;
+  if (piece_) data_crc_ = crc32_join(data_crc_, piece_->crc, piece_->length);
+  ahead_.give_back(std::move(piece_));
+  in_chunk_ = false;
+  piece_ = ahead_.take();
+  if (!piece_) return false;
+  for (Damage& d : piece_->damages) damage(d.offset, std::move(d.what));
+  offset_ = piece_->offset;
+  length_ = piece_->length;
+  if (piece_->failed) {
+    damage(piece_->failed->offset, piece_->failed->what);
+  } else if (piece_->kind == Piece::Kind::records) {
+    rest_ = piece_->bytes;
+  } else if (piece_->kind == Piece::Kind::chunk) {
+    begin_chunk();
   }
-  damage(0, "the file does not start as an MCAP log does");
-  // One bad byte must not cost the file; another kind of file has no header record here.
-  if (head.size() <= kMagic.size() || static_cast<Opcode>(head[kMagic.size()]) != Opcode::header) {
-    return false;
-  }
-  pass(kMagic.size());
-  return section_ == Section::data;
+  return true;
 }
 
+void StreamReader::begin_chunk() {
+  const Chunk& chunk = piece_->chunk;
+  const auto times =
+      fmt::format("log times {} to {}", chunk.message_start_time, chunk.message_end_time);
+  rest_ = piece_->unpacked;
+  if (piece_->cut) {
+    const Salvage saved = salvage(rest_, chunk, channels_);
+    rest_ = rest_.substr(0, saved.bytes);
+    damage(offset_, fmt::format("the file ends in a chunk of {}: its first {} messages are saved, "
+                                "their sum cannot be checked",
+                                times, saved.messages));
+  } else if (!piece_->skipped.empty()) {
+    rest_ = {};
+    damage(offset_, fmt::format("chunk of {} is skipped: {}", times, piece_->skipped));
+  }
+  inner_size_ = rest_.size();
+  in_chunk_ = inner_size_ > 0;
+}
+
+/// The next record of the piece; the heads were checked when the piece was made.
 bool StreamReader::read_record() {
-  const std::uint64_t left = source_.size() - position_;
-  const std::string_view head = view(position_, kRecordHead);
-  if (section_ == Section::end) return false;
-  if (head.size() < kRecordHead) {
-    damage(position_, left == 0 ? "the file ends here, without a footer"
-                                : fmt::format("the file ends here, {} bytes into a record", left));
-    section_ = Section::end;
-    return false;
-  }
-  Decoder d(head);
+  const auto at = static_cast<std::size_t>(rest_.data() - piece_->bytes.data());
+  Decoder d(rest_);
   const auto opcode = d.integer<Opcode>();
-  const auto length = d.integer<std::uint64_t>();
-  if (opcode == Opcode{0} || length > left - kRecordHead) {
-    recover(fmt::format(
-        "{} record (opcode 0x{:02x}) of {} bytes, {} bytes are left: cut off or damaged",
-        name(opcode), static_cast<unsigned>(opcode), length, left - kRecordHead));
+  const std::string_view content = d.raw(d.integer<std::uint64_t>());
+  if (!d.ok()) {
+    rest_ = {};
+    damage(piece_->offset + at, "the file changed while it was read");
     return false;
   }
-  offset_ = position_;
-  length_ = kRecordHead + length;
-  const bool indexes = opcode == Opcode::message_index;  // for readers that seek: the sum is enough
-  if (length > limits_.record_size || indexes) {
-    if (!indexes) {
-      damage(offset_, fmt::format("{} record of {} bytes skipped: the limit is {}", name(opcode),
-                                  length, limits_.record_size));
-    }
-    pass(length_);
-    return false;
-  }
-  const std::string_view record = view(position_, static_cast<std::size_t>(length_));
-  if (record.size() < length_) {
-    if (section_ != Section::end) damage(position_, "the file became shorter while it was read");
-    section_ = Section::end;
-    return false;
-  }
-  return read_content(opcode, record.substr(kRecordHead));
+  offset_ = piece_->offset + at;
+  length_ = kRecordHead + content.size();
+  rest_.remove_prefix(static_cast<std::size_t>(length_));
+  return read_content(opcode, content);
 }
 
 template <class T>
 bool StreamReader::deliver(std::string_view content) {
   if (!std::holds_alternative<T>(record_)) record_.emplace<T>();
-  if (decode(content, std::get<T>(record_))) return true;
+  if (decode(content, *std::get_if<T>(&record_))) return true;
   damage(offset_, "the record is too short for its fields");
   return false;
 }
@@ -125,32 +110,12 @@ bool StreamReader::define(std::string_view content, std::map<std::uint16_t, T>& 
     damage(offset_, fmt::format("id {} is defined a second time, differently", record.id));
     it->second = record;
   }
+  if constexpr (std::is_same_v<T, Channel>) known_channels_[record.id] = true;
   return true;
 }
 
-/// `content` lies in the window. Returns true if record_ is to be delivered.
+/// True if record_ is to be delivered.
 bool StreamReader::read_content(Opcode opcode, std::string_view content) {
-  if (opcode == Opcode::chunk) return read_chunk(content);
-  if (opcode == Opcode::data_end) {
-    const std::uint32_t crc = data_crc_;
-    section_ = Section::summary;
-    data_end_ = offset_ + length_;
-    position_ = data_end_;
-    if (!deliver<DataEnd>(content)) return false;
-    const std::uint32_t stored = std::get<DataEnd>(record_).data_section_crc;
-    if (stored != 0 && stored != crc) {
-      damage(offset_,
-             fmt::format("data section: CRC-32 is {:08x}, the file says {:08x}", crc, stored));
-    }
-    return true;
-  }
-  if (opcode == Opcode::footer) {
-    if (deliver<Footer>(content)) return read_footer(std::get<Footer>(record_));
-    recover("no footer");
-    return false;
-  }
-  data_crc_ = crc32(data_crc_, {content.data() - kRecordHead, static_cast<std::size_t>(length_)});
-  position_ += length_;
   switch (opcode) {
     case Opcode::header:
       return deliver<Header>(content);
@@ -159,7 +124,7 @@ bool StreamReader::read_content(Opcode opcode, std::string_view content) {
     case Opcode::channel:
       return define(content, channels_);
     case Opcode::message:
-      return deliver_message(content, offset_);
+      return deliver_message(content);
     case Opcode::metadata:
       return deliver<Metadata>(content);
     case Opcode::metadata_index:
@@ -170,6 +135,10 @@ bool StreamReader::read_content(Opcode opcode, std::string_view content) {
       return deliver<ChunkIndex>(content);
     case Opcode::summary_offset:
       return deliver<SummaryOffset>(content);
+    case Opcode::data_end:
+      return read_data_end(content);
+    case Opcode::footer:
+      return read_footer(content);
     case Opcode::statistics:
       if (!deliver<Statistics>(content)) return false;
       check_counts(std::get<Statistics>(record_));
@@ -181,78 +150,47 @@ bool StreamReader::read_content(Opcode opcode, std::string_view content) {
                                   std::get<Attachment>(record_).name));
       return false;
     default:
-      return false;  // of a later version of the format, or private
+      return false;  // of a later version of the format, private, or an index for readers that seek
   }
-}
-
-bool StreamReader::read_chunk(std::string_view content) {
-  if (!decode(content, chunk_)) {
-    recover("a chunk is too short for its fields");
-    return false;
-  }
-  const std::size_t head =
-      kRecordHead + static_cast<std::size_t>(chunk_.records.data() - content.data());
-  const std::string_view record(content.data() - kRecordHead, static_cast<std::size_t>(length_));
-  const auto skip = [&](std::string_view why) {
-    damage(offset_, fmt::format("chunk of log times {} to {} is skipped: {}",
-                                chunk_.message_start_time, chunk_.message_end_time, why));
-    return false;
-  };
-  data_crc_ = crc32(data_crc_, record.substr(0, head));
-  const auto compression = parse_compression(chunk_.compression);
-  const bool as_is = compression == Compression::none;
-  const std::uint32_t stored_crc = crc32(0, chunk_.records);
-  data_crc_ = crc32_join(data_crc_, stored_crc, chunk_.records.size());
-  data_crc_ = crc32(data_crc_, record.substr(head + chunk_.records.size()));
-  position_ += length_;
-
-  if (!compression) return skip(fmt::format("unknown compression '{}'", chunk_.compression));
-  if (chunk_.uncompressed_size > limits_.chunk_size) {
-    return skip(fmt::format("it unpacks to {} bytes, the limit is {}", chunk_.uncompressed_size,
-                            limits_.chunk_size));
-  }
-  const auto size = static_cast<std::size_t>(chunk_.uncompressed_size);
-  const auto unpacked = decompressor_.run(*compression, chunk_.records, size);
-  if (!unpacked) return skip(unpacked.error().reason);
-  const std::uint32_t crc = as_is ? stored_crc : crc32(0, *unpacked);
-  if (chunk_.uncompressed_crc != 0 && crc != chunk_.uncompressed_crc) {
-    return skip(
-        fmt::format("CRC-32 is {:08x}, the chunk says {:08x}", crc, chunk_.uncompressed_crc));
-  }
-  inner_ = *unpacked;
-  inner_size_ = inner_.size();
-  in_chunk_ = true;
-  return false;
 }
 
 bool StreamReader::read_inner() {
-  while (!inner_.empty()) {
-    const std::size_t at = inner_size_ - inner_.size();
-    Decoder d(inner_);
-    const auto opcode = d.integer<Opcode>();
-    const auto length = d.integer<std::uint64_t>();
-    const std::string_view content = d.raw(length);
-    if (!d.ok()) {
-      damage(offset_,
-             fmt::format("the record at byte {} of the unpacked chunk does not fit into it", at));
-      break;
-    }
-    inner_.remove_prefix(kRecordHead + content.size());
-    if (opcode == Opcode::message && deliver_message(content, offset_)) return true;
-    if (opcode == Opcode::schema && define(content, schemas_)) return true;
-    if (opcode == Opcode::channel && define(content, channels_)) return true;
+  Decoder d(rest_);
+  const auto opcode = d.integer<Opcode>();
+  const std::string_view content = d.raw(d.integer<std::uint64_t>());
+  if (!d.ok()) {
+    const std::size_t at = inner_size_ - rest_.size();
+    rest_ = {};
+    damage(offset_,
+           fmt::format("the record at byte {} of the unpacked chunk does not fit into it", at));
+    return false;
   }
-  inner_ = {};
-  in_chunk_ = false;
+  rest_.remove_prefix(kRecordHead + content.size());
+  if (opcode == Opcode::message) return deliver_message(content);
+  if (opcode == Opcode::schema) return define(content, schemas_);
+  if (opcode == Opcode::channel) return define(content, channels_);
   return false;
 }
 
-bool StreamReader::deliver_message(std::string_view content, std::uint64_t at) {
+bool StreamReader::deliver_message(std::string_view content) {
   if (!deliver<Message>(content)) return false;
   ++messages_;
-  const std::uint16_t id = std::get<Message>(record_).channel_id;
-  if (!channels_.contains(id) && unknown_channels_.insert(id).second) {
-    damage(at, fmt::format("messages of channel {}, which was not defined before", id));
+  const std::uint16_t id = std::get_if<Message>(&record_)->channel_id;
+  if (!known_channels_[id]) {
+    known_channels_[id] = true;
+    damage(offset_, fmt::format("messages of channel {}, which was not defined before", id));
+  }
+  return true;
+}
+
+/// Stands alone in its piece: the sum of all before it is known.
+bool StreamReader::read_data_end(std::string_view content) {
+  data_end_ = offset_ + length_;
+  if (!deliver<DataEnd>(content)) return false;
+  const std::uint32_t stored = std::get<DataEnd>(record_).data_section_crc;
+  if (stored != 0 && stored != data_crc_) {
+    damage(offset_,
+           fmt::format("data section: CRC-32 is {:08x}, the file says {:08x}", data_crc_, stored));
   }
   return true;
 }
@@ -264,14 +202,15 @@ void StreamReader::check_counts(const Statistics& statistics) {
   }
 }
 
-/// Always true: the footer is delivered.
-bool StreamReader::read_footer(const Footer& footer) {
-  if (section_ == Section::data) damage(offset_, "a footer without an end of the data before it");
-  section_ = Section::end;
+bool StreamReader::read_footer(std::string_view content) {
+  if (!deliver<Footer>(content)) return false;
+  if (data_end_ == 0) damage(offset_, "a footer without an end of the data before it");
   const std::uint64_t end = offset_ + length_;
-  complete_ = view(end, kMagic.size() + 1) == kMagic;
+  Window window(source_);
+  const auto magic = window.view(end, kMagic.size() + 1);
+  complete_ = magic && *magic == kMagic;
   if (!complete_) damage(end, "the file does not end with its magic bytes after the footer");
-  check_summary(footer);
+  check_summary(std::get<Footer>(record_));
   return true;
 }
 
@@ -284,40 +223,21 @@ void StreamReader::check_summary(const Footer& footer) {
     damage(offset_, "the footer names a summary behind itself");
     return;
   }
+  Window window(source_);
   while (at < end) {
-    const std::string_view piece =
-        view(at, static_cast<std::size_t>(std::min<std::uint64_t>(end - at, kPiece)));
-    if (piece.empty()) return;
-    crc = crc32(crc, piece);
-    at += piece.size();
+    const auto part =
+        window.view(at, static_cast<std::size_t>(std::min<std::uint64_t>(end - at, kPart)));
+    if (!part || part->empty()) {
+      damage(at, part ? "the file became shorter while it was read" : part.error().reason);
+      return;
+    }
+    crc = crc32(crc, *part);
+    at += part->size();
   }
   if (crc != footer.summary_crc) {
     damage(offset_,
            fmt::format("summary: CRC-32 is {:08x}, the file says {:08x}", crc, footer.summary_crc));
   }
-}
-
-/// The record at position_ cannot be: reports `why` and goes on where a chunk, or the end of the
-/// data, is again certain.
-void StreamReader::recover(std::string why) {
-  const std::uint64_t from = position_;
-  const std::uint64_t size = source_.size();
-  if (section_ == Section::summary) {
-    const std::uint64_t footer = size < kFooterSize ? 0 : size - kFooterSize;
-    const bool whole_end = footer > from && view(footer, kFooterSize).ends_with(kMagic);
-    damage(from, why + "; the rest of the summary is skipped");
-    position_ = footer;
-    if (!whole_end) section_ = Section::end;
-    return;
-  }
-  const auto found = find_record(window_, size, from + 1);
-  if (!found) {
-    damage(from, why + "; nothing can be read behind it");
-    section_ = Section::end;
-    return;
-  }
-  damage(from, fmt::format("{}; reading goes on at {}", why, *found));
-  pass(*found - from);
 }
 
 }  // namespace mimesis::log

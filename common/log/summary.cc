@@ -125,6 +125,7 @@ void add_message(const StreamReader& reader, const Message& message, Summary& su
       last->index.compressed_size = reader.length() - kRecordHead - 40 - chunk->compression.size();
       last->index.uncompressed_size = chunk->uncompressed_size;
       last->index.chunk_length = reader.length();
+      last->salvaged = reader.salvaged();
     }
   }
   if (!chunk) {

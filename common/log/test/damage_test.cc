@@ -5,6 +5,8 @@
 #include <random>
 
 #include "common/log/indexed_reader.h"
+#include "common/log/test/campaign.h"
+#include "common/log/test/outcome.h"
 #include "common/log/test/sample_log.h"
 
 namespace mimesis::log {
@@ -14,90 +16,76 @@ constexpr std::uint32_t kCount = 1000;
 constexpr std::size_t kChunk = 4096;
 constexpr Compression kCodecs[] = {Compression::none, Compression::lz4, Compression::zstd};
 
-struct Outcome {
-  std::vector<std::uint32_t> messages;  ///< index of the sample; the order of the file
-  bool altered = false;                 ///< something was delivered that was never written
-  std::vector<Damage> damages;
-};
-
-Outcome read(const std::string& file) {
-  const MemorySource source(file);
-  StreamReader reader(source);
-  Outcome outcome;
-  while (const Record* record = reader.next()) {
-    if (const auto* m = std::get_if<Message>(record)) {
-      const std::uint32_t i = 2 * (m->sequence - 1) + (m->channel_id - 1);
-      outcome.altered |= i >= kCount || sample(*m) != sample_message(i);
-      outcome.messages.push_back(i);
-    } else if (const auto* a = std::get_if<Attachment>(record)) {
-      outcome.altered |= a->data != "nodes: {}";
-    }
-  }
-  outcome.damages = reader.damages();
-  return outcome;
+TEST(Damage, EveryFlippedByteIsReportedOrHarmless) {
+  for (const Compression codec : kCodecs) flip_bytes({codec, kChunk, 200}, 100, 11);
+  flip_bytes({Compression::none, 0, 200}, 100, 12);
 }
 
-TEST(Damage, EveryFlippedByteInChunkedLogsIsReportedAndNoAlteredMessageDelivered) {
+TEST(Damage, TruncatedLogsGiveWhatIsCompleteAndSayWhereTheyEnd) {
+  for (const Compression codec : kCodecs) EXPECT_GT(truncate({codec, kChunk, 2000}, 60, 13), 0.97);
+  EXPECT_EQ(truncate({Compression::none, 0, 200}, 60, 14), 1.0);
+}
+
+TEST(Damage, ZerosAfterAPowerCutAreNoMessages) {
+  for (const Compression codec : kCodecs) blank_the_end({codec, kChunk, 500}, 60, 15);
+}
+
+TEST(Damage, OfACutChunkTheBeginningIsSavedAndSaidToBeUnchecked) {
   for (const Compression codec : kCodecs) {
-    const std::string good = sample_log(kCount, codec, kChunk);
-    std::mt19937 random(static_cast<unsigned>(codec));
-    double recovered = 0.0;
-    constexpr int kFlips = 400;
-    for (int i = 0; i < kFlips; ++i) {
-      std::string bad = good;
-      const std::size_t at = random() % bad.size();
-      bad[at] = static_cast<char>(bad[at] ^ static_cast<char>(1 + random() % 255));
-      const Outcome outcome = read(bad);
-      ASSERT_FALSE(outcome.altered) << "byte " << at;
-      ASSERT_FALSE(outcome.damages.empty()) << "byte " << at;
-      ASSERT_TRUE(std::ranges::is_sorted(outcome.messages, std::less_equal{})) << "byte " << at;
-      recovered += static_cast<double>(outcome.messages.size()) / kCount / kFlips;
-    }
-    EXPECT_GT(recovered, 0.93);  // one of 20 chunks is lost at a time, rarely two
-  }
-}
-
-TEST(Damage, FlipsOutsideOfChunksAreReportedAtTheLatestBySumOfTheData) {
-  const std::string good = sample_log(kCount, Compression::none, 0);
-  std::mt19937 random(1);
-  for (int i = 0; i < 400; ++i) {
-    std::string bad = good;
-    const std::size_t at = random() % bad.size();
-    bad[at] = static_cast<char>(bad[at] ^ static_cast<char>(1 + random() % 255));
-    ASSERT_FALSE(read(bad).damages.empty()) << "byte " << at;
-  }
-}
-
-TEST(Damage, TruncatedLogsGiveEveryCompleteChunkAndSayWhereTheyEnd) {
-  for (const Compression codec : kCodecs) {
-    const std::string good = sample_log(kCount, codec, kChunk);
+    const std::string good = sample_log(20'000, codec, 1 << 20);
     const MemorySource source(good);
-    // Where each chunk ends, and how many messages the file holds up to there.
-    std::vector<std::size_t> ends, counts;
-    StreamReader reader(source);
-    std::size_t count = 0;
-    while (const Record* record = reader.next()) {
-      if (!std::holds_alternative<Message>(*record)) continue;
-      const std::size_t end = reader.offset() + reader.length();
-      if (ends.empty() || ends.back() != end) {
-        ends.push_back(end);
-        counts.push_back(count);
-      }
-      counts.back() = ++count;
-    }
-    ASSERT_EQ(count, kCount);
-    std::mt19937 random(7);
-    for (int i = 0; i < 300; ++i) {
-      const std::size_t size = kMagic.size() + 1 + random() % (good.size() - kMagic.size() - 1);
-      const Outcome outcome = read(good.substr(0, size));
-      std::size_t complete = 0;
-      for (std::size_t k = 0; k < ends.size() && ends[k] <= size; ++k) complete = counts[k];
-      EXPECT_EQ(outcome.messages.size(), complete) << size;
-      ASSERT_FALSE(outcome.altered);
-      ASSERT_EQ(outcome.damages.size(), 1u) << size;
-      EXPECT_LE(outcome.damages[0].offset, size);
-      for (std::size_t k = 0; k < outcome.messages.size(); ++k) ASSERT_EQ(outcome.messages[k], k);
-    }
+    const std::uint64_t second = summarize(source)->segments[1].index.chunk_start_offset;
+    const std::size_t first_has = read_streamed(good.substr(0, second)).messages.size();
+    const Outcome outcome = read_streamed(good.substr(0, second + 250'000));
+    EXPECT_GT(outcome.messages.size(), first_has + 1500) << wire_name(codec);
+    EXPECT_EQ(outcome.altered, 0u);
+    ASSERT_EQ(outcome.damages.size(), 1u);
+    EXPECT_EQ(outcome.damages[0].offset, second);
+    const std::string saved = std::to_string(outcome.messages.size() - first_has);
+    EXPECT_TRUE(outcome.damages[0].what.ends_with(
+        ": its first " + saved + " messages are saved, their sum cannot be checked"))
+        << outcome.damages[0].what;
+  }
+}
+
+TEST(Damage, OfAChunkInTheMiddleWhoseSumFailsNothingIsSaved) {
+  const std::string good = sample_log(kCount, Compression::none, kChunk);
+  const MemorySource source(good);
+  const auto summary = summarize(source);
+  ASSERT_TRUE(summary);
+  std::string bad = good;
+  const ChunkIndex& chunk = summary->segments[3].index;
+  bad[chunk.chunk_start_offset + chunk.chunk_length - 1] ^=
+      1;  // in the payload of its last message
+  const Outcome outcome = read_streamed(bad);
+  const std::size_t lost = kCount - outcome.messages.size();
+  EXPECT_GT(lost, 20u);
+  EXPECT_EQ(outcome.altered, 0u);
+  EXPECT_EQ(read_indexed(bad).messages, outcome.messages);
+}
+
+TEST(Damage, ThreadsFindTheSameAsOneThread) {
+  std::mt19937 random(3);
+  for (const Compression codec : kCodecs) {
+    std::string file = sample_log(30'000, codec, 16 * 1024);
+    for (int i = 0; i < 30; ++i) file[random() % file.size()] ^= 0x10;
+    const Outcome alone = read_streamed(file, {.threads = false}), together = read_streamed(file);
+    EXPECT_TRUE(together.same_content(alone));
+    EXPECT_EQ(together.damages, alone.damages);
+    EXPECT_GE(alone.damages.size(), 20u);
+    EXPECT_GT(alone.messages.size(), 15'000u);
+  }
+}
+
+TEST(Damage, AReaderMayBeLeftInTheMiddle) {
+  const std::string file = sample_log(30'000, Compression::zstd, 16 * 1024);
+  const MemorySource source(file);
+  const auto summary = summarize(source);
+  ASSERT_TRUE(summary);
+  for (const int count : {1, 2000, 10'000}) {
+    StreamReader streamed(source);
+    IndexedReader indexed(source, *summary);
+    for (int i = 0; i < count; ++i) ASSERT_TRUE(streamed.next() && indexed.next());
   }
 }
 
@@ -111,8 +99,8 @@ TEST(Damage, ReadingGoesOnBehindADamagedLength) {
   const std::uint64_t fourth = summary->segments[3].index.chunk_start_offset;
   std::string bad = good;
   bad[third + 7] = '\x40';  // longer than any file
-  const Outcome outcome = read(bad);
-  EXPECT_FALSE(outcome.altered);
+  const Outcome outcome = read_streamed(bad);
+  EXPECT_EQ(outcome.altered, 0u);
   EXPECT_GT(outcome.messages.size(), kCount * 8 / 10);
   ASSERT_FALSE(outcome.damages.empty());
   EXPECT_EQ(outcome.damages[0].offset, third);
@@ -144,7 +132,7 @@ TEST(Damage, LyingSizesCostNoMemory) {
   ASSERT_TRUE(summary);
   const std::size_t size_at = summary->segments[0].index.chunk_start_offset + kRecordHead + 16;
   file[size_at + 7] = '\x7f';  // "unpacks to exabytes"
-  const Outcome outcome = read(file);
+  const Outcome outcome = read_streamed(file);
   ASSERT_FALSE(outcome.damages.empty());
   EXPECT_NE(outcome.damages[0].what.find("the limit is"), std::string::npos);
 }

@@ -2,14 +2,15 @@
 
 #include <gtest/gtest.h>
 
-#include <random>
-
 namespace mimesis::log {
 
 SampleMessage sample_message(std::uint32_t i) {
-  std::mt19937 random(i);
+  std::uint64_t random = i;
   std::string data(40 + i % 50, 'a');
-  for (std::size_t k = 0; k < data.size(); k += 2) data[k] = static_cast<char>(random());
+  for (std::size_t k = 0; k < data.size(); k += 2) {
+    random = random * 6364136223846793005u + 1442695040888963407u;  // Knuth's generator
+    data[k] = static_cast<char>(random >> 56);
+  }
   const std::uint64_t tick = i - (i % 3 == 2 ? 1 : 0);
   return {static_cast<std::uint16_t>(1 + i % 2), i / 2 + 1, 1000 + 10 * tick, 900 + 10 * i,
           std::move(data)};

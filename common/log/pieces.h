@@ -1,0 +1,79 @@
+#pragma once
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "common/log/buffer.h"
+#include "common/log/codec.h"
+#include "common/log/damage.h"
+#include "common/log/io.h"
+#include "common/log/records.h"
+
+namespace mimesis::log {
+
+/// A part of a file that can be read, summed and unpacked without its neighbours. Keeps its memory.
+struct Piece {
+  enum class Kind {
+    nothing,  ///< only damages
+    records,  ///< whole records that are no chunks
+    chunk,
+    gap,  ///< bytes that are summed and not looked at
+  };
+  // Known from the heads of the records.
+  Kind kind = Kind::nothing;
+  std::uint64_t offset = 0, length = 0;  ///< in the file [bytes]
+  std::vector<Damage> damages;           ///< before it
+  bool cut = false;                      ///< of the chunk only the beginning is there
+  // Known when it was read.
+  std::string_view bytes;        ///< of a piece of records
+  std::uint32_t crc = 0;         ///< of all its bytes in the file
+  Chunk chunk;                   ///< `records` is void
+  std::string_view unpacked;     ///< the chunk's records; of a cut one as far as they go, unchecked
+  std::string skipped;           ///< why the chunk is not delivered; empty: it is
+  std::optional<Damage> failed;  ///< reading the file failed; it is the last piece
+
+  Buffer raw;
+  Decompressor decompressor;
+};
+
+/// Cuts a file into pieces. `claim` one thread at a time and in order, `work` any: it needs nothing
+/// but the piece.
+class PieceReader {
+ public:
+  PieceReader(const Source& source, const ReaderLimits& limits);
+
+  /// The next piece: looks at the heads of records only. After a record that cannot be, the next
+  /// one begins at the next chunk that can be. False: there are no more.
+  bool claim(Piece& piece);
+  /// Reads it, checks its sums, unpacks it.
+  void work(Piece& piece) const;
+
+  /// How much memory it takes [bytes].
+  static std::size_t memory(const Piece& piece);
+
+ private:
+  enum class Section { start, data, summary, end };
+
+  void claim_magic(Piece& piece);
+  bool claim_record(Piece& piece);
+  bool claim_chunk(Piece& piece, std::uint64_t length);
+  bool claim_cut_chunk(Piece& piece);
+  void recover(Piece& piece, std::string why);
+  bool alone(Opcode opcode, std::uint64_t length) const;
+  std::string_view view(Piece& piece, std::uint64_t offset, std::size_t size);
+  void sum_gap(Piece& piece) const;
+  void unpack(Piece& piece) const;
+  void unpack_cut(Piece& piece) const;
+  bool zeros_follow(std::uint64_t from) const;
+
+  const Source& source_;
+  ReaderLimits limits_;
+  std::uint64_t size_;  ///< of the file
+  Window window_;
+  Section section_ = Section::start;
+  std::uint64_t position_ = 0;  ///< of the next record
+};
+
+}  // namespace mimesis::log
