@@ -106,8 +106,8 @@ TEST(CameraNode, ALiveCameraWithoutRecordedFramesCannotBeReplayed) {
     why = e.what();
   }
   EXPECT_EQ(why,
-            "source: v4l2 is a live camera, its images are inputs of the graph; it can be replayed "
-            "if record_frames was true when the log was recorded");
+            "source: v4l2 is a live camera, a source of the graph: it can be replayed only if "
+            "record_frames was true when the log was recorded");
 }
 
 TEST(CameraNode, ALiveCameraKeepsItsFramesOnlyIfAskedTo) {
