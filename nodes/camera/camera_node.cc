@@ -26,7 +26,7 @@ std::unique_ptr<Source> open_camera(const CameraParams& p, runtime::Bus& bus) {
   const bool replaying = bus.outside().replaying();
   if (replaying && !p.record_frames) {
     throw ConfigError(
-        "source: v4l2 is a live camera, its images are inputs of the graph; it can be replayed if "
+        "source: v4l2 is a live camera, a source of the graph: it can be replayed only if "
         "record_frames was true when the log was recorded");
   }
   const image::View& view = p.picture.view;

@@ -48,7 +48,7 @@ TEST_F(RecordedCan, HasTheDocumentedBytes) {
   bus->send(std::vector{frame(0x201, {0xAB, 0xCD})});
   peer->send(std::vector{frame(0x80000005, {}), frame(0x181, {7})});
   receive(*bus);
-  using std::string_literals::operator""s;
+  using namespace std::string_literals;
   const std::vector<OutsideTape::Entry> expected = {{"can",
                                                      "\x01\0\0\0"
                                                      "\x01\x02\0\0"
@@ -148,6 +148,37 @@ TEST_F(RecordedCan, ARecordOfSomethingElseIsAProblemAndNoFrames) {
   EXPECT_EQ(tape.problem(), "entry 0: the node has read 'can', the record read 'hand'");
   again->send(std::vector{frame(0x201, {})});
   EXPECT_EQ(again->counters().sent, 0u);
+}
+
+TEST(RecordedHand, HasTheDocumentedBytes) {
+  using namespace std::string_literals;
+  OutsideTape tape;
+  Loopback graph({.lockstep = true, .outside = &tape});
+  tape.entries() = {{"hand",
+                     "\x01\x01"
+                     "\0\0\0\0\0\0\xD0\x3F"
+                     "\0\0\0\0\0\0\xE8\x3F"s,
+                     true},
+                    {"hand",
+                     "\x05\x01"
+                     "\0\0\0\0\0\0\xE0\x3F"
+                     "\x07\x01\0\0\0\0\0\0"
+                     "\x09\0\0\0\0\0\0\0"
+                     "fault"s,
+                     false}};
+  tape.rewind();
+  RecordedHand hand("unix:hand", {}, graph);
+  const modbus::HandReading& reading = hand.exchange(
+      1s, {.move = true, .mode = modbus::HandMode::pinch, .closure = 0.25, .force = 0.75});
+  EXPECT_EQ(tape.problem(), "");
+  EXPECT_TRUE(reading.active);
+  EXPECT_FALSE(reading.moving);
+  EXPECT_TRUE(reading.object_detected);
+  EXPECT_EQ(reading.mode, modbus::HandMode::pinch);
+  EXPECT_EQ(reading.closure, 0.5);
+  EXPECT_EQ(reading.transactions, 0x107U);
+  EXPECT_EQ(reading.errors, 9U);
+  EXPECT_EQ(reading.fault, "fault");
 }
 
 TEST(RecordedHand, GivesReadingsBackWithoutAThread) {

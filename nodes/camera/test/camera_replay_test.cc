@@ -79,6 +79,26 @@ TEST(RecordedDevice, GivesFramesStampsAndNewsBack) {
   EXPECT_TRUE(tape.at_end());
 }
 
+TEST(RecordedDevice, HasTheDocumentedBytes) {
+  using namespace std::string_literals;
+  testing::OutsideTape tape;
+  testing::Loopback graph({.lockstep = false, .outside = &tape});
+  const auto device = record_device(std::make_unique<Scripted>(), graph);
+  EXPECT_FALSE(device->open());
+  EXPECT_TRUE(device->open());
+  RawFrame frame;
+  for (int k = 0; k < 6; ++k) device->take_newest(frame);
+  EXPECT_EQ(tape.entries()[0].bytes, "\0cannot be opened: No such device"s);
+  EXPECT_EQ(tape.entries()[1].bytes, "\x01");
+  EXPECT_EQ(tape.entries()[7].bytes,
+            "\0\0"                                // a frame, yuyv
+            "\x04\0\0\0\x02\0\0\0\x08\0\0\0"      // 4 x 2, rows of 8 bytes
+            "\x40\x4f\xb7\xf4\x14\0\0\0ddd"s);  // 90.005 s
+  EXPECT_EQ(record_clock([] { return 258ns; }, graph)(), 258ns);
+  EXPECT_EQ(tape.entries().back(),
+            (testing::OutsideTape::Entry{"camera_clock", "\x02\x01\0\0\0\0\0\0"s, false}));
+}
+
 TEST(RecordedDevice, TellsFromADamagedRecord) {
   testing::OutsideTape tape;
   testing::Loopback graph({.lockstep = false, .outside = &tape});
@@ -106,8 +126,8 @@ TEST(CameraNode, ALiveCameraWithoutRecordedFramesCannotBeReplayed) {
     why = e.what();
   }
   EXPECT_EQ(why,
-            "source: v4l2 is a live camera, its images are inputs of the graph; it can be replayed "
-            "if record_frames was true when the log was recorded");
+            "source: v4l2 is a live camera, a source of the graph: it can be replayed only if "
+            "record_frames was true when the log was recorded");
 }
 
 TEST(CameraNode, ALiveCameraKeepsItsFramesOnlyIfAskedTo) {
