@@ -1,12 +1,12 @@
 #include "common/log/crc32.h"
 
+#include <libdeflate.h>
 #include <zlib.h>
 
 namespace mimesis::log {
 
 std::uint32_t crc32(std::uint32_t crc, std::string_view bytes) {
-  return static_cast<std::uint32_t>(
-      ::crc32_z(crc, reinterpret_cast<const Bytef*>(bytes.data()), bytes.size()));
+  return ::libdeflate_crc32(crc, bytes.data(), bytes.size());
 }
 
 std::uint32_t crc32_join(std::uint32_t crc_a, std::uint32_t crc_b, std::uint64_t size_b) {

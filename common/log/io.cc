@@ -8,6 +8,8 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
+#include <filesystem>
+#include <utility>
 
 namespace mimesis::log {
 namespace {
@@ -18,6 +20,19 @@ constexpr std::size_t kReadAhead = 256 * 1024;
 tl::unexpected<Status> failed(std::string_view doing, const std::string& path) {
   return tl::unexpected(
       Status{fmt::format("cannot {} '{}': {}", doing, path, std::strerror(errno))});
+}
+
+/// A new file's name is on the disk when its folder is.
+Result sync_folder(const std::string& path) {
+  const auto folder = std::filesystem::absolute(path).parent_path().string();
+  const int fd = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (fd < 0) return failed("open", folder);
+  const bool done = ::fsync(fd) == 0 || errno == EINVAL;
+  const int error = errno;
+  ::close(fd);
+  errno = error;
+  if (!done) return failed("sync", folder);
+  return {};
 }
 
 class FileSink final : public Sink {
@@ -44,6 +59,11 @@ class FileSink final : public Sink {
     buffer_.clear();
     return done;
   }
+  Result sync() override {
+    if (auto done = flush(); !done) return done;
+    if (::fdatasync(fd_) != 0 && errno != EINVAL) return failed("sync", path_);  // EINVAL: a device
+    return std::exchange(named_, true) ? Result{} : sync_folder(path_);
+  }
   Result close() override {
     if (auto done = flush(); !done) return done;
     const int fd = fd_;
@@ -65,6 +85,7 @@ class FileSink final : public Sink {
 
   int fd_;
   std::string path_, buffer_;
+  bool named_ = false;  // its name is on the disk
 };
 
 class FileSource final : public Source {

@@ -18,6 +18,8 @@ class Sink {
   [[nodiscard]] virtual Result write(std::string_view bytes) = 0;
   /// What was written is out of this process: it survives the process's death.
   [[nodiscard]] virtual Result flush() = 0;
+  /// The same, and it is on the disk: it survives a power cut. Sinks without a disk only flush.
+  [[nodiscard]] virtual Result sync() { return flush(); }
   /// Last call.
   [[nodiscard]] virtual Result close() = 0;
 };

@@ -14,6 +14,7 @@ namespace mimesis::log {
 
 inline constexpr std::string_view kMagic{"\x89MCAP0\r\n", 8};
 inline constexpr std::size_t kRecordHead = 9;                     ///< opcode and length
+inline constexpr std::size_t kMessageHead = 2 + 4 + 8 + 8;        ///< fields before its payload
 inline constexpr std::size_t kFooterSize = kRecordHead + 20 + 8;  ///< with the closing magic
 
 enum class Opcode : std::uint8_t {
@@ -100,8 +101,9 @@ struct Statistics {
   std::uint64_t message_start_time = 0, message_end_time = 0;  ///< 0 without messages
   std::map<std::uint16_t, std::uint64_t> channel_message_counts;
 
-  /// Counts one message.
+  /// Counts one message; the second one leaves its channel's count to the caller.
   void count(std::uint16_t channel_id, std::uint64_t log_time);
+  void count(std::uint64_t log_time);
 };
 struct Metadata {
   std::string name;

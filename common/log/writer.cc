@@ -1,9 +1,9 @@
 #include "common/log/writer.h"
 
-#include <algorithm>
 #include <limits>
 
-#include "common/log/crc32.h"
+#include "common/log/chunk_worker.h"
+#include "common/log/file_body.h"
 
 namespace mimesis::log {
 namespace {
@@ -11,26 +11,27 @@ constexpr std::size_t kMaxIds = std::numeric_limits<std::uint16_t>::max();
 }
 
 Writer::Writer(Sink& sink, WriterOptions options)
-    : sink_(sink), options_(std::move(options)), compressor_(options_.compression) {
-  status_ = emit(kMagic);
-  append(record_, Header{options_.profile, options_.library});
-  if (status_) status_ = emit(record_);
+    : options_(std::move(options)), body_(std::make_unique<FileBody>(sink, options_)) {
+  if (options_.background && chunked()) worker_ = std::make_unique<ChunkWorker>(*body_);
 }
 
-Result Writer::emit(std::string_view bytes) { return emit(bytes, crc32(0, bytes)); }
+Writer::~Writer() = default;
 
-Result Writer::emit(std::string_view bytes, std::uint32_t crc_of_bytes) {
-  if (!status_) return status_;
-  crc_ = crc32_join(crc_, crc_of_bytes, bytes.size());
-  position_ += bytes.size();
-  return status_ = sink_.write(bytes);
-}
+std::uint64_t Writer::bytes_written() const { return body_->position(); }
 
-Result Writer::emit_unless_chunked() {
-  if (chunked()) return status_;
-  const Result done = emit(record_);
+Result Writer::status() { return worker_ ? worker_->status() : body_->status(); }
+
+/// A definition: into the open chunk, or directly into the file.
+template <class T>
+Result Writer::add(const T& record) {
+  if (auto done = status(); !done) return done;
+  if (chunked()) {
+    append(chunk_.records, record);
+    return {};
+  }
   record_.clear();
-  return done;
+  append(record_, record);
+  return body_->record(record_);
 }
 
 tl::expected<std::uint16_t, Status> Writer::add_schema(std::string name, std::string encoding,
@@ -39,10 +40,8 @@ tl::expected<std::uint16_t, Status> Writer::add_schema(std::string name, std::st
     return tl::unexpected(Status{"a log holds at most 65535 schemas"});
   const auto id = static_cast<std::uint16_t>(schemas_.size() + 1);
   schemas_.push_back({id, std::move(name), std::move(encoding), std::move(data)});
-  record_.clear();
-  append(target(), schemas_.back());
   ++statistics_.schema_count;
-  if (auto done = emit_unless_chunked(); !done) return tl::unexpected(done.error());
+  if (auto done = add(schemas_.back()); !done) return tl::unexpected(done.error());
   return id;
 }
 
@@ -55,163 +54,79 @@ tl::expected<std::uint16_t, Status> Writer::add_channel(
   const auto id = static_cast<std::uint16_t>(channels_.size() + 1);
   channels_.push_back(
       {id, schema_id, std::move(topic), std::move(message_encoding), std::move(metadata)});
-  record_.clear();
-  append(target(), channels_.back());
+  channel_counts_.resize(id + 1u, nullptr);
   ++statistics_.channel_count;
-  if (auto done = emit_unless_chunked(); !done) return tl::unexpected(done.error());
+  if (auto done = add(channels_.back()); !done) return tl::unexpected(done.error());
   return id;
 }
 
 Result Writer::write(const Message& message) {
   MIMESIS_ASSERT(message.channel_id >= 1 && message.channel_id <= channels_.size());
-  if (!status_) return status_;
-  statistics_.count(message.channel_id, message.log_time);
-  record_.clear();
+  if (auto done = status(); !done) return done;
+  count(message);
   if (!chunked()) {
+    record_.clear();
     append(record_, message);
-    return emit_unless_chunked();
+    return body_->record(record_);
   }
-  chunk_start_time_ =
-      chunk_has_messages_ ? std::min(chunk_start_time_, message.log_time) : message.log_time;
-  chunk_end_time_ = std::max(chunk_end_time_, message.log_time);
-  chunk_has_messages_ = true;
-  if (options_.message_index) {
-    MessageIndex& index = chunk_messages_[message.channel_id];
-    index.channel_id = message.channel_id;
-    index.records.emplace_back(message.log_time, chunk_.size());
-  }
-  append(chunk_, message);
-  return chunk_.size() >= options_.chunk_size ? flush() : status_;
+  chunk_.add(message, options_.message_index);
+  return chunk_.records.size() >= options_.chunk_size ? close_chunk(true) : Result{};
 }
 
-Result Writer::close_chunk() {
-  if (chunk_.empty() || !status_) return status_;
-  auto compressed = compressor_.run(chunk_);
-  if (!compressed) return status_ = tl::unexpected(compressed.error());
-  const std::uint32_t crc = crc32(0, chunk_);
-  const Chunk head{chunk_start_time_,
-                   chunk_end_time_,
-                   chunk_.size(),
-                   crc,
-                   std::string(wire_name(options_.compression)),
-                   *compressed};
-  ChunkIndex index{.message_start_time = chunk_start_time_,
-                   .message_end_time = chunk_end_time_,
-                   .chunk_start_offset = position_,
-                   .chunk_length = 0,
-                   .message_index_offsets = {},
-                   .message_index_length = 0,
-                   .compression = head.compression,
-                   .compressed_size = compressed->size(),
-                   .uncompressed_size = chunk_.size()};
-  record_.clear();
-  append_head(record_, head);
-  if (auto done = emit(record_); !done) return done;
-  const bool as_is = options_.compression == Compression::none;
-  if (auto done = emit(*compressed, as_is ? crc : crc32(0, *compressed)); !done) return done;
-  index.chunk_length = position_ - index.chunk_start_offset;
-
-  record_.clear();
-  for (auto& [id, messages] : chunk_messages_) {
-    if (messages.records.empty()) continue;
-    index.message_index_offsets[id] = position_ + record_.size();
-    append(record_, messages);
-    messages.records.clear();
+void Writer::count(const Message& message) {
+  std::uint64_t*& of_channel = channel_counts_[message.channel_id];
+  if (of_channel == nullptr) {
+    of_channel = &statistics_.channel_message_counts[message.channel_id];
   }
-  index.message_index_length = record_.size();
-  if (auto done = emit(record_); !done) return done;
-  chunk_indexes_.push_back(std::move(index));
-  ++statistics_.chunk_count;
-  chunk_.clear();
-  chunk_has_messages_ = false;
-  chunk_start_time_ = chunk_end_time_ = 0;
-  return status_;
+  statistics_.count(message.log_time);
+  ++*of_channel;
+}
+
+Result Writer::close_chunk(bool flush) {
+  const bool empty = chunk_.records.empty();
+  if (empty && (!flush || flushed_)) return status();
+  if (!empty) ++statistics_.chunk_count;
+  flushed_ = flush;
+  if (worker_) return worker_->put(chunk_, flush);
+  if (!empty) {
+    if (auto done = body_->chunk(chunk_); !done) return done;
+    chunk_.clear();
+  }
+  return flush ? body_->flush() : Result{};
+}
+
+Result Writer::settle() {
+  if (auto done = close_chunk(false); !done) return done;
+  return worker_ ? worker_->wait() : body_->status();
 }
 
 Result Writer::flush() {
-  if (auto done = close_chunk(); !done) return done;
-  return status_ = sink_.flush();
+  if (!chunked()) return body_->flush();
+  return close_chunk(true);
+}
+
+Result Writer::sync() {
+  if (auto done = settle(); !done) return done;
+  return body_->sync();
 }
 
 Result Writer::attach(const Attachment& attachment) {
-  if (auto done = close_chunk(); !done) return done;
-  AttachmentIndex index{position_,
-                        0,
-                        attachment.log_time,
-                        attachment.create_time,
-                        attachment.data.size(),
-                        attachment.name,
-                        attachment.media_type};
-  record_.clear();
-  append_head(record_, attachment);
-  std::uint32_t crc = crc32(0, std::string_view(record_).substr(kRecordHead));
-  crc = crc32(crc, attachment.data);
-  if (auto done = emit(record_); !done) return done;
-  if (auto done = emit(attachment.data); !done) return done;
-  if (auto done = emit({reinterpret_cast<const char*>(&crc), sizeof crc}); !done) return done;
-  index.length = position_ - index.offset;
-  attachment_indexes_.push_back(std::move(index));
+  if (auto done = settle(); !done) return done;
   ++statistics_.attachment_count;
-  return flush();
+  if (auto done = body_->attachment(attachment); !done) return done;
+  return body_->flush();
 }
 
 Result Writer::add_metadata(const Metadata& metadata) {
-  if (auto done = close_chunk(); !done) return done;
-  record_.clear();
-  append(record_, metadata);
-  metadata_indexes_.push_back({position_, record_.size(), metadata.name});
+  if (auto done = settle(); !done) return done;
   ++statistics_.metadata_count;
-  if (auto done = emit(record_); !done) return done;
-  return flush();
+  if (auto done = body_->metadata(metadata); !done) return done;
+  return body_->flush();
 }
 
 Result Writer::finish() {
-  if (auto done = close_chunk(); !done) return done;
-  record_.clear();
-  append(record_, DataEnd{crc_});
-  if (auto done = emit(record_); !done) return done;
-  if (auto done = write_summary(); !done) return done;
-  return status_ = sink_.close();
-}
-
-Result Writer::write_summary() {
-  crc_ = 0;
-  const std::uint64_t start = position_;
-  std::vector<SummaryOffset> groups;
-  const auto group = [&](Opcode opcode, bool wanted, const auto& records) -> Result {
-    if (!wanted || records.empty()) return status_;
-    record_.clear();
-    for (const auto& r : records) append(record_, r);
-    groups.push_back({opcode, position_, record_.size()});
-    return emit(record_);
-  };
-  // The order of the reference writer.
-  if (auto r = group(Opcode::schema, options_.repeat_schemas, schemas_); !r) return r;
-  if (auto r = group(Opcode::channel, options_.repeat_channels, channels_); !r) return r;
-  if (auto r = group(Opcode::statistics, options_.statistics, std::vector{statistics_}); !r)
-    return r;
-  if (auto r = group(Opcode::metadata_index, options_.metadata_index, metadata_indexes_); !r)
-    return r;
-  if (auto r = group(Opcode::attachment_index, options_.attachment_index, attachment_indexes_);
-      !r) {
-    return r;
-  }
-  if (auto r = group(Opcode::chunk_index, options_.chunk_index, chunk_indexes_); !r) return r;
-
-  Footer footer{};
-  if (position_ > start) footer.summary_start = start;
-  record_.clear();
-  if (options_.summary_offsets && !groups.empty()) {
-    footer.summary_offset_start = position_;
-    for (const SummaryOffset& g : groups) append(record_, g);
-  }
-  append(record_, footer);
-  const std::size_t covered = record_.size() - sizeof footer.summary_crc;
-  footer.summary_crc = crc32(crc_, std::string_view(record_).substr(0, covered));
-  record_.resize(covered);
-  record_.append(reinterpret_cast<const char*>(&footer.summary_crc), sizeof footer.summary_crc);
-  record_.append(kMagic);
-  return emit(record_);
+  if (auto done = settle(); !done) return done;
+  return body_->finish(schemas_, channels_, statistics_);
 }
 
 }  // namespace mimesis::log

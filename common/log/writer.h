@@ -1,15 +1,20 @@
 #pragma once
 #include <cstdint>
 #include <map>
+#include <memory>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "common/log/chunk_buffer.h"
 #include "common/log/codec.h"
 #include "common/log/io.h"
 #include "common/log/records.h"
 
 namespace mimesis::log {
+
+class ChunkWorker;
+class FileBody;
 
 struct WriterOptions {
   std::string profile = {};         ///< "" unless the file follows a published profile
@@ -17,6 +22,9 @@ struct WriterOptions {
   Compression compression = Compression::zstd;
   /// A chunk is closed when its records reach this size [bytes]; 0: no chunks.
   std::size_t chunk_size = 1024 * 1024;
+  /// Chunks are compressed, summed and written by a thread of the writer; false: by the caller's,
+  /// for small files. The bytes are the same.
+  bool background = true;
   // Parts of the index that readers use to seek. All are written unless a test compares single
   // ones.
   bool message_index = true, chunk_index = true, statistics = true;
@@ -26,13 +34,17 @@ struct WriterOptions {
 
 /// Writes one MCAP file: data in chunks, then a summary that lets readers seek. Every sum the
 /// format knows is written: per chunk, per attachment, over the data section and over the summary.
-/// Memory is bounded by one chunk and 16 bytes per message in it, plus one index entry per chunk.
+/// Memory is bounded by four chunks and 16 bytes per message in them, plus one index entry per
+/// chunk. Used by one thread; the sink is called from the worker's.
 ///
-/// A failure to write is final: it is returned by the call that met it and by all later ones.
+/// A failure to write is final: it is returned by the first call after it was met and by all later
+/// ones; `sync` and `finish` wait for it.
 class Writer {
  public:
   /// Writes magic and header; a failure is returned by the next call. `sink` outlives the writer.
   Writer(Sink& sink, WriterOptions options);
+  /// Without `finish`: closed chunks are written, the open one is lost.
+  ~Writer();
 
   /// Ids count from 1.
   [[nodiscard]] tl::expected<std::uint16_t, Status> add_schema(std::string name,
@@ -44,12 +56,15 @@ class Writer {
       std::map<std::string, std::string> metadata);
   /// Precondition: the channel was added.
   [[nodiscard]] Result write(const Message& message);
-  /// Closes the open chunk and hands everything to the sink: whoever is killed later leaves it
-  /// readable.
+  /// Closes the open chunk. As soon as it is compressed it is out of this process: whoever is
+  /// killed later leaves it readable. Does not wait for that, but for room among the chunks on
+  /// their way.
   [[nodiscard]] Result flush();
+  /// The same, and waits until all is on the disk: what was written survives a power cut.
+  [[nodiscard]] Result sync();
 
-  /// Attachments and metadata stand between chunks; the open one is closed first. The sum is
-  /// computed.
+  /// Attachments and metadata stand between chunks; the open one is closed first and written. The
+  /// sum is computed.
   [[nodiscard]] Result attach(const Attachment& attachment);
   [[nodiscard]] Result add_metadata(const Metadata& metadata);
 
@@ -57,38 +72,29 @@ class Writer {
   [[nodiscard]] Result finish();
 
   const Statistics& statistics() const { return statistics_; }
-  std::uint64_t bytes_written() const { return position_; }
-  std::size_t open_chunk_bytes() const { return chunk_.size(); }  ///< not yet handed to the sink
+  std::uint64_t bytes_written() const;  ///< so far; chunks on their way come later
+  std::size_t open_chunk_bytes() const { return chunk_.records.size(); }  ///< not yet closed
 
  private:
   bool chunked() const { return options_.chunk_size > 0; }
-  /// The record stands in `record_`, or at the end of the open chunk.
-  std::string& target() { return chunked() ? chunk_ : record_; }
-  Result emit_unless_chunked();
-  Result emit(std::string_view bytes);
-  Result emit(std::string_view bytes, std::uint32_t crc_of_bytes);
-  Result close_chunk();
-  Result write_summary();
+  Result status();
+  void count(const Message& message);
+  template <class T>
+  Result add(const T& record);
+  Result close_chunk(bool flush);
+  Result settle();  ///< closes the chunk and waits: the body is ours
 
-  Sink& sink_;
   WriterOptions options_;
-  Compressor compressor_;
-  Result status_;
-  std::uint64_t position_ = 0;
-  std::uint32_t crc_ = 0;  ///< of all bytes so far; of the summary once that has begun
-
-  std::string record_;  ///< scratch for one record
-  std::string chunk_;   ///< records of the open chunk
-  std::uint64_t chunk_start_time_ = 0, chunk_end_time_ = 0;
-  bool chunk_has_messages_ = false;
-  std::map<std::uint16_t, MessageIndex> chunk_messages_;
+  std::unique_ptr<FileBody> body_;
+  std::unique_ptr<ChunkWorker> worker_;  ///< null: chunks are written by the caller's thread
+  ChunkBuffer chunk_;                    ///< the open one
+  std::string record_;                   ///< scratch for one record outside of chunks
+  bool flushed_ = true;                  ///< nothing was closed since
 
   std::vector<Schema> schemas_;
   std::vector<Channel> channels_;
-  std::vector<ChunkIndex> chunk_indexes_;
-  std::vector<AttachmentIndex> attachment_indexes_;
-  std::vector<MetadataIndex> metadata_indexes_;
   Statistics statistics_;
+  std::vector<std::uint64_t*> channel_counts_;  ///< into statistics_, by channel id; null: none yet
 };
 
 }  // namespace mimesis::log
