@@ -3,170 +3,240 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
+#include <csignal>
+#include <cstdlib>
 #include <filesystem>
-#include <fstream>
 #include <iostream>
-#include <nlohmann/json.hpp>
-#include <sstream>
+#include <optional>
 
-#include "common/log/writer.h"
+#include "common/error.h"
 #include "common/runtime/raw.h"
-#include "tools/mimesis/log/recording.h"
+#include "tools/mimesis/log/byte_size.h"
+#include "tools/mimesis/log/counts_display.h"
+#include "tools/mimesis/log/drain.h"
+#include "tools/mimesis/log/record_head.h"
+#include "tools/mimesis/log/record_output.h"
+#include "tools/mimesis/log/record_report.h"
+#include "tools/mimesis/log/silence_watch.h"
+#include "tools/mimesis/log/snapshot_signal.h"
+#include "tools/mimesis/log/tapped_message.h"
 #include "tools/mimesis/stop_signals.h"
-#include "tools/mimesis/table.h"
 
 namespace mimesis::tool {
 namespace {
 
 using namespace std::chrono_literals;
 using std::chrono::steady_clock;
+namespace fs = std::filesystem;
 
-constexpr auto kPoll = 10ms;   // how late a signal or a full chunk may be noticed
-constexpr auto kQuiet = 50ms;  // without a message after the stop: nothing is under way any more
-constexpr auto kDrainAtMost = 2s;
+constexpr auto kPoll = 10ms;                     // how late a signal or a full chunk may be noticed
+constexpr auto kLook = 100ms;                    // between looks at limits and counts
+constexpr std::uint64_t kLookBytes = 1'000'000;  // received: the same
+constexpr auto kLookForSilence = 500ms;
 
 std::uint64_t wall_ns() {
   return static_cast<std::uint64_t>(
       std::chrono::nanoseconds(std::chrono::system_clock::now().time_since_epoch()).count());
 }
 
-/// The times of a message: on a simulated clock the graph's, so that equal runs give equal logs.
-Recorded recorded(runtime::Tapped tapped) {
-  Recorded m;
-  m.topic = std::move(tapped.topic);
-  m.type = std::move(tapped.type);
-  m.type_hash = tapped.type_hash;
-  m.node = std::move(tapped.message.source);
-  m.seq = tapped.message.seq;
-  m.payload = std::move(tapped.message.payload);
-  m.publish_time_ns = static_cast<std::uint64_t>(tapped.message.stamp.count());
-  if (tapped.publisher != nullptr) {
-    m.start_id = tapped.publisher->start_id();
-    // The clock node itself steps on the wall clock, but what it says is graph time.
-    m.ordered = tapped.publisher->clock() == "sim" || tapped.publisher->clock() == "lockstep" ||
-                m.type == v1::ClockTime::descriptor()->full_name();
-    for (const auto& output : tapped.publisher->outputs()) {
-      if (output.topic() == m.topic) m.latched = output.latched();
-    }
-  }
-  if (tapped.tick.count() > 0) {
-    m.log_time_ns = static_cast<std::uint64_t>(tapped.tick.count());
-  } else {
-    m.log_time_ns = m.ordered ? m.publish_time_ns : wall_ns();
-  }
-  return m;
+std::string environment(const char* name) {
+  const char* value = std::getenv(name);
+  return value != nullptr ? value : "";
 }
 
-log::Result attach_file(log::Writer& writer, const std::string& path) {
-  std::ifstream in(path, std::ios::binary);
-  std::ostringstream content;
-  if (!in || !(content << in.rdbuf())) throw ConfigError("--attach: cannot read '" + path + "'");
-  const std::string data = content.str();
-  const std::filesystem::path name(path);
-  log::Attachment attachment;
-  attachment.log_time = attachment.create_time = wall_ns();
-  attachment.name = name.filename().string();
-  attachment.media_type =
-      name.extension() == ".yaml" ? "application/yaml" : "application/octet-stream";
-  attachment.data = data;
-  return writer.attach(attachment);
+class Recorder {
+ public:
+  explicit Recorder(const RecordOptions& options);
+  int run();
+
+ private:
+  log::Result receive();
+  log::Result take();
+  log::Result finish(log::Result so_far);
+  void keep_house(WallTime now);
+  void keep_limits();
+  void watch_silence(WallTime now);
+  void say(const std::string& line);
+  int report(const std::string& error);
+
+  const RecordOptions& options_;
+  const StopSignals stop_;  // to the end: the file is to be closed
+  SnapshotSignal snapshot_signal_;
+  std::optional<runtime::Tap> tap_;
+  std::optional<runtime::GraphView> graph_;
+  std::uint64_t ready_ns_ = 0;  ///< who starts later waits for the recorder
+  const WallTime start_ = steady_clock::now();
+  const RecordHead head_;
+  RecordOutput output_;
+  Recording recording_;
+  std::optional<Drain> drain_;
+  CountsDisplay display_{std::cerr, start_};
+  SilenceWatch silence_;
+  WallTime next_look_ = start_, next_look_for_silence_ = start_;
+  std::uint64_t bytes_received_ = 0;  ///< since the last look
+  std::string full_;                  ///< the limit that ends the recording
+};
+
+Recorder::Recorder(const RecordOptions& options)
+    : options_(options),
+      head_(options.attach,
+            provenance(runtime::graph_name(), options.command, wall_ns(),
+                       environment("MIMESIS_LAUNCH")),
+            {.writer = {.library = "mimesis " MIMESIS_VERSION, .compression = options.compression},
+             .sync = options.sync,
+             .descriptors = [this](const std::string& type) { return tap_->descriptors(type); }}),
+      output_(
+          options.output, options.split, options.snapshot,
+          [this](const std::string& path) { return head_.open(path); },
+          [this](const std::string& line) { say(line); }),
+      recording_([this](Recorded message, WallTime now) {
+        return output_.write(std::move(message), now);
+      }) {
+  std::signal(SIGPIPE, SIG_IGN);  // whoever reads our lines may go away, the log is to be closed
+  if (auto done = output_.start(); !done) throw ConfigError(done.error().reason);
+  tap_.emplace(runtime::graph_name(), options.filter, runtime::Policy::reliable);
+  graph_.emplace(runtime::graph_name());
+  ready_ns_ = wall_ns();
+}
+
+int Recorder::run() {
+  const log::Result done = finish(receive());
+  return report(done ? full_ : done.error().reason);
 }
 
 /// Receives until stopped. The result is a failure to write.
-log::Result receive(const RecordOptions& options, const StopSignals& stop, runtime::Tap& tap,
-                    Recording& recording, std::uint64_t started_ns) {
-  const auto start = steady_clock::now();
-  const auto take = [&](std::chrono::milliseconds patience) -> tl::expected<bool, Status> {
-    auto tapped = tap.next(patience);
+log::Result Recorder::receive() {
+  const auto ended = [&] {
+    return options_.duration_s > 0.0 &&
+           steady_clock::now() - start_ >= std::chrono::duration<double>(options_.duration_s);
+  };
+  while (!stop_.requested() && !ended() && full_.empty()) {
+    if (auto done = take(); !done) return done;
     const auto now = steady_clock::now();
-    if (tapped) {
-      const bool from_first =
-          tapped->publisher != nullptr && tapped->publisher->started_ns() > started_ns;
-      if (auto done = recording.add(recorded(*std::move(tapped)), now, from_first); !done) {
-        return tl::unexpected(done.error());
-      }
+    if (snapshot_signal_.take()) {
+      if (auto done = output_.trigger("SIGUSR1", now); !done) return done;
     }
-    if (auto done = recording.advance(now); !done) return tl::unexpected(done.error());
-    return tapped.has_value();
-  };
-  const auto due = [&] {
-    return options.duration_s > 0.0 &&
-           steady_clock::now() - start >= std::chrono::duration<double>(options.duration_s);
-  };
-  while (!stop.requested() && !due()) {
-    if (auto taken = take(kPoll); !taken) return tl::unexpected(taken.error());
+    if (now >= next_look_ || bytes_received_ > kLookBytes) keep_house(now);
   }
-  const auto give_up = steady_clock::now() + kDrainAtMost;
-  while (steady_clock::now() < give_up) {
-    const auto taken = take(kQuiet);
-    if (!taken) return tl::unexpected(taken.error());
-    if (!*taken) break;
+  display_.clear();
+  drain_.emplace(steady_clock::now(), wall_ns());
+  while (full_.empty() && !drain_->over(steady_clock::now())) {
+    if (auto done = take(); !done) return done;
   }
   return {};
 }
 
-void report(const RecordOptions& options, const Recording& recording, const log::Writer& writer,
-            const std::string& failure) {
-  const log::Statistics& s = writer.statistics();
-  if (options.json) {
-    nlohmann::ordered_json out{
-        {"file", options.output},   {"messages", s.message_count},
-        {"lost", recording.lost()}, {"bytes", writer.bytes_written()},
-        {"error", failure},         {"topics", nlohmann::ordered_json::array()}};
-    for (const auto& [key, count] : recording.counts()) {
-      out["topics"].push_back({{"topic", key.first},
-                               {"node", key.second},
-                               {"received", count.received},
-                               {"lost", count.lost}});
+/// Takes a message if one comes soon, and writes what is due.
+log::Result Recorder::take() {
+  auto tapped = tap_->next(kPoll);
+  const auto now = steady_clock::now();
+  if (tapped) {
+    const bool from_first =
+        tapped->publisher != nullptr && tapped->publisher->started_ns() > ready_ns_;
+    Recorded message = recorded(*std::move(tapped), wall_ns());
+    bytes_received_ += message.payload.size();
+    if (drain_) {
+      drain_->received(now, message.ordered,
+                       message.ordered ? message.log_time_ns : message.publish_time_ns);
     }
-    std::cout << out.dump() << std::endl;
-  } else {
-    Table table({"TOPIC", "NODE", "RECEIVED", "LOST"});
-    for (const auto& [key, count] : recording.counts()) {
-      table.row(
-          {key.first, key.second, std::to_string(count.received), std::to_string(count.lost)});
+    if (auto done = recording_.add(std::move(message), now, from_first); !done) return done;
+  }
+  if (auto done = recording_.advance(now); !done) return done;
+  return output_.advance(now);
+}
+
+log::Result Recorder::finish(log::Result so_far) {
+  const auto now = steady_clock::now();
+  if (so_far) so_far = recording_.finish(now);
+  // After a failure, too: the file that failed stays as it is, another one is to be closed well.
+  const auto done = output_.finish(now);
+  return so_far ? done : so_far;
+}
+
+void Recorder::keep_house(WallTime now) {
+  next_look_ = now + kLook;
+  bytes_received_ = 0;
+  if (options_.limits.any()) keep_limits();
+  if (now >= next_look_for_silence_) watch_silence(now);
+  if (options_.quiet) return;
+  const OwnFiles& files = output_.files();
+  display_.show({.counts = recording_.counts(),
+                 .file = output_.activity(),
+                 .bytes = files.total(),
+                 .free_bytes = disk_space(options_.output).free},
+                terminal_size(), now);
+}
+
+void Recorder::keep_limits() {
+  const DiskLimits& limits = options_.limits;
+  for (;;) {
+    OwnFiles& files = output_.files();
+    const std::string reached = reached_limit(limits, files.total(), disk_space(options_.output));
+    if (reached.empty()) return;
+    const std::string oldest = limits.delete_oldest ? files.take_oldest() : "";
+    if (oldest.empty()) {
+      full_ = reached;
+      return;
     }
-    table.print(std::cerr, use_colour(2));
+    std::error_code error;
+    fs::remove(oldest, error);
+    say(error ? fmt::format("cannot delete '{}': {}", oldest, error.message())
+              : fmt::format("deleted '{}': {}", oldest, reached));
   }
-  std::cerr << fmt::format("{}: {} messages, {} lost\n", options.output, s.message_count,
-                           recording.lost());
-  for (const std::string& topic : options.filter.topics()) {
-    const bool seen = std::ranges::any_of(recording.counts(),
-                                          [&](const auto& c) { return c.first.first == topic; });
-    if (!seen) std::cerr << fmt::format("topic {}: not one message\n", topic);
+}
+
+void Recorder::watch_silence(WallTime now) {
+  next_look_for_silence_ = now + kLookForSilence;
+  for (const v1::NodeInfo& node : graph_->nodes()) {
+    for (const v1::TopicInfo& output : node.outputs()) {
+      if (options_.filter(output.topic())) silence_.met(output.topic(), node.name(), now);
+    }
   }
+  const std::vector<std::string> silent = silence_.silent(recording_.counts(), now);
+  if (!silent.empty()) {
+    say(fmt::format("no message for {} s although there is a publisher: {}",
+                    SilenceWatch::kPatience.count(), fmt::join(silent, ", ")));
+  }
+}
+
+void Recorder::say(const std::string& line) {
+  display_.clear();
+  std::cerr << line << std::endl;
+}
+
+int Recorder::report(const std::string& error) {
+  const Counts& counts = recording_.counts();
+  OwnFiles& files = output_.files();
+  const RecordResult result{options_.output,    counts,        files.paths(),
+                            output_.messages(), files.total(), error};
+  if (options_.json) {
+    print_json(result);
+  } else if (!options_.quiet) {
+    print_table(result);
+  }
+  if (!error.empty()) say("recording stopped: " + error);
+  for (const std::string& topic : options_.filter.topics()) {
+    const bool seen =
+        std::ranges::any_of(counts.topics, [&](const auto& c) { return c.first.first == topic; });
+    if (!seen) say(fmt::format("topic {}: not one message", topic));
+  }
+  std::string what = options_.output;
+  if (options_.snapshot.on()) what = fmt::format("{} snapshots", result.files.size());
+  if (options_.split.on())
+    what = fmt::format("{} files up to {}", result.files.size(), files.last());
+  say(fmt::format("{}: {} messages, {} lost, {}", what, result.messages, counts.total.lost,
+                  bytes_text(result.bytes)));
+  if (counts.total.received == 0) say("nothing was recorded: no message came");
+  return error.empty() && counts.total.lost == 0 && counts.total.received > 0 ? 0 : 1;
 }
 
 }  // namespace
 
 int log_record(const RecordOptions& options) {
-  const StopSignals stop;   // to the end: the file is to be closed
-  std::error_code ignored;  // create_file says what is wrong
-  std::filesystem::create_directories(std::filesystem::path(options.output).parent_path(), ignored);
-  auto sink = log::create_file(options.output);
-  if (!sink) throw ConfigError(sink.error().reason);
-  log::WriterOptions writer_options;
-  writer_options.library = "mimesis " MIMESIS_VERSION;
-  writer_options.compression = options.compression;
-  log::Writer writer(**sink, writer_options);
-  log::Result done;
-  for (const std::string& path : options.attach) {
-    if (done) done = attach_file(writer, path);
-  }
-  if (done)
-    done = writer.flush();  // a disk that is full already is told before anybody relies on us
-  if (!done) throw ConfigError(done.error().reason);
-
-  const std::uint64_t started_ns = wall_ns();
-  runtime::Tap tap(runtime::graph_name(), options.filter, runtime::Policy::reliable);
-  Recording recording(writer, [&tap](const std::string& type) { return tap.descriptors(type); });
-  done = receive(options, stop, tap, recording, started_ns);
-  if (done) done = recording.finish();
-  if (done) done = writer.finish();
-  if (!done) std::cerr << "recording stopped: " << done.error().reason << '\n';
-  report(options, recording, writer, done ? "" : done.error().reason);
-  return done && recording.lost() == 0 ? 0 : 1;
+  std::error_code ignored;  // whoever creates the file says what is wrong
+  fs::create_directories(fs::path(options.output).parent_path(), ignored);
+  if (options.split.on()) refuse_older_parts(options.output);
+  return Recorder(options).run();
 }
 
 }  // namespace mimesis::tool

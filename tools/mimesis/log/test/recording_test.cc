@@ -1,4 +1,6 @@
 // Recording and playback without a graph.
+#include "tools/mimesis/log/recording.h"
+
 #include <gtest/gtest.h>
 #include <unistd.h>
 
@@ -6,7 +8,7 @@
 #include <fstream>
 
 #include "tools/mimesis/log/playback.h"
-#include "tools/mimesis/log/recording.h"
+#include "tools/mimesis/log/record_file.h"
 #include "tools/mimesis/topic_filter.h"
 
 namespace mimesis::tool {
@@ -30,13 +32,18 @@ Recorded message(const std::string& node, std::uint64_t seq, std::uint64_t time_
 
 struct Recorder {
   std::string bytes;
-  log::MemorySink sink{bytes};
-  log::Writer writer{sink, {}};
-  Recording recording{writer, [](const std::string& type) { return "descriptors of " + type; }};
+  RecordFile file{std::make_unique<log::MemorySink>(bytes),
+                  {.background = false},
+                  [](const std::string& type) { return "descriptors of " + type; }};
+  Recording recording{[this](const Recorded& m, WallTime now) { return file.write(m, now); }};
 
+  log::Result advance(WallTime now) {
+    if (auto done = recording.advance(now); !done) return done;
+    return file.advance(now);
+  }
   std::string finish() {
-    EXPECT_TRUE(recording.finish());
-    EXPECT_TRUE(writer.finish());
+    EXPECT_TRUE(recording.finish(kStart));
+    EXPECT_TRUE(file.finish());
     return bytes;
   }
 };
@@ -58,7 +65,7 @@ TEST(Recording, MessagesOfOneGraphTimeAreSortedByNodeWhateverTheirWay) {
   for (const auto& [recorder, order] :
        {std::pair{&a, std::pair{camera, arm}}, {&b, {arm, camera}}}) {
     for (const Recorded& m : order.first) ASSERT_TRUE(recorder->recording.add(m, kStart, false));
-    ASSERT_TRUE(recorder->recording.advance(kStart + 10ms));
+    ASSERT_TRUE(recorder->advance(kStart + 10ms));
     for (const Recorded& m : order.second) {
       ASSERT_TRUE(recorder->recording.add(m, kStart + 20ms, false));
     }
@@ -71,10 +78,10 @@ TEST(Recording, MessagesOfOneGraphTimeAreSortedByNodeWhateverTheirWay) {
 TEST(Recording, AKilledRecorderHasLostAtMostATenthOfASecond) {
   Recorder r;
   ASSERT_TRUE(r.recording.add(message("a", 1, 10), kStart, false));
-  ASSERT_TRUE(r.recording.advance(kStart + Recording::kHold));
-  ASSERT_TRUE(r.recording.advance(kStart + Recording::kHold + Recording::kChunkPeriod - 1ms));
+  ASSERT_TRUE(r.advance(kStart + Recording::kHold));
+  ASSERT_TRUE(r.advance(kStart + Recording::kHold + RecordFile::kChunkPeriod - 1ms));
   EXPECT_EQ(payloads(r.bytes).size(), 0u);
-  ASSERT_TRUE(r.recording.advance(kStart + 100ms));
+  ASSERT_TRUE(r.advance(kStart + 100ms));
   EXPECT_EQ(payloads(r.bytes).size(), 1u);
 }
 
@@ -83,14 +90,14 @@ TEST(Recording, CountsWhatIsMissing) {
   for (const std::uint64_t seq : {5, 6, 6, 9}) {  // late start, repetition of a latched one, gap
     ASSERT_TRUE(r.recording.add(message("a", seq, seq), kStart, false));
   }
-  EXPECT_EQ(r.recording.received(), 3u);
-  EXPECT_EQ(r.recording.lost(), 2u);
+  EXPECT_EQ(r.recording.counts().total.received, 3u);
+  EXPECT_EQ(r.recording.counts().total.lost, 2u);
   Recorded restarted = message("a", 2, 10);  // its first is missing
   restarted.start_id = 77;
   ASSERT_TRUE(r.recording.add(restarted, kStart, true));
-  EXPECT_EQ(r.recording.lost(), 3u);
+  EXPECT_EQ(r.recording.counts().total.lost, 3u);
   ASSERT_TRUE(r.recording.add(message("b", 3, 10), kStart, true));  // started after the recorder
-  EXPECT_EQ(r.recording.lost(), 5u);
+  EXPECT_EQ(r.recording.counts().total.lost, 5u);
   const std::string bytes = r.finish();
   const log::MemorySource source(bytes);
   const auto summary = log::summarize(source);
@@ -99,6 +106,12 @@ TEST(Recording, CountsWhatIsMissing) {
   ASSERT_TRUE(counts);
   EXPECT_EQ(counts->metadata.at("a/out (a)"), "received=4 lost=3");
   EXPECT_EQ(counts->metadata.at("total"), "received=5 lost=5");
+  // Who started again has a channel of its own.
+  std::vector<std::string> starts;
+  for (const auto& [id, channel] : summary->channels) {
+    if (channel.topic == "a/out") starts.push_back(channel.metadata.at("start_id"));
+  }
+  EXPECT_EQ(starts, (std::vector<std::string>{"0", "77"}));
 }
 
 TEST(TopicFilter, NamesExpressionsAndExclusions) {

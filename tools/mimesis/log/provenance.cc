@@ -1,0 +1,68 @@
+#include "tools/mimesis/log/provenance.h"
+
+#include <fmt/chrono.h>
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <array>
+#include <ctime>
+#include <nlohmann/json.hpp>
+
+namespace mimesis::tool {
+namespace {
+
+std::string host_name() {
+  std::array<char, 256> name{};
+  return gethostname(name.data(), name.size() - 1) == 0 ? name.data() : "";
+}
+
+std::string quoted(const std::string& word) {
+  static constexpr std::string_view kPlain =
+      "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-+=:,./@%";
+  if (!word.empty() && word.find_first_not_of(kPlain) == std::string::npos) return word;
+  std::string out = "'";
+  for (const char c : word) out += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return out + "'";
+}
+
+std::string lines(const nlohmann::json& array) {
+  std::string text;
+  for (const auto& line : array) text += line.get<std::string>() + '\n';
+  return text;
+}
+
+std::optional<log::Metadata> launch_metadata(const std::string& text) {
+  try {
+    const auto json = nlohmann::json::parse(text);
+    return log::Metadata{"mimesis.launch",
+                         {{"file", json.at("file").get<std::string>()},
+                          {"graph", json.at("graph").get<std::string>()},
+                          {"clock", json.at("clock").get<std::string>()},
+                          {"args", lines(json.at("args"))},
+                          {"sets", lines(json.at("sets"))}}};
+  } catch (const nlohmann::json::exception&) {
+    return std::nullopt;
+  }
+}
+
+}  // namespace
+
+Provenance provenance(const std::string& graph, const std::vector<std::string>& command,
+                      std::uint64_t started_ns, const std::string& launch_json) {
+  std::string line;
+  for (const std::string& word : command) line += (line.empty() ? "" : " ") + quoted(word);
+  const auto seconds = static_cast<std::time_t>(started_ns / 1'000'000'000);
+  Provenance from{.run = {"mimesis.run",
+                          {{"version", MIMESIS_VERSION},
+                           {"host", host_name()},
+                           {"graph", graph},
+                           {"command", line},
+                           {"started", fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(seconds))},
+                           {"started_ns", std::to_string(started_ns)}}},
+                  .launch = launch_metadata(launch_json),
+                  .launch_file = {}};
+  if (from.launch) from.launch_file = from.launch->metadata.at("file");
+  return from;
+}
+
+}  // namespace mimesis::tool

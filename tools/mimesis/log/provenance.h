@@ -1,0 +1,24 @@
+#pragma once
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "common/log/records.h"
+
+namespace mimesis::tool {
+
+/// Where a recording comes from: enough to run it again.
+struct Provenance {
+  log::Metadata run;                    ///< "mimesis.run"
+  std::optional<log::Metadata> launch;  ///< "mimesis.launch"
+  std::string launch_file;              ///< to be attached, or empty
+};
+
+/// `run`: version, host, graph, command (as a shell takes it), started (ISO 8601, UTC), started_ns.
+/// `launch`, from the JSON text that `mimesis launch` gives its children in MIMESIS_LAUNCH: file,
+/// graph, clock, args (lines NAME=VALUE, effective values), sets (lines NODE.KEY=VALUE); nothing if
+/// the text is empty or not of that form.
+Provenance provenance(const std::string& graph, const std::vector<std::string>& command,
+                      std::uint64_t started_ns, const std::string& launch_json);
+
+}  // namespace mimesis::tool

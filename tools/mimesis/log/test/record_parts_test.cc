@@ -1,0 +1,184 @@
+// Small parts of the recorder: sizes, limits, end, counts shown, silence, provenance.
+#include <gtest/gtest.h>
+
+#include <sstream>
+
+#include "tools/mimesis/log/byte_size.h"
+#include "tools/mimesis/log/counts_display.h"
+#include "tools/mimesis/log/disk_limits.h"
+#include "tools/mimesis/log/drain.h"
+#include "tools/mimesis/log/provenance.h"
+#include "tools/mimesis/log/silence_watch.h"
+
+namespace mimesis::tool {
+namespace {
+
+using namespace std::chrono_literals;
+constexpr WallTime kStart{1h};
+
+TEST(ByteSize, IsReadStrictly) {
+  EXPECT_EQ(to_bytes("4096"), 4096u);
+  EXPECT_EQ(to_bytes("1GB"), 1'000'000'000u);
+  EXPECT_EQ(to_bytes("1.5 MB"), 1'500'000u);
+  EXPECT_EQ(to_bytes("2GiB"), 2'147'483'648u);
+  EXPECT_EQ(to_bytes("64kB"), 64'000u);
+  for (const char* text : {"", "GB", "1gb", "1 GBx", "-1MB", "1e30", "nan", "1,5MB", "0x10"}) {
+    EXPECT_FALSE(to_bytes(text)) << text;
+  }
+  EXPECT_EQ(bytes_text(999), "999 B");
+  EXPECT_EQ(bytes_text(45'234'000), "45.2 MB");
+  EXPECT_EQ(bytes_text(999'999'999), "1.0 GB");
+}
+
+TEST(DiskLimits, SayWhichIsReached) {
+  const DiskSpace disk{.free = 30, .size = 1000};
+  EXPECT_EQ(reached_limit({}, 1'000'000, disk), "");
+  EXPECT_EQ(reached_limit({.max_size = 2000}, 1999, disk), "");
+  EXPECT_EQ(reached_limit({.max_size = 2000}, 2000, disk),
+            "the recording has reached --max-size 2.0 kB");
+  EXPECT_EQ(reached_limit({.min_free = 30}, 0, disk), "");
+  EXPECT_EQ(reached_limit({.min_free = 31}, 0, disk),
+            "30 B are free on the disk, less than --min-free 31 B");
+  EXPECT_EQ(reached_limit({.min_free_percent = 2.9}, 0, disk), "");
+  EXPECT_EQ(reached_limit({.min_free_percent = 3.5}, 0, disk),
+            "3.0 % of the disk are free, less than --min-free 3.5%");
+  const DiskSpace root = disk_space("/no/such/file");
+  EXPECT_EQ(root.size, 0u);
+  EXPECT_GT(disk_space("/tmp/not-yet-there").size, 0u);
+}
+
+TEST(DiskLimits, OnlyClosedFilesAreGivenAway) {
+  OwnFiles files;
+  for (const char* name : {"a", "b", "c"}) {
+    files.add(name);
+    files.set_size(10);
+  }
+  files.set_size(5);
+  EXPECT_EQ(files.total(), 25u);
+  EXPECT_EQ(files.take_oldest(), "a");
+  EXPECT_EQ(files.take_oldest(), "b");
+  EXPECT_EQ(files.take_oldest(), "");
+  EXPECT_EQ(files.last(), "c");
+  EXPECT_EQ(files.total(), 5u);
+}
+
+TEST(Drain, LeavesABusyGraphOnceEverythingFromBeforeIsIn) {
+  Drain drain(kStart, 1000);
+  auto now = kStart;
+  for (int i = 0; i < 9; ++i) {  // a backlog, then only news, without a pause
+    drain.received(now += 10ms, false, 900);
+    ASSERT_FALSE(drain.over(now));
+  }
+  for (int i = 0; i < 4; ++i) {
+    drain.received(now += 10ms, false, 2000);
+    ASSERT_FALSE(drain.over(now));
+  }
+  drain.received(now += 10ms, false, 2000);
+  EXPECT_TRUE(drain.over(now));
+}
+
+TEST(Drain, QuietOrTooLong) {
+  Drain quiet(kStart, 1000);
+  EXPECT_FALSE(quiet.over(kStart + 49ms));
+  EXPECT_TRUE(quiet.over(kStart + 50ms));
+  Drain endless(kStart, 1000);
+  auto now = kStart;
+  for (; !endless.over(now); now += 10ms) endless.received(now, false, 1);
+  EXPECT_EQ(now, kStart + 2s);
+  Drain unknown(kStart, 1000);  // nobody says when it was published
+  unknown.received(kStart + 40ms, false, 0);
+  EXPECT_TRUE(unknown.over(kStart + 50ms));
+}
+
+TEST(Drain, SimulatedTimeOfTheSignalIsTheLatestSeenRightBehindIt) {
+  Drain drain(kStart, 1'800'000'000'000'000'000);
+  drain.received(kStart + 10ms, true, 5000);
+  drain.received(kStart + 40ms, true, 6000);
+  drain.received(kStart + 60ms, true, 6000);  // the same step still
+  drain.received(kStart + 80ms, true, 7000);
+  EXPECT_FALSE(drain.over(kStart + 109ms));
+  EXPECT_TRUE(drain.over(kStart + 110ms));
+}
+
+Counts counts(std::uint64_t n) {
+  Counts c;
+  for (std::uint64_t i = 0; i < n; ++i) {
+    Recorded m;
+    m.topic = "a/out";
+    m.node = "a";
+    c.add(m);
+    m.topic = "b/out";
+    m.node = "b";
+    m.lost_before = i == 0 ? 3 : 0;
+    c.add(m);
+  }
+  return c;
+}
+
+TEST(CountsDisplay, ALineEveryTenSecondsWithoutATerminal) {
+  std::ostringstream out;
+  CountsDisplay display(out, kStart);
+  const Counts c = counts(100);
+  const RecordState state{c, "run.mcap", 5'000'000, 70'000'000'000};
+  display.show(state, std::nullopt, kStart + 9s);
+  EXPECT_EQ(out.str(), "");
+  display.show(state, std::nullopt, kStart + 10s);
+  display.show(state, std::nullopt, kStart + 19s);
+  EXPECT_EQ(out.str(), "run.mcap: 200 messages (20/s), 3 lost, 5.0 MB, 70.0 GB free\n");
+}
+
+TEST(CountsDisplay, ATableRefreshedInPlaceOnATerminal) {
+  std::ostringstream out;
+  CountsDisplay display(out, kStart);
+  const Counts before = counts(10), after = counts(30);
+  display.show({before, "run.mcap"}, TerminalSize{24, 80}, kStart + 1s);
+  out.str("");
+  display.show({after, "run.mcap", 1000, 2000}, TerminalSize{24, 80}, kStart + 3s);
+  EXPECT_EQ(out.str(),
+            "\033[4A\033[J"
+            "TOPIC  NODE  RECEIVED  LOST  HZ\n"
+            "a/out  a     30        0     10.0\n"
+            "b/out  b     30        3     10.0\n"
+            "run.mcap: 60 messages (20/s), 3 lost, 1.0 kB, 2.0 kB free\n");
+  out.str("");
+  display.show({after, "run.mcap", 1000, 2000}, TerminalSize{5, 20}, kStart + 4s);
+  EXPECT_EQ(out.str(),
+            "\033[4A\033[J"
+            "TOPIC  NODE  RECEIV\n"
+            "a/out  a     30    \n"
+            "and 1 more topics\n"
+            "run.mcap: 60 messag\n");
+}
+
+TEST(SilenceWatch, TellsOnceAfterTwoSeconds) {
+  SilenceWatch watch;
+  watch.met("a/out", "a", kStart);
+  watch.met("c/out", "c", kStart);
+  EXPECT_TRUE(watch.silent(counts(1), kStart + 1s).empty());
+  watch.met("c/out", "c", kStart + 1s);
+  EXPECT_EQ(watch.silent(counts(1), kStart + 2s), (std::vector<std::string>{"c/out (c)"}));
+  EXPECT_TRUE(watch.silent(counts(1), kStart + 3s).empty());
+}
+
+TEST(Provenance, HoldsTheCommandAndTheLaunch) {
+  const Provenance from = provenance(
+      "lab", {"mimesis", "log", "record", "it's"}, 1'800'000'000'000'000'000,
+      R"({"file":"a/b.yaml","args":["x=1","y=a b"],"sets":["n.k=2"],"clock":"sim","graph":"lab"})");
+  EXPECT_EQ(from.run.name, "mimesis.run");
+  EXPECT_EQ(from.run.metadata.at("command"), "mimesis log record 'it'\\''s'");
+  EXPECT_EQ(from.run.metadata.at("started"), "2027-01-15T08:00:00Z");
+  EXPECT_EQ(from.run.metadata.at("graph"), "lab");
+  ASSERT_TRUE(from.launch);
+  EXPECT_EQ(from.launch->metadata, (std::map<std::string, std::string>{{"file", "a/b.yaml"},
+                                                                       {"args", "x=1\ny=a b\n"},
+                                                                       {"sets", "n.k=2\n"},
+                                                                       {"clock", "sim"},
+                                                                       {"graph", "lab"}}));
+  EXPECT_EQ(from.launch_file, "a/b.yaml");
+  for (const char* text : {"", "{", "{\"file\":1}", "[]"}) {
+    EXPECT_FALSE(provenance("lab", {}, 0, text).launch) << text;
+  }
+}
+
+}  // namespace
+}  // namespace mimesis::tool
