@@ -11,6 +11,7 @@ set(CMAKE_CXX_FLAGS_RELEASE "-O2 -DNDEBUG")
 set(CMAKE_CXX_FLAGS_RELWITHDEBINFO "-O1 -g")
 
 set(MIMESIS_SANITIZE "" CACHE STRING "Sanitizers, comma separated: address,undefined or thread")
+option(MIMESIS_FUZZ "Programs for libFuzzer; needs clang" OFF)
 option(MIMESIS_PEERS "Benchmark foreign programs beside ours where they are installed" ON)
 
 # One rounding per operation, whatever the build: same inputs, same bits.
@@ -18,6 +19,10 @@ add_compile_options(-ffp-contract=off)
 if(MIMESIS_SANITIZE)
   add_compile_options(-fsanitize=${MIMESIS_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all)
   add_link_options(-fsanitize=${MIMESIS_SANITIZE})
+endif()
+
+if(MIMESIS_FUZZ)
+  add_compile_options(-fsanitize=fuzzer-no-link)
 endif()
 
 find_program(MIMESIS_CCACHE ccache)
