@@ -196,7 +196,9 @@ void Recorder::watch_silence(WallTime now) {
     if (!node.ready()) continue;
     for (const v1::TopicInfo& output : node.outputs()) {
       if (!options_.filter(output.topic())) continue;
-      silence_.met(output.topic(), node.name(), node.clock() != "wall", times);
+      const bool graph_time =
+          node.clock() != "wall" || output.type() == v1::ClockTime::descriptor()->full_name();
+      silence_.met(output.topic(), node.name(), graph_time, times);
     }
   }
   const std::vector<std::string> silent = silence_.silent(recording_.counts(), times);

@@ -20,8 +20,9 @@ class SilenceWatch {
     std::chrono::nanoseconds wall, graph;
   };
 
-  /// A publisher is there and ready; the first call counts.
+  /// A publisher is there and ready; the first call in a running graph counts.
   void met(const std::string& topic, const std::string& node, bool graph_time, const Now& now) {
+    if (graph_time && now.graph.count() == 0) return;
     met_.try_emplace({topic, node}, Met{graph_time, graph_time ? now.graph : now.wall, false});
   }
   /// "TOPIC (NODE)" of those that have been silent for too long, each once.
