@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cstdlib>
 #include <filesystem>
+#include <nlohmann/json.hpp>
 
 namespace mimesis::launch {
 namespace {
@@ -30,6 +31,18 @@ std::string quoted(const std::string& word) {
 void add(std::vector<std::string>& argv, const std::string& option, const std::string& value) {
   argv.push_back(option);
   argv.push_back(value);
+}
+
+/// What a recorder keeps so that the run can be started again.
+std::string launch_json(const GraphFile& graph, const Run& run) {
+  nlohmann::ordered_json json{{"file", graph.file},
+                              {"args", nlohmann::json::array()},
+                              {"sets", nlohmann::json::array()},
+                              {"clock", graph.clock},
+                              {"graph", run.graph}};
+  for (const auto& [name, value] : graph.args) json["args"].push_back(name + "=" + value);
+  for (const auto& [node, set] : run.sets) json["sets"].push_back(node + "." + set);
+  return json.dump();
 }
 
 }  // namespace
@@ -58,7 +71,10 @@ Command local_command(const GraphFile& graph, const NodeSpec& node, const Run& r
   c.env = node.env;
   c.env.emplace_back("MIMESIS_GRAPH", run.graph);
   c.env.emplace_back("MIMESIS_RUN_LOG", run.log);
-  if (!node.takes_node_options()) return c;
+  if (!node.takes_node_options()) {
+    c.env.emplace_back("MIMESIS_LAUNCH", launch_json(graph, run));
+    return c;
+  }
   add(c.argv, "--name", node.name.text);
   add(c.argv, "--graph", run.graph);
   add(c.argv, "--clock", graph.clock);

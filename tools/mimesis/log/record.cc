@@ -72,6 +72,7 @@ class Recorder {
   std::optional<Drain> drain_;
   CountsDisplay display_{std::cerr, start_};
   SilenceWatch silence_;
+  std::chrono::nanoseconds graph_time_{0};  ///< the latest seen
   WallTime next_look_ = start_, next_look_for_silence_ = start_;
   std::uint64_t bytes_received_ = 0;  ///< since the last look
   std::string full_;                  ///< the limit that ends the recording
@@ -135,6 +136,9 @@ log::Result Recorder::take() {
         tapped->publisher != nullptr && tapped->publisher->started_ns() > ready_ns_;
     Recorded message = recorded(*std::move(tapped), wall_ns());
     bytes_received_ += message.payload.size();
+    if (message.ordered) {
+      graph_time_ = std::max(graph_time_, std::chrono::nanoseconds(message.log_time_ns));
+    }
     if (drain_) {
       drain_->received(now, message.ordered,
                        message.ordered ? message.log_time_ns : message.publish_time_ns);
@@ -187,12 +191,17 @@ void Recorder::keep_limits() {
 
 void Recorder::watch_silence(WallTime now) {
   next_look_for_silence_ = now + kLookForSilence;
+  const SilenceWatch::Now times{now.time_since_epoch(), graph_time_};
   for (const v1::NodeInfo& node : graph_->nodes()) {
+    if (!node.ready()) continue;
     for (const v1::TopicInfo& output : node.outputs()) {
-      if (options_.filter(output.topic())) silence_.met(output.topic(), node.name(), now);
+      if (!options_.filter(output.topic())) continue;
+      const bool graph_time =
+          node.clock() != "wall" || output.type() == v1::ClockTime::descriptor()->full_name();
+      silence_.met(output.topic(), node.name(), graph_time, times);
     }
   }
-  const std::vector<std::string> silent = silence_.silent(recording_.counts(), now);
+  const std::vector<std::string> silent = silence_.silent(recording_.counts(), times);
   if (!silent.empty()) {
     say(fmt::format("no message for {} s although there is a publisher: {}",
                     SilenceWatch::kPatience.count(), fmt::join(silent, ", ")));

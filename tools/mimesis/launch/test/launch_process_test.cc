@@ -348,6 +348,26 @@ TEST_F(Launch, DryRunStartsNothing) {
   EXPECT_FALSE(std::filesystem::exists(folder_.path() + "/mimesis"));
 }
 
+TEST_F(Launch, ARecorderLearnsWhatItRecords) {
+  auto launch = start(
+      "args: {speed: {type: int, default: 2}, name: {type: string, default: x}}\n"
+      "nodes:\n"
+      "  a: {exec: " +
+          counter_ +
+          ", after: [r]}\n"
+          "  r: {exec: mimesis, args: [log, record, --all, -o, x.mcap]}\n",
+      {"--dry-run", "--arg", "name=y z", "--set", "a.work=3"});
+  EXPECT_EQ(launch->wait(), 0) << launch->errors();
+  const json plan = json::parse(launch->output());
+  const json told = json::parse(plan["start"][0]["env"]["MIMESIS_LAUNCH"].get<std::string>());
+  EXPECT_EQ(told["file"], folder_.path() + "/g.yaml");
+  EXPECT_EQ(told["args"], json({"speed=2", "name=y z"}));
+  EXPECT_EQ(told["sets"], json({"a.work=3"}));
+  EXPECT_EQ(told["clock"], "wall");
+  EXPECT_EQ(told["graph"], plan["graph"]);
+  EXPECT_FALSE(plan["start"][1]["env"].contains("MIMESIS_LAUNCH"));
+}
+
 TEST_F(Launch, MistakesEndWithTwo) {
   EXPECT_EQ(start("nodes: {a: {exec: sh, foo: 1}}\n")->wait(), 2);
   EXPECT_EQ(testing::Process("mimesis", {"launch", "/nowhere.yaml"}).wait(), 2);

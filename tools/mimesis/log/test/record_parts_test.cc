@@ -150,14 +150,19 @@ TEST(CountsDisplay, ATableRefreshedInPlaceOnATerminal) {
             "run.mcap: 60 messag\n");
 }
 
-TEST(SilenceWatch, TellsOnceAfterTwoSeconds) {
+TEST(SilenceWatch, TellsOnceAfterTwoSecondsOfThePublishersTime) {
   SilenceWatch watch;
-  watch.met("a/out", "a", kStart);
-  watch.met("c/out", "c", kStart);
-  EXPECT_TRUE(watch.silent(counts(1), kStart + 1s).empty());
-  watch.met("c/out", "c", kStart + 1s);
-  EXPECT_EQ(watch.silent(counts(1), kStart + 2s), (std::vector<std::string>{"c/out (c)"}));
-  EXPECT_TRUE(watch.silent(counts(1), kStart + 3s).empty());
+  watch.met("a/out", "a", false, {100s, 0s});
+  watch.met("c/out", "c", false, {100s, 0s});
+  watch.met("d/out", "d", true, {100s, 0s});  // waits for other nodes
+  watch.met("d/out", "d", true, {101s, 50s});
+  EXPECT_TRUE(watch.silent(counts(1), {101s, 0s}).empty());
+  watch.met("c/out", "c", false, {101s, 0s});
+  using Topics = std::vector<std::string>;
+  EXPECT_EQ(watch.silent(counts(1), {102s, 0s}), Topics{"c/out (c)"});
+  EXPECT_TRUE(watch.silent(counts(1), {1000s, 51s}).empty());
+  EXPECT_EQ(watch.silent(counts(1), {1000s, 52s}), Topics{"d/out (d)"});
+  EXPECT_TRUE(watch.silent(counts(1), {2000s, 55s}).empty());
 }
 
 TEST(Provenance, HoldsTheCommandAndTheLaunch) {
