@@ -7,6 +7,7 @@
 
 #include "tools/mimesis/log/human.h"
 #include "tools/mimesis/log/progress.h"
+#include "tools/mimesis/log/shifted_reader.h"
 #include "tools/mimesis/stop_signals.h"
 
 namespace mimesis::tool {
@@ -14,6 +15,12 @@ namespace {
 
 constexpr std::uint64_t kMostOverlap = 2ull << 30;  // held unpacked at once [bytes]
 constexpr int kInterrupted = 130;
+constexpr const char* kNodesName = "mimesis.nodes";  // name -> clock
+
+/// Where a part stands in a split recording: void for what is made of several parts.
+bool is_place(const std::string& name) {
+  return name == "mimesis.split" || name == "mimesis.counts.whole";
+}
 
 /// Where in the work a log time is.
 class Scale {
@@ -57,7 +64,8 @@ std::uint64_t overlap_bytes(const log::Summary& summary) {
 
 Pass each_message(const std::string& what, const std::vector<OpenLog>& logs,
                   const log::Selection& selection,
-                  const std::function<log::Result(const log::MergedReader::Item&)>& take) {
+                  const std::function<log::Result(const log::MergedReader::Item&)>& take,
+                  const std::vector<std::int64_t>& offsets_ns) {
   Pass pass;
   for (const OpenLog& log : logs) {
     if (const auto bytes = overlap_bytes(log.summary); bytes > kMostOverlap) {
@@ -71,7 +79,7 @@ Pass each_message(const std::string& what, const std::vector<OpenLog>& logs,
   const StopSignals stop;
   const Scale scale(logs, selection);
   Progress progress(what, scale.total());
-  log::MergedReader reader = merged(logs, selection);
+  ShiftedReader reader(logs, selection, offsets_ns);
   while (const log::MergedReader::Item* item = reader.next()) {
     if (stop.requested()) {
       pass.interrupted = true;
@@ -103,19 +111,28 @@ void copy_attachments(const std::vector<OpenLog>& logs, NewLog& out, Pass& pass)
 }
 
 void copy_metadata(const std::vector<OpenLog>& logs, NewLog& out, Pass& pass,
-                   const std::function<bool(const std::string&)>& wanted) {
+                   const std::optional<LossCounts>& losses) {
+  log::Metadata nodes{kNodesName, {}};
+  const auto copy = [&](const log::Metadata& metadata) -> log::Result {
+    if (losses && metadata.name == kCountsName) return {};
+    if (logs.size() > 1 && is_place(metadata.name)) return {};
+    if (metadata.name != kNodesName) return out.add_metadata(metadata);
+    nodes.metadata.insert(metadata.metadata.begin(), metadata.metadata.end());
+    return {};
+  };
   for (const OpenLog& log : logs) {
     for (const log::MetadataIndex& index : log.summary.metadata) {
       if (!pass.done || pass.interrupted) return;
-      if (wanted && !wanted(index.name)) continue;
       if (const auto metadata = log::read_metadata(*log.source, index)) {
-        pass.done = out.add_metadata(*metadata);
+        pass.done = copy(*metadata);
       } else {
         std::cerr << log.path << ": " << metadata.error().reason << '\n';
         ++pass.damages;
       }
     }
   }
+  if (pass.done && !nodes.metadata.empty()) pass.done = out.add_metadata(nodes);
+  if (pass.done && losses) pass.done = out.add_metadata(losses_metadata(*losses));
 }
 
 std::uint64_t payload_bytes(const std::vector<OpenLog>& logs, const log::Selection& selection) {

@@ -1,9 +1,11 @@
 #pragma once
 #include <functional>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "tools/mimesis/log/loss_counts.h"
 #include "tools/mimesis/log/new_log.h"
 #include "tools/mimesis/log/open_log.h"
 
@@ -17,16 +19,20 @@ struct Pass {
 };
 
 /// Hands every selected message to `take`, in the order of log time: progress bar, signals, damage.
+/// `offsets_ns` are added to the times of the logs.
 /// @throws ConfigError if the messages are so far out of order that memory would not be bounded.
 Pass each_message(const std::string& what, const std::vector<OpenLog>& logs,
                   const log::Selection& selection,
-                  const std::function<log::Result(const log::MergedReader::Item&)>& take);
+                  const std::function<log::Result(const log::MergedReader::Item&)>& take,
+                  const std::vector<std::int64_t>& offsets_ns = {});
 
-/// Copies attachments and metadata; `metadata(name)` chooses, null: all. What cannot be read is
-/// told and counted in `pass.damages`.
+/// Each content once. What cannot be read is told and counted in `pass.damages`.
 void copy_attachments(const std::vector<OpenLog>& logs, NewLog& out, Pass& pass);
+/// The same for metadata. Several logs become one: "mimesis.nodes" are united, and what tells the
+/// place of a part among others is left out. `losses` replaces "mimesis.counts", if the logs have
+/// counts.
 void copy_metadata(const std::vector<OpenLog>& logs, NewLog& out, Pass& pass,
-                   const std::function<bool(const std::string& name)>& wanted = nullptr);
+                   const std::optional<LossCounts>& losses);
 
 /// Most unpacked bytes that a reader in the order of log time holds at once.
 std::uint64_t overlap_bytes(const log::Summary& summary);
@@ -46,6 +52,7 @@ std::uint64_t report_losses(const OpenLog& log, const std::vector<log::Damage>& 
 /// Completes `out` if the pass went well, says what it holds (standard error; with `json` one
 /// object on standard output, `more` behind the usual members) and gives the exit code: 1 after
 /// damage.
-int conclude(NewLog& out, Pass& pass, bool json, const nlohmann::ordered_json& more = {});
+int conclude(NewLog& out, Pass& pass, bool json,
+             const nlohmann::ordered_json& more = nlohmann::ordered_json::object());
 
 }  // namespace mimesis::tool

@@ -3,6 +3,8 @@
 #include <CLI/App.hpp>
 #include <CLI/Validators.hpp>
 
+#include "common/error.h"
+
 namespace mimesis::tool {
 
 void add_topic_options(CLI::App& verb, TopicOptions& options) {
@@ -21,6 +23,19 @@ void add_time_options(CLI::App& verb, TimeRange& range) {
                   "From this log time on: seconds from the first message (12.5), absolute "
                   "(12500000000ns) or UTC (2026-11-21T15:40:00.5Z)");
   verb.add_option("--end", range.end, "Before this log time");
+}
+
+void add_input_output(CLI::App& verb, std::vector<std::string>& inputs, OutputOptions& output) {
+  verb.add_option("FILE", inputs, "MCAP files to read; without -o the last one is written")
+      ->required();
+  verb.add_option("--output,-o", output.path, "File to write");
+}
+
+void take_output(std::vector<std::string>& inputs, OutputOptions& output) {
+  if (!output.path.empty()) return;
+  if (inputs.size() < 2) throw ConfigError("say where to: IN OUT, or IN -o OUT");
+  output.path = inputs.back();
+  inputs.pop_back();
 }
 
 void add_output_options(CLI::App& verb, OutputOptions& options) {

@@ -26,7 +26,12 @@ TopicFilter filter_of(const TopicOptions& options);
 /// --start and --end.
 void add_time_options(CLI::App& verb, TimeRange& range);
 
-/// --output, --force, --compression, --level, --chunk-size.
+/// IN... and OUT, or IN... -o OUT. Behind the parsing `take_output` tells them apart.
+void add_input_output(CLI::App& verb, std::vector<std::string>& inputs, OutputOptions& output);
+/// @throws ConfigError if one of the two is missing.
+void take_output(std::vector<std::string>& inputs, OutputOptions& output);
+
+/// --force, --compression, --level, --chunk-size.
 void add_output_options(CLI::App& verb, OutputOptions& options);
 
 }  // namespace mimesis::tool
