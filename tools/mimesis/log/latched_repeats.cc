@@ -2,6 +2,8 @@
 
 #include <utility>
 
+#include "common/log/crc32.h"
+
 namespace mimesis::tool {
 namespace {
 
@@ -20,8 +22,10 @@ bool LatchedRepeats::repeated(const log::MergedReader::Item& item) {
     const log::Channel& channel = *item.channel;
     known->second = &last_[{channel.topic, sender_of(channel), value_of(channel, "start_id")}];
   }
-  if (known->second == nullptr || item.message->sequence == 0) return false;
-  return std::exchange(*known->second, item.message->sequence) == item.message->sequence;
+  const log::Message& m = *item.message;
+  if (known->second == nullptr || m.sequence == 0) return false;
+  const Last now{m.sequence, m.publish_time, log::crc32(0, m.data)};
+  return std::exchange(*known->second, now) == now;
 }
 
 }  // namespace mimesis::tool

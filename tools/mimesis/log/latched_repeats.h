@@ -15,12 +15,18 @@ bool is_latched(const log::Channel& channel);
 /// repetitions where parts are read as one log.
 class LatchedRepeats {
  public:
-  /// True if a message of this topic, node and start with this sequence number came just before.
+  /// True if the message before it of this topic, node and start was the same.
   bool repeated(const log::MergedReader::Item& item);
 
  private:
-  std::map<const log::Channel*, std::uint32_t*> channels_;
-  std::map<std::tuple<std::string, std::string, std::string>, std::uint32_t> last_;
+  struct Last {
+    std::uint32_t sequence = 0;
+    std::uint64_t publish_time = 0;
+    std::uint32_t crc = 0;  ///< of the payload: nodes restart, numbers repeat
+    bool operator==(const Last&) const = default;
+  };
+  std::map<const log::Channel*, Last*> channels_;
+  std::map<std::tuple<std::string, std::string, std::string>, Last> last_;
 };
 
 }  // namespace mimesis::tool

@@ -19,6 +19,8 @@ struct LossCount {
 using LossCounts = std::map<std::string, LossCount>;
 
 inline constexpr const char* kCountsName = "mimesis.counts";
+/// Metadata of a recovered log: "TOPIC (NODE)" -> "missing=N" where that is known.
+inline constexpr const char* kRecoveredName = "mimesis.recovered";
 
 /// "TOPIC (NODE)".
 std::string loss_key(const log::Channel& channel);

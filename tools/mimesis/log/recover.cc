@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "common/log/stream_reader.h"
+#include "tools/mimesis/log/loss_counts.h"
 #include "tools/mimesis/log/progress.h"
 #include "tools/mimesis/stop_signals.h"
 
@@ -24,6 +25,7 @@ class Recovery {
   tl::expected<std::uint16_t, Status> channel(std::uint16_t id);
   void follow(const log::Message& message);
   void conclude();
+  log::Result note_losses();
 
   const log::Source& in_;
   const log::Summary& summary_;  ///< definitions that stand behind the messages that need them
@@ -47,6 +49,7 @@ tl::expected<Recovered, Status> Recovery::run() {
     progress.at(reader_.offset());
   }
   conclude();
+  if (auto done = note_losses(); !done) return tl::unexpected(done.error());
   return result_;
 }
 
@@ -140,6 +143,18 @@ void Recovery::conclude() {
   const bool data_sum_wrong = std::ranges::any_of(
       result_.damages, [&](const log::Damage& d) { return data_end_ && d.offset == *data_end_; });
   result_.lost |= data_sum_wrong;
+}
+
+/// Into the output: whoever checks it later knows why its counts do not fit.
+log::Result Recovery::note_losses() {
+  if (!result_.lost) return {};
+  log::Metadata note{kRecoveredName, {{"damages", std::to_string(result_.damage_count)}}};
+  for (const auto& [id, topic] : result_.topics) {
+    if (topic.expected.value_or(0) <= topic.messages) continue;
+    note.metadata[fmt::format("{} ({})", topic.topic, topic.node)] =
+        fmt::format("missing={}", *topic.expected - topic.messages);
+  }
+  return out_.add_metadata(note);
 }
 
 }  // namespace
