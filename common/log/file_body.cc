@@ -5,7 +5,7 @@
 namespace mimesis::log {
 
 FileBody::FileBody(Sink& sink, const WriterOptions& options)
-    : sink_(sink), options_(options), compressor_(options.compression) {
+    : sink_(sink), options_(options), compressor_(options.compression, options.zstd_level) {
   append(record_, Header{options.profile, options.library});
   record_.insert(0, kMagic);
   status_ = emit(record_);

@@ -20,6 +20,7 @@ struct WriterOptions {
   std::string profile = {};         ///< "" unless the file follows a published profile
   std::string library = "mimesis";  ///< who wrote it
   Compression compression = Compression::zstd;
+  int zstd_level = kZstdLevel;  ///< 1 (fast) to 19 (small)
   /// A chunk is closed when its records reach this size [bytes]; 0: no chunks.
   std::size_t chunk_size = 1024 * 1024;
   /// Chunks are compressed, summed and written by a thread of the writer; false: by the caller's,

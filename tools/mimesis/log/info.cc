@@ -1,14 +1,13 @@
 #include "tools/mimesis/log/info.h"
 
-#include <fmt/chrono.h>
-#include <fmt/format.h>
-
-#include <cmath>
+#include <algorithm>
 #include <iostream>
 #include <nlohmann/json.hpp>
-#include <set>
+#include <tuple>
+#include <unordered_map>
 
-#include "common/log/summary.h"
+#include "tools/mimesis/log/progress.h"
+#include "tools/mimesis/log/rewriting.h"
 #include "tools/mimesis/table.h"
 
 namespace mimesis::tool {
@@ -16,170 +15,127 @@ namespace {
 
 using nlohmann::ordered_json;
 
-constexpr double kSecond = 1e9;                                    // of log times, in ns
-constexpr std::uint64_t kYear2000 = 946684800ull * 1'000'000'000;  // later ones are wall time
-
-struct Sizes {
-  std::uint64_t chunks = 0, compressed = 0, uncompressed = 0;
-  std::set<std::string> compressions;
-};
-
-Sizes sizes_of(const log::Summary& summary) {
-  Sizes sizes;
-  for (const log::Segment& segment : summary.segments) {
-    sizes.chunks += segment.bare ? 0 : 1;
-    sizes.compressed += segment.index.compressed_size;
-    sizes.uncompressed += segment.index.uncompressed_size;
-    sizes.compressions.insert(segment.index.compression.empty() ? "none"
-                                                                : segment.index.compression);
-  }
-  return sizes;
-}
-
-std::string sender_of(const log::Channel& channel) {
-  const auto it = channel.metadata.find("node");
-  return it == channel.metadata.end() ? "" : it->second;
-}
-
 std::uint64_t count_of(const log::Summary& summary, std::uint16_t id) {
   const auto it = summary.statistics.channel_message_counts.find(id);
   return it == summary.statistics.channel_message_counts.end() ? 0 : it->second;
 }
 
-std::string type_of(const log::Summary& summary, const log::Channel& channel) {
-  const auto it = summary.schemas.find(channel.schema_id);
-  return it == summary.schemas.end() ? "" : it->second.name;
+/// Payload bytes per channel: takes reading it all.
+std::unordered_map<const log::Channel*, std::uint64_t> payloads(const std::vector<OpenLog>& logs) {
+  std::unordered_map<const log::Channel*, std::uint64_t> bytes;
+  Progress progress("info", payload_bytes(logs, {}));
+  log::MergedReader reader = merged(logs);
+  std::uint64_t done = 0;
+  while (const log::MergedReader::Item* item = reader.next()) {
+    bytes[item->channel] += item->message->data.size();
+    progress.at(done += item->message->data.size());
+  }
+  for (std::size_t i = 0; i < logs.size(); ++i) {
+    report_losses(logs[i], reader.damages(i), reader.damages(i).size());
+  }
+  return bytes;
 }
 
-double rate_of(std::uint64_t count, double duration_s) {
-  return duration_s > 0.0 ? static_cast<double>(count) / duration_s : 0.0;
+void add_chunks(const log::Summary& from, LogSummary& out) {
+  for (const log::Segment& segment : from.segments) {
+    out.chunks += segment.bare ? 0 : 1;
+    out.compressed += segment.index.compressed_size;
+    out.uncompressed += segment.index.uncompressed_size;
+    out.compressions.insert(segment.index.compression.empty() ? "none" : segment.index.compression);
+  }
 }
 
-std::string human_time(std::uint64_t ns) {
-  const double seconds = static_cast<double>(ns) / kSecond;
-  if (ns < kYear2000) return fmt::format("{:.3f} s", seconds);
-  const auto whole = static_cast<std::time_t>(ns / 1'000'000'000);
-  return fmt::format("{:%Y-%m-%d %H:%M:%S}.{:03} UTC", fmt::gmtime(whole), ns / 1'000'000 % 1000);
-}
-
-std::string human_bytes(std::uint64_t bytes) {
-  static constexpr const char* kUnits[] = {"B", "kB", "MB", "GB", "TB"};
-  auto value = static_cast<double>(bytes);
-  std::size_t unit = 0;
-  for (; value >= 1000.0 && unit + 1 < std::size(kUnits); ++unit) value /= 1000.0;
-  return unit == 0 ? fmt::format("{} B", bytes) : fmt::format("{:.1f} {}", value, kUnits[unit]);
-}
-
-ordered_json to_json(const std::string& path, std::uint64_t file_size, const log::Source& source,
-                     const log::Summary& summary) {
-  const log::Statistics& s = summary.statistics;
-  const Sizes sizes = sizes_of(summary);
-  const double duration = static_cast<double>(s.message_end_time - s.message_start_time) / kSecond;
-  ordered_json out{{"file", path},
-                   {"size", file_size},
-                   {"library", summary.header.library},
-                   {"closed", summary.from_file},
-                   {"messages", s.message_count},
-                   {"start_ns", s.message_start_time},
-                   {"end_ns", s.message_end_time},
-                   {"duration_s", duration},
-                   {"chunks", sizes.chunks},
-                   {"compression", sizes.compressions},
-                   {"compressed_size", sizes.compressed},
-                   {"uncompressed_size", sizes.uncompressed},
-                   {"topics", ordered_json::array()},
-                   {"attachments", ordered_json::array()},
-                   {"metadata", ordered_json::array()},
-                   {"damages", ordered_json::array()}};
-  for (const auto& [id, channel] : summary.channels) {
-    const std::uint64_t count = count_of(summary, id);
-    out["topics"].push_back({{"topic", channel.topic},
-                             {"type", type_of(summary, channel)},
-                             {"node", sender_of(channel)},
-                             {"messages", count},
-                             {"rate_hz", rate_of(count, duration)},
-                             {"metadata", channel.metadata}});
-  }
-  for (const auto& a : summary.attachments) {
-    out["attachments"].push_back(
-        {{"name", a.name}, {"media_type", a.media_type}, {"size", a.data_size}});
-  }
-  for (const auto& index : summary.metadata) {
-    const auto metadata = log::read_metadata(source, index);
-    if (metadata)
-      out["metadata"].push_back({{"name", metadata->name}, {"values", metadata->metadata}});
-  }
-  for (const auto& d : summary.damages) {
-    out["damages"].push_back({{"offset", d.offset}, {"what", d.what}});
-  }
-  return out;
-}
-
-void print_text(const std::string& path, std::uint64_t file_size, const log::Source& source,
-                const log::Summary& summary) {
-  const log::Statistics& s = summary.statistics;
-  const Sizes sizes = sizes_of(summary);
-  const double duration = static_cast<double>(s.message_end_time - s.message_start_time) / kSecond;
-  const auto line = [](std::string_view label, const std::string& value) {
-    std::cout << fmt::format("{:<12} {}\n", label, value);
-  };
-  line("file", fmt::format("{} ({}{})", path, human_bytes(file_size),
-                           summary.from_file ? "" : ", without a summary: read as a whole"));
-  line("library", summary.header.library);
-  line("messages", fmt::format("{} on {} topics", s.message_count, summary.channels.size()));
-  line("time", fmt::format("{} to {} ({:.3f} s)", human_time(s.message_start_time),
-                           human_time(s.message_end_time), duration));
-  line("chunks", fmt::format("{}, {}, {} of {} ({:.2f} : 1)", sizes.chunks,
-                             fmt::join(sizes.compressions, ", "), human_bytes(sizes.compressed),
-                             human_bytes(sizes.uncompressed),
-                             sizes.compressed == 0 ? 1.0
-                                                   : static_cast<double>(sizes.uncompressed) /
-                                                         static_cast<double>(sizes.compressed)));
-  for (const auto& a : summary.attachments) {
-    line("attachment", fmt::format("{} ({}, {})", a.name, a.media_type, human_bytes(a.data_size)));
-  }
-  for (const auto& index : summary.metadata) {
-    const auto metadata = log::read_metadata(source, index);
-    if (!metadata) {
-      line("metadata", metadata.error().reason);
+void add_metadata(const OpenLog& log, LogSummary& out) {
+  for (const log::MetadataIndex& index : log.summary.metadata) {
+    const auto read = log::read_metadata(*log.source, index);
+    if (!read) {
+      std::cerr << log.path << ": " << read.error().reason << '\n';
       continue;
     }
-    line("metadata", metadata->name);
-    for (const auto& [key, value] : metadata->metadata) line("", key + ": " + value);
+    std::pair entry{read->name, read->metadata};
+    if (std::ranges::find(out.metadata, entry) == out.metadata.end()) {
+      out.metadata.push_back(std::move(entry));
+    }
   }
-  std::cout << '\n';
-  Table table({"TOPIC", "TYPE", "NODE", "MESSAGES", "HZ"});
-  for (const auto& [id, channel] : summary.channels) {
-    const std::uint64_t count = count_of(summary, id);
-    table.row({channel.topic, type_of(summary, channel), sender_of(channel), std::to_string(count),
-               fmt::format("{:.1f}", rate_of(count, duration))});
-  }
-  table.print(std::cout, use_colour(1));
+}
+
+std::string start_of(const log::Channel& channel) {
+  const auto it = channel.metadata.find("start_id");
+  return it == channel.metadata.end() ? "" : it->second;
 }
 
 }  // namespace
 
-int log_info(const std::string& path, bool json) {
-  const auto source = log::open_file(path);
-  if (!source) {
-    std::cerr << source.error().reason << '\n';
-    return 3;
+double LogSummary::duration_s() const {
+  return static_cast<double>(span.end_ns - span.start_ns) * 1e-9;
+}
+
+double LogSummary::rate_hz(const TopicSummary& topic) const {
+  return duration_s() > 0.0 ? static_cast<double>(topic.messages) / duration_s() : 0.0;
+}
+
+LogSummary summarize_logs(const std::vector<OpenLog>& logs, bool sizes) {
+  LogSummary out;
+  out.span = span_of(logs);
+  const auto losses = read_losses(logs);
+  const auto bytes =
+      sizes ? payloads(logs) : std::unordered_map<const log::Channel*, std::uint64_t>{};
+  std::map<std::tuple<std::string, std::string, std::string>, std::size_t> places;
+  for (const OpenLog& log : logs) {
+    out.size += log.source->size();
+    out.messages += log.summary.statistics.message_count;
+    add_chunks(log.summary, out);
+    add_metadata(log, out);
+    for (const auto& [id, channel] : log.summary.channels) {
+      const auto schema = log.summary.schemas.find(channel.schema_id);
+      const std::string type = schema == log.summary.schemas.end() ? "" : schema->second.name;
+      const std::string node = sender_of(channel), start = start_of(channel);
+      const auto [place, fresh] =
+          places.try_emplace({channel.topic, node, type}, out.topics.size());
+      if (fresh) {
+        out.topics.push_back(
+            {channel.topic, type, node, channel.message_encoding, channel.metadata, {}, 0, {}, {}});
+      }
+      TopicSummary& topic = out.topics[place->second];
+      const std::uint64_t count = count_of(log.summary, id);
+      topic.messages += count;
+      const auto size = bytes.find(&channel);
+      if (sizes) topic.bytes = topic.bytes.value_or(0) + (size == bytes.end() ? 0 : size->second);
+      if (losses && losses->contains(loss_key(channel)))
+        topic.losses = losses->at(loss_key(channel));
+      NodeSummary& sender = out.nodes[node];
+      sender.topics.insert(channel.topic);
+      sender.messages += count;
+      if (start.empty()) continue;
+      topic.starts.insert(start);
+      sender.starts.insert(start);
+    }
   }
-  auto summary = log::summarize(**source);
-  if (summary && !summary->counted) summary = log::scan(**source);
-  if (!summary) {
-    std::cerr << path << ": " << summary.error().reason << '\n';
-    return 1;
+  std::ranges::sort(out.topics, {},
+                    [](const TopicSummary& t) { return std::tie(t.topic, t.node); });
+  if (losses) {
+    out.lost = 0;
+    for (const auto& [key, count] : *losses) *out.lost += count.lost;
   }
+  return out;
+}
+
+int log_info(const std::vector<std::string>& paths, bool sizes, bool json) {
+  const auto logs = open_logs(paths);
+  if (!logs) {
+    std::cerr << logs.error().line << '\n';
+    return logs.error().exit_code;
+  }
+  const LogSummary summary = summarize_logs(*logs, sizes);
   if (json) {
-    std::cout << to_json(path, (*source)->size(), **source, *summary).dump() << '\n';
+    std::cout
+        << info_json(*logs, summary).dump(-1, ' ', false, ordered_json::error_handler_t::replace)
+        << '\n';
   } else {
-    print_text(path, (*source)->size(), **source, *summary);
+    std::cout << info_text(*logs, summary, use_colour(1));
   }
-  for (const auto& d : summary->damages)
-    std::cerr << path << ": byte " << d.offset << ": " << d.what << '\n';
-  if (summary->damage_count > summary->damages.size()) {
-    std::cerr << path << ": and " << summary->damage_count - summary->damages.size() << " more\n";
+  for (const OpenLog& log : *logs) {
+    report_damages(log.path, log.summary.damages, log.summary.damage_count);
   }
   return 0;
 }

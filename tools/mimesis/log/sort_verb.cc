@@ -1,7 +1,42 @@
+#include <CLI/App.hpp>
+#include <CLI/Config.hpp>
+#include <CLI/Formatter.hpp>
+#include <CLI/Validators.hpp>
+#include <memory>
+
+#include "common/error.h"
+#include "tools/mimesis/log/sort.h"
 #include "tools/mimesis/log/subverbs.h"
+#include "tools/mimesis/log/verb_options.h"
 
 namespace mimesis::tool {
 
-void add_sort(CLI::App&, int&) {}
+void add_sort(CLI::App& verb, int& exit_code) {
+  CLI::App* sort =
+      verb.add_subcommand("sort", "Writes a log in the order of log time (like mcap sort)");
+  struct Options {
+    SortOptions sort;
+    std::vector<std::string> inputs;
+  };
+  auto o = std::make_shared<Options>();
+  add_input_output(*sort, o->inputs, o->sort.output);
+  add_output_options(*sort, o->sort.output);
+  sort->add_option("--memory", o->sort.memory,
+                   "Most unpacked bytes to hold, 512M; what is further out of order is sorted in "
+                   "files beside the output")
+      ->transform(CLI::AsSizeValue(false))
+      ->check(CLI::Range(std::uint64_t{1} << 16, std::uint64_t{1} << 40))
+      ->capture_default_str();
+  sort->add_flag("--json", o->sort.json, "Print what was written as one JSON object");
+  sort->footer(
+      "Equal times stay in the order of the file. Every sum of the file is checked; exit code 1 if "
+      "it is damaged.\nExample: mimesis log sort run.mcap -o sorted.mcap");
+  sort->callback([o, &exit_code] {
+    take_output(o->inputs, o->sort.output);
+    if (o->inputs.size() != 1) throw ConfigError("expected one log to sort: merge joins several");
+    o->sort.input = o->inputs.front();
+    exit_code = log_sort(o->sort);
+  });
+}
 
 }  // namespace mimesis::tool

@@ -1,0 +1,80 @@
+#pragma once
+#include <functional>
+#include <map>
+#include <memory>
+#include <nlohmann/json_fwd.hpp>
+#include <set>
+#include <string>
+#include <tuple>
+#include <vector>
+
+#include "common/log/writer.h"
+#include "tools/mimesis/log/open_log.h"
+
+namespace mimesis::tool {
+
+/// Where a verb that rewrites logs puts its result.
+struct OutputOptions {
+  std::string path;
+  bool force = false;  ///< replace the file if it exists
+  log::Compression compression = log::Compression::zstd;
+  int zstd_level = log::kZstdLevel;
+  std::size_t chunk_size = 1024 * 1024;  ///< [bytes]
+  std::string profile = {};              ///< of the inputs, if they agree
+};
+
+/// A log that is made from others. It stands under PATH.part until it is complete and is removed if
+/// that never happens: whatever ends the program, PATH is the old file or the whole new one.
+/// Schemas and channels are added when a message needs them; equal ones of several logs are one.
+class NewLog {
+ public:
+  /// @throws ConfigError if the file exists and is not to be replaced, is one of `inputs`, or
+  /// cannot be created.
+  NewLog(const OutputOptions& options, const std::vector<std::string>& inputs);
+  ~NewLog();
+  NewLog(const NewLog&) = delete;
+  NewLog& operator=(const NewLog&) = delete;
+
+  /// Id in this log of a channel of another one; `schema` null: none.
+  [[nodiscard]] tl::expected<std::uint16_t, Status> channel(const log::Channel& channel,
+                                                            const log::Schema* schema);
+  /// `message.channel_id`: of this log.
+  [[nodiscard]] log::Result write(const log::Message& message);
+  /// Message and channel of another log that stays in memory.
+  [[nodiscard]] log::Result copy(const log::MergedReader::Item& item);
+  /// Both: each content once, however many logs hold it.
+  [[nodiscard]] log::Result attach(const log::Attachment& attachment);
+  [[nodiscard]] log::Result add_metadata(const log::Metadata& metadata);
+
+  /// Closes the log, reads it back whole if `verify`, and gives it its name. Last call.
+  [[nodiscard]] log::Result finish(bool verify = false);
+
+  const log::Statistics& statistics() const { return writer_->statistics(); }
+  /// Names of schemas that differ between the inputs: they are kept apart.
+  const std::set<std::string>& conflicts() const { return conflicts_; }
+  const std::string& path() const { return options_.path; }
+  nlohmann::ordered_json json() const;  ///< what it holds
+  std::string line() const;             ///< the same for people
+
+ private:
+  log::Result read_back() const;
+
+  OutputOptions options_;
+  std::string written_to_;  ///< PATH.part, or PATH if that is a device
+  bool finished_ = false;
+  std::unique_ptr<log::Sink> sink_;
+  std::unique_ptr<log::Writer> writer_;
+  std::map<std::tuple<std::string, std::string, std::string>, std::uint16_t> schemas_;
+  std::set<std::string> schema_names_, conflicts_;
+  using ChannelKey =
+      std::tuple<std::uint16_t, std::string, std::string, std::map<std::string, std::string>>;
+  std::map<ChannelKey, std::uint16_t> channels_;
+  std::map<const log::Channel*, std::uint16_t> known_;  ///< of `copy`
+  std::set<std::tuple<std::string, std::string, std::uint64_t, std::uint64_t, std::size_t,
+                      std::uint32_t>>
+      attachments_;
+  std::set<std::pair<std::string, std::map<std::string, std::string>>> metadata_;
+  std::uint32_t digest_ = 0;  ///< CRC-32 of all messages in their order
+};
+
+}  // namespace mimesis::tool
