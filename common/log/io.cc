@@ -15,7 +15,7 @@ namespace mimesis::log {
 namespace {
 
 constexpr std::size_t kFileBuffer = 64 * 1024;  // many small records become one system call
-constexpr std::size_t kReadAhead = 256 * 1024;
+constexpr std::size_t kReadAhead = 16 * 1024;
 
 tl::unexpected<Status> failed(std::string_view doing, const std::string& path) {
   return tl::unexpected(

@@ -17,7 +17,7 @@ namespace mimesis::log {
 template <class Item>
 class ReadAhead {
  public:
-  static constexpr std::size_t kInline = 2, kWorkers = 2, kDepth = 4;
+  static constexpr std::size_t kInline = 2, kHelpers = 2, kDepth = 6;
   static constexpr std::size_t kMemory = 64 << 20;
 
   /// @param claim  fills the item; false: there is no more
@@ -28,7 +28,7 @@ class ReadAhead {
       : claim_(std::move(claim)),
         work_(std::move(work)),
         size_(std::move(size)),
-        may_start_(threads && std::thread::hardware_concurrency() > 1) {}
+        may_start_(threads) {}
   ReadAhead(const ReadAhead&) = delete;
   ReadAhead& operator=(const ReadAhead&) = delete;
   ~ReadAhead() {
@@ -40,16 +40,20 @@ class ReadAhead {
     for (std::thread& t : threads_) t.join();
   }
 
-  /// The next item, or null behind the last.
+  /// The next item, or null behind the last. While that is not ready, the caller's thread prepares
+  /// others.
   std::unique_ptr<Item> take() {
-    if (threads_.empty()) {
-      if (taken_ < kInline || !may_start_) return prepare();
-      for (std::size_t i = 0; i < kWorkers; ++i) threads_.emplace_back([this] { run(); });
-    }
     std::unique_lock lock(mutex_);
-    ready_.wait(
-        lock, [this] { return slots_.empty() ? exhausted_ && !claiming_ : slots_.front().ready; });
-    if (slots_.empty()) return nullptr;
+    if (++taken_ > kInline && may_start_) start();
+    while (slots_.empty() || !slots_.front().ready) {
+      if (may_claim()) {
+        prepare(lock);
+      } else if (exhausted_ && slots_.empty()) {
+        return nullptr;
+      } else {
+        ready_.wait(lock);
+      }
+    }
     std::unique_ptr<Item> item = std::move(slots_.front().item);
     memory_ -= slots_.front().size;
     slots_.pop_front();
@@ -70,59 +74,61 @@ class ReadAhead {
     bool ready = false;
   };
 
+  void start() {
+    may_start_ = false;
+    const std::size_t cores = std::thread::hardware_concurrency();
+    const std::size_t count = std::clamp<std::size_t>(cores, 1, 1 + kHelpers) - 1;
+    for (std::size_t i = 0; i < count; ++i) threads_.emplace_back([this] { help(); });
+  }
+  bool may_claim() const {
+    return !claiming_ && !exhausted_ &&
+           (slots_.empty() || (slots_.size() < kDepth && memory_ < kMemory));
+  }
+  void help() {
+    std::unique_lock lock(mutex_);
+    while (true) {
+      room_.wait(lock, [this] { return stopping_ || exhausted_ || may_claim(); });
+      if (stopping_ || exhausted_) return;
+      prepare(lock);
+    }
+  }
   std::unique_ptr<Item> fresh() {
     if (spare_.empty()) return std::make_unique<Item>();
     std::unique_ptr<Item> item = std::move(spare_.back());
     spare_.pop_back();
     return item;
   }
-  std::unique_ptr<Item> prepare() {
+  /// Claims and prepares one item; the lock is given up meanwhile.
+  void prepare(std::unique_lock<std::mutex>& lock) {
+    claiming_ = true;
     std::unique_ptr<Item> item = fresh();
-    if (exhausted_ || !claim_(*item)) {
-      exhausted_ = true;
-      return nullptr;
+    lock.unlock();
+    const bool any = claim_(*item);
+    lock.lock();
+    claiming_ = false;
+    exhausted_ = !any;
+    if (!any) {
+      room_.notify_all();
+      ready_.notify_one();
+      return;
     }
+    Slot& slot = slots_.emplace_back();  // stays where it is: only the ends of the queue change
+    slot.size = size_(*item);
+    memory_ += slot.size;
+    lock.unlock();
+    room_.notify_one();
     work_(*item);
-    ++taken_;
-    return item;
-  }
-  bool has_room() const { return slots_.empty() || (slots_.size() < kDepth && memory_ < kMemory); }
-  void run() {
-    std::unique_lock lock(mutex_);
-    while (true) {
-      room_.wait(lock, [this] { return stopping_ || exhausted_ || (!claiming_ && has_room()); });
-      if (stopping_ || exhausted_) return;
-      claiming_ = true;
-      std::unique_ptr<Item> item = fresh();
-      lock.unlock();
-      const bool any = claim_(*item);
-      lock.lock();
-      claiming_ = false;
-      exhausted_ = !any;
-      if (!any) {
-        lock.unlock();
-        room_.notify_all();
-        ready_.notify_one();
-        return;
-      }
-      Slot& slot = slots_.emplace_back();  // stays where it is: only the ends of the queue change
-      slot.size = size_(*item);
-      memory_ += slot.size;
-      lock.unlock();
-      room_.notify_one();
-      work_(*item);
-      lock.lock();
-      slot.item = std::move(item);
-      slot.ready = true;
-      if (&slot == &slots_.front()) ready_.notify_one();
-    }
+    lock.lock();
+    slot.item = std::move(item);
+    slot.ready = true;
+    if (&slot == &slots_.front()) ready_.notify_one();
   }
 
   std::function<bool(Item&)> claim_;
   std::function<void(Item&)> work_;
   std::function<std::size_t(const Item&)> size_;
   bool may_start_;
-  std::size_t taken_ = 0;  ///< prepared by the caller's thread
+  std::size_t taken_ = 0;
 
   std::mutex mutex_;
   std::condition_variable room_, ready_;

@@ -117,6 +117,8 @@ TEST(Writer, FilesAreWhatMemoryWouldBe) {
       const SampleMessage m = sample_message(i);
       ASSERT_TRUE(writer.write({1, m.sequence, m.log_time, m.publish_time, m.data}));
     }
+    ASSERT_TRUE(writer.sync());
+    EXPECT_EQ(writer.bytes_written(), std::filesystem::file_size(path));
     ASSERT_TRUE(writer.finish());
     EXPECT_EQ(writer.bytes_written(), std::filesystem::file_size(path));
   }
