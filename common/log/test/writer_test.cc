@@ -1,6 +1,7 @@
 #include "common/log/writer.h"
 
 #include <gtest/gtest.h>
+#include <zlib.h>
 
 #include <filesystem>
 
@@ -15,6 +16,21 @@ namespace {
 TEST(Crc32, IsTheOneOfZlibAndJoins) {
   EXPECT_EQ(crc32(0, "123456789"), 0xCBF43926u);  // the check value of the published catalogue
   EXPECT_EQ(crc32_join(crc32(0, "1234"), crc32(0, "56789"), 5), 0xCBF43926u);
+}
+
+TEST(Crc32, IsZlibsForAllSizesAndPlaces) {
+  std::string bytes;
+  for (std::uint32_t i = 0; bytes.size() < 20'000; ++i) bytes += sample_message(i).data;
+  const auto zlibs = [](std::uint32_t crc, std::string_view b) {
+    return ::crc32_z(crc, reinterpret_cast<const Bytef*>(b.data()), b.size());
+  };
+  for (std::size_t size = 0; size < 9000; size += size < 300 ? 1 : 37) {
+    for (const std::size_t at : {0u, 1u, 33u, 63u}) {
+      const std::string_view part = std::string_view(bytes).substr(at, size);
+      ASSERT_EQ(crc32(0, part), zlibs(0, part)) << size << " at " << at;
+      ASSERT_EQ(crc32(0x12345678, part), zlibs(0x12345678, part)) << size << " at " << at;
+    }
+  }
 }
 
 class RoundTrip : public ::testing::TestWithParam<std::tuple<Compression, std::size_t>> {};
