@@ -58,7 +58,7 @@ Result FileBody::chunk(ChunkBuffer& closed) {
     append(record_, messages);
   }
   index.message_index_length = record_.size();
-  chunk_indexes_.push_back(std::move(index));
+  append(chunk_indexes_, index);
   return emit(record_);
 }
 
@@ -127,7 +127,10 @@ Result FileBody::write_summary(const std::vector<Schema>& schemas,
   group(Opcode::statistics, options_.statistics, std::vector{statistics});
   group(Opcode::metadata_index, options_.metadata_index, metadata_indexes_);
   group(Opcode::attachment_index, options_.attachment_index, attachment_indexes_);
-  group(Opcode::chunk_index, options_.chunk_index, chunk_indexes_);
+  if (options_.chunk_index && !chunk_indexes_.empty()) {
+    groups.push_back({Opcode::chunk_index, position(), chunk_indexes_.size()});
+    static_cast<void>(emit(chunk_indexes_));
+  }
 
   Footer footer{};
   if (position() > start) footer.summary_start = start;

@@ -42,7 +42,7 @@ class FileBody {
   std::uint32_t crc_ = 0;  ///< of all bytes so far; of the summary once that has begun
   std::string record_;     ///< scratch
 
-  std::vector<ChunkIndex> chunk_indexes_;
+  std::string chunk_indexes_;  ///< records: all that grows with the file, so in the least memory
   std::vector<AttachmentIndex> attachment_indexes_;
   std::vector<MetadataIndex> metadata_indexes_;
 };

@@ -10,7 +10,7 @@ class Drain {
  public:
   using WallTime = std::chrono::steady_clock::time_point;
   /// Without an old message for so long, none is under way any more.
-  static constexpr std::chrono::milliseconds kQuiet{50};
+  static constexpr std::chrono::milliseconds kQuiet{100};
   /// Whoever is further behind than this is not waited for.
   static constexpr std::chrono::seconds kAtMost{2};
 
@@ -20,6 +20,8 @@ class Drain {
   /// A message has come. `graph_time`: `time_ns` is a simulated time, else that of the wall clock.
   void received(WallTime now, bool graph_time, std::uint64_t time_ns);
   bool over(WallTime now) const;
+  /// It is over because of kAtMost: what else was published before the signal is unknown.
+  bool gave_up(WallTime now) const { return now - last_old_ < kQuiet; }
 
  private:
   WallTime begin_, last_old_;

@@ -75,7 +75,7 @@ class Recorder {
   std::chrono::nanoseconds graph_time_{0};  ///< the latest seen
   WallTime next_look_ = start_, next_look_for_silence_ = start_;
   std::uint64_t bytes_received_ = 0;  ///< since the last look
-  std::string full_;                  ///< the limit that ends the recording
+  std::string flaw_;                  ///< why it is not complete though its files are well
 };
 
 Recorder::Recorder(const RecordOptions& options)
@@ -102,7 +102,7 @@ Recorder::Recorder(const RecordOptions& options)
 
 int Recorder::run() {
   const log::Result done = finish(receive());
-  return report(done ? full_ : done.error().reason);
+  return report(done ? flaw_ : done.error().reason);
 }
 
 /// Receives until stopped. The result is a failure to write.
@@ -111,7 +111,7 @@ log::Result Recorder::receive() {
     return options_.duration_s > 0.0 &&
            steady_clock::now() - start_ >= std::chrono::duration<double>(options_.duration_s);
   };
-  while (!stop_.requested() && !ended() && full_.empty()) {
+  while (!stop_.requested() && !ended() && flaw_.empty()) {
     if (auto done = take(); !done) return done;
     const auto now = steady_clock::now();
     if (snapshot_signal_.take()) {
@@ -121,8 +121,13 @@ log::Result Recorder::receive() {
   }
   display_.clear();
   drain_.emplace(steady_clock::now(), wall_ns());
-  while (full_.empty() && !drain_->over(steady_clock::now())) {
+  while (flaw_.empty() && !drain_->over(steady_clock::now())) {
     if (auto done = take(); !done) return done;
+  }
+  if (flaw_.empty() && drain_->gave_up(steady_clock::now())) {
+    flaw_ = fmt::format(
+        "messages from before the end still came {} s after it: the last ones may be missing",
+        Drain::kAtMost.count());
   }
   return {};
 }
@@ -179,7 +184,7 @@ void Recorder::keep_limits() {
     if (reached.empty()) return;
     const std::string oldest = limits.delete_oldest ? files.take_oldest() : "";
     if (oldest.empty()) {
-      full_ = reached;
+      flaw_ = reached;
       return;
     }
     std::error_code error;

@@ -66,38 +66,41 @@ TEST(Drain, LeavesABusyGraphOnceEverythingFromBeforeIsIn) {
   Drain drain(kStart, 1000);
   auto now = kStart;
   for (int i = 0; i < 9; ++i) {  // a backlog, then only news, without a pause
-    drain.received(now += 10ms, false, 900);
+    drain.received(now += 20ms, false, 900);
     ASSERT_FALSE(drain.over(now));
   }
   for (int i = 0; i < 4; ++i) {
-    drain.received(now += 10ms, false, 2000);
+    drain.received(now += 20ms, false, 2000);
     ASSERT_FALSE(drain.over(now));
   }
-  drain.received(now += 10ms, false, 2000);
+  drain.received(now += 20ms, false, 2000);
   EXPECT_TRUE(drain.over(now));
+  EXPECT_FALSE(drain.gave_up(now));
 }
 
 TEST(Drain, QuietOrTooLong) {
   Drain quiet(kStart, 1000);
-  EXPECT_FALSE(quiet.over(kStart + 49ms));
-  EXPECT_TRUE(quiet.over(kStart + 50ms));
+  EXPECT_FALSE(quiet.over(kStart + 99ms));
+  EXPECT_TRUE(quiet.over(kStart + 100ms));
+  EXPECT_FALSE(quiet.gave_up(kStart + 100ms));
   Drain endless(kStart, 1000);
   auto now = kStart;
   for (; !endless.over(now); now += 10ms) endless.received(now, false, 1);
   EXPECT_EQ(now, kStart + 2s);
+  EXPECT_TRUE(endless.gave_up(now));
   Drain unknown(kStart, 1000);  // nobody says when it was published
-  unknown.received(kStart + 40ms, false, 0);
-  EXPECT_TRUE(unknown.over(kStart + 50ms));
+  unknown.received(kStart + 90ms, false, 0);
+  EXPECT_TRUE(unknown.over(kStart + 100ms));
 }
 
 TEST(Drain, SimulatedTimeOfTheSignalIsTheLatestSeenRightBehindIt) {
   Drain drain(kStart, 1'800'000'000'000'000'000);
   drain.received(kStart + 10ms, true, 5000);
-  drain.received(kStart + 40ms, true, 6000);
-  drain.received(kStart + 60ms, true, 6000);  // the same step still
-  drain.received(kStart + 80ms, true, 7000);
-  EXPECT_FALSE(drain.over(kStart + 109ms));
-  EXPECT_TRUE(drain.over(kStart + 110ms));
+  drain.received(kStart + 80ms, true, 6000);
+  drain.received(kStart + 120ms, true, 6000);  // the same step still
+  drain.received(kStart + 160ms, true, 7000);
+  EXPECT_FALSE(drain.over(kStart + 219ms));
+  EXPECT_TRUE(drain.over(kStart + 220ms));
 }
 
 Counts counts(std::uint64_t n) {
