@@ -41,7 +41,7 @@ std::uint64_t scan_logs(const std::vector<OpenLog>& logs, const ScanOptions& opt
       progress.at(static_cast<std::uint64_t>(passed * bytes_per_ns));
     }
   }
-  for (std::size_t i = 0; i < logs.size(); ++i) {
+  for (std::size_t i = 0; i < logs.size() && !options.silent; ++i) {
     const log::Summary& summary = logs[i].summary;
     damages += report_damages(logs[i].path, summary.damages, summary.damage_count);
     // A file that was read as a whole has already said what the reader finds again.

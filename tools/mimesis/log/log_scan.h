@@ -17,6 +17,7 @@ struct ScanOptions {
   std::function<bool(const log::Channel&)> channel = {};  ///< null: all
   double start_s = 0.0;  ///< from the first message of the logs [s of log time]
   double end_s = -1.0;   ///< the same; negative: to the end
+  bool silent = false;   ///< a second pass, which need not say the same again
 };
 
 /// Calls `take` for every message in the order of log time, with a bar named `what` on a terminal.
