@@ -160,6 +160,11 @@ void FieldColumns::visit(const Message& m, const Leaf& leaf, std::size_t at, Key
   }
 }
 
+bool FieldColumns::has_numbers(const Descriptor& type) {
+  return std::ranges::any_of(leaves(type),
+                             [](const Leaf& leaf) { return is_number(*leaf.steps.back().field); });
+}
+
 std::string FieldColumns::name(const Key& key) const {
   std::string name = leaf_names_.at(key.leaf);
   std::size_t at = 0;

@@ -46,6 +46,8 @@ class FieldColumns {
              const std::function<void(const Key&, const Value&)>& take);
   /// @throws ConfigError as above.
   void check(const google::protobuf::Descriptor& type) { static_cast<void>(leaves(type)); }
+  /// True if one of the fields has numbers, booleans or enum values. @throws ConfigError as above.
+  bool has_numbers(const google::protobuf::Descriptor& type);
   std::string name(const Key& key) const;  ///< "position_rad[2]"
 
  private:
