@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <set>
 
@@ -125,13 +126,27 @@ std::string with(const Curve& curve, PlotStyle style, const Look& look) {
                      look.colour + 1, look.dash + 1);
 }
 
+/// gnuplot chooses it, but for curves that are constant.
+std::string range(const std::vector<Curve>& curves, const Panel& panel) {
+  double least = std::numeric_limits<double>::infinity(), greatest = -least;
+  for (const std::size_t i : panel.curves) {
+    least = std::min(least, curves[i].least);
+    greatest = std::max(greatest, curves[i].greatest);
+  }
+  if (least < greatest) return "set autoscale y\n";
+  const double middle = least == greatest ? least : 0.0;
+  const double half = std::max(1.0, 0.1 * std::abs(middle));
+  return fmt::format("set yrange [{}:{}]\n", middle - half, middle + half);
+}
+
 std::string draw_panel(const std::vector<Curve>& curves, const Panel& panel,
                        const PlotOptions& options, const std::string& topic) {
   std::string script = "set ylabel " + quoted(y_label(curves, panel, options.derivative)) + "\n";
   if (curves[panel.curves.front()].discrete) {
     script += word_tics(curves, panel);
   } else {
-    script += "set ytics autofreq\nset autoscale y\nset offsets 0, 0, graph 0.05, graph 0.05\n";
+    script += range(curves, panel);
+    script += "set ytics autofreq\nset offsets 0, 0, graph 0.05, graph 0.05\n";
   }
   const auto look = looks(curves, panel);
   std::string plots;

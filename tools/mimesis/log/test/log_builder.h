@@ -42,7 +42,8 @@ class LogBuilder {
       channel.id = writer_.add_channel(schema, topic, encoding, {{"node", node}}).value();
     }
     channel.sequence = sequence != 0 ? sequence : channel.sequence + 1;
-    EXPECT_TRUE(writer_.write({channel.id, channel.sequence, log_time_ns, log_time_ns - 1, bytes}));
+    EXPECT_TRUE(writer_.write({channel.id, channel.sequence, log_time_ns,
+                               log_time_ns == 0 ? 0 : log_time_ns - 1, bytes}));
     return *this;
   }
 
