@@ -28,6 +28,15 @@ set style fill transparent solid 0.25 noborder
 set key samplen 2 spacing 1.1
 )";
 
+/// Removed when done, however that ends.
+struct ScriptFile {
+  std::filesystem::path path;
+  ~ScriptFile() {
+    std::error_code ignored;
+    std::filesystem::remove(path, ignored);
+  }
+};
+
 /// Exit status of `gnuplot FILE`.
 int run_gnuplot(const std::string& file) {
   std::string program = "gnuplot", argument = file;
@@ -61,6 +70,35 @@ void write_data(std::ostream& out, const Data& data) {
   out << "EOD\n";
 }
 
+std::string terminal(const std::string& name, int width_px, int height_px) {
+  return "set terminal " + name + " noenhanced size " + std::to_string(width_px) + "," +
+         std::to_string(height_px) + " font 'sans,11'";
+}
+
+void plot(const std::filesystem::path& picture, const std::string& terminal,
+          const std::vector<Data>& data, const std::string& script) {
+  std::ostringstream all;
+  all.precision(12);
+  all << "set encoding utf8\n"
+      << terminal << "\nset output " << quoted(picture.string()) << '\n'
+      << kStyle;
+  for (const Data& d : data) write_data(all, d);
+  all << script << '\n';
+
+  std::error_code ignored;
+  std::filesystem::create_directories(picture.parent_path(), ignored);
+  const ScriptFile file{picture.string() + ".gp"};
+  std::ofstream out(file.path);
+  out << all.str();
+  out.close();
+  if (!out) throw std::runtime_error("plot: cannot write " + file.path.string());
+  const int status = run_gnuplot(file.path.string());
+  if (status != 0) throw std::runtime_error("plot: gnuplot failed on " + picture.string());
+  if (!std::filesystem::exists(picture, ignored)) {
+    throw std::runtime_error("plot: cannot write " + picture.string());
+  }
+}
+
 }  // namespace
 
 std::string quoted(const std::string& label) {
@@ -74,26 +112,12 @@ std::string quoted(const std::string& label) {
 
 void plot_png(const std::filesystem::path& png, int width_px, int height_px,
               const std::vector<Data>& data, const std::string& script) {
-  std::ostringstream all;
-  all << "set encoding utf8\nset terminal pngcairo noenhanced size " << width_px << ',' << height_px
-      << " font 'sans,11' background rgb 'white'\nset output " << quoted(png.string()) << '\n'
-      << kStyle;
-  for (const Data& d : data) write_data(all, d);
-  all << script << '\n';
+  plot(png, terminal("pngcairo", width_px, height_px) + " background rgb 'white'", data, script);
+}
 
-  std::error_code ignored;
-  std::filesystem::create_directories(png.parent_path(), ignored);
-  const std::filesystem::path file = png.string() + ".gp";
-  std::ofstream out(file);
-  out << all.str();
-  out.close();
-  if (!out) throw std::runtime_error("plot: cannot write " + file.string());
-  const int status = run_gnuplot(file.string());
-  std::filesystem::remove(file, ignored);
-  if (status != 0) throw std::runtime_error("plot: gnuplot failed on " + png.string());
-  if (!std::filesystem::exists(png, ignored)) {
-    throw std::runtime_error("plot: cannot write " + png.string());
-  }
+void plot_svg(const std::filesystem::path& svg, int width_px, int height_px,
+              const std::vector<Data>& data, const std::string& script) {
+  plot(svg, terminal("svg", width_px, height_px) + " background 'white'", data, script);
 }
 
 }  // namespace mimesis::reproduce

@@ -17,6 +17,9 @@ struct Data {
 /// file.
 void plot_png(const std::filesystem::path& png, int width_px, int height_px,
               const std::vector<Data>& data, const std::string& script);
+/// The same as SVG.
+void plot_svg(const std::filesystem::path& svg, int width_px, int height_px,
+              const std::vector<Data>& data, const std::string& script);
 
 /// Quotes a label for gnuplot.
 std::string quoted(const std::string& label);

@@ -1,0 +1,279 @@
+#include "tools/mimesis/log/convert.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <iostream>
+#include <map>
+#include <nlohmann/json.hpp>
+
+#include "common/error.h"
+#include "common/runtime/type_info.h"
+#include "tools/mimesis/log/convert_candump.h"
+#include "tools/mimesis/log/convert_lcm.h"
+#include "tools/mimesis/log/log_scan.h"
+#include "tools/mimesis/log/progress.h"
+
+namespace mimesis::tool {
+namespace {
+
+constexpr std::size_t kShownDamages = 20;
+constexpr std::size_t kLongestLine = 4096;
+constexpr std::size_t kFingerprint = 8;  // bytes at the start of LCM data
+
+/// Failure to write is final, and the user's to mend.
+template <class T>
+T required(tl::expected<T, Status> result) {
+  if (!result) throw ConfigError(result.error().reason);
+  if constexpr (!std::is_void_v<T>) return std::move(*result);
+}
+
+/// A new log under NAME.part, which gets its name when it is complete.
+class NewFile {
+ public:
+  NewFile(const ConvertOptions& options) : path_(options.output), part_(path_ + ".part") {
+    std::error_code ignored;
+    if (std::filesystem::exists(path_, ignored) && !options.force) {
+      throw ConfigError("'" + path_ + "' exists: --force replaces it");
+    }
+    sink_ = required(log::create_file(part_));
+    writer_ = std::make_unique<log::Writer>(*sink_,
+                                            log::WriterOptions{.compression = options.compression});
+  }
+  ~NewFile() {
+    std::error_code ignored;
+    if (!done_) std::filesystem::remove(part_, ignored);
+  }
+  NewFile(const NewFile&) = delete;
+  NewFile& operator=(const NewFile&) = delete;
+
+  log::Writer& writer() { return *writer_; }
+  void finish() {
+    required(writer_->finish());
+    std::error_code error;
+    std::filesystem::rename(part_, path_, error);
+    if (error) throw ConfigError("cannot write '" + path_ + "': " + error.message());
+    done_ = true;
+  }
+
+ private:
+  std::string path_, part_;
+  std::unique_ptr<log::Sink> sink_;
+  std::unique_ptr<log::Writer> writer_;
+  bool done_ = false;
+};
+
+/// A channel of the log that is written.
+struct Out {
+  std::uint16_t id = 0;
+  std::uint32_t sequence = 0;
+};
+
+/// Calls `take(number, line)` for each line of a text.
+template <class Take>
+void each_line(const log::Source& source, const Take& take) {
+  log::Window window(source);
+  std::uint64_t offset = 0, number = 1;
+  for (std::string_view ahead; !(ahead = required(window.view(offset, kLongestLine))).empty();) {
+    const std::size_t end = std::min(ahead.find('\n'), ahead.size());
+    take(number, ahead.substr(0, end));
+    if (end < ahead.size()) ++number;  // else the last line, or one that is too long
+    offset += end + (end < ahead.size() ? 1 : 0);
+  }
+}
+
+/// Says so for the first few.
+void say_damage(std::uint64_t& count, const std::string& where, const std::string& what) {
+  if (count++ < kShownDamages) std::cerr << where << ": " << what << '\n';
+}
+
+void say_more(std::uint64_t count) {
+  if (count > kShownDamages) std::cerr << fmt::format("and {} more\n", count - kShownDamages);
+}
+
+ConvertResult from_candump(const log::Source& source, const ConvertOptions& options) {
+  ConvertResult result{.from = LogKind::candump};
+  NewFile file(options);
+  const auto schema = required(file.writer().add_schema(
+      "mimesis.v1.CanFrame", "protobuf", runtime::descriptor_set(*v1::CanFrame::descriptor())));
+  std::map<std::string, Out> buses;
+  std::uint64_t time_ns = 0, bytes = 0;
+  Progress progress("convert", source.size());
+  each_line(source, [&](std::uint64_t number, std::string_view text) {
+    progress.at(bytes += text.size() + 1);
+    auto line = parse_candump(text);
+    if (!line) {
+      return say_damage(result.damages, fmt::format("{}:{}", options.input, number),
+                        line.error().reason);
+    }
+    if (!*line) return;
+    v1::CanFrame& frame = (*line)->frame;
+    if (!(*line)->time_ns) ++result.untimed;
+    time_ns = (*line)->time_ns.value_or(time_ns);
+    Out& bus = buses[frame.bus()];
+    if (bus.id == 0) {
+      bus.id = required(file.writer().add_channel(schema, "can/" + frame.bus(), "protobuf",
+                                                  {{"source", "candump"}}));
+    }
+    frame.mutable_header()->set_stamp_ns(time_ns);
+    frame.mutable_header()->set_seq(++bus.sequence);
+    const std::string payload = frame.SerializeAsString();
+    required(file.writer().write({bus.id, bus.sequence, time_ns, time_ns, payload}));
+    ++result.messages;
+  });
+  say_more(result.damages);
+  file.finish();
+  return result;
+}
+
+ConvertResult from_lcm(const log::Source& source, const ConvertOptions& options) {
+  ConvertResult result{.from = LogKind::lcm};
+  NewFile file(options);
+  std::map<std::pair<std::string, std::string>, Out> channels;  // by name and fingerprint
+  LcmReader reader(source);
+  Progress progress("convert", source.size());
+  while (const auto event = reader.next()) {
+    progress.at(reader.position());
+    const std::string name(event->channel);
+    std::string fingerprint;
+    if (event->data.size() >= kFingerprint) {
+      for (const char c : event->data.substr(0, kFingerprint)) {
+        fingerprint += fmt::format("{:02x}", static_cast<unsigned char>(c));
+      }
+    }
+    Out& channel = channels[{name, fingerprint}];
+    if (channel.id == 0) {
+      channel.id =
+          required(file.writer().add_channel(0, name, "lcm", {{"lcm_fingerprint", fingerprint}}));
+    }
+    required(file.writer().write(
+        {channel.id, ++channel.sequence, event->time_ns, event->time_ns, event->data}));
+    ++result.messages;
+  }
+  for (const log::Damage& d : reader.damages()) {
+    say_damage(result.damages, fmt::format("{}: byte {}", options.input, d.offset), d.what);
+  }
+  say_more(result.damages);
+  result.lost = reader.lost();
+  file.finish();
+  return result;
+}
+
+ConvertResult to_candump(const ConvertOptions& options) {
+  ConvertResult result{.from = LogKind::mcap};
+  auto opened = open_log(options.input);
+  if (!opened) throw ConfigError(opened.error().line);
+  std::vector<OpenLog> logs;
+  logs.push_back(std::move(*opened));
+  const log::Summary& summary = logs.front().summary;
+  const auto is_can = [&](const log::Channel& channel) {
+    const auto schema = summary.schemas.find(channel.schema_id);
+    return schema != summary.schemas.end() && schema->second.name == "mimesis.v1.CanFrame";
+  };
+  const bool any = std::ranges::any_of(summary.channels,
+                                       [&](const auto& entry) { return is_can(entry.second); });
+  if (!any) {
+    throw ConfigError(options.input +
+                      ": no topic of type mimesis.v1.CanFrame, which is all that candump can show");
+  }
+  std::error_code ignored;
+  const bool to_file = options.output != "-";
+  if (to_file && std::filesystem::exists(options.output, ignored) && !options.force) {
+    throw ConfigError("'" + options.output + "' exists: --force replaces it");
+  }
+  std::ofstream file;
+  errno = 0;
+  if (to_file) file.open(options.output, std::ios::binary);
+  std::ostream& out = to_file ? file : std::cout;
+  const std::uint64_t damages =
+      scan_logs(logs, {.channel = is_can}, "convert", [&](const auto& item) {
+        v1::CanFrame frame;
+        const std::string_view data = item.message->data;
+        if (!frame.ParseFromArray(data.data(), static_cast<int>(data.size()))) {
+          return say_damage(result.damages, item.channel->topic,
+                            fmt::format("seq {} is no valid CanFrame", item.message->sequence));
+        }
+        out << candump_line(item.message->log_time, frame) << '\n';
+        ++result.messages;
+      });
+  result.damages += damages;
+  out.flush();
+  if (!out) throw ConfigError("cannot write '" + options.output + "': " + std::strerror(errno));
+  return result;
+}
+
+}  // namespace
+
+LogKind detect_kind(const log::Source& source, const std::string& path) {
+  struct Foreign {
+    std::string_view start, says;
+  };
+  static constexpr Foreign kForeign[] = {
+      {"SQLite format 3", "a rosbag2 of the sqlite3 kind: `ros2 bag convert` makes MCAP of it"},
+      {"#ROSBAG V", "a bag of ROS 1: `mcap convert` makes MCAP of it"},
+      {"ULog", "a ULog of PX4, which is not supported"},
+      {"\x1f\x8b", "compressed by gzip: unpack it first"},
+      {"(\xB5/\xFD", "compressed by zstd: unpack it first"}};
+  log::Window window(source);
+  const std::string_view start = window.view(0, kLongestLine).value_or(std::string_view{});
+  if (start.starts_with(log::kMagic)) return LogKind::mcap;
+  if (start.starts_with("\xED\xA1\xDA\x01")) return LogKind::lcm;
+  for (const Foreign& foreign : kForeign) {
+    if (start.starts_with(foreign.start)) {
+      throw ConfigError(path + ": " + std::string(foreign.says));
+    }
+  }
+  for (std::string_view rest = start; !rest.empty();) {
+    const std::size_t end = std::min(rest.find('\n'), rest.size());
+    const auto line = parse_candump(rest.substr(0, end));
+    if (line && *line) return LogKind::candump;
+    rest.remove_prefix(std::min(end + 1, rest.size()));
+  }
+  throw ConfigError(path + ": expected a log of candump, an LCM log or MCAP; --from says which");
+}
+
+ConvertResult convert_log(const log::Source& source, const ConvertOptions& options) {
+  const LogKind kind = options.from == "candump" ? LogKind::candump
+                       : options.from == "lcm"   ? LogKind::lcm
+                                                 : detect_kind(source, options.input);
+  if (kind == LogKind::mcap) return to_candump(options);
+  if (options.output == "-") throw ConfigError("-: MCAP needs a file");
+  return kind == LogKind::lcm ? from_lcm(source, options) : from_candump(source, options);
+}
+
+int log_convert(const ConvertOptions& options, bool json) {
+  const auto source = log::open_file(options.input);
+  if (!source) {
+    std::cerr << source.error().reason << '\n';
+    return 3;
+  }
+  const ConvertResult r = convert_log(**source, options);
+  static constexpr const char* kNames[] = {"mcap", "candump", "lcm"};
+  const char* from = kNames[static_cast<int>(r.from)];
+  const char* to = r.from == LogKind::mcap ? "candump" : "mcap";
+  if (json) {
+    (options.output == "-" ? std::cerr : std::cout)
+        << nlohmann::ordered_json{{"from", from},
+                                  {"to", to},
+                                  {"output", options.output},
+                                  {"messages", r.messages},
+                                  {"damages", r.damages},
+                                  {"lost", r.lost},
+                                  {"untimed", r.untimed}}
+               .dump()
+        << '\n';
+  } else {
+    std::cerr << fmt::format(
+        "{} -> {}: {} messages{}{}{}\n", from, to, r.messages,
+        r.damages == 0 ? "" : fmt::format(", {} damages", r.damages),
+        r.lost == 0 ? "" : fmt::format(", {} lost by the logger", r.lost),
+        r.untimed == 0 ? "" : fmt::format(", {} lines without a time", r.untimed));
+  }
+  return r.damages == 0 ? 0 : 1;
+}
+
+}  // namespace mimesis::tool

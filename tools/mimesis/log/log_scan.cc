@@ -1,0 +1,86 @@
+#include "tools/mimesis/log/log_scan.h"
+
+#include <fmt/format.h>
+
+#include <set>
+
+#include "tools/mimesis/log/progress.h"
+
+namespace mimesis::tool {
+namespace {
+
+constexpr double kSecond = 1e9;  // of log times, in ns
+
+log::Selection selection(const Span& span, const ScanOptions& options) {
+  log::Selection s;
+  s.channel = options.channel;
+  s.start_time = span.start_ns + static_cast<std::uint64_t>(options.start_s * kSecond);
+  if (options.end_s >= 0.0) {
+    s.end_time = span.start_ns + static_cast<std::uint64_t>(options.end_s * kSecond);
+  }
+  return s;
+}
+
+}  // namespace
+
+std::uint64_t scan_logs(const std::vector<OpenLog>& logs, const ScanOptions& options,
+                        const std::string& what,
+                        const std::function<void(const log::MergedReader::Item&)>& take) {
+  std::uint64_t size = 0, damages = 0;
+  for (const OpenLog& log : logs) size += log.source->size();
+  const Span span = span_of(logs);
+  const double bytes_per_ns =
+      static_cast<double>(size) /
+      static_cast<double>(std::max<std::uint64_t>(1, span.end_ns - span.start_ns));
+  auto reader = merged(logs, selection(span, options));
+  {
+    Progress progress(what, size);
+    while (const log::MergedReader::Item* item = reader.next()) {
+      take(*item);
+      const auto passed = static_cast<double>(item->message->log_time - span.start_ns);
+      progress.at(static_cast<std::uint64_t>(passed * bytes_per_ns));
+    }
+  }
+  for (std::size_t i = 0; i < logs.size() && !options.silent; ++i) {
+    const log::Summary& summary = logs[i].summary;
+    damages += report_damages(logs[i].path, summary.damages, summary.damage_count);
+    // A file that was read as a whole has already said what the reader finds again.
+    if (summary.damage_count > 0) continue;
+    damages += report_damages(logs[i].path, reader.damages(i), reader.damages(i).size());
+  }
+  return damages;
+}
+
+std::vector<std::string> topics_of(const std::vector<OpenLog>& logs) {
+  std::set<std::string> topics;
+  for (const OpenLog& log : logs) {
+    for (const auto& [id, channel] : log.summary.channels) topics.insert(channel.topic);
+  }
+  return {topics.begin(), topics.end()};
+}
+
+std::string seconds_text(std::uint64_t ns, std::uint64_t origin_ns) {
+  constexpr std::uint64_t kNanoseconds = 1'000'000'000;
+  const bool negative = ns < origin_ns;
+  const std::uint64_t size = negative ? origin_ns - ns : ns - origin_ns;
+  return fmt::format("{}{}.{:09}", negative ? "-" : "", size / kNanoseconds, size % kNanoseconds);
+}
+
+google::protobuf::Message* LogDecoder::type(const log::Schema* schema) {
+  if (schema == nullptr || schema->encoding != "protobuf") return nullptr;
+  const auto [it, first] = messages_.try_emplace(schema);
+  if (first) it->second = types_.make(schema->name, schema->data);
+  return it->second.get();
+}
+
+const google::protobuf::Message* LogDecoder::decode(const log::MergedReader::Item& item) {
+  google::protobuf::Message* message = type(item.schema);
+  const std::string_view bytes = item.message->data;
+  if (message == nullptr ||
+      !message->ParseFromArray(bytes.data(), static_cast<int>(bytes.size()))) {
+    return nullptr;
+  }
+  return message;
+}
+
+}  // namespace mimesis::tool

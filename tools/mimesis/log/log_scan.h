@@ -1,0 +1,48 @@
+#pragma once
+#include <google/protobuf/message.h>
+
+#include <functional>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "common/runtime/raw.h"
+#include "tools/mimesis/log/open_log.h"
+
+namespace mimesis::tool {
+
+/// What of some logs is read.
+struct ScanOptions {
+  std::function<bool(const log::Channel&)> channel = {};  ///< null: all
+  double start_s = 0.0;  ///< from the first message of the logs [s of log time]
+  double end_s = -1.0;   ///< the same; negative: to the end
+  bool silent = false;   ///< a second pass, which need not say the same again
+};
+
+/// Calls `take` for every message in the order of log time, with a bar named `what` on a terminal.
+/// Says on standard error what could not be read; returns how many such places there are.
+std::uint64_t scan_logs(const std::vector<OpenLog>& logs, const ScanOptions& options,
+                        const std::string& what,
+                        const std::function<void(const log::MergedReader::Item&)>& take);
+
+/// Topics of all logs, sorted.
+std::vector<std::string> topics_of(const std::vector<OpenLog>& logs);
+
+/// Nanoseconds as seconds, exactly: "12.250000000", "-0.000000001".
+std::string seconds_text(std::uint64_t ns, std::uint64_t origin_ns = 0);
+
+/// Messages by the descriptor sets of their logs.
+class LogDecoder {
+ public:
+  /// Null if the message is not Protobuf, or not a valid one. Lives until the next of its type.
+  const google::protobuf::Message* decode(const log::MergedReader::Item& item);
+  /// An empty one; null as above.
+  google::protobuf::Message* type(const log::Schema* schema);
+
+ private:
+  runtime::TypePool types_;
+  std::map<const log::Schema*, std::unique_ptr<google::protobuf::Message>> messages_;
+};
+
+}  // namespace mimesis::tool

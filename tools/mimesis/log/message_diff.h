@@ -1,0 +1,78 @@
+#pragma once
+#include <google/protobuf/message.h>
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <set>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "common/log/records.h"
+#include "common/runtime/raw.h"
+
+namespace mimesis::tool {
+
+/// Which differences between two messages count. Fields are named as "arm.position_rad", for all
+/// elements of what is repeated on the way, or as "arm.position_rad.3" for one; with all below
+/// them.
+struct DiffRules {
+  double tolerance = 0.0;  ///< largest |a - b| of a float or double that counts as equal
+  std::map<std::string, double> field_tolerance = {};  ///< by field instead; of integers, too
+  std::set<std::string> ignore = {};                   ///< fields
+  /// By default NaN is equal to NaN, and -0 to 0. Exact: floating-point numbers are equal if all
+  /// their bits are, and payloads if all their bytes are (unless fields are ignored); tolerances
+  /// play no part.
+  bool exact = false;
+  std::size_t limit = 20;  ///< so many are described, the rest is counted
+};
+
+/// A value that differs, as text: "0.25" and "0.26", "unset" and "0", bytes from the first that
+/// differs.
+struct FieldDifference {
+  std::string path;  ///< "arm.position_rad.3"; empty: the payload as a whole
+  std::string a, b;
+};
+
+struct MessageDifference {
+  std::vector<FieldDifference> fields;  ///< the first ones, in the order of the .proto file
+  std::uint64_t count = 0;              ///< of all
+  bool equal() const { return count == 0; }
+};
+
+/// Where a numeric field differs most, within the tolerance or not.
+struct WorstDifference {
+  double difference = 0.0;  ///< |a - b|; infinite if only one of them is finite
+  std::string path;         ///< with the index
+  std::string a, b;
+};
+/// By field without indexes: "arm.position_rad".
+using WorstDifferences = std::map<std::string, WorstDifference>;
+
+/// Compares field by field. The types may come from different descriptor sets: fields are matched
+/// by name, one that only one type has counts if it is set there. Maps are matched by key. Adds to
+/// `worst` if it is given. O(size).
+MessageDifference diff_messages(const google::protobuf::Message& a,
+                                const google::protobuf::Message& b, const DiffRules& rules,
+                                WorstDifferences* worst = nullptr);
+
+/// Bytes with what describes them.
+struct Payload {
+  std::string_view bytes;
+  const log::Schema* schema = nullptr;  ///< null: none
+};
+
+/// Compares payloads by the descriptor sets of their schemas. Equal bytes are equal without
+/// decoding; what is no Protobuf message differs in its bytes (path "").
+class PayloadDiff {
+ public:
+  MessageDifference diff(const Payload& a, const Payload& b, const DiffRules& rules,
+                         WorstDifferences* worst = nullptr);
+
+ private:
+  std::unique_ptr<google::protobuf::Message> decode(const Payload& payload);
+  runtime::TypePool types_;
+};
+
+}  // namespace mimesis::tool

@@ -1,0 +1,89 @@
+#pragma once
+#include <array>
+#include <cstdint>
+#include <limits>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "tools/mimesis/log/log_scan.h"
+
+namespace mimesis::tool {
+
+/// Unit of a quantity by the end of its name, as an axis shows it: "velocity_rad_s" -> "rad/s";
+/// empty if it has none. With its time derivative: "rad/s²".
+struct Quantity {
+  std::string name;  ///< without the unit, in words: "velocity"
+  std::string unit;
+};
+Quantity quantity_of(const std::string& field);
+std::string derivative_unit(const std::string& unit);
+
+/// Thins a curve to a few points per column of pixels: the first, the least, the greatest, the last
+/// and one that is not a number. Its picture is the same, spikes of one sample included. Memory is
+/// bounded by the number of columns.
+class Thinning {
+ public:
+  struct Point {
+    double time_s, value;
+  };
+  /// Of [start_s, end_s] into `columns` > 0.
+  Thinning(double start_s, double end_s, std::size_t columns);
+  /// In any order of time; points of one column keep theirs.
+  void add(const Point& point);
+  std::vector<Point> points() const;
+
+ private:
+  struct Numbered {
+    std::uint64_t number = 0;
+    Point point{};
+  };
+  struct Column {
+    Numbered first, least, greatest, last, gap;
+    bool any = false, has_gap = false;
+  };
+  double start_s_, columns_per_s_;
+  std::uint64_t count_ = 0;
+  std::vector<Column> columns_;
+};
+
+/// Values of one field, or of one element, over time.
+struct Curve {
+  std::size_t field = 0;  ///< of PlotOptions::fields
+  std::string label;      ///< "bridge/arm.position_rad[0]"
+  Quantity quantity;
+  std::map<int, std::string> words;  ///< of an enum or a boolean that occur, by value
+  bool discrete = false;             ///< enum or boolean
+  Thinning thinning;
+  std::uint64_t samples = 0;
+  double least = std::numeric_limits<double>::infinity();
+  double greatest = -std::numeric_limits<double>::infinity();  ///< finite ones alone
+};
+
+enum class PlotStyle { lines, steps, dots };
+
+struct PlotOptions {
+  std::vector<std::string> fields = {};  ///< "TOPIC.FIELD"
+  double start_s = 0.0, end_s = -1.0;    ///< as in ScanOptions
+  std::string output = {};               ///< *.png or *.svg
+  std::string title = {};
+  int width_px = 1200;
+  int height_px = 0;  ///< 0: by the number of panels
+  PlotStyle style = PlotStyle::lines;
+  bool derivative = false;
+};
+
+/// Reads the curves, in the order of the options. Times are from the start of the log.
+/// `failures` counts messages that could not be decoded, and damages.
+/// @throws ConfigError for a topic or field that is not there or has no numbers.
+std::vector<Curve> read_curves(const std::vector<OpenLog>& logs, const PlotOptions& options,
+                               std::uint64_t& failures);
+
+/// Draws them with gnuplot: a panel for each unit.
+/// @throws std::runtime_error in one line if that does not work.
+void draw_curves(const std::vector<Curve>& curves, const PlotOptions& options);
+
+/// `mimesis log plot`. Returns the exit code.
+int log_plot(const std::vector<std::string>& files, const PlotOptions& options, bool json);
+
+}  // namespace mimesis::tool
