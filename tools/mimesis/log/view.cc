@@ -5,6 +5,7 @@
 #include <iostream>
 
 #include "common/runtime/type_info.h"
+#include "tools/mimesis/log/latched_repeats.h"
 #include "tools/mimesis/log/rewriting.h"
 
 namespace mimesis::tool {
@@ -74,23 +75,27 @@ int log_view(const ViewOptions& options) {
     return 3;
   }
   LayerPainter painter(options.layers, *logs);
-  NewLog out(options.output, paths_of(*logs));
+  OutputOptions output = options.output;
+  output.profile = common_profile(*logs);
+  NewLog out(output, options.inputs);
   DrawingWriter drawings(out);
   log::Result drawn;
   const Draw draw = [&](const std::string& topic, const auto& message, auto stamp) {
     if (drawn) drawn = drawings.write(topic, message, stamp);
   };
+  LatchedRepeats repeats;
   bool begun = false;
   Pass pass = each_message("view", *logs, {}, [&](const log::MergedReader::Item& item) {
     drawings.set_time(item.message->log_time);
     if (!begun) painter.begin(std::chrono::nanoseconds(item.message->log_time), draw);
     begun = true;
+    if (repeats.repeated(item)) return log::Result{};
     if (auto copied = out.copy(item); !copied) return copied;
     painter.see(item, draw);
     return drawn;
   });
   copy_attachments(*logs, out, pass);
-  copy_metadata(*logs, out, pass, {});
+  copy_metadata(*logs, out, pass, read_losses(*logs));
   for (const std::string& line : painter.problems()) std::cerr << line << '\n';
   return conclude(out, pass, options.json, {{"drawn", drawings.counts()}});
 }

@@ -13,9 +13,7 @@ void add_view(CLI::App& verb, int& exit_code) {
   CLI::App* view = verb.add_subcommand(
       "view", "Writes a log for viewers: robot, fields, roadmap in 3-D beside the messages");
   auto o = std::make_shared<ViewOptions>();
-  view->add_option("IN", o->inputs, "MCAP files: one log, the parts of one, or those of hosts")
-      ->required();
-  view->add_option("--output,-o", o->output.path, "File to write")->required();
+  add_input_output(*view, o->inputs, o->output);
   view->add_flag("--robot", o->layers.robot, "Arm and hand, where their states say they are");
   view->add_flag("--fields", o->layers.fields, "Activity of the neural fields, on a board");
   view->add_flag("--roadmap", o->layers.roadmap,
@@ -27,8 +25,11 @@ void add_view(CLI::App& verb, int& exit_code) {
   view->footer(
       "For Foxglove, Lichtblick and Rerun: see docs/viewers.md. Exit code 3 if what is asked for "
       "has no topic.\n"
-      "Example: mimesis log view run.mcap --all -o run-view.mcap");
-  view->callback([o, &exit_code] { exit_code = log_view(*o); });
+      "Example: mimesis log view run.mcap run-view.mcap --all");
+  view->callback([o, &exit_code] {
+    take_output(o->inputs, o->output);
+    exit_code = log_view(*o);
+  });
 }
 
 }  // namespace mimesis::tool
