@@ -8,7 +8,6 @@
 #include "nodes/planner/task_messages_node.h"
 
 namespace mimesis::planner {
-namespace {
 
 TaskSettings task_settings(const PlannerParams& p) {
   TaskSettings s;
@@ -30,6 +29,8 @@ TaskSettings task_settings(const PlannerParams& p) {
   s.period_s = 1.0 / p.rate_hz;
   return s;
 }
+
+namespace {
 
 SequenceSettings sequence_settings(const PlannerParams& p) {
   SequenceSettings s;

@@ -68,6 +68,9 @@ struct PlannerParams {
   }
 };
 
+/// How the node plans with these parameters: who has them can make the same roadmap.
+TaskSettings task_settings(const PlannerParams& params);
+
 /// Plans the decided task and streams it to the bridge. Its ports are its interface.
 class PlannerNode {
  public:

@@ -1,8 +1,21 @@
-// Writes 500 messages on two topics with the format's reference library, uncompressed, as argv[2].
+// write_mcap.js FILE CODEC: 500 messages on two topics, an attachment and a metadata record, with the format's reference
+// library. CODEC: none, zstd, or lz4 (by the program lz4: the library's own module only unpacks).
 const fs = require("fs");
+const { execFileSync } = require("child_process");
 const { McapWriter } = require("@mcap/core");
+const zstd = require("@foxglove/wasm-zstd");
 
-async function main(file) {
+const compressors = {
+  none: undefined,
+  zstd: (data) => ({ compression: "zstd", compressedData: zstd.compress(data, 3) }),
+  lz4: (data) => ({
+    compression: "lz4",
+    compressedData: execFileSync("lz4", ["-c", "-q"], { input: data, maxBuffer: 1 << 28 }),
+  }),
+};
+
+async function main(file, codec) {
+  await zstd.isLoaded;
   const parts = [];
   let size = 0;
   const writable = {
@@ -12,7 +25,7 @@ async function main(file) {
       size += bytes.length;
     },
   };
-  const writer = new McapWriter({ writable, chunkSize: 4096 });
+  const writer = new McapWriter({ writable, chunkSize: 4096, compressChunk: compressors[codec] });
   await writer.start({ profile: "", library: "peer" });
   const schemaId = await writer.registerSchema({
     name: "peer.Text", encoding: "jsonschema", data: new TextEncoder().encode("{}") });
@@ -26,11 +39,15 @@ async function main(file) {
       channelId: ids[i % 2], sequence: i, logTime: BigInt(1000 + i), publishTime: BigInt(i),
       data: new TextEncoder().encode(JSON.stringify({ i })) });
   }
+  await writer.addAttachment({
+    name: "note.txt", mediaType: "text/plain", logTime: 5n, createTime: 4n,
+    data: new TextEncoder().encode("from the peer") });
+  await writer.addMetadata({ name: "peer", metadata: new Map([["codec", codec]]) });
   await writer.end();
   fs.writeFileSync(file, Buffer.concat(parts));
 }
 
-main(process.argv[2]).catch((e) => {
+main(process.argv[2], process.argv[3]).catch((e) => {
   console.error(String(e));
   process.exit(1);
 });

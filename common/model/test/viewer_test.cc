@@ -61,5 +61,92 @@ TEST(Viewer, TransformsAreThePosesInTheWorld) {
   EXPECT_EQ(without_arm.transforms(0).child_frame_id(), "object");
 }
 
+/// Ends of a cylinder in W.
+std::pair<Eigen::Vector3d, Eigen::Vector3d> ends(const foxglove::CylinderPrimitive& rod,
+                                                 const Eigen::Isometry3d& X_WF) {
+  const auto& p = rod.pose().position();
+  const auto& q = rod.pose().orientation();
+  const Eigen::Vector3d half =
+      Eigen::Quaterniond(q.w(), q.x(), q.y(), q.z()) * Eigen::Vector3d(0, 0, 0.5 * rod.size().z());
+  const Eigen::Vector3d center(p.x(), p.y(), p.z());
+  return {X_WF * (center - half), X_WF * (center + half)};
+}
+
+TEST(Viewer, LinksOfTheRobotReachFromJointToJoint) {
+  const kin::ArmModel arm = load_arm(kModels + "lwr4.yaml");
+  std::vector<Eigen::Isometry3d> X;
+  kin::forward(arm, arm.home, X);
+  std::map<std::string, foxglove::SceneEntity> entities;
+  const auto update = to_robot(arm, 0.0, std::chrono::seconds(2));
+  for (const auto& entity : update.entities()) {
+    entities[entity.id()] = entity;
+    EXPECT_EQ(entity.frame_id(), entity.id());
+    EXPECT_TRUE(entity.frame_locked());
+  }
+  EXPECT_EQ(entities.size(), 7u + 1u);
+  // Home: q2 tilts the upper arm by 0.6 from the vertical, q4 bends the elbow by 1.6.
+  const Eigen::Vector3d shoulder(0.0, 0.0, 0.31);
+  const auto [s, e] = ends(entities.at("robot/3").cylinders(0), X[3]);
+  EXPECT_LT((s - shoulder).norm(), 1e-12);
+  EXPECT_NEAR(e.z(), 0.31 + 0.4 * std::cos(0.6), 1e-12);
+  EXPECT_NEAR(e.head<2>().norm(), 0.4 * std::sin(0.6), 1e-12);
+  const auto [elbow, wrist] = ends(entities.at("robot/5").cylinders(0), X[5]);
+  EXPECT_LT((elbow - e).norm(), 1e-12);
+  EXPECT_NEAR((wrist - elbow).norm(), 0.39, 1e-12);
+  const double turn = std::acos((e - shoulder).normalized().dot((wrist - elbow).normalized()));
+  EXPECT_NEAR(turn, 1.6, 1e-12);
+  EXPECT_EQ(entities.at("robot/2").cylinders_size(), 0);  // two joints in one place
+  for (const auto& [id, entity] : entities) {
+    for (const auto& rod : entity.cylinders()) EXPECT_LT(rod.size().x(), 2 * 0.105);
+  }
+}
+
+TEST(Viewer, FingersTouchWhenTheHandIsClosed) {
+  const kin::ArmModel arm = load_arm(kModels + "lwr4.yaml");
+  const auto gap_at = [&](double closure) {
+    const auto update = to_robot(arm, closure, {});
+    const auto& hand = update.entities(update.entities_size() - 1);
+    EXPECT_EQ(hand.id(), "robot/tool");
+    const auto& left = hand.cylinders(0);
+    const auto& right = hand.cylinders(1);
+    return right.pose().position().x() - left.pose().position().x() - left.size().x();
+  };
+  EXPECT_NEAR(gap_at(0.0), 0.058, 1e-12);  // models/README.md
+  EXPECT_NEAR(gap_at(0.5), 0.029, 1e-12);
+  EXPECT_NEAR(gap_at(1.0), 0.0, 1e-12);
+}
+
+TEST(Viewer, FramesOfTheRobotAreThoseOfItsKinematics) {
+  const kin::ArmModel arm = load_arm(kModels + "lwr4.yaml");
+  std::vector<Eigen::Isometry3d> X;
+  kin::forward(arm, arm.home, X);
+  const auto frames = to_robot_frames(arm, X, std::chrono::milliseconds(2500));
+  ASSERT_EQ(frames.transforms_size(), 8 + 1);
+  const auto& tool = frames.transforms(8);
+  EXPECT_EQ(tool.child_frame_id(), "robot/tool");
+  EXPECT_EQ(tool.parent_frame_id(), "world");
+  EXPECT_EQ(tool.timestamp().seconds(), 2);
+  EXPECT_EQ(tool.timestamp().nanos(), 500'000'000);
+  // Angles from the vertical add up: q2, q4, q6.
+  const double upper = 0.6, fore = 0.6 + 1.6, hand = 0.6 + 1.6 + 0.9;
+  EXPECT_NEAR(
+      tool.translation().z(),
+      0.31 + 0.4 * std::cos(upper) + 0.39 * std::cos(fore) + (0.078 + 0.16) * std::cos(hand),
+      1e-12);
+}
+
+TEST(Viewer, TheTableStandsInTheWorldWithItsObject) {
+  const kin::Table table = load_table(kModels + "bridge_table.yaml");
+  const auto update = to_table(table, {});
+  ASSERT_EQ(update.entities_size(), 1);
+  const auto& entity = update.entities(0);
+  EXPECT_EQ(entity.frame_id(), "world");
+  EXPECT_EQ(entity.cubes_size(), static_cast<int>(table.boxes.size()));
+  EXPECT_EQ(entity.spheres_size(), static_cast<int>(table.balls.size() + table.goals.size()));
+  ASSERT_EQ(entity.cylinders_size(), 1);
+  EXPECT_DOUBLE_EQ(entity.cylinders(0).pose().position().z(), table.object.z());
+  EXPECT_DOUBLE_EQ(entity.cylinders(0).size().z(), table.object_height);
+}
+
 }  // namespace
 }  // namespace mimesis::model

@@ -1,0 +1,46 @@
+#pragma once
+#include <Eigen/Geometry>
+#include <chrono>
+#include <string>
+
+#include "proto/foxglove/scene.pb.h"
+#include "proto/foxglove/transform.pb.h"
+
+namespace mimesis::model {
+
+/// Each 0 .. 1 [1].
+struct Rgba {
+  double r = 0.0, g = 0.0, b = 0.0, a = 1.0;
+};
+
+google::protobuf::Timestamp to_timestamp(std::chrono::nanoseconds t);
+void set(const Rgba& color, foxglove::Color& out);
+void set(const Eigen::Isometry3d& pose, foxglove::Pose& out);
+
+/// An entity that moves with `frame` and stays until it is replaced by one of the same id.
+foxglove::SceneEntity& add_entity(foxglove::SceneUpdate& update, const std::string& id,
+                                  const std::string& frame, std::chrono::nanoseconds stamp);
+
+// All lengths in m, places in the entity's frame.
+void add_box(foxglove::SceneEntity& entity, const Eigen::Isometry3d& pose,
+             const Eigen::Vector3d& edges, const Rgba& color);
+void add_ball(foxglove::SceneEntity& entity, const Eigen::Vector3d& center, double radius,
+              const Rgba& color);
+/// A cylinder from `from` to `to`; nothing if they are the same place.
+void add_rod(foxglove::SceneEntity& entity, const Eigen::Vector3d& from, const Eigen::Vector3d& to,
+             double radius, const Rgba& color);
+/// Text that faces the viewer. `height`: of a line.
+void add_label(foxglove::SceneEntity& entity, const Eigen::Vector3d& center, double height,
+               const std::string& text, const Rgba& color);
+/// Points are added with `add_point`. `thickness_px`: on the screen, whatever the distance.
+foxglove::LinePrimitive& add_line(foxglove::SceneEntity& entity, foxglove::LinePrimitive::Type type,
+                                  double thickness_px, const Rgba& color);
+void add_point(foxglove::LinePrimitive& line, const Eigen::Vector3d& point);
+/// Axes x, y, z of a frame in red, green, blue.
+void add_axes(foxglove::SceneEntity& entity, const Eigen::Isometry3d& pose, double length);
+
+void add_frame(foxglove::FrameTransforms& transforms, const std::string& parent,
+               const std::string& child, const Eigen::Isometry3d& pose,
+               std::chrono::nanoseconds stamp);
+
+}  // namespace mimesis::model

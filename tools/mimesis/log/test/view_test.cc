@@ -1,0 +1,266 @@
+// What `mimesis log view` draws, against closed forms.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+#include <numeric>
+
+#include "common/model/drawing.h"
+#include "common/model/files.h"
+#include "tools/mimesis/log/view_camera.h"
+#include "tools/mimesis/log/view_fields.h"
+#include "tools/mimesis/log/view_roadmap.h"
+#include "tools/mimesis/log/view_robot.h"
+
+namespace mimesis::tool {
+namespace {
+
+using std::chrono::milliseconds;
+
+const std::string kModels = std::string(MIMESIS_SOURCE_DIR) + "/models/";
+
+Eigen::Vector3d vector(const foxglove::Point3& p) { return {p.x(), p.y(), p.z()}; }
+
+/// Collects drawings by topic.
+struct Sheet {
+  std::map<std::string, std::vector<std::string>> messages;
+  Draw draw = [this](const std::string& topic, const google::protobuf::Message& message,
+                     std::chrono::nanoseconds) {
+    messages[topic].push_back(message.SerializeAsString());
+  };
+  template <class T>
+  T last(const std::string& topic) const {
+    T message;
+    EXPECT_TRUE(message.ParseFromString(messages.at(topic).back()));
+    return message;
+  }
+  std::size_t count(const std::string& topic) const {
+    return messages.contains(topic) ? messages.at(topic).size() : 0;
+  }
+};
+
+v1::ArmState arm_state(const Eigen::VectorXd& q, std::chrono::nanoseconds stamp) {
+  v1::ArmState state;
+  state.mutable_header()->set_stamp_ns(static_cast<std::uint64_t>(stamp.count()));
+  state.mutable_position_rad()->Assign(q.begin(), q.end());
+  return state;
+}
+
+TEST(ViewRobot, MovesAt25HzAndIsDrawnAnewWhenTheHandMoves) {
+  const kin::ArmModel arm = model::load_arm(kModels + "lwr4.yaml");
+  RobotView view(arm);
+  Sheet sheet;
+  for (int i = 0; i < 200; ++i) {  // 1 s at 200 Hz
+    EXPECT_TRUE(view.see(arm_state(arm.home, milliseconds(5 * i)), sheet.draw));
+  }
+  EXPECT_EQ(sheet.count("view/robot_frames"), 25u);
+  EXPECT_EQ(sheet.count("view/robot"), 1u);
+  v1::HandState hand;
+  for (int i = 0; i <= 100; ++i) {  // a change below what is visible, then one in all
+    hand.set_closure(i < 100 ? 0.005 : 0.7);
+    EXPECT_TRUE(view.see(hand, sheet.draw));
+  }
+  EXPECT_EQ(sheet.count("view/robot"), 2u);
+  const auto frames = sheet.last<foxglove::FrameTransforms>("view/robot_frames");
+  const Eigen::Vector3d p_WE = kin::end_effector(arm, arm.home).translation();
+  EXPECT_DOUBLE_EQ(frames.transforms(8).translation().x(), p_WE.x());
+  EXPECT_EQ(frames.transforms(8).timestamp().nanos(), 960'000'000);
+}
+
+TEST(ViewRobot, RefusesStatesOfOtherArms) {
+  RobotView view(model::load_arm(kModels + "lwr4.yaml"));
+  Sheet sheet;
+  EXPECT_FALSE(view.see(arm_state(Eigen::VectorXd::Zero(6), {}), sheet.draw));
+  EXPECT_FALSE(view.see(arm_state(Eigen::VectorXd::Constant(7, NAN), {}), sheet.draw));
+  v1::HandState hand;
+  hand.set_closure(INFINITY);
+  EXPECT_FALSE(view.see(hand, sheet.draw));
+  EXPECT_TRUE(sheet.messages.empty());
+}
+
+TEST(ViewFields, CurvesHaveTheHeightOfTheActivityAboveTheirLine) {
+  v1::FieldActivity activity;
+  for (const char* name : {"STSg", "PFC"}) {
+    v1::Field& field = *activity.add_fields();
+    field.set_name(name);
+    for (const float u : {-3.0F, 0.0F, 10.0F, 100.0F, NAN}) field.add_u(u);
+  }
+  const auto update = to_board(activity);
+  ASSERT_EQ(update.entities_size(), 1);
+  const foxglove::SceneEntity& board = update.entities(0);
+  EXPECT_EQ(board.frame_id(), "world");
+  ASSERT_EQ(board.lines_size(), 4);  // a line at zero and a curve for each
+  ASSERT_EQ(board.texts_size(), 2);
+  EXPECT_EQ(board.texts(0).text(), "STSg");
+  EXPECT_GT(board.texts(0).pose().position().z(), board.texts(1).pose().position().z());
+  for (const int i : {0, 2}) {
+    const double zero = board.lines(i).points(0).z();
+    const auto& curve = board.lines(i + 1);
+    ASSERT_EQ(curve.points_size(), 5);
+    ASSERT_EQ(curve.colors_size(), 5);
+    EXPECT_NEAR(curve.points(0).z() - zero, -0.0225, 1e-12);  // 7.5 mm per unit
+    EXPECT_NEAR(curve.points(2).z() - zero, 0.075, 1e-12);
+    EXPECT_NEAR(curve.points(3).z() - zero, 0.12, 1e-12);  // cut off at 16
+    EXPECT_NEAR(curve.points(4).z() - zero, 0.0, 1e-12);   // NaN
+    EXPECT_NEAR(curve.points(4).x() - curve.points(0).x(), 1.2, 1e-12);
+  }
+  EXPECT_GT(activity_color(5.0).r, activity_color(5.0).b);    // orange
+  EXPECT_LT(activity_color(-3.0).r, activity_color(-3.0).b);  // blue
+  EXPECT_DOUBLE_EQ(activity_color(0.0).r, activity_color(0.0).b);
+}
+
+TEST(ViewCamera, FramesAndCalibrationProjectAsThePinholeDoes) {
+  const image::View view;
+  const auto calibration = to_calibration(view, {});
+  const auto frames = to_camera_frames(view, {});
+  ASSERT_EQ(frames.transforms_size(), 2);
+  EXPECT_EQ(frames.transforms(0).child_frame_id(), "teacher");
+  EXPECT_EQ(frames.transforms(1).parent_frame_id(), "teacher");
+  EXPECT_EQ(frames.transforms(1).child_frame_id(), "camera");
+  const auto pose = [](const foxglove::FrameTransform& t) {
+    Eigen::Isometry3d X(
+        Eigen::Translation3d(t.translation().x(), t.translation().y(), t.translation().z()));
+    const auto& r = t.rotation();
+    X.linear() = Eigen::Quaterniond(r.w(), r.x(), r.y(), r.z()).toRotationMatrix();
+    return X;
+  };
+  const Eigen::Vector3d p_T(0.19, 0.03, 0.0);
+  const Eigen::Vector3d p_C = pose(frames.transforms(1)).inverse() * p_T;
+  const Eigen::Matrix3d K = Eigen::Map<const Eigen::Matrix3d>(calibration.k().data()).transpose();
+  const Eigen::Vector2d pixel = (K * p_C).hnormalized();
+  EXPECT_LT((pixel - image::Pinhole(view).project(p_T)).norm(), 1e-9);
+  // Up on the teacher's table is up in the world; his right is the robot's right.
+  const Eigen::Isometry3d X_WT = pose(frames.transforms(0));
+  EXPECT_LT((X_WT.linear().col(1) - Eigen::Vector3d::UnitZ()).norm(), 1e-12);
+  EXPECT_LT((X_WT.linear().col(0) + Eigen::Vector3d::UnitY()).norm(), 1e-12);
+  EXPECT_NEAR(X_WT.linear().determinant(), 1.0, 1e-12);
+}
+
+class ViewRoadmap : public ::testing::Test {
+ protected:
+  /// Entities by id.
+  static std::map<std::string, foxglove::SceneEntity> by_id(const foxglove::SceneUpdate& update) {
+    std::map<std::string, foxglove::SceneEntity> entities;
+    for (const auto& entity : update.entities()) entities[entity.id()] = entity;
+    return entities;
+  }
+  v1::Trajectory motion(v1::TaskPhase phase, const Eigen::VectorXd& from,
+                        const Eigen::VectorXd& to) const {
+    v1::Trajectory trajectory;
+    trajectory.set_phase(phase);
+    for (const auto& q : {from, to}) {
+      trajectory.add_points()->mutable_position_rad()->Assign(q.begin(), q.end());
+    }
+    return trajectory;
+  }
+  const kin::ArmModel arm_ = model::load_arm(kModels + "lwr4.yaml");
+  const kin::Table table_ = model::load_table(kModels + "bridge_table.yaml");
+};
+
+TEST_F(ViewRoadmap, ALinkThroughAPostIsBlockedItsEndsAreNot) {
+  // The arm lies level at z = 0.31 and turns about the vertical, through both posts of the bridge.
+  planner::Roadmap roadmap;
+  roadmap.nodes = Eigen::MatrixXd::Zero(7, 3);
+  const double right_angle = std::numbers::pi / 2;
+  roadmap.nodes.row(0) << -right_angle, right_angle, right_angle + 0.3;
+  roadmap.nodes.row(1).setConstant(-right_angle);
+  roadmap.links = {{{1, 3.14}}, {{0, 3.14}, {2, 0.3}}, {{1, 0.3}}};
+  const auto entities = by_id(to_roadmap(arm_, table_, roadmap, 0.0, {}, {}));
+  EXPECT_EQ(entities.at("usable").spheres_size(), 3);
+  EXPECT_EQ(entities.at("blocked").spheres_size(), 0);
+  const auto& blocked = entities.at("blocked").lines(0);
+  const auto& usable = entities.at("usable").lines(0);
+  ASSERT_EQ(blocked.points_size(), 2);
+  ASSERT_EQ(usable.points_size(), 2);  // each link once
+  const double reach = 0.4 + 0.39 + 0.078 + 0.16;
+  EXPECT_NEAR(vector(blocked.points(0)).head<2>().norm(), reach, 1e-12);
+  EXPECT_NEAR(blocked.points(0).z(), 0.31, 1e-12);
+  EXPECT_NEAR((vector(usable.points(1)) - vector(usable.points(0))).norm(),
+              2 * reach * std::sin(0.15), 1e-12);
+}
+
+TEST_F(ViewRoadmap, TheDecisionClosesAPassage) {
+  planner::TaskSettings settings;
+  settings.roadmap.nodes = 150;
+  settings.reaching_starts = 1;
+  const planner::Roadmap roadmap = planner::prepare_roadmap(arm_, table_, settings);
+  const auto nodes = static_cast<int>(roadmap.nodes.cols());
+  const std::size_t ends =
+      std::accumulate(roadmap.links.begin(), roadmap.links.end(), std::size_t{0},
+                      [](std::size_t sum, const auto& links) { return sum + links.size(); });
+  for (const auto decided : {std::optional<planner::Transport>(), {planner::Transport::above}}) {
+    const auto entities = by_id(to_roadmap(arm_, table_, roadmap, settings.margin_m, decided, {}));
+    int drawn_nodes = 0, drawn_ends = 0;
+    for (const auto& [id, entity] : entities) {
+      drawn_nodes += entity.spheres_size();
+      drawn_ends += entity.lines(0).points_size();
+    }
+    EXPECT_EQ(drawn_nodes, nodes);
+    EXPECT_EQ(drawn_ends, static_cast<int>(ends));        // both ends of a link: stored, and drawn
+    EXPECT_EQ(entities.at("blocked").spheres_size(), 0);  // refined out of the obstacles
+    EXPECT_EQ(entities.at("closed").spheres_size() > 0, decided.has_value());
+  }
+}
+
+TEST_F(ViewRoadmap, IsDrawnForTheFirstSceneAndForPlansThatFindAChange) {
+  planner::TaskSettings settings;
+  settings.roadmap.nodes = 100;
+  settings.reaching_starts = 1;
+  RoadmapView view(arm_, settings);
+  Sheet sheet;
+  v1::Scene scene = model::to_proto(table_);
+  EXPECT_TRUE(view.see(scene, sheet.draw));
+  EXPECT_EQ(sheet.count("view/roadmap"), 1u);
+  scene.mutable_header()->set_stamp_ns(5);
+  EXPECT_TRUE(view.see(scene, sheet.draw));
+  v1::TaskStatus status;
+  status.set_transport(v1::TRANSPORT_ABOVE);
+  EXPECT_TRUE(view.see(status, sheet.draw));  // plans nothing
+  EXPECT_EQ(sheet.count("view/roadmap"), 1u);
+  status.set_state(v1::TASK_STATE_PLANNING);
+  EXPECT_TRUE(view.see(status, sheet.draw));
+  EXPECT_TRUE(view.see(status, sheet.draw));
+  EXPECT_EQ(sheet.count("view/roadmap"), 2u);  // decided
+  scene.mutable_object()->mutable_position_in_world_m()->set_x_m(0.41);
+  EXPECT_TRUE(view.see(scene, sheet.draw));
+  EXPECT_TRUE(view.see(status, sheet.draw));
+  EXPECT_EQ(sheet.count("view/roadmap"), 3u);  // another scene
+
+  scene.mutable_obstacles(0)->set_radius_m(NAN);
+  EXPECT_FALSE(view.see(scene, sheet.draw));
+  EXPECT_EQ(sheet.count("view/roadmap"), 3u);
+}
+
+TEST_F(ViewRoadmap, ThePathGrowsMotionByMotionAndBeginsAnewWithAPlan) {
+  RoadmapView view(arm_, {});
+  Sheet sheet;
+  Eigen::VectorXd grasp = arm_.home, place = arm_.home;
+  grasp[0] += 0.5;
+  place[0] += 1.0;
+  const auto path = [&] { return sheet.last<foxglove::SceneUpdate>("view/path").entities(0); };
+  EXPECT_TRUE(view.see(motion(v1::TASK_PHASE_REACH, arm_.home, grasp), sheet.draw));
+  EXPECT_EQ(path().lines_size(), 1);
+  EXPECT_EQ(path().texts_size(), 0);
+  EXPECT_TRUE(view.see(motion(v1::TASK_PHASE_APPROACH, arm_.home, grasp), sheet.draw));
+  EXPECT_TRUE(view.see(motion(v1::TASK_PHASE_TRANSPORT, grasp, place), sheet.draw));
+  EXPECT_TRUE(view.see(motion(v1::TASK_PHASE_RETREAT, place, arm_.home), sheet.draw));
+  const auto whole = path();
+  EXPECT_EQ(whole.lines_size(), 4);
+  ASSERT_EQ(whole.texts_size(), 2);
+  const Eigen::Vector3d p_WE = kin::end_effector(arm_, grasp).translation();
+  EXPECT_EQ(whole.texts(0).text(), "grasp");
+  EXPECT_NEAR(whole.texts(0).pose().position().x(), p_WE.x(), 1e-12);
+  EXPECT_LT((vector(whole.lines(2).points(0)) - p_WE).norm(), 1e-12);
+  EXPECT_EQ(whole.texts(1).text(), "release");
+  EXPECT_NEAR(whole.texts(1).pose().position().y(),
+              kin::end_effector(arm_, place).translation().y(), 1e-12);
+
+  EXPECT_TRUE(view.see(motion(v1::TASK_PHASE_REACH, arm_.home, grasp), sheet.draw));
+  EXPECT_EQ(path().lines_size(), 1);
+  EXPECT_FALSE(view.see(v1::Trajectory(), sheet.draw));
+  EXPECT_FALSE(view.see(motion(v1::TASK_PHASE_REACH, Eigen::VectorXd::Zero(2), grasp), sheet.draw));
+  EXPECT_EQ(path().lines_size(), 1);
+}
+
+}  // namespace
+}  // namespace mimesis::tool
