@@ -17,6 +17,8 @@ namespace {
 
 using Item = log::MergedReader::Item;
 
+constexpr std::string_view kStart = "/start";  // of a node: v1.NodeStart
+
 std::function<bool(const log::Channel&)> channel_filter(const FilterOptions& options) {
   const TopicFilter topics(options.topics, options.regex, options.exclude);
   const std::set<std::string> nodes(options.nodes.begin(), options.nodes.end());
@@ -120,7 +122,8 @@ int not_in_log(const std::vector<OpenLog>& logs, const std::string& node) {
   std::vector<std::string> nodes;
   for (const OpenLog& log : logs) {
     for (const auto& [id, channel] : log.summary.channels) {
-      if (channel.topic.ends_with("/start")) nodes.push_back(sender_of(channel));
+      if (!channel.topic.ends_with(kStart)) continue;
+      nodes.push_back(channel.topic.substr(0, channel.topic.size() - kStart.size()));
     }
   }
   std::cerr << fmt::format("--inputs-of: the log has no {}/start{}\n", node,
@@ -132,7 +135,7 @@ int not_in_log(const std::vector<OpenLog>& logs, const std::string& node) {
 
 std::set<std::string> topics_for_replay(const std::vector<OpenLog>& logs, const std::string& node) {
   std::set<std::string> topics;
-  const std::string start = node + "/start";
+  const std::string start = node + std::string(kStart);
   log::MergedReader reader =
       merged(logs, {[&](const log::Channel& channel) { return channel.topic == start; }});
   while (const Item* item = reader.next()) {

@@ -3,8 +3,6 @@
 #include <fmt/chrono.h>
 #include <fmt/format.h>
 
-#include <iterator>
-
 namespace mimesis::tool {
 namespace {
 constexpr std::uint64_t kYear2000 = 946684800ull * 1'000'000'000;  // later ones are wall time
@@ -14,14 +12,6 @@ std::string human_time(std::uint64_t ns) {
   if (ns < kYear2000) return fmt::format("{:.3f} s", static_cast<double>(ns) * 1e-9);
   const auto whole = static_cast<std::time_t>(ns / 1'000'000'000);
   return fmt::format("{:%Y-%m-%d %H:%M:%S}.{:03} UTC", fmt::gmtime(whole), ns / 1'000'000 % 1000);
-}
-
-std::string human_bytes(std::uint64_t bytes) {
-  static constexpr const char* kUnits[] = {"B", "kB", "MB", "GB", "TB"};
-  auto value = static_cast<double>(bytes);
-  std::size_t unit = 0;
-  for (; value >= 1000.0 && unit + 1 < std::size(kUnits); ++unit) value /= 1000.0;
-  return unit == 0 ? fmt::format("{} B", bytes) : fmt::format("{:.1f} {}", value, kUnits[unit]);
 }
 
 }  // namespace mimesis::tool

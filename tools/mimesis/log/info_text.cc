@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "tools/mimesis/log/byte_size.h"
 #include "tools/mimesis/log/human.h"
 #include "tools/mimesis/log/info.h"
 #include "tools/mimesis/table.h"
@@ -51,7 +52,7 @@ void print_files(const std::vector<OpenLog>& logs, bool colour, std::ostream& ou
   Table table({"FILE", "SIZE", "MESSAGES", "FROM", "SECONDS", ""});
   for (const OpenLog& log : logs) {
     const log::Statistics& s = log.summary.statistics;
-    table.row({log.path, human_bytes(log.source->size()), std::to_string(s.message_count),
+    table.row({log.path, bytes_text(log.source->size()), std::to_string(s.message_count),
                human_time(s.message_start_time), fmt::format("{:.3f}", duration_s(s)),
                log.summary.from_file ? "" : "not closed"});
   }
@@ -75,7 +76,7 @@ void print_topics(const LogSummary& summary, bool colour, std::ostream& out) {
                                    fmt::format("{:.1f}", summary.rate_hz(t))};
     if (sizes) {
       const std::uint64_t bytes = t.bytes.value_or(0);
-      cells.push_back(human_bytes(bytes));
+      cells.push_back(bytes_text(bytes));
       cells.push_back(fmt::format(
           "{:.1f} %",
           total == 0 ? 0.0 : 100.0 * static_cast<double>(bytes) / static_cast<double>(total)));
@@ -85,12 +86,14 @@ void print_topics(const LogSummary& summary, bool colour, std::ostream& out) {
   table.print(out, colour);
 }
 
-/// Whole files stand in metadata, too: mimesis log cat --metadata prints them.
-std::string first_line(const std::string& text) {
-  const std::size_t end = text.find('\n');
-  return end == std::string::npos || end + 1 == text.size()
-             ? text.substr(0, end)
-             : fmt::format("{} ... ({} bytes)", text.substr(0, end), text.size());
+/// Short lists in one line; of whole files the beginning: mimesis log cat --metadata prints them.
+std::string in_one_line(const std::string& text) {
+  constexpr std::size_t kLongest = 200;
+  std::string line;
+  for (const char c : text.substr(0, kLongest))
+    line += c == '\n' ? std::string(", ") : std::string(1, c);
+  if (line.ends_with(", ")) line.resize(line.size() - 2);
+  return text.size() > kLongest ? fmt::format("{} ... ({} bytes)", line, text.size()) : line;
 }
 
 std::string nodes_text(const LogSummary& summary) {
@@ -160,10 +163,10 @@ std::string info_text(const std::vector<OpenLog>& logs, const LogSummary& summar
   const OpenLog& first = logs.front();
   if (logs.size() == 1) {
     line("file",
-         fmt::format("{} ({}{})", first.path, human_bytes(summary.size),
+         fmt::format("{} ({}{})", first.path, bytes_text(summary.size),
                      first.summary.from_file ? "" : ", without a summary: read as a whole"));
   } else {
-    line("files", fmt::format("{} ({})", logs.size(), human_bytes(summary.size)));
+    line("files", fmt::format("{} ({})", logs.size(), bytes_text(summary.size)));
   }
   line("library", first.summary.header.library);
   line("messages", fmt::format("{} on {} topics", summary.messages, summary.topics.size()));
@@ -172,22 +175,21 @@ std::string info_text(const std::vector<OpenLog>& logs, const LogSummary& summar
                            human_time(summary.span.end_ns), summary.duration_s()));
   line("chunks",
        fmt::format("{}, {}, {} of {} ({:.2f} : 1)", summary.chunks,
-                   fmt::join(summary.compressions, ", "), human_bytes(summary.compressed),
-                   human_bytes(summary.uncompressed),
+                   fmt::join(summary.compressions, ", "), bytes_text(summary.compressed),
+                   bytes_text(summary.uncompressed),
                    summary.compressed == 0 ? 1.0
                                            : static_cast<double>(summary.uncompressed) /
                                                  static_cast<double>(summary.compressed)));
   if (const std::string nodes = nodes_text(summary); !nodes.empty()) line("nodes", nodes);
   for (const OpenLog& log : logs) {
     for (const auto& a : log.summary.attachments) {
-      line("attachment",
-           fmt::format("{} ({}, {})", a.name, a.media_type, human_bytes(a.data_size)));
+      line("attachment", fmt::format("{} ({}, {})", a.name, a.media_type, bytes_text(a.data_size)));
     }
   }
   for (const auto& [name, values] : summary.metadata) {
     if (name.starts_with(kCountsName)) continue;  // column LOST
     line("metadata", name);
-    for (const auto& [key, value] : values) line("", key + ": " + first_line(value));
+    for (const auto& [key, value] : values) line("", key + ": " + in_one_line(value));
   }
   out << '\n';
   print_topics(summary, colour, out);

@@ -51,7 +51,11 @@ std::optional<std::uint64_t> to_utc(const std::string& text) {
          static_cast<std::uint64_t>(std::llround(*second * 1e9));
 }
 
+/// "2.5", "500ms", "2min".
 std::optional<std::uint64_t> seconds_ns(const std::string& text) {
+  if (const auto duration = runtime::to_duration(text)) {
+    return static_cast<std::uint64_t>(duration->count());
+  }
   const auto seconds = runtime::to_double(text);
   if (!seconds || *seconds < 0.0 || *seconds > kLargest_s) return std::nullopt;
   return static_cast<std::uint64_t>(std::llround(*seconds * 1e9));
@@ -83,8 +87,8 @@ LogTimes resolve(const TimeRange& range, const Span& span) {
     if (!range.end.empty()) throw ConfigError("give --end or --duration, not both");
     const auto ns = seconds_ns(range.duration);
     if (!ns) {
-      throw ConfigError(
-          fmt::format("--duration: expected seconds (2.5), found '{}'", range.duration));
+      throw ConfigError(fmt::format(
+          "--duration: expected seconds (2.5) or a duration (2min), found '{}'", range.duration));
     }
     times.end = std::max(times.start, span.start_ns) + *ns;
   }

@@ -10,7 +10,7 @@
 
 #include "common/log/crc32.h"
 #include "common/log/stream_reader.h"
-#include "tools/mimesis/log/human.h"
+#include "tools/mimesis/log/byte_size.h"
 
 namespace mimesis::tool {
 namespace {
@@ -175,7 +175,7 @@ std::string NewLog::line() const {
   return fmt::format("{}: {} messages on {} channels, {:.3f} s, {}", options_.path, s.message_count,
                      s.channel_count,
                      static_cast<double>(s.message_end_time - s.message_start_time) * 1e-9,
-                     human_bytes(writer_->bytes_written()));
+                     bytes_text(writer_->bytes_written()));
 }
 
 }  // namespace mimesis::tool

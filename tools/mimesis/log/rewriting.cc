@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <iostream>
 
-#include "tools/mimesis/log/human.h"
+#include "tools/mimesis/log/byte_size.h"
 #include "tools/mimesis/log/progress.h"
 #include "tools/mimesis/log/shifted_reader.h"
 #include "tools/mimesis/stop_signals.h"
@@ -72,7 +72,7 @@ Pass each_message(const std::string& what, const std::vector<OpenLog>& logs,
       throw ConfigError(
           fmt::format("{}: its messages are so far out of order that {} would be held "
                       "in memory: run 'mimesis log sort' first",
-                      log.path, human_bytes(bytes)));
+                      log.path, bytes_text(bytes)));
     }
     pass.damages += report_losses(log, log.summary.damages, log.summary.damage_count);
   }

@@ -5,8 +5,13 @@
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
+#include <functional>
 #include <iostream>
+#include <memory>
+#include <queue>
+#include <vector>
 
+#include "common/log/wire.h"
 #include "tools/mimesis/log/progress.h"
 #include "tools/mimesis/log/rewriting.h"
 #include "tools/mimesis/stop_signals.h"
@@ -16,90 +21,163 @@ namespace {
 
 constexpr std::uint64_t kPerMessage = 64;  // held besides its payload [bytes]
 
-/// A log cut into runs of messages that fit into memory, each sorted, in files beside the output.
+/// Messages on the way from a run back into a log.
+class RunReader {
+ public:
+  explicit RunReader(std::unique_ptr<log::Source> source)
+      : source_(std::move(source)), window_(*source_) {}
+  /// False at the end of the run.
+  tl::expected<bool, Status> next() {
+    if (at_ >= source_->size()) return false;
+    const auto head = window_.view(at_, log::kRecordHead);
+    if (!head) return tl::unexpected(head.error());
+    log::Decoder d(head->substr(1));
+    const auto length = d.integer<std::uint64_t>();
+    const auto record = window_.view(at_, static_cast<std::size_t>(log::kRecordHead + length));
+    if (!record) return tl::unexpected(record.error());
+    at_ += log::kRecordHead + length;
+    if (record->size() < log::kRecordHead + length ||
+        !log::decode(record->substr(log::kRecordHead), message_)) {
+      return tl::unexpected(Status{"a piece of the log reads back wrong"});
+    }
+    return true;
+  }
+  const log::Message& message() const { return message_; }
+
+ private:
+  std::unique_ptr<log::Source> source_;
+  log::Window window_;
+  std::uint64_t at_ = 0;
+  log::Message message_;
+};
+
+/// A log cut into runs of messages that fit into memory, each sorted, in files beside the output:
+/// bare message records. Reading them back takes a small window per run.
 class Runs {
  public:
-  explicit Runs(const SortOptions& options) : options_(options) {}
+  Runs(const SortOptions& options, const OpenLog& log) : options_(options), log_(log) {}
   ~Runs() {
     for (const std::string& path : paths_) std::remove(path.c_str());
   }
   Runs(const Runs&) = delete;
   Runs& operator=(const Runs&) = delete;
 
-  Pass cut(const OpenLog& log);
-  const std::vector<std::string>& paths() const { return paths_; }
+  Pass cut();
+  Pass merge(NewLog& out);
 
  private:
   struct Held {
     log::Message message;
-    const log::Channel* channel;
     std::string data;
   };
-  log::Result write_run(const log::Summary& summary);
+  log::Result write_run();
+  tl::expected<std::vector<std::unique_ptr<RunReader>>, Status> open() const;
+  log::Result copy(const log::Message& message, NewLog& out) const;
 
   const SortOptions& options_;
+  const OpenLog& log_;
   std::vector<std::string> paths_;
   std::vector<Held> held_;
-  std::uint64_t held_bytes_ = 0;
+  std::uint64_t held_bytes_ = 0, bytes_ = 0;
 };
 
-Pass Runs::cut(const OpenLog& log) {
+Pass Runs::cut() {
   Pass pass;
   const StopSignals stop;
-  Progress progress("sort, first pass", log.source->size());
-  log::StreamReader reader(*log.source);
+  Progress progress("sort, first pass", log_.source->size());
+  log::StreamReader reader(*log_.source);
   while (const log::Record* record = reader.next()) {
     const auto* message = std::get_if<log::Message>(record);
     if (message == nullptr) continue;
-    const auto channel = log.summary.channels.find(message->channel_id);
-    if (channel == log.summary.channels.end()) continue;  // told as damage
-    held_.push_back({*message, &channel->second, std::string(message->data)});
+    held_.push_back({*message, std::string(message->data)});
     held_bytes_ += message->data.size() + kPerMessage;
     progress.at(reader.offset());
     pass.interrupted = stop.requested();
     if (pass.interrupted) return pass;
     if (held_bytes_ < options_.memory) continue;
-    pass.done = write_run(log.summary);
+    pass.done = write_run();
     if (!pass.done) return pass;
   }
-  pass.done = write_run(log.summary);
+  pass.done = write_run();
   return pass;
 }
 
-log::Result Runs::write_run(const log::Summary& summary) {
+log::Result Runs::write_run() {
   std::ranges::stable_sort(held_, {}, [](const Held& h) { return h.message.log_time; });
-  OutputOptions options;
-  options.path = fmt::format("{}.run{}", options_.output.path, paths_.size());
-  options.force = true;
-  options.compression = log::Compression::none;
-  NewLog run(options, {options_.input});
+  paths_.push_back(fmt::format("{}.run{}", options_.output.path, paths_.size()));
+  auto sink = log::create_file(paths_.back());
+  if (!sink) return tl::unexpected(sink.error());
+  std::string record;
   for (Held& held : held_) {
-    const auto schema = summary.schemas.find(held.channel->schema_id);
     held.message.data = held.data;
-    if (auto done =
-            run.copy({0, held.channel, schema == summary.schemas.end() ? nullptr : &schema->second,
-                      &held.message});
-        !done) {
-      return done;
-    }
+    record.clear();
+    log::append(record, held.message);
+    bytes_ += record.size();
+    if (auto done = (*sink)->write(record); !done) return done;
   }
-  paths_.push_back(options.path);
   held_.clear();
   held_bytes_ = 0;
-  return run.finish();
+  return (*sink)->close();
+}
+
+tl::expected<std::vector<std::unique_ptr<RunReader>>, Status> Runs::open() const {
+  std::vector<std::unique_ptr<RunReader>> readers;
+  for (const std::string& path : paths_) {
+    auto source = log::open_file(path);
+    if (!source) return tl::unexpected(source.error());
+    readers.push_back(std::make_unique<RunReader>(std::move(*source)));
+  }
+  return readers;
+}
+
+log::Result Runs::copy(const log::Message& message, NewLog& out) const {
+  const auto channel = log_.summary.channels.find(message.channel_id);
+  if (channel == log_.summary.channels.end()) return {};  // told as damage
+  const auto schema = log_.summary.schemas.find(channel->second.schema_id);
+  return out.copy({0, &channel->second,
+                   schema == log_.summary.schemas.end() ? nullptr : &schema->second, &message});
+}
+
+/// Equal times in the order of the runs: that of the file.
+Pass Runs::merge(NewLog& out) {
+  Pass pass;
+  const auto readers = open();
+  if (!readers) {
+    pass.done = tl::unexpected(readers.error());
+    return pass;
+  }
+  using Head = std::pair<std::uint64_t, std::size_t>;  // log time, run
+  std::priority_queue<Head, std::vector<Head>, std::greater<>> heads;
+  const auto advance = [&](std::size_t run) {
+    const auto more = (*readers)[run]->next();
+    if (!more) {
+      pass.done = tl::unexpected(more.error());
+    } else if (*more) {
+      heads.emplace((*readers)[run]->message().log_time, run);
+    }
+  };
+  for (std::size_t run = 0; run < readers->size(); ++run) advance(run);
+  const StopSignals stop;
+  Progress progress("sort", bytes_);
+  std::uint64_t done = 0;
+  while (pass.done && !heads.empty()) {
+    const std::size_t run = heads.top().second;
+    heads.pop();
+    const log::Message& message = (*readers)[run]->message();
+    pass.done = copy(message, out);
+    if (!pass.done) return pass;
+    progress.at(done += message.data.size());
+    pass.interrupted = stop.requested();
+    if (pass.interrupted) return pass;
+    advance(run);
+  }
+  return pass;
 }
 
 Pass sort_in_pieces(const SortOptions& options, const OpenLog& log, NewLog& out) {
-  Runs runs(options);
-  Pass first = runs.cut(log);
-  if (!first.done || first.interrupted) return first;
-  const auto pieces = open_logs(runs.paths());
-  if (!pieces) {
-    first.done = tl::unexpected(Status{pieces.error().line});
-    return first;
-  }
-  Pass pass = each_message("sort", *pieces, {},
-                           [&](const log::MergedReader::Item& item) { return out.copy(item); });
+  Runs runs(options, log);
+  Pass pass = runs.cut();
+  if (pass.done && !pass.interrupted) pass = runs.merge(out);
   pass.damages += report_losses(log, log.summary.damages, log.summary.damage_count);
   return pass;
 }

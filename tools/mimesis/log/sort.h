@@ -10,7 +10,7 @@ struct SortOptions {
   OutputOptions output;
   /// So many unpacked bytes are held at most; a log that is further out of order is sorted in
   /// pieces, which stand beside the output meanwhile.
-  std::uint64_t memory = 512ull << 20;
+  std::size_t memory = std::size_t{512} << 20;
   bool json = false;
 };
 

@@ -1,7 +1,6 @@
 #include <CLI/App.hpp>
 #include <CLI/Config.hpp>
 #include <CLI/Formatter.hpp>
-#include <CLI/Validators.hpp>
 #include <memory>
 
 #include "common/error.h"
@@ -21,12 +20,9 @@ void add_sort(CLI::App& verb, int& exit_code) {
   auto o = std::make_shared<Options>();
   add_input_output(*sort, o->inputs, o->sort.output);
   add_output_options(*sort, o->sort.output);
-  sort->add_option("--memory", o->sort.memory,
-                   "Most unpacked bytes to hold, 512M; what is further out of order is sorted in "
-                   "files beside the output")
-      ->transform(CLI::AsSizeValue(false))
-      ->check(CLI::Range(std::uint64_t{1} << 16, std::uint64_t{1} << 40))
-      ->capture_default_str();
+  add_size_option(*sort, "--memory", o->sort.memory, {std::size_t{1} << 16, std::size_t{1} << 40},
+                  "Most unpacked bytes to hold (default 512MiB); what is further out of order is "
+                  "sorted in files beside the output");
   sort->add_flag("--json", o->sort.json, "Print what was written as one JSON object");
   sort->footer(
       "Equal times stay in the order of the file. Every sum of the file is checked; exit code 1 if "

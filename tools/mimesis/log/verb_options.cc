@@ -1,9 +1,12 @@
 #include "tools/mimesis/log/verb_options.h"
 
+#include <fmt/format.h>
+
 #include <CLI/App.hpp>
 #include <CLI/Validators.hpp>
 
 #include "common/error.h"
+#include "tools/mimesis/log/byte_size.h"
 
 namespace mimesis::tool {
 
@@ -38,6 +41,19 @@ void take_output(std::vector<std::string>& inputs, OutputOptions& output) {
   inputs.pop_back();
 }
 
+void add_size_option(CLI::App& verb, const std::string& name, std::size_t& size, SizeRange range,
+                     const std::string& about) {
+  const auto check = [range](const std::string& text) -> std::string {
+    const auto bytes = to_bytes(text);
+    if (bytes && *bytes >= range.least && *bytes <= range.most) return "";
+    return fmt::format("expected a size from {} to {} such as 4MiB, found '{}'",
+                       bytes_text(range.least), bytes_text(range.most), text);
+  };
+  verb.add_option_function<std::string>(
+          name, [&size](const std::string& text) { size = *to_bytes(text); }, about)
+      ->check(check);
+}
+
 void add_output_options(CLI::App& verb, OutputOptions& options) {
   verb.add_flag("--force", options.force, "Replace the output if it exists");
   verb.add_option_function<std::string>(
@@ -50,11 +66,9 @@ void add_output_options(CLI::App& verb, OutputOptions& options) {
   verb.add_option("--level", options.zstd_level, "Of zstd: 1 fast, 19 small")
       ->check(CLI::Range(1, 19))
       ->capture_default_str();
-  verb.add_option("--chunk-size", options.chunk_size,
-                  "Records before compression [bytes], 1M, 512k")
-      ->transform(CLI::AsSizeValue(false))
-      ->check(CLI::Range(std::size_t{1} << 10, std::size_t{1} << 29))
-      ->capture_default_str();
+  add_size_option(verb, "--chunk-size", options.chunk_size,
+                  {std::size_t{1} << 10, std::size_t{1} << 29},
+                  "Records of a chunk before compression (default 1MiB)");
 }
 
 }  // namespace mimesis::tool

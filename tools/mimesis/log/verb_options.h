@@ -1,4 +1,5 @@
 #pragma once
+#include <cstddef>
 #include <string>
 #include <vector>
 
@@ -30,6 +31,13 @@ void add_time_options(CLI::App& verb, TimeRange& range);
 void add_input_output(CLI::App& verb, std::vector<std::string>& inputs, OutputOptions& output);
 /// @throws ConfigError if one of the two is missing.
 void take_output(std::vector<std::string>& inputs, OutputOptions& output);
+
+/// A number of bytes: 4096, 512kB, 4MiB.
+struct SizeRange {
+  std::size_t least, most;  ///< [bytes]
+};
+void add_size_option(CLI::App& verb, const std::string& name, std::size_t& size, SizeRange range,
+                     const std::string& about);
 
 /// --force, --compression, --level, --chunk-size.
 void add_output_options(CLI::App& verb, OutputOptions& options);
