@@ -13,6 +13,7 @@ namespace {
 
 constexpr std::uint32_t kErrorFlag = 0x20000000;  // as in linux/can.h
 constexpr std::uint32_t kErrorMask = 0x1fffffff;
+constexpr std::size_t kLongestBus = 15;  // as the kernel has it
 constexpr std::size_t kClassicLength = 8, kFdLength = 64;
 constexpr std::uint64_t kNanoseconds = 1'000'000'000;
 
@@ -181,7 +182,12 @@ Parsed parse_candump(std::string_view line) {
     ++at;
   }
   if (words.size() < at + 2) return fail("expected (TIME) INTERFACE ID#DATA");
-  out.frame.set_bus(std::string(words[at++]));
+  const std::string_view bus = words[at++];
+  const bool is_name = bus.size() <= kLongestBus && std::ranges::all_of(bus, [](unsigned char c) {
+                         return c > ' ' && c < 0x7f;
+                       });
+  if (!is_name) return fail("the name of the interface is none");
+  out.frame.set_bus(std::string(bus));
   tl::expected<void, Status> done;
   const auto brackets = std::ranges::find_if(
       words, [](auto w) { return w.size() > 2 && w.starts_with('[') && w.ends_with(']'); });

@@ -89,7 +89,9 @@ TEST(Candump, MistakesSayWhatWasExpected) {
   EXPECT_EQ(why("(1.0) can0"), "expected (TIME) INTERFACE ID#DATA");
   EXPECT_EQ(why("(1.0) can0 123"), "'123': expected ID#DATA");
   EXPECT_EQ(why("(1.0) can0 12#00"), "'12' is no identifier: expected 3 or 8 hexadecimal digits");
-  for (const char* bad : {"(1.0) can0 800#",
+  for (const char* bad : {"(1.0) can\xff 123#00",
+                          "(1.0) a-name-of-sixteen 123#00",
+                          "(1.0) can0 800#",
                           "(1.0) can0 12x#",
                           "(1.0) can0 123#0",
                           "(1.0) can0 123#001122334455667788",
