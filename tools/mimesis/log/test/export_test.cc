@@ -169,6 +169,9 @@ TEST(RawImage, EncodingsBecomeBlueGreenRed) {
   const Pixels greys{0x40, 0x40, 0x40, 0xff, 0xff, 0xff};
   EXPECT_EQ(raw_image(raw("uyvy", 2, 1, 4, uyvy))->bgr, greys);
   EXPECT_EQ(raw_image(raw("yuv422_yuy2", 2, 1, 4, yuyv))->bgr, greys);
+  // Y 100, U 108, V 178: red 100 + 1.402 * 50, green 100 + 0.344 * 20 - 0.714 * 50, blue.
+  EXPECT_EQ(raw_image(raw("yuyv", 2, 1, 4, "\x64\x6c\x64\xb2"))->bgr,
+            (Pixels{65, 71, 170, 65, 71, 170}));
   // BT.601: Y 76, U 85, V 255 is pure red.
   const Pixels red = raw_image(raw("nv12", 2, 2, 2, "LLLL\x55\xff"))->bgr;
   for (std::size_t i = 0; i < red.size(); ++i) EXPECT_NEAR(red[i], i % 3 == 2 ? 255 : 0, 1) << i;
