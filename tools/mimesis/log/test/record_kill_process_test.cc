@@ -31,7 +31,8 @@ struct Stream {
   std::vector<Clock::time_point> times;  ///< of seq 1, 2, ...
 };
 
-/// 3000 small messages and 30 of 300 kB a second.
+/// 2000 small messages a second: chunks are closed by time. Heavy: with 1000 of 4 kB and 30 of 300
+/// kB, which fill them before.
 struct Load {
   explicit Load(const testing::TestGraph& graph)
       : node(graph, {}, {}, "load"),
@@ -45,14 +46,15 @@ struct Load {
   void advance() {
     next += 1ms;
     for (int i = 0; i < 2; ++i) small.send(text);
-    medium.send(text);
-    if (++step % 33 == 0) large.send(text);
+    if (heavy) medium.send(text);
+    if (heavy && ++step % 33 == 0) large.send(text);
     node.until([this] { return Clock::now() >= next; });
   }
   testing::TestNode node;
   Stream small, medium, large;
   std::string text;
   std::uint64_t step = 0;
+  bool heavy = true;
   Clock::time_point next = Clock::now();
 };
 
@@ -83,6 +85,7 @@ TEST_F(RecordKill, EveryFileOpensWithAllButTheLastTenthOfASecond) {
   for (int i = 0; i < kills; ++i) {
     const auto recorder = record({"--all", "--quiet"});
     load.next = Clock::now();
+    load.heavy = i % 2 == 0;
     while (load.small.out.subscribers() == 0) load.advance();
     std::map<std::string, std::size_t> before;
     for (const Stream* s : {&load.small, &load.medium, &load.large})
@@ -116,8 +119,9 @@ TEST_F(RecordKill, EveryFileOpensWithAllButTheLastTenthOfASecond) {
       kills, kills, static_cast<unsigned long long>(messages),
       static_cast<unsigned long long>(missing_messages), lost_ms.front(), quantile(0.5),
       quantile(0.9), quantile(0.99), lost_ms.back(), static_cast<long>(within));
-  // The few of every test run only find a recorder that does not close chunks by time.
-  EXPECT_LE(lost_ms.back(), wanted != nullptr ? 100.0 : 1000.0);
+  // The few of every test run, on whatever machine, only find a recorder that does not close chunks
+  // by time.
+  EXPECT_LE(lost_ms.back(), wanted != nullptr ? 100.0 : 400.0);
 }
 
 }  // namespace
