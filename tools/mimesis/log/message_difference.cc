@@ -16,7 +16,7 @@ using google::protobuf::Message;
 using google::protobuf::Reflection;
 using Json = nlohmann::ordered_json;
 
-constexpr int kWhole = -1;               // not an element of a repeated field
+constexpr int kWhole = -1;                // not an element of a repeated field
 constexpr std::size_t kFieldsKept = 100;  // of an array, the first hundred say enough
 
 /// One comparison of two messages.
@@ -25,7 +25,7 @@ struct Walk {
   const std::set<std::string>& ignored;
   MessageDifference found;
   std::vector<std::pair<std::string, double>> tolerated = {};  ///< field without indices, |a - b|
-  bool passed = false;  ///< something was not compared
+  bool passed = false;                                         ///< something was not compared
 
   void messages(const Message& a, const Message& b, const std::string& path,
                 const std::string& pattern);
@@ -141,8 +141,8 @@ void Walk::bytes(const std::string& a, const std::string& b, const std::string& 
 }  // namespace
 
 std::size_t first_difference(std::string_view a, std::string_view b) {
-  return static_cast<std::size_t>(
-      std::mismatch(a.begin(), a.end(), b.begin(), b.end()).first - a.begin());
+  return static_cast<std::size_t>(std::mismatch(a.begin(), a.end(), b.begin(), b.end()).first -
+                                  a.begin());
 }
 
 MessageComparison::MessageComparison(double tolerance, std::set<std::string> ignored)

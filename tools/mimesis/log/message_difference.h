@@ -14,7 +14,7 @@ namespace mimesis::tool {
 
 /// One field whose value differs between two messages of a type.
 struct FieldDifference {
-  std::string field;                    ///< "joints.2.position_rad"
+  std::string field;                     ///< "joints.2.position_rad"
   nlohmann::ordered_json first, second;  ///< null: not there (or not a number)
 };
 

@@ -3,8 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-
-#include "common/runtime/value_text.h"
+#include <charconv>
 
 namespace mimesis::tool {
 namespace {
@@ -25,7 +24,8 @@ std::uint64_t count_step_logs(const std::vector<OpenLog>& logs, const v1::NodeSt
   std::uint64_t count = 0;
   for (const OpenLog& log : logs) {
     for (const auto& [id, channel] : log.summary.channels) {
-      if (channel.topic != start.node() + "/steps" || start_of(channel) != start.start_id()) continue;
+      if (channel.topic != start.node() + "/steps" || start_of(channel) != start.start_id())
+        continue;
       const auto& counts = log.summary.statistics.channel_message_counts;
       if (const auto it = counts.find(id); it != counts.end()) count += it->second;
     }
@@ -45,8 +45,8 @@ std::uint64_t start_of(const log::Channel& channel) {
   if (it == channel.metadata.end()) return 0;
   std::uint64_t id = 0;
   const std::string& text = it->second;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), id);
-  return error == std::errc() && end == text.data() + text.size() ? id : 0;
+  const auto parsed = std::from_chars(text.data(), text.data() + text.size(), id);
+  return parsed.ec == std::errc() && parsed.ptr == text.data() + text.size() ? id : 0;
 }
 
 bool is_own_topic(const std::string& topic) {
@@ -57,17 +57,16 @@ bool is_own_topic(const std::string& topic) {
 std::vector<Life> find_lives(const std::vector<OpenLog>& logs) {
   std::vector<Life> lives;
   auto reader = merged(logs, {.channel = [](const log::Channel& channel) {
-    return channel.topic.ends_with("/start");
-  }});
+                         return channel.topic.ends_with("/start");
+                       }});
   const std::string type = v1::NodeStart::descriptor()->full_name();
   while (const auto* item = reader.next()) {
     Life life;
     if (item->schema == nullptr || item->schema->name != type) continue;
     const std::string_view data = item->message->data;
     if (!life.start.ParseFromArray(data.data(), static_cast<int>(data.size()))) continue;
-    const bool known = std::ranges::any_of(lives, [&](const Life& other) {
-      return other.start.start_id() == life.start.start_id();
-    });
+    const bool known = std::ranges::any_of(
+        lives, [&](const Life& other) { return other.start.start_id() == life.start.start_id(); });
     if (known) continue;  // repeated at the head of a split
     life.log_time_ns = item->message->log_time;
     life.step_logs = count_step_logs(logs, life.start);
@@ -82,14 +81,16 @@ LifeReader::LifeReader(const std::vector<OpenLog>& logs, const Life& life)
 /// Also makes the tracks, so that what is in the log at all can be told from what is missing.
 log::Selection LifeReader::selection() {
   for (const v1::TopicInfo& input : life_.start.inputs()) {
+    if (input.port().starts_with('.')) continue;  // the runtime's own
     const auto [track, fresh] = fresh_inputs_.try_emplace(input.topic());
     track->second.taken[input.port()] = 0;
-    track->second.only_latest =
-        (fresh || track->second.only_latest) && input.policy() == "latest";
+    track->second.only_latest = (fresh || track->second.only_latest) && input.policy() == "latest";
   }
   const auto role = [this](const log::Channel& channel) {
-    const bool own = sender_of(channel) == life_.node() && start_of(channel) == life_.start.start_id();
-    return std::pair(own && !is_own_topic(channel.topic), own && channel.topic == life_.node() + "/steps");
+    const bool own =
+        sender_of(channel) == life_.node() && start_of(channel) == life_.start.start_id();
+    return std::pair(own && !is_own_topic(channel.topic),
+                     own && channel.topic == life_.node() + "/steps");
   };
   for (const OpenLog& log : logs_) {
     for (const auto& [id, channel] : log.summary.channels) {
@@ -115,7 +116,8 @@ bool LifeReader::read() {
   const log::Message& message = *item->message;
   const log::Channel& channel = *item->channel;
   log_time_ns_ = message.log_time;
-  const bool own = sender_of(channel) == life_.node() && start_of(channel) == life_.start.start_id();
+  const bool own =
+      sender_of(channel) == life_.node() && start_of(channel) == life_.start.start_id();
   if (own && channel.topic == life_.node() + "/steps") {
     ++step_logs_read_;
     v1::StepLog log;
@@ -126,9 +128,9 @@ bool LifeReader::read() {
   }
   const auto keep = [&](Track& track) {
     if (message.sequence <= track.done) return;  // repeated at the head of a split
-    track.messages.try_emplace(message.sequence, KeptMessage{std::string(message.data),
-                                                             message.sequence, message.publish_time,
-                                                             message.log_time, item->schema});
+    track.messages.try_emplace(message.sequence,
+                               KeptMessage{std::string(message.data), message.sequence,
+                                           message.publish_time, message.log_time, item->schema});
   };
   if (own) {
     if (const auto it = outputs_.find(channel.topic); it != outputs_.end()) keep(it->second);
@@ -156,14 +158,15 @@ bool LifeReader::next_step_log() {
   waiting_.erase(waiting_.begin());
   next_step_ = 0;
   if (step_log_.first() == next_number_) return true;
-  problem_ = next_number_ == 0
-                 ? fmt::format("steps 0 to {} are not in the log: it was begun after the node, and a "
-                               "replay needs the node from its constructor on",
-                               step_log_.first() - 1)
-             : step_log_.first() > next_number_
-                 ? fmt::format("steps {} to {} are not in the log", next_number_,
-                               step_log_.first() - 1)
-                 : fmt::format("step {} is in the log twice", step_log_.first());
+  problem_ =
+      next_number_ == 0
+          ? fmt::format(
+                "steps 0 to {} are not in the log: it was begun after the node, and a "
+                "replay needs the node from its constructor on",
+                step_log_.first() - 1)
+      : step_log_.first() > next_number_
+          ? fmt::format("steps {} to {} are not in the log", next_number_, step_log_.first() - 1)
+          : fmt::format("step {} is in the log twice", step_log_.first());
   return false;
 }
 

@@ -94,10 +94,10 @@ class LifeReader {
   const Life& life_;
   std::map<std::string, Track> fresh_inputs_;  ///< by topic: as an input's track begins
   std::map<SourceKey, Track> inputs_;
-  std::map<std::string, Track> outputs_;  ///< by topic
-  v1::StepLog step_log_;                  ///< whose steps are being returned
-  std::uint64_t step_log_time_ns_ = 0;    ///< when it was received
-  int next_step_ = 0;                     ///< in it
+  std::map<std::string, Track> outputs_;                        ///< by topic
+  v1::StepLog step_log_;                                        ///< whose steps are being returned
+  std::uint64_t step_log_time_ns_ = 0;                          ///< when it was received
+  int next_step_ = 0;                                           ///< in it
   std::vector<std::pair<std::uint64_t, v1::StepLog>> waiting_;  ///< read ahead
   std::uint64_t next_number_ = 0;
   std::uint64_t step_logs_read_ = 0;

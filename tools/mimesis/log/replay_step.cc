@@ -1,0 +1,174 @@
+#include "tools/mimesis/log/replay_step.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace mimesis::tool {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr std::size_t kShownBytes = 32;  // two CAN frames
+
+/// Bytes around the first difference.
+Json shown(const std::string& bytes, std::size_t at) {
+  const std::size_t begin = std::min(bytes.size(), at / 16 * 16);
+  std::string hex;
+  for (const char c : bytes.substr(begin, kShownBytes)) {
+    hex += fmt::format("{:02x}", static_cast<unsigned char>(c));
+  }
+  return {{"bytes", bytes.size()}, {"differs_at", at}, {"hex_at", begin}, {"hex", hex}};
+}
+
+FieldDifference bytes_differ(const std::string& name, const std::string& recorded,
+                             const std::string& replayed) {
+  const std::size_t at = first_difference(recorded, replayed);
+  return {name, shown(recorded, at), shown(replayed, at)};
+}
+
+std::string plural(std::size_t count, std::string_view word) {
+  return fmt::format("{} {}{}", count, word, count == 1 ? "" : "s");
+}
+
+std::string text_of(const MessageDifference& difference) {
+  if (difference.field_count > 0) {
+    return fmt::format("{} differ{}", plural(difference.field_count, "field"),
+                       difference.field_count == 1 ? "s" : "");
+  }
+  return fmt::format("the bytes differ from byte {} on, the fields are equal", difference.offset);
+}
+
+}  // namespace
+
+ReplayDifference StepComparison::difference(const RecordedStep& step, std::string what) const {
+  ReplayDifference d;
+  d.step = step.number;
+  d.time_s = life_.seconds(step.record.time_ns());
+  d.what = std::move(what);
+  return d;
+}
+
+std::vector<ReplayDifference> StepComparison::compare(const RecordedStep& step,
+                                                      const v1::ReplayOutcome& outcome) {
+  std::vector<ReplayDifference> found;
+  if (!outcome.problem().empty() && !outcome.failed()) {
+    found.push_back(difference(step, outcome.problem()));
+  }
+  compare_responses(step, outcome, found);
+  for (const v1::ReplayMessage& output : outcome.outputs()) compare_output(step, output, found);
+  compare_count(step, outcome, found);
+  compare_writes(step, outcome, found);
+  ++counts_.steps;
+  return found;
+}
+
+void StepComparison::compare_output(const RecordedStep& step, const v1::ReplayMessage& output,
+                                    std::vector<ReplayDifference>& found) {
+  const KeptMessage* recorded = reader_.output(output.topic(), output.seq());
+  if (recorded == nullptr) {
+    ++missing_[output.topic()];
+    return;
+  }
+  ++counts_.outputs;
+  counts_.bytes += output.payload().size();
+  const std::string place = fmt::format("{} #{}", output.topic(), output.seq());
+  const auto message =
+      recorded->schema == nullptr
+          ? messages_.compare(output.topic(), "", "", recorded->payload, output.payload())
+          : messages_.compare(output.topic(), recorded->schema->name, recorded->schema->data,
+                              recorded->payload, output.payload());
+  const bool stamp_differs = recorded->publish_time_ns != output.stamp_ns();
+  if (!message && !stamp_differs) return;
+  ReplayDifference d = difference(
+      step, fmt::format("{}: {}", place, message ? text_of(*message) : "its stamp differs"));
+  d.topic = output.topic();
+  d.seq = output.seq();
+  if (message) {
+    d.fields = message->fields;
+    d.field_count = message->field_count;
+  }
+  if (stamp_differs) {
+    d.fields.insert(d.fields.begin(),
+                    {"(publish time) ns", recorded->publish_time_ns, output.stamp_ns()});
+    ++d.field_count;
+  }
+  found.push_back(std::move(d));
+}
+
+void StepComparison::compare_count(const RecordedStep& step, const v1::ReplayOutcome& outcome,
+                                   std::vector<ReplayDifference>& found) {
+  const std::size_t recorded = step.record.published();
+  const auto replayed = static_cast<std::size_t>(outcome.outputs_size());
+  if (recorded == replayed) return;
+  std::map<std::string, std::uint64_t> by_topic;
+  for (const v1::ReplayMessage& output : outcome.outputs()) ++by_topic[output.topic()];
+  std::string topics;
+  for (const auto& [topic, count] : by_topic) {
+    topics += fmt::format("{}{} on {}", topics.empty() ? "" : ", ", count, topic);
+  }
+  ReplayDifference d =
+      difference(step, fmt::format("the recorded step published {}, the replayed one {}{}",
+                                   plural(recorded, "message"), replayed,
+                                   topics.empty() ? "" : " (" + topics + ")"));
+  std::string topic;
+  if (const KeptMessage* next = replayed < recorded ? reader_.unclaimed(topic) : nullptr) {
+    d.what += fmt::format("; {} #{} is the first that was not published again", topic, next->seq);
+    d.topic = topic;
+    d.seq = next->seq;
+  }
+  d.fields = {{"(messages)", recorded, replayed}};
+  d.field_count = 1;
+  found.push_back(std::move(d));
+}
+
+void StepComparison::compare_writes(const RecordedStep& step, const v1::ReplayOutcome& outcome,
+                                    std::vector<ReplayDifference>& found) {
+  std::vector<const v1::OutsideBytes*> recorded;
+  for (const v1::OutsideBytes& bytes : step.record.outside()) {
+    if (bytes.written()) recorded.push_back(&bytes);
+  }
+  const auto replayed = static_cast<std::size_t>(outcome.written_size());
+  for (std::size_t i = 0; i < std::min(recorded.size(), replayed); ++i) {
+    const v1::OutsideBytes &a = *recorded[i], &b = outcome.written(static_cast<int>(i));
+    if (a.name() == b.name() && a.data() == b.data()) continue;
+    ReplayDifference d = difference(
+        step, a.name() == b.name()
+                  ? fmt::format("write {} of the step, to '{}', differs", i + 1, a.name())
+                  : fmt::format("write {} of the step goes to '{}', the recorded one went to '{}'",
+                                i + 1, b.name(), a.name()));
+    d.fields = {bytes_differ("(written) " + a.name(), a.data(), b.data())};
+    d.field_count = 1;
+    found.push_back(std::move(d));
+    break;  // all later ones may be shifted
+  }
+  counts_.writes += std::min(recorded.size(), replayed);
+  if (recorded.size() == replayed) return;
+  ReplayDifference d =
+      difference(step, fmt::format("the recorded step wrote {} to the outside, the replayed one {}",
+                                   plural(recorded.size(), "packet"), replayed));
+  d.fields = {{"(packets written)", recorded.size(), replayed}};
+  d.field_count = 1;
+  found.push_back(std::move(d));
+}
+
+void StepComparison::compare_responses(const RecordedStep& step, const v1::ReplayOutcome& outcome,
+                                       std::vector<ReplayDifference>& found) {
+  const int both = std::min(step.record.requests_size(), outcome.served_size());
+  for (int i = 0; i < both; ++i) {
+    const v1::ServedRequest &a = step.record.requests(i), &b = outcome.served(i);
+    ++counts_.responses;
+    if (a.response() == b.response() && a.failure() == b.failure()) continue;
+    ReplayDifference d = difference(
+        step, fmt::format("the response of service '{}' before the step differs", a.service()));
+    if (a.failure() != b.failure()) d.fields.push_back({"(failure)", a.failure(), b.failure()});
+    if (a.response() != b.response()) {
+      d.fields.push_back(bytes_differ("(response)", a.response(), b.response()));
+    }
+    d.field_count = d.fields.size();
+    found.push_back(std::move(d));
+  }
+  // Too few: the node has no such service, which is its problem already.
+}
+
+}  // namespace mimesis::tool
