@@ -3,12 +3,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <iostream>
 #include <set>
 
 #include "common/runtime/suggest.h"
 #include "tools/mimesis/launch/command.h"
-#include "tools/mimesis/log/progress.h"
+#include "tools/mimesis/log/log_progress.h"
 #include "tools/mimesis/log/replay_launch.h"
 #include "tools/mimesis/log/replay_report.h"
 
@@ -56,7 +57,10 @@ int report_absent(const std::vector<OpenLog>& logs, const std::vector<Life>& liv
 }
 
 std::string program_of(const Life& life, const ReplayOptions& options) {
-  const std::string& wanted = options.program.empty() ? life.start.executable() : options.program;
+  std::string wanted = options.program.empty() ? life.start.executable() : options.program;
+  if (std::error_code ignored; std::filesystem::is_directory(wanted, ignored)) {
+    wanted += "/" + life.start.executable();
+  }
   const std::string path = launch::find_executable(wanted);
   if (path.empty()) {
     throw ConfigError(fmt::format(
@@ -66,50 +70,20 @@ std::string program_of(const Life& life, const ReplayOptions& options) {
   return path;
 }
 
-/// Progress counts bytes; what is known of a log that is being read is how much of its time passed.
-class LogProgress {
- public:
-  LogProgress(const std::string& what, const std::vector<OpenLog>& logs)
-      : span_(span_of(logs)), size_(size_of(logs)), bar_("replay " + what, size_) {}
-  void at(std::uint64_t log_time_ns) {
-    const auto passed = static_cast<double>(std::max(log_time_ns, span_.start_ns) - span_.start_ns);
-    const auto whole =
-        static_cast<double>(std::max<std::uint64_t>(1, span_.end_ns - span_.start_ns));
-    bar_.at(static_cast<std::uint64_t>(passed / whole * static_cast<double>(size_)));
-  }
-
- private:
-  static std::uint64_t size_of(const std::vector<OpenLog>& logs) {
-    std::uint64_t size = 0;
-    for (const OpenLog& log : logs) size += log.source->size();
-    return size;
-  }
-  Span span_;
-  std::uint64_t size_;
-  Progress bar_;
-};
-
 /// All runs of one life; the result that counts.
 ReplayResult replay_repeatedly(const std::vector<OpenLog>& logs, const Life& life,
                                const ReplayOptions& options, const StopSignals& stop) {
   const std::string program = program_of(life, options);
-  LifeReport shown;
-  std::uint64_t equal = 0, runs = 0;
+  RunCount count;
   {
-    LogProgress progress(life.node(), logs);
-    while (runs < options.repeat && shown.result != ReplayResult::interrupted) {
-      LifeReport report = replay_life(logs, life, program, options, stop,
-                                      [&](std::uint64_t log_time) { progress.at(log_time); });
-      ++runs;
-      equal += report.result == ReplayResult::equal ? 1 : 0;
-      const bool first_failure = equal + 1 == runs && report.result != ReplayResult::equal;
-      if (equal == runs || first_failure || report.result == ReplayResult::interrupted) {
-        shown = std::move(report);
-      }
-    }
+    LogProgress progress("replay " + life.node(), logs);
+    count = repeat(options.repeat, [&] {
+      return replay_life(logs, life, program, options, stop,
+                         [&](std::uint64_t log_time) { progress.at(log_time); });
+    });
   }
-  print_life(life, shown, equal, runs, options.json);
-  return shown.result;
+  print_life(life, count, options.json);
+  return count.shown.result;
 }
 
 int replay_nodes(const std::vector<OpenLog>& logs, const ReplayOptions& options,
@@ -122,8 +96,8 @@ int replay_nodes(const std::vector<OpenLog>& logs, const ReplayOptions& options,
   });
   std::set<std::string> names;
   for (const Life& life : lives) names.insert(life.node());
-  if (names.size() > 1 && !(options.program.empty() && options.sets.empty())) {
-    throw ConfigError("mimesis log replay: --exec and --set are for one node: name it");
+  if (names.size() > 1 && !options.sets.empty()) {
+    throw ConfigError("mimesis log replay: --set is for one node: name it");
   }
   bool all_equal = true;
   for (const Life& life : lives) {
@@ -135,6 +109,18 @@ int replay_nodes(const std::vector<OpenLog>& logs, const ReplayOptions& options,
 }
 
 }  // namespace
+
+RunCount repeat(std::uint64_t runs, const std::function<LifeReport()>& replay) {
+  RunCount count;
+  while (count.runs < runs && count.shown.result != ReplayResult::interrupted) {
+    LifeReport report = replay();
+    const bool all_equal = count.equal == count.runs;
+    ++count.runs;
+    if (report.result == ReplayResult::equal) ++count.equal;
+    if (all_equal || report.result == ReplayResult::interrupted) count.shown = std::move(report);
+  }
+  return count;
+}
 
 int log_replay(const ReplayOptions& options) {
   const StopSignals stop;

@@ -14,7 +14,7 @@ struct ReplayOptions {
   std::vector<std::string> nodes;  ///< empty: all that the logs tell enough of
   std::vector<std::string> logs;
   std::string launch;             ///< a launch file to run again instead of single nodes
-  std::string program;            ///< instead of the recorded one; empty: that
+  std::string program;            ///< or a folder of programs, instead of the recorded one
   std::vector<std::string> sets;  ///< KEY=VALUE; for a launch file NODE.KEY=VALUE
   std::vector<std::string> args;  ///< NAME=VALUE of the launch file's arguments
   double tolerance = 0.0;         ///< see MessageComparison
@@ -41,6 +41,15 @@ struct LifeReport {
   std::vector<std::string> notes;             ///< what else to know
   std::map<std::pair<std::string, std::string>, double> tolerated;  ///< MessageComparison
 };
+
+/// Several replays of the same.
+struct RunCount {
+  std::uint64_t runs = 0, equal = 0;
+  LifeReport shown;  ///< of the first that was not equal, else the last one
+};
+
+/// Until `runs` were made or one was interrupted.
+RunCount repeat(std::uint64_t runs, const std::function<LifeReport()>& replay);
 
 /// Runs a life again: `program` steps with what the recorded one took, and all it does is compared.
 /// `progress`: log time read so far [ns].

@@ -28,14 +28,6 @@ namespace fs = std::filesystem;
 constexpr int kSocketInChild = 3;
 constexpr off_t kLastWords = 2000;  // of what a node wrote before it died [bytes]
 
-std::string make_folder() {
-  std::string path = (fs::temp_directory_path() / "mimesis-replay-XXXXXX").string();
-  if (mkdtemp(path.data()) == nullptr) {
-    throw std::runtime_error(path + ": " + std::strerror(errno));
-  }
-  return path;
-}
-
 std::vector<std::string> command_line(const std::string& program, const Life& life,
                                       const std::string& parameters,
                                       const std::vector<std::string>& sets) {
@@ -86,9 +78,9 @@ pid_t start(std::vector<std::string> words, int socket, int output) {
 
 ReplayNode::ReplayNode(const std::string& program, const Life& life,
                        const std::vector<std::string>& sets)
-    : folder_(make_folder()), words_(memfd_create("output", MFD_CLOEXEC)) {
+    : words_(memfd_create("output", MFD_CLOEXEC)) {
   const std::string parameters =
-      folder_ + "/" + fs::path(life.node()).filename().string() + ".yaml";
+      folder_.path() + "/" + fs::path(life.node()).filename().string() + ".yaml";
   std::ofstream(parameters) << life.start.parameters();
   int ends[2];
   if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) != 0) {
@@ -105,8 +97,6 @@ ReplayNode::~ReplayNode() {
     kill(pid_, SIGKILL);  // nothing of it is needed any more, not even in the middle of a step
     waitpid(pid_, nullptr, 0);
   }
-  std::error_code ignored;
-  fs::remove_all(folder_, ignored);
 }
 
 tl::expected<v1::ReplayOutcome, Status> ReplayNode::run(const v1::ReplayStep& step,
@@ -118,17 +108,24 @@ tl::expected<v1::ReplayOutcome, Status> ReplayNode::run(const v1::ReplayStep& st
     if (stop.requested()) return tl::unexpected(Status{});
   }
   if (!runtime::read_packet(socket_.get(), outcome)) return tl::unexpected(Status{ending()});
+  answered_ = true;
   return outcome;
 }
 
 std::string ReplayNode::finish() {
   const launch::Ending how = wait();
-  return how.good() ? "" : "the node " + how.text() + last_words();
+  return how.good() ? "" : describe(how);
 }
 
 std::string ReplayNode::ending() {
   const launch::Ending how = wait();
-  return "the node " + how.text() + last_words();
+  if (!answered_ && how.code == 2) throw ConfigError(last_words());
+  return describe(how);
+}
+
+std::string ReplayNode::describe(const launch::Ending& how) const {
+  const std::string words = last_words();
+  return "the node " + how.text() + (words.empty() ? "" : ":\n" + words);
 }
 
 launch::Ending ReplayNode::wait() {
@@ -147,7 +144,7 @@ std::string ReplayNode::last_words() const {
       pread(words_.get(), words.data(), words.size(), std::max<off_t>(0, size - kLastWords));
   words.resize(n > 0 ? static_cast<std::size_t>(n) : 0);
   while (words.ends_with('\n')) words.pop_back();
-  return words.empty() ? "" : ":\n" + words;
+  return words;
 }
 
 }  // namespace mimesis::tool

@@ -8,6 +8,7 @@
 #include "common/error.h"
 #include "tools/mimesis/launch/process.h"
 #include "tools/mimesis/log/replay_life.h"
+#include "tools/mimesis/log/temporary_folder.h"
 #include "tools/mimesis/stop_signals.h"
 
 namespace mimesis::tool {
@@ -31,12 +32,14 @@ class ReplayNode {
  private:
   launch::Ending wait();
   std::string ending();
+  std::string describe(const launch::Ending& how) const;
   std::string last_words() const;
 
-  std::string folder_;  ///< temporary, holds the parameters
+  TemporaryFolder folder_;  ///< for the parameters
   launch::Fd socket_;
   launch::Fd words_;  ///< what it writes to standard output and error
   pid_t pid_ = -1;
+  bool answered_ = false;
 };
 
 }  // namespace mimesis::tool

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <iostream>
+#include <nlohmann/json.hpp>
 
 #include "tools/mimesis/table.h"
 
@@ -10,46 +11,9 @@ namespace mimesis::tool {
 namespace {
 
 using nlohmann::ordered_json;
+using Tolerated = std::map<std::pair<std::string, std::string>, double>;
 
 constexpr std::size_t kFieldsShown = 20;
-
-ordered_json life_json(const Life& life, const LifeReport& r, std::uint64_t equal,
-                       std::uint64_t runs) {
-  ordered_json out{{"node", life.node()},
-                   {"start_id", life.start.start_id()},
-                   {"clock", life.start.clock()},
-                   {"result", result_word(r.result)},
-                   {"runs", runs},
-                   {"equal", equal},
-                   {"steps", r.counts.steps},
-                   {"graph_s", r.graph_s},
-                   {"wall_s", r.wall_s},
-                   {"inputs", r.counts.inputs},
-                   {"outputs", r.counts.outputs},
-                   {"writes", r.counts.writes},
-                   {"responses", r.counts.responses},
-                   {"bytes", r.counts.bytes},
-                   {"difference_count", r.difference_count},
-                   {"differences", ordered_json::array()},
-                   {"problem", r.problem},
-                   {"notes", r.notes},
-                   {"tolerated", tolerated_json(r.tolerated)}};
-  for (const ReplayDifference& d : r.differences) out["differences"].push_back(to_json(d));
-  return out;
-}
-
-std::string figures(const LifeReport& r) {
-  std::string line = fmt::format("{} steps, {:.2f} s of graph time, {} inputs, {} outputs",
-                                 r.counts.steps, r.graph_s, r.counts.inputs, r.counts.outputs);
-  if (r.counts.writes > 0) line += fmt::format(", {} packets written", r.counts.writes);
-  if (r.counts.responses > 0) line += fmt::format(", {} responses", r.counts.responses);
-  line +=
-      fmt::format(", {:.1f} MB in {:.2f} s", static_cast<double>(r.counts.bytes) * 1e-6, r.wall_s);
-  if (r.wall_s > 0.0) line += fmt::format(" ({:.1f} x real time)", r.graph_s / r.wall_s);
-  return line;
-}
-
-}  // namespace
 
 std::string_view result_word(ReplayResult result) {
   switch (result) {
@@ -66,7 +30,10 @@ std::string_view result_word(ReplayResult result) {
 }
 
 ordered_json to_json(const ReplayDifference& d) {
-  ordered_json out{{"step", d.step}, {"time_s", d.time_s}, {"what", d.what}};
+  ordered_json out = ordered_json::object();
+  if (d.step) out["step"] = *d.step;
+  out["time_s"] = d.time_s;
+  out["what"] = d.what;
   if (!d.topic.empty()) {
     out["topic"] = d.topic;
     out["seq"] = d.seq;
@@ -79,8 +46,27 @@ ordered_json to_json(const ReplayDifference& d) {
   return out;
 }
 
-void print_difference(const std::string& name, const ReplayDifference& d) {
-  std::cout << fmt::format("{}: step {} at {:.6f} s: {}\n", name, d.step, d.time_s, d.what);
+ordered_json to_json(const Tolerated& tolerated) {
+  ordered_json all = ordered_json::array();
+  for (const auto& [key, worst] : tolerated) {
+    all.push_back({{"topic", key.first}, {"field", key.second}, {"worst", worst}});
+  }
+  return all;
+}
+
+/// Adds what every replay has.
+void add_results(ordered_json& out, const LifeReport& r) {
+  out["difference_count"] = r.difference_count;
+  out["differences"] = ordered_json::array();
+  for (const ReplayDifference& d : r.differences) out["differences"].push_back(to_json(d));
+  out["problem"] = r.problem;
+  out["notes"] = r.notes;
+  out["tolerated"] = to_json(r.tolerated);
+}
+
+void print(const std::string& name, const ReplayDifference& d) {
+  std::cout << fmt::format("{}: {}at {:.6f} s: {}\n", name,
+                           d.step ? fmt::format("step {} ", *d.step) : "", d.time_s, d.what);
   if (d.fields.empty()) return;
   Table table({"  FIELD", "RECORDED", "REPLAYED"});
   for (std::size_t i = 0; i < std::min(d.fields.size(), kFieldsShown); ++i) {
@@ -92,39 +78,80 @@ void print_difference(const std::string& name, const ReplayDifference& d) {
   }
 }
 
-ordered_json tolerated_json(
-    const std::map<std::pair<std::string, std::string>, double>& tolerated) {
-  ordered_json all = ordered_json::array();
-  for (const auto& [key, worst] : tolerated) {
-    all.push_back({{"topic", key.first}, {"field", key.second}, {"worst", worst}});
-  }
-  return all;
+std::string megabytes_in_seconds(const LifeReport& r) {
+  std::string text =
+      fmt::format("{:.1f} MB in {:.2f} s", static_cast<double>(r.counts.bytes) * 1e-6, r.wall_s);
+  if (r.wall_s > 0.0) text += fmt::format(" ({:.1f} x real time)", r.graph_s / r.wall_s);
+  return text;
 }
 
-void print_tolerated(const std::map<std::pair<std::string, std::string>, double>& tolerated) {
-  for (const auto& [key, worst] : tolerated) {
-    std::cout << fmt::format("  tolerated: {} {}: {:.3g} at most\n", key.first, key.second, worst);
-  }
+std::string figures_of_node(const LifeReport& r) {
+  std::string text = fmt::format("{} steps, {:.2f} s of graph time, {} inputs, {} outputs, ",
+                                 r.counts.steps, r.graph_s, r.counts.inputs, r.counts.outputs);
+  if (r.counts.writes > 0) text += fmt::format("{} packets written, ", r.counts.writes);
+  if (r.counts.responses > 0) text += fmt::format("{} responses, ", r.counts.responses);
+  return text + megabytes_in_seconds(r);
 }
 
-void print_life(const Life& life, const LifeReport& r, std::uint64_t equal, std::uint64_t runs,
-                bool json) {
-  if (json) {
-    std::cout << life_json(life, r, equal, runs).dump() << std::endl;
-    return;
-  }
-  for (const ReplayDifference& d : r.differences) print_difference(life.node(), d);
-  if (!r.problem.empty()) std::cout << life.node() << ": " << r.problem << '\n';
-  const std::string counted =
-      runs == 1 ? std::string(result_word(r.result)) : fmt::format("{} of {} equal", equal, runs);
-  std::cout << fmt::format("{}: {}: {}\n", life.node(), counted, figures(r));
+void print_text(const std::string& name, const RunCount& count, const std::string& figures) {
+  const LifeReport& r = count.shown;
+  for (const ReplayDifference& d : r.differences) print(name, d);
+  if (!r.problem.empty()) std::cout << name << ": " << r.problem << '\n';
+  const std::string result = count.runs == 1
+                                 ? std::string(result_word(r.result))
+                                 : fmt::format("{} of {} equal", count.equal, count.runs);
+  std::cout << fmt::format("{}: {}: {}\n", name, result, figures);
   if (r.difference_count > r.differences.size()) {
     std::cout << fmt::format("  {} differences, {} shown\n", r.difference_count,
                              r.differences.size());
   }
-  print_tolerated(r.tolerated);
+  for (const auto& [key, worst] : r.tolerated) {
+    std::cout << fmt::format("  tolerated: {} {}: {:.3g} at most\n", key.first, key.second, worst);
+  }
   for (const std::string& note : r.notes) std::cout << "  " << note << '\n';
   std::cout << std::flush;
+}
+
+}  // namespace
+
+void print_life(const Life& life, const RunCount& count, bool json) {
+  const LifeReport& r = count.shown;
+  if (!json) return print_text(life.node(), count, figures_of_node(r));
+  ordered_json out{{"node", life.node()},
+                   {"start_id", life.start.start_id()},
+                   {"clock", life.start.clock()},
+                   {"result", result_word(r.result)},
+                   {"runs", count.runs},
+                   {"equal", count.equal},
+                   {"steps", r.counts.steps},
+                   {"graph_s", r.graph_s},
+                   {"wall_s", r.wall_s},
+                   {"inputs", r.counts.inputs},
+                   {"outputs", r.counts.outputs},
+                   {"writes", r.counts.writes},
+                   {"responses", r.counts.responses},
+                   {"bytes", r.counts.bytes}};
+  add_results(out, r);
+  std::cout << out.dump() << std::endl;
+}
+
+void print_launch(const std::string& file, const RunCount& count, bool json) {
+  const LifeReport& r = count.shown;
+  if (!json) {
+    return print_text(file, count,
+                      fmt::format("{} messages, {:.2f} s of graph time, {}", r.counts.outputs,
+                                  r.graph_s, megabytes_in_seconds(r)));
+  }
+  ordered_json out{{"launch", file},
+                   {"result", result_word(r.result)},
+                   {"runs", count.runs},
+                   {"equal", count.equal},
+                   {"graph_s", r.graph_s},
+                   {"wall_s", r.wall_s},
+                   {"messages", r.counts.outputs},
+                   {"bytes", r.counts.bytes}};
+  add_results(out, r);
+  std::cout << out.dump() << std::endl;
 }
 
 }  // namespace mimesis::tool

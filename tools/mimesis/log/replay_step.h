@@ -12,10 +12,10 @@ namespace mimesis::tool {
 
 /// Where a replay is not what the log says.
 struct ReplayDifference {
-  std::uint64_t step = 0;
-  double time_s = 0.0;  ///< graph time of the step
-  std::string what;     ///< one line: "planner/command #83: 2 fields differ"
-  std::string topic;    ///< of a message, else empty
+  std::optional<std::uint64_t> step;  ///< of one node; nothing in the replay of a graph
+  double time_s = 0.0;                ///< graph time
+  std::string what;                   ///< one line: "planner/command #83: 2 fields differ"
+  std::string topic;                  ///< of a message, else empty
   std::uint64_t seq = 0;
   std::vector<FieldDifference> fields;  ///< recorded and replayed values
   std::size_t field_count = 0;

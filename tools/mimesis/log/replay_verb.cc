@@ -69,14 +69,16 @@ void add_replay(CLI::App& log, int& exit_code) {
   CLI::App* verb = log.add_subcommand("replay", kAbout);
   struct Options {
     ReplayOptions replay;
-    std::vector<std::string> words, keep_going;
+    std::vector<std::string> words;
+    std::uint64_t keep_going = 0;  ///< 0: to the end
   };
   auto o = std::make_shared<Options>();
   verb->add_option("WORDS", o->words,
                    "Nodes (default: all that the log tells enough of) or a launch file, then logs")
       ->required()
       ->type_name("[NODE ...|LAUNCH_FILE] LOG ...");
-  verb->add_option("--exec", o->replay.program, "Program of the node: another build")
+  verb->add_option("--exec", o->replay.program,
+                   "Program of the node, or a folder of programs: another build")
       ->type_name("PATH");
   verb->add_option("--set", o->replay.sets,
                    "Sets a parameter otherwise than recorded (repeatable); NODE.KEY=VALUE with a "
@@ -91,7 +93,7 @@ void add_replay(CLI::App& log, int& exit_code) {
       ->type_name("X")
       ->check(number_not_below_zero);
   CLI::Option* keep_going =
-      verb->add_flag("--keep-going{0}", o->replay.differences,
+      verb->add_flag("--keep-going{0}", o->keep_going,
                      "Do not stop at the first difference but after N (--keep-going=N)")
           ->type_name("N");
   verb->add_option("--repeat", o->replay.repeat, "Replay so many times: n of N are equal")
@@ -101,8 +103,9 @@ void add_replay(CLI::App& log, int& exit_code) {
   verb->add_flag("--json", o->replay.json, "One JSON object per node (tools/mimesis/README.md)");
   verb->footer(kFooter);
   verb->callback([o, keep_going, &exit_code] {
-    if (keep_going->count() > 0 && o->replay.differences == 0) {
-      o->replay.differences = std::numeric_limits<std::uint64_t>::max();
+    if (keep_going->count() > 0) {
+      o->replay.differences =
+          o->keep_going > 0 ? o->keep_going : std::numeric_limits<std::uint64_t>::max();
     }
     sort_words(o->words, o->replay);
     exit_code = log_replay(o->replay);
