@@ -17,7 +17,7 @@ struct ReplayOptions {
   std::string program;            ///< or a folder of programs, instead of the recorded one
   std::vector<std::string> sets;  ///< KEY=VALUE; for a launch file NODE.KEY=VALUE
   std::vector<std::string> args;  ///< NAME=VALUE of the launch file's arguments
-  double tolerance = 0.0;         ///< see MessageComparison
+  double tolerance = 0.0;         ///< see ReplayCompare
   std::uint64_t differences = 1;  ///< so many are shown, then a replay stops
   std::uint64_t repeat = 1;
   bool json = false;
@@ -39,7 +39,7 @@ struct LifeReport {
   std::vector<ReplayDifference> differences;  ///< those to be shown
   std::string problem;                        ///< why it did not come to its end
   std::vector<std::string> notes;             ///< what else to know
-  std::map<std::pair<std::string, std::string>, double> tolerated;  ///< MessageComparison
+  Tolerated tolerated;
 };
 
 /// Several replays of the same.

@@ -24,8 +24,8 @@ constexpr auto kTurn = 50ms;
 /// In a log that was cut off, nodes may be this far apart.
 constexpr std::uint64_t kRaggedEnd = 1'000'000'000;
 /// Durations on the wall clock: they are not the same twice.
-const std::set<std::string> kWallFields{"mimesis.v1.ClockTime.wall_ns",
-                                        "mimesis.v1.TaskStatus.plan_compute_s"};
+const std::map<std::string, std::set<std::string>> kWallFields{
+    {"mimesis.v1.ClockTime", {"wall_ns"}}, {"mimesis.v1.TaskStatus", {"plan_compute_s"}}};
 
 double to_s(std::uint64_t ns) { return static_cast<double>(ns) * 1e-9; }
 
@@ -182,41 +182,35 @@ class LaunchReplay {
     const std::string place = fmt::format("{} #{}", live.topic, m.seq);
     if (!recorded) {
       if (plan_.limit.cut_off && time_ns + kRaggedEnd > plan_.limit.until_ns) return true;
-      return differs(live, time_ns, place + ": the log holds no such message", {}, 0);
+      return differs(live, time_ns, place + ": the log holds no such message", {});
     }
     ++report_.counts.outputs;
     report_.counts.bytes += m.payload.size();
-    std::vector<FieldDifference> around;
-    const auto compare = [&around](const char* what, std::uint64_t a, std::uint64_t b) {
-      if (a != b) around.push_back({what, a, b});
+    MessageDifference fields =
+        messages_.compare(live.topic, recorded->schema, recorded->payload, m.payload);
+    const auto compare = [&fields](const char* what, std::uint64_t a, std::uint64_t b) {
+      if (a == b) return;
+      fields.fields.insert(fields.fields.begin(), {what, std::to_string(a), std::to_string(b)});
+      ++fields.count;
     };
-    compare("(seq)", recorded->seq, m.seq);
-    compare("(graph time) ns", recorded->log_time_ns, time_ns);
     compare("(publish time) ns", recorded->publish_time_ns,
             static_cast<std::uint64_t>(m.stamp.count()));
-    const auto message = messages_.compare(
-        live.topic, live.type, recorded->schema == nullptr ? "" : recorded->schema->data,
-        recorded->payload, m.payload);
-    if (!message && around.empty()) return true;
-    std::size_t count = around.size();
-    if (message) {
-      count += message->field_count;
-      around.insert(around.end(), message->fields.begin(), message->fields.end());
-    }
+    compare("(graph time) ns", recorded->log_time_ns, time_ns);
+    compare("(seq)", recorded->seq, m.seq);
+    if (fields.equal()) return true;
     return differs(live, time_ns, fmt::format("{} of node '{}' differs", place, m.source),
-                   std::move(around), count);
+                   std::move(fields));
   }
 
   /// False if these were enough.
   bool differs(const runtime::Tapped& live, std::uint64_t time_ns, std::string what,
-               std::vector<FieldDifference> fields, std::size_t count) {
+               MessageDifference fields) {
     ReplayDifference d;
     d.time_s = to_s(time_ns);
     d.what = std::move(what);
     d.topic = live.topic;
     d.seq = live.message.seq;
     d.fields = std::move(fields);
-    d.field_count = count;
     report_.differences.push_back(std::move(d));
     return ++report_.difference_count < options_.differences;
   }
@@ -239,7 +233,7 @@ class LaunchReplay {
   const LaunchPlan& plan_;
   const ReplayOptions& options_;
   RecordedRun recorded_;
-  MessageComparison messages_;
+  ReplayCompare messages_;
   LifeReport report_;
   std::map<TopicOfNode, std::uint64_t> left_out_;
   double last_s_ = 0.0;  ///< graph time

@@ -147,7 +147,9 @@ bool LifeReader::next_step_log() {
   while (waiting_.empty() && step_logs_read_ < life_.step_logs && read()) {
   }
   if (waiting_.empty()) {
-    if (step_logs_read_ < life_.step_logs) {
+    if (life_.step_logs == 0) {
+      problem_ = fmt::format("there is no message on {}/steps in the log", life_.node());
+    } else if (step_logs_read_ < life_.step_logs) {
       problem_ = fmt::format("{} of the {} messages on {}/steps cannot be read",
                              life_.step_logs - step_logs_read_, life_.step_logs, life_.node());
     }
@@ -158,15 +160,18 @@ bool LifeReader::next_step_log() {
   waiting_.erase(waiting_.begin());
   next_step_ = 0;
   if (step_log_.first() == next_number_) return true;
-  problem_ =
-      next_number_ == 0
-          ? fmt::format(
-                "steps 0 to {} are not in the log: it was begun after the node, and a "
-                "replay needs the node from its constructor on",
-                step_log_.first() - 1)
-      : step_log_.first() > next_number_
-          ? fmt::format("steps {} to {} are not in the log", next_number_, step_log_.first() - 1)
-          : fmt::format("step {} is in the log twice", step_log_.first());
+  if (next_number_ == 0) {
+    problem_ = fmt::format(
+        "steps 0 to {} are not in the log: the log was begun after the node, and a replay needs "
+        "the "
+        "node from its constructor on",
+        step_log_.first() - 1);
+  } else if (step_log_.first() > next_number_) {
+    problem_ =
+        fmt::format("steps {} to {} are not in the log: lost", next_number_, step_log_.first() - 1);
+  } else {
+    problem_ = fmt::format("step {} is in the log twice", step_log_.first());
+  }
   return false;
 }
 

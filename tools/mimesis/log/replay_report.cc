@@ -11,7 +11,6 @@ namespace mimesis::tool {
 namespace {
 
 using nlohmann::ordered_json;
-using Tolerated = std::map<std::pair<std::string, std::string>, double>;
 
 constexpr std::size_t kFieldsShown = 20;
 
@@ -38,10 +37,10 @@ ordered_json to_json(const ReplayDifference& d) {
     out["topic"] = d.topic;
     out["seq"] = d.seq;
   }
-  out["field_count"] = d.field_count;
+  out["field_count"] = d.fields.count;
   out["fields"] = ordered_json::array();
-  for (const FieldDifference& f : d.fields) {
-    out["fields"].push_back({{"field", f.field}, {"recorded", f.first}, {"replayed", f.second}});
+  for (const FieldDifference& f : d.fields.fields) {
+    out["fields"].push_back({{"field", f.path}, {"recorded", f.a}, {"replayed", f.b}});
   }
   return out;
 }
@@ -67,14 +66,16 @@ void add_results(ordered_json& out, const LifeReport& r) {
 void print(const std::string& name, const ReplayDifference& d) {
   std::cout << fmt::format("{}: {}at {:.6f} s: {}\n", name,
                            d.step ? fmt::format("step {} ", *d.step) : "", d.time_s, d.what);
-  if (d.fields.empty()) return;
+  const auto& fields = d.fields.fields;
+  if (fields.empty()) return;
   Table table({"  FIELD", "RECORDED", "REPLAYED"});
-  for (std::size_t i = 0; i < std::min(d.fields.size(), kFieldsShown); ++i) {
-    table.row({"  " + d.fields[i].field, d.fields[i].first.dump(), d.fields[i].second.dump()});
+  for (std::size_t i = 0; i < std::min(fields.size(), kFieldsShown); ++i) {
+    table.row(
+        {"  " + (fields[i].path.empty() ? "(message)" : fields[i].path), fields[i].a, fields[i].b});
   }
   table.print(std::cout, use_colour(1));
-  if (d.field_count > kFieldsShown) {
-    std::cout << fmt::format("  and {} more\n", d.field_count - kFieldsShown);
+  if (d.fields.count > kFieldsShown) {
+    std::cout << fmt::format("  and {} more\n", d.fields.count - kFieldsShown);
   }
 }
 

@@ -56,8 +56,12 @@ class LifeReplay {
     }
     follow_time(*step);
     last_ = step->record.kind();
-    if (outcome->failed()) failed_ = outcome->problem();
-    return keep(comparison_.compare(*step, *outcome));
+    auto found = comparison_.compare(*step, *outcome);
+    if (outcome->failed()) {
+      failed_ = outcome->problem();
+      if (!found.empty()) found.insert(found.begin(), only_replay_failed());
+    }
+    return keep(found);
   }
 
   bool interrupted() {
@@ -67,13 +71,16 @@ class LifeReplay {
 
   /// The node threw in the step before this one. So did the recorded one if it was stopped then.
   bool throws_no_more(const RecordedStep& step) {
-    if (step.record.kind() == v1::STEP_KIND_STOP) return false;
+    if (step.record.kind() != v1::STEP_KIND_STOP) keep({only_replay_failed()});
+    return false;
+  }
+
+  ReplayDifference only_replay_failed() const {
     ReplayDifference d;
-    d.step = step.number - 1;
+    d.step = comparison_.counts().steps - 1;
     d.time_s = end_s_;
     d.what = "the replayed step failed, the recorded one did not: " + *failed_;
-    keep({d});
-    return false;
+    return d;
   }
 
   bool add_inputs(const RecordedStep& step, v1::ReplayStep& message) {
@@ -136,7 +143,8 @@ class LifeReplay {
         report_.notes.push_back(
             fmt::format("{} is not in the log: {} messages were not compared", topic, count));
       } else if (report_.problem.empty()) {
-        report_.problem = fmt::format("{} messages on {} are not in the log: lost", count, topic);
+        report_.problem = fmt::format("{} message{} on {} {} not in the log: lost", count,
+                                      count == 1 ? "" : "s", topic, count == 1 ? "is" : "are");
       }
     }
   }
@@ -154,7 +162,7 @@ class LifeReplay {
   const ReplayOptions& options_;
   const StopSignals& stop_;
   LifeReader reader_;
-  MessageComparison messages_;
+  ReplayCompare messages_;
   StepComparison comparison_;
   LifeReport report_;
   std::optional<std::string> failed_;  ///< the node threw: what

@@ -4,39 +4,33 @@
 
 #include <algorithm>
 
+#include "tools/mimesis/log/field_text.h"
+
 namespace mimesis::tool {
 namespace {
 
-using Json = nlohmann::ordered_json;
+constexpr std::size_t kShownBytes = 16;  // a CAN frame
 
-constexpr std::size_t kShownBytes = 32;  // two CAN frames
-
-/// Bytes around the first difference.
-Json shown(const std::string& bytes, std::size_t at) {
-  const std::size_t begin = std::min(bytes.size(), at / 16 * 16);
-  std::string hex;
-  for (const char c : bytes.substr(begin, kShownBytes)) {
-    hex += fmt::format("{:02x}", static_cast<unsigned char>(c));
-  }
-  return {{"bytes", bytes.size()}, {"differs_at", at}, {"hex_at", begin}, {"hex", hex}};
-}
-
+/// Both from the first byte that differs.
 FieldDifference bytes_differ(const std::string& name, const std::string& recorded,
                              const std::string& replayed) {
-  const std::size_t at = first_difference(recorded, replayed);
-  return {name, shown(recorded, at), shown(replayed, at)};
+  const auto at = static_cast<std::size_t>(
+      std::mismatch(recorded.begin(), recorded.end(), replayed.begin(), replayed.end()).first -
+      recorded.begin());
+  const auto shown = [at](const std::string& bytes) {
+    const std::string text = hex(bytes, at, kShownBytes);
+    return fmt::format("{} bytes, at {}: {}", bytes.size(), at, text.empty() ? "end" : text);
+  };
+  return {name, shown(recorded), shown(replayed)};
 }
 
 std::string plural(std::size_t count, std::string_view word) {
   return fmt::format("{} {}{}", count, word, count == 1 ? "" : "s");
 }
 
-std::string text_of(const MessageDifference& difference) {
-  if (difference.field_count > 0) {
-    return fmt::format("{} differ{}", plural(difference.field_count, "field"),
-                       difference.field_count == 1 ? "s" : "");
-  }
-  return fmt::format("the bytes differ from byte {} on, the fields are equal", difference.offset);
+MessageDifference counts_differ(const std::string& what, std::size_t recorded,
+                                std::size_t replayed) {
+  return {{{what, std::to_string(recorded), std::to_string(replayed)}}, 1};
 }
 
 }  // namespace
@@ -72,27 +66,20 @@ void StepComparison::compare_output(const RecordedStep& step, const v1::ReplayMe
   }
   ++counts_.outputs;
   counts_.bytes += output.payload().size();
-  const std::string place = fmt::format("{} #{}", output.topic(), output.seq());
-  const auto message =
-      recorded->schema == nullptr
-          ? messages_.compare(output.topic(), "", "", recorded->payload, output.payload())
-          : messages_.compare(output.topic(), recorded->schema->name, recorded->schema->data,
-                              recorded->payload, output.payload());
-  const bool stamp_differs = recorded->publish_time_ns != output.stamp_ns();
-  if (!message && !stamp_differs) return;
-  ReplayDifference d = difference(
-      step, fmt::format("{}: {}", place, message ? text_of(*message) : "its stamp differs"));
+  MessageDifference fields =
+      messages_.compare(output.topic(), recorded->schema, recorded->payload, output.payload());
+  if (recorded->publish_time_ns != output.stamp_ns()) {
+    fields.fields.insert(fields.fields.begin(),
+                         {"(publish time) ns", std::to_string(recorded->publish_time_ns),
+                          std::to_string(output.stamp_ns())});
+    ++fields.count;
+  }
+  if (fields.equal()) return;
+  ReplayDifference d = difference(step, fmt::format("{} #{} differs in {}", output.topic(),
+                                                    output.seq(), plural(fields.count, "field")));
   d.topic = output.topic();
   d.seq = output.seq();
-  if (message) {
-    d.fields = message->fields;
-    d.field_count = message->field_count;
-  }
-  if (stamp_differs) {
-    d.fields.insert(d.fields.begin(),
-                    {"(publish time) ns", recorded->publish_time_ns, output.stamp_ns()});
-    ++d.field_count;
-  }
+  d.fields = std::move(fields);
   found.push_back(std::move(d));
 }
 
@@ -117,8 +104,7 @@ void StepComparison::compare_count(const RecordedStep& step, const v1::ReplayOut
     d.topic = topic;
     d.seq = next->seq;
   }
-  d.fields = {{"(messages)", recorded, replayed}};
-  d.field_count = 1;
+  d.fields = counts_differ("(messages)", recorded, replayed);
   found.push_back(std::move(d));
 }
 
@@ -137,8 +123,7 @@ void StepComparison::compare_writes(const RecordedStep& step, const v1::ReplayOu
                   ? fmt::format("write {} of the step, to '{}', differs", i + 1, a.name())
                   : fmt::format("write {} of the step goes to '{}', the recorded one went to '{}'",
                                 i + 1, b.name(), a.name()));
-    d.fields = {bytes_differ("(written) " + a.name(), a.data(), b.data())};
-    d.field_count = 1;
+    d.fields = {{bytes_differ("(written) " + a.name(), a.data(), b.data())}, 1};
     found.push_back(std::move(d));
     break;  // all later ones may be shifted
   }
@@ -147,8 +132,7 @@ void StepComparison::compare_writes(const RecordedStep& step, const v1::ReplayOu
   ReplayDifference d =
       difference(step, fmt::format("the recorded step wrote {} to the outside, the replayed one {}",
                                    plural(recorded.size(), "packet"), replayed));
-  d.fields = {{"(packets written)", recorded.size(), replayed}};
-  d.field_count = 1;
+  d.fields = counts_differ("(packets written)", recorded.size(), replayed);
   found.push_back(std::move(d));
 }
 
@@ -161,11 +145,13 @@ void StepComparison::compare_responses(const RecordedStep& step, const v1::Repla
     if (a.response() == b.response() && a.failure() == b.failure()) continue;
     ReplayDifference d = difference(
         step, fmt::format("the response of service '{}' before the step differs", a.service()));
-    if (a.failure() != b.failure()) d.fields.push_back({"(failure)", a.failure(), b.failure()});
-    if (a.response() != b.response()) {
-      d.fields.push_back(bytes_differ("(response)", a.response(), b.response()));
+    if (a.failure() != b.failure()) {
+      d.fields.fields.push_back({"(failure)", a.failure(), b.failure()});
     }
-    d.field_count = d.fields.size();
+    if (a.response() != b.response()) {
+      d.fields.fields.push_back(bytes_differ("(response)", a.response(), b.response()));
+    }
+    d.fields.count = d.fields.fields.size();
     found.push_back(std::move(d));
   }
   // Too few: the node has no such service, which is its problem already.

@@ -1,11 +1,11 @@
 #pragma once
 #include <cstdint>
 #include <map>
-#include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
-#include "tools/mimesis/log/message_difference.h"
+#include "tools/mimesis/log/replay_compare.h"
 #include "tools/mimesis/log/replay_life.h"
 
 namespace mimesis::tool {
@@ -17,8 +17,7 @@ struct ReplayDifference {
   std::string what;                   ///< one line: "planner/command #83: 2 fields differ"
   std::string topic;                  ///< of a message, else empty
   std::uint64_t seq = 0;
-  std::vector<FieldDifference> fields;  ///< recorded and replayed values
-  std::size_t field_count = 0;
+  MessageDifference fields;  ///< recorded and replayed values
 };
 
 /// What was compared in all steps.
@@ -31,13 +30,14 @@ struct ReplayCounts {
 class StepComparison {
  public:
   /// All outlive it.
-  StepComparison(const Life& life, LifeReader& reader, MessageComparison& messages)
+  StepComparison(const Life& life, LifeReader& reader, ReplayCompare& messages)
       : life_(life), reader_(reader), messages_(messages) {}
 
   /// All differences of a step, the likely cause first.
   std::vector<ReplayDifference> compare(const RecordedStep& step, const v1::ReplayOutcome& outcome);
 
   ReplayCounts& counts() { return counts_; }
+  const ReplayCounts& counts() const { return counts_; }
   /// Outputs that the log does not hold, by topic: lost, or (all of a topic) left out.
   const std::map<std::string, std::uint64_t>& missing() const { return missing_; }
 
@@ -54,7 +54,7 @@ class StepComparison {
 
   const Life& life_;
   LifeReader& reader_;
-  MessageComparison& messages_;
+  ReplayCompare& messages_;
   ReplayCounts counts_;
   std::map<std::string, std::uint64_t> missing_;
 };
