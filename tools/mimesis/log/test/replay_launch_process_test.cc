@@ -148,6 +148,11 @@ TEST_F(ReplayLaunch, AnAlteredOrMissingRecordIsFound) {
 
 TEST_F(ReplayLaunch, ARunThatEndsBeforeItsLogIsNotComplete) {
   EXPECT_EQ(replay({file_, log_, "--set", "clock.until_s=0.3"}), 1);
+  EXPECT_TRUE(says("clock/time #")) << "time that ends earlier says so" << output_;
+  const std::string timeless = path("timeless.mcap");
+  copy_log(log_, timeless,
+           [](const auto& channel, auto, auto&) { return channel.topic != "clock/time"; });
+  EXPECT_EQ(replay({file_, timeless, "--set", "clock.until_s=0.3"}), 1);
   EXPECT_TRUE(says("the launch ended with exit code")) << output_;
   EXPECT_TRUE(says(" at 0.300000 s of graph time, before ")) << output_;
   EXPECT_TRUE(says("/out #")) << output_;
