@@ -10,6 +10,7 @@ namespace mimesis::runtime {
 
 CounterNode::CounterNode(const Params& params, Bus& bus)
     : params_(params), a_(bus, "a"), b_(bus, "b"), latest_(bus, "latest"), out_(bus, "out") {
+  hash_ ^= static_cast<std::uint64_t>(params.salt);
   if (params.mode == "refuse") throw ConfigError("counter.mode: refuses");
   bus.serve("add_one", v1::Publication::default_instance(), v1::Publication::default_instance(),
             [](const std::string& request) -> tl::expected<std::string, Status> {

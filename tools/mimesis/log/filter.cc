@@ -118,6 +118,19 @@ class KeptLosses {
   std::map<const log::Channel*, Sequence> sequences_;
 };
 
+/// @throws ConfigError
+log::Metadata notes_of(const std::vector<std::string>& notes) {
+  log::Metadata metadata{"mimesis.notes", {}};
+  for (const std::string& note : notes) {
+    const std::size_t equals = note.find('=');
+    if (equals == std::string::npos || equals == 0) {
+      throw ConfigError("--note '" + note + "': expected KEY=VALUE");
+    }
+    metadata.metadata[note.substr(0, equals)] = note.substr(equals + 1);
+  }
+  return metadata;
+}
+
 int not_in_log(const std::vector<OpenLog>& logs, const std::string& node) {
   std::vector<std::string> nodes;
   for (const OpenLog& log : logs) {
@@ -151,6 +164,7 @@ std::set<std::string> topics_for_replay(const std::vector<OpenLog>& logs, const 
 
 int log_filter(FilterOptions options) {
   Thinning thinning(options.every, options.max_rate);
+  const log::Metadata notes = notes_of(options.notes);
   const auto logs = open_logs(options.inputs);
   if (!logs) {
     std::cerr << logs.error().line << '\n';
@@ -182,6 +196,7 @@ int log_filter(FilterOptions options) {
   if (options.metadata) {
     copy_metadata(*logs, out, pass, losses.known() ? losses.result() : std::optional<LossCounts>{});
   }
+  if (pass.done && !notes.metadata.empty()) pass.done = out.add_metadata(notes);
   return conclude(out, pass, options.json);
 }
 

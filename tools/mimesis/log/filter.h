@@ -21,6 +21,7 @@ struct FilterOptions {
   bool latched = true;                       ///< last values before the start, at its time
   std::vector<std::string> every, max_rate;  ///< as in Thinning
   bool attachments = true, metadata = true;
+  std::vector<std::string> notes;  ///< KEY=VALUE, for metadata "mimesis.notes"
   bool json = false;
 };
 

@@ -37,6 +37,10 @@ void add_filter(CLI::App& verb, int& exit_code) {
       ->allow_extra_args(false);
   filter->add_flag("!--no-attachments", o->attachments, "Leave attachments out");
   filter->add_flag("!--no-metadata", o->metadata, "Leave metadata out");
+  filter
+      ->add_option("--note", o->notes, "Stores KEY=VALUE in the log: where it is from (repeatable)")
+      ->type_name("KEY=VALUE")
+      ->allow_extra_args(false);
   add_output_options(*filter, o->output);
   filter->add_flag("--json", o->json, "Print what was written as one JSON object");
   filter->footer(

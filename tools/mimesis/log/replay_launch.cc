@@ -1,0 +1,258 @@
+#include "tools/mimesis/log/replay_launch.h"
+
+#include <fmt/format.h>
+
+#include <chrono>
+#include <filesystem>
+#include <iostream>
+#include <sstream>
+
+#include "tools/mimesis/launch/check.h"
+#include "tools/mimesis/launch/graph_file.h"
+#include "tools/mimesis/log/log_progress.h"
+#include "tools/mimesis/log/replay_graph.h"
+#include "tools/mimesis/log/replay_recorded.h"
+#include "tools/mimesis/log/replay_report.h"
+
+namespace mimesis::tool {
+namespace {
+
+using namespace std::chrono_literals;
+namespace fs = std::filesystem;
+
+constexpr auto kTurn = 50ms;
+/// In a log that was cut off, nodes may be this far apart.
+constexpr std::uint64_t kRaggedEnd = 1'000'000'000;
+/// Durations on the wall clock: they are not the same twice.
+const std::map<std::string, std::set<std::string>> kWallFields{
+    {"mimesis.v1.ClockTime", {"wall_ns"}}, {"mimesis.v1.TaskStatus", {"plan_compute_s"}}};
+
+double to_s(std::uint64_t ns) { return static_cast<double>(ns) * 1e-9; }
+
+/// How the recorded run was started, and until when it can be compared.
+struct LaunchPlan {
+  std::string file;
+  std::vector<std::string> args, sets;
+  bool takes_log = false;  ///< the file has an argument `log`
+  RunLimit limit;
+};
+
+std::vector<std::string> lines_of(const std::map<std::string, std::string>& values,
+                                  const std::string& key) {
+  std::vector<std::string> lines;
+  const auto it = values.find(key);
+  std::istringstream in(it == values.end() ? "" : it->second);
+  for (std::string line; std::getline(in, line);) {
+    if (!line.empty()) lines.push_back(line);
+  }
+  return lines;
+}
+
+/// Arguments and sets of the recorded run; false if the log does not tell.
+bool read_launch_metadata(const std::vector<OpenLog>& logs, LaunchPlan& plan) {
+  for (const OpenLog& log : logs) {
+    for (const log::MetadataIndex& index : log.summary.metadata) {
+      if (index.name != "mimesis.launch") continue;
+      const auto record = log::read_metadata(*log.source, index);
+      if (!record) continue;
+      plan.args = lines_of(record->metadata, "args");
+      plan.sets = lines_of(record->metadata, "sets");
+      std::erase_if(plan.args, [](const std::string& arg) { return arg.starts_with("log="); });
+      return true;
+    }
+  }
+  return false;
+}
+
+/// The launch would write over what it is compared with.
+void refuse_overwriting(const launch::GraphFile& graph, const std::vector<OpenLog>& logs) {
+  for (const launch::NodeSpec& node : graph.nodes) {
+    for (const launch::Text& word : node.args) {
+      for (const OpenLog& log : logs) {
+        std::error_code ignored;
+        if (!fs::equivalent(word.text, log.path, ignored)) continue;
+        throw ConfigError(fmt::format("{}: node '{}' names {}, the log to be replayed", graph.file,
+                                      node.name.text, log.path));
+      }
+    }
+  }
+}
+
+/// For the checks of a launch alone.
+launch::Run as_run(const std::vector<std::string>& sets) {
+  launch::Run run{.graph = "replay", .log = "/nowhere", .sets = {}};
+  for (const std::string& set : sets) {
+    const std::size_t dot = set.find('.');
+    if (dot == std::string::npos || set.find('=', dot) == std::string::npos) {
+      throw ConfigError("--set: '" + set + "' is not NODE.KEY=VALUE");
+    }
+    run.sets.emplace_back(set.substr(0, dot), set.substr(dot + 1));
+  }
+  return run;
+}
+
+LaunchPlan make_plan(const std::vector<OpenLog>& logs, const ReplayOptions& options) {
+  LaunchPlan plan;
+  plan.file = options.launch;
+  if (!read_launch_metadata(logs, plan)) {
+    std::cerr << fmt::format(
+        "{}: it does not tell how the run was started (no metadata mimesis.launch): the defaults "
+        "of "
+        "{} are taken\n",
+        logs.front().path, options.launch);
+  }
+  plan.args.insert(plan.args.end(), options.args.begin(), options.args.end());
+  plan.sets.insert(plan.sets.end(), options.sets.begin(), options.sets.end());
+  launch::Mistakes mistakes;
+  const launch::GraphFile graph =
+      launch::read_graph_file(options.launch, plan.args, "/nowhere", mistakes);
+  const launch::Run run = as_run(plan.sets);
+  launch::check_graph(graph, run, mistakes);
+  if (mistakes.empty()) launch::check_parameters(graph, run, mistakes);
+  if (!mistakes.empty()) throw ConfigError(fmt::format("{}", fmt::join(mistakes.lines(), "\n")));
+  if (graph.clock != "lockstep") {
+    throw ConfigError(
+        fmt::format("{}: its clock is '{}': only lock-step runs are the same twice; single nodes "
+                    "can be replayed",
+                    options.launch, graph.clock));
+  }
+  for (const auto& [name, value] : graph.args) plan.takes_log = plan.takes_log || name == "log";
+  refuse_overwriting(graph, logs);
+  plan.limit = run_limit(logs, graph.result ? graph.result->until.text : "");
+  return plan;
+}
+
+/// One run of the launch file beside the recorded one.
+class LaunchReplay {
+ public:
+  LaunchReplay(const std::vector<OpenLog>& logs, const LaunchPlan& plan,
+               const ReplayOptions& options)
+      : plan_(plan),
+        options_(options),
+        recorded_(logs, plan.limit.until_ns),
+        messages_(options.tolerance, kWallFields) {}
+
+  LifeReport run(const StopSignals& stop, LogProgress& progress) {
+    const auto started = std::chrono::steady_clock::now();
+    ReplayGraph graph(plan_.file, plan_.args, plan_.sets, plan_.takes_log,
+                      [](const std::string& topic) { return !is_own_topic(topic); });
+    while (!stop.requested() && listen(graph)) progress.at(recorded_.log_time_ns());
+    finish(stop);
+    report_.wall_s =
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
+    return std::move(report_);
+  }
+
+ private:
+  /// False when all is known.
+  bool listen(ReplayGraph& graph) {
+    const bool ended = graph.ending().has_value();
+    if (const auto tapped = graph.next(kTurn)) return take(*tapped) && !recorded_.finished();
+    if (ended && !report_end(graph)) return false;
+    return true;
+  }
+
+  /// The launch ended, nothing of it is under way any more, and the log goes on.
+  bool report_end(ReplayGraph& graph) {
+    const launch::Ending& how = *graph.ending();
+    if (report_.counts.outputs == 0 && how.exit_code() == 2) throw ConfigError(graph.words());
+    TopicOfNode key;
+    const KeptMessage* next = recorded_.earliest(key);
+    report_.problem = fmt::format("the launch {} at {:.6f} s of graph time", how.text(), last_s_);
+    if (next != nullptr) {
+      report_.problem += fmt::format(", before {} #{} of node '{}' at {:.6f} s", key.first,
+                                     next->seq, key.second, to_s(next->log_time_ns));
+    }
+    if (!how.good()) report_.problem += ":\n" + graph.words();
+    return false;
+  }
+
+  bool take(const runtime::Tapped& live) {
+    const runtime::Received& m = live.message;
+    const auto time_ns =
+        static_cast<std::uint64_t>((live.tick.count() > 0 ? live.tick : m.stamp).count());
+    if (time_ns > plan_.limit.until_ns) return true;
+    last_s_ = std::max(last_s_, to_s(time_ns));
+    const TopicOfNode key{live.topic, m.source};
+    if (!recorded_.has(key)) {
+      ++left_out_[key];
+      return true;
+    }
+    const auto recorded = recorded_.next(key, time_ns);
+    const std::string place = fmt::format("{} #{}", live.topic, m.seq);
+    if (!recorded) {
+      if (plan_.limit.cut_off && time_ns + kRaggedEnd > plan_.limit.until_ns) return true;
+      return differs(live, time_ns, place + ": the log holds no such message", {});
+    }
+    ++report_.counts.outputs;
+    report_.counts.bytes += m.payload.size();
+    MessageDifference fields =
+        messages_.compare(live.topic, recorded->schema, recorded->payload, m.payload);
+    const auto compare = [&fields](const char* what, std::uint64_t a, std::uint64_t b) {
+      if (a == b) return;
+      fields.fields.insert(fields.fields.begin(), {what, std::to_string(a), std::to_string(b)});
+      ++fields.count;
+    };
+    compare("(publish time) ns", recorded->publish_time_ns,
+            static_cast<std::uint64_t>(m.stamp.count()));
+    compare("(graph time) ns", recorded->log_time_ns, time_ns);
+    compare("(seq)", recorded->seq, m.seq);
+    if (fields.equal()) return true;
+    return differs(live, time_ns, fmt::format("{} of node '{}' differs", place, m.source),
+                   std::move(fields));
+  }
+
+  /// False if these were enough.
+  bool differs(const runtime::Tapped& live, std::uint64_t time_ns, std::string what,
+               MessageDifference fields) {
+    ReplayDifference d;
+    d.time_s = to_s(time_ns);
+    d.what = std::move(what);
+    d.topic = live.topic;
+    d.seq = live.message.seq;
+    d.fields = std::move(fields);
+    report_.differences.push_back(std::move(d));
+    return ++report_.difference_count < options_.differences;
+  }
+
+  void finish(const StopSignals& stop) {
+    report_.graph_s = last_s_;
+    report_.tolerated = messages_.tolerated();
+    report_.notes.push_back(
+        fmt::format("compared up to {:.6f} s: {}", to_s(plan_.limit.until_ns), plan_.limit.why));
+    for (const auto& [key, count] : left_out_) {
+      report_.notes.push_back(
+          fmt::format("{} of node '{}' is not in the log: {} messages were not compared", key.first,
+                      key.second, count));
+    }
+    if (!report_.problem.empty()) report_.result = ReplayResult::incomplete;
+    if (report_.difference_count > 0) report_.result = ReplayResult::different;
+    if (stop.requested()) report_.result = ReplayResult::interrupted;
+  }
+
+  const LaunchPlan& plan_;
+  const ReplayOptions& options_;
+  RecordedRun recorded_;
+  ReplayCompare messages_;
+  LifeReport report_;
+  std::map<TopicOfNode, std::uint64_t> left_out_;
+  double last_s_ = 0.0;  ///< graph time
+};
+
+}  // namespace
+
+int replay_launch(const std::vector<OpenLog>& logs, const ReplayOptions& options,
+                  const StopSignals& stop) {
+  const LaunchPlan plan = make_plan(logs, options);
+  RunCount count;
+  {
+    LogProgress progress("replay " + fs::path(plan.file).filename().string(), logs);
+    count = repeat(options.repeat,
+                   [&] { return LaunchReplay(logs, plan, options).run(stop, progress); });
+  }
+  print_launch(plan.file, count, options.json);
+  if (count.shown.result == ReplayResult::interrupted) return 128 + stop.signal();
+  return count.shown.result == ReplayResult::equal ? 0 : 1;
+}
+
+}  // namespace mimesis::tool
