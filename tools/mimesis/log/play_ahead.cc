@@ -6,7 +6,6 @@ namespace mimesis::tool {
 namespace {
 
 constexpr std::size_t kBatchBytes = 256 * 1024, kBatchMessages = 1024;
-constexpr std::size_t kSpareBatches = 8;
 constexpr double kFirstSeconds = 0.5, kMostSeconds = 8.0;
 
 }  // namespace
@@ -102,9 +101,8 @@ const Played* PlayAhead::front() {
     awaited_ = true;
     return nullptr;
   }
-  if (!current_.messages.empty() && spare_.size() < kSpareBatches) {
-    spare_.push_back(std::move(current_));
-  }
+  // Fresh memory costs more than a copy; as many as were ever ahead at once.
+  if (!current_.messages.empty()) spare_.push_back(std::move(current_));
   current_ = std::move(batches_.front());
   batches_.pop_front();
   bytes_ -= current_.bytes.size();

@@ -16,7 +16,7 @@ namespace {
 using namespace std::chrono_literals;
 using runtime::Time;
 
-constexpr auto kConnect = 2s;  // for those who subscribe already
+constexpr auto kConnect = 5s;  // for those who subscribe already
 constexpr auto kLook = 20ms;
 constexpr auto kReadAheadAtFirst = 250ms;
 constexpr auto kLastWords = 200ms;   // the last messages leave this process
@@ -25,7 +25,7 @@ constexpr auto kClockPeriod = 50ms;  // of the clock that the player drives
 constexpr std::uint64_t kServeMessages = 64, kServeBytes = 1 << 20;
 // Half of what the bus keeps for slow reliable subscribers before it lets them miss messages.
 constexpr std::uint64_t kBacklogMessages = 50'000, kBacklogBytes = 64 << 20;
-constexpr auto kStuck = 1s;  // who takes nothing for so long is not waited for any more
+constexpr auto kStuck = 5s;  // who takes nothing for so long is not waited for any more
 constexpr unsigned long kTimerSlack_ns = 1000;  // how late the kernel may wake us
 
 auto now() { return std::chrono::steady_clock::now(); }
@@ -51,6 +51,7 @@ int PacedPlayer::run() {
   if (options_.keys) keys_.emplace();
   await_subscribers();
   await_read_ahead();
+  holding_ = false;
   do {
     play_pass();
   } while (running() && next_pass());

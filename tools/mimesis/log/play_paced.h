@@ -69,7 +69,8 @@ class PacedPlayer {
   PlayScreen screen_;
   PlayLateness lateness_;
 
-  bool paused_, quit_ = false, holding_ = false, given_up_ = false;
+  bool paused_, quit_ = false, given_up_ = false;
+  bool holding_ = true;  ///< time stands, whatever is asked for: subscribers are not there yet
   std::optional<std::string> step_to_;  ///< play up to a message of this topic; empty: of any
   std::string last_topic_;
   int pass_ = 1;

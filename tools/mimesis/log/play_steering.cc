@@ -46,7 +46,8 @@ Done PacedPlayer::step(const std::string& topic) {
   while (ahead_.front() == nullptr && !ahead_.ended()) std::this_thread::sleep_for(kLook);
   if (ahead_.ended()) return failure("the log is at its end");
   step_to_ = topic;
-  if (topic.empty()) play(*ahead_.front());  // here, so that the answer tells of it
+  if (topic.empty() && !holding_) play(*ahead_.front());  // here: the answer tells of it
+  bell_.ring();
   return {};
 }
 
@@ -131,6 +132,7 @@ v1::PlayerStatus PacedPlayer::status() {
   s.set_messages(messages_);
   s.set_topic(last_topic_);
   s.set_pass(static_cast<std::uint32_t>(pass_));
+  s.set_holding(holding_);
   s.set_held_s(runtime::to_seconds(held_));
   return s;
 }
