@@ -122,10 +122,9 @@ void PacedPlayer::play(const Played& message) {
   unserved_bytes_ += size;
 }
 
-/// Between messages that leave no time to wait.
+/// Between two messages, even if they leave no time to wait.
 void PacedPlayer::breathe() {
-  if (unserved_ < kServeMessages && unserved_bytes_ < kServeBytes) return;
-  wait_until(now());
+  if (unserved_ >= kServeMessages || unserved_bytes_ >= kServeBytes) wait_until(now());
   hold_for_slow();
 }
 

@@ -321,11 +321,11 @@ TEST_F(LogPlay, PartsOfARecordingAreOneLog) {
 }
 
 TEST_F(LogPlay, ASlowReliableSubscriberLosesNothing) {
-  constexpr std::uint32_t kMessages = 250;
+  constexpr std::uint32_t kMessages = 280;
   {
     LogFile log(file_);
     for (std::uint32_t i = 1; i <= kMessages; ++i) {
-      log.put("sender/count", false, i, 1e-3 * i, std::size_t{1} << 20U);
+      log.put("sender/count", false, i, 2e-3 * i, 900'000);
     }
     log.close();
   }
