@@ -1,6 +1,7 @@
 #include "common/runtime/conductor.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace mimesis::runtime {
 
@@ -24,6 +25,9 @@ void Conductor::report(std::uint64_t start_id, const v1::StepReport& report) {
   const auto it = members_.find(start_id);
   if (it == members_.end() || !it->second.stepping) return;
   it->second.stepping = false;
+  if (report.next_ns() > 0) {
+    it->second.next = std::max(Time(static_cast<std::int64_t>(report.next_ns())), time_ + Time(1));
+  }
   reported_[it->second.name] = report.published();
 }
 
@@ -66,16 +70,13 @@ std::vector<Conductor::Go> Conductor::advance() {
   if (members_.empty()) return {};
   begun_ = true;
 
-  const auto earlier = [](const auto& a, const auto& b) {
-    return a.second.schedule.due() < b.second.schedule.due();
-  };
-  const Time due =
-      std::min_element(members_.begin(), members_.end(), earlier)->second.schedule.due();
+  const auto earlier = [](const auto& a, const auto& b) { return a.second.due() < b.second.due(); };
+  const Time due = std::min_element(members_.begin(), members_.end(), earlier)->second.due();
   ended_ = due > until_;
   if (!ended_) time_ = due;
   std::vector<Go> gos;
   for (auto& [start_id, member] : members_) {
-    if (!ended_ && member.schedule.due() != due) continue;
+    if (!ended_ && member.due() != due) continue;
     Go& go = gos.emplace_back();
     go.start_id = start_id;
     go.message.set_time_ns(static_cast<std::uint64_t>(time_.count()));
@@ -83,7 +84,11 @@ std::vector<Conductor::Go> Conductor::advance() {
     go.message.set_ended(ended_);
     go.message.mutable_visible()->Swap(&member.pending);
     member.pending.Clear();
-    member.schedule.advance();
+    if (std::exchange(member.next, std::nullopt)) {
+      member.schedule.skip_past(time_);
+    } else {
+      member.schedule.advance();
+    }
     member.stepping = true;
   }
   return gos;

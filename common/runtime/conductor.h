@@ -1,6 +1,7 @@
 #pragma once
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <set>
 #include <string>
 #include <utility>
@@ -48,9 +49,11 @@ class Conductor {
   struct Member {
     std::string name;
     Schedule schedule;
+    std::optional<Time> next = {};  ///< as reported, instead of the schedule
     std::set<std::string> inputs;
     bool stepping = false;
     Published pending;  ///< for its next step
+    Time due() const { return next ? *next : schedule.due(); }
   };
 
   void admit();

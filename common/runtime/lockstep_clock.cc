@@ -43,12 +43,17 @@ class LockstepClock final : public NodeClock {
     }
   }
 
+  void set_next(Time time) override {
+    report_.set_next_ns(static_cast<std::uint64_t>(time.count()));
+  }
+
   void done() override {
     bus_.flush();
     report_.clear_published();
     for (v1::Publication& p : bus_.take_published()) *report_.add_published() = std::move(p);
     report_.set_step(report_.step() + 1);
     report_.SerializeToString(&packet_);
+    report_.clear_next_ns();
     if (conductor_.valid() && !conductor_.send(packet_)) conductor_ = PacketSocket();
   }
 

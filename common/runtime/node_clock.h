@@ -17,6 +17,8 @@ class NodeClock {
   /// Waits until the next step is due, serving the bus; the inputs are then fixed. Graph time of
   /// the step, or nothing if the node shall stop.
   virtual std::optional<Time> wait() = 0;
+  /// Lock-step: the next step is due then, instead of at the rate. Before `done`.
+  virtual void set_next(Time) {}
   /// The step is done, its messages are sent.
   virtual void done() = 0;
   virtual Time now() const = 0;

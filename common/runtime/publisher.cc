@@ -165,4 +165,10 @@ std::uint64_t Publisher::backlog() const {
   return n;
 }
 
+std::uint64_t Publisher::backlog_bytes() const {
+  std::uint64_t n = 0;
+  for (const auto& [name, topic] : topics_) n += topic->waiting_bytes;
+  return n;
+}
+
 }  // namespace mimesis::runtime

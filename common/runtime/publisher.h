@@ -59,6 +59,7 @@ class Publisher {
 
   std::uint64_t sent() const { return sent_; }
   std::uint64_t backlog() const;
+  std::uint64_t backlog_bytes() const;
   std::uint64_t overflow() const { return overflow_; }
 
   static std::uint64_t next_seq(const Topic& topic);

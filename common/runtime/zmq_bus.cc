@@ -229,6 +229,7 @@ const std::string& ZmqBus::directory() const { return impl_->directory; }
 const v1::NodeInfo& ZmqBus::info() const { return impl_->info; }
 std::uint64_t ZmqBus::sent() const { return impl_->publisher.sent(); }
 std::uint64_t ZmqBus::backlog() const { return impl_->publisher.backlog(); }
+std::uint64_t ZmqBus::backlog_bytes() const { return impl_->publisher.backlog_bytes(); }
 std::uint64_t ZmqBus::overflow() const { return impl_->publisher.overflow(); }
 std::uint64_t ZmqBus::malformed() const { return impl_->subscriber.malformed(); }
 

@@ -91,10 +91,11 @@ class ZmqBus final : public Bus {
   std::vector<v1::NodeInfo> known_nodes() const;  ///< alive, without this one, by name
   const v1::NodeInfo& info() const;               ///< of this node
   std::vector<v1::InputHealth> input_health(Time now) const;
-  std::uint64_t sent() const;       ///< messages since the start
-  std::uint64_t backlog() const;    ///< messages waiting for reliable subscribers
-  std::uint64_t overflow() const;   ///< messages a stuck reliable subscriber has missed
-  std::uint64_t malformed() const;  ///< received frames that were no messages of ours
+  std::uint64_t sent() const;           ///< messages since the start
+  std::uint64_t backlog() const;        ///< messages waiting for reliable subscribers
+  std::uint64_t backlog_bytes() const;  ///< of their payloads
+  std::uint64_t overflow() const;       ///< messages a stuck reliable subscriber has missed
+  std::uint64_t malformed() const;      ///< received frames that were no messages of ours
 
  private:
   LiveOutside outside_;

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <chrono>
+#include <optional>
 
 namespace mimesis::runtime {
 namespace {
@@ -53,6 +54,28 @@ TEST(Conductor, TimeWaitsForAllParticipants) {
   c.join(join("a", 1, 10.0));
   EXPECT_EQ(c.advance().size(), 2U);
   EXPECT_EQ(c.time(), 0ns);
+}
+
+TEST(Conductor, AMemberMaySayWhenItIsDueNext) {
+  Conductor c({"player", "node"}, kNoEnd);
+  c.join(join("player", 1, 1000.0));
+  c.join(join("node", 2, 100.0));
+  const auto steps = [&](std::optional<Time> next) {  // who steps now; the player then says when
+    std::string who;
+    for (const Conductor::Go& go : c.advance()) {
+      who += std::to_string(go.start_id);
+      v1::StepReport report;
+      if (go.start_id == 1 && next) report.set_next_ns(static_cast<std::uint64_t>(next->count()));
+      c.report(go.start_id, report);
+    }
+    return who + "@" + std::to_string(c.time().count());
+  };
+  EXPECT_EQ(steps(10'000'001ns), "12@0");
+  EXPECT_EQ(steps({}), "2@10000000");
+  EXPECT_EQ(steps(5ns), "1@10000001");  // in the past: at once
+  EXPECT_EQ(steps(20ms), "1@10000002");
+  EXPECT_EQ(steps({}), "12@20000000");  // and now at its rate again
+  EXPECT_EQ(steps({}), "1@21000000");
 }
 
 TEST(Conductor, AdvancesToTheEarliestDueTimeAndNotBeforeAllHaveReported) {

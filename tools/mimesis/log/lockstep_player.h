@@ -3,8 +3,8 @@
 
 namespace mimesis::tool {
 
-/// Plays as a node that steps with the graph. Stays, silent, when the log is at its end: others may
-/// still have work. Returns the exit code of the node.
-int play_in_lockstep(const PlayOptions& options);
+/// Plays as a member of a lock-step graph. At the end of the log it leaves, or (`stay`) remains,
+/// silent: others may still have work. Returns the exit code.
+int play_in_lockstep(const PlayOptions& options, Playback& playback);
 
 }  // namespace mimesis::tool

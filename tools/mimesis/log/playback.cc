@@ -3,102 +3,222 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <functional>
+#include <limits>
+#include <set>
 
 namespace mimesis::tool {
 namespace {
 
-std::uint64_t ns(double seconds) { return static_cast<std::uint64_t>(seconds * 1e9); }
+constexpr double kNsPerS = 1e9;
+constexpr double kLongest_s = 1e10;  // 317 years: in 64 bits of nanoseconds
+/// How far the search for latched values looks back first [ns]; then four times as far each time.
+constexpr std::uint64_t kFirstLook = 1'000'000'000;
+
+std::uint64_t added(std::uint64_t a, std::uint64_t b) {
+  return b > std::numeric_limits<std::uint64_t>::max() - a
+             ? std::numeric_limits<std::uint64_t>::max()
+             : a + b;
+}
+
+std::string of(const log::Channel& channel, const std::string& key) {
+  const auto it = channel.metadata.find(key);
+  return it == channel.metadata.end() ? "" : it->second;
+}
+
+/// The runtime publishes these beside a node's own outputs.
+bool about_a_node(const log::Channel& channel, const std::string& type) {
+  if (type == "mimesis.v1.NodeStart" || type == "mimesis.v1.StepLog" ||
+      type == "mimesis.v1.Health") {
+    return true;
+  }
+  return type == "foxglove.Log" && channel.topic == sender_of(channel) + "/log";
+}
 
 }  // namespace
 
-Playback::Playback(const std::string& path, PlaybackOptions options) {
-  auto source = log::open_file(path);
-  if (!source) throw ConfigError(source.error().reason);
-  source_ = std::move(*source);
-  auto summary = log::summarize(*source_);
-  if (!summary) throw ConfigError(fmt::format("{}: {}", path, summary.error().reason));
-  summary_ = std::move(*summary);
-  find_topics(options);
-  if (topics_.empty()) throw ConfigError(fmt::format("{}: none of its topics is selected", path));
-
-  const log::Statistics& s = summary_.statistics;
-  start_ns_ = s.message_start_time + ns(std::max(0.0, options.start_s));
-  end_ns_ = s.message_end_time;
-  if (options.duration_s >= 0.0) end_ns_ = std::min(end_ns_, start_ns_ + ns(options.duration_s));
-  if (start_ns_ > end_ns_) {
-    throw ConfigError(fmt::format(
-        "{}: it lasts {:.3f} s, nothing is left after --start {:.3f}", path,
-        static_cast<double>(s.message_end_time - s.message_start_time) * 1e-9, options.start_s));
+Playback::Playback(std::vector<OpenLog> logs, const PlaybackOptions& options)
+    : logs_(std::move(logs)), span_(span_of(logs_)) {
+  for (std::size_t i = 0; i < logs_.size(); ++i) {
+    for (const log::Damage& d : logs_[i].summary.damages)
+      damages_.try_emplace({i, d.offset}, d.what);
   }
-  find_latched();
-  rewind();
+  find_topics(options);
+  find_range(options);
+}
+
+std::string Playback::name() const {
+  return logs_.size() == 1 ? logs_[0].path
+                           : fmt::format("{} and {} more", logs_[0].path, logs_.size() - 1);
 }
 
 void Playback::find_topics(const PlaybackOptions& options) {
-  const auto counts = summary_.statistics.channel_message_counts;
-  for (const auto& [id, channel] : summary_.channels) {
-    if (options.topic && !options.topic(channel.topic)) continue;
-    const auto schema = summary_.schemas.find(channel.schema_id);
-    if (schema == summary_.schemas.end() || schema->second.encoding != "protobuf") continue;
-    const auto latched = channel.metadata.find("latched");
-    const auto count = counts.find(id);
-    const PlayedTopic topic{channel.topic, schema->second.name, schema->second.data,
-                            latched != channel.metadata.end() && latched->second == "true",
-                            count == counts.end() ? 0 : count->second};
-    auto same = std::ranges::find(topics_, topic.topic, &PlayedTopic::topic);
-    if (same == topics_.end()) {
-      topics_.push_back(topic);
-      same = topics_.end() - 1;
-    } else if (same->type != topic.type) {
-      throw ConfigError(fmt::format("topic {} has two types in this log: {} and {}; --exclude it",
-                                    topic.topic, same->type, topic.type));
-    } else {
-      same->messages += topic.messages;
+  std::set<std::string> recorded, foreign;
+  const std::vector<std::string>& named = options.filter.topics();
+  for (const OpenLog& log : logs_) {
+    for (const auto& [id, channel] : log.summary.channels) {
+      recorded.insert(channel.topic);
+      const auto schema = log.summary.schemas.find(channel.schema_id);
+      const bool known = schema != log.summary.schemas.end();
+      // The time of the recorded run is not the time of this one.
+      if (known && schema->second.name == "mimesis.v1.ClockTime") continue;
+      if (!options.filter(channel.topic)) continue;
+      if (!known || schema->second.encoding != "protobuf") {
+        foreign.insert(channel.topic);
+      } else if (options.about_nodes || !about_a_node(channel, schema->second.name) ||
+                 std::ranges::find(named, channel.topic) != named.end()) {
+        add(channel, schema->second, options);
+      }
     }
-    by_channel_[id] = static_cast<std::size_t>(same - topics_.begin());
+  }
+  if (topics_.empty()) throw ConfigError(fmt::format("{}: none of its topics is selected", name()));
+  const auto unused = options.remap.unused({recorded.begin(), recorded.end()});
+  if (!unused.empty()) {
+    throw ConfigError(fmt::format("--remap '{}': {} has no such topic", unused[0], name()));
+  }
+  for (const std::string& topic : named) {
+    if (!recorded.contains(topic)) notes_.push_back(fmt::format("{}: no topic {}", name(), topic));
+  }
+  for (const std::string& topic : foreign) {
+    notes_.push_back(fmt::format("{}: topic {} is not Protobuf and not played", name(), topic));
   }
 }
 
-log::Selection Playback::selection(std::uint64_t from, std::uint64_t to, bool only_latched) const {
-  return {[this, only_latched](const log::Channel& channel) {
-            const auto it = by_channel_.find(channel.id);
-            return it != by_channel_.end() && (!only_latched || topics_[it->second].latched);
-          },
-          from, to};
+void Playback::add(const log::Channel& channel, const log::Schema& schema,
+                   const PlaybackOptions& options) {
+  const std::string topic = options.remap(channel.topic);
+  const bool latched = of(channel, "latched") == "true";
+  auto same = std::ranges::find(topics_, topic, &PlayedTopic::topic);
+  if (same == topics_.end()) {
+    topics_.push_back({topic, schema.name, schema.data, latched});
+    same = topics_.end() - 1;
+  } else if (same->type != schema.name) {
+    throw ConfigError(
+        fmt::format("topic {} has two types in {}: {} and {}; --exclude one or --remap it", topic,
+                    name(), same->type, schema.name));
+  }
+  same->latched = same->latched || latched;
+  const std::string start_id = of(channel, "start_id");
+  const std::string publisher = channel.topic + '\n' + sender_of(channel) + '\n' + start_id;
+  const auto index = publishers_.try_emplace(publisher, publishers_.size()).first->second;
+  origins_[&channel] = {static_cast<std::size_t>(same - topics_.begin()), index, latched,
+                        !start_id.empty()};
 }
 
-void Playback::find_latched() {
-  if (start_ns_ == summary_.statistics.message_start_time) return;
-  log::IndexedReader before(*source_, summary_, selection(0, start_ns_, true));
-  std::map<std::size_t, std::pair<std::uint64_t, std::string>> last;  // by topic: order, payload
-  std::uint64_t order = 0;
-  while (const log::Message* m = before.next()) {
-    last[by_channel_.at(m->channel_id)] = {order++, std::string(m->data)};
+void Playback::find_range(const PlaybackOptions& options) {
+  start_ns_ = log_time_ns(options.start_s);
+  end_ns_ = span_.end_ns;
+  if (options.end_s) end_ns_ = std::min(end_ns_, log_time_ns(*options.end_s));
+  if (options.duration_s) {
+    end_ns_ = std::min(end_ns_, log_time_ns(options.start_s + *options.duration_s));
   }
-  std::vector<std::pair<std::uint64_t, std::size_t>> sorted;
-  for (const auto& [topic, value] : last) sorted.emplace_back(value.first, topic);
-  std::ranges::sort(sorted);
-  for (const auto& [when, topic] : sorted) {
-    latched_.emplace_back(&topics_[topic], std::move(last[topic].second));
+  if (start_ns_ > end_ns_) {
+    throw ConfigError(fmt::format("{}: nothing of its {:.3f} s lies between {:.3f} s and {:.3f} s",
+                                  name(), position_s(span_.end_ns), options.start_s,
+                                  position_s(end_ns_)));
   }
 }
 
-void Playback::rewind() {
-  reader_ = std::make_unique<log::IndexedReader>(*source_, summary_,
-                                                 selection(start_ns_, end_ns_ + 1, false));
+double Playback::position_s(std::uint64_t log_time_ns) const {
+  return log_time_ns < span_.start_ns ? -static_cast<double>(span_.start_ns - log_time_ns) / kNsPerS
+                                      : static_cast<double>(log_time_ns - span_.start_ns) / kNsPerS;
+}
+
+std::uint64_t Playback::log_time_ns(double position_s) const {
+  const double s = std::clamp(position_s, 0.0, kLongest_s);
+  return added(span_.start_ns, static_cast<std::uint64_t>(s * kNsPerS));
+}
+
+bool Playback::repeated(const Origin& origin, const log::Message& message) {
+  if (!origin.latched || message.sequence == 0) return false;
+  Last& last = last_[origin.publisher];
+  const std::size_t hash = std::hash<std::string_view>()(message.data);
+  // Without start ids a restarted publisher counts from 1 again: with another value, then.
+  const bool again = last.sequence == message.sequence && (origin.told_apart || last.hash == hash);
+  last = {message.sequence, hash};
+  return again;
+}
+
+std::vector<PlayedValue> Playback::last_values(const std::set<std::size_t>& topics,
+                                               std::uint64_t from_ns, std::uint64_t to_ns) {
+  const auto wanted = [&](const log::Channel& channel) {
+    const auto it = origins_.find(&channel);
+    return it != origins_.end() && it->second.latched && topics.contains(it->second.topic);
+  };
+  log::MergedReader reader = merged(logs_, {wanted, from_ns, to_ns});
+  std::map<std::size_t, std::pair<std::size_t, PlayedValue>> last;  // by topic: order, value
+  std::size_t order = 0;
+  while (const log::MergedReader::Item* item = reader.next()) {
+    const Origin& origin = origins_.at(item->channel);
+    const log::Message& m = *item->message;
+    if (repeated(origin, m)) continue;
+    last[origin.topic] = {
+        order++, {&topics_[origin.topic], m.log_time, m.publish_time, std::string(m.data)}};
+  }
+  keep_damages(reader);
+  std::map<std::size_t, PlayedValue> ordered;
+  for (auto& [topic, value] : last) ordered.emplace(value.first, std::move(value.second));
+  std::vector<PlayedValue> values;
+  for (auto& [at, value] : ordered) values.push_back(std::move(value));
+  return values;
+}
+
+std::vector<PlayedValue> Playback::seek(std::uint64_t log_time_ns) {
+  const std::uint64_t target = std::max(log_time_ns, start_ns_);
+  if (reader_) keep_damages(*reader_);
+  last_.assign(publishers_.size(), {});
+  std::set<std::size_t> missing;
+  for (std::size_t i = 0; i < topics_.size(); ++i) {
+    if (topics_[i].latched) missing.insert(i);
+  }
+  std::vector<PlayedValue> values;
+  std::uint64_t look = kFirstLook;
+  for (std::uint64_t to = target; !missing.empty() && to > span_.start_ns; look *= 4) {
+    const std::uint64_t from = to - std::min(look, to - span_.start_ns);
+    std::vector<PlayedValue> earlier = last_values(missing, from, to);
+    for (const PlayedValue& value : earlier) {
+      missing.erase(static_cast<std::size_t>(value.topic - topics_.data()));
+    }
+    values.insert(values.begin(), std::make_move_iterator(earlier.begin()),
+                  std::make_move_iterator(earlier.end()));
+    to = from;
+  }
+  const auto selected = [this](const log::Channel& channel) { return origins_.contains(&channel); };
+  reader_ =
+      std::make_unique<log::MergedReader>(merged(logs_, {selected, target, added(end_ns_, 1)}));
+  return values;
 }
 
 bool Playback::next(Played& out) {
-  const log::Message* m = reader_->next();
-  if (m == nullptr) return false;
-  out = {&topics_[by_channel_.at(m->channel_id)], m->log_time, m->publish_time, m->data};
-  return true;
+  while (const log::MergedReader::Item* item = reader_->next()) {
+    const Origin& origin = origins_.at(item->channel);
+    const log::Message& m = *item->message;
+    if (repeated(origin, m)) continue;
+    out = {&topics_[origin.topic], m.log_time, m.publish_time, m.data};
+    return true;
+  }
+  return false;
 }
 
-std::vector<log::Damage> Playback::damages() const {
-  std::vector<log::Damage> all = summary_.damages;
-  all.insert(all.end(), reader_->damages().begin(), reader_->damages().end());
-  return all;
+void Playback::keep_damages(const log::MergedReader& reader) {
+  for (std::size_t i = 0; i < logs_.size(); ++i) {
+    for (const log::Damage& d : reader.damages(i)) damages_.try_emplace({i, d.offset}, d.what);
+  }
+}
+
+std::uint64_t Playback::report_damages() {
+  if (reader_) keep_damages(*reader_);
+  std::uint64_t total = 0;
+  for (std::size_t i = 0; i < logs_.size(); ++i) {
+    std::vector<log::Damage> found;
+    for (const auto& [at, what] : damages_) {
+      if (at.first == i) found.push_back({at.second, what});
+    }
+    const log::Summary& summary = logs_[i].summary;
+    total += tool::report_damages(logs_[i].path, found,
+                                  found.size() + summary.damage_count - summary.damages.size());
+  }
+  return total;
 }
 
 }  // namespace mimesis::tool

@@ -1,71 +1,112 @@
 #pragma once
 #include <cstdint>
-#include <functional>
 #include <map>
 #include <memory>
+#include <optional>
+#include <set>
 #include <string>
+#include <unordered_map>
 #include <vector>
 
-#include "common/log/indexed_reader.h"
+#include "tools/mimesis/log/open_log.h"
+#include "tools/mimesis/log/play_remap.h"
+#include "tools/mimesis/topic_filter.h"
 
 namespace mimesis::tool {
 
-/// What of a log is played.
+/// What of a log is played, and under which names. Positions: seconds of log time from the first
+/// message of the log.
 struct PlaybackOptions {
-  std::function<bool(const std::string& topic)> topic;  ///< null: all
-  double start_s = 0.0;      ///< from the first message of the log [s of log time]
-  double duration_s = -1.0;  ///< negative: to the end [s of log time]
+  TopicFilter filter{{}, "", ""};  ///< of recorded names
+  PlayRemap remap{};
+  /// Also what recorded nodes said about themselves (NODE/start, steps, health, log). Those that
+  /// the filter has by name are played anyway.
+  bool about_nodes = false;
+  double start_s = 0.0;                ///< position
+  std::optional<double> end_s{};       ///< position; nothing: that of the last message
+  std::optional<double> duration_s{};  ///< from start_s
 };
 
 /// One topic to be published.
 struct PlayedTopic {
-  std::string topic, type, descriptors;  ///< descriptors: serialised FileDescriptorSet
+  std::string topic;              ///< after the remap
+  std::string type, descriptors;  ///< descriptors: serialised FileDescriptorSet
   bool latched = false;
-  std::uint64_t messages = 0;
 };
 
 /// A message at its time.
 struct Played {
   const PlayedTopic* topic = nullptr;
   std::uint64_t log_time_ns = 0, publish_time_ns = 0;
-  std::string_view payload;  ///< until the next call
+  std::string_view payload;  ///< not owned
 };
 
-/// The messages of a log in the order of their log times. Before the first one, latched topics give
-/// the last value they had before the start, so that a player that starts late shows what a late
-/// subscriber would see.
+/// The same with its payload.
+struct PlayedValue {
+  const PlayedTopic* topic = nullptr;
+  std::uint64_t log_time_ns = 0, publish_time_ns = 0;
+  std::string payload;
+};
+
+/// The messages of a log (several files: the parts of one) in the order of their log times, equal
+/// ones in the order of the files. A seek gives for each latched topic the last value before, so
+/// that who starts late shows what a late subscriber would see. The values that a recorder repeats
+/// at the head of every part are left out.
 class Playback {
  public:
-  /// @throws ConfigError if the file is no log, or nothing in it is selected, or a topic has two
-  /// types.
-  Playback(const std::string& path, PlaybackOptions options);
+  /// @throws ConfigError if nothing is selected, a topic has two types, or nothing lies in the
+  /// time.
+  Playback(std::vector<OpenLog> logs, const PlaybackOptions& options);
+  Playback(const Playback&) = delete;
+  Playback& operator=(const Playback&) = delete;
 
   const std::vector<PlayedTopic>& topics() const { return topics_; }
-  std::uint64_t start_time_ns() const { return start_ns_; }  ///< log time at which playing starts
-  std::uint64_t end_time_ns() const { return end_ns_; }      ///< of the last message at most
-  /// Last values of latched topics before the start, in their order.
-  const std::vector<std::pair<const PlayedTopic*, std::string>>& latched() const {
-    return latched_;
-  }
+  /// Lines about what was asked for and is not played: no such topic, or not Protobuf.
+  const std::vector<std::string>& notes() const { return notes_; }
+  std::uint64_t log_start_ns() const { return span_.start_ns; }  ///< log time of position 0
+  std::uint64_t start_ns() const { return start_ns_; }           ///< log times [start_ns, end_ns]
+  std::uint64_t end_ns() const { return end_ns_; }               ///< are played
+  double position_s(std::uint64_t log_time_ns) const;
+  std::uint64_t log_time_ns(double position_s) const;
 
-  /// Next message, or false at the end.
+  /// `next` goes on with the first message at or after this time, not before start_ns. The last
+  /// values of latched topics before it, in their order. Reads only chunks that hold such.
+  std::vector<PlayedValue> seek(std::uint64_t log_time_ns);
+  /// Next message, valid until the next call; false at the end. Precondition: `seek` was called.
   bool next(Played& out);
-  void rewind();
-  /// Chunks left out, of the file and of this pass.
-  std::vector<log::Damage> damages() const;
+
+  /// Lines on standard error for what could not be read so far; their number.
+  std::uint64_t report_damages();
 
  private:
+  struct Origin {
+    std::size_t topic = 0, publisher = 0;  ///< indexes
+    bool latched = false;
+    bool told_apart = false;  ///< a restarted publisher has another index
+  };
+  struct Last {
+    std::uint32_t sequence = 0;  ///< 0: none yet
+    std::size_t hash = 0;        ///< of the payload
+  };
   void find_topics(const PlaybackOptions& options);
-  void find_latched();
-  log::Selection selection(std::uint64_t from, std::uint64_t to, bool only_latched) const;
+  void add(const log::Channel& channel, const log::Schema& schema, const PlaybackOptions& options);
+  void find_range(const PlaybackOptions& options);
+  bool repeated(const Origin& origin, const log::Message& message);
+  std::vector<PlayedValue> last_values(const std::set<std::size_t>& topics, std::uint64_t from_ns,
+                                       std::uint64_t to_ns);
+  void keep_damages(const log::MergedReader& reader);
+  std::string name() const;
 
-  std::unique_ptr<log::Source> source_;
-  log::Summary summary_;
+  std::vector<OpenLog> logs_;
+  Span span_;
   std::vector<PlayedTopic> topics_;
-  std::map<std::uint16_t, std::size_t> by_channel_;  ///< index in topics_
-  std::vector<std::pair<const PlayedTopic*, std::string>> latched_;
+  std::vector<std::string> notes_;
+  std::unordered_map<const log::Channel*, Origin> origins_;
+  std::map<std::string, std::size_t> publishers_;  ///< by topic, node and start id
+  std::vector<Last> last_;                         ///< by publisher
   std::uint64_t start_ns_ = 0, end_ns_ = 0;
-  std::unique_ptr<log::IndexedReader> reader_;
+  std::unique_ptr<log::MergedReader> reader_;
+  std::map<std::pair<std::size_t, std::uint64_t>, std::string> damages_;  ///< by log and offset
 };
 
 }  // namespace mimesis::tool

@@ -7,6 +7,7 @@
 
 #include "common/log/indexed_reader.h"
 #include "common/testing/process.h"
+#include "proto/runtime.pb.h"
 
 namespace mimesis::tool {
 namespace {
@@ -69,23 +70,33 @@ class LogLockstep : public ::testing::Test {
         << recorder.errors();
     Process clock(graph, "mimesis_clock",
                   {"--set", "mode=lockstep", "--set", "until_s=2", "--set", "participants=a,b"});
-    std::unique_ptr<Process> a;
-    if (log.empty()) {
-      a = std::make_unique<Process>(graph, MIMESIS_COUNTER,
-                                    std::vector<std::string>{"--name", "a", "--clock", "lockstep"});
-    } else {
-      a = std::make_unique<Process>(
-          "mimesis", std::vector<std::string>{"log", "play", log, "--lockstep", "--name", "a",
-                                              "--topic", "a/out"});
-    }
-    Process b(graph, MIMESIS_COUNTER,
-              {"--name", "b", "--clock", "lockstep", "--in", "a=a/out", "--set", "rate_hz=30"});
+    const auto a = sender(graph, log);
+    const auto b = listener(graph);
     EXPECT_EQ(clock.wait(30s), 0) << clock.errors();
     EXPECT_EQ(a->wait(), 0) << a->errors();
-    EXPECT_EQ(b.wait(), 0) << b.errors();
+    EXPECT_EQ(b->wait(), 0) << b->errors();
     recorder.signal(SIGINT);
     EXPECT_EQ(recorder.wait(), 0) << recorder.errors();
     return file;
+  }
+
+  /// b looks 0.2 ms after a has spoken, or is to have spoken, and 0.8 ms later.
+  static std::unique_ptr<Process> sender(const TestGraph& graph, const std::string& log) {
+    if (log.empty()) {
+      return std::make_unique<Process>(
+          graph, MIMESIS_COUNTER,
+          std::vector<std::string>{"--name", "a", "--clock", "lockstep", "--set",
+                                   "offset_s=0.0003"});
+    }
+    return std::make_unique<Process>(
+        "mimesis", std::vector<std::string>{"log", "play", log, "--lockstep", "--name", "a",
+                                            "--topic", "a/out"});
+  }
+  static std::unique_ptr<Process> listener(const TestGraph& graph) {
+    return std::make_unique<Process>(
+        graph, MIMESIS_COUNTER,
+        std::vector<std::string>{"--name", "b", "--clock", "lockstep", "--in", "a=a/out", "--set",
+                                 "rate_hz=1000", "--set", "offset_s=0.0005"});
   }
 
   fs::path folder_;
@@ -94,13 +105,32 @@ class LogLockstep : public ::testing::Test {
 TEST_F(LogLockstep, EqualRunsGiveEqualLogsAndAReplayTheSameSteps) {
   const std::string first = run("first.mcap", "");
   const std::vector<Line> recorded = lines(first);
-  ASSERT_GE(recorded.size(), 250U);  // 100 Hz and 30 Hz
+  ASSERT_GE(recorded.size(), 2190U);  // 100 Hz and 1 kHz
   EXPECT_TRUE(lines(run("second.mcap", "")) == recorded);
 
   // Each message of b is a hash of all it has seen and when.
   const std::vector<Line> steps = lines(first, "b/out");
-  EXPECT_GE(steps.size(), 59U);
+  EXPECT_GE(steps.size(), 1990U);
   EXPECT_TRUE(lines(run("replay.mcap", first), "b/out") == steps);
+}
+
+TEST_F(LogLockstep, ThePlayerLeavesAtTheEndAndTimeGoesOn) {
+  const std::string log = run("run.mcap", "");
+  const TestGraph graph;
+  setenv("MIMESIS_GRAPH", graph.name().c_str(), 1);
+  Process clock(graph, "mimesis_clock", {"--set", "mode=lockstep", "--set", "participants=a,b"});
+  const auto player = sender(graph, log);
+  const auto b = listener(graph);
+  EXPECT_EQ(player->wait(60s), 0) << player->errors();
+  EXPECT_NE(player->errors().find("200 messages played\n"), std::string::npos) << player->errors();
+  testing::TestNode node(graph, {{"out", "b/out"}}, {});
+  runtime::Reliable<v1::Publication> out(node.bus(), "out");
+  node.open();
+  const auto m = node.receive(out);  // it steps without the player
+  ASSERT_TRUE(m);
+  EXPECT_GT(m->seq(), 2000U);
+  EXPECT_EQ(b->terminate(), 0);
+  EXPECT_EQ(clock.terminate(), 0);
 }
 
 }  // namespace

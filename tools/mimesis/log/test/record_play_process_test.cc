@@ -189,7 +189,7 @@ TEST_F(LogProcess, MistakesAreOneLineAndAnExitCode) {
   run({"log", "record", "--regex", "(", "-o", file_}, 2, "is no regular expression");
   run({"log", "record", "--all", "-o", file_, "--attach", "/no/file"}, 2, "cannot read '/no/file'");
   run({"log", "play", "/no/file.mcap"}, 3, "cannot open '/no/file.mcap'");
-  run({"log", "play", kText}, 2, "not an MCAP log");
+  run({"log", "play", kText}, 1, "not an MCAP log");
   run({"log", "play", kText, "--rate", "0"}, 2, "--rate");
   run({"topic", "hz", "a/b", "--timeout", "x"}, 2, "expected a number above 0, found 'x'");
   run({"log", "info", "/no/file.mcap"}, 3, "cannot open '/no/file.mcap'");

@@ -1,13 +1,9 @@
-// Recording and playback without a graph.
+// Recording without a graph.
 #include "tools/mimesis/log/recording.h"
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
-#include <filesystem>
-#include <fstream>
-
-#include "tools/mimesis/log/playback.h"
+#include "common/log/summary.h"
 #include "tools/mimesis/log/record_file.h"
 #include "tools/mimesis/topic_filter.h"
 
@@ -122,64 +118,6 @@ TEST(TopicFilter, NamesExpressionsAndExclusions) {
   EXPECT_FALSE(some("camera/log"));
   EXPECT_FALSE(some("a/bc"));
   EXPECT_THROW(TopicFilter({}, "(", ""), ConfigError);
-}
-
-class PlaybackTest : public ::testing::Test {
- protected:
-  void SetUp() override {
-    Recorder r;
-    for (std::uint64_t i = 0; i < 10; ++i) {
-      Recorded m = message("a", i + 1, 1'000'000'000 + i * 100'000'000, "a" + std::to_string(i));
-      ASSERT_TRUE(r.recording.add(m, kStart, false));
-      m.node = "b";
-      m.topic = "b/state";
-      m.latched = true;
-      m.payload = "b" + std::to_string(i);
-      if (i < 3) {
-        ASSERT_TRUE(r.recording.add(m, kStart, false));
-      }
-    }
-    path_ =
-        std::filesystem::temp_directory_path() / ("mimesis-playback-" + std::to_string(getpid()));
-    std::ofstream(path_, std::ios::binary) << r.finish();
-  }
-  void TearDown() override { std::filesystem::remove(path_); }
-
-  std::vector<std::string> play(Playback& playback) {
-    std::vector<std::string> all;
-    for (Played p; playback.next(p);) all.emplace_back(p.payload);
-    return all;
-  }
-  std::filesystem::path path_;
-};
-
-TEST_F(PlaybackTest, KeepsOrderTypesAndLatches) {
-  Playback playback(path_, {});
-  ASSERT_EQ(playback.topics().size(), 2u);
-  EXPECT_EQ(playback.topics()[0].topic, "a/out");
-  EXPECT_EQ(playback.topics()[0].type, "test.Type");
-  EXPECT_EQ(playback.topics()[0].descriptors, "descriptors of test.Type");
-  EXPECT_FALSE(playback.topics()[0].latched);
-  EXPECT_TRUE(playback.topics()[1].latched);
-  const auto all = play(playback);
-  ASSERT_EQ(all.size(), 13u);
-  EXPECT_EQ(all[0], "a0");
-  EXPECT_EQ(all[1], "b0");
-  playback.rewind();
-  EXPECT_EQ(play(playback), all);
-}
-
-TEST_F(PlaybackTest, ALateStartGivesTheLastLatchedValueFirst) {
-  Playback playback(path_, {.topic = nullptr, .start_s = 0.45, .duration_s = 0.2});
-  ASSERT_EQ(playback.latched().size(), 1u);
-  EXPECT_EQ(playback.latched()[0].second, "b2");
-  EXPECT_EQ(play(playback), (std::vector<std::string>{"a5", "a6"}));
-}
-
-TEST_F(PlaybackTest, BadSelectionsSayWhatIsWrong) {
-  EXPECT_THROW(Playback(path_, {.topic = [](const std::string&) { return false; }}), ConfigError);
-  EXPECT_THROW(Playback(path_, {.topic = nullptr, .start_s = 7.0}), ConfigError);
-  EXPECT_THROW(Playback("/no/such.mcap", {}), ConfigError);
 }
 
 }  // namespace

@@ -1,0 +1,183 @@
+// `mimesis log play` on a terminal: keys, the progress line, and what is left of the terminal
+// after.
+#include <gtest/gtest.h>
+#include <poll.h>
+#include <pty.h>
+#include <stdlib.h>
+#include <sys/wait.h>
+#include <termios.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <filesystem>
+
+#include "common/log/writer.h"
+#include "common/runtime/type_info.h"
+#include "common/testing/process.h"
+#include "proto/runtime.pb.h"
+
+namespace mimesis::tool {
+namespace {
+
+using testing::TestGraph;
+using namespace std::chrono_literals;
+namespace fs = std::filesystem;
+
+/// A player on a terminal of its own.
+class PlayerOnTerminal {
+ public:
+  explicit PlayerOnTerminal(const std::string& file, const std::vector<std::string>& options) {
+    std::vector<std::string> words{MIMESIS_BIN_DIR "/mimesis", "log", "play", file};
+    words.insert(words.end(), options.begin(), options.end());
+    std::vector<char*> argv;
+    for (std::string& word : words) argv.push_back(word.data());
+    argv.push_back(nullptr);
+    pid_ = forkpty(&terminal_, nullptr, nullptr, nullptr);
+    if (pid_ == 0) {
+      execv(argv[0], argv.data());
+      _exit(127);
+    }
+  }
+  ~PlayerOnTerminal() {
+    if (!ended_) {
+      kill(pid_, SIGKILL);
+      waitpid(pid_, nullptr, 0);
+    }
+    close(terminal_);
+  }
+  PlayerOnTerminal(const PlayerOnTerminal&) = delete;
+  PlayerOnTerminal& operator=(const PlayerOnTerminal&) = delete;
+
+  void type(const std::string& keys) const {
+    ASSERT_EQ(write(terminal_, keys.data(), keys.size()), static_cast<ssize_t>(keys.size()));
+  }
+  /// Until the screen has shown `text` behind what was seen before; what it showed if not.
+  ::testing::AssertionResult shows(const std::string& text) {
+    const auto deadline = std::chrono::steady_clock::now() + 10s;
+    for (;;) {
+      if (const std::size_t at = screen_.find(text); at != std::string::npos) {
+        screen_.erase(0, at + text.size());
+        return ::testing::AssertionSuccess();
+      }
+      pollfd item{terminal_, POLLIN, 0};
+      char bytes[4096];
+      ssize_t n = -1;
+      if (poll(&item, 1, 100) > 0) n = read(terminal_, bytes, sizeof bytes);
+      if (n > 0) screen_.append(bytes, static_cast<std::size_t>(n));
+      if (std::chrono::steady_clock::now() > deadline) {
+        return ::testing::AssertionFailure() << "no '" << text << "' in: " << screen_;
+      }
+    }
+  }
+  /// Line by line with echo: as a shell expects it.
+  bool cooked() const {
+    termios now{};
+    EXPECT_EQ(tcgetattr(terminal_, &now), 0);
+    return (now.c_lflag & ICANON) != 0 && (now.c_lflag & ECHO) != 0;
+  }
+  void signal(int number) const { kill(pid_, number); }
+  int wait() {
+    int raw = 0;
+    waitpid(pid_, &raw, 0);
+    ended_ = true;
+    return WIFEXITED(raw) ? WEXITSTATUS(raw) : 128 + WTERMSIG(raw);
+  }
+  bool stopped() const {
+    int raw = 0;
+    return waitpid(pid_, &raw, WUNTRACED) == pid_ && WIFSTOPPED(raw);
+  }
+
+ private:
+  int terminal_ = -1;
+  pid_t pid_ = -1;
+  bool ended_ = false;
+  std::string screen_;
+};
+
+class LogPlayKeys : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    setenv("MIMESIS_GRAPH", graph_.name().c_str(), 1);
+    file_ = (fs::temp_directory_path() / ("mimesis-keys-" + graph_.name() + ".mcap")).string();
+    const auto sink = log::create_file(file_);
+    log::Writer writer(**sink, {});
+    const auto& type = *v1::Publication::descriptor();
+    const auto schema =
+        *writer.add_schema(type.full_name(), "protobuf", runtime::descriptor_set(type));
+    const auto channel = *writer.add_channel(schema, "a/out", "protobuf", {});
+    for (std::uint32_t i = 0; i < 10; ++i) {
+      ASSERT_TRUE(writer.write({channel, i + 1, 100'000'000'000ULL * i, 0, ""}));
+    }
+    ASSERT_TRUE(writer.finish());
+  }
+  void TearDown() override { fs::remove(file_); }
+
+  TestGraph graph_;
+  std::string file_;
+};
+
+TEST_F(LogPlayKeys, DoWhatTheHelpSays) {
+  PlayerOnTerminal player(file_, {"--paused"});
+  EXPECT_TRUE(player.shows("0.0 / 900.0 s"));
+  EXPECT_TRUE(player.shows("PAUSED\r"));  // and waits for nothing but keys
+  EXPECT_FALSE(player.cooked());
+  player.type("ss");
+  EXPECT_TRUE(player.shows("100.0 / 900.0 s"));
+  player.type("\x1b[C");  // right while paused
+  EXPECT_TRUE(player.shows("200.0 / 900.0 s"));
+  player.type("\x1b[D");
+  EXPECT_TRUE(player.shows("195.0 / 900.0 s"));
+  player.type("\x1b[A\x1b[A");
+  EXPECT_TRUE(player.shows("x1.21"));
+  player.type("\x1b[B");
+  EXPECT_TRUE(player.shows("x1.1 "));
+  player.type(" ");
+  EXPECT_TRUE(player.shows("late 0.00 ms\r"));  // runs
+  player.type("\x1b[C");
+  EXPECT_TRUE(player.shows("\x1b[K20"));
+  player.type("q");
+  EXPECT_TRUE(player.shows("messages played"));
+  EXPECT_EQ(player.wait(), 0);
+  EXPECT_TRUE(player.cooked());
+}
+
+TEST_F(LogPlayKeys, TheTerminalIsRestoredHoweverThePlayerEnds) {
+  for (const auto& [signal, code] : {std::pair{SIGINT, 130},
+                                     {SIGTERM, 130},
+                                     {SIGHUP, 128 + SIGHUP},
+                                     {SIGQUIT, 128 + SIGQUIT},
+                                     {SIGSEGV, 128 + SIGSEGV},
+                                     {SIGABRT, 128 + SIGABRT}}) {
+    PlayerOnTerminal player(file_, {"--paused"});
+    EXPECT_TRUE(player.shows("PAUSED"));
+    EXPECT_FALSE(player.cooked());
+    player.signal(signal);
+    EXPECT_EQ(player.wait(), code);
+    EXPECT_TRUE(player.cooked()) << signal;
+  }
+}
+
+TEST_F(LogPlayKeys, ASuspendedPlayerLeavesTheTerminalToOthers) {
+  PlayerOnTerminal player(file_, {"--paused"});
+  EXPECT_TRUE(player.shows("PAUSED"));
+  player.signal(SIGTSTP);
+  ASSERT_TRUE(player.stopped());
+  EXPECT_TRUE(player.cooked());
+  player.signal(SIGCONT);
+  player.type("s");
+  EXPECT_TRUE(player.shows("PAUSED"));
+  player.type("q");
+  EXPECT_EQ(player.wait(), 0);
+  EXPECT_TRUE(player.cooked());
+}
+
+TEST_F(LogPlayKeys, NoKeysLeavesItAlone) {
+  PlayerOnTerminal player(file_, {"--paused", "--no-keys"});
+  EXPECT_TRUE(player.shows("PAUSED"));
+  EXPECT_TRUE(player.cooked());
+  player.signal(SIGTERM);
+  EXPECT_EQ(player.wait(), 130);
+}
+
+}  // namespace
+}  // namespace mimesis::tool
