@@ -82,7 +82,8 @@ void print_text(const std::vector<StreamDiff>& streams, const OpenLog& a) {
   }
   table.print(std::cout, use_colour(1));
   for (const StreamDiff& s : streams) {
-    if (!s.same() || !s.worst.empty()) print_details(s, a);
+    const bool other_type = s.type_a != s.type_b && s.a > 0 && s.b > 0;
+    if (s.first || other_type || !s.worst.empty()) print_details(s, a);
   }
   const auto different = std::ranges::count_if(streams, [](const auto& s) { return !s.same(); });
   std::uint64_t equal = 0;
