@@ -5,7 +5,10 @@
 namespace mimesis::log {
 
 FileBody::FileBody(Sink& sink, const WriterOptions& options)
-    : sink_(sink), options_(options), compressor_(options.compression, options.zstd_level) {
+    : sink_(sink),
+      options_(options),
+      compressor_(options.compression, options.zstd_level),
+      chunk_indexes_(sink.folder()) {
   append(record_, Header{options.profile, options.library});
   record_.insert(0, kMagic);
   status_ = emit(record_);
@@ -58,8 +61,11 @@ Result FileBody::chunk(ChunkBuffer& closed) {
     append(record_, messages);
   }
   index.message_index_length = record_.size();
-  append(chunk_indexes_, index);
-  return emit(record_);
+  if (auto done = emit(record_); !done) return done;
+  record_.clear();
+  append(record_, index);
+  chunk_indexes_.append(record_);
+  return status_;
 }
 
 Result FileBody::attachment(const Attachment& attachment) {
@@ -127,9 +133,10 @@ Result FileBody::write_summary(const std::vector<Schema>& schemas,
   group(Opcode::statistics, options_.statistics, std::vector{statistics});
   group(Opcode::metadata_index, options_.metadata_index, metadata_indexes_);
   group(Opcode::attachment_index, options_.attachment_index, attachment_indexes_);
-  if (options_.chunk_index && !chunk_indexes_.empty()) {
+  if (options_.chunk_index && chunk_indexes_.size() > 0) {
     groups.push_back({Opcode::chunk_index, position(), chunk_indexes_.size()});
-    static_cast<void>(emit(chunk_indexes_));
+    const Result done = chunk_indexes_.read([this](std::string_view piece) { return emit(piece); });
+    if (status_ && !done) status_ = done;
   }
 
   Footer footer{};

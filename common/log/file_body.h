@@ -5,6 +5,7 @@
 
 #include "common/log/chunk_buffer.h"
 #include "common/log/codec.h"
+#include "common/log/spill.h"
 #include "common/log/writer.h"
 
 namespace mimesis::log {
@@ -42,7 +43,7 @@ class FileBody {
   std::uint32_t crc_ = 0;  ///< of all bytes so far; of the summary once that has begun
   std::string record_;     ///< scratch
 
-  std::string chunk_indexes_;  ///< records: all that grows with the file, so in the least memory
+  Spill chunk_indexes_;  ///< records: all that grows with the file
   std::vector<AttachmentIndex> attachment_indexes_;
   std::vector<MetadataIndex> metadata_indexes_;
 };

@@ -22,9 +22,13 @@ tl::unexpected<Status> failed(std::string_view doing, const std::string& path) {
       Status{fmt::format("cannot {} '{}': {}", doing, path, std::strerror(errno))});
 }
 
+std::string folder_of(const std::string& path) {
+  return std::filesystem::absolute(path).parent_path().string();
+}
+
 /// A new file's name is on the disk when its folder is.
 Result sync_folder(const std::string& path) {
-  const auto folder = std::filesystem::absolute(path).parent_path().string();
+  const std::string folder = folder_of(path);
   const int fd = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   if (fd < 0) return failed("open", folder);
   const bool done = ::fsync(fd) == 0 || errno == EINVAL;
@@ -64,6 +68,7 @@ class FileSink final : public Sink {
     if (::fdatasync(fd_) != 0 && errno != EINVAL) return failed("sync", path_);  // EINVAL: a device
     return std::exchange(named_, true) ? Result{} : sync_folder(path_);
   }
+  std::string folder() const override { return folder_of(path_); }
   Result close() override {
     if (auto done = flush(); !done) return done;
     const int fd = fd_;
