@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "common/runtime/log_lines.h"
+#include "common/runtime/own_topics.h"
 
 namespace mimesis::runtime {
 namespace {
@@ -25,7 +26,7 @@ foxglove::Log::Level to_foxglove(Level level) {
 
 }  // namespace
 
-SelfReport::SelfReport(ZmqBus& bus) : bus_(bus), health_(bus, "health"), log_(bus, "log") {}
+SelfReport::SelfReport(ZmqBus& bus) : bus_(bus), health_(bus, kHealthPort), log_(bus, kLogPort) {}
 
 void SelfReport::step_ended(Time now, std::uint64_t overruns) {
   const double took_s =

@@ -1,5 +1,7 @@
 #include "common/runtime/step_report.h"
 
+#include "common/runtime/own_topics.h"
+
 namespace mimesis::runtime {
 namespace {
 
@@ -13,8 +15,8 @@ std::string program(const v1::NodeInfo& info) {
 
 StepReport::Recorded::Recorded(ZmqBus& inner, const BusOptions& options)
     : bus(inner, recorder, options.in),
-      start(inner, "start", {.latched = true}),
-      steps(inner, "steps") {}
+      start(inner, kStartPort, {.latched = true}),
+      steps(inner, kStepsPort) {}
 
 StepReport::StepReport(ZmqBus& bus, const BusOptions& options, const std::string& parameters,
                        bool recorded)

@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "common/error.h"
+#include "common/runtime/own_topics.h"
 
 namespace mimesis::launch {
 namespace {
@@ -20,9 +21,6 @@ constexpr std::chrono::milliseconds kLastMessages{300};
 
 double to_s(std::chrono::nanoseconds t) { return std::chrono::duration<double>(t).count(); }
 
-/// Every node says once a second that it lives: this shows graph time though nothing else happens.
-bool is_health(const std::string& topic) { return topic.ends_with("/health"); }
-
 }  // namespace
 
 ResultWatcher::ResultWatcher(const ResultSpec& spec, const std::string& graph,
@@ -33,7 +31,11 @@ ResultWatcher::ResultWatcher(const ResultSpec& spec, const std::string& graph,
       collector_(spec),
       tap_(
           graph,
-          [this](const std::string& topic) { return collector_.wants(topic) || is_health(topic); },
+          // Every node says once a second that it lives: this shows graph time though nothing else
+          // happens.
+          [this](const std::string& topic) {
+            return collector_.wants(topic) || runtime::is_own_topic(topic, runtime::kHealthPort);
+          },
           runtime::Policy::reliable),
       event_(eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)) {
   if (!event_.open()) throw std::runtime_error("eventfd failed");

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <deque>
 
+#include "common/runtime/own_topics.h"
 #include "tools/mimesis/log/progress.h"
 
 namespace mimesis::tool {
@@ -175,9 +176,7 @@ class LogComparison {
 }  // namespace
 
 bool is_runtime_topic(const std::string& topic) {
-  static const auto kEnds = {"/health", "/log", "/steps", "/start"};
-  return topic == "clock/time" ||
-         std::ranges::any_of(kEnds, [&](const char* end) { return topic.ends_with(end); });
+  return topic == "clock/time" || runtime::is_own_topic(topic);
 }
 
 std::vector<StreamDiff> diff_logs(const OpenLog& a, const OpenLog& b, const DiffOptions& options,

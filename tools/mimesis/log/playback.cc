@@ -7,6 +7,8 @@
 #include <limits>
 #include <set>
 
+#include "common/runtime/own_topics.h"
+
 namespace mimesis::tool {
 namespace {
 
@@ -26,13 +28,10 @@ std::string of(const log::Channel& channel, const std::string& key) {
   return it == channel.metadata.end() ? "" : it->second;
 }
 
-/// The runtime publishes these beside a node's own outputs.
-bool about_a_node(const log::Channel& channel, const std::string& type) {
-  if (type == "mimesis.v1.NodeStart" || type == "mimesis.v1.StepLog" ||
-      type == "mimesis.v1.Health") {
-    return true;
-  }
-  return type == "foxglove.Log" && channel.topic == sender_of(channel) + "/log";
+/// Published by the runtime. Foreign topics with such names are played.
+bool about_a_node(const std::string& topic, const std::string& type) {
+  return runtime::is_own_topic(topic) &&
+         (type.starts_with("mimesis.v1.") || type == "foxglove.Log");
 }
 
 }  // namespace
@@ -65,7 +64,7 @@ void Playback::find_topics(const PlaybackOptions& options) {
       if (!options.filter(channel.topic)) continue;
       if (!known || schema->second.encoding != "protobuf") {
         foreign.insert(channel.topic);
-      } else if (options.about_nodes || !about_a_node(channel, schema->second.name) ||
+      } else if (options.about_nodes || !about_a_node(channel.topic, schema->second.name) ||
                  std::ranges::find(named, channel.topic) != named.end()) {
         add(channel, schema->second, options);
       }

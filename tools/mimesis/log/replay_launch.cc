@@ -7,6 +7,7 @@
 #include <iostream>
 #include <sstream>
 
+#include "common/runtime/own_topics.h"
 #include "tools/mimesis/launch/check.h"
 #include "tools/mimesis/launch/graph_file.h"
 #include "tools/mimesis/log/log_progress.h"
@@ -135,7 +136,7 @@ class LaunchReplay {
   LifeReport run(const StopSignals& stop, LogProgress& progress) {
     const auto started = std::chrono::steady_clock::now();
     ReplayGraph graph(plan_.file, plan_.args, plan_.sets, plan_.takes_log,
-                      [](const std::string& topic) { return !is_own_topic(topic); });
+                      [](const std::string& topic) { return !runtime::is_own_topic(topic); });
     while (!stop.requested() && listen(graph)) progress.at(recorded_.log_time_ns());
     finish(stop);
     report_.wall_s =

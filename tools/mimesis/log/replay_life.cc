@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <charconv>
 
+#include "common/runtime/own_topics.h"
+
 namespace mimesis::tool {
 namespace {
 
@@ -49,15 +51,10 @@ std::uint64_t start_of(const log::Channel& channel) {
   return parsed.ec == std::errc() && parsed.ptr == text.data() + text.size() ? id : 0;
 }
 
-bool is_own_topic(const std::string& topic) {
-  return topic.ends_with("/health") || topic.ends_with("/log") || topic.ends_with("/steps") ||
-         topic.ends_with("/start");
-}
-
 std::vector<Life> find_lives(const std::vector<OpenLog>& logs) {
   std::vector<Life> lives;
   auto reader = merged(logs, {.channel = [](const log::Channel& channel) {
-                         return channel.topic.ends_with("/start");
+                         return runtime::is_own_topic(channel.topic, runtime::kStartPort);
                        }});
   const std::string type = v1::NodeStart::descriptor()->full_name();
   while (const auto* item = reader.next()) {
@@ -89,7 +86,7 @@ log::Selection LifeReader::selection() {
   const auto role = [this](const log::Channel& channel) {
     const bool own =
         sender_of(channel) == life_.node() && start_of(channel) == life_.start.start_id();
-    return std::pair(own && !is_own_topic(channel.topic),
+    return std::pair(own && !runtime::is_own_topic(channel.topic),
                      own && channel.topic == life_.node() + "/steps");
   };
   for (const OpenLog& log : logs_) {

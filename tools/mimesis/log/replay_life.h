@@ -25,9 +25,6 @@ struct Life {
 /// Every life in the logs that left a NODE/start, in order of time.
 std::vector<Life> find_lives(const std::vector<OpenLog>& logs);
 
-/// Topics that every node has: about itself, not made by its steps.
-bool is_own_topic(const std::string& topic);
-
 /// Metadata "start_id" of a channel: which start of its node published; 0 in older logs.
 std::uint64_t start_of(const log::Channel& channel);
 

@@ -16,6 +16,7 @@
 #include <fstream>
 #include <stdexcept>
 
+#include "common/runtime/own_topics.h"
 #include "common/runtime/replay.h"
 
 extern char** environ;
@@ -43,7 +44,8 @@ std::vector<std::string> command_line(const std::string& program, const Life& li
   for (const std::string& set : sets) argv.insert(argv.end(), {"--set", set});
   const auto wire = [&argv](const char* option, const auto& topics) {
     for (const v1::TopicInfo& t : topics) {
-      if (t.port().starts_with('.') || is_own_topic(t.topic())) continue;  // the runtime's own
+      const bool of_the_runtime = t.port().starts_with('.') || runtime::is_own_topic(t.topic());
+      if (of_the_runtime) continue;
       argv.insert(argv.end(), {option, t.port() + "=" + t.topic()});
     }
   };

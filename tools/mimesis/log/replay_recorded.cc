@@ -4,6 +4,8 @@
 
 #include <algorithm>
 
+#include "common/runtime/own_topics.h"
+
 namespace mimesis::tool {
 namespace {
 
@@ -19,7 +21,7 @@ std::optional<std::uint64_t> first_message(const std::vector<OpenLog>& logs,
 std::optional<std::pair<std::uint64_t, std::string>> first_stop(const std::vector<OpenLog>& logs) {
   std::optional<std::pair<std::uint64_t, std::string>> first;
   auto reader = merged(logs, {.channel = [](const log::Channel& channel) {
-                         return channel.topic.ends_with("/steps");
+                         return runtime::is_own_topic(channel.topic, runtime::kStepsPort);
                        }});
   v1::StepLog log;
   while (const auto* item = reader.next()) {
@@ -47,13 +49,14 @@ RunLimit run_limit(const std::vector<OpenLog>& logs, const std::string& until_to
 }
 
 RecordedRun::RecordedRun(const std::vector<OpenLog>& logs, std::uint64_t until_ns)
-    : reader_(merged(
-          logs,
-          {.channel = [](const log::Channel& channel) { return !is_own_topic(channel.topic); },
-           .end_time = until_ns + 1})) {
+    : reader_(merged(logs, {.channel =
+                                [](const log::Channel& channel) {
+                                  return !runtime::is_own_topic(channel.topic);
+                                },
+                            .end_time = until_ns + 1})) {
   for (const OpenLog& log : logs) {
     for (const auto& [id, channel] : log.summary.channels) {
-      if (!is_own_topic(channel.topic)) waiting_[{channel.topic, sender_of(channel)}];
+      if (!runtime::is_own_topic(channel.topic)) waiting_[{channel.topic, sender_of(channel)}];
     }
   }
 }

@@ -141,6 +141,7 @@ TEST(LogDiff, TopicsOfTheRuntime) {
   }
   EXPECT_FALSE(is_runtime_topic("world/state"));
   EXPECT_FALSE(is_runtime_topic("a/logs"));
+  EXPECT_FALSE(is_runtime_topic("start"));
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include <filesystem>
 
 #include "common/log/indexed_reader.h"
+#include "common/runtime/own_topics.h"
 #include "common/testing/process.h"
 #include "proto/runtime.pb.h"
 
@@ -26,10 +27,7 @@ struct Line {
 
 /// What a node says about its own process: differs from run to run.
 bool about_process(std::string_view topic) {
-  for (const std::string_view port : {"/health", "/log", "/start", "/steps"}) {
-    if (topic.ends_with(port)) return true;
-  }
-  return topic.starts_with("clock/");
+  return runtime::is_own_topic(topic) || topic.starts_with("clock/");
 }
 
 /// The messages of `file` in its order, those about processes left out.

@@ -200,11 +200,12 @@ TEST(Playback, WhatNodesSaidAboutThemselvesIsPlayedOnRequestOnly) {
     part.put(part.channel("n/start", "n", true, "", "mimesis.v1.NodeStart"), 1, 4, "start");
     part.put(part.channel("n/steps", "n", false, "", "mimesis.v1.StepLog"), 1, 5, "steps");
     part.put(part.channel("clock/time", "clock", false, "", "mimesis.v1.ClockTime"), 1, 6, "time");
+    part.put(part.channel("motor/start", "", false, "", "std_msgs.Bool"), 1, 7, "button");
     Playback playback(logs({&part}), options);
     return from(playback, 0.0);
   };
-  EXPECT_EQ(play({}), "|out words");
-  EXPECT_EQ(play({.about_nodes = true}), "|out health log words start steps");
+  EXPECT_EQ(play({}), "|out words button");
+  EXPECT_EQ(play({.about_nodes = true}), "|out health log words start steps button");
   EXPECT_EQ(play({.filter = TopicFilter({"n/health"}, "", "")}), "|health");  // by name
   EXPECT_EQ(play({.filter = TopicFilter({}, "n/.*", "")}), "|out words");
   EXPECT_EQ(problem([&] { play({.filter = TopicFilter({"clock/time"}, "", "")}); }),
