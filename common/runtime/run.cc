@@ -93,7 +93,7 @@ int run_configured(const NodeOptions& options, const EffectiveParams& effective,
   add_clock_wiring(bus_options);
   ZmqBus bus(std::move(bus_options));
   SelfReport report(bus);
-  StepReport steps(bus, options.bus, effective.all, node.recorded());
+  StepReport steps(bus, options.bus, effective.all);
   try {
     steps.begin(v1::STEP_KIND_CREATE, Time(0));
     create(node, steps.bus());

@@ -26,7 +26,6 @@ class AnyNode {
     return false;
   }  ///< a stop request waits (bounded) for at_rest
   virtual bool at_rest() const { return true; }
-  virtual bool recorded() const { return true; }  ///< its steps are published on NODE/steps
   virtual double rate_hz() const = 0;
   virtual double offset_s() const = 0;  ///< of the first step within the period
 };

@@ -13,40 +13,29 @@ std::string program(const v1::NodeInfo& info) {
 
 }  // namespace
 
-StepReport::Recorded::Recorded(ZmqBus& inner, const BusOptions& options)
-    : bus(inner, recorder, options.in),
-      start(inner, kStartPort, {.latched = true}),
-      steps(inner, kStepsPort) {}
-
-StepReport::StepReport(ZmqBus& bus, const BusOptions& options, const std::string& parameters,
-                       bool recorded)
-    : bus_(bus), parameters_(parameters) {
-  if (recorded) recorded_ = std::make_unique<Recorded>(bus, options);
-}
-
-Bus& StepReport::bus() {
-  if (recorded_) return recorded_->bus;
-  return bus_;
-}
+StepReport::StepReport(ZmqBus& bus, const BusOptions& options, const std::string& parameters)
+    : bus_(bus),
+      parameters_(parameters),
+      recorded_bus_(bus, recorder_, options.in),
+      start_(bus, kStartPort, {.latched = true}),
+      steps_(bus, kStepsPort) {}
 
 void StepReport::begin(v1::StepKind kind, Time now) {
-  if (!recorded_) return;
   if (kind == v1::STEP_KIND_STEP && !started_) publish_start(now);
-  recorded_->recorder.begin(kind, now);
+  recorder_.begin(kind, now);
   open_ = now;
 }
 
 void StepReport::end() {
-  if (!recorded_ || !open_) return;
-  recorded_->recorder.end();
-  if (recorded_->recorder.due(*open_)) publish(*open_);
+  if (!open_) return;
+  recorder_.end();
+  if (recorder_.due(*open_)) publish(*open_);
   open_.reset();
 }
 
 void StepReport::publish(Time now) {
-  if (!recorded_) return;
-  v1::StepLog& log = recorded_->recorder.take();
-  if (!log.steps().empty()) recorded_->steps.send(log, now);
+  v1::StepLog& log = recorder_.take();
+  if (!log.steps().empty()) steps_.send(log, now);
 }
 
 void StepReport::publish_start(Time now) {
@@ -61,7 +50,7 @@ void StepReport::publish_start(Time now) {
   *start.mutable_inputs() = info.inputs();
   *start.mutable_outputs() = info.outputs();
   start.set_version(MIMESIS_VERSION);
-  recorded_->start.send(start, now);
+  start_.send(start, now);
 }
 
 }  // namespace mimesis::runtime

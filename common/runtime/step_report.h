@@ -1,5 +1,4 @@
 #pragma once
-#include <memory>
 #include <optional>
 #include <string>
 
@@ -14,29 +13,24 @@ namespace mimesis::runtime {
 class StepReport {
  public:
   /// @param parameters  effective ones, YAML
-  /// @param recorded    false: nothing is recorded, `bus()` is `bus` itself
-  StepReport(ZmqBus& bus, const BusOptions& options, const std::string& parameters, bool recorded);
+  StepReport(ZmqBus& bus, const BusOptions& options, const std::string& parameters);
 
   /// For the node.
-  Bus& bus();
+  Bus& bus() { return recorded_bus_; }
   void begin(v1::StepKind kind, Time now);
   void end();
   /// What has not been published yet.
   void publish(Time now);
 
  private:
-  struct Recorded {
-    Recorded(ZmqBus& inner, const BusOptions& options);
-    StepRecorder recorder;
-    RecordedBus bus;
-    Out<v1::NodeStart> start;
-    Out<v1::StepLog> steps;
-  };
   void publish_start(Time now);
 
   ZmqBus& bus_;
   std::string parameters_;
-  std::unique_ptr<Recorded> recorded_;
+  StepRecorder recorder_;
+  RecordedBus recorded_bus_;
+  Out<v1::NodeStart> start_;
+  Out<v1::StepLog> steps_;
   bool started_ = false;
   std::optional<Time> open_;  ///< time of the step that runs
 };
