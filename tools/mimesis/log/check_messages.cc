@@ -33,11 +33,6 @@ bool has_unknown_fields(const Message& message) {
   return false;
 }
 
-std::string start_of(const log::Channel& channel) {
-  const auto it = channel.metadata.find("start_id");
-  return it == channel.metadata.end() ? "" : it->second;
-}
-
 }  // namespace
 
 std::string_view word(Severity severity) {

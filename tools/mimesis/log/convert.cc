@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
-#include <filesystem>
 #include <fstream>
 #include <iostream>
 #include <map>
@@ -16,6 +15,7 @@
 #include "tools/mimesis/log/convert_candump.h"
 #include "tools/mimesis/log/convert_lcm.h"
 #include "tools/mimesis/log/log_scan.h"
+#include "tools/mimesis/log/new_log.h"
 #include "tools/mimesis/log/progress.h"
 
 namespace mimesis::tool {
@@ -32,40 +32,9 @@ T required(tl::expected<T, Status> result) {
   if constexpr (!std::is_void_v<T>) return std::move(*result);
 }
 
-/// A new log under NAME.part, which gets its name when it is complete.
-class NewFile {
- public:
-  NewFile(const ConvertOptions& options) : path_(options.output), part_(path_ + ".part") {
-    std::error_code ignored;
-    if (std::filesystem::exists(path_, ignored) && !options.force) {
-      throw ConfigError("'" + path_ + "' exists: --force replaces it");
-    }
-    sink_ = required(log::create_file(part_));
-    writer_ = std::make_unique<log::Writer>(*sink_,
-                                            log::WriterOptions{.compression = options.compression});
-  }
-  ~NewFile() {
-    std::error_code ignored;
-    if (!done_) std::filesystem::remove(part_, ignored);
-  }
-  NewFile(const NewFile&) = delete;
-  NewFile& operator=(const NewFile&) = delete;
-
-  log::Writer& writer() { return *writer_; }
-  void finish() {
-    required(writer_->finish());
-    std::error_code error;
-    std::filesystem::rename(part_, path_, error);
-    if (error) throw ConfigError("cannot write '" + path_ + "': " + error.message());
-    done_ = true;
-  }
-
- private:
-  std::string path_, part_;
-  std::unique_ptr<log::Sink> sink_;
-  std::unique_ptr<log::Writer> writer_;
-  bool done_ = false;
-};
+OutputOptions output_of(const ConvertOptions& options) {
+  return {.path = options.output, .force = options.force, .compression = options.compression};
+}
 
 /// A channel of the log that is written.
 struct Out {
@@ -97,9 +66,10 @@ void say_more(std::uint64_t count) {
 
 ConvertResult from_candump(const log::Source& source, const ConvertOptions& options) {
   ConvertResult result{.from = LogKind::candump};
-  NewFile file(options);
-  const auto schema = required(file.writer().add_schema(
-      "mimesis.v1.CanFrame", "protobuf", runtime::descriptor_set(*v1::CanFrame::descriptor())));
+  NewLog file(output_of(options), {options.input});
+  const log::Schema schema{.name = "mimesis.v1.CanFrame",
+                           .encoding = "protobuf",
+                           .data = runtime::descriptor_set(*v1::CanFrame::descriptor())};
   std::map<std::string, Out> buses;
   std::uint64_t time_ns = 0, bytes = 0;
   Progress progress("convert", source.size());
@@ -116,23 +86,25 @@ ConvertResult from_candump(const log::Source& source, const ConvertOptions& opti
     time_ns = (*line)->time_ns.value_or(time_ns);
     Out& bus = buses[frame.bus()];
     if (bus.id == 0) {
-      bus.id = required(file.writer().add_channel(schema, "can/" + frame.bus(), "protobuf",
-                                                  {{"source", "candump"}}));
+      bus.id = required(file.channel({.topic = "can/" + frame.bus(),
+                                      .message_encoding = "protobuf",
+                                      .metadata = {{"source", "candump"}}},
+                                     &schema));
     }
     frame.mutable_header()->set_stamp_ns(time_ns);
     frame.mutable_header()->set_seq(++bus.sequence);
     const std::string payload = frame.SerializeAsString();
-    required(file.writer().write({bus.id, bus.sequence, time_ns, time_ns, payload}));
+    required(file.write({bus.id, bus.sequence, time_ns, time_ns, payload}));
     ++result.messages;
   });
   say_more(result.damages);
-  file.finish();
+  required(file.finish());
   return result;
 }
 
 ConvertResult from_lcm(const log::Source& source, const ConvertOptions& options) {
   ConvertResult result{.from = LogKind::lcm};
-  NewFile file(options);
+  NewLog file(output_of(options), {options.input});
   std::map<std::pair<std::string, std::string>, Out> channels;  // by name and fingerprint
   LcmReader reader(source);
   Progress progress("convert", source.size());
@@ -147,11 +119,13 @@ ConvertResult from_lcm(const log::Source& source, const ConvertOptions& options)
     }
     Out& channel = channels[{name, fingerprint}];
     if (channel.id == 0) {
-      channel.id =
-          required(file.writer().add_channel(0, name, "lcm", {{"lcm_fingerprint", fingerprint}}));
+      channel.id = required(file.channel({.topic = name,
+                                          .message_encoding = "lcm",
+                                          .metadata = {{"lcm_fingerprint", fingerprint}}},
+                                         nullptr));
     }
-    required(file.writer().write(
-        {channel.id, ++channel.sequence, event->time_ns, event->time_ns, event->data}));
+    required(
+        file.write({channel.id, ++channel.sequence, event->time_ns, event->time_ns, event->data}));
     ++result.messages;
   }
   for (const log::Damage& d : reader.damages()) {
@@ -159,7 +133,7 @@ ConvertResult from_lcm(const log::Source& source, const ConvertOptions& options)
   }
   say_more(result.damages);
   result.lost = reader.lost();
-  file.finish();
+  required(file.finish());
   return result;
 }
 
@@ -180,11 +154,8 @@ ConvertResult to_candump(const ConvertOptions& options) {
     throw ConfigError(options.input +
                       ": no topic of type mimesis.v1.CanFrame, which is all that candump can show");
   }
-  std::error_code ignored;
   const bool to_file = options.output != "-";
-  if (to_file && std::filesystem::exists(options.output, ignored) && !options.force) {
-    throw ConfigError("'" + options.output + "' exists: --force replaces it");
-  }
+  if (to_file) check_output(output_of(options), {options.input});
   std::ofstream file;
   errno = 0;
   if (to_file) file.open(options.output, std::ios::binary);

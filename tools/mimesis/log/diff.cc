@@ -95,9 +95,7 @@ class LogComparison {
     std::map<std::pair<std::string, std::string>, std::vector<std::string>> starts;
     for (const auto& [id, channel] : log.summary.channels) {
       if (options_.topic && !options_.topic(channel.topic)) continue;
-      const std::string node = sender_of(channel);
-      const auto start = channel.metadata.find("start_id");
-      const std::string start_id = start == channel.metadata.end() ? "" : start->second;
+      const std::string node = sender_of(channel), start_id = start_of(channel);
       auto& known = starts[{channel.topic, node}];
       const auto before =
           static_cast<std::size_t>(std::ranges::find(known, start_id) - known.begin());

@@ -59,11 +59,6 @@ void add_metadata(const OpenLog& log, LogSummary& out) {
   }
 }
 
-std::string start_of(const log::Channel& channel) {
-  const auto it = channel.metadata.find("start_id");
-  return it == channel.metadata.end() ? "" : it->second;
-}
-
 }  // namespace
 
 double LogSummary::duration_s() const {

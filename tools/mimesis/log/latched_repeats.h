@@ -8,9 +8,6 @@
 
 namespace mimesis::tool {
 
-/// Metadata "latched" of a channel: late joiners get the last message.
-bool is_latched(const log::Channel& channel);
-
 /// Every part of a split recording begins with the last values of its latched topics. Finds these
 /// repetitions where parts are read as one log.
 class LatchedRepeats {

@@ -24,7 +24,18 @@ bool is_device(const std::string& path) {
   return fs::exists(status) && !fs::is_regular_file(status) && !fs::is_directory(status);
 }
 
-void check_path(const OutputOptions& options, const std::vector<std::string>& inputs) {
+std::uint32_t digest(std::uint32_t digest, const log::Message& m) {
+  struct {
+    std::uint64_t log_time, publish_time;
+    std::uint32_t sequence, channel_id;
+  } const head{m.log_time, m.publish_time, m.sequence, m.channel_id};
+  digest = log::crc32(digest, {reinterpret_cast<const char*>(&head), sizeof head});
+  return log::crc32(digest, m.data);
+}
+
+}  // namespace
+
+void check_output(const OutputOptions& options, const std::vector<std::string>& inputs) {
   std::error_code ignored;
   if (options.path.empty()) throw ConfigError("say where to: -o FILE");
   for (const std::string& input : inputs) {
@@ -40,20 +51,9 @@ void check_path(const OutputOptions& options, const std::vector<std::string>& in
   }
 }
 
-std::uint32_t digest(std::uint32_t digest, const log::Message& m) {
-  struct {
-    std::uint64_t log_time, publish_time;
-    std::uint32_t sequence, channel_id;
-  } const head{m.log_time, m.publish_time, m.sequence, m.channel_id};
-  digest = log::crc32(digest, {reinterpret_cast<const char*>(&head), sizeof head});
-  return log::crc32(digest, m.data);
-}
-
-}  // namespace
-
 NewLog::NewLog(const OutputOptions& options, const std::vector<std::string>& inputs)
     : options_(options) {
-  check_path(options_, inputs);
+  check_output(options_, inputs);
   written_to_ = options_.path + (is_device(options_.path) ? "" : ".part");
   auto sink = log::create_file(written_to_);
   if (!sink) throw ConfigError(sink.error().reason);

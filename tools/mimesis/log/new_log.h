@@ -23,13 +23,16 @@ struct OutputOptions {
   std::string profile = {};              ///< of the inputs, if they agree
 };
 
+/// @throws ConfigError if the output exists and is not to be replaced, is a folder or one of
+/// `inputs`.
+void check_output(const OutputOptions& options, const std::vector<std::string>& inputs);
+
 /// A log that is made from others. It stands under PATH.part until it is complete and is removed if
 /// that never happens: whatever ends the program, PATH is the old file or the whole new one.
 /// Schemas and channels are added when a message needs them; equal ones of several logs are one.
 class NewLog {
  public:
-  /// @throws ConfigError if the file exists and is not to be replaced, is one of `inputs`, or
-  /// cannot be created.
+  /// @throws ConfigError as `check_output`, or if the file cannot be created.
   NewLog(const OutputOptions& options, const std::vector<std::string>& inputs);
   ~NewLog();
   NewLog(const NewLog&) = delete;

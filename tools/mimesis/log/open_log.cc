@@ -7,6 +7,14 @@
 #include <iostream>
 
 namespace mimesis::tool {
+namespace {
+
+std::string value_of(const log::Channel& channel, const std::string& key) {
+  const auto it = channel.metadata.find(key);
+  return it == channel.metadata.end() ? "" : it->second;
+}
+
+}  // namespace
 
 tl::expected<OpenLog, OpenError> open_log(const std::string& path) {
   auto source = log::open_file(path);
@@ -49,10 +57,11 @@ Span span_of(const std::vector<OpenLog>& logs) {
   return span;
 }
 
-std::string sender_of(const log::Channel& channel) {
-  const auto it = channel.metadata.find("node");
-  return it == channel.metadata.end() ? "" : it->second;
-}
+std::string sender_of(const log::Channel& channel) { return value_of(channel, "node"); }
+
+std::string start_of(const log::Channel& channel) { return value_of(channel, "start_id"); }
+
+bool is_latched(const log::Channel& channel) { return value_of(channel, "latched") == "true"; }
 
 std::uint64_t report_damages(const std::string& path, const std::vector<log::Damage>& damages,
                              std::uint64_t count) {

@@ -37,8 +37,13 @@ struct Span {
 };
 Span span_of(const std::vector<OpenLog>& logs);
 
-/// Metadata "node" of a channel: who published; empty in foreign logs.
+// Metadata of a channel, as our recorder writes it.
+/// "node": who published; empty in foreign logs.
 std::string sender_of(const log::Channel& channel);
+/// "start_id": which start of that node; empty in older logs.
+std::string start_of(const log::Channel& channel);
+/// "latched": late joiners get the last message.
+bool is_latched(const log::Channel& channel);
 
 /// One line per damage on standard error, "FILE: byte N: what"; returns how many there are.
 std::uint64_t report_damages(const std::string& path, const std::vector<log::Damage>& damages,

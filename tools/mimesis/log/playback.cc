@@ -23,11 +23,6 @@ std::uint64_t added(std::uint64_t a, std::uint64_t b) {
              : a + b;
 }
 
-std::string of(const log::Channel& channel, const std::string& key) {
-  const auto it = channel.metadata.find(key);
-  return it == channel.metadata.end() ? "" : it->second;
-}
-
 /// Published by the runtime. Foreign topics with such names are played.
 bool about_a_node(const std::string& topic, const std::string& type) {
   return runtime::is_own_topic(topic) &&
@@ -86,7 +81,7 @@ void Playback::find_topics(const PlaybackOptions& options) {
 void Playback::add(const log::Channel& channel, const log::Schema& schema,
                    const PlaybackOptions& options) {
   const std::string topic = options.remap(channel.topic);
-  const bool latched = of(channel, "latched") == "true";
+  const bool latched = is_latched(channel);
   auto same = std::ranges::find(topics_, topic, &PlayedTopic::topic);
   if (same == topics_.end()) {
     topics_.push_back({topic, schema.name, schema.data, latched});
@@ -97,7 +92,7 @@ void Playback::add(const log::Channel& channel, const log::Schema& schema,
                     name(), same->type, schema.name));
   }
   same->latched = same->latched || latched;
-  const std::string start_id = of(channel, "start_id");
+  const std::string start_id = start_of(channel);
   const std::string publisher = channel.topic + '\n' + sender_of(channel) + '\n' + start_id;
   const auto index = publishers_.try_emplace(publisher, publishers_.size()).first->second;
   origins_[&channel] = {static_cast<std::size_t>(same - topics_.begin()), index, latched,

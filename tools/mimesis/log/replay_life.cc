@@ -17,16 +17,11 @@ constexpr std::uint64_t kLate = 5'000'000'000;
 /// Logs keep the lower half of the sequence number.
 std::uint64_t logged_seq(std::uint64_t seq) { return seq & 0xFFFF'FFFFu; }
 
-bool is_latched(const log::Channel& channel) {
-  const auto it = channel.metadata.find("latched");
-  return it != channel.metadata.end() && it->second == "true";
-}
-
 std::uint64_t count_step_logs(const std::vector<OpenLog>& logs, const v1::NodeStart& start) {
   std::uint64_t count = 0;
   for (const OpenLog& log : logs) {
     for (const auto& [id, channel] : log.summary.channels) {
-      if (channel.topic != start.node() + "/steps" || start_of(channel) != start.start_id())
+      if (channel.topic != start.node() + "/steps" || start_id_of(channel) != start.start_id())
         continue;
       const auto& counts = log.summary.statistics.channel_message_counts;
       if (const auto it = counts.find(id); it != counts.end()) count += it->second;
@@ -42,11 +37,9 @@ double Life::seconds(std::uint64_t time_ns) const {
   return static_cast<double>(static_cast<std::int64_t>(time_ns - epoch)) * 1e-9;
 }
 
-std::uint64_t start_of(const log::Channel& channel) {
-  const auto it = channel.metadata.find("start_id");
-  if (it == channel.metadata.end()) return 0;
+std::uint64_t start_id_of(const log::Channel& channel) {
+  const std::string text = start_of(channel);
   std::uint64_t id = 0;
-  const std::string& text = it->second;
   const auto parsed = std::from_chars(text.data(), text.data() + text.size(), id);
   return parsed.ec == std::errc() && parsed.ptr == text.data() + text.size() ? id : 0;
 }
@@ -85,14 +78,14 @@ log::Selection LifeReader::selection() {
   }
   const auto role = [this](const log::Channel& channel) {
     const bool own =
-        sender_of(channel) == life_.node() && start_of(channel) == life_.start.start_id();
+        sender_of(channel) == life_.node() && start_id_of(channel) == life_.start.start_id();
     return std::pair(own && !runtime::is_own_topic(channel.topic),
                      own && channel.topic == life_.node() + "/steps");
   };
   for (const OpenLog& log : logs_) {
     for (const auto& [id, channel] : log.summary.channels) {
       if (const auto input = fresh_inputs_.find(channel.topic); input != fresh_inputs_.end()) {
-        inputs_.try_emplace({channel.topic, start_of(channel)}, input->second);
+        inputs_.try_emplace({channel.topic, start_id_of(channel)}, input->second);
       }
       if (role(channel).first) outputs_[channel.topic];
     }
@@ -114,7 +107,7 @@ bool LifeReader::read() {
   const log::Channel& channel = *item->channel;
   log_time_ns_ = message.log_time;
   const bool own =
-      sender_of(channel) == life_.node() && start_of(channel) == life_.start.start_id();
+      sender_of(channel) == life_.node() && start_id_of(channel) == life_.start.start_id();
   if (own && channel.topic == life_.node() + "/steps") {
     ++step_logs_read_;
     v1::StepLog log;
@@ -133,7 +126,7 @@ bool LifeReader::read() {
     if (const auto it = outputs_.find(channel.topic); it != outputs_.end()) keep(it->second);
   }
   const bool before_life = message.log_time + kLate < life_.log_time_ns && !is_latched(channel);
-  if (const auto it = inputs_.find({channel.topic, start_of(channel)});
+  if (const auto it = inputs_.find({channel.topic, start_id_of(channel)});
       it != inputs_.end() && !before_life) {
     keep(it->second);
   }

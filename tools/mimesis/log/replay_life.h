@@ -25,8 +25,8 @@ struct Life {
 /// Every life in the logs that left a NODE/start, in order of time.
 std::vector<Life> find_lives(const std::vector<OpenLog>& logs);
 
-/// Metadata "start_id" of a channel: which start of its node published; 0 in older logs.
-std::uint64_t start_of(const log::Channel& channel);
+/// `start_of` as a number; 0 in older logs.
+std::uint64_t start_id_of(const log::Channel& channel);
 
 /// A message that waits for the step that took or made it.
 struct KeptMessage {

@@ -67,7 +67,7 @@ bool RecordedRun::read() {
   const log::Message& message = *item->message;
   log_time_ns_ = message.log_time;
   Track& track = waiting_[{item->channel->topic, sender_of(*item->channel)}];
-  std::uint64_t& last = track.last_seq[start_of(*item->channel)];
+  std::uint64_t& last = track.last_seq[start_id_of(*item->channel)];
   if (message.sequence <= last) return true;  // repeated at the head of a split
   last = message.sequence;
   track.messages.push_back({std::string(message.data), message.sequence, message.publish_time,
