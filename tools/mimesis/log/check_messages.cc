@@ -6,7 +6,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "tools/mimesis/log/latched_repeats.h"
+#include "tools/mimesis/log/open_log.h"
 
 namespace mimesis::tool {
 namespace {

@@ -20,8 +20,8 @@ struct CsvOptions {
   std::vector<std::string> fields = {};  ///< "TOPIC.FIELD[,FIELD...]"
   std::optional<Join> join = {};         ///< of several topics; without: a file for each
   bool absolute = false;                 ///< times as they are; else from the start of the log
-  std::string output = {};             ///< file, folder for several files, or "-": standard output
-  double start_s = 0.0, end_s = -1.0;  ///< as in ScanOptions
+  std::string output = {};  ///< file, folder for several files, or "-": standard output
+  TimeRange range = {};
 };
 
 /// Fields over time: columns log_time_s, publish_time_s, node (where a topic has several), then the
@@ -38,7 +38,7 @@ struct ImageOptions {
   bool jpeg = false;  ///< instead of PNG, for raw images
   int quality = 90;   ///< of JPEG, 1..100
   int every = 1;      ///< only each so-manieth image
-  double start_s = 0.0, end_s = -1.0;
+  TimeRange range = {};
 };
 
 /// foxglove.RawImage and CompressedImage as files SEQ_TIME.png; compressed ones as they are.

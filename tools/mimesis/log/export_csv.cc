@@ -77,7 +77,10 @@ class TextFile {
 class CsvExport {
  public:
   CsvExport(const std::vector<OpenLog>& logs, const CsvOptions& options)
-      : logs_(logs), options_(options), origin_ns_(options.absolute ? 0 : span_of(logs).start_ns) {
+      : logs_(logs),
+        options_(options),
+        times_(resolve(options.range, span_of(logs))),
+        origin_ns_(options.absolute ? 0 : span_of(logs).start_ns) {
     const auto topics = topics_of(logs);
     for (const std::string& text : options.fields) {
       for (FieldQuery& query : parse_fields(text, topics)) {
@@ -130,7 +133,7 @@ class CsvExport {
     const auto wanted = [this](const log::Channel& c) {
       return std::ranges::find(tables_, c.topic, &TopicTable::topic) != tables_.end();
     };
-    return scan_logs(logs_, {wanted, options_.start_s, options_.end_s, silent}, what, take);
+    return scan_logs(logs_, {wanted, times_, silent}, what, take);
   }
 
   std::size_t index_of(const log::MergedReader::Item& item) const {
@@ -245,6 +248,7 @@ class CsvExport {
 
   const std::vector<OpenLog>& logs_;
   const CsvOptions& options_;
+  LogTimes times_;
   std::uint64_t origin_ns_;
   LogDecoder decoder_;
   std::vector<TopicTable> tables_;

@@ -207,8 +207,8 @@ ExportResult export_images(const std::vector<OpenLog>& logs, const ImageOptions&
   ImageExport images(options);
   const auto damages =
       scan_logs(logs,
-                {[&](const log::Channel& c) { return c.topic == options.topic; }, options.start_s,
-                 options.end_s},
+                {[&](const log::Channel& c) { return c.topic == options.topic; },
+                 resolve(options.range, span)},
                 "images", [&](const auto& item) { images.take(item, span.start_ns); });
   images.result.failures += damages;
   images.result.files.push_back(options.folder);

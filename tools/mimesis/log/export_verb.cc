@@ -12,7 +12,7 @@
 #include "common/error.h"
 #include "tools/mimesis/log/export.h"
 #include "tools/mimesis/log/subverbs.h"
-#include "tools/mimesis/number_check.h"
+#include "tools/mimesis/log/verb_options.h"
 
 namespace mimesis::tool {
 namespace {
@@ -22,7 +22,7 @@ struct Options {
   CsvOptions csv;
   ImageOptions images;
   std::string attachments, join, output, time = "relative", format = "png";
-  double start_s = 0.0, end_s = -1.0;
+  TimeRange range;
   bool json = false;
 };
 
@@ -51,15 +51,13 @@ int run(Options& o) {
     if (!o.join.empty()) o.csv.join = kJoins.at(o.join);
     o.csv.absolute = o.time == "absolute";
     o.csv.output = o.output.empty() ? "-" : o.output;
-    o.csv.start_s = o.start_s;
-    o.csv.end_s = o.end_s;
+    o.csv.range = o.range;
     result = export_csv(*logs, o.csv);
   } else if (!o.images.topic.empty()) {
     what = "images";
     o.images.folder = o.output;
     o.images.jpeg = o.format == "jpeg";
-    o.images.start_s = o.start_s;
-    o.images.end_s = o.end_s;
+    o.images.range = o.range;
     result = export_images(*logs, o.images);
   } else {
     what = "attachments";
@@ -109,10 +107,7 @@ void add_export(CLI::App& verb, int& exit_code) {
       ->capture_default_str();
   sub->add_option("--attachments", o->attachments, "Attachments into this folder");
   sub->add_option("-o,--output", o->output, "File or folder; CSV goes to standard output without");
-  sub->add_option("--start", o->start_s, "Skip so many recorded seconds")
-      ->check(number_not_below_zero);
-  sub->add_option("--end", o->end_s, "Stop at so many recorded seconds")
-      ->check(number_not_below_zero);
+  add_time_options(*sub, o->range);
   sub->add_flag("--json", o->json, "Print one JSON object at the end; needs -o for CSV");
   sub->footer(
       "Names of fields end in their unit; numbers read back as the same bits. JSON lines:\n"

@@ -7,21 +7,6 @@
 #include "tools/mimesis/log/progress.h"
 
 namespace mimesis::tool {
-namespace {
-
-constexpr double kSecond = 1e9;  // of log times, in ns
-
-log::Selection selection(const Span& span, const ScanOptions& options) {
-  log::Selection s;
-  s.channel = options.channel;
-  s.start_time = span.start_ns + static_cast<std::uint64_t>(options.start_s * kSecond);
-  if (options.end_s >= 0.0) {
-    s.end_time = span.start_ns + static_cast<std::uint64_t>(options.end_s * kSecond);
-  }
-  return s;
-}
-
-}  // namespace
 
 std::uint64_t scan_logs(const std::vector<OpenLog>& logs, const ScanOptions& options,
                         const std::string& what,
@@ -32,7 +17,7 @@ std::uint64_t scan_logs(const std::vector<OpenLog>& logs, const ScanOptions& opt
   const double bytes_per_ns =
       static_cast<double>(size) /
       static_cast<double>(std::max<std::uint64_t>(1, span.end_ns - span.start_ns));
-  auto reader = merged(logs, selection(span, options));
+  auto reader = merged(logs, {options.channel, options.times.start, options.times.end});
   {
     Progress progress(what, size);
     while (const log::MergedReader::Item* item = reader.next()) {

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "common/runtime/raw.h"
+#include "tools/mimesis/log/log_time.h"
 #include "tools/mimesis/log/open_log.h"
 
 namespace mimesis::tool {
@@ -15,9 +16,8 @@ namespace mimesis::tool {
 /// What of some logs is read.
 struct ScanOptions {
   std::function<bool(const log::Channel&)> channel = {};  ///< null: all
-  double start_s = 0.0;  ///< from the first message of the logs [s of log time]
-  double end_s = -1.0;   ///< the same; negative: to the end
-  bool silent = false;   ///< a second pass, which need not say the same again
+  LogTimes times = {};
+  bool silent = false;  ///< a second pass, which need not say the same again
 };
 
 /// Calls `take` for every message in the order of log time, with a bar named `what` on a terminal.

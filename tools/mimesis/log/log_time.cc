@@ -7,7 +7,6 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
-#include <limits>
 #include <optional>
 
 #include "common/error.h"
@@ -16,7 +15,6 @@
 namespace mimesis::tool {
 namespace {
 
-constexpr std::uint64_t kForever = std::numeric_limits<std::uint64_t>::max();
 constexpr double kLargest_s = 1e10;  // 300 years: no time in a log is later
 
 std::optional<std::uint64_t> to_nanoseconds(std::string_view digits) {
@@ -80,7 +78,7 @@ std::uint64_t parse_log_time(const std::string& option, const std::string& text,
 }
 
 LogTimes resolve(const TimeRange& range, const Span& span) {
-  LogTimes times{0, kForever};
+  LogTimes times;
   if (!range.start.empty()) times.start = parse_log_time("--start", range.start, span);
   if (!range.end.empty()) times.end = parse_log_time("--end", range.end, span);
   if (!range.duration.empty()) {

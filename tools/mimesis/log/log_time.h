@@ -1,5 +1,6 @@
 #pragma once
 #include <cstdint>
+#include <limits>
 #include <string>
 
 #include "tools/mimesis/log/open_log.h"
@@ -19,7 +20,7 @@ struct TimeRange {
 
 /// The log times [start_time, end_time) of `range`. @throws ConfigError
 struct LogTimes {
-  std::uint64_t start = 0, end = 0;
+  std::uint64_t start = 0, end = std::numeric_limits<std::uint64_t>::max();
 };
 LogTimes resolve(const TimeRange& range, const Span& span);
 

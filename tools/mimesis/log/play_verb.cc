@@ -33,14 +33,12 @@ void add_what(CLI::App& play, Options& o) {
   play.add_option("--remap", o.remaps,
                   "OLD:=NEW publishes topic OLD as NEW, OLD/:=NEW/ all below OLD/ (repeatable)")
       ->allow_extra_args(false);
-  play.add_option("--start", o.play.playback.start_s, "From this position [s]")
-      ->check(number_not_below_zero);
-  CLI::Option* duration =
-      play.add_option("--duration", o.play.playback.duration_s, "So many recorded seconds")
-          ->check(number_not_below_zero);
-  play.add_option("--end", o.play.playback.end_s, "To this position [s]")
-      ->check(number_not_below_zero)
-      ->excludes(duration);
+  TimeRange& range = o.play.playback.range;
+  play.add_option("--start", range.start,
+                  "From this log time on: seconds from the first message (12.5), absolute "
+                  "(12500000000ns) or UTC (2026-11-21T15:40:00.5Z)");
+  CLI::Option* duration = play.add_option("--duration", range.duration, "So many recorded seconds");
+  play.add_option("--end", range.end, "To this log time")->excludes(duration);
 }
 
 void add_how(CLI::App& play, Options& o) {

@@ -38,7 +38,7 @@ Playback::Playback(std::vector<OpenLog> logs, const PlaybackOptions& options)
       damages_.try_emplace({i, d.offset}, d.what);
   }
   find_topics(options);
-  find_range(options);
+  find_range(options.range);
 }
 
 std::string Playback::name() const {
@@ -99,16 +99,13 @@ void Playback::add(const log::Channel& channel, const log::Schema& schema,
                         !start_id.empty()};
 }
 
-void Playback::find_range(const PlaybackOptions& options) {
-  start_ns_ = log_time_ns(options.start_s);
-  end_ns_ = span_.end_ns;
-  if (options.end_s) end_ns_ = std::min(end_ns_, log_time_ns(*options.end_s));
-  if (options.duration_s) {
-    end_ns_ = std::min(end_ns_, log_time_ns(options.start_s + *options.duration_s));
-  }
+void Playback::find_range(const TimeRange& range) {
+  const LogTimes times = resolve(range, span_);
+  start_ns_ = std::max(times.start, span_.start_ns);
+  end_ns_ = std::min(times.end, span_.end_ns);
   if (start_ns_ > end_ns_) {
     throw ConfigError(fmt::format("{}: nothing of its {:.3f} s lies between {:.3f} s and {:.3f} s",
-                                  name(), position_s(span_.end_ns), options.start_s,
+                                  name(), position_s(span_.end_ns), position_s(start_ns_),
                                   position_s(end_ns_)));
   }
 }

@@ -8,6 +8,7 @@
 #include <unordered_map>
 #include <vector>
 
+#include "tools/mimesis/log/log_time.h"
 #include "tools/mimesis/log/open_log.h"
 #include "tools/mimesis/log/play_remap.h"
 #include "tools/mimesis/topic_filter.h"
@@ -22,9 +23,7 @@ struct PlaybackOptions {
   /// Also what recorded nodes said about themselves (NODE/start, steps, health, log). Those that
   /// the filter has by name are played anyway.
   bool about_nodes = false;
-  double start_s = 0.0;                ///< position
-  std::optional<double> end_s{};       ///< position; nothing: that of the last message
-  std::optional<double> duration_s{};  ///< from start_s
+  TimeRange range{};  ///< its end is played, too
 };
 
 /// One topic to be published.
@@ -90,7 +89,7 @@ class Playback {
   };
   void find_topics(const PlaybackOptions& options);
   void add(const log::Channel& channel, const log::Schema& schema, const PlaybackOptions& options);
-  void find_range(const PlaybackOptions& options);
+  void find_range(const TimeRange& range);
   bool repeated(const Origin& origin, const log::Message& message);
   std::vector<PlayedValue> last_values(const std::set<std::size_t>& topics, std::uint64_t from_ns,
                                        std::uint64_t to_ns);

@@ -35,14 +35,17 @@ std::string word(const FieldColumns::Value& v, int number) {
 class CurveReader {
  public:
   CurveReader(const std::vector<OpenLog>& logs, const PlotOptions& options)
-      : logs_(logs), options_(options), span_(span_of(logs)) {
+      : logs_(logs),
+        options_(options),
+        span_(span_of(logs)),
+        times_(resolve(options.range, span_)) {
     const auto topics = topics_of(logs);
     for (const std::string& text : options.fields) {
       queries_.emplace_back(parse_field_query(text, topics));
       check(text, queries_.back());
     }
-    end_s_ = static_cast<double>(span_.end_ns - span_.start_ns) / kSecond;
-    if (options.end_s >= 0.0) end_s_ = std::min(end_s_, options.end_s);
+    start_s_ = seconds(std::max(times_.start, span_.start_ns));
+    end_s_ = seconds(std::min(times_.end, span_.end_ns));
   }
 
   std::uint64_t read() {
@@ -50,10 +53,10 @@ class CurveReader {
       return std::ranges::find(queries_, c.topic, &FieldColumns::topic) != queries_.end();
     };
     std::uint64_t failures = 0;
-    failures += scan_logs(logs_, {wanted, options_.start_s, options_.end_s}, "plot",
-                          [&](const log::MergedReader::Item& item) {
-                            if (!take(item)) ++failures;
-                          });
+    failures +=
+        scan_logs(logs_, {wanted, times_}, "plot", [&](const log::MergedReader::Item& item) {
+          if (!take(item)) ++failures;
+        });
     return failures;
   }
 
@@ -149,7 +152,7 @@ class CurveReader {
     Quantity quantity = quantity_of(v.field.name());
     if (options_.derivative) quantity.unit = derivative_unit(quantity.unit);
     const auto columns = static_cast<std::size_t>(options_.width_px) * kColumnsPerPixel;
-    return {{q, label, quantity, {}, discrete, Thinning(options_.start_s, end_s_, columns)}};
+    return {{q, label, quantity, {}, discrete, CurveThinning(start_s_, end_s_, columns)}};
   }
 
   /// From the start of the log.
@@ -161,7 +164,8 @@ class CurveReader {
   const std::vector<OpenLog>& logs_;
   const PlotOptions& options_;
   Span span_;
-  double end_s_ = 0.0;
+  LogTimes times_;
+  double start_s_ = 0.0, end_s_ = 0.0;
   LogDecoder decoder_;
   std::vector<FieldColumns> queries_;
   std::map<std::string, std::set<std::string>> nodes_;  ///< by topic

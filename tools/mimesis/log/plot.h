@@ -22,13 +22,13 @@ std::string derivative_unit(const std::string& unit);
 /// Thins a curve to a few points per column of pixels: the first, the least, the greatest, the last
 /// and one that is not a number. Its picture is the same, spikes of one sample included. Memory is
 /// bounded by the number of columns.
-class Thinning {
+class CurveThinning {
  public:
   struct Point {
     double time_s, value;
   };
   /// Of [start_s, end_s] into `columns` > 0.
-  Thinning(double start_s, double end_s, std::size_t columns);
+  CurveThinning(double start_s, double end_s, std::size_t columns);
   /// In any order of time; points of one column keep theirs.
   void add(const Point& point);
   std::vector<Point> points() const;
@@ -54,7 +54,7 @@ struct Curve {
   Quantity quantity;
   std::map<int, std::string> words;  ///< of an enum or a boolean that occur, by value
   bool discrete = false;             ///< enum or boolean
-  Thinning thinning;
+  CurveThinning thinning;
   std::uint64_t samples = 0;
   double least = std::numeric_limits<double>::infinity();
   double greatest = -std::numeric_limits<double>::infinity();  ///< finite ones alone
@@ -64,8 +64,8 @@ enum class PlotStyle { lines, steps, dots };
 
 struct PlotOptions {
   std::vector<std::string> fields = {};  ///< "TOPIC.FIELD"
-  double start_s = 0.0, end_s = -1.0;    ///< as in ScanOptions
-  std::string output = {};               ///< *.png or *.svg
+  TimeRange range = {};
+  std::string output = {};  ///< *.png or *.svg
   std::string title = {};
   int width_px = 1200;
   int height_px = 0;  ///< 0: by the number of panels

@@ -37,12 +37,12 @@ std::string derivative_unit(const std::string& unit) {
   return unit + "/s";
 }
 
-Thinning::Thinning(double start_s, double end_s, std::size_t columns)
+CurveThinning::CurveThinning(double start_s, double end_s, std::size_t columns)
     : start_s_(start_s),
       columns_per_s_(end_s > start_s ? static_cast<double>(columns) / (end_s - start_s) : 0.0),
       columns_(columns) {}
 
-void Thinning::add(const Point& point) {
+void CurveThinning::add(const Point& point) {
   const double at = std::floor((point.time_s - start_s_) * columns_per_s_);
   const double last = static_cast<double>(columns_.size() - 1);
   Column& column = columns_[static_cast<std::size_t>(std::clamp(at, 0.0, last))];
@@ -59,7 +59,7 @@ void Thinning::add(const Point& point) {
   column.any = true;
 }
 
-std::vector<Thinning::Point> Thinning::points() const {
+std::vector<CurveThinning::Point> CurveThinning::points() const {
   std::vector<Point> all;
   for (const Column& c : columns_) {
     std::map<std::uint64_t, Point> in_order;

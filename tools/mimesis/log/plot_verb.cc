@@ -9,7 +9,7 @@
 #include "common/error.h"
 #include "tools/mimesis/log/plot.h"
 #include "tools/mimesis/log/subverbs.h"
-#include "tools/mimesis/number_check.h"
+#include "tools/mimesis/log/verb_options.h"
 
 namespace mimesis::tool {
 namespace {
@@ -51,10 +51,7 @@ void add_plot(CLI::App& verb, int& exit_code) {
                   "each")
       ->required();
   sub->add_option("-o,--output", o->plot.output, "Picture: NAME.png or NAME.svg")->required();
-  sub->add_option("--start", o->plot.start_s, "Skip so many recorded seconds")
-      ->check(number_not_below_zero);
-  sub->add_option("--end", o->plot.end_s, "Stop at so many recorded seconds")
-      ->check(number_not_below_zero);
+  add_time_options(*sub, o->plot.range);
   sub->add_option("--title", o->plot.title, "Above the picture");
   sub->add_option("--width", o->plot.width_px, "[px]")
       ->check(CLI::Range(100, 10'000))

@@ -7,7 +7,7 @@
 
 #include "common/error.h"
 #include "common/runtime/value_text.h"
-#include "tools/mimesis/log/latched_repeats.h"
+#include "tools/mimesis/log/open_log.h"
 
 namespace mimesis::tool {
 namespace {

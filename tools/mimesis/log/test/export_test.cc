@@ -81,7 +81,9 @@ TEST_F(ExportTest, AbsoluteTimesAndAPartOfTheLog) {
   for (std::uint64_t s : {0, 1, 2, 3}) {
     log_.add("x/arm", 1'795'275'600'250'000'000 + s * 1'000'000'000, arm({static_cast<double>(s)}));
   }
-  EXPECT_EQ(csv({.fields = {"x/arm.position_rad"}, .absolute = true, .start_s = 1.0, .end_s = 2.0}),
+  EXPECT_EQ(csv({.fields = {"x/arm.position_rad"},
+                 .absolute = true,
+                 .range = {.start = "1", .end = "2"}}),
             "log_time_s,publish_time_s,position_rad[0]\n"
             "1795275601.250000000,1795275601.249999999,1\n");
 }

@@ -182,11 +182,11 @@ TEST(Playback, StartEndAndDurationCutTheLog) {
     return from(playback, 0.0);  // not before the start
   };
   ASSERT_TRUE(part.writer.finish());
-  EXPECT_EQ(cut({.start_s = 7.0}), "s|7 8 9");
-  EXPECT_EQ(cut({.start_s = 2.0, .end_s = 4.0}), "s|2 3 4");
-  EXPECT_EQ(cut({.start_s = 2.0, .duration_s = 1.5}), "s|2 3");
-  EXPECT_EQ(cut({.start_s = 9.0, .duration_s = 1e300}), "s|9");
-  EXPECT_EQ(problem([&] { cut({.start_s = 9.5}); }),
+  EXPECT_EQ(cut({.range = {.start = "7"}}), "s|7 8 9");
+  EXPECT_EQ(cut({.range = {.start = "2", .end = "4"}}), "s|2 3 4");
+  EXPECT_EQ(cut({.range = {.start = "2", .duration = "1.5"}}), "s|2 3");
+  EXPECT_EQ(cut({.range = {.start = "9", .duration = "9e9"}}), "s|9");
+  EXPECT_EQ(problem([&] { cut({.range = {.start = "9.5"}}); }),
             "part.mcap: nothing of its 9.000 s lies between 9.500 s and 9.000 s");
 }
 

@@ -34,7 +34,7 @@ TEST(Plot, UnitsOfTheClosedList) {
 }
 
 TEST(Plot, ThinningKeepsEverySpikeAndTheGaps) {
-  Thinning thin(0.0, 100.0, 50);
+  CurveThinning thin(0.0, 100.0, 50);
   for (int i = 0; i <= 100'000; ++i) {
     double value = std::sin(i * 1e-3);
     if (i == 33'333) value = 9.0;
@@ -61,10 +61,10 @@ TEST(Plot, ThinningKeepsEverySpikeAndTheGaps) {
 }
 
 TEST(Plot, FewPointsAreAllKept) {
-  Thinning thin(0.0, 10.0, 1000);
+  CurveThinning thin(0.0, 10.0, 1000);
   for (int i = 0; i < 10; ++i) thin.add({static_cast<double>(i), 1.0});
   EXPECT_EQ(thin.points().size(), 10u);
-  Thinning single(5.0, 5.0, 10);
+  CurveThinning single(5.0, 5.0, 10);
   single.add({5.0, 1.0});
   EXPECT_EQ(single.points().size(), 1u);
 }
@@ -135,7 +135,7 @@ TEST_F(PlotTest, PicturesOfEverythingThatCanBeInALog) {
   auto all = curves(options);
   all.push_back(all.front());
   all.back().label = "other/topic.with 'quotes'";
-  all.back().thinning = Thinning(0.0, 1.0, 1);  // without a point
+  all.back().thinning = CurveThinning(0.0, 1.0, 1);  // without a point
   for (const std::string name : {"a.svg", "b.svg", "a.png"}) {
     options.output = folder.file(name);
     options.style = name == "a.png" ? PlotStyle::dots : PlotStyle::lines;
