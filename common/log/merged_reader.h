@@ -9,11 +9,13 @@ namespace mimesis::log {
 
 /// Delivers the messages of several logs in the order of log time; equal ones in the order of the
 /// logs, then of the file. Ids of channels belong to their log: use `channel` and `schema`.
+/// A selection is about the times as they stand in the files.
 class MergedReader {
  public:
   struct Input {
     const Source* source;
     const Summary* summary;
+    std::int64_t offset_ns = 0;  ///< added to its times, for a clock that was wrong; none below 0
   };
   struct Item {
     std::size_t log = 0;               ///< index of its log
@@ -42,7 +44,8 @@ class MergedReader {
 
   std::vector<Input> inputs_;
   std::vector<std::unique_ptr<IndexedReader>> readers_;
-  std::vector<Item> items_;  ///< next of each log
+  std::vector<Item> items_;       ///< next of each log
+  std::vector<Message> shifted_;  ///< of logs with an offset
   std::priority_queue<Head, std::vector<Head>, std::greater<>> heads_;
   std::size_t delivered_ = 0;  ///< log of the last delivered, or readers_.size()
 };

@@ -6,8 +6,8 @@
 
 #include "tools/mimesis/log/diff.h"
 #include "tools/mimesis/log/subverbs.h"
+#include "tools/mimesis/log/verb_options.h"
 #include "tools/mimesis/number_check.h"
-#include "tools/mimesis/topic_filter.h"
 
 namespace mimesis::tool {
 
@@ -16,16 +16,13 @@ void add_diff(CLI::App& verb, int& exit_code) {
   struct Options {
     std::string a, b;
     DiffOptions diff;
-    std::vector<std::string> topics;
-    std::string regex, exclude;
+    TopicOptions topics;
     bool all_topics = false, json = false;
   };
   auto o = std::make_shared<Options>();
   diff->add_option("A", o->a, "An MCAP file")->required();
   diff->add_option("B", o->b, "Another one")->required();
-  diff->add_option("--topic", o->topics, "Only this topic (repeatable)")->allow_extra_args(false);
-  diff->add_option("--regex", o->regex, "Only topics that match as a whole");
-  diff->add_option("--exclude", o->exclude, "Not those that match as a whole");
+  add_topic_options(*diff, o->topics);
   diff->add_flag("--all-topics", o->all_topics,
                  "Also */health, */log, */steps, */start and clock/time, which differ between "
                  "equal runs");
@@ -47,7 +44,7 @@ void add_diff(CLI::App& verb, int& exit_code) {
       "Example: mimesis log diff yesterday.mcap today.mcap --tolerance 1e-9 "
       "--ignore '*.header.stamp_ns'");
   diff->callback([o, &exit_code] {
-    const TopicFilter filter(o->topics, o->regex, o->exclude);
+    const TopicFilter filter = filter_of(o->topics);
     o->diff.topic = [filter, all = o->all_topics](const std::string& topic) {
       const bool named = std::ranges::find(filter.topics(), topic) != filter.topics().end();
       return filter(topic) && (all || named || !is_runtime_topic(topic));

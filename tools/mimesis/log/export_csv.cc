@@ -113,16 +113,8 @@ class CsvExport {
       for (const auto& [id, channel] : log.summary.channels) {
         if (channel.topic != table.topic) continue;
         nodes.insert(sender_of(channel));
-        const auto schema = log.summary.schemas.find(channel.schema_id);
-        const auto* type =
-            decoder_.type(schema == log.summary.schemas.end() ? nullptr : &schema->second);
-        if (type == nullptr) {
-          throw ConfigError(
-              fmt::format("{}: messages are '{}', not Protobuf with a schema: they "
-                          "have no fields to choose",
-                          table.topic, channel.message_encoding));
-        }
-        for (FieldColumns& query : table.queries) query.check(*type->GetDescriptor());
+        const auto& type = decoder_.type(log, channel);
+        for (FieldColumns& query : table.queries) query.check(*type.GetDescriptor());
       }
     }
     table.several_nodes = nodes.size() > 1;

@@ -4,6 +4,7 @@
 
 #include <set>
 
+#include "common/error.h"
 #include "tools/mimesis/log/progress.h"
 
 namespace mimesis::tool {
@@ -49,6 +50,15 @@ std::string seconds_text(std::uint64_t ns, std::uint64_t origin_ns) {
   const bool negative = ns < origin_ns;
   const std::uint64_t size = negative ? origin_ns - ns : ns - origin_ns;
   return fmt::format("{}{}.{:09}", negative ? "-" : "", size / kNanoseconds, size % kNanoseconds);
+}
+
+const google::protobuf::Message& LogDecoder::type(const OpenLog& log, const log::Channel& channel) {
+  const auto schema = log.summary.schemas.find(channel.schema_id);
+  const auto* message = type(schema == log.summary.schemas.end() ? nullptr : &schema->second);
+  if (message != nullptr) return *message;
+  throw ConfigError(fmt::format(
+      "{}: messages are '{}', not Protobuf with a schema: they have no fields to choose",
+      channel.topic, channel.message_encoding));
 }
 
 google::protobuf::Message* LogDecoder::type(const log::Schema* schema) {

@@ -39,6 +39,8 @@ class LogDecoder {
   const google::protobuf::Message* decode(const log::MergedReader::Item& item);
   /// An empty one; null as above.
   google::protobuf::Message* type(const log::Schema* schema);
+  /// An empty one of a channel. @throws ConfigError if that has no Protobuf with a schema.
+  const google::protobuf::Message& type(const OpenLog& log, const log::Channel& channel);
 
  private:
   runtime::TypePool types_;

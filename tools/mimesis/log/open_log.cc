@@ -38,9 +38,13 @@ tl::expected<std::vector<OpenLog>, OpenError> open_logs(const std::vector<std::s
   return logs;
 }
 
-log::MergedReader merged(const std::vector<OpenLog>& logs, const log::Selection& selection) {
+log::MergedReader merged(const std::vector<OpenLog>& logs, const log::Selection& selection,
+                         const std::vector<std::int64_t>& offsets_ns) {
   std::vector<log::MergedReader::Input> inputs;
-  for (const OpenLog& log : logs) inputs.push_back({log.source.get(), &log.summary});
+  for (std::size_t i = 0; i < logs.size(); ++i) {
+    inputs.push_back(
+        {logs[i].source.get(), &logs[i].summary, i < offsets_ns.size() ? offsets_ns[i] : 0});
+  }
   return {std::move(inputs), selection};
 }
 

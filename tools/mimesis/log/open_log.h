@@ -28,8 +28,10 @@ tl::expected<OpenLog, OpenError> open_log(const std::string& path);
 /// the first that cannot be opened.
 tl::expected<std::vector<OpenLog>, OpenError> open_logs(const std::vector<std::string>& paths);
 
-/// All of them in the order of log time; the logs outlive the reader.
-log::MergedReader merged(const std::vector<OpenLog>& logs, const log::Selection& selection = {});
+/// All of them in the order of log time; the logs outlive the reader. `offsets_ns`: of each log, or
+/// of none.
+log::MergedReader merged(const std::vector<OpenLog>& logs, const log::Selection& selection = {},
+                         const std::vector<std::int64_t>& offsets_ns = {});
 
 /// Earliest and latest log time of all [ns]; both 0 without a message.
 struct Span {

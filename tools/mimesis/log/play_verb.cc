@@ -6,8 +6,8 @@
 
 #include "tools/mimesis/log/play.h"
 #include "tools/mimesis/log/subverbs.h"
+#include "tools/mimesis/log/verb_options.h"
 #include "tools/mimesis/number_check.h"
-#include "tools/mimesis/topic_filter.h"
 
 namespace mimesis::tool {
 namespace {
@@ -16,17 +16,15 @@ constexpr double kMegabyte = 1e6;
 
 struct Options {
   PlayOptions play;
-  std::vector<std::string> topics, remaps;
-  std::string regex, exclude;
+  TopicOptions topics;
+  std::vector<std::string> remaps;
   bool no_keys = false;
   double read_ahead_mb = 0.0;
 };
 
 void add_what(CLI::App& play, Options& o) {
   play.add_option("FILE", o.play.files, "MCAP files: one log, or its parts")->required();
-  play.add_option("--topic", o.topics, "Only this topic (repeatable)")->allow_extra_args(false);
-  play.add_option("--regex", o.regex, "Only topics that match as a whole");
-  play.add_option("--exclude", o.exclude, "Not those that match as a whole");
+  add_topic_options(play, o.topics);
   play.add_flag("--all-topics", o.play.playback.about_nodes,
                 "Also what the recorded nodes said about themselves: NODE/start, steps, health, "
                 "log");
@@ -96,7 +94,7 @@ void add_play(CLI::App& verb, int& exit_code) {
   add_how(*play, *o);
   play->footer(kFooter);
   play->callback([o, &exit_code] {
-    o->play.playback.filter = TopicFilter(o->topics, o->regex, o->exclude);
+    o->play.playback.filter = filter_of(o->topics);
     o->play.playback.remap = PlayRemap(o->remaps);
     o->play.keys = !o->no_keys;
     if (o->read_ahead_mb > 0.0) {

@@ -81,16 +81,8 @@ class CurveReader {
       for (const auto& [id, channel] : log.summary.channels) {
         if (channel.topic != query.topic()) continue;
         nodes_[channel.topic].insert(sender_of(channel));
-        const auto schema = log.summary.schemas.find(channel.schema_id);
-        const auto* type =
-            decoder_.type(schema == log.summary.schemas.end() ? nullptr : &schema->second);
-        if (type == nullptr) {
-          throw ConfigError(
-              fmt::format("{}: messages are '{}', not Protobuf with a schema: they "
-                          "have no fields to choose",
-                          channel.topic, channel.message_encoding));
-        }
-        numbers = query.has_numbers(*type->GetDescriptor()) || numbers;
+        const auto& type = decoder_.type(log, channel);
+        numbers = query.has_numbers(*type.GetDescriptor()) || numbers;
       }
     }
     if (!numbers) throw ConfigError(text + ": expected a number, a boolean or an enum to plot");

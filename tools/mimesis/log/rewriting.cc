@@ -7,7 +7,6 @@
 
 #include "tools/mimesis/log/byte_size.h"
 #include "tools/mimesis/log/progress.h"
-#include "tools/mimesis/log/shifted_reader.h"
 #include "tools/mimesis/stop_signals.h"
 
 namespace mimesis::tool {
@@ -79,7 +78,7 @@ Pass each_message(const std::string& what, const std::vector<OpenLog>& logs,
   const StopSignals stop;
   const Scale scale(logs, selection);
   Progress progress(what, scale.total());
-  ShiftedReader reader(logs, selection, offsets_ns);
+  auto reader = merged(logs, selection, offsets_ns);
   while (const log::MergedReader::Item* item = reader.next()) {
     if (stop.requested()) {
       pass.interrupted = true;
