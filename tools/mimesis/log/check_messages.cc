@@ -35,18 +35,6 @@ bool has_unknown_fields(const Message& message) {
 
 }  // namespace
 
-std::string_view word(Severity severity) {
-  switch (severity) {
-    case Severity::info:
-      return "info";
-    case Severity::warning:
-      return "warning";
-    case Severity::error:
-      break;
-  }
-  return "error";
-}
-
 void MessageCheck::Tally::add(std::uint64_t offset, std::uint64_t amount, const std::string& text) {
   if (times++ == 0) {
     first_offset = offset;

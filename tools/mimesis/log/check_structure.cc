@@ -2,41 +2,24 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <map>
 #include <optional>
 #include <vector>
 
-#include "common/log/codec.h"
 #include "common/log/records.h"
 #include "common/log/stream_reader.h"
 #include "common/log/wire.h"
+#include "tools/mimesis/log/check_chunks.h"
 
 namespace mimesis::tool {
 namespace {
 
 using log::Opcode;
 
-/// (log_time, offset) of messages in a chunk, by channel.
-using Places = std::map<std::uint16_t, std::vector<std::pair<std::uint64_t, std::uint64_t>>>;
-
-bool decode_index(std::string_view content, log::MessageIndex& index) {
-  log::Decoder d(content);
-  index.channel_id = d.integer<std::uint16_t>();
-  log::Decoder entries(d.string());
-  index.records.clear();
-  while (entries.left() > 0 && entries.ok()) {
-    const auto time = entries.integer<std::uint64_t>();
-    const auto offset = entries.integer<std::uint64_t>();
-    index.records.emplace_back(time, offset);
-  }
-  return d.ok() && entries.ok();
-}
-
 class Structure {
  public:
   Structure(const log::Source& source, Findings& findings)
-      : source_(source), findings_(findings), window_(source) {}
+      : source_(source), findings_(findings), window_(source), chunks_(findings) {}
 
   void walk(const std::function<void(std::uint64_t)>& progress);
 
@@ -44,20 +27,10 @@ class Structure {
   struct Record {
     std::uint64_t offset = 0, length = 0;
   };
-  /// What is known of a chunk from the data.
-  struct Facts {
-    log::ChunkIndex index;  ///< as it should be
-    Places messages;
-    bool readable = false;
-  };
   void error(std::string_view kind, std::uint64_t offset, std::string what) {
     findings_.add(Severity::error, kind, offset, std::move(what));
   }
   bool take(Opcode opcode, std::string_view content);
-  void take_chunk(std::string_view content);
-  void take_message_index(std::string_view content);
-  void leave_chunk();
-  void take_chunk_index(std::string_view content);
   template <class Index>
   void take_record_index(std::string_view content, std::map<std::uint64_t, std::uint64_t>& records,
                          std::string_view what);
@@ -68,17 +41,13 @@ class Structure {
   const log::Source& source_;
   Findings& findings_;
   log::Window window_;
-  log::Decompressor decompressor_;
+  ChunkCheck chunks_;
   std::uint64_t at_ = log::kMagic.size();  ///< of the current record
   std::uint64_t length_ = 0;
 
-  std::map<std::uint64_t, Facts> chunks_;  ///< by offset
-  Facts* open_ = nullptr;                  ///< the chunk whose message indexes follow
   std::map<std::uint64_t, std::uint64_t> attachments_, metadata_;  ///< offset -> length
   std::optional<std::uint64_t> data_end_;                          ///< behind it
-  std::map<std::uint64_t, bool> indexed_chunks_;
-  std::optional<std::uint64_t> bare_message_;
-  bool index_records_ = false, attachment_indexes_ = false, metadata_indexes_ = false;
+  bool attachment_indexes_ = false, metadata_indexes_ = false;
   std::map<Opcode, Record> groups_;  ///< of the summary
   std::vector<std::pair<std::uint64_t, log::SummaryOffset>> offsets_;
 };
@@ -102,12 +71,12 @@ void Structure::walk(const std::function<void(std::uint64_t)>& progress) {
     if (!take(opcode, record->substr(log::kRecordHead))) return conclude();
     progress(at_ += length_);
   }
-  leave_chunk();
+  chunks_.leave();
 }
 
 /// False behind the footer.
 bool Structure::take(Opcode opcode, std::string_view content) {
-  if (opcode != Opcode::message_index) leave_chunk();
+  if (opcode != Opcode::message_index) chunks_.leave();
   if (at_ == log::kMagic.size() && opcode != Opcode::header) {
     error("structure", at_, "the first record is not a header");
   }
@@ -121,10 +90,10 @@ bool Structure::take(Opcode opcode, std::string_view content) {
   }
   switch (opcode) {
     case Opcode::chunk:
-      take_chunk(content);
+      chunks_.take_chunk(at_, length_, content);
       break;
     case Opcode::message_index:
-      take_message_index(content);
+      chunks_.take_message_index(at_, length_, content);
       break;
     case Opcode::attachment:
       attachments_[at_] = length_;
@@ -133,7 +102,7 @@ bool Structure::take(Opcode opcode, std::string_view content) {
       metadata_[at_] = length_;
       break;
     case Opcode::message:
-      if (!bare_message_) bare_message_ = at_;
+      chunks_.take_bare_message(at_);
       break;
     case Opcode::data_end:
       data_end_ = at_ + length_;
@@ -144,95 +113,11 @@ bool Structure::take(Opcode opcode, std::string_view content) {
   return true;
 }
 
-void Structure::take_chunk(std::string_view content) {
-  open_ = &chunks_[at_];
-  log::Chunk chunk;
-  if (!log::decode(content, chunk)) return;
-  log::ChunkIndex& index = open_->index;
-  index.message_start_time = chunk.message_start_time;
-  index.message_end_time = chunk.message_end_time;
-  index.chunk_start_offset = at_;
-  index.chunk_length = length_;
-  index.compression = chunk.compression;
-  index.compressed_size = chunk.records.size();
-  index.uncompressed_size = chunk.uncompressed_size;
-  const auto compression = log::parse_compression(chunk.compression);
-  if (!compression || chunk.uncompressed_size > log::ReaderLimits{}.chunk_size) return;
-  const auto records = decompressor_.run(*compression, chunk.records,
-                                         static_cast<std::size_t>(chunk.uncompressed_size));
-  if (!records) return;  // told by whoever checks the sums
-  open_->readable = true;
-  std::optional<std::pair<std::uint64_t, std::uint64_t>> times;
-  log::Decoder d(*records);
-  while (d.left() > 0) {
-    const std::uint64_t offset = records->size() - d.left();
-    const auto opcode = d.integer<Opcode>();
-    const std::string_view inner = d.raw(d.integer<std::uint64_t>());
-    log::Message message;
-    if (!d.ok()) break;
-    if (opcode != Opcode::message || !log::decode(inner, message)) continue;
-    open_->messages[message.channel_id].emplace_back(message.log_time, offset);
-    if (!times) times = {message.log_time, message.log_time};
-    times->first = std::min(times->first, message.log_time);
-    times->second = std::max(times->second, message.log_time);
-  }
-  if (times &&
-      (times->first != chunk.message_start_time || times->second != chunk.message_end_time)) {
-    error("chunk-times", at_,
-          fmt::format("chunk: its messages are of {} to {}, its head says {} to {}", times->first,
-                      times->second, chunk.message_start_time, chunk.message_end_time));
-  }
-}
-
-void Structure::take_message_index(std::string_view content) {
-  if (open_ == nullptr) {
-    error("message-index", at_, "a message index without a chunk before it");
-    return;
-  }
-  log::MessageIndex index;
-  if (!decode_index(content, index)) {
-    error("message-index", at_, "a message index is too short for its entries");
-    return;
-  }
-  open_->index.message_index_offsets[index.channel_id] = at_;
-  open_->index.message_index_length += length_;
-  if (!open_->readable) return;
-  auto stands = open_->messages[index.channel_id];
-  std::ranges::sort(stands);
-  std::ranges::sort(index.records);
-  if (stands == index.records) return;
-  std::vector<std::pair<std::uint64_t, std::uint64_t>> wrong;
-  std::ranges::set_difference(index.records, stands, std::back_inserter(wrong));
-  error(
-      "message-index", at_,
-      wrong.empty()
-          ? fmt::format("message index of channel {}: {} entries for {} messages", index.channel_id,
-                        index.records.size(), stands.size())
-          : fmt::format("message index of channel {}: {} entries point at no such message, "
-                        "first ({} ns, {})",
-                        index.channel_id, wrong.size(), wrong.front().first, wrong.front().second));
-}
-
-void Structure::leave_chunk() {
-  if (open_ == nullptr) return;
-  const Facts& facts = *open_;
-  const auto& offsets = facts.index.message_index_offsets;
-  if (!offsets.empty()) {
-    for (const auto& [id, places] : facts.messages) {
-      if (places.empty() || offsets.contains(id)) continue;
-      error("message-index", facts.index.chunk_start_offset,
-            fmt::format("chunk: its messages of channel {} are in no index", id));
-    }
-  }
-  open_->messages.clear();
-  open_ = nullptr;
-}
-
 void Structure::take_summary(Opcode opcode, std::string_view content) {
   Record& group = groups_.try_emplace(opcode, Record{at_, 0}).first->second;
   group.length = at_ + length_ - group.offset;
   if (opcode == Opcode::chunk_index) {
-    take_chunk_index(content);
+    chunks_.take_chunk_index(at_, content);
   } else if (opcode == Opcode::attachment_index) {
     attachment_indexes_ = true;
     take_record_index<log::AttachmentIndex>(content, attachments_, "attachment");
@@ -244,42 +129,10 @@ void Structure::take_summary(Opcode opcode, std::string_view content) {
     if (log::decode(content, offset)) offsets_.emplace_back(at_, offset);
   } else if (log::Statistics statistics; opcode == Opcode::statistics &&
                                          log::decode(content, statistics) &&
-                                         statistics.chunk_count != chunks_.size()) {
+                                         statistics.chunk_count != chunks_.count()) {
     error("statistics", at_,
-          fmt::format("chunks: {} in the file, the summary says {}", chunks_.size(),
+          fmt::format("chunks: {} in the file, the summary says {}", chunks_.count(),
                       statistics.chunk_count));
-  }
-}
-
-void Structure::take_chunk_index(std::string_view content) {
-  index_records_ = true;
-  log::ChunkIndex index;
-  if (!log::decode(content, index)) return;  // told as damage
-  const auto it = chunks_.find(index.chunk_start_offset);
-  if (it == chunks_.end()) {
-    error("chunk-index", at_,
-          fmt::format("chunk index: no chunk stands at byte {}", index.chunk_start_offset));
-    return;
-  }
-  indexed_chunks_[index.chunk_start_offset] = true;
-  const log::ChunkIndex& is = it->second.index;
-  const auto compare = [&](std::string_view what, const auto& says, const auto& stands) {
-    if (says == stands) return;
-    error("chunk-index", at_,
-          fmt::format("index of the chunk at byte {}: {} is {}, not {}", index.chunk_start_offset,
-                      what, stands, says));
-  };
-  compare("its first log time", index.message_start_time, is.message_start_time);
-  compare("its last log time", index.message_end_time, is.message_end_time);
-  compare("its length", index.chunk_length, is.chunk_length);
-  compare("its compression", index.compression, is.compression);
-  compare("its compressed size", index.compressed_size, is.compressed_size);
-  compare("its unpacked size", index.uncompressed_size, is.uncompressed_size);
-  compare("the length of its message indexes", index.message_index_length, is.message_index_length);
-  if (index.message_index_offsets != is.message_index_offsets) {
-    error("chunk-index", at_,
-          fmt::format("index of the chunk at byte {}: its message indexes stand elsewhere",
-                      index.chunk_start_offset));
   }
 }
 
@@ -329,17 +182,7 @@ void Structure::conclude() {
                         offset.group_start));
     }
   }
-  if (index_records_) {
-    for (const auto& [offset, facts] : chunks_) {
-      if (!indexed_chunks_.contains(offset)) {
-        error("chunk-index", offset, "this chunk is in no index: readers that seek miss it");
-      }
-    }
-    if (bare_message_) {
-      error("chunk-index", *bare_message_,
-            "a message outside of chunks: readers that seek miss it");
-    }
-  }
+  chunks_.conclude();
   for (const auto& [offset, length] : attachments_) {
     if (attachment_indexes_) error("index", offset, "this attachment is in no index");
   }

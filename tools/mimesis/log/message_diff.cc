@@ -7,96 +7,15 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <limits>
 
 #include "tools/mimesis/log/field_text.h"
+#include "tools/mimesis/log/message_diff_values.h"
 
 namespace mimesis::tool {
 namespace {
 
 using google::protobuf::FieldDescriptor;
 using google::protobuf::Message;
-
-constexpr std::size_t kShownBytes = 16;
-constexpr std::size_t kShownText = 100;
-
-/// Fields of one kind can be compared whatever their wire type.
-enum class Kind { floating, integer, other_number, text, bytes, message };
-
-Kind kind_of(const FieldDescriptor& f) {
-  switch (f.cpp_type()) {
-    case FieldDescriptor::CPPTYPE_DOUBLE:
-    case FieldDescriptor::CPPTYPE_FLOAT:
-      return Kind::floating;
-    case FieldDescriptor::CPPTYPE_BOOL:
-    case FieldDescriptor::CPPTYPE_ENUM:
-      return Kind::other_number;
-    case FieldDescriptor::CPPTYPE_STRING:
-      return f.type() == FieldDescriptor::TYPE_BYTES ? Kind::bytes : Kind::text;
-    case FieldDescriptor::CPPTYPE_MESSAGE:
-      return Kind::message;
-    default:
-      return Kind::integer;
-  }
-}
-
-std::string shortened(std::string text) {
-  if (text.size() <= kShownText) return text;
-  return text.substr(0, kShownText) + "...";
-}
-
-/// Both sides from the first byte that differs.
-FieldDifference byte_difference(std::string path, std::string_view a, std::string_view b) {
-  const auto at = static_cast<std::size_t>(std::ranges::mismatch(a, b).in1 - a.begin());
-  const auto side = [&](std::string_view bytes) {
-    const std::string shown = hex(bytes, at, kShownBytes);
-    return fmt::format("{} bytes, at {}: {}{}", bytes.size(), at, shown.empty() ? "end" : shown,
-                       at + kShownBytes < bytes.size() ? " ..." : "");
-  };
-  return {std::move(path), side(a), side(b)};
-}
-
-/// An integer of any width without loss: long double has at least 64 bits of mantissa where we run.
-static_assert(std::numeric_limits<long double>::digits >= 64);
-long double integer(const Message& m, const FieldDescriptor& f, int i) {
-  const auto& r = *m.GetReflection();
-  const bool one = i == kWholeField;
-  switch (f.cpp_type()) {
-    case FieldDescriptor::CPPTYPE_INT64:
-      return static_cast<long double>(one ? r.GetInt64(m, &f) : r.GetRepeatedInt64(m, &f, i));
-    case FieldDescriptor::CPPTYPE_UINT64:
-      return static_cast<long double>(one ? r.GetUInt64(m, &f) : r.GetRepeatedUInt64(m, &f, i));
-    default:
-      return static_cast<long double>(field_number(m, f, i));
-  }
-}
-
-/// |a - b|, 0 for equal ones, infinite if they cannot be subtracted.
-double distance(double a, double b) {
-  if (a == b || (std::isnan(a) && std::isnan(b))) return 0.0;
-  const double d = std::abs(a - b);
-  return std::isnan(d) ? std::numeric_limits<double>::infinity() : d;
-}
-
-/// One side of a comparison: a field that is not repeated, or an element of one that is.
-struct Value {
-  const Message& message;
-  const FieldDescriptor& field;
-  int index = kWholeField;
-
-  std::string text() const { return shortened(field_text(message, field, index)); }
-  double number() const { return field_number(message, field, index); }
-  std::string string() const {
-    const auto& r = *message.GetReflection();
-    return index == kWholeField ? r.GetString(message, &field)
-                                : r.GetRepeatedString(message, &field, index);
-  }
-  const Message& inner() const {
-    const auto& r = *message.GetReflection();
-    return index == kWholeField ? r.GetMessage(message, &field)
-                                : r.GetRepeatedMessage(message, &field, index);
-  }
-};
 
 class Comparison {
  public:
@@ -149,7 +68,8 @@ class Comparison {
 
   static std::string whole_text(const Message& m, const FieldDescriptor& f) {
     if (f.is_repeated()) return fmt::format("{} elements", m.GetReflection()->FieldSize(m, &f));
-    return f.has_presence() && !m.GetReflection()->HasField(m, &f) ? "unset" : Value{m, f}.text();
+    return f.has_presence() && !m.GetReflection()->HasField(m, &f) ? "unset"
+                                                                   : FieldValue{m, f}.text();
   }
 
   void only(const Message& m, const FieldDescriptor& f, bool in_a) {
@@ -206,21 +126,22 @@ class Comparison {
     for (const auto& [key, entry] : in_a) {
       const auto other = in_b.find(key);
       enter(key, false, [&, entry = entry] {
-        if (other == in_b.end()) return differ({path_, Value{*entry, value_a}.text(), "no entry"});
+        if (other == in_b.end())
+          return differ({path_, FieldValue{*entry, value_a}.text(), "no entry"});
         fields(*entry, value_a, *other->second, value_b);
       });
     }
     for (const auto& [key, entry] : in_b) {
       if (in_a.contains(key)) continue;
       enter(key, false, [&, entry = entry] {
-        differ({path_, "no entry", Value{*entry, value_b}.text()});
+        differ({path_, "no entry", FieldValue{*entry, value_b}.text()});
       });
     }
   }
 
-  void values(const Value& a, const Value& b) {
+  void values(const FieldValue& a, const FieldValue& b) {
     switch (kind_of(a.field)) {
-      case Kind::floating: {
+      case FieldKind::floating: {
         const double x = a.number(), y = b.number();
         const bool same = rules_.exact
                               ? std::bit_cast<std::uint64_t>(x) == std::bit_cast<std::uint64_t>(y)
@@ -228,28 +149,27 @@ class Comparison {
         if (!same) numbers(a, b, distance(x, y), rules_.exact ? -1.0 : tolerance_);
         break;
       }
-      case Kind::integer: {
-        const auto d = static_cast<double>(
-            std::abs(integer(a.message, a.field, a.index) - integer(b.message, b.field, b.index)));
+      case FieldKind::integer: {
+        const auto d = static_cast<double>(std::abs(a.integer() - b.integer()));
         if (d > 0.0) numbers(a, b, d, tolerance_given_ ? tolerance_ : 0.0);
         break;
       }
-      case Kind::other_number:
+      case FieldKind::other_number:
         if (a.number() != b.number()) differ({path_, a.text(), b.text()});
         break;
-      case Kind::text:
-        texts(a.string(), b.string());
+      case FieldKind::text:
+        if (a.string() != b.string()) differ(text_difference(path_, a.string(), b.string()));
         break;
-      case Kind::bytes:
+      case FieldKind::bytes:
         if (a.string() != b.string()) differ(byte_difference(path_, a.string(), b.string()));
         break;
-      case Kind::message:
+      case FieldKind::message:
         messages(a.inner(), b.inner());
         break;
     }
   }
 
-  void numbers(const Value& a, const Value& b, double difference, double tolerance) {
+  void numbers(const FieldValue& a, const FieldValue& b, double difference, double tolerance) {
     if (worst_ != nullptr) {
       const auto [it, first] = worst_->try_emplace(field_);
       if (first || difference > it->second.difference) {
@@ -257,17 +177,6 @@ class Comparison {
       }
     }
     if (difference > tolerance) differ({path_, a.text(), b.text()});
-  }
-
-  /// Quoted; long ones from shortly before the first character that differs.
-  void texts(const std::string& a, const std::string& b) {
-    if (a == b) return;
-    const auto at = static_cast<std::size_t>(std::ranges::mismatch(a, b).in1 - a.begin());
-    const std::size_t from = at < kShownText / 2 ? 0 : at - kShownText / 4;
-    const auto side = [&](const std::string& s) {
-      return (from > 0 ? "...\"" : "\"") + shortened(s.substr(std::min(from, s.size()))) + "\"";
-    };
-    differ({path_, side(a), side(b)});
   }
 
   void unknown_fields(const Message& a, const Message& b) {
