@@ -91,8 +91,8 @@ TEST(RecordedDevice, HasTheDocumentedBytes) {
   EXPECT_EQ(tape.entries()[0].bytes, "\0cannot be opened: No such device"s);
   EXPECT_EQ(tape.entries()[1].bytes, "\x01");
   EXPECT_EQ(tape.entries()[7].bytes,
-            "\0\0"                                // a frame, yuyv
-            "\x04\0\0\0\x02\0\0\0\x08\0\0\0"      // 4 x 2, rows of 8 bytes
+            "\0\0"                              // a frame, yuyv
+            "\x04\0\0\0\x02\0\0\0\x08\0\0\0"    // 4 x 2, rows of 8 bytes
             "\x40\x4f\xb7\xf4\x14\0\0\0ddd"s);  // 90.005 s
   EXPECT_EQ(record_clock([] { return 258ns; }, graph)(), 258ns);
   EXPECT_EQ(tape.entries().back(),
