@@ -145,6 +145,17 @@ TEST(Convert, CandumpThereAndBack) {
   }
 }
 
+TEST(Convert, TheInputIsNeverOverwritten) {
+  const TestFolder folder;
+  ConvertResult result;
+  const OpenLog log = converted(folder, kLog, &result);
+  const std::string before = folder.read("out.mcap");
+  EXPECT_THROW(static_cast<void>(convert_log(
+                   *log.source, {.input = log.path, .output = log.path, .force = true})),
+               ConfigError);
+  EXPECT_EQ(folder.read("out.mcap"), before);
+}
+
 TEST(Convert, DamagedLinesAreCountedAndTheRestKept) {
   const TestFolder folder;
   ConvertResult result;

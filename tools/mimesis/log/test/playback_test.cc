@@ -183,6 +183,7 @@ TEST(Playback, StartEndAndDurationCutTheLog) {
   };
   ASSERT_TRUE(part.writer.finish());
   EXPECT_EQ(cut({.range = {.start = "7"}}), "s|7 8 9");
+  EXPECT_EQ(cut({.range = {.start = std::to_string(kBase + 8'000'000'000) + "ns"}}), "s|8 9");
   EXPECT_EQ(cut({.range = {.start = "2", .end = "4"}}), "s|2 3 4");
   EXPECT_EQ(cut({.range = {.start = "2", .duration = "1.5"}}), "s|2 3");
   EXPECT_EQ(cut({.range = {.start = "9", .duration = "9e9"}}), "s|9");
