@@ -2,8 +2,9 @@
 # mimesis_program(NAME SOURCES ... [LINK ...])         build/bin/NAME, part of target `programs`
 # mimesis_test(NAME SOURCES ... [LINK ...] [LABEL unit|node|launch|...] [TIMEOUT s])
 # mimesis_benchmark(SUBJECT SOURCES ... [LINK ...])    build/bench/bench_SUBJECT
-# mimesis_replay_test(NAME NODE node LOG file [SET KEY=VALUE ...] [TOLERANCE x])
-#   The node runs again what a log says, and must do the same (`mimesis log replay`).
+# mimesis_replay_test(NAME NODE node LOG file [SET KEY=VALUE ...] [TOLERANCE_ELSEWHERE x])
+#   The node runs again what a log says, and must do the same (`mimesis log replay`). The tolerance is for machines that
+#   compute otherwise than the one that recorded.
 # mimesis_add_node(NAME [BENCH SUBJECT] [ALGO_LINK ...] [NODE_LINK ...])
 #   By convention of a node's folder: *_node.cc -> NAME_node, main.cc -> mimesis_NAME, other *.cc -> NAME_algo,
 #   test/*_process_test.cc -> NAME_process_test (label node), other test/*.cc -> NAME_test (label unit),
@@ -49,14 +50,14 @@ function(mimesis_test name)
 endfunction()
 
 function(mimesis_replay_test name)
-  cmake_parse_arguments(arg "" "NODE;LOG;TOLERANCE" "SET" ${ARGN})
+  cmake_parse_arguments(arg "" "NODE;LOG;TOLERANCE_ELSEWHERE" "SET" ${ARGN})
   get_filename_component(log ${arg_LOG} ABSOLUTE)
   set(command $<TARGET_FILE:mimesis> log replay ${arg_NODE} ${log})
   foreach(set ${arg_SET})
     list(APPEND command --set ${set})
   endforeach()
-  if(arg_TOLERANCE)
-    list(APPEND command --tolerance ${arg_TOLERANCE})
+  if(arg_TOLERANCE_ELSEWHERE)
+    list(APPEND command --tolerance-elsewhere ${arg_TOLERANCE_ELSEWHERE})
   endif()
   add_test(NAME ${name} COMMAND ${command})
   set_tests_properties(${name} PROPERTIES LABELS node TIMEOUT 120)

@@ -1,5 +1,7 @@
 #include "common/runtime/test/counter_node.h"
 
+#include <unistd.h>
+
 #include <cmath>
 #include <stdexcept>
 
@@ -27,6 +29,7 @@ void CounterNode::step(Time now) {
   ++steps_;
   if (steps_ == static_cast<std::uint64_t>(params_.fail_at_step))
     throw std::runtime_error("asked to fail");
+  while (steps_ == static_cast<std::uint64_t>(params_.hang_at_step)) pause();
   volatile double load = 2.0;
   for (int i = 0; i < params_.work; ++i) load = std::sqrt(load) + 1.0;
   mix(static_cast<std::uint64_t>(now.count()));

@@ -10,6 +10,7 @@ struct CounterParams {
   double offset_s = 0.0;   ///< of the first step within the period [s]
   int work = 0;            ///< square roots per step: load [1]
   int fail_at_step = 0;    ///< throws in this step; 0: never [1]
+  int hang_at_step = 0;    ///< this step never ends; 0: none [1]
   int salt = 0;            ///< of the hash [1]
   std::string mode = "mix";
 
@@ -18,6 +19,7 @@ struct CounterParams {
     v("offset_s", offset_s, 0.0, 10.0);
     v("work", work, 0, 1'000'000'000);
     v("fail_at_step", fail_at_step, 0, 1'000'000'000);
+    v("hang_at_step", hang_at_step, 0, 1'000'000'000);
     v("salt", salt, 0, 1'000'000'000);
     v("mode", mode, {"mix", "refuse"});
   }

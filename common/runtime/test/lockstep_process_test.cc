@@ -158,7 +158,7 @@ TEST(SimTime, NodesFollowTheClockAndEndWithIt) {
   std::uint64_t steps = 0;
   while (const auto m = peer.receive(out, steps == 0 ? 10s : 500ms)) steps = m->seq();
   EXPECT_EQ(node.wait(), 0) << node.errors();
-  EXPECT_GT(steps, 150U);  // 200 at 100 Hz in 2 s, less what a loaded machine skips
+  EXPECT_GT(steps, 50U);  // 200 at 100 Hz in 2 s, less what a loaded machine skips
   EXPECT_LT(steps, 215U);
 }
 

@@ -8,6 +8,8 @@
 #include <ctime>
 #include <nlohmann/json.hpp>
 
+#include "tools/mimesis/log/arithmetic.h"
+
 namespace mimesis::tool {
 namespace {
 
@@ -58,7 +60,8 @@ Provenance provenance(const std::string& graph, const std::vector<std::string>& 
                            {"graph", graph},
                            {"command", line},
                            {"started", fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(seconds))},
-                           {"started_ns", std::to_string(started_ns)}}},
+                           {"started_ns", std::to_string(started_ns)},
+                           {"arithmetic", arithmetic()}}},
                   .launch = launch_metadata(launch_json),
                   .launch_file = {}};
   if (from.launch) from.launch_file = from.launch->metadata.at("file");

@@ -14,7 +14,8 @@ struct Provenance {
   std::string launch_file;              ///< to be attached, or empty
 };
 
-/// `run`: version, host, graph, command (as a shell takes it), started (ISO 8601, UTC), started_ns.
+/// `run`: version, host, graph, command (as a shell takes it), started (ISO 8601, UTC), started_ns,
+/// arithmetic (arithmetic.h).
 /// `launch`, from the JSON text that `mimesis launch` gives its children in MIMESIS_LAUNCH: file,
 /// graph, clock, args (lines NAME=VALUE, effective values), sets (lines NODE.KEY=VALUE); nothing if
 /// the text is empty or not of that form.

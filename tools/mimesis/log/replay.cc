@@ -9,6 +9,7 @@
 
 #include "common/runtime/suggest.h"
 #include "tools/mimesis/launch/command.h"
+#include "tools/mimesis/log/arithmetic.h"
 #include "tools/mimesis/log/log_progress.h"
 #include "tools/mimesis/log/replay_launch.h"
 #include "tools/mimesis/log/replay_report.h"
@@ -16,7 +17,7 @@
 namespace mimesis::tool {
 namespace {
 
-constexpr int kNotInLog = 3;
+constexpr int kNotInLog = 3, kTimedOut = 3;
 
 std::vector<std::string> senders(const std::vector<OpenLog>& logs) {
   std::set<std::string> names;
@@ -82,6 +83,7 @@ ReplayResult replay_repeatedly(const std::vector<OpenLog>& logs, const Life& lif
                          [&](std::uint64_t log_time) { progress.at(log_time); });
     });
   }
+  if (!options.tolerance_note.empty()) count.shown.notes.push_back(options.tolerance_note);
   print_life(life, count, options.json);
   return count.shown.result;
 }
@@ -99,13 +101,27 @@ int replay_nodes(const std::vector<OpenLog>& logs, const ReplayOptions& options,
   if (names.size() > 1 && !options.sets.empty()) {
     throw ConfigError("mimesis log replay: --set is for one node: name it");
   }
-  bool all_equal = true;
+  int exit_code = absent > 0 ? kNotInLog : 0;
   for (const Life& life : lives) {
     const ReplayResult result = replay_repeatedly(logs, life, options, stop);
     if (result == ReplayResult::interrupted) return 128 + stop.signal();
-    all_equal = all_equal && result == ReplayResult::equal;
+    exit_code = std::max(exit_code, exit_code_of(result));
   }
-  return absent > 0 ? kNotInLog : all_equal ? 0 : 1;
+  return exit_code;
+}
+
+/// Which tolerance counts here, and why.
+void choose_tolerance(const std::vector<OpenLog>& logs, ReplayOptions& options) {
+  if (!options.tolerance_elsewhere) return;
+  const std::string there = recorded_arithmetic(logs), here = arithmetic();
+  if (there == here) {
+    options.tolerance_note = "compared exactly: recorded where it computes alike: " + here;
+    return;
+  }
+  options.tolerance = *options.tolerance_elsewhere;
+  options.tolerance_note =
+      fmt::format("compared with tolerance {}: recorded on {}; here: {}", options.tolerance,
+                  there.empty() ? "an unknown machine" : there, here);
 }
 
 }  // namespace
@@ -122,8 +138,14 @@ RunCount repeat(std::uint64_t runs, const std::function<LifeReport()>& replay) {
   return count;
 }
 
-int log_replay(const ReplayOptions& options) {
+int exit_code_of(ReplayResult result) {
+  if (result == ReplayResult::timed_out) return kTimedOut;
+  return result == ReplayResult::equal ? 0 : 1;
+}
+
+int log_replay(const ReplayOptions& asked) {
   const StopSignals stop;
+  ReplayOptions options = asked;
   const auto logs = open_logs(options.logs);
   if (!logs) {
     std::cerr << logs.error().line << '\n';
@@ -132,6 +154,7 @@ int log_replay(const ReplayOptions& options) {
   for (const OpenLog& log : *logs) {
     report_damages(log.path, log.summary.damages, log.summary.damage_count);
   }
+  choose_tolerance(*logs, options);
   return options.launch.empty() ? replay_nodes(*logs, options, stop)
                                 : replay_launch(*logs, options, stop);
 }

@@ -2,6 +2,7 @@
 #include <cstdint>
 #include <functional>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -18,6 +19,10 @@ struct ReplayOptions {
   std::vector<std::string> sets;  ///< KEY=VALUE; for a launch file NODE.KEY=VALUE
   std::vector<std::string> args;  ///< NAME=VALUE of the launch file's arguments
   double tolerance = 0.0;         ///< see ReplayCompare
+  /// Instead, if this machine does not compute as the one that recorded (arithmetic.h).
+  std::optional<double> tolerance_elsewhere;
+  std::string tolerance_note;  ///< which of the two counts, and why; for the report
+  double timeout_s = 60.0;  ///< of wall time, for a step; with a launch file between messages
   std::uint64_t differences = 1;  ///< so many are shown, then a replay stops
   std::uint64_t repeat = 1;
   bool json = false;
@@ -27,6 +32,7 @@ enum class ReplayResult {
   equal,
   different,
   incomplete,   ///< equal as far as it went, but something needed is not there
+  timed_out,    ///< a step did not end
   interrupted,  ///< by a signal
 };
 
@@ -57,6 +63,9 @@ LifeReport replay_life(const std::vector<OpenLog>& logs, const Life& life,
                        const std::string& program, const ReplayOptions& options,
                        const StopSignals& stop,
                        const std::function<void(std::uint64_t log_time_ns)>& progress);
+
+/// The exit code; not for one that was interrupted.
+int exit_code_of(ReplayResult result);
 
 /// `mimesis log replay`. Returns the exit code. @throws ConfigError
 int log_replay(const ReplayOptions& options);

@@ -148,9 +148,18 @@ class LaunchReplay {
   /// False when all is known.
   bool listen(ReplayGraph& graph) {
     const bool ended = graph.ending().has_value();
-    if (const auto tapped = graph.next(kTurn)) return take(*tapped) && !recorded_.finished();
-    if (ended && !report_end(graph)) return false;
-    return true;
+    const auto now = std::chrono::steady_clock::now();
+    if (const auto tapped = graph.next(kTurn)) {
+      heard_ = now;
+      return take(*tapped) && !recorded_.finished();
+    }
+    if (ended) return report_end(graph);
+    if (std::chrono::duration<double>(now - heard_).count() < options_.timeout_s) return true;
+    report_.result = ReplayResult::timed_out;
+    report_.problem =
+        fmt::format("no message came for {} s, the last one at {:.6f} s of graph time",
+                    options_.timeout_s, last_s_);
+    return false;
   }
 
   /// The launch ended, nothing of it is under way any more, and the log goes on.
@@ -226,7 +235,9 @@ class LaunchReplay {
           fmt::format("{} of node '{}' is not in the log: {} messages were not compared", key.first,
                       key.second, count));
     }
-    if (!report_.problem.empty()) report_.result = ReplayResult::incomplete;
+    if (report_.result == ReplayResult::equal && !report_.problem.empty()) {
+      report_.result = ReplayResult::incomplete;
+    }
     if (report_.difference_count > 0) report_.result = ReplayResult::different;
     if (stop.requested()) report_.result = ReplayResult::interrupted;
   }
@@ -238,6 +249,7 @@ class LaunchReplay {
   LifeReport report_;
   std::map<TopicOfNode, std::uint64_t> left_out_;
   double last_s_ = 0.0;  ///< graph time
+  std::chrono::steady_clock::time_point heard_ = std::chrono::steady_clock::now();
 };
 
 }  // namespace
@@ -251,9 +263,10 @@ int replay_launch(const std::vector<OpenLog>& logs, const ReplayOptions& options
     count = repeat(options.repeat,
                    [&] { return LaunchReplay(logs, plan, options).run(stop, progress); });
   }
+  if (!options.tolerance_note.empty()) count.shown.notes.push_back(options.tolerance_note);
   print_launch(plan.file, count, options.json);
   if (count.shown.result == ReplayResult::interrupted) return 128 + stop.signal();
-  return count.shown.result == ReplayResult::equal ? 0 : 1;
+  return exit_code_of(count.shown.result);
 }
 
 }  // namespace mimesis::tool

@@ -10,6 +10,7 @@
 namespace mimesis::tool {
 namespace {
 
+<<<<<<< HEAD
 /// How much later than the step that took it a message may have reached the recorder [ns of log
 /// time]. In lock-step there is no such delay; between hosts a second was never seen.
 constexpr std::uint64_t kLate = 5'000'000'000;
@@ -23,11 +24,29 @@ std::uint64_t count_step_logs(const std::vector<OpenLog>& logs, const v1::NodeSt
     for (const auto& [id, channel] : log.summary.channels) {
       if (channel.topic != start.node() + "/steps" || start_id_of(channel) != start.start_id())
         continue;
+=======
+bool is_latched(const log::Channel& channel) {
+  const auto it = channel.metadata.find("latched");
+  return it != channel.metadata.end() && it->second == "true";
+}
+
+/// Counts them into `life`.
+void count_step_logs(const std::vector<OpenLog>& logs, Life& life) {
+  for (const OpenLog& log : logs) {
+    for (const auto& [id, channel] : log.summary.channels) {
+      if (channel.topic != life.node() + "/steps") continue;
+>>>>>>> harden
       const auto& counts = log.summary.statistics.channel_message_counts;
-      if (const auto it = counts.find(id); it != counts.end()) count += it->second;
+      const auto it = counts.find(id);
+      if (it == counts.end()) continue;
+      const std::uint64_t start = start_of(channel);
+      if (start == life.start.start_id()) {
+        life.step_logs += it->second;
+      } else if (start == 0) {
+        life.other_steps += it->second;
+      }
     }
   }
-  return count;
 }
 
 }  // namespace
@@ -59,22 +78,21 @@ std::vector<Life> find_lives(const std::vector<OpenLog>& logs) {
         lives, [&](const Life& other) { return other.start.start_id() == life.start.start_id(); });
     if (known) continue;  // repeated at the head of a split
     life.log_time_ns = item->message->log_time;
-    life.step_logs = count_step_logs(logs, life.start);
+    count_step_logs(logs, life);
     lives.push_back(std::move(life));
   }
   return lives;
 }
 
-LifeReader::LifeReader(const std::vector<OpenLog>& logs, const Life& life)
-    : logs_(logs), life_(life), reader_(merged(logs, selection())) {}
+LifeReader::LifeReader(const std::vector<OpenLog>& logs, const Life& life,
+                       std::size_t most_input_bytes)
+    : logs_(logs), life_(life), inputs_(most_input_bytes), reader_(merged(logs, selection())) {}
 
 /// Also makes the tracks, so that what is in the log at all can be told from what is missing.
 log::Selection LifeReader::selection() {
   for (const v1::TopicInfo& input : life_.start.inputs()) {
     if (input.port().starts_with('.')) continue;  // the runtime's own
-    const auto [track, fresh] = fresh_inputs_.try_emplace(input.topic());
-    track->second.taken[input.port()] = 0;
-    track->second.only_latest = (fresh || track->second.only_latest) && input.policy() == "latest";
+    inputs_.add_port(input.topic(), input.port(), input.policy() == "latest");
   }
   const auto role = [this](const log::Channel& channel) {
     const bool own =
@@ -84,20 +102,20 @@ log::Selection LifeReader::selection() {
   };
   for (const OpenLog& log : logs_) {
     for (const auto& [id, channel] : log.summary.channels) {
+<<<<<<< HEAD
       if (const auto input = fresh_inputs_.find(channel.topic); input != fresh_inputs_.end()) {
         inputs_.try_emplace({channel.topic, start_id_of(channel)}, input->second);
       }
+=======
+      inputs_.add_publisher(channel.topic, start_of(channel));
+>>>>>>> harden
       if (role(channel).first) outputs_[channel.topic];
     }
   }
   return {.channel = [this, role](const log::Channel& channel) {
     const auto [is_output, is_steps] = role(channel);
-    return is_output || is_steps || fresh_inputs_.contains(channel.topic);
+    return is_output || is_steps || inputs_.hears(channel.topic);
   }};
-}
-
-bool LifeReader::has_input(const v1::InputSource& source) const {
-  return inputs_.contains({source.topic(), source.start_id()});
 }
 
 bool LifeReader::read() {
@@ -109,67 +127,96 @@ bool LifeReader::read() {
   const bool own =
       sender_of(channel) == life_.node() && start_id_of(channel) == life_.start.start_id();
   if (own && channel.topic == life_.node() + "/steps") {
-    ++step_logs_read_;
-    v1::StepLog log;
-    if (log.ParseFromArray(message.data.data(), static_cast<int>(message.data.size()))) {
-      waiting_.emplace_back(message.log_time, std::move(log));
-    }
+    read_step_log(message);
     return true;
   }
-  const auto keep = [&](Track& track) {
-    if (message.sequence <= track.done) return;  // repeated at the head of a split
-    track.messages.try_emplace(message.sequence,
-                               KeptMessage{std::string(message.data), message.sequence,
-                                           message.publish_time, message.log_time, item->schema});
+  const auto kept = [&] {
+    return KeptMessage{std::string(message.data), message.sequence, message.publish_time,
+                       message.log_time, item->schema};
   };
-  if (own) {
-    if (const auto it = outputs_.find(channel.topic); it != outputs_.end()) keep(it->second);
+  if (const auto it = outputs_.find(channel.topic);
+      own && it != outputs_.end() && message.sequence > it->second.done) {
+    it->second.messages.try_emplace(message.sequence, kept());
   }
   const bool before_life = message.log_time + kLate < life_.log_time_ns && !is_latched(channel);
+<<<<<<< HEAD
   if (const auto it = inputs_.find({channel.topic, start_id_of(channel)});
       it != inputs_.end() && !before_life) {
     keep(it->second);
+=======
+  if (!before_life && inputs_.hears(channel.topic)) {
+    inputs_.keep(channel.topic, start_of(channel), kept());
+>>>>>>> harden
   }
   return true;
+}
+
+void LifeReader::read_step_log(const log::Message& message) {
+  ++step_logs_read_;
+  if (message.sequence <= last_step_log_seq_) return;  // two recorders heard it
+  last_step_log_seq_ = message.sequence;
+  v1::StepLog log;
+  if (log.ParseFromArray(message.data.data(), static_cast<int>(message.data.size()))) {
+    waiting_.emplace_back(message.log_time, std::move(log));
+  } else {
+    ++step_logs_unreadable_;
+  }
 }
 
 bool LifeReader::next_step_log() {
   while (waiting_.empty() && step_logs_read_ < life_.step_logs && read()) {
   }
   if (waiting_.empty()) {
-    if (life_.step_logs == 0) {
-      problem_ = fmt::format("there is no message on {}/steps in the log", life_.node());
-    } else if (step_logs_read_ < life_.step_logs) {
-      problem_ = fmt::format("{} of the {} messages on {}/steps cannot be read",
-                             life_.step_logs - step_logs_read_, life_.step_logs, life_.node());
-    }
+    problem_ = no_step_log();
     return false;
   }
   step_log_time_ns_ = waiting_.front().first;
   step_log_ = std::move(waiting_.front().second);
   waiting_.erase(waiting_.begin());
   next_step_ = 0;
-  if (step_log_.first() == next_number_) return true;
-  if (next_number_ == 0) {
-    problem_ = fmt::format(
-        "steps 0 to {} are not in the log: the log was begun after the node, and a replay needs "
-        "the "
-        "node from its constructor on",
-        step_log_.first() - 1);
-  } else if (step_log_.first() > next_number_) {
-    problem_ =
-        fmt::format("steps {} to {} are not in the log: lost", next_number_, step_log_.first() - 1);
-  } else {
-    problem_ = fmt::format("step {} is in the log twice", step_log_.first());
+  if (step_log_.first() != next_number_) problem_ = wrong_number();
+  return problem_.empty();
+}
+
+/// Why there is no further one; empty if these were all.
+std::string LifeReader::no_step_log() const {
+  const std::string topic = life_.node() + "/steps";
+  if (life_.step_logs == 0 && life_.other_steps > 0) {
+    return fmt::format(
+        "the {} messages on {} do not tell which start of the node they are of (no start_id: an "
+        "older recording, or converted)",
+        life_.other_steps, topic);
   }
-  return false;
+  if (life_.step_logs == 0) return fmt::format("there is no message on {} in the log", topic);
+  const std::uint64_t unread =
+      life_.step_logs - std::min(life_.step_logs, step_logs_read_) + step_logs_unreadable_;
+  if (unread > 0) {
+    return fmt::format("{} of the {} messages on {} cannot be read", unread, life_.step_logs,
+                       topic);
+  }
+  return next_number_ == 0 ? fmt::format("the messages on {} hold no step", topic) : "";
+}
+
+/// The steps in `step_log_` are not those that come next.
+std::string LifeReader::wrong_number() const {
+  const std::uint64_t first = step_log_.first();
+  if (first < next_number_) return fmt::format("step {} is in the log twice", first);
+  if (next_number_ > 0) {
+    return fmt::format("steps {} to {} are not in the log: lost", next_number_, first - 1);
+  }
+  return fmt::format(
+      "steps 0 to {} are not in the log: the log was begun after the node, and a replay needs the "
+      "node from its constructor on",
+      first - 1);
 }
 
 std::optional<RecordedStep> LifeReader::next() {
+  if (!problem_.empty()) return std::nullopt;
   while (next_step_ >= step_log_.steps_size()) {
     forget();
     if (!next_step_log()) return std::nullopt;
   }
+  if (!makes_sense(step_log_.steps(next_step_))) return std::nullopt;
   RecordedStep step;
   step.number = next_number_++;
   step.record = step_log_.steps(next_step_++);
@@ -177,30 +224,50 @@ std::optional<RecordedStep> LifeReader::next() {
   return step;
 }
 
-const KeptMessage* LifeReader::find(const Track& track, std::uint64_t seq) {
+/// A constructor, steps, perhaps a stop: a node can do nothing else.
+bool LifeReader::makes_sense(const v1::StepRecord& step) {
+  const bool is_first = next_number_ == 0;
+  if (!v1::StepKind_IsValid(step.kind()) || step.kind() == v1::STEP_KIND_UNSPECIFIED) {
+    problem_ = fmt::format("step {} is of an unknown kind ({})", next_number_,
+                           static_cast<int>(step.kind()));
+  } else if (is_first != (step.kind() == v1::STEP_KIND_CREATE)) {
+    problem_ = is_first ? "step 0 is not the node's constructor"
+                        : fmt::format("step {} is a second constructor", next_number_);
+  } else if (last_kind_ == v1::STEP_KIND_STOP) {
+    problem_ = fmt::format("step {} comes after the node's stop", next_number_);
+  }
+  last_kind_ = step.kind();
+  return problem_.empty();
+}
+
+/// Reads on, as far as it may stand behind the step, until `kept` has it.
+const KeptMessage* LifeReader::find(const std::function<const KeptMessage*()>& kept) {
   for (;;) {
-    const auto it = track.messages.find(logged_seq(seq));
-    if (it != track.messages.end()) return &it->second;
+    if (const KeptMessage* message = kept()) return message;
     if (log_time_ns_ > step_log_time_ns_ + kLate || !read()) return nullptr;
   }
 }
 
 const KeptMessage* LifeReader::input(const v1::InputSource& source, std::uint64_t seq) {
-  const auto track = inputs_.find({source.topic(), source.start_id()});
-  if (track == inputs_.end()) return nullptr;
-  const KeptMessage* message = find(track->second, seq);
-  std::uint64_t& taken = track->second.taken[source.port()];
-  taken = std::max(taken, logged_seq(seq));
+  if (!has_input(source)) return nullptr;
+  const KeptMessage* message = find([&] { return inputs_.find(source, seq); });
+  inputs_.take(source, seq);
   return message;
 }
 
 const KeptMessage* LifeReader::output(const std::string& topic, std::uint64_t seq) {
-  const auto track = outputs_.find(topic);
-  if (track == outputs_.end()) return nullptr;
-  auto& messages = track->second.messages;
+  const auto it = outputs_.find(topic);
+  if (it == outputs_.end() || logged_seq(seq) == 0) return nullptr;
+  Track& track = it->second;
+  auto& messages = track.messages;
   messages.erase(messages.begin(), messages.lower_bound(logged_seq(seq)));
-  track->second.done = logged_seq(seq);
-  return find(track->second, seq);
+  track.done = logged_seq(seq) - 1;  // it may still have to be read
+  const KeptMessage* message = find([&]() -> const KeptMessage* {
+    const auto found = messages.find(logged_seq(seq));
+    return found == messages.end() ? nullptr : &found->second;
+  });
+  track.done = logged_seq(seq);
+  return message;
 }
 
 const KeptMessage* LifeReader::unclaimed(std::string& topic) const {
@@ -216,18 +283,7 @@ const KeptMessage* LifeReader::unclaimed(std::string& topic) const {
 }
 
 void LifeReader::forget() {
-  for (auto& [key, track] : inputs_) {
-    std::uint64_t everywhere = ~0ull;
-    for (const auto& [port, seq] : track.taken) everywhere = std::min(everywhere, seq);
-    track.done = std::max(track.done, everywhere);
-    auto& messages = track.messages;
-    messages.erase(messages.begin(), messages.upper_bound(track.done));
-    // What a newer message has replaced before the step was never seen.
-    while (track.only_latest && messages.size() > 1 &&
-           std::next(messages.begin())->second.log_time_ns + kLate < step_log_time_ns_) {
-      messages.erase(messages.begin());
-    }
-  }
+  inputs_.forget(step_log_time_ns_);
   for (auto& [topic, track] : outputs_) {
     std::erase_if(track.messages, [this](const auto& entry) {
       return entry.second.log_time_ns + kLate < step_log_time_ns_;

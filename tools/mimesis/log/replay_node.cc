@@ -7,10 +7,13 @@
 #include <spawn.h>
 #include <sys/mman.h>
 #include <sys/socket.h>
+#include <sys/syscall.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
+#include <cmath>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
@@ -76,11 +79,31 @@ pid_t start(std::vector<std::string> words, int socket, int output) {
   return pid;
 }
 
+std::chrono::milliseconds in_milliseconds(double s) {
+  constexpr double kLongest_s = 1e6;  // poll takes an int
+  return std::chrono::milliseconds(std::llround(std::min(s, kLongest_s) * 1e3));
+}
+
+/// For a node that hangs between the first and the last byte of a packet.
+void limit_waiting(int socket, std::chrono::milliseconds time) {
+  const auto us = std::max<std::int64_t>(1000, time.count() * 1000);
+  const timeval limit{us / 1'000'000, us % 1'000'000};
+  setsockopt(socket, SOL_SOCKET, SO_RCVTIMEO, &limit, sizeof limit);
+  setsockopt(socket, SOL_SOCKET, SO_SNDTIMEO, &limit, sizeof limit);
+}
+
+/// False after a signal or at the deadline.
+bool poll_until(pollfd& one, std::chrono::steady_clock::time_point deadline) {
+  const auto left =
+      std::chrono::ceil<std::chrono::milliseconds>(deadline - std::chrono::steady_clock::now());
+  return poll(&one, 1, static_cast<int>(std::max<std::int64_t>(0, left.count()))) > 0;
+}
+
 }  // namespace
 
 ReplayNode::ReplayNode(const std::string& program, const Life& life,
-                       const std::vector<std::string>& sets)
-    : words_(memfd_create("output", MFD_CLOEXEC)) {
+                       const std::vector<std::string>& sets, double timeout_s)
+    : words_(memfd_create("output", MFD_CLOEXEC)), timeout_(in_milliseconds(timeout_s)) {
   const std::string parameters =
       folder_.path() + "/" + fs::path(life.node()).filename().string() + ".yaml";
   std::ofstream(parameters) << life.start.parameters();
@@ -90,7 +113,10 @@ ReplayNode::ReplayNode(const std::string& program, const Life& life,
   }
   socket_ = launch::Fd(ends[0]);
   const launch::Fd other(ends[1]);
+  limit_waiting(socket_.get(), timeout_);
   pid_ = start(command_line(program, life, parameters, sets), other.get(), words_.get());
+  pidfd_ = launch::Fd(static_cast<int>(syscall(SYS_pidfd_open, pid_, 0)));
+  if (!pidfd_.open()) throw std::runtime_error(std::string("pidfd_open: ") + std::strerror(errno));
 }
 
 ReplayNode::~ReplayNode() {
@@ -104,25 +130,46 @@ ReplayNode::~ReplayNode() {
 tl::expected<v1::ReplayOutcome, Status> ReplayNode::run(const v1::ReplayStep& step,
                                                         const StopSignals& stop) {
   v1::ReplayOutcome outcome;
-  if (!runtime::write_packet(socket_.get(), step)) return tl::unexpected(Status{ending()});
-  pollfd readable{socket_.get(), POLLIN, 0};
-  while (poll(&readable, 1, -1) < 0 && errno == EINTR) {
-    if (stop.requested()) return tl::unexpected(Status{});
+  errno = 0;
+  const bool answered = runtime::write_packet(socket_.get(), step) && wait_for_outcome(stop) &&
+                        runtime::read_packet(socket_.get(), outcome);
+  if (answered) {
+    answered_ = true;
+    return outcome;
   }
-  if (!runtime::read_packet(socket_.get(), outcome)) return tl::unexpected(Status{ending()});
-  answered_ = true;
-  return outcome;
+  if (stop.requested()) return tl::unexpected(Status{});
+  timed_out_ = timed_out_ || errno == EAGAIN;
+  return tl::unexpected(Status{timed_out_ ? too_long("the step") : ending()});
+}
+
+/// False if a stop was requested or it took too long.
+bool ReplayNode::wait_for_outcome(const StopSignals& stop) {
+  const auto deadline = std::chrono::steady_clock::now() + timeout_;
+  pollfd readable{socket_.get(), POLLIN, 0};
+  while (!poll_until(readable, deadline)) {
+    if (stop.requested()) return false;
+    timed_out_ = std::chrono::steady_clock::now() >= deadline;
+    if (timed_out_) return false;
+  }
+  return true;
 }
 
 std::string ReplayNode::finish() {
   const launch::Ending how = wait();
+  if (timed_out_) return too_long("the node's end");
   return how.good() ? "" : describe(how);
 }
 
 std::string ReplayNode::ending() {
   const launch::Ending how = wait();
+  if (timed_out_) return too_long("the node's end");
   if (!answered_ && how.code == 2) throw ConfigError(last_words());
   return describe(how);
+}
+
+std::string ReplayNode::too_long(std::string_view what) const {
+  return fmt::format("{} took longer than {} s (--timeout): the node was killed", what,
+                     std::chrono::duration<double>(timeout_).count());
 }
 
 std::string ReplayNode::describe(const launch::Ending& how) const {
@@ -132,6 +179,12 @@ std::string ReplayNode::describe(const launch::Ending& how) const {
 
 launch::Ending ReplayNode::wait() {
   socket_.reset();
+  const auto deadline = std::chrono::steady_clock::now() + timeout_;
+  pollfd ended{pidfd_.get(), POLLIN, 0};
+  while (!timed_out_ && !poll_until(ended, deadline)) {
+    timed_out_ = std::chrono::steady_clock::now() >= deadline;
+  }
+  if (timed_out_) kill(pid_, SIGKILL);
   int status = 0;
   waitpid(pid_, &status, 0);
   pid_ = -1;

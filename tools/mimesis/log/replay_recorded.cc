@@ -83,6 +83,7 @@ std::optional<KeptMessage> RecordedRun::next(const TopicOfNode& key, std::uint64
   while (messages.empty()) {
     if (log_time_ns_ > time_ns || !read()) return std::nullopt;
   }
+  if (messages.front().log_time_ns > time_ns) return std::nullopt;
   KeptMessage message = std::move(messages.front());
   messages.pop_front();
   --waiting_count_;

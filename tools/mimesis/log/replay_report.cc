@@ -22,6 +22,8 @@ std::string_view result_word(ReplayResult result) {
       return "different";
     case ReplayResult::incomplete:
       return "incomplete";
+    case ReplayResult::timed_out:
+      return "timed out";
     case ReplayResult::interrupted:
       return "interrupted";
   }

@@ -11,10 +11,14 @@ namespace {
 
 std::string missing_input(const LifeReader& reader, const RecordedStep& step,
                           const v1::InputSource& source, std::uint64_t seq) {
+  std::string why = "the message is not in the log: lost";
+  if (!reader.has_input(source)) why = "the log does not hold this topic of that node";
+  if (reader.was_let_go(source, seq)) {
+    why = fmt::format("it was let go: more than {} MB of inputs waited to be taken",
+                      kMostInputBytes / 1'000'000);
+  }
   return fmt::format("step {} took {} #{} of node '{}' on input '{}': {}", step.number,
-                     source.topic(), seq, source.node(), source.port(),
-                     reader.has_input(source) ? "the message is not in the log: lost"
-                                              : "the log does not hold this topic of that node");
+                     source.topic(), seq, source.node(), source.port(), why);
 }
 
 class LifeReplay {
@@ -30,7 +34,7 @@ class LifeReplay {
 
   LifeReport run(const std::string& program, const std::function<void(std::uint64_t)>& progress) {
     const auto started = std::chrono::steady_clock::now();
-    ReplayNode node(program, life_, options_.sets);
+    ReplayNode node(program, life_, options_.sets, options_.timeout_s);
     while (advance(node)) progress(reader_.log_time_ns());
     finish(node);
     report_.wall_s =
@@ -130,10 +134,13 @@ class LifeReplay {
     if (report_.result == ReplayResult::interrupted) return;
     const bool stopped_early = report_.difference_count > 0 || !report_.problem.empty();
     if (!stopped_early && !failed_) report_.problem = node.finish();
+    if (node.timed_out()) report_.result = ReplayResult::timed_out;
     if (report_.problem.empty() && !stopped_early) report_.problem = reader_.problem();
     note_missing();
     if (!stopped_early && reader_.problem().empty()) note_end();
-    if (!report_.problem.empty()) report_.result = ReplayResult::incomplete;
+    if (report_.result == ReplayResult::equal && !report_.problem.empty()) {
+      report_.result = ReplayResult::incomplete;
+    }
     if (report_.difference_count > 0) report_.result = ReplayResult::different;
   }
 

@@ -24,7 +24,7 @@ constexpr const char* kFooter =
     "Not compared: NODE/health, NODE/log, NODE/steps, NODE/start. With a launch file the whole "
     "graph\n"
     "runs again (lock-step only), with the arguments of the recorded run.\n"
-    "Exit codes: 0 equal, 1 different or not complete, 3 the node is not in the log.\n"
+    "Exit codes: 0 equal, 1 different or not complete, 3 the node is not in the log or timed out.\n"
     "Examples:\n"
     "  mimesis log replay run.mcap\n"
     "  mimesis log replay planner run.mcap --repeat 100\n"
@@ -92,6 +92,17 @@ void add_replay(CLI::App& log, int& exit_code) {
                    "Floating-point fields may differ by X, absolute or relative")
       ->type_name("X")
       ->check(number_not_below_zero);
+  verb->add_option("--tolerance-elsewhere", o->replay.tolerance_elsewhere,
+                   "The same, but only if this machine does not compute as the one that recorded "
+                   "(CPU, libm, compiler)")
+      ->type_name("X")
+      ->check(number_not_below_zero)
+      ->excludes("--tolerance");
+  verb->add_option("--timeout", o->replay.timeout_s,
+                   "Give up when a step takes longer (with a launch file: when no message comes)")
+      ->type_name("SECONDS")
+      ->check(number_above_zero)
+      ->capture_default_str();
   CLI::Option* keep_going =
       verb->add_flag("--keep-going{0}", o->keep_going,
                      "Do not stop at the first difference but after N (--keep-going=N)")

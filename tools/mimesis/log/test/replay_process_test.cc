@@ -339,6 +339,33 @@ TEST_F(Replay, AStepThatFailedFailsAgain) {
       << output_;
 }
 
+TEST_F(Replay, AStepThatDoesNotEndIsGivenUp) {
+  EXPECT_EQ(replay({"a", log_, "--set", "hang_at_step=30", "--timeout", "0.5"}), 3);
+  EXPECT_TRUE(
+      says("a: step 30: the step took longer than 0.5 s (--timeout): the node was killed\n"
+           "a: timed out: 30 steps, "))
+      << output_;
+  EXPECT_EQ(replay({"a", log_, "--timeout", "0"}), 2);
+  EXPECT_TRUE(says("expected a number above 0, found '0'")) << errors_;
+}
+
+TEST_F(Replay, TheToleranceElsewhereIsForMachinesThatComputeOtherwise) {
+  EXPECT_EQ(replay({"a", log_, "--tolerance-elsewhere", "0.5"}), 0);
+  EXPECT_TRUE(says("  compared exactly: recorded where it computes alike: ")) << output_;
+  EXPECT_TRUE(says(", glibc ")) << output_;
+  setenv("GLIBC_TUNABLES", "glibc.cpu.hwcaps=-FMA,-AVX2", 1);  // another machine
+  EXPECT_EQ(replay({"a", log_, "--tolerance-elsewhere", "0.5"}), 0);
+  unsetenv("GLIBC_TUNABLES");
+  EXPECT_TRUE(says("  compared with tolerance 0.5: recorded on ")) << output_;
+  EXPECT_TRUE(says(", no FMA, no AVX2, glibc ")) << output_;
+  const std::string untold = path("untold.mcap");
+  copy_log(log_, untold, [](const auto&, auto, auto&) { return true; });  // without metadata
+  EXPECT_EQ(replay({"a", untold, "--tolerance-elsewhere", "0.5"}), 0);
+  EXPECT_TRUE(says("compared with tolerance 0.5: recorded on an unknown machine; here: "))
+      << output_;
+  EXPECT_EQ(replay({"a", log_, "--tolerance-elsewhere", "1", "--tolerance", "1"}), 2);
+}
+
 TEST_F(Replay, ATruncatedLogIsReplayedAsFarAsItGoes) {
   const std::string cut = path("cut.mcap");
   fs::copy_file(log_, cut);

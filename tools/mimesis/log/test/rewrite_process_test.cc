@@ -98,6 +98,12 @@ TEST_F(LogTools, Filter) {
   run({"filter", in_, "-o", out_, "--force", "--chunk-size", "1"}, 2, "--chunk-size");
   run({"filter", in_, "-o", out_, "--force", "--topic", "a/ou"}, 2, "did you mean 'a/out'?");
   run({"filter", in_, "-o", out_, "--force", "--inputs-of", "a"}, 3, "the log has no a/start");
+  run({"filter", in_, "-o", out_, "--force", "--note", "commit=1a2b", "--note", "sum=a=b"}, 0);
+  EXPECT_EQ(json::parse(run({"cat", out_, "--metadata", "mimesis.notes"}, 0)),
+            (json{{"commit", "1a2b"}, {"sum", "a=b"}}));
+  run({"filter", in_, "-o", out_, "--force", "--note", "commit"}, 2,
+      "--note 'commit': expected KEY=VALUE");
+  run({"filter", in_, "-o", out_, "--force", "--note", "=1"}, 2, "expected KEY=VALUE");
   run({"filter", in_, "-o", "/dev/full"}, 1, "No space left on device");
   run({"filter", in_, "-o", path("no/folder.mcap")}, 2, "cannot create");
   run({"filter", bad_, "-o", out_, "--force"}, 1, "byte");
