@@ -10,36 +10,15 @@
 namespace mimesis::tool {
 namespace {
 
-<<<<<<< HEAD
-/// How much later than the step that took it a message may have reached the recorder [ns of log
-/// time]. In lock-step there is no such delay; between hosts a second was never seen.
-constexpr std::uint64_t kLate = 5'000'000'000;
-
-/// Logs keep the lower half of the sequence number.
-std::uint64_t logged_seq(std::uint64_t seq) { return seq & 0xFFFF'FFFFu; }
-
-std::uint64_t count_step_logs(const std::vector<OpenLog>& logs, const v1::NodeStart& start) {
-  std::uint64_t count = 0;
-  for (const OpenLog& log : logs) {
-    for (const auto& [id, channel] : log.summary.channels) {
-      if (channel.topic != start.node() + "/steps" || start_id_of(channel) != start.start_id())
-        continue;
-=======
-bool is_latched(const log::Channel& channel) {
-  const auto it = channel.metadata.find("latched");
-  return it != channel.metadata.end() && it->second == "true";
-}
-
 /// Counts them into `life`.
 void count_step_logs(const std::vector<OpenLog>& logs, Life& life) {
   for (const OpenLog& log : logs) {
     for (const auto& [id, channel] : log.summary.channels) {
       if (channel.topic != life.node() + "/steps") continue;
->>>>>>> harden
       const auto& counts = log.summary.statistics.channel_message_counts;
       const auto it = counts.find(id);
       if (it == counts.end()) continue;
-      const std::uint64_t start = start_of(channel);
+      const std::uint64_t start = start_id_of(channel);
       if (start == life.start.start_id()) {
         life.step_logs += it->second;
       } else if (start == 0) {
@@ -102,13 +81,7 @@ log::Selection LifeReader::selection() {
   };
   for (const OpenLog& log : logs_) {
     for (const auto& [id, channel] : log.summary.channels) {
-<<<<<<< HEAD
-      if (const auto input = fresh_inputs_.find(channel.topic); input != fresh_inputs_.end()) {
-        inputs_.try_emplace({channel.topic, start_id_of(channel)}, input->second);
-      }
-=======
-      inputs_.add_publisher(channel.topic, start_of(channel));
->>>>>>> harden
+      inputs_.add_publisher(channel.topic, start_id_of(channel));
       if (role(channel).first) outputs_[channel.topic];
     }
   }
@@ -139,14 +112,8 @@ bool LifeReader::read() {
     it->second.messages.try_emplace(message.sequence, kept());
   }
   const bool before_life = message.log_time + kLate < life_.log_time_ns && !is_latched(channel);
-<<<<<<< HEAD
-  if (const auto it = inputs_.find({channel.topic, start_id_of(channel)});
-      it != inputs_.end() && !before_life) {
-    keep(it->second);
-=======
   if (!before_life && inputs_.hears(channel.topic)) {
-    inputs_.keep(channel.topic, start_of(channel), kept());
->>>>>>> harden
+    inputs_.keep(channel.topic, start_id_of(channel), kept());
   }
   return true;
 }
