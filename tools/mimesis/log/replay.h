@@ -21,8 +21,8 @@ struct ReplayOptions {
   double tolerance = 0.0;         ///< see ReplayCompare
   /// Instead, if this machine does not compute as the one that recorded (arithmetic.h).
   std::optional<double> tolerance_elsewhere;
-  std::string tolerance_note;  ///< which of the two counts, and why; for the report
-  double timeout_s = 60.0;  ///< of wall time, for a step; with a launch file between messages
+  std::string tolerance_note;     ///< which of the two counts, and why; for the report
+  double timeout_s = 60.0;        ///< of wall time, for a step; with a launch file between messages
   std::uint64_t differences = 1;  ///< so many are shown, then a replay stops
   std::uint64_t repeat = 1;
   bool json = false;
