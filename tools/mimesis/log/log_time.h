@@ -14,7 +14,7 @@ std::uint64_t parse_log_time(const std::string& option, const std::string& text,
 
 /// A part of a log as the options --start, --end and --duration give it; "" is the whole.
 struct TimeRange {
-  std::string start, end, duration;
+  std::string start = {}, end = {}, duration = {};
   bool whole() const { return start.empty() && end.empty() && duration.empty(); }
 };
 
