@@ -159,7 +159,11 @@ log::Result Recorder::finish(log::Result so_far) {
   if (so_far) so_far = recording_.finish(now);
   // After a failure, too: the file that failed stays as it is, another one is to be closed well.
   const auto done = output_.finish(now);
-  return so_far ? done : so_far;
+  if (so_far) so_far = done;
+  if (!so_far) {
+    for (const std::string& path : output_.files().paths()) remove_if_empty(path);
+  }
+  return so_far;
 }
 
 void Recorder::keep_house(WallTime now) {

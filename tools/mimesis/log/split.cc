@@ -20,6 +20,11 @@ std::string split_path(const std::string& output, std::uint64_t index) {
   return (path.parent_path() / name).string();
 }
 
+void remove_if_empty(const std::string& path) {
+  std::error_code gone;
+  if (std::filesystem::file_size(path, gone) == 0 && !gone) std::filesystem::remove(path, gone);
+}
+
 SplitLog::SplitLog(std::string output, SplitOptions options, OpenRecordFile open)
     : output_(std::move(output)), options_(options), open_(std::move(open)) {}
 
@@ -75,7 +80,10 @@ log::Result SplitLog::next(const Recorded& first, WallTime now) {
   ++index_;
   const std::string path = split_path(output_, index_);
   auto file = open(path);
-  if (!file) return tl::unexpected(file.error());
+  if (!file) {
+    remove_if_empty(path);
+    return tl::unexpected(file.error());
+  }
   log::Result done;
   for (const auto& [key, message] : latched_) {
     const bool replaced = key == std::pair(first.topic, first.node);

@@ -13,6 +13,9 @@
 
 namespace mimesis::tool {
 
+/// A file that the full disk gave not one byte is no log, and nothing is lost with it.
+void remove_if_empty(const std::string& path);
+
 /// "run.mcap", 7 -> "run_007.mcap".
 std::string split_path(const std::string& output, std::uint64_t index);
 
