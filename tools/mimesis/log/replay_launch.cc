@@ -2,10 +2,12 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
 #include <filesystem>
 #include <iostream>
 #include <sstream>
+#include <tuple>
 
 #include "common/runtime/own_topics.h"
 #include "tools/mimesis/launch/check.h"
@@ -151,7 +153,8 @@ class LaunchReplay {
     const auto now = std::chrono::steady_clock::now();
     if (const auto tapped = graph.next(kTurn)) {
       heard_ = now;
-      return take(*tapped) && !recorded_.finished();
+      take(*tapped);
+      return !enough() && !recorded_.finished();
     }
     if (ended) return report_end(graph);
     if (std::chrono::duration<double>(now - heard_).count() < options_.timeout_s) return true;
@@ -177,22 +180,23 @@ class LaunchReplay {
     return false;
   }
 
-  bool take(const runtime::Tapped& live) {
+  void take(const runtime::Tapped& live) {
     const runtime::Received& m = live.message;
     const auto time_ns =
         static_cast<std::uint64_t>((live.tick.count() > 0 ? live.tick : m.stamp).count());
-    if (time_ns > plan_.limit.until_ns) return true;
+    if (time_ns > plan_.limit.until_ns) return;
     last_s_ = std::max(last_s_, to_s(time_ns));
     const TopicOfNode key{live.topic, m.source};
     if (!recorded_.has(key)) {
       ++left_out_[key];
-      return true;
+      return;
     }
     const auto recorded = recorded_.next(key, time_ns);
     const std::string place = fmt::format("{} #{}", live.topic, m.seq);
     if (!recorded) {
-      if (plan_.limit.cut_off && time_ns + kRaggedEnd > plan_.limit.until_ns) return true;
-      return differs(live, time_ns, place + ": the log holds no such message", {});
+      if (plan_.limit.cut_off && time_ns + kRaggedEnd > plan_.limit.until_ns) return;
+      differs(live, time_ns, place + ": the log holds no such message", {});
+      return;
     }
     ++report_.counts.outputs;
     report_.counts.bytes += m.payload.size();
@@ -207,22 +211,38 @@ class LaunchReplay {
             static_cast<std::uint64_t>(m.stamp.count()));
     compare("(graph time) ns", recorded->log_time_ns, time_ns);
     compare("(seq)", recorded->seq, m.seq);
-    if (fields.equal()) return true;
-    return differs(live, time_ns, fmt::format("{} of node '{}' differs", place, m.source),
-                   std::move(fields));
+    if (fields.equal()) return;
+    differs(live, time_ns, fmt::format("{} of node '{}' differs", place, m.source),
+            std::move(fields));
   }
 
-  /// False if these were enough.
-  bool differs(const runtime::Tapped& live, std::uint64_t time_ns, std::string what,
+  /// Those to be shown are the earliest in graph time, in whatever order they come from the nodes.
+  void differs(const runtime::Tapped& live, std::uint64_t time_ns, std::string what,
                MessageDifference fields) {
+    ++report_.difference_count;
     ReplayDifference d;
     d.time_s = to_s(time_ns);
     d.what = std::move(what);
     d.topic = live.topic;
     d.seq = live.message.seq;
     d.fields = std::move(fields);
-    report_.differences.push_back(std::move(d));
-    return ++report_.difference_count < options_.differences;
+    auto& shown = report_.differences;
+    const auto later = [](const ReplayDifference& a, const ReplayDifference& b) {
+      return std::tie(a.time_s, a.topic) < std::tie(b.time_s, b.topic);
+    };
+    shown.insert(std::upper_bound(shown.begin(), shown.end(), d, later), std::move(d));
+    if (shown.size() > options_.differences) shown.pop_back();
+  }
+
+  /// Nothing that is still under way can come before what is to be shown.
+  bool enough() {
+    if (report_.difference_count < options_.differences) return false;
+    if (recorded_.finished()) return true;
+    const double latest_s = report_.differences.back().time_s;
+    if (last_s_ > latest_s + to_s(kRaggedEnd)) return true;  // a topic may have fallen silent
+    TopicOfNode key;
+    const KeptMessage* next = recorded_.earliest(key);  // not null: not finished
+    return next != nullptr && to_s(next->log_time_ns) > latest_s;
   }
 
   void finish(const StopSignals& stop) {
