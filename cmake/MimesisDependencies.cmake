@@ -18,6 +18,7 @@ pkg_check_modules(zlib REQUIRED IMPORTED_TARGET zlib)
 pkg_check_modules(deflate REQUIRED IMPORTED_TARGET libdeflate)
 pkg_check_modules(png REQUIRED IMPORTED_TARGET libpng)
 pkg_check_modules(jpeg REQUIRED IMPORTED_TARGET libturbojpeg)
+pkg_check_modules(urdfdom REQUIRED IMPORTED_TARGET urdfdom)
 
 # Only OpenCV's core and imgproc: Debian's imgcodecs and videoio load GPL libraries (poppler, x264).
 find_path(OPENCV_INCLUDE opencv2/core.hpp PATH_SUFFIXES opencv4 REQUIRED)
@@ -28,3 +29,11 @@ foreach(module core imgproc)
     IMPORTED_LOCATION ${OPENCV_${module}}
     INTERFACE_INCLUDE_DIRECTORIES ${OPENCV_INCLUDE})
 endforeach()
+
+# Debian's package of LIBSVM brings no CMake or pkg-config file.
+find_path(LIBSVM_INCLUDE svm.h PATH_SUFFIXES libsvm REQUIRED)
+find_library(LIBSVM_LIBRARY svm REQUIRED)
+add_library(libsvm::libsvm UNKNOWN IMPORTED)
+set_target_properties(libsvm::libsvm PROPERTIES
+  IMPORTED_LOCATION ${LIBSVM_LIBRARY}
+  INTERFACE_INCLUDE_DIRECTORIES ${LIBSVM_INCLUDE})

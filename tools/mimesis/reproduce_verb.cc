@@ -16,6 +16,7 @@
 #include "common/reproduce/figure.h"
 #include "common/runtime/suggest.h"
 #include "nodes/cognition/figures/figures.h"
+#include "nodes/synthesizer/figures/figures.h"
 #include "tools/mimesis/number_check.h"
 #include "tools/mimesis/table.h"
 #include "tools/mimesis/verbs.h"
@@ -34,6 +35,7 @@ constexpr int kFailed = 1, kUsage = 2, kNotFound = 3;
 std::vector<Figure> all_figures() {
   std::vector<Figure> all;
   std::ranges::move(cognition::figures(), std::back_inserter(all));
+  std::ranges::move(synthesizer::figures(), std::back_inserter(all));
   return all;
 }
 

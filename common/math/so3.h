@@ -1,0 +1,47 @@
+#pragma once
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <cmath>
+
+namespace mimesis::math {
+
+/// ŵ with ŵ·v = w × v. [M18 eq. 3.1]
+inline Eigen::Matrix3d hat(const Eigen::Vector3d& w) {
+  Eigen::Matrix3d m;
+  m << 0.0, -w.z(), w.y(), w.z(), 0.0, -w.x(), -w.y(), w.x(), 0.0;
+  return m;
+}
+
+/// Rotation of an axis-angle vector θw [rad] (exponential map, Rodrigues). [M18 eq. 3.2]
+inline Eigen::Matrix3d exp_so3(const Eigen::Vector3d& axis_angle) {
+  const double theta2 = axis_angle.squaredNorm(), theta = std::sqrt(theta2);
+  // below 1e-4 rad the series is exact to the last bit
+  const double a = theta < 1e-4 ? 1.0 - theta2 / 6.0 : std::sin(theta) / theta;
+  const double b = theta < 1e-4 ? 0.5 - theta2 / 24.0 : (1.0 - std::cos(theta)) / theta2;
+  const Eigen::Matrix3d w = hat(axis_angle);
+  return Eigen::Matrix3d::Identity() + a * w + b * (w * w);
+}
+
+/// Axis-angle vector of a rotation, of length in [0, π] rad. By the quaternion, so that it is
+/// accurate at both ends; at π the sign of the axis is arbitrary.
+inline Eigen::Vector3d log_so3(const Eigen::Matrix3d& rotation) {
+  Eigen::Quaterniond q(rotation);
+  if (q.w() < 0.0) q.coeffs() = -q.coeffs();
+  const double s = q.vec().norm();
+  if (s < 1e-10) return 2.0 * q.vec();
+  return (2.0 * std::atan2(s, q.w()) / s) * q.vec();
+}
+
+/// The axis-angle vector of the same rotation that is nearest to `reference`: what removes the
+/// jumps by 2π from a trajectory [M18 3.3.2]. Where axis_angle is (nearly) zero the axis of
+/// `reference` counts.
+inline Eigen::Vector3d nearest_axis_angle(const Eigen::Vector3d& axis_angle,
+                                          const Eigen::Vector3d& reference) {
+  constexpr double kTurn = 2.0 * 3.14159265358979323846;
+  const double theta = axis_angle.norm();
+  const Eigen::Vector3d axis =
+      theta > 1e-9 ? Eigen::Vector3d(axis_angle / theta) : reference.normalized();
+  return (theta + kTurn * std::round((axis.dot(reference) - theta) / kTurn)) * axis;
+}
+
+}  // namespace mimesis::math

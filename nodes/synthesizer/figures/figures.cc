@@ -1,0 +1,16 @@
+#include "nodes/synthesizer/figures/figures.h"
+
+namespace mimesis::synthesizer {
+
+std::vector<reproduce::Figure> figures() {
+  std::vector<reproduce::Figure> all;
+  add_drawer_data_figures(all);
+  add_demixing_figures(all);
+  add_style_content_figures(all);
+  add_network_figures(all);
+  add_dance_figures(all);
+  add_drawer_motion_figures(all);
+  return all;
+}
+
+}  // namespace mimesis::synthesizer

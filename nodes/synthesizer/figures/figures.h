@@ -1,0 +1,21 @@
+#pragma once
+#include <vector>
+
+#include "common/reproduce/figure.h"
+
+namespace mimesis::synthesizer {
+
+/// Figures of M18 chapter 3, kinematic part. Those that need recorded motion find it in
+/// $MIMESIS_SHARED/data/mocap (or ../shared) and say so where it is absent. The dissertation's own
+/// recordings are not published: references are its printed numbers, on other data.
+std::vector<reproduce::Figure> figures();
+
+// Parts of the list, one per file.
+void add_demixing_figures(std::vector<reproduce::Figure>& to);       // 3.10, 3.11
+void add_style_content_figures(std::vector<reproduce::Figure>& to);  // 3.22, 3.24, 3.25
+void add_network_figures(std::vector<reproduce::Figure>& to);        // 3.31
+void add_dance_figures(std::vector<reproduce::Figure>& to);          // 3.33
+void add_drawer_data_figures(std::vector<reproduce::Figure>& to);    // 3.7, 3.13, 3.14, 3.15, 3.20
+void add_drawer_motion_figures(std::vector<reproduce::Figure>& to);  // 3.37, 3.38, 3.39
+
+}  // namespace mimesis::synthesizer

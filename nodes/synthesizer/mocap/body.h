@@ -1,0 +1,69 @@
+#pragma once
+#include <Eigen/Core>
+#include <array>
+#include <span>
+#include <string>
+#include <string_view>
+
+namespace mimesis::mocap {
+
+/// The human figure that motion is learned for: 17 ball joints [M18 3.3.1].
+inline constexpr int kBodyJoints = 17;
+inline constexpr int kBodyRows = 3 * kBodyJoints;  ///< axis-angle components, joint-major: x, y, z
+inline constexpr std::array<std::string_view, kBodyJoints> kBodyJointNames = {
+    "root", "lhip", "lknee", "lank", "rhip", "rknee", "rank", "spine", "chest",
+    "neck", "head", "lsho",  "lelb", "lwri", "rsho",  "relb", "rwri"};
+inline constexpr std::array<int, kBodyJoints> kBodyParents = {-1, 0, 1, 2,  0,  4, 5,  0, 7,
+                                                              8,  9, 8, 11, 12, 8, 14, 15};
+enum BodyJoint {
+  kRoot,
+  kLeftHip,
+  kLeftKnee,
+  kLeftAnkle,
+  kRightHip,
+  kRightKnee,
+  kRightAnkle,
+  kSpine,
+  kChest,
+  kNeck,
+  kHead,
+  kLeftShoulder,
+  kLeftElbow,
+  kLeftWrist,
+  kRightShoulder,
+  kRightElbow,
+  kRightWrist
+};
+enum Side { kLeft, kRight };
+
+/// Names of the rows: "lhip.x". Axes x forward, y left, z up in the zero posture.
+std::string body_row_name(int row);
+
+/// Segment lengths of one person or character. Positions in the frame of the joint that carries
+/// them, zero posture [m].
+struct Body {
+  std::string name;
+  std::array<Eigen::Vector3d, kBodyJoints> offset_m{};  ///< joint centre in the parent's frame
+  std::array<Eigen::Vector3d, 2> toe_m{}, heel_m{};     ///< ground points, in the ankles' frames
+  std::array<Eigen::Vector3d, 2> hand_m{};              ///< finger tips, in the wrists' frames
+  Eigen::Vector3d head_top_m = Eigen::Vector3d::Zero();
+};
+
+/// Where everything is. W: world, z up.
+struct BodyPose {
+  std::array<Eigen::Matrix3d, kBodyJoints> R_WJ;
+  std::array<Eigen::Vector3d, kBodyJoints> p_WJ;  ///< joint centres [m]
+  Eigen::Vector3d point(int joint, const Eigen::Vector3d& p_J) const {
+    return p_WJ[static_cast<std::size_t>(joint)] + R_WJ[static_cast<std::size_t>(joint)] * p_J;
+  }
+};
+
+/// Forward kinematics. `angles_rad`: axis-angle of all joints relative to the parent, the root's
+/// relative to W. Does not allocate.
+BodyPose forward_kinematics(const Body& body, std::span<const double, kBodyRows> angles_rad,
+                            const Eigen::Vector3d& p_W_root);
+
+/// An adult of 1.70 m with de Leva's segment lengths: for characters without a recording.
+Body standard_body();
+
+}  // namespace mimesis::mocap

@@ -1,0 +1,47 @@
+#pragma once
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+#include "nodes/synthesizer/mocap/body.h"
+#include "nodes/synthesizer/mocap/trials.h"
+
+namespace mimesis::synthesizer {
+
+/// One learned way to move: the parameters of the mixture for the R rows of the model.
+struct Pattern {
+  mocap::Trial trial;          ///< what it was learned from: style, duration, step length, turn
+  Eigen::VectorXd mean_rad;    ///< m, R
+  Eigen::MatrixXd weight_rad;  ///< w, R×K
+  Eigen::MatrixXd delay_rad;   ///< φ, R×K; with tied delays the same in all patterns
+};
+
+/// A file a model was learned from.
+struct Source {
+  std::string file;     ///< name without folder
+  std::string sha256;   ///< hex
+  std::string licence;  ///< as the user stated it, or empty
+};
+
+/// Everything a synthesizer needs, as `mimesis demix` learns it. A file of format
+/// "mimesis.motion" (JSON, *.motion.json), version 1.
+struct MotionModel {
+  std::string name, created_by;  ///< program version and options
+  std::vector<Source> learned_from;
+  mocap::Body body;
+  std::vector<std::string> rows;        ///< R names: body rows "lhip.x", or joints of a robot
+  std::vector<std::string> task_names;  ///< of Trial::task
+  Eigen::MatrixXd sources;              ///< K×T, one period [1]
+  int fixed = 0;                        ///< the first are non-periodic (demix::Mixture)
+  bool tied = false;                    ///< one delay per row and source
+  std::vector<Pattern> patterns;
+  double quality = 0.0, quality_squared = 0.0;  ///< Q and Q2 over what was learned from
+};
+
+/// @throws ConfigError "file: what (where), expected ...": damaged, another version, sizes that do
+/// not fit, a number that is not finite.
+MotionModel load_motion_model(const std::string& file);
+/// @throws ConfigError if the file cannot be written; whole or not at all.
+void save_motion_model(const MotionModel& model, const std::string& file);
+
+}  // namespace mimesis::synthesizer
