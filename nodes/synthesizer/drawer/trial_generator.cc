@@ -81,10 +81,10 @@ std::vector<Footprint> prints_of(mocap::Side side, const TrialPlan& p, const Tim
                       .y_m = y,
                       .strike_s = stands[i].strike,
                       .flat_s = stands[i].strike + 0.10 * t1,
-                      .heel_off_s = lift - 0.24 * t1,
+                      .heel_off_s = lift - 0.31 * t1,
                       .lift_s = lift,
                       .strike_pitch_rad = -0.30 * roll(i),
-                      .lift_pitch_rad = 0.64 * roll(i + 1)});
+                      .lift_pitch_rad = 0.95 * roll(i + 1)});
   }
   return prints;
 }
