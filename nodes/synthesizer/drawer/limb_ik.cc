@@ -48,20 +48,22 @@ Eigen::Matrix3d foot_rotation(const FootPose& foot) {
 }
 
 LimbAngles leg_angles(const mocap::Body& body, mocap::Side side, const Eigen::Matrix3d& R_W_root,
-                      const Eigen::Vector3d& p_W_root, const FootPose& foot) {
+                      const Eigen::Vector3d& p_W_root, const Eigen::Vector3d& p_W_ankle,
+                      const Eigen::Matrix3d& R_W_foot) {
   const bool left = side == mocap::kLeft;
   const auto& hip = body.offset_m[left ? mocap::kLeftHip : mocap::kRightHip];
   const double thigh = body.offset_m[left ? mocap::kLeftKnee : mocap::kRightKnee].norm();
   const double shank = body.offset_m[left ? mocap::kLeftAnkle : mocap::kRightAnkle].norm();
-  const Eigen::Vector3d toes(std::cos(foot.yaw_rad), std::sin(foot.yaw_rad), 0.0);
-  const TwoLinks leg = two_links(thigh, shank, foot.p_W_ankle - p_W_root - R_W_root * hip,
-                                 R_W_root * Eigen::Vector3d::UnitX() + toes);
+  // the foot's x without its pitch, which may be large: across y
+  const Eigen::Vector3d toes = R_W_foot.col(1).cross(Eigen::Vector3d::UnitZ()).normalized();
+  const TwoLinks leg =
+      two_links(thigh, shank, p_W_ankle - p_W_root - R_W_root * hip, R_W_root.col(0) + toes);
   // bend × straight is the knee's axis: a knee that bends forward lets the shank lag
   const Eigen::Matrix3d R_W_thigh = frame_of(-leg.normal, -leg.upper);
   const Eigen::Vector3d knee(0.0, leg.bend_rad, 0.0);
   const Eigen::Matrix3d R_W_shank = R_W_thigh * math::exp_so3(knee);
   return {.axis_angle_rad = {math::log_so3(R_W_root.transpose() * R_W_thigh), knee,
-                             math::log_so3(R_W_shank.transpose() * foot_rotation(foot))},
+                             math::log_so3(R_W_shank.transpose() * R_W_foot)},
           .short_by_m = leg.short_by_m};
 }
 

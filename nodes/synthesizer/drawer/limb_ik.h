@@ -20,11 +20,12 @@ struct LimbAngles {
   double short_by_m = 0.0;
 };
 
-/// Hip, knee and ankle that put the foot at `foot`: two links in closed form. The knee is a hinge
-/// about y and bends to where the toes point. Needs offsets of knee and ankle along −z, as
-/// standard_body() has them.
+/// Hip, knee and ankle that put the ankle at `p_W_ankle` and the foot at `R_W_foot`: two links in
+/// closed form. The knee is a hinge about y and bends to where pelvis and toes point. Needs offsets
+/// of knee and ankle along −z, as standard_body() has them.
 LimbAngles leg_angles(const mocap::Body& body, mocap::Side side, const Eigen::Matrix3d& R_W_root,
-                      const Eigen::Vector3d& p_W_root, const FootPose& foot);
+                      const Eigen::Vector3d& p_W_root, const Eigen::Vector3d& p_W_ankle,
+                      const Eigen::Matrix3d& R_W_foot);
 
 /// Shoulder, elbow and wrist (straight) that put the finger tips at `p_W_hand`. The elbow is a
 /// hinge about z and points to `elbow_W` as far as the target allows. Needs offsets of elbow, wrist

@@ -164,8 +164,12 @@ class Performer {
       *short_by_m = std::max(*short_by_m, limb.short_by_m);
     };
     const Matrix3d R = root_rotation(t);
-    put(mocap::kLeftHip, leg_angles(body_, mocap::kLeft, R, root, foot(mocap::kLeft, t).pose));
-    put(mocap::kRightHip, leg_angles(body_, mocap::kRight, R, root, foot(mocap::kRight, t).pose));
+    auto leg = [&](mocap::Side side) {
+      const FootPose at = foot(side, t).pose;
+      return leg_angles(body_, side, R, root, at.p_W_ankle, foot_rotation(at));
+    };
+    put(mocap::kLeftHip, leg(mocap::kLeft));
+    put(mocap::kRightHip, leg(mocap::kRight));
     const auto pose = forward_kinematics(
         body_, std::span<const double, mocap::kBodyRows>(angles.data(), mocap::kBodyRows), root);
     for (const auto side : {mocap::kLeft, mocap::kRight}) {

@@ -30,7 +30,7 @@ TEST(LimbIk, FeetStandWhereTheyAreTold) {
   const Eigen::Matrix3d R = math::exp_so3({0.04, 0.1, -0.08});
   for (const auto side : {kLeft, kRight}) {
     const FootPose foot{{0.55, side == kLeft ? 0.1 : -0.1, 0.12}, 0.1, -0.3};
-    const auto leg = leg_angles(body, side, R, root, foot);
+    const auto leg = leg_angles(body, side, R, root, foot.p_W_ankle, foot_rotation(foot));
     EXPECT_EQ(leg.short_by_m, 0.0);
     const int hip = side == kLeft ? mocap::kLeftHip : mocap::kRightHip;
     const auto pose = posed(body, hip, leg, R, root);
@@ -65,8 +65,8 @@ TEST(LimbIk, HandsReachTheirTargetsWithElbowsDown) {
 
 TEST(LimbIk, FarTargetsStretchTheLimbAndSaySo) {
   const auto body = mocap::standard_body();
-  const auto leg =
-      leg_angles(body, kLeft, Eigen::Matrix3d::Identity(), {0, 0, 2.0}, {{0, 0.085, 0.08}, 0, 0});
+  const auto leg = leg_angles(body, kLeft, Eigen::Matrix3d::Identity(), {0, 0, 2.0},
+                              {0, 0.085, 0.08}, Eigen::Matrix3d::Identity());
   EXPECT_NEAR(leg.short_by_m, 2.0 - 0.05 - 0.08 - 0.835, 1e-9);
   EXPECT_NEAR(leg.axis_angle_rad[1].norm(), 0.0, 1e-6);
 }
