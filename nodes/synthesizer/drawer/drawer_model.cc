@@ -19,11 +19,26 @@ demix::SisaResult demixed(const mocap::Trials& set, int sources, const demix::Kn
   return demix::sisa(set, options);
 }
 
+mocap::Trials joined(mocap::Trials a, const mocap::Trials& b) {
+  const auto rows = a.samples.rows();
+  a.trials.insert(a.trials.end(), b.trials.begin(), b.trials.end());
+  a.samples.conservativeResize(rows + b.samples.rows(), Eigen::NoChange);
+  a.samples.bottomRows(b.samples.rows()) = b.samples;
+  return a;
+}
+
+demix::Mixture part_of(demix::Mixture all, Eigen::Index first, Eigen::Index count) {
+  all.weights = all.weights.middleRows(first, count).eval();
+  all.delay_rad = all.delay_rad.middleRows(first, count).eval();
+  all.means = all.means.segment(first, count).eval();
+  return all;
+}
+
 // The mixture of one action in terms of all sources; those it was not learned with get weight 0.
-MotionModel as_model(const DrawerData& data, Action action, const demix::SisaResult& result,
+MotionModel as_model(const DrawerData& data, Action action, const demix::Mixture& mix,
                      const demix::Mixture& all) {
   const auto& set = data.action[action];
-  const demix::Mixture& mix = result.mixture;
+  const Eigen::MatrixXd fit = mix.reconstruct();
   const auto rows = set.rows_per_trial(), k = mix.source_count(), k_all = all.source_count();
   MotionModel model{.name = set.trials.front().style,
                     .created_by = "mimesis drawer",
@@ -35,8 +50,8 @@ MotionModel as_model(const DrawerData& data, Action action, const demix::SisaRes
                     .fixed = 1,
                     .tied = true,
                     .patterns = {},
-                    .quality = result.quality,
-                    .quality_squared = result.quality_squared};
+                    .quality = demix::quality(set.samples, fit),
+                    .quality_squared = demix::quality_squared(set.samples, fit)};
   for (std::size_t i = 0; i < set.trials.size(); ++i) {
     const auto first = static_cast<Eigen::Index>(i) * rows;
     Pattern p{.trial = set.trials[i],
@@ -77,17 +92,19 @@ DrawerModel learn_drawer_model(const DrawerData& data, const DrawerModelOptions&
   const auto rows = data.action[0].rows_per_trial();
   const int first = 1 + options.first_sources, all = first + options.further_sources;
   const auto one = demixed(data.action[kNormalStep], first, {});
-  const auto two =
-      demixed(data.action[kReachingStep], all, demix::known_sources(one.mixture, rows));
-  const auto three = demixed(data.action[kStanding], all, demix::known_sources(two.mixture, rows));
-  return {.body = data.body,
-          .drawer = data.drawer,
-          .options = options,
-          .action = {as_model(data, kNormalStep, one, two.mixture),
-                     as_model(data, kReachingStep, two, two.mixture),
-                     as_model(data, kStanding, three, two.mixture)},
-          .quality_squared = explained(data.action, {&one.mixture, &two.mixture, &three.mixture}),
-          .first_quality_squared = one.quality_squared};
+  const auto later = demixed(joined(data.action[kReachingStep], data.action[kStanding]), all,
+                             demix::known_sources(one.mixture, rows));
+  const auto two = part_of(later.mixture, 0, data.action[kReachingStep].samples.rows());
+  const auto three = part_of(later.mixture, data.action[kReachingStep].samples.rows(),
+                             data.action[kStanding].samples.rows());
+  return {
+      .body = data.body,
+      .drawer = data.drawer,
+      .options = options,
+      .action = {as_model(data, kNormalStep, one.mixture, two),
+                 as_model(data, kReachingStep, two, two), as_model(data, kStanding, three, two)},
+      .quality_squared = explained(data.action, {&one.mixture, &two, &three}),
+      .first_quality_squared = one.quality_squared};
 }
 
 }  // namespace mimesis::synthesizer

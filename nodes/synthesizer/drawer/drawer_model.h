@@ -27,9 +27,11 @@ struct DrawerModel {
 /// sample, and transitions [M18 after eq. 3.23] need it exactly.)
 Eigen::MatrixXd drawer_ramp(Eigen::Index samples);
 
-/// Learns the model: action 1 with tied delays; its sources with their delays, weights estimated
-/// anew, and the further sources from the residuals of action 2; all of these for action 3. Some
-/// seconds for 40 trials. @throws ConfigError from demix::sisa, or for fewer than 1 source of each.
+/// Learns the model: action 1 with tied delays; then actions 2 and 3 with those sources and delays,
+/// weights estimated anew, and the further sources from what they leave of both. (The text takes
+/// the residuals of action 2 for the further sources and only new weights for action 3: its
+/// residuals are then the largest of all.) Some seconds for 40 trials.
+/// @throws ConfigError from demix::sisa, or for fewer than 1 source of each kind.
 DrawerModel learn_drawer_model(const DrawerData& data, const DrawerModelOptions& options = {});
 
 }  // namespace mimesis::synthesizer
