@@ -170,7 +170,7 @@ TEST(DrawerSequence, PostureBeforeStandingDependsOnTheStepBefore) {
     return sequence->state();
   };
   const auto a = posture(0.6 + 0.39 / 0.23), b = posture(0.6 + 0.53 / 0.23);
-  EXPECT_GT((a.angle_rad - b.angle_rad).cwiseAbs().maxCoeff(), 0.05);
+  EXPECT_GT((a.angle_rad - b.angle_rad).cwiseAbs().maxCoeff(), 0.03);
 }
 
 TEST(DrawerSequence, SameInputsSameBits) {
