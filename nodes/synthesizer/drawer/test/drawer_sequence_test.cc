@@ -160,6 +160,27 @@ TEST(DrawerSequence, SaysWhenItCannotFollow) {
   EXPECT_FALSE(DrawerSequence::start(trained(), {.front_W_m = 0.2}).has_value());
 }
 
+// The sources' delays and the ramp are played as they were learned: before arms reach, the mixture
+// has the hands where they belong but for some cm; the feet need as little.
+TEST(DrawerSequence, TheMixtureAloneComesNear) {
+  for (const double d : {2.45, 2.85}) {
+    auto sequence = DrawerSequence::start(trained(), {.front_W_m = d});
+    bool stands = false;
+    double squares = 0.0, steps = 0.0;
+    while (!sequence->state().done) {
+      const SequenceState& s = sequence->step();
+      if (s.action == kStanding && !stands) {
+        EXPECT_LT(s.left_without_m, 0.03);
+        stands = true;
+      }
+      squares += s.correction_m * s.correction_m;
+      ++steps;
+    }
+    EXPECT_LT(sequence->state().right_without_m, 0.05);
+    EXPECT_LT(std::sqrt(squares / steps), 0.08);
+  }
+}
+
 // fig. 3.38: where the second action was long, the stand begins in another posture, though its
 // distance is the same
 TEST(DrawerSequence, PostureBeforeStandingDependsOnTheStepBefore) {
@@ -204,6 +225,12 @@ TEST(ArmReach, ReachesInAnyPhaseOfTheGaitAndComesBack) {
           s.pelvis_W_m);
       if (std::abs(s.time_s - onset - 0.7) < 0.0025)
         error = (pose.point(mocap::kRightWrist, body.hand_m[mocap::kRight]) - target).norm();
+      const auto gait = forward_kinematics(
+          body, std::span<const double, mocap::kBodyRows>(s.angle_rad.data(), mocap::kBodyRows),
+          s.pelvis_W_m);
+      const Eigen::Vector3d from = gait.point(mocap::kRightWrist, body.hand_m[mocap::kRight]);
+      const Eigen::Vector3d hand = pose.point(mocap::kRightWrist, body.hand_m[mocap::kRight]);
+      EXPECT_LT((hand - (from + arm.share() * (target - from))).norm(), 1e-6) << s.time_s;
       EXPECT_EQ(angles.head(3 * mocap::kRightShoulder),
                 s.angle_rad.head(3 * mocap::kRightShoulder));
     }
