@@ -57,7 +57,7 @@ inline float round_lane(float x) {
 
 /// Exponential map: rotation by the axis-angle vector θw of any length [M18 eq. 3.2]. Turns are
 /// taken off, then sin θ/θ and (1 − cos θ)/θ² are power series in θ² ≤ π²: the nine and eight terms
-/// cut off less than 1e-8. Entries deviate by less than 1e-6 for |θ| ≤ 2π.
+/// cut off less than 1e-8. Entries deviate by less than 2e-6 for |θ| ≤ 2π.
 inline Mat3 exp_lane(Vec3 w) {
   constexpr float kTurn = 6.283185307179586F;
   const float theta = std::sqrt(dot(w, w));
