@@ -26,15 +26,21 @@ Index find_label(const Markers& markers, std::string_view name) {
   return -1;
 }
 
+bool seen(const Markers& markers, Index marker) {
+  return !markers.position_m.row(3 * marker).array().isNaN().all();
+}
+
 /// Index of every marker of the set. SACR stands for both PSIS where they are absent.
-std::array<Index, kGaitMarkers> find_set(const Markers& markers) {
+std::array<Index, kGaitMarkers> find_set(const Markers& markers, bool legs_only) {
   std::array<Index, kGaitMarkers> found;
   std::string absent;
+  found.fill(-1);
   for (std::size_t i = 0; i < kGaitMarkers; ++i) {
+    if (legs_only && !of_the_legs(i)) continue;
     found[i] = find_label(markers, kGaitMarkerNames[i]);
     if (found[i] < 0 && (i == kLPSI || i == kRPSI)) found[i] = find_label(markers, "SACR");
-    const bool seen = found[i] >= 0 && !markers.position_m.row(3 * found[i]).array().isNaN().all();
-    if (!seen) absent += (absent.empty() ? "" : ", ") + std::string(kGaitMarkerNames[i]);
+    if (found[i] < 0 || !seen(markers, found[i]))
+      absent += (absent.empty() ? "" : ", ") + std::string(kGaitMarkerNames[i]);
   }
   if (!absent.empty()) {
     throw ConfigError(markers.name + ": markers absent or never seen: " + absent +
@@ -55,23 +61,31 @@ Vector3d mean_of(const Markers& markers, Index marker) {
   return sum / count;
 }
 
-/// Rotation from the file's axes to z up: what points from the toes to the head is up.
+/// Rotation from the file's axes to z up: what points from the toes to the pelvis is up.
 Matrix3d upright(const Markers& markers, const std::array<Index, kGaitMarkers>& set) {
-  const Vector3d body = mean_of(markers, set[kLFHD]) - mean_of(markers, set[kLTOE]);
+  const Vector3d leg = mean_of(markers, set[kLASI]) - mean_of(markers, set[kLTOE]);
   Index axis = 0;
-  body.cwiseAbs().maxCoeff(&axis);
-  const Vector3d up = Vector3d::Unit(axis) * (body[axis] < 0.0 ? -1.0 : 1.0);
+  const double height = leg.cwiseAbs().maxCoeff(&axis);
+  if (!(height > 0.3)) {
+    throw ConfigError(markers.name + ": the pelvis is " + std::to_string(height) +
+                      " m from the toes, expected the markers of a person");
+  }
+  const Vector3d up = Vector3d::Unit(axis) * (leg[axis] < 0.0 ? -1.0 : 1.0);
   return Eigen::Quaterniond::FromTwoVectors(up, Vector3d::UnitZ()).toRotationMatrix();
 }
 
 std::vector<MarkerGroup> rigid_groups(const Markers& markers,
                                       const std::array<Index, kGaitMarkers>& set) {
-  std::vector<MarkerGroup> groups = {{"head", {set[kLFHD], set[kRFHD], set[kLBHD], set[kRBHD]}},
-                                     {"chest", {set[kC7], set[kT10], set[kCLAV], set[kSTRN]}},
-                                     {"pelvis", {set[kLASI], set[kRASI], set[kLPSI]}}};
-  if (set[kRPSI] != set[kLPSI]) groups[2].markers.push_back(set[kRPSI]);
+  MarkerGroup pelvis{"pelvis", {set[kLASI], set[kRASI], set[kLPSI]}};
+  if (set[kRPSI] != set[kLPSI]) pelvis.markers.push_back(set[kRPSI]);
   const Index sacrum = find_label(markers, "SACR");
-  if (sacrum >= 0 && sacrum != set[kLPSI]) groups[2].markers.push_back(sacrum);
+  if (sacrum >= 0 && sacrum != set[kLPSI] && seen(markers, sacrum))
+    pelvis.markers.push_back(sacrum);
+  std::vector<MarkerGroup> groups = {pelvis};
+  if (set[kC7] >= 0) {
+    groups.push_back({"head", {set[kLFHD], set[kRFHD], set[kLBHD], set[kRBHD]}});
+    groups.push_back({"chest", {set[kC7], set[kT10], set[kCLAV], set[kSTRN]}});
+  }
   return groups;
 }
 
@@ -83,14 +97,15 @@ struct MarkerPoses {
 
 /// Poses of the longest run of frames that show the whole set.
 MarkerPoses find_poses(Markers markers, const MarkerBodyOptions& options) {
-  const std::array<Index, kGaitMarkers> set = find_set(markers);
+  const std::array<Index, kGaitMarkers> set = find_set(markers, options.legs_only);
   const Matrix3d R_WF = upright(markers, set);
   MarkerPoses out;
   out.gaps = fill_gaps(markers, rigid_groups(markers, set), options.longest_gap_s);
 
   auto at = [&](Index f) {
-    GaitMarkerSet m;
+    GaitMarkerSet m = GaitMarkerSet::Zero();
     for (std::size_t i = 0; i < kGaitMarkers; ++i) {
+      if (set[i] < 0) continue;  // of the upper body, not used
       m.col(static_cast<Index>(i)) = R_WF * markers.position_m.block<3, 1>(3 * set[i], f);
     }
     return m;

@@ -14,6 +14,8 @@ struct MarkerBodyOptions {
   double knee_width_m = 0.10, ankle_width_m = 0.07, elbow_width_m = 0.08;
   double shoulder_drop_m = 0.05;  ///< joint centre below the shoulder marker
   double longest_gap_s = 0.3;     ///< bridged by splines
+  /// Use pelvis and legs alone; what is above stands stiff, of standard size, arms sideways.
+  bool legs_only = false;
   /// A recording of the same markers in the T-posture: its joint rotations become the zero. None:
   /// the segment axes of the marker conventions below are the zero.
   std::optional<Markers> t_posture;
@@ -26,7 +28,7 @@ struct MarkerBody {
 };
 
 /// The 17-joint figure from the PluginGait marker set (labels LASI, LKNE, ... with or without
-/// "subject:" before). The up axis of the file is the one along which head and toes are farthest
+/// "subject:" before). The up axis of the file is the one along which pelvis and toes are farthest
 /// apart. Gaps are filled; the clip is the longest run of frames with all markers.
 ///
 /// Conventions, left side (w = distance of LASI and RASI; lateral = outwards):
@@ -43,7 +45,8 @@ struct MarkerBody {
 ///   wrist     mid of LWRA and LWRB; the hand is twice as long as from there to LFIN
 /// The T-posture has palms forward. Spine and neck take half of the rotation from pelvis to chest
 /// and from chest to head.
-/// @throws ConfigError with the labels that are absent or never seen, or if no frame shows all
+/// @throws ConfigError with the labels that are absent or never seen, if no frame shows all, or if
+/// the markers are not those of a person (pelvis within 0.3 m of the toes)
 MarkerBody body_from_markers(const Markers& markers, const MarkerBodyOptions& options = {});
 
 }  // namespace mimesis::mocap

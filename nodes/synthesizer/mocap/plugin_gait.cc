@@ -49,13 +49,29 @@ Matrix3d half_way(const Matrix3d& from, const Matrix3d& to) {
   return from * math::exp_so3(0.5 * math::log_so3(from.transpose() * to));
 }
 
-void set_trunk(const GaitMarkerSet& m, MarkerPose& out) {
-  BodyPose& pose = out.pose;
+void set_pelvis(const GaitMarkerSet& m, BodyPose& pose) {
   const Vector3d asis = 0.5 * (m.col(kLASI) + m.col(kRASI));
   const Vector3d psis = 0.5 * (m.col(kLPSI) + m.col(kRPSI));
   pose.R_WJ[kRoot] = frame_y_x(m.col(kLASI) - m.col(kRASI), asis - psis);
   pose.p_WJ[kRoot] = 0.5 * (asis + psis);
+}
 
+/// What is above the pelvis, stiff in the T-posture and of standard size.
+void set_standard_trunk(MarkerPose& out) {
+  static const Body body = standard_body();
+  const Matrix3d R = out.pose.R_WJ[kRoot];
+  for (std::size_t j = kSpine; j < kBodyJoints; ++j) {
+    out.pose.R_WJ[j] = R;
+    out.pose.p_WJ[j] =
+        out.pose.p_WJ[static_cast<std::size_t>(kBodyParents[j])] + R * body.offset_m[j];
+  }
+  out.hand = {out.pose.point(kLeftWrist, body.hand_m[kLeft]),
+              out.pose.point(kRightWrist, body.hand_m[kRight])};
+  out.head_top = out.pose.point(kHead, body.head_top_m);
+}
+
+void set_trunk(const GaitMarkerSet& m, MarkerPose& out) {
+  BodyPose& pose = out.pose;
   const Vector3d below = 0.5 * (m.col(kT10) + m.col(kSTRN));
   const Vector3d above = 0.5 * (m.col(kC7) + m.col(kCLAV));
   const Vector3d front = m.col(kCLAV) + m.col(kSTRN), back = m.col(kC7) + m.col(kT10);
@@ -157,10 +173,15 @@ void set_arm(const GaitMarkerSet& m, std::size_t side, const MarkerBodyOptions& 
 
 MarkerPose pose_from_markers(const GaitMarkerSet& m, const MarkerBodyOptions& options) {
   MarkerPose out;
-  set_trunk(m, out);
+  set_pelvis(m, out.pose);
+  if (options.legs_only) {
+    set_standard_trunk(out);
+  } else {
+    set_trunk(m, out);
+  }
   for (std::size_t side = 0; side < 2; ++side) {
     set_leg(m, side, options, out);
-    set_arm(m, side, options, out);
+    if (!options.legs_only) set_arm(m, side, options, out);
   }
   return out;
 }

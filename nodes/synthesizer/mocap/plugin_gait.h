@@ -47,6 +47,12 @@ inline constexpr std::array<std::string_view, kGaitMarkers> kGaitMarkerNames = {
     "LPSI", "RPSI", "LSHO", "LELB", "LWRA", "LWRB", "LFIN", "LKNE", "LANK", "LHEE",
     "LTOE", "RSHO", "RELB", "RWRA", "RWRB", "RFIN", "RKNE", "RANK", "RHEE", "RTOE"};
 
+/// On pelvis or legs.
+constexpr bool of_the_legs(std::size_t marker) {
+  return (marker >= kLASI && marker <= kRPSI) || (marker >= kLKNE && marker <= kLTOE) ||
+         marker >= kRKNE;
+}
+
 /// Positions of all of them in one frame [m], z up.
 using GaitMarkerSet = Eigen::Matrix<double, 3, kGaitMarkers>;
 

@@ -2,10 +2,14 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "common/math/so3.h"
+#include "nodes/synthesizer/mocap/cycles.h"
+#include "nodes/synthesizer/mocap/gait.h"
 #include "nodes/synthesizer/mocap/plugin_gait.h"
+#include "nodes/synthesizer/mocap/test/shared_folder.h"
 #include "nodes/synthesizer/mocap/test/walker.h"
 
 namespace mimesis::mocap {
@@ -197,6 +201,62 @@ TEST(BodyFromMarkers, RefusesWithTheLabels) {
   m.labels[kLPSI] = "Anna:SACR";
   m.labels[kRPSI] = "spare";
   EXPECT_EQ(refusal(m), "accepted");
+}
+
+TEST(BodyFromMarkers, TakesTheLegsAloneIfAsked) {
+  const BodyClip clip = lively_walker();
+  Markers m = markers_on(clip);
+  m.labels[kC7] = "other";
+  MarkerBodyOptions options;
+  options.legs_only = true;
+  const BodyClip found = body_from_markers(m, options).clip;
+  EXPECT_LT((found.pose(50).p_WJ[kRightAnkle] - clip.pose(50).p_WJ[kRightAnkle]).norm(), 4e-3);
+  EXPECT_LT(found.angles_rad.bottomRows(3 * (kBodyJoints - kSpine)).cwiseAbs().maxCoeff(), 1e-9);
+}
+
+// The file names the whole set, but only the markers of the legs were seen. It has another
+// program's knee and ankle centres (LFEO, LTIO), from the subject's measured joint widths.
+TEST(BodyFromMarkers, OfARecordedWalk) {
+  SKIP_WITHOUT_SHARED();
+  const Markers m = read_c3d(shared_mocap() + "c3d/FunctionalWalk.c3d");
+  EXPECT_THROW(body_from_markers(m), ConfigError);
+  MarkerBodyOptions options;
+  options.legs_only = true;
+  const MarkerBody found = body_from_markers(m, options);
+  const BodyClip& clip = found.clip;
+  EXPECT_GT(clip.frames(), 100);
+  EXPECT_GE(find_gait_events(clip).heel_strike[kLeft].size() +
+                find_gait_events(clip).heel_strike[kRight].size(),
+            2u);
+  auto rms_from = [&](const std::string& label, std::size_t joint) {
+    const auto row = 3 * (std::find(m.labels.begin(), m.labels.end(), label) - m.labels.begin());
+    double sum = 0.0;
+    for (Index f = 0; f < clip.frames(); ++f) {
+      const Vector3d p = m.position_m.block<3, 1>(row, f + clip.first_frame - m.first_frame);
+      sum += (clip.pose(f).p_WJ[joint] - p).squaredNorm();
+    }
+    return std::sqrt(sum / static_cast<double>(clip.frames()));
+  };
+  EXPECT_LT(rms_from("LFEO", kLeftKnee), 0.02);
+  EXPECT_LT(rms_from("LTIO", kLeftAnkle), 0.02);
+  EXPECT_LT(rms_from("RFEO", kRightKnee), 0.02);
+  EXPECT_LT(rms_from("RTIO", kRightAnkle), 0.02);
+  for (const std::size_t hip : {kLeftHip, kRightHip}) {
+    EXPECT_NEAR(clip.body.offset_m[hip + 1].norm(), 0.42, 0.06);
+    EXPECT_NEAR(clip.body.offset_m[hip + 2].norm(), 0.42, 0.06);
+    double bend = 0.0;
+    for (Index f = 0; f < clip.frames(); ++f) {
+      bend = std::max(bend, clip.angles_rad(static_cast<Index>(3 * (hip + 1) + 1), f));
+    }
+    EXPECT_GT(bend, 0.7);
+  }
+}
+
+TEST(BodyFromMarkers, RefusesARecordingWithoutAPerson) {
+  SKIP_WITHOUT_SHARED();
+  EXPECT_THROW(body_from_markers(read_c3d(shared_mocap() + "c3d/parameterOverflow.c3d")),
+               ConfigError);
+  EXPECT_THROW(body_from_markers(read_c3d(shared_mocap() + "c3d/Eb015pr.c3d")), ConfigError);
 }
 
 }  // namespace
