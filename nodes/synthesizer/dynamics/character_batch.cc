@@ -17,6 +17,7 @@ namespace mimesis::synthesizer {
 namespace {
 
 constexpr double kLongestPart = 1.0 / 120.0;  // s
+constexpr int kBlend = -1;  // in place of a series: the character's shares of all patterns
 constexpr int kLegJoints[6] = {mocap::kLeftHip,  mocap::kLeftKnee,  mocap::kLeftAnkle,
                                mocap::kRightHip, mocap::kRightKnee, mocap::kRightAnkle};
 
@@ -78,7 +79,8 @@ struct CharacterBatch::Data {
   BodyLanes body;
   std::array<int, mocap::kBodyRows> rows{};  ///< the model's row of a body row, or -1
   std::vector<float> bank;                   ///< series of the patterns, then of the characters
-  std::vector<int> slot;                     ///< series of each character
+  std::vector<int> slot;                     ///< series of each character, or kBlend
+  std::vector<float> beta;                   ///< shares of the patterns, of each character
   std::vector<float> angles;                 ///< row_stride() a character
   std::vector<Tile> tiles;
   // of the tile at work
@@ -102,6 +104,7 @@ CharacterBatch::CharacterBatch(const MotionModel& model, int count,
   const std::size_t slots = static_cast<std::size_t>(d.patterns) + (options.individual ? n : 0);
   d.bank.resize(slots * static_cast<std::size_t>(d.maker.size()));
   d.slot.assign(lanes, 0);
+  d.beta.resize(lanes * static_cast<std::size_t>(d.patterns));
   d.angles.resize(lanes * static_cast<std::size_t>(d.maker.row_stride()));
   d.tiles.resize(lanes / kLanes);
   d.basis.resize(static_cast<std::size_t>(kLanes * d.maker.basis_count()));
@@ -144,17 +147,11 @@ void CharacterBatch::set_parameters(int i, const Eigen::Ref<const Eigen::VectorX
 
 void CharacterBatch::set_blend(int i, std::span<const double> beta) {
   Data& d = *data_;
-  MIMESIS_ASSERT(d.tied && static_cast<int>(beta.size()) == d.patterns);
-  const int slot = d.own_slot(i), size = d.maker.size();
-  float* sum = d.series(slot);
-  std::fill(sum, sum + size, 0.0F);
-  for (int p = 0; p < d.patterns; ++p) {
-    const float share = static_cast<float>(beta[static_cast<std::size_t>(p)]);
-    if (share == 0.0F) continue;
-    const float* of = d.series(p);
-    for (int k = 0; k < size; ++k) sum[k] += share * of[k];
-  }
-  d.slot[static_cast<std::size_t>(i)] = slot;
+  MIMESIS_ASSERT(d.tied && static_cast<int>(beta.size()) == d.patterns && i >= 0 && i < d.count);
+  const auto c = static_cast<std::size_t>(i);
+  float* own = d.beta.data() + c * beta.size();
+  for (std::size_t p = 0; p < beta.size(); ++p) own[p] = static_cast<float>(beta[p]);
+  d.slot[c] = kBlend;
 }
 
 void CharacterBatch::set_frequency(int i, double omega_rad_s) {
@@ -201,9 +198,17 @@ void CharacterBatch::Data::synthesize(const Tile& tile, int first) {
   basis_values(cosine, sine, maker.harmonics(), maker.slow_functions() > 0, maker.basis_count(),
                basis.data());
   for (int l = 0; l < kLanes; ++l) {
-    float* values = row(first + l);
-    mix(series(slot[static_cast<std::size_t>(first + l)]), basis.data() + l * maker.basis_count(),
-        maker.basis_count(), maker.row_stride(), values);
+    const int i = first + l, from = slot[static_cast<std::size_t>(i)];
+    float* values = row(i);
+    std::fill_n(values, maker.row_stride(), 0.0F);
+    const float* shares =
+        beta.data() + static_cast<std::size_t>(i) * static_cast<std::size_t>(patterns);
+    for (int p = from == kBlend ? 0 : from; p < (from == kBlend ? patterns : from + 1); ++p) {
+      const float share = from == kBlend ? shares[p] : 1.0F;
+      if (share == 0.0F) continue;
+      add_mix(series(p), basis.data() + l * maker.basis_count(), maker.basis_count(),
+              maker.row_stride(), share, values);
+    }
     for (std::size_t b = 0; b < rows.size(); ++b) {
       if (rows[b] >= 0) angle[b][l] = values[rows[b]];
     }

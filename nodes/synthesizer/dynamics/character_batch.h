@@ -12,8 +12,8 @@ struct CharacterOptions {
   double dt_s = 1.0 / 60.0;     ///< step, in (0, 0.1]; integrated in parts of at most 1/120 s
   int harmonics = 0;            ///< H of MotionSeries; 0: by tolerance_rad
   double tolerance_rad = 1e-3;  ///< largest error of the series at the joints
-  /// Every character has parameters of its own (set_parameters, set_blend): about 6 kB each.
-  /// Without, characters share the model's patterns, and large crowds stay in the cache.
+  /// Characters may have parameters of their own (set_parameters): a series of about 6 kB each.
+  /// Without, they share the model's patterns, and large crowds stay in the cache.
   bool individual = false;
   bool foot_lock = false;  ///< keep the standing feet in place (foot_lock.h)
 };
@@ -66,7 +66,8 @@ class CharacterBatch {
                       const Eigen::Ref<const Eigen::MatrixXd>& weight_rad,
                       const Eigen::Ref<const Eigen::MatrixXd>& delay_rad);
   /// Σₚ βₚ · pattern p over all patterns of the model, one β each: means and weights blend linearly
-  /// [M18 eq. 3.21] since tied delays are the same in all. Needs `individual` and model.tied.
+  /// [M18 eq. 3.21] since tied delays are the same in all. Needs model.tied. Costs a mixture per
+  /// β ≠ 0 and frame, and nothing to set.
   void set_blend(int i, std::span<const double> beta);
 
   void set_frequency(int i, double omega_rad_s);  ///< ω ≥ 0
