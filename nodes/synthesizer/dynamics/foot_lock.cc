@@ -41,8 +41,10 @@ void foot_contact(const RootLanes& root, float dt_s, LockLanes& lock) {
       const float speed2 = gx * gx + gy * gy, high = root.clearance[f][l];
       const bool stood = lock.contact[f][l] > 0.5F;
       const float height_limit = stood ? kHigh : kLow, speed_limit = stood ? kFast : kSlow;
-      const bool stands = (high < height_limit) & (speed2 < speed_limit * speed_limit) &
-                          (dx * dx + dy * dy < kFarthest * kFarthest);
+      // one after the other, as numbers: what the compiler makes vectors of
+      const float low = high < height_limit ? 1.0F : 0.0F;
+      const float slow = speed2 < speed_limit * speed_limit ? low : 0.0F;
+      const bool stands = (dx * dx + dy * dy < kFarthest * kFarthest ? slow : 0.0F) > 0.5F;
       // standing: the point's own velocity decays. Swinging: d̈ = −2λḋ − λ²d, exactly over dt
       rx = stood ? vx - gx : rx;  // the foot leaves with the velocity it has
       ry = stood ? vy - gy : ry;
