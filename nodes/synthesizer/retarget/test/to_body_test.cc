@@ -80,6 +80,21 @@ TEST(ToBody, ABodyOfTheSameShapeMovesTheSame) {
   }
 }
 
+TEST(ToBody, FeetStandWhereTheyStoodOnAverage) {
+  const mocap::BodyClip walk = made_up_walk();
+  const BodyMotion motion = retarget(walk, walk.body);
+  const auto was = ground_points(walk), is = ground_points(motion.clip);
+  double sum = 0.0;
+  long count = 0;
+  for (Eigen::Index t = 0; t < walk.frames(); ++t) {
+    if (!motion.contacts(kToe, t) && !motion.contacts(kHeel, t)) continue;
+    sum += is(3 * kToe, t) - was(3 * kToe, t);  // left foot, along the way
+    ++count;
+  }
+  ASSERT_GT(count, 20);
+  EXPECT_LT(std::abs(sum / static_cast<double>(count)), 1e-6);
+}
+
 TEST(ToBody, FeetOfAnotherFigureStandStill) {
   const mocap::BodyClip walk = made_up_walk();
   const BodyMotion motion = retarget(walk, child());
