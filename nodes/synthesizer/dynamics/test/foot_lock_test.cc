@@ -61,6 +61,26 @@ TEST(FootLock, FeetThatSlideStand) {
   EXPECT_LT(with.fastest_change_m_s2, 1.5 * without.fastest_change_m_s2);
 }
 
+TEST(FootLock, FeetStandInTurnsToo) {  // the displacement stays where it is in the world
+  const MotionModel model = walking_model({.speed_m_s = 0.8, .turn_rad_s = 1.5, .slide_m = 0.08});
+  CharacterBatch batch(model, 1, {.dt_s = 0.01, .foot_lock = true});
+  double path = 0.0;
+  int count = 0;
+  Eigen::Vector3d before = Eigen::Vector3d::Zero();
+  for (int n = 0; n < 800; ++n) {
+    batch.step();
+    const Eigen::Vector3d toe = batch.toe_W_m(0, mocap::kLeft),
+                          heel = batch.heel_W_m(0, mocap::kLeft);
+    const Eigen::Vector3d middle = 0.5 * (toe + heel);  // of the flat foot: what is locked
+    if (n > 200 && batch.phase(0) > 0.8 && batch.phase(0) < 3.4) {
+      path += (middle - before).head<2>().norm();
+      ++count;
+    }
+    before = middle;
+  }
+  EXPECT_LT(path / count / 0.01, 0.005);
+}
+
 TEST(FootLock, FeetThatStandAreLeftAlone) {
   const MotionModel model = walking_model();
   CharacterBatch locked(model, 1, {.dt_s = 0.01, .foot_lock = true}),
