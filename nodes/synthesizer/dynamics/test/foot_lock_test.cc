@@ -81,6 +81,25 @@ TEST(FootLock, FeetStandInTurnsToo) {  // the displacement stays where it is in 
   EXPECT_LT(path / count / 0.01, 0.005);
 }
 
+TEST(FootLock, DisplacementsKeepTheirDirectionInTheWorldWhenThePelvisTurns) {
+  RootLanes root;
+  LockLanes lock;
+  for (int l = 0; l < kLanes; ++l) {
+    root.cos_turn[l] = std::cos(0.5F);
+    root.sin_turn[l] = std::sin(0.5F);
+    lock.contact[1][l] = 1.0F;
+    lock.d[1][0][l] = 0.03F;
+    lock.d[1][1][l] = 0.01F;
+  }
+  foot_contact(root, 0.01F, lock);  // the foot rests: no velocity, no slip
+  for (int l = 0; l < kLanes; ++l) {
+    EXPECT_FLOAT_EQ(lock.d[1][0][l], 0.03F * std::cos(0.5F) + 0.01F * std::sin(0.5F));
+    EXPECT_FLOAT_EQ(lock.d[1][1][l], 0.01F * std::cos(0.5F) - 0.03F * std::sin(0.5F));
+    EXPECT_EQ(root.displaced[1][0][l], lock.d[1][0][l]);
+    EXPECT_EQ(lock.d[0][0][l], 0.0F);
+  }
+}
+
 TEST(FootLock, FeetThatStandAreLeftAlone) {
   const MotionModel model = walking_model();
   CharacterBatch locked(model, 1, {.dt_s = 0.01, .foot_lock = true}),
