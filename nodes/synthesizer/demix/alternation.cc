@@ -51,9 +51,9 @@ void Alternation::start(const MatrixXd& sources, const MatrixXd& phi) {
   });
 }
 
-void Alternation::search() {
-  each_group([](GroupFit& fit, const double* x, double energy, double* phi, double* w) {
-    return fit.search(x, energy, phi, w);
+void Alternation::search(int restarts) {
+  each_group([restarts](GroupFit& fit, const double* x, double energy, double* phi, double* w) {
+    return fit.search(x, energy, phi, w, restarts);
   });
 }
 
@@ -127,16 +127,14 @@ void Alternation::scale_sources() {
   }
 }
 
-void Alternation::run(int turns, int search_every, double tolerance, std::vector<double>* trace) {
+void Alternation::run(const Limits& limits, std::vector<double>* trace) {
   Anderson acceleration(5);
   MatrixXd plain = sources_, kept_phi = phi_, kept_weights = weights_;
   bool extrapolated = false;
   double before = error_;
   const Index frozen = layout_.frozen, free = sources_.cols() - frozen;
-  for (int turn = 0; turn < turns && free > 0; ++turn) {
-    const bool searching = search_every > 0 && turn % search_every == 0;
-    if (searching) search();
-    refine(2);
+  for (int turn = 0; turn < limits.turns && free > 0; ++turn) {
+    search(limits.restarts);
     if (extrapolated && error_ > before) {  // undo
       sources_ = plain;
       phi_ = kept_phi;
@@ -148,8 +146,8 @@ void Alternation::run(int turns, int search_every, double tolerance, std::vector
     const double total = energy_ + left_out_;
     const bool settled =
         std::sqrt(std::max(0.0, before) / total) - std::sqrt(std::max(0.0, error_) / total) <
-        tolerance;
-    if (settled && turn > 2 && (searching || search_every <= 0)) break;
+        limits.tolerance;
+    if (settled && turn > 2) break;
     before = error_;
     const MatrixXd from = sources_.rightCols(free);
     update_sources();

@@ -63,14 +63,50 @@ void inner_products(const double* a, Index na, const double* b, Index nb, Index 
 }
 
 MIMESIS_CLONES
-void trigonometric_sum(const double* table, const double* u, Index count, Index length,
-                       double* out) {
-  for (Index j = 0; j < count; j += 8) {
-    Lanes8 sum = {};
-    for (Index l = 0; l < length; ++l) {
-      sum += u[l] * *reinterpret_cast<const Lanes8*>(table + l * count + j);
+void correlate(const double* table, const double* u, Index quarter, Index half, double* out) {
+  for (Index i = 0; i < quarter; i += 8) {
+    Lanes8 odd_cos = {}, odd_sin = {}, even_cos = {}, even_sin = {};
+    const double* at = table + i;
+    for (Index f = 0; f < half; f += 2) {  // harmonics f + 1 (odd) and f + 2
+      odd_cos += u[f] * *reinterpret_cast<const Lanes8*>(at);
+      odd_sin += u[half + f] * *reinterpret_cast<const Lanes8*>(at + quarter);
+      even_cos += u[f + 1] * *reinterpret_cast<const Lanes8*>(at + 2 * quarter);
+      even_sin += u[half + f + 1] * *reinterpret_cast<const Lanes8*>(at + 3 * quarter);
+      at += 4 * quarter;
     }
-    *reinterpret_cast<Lanes8*>(out + j) = sum;
+    // cos and sin of f(−θ), f(π − θ), f(π + θ) differ from those of fθ in signs only
+    const Lanes8 cos_sum = even_cos + odd_cos, cos_rest = even_cos - odd_cos;
+    const Lanes8 sin_sum = even_sin + odd_sin, sin_rest = even_sin - odd_sin;
+    *reinterpret_cast<Lanes8*>(out + i) = cos_sum - sin_sum;
+    *reinterpret_cast<Lanes8*>(out + quarter + i) = cos_sum + sin_sum;
+    *reinterpret_cast<Lanes8*>(out + 2 * quarter + i) = cos_rest + sin_rest;
+    *reinterpret_cast<Lanes8*>(out + 3 * quarter + i) = cos_rest - sin_rest;
+  }
+}
+
+MIMESIS_CLONES
+void refitted_gain(const GainTerms& terms, double* scratch, double* out) {
+  Lanes8* v = reinterpret_cast<Lanes8*>(scratch);  // L⁻¹ of the others' inner products with s
+  for (Index j = 0; j < terms.grid; j += 8) {
+    Lanes8 room = {};
+    room += terms.energy;
+    for (Index o = 0; o < terms.count; ++o) {
+      Lanes8 value = *reinterpret_cast<const Lanes8*>(terms.others[o] + j);
+      for (Index q = 0; q < o; ++q) value -= terms.factor[o + q * terms.stride] * v[q];
+      value *= terms.factor[o + o * terms.stride];
+      v[o] = value;
+      room -= value * value;
+    }
+    Lanes8 sum = {};
+    for (Index i = 0; i < terms.group; ++i) {
+      Lanes8 rest = *reinterpret_cast<const Lanes8*>(terms.data + i * terms.grid + j);
+      for (Index o = 0; o < terms.count; ++o) rest -= terms.weight[o + i * terms.stride] * v[o];
+      if (terms.nonnegative) rest = rest > 0.0 ? rest : rest * 0.0;
+      sum += rest * rest;
+    }
+    Lanes8 least = {};
+    least += terms.least_room;
+    *reinterpret_cast<Lanes8*>(out + j) = sum / (room > least ? room : least);
   }
 }
 

@@ -29,6 +29,9 @@ Index harmonics_that_matter(const MatrixXd& spectrum, Index harmonics) {
   return count;
 }
 
+constexpr Index kTrialGroups = 220;  // of free rows in trial runs
+constexpr int kTrialTurns = 10;
+
 Index rounded_up(Index harmonics) { return (harmonics + 3) / 4 * 4; }
 
 MatrixXd with_half(const MatrixXd& spectrum, Index half) {
@@ -98,45 +101,79 @@ class Demixing {
     return phi;
   }
 
+  Alternation::Limits limits(int turns) const {
+    return {turns, options_.restarts, options_.tolerance};
+  }
+
   void report(double share) const {
     if (options_.progress) options_.progress(std::min(1.0, share));
   }
 
+  /// An alternation from `sources` (the learned ones), delays looked for or 0.
+  Alternation from_sources(const MatrixXd& data, const MatrixXd& learned, bool look,
+                           const std::vector<Index>& columns) const {
+    Alternation::Layout part = layout();
+    part.groups = static_cast<Index>(columns.size());
+    const Index half = data.rows() / 2;
+    Alternation run(data, part);
+    run.set_left_out(left_out_ * data.squaredNorm() / full_.squaredNorm());
+    MatrixXd sources(data.rows(), options_.sources);
+    sources << with_half(given_spectra_, half), learned;
+    run.start(sources, given_delays()(Eigen::all, columns));
+    if (look) run.search(options_.restarts);
+    return run;
+  }
+
+  /// Groups for the trial runs: of many only so many, evenly from all rows and trials.
+  std::vector<Index> sample_of_groups() const {
+    Index stride = std::max<Index>(1, groups_.groups / kTrialGroups);
+    while (std::gcd(stride, set_.rows_per_trial()) != 1) ++stride;
+    std::vector<Index> out;
+    for (Index g = 0; g < groups_.groups; g += options_.tied ? 1 : stride) out.push_back(g);
+    return out;
+  }
+
+  struct Candidate {
+    double error;
+    Alternation run;
+    std::vector<double> trace;
+  };
+
   Alternation best_start(std::vector<double>& trace) {
     const Index half = rounded_up(kept_);
-    const MatrixXd data = with_half(full_, half), given = with_half(given_spectra_, half);
-    const double left_out = removed_energy() - data.squaredNorm();
-    const std::vector<Start> all = starts(data, given, options_.sources - given_, options_.tied);
-    std::vector<Alternation> runs;
-    std::vector<std::vector<double>> traces(all.size());
-    const int trial_turns = all.size() == 1 ? options_.turns : std::min(10, options_.turns);
-    for (std::size_t i = 0; i < all.size(); ++i) {
-      Alternation& run = runs.emplace_back(data, layout());
-      run.set_left_out(left_out);
-      MatrixXd sources(data.rows(), options_.sources);
-      sources << given, all[i].sources;
-      run.start(sources, given_delays());
-      if (all[i].search) {
-        run.search();
-        run.search();
-      }
-      run.run(trial_turns, options_.search_every, options_.tolerance, &traces[i]);
-      report(0.6 * static_cast<double>(i + 1) / static_cast<double>(all.size()));
+    const MatrixXd data = with_half(full_, half);
+    left_out_ = removed_energy() - data.squaredNorm();
+    const std::vector<Start> all =
+        starts(data, with_half(given_spectra_, half), options_.sources - given_, options_.tied);
+    const std::vector<Index> sample = sample_of_groups();
+    const bool whole = static_cast<Index>(sample.size()) == groups_.groups;
+    const MatrixXd part = whole ? data : MatrixXd(data(Eigen::all, sample));
+    std::vector<Candidate> found;
+    for (const Start& start : all) {
+      Candidate c{0.0, from_sources(part, start.sources, start.search, sample), {}};
+      c.run.run(limits(std::min(kTrialTurns, options_.turns)), &c.trace);
+      c.error = c.run.error();
+      found.push_back(std::move(c));
+      report(0.5 * static_cast<double>(found.size()) / static_cast<double>(all.size()));
     }
-    std::vector<std::size_t> order(all.size());
-    std::iota(order.begin(), order.end(), 0);
-    std::ranges::stable_sort(order, {}, [&](std::size_t i) { return runs[i].error(); });
-    if (all.size() > 1) {
-      order.resize(std::min(order.size(), static_cast<std::size_t>(options_.finalists)));
-      for (const std::size_t i : order) {
-        runs[i].run(options_.turns, options_.search_every, options_.tolerance, &traces[i]);
+    std::ranges::stable_sort(found, {}, &Candidate::error);
+    const std::size_t finalists = options_.tied ? static_cast<std::size_t>(options_.finalists) : 1;
+    found.erase(found.begin() + static_cast<long>(std::min(finalists, found.size())), found.end());
+    std::vector<Index> groups(static_cast<std::size_t>(groups_.groups));
+    std::iota(groups.begin(), groups.end(), 0);
+    for (Candidate& c : found) {
+      if (!whole) {
+        c.trace.clear();
+        c.run =
+            from_sources(data, c.run.sources().rightCols(options_.sources - given_), true, groups);
       }
+      c.run.run(limits(options_.turns), &c.trace);
+      c.error = c.run.error();
     }
     report(0.9);
-    const std::size_t best =
-        *std::ranges::min_element(order, {}, [&](std::size_t i) { return runs[i].error(); });
-    trace = traces[best];
-    return runs[best];
+    Candidate& best = *std::ranges::min_element(found, {}, &Candidate::error);
+    trace = std::move(best.trace);
+    return std::move(best.run);
   }
 
   /// Energy of the rows with their means removed.
@@ -165,6 +202,7 @@ class Demixing {
   MatrixXd full_, given_spectra_;
   VectorXd scale_;  ///< norms of the given spectra, as given
   Index kept_ = 0;
+  double left_out_ = 0.0;  ///< energy of the harmonics above those
 };
 
 /// The phase by which a learned source is advanced: its gauge (sisa.h).

@@ -26,8 +26,8 @@ struct SisaOptions {
   /// anew and the other sources are learned from what they leave. @see known_sources()
   KnownSources known = {};
   int turns = 40;           ///< of (τ, W, S) at most, for each start
-  int search_every = 1;     ///< turns between searches of the delays over the whole period
-  double tolerance = 2e-5;  ///< a turn that gains less of Q is the last
+  int restarts = 2;         ///< random delays each row starts from in every turn, beside its own
+  double tolerance = 1e-4;  ///< a turn that gains less of Q is the last
   /// Tied delays have many local minima: so many starts are followed up to their ends.
   int finalists = 2;
   /// Called with the share of the work done, 0..1; may be empty.

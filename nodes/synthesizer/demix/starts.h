@@ -11,7 +11,7 @@ struct Start {
 };
 
 /// Starts for `count` sources beside the `given` ones (spectra, columns). Free delays: harmonics
-/// 1..count [M18 3.3.3], which no other start was seen to beat. Tied: weights have signs, so that
+/// 1..count [M18 3.3.3]: starts with overtones or other harmonics were seen to end worse. Tied:
 /// two sources of the same harmonic reach every phase of it, and how many harmonics deserve two is
 /// not known beforehand; and the principal components of what the given sources leave.
 std::vector<Start> starts(const Eigen::MatrixXd& data, const Eigen::MatrixXd& given,
