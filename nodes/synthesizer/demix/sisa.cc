@@ -7,6 +7,7 @@
 #include "common/math/circle.h"
 #include "nodes/synthesizer/demix/alternation.h"
 #include "nodes/synthesizer/demix/check_set.h"
+#include "nodes/synthesizer/demix/gauge.h"
 #include "nodes/synthesizer/demix/spectrum.h"
 #include "nodes/synthesizer/demix/starts.h"
 
@@ -200,84 +201,27 @@ class Demixing {
   Grouping groups_;
   Index samples_, fixed_, given_;
   MatrixXd full_, given_spectra_;
-  VectorXd scale_;  ///< norms of the given spectra, as given
+  VectorXd scale_;  ///< of the given spectra, as given
   Index kept_ = 0;
   double left_out_ = 0.0;  ///< energy of the harmonics above those
 };
-
-/// The phase by which a learned source is advanced: its gauge (sisa.h).
-double gauge(const Eigen::Ref<const VectorXd>& spectrum) {
-  const Index half = spectrum.size() / 2;
-  Index dominant = 0;
-  (spectrum.head(half).array().square() + spectrum.tail(half).array().square()).maxCoeff(&dominant);
-  const double order = static_cast<double>(dominant + 1);
-  const double phase = std::atan2(spectrum[half + dominant], spectrum[dominant]);
-  // of the shifts that bring a crest of the dominant harmonic to t = 0, the highest s(0)
-  double best = 0.0, highest = -INFINITY;
-  for (Index i = 0; i <= dominant; ++i) {
-    const double shift = (-phase + math::kTwoPi * static_cast<double>(i)) / order;
-    double at_zero = 0.0;
-    for (Index f = 0; f < half; ++f) {
-      const double angle = static_cast<double>(f + 1) * shift;
-      at_zero += spectrum[f] * std::cos(angle) - spectrum[half + f] * std::sin(angle);
-    }
-    if (at_zero > highest + 1e-12) {
-      highest = at_zero;
-      best = shift;
-    }
-  }
-  return best;
-}
 
 Mixture Demixing::mixture(const Alternation& from) const {
   const Index count = options_.sources, total = set_.samples.rows();
   Mixture out;
   out.fixed = static_cast<int>(fixed_);
-  out.weights = MatrixXd(total, count);
-  out.delay_rad = MatrixXd(total, count);
-  out.sources = MatrixXd(count, samples_);
-  out.sources.topRows(fixed_) = options_.fixed;
-  out.sources.middleRows(fixed_, given_ - fixed_) = options_.known.sources;
-  std::vector<Index> order(static_cast<std::size_t>(count));
-  std::iota(order.begin(), order.end(), 0);
-  const VectorXd carried = from.weights().rowwise().squaredNorm();
-  std::stable_sort(order.begin() + given_, order.end(),
-                   [&](Index a, Index b) { return carried[a] > carried[b]; });
-  const double unit = std::sqrt(static_cast<double>(samples_));  // norm of unit rms
-  for (Index k = 0; k < count; ++k) {
-    const Index j = order[static_cast<std::size_t>(k)];
-    double factor = j < given_ ? 1.0 / scale_[j] : 1.0 / unit, advance = 0.0;
-    if (j >= given_) {
-      VectorXd spectrum = from.sources().col(j);
-      if (!options_.nonnegative && from.weights().row(j).sum() < 0.0) {
-        spectrum = -spectrum;
-        factor = -factor;
-      }
-      advance = gauge(spectrum);
-      const Index half = spectrum.size() / 2;
-      for (Index f = 0; f < half; ++f) {
-        const double angle = static_cast<double>(f + 1) * advance;
-        const double re = spectrum[f], im = spectrum[half + f];
-        spectrum[f] = re * std::cos(angle) - im * std::sin(angle);
-        spectrum[half + f] = re * std::sin(angle) + im * std::cos(angle);
-      }
-      out.sources.row(k) = unit * from_spectrum(spectrum, samples_);
-    }
-    for (Index c = 0; c < total; ++c) {
-      const Index n = groups_.row[static_cast<std::size_t>(c)];
-      out.weights(n, k) = factor * from.weights()(j, c);
-      out.delay_rad(n, k) = math::wrap_pi(from.phi()(j, c / groups_.size) + advance);
-    }
+  out.sources.resize(count, samples_);
+  out.sources << options_.fixed, options_.known.sources,
+      from_spectrum(from.sources().rightCols(count - given_), samples_);
+  out.weights.resize(total, count);
+  out.delay_rad.resize(total, count);
+  for (Index c = 0; c < total; ++c) {
+    const Index n = groups_.row[static_cast<std::size_t>(c)];
+    out.weights.row(n) = from.weights().col(c).transpose();
+    out.weights.row(n).head(given_).array() /= scale_.transpose().array();
+    out.delay_rad.row(n) = from.phi().col(c / groups_.size).transpose();
   }
-  for (Index c = 0; c < total; c += groups_.size) {  // a delay of nothing is 0
-    for (Index k = given_; k < count; ++k) {
-      const Index j = order[static_cast<std::size_t>(k)];
-      if (!from.weights().row(j).segment(c, groups_.size).isZero(0.0)) continue;
-      for (Index i = c; i < c + groups_.size; ++i) {
-        out.delay_rad(groups_.row[static_cast<std::size_t>(i)], k) = 0.0;
-      }
-    }
-  }
+  fix_gauge(out, given_, options_.nonnegative);
   out.means = set_.samples.rowwise().mean() -
               out.weights.leftCols(fixed_) * out.sources.topRows(fixed_).rowwise().mean();
   return out;

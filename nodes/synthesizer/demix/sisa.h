@@ -47,7 +47,7 @@ struct SisaResult {
 ///
 /// Learned sources have unit rms, are turned so that their strongest harmonic has its crest at
 /// t = 0, signed so that their weights sum up to ≥ 0, and come in the order of the energy they
-/// carry; fixed and known ones stay as given. Delays of rows without weight are 0.
+/// carry (fix_gauge()); fixed and known ones stay as given.
 /// A constant row has weights 0. Deterministic. Time O(turns·N·T·K²).
 /// @throws ConfigError: no rows or trials, a number that is not finite (names the row), sources
 /// that do not fit the period, more sources than the set supports (its rank: as many principal
