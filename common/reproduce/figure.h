@@ -40,6 +40,9 @@ struct Figure {
   /// Computes the rows; writes plots into the folder if one is given. @throws std::runtime_error if
   /// a plot cannot be made.
   std::function<Report(const std::optional<std::filesystem::path>& plot_dir)> run;
+  /// Optional: draws the motion as a film into the folder. Returns what to look at. @throws
+  /// std::runtime_error if a picture cannot be written.
+  std::function<std::vector<std::filesystem::path>(const std::filesystem::path& dir)> film{};
 };
 
 }  // namespace mimesis::reproduce

@@ -42,7 +42,7 @@ std::vector<Figure> all_figures() {
 struct Options {
   std::vector<std::string> names;
   bool list = false, json = false;
-  std::string plot_dir;
+  std::string plot_dir, film_dir;
   double timeout_s = 600.0;
 };
 
@@ -65,16 +65,19 @@ Json to_json(const Row& row) {
   return out;
 }
 
-void print_json(const Figure& figure, const Report& report, double seconds) {
+using Paths = std::vector<std::filesystem::path>;
+
+void print_json(const Figure& figure, const Report& report, const Paths& films, double seconds) {
   Json rows = Json::array(), plots = Json::array();
   for (const Row& row : report.rows) rows.push_back(to_json(row));
   for (const auto& plot : report.plots) plots.push_back(plot.string());
-  const Json out = {{"name", figure.name}, {"source", figure.source}, {"passed", report.passed()},
-                    {"rows", rows},        {"plots", plots},          {"seconds", seconds}};
+  Json out = {{"name", figure.name}, {"source", figure.source}, {"passed", report.passed()},
+              {"rows", rows},        {"plots", plots},          {"seconds", seconds}};
+  for (const auto& film : films) out["films"].push_back(film.string());
   std::cout << out.dump() << '\n';
 }
 
-void print_text(const Figure& figure, const Report& report, double seconds) {
+void print_text(const Figure& figure, const Report& report, const Paths& films, double seconds) {
   std::cout << figure.name << " [" << figure.source << "]: " << figure.title << '\n';
   Table table({"", "what", "ours", "reference", "tolerance", "unit"});
   for (const Row& row : report.rows) {
@@ -83,6 +86,7 @@ void print_text(const Figure& figure, const Report& report, double seconds) {
   }
   table.print(std::cout, use_colour(STDOUT_FILENO));
   for (const auto& plot : report.plots) std::cout << "plot: " << plot.string() << '\n';
+  for (const auto& film : films) std::cout << "film: " << film.string() << '\n';
   std::cout << (report.passed() ? "passed" : "FAILED") << ", " << number(seconds) << " s\n";
 }
 
@@ -100,19 +104,28 @@ void print_list(const std::vector<Figure>& all, bool json) {
   table.print(std::cout, use_colour(STDOUT_FILENO));
 }
 
+struct Outcome {
+  Report report;
+  Paths films;
+};
+
 /// Runs one figure; the process ends with code 3 if that takes longer than allowed.
-Report run_within(const Figure& figure, const Options& options) {
+Outcome run_within(const Figure& figure, const Options& options) {
   std::optional<std::filesystem::path> dir;
   if (!options.plot_dir.empty()) dir = options.plot_dir;
-  auto report = std::async(std::launch::async, [&] { return figure.run(dir); });
-  if (report.wait_for(std::chrono::duration<double>(options.timeout_s)) !=
+  auto outcome = std::async(std::launch::async, [&] {
+    Outcome out{figure.run(dir), {}};
+    if (!options.film_dir.empty()) out.films = figure.film(options.film_dir);
+    return out;
+  });
+  if (outcome.wait_for(std::chrono::duration<double>(options.timeout_s)) !=
       std::future_status::ready) {
     std::cerr << "reproduce: " << figure.name << " took longer than " << number(options.timeout_s)
               << " s\n";
     std::cout.flush();
     std::_Exit(kNotFound);  // a pure computation cannot be asked to stop
   }
-  return report.get();
+  return outcome.get();
 }
 
 int reproduce_all(const Options& options) {
@@ -135,15 +148,20 @@ int reproduce_all(const Options& options) {
                 << "; `mimesis reproduce --list` names all\n";
       return kNotFound;
     }
+    if (!options.film_dir.empty() && !it->film) {
+      std::cerr << "reproduce: " << name << " has no film, expected a figure of a motion\n";
+      return kUsage;
+    }
     chosen.push_back(&*it);
   }
   bool passed = true;
   for (const Figure* figure : chosen) {
     const auto start = std::chrono::steady_clock::now();
-    const Report report = run_within(*figure, options);
+    const auto [report, films] = run_within(*figure, options);
     const double seconds =
         std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-    options.json ? print_json(*figure, report, seconds) : print_text(*figure, report, seconds);
+    options.json ? print_json(*figure, report, films, seconds)
+                 : print_text(*figure, report, films, seconds);
     passed = passed && report.passed();
   }
   return passed ? 0 : kFailed;
@@ -159,8 +177,12 @@ void add_reproduce(CLI::App& program, int& exit_code) {
   verb->add_flag("--list", options->list, "Name all reproductions");
   verb->add_option("--plot", options->plot_dir, "Write PNG plots into this folder (needs gnuplot)")
       ->type_name("DIR");
-  verb->add_flag("--json", options->json,
-                 "One object per figure and line: name, source, passed, rows, plots, seconds");
+  verb->add_option("--film", options->film_dir,
+                   "Draw the motion into this folder: a strip of pictures and all frames (PNG)")
+      ->type_name("DIR");
+  verb->add_flag(
+      "--json", options->json,
+      "One object per figure and line: name, source, passed, rows, plots, seconds, films");
   verb->add_option("--timeout", options->timeout_s,
                    "Give up on a figure after so many seconds (exit 3)")
       ->check(number_above_zero)
