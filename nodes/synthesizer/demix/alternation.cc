@@ -63,6 +63,18 @@ void Alternation::refine(int steps) {
   });
 }
 
+MatrixXd Alternation::residual() const {
+  const Index half = data_.rows() / 2, p = layout_.group_size;
+  MatrixXd out = data_, z(2 * half, sources_.cols());
+  for (Index g = 0; g < layout_.groups; ++g) {
+    for (Index k = 0; k < sources_.cols(); ++k) {
+      shift_spectrum(sources_.col(k).data(), phi_(k, g), half, z.col(k).data(), nullptr);
+    }
+    out.middleCols(g * p, p) -= z * weights_.middleCols(g * p, p);
+  }
+  return out;
+}
+
 double Alternation::quality() const {
   return 1.0 - std::sqrt((std::max(0.0, error_) + left_out_) / (energy_ + left_out_));
 }
@@ -133,22 +145,29 @@ void Alternation::run(const Limits& limits, std::vector<double>* trace) {
   bool extrapolated = false;
   double before = error_;
   const Index frozen = layout_.frozen, free = sources_.cols() - frozen;
+  const auto undo = [&] {
+    sources_ = plain;
+    phi_ = kept_phi;
+    weights_ = kept_weights;
+    refine(2);
+  };
   for (int turn = 0; turn < limits.turns && free > 0; ++turn) {
     search(limits.restarts);
-    if (extrapolated && error_ > before) {  // undo
-      sources_ = plain;
-      phi_ = kept_phi;
-      weights_ = kept_weights;
-      refine(2);
+    if (extrapolated && error_ > before) {
+      undo();
       acceleration.clear();
+      extrapolated = false;
     }
     if (trace != nullptr) trace->push_back(quality());
     const double total = energy_ + left_out_;
     const bool settled =
         std::sqrt(std::max(0.0, before) / total) - std::sqrt(std::max(0.0, error_) / total) <
         limits.tolerance;
-    if (settled && turn > 2) break;
     before = error_;
+    if (settled && turn > 2) {
+      extrapolated = false;
+      break;
+    }
     const MatrixXd from = sources_.rightCols(free);
     update_sources();
     plain = sources_;
@@ -160,6 +179,7 @@ void Alternation::run(const Limits& limits, std::vector<double>* trace) {
     scale_sources();
   }
   refine(1);
+  if (extrapolated && error_ > before) undo();
 }
 
 }  // namespace mimesis::demix

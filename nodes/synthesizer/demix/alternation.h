@@ -40,6 +40,7 @@ class Alternation {
   /// Energy that is in the data but not in `data`: the trace's Q counts it.
   void set_left_out(double energy) { left_out_ = energy; }
   double quality() const;
+  Eigen::MatrixXd residual() const;  ///< x − x̂, as the data
   const Eigen::MatrixXd& sources() const { return sources_; }
   const Eigen::MatrixXd& phi() const { return phi_; }          ///< K×G
   const Eigen::MatrixXd& weights() const { return weights_; }  ///< K×N

@@ -1,27 +1,21 @@
 #include "nodes/synthesizer/demix/shift_kernels.h"
 
 #include <cmath>
-#include <cstring>
 
-// One body, several instruction sets, chosen when the program starts; eight lanes in all of them
-// and nothing contracted, so the results are the same bits. The sanitizers do not survive the
-// resolvers.
-#if defined(__x86_64__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
-#define MIMESIS_CLONES __attribute__((target_clones("avx512f", "avx2", "default")))
-#else
-#define MIMESIS_CLONES
-#endif
+#include "common/math/vector_clones.h"
 
 namespace mimesis::demix {
 namespace {
 
 using Index = Eigen::Index;
+// Eight lanes with every instruction set: the same bits. GNU vectors keep their alignment only as
+// typedefs written out.
 typedef double Lanes8 __attribute__((vector_size(64), aligned(8), may_alias));
 typedef double Lanes4 __attribute__((vector_size(32), aligned(8), may_alias));
 
 }  // namespace
 
-MIMESIS_CLONES
+MIMESIS_VECTOR_CLONES
 void shift_spectrum(const double* source, double phi, Index half, double* z, double* dz) {
   // e^{−ifφ} = c − is, four harmonics at a time, turned on by e^{−4iφ}
   const double c1 = std::cos(phi), s1 = std::sin(phi);
@@ -46,7 +40,7 @@ void shift_spectrum(const double* source, double phi, Index half, double* z, dou
   }
 }
 
-MIMESIS_CLONES
+MIMESIS_VECTOR_CLONES
 void inner_products(const double* a, Index na, const double* b, Index nb, Index length,
                     double* out) {
   for (Index j = 0; j < nb; ++j) {
@@ -62,7 +56,7 @@ void inner_products(const double* a, Index na, const double* b, Index nb, Index 
   }
 }
 
-MIMESIS_CLONES
+MIMESIS_VECTOR_CLONES
 void correlate(const double* table, const double* u, Index quarter, Index half, double* out) {
   for (Index i = 0; i < quarter; i += 8) {
     Lanes8 odd_cos = {}, odd_sin = {}, even_cos = {}, even_sin = {};
@@ -84,7 +78,7 @@ void correlate(const double* table, const double* u, Index quarter, Index half, 
   }
 }
 
-MIMESIS_CLONES
+MIMESIS_VECTOR_CLONES
 void refitted_gain(const GainTerms& terms, double* scratch, double* out) {
   Lanes8* v = reinterpret_cast<Lanes8*>(scratch);  // L⁻¹ of the others' inner products with s
   for (Index j = 0; j < terms.grid; j += 8) {

@@ -71,8 +71,9 @@ class Demixing {
     const Index harmonics = harmonic_count(samples_);
     full_ = to_spectrum(set.samples(groups_.row, Eigen::all), harmonics, rounded_up(harmonics));
     given_spectra_ = MatrixXd(full_.rows(), given_);
-    given_spectra_ << to_spectrum(options.fixed, harmonics, rounded_up(harmonics)),
-        to_spectrum(options.known.sources, harmonics, rounded_up(harmonics));
+    const Index half = rounded_up(harmonics);
+    given_spectra_.leftCols(fixed_) = to_spectrum(options.fixed, harmonics, half);
+    given_spectra_.rightCols(given_ - fixed_) = to_spectrum(options.known.sources, harmonics, half);
     scale_ = given_spectra_.colwise().norm().cwiseMax(1e-300);
     given_spectra_ *= scale_.cwiseInverse().asDiagonal();
     kept_ = harmonics_that_matter(full_, harmonics);
@@ -119,7 +120,8 @@ class Demixing {
     Alternation run(data, part);
     run.set_left_out(left_out_ * data.squaredNorm() / full_.squaredNorm());
     MatrixXd sources(data.rows(), options_.sources);
-    sources << with_half(given_spectra_, half), learned;
+    sources.leftCols(given_) = with_half(given_spectra_, half);
+    sources.rightCols(learned.cols()) = learned;
     run.start(sources, given_delays()(Eigen::all, columns));
     if (look) run.search(options_.restarts);
     return run;
@@ -134,6 +136,14 @@ class Demixing {
     return out;
   }
 
+  /// What the fixed and known sources leave.
+  MatrixXd left_by_given(const MatrixXd& data) const {
+    if (given_ == 0) return data;
+    Alternation known(data, layout());
+    known.start(with_half(given_spectra_, data.rows() / 2), given_delays().topRows(given_));
+    return known.residual();
+  }
+
   struct Candidate {
     double error;
     Alternation run;
@@ -145,7 +155,7 @@ class Demixing {
     const MatrixXd data = with_half(full_, half);
     left_out_ = removed_energy() - data.squaredNorm();
     const std::vector<Start> all =
-        starts(data, with_half(given_spectra_, half), options_.sources - given_, options_.tied);
+        starts(left_by_given(data), options_.sources - given_, options_.tied, given_ > 0);
     const std::vector<Index> sample = sample_of_groups();
     const bool whole = static_cast<Index>(sample.size()) == groups_.groups;
     const MatrixXd part = whole ? data : MatrixXd(data(Eigen::all, sample));
@@ -211,7 +221,11 @@ Mixture Demixing::mixture(const Alternation& from) const {
   Mixture out;
   out.fixed = static_cast<int>(fixed_);
   out.sources.resize(count, samples_);
-  out.sources << options_.fixed, options_.known.sources,
+  if (fixed_ > 0) out.sources.topRows(fixed_) = options_.fixed;
+  if (given_ > fixed_) {
+    out.sources.middleRows(fixed_, given_ - fixed_) = options_.known.sources;
+  }
+  out.sources.bottomRows(count - given_) =
       from_spectrum(from.sources().rightCols(count - given_), samples_);
   out.weights.resize(total, count);
   out.delay_rad.resize(total, count);
