@@ -1,0 +1,53 @@
+#include "nodes/synthesizer/dynamics/basis_lanes.h"
+
+#include <cmath>
+
+#include "common/math/vector_clones.h"
+
+namespace mimesis::synthesizer {
+namespace {
+
+struct Turn {  // cos and sin of an angle, 16 times
+  HopfLanes::Lane c, s;
+};
+
+inline void turn_on(Turn& a, const HopfLanes::Lane& cosine, const HopfLanes::Lane& sine) {
+  for (int l = 0; l < 16; ++l) {
+    const double c = a.c[l] * cosine[l] - a.s[l] * sine[l];
+    a.s[l] = a.s[l] * cosine[l] + a.c[l] * sine[l];
+    a.c[l] = c;
+  }
+}
+
+}  // namespace
+
+MIMESIS_VECTOR_CLONES
+void basis_values(const HopfLanes::Lane& cosine, const HopfLanes::Lane& sine, int harmonics,
+                  int half_harmonics, int basis_count, float* basis) {
+  auto put = [&](int b, const HopfLanes::Lane& x) {
+    for (int l = 0; l < 16; ++l) basis[l * basis_count + b] = static_cast<float>(x[l]);
+  };
+  Turn a;
+  for (int l = 0; l < 16; ++l) {
+    a.c[l] = 1.0;
+    a.s[l] = 0.0;
+    basis[l * basis_count] = 1.0F;
+  }
+  for (int h = 1; h <= harmonics; ++h) {
+    turn_on(a, cosine, sine);
+    put(2 * h - 1, a.c);
+    put(2 * h, a.s);
+  }
+  // φ/2 in [0, π): its sine is not negative, its cosine has the sign of sin φ
+  for (int l = 0; half_harmonics > 0 && l < 16; ++l) {
+    const double c = 0.5 + 0.5 * cosine[l], s = 0.5 - 0.5 * cosine[l];
+    a.c[l] = std::sqrt(c > 0.0 ? c : 0.0) * (sine[l] < 0.0 ? -1.0 : 1.0);
+    a.s[l] = std::sqrt(s > 0.0 ? s : 0.0);
+  }
+  for (int h = 1; h <= half_harmonics; ++h) {
+    if (h > 1) turn_on(a, cosine, sine);
+    put(2 * harmonics + h, a.c);
+  }
+}
+
+}  // namespace mimesis::synthesizer
