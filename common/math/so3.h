@@ -22,14 +22,18 @@ inline Eigen::Matrix3d exp_so3(const Eigen::Vector3d& axis_angle) {
   return Eigen::Matrix3d::Identity() + a * w + b * (w * w);
 }
 
-/// Axis-angle vector of a rotation, of length in [0, π] rad. By the quaternion, so that it is
-/// accurate at both ends; at π the sign of the axis is arbitrary.
-inline Eigen::Vector3d log_so3(const Eigen::Matrix3d& rotation) {
-  Eigen::Quaterniond q(rotation);
+/// Axis-angle vector of a rotation (unit quaternion), of length in [0, π] rad; at π the sign of the
+/// axis is arbitrary.
+inline Eigen::Vector3d log_so3(Eigen::Quaterniond q) {
   if (q.w() < 0.0) q.coeffs() = -q.coeffs();
   const double s = q.vec().norm();
   if (s < 1e-10) return 2.0 * q.vec();
   return (2.0 * std::atan2(s, q.w()) / s) * q.vec();
+}
+
+/// The same of a matrix. By the quaternion, so that it is accurate at both ends.
+inline Eigen::Vector3d log_so3(const Eigen::Matrix3d& rotation) {
+  return log_so3(Eigen::Quaterniond(rotation));
 }
 
 /// The axis-angle vector of the same rotation that is nearest to `reference`: what removes the
