@@ -1,0 +1,93 @@
+#include "nodes/synthesizer/control/transition.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <utility>
+
+#include "common/error.h"
+#include "common/math/circle.h"
+
+namespace mimesis::synthesizer {
+
+double transition_weight(double phase_rad, double beta) {
+  const double half_width = beta * std::numbers::pi;
+  if (phase_rad <= -half_width) return 0.0;
+  if (phase_rad >= half_width) return 1.0;
+  return 0.5 * (1.0 + std::sin(phase_rad / (2.0 * beta)));
+}
+
+void transition(const MotionParameters& previous, const MotionParameters& next, int fixed,
+                double phase_rad, double beta, MotionParameters& out) {
+  const double a = transition_weight(phase_rad, beta), b = 1.0 - a;
+  out.mean_rad = b * previous.mean_rad + a * next.mean_rad;
+  out.weight_rad = b * previous.weight_rad + a * next.weight_rad;
+  out.delay_rad = b * previous.delay_rad + a * next.delay_rad;
+  out.frequency_rad_s = b * previous.frequency_rad_s + a * next.frequency_rad_s;
+  const double sign = phase_rad < 0.0 ? -1.0 : 1.0;
+  for (int k = 0; k < fixed; ++k) {
+    out.weight_rad.col(k) = sign * (a * next.weight_rad.col(k) - b * previous.weight_rad.col(k));
+  }
+}
+
+Sequencer::Sequencer(MotionParameters first, int fixed, double phase_rad, double beta)
+    : fixed_(fixed),
+      beta_(beta),
+      last_rad_(phase_rad),
+      in_action_rad_(math::wrap_two_pi(phase_rad)),
+      previous_(first),
+      current_(first),
+      next_(first),
+      out_(std::move(first)) {
+  if (!(beta > 0.0 && beta <= 1.0)) {
+    throw ConfigError("transition: beta is " + std::to_string(beta) + ", expected one in (0, 1]");
+  }
+  if (fixed < 0 || fixed > current_.weight_rad.cols()) {
+    throw ConfigError("transition: " + std::to_string(fixed) + " non-periodic sources of " +
+                      std::to_string(current_.weight_rad.cols()));
+  }
+}
+
+bool Sequencer::announce(const MotionParameters& next) {
+  MIMESIS_ASSERT(next.weight_rad.rows() == current_.weight_rad.rows() &&
+                 next.weight_rad.cols() == current_.weight_rad.cols());
+  if (in_action_rad_ > math::kTwoPi - beta_ * std::numbers::pi) return false;
+  next_ = next;
+  announced_ = true;
+  return true;
+}
+
+void Sequencer::cross() {
+  in_action_rad_ -= math::kTwoPi;
+  blending_in_ = announced_;
+  if (!announced_) return;
+  std::swap(previous_, current_);
+  std::swap(current_, next_);
+  announced_ = false;
+  ++transitions_;
+}
+
+bool Sequencer::in_transition() const {
+  const double half_width = beta_ * std::numbers::pi;
+  return (blending_in_ && in_action_rad_ < half_width) ||
+         (announced_ && in_action_rad_ > math::kTwoPi - half_width);
+}
+
+const MotionParameters& Sequencer::at(double phase_rad) {
+  in_action_rad_ += math::wrap_pi(phase_rad - last_rad_);
+  last_rad_ = phase_rad;
+  if (in_action_rad_ >= math::kTwoPi) cross();
+  if (in_action_rad_ >= beta_ * std::numbers::pi) blending_in_ = false;
+  // a step back over the crossing (a disturbed oscillator) stays with the blend at the crossing
+  const double phase = std::max(in_action_rad_, 0.0);
+  if (blending_in_) {
+    transition(previous_, current_, fixed_, phase, beta_, out_);
+  } else if (announced_) {
+    transition(current_, next_, fixed_, phase - math::kTwoPi, beta_, out_);
+  } else {
+    return current_;
+  }
+  return out_;
+}
+
+}  // namespace mimesis::synthesizer
