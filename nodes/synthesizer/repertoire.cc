@@ -12,8 +12,8 @@
 namespace mimesis::synthesizer {
 namespace {
 
-constexpr double kTurning = 0.2;           // rad a cycle: a pattern that turns by more is a turn
-constexpr double kMinSimilarity = 0.95;    // of sources, see remove_delay_ambiguities
+constexpr double kTurning = 0.2;            // rad a cycle: a pattern that turns by more is a turn
+constexpr double kMinSimilarity = 0.95;     // of sources, see remove_delay_ambiguities
 constexpr double kMeasureDt = 1.0 / 120.0;  // s
 
 bool carries(const std::string& row) {
@@ -120,8 +120,7 @@ double Repertoire::measure_closing(const StyleMotions& style) const {
     if (course.advance(batch.phase(0), lands < 2) != Strike::none) ++lands;
     if (course.stage() == StepCourse::Stage::walking) from = batch.root(0).position_W_m;
     const double g = course.share();
-    batch.set_parameters(0, g * a.mean_rad + (1.0 - g) * b.mean_rad, g * a.weight_rad,
-                         a.delay_rad);
+    batch.set_parameters(0, g * a.mean_rad + (1.0 - g) * b.mean_rad, g * a.weight_rad, a.delay_rad);
   }
   return (batch.root(0).position_W_m - from).norm() / walk.step_length_m;
 }

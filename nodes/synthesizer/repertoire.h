@@ -10,8 +10,8 @@ namespace mimesis::synthesizer {
 /// What one style offers; numbers are motions of the repertoire, −1: there is none.
 struct StyleMotions {
   std::string name;
-  int straight = -1;         ///< walks on; of a style that only turns, one of its turns
-  int left = -1, right = -1; ///< turns by more than 0.2 rad a cycle
+  int straight = -1;          ///< walks on; of a style that only turns, one of its turns
+  int left = -1, right = -1;  ///< turns by more than 0.2 rad a cycle
   int standing = -1;
   /// Travel of the half cycle in which the walk stops (StepCourse), in step lengths [1].
   double closing_share = 0.5;

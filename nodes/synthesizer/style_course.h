@@ -32,9 +32,9 @@ class StyleCourse {
   void follow_event(double phase_rad);
 
   double beta_;
-  std::vector<double> share_, rate_;            // now; rate [1/s]
-  std::vector<double> from_, from_rate_, to_;   // of the course in time
-  double time_s_ = 0.0, duration_s_ = 0.0;      // of that course
+  std::vector<double> share_, rate_;           // now; rate [1/s]
+  std::vector<double> from_, from_rate_, to_;  // of the course in time
+  double time_s_ = 0.0, duration_s_ = 0.0;     // of that course
   Event event_ = Event::none;
   std::vector<double> next_;                    // of the event
   double event_phase_rad_ = 0.0, alpha_ = 0.0;  // since the event; α

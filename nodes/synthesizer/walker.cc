@@ -10,11 +10,11 @@ namespace mimesis::synthesizer {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
-constexpr double kShortestStep = 0.1;    // of the style's: shorter ones only shuffle
-constexpr double kTurningStep = 0.25;    // while the goal lies aside
-constexpr double kAhead = 0.4;           // rad: so far aside, steps are whole ...
-constexpr double kAside = 1.2;           // ... and from here as short as kTurningStep
-constexpr double kNearGoal_m = 0.4;      // its direction says nothing any more
+constexpr double kShortestStep = 0.1;  // of the style's: shorter ones only shuffle
+constexpr double kTurningStep = 0.25;  // while the goal lies aside
+constexpr double kAhead = 0.4;         // rad: so far aside, steps are whole ...
+constexpr double kAside = 1.2;         // ... and from here as short as kTurningStep
+constexpr double kNearGoal_m = 0.4;    // its direction says nothing any more
 constexpr double kNearer_m = 0.1;
 constexpr double kFollow_1_s = 8.0;
 
@@ -30,8 +30,7 @@ Walker::Walker(const Repertoire& repertoire, const WalkSettings& settings, int s
       heading_rad_(heading_rad),
       length_follower_(1.0),
       turn_(0.0),
-      frequency_(
-          repertoire.motion(repertoire.style(style).straight).parameters.frequency_rad_s),
+      frequency_(repertoire.motion(repertoire.style(style).straight).parameters.frequency_rad_s),
       beta_(repertoire.motions().size(), 0.0),
       last_beta_(beta_) {
   mix(mixed());

@@ -28,18 +28,22 @@ Walkers::Walkers(const MotionModel& model, std::span<const WalkerStart> starts,
       batch_(repertoire_->model(), static_cast<int>(starts.size()),
              {.dt_s = settings.walk.dt_s, .individual = true, .foot_lock = settings.foot_lock}),
       moves_(gets_somewhere(*repertoire_)) {
-  MIMESIS_ASSERT(settings.style >= 0 && settings.style < repertoire_->style_count());
+  const int style = settings.style.empty() ? 0 : repertoire_->find(settings.style);
+  if (style < 0) {
+    throw ConfigError("style: '" + settings.style +
+                      "' is none of the model's: " + repertoire_->known());
+  }
   for (const RepertoireMotion& motion : repertoire_->motions()) parts_.push_back(motion.parameters);
   mixed_ = parts_.front();
   characters_.reserve(starts.size());
   for (std::size_t k = 0; k < starts.size(); ++k) {
     const WalkerStart& start = starts[k];
     const int i = static_cast<int>(k);
-    characters_.push_back({.walker = {*repertoire_, settings.walk, settings.style, settings.walking,
-                                      start.heading_rad},
-                           .coordinator = {},
-                           .gait = {},
-                           .state = {}});
+    characters_.push_back(
+        {.walker = {*repertoire_, settings.walk, style, settings.walking, start.heading_rad},
+         .coordinator = {},
+         .gait = {},
+         .state = {}});
     batch_.set_root(i, start.position_W_m, start.heading_rad);
     batch_.set_phase(i, start.phase_rad);
     set_motion(i, walker(i));

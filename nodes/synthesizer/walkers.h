@@ -1,6 +1,7 @@
 #pragma once
 #include <memory>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "nodes/synthesizer/dynamics/character_batch.h"
@@ -17,7 +18,7 @@ struct WalkerStart {
 
 struct WalkersSettings {
   WalkSettings walk;  ///< its dt_s is that of the characters
-  int style = 0;      ///< of the repertoire, at the start
+  std::string style;  ///< at the start; empty: the model's first
   bool walking = false;
   bool foot_lock = true;
   double beat_alpha_1_s = 2.0;   ///< α of [M18 eq. 3.18] to the beat
@@ -39,7 +40,7 @@ struct WalkerState {
 /// phases agree.
 class Walkers {
  public:
-  /// @throws ConfigError as Repertoire and CharacterBatch
+  /// @throws ConfigError as Repertoire and CharacterBatch, and for a style the model has not
   Walkers(const MotionModel& model, std::span<const WalkerStart> starts,
           const WalkersSettings& settings);
 
