@@ -112,10 +112,9 @@ GaitWish to_gait(const v1::GaitCommand& gait) {
   return wish;
 }
 
-void to_proto(const Walkers& walkers, int i, std::span<const double> velocity_rad_s,
+void to_proto(const Director& director, int i, std::span<const double> velocity_rad_s,
               v1::Motion& motion) {
-  const WalkerState& state = walkers.state(i);
-  const Walker& walker = walkers.walker(i);
+  const WalkerState& state = director.state(i);
   motion.set_phase_rad(state.phase_rad);
   motion.set_phase_rate_rad_s(state.phase_rate_rad_s);
   motion.set_velocity_forward_m_s(state.root.velocity_H_m_s.x());
@@ -128,15 +127,16 @@ void to_proto(const Walkers& walkers, int i, std::span<const double> velocity_ra
   motion.set_heading_rad(math::wrap_pi(state.root.heading_rad));
   motion.clear_position_rad();
   motion.clear_velocity_rad_s();
-  for (const float angle : walkers.angles(i)) motion.add_position_rad(static_cast<double>(angle));
+  for (const float angle : director.angles(i)) motion.add_position_rad(static_cast<double>(angle));
   for (const double rate : velocity_rad_s) motion.add_velocity_rad_s(rate);
   motion.set_support(state.root.support == mocap::kLeft ? v1::FOOT_LEFT : v1::FOOT_RIGHT);
-  motion.set_style(walkers.repertoire().style(walker.style().largest()).name);
-  motion.set_action(action_name(walker.stage()));
+  const Walkers& walkers = director.walkers();
+  motion.set_style(walkers.repertoire().style(walkers.walker(i).style().largest()).name);
+  motion.set_action(director.action(i));
 }
 
-void to_proto(const Walkers& walkers, v1::MotionBatch& batch) {
-  const int count = walkers.size(), rows = walkers.rows();
+void to_proto(const Director& director, v1::MotionBatch& batch) {
+  const int count = director.size(), rows = director.walkers().rows();
   batch.mutable_phase_rad()->Resize(count, 0.0F);
   batch.mutable_heading_rad()->Resize(count, 0.0F);
   batch.mutable_position_pelvis_in_world_m()->Resize(3 * count, 0.0F);
@@ -146,41 +146,40 @@ void to_proto(const Walkers& walkers, v1::MotionBatch& batch) {
   float* place = batch.mutable_position_pelvis_in_world_m()->mutable_data();
   float* angle = batch.mutable_position_rad()->mutable_data();
   for (int i = 0; i < count; ++i) {
-    const WalkerState& state = walkers.state(i);
+    const WalkerState& state = director.state(i);
     *phase++ = static_cast<float>(state.phase_rad);
     *heading++ = static_cast<float>(math::wrap_pi(state.root.heading_rad));
     *place++ = static_cast<float>(state.root.position_W_m.x());
     *place++ = static_cast<float>(state.root.position_W_m.y());
     *place++ = static_cast<float>(state.root.height_m);
-    const auto angles = walkers.angles(i);
+    const auto angles = director.angles(i);
     angle = std::copy(angles.begin(), angles.end(), angle);
   }
 }
 
-const char* action_name(StepCourse::Stage stage) {
-  switch (stage) {
-    case StepCourse::Stage::standing:
-      return "stand";
-    case StepCourse::Stage::opening:
-      return "start";
-    case StepCourse::Stage::closing:
-      return "stop";
-    case StepCourse::Stage::walking:
+v1::MotionStatus to_proto(int i, const Progress& progress, const std::vector<PlannedAction>* plan) {
+  v1::MotionStatus status;
+  status.set_character(static_cast<std::uint32_t>(i));
+  switch (progress.kind) {
+    case GoalKind::walk_to:
+      status.set_kind(v1::MOTION_GOAL_KIND_WALK_TO);
+      break;
+    case GoalKind::drawer:
+      status.set_kind(v1::MOTION_GOAL_KIND_DRAWER);
+      break;
+    case GoalKind::stop:
+      status.set_kind(v1::MOTION_GOAL_KIND_STOP);
+      break;
+    case GoalKind::none:
       break;
   }
-  return "walk";
-}
-
-v1::MotionGoalKind to_proto(WalkTask task) {
-  switch (task) {
-    case WalkTask::walk_to:
-      return v1::MOTION_GOAL_KIND_WALK_TO;
-    case WalkTask::stop:
-      return v1::MOTION_GOAL_KIND_STOP;
-    case WalkTask::free:
-      break;
+  status.set_reached(progress.reached);
+  status.set_reason(progress.reason);
+  status.set_goal_distance_m(progress.distance_m);
+  if (plan != nullptr) {
+    for (const PlannedAction& action : *plan) status.add_step_length_m(action.length_m);
   }
-  return v1::MOTION_GOAL_KIND_UNSPECIFIED;
+  return status;
 }
 
 }  // namespace mimesis::synthesizer

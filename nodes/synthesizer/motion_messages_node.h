@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "nodes/synthesizer/walkers.h"
+#include "nodes/synthesizer/director.h"
 #include "proto/motion.pb.h"
 
 namespace mimesis::synthesizer {
@@ -19,12 +19,11 @@ std::vector<double> to_shares(const v1::StyleWish& wish, const Repertoire& reper
 GaitWish to_gait(const v1::GaitCommand& gait);
 
 /// The motion of one. `velocity_rad_s`: as many as angles.
-void to_proto(const Walkers& walkers, int i, std::span<const double> velocity_rad_s,
+void to_proto(const Director& director, int i, std::span<const double> velocity_rad_s,
               v1::Motion& motion);
 /// All of them. The lists keep their memory from message to message.
-void to_proto(const Walkers& walkers, v1::MotionBatch& batch);
-/// "stand", "start", "walk" or "stop".
-const char* action_name(StepCourse::Stage stage);
-v1::MotionGoalKind to_proto(WalkTask task);
+void to_proto(const Director& director, v1::MotionBatch& batch);
+/// Without header. `plan`: null if there is none.
+v1::MotionStatus to_proto(int i, const Progress& progress, const std::vector<PlannedAction>* plan);
 
 }  // namespace mimesis::synthesizer

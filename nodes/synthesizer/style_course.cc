@@ -7,6 +7,7 @@
 #include "common/error.h"
 #include "common/math/circle.h"
 #include "nodes/synthesizer/control/transition.h"
+#include "nodes/synthesizer/fade.h"
 
 namespace mimesis::synthesizer {
 namespace {
@@ -57,9 +58,8 @@ void StyleCourse::advance(double dt_s, double phase_rad, bool standing) {
     return;
   }
   time_s_ = std::min(time_s_ + dt_s, duration_s_);
-  const double u = duration_s_ > 0.0 ? time_s_ / duration_s_ : 1.0, u3 = u * u * u;
-  const double there = u3 * (10.0 + u * (6.0 * u - 15.0));
-  const double by_rate = duration_s_ * (u + u3 * (-6.0 + u * (8.0 - 3.0 * u)));
+  const double u = duration_s_ > 0.0 ? time_s_ / duration_s_ : 1.0;
+  const double there = 1.0 - fade_value(u), by_rate = duration_s_ * fade_rate(u);
   follow_event(phase_rad);
   for (std::size_t s = 0; s < share_.size(); ++s) {
     const double base = from_[s] + there * (to_[s] - from_[s]) + by_rate * from_rate_[s];

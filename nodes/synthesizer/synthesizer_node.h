@@ -4,8 +4,8 @@
 
 #include "common/runtime/log.h"
 #include "common/runtime/ports.h"
+#include "nodes/synthesizer/director.h"
 #include "nodes/synthesizer/synthesizer_params_node.h"
-#include "nodes/synthesizer/walkers.h"
 #include "proto/motion.pb.h"
 
 namespace mimesis::synthesizer {
@@ -23,24 +23,29 @@ class SynthesizerNode {
  private:
   /// What others were told of a character.
   struct Told {
-    v1::MotionGoalKind kind = v1::MOTION_GOAL_KIND_UNSPECIFIED;
-    bool reached = false, stuck = false;
-    runtime::Time due{};  // of the next repetition
+    GoalKind kind = GoalKind::none;
+    bool reached = false;
+    std::string reason;
+    std::size_t actions = 0;  // of a plan
+    runtime::Time due{};      // of the next repetition
   };
 
+  std::string set_goal(const v1::MotionGoal& goal);
   void set_first_goal();
   void take_goals(runtime::Time now);
   void take_styles(runtime::Time now);
   void take_beat(runtime::Time now);
   void take_crowd(runtime::Time now);
+  void obey(const v1::GaitCommand& gait, double age_s);
   void release_stale(runtime::Time now);
+  void publish_rows(runtime::Time now);
   void publish_motion(runtime::Time now);
   void publish_status(runtime::Time now);
-  void tell(int character, const std::string& reason, runtime::Time now);
   void refuse(std::uint32_t character, const std::string& why, runtime::Time now);
 
   Params params_;
-  Walkers walkers_;
+  std::unique_ptr<const ActionMaps> drawer_;
+  Director director_;
   bool rows_sent_ = false, beat_heard_ = false;
   runtime::Time beat_stamp_{}, crowd_stamp_{};
   std::vector<runtime::Time> commanded_;  // per character: stamp of the command it obeys, or 0

@@ -32,6 +32,8 @@ void SynthesizerParams::visit(runtime::ParamVisitor& v) {
   v("style", style);
   v.group("start", [this](runtime::ParamVisitor& g) { start.visit(g); });
   v.group("goal", [this](runtime::ParamVisitor& g) { goal.visit(g); });
+  v("drawer", drawer);
+  v("drawer_seed", drawer_seed, 0, 1'000'000'000);
   v("style_beta", walk.style_beta, 0.01, 1.0);
   v("turn_gain_1_s", walk.turn_gain_1_s, 0.1, 10.0);
   v("turn_max_rad_s", walk.turn_max_rad_s, 0.05, 3.0);

@@ -36,6 +36,8 @@ struct SynthesizerParams {
   std::string style;                       ///< at the start; empty: the model's first
   StartParams start;
   FirstGoalParams goal;
+  bool drawer = false;           ///< learn the actions for drawers at the start (some seconds)
+  int drawer_seed = 1;           ///< of the trials they are learned from [1]
   WalkSettings walk;             ///< its dt_s follows from rate_hz
   double beat_alpha_1_s = 2.0;   ///< coupling to the beat [M18 eq. 3.18] [1/s]
   double crowd_alpha_1_s = 2.0;  ///< and to phases of crowd commands [1/s]

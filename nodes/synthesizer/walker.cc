@@ -58,6 +58,11 @@ void Walker::set_free(bool walking) {
   reached_ = false;
 }
 
+void Walker::resume(bool walking, double heading_rad) {
+  step_ = StepCourse(walking);
+  heading_rad_ = heading_rad;
+}
+
 Walker::Style Walker::mixed() const {
   Style sum{0.0, 0.0, 0.0, 0.0};
   const auto shares = style_.shares();

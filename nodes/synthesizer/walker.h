@@ -23,7 +23,7 @@ struct WalkSettings {
 
 /// What a coordinator or a rhythm wishes of a character's gait; what is absent is its own affair.
 struct GaitWish {
-  std::optional<double> phase_rate_rad_s, step_length_m, heading_rad;
+  std::optional<double> phase_rate_rad_s{}, step_length_m{}, heading_rad{};
 };
 
 enum class WalkTask {
@@ -66,6 +66,8 @@ class Walker {
   void walk_to(const Eigen::Vector2d& goal_W_m);
   void stop();
   void set_free(bool walking);
+  /// Stands, or is in the middle of a walk, from now on.
+  void resume(bool walking, double heading_rad);
   StyleCourse& style() { return style_; }
   const StyleCourse& style() const { return style_; }
   /// Held until the next call.

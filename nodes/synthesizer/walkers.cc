@@ -44,11 +44,8 @@ Walkers::Walkers(const MotionModel& model, std::span<const WalkerStart> starts,
          .coordinator = {},
          .gait = {},
          .state = {}});
-    batch_.set_root(i, start.position_W_m, start.heading_rad);
-    batch_.set_phase(i, start.phase_rad);
+    place(i, start, settings.walking);
     set_motion(i, walker(i));
-    characters_.back().state.root = batch_.root(i);
-    characters_.back().state.phase_rad = batch_.phase(i);
   }
 }
 
@@ -68,6 +65,15 @@ void Walkers::release(int i) {
   Character& c = characters_[static_cast<std::size_t>(i)];
   c.gait = {};
   c.coordinator.on = false;
+}
+
+void Walkers::place(int i, const WalkerStart& start, bool walking) {
+  Character& c = characters_[static_cast<std::size_t>(i)];
+  batch_.set_root(i, start.position_W_m, start.heading_rad);
+  batch_.set_phase(i, start.phase_rad);
+  c.walker.resume(walking, start.heading_rad);
+  c.state.root = batch_.root(i);
+  c.state.phase_rad = batch_.phase(i);
 }
 
 void Walkers::step() {

@@ -17,8 +17,8 @@ struct WalkerStart {
 };
 
 struct WalkersSettings {
-  WalkSettings walk;  ///< its dt_s is that of the characters
-  std::string style;  ///< at the start; empty: the model's first
+  WalkSettings walk{};  ///< its dt_s is that of the characters
+  std::string style{};  ///< at the start; empty: the model's first
   bool walking = false;
   bool foot_lock = true;
   double beat_alpha_1_s = 2.0;   ///< α of [M18 eq. 3.18] to the beat
@@ -58,6 +58,9 @@ class Walkers {
   /// What a coordinator wishes of one, from now until release(); goes before the beat.
   void set_gait(int i, const GaitWish& wish, std::optional<double> phase_rad);
   void release(int i);
+
+  /// Puts a character there, standing or in the middle of a walk; its goal and style stay.
+  void place(int i, const WalkerStart& start, bool walking);
 
   /// Advances all by dt. Does not allocate.
   void step();
