@@ -11,6 +11,8 @@ struct Turn {  // cos and sin of an angle, 16 times
   HopfLanes::Lane c, s;
 };
 
+inline double larger(double a, double b) { return a > b ? a : b; }
+
 inline void turn_on(Turn& a, const HopfLanes::Lane& cosine, const HopfLanes::Lane& sine) {
   for (int l = 0; l < 16; ++l) {
     const double c = a.c[l] * cosine[l] - a.s[l] * sine[l];
@@ -23,7 +25,7 @@ inline void turn_on(Turn& a, const HopfLanes::Lane& cosine, const HopfLanes::Lan
 
 MIMESIS_VECTOR_CLONES
 void basis_values(const HopfLanes::Lane& cosine, const HopfLanes::Lane& sine, int harmonics,
-                  int half_harmonics, int basis_count, float* basis) {
+                  bool slow, int basis_count, float* basis) {
   auto put = [&](int b, const HopfLanes::Lane& x) {
     for (int l = 0; l < 16; ++l) basis[l * basis_count + b] = static_cast<float>(x[l]);
   };
@@ -38,15 +40,16 @@ void basis_values(const HopfLanes::Lane& cosine, const HopfLanes::Lane& sine, in
     put(2 * h - 1, a.c);
     put(2 * h, a.s);
   }
-  // φ/2 in [0, π): its sine is not negative, its cosine has the sign of sin φ
-  for (int l = 0; half_harmonics > 0 && l < 16; ++l) {
-    const double c = 0.5 + 0.5 * cosine[l], s = 0.5 - 0.5 * cosine[l];
-    a.c[l] = std::sqrt(c > 0.0 ? c : 0.0) * (sine[l] < 0.0 ? -1.0 : 1.0);
-    a.s[l] = std::sqrt(s > 0.0 ? s : 0.0);
-  }
-  for (int h = 1; h <= half_harmonics; ++h) {
-    if (h > 1) turn_on(a, cosine, sine);
-    put(2 * harmonics + h, a.c);
+  if (!slow) return;
+  // φ/2 in [0, π): its sine is not negative, its cosine has the sign of sin φ. Then again.
+  float* to = basis + 2 * harmonics + 1;
+  for (int l = 0; l < 16; ++l) {
+    const double size = std::sqrt(larger(0.5 + 0.5 * cosine[l], 0.0));
+    const double half_c = sine[l] < 0.0 ? -size : size;
+    to[l * basis_count] = static_cast<float>(half_c);
+    to[l * basis_count + 1] = static_cast<float>(std::sqrt(larger(0.5 - 0.5 * cosine[l], 0.0)));
+    to[l * basis_count + 2] = static_cast<float>(std::sqrt(larger(0.5 + 0.5 * half_c, 0.0)));
+    to[l * basis_count + 3] = static_cast<float>(std::sqrt(larger(0.5 - 0.5 * half_c, 0.0)));
   }
 }
 

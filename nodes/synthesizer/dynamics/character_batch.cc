@@ -198,7 +198,7 @@ void CharacterBatch::step() {
 void CharacterBatch::Data::synthesize(const Tile& tile, int first) {
   HopfLanes::Lane cosine, sine;
   directions(tile.hopf, cosine, sine);
-  basis_values(cosine, sine, maker.harmonics(), maker.half_harmonics(), maker.basis_count(),
+  basis_values(cosine, sine, maker.harmonics(), maker.slow_functions() > 0, maker.basis_count(),
                basis.data());
   for (int l = 0; l < kLanes; ++l) {
     float* values = row(first + l);

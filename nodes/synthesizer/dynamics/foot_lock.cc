@@ -76,15 +76,16 @@ void foot_lock(const LockLanes& lock, const RotationLanes& rotation, Lane* angle
                   load(angle + 3 * hip, l),
                   load(angle + 3 * knee, l),
                   load(angle + 3 * ankle, l)};
-      const LegLane was = leg;
+      const Vec3 old_knee = leg.knee, old_ankle = leg.ankle, old_hip_angle = leg.hip_angle,
+                 old_knee_angle = leg.knee_angle, old_ankle_angle = leg.ankle_angle;
       move_ankle(dx, dy, leg);
       const bool moves = dx * dx + dy * dy > 0.0F;
-      store(choose(moves, leg.hip_angle, was.hip_angle), angle + 3 * hip, l);
-      store(choose(moves, leg.knee_angle, was.knee_angle), angle + 3 * knee, l);
-      store(choose(moves, leg.ankle_angle, was.ankle_angle), angle + 3 * ankle, l);
-      store(choose(moves, leg.knee, was.knee), point.joint[knee], l);
-      store(choose(moves, leg.ankle, was.ankle), point.joint[ankle], l);
-      const Vec3 by = choose(moves, leg.ankle - was.ankle, Vec3{0.0F, 0.0F, 0.0F});
+      store(choose(moves, leg.hip_angle, old_hip_angle), angle + 3 * hip, l);
+      store(choose(moves, leg.knee_angle, old_knee_angle), angle + 3 * knee, l);
+      store(choose(moves, leg.ankle_angle, old_ankle_angle), angle + 3 * ankle, l);
+      store(choose(moves, leg.knee, old_knee), point.joint[knee], l);
+      store(choose(moves, leg.ankle, old_ankle), point.joint[ankle], l);
+      const Vec3 by = choose(moves, leg.ankle - old_ankle, Vec3{0.0F, 0.0F, 0.0F});
       store(load(point.foot[2 * f], l) + by, point.foot[2 * f], l);
       store(load(point.foot[2 * f + 1], l) + by, point.foot[2 * f + 1], l);
     }

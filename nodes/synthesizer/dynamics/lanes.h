@@ -62,7 +62,8 @@ inline Mat3 exp_lane(Vec3 w) {
   constexpr float kTurn = 6.283185307179586F;
   const float theta = std::sqrt(dot(w, w));
   const float turns = round_lane(theta * (1.0F / kTurn));
-  const float scale = turns > 0.0F ? 1.0F - turns * kTurn / theta : 1.0F;
+  const float turned = 1.0F - turns * kTurn / theta;
+  const float scale = turns > 0.0F ? turned : 1.0F;
   const Vec3 v = scale * w;
   const float u = dot(v, v);
   float a = 1.0F / 355687428096000.0F;  // 1/17!

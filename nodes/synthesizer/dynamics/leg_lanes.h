@@ -5,12 +5,12 @@ namespace mimesis::synthesizer {
 
 /// atan2(y, x) for y ≥ 0, not both zero, to 3e-7 rad: arc tangent by Cephes' polynomial of
 /// degree 9 on [−tan π/8, tan π/8].
-inline float atan2_lane(float y, float x) {
+[[gnu::always_inline]] inline float atan2_lane(float y, float x) {
   const float ax = x < 0.0F ? -x : x;
   const bool steep = y > ax;
-  const float t = (steep ? ax : y) / (steep ? y : ax);
+  const float t = (steep ? ax : y) / (steep ? y : ax), less = (t - 1.0F) / (t + 1.0F);
   const bool upper = t > 0.41421356F;
-  const float v = upper ? (t - 1.0F) / (t + 1.0F) : t, u = v * v;
+  const float v = upper ? less : t, u = v * v;
   float p = 8.05374449538e-2F;
   p = p * u - 1.38776856032e-1F;
   p = p * u + 1.99777106478e-1F;
@@ -22,22 +22,22 @@ inline float atan2_lane(float y, float x) {
 
 /// Axis-angle vector of a rotation, the one nearest to `reference` (turns by 2π are added).
 /// Within 3e-6 rad for angles up to 3 rad; the last degrees below π lose digits.
-inline Vec3 log_lane(const Mat3& r, Vec3 reference) {
+[[gnu::always_inline]] inline Vec3 log_lane(const Mat3& r, Vec3 reference) {
   const Vec3 s = 0.5F * Vec3{r.y.z - r.z.y, r.z.x - r.x.z, r.x.y - r.y.x};  // sin θ · axis
   const float sine = std::sqrt(dot(s, s)), cosine = 0.5F * (r.x.x + r.y.y + r.z.z - 1.0F);
   const bool turned = sine > 1e-6F;
   const float theta = atan2_lane(sine, cosine);
-  const Vec3 axis = (turned ? 1.0F / sine : 0.0F) * s;
-  const float turns = round_lane((dot(axis, reference) - theta) * 0.15915494F);
-  const float factor = turned ? (theta + turns * 6.28318531F) / sine : 1.0F;
-  return factor * s;
+  const float along = dot(s, reference) / sine;  // on the axis
+  const float turns = round_lane((along - theta) * 0.15915494F);
+  const float factor = (theta + turns * 6.28318531F) / sine;
+  return (turned ? factor : 1.0F) * s;
 }
 
 /// The smallest rotation that takes direction a to b (unit vectors, not opposite), applied to m.
-inline Mat3 turn_lane(Vec3 a, Vec3 b, const Mat3& m) {
+[[gnu::always_inline]] inline Mat3 turn_lane(Vec3 a, Vec3 b, const Mat3& m) {
   const Vec3 v = cross(a, b);
   const float k = 1.0F / (1.0F + dot(a, b));
-  auto turn = [&](Vec3 p) {
+  auto turn = [v, k](Vec3 p) {
     const Vec3 q = cross(v, p);
     return p + (q + k * cross(v, q));
   };
@@ -54,7 +54,7 @@ struct LegLane {
 /// Moves the ankle by (dx, dy) horizontally; the foot keeps its orientation, the knee its side of
 /// the line from hip to ankle. A leg that would have to stretch over 99.95 % of its length (or over
 /// what it had) stays that short.
-inline void move_ankle(float dx, float dy, LegLane& leg) {
+[[gnu::always_inline]] inline void move_ankle(float dx, float dy, LegLane& leg) {
   const float moved = std::sqrt(dx * dx + dy * dy);
   const Vec3 k = leg.knee - leg.hip, a = leg.ankle - leg.knee, old = leg.ankle - leg.hip;
   const float l1 = std::sqrt(dot(k, k)), l2 = std::sqrt(dot(a, a));
@@ -65,10 +65,11 @@ inline void move_ankle(float dx, float dy, LegLane& leg) {
   const Vec3 n = (1.0F / wanted) * to;
   // law of cosines at the hip
   float c = (l1 * l1 + reach * reach - l2 * l2) / (2.0F * l1 * reach);
-  c = c > 1.0F ? 1.0F : (c < -1.0F ? -1.0F : c);
+  c = c > 1.0F ? 1.0F : c;
+  c = c < -1.0F ? -1.0F : c;
   const float s = std::sqrt(1.0F - c * c);
   // side of the knee; of a straight leg, to the front (fading in with the displacement)
-  const float front = 0.005F * (moved < 0.01F ? moved * 100.0F : 1.0F);
+  const float part = moved * 100.0F, front = 0.005F * (part < 1.0F ? part : 1.0F);
   const Vec3 side = k + front * leg.R_T.x;
   const Vec3 e = side - dot(side, n) * n;
   const float size = std::sqrt(dot(e, e));

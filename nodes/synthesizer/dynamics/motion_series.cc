@@ -56,16 +56,14 @@ Eigen::RowVectorXd fourier(const Eigen::RowVectorXd& s, int harmonics) {
   return f;
 }
 
-/// Columns cos(mφ/2), m = 0..count−1, at φ = 2πt/T: a signal that need not close, continued as an
-/// even one of twice the period.
-Eigen::MatrixXd half_cosines(Eigen::Index length, int count) {
-  Eigen::MatrixXd c(length, count);
+/// Columns cos φ/2, sin φ/2, cos φ/4, sin φ/4 and 1 at φ = 2πt/T.
+Eigen::MatrixXd slow_basis(Eigen::Index length) {
+  Eigen::MatrixXd f(length, 5);
   for (Eigen::Index t = 0; t < length; ++t) {
-    for (int m = 0; m < count; ++m) {
-      c(t, m) = std::cos(kPi * static_cast<double>(m * t) / static_cast<double>(length));
-    }
+    const double half = kPi * static_cast<double>(t) / static_cast<double>(length);
+    f.row(t) << std::cos(half), std::sin(half), std::cos(half / 2.0), std::sin(half / 2.0), 1.0;
   }
-  return c;
+  return f;
 }
 
 }  // namespace
@@ -82,24 +80,15 @@ MotionSeries::MotionSeries(const MotionModel& model, int harmonics, double toler
   rows_ = static_cast<int>(model.rows.size());
   fixed_ = model.fixed;
   source_ = Eigen::MatrixXd::Zero(k, 1 + 2 * most);
-  residual_ = Eigen::VectorXd::Zero(fixed_);
+  Eigen::MatrixXd periodic = model.sources;
   if (fixed_ > 0) {
-    // half as many functions as samples: the fit is well conditioned and does not ring
-    const int even = std::min(most, static_cast<int>(length / 4));
-    const Eigen::MatrixXd basis = half_cosines(length, 2 * even + 1);
+    const Eigen::MatrixXd basis = slow_basis(length).leftCols(4);
     const Eigen::MatrixXd target = model.sources.topRows(fixed_).transpose();
-    const Eigen::MatrixXd fit = basis.colPivHouseholderQr().solve(target);
-    halves_.resize(fixed_, even);
-    for (int h = 0; h < even; ++h) halves_.col(h) = fit.row(2 * h + 1).transpose();
-    source_.topLeftCorner(fixed_, 1) = fit.row(0).transpose();
-    for (int h = 1; h <= even; ++h) {
-      source_.col(2 * h - 1).head(fixed_) = fit.row(2 * h).transpose();
-    }
-    residual_ = (basis * fit - target).cwiseAbs().colwise().maxCoeff().transpose();
-    half_ = even;
-    while (half_ > 0 && halves_.col(half_ - 1).isZero(1e-9)) --half_;
+    // the mean may go to either side: 1 takes part in the fit, and stays with the periodic part
+    slow_ = slow_basis(length).colPivHouseholderQr().solve(target).topRows(4).transpose();
+    periodic.topRows(fixed_) -= slow_ * basis.transpose();
   }
-  for (Eigen::Index i = fixed_; i < k; ++i) source_.row(i) = fourier(model.sources.row(i), most);
+  for (Eigen::Index i = 0; i < k; ++i) source_.row(i) = fourier(periodic.row(i), most);
 
   harmonics_ = harmonics > 0 ? harmonics : 1;
   for (;; ++harmonics_) {
@@ -109,7 +98,7 @@ MotionSeries::MotionSeries(const MotionModel& model, int harmonics, double toler
     }
     if (harmonics > 0 || truncation_rad_ <= tolerance_rad || harmonics_ == most) break;
   }
-  basis_ = (1 + 2 * harmonics_ + half_ + 3) / 4 * 4;
+  basis_ = (1 + 2 * harmonics_ + slow_functions() + 3) / 4 * 4;
   stride_ = (rows_ + 15) / 16 * 16;
 }
 
@@ -126,7 +115,6 @@ double MotionSeries::truncation(const Pattern& pattern, int harmonics) const {
       }
       sum += std::hypot(a, b);
     }
-    for (int k = 0; k < fixed_; ++k) sum += std::abs(pattern.weight_rad(r, k)) * residual_[k];
     worst = std::max(worst, sum);
   }
   return worst;
@@ -160,10 +148,10 @@ void MotionSeries::make(const Eigen::Ref<const Eigen::VectorXd>& mean_rad,
       }
     }
     for (int b = 0; b <= 2 * harmonics_; ++b) at(b, r) = static_cast<float>(sum[b]);
-    for (int h = 0; h < half_; ++h) {
+    for (int f = 0; f < slow_functions(); ++f) {
       double d = 0.0;
-      for (int k = 0; k < fixed_; ++k) d += weight_rad(r, k) * halves_(k, h);
-      at(1 + 2 * harmonics_ + h, r) = static_cast<float>(d);
+      for (int k = 0; k < fixed_; ++k) d += weight_rad(r, k) * slow_(k, f);
+      at(1 + 2 * harmonics_ + f, r) = static_cast<float>(d);
     }
   }
 }

@@ -33,8 +33,9 @@ inline FootMotion foot_motion(Vec3 heel0, Vec3 toe0, Vec3 heel1, Vec3 toe1) {
   const Vec3 a = toe0 - heel0, b = toe1 - heel1;
   const float n = std::sqrt((a.x * a.x + a.y * a.y) * (b.x * b.x + b.y * b.y));
   const bool level = n > 1e-6F;  // a foot that points straight down has no direction
-  m.c = level ? (a.x * b.x + a.y * b.y) / n : 1.0F;
-  m.s = level ? -(a.x * b.y - a.y * b.x) / n : 0.0F;
+  const float c = (a.x * b.x + a.y * b.y) / n, s = (a.y * b.x - a.x * b.y) / n;
+  m.c = level ? c : 1.0F;
+  m.s = level ? s : 0.0F;
   m.dx = q0.x - (m.c * q1.x - m.s * q1.y);
   m.dy = q0.y - (m.s * q1.x + m.c * q1.y);
   return m;
@@ -52,12 +53,12 @@ void root_motion(const PointLanes& point, float dt_s, RootLanes& r) {
   const float rate = 1.0F / dt_s, share = dt_s < kMemory ? dt_s / kMemory : 1.0F;
 #pragma GCC ivdep
   for (int l = 0; l < kLanes; ++l) {
-    const Vec3 heel0[2] = {load(r.foot[0], l), load(r.foot[2], l)};
-    const Vec3 toe0[2] = {load(r.foot[1], l), load(r.foot[3], l)};
-    const Vec3 heel1[2] = {load(point.foot[0], l), load(point.foot[2], l)};
-    const Vec3 toe1[2] = {load(point.foot[1], l), load(point.foot[3], l)};
-    const FootMotion left = foot_motion(heel0[0], toe0[0], heel1[0], toe1[0]);
-    const FootMotion right = foot_motion(heel0[1], toe0[1], heel1[1], toe1[1]);
+    const Vec3 heel0_l = load(r.foot[0], l), toe0_l = load(r.foot[1], l);
+    const Vec3 heel0_r = load(r.foot[2], l), toe0_r = load(r.foot[3], l);
+    const Vec3 heel1_l = load(point.foot[0], l), toe1_l = load(point.foot[1], l);
+    const Vec3 heel1_r = load(point.foot[2], l), toe1_r = load(point.foot[3], l);
+    const FootMotion left = foot_motion(heel0_l, toe0_l, heel1_l, toe1_l);
+    const FootMotion right = foot_motion(heel0_r, toe0_r, heel1_r, toe1_r);
     const float lowest = smaller(left.z, right.z);
     const bool fresh = r.fresh[l] > 0.5F;
 
@@ -73,8 +74,8 @@ void root_motion(const PointLanes& point, float dt_s, RootLanes& r) {
         (right.z - lowest) * (1.0F / kHeightScale) + trust * std::sqrt(rx * rx + ry * ry);
     const float keep = fresh ? 0.0F : kHysteresis;
     const bool was_right = r.support[l] > 0.5F;
-    const bool is_right =
-        was_right ? !(cost_left < cost_right - keep) : cost_right < cost_left - keep;
+    const float ahead = cost_left - cost_right;  // of the right foot
+    const bool is_right = ahead > (was_right ? -keep : keep);
     r.support[l] = is_right ? 1.0F : 0.0F;
 
     // where that takes the pelvis
@@ -94,20 +95,19 @@ void root_motion(const PointLanes& point, float dt_s, RootLanes& r) {
     r.known[l] += fill * (1.0F - r.known[l]);
 
     // what the feet do then: velocity of a point = Rz(−Δψ)(ΔP − q₀) + q₁ over dt
-    const FootMotion* foot[2] = {&left, &right};
-    for (int f = 0; f < 2; ++f) {
-      const float heel = foot[f]->heel;
-      const Vec3 q0 = toe0[f] + heel * (heel0[f] - toe0[f]);
-      const Vec3 q1 = toe1[f] + heel * (heel1[f] - toe1[f]);
+    auto foot = [&](const FootMotion& m, Vec3 h0, Vec3 t0, Vec3 h1, Vec3 t1, int f) {
+      const Vec3 q0 = t0 + m.heel * (h0 - t0), q1 = t1 + m.heel * (h1 - t1);
       const float x = dx - q0.x, y = dy - q0.y;
       r.slip[f][0][l] = fresh ? 0.0F : (c * x + s * y + q1.x) * rate;
       r.slip[f][1][l] = fresh ? 0.0F : (c * y - s * x + q1.y) * rate;
-      r.clearance[f][l] = foot[f]->z - lowest;
-    }
-    store(heel1[0], r.foot[0], l);
-    store(toe1[0], r.foot[1], l);
-    store(heel1[1], r.foot[2], l);
-    store(toe1[1], r.foot[3], l);
+      r.clearance[f][l] = m.z - lowest;
+    };
+    foot(left, heel0_l, toe0_l, heel1_l, toe1_l, 0);
+    foot(right, heel0_r, toe0_r, heel1_r, toe1_r, 1);
+    store(heel1_l, r.foot[0], l);
+    store(toe1_l, r.foot[1], l);
+    store(heel1_r, r.foot[2], l);
+    store(toe1_r, r.foot[3], l);
     r.fresh[l] = 0.0F;
   }
 }

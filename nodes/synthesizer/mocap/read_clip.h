@@ -11,7 +11,7 @@ struct ReadOptions {
   /// conversion names them, CMU's 2.54/0.45 cm; ASF its own `length` (CMU: 1/0.45 inch).
   double unit_m = 0.0;
   double amc_rate_hz = 120.0;  ///< AMC files do not state it; CMU's is 120 Hz
-  std::string asf;             ///< skeleton of an AMC; empty: the .asf beside it whose name fits
+  std::string asf{};           ///< skeleton of an AMC; empty: the .asf beside it whose name fits
 };
 
 /// Reads a .bvh or .amc file, by its ending. @throws ConfigError "file:line: what, expected ..."

@@ -6,6 +6,7 @@
 
 #include "common/math/circle.h"
 #include "common/math/so3.h"
+#include "nodes/synthesizer/demix/sisa.h"
 
 namespace mimesis::synthesizer::testing {
 namespace {
@@ -94,7 +95,7 @@ MotionModel random_model(std::uint64_t seed, int sources, int patterns, int fixe
       }
     }
     if (k < fixed) {
-      for (int t = 0; t < kSamples; ++t) model.sources(k, t) = std::cos(kPi * t / kSamples);
+      model.sources.row(k) = demix::non_periodic(fixed, kSamples).row(k);
     }
     model.sources.row(k) /= std::sqrt(model.sources.row(k).squaredNorm() / kSamples);
   }

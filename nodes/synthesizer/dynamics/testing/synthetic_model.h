@@ -8,7 +8,7 @@ namespace mimesis::synthesizer::testing {
 /// A model without recorded data: all 51 body rows of the standard body, T = 100, tied delays,
 /// sources with random harmonics 1..5 that fall as 1/h², random weights of some degrees. Its
 /// figures wave their limbs; they do not walk. Same seed, same bits.
-/// @param fixed  0, or 1: the first source is s₀ = cos(φ/2)
+/// @param fixed  0..3: the first sources are demix::non_periodic's, scaled to unit rms
 MotionModel random_model(std::uint64_t seed, int sources = 4, int patterns = 3, int fixed = 0);
 
 /// How a synthetic walker walks.

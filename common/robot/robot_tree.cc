@@ -1,0 +1,137 @@
+#include "common/robot/robot_tree.h"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "common/error.h"
+
+namespace mimesis::robot {
+namespace {
+
+std::string number(double value) {
+  std::string text = std::to_string(value);
+  text.erase(text.find_last_not_of('0') + 1);
+  return text.back() == '.' ? text + '0' : text;
+}
+
+void check_joint(const Link& link, int index, const std::string& where) {
+  if (index == 0 ? link.parent != -1 : (link.parent < 0 || link.parent >= index)) {
+    throw ConfigError(where + "parent " + std::to_string(link.parent) +
+                      ", expected one before link " + std::to_string(index));
+  }
+  if (!link.X_PJ.matrix().allFinite()) throw ConfigError(where + "its place is not finite");
+  if (link.type == JointType::kFixed) return;
+  if (!(std::abs(link.axis.norm() - 1.0) < 1e-9)) {
+    throw ConfigError(where + "axis, expected a unit vector");
+  }
+  if (!(link.lower < link.upper)) {  // also NaN
+    throw ConfigError(where + "limits " + number(link.lower) + " to " + number(link.upper) +
+                      ", expected lower < upper");
+  }
+  if (!(link.max_speed > 0.0)) {
+    throw ConfigError(where + "velocity limit " + number(link.max_speed) + ", expected above 0");
+  }
+}
+
+void check_inertia(const Inertia& inertia, const std::string& where) {
+  if (!(inertia.mass_kg >= 0.0) || !std::isfinite(inertia.mass_kg) || !inertia.com_m.allFinite()) {
+    throw ConfigError(where + "mass " + number(inertia.mass_kg) + " kg, expected 0 or more");
+  }
+  const Eigen::Matrix3d& I = inertia.about_com_kg_m2;
+  if (!I.allFinite() || (inertia.mass_kg == 0.0 && !I.isZero(0.0))) {
+    throw ConfigError(where + "inertia, expected finite, and zero without a mass");
+  }
+  if (inertia.mass_kg == 0.0) return;
+  const Eigen::Vector3d moments = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(I).eigenvalues();
+  // Of three principal moments of a body none exceeds the sum of the others
+  if (!(moments[0] > 0.0) || moments[2] > (moments[0] + moments[1]) * (1.0 + 1e-6)) {
+    throw ConfigError(where + "inertia with principal moments " + number(moments[0]) + ", " +
+                      number(moments[1]) + ", " + number(moments[2]) +
+                      " kg m², expected those of a body");
+  }
+}
+
+}  // namespace
+
+RobotTree::RobotTree(std::string name, std::vector<Link> links)
+    : name_(std::move(name)), links_(std::move(links)) {
+  if (links_.empty()) throw ConfigError(name_ + ": no link, expected one at least");
+  std::vector<std::string> names, joints;
+  for (std::size_t i = 0; i < links_.size(); ++i) {
+    Link& link = links_[i];
+    check_joint(link, static_cast<int>(i),
+                name_ + ": joint '" + link.joint + "' of link '" + link.name + "': ");
+    check_inertia(link.inertia, name_ + ": link '" + link.name + "': ");
+    link.dof = -1;
+    if (link.type != JointType::kFixed) {
+      link.dof = dof();
+      moved_.push_back(static_cast<int>(i));
+    }
+    names.push_back(link.name);
+    if (i > 0) joints.push_back(link.joint);
+  }
+  for (auto* list : {&names, &joints}) {
+    std::ranges::sort(*list);
+    if (const auto twice = std::ranges::adjacent_find(*list); twice != list->end()) {
+      throw ConfigError(name_ + ": '" + *twice + "' occurs twice, expected names of their own");
+    }
+  }
+}
+
+double RobotTree::mass_kg() const {
+  double sum = 0.0;
+  for (const Link& link : links_) sum += link.inertia.mass_kg;
+  return sum;
+}
+
+std::vector<std::string> RobotTree::joint_names() const {
+  std::vector<std::string> names;
+  for (int i = 0; i < dof(); ++i) names.push_back(moved(i).joint);
+  return names;
+}
+
+Eigen::VectorXd RobotTree::lower() const {
+  return Eigen::VectorXd::NullaryExpr(
+      dof(), [this](Eigen::Index i) { return moved(static_cast<int>(i)).lower; });
+}
+Eigen::VectorXd RobotTree::upper() const {
+  return Eigen::VectorXd::NullaryExpr(
+      dof(), [this](Eigen::Index i) { return moved(static_cast<int>(i)).upper; });
+}
+Eigen::VectorXd RobotTree::max_speed() const {
+  return Eigen::VectorXd::NullaryExpr(
+      dof(), [this](Eigen::Index i) { return moved(static_cast<int>(i)).max_speed; });
+}
+
+int RobotTree::find_link(std::string_view name) const {
+  const auto it = std::ranges::find(links_, name, &Link::name);
+  return it == links_.end() ? -1 : static_cast<int>(it - links_.begin());
+}
+
+int RobotTree::find_joint(std::string_view name) const {
+  for (int i = 0; i < dof(); ++i) {
+    if (moved(i).joint == name) return i;
+  }
+  return -1;
+}
+
+int RobotTree::require_link(std::string_view name) const {
+  const int index = find_link(name);
+  if (index < 0) throw ConfigError(name_ + ": no link '" + std::string(name) + "'");
+  return index;
+}
+
+int RobotTree::require_joint(std::string_view name) const {
+  const int index = find_joint(name);
+  if (index < 0) throw ConfigError(name_ + ": no joint '" + std::string(name) + "' that moves");
+  return index;
+}
+
+bool RobotTree::carries(int ancestor, int index) const {
+  while (index > ancestor) index = link(index).parent;
+  return index == ancestor;
+}
+
+}  // namespace mimesis::robot

@@ -1,0 +1,158 @@
+#include <console_bridge/console.h>
+#include <urdf_parser/urdf_parser.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cmath>
+#include <cstring>
+#include <fstream>
+#include <iterator>
+#include <limits>
+
+#include "common/error.h"
+#include "common/robot/robot_tree.h"
+
+namespace mimesis::robot {
+namespace {
+
+/// urdfdom reports what is wrong as log lines only: keeps its errors while it lives. The first
+/// says what is wrong, the later ones where.
+class Errors final : public console_bridge::OutputHandler {
+ public:
+  Errors() : previous_(console_bridge::getOutputHandler()) {
+    console_bridge::useOutputHandler(this);
+  }
+  ~Errors() override { console_bridge::useOutputHandler(previous_); }
+  Errors(const Errors&) = delete;
+  Errors& operator=(const Errors&) = delete;
+  void log(const std::string& text, console_bridge::LogLevel level, const char*, int) override {
+    if (level >= console_bridge::CONSOLE_BRIDGE_LOG_ERROR) {
+      text_ += (text_.empty() ? "" : "; ") + text;
+    }
+  }
+  const std::string& text() const { return text_; }
+
+ private:
+  console_bridge::OutputHandler* previous_;
+  std::string text_;
+};
+
+std::string read_text(const std::string& file) {
+  errno = 0;
+  std::ifstream in(file, std::ios::binary);
+  std::string text{std::istreambuf_iterator<char>(in), {}};
+  if (!in || text.empty()) {
+    throw ConfigError(file + ": " + (errno != 0 ? std::strerror(errno) : "empty") +
+                      ", expected a URDF file");
+  }
+  return text;
+}
+
+urdf::ModelInterfaceSharedPtr parse(const std::string& file) {
+  const std::string text = read_text(file);
+  const Errors errors;
+  urdf::ModelInterfaceSharedPtr model;
+  std::string why;
+  try {
+    model = urdf::parseURDF(text);
+  } catch (const std::exception& e) {
+    why = e.what();
+  }
+  if (!model) {
+    if (why.empty()) why = errors.text().empty() ? "not XML" : errors.text();
+    for (char& c : why) c = c == '\n' || c == '\r' ? ' ' : c;
+    throw ConfigError(file + ": " + why + " (expected a URDF robot)");
+  }
+  return model;
+}
+
+Eigen::Vector3d vector(const urdf::Vector3& v) { return {v.x, v.y, v.z}; }
+
+Eigen::Isometry3d pose(const urdf::Pose& p) {
+  Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
+  const urdf::Rotation& r = p.rotation;
+  X.linear() = Eigen::Quaterniond(r.w, r.x, r.y, r.z).normalized().toRotationMatrix();
+  X.translation() = vector(p.position);
+  return X;
+}
+
+Inertia inertia(const urdf::Link& link) {
+  Inertia out;
+  if (!link.inertial) return out;
+  const urdf::Inertial& in = *link.inertial;
+  const Eigen::Isometry3d X = pose(in.origin);
+  out.mass_kg = in.mass;
+  out.com_m = X.translation();
+  Eigen::Matrix3d I;
+  I << in.ixx, in.ixy, in.ixz, in.ixy, in.iyy, in.iyz, in.ixz, in.iyz, in.izz;
+  out.about_com_kg_m2 = X.linear() * I * X.linear().transpose();
+  return out;
+}
+
+void set_joint(const urdf::Joint& joint, const std::string& where, Link& out) {
+  constexpr double kNone = std::numeric_limits<double>::infinity();
+  out.joint = joint.name;
+  out.X_PJ = pose(joint.parent_to_joint_origin_transform);
+  switch (joint.type) {
+    case urdf::Joint::FIXED:
+      return;
+    case urdf::Joint::REVOLUTE:
+    case urdf::Joint::CONTINUOUS:
+      out.type = JointType::kRevolute;
+      break;
+    case urdf::Joint::PRISMATIC:
+      out.type = JointType::kPrismatic;
+      break;
+    default:
+      throw ConfigError(where + "type, expected revolute, continuous, prismatic or fixed");
+  }
+  if (joint.mimic) out.mimics = joint.mimic->joint_name;
+  out.axis = vector(joint.axis);
+  if (!(out.axis.norm() > 1e-9))
+    throw ConfigError(where + "axis of no length, expected a direction");
+  out.axis.normalize();
+  out.lower = -kNone;
+  out.upper = out.max_speed = out.max_effort = kNone;
+  if (joint.limits) {
+    out.max_speed = joint.limits->velocity;
+    out.max_effort = joint.limits->effort;
+    if (joint.type != urdf::Joint::CONTINUOUS) {
+      out.lower = joint.limits->lower;
+      out.upper = joint.limits->upper;
+    }
+  }
+}
+
+void walk(const urdf::Link& link, int parent, const std::string& file, std::vector<Link>& out) {
+  Link mine;
+  mine.name = link.name;
+  mine.parent = parent;
+  mine.inertia = inertia(link);
+  if (link.parent_joint) {
+    set_joint(*link.parent_joint, file + ": joint '" + link.parent_joint->name + "': ", mine);
+  }
+  const int index = static_cast<int>(out.size());
+  out.push_back(mine);
+  for (const auto& child : link.child_links) walk(*child, index, file, out);
+}
+
+}  // namespace
+
+RobotTree read_urdf(const std::string& file) {
+  const urdf::ModelInterfaceSharedPtr model = parse(file);
+  std::vector<Link> links;
+  walk(*model->getRoot(), -1, file, links);
+  for (const auto& [name, link] : model->links_) {  // urdfdom takes loops beside the root
+    if (std::ranges::find(links, name, &Link::name) == links.end()) {
+      throw ConfigError(file + ": link '" + name + "' hangs in a loop, expected a tree from '" +
+                        links[0].name + "'");
+    }
+  }
+  try {
+    return RobotTree(model->getName(), std::move(links));
+  } catch (const ConfigError& e) {
+    throw ConfigError(file + ": " + e.what());
+  }
+}
+
+}  // namespace mimesis::robot
