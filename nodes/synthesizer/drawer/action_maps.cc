@@ -6,7 +6,7 @@
 namespace mimesis::synthesizer {
 namespace {
 
-ActionRanges ranges_of(const DrawerModel& model) {
+ActionRanges learned_ranges(const DrawerModel& model) {
   std::array<mocap::Trials, kActions> trials;
   for (std::size_t a = 0; a < kActions; ++a)
     for (const Pattern& p : model.action[a].patterns) trials[a].trials.push_back(p.trial);
@@ -61,7 +61,7 @@ ActionTask ActionMaps::task_of(Action action, std::size_t i) const {
 }
 
 ActionMaps::ActionMaps(DrawerModel model, const LocalRegressionOptions& options)
-    : model_(std::move(model)), ranges_(synthesizer::ranges_of(model_)) {
+    : model_(std::move(model)), ranges_(learned_ranges(model_)) {
   for (const Action a : {kNormalStep, kReachingStep, kStanding}) {
     const auto& patterns = model_.action[a].patterns;
     const auto n = static_cast<Eigen::Index>(patterns.size());

@@ -15,8 +15,9 @@ constexpr double kPi = std::numbers::pi, kTurn = 2.0 * kPi;
 constexpr double kLeftReaches = 0.30;               // of action 2, until its end
 constexpr double kPullFrom = 0.05, kPullTo = 0.65;  // of action 3
 constexpr double kRightReaches = 0.20, kRightArrives = 0.95;
-constexpr double kLetGo = 0.4;  // s, after an interrupted stand
-constexpr double kEdge = 0.15;  // share of an action at whose ends the learned course fades out
+constexpr double kLetGo = 0.4;    // s, after an interrupted stand
+constexpr double kFollow = 0.06;  // s, of a hand's aim after its target
+constexpr double kEdge = 0.15;    // share of an action at whose ends the learned course fades out
 
 // Source k at phase φ in [0, 2π): between samples linearly; the ramp in closed form.
 double source(const MotionModel& model, Eigen::Index k, double phase_rad) {
@@ -91,6 +92,10 @@ void DrawerSequence::begin_action() {
 
 void DrawerSequence::set_goal(const DrawerGoal& goal) {
   if (goal == goal_) return;
+  const Eigen::Vector3d front(goal_.front_W_m - goal.front_W_m, 0.0, 0.0);
+  left_gap_m_ += front;
+  right_gap_m_ += front + Eigen::Vector3d(goal_.object_depth_m - goal.object_depth_m,
+                                          goal_.object_lateral_m - goal.object_lateral_m, 0.0);
   goal_ = goal;
   goal_changed_ = true;
   if (state_.done) state_.done = false;
@@ -102,7 +107,8 @@ void DrawerSequence::follow_goal() {
   goal_changed_ = false;
   const double share = std::min(state_.phase_rad / kTurn, 0.999);
   const Underway now{state_.action, plan_.front().length_m, even_m_, share};
-  auto plan = replan_actions(now, goal_.front_W_m - start_x_m_ - even_m_, maps_->ranges(), options_.plan);
+  auto plan =
+      replan_actions(now, goal_.front_W_m - start_x_m_ - even_m_, maps_->ranges(), options_.plan);
   state_.refused = plan ? "" : plan.error().reason;
   if (!plan) return;
   const bool walks_on = state_.action == kStanding && plan->front().action != kStanding;
@@ -189,6 +195,24 @@ void DrawerSequence::move_pelvis(const Eigen::VectorXd& rows) {
       rows(mocap::kBodyRows + 1), rows(mocap::kBodyRows + 2);
 }
 
+// The left hand opens the drawer as time goes on, once it holds the handle. After a jump the hands'
+// aims follow within tenths of a second; a hand that lets go does so where it was.
+void DrawerSequence::move_drawer() {
+  const DrawerModel& model = maps_->model();
+  const double share = state_.phase_rad / kTurn;
+  if (state_.action == kStanding && left_.share() > 0.95)
+    opened_m_ = std::max(opened_m_, model.drawer.pull_m * minimum_jerk(share, kPullFrom, kPullTo));
+  const double front = goal_.front_W_m - opened_m_;
+  state_.handle_W_m << front, model.drawer.handle_lateral_m, model.drawer.handle_height_m;
+  state_.object_W_m << front + goal_.object_depth_m, goal_.object_lateral_m,
+      model.drawer.object_height_m;
+  const double fade = std::exp(-options_.dt_s / kFollow);
+  left_gap_m_ *= fade;
+  right_gap_m_ *= fade;
+  if (left_started_) left_aim_W_m_ = state_.handle_W_m + left_gap_m_;
+  if (right_started_) right_aim_W_m_ = state_.object_W_m + right_gap_m_;
+}
+
 void DrawerSequence::move_hands() {
   const double share = state_.phase_rad / kTurn;
   const bool last_step = state_.action == kReachingStep && plan_.size() == 2;
@@ -203,16 +227,10 @@ void DrawerSequence::move_hands() {
   }
   left_.step(options_.dt_s);
   right_.step(options_.dt_s);
-  if (state_.action == kStanding && left_.share() > 0.95)
-    opened_m_ =
-        std::max(opened_m_, maps_->model().drawer.pull_m * minimum_jerk(share, kPullFrom, kPullTo));
-  const Drawer& d = maps_->model().drawer;
-  const double front = goal_.front_W_m - opened_m_;
-  state_.handle_W_m << front, d.handle_lateral_m, d.handle_height_m;
-  state_.object_W_m << front + goal_.object_depth_m, goal_.object_lateral_m, d.object_height_m;
+  move_drawer();
   const mocap::Body& body = maps_->model().body;
-  left_.apply(body, mocap::kLeft, state_.pelvis_W_m, state_.handle_W_m, state_.angle_rad);
-  right_.apply(body, mocap::kRight, state_.pelvis_W_m, state_.object_W_m, state_.angle_rad);
+  left_.apply(body, mocap::kLeft, state_.pelvis_W_m, left_aim_W_m_, state_.angle_rad);
+  right_.apply(body, mocap::kRight, state_.pelvis_W_m, right_aim_W_m_, state_.angle_rad);
   const auto pose = forward_kinematics(
       body, std::span<const double, mocap::kBodyRows>(state_.angle_rad.data(), mocap::kBodyRows),
       state_.pelvis_W_m);

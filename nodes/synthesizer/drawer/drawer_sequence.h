@@ -73,6 +73,7 @@ class DrawerSequence {
   void advance_phase();
   Eigen::VectorXd mixed();
   void move_pelvis(const Eigen::VectorXd& rows);
+  void move_drawer();
   void move_hands();
 
   const ActionMaps* maps_;
@@ -89,6 +90,9 @@ class DrawerSequence {
   double left_behind_s_ = 0.0;
   FootHold feet_;
   ArmReach left_, right_;
+  // what the hands are drawn to, and how far that is yet from a target that has jumped
+  Eigen::Vector3d left_aim_W_m_ = Eigen::Vector3d::Zero(), left_gap_m_ = Eigen::Vector3d::Zero();
+  Eigen::Vector3d right_aim_W_m_ = Eigen::Vector3d::Zero(), right_gap_m_ = Eigen::Vector3d::Zero();
   bool left_started_ = false, right_started_ = false;
   double opened_m_ = 0.0;
 };

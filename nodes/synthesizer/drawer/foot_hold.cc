@@ -10,10 +10,11 @@ namespace mimesis::synthesizer {
 namespace {
 // A swinging foot passes the ground at 3 cm but with 2 m/s and more; a standing one slides with
 // less than 0.4 m/s [reference/motion.md, skating of few sources].
-constexpr double kNear = 0.045, kFar = 0.060;   // m
-constexpr double kSlow = 0.70, kFast = 1.00;    // m/s
-constexpr double kSwitch = 0.004;               // m: the other end is lower by so much
-constexpr double kFade = 0.10, kSettle = 0.03;  // s
+constexpr double kNear = 0.045, kFar = 0.060;      // m
+constexpr double kSlow = 0.70, kFast = 1.00;       // m/s
+constexpr double kSwitch = 0.004;                  // m: the other end is lower by so much
+constexpr double kPull = 0.985, kStretch = 0.995;  // of the leg, at most
+constexpr double kFade = 0.10, kSettle = 0.03;     // s
 }  // namespace
 
 void FootHold::hold(Foot& foot, const std::array<Eigen::Vector3d, 2>& ends_W_m, double dt_s) const {
@@ -53,6 +54,13 @@ void FootHold::apply(const mocap::Body& body, const Eigen::Vector3d& p_W_pelvis,
     Foot& foot = foot_[side];
     hold(foot, {pose.point(hip + 2, body.heel_m[side]), pose.point(hip + 2, body.toe_m[side])},
          dt_s);
+    const Eigen::Vector3d hip_W = pose.p_WJ[static_cast<std::size_t>(hip)];
+    const double leg_m = (body.offset_m[ankle].norm() + body.offset_m[ankle - 1].norm());
+    auto beyond = [&](double stretch) {
+      return (pose.p_WJ[ankle] + foot.offset_m - hip_W).norm() > stretch * leg_m;
+    };
+    if (foot.stands && beyond(kPull)) foot.stands = false;  // pulled off the ground
+    for (int i = 0; i < 20 && beyond(kStretch); ++i) foot.offset_m *= 0.9;
     const LimbAngles leg = leg_angles(body, side, pose.R_WJ[mocap::kRoot], p_W_pelvis,
                                       pose.p_WJ[ankle] + foot.offset_m, pose.R_WJ[ankle]);
     for (int i = 0; i < 3; ++i) {
