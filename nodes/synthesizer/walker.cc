@@ -11,10 +11,9 @@ namespace {
 
 constexpr double kPi = std::numbers::pi;
 constexpr double kShortestStep = 0.1;  // of the style's: shorter ones only shuffle
-constexpr double kTurningStep = 0.25;  // while the goal lies aside
+constexpr double kTurningStep = 0.15;  // while the goal lies aside
 constexpr double kAhead = 0.4;         // rad: so far aside, steps are whole ...
 constexpr double kAside = 1.2;         // ... and from here as short as kTurningStep
-constexpr double kNearGoal_m = 0.4;    // its direction says nothing any more
 constexpr double kNearer_m = 0.1;
 constexpr double kFollow_1_s = 8.0;
 
@@ -123,7 +122,7 @@ double Walker::wished_turn(double heading_rad) const {
   if (gait_.heading_rad) {
     aside = math::wrap_pi(*gait_.heading_rad - heading_rad);
   } else if (task_ == WalkTask::walk_to) {
-    if (distance_m_ < kNearGoal_m) return 0.0;
+    if (distance_m_ < settings_.goal_tolerance_m) return 0.0;  // its direction says nothing
     aside = aside_rad_;
   }
   const double pull = std::abs(aside) > 0.5 * kPi ? std::copysign(1.0, aside) : std::sin(aside);

@@ -53,7 +53,7 @@ class Follower {
 /// Heading [M18 eq. 3.24, 3.25]: ψ̇ = k sin(ψ_goal − ψ), ±k beyond a right angle, at most
 /// turn_max. The turn is made of the style's turning motions, as far as it has any, the rest by
 /// pivoting on the standing foot. While the goal lies aside the steps become shorter, down to a
-/// quarter: so every goal can be reached.
+/// seventh: so every goal can be reached.
 ///
 /// Length of the steps: a step of a·L metres is the style's walk with share a and standing with
 /// 1 − a. At every landing foot, a is chosen so that whole steps and the closing half step end at
