@@ -29,6 +29,7 @@ std::unique_ptr<const ActionMaps> learn_drawer(const SynthesizerParams& params) 
 
 SynthesizerNode::SynthesizerNode(const Params& params, runtime::Bus& bus)
     : params_(params),
+      period_s_(1.0 / params.rate_hz),
       drawer_(learn_drawer(params)),
       director_(load_motion_model(runtime::find_model_file(params.model)),
                 form(params.characters, params.formation()), params.walkers(), drawer_.get()),
@@ -41,7 +42,8 @@ SynthesizerNode::SynthesizerNode(const Params& params, runtime::Bus& bus)
       rows_(bus, "rows", {.latched = true}),
       motion_(bus, "motion"),
       batch_(bus, "characters"),
-      status_(bus, "status") {
+      status_(bus, "status"),
+      reached_(bus, "reached") {
   const auto angles = director_.angles(0);
   last_angles_.assign(angles.begin(), angles.end());
   velocity_rad_s_.assign(angles.size(), 0.0);
@@ -141,7 +143,7 @@ void SynthesizerNode::take_beat(Time now) {
     return;
   }
   director_.walkers().set_beat(
-      beat->phase_rad() + beat->phase_rate_rad_s() * seconds(now - beat_stamp_),
+      beat->phase_rad() + beat->phase_rate_rad_s() * (seconds(now - beat_stamp_) - period_s_),
       beat->phase_rate_rad_s());
 }
 
@@ -157,7 +159,7 @@ void SynthesizerNode::take_crowd(Time now) {
         if (bad_crowd_.pass()) runtime::warn("crowd: {}; ignored", why);
         continue;
       }
-      obey(gait, seconds(now - stamp));
+      obey(gait, seconds(now - stamp) - period_s_);
       commanded_[gait.character()] = stamp;
     }
   }
@@ -215,7 +217,8 @@ void SynthesizerNode::publish_motion(Time now) {
   }
   const auto angles = director_.angles(0);
   for (std::size_t r = 0; r < angles.size(); ++r) {
-    velocity_rad_s_[r] = static_cast<double>(angles[r] - last_angles_[r]) * params_.rate_hz;
+    velocity_rad_s_[r] =
+        (static_cast<double>(angles[r]) - static_cast<double>(last_angles_[r])) * params_.rate_hz;
     last_angles_[r] = angles[r];
   }
   to_proto(director_, 0, velocity_rad_s_, motion_message_);
@@ -237,6 +240,7 @@ void SynthesizerNode::publish_status(Time now) {
     }
     v1::MotionStatus status = to_proto(i, is, plan);
     status_.send(status, now);
+    if (is.reached && !told.reached) reached_.send(status, now);
     told = {is.kind, is.reached, std::move(is.reason), actions, now + std::chrono::seconds(1)};
   }
 }

@@ -18,7 +18,8 @@ class SynthesizerNode {
   /// @throws ConfigError for a model file that is missing, damaged or of another version, and for a
   /// style that it has not.
   SynthesizerNode(const Params& params, runtime::Bus& bus);
-  void step(runtime::Time now);  ///< called at rate_hz; advances the motion by one period
+  /// Called at rate_hz: advances the motion from one period before `now` to `now`.
+  void step(runtime::Time now);
 
  private:
   /// What others were told of a character.
@@ -44,6 +45,7 @@ class SynthesizerNode {
   void refuse(std::uint32_t character, const std::string& why, runtime::Time now);
 
   Params params_;
+  double period_s_;
   std::unique_ptr<const ActionMaps> drawer_;
   Director director_;
   bool rows_sent_ = false, beat_heard_ = false;
@@ -65,6 +67,7 @@ class SynthesizerNode {
   runtime::Out<v1::Motion> motion_;
   runtime::Out<v1::MotionBatch> batch_;
   runtime::Out<v1::MotionStatus> status_;
+  runtime::Out<v1::MotionStatus> reached_;
 };
 
 }  // namespace mimesis::synthesizer
