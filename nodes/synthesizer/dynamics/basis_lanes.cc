@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "common/math/vector_clones.h"
+#include "nodes/synthesizer/dynamics/leg_lanes.h"
 
 namespace mimesis::synthesizer {
 namespace {
@@ -50,6 +51,31 @@ void basis_values(const HopfLanes::Lane& cosine, const HopfLanes::Lane& sine, in
     to[l * basis_count + 1] = static_cast<float>(std::sqrt(larger(0.5 - 0.5 * cosine[l], 0.0)));
     to[l * basis_count + 2] = static_cast<float>(std::sqrt(larger(0.5 + 0.5 * half_c, 0.0)));
     to[l * basis_count + 3] = static_cast<float>(std::sqrt(larger(0.5 - 0.5 * half_c, 0.0)));
+  }
+}
+
+MIMESIS_VECTOR_CLONES
+void table_taps(const HopfLanes::Lane& cosine, const HopfLanes::Lane& sine, int samples, int* cell,
+                float* taps) {
+  const float per_rad = static_cast<float>(samples) * 0.15915494F;
+  const int last = samples - 1;
+  float tap[4][16];
+#pragma GCC ivdep
+  for (int l = 0; l < 16; ++l) {
+    const float c = static_cast<float>(cosine[l]), s = static_cast<float>(sine[l]);
+    const float front = atan2_lane(s < 0.0F ? -s : s, c);
+    const float u = (s < 0.0F ? 6.28318531F - front : front) * per_rad;
+    const int below = static_cast<int>(u), i = below < last ? below : last;
+    const float x = u - static_cast<float>(i);
+    const float a = x + 1.0F, b = x - 1.0F, d = x - 2.0F;
+    cell[l] = i;
+    tap[0][l] = x * b * d * (-1.0F / 6.0F);
+    tap[1][l] = a * b * d * 0.5F;
+    tap[2][l] = a * x * d * -0.5F;
+    tap[3][l] = a * x * b * (1.0F / 6.0F);
+  }
+  for (int l = 0; l < 16; ++l) {
+    for (int k = 0; k < 4; ++k) taps[4 * l + k] = tap[k][l];
   }
 }
 

@@ -8,4 +8,10 @@ namespace mimesis::synthesizer {
 void basis_values(const HopfLanes::Lane& cosine, const HopfLanes::Lane& sine, int harmonics,
                   bool slow, int basis_count, float* basis);
 
+/// Where 16 phases are in tables of `samples` rows a period, with a row before phase 0 and two
+/// after the last: rows cell..cell+3, and the factors of the cubic through them, four per
+/// character.
+void table_taps(const HopfLanes::Lane& cosine, const HopfLanes::Lane& sine, int samples, int* cell,
+                float* taps);
+
 }  // namespace mimesis::synthesizer

@@ -17,6 +17,8 @@ namespace mimesis::synthesizer {
 namespace {
 
 constexpr double kLongestPart = 1.0 / 120.0;  // s
+// in place of a pattern: the character's shares of all patterns; a series of its own
+constexpr int kBlend = -1, kOwn = -2;
 constexpr int kLegJoints[6] = {mocap::kLeftHip,  mocap::kLeftKnee,  mocap::kLeftAnkle,
                                mocap::kRightHip, mocap::kRightKnee, mocap::kRightAnkle};
 
@@ -46,12 +48,21 @@ struct CharacterBatch::Data {
       : options(options_),
         count(count_),
         maker(model, options_.harmonics, options_.tolerance_rad),
+        samples(std::max(512, 4 * static_cast<int>(model.sources.cols()))),
         patterns(static_cast<int>(model.patterns.size())),
         tied(model.tied),
         body(model.body) {}
 
-  float* series(int s) {
-    return bank.data() + static_cast<std::size_t>(s) * static_cast<std::size_t>(maker.size());
+  /// The series of character i.
+  float* series(int i) {
+    MIMESIS_ASSERT(options.individual && i >= 0 && i < count);
+    return own.data() + static_cast<std::size_t>(i) * static_cast<std::size_t>(maker.size());
+  }
+  float* table(int p, int first_row) {
+    const auto stride = static_cast<std::size_t>(maker.row_stride());
+    return tables.data() + (static_cast<std::size_t>(p) * static_cast<std::size_t>(samples + 3) +
+                            static_cast<std::size_t>(first_row)) *
+                               stride;
   }
   float* row(int i) {
     return angles.data() +
@@ -61,28 +72,31 @@ struct CharacterBatch::Data {
     MIMESIS_ASSERT(i >= 0 && i < count);
     return tiles[static_cast<std::size_t>(i / kLanes)];
   }
-  int own_slot(int i) const {
-    MIMESIS_ASSERT(options.individual && i >= 0 && i < count);
-    return patterns + i;
-  }
   Eigen::Vector3d in_world(int i, const Lane* p);
   void step(Tile& tile, int first, double dt_s);
+  void tabulate(const MotionModel& model);
+  void add_rows(int i, int lane);
   void synthesize(const Tile& tile, int first);
   void lock_feet(Tile& tile, int first);
 
   CharacterOptions options;
   int count, parts = 1;
   MotionSeries maker;
+  int samples;  ///< of a table, a period
   int patterns;
   bool tied;
   BodyLanes body;
   std::array<int, mocap::kBodyRows> rows{};  ///< the model's row of a body row, or -1
-  std::vector<float> bank;                   ///< series of the patterns, then of the characters
-  std::vector<int> slot;                     ///< series of each character
+  std::vector<float> tables;                 ///< of the patterns
+  std::vector<float> own;                    ///< series of the characters, if individual
+  std::vector<int> from;                     ///< pattern of each character, or kBlend, kOwn
+  std::vector<float> beta;                   ///< shares of the patterns, of each character
   std::vector<float> angles;                 ///< row_stride() a character
   std::vector<Tile> tiles;
   // of the tile at work
   std::vector<float> basis;  ///< basis_count() a character
+  int cell[kLanes] = {};
+  alignas(64) float taps[4 * kLanes] = {};
   alignas(64) Lane angle[mocap::kBodyRows] = {};
   RotationLanes rotation{};
 };
@@ -99,16 +113,13 @@ CharacterBatch::CharacterBatch(const MotionModel& model, int count,
   d.parts = static_cast<int>(std::ceil(options.dt_s / kLongestPart - 1e-9));
   const std::size_t n = static_cast<std::size_t>(count);
   const std::size_t lanes = (n + kLanes - 1) / kLanes * kLanes;
-  const std::size_t slots = static_cast<std::size_t>(d.patterns) + (options.individual ? n : 0);
-  d.bank.resize(slots * static_cast<std::size_t>(d.maker.size()));
-  d.slot.assign(lanes, 0);
+  if (options.individual) d.own.resize(n * static_cast<std::size_t>(d.maker.size()));
+  d.from.assign(lanes, 0);
+  d.beta.resize(lanes * static_cast<std::size_t>(d.patterns));
   d.angles.resize(lanes * static_cast<std::size_t>(d.maker.row_stride()));
   d.tiles.resize(lanes / kLanes);
   d.basis.resize(static_cast<std::size_t>(kLanes * d.maker.basis_count()));
-  for (int p = 0; p < d.patterns; ++p) {
-    const Pattern& q = model.patterns[static_cast<std::size_t>(p)];
-    d.maker.make(q.mean_rad, q.weight_rad, q.delay_rad, d.series(p));
-  }
+  d.tabulate(model);
   for (std::size_t b = 0; b < d.rows.size(); ++b) d.rows[b] = row_of(model, static_cast<int>(b));
   const double duration = model.patterns.front().trial.duration_s;
   for (Tile& tile : d.tiles) {  // the lanes beyond the last character run along
@@ -118,6 +129,19 @@ CharacterBatch::CharacterBatch(const MotionModel& model, int count,
   for (std::size_t t = 0; t < d.tiles.size(); ++t) {
     d.step(d.tiles[t], static_cast<int>(t) * kLanes, 0.0);
     std::fill_n(d.tiles[t].root.fresh, kLanes, 1.0F);
+  }
+}
+
+/// The patterns' tables hold all harmonics of the sources.
+void CharacterBatch::Data::tabulate(const MotionModel& model) {
+  const MotionSeries all(model, static_cast<int>(model.sources.cols() - 1) / 2, 0.0);
+  std::vector<float> one(static_cast<std::size_t>(all.size()));
+  tables.resize(static_cast<std::size_t>(patterns) * static_cast<std::size_t>(samples + 3) *
+                static_cast<std::size_t>(all.row_stride()));
+  for (int p = 0; p < patterns; ++p) {
+    const Pattern& q = model.patterns[static_cast<std::size_t>(p)];
+    all.make(q.mean_rad, q.weight_rad, q.delay_rad, one.data());
+    all.tabulate(one.data(), samples, table(p, 0));
   }
 }
 
@@ -131,30 +155,23 @@ const MotionSeries& CharacterBatch::series() const { return data_->maker; }
 
 void CharacterBatch::set_pattern(int i, int p) {
   MIMESIS_ASSERT(i >= 0 && i < data_->count && p >= 0 && p < data_->patterns);
-  data_->slot[static_cast<std::size_t>(i)] = p;
+  data_->from[static_cast<std::size_t>(i)] = p;
 }
 
 void CharacterBatch::set_parameters(int i, const Eigen::Ref<const Eigen::VectorXd>& mean_rad,
                                     const Eigen::Ref<const Eigen::MatrixXd>& weight_rad,
                                     const Eigen::Ref<const Eigen::MatrixXd>& delay_rad) {
-  const int slot = data_->own_slot(i);
-  data_->maker.make(mean_rad, weight_rad, delay_rad, data_->series(slot));
-  data_->slot[static_cast<std::size_t>(i)] = slot;
+  data_->maker.make(mean_rad, weight_rad, delay_rad, data_->series(i));
+  data_->from[static_cast<std::size_t>(i)] = kOwn;
 }
 
 void CharacterBatch::set_blend(int i, std::span<const double> beta) {
   Data& d = *data_;
-  MIMESIS_ASSERT(d.tied && static_cast<int>(beta.size()) == d.patterns);
-  const int slot = d.own_slot(i), size = d.maker.size();
-  float* sum = d.series(slot);
-  std::fill(sum, sum + size, 0.0F);
-  for (int p = 0; p < d.patterns; ++p) {
-    const float share = static_cast<float>(beta[static_cast<std::size_t>(p)]);
-    if (share == 0.0F) continue;
-    const float* of = d.series(p);
-    for (int k = 0; k < size; ++k) sum[k] += share * of[k];
-  }
-  d.slot[static_cast<std::size_t>(i)] = slot;
+  MIMESIS_ASSERT(d.tied && static_cast<int>(beta.size()) == d.patterns && i >= 0 && i < d.count);
+  const auto c = static_cast<std::size_t>(i);
+  float* share = d.beta.data() + c * beta.size();
+  for (std::size_t p = 0; p < beta.size(); ++p) share[p] = static_cast<float>(beta[p]);
+  d.from[c] = kBlend;
 }
 
 void CharacterBatch::set_frequency(int i, double omega_rad_s) {
@@ -194,16 +211,37 @@ void CharacterBatch::step() {
   }
 }
 
+/// Adds up the rows of character i, in lane l of the tile at work.
+void CharacterBatch::Data::add_rows(int i, int l) {
+  const auto c = static_cast<std::size_t>(i);
+  const int stride = maker.row_stride();
+  float* values = row(i);
+  std::fill_n(values, stride, 0.0F);
+  if (from[c] == kOwn) {
+    add_mix(series(i), basis.data() + l * maker.basis_count(), maker.basis_count(), stride, 1.0F,
+            values);
+  } else if (from[c] == kBlend) {
+    const float* share = beta.data() + c * static_cast<std::size_t>(patterns);
+    for (int p = 0; p < patterns; ++p) {
+      if (share[p] != 0.0F) add_mix(table(p, cell[l]), taps + 4 * l, 4, stride, share[p], values);
+    }
+  } else {
+    add_mix(table(from[c], cell[l]), taps + 4 * l, 4, stride, 1.0F, values);
+  }
+}
+
 /// Rows of the 16 characters, and their body rows side by side in `angle`.
 void CharacterBatch::Data::synthesize(const Tile& tile, int first) {
   HopfLanes::Lane cosine, sine;
   directions(tile.hopf, cosine, sine);
-  basis_values(cosine, sine, maker.harmonics(), maker.slow_functions() > 0, maker.basis_count(),
-               basis.data());
+  table_taps(cosine, sine, samples, cell, taps);
+  if (options.individual) {
+    basis_values(cosine, sine, maker.harmonics(), maker.slow_functions() > 0, maker.basis_count(),
+                 basis.data());
+  }
   for (int l = 0; l < kLanes; ++l) {
-    float* values = row(first + l);
-    mix(series(slot[static_cast<std::size_t>(first + l)]), basis.data() + l * maker.basis_count(),
-        maker.basis_count(), maker.row_stride(), values);
+    add_rows(first + l, l);
+    const float* values = row(first + l);
     for (std::size_t b = 0; b < rows.size(); ++b) {
       if (rows[b] >= 0) angle[b][l] = values[rows[b]];
     }

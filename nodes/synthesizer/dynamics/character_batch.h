@@ -12,8 +12,8 @@ struct CharacterOptions {
   double dt_s = 1.0 / 60.0;     ///< step, in (0, 0.1]; integrated in parts of at most 1/120 s
   int harmonics = 0;            ///< H of MotionSeries; 0: by tolerance_rad
   double tolerance_rad = 1e-3;  ///< largest error of the series at the joints
-  /// Every character has parameters of its own (set_parameters, set_blend): about 6 kB each.
-  /// Without, characters share the model's patterns, and large crowds stay in the cache.
+  /// Characters may have parameters of their own (set_parameters): a series of about 6 kB each.
+  /// Without, they share the model's patterns, and large crowds stay in the cache.
   bool individual = false;
   bool foot_lock = false;  ///< keep the standing feet in place (foot_lock.h)
 };
@@ -34,13 +34,15 @@ struct RootPose {
 ///   ẋ = (1 − |x|²) x + ω J x + α (x_ext − x),
 /// whose phase φ = atan2(x₂, x₁) drives all sources at once: the other oscillators of the star have
 /// nothing to add once they follow their leader (SvrCharacter has them). The posture is the mixture
-/// at φ (MotionSeries), forward kinematics gives the joints, and the standing foot moves the pelvis
+/// at φ, forward kinematics gives the joints, and the standing foot moves the pelvis
 /// (root_motion.h).
 ///
-/// Phases are integrated in double by RK4, postures computed in float: joint angles deviate by less
-/// than 1e-5 rad, positions by less than 1e-5 m from the same formulas in double. A character's
-/// numbers depend on nothing but its own inputs: not on the batch, its place there or the machine's
-/// vector width. step() does not allocate, nor do the setters.
+/// Patterns are tables of all their harmonics (at least 512 rows a cycle, 130 kB), with the cubic
+/// in between; parameters of a character's own are Fourier series (MotionSeries). Phases are
+/// integrated in double by RK4, postures computed in float: joint angles deviate by less than 1e-5
+/// rad, positions by less than 1e-5 m from the same formulas in double. A character's numbers
+/// depend on nothing but its own inputs: not on the batch, its place there or the machine's vector
+/// width. step() does not allocate, nor do the setters.
 ///
 /// Body rows ("lhip.x") that the model lacks stay zero; rows that are no body rows (a robot's
 /// joints) are synthesized but move nothing.
@@ -55,8 +57,8 @@ class CharacterBatch {
   CharacterBatch& operator=(CharacterBatch&&) noexcept;
 
   int size() const;
-  int rows() const;  ///< R, in the model's order
-  const MotionSeries& series() const;
+  int rows() const;                    ///< R, in the model's order
+  const MotionSeries& series() const;  ///< of own parameters
 
   /// Character i moves by the model's pattern p from now on, at once: smooth changes are the
   /// caller's (control/), by set_blend or set_parameters every step.
@@ -66,7 +68,8 @@ class CharacterBatch {
                       const Eigen::Ref<const Eigen::MatrixXd>& weight_rad,
                       const Eigen::Ref<const Eigen::MatrixXd>& delay_rad);
   /// Σₚ βₚ · pattern p over all patterns of the model, one β each: means and weights blend linearly
-  /// [M18 eq. 3.21] since tied delays are the same in all. Needs `individual` and model.tied.
+  /// [M18 eq. 3.21] since tied delays are the same in all. Needs model.tied. Costs a mixture per
+  /// β ≠ 0 and frame, and nothing to set.
   void set_blend(int i, std::span<const double> beta);
 
   void set_frequency(int i, double omega_rad_s);  ///< ω ≥ 0

@@ -8,8 +8,8 @@
 namespace mimesis::synthesizer {
 namespace {
 
-constexpr float kLow = 0.02F, kHigh = 0.04F;     // m
-constexpr float kSlow = 0.5F, kFast = 1.0F;      // m/s
+constexpr float kLow = 0.02F, kHigh = 0.03F;     // m
+constexpr float kSlow = 0.4F, kFast = 0.6F;      // m/s
 constexpr float kFarthest = 0.1F;                // m
 constexpr float kStop = 0.02F, kReturn = 25.0F;  // s, 1/s
 
@@ -26,33 +26,43 @@ void foot_contact(const RootLanes& root, float dt_s, LockLanes& lock) {
 #pragma GCC ivdep
     for (int l = 0; l < kLanes; ++l) {
       const float c = root.cos_turn[l], s = root.sin_turn[l];
-      auto into_new_heading = [&](float& x, float& y) {
+      auto into_new_heading = [c, s](float& x, float& y) {
         const float x0 = x;
         x = c * x0 + s * y;
         y = c * y - s * x0;
       };
       float dx = lock.d[f][0][l], dy = lock.d[f][1][l];
       float vx = lock.velocity[f][0][l], vy = lock.velocity[f][1][l];
+      float rx = lock.rate[f][0][l], ry = lock.rate[f][1][l];
       into_new_heading(dx, dy);
       into_new_heading(vx, vy);
+      into_new_heading(rx, ry);
       const float gx = root.slip[f][0][l], gy = root.slip[f][1][l];
       const float speed2 = gx * gx + gy * gy, high = root.clearance[f][l];
       const bool stood = lock.contact[f][l] > 0.5F;
       const float height_limit = stood ? kHigh : kLow, speed_limit = stood ? kFast : kSlow;
-      const bool stands = (high < height_limit) & (speed2 < speed_limit * speed_limit) &
-                          (dx * dx + dy * dy < kFarthest * kFarthest);
+      // one after the other, as numbers: what the compiler makes vectors of
+      const float low = high < height_limit ? 1.0F : 0.0F;
+      const float slow = speed2 < speed_limit * speed_limit ? low : 0.0F;
+      const bool stands = (dx * dx + dy * dy < kFarthest * kFarthest ? slow : 0.0F) > 0.5F;
       // standing: the point's own velocity decays. Swinging: d̈ = −2λḋ − λ²d, exactly over dt
-      const float rx = vx - gx, ry = vy - gy;  // ḋ
+      rx = stood ? vx - gx : rx;  // the foot leaves with the velocity it has
+      ry = stood ? vy - gy : ry;
       const float ax = rx + kReturn * dx, ay = ry + kReturn * dy;
       const float bx = (dx + ax * dt_s) * fade, by = (dy + ay * dt_s) * fade;
       const float new_rx = ax * fade - kReturn * bx, new_ry = ay * fade - kReturn * by;
-      const bool back = bx * bx + by * by + 1e-4F * (new_rx * new_rx + new_ry * new_ry) < 1e-12F;
-      vx = stands ? vx * stop : gx + (back ? 0.0F : new_rx);
-      vy = stands ? vy * stop : gy + (back ? 0.0F : new_ry);
-      lock.d[f][0][l] = stands ? dx + (vx - gx) * dt_s : (back ? 0.0F : bx);
-      lock.d[f][1][l] = stands ? dy + (vy - gy) * dt_s : (back ? 0.0F : by);
-      lock.velocity[f][0][l] = vx;
-      lock.velocity[f][1][l] = vy;
+      // back at rest: exact zeros, so that nothing small is dragged along
+      const float left = bx * bx + by * by + 1e-4F * (new_rx * new_rx + new_ry * new_ry);
+      const float keep = left < 1e-12F ? 0.0F : 1.0F;
+      const float hold_x = vx * stop, hold_y = vy * stop;
+      rx = stands ? hold_x - gx : keep * new_rx;
+      ry = stands ? hold_y - gy : keep * new_ry;
+      lock.rate[f][0][l] = rx;
+      lock.rate[f][1][l] = ry;
+      lock.d[f][0][l] = stands ? dx + rx * dt_s : keep * bx;
+      lock.d[f][1][l] = stands ? dy + ry * dt_s : keep * by;
+      lock.velocity[f][0][l] = gx + rx;
+      lock.velocity[f][1][l] = gy + ry;
       lock.contact[f][l] = stands ? 1.0F : 0.0F;
     }
   }

@@ -15,9 +15,9 @@ namespace mimesis::synthesizer {
 /// oscillator of 25 1/s, starting with the foot's velocity. So the foot's path has no jump, and its
 /// velocity none at release.
 struct alignas(64) LockLanes {
-  Lane contact[2] = {};      ///< 1: the foot stands; [mocap::Side]
-  Lane d[2][2] = {};         ///< displacement in H [m]
-  Lane velocity[2][2] = {};  ///< of the lower point in W after the lock, in H [m/s]
+  Lane contact[2] = {};                ///< 1: the foot stands; [mocap::Side]
+  Lane d[2][2] = {}, rate[2][2] = {};  ///< displacement [m] and its rate [m/s], in H
+  Lane velocity[2][2] = {};            ///< of the lower point in W after the lock, in H [m/s]
 };
 
 /// Advances contact and displacement by a step of root_motion().

@@ -156,4 +156,24 @@ void MotionSeries::make(const Eigen::Ref<const Eigen::VectorXd>& mean_rad,
   }
 }
 
+void MotionSeries::tabulate(const float* series, int samples, float* table) const {
+  for (int j = -1; j <= samples + 1; ++j, table += stride_) {
+    std::fill(table, table + stride_, 0.0F);
+    const double phase = math::kTwoPi * j / samples;
+    auto add = [&](int block, double value) {
+      const float* factor = series + block * stride_;
+      for (int r = 0; r < rows_; ++r) table[r] += static_cast<float>(value) * factor[r];
+    };
+    add(0, 1.0);
+    for (int h = 1; h <= harmonics_; ++h) {
+      add(2 * h - 1, std::cos(h * phase));
+      add(2 * h, std::sin(h * phase));
+    }
+    for (int f = 0; f < slow_functions(); ++f) {
+      const double slow = f < 2 ? 0.5 * phase : 0.25 * phase;
+      add(1 + 2 * harmonics_ + f, f % 2 == 0 ? std::cos(slow) : std::sin(slow));
+    }
+  }
+}
+
 }  // namespace mimesis::synthesizer

@@ -41,6 +41,11 @@ class MotionSeries {
             const Eigen::Ref<const Eigen::MatrixXd>& weight_rad,
             const Eigen::Ref<const Eigen::MatrixXd>& delay_rad, float* series) const;
 
+  /// Writes a series as a table: `samples` rows a period of row_stride() floats, at the phases
+  /// 2πj/samples, j = −1..samples + 1 (the slow functions continued): samples + 3 rows. In between
+  /// goes the cubic through four rows. Does not allocate.
+  void tabulate(const float* series, int samples, float* table) const;
+
  private:
   double truncation(const Pattern& pattern, int harmonics) const;
 

@@ -20,8 +20,6 @@ TEST(RootMotion, AWalkerMovesAtTheSpeedItWasMadeFor) {
     EXPECT_NEAR(root.position_W_m.x(), 5.0 * speed, 0.05) << speed;
     EXPECT_NEAR(root.position_W_m.y(), 0.0, 0.02);
     EXPECT_NEAR(root.heading_rad, 0.0, 0.01);
-    printf("speed %g: %g %g %g height %g\n", speed, root.position_W_m.x(), root.position_W_m.y(),
-           root.heading_rad, root.height_m);
     EXPECT_NEAR(root.height_m, 0.87, 0.005);
   }
 }
@@ -31,7 +29,6 @@ TEST(RootMotion, ATurningWalkerTurns) {
   CharacterBatch batch(walking_model(settings), 1, {.dt_s = 1.0 / 100.0});
   for (int n = 0; n < 400; ++n) batch.step();
   const RootPose root = batch.root(0);
-  printf("%g %g %g\n", root.position_W_m.x(), root.position_W_m.y(), root.heading_rad);
   EXPECT_NEAR(root.heading_rad, 2.0, 0.02);
   const double radius = 0.8 / 0.5;  // on a circle to the left
   EXPECT_NEAR(root.position_W_m.x(), radius * std::sin(2.0), 0.05);

@@ -67,7 +67,6 @@ TEST(SvrCharacter, TheFastPathAgreesWithinAThousandthOfARadian) {
   for (const int fixed : {0, 1}) {
     const double worst = worst_difference(testing::random_model(8, 4, 1, fixed));
     RecordProperty("worst_rad", std::to_string(worst));
-    printf("worst %g\n", worst);
     EXPECT_LT(worst, 1e-3) << fixed;
   }
 }
