@@ -51,6 +51,7 @@ Repertoire::Repertoire(const MotionModel& model) : model_(model) {
   if (!model.tied) remove_delay_ambiguities(model.sources, model.fixed, parts, kMinSimilarity);
 
   model_.patterns.clear();
+  model_.tied = true;
   for (const Pattern& pattern : model.patterns) {
     if (find(pattern.trial.style) < 0) styles_.push_back({.name = pattern.trial.style});
   }
@@ -81,7 +82,11 @@ int Repertoire::add(const MotionParameters& parameters, const std::string& style
   pattern.weight_rad = parameters.weight_rad;
   pattern.delay_rad = parameters.delay_rad;
   model_.patterns.push_back(pattern);
-  motions_.push_back({parameters});
+  const auto same = std::ranges::find_if(motions_, [&](const RepertoireMotion& other) {
+    return other.parameters.delay_rad == parameters.delay_rad;
+  });
+  const int delays = same == motions_.end() ? static_cast<int>(motions_.size()) : same->delays;
+  motions_.push_back({parameters, delays});
   return static_cast<int>(motions_.size()) - 1;
 }
 
@@ -123,6 +128,16 @@ double Repertoire::measure_closing(const StyleMotions& style) const {
     batch.set_parameters(0, g * a.mean_rad + (1.0 - g) * b.mean_rad, g * a.weight_rad, a.delay_rad);
   }
   return (batch.root(0).position_W_m - from).norm() / walk.step_length_m;
+}
+
+bool Repertoire::same_delays(std::span<const double> beta) const {
+  int delays = -1;
+  for (std::size_t m = 0; m < beta.size(); ++m) {
+    if (beta[m] == 0.0) continue;
+    if (delays >= 0 && motions_[m].delays != delays) return false;
+    delays = motions_[m].delays;
+  }
+  return true;
 }
 
 int Repertoire::find(const std::string& style) const {

@@ -1,4 +1,5 @@
 #pragma once
+#include <span>
 #include <string>
 #include <vector>
 
@@ -20,6 +21,7 @@ struct StyleMotions {
 /// One way to move that characters blend: the mean of the patterns of one style and turn.
 struct RepertoireMotion {
   MotionParameters parameters;
+  int delays = 0;  ///< motions with the same number have the same delays
   // measured on a character that moves so, and nothing but so
   double step_length_m = 0.0;  ///< travel of the pelvis in half a cycle
   double turn_rad = 0.0;       ///< of a cycle, + to the left
@@ -38,8 +40,12 @@ class Repertoire {
   /// sizes.
   explicit Repertoire(const MotionModel& model);
 
-  /// Its patterns are the motions: what a CharacterBatch is made of.
+  /// Its patterns are the motions: what a CharacterBatch is made of. It says `tied`, so that the
+  /// batch blends patterns; see same_delays().
   const MotionModel& model() const { return model_; }
+  /// All motions with a share have the same delays (of a tied model: all motions), so that their
+  /// blend is a blend of weights and means.
+  bool same_delays(std::span<const double> beta) const;
   const std::vector<RepertoireMotion>& motions() const { return motions_; }
   const RepertoireMotion& motion(int m) const { return motions_[static_cast<std::size_t>(m)]; }
   const std::vector<StyleMotions>& styles() const { return styles_; }

@@ -16,6 +16,7 @@ constexpr double kAhead = 0.4;         // rad: so far aside, steps are whole ...
 constexpr double kAside = 1.2;         // ... and from here as short as kTurningStep
 constexpr double kNearer_m = 0.1;
 constexpr double kFollow_1_s = 8.0;
+constexpr double kSameShare = 1e-5;  // some 1e-5 rad at the joints
 
 }  // namespace
 
@@ -159,7 +160,6 @@ void Walker::step(const Eigen::Vector2d& position_W_m, double heading_rad, doubl
 
 /// β, and what the motions do not turn.
 void Walker::mix(const Style& style) {
-  std::swap(beta_, last_beta_);
   std::ranges::fill(beta_, 0.0);
   const auto add = [this](int motion, double share) {
     beta_[static_cast<std::size_t>(motion)] += share;
@@ -187,7 +187,10 @@ void Walker::mix(const Style& style) {
   }
   pivot_rad_s_ = step_.share() * std::clamp((wished - turned) / cycle_s, -settings_.turn_max_rad_s,
                                             settings_.turn_max_rad_s);
-  blending_ = beta_ != last_beta_;
+  blending_ = !std::ranges::equal(beta_, last_beta_, [](double a, double b) {
+    return (a == 0.0) == (b == 0.0) && std::abs(a - b) < kSameShare;
+  });
+  if (blending_) std::ranges::copy(beta_, last_beta_.begin());
 }
 
 }  // namespace mimesis::synthesizer

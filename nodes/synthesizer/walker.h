@@ -81,7 +81,7 @@ class Walker {
 
   // what comes of it
   std::span<const double> beta() const { return beta_; }  ///< one share per motion, sum 1
-  bool blending() const { return blending_; }             ///< β changed in the last step
+  bool blending() const { return blending_; }             ///< β is new, by 1e-5 or more
   double frequency_rad_s() const { return step_.moves() ? frequency_.value() : 0.0; }
   double pivot_rad_s() const { return pivot_rad_s_; }  ///< turn about the standing foot
   /// The phase to put the oscillator at, once: at the start of a walk.
@@ -119,7 +119,7 @@ class Walker {
   Follower length_follower_, turn_, frequency_;
   double pivot_rad_s_ = 0.0, last_phase_rad_ = 0.0;
   std::optional<double> new_phase_rad_;
-  std::vector<double> beta_, last_beta_;
+  std::vector<double> beta_, last_beta_;  // now; when it was new
 };
 
 }  // namespace mimesis::synthesizer

@@ -151,7 +151,7 @@ void Walkers::observe(int i, Character& c) {
 }
 
 void Walkers::set_motion(int i, const Walker& walker) {
-  if (repertoire_->model().tied) {
+  if (repertoire_->same_delays(walker.beta())) {
     batch_.set_blend(i, walker.beta());
     return;
   }
