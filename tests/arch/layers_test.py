@@ -17,6 +17,11 @@ GOOD = {
     "nodes/a/main.cc": '#include "nodes/a/a_node.h"\n',
     "nodes/a/test/a_test.cc": '#include "common/testing/loopback.h"\n#include "nodes/a/a.h"\n',
     "nodes/b/main.cc": "",
+    "nodes/b/CMakeLists.txt": "b_part(maths)\nb_part(model PRIVATE_LINK json)  # files\nb_part(figures)\nadd(c_part x)\n",
+    "nodes/b/maths/m.cc": "#include <Eigen/Core>\n",
+    "nodes/b/model/file.cc": '#include <nlohmann/json.hpp>\n#include <fstream>\n',
+    "nodes/b/figures/f.cc": '#include "common/reproduce/figure.h"\n',
+    "nodes/b/maths/test/m_test.cc": '#include "common/testing/no_malloc.h"\n',
     "nodes/b/b.h": "#include <chrono>\n",
     "hw/can/bus.h": "",
     "hw/sim/plant/main.cc": "",
@@ -73,6 +78,14 @@ class Layers(unittest.TestCase):
         code, out = layers({**GOOD, "common/kin/arm.h": "#include <thread>\n"})
         self.assertEqual(code, 1)
         self.assertIn("nodes/a/a.cc:1: the algorithm of a node reaches -> nodes/a/a.h -> common/kin/arm.h -> thread", out)
+
+    def test_a_part_is_an_algorithm(self):
+        for part, include in (("maths", "<nlohmann/json.hpp>"), ("maths", '"proto/arm.pb.h"'), ("model", "<mutex>"),
+                              ("maths", '"common/runtime/log.h"'), ("model", "<spdlog/spdlog.h>")):
+            self.expect(f"nodes/b/{part}/x.cc", "#include " + include, "the algorithm of a node reaches")
+        self.expect("nodes/b/maths/m.cc", "auto t = std::chrono::system_clock::now();", "the algorithm of a node reads")
+        code, _ = layers({**GOOD, "nodes/b/shell/x.cc": '#include "common/runtime/log.h"\n'})
+        self.assertEqual(code, 0)  # no part: a folder of the shell
 
     def test_heavy_libraries_stay_out_of_headers(self):
         self.expect("common/runtime/ports.h", "#include <yaml-cpp/yaml.h>", "<yaml-cpp/yaml.h>: a heavy library")

@@ -202,7 +202,7 @@ TEST(ZmqBus, LastWordsOfANodeThatStopsArrive) {
       TestNode brief(p.graph, {}, {{"out", "t/x"}}, "brief");
       Out<v1::Publication> out(brief.bus(), "out");
       brief.open();
-      ASSERT_TRUE(both(brief, p.receiver, [&] { return out.subscribers() > 0; }));
+      ASSERT_TRUE(both(brief, p.receiver, [&] { return out.subscribers() == 2; }));
       for (std::uint64_t i = 1; i <= 20; ++i) {
         auto m = numbered(i);
         out.send(m, Time(i));

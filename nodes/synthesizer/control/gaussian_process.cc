@@ -24,7 +24,7 @@ Covariance shape_of(const Logs& logs) {
 
 /// Between the rows of a and b.
 Eigen::MatrixXd kernel(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b,
-                           const Covariance& shape) {
+                       const Covariance& shape) {
   Eigen::MatrixXd k = shape.linear * (a * b.transpose());
   for (Index j = 0; j < b.rows(); ++j) {
     k.col(j).array() += ((a.rowwise() - b.row(j)).rowwise().squaredNorm().array() /
@@ -51,8 +51,8 @@ double likelihood_cost(const Eigen::MatrixXd& x, const Eigen::MatrixXd& y,
          2.0 * l.diagonal().array().log().sum();
 }
 
-double left_out_cost(const Eigen::MatrixXd& x, const Eigen::MatrixXd& y,
-                     const Covariance& shape, const Eigen::VectorXi& group) {
+double left_out_cost(const Eigen::MatrixXd& x, const Eigen::MatrixXd& y, const Covariance& shape,
+                     const Eigen::VectorXi& group) {
   double error = 0.0;
   for (int g = group.minCoeff(); g <= group.maxCoeff(); ++g) {
     std::vector<Index> in, out;
@@ -61,8 +61,8 @@ double left_out_cost(const Eigen::MatrixXd& x, const Eigen::MatrixXd& y,
     const Eigen::MatrixXd x_in = x(in, Eigen::all), y_in = y(in, Eigen::all);
     const Eigen::RowVectorXd mean = y_in.colwise().mean();
     const Eigen::MatrixXd k = with_noise(kernel(x_in, x_in, shape), shape.noise);
-    const Eigen::MatrixXd at = kernel(x(out, Eigen::all), x_in, shape) *
-                               k.llt().solve(y_in.rowwise() - mean);
+    const Eigen::MatrixXd at =
+        kernel(x(out, Eigen::all), x_in, shape) * k.llt().solve(y_in.rowwise() - mean);
     error += ((at.rowwise() + mean) - y(out, Eigen::all)).squaredNorm();
   }
   return error;

@@ -13,8 +13,8 @@ namespace mimesis::synthesizer {
 class InputDomain {
  public:
   struct Point {
-    Eigen::VectorXd x;          ///< scaled input, within the domain
-    double outside = 0.0;       ///< how far it was moved, in standard deviations
+    Eigen::VectorXd x;     ///< scaled input, within the domain
+    double outside = 0.0;  ///< how far it was moved, in standard deviations
     bool clamped() const { return outside > 0.0; }
   };
 

@@ -222,7 +222,7 @@ class Tree {
 
  private:
   [[noreturn]] void fail(int line, const std::string& what) const {
-    throw ConfigError(file_ + ':' + std::to_string(line) + ": " + what);
+    throw ConfigError(one_line(file_ + ':' + std::to_string(line) + ": " + what));
   }
 
   int add(AcclaimSkeleton& out, std::string_view name, int parent) {
@@ -230,8 +230,8 @@ class Tree {
     if (parent >= 0) {
       const auto found = by_name_.find(name);
       if (found == by_name_.end()) {
-        throw ConfigError(file_ + ": bone '" + std::string(name) +
-                          "' in :hierarchy, expected every bone of :bonedata there once");
+        throw ConfigError(one_line(file_ + ": bone '" + std::string(name) +
+                                   "' in :hierarchy, expected every bone of :bonedata there once"));
       }
       bone = found->second;
       by_name_.erase(found);  // once only: neither two parents nor a ring

@@ -229,9 +229,10 @@ void settle_positions(Bvh& bvh, double unit_m, const std::string& file) {
   for (std::size_t j = 1; j < bvh.skeleton.joints.size(); ++j) {
     if (bvh.position_row[j] < 0) continue;
     if (moves(bvh, j, unit_m)) {
-      throw ConfigError(file + ": joint '" + bvh.skeleton.joints[j].name +
-                        "' moves within its parent, expected position channels that change only "
-                        "for the root or the root's only child");
+      throw ConfigError(
+          one_line(file + ": joint '" + bvh.skeleton.joints[j].name +
+                   "' moves within its parent, expected position channels that change only "
+                   "for the root or the root's only child"));
     }
     bvh.skeleton.joints[j].offset_m = bvh.positions.block<3, 1>(bvh.position_row[j], 0);
   }

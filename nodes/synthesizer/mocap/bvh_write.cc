@@ -91,7 +91,8 @@ void check_names(const Clip& clip) {
   for (const Joint& joint : clip.skeleton.joints) {
     const std::string& n = joint.name;
     if (n.empty() || n.find_first_of("{}\r\n") != n.npos || n.front() <= ' ' || n.back() <= ' ') {
-      throw ConfigError(clip.name + ": joint '" + n + "', expected a name that BVH can hold");
+      throw ConfigError(
+          one_line(clip.name + ": joint '" + n + "', expected a name that BVH can hold"));
     }
   }
 }

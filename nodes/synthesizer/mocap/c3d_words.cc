@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "common/error.h"
+#include "nodes/synthesizer/mocap/text_scanner.h"
 
 namespace mimesis::mocap {
 namespace {
@@ -34,9 +35,11 @@ double C3dWords::f32(std::size_t at) const {
 }
 
 void C3dWords::fail(std::size_t at, const std::string& what) const {
-  throw ConfigError(file + ": byte " + std::to_string(at) + ": " + what);
+  throw ConfigError(one_line(file + ": byte " + std::to_string(at) + ": " + what));
 }
 
-void C3dWords::fail(const std::string& what) const { throw ConfigError(file + ": " + what); }
+void C3dWords::fail(const std::string& what) const {
+  throw ConfigError(one_line(file + ": " + what));
+}
 
 }  // namespace mimesis::mocap

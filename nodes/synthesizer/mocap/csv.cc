@@ -20,7 +20,9 @@ std::string cell(const std::string& text) {
 }  // namespace
 
 void check_writable(const Clip& clip) {
-  const auto refuse = [&](const std::string& what) { throw ConfigError(clip.name + ": " + what); };
+  const auto refuse = [&](const std::string& what) {
+    throw ConfigError(one_line(clip.name + ": " + what));
+  };
   const auto& joints = clip.skeleton.joints;
   if (joints.empty() || joints[0].parent != -1) refuse("no root joint, expected it as joint 0");
   for (std::size_t j = 1; j < joints.size(); ++j) {

@@ -14,14 +14,18 @@ namespace {
 bool blank(char c) { return c == ' ' || c == '\t' || c == '\r' || c == '\v' || c == '\f'; }
 char lower(char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; }
 
-// As it may be shown in a message of one line.
 std::string shown(std::string_view word) {
-  std::string text;
-  for (const char c : word.substr(0, 40)) text += c >= ' ' && c < '\x7f' ? c : '?';
-  return word.size() > 40 ? text + "..." : text;
+  return std::string(word.substr(0, 40)) + (word.size() > 40 ? "..." : "");
 }
 
 }  // namespace
+
+std::string one_line(std::string text) {
+  for (char& c : text) {
+    if ((c >= 0 && c < ' ') || c == '\x7f') c = '?';
+  }
+  return text;
+}
 
 bool same_word(std::string_view a, std::string_view b) {
   return std::equal(a.begin(), a.end(), b.begin(), b.end(),
@@ -117,7 +121,7 @@ void TextScanner::expect(std::string_view wanted) {
 }
 
 void TextScanner::fail(const std::string& what) const {
-  throw ConfigError(std::string(file_) + ':' + std::to_string(line_) + ": " + what);
+  throw ConfigError(one_line(std::string(file_) + ':' + std::to_string(line_) + ": " + what));
 }
 
 void TextScanner::fail_found(std::string_view found, const std::string& expected) const {

@@ -53,6 +53,10 @@ class TextScanner {
   int line_ = 1;
 };
 
+/// The text with '?' in place of control characters: names from files as they may stand in a message
+/// of one line.
+std::string one_line(std::string text);
+
 /// Equal but for the case of ASCII letters.
 bool same_word(std::string_view a, std::string_view b);
 

@@ -15,8 +15,8 @@
 
 #include "common/runtime/raw.h"
 #include "common/runtime/suggest.h"
-#include "tools/mimesis/log/progress.h"
 #include "tools/mimesis/log/rewriting.h"
+#include "tools/mimesis/progress.h"
 
 namespace mimesis::tool {
 namespace {

@@ -10,7 +10,7 @@
 
 #include "tools/mimesis/log/check_structure.h"
 #include "tools/mimesis/log/human.h"
-#include "tools/mimesis/log/progress.h"
+#include "tools/mimesis/progress.h"
 
 namespace mimesis::tool {
 namespace {

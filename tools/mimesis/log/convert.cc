@@ -16,7 +16,7 @@
 #include "tools/mimesis/log/convert_lcm.h"
 #include "tools/mimesis/log/log_scan.h"
 #include "tools/mimesis/log/new_log.h"
-#include "tools/mimesis/log/progress.h"
+#include "tools/mimesis/progress.h"
 
 namespace mimesis::tool {
 namespace {

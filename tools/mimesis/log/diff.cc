@@ -6,7 +6,7 @@
 #include <deque>
 
 #include "common/runtime/own_topics.h"
-#include "tools/mimesis/log/progress.h"
+#include "tools/mimesis/progress.h"
 
 namespace mimesis::tool {
 namespace {

@@ -6,8 +6,8 @@
 #include <tuple>
 #include <unordered_map>
 
-#include "tools/mimesis/log/progress.h"
 #include "tools/mimesis/log/rewriting.h"
+#include "tools/mimesis/progress.h"
 #include "tools/mimesis/table.h"
 
 namespace mimesis::tool {

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "tools/mimesis/log/open_log.h"
-#include "tools/mimesis/log/progress.h"
+#include "tools/mimesis/progress.h"
 
 namespace mimesis::tool {
 

@@ -5,7 +5,7 @@
 #include <set>
 
 #include "common/error.h"
-#include "tools/mimesis/log/progress.h"
+#include "tools/mimesis/progress.h"
 
 namespace mimesis::tool {
 

@@ -6,7 +6,7 @@
 
 #include "common/log/stream_reader.h"
 #include "tools/mimesis/log/loss_counts.h"
-#include "tools/mimesis/log/progress.h"
+#include "tools/mimesis/progress.h"
 #include "tools/mimesis/stop_signals.h"
 
 namespace mimesis::tool {

@@ -6,7 +6,7 @@
 #include <iostream>
 
 #include "tools/mimesis/log/byte_size.h"
-#include "tools/mimesis/log/progress.h"
+#include "tools/mimesis/progress.h"
 #include "tools/mimesis/stop_signals.h"
 
 namespace mimesis::tool {

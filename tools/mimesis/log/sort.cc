@@ -12,8 +12,8 @@
 #include <vector>
 
 #include "common/log/wire.h"
-#include "tools/mimesis/log/progress.h"
 #include "tools/mimesis/log/rewriting.h"
+#include "tools/mimesis/progress.h"
 #include "tools/mimesis/stop_signals.h"
 
 namespace mimesis::tool {

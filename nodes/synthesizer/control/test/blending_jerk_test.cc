@@ -135,35 +135,58 @@ Ratios ratios(const MotionModel& model, const Styles& styles, double beta) {
   return r;
 }
 
-/// The goal, 1.15 for every pair at β = 1/5, is out of reach of any blending on these styles: the
-/// smoothest motion between the same ends has more. So β = 1/5 is held to what it does, and
-/// β = 1/2 and 1 to the goal.
+void print(const char* what, double beta, const Ratios& r) {
+  std::printf("%s beta %.1f: jerk ratio mean %.3f worst %.3f; worst of the smoothest %.3f\n", what,
+              beta, r.mean, r.worst, r.worst_bound);
+}
+
+/// Sources without harmonics above `highest`.
+void low_pass(MotionModel& model, int highest) {
+  const auto length = static_cast<double>(model.sources.cols());
+  Eigen::MatrixXd smooth = Eigen::MatrixXd::Zero(model.sources.rows(), model.sources.cols());
+  for (int f = 1; f <= highest; ++f) {
+    const Eigen::RowVectorXd angle =
+        Eigen::RowVectorXd::LinSpaced(model.sources.cols(), 0.0, length - 1.0) * f * math::kTwoPi /
+        length;
+    for (const Eigen::RowVectorXd& basis :
+         {Eigen::RowVectorXd(angle.array().cos()), Eigen::RowVectorXd(angle.array().sin())}) {
+      smooth += 2.0 / length * (model.sources * basis.transpose()) * basis;
+    }
+  }
+  model.sources = smooth;
+}
+
+/// Goal: 1.15 for every pair at β = 1/5. The set's cycles were resampled from 30 Hz by straight
+/// lines; the kinks are in the sources and in the jerk of the steady styles. Without them (nothing
+/// above the 8 Hz of the recordings in the slowest cycle, harmonic 13) the worst pair has 1.5, and
+/// even the smoothest motion between the same ends has 1.14. A wider interval then helps.
 TEST(BlendingJerk, EveryPairOfRecordedStyles) {
   if (testing::shared_folder().empty()) GTEST_SKIP() << "no shared folder";
   mocap::Trials set = testing::gait_set("B");
   // left hip and left shoulder of the Bandai skeleton rest near half a turn
   EXPECT_GT(align_rotation_branches(set), 10);
-  const MotionModel model = testing::tied_model(set, 5);
+  MotionModel model = testing::tied_model(set, 5);
   const Styles styles = styles_of(model);
   ASSERT_EQ(styles.names.size(), 8u);
-  const Ratios narrow = ratios(model, styles, 0.2), half = ratios(model, styles, 0.5),
-               full = ratios(model, styles, 1.0);
-  for (const auto& [beta, r] : {std::pair{0.2, narrow}, {0.5, half}, {1.0, full}}) {
-    std::printf("beta %.1f: jerk ratio mean %.3f worst %.3f; worst of the smoothest %.3f\n", beta,
-                r.mean, r.worst, r.worst_bound);
-  }
-  EXPECT_LT(narrow.mean, 1.35);
-  EXPECT_LT(narrow.worst, 1.75);
-  EXPECT_GT(narrow.worst_bound, 1.15);
-  EXPECT_LT(half.worst, 1.15);
-  EXPECT_LT(full.worst, 1.05);
+  const Ratios narrow = ratios(model, styles, 0.2), full = ratios(model, styles, 1.0);
+  print("as recorded", 0.2, narrow);
+  print("as recorded", 1.0, full);
+  EXPECT_LT(narrow.worst, 1.15);
   EXPECT_LT(full.mean, 0.9);
+  EXPECT_LT(full.worst, 1.0);
+  low_pass(model, 13);
+  const Ratios smooth = ratios(model, styles, 0.2), half = ratios(model, styles, 0.5);
+  print("smooth", 0.2, smooth);
+  print("smooth", 0.5, half);
+  EXPECT_LT(smooth.worst, 1.75);
+  EXPECT_GT(smooth.worst_bound, 1.1);
+  EXPECT_LT(half.worst, 1.15);
 }
 
-TEST(BlendingJerk, WithoutAlignedBranchesItIsSeveralTimesAsMuch) {
+TEST(BlendingJerk, WithoutAlignedBranchesItIsThreeTimesAsMuch) {
   if (testing::shared_folder().empty()) GTEST_SKIP() << "no shared folder";
   const MotionModel model = testing::tied_model(testing::gait_set("B"), 5);
-  EXPECT_GT(ratios(model, styles_of(model), 0.2).worst, 4.0);
+  EXPECT_GT(ratios(model, styles_of(model), 0.2).worst, 2.5);
 }
 
 }  // namespace

@@ -29,11 +29,10 @@ mocap::Trials subset(const mocap::Trials& all, Keep keep) {
   return some;
 }
 
-/// A model with tied delays by plain alternation (correlation maxima pooled over the trials, least
-/// squares for weights and sources), from sinusoids: enough to test control with.
-MotionModel tied_model(const mocap::Trials& trials, int sources, int iterations = 12);
+/// A model with tied delays (demix::sisa).
+MotionModel tied_model(const mocap::Trials& trials, int sources);
 
-/// R×T of parameters, by direct sums over the harmonics of the sources.
+/// R×T.
 Eigen::MatrixXd synthesize(const MotionModel& model, const Eigen::VectorXd& mean_rad,
                            const Eigen::MatrixXd& weight_rad, const Eigen::MatrixXd& delay_rad);
 

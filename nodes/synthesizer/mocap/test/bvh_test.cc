@@ -160,6 +160,10 @@ TEST(Bvh, RefusesWhatAClipCannotHold) {
             "f.bvh:9: found '4000000000', expected 0 to 6 channels");
   EXPECT_EQ(says(replaced(kTwo, "End Site", "Tip")),
             "f.bvh:10: found 'Tip', expected JOINT, End Site or '}'");
+  EXPECT_EQ(says(replaced(kHips, "Hips", "H\x01\rp") + "\v7"),  // names of files, in one line
+            "f.bvh:26: found '7', expected the end of the file after 2 frames");
+  EXPECT_EQ(says(replaced(kTwo, "End Site", "T\x01\x02p")),
+            "f.bvh:10: found 'T??p', expected JOINT, End Site or '}'");
   EXPECT_NE(message_of([] { parse_bvh(kTwo, "f", {.unit_m = -1.0}); }), "");
 }
 

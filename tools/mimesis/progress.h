@@ -9,17 +9,19 @@ namespace mimesis::tool {
 /// terminal, ten times a second at most, and gone when the work is done.
 class Progress {
  public:
-  /// @param total  of the work [bytes]; 0: unknown
-  Progress(std::string what, std::uint64_t total);
+  enum class Unit { bytes, none };
+  /// @param total  of the work; 0: unknown. A rate is shown for bytes only.
+  Progress(std::string what, std::uint64_t total, Unit unit = Unit::bytes);
   ~Progress();
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
-  void at(std::uint64_t done);  ///< [bytes]
+  void at(std::uint64_t done);
 
  private:
   using Clock = std::chrono::steady_clock;
   std::string what_;
   std::uint64_t total_;
+  Unit unit_;
   bool shown_;
   Clock::time_point started_ = Clock::now(), next_ = started_;
   bool drawn_ = false;

@@ -1,0 +1,73 @@
+#include <benchmark/benchmark.h>
+
+#include <array>
+
+#include "nodes/synthesizer/dynamics/character_batch.h"
+#include "nodes/synthesizer/dynamics/svr_character.h"
+#include "nodes/synthesizer/dynamics/testing/synthetic_model.h"
+
+namespace mimesis::synthesizer {
+namespace {
+
+/// One frame at 60 Hz of as many characters as the argument says: oscillators, postures of 51 rows
+/// from 4 sources, forward kinematics of 17 joints, root motion. Time per item: a character frame.
+enum class Parameters { kPattern, kBlend, kOwn };
+
+void frame(benchmark::State& state, Parameters parameters, bool foot_lock) {
+  const int count = static_cast<int>(state.range(0));
+  const MotionModel model = testing::random_model(1);
+  CharacterBatch batch(
+      model, count,
+      {.harmonics = 10, .individual = parameters == Parameters::kOwn, .foot_lock = foot_lock});
+  for (int i = 0; i < count; ++i) {
+    const Pattern& p = model.patterns[static_cast<std::size_t>(i % 3)];
+    batch.set_pattern(i, i % 3);
+    batch.set_phase(i, 0.01 * i);
+    if (parameters == Parameters::kBlend) batch.set_blend(i, std::array{0.5, 0.3, 0.2});
+    if (parameters == Parameters::kOwn) {
+      batch.set_parameters(i, p.mean_rad, p.weight_rad, p.delay_rad);
+    }
+  }
+  for (auto _ : state) {
+    batch.step();
+    benchmark::ClobberMemory();
+  }
+  state.SetItemsProcessed(state.iterations() * count);
+  state.counters["s_per_character"] =
+      benchmark::Counter(static_cast<double>(count), benchmark::Counter::kIsIterationInvariantRate |
+                                                         benchmark::Counter::kInvert);
+  state.counters["harmonics"] = batch.series().harmonics();
+}
+
+void crowd(benchmark::State& state) { frame(state, Parameters::kPattern, false); }
+void crowd_foot_lock(benchmark::State& state) { frame(state, Parameters::kPattern, true); }
+void crowd_blend_of_3(benchmark::State& state) { frame(state, Parameters::kBlend, false); }
+void crowd_own_parameters(benchmark::State& state) { frame(state, Parameters::kOwn, false); }
+BENCHMARK(crowd)->Arg(1)->Arg(100)->Arg(1000)->Arg(30000);
+BENCHMARK(crowd_foot_lock)->Arg(1)->Arg(100)->Arg(1000)->Arg(30000);
+BENCHMARK(crowd_blend_of_3)->Arg(1000)->Arg(30000);
+BENCHMARK(crowd_own_parameters)->Arg(1000)->Arg(30000);
+
+void set_parameters(benchmark::State& state) {  // a new series, of 51 rows and 4 sources
+  const MotionModel model = testing::random_model(1);
+  CharacterBatch batch(model, 1, {.harmonics = 10, .individual = true});
+  const Pattern& p = model.patterns[1];
+  for (auto _ : state) batch.set_parameters(0, p.mean_rad, p.weight_rad, p.delay_rad);
+}
+BENCHMARK(set_parameters);
+
+void plain_svr(benchmark::State& state) {  // one character: 51 rows x 4 maps; no kinematics
+  SvrCharacter character(testing::random_model(1), 5.0, 1.0 / 60.0);
+  double vectors = 0.0;
+  for (const SourceMap& map : character.maps()) vectors += map.support_vectors();
+  for (auto _ : state) {
+    character.step();
+    benchmark::ClobberMemory();
+  }
+  state.counters["support_vectors_per_map"] =
+      vectors / static_cast<double>(character.maps().size());
+}
+BENCHMARK(plain_svr);
+
+}  // namespace
+}  // namespace mimesis::synthesizer

@@ -1,0 +1,331 @@
+#include "nodes/synthesizer/dynamics/character_batch.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "common/error.h"
+#include "common/math/circle.h"
+#include "nodes/synthesizer/dynamics/basis_lanes.h"
+#include "nodes/synthesizer/dynamics/foot_lock.h"
+#include "nodes/synthesizer/dynamics/hopf_lanes.h"
+#include "nodes/synthesizer/dynamics/mix.h"
+
+namespace mimesis::synthesizer {
+namespace {
+
+constexpr double kLongestPart = 1.0 / 120.0;  // s
+// in place of a pattern: the character's shares of all patterns; a series of its own
+constexpr int kBlend = -1, kOwn = -2;
+constexpr int kLegJoints[6] = {mocap::kLeftHip,  mocap::kLeftKnee,  mocap::kLeftAnkle,
+                               mocap::kRightHip, mocap::kRightKnee, mocap::kRightAnkle};
+
+/// 16 characters.
+struct Tile {
+  HopfLanes hopf;
+  RootLanes root;
+  LockLanes lock;
+  PointLanes point;
+  // of H in W
+  double x[kLanes] = {}, y[kLanes] = {}, cos_heading[kLanes], sin_heading[kLanes] = {};
+  double heading[kLanes] = {};  // for the turns; the rotation itself is the pair above
+
+  Tile() { std::fill_n(cos_heading, kLanes, 1.0); }
+};
+
+int row_of(const MotionModel& model, int body_row) {
+  const auto found =
+      std::find(model.rows.begin(), model.rows.end(), mocap::body_row_name(body_row));
+  return found == model.rows.end() ? -1 : static_cast<int>(found - model.rows.begin());
+}
+
+}  // namespace
+
+struct CharacterBatch::Data {
+  Data(const MotionModel& model, int count_, const CharacterOptions& options_)
+      : options(options_),
+        count(count_),
+        maker(model, options_.harmonics, options_.tolerance_rad),
+        samples(std::max(512, 4 * static_cast<int>(model.sources.cols()))),
+        patterns(static_cast<int>(model.patterns.size())),
+        tied(model.tied),
+        body(model.body) {}
+
+  /// The series of character i.
+  float* series(int i) {
+    MIMESIS_ASSERT(options.individual && i >= 0 && i < count);
+    return own.data() + static_cast<std::size_t>(i) * static_cast<std::size_t>(maker.size());
+  }
+  float* table(int p, int first_row) {
+    const auto stride = static_cast<std::size_t>(maker.row_stride());
+    return tables.data() + (static_cast<std::size_t>(p) * static_cast<std::size_t>(samples + 3) +
+                            static_cast<std::size_t>(first_row)) *
+                               stride;
+  }
+  float* row(int i) {
+    return angles.data() +
+           static_cast<std::size_t>(i) * static_cast<std::size_t>(maker.row_stride());
+  }
+  Tile& tile(int i) {
+    MIMESIS_ASSERT(i >= 0 && i < count);
+    return tiles[static_cast<std::size_t>(i / kLanes)];
+  }
+  Eigen::Vector3d in_world(int i, const Lane* p);
+  void step(Tile& tile, int first, double dt_s);
+  void tabulate(const MotionModel& model);
+  void add_rows(int i, int lane);
+  void synthesize(const Tile& tile, int first);
+  void lock_feet(Tile& tile, int first);
+
+  CharacterOptions options;
+  int count, parts = 1;
+  MotionSeries maker;
+  int samples;  ///< of a table, a period
+  int patterns;
+  bool tied;
+  BodyLanes body;
+  std::array<int, mocap::kBodyRows> rows{};  ///< the model's row of a body row, or -1
+  std::vector<float> tables;                 ///< of the patterns
+  std::vector<float> own;                    ///< series of the characters, if individual
+  std::vector<int> from;                     ///< pattern of each character, or kBlend, kOwn
+  std::vector<float> beta;                   ///< shares of the patterns, of each character
+  std::vector<float> angles;                 ///< row_stride() a character
+  std::vector<Tile> tiles;
+  // of the tile at work
+  std::vector<float> basis;  ///< basis_count() a character
+  int cell[kLanes] = {};
+  alignas(64) float taps[4 * kLanes] = {};
+  alignas(64) Lane angle[mocap::kBodyRows] = {};
+  RotationLanes rotation{};
+};
+
+CharacterBatch::CharacterBatch(const MotionModel& model, int count,
+                               const CharacterOptions& options) {
+  if (count < 1)
+    throw ConfigError("characters: " + std::to_string(count) + ", expected at least 1");
+  if (!(options.dt_s > 0.0 && options.dt_s <= 0.1)) {
+    throw ConfigError("dt_s: " + std::to_string(options.dt_s) + " is outside (0, 0.1]");
+  }
+  data_ = std::make_unique<Data>(model, count, options);
+  Data& d = *data_;
+  d.parts = static_cast<int>(std::ceil(options.dt_s / kLongestPart - 1e-9));
+  const std::size_t n = static_cast<std::size_t>(count);
+  const std::size_t lanes = (n + kLanes - 1) / kLanes * kLanes;
+  if (options.individual) d.own.resize(n * static_cast<std::size_t>(d.maker.size()));
+  d.from.assign(lanes, 0);
+  d.beta.resize(lanes * static_cast<std::size_t>(d.patterns));
+  d.angles.resize(lanes * static_cast<std::size_t>(d.maker.row_stride()));
+  d.tiles.resize(lanes / kLanes);
+  d.basis.resize(static_cast<std::size_t>(kLanes * d.maker.basis_count()));
+  d.tabulate(model);
+  for (std::size_t b = 0; b < d.rows.size(); ++b) d.rows[b] = row_of(model, static_cast<int>(b));
+  const double duration = model.patterns.front().trial.duration_s;
+  for (Tile& tile : d.tiles) {  // the lanes beyond the last character run along
+    std::fill_n(tile.hopf.x1, kLanes, 1.0);
+    std::fill_n(tile.hopf.omega, kLanes, math::kTwoPi / (duration > 0.0 ? duration : 1.0));
+  }
+  for (std::size_t t = 0; t < d.tiles.size(); ++t) {
+    d.step(d.tiles[t], static_cast<int>(t) * kLanes, 0.0);
+    std::fill_n(d.tiles[t].root.fresh, kLanes, 1.0F);
+  }
+}
+
+void CharacterBatch::Data::tabulate(const MotionModel& model) {
+  std::vector<float> one(static_cast<std::size_t>(maker.size()));
+  tables.resize(static_cast<std::size_t>(patterns) * static_cast<std::size_t>(samples + 3) *
+                static_cast<std::size_t>(maker.row_stride()));
+  for (int p = 0; p < patterns; ++p) {
+    const Pattern& q = model.patterns[static_cast<std::size_t>(p)];
+    maker.make(q.mean_rad, q.weight_rad, q.delay_rad, one.data());
+    maker.tabulate(one.data(), samples, table(p, 0));
+  }
+}
+
+CharacterBatch::~CharacterBatch() = default;
+CharacterBatch::CharacterBatch(CharacterBatch&&) noexcept = default;
+CharacterBatch& CharacterBatch::operator=(CharacterBatch&&) noexcept = default;
+
+int CharacterBatch::size() const { return data_->count; }
+int CharacterBatch::rows() const { return data_->maker.rows(); }
+const MotionSeries& CharacterBatch::series() const { return data_->maker; }
+
+void CharacterBatch::set_pattern(int i, int p) {
+  MIMESIS_ASSERT(i >= 0 && i < data_->count && p >= 0 && p < data_->patterns);
+  data_->from[static_cast<std::size_t>(i)] = p;
+}
+
+void CharacterBatch::set_parameters(int i, const Eigen::Ref<const Eigen::VectorXd>& mean_rad,
+                                    const Eigen::Ref<const Eigen::MatrixXd>& weight_rad,
+                                    const Eigen::Ref<const Eigen::MatrixXd>& delay_rad) {
+  data_->maker.make(mean_rad, weight_rad, delay_rad, data_->series(i));
+  data_->from[static_cast<std::size_t>(i)] = kOwn;
+}
+
+void CharacterBatch::set_blend(int i, std::span<const double> beta) {
+  Data& d = *data_;
+  MIMESIS_ASSERT(d.tied && static_cast<int>(beta.size()) == d.patterns && i >= 0 && i < d.count);
+  const auto c = static_cast<std::size_t>(i);
+  float* share = d.beta.data() + c * beta.size();
+  for (std::size_t p = 0; p < beta.size(); ++p) share[p] = static_cast<float>(beta[p]);
+  d.from[c] = kBlend;
+}
+
+void CharacterBatch::set_frequency(int i, double omega_rad_s) {
+  MIMESIS_ASSERT(omega_rad_s >= 0.0 && std::isfinite(omega_rad_s));
+  data_->tile(i).hopf.omega[i % kLanes] = omega_rad_s;
+}
+
+void CharacterBatch::set_phase(int i, double phase_rad) {
+  MIMESIS_ASSERT(std::isfinite(phase_rad));
+  Tile& tile = data_->tile(i);
+  tile.hopf.x1[i % kLanes] = std::cos(phase_rad);
+  tile.hopf.x2[i % kLanes] = std::sin(phase_rad);
+  tile.root.fresh[i % kLanes] = 1.0F;
+}
+
+void CharacterBatch::set_external(int i, double phase_rad, double alpha_1_s) {
+  MIMESIS_ASSERT(std::isfinite(phase_rad) && alpha_1_s >= 0.0 && alpha_1_s <= 100.0);
+  HopfLanes& hopf = data_->tile(i).hopf;
+  hopf.external1[i % kLanes] = std::cos(phase_rad);
+  hopf.external2[i % kLanes] = std::sin(phase_rad);
+  hopf.alpha[i % kLanes] = alpha_1_s;
+}
+
+void CharacterBatch::set_root(int i, const Eigen::Vector2d& position_W_m, double heading_rad) {
+  Tile& tile = data_->tile(i);
+  const int l = i % kLanes;
+  tile.x[l] = position_W_m.x();
+  tile.y[l] = position_W_m.y();
+  tile.heading[l] = heading_rad;
+  tile.cos_heading[l] = std::cos(heading_rad);
+  tile.sin_heading[l] = std::sin(heading_rad);
+}
+
+void CharacterBatch::step() {
+  for (std::size_t t = 0; t < data_->tiles.size(); ++t) {
+    data_->step(data_->tiles[t], static_cast<int>(t) * kLanes, data_->options.dt_s);
+  }
+}
+
+/// Adds up the rows of character i, in lane l of the tile at work.
+void CharacterBatch::Data::add_rows(int i, int l) {
+  const auto c = static_cast<std::size_t>(i);
+  const int stride = maker.row_stride();
+  float* values = row(i);
+  std::fill_n(values, stride, 0.0F);
+  if (from[c] == kOwn) {
+    add_mix(series(i), basis.data() + l * maker.basis_count(), maker.basis_count(), stride, 1.0F,
+            values);
+  } else if (from[c] == kBlend) {
+    const float* share = beta.data() + c * static_cast<std::size_t>(patterns);
+    for (int p = 0; p < patterns; ++p) {
+      if (share[p] != 0.0F) add_mix(table(p, cell[l]), taps + 4 * l, 4, stride, share[p], values);
+    }
+  } else {
+    add_mix(table(from[c], cell[l]), taps + 4 * l, 4, stride, 1.0F, values);
+  }
+}
+
+/// Rows of the 16 characters, and their body rows side by side in `angle`.
+void CharacterBatch::Data::synthesize(const Tile& tile, int first) {
+  HopfLanes::Lane cosine, sine;
+  directions(tile.hopf, cosine, sine);
+  table_taps(cosine, sine, samples, cell, taps);
+  if (options.individual) {
+    basis_values(cosine, sine, maker.harmonics(), maker.slow_functions() > 0, maker.basis_count(),
+                 basis.data());
+  }
+  for (int l = 0; l < kLanes; ++l) {
+    add_rows(first + l, l);
+    const float* values = row(first + l);
+    for (std::size_t b = 0; b < rows.size(); ++b) {
+      if (rows[b] >= 0) angle[b][l] = values[rows[b]];
+    }
+  }
+}
+
+void CharacterBatch::Data::lock_feet(Tile& tile, int first) {
+  foot_contact(tile.root, static_cast<float>(options.dt_s), tile.lock);
+  foot_lock(tile.lock, rotation, angle, tile.point);
+  for (const int joint : kLegJoints) {
+    for (int b = 3 * joint; b < 3 * joint + 3; ++b) {
+      const int r = rows[static_cast<std::size_t>(b)];
+      if (r < 0) continue;
+      for (int l = 0; l < kLanes; ++l) row(first + l)[r] = angle[b][l];
+    }
+  }
+}
+
+void CharacterBatch::Data::step(Tile& tile, int first, double dt_s) {
+  if (dt_s > 0.0) advance(tile.hopf, dt_s, parts);
+  synthesize(tile, first);
+  posture(body, angle, rotation, tile.point);
+  root_motion(tile.point, static_cast<float>(options.dt_s), tile.root);
+  if (options.foot_lock && dt_s > 0.0) lock_feet(tile, first);
+  for (int l = 0; l < kLanes; ++l) {
+    const double c = tile.cos_heading[l], s = tile.sin_heading[l];
+    const double dx = tile.root.dx[l], dy = tile.root.dy[l];
+    const double dc = tile.root.cos_turn[l], ds = tile.root.sin_turn[l];
+    tile.x[l] += c * dx - s * dy;
+    tile.y[l] += s * dx + c * dy;
+    const double nc = c * dc - s * ds, ns = s * dc + c * ds, n = std::sqrt(nc * nc + ns * ns);
+    tile.cos_heading[l] = nc / n;
+    tile.sin_heading[l] = ns / n;
+    tile.heading[l] += static_cast<double>(tile.root.turn[l]);
+  }
+}
+
+double CharacterBatch::phase(int i) const {
+  const Eigen::Vector2d x = state(i);
+  return math::wrap_two_pi(std::atan2(x.y(), x.x()));
+}
+
+Eigen::Vector2d CharacterBatch::state(int i) const {
+  const HopfLanes& hopf = data_->tile(i).hopf;
+  return {hopf.x1[i % kLanes], hopf.x2[i % kLanes]};
+}
+
+std::span<const float> CharacterBatch::angles(int i) const {
+  MIMESIS_ASSERT(i >= 0 && i < data_->count);
+  return {data_->row(i), static_cast<std::size_t>(rows())};
+}
+
+RootPose CharacterBatch::root(int i) const {
+  const Tile& tile = data_->tile(i);
+  const int l = i % kLanes;
+  const double rate = 1.0 / data_->options.dt_s;
+  const double c = tile.root.cos_turn[l], s = tile.root.sin_turn[l];
+  const double dx = tile.root.dx[l], dy = tile.root.dy[l];
+  const double angle = std::atan2(tile.sin_heading[l], tile.cos_heading[l]);
+  RootPose pose;
+  pose.position_W_m = {tile.x[l], tile.y[l]};
+  pose.height_m = tile.root.height[l];
+  pose.heading_rad = tile.heading[l] + math::wrap_pi(angle - tile.heading[l]);
+  pose.velocity_H_m_s = {(c * dx + s * dy) * rate, (c * dy - s * dx) * rate};
+  pose.yaw_rate_rad_s = tile.root.turn[l] * rate;
+  pose.support = tile.root.support[l] > 0.5F ? mocap::kRight : mocap::kLeft;
+  return pose;
+}
+
+Eigen::Vector3d CharacterBatch::Data::in_world(int i, const Lane* p) {
+  const Tile& t = tile(i);
+  const int l = i % kLanes;
+  const double x = p[0][l], y = p[1][l], c = t.cos_heading[l], s = t.sin_heading[l];
+  return {t.x[l] + c * x - s * y, t.y[l] + s * x + c * y,
+          static_cast<double>(p[2][l]) + static_cast<double>(t.root.height[l])};
+}
+
+Eigen::Vector3d CharacterBatch::joint_W_m(int i, int body_joint) const {
+  MIMESIS_ASSERT(body_joint >= 0 && body_joint < mocap::kBodyJoints);
+  return data_->in_world(i, data_->tile(i).point.joint[body_joint]);
+}
+Eigen::Vector3d CharacterBatch::heel_W_m(int i, int side) const {
+  return data_->in_world(i, data_->tile(i).point.foot[side == mocap::kLeft ? 0 : 2]);
+}
+Eigen::Vector3d CharacterBatch::toe_W_m(int i, int side) const {
+  return data_->in_world(i, data_->tile(i).point.foot[side == mocap::kLeft ? 1 : 3]);
+}
+
+}  // namespace mimesis::synthesizer

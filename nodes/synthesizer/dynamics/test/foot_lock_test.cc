@@ -1,0 +1,120 @@
+#include "nodes/synthesizer/dynamics/foot_lock.h"
+
+#include <gtest/gtest.h>
+
+#include "nodes/synthesizer/dynamics/character_batch.h"
+#include "nodes/synthesizer/dynamics/testing/synthetic_model.h"
+
+namespace mimesis::synthesizer {
+namespace {
+
+using testing::walking_model, testing::WalkSettings;
+
+struct Slide {
+  double stance_m_s = 0.0;           ///< mean speed of the toes while they are to stand
+  double fastest_change_m_s2 = 0.0;  ///< largest change of a toe's velocity, per s
+  double farthest_rad = 0.0;         ///< largest change of a joint angle by the lock
+};
+
+/// A walker whose feet slide by 10 cm a stance, at 100 Hz.
+Slide walk(bool lock) {
+  const MotionModel model = walking_model({.slide_m = 0.1});
+  CharacterBatch batch(model, 1, {.dt_s = 0.01, .foot_lock = lock});
+  CharacterBatch free(model, 1, {.dt_s = 0.01});
+  Slide result;
+  double sum = 0.0;
+  int count = 0;
+  Eigen::Vector3d before[2], velocity[2];
+  for (int n = 0; n < 800; ++n) {
+    batch.step();
+    free.step();
+    for (int side = 0; side < 2; ++side) {
+      const double phase = batch.phase(0) - (side == mocap::kRight ? std::numbers::pi : 0.0);
+      const double since = phase < 0.0 ? phase + 2.0 * std::numbers::pi : phase;
+      const Eigen::Vector3d v = (batch.toe_W_m(0, side) - before[side]) / 0.01;
+      if (n > 200 && since > 0.5 && since < 0.58 * 2.0 * std::numbers::pi) {
+        sum += v.head<2>().norm();
+        ++count;
+      }
+      if (n > 200) {
+        result.fastest_change_m_s2 =
+            std::max(result.fastest_change_m_s2, (v - velocity[side]).norm() / 0.01);
+      }
+      velocity[side] = v;
+      before[side] = batch.toe_W_m(0, side);
+    }
+    for (int r = 0; r < batch.rows(); ++r) {
+      const auto i = static_cast<std::size_t>(r);
+      result.farthest_rad = std::max(
+          result.farthest_rad, std::abs(double(batch.angles(0)[i]) - double(free.angles(0)[i])));
+    }
+  }
+  result.stance_m_s = sum / count;
+  return result;
+}
+
+TEST(FootLock, FeetThatSlideStand) {
+  const Slide without = walk(false), with = walk(true);
+  EXPECT_GT(without.stance_m_s, 0.03);
+  EXPECT_LT(with.stance_m_s, 0.003);
+  EXPECT_LT(with.farthest_rad, 0.3);
+  EXPECT_LT(with.fastest_change_m_s2, 1.5 * without.fastest_change_m_s2);
+}
+
+TEST(FootLock, FeetStandInTurnsToo) {  // the displacement stays where it is in the world
+  const MotionModel model = walking_model({.speed_m_s = 0.8, .turn_rad_s = 1.5, .slide_m = 0.08});
+  CharacterBatch batch(model, 1, {.dt_s = 0.01, .foot_lock = true});
+  double path = 0.0;
+  int count = 0;
+  Eigen::Vector3d before = Eigen::Vector3d::Zero();
+  for (int n = 0; n < 800; ++n) {
+    batch.step();
+    const Eigen::Vector3d toe = batch.toe_W_m(0, mocap::kLeft),
+                          heel = batch.heel_W_m(0, mocap::kLeft);
+    const Eigen::Vector3d middle = 0.5 * (toe + heel);  // of the flat foot: what is locked
+    if (n > 200 && batch.phase(0) > 0.8 && batch.phase(0) < 3.4) {
+      path += (middle - before).head<2>().norm();
+      ++count;
+    }
+    before = middle;
+  }
+  EXPECT_LT(path / count / 0.01, 0.005);
+}
+
+TEST(FootLock, DisplacementsKeepTheirDirectionInTheWorldWhenThePelvisTurns) {
+  RootLanes root;
+  LockLanes lock;
+  for (int l = 0; l < kLanes; ++l) {
+    root.cos_turn[l] = std::cos(0.5F);
+    root.sin_turn[l] = std::sin(0.5F);
+    lock.contact[1][l] = 1.0F;
+    lock.d[1][0][l] = 0.03F;
+    lock.d[1][1][l] = 0.01F;
+  }
+  foot_contact(root, 0.01F, lock);  // the foot rests: no velocity, no slip
+  for (int l = 0; l < kLanes; ++l) {
+    EXPECT_FLOAT_EQ(lock.d[1][0][l], 0.03F * std::cos(0.5F) + 0.01F * std::sin(0.5F));
+    EXPECT_FLOAT_EQ(lock.d[1][1][l], 0.01F * std::cos(0.5F) - 0.03F * std::sin(0.5F));
+    EXPECT_EQ(root.displaced[1][0][l], lock.d[1][0][l]);
+    EXPECT_EQ(lock.d[0][0][l], 0.0F);
+  }
+}
+
+TEST(FootLock, FeetThatStandAreLeftAlone) {
+  const MotionModel model = walking_model();
+  CharacterBatch locked(model, 1, {.dt_s = 0.01, .foot_lock = true}),
+      free(model, 1, {.dt_s = 0.01});
+  double most = 0.0;
+  for (int n = 0; n < 500; ++n) {
+    locked.step();
+    free.step();
+    for (int r = 0; r < locked.rows(); ++r) {
+      const auto i = static_cast<std::size_t>(r);
+      most = std::max(most, std::abs(double(locked.angles(0)[i]) - double(free.angles(0)[i])));
+    }
+  }
+  EXPECT_LT(most, 0.08);  // holds the foot that leaves until it is as fast as a step
+}
+
+}  // namespace
+}  // namespace mimesis::synthesizer

@@ -1,0 +1,29 @@
+#pragma once
+#include <span>
+#include <string>
+#include <vector>
+
+#include "nodes/synthesizer/director.h"
+#include "proto/motion.pb.h"
+
+namespace mimesis::synthesizer {
+
+/// Why a message cannot be obeyed, for log lines and MotionStatus.reason; empty if it can.
+std::string fault(const v1::MotionGoal& goal, const Walkers& walkers);
+std::string fault(const v1::StyleWish& wish, const Walkers& walkers);
+std::string fault(const v1::Beat& beat);
+std::string fault(const v1::GaitCommand& gait, const Walkers& walkers);
+
+/// Shares of all styles of the repertoire, sum 1. The wish has no fault.
+std::vector<double> to_shares(const v1::StyleWish& wish, const Repertoire& repertoire);
+GaitWish to_gait(const v1::GaitCommand& gait);
+
+/// The motion of one. `velocity_rad_s`: as many as angles.
+void to_proto(const Director& director, int i, std::span<const double> velocity_rad_s,
+              v1::Motion& motion);
+/// All of them. The lists keep their memory from message to message.
+void to_proto(const Director& director, v1::MotionBatch& batch);
+/// Without header. `plan`: null if there is none.
+v1::MotionStatus to_proto(int i, const Progress& progress, const std::vector<PlannedAction>* plan);
+
+}  // namespace mimesis::synthesizer

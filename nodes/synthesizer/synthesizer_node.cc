@@ -1,0 +1,260 @@
+#include "nodes/synthesizer/synthesizer_node.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "common/error.h"
+#include "common/runtime/param_source.h"
+#include "nodes/synthesizer/motion_messages_node.h"
+
+namespace mimesis::synthesizer {
+namespace {
+
+using runtime::Time;
+
+double seconds(Time t) { return std::chrono::duration<double>(t).count(); }
+
+std::unique_ptr<const ActionMaps> learn_drawer(const SynthesizerParams& params) {
+  if (!params.drawer) {
+    if (params.goal.kind != "drawer") return nullptr;
+    throw ConfigError("synthesizer.goal.kind: 'drawer' needs synthesizer.drawer: true");
+  }
+  GeneratorSettings settings;
+  settings.seed = static_cast<std::uint64_t>(params.drawer_seed);
+  return std::make_unique<const ActionMaps>(
+      learn_drawer_model(generate_drawer_data(mocap::standard_body(), Drawer{}, settings)));
+}
+
+}  // namespace
+
+SynthesizerNode::SynthesizerNode(const Params& params, runtime::Bus& bus)
+    : params_(params),
+      period_s_(1.0 / params.rate_hz),
+      drawer_(learn_drawer(params)),
+      director_(load_motion_model(runtime::find_model_file(params.model)),
+                form(params.characters, params.formation()), params.walkers(), drawer_.get()),
+      commanded_(static_cast<std::size_t>(params.characters), Time{}),
+      told_(static_cast<std::size_t>(params.characters)),
+      goal_in_(bus, "goal"),
+      style_in_(bus, "style"),
+      beat_in_(bus, "beat"),
+      crowd_in_(bus, "crowd"),
+      rows_(bus, "rows", {.latched = true}),
+      motion_(bus, "motion"),
+      batch_(bus, "characters"),
+      status_(bus, "status"),
+      reached_(bus, "reached") {
+  const auto angles = director_.angles(0);
+  last_angles_.assign(angles.begin(), angles.end());
+  velocity_rad_s_.assign(angles.size(), 0.0);
+  set_first_goal();
+  const Repertoire& repertoire = director_.walkers().repertoire();
+  runtime::info("model '{}': {} rows, {} sources; styles {}", repertoire.model().name,
+                repertoire.model().rows.size(), repertoire.model().sources.rows(),
+                repertoire.known());
+}
+
+void SynthesizerNode::set_first_goal() {
+  if (params_.goal.kind == "none") return;
+  v1::MotionGoal goal;
+  goal.set_kind(params_.goal.kind == "drawer" ? v1::MOTION_GOAL_KIND_DRAWER
+                                              : v1::MOTION_GOAL_KIND_WALK_TO);
+  goal.mutable_position_in_world_m()->set_x_m(params_.goal.x_m);
+  goal.mutable_position_in_world_m()->set_y_m(params_.goal.y_m);
+  goal.set_object_depth_m(params_.goal.object_depth_m);
+  for (int i = 0; i < director_.size(); ++i) {
+    goal.set_character(static_cast<std::uint32_t>(i));
+    if (const std::string why = set_goal(goal); !why.empty()) {
+      throw ConfigError("synthesizer.goal: " + why);
+    }
+  }
+}
+
+void SynthesizerNode::step(Time now) {
+  take_goals(now);
+  take_styles(now);
+  take_beat(now);
+  take_crowd(now);
+  director_.step();
+  publish_rows(now);
+  publish_motion(now);
+  publish_status(now);
+}
+
+/// Why not; empty if it is pursued from now on.
+std::string SynthesizerNode::set_goal(const v1::MotionGoal& goal) {
+  if (std::string why = fault(goal, director_.walkers()); !why.empty()) return why;
+  const int i = static_cast<int>(goal.character());
+  const Eigen::Vector2d place(goal.position_in_world_m().x_m(), goal.position_in_world_m().y_m());
+  switch (goal.kind()) {
+    case v1::MOTION_GOAL_KIND_DRAWER:
+      return director_.to_drawer(i, {place, goal.object_depth_m()});
+    case v1::MOTION_GOAL_KIND_STOP:
+      director_.stop(i);
+      return {};
+    default:
+      director_.walk_to(i, place);
+      return {};
+  }
+}
+
+void SynthesizerNode::take_goals(Time now) {
+  while (const auto goal = goal_in_.pop()) {
+    const std::string why = set_goal(*goal);
+    if (why.empty()) continue;
+    if (bad_goal_.pass()) runtime::warn("goal: {}; refused", why);
+    refuse(goal->character(), why, now);
+  }
+}
+
+void SynthesizerNode::take_styles(Time now) {
+  while (const auto wish = style_in_.pop()) {
+    if (const std::string why = fault(*wish, director_.walkers()); !why.empty()) {
+      if (bad_style_.pass()) runtime::warn("style: {}; refused", why);
+      refuse(wish->characters().empty() ? 0 : wish->characters(0), why, now);
+      continue;
+    }
+    const std::vector<double> shares = to_shares(*wish, director_.walkers().repertoire());
+    const auto set = [&](int i) {
+      director_.walkers().walker(i).style().wish(shares, wish->duration_s());
+    };
+    for (const std::uint32_t i : wish->characters()) set(static_cast<int>(i));
+    for (int i = 0; wish->characters().empty() && i < director_.size(); ++i) set(i);
+  }
+}
+
+void SynthesizerNode::take_beat(Time now) {
+  if (beat_heard_ && now - beat_stamp_ > runtime::from_seconds(params_.beat_stale_s)) {
+    runtime::info("no beat for {} s: everyone walks on in their own rhythm", params_.beat_stale_s);
+    director_.walkers().end_beat();
+    beat_heard_ = false;
+  }
+  const v1::Beat* beat = beat_in_.take();
+  if (beat == nullptr || beat_in_.stamp() < beat_stamp_) return;
+  if (now - beat_in_.stamp() > runtime::from_seconds(params_.beat_stale_s)) return;
+  if (const std::string why = fault(*beat); !why.empty()) {
+    if (bad_beat_.pass()) runtime::warn("beat: {}; ignored", why);
+    return;
+  }
+  beat_stamp_ = beat_in_.stamp();
+  beat_heard_ = beat->phase_rate_rad_s() > 0.0;
+  if (!beat_heard_) {
+    director_.walkers().end_beat();
+    return;
+  }
+  director_.walkers().set_beat(
+      beat->phase_rad() + beat->phase_rate_rad_s() * (seconds(now - beat_stamp_) - period_s_),
+      beat->phase_rate_rad_s());
+}
+
+void SynthesizerNode::take_crowd(Time now) {
+  const v1::CrowdCommand* crowd = crowd_in_.take();
+  const Time stamp = crowd_in_.stamp();
+  const bool in_time =
+      stamp >= crowd_stamp_ && now - stamp <= runtime::from_seconds(params_.gait_stale_s);
+  if (crowd != nullptr && in_time) {
+    crowd_stamp_ = stamp;
+    for (const v1::GaitCommand& gait : crowd->gaits()) {
+      if (const std::string why = fault(gait, director_.walkers()); !why.empty()) {
+        if (bad_crowd_.pass()) runtime::warn("crowd: {}; ignored", why);
+        continue;
+      }
+      obey(gait, seconds(now - stamp) - period_s_);
+      commanded_[gait.character()] = stamp;
+    }
+  }
+  release_stale(now);
+}
+
+void SynthesizerNode::obey(const v1::GaitCommand& gait, double age_s) {
+  const int i = static_cast<int>(gait.character());
+  std::optional<double> phase;
+  if (gait.has_phase_rad()) {
+    const double rate = gait.has_phase_rate_rad_s()
+                            ? gait.phase_rate_rad_s()
+                            : director_.walkers().walker(i).frequency_rad_s();
+    phase = gait.phase_rad() + rate * age_s;
+  }
+  director_.walkers().set_gait(i, to_gait(gait), phase);
+}
+
+void SynthesizerNode::release_stale(Time now) {
+  int released = 0, first = 0;
+  for (int i = director_.size() - 1; i >= 0; --i) {
+    Time& stamp = commanded_[static_cast<std::size_t>(i)];
+    if (stamp == Time{} || now - stamp <= runtime::from_seconds(params_.gait_stale_s)) continue;
+    stamp = Time{};
+    director_.walkers().release(i);
+    ++released;
+    first = i;
+  }
+  if (released == 1) {
+    runtime::info("no crowd command for {} s: character {} walks on its own", params_.gait_stale_s,
+                  first);
+  } else if (released > 1) {
+    runtime::info("no crowd command for {} s: {} characters walk on their own, the first is {}",
+                  params_.gait_stale_s, released, first);
+  }
+}
+
+void SynthesizerNode::publish_rows(Time now) {
+  if (rows_sent_) return;
+  rows_sent_ = true;
+  v1::MotionRows message;
+  const Repertoire& repertoire = director_.walkers().repertoire();
+  message.set_model(repertoire.model().name);
+  for (const std::string& row : repertoire.model().rows) message.add_rows(row);
+  for (const StyleMotions& style : repertoire.styles()) message.add_styles(style.name);
+  message.set_characters(static_cast<std::uint32_t>(director_.size()));
+  rows_.send(message, now);
+}
+
+void SynthesizerNode::publish_motion(Time now) {
+  if (director_.size() > 1) {
+    to_proto(director_, batch_message_);
+    batch_.send(batch_message_, now);
+    return;
+  }
+  const auto angles = director_.angles(0);
+  for (std::size_t r = 0; r < angles.size(); ++r) {
+    velocity_rad_s_[r] =
+        (static_cast<double>(angles[r]) - static_cast<double>(last_angles_[r])) * params_.rate_hz;
+    last_angles_[r] = angles[r];
+  }
+  to_proto(director_, 0, velocity_rad_s_, motion_message_);
+  motion_.send(motion_message_, now);
+}
+
+/// At every change, and once a second of those that have a goal.
+void SynthesizerNode::publish_status(Time now) {
+  for (int i = 0; i < director_.size(); ++i) {
+    Progress is = director_.progress(i);
+    const std::vector<PlannedAction>* plan = director_.plan(i);
+    Told& told = told_[static_cast<std::size_t>(i)];
+    const std::size_t actions = plan != nullptr ? plan->size() : 0;
+    const bool changed = is.kind != told.kind || is.reached != told.reached ||
+                         is.reason != told.reason || actions != told.actions;
+    if (!changed && (is.kind == GoalKind::none || now < told.due)) continue;
+    if (!is.reason.empty() && is.reason != told.reason) {
+      runtime::warn("character {}: {}; it goes on", i, is.reason);
+    }
+    v1::MotionStatus status = to_proto(i, is, plan);
+    status_.send(status, now);
+    if (is.reached && !told.reached) reached_.send(status, now);
+    told = {is.kind, is.reached, std::move(is.reason), actions, now + std::chrono::seconds(1)};
+  }
+}
+
+/// Who wished hears why not, even of a character that is not there.
+void SynthesizerNode::refuse(std::uint32_t character, const std::string& why, Time now) {
+  v1::MotionStatus status;
+  status.set_character(character);
+  if (character < static_cast<std::uint32_t>(director_.size())) {
+    const int i = static_cast<int>(character);
+    status = to_proto(i, director_.progress(i), director_.plan(i));
+  }
+  status.set_reason(why);
+  status_.send(status, now);
+}
+
+}  // namespace mimesis::synthesizer

@@ -1,0 +1,73 @@
+#pragma once
+#include <memory>
+#include <vector>
+
+#include "common/runtime/log.h"
+#include "common/runtime/ports.h"
+#include "nodes/synthesizer/director.h"
+#include "nodes/synthesizer/synthesizer_params_node.h"
+#include "proto/motion.pb.h"
+
+namespace mimesis::synthesizer {
+
+/// Generates the motion of one robot or of many characters, steered by goals, styles, a beat and
+/// the commands of a crowd.
+class SynthesizerNode {
+ public:
+  using Params = SynthesizerParams;
+  /// @throws ConfigError for a model file that is missing, damaged or of another version, and for a
+  /// style that it has not.
+  SynthesizerNode(const Params& params, runtime::Bus& bus);
+  /// Called at rate_hz: advances the motion from one period before `now` to `now`.
+  void step(runtime::Time now);
+
+ private:
+  /// What others were told of a character.
+  struct Told {
+    GoalKind kind = GoalKind::none;
+    bool reached = false;
+    std::string reason;
+    std::size_t actions = 0;  // of a plan
+    runtime::Time due{};      // of the next repetition
+  };
+
+  std::string set_goal(const v1::MotionGoal& goal);
+  void set_first_goal();
+  void take_goals(runtime::Time now);
+  void take_styles(runtime::Time now);
+  void take_beat(runtime::Time now);
+  void take_crowd(runtime::Time now);
+  void obey(const v1::GaitCommand& gait, double age_s);
+  void release_stale(runtime::Time now);
+  void publish_rows(runtime::Time now);
+  void publish_motion(runtime::Time now);
+  void publish_status(runtime::Time now);
+  void refuse(std::uint32_t character, const std::string& why, runtime::Time now);
+
+  Params params_;
+  double period_s_;
+  std::unique_ptr<const ActionMaps> drawer_;
+  Director director_;
+  bool rows_sent_ = false, beat_heard_ = false;
+  runtime::Time beat_stamp_{}, crowd_stamp_{};
+  std::vector<runtime::Time> commanded_;  // per character: stamp of the command it obeys, or 0
+  std::vector<Told> told_;
+  std::vector<double> velocity_rad_s_;  // of one robot
+  std::vector<float> last_angles_;
+  runtime::Throttle bad_goal_{std::chrono::seconds(1)}, bad_style_{std::chrono::seconds(1)},
+      bad_beat_{std::chrono::seconds(1)}, bad_crowd_{std::chrono::seconds(1)};
+  v1::Motion motion_message_;  // kept, so that their buffers are
+  v1::MotionBatch batch_message_;
+
+  runtime::Queue<v1::MotionGoal, 4096> goal_in_;
+  runtime::Queue<v1::StyleWish, 4096> style_in_;
+  runtime::Latest<v1::Beat> beat_in_;
+  runtime::Latest<v1::CrowdCommand> crowd_in_;
+  runtime::Out<v1::MotionRows> rows_;
+  runtime::Out<v1::Motion> motion_;
+  runtime::Out<v1::MotionBatch> batch_;
+  runtime::Out<v1::MotionStatus> status_;
+  runtime::Out<v1::MotionStatus> reached_;
+};
+
+}  // namespace mimesis::synthesizer

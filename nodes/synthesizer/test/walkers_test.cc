@@ -1,0 +1,405 @@
+#include "nodes/synthesizer/walkers.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <functional>
+#include <numbers>
+
+#include "common/error.h"
+#include "common/math/circle.h"
+#include "common/testing/no_malloc.h"
+#include "nodes/synthesizer/formation.h"
+#include "nodes/synthesizer/test/models.h"
+
+namespace mimesis::synthesizer {
+namespace {
+
+using Stage = StepCourse::Stage;
+constexpr double kPi = std::numbers::pi, kDt = 0.005;
+
+Walkers one(const MotionModel& model, WalkersSettings settings = {}, WalkerStart start = {}) {
+  settings.walk.dt_s = kDt;
+  return Walkers(model, {&start, 1}, settings);
+}
+
+void run(Walkers& walkers, double duration_s) {
+  for (int k = 0; k < std::lround(duration_s / kDt); ++k) walkers.step();
+}
+
+/// Until the goal is reached [s], at most a minute.
+double walk_to(Walkers& walkers, const Eigen::Vector2d& goal) {
+  walkers.walker(0).walk_to(goal);
+  int k = 0;
+  do walkers.step();
+  while (!walkers.walker(0).reached() && ++k < 12000);
+  return k * kDt;
+}
+
+double distance(const Walkers& walkers, double x, double y) {
+  return (walkers.state(0).root.position_W_m - Eigen::Vector2d(x, y)).norm();
+}
+
+TEST(Repertoire, MeasuresTheMotions) {
+  const Repertoire repertoire(testing::three_styles(true));
+  ASSERT_EQ(repertoire.style_count(), 3);
+  EXPECT_EQ(repertoire.known(), "walk, slow, brisk");
+  const StyleMotions& walk = repertoire.style(repertoire.find("walk"));
+  EXPECT_NEAR(repertoire.motion(walk.straight).step_length_m, 0.5, 0.01);
+  EXPECT_NEAR(repertoire.motion(walk.straight).turn_rad, 0.0, 1e-6);
+  EXPECT_NEAR(repertoire.motion(walk.left).turn_rad, 0.8, 0.02);
+  EXPECT_NEAR(repertoire.motion(walk.right).turn_rad, -0.8, 0.02);
+  EXPECT_NEAR(repertoire.motion(walk.standing).step_length_m, 0.0, 1e-9);
+  EXPECT_GT(walk.closing_share, 0.3);
+  EXPECT_LT(walk.closing_share, 0.9);
+  const StyleMotions& slow = repertoire.style(repertoire.find("slow"));
+  EXPECT_NEAR(repertoire.motion(slow.straight).step_length_m, 0.325, 0.01);
+  EXPECT_EQ(slow.left, -1);
+  EXPECT_EQ(repertoire.find("happy"), -1);
+}
+
+TEST(Repertoire, StandsUprightOnFlatFeet) {
+  Walkers walkers = one(testing::three_styles());
+  run(walkers, 1.0);
+  const CharacterBatch& batch = walkers.batch();
+  for (const int side : {mocap::kLeft, mocap::kRight}) {
+    EXPECT_NEAR(batch.heel_W_m(0, side).z(), 0.0, 1e-5);
+    EXPECT_NEAR(batch.toe_W_m(0, side).z(), 0.0, 1e-5);
+  }
+  EXPECT_NEAR(walkers.state(0).root.height_m, 0.965, 1e-3);  // legs of the standard body
+  EXPECT_EQ(walkers.state(0).root.velocity_H_m_s.norm(), 0.0);
+}
+
+TEST(Walkers, ArriveAtGoalsAllAround) {
+  for (const double angle : {0.0, 0.7, 1.6, 2.6, -3.1, -1.2}) {
+    Walkers walkers = one(testing::three_styles());
+    const double x = 4.0 * std::cos(angle), y = 4.0 * std::sin(angle);
+    EXPECT_LT(walk_to(walkers, {x, y}), 12.0) << angle;
+    EXPECT_LT(distance(walkers, x, y), 0.15) << angle;
+    EXPECT_EQ(walkers.walker(0).stage(), Stage::standing);
+  }
+}
+
+TEST(Walkers, ArriveNear) {
+  for (const double x : {0.2, 0.3, 0.5, 0.8, 1.1, 1.5, -0.5}) {
+    Walkers walkers = one(testing::three_styles());
+    EXPECT_LT(walk_to(walkers, {x, 0.1}), 12.0) << x;
+    EXPECT_LT(distance(walkers, x, 0.1), 0.15) << x;
+  }
+}
+
+TEST(Walkers, TurnByTurningMotionsWhereTheModelHasThem) {
+  const auto pivoting = [](bool turns) {
+    Walkers walkers = one(testing::three_styles(turns));
+    walkers.walker(0).walk_to({0.0, 6.0});
+    double sum = 0.0;
+    for (int k = 0; k < 800; ++k) {
+      walkers.step();
+      sum += std::abs(walkers.walker(0).pivot_rad_s()) * kDt;
+    }
+    EXPECT_GT(walkers.state(0).root.heading_rad, 1.3) << turns;  // both have turned to the goal
+    return sum;
+  };
+  EXPECT_LT(pivoting(true), 0.75 * pivoting(false));
+}
+
+TEST(Walkers, TheStandingFootStaysWhileTheCharacterPivots) {
+  Walkers walkers = one(testing::three_styles(), {.foot_lock = false});
+  walkers.walker(0).walk_to({0.0, 6.0});
+  run(walkers, 1.1);
+  double slid = 0.0, turned = 0.0;
+  for (int k = 0; k < 40; ++k) {  // within one stance
+    const int side = walkers.state(0).root.support;
+    const Eigen::Vector2d heel = walkers.batch().heel_W_m(0, side).head<2>();
+    const Eigen::Vector2d toe = walkers.batch().toe_W_m(0, side).head<2>();
+    const double before = walkers.state(0).root.heading_rad;
+    walkers.step();
+    if (walkers.state(0).root.support != side) continue;
+    turned += walkers.state(0).root.heading_rad - before;
+    slid += std::min((walkers.batch().heel_W_m(0, side).head<2>() - heel).norm(),
+                     (walkers.batch().toe_W_m(0, side).head<2>() - toe).norm());
+  }
+  EXPECT_GT(turned, 0.12);
+  EXPECT_LT(slid, 0.01);  // turning about the pelvis: 0.15 rad · 0.1..0.2 m
+}
+
+TEST(Walkers, AGoalThatJumpsIsFollowed) {
+  Walkers walkers = one(testing::three_styles());
+  walkers.walker(0).walk_to({3.0, 0.0});
+  run(walkers, 2.0);
+  EXPECT_LT(walk_to(walkers, {1.5, -3.0}), 15.0);
+  EXPECT_LT(distance(walkers, 1.5, -3.0), 0.15);
+  EXPECT_LT(walk_to(walkers, {3.0, -3.0}), 15.0);  // from standing again
+  EXPECT_LT(distance(walkers, 3.0, -3.0), 0.15);
+}
+
+TEST(Walkers, StopAtTheEndOfTheStep) {
+  for (const double after : {1.1, 1.3, 1.55}) {
+    Walkers walkers = one(testing::three_styles(), {.walking = true});
+    run(walkers, after);
+    walkers.walker(0).stop();
+    const double to_strike = std::ceil(after / 0.5) * 0.5 - after;
+    run(walkers, to_strike - 0.05);
+    EXPECT_EQ(walkers.walker(0).stage(), Stage::walking) << after;
+    run(walkers, 0.1);
+    EXPECT_EQ(walkers.walker(0).stage(), Stage::closing) << after;
+    run(walkers, 0.5);
+    EXPECT_EQ(walkers.walker(0).stage(), Stage::standing) << after;
+    EXPECT_EQ(walkers.state(0).root.velocity_H_m_s.norm(), 0.0);
+    EXPECT_EQ(walkers.state(0).phase_rate_rad_s, 0.0);
+  }
+}
+
+/// Largest change of a row's rate in one step [rad/s], of the whole run.
+class Smoothness {
+ public:
+  void see(const Walkers& walkers) {
+    const auto now = walkers.angles(0);
+    std::vector<float> rate(now.size());
+    for (std::size_t r = 0; r < now.size(); ++r) {
+      if (count_ > 0) rate[r] = (now[r] - angle_[r]) / static_cast<float>(kDt);
+      if (count_ > 1) worst_ = std::max(worst_, static_cast<double>(std::abs(rate[r] - rate_[r])));
+    }
+    angle_.assign(now.begin(), now.end());
+    rate_ = rate;
+    ++count_;
+  }
+  double worst() const { return worst_; }
+
+ private:
+  std::vector<float> angle_, rate_;
+  int count_ = 0;
+  double worst_ = 0.0;
+};
+
+double roughness(const std::function<void(Walkers&, int)>& disturb) {
+  Walkers walkers = one(testing::three_styles(), {.walking = true, .foot_lock = false});
+  Smoothness smoothness;
+  for (int k = 0; k < 1200; ++k) {
+    disturb(walkers, k);
+    walkers.step();
+    smoothness.see(walkers);
+  }
+  return smoothness.worst();
+}
+
+TEST(Walkers, NothingTheyAreToldMakesAJump) {
+  const double quiet = roughness([](Walkers&, int) {});
+  const std::vector<double> brisk = {0.0, 0.0, 1.0}, slow = {0.0, 1.0, 0.0};
+  EXPECT_LT(roughness([&](Walkers& w, int k) {
+              if (k == 300) w.walker(0).style().wish(brisk, 0.0);
+              if (k == 700) w.walker(0).style().wish(slow, 0.5);
+            }),
+            2.5 * quiet);
+  EXPECT_LT(roughness([](Walkers& w, int k) {
+              if (k == 300) w.walker(0).stop();
+              if (k == 700) w.walker(0).walk_to({9.0, 1.0});
+            }),
+            1.5 * quiet);
+  EXPECT_LT(roughness([](Walkers& w, int k) {  // from the opposite phase
+              if (k == 300) w.set_beat(w.state(0).phase_rad + kPi, 6.5);
+            }),
+            2.5 * quiet);
+  EXPECT_LT(roughness([](Walkers& w, int k) {
+              if (k == 300) w.set_gait(0, {7.0, 0.3, 1.0}, 0.3);
+              if (k == 700) w.release(0);
+            }),
+            2.5 * quiet);
+}
+
+TEST(Walkers, LockToABeat) {
+  for (const double offset : {0.5, kPi, -2.0}) {
+    Walkers walkers = one(testing::three_styles(), {.walking = true});
+    run(walkers, 1.0);
+    double beat = walkers.state(0).phase_rad + offset;
+    walkers.set_beat(beat, 7.0);
+    for (int k = 0; k < 1600; ++k) {
+      walkers.step();
+      beat += 7.0 * kDt;
+      EXPECT_GT(walkers.state(0).phase_rate_rad_s, 0.4 * 2.0 * kPi);
+      EXPECT_LT(walkers.state(0).phase_rate_rad_s, 1.7 * 7.0);
+    }
+    EXPECT_NEAR(math::wrap_pi(walkers.state(0).phase_rad - beat), 0.0, 0.01) << offset;
+    EXPECT_NEAR(walkers.state(0).phase_rate_rad_s, 7.0, 0.05);
+    walkers.end_beat();
+    run(walkers, 2.0);
+    EXPECT_NEAR(walkers.state(0).phase_rate_rad_s, 2.0 * kPi, 0.01);
+  }
+}
+
+TEST(Walkers, ABeatTooFastIsFollowedAsFarAsOneCan) {
+  Walkers walkers = one(testing::three_styles(), {.walking = true});
+  walkers.set_beat(0.0, 30.0);
+  for (int k = 0; k < 1000; ++k) {
+    walkers.step();
+    EXPECT_LT(walkers.state(0).phase_rate_rad_s, 1.6 * 2.0 * kPi / 0.6);
+  }
+}
+
+TEST(Walkers, StartWithTheFootOfTheBeat) {
+  Walkers walkers = one(testing::three_styles());
+  walkers.set_beat(kPi, 2.0 * kPi);
+  walkers.walker(0).walk_to({5.0, 0.0});
+  walkers.step();
+  EXPECT_NEAR(walkers.state(0).phase_rad, kPi, 0.2);
+}
+
+TEST(Walkers, ObeyTheCoordinator) {
+  Walkers walkers = one(testing::three_styles());
+  run(walkers, 0.5);
+  EXPECT_EQ(walkers.walker(0).stage(), Stage::standing);
+  double phase = 1.0;
+  walkers.set_gait(0, {6.8, 0.4, 0.9}, phase);
+  for (int k = 0; k < 1600; ++k) {
+    walkers.step();
+    phase += 6.8 * kDt;
+  }
+  EXPECT_NEAR(math::wrap_pi(walkers.state(0).phase_rad - phase), 0.0, 0.01);
+  EXPECT_NEAR(walkers.state(0).root.heading_rad, 0.9, 0.1);
+  Eigen::Vector2d before = walkers.state(0).root.position_W_m;
+  run(walkers, 5.0 * 2.0 * kPi / 6.8);  // ten steps
+  EXPECT_NEAR((walkers.state(0).root.position_W_m - before).norm(), 4.0, 0.25);
+
+  walkers.set_gait(0, {.step_length_m = 5.0}, {});  // clamped to longest_step
+  run(walkers, 2.0);
+  before = walkers.state(0).root.position_W_m;
+  run(walkers, 5.0);
+  EXPECT_NEAR((walkers.state(0).root.position_W_m - before).norm(), 5.0 * 1.15, 0.35);
+
+  walkers.release(0);  // on its own: own rhythm, own steps, same way
+  run(walkers, 3.0);
+  EXPECT_NEAR(walkers.state(0).phase_rate_rad_s, 2.0 * kPi, 0.01);
+  EXPECT_NEAR(walkers.state(0).root.heading_rad, 0.9, 0.1);
+}
+
+TEST(Walkers, TheCoordinatorGoesBeforeTheBeat) {
+  Walkers walkers = one(testing::three_styles(), {.walking = true});
+  double phase = 2.0;
+  walkers.set_beat(0.0, 6.0);
+  walkers.set_gait(0, {.phase_rate_rad_s = 6.6}, phase);
+  for (int k = 0; k < 1600; ++k) {
+    walkers.step();
+    phase += 6.6 * kDt;
+  }
+  EXPECT_NEAR(math::wrap_pi(walkers.state(0).phase_rad - phase), 0.0, 0.01);
+}
+
+TEST(Walkers, WhoWasToldToStopIsNotMovedByTheCoordinator) {
+  Walkers walkers = one(testing::three_styles());
+  walkers.walker(0).stop();
+  walkers.set_gait(0, {.heading_rad = 1.0}, 0.0);
+  run(walkers, 1.0);
+  EXPECT_EQ(walkers.walker(0).stage(), Stage::standing);
+}
+
+TEST(Walkers, TellThatAGoalComesNoNearer) {
+  Walkers walkers = one(testing::three_styles(), {.walk = {.give_up_s = 3.0}});
+  walkers.walker(0).walk_to({50.0, 0.0});
+  walkers.set_gait(0, {.heading_rad = 1.7}, {});  // the coordinator leads away from it
+  run(walkers, 3.0);
+  EXPECT_FALSE(walkers.walker(0).stuck());
+  run(walkers, 5.0);
+  EXPECT_TRUE(walkers.walker(0).stuck());
+  walkers.release(0);
+  run(walkers, 12.0);
+  EXPECT_FALSE(walkers.walker(0).stuck());
+}
+
+TEST(Walkers, FreeDelaysAreBlendedToo) {
+  MotionModel model = testing::three_styles();  // each pattern has delays of its own
+  ASSERT_FALSE(model.tied);
+  MotionModel tied = testing::random_model(5);
+  ASSERT_TRUE(tied.tied);
+  Walkers walkers = one(tied, {.walking = true, .foot_lock = false});
+  walkers.walker(0).style().wish(std::vector<double>{0.0, 1.0, 0.0}, 0.0);
+  run(walkers, 3.0);
+  CharacterBatch batch(tied, 1, {.dt_s = kDt});  // the pattern itself at that phase
+  batch.set_pattern(0, 1);
+  batch.set_frequency(0, 0.0);
+  batch.set_phase(0, walkers.state(0).phase_rad);
+  batch.step();
+  for (std::size_t r = 0; r < 51; ++r) {
+    EXPECT_NEAR(walkers.angles(0)[r], batch.angles(0)[r], 2e-3) << r;
+  }
+}
+
+TEST(Walkers, ARobotsJointsAreSynthesizedButGetNowhere) {
+  Walkers walkers = one(testing::robot_model(), {.walking = true});
+  EXPECT_FALSE(walkers.moves());
+  run(walkers, 1.0);
+  EXPECT_EQ(walkers.angles(0).size(), 51U);
+  EXPECT_GT(std::abs(walkers.angles(0)[7]), 1e-4F);
+}
+
+TEST(Walkers, RefuseAnUnknownStyle) {
+  try {
+    one(testing::three_styles(), {.style = "happy"});
+    FAIL();
+  } catch (const ConfigError& e) {
+    EXPECT_STREQ(e.what(), "style: 'happy' is none of the model's: walk, slow, brisk");
+  }
+}
+
+TEST(Walkers, DependOnNothingButTheirOwnInputs) {
+  const MotionModel model = testing::three_styles(true);
+  const auto starts = form(37, {.arrangement = Arrangement::circle, .spread_phases = true});
+  Walkers crowd(model, starts, {.walk = {.dt_s = kDt}});
+  Walkers alone(model, {&starts[20], 1}, {.walk = {.dt_s = kDt}});
+  for (int i = 0; i < 37; ++i) crowd.walker(i).walk_to({0.1 * i, 3.0});
+  alone.walker(0).walk_to({2.0, 3.0});
+  for (int k = 0; k < 600; ++k) {
+    crowd.step();
+    alone.step();
+  }
+  EXPECT_EQ(crowd.state(20).root.position_W_m, alone.state(0).root.position_W_m);
+  EXPECT_EQ(crowd.state(20).phase_rad, alone.state(0).phase_rad);
+  EXPECT_EQ(std::memcmp(crowd.angles(20).data(), alone.angles(0).data(), 51 * sizeof(float)), 0);
+}
+
+TEST(Walkers, DoNotAllocate) {
+  const auto starts = form(20, {});
+  for (const bool tied : {false, true}) {
+    MotionModel model = tied ? testing::random_model(1) : testing::three_styles();
+    Walkers walkers(model, starts, {.walk = {.dt_s = kDt}, .walking = true});
+    const std::vector<double> shares = {0.2, 0.3, 0.5};
+    const mimesis::testing::NoMalloc guard;
+    for (int k = 0; k < 400; ++k) {
+      if (k == 10) walkers.set_beat(0.0, 6.0);
+      if (k == 50) walkers.walker(3).style().wish(shares, 0.0);
+      if (k == 60) walkers.walker(4).walk_to({3.0, 4.0});
+      if (k == 70) walkers.set_gait(5, {6.0, 0.5, 1.0}, 1.0);
+      if (k == 90) walkers.walker(6).stop();
+      walkers.step();
+    }
+  }
+}
+
+TEST(Formation, KeepsItsSpacing) {
+  for (const Arrangement arrangement : {Arrangement::row, Arrangement::circle, Arrangement::grid}) {
+    const auto starts = form(17, {.arrangement = arrangement,
+                                  .spacing_m = 1.5,
+                                  .centre_W_m = {3.0, -2.0},
+                                  .heading_rad = 0.6});
+    Eigen::Vector2d sum(0.0, 0.0);
+    double nearest = 1e9;
+    for (const WalkerStart& a : starts) {
+      sum += a.position_W_m;
+      for (const WalkerStart& b : starts) {
+        if (&a != &b) nearest = std::min(nearest, (a.position_W_m - b.position_W_m).norm());
+      }
+    }
+    EXPECT_NEAR(nearest, 1.5, 1e-9);
+    EXPECT_LT((sum / 17.0 - Eigen::Vector2d(3.0, -2.0)).norm(), 0.8);
+  }
+  const auto circle = form(4, {.arrangement = Arrangement::circle});
+  for (const WalkerStart& s : circle) {  // all look to the middle
+    const Eigen::Vector2d ahead(std::cos(s.heading_rad), std::sin(s.heading_rad));
+    EXPECT_NEAR(ahead.dot(s.position_W_m.normalized()), -1.0, 1e-9);
+  }
+  EXPECT_EQ(form(1, {}).front().position_W_m, Eigen::Vector2d(0.0, 0.0));
+}
+
+}  // namespace
+}  // namespace mimesis::synthesizer

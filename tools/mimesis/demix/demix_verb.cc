@@ -1,0 +1,188 @@
+#include <fmt/format.h>
+
+#include <CLI/App.hpp>
+#include <CLI/Config.hpp>
+#include <CLI/Formatter.hpp>
+#include <CLI/Validators.hpp>
+#include <chrono>
+#include <cmath>
+#include <filesystem>
+#include <iostream>
+#include <memory>
+
+#include "common/error.h"
+#include "nodes/synthesizer/mocap/trials_file.h"
+#include "nodes/synthesizer/model/make_model.h"
+#include "tools/mimesis/demix/demix_report.h"
+#include "tools/mimesis/number_check.h"
+#include "tools/mimesis/progress.h"
+#include "tools/mimesis/verbs.h"
+
+namespace mimesis::tool {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Options {
+  std::vector<std::string> files, styles;
+  TrialFileOptions trials;
+  demix::SisaOptions sisa;
+  int fixed = 0, up_to = 8;
+  bool average = false, whole_clips = false, json = false;
+  std::string out, name, plot_dir, trials_out;
+};
+
+void read_styles(Options& o) {
+  for (const std::string& word : o.styles) {
+    const std::size_t at = word.rfind('=');
+    if (at == std::string::npos || at == 0 || at + 1 == word.size()) {
+      throw ConfigError("--style: '" + word + "' is not FILE=NAME");
+    }
+    o.trials.styles[fs::path(word.substr(0, at)).filename().string()] = word.substr(at + 1);
+  }
+  for (const auto& [file, style] : o.trials.styles) {
+    const bool known = std::ranges::any_of(
+        o.files, [&](const std::string& f) { return fs::path(f).filename() == fs::path(file); });
+    if (!known) throw ConfigError("--style: " + file + " is none of the files");
+  }
+}
+
+TrialFiles read_files(const Options& o) {
+  Progress bar("reading", o.files.size(), Progress::Unit::none);
+  return read_trial_files(o.files, o.trials, [&bar](std::size_t done) { bar.at(done); });
+}
+
+demix::SisaResult learn(Options& o, const mocap::Trials& set) {
+  if (o.fixed > 0) o.sisa.fixed = demix::non_periodic(o.fixed, set.samples.cols());
+  Progress bar("demixing", 1000, Progress::Unit::none);
+  demix::SisaOptions options = o.sisa;
+  options.progress = [&bar](double share) { bar.at(std::uint64_t(std::lround(1000.0 * share))); };
+  return demix::sisa(set, options);
+}
+
+std::string command_line(const Options& o) {
+  std::string text = fmt::format("mimesis demix {} --sources {}", MIMESIS_VERSION, o.sisa.sources);
+  if (o.sisa.tied) text += " --tied";
+  if (o.sisa.nonnegative) text += " --nonnegative";
+  if (o.fixed > 0) text += fmt::format(" --fixed {}", o.fixed);
+  if (o.average) text += " --average";
+  return text;
+}
+
+void save(const Options& o, const TrialFiles& files, const demix::Mixture& mixture) {
+  synthesizer::MotionModel model =
+      synthesizer::make_model(files.set, mixture, o.sisa.tied, files.body);
+  if (o.average) model = synthesizer::average_styles(model);
+  model.name = o.name;
+  model.created_by = command_line(o);
+  model.learned_from = files.files;
+  synthesizer::save_motion_model(model, o.out);
+}
+
+int run(Options& o) {
+  const auto started = std::chrono::steady_clock::now();
+  read_styles(o);
+  if (o.average && !o.sisa.tied)
+    throw ConfigError("--average: needs --tied (free delays have no mean)");
+  if (o.whole_clips) o.trials.cut.cut = mocap::CycleOptions::Cut::kWholeClip;
+  if (o.name.empty()) {
+    o.name = fs::path(o.out).filename().string();
+    o.name = o.name.substr(0, o.name.find('.'));
+  }
+  const TrialFiles files = read_files(o);
+  for (const auto& [file, reason] : files.left_out) {
+    std::cerr << file << ": left out: " << reason << '\n';
+  }
+  if (!o.trials_out.empty()) mocap::write_trials(files.set, o.trials_out);
+  const demix::SisaResult result = learn(o, files.set);
+  if (files.standard_body) {
+    std::cerr
+        << "no clip tells the lengths of the figure's limbs: a standard one of 1.70 m is taken\n";
+  }
+  save(o, files, result.mixture);
+  const auto delays = o.sisa.tied ? demix::Delays::tied : demix::Delays::free;
+  const DemixReport report =
+      make_report(files.set, result.mixture,
+                  o.sisa.tied ? "anechoic, tied delays (SISA)" : "anechoic (SISA)", delays);
+  std::vector<std::string> plots;
+  if (!o.plot_dir.empty()) {
+    plots = plot_demixing(o.plot_dir, o.name, files.set, result.mixture, o.sisa, o.up_to);
+  }
+  const double seconds =
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
+  if (!o.json) {
+    print(report);
+    for (const std::string& plot : plots) std::cout << "plot: " << plot << '\n';
+    std::cout << fmt::format("model: {} ({:.1f} s)\n", o.out, seconds);
+    return 0;
+  }
+  nlohmann::ordered_json json = to_json(report);
+  json["model"] = o.out;
+  json["plots"] = plots;
+  json["left_out"] = nlohmann::ordered_json::array();
+  for (const auto& [file, reason] : files.left_out) {
+    json["left_out"].push_back({{"file", file}, {"reason", reason}});
+  }
+  json["seconds"] = seconds;
+  std::cout << json.dump() << '\n';
+  return 0;
+}
+
+void add_learning_options(CLI::App& verb, Options& o) {
+  verb.add_option("-k,--sources", o.sisa.sources, "Number of sources, fixed ones among them")
+      ->check(CLI::Range(1, 64))
+      ->capture_default_str();
+  verb.add_flag("--tied", o.sisa.tied,
+                "One delay per joint angle and source, the same in all trials: for blending");
+  verb.add_flag("--nonnegative", o.sisa.nonnegative, "No weight below 0");
+  verb.add_option("--fixed", o.fixed, "Non-periodic sources: cos(πt/T), then cos and sin(πt/2T)")
+      ->check(CLI::Range(0, 3))
+      ->capture_default_str();
+  verb.add_flag("--average", o.average, "One pattern a style in the model instead of one a trial");
+}
+
+void add_reading_options(CLI::App& verb, Options& o) {
+  verb.add_flag("--whole-clips", o.whole_clips,
+                "Each clip is one trial; otherwise gait cycles are cut");
+  verb.add_option("--samples", o.trials.cut.samples, "Of a trial")
+      ->check(CLI::Range(8, 2000))
+      ->capture_default_str();
+  verb.add_option("--cutoff-hz", o.trials.cut.cutoff_hz, "Low-pass of the angles; 0: none")
+      ->check(number_not_below_zero)
+      ->capture_default_str();
+  verb.add_option("--asf", o.trials.read.asf,
+                  "Skeleton of AMC files; otherwise the one beside them");
+  verb.add_option("--unit-m", o.trials.read.unit_m, "Length of the files' unit; 0: by their kind")
+      ->check(number_not_below_zero);
+  verb.add_option("--style", o.styles, "Name of a file's style; otherwise from its name")
+      ->type_name("FILE=NAME");
+  verb.add_option("--licence", o.trials.licence, "Of the files, for the model's provenance");
+}
+
+}  // namespace
+
+void add_demix(CLI::App& program, int& exit_code) {
+  auto o = std::make_shared<Options>();
+  CLI::App* verb =
+      program.add_subcommand("demix", "Learns motion primitives: sources, weights and delays");
+  verb->add_option("FILE...", o->files, "Clips (.bvh, .amc) and sets of trials (.csv)")->required();
+  verb->add_option("-o,--out", o->out, "Model: NAME.motion.json")->required();
+  add_learning_options(*verb, *o);
+  add_reading_options(*verb, *o);
+  verb->add_option("--name", o->name, "Of the model; otherwise from --out");
+  verb->add_option("--trials-out", o->trials_out, "Write the trials as CSV");
+  verb->add_option("--plot", o->plot_dir, "PNG of the sources, and of Q against K (needs gnuplot)")
+      ->type_name("DIR");
+  verb->add_option("--up-to", o->up_to, "Largest K of that plot")
+      ->check(CLI::Range(1, 64))
+      ->capture_default_str();
+  verb->add_flag("--json", o->json, "Print one JSON object at the end");
+  verb->footer(
+      "Q = 1 - |X - X'|/|X| and Q2 = 1 - |X - X'|^2/|X|^2 over all rows, means removed.\n"
+      "Exit codes: 0 done, 1 a plot failed, 2 usage, or a file that cannot be used.\nExamples:\n"
+      "  mimesis demix walks/*.bvh --sources 4 --out walk.motion.json --plot /tmp\n"
+      "  mimesis demix *.amc --tied --average --style 16_15.amc=slow -k 5 -o gaits.motion.json");
+  verb->callback([o, &exit_code] { exit_code = run(*o); });
+}
+
+}  // namespace mimesis::tool
