@@ -186,7 +186,7 @@ INSTANTIATE_TEST_SUITE_P(
                               {"style", &v1::StyleWish::default_instance()},
                               {"beat", &v1::Beat::default_instance()},
                               {"crowd", &v1::CrowdCommand::default_instance()}},
-                             "names no style"}),
+                             "there are 1, from 0"}),
     [](const auto& victim) { return std::string(victim.param.node); });
 
 }  // namespace
