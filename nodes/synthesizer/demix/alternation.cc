@@ -51,9 +51,9 @@ void Alternation::start(const MatrixXd& sources, const MatrixXd& phi) {
   });
 }
 
-void Alternation::search() {
-  each_group([](GroupFit& fit, const double* x, double energy, double* phi, double* w) {
-    return fit.search(x, energy, phi, w);
+void Alternation::search(int restarts) {
+  each_group([restarts](GroupFit& fit, const double* x, double energy, double* phi, double* w) {
+    return fit.search(x, energy, phi, w, restarts);
   });
 }
 
@@ -61,6 +61,18 @@ void Alternation::refine(int steps) {
   each_group([steps](GroupFit& fit, const double* x, double energy, double* phi, double* w) {
     return fit.refine(x, energy, phi, w, steps);
   });
+}
+
+MatrixXd Alternation::residual() const {
+  const Index half = data_.rows() / 2, p = layout_.group_size;
+  MatrixXd out = data_, z(2 * half, sources_.cols());
+  for (Index g = 0; g < layout_.groups; ++g) {
+    for (Index k = 0; k < sources_.cols(); ++k) {
+      shift_spectrum(sources_.col(k).data(), phi_(k, g), half, z.col(k).data(), nullptr);
+    }
+    out.middleCols(g * p, p) -= z * weights_.middleCols(g * p, p);
+  }
+  return out;
 }
 
 double Alternation::quality() const {
@@ -127,30 +139,35 @@ void Alternation::scale_sources() {
   }
 }
 
-void Alternation::run(int turns, int search_every, double tolerance, std::vector<double>* trace) {
+void Alternation::run(const Limits& limits, std::vector<double>* trace) {
   Anderson acceleration(5);
   MatrixXd plain = sources_, kept_phi = phi_, kept_weights = weights_;
   bool extrapolated = false;
   double before = error_;
   const Index frozen = layout_.frozen, free = sources_.cols() - frozen;
-  for (int turn = 0; turn < turns && free > 0; ++turn) {
-    const bool searching = search_every > 0 && turn % search_every == 0;
-    if (searching) search();
+  const auto undo = [&] {
+    sources_ = plain;
+    phi_ = kept_phi;
+    weights_ = kept_weights;
     refine(2);
-    if (extrapolated && error_ > before) {  // undo
-      sources_ = plain;
-      phi_ = kept_phi;
-      weights_ = kept_weights;
-      refine(2);
+  };
+  for (int turn = 0; turn < limits.turns && free > 0; ++turn) {
+    search(limits.restarts);
+    if (extrapolated && error_ > before) {
+      undo();
       acceleration.clear();
+      extrapolated = false;
     }
     if (trace != nullptr) trace->push_back(quality());
     const double total = energy_ + left_out_;
     const bool settled =
         std::sqrt(std::max(0.0, before) / total) - std::sqrt(std::max(0.0, error_) / total) <
-        tolerance;
-    if (settled && turn > 2 && (searching || search_every <= 0)) break;
+        limits.tolerance;
     before = error_;
+    if (settled && turn > 2) {
+      extrapolated = false;
+      break;
+    }
     const MatrixXd from = sources_.rightCols(free);
     update_sources();
     plain = sources_;
@@ -162,6 +179,7 @@ void Alternation::run(int turns, int search_every, double tolerance, std::vector
     scale_sources();
   }
   refine(1);
+  if (extrapolated && error_ > before) undo();
 }
 
 }  // namespace mimesis::demix

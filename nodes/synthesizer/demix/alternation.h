@@ -20,21 +20,27 @@ class Alternation {
 
   /// Takes sources (2·half × K, unit columns) and delays (K×G) as they are and fits the weights.
   void start(const Eigen::MatrixXd& sources, const Eigen::MatrixXd& phi);
-  void search();           ///< τ-update on a grid, W-update
+  /// τ-update over the whole period, also from `restarts` random delays, and W-update.
+  void search(int restarts);
   void refine(int steps);  ///< τ-update by Levenberg steps, W-update
   void update_sources();   ///< S-update, sources scaled to unit norm; the error is known after the
                            ///< next τ- or W-update
 
   /// Turns of (τ, W, S), sped up by Anderson's extrapolation of the sources: an extrapolation that
-  /// does not lower the error is undone. Ends when a turn gains less than `tolerance` of Q.
-  /// The τ-update searches the grid in the turns 0, `search_every`, ... if that is above 0.
-  void run(int turns, int search_every, double tolerance, std::vector<double>* trace);
+  /// does not lower the error is undone. `trace`, if given, gets Q after each turn.
+  struct Limits {
+    int turns;         ///< at most
+    int restarts;      ///< of each search for delays
+    double tolerance;  ///< a turn that gains less of Q is the last
+  };
+  void run(const Limits& limits, std::vector<double>* trace);
 
   double error() const { return error_; }    ///< Σ‖x − x̂‖²
   double energy() const { return energy_; }  ///< Σ‖x‖²
   /// Energy that is in the data but not in `data`: the trace's Q counts it.
   void set_left_out(double energy) { left_out_ = energy; }
   double quality() const;
+  Eigen::MatrixXd residual() const;  ///< x − x̂, as the data
   const Eigen::MatrixXd& sources() const { return sources_; }
   const Eigen::MatrixXd& phi() const { return phi_; }          ///< K×G
   const Eigen::MatrixXd& weights() const { return weights_; }  ///< K×N

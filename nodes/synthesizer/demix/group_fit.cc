@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "common/math/circle.h"
 #include "nodes/synthesizer/demix/shift_kernels.h"
 
 namespace mimesis::demix {
@@ -16,20 +15,7 @@ using Eigen::VectorXd;
 
 constexpr double kRidge = 1e-9;   // of a source's energy: two sources may coincide
 constexpr double kMaxStep = 0.5;  // of a Levenberg step [rad]
-
-MatrixXd grid_table(Index half) {
-  const Index count = half <= 16 ? 64 : 128;
-  MatrixXd table(count, 2 * half);
-  for (Index j = 0; j < count; ++j) {
-    for (Index f = 0; f < half; ++f) {
-      const double angle =
-          math::kTwoPi * static_cast<double>((f + 1) * j % count) / static_cast<double>(count);
-      table(j, f) = std::cos(angle);
-      table(j, half + f) = -std::sin(angle);
-    }
-  }
-  return table;
-}
+constexpr int kStepsAfterSearch = 3;
 
 /// min ½wᵀGw − yᵀw, w ≥ 0, by coordinate descent from the unconstrained solution, clipped.
 void clip_and_descend(const MatrixXd& gram, const double* y, Eigen::Ref<VectorXd> w) {
@@ -67,19 +53,17 @@ GroupFit::GroupFit(Index half, Index sources, Index group, Index frozen, bool no
       curvature_(sources, sources),
       damped_(sources, sources),
       trial_w_(sources, group),
-      basis_(2 * half, sources),
+      found_w_(sources, group),
       slope_(sources),
       step_(sources),
       trial_phi_(sources),
-      before_(sources),
-      table_(grid_table(half)),
-      product_(2 * half),
-      correlation_(table_.rows()),
-      gain_(table_.rows()),
-      room_(table_.rows()),
-      residual_(2 * half) {}
+      found_(sources),
+      grid_(half, sources, group, frozen, nonnegative) {}
 
-void GroupFit::set_sources(const MatrixXd& sources) { sources_ = sources; }
+void GroupFit::set_sources(const MatrixXd& sources) {
+  sources_ = sources;
+  grid_.set_sources(sources);
+}
 
 void GroupFit::shift_all(const double* phi, bool derivative) {
   for (Index k = 0; k < k_; ++k) {
@@ -176,83 +160,14 @@ double GroupFit::refine(const double* x, double energy, double* phi, double* w, 
   return e;
 }
 
-void GroupFit::add_correlation(const double* v, Index k) {
-  // ⟨v, sₖ(τⱼ)⟩ = Re Σ e^{ifτⱼ} conj(Sₖ) v
-  const auto s = sources_.col(k);
-  const Eigen::Map<const VectorXd> in(v, 2 * half_);
-  product_.head(half_) =
-      s.head(half_).cwiseProduct(in.head(half_)) + s.tail(half_).cwiseProduct(in.tail(half_));
-  product_.tail(half_) =
-      s.head(half_).cwiseProduct(in.tail(half_)) - s.tail(half_).cwiseProduct(in.head(half_));
-  trigonometric_sum(table_.data(), product_.data(), table_.rows(), 2 * half_, correlation_.data());
-}
-
-Index GroupFit::best_on_grid(const double* x, Index k, const double* w) {
-  const double energy = sources_.col(k).squaredNorm();
-  gain_.setZero();
-  room_.setConstant(energy);
-  const Index others = k_ - 1;
-  auto basis = basis_.leftCols(others);
-  auto gram = factor_.topLeftCorner(others, others);
-  for (Index l = 0, o = 0; l < k_; ++l) {
-    if (l != k) basis.col(o++) = z_.col(l);
-  }
-  if (nonnegative_) {  // the others keep their weights
-    for (Index i = 0; i < p_; ++i) {
-      residual_ = Eigen::Map<const VectorXd>(x + i * 2 * half_, 2 * half_);
-      for (Index l = 0; l < k_; ++l) {
-        if (l != k) residual_ -= w[l + i * k_] * z_.col(l);
-      }
-      add_correlation(residual_.data(), k);
-      gain_.array() += correlation_.array().max(0.0).square();
-    }
-  } else {
-    // an orthonormal basis of the others: what it takes is theirs
-    inner_products(basis_.data(), others, basis_.data(), others, 2 * half_, damped_.data());
-    gram = Eigen::Map<MatrixXd>(damped_.data(), others, others);
-    gram.diagonal().array() += kRidge;
-    Eigen::LLT<Eigen::Ref<MatrixXd>> llt(gram);
-    if (others > 0) {
-      gram.triangularView<Eigen::Lower>().transpose().solveInPlace<Eigen::OnTheRight>(basis);
-    }
-    for (Index o = 0; o < others; ++o) {
-      add_correlation(basis.col(o).data(), k);
-      room_.array() -= correlation_.array().square();
-    }
-    for (Index i = 0; i < p_; ++i) {
-      residual_ = Eigen::Map<const VectorXd>(x + i * 2 * half_, 2 * half_);
-      for (Index o = 0; o < others; ++o) {
-        residual_ -= basis.col(o).dot(residual_) * basis.col(o);
-      }
-      add_correlation(residual_.data(), k);
-      gain_.array() += correlation_.array().square();
-    }
-  }
-  gain_.array() /= room_.array().max(1e-3 * energy + 1e-300);
-  Index best = 0;
-  gain_.maxCoeff(&best);
-  return best;
-}
-
-double GroupFit::search(const double* x, double energy, double* phi, double* w) {
-  double e = weights(x, energy, phi, w);
-  const double spacing = math::kTwoPi / static_cast<double>(table_.rows());
-  for (Index k = frozen_; k < k_; ++k) {
-    const Index j = best_on_grid(x, k, w);
-    const double found = math::wrap_pi(static_cast<double>(j) * spacing);
-    if (std::abs(math::wrap_pi(found - phi[k])) < spacing) continue;
-    std::copy_n(phi, k_, trial_phi_.data());
-    trial_phi_[k] = found;
-    const double tried = weights(x, energy, trial_phi_.data(), trial_w_.data());
-    if (tried < e) {
-      phi[k] = found;
-      std::copy_n(trial_w_.data(), k_ * p_, w);
-      e = tried;
-    } else {
-      shift_all(phi, false);
-    }
-  }
-  return e;
+double GroupFit::search(const double* x, double energy, double* phi, double* w, int restarts) {
+  const double e = refine(x, energy, phi, w, kStepsAfterSearch);
+  if (!grid_.propose(x, phi, restarts, found_.data())) return e;
+  const double tried = refine(x, energy, found_.data(), found_w_.data(), kStepsAfterSearch);
+  if (!(tried < e)) return e;
+  std::copy_n(found_.data(), k_, phi);
+  std::copy_n(found_w_.data(), k_ * p_, w);
+  return tried;
 }
 
 }  // namespace mimesis::demix

@@ -1,6 +1,8 @@
 #pragma once
 #include <Eigen/Core>
 
+#include "nodes/synthesizer/demix/grid_search.h"
+
 namespace mimesis::demix {
 
 /// The part of SISA that is done row by row, for a group of p trajectories that share their delays
@@ -24,18 +26,15 @@ class GroupFit {
   /// error falls. @return e
   double refine(const double* x, double energy, double* phi, double* w, int steps);
 
-  /// The τ-update [M18 3.3.3]: source after source, the delay on a grid that lets it take most of
-  /// what the other ones leave, their weights fitted anew, pooled over the group:
-  /// Σᵢ⟨rᵢ, sₖ(τ)⟩² / ‖P⊥sₖ(τ)‖². Kept only if the error falls. @return e
-  double search(const double* x, double energy, double* phi, double* w);
+  /// The τ-update over the whole period (GridSearch), then Levenberg steps. Kept only if the error
+  /// falls. @param restarts  from random delays @return e
+  double search(const double* x, double energy, double* phi, double* w, int restarts);
 
  private:
   void shift_all(const double* phi, bool derivative);
   void solve_weights(const double* x, double* w);
   double error(double energy, const double* w) const;
   void normal_equations(const double* x, const double* w);
-  Eigen::Index best_on_grid(const double* x, Eigen::Index k, const double* w);
-  void add_correlation(const double* v, Eigen::Index k);
 
   Eigen::Index half_, k_, p_, frozen_;
   bool nonnegative_;
@@ -43,10 +42,9 @@ class GroupFit {
   Eigen::MatrixXd gram_, factor_;       ///< ZᵀZ; its Cholesky factor, or of the others' (K−1)
   Eigen::MatrixXd y_;                   ///< ZᵀX, K×p
   Eigen::MatrixXd cross_, dgram_, dy_;  ///< dZᵀZ, dZᵀdZ, dZᵀX
-  Eigen::MatrixXd moment_, curvature_, damped_, trial_w_, basis_;
-  Eigen::VectorXd slope_, step_, trial_phi_, before_;
-  Eigen::MatrixXd table_;  ///< grid × 2·half
-  Eigen::VectorXd product_, correlation_, gain_, room_, residual_;
+  Eigen::MatrixXd moment_, curvature_, damped_, trial_w_, found_w_;
+  Eigen::VectorXd slope_, step_, trial_phi_, found_;
+  GridSearch grid_;
 };
 
 }  // namespace mimesis::demix

@@ -1,27 +1,21 @@
 #include "nodes/synthesizer/demix/shift_kernels.h"
 
 #include <cmath>
-#include <cstring>
 
-// One body, several instruction sets, chosen when the program starts; eight lanes in all of them
-// and nothing contracted, so the results are the same bits. The sanitizers do not survive the
-// resolvers.
-#if defined(__x86_64__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
-#define MIMESIS_CLONES __attribute__((target_clones("avx512f", "avx2", "default")))
-#else
-#define MIMESIS_CLONES
-#endif
+#include "common/math/vector_clones.h"
 
 namespace mimesis::demix {
 namespace {
 
 using Index = Eigen::Index;
+// Eight lanes with every instruction set: the same bits. GNU vectors keep their alignment only as
+// typedefs written out.
 typedef double Lanes8 __attribute__((vector_size(64), aligned(8), may_alias));
 typedef double Lanes4 __attribute__((vector_size(32), aligned(8), may_alias));
 
 }  // namespace
 
-MIMESIS_CLONES
+MIMESIS_VECTOR_CLONES
 void shift_spectrum(const double* source, double phi, Index half, double* z, double* dz) {
   // e^{−ifφ} = c − is, four harmonics at a time, turned on by e^{−4iφ}
   const double c1 = std::cos(phi), s1 = std::sin(phi);
@@ -46,7 +40,7 @@ void shift_spectrum(const double* source, double phi, Index half, double* z, dou
   }
 }
 
-MIMESIS_CLONES
+MIMESIS_VECTOR_CLONES
 void inner_products(const double* a, Index na, const double* b, Index nb, Index length,
                     double* out) {
   for (Index j = 0; j < nb; ++j) {
@@ -62,15 +56,51 @@ void inner_products(const double* a, Index na, const double* b, Index nb, Index 
   }
 }
 
-MIMESIS_CLONES
-void trigonometric_sum(const double* table, const double* u, Index count, Index length,
-                       double* out) {
-  for (Index j = 0; j < count; j += 8) {
-    Lanes8 sum = {};
-    for (Index l = 0; l < length; ++l) {
-      sum += u[l] * *reinterpret_cast<const Lanes8*>(table + l * count + j);
+MIMESIS_VECTOR_CLONES
+void correlate(const double* table, const double* u, Index quarter, Index half, double* out) {
+  for (Index i = 0; i < quarter; i += 8) {
+    Lanes8 odd_cos = {}, odd_sin = {}, even_cos = {}, even_sin = {};
+    const double* at = table + i;
+    for (Index f = 0; f < half; f += 2) {  // harmonics f + 1 (odd) and f + 2
+      odd_cos += u[f] * *reinterpret_cast<const Lanes8*>(at);
+      odd_sin += u[half + f] * *reinterpret_cast<const Lanes8*>(at + quarter);
+      even_cos += u[f + 1] * *reinterpret_cast<const Lanes8*>(at + 2 * quarter);
+      even_sin += u[half + f + 1] * *reinterpret_cast<const Lanes8*>(at + 3 * quarter);
+      at += 4 * quarter;
     }
-    *reinterpret_cast<Lanes8*>(out + j) = sum;
+    // cos and sin of f(−θ), f(π − θ), f(π + θ) differ from those of fθ in signs only
+    const Lanes8 cos_sum = even_cos + odd_cos, cos_rest = even_cos - odd_cos;
+    const Lanes8 sin_sum = even_sin + odd_sin, sin_rest = even_sin - odd_sin;
+    *reinterpret_cast<Lanes8*>(out + i) = cos_sum - sin_sum;
+    *reinterpret_cast<Lanes8*>(out + quarter + i) = cos_sum + sin_sum;
+    *reinterpret_cast<Lanes8*>(out + 2 * quarter + i) = cos_rest + sin_rest;
+    *reinterpret_cast<Lanes8*>(out + 3 * quarter + i) = cos_rest - sin_rest;
+  }
+}
+
+MIMESIS_VECTOR_CLONES
+void refitted_gain(const GainTerms& terms, double* scratch, double* out) {
+  Lanes8* v = reinterpret_cast<Lanes8*>(scratch);  // L⁻¹ of the others' inner products with s
+  for (Index j = 0; j < terms.grid; j += 8) {
+    Lanes8 room = {};
+    room += terms.energy;
+    for (Index o = 0; o < terms.count; ++o) {
+      Lanes8 value = *reinterpret_cast<const Lanes8*>(terms.others[o] + j);
+      for (Index q = 0; q < o; ++q) value -= terms.factor[o + q * terms.stride] * v[q];
+      value *= terms.factor[o + o * terms.stride];
+      v[o] = value;
+      room -= value * value;
+    }
+    Lanes8 sum = {};
+    for (Index i = 0; i < terms.group; ++i) {
+      Lanes8 rest = *reinterpret_cast<const Lanes8*>(terms.data + i * terms.grid + j);
+      for (Index o = 0; o < terms.count; ++o) rest -= terms.weight[o + i * terms.stride] * v[o];
+      if (terms.nonnegative) rest = rest > 0.0 ? rest : rest * 0.0;
+      sum += rest * rest;
+    }
+    Lanes8 least = {};
+    least += terms.least_room;
+    *reinterpret_cast<Lanes8*>(out + j) = sum / (room > least ? room : least);
   }
 }
 

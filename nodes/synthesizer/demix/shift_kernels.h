@@ -12,9 +12,27 @@ void shift_spectrum(const double* source, double phi, Eigen::Index half, double*
 void inner_products(const double* a, Eigen::Index na, const double* b, Eigen::Index nb,
                     Eigen::Index length, double* out);
 
-/// out = table·u: `count` values of a trigonometric sum. @param table count×length, column-major,
-/// count a multiple of 8.
-void trigonometric_sum(const double* table, const double* u, Eigen::Index count,
-                       Eigen::Index length, double* out);
+/// A correlation over the whole period: cⱼ = Re Σ_f u(f) e^{ifθⱼ}, u a spectrum, at 4q angles that
+/// mirror each other: θ = (i + ½)·2π/4q for i < q, then −θ, π − θ and π + θ of these. So only a
+/// quarter of the products is formed. @param table  per harmonic q cosines and q sines of fθ
+/// @param quarter  q, a multiple of 8 @param out 4q values
+void correlate(const double* table, const double* u, Eigen::Index quarter, Eigen::Index half,
+               double* out);
+
+/// What a source gains at each place of a grid, beside others whose weights follow.
+struct GainTerms {
+  const double* const* others;  ///< per other source: its inner product with this one, each place
+  Eigen::Index count;           ///< of others, n
+  const double* factor;         ///< Cholesky factor L of their Gram matrix, column-major, its
+                                ///< diagonal inverted
+  Eigen::Index stride;          ///< of its columns, and of those of `weight`
+  const double* weight;         ///< L⁻¹ZᵀX, n×p
+  const double* data;           ///< grid×p: inner products of this source with the data
+  Eigen::Index group, grid;     ///< p; places, a multiple of 8
+  double energy, least_room;    ///< of the source; of what the others leave of it, at least
+  bool nonnegative;             ///< negative weights gain nothing
+};
+/// out(place) = Σᵢ ⟨xᵢ, P⊥s⟩² / ‖P⊥s‖². @param scratch 8n values
+void refitted_gain(const GainTerms& terms, double* scratch, double* out);
 
 }  // namespace mimesis::demix

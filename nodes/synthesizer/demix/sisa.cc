@@ -7,6 +7,7 @@
 #include "common/math/circle.h"
 #include "nodes/synthesizer/demix/alternation.h"
 #include "nodes/synthesizer/demix/check_set.h"
+#include "nodes/synthesizer/demix/gauge.h"
 #include "nodes/synthesizer/demix/spectrum.h"
 #include "nodes/synthesizer/demix/starts.h"
 
@@ -28,6 +29,9 @@ Index harmonics_that_matter(const MatrixXd& spectrum, Index harmonics) {
   while (count > 1 && left_out + energy[count - 1] <= allowed) left_out += energy[--count];
   return count;
 }
+
+constexpr Index kTrialGroups = 220;  // of free rows in trial runs
+constexpr int kTrialTurns = 10;
 
 Index rounded_up(Index harmonics) { return (harmonics + 3) / 4 * 4; }
 
@@ -67,8 +71,9 @@ class Demixing {
     const Index harmonics = harmonic_count(samples_);
     full_ = to_spectrum(set.samples(groups_.row, Eigen::all), harmonics, rounded_up(harmonics));
     given_spectra_ = MatrixXd(full_.rows(), given_);
-    given_spectra_ << to_spectrum(options.fixed, harmonics, rounded_up(harmonics)),
-        to_spectrum(options.known.sources, harmonics, rounded_up(harmonics));
+    const Index half = rounded_up(harmonics);
+    given_spectra_.leftCols(fixed_) = to_spectrum(options.fixed, harmonics, half);
+    given_spectra_.rightCols(given_ - fixed_) = to_spectrum(options.known.sources, harmonics, half);
     scale_ = given_spectra_.colwise().norm().cwiseMax(1e-300);
     given_spectra_ *= scale_.cwiseInverse().asDiagonal();
     kept_ = harmonics_that_matter(full_, harmonics);
@@ -98,45 +103,88 @@ class Demixing {
     return phi;
   }
 
+  Alternation::Limits limits(int turns) const {
+    return {turns, options_.restarts, options_.tolerance};
+  }
+
   void report(double share) const {
     if (options_.progress) options_.progress(std::min(1.0, share));
   }
 
+  /// An alternation from `sources` (the learned ones), delays looked for or 0.
+  Alternation from_sources(const MatrixXd& data, const MatrixXd& learned, bool look,
+                           const std::vector<Index>& columns) const {
+    Alternation::Layout part = layout();
+    part.groups = static_cast<Index>(columns.size());
+    const Index half = data.rows() / 2;
+    Alternation run(data, part);
+    run.set_left_out(left_out_ * data.squaredNorm() / full_.squaredNorm());
+    MatrixXd sources(data.rows(), options_.sources);
+    sources.leftCols(given_) = with_half(given_spectra_, half);
+    sources.rightCols(learned.cols()) = learned;
+    run.start(sources, given_delays()(Eigen::all, columns));
+    if (look) run.search(options_.restarts);
+    return run;
+  }
+
+  /// Groups for the trial runs: of many only so many, evenly from all rows and trials.
+  std::vector<Index> sample_of_groups() const {
+    Index stride = std::max<Index>(1, groups_.groups / kTrialGroups);
+    while (std::gcd(stride, set_.rows_per_trial()) != 1) ++stride;
+    std::vector<Index> out;
+    for (Index g = 0; g < groups_.groups; g += options_.tied ? 1 : stride) out.push_back(g);
+    return out;
+  }
+
+  /// What the fixed and known sources leave.
+  MatrixXd left_by_given(const MatrixXd& data) const {
+    if (given_ == 0) return data;
+    Alternation known(data, layout());
+    known.start(with_half(given_spectra_, data.rows() / 2), given_delays().topRows(given_));
+    return known.residual();
+  }
+
+  struct Candidate {
+    double error;
+    Alternation run;
+    std::vector<double> trace;
+  };
+
   Alternation best_start(std::vector<double>& trace) {
     const Index half = rounded_up(kept_);
-    const MatrixXd data = with_half(full_, half), given = with_half(given_spectra_, half);
-    const double left_out = removed_energy() - data.squaredNorm();
-    const std::vector<Start> all = starts(data, given, options_.sources - given_, options_.tied);
-    std::vector<Alternation> runs;
-    std::vector<std::vector<double>> traces(all.size());
-    const int trial_turns = all.size() == 1 ? options_.turns : std::min(10, options_.turns);
-    for (std::size_t i = 0; i < all.size(); ++i) {
-      Alternation& run = runs.emplace_back(data, layout());
-      run.set_left_out(left_out);
-      MatrixXd sources(data.rows(), options_.sources);
-      sources << given, all[i].sources;
-      run.start(sources, given_delays());
-      if (all[i].search) {
-        run.search();
-        run.search();
-      }
-      run.run(trial_turns, options_.search_every, options_.tolerance, &traces[i]);
-      report(0.6 * static_cast<double>(i + 1) / static_cast<double>(all.size()));
+    const MatrixXd data = with_half(full_, half);
+    left_out_ = removed_energy() - data.squaredNorm();
+    const std::vector<Start> all =
+        starts(left_by_given(data), options_.sources - given_, options_.tied, given_ > 0);
+    const std::vector<Index> sample = sample_of_groups();
+    const bool whole = static_cast<Index>(sample.size()) == groups_.groups;
+    const MatrixXd part = whole ? data : MatrixXd(data(Eigen::all, sample));
+    std::vector<Candidate> found;
+    for (const Start& start : all) {
+      Candidate c{0.0, from_sources(part, start.sources, start.search, sample), {}};
+      c.run.run(limits(std::min(kTrialTurns, options_.turns)), &c.trace);
+      c.error = c.run.error();
+      found.push_back(std::move(c));
+      report(0.5 * static_cast<double>(found.size()) / static_cast<double>(all.size()));
     }
-    std::vector<std::size_t> order(all.size());
-    std::iota(order.begin(), order.end(), 0);
-    std::ranges::stable_sort(order, {}, [&](std::size_t i) { return runs[i].error(); });
-    if (all.size() > 1) {
-      order.resize(std::min(order.size(), static_cast<std::size_t>(options_.finalists)));
-      for (const std::size_t i : order) {
-        runs[i].run(options_.turns, options_.search_every, options_.tolerance, &traces[i]);
+    std::ranges::stable_sort(found, {}, &Candidate::error);
+    const std::size_t finalists = options_.tied ? static_cast<std::size_t>(options_.finalists) : 1;
+    found.erase(found.begin() + static_cast<long>(std::min(finalists, found.size())), found.end());
+    std::vector<Index> groups(static_cast<std::size_t>(groups_.groups));
+    std::iota(groups.begin(), groups.end(), 0);
+    for (Candidate& c : found) {
+      if (!whole) {
+        c.trace.clear();
+        c.run =
+            from_sources(data, c.run.sources().rightCols(options_.sources - given_), true, groups);
       }
+      c.run.run(limits(options_.turns), &c.trace);
+      c.error = c.run.error();
     }
     report(0.9);
-    const std::size_t best =
-        *std::ranges::min_element(order, {}, [&](std::size_t i) { return runs[i].error(); });
-    trace = traces[best];
-    return runs[best];
+    Candidate& best = *std::ranges::min_element(found, {}, &Candidate::error);
+    trace = std::move(best.trace);
+    return std::move(best.run);
   }
 
   /// Energy of the rows with their means removed.
@@ -163,83 +211,31 @@ class Demixing {
   Grouping groups_;
   Index samples_, fixed_, given_;
   MatrixXd full_, given_spectra_;
-  VectorXd scale_;  ///< norms of the given spectra, as given
+  VectorXd scale_;  ///< of the given spectra, as given
   Index kept_ = 0;
+  double left_out_ = 0.0;  ///< energy of the harmonics above those
 };
-
-/// The phase by which a learned source is advanced: its gauge (sisa.h).
-double gauge(const Eigen::Ref<const VectorXd>& spectrum) {
-  const Index half = spectrum.size() / 2;
-  Index dominant = 0;
-  (spectrum.head(half).array().square() + spectrum.tail(half).array().square()).maxCoeff(&dominant);
-  const double order = static_cast<double>(dominant + 1);
-  const double phase = std::atan2(spectrum[half + dominant], spectrum[dominant]);
-  // of the shifts that bring a crest of the dominant harmonic to t = 0, the highest s(0)
-  double best = 0.0, highest = -INFINITY;
-  for (Index i = 0; i <= dominant; ++i) {
-    const double shift = (-phase + math::kTwoPi * static_cast<double>(i)) / order;
-    double at_zero = 0.0;
-    for (Index f = 0; f < half; ++f) {
-      const double angle = static_cast<double>(f + 1) * shift;
-      at_zero += spectrum[f] * std::cos(angle) - spectrum[half + f] * std::sin(angle);
-    }
-    if (at_zero > highest + 1e-12) {
-      highest = at_zero;
-      best = shift;
-    }
-  }
-  return best;
-}
 
 Mixture Demixing::mixture(const Alternation& from) const {
   const Index count = options_.sources, total = set_.samples.rows();
   Mixture out;
   out.fixed = static_cast<int>(fixed_);
-  out.weights = MatrixXd(total, count);
-  out.delay_rad = MatrixXd(total, count);
-  out.sources = MatrixXd(count, samples_);
-  out.sources.topRows(fixed_) = options_.fixed;
-  out.sources.middleRows(fixed_, given_ - fixed_) = options_.known.sources;
-  std::vector<Index> order(static_cast<std::size_t>(count));
-  std::iota(order.begin(), order.end(), 0);
-  const VectorXd carried = from.weights().rowwise().squaredNorm();
-  std::stable_sort(order.begin() + given_, order.end(),
-                   [&](Index a, Index b) { return carried[a] > carried[b]; });
-  const double unit = std::sqrt(static_cast<double>(samples_));  // norm of unit rms
-  for (Index k = 0; k < count; ++k) {
-    const Index j = order[static_cast<std::size_t>(k)];
-    double factor = j < given_ ? 1.0 / scale_[j] : 1.0 / unit, advance = 0.0;
-    if (j >= given_) {
-      VectorXd spectrum = from.sources().col(j);
-      if (!options_.nonnegative && from.weights().row(j).sum() < 0.0) {
-        spectrum = -spectrum;
-        factor = -factor;
-      }
-      advance = gauge(spectrum);
-      const Index half = spectrum.size() / 2;
-      for (Index f = 0; f < half; ++f) {
-        const double angle = static_cast<double>(f + 1) * advance;
-        const double re = spectrum[f], im = spectrum[half + f];
-        spectrum[f] = re * std::cos(angle) - im * std::sin(angle);
-        spectrum[half + f] = re * std::sin(angle) + im * std::cos(angle);
-      }
-      out.sources.row(k) = unit * from_spectrum(spectrum, samples_);
-    }
-    for (Index c = 0; c < total; ++c) {
-      const Index n = groups_.row[static_cast<std::size_t>(c)];
-      out.weights(n, k) = factor * from.weights()(j, c);
-      out.delay_rad(n, k) = math::wrap_pi(from.phi()(j, c / groups_.size) + advance);
-    }
+  out.sources.resize(count, samples_);
+  if (fixed_ > 0) out.sources.topRows(fixed_) = options_.fixed;
+  if (given_ > fixed_) {
+    out.sources.middleRows(fixed_, given_ - fixed_) = options_.known.sources;
   }
-  for (Index c = 0; c < total; c += groups_.size) {  // a delay of nothing is 0
-    for (Index k = given_; k < count; ++k) {
-      const Index j = order[static_cast<std::size_t>(k)];
-      if (!from.weights().row(j).segment(c, groups_.size).isZero(0.0)) continue;
-      for (Index i = c; i < c + groups_.size; ++i) {
-        out.delay_rad(groups_.row[static_cast<std::size_t>(i)], k) = 0.0;
-      }
-    }
+  out.sources.bottomRows(count - given_) =
+      from_spectrum(from.sources().rightCols(count - given_), samples_);
+  out.weights.resize(total, count);
+  out.delay_rad.resize(total, count);
+  for (Index c = 0; c < total; ++c) {
+    const Index n = groups_.row[static_cast<std::size_t>(c)];
+    out.weights.row(n) = from.weights().col(c).transpose();
+    out.weights.row(n).head(given_).array() /= scale_.transpose().array();
+    out.delay_rad.row(n) = from.phi().col(c / groups_.size).transpose();
   }
+  fix_gauge(out, given_, options_.nonnegative);
   out.means = set_.samples.rowwise().mean() -
               out.weights.leftCols(fixed_) * out.sources.topRows(fixed_).rowwise().mean();
   return out;

@@ -26,8 +26,8 @@ struct SisaOptions {
   /// anew and the other sources are learned from what they leave. @see known_sources()
   KnownSources known = {};
   int turns = 40;           ///< of (τ, W, S) at most, for each start
-  int search_every = 1;     ///< turns between searches of the delays over the whole period
-  double tolerance = 2e-5;  ///< a turn that gains less of Q is the last
+  int restarts = 2;         ///< random delays each row starts from in every turn, beside its own
+  double tolerance = 1e-4;  ///< a turn that gains less of Q is the last
   /// Tied delays have many local minima: so many starts are followed up to their ends.
   int finalists = 2;
   /// Called with the share of the work done, 0..1; may be empty.
@@ -47,7 +47,7 @@ struct SisaResult {
 ///
 /// Learned sources have unit rms, are turned so that their strongest harmonic has its crest at
 /// t = 0, signed so that their weights sum up to ≥ 0, and come in the order of the energy they
-/// carry; fixed and known ones stay as given. Delays of rows without weight are 0.
+/// carry (fix_gauge()); fixed and known ones stay as given.
 /// A constant row has weights 0. Deterministic. Time O(turns·N·T·K²).
 /// @throws ConfigError: no rows or trials, a number that is not finite (names the row), sources
 /// that do not fit the period, more sources than the set supports (its rank: as many principal

@@ -8,8 +8,9 @@
 namespace mimesis::demix {
 
 Eigen::MatrixXd to_spectrum(const Eigen::MatrixXd& x, Eigen::Index harmonics, Eigen::Index half) {
-  const double scale = std::sqrt(2.0 / static_cast<double>(x.cols()));
   Eigen::MatrixXd out = Eigen::MatrixXd::Zero(2 * half, x.rows());
+  if (x.rows() == 0) return out;
+  const double scale = std::sqrt(2.0 / static_cast<double>(x.cols()));
   Eigen::FFT<double> fft;
   fft.SetFlag(Eigen::FFT<double>::HalfSpectrum);
   Eigen::VectorXd row(x.cols());

@@ -10,11 +10,18 @@ namespace mimesis::synthesizer {
 namespace {
 // A swinging foot passes the ground at 3 cm but with 2 m/s and more; a standing one slides with
 // less than 0.4 m/s [reference/motion.md, skating of few sources].
-constexpr double kNear = 0.045, kFar = 0.060;      // m
-constexpr double kSlow = 0.70, kFast = 1.00;       // m/s
-constexpr double kSwitch = 0.004;                  // m: the other end is lower by so much
-constexpr double kPull = 0.985, kStretch = 0.995;  // of the leg, at most
-constexpr double kFade = 0.10, kSettle = 0.03;     // s
+constexpr double kNear = 0.045, kFar = 0.060;   // m
+constexpr double kSlow = 0.70, kFast = 1.00;    // m/s
+constexpr double kSwitch = 0.004;               // m: the other end is lower by so much
+constexpr double kPull = 0.985;                 // of the leg: the foot has to go along
+constexpr double kSoft = 0.978, kMost = 0.999;  // of the leg: a straight knee would snap
+constexpr double kFade = 0.10, kSettle = 0.04;  // s
+
+double softly_limited(double stretch) {
+  if (stretch <= kSoft) return stretch;
+  return kSoft + (kMost - kSoft) * (1.0 - std::exp(-(stretch - kSoft) / (kMost - kSoft)));
+}
+
 }  // namespace
 
 void FootHold::hold(Foot& foot, const std::array<Eigen::Vector3d, 2>& ends_W_m, double dt_s) const {
@@ -24,13 +31,14 @@ void FootHold::hold(Foot& foot, const std::array<Eigen::Vector3d, 2>& ends_W_m, 
   const int low = height(0) <= height(1) ? 0 : 1;
   const auto l = static_cast<std::size_t>(low);
   const double speed = (ends_W_m[l] - foot.before_W_m[l]).head<2>().norm() / dt_s;
+  const Eigen::Vector3d was = foot.before_W_m[l] + foot.offset_m;  // corrected
   foot.before_W_m = ends_W_m;
   const bool stands =
       foot.stands ? height(low) < kFar && speed < kFast : height(low) < kNear && speed < kSlow;
   const bool begins = stands && !foot.stands;
   if (begins || (stands && low != foot.end && height(low) < height(foot.end) - kSwitch)) {
     foot.end = low;
-    foot.held_W_m = ends_W_m[l] + foot.offset_m;
+    foot.held_W_m = was;
   }
   foot.stands = stands;
   if (stands) {
@@ -55,14 +63,13 @@ void FootHold::apply(const mocap::Body& body, const Eigen::Vector3d& p_W_pelvis,
     hold(foot, {pose.point(hip + 2, body.heel_m[side]), pose.point(hip + 2, body.toe_m[side])},
          dt_s);
     const Eigen::Vector3d hip_W = pose.p_WJ[static_cast<std::size_t>(hip)];
-    const double leg_m = (body.offset_m[ankle].norm() + body.offset_m[ankle - 1].norm());
-    auto beyond = [&](double stretch) {
-      return (pose.p_WJ[ankle] + foot.offset_m - hip_W).norm() > stretch * leg_m;
-    };
-    if (foot.stands && beyond(kPull)) foot.stands = false;  // pulled off the ground
-    for (int i = 0; i < 20 && beyond(kStretch); ++i) foot.offset_m *= 0.9;
-    const LimbAngles leg = leg_angles(body, side, pose.R_WJ[mocap::kRoot], p_W_pelvis,
-                                      pose.p_WJ[ankle] + foot.offset_m, pose.R_WJ[ankle]);
+    const double leg_m = body.offset_m[ankle].norm() + body.offset_m[ankle - 1].norm();
+    const Eigen::Vector3d wanted = pose.p_WJ[ankle] + foot.offset_m - hip_W;
+    const double stretch = wanted.norm() / leg_m;
+    if (stretch > kPull) foot.stands = false;  // pulled off the ground
+    const LimbAngles leg =
+        leg_angles(body, side, pose.R_WJ[mocap::kRoot], p_W_pelvis,
+                   hip_W + wanted * (softly_limited(stretch) / stretch), pose.R_WJ[ankle]);
     for (int i = 0; i < 3; ++i) {
       const Eigen::Vector3d before = angles_rad.segment<3>(3 * (hip + i));
       angles_rad.segment<3>(3 * (hip + i)) =

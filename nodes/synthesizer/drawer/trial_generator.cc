@@ -34,16 +34,17 @@ struct Times {
         done(t1 + t2 + t3) {}
 };
 
-// Where the feet end: a little apart, left in front, since the left hand pulls. A short action 2
-// leaves the left foot nearly where it is and the right one behind.
+// Where the feet end: apart, left in front, since the left hand pulls, and more so after a longer
+// step. A short action 2 leaves the left foot nearly where it is and the right one behind.
 struct LastPrints {
   double left, right;
   explicit LastPrints(const TrialPlan& p) {
-    constexpr double kApart = 0.07, kLeast = 0.03, kSoft = 0.05;  // m
+    constexpr double kLeast = 0.03, kSoft = 0.05;  // m
+    const double apart = 0.04 + 0.30 * std::max(0.0, p.reaching_length_m - 0.2);
     const double end = p.normal_length_m + p.reaching_length_m;
     const double front =
         0.5 * (1.0 - p.manner.first_step_share) * p.normal_length_m + p.normal_length_m;
-    left = front + kLeast + kSoft * std::log1p(std::exp((end + kApart - front - kLeast) / kSoft));
+    left = front + kLeast + kSoft * std::log1p(std::exp((end + apart - front - kLeast) / kSoft));
     right = 2.0 * end - left;
   }
 };

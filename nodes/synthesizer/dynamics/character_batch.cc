@@ -132,16 +132,14 @@ CharacterBatch::CharacterBatch(const MotionModel& model, int count,
   }
 }
 
-/// The patterns' tables hold all harmonics of the sources.
 void CharacterBatch::Data::tabulate(const MotionModel& model) {
-  const MotionSeries all(model, static_cast<int>(model.sources.cols() - 1) / 2, 0.0);
-  std::vector<float> one(static_cast<std::size_t>(all.size()));
+  std::vector<float> one(static_cast<std::size_t>(maker.size()));
   tables.resize(static_cast<std::size_t>(patterns) * static_cast<std::size_t>(samples + 3) *
-                static_cast<std::size_t>(all.row_stride()));
+                static_cast<std::size_t>(maker.row_stride()));
   for (int p = 0; p < patterns; ++p) {
     const Pattern& q = model.patterns[static_cast<std::size_t>(p)];
-    all.make(q.mean_rad, q.weight_rad, q.delay_rad, one.data());
-    all.tabulate(one.data(), samples, table(p, 0));
+    maker.make(q.mean_rad, q.weight_rad, q.delay_rad, one.data());
+    maker.tabulate(one.data(), samples, table(p, 0));
   }
 }
 

@@ -9,9 +9,11 @@
 namespace mimesis::synthesizer {
 
 struct CharacterOptions {
-  double dt_s = 1.0 / 60.0;     ///< step, in (0, 0.1]; integrated in parts of at most 1/120 s
-  int harmonics = 0;            ///< H of MotionSeries; 0: by tolerance_rad
-  double tolerance_rad = 1e-3;  ///< largest error of the series at the joints
+  double dt_s = 1.0 / 60.0;  ///< step, in (0, 0.1]; integrated in parts of at most 1/120 s
+  /// H of MotionSeries; 0: by tolerance_rad. Recorded cycles do not close exactly, which fills all
+  /// harmonics a little: 10 to 14 give smoother velocities than the tolerance does.
+  int harmonics = 0;
+  double tolerance_rad = 1e-3;  ///< largest error of the cut-off series at the joints
   /// Characters may have parameters of their own (set_parameters): a series of about 6 kB each.
   /// Without, they share the model's patterns, and large crowds stay in the cache.
   bool individual = false;
@@ -37,12 +39,12 @@ struct RootPose {
 /// at φ, forward kinematics gives the joints, and the standing foot moves the pelvis
 /// (root_motion.h).
 ///
-/// Patterns are tables of all their harmonics (at least 512 rows a cycle, 130 kB), with the cubic
-/// in between; parameters of a character's own are Fourier series (MotionSeries). Phases are
-/// integrated in double by RK4, postures computed in float: joint angles deviate by less than 1e-5
-/// rad, positions by less than 1e-5 m from the same formulas in double. A character's numbers
-/// depend on nothing but its own inputs: not on the batch, its place there or the machine's vector
-/// width. step() does not allocate, nor do the setters.
+/// Patterns are tables of their series (MotionSeries; at least 512 rows a cycle, 130 kB), with the
+/// cubic in between; parameters of a character's own are the series itself. Phases are integrated
+/// in double by RK4, postures computed in float: joint angles deviate by less than 1e-5 rad,
+/// positions by less than 1e-5 m from the same formulas in double. A character's numbers depend on
+/// nothing but its own inputs: not on the batch, its place there or the machine's vector width.
+/// step() does not allocate, nor do the setters.
 ///
 /// Body rows ("lhip.x") that the model lacks stay zero; rows that are no body rows (a robot's
 /// joints) are synthesized but move nothing.
@@ -57,8 +59,8 @@ class CharacterBatch {
   CharacterBatch& operator=(CharacterBatch&&) noexcept;
 
   int size() const;
-  int rows() const;                    ///< R, in the model's order
-  const MotionSeries& series() const;  ///< of own parameters
+  int rows() const;  ///< R, in the model's order
+  const MotionSeries& series() const;
 
   /// Character i moves by the model's pattern p from now on, at once: smooth changes are the
   /// caller's (control/), by set_blend or set_parameters every step.

@@ -20,7 +20,7 @@ inline Vec3 choose(bool condition, Vec3 a, Vec3 b) {
 }  // namespace
 
 MIMESIS_VECTOR_CLONES
-void foot_contact(const RootLanes& root, float dt_s, LockLanes& lock) {
+void foot_contact(RootLanes& root, float dt_s, LockLanes& lock) {
   const float stop = std::exp(-dt_s / kStop), fade = std::exp(-kReturn * dt_s);
   for (int f = 0; f < 2; ++f) {
 #pragma GCC ivdep
@@ -59,8 +59,12 @@ void foot_contact(const RootLanes& root, float dt_s, LockLanes& lock) {
       ry = stands ? hold_y - gy : keep * new_ry;
       lock.rate[f][0][l] = rx;
       lock.rate[f][1][l] = ry;
-      lock.d[f][0][l] = stands ? dx + rx * dt_s : keep * bx;
-      lock.d[f][1][l] = stands ? dy + ry * dt_s : keep * by;
+      dx = stands ? dx + rx * dt_s : keep * bx;
+      dy = stands ? dy + ry * dt_s : keep * by;
+      lock.d[f][0][l] = dx;
+      lock.d[f][1][l] = dy;
+      root.displaced[f][0][l] = dx;
+      root.displaced[f][1][l] = dy;
       lock.velocity[f][0][l] = gx + rx;
       lock.velocity[f][1][l] = gy + ry;
       lock.contact[f][l] = stands ? 1.0F : 0.0F;

@@ -20,8 +20,8 @@ struct alignas(64) LockLanes {
   Lane velocity[2][2] = {};            ///< of the lower point in W after the lock, in H [m/s]
 };
 
-/// Advances contact and displacement by a step of root_motion().
-void foot_contact(const RootLanes& root, float dt_s, LockLanes& lock);
+/// Advances contact and displacement by a step of root_motion(), and tells the root.
+void foot_contact(RootLanes& root, float dt_s, LockLanes& lock);
 
 /// Displaces the feet: changes `angle` (kBodyRows lanes of axis-angle components [rad]) of hips,
 /// knees and ankles and the points below the hips. A foot with d = 0 keeps its bits. A target out

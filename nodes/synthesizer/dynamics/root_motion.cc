@@ -12,6 +12,7 @@ constexpr float kHeightScale = 0.02F;  // m
 constexpr float kSpeedScale = 0.5F;    // m/s
 constexpr float kMemory = 0.3F;        // s
 constexpr float kHysteresis = 0.3F;
+constexpr float kFollow = 0.12F;  // s
 
 inline float smaller(float a, float b) { return a < b ? a : b; }
 inline float larger(float a, float b) { return a > b ? a : b; }
@@ -51,6 +52,7 @@ RootLanes::RootLanes() {
 MIMESIS_VECTOR_CLONES
 void root_motion(const PointLanes& point, float dt_s, RootLanes& r) {
   const float rate = 1.0F / dt_s, share = dt_s < kMemory ? dt_s / kMemory : 1.0F;
+  const float follow = 1.0F - std::exp(-dt_s / kFollow);
 #pragma GCC ivdep
   for (int l = 0; l < kLanes; ++l) {
     const Vec3 heel0_l = load(r.foot[0], l), toe0_l = load(r.foot[1], l);
@@ -81,8 +83,10 @@ void root_motion(const PointLanes& point, float dt_s, RootLanes& r) {
     // where that takes the pelvis
     const float c = fresh ? 1.0F : (is_right ? right.c : left.c);
     const float s = fresh ? 0.0F : (is_right ? right.s : left.s);
-    const float dx = fresh ? 0.0F : (is_right ? right.dx : left.dx);
-    const float dy = fresh ? 0.0F : (is_right ? right.dy : left.dy);
+    const float after_x = is_right ? r.displaced[1][0][l] : r.displaced[0][0][l];
+    const float after_y = is_right ? r.displaced[1][1][l] : r.displaced[0][1][l];
+    const float dx = fresh ? 0.0F : (is_right ? right.dx : left.dx) + follow * after_x;
+    const float dy = fresh ? 0.0F : (is_right ? right.dy : left.dy) + follow * after_y;
     r.cos_turn[l] = c;
     r.sin_turn[l] = s;
     r.turn[l] = s * (1.0F + s * s * (1.0F / 6.0F + s * s * (3.0F / 40.0F)));  // arcsine

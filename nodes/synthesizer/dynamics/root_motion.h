@@ -24,6 +24,9 @@ struct alignas(64) RootLanes {
   Lane mean_vx = {}, mean_vy = {}, known = {};  ///< v̄·known, known → 1 as it fills
   Lane support = {};                            ///< 0 left, 1 right
   Lane fresh;                                   ///< 1: there is no step before; the pelvis stays
+  /// Of each foot by the foot lock, in H [m]; 0 without. The pelvis goes after the standing foot's
+  /// with a time constant of 0.12 s, and so brings the leg back to what was synthesized.
+  Lane displaced[2][2] = {};
   // the last step
   Lane dx = {}, dy = {};         ///< ΔP in H before the step [m]
   Lane cos_turn, sin_turn = {};  ///< of Δψ

@@ -1,13 +1,13 @@
 #include <Eigen/Dense>
+#include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <sstream>
 
 #include "common/reproduce/gnuplot.h"
-#include "nodes/synthesizer/control/local_regression.h"
 #include "nodes/synthesizer/control/planar_arm.h"
 #include "nodes/synthesizer/control/style_content.h"
 #include "nodes/synthesizer/figures/figures.h"
+#include "nodes/synthesizer/figures/planar_reach.h"
 
 namespace mimesis::synthesizer {
 namespace {
@@ -20,22 +20,13 @@ using reproduce::holds;
 using reproduce::Report;
 using PlotDir = std::optional<std::filesystem::path>;
 
-const PlanarArm kArm{Eigen::Vector3d(0.3, 0.25, 0.15)};
-constexpr int kSamples = 100;
-constexpr double kDt_s = 0.01;
-
-/// +1: elbow up (shoulder raised, elbow bent down again); −1: elbow down.
-ArmStyle elbow(double side) {
-  return {Eigen::Vector3d(0.9 * side, -1.5 * side, 0.0), Eigen::Vector3d(1.0, 1.0, 0.0), 4.0};
-}
-
 // ---- fig. 3.22 ---------------------------------------------------------------------------------
 
 /// Broken lines of the arm at some instants.
 Data snapshots(const std::string& name, const Eigen::MatrixXd& q) {
   Data data{name, {}};
   for (Index t = 0; t < q.cols(); t += 9) {
-    const Eigen::Matrix2Xd p = kArm.points(q.col(t));
+    const Eigen::Matrix2Xd p = planar_arm().points(q.col(t));
     for (Index i = 0; i < p.cols(); ++i) data.rows.push_back({p(0, i), p(1, i)});
     data.rows.push_back({std::nan(""), std::nan("")});
   }
@@ -43,26 +34,26 @@ Data snapshots(const std::string& name, const Eigen::MatrixXd& q) {
 }
 
 Report two_elbows(const PlotDir& dir) {
-  const Eigen::Vector3d start(-0.25, 0.0, 1.5);
-  const Eigen::Vector2d from = kArm.end(start), to = from + Eigen::Vector2d(0.0, 0.25);
-  const Eigen::Matrix2Xd path = straight_reach(from, to, kSamples);
-  const Eigen::MatrixXd up = follow(kArm, start, path, kDt_s, elbow(1.0));
-  const Eigen::MatrixXd down = follow(kArm, start, path, kDt_s, elbow(-1.0));
+  const Eigen::Vector3d start = reach_start();
+  const Eigen::Vector2d from = planar_arm().end(start), to = from + Eigen::Vector2d(0.0, 0.25);
+  const Eigen::Matrix2Xd path = straight_reach(from, to, kReachSamples);
+  const Eigen::MatrixXd up = follow(planar_arm(), start, path, kReachStep_s, elbow_style(1.0));
+  const Eigen::MatrixXd down = follow(planar_arm(), start, path, kReachStep_s, elbow_style(-1.0));
   double off_path = 0.0, apart = 0.0;
-  for (Index t = 0; t < kSamples; ++t) {
-    off_path = std::max({off_path, (kArm.end(up.col(t)) - path.col(t)).norm(),
-                         (kArm.end(down.col(t)) - path.col(t)).norm()});
-    apart = std::max(apart, (kArm.end(up.col(t)) - kArm.end(down.col(t))).norm());
+  for (Index t = 0; t < kReachSamples; ++t) {
+    off_path = std::max({off_path, (planar_arm().end(up.col(t)) - path.col(t)).norm(),
+                         (planar_arm().end(down.col(t)) - path.col(t)).norm()});
+    apart = std::max(apart, (planar_arm().end(up.col(t)) - planar_arm().end(down.col(t))).norm());
   }
   Report report;
   const char* same = "both styles move the hand alike, the style lives in the null space";
   report.rows = {
       at_most("hand off the vertical line", 1e3 * off_path, 1.0, "mm", same),
       at_most("hand of one style off that of the other", 1e3 * apart, 1.0, "mm", same),
-      holds("elbow up: bent to the negative side at the goal", up(1, kSamples - 1) < -0.3),
-      holds("elbow down: bent to the positive side", down(1, kSamples - 1) > 0.3),
-      at_least("shoulder, up against down", up(0, kSamples - 1) - down(0, kSamples - 1), 0.5, "rad",
-               "the two reaches must look different")};
+      holds("elbow up: bent to the negative side at the goal", up(1, kReachSamples - 1) < -0.3),
+      holds("elbow down: bent to the positive side", down(1, kReachSamples - 1) > 0.3),
+      at_least("shoulder, up against down", up(0, kReachSamples - 1) - down(0, kReachSamples - 1),
+               0.5, "rad", "the two reaches must look different")};
   if (dir) {
     report.plots.push_back(*dir / "fig-3.22.png");
     Data first = snapshots("first", start);
@@ -151,7 +142,7 @@ Report distributions(const PlotDir& dir) {
       lines.rows.push_back({std::nan(""), std::nan(""), std::nan("")});
     }
     const Eigen::Vector2d first = style_axis(0.0), last = style_axis(1.0);
-    const double turn = std::acos(first.dot(last));
+    const double turn = std::acos(std::clamp(first.dot(last), -1.0, 1.0));
     const std::string name = name_of(variable);
     report.rows.push_back(at_most(name + ": the style fibres are straight", bent, 1e-9, "1",
                                   "one dimension per goal, as the text has it"));
@@ -237,105 +228,6 @@ Report regression(const PlotDir& dir) {
   return report;
 }
 
-// ---- what fig. 3.27 claims ---------------------------------------------------------------------
-
-/// Fraction of i times an irrational: spread evenly, the same on every machine.
-double spread(int i, double step) { return i * step - std::floor(i * step); }
-
-struct Reaches {
-  Eigen::MatrixXd goals;    // N×2 [m]
-  Eigen::MatrixXd motions;  // N×(3·samples) [rad]
-};
-
-/// Reaches of the planar arm from one posture, elbow up or down, each a little different.
-Reaches reaches(int count) {
-  const Eigen::Vector3d start(-0.25, 0.0, 1.5);
-  Reaches r{Eigen::MatrixXd(count, 2), Eigen::MatrixXd(count, 3 * kSamples)};
-  for (int i = 0; i < count; ++i) {
-    r.goals.row(i) << 0.32 + 0.26 * spread(i + 1, std::numbers::sqrt2),
-        -0.12 + 0.34 * spread(i + 1, std::numbers::sqrt3);
-    ArmStyle style = elbow(spread(i + 1, std::numbers::phi) < 0.5 ? -1.0 : 1.0);
-    style.preferred_rad *= 0.85 + 0.3 * spread(i + 1, std::numbers::e);
-    const auto path = straight_reach(kArm.end(start), r.goals.row(i).transpose(), kSamples);
-    r.motions.row(i) = follow(kArm, start, path, kDt_s, style).reshaped().transpose();
-  }
-  return r;
-}
-
-Eigen::Vector2d hand_at_end(const Eigen::RowVectorXd& motion) {
-  return kArm.end(motion.tail(3).transpose());
-}
-
-/// Mean and largest distance of the hand from goals that were not trained.
-struct Miss {
-  double mean_m = 0.0, worst_m = 0.0;
-  void add(double miss_m, int of) {
-    mean_m += miss_m / of;
-    worst_m = std::max(worst_m, miss_m);
-  }
-};
-
-Report style_preserving(const PlotDir& dir) {
-  const Reaches r = reaches(80);
-  const Eigen::RowVectorXd mean = r.motions.colwise().mean();
-  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(r.motions.rowwise() - mean, Eigen::ComputeThinV);
-  constexpr int kPrimitives = 6;
-  const Eigen::MatrixXd primitives = svd.matrixV().leftCols(kPrimitives);
-  const Eigen::MatrixXd weights = (r.motions.rowwise() - mean) * primitives;
-  const StyleContent content(r.goals, weights, {.centres = 3});
-  Eigen::MatrixXd extended(r.goals.rows(), 3);
-  extended << r.goals, content.styles();
-  const LocalRegression plain(r.goals, weights), preserving(extended, weights);
-
-  // a target that moves on a curve within the workspace; the style follows the last time step
-  Miss without, with, averaged;
-  Data path{"goal", {}}, hit{"preserving", {}}, missed{"plain", {}};
-  constexpr int kSteps = 120;
-  const double width = std::sqrt(content.styles().squaredNorm() / 80.0);
-  const StyleContent::Kernel kernel{0.25 * width, 0.2};
-  Eigen::VectorXd style = content.styles().row(0).transpose();
-  for (int i = 0; i < kSteps; ++i) {
-    const double a = 2.0 * std::numbers::pi * i / kSteps;
-    const Eigen::Vector2d goal(0.45 + 0.08 * std::cos(a), 0.05 + 0.11 * std::sin(2.0 * a));
-    style = content.infer_style(goal, style, 0.5 * width, kernel);
-    const Eigen::VectorXd none =
-        content.infer_style(goal, style, std::numeric_limits<double>::infinity(), kernel);
-    const auto hand = [&](const LocalRegression& map, const Eigen::VectorXd& input) {
-      return hand_at_end(mean + map.at(input).value.transpose() * primitives.transpose());
-    };
-    const auto with_style = [&](double s) { return Eigen::Vector3d(goal.x(), goal.y(), s); };
-    const Eigen::Vector2d p = hand(plain, goal), s = hand(preserving, with_style(style[0]));
-    without.add((p - goal).norm(), kSteps);
-    with.add((s - goal).norm(), kSteps);
-    averaged.add((hand(preserving, with_style(none[0])) - goal).norm(), kSteps);
-    path.rows.push_back({goal.x(), goal.y()});
-    hit.rows.push_back({s.x(), s.y()});
-    missed.rows.push_back({p.x(), p.y()});
-  }
-  Report report;
-  const char* why =
-      "M18 fig. 3.27 prints 1-2 cm against 7-8 cm, for a 7-joint arm and its own data";
-  report.rows = {at_most("style-preserving: miss, mean", 100.0 * with.mean_m, 2.0, "cm", why),
-                 at_most("style-preserving: miss, largest", 100.0 * with.worst_m, 4.0, "cm", why),
-                 at_least("by goal alone: miss, mean", 100.0 * without.mean_m,
-                          100.0 * 2.0 * with.mean_m, "cm", why),
-                 at_least("by goal alone: miss, largest", 100.0 * without.worst_m,
-                          100.0 * with.worst_m, "cm", why),
-                 at_least("style without prior: miss, mean", 100.0 * averaged.mean_m,
-                          100.0 * with.mean_m, "cm", "the mean style lies between the two elbows")};
-  if (dir) {
-    report.plots.push_back(*dir / "style-preserving-reach.png");
-    reproduce::plot_png(report.plots.back(), 760, 640, {path, hit, missed}, R"(set size ratio -1
-set title 'A moving target (M18 3.4.3): where the hand arrives'
-set xlabel 'x [m]'; set ylabel 'y [m]'; set key outside bottom center horizontal
-plot $goal with lines lc rgb '#000000' lw 2 title 'target', \
- $preserving with points pt 7 ps 0.8 lc rgb '#2b8c4a' title 'style preserved', \
- $plain with points pt 6 ps 0.8 lc rgb '#c8371e' title 'by goal alone'
-)");
-  }
-  return report;
-}
-
 }  // namespace
 
 void add_style_content_figures(std::vector<reproduce::Figure>& to) {
@@ -346,7 +238,7 @@ void add_style_content_figures(std::vector<reproduce::Figure>& to) {
       {"fig-3.25", "Style-content separation: inferred means and styles", "M18", regression});
   to.push_back({"style-preserving-reach",
                 "Reaching a moving target with and without style inference", "M18",
-                style_preserving});
+                style_preserving_reach});
 }
 
 }  // namespace mimesis::synthesizer

@@ -10,6 +10,7 @@
 #include <string_view>
 
 #include "common/error.h"
+#include "nodes/synthesizer/mocap/body.h"
 
 namespace mimesis::mocap {
 namespace {
@@ -105,10 +106,20 @@ class Reader {
         trial.cycle != set_.trials.back().cycle) {
       begin_trial(trial);
     }
-    add_row(cells[6].empty() ? std::string(cells[5]) : fmt::format("{}.{}", cells[5], cells[6]));
+    const std::string_view joint = joint_name(cells[5]);
+    add_row(cells[6].empty() ? std::string(joint) : fmt::format("{}.{}", joint, cells[6]));
     for (std::size_t t = 0; t < samples_; ++t) {
       values_.push_back(parsed<double>(cells[kNames + t], kNames + t));
     }
+  }
+
+  /// The sets number the joints of the body.
+  std::string_view joint_name(std::string_view cell) const {
+    if (house_axes_ || cell.find_first_not_of("0123456789") != std::string_view::npos) return cell;
+    const int joint = parsed<int>(cell, 5);
+    if (joint >= kBodyJoints)
+      fail(fmt::format("joint {}, expected 0 to {}", joint, kBodyJoints - 1));
+    return kBodyJointNames[static_cast<std::size_t>(joint)];
   }
 
   void begin_trial(const Trial& trial) {

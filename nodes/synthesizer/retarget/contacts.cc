@@ -1,5 +1,6 @@
 #include "nodes/synthesizer/retarget/contacts.h"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 
@@ -9,11 +10,14 @@ namespace {
 using Eigen::Index;
 
 constexpr double kSlow_m_s = 0.3, kLow_m = 0.04, kShort_s = 0.05;
+constexpr double kHeldBack_m = 0.15;  // feet must spread further than this to tell a slope
 
-double quantile(Eigen::VectorXd values, double share) {
-  const auto n = static_cast<Index>(share * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), values.begin() + n, values.end());
-  return values[n];
+using Points = Eigen::Matrix<double, 12, Eigen::Dynamic>;
+
+bool slow(const Points& points, Index point, Index t, double rate_hz) {
+  const Index a = std::max<Index>(t - 1, 0), b = std::min(t + 1, points.cols() - 1);
+  const Eigen::Vector3d moved = points.block<3, 1>(3 * point, b) - points.block<3, 1>(3 * point, a);
+  return moved.norm() * rate_hz < kSlow_m_s * static_cast<double>(std::max<Index>(b - a, 1));
 }
 
 /// Runs of `value` shorter than `frames` that do not touch the ends become the other value.
@@ -44,29 +48,45 @@ Eigen::Matrix<double, 12, Eigen::Dynamic> ground_points(const mocap::BodyClip& c
   return points;
 }
 
-double ground_height(const mocap::BodyClip& clip) {
-  const auto points = ground_points(clip);
-  Eigen::VectorXd lowest(points.cols());
+Ground find_ground(const mocap::BodyClip& clip) {
+  const Points points = ground_points(clip);
+  std::vector<Eigen::Vector3d> feet;
+  double lowest_of_all = points(2, 0);
   for (Index t = 0; t < points.cols(); ++t) {
-    lowest[t] = std::min({points(2, t), points(5, t), points(8, t), points(11, t)});
+    Index low = 0;
+    for (Index p = 1; p < 4; ++p) low = points(3 * p + 2, t) < points(3 * low + 2, t) ? p : low;
+    lowest_of_all = std::min(lowest_of_all, points(3 * low + 2, t));
+    if (slow(points, low, t, clip.rate_hz)) feet.emplace_back(points.block<3, 1>(3 * low, t));
   }
-  return quantile(lowest, 0.5);
+  Ground ground;
+  ground.height_m = lowest_of_all;  // of somebody who never stands
+  if (feet.empty()) return ground;
+  const auto count = static_cast<double>(feet.size());
+  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+  for (const Eigen::Vector3d& p : feet) mean += p / count;
+  Eigen::Matrix2d spread = kHeldBack_m * kHeldBack_m * count * Eigen::Matrix2d::Identity();
+  Eigen::Vector2d rise = Eigen::Vector2d::Zero();
+  for (const Eigen::Vector3d& p : feet) {
+    const Eigen::Vector3d d = p - mean;
+    spread += d.head<2>() * d.head<2>().transpose();
+    rise += d.z() * d.head<2>();
+  }
+  ground.centre = mean.head<2>();
+  ground.height_m = mean.z();
+  ground.slope = spread.ldlt().solve(rise);
+  return ground;
 }
 
-Contacts find_contacts(const mocap::BodyClip& clip) {
-  const auto points = ground_points(clip);
-  const Index frames = points.cols();
-  Contacts contacts(4, frames);
+Contacts find_contacts(const mocap::BodyClip& clip, const Ground& ground) {
+  const Points points = ground_points(clip);
+  const auto shortest = static_cast<Index>(std::ceil(kShort_s * clip.rate_hz));
+  Contacts contacts(4, points.cols());
   for (Index p = 0; p < 4; ++p) {
-    const double lowest = quantile(points.row(3 * p + 2).transpose(), 0.05);
-    Eigen::Array<bool, 1, Eigen::Dynamic> row(frames);
-    for (Index t = 0; t < frames; ++t) {
-      const Index a = std::max<Index>(t - 1, 0), b = std::min(t + 1, frames - 1);
-      const Eigen::Vector3d moved = points.block<3, 1>(3 * p, b) - points.block<3, 1>(3 * p, a);
-      const double seconds = static_cast<double>(std::max<Index>(b - a, 1)) / clip.rate_hz;
-      row[t] = moved.norm() / seconds < kSlow_m_s && points(3 * p + 2, t) < lowest + kLow_m;
+    Eigen::Array<bool, 1, Eigen::Dynamic> row(points.cols());
+    for (Index t = 0; t < points.cols(); ++t) {
+      const Eigen::Vector3d at = points.block<3, 1>(3 * p, t);
+      row[t] = slow(points, p, t, clip.rate_hz) && at.z() - ground.below(at) < kLow_m;
     }
-    const auto shortest = static_cast<Index>(std::ceil(kShort_s * clip.rate_hz));
     drop_short(row, false, shortest);
     drop_short(row, true, shortest);
     contacts.row(p) = row;

@@ -17,7 +17,7 @@ struct Foot {
   double lowest(Index t) const { return std::min(point[0](2, t), point[1](2, t)); }
 };
 
-Foot make_foot(const mocap::BodyClip& recorded, double ground_m, double scale,
+Foot make_foot(const mocap::BodyClip& recorded, const Ground& ground, double scale,
                const mocap::Body& to, const Contacts& contacts, std::size_t side) {
   const Index frames = recorded.frames();
   const int ankle = side == 0 ? mocap::kLeftAnkle : mocap::kRightAnkle;
@@ -29,9 +29,9 @@ Foot make_foot(const mocap::BodyClip& recorded, double ground_m, double scale,
     foot.point[kToe].col(t) = R * to.toe_m[side];
     foot.free.col(t) = scale * pose.p_WJ[static_cast<std::size_t>(ankle)];
     // The sole, not the ankle, is as high above the ground as it was
-    const double clearance = std::min(pose.point(ankle, recorded.body.heel_m[side]).z(),
-                                      pose.point(ankle, recorded.body.toe_m[side]).z()) -
-                             ground_m;
+    const Vector3d heel = pose.point(ankle, recorded.body.heel_m[side]);
+    const Vector3d toe = pose.point(ankle, recorded.body.toe_m[side]);
+    const double clearance = std::min(heel.z() - ground.below(heel), toe.z() - ground.below(toe));
     foot.free(2, t) = scale * clearance - foot.lowest(t);
   }
   for (const std::size_t p : {0u, 1u}) {
@@ -92,11 +92,11 @@ Matrix3Xd path(const Foot& foot) {
 
 }  // namespace
 
-FootPaths foot_paths(const mocap::BodyClip& recorded, double ground_m, double scale,
+FootPaths foot_paths(const mocap::BodyClip& recorded, const Ground& ground, double scale,
                      const mocap::Body& to, const Contacts& contacts) {
   FootPaths paths;
   for (const std::size_t side : {0u, 1u}) {
-    paths.ankle_W_m[side] = path(make_foot(recorded, ground_m, scale, to, contacts, side));
+    paths.ankle_W_m[side] = path(make_foot(recorded, ground, scale, to, contacts, side));
   }
   return paths;
 }

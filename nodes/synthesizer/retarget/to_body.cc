@@ -60,7 +60,7 @@ void check(const BodyClip& recorded, const Body& to) {
 
 /// Puts the middle between the hips, which bodies have in common, where the recorded one is,
 /// scaled; what is called the root may be anywhere in the pelvis.
-void place_root(const BodyClip& recorded, double ground, double scale, BodyClip& clip) {
+void place_root(const BodyClip& recorded, const Ground& ground, double scale, BodyClip& clip) {
   const auto middle = [](const Body& b) {
     return Vector3d(0.5 * (b.offset_m[mocap::kLeftHip] + b.offset_m[mocap::kRightHip]));
   };
@@ -68,7 +68,7 @@ void place_root(const BodyClip& recorded, double ground, double scale, BodyClip&
   for (Index t = 0; t < clip.frames(); ++t) {
     const Matrix3d R = math::exp_so3(recorded.angles_rad.block<3, 1>(0, t));
     Vector3d hips = recorded.root_position_W_m.col(t) + R * was;
-    hips.z() -= ground;
+    hips.z() -= ground.below(hips);
     clip.root_position_W_m.col(t) = scale * hips - R * is;
   }
 }
@@ -153,14 +153,14 @@ void report_feet(const BodyMotion& motion, BodyReport& report) {
   }
 }
 
-void report_hands_and_rotations(const BodyClip& recorded, double ground, const BodyClip& now,
+void report_hands_and_rotations(const BodyClip& recorded, const Ground& ground, const BodyClip& now,
                                 BodyReport& report) {
   double hands = 0.0, rotations = 0.0;
   for (Index t = 0; t < now.frames(); ++t) {
     const BodyPose was = recorded.pose(t), is = now.pose(t);
     for (const std::size_t side : {0u, 1u}) {
       Vector3d hand = was.point(wrist(side), recorded.body.hand_m[side]);
-      hand.z() -= ground;
+      hand.z() -= ground.below(hand);
       const double off =
           (is.point(wrist(side), now.body.hand_m[side]) - report.scale * hand).norm();
       hands += off * off;
@@ -183,10 +183,10 @@ void report_hands_and_rotations(const BodyClip& recorded, double ground, const B
 
 BodyMotion retarget(const BodyClip& recorded, const Body& to) {
   check(recorded, to);
-  BodyMotion motion{recorded, find_contacts(recorded), {}};
+  const Ground ground = find_ground(recorded);
+  BodyMotion motion{recorded, find_contacts(recorded, ground), {}};
   BodyClip& clip = motion.clip;
   BodyReport& report = motion.report;
-  const double ground = ground_height(recorded);
   report.scale = leg_length(to) / leg_length(recorded.body);
   clip.body = to;
   place_root(recorded, ground, report.scale, clip);

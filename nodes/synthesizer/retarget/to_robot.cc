@@ -12,6 +12,7 @@ namespace {
 
 using Eigen::Index, Eigen::Isometry3d, Eigen::VectorXd;
 
+constexpr double kMissed = 1e-3;   // weighted error of exact goals [m, rad]
 constexpr double kAtLimit = 1e-9;  // [rad]
 constexpr int kFirstSearch = 400;  // iterations: the easy posture may be far away
 
@@ -130,10 +131,18 @@ std::vector<Posture> follow(const robot::RobotTree& tree, const Posture& start,
   std::vector<std::vector<Goal>> exact;
   Posture now = start;
   now.q = now.q.cwiseMax(tree.lower()).cwiseMin(tree.upper());
+  const VectorXd easy = now.q;
   IkOptions ik = options.ik;
   ik.max_iterations = std::max(ik.max_iterations, kFirstSearch);
   for (const FrameGoals& frame : goals) {
-    now = solve(kinematics, now, frame.exact, frame.wishes, ik).posture;
+    IkResult found = solve(kinematics, now, frame.exact, frame.wishes, ik);
+    if (found.exact_error > kMissed) {
+      // Limits may hold a posture where an easier one would do: once more from the easy joints
+      const Posture fresh{found.posture.X_WB, easy};
+      const IkResult other = solve(kinematics, fresh, frame.exact, frame.wishes, ik);
+      if (other.exact_error < 0.5 * found.exact_error) found = other;
+    }
+    now = found.posture;
     ik = options.ik;
     postures.push_back(now);
     exact.push_back(frame.exact);

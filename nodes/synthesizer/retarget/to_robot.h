@@ -47,7 +47,8 @@ struct FrameGoals {
   std::vector<Goal> exact, wishes;
 };
 
-/// Postures for goals frame by frame, each from the one before, then smoothed.
+/// Postures for goals frame by frame, each from the one before (or from the start's joints where
+/// that comes nearer to goals that are missed), then smoothed.
 /// @param start  where the search for the first frame begins; moved into the limits
 std::vector<Posture> follow(const robot::RobotTree& tree, const Posture& start,
                             const std::vector<FrameGoals>& goals, const RobotOptions& options,

@@ -85,6 +85,13 @@ TEST(LocalRegression, RidgeShrinksToTheLocalMean) {
             1e-5);
 }
 
+TEST(LocalRegression, RidgeHalvesTheSlopeWhereItEqualsTheSpread) {
+  // far wider than the data: slope Σxy / (Σx² + ρn) = 1/(1 + ρ)
+  const Eigen::MatrixXd x = Eigen::Vector2d(-1.0, 1.0);
+  const LocalRegression map(x, x, {1e6, 1.0, 0.0});
+  EXPECT_NEAR(map.at(Eigen::VectorXd::Constant(1, 1.0)).value[0], 0.5, 1e-9);
+}
+
 TEST(GaussianProcess, FindsTheScaleOfTheDataAndItsNoise) {
   Samples w = grid(wave);
   const GaussianProcess smooth(w.x, w.y);

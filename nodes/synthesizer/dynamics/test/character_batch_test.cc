@@ -70,6 +70,22 @@ TEST(CharacterBatch, AnglesAreTheMixtureAtThePhase) {
   }
 }
 
+TEST(CharacterBatch, OwnParametersAreTheMixtureWithinTheStatedError) {
+  for (const int fixed : {0, 3}) {
+    const MotionModel model = random_model(6, 4, 2, fixed);
+    CharacterBatch batch(model, 1, {.dt_s = 0.01, .tolerance_rad = 1e-4, .individual = true});
+    EXPECT_LE(batch.series().truncation_rad(), 1e-4);
+    const Pattern& p = model.patterns[1];
+    batch.set_parameters(0, p.mean_rad, p.weight_rad, p.delay_rad);
+    for (int n = 0; n < 100; ++n) {
+      batch.step();
+      ASSERT_LT((angles_of(batch, 0) - mixture_at(model, p, batch.phase(0))).cwiseAbs().maxCoeff(),
+                1.1e-4)
+          << fixed << " at " << batch.phase(0);
+    }
+  }
+}
+
 TEST(CharacterBatch, PhasesAdvanceByTheFrequency) {
   CharacterBatch batch(random_model(5), 2, {.dt_s = 1.0 / 60.0});
   batch.set_frequency(1, 9.0);

@@ -61,6 +61,45 @@ TEST(FootLock, FeetThatSlideStand) {
   EXPECT_LT(with.fastest_change_m_s2, 1.5 * without.fastest_change_m_s2);
 }
 
+TEST(FootLock, FeetStandInTurnsToo) {  // the displacement stays where it is in the world
+  const MotionModel model = walking_model({.speed_m_s = 0.8, .turn_rad_s = 1.5, .slide_m = 0.08});
+  CharacterBatch batch(model, 1, {.dt_s = 0.01, .foot_lock = true});
+  double path = 0.0;
+  int count = 0;
+  Eigen::Vector3d before = Eigen::Vector3d::Zero();
+  for (int n = 0; n < 800; ++n) {
+    batch.step();
+    const Eigen::Vector3d toe = batch.toe_W_m(0, mocap::kLeft),
+                          heel = batch.heel_W_m(0, mocap::kLeft);
+    const Eigen::Vector3d middle = 0.5 * (toe + heel);  // of the flat foot: what is locked
+    if (n > 200 && batch.phase(0) > 0.8 && batch.phase(0) < 3.4) {
+      path += (middle - before).head<2>().norm();
+      ++count;
+    }
+    before = middle;
+  }
+  EXPECT_LT(path / count / 0.01, 0.005);
+}
+
+TEST(FootLock, DisplacementsKeepTheirDirectionInTheWorldWhenThePelvisTurns) {
+  RootLanes root;
+  LockLanes lock;
+  for (int l = 0; l < kLanes; ++l) {
+    root.cos_turn[l] = std::cos(0.5F);
+    root.sin_turn[l] = std::sin(0.5F);
+    lock.contact[1][l] = 1.0F;
+    lock.d[1][0][l] = 0.03F;
+    lock.d[1][1][l] = 0.01F;
+  }
+  foot_contact(root, 0.01F, lock);  // the foot rests: no velocity, no slip
+  for (int l = 0; l < kLanes; ++l) {
+    EXPECT_FLOAT_EQ(lock.d[1][0][l], 0.03F * std::cos(0.5F) + 0.01F * std::sin(0.5F));
+    EXPECT_FLOAT_EQ(lock.d[1][1][l], 0.01F * std::cos(0.5F) - 0.03F * std::sin(0.5F));
+    EXPECT_EQ(root.displaced[1][0][l], lock.d[1][0][l]);
+    EXPECT_EQ(lock.d[0][0][l], 0.0F);
+  }
+}
+
 TEST(FootLock, FeetThatStandAreLeftAlone) {
   const MotionModel model = walking_model();
   CharacterBatch locked(model, 1, {.dt_s = 0.01, .foot_lock = true}),

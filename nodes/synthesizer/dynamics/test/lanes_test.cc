@@ -106,6 +106,13 @@ TEST(Lanes, TheLegReachesTheTargetAndTheFootKeepsItsOrientation) {
   EXPECT_GT(reached, 3000);
 }
 
+#if defined(__x86_64__)
+[[gnu::target("avx2")]] void posture_avx2(const BodyLanes& body, const Lane* angle,
+                                          RotationLanes& rotation, PointLanes& point) {
+  posture_lanes(body, angle, rotation, point);
+}
+#endif
+
 TEST(Lanes, AllInstructionSetsGiveTheSameBits) {
   Random random;
   alignas(64) Lane angle[mocap::kBodyRows];
@@ -119,6 +126,13 @@ TEST(Lanes, AllInstructionSetsGiveTheSameBits) {
   posture_lanes(body, angle, plain, plain_points);  // the test's own instruction set
   EXPECT_EQ(std::memcmp(&widest, &plain, sizeof plain), 0);
   EXPECT_EQ(std::memcmp(&widest_points, &plain_points, sizeof plain_points), 0);
+#if defined(__x86_64__)
+  if (__builtin_cpu_supports("avx2")) {
+    posture_avx2(body, angle, widest, widest_points);
+    EXPECT_EQ(std::memcmp(&widest, &plain, sizeof plain), 0);
+    EXPECT_EQ(std::memcmp(&widest_points, &plain_points, sizeof plain_points), 0);
+  }
+#endif
 }
 
 }  // namespace

@@ -35,5 +35,27 @@ TEST(RootMotion, ATurningWalkerTurns) {
   EXPECT_NEAR(root.position_W_m.y(), radius * (1.0 - std::cos(2.0)), 0.05);
 }
 
+TEST(RootMotion, TheSupportingPointRestsInTheWorld) {  // whatever the figure does
+  CharacterBatch batch(testing::random_model(2), 1, {.dt_s = 1.0 / 200.0});
+  batch.set_root(0, {2.0, 1.0}, 0.7);
+  batch.step();
+  int checked = 0, supports[2] = {0, 0};
+  for (int n = 0; n < 2000; ++n) {
+    const Eigen::Vector3d heel[2] = {batch.heel_W_m(0, 0), batch.heel_W_m(0, 1)};
+    const Eigen::Vector3d toe[2] = {batch.toe_W_m(0, 0), batch.toe_W_m(0, 1)};
+    batch.step();
+    const int side = batch.root(0).support;
+    const Eigen::Vector3d heel_now = batch.heel_W_m(0, side), toe_now = batch.toe_W_m(0, side);
+    ++supports[side];
+    if (std::abs(heel_now.z() - toe_now.z()) < 0.021) continue;  // both carry
+    const bool on_heel = heel_now.z() < toe_now.z();
+    const Eigen::Vector3d moved = on_heel ? heel_now - heel[side] : toe_now - toe[side];
+    ASSERT_LT(moved.head<2>().norm(), 2e-6) << n;
+    ++checked;
+  }
+  EXPECT_GT(checked, 500);
+  EXPECT_GT(std::min(supports[0], supports[1]), 100);
+}
+
 }  // namespace
 }  // namespace mimesis::synthesizer

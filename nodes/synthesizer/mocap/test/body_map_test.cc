@@ -156,6 +156,9 @@ TEST_F(BodyMapOf, TheFigureStandsUprightOnTheFloorAndBendsItsKneesBackwards) {
         EXPECT_GT(forward.dot(pose.R_WJ[hip + 2] * sole), -0.05) << name;
       }
     }
+    // elbows bend the forearms forward of the T-posture
+    EXPECT_LT(clip.angles_rad.row(3 * kLeftElbow + 2).mean(), -0.1) << name;
+    EXPECT_GT(clip.angles_rad.row(3 * kRightElbow + 2).mean(), 0.1) << name;
     EXPECT_NEAR(lowest, 0.0, 0.05) << name;
     EXPECT_GT(knee_bend, 0.8) << name;
   }

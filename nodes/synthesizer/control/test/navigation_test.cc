@@ -1,0 +1,194 @@
+#include "nodes/synthesizer/control/navigation.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <vector>
+
+#include "common/error.h"
+#include "common/testing/no_malloc.h"
+#include "nodes/synthesizer/control/turning.h"
+
+namespace mimesis::synthesizer {
+namespace {
+
+constexpr double kPi = std::numbers::pi;
+using Eigen::Vector2d;
+
+TEST(Heading, LeftIsLeft) {
+  const Walker self{{0, 0}, 0.0, 1.3};
+  const NavigationParams p;
+  EXPECT_NEAR(goal_term(self, {1, 1}), std::sin(kPi / 4), 1e-15);  // goal to the left: + turn
+  EXPECT_LT(goal_term(self, {1, -1}), 0.0);
+  EXPECT_LT(avoidance_term(self, {{1, 0.5}, 0, 0}, p), 0.0);  // obstacle to the left: - turn
+  EXPECT_GT(avoidance_term(self, {{1, -0.5}, 0, 0}, p), 0.0);
+  // over the cut of the angle, the same as anywhere else
+  const Walker back{{0, 0}, 3.1, 1.3};
+  EXPECT_NEAR(avoidance_term(back, {{std::cos(3.4), std::sin(3.4)}, 0, 0}, p),
+              avoidance_term(self, {{std::cos(0.3), std::sin(0.3)}, 0, 0}, p), 1e-12);
+}
+
+TEST(Heading, TermsInClosedForm) {
+  NavigationParams p;
+  p.keep_right_rad = 0.0;
+  const Walker self{{0, 0}, 0.2, 1.0}, other{{0.6, 0.8}, 0.0, 0.0};
+  const double off = 0.2 - std::atan2(0.8, 0.6);
+  EXPECT_NEAR(avoidance_term(self, other, p),
+              std::sin(off) * std::exp(-off * off / (2 * 0.36)) * std::exp(-1.0 / (2 * 0.64)),
+              1e-12);
+}
+
+TEST(ClosestApproach, InClosedForm) {
+  const Walker self{{0, 0}, 0.0, 1.0};
+  // meets at (2, 0) after 2 s
+  const auto c = closest_approach(self, {{2, -2}, kPi / 2, 1.0});
+  ASSERT_TRUE(c.ahead);
+  EXPECT_NEAR(c.time_s, 2.0, 1e-12);
+  EXPECT_NEAR(c.distance_m, 0.0, 1e-12);
+  EXPECT_NEAR(c.direction_rad, 0.0, 1e-12);
+  // head on, passing at 0.4 m on the left
+  const auto h = closest_approach(self, {{4, 0.4}, kPi, 1.0});
+  ASSERT_TRUE(h.ahead);
+  EXPECT_NEAR(h.time_s, 2.0, 1e-12);
+  EXPECT_NEAR(h.distance_m, 0.4, 1e-12);
+  EXPECT_NEAR(h.direction_rad, std::atan2(0.4, 2.0), 1e-12);
+}
+
+TEST(ClosestApproach, NoneSideBySideOrInThePast) {
+  const NavigationParams p;
+  const Walker self{{0, 0}, 0.0, 1.0};
+  for (const Walker& other : {Walker{{0, 1}, 0.0, 1.0}, Walker{{3, 0}, 0.0, 1.0},
+                              Walker{{-3, 0}, kPi, 1.0}, Walker{{-2, 0}, 0.0, 0.5}}) {
+    EXPECT_FALSE(closest_approach(self, other).ahead);
+    EXPECT_EQ(prediction_term(self, other, p), 0.0);
+  }
+}
+
+/// Everybody walks to their goal and stops there.
+struct Scene {
+  std::vector<Walker> walkers;
+  std::vector<Vector2d> goals;
+  std::vector<Walker> pillars;
+  double closest = std::numeric_limits<double>::infinity();
+  std::vector<bool> arrived = {};
+
+  void run(double seconds) {
+    arrived.assign(walkers.size(), false);
+    const double dt = 0.02;
+    for (double t = 0.0; t < seconds; t += dt) {
+      std::vector<double> rate(walkers.size());
+      for (std::size_t i = 0; i < walkers.size(); ++i) {
+        std::vector<Walker> others = pillars;
+        for (std::size_t j = 0; j < walkers.size(); ++j) {
+          if (j == i) continue;
+          if (!arrived[i] && !arrived[j]) {
+            closest = std::min(closest, (walkers[i].position_W_m - walkers[j].position_W_m).norm());
+          }
+          if (!arrived[j]) others.push_back(walkers[j]);
+        }
+        for (const Walker& o : pillars) {
+          closest = std::min(closest, (walkers[i].position_W_m - o.position_W_m).norm());
+        }
+        rate[i] = heading_rate(walkers[i], goals[i], others);
+      }
+      for (std::size_t i = 0; i < walkers.size(); ++i) {
+        Walker& w = walkers[i];
+        if ((w.position_W_m - goals[i]).norm() < 0.5) arrived[i] = true;
+        if (arrived[i]) continue;
+        w.heading_rad += dt * rate[i];
+        w.position_W_m +=
+            dt * w.speed_m_s * Vector2d(std::cos(w.heading_rad), std::sin(w.heading_rad));
+      }
+    }
+  }
+  bool all_arrived() const {
+    return std::all_of(arrived.begin(), arrived.end(), [](bool a) { return a; });
+  }
+};
+
+TEST(Navigation, ReachesAGoalBehindItself) {
+  Scene s{{{{0, 0}, 0.0, 1.3}}, {{-8, 0.5}}, {}};
+  s.run(15.0);
+  EXPECT_TRUE(s.all_arrived());
+}
+
+TEST(Navigation, TwoHeadOnPassEachOther) {
+  Scene s{{{{-5, 0}, 0.0, 1.3}, {{5, 0}, kPi, 1.3}}, {{5, 0}, {-5, 0}}, {}};
+  s.run(6.0);
+  EXPECT_LT(s.walkers[0].position_W_m.y(), 0.05);  // both kept to their right
+  s.run(6.0);
+  EXPECT_TRUE(s.all_arrived());
+  EXPECT_GT(s.closest, 0.6);
+}
+
+TEST(Navigation, FourCrossInTheMiddle) {
+  Scene s{};
+  for (int i = 0; i < 4; ++i) {
+    const Vector2d from = 6.0 * Vector2d(std::cos(kPi / 2 * i), std::sin(kPi / 2 * i));
+    s.walkers.push_back({from, kPi / 2 * i + kPi, 1.3});
+    s.goals.push_back(-from);
+  }
+  s.run(25.0);
+  EXPECT_TRUE(s.all_arrived());
+  EXPECT_GT(s.closest, 0.5);
+}
+
+TEST(Navigation, GoesAroundAPillarInTheWay) {
+  Scene s{{{{-4, 0}, 0.0, 1.3}}, {{4, 0}}, {{{0, 0}, 0.0, 0.0}}};
+  s.run(12.0);
+  EXPECT_TRUE(s.all_arrived());
+  EXPECT_GT(s.closest, 0.5);
+}
+
+TEST(Navigation, DoesNotAllocate) {
+  const std::vector<Walker> others(10, Walker{{1, 1}, 2.0, 1.0});
+  const Walker self{{0, 0}, 0.0, 1.0};
+  const mimesis::testing::NoMalloc guard;
+  EXPECT_TRUE(std::isfinite(heading_rate(self, {5, 5}, others)));
+}
+
+mocap::Trial turning(double turn, double duration) {
+  mocap::Trial t;
+  t.turn_rad = turn;
+  t.duration_s = duration;
+  return t;
+}
+
+TEST(Turning, SharesTurnAtTheRate) {
+  const TurnRates r = turn_rates(turning(0.9, 1.2), turning(0.05, 1.0), turning(-0.8, 1.0));
+  EXPECT_NEAR(r.left, 0.75, 1e-12);
+  for (const double rate : {-0.8, -0.3, 0.05, 0.2, 0.75}) {
+    const auto a = turn_shares(r, rate);
+    EXPECT_NEAR(a[0] * r.left + a[1] * r.straight + a[2] * r.right, rate, 1e-12);
+    EXPECT_NEAR(a[0] + a[1] + a[2], 1.0, 1e-12);
+    EXPECT_EQ(a[0] > 0.0, rate > 0.05);  // left is left
+    EXPECT_EQ(a[2] > 0.0, rate < 0.05);
+  }
+  EXPECT_EQ(turn_shares(r, 5.0)[0], 1.0);
+  EXPECT_EQ(turn_shares(r, -5.0)[2], 1.0);
+  EXPECT_THROW(turn_rates(turning(-0.8, 1.0), turning(0.0, 1.0), turning(0.9, 1.0)), ConfigError);
+  EXPECT_THROW(turn_rates(turning(0.8, 0.0), turning(0.0, 1.0), turning(-0.9, 1.0)), ConfigError);
+}
+
+TEST(Turning, BalancedMixtureGoesStraight) {
+  const auto walk = [](double w) {
+    return MotionParameters{Eigen::VectorXd::Constant(1, w), Eigen::MatrixXd::Constant(1, 1, w),
+                            Eigen::MatrixXd::Zero(1, 1), 6.0};
+  };
+  // the weight stands for the turning rate
+  const double e = 0.04, l = 0.7, r = -0.6;
+  const double beta = balancing_beta(e, l, r);
+  const MotionParameters m = balanced_mixture(walk(e), walk(l), walk(r), beta);
+  EXPECT_NEAR(m.weight_rad(0, 0), 0.0, 1e-15);
+  EXPECT_NEAR(m.frequency_rad_s, 6.0, 1e-12);
+  EXPECT_NEAR(balanced_mixture(walk(1), walk(2), walk(4), 0.5).weight_rad(0, 0),  // eq. 3.28
+              0.75 + 0.125 * (1.5 * 2 + 0.5 * 4), 1e-15);
+  EXPECT_EQ(balancing_beta(9.0, l, r), -1.0);
+  EXPECT_THROW(balanced_mixture(walk(1), walk(2), walk(4), 1.5), ConfigError);
+}
+
+}  // namespace
+}  // namespace mimesis::synthesizer
