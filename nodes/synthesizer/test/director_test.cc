@@ -6,6 +6,7 @@
 #include <string>
 
 #include "common/math/circle.h"
+#include "common/testing/no_malloc.h"
 #include "nodes/synthesizer/test/models.h"
 
 namespace mimesis::synthesizer {
@@ -134,6 +135,16 @@ TEST(Director, AnotherGoalTakesItOut) {
   rig.director.stop(0);
   EXPECT_TRUE(rig.run(2.5));
   EXPECT_STREQ(rig.director.action(0), "stand");
+}
+
+TEST(Director, WithoutADrawerItDoesNotAllocate) {
+  Rig rig(nullptr);
+  const mimesis::testing::NoMalloc guard;
+  for (int k = 0; k < 500; ++k) {
+    if (k == 50) rig.director.walk_to(0, {2.0, 1.0});
+    if (k == 300) rig.director.stop(0);
+    rig.director.step();
+  }
 }
 
 TEST(Director, SaysWhyNot) {
