@@ -15,6 +15,8 @@ constexpr double kTurningStep = 0.15;  // while the goal lies aside
 constexpr double kAhead = 0.4;         // rad: so far aside, steps are whole ...
 constexpr double kAside = 1.2;         // ... and from here as short as kTurningStep
 constexpr double kNearer_m = 0.1;
+constexpr double kNear = 3.0;  // steps
+constexpr double kMiss = 0.7;  // of the tolerance: by so much one may pass the goal
 constexpr double kFollow_1_s = 8.0;
 constexpr double kSameShare = 1e-5;  // some 1e-5 rad at the joints
 
@@ -104,12 +106,17 @@ void Walker::plan(const Style& style) {
     } else {
       // opening and closing of a walk that begins now, or closing alone
       const double ends = (begins ? 2.0 : 1.0) * style.closing;
-      const double ahead = distance_m_ * std::cos(std::min(std::abs(aside_rad_), kAside)) / unit;
+      const double aside = std::abs(aside_rad_), far = distance_m_ / unit;
+      const double ahead = far * std::cos(std::min(aside, kAside));
       const double whole = std::max(0.0, std::ceil(ahead - ends - 1e-9));
-      const double share = (std::abs(aside_rad_) - kAhead) / (kAside - kAhead);
-      walk_ = begins || whole > 0.0 || std::abs(aside_rad_) > kAside;
+      // a near goal is turned to first
+      const double near = std::clamp(far / kNear, 0.3, 1.0);
+      const double share = (aside / near - kAhead) / (kAside - kAhead);
+      const bool faced =
+          aside < kAside && distance_m_ * std::sin(aside) < kMiss * settings_.goal_tolerance_m;
+      walk_ = begins || whole > 0.0 || !faced;
       length_ = std::clamp(ahead / (whole + ends), kShortestStep, 1.0);
-      length_ *= 1.0 - (1.0 - kTurningStep) * std::clamp(share, 0.0, 1.0);
+      if (!faced) length_ *= 1.0 - (1.0 - kTurningStep) * std::clamp(share, 0.0, 1.0);
       reached_ = false;
     }
   }

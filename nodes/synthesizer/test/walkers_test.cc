@@ -147,7 +147,8 @@ TEST(Walkers, StopAtTheEndOfTheStep) {
     EXPECT_EQ(walkers.walker(0).stage(), Stage::closing) << after;
     run(walkers, 0.5);
     EXPECT_EQ(walkers.walker(0).stage(), Stage::standing) << after;
-    EXPECT_EQ(walkers.state(0).root.velocity_H_m_s.norm(), 0.0);
+    run(walkers, 1.5);  // the pelvis settles over the locked feet
+    EXPECT_LT(walkers.state(0).root.velocity_H_m_s.norm(), 1e-4);
     EXPECT_EQ(walkers.state(0).phase_rate_rad_s, 0.0);
   }
 }
