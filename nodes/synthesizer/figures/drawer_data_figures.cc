@@ -436,7 +436,8 @@ Report maps(const PlotDir& plot_dir) {
     const auto png = *plot_dir / "fig-3.20.png";
     plot_png(png, 1200, 520, data,
              "set multiplot layout 1,2\nset xlabel 'length [m]'; set ylabel 'duration [s]'; set "
-             "zlabel 'w [rad]' rotate\nset hidden3d; set ticslevel 0.1; set view 55,40; unset key\n"
+             "zlabel 'w [rad]' rotate\nset xtics 0.2; set ytics 0.05; set hidden3d; set ticslevel "
+             "0.1; set view 55,40; unset key\n"
              "set title 'a) action 1: hip flexion, first periodic source'\nsplot $a using 1:2:3 "
              "with lines lt 1 lw 1, $pa using 1:2:3 with points lt 2 pt 7 ps 1\n"
              "set title 'b) action 2'\nsplot $b using 1:2:3 with lines lt 1 lw 1, $pb using 1:2:3 "
