@@ -40,7 +40,7 @@ Walker::Walker(const Repertoire& repertoire, const WalkSettings& settings, int s
 
 void Walker::walk_to(const Eigen::Vector2d& goal_W_m) {
   if (task_ != WalkTask::walk_to || goal_W_m != goal_) {
-    reached_ = false;
+    reached_ = stopped_ = false;
     no_nearer_s_ = 0.0;
     nearest_m_ = std::numeric_limits<double>::infinity();
   }
@@ -99,7 +99,9 @@ void Walker::plan(const Style& style) {
   length_ = 1.0;
   if (task_ == WalkTask::walk_to) {
     const bool begins = step_.standing();
-    if (distance_m_ <= settings_.goal_tolerance_m) {
+    // the smallest steps do not carry as their share says: who has stopped so near lets it be
+    const double near_enough = (begins && stopped_ ? 2.0 : 1.0) * settings_.goal_tolerance_m;
+    if (distance_m_ <= near_enough) {
       walk_ = false;
       reached_ = begins;
       length_ = kShortestStep;
@@ -154,6 +156,7 @@ void Walker::step(const Eigen::Vector2d& position_W_m, double heading_rad, doubl
   }
   last_phase_rad_ = phase_rad;
   step_.advance(phase_rad, walk);
+  if (step_.standing() && !was_standing) stopped_ = true;
   style_.advance(settings_.dt_s, phase_rad, step_.standing());
 
   const double own = style.frequency_rad_s;

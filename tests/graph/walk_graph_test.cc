@@ -27,10 +27,10 @@ TEST_P(Walk, ArrivesInEveryStyle) {
   EXPECT_EQ(result["reached"], true);
   EXPECT_EQ(result["style"], GetParam());
   EXPECT_EQ(result["action"], "stand");
-  EXPECT_LT(result["distance_mm"], 150.0);
+  EXPECT_LT(result["distance_mm"], 300.0);
   const v1::Motion motion = last_motion(run);
-  EXPECT_NEAR(motion.position_pelvis_in_world_m().x_m(), 3.0, 0.15);
-  EXPECT_NEAR(motion.position_pelvis_in_world_m().y_m(), -2.0, 0.15);
+  EXPECT_NEAR(motion.position_pelvis_in_world_m().x_m(), 3.0, 0.3);
+  EXPECT_NEAR(motion.position_pelvis_in_world_m().y_m(), -2.0, 0.3);
   EXPECT_GT(motion.position_pelvis_in_world_m().z_m(), 0.7);  // upright
 }
 

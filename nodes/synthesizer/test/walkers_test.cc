@@ -90,6 +90,26 @@ TEST(Walkers, ArriveNear) {
   }
 }
 
+TEST(Walkers, OfTheRepositoryArriveAnywhere) {
+  const MotionModel model = load_motion_model(MIMESIS_SOURCE_DIR "/models/walk.motion.json");
+  const std::vector<WalkerStart> starts(100);
+  for (const char* style : {"walk", "slow", "stride", "brisk"}) {
+    Walkers walkers(model, starts, {.style = style});
+    for (int i = 0; i < 100; ++i) {
+      const double far = 0.2 + 0.06 * i, angle = 2.4 * i;
+      walkers.walker(i).walk_to({far * std::cos(angle), far * std::sin(angle)});
+    }
+    for (int k = 0; k < 20 * 60; ++k) walkers.step();
+    int near = 0;
+    for (int i = 0; i < 100; ++i) {
+      EXPECT_TRUE(walkers.walker(i).reached()) << style << " " << i;
+      EXPECT_LT(walkers.walker(i).goal_distance_m(), 0.31) << style << " " << i;
+      near += walkers.walker(i).goal_distance_m() < 0.15 ? 1 : 0;
+    }
+    EXPECT_GE(near, 65) << style;
+  }
+}
+
 TEST(Walkers, TurnByTurningMotionsWhereTheModelHasThem) {
   const auto pivoting = [](bool turns) {
     Walkers walkers = one(testing::three_styles(turns));
