@@ -147,7 +147,7 @@ TEST(SynthesizerProcess, ChangesItsStyleSmoothly) {
   EXPECT_LT(fastest, 3.0);  // rad/s in 5 ms; a cut makes some 50
   EXPECT_EQ(node.terminate(), 0) << node.errors();
   EXPECT_NE(
-      node.errors().find("style: style 'happy' is unknown; known: walk, slow, brisk; refused"),
+      node.errors().find("style wish refused: style 'happy' is unknown; known: walk, slow, brisk"),
       std::string::npos)
       << node.errors();
 }
