@@ -328,16 +328,20 @@ TEST(Walkers, TellThatAGoalComesNoNearer) {
   EXPECT_FALSE(walkers.walker(0).stuck());
 }
 
-TEST(Walkers, FreeDelaysAreBlendedToo) {
-  MotionModel model = testing::three_styles();  // each pattern has delays of its own
+TEST(Walkers, FreeDelaysAreBlendedToo) {  // each pattern of the model has delays of its own
+  const MotionModel model = testing::three_styles();
   ASSERT_FALSE(model.tied);
-  MotionModel tied = testing::random_model(5);
-  ASSERT_TRUE(tied.tied);
-  Walkers walkers = one(tied, {.walking = true, .foot_lock = false});
-  walkers.walker(0).style().wish(std::vector<double>{0.0, 1.0, 0.0}, 0.0);
+  Walkers walkers = one(model, {.walking = true, .foot_lock = false});
+  walkers.walker(0).style().wish(std::vector<double>{0.5, 0.5, 0.0}, 0.5);
   run(walkers, 3.0);
-  CharacterBatch batch(tied, 1, {.dt_s = kDt});  // the pattern itself at that phase
-  batch.set_pattern(0, 1);
+  const Repertoire& repertoire = walkers.repertoire();
+  const std::vector<MotionParameters> parts = {
+      repertoire.motion(repertoire.style(0).straight).parameters,
+      repertoire.motion(repertoire.style(1).straight).parameters};
+  MotionParameters mixed = parts[0];
+  blend(parts, std::vector<double>{0.5, 0.5}, mixed);
+  CharacterBatch batch(repertoire.model(), 1, {.dt_s = kDt, .individual = true});
+  batch.set_parameters(0, mixed.mean_rad, mixed.weight_rad, mixed.delay_rad);
   batch.set_frequency(0, 0.0);
   batch.set_phase(0, walkers.state(0).phase_rad);
   batch.step();
