@@ -15,7 +15,7 @@ using Eigen::VectorXd;
 
 constexpr double kRidge = 1e-9;   // of a source's energy: two sources may coincide
 constexpr double kMaxStep = 0.5;  // of a Levenberg step [rad]
-constexpr int kStepsAfterSearch = 3;
+constexpr int kStepsAfterSearch = 2;
 
 /// min ½wᵀGw − yᵀw, w ≥ 0, by coordinate descent from the unconstrained solution, clipped.
 void clip_and_descend(const MatrixXd& gram, const double* y, Eigen::Ref<VectorXd> w) {
