@@ -90,6 +90,14 @@ Pattern pattern_from(const Node& node, const MotionModel& model, const Eigen::Ma
   return p;
 }
 
+Json limits_to_json(const MotionModel& m) {
+  Json out = Json::array();
+  for (const auto& limits : m.limits_rad) {
+    out.push_back(limits ? Json{limits->lower, limits->upper} : Json(nullptr));
+  }
+  return out;
+}
+
 Json model_to_json(const MotionModel& m) {
   Json files = Json::array();
   for (const Source& s : m.learned_from) {
@@ -107,9 +115,23 @@ Json model_to_json(const MotionModel& m) {
               {"fixed", m.fixed},
               {"tied", m.tied},
               {"sources", to_json(m.sources)}};
+  if (!m.limits_rad.empty()) out["limits_rad"] = limits_to_json(m);
   if (m.tied && !m.patterns.empty()) out["delay_rad"] = to_json(m.patterns.front().delay_rad);
   out["patterns"] = Json::array();
   for (const Pattern& p : m.patterns) out["patterns"].push_back(pattern_to_json(p, !m.tied));
+  return out;
+}
+
+std::vector<std::optional<RowLimits>> limits_from(const Node& node, std::size_t rows) {
+  node.expect_size(rows);
+  std::vector<std::optional<RowLimits>> out(rows);
+  for (std::size_t r = 0; r < rows; ++r) {
+    const Node row = node.at(r);
+    if (row.is_null()) continue;
+    row.expect_size(2);
+    out[r] = {row.at(std::size_t{0}).number(), row.at(std::size_t{1}).number()};
+    if (out[r]->lower >= out[r]->upper) row.fail("empty", "lower < upper");
+  }
   return out;
 }
 
@@ -135,6 +157,7 @@ MotionModel model_from(const Node& node) {
   m.rows = node.at("rows").texts();
   m.task_names = node.at("task_names").texts();
   m.tied = node.at("tied").boolean();
+  if (node.has("limits_rad")) m.limits_rad = limits_from(node.at("limits_rad"), m.rows.size());
   m.sources = node.at("sources").matrix(-1, -1);
   if (m.sources.rows() < 1 || m.sources.cols() < 2) {
     node.at("sources").fail("empty", "one source of two samples at least");

@@ -1,5 +1,6 @@
 #pragma once
 #include <Eigen/Core>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -17,6 +18,11 @@ struct Pattern {
   Eigen::MatrixXd delay_rad;   ///< φ, R×K; with tied delays the same in all patterns
 };
 
+/// Where a row ends, for joints of a robot [rad].
+struct RowLimits {
+  double lower = 0.0, upper = 0.0;  ///< lower < upper
+};
+
 /// A file a model was learned from.
 struct Source {
   std::string file;     ///< name without folder
@@ -32,9 +38,13 @@ struct MotionModel {
   mocap::Body body;
   std::vector<std::string> rows;        ///< R names: body rows "lhip.x", or joints of a robot
   std::vector<std::string> task_names;  ///< of Trial::task
-  Eigen::MatrixXd sources;              ///< K×T, one period [1]
-  int fixed = 0;                        ///< the first are non-periodic (demix::Mixture)
-  bool tied = false;                    ///< one delay per row and source
+  /// By row, limits that must not be passed (limits.h); empty: no row has any. In the file
+  /// "limits_rad", [lower, upper] or null by row, and absent if empty: version 1 without it is read
+  /// as before, and programs that do not know it read files that have it.
+  std::vector<std::optional<RowLimits>> limits_rad{};
+  Eigen::MatrixXd sources;  ///< K×T, one period [1]
+  int fixed = 0;            ///< the first are non-periodic (demix::Mixture)
+  bool tied = false;        ///< one delay per row and source
   std::vector<Pattern> patterns;
   double quality = 0.0, quality_squared = 0.0;  ///< Q and Q2 over what was learned from
 };
