@@ -221,6 +221,8 @@ MotionModel parse_motion_model(std::string_view text, const std::string& file) {
   } catch (const nlohmann::json::parse_error& e) {
     throw ConfigError(file + ": byte " + std::to_string(e.byte) +
                       ": no JSON there, expected a motion model (*.motion.json)");
+  } catch (const nlohmann::json::out_of_range&) {
+    throw ConfigError(file + ": a number is too large, expected a motion model (*.motion.json)");
   } catch (const ConfigError& e) {
     throw ConfigError(file + ": " + e.what());
   }

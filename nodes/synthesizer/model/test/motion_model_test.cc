@@ -1,6 +1,7 @@
 #include "nodes/synthesizer/model/motion_model.h"
 
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <filesystem>
@@ -136,6 +137,21 @@ TEST_F(MotionModelFile, TellsWhatDoesNotFit) {
             "body.offset_m.lknee is missing");
   EXPECT_EQ(complaint([](Json& j) { j["patterns"][0]["task"] = Json::array(); }),
             "patterns[0].task is an array of 0, expected 1 elements");
+}
+
+TEST(MotionModelText, MayHoldAnyBytes) {
+  const auto says = [](const std::string& text) -> std::string {
+    try {
+      parse_motion_model(text, "m");
+    } catch (const ConfigError& e) {
+      return e.what();
+    }
+    return "taken";
+  };
+  EXPECT_EQ(says("{\"format\": 1e999}"),
+            "m: a number is too large, expected a motion model (*.motion.json)");
+  EXPECT_EQ(says("{\"format\": \"a\\nb\"}"), "m: format is 'a?b', expected 'mimesis.motion'");
+  EXPECT_EQ(says("[1]"), "m: the file is array, expected an object");
 }
 
 TEST_F(MotionModelFile, ReplacesNothingButFiles) {
