@@ -13,6 +13,7 @@ std::vector<reproduce::Figure> figures();
 // Parts of the list, one per file.
 void add_demixing_figures(std::vector<reproduce::Figure>& to);       // 3.10, 3.11
 void add_style_content_figures(std::vector<reproduce::Figure>& to);  // 3.22, 3.24, 3.25
+void add_blending_figures(std::vector<reproduce::Figure>& to);       // sec. 3.4.1: blending
 void add_network_figures(std::vector<reproduce::Figure>& to);        // 3.31
 void add_dance_figures(std::vector<reproduce::Figure>& to);          // 3.33
 void add_drawer_plan_figures(std::vector<reproduce::Figure>& to);    // 3.7
