@@ -15,6 +15,7 @@ void add_demixing_figures(std::vector<reproduce::Figure>& to);       // 3.10, 3.
 void add_style_content_figures(std::vector<reproduce::Figure>& to);  // 3.22, 3.24, 3.25
 void add_network_figures(std::vector<reproduce::Figure>& to);        // 3.31
 void add_dance_figures(std::vector<reproduce::Figure>& to);          // 3.33
+void add_walk_styles_figure(std::vector<reproduce::Figure>& to);     // a word
 void add_drawer_data_figures(std::vector<reproduce::Figure>& to);    // 3.7, 3.13, 3.14, 3.15, 3.20
 void add_drawer_motion_figures(std::vector<reproduce::Figure>& to);  // 3.37, 3.38, 3.39
 
