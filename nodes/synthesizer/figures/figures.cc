@@ -12,6 +12,7 @@ std::vector<reproduce::Figure> figures() {
   add_blending_figures(all);
   add_network_figures(all);
   add_dance_figures(all);
+  add_walk_styles_figure(all);
   add_drawer_motion_figures(all);
   return all;
 }
