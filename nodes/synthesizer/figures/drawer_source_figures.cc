@@ -71,7 +71,7 @@ Report approximation(const PlotDir& plot_dir) {
   DrawerData drawn = drawer_data();
   for (auto& set : drawn.action) set = drawn_only(set);
   const mocap::Trials all = together(drawn.action);
-  constexpr int kMost = 6;
+  constexpr int kMost = 5;
   Data free{"free", {}}, pca{"pca", {}}, tied{"tied", {}}, stepwise{"stepwise", {}},
       chosen{"chosen", {}};
   const auto components = pca_q2(all, kMost);
