@@ -124,23 +124,27 @@ void add_prototype(Report& report, const char* what, const std::vector<BlendingJ
   }
 }
 
-/// Worst and median by every definition; `bound`: what was seen, or the goal.
+/// What was seen where the goal is missed, with some room; else the goal.
+struct Bounds {
+  double worst, median, above;
+};
+
+/// Worst and median by every definition.
 void add_spread(Report& report, const std::string& what, const std::vector<BlendingJerk>& pairs,
-                double bound, const std::string& why) {
+                const Bounds& bound, const std::string& why) {
   const Spread s = spread(pairs, &BlendingJerk::ratio, kGoal);
   const BlendingJerk& w = pairs[s.worst_pair];
   report.rows.push_back(
-      at_most(what + ": worst (" + w.from + " to " + w.to + ")", s.worst, bound, "1", why));
-  report.rows.push_back(at_most(what + ": median", s.median, std::min(bound, 1.25), "1", why));
+      at_most(what + ": worst (" + w.from + " to " + w.to + ")", s.worst, bound.worst, "1", why));
+  report.rows.push_back(at_most(what + ": median", s.median, bound.median, "1", why));
   report.rows.push_back(at_most(what + ": worst, relative to whole cycles",
-                                spread(pairs, &BlendingJerk::of_cycle, kGoal).worst, 1.3 * bound,
-                                "1", "hides what is special to phase 0"));
+                                spread(pairs, &BlendingJerk::of_cycle, kGoal).worst,
+                                1.05 * bound.worst, "1", "hides what is special to phase 0"));
   report.rows.push_back(at_most(what + ": worst, relative to the rougher style",
-                                spread(pairs, &BlendingJerk::of_larger, kGoal).worst, bound, "1",
-                                "lets a rough style excuse the change to a smooth one"));
+                                spread(pairs, &BlendingJerk::of_larger, kGoal).worst, bound.worst,
+                                "1", "lets a rough style excuse the change to a smooth one"));
   report.rows.push_back(at_most(what + ": pairs above 1.15 of " + std::to_string(pairs.size()),
-                                static_cast<double>(pairs.size()) - s.within,
-                                bound > kGoal ? static_cast<double>(pairs.size()) : 0.0, "1",
+                                static_cast<double>(pairs.size()) - s.within, bound.above, "1",
                                 "the goal is none"));
 }
 
@@ -155,15 +159,17 @@ Report blending(const PlotDir& dir) {
   const auto of = [&](const Learned& l, const BlendingCase& what) {
     return blending_jerk(l.model, l.styles, what);
   };
-  const char* missed = "goal 1.15 missed: postures differ too much for the time, bound as seen";
+  const char* missed =
+      "the goal of 1.15 is MISSED: postures differ too much for the time; the bound is what was "
+      "seen";
   add_prototype(report, "cut", of(m, {.cut = true}), 28.1, 60.5);
   const auto narrow = of(m, {}), full = of(m, {.beta = 1.0}), least = of(m, {.least_jerk = true});
   add_prototype(report, "eq. 3.23, β = 1/5", narrow, 1.02, 1.13);
   add_prototype(report, "eq. 3.23, β = 1", full, 0.83, 0.85);
-  add_spread(report, "eq. 3.23, β = 1/5", narrow, 1.75, missed);
-  add_spread(report, "least jerk, β = 1/5", least, 1.5, missed);
-  add_spread(report, "eq. 3.23, β = 1", full, kGoal, "the goal for β = 1/5");
-  add_spread(report, "eq. 3.23, β = 1/5, closed cycles", of(closed, {}), 1.95, missed);
+  add_spread(report, "eq. 3.23, β = 1/5", narrow, {1.75, 1.25, 60.0}, missed);
+  add_spread(report, "least jerk, β = 1/5", least, {1.5, 1.05, 30.0}, missed);
+  add_spread(report, "eq. 3.23, β = 1", full, {kGoal, kGoal, 0.0}, "the goal for β = 1/5");
+  add_spread(report, "eq. 3.23, β = 1/5, closed cycles", of(closed, {}), {1.95, 1.4, 80.0}, missed);
   Data equation{"equation", {}}, quintic{"least", {}};
   for (const double beta : {0.2, 0.25, 0.3, 0.4, 0.5, 1.0}) {
     for (Data* to : {&equation, &quintic}) {
@@ -177,7 +183,7 @@ Report blending(const PlotDir& dir) {
     return found == d.rows.end() ? 2.0 : (*found)[0];
   };
   report.rows.push_back(at_most("eq. 3.23: β from which every pair is below 1.15",
-                                narrowest(equation), 0.4, "1", "of those tried; 1/5 is the goal"));
+                                narrowest(equation), 0.5, "1", "of those tried; 1/5 is the goal"));
   report.rows.push_back(at_most("least jerk: the same", narrowest(quintic), 0.3, "1",
                                 "of those tried; 1/5 is the goal"));
   if (dir) {

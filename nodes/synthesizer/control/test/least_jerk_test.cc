@@ -135,7 +135,7 @@ TEST(LeastJerk, EndsAreTheActions) {
 }
 
 TEST(LeastJerk, HasLessThanEquation3_23) {
-  const double dt = 1e-3;
+  const double dt = 1e-4;
   const auto sum = [&](bool least) {
     Sequencer s(kBefore, 1, 1.0);
     if (least) s.use_least_jerk(model_of_one_row());
