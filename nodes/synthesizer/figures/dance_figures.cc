@@ -156,7 +156,7 @@ Paths film(const std::filesystem::path& dir) {
   const Colour trunks[] = {{176, 58, 46},  {31, 97, 141},  {40, 130, 80},  {160, 110, 30},
                            {110, 60, 140}, {20, 130, 140}, {150, 70, 100}, {90, 100, 50}};
   std::vector<FilmFrame> frames;
-  for (int n = 0; d.time_s() < 40.0; ++n) {
+  for (int n = 0; d.time_s() < 37.0; ++n) {
     d.step();
     if (d.time_s() < 24.0 || n % 6 != 0) continue;  // ten pictures a second
     FilmFrame frame;

@@ -8,9 +8,8 @@
 namespace mimesis::synthesizer {
 namespace {
 
-constexpr double kHurry = 1.2;         // frequency outside, of the neutral one, if all goes well
-constexpr double kCurveStride = 0.85;  // length of a stride in curves, of the straight one
-constexpr double kLookAhead_m = 1.0;   // where on the way the goal is
+constexpr double kHurry = 1.2;        // frequency outside, of the neutral one, if all goes well
+constexpr double kLookAhead_m = 1.0;  // where on the way the goal is
 constexpr double kSight_m = 3.0;
 constexpr double kFarthestPull = 1.0;                           // rad; see Walkers
 constexpr double kStyle_s = 0.4, kTurn_s = 0.2, kPace_s = 0.4;  // time constants
@@ -68,6 +67,12 @@ FolkDance::Gait FolkDance::measure(int pattern) const {
           duration};
 }
 
+/// On the half circles, where a share of the steps is curved.
+double FolkDance::curve_speed_m_s() const {
+  const double share = std::clamp(normal_.stride_m / settings_.radius_m / left_.turn_rad, 0.0, 1.0);
+  return ((1.0 - share) * normal_.stride_m + share * left_.stride_m) / normal_.duration_s;
+}
+
 double FolkDance::lap_s() const {
   return settings_.couples * settings_.cycles_between * happy_.duration_s;
 }
@@ -77,7 +82,7 @@ DanceTrack FolkDance::lay_out() const {
   DanceTrack track{0.0, settings_.radius_m, settings_.half_width_m};
   const double in = happy_.stride_m / happy_.duration_s,
                out = normal_.stride_m / normal_.duration_s;
-  const double curves = 2.0 * track.curve_m() / (kCurveStride * out);
+  const double curves = 2.0 * track.curve_m() / (curve_speed_m_s());
   track.corridor_m = std::max(3.0, (lap_s() - curves) / (1.0 / in + 1.0 / (kHurry * out)));
   return track;
 }
@@ -102,9 +107,9 @@ void FolkDance::start(int i) {
   };
   walk(track_.corridor_m, in);
   const bool inside = left <= 0.0;
-  walk(track_.curve_m(), kCurveStride * out);
+  walk(track_.curve_m(), curve_speed_m_s());
   walk(track_.corridor_m, kHurry * out);
-  walk(track_.curve_m(), kCurveStride * out);
+  walk(track_.curve_m(), curve_speed_m_s());
   d.track_m = track_.wrapped(d.track_m);
   d.sector = track_.sector(d.track_m);
   if (inside && d.couple > 0) d.entrance_s -= lap_s();
@@ -115,7 +120,7 @@ void FolkDance::start(int i) {
   batch_.set_root(i, p, d.side * track_.heading(d.track_m));
   batch_.set_phase(i, inside ? 0.0 : math::kTwoPi * scattered(i));
   const bool curve = d.sector == DanceSector::parting || d.sector == DanceSector::entrance;
-  d.turn_rad_s = curve ? d.side * kCurveStride * out / track_.radius_m : 0.0;
+  d.turn_rad_s = curve ? d.side * curve_speed_m_s() / track_.radius_m : 0.0;
   mix(i, d, 0.0);
 }
 
@@ -162,7 +167,7 @@ void FolkDance::dance(Dancer& d) {
 /// As fast as leaves the usual time for the curve to the entrance.
 void FolkDance::hurry(Dancer& d) {
   const double out = normal_.stride_m / normal_.duration_s;
-  const double for_curve = track_.curve_m() / (kCurveStride * out);
+  const double for_curve = track_.curve_m() / (curve_speed_m_s());
   const double way = 2.0 * track_.corridor_m + track_.curve_m() - d.track_m;
   const double time = std::max(d.entrance_s - time_ - for_curve, 0.5);
   const double pace = std::clamp(way / time / out, 0.8, 1.45);
@@ -175,9 +180,10 @@ void FolkDance::hurry(Dancer& d) {
 void FolkDance::arrive(int i, Dancer& d) {
   const double time = d.entrance_s - time_, way = track_.length_m() - d.track_m;
   if (time < 0.3) return;  // what is left is the coupling's
-  const double stride = kCurveStride * normal_.stride_m;
+  const double stride = curve_speed_m_s() * normal_.duration_s;
   const double part = math::wrap_two_pi(-batch_.phase(i));
-  const double cycles = std::max(0.0, std::round(way / stride - part / math::kTwoPi));
+  // −1: the foot strikes already, and the phase waits
+  const double cycles = std::round(way / stride - part / math::kTwoPi);
   const double phase = part + math::kTwoPi * cycles;
   const double own = math::kTwoPi / normal_.duration_s;
   approach(d.frequency_rad_s, std::clamp(phase / time, 0.6 * own, 1.5 * own), settings_.dt_s,

@@ -75,6 +75,7 @@ class FolkDance {
   };
   Gait measure(int pattern) const;
   DanceTrack lay_out() const;
+  double curve_speed_m_s() const;
   double lap_s() const;
   void start(int i);
   void decide(int i);
