@@ -70,16 +70,24 @@ Trial describe(const BodyClip& clip, const FrameInterval& interval, const Eigen:
 
 }  // namespace
 
-tl::expected<Trials, Status> cut_cycles(const BodyClip& clip, const CycleOptions& options) {
+tl::expected<Trials, Status> cut_cycles(const BodyClip& clip, const CycleOptions& options,
+                                        const MoreRows& more) {
   if (options.samples < 2) {
     throw ConfigError("samples a cycle: " + std::to_string(options.samples) + ", expected 2..");
+  }
+  const auto added = static_cast<Index>(more.names.size());
+  if (more.values_rad.rows() != added || (added > 0 && more.values_rad.cols() != clip.frames())) {
+    throw ConfigError(clip.name + ": further trajectories are not one of " +
+                      std::to_string(clip.frames()) + " frames for each name");
   }
   if (clip.frames() < 3) return no_trial(clip, "fewer than three frames");
 
   BodyClip smooth = clip;
+  Eigen::MatrixXd smooth_more = more.values_rad;
   if (options.cutoff_hz > 0.0) {
     smooth.angles_rad = low_pass(clip.angles_rad, clip.rate_hz, options.cutoff_hz);
     smooth.root_position_W_m = low_pass(clip.root_position_W_m, clip.rate_hz, options.cutoff_hz);
+    if (added > 0) smooth_more = low_pass(more.values_rad, clip.rate_hz, options.cutoff_hz);
   }
   const Eigen::VectorXd heading = heading_rad(smooth);
 
@@ -96,15 +104,19 @@ tl::expected<Trials, Status> cut_cycles(const BodyClip& clip, const CycleOptions
 
   Trials out;
   for (int row = 0; row < kBodyRows; ++row) out.rows.push_back(body_row_name(row));
+  out.rows.insert(out.rows.end(), more.names.begin(), more.names.end());
   if (!options.keep_heading) remove_heading(smooth);
   const std::string style = options.style.empty() ? style_of(clip.name) : options.style;
-  out.samples.resize(static_cast<Index>(intervals.size()) * kBodyRows, options.samples);
+  const Index rows = kBodyRows + added;
+  out.samples.resize(static_cast<Index>(intervals.size()) * rows, options.samples);
   for (std::size_t i = 0; i < intervals.size(); ++i) {
     out.trials.push_back(describe(smooth, intervals[i], heading, style));
     out.trials.back().cycle = static_cast<int>(i);
-    out.samples.middleRows(static_cast<Index>(i) * kBodyRows, kBodyRows) =
-        resample(smooth.angles_rad, static_cast<double>(intervals[i].first),
-                 static_cast<double>(intervals[i].last), options.samples);
+    const auto first = static_cast<double>(intervals[i].first);
+    const auto last = static_cast<double>(intervals[i].last);
+    auto trial = out.samples.middleRows(static_cast<Index>(i) * rows, rows);
+    trial.topRows(kBodyRows) = resample(smooth.angles_rad, first, last, options.samples);
+    if (added > 0) trial.bottomRows(added) = resample(smooth_more, first, last, options.samples);
   }
   return out;
 }

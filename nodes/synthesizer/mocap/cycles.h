@@ -26,11 +26,21 @@ struct CycleOptions {
   std::string style;                          ///< empty: style_of(file name)
 };
 
+/// Further trajectories of a clip's frames that are filtered and cut with its angles: a robot's
+/// joints.
+struct MoreRows {
+  std::vector<std::string> names;
+  Eigen::MatrixXd values_rad{};  ///< names×frames
+};
+
 /// Trials of a clip: angles filtered, heading removed, cut, resampled to T samples. The period's
 /// last frame is phase 2π, i.e. sample 0 of the next; a whole clip ends there likewise.
 /// Status: why the clip gives no trial (fewer than two left heel strikes, standing, ...).
-/// @throws ConfigError if options do not fit (a range outside the clip, T < 2, the cutoff)
-tl::expected<Trials, Status> cut_cycles(const BodyClip& clip, const CycleOptions& options = {});
+/// The rows are the body's, then `more`.
+/// @throws ConfigError if options do not fit (a range outside the clip, T < 2, the cutoff), or
+/// `more` has not the clip's frames
+tl::expected<Trials, Status> cut_cycles(const BodyClip& clip, const CycleOptions& options = {},
+                                        const MoreRows& more = {});
 
 /// One set of all. @throws ConfigError if rows, T or task names differ, or the list is empty
 Trials merge(std::span<const Trials> sets);

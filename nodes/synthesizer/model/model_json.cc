@@ -21,6 +21,8 @@ Node Node::at(std::size_t index) const {
   return {value_.at(index), path_ + '[' + std::to_string(index) + ']'};
 }
 
+bool Node::has(std::string_view key) const { return value_.is_object() && value_.contains(key); }
+
 std::size_t Node::size() const {
   if (!value_.is_array()) fail(value_.type_name(), "an array");
   return value_.size();

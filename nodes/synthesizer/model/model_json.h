@@ -20,7 +20,9 @@ class Node {
   Node at(
       std::string_view key) const;   ///< @throws ConfigError if it is no object, or lacks the key
   Node at(std::size_t index) const;  ///< of an array of at least that size
-  std::size_t size() const;          ///< of an array
+  bool has(std::string_view key) const;  ///< an object that has the key
+  bool is_null() const { return value_.is_null(); }
+  std::size_t size() const;  ///< of an array
   /// Of an array, which must have `count` elements.
   void expect_size(std::size_t count) const;
 

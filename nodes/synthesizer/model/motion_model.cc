@@ -6,6 +6,7 @@
 #include <fstream>
 #include <sstream>
 
+#include "nodes/synthesizer/mocap/text_scanner.h"
 #include "nodes/synthesizer/model/model_json.h"
 
 namespace mimesis::synthesizer {
@@ -89,6 +90,14 @@ Pattern pattern_from(const Node& node, const MotionModel& model, const Eigen::Ma
   return p;
 }
 
+Json limits_to_json(const MotionModel& m) {
+  Json out = Json::array();
+  for (const auto& limits : m.limits_rad) {
+    out.push_back(limits ? Json{limits->lower, limits->upper} : Json(nullptr));
+  }
+  return out;
+}
+
 Json model_to_json(const MotionModel& m) {
   Json files = Json::array();
   for (const Source& s : m.learned_from) {
@@ -106,15 +115,29 @@ Json model_to_json(const MotionModel& m) {
               {"fixed", m.fixed},
               {"tied", m.tied},
               {"sources", to_json(m.sources)}};
+  if (!m.limits_rad.empty()) out["limits_rad"] = limits_to_json(m);
   if (m.tied && !m.patterns.empty()) out["delay_rad"] = to_json(m.patterns.front().delay_rad);
   out["patterns"] = Json::array();
   for (const Pattern& p : m.patterns) out["patterns"].push_back(pattern_to_json(p, !m.tied));
   return out;
 }
 
+std::vector<std::optional<RowLimits>> limits_from(const Node& node, std::size_t rows) {
+  node.expect_size(rows);
+  std::vector<std::optional<RowLimits>> out(rows);
+  for (std::size_t r = 0; r < rows; ++r) {
+    const Node row = node.at(r);
+    if (row.is_null()) continue;
+    row.expect_size(2);
+    out[r] = {row.at(std::size_t{0}).number(), row.at(std::size_t{1}).number()};
+    if (out[r]->lower >= out[r]->upper) row.fail("empty", "lower < upper");
+  }
+  return out;
+}
+
 MotionModel model_from(const Node& node) {
   if (const std::string format = node.at("format").text(); format != kFormat) {
-    node.at("format").fail("'" + format + "'", std::string("'") + kFormat + "'");
+    node.at("format").fail("'" + mocap::one_line(format) + "'", std::string("'") + kFormat + "'");
   }
   if (const long version = node.at("version").integer(); version != kVersion) {
     node.at("version").fail(std::to_string(version), std::to_string(kVersion));
@@ -134,6 +157,7 @@ MotionModel model_from(const Node& node) {
   m.rows = node.at("rows").texts();
   m.task_names = node.at("task_names").texts();
   m.tied = node.at("tied").boolean();
+  if (node.has("limits_rad")) m.limits_rad = limits_from(node.at("limits_rad"), m.rows.size());
   m.sources = node.at("sources").matrix(-1, -1);
   if (m.sources.rows() < 1 || m.sources.cols() < 2) {
     node.at("sources").fail("empty", "one source of two samples at least");
@@ -190,8 +214,7 @@ std::string read_file(const std::string& file) {
 
 }  // namespace
 
-MotionModel load_motion_model(const std::string& file) {
-  const std::string text = read_file(file);
+MotionModel parse_motion_model(std::string_view text, const std::string& file) {
   try {
     const Json json = Json::parse(text);
     return model_from(Node(json, ""));
@@ -203,12 +226,22 @@ MotionModel load_motion_model(const std::string& file) {
   }
 }
 
+MotionModel load_motion_model(const std::string& file) {
+  return parse_motion_model(read_file(file), file);
+}
+
 void save_motion_model(const MotionModel& model, const std::string& file) {
+  // a device or pipe of that name must not be replaced by a file
+  using enum std::filesystem::file_type;
+  std::error_code error;
+  if (const auto kind = std::filesystem::status(file, error).type();
+      kind != regular && kind != not_found && kind != none) {
+    throw ConfigError(file + ": cannot be written, expected a file or a new name");
+  }
   const std::string temporary = file + ".part";
   std::ofstream out(temporary, std::ios::binary | std::ios::trunc);
   write(model_to_json(model), out);
   out.close();
-  std::error_code error;
   if (out) std::filesystem::rename(temporary, file, error);
   if (!out || error) {
     const std::string why = error ? error.message() : std::strerror(errno);

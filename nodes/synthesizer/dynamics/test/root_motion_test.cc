@@ -38,15 +38,19 @@ TEST(RootMotion, ATurningWalkerTurns) {
 TEST(RootMotion, TheSupportingPointRestsInTheWorld) {  // whatever the figure does
   CharacterBatch batch(testing::random_model(2), 1, {.dt_s = 1.0 / 200.0});
   batch.set_root(0, {2.0, 1.0}, 0.7);
+  batch.set_frequency(0, 0.5);
   batch.step();
-  int checked = 0, supports[2] = {0, 0};
-  for (int n = 0; n < 2000; ++n) {
+  int checked = 0, supports[2] = {0, 0}, changed = 0, was = 0;
+  for (int n = 0; n < 8000; ++n) {
     const Eigen::Vector3d heel[2] = {batch.heel_W_m(0, 0), batch.heel_W_m(0, 1)};
     const Eigen::Vector3d toe[2] = {batch.toe_W_m(0, 0), batch.toe_W_m(0, 1)};
     batch.step();
     const int side = batch.root(0).support;
     const Eigen::Vector3d heel_now = batch.heel_W_m(0, side), toe_now = batch.toe_W_m(0, side);
     ++supports[side];
+    if (side != was) changed = n;
+    was = side;
+    if (n < changed + 160) continue;                             // eased out after 0.8 s
     if (std::abs(heel_now.z() - toe_now.z()) < 0.021) continue;  // both carry
     const bool on_heel = heel_now.z() < toe_now.z();
     const Eigen::Vector3d moved = on_heel ? heel_now - heel[side] : toe_now - toe[side];
@@ -55,6 +59,63 @@ TEST(RootMotion, TheSupportingPointRestsInTheWorld) {  // whatever the figure do
   }
   EXPECT_GT(checked, 500);
   EXPECT_GT(std::min(supports[0], supports[1]), 100);
+}
+
+/// Largest change of a velocity from one step to the next, at 200 Hz.
+struct Changes {
+  double velocity_m_s = 0.0, yaw_rad_s = 0.0;  ///< as moved
+  double smooth_m_s = 0.0;                     ///< of the low-passed velocity
+  double travelled_m = 0.0, smooth_travelled_m = 0.0;
+};
+Changes changes(const MotionModel& model) {
+  CharacterBatch batch(model, 1, {.dt_s = 1.0 / 200.0});
+  Changes most;
+  RootPose before;
+  for (int n = 0; n < 1400; ++n) {
+    batch.step();
+    const RootPose root = batch.root(0);
+    if (n >= 400) {
+      most.velocity_m_s =
+          std::max(most.velocity_m_s, (root.velocity_H_m_s - before.velocity_H_m_s).norm());
+      most.yaw_rad_s =
+          std::max(most.yaw_rad_s, std::abs(root.yaw_rate_rad_s - before.yaw_rate_rad_s));
+      most.smooth_m_s = std::max(
+          most.smooth_m_s, (root.smooth_velocity_H_m_s - before.smooth_velocity_H_m_s).norm());
+      most.travelled_m += root.velocity_H_m_s.x() / 200.0;
+      most.smooth_travelled_m += root.smooth_velocity_H_m_s.x() / 200.0;
+    }
+    before = root;
+  }
+  return most;
+}
+
+TEST(RootMotion, VelocityDoesNotJumpWhereTheSupportChanges) {
+  // the feet of this walker differ by 1/3 m/s, one ahead of the pelvis, one behind
+  const Changes sliding = changes(walking_model({.slide_m = 0.1}));
+  const Changes exact = changes(walking_model());
+  EXPECT_LT(sliding.velocity_m_s, 0.15);
+  EXPECT_LT(sliding.smooth_m_s, 0.02);
+  EXPECT_NEAR(sliding.travelled_m, exact.travelled_m, 0.04);
+  EXPECT_NEAR(sliding.smooth_travelled_m, sliding.travelled_m, 0.01);
+}
+
+TEST(RootMotion, TheSmoothVelocityIsBehindAsItSays) {
+  const double lambda = 20.0, dt = 1.0 / 200.0;
+  RootLanes root;
+  PointLanes point{};
+  double sent = 0.0, worst = 0.0;
+  for (int n = 0; n < 400; ++n) {  // both feet flat, moving back under a pelvis that speeds up
+    const double velocity = 0.5 * n * dt;
+    sent -= velocity * dt;
+    for (auto& foot : point.foot) foot[0][0] = static_cast<float>(sent);
+    point.foot[1][0][0] += 0.2F;
+    point.foot[3][0][0] += 0.2F;
+    root_motion(point, static_cast<float>(dt), root);
+    if (n > 200) {
+      worst = std::max(worst, std::abs(root.smooth[0][0] - (velocity - 0.5 * 2.0 / lambda)));
+    }
+  }
+  EXPECT_LT(worst, 0.005);  // of a ramp it is 2/λ = 0.1 s behind
 }
 
 }  // namespace

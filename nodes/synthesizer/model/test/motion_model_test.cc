@@ -138,6 +138,22 @@ TEST_F(MotionModelFile, TellsWhatDoesNotFit) {
             "patterns[0].task is an array of 0, expected 1 elements");
 }
 
+TEST_F(MotionModelFile, ReplacesNothingButFiles) {
+  save_motion_model(small_model(true), file_);
+  save_motion_model(small_model(false), file_);  // a file, once more
+  EXPECT_FALSE(load_motion_model(file_).tied);
+  const std::string folder = file_ + ".folder";
+  fs::create_directory(folder);
+  EXPECT_THROW(save_motion_model(small_model(true), folder), ConfigError);
+  EXPECT_TRUE(fs::is_directory(folder));
+  fs::remove(folder);
+  const std::string pipe = file_ + ".pipe";
+  ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+  EXPECT_THROW(save_motion_model(small_model(true), pipe), ConfigError);
+  EXPECT_TRUE(fs::is_fifo(pipe));
+  fs::remove(pipe);
+}
+
 TEST_F(MotionModelFile, IsCutAnywhereWithoutHarm) {
   save_motion_model(small_model(true), file_);
   const auto size = fs::file_size(file_);
@@ -146,6 +162,31 @@ TEST_F(MotionModelFile, IsCutAnywhereWithoutHarm) {
     fs::resize_file(file_, cut);
     EXPECT_NE(complaint().find("no JSON there"), std::string::npos) << cut;
   }
+}
+
+TEST_F(MotionModelFile, LimitsAreOptional) {
+  MotionModel m = small_model(true);
+  save_motion_model(m, file_);
+  Json json;
+  std::ifstream(file_) >> json;
+  EXPECT_FALSE(json.contains("limits_rad"));  // as files were before there were limits
+  EXPECT_EQ(json["version"], 1);
+  EXPECT_TRUE(load_motion_model(file_).limits_rad.empty());
+  m.limits_rad = {std::nullopt, RowLimits{-0.5, 1.0 / 3.0}, std::nullopt};
+  save_motion_model(m, file_);
+  const MotionModel r = load_motion_model(file_);
+  ASSERT_EQ(r.limits_rad.size(), 3U);
+  EXPECT_FALSE(r.limits_rad[0] || r.limits_rad[2]);
+  ASSERT_TRUE(r.limits_rad[1]);
+  EXPECT_EQ(r.limits_rad[1]->lower, -0.5);
+  EXPECT_EQ(r.limits_rad[1]->upper, 1.0 / 3.0);
+  const auto with = [this](const Json& limits) {
+    return complaint([&](Json& j) { j["limits_rad"] = limits; });
+  };
+  EXPECT_EQ(with({{-1, 1}}), "limits_rad is an array of 1, expected 3 elements");
+  EXPECT_EQ(with({nullptr, nullptr, {1}}), "limits_rad[2] is an array of 1, expected 2 elements");
+  EXPECT_EQ(with({nullptr, {1.0, 1.0}, nullptr}), "limits_rad[1] is empty, expected lower < upper");
+  EXPECT_EQ(with("none"), "limits_rad is string, expected an array");
 }
 
 TEST_F(MotionModelFile, IsWrittenWholeOrNotAtAll) {
