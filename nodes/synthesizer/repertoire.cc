@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "common/error.h"
 #include "common/math/circle.h"
@@ -14,23 +15,28 @@ namespace {
 
 constexpr double kTurning = 0.2;            // rad a cycle: a pattern that turns by more is a turn
 constexpr double kMinSimilarity = 0.95;     // of sources, see remove_delay_ambiguities
+constexpr double kBentKnee = 0.2;           // rad: straight legs leave the foot lock no room
 constexpr double kMeasureDt = 1.0 / 120.0;  // s
 
-bool carries(const std::string& row) {
+/// Angle of a row that carries the body while it stands; nothing for other rows.
+std::optional<double> carrying(const std::string& row) {
   for (const int joint : {mocap::kRoot, mocap::kLeftHip, mocap::kLeftKnee, mocap::kLeftAnkle,
                           mocap::kRightHip, mocap::kRightKnee, mocap::kRightAnkle}) {
+    const bool knee = joint == mocap::kLeftKnee || joint == mocap::kRightKnee;
+    const double bend = joint == mocap::kRoot ? 0.0 : knee ? kBentKnee : -0.5 * kBentKnee;
     for (int axis = 0; axis < 3; ++axis) {
-      if (row == mocap::body_row_name(3 * joint + axis)) return true;
+      if (row == mocap::body_row_name(3 * joint + axis)) return axis == 1 ? bend : 0.0;
     }
   }
-  return false;
+  return {};
 }
 
 MotionParameters standing(const MotionModel& model, const MotionParameters& walk) {
   MotionParameters still = walk;
   still.weight_rad.setZero();
   for (std::size_t r = 0; r < model.rows.size(); ++r) {
-    if (carries(model.rows[r])) still.mean_rad[static_cast<Eigen::Index>(r)] = 0.0;
+    const auto angle = carrying(model.rows[r]);
+    if (angle) still.mean_rad[static_cast<Eigen::Index>(r)] = *angle;
   }
   return still;
 }

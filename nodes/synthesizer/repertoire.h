@@ -32,7 +32,7 @@ struct RepertoireMotion {
 ///
 /// How a mixture stands still: its weights are zero, and the mean remains. The mean of a walk is no
 /// posture to stand in (knees half bent, heels up), so root and legs take the zero posture of the
-/// body, straight and flat on the ground; the upper body keeps the style's mean. Rows that are no
+/// body, feet flat, knees bent by 0.2 rad; the upper body keeps the style's mean. Rows that are no
 /// body rows (a robot's joints) stand at their mean.
 class Repertoire {
  public:

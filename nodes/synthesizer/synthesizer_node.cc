@@ -102,7 +102,7 @@ void SynthesizerNode::take_goals(Time now) {
   while (const auto goal = goal_in_.pop()) {
     const std::string why = set_goal(*goal);
     if (why.empty()) continue;
-    if (bad_goal_.pass()) runtime::warn("goal: {}; refused", why);
+    if (bad_goal_.pass()) runtime::warn("goal refused: {}", why);
     refuse(goal->character(), why, now);
   }
 }
@@ -110,7 +110,7 @@ void SynthesizerNode::take_goals(Time now) {
 void SynthesizerNode::take_styles(Time now) {
   while (const auto wish = style_in_.pop()) {
     if (const std::string why = fault(*wish, director_.walkers()); !why.empty()) {
-      if (bad_style_.pass()) runtime::warn("style: {}; refused", why);
+      if (bad_style_.pass()) runtime::warn("style wish refused: {}", why);
       refuse(wish->characters().empty() ? 0 : wish->characters(0), why, now);
       continue;
     }

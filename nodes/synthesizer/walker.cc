@@ -15,6 +15,8 @@ constexpr double kTurningStep = 0.15;  // while the goal lies aside
 constexpr double kAhead = 0.4;         // rad: so far aside, steps are whole ...
 constexpr double kAside = 1.2;         // ... and from here as short as kTurningStep
 constexpr double kNearer_m = 0.1;
+constexpr double kNear = 3.0;  // steps
+constexpr double kMiss = 0.7;  // of the tolerance: by so much one may pass the goal
 constexpr double kFollow_1_s = 8.0;
 constexpr double kSameShare = 1e-5;  // some 1e-5 rad at the joints
 
@@ -38,7 +40,7 @@ Walker::Walker(const Repertoire& repertoire, const WalkSettings& settings, int s
 
 void Walker::walk_to(const Eigen::Vector2d& goal_W_m) {
   if (task_ != WalkTask::walk_to || goal_W_m != goal_) {
-    reached_ = false;
+    reached_ = stopped_ = false;
     no_nearer_s_ = 0.0;
     nearest_m_ = std::numeric_limits<double>::infinity();
   }
@@ -97,19 +99,26 @@ void Walker::plan(const Style& style) {
   length_ = 1.0;
   if (task_ == WalkTask::walk_to) {
     const bool begins = step_.standing();
-    if (distance_m_ <= settings_.goal_tolerance_m) {
+    // the smallest steps do not carry as their share says: who has stopped so near lets it be
+    const double near_enough = (begins && stopped_ ? 2.0 : 1.0) * settings_.goal_tolerance_m;
+    if (distance_m_ <= near_enough) {
       walk_ = false;
       reached_ = begins;
       length_ = kShortestStep;
     } else {
       // opening and closing of a walk that begins now, or closing alone
       const double ends = (begins ? 2.0 : 1.0) * style.closing;
-      const double ahead = distance_m_ * std::cos(std::min(std::abs(aside_rad_), kAside)) / unit;
+      const double aside = std::abs(aside_rad_), far = distance_m_ / unit;
+      const double ahead = far * std::cos(std::min(aside, kAside));
       const double whole = std::max(0.0, std::ceil(ahead - ends - 1e-9));
-      const double share = (std::abs(aside_rad_) - kAhead) / (kAside - kAhead);
-      walk_ = begins || whole > 0.0 || std::abs(aside_rad_) > kAside;
+      // a near goal is turned to first
+      const double near = std::clamp(far / kNear, 0.3, 1.0);
+      const double share = (aside / near - kAhead) / (kAside - kAhead);
+      const bool faced =
+          aside < kAside && distance_m_ * std::sin(aside) < kMiss * settings_.goal_tolerance_m;
+      walk_ = begins || whole > 0.0 || !faced;
       length_ = std::clamp(ahead / (whole + ends), kShortestStep, 1.0);
-      length_ *= 1.0 - (1.0 - kTurningStep) * std::clamp(share, 0.0, 1.0);
+      if (!faced) length_ *= 1.0 - (1.0 - kTurningStep) * std::clamp(share, 0.0, 1.0);
       reached_ = false;
     }
   }
@@ -147,6 +156,7 @@ void Walker::step(const Eigen::Vector2d& position_W_m, double heading_rad, doubl
   }
   last_phase_rad_ = phase_rad;
   step_.advance(phase_rad, walk);
+  if (step_.standing() && !was_standing) stopped_ = true;
   style_.advance(settings_.dt_s, phase_rad, step_.standing());
 
   const double own = style.frequency_rad_s;

@@ -11,14 +11,15 @@ namespace mimesis::synthesizer {
 /// How a character walks where it is told to.
 struct WalkSettings {
   double dt_s = 1.0 / 60.0;
-  double style_beta = 0.2;         ///< β of event-based transitions [M18 eq. 3.23] [1]
-  double turn_gain_1_s = 1.5;      ///< of the goal-finding term [M18 eq. 3.25]
-  double turn_max_rad_s = 0.8;     ///< largest yaw rate
-  double goal_tolerance_m = 0.15;  ///< a goal this near is reached
-  double longest_step = 1.15;      ///< longest step, in steps of the style [1]
-  double shortest_cycle = 0.6;     ///< fastest rhythm: share of the style's cycle [1]
-  double longest_cycle = 1.8;      ///< slowest rhythm [1]
-  double give_up_s = 20.0;         ///< a goal that came no nearer for so long is told
+  double style_beta = 0.2;      ///< β of event-based transitions [M18 eq. 3.23] [1]
+  double turn_gain_1_s = 1.5;   ///< of the goal-finding term [M18 eq. 3.25]
+  double turn_max_rad_s = 0.8;  ///< largest yaw rate
+  /// A goal this near is reached; twice as far by who has stopped on the way to it.
+  double goal_tolerance_m = 0.15;
+  double longest_step = 1.15;   ///< longest step, in steps of the style [1]
+  double shortest_cycle = 0.6;  ///< fastest rhythm: share of the style's cycle [1]
+  double longest_cycle = 1.8;   ///< slowest rhythm [1]
+  double give_up_s = 20.0;      ///< a goal that came no nearer for so long is told
 };
 
 /// What a coordinator or a rhythm wishes of a character's gait; what is absent is its own affair.
@@ -112,6 +113,7 @@ class Walker {
   WalkTask task_ = WalkTask::free;
   Eigen::Vector2d goal_ = Eigen::Vector2d::Zero();
   bool walk_, reached_ = false, blending_ = true;
+  bool stopped_ = false;    // on the way to this goal, once
   double heading_rad_;      // kept by a free walker
   double aside_rad_ = 0.0;  // direction of the goal relative to the heading
   double distance_m_ = 0.0, nearest_m_ = 0.0, no_nearer_s_ = 0.0;

@@ -13,6 +13,7 @@
 #include "proto/arm.pb.h"
 #include "proto/cognition.pb.h"
 #include "proto/foxglove/image.pb.h"
+#include "proto/motion.pb.h"
 #include "proto/planner.pb.h"
 #include "proto/runtime.pb.h"
 #include "proto/scene.pb.h"
@@ -179,7 +180,13 @@ INSTANTIATE_TEST_SUITE_P(
                              {{"arm", &v1::ArmState::default_instance()},
                               {"hand", &v1::HandState::default_instance()},
                               {"task", &v1::TaskStatus::default_instance()}},
-                             "positions, expected 7"}),
+                             "positions, expected 7"},
+                      Victim{"synthesizer",
+                             {{"goal", &v1::MotionGoal::default_instance()},
+                              {"style", &v1::StyleWish::default_instance()},
+                              {"beat", &v1::Beat::default_instance()},
+                              {"crowd", &v1::CrowdCommand::default_instance()}},
+                             "there are 1, from 0"}),
     [](const auto& victim) { return std::string(victim.param.node); });
 
 }  // namespace

@@ -16,7 +16,7 @@ Scenario::Scenario(const std::string& name, std::vector<std::string> options) {
   folder_ = folder;
   log_ = folder_ + "/run.mcap";
   std::vector<std::string> arguments = {"launch", MIMESIS_SOURCE_DIR "/launch/" + name + ".yaml"};
-  if (name == "imitation") options.insert(options.end(), {"--arg", "log=" + log_});
+  if (name != "replay") options.insert(options.end(), {"--arg", "log=" + log_});
   arguments.insert(arguments.end(), options.begin(), options.end());
   arguments.insert(arguments.end(), {"--graph", graph_.name()});
   process_ = std::make_unique<Process>("mimesis", arguments);

@@ -9,7 +9,7 @@ namespace {
 
 double direction(const Eigen::Vector2d& v) { return std::atan2(v.y(), v.x()); }
 
-Eigen::Vector2d velocity(const Walker& w) {
+Eigen::Vector2d velocity(const Pedestrian& w) {
   return w.speed_m_s * Eigen::Vector2d(std::cos(w.heading_rad), std::sin(w.heading_rad));
 }
 
@@ -23,7 +23,7 @@ double turn_away(double heading_rad, double direction_rad, double distance_m,
 
 }  // namespace
 
-ClosestApproach closest_approach(const Walker& self, const Walker& other) {
+ClosestApproach closest_approach(const Pedestrian& self, const Pedestrian& other) {
   const Eigen::Vector2d r = other.position_W_m - self.position_W_m;
   const Eigen::Vector2d v = velocity(other) - velocity(self);
   ClosestApproach c{false, 0.0, r.norm(), direction(r)};
@@ -37,27 +37,27 @@ ClosestApproach closest_approach(const Walker& self, const Walker& other) {
   return c;
 }
 
-double goal_term(const Walker& self, const Eigen::Vector2d& goal) {
+double goal_term(const Pedestrian& self, const Eigen::Vector2d& goal) {
   const Eigen::Vector2d to = goal - self.position_W_m;
   return to.norm() < 1e-9 ? 0.0 : std::sin(direction(to) - self.heading_rad);
 }
 
-double avoidance_term(const Walker& self, const Walker& other, const NavigationParams& p) {
+double avoidance_term(const Pedestrian& self, const Pedestrian& other, const NavigationParams& p) {
   const Eigen::Vector2d to = other.position_W_m - self.position_W_m;
   return turn_away(self.heading_rad, direction(to), to.norm(), p);
 }
 
-double prediction_term(const Walker& self, const Walker& other, const NavigationParams& p) {
+double prediction_term(const Pedestrian& self, const Pedestrian& other, const NavigationParams& p) {
   const ClosestApproach c = closest_approach(self, other);
   if (!c.ahead) return 0.0;
   return turn_away(self.heading_rad, c.direction_rad, c.distance_m, p) *
          std::exp(-c.time_s / p.horizon_s);
 }
 
-double heading_rate(const Walker& self, const Eigen::Vector2d& goal, std::span<const Walker> others,
-                    const NavigationParams& p) {
+double heading_rate(const Pedestrian& self, const Eigen::Vector2d& goal,
+                    std::span<const Pedestrian> others, const NavigationParams& p) {
   double rate = p.goal_1_s * goal_term(self, goal);
-  for (const Walker& other : others) {
+  for (const Pedestrian& other : others) {
     rate += p.avoid_1_s * avoidance_term(self, other, p) +
             p.predict_1_s * prediction_term(self, other, p);
   }

@@ -104,6 +104,7 @@ void Alternation::normal_matrices() {
 }
 
 void Alternation::update_sources() {
+  if (layout_.frozen == sources_.cols()) return;
   normal_matrices();
   const Index half = data_.rows() / 2, count = sources_.cols();
   const Index frozen = layout_.frozen, free = count - frozen;

@@ -5,30 +5,21 @@
 
 #include "common/math/circle.h"
 #include "nodes/synthesizer/demix/shift_kernels.h"
+#include "nodes/synthesizer/demix/small_cholesky.h"
 
 namespace mimesis::demix {
 namespace {
 
 using Eigen::Index;
 using Eigen::MatrixXd;
+using Eigen::MatrixXf;
 using Eigen::VectorXd;
 using Eigen::VectorXi;
 
-constexpr double kRidge = 1e-9;      // of a source's energy: two sources may coincide
-constexpr double kLeastRoom = 1e-3;  // a source that is nearly another one gains nothing
+constexpr float kRidge = 1e-6f;      // of a source's energy: two sources may coincide
+constexpr float kLeastRoom = 1e-3f;  // a source that is nearly another one gains nothing
 constexpr int kSweeps = 4;
 constexpr Index kGrid = 64;  // places a period: Levenberg steps go on from there
-
-/// Cholesky factor of the leading n×n of `a`, in place, lower, with the inverse of its diagonal.
-void cholesky(MatrixXd& a, Index n) {
-  for (Index j = 0; j < n; ++j) {
-    for (Index i = j; i < n; ++i) {
-      double sum = a(i, j);
-      for (Index q = 0; q < j; ++q) sum -= a(i, q) * a(j, q);
-      a(i, j) = i == j ? 1.0 / std::sqrt(std::max(sum, kRidge)) : sum * a(j, j);
-    }
-  }
-}
 
 }  // namespace
 
@@ -43,12 +34,11 @@ GridSearch::GridSearch(Index half, Index sources, Index group, Index frozen, boo
       table_(grid_ / 4, 2 * half),
       order_(static_cast<std::size_t>(grid_)),
       sources_(2 * half, sources),
-      between_(2 * grid_, sources * sources),
-      with_data_(grid_, sources * group),
       product_(2 * half),
       mirrored_(grid_),
-      gain_(grid_),
-      scratch_(8 * sources + 8),
+      between_(2 * grid_, sources * sources),
+      with_data_(grid_, sources * group),
+      scratch_(16 * sources + grid_),
       factor_(sources, sources),
       weight_(sources, group),
       others_(static_cast<std::size_t>(sources)),
@@ -74,7 +64,7 @@ GridSearch::GridSearch(Index half, Index sources, Index group, Index frozen, boo
 
 void GridSearch::set_sources(const MatrixXd& sources) {
   sources_ = sources;
-  VectorXd cosine(grid_), sine(grid_);
+  VectorXd cosine(grid_), sine(grid_), column(grid_);
   for (Index j = 0; j < grid_; ++j) {
     const double angle = math::kTwoPi * static_cast<double>(j) / static_cast<double>(grid_);
     cosine[j] = std::cos(angle);
@@ -83,7 +73,6 @@ void GridSearch::set_sources(const MatrixXd& sources) {
   for (Index k = 0; k < k_; ++k) {
     for (Index l = 0; l < k_; ++l) {
       // ⟨sₖ(τ + Δ), sₗ(τ)⟩ = Re Σ e^{ifΔ} conj(Sₖ) Sₗ
-      auto column = between_.col(k + l * k_);
       column.setZero();
       for (Index f = 0; f < half_; ++f) {
         const double a = sources(f, k), b = sources(half_ + f, k);
@@ -94,12 +83,15 @@ void GridSearch::set_sources(const MatrixXd& sources) {
           column[j] += re * cosine[turned] - im * sine[turned];
         }
       }
-      column.tail(grid_) = column.head(grid_);
+      between_.col(k + l * k_) << column.cast<float>(), column.cast<float>();
     }
   }
 }
 
 void GridSearch::correlate_data(const double* x) {
+  // the data at unit norm: what is looked up does not depend on its unit, and floats hold it
+  const double norm = Eigen::Map<const VectorXd>(x, p_ * 2 * half_).norm();
+  const double scale = norm > 0.0 ? 1.0 / norm : 0.0;
   for (Index i = 0; i < p_; ++i) {
     const Eigen::Map<const VectorXd> in(x + i * 2 * half_, 2 * half_);
     for (Index k = 0; k < k_; ++k) {
@@ -109,13 +101,15 @@ void GridSearch::correlate_data(const double* x) {
       product_.tail(half_) =
           s.head(half_).cwiseProduct(in.tail(half_)) - s.tail(half_).cwiseProduct(in.head(half_));
       correlate(table_.data(), product_.data(), grid_ / 4, half_, mirrored_.data());
-      double* out = with_data_.col(k * p_ + i).data();
-      for (Index j = 0; j < grid_; ++j) out[j] = mirrored_[order_[static_cast<std::size_t>(j)]];
+      float* out = with_data_.col(k * p_ + i).data();
+      for (Index j = 0; j < grid_; ++j) {
+        out[j] = static_cast<float>(scale * mirrored_[order_[static_cast<std::size_t>(j)]]);
+      }
     }
   }
 }
 
-double GridSearch::gram(Index k, Index l, const VectorXi& place) const {
+float GridSearch::gram(Index k, Index l, const VectorXi& place) const {
   return between_((place[k] - place[l] + grid_) % grid_, k + l * k_);
 }
 
@@ -132,32 +126,21 @@ void GridSearch::best_place(VectorXi& place, Index k, bool& moved) {
     for (Index i = 0; i < p_; ++i) weight_(n, i) = with_data_(place[l], l * p_ + i);
     ++n;
   }
-  cholesky(factor_, n);
-  for (Index i = 0; i < p_; ++i) {
-    for (Index o = 0; o < n; ++o) {
-      double sum = weight_(o, i);
-      for (Index q = 0; q < o; ++q) sum -= factor_(o, q) * weight_(q, i);
-      weight_(o, i) = sum * factor_(o, o);
-    }
-  }
-  const double energy = between_(0, k + k * k_);
-  refitted_gain({.others = others_.data(),
-                 .count = n,
-                 .factor = factor_.data(),
-                 .stride = k_,
-                 .weight = weight_.data(),
-                 .data = with_data_.col(k * p_).data(),
-                 .group = p_,
-                 .grid = grid_,
-                 .energy = energy,
-                 .least_room = kLeastRoom * energy + 1e-300,
-                 .nonnegative = nonnegative_},
-                scratch_.data(), gain_.data());
-  const double* gain = gain_.data();
-  int found = place[k];
-  for (int j = 0; j < static_cast<int>(grid_); ++j) {
-    if (gain[j] > gain[found]) found = j;
-  }
+  small_cholesky(factor_, n, kRidge);
+  for (Index i = 0; i < p_; ++i) small_forward(factor_, n, weight_.col(i).data());
+  const float energy = between_(0, k + k * k_);
+  const int found = best_gain({.others = others_.data(),
+                               .count = n,
+                               .factor = factor_.data(),
+                               .stride = k_,
+                               .weight = weight_.data(),
+                               .data = with_data_.col(k * p_).data(),
+                               .group = p_,
+                               .grid = grid_,
+                               .energy = energy,
+                               .least_room = kLeastRoom * energy + 1e-30f,
+                               .nonnegative = nonnegative_},
+                              place[k], scratch_.data());
   moved = moved || found != place[k];
   place[k] = found;
 }
@@ -170,19 +153,16 @@ void GridSearch::descend(VectorXi& place) {
   }
 }
 
-double GridSearch::explained(const VectorXi& place) {
+float GridSearch::explained(const VectorXi& place) {
   for (Index k = 0; k < k_; ++k) {
     for (Index l = 0; l <= k; ++l) factor_(k, l) = gram(k, l, place);
   }
-  cholesky(factor_, k_);
-  double sum = 0.0;
+  small_cholesky(factor_, k_, kRidge);
+  float sum = 0.0f;
   for (Index i = 0; i < p_; ++i) {
-    for (Index k = 0; k < k_; ++k) {
-      double y = with_data_(place[k], k * p_ + i);
-      for (Index q = 0; q < k; ++q) y -= factor_(k, q) * weight_(q, i);
-      weight_(k, i) = y * factor_(k, k);
-      sum += weight_(k, i) * weight_(k, i);
-    }
+    for (Index k = 0; k < k_; ++k) weight_(k, i) = with_data_(place[k], k * p_ + i);
+    small_forward(factor_, k_, weight_.col(i).data());
+    sum += weight_.col(i).squaredNorm();
   }
   return sum;
 }
@@ -197,7 +177,7 @@ bool GridSearch::propose(const double* x, const double* phi, int restarts, doubl
   correlate_data(x);
   for (Index k = 0; k < k_; ++k) best_[k] = nearest(phi[k]);
   place_ = best_;
-  double most = explained(best_);
+  float most = explained(best_);
   bool better = false;
   for (int restart = 0; restart <= restarts; ++restart) {
     if (restart > 0) {
@@ -207,7 +187,7 @@ bool GridSearch::propose(const double* x, const double* phi, int restarts, doubl
       }
     }
     descend(place_);
-    const double now = explained(place_);
+    const float now = explained(place_);
     if (now <= most) continue;
     most = now;
     best_ = place_;

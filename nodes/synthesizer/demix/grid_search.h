@@ -9,8 +9,8 @@ namespace mimesis::demix {
 /// trajectories. Correlations of the data with each source and of the sources with each other are
 /// formed once; after that each trial of K delays is looked up: source after source takes the place
 /// where, with the weights of all fitted anew, it explains most, Σᵢ⟨rᵢ, sₖ(τ)⟩² / ‖P⊥sₖ(τ)‖²,
-/// pooled over the group; from the present delays and from random ones. Allocates in the
-/// constructor only.
+/// pooled over the group; from the present delays and from random ones. The look-up is in single
+/// precision. Allocates in the constructor only.
 class GridSearch {
  public:
   GridSearch(Eigen::Index half, Eigen::Index sources, Eigen::Index group, Eigen::Index frozen,
@@ -25,20 +25,22 @@ class GridSearch {
   void correlate_data(const double* x);
   void descend(Eigen::VectorXi& place);
   void best_place(Eigen::VectorXi& place, Eigen::Index k, bool& moved);
-  double explained(const Eigen::VectorXi& place);
-  double gram(Eigen::Index k, Eigen::Index l, const Eigen::VectorXi& place) const;
+  float explained(const Eigen::VectorXi& place);
+  float gram(Eigen::Index k, Eigen::Index l, const Eigen::VectorXi& place) const;
   int nearest(double phi) const;
 
   Eigen::Index half_, k_, p_, frozen_, grid_;
   bool nonnegative_;
-  Eigen::VectorXd angles_;             ///< as correlate() has them
-  Eigen::MatrixXd table_;              ///< of correlate()
-  std::vector<Eigen::Index> order_;    ///< of these angles, rising
-  Eigen::MatrixXd sources_, between_;  ///< between_: 2·grid × K², of τₖ − τₗ
-  Eigen::MatrixXd with_data_;          ///< grid × K·p
-  Eigen::VectorXd product_, mirrored_, gain_, scratch_;
-  Eigen::MatrixXd factor_, weight_;  ///< of the others: Cholesky factor, L⁻¹y
-  std::vector<const double*> others_;
+  Eigen::VectorXd angles_;           ///< as correlate() has them
+  Eigen::MatrixXd table_;            ///< of correlate()
+  std::vector<Eigen::Index> order_;  ///< of these angles, rising
+  Eigen::MatrixXd sources_;
+  Eigen::VectorXd product_, mirrored_;
+  Eigen::MatrixXf between_;          ///< 2·grid × K², of τₖ − τₗ
+  Eigen::MatrixXf with_data_;        ///< grid × K·p
+  Eigen::VectorXf scratch_;          ///< of best_gain()
+  Eigen::MatrixXf factor_, weight_;  ///< of the others: Cholesky factor, L⁻¹y
+  std::vector<const float*> others_;
   Eigen::VectorXi place_, best_;
   std::uint32_t random_ = 1;
 };

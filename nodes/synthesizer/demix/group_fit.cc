@@ -1,10 +1,10 @@
 #include "nodes/synthesizer/demix/group_fit.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 
 #include "nodes/synthesizer/demix/shift_kernels.h"
+#include "nodes/synthesizer/demix/small_cholesky.h"
 
 namespace mimesis::demix {
 namespace {
@@ -15,7 +15,7 @@ using Eigen::VectorXd;
 
 constexpr double kRidge = 1e-9;   // of a source's energy: two sources may coincide
 constexpr double kMaxStep = 0.5;  // of a Levenberg step [rad]
-constexpr int kStepsAfterSearch = 3;
+constexpr int kStepsAfterSearch = 2;
 
 /// min ½wᵀGw − yᵀw, w ≥ 0, by coordinate descent from the unconstrained solution, clipped.
 void clip_and_descend(const MatrixXd& gram, const double* y, Eigen::Ref<VectorXd> w) {
@@ -73,14 +73,13 @@ void GroupFit::shift_all(const double* phi, bool derivative) {
 }
 
 void GroupFit::solve_weights(const double* x, double* w) {
-  inner_products(z_.data(), k_, z_.data(), k_, 2 * half_, gram_.data());
+  gram_matrix(z_.data(), k_, 2 * half_, gram_.data());
   inner_products(z_.data(), k_, x, p_, 2 * half_, y_.data());
   factor_ = gram_;
-  factor_.diagonal().array() += kRidge * (gram_.trace() / static_cast<double>(k_)) + 1e-300;
-  Eigen::LLT<Eigen::Ref<MatrixXd>> llt(factor_);
+  small_cholesky(factor_, k_, kRidge * (gram_.trace() / static_cast<double>(k_)) + 1e-300);
   Eigen::Map<MatrixXd> weights(w, k_, p_);
   weights = y_;
-  llt.solveInPlace(weights);
+  for (Index i = 0; i < p_; ++i) small_solve(factor_, k_, w + i * k_);
   if (nonnegative_) {
     for (Index i = 0; i < p_; ++i) clip_and_descend(gram_, y_.col(i).data(), weights.col(i));
   }
@@ -108,7 +107,7 @@ double GroupFit::weights(const double* x, double energy, const double* phi, doub
 void GroupFit::normal_equations(const double* x, const double* w) {
   const Index length = 2 * half_;
   inner_products(dz_.data(), k_, z_.data(), k_, length, cross_.data());
-  inner_products(dz_.data(), k_, dz_.data(), k_, length, dgram_.data());
+  gram_matrix(dz_.data(), k_, length, dgram_.data());
   inner_products(dz_.data(), k_, x, p_, length, dy_.data());
   const Eigen::Map<const MatrixXd> weights(w, k_, p_);
   moment_.noalias() = weights.lazyProduct(weights.transpose());
@@ -118,7 +117,7 @@ void GroupFit::normal_equations(const double* x, const double* w) {
   }
   if (!nonnegative_) {  // with bounds the weights do not follow freely: no projection
     damped_ = cross_.transpose();
-    factor_.triangularView<Eigen::Lower>().solveInPlace(damped_);
+    for (Index k = 0; k < k_; ++k) small_forward(factor_, k_, damped_.col(k).data());
     dgram_.noalias() -= damped_.transpose().lazyProduct(damped_);
   }
   curvature_ = moment_.cwiseProduct(dgram_);
@@ -135,12 +134,11 @@ double GroupFit::refine(const double* x, double energy, double* phi, double* w, 
     auto a = damped_.bottomRightCorner(free, free);
     a = curvature_.bottomRightCorner(free, free);
     const double floor = 1e-12 * a.diagonal().maxCoeff() + 1e-300;
-    a.diagonal() = a.diagonal() * (1.0 + lambda) + VectorXd::Constant(free, floor);
-    Eigen::LLT<Eigen::Ref<MatrixXd>> llt(a);
-    auto step = step_.tail(free);
-    step = slope_.tail(free);
-    llt.solveInPlace(step);
-    if (llt.info() != Eigen::Success || !step.allFinite()) break;
+    a.diagonal() *= 1.0 + lambda;
+    small_cholesky(a, free, floor);
+    step_ = slope_;
+    small_solve(a, free, step_.data() + frozen_);
+    if (!step_.allFinite()) break;
     for (Index k = 0; k < k_; ++k) {
       trial_phi_[k] = phi[k] + (k < frozen_ ? 0.0 : std::clamp(step_[k], -kMaxStep, kMaxStep));
     }

@@ -12,6 +12,65 @@ using Index = Eigen::Index;
 // typedefs written out.
 typedef double Lanes8 __attribute__((vector_size(64), aligned(8), may_alias));
 typedef double Lanes4 __attribute__((vector_size(32), aligned(8), may_alias));
+typedef float Floats16 __attribute__((vector_size(64), aligned(4), may_alias));
+typedef int Ints16 __attribute__((vector_size(64), aligned(4), may_alias));
+
+/// Inlined by force: it is compiled for the instruction set of the clone that calls it.
+[[gnu::always_inline]] inline double dot(const double* p, const double* q, Index length) {
+  Lanes8 sum = {};
+  for (Index l = 0; l < length; l += 8) {
+    sum += *reinterpret_cast<const Lanes8*>(p + l) * *reinterpret_cast<const Lanes8*>(q + l);
+  }
+  const Lanes4 half =
+      __builtin_shufflevector(sum, sum, 0, 1, 2, 3) + __builtin_shufflevector(sum, sum, 4, 5, 6, 7);
+  return (half[0] + half[2]) + (half[1] + half[3]);
+}
+
+/// With the number of others known to the compiler; 0: any.
+template <int N>
+[[gnu::always_inline]] inline int best_gain_of(const GainTerms& terms, int place, float* scratch) {
+  const Index count = N == 0 ? terms.count : N;
+  Floats16 few[N + 1];
+  // L⁻¹ of the others' inner products with s
+  Floats16* v = N == 0 ? reinterpret_cast<Floats16*>(scratch) : few;
+  float* gains = scratch + 16 * count;
+  Floats16 most = {};
+  Ints16 here = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15}, where = here;
+  for (Index j = 0; j < terms.grid; j += 16) {
+    Floats16 room = {};
+    room += terms.energy;
+    for (Index o = 0; o < count; ++o) {
+      Floats16 value = *reinterpret_cast<const Floats16*>(terms.others[o] + j);
+      for (Index q = 0; q < o; ++q) value -= terms.factor[o + q * terms.stride] * v[q];
+      value *= terms.factor[o + o * terms.stride];
+      v[o] = value;
+      room -= value * value;
+    }
+    Floats16 sum = {};
+    for (Index i = 0; i < terms.group; ++i) {
+      Floats16 rest = *reinterpret_cast<const Floats16*>(terms.data + i * terms.grid + j);
+      for (Index o = 0; o < count; ++o) rest -= terms.weight[o + i * terms.stride] * v[o];
+      if (terms.nonnegative) rest = rest > 0.0f ? rest : rest * 0.0f;
+      sum += rest * rest;
+    }
+    Floats16 least = {};
+    least += terms.least_room;
+    const Floats16 gain = sum / (room > least ? room : least);
+    *reinterpret_cast<Floats16*>(gains + j) = gain;
+    const Ints16 more = gain > most;
+    most = more ? gain : most;
+    where = more ? here : where;
+    here += 16;
+  }
+  float largest = gains[place];
+  for (int lane = 0; lane < 16; ++lane) {
+    if (most[lane] > largest) {
+      largest = most[lane];
+      place = where[lane];
+    }
+  }
+  return place;
+}
 
 }  // namespace
 
@@ -44,14 +103,15 @@ MIMESIS_VECTOR_CLONES
 void inner_products(const double* a, Index na, const double* b, Index nb, Index length,
                     double* out) {
   for (Index j = 0; j < nb; ++j) {
-    for (Index i = 0; i < na; ++i) {
-      const double *p = a + i * length, *q = b + j * length;
-      Lanes8 sum = {};
-      for (Index l = 0; l < length; l += 8) {
-        sum += *reinterpret_cast<const Lanes8*>(p + l) * *reinterpret_cast<const Lanes8*>(q + l);
-      }
-      out[i + j * na] =
-          ((sum[0] + sum[4]) + (sum[1] + sum[5])) + ((sum[2] + sum[6]) + (sum[3] + sum[7]));
+    for (Index i = 0; i < na; ++i) out[i + j * na] = dot(a + i * length, b + j * length, length);
+  }
+}
+
+MIMESIS_VECTOR_CLONES
+void gram_matrix(const double* a, Index n, Index length, double* out) {
+  for (Index j = 0; j < n; ++j) {
+    for (Index i = j; i < n; ++i) {
+      out[i + j * n] = out[j + i * n] = dot(a + i * length, a + j * length, length);
     }
   }
 }
@@ -79,28 +139,18 @@ void correlate(const double* table, const double* u, Index quarter, Index half, 
 }
 
 MIMESIS_VECTOR_CLONES
-void refitted_gain(const GainTerms& terms, double* scratch, double* out) {
-  Lanes8* v = reinterpret_cast<Lanes8*>(scratch);  // L⁻¹ of the others' inner products with s
-  for (Index j = 0; j < terms.grid; j += 8) {
-    Lanes8 room = {};
-    room += terms.energy;
-    for (Index o = 0; o < terms.count; ++o) {
-      Lanes8 value = *reinterpret_cast<const Lanes8*>(terms.others[o] + j);
-      for (Index q = 0; q < o; ++q) value -= terms.factor[o + q * terms.stride] * v[q];
-      value *= terms.factor[o + o * terms.stride];
-      v[o] = value;
-      room -= value * value;
-    }
-    Lanes8 sum = {};
-    for (Index i = 0; i < terms.group; ++i) {
-      Lanes8 rest = *reinterpret_cast<const Lanes8*>(terms.data + i * terms.grid + j);
-      for (Index o = 0; o < terms.count; ++o) rest -= terms.weight[o + i * terms.stride] * v[o];
-      if (terms.nonnegative) rest = rest > 0.0 ? rest : rest * 0.0;
-      sum += rest * rest;
-    }
-    Lanes8 least = {};
-    least += terms.least_room;
-    *reinterpret_cast<Lanes8*>(out + j) = sum / (room > least ? room : least);
+int best_gain(const GainTerms& terms, int place, float* scratch) {
+  switch (terms.count) {
+    case 1:
+      return best_gain_of<1>(terms, place, scratch);
+    case 2:
+      return best_gain_of<2>(terms, place, scratch);
+    case 3:
+      return best_gain_of<3>(terms, place, scratch);
+    case 4:
+      return best_gain_of<4>(terms, place, scratch);
+    default:
+      return best_gain_of<0>(terms, place, scratch);
   }
 }
 

@@ -13,6 +13,9 @@ ActionRanges learned_ranges(const DrawerModel& model) {
   return ranges_of(trials);
 }
 
+constexpr int kLegRows = 3 * (mocap::kRightAnkle - mocap::kLeftHip + 1);
+constexpr double kWide = 4.0, kSmallRidge = 1e-3;  // standard deviations of the inputs; relative
+
 // Means, then weights column by column.
 Eigen::RowVectorXd flat(const Pattern& p) {
   Eigen::RowVectorXd y(p.mean_rad.size() + p.weight_rad.size());
@@ -70,7 +73,14 @@ ActionMaps::ActionMaps(DrawerModel model, const LocalRegressionOptions& options)
       x.row(i) = inputs(a, task_of(a, static_cast<std::size_t>(i)));
       y.row(i) = flat(patterns[static_cast<std::size_t>(i)]);
     }
-    maps_.emplace_back(x, y, options, clips_of(model_.action[a]));
+    // objects stood at few places, so that trials left out are told by others of the same place and
+    // a narrow kernel wins, which knows nothing of places between: there the kernel has to be wide
+    LocalRegressionOptions chosen = options;
+    if (a == kStanding && options.bandwidth == 0.0) chosen.bandwidth = kWide;
+    if (a == kStanding && options.ridge == 0.0) chosen.ridge = kSmallRidge;
+    if (a == kStanding)
+      standing_legs_.emplace_back(x.leftCols(1), y, options, clips_of(model_.action[a]));
+    maps_.emplace_back(x, y, chosen, clips_of(model_.action[a]));
   }
 }
 
@@ -78,8 +88,15 @@ MotionParameters ActionMaps::at(Action action, const ActionTask& task) const {
   const Pattern& like = model_.action[action].patterns.front();
   const Eigen::VectorXd y = maps_[action].at(inputs(action, task)).value;
   const auto rows = like.mean_rad.size();
-  return {.mean_rad = y.head(rows),
-          .weight_rad = y.tail(y.size() - rows).reshaped(rows, like.weight_rad.cols()),
+  Eigen::MatrixXd all = y.reshaped(rows, 1 + like.weight_rad.cols());  // means and weights
+  if (action == kStanding) {
+    const Eigen::VectorXd length = Eigen::VectorXd::Constant(1, task.previous_length_m);
+    const Eigen::MatrixXd legs = standing_legs_.front().at(length).value.reshaped(rows, all.cols());
+    all.middleRows(3 * mocap::kLeftHip, kLegRows) = legs.middleRows(3 * mocap::kLeftHip, kLegRows);
+    all.bottomRows(kPelvisRows) = legs.bottomRows(kPelvisRows);
+  }
+  return {.mean_rad = all.col(0),
+          .weight_rad = all.rightCols(like.weight_rad.cols()),
           .delay_rad = like.delay_rad,
           .frequency_rad_s = 2.0 * std::numbers::pi / task.duration_s};
 }

@@ -24,7 +24,9 @@ struct ActionTask {
 class ActionMaps {
  public:
   /// `model`'s patterns of all actions are the same trials in the same order; those of one clip
-  /// are left out together where bandwidths are searched. @throws ConfigError from the regression.
+  /// are left out together where bandwidths are searched; action 3 has a wide kernel unless one is
+  /// given, but for its legs, which stand where the step before has put them: those have a map of
+  /// that length alone. @throws ConfigError from the regression.
   explicit ActionMaps(DrawerModel model, const LocalRegressionOptions& options = {});
 
   /// Parameters of an action at `task`; frequency_rad_s from its duration.
@@ -41,6 +43,7 @@ class ActionMaps {
   DrawerModel model_;
   ActionRanges ranges_;
   std::vector<LocalRegression> maps_;
+  std::vector<LocalRegression> standing_legs_;  ///< one, by the length of the step before
 };
 
 }  // namespace mimesis::synthesizer

@@ -55,8 +55,8 @@ struct PlannedAction {
 /// [M18 3.4.2]; with n more cycles the lengths keep the proportion 2γ : 1 − 2γ; near goals are
 /// reached by shortened steps alone. Lengths stay within what was trained; of what is possible the
 /// plan with least Σ((length − trained mean)/half trained range)² + the same of the final distance
-/// + 1 for every shortened step but one (it interrupts the walk) is taken. Deterministic; some µs.
-/// Fails with the reason if no trained sequence leads there.
+/// + 1 for every shortened step but one (it interrupts the walk) is taken. Deterministic; some 10
+/// µs (replanning: 100). Fails with the reason if no trained sequence leads there.
 tl::expected<std::vector<PlannedAction>, Status> plan_actions(double distance_m,
                                                               const ActionRanges& ranges,
                                                               const PlanSettings& settings = {});

@@ -229,15 +229,18 @@ void DrawerSequence::move_hands() {
   right_.step(options_.dt_s);
   move_drawer();
   const mocap::Body& body = maps_->model().body;
+  auto miss = [&](double* left_m, double* right_m) {
+    const auto pose = forward_kinematics(
+        body, std::span<const double, mocap::kBodyRows>(state_.angle_rad.data(), mocap::kBodyRows),
+        state_.pelvis_W_m);
+    *left_m = (pose.point(mocap::kLeftWrist, body.hand_m[mocap::kLeft]) - state_.handle_W_m).norm();
+    *right_m =
+        (pose.point(mocap::kRightWrist, body.hand_m[mocap::kRight]) - state_.object_W_m).norm();
+  };
+  miss(&state_.left_without_m, &state_.right_without_m);
   left_.apply(body, mocap::kLeft, state_.pelvis_W_m, left_aim_W_m_, state_.angle_rad);
   right_.apply(body, mocap::kRight, state_.pelvis_W_m, right_aim_W_m_, state_.angle_rad);
-  const auto pose = forward_kinematics(
-      body, std::span<const double, mocap::kBodyRows>(state_.angle_rad.data(), mocap::kBodyRows),
-      state_.pelvis_W_m);
-  state_.left_error_m =
-      (pose.point(mocap::kLeftWrist, body.hand_m[mocap::kLeft]) - state_.handle_W_m).norm();
-  state_.right_error_m =
-      (pose.point(mocap::kRightWrist, body.hand_m[mocap::kRight]) - state_.object_W_m).norm();
+  miss(&state_.left_error_m, &state_.right_error_m);
 }
 
 const SequenceState& DrawerSequence::step() {

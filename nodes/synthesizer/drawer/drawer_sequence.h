@@ -35,6 +35,8 @@ struct SequenceState {
   Eigen::Vector3d pelvis_W_m = Eigen::Vector3d::Zero();
   Eigen::Vector3d handle_W_m = Eigen::Vector3d::Zero(), object_W_m = Eigen::Vector3d::Zero();
   double left_error_m = 0.0, right_error_m = 0.0;  ///< finger tips to handle and object
+  /// The same before the arm reaches: what the mixture alone would miss them by.
+  double left_without_m = 0.0, right_without_m = 0.0;
   std::array<bool, 2> stands{};
   double correction_m = 0.0;  ///< of the feet, against the mixture
   bool done = false;          ///< the object is in the hand
@@ -46,7 +48,8 @@ struct SequenceState {
 /// weights and means from the maps of lengths and durations, transitions by eq. 3.23, arm reaches
 /// started by events. The pelvis travels each action's length exactly; the learned rows pelvis.x,
 /// .y and .z say how. A goal that jumps is followed at once: the action under way takes the length
-/// that the new plan gives it, further actions follow. Deterministic; a step takes some 10 µs.
+/// that the new plan gives it, further actions follow. Deterministic. A step takes some 20 µs, and
+/// some tenths of a ms more when the maps are asked: at a boundary of actions and after a jump.
 class DrawerSequence {
  public:
   /// The reason if no plan leads to the goal. `maps` must outlive the sequence.

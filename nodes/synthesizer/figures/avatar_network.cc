@@ -16,15 +16,14 @@ std::vector<VanDerPol> oscillators(std::size_t count, double duration_s) {
 
 }  // namespace
 
-AvatarNetwork::AvatarNetwork(const MotionModel& model, const Pattern& pattern, double internal_1_s,
-                             double phase_rad, double dt_s)
+AvatarNetwork::AvatarNetwork(const Pattern& pattern, const std::vector<SourceMap>& maps,
+                             double internal_1_s, double phase_rad, double dt_s)
     : pattern_(pattern),
       cos_(pattern.delay_rad.array().cos()),
       sin_(pattern.delay_rad.array().sin()),
-      network_(
-          oscillators(static_cast<std::size_t>(model.sources.rows()), pattern.trial.duration_s),
-          all_to_all(static_cast<int>(model.sources.rows()), internal_1_s), dt_s),
-      maps_(learn_source_maps(model)) {
+      network_(oscillators(maps.size(), pattern.trial.duration_s),
+               all_to_all(static_cast<int>(maps.size()), internal_1_s), dt_s),
+      maps_(maps) {
   for (int k = 0; k < size(); ++k) network_.set_phase(k, phase_rad);
 }
 

@@ -13,10 +13,11 @@ namespace mimesis::synthesizer {
 /// (anechoic) or without (principal components).
 class AvatarNetwork {
  public:
+  /// @param maps  of the model's sources (learn_source_maps), which costs more than all the rest
   /// @param internal_1_s  strength of the velocity couplings within the avatar, everybody with
   ///                      everybody [M18 eq. 3.13]
   /// @param phase_rad     all oscillators start there
-  AvatarNetwork(const MotionModel& model, const Pattern& pattern, double internal_1_s,
+  AvatarNetwork(const Pattern& pattern, const std::vector<SourceMap>& maps, double internal_1_s,
                 double phase_rad, double dt_s);
 
   /// Couples oscillator 0 to the leader's oscillator 0 ("Osc1" of fig. 3.16).

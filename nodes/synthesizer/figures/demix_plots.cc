@@ -26,7 +26,7 @@ void plot_sources(const std::filesystem::path& png, const Eigen::MatrixXd& sourc
     }
     data.push_back(std::move(d));
     const bool last = k + 1 == count, dashed = k < fixed;
-    script << "set ylabel " << quoted("s_{" + std::to_string(k + 1) + "}")
+    script << "set ylabel " << quoted("s" + std::to_string(k + 1))
            << (last ? "\nset format x '%g'\nset xlabel 'phase / 2π'" : "\nset format x ''")
            << "\nplot $s" << k << " with lines lw 2 lc " << (dashed ? "rgb '#888888' dt 2" : "1")
            << '\n';

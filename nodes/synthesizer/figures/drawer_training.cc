@@ -1,6 +1,7 @@
 #include "nodes/synthesizer/figures/drawer_training.h"
 
 #include <algorithm>
+#include <cmath>
 #include <stdexcept>
 
 namespace mimesis::synthesizer {
@@ -88,6 +89,9 @@ DrawerRun run_drawer(double distance_m, const std::vector<DrawerJump>& jumps) {
     run.front_W_m.push_back(front);
     if (run.states.size() > 1) measure(*(run.states.end() - 2), run.states.back(), &run);
   }
+  double squares = 0.0;
+  for (const auto& s : run.states) squares += s.correction_m * s.correction_m;
+  run.foot_correction_m = std::sqrt(squares / static_cast<double>(run.states.size()));
   run.history = sequence->history();
   run.final_distance_m = sequence->distance_m();
   return run;

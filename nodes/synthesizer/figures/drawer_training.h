@@ -26,6 +26,8 @@ struct DrawerRun {
   double foot_speed_m_s = 0.0;     ///< of the lowest point of standing feet, largest
   double joint_speed_rad_s = 0.0;  ///< of one axis-angle component, largest
 
+  double foot_correction_m = 0.0;  ///< rms of the larger of both feet's, against the mixture
+
   int count(Action action) const;
 };
 /// @throws std::runtime_error if there is no plan.

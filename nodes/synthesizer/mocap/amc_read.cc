@@ -143,6 +143,7 @@ Clip parse_amc(std::string_view text, const std::string& file, const AcclaimSkel
   clip.skeleton = asf.skeleton;
   clip.rate_hz = options.amc_rate_hz;
   AmcReader(text, file, asf).read(clip);
+  check_lengths(file, clip);
   return clip;
 }
 

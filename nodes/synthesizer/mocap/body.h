@@ -39,13 +39,24 @@ enum Side { kLeft, kRight };
 /// Names of the rows: "lhip.x". Axes x forward, y left, z up in the zero posture.
 std::string body_row_name(int row);
 
+/// Points at the origin: `{}` would leave Eigen's vectors as the memory was.
+template <std::size_t kCount>
+std::array<Eigen::Vector3d, kCount> points_at_origin() {
+  std::array<Eigen::Vector3d, kCount> points;
+  points.fill(Eigen::Vector3d::Zero());
+  return points;
+}
+
 /// Segment lengths of one person or character. Positions in the frame of the joint that carries
 /// them, zero posture [m].
 struct Body {
   std::string name;
-  std::array<Eigen::Vector3d, kBodyJoints> offset_m{};  ///< joint centre in the parent's frame
-  std::array<Eigen::Vector3d, 2> toe_m{}, heel_m{};     ///< ground points, in the ankles' frames
-  std::array<Eigen::Vector3d, 2> hand_m{};              ///< finger tips, in the wrists' frames
+  /// Joint centre in the parent's frame; the root's is 0.
+  std::array<Eigen::Vector3d, kBodyJoints> offset_m = points_at_origin<kBodyJoints>();
+  /// Ground points, in the ankles' frames.
+  std::array<Eigen::Vector3d, 2> toe_m = points_at_origin<2>(), heel_m = points_at_origin<2>();
+  /// Finger tips, in the wrists' frames.
+  std::array<Eigen::Vector3d, 2> hand_m = points_at_origin<2>();
   Eigen::Vector3d head_top_m = Eigen::Vector3d::Zero();
 };
 

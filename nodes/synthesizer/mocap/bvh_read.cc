@@ -259,6 +259,7 @@ Clip parse_bvh(std::string_view text, const std::string& file, const ReadOptions
   bvh.clip.root_position_W_m *= unit_m;
   bvh.clip.skeleton = std::move(bvh.skeleton);
   bvh.clip.name = base_name(file);
+  check_lengths(file, bvh.clip);
   return std::move(bvh.clip);
 }
 

@@ -5,6 +5,7 @@
 
 #include "common/error.h"
 #include "nodes/synthesizer/mocap/read_clip.h"
+#include "nodes/synthesizer/mocap/text_scanner.h"
 
 namespace mimesis::mocap {
 
@@ -18,6 +19,23 @@ inline void check_clip_size(const std::string& file, std::size_t file_bytes, std
     throw ConfigError(file + ": " + std::to_string(frames) + " frames of " +
                       std::to_string(joints) + " joints, expected a file of more than " +
                       std::to_string(file_bytes) + " bytes");
+  }
+}
+
+/// Nobody is as large or goes as far as 10 km: such lengths overflow what is computed from them.
+/// @throws ConfigError
+inline void check_lengths(const std::string& file, const Clip& clip) {
+  constexpr double kMost_m = 1e4;
+  const auto check = [&](const Eigen::Vector3d& length_m, const std::string& what) {
+    if (length_m.cwiseAbs().maxCoeff() < kMost_m) return;
+    throw ConfigError(one_line(file + ": " + what + ", expected less than 10 km"));
+  };
+  for (const auto* joints : {&clip.skeleton.joints, &clip.skeleton.ends}) {
+    for (const Joint& j : *joints) check(j.offset_m, "'" + j.name + "' is too far from its parent");
+  }
+  for (Eigen::Index f = 0; f < clip.frames(); ++f) {
+    check(clip.root_position_W_m.col(f),
+          "the root is too far away in frame " + std::to_string(f + 1));
   }
 }
 

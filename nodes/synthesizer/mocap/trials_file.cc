@@ -5,12 +5,12 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <fstream>
 #include <numeric>
 #include <string_view>
 
 #include "common/error.h"
 #include "nodes/synthesizer/mocap/body.h"
+#include "nodes/synthesizer/mocap/text_scanner.h"
 
 namespace mimesis::mocap {
 namespace {
@@ -33,9 +33,7 @@ std::vector<std::string_view> split(std::string_view line) {
 
 class Reader {
  public:
-  explicit Reader(const std::string& file) : file_(file), in_(file) {
-    if (!in_) throw ConfigError(file + ": cannot be read, expected a CSV of trials");
-  }
+  Reader(std::string_view text, const std::string& file) : rest_(text), file_(file) {}
 
   Trials read() {
     read_header();
@@ -54,12 +52,14 @@ class Reader {
 
  private:
   [[noreturn]] void fail(const std::string& what) const {
-    throw ConfigError(fmt::format("{}:{}: {}", file_, number_, what));
+    throw ConfigError(one_line(fmt::format("{}:{}: {}", file_, number_, what)));
   }
 
   bool next_line() {
-    if (!std::getline(in_, line_)) return false;
-    if (!line_.empty() && line_.back() == '\r') line_.pop_back();
+    if (rest_.empty()) return false;
+    line_ = rest_.substr(0, rest_.find('\n'));
+    rest_.remove_prefix(std::min(line_.size() + 1, rest_.size()));
+    if (line_.ends_with('\r')) line_.remove_suffix(1);
     ++number_;
     return true;
   }
@@ -185,9 +185,8 @@ class Reader {
     set_.rows = std::move(names);
   }
 
+  std::string_view rest_, line_;
   std::string file_;
-  std::ifstream in_;
-  std::string line_;
   long number_ = 0;
   bool house_axes_ = false;
   std::size_t samples_ = 0, row_ = 0;
@@ -197,7 +196,11 @@ class Reader {
 
 }  // namespace
 
-Trials read_trials(const std::string& file) { return Reader(file).read(); }
+Trials parse_trials(std::string_view text, const std::string& file) {
+  return Reader(text, file).read();
+}
+
+Trials read_trials(const std::string& file) { return parse_trials(read_bytes(file), file); }
 
 void write_trials(const Trials& set, const std::string& file) {
   std::string text = fmt::format("{}\n{}", kHouseAxes, kHeader);
@@ -214,10 +217,7 @@ void write_trials(const Trials& set, const std::string& file) {
     for (Index t = 0; t < set.samples.cols(); ++t) text += fmt::format(",{}", set.samples(n, t));
     text += '\n';
   }
-  std::ofstream out(file, std::ios::binary);
-  out << text;
-  out.close();
-  if (!out) throw ConfigError(file + ": cannot be written");
+  write_bytes(file, text);
 }
 
 }  // namespace mimesis::mocap

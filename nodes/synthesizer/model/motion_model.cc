@@ -6,6 +6,7 @@
 #include <fstream>
 #include <sstream>
 
+#include "nodes/synthesizer/mocap/text_scanner.h"
 #include "nodes/synthesizer/model/model_json.h"
 
 namespace mimesis::synthesizer {
@@ -136,7 +137,7 @@ std::vector<std::optional<RowLimits>> limits_from(const Node& node, std::size_t 
 
 MotionModel model_from(const Node& node) {
   if (const std::string format = node.at("format").text(); format != kFormat) {
-    node.at("format").fail("'" + format + "'", std::string("'") + kFormat + "'");
+    node.at("format").fail("'" + mocap::one_line(format) + "'", std::string("'") + kFormat + "'");
   }
   if (const long version = node.at("version").integer(); version != kVersion) {
     node.at("version").fail(std::to_string(version), std::to_string(kVersion));
@@ -213,8 +214,7 @@ std::string read_file(const std::string& file) {
 
 }  // namespace
 
-MotionModel load_motion_model(const std::string& file) {
-  const std::string text = read_file(file);
+MotionModel parse_motion_model(std::string_view text, const std::string& file) {
   try {
     const Json json = Json::parse(text);
     return model_from(Node(json, ""));
@@ -226,12 +226,22 @@ MotionModel load_motion_model(const std::string& file) {
   }
 }
 
+MotionModel load_motion_model(const std::string& file) {
+  return parse_motion_model(read_file(file), file);
+}
+
 void save_motion_model(const MotionModel& model, const std::string& file) {
+  // a device or pipe of that name must not be replaced by a file
+  using enum std::filesystem::file_type;
+  std::error_code error;
+  if (const auto kind = std::filesystem::status(file, error).type();
+      kind != regular && kind != not_found && kind != none) {
+    throw ConfigError(file + ": cannot be written, expected a file or a new name");
+  }
   const std::string temporary = file + ".part";
   std::ofstream out(temporary, std::ios::binary | std::ios::trunc);
   write(model_to_json(model), out);
   out.close();
-  std::error_code error;
   if (out) std::filesystem::rename(temporary, file, error);
   if (!out || error) {
     const std::string why = error ? error.message() : std::strerror(errno);

@@ -2,6 +2,7 @@
 #include <Eigen/Core>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "nodes/synthesizer/mocap/body.h"
@@ -51,6 +52,8 @@ struct MotionModel {
 /// @throws ConfigError "file: what (where), expected ...": damaged, another version, sizes that do
 /// not fit, a number that is not finite.
 MotionModel load_motion_model(const std::string& file);
+/// The same from memory; `file` names it in errors.
+MotionModel parse_motion_model(std::string_view text, const std::string& file);
 /// @throws ConfigError if the file cannot be written; whole or not at all.
 void save_motion_model(const MotionModel& model, const std::string& file);
 

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "common/math/circle.h"
+#include "common/testing/no_malloc.h"
 #include "nodes/synthesizer/test/models.h"
 
 namespace mimesis::synthesizer {
@@ -37,6 +38,7 @@ class Rig {
 
   Director director;
   double longest_jump_m = 0.0, largest_jump_rad = 0.0;  // in one step, of pelvis and rows
+  double largest_kick_rad_s = 0.0;                      // change of a row's rate in one step
   std::vector<std::string> actions_seen;
 
  private:
@@ -48,16 +50,23 @@ class Rig {
   void watch() {
     const WalkerState& state = director.state(0);
     const auto angles = director.angles(0);
+    std::vector<double> jumps(last_.size());
     if (!last_.empty()) {
       const Eigen::Vector3d p(state.root.position_W_m.x(), state.root.position_W_m.y(),
                               state.root.height_m);
       longest_jump_m = std::max(longest_jump_m, (p - place_).norm());
       for (std::size_t r = 0; r < angles.size(); ++r) {
-        largest_jump_rad =
-            std::max(largest_jump_rad, static_cast<double>(std::abs(angles[r] - last_[r])));
+        const double jump = static_cast<double>(angles[r]) - static_cast<double>(last_[r]);
+        largest_jump_rad = std::max(largest_jump_rad, std::abs(jump));
+        if (jump_.size() > r && in_sequence_ != (director.plan(0) != nullptr)) {
+          largest_kick_rad_s = std::max(largest_kick_rad_s, std::abs(jump - jump_[r]) / kDt);
+        }
+        jumps[r] = jump;
       }
     }
     place_ << state.root.position_W_m, state.root.height_m;
+    jump_ = jumps;
+    in_sequence_ = director.plan(0) != nullptr;
     last_.assign(angles.begin(), angles.end());
     if (actions_seen.empty() || actions_seen.back() != director.action(0)) {
       actions_seen.emplace_back(director.action(0));
@@ -65,6 +74,8 @@ class Rig {
   }
   Eigen::Vector3d place_;
   std::vector<float> last_;
+  std::vector<double> jump_;
+  bool in_sequence_ = false;
 };
 
 TEST(Director, GoesToADrawerAndTakesWhatIsInIt) {
@@ -89,6 +100,8 @@ TEST(Director, TurnsToADrawerThatIsAside) {
   const Eigen::Vector2d to = Eigen::Vector2d(1.0, 5.0) - root.position_W_m;
   EXPECT_NEAR(math::wrap_pi(root.heading_rad - std::atan2(to.y(), to.x())), 0.0, 0.05);
   EXPECT_EQ(rig.actions_seen.front(), "start");
+  EXPECT_LT(rig.largest_kick_rad_s, 1.0);
+  EXPECT_GT(rig.largest_kick_rad_s, 0.0);
   EXPECT_LT(rig.longest_jump_m, 0.04);
 }
 
@@ -134,6 +147,16 @@ TEST(Director, AnotherGoalTakesItOut) {
   rig.director.stop(0);
   EXPECT_TRUE(rig.run(2.5));
   EXPECT_STREQ(rig.director.action(0), "stand");
+}
+
+TEST(Director, WithoutADrawerItDoesNotAllocate) {
+  Rig rig(nullptr);
+  const mimesis::testing::NoMalloc guard;
+  for (int k = 0; k < 500; ++k) {
+    if (k == 50) rig.director.walk_to(0, {2.0, 1.0});
+    if (k == 300) rig.director.stop(0);
+    rig.director.step();
+  }
 }
 
 TEST(Director, SaysWhyNot) {

@@ -68,7 +68,7 @@ TEST(Repertoire, StandsUprightOnFlatFeet) {
     EXPECT_NEAR(batch.heel_W_m(0, side).z(), 0.0, 1e-5);
     EXPECT_NEAR(batch.toe_W_m(0, side).z(), 0.0, 1e-5);
   }
-  EXPECT_NEAR(walkers.state(0).root.height_m, 0.965, 1e-3);  // legs of the standard body
+  EXPECT_NEAR(walkers.state(0).root.height_m, 0.961, 1e-3);  // legs of the standard body
   EXPECT_EQ(walkers.state(0).root.velocity_H_m_s.norm(), 0.0);
 }
 
@@ -87,6 +87,26 @@ TEST(Walkers, ArriveNear) {
     Walkers walkers = one(testing::three_styles());
     EXPECT_LT(walk_to(walkers, {x, 0.1}), 12.0) << x;
     EXPECT_LT(distance(walkers, x, 0.1), 0.15) << x;
+  }
+}
+
+TEST(Walkers, OfTheRepositoryArriveAnywhere) {
+  const MotionModel model = load_motion_model(MIMESIS_SOURCE_DIR "/models/walk.motion.json");
+  const std::vector<WalkerStart> starts(100);
+  for (const char* style : {"walk", "slow", "stride", "brisk"}) {
+    Walkers walkers(model, starts, {.style = style});
+    for (int i = 0; i < 100; ++i) {
+      const double far = 0.2 + 0.06 * i, angle = 2.4 * i;
+      walkers.walker(i).walk_to({far * std::cos(angle), far * std::sin(angle)});
+    }
+    for (int k = 0; k < 20 * 60; ++k) walkers.step();
+    int near = 0;
+    for (int i = 0; i < 100; ++i) {
+      EXPECT_TRUE(walkers.walker(i).reached()) << style << " " << i;
+      EXPECT_LT(walkers.walker(i).goal_distance_m(), 0.31) << style << " " << i;
+      near += walkers.walker(i).goal_distance_m() < 0.15 ? 1 : 0;
+    }
+    EXPECT_GE(near, 65) << style;
   }
 }
 
@@ -147,7 +167,8 @@ TEST(Walkers, StopAtTheEndOfTheStep) {
     EXPECT_EQ(walkers.walker(0).stage(), Stage::closing) << after;
     run(walkers, 0.5);
     EXPECT_EQ(walkers.walker(0).stage(), Stage::standing) << after;
-    EXPECT_EQ(walkers.state(0).root.velocity_H_m_s.norm(), 0.0);
+    run(walkers, 1.5);  // the pelvis settles over the locked feet
+    EXPECT_LT(walkers.state(0).root.velocity_H_m_s.norm(), 1e-4);
     EXPECT_EQ(walkers.state(0).phase_rate_rad_s, 0.0);
   }
 }
@@ -307,16 +328,20 @@ TEST(Walkers, TellThatAGoalComesNoNearer) {
   EXPECT_FALSE(walkers.walker(0).stuck());
 }
 
-TEST(Walkers, FreeDelaysAreBlendedToo) {
-  MotionModel model = testing::three_styles();  // each pattern has delays of its own
+TEST(Walkers, FreeDelaysAreBlendedToo) {  // each pattern of the model has delays of its own
+  const MotionModel model = testing::three_styles();
   ASSERT_FALSE(model.tied);
-  MotionModel tied = testing::random_model(5);
-  ASSERT_TRUE(tied.tied);
-  Walkers walkers = one(tied, {.walking = true, .foot_lock = false});
-  walkers.walker(0).style().wish(std::vector<double>{0.0, 1.0, 0.0}, 0.0);
+  Walkers walkers = one(model, {.walking = true, .foot_lock = false});
+  walkers.walker(0).style().wish(std::vector<double>{0.5, 0.5, 0.0}, 0.5);
   run(walkers, 3.0);
-  CharacterBatch batch(tied, 1, {.dt_s = kDt});  // the pattern itself at that phase
-  batch.set_pattern(0, 1);
+  const Repertoire& repertoire = walkers.repertoire();
+  const std::vector<MotionParameters> parts = {
+      repertoire.motion(repertoire.style(0).straight).parameters,
+      repertoire.motion(repertoire.style(1).straight).parameters};
+  MotionParameters mixed = parts[0];
+  blend(parts, std::vector<double>{0.5, 0.5}, mixed);
+  CharacterBatch batch(repertoire.model(), 1, {.dt_s = kDt, .individual = true});
+  batch.set_parameters(0, mixed.mean_rad, mixed.weight_rad, mixed.delay_rad);
   batch.set_frequency(0, 0.0);
   batch.set_phase(0, walkers.state(0).phase_rad);
   batch.step();

@@ -9,6 +9,7 @@
 #include <iostream>
 
 #include "nodes/synthesizer/demix/check_set.h"
+#include "nodes/synthesizer/demix/spectrum.h"
 #include "nodes/synthesizer/figures/demix_plots.h"
 #include "tools/mimesis/table.h"
 
@@ -57,6 +58,11 @@ nlohmann::ordered_json to_json(const Method& m) {
           {"Q2", m.quality_squared}};
 }
 
+/// A short period has fewer of them than sources may be asked for.
+int most_harmonics(const mocap::Trials& set) {
+  return static_cast<int>(demix::harmonic_count(set.samples.cols()));
+}
+
 }  // namespace
 
 DemixReport make_report(const mocap::Trials& set, const Mixture& mixture, const std::string& name,
@@ -71,8 +77,9 @@ DemixReport make_report(const mocap::Trials& set, const Mixture& mixture, const 
                              demix::principal_components(set, std::min(k, most)), Delays::none));
   r.others.push_back(measure("independent components (FastICA)", set,
                              demix::independent_components(set, std::min(k, most)), Delays::none));
-  r.others.push_back(
-      measure("sinusoids, free phases", set, demix::sinusoids(set, k), Delays::free));
+  r.others.push_back(measure("sinusoids, free phases", set,
+                             demix::sinusoids(set, std::min(k, most_harmonics(set))),
+                             Delays::free));
   const int equal = std::min(demix::components_of_equal_size(set, r.method.parameters), most);
   r.others.push_back(measure("PCA of about as many parameters", set,
                              demix::principal_components(set, equal), Delays::none));
@@ -130,7 +137,7 @@ std::vector<std::string> plot_demixing(const std::string& folder, const std::str
     options.sources = k;
     if (k > given) add(ours, k, demix::sisa(set, options).mixture);
     add(pca, k, demix::principal_components(set, k));
-    add(sines, k, demix::sinusoids(set, k));
+    if (k <= most_harmonics(set)) add(sines, k, demix::sinusoids(set, k));
   }
   synthesizer::plot_quality(files[1], {ours, pca, sines}, "Q", name + ": quality and sources");
   return files;

@@ -11,6 +11,7 @@
 #include <memory>
 
 #include "common/error.h"
+#include "nodes/synthesizer/demix/smooth_sources.h"
 #include "nodes/synthesizer/demix/wigner.h"
 #include "nodes/synthesizer/mocap/trials_file.h"
 #include "nodes/synthesizer/model/make_model.h"
@@ -28,7 +29,7 @@ struct Options {
   std::vector<std::string> files, styles;
   TrialFileOptions trials;
   demix::SisaOptions sisa;
-  int fixed = 0, up_to = 8;
+  int fixed = 0, smooth = 0, up_to = 8;
   bool average = false, whole_clips = false, json = false;
   std::string method = "sisa";
   std::string out, name, plot_dir, trials_out;
@@ -80,12 +81,17 @@ demix::SisaResult learn(Options& o, const mocap::Trials& set) {
   const auto progress = [&bar](double share) {
     bar.at(std::uint64_t(std::lround(1000.0 * share)));
   };
+  demix::SisaResult result;
   if (o.method == "wigner") {
-    return demix::wigner(set, {.sources = o.sisa.sources, .progress = progress});
+    result = demix::wigner(set, {.sources = o.sisa.sources, .progress = progress});
+  } else {
+    demix::SisaOptions options = o.sisa;
+    options.progress = progress;
+    result = demix::sisa(set, options);
   }
-  demix::SisaOptions options = o.sisa;
-  options.progress = progress;
-  return demix::sisa(set, options);
+  if (o.smooth == 0) return result;
+  return demix::smooth_sources(set, result.mixture,
+                               {.half_window = o.smooth, .nonnegative = o.sisa.nonnegative});
 }
 
 std::string command_line(const Options& o) {
@@ -93,6 +99,7 @@ std::string command_line(const Options& o) {
   if (o.sisa.tied) text += " --tied";
   if (o.sisa.nonnegative) text += " --nonnegative";
   if (o.fixed > 0) text += fmt::format(" --fixed {}", o.fixed);
+  if (o.smooth > 0) text += fmt::format(" --smooth {}", o.smooth);
   if (o.average) text += " --average";
   if (o.method != "sisa") text += " --method " + o.method;
   if (!o.trials.robot.urdf.empty()) {
@@ -181,6 +188,11 @@ void add_learning_options(CLI::App& verb, Options& o) {
   verb.add_flag("--nonnegative", o.sisa.nonnegative, "No weight below 0");
   verb.add_option("--fixed", o.fixed, "Non-periodic sources: cos(πt/T), then cos and sin(πt/2T)")
       ->check(CLI::Range(0, 3))
+      ->capture_default_str();
+  verb.add_option("--smooth", o.smooth,
+                  "Smooth sources by cubics over so many samples on either side, then fit the "
+                  "weights anew; 0: no")
+      ->check(CLI::Range(0, 1000))
       ->capture_default_str();
   verb.add_option("--method", o.method,
                   "sisa, or wigner: marginals of Wigner-Ville spectra, of free delays and any "

@@ -19,14 +19,14 @@ constexpr double kPi = std::numbers::pi;
 using Eigen::Vector2d;
 
 TEST(Heading, LeftIsLeft) {
-  const Walker self{{0, 0}, 0.0, 1.3};
+  const Pedestrian self{{0, 0}, 0.0, 1.3};
   const NavigationParams p;
   EXPECT_NEAR(goal_term(self, {1, 1}), std::sin(kPi / 4), 1e-15);  // goal to the left: + turn
   EXPECT_LT(goal_term(self, {1, -1}), 0.0);
   EXPECT_LT(avoidance_term(self, {{1, 0.5}, 0, 0}, p), 0.0);  // obstacle to the left: - turn
   EXPECT_GT(avoidance_term(self, {{1, -0.5}, 0, 0}, p), 0.0);
   // over the cut of the angle, the same as anywhere else
-  const Walker back{{0, 0}, 3.1, 1.3};
+  const Pedestrian back{{0, 0}, 3.1, 1.3};
   EXPECT_NEAR(avoidance_term(back, {{std::cos(3.4), std::sin(3.4)}, 0, 0}, p),
               avoidance_term(self, {{std::cos(0.3), std::sin(0.3)}, 0, 0}, p), 1e-12);
 }
@@ -34,7 +34,7 @@ TEST(Heading, LeftIsLeft) {
 TEST(Heading, TermsInClosedForm) {
   NavigationParams p;
   p.keep_right_rad = 0.0;
-  const Walker self{{0, 0}, 0.2, 1.0}, other{{0.6, 0.8}, 0.0, 0.0};
+  const Pedestrian self{{0, 0}, 0.2, 1.0}, other{{0.6, 0.8}, 0.0, 0.0};
   const double off = 0.2 - std::atan2(0.8, 0.6);
   EXPECT_NEAR(avoidance_term(self, other, p),
               std::sin(off) * std::exp(-off * off / (2 * 0.36)) * std::exp(-1.0 / (2 * 0.64)),
@@ -42,7 +42,7 @@ TEST(Heading, TermsInClosedForm) {
 }
 
 TEST(ClosestApproach, InClosedForm) {
-  const Walker self{{0, 0}, 0.0, 1.0};
+  const Pedestrian self{{0, 0}, 0.0, 1.0};
   // meets at (2, 0) after 2 s
   const auto c = closest_approach(self, {{2, -2}, kPi / 2, 1.0});
   ASSERT_TRUE(c.ahead);
@@ -59,9 +59,9 @@ TEST(ClosestApproach, InClosedForm) {
 
 TEST(ClosestApproach, NoneSideBySideOrInThePast) {
   const NavigationParams p;
-  const Walker self{{0, 0}, 0.0, 1.0};
-  for (const Walker& other : {Walker{{0, 1}, 0.0, 1.0}, Walker{{3, 0}, 0.0, 1.0},
-                              Walker{{-3, 0}, kPi, 1.0}, Walker{{-2, 0}, 0.0, 0.5}}) {
+  const Pedestrian self{{0, 0}, 0.0, 1.0};
+  for (const Pedestrian& other : {Pedestrian{{0, 1}, 0.0, 1.0}, Pedestrian{{3, 0}, 0.0, 1.0},
+                                  Pedestrian{{-3, 0}, kPi, 1.0}, Pedestrian{{-2, 0}, 0.0, 0.5}}) {
     EXPECT_FALSE(closest_approach(self, other).ahead);
     EXPECT_EQ(prediction_term(self, other, p), 0.0);
   }
@@ -69,9 +69,9 @@ TEST(ClosestApproach, NoneSideBySideOrInThePast) {
 
 /// Everybody walks to their goal and stops there.
 struct Scene {
-  std::vector<Walker> walkers;
+  std::vector<Pedestrian> walkers;
   std::vector<Vector2d> goals;
-  std::vector<Walker> pillars;
+  std::vector<Pedestrian> pillars;
   double closest = std::numeric_limits<double>::infinity();
   std::vector<bool> arrived = {};
 
@@ -81,7 +81,7 @@ struct Scene {
     for (double t = 0.0; t < seconds; t += dt) {
       std::vector<double> rate(walkers.size());
       for (std::size_t i = 0; i < walkers.size(); ++i) {
-        std::vector<Walker> others = pillars;
+        std::vector<Pedestrian> others = pillars;
         for (std::size_t j = 0; j < walkers.size(); ++j) {
           if (j == i) continue;
           if (!arrived[i] && !arrived[j]) {
@@ -89,13 +89,13 @@ struct Scene {
           }
           if (!arrived[j]) others.push_back(walkers[j]);
         }
-        for (const Walker& o : pillars) {
+        for (const Pedestrian& o : pillars) {
           closest = std::min(closest, (walkers[i].position_W_m - o.position_W_m).norm());
         }
         rate[i] = heading_rate(walkers[i], goals[i], others);
       }
       for (std::size_t i = 0; i < walkers.size(); ++i) {
-        Walker& w = walkers[i];
+        Pedestrian& w = walkers[i];
         if ((w.position_W_m - goals[i]).norm() < 0.5) arrived[i] = true;
         if (arrived[i]) continue;
         w.heading_rad += dt * rate[i];
@@ -144,8 +144,8 @@ TEST(Navigation, GoesAroundAPillarInTheWay) {
 }
 
 TEST(Navigation, DoesNotAllocate) {
-  const std::vector<Walker> others(10, Walker{{1, 1}, 2.0, 1.0});
-  const Walker self{{0, 0}, 0.0, 1.0};
+  const std::vector<Pedestrian> others(10, Pedestrian{{1, 1}, 2.0, 1.0});
+  const Pedestrian self{{0, 0}, 0.0, 1.0};
   const mimesis::testing::NoMalloc guard;
   EXPECT_TRUE(std::isfinite(heading_rate(self, {5, 5}, others)));
 }

@@ -132,7 +132,7 @@ TEST(Sisa, FixedSourcesStayAndTheirMeansGoIntoTheRows) {
 
 TEST(Sisa, StepwiseKeepsWhatIsKnown) {
   const Known known =
-      known_mixture({.trials = 10, .rows = 8, .sources = 3, .tied = true, .seed = 9});
+      known_mixture({.trials = 10, .rows = 8, .sources = 3, .tied = true, .seed = 11});
   Mixture first = known.mixture;  // the first action: two of the three
   first.sources.conservativeResize(2, Eigen::NoChange);
   first.weights.conservativeResize(Eigen::NoChange, 2);
@@ -146,6 +146,23 @@ TEST(Sisa, StepwiseKeepsWhatIsKnown) {
   }
   EXPECT_GT(found.quality, 0.9999);
   EXPECT_LT((found.mixture.weights.leftCols(2) - first.weights).cwiseAbs().maxCoeff(), 1e-2);
+}
+
+TEST(Sisa, WeightsAloneWhereAllSourcesAreGiven) {
+  const Known known =
+      known_mixture({.trials = 6, .rows = 8, .sources = 2, .tied = true, .seed = 14});
+  SisaOptions options{.sources = 2, .tied = true};
+  options.known = known_sources(known.mixture, known.set.rows_per_trial());
+  const SisaResult found = sisa(known.set, options);
+  EXPECT_EQ(found.mixture.sources, known.mixture.sources);
+  EXPECT_GT(found.quality, 0.9999);
+  EXPECT_LT((found.mixture.weights - known.mixture.weights).cwiseAbs().maxCoeff(), 1e-6);
+  for (const bool tied : {true, false}) {
+    const SisaOptions fixed{.sources = 1, .tied = tied, .fixed = non_periodic(1, 64)};
+    const SisaResult ramp = sisa(known.set, fixed);
+    EXPECT_TRUE(ramp.mixture.weights.allFinite());
+    EXPECT_GE(ramp.quality, 0.0);
+  }
 }
 
 TEST(Sisa, ConstantRowsHaveNoWeight) {

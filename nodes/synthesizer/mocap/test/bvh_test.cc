@@ -165,6 +165,8 @@ TEST(Bvh, RefusesWhatAClipCannotHold) {
   EXPECT_EQ(says(replaced(kTwo, "End Site", "T\x01\x02p")),
             "f.bvh:10: found 'T??p', expected JOINT, End Site or '}'");
   EXPECT_NE(message_of([] { parse_bvh(kTwo, "f", {.unit_m = -1.0}); }), "");
+  EXPECT_NE(message_of([] { parse_bvh(kTwo, "f", {.unit_m = 1e300}); }).find("less than 10 km"),
+            std::string::npos);
 }
 
 TEST(Bvh, MemoryIsBoundedByTheFile) {  // many joints that have no channels, many short frames

@@ -138,6 +138,22 @@ TEST_F(MotionModelFile, TellsWhatDoesNotFit) {
             "patterns[0].task is an array of 0, expected 1 elements");
 }
 
+TEST_F(MotionModelFile, ReplacesNothingButFiles) {
+  save_motion_model(small_model(true), file_);
+  save_motion_model(small_model(false), file_);  // a file, once more
+  EXPECT_FALSE(load_motion_model(file_).tied);
+  const std::string folder = file_ + ".folder";
+  fs::create_directory(folder);
+  EXPECT_THROW(save_motion_model(small_model(true), folder), ConfigError);
+  EXPECT_TRUE(fs::is_directory(folder));
+  fs::remove(folder);
+  const std::string pipe = file_ + ".pipe";
+  ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+  EXPECT_THROW(save_motion_model(small_model(true), pipe), ConfigError);
+  EXPECT_TRUE(fs::is_fifo(pipe));
+  fs::remove(pipe);
+}
+
 TEST_F(MotionModelFile, IsCutAnywhereWithoutHarm) {
   save_motion_model(small_model(true), file_);
   const auto size = fs::file_size(file_);

@@ -147,6 +147,20 @@ TEST_F(Demix, TheTableSaysTheSame) {
   EXPECT_EQ(synthesizer::load_motion_model(path("m.motion.json")).fixed, 1);
 }
 
+TEST_F(Demix, SmoothsSources) {
+  ASSERT_EQ(run({path("waves.csv"), "-k", "2", "--tied", "--smooth", "4", "--json", "-o",
+                 path("m.motion.json")}),
+            0)
+      << errors_;
+  EXPECT_GT(json::parse(output_)["Q"], 0.99);
+  EXPECT_NE(synthesizer::load_motion_model(path("m.motion.json")).created_by.find("--smooth 4"),
+            std::string::npos);
+  fs::remove(path("m.motion.json"));
+  const std::string out = path("m.motion.json");
+  refuses({path("waves.csv"), "-k", "2", "--smooth", "1", "-o", out}, "order 3");
+  refuses({path("waves.csv"), "-k", "2", "--smooth", "25", "-o", out}, "50 samples");
+}
+
 TEST_F(Demix, StylesAreNamedAndAveraged) {
   ASSERT_EQ(run({path("waves.csv"), "-k", "2", "--tied", "--average", "--style", "waves.csv=calm",
                  "-o", path("m.motion.json")}),
