@@ -75,7 +75,7 @@ TEST_F(BipedWalk, KeepsTheLimitsOverACycleOfEachPattern) {
 TEST_F(BipedWalk, WalksAsFastAsItsStylesSay) {
   for (int p = 0; p < static_cast<int>(model_.patterns.size()); ++p) {
     CharacterBatch batch = walker(p);
-    double largest = 0.0, largest_smooth = 0.0;
+    double largest = 0.0;
     RootPose before;
     Eigen::Vector2d start = Eigen::Vector2d::Zero();
     for (int n = 0; n < 1400; ++n) {
@@ -84,8 +84,6 @@ TEST_F(BipedWalk, WalksAsFastAsItsStylesSay) {
       if (n == 400) start = root.position_W_m;
       if (n > 400) {
         largest = std::max(largest, (root.velocity_H_m_s - before.velocity_H_m_s).norm());
-        largest_smooth = std::max(
-            largest_smooth, (root.smooth_velocity_H_m_s - before.smooth_velocity_H_m_s).norm());
       }
       before = root;
     }
@@ -93,7 +91,6 @@ TEST_F(BipedWalk, WalksAsFastAsItsStylesSay) {
     const double wanted = trial.step_length_m / trial.duration_s;
     EXPECT_NEAR((before.position_W_m - start).norm() / 5.0, wanted, 0.1 * wanted) << trial.style;
     EXPECT_LT(largest, 0.25) << trial.style;  // [m/s] from one step to the next
-    EXPECT_LT(largest_smooth, 0.06) << trial.style;
   }
 }
 
