@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "common/math/circle.h"
+#include "nodes/synthesizer/model/limits.h"
 
 namespace mimesis::synthesizer {
 namespace {
@@ -112,8 +113,7 @@ GaitWish to_gait(const v1::GaitCommand& gait) {
   return wish;
 }
 
-void to_proto(const Director& director, int i, std::span<const double> velocity_rad_s,
-              v1::Motion& motion) {
+void to_proto(const Director& director, int i, const LimitedMotion& limited, v1::Motion& motion) {
   const WalkerState& state = director.state(i);
   motion.set_phase_rad(state.phase_rad);
   motion.set_phase_rate_rad_s(state.phase_rate_rad_s);
@@ -127,8 +127,11 @@ void to_proto(const Director& director, int i, std::span<const double> velocity_
   motion.set_heading_rad(math::wrap_pi(state.root.heading_rad));
   motion.clear_position_rad();
   motion.clear_velocity_rad_s();
-  for (const float angle : director.angles(i)) motion.add_position_rad(static_cast<double>(angle));
-  for (const double rate : velocity_rad_s) motion.add_velocity_rad_s(rate);
+  for (const float angle : limited.angles_rad) motion.add_position_rad(static_cast<double>(angle));
+  for (const double rate : limited.velocity_rad_s) motion.add_velocity_rad_s(rate);
+  motion.set_smooth_velocity_forward_m_s(limited.smooth_velocity[0]);
+  motion.set_smooth_velocity_left_m_s(limited.smooth_velocity[1]);
+  motion.set_smooth_yaw_rate_rad_s(limited.smooth_velocity[2]);
   motion.set_support(state.root.support == mocap::kLeft ? v1::FOOT_LEFT : v1::FOOT_RIGHT);
   const Walkers& walkers = director.walkers();
   motion.set_style(walkers.repertoire().style(walkers.walker(i).style().largest()).name);
@@ -153,7 +156,9 @@ void to_proto(const Director& director, v1::MotionBatch& batch) {
     *place++ = static_cast<float>(state.root.position_W_m.y());
     *place++ = static_cast<float>(state.root.height_m);
     const auto angles = director.angles(i);
-    angle = std::copy(angles.begin(), angles.end(), angle);
+    std::copy(angles.begin(), angles.end(), angle);
+    clamp_to_limits(director.walkers().repertoire().model(), std::span(angle, angles.size()));
+    angle += angles.size();
   }
 }
 

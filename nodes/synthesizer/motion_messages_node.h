@@ -18,10 +18,16 @@ std::string fault(const v1::GaitCommand& gait, const Walkers& walkers);
 std::vector<double> to_shares(const v1::StyleWish& wish, const Repertoire& repertoire);
 GaitWish to_gait(const v1::GaitCommand& gait);
 
-/// The motion of one. `velocity_rad_s`: as many as angles.
-void to_proto(const Director& director, int i, std::span<const double> velocity_rad_s,
-              v1::Motion& motion);
-/// All of them. The lists keep their memory from message to message.
+/// Angles as they may be sent: within the model's joint limits, if it has any.
+/// @param angles_rad  R of them, of the director's character
+struct LimitedMotion {
+  std::span<const float> angles_rad;
+  std::span<const double> velocity_rad_s;
+  Eigen::Vector3d smooth_velocity;  ///< see PelvisVelocity
+};
+/// The motion of one.
+void to_proto(const Director& director, int i, const LimitedMotion& limited, v1::Motion& motion);
+/// All of them, within joint limits. The lists keep their memory from message to message.
 void to_proto(const Director& director, v1::MotionBatch& batch);
 /// Without header. `plan`: null if there is none.
 v1::MotionStatus to_proto(int i, const Progress& progress, const std::vector<PlannedAction>* plan);

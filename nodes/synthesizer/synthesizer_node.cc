@@ -5,6 +5,7 @@
 
 #include "common/error.h"
 #include "common/runtime/param_source.h"
+#include "nodes/synthesizer/model/limits.h"
 #include "nodes/synthesizer/motion_messages_node.h"
 
 namespace mimesis::synthesizer {
@@ -35,6 +36,7 @@ SynthesizerNode::SynthesizerNode(const Params& params, runtime::Bus& bus)
                 form(params.characters, params.formation()), params.walkers(), drawer_.get()),
       commanded_(static_cast<std::size_t>(params.characters), Time{}),
       told_(static_cast<std::size_t>(params.characters)),
+      pelvis_(period_s_),
       goal_in_(bus, "goal"),
       style_in_(bus, "style"),
       beat_in_(bus, "beat"),
@@ -46,6 +48,7 @@ SynthesizerNode::SynthesizerNode(const Params& params, runtime::Bus& bus)
       reached_(bus, "reached") {
   const auto angles = director_.angles(0);
   last_angles_.assign(angles.begin(), angles.end());
+  clamp_to_limits(director_.walkers().repertoire().model(), std::span<float>(last_angles_));
   velocity_rad_s_.assign(angles.size(), 0.0);
   set_first_goal();
   const Repertoire& repertoire = director_.walkers().repertoire();
@@ -216,12 +219,15 @@ void SynthesizerNode::publish_motion(Time now) {
     return;
   }
   const auto angles = director_.angles(0);
-  for (std::size_t r = 0; r < angles.size(); ++r) {
+  angles_.assign(angles.begin(), angles.end());
+  clamp_to_limits(director_.walkers().repertoire().model(), std::span<float>(angles_));
+  for (std::size_t r = 0; r < angles_.size(); ++r) {
     velocity_rad_s_[r] =
-        (static_cast<double>(angles[r]) - static_cast<double>(last_angles_[r])) * params_.rate_hz;
-    last_angles_[r] = angles[r];
+        (static_cast<double>(angles_[r]) - static_cast<double>(last_angles_[r])) * params_.rate_hz;
   }
-  to_proto(director_, 0, velocity_rad_s_, motion_message_);
+  last_angles_ = angles_;
+  pelvis_.step(director_.state(0).root);
+  to_proto(director_, 0, {angles_, velocity_rad_s_, pelvis_.value()}, motion_message_);
   motion_.send(motion_message_, now);
 }
 

@@ -5,6 +5,7 @@
 #include "common/runtime/log.h"
 #include "common/runtime/ports.h"
 #include "nodes/synthesizer/director.h"
+#include "nodes/synthesizer/pelvis_velocity.h"
 #include "nodes/synthesizer/synthesizer_params_node.h"
 #include "proto/motion.pb.h"
 
@@ -52,8 +53,10 @@ class SynthesizerNode {
   runtime::Time beat_stamp_{}, crowd_stamp_{};
   std::vector<runtime::Time> commanded_;  // per character: stamp of the command it obeys, or 0
   std::vector<Told> told_;
-  std::vector<double> velocity_rad_s_;  // of one robot
-  std::vector<float> last_angles_;
+  // of one robot
+  std::vector<double> velocity_rad_s_;
+  std::vector<float> angles_, last_angles_;
+  PelvisVelocity pelvis_;
   runtime::Throttle bad_goal_{std::chrono::seconds(1)}, bad_style_{std::chrono::seconds(1)},
       bad_beat_{std::chrono::seconds(1)}, bad_crowd_{std::chrono::seconds(1)};
   v1::Motion motion_message_;  // kept, so that their buffers are

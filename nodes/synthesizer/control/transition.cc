@@ -48,6 +48,27 @@ Sequencer::Sequencer(MotionParameters first, int fixed, double phase_rad, double
   }
 }
 
+void Sequencer::use_least_jerk(const MotionModel& model) {
+  LeastJerkTransition found(model, beta_);
+  if (static_cast<Eigen::Index>(model.rows.size()) != current_.mean_rad.size() ||
+      model.sources.rows() != current_.weight_rad.cols()) {
+    throw ConfigError("transition: model '" + model.name + "' has " +
+                      std::to_string(model.rows.size()) + " rows and " +
+                      std::to_string(model.sources.rows()) + " sources, expected " +
+                      std::to_string(current_.mean_rad.size()) + " and " +
+                      std::to_string(current_.weight_rad.cols()));
+  }
+  least_jerk_.emplace(std::move(found));
+  prepared_ = false;
+}
+
+void Sequencer::blend(const MotionParameters& from, const MotionParameters& to, double phase) {
+  if (!least_jerk_) return transition(from, to, fixed_, phase, beta_, out_);
+  if (!prepared_) least_jerk_->prepare(from, to);
+  prepared_ = true;
+  least_jerk_->at(phase, out_);
+}
+
 bool Sequencer::announce(const MotionParameters& next) {
   MIMESIS_ASSERT(next.weight_rad.rows() == current_.weight_rad.rows() &&
                  next.weight_rad.cols() == current_.weight_rad.cols());
@@ -77,14 +98,17 @@ const MotionParameters& Sequencer::at(double phase_rad) {
   in_action_rad_ += math::wrap_pi(phase_rad - last_rad_);
   last_rad_ = phase_rad;
   if (in_action_rad_ >= math::kTwoPi) cross();
-  if (in_action_rad_ >= beta_ * std::numbers::pi) blending_in_ = false;
+  if (blending_in_ && in_action_rad_ >= beta_ * std::numbers::pi) {
+    blending_in_ = prepared_ = false;  // with β = 1 the next one may begin at once
+  }
   // a step back over the crossing (a disturbed oscillator) stays with the blend at the crossing
   const double phase = std::max(in_action_rad_, 0.0);
   if (blending_in_) {
-    transition(previous_, current_, fixed_, phase, beta_, out_);
-  } else if (announced_) {
-    transition(current_, next_, fixed_, phase - math::kTwoPi, beta_, out_);
+    blend(previous_, current_, phase);
+  } else if (announced_ && phase > math::kTwoPi - beta_ * std::numbers::pi) {
+    blend(current_, next_, phase - math::kTwoPi);
   } else {
+    prepared_ = false;
     return current_;
   }
   return out_;

@@ -1,4 +1,7 @@
 #pragma once
+#include <optional>
+
+#include "nodes/synthesizer/control/least_jerk.h"
 #include "nodes/synthesizer/control/parameters.h"
 
 namespace mimesis::synthesizer {
@@ -30,6 +33,11 @@ class Sequencer {
   /// actions. @throws ConfigError if β is outside or `fixed` is more than the sources.
   Sequencer(MotionParameters first, int fixed, double phase_rad = 0.0, double beta = kBeta);
 
+  /// Transitions to come go by LeastJerkTransition instead of eq. 3.23: smoother between actions
+  /// that differ much. `model`: whose parameters are played. @throws ConfigError if it cannot be
+  /// played or has another number of rows or sources.
+  void use_least_jerk(const MotionModel& model);
+
   /// Announces what follows at the next crossing of phase 0, in place of what was announced before.
   /// Returns false and changes nothing if that transition has begun already (the phase is within βπ
   /// before the crossing): announce again after it. Does not allocate.
@@ -46,6 +54,7 @@ class Sequencer {
 
  private:
   void cross();
+  void blend(const MotionParameters& from, const MotionParameters& to, double phase);
 
   int fixed_;
   double beta_;
@@ -55,6 +64,8 @@ class Sequencer {
   bool announced_ = false;
   int transitions_ = 0;
   MotionParameters previous_, current_, next_, out_;
+  std::optional<LeastJerkTransition> least_jerk_;
+  bool prepared_ = false;  // least_jerk_, for the transition that goes on
 };
 
 }  // namespace mimesis::synthesizer

@@ -305,8 +305,6 @@ RootPose CharacterBatch::root(int i) const {
   pose.heading_rad = tile.heading[l] + math::wrap_pi(angle - tile.heading[l]);
   pose.velocity_H_m_s = {(c * dx + s * dy) * rate, (c * dy - s * dx) * rate};
   pose.yaw_rate_rad_s = tile.root.turn[l] * rate;
-  pose.smooth_velocity_H_m_s = {tile.root.smooth[0][l], tile.root.smooth[1][l]};
-  pose.smooth_yaw_rate_rad_s = tile.root.smooth[2][l];
   pose.support = tile.root.support[l] > 0.5F ? mocap::kRight : mocap::kLeft;
   return pose;
 }

@@ -28,9 +28,6 @@ struct RootPose {
   double heading_rad = 0.0;  ///< of H in W, + to the left; not wrapped
   Eigen::Vector2d velocity_H_m_s = Eigen::Vector2d::Zero();  ///< forward, left
   double yaw_rate_rad_s = 0.0;
-  /// The same through a low-pass, 0.1 s behind: for a robot that follows (root_motion.h).
-  Eigen::Vector2d smooth_velocity_H_m_s = Eigen::Vector2d::Zero();
-  double smooth_yaw_rate_rad_s = 0.0;
   int support = 0;  ///< mocap::Side of the standing foot
 };
 

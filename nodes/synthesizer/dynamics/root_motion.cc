@@ -12,8 +12,8 @@ constexpr float kHeightScale = 0.02F;  // m
 constexpr float kSpeedScale = 0.5F;    // m/s
 constexpr float kMemory = 0.3F;        // s
 constexpr float kHysteresis = 0.3F;
-constexpr float kFollow = 0.12F;                 // s
-constexpr float kEase = 20.0F, kSmooth = 20.0F;  // 1/s
+constexpr float kFollow = 0.12F;  // s
+constexpr float kEase = 20.0F;    // 1/s
 
 inline float smaller(float a, float b) { return a < b ? a : b; }
 inline float larger(float a, float b) { return a > b ? a : b; }
@@ -63,7 +63,7 @@ MIMESIS_VECTOR_CLONES
 void root_motion(const PointLanes& point, float dt_s, RootLanes& r) {
   const float rate = 1.0F / dt_s, share = dt_s < kMemory ? dt_s / kMemory : 1.0F;
   const float follow = 1.0F - std::exp(-dt_s / kFollow);
-  const float ease_fade = std::exp(-kEase * dt_s), smooth_fade = std::exp(-kSmooth * dt_s);
+  const float ease_fade = std::exp(-kEase * dt_s);
 #pragma GCC ivdep
   for (int l = 0; l < kLanes; ++l) {
     const Vec3 heel0_l = load(r.foot[0], l), toe0_l = load(r.foot[1], l);
@@ -121,17 +121,6 @@ void root_motion(const PointLanes& point, float dt_s, RootLanes& r) {
     r.dx[l] = dx;
     r.dy[l] = dy;
     r.height[l] = -lowest;
-    const bool begins = r.known[l] < 1e-6F;
-    auto smooth = [&](float velocity, int axis) {  // of the first step that has one, itself
-      float e = r.smooth[axis][l] - velocity, v = r.smooth_rate[axis][l];
-      settle(e, v, kSmooth, dt_s, smooth_fade);
-      const float kept = fresh ? r.smooth[axis][l] : velocity + e;
-      r.smooth[axis][l] = begins ? (fresh ? 0.0F : velocity) : kept;
-      r.smooth_rate[axis][l] = begins ? 0.0F : (fresh ? r.smooth_rate[axis][l] : v);
-    };
-    smooth((c * dx + s * dy) * rate, 0);
-    smooth((c * dy - s * dx) * rate, 1);
-    smooth(r.turn[l] * rate, 2);
     const float fill = fresh ? 0.0F : share;
     r.mean_vx[l] += fill * (dx * rate - r.mean_vx[l]);
     r.mean_vy[l] += fill * (dy * rate - r.mean_vy[l]);

@@ -22,18 +22,13 @@ namespace mimesis::synthesizer {
 /// and comes back to what the new foot says, p̈ = −2λṗ − λ²p with λ = 20 1/s: 1.8 cm away at most
 /// for a difference of 1 m/s, all of it forgotten after 0.3 s, no travel lost. That foot slides by
 /// as much (foot_lock.h holds it). Turns likewise.
-///
-/// A second answer is smooth enough to be followed by a walking robot: velocities in H through a
-/// critically damped low-pass of 20 1/s. They are 0.1 s behind; one harmonic of ω is turned by
-/// −2 atan(ω/20 s), reduced by 1/(1 + (ω/20 s)²).
 struct alignas(64) RootLanes {
   // state
   Lane foot[4][3] = {};                         ///< the points of the step before, in its H [m]
   Lane mean_vx = {}, mean_vy = {}, known = {};  ///< v̄·known, known → 1 as it fills
   Lane support = {};                            ///< 0 left, 1 right
-  Lane ease[3] = {}, ease_rate[3] = {};      ///< p and ṗ: x, y of H [m, m/s], turn [rad, rad/s]
-  Lane smooth[3] = {}, smooth_rate[3] = {};  ///< the low-passed velocity: x, y, turn, and its rate
-  Lane fresh;                                ///< 1: there is no step before; the pelvis stays
+  Lane ease[3] = {}, ease_rate[3] = {};  ///< p and ṗ: x, y of H [m, m/s], turn [rad, rad/s]
+  Lane fresh;                            ///< 1: there is no step before; the pelvis stays
   /// Of each foot by the foot lock, in H [m]; 0 without. The pelvis goes after the standing foot's
   /// with a time constant of 0.12 s, and so brings the leg back to what was synthesized.
   Lane displaced[2][2] = {};

@@ -9,8 +9,10 @@ std::vector<reproduce::Figure> figures() {
   add_drawer_weight_figures(all);
   add_demixing_figures(all);
   add_style_content_figures(all);
+  add_blending_figures(all);
   add_network_figures(all);
   add_dance_figures(all);
+  add_walk_styles_figure(all);
   add_drawer_motion_figures(all);
   return all;
 }

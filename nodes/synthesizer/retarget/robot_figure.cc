@@ -1,5 +1,6 @@
 #include "nodes/synthesizer/retarget/robot_figure.h"
 
+#include <algorithm>
 #include <numbers>
 
 #include "common/error.h"
@@ -25,6 +26,14 @@ void set_pair(std::map<std::string, double>& start, const std::string& name, dou
               double mirror = 1.0) {
   start["left_" + name] = degrees * kDegree;
   start["right_" + name] = mirror * degrees * kDegree;
+}
+
+bool has_links(const robot::RobotTree& tree, const RobotFigure& f) {
+  std::vector<std::string> names = {f.pelvis, f.spine, f.chest, f.neck, f.head};
+  for (const auto* pair : {&f.hip, &f.knee, &f.ankle, &f.shoulder, &f.elbow, &f.wrist}) {
+    names.insert(names.end(), pair->begin(), pair->end());
+  }
+  return std::ranges::all_of(names, [&](const std::string& n) { return tree.find_link(n) >= 0; });
 }
 
 Goal goal(int link, const Vector3d& p_LE, const Matrix3d& R_WE, const Vector3d& p_WE,
@@ -95,6 +104,16 @@ RobotFigure jvrc1_figure() {
     f.start_rad[s + "SHOULDER_R"] = (side == 0 ? 10 : -10) * kDegree;
   }
   return f;
+}
+
+RobotFigure figure_of(const robot::RobotTree& tree, const std::string& name) {
+  if (name == "biped" || (name.empty() && has_links(tree, biped_figure()))) return biped_figure();
+  if (name == "jvrc1" || (name.empty() && has_links(tree, jvrc1_figure()))) return jvrc1_figure();
+  if (name.empty()) {
+    throw ConfigError(tree.name() + ": a robot with the links of no known figure, expected those " +
+                      "of biped or jvrc1");
+  }
+  throw ConfigError("figure '" + name + "', expected biped or jvrc1");
 }
 
 mocap::Body robot_body(const robot::RobotTree& tree, const RobotFigure& f) {

@@ -26,6 +26,10 @@ RobotFigure biped_figure();
 /// JVRC-1 (jvrc_description).
 RobotFigure jvrc1_figure();
 
+/// The known figure of that name ("biped", "jvrc1"); without a name, the known one whose links the
+/// robot has. @throws ConfigError that names the known ones
+RobotFigure figure_of(const robot::RobotTree& tree, const std::string& name);
+
 /// The robot's skeleton without its limits: a person with the robot's segments [M18 3.3.2, fig.
 /// 3.8]. @throws ConfigError if the robot lacks a link
 mocap::Body robot_body(const robot::RobotTree& tree, const RobotFigure& figure);

@@ -2,7 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <numbers>
 
 #include "common/error.h"
@@ -150,6 +152,65 @@ TEST(SynthesizerNode, VelocitiesAreTheRatesOfThePositions) {
     ASSERT_NEAR(now.yaw_rate_rad_s(),
                 math::wrap_pi(now.heading_rad() - before.heading_rad()) * 200.0, 1e-9);
   }
+}
+
+TEST(SynthesizerNode, TheSmoothVelocityIsTheMovedOneALittleLater) {
+  Rig rig;
+  rig.go(20.0, 0.0);
+  rig.run(3s);
+  double moved = 0.0, smooth = 0.0, jump = 0.0, smooth_jump = 0.0;
+  v1::Motion before = rig.motion;
+  for (int k = 0; k < 800; ++k) {
+    rig.run(5ms);
+    moved += rig.motion.velocity_forward_m_s() / 800.0;
+    smooth += rig.motion.smooth_velocity_forward_m_s() / 800.0;
+    jump =
+        std::max(jump, std::abs(rig.motion.velocity_forward_m_s() - before.velocity_forward_m_s()));
+    smooth_jump = std::max(smooth_jump, std::abs(rig.motion.smooth_velocity_forward_m_s() -
+                                                 before.smooth_velocity_forward_m_s()));
+    before = rig.motion;
+  }
+  EXPECT_GT(moved, 0.3);
+  EXPECT_NEAR(smooth, moved, 0.02);
+  EXPECT_LT(smooth_jump, 0.5 * jump);
+}
+
+/// A walk whose left knee may bend half as far as it wants to.
+TEST(SynthesizerNode, StaysWithinTheModelsLimits) {
+  MotionModel model = load_motion_model(file().path());
+  const auto knee = static_cast<int>(std::ranges::find(model.rows, "lknee.y") - model.rows.begin());
+  const auto most_bent = [knee](Rig& rig) {
+    rig.go(20.0, 0.0);
+    double most = 0.0;
+    for (int k = 0; k < 600; ++k) {
+      rig.run(5ms);
+      most = std::max(most, rig.motion.position_rad(knee));
+    }
+    return most;
+  };
+  Rig free;
+  const double wanted = most_bent(free);
+  model.limits_rad.assign(model.rows.size(), std::nullopt);
+  model.limits_rad[static_cast<std::size_t>(knee)] = {.lower = -1.0, .upper = 0.5 * wanted};
+  const std::string limited = file().path() + ".limited";
+  save_motion_model(model, limited);
+  for (const int characters : {1, 2}) {
+    SynthesizerParams p = params(characters);
+    p.model = limited;
+    Rig rig(p);
+    if (characters == 1) {
+      EXPECT_FLOAT_EQ(static_cast<float>(most_bent(rig)), static_cast<float>(0.5 * wanted));
+      continue;
+    }
+    rig.go(20.0, 0.0, 1);
+    float most = 0.0F;
+    for (int k = 0; k < 600; ++k) {
+      rig.run(5ms);
+      most = std::max(most, rig.batch.position_rad(static_cast<int>(model.rows.size()) + knee));
+    }
+    EXPECT_FLOAT_EQ(most, static_cast<float>(0.5 * wanted));
+  }
+  std::filesystem::remove(limited);
 }
 
 TEST(SynthesizerNode, TheLastGoalCountsAndStopStops) {

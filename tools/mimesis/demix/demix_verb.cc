@@ -12,6 +12,7 @@
 
 #include "common/error.h"
 #include "nodes/synthesizer/demix/smooth_sources.h"
+#include "nodes/synthesizer/demix/wigner.h"
 #include "nodes/synthesizer/mocap/trials_file.h"
 #include "nodes/synthesizer/model/make_model.h"
 #include "tools/mimesis/demix/demix_report.h"
@@ -30,6 +31,7 @@ struct Options {
   demix::SisaOptions sisa;
   int fixed = 0, smooth = 0, up_to = 8;
   bool average = false, whole_clips = false, json = false;
+  std::string method = "sisa";
   std::string out, name, plot_dir, trials_out;
 };
 
@@ -53,12 +55,40 @@ TrialFiles read_files(const Options& o) {
   return read_trial_files(o.files, o.trials, [&bar](std::size_t done) { bar.at(done); });
 }
 
+/// What the methods cannot do together.
+void check(const Options& o) {
+  if (o.average && !o.sisa.tied) {
+    throw ConfigError("--average: needs --tied (free delays have no mean)");
+  }
+  if (o.method == "wigner") {
+    const char* not_with = o.sisa.tied          ? "--tied"
+                           : o.sisa.nonnegative ? "--nonnegative"
+                           : o.fixed > 0        ? "--fixed"
+                                                : nullptr;
+    if (not_with) {
+      throw ConfigError(std::string("--method wigner: not with ") + not_with +
+                        ", it has free delays and weights of any sign alone");
+    }
+  }
+  if (o.trials.robot.urdf.empty() && !o.trials.robot.figure.empty()) {
+    throw ConfigError("--figure: needs --robot");
+  }
+}
+
 demix::SisaResult learn(Options& o, const mocap::Trials& set) {
   if (o.fixed > 0) o.sisa.fixed = demix::non_periodic(o.fixed, set.samples.cols());
   Progress bar("demixing", 1000, Progress::Unit::none);
-  demix::SisaOptions options = o.sisa;
-  options.progress = [&bar](double share) { bar.at(std::uint64_t(std::lround(1000.0 * share))); };
-  const demix::SisaResult result = demix::sisa(set, options);
+  const auto progress = [&bar](double share) {
+    bar.at(std::uint64_t(std::lround(1000.0 * share)));
+  };
+  demix::SisaResult result;
+  if (o.method == "wigner") {
+    result = demix::wigner(set, {.sources = o.sisa.sources, .progress = progress});
+  } else {
+    demix::SisaOptions options = o.sisa;
+    options.progress = progress;
+    result = demix::sisa(set, options);
+  }
   if (o.smooth == 0) return result;
   return demix::smooth_sources(set, result.mixture,
                                {.half_window = o.smooth, .nonnegative = o.sisa.nonnegative});
@@ -71,24 +101,32 @@ std::string command_line(const Options& o) {
   if (o.fixed > 0) text += fmt::format(" --fixed {}", o.fixed);
   if (o.smooth > 0) text += fmt::format(" --smooth {}", o.smooth);
   if (o.average) text += " --average";
+  if (o.method != "sisa") text += " --method " + o.method;
+  if (!o.trials.robot.urdf.empty()) {
+    text += fmt::format(" --robot {} --limit-margin-rad {}",
+                        fs::path(o.trials.robot.urdf).filename().string(),
+                        o.trials.robot.limit_margin_rad);
+  }
   return text;
 }
 
-void save(const Options& o, const TrialFiles& files, const demix::Mixture& mixture) {
+synthesizer::MotionModel save(const Options& o, const TrialFiles& files,
+                              const demix::Mixture& mixture) {
   synthesizer::MotionModel model =
       synthesizer::make_model(files.set, mixture, o.sisa.tied, files.body);
   if (o.average) model = synthesizer::average_styles(model);
   model.name = o.name;
   model.created_by = command_line(o);
   model.learned_from = files.files;
+  model.limits_rad = files.limits_rad;
   synthesizer::save_motion_model(model, o.out);
+  return model;
 }
 
 int run(Options& o) {
   const auto started = std::chrono::steady_clock::now();
   read_styles(o);
-  if (o.average && !o.sisa.tied)
-    throw ConfigError("--average: needs --tied (free delays have no mean)");
+  check(o);
   if (o.whole_clips) o.trials.cut.cut = mocap::CycleOptions::Cut::kWholeClip;
   if (o.name.empty()) {
     o.name = fs::path(o.out).filename().string();
@@ -104,11 +142,13 @@ int run(Options& o) {
     std::cerr
         << "no clip tells the lengths of the figure's limbs: a standard one of 1.70 m is taken\n";
   }
-  save(o, files, result.mixture);
+  const synthesizer::MotionModel model = save(o, files, result.mixture);
   const auto delays = o.sisa.tied ? demix::Delays::tied : demix::Delays::free;
-  const DemixReport report =
-      make_report(files.set, result.mixture,
-                  o.sisa.tied ? "anechoic, tied delays (SISA)" : "anechoic (SISA)", delays);
+  const DemixReport report = make_report(files.set, result.mixture,
+                                         o.method == "wigner" ? "anechoic (Wigner-Ville)"
+                                         : o.sisa.tied        ? "anechoic, tied delays (SISA)"
+                                                              : "anechoic (SISA)",
+                                         delays);
   std::vector<std::string> plots;
   if (!o.plot_dir.empty()) {
     plots = plot_demixing(o.plot_dir, o.name, files.set, result.mixture, o.sisa, o.up_to);
@@ -116,7 +156,9 @@ int run(Options& o) {
   const double seconds =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
   if (!o.json) {
+    if (!files.retargeted.empty()) print_retargeting(files.retargeted);
     print(report);
+    if (!model.limits_rad.empty()) print_limits(model);
     for (const std::string& plot : plots) std::cout << "plot: " << plot << '\n';
     std::cout << fmt::format("model: {} ({:.1f} s)\n", o.out, seconds);
     return 0;
@@ -124,6 +166,10 @@ int run(Options& o) {
   nlohmann::ordered_json json = to_json(report);
   json["model"] = o.out;
   json["plots"] = plots;
+  if (!files.retargeted.empty()) {
+    json["retargeting"] = retargeting_json(files.retargeted);
+    json["limits"] = limits_json(model);
+  }
   json["left_out"] = nlohmann::ordered_json::array();
   for (const auto& [file, reason] : files.left_out) {
     json["left_out"].push_back({{"file", file}, {"reason", reason}});
@@ -148,6 +194,11 @@ void add_learning_options(CLI::App& verb, Options& o) {
                   "weights anew; 0: no")
       ->check(CLI::Range(0, 1000))
       ->capture_default_str();
+  verb.add_option("--method", o.method,
+                  "sisa, or wigner: marginals of Wigner-Ville spectra, of free delays and any "
+                  "weights alone; its plot of Q is that of sisa")
+      ->check(CLI::IsMember({"sisa", "wigner"}))
+      ->capture_default_str();
   verb.add_flag("--average", o.average, "One pattern a style in the model instead of one a trial");
 }
 
@@ -164,9 +215,24 @@ void add_reading_options(CLI::App& verb, Options& o) {
                   "Skeleton of AMC files; otherwise the one beside them");
   verb.add_option("--unit-m", o.trials.read.unit_m, "Length of the files' unit; 0: by their kind")
       ->check(number_not_below_zero);
+  verb.add_flag("--markers-legs-only", o.trials.markers_legs_only,
+                "C3D: markers of pelvis and legs are enough, the rest stands stiff");
   verb.add_option("--style", o.styles, "Name of a file's style; otherwise from its name")
       ->type_name("FILE=NAME");
   verb.add_option("--licence", o.trials.licence, "Of the files, for the model's provenance");
+}
+
+void add_robot_options(CLI::App& verb, Options& o) {
+  RobotChoice& robot = o.trials.robot;
+  verb.add_option("--robot", robot.urdf,
+                  "Retarget clips to this robot; the rows are those of its figure, then its joints")
+      ->type_name("URDF");
+  verb.add_option("--figure", robot.figure, "Of the robot: biped, jvrc1; otherwise by its links")
+      ->check(CLI::IsMember({"biped", "jvrc1"}));
+  verb.add_option("--limit-margin-rad", robot.limit_margin_rad,
+                  "Kept free before joint limits when retargeting: the mixture overshoots")
+      ->check(number_not_below_zero)
+      ->capture_default_str();
 }
 
 }  // namespace
@@ -175,10 +241,12 @@ void add_demix(CLI::App& program, int& exit_code) {
   auto o = std::make_shared<Options>();
   CLI::App* verb =
       program.add_subcommand("demix", "Learns motion primitives: sources, weights and delays");
-  verb->add_option("FILE...", o->files, "Clips (.bvh, .amc) and sets of trials (.csv)")->required();
+  verb->add_option("FILE...", o->files, "Clips (.bvh, .amc, .c3d) and sets of trials (.csv)")
+      ->required();
   verb->add_option("-o,--out", o->out, "Model: NAME.motion.json")->required();
   add_learning_options(*verb, *o);
   add_reading_options(*verb, *o);
+  add_robot_options(*verb, *o);
   verb->add_option("--name", o->name, "Of the model; otherwise from --out");
   verb->add_option("--trials-out", o->trials_out, "Write the trials as CSV");
   verb->add_option("--plot", o->plot_dir, "PNG of the sources, and of Q against K (needs gnuplot)")
@@ -191,7 +259,8 @@ void add_demix(CLI::App& program, int& exit_code) {
       "Q = 1 - |X - X'|/|X| and Q2 = 1 - |X - X'|^2/|X|^2 over all rows, means removed.\n"
       "Exit codes: 0 done, 1 a plot failed, 2 usage, or a file that cannot be used.\nExamples:\n"
       "  mimesis demix walks/*.bvh --sources 4 --out walk.motion.json --plot /tmp\n"
-      "  mimesis demix *.amc --tied --average --style 16_15.amc=slow -k 5 -o gaits.motion.json");
+      "  mimesis demix *.amc --tied --average --style 16_15.amc=slow -k 5 -o gaits.motion.json\n"
+      "  mimesis demix *.bvh --robot models/biped.urdf --tied --average -k 6 -o b.motion.json");
   verb->callback([o, &exit_code] { exit_code = run(*o); });
 }
 

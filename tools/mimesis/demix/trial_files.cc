@@ -5,10 +5,12 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <filesystem>
 #include <fstream>
 
 #include "common/error.h"
+#include "nodes/synthesizer/mocap/body_from_markers.h"
 #include "nodes/synthesizer/mocap/body_map.h"
 #include "nodes/synthesizer/mocap/trials_file.h"
 
@@ -39,6 +41,25 @@ mocap::Body mean_of(const std::vector<mocap::Body>& bodies) {
   mean.offset_m.fill(Eigen::Vector3d::Zero());
   for (const mocap::Body& body : bodies) add(body, 1.0 / static_cast<double>(bodies.size()), mean);
   return mean;
+}
+
+bool ends_with(const std::string& name, const std::string& ending) {
+  const std::size_t from = name.size() - std::min(name.size(), ending.size());
+  return std::ranges::equal(name.substr(from), ending, {}, [](char c) { return std::tolower(c); });
+}
+
+/// The clip of a file; of markers that are no person, why.
+tl::expected<mocap::BodyClip, Status> read_body(const std::string& file,
+                                                const TrialFileOptions& options) {
+  if (!ends_with(file, ".c3d")) return mocap::to_body(mocap::read_clip(file, options.read));
+  const mocap::Markers markers = mocap::read_c3d(file);
+  mocap::MarkerBodyOptions how;
+  how.legs_only = options.markers_legs_only;
+  try {
+    return mocap::body_from_markers(markers, how).clip;
+  } catch (const ConfigError& e) {
+    return tl::unexpected(Status{e.what()});
+  }
 }
 
 /// @throws ConfigError if the set of `file` has other rows than the first one
@@ -76,20 +97,26 @@ TrialFiles read_trial_files(const std::vector<std::string>& files, const TrialFi
   TrialFiles out;
   std::vector<mocap::Trials> sets;
   std::vector<mocap::Body> bodies;
+  std::optional<Robot> robot;
+  if (!options.robot.urdf.empty()) robot.emplace(options.robot);
   for (const std::string& file : files) {
     const std::string name = fs::path(file).filename().string();
     out.files.push_back({name, sha256_of(file), options.licence});
     progress(out.files.size());
-    if (name.ends_with(".csv") || name.ends_with(".CSV")) {
+    if (ends_with(name, ".csv")) {
+      if (robot)
+        throw ConfigError(file + ": trials have no feet on the ground, --robot needs clips");
       sets.push_back(mocap::read_trials(file));
     } else {
-      const mocap::BodyClip clip = mocap::to_body(mocap::read_clip(file, options.read));
-      auto trials = mocap::cut_cycles(clip, options.cut);
+      const auto clip = read_body(file, options);
+      auto trials = !clip   ? tl::unexpected(clip.error())
+                    : robot ? robot->cut(*clip, options.cut)
+                            : mocap::cut_cycles(*clip, options.cut);
       if (!trials) {
         out.left_out.push_back({file, trials.error().reason});
         continue;
       }
-      bodies.push_back(clip.body);
+      bodies.push_back(robot ? robot->body() : clip->body);
       sets.push_back(std::move(*trials));
     }
     check_rows(sets.back(), sets.front(), file);
@@ -103,7 +130,11 @@ TrialFiles read_trial_files(const std::vector<std::string>& files, const TrialFi
   }
   out.set = mocap::merge(sets);
   out.standard_body = bodies.empty();
-  out.body = bodies.empty() ? mocap::standard_body() : mean_of(bodies);
+  out.body = bodies.empty() ? mocap::standard_body() : robot ? bodies[0] : mean_of(bodies);
+  if (robot) {
+    out.retargeted = robot->clips();
+    out.limits_rad = robot->limits(out.set.rows);
+  }
   return out;
 }
 

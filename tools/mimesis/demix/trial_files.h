@@ -7,6 +7,7 @@
 #include "nodes/synthesizer/mocap/cycles.h"
 #include "nodes/synthesizer/mocap/read_clip.h"
 #include "nodes/synthesizer/model/motion_model.h"
+#include "tools/mimesis/demix/robot_motion.h"
 
 namespace mimesis::tool {
 
@@ -15,22 +16,27 @@ struct TrialFileOptions {
   mocap::CycleOptions cut;
   std::map<std::string, std::string> styles;  ///< by file name without folder, for all its trials
   std::string licence;                        ///< of the files, as the user states it
+  bool markers_legs_only = false;             ///< C3D: the legs' markers are enough
+  RobotChoice robot;
 };
 
 /// What the files of a command line hold.
 struct TrialFiles {
   mocap::Trials set;
-  mocap::Body body;  ///< mean over the clips; the standard body if there is no clip
+  /// Mean over the clips; the robot's; the standard body if there is no clip.
+  mocap::Body body;
   bool standard_body = false;
   std::vector<synthesizer::Source> files;
   struct LeftOut {
     std::string file, reason;
   };
-  std::vector<LeftOut> left_out;  ///< clips without a trial
+  std::vector<LeftOut> left_out;  ///< clips without a trial, markers that are not a person's
+  std::vector<RetargetedClip> retargeted;
+  std::vector<std::optional<synthesizer::RowLimits>> limits_rad;  ///< by row; empty without a robot
 };
 
-/// Reads clips (.bvh, .amc) and sets of trials (.csv). @param progress  called with the number of
-/// files read.
+/// Reads clips (.bvh, .amc, .c3d) and sets of trials (.csv); with a robot, clips alone. @param
+/// progress  called with the number of files read.
 /// @throws ConfigError for files that cannot be read, figures that are not known, sets that do not
 /// fit together, or if no trial is left
 TrialFiles read_trial_files(const std::vector<std::string>& files, const TrialFileOptions& options,

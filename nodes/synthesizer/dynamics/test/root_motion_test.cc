@@ -64,8 +64,7 @@ TEST(RootMotion, TheSupportingPointRestsInTheWorld) {  // whatever the figure do
 /// Largest change of a velocity from one step to the next, at 200 Hz.
 struct Changes {
   double velocity_m_s = 0.0, yaw_rad_s = 0.0;  ///< as moved
-  double smooth_m_s = 0.0;                     ///< of the low-passed velocity
-  double travelled_m = 0.0, smooth_travelled_m = 0.0;
+  double travelled_m = 0.0;
 };
 Changes changes(const MotionModel& model) {
   CharacterBatch batch(model, 1, {.dt_s = 1.0 / 200.0});
@@ -79,10 +78,7 @@ Changes changes(const MotionModel& model) {
           std::max(most.velocity_m_s, (root.velocity_H_m_s - before.velocity_H_m_s).norm());
       most.yaw_rad_s =
           std::max(most.yaw_rad_s, std::abs(root.yaw_rate_rad_s - before.yaw_rate_rad_s));
-      most.smooth_m_s = std::max(
-          most.smooth_m_s, (root.smooth_velocity_H_m_s - before.smooth_velocity_H_m_s).norm());
       most.travelled_m += root.velocity_H_m_s.x() / 200.0;
-      most.smooth_travelled_m += root.smooth_velocity_H_m_s.x() / 200.0;
     }
     before = root;
   }
@@ -94,28 +90,7 @@ TEST(RootMotion, VelocityDoesNotJumpWhereTheSupportChanges) {
   const Changes sliding = changes(walking_model({.slide_m = 0.1}));
   const Changes exact = changes(walking_model());
   EXPECT_LT(sliding.velocity_m_s, 0.15);
-  EXPECT_LT(sliding.smooth_m_s, 0.02);
   EXPECT_NEAR(sliding.travelled_m, exact.travelled_m, 0.04);
-  EXPECT_NEAR(sliding.smooth_travelled_m, sliding.travelled_m, 0.01);
-}
-
-TEST(RootMotion, TheSmoothVelocityIsBehindAsItSays) {
-  const double lambda = 20.0, dt = 1.0 / 200.0;
-  RootLanes root;
-  PointLanes point{};
-  double sent = 0.0, worst = 0.0;
-  for (int n = 0; n < 400; ++n) {  // both feet flat, moving back under a pelvis that speeds up
-    const double velocity = 0.5 * n * dt;
-    sent -= velocity * dt;
-    for (auto& foot : point.foot) foot[0][0] = static_cast<float>(sent);
-    point.foot[1][0][0] += 0.2F;
-    point.foot[3][0][0] += 0.2F;
-    root_motion(point, static_cast<float>(dt), root);
-    if (n > 200) {
-      worst = std::max(worst, std::abs(root.smooth[0][0] - (velocity - 0.5 * 2.0 / lambda)));
-    }
-  }
-  EXPECT_LT(worst, 0.005);  // of a ramp it is 2/λ = 0.1 s behind
 }
 
 }  // namespace

@@ -59,7 +59,7 @@ TEST(AvatarNetwork, FollowsItsLeaderThroughOneOscillator) {
     leader.step();
     follower.step();
     deaf.step();
-    torn = std::max(torn, std::abs(math::wrap_pi(follower.phase(0) - follower.phase(1))));
+    torn = std::max(torn, math::wrap_pi(follower.phase(1) - follower.phase(0)));
   }
   for (int k = 0; k < follower.size(); ++k) {
     EXPECT_LT(std::abs(math::wrap_pi(follower.phase(k) - leader.phase(0))), 0.05) << k;

@@ -14,8 +14,8 @@ namespace {
 
 const std::set<std::string> kSlow = {"demixing", "fig-3.10", "fig-3.11", "fig-3.31", "fig-3.33"};
 /// Computed from recordings, which are no part of the repository.
-const std::set<std::string> kFromRecordings = {"demixing", "fig-3.10", "fig-3.11", "fig-3.31",
-                                               "fig-3.33"};
+const std::set<std::string> kFromRecordings = {"blending", "demixing", "fig-3.10",   "fig-3.11",
+                                               "fig-3.31", "fig-3.33", "walk-styles"};
 
 std::vector<std::string> names(bool slow) {
   std::vector<std::string> out;

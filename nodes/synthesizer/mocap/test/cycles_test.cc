@@ -11,6 +11,28 @@
 namespace mimesis::mocap {
 namespace {
 
+TEST(Cycles, FurtherRowsAreCutWithTheClip) {
+  const BodyClip clip = walk({});
+  MoreRows more{.names = {"left_hip", "still"}};
+  more.values_rad = Eigen::MatrixXd::Constant(2, clip.frames(), 0.7);
+  more.values_rad.row(0) = 2.0 * clip.angles_rad.row(3 * kLeftHip + 1);
+  const auto trials = cut_cycles(clip, {}, more);
+  ASSERT_TRUE(trials) << trials.error().reason;
+  ASSERT_EQ(trials->rows.size(), kBodyRows + 2U);
+  EXPECT_EQ(trials->rows[kBodyRows], "left_hip");
+  ASSERT_EQ(trials->samples.rows(), 3 * (kBodyRows + 2));
+  for (const Eigen::Index first : {0, kBodyRows + 2}) {  // filtered and resampled alike
+    EXPECT_LT((trials->samples.row(first + kBodyRows) -
+               2.0 * trials->samples.row(first + 3 * kLeftHip + 1))
+                  .cwiseAbs()
+                  .maxCoeff(),
+              1e-12);
+    EXPECT_NEAR(trials->samples(first + kBodyRows + 1, 50), 0.7, 1e-12);
+  }
+  more.values_rad = more.values_rad.leftCols(5).eval();
+  EXPECT_THROW(cut_cycles(clip, {}, more), ConfigError);
+}
+
 TEST(Cycles, OfTheMadeUpWalkerStartAtTheLeftHeelStrike) {
   const Walker walker{.turn_rad_s = 0.5};
   const auto trials = cut_cycles(walk(walker));

@@ -48,6 +48,20 @@ TEST_F(TrialsFile, TurnsTheAxesOfTheSets) {
   EXPECT_EQ(set.trials[0].last_frame, 9);
 }
 
+TEST_F(TrialsFile, NamesTheJointsThatTheSetsNumber) {
+  const auto joint = [](const std::string& number) {
+    return "a,0,1,9,1.5," + number + ",x,1,2,3,4\na,0,1,9,1.5," + number +
+           ",y,5,6,7,8\na,0,1,9,1.5," + number + ",z,9,10,11,12\n";
+  };
+  const Trials set = read(kHead + joint("1") + joint("16"));
+  EXPECT_EQ(set.rows,
+            (std::vector<std::string>{"lhip.x", "lhip.y", "lhip.z", "rwri.x", "rwri.y", "rwri.z"}));
+  EXPECT_EQ(set.samples(3, 0), 9);  // turned all the same
+  EXPECT_NE(refusal(kHead + joint("17")).find("joint 17, expected 0 to 16"), std::string::npos);
+  const Trials ours = read("# axes: x forward, y left, z up\n" + kHead + joint("1"));
+  EXPECT_EQ(ours.rows[0], "1.x");  // our own files name them
+}
+
 TEST_F(TrialsFile, ComesBackBitByBit) {
   Trials set;
   set.rows = {"hip.x", "knee", "hip.z"};

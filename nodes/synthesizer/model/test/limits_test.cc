@@ -37,12 +37,14 @@ TEST(Limits, ValuesBeyondAreMovedToTheLimitAndCounted) {
   EXPECT_EQ(v[1], 0.1);
   std::array<float, 3> f = {0.0F, 0.05F, 2.0F};
   EXPECT_EQ(clamp_to_limits(m, std::span<float>(f)), 2);
-  for (const float wrong : {-9.0F, 9.0F}) {  // 0.1F is above 0.1, 0.7F below 0.7
+  MotionModel narrow = m;
+  narrow.limits_rad[1] = RowLimits{0.7, 0.8};
+  for (const float wrong : {-9.0F, 9.0F}) {  // 0.7F is below 0.7, 0.8F above 0.8
     f[1] = wrong;
-    clamp_to_limits(m, std::span<float>(f));
-    EXPECT_GE(static_cast<double>(f[1]), 0.1);
-    EXPECT_LE(static_cast<double>(f[1]), 0.7);
-    EXPECT_NEAR(f[1], wrong < 0.0F ? 0.1F : 0.7F, 1e-7F);
+    clamp_to_limits(narrow, std::span<float>(f));
+    EXPECT_GE(static_cast<double>(f[1]), 0.7);
+    EXPECT_LE(static_cast<double>(f[1]), 0.8);
+    EXPECT_NEAR(f[1], wrong < 0.0F ? 0.7F : 0.8F, 1e-6F);
   }
   MotionModel none = m;
   none.limits_rad.clear();

@@ -7,7 +7,12 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "common/robot/robot_tree.h"
 #include "common/testing/process.h"
+#include "nodes/synthesizer/dynamics/character_batch.h"
+#include "nodes/synthesizer/dynamics/testing/synthetic_model.h"
+#include "nodes/synthesizer/mocap/bvh.h"
+#include "nodes/synthesizer/mocap/test/shared_folder.h"
 #include "nodes/synthesizer/mocap/trials_file.h"
 #include "nodes/synthesizer/model/motion_model.h"
 #include "tools/mimesis/demix/trial_files.h"
@@ -43,6 +48,42 @@ mocap::Trials waves() {
   }
   return set;
 }
+
+/// Four seconds of the synthetic walker at 50 Hz, as a recording with CMU's names: what `mimesis
+/// demix` reads from a BVH file.
+mocap::Clip recorded_walker() {
+  const auto model =
+      synthesizer::testing::walking_model({.speed_m_s = 0.9, .duration_s = 1.1, .harmonics = 12});
+  const mocap::Body& body = model.body;
+  const mocap::BodyMap& map = mocap::known_body_maps()[0];
+  mocap::Clip clip;
+  clip.name = "walker";
+  clip.rate_hz = 50.0;
+  for (std::size_t j = 0; j < mocap::kBodyJoints; ++j) {
+    clip.skeleton.joints.push_back({map.joints[j], mocap::kBodyParents[j], body.offset_m[j]});
+  }
+  for (const std::size_t side : {0U, 1U}) {
+    const int ankle = side == 0 ? mocap::kLeftAnkle : mocap::kRightAnkle;
+    const Eigen::Vector3d ball = body.toe_m[side] + Eigen::Vector3d(0.0, 0.0, 0.04);
+    clip.skeleton.joints.push_back({map.toes[side], ankle, ball});
+  }
+  constexpr Eigen::Index kFrames = 200;
+  const auto joints = static_cast<Eigen::Index>(clip.skeleton.joints.size());
+  clip.rotation_rad = Eigen::MatrixXd::Zero(3 * joints, kFrames);
+  clip.root_position_W_m.resize(3, kFrames);
+  synthesizer::CharacterBatch batch(model, 1, {.dt_s = 1.0 / clip.rate_hz});
+  for (Eigen::Index t = 0; t < kFrames; ++t) {
+    batch.step();
+    const synthesizer::RootPose root = batch.root(0);
+    clip.root_position_W_m.col(t) << root.position_W_m, root.height_m;
+    for (int r = 0; r < mocap::kBodyRows; ++r) {
+      clip.rotation_rad(r, t) = static_cast<double>(batch.angles(0)[static_cast<std::size_t>(r)]);
+    }
+  }
+  return clip;
+}
+
+const std::string kBiped = std::string(MIMESIS_SOURCE_DIR) + "/models/biped.urdf";
 
 class Demix : public ::testing::Test {
  protected:
@@ -129,6 +170,95 @@ TEST_F(Demix, StylesAreNamedAndAveraged) {
   ASSERT_EQ(model.patterns.size(), 1U);
   EXPECT_EQ(model.patterns[0].trial.style, "calm");
   EXPECT_NEAR(model.patterns[0].trial.duration_s, 1.25, 1e-12);
+}
+
+/// What a report on clips retargeted to the biped has to fulfil, and the model.
+void check_robot(const json& report, const std::string& file, std::size_t clips) {
+  ASSERT_EQ(report["retargeting"].size(), clips);
+  for (const json& clip : report["retargeting"]) {
+    EXPECT_LT(clip["foot_m"]["max"], 1e-3) << clip;
+    EXPECT_LT(clip["foot_rad"]["max"], 1e-2) << clip;
+    EXPECT_LT(clip["figure_ankle_m"]["max"], 1e-6) << clip;
+    EXPECT_GT(clip["speed_share"], 0.05);
+    EXPECT_NEAR(clip["scale"].get<double>(), 0.75, 0.1);
+    EXPECT_GE(clip["frames_at_limits"], 0);
+  }
+  const auto tree = robot::read_urdf(kBiped);
+  const auto model = synthesizer::load_motion_model(file);
+  ASSERT_EQ(model.rows.size(), mocap::kBodyRows + static_cast<std::size_t>(tree.dof()));
+  EXPECT_EQ(model.rows[3], "lhip.x");
+  EXPECT_EQ(model.rows[mocap::kBodyRows], tree.moved(0).joint);
+  EXPECT_NEAR(model.body.offset_m[mocap::kLeftKnee].norm(), 0.302, 1e-3);
+  ASSERT_EQ(model.limits_rad.size(), model.rows.size());
+  EXPECT_FALSE(model.limits_rad[3]);
+  EXPECT_EQ(report["limits"].size(), static_cast<std::size_t>(tree.dof()));
+  EXPECT_EQ(report["joints"].back()["joint"], tree.moved(tree.dof() - 1).joint);
+  const auto row = static_cast<std::size_t>(mocap::kBodyRows + tree.require_joint("left_knee"));
+  ASSERT_TRUE(model.limits_rad[row]);
+  EXPECT_EQ(model.limits_rad[row]->upper, tree.upper()[tree.require_joint("left_knee")]);
+  const auto at = static_cast<Eigen::Index>(row);  // it bends and stretches, in the same rhythm
+  EXPECT_GT(model.patterns[0].weight_rad.row(at).norm(), 0.1);
+  EXPECT_NE(model.created_by.find("--robot biped.urdf"), std::string::npos);
+}
+
+TEST_F(Demix, RetargetsClipsToARobot) {
+  mocap::write_bvh(recorded_walker(), path("walker.bvh"));
+  const std::string out = path("m.motion.json");
+  ASSERT_EQ(run({path("walker.bvh"), "--robot", kBiped, "-k", "3", "--json", "-o", out}), 0)
+      << errors_;
+  const json report = json::parse(output_);
+  check_robot(report, out, 1);
+  EXPECT_EQ(report["trials"], 2);
+  EXPECT_EQ(report["retargeting"][0]["frames"], 200);
+  // what the robot's figure travels a cycle is what the walker does, by the length of the legs
+  const auto model = synthesizer::load_motion_model(out);
+  EXPECT_NEAR(model.patterns[0].trial.step_length_m,
+              0.9 * 1.1 * report["retargeting"][0]["scale"].get<double>(), 0.05);
+  fs::remove(out);
+  refuses({path("walker.bvh"), "--robot", path("none.urdf"), "-o", out}, "none.urdf");
+  refuses({path("walker.bvh"), "--robot", kBiped, "--figure", "jvrc1", "-o", out}, "PELVIS_S");
+  refuses({path("waves.csv"), "--robot", kBiped, "-o", out}, "--robot needs clips");
+  refuses({path("walker.bvh"), "--figure", "biped", "-o", out}, "--figure: needs --robot");
+}
+
+TEST_F(Demix, RetargetsARecordedWalk) {
+  using mocap::shared_mocap;
+  SKIP_WITHOUT_SHARED();
+  const std::string out = path("m.motion.json");
+  ASSERT_EQ(run({mocap::shared_mocap() + "cmu_bvh/07_12.bvh", "--robot", kBiped, "-k", "4",
+                 "--tied", "-o", out}),
+            0)
+      << errors_;
+  EXPECT_NE(output_.find("0 of 30 rows with limits pass them"), std::string::npos) << output_;
+  EXPECT_NE(output_.find("at their limits in 0 of 262 frames: none"), std::string::npos);
+}
+
+TEST_F(Demix, ReadsMarkers) {
+  using mocap::shared_mocap;
+  SKIP_WITHOUT_SHARED();
+  const std::string c3d = mocap::shared_mocap() + "c3d/", out = path("m.motion.json");
+  ASSERT_EQ(run({c3d + "FunctionalWalk.c3d", c3d + "pc_real.c3d", "--markers-legs-only", "-k", "2",
+                 "--json", "-o", out}),
+            0)
+      << errors_;
+  const json report = json::parse(output_);
+  EXPECT_EQ(report["trials"], 2);
+  ASSERT_EQ(report["left_out"].size(), 1U);  // a ball with a few markers
+  EXPECT_NE(report["left_out"][0]["reason"].get<std::string>().find("LASI"), std::string::npos);
+  fs::remove(out);
+  refuses({c3d + "FunctionalWalk.c3d", "-o", out}, "no trial is left: FunctionalWalk.c3d: markers");
+  refuses({c3d + "Empty.c3d", "-o", out}, "Empty.c3d");
+}
+
+TEST_F(Demix, KnowsTheWignerMethodAndItsLimits) {
+  const std::string out = path("m.motion.json");
+  ASSERT_EQ(run({path("waves.csv"), "--method", "wigner", "-k", "2", "-o", out}), 0) << errors_;
+  EXPECT_NE(output_.find("anechoic (Wigner-Ville)"), std::string::npos) << output_;
+  EXPECT_FALSE(synthesizer::load_motion_model(out).tied);
+  fs::remove(out);
+  refuses({path("waves.csv"), "--method", "wigner", "--tied", "-o", out}, "not with --tied");
+  refuses({path("waves.csv"), "--method", "wigner", "--nonnegative", "-o", out}, "--nonnegative");
+  refuses({path("waves.csv"), "--method", "wigner", "--fixed", "1", "-o", out}, "--fixed");
 }
 
 TEST_F(Demix, RefusesWhatCannotBe) {

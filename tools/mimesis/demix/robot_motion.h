@@ -1,0 +1,57 @@
+#pragma once
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "nodes/synthesizer/mocap/cycles.h"
+#include "nodes/synthesizer/model/limits.h"
+#include "nodes/synthesizer/retarget/figure_clip.h"
+
+namespace mimesis::tool {
+
+struct RobotChoice {
+  std::string urdf;    ///< empty: no robot
+  std::string figure;  ///< "biped", "jvrc1"; empty: the one whose links the robot has
+  /// Kept free at both ends of every joint when clips are retargeted, a quarter of its range at
+  /// most: for what the mixture adds [rad].
+  double limit_margin_rad = 0.05;
+};
+
+/// What retargeting did to a clip.
+struct RetargetedClip {
+  std::string file;
+  long frames = 0;
+  retarget::RobotReport report;          ///< limits are those with the margin, speeds the robot's
+  retarget::Deviation ankle_m, wrist_m;  ///< of the figure in the model (figure_clip.h)
+};
+
+/// A robot that clips are retargeted to.
+class Robot {
+ public:
+  /// @throws ConfigError for a URDF that cannot be used, an unknown figure, a joint that slides
+  explicit Robot(const RobotChoice& choice);
+
+  /// Trials of the robot's figure (its rows move the pelvis by the standing foot), then of its
+  /// joints by name. Adds to clips().
+  tl::expected<mocap::Trials, Status> cut(const mocap::BodyClip& recorded,
+                                          const mocap::CycleOptions& options);
+
+  mocap::Body body() const { return retarget::robot_body(tree_, figure_); }
+  /// Of rows named as the robot's joints its limits, none of others.
+  std::vector<std::optional<synthesizer::RowLimits>> limits(
+      const std::vector<std::string>& rows) const;
+  const std::vector<RetargetedClip>& clips() const { return clips_; }
+
+ private:
+  robot::RobotTree tree_, narrow_;  ///< as in the file; with the margin
+  retarget::RobotFigure figure_;
+  std::vector<RetargetedClip> clips_;
+};
+
+/// Tables of what became of the clips, and of the rows that come nearest to their limits.
+void print_retargeting(const std::vector<RetargetedClip>& clips);
+void print_limits(const synthesizer::MotionModel& model);
+nlohmann::ordered_json retargeting_json(const std::vector<RetargetedClip>& clips);
+nlohmann::ordered_json limits_json(const synthesizer::MotionModel& model);
+
+}  // namespace mimesis::tool
