@@ -1,7 +1,7 @@
 #include "nodes/synthesizer/mocap/cycles.h"
 
+#include <algorithm>
 #include <cmath>
-#include <regex>
 
 #include "nodes/synthesizer/mocap/gait.h"
 #include "nodes/synthesizer/mocap/low_pass.h"
@@ -147,11 +147,25 @@ Trials merge(std::span<const Trials> sets) {
 }
 
 std::string style_of(const std::string& file) {
-  // SET_MOTION_STYLE_NUMBER.ending, as Bandai-Namco names its clips
-  static const std::regex pattern(R"((?:[^_]*_)?([A-Za-z][^_]*)_([A-Za-z][^_]*)_\d+(?:\.[^.]*)?)");
-  std::smatch match;
-  if (!std::regex_match(file, match, pattern)) return {};
-  return match[1] == "walk" ? match[2].str() : match[1].str() + "_" + match[2].str();
+  // [SET_]MOTION_STYLE_NUMBER.ending, as Bandai-Namco names its clips
+  std::vector<std::string> words(1);
+  for (const char c : file.substr(0, file.find('.'))) {
+    if (c == '_') {
+      words.emplace_back();
+    } else {
+      words.back() += c;
+    }
+  }
+  const auto letter = [](char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); };
+  const auto is_name = [&](const std::string& w) { return !w.empty() && letter(w.front()); };
+  const auto digit = [](char c) { return c >= '0' && c <= '9'; };
+  if (words.size() < 3 || words.size() > 4) return {};
+  const std::string &motion = words.end()[-3], &style = words.end()[-2], &number = words.back();
+  if (!is_name(motion) || !is_name(style) || number.empty() ||
+      !std::ranges::all_of(number, digit)) {
+    return {};
+  }
+  return motion == "walk" ? style : motion + "_" + style;
 }
 
 }  // namespace mimesis::mocap
