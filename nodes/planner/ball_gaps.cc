@@ -3,14 +3,7 @@
 #include <cmath>
 #include <cstdint>
 
-// One body, several instruction sets, chosen when the program starts. The operations are the same
-// and nothing is contracted, so the results are the same bits. The sanitizers do not survive the
-// resolvers.
-#if defined(__x86_64__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
-#define MIMESIS_CLONES __attribute__((target_clones("avx512f", "avx2", "default")))
-#else
-#define MIMESIS_CLONES
-#endif
+#include "common/math/vector_clones.h"
 
 namespace mimesis::planner {
 namespace {
@@ -20,7 +13,7 @@ std::int64_t flag(bool condition) { return condition ? -1 : 0; }
 
 }  // namespace
 
-MIMESIS_CLONES
+MIMESIS_VECTOR_CLONES
 Gaps ball_gaps(const BallArrays& balls, const double* bound, const kin::Ball& obstacle) {
   const double *x = balls.x, *y = balls.y, *z = balls.z, *reach = balls.reach;
   const double cx = obstacle.center.x(), cy = obstacle.center.y(), cz = obstacle.center.z();
@@ -35,7 +28,7 @@ Gaps ball_gaps(const BallArrays& balls, const double* bound, const kin::Ball& ob
   return {touches != 0, within != 0};
 }
 
-MIMESIS_CLONES
+MIMESIS_VECTOR_CLONES
 Gaps box_gaps(const BallArrays& balls, const double* bound, const kin::Box& obstacle) {
   const double *x = balls.x, *y = balls.y, *z = balls.z, *reach = balls.reach;
   const double cx = obstacle.center.x(), cy = obstacle.center.y(), cz = obstacle.center.z();
@@ -55,7 +48,7 @@ Gaps box_gaps(const BallArrays& balls, const double* bound, const kin::Box& obst
   return {touches != 0, within != 0};
 }
 
-MIMESIS_CLONES
+MIMESIS_VECTOR_CLONES
 void add_joint_motion(const BallArrays& balls, const double* moved, const double* o,
                       const double* u, double delta, const double* outer, double* inner) {
   const double *x = balls.x, *y = balls.y, *z = balls.z;

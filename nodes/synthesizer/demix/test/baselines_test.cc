@@ -46,7 +46,8 @@ TEST(Baselines, IndependentComponentsFindWhatWasMixed) {
     const double a = std::cos(0.1 * n) + 0.8, b = 0.9 * std::sin(0.13 * n) + 0.7;
     set.samples.row(n) = a * s.row(0) + b * s.row(1) + Eigen::RowVectorXd::Constant(kSamples, 0.3);
   }
-  const Mixture pca = principal_components(set, 2), ica = independent_components(set, 2);
+  const Mixture pca = principal_components(set, 2),
+                ica = independent_components(set, 2, 8);  // Newton steps
   EXPECT_NEAR(q(set, ica), q(set, pca), 1e-12);
   const auto likeness = [&](const Mixture& m) {
     const Eigen::MatrixXd c = (m.sources * s.transpose() / kSamples).cwiseAbs();
