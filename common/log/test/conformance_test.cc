@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <set>
@@ -12,6 +11,7 @@
 #include "common/log/indexed_reader.h"
 #include "common/log/test/conformance_json.h"
 #include "common/log/writer.h"
+#include "common/shared_data.h"
 
 namespace mimesis::log {
 namespace {
@@ -19,12 +19,7 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-fs::path data_folder() {
-  const char* shared = std::getenv("MIMESIS_SHARED");
-  const fs::path root =
-      shared != nullptr ? fs::path(shared) : fs::path(MIMESIS_SOURCE_DIR) / "../shared";
-  return root / "mcap-conformance" / "data";
-}
+fs::path data_folder() { return shared_data("mcap-conformance/data"); }
 
 std::string read_file(const fs::path& path) {
   std::ifstream in(path, std::ios::binary);

@@ -3,12 +3,12 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "common/error.h"
+#include "common/shared_data.h"
 
 namespace mimesis::model {
 namespace {
@@ -51,10 +51,9 @@ std::string message_of(const Load& load) {
 }
 
 TEST(ArmFile, Lwr4IsTheArmOfThePlannersProblemSet) {
-  const char* shared = std::getenv("MIMESIS_SHARED");
-  const std::string folder = shared ? shared : std::string(MIMESIS_SOURCE_DIR) + "/../shared";
-  std::ifstream in(folder + "/data/planner/problemset.json");
-  if (!in) GTEST_SKIP() << folder << " is absent";
+  const auto file = shared_data("data/planner/problemset.json");
+  std::ifstream in(file);
+  if (!in) GTEST_SKIP() << file << " is absent";
   const nlohmann::json set = nlohmann::json::parse(in);
   const auto robot = std::find_if(set["robots"].begin(), set["robots"].end(),
                                   [](const auto& r) { return r["name"] == "lwr4p"; });

@@ -2,12 +2,12 @@
 
 #include <gtest/gtest.h>
 
-#include <cstdlib>
 #include <numbers>
 #include <random>
 
 #include "common/math/so3.h"
 #include "common/robot/test/small_robot.h"
+#include "common/shared_data.h"
 #include "common/testing/no_malloc.h"
 
 namespace mimesis::robot {
@@ -19,10 +19,7 @@ constexpr double kDegree = std::numbers::pi / 180.0;
 std::string biped() { return std::string(MIMESIS_SOURCE_DIR) + "/models/biped.urdf"; }
 /// JVRC-1's file, or nothing without the shared folder.
 std::string jvrc1() {
-  const char* shared = std::getenv("MIMESIS_SHARED");
-  const std::string file =
-      (shared != nullptr ? std::string(shared) : std::string(MIMESIS_SOURCE_DIR) + "/../shared") +
-      "/data/robots/jvrc1.urdf";
+  const std::string file = shared_data("data/robots/jvrc1.urdf").string();
   return std::filesystem::exists(file) ? file : "";
 }
 

@@ -3,11 +3,11 @@
 #include <benchmark/benchmark.h>
 
 #include <cmath>
-#include <cstdlib>
 #include <filesystem>
 #include <random>
 
 #include "common/math/circle.h"
+#include "common/shared_data.h"
 #include "nodes/synthesizer/demix/baselines.h"
 #include "nodes/synthesizer/demix/sisa.h"
 #include "nodes/synthesizer/demix/wigner.h"
@@ -38,9 +38,7 @@ mocap::Trials made_set() {
 
 const mocap::Trials& set_a() {
   static const mocap::Trials set = [] {
-    const char* shared = std::getenv("MIMESIS_SHARED");
-    const std::filesystem::path file =
-        std::filesystem::path(shared ? shared : "../shared") / "data/mocap/sets/A.csv";
+    const std::filesystem::path file = shared_data("data/mocap/sets/A.csv");
     return std::filesystem::exists(file) ? mocap::read_trials(file.string()) : made_set();
   }();
   return set;

@@ -1,8 +1,8 @@
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 
 #include "common/reproduce/gnuplot.h"
+#include "common/shared_data.h"
 #include "nodes/synthesizer/control/blending_jerk.h"
 #include "nodes/synthesizer/control/closed_cycles.h"
 #include "nodes/synthesizer/control/rotation_branches.h"
@@ -23,10 +23,7 @@ using PlotDir = std::optional<std::filesystem::path>;
 constexpr double kGoal = 1.15;
 constexpr int kSources = 5;
 
-std::filesystem::path set_file() {
-  const char* shared = std::getenv("MIMESIS_SHARED");
-  return std::filesystem::path(shared ? shared : "../shared") / "data/mocap/sets/B.csv";
-}
+std::filesystem::path set_file() { return shared_data("data/mocap/sets/B.csv"); }
 
 struct Learned {
   MotionModel model;

@@ -1,9 +1,9 @@
 // How many sources movements need, and which ones [M18 3.3.3].
 #include <Eigen/Core>
 #include <cmath>
-#include <cstdlib>
 #include <stdexcept>
 
+#include "common/shared_data.h"
 #include "nodes/synthesizer/demix/baselines.h"
 #include "nodes/synthesizer/demix/sisa.h"
 #include "nodes/synthesizer/demix/wigner.h"
@@ -25,8 +25,7 @@ using reproduce::Row;
 using PlotDir = std::optional<std::filesystem::path>;
 
 std::filesystem::path recordings(const std::string& figure, const char* what) {
-  const char* shared = std::getenv("MIMESIS_SHARED");
-  const auto path = std::filesystem::path(shared ? shared : "../shared") / "data/mocap" / what;
+  const auto path = shared_data("data/mocap") / what;
   if (std::filesystem::exists(path)) return path;
   throw std::runtime_error(figure + ": no recorded motion in " + path.string() +
                            ", set MIMESIS_SHARED to the shared folder");

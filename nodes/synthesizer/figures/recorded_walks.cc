@@ -1,9 +1,9 @@
 #include "nodes/synthesizer/figures/recorded_walks.h"
 
-#include <cstdlib>
 #include <filesystem>
 #include <stdexcept>
 
+#include "common/shared_data.h"
 #include "nodes/synthesizer/mocap/body_map.h"
 #include "nodes/synthesizer/mocap/cycles.h"
 #include "nodes/synthesizer/mocap/read_clip.h"
@@ -11,10 +11,7 @@
 namespace mimesis::synthesizer {
 namespace {
 
-std::string folder() {
-  const char* shared = std::getenv("MIMESIS_SHARED");
-  return (shared ? std::string(shared) : std::string("../shared")) + "/data/mocap/";
-}
+std::string folder() { return shared_data("data/mocap/").string(); }
 
 }  // namespace
 

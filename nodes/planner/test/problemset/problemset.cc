@@ -1,9 +1,10 @@
 #include "nodes/planner/test/problemset/problemset.h"
 
 #include <algorithm>
-#include <cstdlib>
 #include <fstream>
 #include <nlohmann/json.hpp>
+
+#include "common/shared_data.h"
 
 namespace mimesis::planner {
 namespace {
@@ -62,10 +63,7 @@ ProblemScene scene_of(const Json& json) {
 }  // namespace
 
 std::optional<ProblemSet> load_problem_set(const std::string& robot) {
-  const char* shared = std::getenv("MIMESIS_SHARED");
-  const std::string root =
-      shared != nullptr ? shared : std::string(MIMESIS_SOURCE_DIR) + "/../shared";
-  std::ifstream file(root + "/data/planner/problemset.json");
+  std::ifstream file(shared_data("data/planner/problemset.json"));
   if (!file) return std::nullopt;
   const Json json = Json::parse(file);
   ProblemSet set;

@@ -1,12 +1,12 @@
 #include "nodes/synthesizer/control/test/gait_sets.h"
 
 #include <cmath>
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
 #include <vector>
 
+#include "common/shared_data.h"
 #include "nodes/synthesizer/demix/sisa.h"
 #include "nodes/synthesizer/mocap/trials_file.h"
 
@@ -49,8 +49,7 @@ std::string style_of(const std::string& clip) {
 }  // namespace
 
 std::string shared_folder() {
-  const char* shared = std::getenv("MIMESIS_SHARED");
-  const std::string folder = shared ? shared : std::string(MIMESIS_SOURCE_DIR) + "/../shared";
+  const std::string folder = shared_data("").string();
   return std::filesystem::exists(folder + "/data/mocap/sets/A.csv") ? folder : "";
 }
 

@@ -1,9 +1,9 @@
 // The figures of the recorded sets A and B, to which accuracy is held.
 #include <gtest/gtest.h>
 
-#include <cstdlib>
 #include <filesystem>
 
+#include "common/shared_data.h"
 #include "nodes/synthesizer/demix/baselines.h"
 #include "nodes/synthesizer/demix/sisa.h"
 #include "nodes/synthesizer/demix/wigner.h"
@@ -15,10 +15,7 @@ namespace {
 class RecordedSets : public ::testing::Test {
  protected:
   void SetUp() override {
-    const char* shared = std::getenv("MIMESIS_SHARED");
-    dir_ = shared ? std::filesystem::path(shared)
-                  : std::filesystem::path(MIMESIS_SOURCE_DIR).parent_path() / "shared";
-    dir_ /= "data/mocap/sets";
+    dir_ = shared_data("data/mocap/sets");
     if (!std::filesystem::exists(dir_)) GTEST_SKIP() << "no " << dir_;
   }
   mocap::Trials set(const char* name) const { return mocap::read_trials((dir_ / name).string()); }

@@ -3,10 +3,10 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <cstdlib>
 #include <filesystem>
 
 #include "common/error.h"
+#include "common/shared_data.h"
 
 namespace mimesis::synthesizer {
 namespace {
@@ -80,9 +80,7 @@ TEST(Graft, FindsTheHighestHand) {
 }
 
 TEST(Graft, ComposesWalksWithRaises) {
-  const char* shared = std::getenv("MIMESIS_SHARED");
-  const auto clips = std::filesystem::path(shared ? shared : MIMESIS_SOURCE_DIR "/../shared") /
-                     "data/mocap/bandai_nc";
+  const auto clips = shared_data("data/mocap/bandai_nc");
   if (!std::filesystem::exists(clips)) GTEST_SKIP() << clips << " is absent";
   const GraftedSet set = walks_with_raises(clips);
   const Index rows = set.trials.rows_per_trial();

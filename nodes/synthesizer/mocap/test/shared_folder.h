@@ -1,15 +1,13 @@
 #pragma once
-#include <cstdlib>
 #include <filesystem>
 #include <string>
+
+#include "common/shared_data.h"
 
 namespace mimesis::mocap {
 
 /// Folder of the recordings, which are no part of the repository; may be absent.
-inline std::string shared_mocap() {
-  const char* shared = std::getenv("MIMESIS_SHARED");
-  return (shared ? std::string(shared) : MIMESIS_SOURCE_DIR "/../shared") + "/data/mocap/";
-}
+inline std::string shared_mocap() { return shared_data("data/mocap/").string(); }
 
 #define SKIP_WITHOUT_SHARED() \
   if (!std::filesystem::exists(shared_mocap())) GTEST_SKIP() << shared_mocap() << " is absent"

@@ -3,13 +3,13 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <cstdlib>
 #include <filesystem>
 #include <numbers>
 #include <random>
 
 #include "common/error.h"
 #include "common/math/so3.h"
+#include "common/shared_data.h"
 #include "nodes/synthesizer/mocap/read_clip.h"
 #include "nodes/synthesizer/retarget/test/walk.h"
 
@@ -276,10 +276,7 @@ mocap::BodyClip recorded(const std::string& file) {
 }
 
 TEST(ToRobot, RecordedWalksKeepFeetAndHandsOnTwoRobots) {
-  const char* set = std::getenv("MIMESIS_SHARED");
-  const std::string shared =
-      (set != nullptr ? std::string(set) : std::string(MIMESIS_SOURCE_DIR) + "/../shared") +
-      "/data/";
+  const std::string shared = shared_data("data/").string();
   if (!std::filesystem::exists(shared + "mocap")) GTEST_SKIP() << "needs the shared folder's mocap";
   const robot::RobotTree jvrc1 = robot::read_urdf(shared + "robots/jvrc1.urdf");
   RobotOptions options;
