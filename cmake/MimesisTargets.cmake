@@ -5,6 +5,9 @@
 # mimesis_replay_test(NAME NODE node LOG file [SET KEY=VALUE ...] [TOLERANCE_ELSEWHERE x])
 #   The node runs again what a log says, and must do the same (`mimesis log replay`). The tolerance is for machines that
 #   compute otherwise than the one that recorded.
+# mimesis_node_part(NODE FOLDER [LINK ...] [PRIVATE_LINK ...])
+#   A part of a node: FOLDER/*.cc -> library NODE_FOLDER, FOLDER/test/*.cc -> NODE_FOLDER_test. Parts compute; the node
+#   around them is in the folder above.
 # mimesis_add_node(NAME [BENCH SUBJECT] [ALGO_LINK ...] [NODE_LINK ...])
 #   By convention of a node's folder: *_node.cc -> NAME_node, main.cc -> mimesis_NAME, other *.cc -> NAME_algo,
 #   test/*_process_test.cc -> NAME_process_test (label node), other test/*.cc -> NAME_test (label unit),
@@ -67,6 +70,23 @@ function(mimesis_benchmark subject)
   cmake_parse_arguments(arg "" "" "SOURCES;LINK" ${ARGN})
   mimesis_executable(bench_${subject} SOURCES ${arg_SOURCES} LINK ${arg_LINK} benchmark::benchmark_main)
   set_target_properties(bench_${subject} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/bench)
+endfunction()
+
+function(mimesis_node_part node folder)
+  cmake_parse_arguments(arg "" "" "LINK;PRIVATE_LINK" ${ARGN})
+  set(name ${node}_${folder})
+  file(GLOB sources CONFIGURE_DEPENDS ${folder}/*.cc)
+  file(GLOB tests CONFIGURE_DEPENDS ${folder}/test/*.cc)
+  if(sources)
+    mimesis_library(${name} SOURCES ${sources}
+      LINK mimesis_math mimesis_error ${arg_LINK} PRIVATE_LINK ${arg_PRIVATE_LINK})
+  else()
+    add_library(${name} INTERFACE)
+    target_link_libraries(${name} INTERFACE mimesis_math mimesis_error ${arg_LINK})
+  endif()
+  if(tests)
+    mimesis_test(${name}_test SOURCES ${tests} LINK ${name} mimesis_testing)
+  endif()
 endfunction()
 
 function(mimesis_add_node name)

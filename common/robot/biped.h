@@ -1,0 +1,52 @@
+#pragma once
+#include <array>
+#include <string>
+#include <vector>
+
+#include "common/robot/robot_tree.h"
+
+namespace mimesis::robot {
+
+enum Side { kLeft, kRight };
+inline constexpr std::array kSides = {kLeft, kRight};
+inline Side other(Side side) { return side == kLeft ? kRight : kLeft; }
+/// +1 for the left, −1 for the right: y of the foot in the pelvis.
+inline double sign(Side side) { return side == kLeft ? 1.0 : -1.0; }
+
+/// Names and figures that make a robot a biped: what a file says (model::load_biped).
+struct BipedNames {
+  std::array<std::string, 2> sole;  ///< links, left and right: frame S on the ground
+  std::array<std::string, 2> hand;  ///< links between the fingers; empty: none
+  std::string trunk;                ///< link that the upper body hangs on
+  std::string imu;                  ///< link that carries the inertial measurement unit
+  double sole_back_m = 0.0, sole_front_m = 0.0;   ///< x in S; back < 0 < front
+  double sole_inner_m = 0.0, sole_outer_m = 0.0;  ///< distance of the edges from S's x axis, > 0
+  std::vector<std::pair<std::string, double>> half_sitting;  ///< joint, [rad]; others 0
+};
+
+/// A robot with two legs of six joints. S: frame of a sole, on the ground below the ankle, x
+/// forward, z up. The root link is the pelvis.
+struct Biped {
+  struct Leg {
+    int sole = -1;              ///< link
+    int foot = -1;              ///< link that the last joint of the leg moves; carries the sole
+    std::array<int, 6> dof{};   ///< from the pelvis to the foot
+    Eigen::Vector3d ankle_S_m;  ///< where the last two axes meet, in S
+    Eigen::Vector2d min_S_m, max_S_m;  ///< rectangle of the sole
+  };
+  RobotTree tree;
+  std::array<Leg, 2> leg;
+  std::array<int, 2> hand{-1, -1};      ///< links
+  int trunk = -1, imu = -1;             ///< links
+  std::vector<int> upper_body;          ///< joints that are in no leg
+  Eigen::VectorXd half_sitting;         ///< dof [rad]; soles level and side by side
+  Eigen::Isometry3d X_WB_half_sitting;  ///< pelvis, soles at z = 0, their middle at the origin
+  double com_height_m = 0.0;            ///< of the half-sitting robot above the soles
+  double feet_distance_m = 0.0;         ///< between the soles' origins, half-sitting
+};
+
+/// @throws ConfigError that names robot and joint or link: a leg has not six revolute joints, does
+///         not carry its sole, half-sitting breaks a limit or does not put both soles on one plane.
+Biped make_biped(RobotTree tree, const BipedNames& names);
+
+}  // namespace mimesis::robot
