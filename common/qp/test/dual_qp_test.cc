@@ -187,7 +187,7 @@ TEST(DualQp, NeverTakesAnInfeasibleProblemForASolvedOne) {
     double most = 0.0;
     for (int i = 0; i < parts; ++i) {
       const double share = 0.1 + uniform(random);
-      if (p.upper[i] == kInf) p.upper[i] = p.lower[i] + 0.5;
+      if (p.upper[i] == kInf) p.upper[i] = p.lower[i] + 1.0;
       p.A.row(last) += share * p.A.row(i);
       most += share * p.upper[i];
     }
