@@ -1,5 +1,6 @@
 #pragma once
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -17,7 +18,8 @@ struct WalkerSettings {
   bool filter = true, stabilize = true;
   FilterSettings filter_settings;
   StabilizerSettings stabilizer;
-  StackSettings stack;  ///< no tasks: walking_stack()
+  StackSettings stack;                 ///< no tasks: walking_stack()
+  std::optional<GaitSettings> gait{};  ///< nothing: gait_settings(biped)
 };
 
 /// What the robot shall do at a tick.
@@ -34,6 +36,10 @@ struct WalkerOutput {
   StabilizerCommand stabilizer;
   Eigen::Isometry3d X_WB;  ///< planned pelvis
   std::string trouble;     ///< empty, or one line
+  // what was not as wished at this tick
+  bool failed = false;   ///< a solve of the pattern or the stack: the last good plan goes on
+  bool clipped = false;  ///< the wish was beyond the robot and was cut
+  bool limited = false;  ///< a joint limit keeps feet or CoM from their goals
 };
 
 /// From a wished walk to joint set-points: pattern, filter, stabilizer, stack of tasks [M18 3.8].

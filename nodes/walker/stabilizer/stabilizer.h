@@ -27,6 +27,7 @@ struct StabilizerCommand {
   // for logs and plots
   Eigen::Vector2d dcm_error_W_m = Eigen::Vector2d::Zero();
   Eigen::Vector2d zmp_W_m = Eigen::Vector2d::Zero(), wished_zmp_W_m = Eigen::Vector2d::Zero();
+  Eigen::Vector3d com_W_m = Eigen::Vector3d::Zero();  ///< measured, in the W of the plan
   bool saturated = false;
   bool falling = false;
   std::string reason;  ///< of falling or of sensors that cannot be used
