@@ -15,7 +15,7 @@ std::optional<Side> side_of(v1::Foot foot) {
   if (foot == v1::FOOT_RIGHT) return kRight;
   return std::nullopt;
 }
-v1::Foot to_proto(Side side) { return side == kLeft ? v1::FOOT_LEFT : v1::FOOT_RIGHT; }
+v1::Foot foot_of(Side side) { return side == kLeft ? v1::FOOT_LEFT : v1::FOOT_RIGHT; }
 
 Eigen::Vector3d to_vector(const v1::Vector3& v) { return {v.x_m(), v.y_m(), v.z_m()}; }
 
@@ -150,7 +150,7 @@ void to_proto(const Eigen::Vector3d& point, v1::Vector3& out) {
 }
 
 void to_proto(const Footprint& footprint, v1::Footprint& out) {
-  out.set_foot(to_proto(footprint.side));
+  out.set_foot(foot_of(footprint.side));
   set(footprint.p_W_m, 0.0, *out.mutable_position_in_world_m());
   out.set_yaw_rad(footprint.yaw_rad);
 }
@@ -161,14 +161,14 @@ void to_proto(const WalkerOutput& tick, v1::WalkFeedback& out) {
   out.set_heading_rad(yaw_of(tick.X_WB.linear()));
   out.mutable_velocity_pelvis_in_world()->set_x_m_s(tick.com.v_W.x());
   out.mutable_velocity_pelvis_in_world()->set_y_m_s(tick.com.v_W.y());
-  out.set_swing(to_proto(plan.swing));
+  out.set_swing(foot_of(plan.swing));
   out.set_to_landing_s(plan.to_landing_s);
   to_proto(plan.landing, *out.mutable_landing());
   out.clear_feet();
   for (const Side side : robot::kSides) {
     const Eigen::Isometry3d& X_WS = plan.foot[side].X_WS;
     v1::Footprint& foot = *out.add_feet();
-    foot.set_foot(to_proto(side));
+    foot.set_foot(foot_of(side));
     to_proto(X_WS.translation(), *foot.mutable_position_in_world_m());
     foot.set_yaw_rad(yaw_of(X_WS.linear()));
   }

@@ -19,7 +19,7 @@ const robot::Biped& biped() {
 
 class WalkWishTest : public ::testing::Test {
  protected:
-  const WalkerWish& step(const MotionWish* motion) { return wish.step(motion, robot, kTick_s); }
+  const WalkerWish& step(const MotionWish* m) { return wish.step(m, robot, kTick_s); }
   /// Half-sitting, but joint `name` at `rad`.
   Eigen::VectorXd upper_body(std::string_view name, double rad) const {
     Eigen::VectorXd all = biped().half_sitting;
