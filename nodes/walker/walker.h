@@ -8,6 +8,7 @@
 #include "nodes/walker/pattern/pattern.h"
 #include "nodes/walker/stabilizer/stabilizer.h"
 #include "nodes/walker/tasks/stack.h"
+#include "nodes/walker/upper_body.h"
 
 namespace mimesis::walker {
 
@@ -18,6 +19,7 @@ struct WalkerSettings {
   bool filter = true, stabilize = true;
   FilterSettings filter_settings;
   StabilizerSettings stabilizer;
+  UpperBodySettings upper_body;
   StackSettings stack;                 ///< no tasks: walking_stack()
   std::optional<GaitSettings> gait{};  ///< nothing: gait_settings(biped)
 };
@@ -51,6 +53,10 @@ class Walker {
   /// Stands in half-sitting with the middle of its feet at `p_W_m`, heading `yaw_rad`.
   void reset(const Eigen::Vector2d& p_W_m, double yaw_rad);
   const WalkerOutput& step(const WalkerWish& wish, const Sensors& sensors);
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
 };
 
 }  // namespace mimesis::walker
