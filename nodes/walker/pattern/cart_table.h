@@ -1,0 +1,23 @@
+#pragma once
+#include "nodes/walker/pattern/pattern.h"
+
+namespace mimesis::walker {
+
+inline constexpr double kGravity_m_s2 = 9.81;
+
+/// Cart-table model [Kajita 2003]: a CoM that stays at height h above level ground, moved by its
+/// jerk. ZMP z = p − (h/g) p̈ per axis.
+inline Eigen::Vector2d zmp(const ComState& com, double height_m) {
+  return com.p_W_m - height_m / kGravity_m_s2 * com.a_W;
+}
+
+/// The state after a time t [s] of constant jerk j [m/s³].
+inline ComState advance(const ComState& com, const Eigen::Vector2d& j, double t) {
+  ComState next;
+  next.p_W_m = com.p_W_m + t * (com.v_W + t * (com.a_W / 2.0 + t / 6.0 * j));
+  next.v_W = com.v_W + t * (com.a_W + t / 2.0 * j);
+  next.a_W = com.a_W + t * j;
+  return next;
+}
+
+}  // namespace mimesis::walker
