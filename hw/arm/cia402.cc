@@ -130,9 +130,8 @@ DriveState transition(DriveState state, std::uint16_t word, std::uint16_t previo
       return switch_on ? DriveState::switched_on : state;
     case DriveState::quick_stop_active:
       if (disable_voltage) return DriveState::switch_on_disabled;
-      return enable && quick_stop_option == QuickStop::stays_powered
-                 ? DriveState::operation_enabled
-                 : state;
+      return enable && quick_stop_option == QuickStop::stays_powered ? DriveState::operation_enabled
+                                                                     : state;
     default:
       return state;
   }
