@@ -65,10 +65,12 @@ struct BodySensors {
 struct BodyTruth {
   double time_s = 0.0;
   Eigen::Isometry3d X_WB = Eigen::Isometry3d::Identity();
-  std::array<Eigen::Isometry3d, 2> X_WS;
-  std::array<Eigen::Vector3d, 2> hand_W_m;
-  Eigen::Vector3d com_W_m, com_v_W;
-  Eigen::Vector2d zmp_W_m;           ///< from the contact forces; the last one while in the air
+  std::array<Eigen::Isometry3d, 2> X_WS{Eigen::Isometry3d::Identity(),
+                                        Eigen::Isometry3d::Identity()};
+  std::array<Eigen::Vector3d, 2> hand_W_m{Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};
+  Eigen::Vector3d com_W_m = Eigen::Vector3d::Zero(), com_v_W = Eigen::Vector3d::Zero();
+  Eigen::Vector2d zmp_W_m =
+      Eigen::Vector2d::Zero();       ///< from the contact forces; the last one while in the air
   std::array<double, 2> normal_n{};  ///< of each foot, mean over the step
   std::array<double, 2> ankle_pitch_n_m{};  ///< from the foot's wrench [walking.md 8.2]
   double most_normal_n = 0.0;               ///< sum of both feet, raw, highest of the step
