@@ -1,6 +1,6 @@
 #include "hw/joints/joints.h"
 
-#include <algorithm>
+#include <fstream>
 
 #include "common/error.h"
 #include "common/model/files.h"
@@ -46,12 +46,25 @@ Joints tree_joints(const robot::RobotTree& tree, const Eigen::VectorXd& home, do
   return joints;
 }
 
+/// A biped's file names its URDF; an arm's has joints of its own.
+bool names_a_urdf(const std::string& file) {
+  std::ifstream in(runtime::find_model_file(file));
+  for (std::string line; std::getline(in, line);) {
+    if (line.starts_with("urdf:")) return true;
+  }
+  return false;
+}
+
 }  // namespace
 
 Joints load_joints(const std::string& file, double a_max_rad_s2) {
   if (file.ends_with(".urdf")) {
     const robot::RobotTree tree = robot::read_urdf(runtime::find_model_file(file));
     return tree_joints(tree, Eigen::VectorXd::Zero(tree.dof()), a_max_rad_s2, file);
+  }
+  if (names_a_urdf(file)) {
+    const robot::Biped biped = model::load_biped(file);
+    return tree_joints(biped.tree, biped.half_sitting, a_max_rad_s2, file);
   }
   return arm_joints(model::load_arm(file));
 }
