@@ -19,15 +19,24 @@ inline constexpr std::uint16_t kDisableVoltage = 0x00, kQuickStop = 0x02, kShutd
                                kSwitchOn = 0x07, kEnableOperation = 0x0F, kFaultReset = 0x80;
 }
 
+/// What a drive does at the end of its quick stop (605Ah).
+enum class QuickStop : std::uint8_t {
+  disables = 2,       ///< slow down on the quick stop ramp, then switch on disabled
+  stays_powered = 6,  ///< slow down on the quick stop ramp, then stay in quick stop active
+};
+
 /// Next controlword on the way from `state` to operation enabled. A fault is left by the rising
 /// edge of bit 7, so `previous`, the controlword sent last, decides between 0 and fault reset.
-std::uint16_t towards_enabled(DriveState state, std::uint16_t previous);
+std::uint16_t towards_enabled(DriveState state, std::uint16_t previous,
+                              QuickStop quick_stop = QuickStop::disables);
 /// State that `controlword` leads to from `state`; `state` itself if it has no effect there. Quick
-/// stop from operation enabled leads to quick stop active.
-DriveState transition(DriveState state, std::uint16_t controlword, std::uint16_t previous);
+/// stop from operation enabled leads to quick stop active; back only if it stays powered
+/// (transition 16).
+DriveState transition(DriveState state, std::uint16_t controlword, std::uint16_t previous,
+                      QuickStop quick_stop = QuickStop::disables);
 
 /// State that follows `state` on the way to operation enabled.
-DriveState next_towards_enabled(DriveState state);
+DriveState next_towards_enabled(DriveState state, QuickStop quick_stop = QuickStop::disables);
 
 inline constexpr int kCyclicSynchronousPosition = 8;  ///< mode of operation 6060h
 

@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "common/error.h"
-#include "hw/arm/cia402.h"
 
 namespace mimesis::hw::arm {
 namespace {
@@ -52,7 +51,7 @@ Period period_of(double rate_hz) {
 }
 
 std::vector<SetupStep> setup_steps(const Axis& axis, double q_min, double q_max, double v_max,
-                                   double a_max, Period period) {
+                                   double a_max, Period period, QuickStop quick_stop) {
   const auto node = static_cast<std::uint32_t>(axis.node_id);
   const auto [low, high] = std::minmax({axis.to_increments(q_min), axis.to_increments(q_max)});
   const auto magnitude = [&](double rad) { return bits(std::abs(axis.to_increments(rad))); };
@@ -65,7 +64,9 @@ std::vector<SetupStep> setup_steps(const Axis& axis, double q_min, double q_max,
       {Kind::write_checked, object::kPositionMin, bits(low), 4, "position limit"},
       {Kind::write_checked, object::kPositionMax, bits(high), 4, "position limit"},
       {Kind::write_checked, object::kQuickStopDeceleration, magnitude(a_max), 4, "deceleration"},
-      {Kind::write_checked, object::kQuickStopOption, 2, 2, "quick stop by ramp, then disable"},
+      {Kind::write_checked, object::kQuickStopOption, static_cast<std::uint32_t>(quick_stop), 2,
+       quick_stop == QuickStop::disables ? "quick stop by ramp, then disable"
+                                         : "quick stop by ramp, then stay powered"},
       {Kind::write_checked, object::kAbortOption, 3, 2, "quick stop when the connection is lost"},
       {Kind::write_checked, object::kMasterHeartbeat, master, 4, "watch over our heartbeat"},
       {Kind::write_checked, object::kHeartbeatTime, kDriveHeartbeatMs, 2, "the drive's heartbeat"},

@@ -5,6 +5,7 @@
 
 #include "hw/arm/axis.h"
 #include "hw/arm/canopen.h"
+#include "hw/arm/cia402.h"
 
 namespace mimesis::hw::arm {
 
@@ -46,6 +47,7 @@ Period period_of(double rate_hz);
 ///   TPDO2 velocity 606Ch (4 B), sent on SYNC
 /// @param q_min,q_max [rad], v_max [rad/s], a_max [rad/s²]: limits of the joint
 std::vector<SetupStep> setup_steps(const Axis& axis, double q_min, double q_max, double v_max,
-                                   double a_max, Period period);
+                                   double a_max, Period period,
+                                   QuickStop quick_stop = QuickStop::disables);
 
 }  // namespace mimesis::hw::arm
