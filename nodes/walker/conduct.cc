@@ -3,6 +3,8 @@
 namespace mimesis::walker {
 namespace {
 
+constexpr std::string_view kOnTheWay = "on the way to half-sitting";
+
 std::string_view first(std::string_view a, std::string_view b) { return a.empty() ? b : a; }
 
 }  // namespace
@@ -55,7 +57,7 @@ void Conduct::arm(const Condition& now) {
   if (!why.empty()) {
     enter(Phase::kWaiting, why);
   } else if (now.actuators.empty()) {
-    enter(Phase::kApproaching, {});
+    enter(Phase::kApproaching, kOnTheWay);
   } else {
     reason_ = now.actuators;
   }
@@ -91,7 +93,7 @@ void Conduct::balance(const Condition& now, double dt_s) {
 void Conduct::hold(const Condition& now, double dt_s) {
   if (fell_) return;
   well_for_s_ = first(now.sensors, now.posture).empty() ? well_for_s_ + dt_s : 0.0;
-  if (well_for_s_ >= settings_.recovery_s) enter(Phase::kApproaching, {});
+  if (well_for_s_ >= settings_.recovery_s) enter(Phase::kApproaching, kOnTheWay);
 }
 
 }  // namespace mimesis::walker

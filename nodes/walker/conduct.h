@@ -38,7 +38,7 @@ class Conduct {
   Phase phase() const { return phase_; }
   /// Balancing without sensors: by plan alone, and no new steps.
   bool blind() const { return phase_ == Phase::kBalancing && blind_for_s_ > 0.0; }
-  /// Of waiting, arming and safe, or why it is blind; empty if all is well.
+  /// Of the phase, or why it is blind; empty if it balances and all is well.
   const std::string& reason() const { return reason_; }
 
  private:

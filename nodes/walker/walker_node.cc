@@ -284,8 +284,25 @@ void WalkerNode::publish(runtime::Time now) {
   publish_status(now);
 }
 
+/// Where the feet are while there is no plan.
+void WalkerNode::stand_in_feedback() {
+  feedback_message_.clear_feet();
+  for (const Side side : robot::kSides) {
+    const Eigen::Isometry3d& X_WS = kinematics_.X_WL(biped_.leg[side].sole);
+    to_proto(
+        Footprint{.side = side, .p_W_m = X_WS.translation().head<2>(), .yaw_rad = place_.yaw_rad},
+        *feedback_message_.add_feet());
+  }
+  feedback_message_.set_swing(v1::FOOT_RIGHT);
+  *feedback_message_.mutable_landing() = feedback_message_.feet(kRight);
+}
+
 void WalkerNode::publish_feedback(runtime::Time now) {
-  if (tick_ != nullptr) to_proto(*tick_, feedback_message_);
+  if (tick_ != nullptr) {
+    to_proto(*tick_, feedback_message_);
+  } else {
+    stand_in_feedback();
+  }
   feedback_message_.set_state(state());
   const Eigen::Isometry3d& X_WB = kinematics_.X_WL(0);
   to_proto(X_WB.translation(), *feedback_message_.mutable_position_pelvis_in_world_m());

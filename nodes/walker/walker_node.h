@@ -47,6 +47,7 @@ class WalkerNode {
   void balance();
   v1::WalkState state() const;
   void publish(runtime::Time now);
+  void stand_in_feedback();
   void publish_feedback(runtime::Time now);
   void publish_status(runtime::Time now);
 
