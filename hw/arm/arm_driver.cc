@@ -285,7 +285,7 @@ void ArmDriver::enable(AxisMaster& axis) {
   const bool held = axis.controlword == controlword::kEnableOperation;
   axis.controlword = braking ? controlword::kQuickStop
                              : towards_enabled(state, axis.controlword, options_.quick_stop);
-  if (!held) axis.target_rad = axis.reading().position_rad;  // powered where it is
+  if (!held) axis.target_rad = axis.demand_rad();  // powered where it is
 }
 
 void ArmDriver::command_axes() {

@@ -22,7 +22,7 @@ std::uint32_t entry(Object object, int bytes) {
 
 /// Remaps a PDO: invalidate, clear, map, count, validate [CiA 301, 7.5.2.36].
 void remap(std::vector<SetupStep>& steps, std::uint16_t communication, std::uint32_t cob,
-           std::initializer_list<std::uint32_t> entries) {
+           const std::vector<std::uint32_t>& entries) {
   const auto mapping = static_cast<std::uint16_t>(communication + 0x200);
   steps.push_back({Kind::write, {communication, 1}, cob | kPdoInvalid, 4, "PDO off"});
   steps.push_back({Kind::write, {mapping, 0}, 0, 1, "PDO mapping cleared"});
@@ -82,7 +82,9 @@ std::vector<SetupStep> setup_steps(const Axis& axis, double q_min, double q_max,
                    "watch over our set-points"});
   remap(steps, 0x1800, 0x180 + node,
         {entry(object::kStatusword, 2), entry(object::kPosition, 4), entry(object::kTorque, 2)});
-  remap(steps, 0x1801, 0x280 + node, {entry(object::kVelocity, 4)});
+  std::vector<std::uint32_t> slower = {entry(object::kVelocity, 4)};
+  if (quick_stop == QuickStop::stays_powered) slower.push_back(entry(object::kDemand, 4));
+  remap(steps, 0x1801, 0x280 + node, slower);
   return steps;
 }
 

@@ -44,7 +44,9 @@ void OutcomeJudge::step(runtime::Time now, const BodyTruth& truth) {
   std::optional<Eigen::Vector2d> zmp;
   if (balance != nullptr) zmp = ground(balance->zmp_planned_in_world_m());
   watch_steps();
-  judge_.tick(truth, zmp);
+  // Before there is a plan the robot settles on its feet: that is no walk.
+  const bool walks = planned_.state() > v1::WALK_STATE_WAITING;
+  if (walks || truth.fell) judge_.tick(truth, zmp);
 
   const bool stands = reached_ && planned_.state() == v1::WALK_STATE_STANDING;
   if (!stands) standing_since_s_ = std::nullopt;

@@ -37,6 +37,7 @@ Drive::Drive(const DriveConfig& config)
   objects_.add(obj::kQuickStopOption, 2, read_write, 2);
   objects_.add(obj::kMode, 1, read_write, 0);
   objects_.add(obj::kModeDisplay, 1, read_only, 0);
+  objects_.add(obj::kDemand, 4, read_only, 0);
   objects_.add(obj::kPosition, 4, read_only, 0);
   objects_.add(obj::kFollowingWindow, 4, read_write, magnitude(config_.following_window_rad));
   objects_.add(obj::kFollowingTime, 2, read_write,
@@ -186,8 +187,14 @@ void Drive::supervise(Time now, std::vector<Frame>& out) {
   trouble_ = std::nullopt;
 }
 
+double Drive::held() const {
+  return std::visit([](const auto& joint) { return joint.held(); }, joint_);
+}
+
 void Drive::update_objects() {
   const arm::Axis& axis = config_.axis;
+  const bool enabled = state_ == DriveState::operation_enabled;
+  objects_.set(obj::kDemand, bits(axis.to_increments(enabled ? reference_ : held())));
   objects_.set(obj::kPosition, bits(axis.to_increments(position_rad())));
   objects_.set(obj::kVelocity, bits(axis.to_increments(velocity_rad_s())));
   const double torque = 1e3 * axis.sign * torque_n_m() / axis.rated_torque_n_m;

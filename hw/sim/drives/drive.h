@@ -62,6 +62,7 @@ class Drive {
   void move_joint(double dt);
   bool lags() const;
   bool at_rest() const;
+  double held() const;
   void supervise(Time now, std::vector<can::Frame>& out);
   arm::QuickStop quick_stop() const;
   void update_objects();

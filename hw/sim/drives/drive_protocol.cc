@@ -141,7 +141,7 @@ void Drive::obey(std::uint16_t controlword) {
   }
   if (state_ != DriveState::operation_enabled) return;
   if (before != DriveState::operation_enabled) {
-    reference_ = std::visit([](const auto& joint) { return joint.held(); }, joint_);
+    reference_ = held();
     lag_s_ = 0.0;
     rpdo_seen_ = now_;
   }
