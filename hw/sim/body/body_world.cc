@@ -55,9 +55,6 @@ struct BodyWorld::Impl {
   void observe();
   void judge_fall();
   void soles(std::array<Eigen::Isometry3d, 2>& X_WS) const;
-  const dart::dynamics::BodyNode& node(int link) const {
-    return *body.link[static_cast<std::size_t>(link)];
-  }
 
   const robot::Biped biped;
   const BodyOptions options;
@@ -95,12 +92,12 @@ void BodyWorld::Impl::take_target(std::span<const double> target) {
 void BodyWorld::Impl::force(long step) {
   for (const RunningPush& push : pushes) {
     if (step < push.first_step || step >= push.last_step) continue;
-    auto* link = body.link[static_cast<std::size_t>(push.link)];
+    auto* link = body.at(push.link).node;
     link->addExtForce(push.force_W_n, link->getLocalCOM(), false, true);
   }
   for (const Pull& pull : pulls) {
-    body.link[static_cast<std::size_t>(pull.link)]->addExtForce(pull.force_W_n, pull.point_L_m,
-                                                                false, true);
+    const DartLink& link = body.at(pull.link);
+    link.node->addExtForce(pull.force_W_n, link.X_NL * pull.point_L_m, false, true);
   }
 }
 
@@ -159,12 +156,11 @@ void BodyWorld::Impl::sense(const Eigen::Vector3d& v_before_W, double duration_s
       sensors.dq[k] += options.encoder_noise_rad / kEncoderSpan_s * noise.normal();
     }
   }
-  const auto& imu = node(biped.imu);
-  const Eigen::Matrix3d R_WI = imu.getWorldTransform().linear();
+  const Eigen::Matrix3d R_WI = body.X_WL(biped.imu).linear();
   sensors.R_WI = noise.tilt(static_cast<double>(done) * options.dt_s) * Eigen::Quaterniond(R_WI);
-  sensors.gyro_I = R_WI.transpose() * imu.getAngularVelocity();
+  sensors.gyro_I = R_WI.transpose() * body.at(biped.imu).node->getAngularVelocity();
   if (duration_s > 0.0) {
-    const Eigen::Vector3d a_W = (imu.getLinearVelocity() - v_before_W) / duration_s;
+    const Eigen::Vector3d a_W = (body.velocity(biped.imu) - v_before_W) / duration_s;
     sensors.specific_force_I =
         R_WI.transpose() * (a_W + Eigen::Vector3d(0.0, 0.0, robot::kGravity));
   } else {
@@ -223,7 +219,7 @@ void BodyWorld::step(std::span<const double> target, double duration_s) {
   if (my.diverged) return;
   const long steps = std::max(1L, std::lround(duration_s / my.options.dt_s));
   my.take_target(target);
-  const Eigen::Vector3d v_before = my.node(my.biped.imu).getLinearVelocity();
+  const Eigen::Vector3d v_before = my.body.velocity(my.biped.imu);
   my.advance(steps);
   my.sense(v_before, static_cast<double>(steps) * my.options.dt_s);
   my.observe();

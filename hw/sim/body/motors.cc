@@ -11,7 +11,6 @@ namespace {
 // Figures of the plants [walking.md 8.3]. The damping is small because DART's contact impulses do
 // not know the springs: a strong damper would make loaded joints soft [walking.md 8.2].
 constexpr double kStrong_n_m_rad = 6000.0;  ///< legs and trunk
-constexpr double kArm_n_m_rad = 600.0;
 constexpr double kAnkleBush_n_m_rad = 1500.0;
 constexpr double kDamping_s = 0.003;  ///< of the stiffness
 constexpr double kServoGain_1_s = 200.0;
@@ -48,11 +47,11 @@ Motors::Motors(const robot::Biped& biped, const DartBody& body, const BodyOption
     const robot::Link& link = biped.tree.moved(joint);
     Motor& motor = motors_[i];
     motor.dof = body.dof[i];
-    motor.servo = options.plant == Plant::kServo && !in_ankle(biped, joint);
     const bool strong = in_leg(biped, joint) || bears_trunk(biped, joint);
-    motor.stiffness_n_m_rad = options.plant == Plant::kServo ? kAnkleBush_n_m_rad
-                              : strong                       ? kStrong_n_m_rad
-                                                             : kArm_n_m_rad;
+    const bool bush = options.plant == Plant::kServo && in_ankle(biped, joint);
+    motor.servo = options.plant == Plant::kServo && strong && !bush;
+    motor.stiffness_n_m_rad =
+        bush ? kAnkleBush_n_m_rad : (strong ? kStrong_n_m_rad : options.arm_stiffness_n_m_rad);
     motor.damping_n_m_s_rad = kDamping_s * motor.stiffness_n_m_rad;
     motor.speed_rad_s = options.motor_speed_share * or_infinite(link.max_speed);
     motor.torque_n_m = options.motor_torque_share * or_infinite(link.max_effort);
