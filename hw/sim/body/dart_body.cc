@@ -95,18 +95,18 @@ void map_links(const robot::RobotTree& tree, const std::string& file, DartBody& 
       body_needed[static_cast<std::size_t>(links[i].parent)] = true;
     }
   }
-  body.link.resize(links.size());
-  for (std::size_t i = 0; i < links.size(); ++i) {
-    body.link[i].node = body.robot->getBodyNode(links[i].name);
-    if (body.link[i].node == nullptr) refuse(file, tree, "no link '" + links[i].name + "'");
+  for (std::size_t i = links.size(); i-- > 0;) {  // the tree may have frames that the file lacks
+    auto* node = body_needed[i] ? nullptr : body.robot->getBodyNode(links[i].name);
+    if (node != nullptr) node->remove();
   }
-  for (std::size_t i = 0; i < links.size(); ++i) {  // parents come first
-    if (body_needed[i]) continue;
-    const DartLink& parent = body.at(links[i].parent);
-    body.link[i] = {parent.node, parent.X_NL * links[i].X_PJ};
-  }
-  for (std::size_t i = links.size(); i-- > 0;) {
-    if (!body_needed[i]) body.robot->getBodyNode(links[i].name)->remove();
+  for (const robot::Link& link : links) {  // parents come first
+    if (!body_needed[body.link.size()]) {
+      const DartLink& parent = body.at(link.parent);
+      body.link.push_back({parent.node, parent.X_NL * link.X_PJ});
+      continue;
+    }
+    body.link.push_back({body.robot->getBodyNode(link.name), Eigen::Isometry3d::Identity()});
+    if (body.link.back().node == nullptr) refuse(file, tree, "no link '" + link.name + "'");
   }
 }
 

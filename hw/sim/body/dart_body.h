@@ -23,7 +23,7 @@ struct DartBody {
   std::shared_ptr<dart::simulation::World> world;
   std::shared_ptr<dart::dynamics::Skeleton> robot;
   std::vector<dart::dynamics::DegreeOfFreedom*> dof;   ///< in the order of RobotTree
-  std::vector<DartLink> link;                         ///< likewise
+  std::vector<DartLink> link;                          ///< likewise
   Eigen::Matrix3d R_WG = Eigen::Matrix3d::Identity();  ///< z of the ground is its normal
 
   const DartLink& at(int index) const { return link[static_cast<std::size_t>(index)]; }

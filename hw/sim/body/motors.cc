@@ -101,8 +101,11 @@ void Motors::drive(Motor& motor, double set_point) {
         std::clamp(kServoGain_1_s * (motor.wanted_rad - q), -motor.speed_rad_s, motor.speed_rad_s));
     return;
   }
-  const double give = motor.torque_n_m / motor.stiffness_n_m_rad;
-  motor.dof->setRestPosition(std::clamp(motor.wanted_rad, q - give, q + give));
+  const double most_rad = motor.torque_n_m / motor.stiffness_n_m_rad;
+  const double beyond_rad = motor.beyond_spring_n_m / motor.stiffness_n_m_rad;
+  motor.stretch_rad =
+      std::clamp(motor.wanted_rad - q, -most_rad - beyond_rad, most_rad - beyond_rad);
+  motor.dof->setRestPosition(q + motor.stretch_rad);
 }
 
 void Motors::drive(const Eigen::VectorXd& set_point) {
@@ -111,15 +114,12 @@ void Motors::drive(const Eigen::VectorXd& set_point) {
   }
 }
 
-void Motors::add_torque(Eigen::VectorXd& sum) const {
+void Motors::feel(const Eigen::VectorXd& torque) {
   for (std::size_t i = 0; i < motors_.size(); ++i) {
-    const Motor& motor = motors_[i];
-    const double q = motor.dof->getPosition(), dq = motor.dof->getVelocity();
-    const double spring =
-        motor.stiffness_n_m_rad * (motor.dof->getRestPosition() - q) - motor.damping_n_m_s_rad * dq;
-    sum[static_cast<Eigen::Index>(i)] += motor.off     ? 0.0
-                                         : motor.servo ? motor.dof->getConstraintImpulse() / dt_s_
-                                                       : spring;
+    Motor& motor = motors_[i];
+    if (motor.servo || motor.off) continue;
+    motor.beyond_spring_n_m =
+        torque[static_cast<Eigen::Index>(i)] - motor.stiffness_n_m_rad * motor.stretch_rad;
   }
 }
 
