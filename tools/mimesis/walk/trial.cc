@@ -26,7 +26,7 @@ walker::Sensors to_walker(const hw::sim::BodySensors& s) {
 /// robot over the ground is no error of balance.
 Eigen::Isometry2d truth_to_plan(const walker::PatternSample& plan,
                                 const hw::sim::BodyTruth& truth) {
-  const double left = walker::left_share(plan);
+  const double left = walker::left_weight(plan);
   const auto yaw = [](const Eigen::Isometry3d& X) { return std::atan2(X(1, 0), X(0, 0)); };
   double turn = 0.0;
   std::array<double, 2> share{left, 1.0 - left};
