@@ -1,7 +1,7 @@
 #include "nodes/walker/walker.h"
 
 #include "common/error.h"
-#include "nodes/walker/pattern/generators.h"
+#include "nodes/walker/pattern/mpc_pattern.h"
 #include "nodes/walker/upper_body.h"
 
 namespace mimesis::walker {
@@ -30,6 +30,15 @@ bool usable(const Wish& wish) {
   });
 }
 
+std::unique_ptr<PatternGenerator> make_generator(PatternKind kind, const GaitSettings& gait) {
+  switch (kind) {
+    case PatternKind::kLinear:
+      return std::make_unique<LinearMpc>(gait);
+    default:
+      return std::make_unique<NonlinearMpc>(gait);
+  }
+}
+
 bool usable(const TaskGoals::Hand& hand) {
   return hand.p_W_m.allFinite() && hand.share >= 0.0 && hand.share <= 1.0;
 }
@@ -41,7 +50,7 @@ struct Walker::Impl {
       : biped(robot),
         settings(s),
         gait(s.gait ? *s.gait : gait_settings(robot)),
-        pattern(make_generator(s.pattern, robot, gait)),
+        pattern(make_generator(s.pattern, gait)),
         filter(robot, gait, s.filter_settings),
         stabilizer(robot, gait, s.stabilizer),
         stack(robot, s.stack.tasks.empty() ? walking_stack(robot) : s.stack),

@@ -13,7 +13,7 @@ Eigen::Matrix3d about_z(double angle_rad) {
 
 }  // namespace
 
-double left_share(const PatternSample& plan) {
+double left_weight(const PatternSample& plan) {
   if (!plan.contact[kLeft]) return 0.0;
   return plan.contact[kRight] ? std::clamp(plan.left_share, 0.0, 1.0) : 1.0;
 }
@@ -58,7 +58,7 @@ const BodyEstimate& Estimator::step(const PatternSample& plan, const Sensors& se
   const Eigen::Matrix3d R_IB =
       sensors.R_WI.toRotationMatrix() * kinematics_.X_WL(biped_->imu).linear().transpose();
   const std::array<Anchored, 2> seen{anchor(kLeft, plan, R_IB), anchor(kRight, plan, R_IB)};
-  const double left = left_share(plan);
+  const double left = left_weight(plan);
   const auto blend = [left](const auto& l, const auto& r) { return left * l + (1.0 - left) * r; };
 
   const double turn = std::remainder(seen[kLeft].yaw_rad - seen[kRight].yaw_rad, 2.0 * M_PI);

@@ -45,6 +45,6 @@ class Estimator {
 };
 
 /// Share of the left foot in carrying: 1 or 0 in single support.
-double left_share(const PatternSample& plan);
+double left_weight(const PatternSample& plan);
 
 }  // namespace mimesis::walker

@@ -44,7 +44,7 @@ Ground::Shares Ground::distribute(const PatternSample& plan, const Eigen::Vector
   const Eigen::Vector2d left = plan.foot[kLeft].X_WS.translation().head<2>();
   const Eigen::Vector2d right = plan.foot[kRight].X_WS.translation().head<2>();
   Shares shares;
-  shares.left = left_share(plan);
+  shares.left = left_weight(plan);
   if (plan.contact[kLeft] && plan.contact[kRight]) {
     const Eigen::Vector2d across = left - right;
     const double length2 = std::max(across.squaredNorm(), 1e-6);
