@@ -1,4 +1,6 @@
 #pragma once
+#include <cmath>
+
 #include "nodes/walker/pattern/pattern.h"
 
 namespace mimesis::walker {
@@ -18,6 +20,15 @@ inline ComState advance(const ComState& com, const Eigen::Vector2d& j, double t)
   next.v_W = com.v_W + t * (com.a_W + t / 2.0 * j);
   next.a_W = com.a_W + t * j;
   return next;
+}
+
+/// The state after t seconds in which the ZMP stays where it is: a linear inverted pendulum.
+inline ComState with_zmp_at_rest(const ComState& com, double height_m, double t) {
+  const double w = std::sqrt(kGravity_m_s2 / height_m), c = std::cosh(w * t), s = std::sinh(w * t);
+  const Eigen::Vector2d z = zmp(com, height_m), d = com.p_W_m - z;
+  return {.p_W_m = z + c * d + s / w * com.v_W,
+          .v_W = w * s * d + c * com.v_W,
+          .a_W = w * w * (c * d + s / w * com.v_W)};
 }
 
 }  // namespace mimesis::walker

@@ -1,0 +1,31 @@
+#pragma once
+#include "hw/sim/body/body_world.h"
+
+namespace dart::dynamics {
+class BodyNode;
+class DegreeOfFreedom;
+class Skeleton;
+}  // namespace dart::dynamics
+namespace dart::simulation {
+class World;
+}
+
+namespace mimesis::hw::sim {
+
+/// A biped and the ground as DART has them. Private to BodyWorld: nobody else includes it.
+struct DartBody {
+  std::shared_ptr<dart::simulation::World> world;
+  std::shared_ptr<dart::dynamics::Skeleton> robot;
+  std::vector<dart::dynamics::DegreeOfFreedom*> dof;   ///< in the order of RobotTree
+  std::vector<dart::dynamics::BodyNode*> link;         ///< likewise
+  Eigen::Matrix3d R_WG = Eigen::Matrix3d::Identity();  ///< z of the ground is its normal
+
+  Eigen::Isometry3d X_WL(int index) const;
+  Eigen::Isometry3d X_WB() const;
+};
+
+/// Robot, ground and plates, the robot standing half-sitting. @throws ConfigError
+DartBody make_dart_body(const robot::Biped& biped, const std::string& urdf_file,
+                        const BodyOptions& options);
+
+}  // namespace mimesis::hw::sim
