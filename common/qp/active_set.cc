@@ -41,6 +41,14 @@ bool ActiveSet::factor(const double* hessian, std::size_t outer, std::size_t n) 
   return invert_cholesky(scratch_.data(), stride_, n, J0_.data());
 }
 
+void ActiveSet::factor_identity(std::size_t n) {
+  n_ = n;
+  stride_ = padded(n);
+  for (auto* vector : {&d_, &z_, &r_, &y_}) std::fill(vector->begin(), vector->end(), 0.0);
+  std::fill_n(J0_.data(), stride_ * n, 0.0);
+  for (std::size_t i = 0; i < n; ++i) J0_[i * stride_ + i] = 1.0;
+}
+
 void ActiveSet::clear() {
   q_ = 0;
   std::memcpy(J_.data(), J0_.data(), sizeof(double) * stride_ * n_);
@@ -83,8 +91,8 @@ void ActiveSet::add() {
   d_[q_] -= alpha;
   subtract_outer(first, stride_, n_ - q_, d_.data() + q_, y_.data());
   double* triangle_column = triangle(q_);
-  std::copy_n(d_.data(), q_, triangle_column);
-  triangle_column[q_] = alpha;
+  d_[q_] = alpha;
+  std::copy_n(d_.data(), q_ + 1, triangle_column);
   ++q_;
 }
 

@@ -13,11 +13,15 @@ class ActiveSet {
   void reserve(std::size_t n);
   /// `hessian`: n columns, `outer` apart. @return false if it is not positive definite.
   bool factor(const double* hessian, std::size_t outer, std::size_t n);
-  void clear();  ///< no constraint is active
+  void factor_identity(std::size_t n);  ///< H = I: J is orthogonal
+  void clear();                         ///< no constraint is active
 
   std::size_t n() const { return n_; }
   std::size_t stride() const { return stride_; }
   std::size_t size() const { return q_; }
+
+  /// J: n columns, stride() apart.
+  const double* basis() const { return J_.data(); }
 
   /// Looks from the active constraints at one more, of normal a.
   void look_at(const double* normal);
@@ -30,6 +34,8 @@ class ActiveSet {
   const double* step() const { return z_.data(); }    ///< z = J₂J₂ᵀa
   const double* dual_step();                          ///< r = R⁻¹J₁ᵀa, q numbers
   void add();  ///< what was looked at becomes active; needs find_step()
+  /// Jᵀa of what was looked at: q numbers, then, if it was added, R's new diagonal element at q − 1.
+  const double* coordinates() const { return d_.data(); }
   void drop(std::size_t position);
 
   /// Minimum of ½xᵀHx + gᵀx on Nᵀx = b, and its multipliers u (q): Hx + g = N u.
