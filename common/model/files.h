@@ -4,6 +4,7 @@
 
 #include "common/kin/arm.h"
 #include "common/kin/table.h"
+#include "common/robot/biped.h"
 #include "proto/scene.pb.h"
 
 namespace mimesis::model {
@@ -11,6 +12,14 @@ namespace mimesis::model {
 /// Reads an arm (models/lwr4.yaml). @throws ConfigError "file:line:col: ..." (see
 /// runtime::load_params).
 kin::ArmModel load_arm(const std::string& file);
+
+/// Reads a biped (models/biped.yaml). Its `urdf` is a path from the file's folder, or
+/// "shared:data/robots/NAME.urdf" for a robot that the repository may not carry
+/// (common/shared_data). `frames` are links without mass that the URDF lacks. @throws ConfigError
+/// as above, or what robot::read_urdf and robot::make_biped say.
+robot::Biped load_biped(const std::string& file);
+/// Path of the URDF that a biped's file names, which exists. @throws ConfigError as above.
+std::string urdf_of_biped(const std::string& file);
 
 /// Reads a table (models/bridge_table.yaml). `bridge_height`: lower edge of the bar above the table
 /// [m], instead of the file's. @throws ConfigError as above.

@@ -1,4 +1,7 @@
 #pragma once
+#include <vector>
+
+#include "common/robot/bodies.h"
 #include "common/robot/kinematics.h"
 
 namespace mimesis::robot {
@@ -48,8 +51,23 @@ class Dynamics {
   void com_jacobian(const Kinematics& kinematics, Eigen::Ref<Eigen::Matrix3Xd> out) const;
 
  private:
+  /// Of a body, in its own frame and about its origin; R and p in the parent's.
+  struct State {
+    Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
+    Eigen::Vector3d p = Eigen::Vector3d::Zero();
+    Eigen::Vector3d w, alpha, v, a;  ///< v or a alone is kept, as the recursion needs it
+    Eigen::Vector3d force, moment, first;
+  };
+
+  /// Moves body `i` to its joint's position.
+  void place(std::size_t i, const RobotMotion& motion);
+  void accelerate(const RobotMotion& motion);
+  template <bool kTorques>
+  Wrench collect(const RobotMotion& motion, double* torque);
+
   const RobotTree* tree_;
-  // helper: what the recursions need
+  std::vector<Body> bodies_;
+  std::vector<State> state_;
 };
 
 /// Zero moment point on the plane z = `ground_z`: (−n_y, n_x)/f_z of the wrench about the origin.

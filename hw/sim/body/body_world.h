@@ -12,8 +12,8 @@ namespace mimesis::hw::sim {
 
 /// How joints follow their set-points [walking.md 8.3].
 enum class Plant {
-  kSprings,  ///< B: joint springs of 6000 N m/rad
-  kServo,    ///< C: velocity servos, rubber bush of 1500 N m/rad in the ankles
+  kSprings,  ///< B: joint springs of 6000 N m/rad in legs and trunk
+  kServo,    ///< C: velocity servos in legs and trunk, rubber bush of 1500 N m/rad in the ankles
 };
 
 /// A plate on the ground, unknown to the robot.
@@ -26,18 +26,28 @@ struct Plate {
 struct Push {
   double at_s = 0.0, duration_s = 0.1;
   Eigen::Vector3d impulse_W_ns = Eigen::Vector3d::Zero();
-  std::string link;  ///< empty: the trunk
+  std::string link = {};  ///< empty: the trunk
 };
 
-enum class MotorFault { kOff, kLocked, kWeak };
+enum class MotorFault {
+  kOff,     ///< gives no torque: the joint is limp
+  kLocked,  ///< its brake holds where it is
+  kWeak,    ///< has a fifth of its torque
+};
 
 struct BodyOptions {
   Plant plant = Plant::kSprings;
   double dt_s = 0.001;
   double friction = 0.8;
-  Eigen::Vector2d slope_rad = Eigen::Vector2d::Zero();  ///< of the ground, about y and x
-  std::vector<Plate> plates;
-  double payload_kg = 0.0;                                   ///< unknown mass in the trunk
+  /// Springs of arms and neck in both plants: nothing of balance depends on them, a servo each
+  /// would cost a third of the speed. 600 in walking.md 8.3, where gravity was fed forward; drives
+  /// that get positions only would let the hands sink by 10 mm.
+  double arm_stiffness_n_m_rad = 3000.0;
+  /// Of the ground, first about y, then about x; the robot starts square on it.
+  Eigen::Vector2d slope_rad = Eigen::Vector2d::Zero();
+  std::vector<Plate> plates =
+      {};                   ///< on the ground; the robot starts on the highest below its soles
+  double payload_kg = 0.0;  ///< unknown mass in the trunk, at the trunk's own centre
   double motor_speed_share = 1.0, motor_torque_share = 1.0;  ///< of the URDF's limits
   // noise of sensors, seeded
   std::uint64_t seed = 0;
@@ -48,7 +58,8 @@ struct BodyOptions {
 
 /// What encoders, IMU and foot force sensors say. The same layout as walker::Sensors.
 struct BodySensors {
-  Eigen::VectorXd q, dq, torque;  ///< dof [rad], [rad/s], [N m]
+  Eigen::VectorXd q, dq;   ///< dof; [rad], [rad/s]
+  Eigen::VectorXd torque;  ///< dof; of the motors, mean of the step [N m]
   Eigen::Quaterniond R_WI = Eigen::Quaterniond::Identity();
   Eigen::Vector3d gyro_I = Eigen::Vector3d::Zero(), specific_force_I = Eigen::Vector3d::Zero();
   std::array<robot::Wrench, 2> foot_S;  ///< about the sole's origin, in S, mean of the step
@@ -58,10 +69,12 @@ struct BodySensors {
 struct BodyTruth {
   double time_s = 0.0;
   Eigen::Isometry3d X_WB = Eigen::Isometry3d::Identity();
-  std::array<Eigen::Isometry3d, 2> X_WS;
-  std::array<Eigen::Vector3d, 2> hand_W_m;
-  Eigen::Vector3d com_W_m, com_v_W;
-  Eigen::Vector2d zmp_W_m;           ///< from the contact forces; the last one while in the air
+  std::array<Eigen::Isometry3d, 2> X_WS{Eigen::Isometry3d::Identity(),
+                                        Eigen::Isometry3d::Identity()};
+  std::array<Eigen::Vector3d, 2> hand_W_m{Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};
+  Eigen::Vector3d com_W_m = Eigen::Vector3d::Zero(), com_v_W = Eigen::Vector3d::Zero();
+  Eigen::Vector2d zmp_W_m =
+      Eigen::Vector2d::Zero();       ///< from the contact forces; the last one while in the air
   std::array<double, 2> normal_n{};  ///< of each foot, mean over the step
   std::array<double, 2> ankle_pitch_n_m{};  ///< from the foot's wrench [walking.md 8.2]
   double most_normal_n = 0.0;               ///< sum of both feet, raw, highest of the step
@@ -69,18 +82,24 @@ struct BodyTruth {
   std::string how;    ///< it fell
 };
 
-/// The biped in DART: contacts, joints, sensors, trouble. Deterministic. One instance a thread.
+/// The biped in DART: contacts, joints, sensors, trouble. W: origin on the ground between the first
+/// soles, x forward, z up against gravity. The soles are boxes made of the biped's rectangles; the
+/// robot does not collide with itself, and its other links not with the ground. Deterministic:
+/// the same calls give the same bits. Instances do not disturb each other; one thread an instance.
 class BodyWorld {
  public:
-  /// Reads the same URDF as RobotTree did; standing half-sitting on the ground.
-  /// @throws ConfigError if DART cannot read it or it has other joints
+  /// Reads the same URDF as RobotTree did (shapes are ignored); half-sitting on the ground.
+  /// @throws ConfigError if DART cannot read it, it is another robot, or an option makes no sense
   BodyWorld(const robot::Biped& biped, const std::string& urdf_file, const BodyOptions& options);
   ~BodyWorld();
+  BodyWorld(const BodyWorld&) = delete;
+  BodyWorld& operator=(const BodyWorld&) = delete;
 
-  /// Moves on by `duration_s` (a multiple of dt) while the set-points go linearly to `target`
-  /// (dof [rad]).
+  /// Moves on by `duration_s` (rounded to steps of dt, at least one) while the set-points go
+  /// linearly to `target` (dof [rad], cut to the limits). A target that is no number leaves its
+  /// joint's set-point, one of the wrong size all of them; trouble() says so.
   void step(std::span<const double> target, double duration_s);
-  void push(const Push& push);  ///< at_s: graph time of this world
+  void push(const Push& push);  ///< at_s: time of this world; past: at once
   void fail(int joint, MotorFault fault);
   /// Constant force on a link's point from now on, until it is set again; in W.
   void pull(int link, const Eigen::Vector3d& point_L_m, const Eigen::Vector3d& force_W_n);
@@ -88,6 +107,12 @@ class BodyWorld {
   const BodySensors& sensors() const;
   const BodyTruth& truth() const;
   double time_s() const;
+  /// The last call that was refused, in one line; empty: none yet.
+  const std::string& trouble() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
 };
 
 }  // namespace mimesis::hw::sim

@@ -1,0 +1,144 @@
+#include "common/robot/biped.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "common/error.h"
+#include "common/robot/axes.h"
+#include "common/robot/kinematics.h"
+
+namespace mimesis::robot {
+namespace {
+
+using Eigen::Isometry3d, Eigen::Vector3d, Eigen::VectorXd;
+
+/// Joints from the root to the sole, checked.
+Biped::Leg make_leg(const RobotTree& tree, const std::string& sole) {
+  Biped::Leg leg;
+  leg.sole = tree.require_link(sole);
+  const std::string where = tree.name() + ": leg of '" + sole + "': ";
+  std::vector<int> dofs;
+  for (int l = leg.sole; l > 0; l = tree.link(l).parent) {
+    const Link& link = tree.link(l);
+    if (link.dof < 0) continue;
+    if (link.type != JointType::kRevolute) {
+      throw ConfigError(where + "joint '" + link.joint + "' slides, expected one that turns");
+    }
+    if (dofs.empty()) leg.foot = l;
+    dofs.push_back(link.dof);
+  }
+  if (dofs.size() != leg.dof.size()) {
+    throw ConfigError(where + std::to_string(dofs.size()) + " joints, expected 6");
+  }
+  std::ranges::reverse_copy(dofs, leg.dof.begin());
+  return leg;
+}
+
+/// Where the last two axes meet, in S.
+Vector3d find_ankle(const Kinematics& zero, const Biped::Leg& leg) {
+  const RobotTree& tree = zero.tree();
+  std::array<Line, 2> lines;
+  for (std::size_t i = 0; i < 2; ++i) {
+    const Link& link = tree.moved(leg.dof[i + 4]);
+    const Isometry3d& X = zero.X_WL(tree.require_link(link.name));
+    lines[i] = {.point = X.translation(), .direction = X.linear() * link.axis};
+  }
+  const auto ankle = meeting_point(lines);
+  if (!ankle) {
+    throw ConfigError(tree.name() + ": axes of '" + tree.moved(leg.dof[4]).joint + "' and '" +
+                      tree.moved(leg.dof[5]).joint + "' do not meet, expected one ankle");
+  }
+  return zero.X_WL(leg.sole).inverse() * *ankle;
+}
+
+void check_sole(const RobotTree& tree, const BipedNames& names) {
+  if (names.sole_back_m < 0.0 && names.sole_front_m > 0.0 && names.sole_inner_m > 0.0 &&
+      names.sole_outer_m > 0.0) {
+    return;
+  }
+  throw ConfigError(tree.name() + ": sole, expected back < 0 < front and inner and outer above 0");
+}
+
+VectorXd half_sitting_of(const RobotTree& tree, const BipedNames& names) {
+  VectorXd q = VectorXd::Zero(tree.dof());
+  for (const auto& [joint, angle] : names.half_sitting) q[tree.require_joint(joint)] = angle;
+  for (int i = 0; i < tree.dof(); ++i) {
+    const Link& link = tree.moved(i);
+    if (q[i] >= link.lower && q[i] <= link.upper) continue;
+    throw ConfigError(tree.name() + ": half-sitting: joint '" + link.joint + "' at " +
+                      std::to_string(q[i]) + ", expected within its limits " +
+                      std::to_string(link.lower) + " .. " + std::to_string(link.upper));
+  }
+  return q;
+}
+
+/// Puts the half-sitting robot on the ground.
+void stand(Biped& biped) {
+  constexpr double kLevel = 1e-6;
+  Kinematics kinematics(biped.tree);
+  kinematics.update(Isometry3d::Identity(), biped.half_sitting);
+  std::array<Isometry3d, 2> X_BS;
+  for (const Side side : kSides) {
+    X_BS[side] = kinematics.X_WL(biped.leg[side].sole);
+    if ((X_BS[side].linear() - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff() > kLevel) {
+      throw ConfigError(biped.tree.name() + ": half-sitting: sole '" +
+                        biped.tree.link(biped.leg[side].sole).name +
+                        "' is turned, expected parallel to the pelvis");
+    }
+  }
+  const Vector3d across = X_BS[kLeft].translation() - X_BS[kRight].translation();
+  if (std::abs(across.z()) > kLevel || std::abs(across.x()) > kLevel || !(across.y() > 0.0)) {
+    throw ConfigError(biped.tree.name() +
+                      ": half-sitting: expected the soles on one plane, the left one beside and "
+                      "left of the right");
+  }
+  const Vector3d middle = 0.5 * (X_BS[kLeft].translation() + X_BS[kRight].translation());
+  biped.X_WB_half_sitting = Isometry3d(Eigen::Translation3d(-middle));
+  biped.feet_distance_m = across.y();
+  if (!(biped.tree.mass_kg() > 0.0)) {
+    throw ConfigError(biped.tree.name() + ": no mass, expected a robot with one");
+  }
+  biped.com_height_m = kinematics.com().z() - middle.z();
+}
+
+}  // namespace
+
+Biped make_biped(RobotTree tree, const BipedNames& names) {
+  check_sole(tree, names);
+  const Kinematics zero(tree);
+  std::array<Biped::Leg, 2> legs;
+  for (const Side side : kSides) {
+    Biped::Leg& leg = legs[side];
+    leg = make_leg(tree, names.sole[side]);
+    leg.ankle_S_m = find_ankle(zero, leg);
+    const double left = side == kLeft ? names.sole_outer_m : names.sole_inner_m;
+    const double right = side == kLeft ? names.sole_inner_m : names.sole_outer_m;
+    leg.min_S_m = {names.sole_back_m, -right};
+    leg.max_S_m = {names.sole_front_m, left};
+  }
+  std::vector<int> upper_body;
+  for (int i = 0; i < tree.dof(); ++i) {
+    const auto in = [i](const Biped::Leg& leg) { return std::ranges::count(leg.dof, i); };
+    if (in(legs[kLeft]) + in(legs[kRight]) == 2) {
+      throw ConfigError(tree.name() + ": joint '" + tree.moved(i).joint +
+                        "' carries both soles, expected two legs");
+    }
+    if (in(legs[kLeft]) + in(legs[kRight]) == 0) upper_body.push_back(i);
+  }
+  VectorXd half_sitting = half_sitting_of(tree, names);
+  Biped biped{.tree = std::move(tree),
+              .leg = legs,
+              .upper_body = std::move(upper_body),
+              .half_sitting = std::move(half_sitting),
+              .X_WB_half_sitting = Isometry3d::Identity()};
+  for (const Side side : kSides) {
+    if (!names.hand[side].empty()) biped.hand[side] = biped.tree.require_link(names.hand[side]);
+  }
+  biped.trunk = biped.tree.require_link(names.trunk);
+  biped.imu = biped.tree.require_link(names.imu);
+  stand(biped);
+  return biped;
+}
+
+}  // namespace mimesis::robot

@@ -1,0 +1,276 @@
+#include "hw/sim/body/body_world.h"
+
+#include <algorithm>
+#include <cmath>
+#include <dart/dynamics/BodyNode.hpp>
+#include <dart/dynamics/DegreeOfFreedom.hpp>
+#include <dart/dynamics/Skeleton.hpp>
+#include <dart/simulation/World.hpp>
+
+#include "hw/sim/body/joint_loads.h"
+#include "hw/sim/body/motors.h"
+#include "hw/sim/body/noise.h"
+
+namespace mimesis::hw::sim {
+namespace {
+
+// A fall [walking.md 8]: of this share of the standing height, or this tilt.
+constexpr double kFallenShare = 0.6, kFallenTilt_rad = 0.9;
+/// Speed of a joint by differences of its encoder over so long.
+constexpr double kEncoderSpan_s = 0.01;
+
+struct RunningPush {
+  LinkForce force;
+  long first_step, last_step;  ///< of the world, the last one excluded
+};
+
+}  // namespace
+
+struct BodyWorld::Impl {
+  Impl(const robot::Biped& robot, const std::string& file, const BodyOptions& wanted)
+      : biped(robot),
+        options(wanted),
+        body(make_dart_body(biped, file, options)),
+        motors(biped, body, options),
+        loads(biped, options.payload_kg, options.dt_s),
+        noise(options.seed, options.imu_tilt_rad) {
+    const int dof = biped.tree.dof();
+    set_point = goal = biped.half_sitting;
+    start = between = set_point;
+    sensors.q = sensors.dq = sensors.torque = Eigen::VectorXd::Zero(dof);
+    sensors.specific_force_I = Eigen::Vector3d(0.0, 0.0, robot::kGravity);
+    sense(Eigen::Vector3d::Zero(), 0.0);
+    observe();
+  }
+
+  void take_target(std::span<const double> target);
+  void advance(long steps);
+  void force(long step);
+  void sense(const Eigen::Vector3d& v_before_W, double duration_s);
+  void observe();
+  void judge_fall();
+  void soles(std::array<Eigen::Isometry3d, 2>& X_WS) const;
+
+  const robot::Biped biped;
+  const BodyOptions options;
+  DartBody body;
+  Motors motors;
+  JointLoads loads;
+  Noise noise;
+  Eigen::VectorXd start, goal, set_point, between;  ///< dof [rad]
+  std::vector<RunningPush> pushes;
+  std::vector<LinkForce> pulls, forces;  ///< forces: all that act in this step
+  long done = 0;                         ///< steps of the world
+  bool diverged = false;  ///< numbers that are none: the world stands still from then on
+  BodySensors sensors;
+  BodyTruth truth;
+  std::string trouble;
+};
+
+void BodyWorld::Impl::take_target(std::span<const double> target) {
+  goal = set_point;
+  if (target.size() != static_cast<std::size_t>(goal.size())) {
+    trouble = "target: " + std::to_string(target.size()) + " values, expected " +
+              std::to_string(goal.size()) + ": all set-points are held";
+    return;
+  }
+  for (std::size_t i = 0; i < target.size(); ++i) {
+    const robot::Link& link = biped.tree.moved(static_cast<int>(i));
+    if (!std::isfinite(target[i])) {
+      trouble = "target of joint '" + link.joint + "': " + std::to_string(target[i]) +
+                ", expected a number: its set-point is held";
+      continue;
+    }
+    goal[static_cast<Eigen::Index>(i)] = std::clamp(target[i], link.lower, link.upper);
+  }
+}
+
+void BodyWorld::Impl::force(long step) {
+  forces = pulls;
+  for (const RunningPush& push : pushes) {
+    if (step >= push.first_step && step < push.last_step) forces.push_back(push.force);
+  }
+  for (const LinkForce& force : forces) {
+    const DartLink& link = body.at(force.link);
+    link.node->addExtForce(force.force_W_n, link.X_NL * force.point_L_m, false, true);
+  }
+}
+
+void BodyWorld::Impl::soles(std::array<Eigen::Isometry3d, 2>& X_WS) const {
+  for (const robot::Side side : robot::kSides) X_WS[side] = body.X_WL(biped.leg[side].sole);
+}
+
+void BodyWorld::Impl::advance(long steps) {
+  start = set_point;
+  sensors.torque.setZero();
+  sensors.foot_S.fill({});
+  truth.most_normal_n = 0.0;
+  GroundContact sum;
+  for (long i = 1; i <= steps; ++i) {
+    const double share = static_cast<double>(i) / static_cast<double>(steps);
+    between = start + share * (goal - start);
+    motors.drive(between);
+    force(done);
+    soles(truth.X_WS);
+    loads.before(body);
+    body.world->step();
+    ++done;
+    const GroundContact now = read_contacts(body, biped, truth.X_WS);
+    const Eigen::VectorXd& torque = loads.after(body, now, truth.X_WS, forces);
+    motors.feel(torque);
+    sensors.torque += torque;
+    for (const robot::Side side : robot::kSides) {
+      sensors.foot_S[side].force += now.foot_S[side].force;
+      sensors.foot_S[side].moment += now.foot_S[side].moment;
+    }
+    sum.weighted_W += now.weighted_W;
+    sum.vertical_n += now.vertical_n;
+    truth.most_normal_n =
+        std::max(truth.most_normal_n, now.foot_S[0].force.z() + now.foot_S[1].force.z());
+  }
+  set_point = goal;
+  const double n = static_cast<double>(steps);
+  sensors.torque /= n;
+  for (robot::Wrench& wrench : sensors.foot_S) {
+    wrench.force /= n;
+    wrench.moment /= n;
+  }
+  if (sum.vertical_n > 1e-9) truth.zmp_W_m = sum.weighted_W / sum.vertical_n;
+  for (const robot::Side side : robot::kSides) {
+    const robot::Wrench& wrench = sensors.foot_S[side];
+    truth.normal_n[side] = wrench.force.z();
+    truth.ankle_pitch_n_m[side] =
+        (wrench.moment - biped.leg[side].ankle_S_m.cross(wrench.force)).y();
+  }
+}
+
+void BodyWorld::Impl::sense(const Eigen::Vector3d& v_before_W, double duration_s) {
+  for (std::size_t i = 0; i < body.dof.size(); ++i) {
+    const auto k = static_cast<Eigen::Index>(i);
+    sensors.q[k] = body.dof[i]->getPosition();
+    sensors.dq[k] = body.dof[i]->getVelocity();
+    if (options.encoder_noise_rad > 0.0) {
+      sensors.q[k] += options.encoder_noise_rad * noise.normal();
+      sensors.dq[k] += options.encoder_noise_rad / kEncoderSpan_s * noise.normal();
+    }
+  }
+  const Eigen::Matrix3d R_WI = body.X_WL(biped.imu).linear();
+  sensors.R_WI = noise.tilt(static_cast<double>(done) * options.dt_s) * Eigen::Quaterniond(R_WI);
+  sensors.gyro_I = R_WI.transpose() * body.at(biped.imu).node->getAngularVelocity();
+  if (duration_s > 0.0) {
+    const Eigen::Vector3d a_W = (body.velocity(biped.imu) - v_before_W) / duration_s;
+    sensors.specific_force_I =
+        R_WI.transpose() * (a_W + Eigen::Vector3d(0.0, 0.0, robot::kGravity));
+  } else {
+    sensors.specific_force_I = R_WI.transpose() * Eigen::Vector3d(0.0, 0.0, robot::kGravity);
+  }
+  if (options.force_noise_n <= 0.0) return;
+  for (robot::Wrench& wrench : sensors.foot_S) {
+    for (int axis = 0; axis < 3; ++axis) {
+      wrench.force[axis] += options.force_noise_n * noise.normal();
+      // a sensor of about 0.1 m turns errors of force into such of moment
+      wrench.moment[axis] += 0.1 * options.force_noise_n * noise.normal();
+    }
+  }
+}
+
+void BodyWorld::Impl::observe() {
+  truth.time_s = static_cast<double>(done) * options.dt_s;
+  truth.X_WB = body.X_WB();
+  soles(truth.X_WS);
+  for (const robot::Side side : robot::kSides) {
+    truth.hand_W_m[side] = biped.hand[side] < 0 ? Eigen::Vector3d::Zero().eval()
+                                                : body.X_WL(biped.hand[side]).translation();
+  }
+  truth.com_W_m = body.robot->getCOM();
+  truth.com_v_W = body.robot->getCOMLinearVelocity();
+  if (done == 0) truth.zmp_W_m = truth.com_W_m.head<2>();
+  judge_fall();
+}
+
+void BodyWorld::Impl::judge_fall() {
+  if (!truth.com_W_m.allFinite() || !sensors.q.allFinite()) {
+    diverged = true;
+    truth.fell = true;
+    truth.how = "the physics gave no numbers at " + std::to_string(truth.time_s) + " s";
+    return;
+  }
+  if (truth.fell) return;
+  const double height = body.R_WG.col(2).dot(truth.com_W_m);
+  const double tilt = std::acos(std::clamp(body.X_WL(biped.trunk).linear()(2, 2), -1.0, 1.0));
+  if (height < kFallenShare * biped.com_height_m) {
+    truth.how = "centre of mass at " + std::to_string(height) + " m";
+  } else if (tilt > kFallenTilt_rad) {
+    truth.how = "trunk tilted by " + std::to_string(tilt) + " rad";
+  }
+  truth.fell = !truth.how.empty();
+}
+
+BodyWorld::BodyWorld(const robot::Biped& biped, const std::string& urdf_file,
+                     const BodyOptions& options)
+    : impl_(std::make_unique<Impl>(biped, urdf_file, options)) {}
+
+BodyWorld::~BodyWorld() = default;
+
+void BodyWorld::step(std::span<const double> target, double duration_s) {
+  Impl& my = *impl_;
+  if (my.diverged) return;
+  const long steps = std::max(1L, std::lround(duration_s / my.options.dt_s));
+  my.take_target(target);
+  const Eigen::Vector3d v_before = my.body.velocity(my.biped.imu);
+  my.advance(steps);
+  my.sense(v_before, static_cast<double>(steps) * my.options.dt_s);
+  my.observe();
+}
+
+void BodyWorld::push(const Push& push) {
+  Impl& my = *impl_;
+  const int link = push.link.empty() ? my.biped.trunk : my.biped.tree.find_link(push.link);
+  if (link < 0) {
+    my.trouble = "push: no link '" + push.link + "', expected one of the robot: not pushed";
+    return;
+  }
+  if (!push.impulse_W_ns.allFinite() || !std::isfinite(push.at_s) ||
+      !std::isfinite(push.duration_s)) {
+    my.trouble = "push: not finite, expected numbers: not pushed";
+    return;
+  }
+  const double dt = my.options.dt_s;
+  const long first = std::max(my.done, std::lround(push.at_s / dt));
+  const long steps = std::max(1L, std::lround(push.duration_s / dt));
+  const Eigen::Vector3d force = push.impulse_W_ns / (static_cast<double>(steps) * dt);
+  my.pushes.push_back(
+      {{link, my.biped.tree.link(link).inertia.com_m, force}, first, first + steps});
+}
+
+void BodyWorld::fail(int joint, MotorFault fault) {
+  if (joint < 0 || joint >= impl_->biped.tree.dof()) {
+    impl_->trouble = "motor fault: joint " + std::to_string(joint) + ", expected 0 to " +
+                     std::to_string(impl_->biped.tree.dof() - 1) + ": nothing fails";
+    return;
+  }
+  impl_->motors.fail(joint, fault);
+}
+
+void BodyWorld::pull(int link, const Eigen::Vector3d& point_L_m, const Eigen::Vector3d& force_W_n) {
+  Impl& my = *impl_;
+  if (link < 0 || link >= static_cast<int>(my.body.link.size()) || !point_L_m.allFinite() ||
+      !force_W_n.allFinite()) {
+    my.trouble = "pull: link " + std::to_string(link) +
+                 " or a number that is none, expected a link of the robot: not pulled";
+    return;
+  }
+  for (LinkForce& pull : my.pulls) {
+    if (pull.link != link) continue;
+    pull = {link, point_L_m, force_W_n};
+    return;
+  }
+  my.pulls.push_back({link, point_L_m, force_W_n});
+}
+
+const BodySensors& BodyWorld::sensors() const { return impl_->sensors; }
+const BodyTruth& BodyWorld::truth() const { return impl_->truth; }
+double BodyWorld::time_s() const { return impl_->truth.time_s; }
+const std::string& BodyWorld::trouble() const { return impl_->trouble; }
+
+}  // namespace mimesis::hw::sim

@@ -1,0 +1,241 @@
+#include "hw/sim/body/dart_body.h"
+
+#include <tinyxml2.h>
+
+#include <cmath>
+#include <dart/collision/dart/DARTCollisionDetector.hpp>
+#include <dart/constraint/ConstraintSolver.hpp>
+#include <dart/dynamics/BodyNode.hpp>
+#include <dart/dynamics/BoxShape.hpp>
+#include <dart/dynamics/DegreeOfFreedom.hpp>
+#include <dart/dynamics/FreeJoint.hpp>
+#include <dart/dynamics/WeldJoint.hpp>
+#include <dart/simulation/World.hpp>
+#include <dart/utils/urdf/DartLoader.hpp>
+
+#include "common/error.h"
+
+namespace mimesis::hw::sim {
+namespace {
+
+using dart::dynamics::BodyNode;
+using dart::dynamics::Skeleton;
+using dart::dynamics::SkeletonPtr;
+
+constexpr double kGroundHalf_m = 50.0, kGroundDepth_m = 1.0;
+constexpr double kSoleThickness_m = 0.04;
+/// Of a link without inertia: DART wants some, the robot must not feel it.
+constexpr double kNoMass_kg = 1e-9;
+
+/// The URDF without shapes: meshes may be anywhere, and contacts are none of the file's business.
+std::string without_shapes(const std::string& file) {
+  tinyxml2::XMLDocument document;
+  if (document.LoadFile(file.c_str()) != tinyxml2::XML_SUCCESS) {
+    throw ConfigError(file + ": " + document.ErrorStr() + ", expected a URDF file");
+  }
+  auto* robot = document.FirstChildElement("robot");
+  for (auto* link = robot != nullptr ? robot->FirstChildElement("link") : nullptr; link != nullptr;
+       link = link->NextSiblingElement("link")) {
+    for (const char* shape : {"visual", "collision"}) {
+      while (auto* element = link->FirstChildElement(shape)) link->DeleteChild(element);
+    }
+  }
+  tinyxml2::XMLPrinter printer;
+  document.Print(&printer);
+  return printer.CStr();
+}
+
+SkeletonPtr load(const std::string& file) {
+  const dart::dynamics::Inertia none(kNoMass_kg, Eigen::Vector3d::Zero(),
+                                     kNoMass_kg * 1e-2 * Eigen::Matrix3d::Identity());
+  dart::utils::DartLoader loader(dart::utils::DartLoader::Options(
+      nullptr, dart::utils::DartLoader::RootJointType::FLOATING, none));
+  const SkeletonPtr robot =
+      loader.parseSkeletonString(without_shapes(file), dart::common::Uri::createFromPath(file));
+  if (robot == nullptr || robot->getNumBodyNodes() == 0) {
+    throw ConfigError(file + ": DART cannot read it, expected a URDF file");
+  }
+  return robot;
+}
+
+[[noreturn]] void refuse(const std::string& file, const robot::RobotTree& tree,
+                         const std::string& what) {
+  throw ConfigError(file + ": " + what + ", expected the file of robot '" + tree.name() + "'");
+}
+
+/// Finds the tree's joints in what DART read, and refuses another robot.
+void map_joints(const robot::RobotTree& tree, const std::string& file, DartBody& body) {
+  for (int i = 0; i < tree.dof(); ++i) {
+    const std::string& name = tree.moved(i).joint;
+    auto* joint = body.robot->getJoint(name);
+    if (joint == nullptr || joint->getNumDofs() != 1) {
+      refuse(file, tree, "no moving joint '" + name + "'");
+    }
+    body.dof.push_back(joint->getDof(0));
+  }
+  if (dynamic_cast<const dart::dynamics::FreeJoint*>(body.robot->getJoint(0)) == nullptr) {
+    refuse(file, tree, "its root does not float");
+  }
+  const auto joints = static_cast<int>(body.robot->getNumDofs()) - 6;
+  if (joints != tree.dof()) refuse(file, tree, std::to_string(joints) + " moving joints");
+  if (std::abs(body.robot->getMass() - tree.mass_kg()) > 1e-6) {
+    refuse(file, tree, std::to_string(body.robot->getMass()) + " kg");
+  }
+}
+
+/// Finds the links. Frames without mass that carry nothing are taken out of DART, which would move
+/// them through every impulse.
+void map_links(const robot::RobotTree& tree, const std::string& file, DartBody& body) {
+  const std::vector<robot::Link>& links = tree.links();
+  std::vector<bool> body_needed(links.size(), false);
+  for (std::size_t i = links.size(); i-- > 0;) {
+    const bool moves = links[i].type != robot::JointType::kFixed;
+    if (moves || links[i].parent < 0 || links[i].inertia.mass_kg > 0.0) body_needed[i] = true;
+    if (body_needed[i] && links[i].parent >= 0) {
+      body_needed[static_cast<std::size_t>(links[i].parent)] = true;
+    }
+  }
+  for (std::size_t i = links.size(); i-- > 0;) {  // the tree may have frames that the file lacks
+    auto* node = body_needed[i] ? nullptr : body.robot->getBodyNode(links[i].name);
+    if (node != nullptr) node->remove();
+  }
+  for (const robot::Link& link : links) {  // parents come first
+    if (!body_needed[body.link.size()]) {
+      const DartLink& parent = body.at(link.parent);
+      body.link.push_back({parent.node, parent.X_NL * link.X_PJ});
+      continue;
+    }
+    body.link.push_back({body.robot->getBodyNode(link.name), Eigen::Isometry3d::Identity()});
+    if (body.link.back().node == nullptr) refuse(file, tree, "no link '" + link.name + "'");
+  }
+}
+
+void add_box(BodyNode& body, const Eigen::Vector3d& size_m, const Eigen::Isometry3d& X_LB,
+             double friction) {
+  auto* node =
+      body.createShapeNodeWith<dart::dynamics::CollisionAspect, dart::dynamics::DynamicsAspect>(
+          std::make_shared<dart::dynamics::BoxShape>(size_m));
+  node->setRelativeTransform(X_LB);
+  node->getDynamicsAspect()->setFrictionCoeff(friction);
+}
+
+void add_soles(const robot::Biped& biped, double friction, DartBody& body) {
+  for (const robot::Biped::Leg& leg : biped.leg) {
+    const Eigen::Isometry3d X_NS =
+        body.at(leg.foot).node->getWorldTransform().inverse() * body.X_WL(leg.sole);
+    Eigen::Vector3d size, middle;
+    size << leg.max_S_m - leg.min_S_m, kSoleThickness_m;
+    middle << 0.5 * (leg.min_S_m + leg.max_S_m), 0.5 * kSoleThickness_m;
+    add_box(*body.at(leg.foot).node, size, X_NS * Eigen::Translation3d(middle), friction);
+  }
+}
+
+/// Ground and plates: boxes that are fixed in W.
+void add_ground(const BodyOptions& options, DartBody& body) {
+  const SkeletonPtr ground = Skeleton::create("ground");
+  BodyNode& node = *ground->createJointAndBodyNodePair<dart::dynamics::WeldJoint>().second;
+  Eigen::Isometry3d X_WG = Eigen::Isometry3d::Identity();
+  X_WG.linear() = body.R_WG;
+  add_box(node, {2.0 * kGroundHalf_m, 2.0 * kGroundHalf_m, kGroundDepth_m},
+          X_WG * Eigen::Translation3d(0.0, 0.0, -0.5 * kGroundDepth_m), options.friction);
+  for (const Plate& plate : options.plates) {
+    const Eigen::Vector3d size(2.0 * plate.half_m.x(), 2.0 * plate.half_m.y(), plate.height_m);
+    add_box(node, size,
+            X_WG * Eigen::Translation3d(plate.center_W_m.x(), plate.center_W_m.y(),
+                                        0.5 * plate.height_m),
+            options.friction);
+  }
+  ground->setMobile(false);
+  body.world->addSkeleton(ground);
+}
+
+bool overlaps(const Plate& plate, const Eigen::Vector2d& low, const Eigen::Vector2d& high) {
+  return ((plate.center_W_m - plate.half_m).array() < high.array()).all() &&
+         ((plate.center_W_m + plate.half_m).array() > low.array()).all();
+}
+
+/// Half-sitting, square on the ground, on top of the highest plate below a sole.
+void place(const robot::Biped& biped, const BodyOptions& options, DartBody& body) {
+  for (std::size_t i = 0; i < body.dof.size(); ++i) {
+    body.dof[i]->setPosition(biped.half_sitting[static_cast<Eigen::Index>(i)]);
+  }
+  auto* root = static_cast<dart::dynamics::FreeJoint*>(body.robot->getJoint(0));
+  root->setTransform(biped.X_WB_half_sitting);
+  double height = 0.0;
+  for (const robot::Biped::Leg& leg : biped.leg) {
+    const Eigen::Vector2d sole = body.X_WL(leg.sole).translation().head<2>();
+    for (const Plate& plate : options.plates) {
+      if (overlaps(plate, sole + leg.min_S_m, sole + leg.max_S_m)) {
+        height = std::max(height, plate.height_m);
+      }
+    }
+  }
+  Eigen::Isometry3d X_WG = Eigen::Isometry3d::Identity();
+  X_WG.linear() = body.R_WG;
+  root->setTransform(X_WG * Eigen::Translation3d(0.0, 0.0, height) * biped.X_WB_half_sitting);
+}
+
+void require(bool ok, const std::string& what) {
+  if (!ok) throw ConfigError("simulated body: " + what);
+}
+
+void check(const BodyOptions& options) {
+  require(options.dt_s >= 1e-4 && options.dt_s <= 0.005,
+          "dt_s " + std::to_string(options.dt_s) + ", expected 0.0001 to 0.005");
+  require(options.friction >= 0.0 && std::isfinite(options.friction),
+          "friction " + std::to_string(options.friction) + ", expected 0 or more");
+  require(options.slope_rad.allFinite() && options.slope_rad.cwiseAbs().maxCoeff() < 0.8,
+          "slope_rad, expected less than 0.8");
+  require(options.payload_kg > -1.0 && options.payload_kg < 1e3,
+          "payload_kg " + std::to_string(options.payload_kg) + ", expected −1 to 1000");
+  require(options.motor_speed_share > 0.0 && options.motor_torque_share > 0.0,
+          "share of a motor's speed or torque, expected more than 0");
+  require(options.imu_tilt_rad >= 0.0 && options.encoder_noise_rad >= 0.0 &&
+              options.force_noise_n >= 0.0,
+          "noise of a sensor, expected 0 or more");
+  for (const Plate& plate : options.plates) {
+    require(plate.height_m > 0.0 && plate.half_m.minCoeff() > 0.0 && plate.center_W_m.allFinite(),
+            "a plate has no size, expected half_m and height_m above 0");
+  }
+}
+
+}  // namespace
+
+Eigen::Isometry3d DartBody::X_WL(int index) const {
+  return at(index).node->getWorldTransform() * at(index).X_NL;
+}
+
+Eigen::Vector3d DartBody::velocity(int index) const {
+  return at(index).node->getLinearVelocity(at(index).X_NL.translation());
+}
+
+Eigen::Isometry3d DartBody::X_WB() const { return robot->getBodyNode(0)->getWorldTransform(); }
+
+DartBody make_dart_body(const robot::Biped& biped, const std::string& urdf_file,
+                        const BodyOptions& options) {
+  check(options);
+  DartBody body;
+  body.robot = load(urdf_file);
+  map_joints(biped.tree, urdf_file, body);
+  map_links(biped.tree, urdf_file, body);
+  body.R_WG = (Eigen::AngleAxisd(options.slope_rad.x(), Eigen::Vector3d::UnitY()) *
+               Eigen::AngleAxisd(options.slope_rad.y(), Eigen::Vector3d::UnitX()))
+                  .toRotationMatrix();
+  BodyNode& trunk = *body.at(biped.trunk).node;
+  trunk.setMass(trunk.getMass() + options.payload_kg);
+  body.robot->disableSelfCollisionCheck();
+
+  body.world = dart::simulation::World::create();
+  body.world->setTimeStep(options.dt_s);
+  body.world->setGravity(Eigen::Vector3d(0.0, 0.0, -robot::kGravity));
+  // the one that gives four corners of a box on a box, and the fastest [walking.md 2]
+  body.world->getConstraintSolver()->setCollisionDetector(
+      dart::collision::DARTCollisionDetector::create());
+  place(biped, options, body);
+  add_soles(biped, options.friction, body);
+  add_ground(options, body);
+  body.world->addSkeleton(body.robot);
+  return body;
+}
+
+}  // namespace mimesis::hw::sim

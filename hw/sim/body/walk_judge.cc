@@ -1,0 +1,76 @@
+#include "hw/sim/body/walk_judge.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace mimesis::hw::sim {
+namespace {
+
+double yaw_of(const Eigen::Isometry3d& X_WS) {
+  return std::atan2(X_WS.linear()(1, 0), X_WS.linear()(0, 0));
+}
+
+/// A foot's place as the other one sees it.
+Eigen::Vector2d seen_from(const Eigen::Vector2d& foot_W_m, const Eigen::Vector2d& other_W_m,
+                          double other_yaw_rad) {
+  return Eigen::Rotation2Dd(-other_yaw_rad) * (foot_W_m - other_W_m);
+}
+
+}  // namespace
+
+void WalkJudge::tick(const BodyTruth& truth, const std::optional<Eigen::Vector2d>& planned_zmp) {
+  if (figures_.fell) return;  // what lies there does not walk any more
+  const double normal = truth.normal_n[0] + truth.normal_n[1];
+  const double share =
+      started_ ? 1.0 - std::exp(-(truth.time_s - time_s_) / settings_.low_pass_s) : 1.0;
+  started_ = true;
+  time_s_ = truth.time_s;
+  figures_.fell = truth.fell;
+  figures_.how = truth.how;
+
+  normal_n_ += share * (normal - normal_n_);
+  figures_.normal_peak_n = std::max(figures_.normal_peak_n, normal_n_);
+  figures_.raw_normal_peak_n = std::max(figures_.raw_normal_peak_n, truth.most_normal_n);
+  for (std::size_t i = 0; i < 2; ++i) {
+    const double now = truth.ankle_pitch_n_m[i];
+    ankle_pitch_n_m_[i] += share * (now - ankle_pitch_n_m_[i]);
+    figures_.ankle_pitch_peak_n_m = std::max(figures_.ankle_pitch_peak_n_m, std::abs(now));
+    figures_.ankle_pitch_slow_peak_n_m =
+        std::max(figures_.ankle_pitch_slow_peak_n_m, std::abs(ankle_pitch_n_m_[i]));
+  }
+  if (planned_zmp && normal > 0.0) {
+    zmp_squares_ += (truth.zmp_W_m - *planned_zmp).cwiseAbs2();
+    figures_.zmp_error_rms_m = (zmp_squares_ / static_cast<double>(++zmp_count_)).cwiseSqrt();
+  }
+  std::erase_if(landed_, [&](const Landed& landed) {
+    if (landed.read_at_s > time_s_ + 1e-9) return false;
+    read(landed.step, truth);
+    return true;
+  });
+}
+
+void WalkJudge::step(const JudgedStep& step) {
+  if (figures_.fell) return;
+  ++figures_.steps;
+  landed_.push_back({step, time_s_ + settings_.settle_s});
+}
+
+void WalkJudge::read(const JudgedStep& step, const BodyTruth& truth) {
+  const Eigen::Isometry3d& X_WO = truth.X_WS[robot::other(step.side)];
+  const Eigen::Vector2d foot = truth.X_WS[step.side].translation().head<2>();
+  const Eigen::Vector2d real = seen_from(foot, X_WO.translation().head<2>(), yaw_of(X_WO));
+  const double error =
+      (real - seen_from(step.planned_W_m, step.planned_other_W_m, step.planned_other_yaw_rad))
+          .norm();
+  step_squares_ += error * error;
+  figures_.step_error_max_m = std::max(figures_.step_error_max_m, error);
+  figures_.step_error_rms_m = std::sqrt(step_squares_ / ++steps_read_);
+  figures_.place_error_max_m =
+      std::max(figures_.place_error_max_m, (foot - step.planned_W_m).norm());
+  if (step.wished_length_m) {
+    figures_.step_length_error_max_m =
+        std::max(figures_.step_length_error_max_m, std::abs(real.x() - *step.wished_length_m));
+  }
+}
+
+}  // namespace mimesis::hw::sim

@@ -1,0 +1,72 @@
+#pragma once
+#include <optional>
+#include <vector>
+
+#include "hw/sim/body/body_world.h"
+
+namespace mimesis::hw::sim {
+
+/// How well a walk went, so far: the figures of v1.WalkOutcome.
+struct WalkFigures {
+  bool fell = false;
+  std::string how;  ///< it fell
+  int steps = 0;    ///< set down by the plan
+  /// Where feet stand against the plan, relative to the other foot: what the walker can do about.
+  double step_error_max_m = 0.0, step_error_rms_m = 0.0;
+  /// Along the other foot, against the wished length; 0 if none was wished.
+  double step_length_error_max_m = 0.0;
+  double place_error_max_m = 0.0;     ///< where feet stand against the plan, in W: drift counts
+  double ankle_pitch_peak_n_m = 0.0;  ///< of the means over the ticks
+  double ankle_pitch_slow_peak_n_m = 0.0;  ///< low-passed
+  double normal_peak_n = 0.0;              ///< both feet, low-passed
+  double raw_normal_peak_n = 0.0;          ///< both feet, of single steps of the physics
+  Eigen::Vector2d zmp_error_rms_m = Eigen::Vector2d::Zero();
+};
+
+/// A foot that the plan sets down.
+struct JudgedStep {
+  robot::Side side = robot::kLeft;
+  Eigen::Vector2d planned_W_m = Eigen::Vector2d::Zero();        ///< origin of its sole
+  Eigen::Vector2d planned_other_W_m = Eigen::Vector2d::Zero();  ///< of the other foot's
+  double planned_other_yaw_rad = 0.0;
+  std::optional<double> wished_length_m = {};  ///< forward from the other foot, along its heading
+};
+
+struct JudgeSettings {
+  double low_pass_s = 0.02;  ///< of forces and torques: time constant, first order
+  double settle_s = 0.08;    ///< from a planned landing until the foot's place is read
+};
+
+/// Watches a walk in simulation. Call in the order of time.
+class WalkJudge {
+ public:
+  explicit WalkJudge(const JudgeSettings& settings = {}) : settings_(settings) {}
+
+  /// After every tick. `planned_zmp_W_m`: nothing while there is no plan.
+  void tick(const BodyTruth& truth, const std::optional<Eigen::Vector2d>& planned_zmp_W_m);
+  /// The plan puts this foot on the ground at the tick that was last reported.
+  void step(const JudgedStep& step);
+
+  const WalkFigures& figures() const { return figures_; }
+
+ private:
+  struct Landed {
+    JudgedStep step;
+    double read_at_s;
+  };
+  void read(const JudgedStep& step, const BodyTruth& truth);
+
+  JudgeSettings settings_;
+  WalkFigures figures_;
+  std::vector<Landed> landed_;  ///< not read yet
+  bool started_ = false;
+  double time_s_ = 0.0;
+  double normal_n_ = 0.0;                    ///< low-passed
+  std::array<double, 2> ankle_pitch_n_m_{};  ///< low-passed
+  Eigen::Vector2d zmp_squares_ = Eigen::Vector2d::Zero();
+  long zmp_count_ = 0;
+  double step_squares_ = 0.0;
+  int steps_read_ = 0;
+};
+
+}  // namespace mimesis::hw::sim
