@@ -71,7 +71,8 @@ class Drawer {
   Eigen::Vector3d axis_W_, left_W_;
   DrawerNow now_;
   std::array<std::optional<double>, 2> error_m_;
-  std::array<double, 2> near_s_{};                                ///< for so long
+  std::array<double, 2> near_s_{};  ///< for so long
+  bool lost_ = false;  ///< out of a closed hand, which has to open before it grips again
   Eigen::Vector3d handle_to_hand_W_m_ = Eigen::Vector3d::Zero();  ///< when it gripped
   double hand_m_ = 0.0, speed_m_s_ = 0.0;                         ///< along the axis, low-passed
   double farthest_m_ = 0.0;
