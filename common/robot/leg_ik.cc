@@ -29,15 +29,21 @@ Matrix3d turn(int axis, double angle) {
 
 double wrapped(double angle) { return std::remainder(angle, 2.0 * kPi); }
 
-/// Angle about x that brings `v` to y = `y`, the lesser of two; `reachable` is false if there is
-/// none, and the nearest is given.
-double roll_to(const Vector3d& v, double y, bool& reachable) {
+/// Angles about x that bring a vector to a given y.
+struct Rolls {
+  double lesser, other;
+  bool exist;  ///< else both are the nearest
+};
+
+Rolls rolls_to(const Vector3d& v, double y) {
   const double rho = std::hypot(v.y(), v.z());
-  reachable = std::abs(y) <= rho * (1.0 + 1e-12) && rho > 0.0;
   const double at = std::atan2(v.z(), v.y());
   const double beta = rho > 0.0 ? std::acos(std::clamp(y / rho, -1.0, 1.0)) : 0.0;
   const double one = wrapped(beta - at), two = wrapped(-beta - at);
-  return std::abs(one) < std::abs(two) ? one : two;
+  const bool one_first = std::abs(one) < std::abs(two);
+  return {.lesser = one_first ? one : two,
+          .other = one_first ? two : one,
+          .exist = rho > 0.0 && std::abs(y) <= rho * (1.0 + 1e-12)};
 }
 
 /// Angle about y from v to w.
@@ -116,20 +122,18 @@ Vector3d LegIk::bend_knee(double distance_m, double least_bend_rad, Result& out)
   return -(s + turn(kY, -angle) * t);
 }
 
-void LegIk::turn_ankle(const Vector3d& hip_F, const Vector3d& hip_K, Result& out) const {
-  bool reachable = true;
-  double pitch = 0.0, roll = 0.0;
-  if (axis_[4] == kY) {  // hip_K = Ry Rx hip_F
-    roll = roll_to(hip_F, hip_K.y(), reachable);
-    pitch = pitch_to(turn(kX, roll) * hip_F, hip_K);
-    out.q.tail<2>() << pitch, roll;
-  } else {  // Rx⁻¹ hip_K = Ry hip_F
-    roll = -roll_to(hip_K, hip_F.y(), reachable);
-    pitch = pitch_to(hip_F, turn(kX, -roll) * hip_K);
-    out.q.tail<2>() << roll, pitch;
+void LegIk::turn_ankle(const Vector3d& hip_F, const Vector3d& hip_K, bool lesser,
+                       Result& out) const {
+  const bool pitch_first = axis_[4] == kY;  // hip_K = Ry Rx hip_F, else Rx⁻¹ hip_K = Ry hip_F
+  const Rolls rolls = pitch_first ? rolls_to(hip_F, hip_K.y()) : rolls_to(hip_K, hip_F.y());
+  if (!rolls.exist) out.stretched = true;
+  const double roll = lesser ? rolls.lesser : rolls.other;
+  if (pitch_first) {
+    out.q.tail<2>() << pitch_to(turn(kX, roll) * hip_F, hip_K), roll;
+  } else {
+    out.q.tail<2>() << -roll, pitch_to(hip_F, turn(kX, roll) * hip_K);
   }
   out.q.tail<2>().array() *= sense_.tail<2>().array();
-  if (!reachable) out.stretched = true;
 }
 
 void LegIk::turn_hip(const Matrix3d& R_BT, Result& out) const {
@@ -145,16 +149,16 @@ void LegIk::turn_hip(const Matrix3d& R_BT, Result& out) const {
     angle[0] = 0.0;
     angle[2] = std::atan2(even * R_BT(j, i), R_BT(j, j));
   }
-  const auto beyond = [this](const Vector3d& q) {
-    return (q - upper_.head<3>()).cwiseMax(lower_.head<3>() - q).cwiseMax(0.0).sum();
+  const auto in_limits = [this](const Vector3d& q) {
+    return (q.array() <= upper_.head<3>().array()).all() &&
+           (q.array() >= lower_.head<3>().array()).all();
   };
-  Vector3d q = angle.cwiseProduct(sense_.head<3>());
-  if (beyond(q) > 0.0) {  // the same rotation the other way round
-    const Vector3d other(wrapped(angle[0] + kPi), wrapped(kPi - angle[1]), wrapped(angle[2] + kPi));
-    const Vector3d q_other = other.cwiseProduct(sense_.head<3>());
-    if (beyond(q_other) < beyond(q)) q = q_other;
-  }
-  out.q.head<3>() = q;
+  out.q.head<3>() = angle.cwiseProduct(sense_.head<3>());
+  if (in_limits(out.q.head<3>())) return;
+  // The same rotation the other way round
+  const Vector3d other(wrapped(angle[0] + kPi), wrapped(kPi - angle[1]), wrapped(angle[2] + kPi));
+  const Vector3d q_other = other.cwiseProduct(sense_.head<3>());
+  if (in_limits(q_other)) out.q.head<3>() = q_other;
 }
 
 void LegIk::apply_limits(Result& out) const {
@@ -174,12 +178,22 @@ LegIk::Result LegIk::solve(const Isometry3d& X_BS, double least_knee_bend_rad) c
     hip_F = distance > 1e-9 ? Vector3d(hip_F * (hip_K.norm() / distance))
                             : Vector3d(hip_K.norm() * Vector3d::UnitZ());
   }
-  turn_ankle(hip_F, hip_K, out);
-  const auto angle = [&](int joint) { return sense_[joint] * out.q[joint]; };
-  const Matrix3d R_TF = turn(kY, angle(3)) * turn(axis_[4], angle(4)) * turn(axis_[5], angle(5));
-  turn_hip(R_BF * R_TF.transpose(), out);
-  apply_limits(out);
-  return out;
+  const auto finish = [&](bool lesser_roll) {
+    Result finished = out;
+    turn_ankle(hip_F, hip_K, lesser_roll, finished);
+    const auto angle = [&](std::size_t i) {
+      const auto n = static_cast<Eigen::Index>(i);
+      return sense_[n] * finished.q[n];
+    };
+    const Matrix3d R_TF = turn(kY, angle(3)) * turn(axis_[4], angle(4)) * turn(axis_[5], angle(5));
+    turn_hip(R_BF * R_TF.transpose(), finished);
+    apply_limits(finished);
+    return finished;
+  };
+  const Result first = finish(true);
+  if (!first.limited) return first;
+  const Result second = finish(false);
+  return second.limited ? first : second;
 }
 
 }  // namespace mimesis::robot

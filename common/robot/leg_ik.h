@@ -9,8 +9,8 @@ namespace mimesis::robot {
 /// the pelvis's x, y or z in either sense. No allocation.
 ///
 /// The distance from hip to ankle gives the knee (law of cosines), the direction of the hip as the
-/// foot sees it the ankle, the rotation that is left the hip. Of two solutions the one with the
-/// lesser ankle roll, and the one whose hip keeps its limits, are taken.
+/// foot sees it the ankle, the rotation that is left the hip. Ankle and hip have two solutions
+/// each: the hip above the ankle and least turned, or the other if that alone keeps the limits.
 class LegIk {
  public:
   /// @throws ConfigError that says which joint does not fit
@@ -31,8 +31,10 @@ class LegIk {
   /// Knee so that hip and ankle are `distance_m` apart, and where the hip then is as seen from the
   /// ankle, in the shank's axes.
   Eigen::Vector3d bend_knee(double distance_m, double least_bend_rad, Result& out) const;
-  /// Ankle that turns `hip_F` (ankle to hip as the foot sees it) to `hip_K` (as the shank does).
-  void turn_ankle(const Eigen::Vector3d& hip_F, const Eigen::Vector3d& hip_K, Result& out) const;
+  /// Ankle that turns `hip_F` (ankle to hip as the foot sees it) to `hip_K` (as the shank does);
+  /// `lesser`: with the lesser of two rolls.
+  void turn_ankle(const Eigen::Vector3d& hip_F, const Eigen::Vector3d& hip_K, bool lesser,
+                  Result& out) const;
   void turn_hip(const Eigen::Matrix3d& R_BT, Result& out) const;
   void apply_limits(Result& out) const;
 

@@ -50,12 +50,12 @@ std::vector<Biped> robots() {
 }
 
 /// Bend of the knee at which the leg is longest [rad].
-double straight_knee(Leg& leg) {
+double straight_knee(Leg& leg, const Vector3d& ankle_S) {
   Vector6d q = Vector6d::Zero();
   double best = 0.0, longest = 0.0;
   for (double knee = -0.5; knee < 0.5; knee += 1e-4) {
     q[3] = knee;
-    const double length = (leg.sole(q).translation() - leg.hip().translation()).norm();
+    const double length = (leg.sole(q) * ankle_S - leg.hip().translation()).norm();
     if (length > longest) longest = length, best = knee;
   }
   return best;
@@ -66,7 +66,7 @@ TEST(LegIk, RoundTripsThroughEveryPosture) {
     for (const Side side : kSides) {
       const LegIk ik(biped, side);
       Leg leg(biped, side);
-      const double straight = straight_knee(leg);
+      const double straight = straight_knee(leg, biped.leg[side].ankle_S_m);
       std::mt19937 random(7);
       std::uniform_real_distribution<double> unit(0.0, 1.0);
       int counted = 0;
@@ -123,7 +123,7 @@ TEST(LegIk, PointsAtWhatItCannotReach) {
       const Vector3d wished = X_BS * ankle_S - hip, got = reached * ankle_S - hip;
       EXPECT_LT(wished.normalized().cross(got.normalized()).norm(), 1e-9);
       EXPECT_LT(got.norm(), wished.norm());
-      EXPECT_NEAR(std::abs(result.q[3] - straight_knee(leg)), 0.05, 2e-4);
+      EXPECT_NEAR(std::abs(result.q[3] - straight_knee(leg, ankle_S)), 0.05, 2e-4);
     }
   }
 }

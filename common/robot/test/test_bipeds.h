@@ -51,7 +51,8 @@ inline std::optional<Biped> jvrc1() {
 }
 
 /// A biped of legs alone whose hips turn about −z, x, y in frames that are themselves turned, knees
-/// bend the other way, ankles turn about x, then y. `axis` and `shift` change joint `changed`.
+/// bend the other way, ankles turn about x, then y. `axis` and `shift` change joint `changed`,
+/// the next one stays where it is.
 inline Biped odd_biped(const std::string& changed = "",
                        const Eigen::Vector3d& axis = Eigen::Vector3d::Zero(),
                        const Eigen::Vector3d& shift = Eigen::Vector3d::Zero()) {
@@ -89,6 +90,7 @@ inline Biped odd_biped(const std::string& changed = "",
       link.lower = i == 3 ? -2.2 : -0.7;
       link.upper = i == 3 ? 0.1 : 0.7;
       link.max_speed = 10.0;
+      if (i > 0 && links.back().joint == changed) link.X_PJ.translation() -= shift;
       if (link.joint == changed) {
         link.axis = axis;
         link.X_PJ.translation() += shift;

@@ -7,7 +7,7 @@
 #include <dart/dynamics/Skeleton.hpp>
 #include <dart/simulation/World.hpp>
 
-#include "hw/sim/body/contacts.h"
+#include "hw/sim/body/joint_loads.h"
 #include "hw/sim/body/motors.h"
 #include "hw/sim/body/noise.h"
 
@@ -20,14 +20,8 @@ constexpr double kFallenShare = 0.6, kFallenTilt_rad = 0.9;
 constexpr double kEncoderSpan_s = 0.01;
 
 struct RunningPush {
-  int link;
+  LinkForce force;
   long first_step, last_step;  ///< of the world, the last one excluded
-  Eigen::Vector3d force_W_n;
-};
-
-struct Pull {
-  int link;
-  Eigen::Vector3d point_L_m, force_W_n;
 };
 
 }  // namespace
@@ -38,6 +32,7 @@ struct BodyWorld::Impl {
         options(wanted),
         body(make_dart_body(biped, file, options)),
         motors(biped, body, options),
+        loads(biped, options.payload_kg, options.dt_s),
         noise(options.seed, options.imu_tilt_rad) {
     const int dof = biped.tree.dof();
     set_point = goal = biped.half_sitting;
@@ -55,19 +50,17 @@ struct BodyWorld::Impl {
   void observe();
   void judge_fall();
   void soles(std::array<Eigen::Isometry3d, 2>& X_WS) const;
-  const dart::dynamics::BodyNode& node(int link) const {
-    return *body.link[static_cast<std::size_t>(link)];
-  }
 
   const robot::Biped biped;
   const BodyOptions options;
   DartBody body;
   Motors motors;
+  JointLoads loads;
   Noise noise;
   Eigen::VectorXd start, goal, set_point, between;  ///< dof [rad]
   std::vector<RunningPush> pushes;
-  std::vector<Pull> pulls;
-  long done = 0;          ///< steps of the world
+  std::vector<LinkForce> pulls, forces;  ///< forces: all that act in this step
+  long done = 0;                         ///< steps of the world
   bool diverged = false;  ///< numbers that are none: the world stands still from then on
   BodySensors sensors;
   BodyTruth truth;
@@ -93,14 +86,13 @@ void BodyWorld::Impl::take_target(std::span<const double> target) {
 }
 
 void BodyWorld::Impl::force(long step) {
+  forces = pulls;
   for (const RunningPush& push : pushes) {
-    if (step < push.first_step || step >= push.last_step) continue;
-    auto* link = body.link[static_cast<std::size_t>(push.link)];
-    link->addExtForce(push.force_W_n, link->getLocalCOM(), false, true);
+    if (step >= push.first_step && step < push.last_step) forces.push_back(push.force);
   }
-  for (const Pull& pull : pulls) {
-    body.link[static_cast<std::size_t>(pull.link)]->addExtForce(pull.force_W_n, pull.point_L_m,
-                                                                false, true);
+  for (const LinkForce& force : forces) {
+    const DartLink& link = body.at(force.link);
+    link.node->addExtForce(force.force_W_n, link.X_NL * force.point_L_m, false, true);
   }
 }
 
@@ -120,10 +112,13 @@ void BodyWorld::Impl::advance(long steps) {
     motors.drive(between);
     force(done);
     soles(truth.X_WS);
+    loads.before(body);
     body.world->step();
     ++done;
     const GroundContact now = read_contacts(body, biped, truth.X_WS);
-    motors.add_torque(sensors.torque);
+    const Eigen::VectorXd& torque = loads.after(body, now, truth.X_WS, forces);
+    motors.feel(torque);
+    sensors.torque += torque;
     for (const robot::Side side : robot::kSides) {
       sensors.foot_S[side].force += now.foot_S[side].force;
       sensors.foot_S[side].moment += now.foot_S[side].moment;
@@ -159,12 +154,11 @@ void BodyWorld::Impl::sense(const Eigen::Vector3d& v_before_W, double duration_s
       sensors.dq[k] += options.encoder_noise_rad / kEncoderSpan_s * noise.normal();
     }
   }
-  const auto& imu = node(biped.imu);
-  const Eigen::Matrix3d R_WI = imu.getWorldTransform().linear();
+  const Eigen::Matrix3d R_WI = body.X_WL(biped.imu).linear();
   sensors.R_WI = noise.tilt(static_cast<double>(done) * options.dt_s) * Eigen::Quaterniond(R_WI);
-  sensors.gyro_I = R_WI.transpose() * imu.getAngularVelocity();
+  sensors.gyro_I = R_WI.transpose() * body.at(biped.imu).node->getAngularVelocity();
   if (duration_s > 0.0) {
-    const Eigen::Vector3d a_W = (imu.getLinearVelocity() - v_before_W) / duration_s;
+    const Eigen::Vector3d a_W = (body.velocity(biped.imu) - v_before_W) / duration_s;
     sensors.specific_force_I =
         R_WI.transpose() * (a_W + Eigen::Vector3d(0.0, 0.0, robot::kGravity));
   } else {
@@ -223,7 +217,7 @@ void BodyWorld::step(std::span<const double> target, double duration_s) {
   if (my.diverged) return;
   const long steps = std::max(1L, std::lround(duration_s / my.options.dt_s));
   my.take_target(target);
-  const Eigen::Vector3d v_before = my.node(my.biped.imu).getLinearVelocity();
+  const Eigen::Vector3d v_before = my.body.velocity(my.biped.imu);
   my.advance(steps);
   my.sense(v_before, static_cast<double>(steps) * my.options.dt_s);
   my.observe();
@@ -244,8 +238,9 @@ void BodyWorld::push(const Push& push) {
   const double dt = my.options.dt_s;
   const long first = std::max(my.done, std::lround(push.at_s / dt));
   const long steps = std::max(1L, std::lround(push.duration_s / dt));
+  const Eigen::Vector3d force = push.impulse_W_ns / (static_cast<double>(steps) * dt);
   my.pushes.push_back(
-      {link, first, first + steps, push.impulse_W_ns / (static_cast<double>(steps) * dt)});
+      {{link, my.biped.tree.link(link).inertia.com_m, force}, first, first + steps});
 }
 
 void BodyWorld::fail(int joint, MotorFault fault) {
@@ -265,7 +260,7 @@ void BodyWorld::pull(int link, const Eigen::Vector3d& point_L_m, const Eigen::Ve
                  " or a number that is none, expected a link of the robot: not pulled";
     return;
   }
-  for (Pull& pull : my.pulls) {
+  for (LinkForce& pull : my.pulls) {
     if (pull.link != link) continue;
     pull = {link, point_L_m, force_W_n};
     return;

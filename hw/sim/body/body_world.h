@@ -12,8 +12,8 @@ namespace mimesis::hw::sim {
 
 /// How joints follow their set-points [walking.md 8.3].
 enum class Plant {
-  kSprings,  ///< B: joint springs of 6000 N m/rad
-  kServo,    ///< C: velocity servos, rubber bush of 1500 N m/rad in the ankles
+  kSprings,  ///< B: joint springs of 6000 N m/rad in legs and trunk
+  kServo,    ///< C: velocity servos in legs and trunk, rubber bush of 1500 N m/rad in the ankles
 };
 
 /// A plate on the ground, unknown to the robot.
@@ -39,6 +39,10 @@ struct BodyOptions {
   Plant plant = Plant::kSprings;
   double dt_s = 0.001;
   double friction = 0.8;
+  /// Springs of arms and neck in both plants: nothing of balance depends on them, a servo each
+  /// would cost a third of the speed. 600 in walking.md 8.3, where gravity was fed forward; drives
+  /// that get positions only would let the hands sink by 10 mm.
+  double arm_stiffness_n_m_rad = 3000.0;
   /// Of the ground, first about y, then about x; the robot starts square on it.
   Eigen::Vector2d slope_rad = Eigen::Vector2d::Zero();
   std::vector<Plate> plates =

@@ -23,7 +23,7 @@ GroundContact read_contacts(const DartBody& body, const robot::Biped& biped,
     const auto* first = body_of(contact.collisionObject1);
     const auto* second = body_of(contact.collisionObject2);
     for (const robot::Side side : robot::kSides) {
-      const auto* foot = body.link[static_cast<std::size_t>(biped.leg[side].foot)];
+      const auto* foot = body.at(biped.leg[side].foot).node;
       if (first != foot && second != foot) continue;
       const Eigen::Vector3d force_W = first == foot ? contact.force : -contact.force;
       const Eigen::Vector3d force_S = X_WS[side].linear().transpose() * force_W;

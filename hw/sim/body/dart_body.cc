@@ -58,27 +58,55 @@ SkeletonPtr load(const std::string& file) {
   return robot;
 }
 
-/// Finds the tree's links and joints in what DART read, and refuses another robot.
-void map_names(const robot::RobotTree& tree, const std::string& file, DartBody& body) {
-  const auto refuse = [&](const std::string& what) {
-    throw ConfigError(file + ": " + what + ", expected the file of robot '" + tree.name() + "'");
-  };
-  for (const robot::Link& link : tree.links()) {
-    body.link.push_back(body.robot->getBodyNode(link.name));
-    if (body.link.back() == nullptr) refuse("no link '" + link.name + "'");
-  }
+[[noreturn]] void refuse(const std::string& file, const robot::RobotTree& tree,
+                         const std::string& what) {
+  throw ConfigError(file + ": " + what + ", expected the file of robot '" + tree.name() + "'");
+}
+
+/// Finds the tree's joints in what DART read, and refuses another robot.
+void map_joints(const robot::RobotTree& tree, const std::string& file, DartBody& body) {
   for (int i = 0; i < tree.dof(); ++i) {
     const std::string& name = tree.moved(i).joint;
     auto* joint = body.robot->getJoint(name);
-    if (joint == nullptr || joint->getNumDofs() != 1) refuse("no moving joint '" + name + "'");
+    if (joint == nullptr || joint->getNumDofs() != 1) {
+      refuse(file, tree, "no moving joint '" + name + "'");
+    }
     body.dof.push_back(joint->getDof(0));
   }
-  const auto* root = dynamic_cast<const dart::dynamics::FreeJoint*>(body.robot->getJoint(0));
-  if (root == nullptr) refuse("its root does not float");
+  if (dynamic_cast<const dart::dynamics::FreeJoint*>(body.robot->getJoint(0)) == nullptr) {
+    refuse(file, tree, "its root does not float");
+  }
   const auto joints = static_cast<int>(body.robot->getNumDofs()) - 6;
-  if (joints != tree.dof()) refuse(std::to_string(joints) + " moving joints");
+  if (joints != tree.dof()) refuse(file, tree, std::to_string(joints) + " moving joints");
   if (std::abs(body.robot->getMass() - tree.mass_kg()) > 1e-6) {
-    refuse(std::to_string(body.robot->getMass()) + " kg");
+    refuse(file, tree, std::to_string(body.robot->getMass()) + " kg");
+  }
+}
+
+/// Finds the links. Frames without mass that carry nothing are taken out of DART, which would move
+/// them through every impulse.
+void map_links(const robot::RobotTree& tree, const std::string& file, DartBody& body) {
+  const std::vector<robot::Link>& links = tree.links();
+  std::vector<bool> body_needed(links.size(), false);
+  for (std::size_t i = links.size(); i-- > 0;) {
+    const bool moves = links[i].type != robot::JointType::kFixed;
+    if (moves || links[i].parent < 0 || links[i].inertia.mass_kg > 0.0) body_needed[i] = true;
+    if (body_needed[i] && links[i].parent >= 0) {
+      body_needed[static_cast<std::size_t>(links[i].parent)] = true;
+    }
+  }
+  for (std::size_t i = links.size(); i-- > 0;) {  // the tree may have frames that the file lacks
+    auto* node = body_needed[i] ? nullptr : body.robot->getBodyNode(links[i].name);
+    if (node != nullptr) node->remove();
+  }
+  for (const robot::Link& link : links) {  // parents come first
+    if (!body_needed[body.link.size()]) {
+      const DartLink& parent = body.at(link.parent);
+      body.link.push_back({parent.node, parent.X_NL * link.X_PJ});
+      continue;
+    }
+    body.link.push_back({body.robot->getBodyNode(link.name), Eigen::Isometry3d::Identity()});
+    if (body.link.back().node == nullptr) refuse(file, tree, "no link '" + link.name + "'");
   }
 }
 
@@ -93,12 +121,12 @@ void add_box(BodyNode& body, const Eigen::Vector3d& size_m, const Eigen::Isometr
 
 void add_soles(const robot::Biped& biped, double friction, DartBody& body) {
   for (const robot::Biped::Leg& leg : biped.leg) {
-    const Eigen::Isometry3d X_FS = body.X_WL(leg.foot).inverse() * body.X_WL(leg.sole);
+    const Eigen::Isometry3d X_NS =
+        body.at(leg.foot).node->getWorldTransform().inverse() * body.X_WL(leg.sole);
     Eigen::Vector3d size, middle;
     size << leg.max_S_m - leg.min_S_m, kSoleThickness_m;
     middle << 0.5 * (leg.min_S_m + leg.max_S_m), 0.5 * kSoleThickness_m;
-    add_box(*body.link[static_cast<std::size_t>(leg.foot)], size,
-            X_FS * Eigen::Translation3d(middle), friction);
+    add_box(*body.at(leg.foot).node, size, X_NS * Eigen::Translation3d(middle), friction);
   }
 }
 
@@ -174,7 +202,11 @@ void check(const BodyOptions& options) {
 }  // namespace
 
 Eigen::Isometry3d DartBody::X_WL(int index) const {
-  return link[static_cast<std::size_t>(index)]->getWorldTransform();
+  return at(index).node->getWorldTransform() * at(index).X_NL;
+}
+
+Eigen::Vector3d DartBody::velocity(int index) const {
+  return at(index).node->getLinearVelocity(at(index).X_NL.translation());
 }
 
 Eigen::Isometry3d DartBody::X_WB() const { return robot->getBodyNode(0)->getWorldTransform(); }
@@ -184,11 +216,12 @@ DartBody make_dart_body(const robot::Biped& biped, const std::string& urdf_file,
   check(options);
   DartBody body;
   body.robot = load(urdf_file);
-  map_names(biped.tree, urdf_file, body);
+  map_joints(biped.tree, urdf_file, body);
+  map_links(biped.tree, urdf_file, body);
   body.R_WG = (Eigen::AngleAxisd(options.slope_rad.x(), Eigen::Vector3d::UnitY()) *
                Eigen::AngleAxisd(options.slope_rad.y(), Eigen::Vector3d::UnitX()))
                   .toRotationMatrix();
-  BodyNode& trunk = *body.link[static_cast<std::size_t>(biped.trunk)];
+  BodyNode& trunk = *body.at(biped.trunk).node;
   trunk.setMass(trunk.getMass() + options.payload_kg);
   body.robot->disableSelfCollisionCheck();
 

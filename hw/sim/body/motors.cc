@@ -11,7 +11,6 @@ namespace {
 // Figures of the plants [walking.md 8.3]. The damping is small because DART's contact impulses do
 // not know the springs: a strong damper would make loaded joints soft [walking.md 8.2].
 constexpr double kStrong_n_m_rad = 6000.0;  ///< legs and trunk
-constexpr double kArm_n_m_rad = 600.0;
 constexpr double kAnkleBush_n_m_rad = 1500.0;
 constexpr double kDamping_s = 0.003;  ///< of the stiffness
 constexpr double kServoGain_1_s = 200.0;
@@ -48,11 +47,11 @@ Motors::Motors(const robot::Biped& biped, const DartBody& body, const BodyOption
     const robot::Link& link = biped.tree.moved(joint);
     Motor& motor = motors_[i];
     motor.dof = body.dof[i];
-    motor.servo = options.plant == Plant::kServo && !in_ankle(biped, joint);
     const bool strong = in_leg(biped, joint) || bears_trunk(biped, joint);
-    motor.stiffness_n_m_rad = options.plant == Plant::kServo ? kAnkleBush_n_m_rad
-                              : strong                       ? kStrong_n_m_rad
-                                                             : kArm_n_m_rad;
+    const bool bush = options.plant == Plant::kServo && in_ankle(biped, joint);
+    motor.servo = options.plant == Plant::kServo && strong && !bush;
+    motor.stiffness_n_m_rad =
+        bush ? kAnkleBush_n_m_rad : (strong ? kStrong_n_m_rad : options.arm_stiffness_n_m_rad);
     motor.damping_n_m_s_rad = kDamping_s * motor.stiffness_n_m_rad;
     motor.speed_rad_s = options.motor_speed_share * or_infinite(link.max_speed);
     motor.torque_n_m = options.motor_torque_share * or_infinite(link.max_effort);
@@ -102,8 +101,11 @@ void Motors::drive(Motor& motor, double set_point) {
         std::clamp(kServoGain_1_s * (motor.wanted_rad - q), -motor.speed_rad_s, motor.speed_rad_s));
     return;
   }
-  const double give = motor.torque_n_m / motor.stiffness_n_m_rad;
-  motor.dof->setRestPosition(std::clamp(motor.wanted_rad, q - give, q + give));
+  const double most_rad = motor.torque_n_m / motor.stiffness_n_m_rad;
+  const double beyond_rad = motor.beyond_spring_n_m / motor.stiffness_n_m_rad;
+  motor.stretch_rad =
+      std::clamp(motor.wanted_rad - q, -most_rad - beyond_rad, most_rad - beyond_rad);
+  motor.dof->setRestPosition(q + motor.stretch_rad);
 }
 
 void Motors::drive(const Eigen::VectorXd& set_point) {
@@ -112,15 +114,12 @@ void Motors::drive(const Eigen::VectorXd& set_point) {
   }
 }
 
-void Motors::add_torque(Eigen::VectorXd& sum) const {
+void Motors::feel(const Eigen::VectorXd& torque) {
   for (std::size_t i = 0; i < motors_.size(); ++i) {
-    const Motor& motor = motors_[i];
-    const double q = motor.dof->getPosition(), dq = motor.dof->getVelocity();
-    const double spring =
-        motor.stiffness_n_m_rad * (motor.dof->getRestPosition() - q) - motor.damping_n_m_s_rad * dq;
-    sum[static_cast<Eigen::Index>(i)] += motor.off     ? 0.0
-                                         : motor.servo ? motor.dof->getConstraintImpulse() / dt_s_
-                                                       : spring;
+    Motor& motor = motors_[i];
+    if (motor.servo || motor.off) continue;
+    motor.beyond_spring_n_m =
+        torque[static_cast<Eigen::Index>(i)] - motor.stiffness_n_m_rad * motor.stretch_rad;
   }
 }
 

@@ -11,8 +11,8 @@ class Motors {
   void fail(int joint, MotorFault fault);
   /// Before every step of the world. `set_point`: dof [rad].
   void drive(const Eigen::VectorXd& set_point);
-  /// After it: adds the joints' torques [N m].
-  void add_torque(Eigen::VectorXd& sum) const;
+  /// After it: what the joints really bore (JointLoads), dof [N m].
+  void feel(const Eigen::VectorXd& torque);
 
  private:
   struct Motor {
@@ -22,7 +22,10 @@ class Motors {
     double speed_rad_s = 0.0, torque_n_m = 0.0;  ///< most
     double lower_rad = 0.0, upper_rad = 0.0;
     double wanted_rad = 0.0;  ///< what the motor's own ramp has come to
-    double command_n_m = 0.0;
+    /// What the joint bears beyond its spring's equation (see JointLoads): the torque limit is of
+    /// the real torque.
+    double beyond_spring_n_m = 0.0;
+    double stretch_rad = 0.0;  ///< of the spring, before the step
     bool off = false, locked = false;
   };
   void set_up(Motor& motor);

@@ -1,12 +1,26 @@
 #pragma once
+#include <span>
 #include <string>
 
-#include "common/robot/biped.h"
+#include "common/model/files.h"
 
 namespace mimesis::hw::sim {
 
-inline std::string biped_urdf() { return std::string(MIMESIS_SOURCE_DIR) + "/models/biped.urdf"; }
+/// A robot of models/, with the URDF that it is made of.
+struct TestRobot {
+  robot::Biped biped;
+  std::string urdf;
 
-robot::Biped hrp2_like();
+  std::span<const double> half_sitting() const {
+    return {biped.half_sitting.data(), static_cast<std::size_t>(biped.half_sitting.size())};
+  }
+  double weight_n() const { return biped.tree.mass_kg() * robot::kGravity; }
+};
+
+/// @throws ConfigError if the file or what it names is not there
+inline TestRobot test_robot(const std::string& name = "biped.yaml") {
+  const std::string file = std::string(MIMESIS_SOURCE_DIR) + "/models/" + name;
+  return {model::load_biped(file), model::urdf_of_biped(file)};
+}
 
 }  // namespace mimesis::hw::sim
