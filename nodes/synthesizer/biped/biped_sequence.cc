@@ -121,7 +121,7 @@ double BipedDrawerSequence::comfortable_m() const {
 std::string BipedDrawerSequence::set_task(const BipedTask& task) {
   if (task == task_) return {};
   const Eigen::Vector2d way = on_way(task.front_W_m);
-  if (std::abs(way.y()) > kAcross_m) {
+  if (across(task.front_W_m)) {
     return "the drawer moved " + std::to_string(way.y()) + " m across the way to it";
   }
   front_m_ = way.x();
@@ -139,8 +139,7 @@ void BipedDrawerSequence::see_drawer(const DrawerSeen* seen) {
   const double depth =
       on_way(seen->object_W_m.head<2>()).x() + seen->opened_m - on_way(seen->front_W_m).x();
   if (std::abs(depth - task_.object_depth_m) > kMoved_m) task.object_depth_m = depth;
-  const std::string why = set_task(task);
-  if (!why.empty()) state_.refused = why;
+  if (!across(task.front_W_m)) set_task(task);
 }
 
 // ---- steps

@@ -105,6 +105,10 @@ class BipedDrawerSequence {
   /// The drawer (or the object) is elsewhere from now on; if it is seen, that counts. Why not, if
   /// it moved across the way: then the old place stays.
   std::string set_task(const BipedTask& task);
+  /// A front that is too far across the way to be followed.
+  bool across(const Eigen::Vector2d& front_W_m) const {
+    return std::abs(on_way(front_W_m).y()) > kAcross_m;
+  }
   /// Joints that the upper body comes from: what differs fades.
   void set_posture(const Eigen::VectorXd& q);
 
