@@ -20,6 +20,7 @@
 #include "tools/mimesis/number_check.h"
 #include "tools/mimesis/table.h"
 #include "tools/mimesis/verbs.h"
+#include "tools/mimesis/walk/figures/figures.h"
 
 namespace mimesis::tool {
 namespace {
@@ -36,6 +37,7 @@ std::vector<Figure> all_figures() {
   std::vector<Figure> all;
   std::ranges::move(cognition::figures(), std::back_inserter(all));
   std::ranges::move(synthesizer::figures(), std::back_inserter(all));
+  std::ranges::move(walk::figures(), std::back_inserter(all));
   return all;
 }
 

@@ -138,7 +138,7 @@ TrialResult run_trial(const TrialSpec& spec, const std::function<void(const Tria
     physics += Clock::now() - after;
     times.push_back(seconds(after - before));
     observer.tick(out, world.truth());
-    if (watch) watch({world.time_s(), out, world.truth()});
+    if (watch) watch({world.time_s(), out, world.truth(), world.sensors()});
   }
   TrialResult result = observer.result();
   result.name = spec.name;

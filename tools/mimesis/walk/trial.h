@@ -33,6 +33,7 @@ struct TrialTick {
   double time_s;
   walker::WalkerOutput out;  ///< of the walker
   hw::sim::BodyTruth truth;  ///< after it
+  hw::sim::BodySensors sensors;
 };
 
 /// How it went.
