@@ -10,7 +10,7 @@
 #include "hw/sim/body/body_params_node.h"
 #include "hw/sim/body/body_world.h"
 #include "hw/sim/body/outcome_node.h"
-#include "hw/sim/drives/rack.h"
+#include "hw/sim/cia402/rack.h"
 #include "proto/arm.pb.h"
 #include "proto/foxglove/transform.pb.h"
 #include "proto/walker.pb.h"

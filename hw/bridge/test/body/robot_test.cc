@@ -1,6 +1,4 @@
 // Bridge and simulated body on four CAN buses, in explicit time.
-#include "hw/sim/body/sim_body_node.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -9,6 +7,7 @@
 #include "common/error.h"
 #include "common/testing/loopback.h"
 #include "hw/bridge/bridge_node.h"
+#include "hw/sim/body/sim_body_node.h"
 
 namespace mimesis::hw::sim {
 namespace {
