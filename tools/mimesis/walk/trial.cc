@@ -127,7 +127,8 @@ TrialResult run_trial(const TrialSpec& spec, const std::function<void(const Tria
   Clock::duration physics{};
   walker::WalkerWish wish;
   const Eigen::Vector2d start = world.truth().X_WB.translation().head<2>();
-  for (int k = 0; k < ticks && !world.truth().fell; ++k) {
+  bool ends = false;
+  for (int k = 0; k < ticks && !world.truth().fell && !ends; ++k) {
     if (spec.wish) wish = spec.wish(k * kTick_s);
     on_their_way.push_back(to_walker(world.sensors()));
     const auto before = Clock::now();
@@ -138,7 +139,7 @@ TrialResult run_trial(const TrialSpec& spec, const std::function<void(const Tria
     physics += Clock::now() - after;
     times.push_back(seconds(after - before));
     observer.tick(out, world.truth());
-    if (watch) watch({world.time_s(), out, world.truth(), world.sensors()});
+    if (watch) watch({world.time_s(), out, world.truth(), world.sensors(), world, ends});
   }
   TrialResult result = observer.result();
   result.name = spec.name;

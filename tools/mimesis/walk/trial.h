@@ -28,12 +28,14 @@ struct TrialSpec {
   int delay_ticks = 1;  ///< of sensors on their way to the walker
 };
 
-/// One tick, for plots.
+/// One tick, for plots and for worlds with more than a robot in them.
 struct TrialTick {
   double time_s;
-  walker::WalkerOutput out;  ///< of the walker
-  hw::sim::BodyTruth truth;  ///< after it
-  hw::sim::BodySensors sensors;
+  const walker::WalkerOutput& out;  ///< of the walker
+  const hw::sim::BodyTruth& truth;  ///< after it
+  const hw::sim::BodySensors& sensors;
+  hw::sim::BodyWorld& world;
+  bool& ends;  ///< set: this tick is the last
 };
 
 /// How it went.
