@@ -16,12 +16,12 @@
 namespace mimesis::hw::bridge {
 
 struct BridgeParams {
-  double rate_hz = 200.0;             ///< of SYNC and of steps [Hz]
-  double offset_s = 0.0;              ///< of the first step within the period [s]
-  std::string robot = "lwr4.yaml";    ///< model file: limits, order of joints
-  double a_max_rad_s2 = 300.0;        ///< of a walking robot's joints [rad/s²]
-  std::string can = "embedded:arm";   ///< bus of the drives, see hw/can/bus.h
-  std::vector<BusShare> buses{};      ///< several buses, instead of `can`
+  double rate_hz = 200.0;                             ///< of SYNC and of steps [Hz]
+  double offset_s = 0.0;                              ///< of the first step within the period [s]
+  std::string robot = "lwr4.yaml";                    ///< model file: limits, order of joints
+  double a_max_rad_s2 = kWalkingAcceleration_rad_s2;  ///< of a walking robot's joints [rad/s²]
+  std::string can = "embedded:arm";                   ///< bus of the drives, see hw/can/bus.h
+  std::vector<BusShare> buses{};                      ///< several buses, instead of `can`
   std::string hand = "unix:hand";     ///< tcp:HOST:PORT, unix:NAME, or empty for no hand
   bool readonly = false;              ///< listens to the drives and sends nothing; no hand
   double silence_s = 0.1;             ///< no command for longer: the stream has ended [s]

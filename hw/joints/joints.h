@@ -10,6 +10,10 @@
 /// What bridge and simulated drives must agree on: a robot's joints and the buses of their drives.
 namespace mimesis::hw {
 
+/// Bound on accelerations of a walking robot's set-points: several times what a walk needs, so that
+/// its stream passes unchanged.
+inline constexpr double kWalkingAcceleration_rad_s2 = 300.0;
+
 /// The joints of a robot, whatever kind of file it is described in.
 struct Joints {
   std::vector<std::string> names{};  ///< of an arm: A1 ... An

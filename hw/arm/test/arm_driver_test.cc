@@ -9,7 +9,7 @@
 #include "common/testing/no_malloc.h"
 #include "hw/can/bus.h"
 #include "hw/can/memory.h"
-#include "hw/sim/drives/rack.h"
+#include "hw/sim/cia402/rack.h"
 
 namespace mimesis::hw::arm {
 namespace {

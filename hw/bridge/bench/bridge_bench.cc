@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "hw/arm/group_driver.h"
-#include "hw/sim/drives/rack.h"
+#include "hw/sim/cia402/rack.h"
 
 namespace mimesis::hw {
 namespace {

@@ -7,7 +7,7 @@
 
 #include "common/model/files.h"
 #include "common/testing/loopback.h"
-#include "hw/sim/drives/rack.h"
+#include "hw/sim/cia402/rack.h"
 #include "hw/sim/hand/hand_plant.h"
 #include "hw/sim/hand/hand_server.h"
 

@@ -8,7 +8,6 @@
 #include "common/model/files.h"
 #include "common/robot/leg_ik.h"
 #include "hw/arm/setpoint_limiter.h"
-#include "hw/bridge/bridge_node.h"
 #include "hw/joints/joints.h"
 
 namespace mimesis::hw {
@@ -71,7 +70,7 @@ std::span<const double> elements(const Eigen::VectorXd& v) {
 
 TEST(WalkStream, PassesTheLimiterUnchanged) {
   const robot::Biped biped = model::load_biped("biped.yaml");
-  const Joints joints = load_joints("biped.yaml", bridge::BridgeParams{}.a_max_rad_s2);
+  const Joints joints = load_joints("biped.yaml", kWalkingAcceleration_rad_s2);
   for (const double speed : {0.1, 0.2, 0.3}) {
     const Walk walk(biped, speed);
     arm::SetpointLimiter limiter(joints.limits, kTick_s);

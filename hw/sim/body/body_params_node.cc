@@ -23,4 +23,18 @@ BodyOptions body_options(const SimBodyParams& p) {
   return options;
 }
 
+DrawerSettings drawer_settings(const DrawerParams& p) {
+  DrawerSettings settings{.front_W_m = {p.front_x_m, p.front_y_m},
+                          .yaw_rad = p.yaw_rad,
+                          .handle_height_m = p.handle_height_m,
+                          .handle_left_m = p.handle_left_m,
+                          .object_height_m = p.object_height_m,
+                          .object_left_m = p.object_left_m,
+                          .object_depth_m = p.object_depth_m,
+                          .friction_n = p.friction_n,
+                          .viscous_n_s_m = p.viscous_n_s_m};
+  for (const JumpParams& jump : p.jumps) settings.jumps.push_back({jump.at_s, jump.by_m});
+  return settings;
+}
+
 }  // namespace mimesis::hw::sim

@@ -6,6 +6,7 @@
 #include "hw/arm/axis.h"
 #include "hw/joints/joints.h"
 #include "hw/sim/body/body_world.h"
+#include "hw/sim/body/drawer.h"
 
 namespace mimesis::hw::sim {
 
@@ -52,6 +53,41 @@ struct FaultParams {
   }
 };
 
+/// The drawer is pushed to another place.
+struct JumpParams {
+  double at_s = 0.0, by_m = 0.0;
+
+  void visit(runtime::ParamVisitor& v) {
+    v("at_s", at_s, 0.0, 1e6);
+    v("by_m", by_m, -2.0, 2.0);
+  }
+};
+
+/// The drawer before the robot, if there is one; see drawer.h.
+struct DrawerParams {
+  bool present = false;
+  double front_x_m = 2.6, front_y_m = 0.0, yaw_rad = 0.0;  ///< closed front, axis into it
+  double handle_height_m = 0.92, handle_left_m = 0.14;
+  double object_height_m = 0.90, object_left_m = 0.0, object_depth_m = 0.25;
+  double friction_n = 7.0, viscous_n_s_m = 5.0;
+  std::vector<JumpParams> jumps{};
+
+  void visit(runtime::ParamVisitor& v) {
+    v("present", present);
+    v("front_x_m", front_x_m, -100.0, 100.0);
+    v("front_y_m", front_y_m, -100.0, 100.0);
+    v("yaw_rad", yaw_rad, -3.15, 3.15);
+    v("handle_height_m", handle_height_m, 0.0, 3.0);
+    v("handle_left_m", handle_left_m, -1.0, 1.0);
+    v("object_height_m", object_height_m, 0.0, 3.0);
+    v("object_left_m", object_left_m, -1.0, 1.0);
+    v("object_depth_m", object_depth_m, 0.0, 1.0);
+    v("friction_n", friction_n, 0.0, 100.0);
+    v("viscous_n_s_m", viscous_n_s_m, 0.0, 1000.0);
+    runtime::list(v, "jumps", jumps);
+  }
+};
+
 struct SimBodyParams {
   double rate_hz = 200.0;             ///< of steps [Hz]
   double offset_s = 0.0025;           ///< of the first step: after the bridge's [s]
@@ -77,6 +113,7 @@ struct SimBodyParams {
   double force_noise_n = 0.0;       ///< of the feet's force sensors [N]
   std::vector<PushParams> pushes{};
   std::vector<FaultParams> faults{};
+  DrawerParams drawer{};
 
   double time_limit_s = 0.0;  ///< then the outcome is a failure; 0: none [s]
   double settle_s = 1.0;      ///< stands at the goal for so long: the outcome is a success [s]
@@ -105,11 +142,13 @@ struct SimBodyParams {
     v("force_noise_n", force_noise_n, 0.0, 1000.0);
     runtime::list(v, "pushes", pushes);
     runtime::list(v, "faults", faults);
+    v.group("drawer", [&](auto& g) { drawer.visit(g); });
     v("time_limit_s", time_limit_s, 0.0, 1e6);
     v("settle_s", settle_s, 0.0, 100.0);
   }
 };
 
 BodyOptions body_options(const SimBodyParams& params);
+DrawerSettings drawer_settings(const DrawerParams& params);
 
 }  // namespace mimesis::hw::sim

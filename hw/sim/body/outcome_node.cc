@@ -39,7 +39,7 @@ void OutcomeJudge::watch_steps() {
   }
 }
 
-void OutcomeJudge::step(runtime::Time now, const BodyTruth& truth) {
+void OutcomeJudge::step(runtime::Time now, const BodyTruth& truth, const Drawer* drawer) {
   const v1::WalkBalance* balance = balance_.fresh(now, runtime::from_seconds(kPlanTooOld_s));
   std::optional<Eigen::Vector2d> zmp;
   if (balance != nullptr) zmp = ground(balance->zmp_planned_in_world_m());
@@ -47,23 +47,29 @@ void OutcomeJudge::step(runtime::Time now, const BodyTruth& truth) {
   // Before there is a plan the robot settles on its feet: that is no walk.
   const bool walks = planned_.state() > v1::WALK_STATE_WAITING;
   if (walks || truth.fell) judge_.tick(truth, zmp);
+  if (!ended_) decide(now, truth, drawer);
+}
 
+void OutcomeJudge::decide(runtime::Time now, const BodyTruth& truth, const Drawer* drawer) {
   const bool stands = reached_ && planned_.state() == v1::WALK_STATE_STANDING;
   if (!stands) standing_since_s_ = std::nullopt;
   if (stands && !standing_since_s_) standing_since_s_ = truth.time_s;
-  if (truth.fell) return end(now, false, "fell: " + truth.how);
-  if (stands && truth.time_s - *standing_since_s_ >= settings_.settle_s) return end(now, true, "");
+  if (truth.fell) return end(now, "fell: " + truth.how, drawer);
+  if (stands && truth.time_s - *standing_since_s_ >= settings_.settle_s) {
+    const bool taken = drawer == nullptr || drawer->now().taken;
+    return end(now, taken ? "" : "the object was not taken", drawer);
+  }
   if (settings_.time_limit_s > 0.0 && truth.time_s >= settings_.time_limit_s) {
-    end(now, false, reached_ ? "does not stand at the goal in time" : "goal not reached in time");
+    end(now, reached_ ? "does not stand at the goal in time" : "goal not reached in time", drawer);
   }
 }
 
-void OutcomeJudge::end(runtime::Time now, bool success, const std::string& reason) {
-  if (std::exchange(ended_, true)) return;
+void OutcomeJudge::end(runtime::Time now, const std::string& failure, const Drawer* drawer) {
+  ended_ = true;
   const WalkFigures& f = judge_.figures();
   v1::WalkOutcome out;
-  out.set_success(success);
-  out.set_reason(reason);
+  out.set_success(failure.empty());
+  out.set_reason(failure);
   out.set_fell(f.fell);
   out.set_steps(static_cast<std::uint32_t>(f.steps));
   out.set_step_error_max_m(f.step_error_max_m);
@@ -72,8 +78,9 @@ void OutcomeJudge::end(runtime::Time now, bool success, const std::string& reaso
   out.set_ankle_pitch_peak_n_m(f.ankle_pitch_peak_n_m);
   out.set_normal_peak_n(f.normal_peak_n);
   out.set_zmp_error_rms_m(f.zmp_error_rms_m.norm());
+  if (drawer != nullptr) out.set_reach_error_m(drawer->reach_error_m().value_or(0.0));
   outcome_.send(out, now);
-  runtime::info("outcome: {}, {} steps", success ? "stands at the goal" : reason, f.steps);
+  runtime::info("outcome: {}, {} steps", failure.empty() ? "stands at the goal" : failure, f.steps);
 }
 
 }  // namespace mimesis::hw::sim

@@ -2,6 +2,7 @@
 #include <optional>
 
 #include "common/runtime/ports.h"
+#include "hw/sim/body/drawer.h"
 #include "hw/sim/body/walk_judge.h"
 #include "proto/motion.pb.h"
 #include "proto/walker.pb.h"
@@ -17,12 +18,13 @@ class OutcomeJudge {
   };
   OutcomeJudge(const Settings& settings, runtime::Bus& bus);
 
-  /// After every step of the world.
-  void step(runtime::Time now, const BodyTruth& truth);
+  /// After every step of the world. `drawer`: null if there is none; else the object is the goal.
+  void step(runtime::Time now, const BodyTruth& truth, const Drawer* drawer);
 
  private:
   void watch_steps();
-  void end(runtime::Time now, bool success, const std::string& reason);
+  void decide(runtime::Time now, const BodyTruth& truth, const Drawer* drawer);
+  void end(runtime::Time now, const std::string& failure, const Drawer* drawer);
 
   Settings settings_;
   WalkJudge judge_;

@@ -56,6 +56,7 @@ SimBodyNode::SimBodyNode(const Params& params, runtime::Bus& bus)
       sensors_(bus, "sensors"),
       truth_(bus, "truth"),
       arm_(bus, "arm"),
+      drawer_state_(bus, "drawer"),
       transforms_(bus, "transforms") {
   for (const PushParams& p : params.pushes) {
     if (!p.link.empty()) biped_.tree.require_link(p.link);
@@ -63,6 +64,14 @@ SimBodyNode::SimBodyNode(const Params& params, runtime::Bus& bus)
                  .duration_s = p.duration_s,
                  .impulse_W_ns = {p.x_n_s, p.y_n_s, p.z_n_s},
                  .link = p.link});
+  }
+  if (params.drawer.present) {
+    for (const robot::Side side : robot::kSides) {
+      if (biped_.hand[side] < 0) {
+        throw ConfigError("drawer.present: '" + biped_.tree.name() + "' has not two hands");
+      }
+    }
+    drawer_.emplace(drawer_settings(params.drawer));
   }
   for (const FaultParams& fault : params.faults) biped_.tree.require_joint(fault.joint);
   std::ranges::stable_sort(params_.faults, {}, &FaultParams::at_s);
@@ -131,7 +140,15 @@ void SimBodyNode::move_world(runtime::Time now) {
   }
   for (std::size_t i = 0; i < drives_.size(); ++i) motors_[i] = drives_[i]->world_joint().motor();
   world_.step(motors_, duration_s);
+  if (drawer_) move_drawer(duration_s);
   if (world_.trouble() != trouble_) runtime::warn("{}", trouble_ = world_.trouble());
+}
+
+void SimBodyNode::move_drawer(double dt_s) {
+  // Hands grip whatever they are held at: nobody commands fingers yet.
+  const DrawerHands hands{.p_W_m = world_.truth().hand_W_m, .grips = {true, true}};
+  const Eigen::Vector3d force_W_n = drawer_->step(world_.time_s(), dt_s, hands);
+  world_.pull(biped_.hand[robot::kLeft], Eigen::Vector3d::Zero(), force_W_n);
 }
 
 void SimBodyNode::step(runtime::Time now) {
@@ -141,7 +158,7 @@ void SimBodyNode::step(runtime::Time now) {
   last_ = now;
   measure();
   for (const auto& rack : racks_) rack->answer(now);
-  judge_.step(now, world_.truth());
+  judge_.step(now, world_.truth(), drawer_ ? &*drawer_ : nullptr);
   publish(now);
   ++steps_;
 }
@@ -164,6 +181,10 @@ void SimBodyNode::publish(runtime::Time now) {
   arm_message_.set_operational(operational);
   arm_.send(arm_message_, now);
 
+  if (drawer_) {
+    to_proto(drawer_->now(), drawer_message_);
+    drawer_state_.send(drawer_message_, now);
+  }
   const auto every =
       static_cast<std::uint64_t>(std::max(1.0, std::round(params_.rate_hz / kTransformsRateHz)));
   if (steps_ % every != 0) return;

@@ -9,8 +9,9 @@
 #include "hw/joints/joints.h"
 #include "hw/sim/body/body_params_node.h"
 #include "hw/sim/body/body_world.h"
+#include "hw/sim/body/drawer.h"
 #include "hw/sim/body/outcome_node.h"
-#include "hw/sim/drives/rack.h"
+#include "hw/sim/cia402/rack.h"
 #include "proto/arm.pb.h"
 #include "proto/foxglove/transform.pb.h"
 #include "proto/walker.pb.h"
@@ -31,6 +32,7 @@ class SimBodyNode {
   void open_buses(runtime::Bus& bus);
   void make_trouble();
   void move_world(runtime::Time now);
+  void move_drawer(double dt_s);
   void measure();
   void publish(runtime::Time now);
 
@@ -38,6 +40,7 @@ class SimBodyNode {
   robot::Biped biped_;
   Joints joints_;
   BodyWorld world_;
+  std::optional<Drawer> drawer_;
   std::vector<std::unique_ptr<Rack>> racks_;
   std::vector<Drive*> drives_;  // of all racks, in the model's order
   std::vector<double> motors_;  // set-points [rad]
@@ -52,10 +55,12 @@ class SimBodyNode {
   runtime::Out<v1::BodySensors> sensors_;
   runtime::Out<v1::BodyTruth> truth_;
   runtime::Out<v1::ArmState> arm_;
+  runtime::Out<v1::DrawerState> drawer_state_;
   runtime::Out<foxglove::FrameTransforms> transforms_;
   v1::BodySensors sensors_message_;
   v1::BodyTruth truth_message_;
   v1::ArmState arm_message_;
+  v1::DrawerState drawer_message_;
 };
 
 }  // namespace mimesis::hw::sim

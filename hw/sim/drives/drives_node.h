@@ -6,7 +6,7 @@
 #include "common/runtime/params.h"
 #include "common/runtime/ports.h"
 #include "hw/arm/axis.h"
-#include "hw/sim/drives/rack.h"
+#include "hw/sim/cia402/rack.h"
 #include "proto/arm.pb.h"
 
 namespace mimesis::hw::sim {

@@ -1,7 +1,7 @@
 // What a Drive answers on the bus: NMT, SDO server, PDOs.
 #include <algorithm>
 
-#include "hw/sim/drives/drive.h"
+#include "hw/sim/cia402/drive.h"
 
 namespace mimesis::hw::sim {
 namespace {

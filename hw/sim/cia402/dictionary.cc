@@ -1,4 +1,4 @@
-#include "hw/sim/drives/dictionary.h"
+#include "hw/sim/cia402/dictionary.h"
 
 namespace mimesis::hw::sim {
 

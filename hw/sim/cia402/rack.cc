@@ -1,4 +1,4 @@
-#include "hw/sim/drives/rack.h"
+#include "hw/sim/cia402/rack.h"
 
 namespace mimesis::hw::sim {
 

@@ -1,6 +1,4 @@
 // Bridge and simulated body on four CAN buses, in explicit time.
-#include "hw/sim/body/sim_body_node.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -9,6 +7,7 @@
 #include "common/error.h"
 #include "common/testing/loopback.h"
 #include "hw/bridge/bridge_node.h"
+#include "hw/sim/body/sim_body_node.h"
 
 namespace mimesis::hw::sim {
 namespace {
@@ -132,7 +131,10 @@ TEST_F(Robot, StandsOnItsBrakesThenPowered) {
   EXPECT_EQ(count(v1::DRIVE_STATE_SWITCH_ON_DISABLED), 30);
   expect_stands(1s, false, "on its brakes");
   start_bridge();
-  run(1s);
+  for (int k = 0; k < 200; ++k) {
+    tick(true);
+    EXPECT_NEAR(foot_force(), 58.0 * robot::kGravity, 15.0) << "enabled where its motors are held";
+  }
   ASSERT_EQ(status.state(), "following") << status.reason();
   EXPECT_EQ(count(v1::DRIVE_STATE_OPERATION_ENABLED), 30);
   const v1::BridgeStatus before = status;
@@ -297,6 +299,29 @@ TEST_F(Robot, TakesPushesAndMotorFaultsAsMessages) {
   EXPECT_EQ(outcomes[0].reason(), "fell: " + truth.how());
 }
 
+TEST_F(Robot, APushToTheLeftLoadsTheLeftFoot) {
+  start_body({.pushes = {{.at_s = 0.5, .y_n_s = 8.0}}});
+  run(500ms, false);
+  double left = 0.0, right = 0.0;
+  for (int k = 0; k < 40; ++k) {
+    tick(false);
+    left = std::max(left, sensors.feet(0).force_z_n() - sensors.feet(1).force_z_n());
+    right = std::min(right, truth.normal_n(0) - truth.normal_n(1));
+  }
+  EXPECT_GT(left, 100.0);
+  EXPECT_GT(right, -left);
+  EXPECT_EQ(sensors.feet(0).foot(), v1::FOOT_LEFT);
+  EXPECT_GT(truth.feet(0).position_in_world_m().y_m(), 0.05);
+  EXPECT_GT(truth.hands_in_world_m(0).y_m(), 0.05);
+}
+
+TEST_F(Robot, StandsSquareOnASlopeThatRisesForward) {
+  start_body({.slope_forward_rad = 0.05, .slope_left_rad = 0.02});
+  run(50ms, false);
+  EXPECT_NEAR(2.0 * truth.world_from_pelvis().y(), -0.05, 0.005) << "nose up";
+  EXPECT_NEAR(2.0 * truth.world_from_pelvis().x(), 0.02, 0.005) << "left side up";
+}
+
 TEST_F(Robot, ReachesTheGoalOnceItStandsThere) {
   start_body({.time_limit_s = 5.0, .settle_s = 0.5});
   start_bridge();
@@ -315,6 +340,50 @@ TEST_F(Robot, ReachesTheGoalOnceItStandsThere) {
   ASSERT_EQ(outcomes.size(), 1u) << "once";
   EXPECT_TRUE(outcomes[0].success());
   EXPECT_NEAR(outcomes[0].normal_peak_n(), 569.0, 10.0);
+}
+
+TEST_F(Robot, TellsOfTheDrawerAndWantsItsObject) {
+  start_body(
+      {.drawer = {.present = true, .front_x_m = 3.0, .jumps = {{1.2, 0.5}}}, .settle_s = 0.2});
+  start_bridge();
+  run(1s);
+  EXPECT_DOUBLE_EQ(body_graph.take_last<v1::DrawerState>("drawer")->front_in_world_m().x_m(), 3.0);
+  v1::WalkFeedback walk;
+  walk.set_state(v1::WALK_STATE_STANDING);
+  v1::MotionStatus motion;
+  motion.set_reached(true);
+  body_graph.send("walk", walk, now);
+  body_graph.send("motion", motion, now);
+  run(500ms);
+  const auto drawer = body_graph.take_last<v1::DrawerState>("drawer");
+  EXPECT_DOUBLE_EQ(drawer->front_in_world_m().x_m(), 3.5);
+  EXPECT_FALSE(drawer->taken());
+  ASSERT_EQ(outcomes.size(), 1u);
+  EXPECT_EQ(outcomes[0].reason(), "the object was not taken");
+  EXPECT_FALSE(outcomes[0].success());
+}
+
+TEST_F(Robot, TakesTheObjectThatIsAtItsHand) {
+  testing::Loopback elsewhere;
+  SimBodyNode twin({}, elsewhere);
+  for (Time t = 1s; t < 1100ms; t += kTick) twin.step(t);
+  const v1::Vector3 hand = elsewhere.take_last<v1::BodyTruth>("truth")->hands_in_world_m(1);
+  start_body({.drawer = {.present = true,
+                         .front_x_m = hand.x_m() - 0.1,
+                         .object_height_m = hand.z_m(),
+                         .object_left_m = hand.y_m(),
+                         .object_depth_m = 0.1},
+              .settle_s = 0.2});
+  v1::WalkFeedback walk;
+  walk.set_state(v1::WALK_STATE_STANDING);
+  v1::MotionStatus motion;
+  motion.set_reached(true);
+  body_graph.send("walk", walk, now);
+  body_graph.send("motion", motion, now);
+  run(500ms, false);
+  ASSERT_EQ(outcomes.size(), 1u);
+  EXPECT_TRUE(outcomes[0].success()) << outcomes[0].reason();
+  EXPECT_LT(outcomes[0].reach_error_m(), 0.01);
 }
 
 TEST_F(Robot, TimeIsUp) {

@@ -3,7 +3,7 @@
 #include <vector>
 
 #include "hw/can/bus.h"
-#include "hw/sim/drives/drive.h"
+#include "hw/sim/cia402/drive.h"
 
 namespace mimesis::hw::sim {
 

@@ -1,4 +1,4 @@
-#include "hw/sim/drives/axis_plant.h"
+#include "hw/sim/cia402/axis_plant.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "hw/sim/drives/drive.h"
+#include "hw/sim/cia402/drive.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "hw/sim/drives/world_joint.h"
+#include "hw/sim/cia402/world_joint.h"
 
 #include <algorithm>
 #include <cmath>

@@ -6,9 +6,9 @@
 
 #include "hw/arm/axis.h"
 #include "hw/arm/cia402.h"
-#include "hw/sim/drives/axis_plant.h"
-#include "hw/sim/drives/dictionary.h"
-#include "hw/sim/drives/world_joint.h"
+#include "hw/sim/cia402/axis_plant.h"
+#include "hw/sim/cia402/dictionary.h"
+#include "hw/sim/cia402/world_joint.h"
 
 namespace mimesis::hw::sim {
 

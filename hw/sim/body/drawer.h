@@ -1,0 +1,82 @@
+#pragma once
+#include <Eigen/Geometry>
+#include <array>
+#include <optional>
+#include <vector>
+
+#include "common/robot/biped.h"
+
+namespace mimesis::hw::sim {
+
+/// The whole piece is pushed to another place at a time; it is closed there.
+struct DrawerJump {
+  double at_s = 0.0;
+  double by_m = 0.0;  ///< along its axis, + away from the robot
+};
+
+/// A piece of furniture with one drawer [M18 fig. 3.12]. Its axis points into it, along the ground;
+/// "left" and "in front" are those of a robot that faces it.
+struct DrawerSettings {
+  Eigen::Vector2d front_W_m{2.6, 0.0};  ///< middle of the closed front
+  double yaw_rad = 0.0;                 ///< of the axis
+  double handle_height_m = 0.92, handle_left_m = 0.14;
+  double object_height_m = 0.90, object_left_m = 0.0, object_depth_m = 0.25;
+  double longest_m = 0.40;                       ///< it opens so far
+  double friction_n = 7.0, viscous_n_s_m = 5.0;  ///< of the rail
+  double near_m = 0.03, dwell_s = 0.1;           ///< a hand grips what it is so near, for so long
+  double slips_n = 40.0;                         ///< pulls the handle out of the hand
+  std::vector<DrawerJump> jumps = {};
+};
+
+/// What v1.DrawerState tells.
+struct DrawerNow {
+  Eigen::Vector3d front_W_m, handle_W_m, object_W_m;
+  double opened_m = 0.0;
+  bool held = false;   ///< the left hand has the handle
+  bool taken = false;  ///< the right hand has the object
+};
+
+/// The hands near it. What a hand is not told to grip it does not, and lets go.
+struct DrawerHands {
+  std::array<Eigen::Vector3d, 2> p_W_m{Eigen::Vector3d::Zero(),
+                                       Eigen::Vector3d::Zero()};  ///< left, right
+  std::array<bool, 2> grips{};
+};
+
+/// A drawer that hands open: it follows the left hand along its axis against the rail's friction,
+/// and carries the object for the right one. Deterministic.
+class Drawer {
+ public:
+  /// @throws ConfigError that names what is no number or out of range
+  explicit Drawer(const DrawerSettings& settings);
+
+  /// Moves on by dt to `time_s`. @return force on the left hand in W [N], at the hand's point.
+  Eigen::Vector3d step(double time_s, double dt_s, const DrawerHands& hands);
+
+  const DrawerNow& now() const { return now_; }
+  /// Of the hands when they gripped [m]: left to the handle, right to the object. Nothing: not yet.
+  std::optional<double> handle_error_m() const { return error_m_[robot::kLeft]; }
+  std::optional<double> reach_error_m() const { return error_m_[robot::kRight]; }
+  double farthest_opened_m() const { return farthest_m_; }
+
+ private:
+  void jump(double time_s);
+  void lose();
+  void grip(robot::Side side, double dt_s, const DrawerHands& hands);
+  Eigen::Vector3d follow(double dt_s, const Eigen::Vector3d& hand_W_m);
+  void show(const DrawerHands& hands);
+  Eigen::Vector3d place(double depth_m, double left_m, double height_m) const;
+
+  DrawerSettings settings_;
+  Eigen::Vector3d axis_W_, left_W_;
+  DrawerNow now_;
+  std::array<std::optional<double>, 2> error_m_;
+  std::array<double, 2> near_s_{};  ///< for so long
+  bool lost_ = false;  ///< out of a closed hand, which has to open before it grips again
+  Eigen::Vector3d handle_to_hand_W_m_ = Eigen::Vector3d::Zero();  ///< when it gripped
+  double hand_m_ = 0.0, speed_m_s_ = 0.0;                         ///< along the axis, low-passed
+  double farthest_m_ = 0.0;
+  std::size_t jumped_ = 0;
+};
+
+}  // namespace mimesis::hw::sim
