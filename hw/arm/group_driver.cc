@@ -48,7 +48,8 @@ const Reading& GroupDriver::read(Time now) {
 }
 
 Mode GroupDriver::mode_of(const Reading& part, Mode asked, bool ready) const {
-  if (part.phase != Phase::fault && any(Phase::fault)) return Mode::idle;
+  if (part.phase == Phase::fault) return asked;  // it knows whether it was told to rest since
+  if (any(Phase::fault)) return Mode::idle;
   if (asked != Mode::follow || ready) return asked;
   // Who is there already waits for the others; nobody sets out while one of them cannot.
   if (part.phase == Phase::following) return Mode::hold;

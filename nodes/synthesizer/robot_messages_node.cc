@@ -98,6 +98,25 @@ RobotFeedback to_feedback(const v1::WalkFeedback& m) {
   return f;
 }
 
+std::string fault(const v1::DrawerState& d) {
+  if (!near(d.front_in_world_m()) || !near(d.handle_in_world_m()) || !near(d.object_in_world_m())) {
+    return "front, handle or object is nowhere";
+  }
+  if (!(d.opened_m() >= -0.1 && d.opened_m() <= 2.0)) {
+    return fmt::format("{:g} m open, expected 0 .. 2", d.opened_m());
+  }
+  return {};
+}
+
+DrawerSeen to_seen(const v1::DrawerState& m) {
+  return {.front_W_m = to_eigen(m.front_in_world_m()).head<2>(),
+          .handle_W_m = to_eigen(m.handle_in_world_m()),
+          .object_W_m = to_eigen(m.object_in_world_m()),
+          .opened_m = m.opened_m(),
+          .held = m.held(),
+          .taken = m.taken()};
+}
+
 void to_proto(const RobotMotion& motion, const LimitedMotion& limited, v1::Motion& message) {
   message.set_phase_rad(motion.phase_rad);
   message.set_phase_rate_rad_s(motion.phase_rate_rad_s);

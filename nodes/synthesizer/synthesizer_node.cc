@@ -21,10 +21,22 @@ std::unique_ptr<const ActionMaps> learn_drawer(const SynthesizerParams& params) 
     if (params.goal.kind != "drawer") return nullptr;
     throw ConfigError("synthesizer.goal.kind: 'drawer' needs synthesizer.drawer: true");
   }
+  if (!params.robot.urdf.empty()) return nullptr;
   GeneratorSettings settings;
   settings.seed = static_cast<std::uint64_t>(params.drawer_seed);
   return std::make_unique<const ActionMaps>(
       learn_drawer_model(generate_drawer_data(mocap::standard_body(), Drawer{}, settings)));
+}
+
+/// The same for a robot.
+std::unique_ptr<const BipedDrawer> learn_robot_drawer(const SynthesizerParams& params) {
+  if (!params.drawer || params.robot.urdf.empty()) return nullptr;
+  const robot::RobotTree tree = robot::read_urdf(runtime::find_model_file(params.robot.urdf));
+  RobotTrialSettings settings;
+  settings.seed = static_cast<std::uint64_t>(params.drawer_seed);
+  settings.cycle_s = 2.0 * params.robot.limits.step_s;
+  return std::make_unique<const BipedDrawer>(
+      make_biped_drawer(tree, retarget::figure_of(tree, ""), settings));
 }
 
 }  // namespace
@@ -33,6 +45,7 @@ SynthesizerNode::SynthesizerNode(const Params& params, runtime::Bus& bus)
     : params_(params),
       period_s_(1.0 / params.rate_hz),
       drawer_(learn_drawer(params)),
+      robot_drawer_(learn_robot_drawer(params)),
       director_(load_motion_model(runtime::find_model_file(params.model)),
                 form(params.characters, params.formation()), params.walkers(), drawer_.get()),
       commanded_(static_cast<std::size_t>(params.characters), Time{}),
@@ -43,6 +56,7 @@ SynthesizerNode::SynthesizerNode(const Params& params, runtime::Bus& bus)
       beat_in_(bus, "beat"),
       crowd_in_(bus, "crowd"),
       feedback_in_(bus, "feedback"),
+      drawer_in_(bus, "drawer"),
       rows_(bus, "rows", {.latched = true}),
       motion_(bus, "motion"),
       batch_(bus, "characters"),
@@ -53,7 +67,8 @@ SynthesizerNode::SynthesizerNode(const Params& params, runtime::Bus& bus)
       throw ConfigError("synthesizer.robot.urdf: one robot, but synthesizer.characters is " +
                         std::to_string(params.characters));
     }
-    robot_.emplace(director_.walkers(), params.robot.limits, params.walkers().walk);
+    robot_.emplace(director_.walkers(), params.robot.limits, params.walkers().walk,
+                   robot_drawer_.get());
   }
   const auto angles = robot_ ? robot_->angles() : director_.angles(0);
   last_angles_.assign(angles.begin(), angles.end());
@@ -88,7 +103,8 @@ void SynthesizerNode::step(Time now) {
   take_beat(now);
   if (robot_) {
     take_feedback(now);
-    robot_->step(feedback(now));
+    take_drawer(now);
+    robot_->step(feedback(now), seen(now));
   } else {
     take_crowd(now);
     director_.step();
@@ -105,7 +121,7 @@ std::string SynthesizerNode::set_goal(const v1::MotionGoal& goal) {
   const Eigen::Vector2d place(goal.position_in_world_m().x_m(), goal.position_in_world_m().y_m());
   switch (goal.kind()) {
     case v1::MOTION_GOAL_KIND_DRAWER:
-      if (robot_) return "no actions for drawers are loaded (parameter drawer)";
+      if (robot_) return robot_->to_drawer({place, goal.object_depth_m()});
       return director_.to_drawer(i, {place, goal.object_depth_m()});
     case v1::MOTION_GOAL_KIND_STOP:
       robot_ ? robot_->stop() : director_.stop(i);
@@ -137,6 +153,27 @@ const RobotFeedback* SynthesizerNode::feedback(Time now) {
                 params_.robot.stale_s);
   feedback_.reset();
   return nullptr;
+}
+
+void SynthesizerNode::take_drawer(Time now) {
+  const v1::DrawerState* message = drawer_in_.take();
+  const Time stamp = drawer_in_.stamp();
+  if (message == nullptr || stamp < seen_stamp_ || stamp > now) return;
+  if (const std::string why = fault(*message); !why.empty()) {
+    if (bad_drawer_.pass()) runtime::warn("drawer: {}; ignored", why);
+    return;
+  }
+  seen_ = to_seen(*message);
+  seen_stamp_ = stamp;
+}
+
+const DrawerSeen* SynthesizerNode::seen(Time now) const {
+  const bool fresh = seen_ && now - seen_stamp_ <= runtime::from_seconds(params_.robot.stale_s);
+  return fresh ? &*seen_ : nullptr;
+}
+
+const std::vector<PlannedAction>* SynthesizerNode::plan(int i) const {
+  return robot_ ? robot_->plan() : director_.plan(i);
 }
 
 Progress SynthesizerNode::progress(int i) const {
@@ -284,7 +321,7 @@ void SynthesizerNode::publish_motion(Time now) {
 void SynthesizerNode::publish_status(Time now) {
   for (int i = 0; i < director_.size(); ++i) {
     Progress is = progress(i);
-    const std::vector<PlannedAction>* plan = director_.plan(i);
+    const std::vector<PlannedAction>* plan = this->plan(i);
     Told& told = told_[static_cast<std::size_t>(i)];
     const std::size_t actions = plan != nullptr ? plan->size() : 0;
     const bool changed = is.kind != told.kind || is.reached != told.reached ||
@@ -306,7 +343,7 @@ void SynthesizerNode::refuse(std::uint32_t character, const std::string& why, Ti
   status.set_character(character);
   if (character < static_cast<std::uint32_t>(director_.size())) {
     const int i = static_cast<int>(character);
-    status = to_proto(i, progress(i), director_.plan(i));
+    status = to_proto(i, progress(i), plan(i));
   }
   status.set_reason(why);
   status_.send(status, now);

@@ -121,7 +121,7 @@ void Walker::Impl::plan(const WalkerWish& wish) {
     walk = Wish{};
     walk.walk = false;
   }
-  if (stay) walk = Wish{.velocity_m_s = Eigen::Vector2d::Zero(), .walk = false};
+  if (stay) walk = Wish{.landing = {}, .walk = false};
   pattern->step(walk);
   if (!upper_body.wish(wish.upper_body, wish.upper_body_rate)) {
     note("wish", "the upper body's posture has the wrong size or is not finite");

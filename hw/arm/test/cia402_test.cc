@@ -77,5 +77,18 @@ TEST(StateMachine, ControlwordsLeadFromEveryStateToEnabled) {
   }
 }
 
+TEST(StateMachine, AQuickStopThatStaysPoweredIsLeftWithoutLosingPower) {
+  using enum QuickStop;
+  const std::uint16_t word = towards_enabled(quick_stop_active, 0, stays_powered);
+  EXPECT_EQ(transition(quick_stop_active, word, 0, stays_powered), operation_enabled);  // 16
+  EXPECT_EQ(next_towards_enabled(quick_stop_active, stays_powered), operation_enabled);
+  EXPECT_EQ(next_towards_enabled(quick_stop_active, disables), switch_on_disabled);
+  for (const std::uint16_t stays : {controlword::kQuickStop, controlword::kSwitchOn}) {
+    EXPECT_EQ(transition(quick_stop_active, stays, 0, stays_powered), quick_stop_active);
+  }
+  EXPECT_EQ(transition(quick_stop_active, controlword::kDisableVoltage, 0, stays_powered),
+            switch_on_disabled);
+}
+
 }  // namespace
 }  // namespace mimesis::hw::arm

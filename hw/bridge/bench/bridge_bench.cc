@@ -1,10 +1,12 @@
-// Full cycle of seven axes on the embedded bus: set-points and SYNC out, seven drives answer in the
-// same thread, feedback in. With and without the drives' own work.
+// Full cycles on the embedded bus: set-points and SYNC out, the drives answer in the same thread,
+// feedback in. With and without the drives' own work. Seven axes of an arm on one bus; thirty of a
+// biped on four.
 #include <benchmark/benchmark.h>
 
 #include <filesystem>
+#include <vector>
 
-#include "hw/arm/arm_driver.h"
+#include "hw/arm/group_driver.h"
 #include "hw/sim/drives/rack.h"
 
 namespace mimesis::hw {
@@ -12,49 +14,76 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr int kAxes = 7;
 constexpr Time kCycle = 5ms;
 
-void full_cycle(benchmark::State& state) {
+/// Driver and drives of `on_bus[i]` axes on bus i.
+class Bench {
+ public:
+  Bench(const std::vector<int>& on_bus, const std::string& directory) {
+    std::vector<std::unique_ptr<arm::ArmDriver>> parts;
+    int node = 0;
+    for (std::size_t bus = 0; bus < on_bus.size(); ++bus) {
+      const std::string address = "embedded:bench" + std::to_string(bus);
+      const auto all = [&](double x) { return Eigen::VectorXd::Constant(on_bus[bus], x); };
+      std::vector<sim::DriveConfig> drives;
+      arm::ArmOptions options;
+      for (int i = 0; i < on_bus[bus]; ++i) {
+        options.axes.push_back({.node_id = ++node});
+        drives.push_back({.axis = options.axes.back()});
+      }
+      options.limits = {.q_min = all(-2), .q_max = all(2), .v_max = all(2), .a_max = all(10)};
+      racks.push_back(std::make_unique<sim::Rack>(drives, can::open(address, directory)));
+      parts.push_back(std::make_unique<arm::ArmDriver>(options, can::open(address, directory)));
+    }
+    q.resize(static_cast<std::size_t>(node), 0.0);
+    driver.emplace(std::move(parts));
+  }
+  Phase cycle(Mode mode) {
+    const Phase phase = driver->read(now).phase;
+    driver->write(now, {.mode = mode, .position_rad = q});
+    return phase;
+  }
+  void answer() {
+    for (const auto& rack : racks) rack->step(now + kCycle / 2);
+    now += kCycle;
+  }
+
+  std::vector<std::unique_ptr<sim::Rack>> racks;
+  std::optional<arm::GroupDriver> driver;
+  std::vector<double> q;
+  Time now = 1s;
+};
+
+void run(benchmark::State& state, const std::vector<int>& on_bus) {
   std::string directory =
       (std::filesystem::temp_directory_path() / "mimesis-bench-XXXXXX").string();
   if (mkdtemp(directory.data()) == nullptr) return state.SkipWithError("no temporary directory");
   {
-    const auto all = [](double x) { return Eigen::VectorXd::Constant(kAxes, x); };
-    std::vector<sim::DriveConfig> drives;
-    for (int i = 1; i <= kAxes; ++i) drives.push_back({.axis = {.node_id = i}});
-    sim::Rack rack(drives, can::open("embedded:bench", directory));
-    arm::ArmDriver driver(
-        {.axes = arm::complete({}, kAxes),
-         .limits = {.q_min = all(-2), .q_max = all(2), .v_max = all(2), .a_max = all(10)}},
-        can::open("embedded:bench", directory));
-    Time now = 1s;
-    std::vector<double> q(kAxes, 0.0);
+    Bench bench(on_bus, directory);
     Phase phase = Phase::starting;
-    const auto cycle = [&](Mode mode) {
-      phase = driver.read(now).phase;
-      driver.write(now, {.mode = mode, .position_rad = q});
-    };
-    for (; now < 3s; now += kCycle) {
-      cycle(now < 2s ? Mode::idle : Mode::follow);
-      rack.step(now + kCycle / 2);
+    while (bench.now < 3s) {
+      phase = bench.cycle(bench.now < 2s ? Mode::idle : Mode::follow);
+      bench.answer();
     }
-    if (phase != Phase::following) state.SkipWithError("the arm does not follow");
+    if (phase != Phase::following) state.SkipWithError("the robot does not follow");
     const bool driver_only = state.range(0) != 0;
     for (auto _ : state) {
-      cycle(Mode::follow);
+      phase = bench.cycle(Mode::follow);
       if (driver_only) state.PauseTiming();
-      rack.step(now + kCycle / 2);
-      now += kCycle;
+      bench.answer();
       if (driver_only) state.ResumeTiming();
     }
-    if (phase != Phase::following) state.SkipWithError("the arm has stopped following");
-    state.counters["frames"] = benchmark::Counter(static_cast<double>(driver.counters().received),
-                                                  benchmark::Counter::kIsRate);
+    if (phase != Phase::following) state.SkipWithError("the robot has stopped following");
+    state.counters["frames"] = benchmark::Counter(
+        static_cast<double>(bench.driver->counters().received), benchmark::Counter::kIsRate);
   }
   std::filesystem::remove_all(directory);
 }
+
+void full_cycle(benchmark::State& state) { run(state, {7}); }
+void biped_cycle(benchmark::State& state) { run(state, {6, 6, 9, 9}); }
 BENCHMARK(full_cycle)->ArgName("driver_only")->Arg(0)->Arg(1)->Unit(benchmark::kMicrosecond);
+BENCHMARK(biped_cycle)->ArgName("driver_only")->Arg(0)->Arg(1)->Unit(benchmark::kMicrosecond);
 
 }  // namespace
 }  // namespace mimesis::hw

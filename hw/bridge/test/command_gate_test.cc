@@ -57,6 +57,34 @@ TEST_F(Gate, HoldsAfterThreeCyclesAndStopsAfterSilence) {
   EXPECT_EQ(gate.reason(), "no command for 0.1 s");
 }
 
+TEST_F(Gate, HoldsForEverIfARobotWouldFall) {
+  CommandGate holds({.hold_after = 17500us,
+                     .silence = 100ms,
+                     .start_tolerance_rad = 0.02,
+                     .jump_rad = 0.1,
+                     .v_max_rad_s = {2.0, 2.0},
+                     .names = {"hip", "knee"},
+                     .hold_on_silence = true});
+  const auto offer_at = [&](double q) { return holds.offer(now, now, std::array{0.0, q}, arm); };
+  EXPECT_EQ(holds.decide(now, arm).mode, Mode::idle) << "not before it was powered";
+  EXPECT_EQ(offer_at(0.0), "");
+  EXPECT_EQ(holds.decide(now, arm).mode, Mode::follow);
+  arm.phase = Phase::following;
+  now += 101ms;
+  EXPECT_EQ(holds.decide(now, arm).mode, Mode::hold);
+  EXPECT_EQ(holds.reason(), "no command for 0.1 s: holding");
+  now += 3600s;
+  EXPECT_EQ(holds.decide(now, arm).mode, Mode::hold);
+  EXPECT_EQ(offer_at(0.05), "knee starts 0.050 rad from its actual position, allowed are 0.020")
+      << "the old stream has ended";
+  EXPECT_EQ(offer_at(0.01), "");
+  EXPECT_EQ(holds.decide(now, arm).mode, Mode::follow);
+  arm.phase = Phase::fault;
+  EXPECT_EQ(holds.decide(now, arm).mode, Mode::idle);
+  now += 200ms;
+  EXPECT_EQ(holds.decide(now, arm).mode, Mode::idle) << "a fault has stopped it";
+}
+
 TEST_F(Gate, AHeldStreamMayGoOn) {
   follow();
   now += 50ms;

@@ -29,14 +29,25 @@ void Feet::reset() {
   X_WS_.fill(Eigen::Isometry3d::Identity());
 }
 
-void Feet::press(Foot& foot, const robot::Wrench& wrench, const Eigen::Vector2d& cop_S_m) const {
+void Feet::press(const PatternSample& plan, const Ground::Shares& wished,
+                 const std::array<robot::Wrench, 2>& foot_S) {
   const StabilizerSettings& s = *settings_;
-  const double fz = wrench.force.z();
-  const Eigen::Vector2d rate =
-      s.cop_rad_s_n_m *
-      Eigen::Vector2d(wrench.moment.x() - cop_S_m.y() * fz, wrench.moment.y() + cop_S_m.x() * fz);
-  for (int i = 0; i < 2; ++i) {
-    foot.tilt_rad[i] = leaky(foot.tilt_rad[i], rate[i], s.cop_leak_s, s.cop_limit_rad);
+  std::array<Eigen::Vector2d, 2> rate;
+  for (Side side : robot::kSides) {
+    const robot::Wrench& w = foot_S[side];
+    const Eigen::Vector2d& cop = wished.cop_S_m[side];
+    rate[side] = s.cop_rad_s_n_m * Eigen::Vector2d(w.moment.x() - cop.y() * w.force.z(),
+                                                   w.moment.y() + cop.x() * w.force.z());
+  }
+  const bool both = plan.contact[kLeft] && plan.contact[kRight];
+  const Eigen::Vector2d mean = wished.left * rate[kLeft] + (1.0 - wished.left) * rate[kRight];
+  for (Side side : robot::kSides) {
+    if (!plan.contact[side]) continue;
+    if (both) rate[side] = mean + s.cop_alone * (rate[side] - mean);
+    for (int i = 0; i < 2; ++i) {
+      double& tilt = foot_[side].tilt_rad[i];
+      tilt = leaky(tilt, rate[side][i], s.cop_leak_s, s.cop_limit_rad);
+    }
   }
 }
 
@@ -75,11 +86,11 @@ const std::array<Eigen::Isometry3d, 2>& Feet::step(const PatternSample& plan,
                                                    const Ground::Shares& wished,
                                                    const Measured& measured) {
   const StabilizerSettings& s = *settings_;
+  press(plan, wished, measured.foot_S);
   for (Side side : robot::kSides) {
     Foot& foot = foot_[side];
     const robot::Wrench& wrench = measured.foot_S[side];
     if (plan.contact[side]) {
-      press(foot, wrench, wished.cop_S_m[side]);
       foot.landing_m = decayed(foot.landing_m, s.landing_leak_s);
       fade_swing(foot);
       continue;

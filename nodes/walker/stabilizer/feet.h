@@ -7,7 +7,9 @@ namespace mimesis::walker {
 /// What forces and the body's error change of the planned soles [K10; walking.md 8.6.7].
 /// A: gain, T: leak of each law.
 ///  - pressure, on a foot that carries: θ̇_y = A (M_y + p_x F_z) − θ_y/T,
-///    θ̇_x = A (M_x − p_y F_z) − θ_x/T with the wished centre of pressure p; about S.
+///    θ̇_x = A (M_x − p_y F_z) − θ_x/T with the wished centre of pressure p; about S. In double
+///    support the rates of both feet are blended towards their mean by load: soles that turn
+///    against each other strain stiff legs.
 ///  - difference, in double support: ḋ = A ((F_L − F_R) − (2λ − 1) mg) − d/T with the wished left
 ///    share λ; the left sole goes up by d/2, the right one down.
 ///  - landing, before the foot is due: l̇ = A max(0, F_z) − l/T, the sole goes up by l.
@@ -35,7 +37,8 @@ class Feet {
     Eigen::Vector3d swing_tilt_W = Eigen::Vector3d::Zero();  ///< axis-angle
     Eigen::Vector3d swing_shift_W = Eigen::Vector3d::Zero();
   };
-  void press(Foot& foot, const robot::Wrench& wrench, const Eigen::Vector2d& cop_S_m) const;
+  void press(const PatternSample& plan, const Ground::Shares& wished,
+             const std::array<robot::Wrench, 2>& foot_S);
   void share_weight(const std::array<robot::Wrench, 2>& foot_S, double left);
   void land(Foot& foot, double normal_n) const;
   void hold_swing(Foot& foot, const Eigen::Isometry3d& X_WS, const Measured& measured) const;

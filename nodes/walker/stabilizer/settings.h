@@ -18,7 +18,9 @@ struct StabilizerSettings {
   int delay_ticks = 2;  ///< of a sensor reading behind the plan: one of the control, one of the bus
 
   // feet
-  double cop_rad_s_n_m = 0.015;  ///< ankle against centre of pressure [K10, C19: 0.01]
+  double cop_rad_s_n_m = 0.0225;  ///< ankle against centre of pressure [K10, C19: 0.01]
+  double cop_alone =
+      0.1;  ///< share of a foot's own rate in double support, the rest is the mean [1]
   double cop_leak_s = 0.5, cop_limit_rad = 0.25;
   double force_m_s_n = 1.5e-4;  ///< difference of the feet's heights [K10; C19: 1e-4]
   double force_leak_s = 1.0, force_limit_m = 0.05;
@@ -26,7 +28,7 @@ struct StabilizerSettings {
   double landing_leak_s = 0.2, landing_limit_m = 0.03;
   double landing_window_s = 0.25;  ///< before the planned landing
   // swing foot against the error of the base
-  double swing_filter_s = 0.02, swing_fade_s = 0.3;
+  double swing_filter_s = 0.05, swing_fade_s = 0.3;
   double swing_position = 1.0;          ///< share of the position's correction: 0 attitude only [1]
   double swing_height_limit_m = 0.005;  ///< of the height's correction
   double swing_position_limit_m = 0.05, swing_tilt_limit_rad = 0.25;
@@ -54,6 +56,7 @@ struct StabilizerSettings {
     v("wrench_filter_s", wrench_filter_s, 0.0, 0.1);
     v("delay_ticks", delay_ticks, 0, 8);
     v("cop_rad_s_n_m", cop_rad_s_n_m, 0.0, 0.1);
+    v("cop_alone", cop_alone, 0.0, 1.0);
     v("cop_leak_s", cop_leak_s, 0.01, 100.0);
     v("cop_limit_rad", cop_limit_rad, 0.0, 0.4);
     v("force_m_s_n", force_m_s_n, 0.0, 1e-2);

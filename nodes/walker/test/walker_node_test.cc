@@ -120,10 +120,9 @@ TEST(WalkerNode, WaitsForWhatItNeedsAndSaysFor) {
   rig.run(100ms);
   EXPECT_EQ(rig.status.reason(), "the trunk is tilted by 0.20 rad, at most 0.15 to begin");
   rig.robot.tilt.setIdentity();
-  const int knee = biped().tree.require_joint("left_knee");
-  rig.robot.q[knee] += 0.5;
+  rig.robot.q[biped().tree.require_joint("left_elbow")] -= 0.5;
   rig.run(100ms);
-  EXPECT_EQ(rig.status.reason(), "left_knee is 0.50 rad from half-sitting, at most 0.35 to begin");
+  EXPECT_EQ(rig.status.reason(), "left_elbow is 0.50 rad from half-sitting, at most 0.35 to begin");
   EXPECT_FALSE(rig.command.has_value());
 }
 
@@ -266,7 +265,7 @@ TEST(WalkerNode, MovesTheUpperBodyByTheNamesOfTheRows) {
   rig.motion->set_position_rad(1 + joint, 30.0);
   rig.run(3s);
   EXPECT_LE(rig.command->position_rad(joint), biped().tree.upper()[joint]);
-  EXPECT_GE(rig.status.clipped_wishes(), 500U);
+  EXPECT_GE(rig.status.clipped_wishes(), 400U);  // said once a second
 }
 
 TEST(WalkerNode, RefusesAMotionThatItCannotRead) {
