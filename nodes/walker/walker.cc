@@ -116,12 +116,11 @@ void Walker::Impl::note(const char* part, std::string_view reason) {
 
 void Walker::Impl::plan(const WalkerWish& wish) {
   Wish walk = wish.walk;
-  if (!usable(walk)) {
-    note("wish", "a velocity or landing is not finite");
+  if (!usable(walk)) note("wish", "a velocity or landing is not finite");
+  if (stay || !usable(walk)) {
     walk = Wish{};
     walk.walk = false;
   }
-  if (stay) walk = Wish{.landing = {}, .walk = false};
   pattern->step(walk);
   if (!upper_body.wish(wish.upper_body, wish.upper_body_rate)) {
     note("wish", "the upper body's posture has the wrong size or is not finite");

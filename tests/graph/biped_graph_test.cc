@@ -89,7 +89,7 @@ bool wait_walking(Scenario& run, std::uint32_t steps) {
   runtime::Tap tap(
       run.graph().name(), [](const std::string& topic) { return topic == "walker/feedback"; },
       runtime::Policy::reliable);
-  for (int i = 0; i < 600 && !run.process().wait(0ms); ++i) {
+  for (int i = 0; i < 20000 && !run.process().wait(0ms); ++i) {  // messages
     const auto item = tap.next(100ms);
     v1::WalkFeedback feedback;
     if (item && feedback.ParseFromString(item->message.payload) && feedback.steps() >= steps) {
