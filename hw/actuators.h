@@ -40,7 +40,8 @@ enum class Phase : std::uint8_t {
   enabling,   ///< on the way to following
   following,  ///< every drive is enabled and follows
   stopping,   ///< quick stop
-  fault,      ///< not powered because of `reason`
+  fault,      ///< quick stop, or no longer reachable, because of `reason`
+  holding,    ///< as idle, but powered: stopped by a quick stop that keeps the posture
 };
 
 struct Reading {
@@ -53,8 +54,8 @@ struct Reading {
 
 /// What the actuators shall do from now on.
 enum class Mode : std::uint8_t {
-  idle,    ///< no power; from motion by quick stop
-  follow,  ///< track `position_rad`; from idle or fault: enable, starting at the actual posture
+  idle,    ///< quick stop; afterwards no power, or the posture is kept (the robot's kind decides)
+  follow,  ///< track `position_rad`; from rest or fault: enable, starting at the actual posture
   hold,    ///< come to rest by bounded deceleration and stay there, powered
 };
 

@@ -1,6 +1,7 @@
 #include "hw/arm/arm_driver.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <utility>
 
@@ -24,6 +25,9 @@ std::string seconds(double s) {
   return buffer;
 }
 
+// Slower, a joint that a quick stop holds is at rest: what is left is the structure's swinging.
+constexpr double kAtRest_rad_s = 0.2;
+
 bool powered(DriveState state) {
   return state == DriveState::operation_enabled || state == DriveState::quick_stop_active ||
          state == DriveState::fault_reaction_active;
@@ -40,15 +44,18 @@ ArmDriver::ArmDriver(ArmOptions options, std::unique_ptr<can::Bus> bus)
       posture_(options_.axes.size(), 0.0) {
   const std::size_t n = options_.axes.size();
   MIMESIS_ASSERT(options_.limits.q_min.size() == static_cast<Eigen::Index>(n));
+  MIMESIS_ASSERT(options_.names.empty() || options_.names.size() == n);
   const Period period = period_of(options_.rate_hz);
   const JointLimits& l = options_.limits;
   for (std::size_t i = 0; i < n; ++i) {
     const Axis& axis = options_.axes[i];
     const auto k = static_cast<Eigen::Index>(i);
     axis_of_node_[static_cast<std::size_t>(axis.node_id)] = static_cast<int>(i);
-    axes_.emplace_back("A" + std::to_string(i + 1) + " (node " + std::to_string(axis.node_id) + ")",
-                       axis,
-                       setup_steps(axis, l.q_min[k], l.q_max[k], l.v_max[k], l.a_max[k], period));
+    const std::string name =
+        options_.names.empty() ? "A" + std::to_string(i + 1) : options_.names[i];
+    axes_.emplace_back(name + " (node " + std::to_string(axis.node_id) + ")", axis,
+                       setup_steps(axis, l.q_min[k], l.q_max[k], l.v_max[k], l.a_max[k], period,
+                                   options_.quick_stop));
   }
   outbox_.reserve(4 * n + 8);
   reading_.joints.resize(n);
@@ -121,7 +128,7 @@ void ArmDriver::set_up() {
     for (AxisMaster& axis : axes_) axis.watch_from(now_);
     configured_ = true;
     reading_.posture_known = false;
-    enter(Phase::idle);
+    enter(Phase::idle);  // a drive that was kept powered shows it with the first feedback
     return;
   }
   std::string missing;
@@ -157,7 +164,8 @@ void ArmDriver::supervise_axis(AxisMaster& axis) {
       const Time limit = from_seconds(options_.transition_timeout_s);
       const bool stuck = std::min(now_ - entered_, axis.state_age(now_)) > limit;
       const bool wandering = now_ - entered_ > 4 * limit;
-      if (stuck || wandering) fault(axis.complaint(next_towards_enabled(state)));
+      if (stuck || wandering)
+        fault(axis.complaint(next_towards_enabled(state, options_.quick_stop)));
       return;
     }
     case Phase::following:
@@ -178,7 +186,20 @@ void ArmDriver::supervise() {
     limiter_.reset(posture_);
     enter(Phase::following);
   }
-  if (reading_.phase == Phase::stopping && none_moves()) enter(Phase::idle);
+  switch (reading_.phase) {
+    case Phase::stopping: {
+      const auto done = [this](const AxisMaster& a) { return stopped(a); };
+      const bool patient = now_ - entered_ <= kLongestStop || !stays_powered();
+      if (std::ranges::all_of(axes_, done) || !patient) enter(rest());
+      return;
+    }
+    case Phase::idle:
+    case Phase::holding:
+      if (rest() != reading_.phase) enter(rest());
+      return;
+    default:
+      return;
+  }
 }
 
 bool ArmDriver::all_are(DriveState state) const {
@@ -186,9 +207,19 @@ bool ArmDriver::all_are(DriveState state) const {
                              [&](const AxisMaster& a) { return a.reading().drive == state; });
 }
 
-bool ArmDriver::none_moves() const {
-  return std::ranges::none_of(axes_,
-                              [](const AxisMaster& a) { return powered(a.reading().drive); });
+bool ArmDriver::stopped(const AxisMaster& axis) const {
+  const JointReading& joint = axis.reading();
+  if (stays_powered() && joint.drive == DriveState::quick_stop_active) {
+    return std::abs(joint.velocity_rad_s) < kAtRest_rad_s;
+  }
+  return !powered(joint.drive);
+}
+
+Phase ArmDriver::rest() const {
+  const auto kept = [](const AxisMaster& a) {
+    return a.reading().drive == DriveState::quick_stop_active;
+  };
+  return stays_powered() && std::ranges::any_of(axes_, kept) ? Phase::holding : Phase::idle;
 }
 
 void ArmDriver::publish() {
@@ -221,6 +252,7 @@ void ArmDriver::obey(const Setpoint& setpoint) {
   const bool follow = setpoint.mode == Mode::follow;
   switch (reading_.phase) {
     case Phase::idle:
+    case Phase::holding:
     case Phase::fault:
       if (!follow) {
         may_enable_ = true;
@@ -246,20 +278,25 @@ void ArmDriver::obey(const Setpoint& setpoint) {
   }
 }
 
+void ArmDriver::enable(AxisMaster& axis) {
+  const DriveState state = axis.reading().drive;
+  const bool braking = state == DriveState::quick_stop_active &&  // or disables itself at rest
+                       !(stays_powered() && stopped(axis));
+  const bool held = axis.controlword == controlword::kEnableOperation;
+  axis.controlword = braking ? controlword::kQuickStop
+                             : towards_enabled(state, axis.controlword, options_.quick_stop);
+  if (!held) axis.target_rad = axis.demand_rad();  // powered where it is
+}
+
 void ArmDriver::command_axes() {
-  const bool overdue = reading_.phase == Phase::stopping && now_ - entered_ > kLongestStop;
+  const bool overdue =
+      !stays_powered() && reading_.phase == Phase::stopping && now_ - entered_ > kLongestStop;
   for (std::size_t i = 0; i < axes_.size(); ++i) {
     AxisMaster& axis = axes_[i];
-    const DriveState state = axis.reading().drive;
     switch (reading_.phase) {
-      case Phase::enabling: {
-        const bool braking = state == DriveState::quick_stop_active;  // disables itself at rest
-        const bool held = axis.controlword == controlword::kEnableOperation;
-        axis.controlword =
-            braking ? controlword::kQuickStop : towards_enabled(state, axis.controlword);
-        if (!held) axis.target_rad = axis.reading().position_rad;  // powered where it is
+      case Phase::enabling:
+        enable(axis);
         break;
-      }
       case Phase::following:
         axis.target_rad = limiter_.position()[static_cast<Eigen::Index>(i)];
         break;

@@ -11,18 +11,21 @@
 namespace mimesis::hw::arm {
 
 struct ArmOptions {
-  std::vector<Axis> axes;             ///< one per joint, in the model's order
-  JointLimits limits;                 ///< of the model; enforced on every set-point
-  double rate_hz = 200.0;             ///< of read and write
-  double boot_timeout_s = 2.0;        ///< until missing drives are reported
-  double transition_timeout_s = 0.5;  ///< per change of a drive's state
-  double feedback_timeout_s = 0.1;    ///< without TPDO: the axis is lost
-  bool readonly = false;              ///< listens, never sends
+  std::vector<Axis> axes;                      ///< one per joint, in the model's order
+  std::vector<std::string> names{};            ///< of the joints, for reasons; empty: A1, A2 ...
+  JointLimits limits;                          ///< of the model; enforced on every set-point
+  double rate_hz = 200.0;                      ///< of read and write
+  double boot_timeout_s = 2.0;                 ///< until missing drives are reported
+  double transition_timeout_s = 0.5;           ///< per change of a drive's state
+  double feedback_timeout_s = 0.1;             ///< without TPDO: the axis is lost
+  bool readonly = false;                       ///< listens, never sends
+  QuickStop quick_stop = QuickStop::disables;  ///< of the drives, also by their own watchdogs
 };
 
-/// CiA 402 drives on one CAN bus as the joints of an arm. Per cycle one batch of frames out
-/// (set-points, then SYNC) and one in. After any fault all axes get a quick stop; a set-point is
-/// obeyed again only after Mode::idle has been asked for, and starts at the actual posture.
+/// CiA 402 drives on one CAN bus as the joints of an arm, or some joints of a robot. Per cycle one
+/// batch of frames out (set-points, then SYNC) and one in. After any fault all axes get a quick
+/// stop; a set-point is obeyed again only after Mode::idle has been asked for, and starts at the
+/// actual posture.
 class ArmDriver final : public Actuators {
  public:
   /// Sends a quick stop first. @throws ConfigError if the rate gives no interpolation period
@@ -32,6 +35,7 @@ class ArmDriver final : public Actuators {
   void write(Time now, const Setpoint& setpoint) override;
   void stop() noexcept override;
 
+  const Reading& reading() const { return reading_; }
   const can::Counters& counters() const { return bus_->counters(); }
 
  private:
@@ -45,9 +49,12 @@ class ArmDriver final : public Actuators {
   void enter(Phase phase);
   void obey(const Setpoint& setpoint);
   void command_axes();
+  void enable(AxisMaster& axis);
   void send_cycle();
   bool all_are(DriveState state) const;
-  bool none_moves() const;
+  bool stopped(const AxisMaster& axis) const;
+  Phase rest() const;
+  bool stays_powered() const { return options_.quick_stop == QuickStop::stays_powered; }
 
   ArmOptions options_;
   std::unique_ptr<can::Bus> bus_;

@@ -28,6 +28,7 @@ void AxisMaster::restart() {
   attempts_ = 0;
   verifying_ = heard_ = rebooted_ = false;
   asked_ = std::nullopt;
+  demand_rad_ = std::nullopt;
   failure_.clear();
   reading_.drive = DriveState::unknown;
 }
@@ -103,6 +104,7 @@ void AxisMaster::handle(const Identity& id, const can::Frame& frame, Time now) {
   }
   if (id.n == 2) {
     if (const auto v = signed_at(frame, 0, 4)) reading_.velocity_rad_s = axis_.to_rad(*v);
+    if (const auto q = signed_at(frame, 4, 4)) demand_rad_ = axis_.to_rad(*q);
     return;
   }
   const auto status = unsigned_at(frame, 0, 2);

@@ -37,6 +37,8 @@ class AxisMaster {
   Time feedback_age(Time now) const { return now - feedback_seen_; }
   Time heartbeat_age(Time now) const { return now - heartbeat_seen_; }
   const JointReading& reading() const { return reading_; }
+  /// Where the drive holds its motor, if it tells; else where the joint is [rad].
+  double demand_rad() const { return demand_rad_.value_or(reading_.position_rad); }
   /// How long the drive has shown its present state.
   Time state_age(Time now) const { return now - state_since_; }
   /// "A3 (node 3): expected operation enabled, is fault (statusword 0x0218): following error
@@ -66,6 +68,7 @@ class AxisMaster {
   std::string failure_;
 
   JointReading reading_;
+  std::optional<double> demand_rad_;
   std::uint16_t statusword_ = 0;
   std::uint16_t emergency_ = 0;
   bool heard_ = false, rebooted_ = false;

@@ -83,7 +83,7 @@ std::uint16_t encode_statusword(DriveState state) {
   return static_cast<std::uint16_t>(bits | 0x0210);
 }
 
-std::uint16_t towards_enabled(DriveState state, std::uint16_t previous) {
+std::uint16_t towards_enabled(DriveState state, std::uint16_t previous, QuickStop quick_stop) {
   using namespace controlword;
   switch (state) {
     case DriveState::fault:
@@ -95,12 +95,15 @@ std::uint16_t towards_enabled(DriveState state, std::uint16_t previous) {
     case DriveState::switched_on:
     case DriveState::operation_enabled:
       return kEnableOperation;
+    case DriveState::quick_stop_active:
+      return quick_stop == QuickStop::stays_powered ? kEnableOperation : kDisableVoltage;
     default:
-      return kDisableVoltage;  // also out of quick stop: through switch on disabled
+      return kDisableVoltage;
   }
 }
 
-DriveState transition(DriveState state, std::uint16_t word, std::uint16_t previous) {
+DriveState transition(DriveState state, std::uint16_t word, std::uint16_t previous,
+                      QuickStop quick_stop_option) {
   const bool reset_edge = (word & 0x80) != 0 && (previous & 0x80) == 0;
   const bool disable_voltage = (word & 0x02) == 0;
   const bool quick_stop = (word & 0x06) == 0x02;
@@ -126,14 +129,16 @@ DriveState transition(DriveState state, std::uint16_t word, std::uint16_t previo
       if (enable) return DriveState::operation_enabled;
       return switch_on ? DriveState::switched_on : state;
     case DriveState::quick_stop_active:
-      return disable_voltage ? DriveState::switch_on_disabled : state;
+      if (disable_voltage) return DriveState::switch_on_disabled;
+      return enable && quick_stop_option == QuickStop::stays_powered ? DriveState::operation_enabled
+                                                                     : state;
     default:
       return state;
   }
 }
 
-DriveState next_towards_enabled(DriveState state) {
-  return transition(state, towards_enabled(state, 0), 0);
+DriveState next_towards_enabled(DriveState state, QuickStop quick_stop) {
+  return transition(state, towards_enabled(state, 0, quick_stop), 0, quick_stop);
 }
 
 }  // namespace mimesis::hw::arm

@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "common/error.h"
-#include "hw/arm/cia402.h"
 
 namespace mimesis::hw::arm {
 namespace {
@@ -23,7 +22,7 @@ std::uint32_t entry(Object object, int bytes) {
 
 /// Remaps a PDO: invalidate, clear, map, count, validate [CiA 301, 7.5.2.36].
 void remap(std::vector<SetupStep>& steps, std::uint16_t communication, std::uint32_t cob,
-           std::initializer_list<std::uint32_t> entries) {
+           const std::vector<std::uint32_t>& entries) {
   const auto mapping = static_cast<std::uint16_t>(communication + 0x200);
   steps.push_back({Kind::write, {communication, 1}, cob | kPdoInvalid, 4, "PDO off"});
   steps.push_back({Kind::write, {mapping, 0}, 0, 1, "PDO mapping cleared"});
@@ -52,7 +51,7 @@ Period period_of(double rate_hz) {
 }
 
 std::vector<SetupStep> setup_steps(const Axis& axis, double q_min, double q_max, double v_max,
-                                   double a_max, Period period) {
+                                   double a_max, Period period, QuickStop quick_stop) {
   const auto node = static_cast<std::uint32_t>(axis.node_id);
   const auto [low, high] = std::minmax({axis.to_increments(q_min), axis.to_increments(q_max)});
   const auto magnitude = [&](double rad) { return bits(std::abs(axis.to_increments(rad))); };
@@ -65,7 +64,9 @@ std::vector<SetupStep> setup_steps(const Axis& axis, double q_min, double q_max,
       {Kind::write_checked, object::kPositionMin, bits(low), 4, "position limit"},
       {Kind::write_checked, object::kPositionMax, bits(high), 4, "position limit"},
       {Kind::write_checked, object::kQuickStopDeceleration, magnitude(a_max), 4, "deceleration"},
-      {Kind::write_checked, object::kQuickStopOption, 2, 2, "quick stop by ramp, then disable"},
+      {Kind::write_checked, object::kQuickStopOption, static_cast<std::uint32_t>(quick_stop), 2,
+       quick_stop == QuickStop::disables ? "quick stop by ramp, then disable"
+                                         : "quick stop by ramp, then stay powered"},
       {Kind::write_checked, object::kAbortOption, 3, 2, "quick stop when the connection is lost"},
       {Kind::write_checked, object::kMasterHeartbeat, master, 4, "watch over our heartbeat"},
       {Kind::write_checked, object::kHeartbeatTime, kDriveHeartbeatMs, 2, "the drive's heartbeat"},
@@ -81,7 +82,9 @@ std::vector<SetupStep> setup_steps(const Axis& axis, double q_min, double q_max,
                    "watch over our set-points"});
   remap(steps, 0x1800, 0x180 + node,
         {entry(object::kStatusword, 2), entry(object::kPosition, 4), entry(object::kTorque, 2)});
-  remap(steps, 0x1801, 0x280 + node, {entry(object::kVelocity, 4)});
+  std::vector<std::uint32_t> slower = {entry(object::kVelocity, 4)};
+  if (quick_stop == QuickStop::stays_powered) slower.push_back(entry(object::kDemand, 4));
+  remap(steps, 0x1801, 0x280 + node, slower);
   return steps;
 }
 

@@ -5,6 +5,7 @@
 
 #include "hw/arm/axis.h"
 #include "hw/arm/canopen.h"
+#include "hw/arm/cia402.h"
 
 namespace mimesis::hw::arm {
 
@@ -43,9 +44,11 @@ Period period_of(double rate_hz);
 /// Afterwards:
 ///   RPDO1 controlword 6040h (2 B), target position 607Ah (4 B), taken with SYNC
 ///   TPDO1 statusword 6041h (2 B), position 6064h (4 B), torque 6077h (2 B), sent on SYNC
-///   TPDO2 velocity 606Ch (4 B), sent on SYNC
+///   TPDO2 velocity 606Ch (4 B), sent on SYNC; of a drive that stays powered also its position
+///         demand 6062h (4 B): a loaded joint does not stand where its motor is held
 /// @param q_min,q_max [rad], v_max [rad/s], a_max [rad/s²]: limits of the joint
 std::vector<SetupStep> setup_steps(const Axis& axis, double q_min, double q_max, double v_max,
-                                   double a_max, Period period);
+                                   double a_max, Period period,
+                                   QuickStop quick_stop = QuickStop::disables);
 
 }  // namespace mimesis::hw::arm

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "common/model/files.h"
 #include "hw/outside/recorded_can.h"
 
 namespace mimesis::hw::bridge {
@@ -22,25 +21,48 @@ static_assert(static_cast<int>(DriveState::switch_on_disabled) ==
               v1::DRIVE_STATE_SWITCH_ON_DISABLED);
 static_assert(static_cast<int>(DriveState::fault) == v1::DRIVE_STATE_FAULT);
 
-arm::ArmOptions arm_options(const BridgeParams& p, const kin::ArmModel& model) {
-  return {.axes = arm::complete(p.axes, model.dof()),
-          .limits = {.q_min = model.q_min,
-                     .q_max = model.q_max,
-                     .v_max = model.v_max,
-                     .a_max = model.a_max},
-          .rate_hz = p.rate_hz,
-          .boot_timeout_s = p.boot_timeout_s,
-          .transition_timeout_s = p.transition_timeout_s,
-          .feedback_timeout_s = p.feedback_timeout_s,
-          .readonly = p.readonly};
+bool holds(const BridgeParams& p, const Joints& joints) {
+  return p.on_silence == "auto" ? joints.walks : p.on_silence == "hold";
 }
 
-GateLimits gate_limits(const BridgeParams& p, const kin::ArmModel& model) {
+/// The driver of `count` joints from `first` on.
+arm::ArmOptions arm_options(const BridgeParams& p, const Joints& joints, int first, int count) {
+  const auto range = [&](const auto& all) {
+    return std::vector(all.begin() + first, all.begin() + first + count);
+  };
+  return {
+      .axes = range(complete(p.axes, joints)),
+      .names = range(joints.names),
+      .limits = part_of(joints.limits, first, count),
+      .rate_hz = p.rate_hz,
+      .boot_timeout_s = p.boot_timeout_s,
+      .transition_timeout_s = p.transition_timeout_s,
+      .feedback_timeout_s = p.feedback_timeout_s,
+      .readonly = p.readonly,
+      .quick_stop = holds(p, joints) ? arm::QuickStop::stays_powered : arm::QuickStop::disables};
+}
+
+std::vector<std::unique_ptr<arm::ArmDriver>> open_drivers(const BridgeParams& p,
+                                                          const Joints& joints,
+                                                          runtime::Bus& graph) {
+  std::vector<std::unique_ptr<arm::ArmDriver>> drivers;
+  int first = 0;
+  for (const BusShare& bus : complete(p.buses, p.can, joints)) {
+    const arm::ArmOptions options = arm_options(p, joints, first, bus.joints);
+    drivers.push_back(std::make_unique<arm::ArmDriver>(options, outside::open_can(bus.can, graph)));
+    first += bus.joints;
+  }
+  return drivers;
+}
+
+GateLimits gate_limits(const BridgeParams& p, const Joints& joints) {
   return {.hold_after = runtime::from_seconds((kHoldCycles + 0.5) / p.rate_hz),
           .silence = runtime::from_seconds(p.silence_s),
           .start_tolerance_rad = p.start_tolerance_rad,
           .jump_rad = p.jump_rad,
-          .v_max_rad_s = {model.v_max.begin(), model.v_max.end()}};
+          .v_max_rad_s = {joints.limits.v_max.begin(), joints.limits.v_max.end()},
+          .names = joints.names,
+          .hold_on_silence = holds(p, joints)};
 }
 
 const char* name(Phase phase) {
@@ -57,6 +79,8 @@ const char* name(Phase phase) {
       return "quick_stop";
     case Phase::fault:
       return "fault";
+    case Phase::holding:
+      return "holding";
   }
   return "";
 }
@@ -69,18 +93,19 @@ std::uint64_t every(double rate_hz, double slower_hz) {
 }  // namespace
 
 BridgeNode::BridgeNode(const Params& params, runtime::Bus& bus)
+    : BridgeNode(params, load_joints(params.robot, params.a_max_rad_s2), bus) {}
+
+BridgeNode::BridgeNode(const Params& params, const Joints& joints, runtime::Bus& bus)
     : params_(params),
-      gate_(gate_limits(params, model::load_arm(params.robot))),
-      driver_(arm_options(params, model::load_arm(params.robot)),
-              outside::open_can(params.can, bus)),
+      joint_names_(joints.names),
+      gate_(gate_limits(params, joints)),
+      driver_(open_drivers(params, joints, bus)),
       command_(bus, "command"),
       hand_command_(bus, "hand_command"),
       arm_(bus, "arm"),
       hand_(bus, "hand"),
       joints_(bus, "joints"),
       status_(bus, "status", {.latched = true}) {
-  const int joints = model::load_arm(params.robot).dof();
-  for (int i = 1; i <= joints; ++i) joint_names_.push_back("A" + std::to_string(i));
   if (params.hand.empty() || params.readonly) return;
   hand_driver_ = std::make_unique<outside::RecordedHand>(
       params.hand,
@@ -159,11 +184,11 @@ void BridgeNode::publish_status(runtime::Time now, const Reading& arm) {
   if (!changed && now < status_due_) return;
   if (changed) {
     const std::string line =
-        "arm: " + std::string(name(arm.phase)) + (reason.empty() ? "" : ": " + reason);
+        "joints: " + std::string(name(arm.phase)) + (reason.empty() ? "" : ": " + reason);
     runtime::log(arm.phase == Phase::fault ? runtime::Level::warn : runtime::Level::info, line);
   }
   status_due_ = now + kStatusPeriod;
-  const can::Counters& can = driver_.counters();
+  const can::Counters can = driver_.counters();
   status_message_.set_state(name(arm.phase));
   status_message_.set_reason(reason);
   status_message_.set_can_frames_sent(can.sent);

@@ -21,6 +21,10 @@ std::string line(const char* format, Args... args) {
 CommandGate::CommandGate(GateLimits limits)
     : limits_(std::move(limits)), command_(limits_.v_max_rad_s.size(), 0.0) {}
 
+std::string CommandGate::name_of(std::size_t joint) const {
+  return limits_.names.empty() ? "A" + std::to_string(joint + 1) : limits_.names[joint];
+}
+
 std::string CommandGate::why_not(Time now, Time stamp, std::span<const double> position_rad,
                                  const Reading& arm) const {
   if (position_rad.size() != command_.size()) {
@@ -39,9 +43,9 @@ std::string CommandGate::why_not(Time now, Time stamp, std::span<const double> p
         open_ ? limits_.jump_rad + limits_.v_max_rad_s[i] * elapsed : limits_.start_tolerance_rad;
     const double distance = std::abs(position_rad[i] - from);
     if (distance > allowed) {
-      return line(open_ ? "A%zu jumps by %.3f rad, allowed are %.3f"
-                        : "A%zu starts %.3f rad from its actual position, allowed are %.3f",
-                  i + 1, distance, allowed);
+      return line(open_ ? "%s jumps by %.3f rad, allowed are %.3f"
+                        : "%s starts %.3f rad from its actual position, allowed are %.3f",
+                  name_of(i).c_str(), distance, allowed);
     }
   }
   return {};
@@ -71,12 +75,16 @@ Setpoint CommandGate::decide(Time now, const Reading& arm) {
     needs_silence_ = true;
     reason_ = arm.reason;
   }
-  if (!open_) return {.mode = Mode::idle};
+  if (arm.phase == Phase::fault) rest_ = Mode::idle;
+  if (!open_) return {.mode = rest_};
   const Time age = now - accepted_;
   if (age > limits_.silence) {
     open_ = false;
-    reason_ = line("no command for %.3g s", seconds(limits_.silence));
-    return {.mode = Mode::idle};
+    rest_ = limits_.hold_on_silence ? Mode::hold : Mode::idle;
+    reason_ =
+        line(limits_.hold_on_silence ? "no command for %.3g s: holding" : "no command for %.3g s",
+             seconds(limits_.silence));
+    return {.mode = rest_};
   }
   if (age > limits_.hold_after) {
     reason_ = "command is late: holding";

@@ -10,11 +10,13 @@ namespace mimesis::hw::bridge {
 
 struct GateLimits {
   Time hold_after{};  ///< older: come to rest, powered
-  Time silence{};     ///< older: quick stop
+  Time silence{};     ///< older: the stream has ended
   double start_tolerance_rad =
       0.0;                ///< largest distance of a stream's start from the actual posture
   double jump_rad = 0.0;  ///< largest jump beyond what v_max explains
-  std::vector<double> v_max_rad_s;  ///< one per joint
+  std::vector<double> v_max_rad_s;   ///< one per joint
+  std::vector<std::string> names{};  ///< of the joints, for reasons; empty: A1, A2 ...
+  bool hold_on_silence = false;      ///< instead of a quick stop: come to rest, powered
 };
 
 /// Decides in every cycle whether the stream of commands is obeyed. A stream starts with a command
@@ -34,6 +36,7 @@ class CommandGate {
   const std::string& reason() const { return reason_; }
 
  private:
+  std::string name_of(std::size_t joint) const;
   std::string why_not(Time now, Time stamp, std::span<const double> position_rad,
                       const Reading& arm) const;
 
@@ -43,6 +46,7 @@ class CommandGate {
   Time heard_{};                 // stamp of any command, also refused ones
   bool open_ = false;
   bool needs_silence_ = false;
+  Mode rest_ = Mode::idle;  // without a stream
   std::string reason_ = "no command yet";
 };
 

@@ -33,6 +33,7 @@ class AxisPlant {
     return params_.inertia_kg_m2 * a_ + params_.friction_n_m_s * v_;
   }  ///< [N m]
   bool at_rest() const { return v_ == 0.0; }
+  double held() const { return q_; }  ///< where a powered motor goes on from [rad]
 
  private:
   PlantParams params_;

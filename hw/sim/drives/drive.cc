@@ -20,7 +20,9 @@ std::uint32_t bits(std::int32_t value) { return static_cast<std::uint32_t>(value
 
 }  // namespace
 
-Drive::Drive(const DriveConfig& config) : config_(config), plant_(config.plant, config.home_rad) {
+Drive::Drive(const DriveConfig& config)
+    : config_(config), joint_(AxisPlant(config.plant, config.home_rad)) {
+  if (config.in_a_world) joint_ = WorldJoint(config.home_rad);
   using enum Access;
   const arm::Axis& axis = config_.axis;
   const auto magnitude = [&](double rad) { return bits(std::abs(axis.to_increments(rad))); };
@@ -35,6 +37,7 @@ Drive::Drive(const DriveConfig& config) : config_(config), plant_(config.plant, 
   objects_.add(obj::kQuickStopOption, 2, read_write, 2);
   objects_.add(obj::kMode, 1, read_write, 0);
   objects_.add(obj::kModeDisplay, 1, read_only, 0);
+  objects_.add(obj::kDemand, 4, read_only, 0);
   objects_.add(obj::kPosition, 4, read_only, 0);
   objects_.add(obj::kFollowingWindow, 4, read_write, magnitude(config_.following_window_rad));
   objects_.add(obj::kFollowingTime, 2, read_write,
@@ -82,8 +85,32 @@ void Drive::boot(std::vector<Frame>& out) {
 
 void Drive::inject(Trouble trouble) {
   if (trouble == Trouble::overcurrent) trouble_ = trouble;  // reported with the next advance
-  if (trouble == Trouble::jam) plant_.jam();
+  if (trouble == Trouble::jam) std::visit([](auto& joint) { joint.jam(); }, joint_);
   if (trouble == Trouble::mute) mute_ = true;
+}
+
+double Drive::position_rad() const {
+  return std::visit([](const auto& joint) { return joint.position(); }, joint_);
+}
+double Drive::velocity_rad_s() const {
+  return std::visit([](const auto& joint) { return joint.velocity(); }, joint_);
+}
+double Drive::torque_n_m() const {
+  return std::visit([](const auto& joint) { return joint.torque(); }, joint_);
+}
+bool Drive::at_rest() const {
+  return std::visit([](const auto& joint) { return joint.at_rest(); }, joint_);
+}
+
+bool Drive::lags() const {
+  const double error = std::abs(reference_ - position_rad()) * config_.axis.increments_per_rad;
+  return error > objects_.get(obj::kFollowingWindow);
+}
+
+arm::QuickStop Drive::quick_stop() const {
+  const bool powered = objects_.get(obj::kQuickStopOption) ==
+                       static_cast<std::uint32_t>(arm::QuickStop::stays_powered);
+  return powered ? arm::QuickStop::stays_powered : arm::QuickStop::disables;
 }
 
 double Drive::period_s() const {
@@ -95,31 +122,31 @@ double Drive::deceleration() const {
   return objects_.get(obj::kQuickStopDeceleration) / config_.axis.increments_per_rad;
 }
 
-void Drive::move(double dt) {
+void Drive::move_joint(double dt) {
+  const auto brake = [&] {
+    std::visit([&](auto& joint) { joint.brake(deceleration(), dt); }, joint_);
+  };
   switch (state_) {
     case DriveState::operation_enabled: {
       const double left = std::min(dt, interpolation_left_s_);
       const double rate = dt > 0.0 ? reference_rate_ * left / dt : 0.0;
       interpolation_left_s_ -= left;
       reference_ += reference_rate_ * left;
-      plant_.track(reference_, rate, dt);
-      const double error =
-          std::abs(reference_ - plant_.position()) * config_.axis.increments_per_rad;
-      lag_s_ = error > objects_.get(obj::kFollowingWindow) ? lag_s_ + dt : 0.0;
+      std::visit([&](auto& joint) { joint.track(reference_, rate, dt); }, joint_);
       return;
     }
     case DriveState::quick_stop_active:
-      plant_.brake(deceleration(), dt);
-      if (plant_.at_rest() && objects_.get(obj::kQuickStopOption) == 2) {
+      brake();
+      if (at_rest() && quick_stop() == arm::QuickStop::disables) {
         state_ = DriveState::switch_on_disabled;
       }
       return;
     case DriveState::fault_reaction_active:
-      plant_.brake(deceleration(), dt);
-      if (plant_.at_rest()) state_ = DriveState::fault;
+      brake();
+      if (at_rest()) state_ = DriveState::fault;
       return;
     default:
-      return plant_.lock();
+      return std::visit([](auto& joint) { joint.lock(); }, joint_);
   }
 }
 
@@ -137,7 +164,7 @@ void Drive::connection_lost(std::uint16_t code, std::vector<Frame>& out) {
   if (objects_.get(obj::kAbortOption) == 1) fail(code, out);
 }
 
-void Drive::watch(Time now, std::vector<Frame>& out) {
+void Drive::supervise(Time now, std::vector<Frame>& out) {
   const std::uint32_t heartbeat_ms = objects_.get(obj::kHeartbeatTime);
   if (heartbeat_ms > 0 && now >= heartbeat_due_.value_or(now)) {
     out.push_back(arm::heartbeat(config_.axis.node_id, nmt_));
@@ -160,27 +187,42 @@ void Drive::watch(Time now, std::vector<Frame>& out) {
   trouble_ = std::nullopt;
 }
 
+double Drive::held() const {
+  return std::visit([](const auto& joint) { return joint.held(); }, joint_);
+}
+
 void Drive::update_objects() {
   const arm::Axis& axis = config_.axis;
-  objects_.set(obj::kPosition, bits(axis.to_increments(plant_.position())));
-  objects_.set(obj::kVelocity, bits(axis.to_increments(plant_.velocity())));
-  const double torque = 1e3 * axis.sign * plant_.torque() / axis.rated_torque_n_m;
+  const bool enabled = state_ == DriveState::operation_enabled;
+  objects_.set(obj::kDemand, bits(axis.to_increments(enabled ? reference_ : held())));
+  objects_.set(obj::kPosition, bits(axis.to_increments(position_rad())));
+  objects_.set(obj::kVelocity, bits(axis.to_increments(velocity_rad_s())));
+  const double torque = 1e3 * axis.sign * torque_n_m() / axis.rated_torque_n_m;
   objects_.set(obj::kTorque,
                bits(static_cast<std::int32_t>(std::clamp(torque, -32768.0, 32767.0))));
   objects_.set(obj::kStatusword, arm::encode_statusword(state_));
   objects_.set(obj::kModeDisplay, objects_.get(obj::kMode));
 }
 
-void Drive::advance(Time now, std::vector<Frame>& out) {
-  const std::size_t before = out.size();
+void Drive::move(Time now, std::vector<Frame>& out) {
   if (!started_) {
+    const std::size_t before = out.size();
     now_ = now;
     boot(out);
+    if (mute_) out.resize(before);
   }
   started_ = true;
-  if (now > now_) move(seconds(now - now_));
+  moved_s_ = now > now_ ? seconds(now - now_) : 0.0;
+  if (moved_s_ > 0.0) move_joint(moved_s_);
   now_ = now;
-  watch(now, out);
+}
+
+void Drive::watch(Time now, std::vector<Frame>& out) {
+  const std::size_t before = out.size();
+  if (state_ == DriveState::operation_enabled && moved_s_ > 0.0) {
+    lag_s_ = lags() ? lag_s_ + moved_s_ : 0.0;
+  }
+  supervise(now, out);
   update_objects();
   if (mute_) out.resize(before);
 }

@@ -1,12 +1,14 @@
 #pragma once
 #include <optional>
 #include <string>
+#include <variant>
 #include <vector>
 
 #include "hw/arm/axis.h"
 #include "hw/arm/cia402.h"
 #include "hw/sim/drives/axis_plant.h"
 #include "hw/sim/drives/dictionary.h"
+#include "hw/sim/drives/world_joint.h"
 
 namespace mimesis::hw::sim {
 
@@ -20,6 +22,7 @@ enum class Trouble : std::uint8_t {
 struct DriveConfig {
   arm::Axis axis{};
   PlantParams plant{};
+  bool in_a_world = false;             ///< a physics world moves the joint: Drive::world_joint
   double home_rad = 0.0;               ///< position at power-on
   double following_window_rad = 0.05;  ///< default of 6065h
   double following_time_s = 0.05;      ///< default of 6066h
@@ -33,21 +36,35 @@ class Drive {
   explicit Drive(const DriveConfig& config);
 
   /// Motion and watchdogs from the last call up to `now`; appends what the drive says by itself.
-  void advance(Time now, std::vector<can::Frame>& out);
+  void advance(Time now, std::vector<can::Frame>& out) {
+    move(now, out);
+    watch(now, out);
+  }
+  /// The two halves of `advance`: between them a physics world moves the joint.
+  void move(Time now, std::vector<can::Frame>& out);
+  void watch(Time now, std::vector<can::Frame>& out);
   /// One frame from the bus; appends answers.
   void handle(const can::Frame& frame, Time now, std::vector<can::Frame>& out);
   void inject(Trouble trouble);
 
-  double position_rad() const { return plant_.position(); }  ///< of the joint: the truth
-  double velocity_rad_s() const { return plant_.velocity(); }
-  double torque_n_m() const { return plant_.torque(); }
+  /// Of the joint: the truth, or what a world's sensors say.
+  double position_rad() const;
+  double velocity_rad_s() const;
+  double torque_n_m() const;
   DriveState state() const { return state_; }
+  /// Precondition: DriveConfig::in_a_world.
+  WorldJoint& world_joint() { return std::get<WorldJoint>(joint_); }
+  const WorldJoint& world_joint() const { return std::get<WorldJoint>(joint_); }
 
  private:
   void reset_communication();
   void boot(std::vector<can::Frame>& out);
-  void move(double dt);
-  void watch(Time now, std::vector<can::Frame>& out);
+  void move_joint(double dt);
+  bool lags() const;
+  bool at_rest() const;
+  double held() const;
+  void supervise(Time now, std::vector<can::Frame>& out);
+  arm::QuickStop quick_stop() const;
   void update_objects();
   void on_nmt(const can::Frame& frame, std::vector<can::Frame>& out);
   void on_sdo(const can::Frame& frame, std::vector<can::Frame>& out);
@@ -62,14 +79,15 @@ class Drive {
   double deceleration() const;
 
   DriveConfig config_;
-  AxisPlant plant_;
+  std::variant<AxisPlant, WorldJoint> joint_;
   Dictionary objects_;
   arm::NmtState nmt_ = arm::NmtState::boot_up;
   DriveState state_ = DriveState::switch_on_disabled;
   std::uint16_t controlword_ = 0;                  // obeyed last
   double reference_ = 0.0, reference_rate_ = 0.0;  // interpolated set-point [rad], [rad/s]
   double interpolation_left_s_ = 0.0;
-  double lag_s_ = 0.0;  // how long the following error is too large
+  double lag_s_ = 0.0;    // how long the following error is too large
+  double moved_s_ = 0.0;  // in the last move
   Time now_{};
   bool started_ = false, mute_ = false;
   std::optional<Trouble> trouble_;

@@ -38,7 +38,7 @@ void Drive::on_nmt(const Frame& frame, std::vector<Frame>& out) {
       nmt_ = NmtState::pre_operational;
       break;
     case arm::Nmt::reset_node:
-      plant_.lock();
+      std::visit([](auto& joint) { joint.lock(); }, joint_);
       state_ = DriveState::switch_on_disabled;
       [[fallthrough]];
     case arm::Nmt::reset_communication:
@@ -133,7 +133,7 @@ void Drive::on_sync(std::vector<Frame>& out) {
 
 void Drive::obey(std::uint16_t controlword) {
   const DriveState before = state_;
-  state_ = arm::transition(state_, controlword, controlword_);
+  state_ = arm::transition(state_, controlword, controlword_, quick_stop());
   controlword_ = controlword;
   if (before == DriveState::fault && state_ != DriveState::fault) {
     objects_.set({0x1001, 0}, 0);
@@ -141,7 +141,7 @@ void Drive::obey(std::uint16_t controlword) {
   }
   if (state_ != DriveState::operation_enabled) return;
   if (before != DriveState::operation_enabled) {
-    reference_ = plant_.position();
+    reference_ = held();
     lag_s_ = 0.0;
     rpdo_seen_ = now_;
   }

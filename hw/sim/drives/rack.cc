@@ -7,9 +7,13 @@ Rack::Rack(const std::vector<DriveConfig>& configs, std::unique_ptr<can::Bus> bu
   for (const DriveConfig& config : configs) drives_.emplace_back(config);
 }
 
-void Rack::step(Time now) {
+void Rack::move(Time now) {
   outbox_.clear();
-  for (Drive& drive : drives_) drive.advance(now, outbox_);
+  for (Drive& drive : drives_) drive.move(now, outbox_);
+}
+
+void Rack::answer(Time now) {
+  for (Drive& drive : drives_) drive.watch(now, outbox_);
   std::size_t count = 0;
   do {
     count = bus_->receive(inbox_);

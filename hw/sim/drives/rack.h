@@ -13,7 +13,13 @@ class Rack {
   Rack(const std::vector<DriveConfig>& configs, std::unique_ptr<can::Bus> bus);
 
   /// Moves all drives up to `now`, then lets them answer what has arrived, in one batch.
-  void step(Time now);
+  void step(Time now) {
+    move(now);
+    answer(now);
+  }
+  /// The two halves of `step`: between them a physics world moves the joints.
+  void move(Time now);
+  void answer(Time now);
 
   std::vector<Drive>& drives() { return drives_; }
   const std::vector<Drive>& drives() const { return drives_; }

@@ -1,0 +1,108 @@
+#include "hw/joints/joints.h"
+
+#include <fstream>
+
+#include "common/error.h"
+#include "common/model/files.h"
+#include "common/robot/robot_tree.h"
+#include "common/runtime/param_source.h"
+
+namespace mimesis::hw {
+namespace {
+
+constexpr double kUnlimited_rad = 1e3;  // a joint without ends: what fits into 607Dh
+
+Joints arm_joints(const kin::ArmModel& model) {
+  Joints joints{.names = {},
+                .limits = {.q_min = model.q_min,
+                           .q_max = model.q_max,
+                           .v_max = model.v_max,
+                           .a_max = model.a_max},
+                .home = model.home,
+                .effort_n_m = Eigen::VectorXd::Zero(model.dof())};
+  for (int i = 1; i <= model.dof(); ++i) joints.names.push_back("A" + std::to_string(i));
+  return joints;
+}
+
+Joints tree_joints(const robot::RobotTree& tree, const Eigen::VectorXd& home, double a_max_rad_s2,
+                   const std::string& file) {
+  const Eigen::Index n = tree.dof();
+  Joints joints{.names = tree.joint_names(),
+                .limits = {.q_min = tree.lower().cwiseMax(-kUnlimited_rad),
+                           .q_max = tree.upper().cwiseMin(kUnlimited_rad),
+                           .v_max = tree.max_speed(),
+                           .a_max = Eigen::VectorXd::Constant(n, a_max_rad_s2)},
+                .home = home,
+                .effort_n_m = Eigen::VectorXd::Zero(n),
+                .walks = true};
+  for (int i = 0; i < tree.dof(); ++i) {
+    joints.effort_n_m[i] = tree.moved(i).max_effort;
+    if (!(joints.limits.v_max[i] > 0.0)) {
+      throw ConfigError(file + ": joint '" + joints.names[static_cast<std::size_t>(i)] +
+                        "': expected a velocity limit, is " +
+                        std::to_string(joints.limits.v_max[i]));
+    }
+  }
+  return joints;
+}
+
+/// A biped's file names its URDF; an arm's has joints of its own.
+bool names_a_urdf(const std::string& file) {
+  std::ifstream in(runtime::find_model_file(file));
+  for (std::string line; std::getline(in, line);) {
+    if (line.starts_with("urdf:")) return true;
+  }
+  return false;
+}
+
+}  // namespace
+
+Joints load_joints(const std::string& file, double a_max_rad_s2) {
+  if (file.ends_with(".urdf")) {
+    const robot::RobotTree tree = robot::read_urdf(runtime::find_model_file(file));
+    return tree_joints(tree, Eigen::VectorXd::Zero(tree.dof()), a_max_rad_s2, file);
+  }
+  if (names_a_urdf(file)) {
+    const robot::Biped biped = model::load_biped(file);
+    return tree_joints(biped.tree, biped.half_sitting, a_max_rad_s2, file);
+  }
+  return arm_joints(model::load_arm(file));
+}
+
+std::vector<BusShare> complete(std::vector<BusShare> buses, const std::string& can,
+                               const Joints& joints) {
+  if (buses.empty()) return {{.can = can, .joints = joints.count()}};
+  int carried = 0;
+  for (std::size_t i = 0; i < buses.size(); ++i) {
+    carried += buses[i].joints;
+    for (std::size_t j = 0; j < i; ++j) {
+      if (buses[i].can != buses[j].can) continue;
+      throw ConfigError("buses[" + std::to_string(i) + "].can: '" + buses[i].can +
+                        "' is used by buses[" + std::to_string(j) + "]");
+    }
+  }
+  if (carried != joints.count()) {
+    throw ConfigError("buses: carry " + std::to_string(carried) + " joints, the robot has " +
+                      std::to_string(joints.count()));
+  }
+  return buses;
+}
+
+std::vector<arm::Axis> complete(std::vector<arm::Axis> axes, const Joints& joints) {
+  const bool given = !axes.empty();
+  axes = arm::complete(std::move(axes), joints.count());
+  for (std::size_t i = 0; !given && i < axes.size(); ++i) {
+    const double effort = joints.effort_n_m[static_cast<Eigen::Index>(i)];
+    if (effort > 0.0) axes[i].rated_torque_n_m = effort;
+  }
+  return axes;
+}
+
+arm::JointLimits part_of(const arm::JointLimits& limits, int first, int count) {
+  return {.q_min = limits.q_min.segment(first, count),
+          .q_max = limits.q_max.segment(first, count),
+          .v_max = limits.v_max.segment(first, count),
+          .a_max = limits.a_max.segment(first, count)};
+}
+
+}  // namespace mimesis::hw

@@ -1,0 +1,55 @@
+#pragma once
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+#include "common/runtime/params.h"
+#include "hw/arm/axis.h"
+#include "hw/arm/setpoint_limiter.h"
+
+/// What bridge and simulated drives must agree on: a robot's joints and the buses of their drives.
+namespace mimesis::hw {
+
+/// The joints of a robot, whatever kind of file it is described in.
+struct Joints {
+  std::vector<std::string> names{};  ///< of an arm: A1 ... An
+  arm::JointLimits limits;
+  Eigen::VectorXd home;        ///< where a simulation starts [rad]
+  Eigen::VectorXd effort_n_m;  ///< largest torque; 0: the file does not say
+  bool walks = false;          ///< would fall without power
+
+  int count() const { return static_cast<int>(names.size()); }
+};
+
+/// Reads an arm (models/lwr4.yaml) or a walking robot (models/biped.yaml, or a .urdf: then home is
+/// zero).
+/// @param a_max_rad_s2 of the joints of a walking robot, whose description has none
+/// @throws ConfigError that names the file
+Joints load_joints(const std::string& file, double a_max_rad_s2);
+
+/// One bus and how many of the robot's joints have their drives on it: those that follow the ones
+/// of the bus before, in the model's order.
+struct BusShare {
+  std::string can;  ///< see hw/can/bus.h
+  int joints = 0;
+
+  void visit(runtime::ParamVisitor& v) {
+    v("can", can);
+    v("joints", joints, 1, 126);
+  }
+};
+
+/// `buses` checked, or all joints on `can` if it is empty.
+/// @throws ConfigError if they do not carry all joints, or one address occurs twice
+std::vector<BusShare> complete(std::vector<BusShare> buses, const std::string& can,
+                               const Joints& joints);
+
+/// `axes` checked, or nodes 1..n if it is empty; then the largest torque is the rated one.
+/// Numbers of nodes are the robot's, not a bus's: each occurs once.
+/// @throws ConfigError as arm::complete
+std::vector<arm::Axis> complete(std::vector<arm::Axis> axes, const Joints& joints);
+
+/// Rows `first` .. `first + count` of `limits`.
+arm::JointLimits part_of(const arm::JointLimits& limits, int first, int count);
+
+}  // namespace mimesis::hw

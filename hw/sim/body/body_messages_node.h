@@ -1,0 +1,14 @@
+#pragma once
+#include "hw/sim/body/body_world.h"
+#include "proto/foxglove/transform.pb.h"
+#include "proto/walker.pb.h"
+
+namespace mimesis::hw::sim {
+
+// Without headers, into messages that are kept from step to step.
+void to_proto(const BodySensors& sensors, v1::BodySensors& out);
+void to_proto(const BodyTruth& truth, const Eigen::VectorXd& torque_n_m, v1::BodyTruth& out);
+/// Pose of link `child` in the world, for viewers.
+foxglove::FrameTransform to_transform(const Eigen::Isometry3d& X_WB, const std::string& child);
+
+}  // namespace mimesis::hw::sim

@@ -1,0 +1,115 @@
+#pragma once
+#include <string>
+#include <vector>
+
+#include "common/runtime/params.h"
+#include "hw/arm/axis.h"
+#include "hw/joints/joints.h"
+#include "hw/sim/body/body_world.h"
+
+namespace mimesis::hw::sim {
+
+/// A plate on the ground, unknown to the robot.
+struct PlateParams {
+  double x_m = 0.0, y_m = 0.0, half_x_m = 0.25, half_y_m = 0.5, height_m = 0.005;
+
+  void visit(runtime::ParamVisitor& v) {
+    v("x_m", x_m, -100.0, 100.0);
+    v("y_m", y_m, -100.0, 100.0);
+    v("half_x_m", half_x_m, 0.01, 10.0);
+    v("half_y_m", half_y_m, 0.01, 10.0);
+    v("height_m", height_m, 0.0, 0.1);
+  }
+};
+
+/// A push on a link.
+struct PushParams {
+  double at_s = 0.0, duration_s = 0.1;           ///< of the world's time [s]
+  double x_n_s = 0.0, y_n_s = 0.0, z_n_s = 0.0;  ///< impulse along W [N s]
+  std::string link{};                            ///< empty: the trunk
+
+  void visit(runtime::ParamVisitor& v) {
+    v("at_s", at_s, 0.0, 1e6);
+    v("duration_s", duration_s, 0.001, 10.0);
+    v("x_n_s", x_n_s, -1000.0, 1000.0);
+    v("y_n_s", y_n_s, -1000.0, 1000.0);
+    v("z_n_s", z_n_s, -1000.0, 1000.0);
+    v("link", link);
+  }
+};
+
+/// Something that breaks. overcurrent, mute: the drive's trouble (drive.h); off, locked, weak: the
+/// motor's (body_world.h).
+struct FaultParams {
+  double at_s = 0.0;
+  std::string joint{};
+  std::string kind = "overcurrent";
+
+  void visit(runtime::ParamVisitor& v) {
+    v("at_s", at_s, 0.0, 1e6);
+    v("joint", joint);
+    v("kind", kind, {"overcurrent", "mute", "off", "locked", "weak"});
+  }
+};
+
+struct SimBodyParams {
+  double rate_hz = 200.0;             ///< of steps [Hz]
+  double offset_s = 0.0025;           ///< of the first step: after the bridge's [s]
+  std::string robot = "biped.yaml";   ///< model file
+  std::string can = "embedded:body";  ///< bus of all drives, see hw/can/bus.h
+  std::vector<BusShare> buses{};      ///< several buses, instead of `can`; as the bridge's
+  std::vector<arm::Axis> axes{};      ///< empty: nodes 1..n with defaults
+  double v_margin = 1.2;              ///< top speed that the drives claim over the model's [1]
+  double following_window_rad = 0.2;  ///< larger following error for longer: fault [rad]
+  double following_time_s = 0.1;      ///< [s]
+
+  std::string plant = "springs";   ///< how joints follow: springs, servo
+  double friction = 0.8;           ///< of the ground [1]
+  double slope_forward_rad = 0.0;  ///< of the ground, + rises forward [rad]
+  double slope_left_rad = 0.0;     ///< of the ground, + rises to the left [rad]
+  std::vector<PlateParams> plates{};
+  double payload_kg = 0.0;          ///< unknown mass in the trunk [kg]
+  double motor_speed_share = 1.0;   ///< of the model's limits that the motors reach [1]
+  double motor_torque_share = 1.0;  ///< likewise [1]
+  int seed = 0;                     ///< of the sensors' noise [1]
+  double imu_tilt_rad = 0.0;        ///< slowly wandering error of the attitude [rad]
+  double encoder_noise_rad = 0.0;   ///< [rad]
+  double force_noise_n = 0.0;       ///< of the feet's force sensors [N]
+  std::vector<PushParams> pushes{};
+  std::vector<FaultParams> faults{};
+
+  double time_limit_s = 0.0;  ///< then the outcome is a failure; 0: none [s]
+  double settle_s = 1.0;      ///< stands at the goal for so long: the outcome is a success [s]
+
+  void visit(runtime::ParamVisitor& v) {
+    v("rate_hz", rate_hz, 10.0, 1000.0);
+    v("offset_s", offset_s, 0.0, 1.0);
+    v("robot", robot);
+    v("can", can);
+    runtime::list(v, "buses", buses);
+    runtime::list(v, "axes", axes);
+    v("v_margin", v_margin, 0.1, 10.0);
+    v("following_window_rad", following_window_rad, 0.001, 3.0);
+    v("following_time_s", following_time_s, 0.001, 10.0);
+    v("plant", plant, {"springs", "servo"});
+    v("friction", friction, 0.0, 10.0);
+    v("slope_forward_rad", slope_forward_rad, -0.3, 0.3);
+    v("slope_left_rad", slope_left_rad, -0.3, 0.3);
+    runtime::list(v, "plates", plates);
+    v("payload_kg", payload_kg, 0.0, 100.0);
+    v("motor_speed_share", motor_speed_share, 0.01, 100.0);
+    v("motor_torque_share", motor_torque_share, 0.01, 100.0);
+    v("seed", seed, 0, 1'000'000'000);
+    v("imu_tilt_rad", imu_tilt_rad, 0.0, 0.5);
+    v("encoder_noise_rad", encoder_noise_rad, 0.0, 0.1);
+    v("force_noise_n", force_noise_n, 0.0, 1000.0);
+    runtime::list(v, "pushes", pushes);
+    runtime::list(v, "faults", faults);
+    v("time_limit_s", time_limit_s, 0.0, 1e6);
+    v("settle_s", settle_s, 0.0, 100.0);
+  }
+};
+
+BodyOptions body_options(const SimBodyParams& params);
+
+}  // namespace mimesis::hw::sim

@@ -1,0 +1,40 @@
+#pragma once
+#include <optional>
+
+#include "common/runtime/ports.h"
+#include "hw/sim/body/walk_judge.h"
+#include "proto/motion.pb.h"
+#include "proto/walker.pb.h"
+
+namespace mimesis::hw::sim {
+
+/// Says once how a walk ended: the robot fell, it stands at the motion's goal, or time is up.
+class OutcomeJudge {
+ public:
+  struct Settings {
+    double settle_s;      ///< stands at the goal for so long
+    double time_limit_s;  ///< 0: none
+  };
+  OutcomeJudge(const Settings& settings, runtime::Bus& bus);
+
+  /// After every step of the world.
+  void step(runtime::Time now, const BodyTruth& truth);
+
+ private:
+  void watch_steps();
+  void end(runtime::Time now, bool success, const std::string& reason);
+
+  Settings settings_;
+  WalkJudge judge_;
+  v1::WalkFeedback planned_;  // newest
+  double wished_length_m_ = 0.0;
+  bool reached_ = false, ended_ = false;
+  std::optional<double> standing_since_s_;
+
+  runtime::Queue<v1::WalkFeedback, 16> walk_;
+  runtime::Latest<v1::WalkBalance> balance_;
+  runtime::Queue<v1::MotionStatus, 16> motion_;
+  runtime::Out<v1::WalkOutcome> outcome_;
+};
+
+}  // namespace mimesis::hw::sim

@@ -1,0 +1,61 @@
+#pragma once
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "common/runtime/log.h"
+#include "common/runtime/ports.h"
+#include "hw/joints/joints.h"
+#include "hw/sim/body/body_params_node.h"
+#include "hw/sim/body/body_world.h"
+#include "hw/sim/body/outcome_node.h"
+#include "hw/sim/drives/rack.h"
+#include "proto/arm.pb.h"
+#include "proto/foxglove/transform.pb.h"
+#include "proto/walker.pb.h"
+
+namespace mimesis::hw::sim {
+
+/// A biped in a physics world behind simulated drives on CAN buses. Per step: the drives move their
+/// motors' set-points, the world moves on by as much, the drives answer with what it says.
+class SimBodyNode {
+ public:
+  using Params = SimBodyParams;
+  SimBodyNode(const Params& params, runtime::Bus& bus);
+  void step(runtime::Time now);
+  /// No motor is commanded any more: whoever stops a simulation sees how the robot stopped.
+  bool at_rest() const;
+
+ private:
+  void open_buses(runtime::Bus& bus);
+  void make_trouble();
+  void move_world(runtime::Time now);
+  void measure();
+  void publish(runtime::Time now);
+
+  Params params_;
+  robot::Biped biped_;
+  Joints joints_;
+  BodyWorld world_;
+  std::vector<std::unique_ptr<Rack>> racks_;
+  std::vector<Drive*> drives_;  // of all racks, in the model's order
+  std::vector<double> motors_;  // set-points [rad]
+  std::optional<runtime::Time> last_;
+  std::uint64_t steps_ = 0;
+  std::size_t faults_made_ = 0;
+  std::string trouble_;  // of the world, reported last
+  runtime::Throttle lags_{std::chrono::seconds(1)};
+
+  runtime::Queue<v1::BodyTrouble, 16> troubles_;
+  OutcomeJudge judge_;
+  runtime::Out<v1::BodySensors> sensors_;
+  runtime::Out<v1::BodyTruth> truth_;
+  runtime::Out<v1::ArmState> arm_;
+  runtime::Out<foxglove::FrameTransforms> transforms_;
+  v1::BodySensors sensors_message_;
+  v1::BodyTruth truth_message_;
+  v1::ArmState arm_message_;
+};
+
+}  // namespace mimesis::hw::sim
