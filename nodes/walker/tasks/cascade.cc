@@ -15,9 +15,9 @@ constexpr double kNearlySingular = 0.02;
 // What levels below pay for their coordinates, against 1 for a row: next to nothing, but the
 // program is strictly convex.
 constexpr double kPrice = 1e-8;
-// By which the bounds of a level are wider than those of the level above it, so that its rounding
-// does not leave the lower one without a solution.
-constexpr double kWider = 1e-11;
+// By which the bounds of a level are wider than those of the level above it, against the widest
+// of them, so that its rounding (DualQp: 1e-10) does not leave the lower one without a solution.
+constexpr double kWider = 2e-10;
 constexpr double kOnBound = 1e-12;
 
 }  // namespace
@@ -112,6 +112,12 @@ bool Cascade::solve(const Eigen::Ref<const Eigen::VectorXd>& b,
           basis_.basis() + static_cast<std::size_t>(i) * basis_.stride(), n_);
     }
     z_.setZero();
+    wider_ = 0.0;
+    for (int i = 0; i < n_; ++i) {
+      for (const double bound : {lower[i], upper[i]}) {
+        if (std::isfinite(bound)) wider_ = std::max(wider_, kWider * std::abs(bound));
+      }
+    }
     int depth = 0;
     for (const Level& level : levels_) {
       if (!solve_bounded(level, depth++, lower, upper)) {
@@ -211,8 +217,8 @@ bool Cascade::solve_bounded(const Level& level, int depth,
   const auto Y = Y_.rightCols(n);
   auto fixed = fixed_.head(n_);
   fixed.noalias() = Y_.leftCols(level.column) * z_.head(level.column);
-  least_ = lower.array() - fixed.array() - kWider * depth;
-  most_ = upper.array() - fixed.array() + kWider * depth;
+  least_ = lower.array() - fixed.array() - wider_ * depth;
+  most_ = upper.array() - fixed.array() + wider_ * depth;
   qp::DualQp& program = programs_[static_cast<std::size_t>(depth)];
   outcome_ = program.solve({H, g, Y, least_, most_, none_, none_});
   if (outcome_ != qp::Outcome::kSolved) return false;

@@ -73,6 +73,7 @@ class Cascade {
   Eigen::VectorXd g_, fixed_, least_, most_, none_;
   std::vector<qp::DualQp> programs_;
 
+  double wider_ = 0.0;  // of the bounds, a level
   bool bounded_ = false;
   double first_residual_ = 0.0;
   qp::Outcome outcome_ = qp::Outcome::kSolved;
