@@ -108,7 +108,7 @@ class Task {
     const auto* state = sequence_ ? &sequence_->state() : nullptr;
     hw::sim::DrawerHands hands{.p_W_m = tick.truth.hand_W_m, .grips = {}};
     for (Side s : robot::kSides) {
-      hands.grips[s] = state != nullptr && state->hand[s] && state->hand[s]->share > 0.9;
+      hands.grips[s] = state != nullptr && state->hand[s] && state->hand[s]->closes;
     }
     const Eigen::Vector3d force_W_n = drawer_.step(tick.time_s, kTick_s, hands);
     tick.world.pull(spec_.robot->biped.hand[robot::kLeft], Eigen::Vector3d::Zero(), force_W_n);
