@@ -13,8 +13,8 @@ namespace {
 
 // Newton steps within a tick, all with the Jacobian of its beginning. The first goes the tick's
 // way, the others undo what its curvature has left.
-constexpr int kPasses = 4, kBoundedPasses = 3;  // all; with bounds in the way
-constexpr double kExact = 1e-9;                 // [m], [rad]: nothing to undo
+constexpr int kPasses = 4, kBoundedPasses = 3, kLimitedPasses = 1;  // those with bounds in the way
+constexpr double kExact = 1e-9;                                     // [m], [rad]: nothing to undo
 constexpr double kLimited = 1e-6;   // [m], [rad]: what a limit keeps from a goal of the first level
 constexpr std::size_t kLine = 200;  // characters of a reason
 
@@ -135,7 +135,8 @@ bool Stack::move(const TaskGoals& goals, double dt_s) {
   p.cascade.residual(b, p.out_of_reach.head(rows));
   advance();
   int programs = bounded ? 1 : 0;
-  for (int pass = 1; pass < kPasses && programs < kBoundedPasses; ++pass) {
+  const int most = state_.limited ? kLimitedPasses : kBoundedPasses;
+  for (int pass = 1; pass < kPasses && programs < most; ++pass) {
     p.rows.missing(p.posture, b);
     b.head(first) -= p.out_of_reach.head(first);
     // What limits keep from lower tasks, they keep from them in this pass as well.
