@@ -88,7 +88,7 @@ inline Biped odd_biped(const std::string& changed = "",
         link.X_PJ.translation() = turned.transpose() * places[i];
       }
       link.lower = i == 3 ? -2.2 : -0.7;
-      link.upper = i == 3 ? 0.1 : 0.7;
+      link.upper = i == 3 ? 0.1 : i == 1 ? 2.5 : 0.7;  // the hip's second beyond a right angle
       link.max_speed = 10.0;
       if (i > 0 && links.back().joint == changed) link.X_PJ.translation() -= shift;
       if (link.joint == changed) {
