@@ -289,8 +289,7 @@ void ArmDriver::enable(AxisMaster& axis) {
 }
 
 void ArmDriver::command_axes() {
-  const bool overdue =
-      !stays_powered() && reading_.phase == Phase::stopping && now_ - entered_ > kLongestStop;
+  const bool overdue = reading_.phase == Phase::stopping && now_ - entered_ > kLongestStop;
   for (std::size_t i = 0; i < axes_.size(); ++i) {
     AxisMaster& axis = axes_[i];
     switch (reading_.phase) {
