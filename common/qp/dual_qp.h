@@ -3,6 +3,8 @@
 #include <span>
 #include <vector>
 
+#include "common/qp/active_set.h"
+
 namespace mimesis::qp {
 
 /// min ½ xᵀHx + gᵀx  subject to  lower ≤ A x ≤ upper,  x_lower ≤ x ≤ x_upper.
@@ -27,8 +29,9 @@ const char* name(Outcome outcome);
 
 /// Dual active-set method [Goldfarb, Idnani, Math. Programming 27, 1983] for dense problems that
 /// come again and again: starts from the unconstrained minimum or from the active set of the last
-/// solution (warm), keeps the last solution if there is none. Allocates when it is made (or asked
-/// for larger problems), not in solve(). Deterministic.
+/// solution (warm), keeps the last solution if there is none. Every solution fulfils its
+/// constraints to 1e-10 of their terms' size. Allocates when it is made (or asked for larger
+/// problems), not in solve(). Deterministic.
 class DualQp {
  public:
   DualQp(int most_variables, int most_rows);
@@ -39,19 +42,69 @@ class DualQp {
   /// was solved before.
   Outcome solve_same_hessian(const Problem& problem, Start start = Start::kWarm);
 
-  const Eigen::VectorXd& x() const { return x_; }  ///< of the last solved problem
-  double objective() const { return objective_; }
-  int iterations() const { return iterations_; }
-  std::span<const int> active_rows() const;           ///< of A, in the order of their addition
-  int violated_row() const { return violated_row_; }  ///< of A; n bounds follow as m + i
-  void forget() {                                     /* helper: next solve is cold */
+  /// Of the last solved problem; zeros before the first. Valid until the next solve.
+  Eigen::Map<const Eigen::VectorXd> x() const {
+    return {x_.data(), static_cast<Eigen::Index>(solved_n_)};
   }
+  double objective() const { return objective_; }  ///< of the last solved problem
+  int iterations() const { return iterations_; }  ///< constraints added or dropped by the last call
+  /// Constraints that hold with equality in the last solved problem: rows of A, then m + i for
+  /// bound i on x; in the order of their addition. Linearly dependent ones are left out.
+  std::span<const int> active_rows() const { return active_; }
+  /// λ of active_rows(): Hx + g = Σ λ·row, λ ≥ 0 at a lower bound, ≤ 0 at an upper one.
+  std::span<const double> multipliers() const { return multipliers_; }
+  /// Of A; n bounds follow as m + i. Of the last call; −1: none.
+  int violated_row() const { return violated_row_; }
+  void forget() { active_.clear(); }  ///< next solve is cold
+  /// A limit for real time; 0: 50 + 10 (n + m).
+  void limit_iterations(int most) { most_iterations_ = most; }
 
  private:
-  Eigen::VectorXd x_;
+  struct Violation {
+    int row = -1;
+    double sign = 0.0, amount = 0.0;  // of sign·row·x ≥ sign·bound
+  };
+  enum class Step { kAdded, kIgnored, kInfeasible, kTooMany };
+
+  void reserve(std::size_t n, std::size_t m);
+  Outcome run(const Problem& problem, Start start);
+  bool load(const Problem& problem);
+  Outcome begin(Start start);
+  bool try_add(int row, double sign);
+  Violation worst();
+  Step add(Violation violation);
+  void drop(std::size_t position);
+  void settle();
+  void keep_multipliers_right();
+  void polish();
+  Outcome accept(const Problem& problem);
+
+  double side(int row, double sign) const {
+    return sign > 0.0 ? lower_[static_cast<std::size_t>(row)]
+                      : upper_[static_cast<std::size_t>(row)];
+  }
+  const double* normal(int row, double sign);
+  double value(int row) const;  ///< row · x
+  double scale(int row) const;  ///< size of the terms that make it up
+
+  ActiveSet set_;
+  std::size_t n_ = 0, m_ = 0, rows_ = 0;  // rows_: m and the bounds on x
+  std::vector<double> A_, norm_;          // m padded rows, and their lengths
+  std::vector<double> lower_, upper_;     // of rows and bounds
+  std::vector<char> taken_;               // active or, till the next drop, redundant
+  std::vector<int> working_;              // active rows
+  std::vector<double> sign_, u_, side_;   // of working_
+  std::vector<double> g_, work_x_, value_, normal_, residual_;
+  std::size_t equalities_ = 0;  // the first of working_
+  double x_size_ = 0.0;
+  int most_iterations_ = 0;
+
+  std::vector<double> x_, multipliers_;
+  std::vector<int> active_;
+  std::vector<int> wanted_;  // the last active set, while a warm start adds it
+  std::size_t solved_n_ = 0;
   double objective_ = 0.0;
   int iterations_ = 0, violated_row_ = -1;
-  // helper
 };
 
 }  // namespace mimesis::qp

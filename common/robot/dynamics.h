@@ -1,6 +1,7 @@
 #pragma once
 #include <vector>
 
+#include "common/robot/bodies.h"
 #include "common/robot/kinematics.h"
 
 namespace mimesis::robot {
@@ -50,21 +51,6 @@ class Dynamics {
   void com_jacobian(const Kinematics& kinematics, Eigen::Ref<Eigen::Matrix3Xd> out) const;
 
  private:
-  /// A link that a joint moves with all that is fixed to it; the root is body 0, joint number d
-  /// moves body d + 1. Its frame is the link's, turned so that the joint's axis is its z axis.
-  struct Body {
-    int link = 0;
-    int parent = -1;  ///< body
-    bool slides = false;
-    Eigen::Matrix3d R_PJ = Eigen::Matrix3d::Identity();  ///< at q = 0, P: frame of the parent body
-    Eigen::Vector3d p_PJ = Eigen::Vector3d::Zero();      ///< [m]
-    double mass = 0.0;                                   ///< [kg]
-    Eigen::Vector3d first = Eigen::Vector3d::Zero();     ///< mass · CoM [kg m]
-    Eigen::Matrix3d inertia = Eigen::Matrix3d::Zero();   ///< about the frame's origin [kg m²]
-    // In the frame of its link, for the CoM Jacobian
-    Eigen::Vector3d first_L = Eigen::Vector3d::Zero(), axis_L = Eigen::Vector3d::UnitZ();
-    double subtree_mass = 0.0;
-  };
   /// Of a body, in its own frame and about its origin; R and p in the parent's.
   struct State {
     Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
@@ -73,7 +59,6 @@ class Dynamics {
     Eigen::Vector3d force, moment, first;
   };
 
-  void add_inertia(const Inertia& inertia, const Eigen::Isometry3d& X_BodyLink, Body& body) const;
   /// Moves body `i` to its joint's position.
   void place(std::size_t i, const RobotMotion& motion);
   void accelerate(const RobotMotion& motion);

@@ -7,6 +7,7 @@
 #include "common/runtime/param_source.h"
 #include "nodes/synthesizer/model/limits.h"
 #include "nodes/synthesizer/motion_messages_node.h"
+#include "nodes/synthesizer/robot_messages_node.h"
 
 namespace mimesis::synthesizer {
 namespace {
@@ -20,10 +21,22 @@ std::unique_ptr<const ActionMaps> learn_drawer(const SynthesizerParams& params) 
     if (params.goal.kind != "drawer") return nullptr;
     throw ConfigError("synthesizer.goal.kind: 'drawer' needs synthesizer.drawer: true");
   }
+  if (!params.robot.urdf.empty()) return nullptr;
   GeneratorSettings settings;
   settings.seed = static_cast<std::uint64_t>(params.drawer_seed);
   return std::make_unique<const ActionMaps>(
       learn_drawer_model(generate_drawer_data(mocap::standard_body(), Drawer{}, settings)));
+}
+
+/// The same for a robot.
+std::unique_ptr<const BipedDrawer> learn_robot_drawer(const SynthesizerParams& params) {
+  if (!params.drawer || params.robot.urdf.empty()) return nullptr;
+  const robot::RobotTree tree = robot::read_urdf(runtime::find_model_file(params.robot.urdf));
+  RobotTrialSettings settings;
+  settings.seed = static_cast<std::uint64_t>(params.drawer_seed);
+  settings.cycle_s = 2.0 * params.robot.limits.step_s;
+  return std::make_unique<const BipedDrawer>(
+      make_biped_drawer(tree, retarget::figure_of(tree, ""), settings));
 }
 
 }  // namespace
@@ -32,6 +45,7 @@ SynthesizerNode::SynthesizerNode(const Params& params, runtime::Bus& bus)
     : params_(params),
       period_s_(1.0 / params.rate_hz),
       drawer_(learn_drawer(params)),
+      robot_drawer_(learn_robot_drawer(params)),
       director_(load_motion_model(runtime::find_model_file(params.model)),
                 form(params.characters, params.formation()), params.walkers(), drawer_.get()),
       commanded_(static_cast<std::size_t>(params.characters), Time{}),
@@ -41,12 +55,22 @@ SynthesizerNode::SynthesizerNode(const Params& params, runtime::Bus& bus)
       style_in_(bus, "style"),
       beat_in_(bus, "beat"),
       crowd_in_(bus, "crowd"),
+      feedback_in_(bus, "feedback"),
+      drawer_in_(bus, "drawer"),
       rows_(bus, "rows", {.latched = true}),
       motion_(bus, "motion"),
       batch_(bus, "characters"),
       status_(bus, "status"),
       reached_(bus, "reached") {
-  const auto angles = director_.angles(0);
+  if (!params.robot.urdf.empty()) {
+    if (params.characters != 1) {
+      throw ConfigError("synthesizer.robot.urdf: one robot, but synthesizer.characters is " +
+                        std::to_string(params.characters));
+    }
+    robot_.emplace(director_.walkers(), params.robot.limits, params.walkers().walk,
+                   robot_drawer_.get());
+  }
+  const auto angles = robot_ ? robot_->angles() : director_.angles(0);
   last_angles_.assign(angles.begin(), angles.end());
   clamp_to_limits(director_.walkers().repertoire().model(), std::span<float>(last_angles_));
   velocity_rad_s_.assign(angles.size(), 0.0);
@@ -77,8 +101,14 @@ void SynthesizerNode::step(Time now) {
   take_goals(now);
   take_styles(now);
   take_beat(now);
-  take_crowd(now);
-  director_.step();
+  if (robot_) {
+    take_feedback(now);
+    take_drawer(now);
+    robot_->step(feedback(now), seen(now));
+  } else {
+    take_crowd(now);
+    director_.step();
+  }
   publish_rows(now);
   publish_motion(now);
   publish_status(now);
@@ -91,14 +121,63 @@ std::string SynthesizerNode::set_goal(const v1::MotionGoal& goal) {
   const Eigen::Vector2d place(goal.position_in_world_m().x_m(), goal.position_in_world_m().y_m());
   switch (goal.kind()) {
     case v1::MOTION_GOAL_KIND_DRAWER:
+      if (robot_) return robot_->to_drawer({place, goal.object_depth_m()});
       return director_.to_drawer(i, {place, goal.object_depth_m()});
     case v1::MOTION_GOAL_KIND_STOP:
-      director_.stop(i);
+      robot_ ? robot_->stop() : director_.stop(i);
       return {};
     default:
-      director_.walk_to(i, place);
+      robot_ ? robot_->walk_to(place) : director_.walk_to(i, place);
       return {};
   }
+}
+
+/// Feedback that cannot be used is as none.
+void SynthesizerNode::take_feedback(Time now) {
+  const v1::WalkFeedback* message = feedback_in_.take();
+  const Time stamp = feedback_in_.stamp();
+  if (message == nullptr || stamp < feedback_stamp_ || stamp > now) return;
+  if (const std::string why = fault(*message); !why.empty()) {
+    if (bad_feedback_.pass()) runtime::warn("feedback: {}; ignored", why);
+    return;
+  }
+  if (!feedback_) runtime::info("the robot says where it is");
+  feedback_ = to_feedback(*message);
+  feedback_stamp_ = stamp;
+}
+
+const RobotFeedback* SynthesizerNode::feedback(Time now) {
+  if (!feedback_) return nullptr;
+  if (now - feedback_stamp_ <= runtime::from_seconds(params_.robot.stale_s)) return &*feedback_;
+  runtime::warn("no feedback for {} s: the robot is believed to do as it is told",
+                params_.robot.stale_s);
+  feedback_.reset();
+  return nullptr;
+}
+
+void SynthesizerNode::take_drawer(Time now) {
+  const v1::DrawerState* message = drawer_in_.take();
+  const Time stamp = drawer_in_.stamp();
+  if (message == nullptr || stamp < seen_stamp_ || stamp > now) return;
+  if (const std::string why = fault(*message); !why.empty()) {
+    if (bad_drawer_.pass()) runtime::warn("drawer: {}; ignored", why);
+    return;
+  }
+  seen_ = to_seen(*message);
+  seen_stamp_ = stamp;
+}
+
+const DrawerSeen* SynthesizerNode::seen(Time now) const {
+  const bool fresh = seen_ && now - seen_stamp_ <= runtime::from_seconds(params_.robot.stale_s);
+  return fresh ? &*seen_ : nullptr;
+}
+
+const std::vector<PlannedAction>* SynthesizerNode::plan(int i) const {
+  return robot_ ? robot_->plan() : director_.plan(i);
+}
+
+Progress SynthesizerNode::progress(int i) const {
+  return robot_ ? robot_->progress() : director_.progress(i);
 }
 
 void SynthesizerNode::take_goals(Time now) {
@@ -218,7 +297,7 @@ void SynthesizerNode::publish_motion(Time now) {
     batch_.send(batch_message_, now);
     return;
   }
-  const auto angles = director_.angles(0);
+  const auto angles = robot_ ? robot_->angles() : director_.angles(0);
   angles_.assign(angles.begin(), angles.end());
   clamp_to_limits(director_.walkers().repertoire().model(), std::span<float>(angles_));
   for (std::size_t r = 0; r < angles_.size(); ++r) {
@@ -226,16 +305,23 @@ void SynthesizerNode::publish_motion(Time now) {
         (static_cast<double>(angles_[r]) - static_cast<double>(last_angles_[r])) * params_.rate_hz;
   }
   last_angles_ = angles_;
-  pelvis_.step(director_.state(0).root);
-  to_proto(director_, 0, {angles_, velocity_rad_s_, pelvis_.value()}, motion_message_);
+  if (robot_) {
+    to_proto(robot_->motion(), {angles_, velocity_rad_s_, robot_->motion().velocity},
+             motion_message_);
+    const Walkers& walkers = director_.walkers();
+    motion_message_.set_style(walkers.repertoire().style(walkers.walker(0).style().largest()).name);
+  } else {
+    pelvis_.step(director_.state(0).root);
+    to_proto(director_, 0, {angles_, velocity_rad_s_, pelvis_.value()}, motion_message_);
+  }
   motion_.send(motion_message_, now);
 }
 
 /// At every change, and once a second of those that have a goal.
 void SynthesizerNode::publish_status(Time now) {
   for (int i = 0; i < director_.size(); ++i) {
-    Progress is = director_.progress(i);
-    const std::vector<PlannedAction>* plan = director_.plan(i);
+    Progress is = progress(i);
+    const std::vector<PlannedAction>* plan = this->plan(i);
     Told& told = told_[static_cast<std::size_t>(i)];
     const std::size_t actions = plan != nullptr ? plan->size() : 0;
     const bool changed = is.kind != told.kind || is.reached != told.reached ||
@@ -257,7 +343,7 @@ void SynthesizerNode::refuse(std::uint32_t character, const std::string& why, Ti
   status.set_character(character);
   if (character < static_cast<std::uint32_t>(director_.size())) {
     const int i = static_cast<int>(character);
-    status = to_proto(i, director_.progress(i), director_.plan(i));
+    status = to_proto(i, progress(i), plan(i));
   }
   status.set_reason(why);
   status_.send(status, now);

@@ -6,18 +6,20 @@
 #include "common/runtime/ports.h"
 #include "nodes/synthesizer/director.h"
 #include "nodes/synthesizer/pelvis_velocity.h"
+#include "nodes/synthesizer/robot_director.h"
 #include "nodes/synthesizer/synthesizer_params_node.h"
 #include "proto/motion.pb.h"
+#include "proto/walker.pb.h"
 
 namespace mimesis::synthesizer {
 
 /// Generates the motion of one robot or of many characters, steered by goals, styles, a beat and
-/// the commands of a crowd.
+/// the commands of a crowd. A robot is led from where its feedback says that it is.
 class SynthesizerNode {
  public:
   using Params = SynthesizerParams;
   /// @throws ConfigError for a model file that is missing, damaged or of another version, and for a
-  /// style that it has not.
+  /// style that it has not; for a robot whose file is none, and more than one character of it.
   SynthesizerNode(const Params& params, runtime::Bus& bus);
   /// Called at rate_hz: advances the motion from one period before `now` to `now`.
   void step(runtime::Time now);
@@ -34,6 +36,12 @@ class SynthesizerNode {
 
   std::string set_goal(const v1::MotionGoal& goal);
   void set_first_goal();
+  void take_feedback(runtime::Time now);
+  void take_drawer(runtime::Time now);
+  const RobotFeedback* feedback(runtime::Time now);
+  const DrawerSeen* seen(runtime::Time now) const;
+  const std::vector<PlannedAction>* plan(int i) const;
+  Progress progress(int i) const;
   void take_goals(runtime::Time now);
   void take_styles(runtime::Time now);
   void take_beat(runtime::Time now);
@@ -48,9 +56,13 @@ class SynthesizerNode {
   Params params_;
   double period_s_;
   std::unique_ptr<const ActionMaps> drawer_;
+  std::unique_ptr<const BipedDrawer> robot_drawer_;
   Director director_;
+  std::optional<RobotDirector> robot_;
+  std::optional<RobotFeedback> feedback_;
+  std::optional<DrawerSeen> seen_;
   bool rows_sent_ = false, beat_heard_ = false;
-  runtime::Time beat_stamp_{}, crowd_stamp_{};
+  runtime::Time beat_stamp_{}, crowd_stamp_{}, feedback_stamp_{}, seen_stamp_{};
   std::vector<runtime::Time> commanded_;  // per character: stamp of the command it obeys, or 0
   std::vector<Told> told_;
   // of one robot
@@ -58,7 +70,8 @@ class SynthesizerNode {
   std::vector<float> angles_, last_angles_;
   PelvisVelocity pelvis_;
   runtime::Throttle bad_goal_{std::chrono::seconds(1)}, bad_style_{std::chrono::seconds(1)},
-      bad_beat_{std::chrono::seconds(1)}, bad_crowd_{std::chrono::seconds(1)};
+      bad_beat_{std::chrono::seconds(1)}, bad_crowd_{std::chrono::seconds(1)},
+      bad_feedback_{std::chrono::seconds(1)}, bad_drawer_{std::chrono::seconds(1)};
   v1::Motion motion_message_;  // kept, so that their buffers are
   v1::MotionBatch batch_message_;
 
@@ -66,6 +79,8 @@ class SynthesizerNode {
   runtime::Queue<v1::StyleWish, 4096> style_in_;
   runtime::Latest<v1::Beat> beat_in_;
   runtime::Latest<v1::CrowdCommand> crowd_in_;
+  runtime::Latest<v1::WalkFeedback> feedback_in_;
+  runtime::Latest<v1::DrawerState> drawer_in_;
   runtime::Out<v1::MotionRows> rows_;
   runtime::Out<v1::Motion> motion_;
   runtime::Out<v1::MotionBatch> batch_;

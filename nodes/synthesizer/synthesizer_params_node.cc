@@ -1,5 +1,6 @@
 #include "nodes/synthesizer/synthesizer_params_node.h"
 
+#include <algorithm>
 #include <numbers>
 
 namespace mimesis::synthesizer {
@@ -24,6 +25,17 @@ void FirstGoalParams::visit(runtime::ParamVisitor& v) {
   v("object_depth_m", object_depth_m, 0.0, 1.0);
 }
 
+void RobotParams::visit(runtime::ParamVisitor& v) {
+  v("urdf", urdf);
+  v("max_forward_m_s", limits.forward_m_s, 0.02, 1.0);
+  v("max_left_m_s", limits.left_m_s, 0.0, 0.5);
+  v("max_turn_rad_s", limits.turn_rad_s, 0.01, 1.0);
+  v("acceleration_m_s2", limits.acceleration_m_s2, 0.02, 10.0);
+  v("turn_acceleration_rad_s2", limits.turn_acceleration_rad_s2, 0.02, 10.0);
+  v("step_s", limits.step_s, 0.3, 3.0);
+  v("stale_s", stale_s, 0.02, 10.0);
+}
+
 void SynthesizerParams::visit(runtime::ParamVisitor& v) {
   v("rate_hz", rate_hz, 20.0, 1000.0);
   v("offset_s", offset_s, 0.0, 1.0);
@@ -42,6 +54,7 @@ void SynthesizerParams::visit(runtime::ParamVisitor& v) {
   v("shortest_cycle", walk.shortest_cycle, 0.3, 1.0);
   v("longest_cycle", walk.longest_cycle, 1.0, 5.0);
   v("give_up_s", walk.give_up_s, 1.0, 600.0);
+  v.group("robot", [this](runtime::ParamVisitor& g) { robot.visit(g); });
   v("beat_alpha_1_s", beat_alpha_1_s, 0.0, 100.0);
   v("crowd_alpha_1_s", crowd_alpha_1_s, 0.0, 100.0);
   v("beat_stale_s", beat_stale_s, 0.05, 600.0);
@@ -53,9 +66,11 @@ WalkersSettings SynthesizerParams::walkers() const {
   WalkersSettings s;
   s.walk = walk;
   s.walk.dt_s = 1.0 / rate_hz;
+  // robots step slower than the people whose motion they have
+  if (!robot.urdf.empty()) s.walk.longest_cycle = std::max(s.walk.longest_cycle, 5.0);
   s.style = style;
   s.walking = start.walking;
-  s.foot_lock = foot_lock;
+  s.foot_lock = foot_lock && robot.urdf.empty();  // a robot has feet of its own
   s.beat_alpha_1_s = beat_alpha_1_s;
   s.crowd_alpha_1_s = crowd_alpha_1_s;
   return s;

@@ -2,6 +2,7 @@
 #include <string>
 
 #include "common/runtime/params.h"
+#include "nodes/synthesizer/biped/robot_walk.h"
 #include "nodes/synthesizer/formation.h"
 #include "nodes/synthesizer/walkers.h"
 
@@ -28,6 +29,15 @@ struct FirstGoalParams {
   void visit(runtime::ParamVisitor& v);
 };
 
+/// The motion is one that a walking robot shall follow.
+struct RobotParams {
+  std::string urdf;       ///< of the robot, such as biped.urdf; empty: no robot
+  RobotLimits limits;     ///< what it can be asked for
+  double stale_s = 0.25;  ///< feedback not heard for so long is none [s]
+
+  void visit(runtime::ParamVisitor& v);
+};
+
 struct SynthesizerParams {
   double rate_hz = 200.0;                  ///< of the motion [Hz]
   double offset_s = 0.0;                   ///< of the first step within the period [s]
@@ -36,9 +46,10 @@ struct SynthesizerParams {
   std::string style;                       ///< at the start; empty: the model's first
   StartParams start;
   FirstGoalParams goal;
-  bool drawer = false;           ///< learn the actions for drawers at the start (some seconds)
-  int drawer_seed = 1;           ///< of the trials they are learned from [1]
-  WalkSettings walk;             ///< its dt_s follows from rate_hz
+  bool drawer = false;  ///< learn the actions for drawers at the start (some seconds)
+  int drawer_seed = 1;  ///< of the trials they are learned from [1]
+  WalkSettings walk;    ///< its dt_s follows from rate_hz
+  RobotParams robot;
   double beat_alpha_1_s = 2.0;   ///< coupling to the beat [M18 eq. 3.18] [1/s]
   double crowd_alpha_1_s = 2.0;  ///< and to phases of crowd commands [1/s]
   double beat_stale_s = 5.0;     ///< a beat not heard for so long has ended [s]

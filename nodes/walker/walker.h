@@ -1,5 +1,6 @@
 #pragma once
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -7,6 +8,7 @@
 #include "nodes/walker/pattern/pattern.h"
 #include "nodes/walker/stabilizer/stabilizer.h"
 #include "nodes/walker/tasks/stack.h"
+#include "nodes/walker/upper_body.h"
 
 namespace mimesis::walker {
 
@@ -17,7 +19,9 @@ struct WalkerSettings {
   bool filter = true, stabilize = true;
   FilterSettings filter_settings;
   StabilizerSettings stabilizer;
-  StackSettings stack;  ///< no tasks: walking_stack()
+  UpperBodySettings upper_body;
+  StackSettings stack;                 ///< no tasks: walking_stack()
+  std::optional<GaitSettings> gait{};  ///< nothing: gait_settings(biped)
 };
 
 /// What the robot shall do at a tick.
@@ -34,6 +38,10 @@ struct WalkerOutput {
   StabilizerCommand stabilizer;
   Eigen::Isometry3d X_WB;  ///< planned pelvis
   std::string trouble;     ///< empty, or one line
+  // what was not as wished at this tick
+  bool failed = false;   ///< a solve of the pattern or the stack: the last good plan goes on
+  bool clipped = false;  ///< the wish was beyond the robot and was cut
+  bool limited = false;  ///< a joint limit keeps feet or CoM from their goals
 };
 
 /// From a wished walk to joint set-points: pattern, filter, stabilizer, stack of tasks [M18 3.8].
@@ -45,6 +53,10 @@ class Walker {
   /// Stands in half-sitting with the middle of its feet at `p_W_m`, heading `yaw_rad`.
   void reset(const Eigen::Vector2d& p_W_m, double yaw_rad);
   const WalkerOutput& step(const WalkerWish& wish, const Sensors& sensors);
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
 };
 
 }  // namespace mimesis::walker

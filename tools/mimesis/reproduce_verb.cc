@@ -17,6 +17,7 @@
 #include "common/runtime/suggest.h"
 #include "nodes/cognition/figures/figures.h"
 #include "nodes/synthesizer/figures/figures.h"
+#include "nodes/walker/figures/figures.h"
 #include "tools/mimesis/number_check.h"
 #include "tools/mimesis/table.h"
 #include "tools/mimesis/verbs.h"
@@ -36,6 +37,7 @@ std::vector<Figure> all_figures() {
   std::vector<Figure> all;
   std::ranges::move(cognition::figures(), std::back_inserter(all));
   std::ranges::move(synthesizer::figures(), std::back_inserter(all));
+  std::ranges::move(walker::figures(), std::back_inserter(all));
   return all;
 }
 

@@ -78,7 +78,7 @@ ActionMaps::ActionMaps(DrawerModel model, const LocalRegressionOptions& options)
     LocalRegressionOptions chosen = options;
     if (a == kStanding && options.bandwidth == 0.0) chosen.bandwidth = kWide;
     if (a == kStanding && options.ridge == 0.0) chosen.ridge = kSmallRidge;
-    if (a == kStanding)
+    if (a == kStanding && patterns.front().mean_rad.size() == kDrawerRows)
       standing_legs_.emplace_back(x.leftCols(1), y, options, clips_of(model_.action[a]));
     maps_.emplace_back(x, y, chosen, clips_of(model_.action[a]));
   }
@@ -89,7 +89,7 @@ MotionParameters ActionMaps::at(Action action, const ActionTask& task) const {
   const Eigen::VectorXd y = maps_[action].at(inputs(action, task)).value;
   const auto rows = like.mean_rad.size();
   Eigen::MatrixXd all = y.reshaped(rows, 1 + like.weight_rad.cols());  // means and weights
-  if (action == kStanding) {
+  if (action == kStanding && !standing_legs_.empty()) {
     const Eigen::VectorXd length = Eigen::VectorXd::Constant(1, task.previous_length_m);
     const Eigen::MatrixXd legs = standing_legs_.front().at(length).value.reshaped(rows, all.cols());
     all.middleRows(3 * mocap::kLeftHip, kLegRows) = legs.middleRows(3 * mocap::kLeftHip, kLegRows);

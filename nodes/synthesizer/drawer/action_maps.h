@@ -25,8 +25,8 @@ class ActionMaps {
  public:
   /// `model`'s patterns of all actions are the same trials in the same order; those of one clip
   /// are left out together where bandwidths are searched; action 3 has a wide kernel unless one is
-  /// given, but for its legs, which stand where the step before has put them: those have a map of
-  /// that length alone. @throws ConfigError from the regression.
+  /// given, but for its legs (where the rows are those of a body and its pelvis, kDrawerRows), which stand
+  /// where the step before has put them: those have a map of that length alone. @throws ConfigError from the regression.
   explicit ActionMaps(DrawerModel model, const LocalRegressionOptions& options = {});
 
   /// Parameters of an action at `task`; frequency_rad_s from its duration.

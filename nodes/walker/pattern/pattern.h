@@ -80,11 +80,16 @@ struct GaitSettings {
   double feet_distance_m = 0.19;  ///< wished between the soles
   /// Half sizes of the rectangle around the ankle that the ZMP is kept in.
   Eigen::Vector2d zmp_half_m{0.06, 0.03};
-  double longest_step_m = 0.28, widest_step_m = 0.30,
-         narrowest_step_m = 0.162;  ///< of one foot from the other
+  /// Where one foot may land as seen from the other: the polygon with the corners (±longest,
+  /// narrowest), (±5/7 longest, widest), (0, 4/3 widest) (forward, outward). At the wished distance
+  /// of the feet a step can be 0.29 m long.
+  double longest_step_m = 0.31, widest_step_m = 0.30, narrowest_step_m = 0.162;
   double most_forward_m_s = 0.35, most_sideways_m_s = 0.15, most_turn_rad_s = 0.2;
   double most_foot_yaw_rad = 0.17;  ///< between the feet
 };
+/// @throws ConfigError that names the first setting that no robot can have, or that is no multiple
+///         of the MPC's sampling time.
+void check(const GaitSettings& settings);
 /// Settings for a robot: height, distance and sole from its description, the rest scaled from the
 /// defaults by the length of its legs.
 GaitSettings gait_settings(const robot::Biped& biped);

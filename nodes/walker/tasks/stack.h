@@ -1,4 +1,5 @@
 #pragma once
+#include <memory>
 #include <span>
 #include <string>
 #include <vector>
@@ -14,12 +15,13 @@ enum class TaskKind { kCom, kFoot, kOrientation, kPosition, kPosture, kRegularis
 struct TaskSpec {
   std::string name;  ///< "left foot"
   TaskKind kind = TaskKind::kPosture;
-  int priority = 1;                 ///< 1 comes first; equal ones share a level
-  double weight = 1.0;              ///< within the level
-  double gain_1_s = 20.0;           ///< of the error
-  std::string link;                 ///< kFoot, kOrientation, kPosition
-  std::vector<std::string> joints;  ///< kPosture; empty: the upper body
-  std::vector<bool> axes;           ///< of x y z that count; empty: all
+  int priority = 1;                      ///< 1 comes first; equal ones share a level
+  double weight = 1.0;                   ///< within the level
+  double gain_1_s = 20.0;                ///< of the error; 1/dt and more: all of it at every tick
+  std::string link = {};                 ///< kFoot: a sole, kOrientation: any, kPosition: a hand
+  std::vector<std::string> joints = {};  ///< kPosture; empty: the upper body. Of legs: half-sitting
+  /// Of x y z in W that count; empty: all. kFoot also 6: position, then rotation; 3: all rotations.
+  std::vector<bool> axes = {};
 };
 
 struct StackSettings {
@@ -30,22 +32,23 @@ struct StackSettings {
   double speed_share = 0.98;  ///< of the joints' speed limits that may be used
 };
 
-/// Wishes at one tick. Names as in the specs.
+/// Wishes at one tick: where the robot is to be at its end. Names as in the specs.
 struct TaskGoals {
   Eigen::Vector3d com_W_m, com_v_W;
   std::array<FootState, 2> foot;
-  Eigen::Matrix3d R_W_trunk;
-  Eigen::VectorXd upper_body;  ///< Biped::upper_body order [rad]
-  Eigen::VectorXd upper_body_rate;
+  Eigen::Matrix3d R_W_trunk;        ///< of every kOrientation
+  Eigen::VectorXd upper_body;       ///< Biped::upper_body order [rad]
+  Eigen::VectorXd upper_body_rate;  ///< [rad/s]; empty: 0
   struct Hand {
     Eigen::Vector3d p_W_m = Eigen::Vector3d::Zero();
-    double share = 0.0;  ///< 0: no wish; 1: wholly
+    /// 0: no wish; 1: wholly, and the posture of the joints between pelvis and hand gives way.
+    double share = 0.0;
   };
   std::array<Hand, 2> hand;
 };
 
 struct StackState {
-  Eigen::Isometry3d X_WB;
+  Eigen::Isometry3d X_WB = Eigen::Isometry3d::Identity();
   Eigen::VectorXd q, dq;  ///< within the limits
   double com_error_m = 0.0, foot_error_m = 0.0;
   bool limited = false;  ///< a limit keeps a task of the first level from its goal
@@ -53,13 +56,28 @@ struct StackState {
 };
 
 /// Generalised inverse kinematics: strict priorities with joint limits as inequalities on top
-/// [M18 3.8.1; Mansard 2009; Escande, Mansard, Wieber 2014].
+/// [M18 3.8.1; Mansard 2009; Escande, Mansard, Wieber 2014]. Joints slow down before a limit and
+/// come back from beyond it in the same way, by e⁻¹ in 20 ms. Goals far away are approached in
+/// bounded steps.
 class Stack {
  public:
-  /// @throws ConfigError for links and joints that the robot has not
+  /// Starts half-sitting. The biped outlives it.
+  /// @throws ConfigError for links and joints that the robot has not, and settings without sense
   Stack(const robot::Biped& biped, StackSettings settings);
+  ~Stack();
   void reset(const Eigen::Isometry3d& X_WB, const Eigen::Ref<const Eigen::VectorXd>& q);
-  const StackState& step(const TaskGoals& goals, double dt_s);  ///< no allocation
+  /// One tick of dt [s]. No allocation.
+  const StackState& step(const TaskGoals& goals, double dt_s);
+  const StackState& state() const { return state_; }
+
+ private:
+  struct Parts;
+  const char* fault(const TaskGoals& goals, double dt_s) const;
+  bool move(const TaskGoals& goals, double dt_s);
+  void measure(const TaskGoals& goals);
+
+  std::unique_ptr<Parts> parts_;
+  StackState state_;
 };
 
 /// Feet and CoM, then trunk, then hands and upper body, then regularisation.

@@ -28,7 +28,9 @@ constexpr auto kTurn = 50ms;
 constexpr std::uint64_t kRaggedEnd = 1'000'000'000;
 /// Durations on the wall clock: they are not the same twice.
 const std::map<std::string, std::set<std::string>> kWallFields{
-    {"mimesis.v1.ClockTime", {"wall_ns"}}, {"mimesis.v1.TaskStatus", {"plan_compute_s"}}};
+    {"mimesis.v1.ClockTime", {"wall_ns"}},
+    {"mimesis.v1.TaskStatus", {"plan_compute_s"}},
+    {"mimesis.v1.WalkerStatus", {"mean_tick_s", "worst_tick_s"}}};
 
 double to_s(std::uint64_t ns) { return static_cast<double>(ns) * 1e-9; }
 

@@ -1,0 +1,27 @@
+#pragma once
+#include <vector>
+
+#include "common/robot/robot_tree.h"
+
+namespace mimesis::robot {
+
+/// A link that a joint moves, with all that is fixed to it. Its frame is the link's, turned so that
+/// the joint's axis is its z axis: turning by q is then the same few operations for every joint.
+struct Body {
+  int link = 0;
+  int parent = -1;                                     ///< body
+  bool slides = false;                                 ///< along z, instead of turning about it
+  Eigen::Matrix3d R_PJ = Eigen::Matrix3d::Identity();  ///< at q = 0; P: frame of the parent body
+  Eigen::Vector3d p_PJ = Eigen::Vector3d::Zero();      ///< [m]
+  double mass = 0.0;                                   ///< [kg]
+  Eigen::Vector3d first = Eigen::Vector3d::Zero();     ///< mass · CoM [kg m]
+  Eigen::Matrix3d inertia = Eigen::Matrix3d::Zero();   ///< about the frame's origin [kg m²]
+  double subtree_mass = 0.0;                           ///< of it and all it carries [kg]
+  Eigen::Vector3d first_L = Eigen::Vector3d::Zero();   ///< mass · CoM in the link's frame [kg m]
+  Eigen::Vector3d axis_L = Eigen::Vector3d::UnitZ();   ///< of the joint in the link's frame
+};
+
+/// The root as body 0, then one a joint: joint d moves body d + 1. Parents come first.
+std::vector<Body> bodies_of(const RobotTree& tree);
+
+}  // namespace mimesis::robot

@@ -1,0 +1,107 @@
+#include <algorithm>
+#include <cmath>
+
+#include "nodes/synthesizer/biped/biped_sequence.h"
+#include "nodes/synthesizer/drawer/smooth.h"
+
+namespace mimesis::synthesizer {
+namespace {
+
+using Eigen::Vector3d;
+// Shares of an action at which events happen; as people did in the trials.
+constexpr double kLeftReaches = 0.30;  // of action 2, until its end
+constexpr double kRightReaches = 0.20, kRightArrives = 0.95;
+constexpr double kLeastReach_s = 0.8, kLetGo_s = 0.6;
+constexpr double kJump_m = 0.02, kFollow_s = 0.15;  // of a target, and how fast a hand follows
+constexpr double kLead_1_s = 1.5, kMostLead_m = 0.04;
+constexpr double kThere = 0.95;   // share of a reach
+constexpr double kEdge_m = 0.10;  // over the edge of the drawer, not through it
+
+}  // namespace
+
+void BipedDrawerSequence::start_hands() {
+  const double share = state_.phase_rad / math::kTwoPi;
+  if (halted_) return;
+  const bool stands = state_.action == kStanding;
+  const bool last = state_.action == kReachingStep && plan_.steps.size() <= 2;
+  const auto start = [&](mocap::Side side, double duration_s) {
+    hand_[side].started = true;
+    hand_[side].reach.start(true, std::max(kLeastReach_s, duration_s));
+  };
+  if (!hand_[mocap::kLeft].started && (stands || (last && share >= kLeftReaches))) {
+    start(mocap::kLeft, stands ? 0.0 : (1.0 - share) * 2.0 * options_.step_s);
+  }
+  if (!hand_[mocap::kRight].started && stands && share >= kRightReaches) {
+    start(mocap::kRight, (kRightArrives - share) * drawer_->actions.ranges().standing_s);
+  }
+}
+
+/// Hands go back to where the arms have them; the drawer is let be.
+void BipedDrawerSequence::release() {
+  for (Hand& hand : hand_) {
+    if (hand.started) hand.reach.start(false, kLetGo_s);
+    hand.started = false;
+  }
+  state_.opened_m = 0.0;
+}
+
+void BipedDrawerSequence::move_hands(const DrawerSeen* seen) {
+  Eigen::Isometry3d X_WB = Eigen::Isometry3d::Identity();
+  X_WB.linear() = Eigen::AngleAxisd(robot_.heading_rad, Vector3d::UnitZ()).toRotationMatrix();
+  X_WB.translation() = robot_.pelvis_W_m;
+  kinematics_.update(X_WB, state_.q);
+
+  const Drawer& drawer = drawer_->drawer;
+  const double share = state_.phase_rad / math::kTwoPi;
+  const bool holds = seen != nullptr ? seen->held : hand_[mocap::kLeft].reach.share() > kThere;
+  if (state_.action == kStanding && hand_[mocap::kLeft].started && holds) {
+    state_.opened_m =
+        std::max(state_.opened_m, drawer.pull_m * minimum_jerk(share, kPullFrom, kPullTo));
+  }
+  const Vector3d way(std::cos(heading_), std::sin(heading_), 0.0);
+  const Vector3d left(-std::sin(heading_), std::cos(heading_), 0.0);
+  Vector3d front;
+  front << task_.front_W_m, 0.0;
+  Vector3d handle = front + drawer.handle_lateral_m * left;
+  handle.z() = drawer.handle_height_m;
+  Vector3d object = front + (task_.object_depth_m - state_.opened_m) * way;
+  object.z() = drawer.object_height_m;
+  if (seen != nullptr) {
+    handle = seen->handle_W_m + seen->opened_m * way;
+    object = seen->object_W_m;
+  }
+  move_hand(mocap::kLeft, handle - state_.opened_m * way, 0.0);
+  move_hand(mocap::kRight, object, kEdge_m);
+}
+
+/// p = p_joints + x (target − p_joints) [M18 eq. 3.12], in an arc; a target that jumps is followed
+/// within tenths of a second.
+void BipedDrawerSequence::move_hand(mocap::Side side, const Vector3d& target, double over_m) {
+  Hand& hand = hand_[side];
+  hand.reach.step(options_.dt_s);
+  const double x = hand.reach.share();
+  if (hand.has_target && (target - hand.last_target_m).norm() > kJump_m) {
+    hand.gap_m += hand.last_target_m - target;
+  }
+  hand.last_target_m = target;
+  hand.has_target = true;
+  hand.gap_m *= std::exp(-options_.dt_s / kFollow_s);
+  if (x <= 0.0) {
+    hand.gap_m.setZero();
+    hand.led_m.setZero();
+    state_.hand[side].reset();
+    return;
+  }
+  const Vector3d p_joints =
+      kinematics_.X_WL(wrist_[side]) * drawer_->figure.hand_m[static_cast<std::size_t>(side)];
+  const Vector3d goal = target + hand.gap_m;
+  if (robot_.hands_known && x > kThere) {
+    hand.led_m += options_.dt_s * kLead_1_s * (goal - robot_.hand_W_m[side]);
+    if (hand.led_m.norm() > kMostLead_m) hand.led_m *= kMostLead_m / hand.led_m.norm();
+  }
+  Vector3d p = p_joints + x * (goal + hand.led_m - p_joints);
+  p.z() += 4.0 * x * (1.0 - x) * over_m;
+  state_.hand[side] = HandWish{p, std::clamp(10.0 * x, 0.0, 1.0)};
+}
+
+}  // namespace mimesis::synthesizer

@@ -1,0 +1,56 @@
+#pragma once
+#include "nodes/synthesizer/drawer/trial_generator.h"
+#include "nodes/synthesizer/retarget/robot_figure.h"
+
+namespace mimesis::synthesizer {
+
+/// How a robot does the drawer task. Defaults: biped.urdf, two steps of 0.8 s an action. Lengths
+/// are so that the fastest trials come up to what the robot can walk [M18 3.8.4].
+struct RobotTrialSettings {
+  std::uint64_t seed = 1;
+  int trials = 10;
+  double least_normal_m = 0.421, most_normal_m = 0.467;      ///< of action 1, at pace 1
+  double least_reaching_m = 0.204, most_reaching_m = 0.299;  ///< of action 2
+  double least_reach_m = 0.663, most_reach_m = 0.755;        ///< pelvis to object, drawer closed
+  double least_depth_m = 0.124, most_depth_m = 0.273;        ///< object behind the front
+  double cycle_s = 1.6, standing_s = 2.4;
+  /// Further trials of each by scaled velocity of the pelvis, upper body as it was [M18 3.8.3].
+  std::vector<double> paces = {0.8, 0.92, 1.2};
+  int samples = 100;  ///< T, of each action
+};
+
+/// The furniture for a robot of the size of biped.urdf.
+Drawer robot_drawer();
+
+/// What the trials ask of the robot.
+struct RobotTrialReport {
+  double hand_error_m = 0.0;  ///< of the retargeted hands, worst
+  double speed_share = 0.0;   ///< largest joint speed as a share of its limit [1]
+  std::string fastest_joint;
+};
+
+/// Joints that are in no leg, in the order of the robot's.
+std::vector<std::string> upper_body_joints(const robot::RobotTree& tree,
+                                           const retarget::RobotFigure& figure);
+/// The robot without its legs: the same root, links and joints of the upper body.
+robot::RobotTree upper_body_tree(const robot::RobotTree& tree, const retarget::RobotFigure& figure);
+
+/// Of rows: upper-body joints [rad], then these: forward and left [m/s] in the heading frame, turn
+/// [rad/s]. They are what a step's mean velocity shall be; the sway of the pelvis is the walker's
+/// affair and not in them.
+inline constexpr std::array<const char*, 3> kVelocityRows = {
+    "pelvis.forward_m_s", "pelvis.left_m_s", "pelvis.turn_rad_s"};
+
+/// Human-like trials of a person with the robot's segments (trial_generator.h), retargeted to its
+/// upper body [M18 3.3.2, 3.8.3]: hands exactly, chest, head and elbows as near as the joints
+/// allow; the pelvis stays upright at the height of the robot's easy posture. Rows: upper-body
+/// joints, then kVelocityRows. Task parameters as kTaskNames. Deterministic.
+/// @throws ConfigError for settings out of range and if the robot lacks a link of the figure.
+DrawerData generate_robot_data(const robot::RobotTree& tree, const retarget::RobotFigure& figure,
+                               const Drawer& drawer, const RobotTrialSettings& settings,
+                               RobotTrialReport* report = nullptr);
+
+/// The pelvis' origin above the soles in the robot's easy posture [m].
+double easy_pelvis_height(const robot::RobotTree& tree, const retarget::RobotFigure& figure);
+
+}  // namespace mimesis::synthesizer

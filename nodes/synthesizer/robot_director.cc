@@ -1,0 +1,216 @@
+#include "nodes/synthesizer/robot_director.h"
+
+#include <algorithm>
+
+#include "common/error.h"
+#include "common/math/circle.h"
+#include "nodes/synthesizer/fade.h"
+
+namespace mimesis::synthesizer {
+namespace {
+
+constexpr double kFacing_rad = 0.08;                // a drawer less aside is faced
+constexpr double kFar_m = 5.0, kBeforeFar_m = 3.0;  // who is farther walks up to there first
+
+std::vector<std::size_t> rows_of(const std::vector<std::string>& joints,
+                                 const std::vector<std::string>& rows) {
+  std::vector<std::size_t> found;
+  for (const std::string& joint : joints) {
+    const auto row = std::ranges::find(rows, joint);
+    if (row == rows.end()) throw ConfigError("the motion model has no row '" + joint + "'");
+    found.push_back(static_cast<std::size_t>(row - rows.begin()));
+  }
+  return found;
+}
+
+}  // namespace
+
+RobotDirector::RobotDirector(Walkers& walkers, const RobotLimits& limits, const WalkSettings& walk,
+                             const BipedDrawer* drawer)
+    : walkers_(walkers),
+      drawer_(drawer),
+      limits_(limits),
+      dt_s_(walk.dt_s),
+      walk_(limits, walk.goal_tolerance_m, walk.give_up_s, walk.dt_s) {
+  const RootPose& root = walkers.state(0).root;
+  walk_.place(root.position_W_m, root.heading_rad);
+  move_character();  // its first posture
+  const auto angles = walkers.angles(0);
+  angles_.assign(angles.begin(), angles.end());
+  if (drawer == nullptr) return;
+  row_ = rows_of(drawer->upper.joint_names(), walkers.repertoire().model().rows);
+  left_rad_ = left_rate_ = Eigen::VectorXd::Zero(drawer->upper.dof());
+}
+
+/// Out of the sequence; the arms come back.
+void RobotDirector::leave() {
+  refused_.clear();
+  if (!sequence_) return;
+  const BipedSequenceState& state = sequence_->state();
+  const auto walk = walkers_.angles(0);
+  for (std::size_t i = 0; i < row_.size(); ++i) {
+    const auto k = static_cast<Eigen::Index>(i);
+    left_rad_[k] = state.q[k] - static_cast<double>(walk[row_[i]]);
+    left_rate_[k] = state.dq[k];
+  }
+  left_s_ = 0.0;
+  walk_.place(sequence_->robot().pelvis_W_m.head<2>(), sequence_->robot().heading_rad);
+  sequence_.reset();
+}
+
+void RobotDirector::walk_to(const Eigen::Vector2d& goal_W_m) {
+  leave();
+  kind_ = GoalKind::walk_to;
+  walk_.walk_to(goal_W_m);
+}
+
+void RobotDirector::stop() {
+  leave();
+  kind_ = GoalKind::stop;
+  walk_.stop();
+}
+
+std::string RobotDirector::to_drawer(const BipedTask& task) {
+  if (drawer_ == nullptr) return "no actions for drawers are loaded (parameter drawer)";
+  task_ = task;
+  if (kind_ == GoalKind::drawer && sequence_ && sequence_->set_task(task).empty()) return {};
+  leave();
+  kind_ = GoalKind::drawer;
+  walk_.stop();
+  return {};
+}
+
+/// Stops, turns to the drawer, and begins.
+void RobotDirector::approach(const RobotFeedback* robot) {
+  const bool stands = walk_.stands() && !walk_.clock().moves() &&
+                      (robot == nullptr || robot->gait == RobotGait::standing);
+  if (!stands) return;
+  const Eigen::Vector2d way = task_.front_W_m - walk_.position_W_m();
+  const double bearing = std::atan2(way.y(), way.x());
+  if (way.norm() > kFar_m) {
+    walk_.walk_to(task_.front_W_m - kBeforeFar_m * way.normalized());
+    return;
+  }
+  if (std::abs(math::wrap_pi(bearing - walk_.heading_rad())) > kFacing_rad) {
+    walk_.turn_to(bearing);
+    return;
+  }
+  const RobotFeedback here =
+      robot != nullptr
+          ? *robot
+          : standing_robot(walk_.position_W_m(), walk_.heading_rad(),
+                           BipedSequenceOptions{}.feet_distance_m, drawer_->pelvis_height_m);
+  BipedSequenceOptions options;
+  options.dt_s = dt_s_;
+  options.step_s = limits_.step_s;
+  auto sequence = BipedDrawerSequence::start(*drawer_, task_, here, options);
+  if (!sequence) {
+    refused_ = sequence.error().reason;
+    return;
+  }
+  refused_.clear();
+  sequence_.emplace(std::move(*sequence));
+  Eigen::VectorXd q(drawer_->upper.dof());
+  for (std::size_t i = 0; i < row_.size(); ++i) {
+    q[static_cast<Eigen::Index>(i)] = static_cast<double>(angles_[row_[i]]);
+  }
+  sequence_->set_posture(q);
+}
+
+/// The character steps while the robot does, as long steps, in its rhythm.
+void RobotDirector::move_character() {
+  const GaitClock& clock = walk_.clock();
+  const double length = limits_.step_s * walk_.velocity().head<2>().norm();
+  walkers_.set_gait(0,
+                    {.phase_rate_rad_s = math::kTwoPi / (2.0 * limits_.step_s),
+                     .step_length_m = length,
+                     .heading_rad = std::nullopt},
+                    clock.phase_rad());
+  walkers_.walker(0).set_free(clock.moves() && !sequence_);
+  walkers_.step();
+}
+
+void RobotDirector::step(const RobotFeedback* robot, const DrawerSeen* seen) {
+  if (kind_ == GoalKind::drawer) {
+    if (seen != nullptr && !sequence_) task_.front_W_m = seen->front_W_m;
+    if (!sequence_) approach(robot);
+  }
+  if (sequence_) {
+    sequence_->step(robot, seen);
+    if (seen != nullptr && sequence_->across(seen->front_W_m)) {  // to be walked to again
+      leave();
+      walk_.stop();
+    }
+  }
+  walk_.step(robot);
+  move_character();
+  sequence_ ? show_sequence() : show_walk(robot);
+  show_angles();
+}
+
+void RobotDirector::show_walk(const RobotFeedback* robot) {
+  const WalkerState& state = walkers_.state(0);
+  motion_.phase_rad = state.phase_rad;
+  motion_.phase_rate_rad_s = state.phase_rate_rad_s;
+  motion_.velocity = walk_.velocity();
+  motion_.pelvis_W_m << walk_.position_W_m(),
+      robot != nullptr ? robot->pelvis_W_m.z() : state.root.height_m;
+  motion_.heading_rad = walk_.heading_rad();
+  motion_.support = walk_.clock().swing() == mocap::kLeft ? mocap::kRight : mocap::kLeft;
+  motion_.stands = walk_.stands();
+  motion_.landing = {};
+  motion_.hand = {};
+  const bool steps = walk_.clock().moves();
+  motion_.action = walk_.stands() ? (steps ? "stop" : "stand") : (steps ? "walk" : "start");
+}
+
+void RobotDirector::show_sequence() {
+  const BipedSequenceState& state = sequence_->state();
+  const RobotFeedback& robot = sequence_->robot();
+  motion_.phase_rad = state.phase_rad;
+  motion_.phase_rate_rad_s = state.phase_rate_rad_s;
+  motion_.velocity = state.velocity;
+  motion_.pelvis_W_m = robot.pelvis_W_m;
+  motion_.heading_rad = robot.heading_rad;
+  motion_.support = robot.swing == mocap::kLeft ? mocap::kRight : mocap::kLeft;
+  motion_.stands = state.stands;
+  motion_.landing = state.landing;
+  motion_.hand = state.hand;
+  motion_.action = state.action == kNormalStep     ? "step"
+                   : state.action == kReachingStep ? "reach"
+                                                   : "take";
+  actions_ = sequence_->plan();
+}
+
+void RobotDirector::show_angles() {
+  std::ranges::copy(walkers_.angles(0), angles_.begin());
+  left_s_ = std::min(left_s_ + dt_s_, kFade_s);
+  for (std::size_t i = 0; i < row_.size(); ++i) {
+    const auto k = static_cast<Eigen::Index>(i);
+    float& angle = angles_[row_[i]];
+    angle = sequence_
+                ? static_cast<float>(sequence_->state().q[k])
+                : angle + static_cast<float>(faded(left_rad_[k], left_rate_[k], left_s_, kFade_s));
+  }
+}
+
+Progress RobotDirector::progress() const {
+  Progress p;
+  p.kind = kind_;
+  p.distance_m = walk_.distance_m();
+  p.reached = kind_ == GoalKind::stop ? walk_.stands() && !walk_.clock().moves() : walk_.reached();
+  if (walk_.stuck()) p.reason = "no nearer for a long time";
+  if (kind_ == GoalKind::drawer) {
+    p.distance_m = (task_.front_W_m - walk_.position_W_m()).norm();
+    p.reached = false;
+    if (!refused_.empty()) p.reason = refused_;
+  }
+  if (sequence_) {
+    p.distance_m = sequence_->state().distance_m;
+    p.reason = sequence_->state().refused;
+    p.reached = sequence_->state().done && p.reason.empty();
+  }
+  return p;
+}
+
+}  // namespace mimesis::synthesizer

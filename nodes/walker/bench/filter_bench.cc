@@ -1,0 +1,71 @@
+// The dynamic filter's tick: 20 samples of inverse kinematics and inverse dynamics.
+#include <benchmark/benchmark.h>
+
+#include "common/robot/test/test_bipeds.h"
+#include "nodes/walker/bench/percentiles.h"
+#include "nodes/walker/figures/swinging_arms.h"
+#include "nodes/walker/filter/dynamic_filter.h"
+#include "nodes/walker/filter/test/plain_walk.h"
+#include "nodes/walker/pattern/mpc_pattern.h"
+
+namespace mimesis::walker {
+namespace {
+
+void filter(benchmark::State& state) {
+  const robot::Biped biped = robot::hrp2_like();
+  const GaitSettings gait = gait_settings(biped);
+  const FilterSettings settings{.iterations = static_cast<int>(state.range(0))};
+  LinearMpc pattern(gait);
+  const double y = 0.5 * biped.feet_distance_m;
+  pattern.reset(
+      {Footprint{.side = kLeft, .p_W_m = {0.0, y}}, Footprint{.side = kRight, .p_W_m = {0.0, -y}}});
+  DynamicFilter filter(biped, gait, settings);
+  const SwingingArms arms(biped, 1.0);
+  std::vector<UpperBody> upper(static_cast<std::size_t>(settings.samples));
+  Percentiles percentiles;
+  int tick = 0;
+  for (auto _ : state) {
+    state.PauseTiming();
+    pattern.step(wish(0.3));
+    for (std::size_t k = 0; k < upper.size(); ++k) {
+      arms.at((tick + static_cast<int>(k) * filter.ticks_a_sample()) * kTick_s, upper[k]);
+    }
+    ++tick;
+    state.ResumeTiming();
+    percentiles.time([&] { benchmark::DoNotOptimize(filter.step(pattern, upper)); });
+  }
+  percentiles.report(state);
+}
+BENCHMARK(filter)->Name("filter/iterations")->Arg(1)->Arg(2)->Iterations(2000);
+
+/// Planned poses and rates to a motion of all joints and its ZMP: one sample.
+void whole_body(benchmark::State& state) {
+  const robot::Biped biped = robot::hrp2_like();
+  const GaitSettings gait = gait_settings(biped);
+  LinearMpc pattern(gait);
+  const double y = 0.5 * biped.feet_distance_m;
+  pattern.reset(
+      {Footprint{.side = kLeft, .p_W_m = {0.0, y}}, Footprint{.side = kRight, .p_W_m = {0.0, -y}}});
+  for (int i = 0; i < 500; ++i) pattern.step(wish(0.3));
+  WholeBody body(biped, gait.com_height_m);
+  UpperBody upper;
+  SwingingArms(biped, 1.0).at(4.0, upper);
+  for (auto _ : state) {
+    benchmark::DoNotOptimize(
+        body.zmp(pattern.now(), pattern.now().com, upper, body.moments(upper)));
+  }
+}
+BENCHMARK(whole_body)->Name("filter/sample");
+
+void look_ahead(benchmark::State& state) {
+  const robot::Biped biped = robot::hrp2_like();
+  const GaitSettings gait = gait_settings(biped);
+  LinearMpc pattern(gait);
+  pattern.reset(stance(biped));
+  for (int i = 0; i < 500; ++i) pattern.step(wish(0.3));
+  for (auto _ : state) benchmark::DoNotOptimize(pattern.ahead(110));
+}
+BENCHMARK(look_ahead)->Name("filter/look_ahead");
+
+}  // namespace
+}  // namespace mimesis::walker

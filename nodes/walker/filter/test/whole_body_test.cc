@@ -1,0 +1,110 @@
+#include "nodes/walker/filter/whole_body.h"
+
+#include <gtest/gtest.h>
+
+#include "common/robot/test/test_bipeds.h"
+#include "common/testing/no_malloc.h"
+#include "nodes/walker/figures/swinging_arms.h"
+#include "nodes/walker/filter/test/plain_walk.h"
+#include "nodes/walker/pattern/mpc_pattern.h"
+
+namespace mimesis::walker {
+namespace {
+
+using Eigen::Matrix3Xd, Eigen::Vector3d, Eigen::VectorXd;
+
+UpperBody at_rest(const robot::Biped& biped) {
+  const VectorXd zero = VectorXd::Zero(static_cast<Eigen::Index>(biped.upper_body.size()));
+  return {.q = biped.half_sitting(biped.upper_body), .dq = zero, .ddq = zero};
+}
+
+std::vector<robot::Biped> robots() {
+  std::vector<robot::Biped> all{robot::hrp2_like()};
+  if (auto other = robot::jvrc1()) all.push_back(std::move(*other));
+  return all;
+}
+
+TEST(WholeBody, WalksAsPlanned) {
+  for (const robot::Biped& biped : robots()) {
+    const GaitSettings gait = gait_settings(biped);
+    LinearMpc pattern(gait);
+    pattern.reset(stance(biped));
+    WholeBody body(biped, gait.com_height_m);
+    robot::Dynamics dynamics(biped.tree);
+    robot::Kinematics kinematics(biped.tree);
+    Matrix3Xd J(3, 6 + biped.tree.dof());
+    robot::Jacobian J_foot(6, 6 + biped.tree.dof());
+    UpperBody upper = at_rest(biped);
+    VectorXd nu(6 + biped.tree.dof());
+    for (int tick = 0; tick < 1000; ++tick) {
+      pattern.step(wish(0.2, 0.02, 0.1));
+      if (tick % 37 != 0) continue;
+      for (Eigen::Index i = 0; i < upper.q.size(); ++i) {  // something that moves
+        upper.dq[i] = 0.3 * std::cos(0.1 * tick + static_cast<double>(i));
+        upper.ddq[i] = 2.0 * std::sin(0.1 * tick + static_cast<double>(i));
+      }
+      const PatternSample& now = pattern.now();
+      const robot::RobotMotion& m = body.motion(now, now.com, upper, body.moments(upper));
+      ASSERT_FALSE(body.unreachable()) << biped.tree.name() << ' ' << tick;
+      kinematics.update(m.X_WB, m.q);
+      dynamics.com_jacobian(kinematics, J);
+      nu << m.v_W, m.omega_W, m.dq;
+      const Vector3d com(now.com.p_W_m.x(), now.com.p_W_m.y(), gait.com_height_m);
+      const Vector3d v(now.com.v_W.x(), now.com.v_W.y(), 0.0);
+      const Vector3d a(now.com.a_W.x(), now.com.a_W.y(), robot::kGravity);
+      EXPECT_LT((kinematics.com() - com).norm(), 2e-4);
+      EXPECT_LT((J * nu - v).norm(), 2e-3);
+      const Vector3d force = dynamics.ground_wrench(m).force / biped.tree.mass_kg();
+      EXPECT_LT((force - a).norm(), 0.05) << biped.tree.name() << ' ' << tick;
+      EXPECT_NEAR(m.X_WB.linear()(0, 0), std::cos(now.yaw_rad), 1e-12);
+      for (const Side side : robot::kSides) {
+        const FootState& foot = now.foot[side];
+        const auto& X_WS = kinematics.X_WL(biped.leg[side].sole);
+        EXPECT_LT((X_WS.matrix() - foot.X_WS.matrix()).cwiseAbs().maxCoeff(), 1e-9);
+        kinematics.jacobian(biped.leg[side].sole, X_WS.translation(), J_foot);
+        const Eigen::Matrix<double, 6, 1> rate = J_foot * nu;
+        EXPECT_LT((rate.head<3>() - foot.v_W).norm(), 1e-4);
+        EXPECT_LT((rate.tail<3>() - Vector3d(0, 0, foot.yaw_rate_rad_s)).norm(), 1e-4);
+      }
+    }
+  }
+}
+
+TEST(WholeBody, StandingZmpIsBelowTheCom) {
+  const robot::Biped biped = robot::hrp2_like();
+  const GaitSettings gait = gait_settings(biped);
+  LinearMpc pattern(gait);
+  pattern.reset(stance(biped));
+  WholeBody body(biped, gait.com_height_m);
+  const UpperBody upper = at_rest(biped);
+  ComState com = pattern.now().com;
+  com.p_W_m.x() += 0.03;
+  const Eigen::Vector2d zmp = body.zmp(pattern.now(), com, upper, body.moments(upper));
+  EXPECT_LT((zmp - com.p_W_m).norm(), 1e-4);
+}
+
+TEST(WholeBody, ALegTooShortIsSaidAndGivesNumbers) {
+  const robot::Biped biped = robot::hrp2_like();
+  LinearMpc pattern(gait_settings(biped));
+  pattern.reset(stance(biped));
+  WholeBody body(biped, 1.2);
+  const UpperBody upper = at_rest(biped);
+  const Eigen::Vector2d zmp =
+      body.zmp(pattern.now(), pattern.now().com, upper, body.moments(upper));
+  EXPECT_TRUE(body.unreachable());
+  EXPECT_TRUE(zmp.allFinite());
+}
+
+TEST(WholeBody, DoesNotAllocate) {
+  const robot::Biped biped = robot::hrp2_like();
+  const GaitSettings gait = gait_settings(biped);
+  LinearMpc pattern(gait);
+  pattern.reset(stance(biped));
+  WholeBody body(biped, gait.com_height_m);
+  const UpperBody upper = at_rest(biped);
+  const testing::NoMalloc no_malloc;
+  (void)body.zmp(pattern.now(), pattern.now().com, upper, body.moments(upper));
+}
+
+}  // namespace
+}  // namespace mimesis::walker

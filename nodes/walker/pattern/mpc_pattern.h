@@ -1,0 +1,65 @@
+#pragma once
+#include "nodes/walker/pattern/mpc_problem.h"
+#include "nodes/walker/pattern/standing.h"
+
+namespace mimesis::walker {
+
+/// Walking by model predictive control: every tick a quadratic program gives the jerk of the CoM
+/// and the next two landings. If it has no solution the last plan goes on.
+class MpcPattern : public PatternGenerator {
+ public:
+  void reset(const std::array<Footprint, 2>& feet) override;
+  void step(const Wish& wish) override;
+  const PatternSample& now() const override { return sample_; }
+  PatternSample ahead(int ticks_ahead) const override;
+  const PatternTrouble& trouble() const override { return trouble_; }
+  void shift(const Eigen::Vector2d& shift_W_m) override;
+
+  /// The quadratic program of the last tick that had one, and how it was solved.
+  const qp::Problem* problem() const { return problem_ ? &*problem_ : nullptr; }
+  int iterations() const { return qp_.iterations(); }
+
+ protected:
+  /// @throws ConfigError if `settings` make no sense (check())
+  MpcPattern(const GaitSettings& settings, bool yaw_free, const MpcWeights& weights);
+
+ private:
+  void plan(const FeasibleWish& wish);
+  void place_feet(const FeasibleWish& wish);
+  void take_solution(const FeasibleWish& wish);
+  void advance_tick();
+  void predict();
+  ComState com_after(int ticks) const;
+
+  GaitSettings settings_;
+  bool yaw_free_;
+  Footsteps footsteps_;
+  Steps steps_;
+  Standing standing_;
+  MpcProblem mpc_;
+  qp::DualQp qp_;
+  std::optional<qp::Problem> problem_;
+  MpcInput input_;
+  std::vector<Eigen::Vector2d> jerk_;  // of the intervals
+  std::vector<ComState> node_;         // at their beginnings and the end of the last
+  int first_ticks_ = kSampleTicks;     // of the first interval
+  ComState com_;
+  PatternSample sample_;
+  PatternTrouble trouble_;
+};
+
+/// Herdt's: the yaw of the feet follows the wished yaw rate, decided before the program.
+class LinearMpc final : public MpcPattern {
+ public:
+  explicit LinearMpc(const GaitSettings& settings, const MpcWeights& weights = {})
+      : MpcPattern(settings, false, weights) {}
+};
+
+/// Naveau's: the yaw of the feet is free, one step of sequential quadratic programming a tick.
+class NonlinearMpc final : public MpcPattern {
+ public:
+  explicit NonlinearMpc(const GaitSettings& settings, const MpcWeights& weights = {})
+      : MpcPattern(settings, true, weights) {}
+};
+
+}  // namespace mimesis::walker

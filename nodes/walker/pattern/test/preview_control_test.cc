@@ -1,0 +1,150 @@
+#include "nodes/walker/pattern/preview_control.h"
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <vector>
+
+#include "common/error.h"
+#include "common/shared_data.h"
+#include "common/testing/no_malloc.h"
+
+namespace mimesis::walker {
+namespace {
+
+std::vector<double> read_numbers(const std::string& file) {
+  std::ifstream in(shared_data("data/walking/" + file));
+  std::vector<double> numbers;
+  for (double x; in >> x;) numbers.push_back(x);
+  return numbers;
+}
+
+/// Half a unit of the sixth digit of a number as it is printed, and of the fifth.
+double sixth_digit(double x) {
+  return 0.51 * std::pow(10.0, std::floor(std::log10(std::abs(x))) - 5.0);
+}
+double fifth_digit(double x) { return 10.0 * sixth_digit(x); }
+
+/// The regression data of the Riccati solver take g = 9.8 m/s², the robot's file 9.81: the gains
+/// depend on h/g alone. The form with the position was sampled at 10 ms.
+PreviewSettings reference_settings(PreviewForm form) {
+  PreviewSettings settings;
+  settings.form = form;
+  settings.height_m = 0.814 * kGravity_m_s2 / 9.8;
+  settings.dt_s = form == PreviewForm::kPosition ? 0.01 : 0.005;
+  settings.samples = form == PreviewForm::kPosition ? 160 : 320;
+  settings.jerk_weight = form == PreviewForm::kPosition ? 1e-5 : 1e-6;
+  return settings;
+}
+
+TEST(Riccati, FulfilsItsEquation) {
+  const CartTableAxis axis(0.005, 0.807);
+  const Eigen::MatrixXd Q = axis.c.transpose() * axis.c;
+  const double R = 1e-5;
+  const Eigen::MatrixXd P = riccati(axis.A, axis.b, Q, R);
+  const Eigen::VectorXd PAb = axis.A.transpose() * P * axis.b;
+  const Eigen::MatrixXd residual = axis.A.transpose() * P * axis.A + Q - P -
+                                   PAb * PAb.transpose() / (R + axis.b.dot(P * axis.b));
+  EXPECT_LT(residual.norm(), 1e-11 * P.norm());
+}
+
+TEST(Riccati, SaysThatASystemCannotBeStabilized) {
+  Eigen::MatrixXd A = 2.0 * Eigen::MatrixXd::Identity(1, 1);
+  EXPECT_THROW((void)riccati(A, Eigen::VectorXd::Zero(1), Eigen::MatrixXd::Identity(1, 1), 1.0),
+               ConfigError);
+}
+
+TEST(PreviewGains, EqualTheReferenceWithInitialPosition) {
+  const std::vector<double> reference =
+      read_numbers("TestRiccatiEquationWeightsWithInitialPose.datref.cmake");
+  if (reference.empty()) GTEST_SKIP() << "no ../shared/data/walking";
+  const PreviewGains gains = preview_gains(reference_settings(PreviewForm::kPosition));
+  ASSERT_EQ(reference.size(), 161u);
+  EXPECT_NEAR(gains.K(0), reference[0], sixth_digit(reference[0]));
+  for (int i = 0; i < 160; ++i) {
+    const double expected = reference[static_cast<std::size_t>(i) + 1];
+    EXPECT_NEAR(gains.F(i), expected, sixth_digit(expected)) << i;
+  }
+}
+
+TEST(PreviewGains, EqualTheReferenceWithIntegralError) {
+  const std::vector<double> reference =
+      read_numbers("TestRiccatiEquationWeightsWithoutInitialPose.datref.cmake");
+  if (reference.empty()) GTEST_SKIP() << "no ../shared/data/walking";
+  const PreviewGains gains = preview_gains(reference_settings(PreviewForm::kIntegral));
+  ASSERT_EQ(reference.size(), 321u);
+  EXPECT_NEAR(gains.Ks, reference[0], sixth_digit(reference[0]));
+  for (int i = 0; i < 320; ++i) {
+    const double expected = reference[static_cast<std::size_t>(i) + 1];
+    EXPECT_NEAR(gains.F(i), expected, sixth_digit(expected)) << i;
+  }
+}
+
+TEST(PreviewGains, EqualTheParameterFileOfTheRobot) {
+  const std::vector<double> reference = read_numbers("PreviewControlParameters.ini");
+  if (reference.empty()) GTEST_SKIP() << "no ../shared/data/walking";
+  PreviewSettings settings = reference_settings(PreviewForm::kIntegral);
+  settings.height_m = reference[0];
+  ASSERT_EQ(reference[1], settings.dt_s);
+  const PreviewGains gains = preview_gains(settings);
+  for (int i = 0; i < 3; ++i) {
+    const double expected = reference[static_cast<std::size_t>(i) + 3];
+    EXPECT_NEAR(gains.K(i), expected, fifth_digit(expected)) << i;
+  }
+  EXPECT_NEAR(gains.Ks, reference[6], fifth_digit(reference[6]));
+  for (int i = 0; i < 320; ++i) {
+    const double expected = reference[static_cast<std::size_t>(i) + 7];
+    EXPECT_NEAR(gains.F(i), expected, fifth_digit(expected)) << i;
+  }
+}
+
+TEST(PreviewGains, RefuseWhatMakesNoSense) {
+  PreviewSettings settings;
+  settings.height_m = -1.0;
+  EXPECT_THROW((void)preview_gains(settings), ConfigError);
+  settings = {};
+  settings.dt_s = std::nan("");
+  EXPECT_THROW((void)preview_gains(settings), ConfigError);
+  settings = {};
+  settings.samples = 0;
+  EXPECT_THROW((void)preview_gains(settings), ConfigError);
+}
+
+class PreviewControlForms : public ::testing::TestWithParam<PreviewForm> {};
+
+TEST_P(PreviewControlForms, FollowsStepsThatItSeesComing) {
+  PreviewSettings settings;
+  settings.form = GetParam();
+  settings.jerk_weight = 1e-6;
+  PreviewControl control(settings);
+  std::vector<Eigen::Vector2d> reference(2000);
+  for (std::size_t i = 0; i < reference.size(); ++i) {  // 0.1 s from foot to foot, 0.7 s on it
+    const double crossed = std::min(1.0, static_cast<double>(i % 160) / 20.0);
+    const double y = i / 160 % 2 ? 0.095 : -0.095;
+    reference[i] = {0.2 * (static_cast<double>(i / 160) + crossed), y * (2.0 * crossed - 1.0)};
+  }
+  control.reset({.p_W_m = reference[0]});
+  double worst = 0.0;
+  for (std::size_t i = 0; i < 1600; ++i) {
+    const testing::NoMalloc guard;
+    control.step({&reference[i], 330});
+    if (i > 640) worst = std::max(worst, (control.zmp_W_m() - reference[i + 1]).norm());
+  }
+  EXPECT_LT(worst, 0.03);  // rounded corners of the ramps
+}
+
+TEST_P(PreviewControlForms, StandsAnywhereAndTakesAShortReference) {
+  PreviewSettings settings;
+  settings.form = GetParam();
+  PreviewControl control(settings);
+  const std::vector<Eigen::Vector2d> here{{100.0, -50.0}};
+  control.reset({.p_W_m = here[0]});
+  for (int i = 0; i < 2000; ++i) control.step(here);
+  EXPECT_LT((control.com().p_W_m - here[0]).norm(), 1e-6);
+}
+
+INSTANTIATE_TEST_SUITE_P(Both, PreviewControlForms,
+                         ::testing::Values(PreviewForm::kPosition, PreviewForm::kIntegral));
+
+}  // namespace
+}  // namespace mimesis::walker

@@ -1,0 +1,138 @@
+#include "nodes/walker/stabilizer/feet.h"
+
+#include "common/math/so3.h"
+#include "nodes/walker/stabilizer/leaky.h"
+
+namespace mimesis::walker {
+namespace {
+
+constexpr double kLetGo_s = 0.1;      ///< tilt of a foot that carries no more
+constexpr double kShareFade_s = 0.3;  ///< difference of heights in single support
+
+Eigen::Vector3d at_most(const Eigen::Vector3d& v, double length) {
+  const double n = v.norm();
+  return n > length ? Eigen::Vector3d(v * (length / n)) : v;
+}
+
+}  // namespace
+
+Feet::Feet(const robot::Biped& biped, const StabilizerSettings& settings)
+    : settings_(&settings),
+      weight_n_(biped.tree.mass_kg() * robot::kGravity),
+      swing_share_(low_pass_share(settings.swing_filter_s)) {
+  reset();
+}
+
+void Feet::reset() {
+  foot_.fill({});
+  difference_m_ = 0.0;
+  X_WS_.fill(Eigen::Isometry3d::Identity());
+}
+
+void Feet::press(const PatternSample& plan, const Ground::Shares& wished,
+                 const std::array<robot::Wrench, 2>& foot_S) {
+  const StabilizerSettings& s = *settings_;
+  std::array<Eigen::Vector2d, 2> rate;
+  for (Side side : robot::kSides) {
+    const robot::Wrench& w = foot_S[side];
+    const Eigen::Vector2d& cop = wished.cop_S_m[side];
+    rate[side] = s.cop_rad_s_n_m * Eigen::Vector2d(w.moment.x() - cop.y() * w.force.z(),
+                                                   w.moment.y() + cop.x() * w.force.z());
+  }
+  const bool both = plan.contact[kLeft] && plan.contact[kRight];
+  const Eigen::Vector2d mean = wished.left * rate[kLeft] + (1.0 - wished.left) * rate[kRight];
+  for (Side side : robot::kSides) {
+    if (!plan.contact[side]) continue;
+    if (both) rate[side] = mean + s.cop_alone * (rate[side] - mean);
+    for (int i = 0; i < 2; ++i) {
+      double& tilt = foot_[side].tilt_rad[i];
+      tilt = leaky(tilt, rate[side][i], s.cop_leak_s, s.cop_limit_rad);
+    }
+  }
+}
+
+void Feet::share_weight(const std::array<robot::Wrench, 2>& foot_S, double left) {
+  const StabilizerSettings& s = *settings_;
+  const double wrong =
+      foot_S[kLeft].force.z() - foot_S[kRight].force.z() - (2.0 * left - 1.0) * weight_n_;
+  difference_m_ = leaky(difference_m_, s.force_m_s_n * wrong, s.force_leak_s, s.force_limit_m);
+}
+
+void Feet::land(Foot& foot, double normal_n) const {
+  const StabilizerSettings& s = *settings_;
+  foot.landing_m = std::max(0.0, leaky(foot.landing_m, s.landing_m_s_n * std::max(0.0, normal_n),
+                                       s.landing_leak_s, s.landing_limit_m));
+}
+
+/// The base is at X_WB instead of X_WB_planned: X_WB⁻¹ of the sole is what the leg has to do.
+void Feet::hold_swing(Foot& foot, const Eigen::Isometry3d& X_WS, const Measured& measured) const {
+  const StabilizerSettings& s = *settings_;
+  const Eigen::Isometry3d X = measured.X_WB_planned * measured.X_WB.inverse();
+  const Eigen::Vector3d tilt = at_most(math::log_so3(X.linear()), s.swing_tilt_limit_rad);
+  Eigen::Vector3d shift = s.swing_position * (X * X_WS.translation() - X_WS.translation());
+  shift.z() = std::clamp(shift.z(), -s.swing_height_limit_m, s.swing_height_limit_m);
+  shift.head<2>() = at_most({shift.x(), shift.y(), 0.0}, s.swing_position_limit_m).head<2>();
+  foot.swing_tilt_W += swing_share_ * (tilt - foot.swing_tilt_W);
+  foot.swing_shift_W += swing_share_ * (shift - foot.swing_shift_W);
+}
+
+void Feet::fade_swing(Foot& foot) const {
+  const double keep = decayed(1.0, settings_->swing_fade_s);
+  foot.swing_tilt_W *= keep;
+  foot.swing_shift_W *= keep;
+}
+
+const std::array<Eigen::Isometry3d, 2>& Feet::step(const PatternSample& plan,
+                                                   const Ground::Shares& wished,
+                                                   const Measured& measured) {
+  const StabilizerSettings& s = *settings_;
+  press(plan, wished, measured.foot_S);
+  for (Side side : robot::kSides) {
+    Foot& foot = foot_[side];
+    const robot::Wrench& wrench = measured.foot_S[side];
+    if (plan.contact[side]) {
+      foot.landing_m = decayed(foot.landing_m, s.landing_leak_s);
+      fade_swing(foot);
+      continue;
+    }
+    for (double& tilt : foot.tilt_rad) tilt = decayed(tilt, kLetGo_s);
+    hold_swing(foot, plan.foot[side].X_WS, measured);
+    if (plan.to_landing_s <= s.landing_window_s) {
+      land(foot, wrench.force.z());
+    } else {
+      foot.landing_m = decayed(foot.landing_m, s.landing_leak_s);
+    }
+  }
+  if (plan.contact[kLeft] && plan.contact[kRight]) {
+    share_weight(measured.foot_S, wished.left);
+  } else {
+    difference_m_ = decayed(difference_m_, kShareFade_s);
+  }
+  compose(plan);
+  return X_WS_;
+}
+
+const std::array<Eigen::Isometry3d, 2>& Feet::fade(const PatternSample& plan) {
+  for (Foot& foot : foot_) {
+    for (double& tilt : foot.tilt_rad) tilt = decayed(tilt, settings_->cop_leak_s);
+    foot.landing_m = decayed(foot.landing_m, settings_->landing_leak_s);
+    fade_swing(foot);
+  }
+  difference_m_ = decayed(difference_m_, settings_->force_leak_s);
+  compose(plan);
+  return X_WS_;
+}
+
+void Feet::compose(const PatternSample& plan) {
+  for (Side side : robot::kSides) {
+    const Foot& foot = foot_[side];
+    const Eigen::Isometry3d& X_WS = plan.foot[side].X_WS;
+    const Eigen::Vector3d pressed(foot.tilt_rad.x(), foot.tilt_rad.y(), 0.0);
+    X_WS_[side].linear() =
+        math::exp_so3(foot.swing_tilt_W) * X_WS.linear() * math::exp_so3(pressed);
+    X_WS_[side].translation() = X_WS.translation() + foot.swing_shift_W;
+    X_WS_[side].translation().z() += foot.landing_m + 0.5 * robot::sign(side) * difference_m_;
+  }
+}
+
+}  // namespace mimesis::walker

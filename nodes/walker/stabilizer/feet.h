@@ -1,0 +1,55 @@
+#pragma once
+#include "nodes/walker/stabilizer/estimator.h"
+#include "nodes/walker/stabilizer/ground.h"
+
+namespace mimesis::walker {
+
+/// What forces and the body's error change of the planned soles [K10; walking.md 8.6.7].
+/// A: gain, T: leak of each law.
+///  - pressure, on a foot that carries: θ̇_y = A (M_y + p_x F_z) − θ_y/T,
+///    θ̇_x = A (M_x − p_y F_z) − θ_x/T with the wished centre of pressure p; about S. In double
+///    support the rates of both feet are blended towards their mean by load: soles that turn
+///    against each other strain stiff legs.
+///  - difference, in double support: ḋ = A ((F_L − F_R) − (2λ − 1) mg) − d/T with the wished left
+///    share λ; the left sole goes up by d/2, the right one down.
+///  - landing, before the foot is due: l̇ = A max(0, F_z) − l/T, the sole goes up by l.
+///  - swing: the sole is where it is planned although the base is not.
+class Feet {
+ public:
+  Feet(const robot::Biped& biped, const StabilizerSettings& settings);
+
+  void reset();
+  struct Measured {
+    std::array<robot::Wrench, 2> foot_S;
+    Eigen::Isometry3d X_WB_planned, X_WB;  ///< at the same instant
+  };
+  /// Soles to track, in the frame of the plan.
+  const std::array<Eigen::Isometry3d, 2>& step(const PatternSample& plan,
+                                               const Ground::Shares& wished,
+                                               const Measured& measured);
+  /// The same without measurements: all corrections fade.
+  const std::array<Eigen::Isometry3d, 2>& fade(const PatternSample& plan);
+
+ private:
+  struct Foot {
+    Eigen::Vector2d tilt_rad = Eigen::Vector2d::Zero();  ///< θ_x, θ_y
+    double landing_m = 0.0;
+    Eigen::Vector3d swing_tilt_W = Eigen::Vector3d::Zero();  ///< axis-angle
+    Eigen::Vector3d swing_shift_W = Eigen::Vector3d::Zero();
+  };
+  void press(const PatternSample& plan, const Ground::Shares& wished,
+             const std::array<robot::Wrench, 2>& foot_S);
+  void share_weight(const std::array<robot::Wrench, 2>& foot_S, double left);
+  void land(Foot& foot, double normal_n) const;
+  void hold_swing(Foot& foot, const Eigen::Isometry3d& X_WS, const Measured& measured) const;
+  void fade_swing(Foot& foot) const;
+  void compose(const PatternSample& plan);
+
+  const StabilizerSettings* settings_;
+  double weight_n_, swing_share_;
+  std::array<Foot, 2> foot_;
+  double difference_m_ = 0.0;
+  std::array<Eigen::Isometry3d, 2> X_WS_;
+};
+
+}  // namespace mimesis::walker

@@ -1,0 +1,89 @@
+#pragma once
+
+namespace mimesis::walker {
+
+/// Gains of the stabilizer. Sources: [K10] Kajita et al., IROS 2010; [C19] Caron, Kheddar, Tempier,
+/// ICRA 2019; figures found by trials on two plants [walking.md 8.6] unless another source is
+/// named. All gains may be halved or doubled together with up to 10 ms of delay [walking.md 8.5].
+struct StabilizerSettings {
+  // divergent component of motion: z = z_r + (1 + kd/ω) e + (ki/ω) ∫e [C19]
+  double kd_1_s = 4.5, ki_1_s = 1.5;
+  double integral_leak_s = 10.0;  ///< ∫e forgets
+  double integral_limit = 0.1;    ///< of |∫e| [m s]
+  double edge_margin_m = 0.01;    ///< wished ZMPs stay so far inside the edges of the soles
+
+  // measurement
+  double velocity_filter_s = 0.01;  ///< of the differentiated CoM
+  double wrench_filter_s = 0.005;
+  int delay_ticks = 2;  ///< of a sensor reading behind the plan: one of the control, one of the bus
+
+  // feet
+  double cop_rad_s_n_m = 0.0225;  ///< ankle against centre of pressure [K10, C19: 0.01]
+  double cop_alone =
+      0.1;  ///< share of a foot's own rate in double support, the rest is the mean [1]
+  double cop_leak_s = 0.5, cop_limit_rad = 0.25;
+  double force_m_s_n = 1.5e-4;  ///< difference of the feet's heights [K10; C19: 1e-4]
+  double force_leak_s = 1.0, force_limit_m = 0.05;
+  double landing_m_s_n = 1e-3;  ///< a foot that lands early gives way
+  double landing_leak_s = 0.2, landing_limit_m = 0.03;
+  double landing_window_s = 0.25;  ///< before the planned landing
+  // swing foot against the error of the base
+  double swing_filter_s = 0.05, swing_fade_s = 0.3;
+  double swing_position = 1.0;          ///< share of the position's correction: 0 attitude only [1]
+  double swing_height_limit_m = 0.005;  ///< of the height's correction
+  double swing_position_limit_m = 0.05, swing_tilt_limit_rad = 0.25;
+
+  // centre of mass against ZMP: a = k (z − z_d) − 2 v/T − x/T² [C19]
+  double com_1_s2 = 15.0, com_leak_s = 0.5, com_limit_m = 0.06;
+
+  // steps placed anew, only when the feedback is at the edge of the soles
+  bool step_adjustment = false;
+  double adjust_forward_m = 0.12, adjust_outward_m = 0.12, adjust_inward_m = 0.02;
+  double adjust_filter_s = 0.03, adjust_speed_m_s = 1.0;
+
+  // falling
+  double fall_tilt_rad = 0.6;  ///< of the base
+  double fall_dcm_m = 0.35;    ///< error of the divergent component
+
+  template <class V>
+  void visit(V& v) {
+    v("kd_1_s", kd_1_s, 0.0, 30.0);
+    v("ki_1_s", ki_1_s, 0.0, 30.0);
+    v("integral_leak_s", integral_leak_s, 0.1, 1000.0);
+    v("integral_limit", integral_limit, 0.0, 1.0);
+    v("edge_margin_m", edge_margin_m, 0.0, 0.03);
+    v("velocity_filter_s", velocity_filter_s, 0.0, 0.1);
+    v("wrench_filter_s", wrench_filter_s, 0.0, 0.1);
+    v("delay_ticks", delay_ticks, 0, 8);
+    v("cop_rad_s_n_m", cop_rad_s_n_m, 0.0, 0.1);
+    v("cop_alone", cop_alone, 0.0, 1.0);
+    v("cop_leak_s", cop_leak_s, 0.01, 100.0);
+    v("cop_limit_rad", cop_limit_rad, 0.0, 0.4);
+    v("force_m_s_n", force_m_s_n, 0.0, 1e-2);
+    v("force_leak_s", force_leak_s, 0.01, 100.0);
+    v("force_limit_m", force_limit_m, 0.0, 0.1);
+    v("landing_m_s_n", landing_m_s_n, 0.0, 1e-2);
+    v("landing_leak_s", landing_leak_s, 0.01, 100.0);
+    v("landing_limit_m", landing_limit_m, 0.0, 0.05);
+    v("landing_window_s", landing_window_s, 0.0, 1.0);
+    v("swing_filter_s", swing_filter_s, 0.0, 1.0);
+    v("swing_fade_s", swing_fade_s, 0.01, 10.0);
+    v("swing_position", swing_position, 0.0, 1.0);
+    v("swing_height_limit_m", swing_height_limit_m, 0.0, 0.1);
+    v("swing_position_limit_m", swing_position_limit_m, 0.0, 0.2);
+    v("swing_tilt_limit_rad", swing_tilt_limit_rad, 0.0, 0.5);
+    v("com_1_s2", com_1_s2, 0.0, 200.0);
+    v("com_leak_s", com_leak_s, 0.05, 10.0);
+    v("com_limit_m", com_limit_m, 0.0, 0.15);
+    v("step_adjustment", step_adjustment);
+    v("adjust_forward_m", adjust_forward_m, 0.0, 0.3);
+    v("adjust_outward_m", adjust_outward_m, 0.0, 0.3);
+    v("adjust_inward_m", adjust_inward_m, 0.0, 0.1);
+    v("adjust_filter_s", adjust_filter_s, 0.0, 1.0);
+    v("adjust_speed_m_s", adjust_speed_m_s, 0.0, 10.0);
+    v("fall_tilt_rad", fall_tilt_rad, 0.1, 1.5);
+    v("fall_dcm_m", fall_dcm_m, 0.05, 2.0);
+  }
+};
+
+}  // namespace mimesis::walker

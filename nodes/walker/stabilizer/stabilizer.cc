@@ -1,0 +1,121 @@
+#include "nodes/walker/stabilizer/stabilizer.h"
+
+#include "common/error.h"
+#include "nodes/walker/stabilizer/leaky.h"
+
+namespace mimesis::walker {
+namespace {
+
+constexpr double kLeastShare =
+    0.2;  ///< of the weight on the ground, for a ZMP that means something
+
+}  // namespace
+
+Stabilizer::Stabilizer(const robot::Biped& biped, const GaitSettings& gait,
+                       const StabilizerSettings& settings)
+    : settings_(settings),
+      weight_n_(biped.tree.mass_kg() * robot::kGravity),
+      wrench_share_(low_pass_share(settings.wrench_filter_s)),
+      estimator_(biped, settings_),
+      feedback_(gait.com_height_m, settings_),
+      admittance_(settings_),
+      ground_(biped, settings_.edge_margin_m),
+      feet_(biped, settings_) {
+  if (settings.delay_ticks < 1 || settings.delay_ticks >= kHistory) {
+    throw ConfigError("stabilizer.delay_ticks: " + std::to_string(settings.delay_ticks) +
+                      " is outside [1, " + std::to_string(kHistory - 1) + "]");
+  }
+  command_.reason.reserve(128);
+  reset();
+}
+
+void Stabilizer::reset() {
+  estimator_.reset();
+  feedback_.reset();
+  admittance_.reset();
+  feet_.reset();
+  at_ = remembered_ = 0;
+  blind_ = true;
+  command_.falling = command_.saturated = false;
+  command_.reason.clear();
+}
+
+/// @return the plan that the sensors of now tell about, with the pelvis of the same instant
+const StabilizerPlan& Stabilizer::remember(const StabilizerPlan& plan) {
+  at_ = (at_ + 1) % kHistory;
+  history_[std::size_t(at_)] = plan;
+  remembered_ = std::min(remembered_ + 1, settings_.delay_ticks + 1);
+  const int back = std::min(settings_.delay_ticks, remembered_ - 1);
+  return history_[std::size_t((at_ + kHistory - back) % kHistory)];
+}
+
+void Stabilizer::filter(const std::array<robot::Wrench, 2>& foot_S) {
+  const double share = blind_ ? 1.0 : wrench_share_;
+  for (Side s : robot::kSides) {
+    wrench_S_[s].force += share * (foot_S[s].force - wrench_S_[s].force);
+    wrench_S_[s].moment += share * (foot_S[s].moment - wrench_S_[s].moment);
+  }
+}
+
+void Stabilizer::without_feedback(const StabilizerPlan& plan, const char* why) {
+  estimator_.reset();
+  feedback_.reset();
+  blind_ = true;
+  const Eigen::Vector2d zmp = plan.pattern.zmp_W_m;
+  command_.com_shift_W_m = admittance_.step(zmp, zmp);
+  command_.com_shift_v_W = admittance_.rate_m_s();
+  command_.X_WS = feet_.fade(plan.pattern);
+  command_.dcm_error_W_m.setZero();
+  command_.com_W_m.head<2>() = plan.com.p_W_m;
+  command_.zmp_W_m = command_.wished_zmp_W_m = zmp;
+  command_.saturated = false;
+  if (!command_.falling) command_.reason.assign(why);
+}
+
+void Stabilizer::watch_fall(const BodyEstimate& body) {
+  if (command_.falling) return;
+  command_.reason.clear();
+  if (body.tilt_rad > settings_.fall_tilt_rad) {
+    command_.reason.assign("falling: the pelvis is tilted beyond fall_tilt_rad");
+  } else if (command_.dcm_error_W_m.norm() > settings_.fall_dcm_m) {
+    command_.reason.assign("falling: the divergent component is off by more than fall_dcm_m");
+  }
+  command_.falling = !command_.reason.empty();
+}
+
+const StabilizerCommand& Stabilizer::step(const StabilizerPlan& plan, const Sensors& sensors) {
+  const StabilizerPlan& past = remember(plan);
+  if (const char* why = estimator_.unusable(sensors)) {
+    without_feedback(plan, why);
+    return command_;
+  }
+  // Sent one tick before the plan it belongs to came in: the entry after the past one has it.
+  const int back = std::min(settings_.delay_ticks, remembered_ - 1);
+  const StabilizerPlan& sent =
+      history_[std::size_t((at_ + kHistory - std::max(back - 1, 0)) % kHistory)];
+
+  const BodyEstimate& body = estimator_.step(past.pattern, sensors);
+  filter(sensors.foot_S);
+  blind_ = false;
+  feedback_.measure(past.com, body.com_W_m.head<2>(), body.com_v_W);
+  command_.com_W_m = body.com_W_m;
+  command_.dcm_error_W_m = feedback_.error_m();
+  watch_fall(body);
+
+  const Eigen::Vector2d wished = plan.pattern.zmp_W_m + feedback_.step(command_.saturated);
+  command_.wished_zmp_W_m = ground_.reachable(plan.pattern, wished);
+  command_.saturated = command_.wished_zmp_W_m != wished;
+
+  const auto zmp = measured_zmp(past.pattern, wrench_S_, kLeastShare * weight_n_);
+  if (zmp) {
+    command_.zmp_W_m = *zmp;
+    command_.com_shift_W_m = admittance_.step(*zmp, command_.wished_zmp_W_m);
+    command_.com_shift_v_W = admittance_.rate_m_s();
+  }
+  command_.X_WS =
+      feet_.step(plan.pattern, ground_.distribute(plan.pattern, command_.wished_zmp_W_m),
+                 {wrench_S_, sent.X_WB_last, body.X_WB});
+  return command_;
+}
+
+}  // namespace mimesis::walker

@@ -1,0 +1,125 @@
+#include "nodes/walker/stabilizer/feet.h"
+
+#include <gtest/gtest.h>
+
+#include "common/math/so3.h"
+#include "nodes/walker/stabilizer/test/test_biped.h"
+
+namespace mimesis::walker {
+namespace {
+
+struct FeetTest : ::testing::Test {
+  Eigen::Vector3d tilt(Side s) const { return math::log_so3(Eigen::Matrix3d(X_WS[s].linear())); }
+  double height(Side s) const { return X_WS[s].translation().z(); }
+  void single_support_on_right(double to_landing_s) {
+    plan.contact[kLeft] = false;
+    plan.to_landing_s = to_landing_s;
+    wished.left = 0.0;
+  }
+  void run(int ticks) {
+    for (int i = 0; i < ticks; ++i) X_WS = feet.step(plan, wished, measured);
+  }
+  robot::Biped biped = test_biped();
+  StabilizerSettings settings;
+  Feet feet{biped, settings};
+  PatternSample plan = standing();
+  Ground::Shares wished{.left = 0.5, .cop_S_m = {Eigen::Vector2d(0, 0), Eigen::Vector2d(0, 0)}};
+  Feet::Measured measured{{}, Eigen::Isometry3d::Identity(), Eigen::Isometry3d::Identity()};
+  std::array<Eigen::Isometry3d, 2> X_WS;
+};
+
+/// A sole on a soft ground: toes down (θ_y > 0) give M_y < 0, left edge up (θ_x > 0) gives M_x < 0.
+TEST_F(FeetTest, PressureComesToTheWishedPoint) {
+  constexpr double kStiffness = 400.0, kNormal = 300.0;
+  wished.cop_S_m = {Eigen::Vector2d(0.05, -0.02), Eigen::Vector2d(-0.04, 0.01)};
+  for (int i = 0; i < 2000; ++i) {
+    run(1);
+    for (Side s : robot::kSides) {
+      measured.foot_S[s].force.z() = kNormal;
+      measured.foot_S[s].moment.head<2>() = -kStiffness * tilt(s).head<2>();
+    }
+  }
+  // the leak leaves A (K θ − M_d) = θ/T
+  const double gain = settings.cop_rad_s_n_m * settings.cop_leak_s;
+  const double share = gain * kStiffness / (1.0 + gain * kStiffness);
+  for (Side s : robot::kSides) {
+    const auto& m = measured.foot_S[s].moment;
+    EXPECT_NEAR(-m.y() / kNormal, share * wished.cop_S_m[s].x(), 1e-4);
+    EXPECT_NEAR(m.x() / kNormal, share * wished.cop_S_m[s].y(), 1e-4);
+  }
+}
+
+TEST_F(FeetTest, SoleTurnsAboutItsOriginInItsOwnHeading) {
+  plan.foot[kLeft].X_WS.linear() = math::exp_so3({0.0, 0.0, M_PI / 2.0});
+  measured.foot_S[kLeft] = {{0.0, 0.0, 300.0}, {0.0, 10.0, 0.0}};
+  run(20);
+  EXPECT_EQ(X_WS[kLeft].translation().head<2>(),
+            Eigen::Vector2d(plan.foot[kLeft].X_WS.translation().head<2>()));
+  const Eigen::Matrix3d R_S = plan.foot[kLeft].X_WS.linear().transpose() * X_WS[kLeft].linear();
+  EXPECT_GT(math::log_so3(R_S).y(), 0.01);
+  EXPECT_NEAR(math::log_so3(R_S).x(), 0.0, 1e-12);
+}
+
+TEST_F(FeetTest, FootThatCarriesTooMuchGoesUpAndTheOtherDown) {
+  measured.foot_S[kLeft].force.z() = 400.0;
+  measured.foot_S[kRight].force.z() = 200.0;
+  run(10);
+  EXPECT_GT(height(kLeft), 5e-4);
+  EXPECT_NEAR(height(kLeft), -height(kRight), 1e-12);
+  // carried as wished: nothing but the leak
+  const double weight = biped.tree.mass_kg() * robot::kGravity;
+  wished.left = 0.8;
+  measured.foot_S[kLeft].force.z() = 0.8 * weight;
+  measured.foot_S[kRight].force.z() = 0.2 * weight;
+  run(2000);
+  EXPECT_NEAR(height(kLeft), 0.0, 1e-6);
+}
+
+TEST_F(FeetTest, EarlyLandingGivesWayOnlyShortlyBeforeItIsDue) {
+  measured.foot_S[kLeft].force.z() = 200.0;
+  single_support_on_right(0.4);
+  run(10);
+  EXPECT_EQ(height(kLeft), 0.0);
+  plan.to_landing_s = 0.2;
+  run(10);
+  EXPECT_GT(height(kLeft), 5e-3);
+  EXPECT_EQ(height(kRight), 0.0);
+  run(2000);
+  EXPECT_NEAR(
+      height(kLeft),
+      std::min(settings.landing_limit_m, settings.landing_m_s_n * 200.0 * settings.landing_leak_s),
+      1e-6);
+}
+
+TEST_F(FeetTest, SwingFootIsWhereItIsPlannedThoughTheBaseIsNot) {
+  single_support_on_right(0.4);
+  plan.foot[kLeft].X_WS.translation() = Eigen::Vector3d(0.2, 0.1, 0.04);
+  measured.X_WB_planned.translation() = Eigen::Vector3d(0.05, 0.0, 0.65);
+  measured.X_WB = measured.X_WB_planned;
+  measured.X_WB.linear() = math::exp_so3({0.01, 0.02, 0.005});
+  measured.X_WB.translation() += Eigen::Vector3d(0.004, -0.003, 0.0);
+  run(200);
+  const Eigen::Isometry3d X_BS = measured.X_WB_planned.inverse() * X_WS[kLeft];
+  const Eigen::Isometry3d truth = measured.X_WB * X_BS;  // what the leg does on the true base
+  const Eigen::Isometry3d& wish = plan.foot[kLeft].X_WS;
+  EXPECT_LT((truth.translation() - wish.translation()).norm(), 1e-4);
+  EXPECT_LT(math::log_so3(Eigen::Matrix3d(truth.linear() * wish.linear().transpose())).norm(),
+            1e-4);
+  EXPECT_TRUE(X_WS[kRight].isApprox(plan.foot[kRight].X_WS));
+
+  measured.X_WB.translation().z() += 0.05;  // more than a plate can be: the height is limited
+  run(200);
+  EXPECT_NEAR(height(kLeft) - wish.translation().z(), -settings.swing_height_limit_m, 1e-6);
+}
+
+TEST_F(FeetTest, CorrectionsFadeWithoutMeasurements) {
+  wished.cop_S_m.fill({0.05, 0.02});
+  measured.foot_S[kLeft] = {{0.0, 0.0, 400.0}, {5.0, 5.0, 0.0}};
+  run(50);
+  ASSERT_FALSE(X_WS[kLeft].isApprox(plan.foot[kLeft].X_WS, 1e-3));
+  for (int i = 0; i < 4000; ++i) X_WS = feet.fade(plan);
+  for (Side s : robot::kSides) EXPECT_TRUE(X_WS[s].isApprox(plan.foot[s].X_WS, 1e-6));
+}
+
+}  // namespace
+}  // namespace mimesis::walker

@@ -1,0 +1,128 @@
+#include "nodes/walker/stabilizer/stabilizer.h"
+
+#include <gtest/gtest.h>
+
+#include "common/error.h"
+#include "common/math/so3.h"
+#include "common/testing/no_malloc.h"
+#include "nodes/walker/stabilizer/test/test_biped.h"
+
+namespace mimesis::walker {
+namespace {
+
+struct StabilizerTest : ::testing::Test {
+  StabilizerTest() {
+    robot::Kinematics kinematics(biped.tree);
+    kinematics.update(Eigen::Isometry3d::Identity(), biped.half_sitting);
+    X_WB.translation() = -kinematics.X_WL(biped.leg[kLeft].sole).translation();
+    X_WB.translation().y() = 0.0;
+    kinematics.update(X_WB, biped.half_sitting);
+    gait.com_height_m = kinematics.com().z();
+    plan.pattern = standing(kinematics.com().x());
+    for (Side s : robot::kSides) {
+      plan.pattern.foot[s].X_WS = kinematics.X_WL(biped.leg[s].sole);
+    }
+    plan.com = plan.pattern.com;
+    plan.X_WB_last = X_WB;
+  }
+  /// The robot turned about the middle of its feet, which press evenly at `zmp_x_m`.
+  Sensors sensors(double tilt_y_rad = 0.0, double zmp_x_m = 0.0) const {
+    Eigen::Isometry3d X = X_WB;
+    X.prerotate(math::exp_so3({0.0, tilt_y_rad, 0.0}));
+    Sensors s = sensors_at(biped, X, biped.half_sitting);
+    const double weight = biped.tree.mass_kg() * robot::kGravity;
+    for (robot::Wrench& w : s.foot_S) {
+      w.force.z() = 0.5 * weight;
+      w.moment.y() = -zmp_x_m * 0.5 * weight;
+    }
+    return s;
+  }
+  robot::Biped biped = test_biped();
+  GaitSettings gait;
+  Eigen::Isometry3d X_WB = Eigen::Isometry3d::Identity();
+  StabilizerPlan plan;
+  StabilizerSettings settings;
+};
+
+TEST_F(StabilizerTest, RobotThatStandsAsPlannedIsLeftAlone) {
+  Stabilizer stabilizer(biped, gait, settings);
+  const Sensors s = sensors(0.0, plan.pattern.zmp_W_m.x());
+  for (int i = 0; i < 100; ++i) stabilizer.step(plan, s);
+  const StabilizerCommand& command = stabilizer.step(plan, s);
+  EXPECT_LT(command.dcm_error_W_m.norm(), 1e-9);
+  EXPECT_LT(command.com_shift_W_m.norm(), 1e-9);
+  EXPECT_LT((command.zmp_W_m - plan.pattern.zmp_W_m).norm(), 1e-9);
+  for (Side side : robot::kSides) {
+    EXPECT_TRUE(command.X_WS[side].isApprox(plan.pattern.foot[side].X_WS, 1e-9));
+  }
+  EXPECT_EQ(command.reason, "");
+  EXPECT_FALSE(command.falling || command.saturated);
+}
+
+TEST_F(StabilizerTest, LeaningForwardPressesTheToesAndHoldsTheCentreOfMassBack) {
+  Stabilizer stabilizer(biped, gait, settings);
+  const Sensors s = sensors(0.02, plan.pattern.zmp_W_m.x());
+  for (int i = 0; i < 40; ++i) stabilizer.step(plan, s);
+  const StabilizerCommand& command = stabilizer.step(plan, s);
+  const double lean = gait.com_height_m * 0.02;
+  EXPECT_NEAR(command.dcm_error_W_m.x(), lean, 0.1 * lean);
+  EXPECT_GT(command.wished_zmp_W_m.x(), plan.pattern.zmp_W_m.x() + 2.0 * lean);
+  EXPECT_LT(command.com_shift_W_m.x(), -1e-3);
+  for (Side side : robot::kSides) {
+    EXPECT_GT(math::log_so3(Eigen::Matrix3d(command.X_WS[side].linear())).y(), 0.01);
+  }
+}
+
+TEST_F(StabilizerTest, MeasurementIsComparedWithThePlanOfItsTime) {
+  settings.delay_ticks = 3;
+  Stabilizer stabilizer(biped, gait, settings);
+  const Sensors s = sensors();
+  for (int i = 0; i < 10; ++i) stabilizer.step(plan, s);
+  plan.com.p_W_m.x() += 0.01;
+  for (int i = 0; i < 3; ++i) EXPECT_LT(stabilizer.step(plan, s).dcm_error_W_m.norm(), 1e-9);
+  EXPECT_NEAR(stabilizer.step(plan, s).dcm_error_W_m.x(), -0.01, 1e-9);
+}
+
+TEST_F(StabilizerTest, BadSensorsLeaveThePlanAndAReason) {
+  Stabilizer stabilizer(biped, gait, settings);
+  for (int i = 0; i < 40; ++i) stabilizer.step(plan, sensors(0.02));
+  Sensors bad = sensors(0.02);
+  bad.q[5] = NAN;
+  for (int i = 0; i < 2000; ++i) stabilizer.step(plan, bad);
+  const StabilizerCommand& command = stabilizer.step(plan, bad);
+  EXPECT_EQ(command.reason, "encoders: a position is not finite");
+  EXPECT_FALSE(command.falling);
+  EXPECT_LT(command.com_shift_W_m.norm(), 1e-6);
+  for (Side side : robot::kSides) {
+    EXPECT_TRUE(command.X_WS[side].isApprox(plan.pattern.foot[side].X_WS, 1e-6));
+  }
+  EXPECT_EQ(stabilizer.step(plan, sensors()).reason, "") << "and come back";
+  EXPECT_LT(stabilizer.step(plan, sensors()).dcm_error_W_m.norm(), 1e-6);
+}
+
+TEST_F(StabilizerTest, FallIsSeenOnceAndForAll) {
+  Stabilizer stabilizer(biped, gait, settings);
+  EXPECT_FALSE(stabilizer.step(plan, sensors(0.1)).falling);
+  EXPECT_TRUE(stabilizer.step(plan, sensors(0.7)).falling);
+  EXPECT_EQ(stabilizer.step(plan, sensors()).reason.substr(0, 8), "falling:");
+  stabilizer.reset();
+  EXPECT_FALSE(stabilizer.step(plan, sensors()).falling);
+}
+
+TEST_F(StabilizerTest, DoesNotAllocate) {
+  Stabilizer stabilizer(biped, gait, settings);
+  const Sensors s = sensors(0.02);
+  Sensors bad = s;
+  bad.q[0] = NAN;
+  stabilizer.step(plan, s);
+  testing::NoMalloc guard;
+  for (int i = 0; i < 100; ++i) stabilizer.step(plan, i % 7 == 0 ? bad : s);
+}
+
+TEST_F(StabilizerTest, DelayBeyondItsMemoryIsRefused) {
+  settings.delay_ticks = 16;
+  EXPECT_THROW(Stabilizer(biped, gait, settings), ConfigError);
+}
+
+}  // namespace
+}  // namespace mimesis::walker

@@ -1,0 +1,231 @@
+#include "nodes/walker/tasks/cascade.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "common/error.h"
+
+namespace mimesis::walker {
+namespace {
+
+using Eigen::Index;
+
+// Sine of the angle between a row and those before it: below, the level is damped.
+constexpr double kNearlySingular = 0.02;
+// What levels below pay for their coordinates, against 1 for a row: next to nothing, but the
+// program is strictly convex.
+constexpr double kPrice = 1e-8;
+// By which the bounds of a level are wider than those of the level above it, so that its rounding
+// does not leave the lower one without a solution.
+constexpr double kWider = 1e-11;
+constexpr double kOnBound = 1e-12;
+
+}  // namespace
+
+Cascade::Cascade(int n, int most_rows, int most_levels, double damping)
+    : n_(n),
+      damping_(damping),
+      L_(most_rows, n),
+      weight_(most_rows),
+      slope_(most_rows),
+      row_(Eigen::VectorXd::Zero(n + 4)),
+      b_(most_rows),
+      rest_(most_rows),
+      z_(n),
+      x_(n + 4),
+      factor_side_(n),
+      normal_(n, n),
+      Y_(n, n),
+      H_(n, n),
+      g_(n),
+      fixed_(n + 4),
+      least_(n),
+      most_(n) {
+  basis_.reserve(static_cast<std::size_t>(n));
+  basis_.factor_identity(static_cast<std::size_t>(n));
+  levels_.reserve(static_cast<std::size_t>(most_levels) + 1);
+  for (int i = 0; i <= most_levels; ++i) programs_.emplace_back(n, n);
+  clear();
+}
+
+void Cascade::clear() {
+  basis_.clear();
+  levels_.clear();
+  rows_ = 0;
+}
+
+void Cascade::begin_level() {
+  levels_.push_back({.row = rows_, .column = static_cast<int>(basis_.size())});
+}
+
+void Cascade::add_row(const Eigen::Ref<const Eigen::RowVectorXd, 0, Eigen::InnerStride<>>& row,
+                      double weight) {
+  MIMESIS_ASSERT(row.size() == n_ && rows_ < L_.rows() && !levels_.empty());
+  row_.head(n_) = row.transpose();
+  basis_.look_at(row_.data());
+  place(weight, row_.head(n_).norm());
+}
+
+void Cascade::add_axis(int i, double weight) {
+  MIMESIS_ASSERT(i >= 0 && i < n_ && rows_ < L_.rows() && !levels_.empty());
+  basis_.look_at_axis(static_cast<std::size_t>(i), 1.0);
+  place(weight, 1.0);
+}
+
+/// Writes the row that was looked at in the coordinates that are decided, with a new one if it is
+/// none of the others' sums.
+void Cascade::place(double weight, double length) {
+  Level& level = levels_.back();
+  auto row = L_.row(rows_);
+  const double scale = std::sqrt(weight);
+  const bool adds = static_cast<int>(basis_.size()) < n_ && basis_.independent() && length > 0.0;
+  if (adds) {
+    basis_.find_step();
+    basis_.add();
+  }
+  const auto decided = static_cast<Index>(basis_.size());
+  row.setZero();
+  row.head(decided) = scale * Eigen::Map<const Eigen::RowVectorXd>(basis_.coordinates(), decided);
+  weight_[rows_] = scale;
+  slope_[rows_] = adds ? std::abs(row[decided - 1]) / (scale * length) : 1.0;
+  level.square = level.square && adds;
+  ++level.rows;
+  ++rows_;
+  level.columns = static_cast<int>(decided) - level.column;
+}
+
+bool Cascade::solve(const Eigen::Ref<const Eigen::VectorXd>& b,
+                    const Eigen::Ref<const Eigen::VectorXd>& lower,
+                    const Eigen::Ref<const Eigen::VectorXd>& upper, Eigen::Ref<Eigen::VectorXd> x) {
+  MIMESIS_ASSERT(b.size() == rows_ && lower.size() == n_ && upper.size() == n_ && x.size() == n_);
+  b_.head(rows_) = b.cwiseProduct(weight_.head(rows_));
+  close_levels();
+  outcome_ = qp::Outcome::kSolved;
+  z_.setZero();
+  for (const Level& level : levels_) solve_free(level);
+  compose();
+  bounded_ = ((x_.head(n_) - upper).array() > kOnBound).any() ||
+             ((lower - x_.head(n_)).array() > kOnBound).any();
+  if (bounded_) {
+    for (int i = 0; i < n_; ++i) {
+      Y_.col(i) = Eigen::Map<const Eigen::VectorXd>(
+          basis_.basis() + static_cast<std::size_t>(i) * basis_.stride(), n_);
+    }
+    z_.setZero();
+    int depth = 0;
+    for (const Level& level : levels_) {
+      if (!solve_bounded(level, depth++, lower, upper)) {
+        if (depth == 1) return false;
+        break;  // what the level above has found is a solution of its own
+      }
+    }
+    const Level left{.row = rows_, .column = static_cast<int>(basis_.size())};
+    if (outcome_ == qp::Outcome::kSolved) solve_bounded(left, depth, lower, upper);
+    compose();
+  }
+  x = x_.head(n_).cwiseMin(upper).cwiseMax(lower);
+  first_residual_ = 0.0;
+  if (levels_.empty()) return true;
+  for (int i = 0; i < levels_[0].rows; ++i) {
+    const double rest = L_.row(i).dot(z_) - b_[i];
+    first_residual_ = std::max(first_residual_, std::abs(rest) / weight_[i]);
+  }
+  return true;
+}
+
+/// Which levels can be solved row by row, and which are so close to singular that they are damped
+/// [Nakamura, Hanafusa 1986]: not at all at kNearlySingular, wholly where rows coincide.
+void Cascade::close_levels() {
+  for (Level& level : levels_) {
+    const double least = level.rows > 0 ? slope_.segment(level.row, level.rows).minCoeff() : 1.0;
+    const double ratio = std::min(1.0, least / kNearlySingular);
+    level.damping_squared = damping_ * damping_ * (1.0 - ratio * ratio);
+  }
+}
+
+/// rest_ = b − L z of the level's rows, by what the levels above have decided.
+void Cascade::right_side(const Level& level) {
+  const auto rows = L_.middleRows(level.row, level.rows);
+  auto rest = rest_.head(level.rows);
+  rest = b_.segment(level.row, level.rows);
+  rest.noalias() -= rows.leftCols(level.column) * z_.head(level.column);
+}
+
+void Cascade::solve_free(const Level& level) {
+  if (level.columns == 0) return;
+  right_side(level);
+  auto z = z_.segment(level.column, level.columns);
+  if (level.square && level.damping_squared == 0.0) {
+    for (int i = 0; i < level.rows; ++i) {
+      const auto row = L_.row(level.row + i).segment(level.column, i + 1);
+      z[i] = (rest_[i] - row.head(i).dot(z.head(i))) / row[i];
+    }
+    return;
+  }
+  normal_equations(level);
+  auto H = normal_.topLeftCorner(level.columns, level.columns);
+  z = factor_side_.head(level.columns);
+  // Cholesky and substitution in place.
+  for (int j = 0; j < level.columns; ++j) {
+    const double pivot = std::sqrt(H(j, j) - H.row(j).head(j).squaredNorm());
+    H(j, j) = pivot;
+    for (int i = j + 1; i < level.columns; ++i) {
+      H(i, j) = (H(i, j) - H.row(i).head(j).dot(H.row(j).head(j))) / pivot;
+    }
+  }
+  for (int i = 0; i < level.columns; ++i) {
+    z[i] = (z[i] - H.row(i).head(i).dot(z.head(i))) / H(i, i);
+  }
+  for (int i = level.columns; i-- > 0;) {
+    const int below = level.columns - i - 1;
+    z[i] = (z[i] - H.col(i).tail(below).dot(z.tail(below))) / H(i, i);
+  }
+}
+
+/// normal_ = SᵀS + damping², factor_side_ = Sᵀ rest_, S: the level's rows in its own coordinates.
+void Cascade::normal_equations(const Level& level) {
+  const auto S = L_.block(level.row, level.column, level.rows, level.columns);
+  auto H = normal_.topLeftCorner(level.columns, level.columns);
+  H.noalias() = S.transpose().lazyProduct(S);
+  H.diagonal().array() += level.damping_squared;
+  factor_side_.head(level.columns).noalias() = S.transpose().lazyProduct(rest_.head(level.rows));
+}
+
+/// The level with all coordinates below it, within the bounds. Without rows: the smallest x.
+bool Cascade::solve_bounded(const Level& level, int depth,
+                            const Eigen::Ref<const Eigen::VectorXd>& lower,
+                            const Eigen::Ref<const Eigen::VectorXd>& upper) {
+  const int n = n_ - level.column, own = level.columns;
+  if (n == 0 || (own == 0 && level.rows > 0)) return true;
+  auto H = H_.topLeftCorner(n, n);
+  auto g = g_.head(n);
+  H.setZero();
+  g.setZero();
+  H.diagonal().setConstant(level.rows > 0 ? kPrice : 1.0);
+  if (own > 0) {
+    right_side(level);
+    normal_equations(level);
+    H.topLeftCorner(own, own) = normal_.topLeftCorner(own, own);
+    g.head(own) = -factor_side_.head(own);
+  }
+  const auto Y = Y_.rightCols(n);
+  auto fixed = fixed_.head(n_);
+  fixed.noalias() = Y_.leftCols(level.column) * z_.head(level.column);
+  least_ = lower.array() - fixed.array() - kWider * depth;
+  most_ = upper.array() - fixed.array() + kWider * depth;
+  qp::DualQp& program = programs_[static_cast<std::size_t>(depth)];
+  outcome_ = program.solve({H, g, Y, least_, most_, none_, none_});
+  if (outcome_ != qp::Outcome::kSolved) return false;
+  z_.tail(n) = program.x();
+  return true;
+}
+
+void Cascade::compose() {
+  x_.setZero();
+  for (int i = 0; i < n_; ++i) {
+    const double* column = basis_.basis() + static_cast<std::size_t>(i) * basis_.stride();
+    x_.head(n_) += z_[i] * Eigen::Map<const Eigen::VectorXd>(column, n_);
+  }
+}
+
+}  // namespace mimesis::walker

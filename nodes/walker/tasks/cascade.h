@@ -1,0 +1,81 @@
+#pragma once
+#include <Eigen/Core>
+#include <memory>
+#include <vector>
+
+#include "common/qp/active_set.h"
+#include "common/qp/dual_qp.h"
+
+namespace mimesis::walker {
+
+/// Least squares in strict order under bounds [Escande, Mansard, Wieber 2014]: x in lower ≤ x ≤
+/// upper such that |A₁x − b₁| is as small as it can be; among those |A₂x − b₂|, and so on; of what
+/// is left the smallest x.
+///
+/// The rows of all levels, one after another, make an orthogonal basis Y of the x space in which
+/// they are a lower trapezoid, A Y = L: level k decides the coordinates that its rows have added,
+/// and touches none of those above [Mansard 2009]. Without bounds in the way the levels are solved
+/// by substitution. Else level k is a quadratic program in its coordinates and all below: these
+/// cost nothing and make room within the bounds.
+///
+/// Rows are kept from one solve to the next, for several right-hand sides. Allocates when it is
+/// made. Deterministic.
+class Cascade {
+ public:
+  Cascade(int n, int most_rows, int most_levels, double damping);
+
+  void clear();
+  void begin_level();
+  /// A row of the present level, in units of 1; `weight` counts within the level.
+  void add_row(const Eigen::Ref<const Eigen::RowVectorXd, 0, Eigen::InnerStride<>>& row,
+               double weight);
+  void add_axis(int i, double weight);  ///< the row eᵢ
+  int rows() const { return rows_; }
+  int free() const { return n_ - static_cast<int>(basis_.size()); }  ///< coordinates undecided
+
+  /// `b`: of all rows, unweighted. @return false, with x as it was, if a program was not solved.
+  bool solve(const Eigen::Ref<const Eigen::VectorXd>& b,
+             const Eigen::Ref<const Eigen::VectorXd>& lower,
+             const Eigen::Ref<const Eigen::VectorXd>& upper, Eigen::Ref<Eigen::VectorXd> x);
+
+  bool bounded() const { return bounded_; }  ///< a bound had a say in the last solve
+  /// Largest |Ax − b| of the first level's rows in the last solve, unweighted.
+  double first_residual() const { return first_residual_; }
+  qp::Outcome outcome() const { return outcome_; }
+
+ private:
+  struct Level {
+    int row = 0, column = 0;  // first
+    int rows = 0, columns = 0;
+    bool square = true;  // every row has added a coordinate, well away from the others
+    double damping_squared = 0.0;
+  };
+  void place(double weight, double length);
+  void close_levels();
+  void right_side(const Level& level);
+  void solve_free(const Level& level);
+  void normal_equations(const Level& level);
+  bool solve_bounded(const Level& level, int depth, const Eigen::Ref<const Eigen::VectorXd>& lower,
+                     const Eigen::Ref<const Eigen::VectorXd>& upper);
+  void compose();
+
+  int n_, rows_ = 0;
+  double damping_;
+  qp::ActiveSet basis_;
+  std::vector<Level> levels_;
+  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> L_;  // weighted
+  Eigen::VectorXd weight_, slope_;  // of rows: √weight; new diagonal element against its length
+  Eigen::VectorXd row_, b_, rest_, z_, x_, factor_side_;
+  Eigen::MatrixXd normal_;
+  // Bounded levels
+  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> Y_;
+  Eigen::MatrixXd H_;
+  Eigen::VectorXd g_, fixed_, least_, most_, none_;
+  std::vector<qp::DualQp> programs_;
+
+  bool bounded_ = false;
+  double first_residual_ = 0.0;
+  qp::Outcome outcome_ = qp::Outcome::kSolved;
+};
+
+}  // namespace mimesis::walker

@@ -1,0 +1,25 @@
+#pragma once
+#include "nodes/walker/tasks/stack.h"
+
+namespace mimesis::walker {
+
+/// How far the base and the joints may move within one tick.
+class Limits {
+ public:
+  Limits(const robot::Biped& biped, const StackSettings& settings);
+
+  /// Of displacements of base and joints from q within dt; lower ≤ upper.
+  void bounds(const Eigen::Ref<const Eigen::VectorXd>& q, double dt_s,
+              Eigen::Ref<Eigen::VectorXd> lower, Eigen::Ref<Eigen::VectorXd> upper) const;
+  const Eigen::VectorXd& lower() const { return lower_; }  ///< positions with margins
+  const Eigen::VectorXd& upper() const { return upper_; }
+
+ private:
+  void keep_knees_bent(const robot::Biped& biped, double margin_rad);
+  Eigen::VectorXd lower_, upper_, speed_;
+};
+
+/// Angle of the knee at which hip and ankle are farthest apart, next to half-sitting.
+double stretched_knee(const robot::Biped& biped, Side side);
+
+}  // namespace mimesis::walker

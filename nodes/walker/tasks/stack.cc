@@ -1,0 +1,158 @@
+#include "nodes/walker/tasks/stack.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "common/error.h"
+#include "common/math/so3.h"
+#include "nodes/walker/tasks/limits.h"
+#include "nodes/walker/tasks/task_rows.h"
+
+namespace mimesis::walker {
+namespace {
+
+// Newton steps within a tick, all with the Jacobian of its beginning. The first goes the tick's
+// way, the others undo what its curvature has left.
+constexpr int kPasses = 4, kBoundedPasses = 2;
+constexpr double kExact = 1e-9;     // [m], [rad]: nothing to undo
+constexpr double kLimited = 1e-6;   // [m], [rad]: what a limit keeps from a goal of the first level
+constexpr std::size_t kLine = 200;  // characters of a reason
+
+}  // namespace
+
+struct Stack::Parts {
+  Parts(const robot::Biped& of, const StackSettings& settings)
+      : biped(of),
+        limits(of, settings),
+        rows(of, make_tasks(of, settings)),
+        cascade(6 + of.tree.dof(), rows.most_rows(), rows.levels(), settings.damping),
+        posture(of.tree),
+        start(of.tree.dof()),
+        b(rows.most_rows()),
+        lower(6 + of.tree.dof()),
+        upper(6 + of.tree.dof()),
+        x(6 + of.tree.dof()),
+        sum(6 + of.tree.dof()) {}
+
+  const robot::Biped& biped;
+  Limits limits;
+  TaskRows rows;
+  Cascade cascade;
+  Posture posture;
+  Eigen::Isometry3d X_start = Eigen::Isometry3d::Identity();
+  Eigen::VectorXd start, b, lower, upper, x, sum;
+};
+
+Stack::Stack(const robot::Biped& biped, StackSettings settings)
+    : parts_(std::make_unique<Parts>(biped, settings)) {
+  state_.reason.reserve(kLine);
+  state_.q.resize(biped.tree.dof());
+  state_.dq.resize(biped.tree.dof());
+  reset(biped.X_WB_half_sitting, biped.half_sitting);
+}
+
+Stack::~Stack() = default;
+
+void Stack::reset(const Eigen::Isometry3d& X_WB, const Eigen::Ref<const Eigen::VectorXd>& q) {
+  MIMESIS_ASSERT(q.size() == state_.q.size());
+  Parts& p = *parts_;
+  state_.X_WB = p.posture.X_WB = X_WB;
+  state_.q = p.posture.q = q;
+  state_.dq.setZero();
+  state_.com_error_m = state_.foot_error_m = 0.0;
+  state_.limited = false;
+  state_.reason.clear();
+  p.posture.update();
+  p.rows.forget();
+}
+
+const StackState& Stack::step(const TaskGoals& goals, double dt_s) {
+  Parts& p = *parts_;
+  state_.limited = false;
+  const char* reason = fault(goals, dt_s);
+  if (reason == nullptr && move(goals, dt_s)) {
+    state_.reason.clear();
+    state_.dq = (p.posture.q - state_.q) / dt_s;
+    state_.q = p.posture.q;
+    state_.X_WB = p.posture.X_WB;
+  } else {
+    if (reason == nullptr) reason = qp::name(p.cascade.outcome());
+    state_.reason = "stack of tasks: ";
+    state_.reason += reason;
+    state_.dq.setZero();
+    p.posture.q = state_.q;
+    p.posture.X_WB = state_.X_WB;
+    p.posture.update();
+    p.rows.forget();
+  }
+  measure(goals);
+  return state_;
+}
+
+const char* Stack::fault(const TaskGoals& goals, double dt_s) const {
+  if (!(dt_s > 0.0 && dt_s <= 0.1)) return "dt is no time between 0 and 0.1 s";
+  if (!goals.com_W_m.allFinite() || !goals.com_v_W.allFinite())
+    return "the CoM's goal is no number";
+  for (const FootState& foot : goals.foot) {
+    if (!foot.X_WS.matrix().allFinite() || !foot.v_W.allFinite() ||
+        !std::isfinite(foot.yaw_rate_rad_s)) {
+      return "a foot's goal is no number";
+    }
+  }
+  if (!goals.R_W_trunk.allFinite()) return "the trunk's goal is no number";
+  const auto joints = static_cast<Eigen::Index>(parts_->biped.upper_body.size());
+  if (goals.upper_body.size() != joints) return "the upper body's goal is of another size";
+  if (goals.upper_body_rate.size() != 0 && goals.upper_body_rate.size() != joints) {
+    return "the upper body's rate is of another size";
+  }
+  if (!goals.upper_body.allFinite() || !goals.upper_body_rate.allFinite()) {
+    return "the upper body's goal is no number";
+  }
+  for (const TaskGoals::Hand& hand : goals.hand) {
+    if (!hand.p_W_m.allFinite() || !std::isfinite(hand.share)) return "a hand's goal is no number";
+  }
+  return nullptr;
+}
+
+bool Stack::move(const TaskGoals& goals, double dt_s) {
+  Parts& p = *parts_;
+  p.rows.aim(p.posture, goals, dt_s);
+  p.rows.fill(p.posture, p.cascade);
+  p.limits.bounds(p.posture.q, dt_s, p.lower, p.upper);
+  p.start = p.posture.q;
+  p.X_start = p.posture.X_WB;
+  p.sum.setZero();
+  const int rows = p.cascade.rows(), first = p.rows.first_level_rows();
+  auto b = p.b.head(rows);
+  bool bounded = false;
+  for (int pass = 0; pass < (bounded ? kBoundedPasses : kPasses); ++pass) {
+    p.rows.missing(p.posture, b);
+    if (pass > 0 && b.head(first).cwiseAbs().maxCoeff() < kExact) break;
+    if (!p.cascade.solve(b, p.lower, p.upper, p.x)) return pass > 0;
+    bounded = bounded || p.cascade.bounded();
+    p.sum += p.x;
+    p.lower -= p.x;  // what is left of the tick's way
+    p.upper -= p.x;
+    p.posture.q = p.start + p.sum.tail(p.start.size());
+    p.posture.X_WB.translation() = p.X_start.translation() + p.sum.head<3>();
+    p.posture.X_WB.linear() = math::exp_so3(p.x.segment<3>(3)) * p.posture.X_WB.linear();
+    p.posture.update();
+  }
+  p.posture.X_WB.linear() =
+      Eigen::Quaterniond(p.posture.X_WB.linear()).normalized().toRotationMatrix();
+  state_.limited = bounded && p.cascade.first_residual() > kLimited;
+  return true;
+}
+
+void Stack::measure(const TaskGoals& goals) {
+  const Parts& p = *parts_;
+  state_.com_error_m = (goals.com_W_m - p.posture.com_W).norm();
+  state_.foot_error_m = 0.0;
+  for (std::size_t side = 0; side < 2; ++side) {
+    const auto& X = p.posture.kinematics.X_WL(p.biped.leg[side].sole);
+    state_.foot_error_m = std::max(state_.foot_error_m,
+                                   (goals.foot[side].X_WS.translation() - X.translation()).norm());
+  }
+}
+
+}  // namespace mimesis::walker

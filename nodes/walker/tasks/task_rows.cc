@@ -1,0 +1,222 @@
+#include "nodes/walker/tasks/task_rows.h"
+
+#include <algorithm>
+
+#include "common/math/so3.h"
+
+namespace mimesis::walker {
+namespace {
+
+using Eigen::Matrix3d, Eigen::Vector3d;
+
+// Steps within a tick beyond which a Jacobian says nothing.
+constexpr double kFarthest_m = 0.05, kFarthest_rad = 0.2;
+// A goal that moves faster has jumped: it is approached, not followed.
+constexpr double kJump_m_s = 3.0, kJump_rad_s = 8.0;
+// Weight of the posture that is left where a hand has its whole share.
+constexpr double kPostureLeft = 1e-5;
+
+Vector3d shorter(const Vector3d& v, double most) {
+  const double length = v.norm();
+  return length > most ? Vector3d(v * (most / length)) : v;
+}
+
+}  // namespace
+
+TaskRows::TaskRows(const robot::Biped& biped, std::vector<Task> tasks)
+    : biped_(&biped),
+      tasks_(std::move(tasks)),
+      aims_(tasks_.size()),
+      joint_goal_(static_cast<std::size_t>(biped.tree.dof())),
+      hand_share_(static_cast<std::size_t>(biped.tree.dof())),
+      R_before_(Matrix3d::Identity()),
+      jacobian_(6, 6 + biped.tree.dof()),
+      com_jacobian_(3, 6 + biped.tree.dof()) {
+  for (const Task& task : tasks_) {
+    levels_ = std::max(levels_, task.level + 1);
+    most_rows_ += task.kind == TaskKind::kRegularisation
+                      ? 6 + biped.tree.dof()
+                      : static_cast<int>(task.axes.size() + task.dofs.size());
+  }
+  const auto last = std::ranges::count(tasks_, levels_ - 1, &Task::level);
+  rest_is_last_ = last == 1 && tasks_.back().kind == TaskKind::kRegularisation;
+  for (std::size_t side = 0; side < 2; ++side) {
+    for (int l = biped.hand[side]; l > 0; l = biped.tree.link(l).parent) {
+      if (biped.tree.link(l).dof >= 0) arm_[side].push_back(biped.tree.link(l).dof);
+    }
+  }
+}
+
+void TaskRows::forget() { has_before_ = false; }
+
+void TaskRows::aim(const Posture& posture, const TaskGoals& goals, double dt_s) {
+  const Vector3d turn = has_before_ ? math::log_so3(goals.R_W_trunk * R_before_.transpose()) / dt_s
+                                    : Vector3d(Vector3d::Zero());
+  const Vector3d trunk_rate = turn.norm() > kJump_rad_s ? Vector3d(Vector3d::Zero()) : turn;
+  std::ranges::fill(hand_share_, 0.0);
+  for (std::size_t side = 0; side < 2; ++side) {
+    const double share = std::clamp(goals.hand[side].share, 0.0, 1.0);
+    for (const int dof : arm_[side]) {
+      double& most = hand_share_[static_cast<std::size_t>(dof)];
+      most = std::max(most, share);
+    }
+  }
+  for (std::size_t i = 0; i < tasks_.size(); ++i) {
+    const Task& task = tasks_[i];
+    Aim& aim = aims_[i];
+    const auto side = static_cast<std::size_t>(task.side);
+    switch (task.kind) {
+      case TaskKind::kCom:
+        aim_at_position(task, aim, posture.com_W, goals.com_W_m, goals.com_v_W, dt_s);
+        break;
+      case TaskKind::kFoot: {
+        const FootState& foot = goals.foot[side];
+        const Eigen::Isometry3d& X = posture.kinematics.X_WL(task.link);
+        aim_at_position(task, aim, X.translation(), foot.X_WS.translation(), foot.v_W, dt_s);
+        aim_at_rotation(task, aim, X.linear(), foot.X_WS.linear(),
+                        foot.yaw_rate_rad_s * Vector3d::UnitZ(), dt_s);
+        break;
+      }
+      case TaskKind::kOrientation:
+        aim_at_rotation(task, aim, posture.kinematics.X_WL(task.link).linear(), goals.R_W_trunk,
+                        trunk_rate, dt_s);
+        break;
+      case TaskKind::kPosition: {
+        const TaskGoals::Hand& hand = goals.hand[side];
+        aim.share = std::clamp(hand.share, 0.0, 1.0);
+        aim.used = aim.share > 0.0;
+        const Vector3d moved = (hand.p_W_m - aim.before_p_W) / dt_s;
+        const bool follows = has_before_ && moved.norm() < kJump_m_s;
+        aim_at_position(task, aim, posture.kinematics.X_WL(task.link).translation(), hand.p_W_m,
+                        follows ? moved : Vector3d(Vector3d::Zero()), dt_s);
+        aim.before_p_W = hand.p_W_m;
+        break;
+      }
+      case TaskKind::kPosture:
+        aim_at_posture(task, posture, goals, dt_s);
+        break;
+      case TaskKind::kRegularisation:
+        break;
+    }
+  }
+  R_before_ = goals.R_W_trunk;
+  has_before_ = true;
+}
+
+/// The rate is the goal's at the end of the tick, the error that at its beginning, so that
+/// v = rate + gain·(goal − now) arrives at once if gain·dt is 1.
+void TaskRows::aim_at_position(const Task& task, Aim& aim, const Vector3d& now,
+                               const Vector3d& goal, const Vector3d& rate, double dt_s) const {
+  const double share = std::min(1.0, task.gain_1_s * dt_s);
+  const Vector3d step = (1.0 - share) * dt_s * rate + share * (goal - now);
+  aim.p_W = now + shorter(step, kFarthest_m);
+}
+
+void TaskRows::aim_at_rotation(const Task& task, Aim& aim, const Matrix3d& now,
+                               const Matrix3d& goal, const Vector3d& rate, double dt_s) const {
+  const double share = std::min(1.0, task.gain_1_s * dt_s);
+  const Vector3d step = (1.0 - share) * dt_s * rate + share * math::log_so3(goal * now.transpose());
+  aim.R_W = math::exp_so3(shorter(step, kFarthest_rad)) * now;
+}
+
+void TaskRows::aim_at_posture(const Task& task, const Posture& posture, const TaskGoals& goals,
+                              double dt_s) {
+  const double share = std::min(1.0, task.gain_1_s * dt_s);
+  for (std::size_t k = 0; k < task.dofs.size(); ++k) {
+    const int dof = task.dofs[k], upper = task.upper[k];
+    const double now = posture.q[dof];
+    const double goal = upper < 0 ? biped_->half_sitting[dof] : goals.upper_body[upper];
+    const double rate =
+        upper < 0 || goals.upper_body_rate.size() == 0 ? 0.0 : goals.upper_body_rate[upper];
+    const double step = (1.0 - share) * dt_s * rate + share * (goal - now);
+    joint_goal_[static_cast<std::size_t>(dof)] =
+        now + std::clamp(step, -kFarthest_rad, kFarthest_rad);
+  }
+}
+
+double TaskRows::posture_weight(const Task& task, std::size_t index) const {
+  const double left = 1.0 - hand_share_[static_cast<std::size_t>(task.dofs[index])];
+  return task.weight * std::max(left * left, kPostureLeft);
+}
+
+void TaskRows::fill(const Posture& posture, Cascade& cascade) {
+  cascade.clear();
+  posture.dynamics.com_jacobian(posture.kinematics, com_jacobian_);
+  used_ = 0;
+  for (int level = 0, i = 0; level < levels_; ++level) {
+    if (cascade.free() == 0 || (rest_is_last_ && level == levels_ - 1)) break;
+    cascade.begin_level();
+    for (; i < static_cast<int>(tasks_.size()); ++i) {
+      const auto at = static_cast<std::size_t>(i);
+      if (tasks_[at].level != level) break;
+      if (aims_[at].used) fill_task(tasks_[at], aims_[at], posture, cascade);
+    }
+    if (level == 0) first_level_rows_ = cascade.rows();
+    used_ = i;
+  }
+}
+
+void TaskRows::fill_task(const Task& task, const Aim& aim, const Posture& posture,
+                         Cascade& cascade) {
+  switch (task.kind) {
+    case TaskKind::kCom:
+      for (const int axis : task.axes) cascade.add_row(com_jacobian_.row(axis), task.weight);
+      break;
+    case TaskKind::kFoot:
+    case TaskKind::kOrientation:
+    case TaskKind::kPosition: {
+      posture.kinematics.jacobian(task.link, posture.kinematics.X_WL(task.link).translation(),
+                                  jacobian_);
+      const int from = task.kind == TaskKind::kOrientation ? 3 : 0;
+      for (const int axis : task.axes) {
+        cascade.add_row(jacobian_.row(from + axis), task.weight * aim.share);
+      }
+      break;
+    }
+    case TaskKind::kPosture:
+      for (std::size_t k = 0; k < task.dofs.size(); ++k) {
+        cascade.add_axis(6 + task.dofs[k], posture_weight(task, k));
+      }
+      break;
+    case TaskKind::kRegularisation:
+      for (int i = 0; i < 6 + biped_->tree.dof(); ++i) cascade.add_axis(i, task.weight);
+      break;
+  }
+}
+
+void TaskRows::missing(const Posture& posture, Eigen::Ref<Eigen::VectorXd> b) const {
+  Eigen::Index row = 0;
+  for (int i = 0; i < used_; ++i) {
+    const Task& task = tasks_[static_cast<std::size_t>(i)];
+    const Aim& aim = aims_[static_cast<std::size_t>(i)];
+    if (!aim.used) continue;
+    Eigen::Matrix<double, 6, 1> error = Eigen::Matrix<double, 6, 1>::Zero();
+    switch (task.kind) {
+      case TaskKind::kCom:
+        error.head<3>() = aim.p_W - posture.com_W;
+        break;
+      case TaskKind::kFoot:
+        error.tail<3>() =
+            math::log_so3(aim.R_W * posture.kinematics.X_WL(task.link).linear().transpose());
+        [[fallthrough]];
+      case TaskKind::kPosition:
+        error.head<3>() = aim.p_W - posture.kinematics.X_WL(task.link).translation();
+        break;
+      case TaskKind::kOrientation:
+        error.head<3>() =
+            math::log_so3(aim.R_W * posture.kinematics.X_WL(task.link).linear().transpose());
+        break;
+      case TaskKind::kPosture:
+        for (const int dof : task.dofs) {
+          b[row++] = joint_goal_[static_cast<std::size_t>(dof)] - posture.q[dof];
+        }
+        break;
+      case TaskKind::kRegularisation:
+        for (int k = 0; k < 6 + biped_->tree.dof(); ++k) b[row++] = 0.0;
+        break;
+    }
+    for (const int axis : task.axes) b[row++] = error[axis];
+  }
+}
+
+}  // namespace mimesis::walker

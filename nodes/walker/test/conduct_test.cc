@@ -1,0 +1,136 @@
+#include "nodes/walker/conduct.h"
+
+#include <gtest/gtest.h>
+
+namespace mimesis::walker {
+namespace {
+
+constexpr double kTick_s = 0.005;
+
+/// Steps of a conduct whose condition a test changes.
+struct Rig {
+  explicit Rig(const ConductSettings& settings = {}) : conduct(settings) {}
+
+  Phase run(double s) {
+    for (double t = 0.0; t < s - 1e-9; t += kTick_s) conduct.step(now, kTick_s);
+    return conduct.phase();
+  }
+  /// To balance, from the start.
+  void balance() {
+    run(kTick_s);
+    run(kTick_s);
+    now.actuators = {};
+    run(kTick_s);
+    now.approached = true;
+    run(kTick_s);
+    ASSERT_EQ(conduct.phase(), Phase::kBalancing);
+  }
+
+  Condition now{.sensors = {},
+                .actuators = "drives are off",
+                .posture = {},
+                .falling = {},
+                .stands = true,
+                .approached = false};
+  Conduct conduct;
+};
+
+TEST(Conduct, GoesFromWaitingOverArmingAndApproachingToBalance) {
+  Rig rig;
+  rig.now.sensors = "no IMU";
+  EXPECT_EQ(rig.run(1.0), Phase::kWaiting);
+  EXPECT_EQ(rig.conduct.reason(), "no IMU");
+  rig.now.sensors = {};
+  rig.now.posture = "lies on its side";
+  EXPECT_EQ(rig.run(1.0), Phase::kWaiting);
+  EXPECT_EQ(rig.conduct.reason(), "lies on its side");
+  rig.now.posture = {};
+  EXPECT_EQ(rig.run(kTick_s), Phase::kArming);
+  EXPECT_EQ(rig.run(1.0), Phase::kArming);
+  EXPECT_EQ(rig.conduct.reason(), "drives are off");
+  rig.now.actuators = {};
+  EXPECT_EQ(rig.run(kTick_s), Phase::kApproaching);
+  EXPECT_EQ(rig.run(1.0), Phase::kApproaching);
+  rig.now.approached = true;
+  EXPECT_EQ(rig.run(kTick_s), Phase::kBalancing);
+  EXPECT_EQ(rig.conduct.reason(), "");
+}
+
+TEST(Conduct, LostSensorsWhileStandingAreSafeUntilTheyAreBack) {
+  Rig rig({.blind_s = 3.0, .recovery_s = 0.5, .silence_s = 0.25});
+  rig.balance();
+  rig.now.sensors = "IMU is silent";
+  EXPECT_EQ(rig.run(kTick_s), Phase::kSafe);
+  EXPECT_EQ(rig.conduct.reason(), "IMU is silent");
+  rig.now.sensors = {};
+  rig.now.approached = false;
+  EXPECT_EQ(rig.run(0.45), Phase::kSafe);
+  rig.now.sensors = "IMU is silent";
+  rig.run(kTick_s);
+  rig.now.sensors = {};
+  EXPECT_EQ(rig.run(0.45), Phase::kSafe);  // counted anew
+  EXPECT_EQ(rig.run(0.1), Phase::kApproaching);
+}
+
+TEST(Conduct, LostSensorsWhileWalkingEndTheStepsFirst) {
+  Rig rig({.blind_s = 3.0, .recovery_s = 0.5, .silence_s = 0.25});
+  rig.balance();
+  rig.now.stands = false;
+  rig.now.sensors = "IMU is silent";
+  EXPECT_EQ(rig.run(1.0), Phase::kBalancing);
+  EXPECT_TRUE(rig.conduct.blind());
+  EXPECT_EQ(rig.conduct.reason(), "IMU is silent");
+  rig.now.sensors = {};
+  EXPECT_EQ(rig.run(kTick_s), Phase::kBalancing);  // back in time
+  EXPECT_FALSE(rig.conduct.blind());
+  EXPECT_EQ(rig.conduct.reason(), "");
+  rig.now.sensors = "IMU is silent";
+  EXPECT_EQ(rig.run(2.9), Phase::kBalancing);
+  EXPECT_EQ(rig.run(0.2), Phase::kSafe);  // whatever the plan says
+}
+
+TEST(Conduct, WhoFellStaysSafeUntilTheDrivesWereOff) {
+  Rig rig;
+  rig.balance();
+  rig.now.stands = false;
+  rig.now.falling = "tilted by 0.7 rad";
+  EXPECT_EQ(rig.run(kTick_s), Phase::kSafe);
+  EXPECT_EQ(rig.conduct.reason(), "tilted by 0.7 rad");
+  rig.now.falling = {};
+  rig.now.approached = false;
+  EXPECT_EQ(rig.run(10.0), Phase::kSafe);
+  rig.now.actuators = "drives are off";
+  EXPECT_EQ(rig.run(kTick_s), Phase::kWaiting);
+  rig.now.actuators = {};
+  EXPECT_EQ(rig.run(0.2), Phase::kWaiting);  // silent: the bridge asks for that
+  EXPECT_EQ(rig.run(0.1), Phase::kApproaching);
+}
+
+TEST(Conduct, DrivesThatStopEndEverything) {
+  for (const bool approached : {false, true}) {
+    Rig rig;
+    rig.run(2 * kTick_s);
+    rig.now.actuators = {};
+    rig.now.approached = approached;
+    rig.run(3 * kTick_s);
+    EXPECT_EQ(rig.conduct.phase(), approached ? Phase::kBalancing : Phase::kApproaching);
+    rig.now.actuators = "following error";
+    EXPECT_EQ(rig.run(kTick_s), Phase::kWaiting);
+    EXPECT_EQ(rig.conduct.reason(), "following error");
+  }
+}
+
+TEST(Conduct, AnApproachThatGoesWrongIsHeld) {
+  Rig rig;
+  rig.run(2 * kTick_s);
+  rig.now.actuators = {};
+  rig.run(kTick_s);
+  rig.now.posture = "tilted";
+  EXPECT_EQ(rig.run(kTick_s), Phase::kSafe);
+  EXPECT_EQ(rig.conduct.reason(), "tilted");
+  rig.now.posture = {};
+  EXPECT_EQ(rig.run(0.6), Phase::kApproaching);
+}
+
+}  // namespace
+}  // namespace mimesis::walker

@@ -1,0 +1,65 @@
+#pragma once
+#include <string>
+
+#include "nodes/walker/walker.h"
+
+namespace mimesis::walker {
+
+/// A wished motion in terms of the robot, as it came.
+struct MotionWish {
+  Eigen::Vector2d velocity_m_s = Eigen::Vector2d::Zero();  ///< of the pelvis: forward, left
+  double yaw_rate_rad_s = 0.0;
+  Eigen::Vector2d pelvis_W_m = Eigen::Vector2d::Zero();
+  double heading_rad = 0.0;
+  bool stands = false;
+  std::array<std::optional<Footprint>, 2> landing;
+  Eigen::VectorXd upper_body, upper_body_rate;  ///< Biped::upper_body order; empty: no wish
+  std::array<TaskGoals::Hand, 2> hand;
+};
+
+/// Where the robot is on the ground.
+struct GroundPose {
+  Eigen::Vector2d p_W_m = Eigen::Vector2d::Zero();
+  double yaw_rad = 0.0;
+};
+
+struct WalkWishSettings {
+  double least_m_s = 0.01, least_rad_s = 0.02;  ///< slower is standing
+  /// Velocity added to come back to where the motion is: gain times distance, bounded. Zero: none.
+  double drift_gain_1_s = 0.3, drift_most_m_s = 0.04, drift_most_rad_s = 0.05;
+  double fade_s = 1.0;  ///< of the upper body, when a motion begins or ends
+};
+
+/// Makes of a wished motion what the robot can be asked for, tick by tick:
+/// - velocities within the robot's, plus v = clamp(k (p_motion − p_robot)) in the heading frame;
+///   footprints of a motion need no such correction;
+/// - the upper body within the joints' limits; when a motion begins or ends the difference to what
+///   was before fades as 1 − (10 s³ − 15 s⁴ + 6 s⁵). Walker keeps the joints' speeds.
+class WalkWish {
+ public:
+  WalkWish(const robot::Biped& biped, const GaitSettings& gait, const WalkWishSettings& settings);
+
+  void reset();  ///< half-sitting
+  /// `motion`: null if there is none: the robot stops and its upper body goes back to half-sitting.
+  /// Allocates only if something is cut.
+  const WalkerWish& step(const MotionWish* motion, const GroundPose& robot, double dt_s);
+  /// What was cut in the last step: empty, or one line.
+  const std::string& clipped() const { return clipped_; }
+
+ private:
+  void walk(const MotionWish& motion, const GroundPose& robot);
+  void move_upper_body(const MotionWish* motion, double dt_s);
+  void cut(const char* what, double wished, double most);
+
+  GaitSettings gait_;
+  WalkWishSettings settings_;
+  Eigen::VectorXd lower_, upper_, rest_;  ///< Biped::upper_body order
+  std::vector<std::string> joints_;
+  Eigen::VectorXd target_, difference_;
+  double faded_s_ = 0.0;
+  bool follows_ = false;  ///< a motion's upper body
+  WalkerWish wish_;
+  std::string clipped_;
+};
+
+}  // namespace mimesis::walker

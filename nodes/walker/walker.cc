@@ -1,0 +1,204 @@
+#include "nodes/walker/walker.h"
+
+#include "common/error.h"
+#include "nodes/walker/pattern/mpc_pattern.h"
+#include "nodes/walker/upper_body.h"
+
+namespace mimesis::walker {
+namespace {
+
+constexpr double kSettle_s = 1.0;  ///< from half-sitting to the pattern's CoM
+constexpr double kUpperBodyComesToRest_s = 0.3;
+
+Eigen::Isometry3d on_ground(const Eigen::Vector2d& p_W_m, double yaw_rad) {
+  Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
+  X.translation().head<2>() = p_W_m;
+  X.linear() = Eigen::AngleAxisd(yaw_rad, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+  return X;
+}
+
+/// 1 to 0 over [0, 1], at rest at both ends up to the acceleration.
+double settle(double u) {
+  u = std::clamp(u, 0.0, 1.0);
+  return 1.0 - u * u * u * (10.0 + u * (6.0 * u - 15.0));
+}
+
+bool usable(const Wish& wish) {
+  if (!wish.velocity_m_s.allFinite() || !std::isfinite(wish.yaw_rate_rad_s)) return false;
+  return std::ranges::all_of(wish.landing, [](const auto& l) {
+    return !l || (l->p_W_m.allFinite() && std::isfinite(l->yaw_rad));
+  });
+}
+
+std::unique_ptr<PatternGenerator> make_generator(PatternKind kind, const GaitSettings& gait) {
+  switch (kind) {
+    case PatternKind::kLinear:
+      return std::make_unique<LinearMpc>(gait);
+    default:
+      return std::make_unique<NonlinearMpc>(gait);
+  }
+}
+
+bool usable(const TaskGoals::Hand& hand) {
+  return hand.p_W_m.allFinite() && hand.share >= 0.0 && hand.share <= 1.0;
+}
+
+}  // namespace
+
+struct Walker::Impl {
+  Impl(const robot::Biped& robot, const WalkerSettings& s)
+      : biped(robot),
+        settings(s),
+        gait(s.gait ? *s.gait : gait_settings(robot)),
+        pattern(make_generator(s.pattern, gait)),
+        filter(robot, gait, s.filter_settings),
+        stabilizer(robot, gait, s.stabilizer),
+        stack(robot, s.stack.tasks.empty() ? walking_stack(robot) : s.stack),
+        upper_body(robot, s.upper_body) {
+    out.trouble.reserve(256);
+    reset(Eigen::Vector2d::Zero(), 0.0);
+  }
+
+  void reset(const Eigen::Vector2d& p_W_m, double yaw_rad);
+  void plan(const WalkerWish& wish);
+  void balance(const Sensors& sensors);
+  void move(const WalkerWish& wish);
+  void note(const char* part, std::string_view reason);
+
+  const robot::Biped& biped;
+  WalkerSettings settings;
+  GaitSettings gait;
+  std::unique_ptr<PatternGenerator> pattern;
+  DynamicFilter filter;
+  Stabilizer stabilizer;
+  Stack stack;
+  UpperBodyFollower upper_body;
+  Eigen::Vector3d start_offset_m;  ///< of half-sitting's CoM from the pattern's
+  double time_s = 0.0;
+  bool stay = false;  ///< trouble: the walk ends
+  StabilizerPlan planned;
+  TaskGoals goals;
+  WalkerOutput out;
+};
+
+void Walker::Impl::reset(const Eigen::Vector2d& p_W_m, double yaw_rad) {
+  const Eigen::Isometry3d X_WG = on_ground(p_W_m, yaw_rad);
+  const Eigen::Isometry3d X_WB = X_WG * biped.X_WB_half_sitting;
+  robot::Kinematics kinematics(biped.tree);
+  kinematics.update(X_WB, biped.half_sitting);
+  std::array<Footprint, 2> feet;
+  for (Side s : robot::kSides) {
+    const Eigen::Isometry3d& X_WS = kinematics.X_WL(biped.leg[s].sole);
+    feet[s] = {s, X_WS.translation().head<2>(), yaw_rad};
+  }
+  pattern->reset(feet);
+  filter.reset();
+  stabilizer.reset();
+  stack.reset(X_WB, biped.half_sitting);
+  upper_body.reset();
+  start_offset_m = kinematics.com();
+  start_offset_m.head<2>() -= pattern->now().com.p_W_m;
+  start_offset_m.z() -= gait.com_height_m;
+  time_s = 0.0;
+  stay = false;
+  planned = {pattern->now(), pattern->now().com, X_WB};
+  goals.R_W_trunk = X_WG.linear();
+  out.q = biped.half_sitting;
+  out.dq = Eigen::VectorXd::Zero(biped.tree.dof());
+  out.X_WB = X_WB;
+}
+
+/// The first trouble of a tick is the one that is told.
+void Walker::Impl::note(const char* part, std::string_view reason) {
+  if (reason.empty() || !out.trouble.empty()) return;
+  out.trouble.assign(part).append(": ").append(reason);
+}
+
+void Walker::Impl::plan(const WalkerWish& wish) {
+  Wish walk = wish.walk;
+  if (!usable(walk)) note("wish", "a velocity or landing is not finite");
+  if (stay || !usable(walk)) {
+    walk = Wish{};
+    walk.walk = false;
+  }
+  pattern->step(walk);
+  if (!upper_body.wish(wish.upper_body, wish.upper_body_rate)) {
+    note("wish", "the upper body's posture has the wrong size or is not finite");
+  }
+  upper_body.step();
+
+  planned.pattern = pattern->now();
+  planned.com = planned.pattern.com;
+  if (settings.filter) {
+    const FilterSettings& f = settings.filter_settings;
+    const ComState shift = filter.step(
+        *pattern, upper_body.ahead(f.samples, f.window_s / f.samples, kUpperBodyComesToRest_s));
+    planned.com.p_W_m += shift.p_W_m;
+    planned.com.v_W += shift.v_W;
+    planned.com.a_W += shift.a_W;
+  }
+  // Half-sitting's CoM is not exactly above the middle of the feet: both come together slowly.
+  const double left = settle(time_s / kSettle_s);
+  planned.com.p_W_m += left * start_offset_m.head<2>();
+  planned.pattern.zmp_W_m += left * start_offset_m.head<2>();
+  time_s += kTick_s;
+}
+
+void Walker::Impl::balance(const Sensors& sensors) {
+  planned.X_WB_last = out.X_WB;
+  if (!settings.stabilize) {
+    out.stabilizer.X_WS = {planned.pattern.foot[kLeft].X_WS, planned.pattern.foot[kRight].X_WS};
+    return;
+  }
+  out.stabilizer = stabilizer.step(planned, sensors);
+  note("balance", out.stabilizer.reason);
+  stay = out.stabilizer.falling || !out.stabilizer.reason.empty();
+}
+
+void Walker::Impl::move(const WalkerWish& wish) {
+  const StabilizerCommand& c = out.stabilizer;
+  goals.com_W_m.head<2>() = planned.com.p_W_m + c.com_shift_W_m;
+  goals.com_W_m.z() = gait.com_height_m + settle(time_s / kSettle_s) * start_offset_m.z();
+  goals.com_v_W.head<2>() = planned.com.v_W + c.com_shift_v_W;
+  goals.com_v_W.z() = 0.0;
+  for (Side s : robot::kSides) {
+    goals.foot[s] = planned.pattern.foot[s];
+    goals.foot[s].X_WS = c.X_WS[s];
+    goals.hand[s] = usable(wish.hand[s]) ? wish.hand[s] : TaskGoals::Hand{};
+  }
+  goals.R_W_trunk = Eigen::AngleAxisd(planned.pattern.yaw_rad, Eigen::Vector3d::UnitZ());
+  goals.upper_body = upper_body.now().q;
+  goals.upper_body_rate = upper_body.now().dq;
+  const StackState& state = stack.step(goals, kTick_s);
+  out.q = state.q;
+  out.dq = state.dq;
+  out.X_WB = state.X_WB;
+  out.limited = state.limited;
+  note("whole body", state.reason);
+  out.failed = !state.reason.empty() || pattern->trouble().failed_solves > 0;
+}
+
+Walker::Walker(const robot::Biped& biped, const WalkerSettings& settings)
+    : impl_(std::make_unique<Impl>(biped, settings)) {}
+Walker::~Walker() = default;
+
+void Walker::reset(const Eigen::Vector2d& p_W_m, double yaw_rad) {
+  impl_->reset(p_W_m, yaw_rad);
+  impl_->out.trouble.clear();
+}
+
+const WalkerOutput& Walker::step(const WalkerWish& wish, const Sensors& sensors) {
+  WalkerOutput& out = impl_->out;
+  out.trouble.clear();
+  impl_->plan(wish);
+  impl_->balance(sensors);
+  impl_->move(wish);
+  const PatternTrouble& trouble = impl_->pattern->trouble();
+  impl_->note("pattern", trouble.reason);
+  out.clipped = trouble.clipped || impl_->upper_body.clipped();
+  out.pattern = impl_->planned.pattern;
+  out.com = impl_->planned.com;
+  return out;
+}
+
+}  // namespace mimesis::walker

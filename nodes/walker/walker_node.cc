@@ -1,0 +1,342 @@
+#include "nodes/walker/walker_node.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "common/model/files.h"
+#include "common/runtime/outside.h"
+
+namespace mimesis::walker {
+namespace {
+
+constexpr std::uint64_t kTransformsEvery = 8;  // steps: 25 Hz
+
+double seconds(runtime::Time t) { return std::chrono::duration<double>(t).count(); }
+
+double elapsed_s(std::chrono::steady_clock::time_point since) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - since).count();
+}
+
+Sensors no_sensors(int dof) {
+  constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+  Sensors s;
+  s.q = s.dq = Eigen::VectorXd::Constant(dof, kNan);
+  s.R_WI.coeffs().setConstant(kNan);
+  s.gyro_I.setConstant(kNan);
+  s.specific_force_I.setConstant(kNan);
+  for (robot::Wrench& foot : s.foot_S) {
+    foot.force.setConstant(kNan);
+    foot.moment.setConstant(kNan);
+  }
+  return s;
+}
+
+const char* name(v1::WalkState state) {
+  switch (state) {
+    case v1::WALK_STATE_WAITING:
+      return "waiting";
+    case v1::WALK_STATE_STANDING:
+      return "standing";
+    case v1::WALK_STATE_STARTING:
+      return "starting";
+    case v1::WALK_STATE_WALKING:
+      return "walking";
+    case v1::WALK_STATE_STOPPING:
+      return "stopping";
+    case v1::WALK_STATE_SAFE:
+      return "safe";
+    default:
+      return "";
+  }
+}
+
+/// Up of the world in the IMU while the robot sits half.
+Eigen::Vector3d up_in_imu(const robot::Biped& biped) {
+  robot::Kinematics kinematics(biped.tree);
+  kinematics.update(biped.X_WB_half_sitting, biped.half_sitting);
+  return kinematics.X_WL(biped.imu).linear().transpose() * Eigen::Vector3d::UnitZ();
+}
+
+}  // namespace
+
+WalkerNode::WalkerNode(const Params& params, runtime::Bus& bus)
+    : params_(params),
+      bus_(bus),
+      biped_(model::load_biped(params.robot)),
+      settings_(params.settings(biped_)),
+      walker_(biped_, settings_),
+      wish_(biped_, *settings_.gait, params.wish),
+      conduct_(params.conduct),
+      reader_(biped_),
+      kinematics_(biped_.tree),
+      up_I_(up_in_imu(biped_)),
+      blind_(no_sensors(biped_.tree.dof())),
+      q_(biped_.half_sitting),
+      dq_(Eigen::VectorXd::Zero(q_.size())),
+      place_{.p_W_m = {params.start.x_m, params.start.y_m}, .yaw_rad = params.start.heading_rad},
+      motion_in_(bus, "motion"),
+      rows_in_(bus, "rows"),
+      body_in_(bus, "sensors"),
+      joints_in_(bus, "joints"),
+      command_(bus, "command"),
+      feedback_(bus, "feedback"),
+      balance_(bus, "balance"),
+      status_(bus, "status"),
+      transforms_(bus, "transforms") {
+  sensors_.q = sensors_.dq = Eigen::VectorXd::Zero(q_.size());
+  kinematics_.update(Eigen::Translation3d(place_.p_W_m.x(), place_.p_W_m.y(), 0.0) *
+                         Eigen::AngleAxisd(place_.yaw_rad, Eigen::Vector3d::UnitZ()) *
+                         biped_.X_WB_half_sitting,
+                     q_);
+  runtime::info("robot '{}': {} joints, {:.1f} kg, CoM at {:.3f} m; {} pattern, filter {}",
+                biped_.tree.name(), biped_.tree.dof(), biped_.tree.mass_kg(), biped_.com_height_m,
+                params.pattern, params.filter ? "on" : "off");
+}
+
+void WalkerNode::step(runtime::Time now) {
+  take_sensors(now);
+  take_motion(now);
+  const Phase before = conduct_.phase();
+  const Phase phase = conduct_.step(condition(), kTick_s);
+  if (phase != before) enter(phase);
+  switch (phase) {
+    case Phase::kWaiting:
+      break;
+    case Phase::kArming:
+      hold_actual_posture();
+      break;
+    case Phase::kApproaching:
+      approach_.step(kTick_s);
+      q_ = approach_.q();
+      dq_ = approach_.dq();
+      break;
+    case Phase::kBalancing:
+      balance();
+      break;
+    case Phase::kSafe:
+      dq_.setZero();
+      break;
+  }
+  publish(now);
+  ++steps_;
+}
+
+bool WalkerNode::at_rest() const {
+  return conduct_.phase() != Phase::kBalancing || tick_ == nullptr ||
+         tick_->pattern.gait == Gait::kStanding;
+}
+
+void WalkerNode::take_sensors(runtime::Time now) {
+  if (const v1::BodySensors* body = body_in_.take()) body_fault_ = read_body(*body, sensors_);
+  if (const v1::ArmState* joints = joints_in_.take()) {
+    joints_fault_ = read_joints(*joints, sensors_);
+    drives_fault_ = joints->operational()     ? ""
+                    : joints->fault().empty() ? "the bridge does not follow yet"
+                                              : "the bridge does not follow: " + joints->fault();
+  }
+  const auto old = [&](auto& port) {
+    return port.get() != nullptr &&
+           now - port.stamp() > runtime::from_seconds(params_.sensors_stale_s);
+  };
+  sensors_line_ = !joints_fault_.empty() ? joints_fault_
+                  : old(joints_in_)      ? "encoders are silent"
+                  : !body_fault_.empty() ? body_fault_
+                  : old(body_in_)        ? "IMU and foot forces are silent"
+                                         : std::string();
+}
+
+void WalkerNode::take_motion(runtime::Time now) {
+  if (const v1::MotionRows* rows = rows_in_.take()) {
+    if (const std::string why = reader_.set_rows(*rows); !why.empty()) runtime::warn("{}", why);
+  }
+  const v1::Motion* motion = motion_in_.fresh(now, runtime::from_seconds(params_.motion_stale_s));
+  if ((motion != nullptr) != motion_heard_) {
+    motion_heard_ = motion != nullptr;
+    if (motion_heard_) {
+      runtime::info("a motion begins");
+    } else {
+      runtime::info("no motion for {} s: steps end", params_.motion_stale_s);
+    }
+  }
+  if (motion == nullptr) return;
+  const double age_s = std::max(0.0, seconds(now - motion_in_.stamp()));
+  std::string why = reader_.read(*motion, age_s, params_.use_smooth_velocity, motion_);
+  if (!why.empty() && why != refusal_ && refusals_.pass()) {
+    runtime::warn("motion refused: {}; the robot stands", why);
+  }
+  refusal_ = std::move(why);
+}
+
+/// Why balance cannot begin from how the robot stands.
+std::string WalkerNode::posture_fault() const {
+  const Eigen::Vector3d up_I = sensors_.R_WI.conjugate() * Eigen::Vector3d::UnitZ();
+  const double tilt_rad = std::acos(std::clamp(up_I.dot(up_I_), -1.0, 1.0));
+  if (tilt_rad > params_.ready.tilt_rad) {
+    return fmt::format("the trunk is tilted by {:.2f} rad, at most {:.2f} to begin", tilt_rad,
+                       params_.ready.tilt_rad);
+  }
+  Eigen::Index joint = 0;
+  const double off_rad = (sensors_.q - biped_.half_sitting).cwiseAbs().maxCoeff(&joint);
+  if (off_rad > params_.ready.near_rad) {
+    return fmt::format("{} is {:.2f} rad from half-sitting, at most {:.2f} to begin",
+                       biped_.tree.joint_names()[static_cast<std::size_t>(joint)], off_rad,
+                       params_.ready.near_rad);
+  }
+  const double weight_n = biped_.tree.mass_kg() * robot::kGravity;
+  const double normal_n = sensors_.foot_S[kLeft].force.z() + sensors_.foot_S[kRight].force.z();
+  if (normal_n < params_.ready.weight_share * weight_n) {
+    return fmt::format("the feet carry {:.0f} N of {:.0f} N: not on the ground", normal_n,
+                       weight_n);
+  }
+  return {};
+}
+
+Condition WalkerNode::condition() {
+  const bool balances = conduct_.phase() == Phase::kBalancing;
+  posture_line_ = balances || !sensors_line_.empty() ? std::string() : posture_fault();
+  Condition now{.sensors = sensors_line_,
+                .actuators = drives_fault_,
+                .posture = posture_line_,
+                .falling = {},
+                .stands = true,
+                .approached = approach_.done()};
+  if (balances && tick_ != nullptr) {
+    now.stands = tick_->pattern.gait == Gait::kStanding;
+    if (tick_->stabilizer.falling) now.falling = tick_->stabilizer.reason;
+  }
+  return now;
+}
+
+void WalkerNode::enter(Phase phase) {
+  switch (phase) {
+    case Phase::kArming:
+      q_ = sensors_.q;
+      dq_.setZero();
+      break;
+    case Phase::kApproaching:
+      approach_.start(q_, biped_.half_sitting, biped_.tree.max_speed(),
+                      params_.ready.approach_share, params_.ready.approach_s);
+      break;
+    case Phase::kBalancing:
+      walker_.reset(place_.p_W_m, place_.yaw_rad);
+      wish_.reset();
+      tick_ = nullptr;
+      break;
+    case Phase::kWaiting:
+    case Phase::kSafe:
+      break;
+  }
+}
+
+/// Until drives are enabled a joint may sag; a stream has to begin where it is.
+void WalkerNode::hold_actual_posture() {
+  if ((sensors_.q - q_).cwiseAbs().maxCoeff() > params_.ready.start_rad) q_ = sensors_.q;
+}
+
+void WalkerNode::balance() {
+  const bool follows = motion_heard_ && refusal_.empty() && !conduct_.blind();
+  const WalkerWish& wish = wish_.step(follows ? &motion_ : nullptr, place_, kTick_s);
+  if (!wish_.clipped().empty() && clips_.pass()) runtime::warn("{}", wish_.clipped());
+
+  const auto begin = std::chrono::steady_clock::now();
+  tick_ = &walker_.step(wish, conduct_.blind() ? blind_ : sensors_);
+  took_.add(elapsed_s(begin));
+
+  q_ = tick_->q;
+  dq_ = tick_->dq;
+  kinematics_.update(tick_->X_WB, q_);
+  const std::array<FootState, 2>& foot = tick_->pattern.foot;
+  place_.p_W_m = 0.5 * (foot[kLeft].X_WS.translation() + foot[kRight].X_WS.translation()).head<2>();
+  place_.yaw_rad = tick_->pattern.yaw_rad;
+  failed_ += tick_->failed ? 1 : 0;
+  limited_ += tick_->limited ? 1 : 0;
+  clipped_ += tick_->clipped || !wish_.clipped().empty() ? 1 : 0;
+  if (!tick_->trouble.empty() && troubles_.pass()) runtime::warn("{}", tick_->trouble);
+}
+
+v1::WalkState WalkerNode::state() const {
+  switch (conduct_.phase()) {
+    case Phase::kBalancing:
+      return to_proto(tick_->pattern.gait);
+    case Phase::kSafe:
+      return v1::WALK_STATE_SAFE;
+    default:
+      return v1::WALK_STATE_WAITING;
+  }
+}
+
+void WalkerNode::publish(runtime::Time now) {
+  if (conduct_.phase() != Phase::kWaiting) {  // silence stops the drives
+    command_message_.mutable_position_rad()->Assign(q_.begin(), q_.end());
+    command_message_.mutable_velocity_rad_s()->Assign(dq_.begin(), dq_.end());
+    command_.send(command_message_, now);
+  }
+  publish_feedback(now);
+  if (conduct_.phase() == Phase::kBalancing) {
+    to_proto(*tick_, balance_message_);
+    balance_.send(balance_message_, now);
+  }
+  if (steps_ % kTransformsEvery == 0) {
+    to_proto(kinematics_, now, transforms_message_);
+    transforms_.send(transforms_message_, now);
+  }
+  publish_status(now);
+}
+
+/// Where the feet are while there is no plan.
+void WalkerNode::stand_in_feedback() {
+  feedback_message_.clear_feet();
+  for (const Side side : robot::kSides) {
+    const Eigen::Isometry3d& X_WS = kinematics_.X_WL(biped_.leg[side].sole);
+    to_proto(
+        Footprint{.side = side, .p_W_m = X_WS.translation().head<2>(), .yaw_rad = place_.yaw_rad},
+        *feedback_message_.add_feet());
+  }
+  feedback_message_.set_swing(v1::FOOT_RIGHT);
+  *feedback_message_.mutable_landing() = feedback_message_.feet(kRight);
+}
+
+void WalkerNode::publish_feedback(runtime::Time now) {
+  if (tick_ != nullptr) {
+    to_proto(*tick_, feedback_message_);
+  } else {
+    stand_in_feedback();
+  }
+  feedback_message_.set_state(state());
+  const Eigen::Isometry3d& X_WB = kinematics_.X_WL(0);
+  to_proto(X_WB.translation(), *feedback_message_.mutable_position_pelvis_in_world_m());
+  feedback_message_.set_heading_rad(std::atan2(X_WB.linear()(1, 0), X_WB.linear()(0, 0)));
+  feedback_message_.clear_hands_in_world_m();
+  for (const int hand : biped_.hand) {
+    if (hand < 0) continue;
+    to_proto(kinematics_.X_WL(hand).translation(), *feedback_message_.add_hands_in_world_m());
+  }
+  feedback_.send(feedback_message_, now);
+}
+
+/// At every change, and once a second.
+void WalkerNode::publish_status(runtime::Time now) {
+  const v1::WalkState is = state();
+  const std::string& reason =
+      conduct_.reason().empty() && motion_heard_ ? refusal_ : conduct_.reason();
+  const bool changed = is != told_.state || reason != told_.reason;
+  if (!changed && now < told_.due) return;
+  if (changed && (is != told_.state || troubles_.pass())) {
+    runtime::log(is == v1::WALK_STATE_SAFE ? runtime::Level::warn : runtime::Level::info,
+                 fmt::format("{}{}{}", name(is), reason.empty() ? "" : ": ", reason));
+  }
+  told_ = {is, reason, now + std::chrono::seconds(1)};
+  const Took took = runtime::read_outside_value<Took>(bus_, "ticks", [this] { return took_; });
+  v1::WalkerStatus status;
+  status.set_state(is);
+  status.set_reason(reason);
+  status.set_failed_solves(failed_);
+  status.set_clipped_wishes(clipped_);
+  status.set_limited_ticks(limited_);
+  status.set_mean_tick_s(took.mean_s);
+  status.set_worst_tick_s(took.worst_s);
+  status_.send(status, now);
+}
+
+}  // namespace mimesis::walker

@@ -1,0 +1,97 @@
+#pragma once
+#include <algorithm>
+#include <string>
+
+#include "common/runtime/log.h"
+#include "common/runtime/ports.h"
+#include "nodes/walker/approach.h"
+#include "nodes/walker/walker_messages_node.h"
+#include "nodes/walker/walker_params_node.h"
+
+namespace mimesis::walker {
+
+/// Walks a biped as a motion wishes and keeps it up: Walker between messages. What it may do at a
+/// tick is decided by Conduct.
+class WalkerNode {
+ public:
+  using Params = WalkerParams;
+  /// @throws ConfigError for a robot that is no biped, a stack or a gait that does not fit it
+  WalkerNode(const Params& params, runtime::Bus& bus);
+  void step(runtime::Time now);
+  bool at_rest() const;  ///< stands, or cannot do anything
+
+ private:
+  /// Time that ticks of the chain took on this machine.
+  struct Took {
+    double mean_s = 0.0, worst_s = 0.0;
+    std::uint64_t ticks = 0;
+
+    void add(double s) {
+      mean_s += (s - mean_s) / static_cast<double>(++ticks);
+      worst_s = std::max(worst_s, s);
+    }
+  };
+  /// What others were told.
+  struct Told {
+    v1::WalkState state = v1::WALK_STATE_UNSPECIFIED;
+    std::string reason;
+    runtime::Time due{};  // of the next repetition
+  };
+
+  void take_sensors(runtime::Time now);
+  void take_motion(runtime::Time now);
+  Condition condition();
+  std::string posture_fault() const;
+  void enter(Phase phase);
+  void hold_actual_posture();
+  void balance();
+  v1::WalkState state() const;
+  void publish(runtime::Time now);
+  void stand_in_feedback();
+  void publish_feedback(runtime::Time now);
+  void publish_status(runtime::Time now);
+
+  Params params_;
+  runtime::Bus& bus_;
+  robot::Biped biped_;
+  WalkerSettings settings_;
+  Walker walker_;
+  WalkWish wish_;
+  Conduct conduct_;
+  Approach approach_;
+  MotionReader reader_;
+  robot::Kinematics kinematics_;  // of the set-points
+  Eigen::Vector3d up_I_;          // half-sitting
+
+  Sensors sensors_, blind_;
+  std::string body_fault_ = "nothing heard of IMU and foot forces",
+              joints_fault_ = "nothing heard of encoders", drives_fault_ = "no bridge heard";
+  std::string sensors_line_, posture_line_, refusal_;  // of this tick
+  MotionWish motion_;
+  bool motion_heard_ = false;
+  Eigen::VectorXd q_, dq_;              // set-points
+  const WalkerOutput* tick_ = nullptr;  // the walker's last one
+  GroundPose place_;                    // middle of the feet
+  std::uint64_t steps_ = 0, failed_ = 0, clipped_ = 0, limited_ = 0;
+  Took took_;
+  Told told_;
+
+  v1::JointCommand command_message_;
+  v1::WalkFeedback feedback_message_;
+  v1::WalkBalance balance_message_;
+  foxglove::FrameTransforms transforms_message_;
+  runtime::Throttle clips_{std::chrono::seconds(1)}, troubles_{std::chrono::seconds(1)},
+      refusals_{std::chrono::seconds(1)};
+
+  runtime::Latest<v1::Motion> motion_in_;
+  runtime::Latest<v1::MotionRows> rows_in_;
+  runtime::Latest<v1::BodySensors> body_in_;
+  runtime::Latest<v1::ArmState> joints_in_;
+  runtime::Out<v1::JointCommand> command_;
+  runtime::Out<v1::WalkFeedback> feedback_;
+  runtime::Out<v1::WalkBalance> balance_;
+  runtime::Out<v1::WalkerStatus> status_;
+  runtime::Out<foxglove::FrameTransforms> transforms_;
+};
+
+}  // namespace mimesis::walker

@@ -1,0 +1,117 @@
+#include "nodes/walker/walker_params_node.h"
+
+#include <numbers>
+
+#include "common/error.h"
+#include "nodes/walker/stack_params_node.h"
+
+namespace mimesis::walker {
+namespace {
+
+constexpr double kPi = std::numbers::pi, kFar_m = 1e4;
+
+PatternKind kind_of(const std::string& name) {
+  if (name == "linear") return PatternKind::kLinear;
+  return name == "preview" ? PatternKind::kPreview : PatternKind::kNonlinear;
+}
+
+}  // namespace
+
+void GaitParams::visit(runtime::ParamVisitor& v) {
+  v("step_s", step_s, 0.0, 2.0);
+  v("double_support_s", double_support_s, 0.0, 1.0);
+  v("first_double_support_s", first_double_support_s, 0.0, 3.0);
+  v("step_height_m", step_height_m, 0.0, 0.2);
+  v("feet_distance_m", feet_distance_m, 0.0, 0.6);
+  v("longest_step_m", longest_step_m, 0.0, 1.0);
+  v("widest_step_m", widest_step_m, 0.0, 1.0);
+  v("narrowest_step_m", narrowest_step_m, 0.0, 0.6);
+  v("most_forward_m_s", most_forward_m_s, 0.0, 1.0);
+  v("most_sideways_m_s", most_sideways_m_s, 0.0, 0.5);
+  v("most_turn_rad_s", most_turn_rad_s, 0.0, 1.0);
+  v("most_foot_yaw_rad", most_foot_yaw_rad, 0.0, 0.5);
+}
+
+GaitSettings GaitParams::over(GaitSettings robot) const {
+  const auto given = [](double figure, double& out) {
+    if (figure > 0.0) out = figure;
+  };
+  given(step_s, robot.step_s);
+  given(double_support_s, robot.double_support_s);
+  given(first_double_support_s, robot.first_double_support_s);
+  given(step_height_m, robot.step_height_m);
+  given(feet_distance_m, robot.feet_distance_m);
+  given(longest_step_m, robot.longest_step_m);
+  given(widest_step_m, robot.widest_step_m);
+  given(narrowest_step_m, robot.narrowest_step_m);
+  given(most_forward_m_s, robot.most_forward_m_s);
+  given(most_sideways_m_s, robot.most_sideways_m_s);
+  given(most_turn_rad_s, robot.most_turn_rad_s);
+  given(most_foot_yaw_rad, robot.most_foot_yaw_rad);
+  if (robot.double_support_s > 0.5 * robot.step_s) {
+    throw ConfigError("walker.gait.double_support_s: more than half of step_s leaves no swing");
+  }
+  if (robot.narrowest_step_m > robot.feet_distance_m ||
+      robot.widest_step_m < robot.feet_distance_m) {
+    throw ConfigError("walker.gait: expected narrowest_step_m <= feet_distance_m <= widest_step_m");
+  }
+  return robot;
+}
+
+void PlaceParams::visit(runtime::ParamVisitor& v) {
+  v("x_m", x_m, -kFar_m, kFar_m);
+  v("y_m", y_m, -kFar_m, kFar_m);
+  v("heading_rad", heading_rad, -kPi, kPi);
+}
+
+void ReadyParams::visit(runtime::ParamVisitor& v) {
+  v("near_rad", near_rad, 0.01, 1.0);
+  v("tilt_rad", tilt_rad, 0.01, 0.5);
+  v("weight_share", weight_share, 0.0, 0.9);
+  v("start_rad", start_rad, 0.001, 0.2);
+  v("approach_s", approach_s, 0.1, 60.0);
+  v("approach_share", approach_share, 0.01, 0.5);
+}
+
+void WalkerParams::visit(runtime::ParamVisitor& v) {
+  v("rate_hz", rate_hz, 1.0 / kTick_s, 1.0 / kTick_s);
+  v("offset_s", offset_s, 0.0, 1.0);
+  v("robot", robot);
+  v("pattern", pattern, {"nonlinear", "linear", "preview"});
+  v("filter", filter);
+  v("filter_iterations", filter_iterations, 1, 5);
+  v("filter_legs_only", filter_legs_only);
+  v("stabilize", stabilize);
+  v.group("stabilizer", [this](runtime::ParamVisitor& g) { stabilizer.visit(g); });
+  v.group("stack", [this](runtime::ParamVisitor& g) { visit_stack(g, stack); });
+  v.group("gait", [this](runtime::ParamVisitor& g) { gait.visit(g); });
+  v.group("start", [this](runtime::ParamVisitor& g) { start.visit(g); });
+  v.group("ready", [this](runtime::ParamVisitor& g) { ready.visit(g); });
+  v("motion_stale_s", motion_stale_s, 0.01, 10.0);
+  v("use_smooth_velocity", use_smooth_velocity);
+  v("sensors_stale_s", sensors_stale_s, 0.006, 1.0);
+  v("blind_s", conduct.blind_s, 0.0, 60.0);
+  v("recovery_s", conduct.recovery_s, 0.0, 60.0);
+  v("silence_s", conduct.silence_s, 0.0, 10.0);
+  v("least_m_s", wish.least_m_s, 0.0, 0.1);
+  v("least_rad_s", wish.least_rad_s, 0.0, 0.2);
+  v("drift_gain_1_s", wish.drift_gain_1_s, 0.0, 5.0);
+  v("drift_most_m_s", wish.drift_most_m_s, 0.0, 0.5);
+  v("drift_most_rad_s", wish.drift_most_rad_s, 0.0, 0.5);
+  v("fade_s", wish.fade_s, 0.0, 10.0);
+}
+
+WalkerSettings WalkerParams::settings(const robot::Biped& biped) const {
+  WalkerSettings s;
+  s.pattern = kind_of(pattern);
+  s.filter = filter;
+  s.filter_settings.iterations = filter_iterations;
+  s.filter_settings.legs_only = filter_legs_only;
+  s.stabilize = stabilize;
+  s.stabilizer = stabilizer;
+  s.stack = stack;
+  s.gait = gait.over(gait_settings(biped));
+  return s;
+}
+
+}  // namespace mimesis::walker

@@ -1,0 +1,140 @@
+// launch/biped.yaml: the biped stands up, walks to a goal, is pushed; its walker is killed.
+#include <gtest/gtest.h>
+#include <signal.h>
+
+#include "proto/arm.pb.h"
+#include "proto/walker.pb.h"
+#include "tests/graph/scenario.h"
+
+namespace mimesis::testing {
+namespace {
+
+using nlohmann::json;
+
+template <class M>
+std::vector<M> all(const Scenario& run, const std::string& topic) {
+  std::vector<M> messages;
+  for (const auto& logged : run.messages(topic))
+    messages.emplace_back().ParseFromString(logged.payload);
+  return messages;
+}
+
+std::vector<v1::WalkState> states(const Scenario& run) {
+  std::vector<v1::WalkState> found;
+  for (const auto& status : all<v1::WalkerStatus>(run, "walker/status")) {
+    if (found.empty() || found.back() != status.state()) found.push_back(status.state());
+  }
+  return found;
+}
+
+void expect_within_the_goals(const json& result) {
+  EXPECT_EQ(result["fell"], false);
+  EXPECT_LE(result["step_error_max_mm"], 10.0);
+  EXPECT_LE(result["ankle_pitch_peak_n_m"], 30.0);
+  EXPECT_LE(result["normal_peak_n"], 800.0);
+  EXPECT_EQ(result["failed_solves"], 0);
+}
+
+TEST(BipedGraph, WalksToAGoalAndStandsThere) {
+  Scenario run("biped", {"--arg", "x=0.6", "--set", "sim_body.settle_s=3"});
+  EXPECT_EQ(run.wait(), 0);
+  const json result = run.result();
+  ASSERT_TRUE(result.is_object()) << run.process().output();
+  expect_within_the_goals(result);
+  EXPECT_GE(result["steps"], 4);
+  EXPECT_LT(result["goal_distance_mm"], 150.0);
+  const std::vector<v1::WalkState> expected = {v1::WALK_STATE_WAITING,  v1::WALK_STATE_STANDING,
+                                               v1::WALK_STATE_STARTING, v1::WALK_STATE_WALKING,
+                                               v1::WALK_STATE_STOPPING, v1::WALK_STATE_STANDING};
+  EXPECT_EQ(states(run), expected);
+  // what the walker believes is where the robot is
+  const auto truth = all<v1::BodyTruth>(run, "sim_body/truth");
+  const auto believed = all<v1::WalkFeedback>(run, "walker/feedback");
+  ASSERT_FALSE(truth.empty());
+  ASSERT_FALSE(believed.empty());
+  const auto& is = truth.back().position_pelvis_in_world_m();
+  const auto& says = believed.back().position_pelvis_in_world_m();
+  EXPECT_NEAR(is.x_m(), 0.6, 0.15);
+  EXPECT_NEAR(is.x_m(), says.x_m(), 0.03);
+  EXPECT_NEAR(is.y_m(), says.y_m(), 0.03);
+}
+
+TEST(BipedGraph, IsPushedFromTheSideAndWalksOn) {
+  Scenario run("biped", {"--arg", "x=0.6", "--arg", "push_y=7", "--arg", "push_at=5"});
+  EXPECT_EQ(run.wait(), 0);
+  const json result = run.result();
+  ASSERT_TRUE(result.is_object()) << run.process().output();
+  EXPECT_EQ(result["success"], true);
+  EXPECT_EQ(result["fell"], false);
+}
+
+TEST(BipedGraph, LockstepRunsAreEqual) {
+  const std::vector<std::string> options = {"--arg", "time_limit=4.5"};
+  Scenario a("biped", options), b("biped", options);
+  EXPECT_EQ(a.wait(), 1);  // not there in time
+  EXPECT_EQ(b.wait(), 1);
+  EXPECT_EQ(a.result()["reason"], "goal not reached in time");
+  for (const char* topic : {"walker/command", "sim_body/truth", "synthesizer/motion"}) {
+    auto of_a = a.messages(topic), of_b = b.messages(topic);
+    const std::size_t both = std::min(of_a.size(), of_b.size());  // the end comes in wall time
+    EXPECT_GE(both, 800U) << topic;
+    of_a.resize(both);
+    of_b.resize(both);
+    EXPECT_TRUE(of_a == of_b) << topic << " differs";
+  }
+}
+
+/// Until the robot has taken `steps`.
+bool wait_walking(Scenario& run, std::uint32_t steps) {
+  runtime::Tap tap(
+      run.graph().name(), [](const std::string& topic) { return topic == "walker/feedback"; },
+      runtime::Policy::reliable);
+  for (int i = 0; i < 20000 && !run.process().wait(0ms); ++i) {  // messages
+    const auto item = tap.next(100ms);
+    v1::WalkFeedback feedback;
+    if (item && feedback.ParseFromString(item->message.payload) && feedback.steps() >= steps) {
+      return true;
+    }
+  }
+  return false;
+}
+
+pid_t pid_of(const Scenario& run, const std::string& name) {
+  for (const v1::NodeInfo& node : runtime::GraphView(run.graph().name()).nodes()) {
+    if (node.name() == name) return static_cast<pid_t>(node.pid());
+  }
+  return -1;
+}
+
+// Nobody balances any more. The bridge keeps the joints powered, where they are: a robot on both
+// feet stands on, one on a single foot falls as one piece. Either is said.
+TEST(BipedGraph, TheBridgeHoldsARobotWhoseWalkerWasKilled) {
+  Scenario run("biped", {"--arg", "x=3", "--arg", "whole=false", "--arg", "time_limit=14"});
+  ASSERT_TRUE(wait_walking(run, 2)) << run.process().errors();
+  const pid_t walker = pid_of(run, "walker");
+  ASSERT_GT(walker, 0);
+  kill(walker, SIGKILL);
+  EXPECT_EQ(run.wait(), 1);
+  const json result = run.result();
+  ASSERT_TRUE(result.is_object()) << run.process().output();
+  EXPECT_EQ(result["success"], false);
+  EXPECT_NE(result["reason"], "");
+  const auto status = all<v1::BridgeStatus>(run, "bridge/status");
+  EXPECT_TRUE(std::ranges::any_of(status, [](const v1::BridgeStatus& s) {
+    return s.state() == "holding" && s.reason() == "no command for 0.1 s";
+  })) << status.back().DebugString();
+  for (const v1::BridgeStatus& s : status) EXPECT_NE(s.state(), "fault") << s.reason();
+  const auto joints = all<v1::ArmState>(run, "bridge/arm");
+  for (const auto drive : joints.back().drives()) {
+    EXPECT_NE(drive, v1::DRIVE_STATE_SWITCH_ON_DISABLED) << "without power it would collapse";
+  }
+}
+
+TEST(BipedGraph, ARobotThatIsNoBipedStopsTheStart) {
+  Scenario run("biped", {"--set", "walker.robot=lwr4.yaml"});
+  EXPECT_EQ(run.wait(), 2);
+  EXPECT_NE(run.process().errors().find("lwr4.yaml"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace mimesis::testing

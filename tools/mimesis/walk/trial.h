@@ -1,0 +1,59 @@
+#pragma once
+#include <functional>
+
+#include "hw/sim/body/walk_judge.h"
+#include "nodes/walker/walker.h"
+
+namespace mimesis::walk {
+
+/// Where a robot's description is, and what it says.
+struct Robot {
+  std::string name, urdf_file;
+  robot::Biped biped;
+};
+/// "biped", "jvrc1" of models/, or a path of such a file.
+/// @throws ConfigError if it cannot be read
+Robot load_robot(const std::string& name);
+
+/// One walk of the whole chain in the physics, without messages: Walker, delay, BodyWorld.
+struct TrialSpec {
+  std::string name;
+  const Robot* robot = nullptr;
+  hw::sim::BodyOptions body;
+  walker::WalkerSettings walker;
+  /// Of time since the start, called once a tick. Nothing: stands.
+  std::function<walker::WalkerWish(double)> wish;
+  std::vector<hw::sim::Push> pushes;
+  double duration_s = 10.0;
+  int delay_ticks = 1;  ///< of sensors on their way to the walker
+};
+
+/// One tick, for plots.
+struct TrialTick {
+  double time_s;
+  walker::WalkerOutput out;  ///< of the walker
+  hw::sim::BodyTruth truth;  ///< after it
+};
+
+/// How it went.
+struct TrialResult {
+  std::string name;
+  hw::sim::WalkFigures figures;
+  double fell_at_s = 0.0;
+  double walked_m = 0.0;  ///< of the pelvis along the ground, from start to end
+  /// Divergent component in truth against the plan, seen from the standing foot [m].
+  Eigen::Vector2d dcm_rms_m = Eigen::Vector2d::Zero();
+  double dcm_max_m = 0.0;
+  double reach_error_m = 0.0;  ///< of a wished hand at the end; 0 without one
+  int limited_ticks = 0, clipped_ticks = 0, failed_ticks = 0, saturated_ticks = 0;
+  std::string trouble;  ///< first one that the walker told
+  /// Of Walker::step on this machine: not reproducible.
+  double tick_p50_s = 0.0, tick_p99_s = 0.0, tick_max_s = 0.0;
+  double real_time_factor = 0.0;  ///< of the physics
+};
+
+/// Deterministic but for its times. `watch`: called every tick.
+TrialResult run_trial(const TrialSpec& spec,
+                      const std::function<void(const TrialTick&)>& watch = {});
+
+}  // namespace mimesis::walk
