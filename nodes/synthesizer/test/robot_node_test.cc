@@ -228,7 +228,7 @@ TEST(RobotNode, GoesToADrawerByLandings) {
     before = now;
   };
   rig.run(10s);
-  EXPECT_EQ(actions, (std::vector<std::string>{"stand", "step", "reach", "take"}));
+  EXPECT_EQ(actions, (std::vector<std::string>{"step", "reach", "take"}));
   EXPECT_EQ(hands, 2);
   EXPECT_TRUE(rig.motion.stands());
   ASSERT_EQ(rig.reached.size(), 1U);
