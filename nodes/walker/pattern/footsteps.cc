@@ -69,6 +69,22 @@ Footprint Footsteps::next(const Footprint& stance, const FeasibleWish& wish) con
   return {swing, stance.p_W_m + step_W_m(swing, stance.yaw_rad, yaw, wish.velocity_m_s), yaw};
 }
 
+Footprint Footsteps::reachable(const Footprint& stance, const Footprint& landing) const {
+  Footprint result = landing;
+  result.yaw_rad = reachable_yaw(stance.yaw_rad, landing.yaw_rad);
+  const Side swing = robot::other(stance.side);
+  const Eigen::Matrix2d to_S = rotation(-stance.yaw_rad);
+  const Eigen::Vector2d still = beside(stance).p_W_m, way = landing.p_W_m - still;
+  double share = 1.0;
+  for (const HalfPlane& side : limits_[swing]) {
+    const double room = side.offset - side.normal.dot(to_S * (still - stance.p_W_m));
+    const double used = side.normal.dot(to_S * way);
+    if (used * share > room) share = room / used;
+  }
+  result.p_W_m = still + share * way;
+  return result;
+}
+
 Footprint Footsteps::beside(const Footprint& stance) const { return next(stance, FeasibleWish{}); }
 
 double Footsteps::fastest_share(const Eigen::Vector2d& v, double yaw_rate) const {

@@ -43,6 +43,9 @@ class Footsteps {
   Footprint next(const Footprint& stance, const FeasibleWish& wish) const;
   /// Yaw of the foot that lands next to one with yaw `from`, towards `wished` as far as it may.
   double reachable_yaw(double from_rad, double wished_rad) const;
+  /// `landing` if it can be reached from `stance`, else the last point on the way there from side
+  /// by side that can.
+  Footprint reachable(const Footprint& stance, const Footprint& landing) const;
   /// The foot side by side with `stance`.
   Footprint beside(const Footprint& stance) const;
 

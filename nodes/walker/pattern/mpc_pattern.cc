@@ -16,7 +16,7 @@ MpcPattern::MpcPattern(const GaitSettings& settings, bool yaw_free, const MpcWei
     : settings_((check(settings), settings)),
       yaw_free_(yaw_free),
       footsteps_(settings),
-      steps_(settings),
+      steps_(settings, Steps::Change::kAtOnce),
       standing_(settings.com_height_m),
       mpc_(settings, yaw_free, weights),
       qp_(mpc_.variables(), mpc_.most_rows()) {
@@ -46,14 +46,21 @@ void MpcPattern::step(const Wish& wish) {
   trouble_.clipped = false;
   trouble_.reason.clear();
   const FeasibleWish feasible = footsteps_.feasible(wish, trouble_);
+  const Steps before = steps_;
   steps_.decide(feasible.walk, first_swing(feasible), Standing::settled(com_, steps_.middle_W_m()));
-  if (steps_.phase() != Steps::Phase::kStand) plan(feasible);
+  if (steps_.phase() != Steps::Phase::kStand && !plan(feasible, true)) {
+    // too late to stop, to go on or to turn the feet so: as planned, for now
+    steps_ = before;
+    FeasibleWish unchanged;
+    unchanged.walk = !before.stopping();
+    if (before.phase() != Steps::Phase::kStand && plan(unchanged, false)) trouble_.reason.clear();
+  }
   advance_tick();
   sample_ = ahead(0);
 }
 
-void MpcPattern::plan(const FeasibleWish& wish) {
-  place_feet(wish);
+bool MpcPattern::plan(const FeasibleWish& wish, bool turn_feet) {
+  place_feet(wish, turn_feet);
   input_.com = com_;
   input_.yaw_rad = steps_.yaw_rad();
   input_.wish = wish;
@@ -67,15 +74,16 @@ void MpcPattern::plan(const FeasibleWish& wish) {
   if (outcome == qp::Outcome::kSolved && qp_.x().allFinite()) {
     trouble_.failed_solves = 0;
     take_solution(wish);
-    return;
+    return true;
   }
   ++trouble_.failed_solves;
   trouble_.reason = "walking pattern: quadratic program ";
   trouble_.reason += qp::name(outcome);
   trouble_.reason += "; the last plan goes on";
+  return false;
 }
 
-void MpcPattern::place_feet(const FeasibleWish& wish) {
+void MpcPattern::place_feet(const FeasibleWish& wish, bool turn_feet) {
   const int left = steps_.landings_left();
   double yaw_before = steps_.stance().yaw_rad;
   Side swing = steps_.swing();
@@ -96,7 +104,7 @@ void MpcPattern::place_feet(const FeasibleWish& wish) {
     else if (last && i == 0)
       foot.p_W_m = steps_.stance().p_W_m + foot.step_W_m;
     if (!yaw_free_) {
-      const double most = i == 0 ? mpc_.yaw_freedom_rad(steps_) : 1e3;
+      const double most = !turn_feet ? 0.0 : i == 0 ? mpc_.yaw_freedom_rad(steps_) : 1e3;
       foot.plan.yaw_rad += std::clamp(foot.wished_yaw_rad - foot.plan.yaw_rad, -most, most);
     }
     yaw_before = yaw_free_ ? foot.wished_yaw_rad : foot.plan.yaw_rad;

@@ -17,6 +17,7 @@ class MpcPattern : public PatternGenerator {
 
   /// The quadratic program of the last tick that had one, and how it was solved.
   const qp::Problem* problem() const { return problem_ ? &*problem_ : nullptr; }
+  void forget() { qp_.forget(); }  ///< the next program is solved cold
   int iterations() const { return qp_.iterations(); }
 
  protected:
@@ -24,8 +25,8 @@ class MpcPattern : public PatternGenerator {
   MpcPattern(const GaitSettings& settings, bool yaw_free, const MpcWeights& weights);
 
  private:
-  void plan(const FeasibleWish& wish);
-  void place_feet(const FeasibleWish& wish);
+  bool plan(const FeasibleWish& wish, bool turn_feet);
+  void place_feet(const FeasibleWish& wish, bool turn_feet);
   void take_solution(const FeasibleWish& wish);
   void advance_tick();
   void predict();

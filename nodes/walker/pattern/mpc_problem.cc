@@ -12,13 +12,18 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kSample_s = kSampleTicks * kTick_s;
-// A swing foot may be led elsewhere as far as that costs it this much acceleration, and no more
-// once so little time is left.
-constexpr double kSteer_m_s2 = 1.7, kSteer_rad_s2 = 4.0, kFrozen_s = 0.1;
+// A swing foot with D seconds left to fly may be led elsewhere by A D² in all, that is 2 A D a
+// second: this bounds its acceleration. Once little time is left its landing stays.
+constexpr double kSteer_m_s2 = 1.2, kSteer_rad_s2 = 2.0, kFrozen_s = 0.1;
+
+// Share of the ZMP's rectangle that may be used up to catch the capture point on the next foot.
+constexpr double kCaught = 0.4;
+// Of a limit at the end of the horizon, so that it can be kept a sample later too.
+constexpr double kKept = 0.98;
 
 double steer_s2(const Steps& steps) {
   const double left = steps.free_time_s();
-  return left <= kFrozen_s ? 0.0 : left * left;
+  return left <= kFrozen_s ? 0.0 : 2.0 * left * kTick_s;
 }
 
 }  // namespace
@@ -32,7 +37,11 @@ MpcProblem::MpcProblem(const GaitSettings& settings, bool yaw_free, const MpcWei
       axis_(N_ + 2) {
   const double h_g = settings.com_height_m / kGravity_m_s2, T = kSample_s;
   for (int r = 1; r <= kSampleTicks; ++r) {
-    Horizon h{r * kTick_s, RowMatrix::Zero(N_, N_), RowMatrix::Zero(N_, N_), {}};
+    Horizon h{r * kTick_s,
+              RowMatrix::Zero(N_, N_),
+              RowMatrix::Zero(N_, N_),
+              Eigen::RowVectorXd::Zero(N_),
+              {}};
     for (int k = 0; k < N_; ++k) {
       for (int j = 0; j <= k; ++j) {
         // jerk over `d` seconds, `e` seconds of coasting after it
@@ -41,6 +50,8 @@ MpcProblem::MpcProblem(const GaitSettings& settings, bool yaw_free, const MpcWei
         h.zmp(k, j) = d * d * d / 6.0 + d * d / 2.0 * e + d * e * e / 2.0 - h_g * d;
       }
     }
+    h.capture = h.zmp.row(N_ - 1) + std::sqrt(h_g) * h.velocity.row(N_ - 1);
+    for (int j = 0; j < N_; ++j) h.capture(j) += h_g * (j == 0 ? h.first_s : T);
     h.hessian = weights.velocity * h.velocity.transpose() * h.velocity +
                 weights.zmp * h.zmp.transpose() * h.zmp +
                 weights.jerk * Eigen::MatrixXd::Identity(N_, N_);
@@ -49,6 +60,7 @@ MpcProblem::MpcProblem(const GaitSettings& settings, bool yaw_free, const MpcWei
   support_.resize(static_cast<std::size_t>(N_));
   hull_.reserve(8);
   free_zmp_.setZero(N_, 2);
+  coast_.setZero(N_);
   H_.setZero(variables(), variables());
   g_.setZero(variables());
   A_.setZero(most_rows(), variables());
@@ -77,6 +89,7 @@ qp::Problem MpcProblem::build(const MpcInput& in, const Steps& steps) {
   rows_ = 0;
   set_limits_of_landings(steps);
   set_limits_of_zmp(in, h);
+  set_limits_of_capture(in, h, steps);
   return {H_, g_, A_.topRows(rows_), lower_.head(rows_), upper_.head(rows_), x_lower_, x_upper_};
 }
 
@@ -195,17 +208,76 @@ void MpcProblem::set_limits_of_landings(const Steps& steps) {
   }
 }
 
-void MpcProblem::set_zmp_row(const Horizon& h, int k, const Eigen::Vector2d& n, double yaw_slope) {
-  const Support& s = support_[static_cast<std::size_t>(k)];
+void MpcProblem::set_row(const Eigen::Ref<const Eigen::RowVectorXd>& of_jerk, const Support& s,
+                         const Eigen::Vector2d& n) {
   auto row = A_.row(rows_);
   row.setZero();
   for (int axis = 0; axis < 2; ++axis) {
-    row.segment(axis * axis_, k + 1) = n(axis) * h.zmp.row(k).head(k + 1);
+    row.segment(axis * axis_, of_jerk.size()) = n(axis) * of_jerk;
     if (s.both) continue;
     row(axis * axis_ + N_) = -n(axis) * part(s, 1);
     row(axis * axis_ + N_ + 1) = -n(axis) * part(s, 2);
   }
-  if (yaw_free_ && !s.both && s.j > 0) row(2 * axis_ + s.j - 1) = yaw_slope;
+}
+
+void MpcProblem::set_zmp_row(const Horizon& h, int k, const Eigen::Vector2d& n, double yaw_slope) {
+  const Support& s = support_[static_cast<std::size_t>(k)];
+  set_row(h.zmp.row(k).head(k + 1), s, n);
+  if (yaw_free_ && !s.both && s.j > 0) A_(rows_, 2 * axis_ + s.j - 1) = yaw_slope;
+}
+
+void MpcProblem::set_limits_of_capture(const MpcInput& in, const Horizon& h, const Steps& steps) {
+  const double root = std::sqrt(settings_.com_height_m / kGravity_m_s2);
+  const double end_s = h.first_s + (N_ - 1) * kSample_s;
+  const Eigen::Vector2d free = in.com.p_W_m - origin_ +
+                               end_s * (in.com.v_W + end_s / 2.0 * in.com.a_W) +
+                               root * (in.com.v_W + end_s * in.com.a_W);
+  const Support& s = support_.back();
+  const Eigen::Vector2d known_foot =
+      s.both ? Eigen::Vector2d::Zero() : Eigen::Vector2d(part(s, 0) * feet_[0].p_W_m);
+  // One sample on, ξ' = g ξ − w z − w' z' if the ZMP moves evenly from z to z'. With z' at the edge
+  // that pushes back, n·ξ' ≤ limit must hold: so the next tick's program has a solution too.
+  const double g = std::exp(kSample_s / root), w_next = (g - 1.0) * root / kSample_s - 1.0,
+               w = g - 1.0 - w_next;
+  const auto limit_next = [&](const Eigen::Vector2d& n, double edge, double most) {
+    coast_ = (g * h.capture - w * h.zmp.row(N_ - 1)) / (g - w);
+    set_row(coast_, s, n);
+    const Eigen::Vector2d last_zmp = free_zmp_.row(N_ - 1);
+    lower_(rows_) = -kInfinity;
+    upper_(rows_) =
+        (most + w_next * edge) / (g - w) - n.dot((g * free - w * last_zmp) / (g - w) - known_foot);
+    ++rows_;
+  };
+  if (s.both) {
+    for (const HalfPlane& side : hull_) limit_next(side.normal, side.offset, side.offset);
+    return;
+  }
+  const Eigen::Matrix2d R = rotation(feet_[static_cast<std::size_t>(s.j)].yaw_rad);
+  if (s.i != s.j) {
+    for (int axis = 0; axis < 2; ++axis)
+      for (const double sign : {-1.0, 1.0})
+        limit_next(sign * R.col(axis), settings_.zmp_half_m(axis),
+                   kKept * settings_.zmp_half_m(axis));
+    return;
+  }
+  // Till the next landing it grows, and on while the ZMP crosses to that foot: `crossing` of the
+  // step is lost. What is left of the ZMP's rectangle then leads it to the step after.
+  const double left_s = steps.until_next_landing_s(end_s);
+  const double crossing = (1.0 - 1.0 / g) / 2.0;
+  const Side swing = s.i % 2 == 0 ? steps.swing() : robot::other(steps.swing());
+  for (const HalfPlane& side : footsteps_.limits(swing)) {
+    const Eigen::Vector2d n = R * side.normal;
+    const double edge = side.normal.cwiseAbs().dot(settings_.zmp_half_m);
+    const double reach = (1.0 - crossing) * side.offset + kCaught * edge;
+    if (left_s > kSample_s / 2.0) {
+      limit_next(n, edge, kKept * reach * std::exp((kSample_s - left_s) / root));
+      continue;
+    }
+    set_row(h.capture, s, n);
+    lower_(rows_) = -kInfinity;
+    upper_(rows_) = reach * std::exp(-left_s / root) - n.dot(free - known_foot);
+    ++rows_;
+  }
 }
 
 void MpcProblem::set_limits_of_zmp(const MpcInput& in, const Horizon& h) {

@@ -10,9 +10,9 @@ namespace mimesis::walker {
 /// Weights of the MPC's squares, each with ½ [Naveau 2017; walking.md 1.3, 8.6.0].
 struct MpcWeights {
   double velocity = 5.0, zmp = 1e3, jerk = 1e-8, foot = 1e-6;
-  double spacing = 500.0;  ///< step from foot to foot as the velocity wants it
-  double landing = 1e6;    ///< wished landing
-  double yaw = 1e6;        ///< of the feet; nonlinear form only
+  double spacing = 2000.0;  ///< step from foot to foot as the velocity wants it
+  double landing = 1e6;     ///< wished landing
+  double yaw = 1e6;         ///< of the feet; nonlinear form only
 };
 
 /// What one problem is made from, all in W.
@@ -35,7 +35,9 @@ struct MpcInput {
 /// Unknowns: jerk of the CoM over N intervals, two landings, per axis; yaw increments of the
 /// landings. The first interval ends at the next sample of the step's grid, the others last 0.1 s.
 /// Rows: 5 + 5 for the landings, 2 for yaws, two-sided 2 for each ZMP sample (more where both feet
-/// carry). For N = 16: 36 or 38 unknowns, 74 or 78 inequalities.
+/// carry). For N = 16: 36 or 38 unknowns, 74 or 78 inequalities. 5 more, ours, keep the plan
+/// viable: at the end of the horizon the capture point is where one more step catches it (or none,
+/// when the feet are to stand then). Without them wishes can lead where the robot cannot stop.
 class MpcProblem {
  public:
   MpcProblem(const GaitSettings& settings, bool yaw_free, const MpcWeights& weights);
@@ -48,7 +50,7 @@ class MpcProblem {
 
   int samples() const { return N_; }
   int variables() const { return 2 * axis_ + (yaw_free_ ? 2 : 0); }
-  int most_rows() const { return 12 + 8 * N_; }
+  int most_rows() const { return 20 + 8 * N_; }
   /// Of a solution x: jerk of interval k [m/s³], landings in W, yaw increments.
   Eigen::Vector2d jerk(const Eigen::Ref<const Eigen::VectorXd>& x, int k) const {
     return {x(k), x(axis_ + k)};
@@ -66,13 +68,17 @@ class MpcProblem {
   struct Horizon {
     double first_s;
     RowMatrix velocity, zmp;
-    Eigen::MatrixXd hessian;  // αPvᵀPv + βPzᵀPz + γI
+    Eigen::RowVectorXd capture;  // of the capture point ξ = p + ṗ √(h/g) at the last sample
+    Eigen::MatrixXd hessian;     // αPvᵀPv + βPzᵀPz + γI
   };
 
   void set_cost(const MpcInput& in, const Horizon& h);
   void set_feet_cost(const MpcInput& in);
   void set_limits_of_landings(const Steps& steps);
   void set_limits_of_zmp(const MpcInput& in, const Horizon& h);
+  void set_limits_of_capture(const MpcInput& in, const Horizon& h, const Steps& steps);
+  void set_row(const Eigen::Ref<const Eigen::RowVectorXd>& of_jerk, const Support& support,
+               const Eigen::Vector2d& n);
   void set_zmp_row(const Horizon& h, int k, const Eigen::Vector2d& n, double yaw_slope);
   double part(const Support& support, int foot) const {
     return 0.5 * (support.i == foot) + 0.5 * (support.j == foot);
@@ -91,6 +97,7 @@ class MpcProblem {
   Eigen::MatrixXd free_zmp_;     // N × 2, without jerk
   std::vector<HalfPlane> hull_;  // of both feet that stand
   Eigen::Vector2d middle_;
+  Eigen::RowVectorXd coast_;
   Eigen::MatrixXd H_;
   Eigen::VectorXd g_, lower_, upper_, x_lower_, x_upper_;
   RowMatrix A_;

@@ -14,15 +14,17 @@ void demand(bool fulfilled, const std::string& what) {
   if (!fulfilled) throw ConfigError("preview control: " + what);
 }
 
-/// Fᵢ = d⁻¹ bᵀ (Aᵀ − Kᵀbᵀ)ⁱ f, d = R + bᵀPb.
-Eigen::VectorXd preview_of(const Eigen::MatrixXd& closed_loop, const Eigen::VectorXd& b, double d,
-                           Eigen::VectorXd f, int samples) {
-  Eigen::VectorXd F(samples);
+void set_preview(PreviewGains& gains, const Eigen::MatrixXd& closed_loop, const Eigen::VectorXd& b,
+                 double d, const Eigen::VectorXd& output, int samples) {
+  gains.closed_loop = closed_loop.transpose();
+  gains.input = b.transpose() / d;
+  gains.output = output;
+  gains.F.resize(samples);
+  Eigen::VectorXd f = output;
   for (int i = 0; i < samples; ++i) {
-    F(i) = b.dot(f) / d;
-    f = closed_loop.transpose() * f;
+    gains.F(i) = gains.input.dot(f);
+    f = gains.closed_loop * f;
   }
-  return F;
 }
 
 }  // namespace
@@ -66,8 +68,8 @@ PreviewGains preview_gains(const PreviewSettings& s) {
         riccati(axis.A, axis.b, axis.c.transpose() * s.zmp_weight * axis.c, s.jerk_weight);
     const double d = s.jerk_weight + axis.b.dot(P * axis.b);
     gains.K = axis.b.transpose() * P * axis.A / d;
-    gains.F = preview_of(axis.A - axis.b * gains.K, axis.b, d, axis.c.transpose() * s.zmp_weight,
-                         s.samples);
+    set_preview(gains, axis.A - axis.b * gains.K, axis.b, d, axis.c.transpose() * s.zmp_weight,
+                s.samples);
     return gains;
   }
   Eigen::Matrix4d A = Eigen::Matrix4d::Zero(), Q = Eigen::Matrix4d::Zero();
@@ -82,7 +84,7 @@ PreviewGains preview_gains(const PreviewSettings& s) {
   const Eigen::RowVector4d K = b.transpose() * P * A / d;
   gains.Ks = K(0);
   gains.K = K.tail<3>();
-  gains.F = preview_of(A - b * K, b, d, P.col(0) * s.zmp_weight, s.samples);
+  set_preview(gains, A - b * K, b, d, P.col(0) * s.zmp_weight, s.samples);
   return gains;
 }
 
@@ -90,29 +92,73 @@ PreviewControl::PreviewControl(const PreviewSettings& settings)
     : settings_(settings), gains_(preview_gains(settings)) {}
 
 void PreviewControl::reset(const ComState& com) {
-  com_ = com;
-  error_sum_.setZero();
+  com_ = last_com_ = com;
+  last_jerk_.setZero();
+}
+
+Eigen::Vector2d PreviewControl::feedback(const ComState& x) const {
+  return gains_.K(0) * x.p_W_m + gains_.K(1) * x.v_W + gains_.K(2) * x.a_W;
 }
 
 Eigen::Vector2d PreviewControl::jerk(std::span<const Eigen::Vector2d> zmp_ref) const {
-  const bool integral = settings_.form == PreviewForm::kIntegral;
-  const std::size_t last = zmp_ref.size() - 1,
-                    first = std::min<std::size_t>(integral ? 1 : 0, last);
-  const std::size_t n = std::min(static_cast<std::size_t>(gains_.F.size()), zmp_ref.size() - first);
-  const Eigen::Vector2d hold = zmp_ref[first + n - 1];
+  if (settings_.form == PreviewForm::kIntegral) {
+    Eigen::Vector2d u =
+        last_jerk_ + gains_.Ks * (zmp_ref[0] - zmp_W_m()) - feedback(com_) + feedback(last_com_);
+    const std::size_t n = std::min(static_cast<std::size_t>(gains_.F.size()), zmp_ref.size() - 1);
+    for (std::size_t i = 0; i < n; ++i)
+      u += gains_.F[static_cast<Eigen::Index>(i)] * (zmp_ref[i + 1] - zmp_ref[i]);
+    return u;
+  }
+  const std::size_t n = std::min(static_cast<std::size_t>(gains_.F.size()), zmp_ref.size());
+  const Eigen::Vector2d hold = zmp_ref[n - 1];
   // relative to the last reference, which stays for ever: Σ F = K(0) over an infinite preview
-  Eigen::Vector2d u =
-      -(gains_.K(0) * (com_.p_W_m - hold) + gains_.K(1) * com_.v_W + gains_.K(2) * com_.a_W);
+  Eigen::Vector2d u = gains_.K(0) * hold - feedback(com_);
   for (std::size_t i = 0; i < n; ++i)
-    u += gains_.F[static_cast<Eigen::Index>(i)] * (zmp_ref[i + first] - hold);
-  if (integral) u += gains_.Ks * (error_sum_ + zmp_ref[0] - zmp_W_m());
+    u += gains_.F[static_cast<Eigen::Index>(i)] * (zmp_ref[i] - hold);
   return u;
 }
 
 void PreviewControl::step(std::span<const Eigen::Vector2d> zmp_ref) {
-  const Eigen::Vector2d u = jerk(zmp_ref);
-  error_sum_ += zmp_ref[0] - zmp_W_m();
-  com_ = advance(com_, u, settings_.dt_s);
+  last_jerk_ = jerk(zmp_ref);
+  last_com_ = com_;
+  com_ = advance(com_, last_jerk_, settings_.dt_s);
+}
+
+void PreviewControl::shift(const Eigen::Vector2d& shift_W_m) {
+  com_.p_W_m += shift_W_m;
+  last_com_.p_W_m += shift_W_m;
+}
+
+void PreviewControl::roll_out(std::span<const Eigen::Vector2d> zmp_ref, std::span<ComState> coms) {
+  const bool integral = settings_.form == PreviewForm::kIntegral;
+  const std::size_t n = std::min(zmp_ref.size(), coms.size());
+  if (n == 0) return;
+  const Eigen::Vector2d hold = zmp_ref.back();
+  if (previewed_.size() < zmp_ref.size()) previewed_.resize(zmp_ref.size());
+  // s(k) = output · r(k) + closed_loop · s(k+1), Σᵢ Fᵢ r(k+i) = input · s(k), from the end
+  // backwards
+  Eigen::Matrix<double, Eigen::Dynamic, 2, 0, 4, 2> s, carried;
+  s.setZero(gains_.output.size(), 2);
+  for (std::size_t k = zmp_ref.size(); k-- > 0;) {
+    const Eigen::Vector2d next = k + 1 < zmp_ref.size() ? zmp_ref[k + 1] : hold;
+    const Eigen::Vector2d r = integral ? next - zmp_ref[k] : zmp_ref[k] - hold;
+    carried.noalias() = gains_.closed_loop * s;
+    s = carried;
+    s.noalias() += gains_.output * r.transpose();
+    previewed_[k] = (gains_.input * s).transpose();
+  }
+  ComState com = com_, last = last_com_;
+  Eigen::Vector2d u = last_jerk_;
+  for (std::size_t k = 0; k < n; ++k) {
+    coms[k] = com;
+    if (integral)
+      u += gains_.Ks * (zmp_ref[k] - zmp(com, settings_.height_m)) - feedback(com) +
+           feedback(last) + previewed_[k];
+    else
+      u = gains_.K(0) * hold - feedback(com) + previewed_[k];
+    last = com;
+    com = advance(com, u, settings_.dt_s);
+  }
 }
 
 }  // namespace mimesis::walker

@@ -1,6 +1,7 @@
 #pragma once
 #include <Eigen/Core>
 #include <span>
+#include <vector>
 
 #include "nodes/walker/pattern/cart_table.h"
 
@@ -39,6 +40,10 @@ struct PreviewGains {
   Eigen::RowVector3d K;
   double Ks = 0.0;    ///< kIntegral only
   Eigen::VectorXd F;  ///< samples; F(0) belongs to z_ref(k) (kPosition) or z_ref(k+1) (kIntegral)
+  /// Fᵢ = input · closed_loopⁱ · output: of the three states, or the error's sum and these.
+  Eigen::MatrixXd closed_loop;  ///< (A − b K)ᵀ
+  Eigen::RowVectorXd input;     ///< bᵀ / (R + bᵀPb)
+  Eigen::VectorXd output;
 };
 
 /// @throws ConfigError that names height, dt, samples or weight out of range
@@ -55,16 +60,24 @@ class PreviewControl {
   void step(std::span<const Eigen::Vector2d> zmp_ref);
   /// The jerk that the next step() with this reference uses [m/s³].
   Eigen::Vector2d jerk(std::span<const Eigen::Vector2d> zmp_ref) const;
+  /// Where steps with this reference lead: coms[i] after i of them, coms[0] = com(). Looks at all
+  /// of the reference at once, from its end (which stays for ever), so that it costs little more
+  /// than a few steps. Of both sizes the smaller counts. Does not allocate once it had this size.
+  void roll_out(std::span<const Eigen::Vector2d> zmp_ref, std::span<ComState> coms);
   const ComState& com() const { return com_; }
   Eigen::Vector2d zmp_W_m() const { return zmp(com_, settings_.height_m); }
   const PreviewGains& gains() const { return gains_; }
-  void shift(const Eigen::Vector2d& shift_W_m) { com_.p_W_m += shift_W_m; }
+  void shift(const Eigen::Vector2d& shift_W_m);
 
  private:
+  Eigen::Vector2d feedback(const ComState& x) const;  // K x
+
   PreviewSettings settings_;
   PreviewGains gains_;
   ComState com_;
-  Eigen::Vector2d error_sum_ = Eigen::Vector2d::Zero();
+  ComState last_com_;  // a step ago
+  Eigen::Vector2d last_jerk_ = Eigen::Vector2d::Zero();
+  std::vector<Eigen::Vector2d> previewed_;  // the sum over the reference, for every k
 };
 
 }  // namespace mimesis::walker

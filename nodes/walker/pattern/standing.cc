@@ -21,7 +21,7 @@ ComState Standing::after(ComState com, const Eigen::Vector2d& middle, int ticks)
 }
 
 bool Standing::settled(const ComState& com, const Eigen::Vector2d& middle) {
-  return (com.p_W_m - middle).norm() < 1e-3 && com.v_W.norm() < 3e-3 && com.a_W.norm() < 3e-2;
+  return (com.p_W_m - middle).norm() < 0.015 && com.v_W.norm() < 0.03 && com.a_W.norm() < 0.2;
 }
 
 double left_share(const PatternSample& sample) {

@@ -8,7 +8,7 @@ class Standing {
  public:
   explicit Standing(double height_m);
   ComState after(ComState com, const Eigen::Vector2d& middle_W_m, int ticks) const;
-  /// So near to rest there that no step is needed for it.
+  /// So near to rest there that this feedback keeps the ZMP well between the feet.
   static bool settled(const ComState& com, const Eigen::Vector2d& middle_W_m);
 
  private:

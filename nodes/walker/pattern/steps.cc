@@ -41,12 +41,13 @@ PlanarState quintic(const PlanarState& s, const Eigen::Vector3d& goal, double D,
   return r;
 }
 
-Steps::Steps(const GaitSettings& s)
+Steps::Steps(const GaitSettings& s, Change change)
     : step_(ticks(s.step_s)),
       double_(ticks(s.double_support_s)),
       first_double_(ticks(s.first_double_support_s)),
       sample_(kSampleTicks),
-      height_m_(s.step_height_m) {
+      height_m_(s.step_height_m),
+      change_(change) {
   const int margin = (step_ - double_) / 20;
   lift_ = double_ + margin;
   touch_ = step_ - margin;
@@ -84,12 +85,12 @@ void Steps::decide(bool walk, Side first_swing, bool settled) {
       }
       break;
     case Phase::kStart:
-      if (!walk) enter(Phase::kSettle, 0);
+      if (!walk && change_ == Change::kAtOnce) enter(Phase::kSettle, 0);
       break;
     case Phase::kStep:
-      if (walk)
+      if (walk && (landings_left_ != 1 || change_ == Change::kAtOnce))
         landings_left_ = -1;
-      else if (landings_left_ < 0)
+      else if (!walk && landings_left_ < 0)
         landings_left_ = kStopLandings;
       break;
   }
@@ -152,7 +153,13 @@ Support Steps::support_after(int n) const {
   }
   if (landings_left_ >= 0 && alone >= landings_left_)
     return {.i = landings_left_ - 1, .j = landings_left_};
-  return {.i = std::min(alone, 2), .j = std::min(alone, 2)};
+  return {.i = std::min(alone, 3), .j = std::min(alone, 3)};
+}
+
+double Steps::until_next_landing_s(double ahead_s) const {
+  const int to_step = length() - tick_, n = ticks(ahead_s);
+  if (n <= to_step && phase_ == Phase::kStep) return kTick_s * (to_step - n);
+  return kTick_s * (step_ - 1 - (n - to_step - 1) % step_);
 }
 
 double Steps::free_time_s() const {

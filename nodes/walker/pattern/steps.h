@@ -13,7 +13,7 @@ struct PlanarState {
 PlanarState quintic(const PlanarState& state, const Eigen::Vector3d& goal, double D, double t);
 
 /// What carries the robot at one instant: the feet that stand now (`both`), or the mean of the
-/// planned footprints i and j: 0 the foot that stands alone, 1 and 2 the coming landings.
+/// planned footprints i and j: 0 the foot that stands alone, 1 to 3 the coming landings.
 struct Support {
   bool both = false;
   int i = 0, j = 0;  ///< equal: one foot
@@ -27,7 +27,9 @@ class Steps {
  public:
   enum class Phase { kStand, kStart, kStep, kSettle };
 
-  explicit Steps(const GaitSettings& settings);
+  /// How late the walk may be changed: at once, or only what comes after the next landing.
+  enum class Change { kAtOnce, kAfterLanding };
+  Steps(const GaitSettings& settings, Change change);
   void reset(const std::array<Footprint, 2>& feet);
 
   /// Starts, stops or goes on. `settled`: the CoM rests above the middle of the feet.
@@ -49,6 +51,8 @@ class Steps {
   int ticks_to_sample() const;  ///< to the next multiple of the sampling time, ≥ 1
   int tick() const { return tick_; }
   Support support_after(int ticks) const;
+  /// From a time ahead [s] when one foot carries to the landing of the other.
+  double until_next_landing_s(double ahead_s) const;
   /// Time in which the swing foot can still be led to another landing [s].
   double free_time_s() const;
   /// All of PatternSample but CoM, ZMP and share of weight.
@@ -66,6 +70,7 @@ class Steps {
   int step_, double_, first_double_, sample_;  // ticks
   int lift_, touch_;                           // of a step: moving along the ground between them
   double height_m_;
+  Change change_;
   Phase phase_ = Phase::kStand;
   int tick_ = 0, landings_left_ = -1, landed_ = 0;
   Side swing_ = kLeft;

@@ -133,6 +133,26 @@ TEST_P(PreviewControlForms, FollowsStepsThatItSeesComing) {
   EXPECT_LT(worst, 0.03);  // rounded corners of the ramps
 }
 
+TEST_P(PreviewControlForms, RollsOutWhatStepsDo) {
+  PreviewSettings settings;
+  settings.form = GetParam();
+  settings.samples = 1000;  // the gains in steps end there, those of the roll-out nowhere
+  PreviewControl control(settings);
+  std::vector<Eigen::Vector2d> reference(400);
+  for (std::size_t i = 0; i < reference.size(); ++i)
+    reference[i] = {i < 200 ? 0.0 : 0.2, i / 100 % 2 ? 0.09 : -0.05};
+  control.reset({.p_W_m = {0.03, -0.02}, .v_W = {0.1, 0.0}, .a_W = {0.0, 0.2}});
+  std::vector<ComState> coms(400);
+  control.roll_out(reference, coms);
+  for (std::size_t i = 0; i + 1 < reference.size(); ++i) {
+    ASSERT_LT((control.com().p_W_m - coms[i].p_W_m).norm(), 1e-9) << i;
+    ASSERT_LT((control.com().a_W - coms[i].a_W).norm(), 1e-7) << i;
+    control.step(std::span(reference).subspan(i));
+  }
+  const testing::NoMalloc guard;
+  control.roll_out(reference, coms);
+}
+
 TEST_P(PreviewControlForms, StandsAnywhereAndTakesAShortReference) {
   PreviewSettings settings;
   settings.form = GetParam();

@@ -1,0 +1,504 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <memory>
+#include <random>
+
+#include "common/error.h"
+#include "common/testing/no_malloc.h"
+#include "nodes/walker/pattern/cart_table.h"
+#include "nodes/walker/pattern/mpc_pattern.h"
+#include "nodes/walker/pattern/preview_pattern.h"
+#include "nodes/walker/pattern/support_polygon.h"
+
+namespace mimesis::walker {
+namespace {
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+
+struct Kind {
+  const char* name;
+  std::function<std::unique_ptr<PatternGenerator>(const GaitSettings&)> make;
+  double zmp_beyond_m;  // of the ZMP beyond its rectangle, between samples or for lack of limits
+  double preview_m;     // of the CoM against its preview 0.7 s before
+  bool places_feet_in_time;  // a landing may change after its swing has begun
+};
+
+std::ostream& operator<<(std::ostream& out, const Kind& kind) { return out << kind.name; }
+
+Wish forward(double m_s) {
+  Wish wish;
+  wish.velocity_m_s = {m_s, 0.0};
+  return wish;
+}
+Wish stop() {
+  Wish wish;
+  wish.walk = false;
+  return wish;
+}
+Footprint ground_pose(const FootState& foot, Side side) {
+  const Eigen::Matrix3d& R = foot.X_WS.linear();
+  return {side, foot.X_WS.translation().head<2>(), std::atan2(R(1, 0), R(0, 0))};
+}
+
+/// What must hold at every tick whatever is wished.
+class Watch {
+ public:
+  explicit Watch(const GaitSettings& gait) : gait_(gait), footsteps_(gait) { sides_.reserve(8); }
+
+  void look(const PatternSample& s) {
+    ASSERT_TRUE(s.com.p_W_m.allFinite() && s.zmp_W_m.allFinite());
+    const std::array<Footprint, 2> feet = {ground_pose(s.foot[kLeft], kLeft),
+                                           ground_pose(s.foot[kRight], kRight)};
+    const Footprint& a = s.contact[kLeft] ? feet[kLeft] : feet[kRight];
+    const Footprint& b = s.contact[kRight] ? feet[kRight] : feet[kLeft];
+    support_polygon(a, b, gait_.zmp_half_m, sides_);
+    for (const HalfPlane& side : sides_)
+      zmp_beyond_m = std::max(zmp_beyond_m, side.normal.dot(s.zmp_W_m) - side.offset);
+    EXPECT_NEAR((s.zmp_W_m - (s.com.p_W_m - gait_.com_height_m / 9.81 * s.com.a_W)).norm(), 0.0,
+                1e-12);
+    // a foot that has landed, as seen from the one before
+    const Side landed = robot::other(s.swing);
+    const Footprint& from = feet[s.swing];
+    const Eigen::Vector2d step = rotation(-from.yaw_rad) * (feet[landed].p_W_m - from.p_W_m);
+    if (any_ && s.steps > last_.steps) {
+      narrowest_m = std::min(narrowest_m, robot::sign(landed) * step.y());
+      step_beyond_m = std::max(step_beyond_m, footsteps_.beyond(landed, step));
+    }
+    closest_m = std::min(closest_m, step.norm());
+    com_from_stance_m = std::max(com_from_stance_m, (s.com.p_W_m - feet[landed].p_W_m).norm());
+    if (any_) compare(last_, s);
+    last_ = s;
+    any_ = true;
+  }
+
+  double zmp_beyond_m = -1.0, narrowest_m = 1.0, closest_m = 1.0, step_beyond_m = -1.0,
+         com_from_stance_m = 0.0;
+  double com_jump_m = 0.0, com_speed_jump = 0.0, foot_jump_m = 0.0, foot_acceleration = 0.0,
+         foot_speed_jump = 0.0, yaw_jump_rad = 0.0, yaw_acceleration = 0.0, lowest_m = 0.0;
+
+ private:
+  void compare(const PatternSample& before, const PatternSample& s) {
+    const auto keep = [](double& worst, double value) { worst = std::max(worst, value); };
+    // what constant acceleration over a tick does not explain
+    keep(com_jump_m,
+         (s.com.p_W_m - before.com.p_W_m - kTick_s / 2.0 * (before.com.v_W + s.com.v_W)).norm());
+    keep(com_speed_jump,
+         (s.com.v_W - before.com.v_W - kTick_s / 2.0 * (before.com.a_W + s.com.a_W)).norm());
+    for (const Side side : robot::kSides) {
+      const FootState &f = s.foot[side], &g = before.foot[side];
+      keep(foot_jump_m,
+           (f.X_WS.translation() - g.X_WS.translation() - kTick_s / 2.0 * (f.v_W + g.v_W)).norm());
+      keep(foot_speed_jump, (f.v_W - g.v_W - kTick_s / 2.0 * (f.a_W + g.a_W)).norm());
+      keep(foot_acceleration, f.a_W.norm());
+      keep(yaw_acceleration, std::abs(f.yaw_acceleration));
+      const double dyaw = ground_pose(f, side).yaw_rad - ground_pose(g, side).yaw_rad;
+      keep(yaw_jump_rad, std::abs(std::remainder(dyaw, 2.0 * M_PI) -
+                                  kTick_s / 2.0 * (f.yaw_rate_rad_s + g.yaw_rate_rad_s)));
+      lowest_m = std::min(lowest_m, f.X_WS.translation().z());
+    }
+  }
+
+  GaitSettings gait_;
+  Footsteps footsteps_;
+  std::vector<HalfPlane> sides_;
+  PatternSample last_;
+  bool any_ = false;
+};
+
+class Patterns : public ::testing::TestWithParam<Kind> {
+ protected:
+  std::unique_ptr<PatternGenerator> make(const GaitSettings& gait = {}) {
+    return GetParam().make(gait);
+  }
+  static void run(PatternGenerator& pattern, const Wish& wish, int ticks) {
+    for (int i = 0; i < ticks; ++i) pattern.step(wish);
+  }
+};
+
+void expect_all_right(const Watch& watch, const Kind& kind, const GaitSettings& gait) {
+  EXPECT_LT(watch.zmp_beyond_m, kind.zmp_beyond_m);
+  EXPECT_GT(watch.narrowest_m, gait.narrowest_step_m - 1e-6);
+  EXPECT_GT(watch.closest_m, gait.narrowest_step_m - 0.03);  // in the air, feet turned
+  EXPECT_LT(watch.step_beyond_m, 1e-6);
+  EXPECT_LT(watch.com_from_stance_m, 0.35);
+  EXPECT_LT(watch.com_jump_m, 2e-5);
+  EXPECT_LT(watch.com_speed_jump, 2e-3);
+  EXPECT_LT(watch.foot_jump_m, 2e-5);
+  EXPECT_LT(watch.foot_speed_jump, 2e-2);
+  EXPECT_LT(watch.foot_acceleration, 30.0);
+  EXPECT_LT(watch.yaw_jump_rad, 2e-5);
+  EXPECT_LT(watch.yaw_acceleration, 30.0);
+  EXPECT_GE(watch.lowest_m, 0.0);
+}
+
+TEST_P(Patterns, StandInTheMiddleAfterReset) {
+  auto pattern = make();
+  pattern->reset({Footprint{kLeft, {1.0, 2.1}, 0.1}, Footprint{kRight, {1.02, 1.9}, 0.1}});
+  run(*pattern, stop(), 100);
+  const PatternSample& s = pattern->now();
+  EXPECT_EQ(s.gait, Gait::kStanding);
+  EXPECT_LT((s.com.p_W_m - Eigen::Vector2d(1.01, 2.0)).norm(), 1e-12);
+  EXPECT_DOUBLE_EQ(s.yaw_rad, 0.1);
+  EXPECT_TRUE(s.contact[kLeft] && s.contact[kRight]);
+}
+
+TEST_P(Patterns, StartWalkStopInTime) {
+  auto pattern = make();
+  int lifted = -1, landed = -1;
+  for (int i = 1; i <= 400 && landed < 0; ++i) {
+    pattern->step(forward(0.2));
+    if (!pattern->now().contact[kLeft] && lifted < 0) lifted = i;
+    if (lifted > 0 && pattern->now().contact[kLeft]) landed = i;
+  }
+  EXPECT_EQ(lifted, 160 + 20 + 1);  // the first tick in the air
+  EXPECT_EQ(landed, 160 + 160);
+  EXPECT_EQ(pattern->now().gait, Gait::kWalking);
+  EXPECT_EQ(pattern->now().steps, 1);
+  run(*pattern, forward(0.2), 5 * 160 + 50);
+  EXPECT_EQ(pattern->now().steps, 6);
+  EXPECT_NEAR(pattern->now().to_landing_s, 0.55, 1e-9);
+  run(*pattern, stop(), 110);
+  EXPECT_EQ(pattern->now().gait, Gait::kStopping);
+  run(*pattern, stop(), 160);
+  EXPECT_EQ(pattern->now().steps, 8) << "two more landings";
+  run(*pattern, stop(), 600);
+  const PatternSample& s = pattern->now();
+  EXPECT_EQ(s.gait, Gait::kStanding);
+  EXPECT_EQ(s.steps, 8);
+  const Eigen::Vector3d left = s.foot[kLeft].X_WS.translation(),
+                        right = s.foot[kRight].X_WS.translation();
+  EXPECT_NEAR(left.x(), right.x(), 1e-3);
+  EXPECT_NEAR(left.y() - right.y(), 0.19, 1e-3);
+  EXPECT_LT((s.com.p_W_m - (left + right).head<2>() / 2.0).norm(), 1e-3);
+  EXPECT_LT(s.com.v_W.norm(), 1e-3);
+}
+
+TEST_P(Patterns, WalkAsFastAsIsWished) {
+  struct Case {
+    double forward, left, turn;
+  };
+  for (const Case c : {Case{0.1, 0, 0},
+                       {0.2, 0, 0},
+                       {0.35, 0, 0},
+                       {-0.2, 0, 0},
+                       {0, 0.1, 0},
+                       {0, -0.1, 0},
+                       {0.15, 0.05, 0},
+                       {0.2, 0, 0.15},
+                       {0, 0, 0.2},
+                       {0, 0, -0.2}}) {
+    auto pattern = make();
+    Wish wish;
+    wish.velocity_m_s = {c.forward, c.left};
+    wish.yaw_rate_rad_s = c.turn;
+    run(*pattern, wish, 160 * 9);
+    Eigen::Vector2d way = Eigen::Vector2d::Zero();
+    const double yaw = pattern->now().yaw_rad;
+    constexpr int kSteps = 8;  // pairs of them: a walk aside limps
+    for (int i = 0; i < 160 * kSteps; ++i) {
+      pattern->step(wish);
+      EXPECT_FALSE(pattern->trouble().clipped);
+      const PatternSample& s = pattern->now();
+      way += rotation(-s.yaw_rad) * s.com.v_W * kTick_s;
+    }
+    const double seconds = kSteps * 0.8;
+    const double speed = std::hypot(c.forward, c.left);
+    EXPECT_LT((way / seconds - Eigen::Vector2d(c.forward, c.left)).norm(),
+              speed > 0.0 ? 0.02 * speed : 0.004)
+        << c.forward << ' ' << c.left << ' ' << c.turn << ": " << (way / seconds).transpose();
+    EXPECT_NEAR((pattern->now().yaw_rad - yaw) / seconds, c.turn, 0.02 * std::abs(c.turn) + 1e-9);
+  }
+}
+
+TEST_P(Patterns, HoldEveryStepOfAStraightWalkToTheWish) {
+  auto pattern = make();
+  run(*pattern, forward(0.25), 160 * 6);
+  for (int step = 0; step < 6; ++step) {
+    const double x = pattern->now().com.p_W_m.x();
+    run(*pattern, forward(0.25), 160);
+    EXPECT_NEAR((pattern->now().com.p_W_m.x() - x) / 0.8, 0.25, 0.02 * 0.25);
+  }
+}
+
+TEST_P(Patterns, KeepUprightForMinutesOfRandomWishes) {
+  for (const unsigned seed : {1u, 2u, 3u}) {
+    const GaitSettings gait;
+    auto pattern = make(gait);
+    Watch watch(gait);
+    std::mt19937 random(seed);
+    std::uniform_real_distribution<double> uniform(-1.0, 1.0);
+    Wish wish;
+    int until = 0;
+    for (int i = 0; i < 200 * 120; ++i) {
+      if (i == until) {  // anything, at any time, from one tick to 4 s
+        until = i + 1 + static_cast<int>(std::pow(std::abs(uniform(random)), 2.0) * 800.0);
+        wish.velocity_m_s = {0.5 * uniform(random), 0.2 * uniform(random)};
+        wish.yaw_rate_rad_s = 0.3 * uniform(random);
+        wish.walk = uniform(random) > -0.6;
+        wish.landing = {};
+        for (std::size_t k = 0; k < 2; ++k)
+          if (uniform(random) > 0.5) {
+            const PatternSample& s = pattern->now();
+            const Side side = uniform(random) > 0.0 ? kLeft : kRight;
+            wish.landing[k] = Footprint{
+                side,
+                s.com.p_W_m + Eigen::Vector2d(0.4 * uniform(random),
+                                              robot::sign(side) * 0.1 + 0.3 * uniform(random)),
+                s.yaw_rad + 0.3 * uniform(random)};
+          }
+      }
+      pattern->step(wish);
+      watch.look(pattern->now());
+      ASSERT_EQ(pattern->trouble().failed_solves, 0) << i << pattern->trouble().reason;
+    }
+    SCOPED_TRACE(seed);
+    expect_all_right(watch, GetParam(), gait);
+  }
+}
+
+TEST_P(Patterns, StopAndStartAgainAtEveryInstant) {
+  const GaitSettings gait;
+  for (int at = 0; at < 800; at += 23) {
+    auto pattern = make(gait);
+    Watch watch(gait);
+    const auto go = [&](const Wish& wish, int ticks) {
+      for (int i = 0; i < ticks; ++i) {
+        pattern->step(wish);
+        watch.look(pattern->now());
+        ASSERT_EQ(pattern->trouble().failed_solves, 0) << at;
+      }
+    };
+    go(forward(0.35), 160 + at);
+    go(stop(), at);
+    go(forward(-0.2), 400);
+    go(stop(), 900);
+    EXPECT_EQ(pattern->now().gait, Gait::kStanding);
+    SCOPED_TRACE(at);
+    expect_all_right(watch, GetParam(), gait);
+  }
+}
+
+TEST_P(Patterns, MeetWishedLandings) {
+  for (const double length : {0.15, 0.22, 0.2805}) {
+    auto pattern = make();
+    run(*pattern, forward(0.25), 160 * 5);
+    // the foot after the next one: every generator can still place it
+    const Footprint next = pattern->now().landing;
+    Footprint wished{robot::other(next.side), next.p_W_m, next.yaw_rad + 0.02};
+    wished.p_W_m += Eigen::Vector2d(length, robot::sign(wished.side) * 0.19);
+    Wish wish = forward(length / 0.8);
+    wish.velocity_m_s.x() = std::min(0.35, wish.velocity_m_s.x());
+    wish.landing[0] = next;
+    wish.landing[1] = wished;
+    run(*pattern, wish, 160);
+    wish.landing = {wished, std::nullopt};
+    run(*pattern, wish, 159);
+    EXPECT_FALSE(pattern->trouble().clipped);
+    run(*pattern, wish, 1);
+    const Footprint landed = ground_pose(pattern->now().foot[wished.side], wished.side);
+    EXPECT_LT((landed.p_W_m - wished.p_W_m).norm(), 1e-3) << length;
+    EXPECT_NEAR(landed.yaw_rad, wished.yaw_rad, 1e-3);
+  }
+}
+
+TEST_P(Patterns, ChangeALandingInTheMiddleOfTheSwing) {
+  if (!GetParam().places_feet_in_time) GTEST_SKIP() << "decides before the swing";
+  auto pattern = make();
+  run(*pattern, forward(0.2), 160 * 5 + 60);
+  Wish wish = forward(0.2);
+  wish.landing[0] = pattern->now().landing;
+  wish.landing[0]->p_W_m += Eigen::Vector2d(0.03, 0.02 * robot::sign(wish.landing[0]->side));
+  run(*pattern, wish, 100);
+  const Footprint landed =
+      ground_pose(pattern->now().foot[wish.landing[0]->side], wish.landing[0]->side);
+  EXPECT_LT((landed.p_W_m - wish.landing[0]->p_W_m).norm(), 1e-3);
+}
+
+TEST_P(Patterns, SayThatALandingIsOutOfReach) {
+  auto pattern = make();
+  run(*pattern, forward(0.2), 160 * 5 + 10);
+  Wish wish = forward(0.2);
+  wish.landing[0] = pattern->now().landing;
+  wish.landing[0]->p_W_m.x() += 1.0;
+  run(*pattern, wish, 149);
+  EXPECT_TRUE(pattern->trouble().clipped);
+  EXPECT_EQ(pattern->trouble().failed_solves, 0);
+}
+
+TEST_P(Patterns, PreviewWhatTheyThenDo) {
+  auto pattern = make();
+  run(*pattern, forward(0.25), 160 * 6 + 37);
+  for (const int ahead : {0, 1, 20, 60, 140, 200, 319}) {
+    const PatternSample preview = pattern->ahead(ahead);
+    auto later = make();
+    run(*later, forward(0.25), 160 * 6 + 37 + ahead);
+    const PatternSample& s = later->now();
+    const double tolerance = ahead == 0 ? 0.0
+                                        : (ahead <= 140   ? 1.0
+                                           : ahead <= 200 ? 5.0
+                                                          : 12.5) *
+                                              GetParam().preview_m;
+    EXPECT_LE((preview.com.p_W_m - s.com.p_W_m).norm(), tolerance) << ahead;
+    EXPECT_LE((preview.zmp_W_m - s.zmp_W_m).norm(), 5.0 * tolerance) << ahead;
+    for (const Side side : robot::kSides) {
+      EXPECT_LE((preview.foot[side].X_WS.translation() - s.foot[side].X_WS.translation()).norm(),
+                5.0 * tolerance)
+          << ahead;
+      EXPECT_EQ(preview.contact[side], s.contact[side]) << ahead;
+    }
+    EXPECT_EQ(preview.swing, s.swing);
+    EXPECT_EQ(preview.gait, s.gait);
+    EXPECT_EQ(preview.steps, s.steps);
+    EXPECT_NEAR(preview.to_landing_s, s.to_landing_s, 1e-12);
+  }
+}
+
+TEST_P(Patterns, PreviewIsNowAtEveryTick) {
+  auto pattern = make();
+  for (int i = 0; i < 1500; ++i) {
+    pattern->step(i < 900 ? forward(0.3) : stop());
+    const PatternSample& now = pattern->now();
+    const PatternSample preview = pattern->ahead(0);
+    ASSERT_EQ(preview.com.p_W_m, now.com.p_W_m);
+    ASSERT_EQ(preview.zmp_W_m, now.zmp_W_m);
+    ASSERT_EQ(preview.foot[kLeft].X_WS.translation(), now.foot[kLeft].X_WS.translation());
+    ASSERT_EQ(preview.left_share, now.left_share);
+  }
+}
+
+TEST_P(Patterns, ShiftAll) {
+  auto pattern = make(), other = make();
+  const Eigen::Vector2d shift(0.02, -0.01);
+  run(*pattern, forward(0.2), 160 * 4 + 71);
+  run(*other, forward(0.2), 160 * 4 + 71);
+  pattern->shift(shift);
+  for (int i = 0; i < 700; ++i) {
+    const PatternSample &a = pattern->now(), &b = other->now();
+    ASSERT_LT((a.com.p_W_m - b.com.p_W_m - shift).norm(), 1e-6) << i;
+    ASSERT_LT((a.zmp_W_m - b.zmp_W_m - shift).norm(), 1e-5);
+    for (const Side side : robot::kSides)
+      ASSERT_LT(
+          ((a.foot[side].X_WS.translation() - b.foot[side].X_WS.translation()).head<2>() - shift)
+              .norm(),
+          1e-6);
+    const PatternSample c = pattern->ahead(100), d = other->ahead(100);
+    ASSERT_LT((c.com.p_W_m - d.com.p_W_m - shift).norm(), 1e-5);
+    pattern->step(forward(0.2));
+    other->step(forward(0.2));
+  }
+}
+
+TEST_P(Patterns, WalkTheSameFarFromTheOriginAndTurned) {
+  auto pattern = make(), far = make();
+  const double yaw = 2.5;
+  const Eigen::Vector2d origin(2000.0, -3000.0);
+  std::array<Footprint, 2> feet = {Footprint{kLeft, {0.0, 0.095}, yaw},
+                                   Footprint{kRight, {0.0, -0.095}, yaw}};
+  for (Footprint& foot : feet) foot.p_W_m = origin + rotation(yaw) * foot.p_W_m;
+  far->reset(feet);
+  Wish wish = forward(0.2);
+  wish.yaw_rate_rad_s = 0.1;
+  for (int i = 0; i < 2000; ++i) {
+    pattern->step(wish);
+    far->step(wish);
+    ASSERT_LT((rotation(-yaw) * (far->now().com.p_W_m - origin) - pattern->now().com.p_W_m).norm(),
+              1e-5)
+        << i;
+  }
+}
+
+TEST_P(Patterns, StopForAWishThatIsNoNumber) {
+  auto pattern = make();
+  run(*pattern, forward(0.3), 1000);
+  Wish wish = forward(kNan);
+  run(*pattern, wish, 1);
+  EXPECT_NE(pattern->trouble().reason.find("not a number"), std::string::npos);
+  run(*pattern, wish, 1200);
+  EXPECT_EQ(pattern->now().gait, Gait::kStanding);
+  wish = forward(0.2);
+  wish.landing[0] = Footprint{kLeft, {kNan, 0.0}, 0.0};
+  run(*pattern, wish, 500);
+  EXPECT_EQ(pattern->now().gait, Gait::kWalking);
+  EXPECT_TRUE(pattern->now().com.p_W_m.allFinite());
+  EXPECT_FALSE(pattern->trouble().reason.empty());
+}
+
+TEST_P(Patterns, CutWhatIsTooFast) {
+  auto pattern = make();
+  run(*pattern, forward(5.0), 160 * 8);
+  EXPECT_TRUE(pattern->trouble().clipped);
+  const double x = pattern->now().com.p_W_m.x();
+  run(*pattern, forward(5.0), 320);
+  EXPECT_NEAR((pattern->now().com.p_W_m.x() - x) / 1.6, 0.35, 0.02 * 0.35);
+  pattern->step(forward(0.2));
+  EXPECT_FALSE(pattern->trouble().clipped);
+}
+
+TEST_P(Patterns, DoNotAllocate) {
+  auto pattern = make();
+  Wish wish = forward(0.3);
+  for (int i = 0; i < 2000; ++i) {
+    if (i == 900) wish = forward(kNan);
+    if (i == 1300) wish = forward(0.9);
+    const testing::NoMalloc guard;
+    pattern->step(wish);
+    (void)pattern->ahead(i % kPreviewTicks);
+  }
+}
+
+TEST_P(Patterns, AreTheSameBitsEveryTime) {
+  auto a = make(), b = make();
+  run(*b, forward(0.1), 777);
+  b->reset({Footprint{kLeft, {0.0, 0.095}, 0.0}, Footprint{kRight, {0.0, -0.095}, 0.0}});
+  for (int i = 0; i < 1000; ++i) {
+    a->step(forward(0.3));
+    b->step(forward(0.3));
+    ASSERT_EQ(a->now().com.p_W_m, b->now().com.p_W_m) << i;
+    ASSERT_EQ(a->now().zmp_W_m, b->now().zmp_W_m) << i;
+  }
+}
+
+TEST_P(Patterns, WalkWithOtherSettings) {
+  GaitSettings gait;
+  gait.com_height_m = 1.0;
+  gait.step_s = 0.7;
+  gait.double_support_s = 0.2;
+  gait.feet_distance_m = 0.22;
+  auto pattern = make(gait);
+  Watch watch(gait);
+  for (int i = 0; i < 4000; ++i) {
+    pattern->step(i < 3000 ? forward(0.25) : stop());
+    watch.look(pattern->now());
+  }
+  expect_all_right(watch, GetParam(), gait);
+  EXPECT_EQ(pattern->now().gait, Gait::kStanding);
+}
+
+TEST_P(Patterns, RefuseSettingsThatMakeNoSense) {
+  GaitSettings gait;
+  gait.step_s = 0.83;
+  EXPECT_THROW((void)make(gait), ConfigError);
+  gait = {};
+  gait.com_height_m = kNan;
+  EXPECT_THROW((void)make(gait), ConfigError);
+  gait = {};
+  gait.narrowest_step_m = 0.3;
+  EXPECT_THROW((void)make(gait), ConfigError);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    All, Patterns,
+    ::testing::Values(
+        Kind{"linear", [](const GaitSettings& g) { return std::make_unique<LinearMpc>(g); }, 0.005,
+             0.002, true},
+        Kind{"nonlinear", [](const GaitSettings& g) { return std::make_unique<NonlinearMpc>(g); },
+             0.005, 0.002, true},
+        Kind{"preview", [](const GaitSettings& g) { return std::make_unique<PreviewPattern>(g); },
+             0.03, 0.002, false}),
+    [](const auto& kind) { return kind.param.name; });
+
+}  // namespace
+}  // namespace mimesis::walker
