@@ -15,10 +15,13 @@ constexpr double kNearlySingular = 0.02;
 // What levels below pay for their coordinates, against 1 for a row: next to nothing, but the
 // program is strictly convex.
 constexpr double kPrice = 1e-8;
-// By which the bounds of a level are wider than those of the level above it, so that its rounding
-// does not leave the lower one without a solution.
-constexpr double kWider = 1e-11;
+// By which the bounds of a level are wider than those of the level above it, against the widest
+// of them, so that its rounding (DualQp: 1e-10) does not leave the lower one without a solution.
+constexpr double kWider = 2e-10;
 constexpr double kOnBound = 1e-12;
+// Second derivative of a position by joints, about an arm's or a leg's length [m].
+constexpr double kCurvature = 0.5;
+constexpr double kReached = 1e-8;  // [m], [rad]: rounding
 
 }  // namespace
 
@@ -28,6 +31,8 @@ Cascade::Cascade(int n, int most_rows, int most_levels, double damping)
       L_(most_rows, n),
       weight_(most_rows),
       slope_(most_rows),
+      bends_(static_cast<std::size_t>(most_rows)),
+      unreached_(static_cast<std::size_t>(most_levels) + 1),
       row_(Eigen::VectorXd::Zero(n + 4)),
       b_(most_rows),
       rest_(most_rows),
@@ -63,12 +68,14 @@ void Cascade::add_row(const Eigen::Ref<const Eigen::RowVectorXd, 0, Eigen::Inner
   MIMESIS_ASSERT(row.size() == n_ && rows_ < L_.rows() && !levels_.empty());
   row_.head(n_) = row.transpose();
   basis_.look_at(row_.data());
+  bends_[static_cast<std::size_t>(rows_)] = true;
   place(weight, row_.head(n_).norm());
 }
 
 void Cascade::add_axis(int i, double weight) {
   MIMESIS_ASSERT(i >= 0 && i < n_ && rows_ < L_.rows() && !levels_.empty());
   basis_.look_at_axis(static_cast<std::size_t>(i), 1.0);
+  bends_[static_cast<std::size_t>(rows_)] = false;
   place(weight, 1.0);
 }
 
@@ -112,6 +119,12 @@ bool Cascade::solve(const Eigen::Ref<const Eigen::VectorXd>& b,
           basis_.basis() + static_cast<std::size_t>(i) * basis_.stride(), n_);
     }
     z_.setZero();
+    wider_ = 0.0;
+    for (int i = 0; i < n_; ++i) {
+      for (const double bound : {lower[i], upper[i]}) {
+        if (std::isfinite(bound)) wider_ = std::max(wider_, kWider * std::abs(bound));
+      }
+    }
     int depth = 0;
     for (const Level& level : levels_) {
       if (!solve_bounded(level, depth++, lower, upper)) {
@@ -140,6 +153,7 @@ void Cascade::close_levels() {
     const double least = level.rows > 0 ? slope_.segment(level.row, level.rows).minCoeff() : 1.0;
     const double ratio = std::min(1.0, least / kNearlySingular);
     level.damping_squared = damping_ * damping_ * (1.0 - ratio * ratio);
+    level.unreached = unreached_[static_cast<std::size_t>(&level - levels_.data())];
   }
 }
 
@@ -155,14 +169,15 @@ void Cascade::solve_free(const Level& level) {
   if (level.columns == 0) return;
   right_side(level);
   auto z = z_.segment(level.column, level.columns);
-  if (level.square && level.damping_squared == 0.0) {
+  const double damping_squared = level.damping_squared + (level.column > 0 ? level.unreached : 0.0);
+  if (level.square && damping_squared == 0.0) {
     for (int i = 0; i < level.rows; ++i) {
       const auto row = L_.row(level.row + i).segment(level.column, i + 1);
       z[i] = (rest_[i] - row.head(i).dot(z.head(i))) / row[i];
     }
     return;
   }
-  normal_equations(level);
+  normal_equations(level, damping_squared);
   auto H = normal_.topLeftCorner(level.columns, level.columns);
   z = factor_side_.head(level.columns);
   // Cholesky and substitution in place.
@@ -183,11 +198,11 @@ void Cascade::solve_free(const Level& level) {
 }
 
 /// normal_ = SᵀS + damping², factor_side_ = Sᵀ rest_, S: the level's rows in its own coordinates.
-void Cascade::normal_equations(const Level& level) {
+void Cascade::normal_equations(const Level& level, double damping_squared) {
   const auto S = L_.block(level.row, level.column, level.rows, level.columns);
   auto H = normal_.topLeftCorner(level.columns, level.columns);
   H.noalias() = S.transpose().lazyProduct(S);
-  H.diagonal().array() += level.damping_squared;
+  H.diagonal().array() += damping_squared;
   factor_side_.head(level.columns).noalias() = S.transpose().lazyProduct(rest_.head(level.rows));
 }
 
@@ -204,20 +219,40 @@ bool Cascade::solve_bounded(const Level& level, int depth,
   H.diagonal().setConstant(level.rows > 0 ? kPrice : 1.0);
   if (own > 0) {
     right_side(level);
-    normal_equations(level);
+    normal_equations(level, level.damping_squared + level.unreached);
     H.topLeftCorner(own, own) = normal_.topLeftCorner(own, own);
     g.head(own) = -factor_side_.head(own);
   }
   const auto Y = Y_.rightCols(n);
   auto fixed = fixed_.head(n_);
   fixed.noalias() = Y_.leftCols(level.column) * z_.head(level.column);
-  least_ = lower.array() - fixed.array() - kWider * depth;
-  most_ = upper.array() - fixed.array() + kWider * depth;
+  least_ = lower.array() - fixed.array() - wider_ * depth;
+  most_ = upper.array() - fixed.array() + wider_ * depth;
   qp::DualQp& program = programs_[static_cast<std::size_t>(depth)];
   outcome_ = program.solve({H, g, Y, least_, most_, none_, none_});
   if (outcome_ != qp::Outcome::kSolved) return false;
   z_.tail(n) = program.x();
   return true;
+}
+
+void Cascade::remember_residuals() {
+  for (std::size_t k = 0; k < levels_.size(); ++k) {
+    const Level& level = levels_[k];
+    double sum = 0.0;
+    for (int i = level.row; i < level.row + level.rows; ++i) {
+      if (!bends_[static_cast<std::size_t>(i)]) continue;
+      const double rest = std::abs(b_[i] - L_.row(i).dot(z_));
+      sum += weight_[i] * rest;
+    }
+    unreached_[k] = sum > kReached ? kCurvature * sum : 0.0;
+  }
+}
+
+void Cascade::forget_residuals() { std::ranges::fill(unreached_, 0.0); }
+
+void Cascade::residual(const Eigen::Ref<const Eigen::VectorXd>& b,
+                       Eigen::Ref<Eigen::VectorXd> out) const {
+  for (int i = 0; i < rows_; ++i) out[i] = b[i] - L_.row(i).dot(z_) / weight_[i];
 }
 
 void Cascade::compose() {

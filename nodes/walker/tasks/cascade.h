@@ -26,10 +26,11 @@ class Cascade {
 
   void clear();
   void begin_level();
-  /// A row of the present level, in units of 1; `weight` counts within the level.
+  /// A row of the present level, in units of 1, that changes with x; `weight` counts within the
+  /// level.
   void add_row(const Eigen::Ref<const Eigen::RowVectorXd, 0, Eigen::InnerStride<>>& row,
                double weight);
-  void add_axis(int i, double weight);  ///< the row eᵢ
+  void add_axis(int i, double weight);  ///< the row eᵢ, which does not
   int rows() const { return rows_; }
   int free() const { return n_ - static_cast<int>(basis_.size()); }  ///< coordinates undecided
 
@@ -38,9 +39,17 @@ class Cascade {
              const Eigen::Ref<const Eigen::VectorXd>& lower,
              const Eigen::Ref<const Eigen::VectorXd>& upper, Eigen::Ref<Eigen::VectorXd> x);
 
+  /// What was out of reach in the last solve damps the next ones: the steps of Newton's method on
+  /// squares whose residual r stays must not be longer than r's curvature allows, or they swing to
+  /// and fro [Levenberg, Marquardt; Sugihara 2011]. The first level is damped only within bounds.
+  void remember_residuals();
+  void forget_residuals();
+
   bool bounded() const { return bounded_; }  ///< a bound had a say in the last solve
   /// Largest |Ax − b| of the first level's rows in the last solve, unweighted.
   double first_residual() const { return first_residual_; }
+  /// b − Ax of all rows in the last solve, unweighted.
+  void residual(const Eigen::Ref<const Eigen::VectorXd>& b, Eigen::Ref<Eigen::VectorXd> out) const;
   qp::Outcome outcome() const { return outcome_; }
 
  private:
@@ -48,13 +57,13 @@ class Cascade {
     int row = 0, column = 0;  // first
     int rows = 0, columns = 0;
     bool square = true;  // every row has added a coordinate, well away from the others
-    double damping_squared = 0.0;
+    double damping_squared = 0.0, unreached = 0.0;
   };
   void place(double weight, double length);
   void close_levels();
   void right_side(const Level& level);
   void solve_free(const Level& level);
-  void normal_equations(const Level& level);
+  void normal_equations(const Level& level, double damping_squared);
   bool solve_bounded(const Level& level, int depth, const Eigen::Ref<const Eigen::VectorXd>& lower,
                      const Eigen::Ref<const Eigen::VectorXd>& upper);
   void compose();
@@ -65,6 +74,8 @@ class Cascade {
   std::vector<Level> levels_;
   Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> L_;  // weighted
   Eigen::VectorXd weight_, slope_;  // of rows: √weight; new diagonal element against its length
+  std::vector<bool> bends_;         // of rows
+  std::vector<double> unreached_;   // of levels: damping for the next solves
   Eigen::VectorXd row_, b_, rest_, z_, x_, factor_side_;
   Eigen::MatrixXd normal_;
   // Bounded levels
@@ -73,6 +84,7 @@ class Cascade {
   Eigen::VectorXd g_, fixed_, least_, most_, none_;
   std::vector<qp::DualQp> programs_;
 
+  double wider_ = 0.0;  // of the bounds, a level
   bool bounded_ = false;
   double first_residual_ = 0.0;
   qp::Outcome outcome_ = qp::Outcome::kSolved;

@@ -13,8 +13,8 @@ namespace {
 
 // Newton steps within a tick, all with the Jacobian of its beginning. The first goes the tick's
 // way, the others undo what its curvature has left.
-constexpr int kPasses = 4, kBoundedPasses = 2;
-constexpr double kExact = 1e-9;     // [m], [rad]: nothing to undo
+constexpr int kPasses = 4, kBoundedPasses = 3, kLimitedPasses = 1;  // those with bounds in the way
+constexpr double kExact = 1e-9;                                     // [m], [rad]: nothing to undo
 constexpr double kLimited = 1e-6;   // [m], [rad]: what a limit keeps from a goal of the first level
 constexpr std::size_t kLine = 200;  // characters of a reason
 
@@ -29,6 +29,7 @@ struct Stack::Parts {
         posture(of.tree),
         start(of.tree.dof()),
         b(rows.most_rows()),
+        out_of_reach(rows.most_rows()),
         lower(6 + of.tree.dof()),
         upper(6 + of.tree.dof()),
         x(6 + of.tree.dof()),
@@ -40,7 +41,7 @@ struct Stack::Parts {
   Cascade cascade;
   Posture posture;
   Eigen::Isometry3d X_start = Eigen::Isometry3d::Identity();
-  Eigen::VectorXd start, b, lower, upper, x, sum;
+  Eigen::VectorXd start, b, out_of_reach, lower, upper, x, sum;
 };
 
 Stack::Stack(const robot::Biped& biped, StackSettings settings)
@@ -64,11 +65,11 @@ void Stack::reset(const Eigen::Isometry3d& X_WB, const Eigen::Ref<const Eigen::V
   state_.reason.clear();
   p.posture.update();
   p.rows.forget();
+  p.cascade.forget_residuals();
 }
 
 const StackState& Stack::step(const TaskGoals& goals, double dt_s) {
   Parts& p = *parts_;
-  state_.limited = false;
   const char* reason = fault(goals, dt_s);
   if (reason == nullptr && move(goals, dt_s)) {
     state_.reason.clear();
@@ -80,6 +81,7 @@ const StackState& Stack::step(const TaskGoals& goals, double dt_s) {
     state_.reason = "stack of tasks: ";
     state_.reason += reason;
     state_.dq.setZero();
+    state_.limited = false;
     p.posture.q = state_.q;
     p.posture.X_WB = state_.X_WB;
     p.posture.update();
@@ -119,29 +121,59 @@ bool Stack::move(const TaskGoals& goals, double dt_s) {
   p.rows.aim(p.posture, goals, dt_s);
   p.rows.fill(p.posture, p.cascade);
   p.limits.bounds(p.posture.q, dt_s, p.lower, p.upper);
+  if (state_.limited) ease(dt_s);
   p.start = p.posture.q;
   p.X_start = p.posture.X_WB;
   p.sum.setZero();
   const int rows = p.cascade.rows(), first = p.rows.first_level_rows();
   auto b = p.b.head(rows);
-  bool bounded = false;
-  for (int pass = 0; pass < (bounded ? kBoundedPasses : kPasses); ++pass) {
+  p.rows.missing(p.posture, b);
+  if (!p.cascade.solve(b, p.lower, p.upper, p.x)) return false;
+  const bool bounded = p.cascade.bounded();
+  state_.limited = bounded && p.cascade.first_residual() > kLimited;
+  p.cascade.remember_residuals();
+  p.cascade.residual(b, p.out_of_reach.head(rows));
+  advance();
+  int programs = bounded ? 1 : 0;
+  const int most = state_.limited ? kLimitedPasses : kBoundedPasses;
+  for (int pass = 1; pass < kPasses && programs < most; ++pass) {
     p.rows.missing(p.posture, b);
-    if (pass > 0 && b.head(first).cwiseAbs().maxCoeff() < kExact) break;
-    if (!p.cascade.solve(b, p.lower, p.upper, p.x)) return pass > 0;
-    bounded = bounded || p.cascade.bounded();
-    p.sum += p.x;
-    p.lower -= p.x;  // what is left of the tick's way
-    p.upper -= p.x;
-    p.posture.q = p.start + p.sum.tail(p.start.size());
-    p.posture.X_WB.translation() = p.X_start.translation() + p.sum.head<3>();
-    p.posture.X_WB.linear() = math::exp_so3(p.x.segment<3>(3)) * p.posture.X_WB.linear();
-    p.posture.update();
+    b.head(first) -= p.out_of_reach.head(first);
+    // What limits keep from lower tasks, they keep from them in this pass as well.
+    if (bounded) b.tail(rows - first).setZero();
+    if (b.head(first).cwiseAbs().maxCoeff() < kExact) break;
+    if (!p.cascade.solve(b, p.lower, p.upper, p.x)) break;
+    programs += p.cascade.bounded() ? 1 : 0;
+    advance();
   }
   p.posture.X_WB.linear() =
       Eigen::Quaterniond(p.posture.X_WB.linear()).normalized().toRotationMatrix();
-  state_.limited = bounded && p.cascade.first_residual() > kLimited;
   return true;
+}
+
+/// Where a limit keeps the first level from its goal, Newton's method finds no rest: joints may not
+/// change their speeds faster than this, limits permitting.
+void Stack::ease(double dt_s) {
+  constexpr double kAcceleration_rad_s2 = 100.0;
+  Parts& p = *parts_;
+  const double most = kAcceleration_rad_s2 * dt_s * dt_s;
+  for (Eigen::Index i = 0; i < state_.dq.size(); ++i) {
+    const double way = state_.dq[i] * dt_s, lower = p.lower[6 + i], upper = p.upper[6 + i];
+    p.lower[6 + i] = std::clamp(way - most, lower, upper);
+    p.upper[6 + i] = std::clamp(way + most, lower, upper);
+  }
+}
+
+/// Goes the way x on within the tick.
+void Stack::advance() {
+  Parts& p = *parts_;
+  p.sum += p.x;
+  p.lower -= p.x;  // what is left of the tick's way
+  p.upper -= p.x;
+  p.posture.q = p.start + p.sum.tail(p.start.size());
+  p.posture.X_WB.translation() = p.X_start.translation() + p.sum.head<3>();
+  p.posture.X_WB.linear() = math::exp_so3(p.x.segment<3>(3)) * p.posture.X_WB.linear();
+  p.posture.update();
 }
 
 void Stack::measure(const TaskGoals& goals) {

@@ -74,6 +74,8 @@ class Stack {
   struct Parts;
   const char* fault(const TaskGoals& goals, double dt_s) const;
   bool move(const TaskGoals& goals, double dt_s);
+  void ease(double dt_s);
+  void advance();
   void measure(const TaskGoals& goals);
 
   std::unique_ptr<Parts> parts_;

@@ -10,11 +10,21 @@ namespace {
 using Eigen::Matrix3d, Eigen::Vector3d;
 
 // Steps within a tick beyond which a Jacobian says nothing.
-constexpr double kFarthest_m = 0.05, kFarthest_rad = 0.2;
+constexpr double kFarthest_m = 0.02, kFarthest_rad = 0.2;
+// Of an error beyond this no more than a tenth is undone at a tick, whatever the gain.
+constexpr double kAtOnce_m = 0.004, kAtOnce_rad = 0.02, kLeastShare = 0.1;
 // A goal that moves faster has jumped: it is approached, not followed.
 constexpr double kJump_m_s = 3.0, kJump_rad_s = 8.0;
 // Weight of the posture that is left where a hand has its whole share.
 constexpr double kPostureLeft = 1e-5;
+
+/// Step of a task within a tick: along with its goal, and a share of what it lags behind.
+Vector3d step_of(const Task& task, const Vector3d& way, const Vector3d& rate, double dt_s,
+                 double at_once) {
+  const Vector3d lag = way - dt_s * rate;
+  const double most = std::max(kLeastShare, at_once / std::max(at_once, lag.norm()));
+  return dt_s * rate + std::min({1.0, task.gain_1_s * dt_s, most}) * lag;
+}
 
 Vector3d shorter(const Vector3d& v, double most) {
   const double length = v.norm();
@@ -107,15 +117,14 @@ void TaskRows::aim(const Posture& posture, const TaskGoals& goals, double dt_s) 
 /// v = rate + gain·(goal − now) arrives at once if gain·dt is 1.
 void TaskRows::aim_at_position(const Task& task, Aim& aim, const Vector3d& now,
                                const Vector3d& goal, const Vector3d& rate, double dt_s) const {
-  const double share = std::min(1.0, task.gain_1_s * dt_s);
-  const Vector3d step = (1.0 - share) * dt_s * rate + share * (goal - now);
+  const Vector3d step = step_of(task, goal - now, rate, dt_s, kAtOnce_m);
   aim.p_W = now + shorter(step, kFarthest_m);
 }
 
 void TaskRows::aim_at_rotation(const Task& task, Aim& aim, const Matrix3d& now,
                                const Matrix3d& goal, const Vector3d& rate, double dt_s) const {
-  const double share = std::min(1.0, task.gain_1_s * dt_s);
-  const Vector3d step = (1.0 - share) * dt_s * rate + share * math::log_so3(goal * now.transpose());
+  const Vector3d way = math::log_so3(goal * now.transpose());
+  const Vector3d step = step_of(task, way, rate, dt_s, kAtOnce_rad);
   aim.R_W = math::exp_so3(shorter(step, kFarthest_rad)) * now;
 }
 

@@ -2,33 +2,283 @@
 
 #include <gtest/gtest.h>
 
+#include <functional>
+
+#include "common/math/so3.h"
 #include "common/testing/no_malloc.h"
+#include "nodes/walker/tasks/limits.h"
 #include "nodes/walker/tasks/test/reference.h"
 
 namespace mimesis::walker {
 namespace {
 
 constexpr double kDt = 0.005;
+using Goals = std::function<TaskGoals(const Reference&, double t)>;
+
+/// What a run of a stack was like.
+struct Trial {
+  double com_error_m = 0.0, foot_error_m = 0.0;  ///< worst
+  double last_com_error_m = 0.0, last_foot_error_m = 0.0;
+  double fastest = 0.0;       ///< of the limits [1]
+  double closest_rad = 1e9;   ///< to a limit
+  double sharpest_rad_s = 0;  ///< greatest change of a velocity within a tick
+  int limited = 0, ticks = 0;
+  StackState state;
+};
+
+Trial trial_of(const robot::Biped& biped, double seconds, const Goals& goals) {
+  const Reference reference(biped);
+  Stack stack(biped, walking_stack(biped));
+  const Eigen::VectorXd lower = biped.tree.lower(), upper = biped.tree.upper(),
+                        speed = biped.tree.max_speed();
+  Trial trial;
+  Eigen::VectorXd dq = Eigen::VectorXd::Zero(biped.tree.dof());
+  for (double t = kDt; t < seconds; t += kDt) {
+    const StackState& state = stack.step(goals(reference, t), kDt);
+    EXPECT_EQ(state.reason, "");
+    trial.com_error_m = std::max(trial.com_error_m, state.com_error_m);
+    trial.foot_error_m = std::max(trial.foot_error_m, state.foot_error_m);
+    trial.last_com_error_m = state.com_error_m;
+    trial.last_foot_error_m = state.foot_error_m;
+    for (Eigen::Index i = 0; i < dq.size(); ++i) {
+      trial.fastest = std::max(trial.fastest, std::abs(state.dq[i]) / speed[i]);
+      trial.closest_rad =
+          std::min({trial.closest_rad, upper[i] - state.q[i], state.q[i] - lower[i]});
+    }
+    trial.sharpest_rad_s = std::max(trial.sharpest_rad_s, (state.dq - dq).cwiseAbs().maxCoeff());
+    dq = state.dq;
+    trial.limited += state.limited;
+    ++trial.ticks;
+  }
+  trial.state = stack.state();
+  return trial;
+}
+
+/// `within_m`: 1e-6 on smooth references; joints at their top speeds leave more to curvature.
+void expect_exact(const Trial& trial, const std::string& what, double within_m = 1e-6) {
+  EXPECT_LT(trial.com_error_m, within_m) << what;
+  EXPECT_LT(trial.foot_error_m, within_m) << what;
+  EXPECT_EQ(trial.limited, 0) << what;
+}
+
+/// Margins and speed limits of the settings.
+void expect_within_limits(const Trial& trial, const std::string& what) {
+  EXPECT_GE(trial.closest_rad, 0.005 - 1e-9) << what;
+  EXPECT_LE(trial.fastest, 0.98 + 1e-9) << what;
+}
 
 TEST(Stack, FollowsAWalk) {
   for (const robot::Biped& biped : robots()) {
-    for (const double speed : {0.0, 0.2, 0.3}) {
-      const Reference reference(biped);
-      Stack stack(biped, walking_stack(biped));
-      double com = 0.0, foot = 0.0, fastest = 0.0;
-      int limited = 0;
-      for (int tick = 1; tick <= 1600; ++tick) {
-        const StackState& state = stack.step(reference.walk(tick * kDt, speed), kDt);
-        ASSERT_EQ(state.reason, "");
-        com = std::max(com, state.com_error_m);
-        foot = std::max(foot, state.foot_error_m);
-        fastest = std::max(fastest, state.dq.cwiseAbs().maxCoeff());
-        limited += state.limited;
-      }
-      EXPECT_LT(com, 1e-6) << biped.tree.name() << " " << speed;
-      EXPECT_LT(foot, 1e-6) << biped.tree.name() << " " << speed;
+    for (const double speed : {0.0, 0.2, 0.3, -0.2}) {
+      const Trial walk =
+          trial_of(biped, 8.0, [&](const Reference& r, double t) { return r.walk(t, speed); });
+      const std::string what = biped.tree.name() + " at " + std::to_string(speed);
+      expect_exact(walk, what);
+      expect_within_limits(walk, what);
     }
   }
+}
+
+TEST(Stack, SquatsAndTwists) {
+  for (const robot::Biped& biped : robots()) {
+    const Trial squat =
+        trial_of(biped, 6.0, [](const Reference& r, double t) { return r.squat(t, 0.15); });
+    expect_exact(squat, biped.tree.name());
+    expect_within_limits(squat, biped.tree.name());
+    // The trunk turns and bends above standing feet, ends at rest.
+    const Eigen::Vector3d turn(0.05, 0.2, 0.3);
+    const Trial twist = trial_of(biped, 3.0, [&](const Reference& r, double t) {
+      TaskGoals goals = r.stand();
+      const double share = Reference::ramp(t, 0.0, 1.5).value;
+      goals.R_W_trunk = math::exp_so3(share * turn) * goals.R_W_trunk;
+      return goals;
+    });
+    expect_exact(twist, biped.tree.name());
+    robot::Kinematics kinematics(biped.tree);
+    kinematics.update(twist.state.X_WB, twist.state.q);
+    const Eigen::Matrix3d R = kinematics.X_WL(biped.trunk).linear();
+    EXPECT_LT(math::log_so3(R.transpose() * math::exp_so3(turn)).norm(), 1e-6) << biped.tree.name();
+  }
+}
+
+TEST(Stack, ReachesWithAHandWhileAFootMoves) {
+  for (const robot::Biped& biped : robots()) {
+    if (biped.hand[kRight] < 0) continue;
+    const auto reach = [&](const Reference& r, double t) {
+      TaskGoals goals = r.walk(t, 0.0);
+      TaskGoals::Hand& hand = goals.hand[kRight];
+      hand.p_W_m += Eigen::Vector3d(0.12, -0.05, 0.15);
+      hand.share = Reference::ramp(t, 0.5, 1.5).value - Reference::ramp(t, 4.0, 5.0).value;
+      return goals;
+    };
+    const Trial there = trial_of(biped, 3.5, reach);
+    expect_exact(there, biped.tree.name());
+    expect_within_limits(there, biped.tree.name());
+    EXPECT_LT(there.sharpest_rad_s, 1.0) << biped.tree.name();
+    robot::Kinematics kinematics(biped.tree);
+    kinematics.update(there.state.X_WB, there.state.q);
+    const Eigen::Vector3d wished = reach(Reference(biped), 3.5).hand[kRight].p_W_m;
+    EXPECT_LT((kinematics.X_WL(biped.hand[kRight]).translation() - wished).norm(), 1e-3)
+        << biped.tree.name();
+    // And back to the posture when the hand is let go.
+    const Trial back = trial_of(biped, 8.0, reach);
+    EXPECT_LT(back.sharpest_rad_s, 1.0) << biped.tree.name();
+    for (const int dof : biped.upper_body) {
+      EXPECT_NEAR(back.state.q[dof], biped.half_sitting[dof], 1e-6) << biped.tree.moved(dof).joint;
+    }
+  }
+}
+
+TEST(Stack, KeepsTheUpperBodyWithinItsLimitsAndTheFeetWhereTheyAre) {
+  for (const robot::Biped& biped : robots()) {
+    const Trial strain = trial_of(biped, 6.0, [](const Reference& r, double t) {
+      TaskGoals goals = r.walk(t, 0.2);
+      goals.upper_body.array() += t < 3.0 ? 2.5 : -2.5;  // far beyond the limits, with jumps
+      return goals;
+    });
+    expect_exact(strain, biped.tree.name(), 5e-6);
+    expect_within_limits(strain, biped.tree.name());
+    EXPECT_NEAR(strain.closest_rad, 0.005, 1e-6) << biped.tree.name();  // up to the margin
+    EXPECT_NEAR(strain.fastest, 0.98, 1e-6) << biped.tree.name();
+  }
+}
+
+TEST(Stack, StopsBeforeTheStretchedLegAndComesBack) {
+  for (const robot::Biped& biped : robots()) {
+    // Higher than the legs are long, for two seconds.
+    const Goals high = [](const Reference& r, double t) {
+      TaskGoals goals = r.stand();
+      const auto up = Reference::ramp(t, 0.0, 1.0), down = Reference::ramp(t, 3.0, 4.0);
+      goals.com_W_m.z() += 0.2 * (up.value - down.value);
+      goals.com_v_W.z() = 0.2 * (up.rate - down.rate);
+      return goals;
+    };
+    const Trial up = trial_of(biped, 2.9, high);
+    expect_within_limits(up, biped.tree.name());
+    EXPECT_GT(up.limited, 200) << biped.tree.name();
+    EXPECT_TRUE(up.state.limited);
+    // The height gives way, the feet nearly not.
+    EXPECT_GT(up.last_com_error_m, 0.05) << biped.tree.name();
+    EXPECT_LT(up.foot_error_m, 0.02 * up.com_error_m) << biped.tree.name();
+    for (const Side side : robot::kSides) {
+      const double knee = up.state.q[biped.leg[static_cast<std::size_t>(side)].dof[3]];
+      EXPECT_NEAR(std::abs(knee - stretched_knee(biped, side)), 0.02, 1e-3) << biped.tree.name();
+    }
+    const Trial back = trial_of(biped, 6.0, high);
+    expect_within_limits(back, biped.tree.name());
+    EXPECT_FALSE(back.state.limited);
+    EXPECT_LT(back.last_com_error_m, 1e-6) << biped.tree.name();
+    EXPECT_LT(back.last_foot_error_m, 1e-6) << biped.tree.name();
+    EXPECT_LT((back.state.q - biped.half_sitting).cwiseAbs().maxCoeff(), 1e-3) << biped.tree.name();
+  }
+}
+
+TEST(Stack, StaysWithinLimitsWhateverTheGoal) {
+  for (const robot::Biped& biped : robots()) {
+    const Trial absurd = trial_of(biped, 8.0, [](const Reference& r, double t) {
+      TaskGoals goals = r.stand();
+      if (t > 3.0) return goals;
+      goals.foot[0].X_WS.translation() += Eigen::Vector3d(1.5, 0.4, 0.5);
+      goals.foot[1].X_WS.linear() = math::exp_so3({0.0, 2.0, 1.0});
+      goals.com_W_m = {1e3, -1e150, 2.0};
+      goals.R_W_trunk = math::exp_so3({3.0, 0.0, 0.0});
+      goals.hand[0] = {.p_W_m = {5.0, 5.0, 5.0}, .share = 7.0};
+      return goals;
+    });
+    expect_within_limits(absurd, biped.tree.name());
+    EXPECT_GT(absurd.limited, 100) << biped.tree.name();
+    EXPECT_LT(absurd.last_com_error_m, 1e-6) << biped.tree.name();  // back at what it can do
+    EXPECT_LT(absurd.last_foot_error_m, 1e-6) << biped.tree.name();
+  }
+}
+
+TEST(Stack, ALowerTaskNeverMovesFeetAndCom) {
+  const robot::Biped biped = model::load_biped("biped.yaml");
+  const Trial torn = trial_of(biped, 5.0, [](const Reference& r, double t) {
+    TaskGoals goals = r.walk(t, 0.2);
+    goals.R_W_trunk = math::exp_so3({0.3 * std::sin(5.0 * t), 1.0, 0.0});
+    for (TaskGoals::Hand& hand : goals.hand) {
+      hand = {.p_W_m = goals.com_W_m + Eigen::Vector3d(0.8, 0.6 * std::sin(3.0 * t), -0.5),
+              .share = 1.0};
+    }
+    return goals;
+  });
+  expect_within_limits(torn, "torn");
+  expect_exact(torn, "torn", 1e-4);
+}
+
+TEST(Stack, StaysWithItsLastPostureIfAGoalIsNoNumber) {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const robot::Biped biped = model::load_biped("biped.yaml");
+  const Reference reference(biped);
+  Stack stack(biped, walking_stack(biped));
+  for (int tick = 1; tick < 200; ++tick) stack.step(reference.walk(tick * kDt, 0.2), kDt);
+  const Eigen::VectorXd q = stack.state().q;
+  const auto refused = [&](auto change, const std::string& reason, double dt_s = kDt) {
+    TaskGoals bad = reference.walk(1.0, 0.2);
+    change(bad);
+    const StackState& state = stack.step(bad, dt_s);
+    EXPECT_EQ(state.reason, "stack of tasks: " + reason);
+    EXPECT_EQ(state.q, q);
+    EXPECT_EQ(state.dq.norm(), 0.0);
+  };
+  refused([&](TaskGoals& g) { g.com_W_m.x() = nan; }, "the CoM's goal is no number");
+  refused([&](TaskGoals& g) { g.com_v_W.z() = nan; }, "the CoM's goal is no number");
+  refused([&](TaskGoals& g) { g.foot[1].X_WS(0, 0) = nan; }, "a foot's goal is no number");
+  refused([&](TaskGoals& g) { g.foot[0].yaw_rate_rad_s = INFINITY; }, "a foot's goal is no number");
+  refused([&](TaskGoals& g) { g.R_W_trunk(2, 1) = nan; }, "the trunk's goal is no number");
+  refused([&](TaskGoals& g) { g.upper_body[3] = nan; }, "the upper body's goal is no number");
+  refused([&](TaskGoals& g) { g.upper_body.resize(2); },
+          "the upper body's goal is of another size");
+  refused([&](TaskGoals& g) { g.upper_body_rate.resize(2); },
+          "the upper body's rate is of another size");
+  refused([&](TaskGoals& g) { g.hand[0].share = nan; }, "a hand's goal is no number");
+  refused([](TaskGoals&) {}, "dt is no time between 0 and 0.1 s", nan);
+  refused([](TaskGoals&) {}, "dt is no time between 0 and 0.1 s", 0.0);
+  const StackState& on = stack.step(reference.walk(1.0, 0.2), kDt);
+  EXPECT_EQ(on.reason, "");
+  EXPECT_LT(on.foot_error_m, 1e-6);
+}
+
+TEST(Stack, DoesNotAllocateAndIsDeterministic) {
+  const robot::Biped biped = model::load_biped("biped.yaml");
+  const Reference reference(biped);
+  Stack stack(biped, walking_stack(biped)), again(biped, walking_stack(biped));
+  std::vector<TaskGoals> goals;
+  for (int tick = 1; tick <= 400; ++tick) {
+    goals.push_back(reference.walk(tick * kDt, 0.3));
+    if (tick > 200) {
+      goals.back().com_W_m.z() += 0.1;  // limits
+      goals.back().upper_body.array() += 2.0;
+      goals.back().hand[0].share = 0.5;
+    }
+    if (tick == 300) goals.back().com_W_m.z() = NAN;
+  }
+  {
+    testing::NoMalloc guard;
+    for (const TaskGoals& goal : goals) stack.step(goal, kDt);
+  }
+  for (const TaskGoals& goal : goals) again.step(goal, kDt);
+  EXPECT_EQ(stack.state().q, again.state().q);
+  EXPECT_EQ(stack.state().X_WB.matrix(), again.state().X_WB.matrix());
+}
+
+TEST(Stack, BringsJointsBackFromBeyondTheirLimits) {
+  const robot::Biped biped = model::load_biped("biped.yaml");
+  const int elbow = biped.tree.require_joint("left_elbow");
+  Eigen::VectorXd q = biped.half_sitting;
+  q[elbow] = biped.tree.upper()[elbow] + 0.1;
+  Stack stack(biped, walking_stack(biped));
+  stack.reset(biped.X_WB_half_sitting, q);
+  TaskGoals goals = Reference(biped).stand();
+  double before = q[elbow];
+  for (int tick = 0; tick < 100; ++tick) {
+    const StackState& state = stack.step(goals, kDt);
+    EXPECT_EQ(state.reason, "");
+    EXPECT_LE(state.q[elbow], before);
+    before = state.q[elbow];
+  }
+  EXPECT_LE(before, biped.tree.upper()[elbow]);
 }
 
 }  // namespace
