@@ -43,9 +43,9 @@ inline std::optional<Biped> jvrc1() {
                    .half_sitting = {}};
   std::swap(names.sole[0], names.sole[1]);
   for (const std::string side : {"L_", "R_"}) {
-    names.half_sitting.emplace_back(side + "HIP_P", -0.38);
+    names.half_sitting.emplace_back(side + "HIP_P", -0.32);
     names.half_sitting.emplace_back(side + "KNEE", 0.72);
-    names.half_sitting.emplace_back(side + "ANKLE_P", -0.34);
+    names.half_sitting.emplace_back(side + "ANKLE_P", -0.4);
   }
   return make_biped(read_urdf(file), names);
 }
@@ -88,7 +88,7 @@ inline Biped odd_biped(const std::string& changed = "",
         link.X_PJ.translation() = turned.transpose() * places[i];
       }
       link.lower = i == 3 ? -2.2 : -0.7;
-      link.upper = i == 3 ? 0.1 : 0.7;
+      link.upper = i == 3 ? 0.1 : i == 1 ? 2.5 : 0.7;  // the hip's second beyond a right angle
       link.max_speed = 10.0;
       if (i > 0 && links.back().joint == changed) link.X_PJ.translation() -= shift;
       if (link.joint == changed) {

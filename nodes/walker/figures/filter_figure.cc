@@ -15,20 +15,31 @@ void plot(const std::filesystem::path& png, const FilteredWalk& full, const Filt
   Data reference{"reference", {}}, unfiltered{"unfiltered", {}}, legs_only{"legs_only", {}},
       full_body{"full_body", {}};
   for (std::size_t i = 0; i < full.ticks.size(); ++i) {
-    const FilteredWalk::Tick &f = full.ticks[i], &l = legs.ticks[i];
-    const double t = f.time_s, x = f.planned_m.x();
-    reference.rows.push_back({t, x});
-    unfiltered.rows.push_back({t, x + f.error_before_m.x()});
-    legs_only.rows.push_back({t, x + l.error_after_m.x()});
-    full_body.rows.push_back({t, x + f.error_after_m.x()});
+    const FilteredWalk::Tick& tick = full.ticks[i];
+    const double x = tick.planned_m.x();
+    const auto add = [&](Data& to, double error) {
+      to.rows.push_back({tick.time_s, x + error, 1e3 * error});
+    };
+    add(reference, 0.0);
+    add(unfiltered, tick.error_before_m.x());
+    add(legs_only, legs.ticks[i].error_after_m.x());
+    add(full_body, tick.error_after_m.x());
   }
-  reproduce::plot_png(png, 1000, 560, {reference, unfiltered, legs_only, full_body},
-                      R"(set xlabel 'time [s]'; set ylabel 'x_{ZMP} [m]'
-set xrange [4:8]; set key top left; set grid
-plot $reference with lines lw 3 lc rgb '#1f4fd0' title 'x_{ZMP}^{reference}', \
-  $unfiltered with lines lw 2 dt 4 lc rgb '#2ca02c' title 'x_{ZMP}^{unfiltered}', \
-  $legs_only with lines lw 2 dt 4 lc rgb '#c020c0' title 'x_{ZMP}^{DF (legs only)}', \
-  $full_body with lines lw 2 dt 4 lc rgb '#ff8c00' title 'x_{ZMP}^{DF (full body)}'
+  reproduce::plot_png(png, 1000, 900, {reference, unfiltered, legs_only, full_body},
+                      R"(set multiplot layout 2,1
+set xrange [4:8]; set grid
+set style line 11 lw 3 lc rgb '#1f4fd0'
+set style line 12 lw 2 dt 4 lc rgb '#2ca02c'
+set style line 13 lw 2 dt 4 lc rgb '#c020c0'
+set style line 14 lw 2 dt 4 lc rgb '#ff8c00'
+set ylabel 'x of the ZMP [m]'; set key top left
+plot $reference using 1:2 with lines ls 11 title 'reference', \
+  $unfiltered using 1:2 with lines ls 12 title 'unfiltered', \
+  $legs_only using 1:2 with lines ls 13 title 'filter (legs only)', \
+  $full_body using 1:2 with lines ls 14 title 'filter (full body)'
+set xlabel 'time [s]'; set ylabel 'difference from the reference [mm]'; unset key
+plot $reference using 1:3 with lines ls 11, $unfiltered using 1:3 with lines ls 12, \
+  $legs_only using 1:3 with lines ls 13, $full_body using 1:3 with lines ls 14
 )");
 }
 

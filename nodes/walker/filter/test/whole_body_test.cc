@@ -36,6 +36,7 @@ TEST(WholeBody, WalksAsPlanned) {
     robot::Jacobian J_foot(6, 6 + biped.tree.dof());
     UpperBody upper = at_rest(biped);
     VectorXd nu(6 + biped.tree.dof());
+    bool turned = false;
     for (int tick = 0; tick < 1000; ++tick) {
       pattern.step(wish(0.2, 0.02, 0.1));
       if (tick % 37 != 0) continue;
@@ -57,6 +58,10 @@ TEST(WholeBody, WalksAsPlanned) {
       const Vector3d force = dynamics.ground_wrench(m).force / biped.tree.mass_kg();
       EXPECT_LT((force - a).norm(), 0.05) << biped.tree.name() << ' ' << tick;
       EXPECT_NEAR(m.X_WB.linear()(0, 0), std::cos(now.yaw_rad), 1e-12);
+      EXPECT_EQ(m.omega_W, Vector3d(0, 0, now.yaw_rate_rad_s));
+      const double turns = now.foot[kLeft].yaw_acceleration + now.foot[kRight].yaw_acceleration;
+      EXPECT_NEAR(m.alpha_W.z(), 0.5 * turns, 1e-12);  // the waist's yaw is the feet's mean
+      turned = turned || std::abs(turns) > 0.01;
       for (const Side side : robot::kSides) {
         const FootState& foot = now.foot[side];
         const auto& X_WS = kinematics.X_WL(biped.leg[side].sole);
@@ -67,6 +72,7 @@ TEST(WholeBody, WalksAsPlanned) {
         EXPECT_LT((rate.tail<3>() - Vector3d(0, 0, foot.yaw_rate_rad_s)).norm(), 1e-4);
       }
     }
+    EXPECT_TRUE(turned);
   }
 }
 
