@@ -25,6 +25,9 @@ int main(int argc, char** argv) {
   mimesis::tool::add_log(program, exit_code);
   mimesis::tool::add_demix(program, exit_code);
   mimesis::tool::add_reproduce(program, exit_code);
+#ifdef MIMESIS_HAS_WALK_TRIALS
+  mimesis::tool::add_walk_trials(program, exit_code);
+#endif
   try {
     program.parse(argc, argv);
   } catch (const CLI::ParseError& e) {

@@ -31,7 +31,7 @@ struct FeetTest : ::testing::Test {
 /// A sole on a soft ground: toes down (θ_y > 0) give M_y < 0, left edge up (θ_x > 0) gives M_x < 0.
 TEST_F(FeetTest, PressureComesToTheWishedPoint) {
   constexpr double kStiffness = 400.0, kNormal = 300.0;
-  wished.cop_S_m = {Eigen::Vector2d(0.05, -0.02), Eigen::Vector2d(-0.04, 0.01)};
+  wished.cop_S_m.fill({0.05, -0.02});
   for (int i = 0; i < 2000; ++i) {
     run(1);
     for (Side s : robot::kSides) {
@@ -47,6 +47,14 @@ TEST_F(FeetTest, PressureComesToTheWishedPoint) {
     EXPECT_NEAR(-m.y() / kNormal, share * wished.cop_S_m[s].x(), 1e-4);
     EXPECT_NEAR(m.x() / kNormal, share * wished.cop_S_m[s].y(), 1e-4);
   }
+}
+
+TEST_F(FeetTest, InDoubleSupportASoleTurnsLittleOnItsOwn) {
+  measured.foot_S[kLeft] = {{0.0, 0.0, 300.0}, {0.0, 10.0, 0.0}};
+  run(1);
+  const double own = kTick_s * settings.cop_rad_s_n_m * 10.0;
+  EXPECT_NEAR(tilt(kRight).y(), own * 0.5 * (1.0 - settings.cop_alone), 1e-9);
+  EXPECT_NEAR(tilt(kLeft).y(), own * 0.5 * (1.0 + settings.cop_alone), 1e-9);
 }
 
 TEST_F(FeetTest, SoleTurnsAboutItsOriginInItsOwnHeading) {
