@@ -14,8 +14,9 @@ constexpr double kRightReaches = 0.20, kRightArrives = 0.95;
 constexpr double kLeastReach_s = 0.8, kLetGo_s = 0.6;
 constexpr double kJump_m = 0.02, kFollow_s = 0.15;  // of a target, and how fast a hand follows
 constexpr double kLead_1_s = 1.5, kMostLead_m = 0.04;
-constexpr double kThere = 0.95;   // share of a reach
-constexpr double kEdge_m = 0.10;  // over the edge of the drawer, not through it
+constexpr double kGrip_m = 0.005, kGrip_s = 0.1;  // so near for so long, and it grips
+constexpr double kThere = 0.95, kAtIt = 0.995;    // share of a reach
+constexpr double kEdge_m = 0.10;                  // over the edge of the drawer, not through it
 
 }  // namespace
 
@@ -40,7 +41,7 @@ void BipedDrawerSequence::start_hands() {
 void BipedDrawerSequence::release() {
   for (Hand& hand : hand_) {
     if (hand.started) hand.reach.start(false, kLetGo_s);
-    hand.started = false;
+    hand.started = hand.closes = false;
   }
   state_.opened_m = 0.0;
 }
@@ -68,7 +69,7 @@ void BipedDrawerSequence::move_hands(const DrawerSeen* seen) {
   object.z() = drawer.object_height_m;
   if (seen != nullptr) {
     handle = seen->handle_W_m + seen->opened_m * way;
-    object = seen->object_W_m;
+    object = seen->taken ? hand_[mocap::kRight].last_target_m : seen->object_W_m;
   }
   move_hand(mocap::kLeft, handle - state_.opened_m * way, 0.0);
   move_hand(mocap::kRight, object, kEdge_m);
@@ -87,6 +88,7 @@ void BipedDrawerSequence::move_hand(mocap::Side side, const Vector3d& target, do
   hand.has_target = true;
   hand.gap_m *= std::exp(-options_.dt_s / kFollow_s);
   if (x <= 0.0) {
+    hand.near_s = 0.0;
     hand.gap_m.setZero();
     hand.led_m.setZero();
     state_.hand[side].reset();
@@ -99,9 +101,13 @@ void BipedDrawerSequence::move_hand(mocap::Side side, const Vector3d& target, do
     hand.led_m += options_.dt_s * kLead_1_s * (goal - robot_.hand_W_m[side]);
     if (hand.led_m.norm() > kMostLead_m) hand.led_m *= kMostLead_m / hand.led_m.norm();
   }
+  const bool near = x > kAtIt && hand.gap_m.norm() < kGrip_m &&
+                    (!robot_.hands_known || (goal - robot_.hand_W_m[side]).norm() < kGrip_m);
+  hand.near_s = near ? hand.near_s + options_.dt_s : 0.0;
+  if (hand.started && hand.near_s >= kGrip_s) hand.closes = true;
   Vector3d p = p_joints + x * (goal + hand.led_m - p_joints);
   p.z() += 4.0 * x * (1.0 - x) * over_m;
-  state_.hand[side] = HandWish{p, std::clamp(10.0 * x, 0.0, 1.0)};
+  state_.hand[side] = HandWish{p, std::clamp(10.0 * x, 0.0, 1.0), hand.closes};
 }
 
 }  // namespace mimesis::synthesizer

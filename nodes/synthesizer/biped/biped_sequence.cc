@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include "common/math/circle.h"
 #include "nodes/synthesizer/control/transition.h"
@@ -20,6 +21,8 @@ constexpr double kMoved_m = 0.003;                         // of a drawer that i
 constexpr double kMargin_rad = 0.005;                      // from the joints' limits
 constexpr double kLeastDepth_m = 0.124, kReach_m = 0.663;  // of the task [M18 3.8.4]
 constexpr double kReachRise = (0.755 - 0.663) / (0.273 - 0.124);
+constexpr double kJump_rad = 0.1;  // of the phase: a robot that begins with the other foot
+constexpr double kGripper_rad_s = 2.0;
 constexpr double kAcceleration_m_s2 = 0.6;
 
 void settle(MotionParameters& p, const MotionParameters& wanted, double share) {
@@ -86,19 +89,35 @@ BipedDrawerSequence::BipedDrawerSequence(const BipedDrawer& drawer, const BipedT
   for (const auto& [joint, angle] : drawer.figure.start_rad) {
     if (const int i = drawer.upper.find_joint(joint); i >= 0) state_.q[i] = angle;
   }
-  state_.dq = offset_ = offset_rate_ = Eigen::VectorXd::Zero(joints);
+  aim_ = state_.q;
+  state_.dq = aim_rate_ = offset_ = offset_rate_ = Eigen::VectorXd::Zero(joints);
   lower_ = drawer.upper.lower().array() + kMargin_rad;
   upper_ = drawer.upper.upper().array() - kMargin_rad;
   rows_ = soon_ = Eigen::VectorXd::Zero(drawer.actions.row_count());
   for (const std::size_t side : {0u, 1u}) {
     wrist_[side] = drawer.upper.require_link(drawer.figure.wrist[side]);
+    Hand& hand = hand_[side];
+    for (int i = 0; i < drawer.upper.dof() && hand.gripper < 0; ++i) {
+      const bool of_hand =
+          drawer.upper.moved(i).joint.find("gripper") != std::string::npos &&
+          drawer.upper.carries(wrist_[side], drawer.upper.find_link(drawer.upper.moved(i).name));
+      if (of_hand) hand.gripper = i;
+    }
+    if (hand.gripper < 0) continue;
+    // it opens to the nearer limit and closes towards the other one
+    const double low = lower_[hand.gripper], high = upper_[hand.gripper];
+    const bool high_opens = std::abs(high) < std::abs(low);
+    hand.open_rad = 0.8 * (high_opens ? high : low);
+    hand.closed_rad = 0.5 * (high_opens ? low : high);
   }
   state_.number = -1;
   previous_length_m_ = options.plan.normal_m;
 }
 
 void BipedDrawerSequence::set_posture(const Eigen::VectorXd& q) {
-  state_.q = q;
+  state_.q = aim_ = q;
+  state_.dq.setZero();
+  aim_rate_.setZero();
   fade_begins_ = true;
 }
 
@@ -204,8 +223,9 @@ void BipedDrawerSequence::landed(mocap::Side side) {
 
 /// Steps from where the feet are; a foot that is about to land, from where it will.
 void BipedDrawerSequence::replan() {
-  task_changed_ = false;
+  const bool elsewhere = std::exchange(task_changed_, false);
   const bool moving = robot_.moves();
+  if (!moving) robot_.swing = mocap::kRight;  // begins with a whole action
   FeetAlongWay feet{.support_m = foot_m(other(robot_.swing)),
                     .other_m = foot_m(robot_.swing),
                     .swing = robot_.swing,
@@ -238,8 +258,9 @@ void BipedDrawerSequence::replan() {
   if (state_.number < 0) return;
   const bool stood = state_.action == kStanding, stands = plan_.steps.empty();
   const bool last = plan_.steps.size() <= 2 && !stands && plan_.steps[0].action == kReachingStep;
-  if (!stands && (stood || !last)) release();
-  if (stood != stands || halted_) {
+  const bool anew = stood && elsewhere;  // what was done of the stand is in vain
+  if (anew || (!stands && !last)) release();
+  if (stood != stands || halted_ || anew) {
     from_stand_ = !moving;
     halted_ = false;
     begin_action();
@@ -363,7 +384,9 @@ void BipedDrawerSequence::advance_phase(const DrawerSeen* seen) {
   const bool second = !plan_.steps.empty() && plan_.steps[0].side == mocap::kLeft;
   const double middle = second ? 1.5 * kPi : 0.5 * kPi;
   const double off = std::clamp(math::wrap_pi(clock_.phase_rad() - middle), -0.5 * kPi, 0.5 * kPi);
-  state_.phase_rad = std::min(middle + off, std::nextafter(kTurn, 0.0));
+  const double phase = std::min(middle + off, std::nextafter(kTurn, 0.0));
+  if (std::abs(phase - state_.phase_rad) > kJump_rad) fade_begins_ = true;
+  state_.phase_rad = phase;
   state_.phase_rate_rad_s = clock_.rate_rad_s();
 }
 
@@ -385,18 +408,35 @@ void BipedDrawerSequence::mix() {
   }
 }
 
+void BipedDrawerSequence::move_grippers() {
+  const double turn = kGripper_rad_s * options_.dt_s;
+  for (Hand& hand : hand_) {
+    if (hand.gripper < 0) continue;
+    const double wished = !hand.started ? rows_[hand.gripper]
+                          : hand.closes ? hand.closed_rad
+                                        : hand.open_rad;
+    if (state_.time_s <= options_.dt_s) hand.gripper_rad = rows_[hand.gripper];
+    hand.gripper_rad += std::clamp(wished - hand.gripper_rad, -turn, turn);
+    rows_[hand.gripper] = hand.gripper_rad;
+  }
+}
+
 void BipedDrawerSequence::move_upper_body() {
   mix();
   const LearnedActions& learned = drawer_->actions;
   learned.at(mixed_, state_.phase_rad, rows_);
+  move_grippers();
   const Eigen::Index joints = state_.q.size();
   if (fade_begins_) {
     fade_begins_ = false;
     const double step = options_.dt_s * state_.phase_rate_rad_s;
     const double soon = std::min(state_.phase_rad + step, std::nextafter(kTurn, 0.0));
     learned.at(mixed_, soon, soon_);
-    offset_ = state_.q - rows_.head(joints);
-    offset_rate_ = state_.dq - (soon_ - rows_).head(joints) / options_.dt_s;
+    for (const Hand& hand : hand_) {
+      if (hand.gripper >= 0) soon_[hand.gripper] = rows_[hand.gripper];
+    }
+    offset_ = aim_ - rows_.head(joints);
+    offset_rate_ = aim_rate_ - (soon_ - rows_).head(joints) / options_.dt_s;
     fade_s_ = 0.0;
   }
   fade_s_ = std::min(fade_s_ + options_.dt_s, kFade_s);
@@ -405,6 +445,8 @@ void BipedDrawerSequence::move_upper_body() {
   for (Eigen::Index i = 0; i < joints; ++i) {
     const double u = std::clamp(rows_[i] + faded(offset_[i], offset_rate_[i], fade_s_, kFade_s),
                                 lower_[i], upper_[i]);
+    aim_rate_[i] = (u - aim_[i]) / dt;
+    aim_[i] = u;
     const double e = state_.q[i] - u, a = state_.dq[i] + kLambda_1_s * e;
     const double next = (e + dt * a) * decay;
     state_.dq[i] = a * decay - kLambda_1_s * next;

@@ -61,7 +61,8 @@ struct BipedSequenceOptions {
 /// A wish for one hand: the point between its fingers.
 struct HandWish {
   Eigen::Vector3d p_W_m = Eigen::Vector3d::Zero();
-  double share = 0.0;  ///< 0: the joints decide; 1: the hand does
+  double share = 0.0;   ///< 0: the joints decide; 1: the hand does
+  bool closes = false;  ///< it shall grip
 };
 
 struct BipedSequenceState {
@@ -89,6 +90,7 @@ struct BipedSequenceState {
 /// its steps (GaitClock). At every landing, and when the drawer jumps, the steps are planned anew
 /// from where the feet are (plan_steps()). What the mixture's arms leave to handle and object is
 /// drawn in by ArmReach; a hand that the robot reports elsewhere than wished is led back slowly.
+/// A hand closes when it is there: joints named "gripper" open and close.
 /// The drawer opens on as long as it is held. Without feedback the robot is believed to obey. If no
 /// plan leads to where the drawer has jumped, the robot stops and says why, until it jumps again.
 ///
@@ -154,6 +156,7 @@ class BipedDrawerSequence {
   void advance_phase(const DrawerSeen* seen);
   void stand_on(const DrawerSeen* seen);
   void mix();
+  void move_grippers();
   void move_upper_body();
   void wish_velocity();
   void wish_landings();
@@ -183,6 +186,7 @@ class BipedDrawerSequence {
 
   MotionParameters current_, wanted_, mixed_, previous_, next_;
   bool has_previous_ = false, has_next_ = false;
+  Eigen::VectorXd aim_, aim_rate_;  // of the joints, before the low-pass
   Eigen::VectorXd rows_, soon_, offset_, offset_rate_, lower_, upper_;
   double fade_s_ = 0.0, waited_s_ = 0.0;
   bool fade_begins_ = true, halted_ = false, waiting_ = false;
@@ -193,7 +197,10 @@ class BipedDrawerSequence {
     bool started = false;
     Eigen::Vector3d gap_m = Eigen::Vector3d::Zero(), led_m = Eigen::Vector3d::Zero(),
                     last_target_m = Eigen::Vector3d::Zero();
-    bool has_target = false;
+    bool has_target = false, closes = false;
+    double near_s = 0.0;  // its target, for so long
+    int gripper = -1;     // joint
+    double open_rad = 0.0, closed_rad = 0.0, gripper_rad = 0.0;
   };
   std::array<Hand, 2> hand_;
   BipedSequenceState state_;

@@ -189,7 +189,6 @@ Recorded record(const mocap::Body& body, const Retargeting& retargeting, const T
   r.velocity.resize(3, kActions * samples);
   std::vector<retarget::FrameGoals> goals;
   double ignored = 0.0;
-  constexpr double kBeside_s = 1e-3;
   for (int a = 0; a < kActions; ++a) {
     for (int k = 0; k < samples; ++k) {
       const double t = sample_time(plan, a, k, samples);
@@ -198,9 +197,8 @@ Recorded record(const mocap::Body& body, const Retargeting& retargeting, const T
       root.z() = height_m;
       goals.push_back(retargeting.goals(forward_kinematics(
           body, std::span<const double, mocap::kBodyRows>(angles.data(), mocap::kBodyRows), root)));
-      const Vector3d v =
-          (performer.ground_track(t + kBeside_s) - performer.ground_track(t - kBeside_s)) /
-          (2.0 * kBeside_s);
+      const double dt = plan.duration_s[a] / samples;
+      const Vector3d v = (performer.ground_track(t + dt) - performer.ground_track(t)) / dt;
       r.velocity.col(a * samples + k) << v.x(), v.y(), 0.0;
     }
   }
@@ -218,19 +216,20 @@ Recorded record(const mocap::Body& body, const Retargeting& retargeting, const T
   return r;
 }
 
-void append(DrawerData& data, const TrialPlan& p, const Recorded& r, double pace,
+/// `pace`: of actions 1 and 2.
+void append(DrawerData& data, const TrialPlan& p, const Recorded& r, const Paces& pace,
             std::uint64_t seed) {
   const Eigen::Index joints = r.q.rows(), rows = joints + 3;
   const Eigen::Index samples = r.q.cols() / kActions;
   const double reach = p.final_distance_m;
-  const double lengths[] = {pace * p.normal_length_m, pace * p.reaching_length_m, 0.0};
+  const double lengths[] = {pace[0] * p.normal_length_m, pace[1] * p.reaching_length_m, 0.0};
   double distance = lengths[0] + lengths[1] + reach;
   for (int a = 0; a < kActions; ++a) {
     mocap::Trials& set = data.action[static_cast<std::size_t>(a)];
     const Eigen::Index first = set.samples.rows();
     set.samples.conservativeResize(first + rows, samples);
     set.samples.middleRows(first, joints) = r.q.middleCols(a * samples, samples);
-    set.samples.bottomRows(3) = pace * r.velocity.middleCols(a * samples, samples);
+    set.samples.bottomRows(3) = pace[a == 0 ? 0 : 1] * r.velocity.middleCols(a * samples, samples);
     set.trials.push_back(
         {.clip = "generated " + std::to_string(seed) + "/" + std::to_string(p.recording),
          .style =
@@ -299,9 +298,10 @@ DrawerData generate_robot_data(const robot::RobotTree& tree, const retarget::Rob
   for (const TrialPlan& p : plans) {
     recorded.push_back(record(data.body, retargeting, p, drawer, height, settings.samples, seen));
   }
-  std::vector<double> paces = {1.0};
-  paces.insert(paces.end(), settings.paces.begin(), settings.paces.end());
-  for (const double pace : paces) {
+  std::vector<Paces> paces = {{1.0, 1.0}};
+  for (const double pace : settings.paces) paces.push_back({pace, pace});
+  paces.push_back(settings.mixed_pace);
+  for (const Paces& pace : paces) {
     for (std::size_t i = 0; i < plans.size(); ++i) {
       append(data, plans[i], recorded[i], pace, settings.seed);
     }

@@ -4,6 +4,9 @@
 
 namespace mimesis::synthesizer {
 
+/// Factors of the pelvis' velocity in actions 1 and 2.
+using Paces = std::array<double, 2>;
+
 /// How a robot does the drawer task. Defaults: biped.urdf, two steps of 0.8 s an action. Lengths
 /// are so that the fastest trials come up to what the robot can walk [M18 3.8.4].
 struct RobotTrialSettings {
@@ -16,6 +19,8 @@ struct RobotTrialSettings {
   double cycle_s = 1.6, standing_s = 2.4;
   /// Further trials of each by scaled velocity of the pelvis, upper body as it was [M18 3.8.3].
   std::vector<double> paces = {0.8, 0.92, 1.2};
+  /// And of each one with other paces of action 1 and 2: a short one after a long one.
+  Paces mixed_pace = {1.2, 0.8};
   int samples = 100;  ///< T, of each action
 };
 
@@ -36,8 +41,9 @@ std::vector<std::string> upper_body_joints(const robot::RobotTree& tree,
 robot::RobotTree upper_body_tree(const robot::RobotTree& tree, const retarget::RobotFigure& figure);
 
 /// Of rows: upper-body joints [rad], then these: forward and left [m/s] in the heading frame, turn
-/// [rad/s]. They are what a step's mean velocity shall be; the sway of the pelvis is the walker's
-/// affair and not in them.
+/// [rad/s], each the mean from its sample to the next, so that their sum is the travel. They are
+/// what a step's mean velocity shall be; the sway of the pelvis is the walker's affair and not in
+/// them.
 inline constexpr std::array<const char*, 3> kVelocityRows = {
     "pelvis.forward_m_s", "pelvis.left_m_s", "pelvis.turn_rad_s"};
 

@@ -202,6 +202,53 @@ TEST(RobotNode, ALostFeedbackIsSaidAndTheWalkGoesOn) {
   EXPECT_EQ(rig.reached.size(), 1U);
 }
 
+TEST(RobotNode, GoesToADrawerByLandings) {
+  SynthesizerParams p = robot_params();
+  p.drawer = true;
+  Rig rig(p);
+  rig.with_feedback = false;  // it is believed to obey
+  v1::MotionGoal goal;
+  goal.set_kind(v1::MOTION_GOAL_KIND_DRAWER);
+  goal.mutable_position_in_world_m()->set_x_m(1.7);
+  goal.set_object_depth_m(0.2);
+  rig.bus.send("goal", goal, 1s);
+  std::vector<std::string> actions;
+  std::vector<double> before;
+  int hands = 0;
+  rig.after_step = [&] {
+    const v1::Motion& m = rig.motion;
+    if (actions.empty() || actions.back() != m.action()) actions.push_back(m.action());
+    if (m.action() == "step") {
+      ASSERT_EQ(m.landings_size(), 2);
+      EXPECT_NE(m.landings(0).foot(), m.landings(1).foot());
+    }
+    hands = std::max(hands, m.hands_size());
+    const std::vector<double> now(m.position_rad().begin(), m.position_rad().end());
+    for (std::size_t r = 51; r < before.size(); ++r) ASSERT_LT(std::abs(now[r] - before[r]), 0.03);
+    before = now;
+  };
+  rig.run(10s);
+  EXPECT_EQ(actions, (std::vector<std::string>{"step", "reach", "take"}));
+  EXPECT_EQ(hands, 2);
+  EXPECT_TRUE(rig.motion.stands());
+  ASSERT_EQ(rig.reached.size(), 1U);
+  EXPECT_EQ(rig.reached[0].kind(), v1::MOTION_GOAL_KIND_DRAWER);
+  rig.go(0.0, 0.0);  // and away again: the arms come back without a jump
+  rig.run(2s);
+  EXPECT_EQ(rig.motion.hands_size(), 0);
+}
+
+TEST(RobotNode, RefusesADrawerWithoutItsActions) {
+  Rig rig;
+  v1::MotionGoal goal;
+  goal.set_kind(v1::MOTION_GOAL_KIND_DRAWER);
+  goal.mutable_position_in_world_m()->set_x_m(1.7);
+  rig.bus.send("goal", goal, 1s);
+  rig.run(100ms);
+  ASSERT_FALSE(rig.statuses.empty());
+  EXPECT_NE(rig.statuses[0].reason().find("drawer"), std::string::npos);
+}
+
 TEST(RobotNode, IsOneRobot) {
   SynthesizerParams p = robot_params();
   p.characters = 2;

@@ -108,7 +108,7 @@ class FakeDrawer {
   }
   void step(const FakeWalker& walker, const BipedSequenceState& wish) {
     const auto at = [&](std::size_t side, const Eigen::Vector3d& p) {
-      return wish.hand[side] && wish.hand[side]->share > 0.95 &&
+      return wish.hand[side] && wish.hand[side]->share > 0.95 && wish.hand[side]->closes &&
              (walker.now().hand_W_m[side] - p).norm() < near_m;
     };
     if (at(0, seen_.handle_W_m)) seen_.held = true;
@@ -117,10 +117,12 @@ class FakeDrawer {
       seen_.opened_m = std::clamp(front_ - walker.now().hand_W_m[0].x(), 0.0, 0.25);
     }
     show();
-    reach_error_m = (walker.now().hand_W_m[1] - seen_.object_W_m).norm();
-    if (seen_.opened_m > 0.15 && at(1, seen_.object_W_m)) seen_.taken = true;
+    if (!seen_.taken && seen_.opened_m > 0.15 && at(1, seen_.object_W_m)) {
+      seen_.taken = true;
+      reach_error_m = (walker.now().hand_W_m[1] - seen_.object_W_m).norm();
+    }
   }
-  double near_m = 0.010, reach_error_m = 0.0;
+  double near_m = 0.030, reach_error_m = 1.0;
 
  private:
   void show() {
