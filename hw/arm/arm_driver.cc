@@ -1,7 +1,6 @@
 #include "hw/arm/arm_driver.h"
 
 #include <algorithm>
-#include <cmath>
 #include <cstdio>
 #include <utility>
 
@@ -24,9 +23,6 @@ std::string seconds(double s) {
   std::snprintf(buffer, sizeof(buffer), "%g s", s);
   return buffer;
 }
-
-// Slower, a joint that a quick stop holds is at rest: what is left is the structure's swinging.
-constexpr double kAtRest_rad_s = 0.2;
 
 bool powered(DriveState state) {
   return state == DriveState::operation_enabled || state == DriveState::quick_stop_active ||
@@ -208,11 +204,9 @@ bool ArmDriver::all_are(DriveState state) const {
 }
 
 bool ArmDriver::stopped(const AxisMaster& axis) const {
-  const JointReading& joint = axis.reading();
-  if (stays_powered() && joint.drive == DriveState::quick_stop_active) {
-    return std::abs(joint.velocity_rad_s) < kAtRest_rad_s;
-  }
-  return !powered(joint.drive);
+  const DriveState state = axis.reading().drive;
+  if (stays_powered() && state == DriveState::quick_stop_active) return !axis.demand_moves();
+  return !powered(state);
 }
 
 Phase ArmDriver::rest() const {
@@ -289,8 +283,7 @@ void ArmDriver::enable(AxisMaster& axis) {
 }
 
 void ArmDriver::command_axes() {
-  const bool overdue =
-      !stays_powered() && reading_.phase == Phase::stopping && now_ - entered_ > kLongestStop;
+  const bool overdue = reading_.phase == Phase::stopping && now_ - entered_ > kLongestStop;
   for (std::size_t i = 0; i < axes_.size(); ++i) {
     AxisMaster& axis = axes_[i];
     switch (reading_.phase) {

@@ -104,7 +104,11 @@ void AxisMaster::handle(const Identity& id, const can::Frame& frame, Time now) {
   }
   if (id.n == 2) {
     if (const auto v = signed_at(frame, 0, 4)) reading_.velocity_rad_s = axis_.to_rad(*v);
-    if (const auto q = signed_at(frame, 4, 4)) demand_rad_ = axis_.to_rad(*q);
+    if (const auto q = signed_at(frame, 4, 4)) {
+      const double demand_rad = axis_.to_rad(*q);
+      demand_moves_ = demand_rad_ && *demand_rad_ != demand_rad;
+      demand_rad_ = demand_rad;
+    }
     return;
   }
   const auto status = unsigned_at(frame, 0, 2);

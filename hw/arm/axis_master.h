@@ -39,6 +39,8 @@ class AxisMaster {
   const JointReading& reading() const { return reading_; }
   /// Where the drive holds its motor, if it tells; else where the joint is [rad].
   double demand_rad() const { return demand_rad_.value_or(reading_.position_rad); }
+  /// The drive still moves that, as on a quick stop's ramp.
+  bool demand_moves() const { return demand_moves_; }
   /// How long the drive has shown its present state.
   Time state_age(Time now) const { return now - state_since_; }
   /// "A3 (node 3): expected operation enabled, is fault (statusword 0x0218): following error
@@ -69,6 +71,7 @@ class AxisMaster {
 
   JointReading reading_;
   std::optional<double> demand_rad_;
+  bool demand_moves_ = false;
   std::uint16_t statusword_ = 0;
   std::uint16_t emergency_ = 0;
   bool heard_ = false, rebooted_ = false;

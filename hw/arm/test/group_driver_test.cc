@@ -129,6 +129,19 @@ TEST_F(Group, NobodyMovesBeforeAllFollow) {
   EXPECT_NEAR(drive(0).position_rad(), 0.4, 1e-3);
 }
 
+TEST_F(Group, NoHalfOfARobotSetsOut) {
+  plug(0);
+  connect(QuickStop::disables);
+  run(Mode::idle, 500ms);
+  run(Mode::follow, 500ms);
+  EXPECT_EQ(reading.phase, Phase::starting);
+  EXPECT_EQ(racks[0]->drives()[0].state(), DriveState::switch_on_disabled);
+  plug(1);
+  run(Mode::idle, 500ms);
+  run(Mode::follow, 200ms);
+  EXPECT_EQ(reading.phase, Phase::following) << reading.reason;
+}
+
 TEST_F(Group, AFaultOnOneBusStopsAll) {
   enable(QuickStop::disables);
   drive(2).inject(sim::Trouble::overcurrent);
@@ -187,6 +200,24 @@ TEST_F(Group, AQuickStopThatStaysPoweredKeepsThePosture) {
   for (int k = 0; k < 20; ++k) {
     cycle(Mode::follow);
     EXPECT_EQ(in(DriveState::switch_on_disabled), "000") << "never without power";
+  }
+  EXPECT_EQ(reading.phase, Phase::following) << reading.reason;
+}
+
+TEST_F(Group, IsEnabledAgainOnlyAfterItsRamp) {
+  enable(QuickStop::stays_powered);
+  target = {1.5, 1.5, 0.1};
+  run(Mode::follow, 300ms);
+  ASSERT_GT(drive(0).velocity_rad_s(), 0.5);
+  drive(2).inject(sim::Trouble::overcurrent);
+  run(Mode::follow, 20ms);
+  ASSERT_EQ(reading.phase, Phase::fault);
+  run(Mode::idle, 2 * kCycle);
+  for (int k = 0; k < 100; ++k) {
+    const double v = drive(0).velocity_rad_s();
+    cycle(Mode::follow);
+    EXPECT_LE(std::abs(drive(0).velocity_rad_s() - v), 1.5 * 5.0 * 5e-3) << k;
+    EXPECT_NE(drive(0).state(), DriveState::switch_on_disabled);
   }
   EXPECT_EQ(reading.phase, Phase::following) << reading.reason;
 }

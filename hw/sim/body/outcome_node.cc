@@ -26,17 +26,13 @@ void OutcomeJudge::watch_steps() {
     if (!landed) continue;
     const bool left = before.swing() == v1::FOOT_LEFT;
     const v1::Footprint& other = now->feet(left ? 1 : 0);
-    JudgedStep step{.side = left ? robot::kLeft : robot::kRight,
-                    .planned_W_m = ground(before.landing().position_in_world_m()),
-                    .planned_other_W_m = ground(other.position_in_world_m()),
-                    .planned_other_yaw_rad = other.yaw_rad()};
-    if (wished_length_m_ > 0.0) step.wished_length_m = wished_length_m_;
+    const JudgedStep step{.side = left ? robot::kLeft : robot::kRight,
+                          .planned_W_m = ground(before.landing().position_in_world_m()),
+                          .planned_other_W_m = ground(other.position_in_world_m()),
+                          .planned_other_yaw_rad = other.yaw_rad()};
     judge_.step(step);
   }
-  while (const auto status = motion_.pop()) {
-    reached_ = status->reached();
-    wished_length_m_ = status->step_length_m_size() > 0 ? status->step_length_m(0) : 0.0;
-  }
+  while (const auto status = motion_.pop()) reached_ = status->reached();
 }
 
 void OutcomeJudge::step(runtime::Time now, const BodyTruth& truth, const Drawer* drawer) {
@@ -74,7 +70,6 @@ void OutcomeJudge::end(runtime::Time now, const std::string& failure, const Draw
   out.set_steps(static_cast<std::uint32_t>(f.steps));
   out.set_step_error_max_m(f.step_error_max_m);
   out.set_step_error_rms_m(f.step_error_rms_m);
-  out.set_step_length_error_max_m(f.step_length_error_max_m);
   out.set_ankle_pitch_peak_n_m(f.ankle_pitch_peak_n_m);
   out.set_normal_peak_n(f.normal_peak_n);
   out.set_zmp_error_rms_m(f.zmp_error_rms_m.norm());

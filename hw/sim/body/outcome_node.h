@@ -29,7 +29,6 @@ class OutcomeJudge {
   Settings settings_;
   WalkJudge judge_;
   v1::WalkFeedback planned_;  // newest
-  double wished_length_m_ = 0.0;
   bool reached_ = false, ended_ = false;
   std::optional<double> standing_since_s_;
 
