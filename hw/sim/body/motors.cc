@@ -35,6 +35,11 @@ bool in_ankle(const robot::Biped& biped, int joint) {
   });
 }
 
+bool in_knee(const robot::Biped& biped, int joint) {
+  return std::any_of(biped.leg.begin(), biped.leg.end(),
+                     [&](const robot::Biped::Leg& leg) { return leg.dof[3] == joint; });
+}
+
 /// A URDF that says nothing about a motor does not limit it.
 double or_infinite(double limit) { return limit > 0.0 ? limit : kInfinite; }
 
@@ -49,7 +54,8 @@ Motors::Motors(const robot::Biped& biped, const DartBody& body, const BodyOption
     motor.dof = body.dof[i];
     const bool strong = in_leg(biped, joint) || bears_trunk(biped, joint);
     const bool bush = options.plant == Plant::kServo && in_ankle(biped, joint);
-    motor.servo = options.plant == Plant::kServo && strong && !bush;
+    const bool knee = in_knee(biped, joint) && !options.rigid_knees;
+    motor.servo = options.plant == Plant::kServo && strong && !bush && !knee;
     motor.stiffness_n_m_rad =
         bush ? kAnkleBush_n_m_rad : (strong ? kStrong_n_m_rad : options.arm_stiffness_n_m_rad);
     motor.damping_n_m_s_rad = kDamping_s * motor.stiffness_n_m_rad;

@@ -27,7 +27,7 @@ void for_each_point(const FilmFrame& frame, const Visit& visit) {
   for (const FilmBox& box : frame.boxes) {
     for (int i = 0; i < 8; ++i) {
       const Vector3d sign((i & 1) != 0 ? 1 : -1, (i & 2) != 0 ? 1 : -1, (i & 4) != 0 ? 1 : -1);
-      visit(Vector3d(box.center + Eigen::AngleAxisd(box.yaw_rad, Vector3d::UnitZ()) *
+      visit(Vector3d(box.center + box.tilt * Eigen::AngleAxisd(box.yaw_rad, Vector3d::UnitZ()) *
                                       box.half_extent.cwiseProduct(sign)),
             0.0);
     }

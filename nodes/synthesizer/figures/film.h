@@ -1,5 +1,5 @@
 #pragma once
-#include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <filesystem>
 #include <optional>
 #include <span>
@@ -26,11 +26,12 @@ struct FilmLimb {
   Colour colour;
 };
 
-/// A box that stands upright. W [m].
+/// A box that stands upright, unless it is tilted. W [m].
 struct FilmBox {
   Eigen::Vector3d center, half_extent;
   double yaw_rad = 0.0;
   Colour colour{178, 150, 118};
+  Eigen::Quaterniond tilt = Eigen::Quaterniond::Identity();  ///< about the center, after the yaw
 };
 
 /// Looks from `eye` at `target`, z of W up in the picture. Perspective, or orthographic if

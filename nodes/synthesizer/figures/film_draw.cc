@@ -97,7 +97,7 @@ void Canvas::shadow(std::span<const Vector3d> points, cv::Mat& mask) const {
 }
 
 std::array<Vector3d, 8> corners(const FilmBox& box) {
-  const Eigen::AngleAxisd turn(box.yaw_rad, Vector3d::UnitZ());
+  const Eigen::Quaterniond turn = box.tilt * Eigen::AngleAxisd(box.yaw_rad, Vector3d::UnitZ());
   std::array<Vector3d, 8> out;
   for (int i = 0; i < 8; ++i) {
     const Vector3d sign((i & 1) != 0 ? 1 : -1, (i & 2) != 0 ? 1 : -1, (i & 4) != 0 ? 1 : -1);
