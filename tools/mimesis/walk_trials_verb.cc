@@ -161,7 +161,7 @@ void add_walk_trials(CLI::App& program, int& exit_code) {
       "Deterministic but for its times. Exit codes: 0 nobody fell, 1 somebody did, 2 usage.\n"
       "Examples:\n"
       "  mimesis walk-trials --suite steps30 --plant servo --seed 7\n"
-      "  mimesis walk-trials --suite pushes --out pushes.jsonl --set step_adjustment=1");
+      "  mimesis walk-trials --suite pushes --out pushes.jsonl --set kd_1_s=3");
   verb->callback([o, &exit_code] { exit_code = run(*o); });
 }
 

@@ -10,7 +10,7 @@ struct StabilizerSettings {
   double kd_1_s = 4.5, ki_1_s = 1.5;
   double integral_leak_s = 10.0;  ///< ∫e forgets
   double integral_limit = 0.1;    ///< of |∫e| [m s]
-  double edge_margin_m = 0.01;    ///< wished ZMPs stay so far inside the edges of the soles
+  double edge_margin_m = 0.002;  ///< wished ZMPs stay so far inside the soles: 10 mm fall at 10 N s
 
   // measurement
   double velocity_filter_s = 0.01;  ///< of the differentiated CoM
@@ -35,11 +35,6 @@ struct StabilizerSettings {
 
   // centre of mass against ZMP: a = k (z − z_d) − 2 v/T − x/T² [C19]
   double com_1_s2 = 15.0, com_leak_s = 0.5, com_limit_m = 0.06;
-
-  // steps placed anew, only when the feedback is at the edge of the soles
-  bool step_adjustment = false;
-  double adjust_forward_m = 0.12, adjust_outward_m = 0.12, adjust_inward_m = 0.02;
-  double adjust_filter_s = 0.03, adjust_speed_m_s = 1.0;
 
   // falling
   double fall_tilt_rad = 0.6;  ///< of the base
@@ -75,12 +70,6 @@ struct StabilizerSettings {
     v("com_1_s2", com_1_s2, 0.0, 200.0);
     v("com_leak_s", com_leak_s, 0.05, 10.0);
     v("com_limit_m", com_limit_m, 0.0, 0.15);
-    v("step_adjustment", step_adjustment);
-    v("adjust_forward_m", adjust_forward_m, 0.0, 0.3);
-    v("adjust_outward_m", adjust_outward_m, 0.0, 0.3);
-    v("adjust_inward_m", adjust_inward_m, 0.0, 0.1);
-    v("adjust_filter_s", adjust_filter_s, 0.0, 1.0);
-    v("adjust_speed_m_s", adjust_speed_m_s, 0.0, 10.0);
     v("fall_tilt_rad", fall_tilt_rad, 0.1, 1.5);
     v("fall_dcm_m", fall_dcm_m, 0.05, 2.0);
   }

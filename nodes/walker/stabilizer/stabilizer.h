@@ -19,8 +19,7 @@ struct StabilizerPlan {
 /// What the whole-body motion has to do differently from the plan.
 struct StabilizerCommand {
   Eigen::Vector2d com_shift_W_m = Eigen::Vector2d::Zero(), com_shift_v_W = Eigen::Vector2d::Zero();
-  std::array<Eigen::Isometry3d, 2> X_WS;                        ///< soles to track, corrected
-  Eigen::Vector2d landing_shift_W_m = Eigen::Vector2d::Zero();  ///< of the coming step
+  std::array<Eigen::Isometry3d, 2> X_WS;  ///< soles to track, corrected
   // for logs and plots
   Eigen::Vector2d dcm_error_W_m = Eigen::Vector2d::Zero();
   Eigen::Vector2d zmp_W_m = Eigen::Vector2d::Zero(), wished_zmp_W_m = Eigen::Vector2d::Zero();
