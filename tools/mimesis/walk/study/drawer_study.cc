@@ -83,6 +83,7 @@ DrawerTrialSpec online_spec(const Robot& robot, const synthesizer::BipedDrawer& 
   plan.normal_half_m = plan.reaching_half_m = 0.01;  // other plans are out of the question
   plan.least_normal_m = 0.33;
   plan.longest_step_m = 0.285;
+  spec.walker.stabilizer.landing_m_s_n = 2e-4;
   return spec;
 }
 
