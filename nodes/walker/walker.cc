@@ -54,7 +54,8 @@ struct Walker::Impl {
         filter(robot, gait, s.filter_settings),
         stabilizer(robot, gait, s.stabilizer),
         stack(robot, s.stack.tasks.empty() ? walking_stack(robot) : s.stack),
-        upper_body(robot, s.upper_body) {
+        upper_body(robot, s.upper_body),
+        kinematics(robot.tree) {
     out.trouble.reserve(256);
     reset(Eigen::Vector2d::Zero(), 0.0);
   }
@@ -63,6 +64,7 @@ struct Walker::Impl {
   void plan(const WalkerWish& wish);
   void balance(const Sensors& sensors);
   void move(const WalkerWish& wish);
+  Eigen::Matrix3d wished_trunk();
   void note(const char* part, std::string_view reason);
 
   const robot::Biped& biped;
@@ -73,6 +75,8 @@ struct Walker::Impl {
   Stabilizer stabilizer;
   Stack stack;
   UpperBodyFollower upper_body;
+  robot::Kinematics kinematics;    ///< of the wished upper body
+  Eigen::VectorXd q_upper;         ///< dof; legs half-sitting
   Eigen::Vector3d start_offset_m;  ///< of half-sitting's CoM from the pattern's
   double time_s = 0.0;
   bool stay = false;  ///< trouble: the walk ends
@@ -84,7 +88,6 @@ struct Walker::Impl {
 void Walker::Impl::reset(const Eigen::Vector2d& p_W_m, double yaw_rad) {
   const Eigen::Isometry3d X_WG = on_ground(p_W_m, yaw_rad);
   const Eigen::Isometry3d X_WB = X_WG * biped.X_WB_half_sitting;
-  robot::Kinematics kinematics(biped.tree);
   kinematics.update(X_WB, biped.half_sitting);
   std::array<Footprint, 2> feet;
   for (Side s : robot::kSides) {
@@ -102,7 +105,7 @@ void Walker::Impl::reset(const Eigen::Vector2d& p_W_m, double yaw_rad) {
   time_s = 0.0;
   stay = false;
   planned = {pattern->now(), pattern->now().com, X_WB};
-  goals.R_W_trunk = X_WG.linear();
+  q_upper = biped.half_sitting;
   out.q = biped.half_sitting;
   out.dq = Eigen::VectorXd::Zero(biped.tree.dof());
   out.X_WB = X_WB;
@@ -155,6 +158,20 @@ void Walker::Impl::balance(const Sensors& sensors) {
   stay = out.stabilizer.falling || !out.stabilizer.reason.empty();
 }
 
+/// The trunk as the wished waist has it above an upright pelvis that faces the way: were it upright
+/// itself, the pelvis would turn against the waist, and hands would be where nobody wished them.
+Eigen::Matrix3d Walker::Impl::wished_trunk() {
+  const UpperBody& wished = upper_body.now();
+  for (std::size_t i = 0; i < biped.upper_body.size(); ++i) {
+    q_upper[biped.upper_body[i]] = wished.q[Eigen::Index(i)];
+  }
+  Eigen::Isometry3d X_WB = Eigen::Isometry3d::Identity();
+  X_WB.linear() = Eigen::AngleAxisd(planned.pattern.yaw_rad, Eigen::Vector3d::UnitZ()) *
+                  biped.X_WB_half_sitting.linear();
+  kinematics.update(X_WB, q_upper);
+  return kinematics.X_WL(biped.trunk).linear();
+}
+
 void Walker::Impl::move(const WalkerWish& wish) {
   const StabilizerCommand& c = out.stabilizer;
   goals.com_W_m.head<2>() = planned.com.p_W_m + c.com_shift_W_m;
@@ -166,7 +183,7 @@ void Walker::Impl::move(const WalkerWish& wish) {
     goals.foot[s].X_WS = c.X_WS[s];
     goals.hand[s] = usable(wish.hand[s]) ? wish.hand[s] : TaskGoals::Hand{};
   }
-  goals.R_W_trunk = Eigen::AngleAxisd(planned.pattern.yaw_rad, Eigen::Vector3d::UnitZ());
+  goals.R_W_trunk = wished_trunk();
   goals.upper_body = upper_body.now().q;
   goals.upper_body_rate = upper_body.now().dq;
   const StackState& state = stack.step(goals, kTick_s);

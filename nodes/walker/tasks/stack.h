@@ -41,7 +41,7 @@ struct TaskGoals {
   Eigen::VectorXd upper_body_rate;  ///< [rad/s]; empty: 0
   struct Hand {
     Eigen::Vector3d p_W_m = Eigen::Vector3d::Zero();
-    /// 0: no wish; 1: wholly, and the posture of the joints between pelvis and hand gives way.
+    /// 0: no wish; 1: wholly, and the posture gives way to micrometres. Continuous in between.
     double share = 0.0;
   };
   std::array<Hand, 2> hand;

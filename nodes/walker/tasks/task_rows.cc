@@ -15,8 +15,8 @@ constexpr double kFarthest_m = 0.02, kFarthest_rad = 0.2;
 constexpr double kAtOnce_m = 0.004, kAtOnce_rad = 0.02, kLeastShare = 0.1;
 // A goal that moves faster has jumped: it is approached, not followed.
 constexpr double kJump_m_s = 3.0, kJump_rad_s = 8.0;
-// Weight of the posture that is left where a hand has its whole share.
-constexpr double kPostureLeft = 1e-5;
+// Against the posture of its level a hand of the whole share counts so many times its weight.
+constexpr double kWhole = 1e6;
 
 /// Step of a task within a tick: along with its goal, and a share of what it lags behind.
 Vector3d step_of(const Task& task, const Vector3d& way, const Vector3d& rate, double dt_s,
@@ -24,6 +24,14 @@ Vector3d step_of(const Task& task, const Vector3d& way, const Vector3d& rate, do
   const Vector3d lag = way - dt_s * rate;
   const double most = std::max(kLeastShare, at_once / std::max(at_once, lag.norm()));
   return dt_s * rate + std::min({1.0, task.gain_1_s * dt_s, most}) * lag;
+}
+
+/// What a hand's weight is multiplied with: its share at first, from nothing, and far above the
+/// posture at the end. The posture's weights stay: were they lowered for one hand, the other one
+/// would throw the joints that both have in common about as soon as it has a share at all.
+double strength(double share) {
+  const double left = 1.0 - share;
+  return share / (left * left + 1.0 / kWhole);
 }
 
 Vector3d shorter(const Vector3d& v, double most) {
@@ -38,7 +46,6 @@ TaskRows::TaskRows(const robot::Biped& biped, std::vector<Task> tasks)
       tasks_(std::move(tasks)),
       aims_(tasks_.size()),
       joint_goal_(static_cast<std::size_t>(biped.tree.dof())),
-      hand_share_(static_cast<std::size_t>(biped.tree.dof())),
       R_before_(Matrix3d::Identity()),
       jacobian_(6, 6 + biped.tree.dof()),
       com_jacobian_(3, 6 + biped.tree.dof()) {
@@ -50,11 +57,6 @@ TaskRows::TaskRows(const robot::Biped& biped, std::vector<Task> tasks)
   }
   const auto last = std::ranges::count(tasks_, levels_ - 1, &Task::level);
   rest_is_last_ = last == 1 && tasks_.back().kind == TaskKind::kRegularisation;
-  for (std::size_t side = 0; side < 2; ++side) {
-    for (int l = biped.hand[side]; l > 0; l = biped.tree.link(l).parent) {
-      if (biped.tree.link(l).dof >= 0) arm_[side].push_back(biped.tree.link(l).dof);
-    }
-  }
 }
 
 void TaskRows::forget() { has_before_ = false; }
@@ -63,14 +65,6 @@ void TaskRows::aim(const Posture& posture, const TaskGoals& goals, double dt_s) 
   const Vector3d turn = has_before_ ? math::log_so3(goals.R_W_trunk * R_before_.transpose()) / dt_s
                                     : Vector3d(Vector3d::Zero());
   const Vector3d trunk_rate = turn.norm() > kJump_rad_s ? Vector3d(Vector3d::Zero()) : turn;
-  std::ranges::fill(hand_share_, 0.0);
-  for (std::size_t side = 0; side < 2; ++side) {
-    const double share = std::clamp(goals.hand[side].share, 0.0, 1.0);
-    for (const int dof : arm_[side]) {
-      double& most = hand_share_[static_cast<std::size_t>(dof)];
-      most = std::max(most, share);
-    }
-  }
   for (std::size_t i = 0; i < tasks_.size(); ++i) {
     const Task& task = tasks_[i];
     Aim& aim = aims_[i];
@@ -93,8 +87,8 @@ void TaskRows::aim(const Posture& posture, const TaskGoals& goals, double dt_s) 
         break;
       case TaskKind::kPosition: {
         const TaskGoals::Hand& hand = goals.hand[side];
-        aim.share = std::clamp(hand.share, 0.0, 1.0);
-        aim.used = aim.share > 0.0;
+        aim.strength = strength(std::clamp(hand.share, 0.0, 1.0));
+        aim.used = aim.strength > 0.0;
         const Vector3d moved = (hand.p_W_m - aim.before_p_W) / dt_s;
         const bool follows = has_before_ && moved.norm() < kJump_m_s;
         aim_at_position(task, aim, posture.kinematics.X_WL(task.link).translation(), hand.p_W_m,
@@ -143,11 +137,6 @@ void TaskRows::aim_at_posture(const Task& task, const Posture& posture, const Ta
   }
 }
 
-double TaskRows::posture_weight(const Task& task, std::size_t index) const {
-  const double left = 1.0 - hand_share_[static_cast<std::size_t>(task.dofs[index])];
-  return task.weight * std::max(left * left, kPostureLeft);
-}
-
 void TaskRows::fill(const Posture& posture, Cascade& cascade) {
   cascade.clear();
   posture.dynamics.com_jacobian(posture.kinematics, com_jacobian_);
@@ -178,14 +167,12 @@ void TaskRows::fill_task(const Task& task, const Aim& aim, const Posture& postur
                                   jacobian_);
       const int from = task.kind == TaskKind::kOrientation ? 3 : 0;
       for (const int axis : task.axes) {
-        cascade.add_row(jacobian_.row(from + axis), task.weight * aim.share);
+        cascade.add_row(jacobian_.row(from + axis), task.weight * aim.strength);
       }
       break;
     }
     case TaskKind::kPosture:
-      for (std::size_t k = 0; k < task.dofs.size(); ++k) {
-        cascade.add_axis(6 + task.dofs[k], posture_weight(task, k));
-      }
+      for (const int dof : task.dofs) cascade.add_axis(6 + dof, task.weight);
       break;
     case TaskKind::kRegularisation:
       for (int i = 0; i < 6 + biped_->tree.dof(); ++i) cascade.add_axis(i, task.weight);

@@ -45,7 +45,7 @@ class TaskRows {
   struct Aim {
     Eigen::Vector3d p_W = Eigen::Vector3d::Zero();
     Eigen::Matrix3d R_W = Eigen::Matrix3d::Identity();
-    double share = 1.0;  // of the weight
+    double strength = 1.0;  // times the weight
     bool used = true;
     Eigen::Vector3d before_p_W = Eigen::Vector3d::Zero();  // the wish of the last tick
   };
@@ -55,15 +55,12 @@ class TaskRows {
                        const Eigen::Matrix3d& goal, const Eigen::Vector3d& rate, double dt_s) const;
   void aim_at_posture(const Task& task, const Posture& posture, const TaskGoals& goals,
                       double dt_s);
-  double posture_weight(const Task& task, std::size_t index) const;
   void fill_task(const Task& task, const Aim& aim, const Posture& posture, Cascade& cascade);
 
   const robot::Biped* biped_;
   std::vector<Task> tasks_;
   std::vector<Aim> aims_;
-  std::vector<double> joint_goal_;       // dof
-  std::vector<double> hand_share_;       // dof: of the hands that the joint moves
-  std::array<std::vector<int>, 2> arm_;  // joints between pelvis and hand
+  std::vector<double> joint_goal_;  // dof
   Eigen::Matrix3d R_before_;
   bool has_before_ = false;
   int levels_ = 0, most_rows_ = 0, used_ = 0, first_level_rows_ = 0;
