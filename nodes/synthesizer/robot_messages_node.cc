@@ -2,6 +2,7 @@
 
 #include <spdlog/fmt/fmt.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "common/math/circle.h"
@@ -48,6 +49,15 @@ void set(v1::Vector3& message, const Eigen::Vector3d& p) {
   message.set_z_m(p.z());
 }
 
+std::string hands_fault(const google::protobuf::RepeatedPtrField<v1::Vector3>& hands) {
+  if (hands.size() != 0 && hands.size() != 2) {
+    return fmt::format("{} hands, expected none or two", hands.size());
+  }
+  return std::ranges::all_of(hands, [](const v1::Vector3& p) { return near(p); })
+             ? ""
+             : "a hand is nowhere";
+}
+
 }  // namespace
 
 std::string fault(const v1::WalkFeedback& f) {
@@ -72,13 +82,7 @@ std::string fault(const v1::WalkFeedback& f) {
   for (const v1::Footprint& print : {f.feet(0), f.feet(1), f.landing()}) {
     if (!near(print.position_in_world_m()) || !near(print.yaw_rad())) return "a foot is nowhere";
   }
-  if (f.hands_in_world_m_size() != 0 && f.hands_in_world_m_size() != 2) {
-    return fmt::format("{} hands, expected none or two", f.hands_in_world_m_size());
-  }
-  for (const v1::Vector3& hand : f.hands_in_world_m()) {
-    if (!near(hand)) return "a hand is nowhere";
-  }
-  return {};
+  return hands_fault(f.hands_in_world_m());
 }
 
 RobotFeedback to_feedback(const v1::WalkFeedback& m) {
@@ -105,16 +109,20 @@ std::string fault(const v1::DrawerState& d) {
   if (!(d.opened_m() >= -0.1 && d.opened_m() <= 2.0)) {
     return fmt::format("{:g} m open, expected 0 .. 2", d.opened_m());
   }
-  return {};
+  return hands_fault(d.hands_in_world_m());
 }
 
 DrawerSeen to_seen(const v1::DrawerState& m) {
-  return {.front_W_m = to_eigen(m.front_in_world_m()).head<2>(),
-          .handle_W_m = to_eigen(m.handle_in_world_m()),
-          .object_W_m = to_eigen(m.object_in_world_m()),
-          .opened_m = m.opened_m(),
-          .held = m.held(),
-          .taken = m.taken()};
+  DrawerSeen seen{.front_W_m = to_eigen(m.front_in_world_m()).head<2>(),
+                  .handle_W_m = to_eigen(m.handle_in_world_m()),
+                  .object_W_m = to_eigen(m.object_in_world_m()),
+                  .opened_m = m.opened_m(),
+                  .held = m.held(),
+                  .taken = m.taken()};
+  if (m.hands_in_world_m_size() == 2) {
+    seen.hand_W_m = {to_eigen(m.hands_in_world_m(0)), to_eigen(m.hands_in_world_m(1))};
+  }
+  return seen;
 }
 
 void to_proto(const RobotMotion& motion, const LimitedMotion& limited, v1::Motion& message) {

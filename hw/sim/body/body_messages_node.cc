@@ -74,13 +74,15 @@ void to_proto(const BodyTruth& truth, const Eigen::VectorXd& torque_n_m, v1::Bod
   out.set_how(truth.how);
 }
 
-void to_proto(const DrawerNow& drawer, v1::DrawerState& out) {
+void to_proto(const DrawerNow& drawer, const BodyTruth& truth, v1::DrawerState& out) {
   set(out.mutable_front_in_world_m(), drawer.front_W_m);
   set(out.mutable_handle_in_world_m(), drawer.handle_W_m);
   set(out.mutable_object_in_world_m(), drawer.object_W_m);
   out.set_opened_m(drawer.opened_m);
   out.set_held(drawer.held);
   out.set_taken(drawer.taken);
+  out.clear_hands_in_world_m();
+  for (const Eigen::Vector3d& hand : truth.hand_W_m) set(out.add_hands_in_world_m(), hand);
 }
 
 foxglove::FrameTransform to_transform(const Eigen::Isometry3d& X_WB, const std::string& child) {

@@ -9,7 +9,7 @@ namespace mimesis::hw::sim {
 // Without headers, into messages that are kept from step to step.
 void to_proto(const BodySensors& sensors, v1::BodySensors& out);
 void to_proto(const BodyTruth& truth, const Eigen::VectorXd& torque_n_m, v1::BodyTruth& out);
-void to_proto(const DrawerNow& drawer, v1::DrawerState& out);
+void to_proto(const DrawerNow& drawer, const BodyTruth& truth, v1::DrawerState& out);
 /// Pose of link `child` in the world, for viewers.
 foxglove::FrameTransform to_transform(const Eigen::Isometry3d& X_WB, const std::string& child);
 

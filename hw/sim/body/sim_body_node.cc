@@ -194,7 +194,7 @@ void SimBodyNode::publish(runtime::Time now) {
   arm_.send(arm_message_, now);
 
   if (drawer_) {
-    to_proto(drawer_->now(), drawer_message_);
+    to_proto(drawer_->now(), world_.truth(), drawer_message_);
     drawer_state_.send(drawer_message_, now);
   }
   const auto every =

@@ -496,6 +496,10 @@ const BipedSequenceState& BipedDrawerSequence::step(const RobotFeedback* robot,
   state_.time_s += options_.dt_s;
   see_drawer(seen);
   see(robot);
+  if (seen != nullptr && seen->hand_W_m) {
+    robot_.hand_W_m = *seen->hand_W_m;
+    robot_.hands_known = true;
+  }
   advance_phase(seen);
   move_upper_body();
   wish_velocity();

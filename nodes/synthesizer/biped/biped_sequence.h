@@ -44,6 +44,9 @@ struct DrawerSeen {
   Eigen::Vector3d handle_W_m = Eigen::Vector3d::Zero(), object_W_m = Eigen::Vector3d::Zero();
   double opened_m = 0.0;
   bool held = false, taken = false;
+  /// The robot's hands as the same eyes see them: how far they are from handle and object is right
+  /// whatever the robot believes of its own place. Nothing: not seen.
+  std::optional<std::array<Eigen::Vector3d, 2>> hand_W_m = {};
 };
 
 struct BipedSequenceOptions {

@@ -37,7 +37,7 @@ RobotGait to_gait(walker::Gait gait) {
 }
 
 /// What v1.WalkFeedback tells.
-RobotFeedback to_feedback(const walker::WalkerOutput& out, const hw::sim::BodyTruth& truth) {
+RobotFeedback to_feedback(const walker::WalkerOutput& out) {
   const walker::PatternSample& plan = out.pattern;
   RobotFeedback f;
   f.gait = to_gait(plan.gait);
@@ -51,8 +51,6 @@ RobotFeedback to_feedback(const walker::WalkerOutput& out, const hw::sim::BodyTr
     f.feet[s] = {to_person(s), X.translation().head<2>(), yaw_of(X)};
   }
   f.steps = plan.steps;
-  f.hands_known = true;
-  f.hand_W_m = truth.hand_W_m;
   return f;
 }
 
@@ -104,7 +102,7 @@ class Task {
   }
 
   void see(const TrialTick& tick) {
-    feedback_ = to_feedback(tick.out, tick.truth);
+    feedback_ = to_feedback(tick.out);
     const auto* state = sequence_ ? &sequence_->state() : nullptr;
     hw::sim::DrawerHands hands{.p_W_m = tick.truth.hand_W_m, .grips = {}};
     for (Side s : robot::kSides) {
