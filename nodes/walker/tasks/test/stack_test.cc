@@ -101,6 +101,25 @@ TEST(Stack, SquatsAndTwists) {
   }
 }
 
+TEST(Stack, FollowsAMovingTrunkGoalWithoutLag) {
+  for (const robot::Biped& biped : robots()) {
+    const Reference reference(biped);
+    Stack stack(biped, walking_stack(biped));
+    robot::Kinematics kinematics(biped.tree);
+    double worst_rad = 0.0;
+    for (double t = kDt; t < 3.0; t += kDt) {
+      TaskGoals goals = reference.stand();
+      const double turn = 0.2 * (1.0 - std::cos(3.0 * t));  // up to 0.6 rad/s
+      goals.R_W_trunk = math::exp_so3({0.0, 0.0, turn}) * goals.R_W_trunk;
+      const StackState& state = stack.step(goals, kDt);
+      kinematics.update(state.X_WB, state.q);
+      const Eigen::Matrix3d R = kinematics.X_WL(biped.trunk).linear();
+      worst_rad = std::max(worst_rad, math::log_so3(R.transpose() * goals.R_W_trunk).norm());
+    }
+    EXPECT_LT(worst_rad, 2e-3) << biped.tree.name();  // rate / gain, 0.012, without the goal's rate
+  }
+}
+
 TEST(Stack, ReachesWithAHandWhileAFootMoves) {
   for (const robot::Biped& biped : robots()) {
     if (biped.hand[kRight] < 0) continue;
