@@ -179,10 +179,14 @@ TEST(Stack, StopsBeforeTheStretchedLegAndComesBack) {
     // The height gives way, the feet nearly not.
     EXPECT_GT(up.last_com_error_m, 0.05) << biped.tree.name();
     EXPECT_LT(up.foot_error_m, 0.02 * up.com_error_m) << biped.tree.name();
+    // One leg stops the rise; the other, of a robot that is not quite symmetric, is nearly as far.
+    std::array<double, 2> bend{};
     for (const Side side : robot::kSides) {
       const double knee = up.state.q[biped.leg[static_cast<std::size_t>(side)].dof[3]];
-      EXPECT_NEAR(std::abs(knee - stretched_knee(biped, side)), 0.02, 1e-3) << biped.tree.name();
+      bend[side] = std::abs(knee - stretched_knee(biped, side));
     }
+    EXPECT_NEAR(std::min(bend[0], bend[1]), 0.02, 1e-3) << biped.tree.name();
+    EXPECT_LT(std::max(bend[0], bend[1]), 0.06) << biped.tree.name();
     const Trial back = trial_of(biped, 6.0, high);
     expect_within_limits(back, biped.tree.name());
     EXPECT_FALSE(back.state.limited);
