@@ -562,6 +562,35 @@ TEST(LinearMpc, GoesOnWithTheLastPlanForAMoment) {
   EXPECT_EQ(pattern.now().gait, Gait::kWalking);
 }
 
+TEST(LinearMpc, IsShiftedWhileItStops) {
+  LinearMpc pattern{GaitSettings{}}, other{GaitSettings{}};
+  const Eigen::Vector2d shift(0.02, -0.01);
+  bool shifted = false;
+  for (int i = 0; i < 2400; ++i) {
+    for (LinearMpc* p : {&pattern, &other}) {
+      if (i == 700) p->limit_iterations(1);
+      if (i >= 700) p->forget();
+      p->step(forward(0.3));
+    }
+    if (!shifted && other.trouble().reason.find("stops") != std::string::npos) {
+      pattern.shift(shift);
+      shifted = true;
+    }
+    if (!shifted) continue;
+    for (const int ahead : {0, 50}) {
+      const PatternSample a = pattern.ahead(ahead), b = other.ahead(ahead);
+      ASSERT_LT((a.com.p_W_m - b.com.p_W_m - shift).norm(), 1e-9) << i;
+      for (const Side side : robot::kSides) {
+        const Eigen::Vector3d apart =
+            a.foot[side].X_WS.translation() - b.foot[side].X_WS.translation();
+        ASSERT_LT((apart.head<2>() - shift).norm(), 1e-9) << i;
+      }
+    }
+  }
+  EXPECT_TRUE(shifted);
+  EXPECT_LT(pattern.now().com.v_W.norm(), 0.02);
+}
+
 INSTANTIATE_TEST_SUITE_P(
     All, Patterns,
     ::testing::Values(
