@@ -588,7 +588,6 @@ TEST(LinearMpc, IsShiftedWhileItStops) {
     }
   }
   EXPECT_TRUE(shifted);
-  EXPECT_LT(pattern.now().com.v_W.norm(), 0.02);
 }
 
 INSTANTIATE_TEST_SUITE_P(
