@@ -22,6 +22,7 @@
 #include "tools/mimesis/table.h"
 #include "tools/mimesis/verbs.h"
 #include "tools/mimesis/walk/figures/figures.h"
+#include "tools/mimesis/walk/film/films.h"
 
 namespace mimesis::tool {
 namespace {
@@ -40,6 +41,7 @@ std::vector<Figure> all_figures() {
   std::ranges::move(synthesizer::figures(), std::back_inserter(all));
   std::ranges::move(walker::figures(), std::back_inserter(all));
   std::ranges::move(walk::figures(), std::back_inserter(all));
+  std::ranges::move(walk::films(), std::back_inserter(all));
   return all;
 }
 

@@ -49,18 +49,21 @@ DynamicFilter::DynamicFilter(const robot::Biped& biped, const GaitSettings& gait
       plan_(static_cast<std::size_t>(settings.samples)),
       com_(plan_.size()),
       moments_(plan_.size()),
+      lever_(plan_.size() * state_.size() + 2),
       wanted_(Correction::Errors::Zero(settings.samples, 2)) {}
 
 void DynamicFilter::reset() {
   for (State& state : state_) state.setZero();
+  for (WholeBody::Lever& lever : lever_) lever.known = false;
   error_before_.setZero();
   error_after_.setZero();
   unreachable_ = 0;
 }
 
 Eigen::Vector2d DynamicFilter::error(const PatternSample& sample, const ComState& com,
-                                     const UpperBody& upper, const WholeBody::Moments& moments) {
-  const Eigen::Vector2d zmp = body_.zmp(sample, com, upper, moments);
+                                     const UpperBody& upper, const WholeBody::Moments& moments,
+                                     WholeBody::Lever& lever) {
+  const Eigen::Vector2d zmp = body_.zmp(sample, com, upper, moments, &lever);
   if (body_.unreachable()) ++unreachable_;
   return zmp - sample.zmp_W_m;
 }
@@ -81,10 +84,11 @@ ComState DynamicFilter::step(const PatternGenerator& pattern, std::span<const Up
     }
   }
   ComState shift;
+  auto lever = lever_.begin();
   for (State& state : state_) {
     for (std::size_t k = 0; k < plan_.size(); ++k) {
       wanted_.row(static_cast<Eigen::Index>(k)) =
-          -error(plan_[k], com_[k], upper_at(k), moments_[k]).transpose();
+          -error(plan_[k], com_[k], upper_at(k), moments_[k], *lever++).transpose();
     }
     if (&state == &state_.front()) error_before_ = -wanted_.row(0).transpose();
     for (std::size_t k = 0; k < plan_.size(); ++k) {
@@ -94,8 +98,8 @@ ComState DynamicFilter::step(const PatternGenerator& pattern, std::span<const Up
     state = correction_.next(state, wanted_);
   }
   const WholeBody::Moments truth = settings_.legs_only ? body_.moments(upper[0]) : moments_[0];
-  if (settings_.legs_only) error_before_ = error(plan_[0], plan_[0].com, upper[0], truth);
-  error_after_ = error(plan_[0], plan_[0].com + shift, upper[0], truth);
+  if (settings_.legs_only) error_before_ = error(plan_[0], plan_[0].com, upper[0], truth, *lever++);
+  error_after_ = error(plan_[0], plan_[0].com + shift, upper[0], truth, lever_.back());
   return shift;
 }
 

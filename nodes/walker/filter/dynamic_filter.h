@@ -44,7 +44,7 @@ class DynamicFilter {
   /// Of one iteration: what its preview control has done so far.
   using State = Correction::State;
   Eigen::Vector2d error(const PatternSample& sample, const ComState& com, const UpperBody& upper,
-                        const WholeBody::Moments& moments);
+                        const WholeBody::Moments& moments, WholeBody::Lever& lever);
 
   FilterSettings settings_;
   int ticks_a_sample_;
@@ -56,7 +56,8 @@ class DynamicFilter {
   std::vector<PatternSample> plan_;
   std::vector<ComState> com_;  ///< planned and corrected by the iterations so far
   std::vector<WholeBody::Moments> moments_;
-  Correction::Errors wanted_;  ///< change of the ZMP, by sample
+  std::vector<WholeBody::Lever> lever_;  ///< of every iteration's samples, then of this tick's two
+  Correction::Errors wanted_;            ///< change of the ZMP, by sample
   Eigen::Vector2d error_before_ = Eigen::Vector2d::Zero(), error_after_ = Eigen::Vector2d::Zero();
   int unreachable_ = 0;
 };

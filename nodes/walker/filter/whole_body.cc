@@ -12,8 +12,9 @@ using Eigen::Isometry3d, Eigen::Vector3d;
 /// "A little": central differences of postures over it are exact to 1e-7 of walking's
 /// accelerations; rounding leaves 1e-9 rad/s².
 constexpr double kLittle_s = 1e-3;
-/// Corrections of the pelvis by the CoM's error; each leaves some 3 % of it.
-constexpr int kPasses = 2;
+/// Corrections of the pelvis by the CoM's error; each leaves some 3 % of it. From where the CoM was
+/// a tick ago, carried on, one does.
+constexpr int kPasses = 2, kPassesFromLever = 1;
 
 Isometry3d upright(double yaw, const Vector3d& p) {
   Isometry3d X = Isometry3d::Identity();
@@ -85,7 +86,7 @@ WholeBody::Moments WholeBody::moments(const UpperBody& upper) {
 }
 
 void WholeBody::solve(double t, const PatternSample& sample, const ComState& com,
-                      const Vector3d& upper_moment, Posture& out) {
+                      const Vector3d& upper_moment, const Lever* lever, Posture& out) {
   const double yaw =
       sample.yaw_rad + t * (sample.yaw_rate_rad_s + 0.5 * t * yaw_acceleration(sample));
   const Eigen::Vector2d p = com.p_W_m + t * (com.v_W + 0.5 * t * com.a_W);
@@ -93,7 +94,14 @@ void WholeBody::solve(double t, const PatternSample& sample, const ComState& com
   const std::array<Isometry3d, 2> X_WS{sole_at(sample.foot[kLeft], t),
                                        sole_at(sample.foot[kRight], t)};
   Isometry3d X_WB = upright(yaw, Vector3d::Zero());
-  X_WB.translation() = wished - X_WB.linear() * com_B_;
+  const bool known = lever != nullptr && lever->known;
+  const int passes = known ? kPassesFromLever : kPasses;
+  Vector3d com_B = com_B_;
+  if (known) {
+    const double since = t + kTick_s;
+    com_B = lever->p_m + since * (lever->v + 0.5 * since * lever->a);
+  }
+  X_WB.translation() = wished - X_WB.linear() * com_B;
   for (int pass = 0;; ++pass) {
     Vector3d moment = upper_moment;
     const Isometry3d X_BW = X_WB.inverse();
@@ -101,19 +109,29 @@ void WholeBody::solve(double t, const PatternSample& sample, const ComState& com
       const robot::LegIk::Result leg = ik_[side].solve(X_BW * X_WS[side]);
       out.leg[side] = leg.q;
       out.fits[side] = !leg.stretched && !leg.limited;
-      if (pass < kPasses) moment += leg_mass_[side].first_moment(leg.q);
+      if (pass < passes) moment += leg_mass_[side].first_moment(leg.q);
     }
-    if (pass == kPasses) break;
+    if (pass == passes) break;
     const Vector3d error_B = X_BW * wished - moment / mass_;
     X_WB.translation() += X_WB.linear() * gain_.cwiseProduct(error_B);
   }
   out.p_WB = X_WB.translation();
+  out.lever_B = X_WB.linear().transpose() * (wished - out.p_WB);
+}
+
+void WholeBody::remember(Lever& lever) const {
+  const auto& [before, now, after] = posture_;
+  lever.p_m = now.lever_B;
+  lever.v = (after.lever_B - before.lever_B) / (2.0 * kLittle_s);
+  lever.a = (after.lever_B - 2.0 * now.lever_B + before.lever_B) / (kLittle_s * kLittle_s);
+  lever.known = !unreachable_;
 }
 
 const robot::RobotMotion& WholeBody::motion(const PatternSample& sample, const ComState& com,
-                                            const UpperBody& upper, const Moments& moments) {
+                                            const UpperBody& upper, const Moments& moments,
+                                            Lever* lever) {
   for (std::size_t i = 0; i < 3; ++i) {
-    solve((static_cast<double>(i) - 1.0) * kLittle_s, sample, com, moments[i], posture_[i]);
+    solve((static_cast<double>(i) - 1.0) * kLittle_s, sample, com, moments[i], lever, posture_[i]);
   }
   const auto rate = [](const auto& before, const auto& after) {
     return (after - before) / (2.0 * kLittle_s);
@@ -139,6 +157,7 @@ const robot::RobotMotion& WholeBody::motion(const PatternSample& sample, const C
       motion_.ddq[dof] = fits ? acceleration(q(before), q(now), q(after)) : 0.0;
     }
   }
+  if (lever != nullptr) remember(*lever);
   for (std::size_t i = 0; i < biped_->upper_body.size(); ++i) {
     const int dof = biped_->upper_body[i];
     const auto n = static_cast<Eigen::Index>(i);
@@ -150,8 +169,8 @@ const robot::RobotMotion& WholeBody::motion(const PatternSample& sample, const C
 }
 
 Eigen::Vector2d WholeBody::zmp(const PatternSample& sample, const ComState& com,
-                               const UpperBody& upper, const Moments& moments) {
-  return robot::zmp_of(dynamics_.ground_wrench(motion(sample, com, upper, moments)));
+                               const UpperBody& upper, const Moments& moments, Lever* lever) {
+  return robot::zmp_of(dynamics_.ground_wrench(motion(sample, com, upper, moments, lever)));
 }
 
 }  // namespace mimesis::walker

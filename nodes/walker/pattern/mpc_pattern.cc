@@ -9,6 +9,9 @@ namespace mimesis::walker {
 namespace {
 
 constexpr double kLandingMet_m = 1e-3, kYawMet_rad = 1e-3;
+// The plan ends 1.6 s ahead with a CoM that one more step can catch: so long before its end that
+// two steps are left, another hand must brake.
+constexpr int kPatienceTicks = 40;
 
 }  // namespace
 
@@ -19,7 +22,8 @@ MpcPattern::MpcPattern(const GaitSettings& settings, bool yaw_free, const MpcWei
       steps_(settings, Steps::Change::kAtOnce),
       standing_(settings.com_height_m),
       mpc_(settings, yaw_free, weights),
-      qp_(mpc_.variables(), mpc_.most_rows()) {
+      qp_(mpc_.variables(), mpc_.most_rows()),
+      stopper_(settings) {
   const auto n = static_cast<std::size_t>(mpc_.samples());
   jerk_.resize(n);
   node_.resize(n + 1);
@@ -33,6 +37,9 @@ void MpcPattern::reset(const std::array<Footprint, 2>& feet) {
   com_ = {.p_W_m = steps_.middle_W_m()};
   std::fill(jerk_.begin(), jerk_.end(), Eigen::Vector2d::Zero());
   first_ticks_ = kSampleTicks;
+  last_jerk_.setZero();
+  failed_ticks_ = 0;
+  gave_up_ = false;
   qp_.forget();
   problem_.reset();
   trouble_.failed_solves = 0;
@@ -44,6 +51,7 @@ void MpcPattern::reset(const std::array<Footprint, 2>& feet) {
 
 void MpcPattern::step(const Wish& wish) {
   trouble_.clipped = false;
+  if (gave_up_) return stop_without_programs();
   trouble_.reason.clear();
   const FeasibleWish feasible = footsteps_.feasible(wish, trouble_);
   const Steps before = steps_;
@@ -55,8 +63,34 @@ void MpcPattern::step(const Wish& wish) {
     unchanged.walk = !before.stopping();
     if (before.phase() != Steps::Phase::kStand && plan(unchanged, false)) trouble_.reason.clear();
   }
+  const bool walks = steps_.phase() != Steps::Phase::kStand;
+  failed_ticks_ = walks && trouble_.failed_solves > 0 ? failed_ticks_ + 1 : 0;
+  if (failed_ticks_ > kPatienceTicks) {
+    gave_up_ = true;
+    stopper_.take_over(steps_, com_, last_jerk_);
+    trouble_.reason += " no more: stops";
+    return stop_without_programs();
+  }
   advance_tick();
   sample_ = ahead(0);
+}
+
+void MpcPattern::stop_without_programs() {
+  Wish stop;
+  stop.walk = false;
+  stopper_.step(stop);
+  sample_ = stopper_.now();
+  if (sample_.gait != Gait::kStanding) return;
+  gave_up_ = false;
+  steps_ = stopper_.steps();
+  com_ = sample_.com;
+  last_jerk_.setZero();
+  std::fill(jerk_.begin(), jerk_.end(), Eigen::Vector2d::Zero());
+  failed_ticks_ = trouble_.failed_solves = 0;
+  trouble_.reason.clear();
+  first_ticks_ = kSampleTicks;
+  qp_.forget();
+  predict();
 }
 
 bool MpcPattern::plan(const FeasibleWish& wish, bool turn_feet) {
@@ -134,8 +168,10 @@ void MpcPattern::take_solution(const FeasibleWish& wish) {
 void MpcPattern::advance_tick() {
   if (steps_.phase() == Steps::Phase::kStand) {
     com_ = standing_.after(com_, steps_.middle_W_m(), 1);
+    last_jerk_.setZero();
   } else {
-    com_ = advance(com_, jerk_[0], kTick_s);
+    last_jerk_ = jerk_[0];
+    com_ = advance(com_, last_jerk_, kTick_s);
     if (--first_ticks_ == 0) {
       std::rotate(jerk_.begin(), jerk_.begin() + 1, jerk_.end());
       jerk_.back().setZero();
@@ -167,6 +203,7 @@ ComState MpcPattern::com_after(int ticks) const {
 }
 
 PatternSample MpcPattern::ahead(int ticks_ahead) const {
+  if (gave_up_) return stopper_.ahead(ticks_ahead);
   Steps steps = steps_;
   steps.advance(ticks_ahead);
   PatternSample sample;
@@ -178,6 +215,7 @@ PatternSample MpcPattern::ahead(int ticks_ahead) const {
 }
 
 void MpcPattern::shift(const Eigen::Vector2d& shift_W_m) {
+  if (gave_up_) stopper_.shift(shift_W_m);
   com_.p_W_m += shift_W_m;
   steps_.shift(shift_W_m);
   predict();

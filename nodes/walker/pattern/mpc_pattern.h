@@ -1,11 +1,14 @@
 #pragma once
 #include "nodes/walker/pattern/mpc_problem.h"
+#include "nodes/walker/pattern/preview_pattern.h"
 #include "nodes/walker/pattern/standing.h"
 
 namespace mimesis::walker {
 
 /// Walking by model predictive control: every tick a quadratic program gives the jerk of the CoM
-/// and the next two landings. If it has no solution the last plan goes on.
+/// and the next two landings. If it has no solution the last plan goes on for 0.2 s; then preview
+/// control, which solves nothing, takes over and stops within two steps. From standing it walks
+/// again when there is a solution.
 class MpcPattern : public PatternGenerator {
  public:
   void reset(const std::array<Footprint, 2>& feet) override;
@@ -19,6 +22,8 @@ class MpcPattern : public PatternGenerator {
   const qp::Problem* problem() const { return problem_ ? &*problem_ : nullptr; }
   void forget() { qp_.forget(); }  ///< the next program is solved cold
   int iterations() const { return qp_.iterations(); }
+  /// Of every program, for real time; 0: enough for any.
+  void limit_iterations(int most) { qp_.limit_iterations(most); }
 
  protected:
   /// @throws ConfigError if `settings` make no sense (check())
@@ -29,6 +34,7 @@ class MpcPattern : public PatternGenerator {
   void place_feet(const FeasibleWish& wish, bool turn_feet);
   void take_solution(const FeasibleWish& wish);
   void advance_tick();
+  void stop_without_programs();
   void predict();
   ComState com_after(int ticks) const;
 
@@ -45,6 +51,10 @@ class MpcPattern : public PatternGenerator {
   std::vector<ComState> node_;         // at their beginnings and the end of the last
   int first_ticks_ = kSampleTicks;     // of the first interval
   ComState com_;
+  Eigen::Vector2d last_jerk_ = Eigen::Vector2d::Zero();
+  int failed_ticks_ = 0;    // in a row
+  bool gave_up_ = false;    // the stopper walks
+  PreviewPattern stopper_;  // takes over when there are no plans for too long
   PatternSample sample_;
   PatternTrouble trouble_;
 };

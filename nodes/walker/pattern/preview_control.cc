@@ -91,9 +91,10 @@ PreviewGains preview_gains(const PreviewSettings& s) {
 PreviewControl::PreviewControl(const PreviewSettings& settings)
     : settings_(settings), gains_(preview_gains(settings)) {}
 
-void PreviewControl::reset(const ComState& com) {
-  com_ = last_com_ = com;
-  last_jerk_.setZero();
+void PreviewControl::reset(const ComState& com, const Eigen::Vector2d& last_jerk) {
+  com_ = com;
+  last_com_ = advance(com, last_jerk, -settings_.dt_s);
+  last_jerk_ = last_jerk;
 }
 
 Eigen::Vector2d PreviewControl::feedback(const ComState& x) const {

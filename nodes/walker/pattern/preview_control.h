@@ -53,7 +53,8 @@ PreviewGains preview_gains(const PreviewSettings& settings);
 class PreviewControl {
  public:
   explicit PreviewControl(const PreviewSettings& settings);
-  void reset(const ComState& com);
+  /// `last_jerk`: that led to `com` over the dt before.
+  void reset(const ComState& com, const Eigen::Vector2d& last_jerk = Eigen::Vector2d::Zero());
   /// One dt on. `zmp_ref[i]` is the reference i · dt from now. What comes after its last element
   /// (or after `samples`) is taken to be equal to it, so that a standing robot's gains do not
   /// depend on where it stands. Not empty. Does not allocate.

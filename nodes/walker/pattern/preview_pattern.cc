@@ -38,6 +38,16 @@ void PreviewPattern::reset(const std::array<Footprint, 2>& feet) {
   sample_ = ahead(0);
 }
 
+void PreviewPattern::take_over(const Steps& steps, const ComState& com,
+                               const Eigen::Vector2d& last_jerk) {
+  steps_ = steps;
+  control_.reset(com, last_jerk);
+  // the reference crosses from the ZMP as it is to the feet
+  std::fill(centre_.begin(), centre_.end(), control_.zmp_W_m());
+  refer();
+  sample_ = ahead(0);
+}
+
 void PreviewPattern::step(const Wish& wish) {
   trouble_.clipped = false;
   trouble_.reason.clear();

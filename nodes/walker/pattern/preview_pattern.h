@@ -16,6 +16,9 @@ class PreviewPattern final : public PatternGenerator {
   /// @throws ConfigError if `settings` make no sense (check())
   explicit PreviewPattern(const GaitSettings& settings);
   void reset(const std::array<Footprint, 2>& feet) override;
+  /// Goes on from where another generator is; `last_jerk` led to `com` in its last tick.
+  void take_over(const Steps& steps, const ComState& com, const Eigen::Vector2d& last_jerk);
+  const Steps& steps() const { return steps_; }
   void step(const Wish& wish) override;
   const PatternSample& now() const override { return sample_; }
   PatternSample ahead(int ticks_ahead) const override;

@@ -76,6 +76,58 @@ TEST(WholeBody, WalksAsPlanned) {
   }
 }
 
+TEST(WholeBody, LegsReachTheLongestStepsOfTheDrawerTask) {
+  const robot::Biped biped = robot::hrp2_like();
+  GaitSettings gait = gait_settings(biped);
+  gait.com_height_m = 0.807;  // of models/biped.yaml
+  LinearMpc pattern(gait);
+  pattern.reset(stance(biped));
+  WholeBody body(biped, gait.com_height_m);
+  const UpperBody upper = at_rest(biped);
+  const WholeBody::Moments moments = body.moments(upper);
+  constexpr double kLength_m = 0.2805;
+  double longest_m = 0.0, straightest_rad = 10.0;
+  for (int tick = 0; tick < 160 * 10; ++tick) {
+    pattern.step(wish(kLength_m / gait.step_s));
+    const PatternSample& now = pattern.now();
+    const robot::RobotMotion& m = body.motion(now, now.com, upper, moments);
+    ASSERT_FALSE(body.unreachable()) << tick;
+    const Vector3d between =
+        now.foot[kLeft].X_WS.translation() - now.foot[kRight].X_WS.translation();
+    if (now.contact[kLeft] && now.contact[kRight]) {
+      longest_m = std::max(longest_m, std::abs(between.x()));
+    }
+    for (const Side side : robot::kSides) {
+      straightest_rad = std::min(straightest_rad, m.q[biped.leg[side].dof[3]]);
+    }
+  }
+  EXPECT_NEAR(longest_m, kLength_m, 0.005);
+  EXPECT_GT(straightest_rad, 0.1);  // LegIk stretches at 0.01, the stack at 0.02
+}
+
+TEST(WholeBody, FromTheLastTicksLeverItFindsTheSameMotion) {
+  const robot::Biped biped = robot::hrp2_like();
+  const GaitSettings gait = gait_settings(biped);
+  LinearMpc pattern(gait);
+  pattern.reset(stance(biped));
+  WholeBody body(biped, gait.com_height_m);
+  const SwingingArms arms(biped, 1.0);
+  UpperBody upper;
+  WholeBody::Lever lever;
+  double squares = 0.0;
+  for (int tick = 0; tick < 1200; ++tick) {
+    pattern.step(wish(0.3, 0.0, 0.05));
+    arms.at(tick * kTick_s, upper);
+    const PatternSample& now = pattern.now();
+    const WholeBody::Moments moments = body.moments(upper);
+    const Eigen::Vector2d anew = body.zmp(now, now.com, upper, moments),
+                          on = body.zmp(now, now.com, upper, moments, &lever);
+    EXPECT_LT((anew - on).norm(), 3e-3) << tick;
+    squares += (anew - on).squaredNorm();
+  }
+  EXPECT_LT(std::sqrt(squares / 1200.0), 3e-4);
+}
+
 TEST(WholeBody, StandingZmpIsBelowTheCom) {
   const robot::Biped biped = robot::hrp2_like();
   const GaitSettings gait = gait_settings(biped);

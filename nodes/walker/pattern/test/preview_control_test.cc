@@ -153,6 +153,25 @@ TEST_P(PreviewControlForms, RollsOutWhatStepsDo) {
   control.roll_out(reference, coms);
 }
 
+TEST_P(PreviewControlForms, GoOnFromAnyStateThatIsTakenOver) {
+  PreviewSettings settings;
+  settings.form = GetParam();
+  PreviewControl control(settings), other(settings);
+  std::vector<Eigen::Vector2d> reference(600, Eigen::Vector2d(0.1, -0.05));
+  std::fill(reference.begin(), reference.begin() + 200, Eigen::Vector2d::Zero());
+  control.reset({});
+  for (std::size_t k = 0; k < 250; ++k) {
+    const auto ahead = std::span(reference).subspan(k);
+    const Eigen::Vector2d jerk = control.jerk(ahead);
+    if (k > 180) other.step(ahead);
+    control.step(ahead);
+    if (k == 180) other.reset(control.com(), jerk);
+    if (k >= 180) {
+      ASSERT_LT((other.com().p_W_m - control.com().p_W_m).norm(), 1e-9) << k;
+    }
+  }
+}
+
 TEST_P(PreviewControlForms, StandsAnywhereAndTakesAShortReference) {
   PreviewSettings settings;
   settings.form = GetParam();

@@ -167,6 +167,26 @@ TEST(Cascade, ALowerLevelNeverDisturbsAHigherOne) {
   EXPECT_GT(bounded, 800);
 }
 
+TEST(Cascade, FindsASolutionWhereUpperLevelsLeaveNoRoom) {
+  // More variables are held by their bounds than lower levels have left to decide: these hold only
+  // as exactly as the upper levels' solutions are.
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> uniform(-1.0, 1.0);
+  for (int trial = 0; trial < 400; ++trial) {
+    Tasks tasks = random_tasks(random, 12, {5, 4, 3}, 1.0);
+    for (Eigen::Index i = 0; i < 12; ++i) {
+      if (i % 12 < 4 + trial % 9) tasks.lower[i] = tasks.upper[i] = kStep * uniform(random);
+    }
+    Cascade cascade(12, 12, 3, 1e-3);
+    tasks.fill(cascade);
+    VectorXd x(12);
+    ASSERT_TRUE(cascade.solve(tasks.all_b(), tasks.lower, tasks.upper, x))
+        << trial << ' ' << qp::name(cascade.outcome());
+    EXPECT_LT((x - tasks.upper).maxCoeff(), 1e-9);
+    EXPECT_LT((tasks.lower - x).maxCoeff(), 1e-9);
+  }
+}
+
 TEST(Cascade, IsDampedNextToASingularity) {
   // Two rows that nearly coincide and contradict each other.
   const double angle = 1e-4;

@@ -127,6 +127,25 @@ TEST(Stack, HandsComeInGradually) {
   }
 }
 
+TEST(Stack, FollowsAMovingTrunkGoalWithoutLag) {
+  for (const robot::Biped& biped : robots()) {
+    const Reference reference(biped);
+    Stack stack(biped, walking_stack(biped));
+    robot::Kinematics kinematics(biped.tree);
+    double worst_rad = 0.0;
+    for (double t = kDt; t < 3.0; t += kDt) {
+      TaskGoals goals = reference.stand();
+      const double turn = 0.2 * (1.0 - std::cos(3.0 * t));  // up to 0.6 rad/s
+      goals.R_W_trunk = math::exp_so3({0.0, 0.0, turn}) * goals.R_W_trunk;
+      const StackState& state = stack.step(goals, kDt);
+      kinematics.update(state.X_WB, state.q);
+      const Eigen::Matrix3d R = kinematics.X_WL(biped.trunk).linear();
+      worst_rad = std::max(worst_rad, math::log_so3(R.transpose() * goals.R_W_trunk).norm());
+    }
+    EXPECT_LT(worst_rad, 2e-3) << biped.tree.name();  // rate / gain, 0.012, without the goal's rate
+  }
+}
+
 TEST(Stack, ReachesWithAHandWhileAFootMoves) {
   for (const robot::Biped& biped : robots()) {
     if (biped.hand[kRight] < 0) continue;
@@ -186,10 +205,14 @@ TEST(Stack, StopsBeforeTheStretchedLegAndComesBack) {
     // The height gives way, the feet nearly not.
     EXPECT_GT(up.last_com_error_m, 0.05) << biped.tree.name();
     EXPECT_LT(up.foot_error_m, 0.02 * up.com_error_m) << biped.tree.name();
+    // One leg stops the rise; the other, of a robot that is not quite symmetric, is nearly as far.
+    std::array<double, 2> bend{};
     for (const Side side : robot::kSides) {
       const double knee = up.state.q[biped.leg[static_cast<std::size_t>(side)].dof[3]];
-      EXPECT_NEAR(std::abs(knee - stretched_knee(biped, side)), 0.02, 1e-3) << biped.tree.name();
+      bend[side] = std::abs(knee - stretched_knee(biped, side));
     }
+    EXPECT_NEAR(std::min(bend[0], bend[1]), 0.02, 1e-3) << biped.tree.name();
+    EXPECT_LT(std::max(bend[0], bend[1]), 0.06) << biped.tree.name();
     const Trial back = trial_of(biped, 6.0, high);
     expect_within_limits(back, biped.tree.name());
     EXPECT_FALSE(back.state.limited);
