@@ -34,6 +34,11 @@ std::vector<DrawerGoal> novel_goals();
 /// 12.4-27.3 cm, all growing together.
 std::vector<DrawerGoal> extreme_goals();
 
+/// Of a walk on a floor that is known to be flat: soft landing and the swing foot's correction are
+/// for unknown ground by default; a foot that yields when it touches early hangs in the air after
+/// its landing is due, and what compliance does to the body carries it on: 2-4 mm a step.
+walker::WalkerSettings flat_floor();
+
 /// The online task whose plan is that of the goal.
 DrawerTrialSpec online_spec(const Robot& robot, const synthesizer::BipedDrawer& actions,
                             const DrawerGoal& goal);
@@ -55,13 +60,15 @@ class DrawerStudy {
   const FeasibleData& feasible();
   const synthesizer::BipedDrawer& actions(Sources sources);   ///< learned from feasible()
   const synthesizer::LearnedActions& joints(Sources sources);  ///< the naive approach's
-  /// Numbers of the trials that originals and resyntheses are made of: ten, of all paces.
+  /// Numbers of the trials that originals and resyntheses are made of: sixteen, of all paces.
   std::vector<std::size_t> chosen_trials() const;
 
   using Outcomes = std::vector<Outcome>;
   const Outcomes& originals();                    ///< chosen trials, straight into the walker
   const Outcomes& resynthesis(Sources sources);   ///< their mixtures
-  const Outcomes& inference(Sources sources);     ///< novel_goals(), online
+  /// novel_goals() online: all with 4+3 sources, every third with others.
+  const Outcomes& inference(Sources sources);
+  const Outcomes& extremes();  ///< extreme_goals() online, 4+3 sources
   const Outcomes& naive_resynthesis(Sources sources);                ///< with kOwn feedback
   const Outcomes& naive_inference(Sources sources, Feedback feedback);
   /// The recorded angles of originals, played: what the way of playing alone does.
