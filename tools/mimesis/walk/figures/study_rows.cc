@@ -36,12 +36,14 @@ std::string bars_panel(const std::vector<Bar>& bars, const std::string& name, do
                     {{x, cut(b.spread.mean), cut(b.spread.mean - b.spread.std),
                       cut(b.spread.mean + b.spread.std), b.spread.least, cut(b.spread.most)}}});
     tics += (i ? ", " : "") + reproduce::quoted(b.label) + " " + std::to_string(i);
-    curves += ", $" + block + " using 1:2:5:6 with yerrorbars lc rgb '#c8371e' lw 1.2 pt 0 notitle" +
-              ", $" + block + " using 1:2:3:4 with yerrorbars lt " + std::to_string(b.colour) +
+    curves += ", $" + block +
+              " using 1:2:5:6 with yerrorbars lc rgb '#c8371e' lw 1.2 pt 0 notitle" + ", $" +
+              block + " using 1:2:3:4 with yerrorbars lt " + std::to_string(b.colour) +
               " pt 7 ps 1 notitle";
   }
-  std::string script = "set xrange [-0.6:" + std::to_string(bars.size() - 1) + ".6]\nset yrange [0:" +
-                       std::to_string(most) + "]\nset xtics (" + tics + ") rotate by -35\n";
+  std::string script = "set xrange [-0.6:" + std::to_string(bars.size() - 1) +
+                       ".6]\nset yrange [0:" + std::to_string(most) + "]\nset xtics (" + tics +
+                       ") rotate by -35\n";
   if (infeasible > 0.0) {
     script += "set object 1 rectangle from graph 0, first " + std::to_string(infeasible) +
               " to graph 1, graph 1 fillcolor rgb '#f3b0a5' fillstyle solid 0.5 noborder behind\n";

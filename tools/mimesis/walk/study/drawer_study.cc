@@ -12,7 +12,7 @@ namespace {
 using synthesizer::kNormalStep, synthesizer::kReachingStep, synthesizer::kStanding;
 
 constexpr int kGoals = 30, kClass = 10;
-constexpr std::size_t kChosen = 16;  // of the training trials
+constexpr std::size_t kChosen = 8;   // of the training trials
 // Of the dissertation's goals: the object lies the deeper, the farther the hand reaches.
 constexpr double kLeastDepth_m = 0.124, kMostDepth_m = 0.273;
 constexpr double kLeastReach_m = 0.663, kMostReach_m = 0.755;
@@ -168,9 +168,8 @@ const FeasibleData& DrawerStudy::feasible() {
 const synthesizer::BipedDrawer& DrawerStudy::actions(Sources s) {
   auto& a = actions_[s];
   if (!a) {
-    a = std::make_unique<synthesizer::BipedDrawer>(
-        make_biped_drawer(biped_.biped.tree, script_robot_.figure, feasible().upper_body, s.first,
-                          s.further));
+    a = std::make_unique<synthesizer::BipedDrawer>(make_biped_drawer(
+        biped_.biped.tree, script_robot_.figure, feasible().upper_body, s.first, s.further));
   }
   return *a;
 }
@@ -212,7 +211,8 @@ const DrawerStudy::Outcomes& DrawerStudy::resynthesis(Sources s) {
                                  learned.reconstruct(kStanding, chosen[i])};
            DrawerGoal goal = wished;  // it walks as far as the mixture says
            goal.normal_m = synthesizer::travel_m(learned.rows(), rows[kNormalStep], 2.0 * kStep_s);
-           goal.reaching_m = synthesizer::travel_m(learned.rows(), rows[kReachingStep], 2.0 * kStep_s);
+           goal.reaching_m =
+               synthesizer::travel_m(learned.rows(), rows[kReachingStep], 2.0 * kStep_s);
            return run_script(script_robot_, rows, goal, wished);
          });
 }
@@ -288,7 +288,8 @@ const DrawerStudy::Outcomes& DrawerStudy::played_originals(Feedback feedback) {
   const auto chosen = chosen_trials();
   return o = in_parallel(chosen.size(), [&](std::size_t i) {
            return outcome_of(play(biped_, track_of(data.recordings[chosen[i]]), feedback,
-                                  flat_floor().stabilizer), {});
+                                  flat_floor().stabilizer),
+                             {});
          });
 }
 

@@ -13,8 +13,8 @@ struct Outcome {
   bool fell = false, taken = false;
   std::string trouble;
   double fell_at_s = 0.0;
-  double ankle_n_m = 0.0, normal_n = 0.0;  ///< peaks, low-passed by 20 ms
-  double zmp_std_m = 0.0;                  ///< see StanceZmp
+  double ankle_n_m = 0.0, normal_n = 0.0;               ///< peaks, low-passed by 20 ms
+  double zmp_std_m = 0.0;                               ///< see StanceZmp
   double normal_error_m = 0.0, reaching_error_m = 0.0;  ///< of actions' lengths, walked − wished
   double reach_error_m = 0.0;  ///< of the right hand when it has the object, along the way
 };
@@ -58,18 +58,18 @@ class DrawerStudy {
   const ScriptRobot& robot() const { return script_robot_; }
   const synthesizer::DrawerData& trials() const { return trials_; }  ///< kinematic ones
   const FeasibleData& feasible();
-  const synthesizer::BipedDrawer& actions(Sources sources);   ///< learned from feasible()
+  const synthesizer::BipedDrawer& actions(Sources sources);    ///< learned from feasible()
   const synthesizer::LearnedActions& joints(Sources sources);  ///< the naive approach's
-  /// Numbers of the trials that originals and resyntheses are made of: sixteen, of all paces.
+  /// Numbers of the trials that originals and resyntheses are made of: eight, of all paces.
   std::vector<std::size_t> chosen_trials() const;
 
   using Outcomes = std::vector<Outcome>;
-  const Outcomes& originals();                    ///< chosen trials, straight into the walker
-  const Outcomes& resynthesis(Sources sources);   ///< their mixtures
+  const Outcomes& originals();                   ///< chosen trials, straight into the walker
+  const Outcomes& resynthesis(Sources sources);  ///< their mixtures
   /// novel_goals() online: all with 4+3 sources, every third with others.
   const Outcomes& inference(Sources sources);
-  const Outcomes& extremes();  ///< extreme_goals() online, 4+3 sources
-  const Outcomes& naive_resynthesis(Sources sources);                ///< with kOwn feedback
+  const Outcomes& extremes();                          ///< extreme_goals() online, 4+3 sources
+  const Outcomes& naive_resynthesis(Sources sources);  ///< with kOwn feedback
   const Outcomes& naive_inference(Sources sources, Feedback feedback);
   /// The recorded angles of originals, played: what the way of playing alone does.
   const Outcomes& played_originals(Feedback feedback);

@@ -4,8 +4,8 @@
 namespace mimesis::walk {
 
 enum class Feedback {
-  kNone,   ///< set-points as they are
-  kOwn,    ///< the walker's stabilizer around the reference that the angles imply
+  kNone,  ///< set-points as they are
+  kOwn,   ///< the walker's stabilizer around the reference that the angles imply
 };
 
 /// Plays angles on the springs plant until the robot falls or they end; sensors are one tick late.
