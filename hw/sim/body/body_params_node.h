@@ -63,6 +63,17 @@ struct JumpParams {
   }
 };
 
+/// What closes a hand: its joint beyond an angle, on the far side of 0.
+struct GripperParams {
+  std::string joint{};  ///< empty: the hand is always closed
+  double closed_rad = 0.25;
+
+  void visit(runtime::ParamVisitor& v) {
+    v("joint", joint);
+    v("closed_rad", closed_rad, -3.15, 3.15);
+  }
+};
+
 /// The drawer before the robot, if there is one; see drawer.h.
 struct DrawerParams {
   bool present = false;
@@ -71,6 +82,7 @@ struct DrawerParams {
   double object_height_m = 0.90, object_left_m = 0.0, object_depth_m = 0.25;
   double friction_n = 7.0, viscous_n_s_m = 5.0;
   std::vector<JumpParams> jumps{};
+  GripperParams left_gripper{}, right_gripper{};
 
   void visit(runtime::ParamVisitor& v) {
     v("present", present);
@@ -85,6 +97,8 @@ struct DrawerParams {
     v("friction_n", friction_n, 0.0, 100.0);
     v("viscous_n_s_m", viscous_n_s_m, 0.0, 1000.0);
     runtime::list(v, "jumps", jumps);
+    v.group("left_gripper", [&](auto& g) { left_gripper.visit(g); });
+    v.group("right_gripper", [&](auto& g) { right_gripper.visit(g); });
   }
 };
 

@@ -1,5 +1,7 @@
 #include "hw/sim/body/outcome_node.h"
 
+#include <cmath>
+
 #include "common/runtime/log.h"
 
 namespace mimesis::hw::sim {
@@ -16,9 +18,21 @@ OutcomeJudge::OutcomeJudge(const Settings& settings, runtime::Bus& bus)
       walk_(bus, "walk"),
       balance_(bus, "balance"),
       motion_(bus, "motion"),
+      wish_(bus, "wish"),
       outcome_(bus, "outcome") {}
 
+/// Where the next foot shall land: what was wished last before it did.
+void OutcomeJudge::watch_wishes() {
+  while (const auto motion = wish_.pop()) {
+    if (motion->landings().empty()) continue;
+    const v1::Footprint& next = motion->landings(0);
+    if (next.foot() == v1::FOOT_UNSPECIFIED) continue;
+    wished_W_m_[next.foot() == v1::FOOT_LEFT ? 0 : 1] = ground(next.position_in_world_m());
+  }
+}
+
 void OutcomeJudge::watch_steps() {
+  watch_wishes();
   while (const auto now = walk_.pop()) {
     const v1::WalkFeedback before = std::exchange(planned_, *now);
     const bool landed = now->steps() == before.steps() + 1 && now->feet_size() == 2 &&
@@ -26,10 +40,15 @@ void OutcomeJudge::watch_steps() {
     if (!landed) continue;
     const bool left = before.swing() == v1::FOOT_LEFT;
     const v1::Footprint& other = now->feet(left ? 1 : 0);
-    const JudgedStep step{.side = left ? robot::kLeft : robot::kRight,
-                          .planned_W_m = ground(before.landing().position_in_world_m()),
-                          .planned_other_W_m = ground(other.position_in_world_m()),
-                          .planned_other_yaw_rad = other.yaw_rad()};
+    JudgedStep step{.side = left ? robot::kLeft : robot::kRight,
+                    .planned_W_m = ground(before.landing().position_in_world_m()),
+                    .planned_other_W_m = ground(other.position_in_world_m()),
+                    .planned_other_yaw_rad = other.yaw_rad()};
+    if (auto& wished = wished_W_m_[step.side]) {
+      const Eigen::Vector2d way(std::cos(other.yaw_rad()), std::sin(other.yaw_rad()));
+      step.wished_length_m = way.dot(*wished - step.planned_other_W_m);
+      wished.reset();
+    }
     judge_.step(step);
   }
   while (const auto status = motion_.pop()) reached_ = status->reached();
@@ -70,6 +89,7 @@ void OutcomeJudge::end(runtime::Time now, const std::string& failure, const Draw
   out.set_steps(static_cast<std::uint32_t>(f.steps));
   out.set_step_error_max_m(f.step_error_max_m);
   out.set_step_error_rms_m(f.step_error_rms_m);
+  out.set_step_length_error_max_m(f.step_length_error_max_m);
   out.set_ankle_pitch_peak_n_m(f.ankle_pitch_peak_n_m);
   out.set_normal_peak_n(f.normal_peak_n);
   out.set_zmp_error_rms_m(f.zmp_error_rms_m.norm());

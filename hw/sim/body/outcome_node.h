@@ -1,4 +1,5 @@
 #pragma once
+#include <array>
 #include <optional>
 
 #include "common/runtime/ports.h"
@@ -22,6 +23,7 @@ class OutcomeJudge {
   void step(runtime::Time now, const BodyTruth& truth, const Drawer* drawer);
 
  private:
+  void watch_wishes();
   void watch_steps();
   void decide(runtime::Time now, const BodyTruth& truth, const Drawer* drawer);
   void end(runtime::Time now, const std::string& failure, const Drawer* drawer);
@@ -31,10 +33,12 @@ class OutcomeJudge {
   v1::WalkFeedback planned_;  // newest
   bool reached_ = false, ended_ = false;
   std::optional<double> standing_since_s_;
+  std::array<std::optional<Eigen::Vector2d>, 2> wished_W_m_;  // next landings: left, right
 
   runtime::Queue<v1::WalkFeedback, 16> walk_;
   runtime::Latest<v1::WalkBalance> balance_;
   runtime::Queue<v1::MotionStatus, 16> motion_;
+  runtime::Queue<v1::Motion, 16> wish_;
   runtime::Out<v1::WalkOutcome> outcome_;
 };
 

@@ -1,4 +1,5 @@
 #pragma once
+#include <array>
 #include <memory>
 #include <optional>
 #include <string>
@@ -33,6 +34,7 @@ class SimBodyNode {
   void make_trouble();
   void move_world(runtime::Time now);
   void move_drawer(double dt_s);
+  bool closed(const GripperParams& gripper, std::size_t side) const;
   void measure();
   void publish(runtime::Time now);
 
@@ -41,6 +43,7 @@ class SimBodyNode {
   Joints joints_;
   BodyWorld world_;
   std::optional<Drawer> drawer_;
+  std::array<int, 2> gripper_{-1, -1};  // joints; -1: none, the hand is always closed
   std::vector<std::unique_ptr<Rack>> racks_;
   std::vector<Drive*> drives_;  // of all racks, in the model's order
   std::vector<double> motors_;  // set-points [rad]

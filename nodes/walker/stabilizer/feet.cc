@@ -9,6 +9,10 @@ namespace {
 constexpr double kLetGo_s = 0.1;      ///< tilt of a foot that carries no more
 constexpr double kShareFade_s = 0.3;  ///< difference of heights in single support
 
+// Of a share of weight that chatters.
+constexpr double kChatter_s = 0.1;  ///< as long as it is looked at
+constexpr double kQuiet_n = 2.0;    ///< what does not count
+
 Eigen::Vector3d at_most(const Eigen::Vector3d& v, double length) {
   const double n = v.norm();
   return n > length ? Eigen::Vector3d(v * (length / n)) : v;
@@ -25,7 +29,7 @@ Feet::Feet(const robot::Biped& biped, const StabilizerSettings& settings)
 
 void Feet::reset() {
   foot_.fill({});
-  difference_m_ = 0.0;
+  difference_m_ = wrong_n_ = wrong_size_n_ = 0.0;
   X_WS_.fill(Eigen::Isometry3d::Identity());
 }
 
@@ -55,7 +59,15 @@ void Feet::share_weight(const std::array<robot::Wrench, 2>& foot_S, double left)
   const StabilizerSettings& s = *settings_;
   const double wrong =
       foot_S[kLeft].force.z() - foot_S[kRight].force.z() - (2.0 * left - 1.0) * weight_n_;
-  difference_m_ = leaky(difference_m_, s.force_m_s_n * wrong, s.force_leak_s, s.force_limit_m);
+  // Legs as stiff as servos on hard ground rock from foot to foot at 25 Hz under a gain that
+  // springs need, and creep over the ground by that: what changes its sign all the time counts
+  // little.
+  const double share = low_pass_share(kChatter_s);
+  wrong_n_ += share * (wrong - wrong_n_);
+  wrong_size_n_ += share * (std::abs(wrong) - wrong_size_n_);
+  const double steady = (std::abs(wrong_n_) + kQuiet_n) / (wrong_size_n_ + kQuiet_n);
+  difference_m_ = leaky(difference_m_, s.force_m_s_n * steady * steady * wrong, s.force_leak_s,
+                        s.force_limit_m);
 }
 
 void Feet::land(Foot& foot, double normal_n) const {
@@ -107,6 +119,7 @@ const std::array<Eigen::Isometry3d, 2>& Feet::step(const PatternSample& plan,
     share_weight(measured.foot_S, wished.left);
   } else {
     difference_m_ = decayed(difference_m_, kShareFade_s);
+    wrong_n_ = wrong_size_n_ = 0.0;
   }
   compose(plan);
   return X_WS_;

@@ -49,6 +49,7 @@ class Feet {
   double weight_n_, swing_share_;
   std::array<Foot, 2> foot_;
   double difference_m_ = 0.0;
+  double wrong_n_ = 0.0, wrong_size_n_ = 0.0;  // difference of the feet's forces, low-passed
   std::array<Eigen::Isometry3d, 2> X_WS_;
 };
 

@@ -24,11 +24,11 @@ struct StabilizerSettings {
   double cop_leak_s = 0.5, cop_limit_rad = 0.25;
   double force_m_s_n = 1.5e-4;  ///< difference of the feet's heights [K10; C19: 1e-4]
   double force_leak_s = 1.0, force_limit_m = 0.05;
-  double landing_m_s_n = 1e-3;  ///< a foot that lands early gives way
+  double landing_m_s_n = 1e-4;  ///< a foot that lands early gives way; more makes it bounce
   double landing_leak_s = 0.2, landing_limit_m = 0.03;
   double landing_window_s = 0.25;  ///< before the planned landing
   // swing foot against the error of the base
-  double swing_filter_s = 0.05, swing_fade_s = 0.3;
+  double swing_filter_s = 0.03, swing_fade_s = 0.3;
   double swing_position = 1.0;          ///< share of the position's correction: 0 attitude only [1]
   double swing_height_limit_m = 0.005;  ///< of the height's correction
   double swing_position_limit_m = 0.05, swing_tilt_limit_rad = 0.25;

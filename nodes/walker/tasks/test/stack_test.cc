@@ -101,6 +101,32 @@ TEST(Stack, SquatsAndTwists) {
   }
 }
 
+TEST(Stack, HandsComeInGradually) {
+  for (const robot::Biped& biped : robots()) {
+    if (biped.hand[kRight] < 0) continue;
+    // The left hand pulls with its whole share; the right one is far from what it shall take.
+    const auto reach = [&](const Reference& r, double t, double share) {
+      TaskGoals goals = r.walk(t, 0.0);
+      goals.hand[kLeft].p_W_m += Eigen::Vector3d(0.12, 0.05, 0.15);
+      goals.hand[kLeft].share = Reference::ramp(t, 0.5, 1.5).value;
+      goals.hand[kRight].p_W_m += Eigen::Vector3d(0.2, 0.1, 0.3);
+      goals.hand[kRight].share = t > 3.0 ? share : 0.0;
+      return goals;
+    };
+    const auto speed = [&](double share) -> Eigen::VectorXd {
+      return trial_of(biped, 3.0 + 1.5 * kDt,
+                      [&](const Reference& r, double t) { return reach(r, t, share); })
+          .state.dq;
+    };
+    const Eigen::VectorXd without = speed(0.0);
+    const double thousandth = (speed(1e-3) - without).cwiseAbs().maxCoeff();
+    EXPECT_GT(thousandth, 0.0) << biped.tree.name();
+    EXPECT_LT(thousandth, 0.05) << biped.tree.name();
+    EXPECT_NEAR((speed(1e-4) - without).cwiseAbs().maxCoeff(), 0.1 * thousandth, 0.02 * thousandth)
+        << biped.tree.name();
+  }
+}
+
 TEST(Stack, ReachesWithAHandWhileAFootMoves) {
   for (const robot::Biped& biped : robots()) {
     if (biped.hand[kRight] < 0) continue;
