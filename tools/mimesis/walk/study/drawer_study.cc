@@ -12,7 +12,7 @@ namespace {
 using synthesizer::kNormalStep, synthesizer::kReachingStep, synthesizer::kStanding;
 
 constexpr int kGoals = 30, kClass = 10;
-constexpr std::size_t kChosen = 8;   // of the training trials
+constexpr std::size_t kChosen = 8;  // of the training trials
 // Of the dissertation's goals: the object lies the deeper, the farther the hand reaches.
 constexpr double kLeastDepth_m = 0.124, kMostDepth_m = 0.273;
 constexpr double kLeastReach_m = 0.663, kMostReach_m = 0.755;

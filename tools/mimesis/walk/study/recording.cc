@@ -115,8 +115,8 @@ FeasibleData make_feasible(const ScriptRobot& robot, const synthesizer::DrawerDa
       const MatrixXd all = resample(r, number, n, [](const Recording::Tick& t) { return t.q; });
       q.samples.middleRows(static_cast<Index>(i) * joints, joints) = all;
       auto block = u.samples.middleRows(static_cast<Index>(i) * (upper + 3), upper + 3);
-      const MatrixXd above = resample(
-          r, number, n, [&](const Recording::Tick& t) { return upright(t, waist); });
+      const MatrixXd above =
+          resample(r, number, n, [&](const Recording::Tick& t) { return upright(t, waist); });
       block.topRows(upper) = above(of_tree, Eigen::all);
       block.bottomRows(3) = velocity(r, number, n, data.action[a].trials[i].step_length_m);
     }
