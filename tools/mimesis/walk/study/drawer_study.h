@@ -34,9 +34,9 @@ std::vector<DrawerGoal> novel_goals();
 /// 12.4-27.3 cm, all growing together.
 std::vector<DrawerGoal> extreme_goals();
 
-/// Of a walk on a floor that is known to be flat: soft landing and the swing foot's correction are
-/// for unknown ground by default; a foot that yields when it touches early hangs in the air after
-/// its landing is due, and what compliance does to the body carries it on: 2-4 mm a step.
+/// For a floor that is known to be flat: the swing foot is corrected by what the base does with 10
+/// ms of delay instead of 30. Springs of the joints let the body, and the foot with it, run ahead;
+/// the longest cycles (0.56 m) came out 11 mm long with 30 ms, 3 mm with 10.
 walker::WalkerSettings flat_floor();
 
 /// The online task whose plan is that of the goal.
