@@ -12,6 +12,7 @@ namespace {
 using synthesizer::kNormalStep, synthesizer::kReachingStep, synthesizer::kStanding;
 
 constexpr int kGoals = 30, kClass = 10;
+constexpr std::size_t kChosen = 8;  // of the training trials
 // Of the dissertation's goals: the object lies the deeper, the farther the hand reaches.
 constexpr double kLeastDepth_m = 0.124, kMostDepth_m = 0.273;
 constexpr double kLeastReach_m = 0.663, kMostReach_m = 0.755;
@@ -70,6 +71,13 @@ std::vector<DrawerGoal> extreme_goals() {
   return out;
 }
 
+walker::WalkerSettings flat_floor() {
+  walker::WalkerSettings s;
+  s.stabilizer.landing_m_s_n = 1e-4;
+  s.stabilizer.swing_filter_s = 0.01;
+  return s;
+}
+
 DrawerTrialSpec online_spec(const Robot& robot, const synthesizer::BipedDrawer& actions,
                             const DrawerGoal& goal) {
   DrawerTrialSpec spec;
@@ -83,7 +91,7 @@ DrawerTrialSpec online_spec(const Robot& robot, const synthesizer::BipedDrawer& 
   plan.normal_half_m = plan.reaching_half_m = 0.01;  // other plans are out of the question
   plan.least_normal_m = 0.33;
   plan.longest_step_m = 0.285;
-  spec.walker.stabilizer.landing_m_s_n = 2e-4;
+  spec.walker = flat_floor();
   return spec;
 }
 
@@ -113,6 +121,7 @@ Outcome run_script(const ScriptRobot& robot, const ActionRows& rows, const Drawe
   Outcome seen;
   TrialSpec spec;
   spec.robot = robot.robot;
+  spec.walker = flat_floor();
   spec.duration_s = kScript_s;
   spec.wish = [&](double) { return script.step(first ? nullptr : &plan); };
   const TrialResult r = run_trial(spec, [&](const TrialTick& tick) {
@@ -159,9 +168,8 @@ const FeasibleData& DrawerStudy::feasible() {
 const synthesizer::BipedDrawer& DrawerStudy::actions(Sources s) {
   auto& a = actions_[s];
   if (!a) {
-    a = std::make_unique<synthesizer::BipedDrawer>(
-        make_biped_drawer(biped_.biped.tree, script_robot_.figure, feasible().upper_body, s.first,
-                          s.further));
+    a = std::make_unique<synthesizer::BipedDrawer>(make_biped_drawer(
+        biped_.biped.tree, script_robot_.figure, feasible().upper_body, s.first, s.further));
   }
   return *a;
 }
@@ -177,7 +185,7 @@ const synthesizer::LearnedActions& DrawerStudy::joints(Sources s) {
 std::vector<std::size_t> DrawerStudy::chosen_trials() const {
   std::vector<std::size_t> out;
   const std::size_t n = trials_.action[0].trials.size();
-  for (std::size_t i = 0; i < kClass; ++i) out.push_back((2 * i * n + n) / (2 * kClass));
+  for (std::size_t i = 0; i < kChosen; ++i) out.push_back(i * n / kChosen + i % 2);
   return out;
 }
 
@@ -203,7 +211,8 @@ const DrawerStudy::Outcomes& DrawerStudy::resynthesis(Sources s) {
                                  learned.reconstruct(kStanding, chosen[i])};
            DrawerGoal goal = wished;  // it walks as far as the mixture says
            goal.normal_m = synthesizer::travel_m(learned.rows(), rows[kNormalStep], 2.0 * kStep_s);
-           goal.reaching_m = synthesizer::travel_m(learned.rows(), rows[kReachingStep], 2.0 * kStep_s);
+           goal.reaching_m =
+               synthesizer::travel_m(learned.rows(), rows[kReachingStep], 2.0 * kStep_s);
            return run_script(script_robot_, rows, goal, wished);
          });
 }
@@ -213,6 +222,17 @@ const DrawerStudy::Outcomes& DrawerStudy::inference(Sources s) {
   if (!o.empty()) return o;
   const synthesizer::BipedDrawer& learned = actions(s);
   const auto goals = novel_goals();
+  const std::size_t every = s == kSources[1] ? 1 : 3;
+  return o = in_parallel(goals.size() / every, [&](std::size_t i) {
+           return run_online(online_spec(biped_, learned, goals[i * every + every / 2]));
+         });
+}
+
+const DrawerStudy::Outcomes& DrawerStudy::extremes() {
+  Outcomes& o = outcomes_["extremes"];
+  if (!o.empty()) return o;
+  const synthesizer::BipedDrawer& learned = actions(kSources[1]);
+  const auto goals = extreme_goals();
   return o = in_parallel(goals.size(), [&](std::size_t i) {
            return run_online(online_spec(biped_, learned, goals[i]));
          });
@@ -244,7 +264,7 @@ const DrawerStudy::Outcomes& DrawerStudy::naive_resynthesis(Sources s) {
   return o = in_parallel(chosen.size(), [&](std::size_t i) {
            const JointTrack track = naive_track(learned, reconstructed(learned, chosen[i]),
                                                 feasible_->recordings[chosen[i]]);
-           return outcome_of(play(biped_, track, Feedback::kOwn), {});
+           return outcome_of(play(biped_, track, Feedback::kOwn, flat_floor().stabilizer), {});
          });
 }
 
@@ -257,7 +277,7 @@ const DrawerStudy::Outcomes& DrawerStudy::naive_inference(Sources s, Feedback fe
   const std::vector<Recording>& walk = walks();
   return o = in_parallel(goals.size(), [&](std::size_t i) {
            const JointTrack track = naive_track(learned, inferred(learned, goals[i]), walk[i]);
-           return outcome_of(play(biped_, track, feedback), {});
+           return outcome_of(play(biped_, track, feedback, flat_floor().stabilizer), {});
          });
 }
 
@@ -267,7 +287,9 @@ const DrawerStudy::Outcomes& DrawerStudy::played_originals(Feedback feedback) {
   const FeasibleData& data = feasible();
   const auto chosen = chosen_trials();
   return o = in_parallel(chosen.size(), [&](std::size_t i) {
-           return outcome_of(play(biped_, track_of(data.recordings[chosen[i]]), feedback), {});
+           return outcome_of(play(biped_, track_of(data.recordings[chosen[i]]), feedback,
+                                  flat_floor().stabilizer),
+                             {});
          });
 }
 

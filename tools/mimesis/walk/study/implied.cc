@@ -12,7 +12,7 @@ using Eigen::Isometry3d, Eigen::Vector2d, Eigen::Vector3d;
 using walker::kTick_s;
 
 constexpr int kApart = 2;  // ticks on both sides of a difference
-constexpr int kMean = 4;   // ticks on both sides of a mean
+constexpr int kMean = 12;  // ticks on both sides of a mean
 
 Isometry3d flat(const Isometry3d& X) {
   Isometry3d out = Isometry3d::Identity();

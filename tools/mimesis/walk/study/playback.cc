@@ -18,9 +18,9 @@ walker::Sensors to_walker(const hw::sim::BodySensors& s) {
 /// Legs anew for what the stabilizer wants different.
 class Corrected {
  public:
-  Corrected(const robot::Biped& biped)
+  Corrected(const robot::Biped& biped, const walker::StabilizerSettings& settings)
       : biped_(biped),
-        stabilizer_(biped, walker::gait_settings(biped), {}),
+        stabilizer_(biped, walker::gait_settings(biped), settings),
         ik_{robot::LegIk(biped, robot::kLeft), robot::LegIk(biped, robot::kRight)} {}
 
   Eigen::VectorXd step(const walker::StabilizerPlan& plan, const Eigen::VectorXd& q,
@@ -51,14 +51,13 @@ class Corrected {
 }  // namespace
 
 TrialResult play(const Robot& robot, const JointTrack& track, Feedback feedback,
-                 const hw::sim::BodyOptions& options, int delay_ticks) {
-  hw::sim::BodyWorld world(robot.biped, robot.urdf_file, options);
+                 const walker::StabilizerSettings& stabilizer) {
+  hw::sim::BodyWorld world(robot.biped, robot.urdf_file, {});
   hw::sim::WalkJudge judge;
-  Corrected corrected(robot.biped);
+  Corrected corrected(robot.biped, stabilizer);
   std::vector<walker::StabilizerPlan> reference;
   if (feedback == Feedback::kOwn) reference = implied_reference(robot.biped, track);
-  std::deque<walker::Sensors> on_their_way(static_cast<std::size_t>(delay_ticks),
-                                           to_walker(world.sensors()));
+  std::deque<walker::Sensors> on_their_way{to_walker(world.sensors())};
   TrialResult result;
   for (std::size_t k = 0; k < track.q.size() && !world.truth().fell; ++k) {
     on_their_way.push_back(to_walker(world.sensors()));

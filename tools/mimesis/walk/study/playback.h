@@ -4,13 +4,13 @@
 namespace mimesis::walk {
 
 enum class Feedback {
-  kNone,   ///< set-points as they are
-  kOwn,    ///< the walker's stabilizer around the reference that the angles imply
+  kNone,  ///< set-points as they are
+  kOwn,   ///< the walker's stabilizer around the reference that the angles imply
 };
 
-/// Plays angles on the plant until the robot falls or they end. Of the result: figures, fell_at_s,
-/// dcm_max_m 0. Deterministic.
+/// Plays angles on the springs plant until the robot falls or they end; sensors are one tick late.
+/// Of the result: figures and fell_at_s. Deterministic.
 TrialResult play(const Robot& robot, const JointTrack& track, Feedback feedback,
-                 const hw::sim::BodyOptions& body = {}, int delay_ticks = 1);
+                 const walker::StabilizerSettings& stabilizer = {});
 
 }  // namespace mimesis::walk

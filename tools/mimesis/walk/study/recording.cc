@@ -36,6 +36,25 @@ MatrixXd velocity(const Recording& r, int number, int samples, double length_m) 
   return v;
 }
 
+/// Joints between pelvis and trunk that turn about y.
+std::vector<int> waist_pitch(const robot::Biped& biped) {
+  std::vector<int> out;
+  for (int l = biped.trunk; l > 0; l = biped.tree.link(l).parent) {
+    const robot::Link& link = biped.tree.link(l);
+    if (link.dof >= 0 && std::abs(link.axis.y()) > 0.9) out.push_back(link.dof);
+  }
+  return out;
+}
+
+/// Set-points as they would be above an upright pelvis: the walker tilts its pelvis to reach, and
+/// takes a wished waist as that of an upright one.
+VectorXd upright(const Recording::Tick& t, const std::vector<int>& waist) {
+  VectorXd q = t.q;
+  const double pitch = std::atan2(-t.X_WB(2, 0), t.X_WB(0, 0));
+  for (const int dof : waist) q[dof] += pitch / static_cast<double>(waist.size());
+  return q;
+}
+
 }  // namespace
 
 std::optional<std::size_t> Recording::begin(int number) const {
@@ -80,6 +99,7 @@ FeasibleData make_feasible(const ScriptRobot& robot, const synthesizer::DrawerDa
   for (std::size_t i = 0; i < robot.joint.size(); ++i) {
     of_tree[static_cast<std::size_t>(robot.joint[i])] = robot.robot->biped.upper_body[i];
   }
+  const std::vector<int> waist = waist_pitch(robot.robot->biped);
   for (std::size_t a = 0; a < data.action.size(); ++a) {
     const Index samples = data.action[a].samples.cols();
     const auto n = static_cast<int>(samples);
@@ -89,12 +109,15 @@ FeasibleData make_feasible(const ScriptRobot& robot, const synthesizer::DrawerDa
     const int number = static_cast<int>(a) + 1;
     for (std::size_t i = 0; i < trials; ++i) {
       const Recording& r = out.recordings[i];
-      if (!r.begin(3)) throw ConfigError("trial " + std::to_string(i) + " of the drawer: " + (r.trouble.empty() ? "the walk does not end" : r.trouble));
-      const MatrixXd all =
-          resample(r, number, n, [](const Recording::Tick& t) { return t.q; });
+      if (!r.begin(3))
+        throw ConfigError("trial " + std::to_string(i) + " of the drawer: " +
+                          (r.trouble.empty() ? "the walk does not end" : r.trouble));
+      const MatrixXd all = resample(r, number, n, [](const Recording::Tick& t) { return t.q; });
       q.samples.middleRows(static_cast<Index>(i) * joints, joints) = all;
       auto block = u.samples.middleRows(static_cast<Index>(i) * (upper + 3), upper + 3);
-      block.topRows(upper) = all(of_tree, Eigen::all);
+      const MatrixXd above =
+          resample(r, number, n, [&](const Recording::Tick& t) { return upright(t, waist); });
+      block.topRows(upper) = above(of_tree, Eigen::all);
       block.bottomRows(3) = velocity(r, number, n, data.action[a].trials[i].step_length_m);
     }
   }

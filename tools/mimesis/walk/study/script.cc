@@ -133,8 +133,7 @@ void Script::move_upper_body() {
   since_s_ += kTick_s;
   const double decay = std::exp(-kLambda_1_s * kTick_s);
   for (Eigen::Index i = 0; i < joints; ++i) {
-    const double u =
-        u_rows[i] + synthesizer::faded(offset_[i], offset_rate_[i], since_s_, kFade_s);
+    const double u = u_rows[i] + synthesizer::faded(offset_[i], offset_rate_[i], since_s_, kFade_s);
     aim_rate_[i] = (u - aim_[i]) / kTick_s;
     aim_[i] = u;
     const double e = q_[i] - u, a = dq_[i] + kLambda_1_s * e;
@@ -148,10 +147,10 @@ void Script::wish_feet(const walker::PatternSample& plan) {
   walker::Wish& w = wish_.walk;
   const auto print = [&](int step) {
     const robot::Side side = step % 2 == 0 ? robot::kRight : robot::kLeft;
-    return walker::Footprint{side,
-                             {landing_m_[static_cast<std::size_t>(step)],
-                              0.5 * robot::sign(side) * feet_distance_m_},
-                             0.0};
+    return walker::Footprint{
+        side,
+        {landing_m_[static_cast<std::size_t>(step)], 0.5 * robot::sign(side) * feet_distance_m_},
+        0.0};
   };
   w.landing = {};
   if (steps_ < 6) w.landing[0] = print(steps_);
@@ -168,8 +167,7 @@ void Script::wish_hands() {
   for (const robot::Side s : robot::kSides) {
     wish_.hand[s].share = share;
     if (share <= 0.0) continue;
-    const double x =
-        s == robot::kLeft ? share : minimum_jerk(phase_, kGrowTo, kArrives - 0.05);
+    const double x = s == robot::kLeft ? share : minimum_jerk(phase_, kGrowTo, kArrives - 0.05);
     wish_.hand[s].p_W_m = hand_W_m(s, std::min(phase_, kArrives)) + x * left_over_m_[s];
   }
 }

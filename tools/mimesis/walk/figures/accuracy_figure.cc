@@ -1,0 +1,87 @@
+// What the full control system makes of the mixtures of training trials: sizes of the first two
+// actions and reach [M18 3.8.3, fig. 3.41].
+#include <algorithm>
+#include <cmath>
+
+#include "tools/mimesis/walk/figures/list.h"
+#include "tools/mimesis/walk/figures/study_rows.h"
+
+namespace mimesis::walk {
+namespace {
+
+constexpr double kBin_mm = 1.0, kMost_mm = 12.0;
+
+struct Quantity {
+  const char* name;
+  double (*error_m)(const Outcome&);
+};
+constexpr std::array kQuantities = {
+    Quantity{"size of action 1", [](const Outcome& o) { return o.normal_error_m; }},
+    Quantity{"size of action 2", [](const Outcome& o) { return o.reaching_error_m; }},
+    Quantity{"reach", [](const Outcome& o) { return o.reach_error_m; }},
+};
+
+std::vector<double> errors(const std::vector<Outcome>& outcomes, const Quantity& q) {
+  return values_of(outcomes, [&](const Outcome& o) { return std::abs(q.error_m(o)); });
+}
+
+std::filesystem::path plot(const std::filesystem::path& dir, DrawerStudy& study) {
+  std::vector<reproduce::Data> data;
+  std::string script =
+      "set multiplot layout 1,3\nset style fill solid 0.6 noborder\nset yrange [0:*]\nset xlabel "
+      "'error [mm]'\nset xrange [0:12]\n";
+  for (std::size_t k = 0; k < kQuantities.size(); ++k) {
+    script += "set title " + reproduce::quoted(kQuantities[k].name) + "\n";
+    if (k == 0) script += "set ylabel 'trials'\n";
+    if (k == 1) script += "unset ylabel\n";
+    std::string curves;
+    for (std::size_t i = 0; i < kSources.size(); ++i) {
+      std::vector<double> count(static_cast<std::size_t>(kMost_mm / kBin_mm), 0.0);
+      for (const double e : errors(study.resynthesis(kSources[i]), kQuantities[k])) {
+        const auto bin = static_cast<std::size_t>(1e3 * e / kBin_mm);
+        ++count[std::min(bin, count.size() - 1)];
+      }
+      reproduce::Data d{"h" + std::to_string(k) + std::to_string(i), {}};
+      for (std::size_t b = 0; b < count.size(); ++b) {
+        d.rows.push_back(
+            {(static_cast<double>(b) + 0.2 + 0.3 * static_cast<double>(i)) * kBin_mm, count[b]});
+      }
+      data.push_back(d);
+      curves += (i ? ", $" : "$") + d.name + " with boxes lt " + std::to_string(i + 1) +
+                " title '" + kSources[i].text() + "'";
+    }
+    script += "set boxwidth 0.28\nplot " + curves + "\n";
+  }
+  const auto file = dir / "fig-3.41.png";
+  reproduce::plot_png(file, 1200, 380, data, script + "unset multiplot\n");
+  return file;
+}
+
+}  // namespace
+
+reproduce::Report accuracy(const std::optional<std::filesystem::path>& plot_dir) {
+  DrawerStudy& study = DrawerStudy::shared();
+  reproduce::Report report;
+  for (const Sources& s : kSources) {
+    const auto& outcomes = study.resynthesis(s);
+    report.rows.push_back(
+        reproduce::near(s.text() + " sources: falls", falls(outcomes), 0, 0, "1"));
+    std::vector<double> all;
+    for (const Quantity& q : kQuantities) {
+      const std::vector<double> e = errors(outcomes, q);
+      all.insert(all.end(), e.begin(), e.end());
+      report.rows.push_back(reproduce::at_most(s.text() + " sources: " + q.name + ", largest error",
+                                               spread_of(e).most, 0.010, "m",
+                                               "\"always below 10 mm\" [M18 3.8.3]"));
+    }
+    const auto small =
+        static_cast<double>(std::ranges::count_if(all, [](double e) { return e < 0.005; }));
+    report.rows.push_back(reproduce::at_least(s.text() + " sources: share of errors below 5 mm",
+                                              small / static_cast<double>(all.size()), 0.5, "1",
+                                              "\"often below 5 mm\" [M18 3.8.3]"));
+  }
+  if (plot_dir) report.plots.push_back(plot(*plot_dir, study));
+  return report;
+}
+
+}  // namespace mimesis::walk
