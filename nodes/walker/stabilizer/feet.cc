@@ -18,6 +18,7 @@ Eigen::Vector3d at_most(const Eigen::Vector3d& v, double length) {
 
 Feet::Feet(const robot::Biped& biped, const StabilizerSettings& settings)
     : settings_(&settings),
+      biped_(&biped),
       weight_n_(biped.tree.mass_kg() * robot::kGravity),
       swing_share_(low_pass_share(settings.swing_filter_s)) {
   reset();
@@ -26,6 +27,7 @@ Feet::Feet(const robot::Biped& biped, const StabilizerSettings& settings)
 void Feet::reset() {
   foot_.fill({});
   difference_m_ = 0.0;
+  double_support_s_ = settings_->force_window_s;  // it starts on ground that is known
   X_WS_.fill(Eigen::Isometry3d::Identity());
 }
 
@@ -55,6 +57,8 @@ void Feet::share_weight(const std::array<robot::Wrench, 2>& foot_S, double left)
   const StabilizerSettings& s = *settings_;
   const double wrong =
       foot_S[kLeft].force.z() - foot_S[kRight].force.z() - (2.0 * left - 1.0) * weight_n_;
+  double_support_s_ += kTick_s;
+  if (double_support_s_ > s.force_window_s) return;
   difference_m_ = leaky(difference_m_, s.force_m_s_n * wrong, s.force_leak_s, s.force_limit_m);
 }
 
@@ -107,6 +111,7 @@ const std::array<Eigen::Isometry3d, 2>& Feet::step(const PatternSample& plan,
     share_weight(measured.foot_S, wished.left);
   } else {
     difference_m_ = decayed(difference_m_, kShareFade_s);
+    double_support_s_ = 0.0;
   }
   compose(plan);
   return X_WS_;
@@ -128,9 +133,12 @@ void Feet::compose(const PatternSample& plan) {
     const Foot& foot = foot_[side];
     const Eigen::Isometry3d& X_WS = plan.foot[side].X_WS;
     const Eigen::Vector3d pressed(foot.tilt_rad.x(), foot.tilt_rad.y(), 0.0);
-    X_WS_[side].linear() =
-        math::exp_so3(foot.swing_tilt_W) * X_WS.linear() * math::exp_so3(pressed);
-    X_WS_[side].translation() = X_WS.translation() + foot.swing_shift_W;
+    const Eigen::Matrix3d swung = math::exp_so3(foot.swing_tilt_W) * X_WS.linear();
+    const Eigen::Matrix3d turn = math::exp_so3(pressed);
+    const Eigen::Vector3d pivot_S = settings_->cop_pivot * biped_->leg[side].ankle_S_m;
+    X_WS_[side].linear() = swung * turn;
+    X_WS_[side].translation() =
+        X_WS.translation() + foot.swing_shift_W + swung * (pivot_S - turn * pivot_S);
     X_WS_[side].translation().z() += foot.landing_m + 0.5 * robot::sign(side) * difference_m_;
   }
 }
