@@ -7,6 +7,15 @@ namespace mimesis::walker {
 namespace {
 
 constexpr int kMostAhead = 64;
+constexpr double kBraking = 0.9;  ///< share of the acceleration; ticks are no continuous time
+
+/// Speed at which `left` is reached without more than `most` of acceleration: linear near the goal,
+/// the braking parabola farther away; both meet where the linear law brakes with `most`.
+double approach(double left, double gain_1_s, double most) {
+  const double far = std::abs(left), linear = most / (gain_1_s * gain_1_s);
+  const double v = far < linear ? gain_1_s * far : std::sqrt(most * (2.0 * far - linear));
+  return std::copysign(v, left);
+}
 
 Eigen::VectorXd pick(const Eigen::VectorXd& all, const std::vector<int>& joints) {
   Eigen::VectorXd out(Eigen::Index(joints.size()));
@@ -63,8 +72,7 @@ void UpperBodyFollower::step() {
   const double most = settings_.acceleration_rad_s2;
   for (Eigen::Index i = 0; i < wish_.size(); ++i) {
     const double left = wish_[i] - now_.q[i];
-    const double brakes = std::sqrt(2.0 * most * std::abs(left));
-    const double catch_up = std::clamp(settings_.gain_1_s * left, -brakes, brakes);
+    const double catch_up = approach(left, settings_.gain_1_s, kBraking * most);
     const double v = std::clamp(rate_[i] + catch_up, -speed_[i], speed_[i]);
     now_.ddq[i] = std::clamp((v - now_.dq[i]) / kTick_s, -most, most);
     now_.dq[i] += kTick_s * now_.ddq[i];

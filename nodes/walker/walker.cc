@@ -2,6 +2,7 @@
 
 #include "common/error.h"
 #include "nodes/walker/pattern/mpc_pattern.h"
+#include "nodes/walker/pattern/preview_pattern.h"
 #include "nodes/walker/upper_body.h"
 
 namespace mimesis::walker {
@@ -34,9 +35,12 @@ std::unique_ptr<PatternGenerator> make_generator(PatternKind kind, const GaitSet
   switch (kind) {
     case PatternKind::kLinear:
       return std::make_unique<LinearMpc>(gait);
-    default:
-      return std::make_unique<NonlinearMpc>(gait);
+    case PatternKind::kPreview:
+      return std::make_unique<PreviewPattern>(gait);
+    case PatternKind::kNonlinear:
+      break;
   }
+  return std::make_unique<NonlinearMpc>(gait);
 }
 
 bool usable(const TaskGoals::Hand& hand) {

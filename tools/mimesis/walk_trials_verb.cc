@@ -22,7 +22,7 @@ struct Options {
   std::string suite = "steps30", plant = "springs", robot = "biped", pattern = "nonlinear", out;
   std::vector<std::string> set;
   std::uint64_t seed = 1;
-  int delay = 1, only = -1;
+  int delay = 1, only = -1, jobs = 1;
   bool json = false;
 };
 
@@ -87,6 +87,7 @@ walk::SuiteOptions suite_options(const Options& o) {
   suite.walker.pattern = o.pattern == "linear"    ? walker::PatternKind::kLinear
                          : o.pattern == "preview" ? walker::PatternKind::kPreview
                                                   : walker::PatternKind::kNonlinear;
+  suite.walker.stabilizer.delay_ticks = o.delay + 1;  // the control's own tick
   for (const std::string& word : o.set) set(suite.walker.stabilizer, word);
   return suite;
 }
@@ -110,11 +111,11 @@ int run(const Options& o) {
   std::vector<walk::TrialResult> results;
   {
     Progress bar("walking", trials.size(), Progress::Unit::none);
-    for (const walk::TrialSpec& trial : trials) {
-      results.push_back(walk::run_trial(trial));
-      if (write) lines << walk::to_json(results.back()).dump() << std::endl;
+    walk::run_trials(trials, o.jobs, [&](const walk::TrialResult& result) {
+      results.push_back(result);
+      if (write) lines << walk::to_json(result).dump() << std::endl;
       bar.at(results.size());
-    }
+    });
   }
   nlohmann::ordered_json summary = walk::summary_json(results);
   summary["suite"] = o.suite;
@@ -151,10 +152,13 @@ void add_walk_trials(CLI::App& program, int& exit_code) {
       ->capture_default_str();
   verb->add_option("--seed", o->seed, "Of everything that is drawn")->capture_default_str();
   verb->add_option("--delay", o->delay, "Of the sensors, in ticks of 5 ms")
-      ->check(CLI::Range(0, 20))
+      ->check(CLI::Range(0, 7))
       ->capture_default_str();
   verb->add_option("--set", o->set, "A setting of the stabilizer")->type_name("KEY=NUMBER");
   verb->add_option("--only", o->only, "Number of one trial")->check(CLI::NonNegativeNumber);
+  verb->add_option("-j,--jobs", o->jobs, "Trials at a time")
+      ->check(CLI::Range(1, 256))
+      ->capture_default_str();
   verb->add_option("-o,--out", o->out, "JSON lines: one a trial, then a summary");
   verb->add_flag("--json", o->json, "The same on standard output instead of a table");
   verb->footer(

@@ -9,10 +9,6 @@ namespace {
 constexpr double kLetGo_s = 0.1;      ///< tilt of a foot that carries no more
 constexpr double kShareFade_s = 0.3;  ///< difference of heights in single support
 
-// Of a share of weight that chatters.
-constexpr double kChatter_s = 0.1;  ///< as long as it is looked at
-constexpr double kQuiet_n = 2.0;    ///< what does not count
-
 Eigen::Vector3d at_most(const Eigen::Vector3d& v, double length) {
   const double n = v.norm();
   return n > length ? Eigen::Vector3d(v * (length / n)) : v;
@@ -22,6 +18,7 @@ Eigen::Vector3d at_most(const Eigen::Vector3d& v, double length) {
 
 Feet::Feet(const robot::Biped& biped, const StabilizerSettings& settings)
     : settings_(&settings),
+      biped_(&biped),
       weight_n_(biped.tree.mass_kg() * robot::kGravity),
       swing_share_(low_pass_share(settings.swing_filter_s)) {
   reset();
@@ -29,7 +26,8 @@ Feet::Feet(const robot::Biped& biped, const StabilizerSettings& settings)
 
 void Feet::reset() {
   foot_.fill({});
-  difference_m_ = wrong_n_ = wrong_size_n_ = 0.0;
+  difference_m_ = 0.0;
+  double_support_s_ = settings_->force_window_s;  // it starts on ground that is known
   X_WS_.fill(Eigen::Isometry3d::Identity());
 }
 
@@ -59,15 +57,9 @@ void Feet::share_weight(const std::array<robot::Wrench, 2>& foot_S, double left)
   const StabilizerSettings& s = *settings_;
   const double wrong =
       foot_S[kLeft].force.z() - foot_S[kRight].force.z() - (2.0 * left - 1.0) * weight_n_;
-  // Legs as stiff as servos on hard ground rock from foot to foot at 25 Hz under a gain that
-  // springs need, and creep over the ground by that: what changes its sign all the time counts
-  // little.
-  const double share = low_pass_share(kChatter_s);
-  wrong_n_ += share * (wrong - wrong_n_);
-  wrong_size_n_ += share * (std::abs(wrong) - wrong_size_n_);
-  const double steady = (std::abs(wrong_n_) + kQuiet_n) / (wrong_size_n_ + kQuiet_n);
-  difference_m_ = leaky(difference_m_, s.force_m_s_n * steady * steady * wrong, s.force_leak_s,
-                        s.force_limit_m);
+  double_support_s_ += kTick_s;
+  if (double_support_s_ > s.force_window_s) return;
+  difference_m_ = leaky(difference_m_, s.force_m_s_n * wrong, s.force_leak_s, s.force_limit_m);
 }
 
 void Feet::land(Foot& foot, double normal_n) const {
@@ -119,7 +111,7 @@ const std::array<Eigen::Isometry3d, 2>& Feet::step(const PatternSample& plan,
     share_weight(measured.foot_S, wished.left);
   } else {
     difference_m_ = decayed(difference_m_, kShareFade_s);
-    wrong_n_ = wrong_size_n_ = 0.0;
+    double_support_s_ = 0.0;
   }
   compose(plan);
   return X_WS_;
@@ -141,9 +133,12 @@ void Feet::compose(const PatternSample& plan) {
     const Foot& foot = foot_[side];
     const Eigen::Isometry3d& X_WS = plan.foot[side].X_WS;
     const Eigen::Vector3d pressed(foot.tilt_rad.x(), foot.tilt_rad.y(), 0.0);
-    X_WS_[side].linear() =
-        math::exp_so3(foot.swing_tilt_W) * X_WS.linear() * math::exp_so3(pressed);
-    X_WS_[side].translation() = X_WS.translation() + foot.swing_shift_W;
+    const Eigen::Matrix3d swung = math::exp_so3(foot.swing_tilt_W) * X_WS.linear();
+    const Eigen::Matrix3d turn = math::exp_so3(pressed);
+    const Eigen::Vector3d pivot_S = settings_->cop_pivot * biped_->leg[side].ankle_S_m;
+    X_WS_[side].linear() = swung * turn;
+    X_WS_[side].translation() =
+        X_WS.translation() + foot.swing_shift_W + swung * (pivot_S - turn * pivot_S);
     X_WS_[side].translation().z() += foot.landing_m + 0.5 * robot::sign(side) * difference_m_;
   }
 }

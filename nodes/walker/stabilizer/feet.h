@@ -7,11 +7,14 @@ namespace mimesis::walker {
 /// What forces and the body's error change of the planned soles [K10; walking.md 8.6.7].
 /// A: gain, T: leak of each law.
 ///  - pressure, on a foot that carries: θ̇_y = A (M_y + p_x F_z) − θ_y/T,
-///    θ̇_x = A (M_x − p_y F_z) − θ_x/T with the wished centre of pressure p; about S. In double
-///    support the rates of both feet are blended towards their mean by load: soles that turn
-///    against each other strain stiff legs.
+///    θ̇_x = A (M_x − p_y F_z) − θ_x/T with the wished centre of pressure p; about the ankle: about
+///    S it would move the ankle by h θ, and h θ'' is felt as a ZMP on stiff legs. In double support
+///    the rates of both feet are blended towards their mean by load: soles that turn against each
+///    other strain stiff legs.
 ///  - difference, in double support: ḋ = A ((F_L − F_R) − (2λ − 1) mg) − d/T with the wished left
-///    share λ; the left sole goes up by d/2, the right one down.
+///    share λ; the left sole goes up by d/2, the right one down. Only for a while after a
+///    landing, then d is held: on stiff legs d rolls the body and moves the CoM by c = 4.1 d, whose
+///    c''/ω² the force sensors feel as a gain that grows with the frequency.
 ///  - landing, before the foot is due: l̇ = A max(0, F_z) − l/T, the sole goes up by l.
 ///  - swing: the sole is where it is planned although the base is not.
 class Feet {
@@ -46,10 +49,10 @@ class Feet {
   void compose(const PatternSample& plan);
 
   const StabilizerSettings* settings_;
+  const robot::Biped* biped_;
   double weight_n_, swing_share_;
   std::array<Foot, 2> foot_;
-  double difference_m_ = 0.0;
-  double wrong_n_ = 0.0, wrong_size_n_ = 0.0;  // difference of the feet's forces, low-passed
+  double difference_m_ = 0.0, double_support_s_ = 0.0;
   std::array<Eigen::Isometry3d, 2> X_WS_;
 };
 

@@ -1,5 +1,6 @@
 #pragma once
 #include <functional>
+#include <span>
 
 #include "hw/sim/body/walk_judge.h"
 #include "nodes/walker/walker.h"
@@ -58,5 +59,10 @@ struct TrialResult {
 /// Deterministic but for its times. `watch`: called every tick.
 TrialResult run_trial(const TrialSpec& spec,
                       const std::function<void(const TrialTick&)>& watch = {});
+
+/// All of them on `jobs` threads. `done`: called in the order of the trials, from one thread at a
+/// time. @throws what run_trial() throws
+void run_trials(std::span<const TrialSpec> trials, int jobs,
+                const std::function<void(const TrialResult&)>& done);
 
 }  // namespace mimesis::walk
