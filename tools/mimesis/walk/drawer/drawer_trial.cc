@@ -112,7 +112,8 @@ class Task {
     tick.world.pull(spec_.robot->biped.hand[robot::kLeft], Eigen::Vector3d::Zero(), force_W_n);
     const hw::sim::DrawerNow& now = drawer_.now();
     seen_ = {
-        now.front_W_m.head<2>(), now.handle_W_m, now.object_W_m, now.opened_m, now.held, now.taken};
+        now.front_W_m.head<2>(), now.handle_W_m, now.object_W_m, now.opened_m, now.held, now.taken,
+        tick.truth.hand_W_m};
     measure(tick);
     if (now.taken && !result.taken) {
       result.taken = true;

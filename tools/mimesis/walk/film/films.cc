@@ -96,10 +96,10 @@ Report drawer(const Dir&) {
   const DrawerResult result = run_drawer(robot, {});
   add_balance(result.walk, report);
   report.rows.push_back(reproduce::holds("the object is taken", result.taken));
-  report.rows.push_back(at_most("hand at the handle, error", result.handle_error_m, 0.03, "m",
-                                "so near a hand grips in the simulation"));
-  report.rows.push_back(at_most("hand at the object, error", result.reach_error_m, 0.03, "m",
-                                "so near a hand grips in the simulation"));
+  report.rows.push_back(
+      at_most("hand at the handle, error", result.handle_error_m, 0.01, "m", "goal of the task"));
+  report.rows.push_back(
+      at_most("hand at the object, error", result.reach_error_m, 0.01, "m", "goal of the task"));
   return report;
 }
 
