@@ -7,6 +7,8 @@
 namespace mimesis::walker {
 namespace {
 
+constexpr double kLeastPressure = 0.2;  ///< of the weight
+
 using Eigen::Isometry3d, Eigen::Vector3d;
 
 /// "A little": central differences of postures over it are exact to 1e-7 of walking's
@@ -170,7 +172,10 @@ const robot::RobotMotion& WholeBody::motion(const PatternSample& sample, const C
 
 Eigen::Vector2d WholeBody::zmp(const PatternSample& sample, const ComState& com,
                                const UpperBody& upper, const Moments& moments, Lever* lever) {
-  return robot::zmp_of(dynamics_.ground_wrench(motion(sample, com, upper, moments, lever)));
+  const robot::Wrench ground = dynamics_.ground_wrench(motion(sample, com, upper, moments, lever));
+  // A wish that throws the upper body about can ask the ground to pull, which has no ZMP
+  const bool pressed = ground.force.z() > kLeastPressure * mass_ * robot::kGravity;
+  return pressed ? robot::zmp_of(ground) : sample.zmp_W_m;
 }
 
 }  // namespace mimesis::walker

@@ -36,7 +36,8 @@ class WholeBody {
   const robot::RobotMotion& motion(const PatternSample& sample, const ComState& com,
                                    const UpperBody& upper, const Moments& moments,
                                    Lever* lever = nullptr);
-  /// Zero moment point of that motion on the ground z = 0, by the full dynamics [m].
+  /// Zero moment point of that motion on the ground z = 0, by the full dynamics [m]; the sample's
+  /// own where the motion would leave less than a fifth of the weight on the ground.
   Eigen::Vector2d zmp(const PatternSample& sample, const ComState& com, const UpperBody& upper,
                       const Moments& moments, Lever* lever = nullptr);
   /// Whether a leg was stretched or limited in the last motion: that leg is then taken to stand
