@@ -57,7 +57,7 @@ void MpcPattern::step(const Wish& wish) {
   const Steps before = steps_;
   steps_.decide(feasible.walk, first_swing(feasible), Standing::settled(com_, steps_.middle_W_m()));
   if (steps_.phase() != Steps::Phase::kStand && !plan(feasible, true)) {
-    // too late to stop, to go on or to turn the feet so: as planned, for now
+    // Too late to stop, to go on or to turn the feet so: this tick goes on as planned.
     steps_ = before;
     FeasibleWish unchanged;
     unchanged.walk = !before.stopping();
