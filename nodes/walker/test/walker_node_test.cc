@@ -2,104 +2,13 @@
 
 #include <gtest/gtest.h>
 
-#include <cmath>
-#include <deque>
-
-#include "common/error.h"
-#include "common/model/files.h"
-#include "common/testing/loopback.h"
-#include "nodes/walker/test/perfect_robot.h"
+#include "nodes/walker/test/node_rig.h"
 
 namespace mimesis::walker {
 namespace {
 
 using namespace std::chrono_literals;
-using mimesis::testing::Loopback;
-using runtime::Time;
-using testing::PerfectRobot;
-
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-
-const robot::Biped& biped() {
-  static const robot::Biped b = model::load_biped("biped.yaml");
-  return b;
-}
-
-WalkerParams params() {
-  WalkerParams p;
-  p.ready.approach_s = 0.2;
-  return p;
-}
-
-/// One node, a robot that does as told, and what both said.
-class Rig {
- public:
-  explicit Rig(const WalkerParams& p = params()) : node(p, bus) {}
-
-  void run(Time duration) {
-    for (const Time end = now + duration; now < end; now += 5ms) {
-      if (sends_body) bus.send("sensors", robot.sensors(), now);
-      if (sends_joints) bus.send("joints", robot.joints(), now);
-      if (motion) bus.send("motion", *motion, now);
-      node.step(now);
-      take();
-    }
-  }
-  /// Until it stands on its own feet.
-  void ready() {
-    run(1s);
-    ASSERT_EQ(state(), v1::WALK_STATE_STANDING) << status.reason();
-  }
-  void walk(double forward_m_s) {
-    motion.emplace();
-    motion->set_velocity_forward_m_s(forward_m_s);
-    motion->set_smooth_velocity_forward_m_s(forward_m_s);
-  }
-  v1::WalkState state() const { return feedback.state(); }
-  bool went_through(v1::WalkState wanted) const {
-    return std::ranges::find(states, wanted) != states.end();
-  }
-
-  Loopback bus;
-  PerfectRobot robot{biped()};
-  WalkerNode node;
-  Time now = 1s;
-  bool sends_body = true, sends_joints = true;
-  std::optional<v1::Motion> motion;
-  std::optional<v1::JointCommand> command;  // of the last step
-  v1::WalkFeedback feedback;
-  v1::WalkBalance balance;
-  v1::WalkerStatus status;
-  std::deque<v1::WalkState> states;  // without repetitions
-  double fastest_rad_s = 0.0;        // change of a set-point
-  int statuses = 0;
-
- private:
-  void take() {
-    const std::optional<v1::JointCommand> last = command;
-    command = bus.take<v1::JointCommand>("command");
-    if (command) {
-      for (int j = 0; last && j < command->position_rad_size(); ++j) {
-        fastest_rad_s = std::max(
-            fastest_rad_s, std::abs(command->position_rad(j) - last->position_rad(j)) / kTick_s);
-      }
-      robot.obey(*command);
-    }
-    if (auto f = bus.take<v1::WalkFeedback>("feedback")) {
-      feedback = *f;
-      robot.stand(feedback);
-    }
-    if (auto b = bus.take<v1::WalkBalance>("balance")) {
-      balance = *b;
-      robot.stand(balance);
-    }
-    while (auto s = bus.take<v1::WalkerStatus>("status")) {
-      status = *s;
-      ++statuses;
-    }
-    if (states.empty() || states.back() != feedback.state()) states.push_back(feedback.state());
-  }
-};
+using namespace testing;
 
 TEST(WalkerNode, WaitsForWhatItNeedsAndSaysFor) {
   Rig rig;
@@ -235,21 +144,6 @@ TEST(WalkerNode, TakesTheRawVelocityIfItIsTold) {
   EXPECT_EQ(rig.state(), v1::WALK_STATE_WALKING);
 }
 
-v1::MotionRows rows_of_all_joints() {
-  v1::MotionRows rows;
-  rows.set_model("test");
-  rows.add_rows("pelvis.x");
-  for (const std::string& joint : biped().tree.joint_names()) rows.add_rows(joint);
-  return rows;
-}
-
-/// All joints half-sitting, but `joint` at `rad`.
-void set_angles(std::string_view joint, double rad, v1::Motion& motion) {
-  motion.add_position_rad(9.9);  // a row that is no joint of the robot
-  for (const double q : biped().half_sitting) motion.add_position_rad(q);
-  motion.set_position_rad(1 + biped().tree.require_joint(joint), rad);
-}
-
 TEST(WalkerNode, MovesTheUpperBodyByTheNamesOfTheRows) {
   Rig rig;
   rig.ready();
@@ -268,169 +162,6 @@ TEST(WalkerNode, MovesTheUpperBodyByTheNamesOfTheRows) {
   EXPECT_GE(rig.status.clipped_wishes(), 400U);  // said once a second
 }
 
-TEST(WalkerNode, RefusesAMotionThatItCannotRead) {
-  const auto refused = [](const std::function<void(Rig&)>& spoil, const std::string& why) {
-    Rig rig;
-    rig.ready();
-    rig.walk(0.2);
-    rig.bus.send("rows", rows_of_all_joints(), rig.now);
-    set_angles("left_elbow", -0.6, *rig.motion);
-    spoil(rig);
-    rig.run(1s);
-    EXPECT_EQ(rig.state(), v1::WALK_STATE_STANDING) << why;
-    EXPECT_EQ(rig.status.reason(), why);
-    rig.walk(0.2);  // without joints
-    rig.run(1500ms);
-    EXPECT_EQ(rig.status.reason(), "");
-    EXPECT_NE(rig.state(), v1::WALK_STATE_STANDING) << why;
-  };
-  refused([](Rig& r) { r.motion->add_position_rad(0.0); }, "motion of 32 joints, its rows are 31");
-  refused([](Rig& r) { r.motion->add_velocity_rad_s(0.0); },
-          "motion with 1 joint rates, its rows are 31");
-  refused(
-      [](Rig& r) {
-        v1::MotionRows rows = rows_of_all_joints();
-        for (std::string& row : *rows.mutable_rows()) {
-          if (row == "left_elbow") row = "lelbow.x";
-        }
-        r.bus.send("rows", rows, r.now);
-      },
-      "rows of motion 'test' have no joint 'left_elbow', expected all of the upper body");
-  refused([](Rig& r) { r.motion->add_landings(); }, "landing 0 names no foot");
-  refused(
-      [](Rig& r) {
-        r.motion->add_landings()->set_foot(v1::FOOT_LEFT);
-        r.motion->add_landings()->set_foot(v1::FOOT_LEFT);
-      },
-      "both landings are of the same foot");
-}
-
-TEST(WalkerNode, JointsWithoutRowsAreRefused) {
-  Rig rig;
-  rig.ready();
-  rig.walk(0.2);
-  set_angles("left_elbow", -0.6, *rig.motion);
-  rig.run(1s);
-  EXPECT_EQ(rig.state(), v1::WALK_STATE_STANDING);
-  EXPECT_EQ(rig.status.reason(), "motion with joints, and no rows yet that name them");
-}
-
-TEST(WalkerNode, AMotionThatIsNotANumberEndsTheSteps) {
-  Rig rig;
-  rig.ready();
-  rig.walk(0.2);
-  rig.run(4s);
-  rig.motion->set_smooth_velocity_forward_m_s(kNan);
-  rig.run(4s);
-  EXPECT_EQ(rig.state(), v1::WALK_STATE_STANDING);
-  EXPECT_GE(rig.bus.counters("motion").rejected, 790U);
-}
-
-TEST(WalkerNode, SensorsThatFallSilentEndTheStepsThenThePostureIsHeld) {
-  Rig rig;
-  rig.ready();
-  rig.walk(0.2);
-  rig.run(4s);
-  rig.sends_body = false;
-  rig.run(100ms);
-  EXPECT_NE(rig.state(), v1::WALK_STATE_SAFE);
-  EXPECT_EQ(rig.status.reason(), "IMU and foot forces are silent");
-  const std::uint32_t steps = rig.feedback.steps();
-  rig.run(4s);
-  EXPECT_EQ(rig.state(), v1::WALK_STATE_SAFE);
-  EXPECT_EQ(rig.status.reason(), "IMU and foot forces are silent");
-  EXPECT_LE(rig.feedback.steps() - steps, 3U);
-  rig.fastest_rad_s = 0.0;
-  rig.run(1s);
-  ASSERT_TRUE(rig.command.has_value());  // holds
-  EXPECT_EQ(rig.fastest_rad_s, 0.0);
-  rig.motion.reset();
-  rig.sends_body = true;
-  rig.run(4s);
-  EXPECT_EQ(rig.state(), v1::WALK_STATE_STANDING);
-}
-
-TEST(WalkerNode, SensorsThatAreNotNumbersAreSilent) {
-  Rig rig;
-  rig.ready();
-  rig.sends_body = false;
-  for (int i = 0; i < 40; ++i) {
-    v1::BodySensors bad = rig.robot.sensors();
-    bad.mutable_gyro_in_imu()->set_x_rad_s(kNan);
-    rig.bus.send("sensors", bad, rig.now);
-    rig.run(5ms);
-  }
-  EXPECT_EQ(rig.state(), v1::WALK_STATE_SAFE);
-  EXPECT_EQ(rig.status.reason(), "IMU and foot forces are silent");
-}
-
-TEST(WalkerNode, SensorsThatMakeNoSenseAreNotUsed) {
-  const auto refused = [](const std::function<void(v1::BodySensors&)>& spoil,
-                          const std::string& why) {
-    Rig rig;
-    rig.ready();
-    rig.sends_body = false;
-    v1::BodySensors bad = rig.robot.sensors();
-    spoil(bad);
-    rig.bus.send("sensors", bad, rig.now);
-    rig.run(10ms);
-    EXPECT_EQ(rig.state(), v1::WALK_STATE_SAFE);
-    EXPECT_EQ(rig.status.reason(), why);
-  };
-  refused([](v1::BodySensors& s) { s.mutable_world_from_imu()->set_w(1.5); },
-          "attitude of the IMU has length 1.5, expected 1");
-  refused([](v1::BodySensors& s) { s.mutable_feet()->RemoveLast(); },
-          "foot forces of one foot only, expected both");
-  refused([](v1::BodySensors& s) { s.mutable_feet(0)->set_foot(v1::FOOT_UNSPECIFIED); },
-          "a foot force that names no foot");
-}
-
-TEST(WalkerNode, EncodersOfAnotherRobotAreNotUsed) {
-  Rig rig;
-  rig.sends_joints = false;
-  v1::ArmState arm;
-  arm.set_operational(true);
-  for (int j = 0; j < 7; ++j) arm.add_position_rad(0.0);
-  rig.bus.send("joints", arm, rig.now);
-  rig.run(10ms);
-  EXPECT_EQ(rig.state(), v1::WALK_STATE_WAITING);
-  EXPECT_EQ(rig.status.reason(), "encoders of 7 positions and 0 rates, the robot has 30 joints");
-}
-
-TEST(WalkerNode, DrivesThatStopEndTheStreamAndItBeginsAnew) {
-  Rig rig;
-  rig.ready();
-  rig.robot.operational = false;
-  rig.run(10ms);
-  EXPECT_EQ(rig.state(), v1::WALK_STATE_WAITING);
-  EXPECT_EQ(rig.status.reason(), "the bridge does not follow yet");
-  rig.run(100ms);
-  EXPECT_FALSE(rig.command.has_value());  // the bridge wants silence first
-  rig.run(200ms);
-  EXPECT_TRUE(rig.command.has_value());
-  rig.robot.operational = true;
-  rig.run(1s);
-  EXPECT_EQ(rig.state(), v1::WALK_STATE_STANDING);
-}
-
-TEST(WalkerNode, AFallIsSafeWithItsReasonAndNoFurtherSteps) {
-  Rig rig;
-  rig.ready();
-  rig.walk(0.2);
-  rig.run(4s);
-  rig.robot.tilt = Eigen::AngleAxisd(1.0, Eigen::Vector3d::UnitY());
-  rig.run(500ms);
-  EXPECT_EQ(rig.state(), v1::WALK_STATE_SAFE);
-  EXPECT_NE(rig.status.reason(), "");
-  rig.robot.tilt.setIdentity();
-  const std::uint32_t steps = rig.feedback.steps();
-  rig.fastest_rad_s = 0.0;
-  rig.run(3s);
-  EXPECT_EQ(rig.state(), v1::WALK_STATE_SAFE);
-  EXPECT_EQ(rig.feedback.steps(), steps);
-  EXPECT_EQ(rig.fastest_rad_s, 0.0);
-}
-
 TEST(WalkerNode, SameInputsSameBits) {
   const auto run = [] {
     Rig rig;
@@ -440,24 +171,6 @@ TEST(WalkerNode, SameInputsSameBits) {
            rig.command->SerializeAsString();
   };
   EXPECT_EQ(run(), run());
-}
-
-TEST(WalkerNode, BadParametersNameTheirKey) {
-  const auto refused = [](const std::function<void(WalkerParams&)>& spoil,
-                          const std::string& what) {
-    WalkerParams p = params();
-    spoil(p);
-    Loopback bus;
-    try {
-      const WalkerNode node(p, bus);
-      ADD_FAILURE() << "accepted: " << what;
-    } catch (const ConfigError& e) {
-      EXPECT_NE(std::string(e.what()).find(what), std::string::npos) << e.what();
-    }
-  };
-  refused([](WalkerParams& p) { p.robot = "lwr4.yaml"; }, "lwr4.yaml");
-  refused([](WalkerParams& p) { p.gait.double_support_s = 0.6; }, "walker.gait.double_support_s");
-  refused([](WalkerParams& p) { p.gait.narrowest_step_m = 0.5; }, "narrowest_step_m");
 }
 
 }  // namespace
