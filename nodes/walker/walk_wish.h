@@ -41,7 +41,7 @@ class WalkWish {
 
   void reset();  ///< half-sitting
   /// `motion`: null if there is none: the robot stops and its upper body goes back to half-sitting.
-  /// Allocates only if something is cut.
+  /// Does not allocate.
   const WalkerWish& step(const MotionWish* motion, const GroundPose& robot, double dt_s);
   /// What was cut in the last step: empty, or one line.
   const std::string& clipped() const { return clipped_; }

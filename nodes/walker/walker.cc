@@ -61,6 +61,7 @@ struct Walker::Impl {
         upper_body(robot, s.upper_body),
         kinematics(robot.tree) {
     out.trouble.reserve(256);
+    out.stabilizer.reason.reserve(256);
     reset(Eigen::Vector2d::Zero(), 0.0);
   }
 

@@ -13,11 +13,13 @@ namespace mimesis::walker {
 class Percentiles {
  public:
   Percentiles() { us_.reserve(1 << 20); }
+  /// @return what this call took [µs]
   template <typename Call>
-  void time(Call&& call) {
+  double time(Call&& call) {
     const double from = now_us();
     call();
     us_.push_back(now_us() - from);
+    return us_.back();
   }
   void report(benchmark::State& state) {
     if (us_.empty()) return;
