@@ -109,7 +109,9 @@ bool Cascade::solve(const Eigen::Ref<const Eigen::VectorXd>& b,
   close_levels();
   outcome_ = qp::Outcome::kSolved;
   z_.setZero();
-  for (const Level& level : levels_) solve_free(level);
+  for (const Level& level : levels_) {
+    solve_free(level, level.damping_squared + (level.column > 0 ? level.unreached : 0.0));
+  }
   compose();
   bounded_ = ((x_.head(n_) - upper).array() > kOnBound).any() ||
              ((lower - x_.head(n_)).array() > kOnBound).any();
@@ -165,11 +167,11 @@ void Cascade::right_side(const Level& level) {
   rest.noalias() -= rows.leftCols(level.column) * z_.head(level.column);
 }
 
-void Cascade::solve_free(const Level& level) {
+/// The level's own coordinates without bounds: by substitution, or damped.
+void Cascade::solve_free(const Level& level, double damping_squared) {
   if (level.columns == 0) return;
   right_side(level);
   auto z = z_.segment(level.column, level.columns);
-  const double damping_squared = level.damping_squared + (level.column > 0 ? level.unreached : 0.0);
   if (level.square && damping_squared == 0.0) {
     for (int i = 0; i < level.rows; ++i) {
       const auto row = L_.row(level.row + i).segment(level.column, i + 1);
@@ -212,22 +214,30 @@ bool Cascade::solve_bounded(const Level& level, int depth,
                             const Eigen::Ref<const Eigen::VectorXd>& upper) {
   const int n = n_ - level.column, own = level.columns;
   if (n == 0 || (own == 0 && level.rows > 0)) return true;
+  const double damping_squared = level.damping_squared + level.unreached;
+  const auto Y = Y_.rightCols(n);
+  auto fixed = fixed_.head(n_);
+  fixed.noalias() = Y_.leftCols(level.column) * z_.head(level.column);
+  least_ = lower.array() - fixed.array() - wider_ * depth;
+  most_ = upper.array() - fixed.array() + wider_ * depth;
+  // No bound in the way of the level and of those above: the program's minimum is known.
+  z_.tail(n).setZero();
+  solve_free(level, damping_squared);
+  fixed.noalias() = Y.leftCols(own) * z_.segment(level.column, own);
+  if ((fixed.array() <= most_.array()).all() && (fixed.array() >= least_.array()).all()) {
+    return true;
+  }
+
   auto H = H_.topLeftCorner(n, n);
   auto g = g_.head(n);
   H.setZero();
   g.setZero();
   H.diagonal().setConstant(level.rows > 0 ? kPrice : 1.0);
   if (own > 0) {
-    right_side(level);
-    normal_equations(level, level.damping_squared + level.unreached);
+    normal_equations(level, damping_squared);
     H.topLeftCorner(own, own) = normal_.topLeftCorner(own, own);
     g.head(own) = -factor_side_.head(own);
   }
-  const auto Y = Y_.rightCols(n);
-  auto fixed = fixed_.head(n_);
-  fixed.noalias() = Y_.leftCols(level.column) * z_.head(level.column);
-  least_ = lower.array() - fixed.array() - wider_ * depth;
-  most_ = upper.array() - fixed.array() + wider_ * depth;
   qp::DualQp& program = programs_[static_cast<std::size_t>(depth)];
   outcome_ = program.solve({H, g, Y, least_, most_, none_, none_});
   if (outcome_ != qp::Outcome::kSolved) return false;

@@ -15,8 +15,8 @@ namespace mimesis::walker {
 /// The rows of all levels, one after another, make an orthogonal basis Y of the x space in which
 /// they are a lower trapezoid, A Y = L: level k decides the coordinates that its rows have added,
 /// and touches none of those above [Mansard 2009]. Without bounds in the way the levels are solved
-/// by substitution. Else level k is a quadratic program in its coordinates and all below: these
-/// cost nothing and make room within the bounds.
+/// by substitution. A level with a bound in its way is a quadratic program in its coordinates and
+/// all below: these cost nothing and make room within the bounds.
 ///
 /// Rows are kept from one solve to the next, for several right-hand sides. Allocates when it is
 /// made. Deterministic.
@@ -62,7 +62,7 @@ class Cascade {
   void place(double weight, double length);
   void close_levels();
   void right_side(const Level& level);
-  void solve_free(const Level& level);
+  void solve_free(const Level& level, double damping_squared);
   void normal_equations(const Level& level, double damping_squared);
   bool solve_bounded(const Level& level, int depth, const Eigen::Ref<const Eigen::VectorXd>& lower,
                      const Eigen::Ref<const Eigen::VectorXd>& upper);

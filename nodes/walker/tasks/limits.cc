@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "common/error.h"
+#include "nodes/walker/tasks/leg_room.h"
 
 namespace mimesis::walker {
 namespace {
@@ -41,9 +41,10 @@ Limits::Limits(const robot::Biped& biped, const StackSettings& settings)
 }
 
 void Limits::keep_knees_bent(const robot::Biped& biped, double margin_rad) {
+  const LegRoom room(biped);
   for (const Side side : robot::kSides) {
     const int knee = biped.leg[static_cast<std::size_t>(side)].dof[3];
-    const double straight = stretched_knee(biped, side), bent = biped.half_sitting[knee];
+    const double straight = room.straight_rad(side), bent = biped.half_sitting[knee];
     if (bent > straight) {
       lower_[knee] = std::clamp(straight + margin_rad, lower_[knee], upper_[knee]);
     } else {
@@ -63,27 +64,6 @@ void Limits::bounds(const Eigen::Ref<const Eigen::VectorXd>& q, double dt_s,
     lower[6 + i] = std::clamp(share * (lower_[i] - q[i]), -most, most);
     upper[6 + i] = std::clamp(share * (upper_[i] - q[i]), -most, most);
   }
-}
-
-double stretched_knee(const robot::Biped& biped, Side side) {
-  // The squared distance of two points on either side of a hinge: a + b cos q + c sin q.
-  const auto& leg = biped.leg[static_cast<std::size_t>(side)];
-  const auto link_of = [&](std::size_t joint) {
-    return biped.tree.require_link(biped.tree.moved(leg.dof[joint]).name);
-  };
-  const int thigh = link_of(2), ankle = link_of(4);
-  robot::Kinematics kinematics(biped.tree);
-  const auto squared = [&](double angle) {
-    Eigen::VectorXd q = biped.half_sitting;
-    q[leg.dof[3]] = angle;
-    kinematics.update(Eigen::Isometry3d::Identity(), q);
-    return (kinematics.X_WL(thigh).translation() - kinematics.X_WL(ankle).translation())
-        .squaredNorm();
-  };
-  const double zero = squared(0.0), half = squared(std::numbers::pi),
-               quarter = squared(0.5 * std::numbers::pi);
-  const double middle = 0.5 * (zero + half);
-  return std::atan2(quarter - middle, zero - middle);
 }
 
 }  // namespace mimesis::walker

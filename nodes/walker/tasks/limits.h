@@ -19,7 +19,4 @@ class Limits {
   Eigen::VectorXd lower_, upper_, speed_;
 };
 
-/// Angle of the knee at which hip and ankle are farthest apart, next to half-sitting.
-double stretched_knee(const robot::Biped& biped, Side side);
-
 }  // namespace mimesis::walker

@@ -13,8 +13,10 @@ namespace {
 
 // Newton steps within a tick, all with the Jacobian of its beginning. The first goes the tick's
 // way, the others undo what its curvature has left.
-constexpr int kPasses = 4, kBoundedPasses = 3, kLimitedPasses = 1;  // those with bounds in the way
-constexpr double kExact = 1e-9;                                     // [m], [rad]: nothing to undo
+constexpr int kPasses = 4;
+// Those with bounds in the way: of lower levels, while the legs are too short, of the first level.
+constexpr int kBoundedPasses = 3, kLimitedPasses = 2, kKeptPasses = 1;
+constexpr double kExact = 1e-9;     // [m], [rad]: nothing to undo
 constexpr double kLimited = 1e-6;   // [m], [rad]: what a limit keeps from a goal of the first level
 constexpr std::size_t kLine = 200;  // characters of a reason
 
@@ -42,6 +44,7 @@ struct Stack::Parts {
   Posture posture;
   Eigen::Isometry3d X_start = Eigen::Isometry3d::Identity();
   Eigen::VectorXd start, b, out_of_reach, lower, upper, x, sum;
+  bool kept = false;  ///< in the last tick a bound kept the first level from its aim
 };
 
 Stack::Stack(const robot::Biped& biped, StackSettings settings)
@@ -65,6 +68,7 @@ void Stack::reset(const Eigen::Isometry3d& X_WB, const Eigen::Ref<const Eigen::V
   state_.reason.clear();
   p.posture.update();
   p.rows.forget();
+  p.kept = false;
   p.cascade.forget_residuals();
 }
 
@@ -118,10 +122,10 @@ const char* Stack::fault(const TaskGoals& goals, double dt_s) const {
 
 bool Stack::move(const TaskGoals& goals, double dt_s) {
   Parts& p = *parts_;
-  p.rows.aim(p.posture, goals, dt_s);
-  p.rows.fill(p.posture, p.cascade);
   p.limits.bounds(p.posture.q, dt_s, p.lower, p.upper);
-  if (state_.limited) ease(dt_s);
+  p.rows.aim(p.posture, goals, dt_s, p.lower, p.upper);
+  p.rows.fill(p.posture, p.cascade);
+  if (p.kept) ease(dt_s);
   p.start = p.posture.q;
   p.X_start = p.posture.X_WB;
   p.sum.setZero();
@@ -130,12 +134,13 @@ bool Stack::move(const TaskGoals& goals, double dt_s) {
   p.rows.missing(p.posture, b);
   if (!p.cascade.solve(b, p.lower, p.upper, p.x)) return false;
   const bool bounded = p.cascade.bounded();
-  state_.limited = bounded && p.cascade.first_residual() > kLimited;
+  p.kept = bounded && p.cascade.first_residual() > kLimited;
+  state_.limited = p.kept || p.rows.missing_height_m() > kLimited;
   p.cascade.remember_residuals();
   p.cascade.residual(b, p.out_of_reach.head(rows));
   advance();
   int programs = bounded ? 1 : 0;
-  const int most = state_.limited ? kLimitedPasses : kBoundedPasses;
+  const int most = p.kept ? kKeptPasses : state_.limited ? kLimitedPasses : kBoundedPasses;
   for (int pass = 1; pass < kPasses && programs < most; ++pass) {
     p.rows.missing(p.posture, b);
     b.head(first) -= p.out_of_reach.head(first);

@@ -15,6 +15,8 @@ constexpr double kFarthest_m = 0.02, kFarthest_rad = 0.2;
 constexpr double kAtOnce_m = 0.004, kAtOnce_rad = 0.02, kLeastShare = 0.1;
 // A goal that moves faster has jumped: it is approached, not followed.
 constexpr double kJump_m_s = 3.0, kJump_rad_s = 8.0;
+// A height that legs could not give comes back by this share of it at a tick.
+constexpr double kReturn = 0.25, kHeightIsBack_m = 1e-6;
 // Against the posture of its level a hand of the whole share counts so many times its weight.
 constexpr double kWhole = 1e6;
 
@@ -43,6 +45,7 @@ Vector3d shorter(const Vector3d& v, double most) {
 
 TaskRows::TaskRows(const robot::Biped& biped, std::vector<Task> tasks)
     : biped_(&biped),
+      leg_room_(biped),
       tasks_(std::move(tasks)),
       aims_(tasks_.size()),
       joint_goal_(static_cast<std::size_t>(biped.tree.dof())),
@@ -59,9 +62,14 @@ TaskRows::TaskRows(const robot::Biped& biped, std::vector<Task> tasks)
   rest_is_last_ = last == 1 && tasks_.back().kind == TaskKind::kRegularisation;
 }
 
-void TaskRows::forget() { has_before_ = false; }
+void TaskRows::forget() {
+  has_before_ = height_returns_ = false;
+  leg_room_.reset();
+}
 
-void TaskRows::aim(const Posture& posture, const TaskGoals& goals, double dt_s) {
+void TaskRows::aim(const Posture& posture, const TaskGoals& goals, double dt_s,
+                   const Eigen::Ref<const Eigen::VectorXd>& lower,
+                   const Eigen::Ref<const Eigen::VectorXd>& upper) {
   const Vector3d turn = has_before_ ? math::log_so3(goals.R_W_trunk * R_before_.transpose()) / dt_s
                                     : Vector3d(Vector3d::Zero());
   const Vector3d trunk_rate = turn.norm() > kJump_rad_s ? Vector3d(Vector3d::Zero()) : turn;
@@ -71,7 +79,7 @@ void TaskRows::aim(const Posture& posture, const TaskGoals& goals, double dt_s) 
     const auto side = static_cast<std::size_t>(task.side);
     switch (task.kind) {
       case TaskKind::kCom:
-        aim_at_position(task, aim, posture.com_W, goals.com_W_m, goals.com_v_W, dt_s);
+        aim_at_com(task, aim, posture, goals, dt_s, lower, upper);
         break;
       case TaskKind::kFoot: {
         const FootState& foot = goals.foot[side];
@@ -105,6 +113,39 @@ void TaskRows::aim(const Posture& posture, const TaskGoals& goals, double dt_s) 
   }
   R_before_ = goals.R_W_trunk;
   has_before_ = true;
+}
+
+/// What legs cannot give of the height is not asked of the rest of the body.
+void TaskRows::aim_at_com(const Task& task, Aim& aim, const Posture& posture,
+                          const TaskGoals& goals, double dt_s,
+                          const Eigen::Ref<const Eigen::VectorXd>& lower,
+                          const Eigen::Ref<const Eigen::VectorXd>& upper) {
+  aim_at_position(task, aim, posture.com_W, goals.com_W_m, goals.com_v_W, dt_s);
+  if (std::ranges::find(task.axes, 2) == task.axes.end()) return;
+  Vector3d way = aim.p_W - posture.com_W;
+  // A height that was missing comes back in steps that lessen, not at once.
+  const double along = dt_s * goals.com_v_W.z(),
+               lag = goals.com_W_m.z() - posture.com_W.z() - along;
+  height_returns_ = leg_room_.missing_m() > kHeightIsBack_m ||
+                    (height_returns_ && std::abs(lag) > kHeightIsBack_m);
+  if (height_returns_) {
+    const double most = kReturn * std::abs(lag);
+    way.z() = std::clamp(way.z(), along - most, along + most);
+  }
+  std::array<Vector3d, 2> feet;
+  for (const Side side : robot::kSides) {
+    const auto& X_WS = posture.kinematics.X_WL(biped_->leg[side].sole);
+    feet[side] = shorter(goals.foot[side].X_WS.translation() - X_WS.translation(), kFarthest_m);
+  }
+  const double rise = leg_room_.rise_m({.kinematics = posture.kinematics,
+                                        .q = posture.q,
+                                        .lower = lower,
+                                        .upper = upper,
+                                        .com_W_m = posture.com_W,
+                                        .com_way_m = way,
+                                        .feet_way_m = feet,
+                                        .dt_s = dt_s});
+  aim.p_W.z() = posture.com_W.z() + std::clamp(rise, -kFarthest_m, kFarthest_m);
 }
 
 /// The rate is the goal's at the end of the tick, the error that at its beginning, so that

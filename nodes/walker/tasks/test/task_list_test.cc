@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "common/error.h"
-#include "nodes/walker/tasks/limits.h"
+#include "nodes/walker/tasks/leg_room.h"
 #include "nodes/walker/tasks/test/reference.h"
 
 namespace mimesis::walker {
@@ -112,7 +112,7 @@ TEST_F(TaskList, FindsTheStretchedKnee) {
         };
         return (origin(2) - origin(4)).norm();
       };
-      const double straight = stretched_knee(biped, side);
+      const double straight = LegRoom(biped).straight_rad(side);
       EXPECT_GT(length(straight), length(straight + 0.01));
       EXPECT_GT(length(straight), length(straight - 0.01));
       EXPECT_GT(length(straight), length(biped.half_sitting[leg.dof[3]]));
