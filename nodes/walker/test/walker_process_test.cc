@@ -1,5 +1,9 @@
 #include <gtest/gtest.h>
 
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+
 #include "common/model/files.h"
 #include "common/testing/process.h"
 #include "nodes/walker/test/perfect_robot.h"
@@ -105,6 +109,74 @@ TEST(WalkerProcess, BadConfigurationExitsWith2AndNamesTheKey) {
   refused("stabilizer.kd_1_s=-1", "walker.stabilizer.kd_1_s");
   refused("gait.double_support_s=0.6", "walker.gait.double_support_s");
   refused("colour=red", "colour");
+}
+
+/// models/biped.yaml and its URDF in a folder of their own, `what` in the URDF replaced.
+class DamagedRobot {
+ public:
+  DamagedRobot(const TestGraph& graph, const std::string& what, const std::string& by)
+      : folder_(graph.directory() + "/damaged") {
+    const std::filesystem::path models = MIMESIS_SOURCE_DIR "/models";
+    std::filesystem::create_directories(folder_);
+    std::filesystem::copy_file(models / "biped.yaml", folder_ / "biped.yaml");
+    std::ifstream in(models / "biped.urdf");
+    std::string urdf{std::istreambuf_iterator<char>(in), {}};
+    const auto at = urdf.find(what);
+    EXPECT_NE(at, std::string::npos) << what;
+    if (at != std::string::npos) urdf.replace(at, what.size(), by);
+    std::ofstream(folder_ / "biped.urdf") << urdf;
+  }
+  std::string setting() const { return "robot=" + (folder_ / "biped.yaml").string(); }
+
+ private:
+  std::filesystem::path folder_;
+};
+
+TEST(WalkerProcess, ARobotWithoutOneOfItsJointsIsRefusedInOneLine) {
+  const auto refused = [](const std::string& urdf, const std::string& by, const std::string& name) {
+    TestGraph graph;
+    const DamagedRobot robot(graph, urdf, by);
+    Process node(graph, kWalker, {"--set", robot.setting()});
+    EXPECT_EQ(node.wait(), 2) << node.errors();
+    EXPECT_NE(node.errors().find(name), std::string::npos) << node.errors();
+    EXPECT_EQ(std::ranges::count(node.errors(), '\n'), 1) << node.errors();
+  };
+  refused("joint name=\"left_knee\"", "joint name=\"knee\"", "left_knee");
+  refused("name=\"right_ankle_roll\" type=\"revolute\"", "name=\"right_ankle_roll\" type=\"fixed\"",
+          "right");
+  refused("joint name=\"left_elbow\"", "joint name=\"elbow\"", "left_elbow");
+  refused("link name=\"chest\"", "link name=\"breast\"", "chest");
+}
+
+TEST(WalkerProcess, AStackOfTasksFromAFileMovesTheRobot) {
+  TestGraph graph;
+  Rest rest(graph);
+  std::vector<std::string> arguments = options();
+  arguments.insert(arguments.end(),
+                   {"--set",
+                    "stack.tasks=[{name: left, kind: foot, link: left_sole, weight: 100, gain_1_s: "
+                    "200}, {name: right, kind: foot, link: right_sole, weight: 100, gain_1_s: "
+                    "200}, {name: com, kind: com, weight: 10, gain_1_s: 200}, {name: chest, kind: "
+                    "orientation, link: chest, priority: 2}, {name: arms, kind: posture, priority: "
+                    "3, joints: [left_elbow, right_elbow]}]"});
+  Process node(graph, kWalker, arguments);
+  ASSERT_TRUE(rest.peer.wait_subscriber(rest.sensors)) << node.errors();
+  EXPECT_TRUE(rest.until(v1::WALK_STATE_STANDING)) << node.errors();
+  rest.forward_m_s = 0.2;
+  EXPECT_TRUE(rest.until(v1::WALK_STATE_WALKING, 2)) << node.errors();
+  EXPECT_EQ(node.terminate(), 0) << node.errors();
+}
+
+TEST(WalkerProcess, AStackOfTasksThatDoesNotFitTheRobotIsRefused) {
+  const auto refused = [](const std::string& tasks, const std::string& what) {
+    TestGraph graph;
+    Process node(graph, kWalker, {"--set", "stack.tasks=" + tasks});
+    EXPECT_EQ(node.wait(), 2) << tasks;
+    EXPECT_NE(node.errors().find(what), std::string::npos) << node.errors();
+  };
+  refused("[{name: tail, kind: orientation, link: tail}]", "has no link 'tail'");
+  refused("[{name: arm, kind: posture, joints: [wing]}]", "has no joint 'wing'");
+  refused("[{name: arm, kind: swim}]", "kind");
 }
 
 }  // namespace
