@@ -145,6 +145,7 @@ void TaskRows::aim_at_com(const Task& task, Aim& aim, const Posture& posture,
                                         .com_way_m = way,
                                         .feet_way_m = feet,
                                         .dt_s = dt_s});
+  if (rise == aim.p_W.z() - posture.com_W.z()) return;
   aim.p_W.z() = posture.com_W.z() + std::clamp(rise, -kFarthest_m, kFarthest_m);
 }
 
