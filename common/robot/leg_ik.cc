@@ -117,6 +117,7 @@ Vector3d LegIk::bend_knee(double distance_m, double least_bend_rad, Result& out)
   const double wished = std::acos(std::clamp(cosine, -1.0, 1.0));
   const double bend = std::clamp(wished, std::min(least_bend_rad, most_bend_), most_bend_);
   out.stretched = !(std::abs(cosine) <= 1.0) || bend != wished;
+  out.bend_rad = bend;
   const double angle = straight_ + bends_ * bend;
   out.q[3] = sense_[3] * angle;
   return -(s + turn(kY, -angle) * t);

@@ -22,7 +22,8 @@ class LegIk {
     /// The target is farther than the leg is long, or nearer than the knee bends: q points at it
     /// with the knee at `least_knee_bend_rad` from straight or its limit, the sole turned as asked.
     bool stretched = false;
-    bool limited = false;  ///< a joint was cut to its limit
+    bool limited = false;   ///< a joint was cut to its limit
+    double bend_rad = 0.0;  ///< of the knee from straight, ≥ 0
   };
   /// `X_BS`: sole in the pelvis.
   Result solve(const Eigen::Isometry3d& X_BS, double least_knee_bend_rad = 0.01) const;

@@ -141,6 +141,7 @@ void Walker::Impl::plan(const WalkerWish& wish) {
     const FilterSettings& f = settings.filter_settings;
     const ComState shift = filter.step(
         *pattern, upper_body.ahead(f.samples, f.window_s / f.samples, kUpperBodyComesToRest_s));
+    if (filter.unreachable() > 0) note("filter", "a leg ahead is too short, and taken to be rigid");
     planned.com.p_W_m += shift.p_W_m;
     planned.com.v_W += shift.v_W;
     planned.com.a_W += shift.a_W;

@@ -9,14 +9,19 @@
 #include <memory>
 
 #include "common/error.h"
+#include "nodes/synthesizer/retarget/robot_figure.h"
 #include "tools/mimesis/progress.h"
 #include "tools/mimesis/table.h"
 #include "tools/mimesis/verbs.h"
+#include "tools/mimesis/walk/drawer/drawer_report.h"
+#include "tools/mimesis/walk/drawer/drawer_suite.h"
 #include "tools/mimesis/walk/suites.h"
 #include "tools/mimesis/walk/trial_report.h"
 
 namespace mimesis::tool {
 namespace {
+
+constexpr const char* kDrawers = "drawers30";
 
 struct Options {
   std::string suite = "steps30", plant = "springs", robot = "biped", pattern = "nonlinear", out;
@@ -92,9 +97,9 @@ walk::SuiteOptions suite_options(const Options& o) {
   return suite;
 }
 
-int run(const Options& o) {
-  const walk::Robot robot = walk::load_robot(o.robot);
-  std::vector<walk::TrialSpec> trials = walk::make_suite(o.suite, robot, suite_options(o));
+/// Walks the suite's trials, or only one of them, and writes what came out. @return the summary
+template <class Spec, class Result, class Run>
+nlohmann::ordered_json walk_all(const Options& o, std::vector<Spec> trials, const Run& run_all) {
   if (o.only >= 0) {
     if (std::size_t(o.only) >= trials.size()) {
       throw ConfigError(fmt::format("--only: the suite has trials 0 to {}", trials.size() - 1));
@@ -108,10 +113,10 @@ int run(const Options& o) {
   }
   std::ostream& lines = o.out.empty() ? std::cout : file;
   const bool write = o.json || !o.out.empty();
-  std::vector<walk::TrialResult> results;
+  std::vector<Result> results;
   {
     Progress bar("walking", trials.size(), Progress::Unit::none);
-    walk::run_trials(trials, o.jobs, [&](const walk::TrialResult& result) {
+    run_all(trials, o.jobs, [&](const Result& result) {
       results.push_back(result);
       if (write) lines << walk::to_json(result).dump() << std::endl;
       bar.at(results.size());
@@ -129,7 +134,30 @@ int run(const Options& o) {
   }
   lines.flush();
   if (!lines) throw std::runtime_error(o.out + ": cannot be written");
+  return summary;
+}
+
+int run_drawers(const Options& o, const walk::Robot& robot) {
+  const robot::RobotTree& tree = robot.biped.tree;
+  const synthesizer::BipedDrawer actions =
+      synthesizer::make_biped_drawer(tree, retarget::figure_of(tree, ""));
+  const auto summary = walk_all<walk::DrawerTrialSpec, walk::DrawerResult>(
+      o, walk::drawers30(robot, actions, suite_options(o)), walk::run_drawer_trials);
+  return summary["falls"] == 0 && summary["silent"] == 0 ? 0 : 1;
+}
+
+int run(const Options& o) {
+  const walk::Robot robot = walk::load_robot(o.robot);
+  if (o.suite == kDrawers) return run_drawers(o, robot);
+  const auto summary = walk_all<walk::TrialSpec, walk::TrialResult>(
+      o, walk::make_suite(o.suite, robot, suite_options(o)), walk::run_trials);
   return summary["falls"] == 0 ? 0 : 1;
+}
+
+std::vector<std::string> suites() {
+  std::vector<std::string> names = walk::suite_names();
+  names.emplace_back(kDrawers);
+  return names;
 }
 
 }  // namespace
@@ -139,7 +167,7 @@ void add_walk_trials(CLI::App& program, int& exit_code) {
   CLI::App* verb = program.add_subcommand(
       "walk-trials", "Walks of the biped in the physics, many at once: falls, forces, errors");
   verb->add_option("--suite", o->suite, "What is walked")
-      ->check(CLI::IsMember(walk::suite_names()))
+      ->check(CLI::IsMember(suites()))
       ->capture_default_str();
   verb->add_option("--plant", o->plant,
                    "How the joints follow: springs, or servos with soft ankles")
@@ -162,9 +190,11 @@ void add_walk_trials(CLI::App& program, int& exit_code) {
   verb->add_option("-o,--out", o->out, "JSON lines: one a trial, then a summary");
   verb->add_flag("--json", o->json, "The same on standard output instead of a table");
   verb->footer(
-      "Deterministic but for its times. Exit codes: 0 nobody fell, 1 somebody did, 2 usage.\n"
+      "Deterministic but for its times. Exit codes: 0 nobody fell, 1 somebody did (or of a drawer\n"
+      "task that failed nobody says why), 2 usage.\n"
       "Examples:\n"
       "  mimesis walk-trials --suite steps30 --plant servo --seed 7\n"
+      "  mimesis walk-trials --suite drawers30 --delay 2 --set delay_ticks=5\n"
       "  mimesis walk-trials --suite pushes --out pushes.jsonl --set kd_1_s=3");
   verb->callback([o, &exit_code] { exit_code = run(*o); });
 }

@@ -85,6 +85,7 @@ TEST(LegIk, RoundTripsThroughEveryPosture) {
         ASSERT_FALSE(result.limited) << biped.tree.name() << ' ' << q.transpose();
         ASSERT_LT((leg.sole(result.q).matrix() - X_BS.matrix()).cwiseAbs().maxCoeff(), 1e-9)
             << biped.tree.name() << ' ' << q.transpose() << " : " << result.q.transpose();
+        ASSERT_NEAR(result.bend_rad, bends * (result.q[3] - straight), 1e-9);
       }
       EXPECT_GT(counted, 1700) << biped.tree.name();
     }
@@ -118,6 +119,7 @@ TEST(LegIk, PointsAtWhatItCannotReach) {
       const LegIk::Result result = ik.solve(X_BS, 0.05);
       EXPECT_TRUE(result.stretched);
       EXPECT_FALSE(result.limited);
+      EXPECT_NEAR(result.bend_rad, 0.05, 1e-12);
       const Isometry3d reached = leg.sole(result.q);
       EXPECT_LT((reached.linear() - X_BS.linear()).norm(), 1e-9);
       const Vector3d wished = X_BS * ankle_S - hip, got = reached * ankle_S - hip;

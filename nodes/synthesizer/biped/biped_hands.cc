@@ -17,6 +17,9 @@ constexpr double kLead_1_s = 1.5, kMostLead_m = 0.04;
 constexpr double kGrip_m = 0.005, kGrip_s = 0.1;  // so near for so long, and it grips
 constexpr double kThere = 0.95, kAtIt = 0.995;    // share of a reach
 constexpr double kEdge_m = 0.10;                  // over the edge of the drawer, not through it
+constexpr double kGripper_rad_s = 2.0;
+// The right arm may be too short for the object in a drawer that is open as in the trials.
+constexpr double kDraw_1_s = 2.0, kMostDrawn_m = 0.08;  // of what it lacks, and beyond the trials
 
 }  // namespace
 
@@ -60,6 +63,7 @@ void BipedDrawerSequence::move_hands(const DrawerSeen* seen) {
         std::max(state_.opened_m, drawer.pull_m * minimum_jerk(share, kPullFrom, kPullTo));
   }
   const Vector3d way(std::cos(heading_), std::sin(heading_), 0.0);
+  if (holds && seen != nullptr && !seen->taken) draw_on(seen->object_W_m, way);
   const Vector3d left(-std::sin(heading_), std::cos(heading_), 0.0);
   Vector3d front;
   front << task_.front_W_m, 0.0;
@@ -73,6 +77,17 @@ void BipedDrawerSequence::move_hands(const DrawerSeen* seen) {
   }
   move_hand(mocap::kLeft, handle - state_.opened_m * way, 0.0);
   move_hand(mocap::kRight, object, kEdge_m);
+}
+
+/// A right hand at its end that still lacks something to the object: the left one pulls on.
+void BipedDrawerSequence::draw_on(const Vector3d& object_W_m, const Vector3d& way) {
+  const bool over = state_.action == kStanding && state_.phase_rad >= math::kTwoPi * (1.0 - 1e-9);
+  const Hand& right = hand_[mocap::kRight];
+  if (!over || !robot_.hands_known || right.reach.share() < kAtIt || right.closes) return;
+  const double lacks = way.dot(object_W_m - robot_.hand_W_m[mocap::kRight]);
+  const double most = drawer_->drawer.pull_m + kMostDrawn_m;
+  state_.opened_m =
+      std::clamp(state_.opened_m + options_.dt_s * kDraw_1_s * lacks, state_.opened_m, most);
 }
 
 /// p = p_joints + x (target − p_joints) [M18 eq. 3.12], in an arc; a target that jumps is followed
@@ -108,6 +123,19 @@ void BipedDrawerSequence::move_hand(mocap::Side side, const Vector3d& target, do
   Vector3d p = p_joints + x * (goal + hand.led_m - p_joints);
   p.z() += 4.0 * x * (1.0 - x) * over_m;
   state_.hand[side] = HandWish{p, std::clamp(10.0 * x, 0.0, 1.0), hand.closes};
+}
+
+void BipedDrawerSequence::move_grippers() {
+  const double turn = kGripper_rad_s * options_.dt_s;
+  for (Hand& hand : hand_) {
+    if (hand.gripper < 0) continue;
+    const double wished = !hand.started ? rows_[hand.gripper]
+                          : hand.closes ? hand.closed_rad
+                                        : hand.open_rad;
+    if (state_.time_s <= options_.dt_s) hand.gripper_rad = rows_[hand.gripper];
+    hand.gripper_rad += std::clamp(wished - hand.gripper_rad, -turn, turn);
+    rows_[hand.gripper] = hand.gripper_rad;
+  }
 }
 
 }  // namespace mimesis::synthesizer

@@ -94,8 +94,10 @@ struct BipedSequenceState {
 /// from where the feet are (plan_steps()). What the mixture's arms leave to handle and object is
 /// drawn in by ArmReach; a hand that the robot reports elsewhere than wished is led back slowly.
 /// A hand closes when it is there: joints named "gripper" open and close.
-/// The drawer opens on as long as it is held. Without feedback the robot is believed to obey. If no
-/// plan leads to where the drawer has jumped, the robot stops and says why, until it jumps again.
+/// The drawer opens on as long as it is held, and beyond the trials' 0.2 m while the right hand at
+/// its end still lacks something to the object. Without feedback the robot is believed to obey. If
+/// no plan leads to where the drawer has jumped, the robot stops and says why, until it jumps
+/// again.
 ///
 /// step() does not allocate but at the beginning of actions and after jumps.
 class BipedDrawerSequence {
@@ -166,6 +168,7 @@ class BipedDrawerSequence {
   SolePrint print(const PlannedStep& step, int steps_ahead) const;
   void start_hands();
   void move_hands(const DrawerSeen* seen);
+  void draw_on(const Eigen::Vector3d& object_W_m, const Eigen::Vector3d& way);
   void move_hand(mocap::Side side, const Eigen::Vector3d& target, double over_m);
   void release();
 

@@ -74,15 +74,6 @@ std::vector<TrialPlan> draw_robot_plans(const RobotTrialSettings& s) {
   return plans;
 }
 
-bool in_leg(const robot::RobotTree& tree, const retarget::RobotFigure& figure, int link) {
-  for (const std::string& hip : figure.hip) {
-    int top = tree.require_link(hip);
-    while (tree.link(top).parent > 0) top = tree.link(top).parent;
-    if (tree.carries(top, link)) return true;
-  }
-  return false;
-}
-
 retarget::Goal goal(int link, const Matrix3d& R_WE, const Vector3d& p_WE, double position,
                     double orientation, const Vector3d& p_LE = Vector3d::Zero()) {
   retarget::Goal g;
@@ -250,34 +241,6 @@ void append(DrawerData& data, const TrialPlan& p, const Recorded& r, const Paces
 Drawer robot_drawer() {
   return {
       .handle_height_m = 0.92, .handle_lateral_m = 0.14, .object_height_m = 0.90, .pull_m = 0.20};
-}
-
-std::vector<std::string> upper_body_joints(const robot::RobotTree& tree,
-                                           const retarget::RobotFigure& figure) {
-  return upper_body_tree(tree, figure).joint_names();
-}
-
-robot::RobotTree upper_body_tree(const robot::RobotTree& tree,
-                                 const retarget::RobotFigure& figure) {
-  std::vector<robot::Link> links;
-  std::vector<int> number(tree.links().size(), -1);
-  for (std::size_t i = 0; i < tree.links().size(); ++i) {
-    if (in_leg(tree, figure, static_cast<int>(i))) continue;
-    robot::Link link = tree.links()[i];
-    if (link.parent >= 0) link.parent = number[static_cast<std::size_t>(link.parent)];
-    number[i] = static_cast<int>(links.size());
-    links.push_back(std::move(link));
-  }
-  return {tree.name(), std::move(links)};
-}
-
-double easy_pelvis_height(const robot::RobotTree& tree, const retarget::RobotFigure& figure) {
-  robot::Kinematics kinematics(tree);
-  Eigen::VectorXd q = Eigen::VectorXd::Zero(tree.dof());
-  for (const auto& [joint, angle] : figure.start_rad) q[tree.require_joint(joint)] = angle;
-  kinematics.update(Eigen::Isometry3d::Identity(), q);
-  const auto& X = kinematics.X_WL(tree.require_link(figure.ankle[0]));
-  return -(X * figure.heel_m[0]).z();
 }
 
 DrawerData generate_robot_data(const robot::RobotTree& tree, const retarget::RobotFigure& figure,

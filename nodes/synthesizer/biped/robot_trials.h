@@ -1,6 +1,6 @@
 #pragma once
+#include "nodes/synthesizer/biped/upper_body_tree.h"
 #include "nodes/synthesizer/drawer/trial_generator.h"
-#include "nodes/synthesizer/retarget/robot_figure.h"
 
 namespace mimesis::synthesizer {
 
@@ -34,12 +34,6 @@ struct RobotTrialReport {
   std::string fastest_joint;
 };
 
-/// Joints that are in no leg, in the order of the robot's.
-std::vector<std::string> upper_body_joints(const robot::RobotTree& tree,
-                                           const retarget::RobotFigure& figure);
-/// The robot without its legs: the same root, links and joints of the upper body.
-robot::RobotTree upper_body_tree(const robot::RobotTree& tree, const retarget::RobotFigure& figure);
-
 /// Of rows: upper-body joints [rad], then these: forward and left [m/s] in the heading frame, turn
 /// [rad/s], each the mean from its sample to the next, so that their sum is the travel. They are
 /// what a step's mean velocity shall be; the sway of the pelvis is the walker's affair and not in
@@ -55,8 +49,5 @@ inline constexpr std::array<const char*, 3> kVelocityRows = {
 DrawerData generate_robot_data(const robot::RobotTree& tree, const retarget::RobotFigure& figure,
                                const Drawer& drawer, const RobotTrialSettings& settings,
                                RobotTrialReport* report = nullptr);
-
-/// The pelvis' origin above the soles in the robot's easy posture [m].
-double easy_pelvis_height(const robot::RobotTree& tree, const retarget::RobotFigure& figure);
 
 }  // namespace mimesis::synthesizer

@@ -111,8 +111,8 @@ class Search {
         Length{.count = 1.0,
                .wished = comfortable_m_,
                .half = s_.stand_half_m,
-               .least = comfortable_m_ - s_.stand_margin_m,
-               .most = comfortable_m_ + s_.stand_margin_m}};
+               .least = comfortable_m_ - s_.stand_nearer_m,
+               .most = comfortable_m_ + s_.stand_farther_m}};
     if (l[1].most < l[1].least || !share_out(l, way)) return;
     double cost = squared((l[2].value - l[2].wished) / l[2].half);
     if (k.normal > 0) cost += 0.5 * k.normal * squared((l[0].value - l[0].wished) / l[0].half);
@@ -162,7 +162,7 @@ class Search {
 tl::expected<StepPlan, Status> plan_steps(const FeetAlongWay& feet, double front_m,
                                           double comfortable_m, const StepPlanSettings& settings) {
   if (auto plan = Search(feet, front_m, comfortable_m, settings).best()) return std::move(*plan);
-  const double way = front_m - feet.support_m, most = comfortable_m + settings.stand_margin_m;
+  const double way = front_m - feet.support_m, most = comfortable_m + settings.stand_farther_m;
   const char* why = way < comfortable_m ? "that is too near, and steps back were not trained"
                     : way > settings.most_normal * settings.normal_m
                         ? "that is farther than the longest plan"
@@ -170,7 +170,7 @@ tl::expected<StepPlan, Status> plan_steps(const FeetAlongWay& feet, double front
   char text[200];
   std::snprintf(text, sizeof text,
                 "drawer %.2f m ahead of the feet: %s; expected to stand at %.2f to %.2f m", way,
-                why, comfortable_m - settings.stand_margin_m, most);
+                why, comfortable_m - settings.stand_nearer_m, most);
   return tl::make_unexpected(Status{text});
 }
 

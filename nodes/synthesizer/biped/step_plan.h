@@ -11,12 +11,14 @@ namespace mimesis::synthesizer {
 struct StepPlanSettings {
   /// Comfortable lengths: mean and half range, action 1 and action 2.
   double normal_m = 0.533, normal_half_m = 0.028, reaching_m = 0.261, reaching_half_m = 0.098;
-  double least_normal_m = 0.34;                       ///< of action 1, as trained
-  double longest_step_m = 0.28;                       ///< of one foot from the other
-  double shortest_step_m = 0.03;                      ///< of the right foot in action 2
-  double most_reaching_m = 0.36;                      ///< of action 2, as trained
-  double stand_half_m = 0.03, stand_margin_m = 0.05;  ///< about the comfortable final distance
-  int most_normal = 12, most_reaching = 4;            ///< actions in one plan
+  double least_normal_m = 0.34;   ///< of action 1, as trained
+  double longest_step_m = 0.28;   ///< of one foot from the other
+  double shortest_step_m = 0.03;  ///< of the right foot in action 2
+  double most_reaching_m = 0.36;  ///< of action 2, as trained
+  double stand_half_m = 0.03;     ///< about the comfortable final distance
+  /// So much nearer or farther it may stand. Farther, the right arm is too short: it steps again.
+  double stand_nearer_m = 0.05, stand_farther_m = 0.03;
+  int most_normal = 12, most_reaching = 4;  ///< actions in one plan
 };
 
 /// One step: the foot lands at x [m] along the way.

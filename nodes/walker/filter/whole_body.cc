@@ -1,5 +1,6 @@
 #include "nodes/walker/filter/whole_body.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "common/error.h"
@@ -7,7 +8,10 @@
 namespace mimesis::walker {
 namespace {
 
-constexpr double kLeastPressure = 0.2;  ///< of the weight
+/// Knees bent less than the first do not move in this model, those bent more than the second as the
+/// closed form has them. Towards a straight knee joints take ever more acceleration (as bend⁻³, 10⁴
+/// rad/s²) to lengthen the leg by nothing: no drive follows that, and the stack of tasks gives way.
+constexpr double kRigidBend_rad = 0.1, kFreeBend_rad = 0.3;
 
 using Eigen::Isometry3d, Eigen::Vector3d;
 
@@ -16,22 +20,39 @@ using Eigen::Isometry3d, Eigen::Vector3d;
 constexpr double kLittle_s = 1e-3;
 /// Corrections of the pelvis by the CoM's error; each leaves some 3 % of it. From where the CoM was
 /// a tick ago, carried on, one does.
-constexpr int kPasses = 2, kPassesFromLever = 1;
+constexpr int kPasses = 2;
 
-Isometry3d upright(double yaw, const Vector3d& p) {
-  Isometry3d X = Isometry3d::Identity();
+Eigen::Matrix3d about_z(double yaw) {
   const double c = std::cos(yaw), s = std::sin(yaw);
-  X.linear() << c, -s, 0.0, s, c, 0.0, 0.0, 0.0, 1.0;
-  X.translation() = p;
-  return X;
+  Eigen::Matrix3d R;
+  R << c, -s, 0.0, s, c, 0.0, 0.0, 0.0, 1.0;
+  return R;
+}
+
+template <class V>
+V rate(const V& before, const V& after) {
+  return (after - before) / (2.0 * kLittle_s);
+}
+
+template <class V>
+V acceleration(const V& before, const V& now, const V& after) {
+  return (after - 2.0 * now + before) / (kLittle_s * kLittle_s);
 }
 
 Isometry3d sole_at(const FootState& foot, double t) {
   const double yaw = t * (foot.yaw_rate_rad_s + 0.5 * t * foot.yaw_acceleration);
-  const Vector3d p = foot.X_WS.translation() + t * (foot.v_W + 0.5 * t * foot.a_W);
-  Isometry3d X = upright(yaw, p);
-  X.linear() *= foot.X_WS.linear();
+  Isometry3d X;
+  X.linear() = about_z(yaw) * foot.X_WS.linear();
+  X.translation() = foot.X_WS.translation() + t * (foot.v_W + 0.5 * t * foot.a_W);
+  X.makeAffine();
   return X;
+}
+
+/// Share of its joints' motion that a leg has in the model.
+double freedom(double bend_rad) {
+  const double u =
+      std::clamp((bend_rad - kRigidBend_rad) / (kFreeBend_rad - kRigidBend_rad), 0.0, 1.0);
+  return u * u * (3.0 - 2.0 * u);
 }
 
 double yaw_acceleration(const PatternSample& sample) {
@@ -87,79 +108,118 @@ WholeBody::Moments WholeBody::moments(const UpperBody& upper) {
   return out;
 }
 
-void WholeBody::solve(double t, const PatternSample& sample, const ComState& com,
-                      const Vector3d& upper_moment, const Lever* lever, Posture& out) {
-  const double yaw =
-      sample.yaw_rad + t * (sample.yaw_rate_rad_s + 0.5 * t * yaw_acceleration(sample));
+/// Where the plan has soles and centre of mass at `t` from now, and how the pelvis is turned.
+void WholeBody::aim(double t, const PatternSample& sample, const ComState& com, Posture& out) {
   const Eigen::Vector2d p = com.p_W_m + t * (com.v_W + 0.5 * t * com.a_W);
-  const Vector3d wished(p.x(), p.y(), com_height_);
-  const std::array<Isometry3d, 2> X_WS{sole_at(sample.foot[kLeft], t),
-                                       sole_at(sample.foot[kRight], t)};
-  Isometry3d X_WB = upright(yaw, Vector3d::Zero());
-  const bool known = lever != nullptr && lever->known;
-  const int passes = known ? kPassesFromLever : kPasses;
-  Vector3d com_B = com_B_;
-  if (known) {
-    const double since = t + kTick_s;
-    com_B = lever->p_m + since * (lever->v + 0.5 * since * lever->a);
-  }
-  X_WB.translation() = wished - X_WB.linear() * com_B;
-  for (int pass = 0;; ++pass) {
-    Vector3d moment = upper_moment;
-    const Isometry3d X_BW = X_WB.inverse();
-    for (const Side side : robot::kSides) {
-      const robot::LegIk::Result leg = ik_[side].solve(X_BW * X_WS[side]);
-      out.leg[side] = leg.q;
-      out.fits[side] = !leg.stretched && !leg.limited;
-      if (pass < passes) moment += leg_mass_[side].first_moment(leg.q);
-    }
-    if (pass == passes) break;
-    const Vector3d error_B = X_BW * wished - moment / mass_;
-    X_WB.translation() += X_WB.linear() * gain_.cwiseProduct(error_B);
-  }
-  out.p_WB = X_WB.translation();
-  out.lever_B = X_WB.linear().transpose() * (wished - out.p_WB);
+  out.com_W << p, com_height_;
+  out.X_WB.linear() =
+      about_z(sample.yaw_rad + t * (sample.yaw_rate_rad_s + 0.5 * t * yaw_acceleration(sample)));
+  for (const Side side : robot::kSides) out.X_WS[side] = sole_at(sample.foot[side], t);
 }
 
-void WholeBody::remember(Lever& lever) const {
+/// The pelvis where its point `lever_B` is the planned centre of mass, the legs down to the soles.
+void WholeBody::stand(const Vector3d& lever_B, Posture& out) {
+  out.lever_B = lever_B;
+  out.X_WB.translation() = out.com_W - out.X_WB.linear() * lever_B;
+  const Isometry3d X_BW = out.X_WB.inverse();
+  for (const Side side : robot::kSides) {
+    const robot::LegIk::Result leg = ik_[side].solve(X_BW * out.X_WS[side]);
+    out.leg[side] = leg.q;
+    out.freedom[side] = leg.stretched || leg.limited ? 0.0 : freedom(leg.bend_rad);
+  }
+}
+
+/// Where the posture has its centre of mass.
+Vector3d WholeBody::own_com_B(const Posture& posture, const Vector3d& upper_moment) {
+  Vector3d moment = upper_moment;
+  for (const Side side : robot::kSides) {
+    moment += leg_mass_[side].first_moment(posture.leg[side]);
+  }
+  return moment / mass_;
+}
+
+/// The lever from which it is nearly the planned one.
+Vector3d WholeBody::better_lever(const Posture& posture, const Vector3d& com_B) const {
+  return posture.lever_B + gain_.cwiseProduct(com_B - posture.lever_B);
+}
+
+void WholeBody::search(const Moments& moments, const Lever* lever) {
+  auto& [before, now, after] = posture_;
+  if (lever == nullptr || !lever->known) {
+    for (std::size_t i = 0; i < 3; ++i) {
+      stand(com_B_, posture_[i]);
+      for (int pass = 0; pass < kPasses; ++pass) {
+        stand(better_lever(posture_[i], own_com_B(posture_[i], moments[i])), posture_[i]);
+      }
+    }
+    return;
+  }
+  const auto predicted = [lever](double t) {
+    return Vector3d(lever->p_m + t * (lever->v + 0.5 * t * lever->a));
+  };
+  stand(predicted(kTick_s), now);
+  const Vector3d shift = better_lever(now, own_com_B(now, moments[1])) - now.lever_B;
+  stand(now.lever_B + shift, now);
+  stand(predicted(kTick_s - kLittle_s) + shift, before);
+  stand(predicted(kTick_s + kLittle_s) + shift, after);
+}
+
+/// A leg that is nearly straight would carry its accelerations over to the pelvis and the other
+/// leg: as far as it does not move, the pelvis goes the way of the centre of mass.
+void WholeBody::calm(double share) {
+  const auto& now = posture_[1];
+  for (const std::size_t i : {0U, 2U}) {
+    stand(now.lever_B + share * (posture_[i].lever_B - now.lever_B), posture_[i]);
+  }
+}
+
+void WholeBody::remember(const Moments& moments, Lever& lever) {
+  lever.known = free_;
+  if (!free_) return;
   const auto& [before, now, after] = posture_;
-  lever.p_m = now.lever_B;
-  lever.v = (after.lever_B - before.lever_B) / (2.0 * kLittle_s);
-  lever.a = (after.lever_B - 2.0 * now.lever_B + before.lever_B) / (kLittle_s * kLittle_s);
-  lever.known = !unreachable_;
+  const Vector3d first = better_lever(before, own_com_B(before, moments[0])),
+                 last = better_lever(after, own_com_B(after, moments[2]));
+  lever.p_m = better_lever(now, now_com_B_);
+  lever.v = rate(first, last);
+  lever.a = acceleration(first, lever.p_m, last);
 }
 
 const robot::RobotMotion& WholeBody::motion(const PatternSample& sample, const ComState& com,
                                             const UpperBody& upper, const Moments& moments,
                                             Lever* lever) {
   for (std::size_t i = 0; i < 3; ++i) {
-    solve((static_cast<double>(i) - 1.0) * kLittle_s, sample, com, moments[i], lever, posture_[i]);
+    aim((static_cast<double>(i) - 1.0) * kLittle_s, sample, com, posture_[i]);
   }
-  const auto rate = [](const auto& before, const auto& after) {
-    return (after - before) / (2.0 * kLittle_s);
-  };
-  const auto acceleration = [](const auto& before, const auto& now, const auto& after) {
-    return (after - 2.0 * now + before) / (kLittle_s * kLittle_s);
-  };
+  search(moments, lever);
   const auto& [before, now, after] = posture_;
-  motion_.X_WB = upright(sample.yaw_rad, now.p_WB);
-  motion_.v_W = rate(before.p_WB, after.p_WB);
-  motion_.a_W = acceleration(before.p_WB, now.p_WB, after.p_WB);
+  const auto share = [&](Side side) {
+    return std::min({before.freedom[side], now.freedom[side], after.freedom[side]});
+  };
+  const std::array<double, 2> free_share{share(kLeft), share(kRight)};
+  const double least = std::min(free_share[kLeft], free_share[kRight]);
+  unreachable_ = least == 0.0;
+  free_ = least == 1.0;
+  if (!free_) calm(least);
+  now_com_B_ = own_com_B(now, moments[1]);
+  motion_.X_WB = now.X_WB;
+  motion_.v_W = rate<Vector3d>(before.X_WB.translation(), after.X_WB.translation());
+  motion_.a_W = acceleration<Vector3d>(before.X_WB.translation(), now.X_WB.translation(),
+                                       after.X_WB.translation());
   motion_.omega_W.z() = sample.yaw_rate_rad_s;
   motion_.alpha_W.z() = yaw_acceleration(sample);
-  unreachable_ = false;
   for (const Side side : robot::kSides) {
-    const bool fits = before.fits[side] && now.fits[side] && after.fits[side];
-    unreachable_ = unreachable_ || !fits;
+    const Vector6d dq = free_share[side] * rate(before.leg[side], after.leg[side]);
+    const Vector6d ddq =
+        free_share[side] * acceleration(before.leg[side], now.leg[side], after.leg[side]);
     for (std::size_t i = 0; i < 6; ++i) {
       const int dof = biped_->leg[side].dof[i];
-      const auto q = [&](const Posture& p) { return p.leg[side][static_cast<Eigen::Index>(i)]; };
-      motion_.q[dof] = q(now);
-      motion_.dq[dof] = fits ? rate(q(before), q(after)) : 0.0;
-      motion_.ddq[dof] = fits ? acceleration(q(before), q(now), q(after)) : 0.0;
+      const auto n = static_cast<Eigen::Index>(i);
+      motion_.q[dof] = now.leg[side][n];
+      motion_.dq[dof] = dq[n];
+      motion_.ddq[dof] = ddq[n];
     }
   }
-  if (lever != nullptr) remember(*lever);
+  if (lever != nullptr) remember(moments, *lever);
   for (std::size_t i = 0; i < biped_->upper_body.size(); ++i) {
     const int dof = biped_->upper_body[i];
     const auto n = static_cast<Eigen::Index>(i);
@@ -172,10 +232,13 @@ const robot::RobotMotion& WholeBody::motion(const PatternSample& sample, const C
 
 Eigen::Vector2d WholeBody::zmp(const PatternSample& sample, const ComState& com,
                                const UpperBody& upper, const Moments& moments, Lever* lever) {
-  const robot::Wrench ground = dynamics_.ground_wrench(motion(sample, com, upper, moments, lever));
-  // A wish that throws the upper body about can ask the ground to pull, which has no ZMP
-  const bool pressed = ground.force.z() > kLeastPressure * mass_ * robot::kGravity;
-  return pressed ? robot::zmp_of(ground) : sample.zmp_W_m;
+  robot::Wrench ground = dynamics_.ground_wrench(motion(sample, com, upper, moments, lever));
+  // Both the place of the centre of mass and the force are the plan's
+  const Vector3d& c = posture_[1].com_W;
+  const Vector3d force = mass_ * Vector3d(com.a_W.x(), com.a_W.y(), robot::kGravity);
+  ground.moment += c.cross(force) - Vector3d(motion_.X_WB * now_com_B_).cross(ground.force);
+  ground.force = force;
+  return robot::zmp_of(ground);
 }
 
 }  // namespace mimesis::walker

@@ -36,25 +36,34 @@ class WholeBody {
   const robot::RobotMotion& motion(const PatternSample& sample, const ComState& com,
                                    const UpperBody& upper, const Moments& moments,
                                    Lever* lever = nullptr);
-  /// Zero moment point of that motion on the ground z = 0, by the full dynamics [m]; the sample's
-  /// own where the motion would leave less than a fifth of the weight on the ground.
+  /// Zero moment point of that motion on the ground z = 0, by the full dynamics [m]. Place and
+  /// acceleration of the centre of mass are the plan's, f = m (c̈ + g ẑ): what the search leaves of
+  /// them, because it is not exact or a leg does not move, the pelvis is taken to make up for, so
+  /// that the ground always carries the weight.
   Eigen::Vector2d zmp(const PatternSample& sample, const ComState& com, const UpperBody& upper,
                       const Moments& moments, Lever* lever = nullptr);
-  /// Whether a leg was stretched or limited in the last motion: that leg is then taken to stand
-  /// still.
+  /// Whether a leg was stretched, limited or nearly straight in the last motion: it is then taken
+  /// to be rigid. Where it bends less than usual it moves in part.
   bool unreachable() const { return unreachable_; }
 
  private:
   using Vector6d = robot::LegIk::Vector6d;
-  /// Pelvis and legs at an instant.
+  /// Pelvis and legs at an instant, and what they follow.
   struct Posture {
-    Eigen::Vector3d p_WB, lever_B;  ///< lever: of the CoM
+    Eigen::Vector3d com_W;  ///< wished
+    std::array<Eigen::Isometry3d, 2> X_WS;
+    Eigen::Isometry3d X_WB = Eigen::Isometry3d::Identity();
+    Eigen::Vector3d lever_B;  ///< of the CoM
     std::array<Vector6d, 2> leg;
-    std::array<bool, 2> fits{true, true};
+    std::array<double, 2> freedom{1.0, 1.0};  ///< of a leg to move: 1, to 0 when it is straight
   };
-  void solve(double t, const PatternSample& sample, const ComState& com,
-             const Eigen::Vector3d& upper_moment, const Lever* lever, Posture& out);
-  void remember(Lever& lever) const;
+  void aim(double t, const PatternSample& sample, const ComState& com, Posture& out);
+  void stand(const Eigen::Vector3d& lever_B, Posture& out);
+  Eigen::Vector3d own_com_B(const Posture& posture, const Eigen::Vector3d& upper_moment);
+  Eigen::Vector3d better_lever(const Posture& posture, const Eigen::Vector3d& com_B) const;
+  void search(const Moments& moments, const Lever* lever);
+  void calm(double share);
+  void remember(const Moments& moments, Lever& lever);
   void measure_lag();
 
   const robot::Biped* biped_;
@@ -69,8 +78,9 @@ class WholeBody {
   Eigen::Vector3d gain_ = Eigen::Vector3d::Ones();
   Eigen::VectorXd upper_q_;
   std::array<Posture, 3> posture_;  ///< a little earlier, now, a little later
+  Eigen::Vector3d now_com_B_ = Eigen::Vector3d::Zero();
   robot::RobotMotion motion_;
-  bool unreachable_ = false;
+  bool unreachable_ = false, free_ = true;  ///< a leg, all legs
 };
 
 }  // namespace mimesis::walker

@@ -20,7 +20,7 @@ struct Outcome {
   bool done = false;
   std::string refused;
   double time_s = 0.0, final_m = 0.0, reach_error_m = 0.0, most_speed = 0.0, most_rate_jump = 0.0,
-         sum_of_q = 0.0;
+         sum_of_q = 0.0, opened_m = 0.0;
   bool stands = false, hands = false;
   int actions = 0;
   std::vector<PlannedAction> history;
@@ -68,6 +68,7 @@ Outcome play(const Scene& scene) {
     out.sum_of_q += state->q.sum();
   }
   out.done = state->done;
+  out.opened_m = state->opened_m;
   out.refused = state->refused;
   out.final_m = scene.front_m + (scene.jump_at_s < 0.0 ? 0.0 : scene.jump_m) -
                 0.5 * (walker.now().feet[0].p_W_m.x() + walker.now().feet[1].p_W_m.x());
@@ -91,7 +92,7 @@ TEST(BipedSequence, DoesTheTaskAtEveryDistance) {
     const double comfort = 0.663 + 0.617 * (scene.depth_m - 0.124) - scene.depth_m;
     EXPECT_NEAR(out.final_m, comfort, 0.055) << "front at " << scene.front_m;
     EXPECT_LT(out.reach_error_m, 0.005);
-    EXPECT_LT(out.most_speed, 0.6);       // of what the joints can
+    EXPECT_LT(out.most_speed, 0.6);      // of what the joints can
     EXPECT_LT(out.most_rate_jump, 0.4);  // rad/s in a step of 5 ms: 80 rad/s²
     for (std::size_t i = 1; i < out.landed.size(); ++i) {
       const SolePrint &a = out.landed[i - 1], &b = out.landed[i];
@@ -261,6 +262,35 @@ TEST(BipedSequence, TellsThatAHandGetsNoHold) {
   EXPECT_FALSE(sequence->state().done);
   EXPECT_NE(sequence->state().refused.find("left hand"), std::string::npos);
   EXPECT_EQ(sequence->state().opened_m, 0.0);  // it does not pull at nothing
+}
+
+TEST(BipedSequence, PullsOnUntilAShortRightArmIsThere) {
+  for (const double lacks : {0.0, 0.02, 0.05}) {
+    Scene scene{.front_m = 0.51, .depth_m = 0.2};
+    scene.trouble.knows_hands = true;
+    scene.trouble.right_reach_m = 0.51 - lacks;  // with a drawer that is 0.2 m open
+    const Outcome out = play(scene);
+    ASSERT_TRUE(out.done) << lacks << ": " << out.refused;
+    EXPECT_LT(out.reach_error_m, 0.006);
+    EXPECT_NEAR(out.opened_m, 0.2 + lacks, 0.006) << lacks;
+  }
+  Scene scene{.front_m = 0.51, .depth_m = 0.2};
+  scene.trouble.knows_hands = true;
+  scene.trouble.right_reach_m = 0.51 - 0.12;
+  const Outcome out = play(scene);
+  EXPECT_FALSE(out.done);
+  EXPECT_NE(out.refused.find("right hand"), std::string::npos);
+  EXPECT_LT(out.opened_m, 0.29);
+}
+
+TEST(BipedSequence, StepsUpToADrawerThatJumpsAwayFromItsHands) {
+  for (const double at : {6.0, 6.6, 7.2}) {  // it stands before it, reaches, pulls
+    const Outcome still = play({.front_m = 1.7}),
+                  out = play({.front_m = 1.7, .jump_at_s = at, .jump_m = 0.05});
+    ASSERT_TRUE(out.done) << at << ": " << out.refused;
+    EXPECT_EQ(out.landed.size(), still.landed.size() + 2) << at;
+    EXPECT_LT(out.final_m, 0.51 + 0.031) << at;
+  }
 }
 
 TEST(BipedSequence, ADrawerAcrossTheWayIsNotFollowed) {

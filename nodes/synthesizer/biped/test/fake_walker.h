@@ -19,6 +19,7 @@ class FakeWalker {
     Eigen::Vector3d hand_error_m = Eigen::Vector3d::Zero();
     bool left_first = false;
     bool knows_hands = false;
+    double right_reach_m = 9.0;  ///< ahead of the middle of the feet
   };
 
   FakeWalker(const Trouble& trouble, double x_m = 0.0)
@@ -42,6 +43,8 @@ class FakeWalker {
       if (!wish.hand[side]) continue;
       robot_.hand_W_m[side] = wish.hand[side]->p_W_m + trouble_.hand_error_m;
     }
+    robot_.hand_W_m[1].x() =
+        std::min(robot_.hand_W_m[1].x(), robot_.pelvis_W_m.x() + trouble_.right_reach_m);
     const double step_s = kStep * trouble_.pace;
     if (!robot_.moves()) {
       if (wish.stands) return;
@@ -114,7 +117,7 @@ class FakeDrawer {
     if (at(0, seen_.handle_W_m)) seen_.held = true;
     if (!wish.hand[0]) seen_.held = false;
     if (seen_.held) {
-      seen_.opened_m = std::clamp(front_ - walker.now().hand_W_m[0].x(), 0.0, 0.25);
+      seen_.opened_m = std::clamp(front_ - walker.now().hand_W_m[0].x(), 0.0, 0.40);
     }
     show();
     if (!seen_.taken && seen_.opened_m > 0.15 && at(1, seen_.object_W_m)) {

@@ -87,6 +87,26 @@ TEST(DynamicFilter, OneUpperBodyIsTheSameAllAlong) {
   }
 }
 
+TEST(DynamicFilter, LegsTooShortAreCountedAndTheShiftStaysSmall) {
+  const robot::Biped biped = robot::hrp2_like();
+  GaitSettings gait = gait_settings(biped);
+  gait.com_height_m = 0.84;
+  LinearMpc pattern(gait);
+  pattern.reset(stance(biped));
+  DynamicFilter filter(biped, gait, {});
+  UpperBody upper;
+  SwingingArms(biped, 0.5).at(1.0, upper);
+  int unreachable = 0;
+  for (int i = 0; i < 1200; ++i) {
+    pattern.step(wish(0.33));
+    const ComState shift = filter.step(pattern, {&upper, 1});
+    EXPECT_LT(shift.p_W_m.norm(), 0.05) << i;
+    EXPECT_LT(shift.a_W.norm(), 3.0) << i;
+    unreachable += filter.unreachable();
+  }
+  EXPECT_GT(unreachable, 100);
+}
+
 TEST(DynamicFilter, BeginsAnewAfterReset) {
   const robot::Biped biped = robot::hrp2_like();
   const GaitSettings gait = gait_settings(biped);

@@ -153,6 +153,56 @@ TEST(WholeBody, ALegTooShortIsSaidAndGivesNumbers) {
   EXPECT_TRUE(zmp.allFinite());
 }
 
+/// A walk too tall for its steps: legs get straight, are too short, and come back.
+TEST(WholeBody, AlmostStraightAndTooShortLegsLeaveAnOrdinaryZmp) {
+  const robot::Biped biped = robot::hrp2_like();
+  for (const double height_m : {0.825, 0.84, 0.86}) {
+    GaitSettings gait = gait_settings(biped);
+    gait.com_height_m = height_m;
+    LinearMpc pattern(gait);
+    pattern.reset(stance(biped));
+    WholeBody body(biped, height_m);
+    robot::Dynamics dynamics(biped.tree);
+    const UpperBody upper = at_rest(biped);
+    const WholeBody::Moments moments = body.moments(upper);
+    WholeBody::Lever lever;
+    int short_of_it = 0;
+    for (int tick = 0; tick < 1200; ++tick) {
+      pattern.step(wish(0.33));
+      const PatternSample& now = pattern.now();
+      for (WholeBody::Lever* from : {static_cast<WholeBody::Lever*>(nullptr), &lever}) {
+        const Eigen::Vector2d zmp = body.zmp(now, now.com, upper, moments, from);
+        EXPECT_LT((zmp - now.zmp_W_m).norm(), 0.3) << height_m << ' ' << tick;
+        const bool guessed = from != nullptr && body.unreachable();
+        EXPECT_FALSE(guessed && lever.known) << tick;
+      }
+      const robot::RobotMotion& m = body.motion(now, now.com, upper, moments, nullptr);
+      EXPECT_LT(m.ddq.cwiseAbs().maxCoeff(), 800.0) << height_m << ' ' << tick;
+      const double lift = dynamics.ground_wrench(m).force.z() / biped.tree.mass_kg();
+      EXPECT_NEAR(lift, robot::kGravity, 0.25 * robot::kGravity) << height_m << ' ' << tick;
+      short_of_it += body.unreachable();
+    }
+    EXPECT_GT(short_of_it, 50) << height_m;
+  }
+}
+
+TEST(WholeBody, GroundCarriesTheWeightWhateverTheArmsDo) {
+  const robot::Biped biped = robot::hrp2_like();
+  const GaitSettings gait = gait_settings(biped);
+  LinearMpc pattern(gait);
+  pattern.reset(stance(biped));
+  WholeBody body(biped, gait.com_height_m);
+  UpperBody upper = at_rest(biped);
+  const auto zmp_with = [&](double acceleration) {
+    upper.ddq.setConstant(acceleration);
+    return body.zmp(pattern.now(), pattern.now().com, upper, body.moments(upper));
+  };
+  // m (c × (c̈ + g)) is the plan's, the rest grows with what the arms do
+  const Eigen::Vector2d rest = zmp_with(0.0), little = zmp_with(1.0), much = zmp_with(400.0);
+  EXPECT_GT((little - rest).norm(), 1e-4);
+  EXPECT_LT((much - rest - 400.0 * (little - rest)).norm(), 0.1 * (much - rest).norm());
+}
+
 TEST(WholeBody, DoesNotAllocate) {
   const robot::Biped biped = robot::hrp2_like();
   const GaitSettings gait = gait_settings(biped);

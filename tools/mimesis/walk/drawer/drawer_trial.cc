@@ -133,7 +133,7 @@ class Task {
  private:
   static hw::sim::DrawerSettings settings(const DrawerTrialSpec& spec) {
     hw::sim::DrawerSettings out;
-    out.front_W_m = {spec.front_m, 0.0};
+    out.front_W_m = {spec.front_m, spec.left_m};
     const synthesizer::Drawer& drawer = spec.actions->drawer;
     out.handle_height_m = drawer.handle_height_m;
     out.handle_left_m = drawer.handle_lateral_m;
@@ -145,7 +145,8 @@ class Task {
 
   void begin() {
     auto sequence = BipedDrawerSequence::start(
-        *spec_.actions, {{spec_.front_m, 0.0}, spec_.object_depth_m}, *feedback_, spec_.sequence);
+        *spec_.actions, {{spec_.front_m, spec_.left_m}, spec_.object_depth_m}, *feedback_,
+        spec_.sequence);
     if (!sequence) {
       result.refused = sequence.error().reason;
       return;
@@ -162,7 +163,10 @@ class Task {
   void measure(const TrialTick& tick) {
     if (!sequence_) return;
     const auto& history = sequence_->history();
-    const double middle = 0.5 * (tick.truth.X_WS[0](0, 3) + tick.truth.X_WS[1](0, 3));
+    const double heading = sequence_->heading_rad();
+    const Eigen::Vector2d way(std::cos(heading), std::sin(heading));
+    const double middle = 0.5 * way.dot(tick.truth.X_WS[0].translation().head<2>() +
+                                        tick.truth.X_WS[1].translation().head<2>());
     for (; begun_ < history.size(); ++begun_) {
       if (begun_ > 0 && history[begun_ - 1].length_m > 0.0) {
         const synthesizer::PlannedAction& over = history[begun_ - 1];

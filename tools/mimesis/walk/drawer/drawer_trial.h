@@ -15,7 +15,8 @@ struct DrawerTrialSpec {
   std::string name;
   const Robot* robot = nullptr;
   const synthesizer::BipedDrawer* actions = nullptr;
-  double front_m = 1.7;  ///< closed front ahead of the middle of the feet at the start
+  /// Closed front ahead, and to the left, of the middle of the feet at the start.
+  double front_m = 1.7, left_m = 0.0;
   double object_depth_m = 0.2;
   std::vector<hw::sim::DrawerJump> jumps;
   synthesizer::BipedSequenceOptions sequence;

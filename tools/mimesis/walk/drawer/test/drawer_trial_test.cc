@@ -2,28 +2,10 @@
 
 #include <gtest/gtest.h>
 
-#include "nodes/synthesizer/retarget/robot_figure.h"
+#include "tools/mimesis/walk/drawer/test/setting.h"
 
 namespace mimesis::walk {
 namespace {
-
-struct Setting {
-  Robot robot = load_robot("biped");
-  synthesizer::BipedDrawer actions =
-      synthesizer::make_biped_drawer(robot.biped.tree, retarget::biped_figure());
-
-  DrawerTrialSpec spec() const {
-    DrawerTrialSpec s;
-    s.robot = &robot;
-    s.actions = &actions;
-    return s;
-  }
-};
-
-const Setting& setting() {
-  static const Setting one;
-  return one;
-}
 
 TEST(DrawerTrial, TakesTheObjectAndWalksTheLengthsThatWereWished) {
   const DrawerResult result = run_drawer_trial(setting().spec());
