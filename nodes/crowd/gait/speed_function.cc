@@ -1,0 +1,60 @@
+#include "nodes/crowd/gait/speed_function.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "common/error.h"
+#include "common/math/circle.h"
+
+namespace mimesis::crowd {
+namespace {
+
+constexpr int kSamples = 720;  // of a cycle, where the extremes are looked for; a harmonic of
+                               // order 4 is between two samples less than 2e-4 of its amplitude
+
+}  // namespace
+
+SpeedFunction::SpeedFunction(double mean_m_rad, std::span<const double> cosine,
+                             std::span<const double> sine)
+    : mean_(mean_m_rad) {
+  if (cosine.size() > cosine_.size() || sine.size() > sine_.size()) {
+    throw ConfigError("speed function g: at most " + std::to_string(kHarmonics) + " harmonics");
+  }
+  std::ranges::copy(cosine, cosine_.begin());
+  std::ranges::copy(sine, sine_.begin());
+  least_ = most_ = (*this)(0.0);
+  for (int i = 1; i < kSamples; ++i) {
+    const double g = (*this)(math::kTwoPi * i / kSamples);
+    least_ = std::min(least_, g);
+    most_ = std::max(most_, g);
+  }
+  if (!(least_ > 0.0) || !std::isfinite(most_)) {
+    throw ConfigError("speed function g: its least value is " + std::to_string(least_) +
+                      " m/rad; contraction needs g > 0 at every phase");
+  }
+}
+
+double SpeedFunction::operator()(double phi_rad) const {
+  double g = mean_;
+  for (int k = 0; k < kHarmonics; ++k) {
+    const auto h = static_cast<std::size_t>(k);
+    g += cosine_[h] * std::cos((k + 1) * phi_rad) + sine_[h] * std::sin((k + 1) * phi_rad);
+  }
+  return g;
+}
+
+double SpeedFunction::integral(double phi_rad) const {
+  double sum = mean_ * phi_rad;
+  for (int k = 0; k < kHarmonics; ++k) {
+    const auto h = static_cast<std::size_t>(k);
+    sum += (cosine_[h] * std::sin((k + 1) * phi_rad) +
+            sine_[h] * (1.0 - std::cos((k + 1) * phi_rad))) /
+           (k + 1);
+  }
+  return sum;
+}
+
+double SpeedFunction::cycle_m() const { return math::kTwoPi * mean_; }
+
+}  // namespace mimesis::crowd
