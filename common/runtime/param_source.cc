@@ -5,6 +5,7 @@
 #include "common/error.h"
 #include "common/runtime/param_reader.h"
 #include "common/runtime/suggest.h"
+#include "common/runtime/value_text.h"
 
 namespace mimesis::runtime {
 namespace {
@@ -57,6 +58,28 @@ void ParamSource::read(std::string_view owner, const VisitParams& visit) const {
   ParamReader reader(owner, section_, variables, sets_);
   visit(reader);
   reader.finish();
+}
+
+Place ParamSource::place_of(std::string_view path) const {
+  for (const auto& [key, text] : sets_) {
+    if (key == path) return {"--set"};
+  }
+  const Yaml* at = section_ != nullptr ? section_ : &document_;
+  for (std::size_t begin = 0; begin < path.size();) {
+    const std::size_t end = std::min(path.find('.', begin), path.size());
+    const std::string key(path.substr(begin, end - begin));
+    const Yaml* next = at->find(key);
+    if (at->kind == Yaml::Kind::sequence) {
+      const auto index = to_int(key);
+      const bool there =
+          index && *index >= 0 && static_cast<std::size_t>(*index) < at->items.size();
+      if (there) next = &at->items[static_cast<std::size_t>(*index)];
+    }
+    if (next == nullptr) break;
+    at = next;
+    begin = end + 1;
+  }
+  return at->place;
 }
 
 std::string find_model_file(const std::string& file) {

@@ -35,6 +35,10 @@ class ParamSource {
   /// choices.
   void read(std::string_view owner, const VisitParams& visit) const;
 
+  /// Where the value of "groups.0.count" was written, or the nearest around it: for mistakes that
+  /// show only when all values are known.
+  Place place_of(std::string_view path) const;
+
   ParamSource(const ParamSource&) = delete;
   ParamSource& operator=(const ParamSource&) = delete;
 
