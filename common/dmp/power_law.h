@@ -1,7 +1,7 @@
 #pragma once
 #include <Eigen/Core>
 
-namespace mimesis::walker {
+namespace mimesis::dmp {
 
 /// Closed path to walk: an ellipse, and how fast its parts are walked.
 struct PowerLawPath {
@@ -49,4 +49,4 @@ class PowerLawField {
   double least_curvature_ = 0.0, most_curvature_ = 0.0;  ///< of the ellipse [1/m]
 };
 
-}  // namespace mimesis::walker
+}  // namespace mimesis::dmp

@@ -1,10 +1,10 @@
-#include "nodes/synthesizer/control/navigation.h"
+#include "common/dmp/navigation.h"
 
 #include <cmath>
 
 #include "common/math/circle.h"
 
-namespace mimesis::synthesizer {
+namespace mimesis::dmp {
 namespace {
 
 double direction(const Eigen::Vector2d& v) { return std::atan2(v.y(), v.x()); }
@@ -64,4 +64,4 @@ double heading_rate(const Pedestrian& self, const Eigen::Vector2d& goal,
   return rate;
 }
 
-}  // namespace mimesis::synthesizer
+}  // namespace mimesis::dmp

@@ -1,4 +1,4 @@
-#include "nodes/walker/paths/power_law.h"
+#include "common/dmp/power_law.h"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 
 #include "common/error.h"
 
-namespace mimesis::walker {
+namespace mimesis::dmp {
 namespace {
 
 using Eigen::Vector2d;
@@ -114,4 +114,4 @@ TEST(PowerLaw, RefusesWhatIsNoPath) {
 }
 
 }  // namespace
-}  // namespace mimesis::walker
+}  // namespace mimesis::dmp

@@ -1,4 +1,4 @@
-#include "nodes/walker/paths/power_law.h"
+#include "common/dmp/power_law.h"
 
 #include <Eigen/Dense>
 #include <algorithm>
@@ -8,7 +8,7 @@
 
 #include "common/error.h"
 
-namespace mimesis::walker {
+namespace mimesis::dmp {
 namespace {
 
 /// An even number of points on the ellipse: sums over them are exact integrals of its smooth
@@ -79,4 +79,4 @@ Eigen::Vector2d PowerLawField::velocity(const Eigen::Vector2d& p_W_m) const {
   return gain_ * std::pow(kappa, -path_.beta) / speed * rate;
 }
 
-}  // namespace mimesis::walker
+}  // namespace mimesis::dmp

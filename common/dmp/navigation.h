@@ -2,7 +2,7 @@
 #include <Eigen/Core>
 #include <span>
 
-namespace mimesis::synthesizer {
+namespace mimesis::dmp {
 
 /// Who moves on the ground: a character, or an obstacle with speed zero. W: world, z up.
 struct Pedestrian {
@@ -46,4 +46,4 @@ double prediction_term(const Pedestrian& self, const Pedestrian& other, const Na
 double heading_rate(const Pedestrian& self, const Eigen::Vector2d& goal_W_m,
                     std::span<const Pedestrian> others, const NavigationParams& p = {});
 
-}  // namespace mimesis::synthesizer
+}  // namespace mimesis::dmp
