@@ -1,8 +1,6 @@
 #include "nodes/crowd/rules/phase.h"
 
 #include <cmath>
-#include <utility>
-#include <vector>
 
 namespace mimesis::crowd {
 
@@ -30,27 +28,9 @@ void add_phase_coupling(const CouplingGraph& graph, double k_1_s, std::span<cons
   }
 }
 
-void lift_phases(const CouplingGraph& graph, std::span<double> phi_rad) {
-  if (graph.complete()) {
-    const double mean = circular_sum(phi_rad).angle();
-    for (double& phi : phi_rad) phi = nearest_turn(phi, mean);
-    return;
-  }
-  std::vector<char> lifted(phi_rad.size(), 0);
-  std::vector<int> open;  // breadth first: lifts run along shortest ways
-  for (int root = 0; root < graph.size(); ++root) {
-    if (std::exchange(lifted[static_cast<std::size_t>(root)], 1)) continue;
-    open.assign(1, root);
-    for (std::size_t next = 0; next < open.size(); ++next) {
-      const int i = open[next];
-      for (const auto& other : graph.neighbours(i)) {
-        const auto j = static_cast<std::size_t>(other.index);
-        if (std::exchange(lifted[j], 1)) continue;
-        phi_rad[j] = nearest_turn(phi_rad[j], phi_rad[static_cast<std::size_t>(i)]);
-        open.push_back(other.index);
-      }
-    }
-  }
+void lift_phases(std::span<double> phi_rad) {
+  const double mean = circular_sum(phi_rad).angle();
+  for (double& phi : phi_rad) phi = nearest_turn(phi, mean);
 }
 
 }  // namespace mimesis::crowd

@@ -41,15 +41,14 @@ PhasePull mean_field_pull(const CircularSum& sum, double k_1_s, const Leader& le
 void add_phase_coupling(const CouplingGraph& graph, double k_1_s, std::span<const double> phi_rad,
                         const Leader& leader, std::span<double> rate_rad_s);
 
-/// The same phases in turns such that those along the edges of a spanning tree are within π of each
-/// other, all starting at the first node of each connected part. To be called when coupling begins,
-/// when the graph changes, and when a phase was set from outside. All-to-all: within π of the mean.
-/// Allocates.
-void lift_phases(const CouplingGraph& graph, std::span<double> phi_rad);
-
 /// φ in the turn that is nearest to `reference`: lifts one who joins, or a leader, to the others.
 inline double nearest_turn(double phi_rad, double reference_rad) {
   return reference_rad + math::wrap_pi(phi_rad - reference_rad);
 }
+
+/// Every phase in the turn that is nearest to the circular mean, so that no two are more than 2π
+/// apart. To be called when coupling begins and where a phase was set from outside. Any choice of
+/// turns synchronises; this one has the shortest way to go.
+void lift_phases(std::span<double> phi_rad);
 
 }  // namespace mimesis::crowd
