@@ -52,6 +52,14 @@ void Crowd::Impl::resize_scratch() {
     column->resize(n);
   }
   parts.resize(n / kChunk + 1 + groups.size());
+  fields.resize(groups.size());
+  if (!avoiding) return;
+  wish_x.resize(n);
+  wish_y.resize(n);
+  avoids.resize(n);
+  for (const GroupRows& g : groups) {
+    std::fill_n(avoids.begin() + g.first, g.count, g.settings.rules.heading.avoid ? 1 : 0);
+  }
 }
 
 void Crowd::Impl::prepare(GroupRows& g) {

@@ -188,6 +188,10 @@ std::optional<int> Crowd::group_of(AgentId id) const {
   return static_cast<int>(&impl_->group_at(row) - impl_->groups.data());
 }
 
+void Crowd::set_obstacles(std::span<const Pillar> pillars, std::span<const Wall> walls) {
+  impl_->obstacles = Obstacles(pillars, walls, impl_->settings.avoid.reach_m);
+}
+
 void Crowd::set_outside(int group, const GroupSums& sums) {
   impl_->groups.at(static_cast<std::size_t>(group)).outside = sums;
 }

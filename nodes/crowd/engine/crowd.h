@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "common/dmp/navigation.h"
 #include "nodes/crowd/engine/agent.h"
 #include "nodes/crowd/gait/speed_function.h"
 #include "nodes/crowd/rules/rules.h"
@@ -35,19 +36,14 @@ struct Wall {
   Eigen::Vector2d from_W_m, to_W_m;
 };
 
-/// Navigation [M18 eq. 3.24-3.27] of groups whose heading rule says `avoid`, and the bound on their
-/// velocities that keeps discs apart.
+/// Navigation [M18 eq. 3.24-3.27] of groups whose heading rule says `avoid`, and the bounds of
+/// their velocities that keep discs apart. Who is held back marks time: its phase goes on.
 struct AvoidSettings {
-  double avoid_1_s = 2.0;         ///< gain of eq. 3.26
-  double predict_1_s = 2.0;       ///< of eq. 3.27
-  double sigma_angle_rad = 0.6;   ///< σ_φ
-  double sigma_distance_m = 0.8;  ///< σ_d
-  double horizon_s = 3.0;         ///< predicted collisions count exp(−t/horizon)
-  double keep_right_rad = 0.1;    ///< others are taken to stand this much to the left
-  double reach_m = 5.0;           ///< others further away are not seen
-  double headway_s = 0.3;         ///< gaps close at most as exp(−t/headway)
-  double separate_m_s = 0.3;      ///< how fast agents who begin in each other leave
-  double arrive_m = 0.5;          ///< goal: slower within this distance
+  dmp::NavigationParams navigation{};  ///< all but the goal's gain, which is the heading rule's
+  double reach_m = 5.0;                ///< others further away are not seen
+  double headway_s = 0.3;              ///< gaps close at most as exp(−t/headway)
+  double separate_m_s = 0.3;           ///< how fast agents who begin in each other leave
+  double arrive_m = 0.5;               ///< goal: slower within this distance
 };
 
 struct CrowdSettings {

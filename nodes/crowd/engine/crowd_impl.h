@@ -3,6 +3,8 @@
 #include <vector>
 
 #include "nodes/crowd/engine/crowd.h"
+#include "nodes/crowd/engine/grid.h"
+#include "nodes/crowd/engine/obstacles.h"
 #include "nodes/crowd/engine/table.h"
 #include "nodes/crowd/engine/walk.h"
 #include "nodes/crowd/graph/coupling_graph.h"
@@ -42,6 +44,13 @@ struct Crowd::Impl {
   std::vector<double> pull, frequency_error, length_error, turn, nodes_a, nodes_b, nodes_out;
   std::vector<double> wished_rate, wished_length, wished_turn, wish_x, wish_y;
   std::vector<WalkSums> parts;
+  std::vector<WalkField> fields;  // by group
+  // Navigation.
+  Obstacles obstacles;
+  Grid grid;
+  bool avoiding = false;               // some group does
+  std::vector<std::uint8_t> avoids;    // by row
+  std::vector<Contacts> row_contacts;  // by row of the grid
   Contacts contacts{};
 
   explicit Impl(const CrowdSettings& s) : settings(s) {}
@@ -60,6 +69,14 @@ struct Crowd::Impl {
   void couple_spacing(const GroupRows& group, const CouplingGraph& graph,
                       std::vector<double>& error);
   void couple_headings(GroupRows& group, const GroupSums& total, WalkField& field);
+  /// ψ̇ of navigation, added to `turn` of who avoids.
+  void steer_all(parallel::Team* team);
+  void steer_row(int grid_row);
+  /// Velocities within bounds, and the step of who avoids.
+  void part_all(parallel::Team* team);
+  void part_row(int grid_row);
+  void part(int place, Contacts& contacts);
+  Eigen::Vector2d parted(std::size_t place, const Eigen::Vector2d& wish, Contacts& contacts);
   void walk_group(GroupRows& group, const WalkField& field, parallel::Team* team);
 };
 

@@ -53,12 +53,13 @@ double largest_eigenvalue(const GraphSettings& graph, double n) {
 void check(const CrowdSettings& s) {
   positive(s.dt_s, "crowd: dt [s]");
   const AvoidSettings& a = s.avoid;
-  not_negative(a.avoid_1_s, "crowd: gain of avoidance [1/s]");
-  not_negative(a.predict_1_s, "crowd: gain of predicted collisions [1/s]");
-  positive(a.sigma_angle_rad, "crowd: sigma of angles [rad]");
-  positive(a.sigma_distance_m, "crowd: sigma of distances [m]");
-  positive(a.horizon_s, "crowd: horizon of predictions [s]");
-  need(std::isfinite(a.keep_right_rad), "crowd: keep right [rad]", a.keep_right_rad, "a number");
+  const dmp::NavigationParams& n = a.navigation;
+  not_negative(n.avoid_1_s, "crowd: gain of avoidance [1/s]");
+  not_negative(n.predict_1_s, "crowd: gain of predicted collisions [1/s]");
+  positive(n.sigma_angle_rad, "crowd: sigma of angles [rad]");
+  positive(n.sigma_distance_m, "crowd: sigma of distances [m]");
+  positive(n.horizon_s, "crowd: horizon of predictions [s]");
+  need(std::isfinite(n.keep_right_rad), "crowd: keep right [rad]", n.keep_right_rad, "a number");
   positive(a.reach_m, "crowd: reach [m]");
   need(a.headway_s >= 2.0 * s.dt_s, "crowd: headway [s]", a.headway_s, "at least 2 dt");
   not_negative(a.separate_m_s, "crowd: speed of separation [m/s]");

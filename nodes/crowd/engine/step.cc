@@ -39,6 +39,12 @@ WalkField Crowd::Impl::field(GroupRows& g, parallel::Team* team) {
   f.ahead = r.heading.ahead_m;
   f.arrive = settings.avoid.arrive_m;
   couple_headings(g, total, f);
+  if (r.heading.avoid) {
+    if (f.turn == nullptr) std::fill_n(turn.begin() + g.first, g.count, 0.0);
+    f.turn = turn.data();
+    f.wish_x = wish_x.data();
+    f.wish_y = wish_y.data();
+  }
   f.mixed = g.mixed;
   f.wished_rate = wished_rate.data();
   f.wished_length = wished_length.data();
@@ -56,17 +62,20 @@ void Crowd::Impl::walk_group(GroupRows& g, const WalkField& f, parallel::Team* t
   parallel::for_each(team, chunks, walk_chunk);
   g.sums = {};
   for (int c = 0; c < chunks; ++c) g.sums.add(parts[static_cast<std::size_t>(c)]);
-  g.summed = true;
+  g.summed = f.wish_x == nullptr;
 }
 
 void Crowd::step(parallel::Team* team) {
   Impl& c = *impl_;
+  c.avoiding = std::ranges::any_of(
+      c.groups, [](const GroupRows& g) { return g.settings.rules.heading.avoid && g.count > 0; });
   c.resize_scratch();
   for (GroupRows& g : c.groups) c.prepare(g);
-  for (GroupRows& g : c.groups) {
-    const WalkField f = c.field(g, team);
-    c.walk_group(g, f, team);
-  }
+  for (std::size_t k = 0; k < c.groups.size(); ++k) c.fields[k] = c.field(c.groups[k], team);
+  if (c.avoiding) c.steer_all(team);
+  for (std::size_t k = 0; k < c.groups.size(); ++k) c.walk_group(c.groups[k], c.fields[k], team);
+  c.contacts = {};
+  if (c.avoiding) c.part_all(team);
   ++c.steps;
 }
 

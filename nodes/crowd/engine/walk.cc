@@ -145,6 +145,10 @@ MIMESIS_PART void headings(const WalkField& f, const Table& t, int row, int m, c
   const double* heading = t.heading.data() + row;
   const double* x = t.x.data() + row;
   const double* y = t.y.data() + row;
+  // Of navigation. Who is turned away from its goal listens the less to others, or it would walk
+  // round and round a crowd that stands at its goals.
+  Column share;
+  for (int l = 0; l < kBlock; ++l) share[l] = 1.0;
   if (f.heading == HeadingKind::lane) {
     const double* lane = t.lane.data() + row;
     for (int l = 0; l < m; ++l) {
@@ -152,7 +156,9 @@ MIMESIS_PART void headings(const WalkField& f, const Table& t, int row, int m, c
       const double off = lane[l] - across;
       const double r = std::sqrt(off * off + f.ahead * f.ahead);
       const CosSin h = cos_sin_lane(heading[l] - f.path_rad);
+      const double facing = (h.cos * f.ahead + h.sin * off) / r;
       turn[l] = rate[l] * f.heading_gain * (h.cos * off - h.sin * f.ahead) / r;
+      share[l] = facing < 0.0 ? 1.0 + facing : 1.0;
     }
   } else if (f.heading == HeadingKind::consensus) {
     for (int l = 0; l < m; ++l) {
@@ -174,14 +180,19 @@ MIMESIS_PART void headings(const WalkField& f, const Table& t, int row, int m, c
       const double per = 1.0 / (r > 1e-9 ? r : 1e-9);
       const CosSin h = cos_sin_lane(heading[l]);
       turn[l] = f.heading_gain * (h.cos * dy - h.sin * dx) * per;
-      // Near the goal only who faces it goes on: a slip beyond it would be led away.
+      // At full speed it could only circle round a goal that is beside it, v/gain away: there it
+      // goes on the slower the less it faces the goal.
       const double near = r / f.arrive, facing = (h.cos * dx + h.sin * dy) * per;
-      const double slow = near * (facing > 0.0 ? facing : 0.0);
-      s.way[l] *= near < 1.0 ? slow : 1.0;
+      const double circle = 2.0 * s.way[l] / (f.dt * f.heading_gain + 1e-9) + 1e-9;
+      const double free = r < circle ? r / circle : 1.0;
+      const double ahead = facing > 0.0 ? facing : 0.0;
+      s.way[l] *= (free + (1.0 - free) * ahead) * (near < 1.0 ? near * ahead : 1.0);
+      // Those beside the goal do not turn it away from there.
+      share[l] = (facing < 0.0 ? 1.0 + facing : 1.0) * (near < 1.0 ? near : 1.0);
     }
   }
   if (f.turn != nullptr) {
-    for (int l = 0; l < m; ++l) turn[l] += f.turn[row + l];
+    for (int l = 0; l < m; ++l) turn[l] += share[l] * f.turn[row + l];
   }
 }
 
