@@ -82,21 +82,23 @@ Place ParamSource::place_of(std::string_view path) const {
   return at->place;
 }
 
-std::string find_model_file(const std::string& file) {
+std::string find_project_file(const std::string& folder, const std::string& file) {
   std::error_code ignored;
   if (fs::exists(file, ignored)) return file;
   const fs::path name(file);
   std::string searched = fs::current_path(ignored).string();
   if (name.is_relative()) {
     const fs::path program = fs::read_symlink("/proc/self/exe", ignored);
-    for (const fs::path& folder : {fs::path(MIMESIS_SOURCE_DIR) / "models",
-                                   program.parent_path().parent_path() / "share/mimesis/models"}) {
-      if (fs::exists(folder / name, ignored)) return (folder / name).string();
-      searched += ", " + folder.string();
+    for (const fs::path& place : {fs::path(MIMESIS_SOURCE_DIR) / folder,
+                                  program.parent_path().parent_path() / "share/mimesis" / folder}) {
+      if (fs::exists(place / name, ignored)) return (place / name).string();
+      searched += ", " + place.string();
     }
   }
   throw ConfigError(file + ": no such file" + (name.is_relative() ? " in " + searched : ""));
 }
+
+std::string find_model_file(const std::string& file) { return find_project_file("models", file); }
 
 void load_params(const std::string& file, const VisitParams& visit) {
   ParamSource(find_model_file(file), {}, {}).read("", visit);

@@ -9,6 +9,7 @@ namespace mimesis::crowd {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
+constexpr double kNearLane_rad = 0.3;  // where sines are angles, within 1.5 %
 
 /// Derivative of sin Δ exp(−Δ²/2σ²), σ = 0: of sin Δ.
 double pull_slope(double delta, double sigma) {
@@ -41,11 +42,12 @@ RuleCertificate certify_coupled_heading(const HeadingRule& r, int n) {
 
 }  // namespace
 
-void certify_phase(const PhaseRule& r, int n, Certificate& all) {
-  const double k = r.gain_1_s, alpha = r.leader_gain_1_s;
+void certify_phase(const PhaseRule& r, int n, double beat_gain_1_s, Certificate& all) {
+  const bool beat = beat_gain_1_s != 0.0;
+  const double k = r.gain_1_s, alpha = beat ? beat_gain_1_s : r.leader_gain_1_s;
   RuleCertificate& c = all.phase;
   if (k == 0.0 && alpha == 0.0) return;
-  if (n < 2) {
+  if (n < (beat ? 1 : 2)) {
     c = alone(n);
     return;
   }
@@ -54,7 +56,7 @@ void certify_phase(const PhaseRule& r, int n, Certificate& all) {
                 {"k > 0", "alpha >= 0"});
     return;
   }
-  const int coupled = alpha > 0.0 ? n - 1 : n;  // the leader hears nobody
+  const int coupled = alpha > 0.0 && !beat ? n - 1 : n;  // the leader hears nobody
   std::optional<RuleCertificate> refusal;
   if (k > 0.0 && coupled > 1) c.extremes = extremes_of(r.graph, coupled, refusal);
   if (refusal && alpha == 0.0) {
@@ -90,11 +92,15 @@ RuleCertificate certify_heading(const HeadingRule& r, int n, const GaitRange& ga
   c.why = say("contracts up to pi from its attractor in the metric 1/(1 + cos), rate ",
               r.kind == HeadingKind::goal ? "k = " : "m_psi omega = ", c.guaranteed_1_s);
   if (r.kind == HeadingKind::lane) {
-    // ψ̇ = −ω m (ψ + ξ/Δz), ξ̇ = ω⟨g⟩ ψ: s² + ω m s + ω² m ⟨g⟩/Δz = 0.
+    // Near the lane ψ̇ = −ω m (ψ + ξ/Δz), ξ̇ = ω g ψ: s² + ω m s + ω² m g/Δz = 0.
     const double omega = gait.eigenfrequency_rad_s;
-    c.expected_1_s = low_pass_mode_rate(omega * r.gain, omega * gait.gait.mean() / r.ahead_m);
-    c.why += say("; to the lane at ", c.expected_1_s, " 1/s");
-    const double least = 4.0 * gait.gait.mean() / r.ahead_m;
+    const SpeedFunction& g = gait.gait;
+    c.expected_1_s = low_pass_mode_rate(omega * r.gain, omega * g.mean() / r.ahead_m);
+    c.guaranteed_1_s = low_pass_mode_rate(slowest * r.gain, slowest * g.least() / r.ahead_m);
+    c.within = kNearLane_rad;
+    c.why += say("; so it comes to its sliding goal, and near the lane that to the lane at ",
+                 c.guaranteed_1_s, " 1/s");
+    const double least = 4.0 * g.mean() / r.ahead_m;
     if (r.gain < least) c.change.push_back(say("m_psi above ", least, ": lanes do not overshoot"));
   }
   if (r.avoid) c.why += "; avoidance disturbs it while others are near";

@@ -58,7 +58,7 @@ std::optional<double> Certificate::rate_1_s() const {
 Certificate certify(const Rules& rules, int n, const GaitRange& gait) {
   Certificate c;
   c.agents = n;
-  certify_phase(rules.phase, n, c);
+  certify_phase(rules.phase, n, gait.beat_gain_1_s, c);
   const bool phases_agree = c.phase.guarantee == Guarantee::contracting && gait.spread_rad_s == 0.0;
   c.frequency = certify_frequency(rules.frequency, n, gait);
   c.length = certify_length(rules.length, n, gait, phases_agree);

@@ -47,11 +47,12 @@ struct Certificate {
   std::optional<double> rate_1_s() const;
 };
 
-/// Phases and eigenfrequency of the group to be certified.
+/// How the group to be certified walks.
 struct GaitRange {
   SpeedFunction gait;
   double eigenfrequency_rad_s = 0.0;  ///< ω
   double spread_rad_s = 0.0;          ///< eigenfrequencies within ω ± this
+  double beat_gain_1_s = 0.0;         ///< α to a rhythm from outside, that leads all n; 0: none
 };
 
 /// What n agents with these rules are guaranteed, at which rate, how many there may be at most, and

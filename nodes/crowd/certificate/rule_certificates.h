@@ -13,8 +13,8 @@ namespace mimesis::crowd {
 RuleCertificate certify_frequency(const FrequencyRule& rule, int n, const GaitRange& gait);
 RuleCertificate certify_length(const LengthRule& rule, int n, const GaitRange& gait,
                                bool phases_agree);
-/// Writes phase and tracking.
-void certify_phase(const PhaseRule& rule, int n, Certificate& all);
+/// Writes phase and tracking. @param beat_gain_1_s  of GaitRange
+void certify_phase(const PhaseRule& rule, int n, double beat_gain_1_s, Certificate& all);
 RuleCertificate certify_heading(const HeadingRule& rule, int n, const GaitRange& gait);
 
 /// Guarantee::none.

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "nodes/crowd/certificate/contraction.h"
+#include "nodes/crowd/certificate/say.h"
 #include "nodes/crowd/scenario/arrangement.h"
 
 namespace mimesis::crowd {
@@ -13,7 +14,18 @@ namespace {
 
 GaitRange range_of(const Scenario& scenario, const Stage& stage, const Group& group) {
   const Gait* gait = scenario.gait(stage.gait);
-  return {gait->speed(), gait->eigenfrequency_rad_s, group.spread_rad_s};
+  return {gait->speed(), gait->eigenfrequency_rad_s, group.spread_rad_s, group.beat_gain_1_s};
+}
+
+Certificate certified(const Scenario& scenario, const Stage& stage, const Group& group) {
+  const GaitRange gait = range_of(scenario, stage, group);
+  Certificate c = certify(stage.rules, stage.agents, gait);
+  const double off = gait.eigenfrequency_rad_s - scenario.beat.rate_rad_s;
+  if (group.beat_gain_1_s > 0.0 && off != 0.0) {
+    c.notes.push_back(say("omega_0 is off the beat by ", off, " rad/s: feet are ",
+                          off / group.beat_gain_1_s, " rad ahead of it"));
+  }
+  return c;
 }
 
 /// From where the group's agents stand at the beginning.
@@ -48,7 +60,7 @@ std::vector<Stage> certify(const Scenario& scenario) {
     const int agents =
         group.count + static_cast<int>(std::ranges::count_if(scenario.externals, comes));
     Stage stage{group.name, group.gait, 0.0, group.rules, agents};
-    stage.certificate = certify(stage.rules, agents, range_of(scenario, stage, group));
+    stage.certificate = certified(scenario, stage, group);
     stage.formation_s = formation_time(scenario, group, stage);
     stages.push_back(stage);
     for (const Change& change : scenario.schedule) {
@@ -56,7 +68,7 @@ std::vector<Stage> certify(const Scenario& scenario) {
       stage.from_s = change.at_s;
       stage.rules = change.rules;
       if (!change.gait.empty()) stage.gait = change.gait;
-      stage.certificate = certify(stage.rules, agents, range_of(scenario, stage, group));
+      stage.certificate = certified(scenario, stage, group);
       stage.formation_s.reset();
       stages.push_back(stage);
     }

@@ -10,8 +10,8 @@
 namespace mimesis::crowd {
 namespace {
 
-constexpr int kSamples = 720;  // of a cycle, where the extremes are looked for; a harmonic of
-                               // order 4 is between two samples less than 2e-4 of its amplitude
+constexpr int kSamples = 720;        // of a cycle; between them extremes are refined
+constexpr double kTouching = 1e-12;  // of the mean: what is zero but for rounding
 
 }  // namespace
 
@@ -24,12 +24,19 @@ SpeedFunction::SpeedFunction(double mean_m_rad, std::span<const double> cosine,
   std::ranges::copy(cosine, cosine_.begin());
   std::ranges::copy(sine, sine_.begin());
   least_ = most_ = (*this)(0.0);
-  for (int i = 1; i < kSamples; ++i) {
-    const double g = (*this)(math::kTwoPi * i / kSamples);
-    least_ = std::min(least_, g);
-    most_ = std::max(most_, g);
+  for (int i = 0; i < kSamples; ++i) {
+    // Newton's method to where the slope is zero; wherever it ends, g takes its value there.
+    double phi = math::kTwoPi * i / kSamples;
+    for (int k = 0; k < 4; ++k) {
+      const double g = (*this)(phi);
+      least_ = std::min(least_, g);
+      most_ = std::max(most_, g);
+      const auto [slope, curve] = slopes(phi);
+      if (curve == 0.0) break;
+      phi -= slope / curve;
+    }
   }
-  if (!(least_ > 0.0) || !std::isfinite(most_)) {
+  if (!(least_ > kTouching * mean_) || !std::isfinite(most_)) {
     throw ConfigError("speed function g: its least value is " + std::to_string(least_) +
                       " m/rad; contraction needs g > 0 at every phase");
   }
@@ -42,6 +49,17 @@ double SpeedFunction::operator()(double phi_rad) const {
     g += cosine_[h] * std::cos((k + 1) * phi_rad) + sine_[h] * std::sin((k + 1) * phi_rad);
   }
   return g;
+}
+
+std::pair<double, double> SpeedFunction::slopes(double phi_rad) const {
+  double first = 0.0, second = 0.0;
+  for (int k = 1; k <= kHarmonics; ++k) {
+    const auto h = static_cast<std::size_t>(k - 1);
+    const double c = std::cos(k * phi_rad), s = std::sin(k * phi_rad);
+    first += k * (sine_[h] * c - cosine_[h] * s);
+    second -= k * k * (cosine_[h] * c + sine_[h] * s);
+  }
+  return {first, second};
 }
 
 double SpeedFunction::integral(double phi_rad) const {

@@ -1,6 +1,7 @@
 #pragma once
 #include <array>
 #include <span>
+#include <utility>
 
 namespace mimesis::crowd {
 
@@ -30,6 +31,8 @@ class SpeedFunction {
   std::span<const double> sine() const { return sine_; }
 
  private:
+  std::pair<double, double> slopes(double phi_rad) const;  // g' and g''
+
   double mean_, least_, most_;
   std::array<double, kHarmonics> cosine_{}, sine_{};
 };

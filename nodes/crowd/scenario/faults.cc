@@ -80,6 +80,9 @@ class Checker {
     if (group.beat_gain_1_s > 0.0 && s_.beat.rate_rad_s == 0.0) {
       add(path + ".beat_gain_1_s", "there is no beat to follow");
     }
+    if (group.beat_gain_1_s > 0.0 && group.rules.phase.leader_gain_1_s > 0.0) {
+      add(path + ".beat_gain_1_s", "the group has a leader already");
+    }
     check_start(path, group);
     check_formation(path, group);
     check_goals(path, group);

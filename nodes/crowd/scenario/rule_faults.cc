@@ -66,7 +66,7 @@ class RuleFaults {
       add("heading.ahead_m", "the sliding goal is " + text(r.ahead_m) + " m ahead; it must be > 0");
     }
     if (r.kind == HeadingKind::coupled) graph("heading", r.graph, group_.count);
-    if (r.kind == HeadingKind::goal && group_.goals.aim == Aim::none) {
+    if (r.kind == HeadingKind::goal && group_.goals.aim == Aim::none && group_.count > 0) {
       add("heading.kind", "goal, but the group has no goals");
     }
   }

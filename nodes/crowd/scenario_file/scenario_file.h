@@ -15,8 +15,8 @@ namespace mimesis::crowd {
 ///         fault of the scenario
 Scenario read_scenario(const std::string& file, const std::vector<std::string>& sets = {});
 
-/// The file itself, or that name in launch/ or launch/crowd/ of the source tree or installation,
-/// with or without .yaml. @throws ConfigError that names the places searched
+/// A file, as given or in launch/ of the source tree or installation ("crowd/dance.yaml"); a bare
+/// word is one of launch/crowd/. @throws ConfigError that names the places searched
 std::string find_scenario(const std::string& name);
 
 /// One visit for reading, listing and dumping. Names of coupling graphs and the like become enums

@@ -168,6 +168,19 @@ TEST(Certificate, LeaderIsFollowedAtAlpha) {
   EXPECT_TRUE(certify(rules, 5, gait()).holds());
 }
 
+TEST(Certificate, BeatLeadsAllOfThem) {
+  Rules rules;
+  rules.phase = {.graph = {Topology::all_to_all}, .gain_1_s = 0.2};
+  GaitRange to_music = gait();
+  to_music.beat_gain_1_s = 0.25;
+  const Certificate c = certify(rules, 5, to_music);
+  EXPECT_NEAR(c.phase.guaranteed_1_s, 0.2 * 5 + 0.25, 1e-12);
+  EXPECT_NEAR(c.tracking.guaranteed_1_s, 0.25, 1e-12);
+  EXPECT_NEAR(certify(rules, 1, to_music).tracking.guaranteed_1_s, 0.25, 1e-12);
+  to_music.beat_gain_1_s = -0.25;
+  EXPECT_FALSE(certify(rules, 5, to_music).holds());
+}
+
 TEST(Certificate, SaysWhatTheorem6RefusesAndWhatToChange) {
   Rules rules;
   rules.frequency = {.graph = {Topology::chain}, .gain_rad_m_s = 0.3};
@@ -226,6 +239,9 @@ TEST(Certificate, LaneRateIsThatOfTheLinearLoop) {
   for (const double m : {0.2, 1.5}) {
     rules.heading = {.kind = HeadingKind::lane, .gain = m, .ahead_m = 2.0};
     const RuleCertificate c = certify(rules, 3, gait()).heading;
+    EXPECT_LE(c.guaranteed_1_s, c.expected_1_s);
+    const double least_g = 0.12, root = std::max(0.0, 1.0 - 4.0 * least_g / (2.0 * m));
+    EXPECT_NEAR(c.guaranteed_1_s, 0.5 * kOmega * m * (1.0 - std::sqrt(root)), 1e-12);
     double psi = 0.0, xi = 0.01, t = 0.0;
     RateFit fit(1e-9, 5e-3);
     double peak = 0.0, last = 0.0;

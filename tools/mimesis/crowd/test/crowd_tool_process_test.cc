@@ -84,8 +84,8 @@ TEST_F(Crowd, SaysInWordsWhatToChange) {
 }
 
 TEST_F(Crowd, FailsWhereNothingIsGuaranteed) {
-  EXPECT_EQ(run({"certify", written(kRing), "--set",
-                 "groups.0.rules.frequency.low_pass_rad_s=0.05", "--json"}),
+  EXPECT_EQ(run({"certify", written(kRing), "--set", "groups.0.rules.frequency.low_pass_rad_s=0.05",
+                 "--json"}),
             1);
   EXPECT_FALSE(json::parse(output_)["holds"]);
 }
