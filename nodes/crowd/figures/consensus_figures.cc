@@ -6,8 +6,9 @@
 
 #include "common/math/integrator.h"
 #include "common/reproduce/gnuplot.h"
-#include "nodes/crowd/figures/decay.h"
+#include "nodes/crowd/certificate/rate_fit.h"
 #include "nodes/crowd/figures/figures.h"
+#include "nodes/crowd/figures/statistics.h"
 #include "nodes/crowd/rules/heading.h"
 #include "nodes/crowd/rules/synchrony.h"
 
@@ -67,7 +68,7 @@ Seen agree(const Group& group) {
   int agreed = 0;
   for (int s = 0; s < kStarts; ++s) {
     State x = start(draw);
-    DecayFit fit(1e-6, 3e-2);
+    RateFit fit(1e-6, 3e-2);
     double r = 1.0;
     for (double t = 0.0; t < 60.0 && r > 1e-6; t += kDt_s) {
       r = dispersion(headings(x));
@@ -75,7 +76,7 @@ Seen agree(const Group& group) {
       x = step(group, x);
     }
     agreed += r < 1e-3;
-    if (fit.known()) rates.push_back(fit.rate_1_s());
+    if (const auto rate = fit.rate_1_s()) rates.push_back(*rate);
   }
   return {double(agreed) / kStarts, median(rates)};
 }

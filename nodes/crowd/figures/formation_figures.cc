@@ -122,7 +122,8 @@ std::string top_view(const std::string& data, const std::string& title, double h
 }
 
 constexpr const char* kViews =
-    "set size ratio -1\nset grid\nset xlabel 'along, from the middle [m]'\nset ylabel 'across "
+    "set style fill solid 1 noborder\nset size ratio -1\nset grid\nset xlabel 'along, from the "
+    "middle [m]'\nset ylabel 'across "
     "[m]'\nset cbrange [0:6.2832]\nset palette defined (0 '#1f4e9c', 1.57 '#2b8c4a', 3.14 "
     "'#d08a10', 4.71 '#c8371e', 6.2832 '#1f4e9c')\nset cblabel 'phase [rad]'\n";
 
@@ -148,7 +149,9 @@ void plot(const std::filesystem::path& png, const std::string& title, const Form
     for (const double y : o.snapshots[i].lane_m) half_m = std::max(half_m, std::abs(y) + 1.0);
   }
   std::ostringstream s;
-  s << "set multiplot layout 2,2 title '" << title << "'\n" << kViews;
+  s << "set multiplot layout " << (o.snapshots.size() > 2 ? "2,2" : "1,3") << " title '" << title
+    << "'\n"
+    << kViews;
   for (std::size_t i = 0; i < o.snapshots.size(); ++i) {
     std::ostringstream name;
     name << "t = " << std::lround(o.snapshots[i].time_s) << " s";
@@ -160,7 +163,8 @@ void plot(const std::filesystem::path& png, const std::string& title, const Form
   s << "plot $e using 1:2 with lines title 'along [m]', $e using 1:3 with lines title 'across "
        "[m]', $e using 1:4 with lines title 'R of phases', 0.01 with lines dt 3 lw 1 lc rgb "
        "'#404040' title '1 cm'\nunset multiplot";
-  reproduce::plot_png(png, 1150, 860, data, s.str());
+  const bool square = o.snapshots.size() > 2;
+  reproduce::plot_png(png, square ? 1150 : 1500, square ? 860 : 460, data, s.str());
 }
 
 Report of_sixteen(const PlotDir& dir) {

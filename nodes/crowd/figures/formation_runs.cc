@@ -6,8 +6,9 @@
 
 #include "common/math/circle.h"
 #include "nodes/crowd/certificate/certificate.h"
+#include "nodes/crowd/certificate/rate_fit.h"
 #include "nodes/crowd/engine/crowd.h"
-#include "nodes/crowd/figures/decay.h"
+#include "nodes/crowd/figures/statistics.h"
 #include "nodes/crowd/rules/spacing.h"
 #include "nodes/crowd/rules/synchrony.h"
 #include "nodes/crowd/scenario/arrangement.h"
@@ -100,7 +101,7 @@ void certify(const FormationRun& run, const FormationOutcome::Sample& now, Forma
 }
 
 void judge(FormationOutcome& out) {
-  DecayFit length(1e-6, 1e-3), phase(1e-6, 1e-2);
+  RateFit length(1e-6, 1e-3), phase(1e-6, 1e-2);
   out.formed_s = std::nan("");
   for (const auto& s : out.samples) {
     const bool formed = s.error_m <= kFormed_m && s.lane_error_m <= kFormed_m;
@@ -112,8 +113,8 @@ void judge(FormationOutcome& out) {
       out.certified_error_m = std::max({out.certified_error_m, s.error_m, s.lane_error_m});
     }
   }
-  out.length_rate_1_s = length.known() ? length.rate_1_s() : std::nan("");
-  out.phase_rate_1_s = phase.known() ? phase.rate_1_s() : std::nan("");
+  out.length_rate_1_s = length.rate_1_s().value_or(std::nan(""));
+  out.phase_rate_1_s = phase.rate_1_s().value_or(std::nan(""));
 }
 
 }  // namespace

@@ -7,10 +7,11 @@
 
 #include "common/math/circle.h"
 #include "common/reproduce/gnuplot.h"
-#include "nodes/crowd/figures/decay.h"
+#include "nodes/crowd/certificate/rate_fit.h"
 #include "nodes/crowd/figures/figures.h"
 #include "nodes/crowd/figures/frequency_runs.h"
 #include "nodes/crowd/figures/hopf_trials.h"
+#include "nodes/crowd/figures/statistics.h"
 
 namespace mimesis::crowd {
 namespace {
@@ -23,7 +24,7 @@ using reproduce::Report;
 using PlotDir = std::optional<std::filesystem::path>;
 
 constexpr double kMean_m_rad = 0.2, kAmplitude = 0.3;  // g_min = 0.7 ⟨g⟩
-constexpr double kDt_s = 0.005;
+constexpr double kDt_s = 0.005, kMostError_rad = 3e-2;
 const double kCycle_m = math::kTwoPi * kMean_m_rad;
 
 FrequencyRun make(Topology topology, int n, double gain) {
@@ -56,12 +57,14 @@ double measured(Topology topology, int n, double gain, double seconds, double wi
   for (int trial = 0; trial < 15; ++trial) {
     FrequencyRun::State x = run.tied(random_phases(n, width, draw));
     // late: growth when the fastest mode leads, decay when the slowest remains
-    DecayFit fit(1e-5, 3e-2);  // below, what RK4 does to z and to G(φ) differs
+    RateFit fit(1e-5, kMostError_rad);  // below, what RK4 does to z and to G(φ) differs
     for (double t = 0.0; t < seconds; t += kDt_s) {
-      fit.add(t, FrequencyRun::phase_error_rad(x));
+      const double error = FrequencyRun::phase_error_rad(x);
+      if (gain < 0.0 && error > kMostError_rad) break;
+      fit.add(t, error);
       run.step(x, kDt_s);
     }
-    if (fit.known()) rates.push_back(fit.rate_1_s());
+    if (const auto rate = fit.rate_1_s()) rates.push_back(*rate);
   }
   return median(rates);
 }
@@ -186,7 +189,7 @@ Report divergence(const PlotDir& dir) {
     const std::string c = std::to_string(data.size() + 1);
     curves += (data.empty() ? "plot $" : ", $") + d.name + " using 1:2 with lines lc " + c +
               " title '" + name + "', $" + d.name + " using 1:3 with lines dt 2 lw 1 lc " + c +
-              " title 'exp(|m_d|⟨g⟩λ_{max} t)'";
+              (data.empty() ? " title 'exp(|m_d|⟨g⟩λ_max t)'" : " notitle");
     data.push_back(std::move(d));
   }
   // the same start with the other sign comes together

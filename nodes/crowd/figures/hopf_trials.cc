@@ -8,7 +8,7 @@
 
 #include "common/error.h"
 #include "common/math/integrator.h"
-#include "nodes/crowd/figures/decay.h"
+#include "nodes/crowd/certificate/rate_fit.h"
 #include "nodes/crowd/rules/hopf_network.h"
 
 namespace mimesis::crowd {
@@ -77,7 +77,7 @@ HopfOutcome run(const HopfTrials& t) {
   std::mt19937_64 draw(static_cast<std::uint64_t>(1000 * t.n + int(t.topology)));
   for (int trial = 0; trial < t.trials; ++trial) {
     States x = random_start(t.n, draw);
-    DecayFit fit(kLeastR, kMostR);
+    RateFit fit(kLeastR, kMostR);
     bool in_step = false;
     for (std::size_t s = 0; s < samples; ++s) {
       const double r = dispersion_of(x);
@@ -92,9 +92,7 @@ HopfOutcome run(const HopfTrials& t) {
       for (int k = 0; k < per_sample; ++k) x = math::rk4_step(f, 0.0, x, dt);
     }
     out.synchronised += in_step;
-    if (!in_step || !fit.known()) continue;
-    out.rate_1_s.push_back(fit.rate_1_s());
-    out.offset_s.push_back(fit.offset_s());
+    if (const auto rate = fit.rate_1_s(); rate && in_step) out.rate_1_s.push_back(*rate);
   }
   return out;
 }

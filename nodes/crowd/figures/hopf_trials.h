@@ -23,8 +23,7 @@ struct HopfTrials {
 };
 
 struct HopfOutcome {
-  std::vector<double> rate_1_s;  ///< of those trials that decayed
-  std::vector<double> offset_s;
+  std::vector<double> rate_1_s;    ///< of those trials that decayed
   int synchronised = 0;            ///< R < 1e-3 at some time
   std::vector<double> time_s;      ///< of the curve
   std::vector<double> mean_log_r;  ///< mean over trials of ln R

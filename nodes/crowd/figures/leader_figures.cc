@@ -9,8 +9,9 @@
 
 #include "common/math/integrator.h"
 #include "common/reproduce/gnuplot.h"
-#include "nodes/crowd/figures/decay.h"
+#include "nodes/crowd/certificate/rate_fit.h"
 #include "nodes/crowd/figures/figures.h"
+#include "nodes/crowd/figures/statistics.h"
 #include "nodes/crowd/rules/hopf_network.h"
 #include "nodes/crowd/rules/synchrony.h"
 
@@ -77,7 +78,7 @@ Rates measure(double k, double alpha) {
   std::vector<double> mutual, tracking;
   std::mt19937_64 draw(7);
   for (int trial = 0; trial < 20; ++trial) {
-    DecayFit group(1e-11, 1e-5), leader(1e-6, 3e-2);
+    RateFit group(1e-11, 1e-5), leader(1e-6, 3e-2);
     States x = random_start(draw);
     for (double t = 0.0; t < 18.0 / alpha; t += kDt) {
       const Angles off = to_leader(x);
@@ -85,8 +86,8 @@ Rates measure(double k, double alpha) {
       leader.add(t, std::abs(circular_sum(off).angle()));
       x = step(x, k, alpha);
     }
-    mutual.push_back(group.rate_1_s());
-    tracking.push_back(leader.rate_1_s());
+    mutual.push_back(group.rate_1_s().value_or(std::nan("")));
+    tracking.push_back(leader.rate_1_s().value_or(std::nan("")));
   }
   return {median(mutual), median(tracking)};
 }
@@ -137,7 +138,7 @@ void plot(const std::filesystem::path& png) {
       << colour << "' fs solid 1 noborder\n";
   };
   s << "set multiplot layout 2,1 title 'A leader and four followers, k = 0.2/s, α = 0.25/s'\n"
-       "set lmargin 11\nset rmargin 30\nset grid\nset xrange [0:90]\nset key outside right\n"
+       "set lmargin 11\nset rmargin 24\nset grid\nset xrange [0:90]\nset key outside right\n"
        "set yrange [-4.2:3.6]\nset ylabel 'phase - leader [rad]'\n";
   bar(1, 0.0, kCoupled_s, "#e8c840");
   bar(2, kCoupled_s, kEnd_s, "#4aa860");

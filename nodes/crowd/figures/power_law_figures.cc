@@ -92,7 +92,6 @@ std::vector<Trace> traces(const Velocity& velocity, double a, double b) {
       out.push_back(trace(velocity, s * Vector2d(a * std::cos(phi), b * std::sin(phi)), 1.2));
     }
   }
-  out.push_back(trace(velocity, Vector2d(0.0, -b), 7.0));
   return out;
 }
 
@@ -110,6 +109,15 @@ void plot(const std::filesystem::path& png) {
   };
   data.push_back(panel("p0", traces(plain, 1.0, 1.0)));
   data.push_back(panel("p1", traces(morphed, kLong_m, kShort_m)));
+  for (const bool ellipse : {false, true}) {
+    Data cycle{"c" + std::to_string(ellipse), {}};
+    for (int n = 0; n <= 180; ++n) {
+      const double phi = 2.0 * std::numbers::pi * n / 180;
+      cycle.rows.push_back(
+          {(ellipse ? kLong_m : 1.0) * std::cos(phi), (ellipse ? kShort_m : 1.0) * std::sin(phi)});
+    }
+    data.push_back(std::move(cycle));
+  }
   std::string titles[6] = {"a) unit cycle", "b) elliptic, equi-affine map"};
   for (std::size_t i = 0; i < kBetas.size(); ++i) {
     const auto f = field(kBetas[i]);
@@ -126,7 +134,8 @@ void plot(const std::filesystem::path& png) {
       "'#c8371e')\nunset key\nset grid\n";
   for (int i = 0; i < 6; ++i) {
     script += "set title '" + titles[i] + "'\nplot $p" + std::to_string(i) +
-              " using 1:2:3 with lines lc palette lw 1.8\n";
+              " using 1:2:3 with lines lc palette lw 1.8, $c" + std::to_string(i > 0) +
+              " with lines lw 1.2 lc rgb '#202020'\n";
   }
   reproduce::plot_png(png, 1200, 700, data, script + "unset multiplot");
 }

@@ -8,9 +8,10 @@
 #include <string>
 
 #include "common/reproduce/gnuplot.h"
-#include "nodes/crowd/figures/decay.h"
+#include "nodes/crowd/certificate/rate_fit.h"
 #include "nodes/crowd/figures/figures.h"
 #include "nodes/crowd/figures/hopf_trials.h"
+#include "nodes/crowd/figures/statistics.h"
 
 namespace mimesis::crowd {
 namespace {
@@ -114,8 +115,8 @@ HopfOutcome five(Topology topology, double k, double until_s) {
               .curve = true});
 }
 
-DecayFit fit_of(const HopfOutcome& o, const std::vector<double>& r) {
-  DecayFit line(kLeastR, kMostR);
+RateFit fit_of(const HopfOutcome& o, const std::vector<double>& r) {
+  RateFit line(kLeastR, kMostR);
   for (std::size_t s = 0; s < r.size(); ++s) line.add(o.time_s[s], r[s]);
   return line;
 }
@@ -132,7 +133,7 @@ void decay_rows(Report& report) {
     const HopfOutcome o = five(topology, kStrength, 20.0);
     const double promised = kStrength * printed_lambda(topology, 5) * kCycle_s;
     report.rows.push_back(near(label(topology) + ", N = 5, k = 3/s: rate of the mean curve, kλ⁺",
-                               fit_of(o, geometric_mean(o)).rate_1_s() * kCycle_s, promised,
+                               fit_of(o, geometric_mean(o)).rate_1_s().value() * kCycle_s, promised,
                                0.01 * promised, "1/cycle"));
   }
 }
@@ -142,13 +143,13 @@ void curve_panel(std::vector<Data>& data) {
   for (std::size_t g = 0; g < kGraphs.size(); ++g) {
     const HopfOutcome o = five(kGraphs[g], 1.0, 60.0);
     const std::vector<double> r = geometric_mean(o);
-    const DecayFit line = fit_of(o, r);
+    const RateFit line = fit_of(o, r);
     Data curve{"a" + std::to_string(g), {}}, fit{"f" + std::to_string(g), {}};
     for (std::size_t s = 0; s < r.size() && r[s] > 0.5 * kLeastR; s += 4) {
       curve.rows.push_back({o.time_s[s] / kCycle_s, r[s], o.mean_r[s]});
     }
     for (const double level : {1.0, kLeastR}) {
-      fit.rows.push_back({(line.offset_s() - std::log(level) / line.rate_1_s()) / kCycle_s, level});
+      fit.rows.push_back({line.reaches_s(level).value() / kCycle_s, level});
     }
     data.push_back(std::move(curve));
     data.push_back(std::move(fit));
@@ -162,7 +163,7 @@ void offset_panel(Report& report, std::vector<Data>& data) {
     for (const double k : {0.4, 0.6, 0.9, 1.3, 2.0, 3.0}) {
       const double rate = k * printed_lambda(kGraphs[g], 5);
       const HopfOutcome o = five(kGraphs[g], k, 10.0 + 20.0 / rate);
-      offsets.rows.push_back({k, fit_of(o, o.mean_r).offset_s() / kCycle_s});
+      offsets.rows.push_back({k, fit_of(o, o.mean_r).reaches_s(1.0).value() / kCycle_s});
     }
     // a chain loses its fast modes first, so its line crosses 1 before the start
     if (kGraphs[g] != Topology::chain) {
