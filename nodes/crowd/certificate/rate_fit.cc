@@ -40,4 +40,10 @@ std::optional<double> RateFit::rate_1_s() const {
   return -cov_ / var_t_;
 }
 
+std::optional<double> RateFit::reaches_s(double value) const {
+  const auto rate = rate_1_s();
+  if (!rate) return std::nullopt;
+  return origin_s_ + mean_t_ + (mean_y_ - std::log(value)) / *rate;
+}
+
 }  // namespace mimesis::crowd

@@ -48,6 +48,15 @@ TEST(RateFit, BeginsAnewAfterADisturbance) {
   EXPECT_NEAR(fit.rate_1_s().value(), 1.0, 1e-9);
 }
 
+TEST(RateFit, ItsLineReachesValuesInsideAndOutsideOfTheBand) {
+  RateFit fit(1e-6, 3e-2);
+  EXPECT_FALSE(fit.reaches_s(1.0));
+  // R = 1 at t = 22, the offset of a decay that began at 20
+  for (int i = 0; i < 4000; ++i) fit.add(20.0 + 0.01 * i, std::exp(-0.8 * (0.01 * i - 2.0)));
+  EXPECT_NEAR(fit.reaches_s(1.0).value(), 22.0, 1e-6);
+  EXPECT_NEAR(fit.reaches_s(std::exp(-4.0)).value(), 27.0, 1e-6);
+}
+
 TEST(RateFit, SeesGrowthAndLeavesOutNan) {
   RateFit fit(1e-6, 3e-2);
   for (int i = 0; i < 500; ++i) {
