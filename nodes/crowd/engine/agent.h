@@ -28,13 +28,18 @@ struct AgentState {
   Eigen::Vector2d position_W_m = Eigen::Vector2d::Zero();
   Eigen::Vector2d velocity_W_m_s = Eigen::Vector2d::Zero();  ///< in the step before
   double heading_rad = 0.0;                                  ///< ψ, + to the left
-  /// φ of the gait, left foot at 0; not wrapped. When an agent joins or its state is set, φ is
-  /// lifted by turns to less than π from its group's mean (joining) or from what it was.
+  /// φ of the gait, left foot at 0; not wrapped. When agents join a group or its rules change, its
+  /// phases are lifted by turns to within π of their circular mean; when a state is set, to within
+  /// π of what it was.
   double phase_rad = 0.0;
   double length = 0.0;                ///< μ in the step before; steps are 1 + μ as long
   double phase_rate_rad_s = kNone;    ///< φ̇ at the step before; none: just begun
   double heading_rate_rad_s = kNone;  ///< the same of ψ̇
   double smoothed_error_m = 0.0;      ///< ε of rule I's low-pass
+  /// 10: inside of others, or stepping back; less by one from neighbour to neighbour, who make
+  /// room.
+  static constexpr int kMostPressed = 10;
+  int pressed = 0;
 };
 
 /// What is given to it.

@@ -22,10 +22,9 @@ inline double shared_limit(double gap_m, double headway_s, double mean_m_s) {
   return h + (m > -h ? m : -h);
 }
 
-/// The same where the other does not yield and goes at `other_m_s` along n; at least zero.
+/// The same where the other does not yield and goes at `other_m_s` along n. Below zero: step back.
 inline double lone_limit(double gap_m, double headway_s, double other_m_s) {
-  const double limit = (gap_m > 0.0 ? gap_m / headway_s : 0.0) + other_m_s;
-  return limit > 0.0 ? limit : 0.0;
+  return (gap_m > 0.0 ? gap_m / headway_s : 0.0) + other_m_s;
 }
 
 /// The velocity within all bounds that is nearest to the wish; never faster than the wish.

@@ -1,6 +1,8 @@
 // Who is coupled to whom in a step, and what the couplings ask of each.
 #include <algorithm>
 #include <cmath>
+#include <span>
+#include <utility>
 
 #include "common/math/circle.h"
 #include "nodes/crowd/engine/crowd_impl.h"
@@ -66,6 +68,10 @@ void Crowd::Impl::prepare(GroupRows& g) {
   if (!g.changed) return;
   g.changed = false;
   g.summed = false;
+  if (std::exchange(g.lift, false)) {
+    lift_phases(std::span(table.phase)
+                    .subspan(static_cast<std::size_t>(g.first), static_cast<std::size_t>(g.count)));
+  }
   g.members.clear();
   g.mixed = false;
   g.summed_rows = 0;

@@ -19,14 +19,6 @@ double fastest(const Table& t, int first, int count) {
   return count > 0 ? *std::max_element(begin, begin + count) : 0.0;
 }
 
-/// Linear mean of the phases of rows, `otherwise` if there are none.
-double mean_phase(const Table& t, int first, int count, double otherwise) {
-  if (count == 0) return otherwise;
-  double sum = 0.0;
-  for (int i = first; i < first + count; ++i) sum += t.phase[static_cast<std::size_t>(i)];
-  return sum / count;
-}
-
 }  // namespace
 
 Crowd::Crowd(const CrowdSettings& settings) {
@@ -72,9 +64,7 @@ void Crowd::set_rules(int group, const Rules& rules) {
   changed.changed = true;
   if (g.count > 0) impl_->prepare(changed);
   g = std::move(changed);
-  // Turns that phases went ahead of others do not count, when they begin to be compared.
-  const auto first = static_cast<std::size_t>(g.first), count = static_cast<std::size_t>(g.count);
-  lift_phases(std::span(impl_->table.phase).subspan(first, count));
+  g.lift = true;
 }
 
 void Crowd::set_gait(int group, const SpeedFunction& gait) {
@@ -120,12 +110,10 @@ void Crowd::add(int group, std::span<const Agent> agents) {
                   g.count + static_cast<double>(sorted.size()) + g.outside.count, omega,
                   name_of(group));
   if (sorted.empty()) return;
-  const double reference = mean_phase(table, g.first, g.count, sorted[0].state.phase_rad);
-  for (Agent& a : sorted) a.state.phase_rad = nearest_turn(a.state.phase_rad, reference);
   table.merge(g.first, g.count, sorted);
   const int more = static_cast<int>(sorted.size());
   g.count += more;
-  g.changed = true;
+  g.changed = g.lift = true;
   for (auto after = static_cast<std::size_t>(group) + 1; after < impl_->groups.size(); ++after) {
     impl_->groups[after].first += more;
     impl_->groups[after].changed = true;

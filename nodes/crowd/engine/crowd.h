@@ -42,8 +42,9 @@ struct AvoidSettings {
   dmp::NavigationParams navigation{};  ///< all but the goal's gain, which is the heading rule's
   double reach_m = 5.0;                ///< others further away are not seen
   double headway_s = 0.3;              ///< gaps close at most as exp(−t/headway)
-  double separate_m_s = 0.3;           ///< how fast agents who begin in each other leave
-  double arrive_m = 0.5;               ///< goal: slower within this distance
+  double separate_m_s =
+      0.5;                ///< how fast agents who begin in each other leave, and others make room
+  double arrive_m = 0.5;  ///< goal: slower within this distance
 };
 
 struct CrowdSettings {

@@ -19,6 +19,7 @@ struct GroupRows {
   GroupSums outside{};
   // Made anew when members or rules change.
   bool changed = true;
+  bool lift = true;            // phases are compared for the first time
   bool mixed = false;          // not all are own
   int summed_rows = 0;         // own and external
   int leader_row = -1;         // the first of them
@@ -75,7 +76,7 @@ struct Crowd::Impl {
   /// Velocities within bounds, and the step of who avoids.
   void part_all(parallel::Team* team);
   void part_row(int grid_row);
-  void part(int place, Contacts& contacts);
+  void part(std::size_t place, Contacts& contacts);
   Eigen::Vector2d parted(std::size_t place, const Eigen::Vector2d& wish, Contacts& contacts);
   void walk_group(GroupRows& group, const WalkField& field, parallel::Team* team);
 };

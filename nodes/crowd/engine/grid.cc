@@ -15,6 +15,7 @@ void Grid::build(const Table& t, const std::vector<std::uint8_t>& avoids, double
   for (auto* column : {&x, &y}) column->resize(n + kPad);
   for (auto* column : {&vx, &vy, &radius}) column->resize(n + kPad);
   yields.resize(n + kPad);
+  pressed.resize(n + kPad);
   row.resize(n + kPad);
   const double per = 1.0 / cell_m;
   for (std::size_t i = 0; i < n; ++i) {
@@ -34,6 +35,7 @@ void Grid::build(const Table& t, const std::vector<std::uint8_t>& avoids, double
     radius[to] = t.radius[i];
     const Role role = t.role[i];
     yields[to] = role == Role::own ? avoids[i] : crowd::yields(role);
+    pressed[to] = t.pressed[i];
     row[to] = static_cast<int>(i);
     largest = std::max(largest, t.radius[i]);
     fastest = std::max(fastest, t.vx[i] * t.vx[i] + t.vy[i] * t.vy[i]);

@@ -27,6 +27,7 @@ class Grid {
   std::vector<double> x, y;
   std::vector<float> vx, vy, radius;
   std::vector<std::uint8_t> yields;  ///< takes half of what is needed to keep apart
+  std::vector<std::uint8_t> pressed;
   std::vector<int> row;
 
   /// @param avoids  by row: of a group that avoids

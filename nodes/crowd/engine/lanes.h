@@ -3,6 +3,9 @@
 #include <cmath>
 #include <cstdint>
 
+// For what holds such loops: it becomes part of its caller, and so of the instruction set of that.
+#define MIMESIS_PART __attribute__((always_inline)) inline
+
 namespace mimesis::crowd {
 
 // Functions of one lane of the vector registers: no branch, nothing called but sqrt, every

@@ -1,5 +1,7 @@
 #include "nodes/crowd/engine/table.h"
 
+#include <algorithm>
+
 namespace mimesis::crowd {
 
 GroupSums operator+(const GroupSums& a, const GroupSums& b) {
@@ -18,8 +20,8 @@ std::size_t Table::bytes_per_row() const {
 Agent Table::get(int row) const {
   const auto i = static_cast<std::size_t>(row);
   Agent a{id[i], role[i], {}, {}};
-  a.state = {{x[i], y[i]}, {vx[i], vy[i]}, heading[i],      phase[i],
-             length[i],    phase_rate[i],  heading_rate[i], smoothed[i]};
+  a.state = {{x[i], y[i]},  {vx[i], vy[i]},  heading[i],  phase[i],  length[i],
+             phase_rate[i], heading_rate[i], smoothed[i], pressed[i]};
   a.traits = {omega[i], stride[i], radius[i], place[i], lane[i], {goal_x[i], goal_y[i]}};
   return a;
 }
@@ -43,6 +45,7 @@ void Table::set_state(int row, const AgentState& s) {
   length[i] = static_cast<float>(s.length);
   phase_rate[i] = s.phase_rate_rad_s;
   heading_rate[i] = s.heading_rate_rad_s;
+  pressed[i] = static_cast<std::uint8_t>(std::clamp(s.pressed, 0, AgentState::kMostPressed));
   smoothed[i] = s.smoothed_error_m;
 }
 

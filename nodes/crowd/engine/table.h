@@ -16,6 +16,7 @@ struct Table {
   std::vector<float> vx, vy, length;
   std::vector<double> phase_rate, heading_rate;
   std::vector<double> smoothed;
+  std::vector<std::uint8_t> pressed;
   // traits
   std::vector<double> omega, place, lane, goal_x, goal_y;
   std::vector<float> stride, radius;
@@ -25,7 +26,8 @@ struct Table {
   template <class F>
   static void for_each_column(Table& t, F&& f) {
     f(t.id), f(t.role), f(t.x), f(t.y), f(t.heading), f(t.phase), f(t.vx), f(t.vy), f(t.length);
-    f(t.phase_rate), f(t.heading_rate), f(t.smoothed), f(t.omega), f(t.place), f(t.lane);
+    f(t.phase_rate), f(t.heading_rate), f(t.smoothed), f(t.pressed), f(t.omega), f(t.place),
+        f(t.lane);
     f(t.goal_x), f(t.goal_y), f(t.stride), f(t.radius);
   }
   std::size_t bytes_per_row() const;
