@@ -1,4 +1,6 @@
-// Rule I behind a low-pass: the bound α > √(m_d g_max λ_max) [M10].
+// Rule I behind a low-pass. [M10] filters without normalising, ż = −α z + G and φ̇ = −m L z, and has
+// the bound α > √(m g_max λ_max). Rule I's filter has gain one: its m_d is m / α, its bound
+// α > m_d g_max λ_max.
 #include <algorithm>
 #include <cmath>
 #include <random>
@@ -18,28 +20,34 @@ using reproduce::near;
 using reproduce::Report;
 using PlotDir = std::optional<std::filesystem::path>;
 
-constexpr double kMean_m_rad = 0.2, kDt_s = 0.01, kUntil_s = 80.0;
+constexpr double kMean_m_rad = 0.2, kOmega = 6.0, kDt_s = 0.01, kUntil_s = 80.0;
 constexpr double kFactors[] = {0.05, 0.1, 0.25, 1.0, 2.0};
 
 struct Case {
   Topology topology;
   int n;
-  double amplitude;       ///< of g
-  double gain_1_s = 0.5;  ///< m_d ⟨g⟩
+  double amplitude;  ///< of g
 };
 
+double most_lambda(const Case& c) {
+  return c.topology == Topology::all_to_all
+             ? c.n
+             : 2.0 * (1.0 - std::cos(math::kTwoPi * (c.n / 2) / c.n));
+}
+
+/// m ⟨g⟩ [1/s²] with which the fastest mode swings at √(m⟨g⟩λ_max) = ω, half as fast as g: behind a
+/// slow low-pass the gait pumps it.
+double gain_of(const Case& c) { return kOmega * kOmega / most_lambda(c); }
+
 double bound_of(const Case& c) {
-  const double lambda = c.topology == Topology::all_to_all
-                            ? c.n
-                            : 2.0 * (1.0 - std::cos(math::kTwoPi * (c.n / 2) / c.n));
-  return std::sqrt(c.gain_1_s * (1.0 + c.amplitude) * lambda);
+  return std::sqrt(gain_of(c) * (1.0 + c.amplitude) * most_lambda(c));
 }
 
 FrequencyRun make(const Case& c, double alpha) {
   FrequencyRun run{CouplingGraph::make(c.topology, c.n),
-                   {.gain_rad_m_s = c.gain_1_s / kMean_m_rad, .low_pass_rad_s = alpha},
+                   {.gain_rad_m_s = gain_of(c) / kMean_m_rad / alpha, .low_pass_rad_s = alpha},
                    gait_of(kMean_m_rad, c.amplitude),
-                   6.0,
+                   kOmega,
                    {}};
   for (int i = 0; i < c.n; ++i) run.place_m.push_back(-i * math::kTwoPi * kMean_m_rad);
   return run;
@@ -87,8 +95,7 @@ Report low_pass(const PlotDir& dir) {
   Report report;
   const auto name_of = [](const Case& c) {
     std::ostringstream s;
-    s << to_string(c.topology) << " of " << c.n << ", g ± " << 100.0 * c.amplitude
-      << " %, m_d⟨g⟩ = " << c.gain_1_s << "/s: ";
+    s << to_string(c.topology) << " of " << c.n << ", g ± " << 100.0 * c.amplitude << " %: ";
     return s.str();
   };
   const auto share = [&](const Case& c, double factor, double expected) {
@@ -102,19 +109,14 @@ Report low_pass(const PlotDir& dir) {
                         {Topology::all_to_all, 8, 0.3},
                         {Topology::ring, 8, 0.8},
                         {Topology::ring, 10, 0.3}}) {
-    const Seen at_bound = share(c, 1.0, 1.0);
-    share(c, 2.0, 1.0);
     share(c, 0.05, 0.0);
-    report.rows.push_back(
-        reproduce::at_least(name_of(c) + "time at 0.25 × bound / time at the bound",
-                            formed(c, 0.25).time_s / at_bound.time_s, 1.0, "1",
-                            "below the bound nothing is promised; it swings for long, at α/2"));
+    share(c, 0.1, 0.0);
+    if (c.topology == Topology::all_to_all && c.amplitude > 0.5) share(c, 0.25, 0.0);
+    const Seen at_bound = share(c, 1.0, 1.0), above = share(c, 2.0, 1.0);
+    report.rows.push_back(reproduce::at_least(
+        name_of(c) + "time at 2 × bound / time at the bound", above.time_s / at_bound.time_s, 1.0,
+        "1", "a weak filter is slow too, as m_d = m/α; nothing is printed"));
   }
-  // The swing at √(α m_d ⟨g⟩ λ) is half as fast as g's: the gait pumps it.
-  const Case strong{Topology::all_to_all, 8, 0.8, 2.8};
-  share(strong, 0.25, 0.0);
-  share(strong, 1.0, 1.0);
-  share(strong, 2.0, 1.0);
   if (dir) {
     std::vector<Data> data;
     std::string curves;
@@ -124,23 +126,28 @@ Report low_pass(const PlotDir& dir) {
       std::mt19937_64 draw(17);
       FrequencyRun::State x = start(run, draw);
       Data d{"d" + std::to_string(data.size()), {}};
-      for (double t = 0.0; t < kUntil_s; t += kDt_s) {
-        d.rows.push_back({t, run.error_m(x)});
-        run.step(x, kDt_s);
+      const auto per_cycle = static_cast<int>(math::kTwoPi / kOmega / kDt_s);
+      for (double t = 0.0; t < kUntil_s;) {
+        double most = 0.0;
+        for (int n = 0; n < per_cycle; ++n, t += kDt_s) {
+          run.step(x, kDt_s);
+          most = std::max(most, run.error_m(x));
+        }
+        d.rows.push_back({t, most});
       }
       std::ostringstream title;
       title << "α = " << factor << " × bound";
-      curves += (data.empty() ? "plot $" : ", $") + d.name + " with lines lw 1.3 lc " +
+      curves += (data.empty() ? "plot $" : ", $") + d.name + " with lines lw 1.8 lc " +
                 std::to_string(data.size() + 1) + " title '" + title.str() + "'";
       data.push_back(std::move(d));
     }
     report.plots.push_back(*dir / "low-pass.png");
     reproduce::plot_png(
         report.plots.back(), 900, 500, data,
-        "set title 'Rule I behind a low-pass, all-to-all of 5, g ± 80 %; bound √(m_d "
+        "set title 'Rule I behind a low-pass, all-to-all of 5, g ± 80 %; bound √(m "
         "g_max λ_max)'\nset grid\nset logscale y\nset format y '%.0e'\n"
         "set yrange [1e-5:3]\nset xlabel 'time [s]'\n"
-        "set ylabel 'formation error [m]'\nset key outside right\n" +
+        "set ylabel 'largest formation error of a cycle [m]'\nset key outside right\n" +
             curves);
   }
   return report;

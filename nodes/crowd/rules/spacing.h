@@ -33,7 +33,8 @@ inline double frequency_change(const FrequencyRule& rule, double error_m) {
   return -rule.gain_rad_m_s * saturate(error_m, rule.saturation_m);
 }
 
-/// ε̇ = α (e − ε) of the low-pass of rule I [M10]; [m/s].
+/// ε̇ = α (e − ε) of the low-pass of rule I; [m/s]. [M10] filters with gain 1/α: its m is our m_d α,
+/// its bound α > √(m g_max λ_max) is α > m_d g_max λ_max.
 inline double low_pass_rate(const FrequencyRule& rule, double filtered_m, double error_m) {
   return rule.low_pass_rad_s * (error_m - filtered_m);
 }
