@@ -5,6 +5,7 @@
 #include "common/error.h"
 #include "common/runtime/param_reader.h"
 #include "common/runtime/suggest.h"
+#include "common/runtime/value_text.h"
 
 namespace mimesis::runtime {
 namespace {
@@ -59,21 +60,45 @@ void ParamSource::read(std::string_view owner, const VisitParams& visit) const {
   reader.finish();
 }
 
-std::string find_model_file(const std::string& file) {
+Place ParamSource::place_of(std::string_view path) const {
+  for (const auto& [key, text] : sets_) {
+    if (key == path) return {"--set"};
+  }
+  const Yaml* at = section_ != nullptr ? section_ : &document_;
+  for (std::size_t begin = 0; begin < path.size();) {
+    const std::size_t end = std::min(path.find('.', begin), path.size());
+    const std::string key(path.substr(begin, end - begin));
+    const Yaml* next = at->find(key);
+    if (at->kind == Yaml::Kind::sequence) {
+      const auto index = to_int(key);
+      const bool there =
+          index && *index >= 0 && static_cast<std::size_t>(*index) < at->items.size();
+      if (there) next = &at->items[static_cast<std::size_t>(*index)];
+    }
+    if (next == nullptr) break;
+    at = next;
+    begin = end + 1;
+  }
+  return at->place;
+}
+
+std::string find_project_file(const std::string& folder, const std::string& file) {
   std::error_code ignored;
   if (fs::exists(file, ignored)) return file;
   const fs::path name(file);
   std::string searched = fs::current_path(ignored).string();
   if (name.is_relative()) {
     const fs::path program = fs::read_symlink("/proc/self/exe", ignored);
-    for (const fs::path& folder : {fs::path(MIMESIS_SOURCE_DIR) / "models",
-                                   program.parent_path().parent_path() / "share/mimesis/models"}) {
-      if (fs::exists(folder / name, ignored)) return (folder / name).string();
-      searched += ", " + folder.string();
+    for (const fs::path& place : {fs::path(MIMESIS_SOURCE_DIR) / folder,
+                                  program.parent_path().parent_path() / "share/mimesis" / folder}) {
+      if (fs::exists(place / name, ignored)) return (place / name).string();
+      searched += ", " + place.string();
     }
   }
   throw ConfigError(file + ": no such file" + (name.is_relative() ? " in " + searched : ""));
 }
+
+std::string find_model_file(const std::string& file) { return find_project_file("models", file); }
 
 void load_params(const std::string& file, const VisitParams& visit) {
   ParamSource(find_model_file(file), {}, {}).read("", visit);

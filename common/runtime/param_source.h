@@ -35,6 +35,10 @@ class ParamSource {
   /// choices.
   void read(std::string_view owner, const VisitParams& visit) const;
 
+  /// Where the value of "groups.0.count" was written, or the nearest around it: for mistakes that
+  /// show only when all values are known.
+  Place place_of(std::string_view path) const;
+
   ParamSource(const ParamSource&) = delete;
   ParamSource& operator=(const ParamSource&) = delete;
 
@@ -55,9 +59,10 @@ std::vector<std::string> flat_params(const VisitParams& visit);
 /// One line per parameter for --help: "k_1_s  0.5  [0.001, 10]".
 std::string describe_params(const VisitParams& visit);
 
-/// Path of a file named in a parameter: as given, else in the project's models/ (source tree, or
-/// share/mimesis/models beside the program's bin/). @throws ConfigError that names the places
-/// searched.
+/// Path of a file named in a parameter: as given, else in this folder of the project (source tree,
+/// or share/mimesis beside the program's bin/). @throws ConfigError that names the places searched.
+std::string find_project_file(const std::string& folder, const std::string& file);
+/// The same in models/.
 std::string find_model_file(const std::string& file);
 
 }  // namespace mimesis::runtime

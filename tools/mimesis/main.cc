@@ -23,6 +23,7 @@ int main(int argc, char** argv) {
   mimesis::tool::add_topic(program, exit_code);
   mimesis::tool::add_node(program, exit_code);
   mimesis::tool::add_log(program, exit_code);
+  mimesis::tool::add_crowd(program, exit_code);
   mimesis::tool::add_demix(program, exit_code);
   mimesis::tool::add_reproduce(program, exit_code);
 #ifdef MIMESIS_HAS_WALK_TRIALS

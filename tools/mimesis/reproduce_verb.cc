@@ -16,6 +16,7 @@
 #include "common/reproduce/figure.h"
 #include "common/runtime/suggest.h"
 #include "nodes/cognition/figures/figures.h"
+#include "nodes/crowd/figures/figures.h"
 #include "nodes/synthesizer/figures/figures.h"
 #include "nodes/walker/figures/figures.h"
 #include "tools/mimesis/number_check.h"
@@ -40,6 +41,7 @@ std::vector<Figure> all_figures() {
   std::ranges::move(cognition::figures(), std::back_inserter(all));
   std::ranges::move(synthesizer::figures(), std::back_inserter(all));
   std::ranges::move(walker::figures(), std::back_inserter(all));
+  std::ranges::move(crowd::figures(), std::back_inserter(all));
   std::ranges::move(walk::figures(), std::back_inserter(all));
   std::ranges::move(walk::films(), std::back_inserter(all));
   return all;

@@ -41,7 +41,7 @@ class OscillatorNetwork {
   Eigen::Vector2d state(int i) const { return x_.col(i); }
   /// Θxᵢ, near the unit circle.
   Eigen::Vector2d circle(int i) const { return kinds_[std::size_t(i)].to_circle(x_.col(i)); }
-  double phase(int i) const { return phase_of(circle(i)); }  ///< [0, 2π)
+  double phase(int i) const { return dmp::phase_of(circle(i)); }  ///< [0, 2π)
 
  private:
   using States = Eigen::Matrix<double, 2, Eigen::Dynamic, 0, 2, kMost>;

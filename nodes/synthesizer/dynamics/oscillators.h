@@ -1,9 +1,12 @@
 #pragma once
 #include <Eigen/Core>
 #include <cmath>
-#include <numbers>
+
+#include "common/dmp/andronov_hopf.h"
 
 namespace mimesis::synthesizer {
+
+using dmp::AndronovHopf;
 
 /// Van der Pol oscillator [M18 eq. 3.11]: ẍ + ν (x² − ρ) ẋ + ω₀² x = input. State (x, ẋ). For
 /// small νρ/ω₀ its limit cycle has amplitude 2√ρ and frequency ω₀ (1 − (νρ/ω₀)²/16).
@@ -30,27 +33,6 @@ struct VanDerPol {
     return {0.0, y[1] - x[1]};
   }
 };
-
-/// Andronov-Hopf oscillator [M18 eq. 3.16]; its limit cycle is the unit circle, attracting as
-/// r(t) = (1 + (1/r₀² − 1) e^{−2t})^{−1/2}, its phase runs at ω whatever r is.
-struct AndronovHopf {
-  double omega_rad_s = 6.0;  ///< ω
-
-  Eigen::Vector2d rate(const Eigen::Vector2d& x) const {
-    const double grow = 1.0 - x.squaredNorm();
-    return {grow * x[0] - omega_rad_s * x[1], grow * x[1] + omega_rad_s * x[0]};
-  }
-  static Eigen::Vector2d to_circle(const Eigen::Vector2d& x) { return x; }
-  static Eigen::Vector2d from_circle(const Eigen::Vector2d& u) { return u; }
-  /// Diffusive coupling [eq. 3.18].
-  static Eigen::Vector2d pull(const Eigen::Vector2d& x, const Eigen::Vector2d& y) { return y - x; }
-};
-
-/// The phase that belongs to a point u of the (scaled) phase plane, [0, 2π).
-inline double phase_of(const Eigen::Vector2d& u) {
-  const double phase = std::atan2(u[1], u[0]);
-  return phase < 0.0 ? phase + 2.0 * std::numbers::pi : phase;
-}
 
 /// s₀ = cos(φ/2), φ in [0, 2π): the non-periodic source, locked to a leading oscillator
 /// [M18 fig. 3.19].

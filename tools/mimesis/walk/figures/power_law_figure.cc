@@ -4,19 +4,19 @@
 #include <cmath>
 #include <numbers>
 
+#include "common/dmp/power_law.h"
 #include "common/reproduce/gnuplot.h"
-#include "nodes/walker/paths/power_law.h"
 #include "tools/mimesis/walk/figures/list.h"
 #include "tools/mimesis/walk/trial.h"
 
 namespace mimesis::walk {
 namespace {
 
+using dmp::PowerLawField;
 using Eigen::Vector2d;
 using reproduce::at_most;
 using reproduce::near;
 using reproduce::Report;
-using walker::PowerLawField;
 
 constexpr double kRunIn_s = 6.0;  // from standing to walking along the path
 /// Large and slow enough that no law asks for more than the robot turns or walks.

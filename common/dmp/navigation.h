@@ -1,0 +1,49 @@
+#pragma once
+#include <Eigen/Core>
+#include <span>
+
+namespace mimesis::dmp {
+
+/// Who moves on the ground: a character, or an obstacle with speed zero. W: world, z up.
+struct Pedestrian {
+  Eigen::Vector2d position_W_m = Eigen::Vector2d::Zero();
+  double heading_rad = 0.0;  ///< φ, + to the left
+  double speed_m_s = 0.0;
+};
+
+/// Constants of the heading dynamics. Angles are wrapped before they enter.
+struct NavigationParams {
+  double goal_1_s = 1.0;          ///< strength of eq. 3.25
+  double avoid_1_s = 2.0;         ///< of eq. 3.26
+  double predict_1_s = 2.0;       ///< of eq. 3.27
+  double sigma_angle_rad = 0.6;   ///< σ_φ
+  double sigma_distance_m = 0.8;  ///< σ_d
+  /// Predicted collisions count less the further ahead they are: exp(−t/horizon).
+  double horizon_s = 3.0;
+  /// Two who meet head on are exactly between left and right, where the sines are zero: everybody
+  /// takes the other to stand this much to the left, and passes on the right.
+  double keep_right_rad = 0.1;
+};
+
+/// Closest approach of two walkers who go straight on.
+struct ClosestApproach {
+  bool ahead = false;          ///< false: in the past, or they keep their distance
+  double time_s = 0.0;         ///< until then
+  double distance_m = 0.0;     ///< between them then
+  double direction_rad = 0.0;  ///< from `self` now to where `other` is then
+};
+ClosestApproach closest_approach(const Pedestrian& self, const Pedestrian& other);
+
+/// sin(φ_goal − φ) [M18 eq. 3.25]; at the goal 0.
+double goal_term(const Pedestrian& self, const Eigen::Vector2d& goal_W_m);
+/// sin(φ − φᵢⱼ) exp(−(φᵢⱼ − φ)²/2σ_φ²) exp(−dᵢⱼ²/2σ_d²) [M18 eq. 3.26]: away from the other.
+double avoidance_term(const Pedestrian& self, const Pedestrian& other, const NavigationParams& p);
+/// The same of the closest approach [M18 eq. 3.27], with d the distance at which they would pass:
+/// so it acts early, and not where they would miss each other anyway.
+double prediction_term(const Pedestrian& self, const Pedestrian& other, const NavigationParams& p);
+
+/// dφ/dt [rad/s, M18 eq. 3.24]. `others` may contain obstacles. O(others), does not allocate.
+double heading_rate(const Pedestrian& self, const Eigen::Vector2d& goal_W_m,
+                    std::span<const Pedestrian> others, const NavigationParams& p = {});
+
+}  // namespace mimesis::dmp

@@ -1,0 +1,72 @@
+#pragma once
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "nodes/crowd/certificate/spectrum.h"
+#include "nodes/crowd/gait/speed_function.h"
+#include "nodes/crowd/rules/rules.h"
+
+namespace mimesis::crowd {
+
+enum class Guarantee {
+  off,          ///< the rule is not in force
+  none,         ///< nothing is known, or it diverges
+  contracting,  ///< converges exponentially, at least at `guaranteed_1_s`
+};
+const char* to_string(Guarantee guarantee);
+
+/// What contraction theory says about one rule in one group. Rates are those of differences between
+/// agents (of angles, of distances to places).
+struct RuleCertificate {
+  Guarantee guarantee = Guarantee::off;
+  double guaranteed_1_s = 0.0;  ///< bound from below on the rate; 0 unless contracting
+  double expected_1_s = 0.0;    ///< rate near the goal, averaged over a gait cycle
+  double within = 0.0;          ///< the bound holds for errors up to this [m or rad]; 0: all
+  double overshoot = 1.0;       ///< factor by which differences may grow before they decay [1]
+  Extremes extremes{};          ///< of the coupling graph, if there is one
+  double theorem6 = 0.0;  ///< ζ² + η² of graph and gait, rules I and II; below 1: no overshoot
+  std::optional<int>
+      largest_agents{};               ///< that meet theorem 6 with this graph; nothing: any number
+  std::string why;                    ///< one sentence
+  std::vector<std::string> change{};  ///< what would make it better; none: nothing needs to
+};
+
+struct Certificate {
+  int agents = 0;
+  RuleCertificate frequency, length, phase, tracking, heading;  ///< tracking: to the leader
+  /// Distances between agents oscillate by up to this after convergence: rule I while phases
+  /// differ, as g(φᵢ) differ [M18 4.4.2, 2]. 0: none.
+  double residual_m = 0.0;
+  std::vector<std::string> notes{};  ///< on rules that act together
+
+  /// Every rule in force is contracting.
+  bool holds() const;
+  /// The slowest guaranteed rate of the rules in force, that of the whole hierarchy [M18 4.4.2, 3];
+  /// nothing if there are none or one has no guarantee.
+  std::optional<double> rate_1_s() const;
+};
+
+/// How the group to be certified walks.
+struct GaitRange {
+  SpeedFunction gait;
+  double eigenfrequency_rad_s = 0.0;  ///< ω
+  double spread_rad_s = 0.0;          ///< eigenfrequencies within ω ± this
+  double beat_gain_1_s = 0.0;         ///< α to a rhythm from outside, that leads all n; 0: none
+};
+
+/// What n agents with these rules are guaranteed, at which rate, how many there may be at most, and
+/// what to change. Never throws: a graph that does not exist or is not connected is a guarantee of
+/// `none` with the reason. n < 2: nothing to agree on.
+Certificate certify(const Rules& rules, int n, const GaitRange& gait);
+
+/// Time after which no agent of a group with rules II and III, and IV or keep, is farther than
+/// `tolerance_m` from its place relative to any other, from every start of phases and from places
+/// that are off by up to `error_m` (max − min of z − d) and lanes by `lane_m`: a bound, long before
+/// which the formation stands. Nothing without rules II and III contracting, or where `tolerance_m`
+/// is not positive.
+std::optional<double> formation_time_s(const Certificate& certificate, const Rules& rules,
+                                       const GaitRange& gait, double error_m, double lane_m,
+                                       double tolerance_m);
+
+}  // namespace mimesis::crowd

@@ -1,0 +1,60 @@
+#pragma once
+#include <optional>
+
+#include "nodes/crowd/graph/coupling_graph.h"
+
+namespace mimesis::crowd {
+
+// Contraction of φ̇ = −m L G(φ), m > 0, on the complement of synchrony: its Jacobian there is
+// −m Λ D̃, Λ the eigenvalues of L but the zero, D̃ that of D = diag(g(φᵢ)) [M18 4.4.2, B.3].
+//
+// In the Euclidean norm Λ D̃ + D̃ Λ > 0 is wanted. Known by the ranges of both alone, that holds if
+// ζ² + η² < 1 (theorem 6), with α = λ⁺/λ_max and β = g_min/g_max. This limits topology and N.
+//
+// In the constant metric Λ⁻¹, which eq. 4.9 of [M18] allows, the Jacobian is −m Λ^½ D̃ Λ^½:
+// symmetric, at most −m g_min λ⁺. So for every connected graph and every g > 0 differences decay at
+// least at m g_min λ⁺; where theorem 6 does not hold they may first grow, by √(λ_max/λ⁺) at most.
+
+/// (1 − r)/(1 + r): ζ of α, η of β.
+inline double half_range(double ratio) { return (1.0 - ratio) / (1.0 + ratio); }
+
+/// ζ² + η² [M18 B.10]: below 1 the anticommutator is positive definite, whatever the eigenvectors;
+/// at and above 1 there are eigenvectors for which it is not (theorem 6). For a Laplacian and a
+/// diagonal D the condition is sufficient only.
+double theorem6_sum(double alpha, double beta);
+/// β > (1 − α)/(1 + α) [M18 B.13], narrower.
+bool weak_condition(double alpha, double beta);
+/// β > ((1 − α)/(1 + 3α))² or the same with both exchanged [M18 B.18, B.19], in between.
+bool stronger_condition(double alpha, double beta);
+
+/// Least eigenvalue of (AB + BA)/2 that spectra of A and B in these ranges allow (0 < least <=
+/// most); attained by some pair of 2×2 matrices. With centres a, b and half ranges ζ, η:
+///   a b (1 − ζ)(1 − η)      if ζ + η <= 1,
+///   a b (1 − ζ² − η²)/2     otherwise; its sign is that of theorem 6.
+/// From (Au, Bu) >= min (p, q) over |p − u| <= ζ, |q − u| <= η, |u| = 1. The 45 degrees of
+/// [M18 B.3.1] give a b (1 − √(ζ² + η²)), which is larger except on the boundary.
+double least_anticommutator(double a_least, double a_most, double b_least, double b_most);
+
+/// Condition on the topology and the gait, for `largest_agents`.
+enum class Condition { theorem6, weak };
+
+/// Largest N whose graph of this kind meets the condition with β = g_min/g_max; at least 2, a ring
+/// 3, a wheel 4, which are all-to-all. Nothing if every N does. @pre 0 < beta <= 1, named topology
+std::optional<int> largest_agents(Topology topology, double beta, Condition condition);
+
+/// Bound from above on β: the least β = g_min/g_max with which a graph of this α meets theorem 6.
+double least_gait_ratio(double alpha);
+
+/// Contraction with the low-pass ε̇ = α_f (L G(φ) − ε), φ̇ = −m ε: in the coordinates of [M10] and
+/// the metric Λ⁻¹ the symmetric Jacobian falls into two blocks, −m S and −(α_f − m S) with
+/// S = Λ^½ D̃ Λ^½, for every graph (in the Euclidean norm, as printed, for all-to-all alone). Hence
+/// min (m g_min λ⁺, α_f − m g_max λ_max); positive if α_f > m g_max λ_max. [M10] writes
+/// ż = −α z + G, φ̇ = −m' L z: with its m' = m α_f this is its bound α > √(m' g_max λ_max).
+double low_pass_rate(double m, double low_pass_rad_s, double g_least, double g_most,
+                     double lambda_least, double lambda_most);
+
+/// Slowest mode of the same with constant g, from s = m g λ⁺, the rate without low-pass:
+/// (α/2)(1 − √(1 − 4 s/α)), or α/2 where it oscillates. [1/s]
+double low_pass_mode_rate(double low_pass_rad_s, double slope_1_s);
+
+}  // namespace mimesis::crowd

@@ -1,0 +1,62 @@
+#include "nodes/crowd/certificate/monitor.h"
+
+#include <utility>
+
+namespace mimesis::crowd {
+namespace {
+
+// Bands in which errors decay exponentially: linear above rounding and single precision states.
+constexpr double kLeastR = 1e-6, kMostR = 3e-2;
+constexpr double kLeast_rad = 1e-5, kMost_rad = 0.1;
+constexpr double kLeast_m = 1e-3, kMost_m = 1.0;
+
+RuleReport beside(const RuleCertificate& c, const RateFit& fit) {
+  return {c.guarantee, c.guaranteed_1_s, c.expected_1_s, fit.rate_1_s()};
+}
+
+}  // namespace
+
+Monitor::Monitor()
+    : void_reason_("not certified"),
+      phase_(kLeastR, kMostR),
+      tracking_(kLeast_rad, kMost_rad),
+      spacing_(kLeast_m, kMost_m),
+      heading_(kLeast_rad, kMost_rad) {}
+
+void Monitor::certify(Certificate certificate) {
+  certificate_ = std::move(certificate);
+  valid_ = true;
+  void_reason_.clear();
+  disturbed();
+}
+
+void Monitor::void_by(std::string reason) {
+  valid_ = false;
+  void_reason_ = std::move(reason);
+}
+
+void Monitor::disturbed() {
+  for (RateFit* fit : {&phase_, &tracking_, &spacing_, &heading_}) fit->restart();
+}
+
+void Monitor::step(double t_s, const GroupErrors& errors) {
+  phase_.add(t_s, errors.dispersion);
+  tracking_.add(t_s, errors.tracking_rad);
+  spacing_.add(t_s, errors.spacing_m);
+  heading_.add(t_s, errors.heading_rad);
+}
+
+MonitorReport Monitor::report() const {
+  MonitorReport r;
+  r.valid = valid_;
+  r.void_reason = void_reason_;
+  r.agents = certificate_.agents;
+  r.phase = beside(certificate_.phase, phase_);
+  r.tracking = beside(certificate_.tracking, tracking_);
+  const bool by_length = certificate_.length.guarantee != Guarantee::off;
+  r.spacing = beside(by_length ? certificate_.length : certificate_.frequency, spacing_);
+  r.heading = beside(certificate_.heading, heading_);
+  return r;
+}
+
+}  // namespace mimesis::crowd

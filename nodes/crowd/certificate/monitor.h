@@ -1,0 +1,63 @@
+#pragma once
+#include <optional>
+#include <string>
+
+#include "nodes/crowd/certificate/certificate.h"
+#include "nodes/crowd/certificate/rate_fit.h"
+
+namespace mimesis::crowd {
+
+/// Errors of a group that decay if its rules converge. NaN: not measured.
+struct GroupErrors {
+  double dispersion = 0.0;    ///< R̂ of phases (of followers, if there is a leader) [1]
+  double tracking_rad = 0.0;  ///< largest |φ − φ₀|, if there is a leader
+  double spacing_m = 0.0;     ///< max − min of z − d
+  double heading_rad = 0.0;   ///< largest distance from the heading wished
+};
+
+/// Guaranteed, expected and measured side by side, of one rule.
+struct RuleReport {
+  Guarantee guarantee = Guarantee::off;
+  double guaranteed_1_s = 0.0, expected_1_s = 0.0;
+  std::optional<double> measured_1_s{};  ///< since the last disturbance, once it can be said
+  /// Measured, and slower than guaranteed by more than 5 %.
+  bool broken() const {
+    return guarantee == Guarantee::contracting && measured_1_s &&
+           *measured_1_s < 0.95 * guaranteed_1_s;
+  }
+};
+
+struct MonitorReport {
+  bool valid = false;       ///< the certificate is that of the group as it is
+  std::string void_reason;  ///< while it is not
+  int agents = 0;
+  RuleReport phase, tracking, spacing, heading;  ///< spacing: rule II, or I if that is off
+};
+
+/// Watches one group while it runs. Pure: told of time, errors and changes. Steps do not allocate.
+class Monitor {
+ public:
+  /// Without a certificate: void, "not certified".
+  Monitor();
+
+  /// A certificate of the group as it is: measures anew.
+  void certify(Certificate certificate);
+  /// Its certificate is none of the group any more: an agent left, a link broke, rules changed.
+  void void_by(std::string reason);
+  /// Somebody was pushed: the certificate holds, the measurement begins anew.
+  void disturbed();
+
+  /// @param t_s  of the simulation, increasing
+  void step(double t_s, const GroupErrors& errors);
+
+  MonitorReport report() const;
+  const Certificate& certificate() const { return certificate_; }
+
+ private:
+  Certificate certificate_;
+  bool valid_ = false;
+  std::string void_reason_;
+  RateFit phase_, tracking_, spacing_, heading_;
+};
+
+}  // namespace mimesis::crowd

@@ -1,0 +1,34 @@
+#pragma once
+#include <optional>
+
+namespace mimesis::crowd {
+
+/// Rate of an exponential decay while it is measured: least squares of log R over time, of those R
+/// that lie in a band. R of phases is the angular dispersion [M18 4.3.6], in [1e-6, 3e-2]: above,
+/// it does not decay exponentially yet, below it is rounding. O(1) a sample, does not allocate.
+class RateFit {
+ public:
+  /// 0 < least < most
+  RateFit(double least, double most) : least_(least), most_(most) {}
+
+  /// Samples in the order of time. One above the band begins anew, one below it or that is no
+  /// number is left out.
+  void add(double t_s, double value);
+  void restart();
+
+  /// Once the values have fallen by the factor e² at least, in eight samples or more [1/s]; a rate
+  /// below zero is growth, which needs as much.
+  std::optional<double> rate_1_s() const;
+  /// When the fitted line is at `value` > 0, if there is a rate [s]. At 1 it ends the offset time
+  /// before the decay [M18 4.3.6].
+  std::optional<double> reaches_s(double value) const;
+  int samples() const { return static_cast<int>(count_); }
+
+ private:
+  double least_, most_;
+  double count_ = 0.0, origin_s_ = 0.0;
+  double mean_t_ = 0.0, mean_y_ = 0.0, var_t_ = 0.0, cov_ = 0.0;  // running, of Welford
+  double first_y_ = 0.0, last_y_ = 0.0;
+};
+
+}  // namespace mimesis::crowd

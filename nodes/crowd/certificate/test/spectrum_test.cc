@@ -1,0 +1,145 @@
+#include "nodes/crowd/certificate/spectrum.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Eigenvalues>
+#include <cmath>
+#include <numbers>
+#include <random>
+
+#include "common/error.h"
+
+namespace mimesis::crowd {
+namespace {
+
+constexpr Topology kNamed[] = {Topology::chain, Topology::ring, Topology::star, Topology::wheel,
+                               Topology::all_to_all};
+
+Eigen::VectorXd by_eigen(const Eigen::MatrixXd& laplacian) {
+  return Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(laplacian, Eigen::EigenvaluesOnly)
+      .eigenvalues();
+}
+
+TEST(Spectrum, ClosedFormsAreEigenvaluesOfTheLaplacian) {
+  for (const Topology topology : kNamed) {
+    for (int n = topology == Topology::wheel ? 4 : 1; n <= 17; ++n) {
+      const CouplingGraph graph = CouplingGraph::make(topology, n);
+      const Eigen::VectorXd closed = spectrum(graph), exact = by_eigen(graph.laplacian());
+      EXPECT_LT((closed - exact).cwiseAbs().maxCoeff(), 1e-12 * (1 + n))
+          << to_string(topology) << ' ' << n;
+      if (n < 2) continue;
+      const Extremes e = extremes(graph);
+      EXPECT_NEAR(e.least, exact[1], 1e-12 * n) << to_string(topology) << ' ' << n;
+      EXPECT_NEAR(e.most, exact[n - 1], 1e-12 * n) << to_string(topology) << ' ' << n;
+      EXPECT_TRUE(e.exact);
+    }
+  }
+}
+
+TEST(Spectrum, ConnectivityOfTable41) {
+  const double pi = std::numbers::pi;
+  for (int n = 3; n <= 10; ++n) {
+    EXPECT_NEAR(extremes(Topology::star, n).least, 1.0, 1e-14);
+    EXPECT_NEAR(extremes(Topology::all_to_all, n).least, n, 1e-14);
+    EXPECT_NEAR(extremes(Topology::chain, n).least, 2 * (1 - std::cos(pi / n)), 1e-14);
+    EXPECT_NEAR(extremes(Topology::ring, n).least, 2 * (1 - std::cos(2 * pi / n)), 1e-14);
+  }
+}
+
+TEST(Spectrum, SumOfEigenvaluesIsTwiceTheLinks) {  // [M18 A.8]
+  EXPECT_NEAR(spectrum(Topology::chain, 9).sum(), 16.0, 1e-12);
+  EXPECT_NEAR(spectrum(Topology::ring, 9).sum(), 18.0, 1e-12);
+  EXPECT_NEAR(spectrum(Topology::star, 9).sum(), 16.0, 1e-12);
+  EXPECT_NEAR(spectrum(Topology::wheel, 9).sum(), 32.0, 1e-12);
+  EXPECT_NEAR(spectrum(Topology::all_to_all, 9).sum(), 72.0, 1e-12);
+}
+
+TEST(Spectrum, DisconnectedGraphHasNoConnectivity) {
+  const Edge edges[] = {{0, 1}, {2, 3}};
+  EXPECT_EQ(extremes(CouplingGraph::weighted(4, edges)).least, 0.0);
+  EXPECT_GT(extremes(CouplingGraph::weighted(4, edges)).most, 1.9);
+  EXPECT_THROW((void)spectrum(Topology::weighted, 4), ConfigError);
+  EXPECT_THROW((void)extremes(Topology::wheel, 3), ConfigError);
+}
+
+CouplingGraph random_graph(int n, double share, std::mt19937& random) {
+  std::vector<Edge> edges;
+  std::uniform_real_distribution<double> uniform(0.0, 1.0);
+  for (int i = 1; i < n; ++i) edges.push_back({i - 1, i, 0.5 + uniform(random)});
+  for (int i = 0; i < n; ++i) {
+    for (int j = i + 2; j < n; ++j) {
+      if (uniform(random) < share) edges.push_back({i, j, 0.5 + uniform(random)});
+    }
+  }
+  return CouplingGraph::weighted(n, edges);
+}
+
+TEST(Spectrum, BoundsOfLargeGraphsEncloseTheEigenvalues) {
+  std::mt19937 random(3);
+  for (const int n : {601, 640}) {
+    const CouplingGraph graph = random_graph(n, 0.01, random);
+    const Extremes bounds = extremes(graph);
+    const Eigen::VectorXd exact = by_eigen(graph.laplacian());
+    EXPECT_FALSE(bounds.exact);
+    EXPECT_GT(bounds.least, 0.0);
+    EXPECT_LE(bounds.least, exact[1]);
+    EXPECT_GE(bounds.most, exact[n - 1]);
+  }
+}
+
+TEST(Spectrum, InterlacesWhenALinkGoes) {  // [M18 A.7], and Weyl's bound
+  std::mt19937 random(11);
+  for (int trial = 0; trial < 50; ++trial) {
+    const Eigen::MatrixXd with = random_graph(12, 0.3, random).laplacian();
+    const int i = trial % 10;  // a link of the chain inside
+    const double w = -with(i, i + 1);
+    Eigen::MatrixXd without = with;
+    without(i, i) -= w, without(i + 1, i + 1) -= w;
+    without(i, i + 1) = without(i + 1, i) = 0.0;
+    const Eigen::VectorXd a = by_eigen(with), b = by_eigen(without);
+    for (int k = 1; k < 12; ++k) {
+      EXPECT_LE(b[k], a[k] + 1e-12);
+      EXPECT_GE(b[k], a[k - 1] - 1e-12);
+    }
+    EXPECT_GE(b[1], after_lost_link(a[1], w) - 1e-12);
+  }
+}
+
+TEST(Spectrum, AllToAllWithoutLinks) {  // [M18 B.3.4]
+  for (int n = 2; n <= 9; ++n) {
+    for (int links = 0; 2 * links <= n; ++links) {
+      if (n == 2 && links == 1) continue;  // no link is left
+      Eigen::MatrixXd laplacian = CouplingGraph::make(Topology::all_to_all, n).laplacian();
+      for (int k = 0; k < links; ++k) {
+        laplacian.block<2, 2>(2 * k, 2 * k) += (Eigen::Matrix2d() << -1, 1, 1, -1).finished();
+      }
+      const Eigen::VectorXd exact = by_eigen(laplacian);
+      const Extremes e = all_to_all_without(n, links);
+      EXPECT_NEAR(e.least, exact[1], 1e-12) << n << ' ' << links;
+      EXPECT_NEAR(e.most, exact[n - 1], 1e-12) << n << ' ' << links;
+    }
+  }
+  EXPECT_EQ(all_to_all_without(2, 1).least, 0.0);
+}
+
+TEST(Spectrum, LostAgentCostsAtMostOne) {
+  for (const Topology topology : {Topology::ring, Topology::wheel, Topology::all_to_all}) {
+    for (int n = 5; n < 12; ++n) {
+      const Eigen::MatrixXd all = CouplingGraph::make(topology, n).laplacian();
+      for (int gone = 0; gone < n; ++gone) {
+        std::vector<Edge> edges;
+        const auto index = [&](int i) { return i < gone ? i : i - 1; };
+        for (int i = 0; i < n; ++i) {
+          for (int j = i + 1; j < n; ++j) {
+            if (i != gone && j != gone && all(i, j) < 0) edges.push_back({index(i), index(j)});
+          }
+        }
+        EXPECT_GE(extremes(CouplingGraph::weighted(n - 1, edges)).least,
+                  after_lost_agent(by_eigen(all)[1]) - 1e-12);
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace mimesis::crowd

@@ -1,0 +1,271 @@
+#include "nodes/crowd/crowd_messages_node.h"
+
+#include <spdlog/fmt/fmt.h>
+
+#include <cmath>
+#include <limits>
+
+#include "common/math/circle.h"
+
+namespace mimesis::crowd {
+namespace {
+
+constexpr double kFar_m = 1e6, kFast = 1e3, kTurns_rad = 1e9;
+
+std::uint64_t group_faults(int group, const Scenario& scenario) {
+  return group >= 0 && group < static_cast<int>(scenario.groups.size()) ? 0 : 1;
+}
+
+bool within(double value, double most) { return std::abs(value) <= most; }
+
+template <class Values>
+bool all_within(const Values& values, double most) {
+  for (const auto value : values) {
+    if (!within(static_cast<double>(value), most)) return false;
+  }
+  return true;
+}
+
+/// Nothing for "not a number": ports take none.
+double or_none(bool has, double value) { return has ? value : AgentState::kNone; }
+
+}  // namespace
+
+std::string fault(const v1::CrowdStates& states, const Scenario& scenario) {
+  const int n = states.id_size();
+  const bool coordinates = states.coordinator() > 0;
+  const bool fits = states.position_in_world_m_size() == 2 * n && states.heading_rad_size() == n &&
+                    states.velocity_in_world_m_s_size() == 2 * n && states.phase_rad_size() == n &&
+                    states.phase_rate_rad_s_size() == n &&
+                    (!coordinates || (states.group_size() == n && states.external_size() == n));
+  if (!fits) return fmt::format("{} agents, but lists of other lengths", n);
+  if (!all_within(states.position_in_world_m(), kFar_m) ||
+      !all_within(states.velocity_in_world_m_s(), kFast) ||
+      !all_within(states.heading_rad(), kTurns_rad) ||
+      !all_within(states.phase_rad(), kTurns_rad) ||
+      !all_within(states.phase_rate_rad_s(), kFast)) {
+    return "a place, speed, angle or rate that no walker has";
+  }
+  for (const std::uint32_t group : states.group()) {
+    if (group_faults(static_cast<int>(group), scenario) != 0) {
+      return fmt::format("group {}: there are {}", group, scenario.groups.size());
+    }
+  }
+  for (const v1::CrowdSums& sums : states.sums()) {
+    if (group_faults(static_cast<int>(sums.group()), scenario) != 0) {
+      return fmt::format("sums of group {}: there are {}", sums.group(), scenario.groups.size());
+    }
+  }
+  return {};
+}
+
+std::string fault(const v1::CrowdHandover& handover, const ScenarioRun& run, int coordinators) {
+  const auto is_one = [&](std::uint32_t c) {
+    return c >= 1 && c <= static_cast<std::uint32_t>(coordinators);
+  };
+  if (!is_one(handover.from()) || !is_one(handover.to())) {
+    return fmt::format("from coordinator {} to {}: there are {}", handover.from(), handover.to(),
+                       coordinators);
+  }
+  for (const v1::CrowdTraveller& t : handover.agents()) {
+    if (!run.roster().known(t.id()) ||
+        group_faults(static_cast<int>(t.group()), run.scenario()) != 0) {
+      return fmt::format("agent {} of group {}: unknown", t.id(), t.group());
+    }
+    const double length = std::max({std::abs(t.x_m()), std::abs(t.y_m()), std::abs(t.goal_x_m()),
+                                    std::abs(t.goal_y_m()), std::abs(t.place_m())});
+    if (!within(length, kFar_m) || !within(t.phase_rad(), kTurns_rad) ||
+        !(t.omega_rad_s() >= 0.0 && t.omega_rad_s() <= kFast) || !(t.stride() > 0.0) ||
+        !(t.radius_m() >= 0.0)) {
+      return fmt::format("agent {}: a state that no walker has", t.id());
+    }
+  }
+  return {};
+}
+
+void to_proto(const ScenarioRun& run, v1::CrowdStates& states) {
+  const Crowd& crowd = run.crowd();
+  states.clear_id();
+  states.clear_group();
+  states.clear_position_in_world_m();
+  states.clear_velocity_in_world_m_s();
+  states.clear_heading_rad();
+  states.clear_phase_rad();
+  states.clear_phase_rate_rad_s();
+  states.clear_external();
+  states.clear_sums();
+  for (int g = 0; g < crowd.groups(); ++g) {
+    const Crowd::Rows rows = crowd.rows(g);
+    for (int row = rows.first; row < rows.first + rows.count; ++row) {
+      const auto r = static_cast<std::size_t>(row);
+      const Role role = crowd.roles()[r];
+      const bool external = run.roster().external(crowd.ids()[r]) >= 0;
+      if (role != Role::own && !external) continue;
+      states.add_id(crowd.ids()[r]);
+      states.add_group(static_cast<std::uint32_t>(g));
+      states.add_position_in_world_m(crowd.x_m()[r]);
+      states.add_position_in_world_m(crowd.y_m()[r]);
+      states.add_velocity_in_world_m_s(crowd.velocity_x_m_s()[r]);
+      states.add_velocity_in_world_m_s(crowd.velocity_y_m_s()[r]);
+      states.add_heading_rad(crowd.heading_rad()[r]);
+      states.add_phase_rad(crowd.phase_rad()[r]);
+      const double rate = crowd.phase_rate_rad_s()[r];
+      states.add_phase_rate_rad_s(std::isfinite(rate) ? rate : 0.0);
+      states.add_external(!external ? 0U : role == Role::external ? 1U : 2U);
+    }
+    const FarSums own = own_sums(run, g);
+    if (own.sums.count == 0.0) continue;
+    v1::CrowdSums& sums = *states.add_sums();
+    sums.set_group(static_cast<std::uint32_t>(g));
+    sums.set_agents(static_cast<std::uint32_t>(own.sums.count));
+    sums.set_cos_phase(own.sums.cos_phase);
+    sums.set_sin_phase(own.sums.sin_phase);
+    sums.set_error_m(own.sums.error_m);
+    sums.set_cos_heading(own.sums.cos_heading);
+    sums.set_sin_heading(own.sums.sin_heading);
+    sums.set_phase_rate_rad_s(own.phase_rate_rad_s);
+    sums.set_speed_m_s(own.speed_m_s);
+    sums.set_leader(own.sums.leader);
+    sums.set_leader_phase_rad(own.sums.leader_phase_rad);
+  }
+}
+
+FarReport to_far(const v1::CrowdStates& states, const Roster& roster) {
+  FarReport report;
+  report.stamp = std::chrono::nanoseconds(states.header().stamp_ns());
+  report.agents.reserve(static_cast<std::size_t>(states.id_size()));
+  for (int i = 0; i < states.id_size(); ++i) {
+    FarAgent agent{.id = states.id(i), .group = static_cast<int>(states.group(i))};
+    if (!roster.known(agent.id)) continue;
+    agent.state.position_W_m = {states.position_in_world_m(2 * i),
+                                states.position_in_world_m(2 * i + 1)};
+    agent.state.velocity_W_m_s = {static_cast<double>(states.velocity_in_world_m_s(2 * i)),
+                                  static_cast<double>(states.velocity_in_world_m_s(2 * i + 1))};
+    agent.state.heading_rad = states.heading_rad(i);
+    agent.state.phase_rad = states.phase_rad(i);
+    agent.state.phase_rate_rad_s = states.phase_rate_rad_s(i);
+    agent.external = states.external(i) != 0;
+    agent.trusted = states.external(i) != 2;
+    report.agents.push_back(agent);
+  }
+  for (const v1::CrowdSums& s : states.sums()) {
+    FarSums far{.group = static_cast<int>(s.group())};
+    far.sums = {.count = static_cast<double>(s.agents()),
+                .cos_phase = s.cos_phase(),
+                .sin_phase = s.sin_phase(),
+                .error_m = s.error_m(),
+                .cos_heading = s.cos_heading(),
+                .sin_heading = s.sin_heading()};
+    if (s.has_leader()) far.sums.leader = s.leader();
+    far.sums.leader_phase_rad = s.leader_phase_rad();
+    far.phase_rate_rad_s = s.phase_rate_rad_s();
+    far.speed_m_s = s.speed_m_s();
+    report.sums.push_back(far);
+  }
+  return report;
+}
+
+AgentReport to_report(const v1::CrowdStates& states, int i) {
+  const Eigen::Vector2d velocity(static_cast<double>(states.velocity_in_world_m_s(2 * i)),
+                                 static_cast<double>(states.velocity_in_world_m_s(2 * i + 1)));
+  const double heading = states.heading_rad(i);
+  return {.p_W_m = {states.position_in_world_m(2 * i), states.position_in_world_m(2 * i + 1)},
+          .heading_rad = heading,
+          .phase_rad = states.phase_rad(i),
+          .phase_rate_rad_s = states.phase_rate_rad_s(i),
+          .speed_m_s = velocity.dot(Eigen::Vector2d(std::cos(heading), std::sin(heading)))};
+}
+
+AgentState to_state(const AgentReport& report) {
+  AgentState state;
+  state.position_W_m = report.p_W_m;
+  state.velocity_W_m_s = report.speed_m_s * Eigen::Vector2d(std::cos(report.heading_rad),
+                                                            std::sin(report.heading_rad));
+  state.heading_rad = math::wrap_pi(report.heading_rad);
+  state.phase_rad = report.phase_rad;
+  state.phase_rate_rad_s = report.phase_rate_rad_s;
+  return state;
+}
+
+void to_proto(const Traveller& traveller, v1::CrowdTraveller& out) {
+  const Agent& agent = traveller.agent;
+  const AgentState& s = agent.state;
+  const AgentTraits& t = agent.traits;
+  out.set_id(agent.id);
+  out.set_group(static_cast<std::uint32_t>(traveller.group));
+  out.set_x_m(s.position_W_m.x());
+  out.set_y_m(s.position_W_m.y());
+  out.set_velocity_x_m_s(s.velocity_W_m_s.x());
+  out.set_velocity_y_m_s(s.velocity_W_m_s.y());
+  out.set_heading_rad(s.heading_rad);
+  out.set_phase_rad(s.phase_rad);
+  out.set_length(s.length);
+  if (std::isfinite(s.phase_rate_rad_s)) out.set_phase_rate_rad_s(s.phase_rate_rad_s);
+  if (std::isfinite(s.heading_rate_rad_s)) out.set_heading_rate_rad_s(s.heading_rate_rad_s);
+  out.set_smoothed_error_m(s.smoothed_error_m);
+  out.set_omega_rad_s(t.omega_rad_s);
+  out.set_stride(t.stride);
+  out.set_radius_m(t.radius_m);
+  out.set_place_m(t.place_m);
+  out.set_lane_m(t.lane_m);
+  out.set_goal_x_m(t.goal_W_m.x());
+  out.set_goal_y_m(t.goal_W_m.y());
+  out.set_leg(static_cast<std::uint32_t>(traveller.leg));
+  out.set_waiting(traveller.waiting);
+}
+
+Traveller from_proto(const v1::CrowdTraveller& in) {
+  Traveller traveller{.group = static_cast<int>(in.group())};
+  traveller.agent.id = in.id();
+  AgentState& s = traveller.agent.state;
+  s.position_W_m = {in.x_m(), in.y_m()};
+  s.velocity_W_m_s = {in.velocity_x_m_s(), in.velocity_y_m_s()};
+  s.heading_rad = in.heading_rad();
+  s.phase_rad = in.phase_rad();
+  s.length = in.length();
+  s.phase_rate_rad_s = or_none(in.has_phase_rate_rad_s(), in.phase_rate_rad_s());
+  s.heading_rate_rad_s = or_none(in.has_heading_rate_rad_s(), in.heading_rate_rad_s());
+  s.smoothed_error_m = in.smoothed_error_m();
+  AgentTraits& t = traveller.agent.traits;
+  t.omega_rad_s = in.omega_rad_s();
+  t.stride = in.stride();
+  t.radius_m = in.radius_m();
+  t.place_m = in.place_m();
+  t.lane_m = in.lane_m();
+  t.goal_W_m = {in.goal_x_m(), in.goal_y_m()};
+  traveller.leg = static_cast<int>(in.leg());
+  traveller.waiting = in.waiting();
+  return traveller;
+}
+
+v1::CrowdInfo to_info(const ScenarioRun& run, int coordinators) {
+  const Scenario& scenario = run.scenario();
+  v1::CrowdInfo info;
+  info.set_scenario(scenario.name);
+  info.set_about(scenario.about);
+  info.set_coordinators(static_cast<std::uint32_t>(coordinators));
+  info.set_agents(static_cast<std::uint32_t>(run.roster().agents()));
+  for (const Group& group : scenario.groups) {
+    info.add_groups(group.name);
+    info.add_gaits(group.gait);
+  }
+  for (int e = 0; e < run.roster().externals(); ++e) {
+    info.add_external_names(scenario.externals[static_cast<std::size_t>(e)].name);
+    info.add_external_ids(run.roster().external_id(e));
+  }
+  return info;
+}
+
+v1::CrowdTrust to_proto(Trust trust) {
+  switch (trust) {
+    case Trust::trusted:
+      return v1::CROWD_TRUST_TRUSTED;
+    case Trust::lagging:
+      return v1::CROWD_TRUST_LAGGING;
+    case Trust::absent:
+      break;
+  }
+  return v1::CROWD_TRUST_ABSENT;
+}
+
+}  // namespace mimesis::crowd

@@ -1,0 +1,32 @@
+#pragma once
+#include <string>
+#include <vector>
+
+#include "nodes/crowd/external/external_agents.h"
+#include "nodes/crowd/regions/far_crowd.h"
+#include "nodes/crowd/run/scenario_run.h"
+#include "proto/crowd.pb.h"
+
+namespace mimesis::crowd {
+
+/// What is wrong with a message of many walkers, or empty: lists of different lengths, numbers that
+/// are no state, groups that the scenario has not.
+std::string fault(const v1::CrowdStates& states, const Scenario& scenario);
+std::string fault(const v1::CrowdHandover& handover, const ScenarioRun& run, int coordinators);
+
+/// The agents that the run moves itself, external ones among them, and their sums.
+void to_proto(const ScenarioRun& run, v1::CrowdStates& states);
+
+/// Precondition: no fault.
+FarReport to_far(const v1::CrowdStates& states, const Roster& roster);
+/// Agent i of a message. Precondition: no fault.
+AgentReport to_report(const v1::CrowdStates& states, int i);
+AgentState to_state(const AgentReport& report);
+
+void to_proto(const Traveller& traveller, v1::CrowdTraveller& out);
+Traveller from_proto(const v1::CrowdTraveller& in);
+
+v1::CrowdInfo to_info(const ScenarioRun& run, int coordinators);
+v1::CrowdTrust to_proto(Trust trust);
+
+}  // namespace mimesis::crowd

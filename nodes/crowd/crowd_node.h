@@ -1,0 +1,123 @@
+#pragma once
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "common/parallel/team.h"
+#include "common/runtime/log.h"
+#include "common/runtime/ports.h"
+#include "nodes/crowd/crowd_messages_node.h"
+#include "nodes/crowd/crowd_params_node.h"
+#include "nodes/crowd/run/closeness.h"
+#include "nodes/crowd/run/watch.h"
+#include "proto/crowd.pb.h"
+#include "proto/foxglove/scene.pb.h"
+#include "proto/motion.pb.h"
+
+namespace mimesis::crowd {
+
+/// Runs the crowd of a scenario, or one region of it: ScenarioRun between messages. Number 1 of the
+/// coordinators looks after external agents, watches the whole and says how it ended.
+class CrowdNode {
+ public:
+  using Params = CrowdParams;
+  /// @throws ConfigError for a scenario that theory refuses, regions that do not fit
+  CrowdNode(const Params& params, runtime::Bus& bus);
+  void step(runtime::Time now);
+
+ private:
+  using Time = runtime::Time;
+  /// Computing time of steps on this machine.
+  struct Took {
+    double mean_s = 0.0, worst_s = 0.0, agent_steps = 0.0, sum_s = 0.0;
+    std::uint64_t steps = 0;
+    void add(double s, int agents);
+  };
+  /// What the last message of a character was: rates are differences.
+  struct Character {
+    AgentReport report;
+    Time stamp{};
+  };
+  /// What a coordinator said last, besides its agents.
+  struct Peer {
+    std::uint32_t hears = 0;
+    double least_gap_m = std::numeric_limits<double>::infinity();
+    double least_distance_m = std::numeric_limits<double>::infinity();
+    std::uint64_t collisions = 0;
+  };
+
+  bool first() const { return params_.regions.own == 1; }
+  int coordinators() const { return far_settings_.coordinators; }
+
+  void take_peers();
+  void take_handovers(Time state_time);
+  void take_agents(Time now);
+  void take_characters(Time now);
+  void take_styles();
+  void hear_external(AgentId id, const AgentReport& report, Time stamp, Time now);
+  void judge_externals(Time now, Time state_time);
+  void trust_changed(const ExternalAgents::Change& change, Time state_time);
+
+  bool all_here(Time now);
+  void observe();
+  void advance();
+  void hand_over(Time now);
+  void count_near();
+  void say(const std::string& trouble);
+
+  void publish_states(Time now);
+  void publish_commands(Time now);
+  void publish_styles(Time now);
+  void publish_scene(Time now);
+  void publish_certificate(Time now);
+  void publish_status(Time now);
+  void publish_outcome(Time now);
+
+  Params params_;
+  runtime::Bus& bus_;
+  Time period_;
+  RegionMap map_;
+  FarSettings far_settings_;
+  ScenarioRun run_;
+  FarCrowd far_;
+  ExternalAgents externals_;
+  std::optional<parallel::Team> team_;
+  Watch watch_;
+  Closeness closeness_;
+  std::vector<Closeness::Disc> discs_;
+  std::vector<Observed> everybody_;
+  std::vector<Peer> peers_;
+  std::map<int, Character> characters_;  // by number of the external agent
+  std::map<int, int> styles_;            // gait that a character was told, likewise
+  std::vector<std::string> external_reasons_;
+
+  bool runs_ = false, ended_ = false;
+  std::string reason_, trouble_;
+  std::uint64_t steps_ = 0, given_ = 0, taken_ = 0;
+  Time status_due_{}, certificate_due_{}, scene_due_{};
+  bool status_changed_ = true;
+  Took took_;
+
+  v1::CrowdStates states_message_;
+  v1::CrowdCommand command_message_;
+  runtime::Throttle bad_states_{std::chrono::seconds(1)}, bad_agents_{std::chrono::seconds(1)},
+      bad_styles_{std::chrono::seconds(1)}, bad_handovers_{std::chrono::seconds(1)};
+
+  runtime::Reliable<v1::CrowdStates> peers_in_;
+  runtime::Reliable<v1::CrowdHandover> handovers_in_;
+  runtime::Queue<v1::CrowdStates, 256> agents_in_;
+  runtime::Latest<v1::MotionBatch> characters_in_;
+  runtime::Queue<v1::StyleWish, 32> styles_in_;
+  runtime::Out<v1::CrowdStates> states_;
+  runtime::Out<v1::CrowdHandover> handovers_;
+  runtime::Out<v1::CrowdCommand> command_;
+  runtime::Out<v1::StyleWish> style_;
+  runtime::Out<v1::CrowdCertificate> certificate_;
+  runtime::Out<v1::CrowdStatus> status_;
+  runtime::Out<v1::CrowdOutcome> outcome_;
+  runtime::Out<v1::CrowdInfo> info_;
+  runtime::Out<foxglove::SceneUpdate> scene_;
+};
+
+}  // namespace mimesis::crowd

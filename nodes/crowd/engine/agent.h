@@ -1,0 +1,76 @@
+#pragma once
+#include <Eigen/Core>
+#include <cstdint>
+#include <limits>
+
+namespace mimesis::crowd {
+
+/// Name of an agent, stable for its life, the same in every process. 0 is none: see GroupSums.
+using AgentId = std::uint64_t;
+
+/// Who moves an agent, and what others may expect of it.
+enum class Role : std::uint8_t {
+  own,       ///< moved by `Crowd::step`
+  external,  ///< a robot, another program: coupled, but others must yield alone
+  mirror,    ///< another coordinator's: coupled on sparse graphs, in that one's sums, and yields
+  ghost,     ///< as a mirror, not coupled
+  seen       ///< as external, not coupled: a passer-by, or who is not trusted any more
+};
+constexpr bool is_summed(Role r) { return r <= Role::external; }
+constexpr bool is_coupled(Role r) { return r <= Role::mirror; }
+constexpr bool yields(Role r) { return r == Role::own || r == Role::mirror || r == Role::ghost; }
+
+/// What changes in a step. All that the next step needs: handed to another coordinator, it goes on
+/// with the same bits. W: world, z up.
+struct AgentState {
+  static constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+
+  Eigen::Vector2d position_W_m = Eigen::Vector2d::Zero();
+  Eigen::Vector2d velocity_W_m_s = Eigen::Vector2d::Zero();  ///< in the step before
+  double heading_rad = 0.0;                                  ///< ψ, + to the left
+  /// φ of the gait, left foot at 0; not wrapped. When agents join a group or its rules change, its
+  /// phases are lifted by turns to within π of their circular mean; when a state is set, to within
+  /// π of what it was.
+  double phase_rad = 0.0;
+  double length = 0.0;                ///< μ in the step before; steps are 1 + μ as long
+  double phase_rate_rad_s = kNone;    ///< φ̇ at the step before; none: just begun
+  double heading_rate_rad_s = kNone;  ///< the same of ψ̇
+  double smoothed_error_m = 0.0;      ///< ε of rule I's low-pass
+  /// 10: inside of others, or stepping back; less by one from neighbour to neighbour, who make
+  /// room.
+  static constexpr int kMostPressed = 10;
+  int pressed = 0;
+};
+
+/// What is given to it.
+struct AgentTraits {
+  double omega_rad_s = 0.0;  ///< eigenfrequency of the gait (two steps), >= 0
+  double stride = 1.0;       ///< of its style, multiplies the steps, > 0
+  double radius_m = 0.3;     ///< of the disc that nobody enters, >= 0
+  double place_m = 0.0;      ///< dᵢ: its place along the group's path; dᵢⱼ = dᵢ − dⱼ
+  double lane_m = 0.0;       ///< its line across the path, + to the left
+  Eigen::Vector2d goal_W_m = Eigen::Vector2d::Zero();  ///< of HeadingKind::goal
+};
+
+struct Agent {
+  AgentId id = 0;
+  Role role = Role::own;
+  AgentState state{};
+  AgentTraits traits{};
+};
+
+/// Sums over a group's own and external agents: all that all-to-all rules need of them. Those of
+/// other coordinators are added.
+struct GroupSums {
+  double count = 0.0;
+  double cos_phase = 0.0, sin_phase = 0.0;      ///< Σ cos φ, Σ sin φ
+  double error_m = 0.0;                         ///< Σ (zᵢ − dᵢ)
+  double cos_heading = 0.0, sin_heading = 0.0;  ///< Σ cos ψ, Σ sin ψ
+  /// The agent with the least id leads. Id 0 is not an agent but a rhythm, such as music: it is in
+  /// no sum.
+  AgentId leader = std::numeric_limits<AgentId>::max();
+  double leader_phase_rad = 0.0;
+};
+GroupSums operator+(const GroupSums& a, const GroupSums& b);
+
+}  // namespace mimesis::crowd

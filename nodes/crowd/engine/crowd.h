@@ -1,0 +1,161 @@
+#pragma once
+#include <Eigen/Core>
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "common/dmp/navigation.h"
+#include "nodes/crowd/engine/agent.h"
+#include "nodes/crowd/gait/speed_function.h"
+#include "nodes/crowd/rules/rules.h"
+
+namespace mimesis::parallel {
+class Team;
+}
+
+namespace mimesis::crowd {
+
+/// Line that a group walks along; z counts along it, ξ across, + to the left.
+struct Path {
+  Eigen::Vector2d origin_W_m = Eigen::Vector2d::Zero();
+  double direction_rad = 0.0;
+};
+
+struct GroupSettings {
+  Rules rules{};
+  SpeedFunction gait;
+  Path path{};
+};
+
+struct Pillar {
+  Eigen::Vector2d position_W_m;
+  double radius_m;
+};
+struct Wall {
+  Eigen::Vector2d from_W_m, to_W_m;
+};
+
+/// Navigation [M18 eq. 3.24-3.27] of groups whose heading rule says `avoid`, and the bounds of
+/// their velocities that keep discs apart. Who is held back marks time: its phase goes on.
+struct AvoidSettings {
+  dmp::NavigationParams navigation{};  ///< all but the goal's gain, which is the heading rule's
+  double reach_m = 5.0;                ///< others further away are not seen
+  double headway_s = 0.3;              ///< gaps close at most as exp(−t/headway)
+  double separate_m_s =
+      0.5;                ///< how fast agents who begin in each other leave, and others make room
+  double arrive_m = 0.5;  ///< goal: slower within this distance
+};
+
+struct CrowdSettings {
+  double dt_s = 0.02;
+  AvoidSettings avoid{};
+};
+
+/// Many walkers. Speed of agent i is vᵢ = stride (1 + μᵢ) φ̇ᵢ g(φᵢ) [M18 4.4.1]; φ̇, μ and ψ̇ follow
+/// the rules of its group, by the two-step method of Adams and Bashforth (order 2, one evaluation a
+/// step, so one exchange between coordinators); the way along a step is the exact integral of g.
+///
+/// Within a group, agents are ordered by id: the i-th coupled one is node i of the coupling graphs,
+/// the first leads. A graph by name is made anew when agents join or leave; of a weighted graph the
+/// edges of who leaves go, and who joins has none.
+/// All-to-all rules cost O(N): phases follow the circular mean, φ̇ᵢ += k N wrap(arg Σ e^{iφ} − φᵢ).
+/// On other graphs phases are not wrapped, so that they synchronise from every start.
+///
+/// The result depends neither on the order in which agents were added nor on the number of threads
+/// nor on the instruction set. A step does not allocate, once one has run.
+class Crowd {
+ public:
+  /// @throws ConfigError for values out of range
+  explicit Crowd(const CrowdSettings& settings);
+  ~Crowd();
+  Crowd(Crowd&&) noexcept;
+  Crowd& operator=(Crowd&&) noexcept;
+
+  /// Number of the new group, from 0.
+  /// @throws ConfigError for rules out of range
+  int add_group(const GroupSettings& settings);
+  /// At run time. @throws ConfigError as `add_group`, and where a gain is too large for dt; nothing
+  /// has changed then.
+  void set_rules(int group, const Rules& rules);
+  void set_gait(int group, const SpeedFunction& gait);
+  void set_path(int group, const Path& path);
+  const GroupSettings& group(int group) const;
+  int groups() const;
+
+  /// @throws ConfigError for an id that is there already, values that are not finite or out of
+  ///         range, and where gains are too large for dt with so many; nothing has changed then.
+  void add(int group, std::span<const Agent> agents);
+  /// Number of those that were there.
+  int remove(std::span<const AgentId> ids);
+  int remove(AgentId id) { return remove(std::span<const AgentId>(&id, 1)); }
+
+  /// State set from outside: of externals and mirrors when a message comes, of own agents where
+  /// they are displaced. External agents go straight on between. False: no such agent, or a value
+  /// is not finite (nothing changed).
+  [[nodiscard]] bool set_state(AgentId id, const AgentState& state);
+  [[nodiscard]] bool set_traits(AgentId id, const AgentTraits& traits);
+  [[nodiscard]] bool set_role(AgentId id, Role role);
+  std::optional<Agent> find(AgentId id) const;
+  std::optional<int> group_of(AgentId id) const;
+
+  /// Replaces all.
+  /// @throws ConfigError for values that are not finite or a radius that is not positive
+  void set_obstacles(std::span<const Pillar> pillars, std::span<const Wall> walls);
+
+  /// Sums over own and external agents of a group, of the present state.
+  GroupSums sums(int group) const;
+  /// Sums over the agents of this group that other coordinators have, at the same time. Kept until
+  /// set again.
+  void set_outside(int group, const GroupSums& sums);
+
+  /// From t to t + dt. @param team  threads, or nullptr
+  void step(parallel::Team* team = nullptr);
+  double time_s() const;
+  double dt_s() const;
+
+  /// Rows: all agents, ordered by group and id. Spans are valid until agents join or leave.
+  int size() const;
+  struct Rows {
+    int first, count;
+  };
+  Rows rows(int group) const;
+  std::span<const AgentId> ids() const;
+  std::span<const Role> roles() const;
+  std::span<const double> x_m() const;
+  std::span<const double> y_m() const;
+  std::span<const float> velocity_x_m_s() const;
+  std::span<const float> velocity_y_m_s() const;
+  std::span<const double> heading_rad() const;
+  std::span<const double> phase_rad() const;         ///< not wrapped
+  std::span<const double> phase_rate_rad_s() const;  ///< NaN before the first step
+  std::span<const float> length() const;             ///< μ
+  Agent agent(int row) const;
+
+  /// What the rules asked of an agent in the last step: of an external one, what it is to do.
+  struct Wish {
+    double phase_rate_rad_s, length, heading_rate_rad_s;  ///< φ̇, μ, ψ̇
+  };
+  /// Nothing before the first step with it.
+  std::optional<Wish> wish(AgentId id) const;
+
+  /// zᵢ − dᵢ of all rows of a group [m], into as many values.
+  void spacing(int group, std::span<double> error_m) const;
+
+  /// What happened in the last step to groups that avoid.
+  struct Contacts {
+    int held = 0;         ///< agents whose velocity was bounded by others or obstacles
+    int overlapping = 0;  ///< agents in another's disc, or in an obstacle, at the step's begin
+    double least_gap_m = std::numeric_limits<double>::infinity();  ///< between discs, likewise
+  };
+  Contacts contacts() const;
+
+  /// Of all arrays, per agent, without obstacles.
+  double bytes_per_agent() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace mimesis::crowd

@@ -1,0 +1,190 @@
+#include "nodes/crowd/engine/lanes.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <memory>
+#include <numbers>
+#include <random>
+#include <vector>
+
+#include "common/dmp/navigation.h"
+#include "common/math/circle.h"
+#include "nodes/crowd/engine/contact.h"
+#include "nodes/crowd/engine/steer_rows.h"
+#include "nodes/crowd/engine/walk_rows.h"
+
+namespace mimesis::crowd {
+namespace {
+
+TEST(Lanes, FunctionsAreThoseOfTheLibrary) {
+  std::mt19937 random(1);
+  std::uniform_real_distribution<double> angle(-1e5, 1e5), small(-8.0, 8.0), negative(-50.0, 0.0);
+  for (int i = 0; i < 100'000; ++i) {
+    const double a = i < 50'000 ? small(random) : angle(random);
+    EXPECT_NEAR(cos_sin_lane(a).cos, std::cos(a), 4e-16) << a;
+    EXPECT_NEAR(cos_sin_lane(a).sin, std::sin(a), 4e-16) << a;
+    EXPECT_NEAR(std::remainder(wrap_lane(a) - a, math::kTwoPi), 0.0, 3e-11);  // an ulp of a, twice
+    EXPECT_LE(std::abs(wrap_lane(a)), std::numbers::pi + 3e-11);
+    const double x = negative(random);
+    EXPECT_NEAR(exp_lane(x) / std::exp(x), 1.0, 1e-15) << x;
+    const double e = small(random);
+    EXPECT_NEAR(saturate_lane(e, 0.7), 0.7 * std::tanh(e / 0.7), 4e-16) << e;
+  }
+}
+
+TEST(Steer, SumsTheTermsOfTheNavigationDynamics) {
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> place(-6.0, 6.0), heading(-4.0, 4.0), speed(0.0, 1.6);
+  const auto around = std::make_unique<Surroundings>();
+  for (int trial = 0; trial < 2000; ++trial) {
+    dmp::NavigationParams p;
+    p.avoid_1_s = speed(random);
+    p.sigma_angle_rad = 0.3 + speed(random);
+    p.sigma_distance_m = 0.3 + speed(random);
+    p.horizon_s = 1.0 + speed(random);
+    p.keep_right_rad = 0.2 * speed(random);
+    const dmp::Pedestrian self{{place(random), place(random)}, heading(random), speed(random)};
+    const double reach = 5.0;
+    around->count = 0;
+    double sum = 0.0;
+    const auto meet = [&](const dmp::Pedestrian& other) {
+      const double c = std::cos(other.heading_rad), s = std::sin(other.heading_rad);
+      around->add(other.position_W_m.x(), other.position_W_m.y(),
+                  static_cast<float>(other.speed_m_s * c), static_cast<float>(other.speed_m_s * s));
+      const double d = (other.position_W_m - self.position_W_m).norm();
+      if (d > reach || d == 0.0) return;
+      sum += p.avoid_1_s * dmp::avoidance_term(self, other, p) +
+             p.predict_1_s * dmp::prediction_term(self, other, p);
+    };
+    const int others = trial % 40;
+    for (int i = 0; i < others; ++i) {
+      meet({{place(random), place(random)}, heading(random), i % 5 == 0 ? 0.0 : speed(random)});
+    }
+    meet(self);
+    around->pad();
+    const double c = std::cos(self.heading_rad), s = std::sin(self.heading_rad);
+    const Steered steered{static_cast<float>(self.position_W_m.x()),
+                          static_cast<float>(self.position_W_m.y()),
+                          static_cast<float>(self.speed_m_s * c),
+                          static_cast<float>(self.speed_m_s * s),
+                          static_cast<float>(c),
+                          static_cast<float>(s)};
+    EXPECT_NEAR(steer(*around, steered, SteerParams(p, reach)), sum, 1e-3) << trial;
+    // The test's own instruction set is the plainest.
+    EXPECT_EQ(steer(*around, steered, SteerParams(p, reach)),
+              rows::steer_around(*around, steered, SteerParams(p, reach)));
+  }
+}
+
+TEST(Walk, IsTheSameBitsOnThePlainestInstructionSet) {
+  std::mt19937 random(8);
+  std::uniform_real_distribution<double> unit(-1.0, 1.0);
+  std::vector<Agent> agents(1000);
+  for (std::size_t i = 0; i < agents.size(); ++i) {
+    agents[i].id = i + 1;
+    agents[i].role = i % 7 == 0 ? Role::mirror : i % 11 == 0 ? Role::seen : Role::own;
+    agents[i].state = {{9.0 * unit(random), unit(random)},
+                       {unit(random), 0.3},
+                       3.0 * unit(random),
+                       50.0 * unit(random),
+                       0.3 * unit(random),
+                       6.0 + unit(random),
+                       i % 3 == 0 ? AgentState::kNone : unit(random),
+                       unit(random)};
+    agents[i].traits = {6.0, 1.0 + 0.1 * unit(random), 0.3, unit(random), unit(random), {3.0, 4.0}};
+  }
+  const std::vector<double> cosine{0.02, 0.05}, sine{0.01, -0.03};
+  for (const HeadingKind kind : {HeadingKind::keep, HeadingKind::lane, HeadingKind::consensus,
+                                 HeadingKind::coupled, HeadingKind::goal}) {
+    WalkField f;
+    f.set_gait(SpeedFunction(0.22, cosine, sine));
+    f.dt = 0.02;
+    f.pull_gain = 1.0;
+    f.pull_target = 0.3;
+    f.frequency_gain = 0.01;
+    f.saturation = 0.5;
+    f.low_pass = 0.1;
+    f.length_gain = 0.02;
+    f.count = 1000.0;
+    f.along_x = 0.6;
+    f.along_y = 0.8;
+    f.heading = kind;
+    f.heading_gain = 1.0;
+    f.mean_heading_cos = 0.8;
+    f.mean_heading_sin = 0.6;
+    f.mixed = kind != HeadingKind::lane;
+    std::vector<double> wished(1000);
+    f.wished_rate = f.wished_length = f.wished_turn = wished.data();
+    Table a;
+    a.merge(0, 0, agents);
+    Table b = a;
+    for (int step = 0; step < 5; ++step) {
+      const WalkSums s = walk(f, a, 3, 997), t = rows::walk_rows(f, b, 3, 997);
+      EXPECT_EQ(s.cos_phase, t.cos_phase);
+      EXPECT_EQ(s.error, t.error);
+      EXPECT_EQ(s.sin_heading, t.sin_heading);
+      EXPECT_EQ(walk_sums(f, a, 0, 1000).sin_phase, rows::sum_rows(f, b, 0, 1000).sin_phase);
+    }
+    EXPECT_EQ(a.x, b.x);
+    EXPECT_EQ(a.phase, b.phase);
+    EXPECT_EQ(a.heading, b.heading);
+    EXPECT_EQ(a.length, b.length);
+  }
+}
+
+TEST(Contact, LimitsOfTwoCloseAtMostTheGapInOneHeadway) {
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> gap(-0.1, 1.0), v(-2.0, 2.0);
+  for (int i = 0; i < 1000; ++i) {
+    const double g = gap(random), m = v(random);
+    const double a = shared_limit(g, 0.3, m), b = shared_limit(g, 0.3, -m);
+    EXPECT_GE(a, 0.0);
+    EXPECT_GE(b, 0.0);
+    EXPECT_NEAR(a + b, std::max(g, 0.0) / 0.3, 1e-12);
+    EXPECT_NEAR(lone_limit(g, 0.3, m), std::max(g, 0.0) / 0.3 + m, 1e-12);
+  }
+}
+
+TEST(Contact, NearestWithinBoundsIsFeasibleAndNearest) {
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> angle(0.0, math::kTwoPi), limit(0.0, 1.0);
+  const auto unit = [](double a) { return Eigen::Vector2d(std::cos(a), std::sin(a)); };
+  for (int trial = 0; trial < 500; ++trial) {
+    std::vector<Bound> bounds;
+    for (int i = 0; i < trial % 9; ++i) {
+      bounds.push_back({unit(angle(random)), i % 3 == 0 ? 0.0 : limit(random)});
+    }
+    const Eigen::Vector2d wish = 1.5 * limit(random) * unit(angle(random));
+    const Eigen::Vector2d v = nearest_within(wish, bounds);
+    const auto broken = [&](const Eigen::Vector2d& x) {
+      double most = 0.0;
+      for (const Bound& b : bounds) most = std::max(most, b.n.dot(x) - b.limit_m_s);
+      return most;
+    };
+    EXPECT_LT(broken(v), 1e-9);
+    EXPECT_LE(v.norm(), wish.norm() + 1e-12);
+    for (int k = 0; k < 300; ++k) {  // no feasible point is nearer
+      const Eigen::Vector2d x = 1.5 * limit(random) * unit(angle(random));
+      if (broken(x) > 0.0) continue;
+      EXPECT_GE((x - wish).norm(), (v - wish).norm() - 1e-9);
+    }
+  }
+}
+
+TEST(Contact, MoreBoundsThanHaveRoomAreKeptToo) {
+  Bounds bounds;
+  for (int i = 0; i < 400; ++i) {
+    const double a = 0.1 + 0.015 * i;  // none behind, the loosest first
+    bounds.add({{std::cos(a), std::sin(a)}, 1.2 - 0.002 * i});
+  }
+  const Eigen::Vector2d v = bounds.nearest({2.0, 0.5});
+  for (int i = 0; i < 400; ++i) {
+    const double a = 0.1 + 0.015 * i;
+    EXPECT_LE(v.dot(Eigen::Vector2d(std::cos(a), std::sin(a))), 1.2 - 0.002 * i + 1e-9) << i;
+  }
+  EXPECT_GT(v.norm(), 0.3);
+}
+
+}  // namespace
+}  // namespace mimesis::crowd

@@ -1,0 +1,243 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+#include <span>
+#include <vector>
+
+#include "common/math/circle.h"
+#include "common/parallel/team.h"
+#include "common/testing/no_malloc.h"
+#include "nodes/crowd/engine/crowd.h"
+
+namespace mimesis::crowd {
+namespace {
+
+SpeedFunction gait() {
+  const std::vector<double> cosine{0.02, 0.05}, sine{0.01, -0.03};
+  return {0.22, cosine, sine};
+}
+
+GroupSettings walkers() {
+  Rules rules;
+  rules.heading = {.kind = HeadingKind::goal, .gain = 1.0, .avoid = true};
+  return {rules, gait(), {}};
+}
+
+Agent walker(AgentId id, Eigen::Vector2d from, Eigen::Vector2d to) {
+  Agent a{.id = id};
+  a.traits.omega_rad_s = 6.0;
+  a.traits.goal_W_m = to;
+  a.state.position_W_m = from;
+  const Eigen::Vector2d way = to - from;
+  a.state.heading_rad = std::atan2(way.y(), way.x());
+  a.state.phase_rad = 0.37 * static_cast<double>(id);
+  return a;
+}
+
+double least_distance(const Crowd& c) {
+  double least = 1e9;
+  for (std::size_t i = 0; i < c.ids().size(); ++i) {
+    for (std::size_t j = i + 1; j < c.ids().size(); ++j) {
+      least = std::min(least, std::hypot(c.x_m()[i] - c.x_m()[j], c.y_m()[i] - c.y_m()[j]));
+    }
+  }
+  return least;
+}
+
+int arrived(const Crowd& c, double within_m) {
+  int n = 0;
+  for (int i = 0; i < c.size(); ++i) {
+    const Agent a = c.agent(i);
+    n += (a.state.position_W_m - a.traits.goal_W_m).norm() < within_m;
+  }
+  return n;
+}
+
+TEST(Navigate, TwoHundredAndFiftyChangePlacesAcrossACircle) {
+  Crowd crowd({.dt_s = 0.02});
+  crowd.add_group(walkers());
+  std::vector<Agent> all;
+  for (int i = 0; i < 250; ++i) {
+    const double angle = math::kTwoPi * i / 250;
+    const Eigen::Vector2d p = 40.0 * Eigen::Vector2d(std::cos(angle), std::sin(angle));
+    all.push_back(walker(static_cast<AgentId>(i + 1), p, -p));
+  }
+  crowd.add(0, all);
+  double least = 1e9;
+  for (int i = 0; i < 50 * 90; ++i) {
+    crowd.step();
+    EXPECT_EQ(crowd.contacts().overlapping, 0);
+    least = std::min(least, crowd.contacts().least_gap_m);
+  }
+  EXPECT_GE(least, 0.0);
+  EXPECT_EQ(arrived(crowd, 0.5), 250);
+  EXPECT_GE(least_distance(crowd), 0.6);
+}
+
+TEST(Navigate, ThousandHeadOnPairsPass) {
+  Crowd crowd({.dt_s = 0.02});
+  crowd.add_group(walkers());
+  std::vector<Agent> all;
+  for (int i = 0; i < 1000; ++i) {
+    const Eigen::Vector2d a(0.0, 20.0 * i), b(10.0, 20.0 * i);
+    all.push_back(walker(static_cast<AgentId>(2 * i + 1), a, b));
+    all.push_back(walker(static_cast<AgentId>(2 * i + 2), b, a));
+  }
+  crowd.add(0, all);
+  double least = 1e9;
+  for (int i = 0; i < 50 * 20; ++i) {
+    crowd.step();
+    least = std::min(least, crowd.contacts().least_gap_m);
+    ASSERT_EQ(crowd.contacts().overlapping, 0);
+  }
+  EXPECT_EQ(arrived(crowd, 0.1), 2000);
+}
+
+/// A mixed crowd: lanes and goals, phases, spacing, pillars and a wall.
+Crowd busy(std::vector<Agent> all, int shuffle) {
+  Crowd crowd({.dt_s = 0.02});
+  Rules rules;
+  rules.frequency = {{Topology::ring}, 0.05, 1.0, 4.0};
+  rules.length = {{Topology::all_to_all}, 0.0005, 0.4};
+  rules.phase = {{Topology::all_to_all}, 0.002};
+  rules.heading = {.kind = HeadingKind::lane, .avoid = true};
+  crowd.add_group({rules, gait(), {{0.0, 0.0}, 0.3}});
+  crowd.add_group(walkers());
+  std::mt19937 random(static_cast<unsigned>(shuffle));
+  if (shuffle > 0) std::shuffle(all.begin(), all.end(), random);
+  for (const Agent& a : all) crowd.add(a.id % 3 == 0 ? 1 : 0, std::span(&a, 1));
+  const std::vector<Pillar> pillars{{{3.0, 3.0}, 0.5}, {{-4.0, 2.0}, 1.0}};
+  const std::vector<Wall> walls{{{-8.0, -9.0}, {8.0, -9.5}}};
+  crowd.set_obstacles(pillars, walls);
+  return crowd;
+}
+
+std::vector<Agent> busy_agents(int n) {
+  std::vector<Agent> all;
+  std::mt19937 random(4);
+  std::uniform_real_distribution<double> unit(-1.0, 1.0);
+  for (int i = 0; i < n; ++i) {
+    const Eigen::Vector2d p(20.0 * unit(random), 20.0 * unit(random));
+    all.push_back(walker(static_cast<AgentId>(i + 1), p, -p));
+    all.back().traits.place_m = p.x();
+    all.back().traits.lane_m = p.y();
+    all.back().state.heading_rad = 0.3;
+  }
+  return all;
+}
+
+void expect_same_bits(const Crowd& a, const Crowd& b) {
+  ASSERT_EQ(a.size(), b.size());
+  for (int i = 0; i < a.size(); ++i) {
+    const Agent x = a.agent(i), y = *b.find(x.id);
+    EXPECT_EQ(x.state.position_W_m, y.state.position_W_m);
+    EXPECT_EQ(x.state.velocity_W_m_s, y.state.velocity_W_m_s);
+    EXPECT_EQ(x.state.heading_rad, y.state.heading_rad);
+    EXPECT_EQ(x.state.phase_rad, y.state.phase_rad);
+    EXPECT_EQ(x.state.length, y.state.length);
+  }
+}
+
+TEST(Navigate, NeitherThreadsNorOrderOfJoiningChangeABit) {
+  const auto all = busy_agents(1500);
+  Crowd crowd = busy(all, 0), same = busy(all, 9), shared = busy(all, 0);
+  parallel::Team team(3);
+  for (int i = 0; i < 100; ++i) {
+    crowd.step();
+    same.step();
+    shared.step(&team);
+  }
+  EXPECT_GT(crowd.contacts().held, 0);
+  expect_same_bits(crowd, shared);
+  expect_same_bits(crowd, same);
+  EXPECT_EQ(crowd.contacts().least_gap_m, shared.contacts().least_gap_m);
+  EXPECT_EQ(crowd.contacts().held, shared.contacts().held);
+}
+
+TEST(Navigate, AStepDoesNotAllocate) {
+  Crowd crowd = busy(busy_agents(300), 0);
+  parallel::Team team(2);
+  crowd.step();
+  crowd.step(&team);
+  testing::NoMalloc guard;
+  for (int i = 0; i < 50; ++i) crowd.step(i % 2 == 0 ? &team : nullptr);
+}
+
+TEST(Navigate, WhoBeginsInOthersLeavesThemSlowly) {
+  Crowd crowd({.dt_s = 0.02});
+  crowd.add_group(walkers());
+  std::vector<Agent> all;
+  for (int i = 0; i < 30; ++i) {  // in one heap, some at the same point
+    const Eigen::Vector2d p(0.1 * (i % 5), 0.1 * (i % 3));
+    all.push_back(walker(static_cast<AgentId>(i + 1), p, p));
+  }
+  all.push_back(walker(99, {6.0, 0.0}, {6.0, 0.0}));
+  crowd.add(0, all);
+  double fastest = 0.0, far = 0.0;
+  for (int i = 0; i < 1500; ++i) {
+    crowd.step();
+    for (int k = 0; k < 30; ++k) {
+      fastest = std::max(fastest, crowd.agent(k).state.velocity_W_m_s.norm());
+    }
+    far = std::max(far, std::abs(crowd.find(99)->state.position_W_m.x() - 6.0));
+  }
+  EXPECT_LT(fastest, 6.0 * gait().most());  // nobody ever, but by walking
+  EXPECT_LT(far, 0.5);
+  EXPECT_EQ(crowd.contacts().overlapping, 0);
+  EXPECT_GE(least_distance(crowd), 0.6 - 1e-9);
+}
+
+TEST(Navigate, PillarsAndWallsAreNotEntered) {
+  Crowd crowd({.dt_s = 0.02});
+  crowd.add_group(walkers());
+  std::vector<Agent> all;
+  for (int i = 0; i < 60; ++i) {
+    all.push_back(walker(static_cast<AgentId>(i + 1), {-10.0 - i / 6, i % 6 - 2.5},
+                         {10.0 + i / 6, i % 6 - 2.5}));
+  }
+  crowd.add(0, all);
+  const std::vector<Pillar> pillars{{{0.0, 0.0}, 0.8}, {{3.0, -2.0}, 0.4}};
+  const std::vector<Wall> walls{{{-5.0, 5.0}, {5.0, 5.0}}, {{-5.0, -5.0}, {5.0, -5.0}}};
+  crowd.set_obstacles(pillars, walls);
+  for (int i = 0; i < 50 * 60; ++i) {
+    crowd.step();
+    ASSERT_EQ(crowd.contacts().overlapping, 0);
+    for (int k = 0; k < crowd.size(); ++k) {
+      const Eigen::Vector2d p = crowd.agent(k).state.position_W_m;
+      for (const Pillar& o : pillars) ASSERT_GE((p - o.position_W_m).norm(), o.radius_m + 0.3);
+      ASSERT_TRUE(std::abs(p.x()) > 5.0 || std::abs(std::abs(p.y()) - 5.0) >= 0.3);
+    }
+  }
+  EXPECT_EQ(arrived(crowd, 0.3), 60);
+}
+
+TEST(Navigate, WhoDoesNotYieldIsGivenRoom) {
+  // A robot drives through a standing crowd and into walkers; all make room alone.
+  Crowd crowd({.dt_s = 0.02});
+  crowd.add_group(walkers());
+  crowd.add_group(walkers());
+  std::vector<Agent> all;
+  for (int i = 0; i < 20; ++i) {
+    all.push_back(
+        walker(static_cast<AgentId>(i + 2), {8.0 + 1.2 * i, 0.02 * (i % 3)}, {-20.0, 0.1 * i}));
+  }
+  crowd.add(0, all);
+  Agent robot = walker(1, {0.0, 0.0}, {50.0, 0.0});
+  robot.role = Role::external;
+  robot.state.velocity_W_m_s = {0.4, 0.0};
+  crowd.add(1, std::span(&robot, 1));
+  for (int i = 0; i < 50 * 40; ++i) {
+    crowd.step();
+    ASSERT_EQ(crowd.contacts().overlapping, 0) << crowd.time_s();
+  }
+  EXPECT_NEAR(crowd.find(1)->state.position_W_m.x(), 16.0, 1e-5);
+  EXPECT_TRUE(crowd.wish(1).has_value());
+  for (int i = 0; i < 20; ++i) {
+    EXPECT_LT(crowd.find(static_cast<AgentId>(i + 2))->state.position_W_m.x(), 0.0);
+  }
+}
+
+}  // namespace
+}  // namespace mimesis::crowd

@@ -1,0 +1,58 @@
+#pragma once
+#include <Eigen/Core>
+#include <array>
+
+#include "nodes/crowd/engine/agent.h"
+#include "nodes/crowd/engine/table.h"
+#include "nodes/crowd/gait/speed_function.h"
+#include "nodes/crowd/rules/rules.h"
+
+namespace mimesis::crowd {
+
+/// What all agents of a group share in one step: rules, path, gait, and the mean fields.
+struct WalkField {
+  double dt = 0.0;
+  // III: φ̇ += pull_gain wrap(pull_target − φ); on other graphs `pull` has what is added to φ̇.
+  double pull_gain = 0.0, pull_target = 0.0;
+  int leader_row = -1;  // is not pulled
+  const double* pull = nullptr;
+  // I and II: the summed error is count y − sum with y = z − d; on other graphs it is in the array.
+  double frequency_gain = 0.0, saturation = 0.0, low_pass = 0.0;  // low_pass: 1 − e^{−α dt}
+  double length_gain = 0.0, length_limit = 0.5;
+  double count = 0.0, error_sum = 0.0;
+  const double* frequency_error = nullptr;
+  const double* length_error = nullptr;
+  // Path: origin, unit vector along.
+  double origin_x = 0.0, origin_y = 0.0, along_x = 1.0, along_y = 0.0, path_rad = 0.0;
+  // IV
+  HeadingKind heading = HeadingKind::keep;
+  double heading_gain = 0.0, ahead = 1.0;
+  // consensus: unit vector of χ; coupled, all-to-all: Σ e^{iψ}
+  double mean_heading_cos = 0.0, mean_heading_sin = 0.0;
+  double arrive = 0.5;
+  const double* turn = nullptr;  // added to ψ̇: navigation, coupled headings
+  // Where velocities go that others may bound before the step is made; else the step is made here.
+  double *wish_x = nullptr, *wish_y = nullptr;
+  // Some rows are not our own; by row, what the rules ask of all.
+  bool mixed = false;
+  double *wished_rate = nullptr, *wished_length = nullptr, *wished_turn = nullptr;
+  double mean_g = 0.0;
+  std::array<double, SpeedFunction::kHarmonics> cosine{}, sine{};
+
+  void set_gait(const SpeedFunction& gait);
+};
+
+/// Sums over own and external rows; lanes are added in a fixed order.
+struct WalkSums {
+  double count = 0.0, cos_phase = 0.0, sin_phase = 0.0, error = 0.0, cos_heading = 0.0,
+         sin_heading = 0.0;
+  void add(const WalkSums& other);
+};
+
+/// Rows [first, last) one step on. All pointers of the field are indexed by row. Returns the sums
+/// of the new state; with wishes nothing.
+WalkSums walk(const WalkField& field, Table& table, int first, int last);
+/// The sums alone.
+WalkSums walk_sums(const WalkField& field, const Table& table, int first, int last);
+
+}  // namespace mimesis::crowd

@@ -1,0 +1,358 @@
+#pragma once
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+
+#include "nodes/crowd/engine/lanes.h"
+#include "nodes/crowd/engine/walk.h"
+
+/// Parts of `walk`: loops over a block of rows that are vectorised for the instruction set of who
+/// calls them, so they have to become part of it. Where a pointer may be to what a loop writes, the
+/// compiler asks before.
+namespace mimesis::crowd::rows {
+
+constexpr int kBlock = 64;  // rows at a time: what is computed of them stays in the first cache
+constexpr int kSumLanes = 8;
+using Column = double[kBlock];
+
+struct Wave {  // of the gait at one phase
+  double cos_phase, sin_phase;
+  double way;  // ∫ g without its linear part
+};
+
+/// cos and sin of the multiples by the recurrence of Chebyshev.
+MIMESIS_PART Wave wave(const WalkField& f, double phase) {
+  const CosSin one = cos_sin_lane(phase);
+  const double twice = 2.0 * one.cos;
+  double c0 = 1.0, c1 = one.cos, s0 = 0.0, s1 = one.sin, way = 0.0;
+  for (int k = 0; k < SpeedFunction::kHarmonics; ++k) {
+    const auto h = static_cast<std::size_t>(k);
+    way += (f.cosine[h] * s1 - f.sine[h] * c1) * (1.0 / (k + 1));
+    const double c2 = twice * c1 - c0, s2 = twice * s1 - s0;
+    c0 = c1;
+    c1 = c2;
+    s0 = s1;
+    s1 = s2;
+  }
+  return {one.cos, one.sin, way};
+}
+
+struct Lanes {
+  double count[kSumLanes]{}, cos_phase[kSumLanes]{}, sin_phase[kSumLanes]{}, error[kSumLanes]{},
+      cos_heading[kSumLanes]{}, sin_heading[kSumLanes]{};
+};
+
+/// Of m values; those behind are set to zero.
+MIMESIS_PART void add_to(double (&sum)[kSumLanes], Column& value, int m) {
+  for (int l = m; l < kBlock; ++l) value[l] = 0.0;
+  for (int k = 0; k < kBlock; k += kSumLanes) {
+    for (int l = 0; l < kSumLanes; ++l) sum[l] += value[k + l];
+  }
+}
+
+MIMESIS_PART double total(const double (&s)[kSumLanes]) {
+  return ((s[0] + s[4]) + (s[2] + s[6])) + ((s[1] + s[5]) + (s[3] + s[7]));
+}
+
+/// z − d of m rows.
+MIMESIS_PART void spacing(const WalkField& f, const double* x, const double* y, const double* place,
+                          int m, Column& out) {
+  for (int l = 0; l < m; ++l) {
+    out[l] = (x[l] - f.origin_x) * f.along_x + (y[l] - f.origin_y) * f.along_y - place[l];
+  }
+}
+
+/// φ̇ and μ of m rows.
+MIMESIS_PART void rates(const WalkField& f, Table& t, int row, int m, const Column& ahead,
+                        Column& rate, Column& length) {
+  const double* omega = t.omega.data() + row;
+  const double* phase = t.phase.data() + row;
+  for (int l = 0; l < m; ++l) rate[l] = omega[l];
+  if (f.pull != nullptr) {
+    for (int l = 0; l < m; ++l) rate[l] += f.pull[row + l];
+  } else if (f.pull_gain != 0.0) {
+    const int leader = f.leader_row - row;
+    const double kept = leader >= 0 && leader < m ? rate[leader] : 0.0;
+    for (int l = 0; l < m; ++l) rate[l] += f.pull_gain * wrap_lane(f.pull_target - phase[l]);
+    if (leader >= 0 && leader < m) rate[leader] = kept;
+  }
+  if (f.frequency_gain != 0.0) {
+    Column error;
+    if (f.frequency_error != nullptr) {
+      for (int l = 0; l < m; ++l) error[l] = f.frequency_error[row + l];
+    } else {
+      for (int l = 0; l < m; ++l) error[l] = f.count * ahead[l] - f.error_sum;
+    }
+    if (f.low_pass > 0.0) {
+      double* smoothed = t.smoothed.data() + row;
+      for (int l = 0; l < m; ++l) {
+        const double now = smoothed[l];
+        smoothed[l] = now + f.low_pass * (error[l] - now);
+        error[l] = now;
+      }
+    }
+    if (f.saturation > 0.0) {
+      for (int l = 0; l < m; ++l) error[l] = saturate_lane(error[l], f.saturation);
+    }
+    for (int l = 0; l < m; ++l) rate[l] -= f.frequency_gain * error[l];
+  }
+  for (int l = 0; l < m; ++l) length[l] = 0.0;
+  if (f.length_gain != 0.0) {
+    if (f.length_error != nullptr) {
+      for (int l = 0; l < m; ++l) {
+        length[l] = clamp_lane(-f.length_gain * f.length_error[row + l], f.length_limit);
+      }
+    } else {
+      for (int l = 0; l < m; ++l) {
+        const double error = f.count * ahead[l] - f.error_sum;
+        length[l] = clamp_lane(-f.length_gain * error, f.length_limit);
+      }
+    }
+  }
+}
+
+/// The second of Adams and Bashforth; while there is no rate of the step before, Euler's.
+MIMESIS_PART double increment(double dt, double now, double before) {
+  return dt * (1.5 * now - 0.5 * (before == before ? before : now));
+}
+
+/// What one step adds, and directions after it. Of the rows at hand: nothing else is set.
+struct Step {
+  Column phase, heading, way, way_x, way_y;
+  Column cos_phase, sin_phase, cos_heading, sin_heading;
+};
+
+/// Phases and the ways along the headings: the integral of (1 + μ) g dφ, μ of the middle.
+MIMESIS_PART void advance_phase(const WalkField& f, const Table& t, int row, int m,
+                                const Column& rate, const Column& length, Step& s) {
+  const double* phase = t.phase.data() + row;
+  const double* rate_before = t.phase_rate.data() + row;
+  const float* length_before = t.length.data() + row;
+  const float* stride = t.stride.data() + row;
+  for (int l = 0; l < m; ++l) {
+    const double by = increment(f.dt, rate[l], rate_before[l]);
+    const double mid = 1.5 * length[l] - 0.5 * static_cast<double>(length_before[l]);
+    const Wave from = wave(f, phase[l]), to = wave(f, phase[l] + by);
+    s.phase[l] = by;
+    s.way[l] = static_cast<double>(stride[l]) * (1.0 + clamp_lane(mid, f.length_limit)) *
+               (f.mean_g * by + (to.way - from.way));
+    s.cos_phase[l] = to.cos_phase;
+    s.sin_phase[l] = to.sin_phase;
+  }
+}
+
+/// ψ̇ of m rows, from the rates of their phases. Who arrives at its goal takes shorter steps.
+MIMESIS_PART void headings(const WalkField& f, const Table& t, int row, int m, const Column& rate,
+                           Column& turn, Step& s) {
+  const double* heading = t.heading.data() + row;
+  const double* x = t.x.data() + row;
+  const double* y = t.y.data() + row;
+  // Of navigation. Who is turned away from its goal listens the less to others, or it would walk
+  // round and round a crowd that stands at its goals.
+  Column share;
+  for (int l = 0; l < kBlock; ++l) share[l] = 1.0;
+  for (int l = 0; l < m; ++l) turn[l] = 0.0;
+  if (f.heading == HeadingKind::lane) {
+    const double* lane = t.lane.data() + row;
+    for (int l = 0; l < m; ++l) {
+      const double across = (y[l] - f.origin_y) * f.along_x - (x[l] - f.origin_x) * f.along_y;
+      const double off = lane[l] - across;
+      const double r = std::sqrt(off * off + f.ahead * f.ahead);
+      const CosSin h = cos_sin_lane(heading[l] - f.path_rad);
+      const double facing = (h.cos * f.ahead + h.sin * off) / r;
+      turn[l] = rate[l] * f.heading_gain * (h.cos * off - h.sin * f.ahead) / r;
+      share[l] = facing < 0.0 ? 1.0 + facing : 1.0;
+    }
+  } else if (f.heading == HeadingKind::consensus) {
+    for (int l = 0; l < m; ++l) {
+      const CosSin h = cos_sin_lane(heading[l]);
+      turn[l] =
+          rate[l] * f.heading_gain * (f.mean_heading_sin * h.cos - f.mean_heading_cos * h.sin);
+    }
+  } else if (f.heading == HeadingKind::coupled) {
+    for (int l = 0; l < m; ++l) {
+      const CosSin h = cos_sin_lane(heading[l]);
+      turn[l] = f.heading_gain * (f.mean_heading_sin * h.cos - f.mean_heading_cos * h.sin);
+    }
+  } else if (f.heading == HeadingKind::goal) {
+    const double* gx = t.goal_x.data() + row;
+    const double* gy = t.goal_y.data() + row;
+    for (int l = 0; l < m; ++l) {
+      const double dx = gx[l] - x[l], dy = gy[l] - y[l];
+      const double r = std::sqrt(dx * dx + dy * dy);
+      const double per = 1.0 / (r > 1e-9 ? r : 1e-9);
+      const CosSin h = cos_sin_lane(heading[l]);
+      turn[l] = f.heading_gain * (h.cos * dy - h.sin * dx) * per;
+      // At full speed it could only circle round a goal that is beside it, v/gain away: there it
+      // goes on the slower the less it faces the goal.
+      const double near = r / f.arrive, facing = (h.cos * dx + h.sin * dy) * per;
+      const double circle = 2.0 * s.way[l] / (f.dt * f.heading_gain + 1e-9) + 1e-9;
+      const double free = r < circle ? r / circle : 1.0;
+      const double ahead = facing > 0.0 ? facing : 0.0;
+      s.way[l] *= (free + (1.0 - free) * ahead) * (near < 1.0 ? near * ahead : 1.0);
+      // Those beside the goal do not turn it away from there.
+      share[l] = (facing < 0.0 ? 1.0 + facing : 1.0) * (near < 1.0 ? near : 1.0);
+    }
+  }
+  if (f.turn != nullptr) {
+    for (int l = 0; l < m; ++l) turn[l] += share[l] * f.turn[row + l];
+  }
+}
+
+MIMESIS_PART void go_straight(const Table& t, int row, int m, Step& s) {
+  const double* heading = t.heading.data() + row;
+  for (int l = 0; l < m; ++l) {
+    const CosSin h = cos_sin_lane(heading[l]);
+    s.cos_heading[l] = h.cos;
+    s.sin_heading[l] = h.sin;
+    s.way_x[l] = s.way[l] * h.cos;
+    s.way_y[l] = s.way[l] * h.sin;
+  }
+}
+
+MIMESIS_PART void go_turning(const WalkField& f, Table& t, int row, int m, const Column& turn,
+                             Step& s) {
+  const double* heading = t.heading.data() + row;
+  double* before = t.heading_rate.data() + row;
+  for (int l = 0; l < m; ++l) {
+    s.heading[l] = increment(f.dt, turn[l], before[l]);
+    before[l] = turn[l];
+  }
+  for (int l = 0; l < m; ++l) {
+    const double by = s.heading[l];
+    const CosSin mid = cos_sin_lane(heading[l] + 0.5 * by), to = cos_sin_lane(heading[l] + by);
+    s.cos_heading[l] = to.cos;
+    s.sin_heading[l] = to.sin;
+    s.way_x[l] = s.way[l] * mid.cos;
+    s.way_y[l] = s.way[l] * mid.sin;
+  }
+}
+
+/// Who is moved by others goes straight on until their next word.
+MIMESIS_PART void keep_others(const WalkField& f, const Table& t, int row, int m, Column& rate,
+                              Column& length, const Column& turn, Step& s) {
+  for (int l = 0; l < m; ++l) {
+    const auto i = static_cast<std::size_t>(row + l);
+    f.wished_rate[i] = rate[l];
+    f.wished_length[i] = length[l];
+    f.wished_turn[i] = turn[l];
+    if (t.role[i] == Role::own) continue;
+    const double known = t.phase_rate[i];
+    rate[l] = known == known ? known : t.omega[i];
+    length[l] = static_cast<double>(t.length[i]);
+    s.phase[l] = f.dt * rate[l];
+    const CosSin p = cos_sin_lane(t.phase[i] + s.phase[l]), h = cos_sin_lane(t.heading[i]);
+    s.cos_phase[l] = p.cos;
+    s.sin_phase[l] = p.sin;
+    s.heading[l] = 0.0;
+    s.cos_heading[l] = h.cos;
+    s.sin_heading[l] = h.sin;
+    s.way_x[l] = f.dt * static_cast<double>(t.vx[i]);
+    s.way_y[l] = f.dt * static_cast<double>(t.vy[i]);
+  }
+}
+
+MIMESIS_PART void store(Table& t, int row, int m, const Column& rate, const Column& length,
+                        const Step& s, bool turns) {
+  double* phase = t.phase.data() + row;
+  double* phase_rate = t.phase_rate.data() + row;
+  float* before = t.length.data() + row;
+  for (int l = 0; l < m; ++l) {
+    phase[l] += s.phase[l];
+    phase_rate[l] = rate[l];
+    before[l] = static_cast<float>(length[l]);
+  }
+  if (!turns) return;
+  double* heading = t.heading.data() + row;
+  for (int l = 0; l < m; ++l) heading[l] += s.heading[l];
+}
+
+MIMESIS_PART void add_sums(const WalkField& f, const Table& t, int row, int m, Column& ahead,
+                           Column& cp, Column& sp, Column& ch, Column& sh, Lanes& sums) {
+  Column one;
+  for (int l = 0; l < m; ++l) one[l] = 1.0;
+  if (f.mixed) {
+    for (int l = 0; l < m; ++l) {
+      if (is_summed(t.role[static_cast<std::size_t>(row + l)])) continue;
+      ahead[l] = cp[l] = sp[l] = ch[l] = sh[l] = one[l] = 0.0;
+    }
+  }
+  add_to(sums.count, one, m);
+  add_to(sums.cos_phase, cp, m);
+  add_to(sums.sin_phase, sp, m);
+  add_to(sums.error, ahead, m);
+  add_to(sums.cos_heading, ch, m);
+  add_to(sums.sin_heading, sh, m);
+}
+
+MIMESIS_PART WalkSums totals(const Lanes& sums) {
+  return {total(sums.count), total(sums.cos_phase),   total(sums.sin_phase),
+          total(sums.error), total(sums.cos_heading), total(sums.sin_heading)};
+}
+
+/// `walk_sums`.
+MIMESIS_PART WalkSums sum_rows(const WalkField& f, const Table& t, int first, int last) {
+  Lanes sums;
+  for (int row = first; row < last; row += kBlock) {
+    const int m = std::min(kBlock, last - row);
+    Column ahead, cp, sp, ch, sh;
+    spacing(f, t.x.data() + row, t.y.data() + row, t.place.data() + row, m, ahead);
+    const double* phase = t.phase.data() + row;
+    const double* heading = t.heading.data() + row;
+    for (int l = 0; l < m; ++l) {
+      const CosSin p = cos_sin_lane(phase[l]), h = cos_sin_lane(heading[l]);
+      cp[l] = p.cos;
+      sp[l] = p.sin;
+      ch[l] = h.cos;
+      sh[l] = h.sin;
+    }
+    add_sums(f, t, row, m, ahead, cp, sp, ch, sh, sums);
+  }
+  return totals(sums);
+}
+
+/// `walk`.
+MIMESIS_PART WalkSums walk_rows(const WalkField& f, Table& t, int first, int last) {
+  Lanes sums;
+  const double per_step = 1.0 / f.dt;
+  const bool turns = f.heading != HeadingKind::keep || f.turn != nullptr;
+  for (int row = first; row < last; row += kBlock) {
+    const int m = std::min(kBlock, last - row);
+    double* x = t.x.data() + row;
+    double* y = t.y.data() + row;
+    Column ahead, rate, length, turn;
+    Step s;
+    spacing(f, x, y, t.place.data() + row, m, ahead);
+    rates(f, t, row, m, ahead, rate, length);
+    advance_phase(f, t, row, m, rate, length, s);
+    if (turns) {
+      headings(f, t, row, m, rate, turn, s);
+      go_turning(f, t, row, m, turn, s);
+    } else {
+      std::fill_n(turn, m, 0.0);
+      go_straight(t, row, m, s);
+    }
+    if (f.mixed) keep_others(f, t, row, m, rate, length, turn, s);
+    store(t, row, m, rate, length, s, turns);
+    if (f.wish_x != nullptr) {
+      for (int l = 0; l < m; ++l) {
+        f.wish_x[row + l] = s.way_x[l] * per_step;
+        f.wish_y[row + l] = s.way_y[l] * per_step;
+      }
+      continue;
+    }
+    float* vx = t.vx.data() + row;
+    float* vy = t.vy.data() + row;
+    for (int l = 0; l < m; ++l) {
+      x[l] += s.way_x[l];
+      y[l] += s.way_y[l];
+      vx[l] = static_cast<float>(s.way_x[l] * per_step);
+      vy[l] = static_cast<float>(s.way_y[l] * per_step);
+    }
+    spacing(f, x, y, t.place.data() + row, m, ahead);
+    add_sums(f, t, row, m, ahead, s.cos_phase, s.sin_phase, s.cos_heading, s.sin_heading, sums);
+  }
+  return totals(sums);
+}
+
+}  // namespace mimesis::crowd::rows

@@ -1,0 +1,19 @@
+#include "nodes/crowd/figures/figures.h"
+
+namespace mimesis::crowd {
+
+std::vector<reproduce::Figure> figures() {
+  std::vector<reproduce::Figure> all;
+  add_start_figures(all);
+  add_rate_figures(all);
+  add_leader_figures(all);
+  add_frequency_figures(all);
+  add_low_pass_figures(all);
+  add_consensus_figures(all);
+  add_cycle_figures(all);
+  add_power_law_figures(all);
+  add_formation_figures(all);
+  return all;
+}
+
+}  // namespace mimesis::crowd

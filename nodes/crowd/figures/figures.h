@@ -1,0 +1,23 @@
+#pragma once
+#include <vector>
+
+#include "common/reproduce/figure.h"
+
+namespace mimesis::crowd {
+
+/// Figures of M18 chapter 4 and of M10: rates beside those of the theory. The dissertation prints
+/// no numbers with them; references are its formulas, with the factors of reference/crowd.md.
+std::vector<reproduce::Figure> figures();
+
+// Parts of the list, one per file.
+void add_rate_figures(std::vector<reproduce::Figure>& to);       // table 4.1, 4.5, 4.6
+void add_start_figures(std::vector<reproduce::Figure>& to);      // 4.3, random starts
+void add_leader_figures(std::vector<reproduce::Figure>& to);     // 4.7
+void add_frequency_figures(std::vector<reproduce::Figure>& to);  // 4.11, divergence
+void add_low_pass_figures(std::vector<reproduce::Figure>& to);
+void add_consensus_figures(std::vector<reproduce::Figure>& to);
+void add_cycle_figures(std::vector<reproduce::Figure>& to);      // 4.12, 4.13
+void add_power_law_figures(std::vector<reproduce::Figure>& to);  // 4.14
+void add_formation_figures(std::vector<reproduce::Figure>& to);  // 16, 36 and 49 agents
+
+}  // namespace mimesis::crowd

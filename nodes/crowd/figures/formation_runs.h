@@ -1,0 +1,52 @@
+#pragma once
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "nodes/crowd/scenario/scenario.h"
+
+namespace mimesis::crowd {
+
+/// From `at_s` on the group has these rules; the last stage is the one that is certified.
+struct Stage {
+  double at_s = 0.0;
+  Rules rules{};
+};
+
+/// A crowd of the engine that orders itself [M18 4.4.2, 4].
+struct FormationRun {
+  Group group{};
+  Gait gait{};
+  std::vector<Stage> stages{};
+  double until_s = 60.0;
+  int seed = 1;
+};
+
+/// Agents at one time, places along the path relative to their mean.
+struct Snapshot {
+  double time_s = 0.0;
+  std::vector<double> z_m, lane_m, heading_rad, phase_rad;
+};
+
+struct FormationOutcome {
+  struct Sample {
+    double time_s, error_m, lane_error_m, dispersion;
+  };
+  std::vector<Sample> samples;        ///< every 0.05 s
+  std::vector<Snapshot> snapshots;    ///< at the start, at each later stage, at the end
+  std::optional<double> certified_s;  ///< by when all are in formation within 1 cm
+  double formed_s = 0.0;              ///< from when on they were, NaN if not at the end
+  double certified_error_m = 0.0;     ///< largest error from the certified time on
+  double length_rate_1_s = 0.0;       ///< measured decay of the formation error at the end
+  double phase_rate_1_s = 0.0;        ///< of the dispersion
+  double expected_length_1_s = 0.0;   ///< of the certificate
+  double expected_phase_1_s = 0.0;
+  double least_distance_m = 0.0;  ///< between centres, while a stage avoids
+  int overlapping = 0;            ///< agent-steps with overlap, while a stage avoids
+};
+
+inline constexpr double kFormed_m = 0.01;
+
+FormationOutcome run(const FormationRun& run);
+
+}  // namespace mimesis::crowd

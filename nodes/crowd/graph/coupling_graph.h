@@ -1,0 +1,61 @@
+#pragma once
+#include <Eigen/Core>
+#include <span>
+#include <string_view>
+#include <vector>
+
+namespace mimesis::crowd {
+
+enum class Topology { none, chain, ring, star, wheel, all_to_all, weighted };
+
+/// "chain", "ring", ... as scenario files write them.
+std::string_view to_string(Topology topology);
+/// @throws ConfigError naming the known ones, for any other text. `weighted` has no text: its edges
+///         are listed instead.
+Topology topology_from(std::string_view text);
+
+/// Undirected edge; i ≠ j, from 0.
+struct Edge {
+  int i = 0, j = 0;
+  double weight = 1.0;
+};
+
+/// Who is coupled to whom, symmetric, with the weights A_ij ≥ 0 of an adjacency matrix
+/// [M18 fig. 4.4, A.1]. All-to-all is not stored: its users take mean fields, O(N).
+class CouplingGraph {
+ public:
+  struct Neighbour {
+    int index;
+    double weight;
+  };
+
+  /// Unit weights. Star and wheel have node 0 in the middle; a ring of two is the chain.
+  /// @param n  ≥ 0; fewer than two nodes have no edges
+  /// @throws ConfigError for n < 0, a wheel of fewer than four, and Topology::weighted
+  static CouplingGraph make(Topology topology, int n);
+  /// @throws ConfigError for an index outside [0, n), a loop, an edge given twice, and a weight
+  ///         that is negative or not finite. Weight 0 is no edge.
+  static CouplingGraph weighted(int n, std::span<const Edge> edges);
+
+  int size() const { return n_; }
+  Topology topology() const { return topology_; }
+  /// Every pair with weight one: use mean fields; `neighbours` is empty.
+  bool complete() const { return topology_ == Topology::all_to_all; }
+  std::span<const Neighbour> neighbours(int i) const;
+  /// Σⱼ Aᵢⱼ
+  double degree(int i) const;
+  bool connected() const;
+
+  /// L = diag(A1) − A [M18 A.1], N×N. For certificates: O(N²) memory.
+  Eigen::MatrixXd laplacian() const;
+
+ private:
+  CouplingGraph(int n, Topology topology, std::span<const Edge> edges);
+
+  int n_;
+  Topology topology_;
+  std::vector<int> first_;  // of the neighbours of i, n + 1 values
+  std::vector<Neighbour> neighbours_;
+};
+
+}  // namespace mimesis::crowd

@@ -1,0 +1,9 @@
+#include "common/runtime/run_node.h"
+#include "nodes/crowd/crowd_node.h"
+
+int main(int argc, char** argv) {
+  return mimesis::runtime::run_node<mimesis::crowd::CrowdNode>(
+      argc, argv,
+      {.name = "crowd",
+       .about = "Walkers that coordinate, with the guarantees of contraction theory (thesis 4.4)"});
+}

@@ -1,0 +1,238 @@
+#include "nodes/crowd/regions/far_crowd.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "common/error.h"
+
+namespace mimesis::crowd {
+namespace {
+
+double seconds(std::chrono::nanoseconds t) { return std::chrono::duration<double>(t).count(); }
+
+/// Where an agent is `ahead_s` later at its rates.
+AgentState later(AgentState state, double ahead_s) {
+  if (ahead_s == 0.0) return state;
+  state.position_W_m += ahead_s * state.velocity_W_m_s;
+  if (std::isfinite(state.phase_rate_rad_s)) state.phase_rad += ahead_s * state.phase_rate_rad_s;
+  return state;
+}
+
+GroupSums later(const FarSums& far, double ahead_s) {
+  GroupSums sums = far.sums;
+  if (ahead_s == 0.0 || sums.count == 0.0) return sums;
+  const double turn = ahead_s * far.phase_rate_rad_s / sums.count;
+  sums.cos_phase = far.sums.cos_phase * std::cos(turn) - far.sums.sin_phase * std::sin(turn);
+  sums.sin_phase = far.sums.cos_phase * std::sin(turn) + far.sums.sin_phase * std::cos(turn);
+  sums.error_m += ahead_s * far.speed_m_s;
+  sums.leader_phase_rad += turn;
+  return sums;
+}
+
+GroupSums sums_of_one(const ScenarioRun& run, const FarAgent& agent) {
+  const Group& group = run.scenario().groups[static_cast<std::size_t>(agent.group)];
+  const Eigen::Vector2d origin(group.origin_x_m, group.origin_y_m);
+  const Eigen::Vector2d ahead(std::cos(group.heading_rad), std::sin(group.heading_rad));
+  const AgentState& s = agent.state;
+  return {
+      .count = 1.0,
+      .cos_phase = std::cos(s.phase_rad),
+      .sin_phase = std::sin(s.phase_rad),
+      .error_m = (s.position_W_m - origin).dot(ahead) - run.roster().start(agent.id).traits.place_m,
+      .cos_heading = std::cos(s.heading_rad),
+      .sin_heading = std::sin(s.heading_rad),
+      .leader = agent.id,
+      .leader_phase_rad = s.phase_rad};
+}
+
+}  // namespace
+
+FarSums own_sums(const ScenarioRun& run, int group) {
+  const Crowd& crowd = run.crowd();
+  FarSums own{.group = group, .sums = crowd.sums(group)};
+  const double direction = crowd.group(group).path.direction_rad;
+  const double ahead_x = std::cos(direction), ahead_y = std::sin(direction);
+  const Crowd::Rows rows = crowd.rows(group);
+  for (int row = rows.first; row < rows.first + rows.count; ++row) {
+    const auto r = static_cast<std::size_t>(row);
+    const Role role = crowd.roles()[r];
+    if (role != Role::own && role != Role::external) continue;
+    const double rate = crowd.phase_rate_rad_s()[r];
+    if (std::isfinite(rate)) own.phase_rate_rad_s += rate;
+    own.speed_m_s += static_cast<double>(crowd.velocity_x_m_s()[r]) * ahead_x +
+                     static_cast<double>(crowd.velocity_y_m_s()[r]) * ahead_y;
+  }
+  return own;
+}
+
+FarCrowd::FarCrowd(const FarSettings& settings, const ScenarioRun& run)
+    : settings_(settings), reports_(static_cast<std::size_t>(settings.coordinators)) {
+  const Crowd& crowd = run.crowd();
+  for (std::size_t r = 0; r < crowd.ids().size(); ++r) {
+    const AgentId id = crowd.ids()[r];
+    if (crowd.roles()[r] == Role::mirror) imported_[id] = {run.roster().home(id), Role::mirror, 0};
+  }
+}
+
+void FarCrowd::hear(int coordinator, FarReport report) {
+  FarReport& last = reports_[static_cast<std::size_t>(coordinator)];
+  if (report.stamp >= last.stamp) last = std::move(report);
+}
+
+void FarCrowd::pass(const Traveller& traveller, int to, Time stamp) {
+  const Agent& agent = traveller.agent;
+  passing_.push_back({{.id = agent.id, .group = traveller.group, .state = agent.state}, to, stamp});
+}
+
+std::optional<Traveller> FarCrowd::give(ScenarioRun& run, AgentId id, int to, Time stamp) {
+  std::optional<Traveller> traveller = run.release(id);
+  if (!traveller) return std::nullopt;
+  imported_[id] = {traveller->group, Role::mirror, round_};
+  pass(*traveller, to, stamp);
+  return traveller;
+}
+
+void FarCrowd::take(ScenarioRun& run, Traveller traveller, Time stamp, Time now) {
+  AgentState& state = traveller.agent.state;
+  state = later(state, seconds(now - stamp));
+  imported_.erase(traveller.agent.id);
+  run.admit(traveller);
+}
+
+bool FarCrowd::heard(int coordinator, Time now) const {
+  const Time stamp = reports_[static_cast<std::size_t>(coordinator)].stamp;
+  return stamp != Time{} && seconds(now - stamp) <= settings_.stale_s;
+}
+
+/// Everybody who is moved elsewhere, once. Our own run knows better whom it moves itself.
+void FarCrowd::collect(const ScenarioRun& run, Time now) {
+  agents_.clear();
+  const auto ours = [&](AgentId id) {
+    return run.crowd().group_of(id).has_value() && !imported_.contains(id);
+  };
+  for (int c = 0; c < settings_.coordinators; ++c) {
+    if (c == settings_.own || !heard(c, now)) continue;
+    const FarReport& report = reports_[static_cast<std::size_t>(c)];
+    const double ahead_s = seconds(now - report.stamp);
+    for (FarAgent agent : report.agents) {
+      if (!run.roster().known(agent.id) || ours(agent.id)) continue;
+      agent.state = later(agent.state, ahead_s);
+      agents_.push_back(agent);
+    }
+  }
+  for (const Passing& passing : passing_) {
+    if (ours(passing.agent.id)) continue;
+    FarAgent agent = passing.agent;
+    agent.state = later(agent.state, seconds(now - passing.stamp));
+    agents_.push_back(agent);
+  }
+  std::ranges::stable_sort(agents_, {}, &FarAgent::id);
+  const auto twice = std::ranges::unique(agents_, {}, &FarAgent::id);
+  agents_.erase(twice.begin(), twice.end());
+}
+
+void FarCrowd::add_sums(const ScenarioRun& run, Time now, std::vector<GroupSums>& sums) const {
+  for (int c = 0; c < settings_.coordinators; ++c) {
+    if (c == settings_.own || !heard(c, now)) continue;
+    const FarReport& report = reports_[static_cast<std::size_t>(c)];
+    for (const FarSums& far : report.sums) {
+      GroupSums& sum = sums[static_cast<std::size_t>(far.group)];
+      sum = sum + later(far, seconds(now - report.stamp));
+    }
+  }
+  for (const Passing& passing : passing_) {
+    FarAgent agent = passing.agent;
+    agent.state = later(agent.state, seconds(now - passing.stamp));
+    GroupSums& sum = sums[static_cast<std::size_t>(agent.group)];
+    sum = sum + sums_of_one(run, agent);
+  }
+}
+
+/// Who has arrived, or whose new coordinator never said so.
+void FarCrowd::forget_arrived(Time now) {
+  std::erase_if(passing_, [&](const Passing& p) {
+    const FarReport& report = reports_[static_cast<std::size_t>(p.to)];
+    return seconds(now - p.stamp) > settings_.stale_s ||
+           std::ranges::find(report.agents, p.agent.id, &FarAgent::id) != report.agents.end();
+  });
+}
+
+/// Squares of the plane as wide as the sight.
+void FarCrowd::mark_cells(const Crowd& crowd) {
+  cells_.clear();
+  for (std::size_t r = 0; r < crowd.ids().size(); ++r) {
+    if (crowd.roles()[r] != Role::own && crowd.roles()[r] != Role::external) continue;
+    const auto ix = static_cast<std::int64_t>(std::floor(crowd.x_m()[r] / settings_.sight_m));
+    const auto iy = static_cast<std::int64_t>(std::floor(crowd.y_m()[r] / settings_.sight_m));
+    cells_.push_back((ix << 32) + iy);
+  }
+  std::ranges::sort(cells_);
+  const auto twice = std::ranges::unique(cells_);
+  cells_.erase(twice.begin(), twice.end());
+}
+
+bool FarCrowd::near_ours(const Eigen::Vector2d& p) const {
+  const auto ix = static_cast<std::int64_t>(std::floor(p.x() / settings_.sight_m));
+  const auto iy = static_cast<std::int64_t>(std::floor(p.y() / settings_.sight_m));
+  for (std::int64_t dx = -1; dx <= 1; ++dx) {
+    for (std::int64_t dy = -1; dy <= 1; ++dy) {
+      if (std::ranges::binary_search(cells_, ((ix + dx) << 32) + (iy + dy))) return true;
+    }
+  }
+  return false;
+}
+
+Role FarCrowd::role_of(const FarAgent& agent, bool whole) const {
+  const bool coupled = whole && agent.trusted;
+  if (agent.external) return coupled ? Role::external : Role::seen;
+  return coupled ? Role::mirror : Role::ghost;
+}
+
+void FarCrowd::import(ScenarioRun& run, Time now) {
+  Crowd& crowd = run.crowd();
+  ++round_;
+  forget_arrived(now);
+  collect(run, now);
+  mark_cells(crowd);
+  joining_.resize(static_cast<std::size_t>(crowd.groups()));
+  for (auto& joining : joining_) joining.clear();
+  leaving_.clear();
+  for (const FarAgent& agent : agents_) {
+    if (run.whole(agent.group) || near_ours(agent.state.position_W_m)) import(run, agent);
+  }
+  for (auto known = imported_.begin(); known != imported_.end();) {
+    const bool stays = known->second.round == round_;
+    if (!stays) leaving_.push_back(known->first);
+    known = stays ? std::next(known) : imported_.erase(known);
+  }
+  crowd.remove(leaving_);
+  for (std::size_t g = 0; g < joining_.size(); ++g) {
+    if (!joining_[g].empty()) crowd.add(static_cast<int>(g), joining_[g]);
+  }
+  std::vector<GroupSums> sums(joining_.size());
+  add_sums(run, now, sums);
+  for (int g = 0; g < crowd.groups(); ++g) {
+    run.set_outside(g, sums[static_cast<std::size_t>(g)]);
+  }
+}
+
+/// Refreshes an agent that is here already, or lets it join.
+void FarCrowd::import(ScenarioRun& run, const FarAgent& agent) {
+  Crowd& crowd = run.crowd();
+  const Role role = role_of(agent, run.whole(agent.group));
+  const auto known = imported_.find(agent.id);
+  if (known != imported_.end() && known->second.group == agent.group) {
+    known->second.round = round_;
+    MIMESIS_ASSERT(crowd.set_state(agent.id, agent.state));
+    if (known->second.role != role) MIMESIS_ASSERT(crowd.set_role(agent.id, role));
+    known->second.role = role;
+    return;
+  }
+  if (known != imported_.end()) leaving_.push_back(agent.id);
+  Agent joining{.id = agent.id, .role = role, .state = agent.state};
+  joining.traits = run.roster().start(agent.id).traits;
+  joining_[static_cast<std::size_t>(agent.group)].push_back(joining);
+  imported_[agent.id] = {agent.group, role, round_};
+}
+
+}  // namespace mimesis::crowd

@@ -1,0 +1,102 @@
+#pragma once
+#include <chrono>
+#include <span>
+#include <unordered_map>
+#include <vector>
+
+#include "nodes/crowd/run/scenario_run.h"
+
+namespace mimesis::crowd {
+
+/// Somebody whom another coordinator has.
+struct FarAgent {
+  AgentId id = 0;
+  int group = 0;
+  AgentState state{};
+  bool external = false;  ///< neither its coordinator moves it
+  bool trusted = true;    ///< false: coupled to nobody
+};
+
+/// Sums over one group of another coordinator, with the rates at which they change.
+struct FarSums {
+  int group = 0;
+  GroupSums sums{};
+  double phase_rate_rad_s = 0.0;  ///< Σ φ̇
+  double speed_m_s = 0.0;         ///< Σ ż
+};
+
+/// What a coordinator says of one instant.
+struct FarReport {
+  std::chrono::nanoseconds stamp{};
+  std::vector<FarAgent> agents{};
+  std::vector<FarSums> sums{};
+};
+
+/// Sums and rates of a group's agents that a run moves itself.
+FarSums own_sums(const ScenarioRun& run, int group);
+
+struct FarSettings {
+  int coordinators = 1;
+  int own = 0;           ///< number of this one, from 0
+  double sight_m = 6.0;  ///< agents of others so near to one of ours are avoided
+  double stale_s = 0.5;  ///< who was not heard for so long is gone, with its agents
+};
+
+/// The agents of other coordinators, as one coordinator's crowd needs them: near ones as ghosts and
+/// the rest in sums; all of them, as mirrors, in groups that are coupled along graphs
+/// (ScenarioRun::whole). Whoever is on the way from one coordinator to another counts as far until
+/// the new one speaks of it.
+class FarCrowd {
+ public:
+  using Time = std::chrono::nanoseconds;
+
+  /// Mirrors that the run has begun with are ours to refresh.
+  FarCrowd(const FarSettings& settings, const ScenarioRun& run);
+
+  /// @param coordinator from 0. A report older than the last is passed over.
+  void hear(int coordinator, FarReport report);
+  /// An agent goes to coordinator `to` at `stamp`: no report of that time has it.
+  void pass(const Traveller& traveller, int to, Time stamp);
+  /// Takes an agent out of the run for coordinator `to`; nothing if the run does not move it.
+  std::optional<Traveller> give(ScenarioRun& run, AgentId id, int to, Time stamp);
+  /// Brings an agent, whose state is of `stamp`, into the run at `now`.
+  void take(ScenarioRun& run, Traveller traveller, Time stamp, Time now);
+  bool heard(int coordinator, Time now) const;
+
+  /// Brings what others said to time `now`, that of the run's present state, and into the run.
+  void import(ScenarioRun& run, Time now);
+  /// All agents of others as of the last import.
+  std::span<const FarAgent> agents() const { return agents_; }
+  int taken_into_account() const { return static_cast<int>(imported_.size()); }
+
+ private:
+  struct Passing {
+    FarAgent agent;
+    int to;
+    Time stamp;
+  };
+  struct Imported {
+    int group;
+    Role role;
+    std::uint64_t round;
+  };
+  void forget_arrived(Time now);
+  void import(ScenarioRun& run, const FarAgent& agent);
+  void collect(const ScenarioRun& run, Time now);
+  void add_sums(const ScenarioRun& run, Time now, std::vector<GroupSums>& sums) const;
+  bool near_ours(const Eigen::Vector2d& p_W_m) const;
+  void mark_cells(const Crowd& crowd);
+  Role role_of(const FarAgent& agent, bool whole) const;
+
+  FarSettings settings_;
+  std::vector<FarReport> reports_;
+  std::vector<Passing> passing_;
+  std::vector<FarAgent> agents_;
+  std::unordered_map<AgentId, Imported> imported_;
+  std::uint64_t round_ = 0;
+  std::vector<std::int64_t> cells_;  // where our agents are, sorted
+  std::vector<std::vector<Agent>> joining_;
+  std::vector<AgentId> leaving_;
+};
+
+}  // namespace mimesis::crowd

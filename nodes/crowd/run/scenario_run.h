@@ -1,0 +1,121 @@
+#pragma once
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <span>
+#include <string>
+#include <unordered_map>
+#include <vector>
+
+#include "nodes/crowd/engine/crowd.h"
+#include "nodes/crowd/run/roster.h"
+#include "nodes/crowd/scenario/scenario.h"
+
+namespace mimesis::crowd {
+
+/// An agent with all that decides its future: what one coordinator hands to another.
+struct Traveller {
+  Agent agent{};
+  int group = 0;
+  int leg = 0;           ///< of its group's route
+  bool waiting = false;  ///< in a zone, for others
+};
+
+/// A scenario that runs: the crowd, and above it what changes its groups: the schedule, zones,
+/// encounters, goals and routes, the beat. Pure; same scenario, same bits. With several
+/// coordinators each has the agents of its part of the plane.
+///
+/// Who waits in a zone marks time: steps on the spot, in the rhythm of its group.
+class ScenarioRun {
+ public:
+  using Mine = std::function<bool(const Eigen::Vector2d& p_W_m)>;
+  /// Agent `id` went over from one group to another.
+  struct Switch {
+    AgentId id;
+    int from, to;
+  };
+
+  /// @param mine  whether an agent that begins there is moved here
+  /// @throws ConfigError as Crowd, and for a scenario that has faults
+  explicit ScenarioRun(
+      const Scenario& scenario, const Mine& mine = [](const Eigen::Vector2d&) { return true; });
+
+  const Scenario& scenario() const { return scenario_; }
+  const Roster& roster() const { return roster_; }
+  Crowd& crowd() { return crowd_; }
+  const Crowd& crowd() const { return crowd_; }
+  double time_s() const { return crowd_.time_s(); }
+  /// Phase of the scenario's beat at the present time, not wrapped [rad].
+  double beat_rad() const;
+  /// ω₀ of the gait that the group has at present.
+  double eigenfrequency_rad_s(int group) const { return omega_[static_cast<std::size_t>(group)]; }
+  /// Number of the gait that the group has at present.
+  int gait(int group) const { return gaits_[static_cast<std::size_t>(group)]; }
+  bool waiting(AgentId id) const;
+  /// The group is coupled along a graph other than all-to-all, at some time: neighbours are known
+  /// by their number among all, so that every coordinator has all of them.
+  bool whole(int group) const { return whole_[static_cast<std::size_t>(group)]; }
+
+  /// Sums over agents that other coordinators have; kept until set again.
+  void set_outside(int group, const GroupSums& sums);
+  /// Somebody wishes that agents walk like this: they go over to the first group that does. None:
+  /// all groups take the gait. Text: why not, or empty.
+  std::string wish_gait(std::span<const AgentId> ids, const std::string& name);
+  /// Changes of groups, then a step of the crowd.
+  /// @throws ConfigError as Crowd where somebody cannot join a group: it stays in its own, and the
+  ///         step was made
+  void step(parallel::Team* team = nullptr);
+  /// Of the last step, in the order in which they happened.
+  std::span<const Switch> switches() const { return switches_; }
+  /// Groups that got other rules or another gait, in the last step and since.
+  std::span<const int> changed_groups() const { return changed_; }
+
+  /// Another coordinator moves the agent from now on, from this state; here it stays as a mirror.
+  /// Nothing if it is none of ours.
+  std::optional<Traveller> release(AgentId id);
+  /// The agent is ours from now on, in this state.
+  /// @throws ConfigError as Crowd::add
+  void admit(const Traveller& traveller);
+
+ private:
+  struct Course {
+    int leg = 0;
+    bool waiting = false;
+    double stride = 1.0;  // when it does not wait
+  };
+  void add_group(const Group& group);
+  void populate(const Mine& mine);
+  void follow_schedule();
+  void follow_goals();
+  void follow_zones();
+  void gather(const Zone& zone, int from);
+  void follow_encounters();
+  void meet(const Encounter& encounter);
+  void wait(AgentId id, bool on);
+  void plan_switch(AgentId id, int from, int to);
+  void make_switches();
+  void move(AgentId id, int from, int to);
+  void send_on(Agent& agent, int from, int to);
+  void set_goal(AgentId id, const Eigen::Vector2d& goal);
+  void set_gait(int group, const std::string& name);
+  void hear_beat();
+  int number(const std::string& group) const;
+  int gait_number(const std::string& name) const;
+  bool moved_here(int row) const;
+
+  Scenario scenario_;
+  Roster roster_;
+  Crowd crowd_;
+  std::vector<GroupSums> outside_;
+  std::vector<bool> whole_;
+  std::vector<int> gaits_;     // that groups have
+  std::vector<double> omega_;  // their ω₀
+  std::unordered_map<AgentId, Course> courses_;
+  std::size_t next_change_ = 0;
+  std::vector<Switch> switches_;
+  std::vector<int> changed_;
+  std::string trouble_;                       // of this step
+  std::vector<std::pair<double, int>> by_x_;  // scratch: rows of a group, by x
+};
+
+}  // namespace mimesis::crowd

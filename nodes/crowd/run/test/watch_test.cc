@@ -1,0 +1,147 @@
+#include "nodes/crowd/run/watch.h"
+
+#include <gtest/gtest.h>
+
+#include "nodes/crowd/run/test/small_scenario.h"
+
+namespace mimesis::crowd {
+namespace {
+
+using namespace testing;
+
+std::vector<Observed> everybody(const ScenarioRun& run) {
+  std::vector<Observed> all;
+  const Crowd& crowd = run.crowd();
+  for (int row = 0; row < crowd.size(); ++row) {
+    const Agent a = crowd.agent(row);
+    all.push_back({.id = a.id,
+                   .group = *crowd.group_of(a.id),
+                   .coupled = is_coupled(a.role),
+                   .p_W_m = a.state.position_W_m,
+                   .heading_rad = a.state.heading_rad,
+                   .phase_rad = a.state.phase_rad,
+                   .place_m = a.traits.place_m,
+                   .lane_m = a.traits.lane_m});
+  }
+  return all;
+}
+
+void walk(ScenarioRun& run, Watch& watch, double until_s) {
+  while (run.time_s() < until_s - 1e-9) {
+    watch.observe(run, run.time_s(), everybody(run));
+    run.step();
+  }
+  watch.observe(run, run.time_s(), everybody(run));
+}
+
+const RuleLine* line(const std::vector<RuleLine>& lines, Rule rule) {
+  for (const RuleLine& l : lines) {
+    if (l.rule == rule) return &l;
+  }
+  return nullptr;
+}
+
+TEST(Watch, MeasuresTheRateThatIsExpected) {
+  Scenario s = scenario({group("a", 6)});
+  s.groups[0].rules.phase = {.graph = {Topology::all_to_all}, .gain_1_s = 0.2};
+  ScenarioRun run(s);
+  Watch watch(run);
+  EXPECT_EQ(watch.lines().size(), 1u);
+  walk(run, watch, 15.0);
+  const auto weakest = watch.weakest();
+  ASSERT_TRUE(weakest && weakest->report.measured_1_s);
+  EXPECT_EQ(weakest->rule, Rule::phase);
+  EXPECT_NEAR(weakest->certificate.expected_1_s, 1.2, 1e-12) << "k N";
+  EXPECT_NEAR(*weakest->report.measured_1_s, 1.2, 0.012);
+  EXPECT_TRUE(watch.in_order());
+  EXPECT_FALSE(watch.broken());
+  EXPECT_EQ(watch.number(), 1);
+}
+
+TEST(Watch, TellsSinceWhenAFormationStands) {
+  ScenarioRun run(scenario({squad("a", 9, Topology::all_to_all)}));
+  Watch watch(run);
+  walk(run, watch, 60.0);
+  ASSERT_TRUE(watch.in_order()) << watch.disorder(run);
+  EXPECT_GT(watch.in_order_since_s(), 1.0);
+  EXPECT_LT(watch.in_order_since_s(), 50.0);
+  EXPECT_LT(watch.place_most_m(), 0.01);
+  const auto lines = watch.lines();
+  ASSERT_NE(line(lines, Rule::length), nullptr);
+  EXPECT_GT(line(lines, Rule::length)->report.measured_1_s.value_or(0.0), 0.0);
+}
+
+TEST(Watch, SaysWhatIsNotInOrder) {
+  ScenarioRun run(scenario({squad("guards", 9, Topology::all_to_all)}));
+  Watch watch(run);
+  watch.observe(run, 0.0, everybody(run));
+  EXPECT_FALSE(watch.in_order());
+  EXPECT_NE(watch.disorder(run).find("guards: phases"), std::string::npos) << watch.disorder(run);
+  EXPECT_NE(watch.disorder(run).find("guards: places"), std::string::npos) << watch.disorder(run);
+}
+
+TEST(Watch, WhoGoesMakesTheCertificateVoidAndANewOneIsMade) {
+  Scenario s = scenario({group("a", 6)});
+  s.groups[0].rules.phase = {.graph = {Topology::all_to_all}, .gain_1_s = 0.2};
+  ScenarioRun run(s);
+  Watch watch(run);
+  walk(run, watch, 1.0);
+  EXPECT_EQ(watch.take_voided(), "");
+  watch.expect_change(0, "'robot' left");
+  run.crowd().remove(3);
+  watch.observe(run, run.time_s(), everybody(run));
+  EXPECT_EQ(watch.number(), 2);
+  EXPECT_EQ(watch.take_voided(), "group a: 5 agents instead of 6: 'robot' left");
+  EXPECT_EQ(watch.take_voided(), "");
+  EXPECT_EQ(watch.agents(0), 5);
+  EXPECT_NEAR(watch.weakest()->certificate.expected_1_s, 1.0, 1e-12);
+  // Somebody who is not trusted is no node of the graph.
+  ASSERT_TRUE(run.crowd().set_role(1, Role::seen));
+  watch.observe(run, run.time_s(), everybody(run));
+  EXPECT_EQ(watch.agents(0), 4);
+}
+
+TEST(Watch, RulesThatChangeMakeItVoidToo) {
+  Scenario s = scenario({group("a", 6)});
+  Change change{.at_s = 0.5, .group = "a", .gait = "", .rules = s.groups[0].rules};
+  change.rules.phase = {.graph = {Topology::ring}, .gain_1_s = 0.5};
+  s.schedule = {change};
+  ScenarioRun run(s);
+  Watch watch(run);
+  EXPECT_FALSE(watch.weakest().has_value()) << "no rule, no guarantee";
+  walk(run, watch, 1.0);
+  EXPECT_EQ(watch.take_voided(), "group a: its rules changed");
+  ASSERT_TRUE(watch.weakest().has_value());
+  EXPECT_NEAR(watch.weakest()->certificate.expected_1_s, 0.5 * 1.0, 1e-9) << "λ⁺ of a ring of 6";
+}
+
+TEST(Watch, CountsWhoComesInOnTheWrongFoot) {
+  Scenario s = scenario({group("outside", 2), group("corridor", 0), group("yard", 2)});
+  s.beat = {.phase_rad = 0.0, .rate_rad_s = 5.7};
+  s.groups[0].start.arrangement = Arrangement::row;
+  s.groups[0].start.phase = PhaseStart::listed;
+  s.groups[0].start.phase_rad = {0.3, 3.0};
+  s.groups[1].beat_gain_1_s = 1.0;
+  s.groups[2].origin_y_m = 20.0;
+  Zone gate{.name = "gate",
+            .from = "outside",
+            .to = "corridor",
+            .least_x_m = 0.5,
+            .least_y_m = -9.0,
+            .most_x_m = 9.0,
+            .most_y_m = 9.0,
+            .gather = 2};
+  Zone back = gate;  // nobody gathers there
+  back.from = "yard", back.gather = 1, back.least_y_m = 10.0, back.most_y_m = 30.0;
+  s.zones = {gate, back};
+  ScenarioRun run(s);
+  Watch watch(run);
+  walk(run, watch, 4.0);
+  EXPECT_EQ(run.crowd().rows(1).count, 4);
+  EXPECT_EQ(watch.entrances().count, 2);
+  EXPECT_EQ(watch.entrances().wrong_foot, 1);
+  EXPECT_NEAR(watch.entrances().most_rad, 3.0, 0.15);
+}
+
+}  // namespace
+}  // namespace mimesis::crowd

@@ -1,0 +1,199 @@
+#include "nodes/crowd/run/watch.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <numbers>
+
+#include "common/math/circle.h"
+
+namespace mimesis::crowd {
+namespace {
+
+std::size_t at(int i) { return static_cast<std::size_t>(i); }
+
+bool hears_beat(const ScenarioRun& run, int group) {
+  return run.scenario().groups[at(group)].beat_gain_1_s > 0.0;
+}
+
+bool has_zone(const Scenario& scenario, const std::string& group) {
+  return std::ranges::any_of(scenario.zones, [&](const Zone& zone) {
+    return zone.from == group || zone.from.empty() || zone.to == group;
+  });
+}
+
+/// People gather between these groups.
+bool is_gate(const Scenario& scenario, int from, int to) {
+  return std::ranges::any_of(scenario.zones, [&](const Zone& zone) {
+    return zone.gather > 1 && zone.to == scenario.groups[at(to)].name &&
+           (zone.from.empty() || zone.from == scenario.groups[at(from)].name);
+  });
+}
+
+}  // namespace
+
+Watch::Watch(const ScenarioRun& run) : groups_(run.scenario().groups.size()) {
+  const Roster& roster = run.roster();
+  last_group_.assign(at(roster.agents() + roster.externals() + 1), -1);
+  std::vector<int> members(groups_.size(), 0);
+  for (AgentId id = 1; id <= static_cast<AgentId>(roster.agents()); ++id) {
+    ++members[at(roster.home(id))];
+  }
+  for (std::size_t g = 0; g < groups_.size(); ++g) {
+    groups_[g].passes = has_zone(run.scenario(), run.scenario().groups[g].name);
+    certify(run, static_cast<int>(g), members[g], {});
+  }
+  number_ = 1;
+  voided_.clear();
+}
+
+void Watch::certify(const ScenarioRun& run, int group, int agents, const std::string& why) {
+  Kept& kept = groups_[at(group)];
+  Rules rules = run.crowd().group(group).rules;
+  const Group& described = run.scenario().groups[at(group)];
+  kept.wanted = wanted_of(described, rules, kept.passes);
+  if (hears_beat(run, group)) rules.phase.leader_gain_1_s = 0.0;  // no agent leads
+  Certificate certificate = crowd::certify(rules, agents,
+                                           {.gait = run.crowd().group(group).gait,
+                                            .eigenfrequency_rad_s = run.eigenfrequency_rad_s(group),
+                                            .spread_rad_s = described.spread_rad_s,
+                                            .beat_gain_1_s = described.beat_gain_1_s});
+  certificate.agents = agents;
+  kept.monitor.certify(std::move(certificate));
+  kept.expected.clear();
+  if (why.empty()) return;
+  ++number_;
+  voided_ += (voided_.empty() ? "" : "; ") + ("group " + described.name + ": " + why);
+}
+
+std::string Watch::change_of(const ScenarioRun& run, int group, int agents) const {
+  const Kept& kept = groups_[at(group)];
+  const int before = kept.monitor.certificate().agents;
+  const bool ruled = std::ranges::find(run.changed_groups(), group) != run.changed_groups().end();
+  std::string why = ruled ? "its rules changed" : "";
+  if (agents != before) {
+    why += (why.empty() ? "" : ", ") + std::to_string(agents) + " agents instead of " +
+           std::to_string(before);
+  }
+  if (!why.empty() && !kept.expected.empty()) why += ": " + kept.expected;
+  return why;
+}
+
+void Watch::expect_change(int group, std::string reason) {
+  std::string& expected = groups_[at(group)].expected;
+  expected += (expected.empty() ? "" : ", ") + std::move(reason);
+}
+
+/// How well in step somebody is who comes through a gate into a group that hears the beat.
+void Watch::greet(const ScenarioRun& run, const Observed& agent, double beat_rad) {
+  int& last = last_group_[agent.id];
+  const bool came = last >= 0 && last != agent.group && hears_beat(run, agent.group) &&
+                    is_gate(run.scenario(), last, agent.group);
+  if (came) {
+    const double off = std::abs(math::wrap_pi(agent.phase_rad - beat_rad));
+    ++entrances_.count;
+    entrances_.wrong_foot += off > 0.5 * std::numbers::pi ? 1 : 0;
+    entrances_.most_rad = std::max(entrances_.most_rad, off);
+  }
+  last = agent.group;
+}
+
+void Watch::observe(const ScenarioRun& run, double time_s, std::span<const Observed> everybody) {
+  bool order = true;
+  const double beat = run.beat_rad();
+  std::size_t i = 0;
+  for (int g = 0; g < static_cast<int>(groups_.size()); ++g) {
+    members_.clear();
+    for (; i < everybody.size() && everybody[i].group == g; ++i) {
+      greet(run, everybody[i], beat);
+      if (everybody[i].coupled) members_.push_back(everybody[i]);
+    }
+    const std::string why = change_of(run, g, static_cast<int>(members_.size()));
+    if (!why.empty()) certify(run, g, static_cast<int>(members_.size()), why);
+    Kept& kept = groups_[at(g)];
+    const Group& group = run.scenario().groups[at(g)];
+    kept.order = observer_.measure(group, run.crowd().group(g).rules, members_,
+                                   hears_beat(run, g) ? std::optional(beat) : std::nullopt);
+    kept.monitor.step(time_s, kept.order.errors);
+    order = order && crowd::in_order(group, kept.wanted, kept.order, run.scenario().formed_m);
+  }
+  if (!order) since_s_ = -1.0;
+  if (order && since_s_ < 0.0) since_s_ = time_s;
+}
+
+std::vector<RuleLine> Watch::lines() const {
+  std::vector<RuleLine> lines;
+  for (int g = 0; g < static_cast<int>(groups_.size()); ++g) {
+    const Kept& kept = groups_[at(g)];
+    const Certificate& c = kept.monitor.certificate();
+    const MonitorReport report = kept.monitor.report();
+    const GroupErrors& e = kept.order.errors;
+    const auto add = [&](Rule rule, const RuleCertificate& rule_certificate, RuleReport measured,
+                         double disorder) {
+      if (rule_certificate.guarantee == Guarantee::off || c.agents == 0) return;
+      lines.push_back(
+          {g, rule, rule_certificate, measured, std::isfinite(disorder) ? disorder : 0.0});
+    };
+    RuleReport by_frequency = report.spacing;
+    if (c.length.guarantee != Guarantee::off) by_frequency.measured_1_s.reset();  // is of rule II
+    add(Rule::frequency, c.frequency, by_frequency, e.spacing_m);
+    add(Rule::length, c.length, report.spacing, e.spacing_m);
+    add(Rule::phase, c.phase, report.phase, e.dispersion);
+    add(Rule::tracking, c.tracking, report.tracking, e.tracking_rad);
+    add(Rule::heading, c.heading, report.heading, e.heading_rad);
+  }
+  return lines;
+}
+
+std::optional<RuleLine> Watch::weakest() const {
+  const std::vector<RuleLine> all = lines();
+  const auto least =
+      std::ranges::min_element(all, {}, [](const RuleLine& l) { return l.report.guaranteed_1_s; });
+  return least == all.end() ? std::nullopt : std::optional(*least);
+}
+
+std::string Watch::take_voided() {
+  std::string voided;
+  voided.swap(voided_);
+  return voided;
+}
+
+int Watch::agents(int group) const { return groups_[at(group)].monitor.certificate().agents; }
+
+std::string Watch::disorder(const ScenarioRun& run) const {
+  std::string text;
+  for (std::size_t g = 0; g < groups_.size(); ++g) {
+    const Kept& kept = groups_[g];
+    const Group& group = run.scenario().groups[g];
+    const GroupOrder& o = kept.order;
+    if (crowd::in_order(group, kept.wanted, o, run.scenario().formed_m)) continue;
+    const auto add = [&](bool wanted, double error, double tolerance, const char* what,
+                         const char* unit) {
+      if (!wanted || error <= tolerance) return;
+      std::array<char, 120> line{};
+      std::snprintf(line.data(), line.size(), "%s %.3g of %.3g %s", what, error, tolerance, unit);
+      text += (text.empty() ? "" : ", ") + group.name + ": " + line.data();
+    };
+    add(kept.wanted.phases, o.phase_most_rad, kInOrder_rad, "phases", "rad");
+    add(kept.wanted.leader, o.errors.tracking_rad, kInOrder_rad, "phases to the leader", "rad");
+    add(kept.wanted.places, o.place_most_m, run.scenario().formed_m, "places", "m");
+    add(kept.wanted.headings, o.errors.heading_rad, kInOrder_rad, "headings", "rad");
+    add(kept.wanted.goals, o.goal_most_m, group.goals.reached_m, "goals", "m");
+  }
+  return text;
+}
+
+double Watch::place_most_m() const {
+  double most = 0.0;
+  for (const Kept& kept : groups_) {
+    if (kept.wanted.places) most = std::max(most, kept.order.place_most_m);
+  }
+  return most;
+}
+
+bool Watch::broken() const {
+  return std::ranges::any_of(lines(), [](const RuleLine& line) { return line.report.broken(); });
+}
+
+}  // namespace mimesis::crowd

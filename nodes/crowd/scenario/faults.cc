@@ -1,0 +1,226 @@
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+
+#include "common/error.h"
+#include "nodes/crowd/scenario/arrangement.h"
+#include "nodes/crowd/scenario/rule_faults.h"
+#include "nodes/crowd/scenario/scenario.h"
+
+namespace mimesis::crowd {
+namespace {
+
+std::string at(const char* list, std::size_t i) {
+  return std::string(list) + "." + std::to_string(i);
+}
+
+std::string number(double v) {
+  std::ostringstream out;
+  out << v;
+  return out.str();
+}
+
+class Checker {
+ public:
+  explicit Checker(const Scenario& scenario) : s_(scenario) {}
+
+  std::vector<Fault> run() {
+    if (s_.gaits.empty()) add("gaits", "there is no gait");
+    if (s_.groups.empty()) add("groups", "there is no group: N = 0");
+    if (!(s_.step_s > 0.0)) add("step_s", "a step of " + number(s_.step_s) + " s");
+    for (std::size_t i = 0; i < s_.gaits.size(); ++i) check_gait(at("gaits", i), i);
+    for (std::size_t i = 0; i < s_.groups.size(); ++i) check_group(at("groups", i), i);
+    for (std::size_t i = 0; i < s_.schedule.size(); ++i) check_change(at("schedule", i), i);
+    for (std::size_t i = 0; i < s_.zones.size(); ++i) check_zone(at("zones", i), s_.zones[i]);
+    for (std::size_t i = 0; i < s_.encounters.size(); ++i) {
+      check_encounter(at("encounters", i), s_.encounters[i]);
+    }
+    check_externals();
+    check_obstacles();
+    return std::move(faults_);
+  }
+
+ private:
+  void add(const std::string& path, const std::string& what) { faults_.push_back({path, what}); }
+
+  void check_gait(const std::string& path, std::size_t i) {
+    const Gait& gait = s_.gaits[i];
+    if (s_.gait(gait.name) != &gait) add(path + ".name", "gait " + gait.name + " is there twice");
+    if (!(gait.eigenfrequency_rad_s > 0.0)) {
+      add(path + ".eigenfrequency_rad_s",
+          "omega_0 = " + number(gait.eigenfrequency_rad_s) + ": a walker's phase must advance");
+    }
+    try {
+      [[maybe_unused]] const SpeedFunction g = gait.speed();
+    } catch (const ConfigError& e) {
+      add(path + ".mean_m_rad", e.what());
+    }
+  }
+
+  void check_group(const std::string& path, std::size_t i) {
+    const Group& group = s_.groups[i];
+    if (s_.group(group.name) != &group) {
+      add(path + ".name", "group " + group.name + " is there twice");
+    }
+    known_gait(path + ".gait", group.gait);
+    const bool grows = s_.grows(group.name);
+    if (group.count < 0 || (group.count == 0 && !grows)) {
+      add(path + ".count", "N = " + std::to_string(group.count) +
+                               ": there is nobody, and nobody comes by zones, encounters or bus");
+      return;
+    }
+    const Gait* gait = s_.gait(group.gait);
+    if (gait != nullptr && group.spread_rad_s >= gait->eigenfrequency_rad_s) {
+      add(path + ".spread_rad_s", "as large as the eigenfrequency: somebody would not walk");
+    }
+    if (group.beat_gain_1_s < 0.0) {
+      add(path + ".beat_gain_1_s",
+          "alpha = " + number(group.beat_gain_1_s) + " < 0: the beat would repel");
+    }
+    if (group.beat_gain_1_s > 0.0 && s_.beat.rate_rad_s == 0.0) {
+      add(path + ".beat_gain_1_s", "there is no beat to follow");
+    }
+    if (group.beat_gain_1_s > 0.0 && group.rules.phase.leader_gain_1_s > 0.0) {
+      add(path + ".beat_gain_1_s", "the group has a leader already");
+    }
+    check_start(path, group);
+    check_formation(path, group);
+    check_goals(path, group);
+    add_rule_faults(path + ".rules", group.rules, group, grows, faults_);
+  }
+
+  void check_start(const std::string& path, const Group& group) {
+    const Start& start = group.start;
+    const auto n = static_cast<std::size_t>(group.count);
+    if (start.arrangement == Arrangement::listed) {
+      sized(path + ".start.position_m", "numbers z, xi", 2 * n, start.position_m.size());
+    }
+    if (start.phase == PhaseStart::listed) {
+      sized(path + ".start.phase_rad", "phases", n, start.phase_rad.size());
+    }
+    if (start.arrangement != Arrangement::box) return;
+    Group alone = group;
+    alone.start.phase = PhaseStart::equal;
+    attempt(path + ".start", [&] { (void)starts(alone, 1.0, static_cast<unsigned>(s_.seed)); });
+  }
+
+  void check_formation(const std::string& path, const Group& group) {
+    const Formation& f = group.formation;
+    const auto n = static_cast<std::size_t>(group.count);
+    if (f.shape == Shape::listed) {
+      sized(path + ".formation.place_m", "places", n, f.place_m.size());
+      if (!f.lane_m.empty()) sized(path + ".formation.lane_m", "lanes", n, f.lane_m.size());
+    }
+    if (f.shape != Shape::distances) return;
+    for (std::size_t i = 0; i < f.distances.size(); ++i) {
+      const Distance& d = f.distances[i];
+      if (std::min(d.i, d.j) >= 0 && std::max(d.i, d.j) < group.count && d.i != d.j) continue;
+      add(path + ".formation.distances." + std::to_string(i),
+          "between " + std::to_string(d.i) + " and " + std::to_string(d.j) +
+              ": expected two of the agents 0 to " + std::to_string(group.count - 1));
+      return;
+    }
+    attempt(path + ".formation.distances", [&] { (void)places(group); });
+  }
+
+  void check_goals(const std::string& path, const Group& group) {
+    const std::size_t given = group.goals.position_m.size();
+    const std::string where = path + ".goals.position_m";
+    const bool listed = group.goals.aim == Aim::places || group.goals.aim == Aim::route;
+    if (listed && (given == 0 || given % 2 != 0)) {
+      add(where, "expected x, y of every goal, found " + std::to_string(given) + " numbers");
+    } else if (group.goals.aim == Aim::places && given > 2) {
+      sized(where, "numbers x, y (or two for all)", 2 * static_cast<std::size_t>(group.count),
+            given);
+    }
+  }
+
+  void check_change(const std::string& path, std::size_t i) {
+    const Change& change = s_.schedule[i];
+    if (i > 0 && change.at_s < s_.schedule[i - 1].at_s) {
+      add(path + ".at_s", "before the change above it");
+    }
+    if (!change.gait.empty()) known_gait(path + ".gait", change.gait);
+    known_group(path + ".group", change.group);
+    if (const Group* group = s_.group(change.group)) {
+      add_rule_faults(path + ".rules", change.rules, *group, s_.grows(group->name), faults_);
+    }
+  }
+
+  void check_zone(const std::string& path, const Zone& zone) {
+    if (!zone.from.empty()) known_group(path + ".from", zone.from);
+    known_group(path + ".to", zone.to);
+    if (zone.least_x_m >= zone.most_x_m) add(path + ".most_x_m", "not above least_x_m");
+    if (zone.least_y_m >= zone.most_y_m) add(path + ".most_y_m", "not above least_y_m");
+    if (zone.gather < 1) add(path + ".gather", "fewer than one never come together");
+  }
+
+  void check_encounter(const std::string& path, const Encounter& e) {
+    known_group(path + ".group", e.group);
+    known_group(path + ".other", e.other);
+    known_group(path + ".to", e.to);
+    if (e.group == e.to) add(path + ".to", "the group they are in");
+    if (!(e.within_m > 0.0)) add(path + ".within_m", "nobody comes so near");
+  }
+
+  void check_externals() {
+    for (std::size_t i = 0; i < s_.externals.size(); ++i) {
+      const External& e = s_.externals[i];
+      known_group(at("externals", i) + ".group", e.group);
+      if (std::ranges::find(s_.externals, e.name, &External::name) - s_.externals.begin() !=
+          static_cast<std::ptrdiff_t>(i)) {
+        add(at("externals", i) + ".name", "external agent " + e.name + " is there twice");
+      }
+    }
+  }
+
+  void check_obstacles() {
+    for (std::size_t i = 0; i < s_.pillars.size(); ++i) {
+      if (!(s_.pillars[i].radius_m > 0.0)) add(at("pillars", i) + ".radius_m", "not above 0");
+    }
+    for (std::size_t i = 0; i < s_.walls.size(); ++i) {
+      const WallSpec& w = s_.walls[i];
+      if (w.from_x_m == w.to_x_m && w.from_y_m == w.to_y_m) {
+        add(at("walls", i), "ends where it begins; a pillar is round");
+      }
+    }
+  }
+
+  void known_gait(const std::string& path, const std::string& name) {
+    if (s_.gait(name) != nullptr) return;
+    std::string known;
+    for (const Gait& gait : s_.gaits) known += (known.empty() ? "" : ", ") + gait.name;
+    add(path, "no gait '" + name + "'; there are: " + known);
+  }
+
+  void known_group(const std::string& path, const std::string& name) {
+    if (s_.group(name) != nullptr) return;
+    std::string known;
+    for (const Group& group : s_.groups) known += (known.empty() ? "" : ", ") + group.name;
+    add(path, "no group '" + name + "'; there are: " + known);
+  }
+
+  void sized(const std::string& path, const char* what, std::size_t wanted, std::size_t found) {
+    if (wanted == found) return;
+    add(path,
+        "expected " + std::to_string(wanted) + " " + what + ", found " + std::to_string(found));
+  }
+
+  template <class Function>
+  void attempt(const std::string& path, const Function& function) {
+    try {
+      function();
+    } catch (const ConfigError& e) {
+      add(path, e.what());
+    }
+  }
+
+  const Scenario& s_;
+  std::vector<Fault> faults_;
+};
+
+}  // namespace
+
+std::vector<Fault> faults(const Scenario& scenario) { return Checker(scenario).run(); }
+
+}  // namespace mimesis::crowd

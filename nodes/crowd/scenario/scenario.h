@@ -1,0 +1,184 @@
+#pragma once
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "nodes/crowd/gait/speed_function.h"
+#include "nodes/crowd/rules/rules.h"
+
+namespace mimesis::crowd {
+
+/// A way to walk; its name is the style or emotion that the synthesizer knows it by.
+struct Gait {
+  std::string name = "neutral";
+  double eigenfrequency_rad_s = 5.7;                 ///< ω₀ of the gait phase
+  double mean_m_rad = 0.2;                           ///< ⟨g⟩ of the speed function
+  std::vector<double> cosine_m_rad{}, sine_m_rad{};  ///< its harmonics
+
+  /// @throws ConfigError where g touches zero
+  SpeedFunction speed() const { return {mean_m_rad, cosine_m_rad, sine_m_rad}; }
+};
+
+/// Where agents stand at the start, in the path's frame P: z along the path, ξ to the left of it.
+enum class Arrangement {
+  line,    ///< one behind the other
+  row,     ///< side by side
+  grid,    ///< rows of `columns`, one behind the other
+  circle,  ///< facing its centre
+  box,     ///< at random places, one radius between two at least
+  listed
+};
+
+enum class PhaseStart { equal, spread, random, listed };
+
+struct Start {
+  Arrangement arrangement = Arrangement::grid;
+  double spacing_m = 1.2;  ///< along the path
+  double across_m = 1.2;
+  int columns = 0;         ///< of a grid; 0: ⌈√count⌉
+  double radius_m = 5.0;   ///< of a circle
+  double length_m = 10.0;  ///< of a box along the path; its middle is the path's origin
+  double width_m = 10.0;
+  double jitter_m = 0.0;                  ///< every coordinate moved at random by up to ±this
+  std::vector<double> position_m{};       ///< listed: z, ξ of one agent after the other
+  PhaseStart phase = PhaseStart::random;  ///< spread: multiples of the golden section of a cycle
+  std::vector<double> phase_rad{};        ///< listed
+};
+
+/// Where agents shall be relative to each other: place dᵢ along the path, lane ξᵢ across.
+enum class Shape {
+  none,       ///< the rules know no distances
+  line,       ///< agent 0 ahead, `spacing_m` from one to the next
+  row,        ///< dᵢ = 0, side by side
+  grid,       ///< rows of `columns`, agent 0 ahead on the left
+  wedge,      ///< agent 0 ahead, the others behind on both sides
+  listed,     ///< dᵢ and ξᵢ one by one
+  distances,  ///< dᵢⱼ of pairs; lanes as a row
+};
+
+/// dᵢⱼ, how far i shall be ahead of j.
+struct Distance {
+  int i = 0, j = 0;
+  double ahead_m = 0.0;
+};
+
+struct Formation {
+  Shape shape = Shape::none;
+  double spacing_m = 1.2;
+  double across_m = 1.2;
+  int columns = 0;  ///< of a grid; 0: ⌈√count⌉
+  std::vector<double> place_m{}, lane_m{};
+  std::vector<Distance> distances{};
+};
+
+enum class Aim {
+  none,
+  opposite,  ///< own start seen through the path's origin: circle swap, head-on pairs
+  places,    ///< one for each agent, or one for all
+  route      ///< every agent from one to the next
+};
+
+struct Goals {
+  Aim aim = Aim::none;
+  std::vector<double> position_m{};  ///< x, y in W of one after the other
+  bool loop = false;                 ///< a route begins anew
+  double reached_m = 0.5;            ///< so near is there
+};
+
+/// Agents with the same rules and gait. z runs from `origin` along `heading`.
+struct Group {
+  std::string name = "crowd";
+  int count = 0;
+  std::string gait = "neutral";
+  double spread_rad_s = 0.0;  ///< eigenfrequencies are drawn from ω₀ ± this
+  double radius_m = 0.25;     ///< of an agent
+  double origin_x_m = 0.0, origin_y_m = 0.0, heading_rad = 0.0;  ///< of P in W
+  Start start{};
+  Formation formation{};
+  Goals goals{};
+  Rules rules{};
+  double beat_gain_1_s = 0.0;  ///< to Scenario::beat, as α to a leader [M18 eq. 4.26]; 0: deaf
+};
+
+/// An external rhythm, such as music: phase at time 0 and rate; rate 0: none.
+struct Rhythm {
+  double phase_rad = 0.0, rate_rad_s = 0.0;
+};
+
+struct PillarSpec {
+  double x_m = 0.0, y_m = 0.0, radius_m = 0.3;
+};
+
+struct WallSpec {
+  double from_x_m = 0.0, from_y_m = 0.0, to_x_m = 0.0, to_y_m = 0.0;
+};
+
+/// From `at_s` on the group has these rules, and this gait if it names one.
+struct Change {
+  double at_s = 0.0;
+  std::string group;
+  std::string gait;
+  Rules rules{};
+};
+
+/// An agent of `from` ("": of any group) in the rectangle goes over to group `to`; those who must
+/// gather wait there until so many have come.
+struct Zone {
+  std::string name, from, to;
+  double least_x_m = 0.0, least_y_m = 0.0, most_x_m = 0.0, most_y_m = 0.0;
+  int gather = 1;
+};
+
+/// An agent of `group` that comes within the distance of one of `other` goes over to group `to`:
+/// emotions that switch when people meet.
+struct Encounter {
+  std::string group, other, to;
+  double within_m = 2.0;
+};
+
+/// An agent that another process or a robot may be. It takes part from its first message on.
+struct External {
+  std::string name, group;
+  double place_m = 0.0, lane_m = 0.0;  ///< in the group's formation
+  double radius_m = 0.25;
+};
+
+/// All that a run of the crowd needs; the content of launch/crowd/NAME.yaml.
+struct Scenario {
+  std::string name = "crowd", about;
+  int seed = 1;
+  double step_s = 0.02;    ///< of the simulation
+  double until_s = 60.0;   ///< length of the run
+  double formed_m = 0.01;  ///< a formation stands when nobody is farther from its place
+  double stale_s = 0.3;    ///< older states of external agents are not trusted
+  Rhythm beat{};
+  std::vector<Gait> gaits{};
+  std::vector<Group> groups{};
+  std::vector<PillarSpec> pillars{};
+  std::vector<WallSpec> walls{};
+  std::vector<Change> schedule{};  ///< in the order of time
+  std::vector<Zone> zones{};
+  std::vector<Encounter> encounters{};
+  std::vector<External> externals{};
+
+  /// By name; null if there is none.
+  const Gait* gait(std::string_view wanted) const;
+  const Group* group(std::string_view wanted) const;
+  /// Agents may come to this group while it runs: through zones, encounters or from outside.
+  bool grows(std::string_view wanted) const;
+};
+
+/// Something a scenario must not be, where ("groups.0.rules.frequency.gain_rad_m_s") and why, in
+/// the terms of the theory.
+struct Fault {
+  std::string path, what;
+};
+
+/// All of them, whatever wrote the scenario; none: it can run.
+std::vector<Fault> faults(const Scenario& scenario);
+
+/// The coupling graph that settings ask for among n agents. @throws ConfigError
+CouplingGraph coupling(const GraphSettings& settings, int n);
+
+}  // namespace mimesis::crowd

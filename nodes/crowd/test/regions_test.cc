@@ -1,0 +1,91 @@
+// One crowd of one, two and four coordinators.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "nodes/crowd/test/coordinators.h"
+#include "nodes/crowd/test/scenario_file.h"
+
+namespace mimesis::crowd {
+namespace {
+
+using namespace testing;
+
+double farthest(const Coordinators& a, const Coordinators& b) {
+  const auto left = a.agents(), right = b.agents();
+  EXPECT_EQ(left.size(), right.size());
+  double most = 0.0;
+  for (const auto& [id, state] : left) {
+    const auto other = right.find(id);
+    if (other == right.end()) {
+      ADD_FAILURE() << "agent " << id << " got lost";
+      continue;
+    }
+    most = std::max(most, std::hypot(state[0] - other->second[0], state[1] - other->second[1]));
+  }
+  return most;
+}
+
+/// One alone begins to walk in its first step; several in their third, when all have heard that all
+/// hear each other.
+void same_run(const std::string& text, const std::vector<double>& x_m,
+              const std::vector<double>& y_m, double until_s, double tolerance_m, int handovers) {
+  const ScenarioFile file(text);
+  const CrowdParams params = file.params();
+  Coordinators alone(params, {}, {}), several(params, x_m, y_m);
+  for (double t = 1.0; t < until_s; t += 1.0) {
+    alone.until(100.0 + t);
+    several.until(100.0 + t);
+  }
+  for (int i = 0; i < 2; ++i) several.step();
+  EXPECT_EQ(alone.agents().size(), several.agents().size());
+  EXPECT_LT(farthest(alone, several), tolerance_m);
+  EXPECT_GE(several.handovers(), handovers);
+}
+
+TEST(Regions, TwoCoordinatorsMakeTheSameFormation) {
+  same_run(kFormation, {0.0}, {}, 30.0, 1e-3, 5);
+}
+
+TEST(Regions, FourCoordinatorsMakeTheSameFormation) {
+  same_run(kFormation, {4.0}, {0.0}, 30.0, 1e-3, 5);
+}
+
+TEST(Regions, AlongAChainToo) { same_run(kChain, {0.0}, {0.0}, 30.0, 1e-3, 5); }
+
+TEST(Regions, AndWithALeaderAndABeat) {
+  same_run(kLeader, {0.0}, {0.0}, 20.0, 1e-3, 2);
+  same_run(kBeat, {0.0}, {0.0}, 20.0, 1e-3, 2);
+}
+
+TEST(Regions, WaitForEachOther) {
+  const ScenarioFile file(kFormation);
+  Coordinators two(file.params(), {0.0}, {});
+  two.connect(false);
+  for (int i = 0; i < 100; ++i) two.step();
+  EXPECT_FALSE(two[0].status.runs());
+  EXPECT_EQ(two[0].status.reason(), "waits for coordinator 2");
+  EXPECT_EQ(two[1].status.reason(), "waits for coordinator 1");
+  two.connect(true);
+  for (int i = 0; i < 60; ++i) two.step();
+  EXPECT_TRUE(two[0].status.runs());
+  EXPECT_TRUE(two[1].status.runs());
+}
+
+TEST(Regions, WhoFallsSilentIsMissedAndNobodyIsSentThere) {
+  const ScenarioFile file(kFormation);
+  Coordinators two(file.params(), {12.0}, {});
+  two.until(104.0);
+  const std::size_t before = two[0].agents.size();
+  ASSERT_EQ(before, 16u) << "nobody has come to the cut";
+  two.connect(false);
+  two.until(116.0);  // they walk far beyond it
+  EXPECT_EQ(two[0].agents.size(), 16u);
+  two.connect(true);
+  two.until(118.0);
+  EXPECT_EQ(two[0].agents.size(), 0u);
+  EXPECT_EQ(two[1].agents.size(), 16u);
+}
+
+}  // namespace
+}  // namespace mimesis::crowd

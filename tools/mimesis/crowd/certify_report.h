@@ -1,0 +1,17 @@
+#pragma once
+#include <iosfwd>
+#include <string>
+
+#include "nodes/crowd/scenario/scenario.h"
+
+namespace mimesis::tool {
+
+/// Prints what is guaranteed in every group and stage, at which rate, the largest N of each kind of
+/// graph, and what to change. Returns whether every rule in force is guaranteed.
+bool print_certificates(const crowd::Scenario& scenario, std::ostream& out, bool colour);
+
+/// The same as one JSON object on a line, see tools/mimesis/README.md.
+bool print_certificates_json(const std::string& file, const crowd::Scenario& scenario,
+                             std::ostream& out);
+
+}  // namespace mimesis::tool
