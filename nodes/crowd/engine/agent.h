@@ -20,8 +20,8 @@ constexpr bool is_summed(Role r) { return r <= Role::external; }
 constexpr bool is_coupled(Role r) { return r <= Role::mirror; }
 constexpr bool yields(Role r) { return r == Role::own || r == Role::mirror || r == Role::ghost; }
 
-/// What changes in a step. All that the next step needs: handed to another coordinator, it goes on
-/// with the same bits. W: world, z up.
+/// What changes in a step, and all that the next step needs: handed to another coordinator, the
+/// agent goes on as it would have here. W: world, z up.
 struct AgentState {
   static constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 

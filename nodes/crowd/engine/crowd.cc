@@ -62,7 +62,13 @@ void Crowd::set_rules(int group, const Rules& rules) {
   GroupRows changed = g;
   changed.settings = next;
   changed.changed = true;
-  if (g.count > 0) impl_->prepare(changed);
+  const bool follow = rules.phase.leader_gain_1_s > 0.0 && !impl_->leads_from_outside(changed);
+  const int n = static_cast<int>(g.members.size());
+  for (const GraphSettings* graph :
+       {&rules.frequency.graph, &rules.length.graph, &rules.heading.graph, &rules.phase.graph}) {
+    if (n > 0)
+      check_edges(*graph, graph == &rules.phase.graph && follow ? n - 1 : n, name_of(group));
+  }
   g = std::move(changed);
   g.lift = true;
 }
@@ -181,7 +187,9 @@ void Crowd::set_obstacles(std::span<const Pillar> pillars, std::span<const Wall>
 }
 
 void Crowd::set_outside(int group, const GroupSums& sums) {
-  impl_->groups.at(static_cast<std::size_t>(group)).outside = sums;
+  GroupRows& g = impl_->groups.at(static_cast<std::size_t>(group));
+  g.changed = g.changed || sums.leader != g.outside.leader;  // who follows may have changed
+  g.outside = sums;
 }
 
 double Crowd::time_s() const { return static_cast<double>(impl_->steps) * dt_s(); }

@@ -89,6 +89,8 @@ void check(const Rules& rules, const std::string& what);
 /// What a gain may be at most for this dt, with n coupled agents.
 void check_stiffness(const GroupSettings& settings, double dt_s, double n, double omega_rad_s,
                      const std::string& what);
+/// Edges are between n nodes.
+void check_edges(const GraphSettings& graph, int n, const std::string& what);
 bool is_finite(const AgentState& state);
 /// Why traits are refused, or nothing.
 std::string flaw_of(const AgentTraits& traits);

@@ -67,6 +67,13 @@ void check(const CrowdSettings& s) {
 }
 
 void check(const Rules& r, const std::string& what) {
+  for (const GraphSettings* graph :
+       {&r.frequency.graph, &r.length.graph, &r.phase.graph, &r.heading.graph}) {
+    if (graph->topology != Topology::weighted) continue;
+    int nodes = 0;
+    for (const Edge& e : graph->edges) nodes = std::max({nodes, e.i + 1, e.j + 1});
+    (void)CouplingGraph::weighted(nodes, graph->edges);  // refuses what is none
+  }
   need(std::isfinite(r.frequency.gain_rad_m_s), what + "rule I, gain m_d", r.frequency.gain_rad_m_s,
        "a finite number");
   not_negative(r.frequency.saturation_m, what + "rule I, saturation [m]");
@@ -97,6 +104,14 @@ void check_stiffness(const GroupSettings& s, double dt, double n, double omega,
                         " 1/s, which steps of " + std::to_string(dt) +
                         " s do not follow; expected below " + std::to_string(1.0 / dt) + " 1/s");
     }
+  }
+}
+
+void check_edges(const GraphSettings& graph, int n, const std::string& what) {
+  for (const Edge& e : graph.edges) {
+    if (std::min(e.i, e.j) >= 0 && std::max(e.i, e.j) < n) continue;
+    throw ConfigError(what + "edge " + std::to_string(e.i) + " - " + std::to_string(e.j) +
+                      ": the graph has nodes 0 to " + std::to_string(n - 1));
   }
 }
 

@@ -8,6 +8,7 @@
 #include "common/math/circle.h"
 #include "common/reproduce/gnuplot.h"
 #include "nodes/crowd/certificate/rate_fit.h"
+#include "nodes/crowd/certificate/spectrum.h"
 #include "nodes/crowd/figures/figures.h"
 #include "nodes/crowd/figures/frequency_runs.h"
 #include "nodes/crowd/figures/hopf_trials.h"
@@ -42,11 +43,6 @@ std::vector<double> random_phases(int n, double width, std::mt19937_64& draw) {
   std::vector<double> phi;
   for (int i = 0; i < n; ++i) phi.push_back(uniform(draw));
   return phi;
-}
-
-double most_lambda(Topology topology, int n) {
-  if (topology == Topology::chain) return 2.0 * (1.0 + std::cos(0.5 * math::kTwoPi / n));
-  return topology == Topology::ring ? 2.0 * (1.0 - std::cos(math::kTwoPi * (n / 2) / n)) : n;
 }
 
 /// Median rate of differences over random starts; < 0 where it grows.
@@ -172,7 +168,7 @@ Report divergence(const PlotDir& dir) {
   std::vector<Data> data;
   std::string curves;
   for (const Topology topology : {Topology::all_to_all, Topology::ring, Topology::chain}) {
-    const double lambda = most_lambda(topology, 5), gain = -0.5;
+    const double lambda = extremes(topology, 5).most, gain = -0.5;
     const double expected = -gain * lambda, seconds = 14.0 / expected;
     const std::string name(to_string(topology));
     const double rate = measured(topology, 5, gain / kMean_m_rad, 26.0 / expected, 1e-10);

@@ -9,6 +9,7 @@
 
 #include "common/math/circle.h"
 #include "common/reproduce/gnuplot.h"
+#include "nodes/crowd/certificate/spectrum.h"
 #include "nodes/crowd/figures/figures.h"
 #include "nodes/crowd/figures/frequency_runs.h"
 
@@ -29,11 +30,7 @@ struct Case {
   double amplitude;  ///< of g
 };
 
-double most_lambda(const Case& c) {
-  return c.topology == Topology::all_to_all
-             ? c.n
-             : 2.0 * (1.0 - std::cos(math::kTwoPi * (c.n / 2) / c.n));
-}
+double most_lambda(const Case& c) { return extremes(c.topology, c.n).most; }
 
 /// m ⟨g⟩ [1/s²] with which the fastest mode swings at √(m⟨g⟩λ_max) = ω, half as fast as g: behind a
 /// slow low-pass the gait pumps it.
@@ -68,7 +65,7 @@ struct Seen {
 Seen formed(const Case& c, double factor) {
   const FrequencyRun run = make(c, factor * bound_of(c));
   std::mt19937_64 draw(17);
-  constexpr int kStarts = 12;
+  constexpr int kStarts = 6;
   Seen seen;
   int count = 0;
   for (int s = 0; s < kStarts; ++s) {

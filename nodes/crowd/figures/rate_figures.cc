@@ -56,7 +56,11 @@ std::vector<Ratio> ratios(Topology topology, double promised) {
   std::vector<Ratio> out;
   for (int n = kLeastN; n <= kMostN; ++n) {
     const double k = promised / printed_lambda(topology, n);
-    const HopfOutcome o = run({.topology = topology, .n = n, .k_1_s = k, .omega_rad_s = kOmega});
+    const HopfOutcome o = run({.topology = topology,
+                               .n = n,
+                               .k_1_s = k,
+                               .until_s = 10.0 + 24.0 / promised,
+                               .omega_rad_s = kOmega});
     out.push_back({n, promised, median(o.rate_1_s) / promised});
   }
   return out;
@@ -75,16 +79,19 @@ Report table(const PlotDir& dir) {
     report.rows.push_back(near(name + ": λ⁺ of the table - eigenvalue, largest for N = 3 ... 10",
                                off, 0.0, 1e-12, "1"));
     data.push_back({"g" + std::to_string(g), {}});
-    for (const double promised : {1.2, 2.0}) {
+    for (const double promised : {0.3, 1.2, 2.0}) {
       const auto all = ratios(kGraphs[g], promised);
       const auto worst =
           std::ranges::max_element(all, {}, [](const Ratio& r) { return std::abs(r.ratio - 1.0); });
       std::ostringstream what;
       what << name << ", kλ⁺ = " << promised << "/s: measured rate / kλ⁺, worst N (" << worst->n
            << ")";
+      if (promised < 1.0) what << ", below the bound, of those that come into step";
       report.rows.push_back(near(what.str(), worst->ratio, 1.0, 0.01, "1"));
       for (const Ratio& r : all) {
-        const double aside = 0.12 * (double(g) - 1.5) + (promised > 1.5 ? 0.05 : 0.0);
+        const double aside = 0.12 * (double(g) - 1.5) + (promised > 1.5   ? 0.06
+                                                         : promised > 1.0 ? 0.03
+                                                                          : 0.0);
         data.back().rows.push_back({r.n + aside, r.ratio, promised});
       }
     }

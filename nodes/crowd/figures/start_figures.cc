@@ -10,6 +10,7 @@
 
 #include "common/math/integrator.h"
 #include "common/reproduce/gnuplot.h"
+#include "nodes/crowd/certificate/spectrum.h"
 #include "nodes/crowd/figures/figures.h"
 #include "nodes/crowd/figures/hopf_trials.h"
 #include "nodes/crowd/rules/phase.h"
@@ -123,8 +124,7 @@ void add(Way way, const CouplingGraph& graph, double k, const Phases& phi, Phase
 /// Fraction of random starts that come to synchrony.
 double synchronised(Way way, Topology topology, int n) {
   const auto graph = CouplingGraph::make(topology, n);
-  const double lambda = topology == Topology::wheel ? 1.0 + printed_lambda(Topology::ring, n - 1)
-                                                    : printed_lambda(topology, n);
+  const double lambda = extremes(topology, n).least;
   const bool sparse = topology == Topology::chain || topology == Topology::ring;
   const double k = 1.0 / lambda, dt = std::min(0.05, 1.2 / (k * (sparse ? 4 : n)));  // kλ_max dt
   std::mt19937_64 draw(static_cast<std::uint64_t>(100 * n + int(topology)));

@@ -133,6 +133,15 @@ TEST(Theorem6, NoViolationInRandomPairs) {
   RecordProperty("pairs", met);
 }
 
+TEST(Theorem6, NarrowerConditionsEndWhereTheyAreWritten) {  // alpha = .5
+  EXPECT_TRUE(weak_condition(0.5, 0.334));
+  EXPECT_FALSE(weak_condition(0.5, 0.333));
+  EXPECT_TRUE(stronger_condition(0.5, 0.0401));  // (.5/2.5)^2
+  EXPECT_FALSE(stronger_condition(0.5, 0.0399));
+  EXPECT_TRUE(stronger_condition(0.0401, 0.5));
+  EXPECT_FALSE(stronger_condition(0.0399, 0.5));
+}
+
 TEST(Theorem6, GaitRatioIsItsInverse) {
   for (const double alpha : {0.01, 0.1, 0.5, 0.99}) {
     EXPECT_NEAR(theorem6_sum(alpha, least_gait_ratio(alpha)), 1.0, 1e-12);

@@ -1,0 +1,136 @@
+// Scenarios of launch/crowd in the engine: what their certificates promise happens.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "nodes/crowd/certificate/monitor.h"
+#include "nodes/crowd/certificate/scenario_certificates.h"
+#include "nodes/crowd/engine/crowd.h"
+#include "nodes/crowd/rules/synchrony.h"
+#include "nodes/crowd/scenario/arrangement.h"
+#include "nodes/crowd/scenario_file/scenario_file.h"
+
+namespace mimesis::crowd {
+namespace {
+
+/// The first group of a scenario, without what comes later.
+class GroupRun {
+ public:
+  explicit GroupRun(const Scenario& scenario)
+      : scenario_(scenario),
+        group_(scenario.groups.at(0)),
+        crowd_({.dt_s = scenario.step_s}),
+        stage_(certify(scenario).at(0)) {
+    const Gait& gait = *scenario.gait(group_.gait);
+    crowd_.add_group({.rules = group_.rules,
+                      .gait = gait.speed(),
+                      .path = {{group_.origin_x_m, group_.origin_y_m}, group_.heading_rad}});
+    const auto begin =
+        starts(group_, gait.eigenfrequency_rad_s, static_cast<unsigned>(scenario.seed));
+    const auto wished = places(group_);
+    std::vector<Agent> agents(begin.size());
+    for (std::size_t i = 0; i < begin.size(); ++i) {
+      Agent& a = agents[i];
+      a.id = i + 1;
+      a.state.position_W_m = begin[i].p_W_m;
+      a.state.heading_rad = begin[i].heading_rad;
+      a.state.phase_rad = begin[i].phase_rad;
+      a.traits.omega_rad_s = begin[i].eigenfrequency_rad_s;
+      a.traits.radius_m = group_.radius_m;
+      a.traits.place_m = wished[i].place_m;
+      a.traits.lane_m = wished[i].lane_m;
+    }
+    crowd_.add(0, agents);
+    errors_.resize(begin.size());
+    monitor_.certify(stage_.certificate);
+  }
+
+  void step() {
+    crowd_.step();
+    const auto phases = crowd_.phase_rad();
+    const bool led = group_.rules.phase.leader_gain_1_s > 0.0;
+    crowd_.spacing(0, errors_);
+    const auto [least, most] = std::ranges::minmax(errors_);
+    GroupErrors e;
+    e.dispersion = dispersion(phases.subspan(led ? 1 : 0));
+    e.tracking_rad = 0.0;
+    for (const double phi : phases) {
+      e.tracking_rad = std::max(e.tracking_rad, std::abs(math::wrap_pi(phi - phases[0])));
+    }
+    e.spacing_m = apart_m_ = most - least;
+    e.heading_rad = std::nan("");
+    monitor_.step(crowd_.time_s(), e);
+  }
+  void run_until(double t_s) {
+    while (crowd_.time_s() < t_s) step();
+  }
+
+  const Stage& stage() const { return stage_; }
+  double apart_m() const { return apart_m_; }
+  double dispersion_now() const { return dispersion(crowd_.phase_rad()); }
+  MonitorReport report() const { return monitor_.report(); }
+
+ private:
+  Scenario scenario_;
+  Group group_;
+  Crowd crowd_;
+  Stage stage_;
+  Monitor monitor_;
+  std::vector<double> errors_;
+  double apart_m_ = 0.0;
+};
+
+TEST(CertifiedRun, SoldiersFallIntoStepAtTheirRate) {
+  for (const char* seed : {"seed=1", "seed=2", "seed=3"}) {
+    GroupRun run(read_scenario(find_scenario("soldiers"), {seed}));
+    run.run_until(25.0);
+    const RuleReport phase = run.report().phase;
+    ASSERT_TRUE(phase.measured_1_s) << seed;
+    EXPECT_NEAR(*phase.measured_1_s, phase.guaranteed_1_s, 0.01 * phase.guaranteed_1_s) << seed;
+    EXPECT_FALSE(phase.broken());
+  }
+}
+
+TEST(CertifiedRun, FollowersAgreeAndComeToTheirLeader) {
+  GroupRun run(read_scenario(find_scenario("leader")));
+  run.run_until(30.0);
+  const MonitorReport report = run.report();
+  EXPECT_NEAR(report.phase.measured_1_s.value(), 0.1 * 8 + 0.6, 0.02 * 1.4);
+  EXPECT_NEAR(report.tracking.measured_1_s.value(), 0.6, 0.02 * 0.6);
+}
+
+TEST(CertifiedRun, FormationsStandAfterTheirCertifiedTime) {
+  for (const char* name : {"formation", "characters"}) {
+    for (const char* seed : {"seed=1", "seed=5"}) {
+      const Scenario scenario = read_scenario(find_scenario(name), {seed});
+      Scenario closed = scenario;
+      closed.externals.clear();
+      GroupRun run(closed);
+      const double promised = run.stage().formation_s.value();
+      EXPECT_LT(promised, scenario.until_s) << name;
+      run.run_until(promised);
+      EXPECT_LE(run.apart_m(), 0.01) << name << ' ' << seed << " after " << promised << " s";
+      EXPECT_LT(run.dispersion_now(), 1e-3);
+      const RuleReport spacing = run.report().spacing;
+      EXPECT_FALSE(spacing.broken()) << *spacing.measured_1_s << " < " << spacing.guaranteed_1_s;
+    }
+  }
+}
+
+TEST(CertifiedRun, SparseGraphsKeepTheirTimeToo) {
+  for (const char* graph : {"ring", "star"}) {
+    const std::string word(graph);
+    const Scenario scenario =
+        read_scenario(find_scenario("formation"),
+                      {"groups.0.rules.length.graph=" + word, "groups.0.rules.phase.graph=" + word,
+                       "groups.0.rules.length.gain_1_m=0.3", "groups.0.rules.phase.gain_1_s=2"});
+    GroupRun run(scenario);
+    const double promised = run.stage().formation_s.value();
+    run.run_until(promised);
+    EXPECT_LE(run.apart_m(), 0.01) << graph << " after " << promised << " s";
+  }
+}
+
+}  // namespace
+}  // namespace mimesis::crowd
