@@ -6,13 +6,29 @@
 
 namespace mimesis::reproduce {
 
-Row near(std::string what, double ours, double reference, double tolerance, std::string unit) {
+Row near(std::string what, double ours, double reference, double tolerance, std::string unit,
+         std::string why) {
   const bool passed = std::abs(ours - reference) <= tolerance;  // false for NaN
-  return {std::move(what), ours, reference, tolerance, std::move(unit), passed, {}};
+  return {std::move(what), ours, reference, tolerance, std::move(unit), passed, std::move(why)};
 }
 
-Row holds(std::string what, bool ours) {
-  return {std::move(what), ours ? 1.0 : 0.0, 1.0, 0.0, "1", ours, {}};
+Row holds(std::string what, bool ours, std::string why) {
+  return {std::move(what), ours ? 1.0 : 0.0, 1.0, 0.0, "1", ours, std::move(why)};
+}
+
+Row within(std::string what, double ours, double published, std::string unit, std::string why) {
+  return {std::move(what),
+          ours,
+          published,
+          0.0,
+          std::move(unit),
+          ours <= published,
+          "at most the reference: " + why};
+}
+
+Row beside(std::string what, double ours, double published, std::string unit, std::string why) {
+  return {std::move(what),       ours, published, std::nan(""), std::move(unit), !std::isnan(ours),
+          "not asserted: " + why};
 }
 
 Row at_least(std::string what, double ours, double bound, std::string unit, std::string why) {

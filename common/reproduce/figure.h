@@ -12,16 +12,22 @@ struct Row {
   std::string what;
   double ours = 0.0;
   std::optional<double> reference;  ///< nothing: `why` says why
-  double tolerance = 0.0;
-  std::string unit;  ///< "1" if dimensionless
+  double tolerance = 0.0;           ///< NaN: nothing is asserted, see beside()
+  std::string unit;                 ///< "1" if dimensionless
   bool passed = false;
   std::string why;
 };
 
-/// |ours − reference| <= tolerance.
-Row near(std::string what, double ours, double reference, double tolerance, std::string unit);
+/// |ours − reference| <= tolerance. `why`: of the tolerance.
+Row near(std::string what, double ours, double reference, double tolerance, std::string unit,
+         std::string why = {});
 /// A statement that must hold; ours and reference are 1 or 0.
-Row holds(std::string what, bool ours);
+Row holds(std::string what, bool ours, std::string why = {});
+/// A bound that is published: ours <= reference.
+Row within(std::string what, double ours, double published, std::string unit, std::string why);
+/// A published value to look at beside ours: nothing is asserted, `why` says why not. Fails for NaN
+/// alone. Another row has to judge what the figure claims.
+Row beside(std::string what, double ours, double published, std::string unit, std::string why);
 /// A bound of our own where nothing is published; `why` tells what the bound stands for.
 Row at_least(std::string what, double ours, double bound, std::string unit, std::string why);
 Row at_most(std::string what, double ours, double bound, std::string unit, std::string why);
@@ -36,13 +42,14 @@ struct Report {
 struct Figure {
   std::string name;    ///< fig-CHAPTER.NUMBER, table-CHAPTER.NUMBER, or a word
   std::string title;   ///< one line
-  std::string source;  ///< M18, M10, M13
+  std::string source;  ///< M18, M10, M13; own: not of a publication
   /// Computes the rows; writes plots into the folder if one is given. @throws std::runtime_error if
   /// a plot cannot be made.
   std::function<Report(const std::optional<std::filesystem::path>& plot_dir)> run;
   /// Optional: draws the motion as a film into the folder. Returns what to look at. @throws
   /// std::runtime_error if a picture cannot be written.
   std::function<std::vector<std::filesystem::path>(const std::filesystem::path& dir)> film{};
+  double cpu_minutes = 0.0;  ///< of a processor of 2020, all threads, if it is a minute or more
 };
 
 }  // namespace mimesis::reproduce

@@ -19,6 +19,19 @@ TEST(Figure, RowsJudgeThemselves) {
   EXPECT_FALSE(at_least("c", NAN, 1.8, "1", "bound").passed);
   EXPECT_FALSE(at_most("c", 2.0, 1.8, "1", "bound").passed);
   EXPECT_FALSE(at_least("c", 2.0, 1.8, "1", "bound").reference.has_value());
+  EXPECT_TRUE(within("d", 1.8, 1.8, "1", "limit").passed);
+  EXPECT_FALSE(within("d", 1.9, 1.8, "1", "limit").passed);
+  EXPECT_FALSE(within("d", NAN, 1.8, "1", "limit").passed);
+  EXPECT_EQ(within("d", 1.0, 1.8, "1", "limit").reference, 1.8);
+}
+
+TEST(Figure, APublishedValueBesideOursIsSeenToBeNotAsserted) {
+  const Row row = beside("falls", 3.0, 7.0, "1", "another robot's");
+  EXPECT_TRUE(row.passed);
+  EXPECT_EQ(row.reference, 7.0);
+  EXPECT_TRUE(std::isnan(row.tolerance));
+  EXPECT_EQ(row.why, "not asserted: another robot's");
+  EXPECT_FALSE(beside("falls", NAN, 7.0, "1", "").passed) << "what never came about is no value";
 }
 
 TEST(Figure, AnEmptyReportHasNotPassed) {

@@ -217,9 +217,11 @@ image::Image Canvas::finish() const {
   image::Image out(frame_.camera.width_px, frame_.camera.height_px);
   cv::Mat small(out.height, out.width, CV_8UC3, out.bgr.data());
   cv::resize(picture_, small, small.size(), 0.0, 0.0, cv::INTER_AREA);
-  if (!frame_.label.empty()) {
-    cv::putText(small, frame_.label, {12, 26}, cv::FONT_HERSHEY_SIMPLEX, 0.6, {70, 66, 62}, 1,
-                cv::LINE_AA);
+  if (!frame_.label.empty()) {  // grows with the picture: strips make pictures smaller
+    const double k = std::max(0.6, out.height / 480.0);
+    const cv::Point at(cvRound(12 * k), cvRound(32 * k));
+    cv::putText(small, frame_.label, at, cv::FONT_HERSHEY_SIMPLEX, 0.9 * k, {70, 66, 62},
+                cvRound(1.6 * k), cv::LINE_AA);
   }
   return out;
 }

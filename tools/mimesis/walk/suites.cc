@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "common/error.h"
+#include "common/robot/kinematics.h"
 #include "tools/mimesis/walk/draw.h"
 
 namespace mimesis::walk {
@@ -15,7 +16,23 @@ using walker::WalkerWish;
 
 constexpr double kStart_s = 1.0;  ///< standing before
 
-/// Swings the arms at the shoulders, one against the other.
+/// First moment of mass of an arm about its shoulder by the robot's mass, half-sitting [m]: what a
+/// swing of it throws the robot about by.
+double arm_moment_m(const robot::Biped& biped, int shoulder_link) {
+  robot::Kinematics kinematics(biped.tree);
+  kinematics.update(biped.X_WB_half_sitting, biped.half_sitting);
+  const Eigen::Vector3d shoulder = kinematics.X_WL(shoulder_link).translation();
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (int l = 0; l < static_cast<int>(biped.tree.links().size()); ++l) {
+    if (!biped.tree.carries(shoulder_link, l)) continue;
+    const robot::Inertia& inertia = biped.tree.link(l).inertia;
+    sum += inertia.mass_kg * (kinematics.X_WL(l) * inertia.com_m - shoulder);
+  }
+  return sum.norm() / biped.tree.mass_kg();
+}
+
+/// Swings the arms at the shoulders, one against the other. Amplitudes are those of biped.urdf:
+/// heavier arms swing less, so that they throw their robot about no more.
 struct Arms {
   Arms(const robot::Biped& biped, double amplitude_rad, double frequency_hz)
       : amplitude(amplitude_rad), rate(2.0 * M_PI * frequency_hz) {
@@ -24,8 +41,16 @@ struct Arms {
     for (std::size_t i = 0; i < joints.size(); ++i) {
       rest[Eigen::Index(i)] = biped.half_sitting[joints[i]];
     }
-    for (robot::Side s : robot::kSides) shoulder[s] = first_of_arm(biped, s);
+    for (robot::Side s : robot::kSides) {
+      shoulder[s] = first_of_arm(biped, s);
+      if (shoulder[s] < 0) continue;
+      const std::string& link =
+          biped.tree.moved(biped.upper_body[static_cast<std::size_t>(shoulder[s])]).name;
+      share = std::min(share, kMoment_m / arm_moment_m(biped, biped.tree.find_link(link)));
+    }
   }
+  static constexpr double kMoment_m =
+      0.0193;  ///< of biped.urdf, rounded up: it swings as far as is asked
   static int first_of_arm(const robot::Biped& biped, robot::Side side) {
     for (std::size_t i = 0; i < biped.upper_body.size(); ++i) {
       const int link = biped.tree.find_link(biped.tree.moved(biped.upper_body[i]).name);
@@ -42,12 +67,12 @@ struct Arms {
     w.upper_body_rate = Eigen::VectorXd::Zero(rest.size());
     for (robot::Side s : robot::kSides) {
       if (shoulder[s] < 0) continue;
-      const double a = grow * amplitude * robot::sign(s), phase = rate * (t - kStart_s);
+      const double a = grow * share * amplitude * robot::sign(s), phase = rate * (t - kStart_s);
       w.upper_body[shoulder[s]] += a * std::sin(phase);
       w.upper_body_rate[shoulder[s]] = a * rate * std::cos(phase);
     }
   }
-  double amplitude, rate;
+  double amplitude, rate, share = 1.0;
   Eigen::VectorXd rest;
   std::array<int, 2> shoulder{-1, -1};
 };

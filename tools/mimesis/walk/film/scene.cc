@@ -3,10 +3,11 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "common/image/image_file.h"
+
 namespace mimesis::walk {
 namespace {
 
-constexpr double kPicture_s = 0.04;
 constexpr double kShown_s = 0.3;    // a push is over too soon to be seen
 constexpr double kBeside_m = 0.33;  // of the trunk's centre of mass, beside the arm: arrows end
 constexpr int kHeight_px = 600;
@@ -19,14 +20,17 @@ Scene::Scene(const Robot& robot, const Options& options)
       com_L_m_(robot.biped.tree.link(trunk_).inertia.com_m),
       kinematics_(robot.biped.tree),
       options_(options),
-      next_s_(options.from_s) {}
+      next_s_(options.from_s),
+      marks_(robot.biped) {}
 
 void Scene::see(const TrialTick& tick, const film::FilmDrawer* drawer) {
+  marks_.see(tick);
   if (tick.time_s < next_s_ - 1e-9 || tick.time_s > options_.until_s) return;
-  next_s_ += kPicture_s;
+  next_s_ += options_.picture_s;
   const Eigen::Isometry3d& X_WB = tick.truth.X_WB;
   synthesizer::FilmFrame& frame = frames_.emplace_back();
   figure_.add_to(frame, X_WB, tick.sensors.q);
+  marks_.add_to(frame);
   if (drawer != nullptr) film::add_drawer(frame, *drawer);
   kinematics_.update(X_WB, tick.sensors.q);
   for (const hw::sim::Push& push : options_.pushes) {
@@ -46,7 +50,16 @@ std::vector<std::filesystem::path> Scene::write(const std::filesystem::path& dir
                                                 const std::string& name, int count) const {
   if (frames_.empty()) throw std::runtime_error(name + ": ended before anything was filmed");
   return synthesizer::write_film(
-      frames_, dir, name, {.count = count, .cell_width_px = frames_.front().camera.width_px});
+      frames_, dir, name, {.count = count, .cell_width_px = frames_.front().camera.width_px / 2});
+}
+
+void Scene::write_strip(const std::filesystem::path& png, int count) const {
+  if (frames_.empty()) throw std::runtime_error(png.string() + ": ended before it was filmed");
+  std::error_code ignored;
+  std::filesystem::create_directories(png.parent_path(), ignored);
+  const auto written =
+      image::write_png(png, synthesizer::strip(frames_, count, frames_.front().camera.width_px));
+  if (!written) throw std::runtime_error(written.error().reason);
 }
 
 }  // namespace mimesis::walk

@@ -4,11 +4,12 @@
 #include <vector>
 
 #include "tools/mimesis/film/robot_film.h"
+#include "tools/mimesis/walk/film/ground_marks.h"
 #include "tools/mimesis/walk/trial.h"
 
 namespace mimesis::walk {
 
-/// Takes pictures of a trial: twenty-five a second, beside the robot or from a fixed place.
+/// Takes pictures of a trial, beside the robot or from a fixed place, with marks on the ground.
 class Scene {
  public:
   struct Options {
@@ -19,6 +20,7 @@ class Scene {
     /// Looks there and stays; nothing: goes along with the robot.
     std::optional<Eigen::Vector2d> fixed_W_m{};
     std::vector<hw::sim::Push> pushes{};  ///< shown for a while
+    double picture_s = 0.04;              ///< from one picture to the next
   };
   Scene(const Robot& robot, const Options& options);
 
@@ -27,6 +29,8 @@ class Scene {
   /// As synthesizer::write_film(). @throws std::runtime_error if nothing was filmed
   std::vector<std::filesystem::path> write(const std::filesystem::path& dir,
                                            const std::string& name, int count) const;
+  /// Only `count` pictures side by side, evenly chosen, half as large. @throws std::runtime_error as write()
+  void write_strip(const std::filesystem::path& png, int count) const;
 
  private:
   film::RobotFigure figure_;
@@ -35,6 +39,7 @@ class Scene {
   robot::Kinematics kinematics_;
   Options options_;
   double next_s_;
+  GroundMarks marks_;
   std::vector<synthesizer::FilmFrame> frames_;
 };
 

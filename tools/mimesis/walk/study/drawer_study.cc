@@ -1,26 +1,13 @@
 #include "tools/mimesis/walk/study/drawer_study.h"
 
-#include <cmath>
-
-#include "common/error.h"
 #include "tools/mimesis/walk/study/parallel.h"
-#include "tools/mimesis/walk/study/stance_zmp.h"
 
 namespace mimesis::walk {
 namespace {
 
 using synthesizer::kNormalStep, synthesizer::kReachingStep, synthesizer::kStanding;
 
-constexpr int kGoals = 30, kClass = 10;
-constexpr std::size_t kChosen = 8;  // of the training trials
-// Of the dissertation's goals: the object lies the deeper, the farther the hand reaches.
-constexpr double kLeastDepth_m = 0.124, kMostDepth_m = 0.273;
-constexpr double kLeastReach_m = 0.663, kMostReach_m = 0.755;
-
-DrawerGoal goal(double normal_m, double reaching_m, double deep) {
-  const double depth = std::lerp(kLeastDepth_m, kMostDepth_m, deep);
-  return {normal_m, reaching_m, std::lerp(kLeastReach_m, kMostReach_m, deep) - depth, depth, 0.0};
-}
+constexpr std::size_t kGoals = 30, kChosen = 8;  // of the training trials
 
 synthesizer::RobotTrialSettings trial_settings() {
   synthesizer::RobotTrialSettings s;
@@ -29,125 +16,17 @@ synthesizer::RobotTrialSettings trial_settings() {
   return s;
 }
 
-Outcome outcome_of(const TrialResult& r, const StanceZmp& zmp) {
-  Outcome o;
-  o.fell = r.figures.fell;
-  o.fell_at_s = r.fell_at_s;
-  o.trouble = r.figures.fell ? r.figures.how : r.trouble;
-  o.ankle_n_m = r.figures.ankle_pitch_slow_peak_n_m;
-  o.normal_n = r.figures.normal_peak_n;
-  o.zmp_std_m = zmp.std_m();
-  return o;
-}
-
-double middle_m(const hw::sim::BodyTruth& truth) {
-  return 0.5 * (truth.X_WS[0].translation().x() + truth.X_WS[1].translation().x());
-}
-
-/// Of several of its kind the last one.
-void note_length(Outcome& o, synthesizer::Action action, double error_m) {
-  (action == kNormalStep ? o.normal_error_m : o.reaching_error_m) = error_m;
+std::vector<std::size_t> numbers_of(Goals which) {
+  std::vector<std::size_t> out;
+  if (which == Goals::kAll) {
+    for (std::size_t i = 0; i < kGoals; ++i) out.push_back(i);
+  } else {
+    for (std::size_t i = 1; i < kGoals; i += 3) out.push_back(i);
+  }
+  return out;
 }
 
 }  // namespace
-
-std::vector<DrawerGoal> novel_goals() {
-  std::vector<DrawerGoal> out;
-  for (int i = 0; i < kGoals; ++i) {
-    const double pace = std::array{0.8, 1.0, 1.2}[static_cast<std::size_t>(i / kClass)];
-    const auto share = [&](int stride) { return ((i % kClass) * stride % kClass + 0.5) / kClass; };
-    out.push_back(goal(pace * std::lerp(0.423, 0.465, share(1)),
-                       pace * std::lerp(0.21, 0.293, share(3)), share(7)));
-  }
-  return out;
-}
-
-std::vector<DrawerGoal> extreme_goals() {
-  std::vector<DrawerGoal> out;
-  for (int i = 0; i < kGoals; ++i) {
-    const double u = static_cast<double>(i) / (kGoals - 1);
-    out.push_back(goal(std::lerp(0.505, 0.561, u), std::lerp(0.163, 0.359, u), u));
-  }
-  return out;
-}
-
-walker::WalkerSettings flat_floor() {
-  walker::WalkerSettings s;
-  s.stabilizer.landing_m_s_n = 1e-4;
-  s.stabilizer.swing_filter_s = 0.01;
-  return s;
-}
-
-DrawerTrialSpec online_spec(const Robot& robot, const synthesizer::BipedDrawer& actions,
-                            const DrawerGoal& goal) {
-  DrawerTrialSpec spec;
-  spec.robot = &robot;
-  spec.actions = &actions;
-  spec.front_m = goal.front_m();
-  spec.object_depth_m = goal.object_depth_m;
-  synthesizer::StepPlanSettings& plan = spec.sequence.plan;
-  plan.normal_m = goal.normal_m;
-  plan.reaching_m = goal.reaching_m;
-  plan.normal_half_m = plan.reaching_half_m = 0.01;  // other plans are out of the question
-  plan.least_normal_m = 0.33;
-  plan.longest_step_m = 0.285;
-  spec.walker = flat_floor();
-  return spec;
-}
-
-Outcome run_online(const DrawerTrialSpec& spec,
-                   const std::function<void(const DrawerTick&)>& watch) {
-  StanceZmp zmp;
-  const DrawerResult r = run_drawer_trial(spec, [&](const DrawerTick& tick) {
-    zmp.tick(tick.trial.out, tick.trial.truth);
-    if (watch) watch(tick);
-  });
-  Outcome o = outcome_of(r.walk, zmp);
-  o.taken = r.taken;
-  if (!r.taken && !o.fell) o.trouble = r.refused;
-  o.reach_error_m = r.reach_error_m;
-  for (const auto& l : r.lengths) note_length(o, l.action, l.walked_m - l.wished_m);
-  return o;
-}
-
-Outcome run_script(const ScriptRobot& robot, const ActionRows& rows, const DrawerGoal& goal,
-                   const DrawerGoal& wished) {
-  Script script(robot, rows, goal);
-  StanceZmp zmp;
-  walker::PatternSample plan;
-  bool first = true;
-  int number = -1;
-  double start_m = 0.0;
-  Outcome seen;
-  TrialSpec spec;
-  spec.robot = robot.robot;
-  spec.walker = flat_floor();
-  spec.duration_s = kScript_s;
-  spec.wish = [&](double) { return script.step(first ? nullptr : &plan); };
-  const TrialResult r = run_trial(spec, [&](const TrialTick& tick) {
-    first = false;
-    plan = tick.out.pattern;
-    zmp.tick(tick.out, tick.truth);
-    if (script.number() != number) {
-      const double middle = middle_m(tick.truth);
-      if (number == 1) seen.normal_error_m = middle - start_m - wished.normal_m;
-      if (number == 2) seen.reaching_error_m = middle - start_m - wished.reaching_m;
-      number = script.number();
-      start_m = middle;
-    }
-    if (number == 3 && !seen.taken && script.phase() >= kArrives) {
-      seen.taken = true;
-      const double reach = tick.truth.hand_W_m[robot::kRight].x() - middle_m(tick.truth);
-      seen.reach_error_m = reach + robot.drawer.pull_m - wished.reach_m();
-    }
-  });
-  Outcome o = outcome_of(r, zmp);
-  o.taken = seen.taken;
-  o.normal_error_m = seen.normal_error_m;
-  o.reaching_error_m = seen.reaching_error_m;
-  o.reach_error_m = seen.reach_error_m;
-  return o;
-}
 
 DrawerStudy& DrawerStudy::shared() {
   static DrawerStudy study;
@@ -189,53 +68,59 @@ std::vector<std::size_t> DrawerStudy::chosen_trials() const {
   return out;
 }
 
-const DrawerStudy::Outcomes& DrawerStudy::originals() {
-  Outcomes& o = outcomes_["originals"];
-  if (!o.empty()) return o;
-  const auto chosen = chosen_trials();
-  return o = in_parallel(chosen.size(), [&](std::size_t i) {
-           const DrawerGoal g = goal_of(trials_, chosen[i]);
-           return run_script(script_robot_, rows_of(trials_, chosen[i]), g, g);
-         });
+template <class Run>
+DrawerStudy::Outcomes DrawerStudy::known_or(const std::string& experiment,
+                                            const std::vector<std::size_t>& numbers,
+                                            const Run& run) {
+  std::map<std::size_t, Outcome>& known = outcomes_[experiment];
+  std::vector<std::size_t> missing;
+  for (const std::size_t i : numbers) {
+    if (!known.contains(i)) missing.push_back(i);
+  }
+  const Outcomes found =
+      in_parallel(missing.size(), [&](std::size_t k) { return run(missing[k]); });
+  for (std::size_t k = 0; k < missing.size(); ++k) known[missing[k]] = found[k];
+  Outcomes out;
+  for (const std::size_t i : numbers) out.push_back(known.at(i));
+  return out;
 }
 
-const DrawerStudy::Outcomes& DrawerStudy::resynthesis(Sources s) {
-  Outcomes& o = outcomes_["resynthesis " + s.text()];
-  if (!o.empty()) return o;
+DrawerStudy::Outcomes DrawerStudy::originals() {
+  return known_or("originals", chosen_trials(), [&](std::size_t i) {
+    const DrawerGoal g = goal_of(trials_, i);
+    return run_script(script_robot_, rows_of(trials_, i), g, g);
+  });
+}
+
+DrawerStudy::Outcomes DrawerStudy::resynthesis(Sources s) {
   const synthesizer::LearnedActions& learned = actions(s).actions;
-  const auto chosen = chosen_trials();
-  return o = in_parallel(chosen.size(), [&](std::size_t i) {
-           const DrawerGoal wished = goal_of(trials_, chosen[i]);
-           const ActionRows rows{learned.reconstruct(kNormalStep, chosen[i]),
-                                 learned.reconstruct(kReachingStep, chosen[i]),
-                                 learned.reconstruct(kStanding, chosen[i])};
-           DrawerGoal goal = wished;  // it walks as far as the mixture says
-           goal.normal_m = synthesizer::travel_m(learned.rows(), rows[kNormalStep], 2.0 * kStep_s);
-           goal.reaching_m =
-               synthesizer::travel_m(learned.rows(), rows[kReachingStep], 2.0 * kStep_s);
-           return run_script(script_robot_, rows, goal, wished);
-         });
+  return known_or("resynthesis " + s.text(), chosen_trials(), [&](std::size_t i) {
+    const DrawerGoal wished = goal_of(trials_, i);
+    const ActionRows rows{learned.reconstruct(kNormalStep, i),
+                          learned.reconstruct(kReachingStep, i), learned.reconstruct(kStanding, i)};
+    DrawerGoal goal = wished;  // it walks as far as the mixture says
+    goal.normal_m = synthesizer::travel_m(learned.rows(), rows[kNormalStep], 2.0 * kStep_s);
+    goal.reaching_m = synthesizer::travel_m(learned.rows(), rows[kReachingStep], 2.0 * kStep_s);
+    return run_script(script_robot_, rows, goal, wished);
+  });
 }
 
-const DrawerStudy::Outcomes& DrawerStudy::inference(Sources s) {
-  Outcomes& o = outcomes_["inference " + s.text()];
-  if (!o.empty()) return o;
+DrawerStudy::Outcomes DrawerStudy::inference(Sources s, Goals which, hw::sim::Plant plant) {
   const synthesizer::BipedDrawer& learned = actions(s);
   const auto goals = novel_goals();
-  const std::size_t every = s == kSources[1] ? 1 : 3;
-  return o = in_parallel(goals.size() / every, [&](std::size_t i) {
-           return run_online(online_spec(biped_, learned, goals[i * every + every / 2]));
-         });
+  const std::string name =
+      "inference " + s.text() + (plant == hw::sim::Plant::kServo ? " servo" : "");
+  return known_or(name, numbers_of(which), [&](std::size_t i) {
+    return run_online(online_spec(biped_, learned, goals[i], plant));
+  });
 }
 
-const DrawerStudy::Outcomes& DrawerStudy::extremes() {
-  Outcomes& o = outcomes_["extremes"];
-  if (!o.empty()) return o;
+DrawerStudy::Outcomes DrawerStudy::extremes() {
   const synthesizer::BipedDrawer& learned = actions(kSources[1]);
   const auto goals = extreme_goals();
-  return o = in_parallel(goals.size(), [&](std::size_t i) {
-           return run_online(online_spec(biped_, learned, goals[i]));
-         });
+  return known_or("extremes", numbers_of(Goals::kAll), [&](std::size_t i) {
+    return run_online(online_spec(biped_, learned, goals[i]));
+  });
 }
 
 const std::vector<Recording>& DrawerStudy::walks() {
@@ -256,41 +141,34 @@ const std::vector<Recording>& DrawerStudy::walks() {
   return walks_;
 }
 
-const DrawerStudy::Outcomes& DrawerStudy::naive_resynthesis(Sources s) {
-  Outcomes& o = outcomes_["naive resynthesis " + s.text()];
-  if (!o.empty()) return o;
+DrawerStudy::Outcomes DrawerStudy::naive_resynthesis(Sources s) {
   const synthesizer::LearnedActions& learned = joints(s);
-  const auto chosen = chosen_trials();
-  return o = in_parallel(chosen.size(), [&](std::size_t i) {
-           const JointTrack track = naive_track(learned, reconstructed(learned, chosen[i]),
-                                                feasible_->recordings[chosen[i]]);
-           return outcome_of(play(biped_, track, Feedback::kOwn, flat_floor().stabilizer), {});
-         });
+  return known_or("naive resynthesis " + s.text(), chosen_trials(), [&](std::size_t i) {
+    return played(naive_track(learned, reconstructed(learned, i), feasible_->recordings[i]),
+                  Feedback::kOwn);
+  });
 }
 
-const DrawerStudy::Outcomes& DrawerStudy::naive_inference(Sources s, Feedback feedback) {
-  Outcomes& o =
-      outcomes_["naive inference " + s.text() + (feedback == Feedback::kOwn ? " own" : "")];
-  if (!o.empty()) return o;
+DrawerStudy::Outcomes DrawerStudy::naive_inference(Sources s, Feedback feedback, Goals which) {
   const synthesizer::LearnedActions& learned = joints(s);
   const auto goals = novel_goals();
   const std::vector<Recording>& walk = walks();
-  return o = in_parallel(goals.size(), [&](std::size_t i) {
-           const JointTrack track = naive_track(learned, inferred(learned, goals[i]), walk[i]);
-           return outcome_of(play(biped_, track, feedback, flat_floor().stabilizer), {});
-         });
+  const std::string name =
+      "naive inference " + s.text() + (feedback == Feedback::kOwn ? " own" : "");
+  return known_or(name, numbers_of(which), [&](std::size_t i) {
+    return played(naive_track(learned, inferred(learned, goals[i]), walk[i]), feedback);
+  });
 }
 
-const DrawerStudy::Outcomes& DrawerStudy::played_originals(Feedback feedback) {
-  Outcomes& o = outcomes_[feedback == Feedback::kOwn ? "played originals own" : "played originals"];
-  if (!o.empty()) return o;
+DrawerStudy::Outcomes DrawerStudy::played_originals(Feedback feedback) {
   const FeasibleData& data = feasible();
-  const auto chosen = chosen_trials();
-  return o = in_parallel(chosen.size(), [&](std::size_t i) {
-           return outcome_of(play(biped_, track_of(data.recordings[chosen[i]]), feedback,
-                                  flat_floor().stabilizer),
-                             {});
-         });
+  const std::string name = feedback == Feedback::kOwn ? "played originals own" : "played originals";
+  return known_or(name, chosen_trials(),
+                  [&](std::size_t i) { return played(track_of(data.recordings[i]), feedback); });
+}
+
+Outcome DrawerStudy::played(const JointTrack& track, Feedback feedback) const {
+  return outcome_of(play(biped_, track, feedback), {});
 }
 
 }  // namespace mimesis::walk

@@ -1,4 +1,5 @@
 #pragma once
+#include <algorithm>
 #include <atomic>
 #include <exception>
 #include <mutex>
@@ -7,8 +8,8 @@
 
 namespace mimesis::walk {
 
-/// Results of job(0) .. job(n − 1), in this order, computed on two threads: jobs share nothing that
-/// changes. The first exception is thrown on.
+/// Results of job(0) .. job(n − 1), in this order, computed on all processors: jobs share nothing
+/// that changes. The first exception is thrown on.
 template <class Job>
 auto in_parallel(std::size_t n, const Job& job) {
   std::vector<decltype(job(std::size_t{}))> out(n);
@@ -26,7 +27,9 @@ auto in_parallel(std::size_t n, const Job& job) {
     }
   };
   {
-    const std::jthread other(work);
+    std::vector<std::jthread> others;
+    const std::size_t threads = std::max(1U, std::thread::hardware_concurrency());
+    for (std::size_t i = 1; i < std::min(threads, n); ++i) others.emplace_back(work);
     work();
   }
   if (trouble) std::rethrow_exception(trouble);

@@ -4,6 +4,7 @@
 
 #include "nodes/walker/pattern/mpc_pattern.h"
 #include "nodes/walker/stabilizer/stabilizer.h"
+#include "tools/mimesis/walk/study/drawer_runs.h"
 
 namespace mimesis::walk {
 namespace {
@@ -50,14 +51,13 @@ class Corrected {
 
 }  // namespace
 
-TrialResult play(const Robot& robot, const JointTrack& track, Feedback feedback,
-                 const walker::StabilizerSettings& stabilizer) {
+TrialResult play(const Robot& robot, const JointTrack& track, Feedback feedback) {
   hw::sim::BodyWorld world(robot.biped, robot.urdf_file, {});
   hw::sim::WalkJudge judge;
-  Corrected corrected(robot.biped, stabilizer);
+  Corrected corrected(robot.biped, launched_walker().stabilizer);
   std::vector<walker::StabilizerPlan> reference;
   if (feedback == Feedback::kOwn) reference = implied_reference(robot.biped, track);
-  std::deque<walker::Sensors> on_their_way{to_walker(world.sensors())};
+  std::deque<walker::Sensors> on_their_way(kSensorDelayTicks, to_walker(world.sensors()));
   TrialResult result;
   for (std::size_t k = 0; k < track.q.size() && !world.truth().fell; ++k) {
     on_their_way.push_back(to_walker(world.sensors()));

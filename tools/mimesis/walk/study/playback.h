@@ -8,9 +8,8 @@ enum class Feedback {
   kOwn,   ///< the walker's stabilizer around the reference that the angles imply
 };
 
-/// Plays angles on the springs plant until the robot falls or they end; sensors are one tick late.
-/// Of the result: figures and fell_at_s. Deterministic.
-TrialResult play(const Robot& robot, const JointTrack& track, Feedback feedback,
-                 const walker::StabilizerSettings& stabilizer = {});
+/// Plays angles on the springs plant until the robot falls or they end, with the delays and gains
+/// of launched_walker(). Of the result: figures and fell_at_s. Deterministic.
+TrialResult play(const Robot& robot, const JointTrack& track, Feedback feedback);
 
 }  // namespace mimesis::walk

@@ -67,6 +67,86 @@ TEST(StanceZmp, IsTheStandardDeviation) {
   EXPECT_NEAR(zmp.std_m(), 1.0, 1e-12);
 }
 
+/// One foot stands at 0.1 to the left, planned and truly elsewhere; the ZMP is off by `off_m`.
+void stand_on(robot::Side side, double off_m, StanceZmp& zmp) {
+  walker::WalkerOutput out;
+  hw::sim::BodyTruth truth;
+  out.pattern.contact[side] = true;
+  out.pattern.contact[robot::other(side)] = false;
+  out.pattern.foot[side].X_WS.translation().y() = 0.1;
+  out.pattern.zmp_W_m.y() = 0.11;
+  truth.X_WS[side].translation().y() = 0.3;
+  truth.zmp_W_m.y() = 0.31 + off_m;
+  zmp.tick(out, truth);
+}
+
+TEST(StanceZmp, IsSeenFromTheStandingFootInSingleSupport) {
+  StanceZmp zmp;
+  stand_on(robot::kLeft, 0.004, zmp);
+  EXPECT_NEAR(zmp.std_m(), 0.0, 1e-12) << "feet that stand elsewhere are no spread";
+  stand_on(robot::kRight, -0.004, zmp);
+  EXPECT_NEAR(zmp.std_m(), 0.004, 1e-12);
+  walker::WalkerOutput both;
+  both.pattern.contact = {true, true};
+  hw::sim::BodyTruth far;
+  far.zmp_W_m.y() = 9.0;
+  zmp.tick(both, far);
+  EXPECT_NEAR(zmp.std_m(), 0.004, 1e-12) << "two feet do not count";
+}
+
+TEST(OutcomeOf, TellsWhatWasJudged) {
+  TrialResult r;
+  r.figures.ankle_pitch_peak_n_m = 99.0;
+  r.figures.ankle_pitch_slow_peak_n_m = 12.0;
+  r.figures.raw_normal_peak_n = 9000.0;
+  r.figures.normal_peak_n = 700.0;
+  r.figures.step_error_max_m = 0.004;
+  r.figures.step_error_rms_m = 0.002;
+  r.trouble = "clipped";
+  StanceZmp zmp;
+  zmp.add(0.0);
+  zmp.add(0.002);
+  EXPECT_TRUE(std::isnan(outcome_of(r, zmp).step_error_m)) << "no step, no error of steps";
+  r.figures.steps = 6;
+  const Outcome o = outcome_of(r, zmp);
+  EXPECT_FALSE(o.fell);
+  EXPECT_EQ(o.trouble, "clipped");
+  EXPECT_EQ(o.ankle_n_m, 12.0);
+  EXPECT_EQ(o.normal_n, 700.0);
+  EXPECT_EQ(o.step_error_m, 0.004);
+  EXPECT_NEAR(o.zmp_std_m, 0.001, 1e-12);
+  EXPECT_TRUE(std::isnan(o.reach_error_m)) << "what never came about is no zero";
+  r.figures.fell = true;
+  r.figures.how = "trunk tilted";
+  r.fell_at_s = 3.0;
+  const Outcome fallen = outcome_of(r, zmp);
+  EXPECT_TRUE(fallen.fell);
+  EXPECT_EQ(fallen.trouble, "trunk tilted");
+  EXPECT_EQ(fallen.fell_at_s, 3.0);
+}
+
+/// Errors are of what was wished, whatever was walked: a wish that is off is seen as such.
+TEST(RunScript, ErrorsAreOfTheWish) {
+  synthesizer::RobotTrialSettings few;
+  few.trials = 4;
+  few.paces = {};
+  const ScriptRobot robot(biped(), synthesizer::robot_drawer());
+  const auto data = generate_robot_data(biped().biped.tree, robot.figure, robot.drawer, few);
+  const DrawerGoal goal = goal_of(data, 0);
+  DrawerGoal wished = goal;
+  wished.normal_m -= 0.05;
+  wished.reaching_m += 0.04;
+  wished.object_depth_m += 0.03;
+  const Outcome o = run_script(robot, rows_of(data, 0), goal, wished);
+  EXPECT_FALSE(o.fell) << o.trouble;
+  EXPECT_TRUE(o.taken);
+  EXPECT_NEAR(o.normal_error_m, 0.05, 0.01);
+  EXPECT_NEAR(o.reaching_error_m, -0.04, 0.01);
+  EXPECT_NEAR(o.reach_error_m, -0.03, 0.01);
+  EXPECT_GT(o.zmp_std_m, 1e-4);
+  EXPECT_LT(o.zmp_std_m, 0.03);
+}
+
 TEST(InParallel, KeepsTheOrderAndThrowsOn) {
   const auto squares = in_parallel(50, [](std::size_t i) { return i * i; });
   for (std::size_t i = 0; i < 50; ++i) EXPECT_EQ(squares[i], i * i);
@@ -81,7 +161,19 @@ TEST(Goals, SpanTheRangesOfTheDissertation) {
   EXPECT_NEAR(goals.back().normal_m, 0.561, 1e-12);
   EXPECT_NEAR(goals.front().reach_m(), 0.663, 1e-12);
   EXPECT_NEAR(goals.back().reach_m(), 0.755, 1e-12);
-  EXPECT_EQ(novel_goals().size(), 30U);
+  EXPECT_NEAR(goals.front().reaching_m, 0.163, 1e-12);
+  EXPECT_NEAR(goals.back().reaching_m, 0.359, 1e-12);
+  EXPECT_NEAR(goals.front().object_depth_m, 0.124, 1e-12);
+  EXPECT_NEAR(goals.back().object_depth_m, 0.273, 1e-12);
+  const auto novel = novel_goals();
+  ASSERT_EQ(novel.size(), 30U);
+  const auto mean = [&](std::size_t from) {
+    double sum = 0.0;
+    for (std::size_t i = from; i < from + 10; ++i) sum += novel[i].normal_m / 10.0;
+    return sum;
+  };
+  EXPECT_NEAR(mean(0) / mean(10), 0.8, 1e-12) << "the paces of the training trials";
+  EXPECT_NEAR(mean(20) / mean(10), 1.2, 1e-12);
 }
 
 TEST(ImpliedReference, OfAPlannedWalkIsThatPlan) {
