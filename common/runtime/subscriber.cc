@@ -40,7 +40,8 @@ std::optional<Received> Input::pop() {
 }
 
 Subscriber::Subscriber(ZmqContext& context, std::uint64_t start_id, bool lockstep)
-    : data_(context, kDataHighWater, start_id),
+    : own_(start_id),
+      data_(context, kDataHighWater, start_id),
       reliable_(context, kReliableHighWater, start_id),
       lockstep_(lockstep) {}
 
@@ -120,7 +121,7 @@ void Subscriber::dispatch(const Incoming& incoming, Frame& payload, bool reliabl
 
 bool Subscriber::deliver(const v1::Publication& publication) {
   const auto inputs = inputs_.find(publication.topic());
-  if (inputs == inputs_.end()) return true;
+  if (inputs == inputs_.end() || publication.start_id() == own_) return true;
   const auto it = kept_.find({publication.start_id(), publication.topic()});
   if (it == kept_.end()) return false;
   std::deque<Received>& kept = it->second;

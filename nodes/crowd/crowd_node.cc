@@ -73,6 +73,7 @@ void CrowdNode::step(Time now) {
     info_.send(info, now);
   }
   ++steps_;
+  const auto begin = std::chrono::steady_clock::now();
   const Time state_time = now - period_;  // of the run and of what others sent last
   take_peers();
   take_handovers(state_time);
@@ -100,6 +101,11 @@ void CrowdNode::step(Time now) {
   publish_scene(now);
   publish_certificate(now);
   publish_status(now);
+  if (!runs_) return;
+  const auto elapsed = [&] {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  };
+  took_.add(runtime::read_outside_value<double>(bus_, "step", elapsed), run_.crowd().size());
 }
 
 void CrowdNode::take_peers() {
@@ -189,6 +195,9 @@ void CrowdNode::observe() {
       o.p_W_m = {crowd.x_m()[r], crowd.y_m()[r]};
       o.heading_rad = crowd.heading_rad()[r];
       o.phase_rad = crowd.phase_rad()[r];
+      if (crowd.group(g).rules.heading.kind == HeadingKind::goal) {
+        o.goal_W_m = crowd.agent(row).traits.goal_W_m;
+      }
       everybody_.push_back(o);
     }
   }
@@ -220,19 +229,11 @@ void CrowdNode::count_near() {
 }
 
 void CrowdNode::advance() {
-  const auto begin = std::chrono::steady_clock::now();
   try {
     run_.step(team_ ? &*team_ : nullptr);
   } catch (const ConfigError& e) {
     say(e.what());
   }
-  took_.add(
-      runtime::read_outside_value<double>(
-          bus_, "step",
-          [&] {
-            return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-          }),
-      run_.crowd().size());
 }
 
 void CrowdNode::say(const std::string& trouble) {

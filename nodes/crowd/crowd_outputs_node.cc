@@ -1,4 +1,5 @@
 // What coordinators publish.
+#include <algorithm>
 #include <cmath>
 
 #include "nodes/crowd/crowd_node.h"
@@ -147,7 +148,9 @@ void CrowdNode::publish_outcome(Time now) {
     if (bad) why += (why.empty() ? "" : "; ") + text;
   };
   blame(!watch_.in_order(), "not in order: " + watch_.disorder(run_));
-  blame(collisions > 0, fmt::format("{} collisions", collisions));
+  const bool avoid = std::ranges::any_of(
+      run_.scenario().groups, [](const Group& group) { return group.rules.heading.avoid; });
+  blame(avoid && collisions > 0, fmt::format("{} collisions", collisions));
   blame(watch_.broken(), "a rate was measured below the guaranteed one");
   blame(entrances.wrong_foot > 0,
         fmt::format("{} of {} came in on the wrong foot", entrances.wrong_foot, entrances.count));

@@ -91,6 +91,8 @@ Json at_path(const Message& m, const std::string& path, EnumText enum_text) {
     throw ConfigError(m.GetTypeName() + " has no field '" + name + "'" +
                       runtime::did_you_mean(name, known));
   }
+  const bool optional = f->has_presence() && f->cpp_type() != FieldDescriptor::CPPTYPE_MESSAGE;
+  if (optional && !m.GetReflection()->HasField(m, f)) return nullptr;
   if (dot == std::string::npos) return value(m, *f, enum_text);
   std::string rest = path.substr(dot + 1);
   const Reflection& r = *m.GetReflection();

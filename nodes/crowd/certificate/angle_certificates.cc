@@ -34,6 +34,7 @@ RuleCertificate certify_coupled_heading(const HeadingRule& r, int n) {
   c.within = 2.0 / 3.0 * zero;
   c.expected_1_s = r.gain * c.extremes.least;
   c.guaranteed_1_s = c.expected_1_s * pull_slope(c.within, r.spread_rad);
+  c.without_link_1_s = c.guaranteed_1_s * connectivity_without_link(r.graph, n) / c.extremes.least;
   c.why = say("contracts while all headings are within ", zero,
               " rad of each other (4.45); rate >= k lambda+ f'(", c.within,
               ") = ", c.guaranteed_1_s, " up to ", c.within, " rad");
@@ -65,6 +66,8 @@ void certify_phase(const PhaseRule& r, int n, double beat_gain_1_s, Certificate&
   }
   c.guarantee = Guarantee::contracting;
   c.guaranteed_1_s = c.expected_1_s = k * c.extremes.least + alpha;
+  c.without_link_1_s =
+      alpha + (c.extremes.least > 0.0 ? k * connectivity_without_link(r.graph, coupled) : 0.0);
   c.why = alpha > 0.0 ? say("rate of followers k lambda+ + alpha = ", k, " * ", c.extremes.least,
                             " + ", alpha)
                       : say("rate k lambda+ = ", k, " * ", c.extremes.least, " for every k > 0");

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 
 #include "nodes/crowd/certificate/contraction.h"
@@ -6,6 +7,11 @@
 
 namespace mimesis::crowd {
 namespace {
+
+/// The rate is proportional to λ⁺.
+void add_lost_link(RuleCertificate& c, const GraphSettings& graph, int n) {
+  c.without_link_1_s = c.guaranteed_1_s * connectivity_without_link(graph, n) / c.extremes.least;
+}
 
 /// What theorem 6 says about this graph and this ratio β of speeds.
 void add_theorem6(RuleCertificate& c, const GraphSettings& graph, int n, double beta) {
@@ -45,6 +51,7 @@ RuleCertificate certify_frequency(const FrequencyRule& r, int n, const GaitRange
   c.expected_1_s = m * g.mean() * c.extremes.least;
   c.guaranteed_1_s = m * g.least() * c.extremes.least;
   c.why = say("rate >= m_d g_min lambda+ = ", m, " * ", g.least(), " * ", c.extremes.least);
+  add_lost_link(c, r.graph, n);
   add_theorem6(c, r.graph, n, g.least() / g.most());
   if (r.low_pass_rad_s > 0.0) {
     const double alpha = r.low_pass_rad_s, bound = m * g.most() * c.extremes.most;
@@ -52,9 +59,11 @@ RuleCertificate certify_frequency(const FrequencyRule& r, int n, const GaitRange
     c.guaranteed_1_s =
         low_pass_rate(m, alpha, g.least(), g.most(), c.extremes.least, c.extremes.most);
     c.why += say("; low-pass: alpha = ", alpha, " against m_d g_max lambda_max = ", bound);
+    // A lost link makes no eigenvalue larger [M18 A.7]: the bound by λ_max stays.
+    c.without_link_1_s = std::min(c.without_link_1_s, c.guaranteed_1_s);
     if (c.guaranteed_1_s <= 0.0) {
       c.guarantee = Guarantee::none;
-      c.guaranteed_1_s = 0.0;
+      c.guaranteed_1_s = c.without_link_1_s = 0.0;
       c.change.push_back(say("low_pass_rad_s above ", bound, ", or m_d below ",
                              alpha / (g.most() * c.extremes.most)));
     }
@@ -64,6 +73,7 @@ RuleCertificate certify_frequency(const FrequencyRule& r, int n, const GaitRange
     constexpr double kPart = 0.25;
     c.within = kPart * r.saturation_m;
     c.guaranteed_1_s *= std::tanh(kPart) / kPart;
+    c.without_link_1_s *= std::tanh(kPart) / kPart;
     c.why += say("; while sums of errors are below ", c.within, " m; beyond, the saturation of ",
                  r.saturation_m, " m slows it down, and V = (z-d)' L (z-d)/2 still falls");
   }
@@ -97,6 +107,7 @@ RuleCertificate certify_length(const LengthRule& r, int n, const GaitRange& gait
   c.why = say("rate >= m_z omega g_min lambda+ = ", m, " * ", slowest, " * ", g.least(), " * ",
               c.extremes.least, ", while sums of errors are below ", c.within,
               " m (|mu| <= ", r.limit, ")");
+  add_lost_link(c, r.graph, n);
   const double beta = slowest * g.least() / (fastest * g.most());
   if (!phases_agree) {
     add_theorem6(c, r.graph, n, beta);

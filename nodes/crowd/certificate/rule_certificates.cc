@@ -39,4 +39,8 @@ Extremes extremes_of(const GraphSettings& settings, int n,
   }
 }
 
+double connectivity_without_link(const GraphSettings& settings, int n) {
+  return connectivity_without_link(coupling(settings, n));
+}
+
 }  // namespace mimesis::crowd

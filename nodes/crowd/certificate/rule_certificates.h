@@ -23,5 +23,7 @@ RuleCertificate refused(std::string why, std::vector<std::string> change);
 RuleCertificate alone(int n);
 /// Extremes of the Laplacian; or, in `refusal`, why there is no guarantee.
 Extremes extremes_of(const GraphSettings& settings, int n, std::optional<RuleCertificate>& refusal);
+/// λ⁺ without its worst link. @pre extremes_of did not refuse
+double connectivity_without_link(const GraphSettings& settings, int n);
 
 }  // namespace mimesis::crowd

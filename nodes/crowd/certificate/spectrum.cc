@@ -14,10 +14,23 @@ namespace mimesis::crowd {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
-constexpr int kMostExact = 600;
+constexpr int kMostExact = 600, kMostTried = 30;
 constexpr double kZero = 1e-12;  // of λ_max: rounding of Eigen's zero eigenvalue
 
 double squared_sine4(double angle) { return 4.0 * std::sin(angle) * std::sin(angle); }
+
+/// λ⁺ without the link from i to `other`.
+double connectivity_without(const CouplingGraph& graph, int i,
+                            const CouplingGraph::Neighbour& other) {
+  Eigen::MatrixXd laplacian = graph.laplacian();
+  const int j = other.index;
+  laplacian(i, i) -= other.weight;
+  laplacian(j, j) -= other.weight;
+  laplacian(i, j) = laplacian(j, i) = 0.0;
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(laplacian, Eigen::EigenvaluesOnly);
+  const double value = solver.eigenvalues()[1];
+  return value > kZero * solver.eigenvalues().maxCoeff() ? value : 0.0;
+}
 
 /// Steps from node 0 to the farthest.
 int eccentricity(const CouplingGraph& graph) {
@@ -117,6 +130,37 @@ Extremes extremes(const CouplingGraph& graph) {
   const Eigen::VectorXd values = spectrum(graph);
   const double most = values[values.size() - 1];
   return {values[1] > kZero * most ? values[1] : 0.0, most};
+}
+
+double connectivity_without_link(const CouplingGraph& graph) {
+  const int n = graph.size();
+  if (n < 3) return 0.0;
+  switch (graph.topology()) {
+    case Topology::none:
+    case Topology::chain:
+    case Topology::star:
+      return 0.0;
+    case Topology::ring:
+      return extremes(Topology::chain, n).least;
+    case Topology::all_to_all:
+      return all_to_all_without(n, 1).least;
+    default:
+      break;
+  }
+  if (n > kMostTried) {
+    double most = 0.0;
+    for (int i = 0; i < n; ++i) {
+      for (const auto& other : graph.neighbours(i)) most = std::max(most, other.weight);
+    }
+    return std::max(0.0, after_lost_link(extremes(graph).least, most));
+  }
+  double least = extremes(graph).least;
+  for (int i = 0; i < n; ++i) {
+    for (const auto& other : graph.neighbours(i)) {
+      if (other.index > i) least = std::min(least, connectivity_without(graph, i, other));
+    }
+  }
+  return least;
 }
 
 Extremes all_to_all_without(int n, int links) {

@@ -31,6 +31,11 @@ Extremes extremes(const CouplingGraph& graph);
 /// @pre 0 <= 2 links <= n
 Extremes all_to_all_without(int n, int links);
 
+/// λ⁺ when the link has broken whose loss is worst: 0 for chains and stars, that of a chain for a
+/// ring, n − 2 for all-to-all. Of wheels and weighted graphs of up to 30 nodes by Eigen, of larger
+/// ones Weyl's bound, or 0.
+double connectivity_without_link(const CouplingGraph& graph);
+
 /// Bound from below on λ⁺ when one link of weight w goes: λ⁺ − 2w, by Weyl's theorem [M18 A.6].
 inline double after_lost_link(double connectivity, double weight) {
   return connectivity - 2.0 * weight;

@@ -31,13 +31,19 @@ void measure_places(const Group& group, bool lanes, std::span<const Observed> ag
   }
 }
 
-/// Largest distance of a heading from that which the rule is for.
-double heading_error(const Group& group, HeadingKind kind, std::span<const double> headings) {
+/// Largest distance of a heading from that which the rule is for; of those who are at their goals
+/// there is none.
+double heading_error(const Group& group, HeadingKind kind, std::span<const double> headings,
+                     std::span<const Observed> agents) {
   if (kind == HeadingKind::consensus || kind == HeadingKind::coupled) return spread(headings);
-  if (kind != HeadingKind::lane) return kNan;
+  if (kind == HeadingKind::keep) return kNan;
   double most = 0.0;
-  for (const double h : headings) {
-    most = std::max(most, std::abs(math::wrap_pi(h - group.heading_rad)));
+  for (const Observed& a : agents) {
+    const Eigen::Vector2d way = a.goal_W_m - a.p_W_m;
+    if (kind == HeadingKind::goal && way.norm() <= group.goals.reached_m) continue;
+    const double wished =
+        kind == HeadingKind::lane ? group.heading_rad : std::atan2(way.y(), way.x());
+    most = std::max(most, std::abs(math::wrap_pi(a.heading_rad - wished)));
   }
   return most;
 }
@@ -68,7 +74,7 @@ GroupOrder Observer::measure(const Group& group, const Rules& rules,
           std::max(order.errors.tracking_rad, std::abs(math::wrap_pi(phase - leader)));
     }
   }
-  order.errors.heading_rad = heading_error(group, rules.heading.kind, headings_);
+  order.errors.heading_rad = heading_error(group, rules.heading.kind, headings_, agents);
   measure_places(group, rules.heading.kind == HeadingKind::lane, agents, order);
   for (const Observed& a : agents) {
     order.goal_most_m = std::max(order.goal_most_m, (a.goal_W_m - a.p_W_m).norm());

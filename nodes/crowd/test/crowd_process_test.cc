@@ -184,7 +184,7 @@ TEST(CrowdProcess, BadConfigurationExitsWith2AndSaysWhere) {
   refused("regions.own=3", "crowd.regions.own");
   refused("regions.x_m=[2, 1]", "regions.x_m");
   refused("set=groups.0.rules.phase.gain_1_s=-1", "groups.0.rules.phase.gain_1_s");
-  refused("set=groups.0.count=0", "N = 0");
+  refused("set=groups.0.count=-1", "groups.0.count");
   refused("set=gaits.0.mean_m_rad=0.01", "gaits.0.mean_m_rad");
   refused("set=groups.0.colour=red", "colour");
   refused("trust.forget_s=0.1", "crowd.trust.forget_s");

@@ -36,14 +36,14 @@ void print_stage(const Stage& stage, std::ostream& out, bool colour) {
   const Certificate& c = stage.certificate;
   out << fmt::format("group {} from {:g} s: {} agents, gait {}\n", stage.group, stage.from_s,
                      stage.agents, stage.gait);
-  Table table({"rule", "guarantee", "rate >= 1/s", "expected 1/s", "lambda+", "lambda_max",
-               "theorem 6", "largest N"});
+  Table table({"rule", "guarantee", "rate >= 1/s", "expected 1/s", "a link lost", "lambda+",
+               "lambda_max", "theorem 6", "largest N"});
   for (const auto& [name, r] : rules_of(c)) {
     if (r->guarantee == Guarantee::off) continue;
     const bool graph = r->extremes.most > 0.0;
     table.row({name, crowd::to_string(r->guarantee), number(r->guaranteed_1_s),
-               number(r->expected_1_s), graph ? number(r->extremes.least) : "-",
-               graph ? number(r->extremes.most) : "-",
+               number(r->expected_1_s), graph ? number(r->without_link_1_s) : "-",
+               graph ? number(r->extremes.least) : "-", graph ? number(r->extremes.most) : "-",
                r->theorem6 > 0.0 ? number(r->theorem6) : "-",
                graph && r->theorem6 > 0.0 ? limit(r->largest_agents) : "any"});
   }
@@ -61,18 +61,20 @@ void print_stage(const Stage& stage, std::ostream& out, bool colour) {
 }
 
 Json to_json(const char* name, const RuleCertificate& r) {
-  Json out = {{"rule", name},
-              {"guarantee", crowd::to_string(r.guarantee)},
-              {"guaranteed_1_s", r.guaranteed_1_s},
-              {"expected_1_s", r.expected_1_s},
-              {"within", r.within > 0.0 ? Json(r.within) : Json(nullptr)},
-              {"overshoot", r.overshoot},
-              {"connectivity", r.extremes.least},
-              {"lambda_max", r.extremes.most},
-              {"theorem6", r.theorem6 > 0.0 ? Json(r.theorem6) : Json(nullptr)},
-              {"largest_agents", r.largest_agents ? Json(*r.largest_agents) : Json(nullptr)},
-              {"why", r.why},
-              {"change", r.change}};
+  Json out = {
+      {"rule", name},
+      {"guarantee", crowd::to_string(r.guarantee)},
+      {"guaranteed_1_s", r.guaranteed_1_s},
+      {"expected_1_s", r.expected_1_s},
+      {"without_link_1_s", r.extremes.most > 0.0 ? Json(r.without_link_1_s) : Json(nullptr)},
+      {"within", r.within > 0.0 ? Json(r.within) : Json(nullptr)},
+      {"overshoot", r.overshoot},
+      {"connectivity", r.extremes.least},
+      {"lambda_max", r.extremes.most},
+      {"theorem6", r.theorem6 > 0.0 ? Json(r.theorem6) : Json(nullptr)},
+      {"largest_agents", r.largest_agents ? Json(*r.largest_agents) : Json(nullptr)},
+      {"why", r.why},
+      {"change", r.change}};
   return out;
 }
 

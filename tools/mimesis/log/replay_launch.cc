@@ -30,7 +30,9 @@ constexpr std::uint64_t kRaggedEnd = 1'000'000'000;
 const std::map<std::string, std::set<std::string>> kWallFields{
     {"mimesis.v1.ClockTime", {"wall_ns"}},
     {"mimesis.v1.TaskStatus", {"plan_compute_s"}},
-    {"mimesis.v1.WalkerStatus", {"mean_tick_s", "worst_tick_s"}}};
+    {"mimesis.v1.WalkerStatus", {"mean_tick_s", "worst_tick_s"}},
+    {"mimesis.v1.CrowdStatus", {"mean_step_s", "worst_step_s"}},
+    {"mimesis.v1.CrowdOutcome", {"steps_1_s", "agent_steps_1_s"}}};
 
 double to_s(std::uint64_t ns) { return static_cast<double>(ns) * 1e-9; }
 

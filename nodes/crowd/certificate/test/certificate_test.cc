@@ -168,6 +168,19 @@ TEST(Certificate, LeaderIsFollowedAtAlpha) {
   EXPECT_TRUE(certify(rules, 5, gait()).holds());
 }
 
+TEST(Certificate, SaysWhatIsLeftWhenALinkBreaks) {
+  Rules rules;
+  rules.phase = {.graph = {Topology::ring}, .gain_1_s = 1.5};
+  rules.length = {.graph = {Topology::all_to_all}, .gain_1_m = 0.1};
+  const Certificate c = certify(rules, 6, gait());
+  EXPECT_NEAR(c.phase.without_link_1_s, 1.5 * 2 * (1 - std::cos(M_PI / 6)), 1e-12);  // a chain
+  EXPECT_NEAR(c.length.without_link_1_s, c.length.guaranteed_1_s * 4 / 6, 1e-12);
+  rules.phase = {.graph = {Topology::star}, .gain_1_s = 1.5};
+  EXPECT_EQ(certify(rules, 6, gait()).phase.without_link_1_s, 0.0);
+  rules.phase.leader_gain_1_s = 0.4;
+  EXPECT_NEAR(certify(rules, 6, gait()).phase.without_link_1_s, 0.4, 1e-12);
+}
+
 TEST(Certificate, BeatLeadsAllOfThem) {
   Rules rules;
   rules.phase = {.graph = {Topology::all_to_all}, .gain_1_s = 0.2};
@@ -312,6 +325,23 @@ TEST(FormationTime, GrowsWithTheErrorAndNeedsTheRightRules) {
   EXPECT_FALSE(time(2.0, 0.0));
   // in the clamp the way is error/limit, at omega <g> = 1 m/s
   EXPECT_NEAR(time(20.0, 0.01).value() - time(10.0, 0.01).value(), 10.0 / 0.5, 1e-9);
+  // phases cost (ln (2 pi sqrt 6/(tolerance/4/stretch/g_max)))/rate, and a longest cycle of way
+  const double k = 0.08 * 6, limit = 0.5, stretch = 1.5, apart = 20.0 + stretch * 2 * M_PI * 0.28;
+  const double phases =
+      std::log(2 * M_PI * std::sqrt(6.0) / (0.0025 / (stretch * 0.28))) / (1.0 * 6);
+  const double linear = limit / k;
+  const double way = (apart - linear) / limit + std::log(linear / 0.005) / k + 2 * M_PI * 0.2;
+  EXPECT_NEAR(time(20.0, 0.01).value(), phases + way / (kOmega * 0.2), 1e-9);
+  rules.heading = {.kind = HeadingKind::lane, .gain = 1.5, .ahead_m = 2.0};
+  const auto with_lane = [&](double lane) {
+    return formation_time_s(certify(rules, 6, gait()), rules, gait(), 20.0, lane, 0.01).value();
+  };
+  // a lane 3 m away is 3 tan(half the slope) of way lost, and turning g/m_psi ln 2
+  const double lost = 3 * std::tan(0.5 * std::atan(1.5)), turn = 1.5 * 0.2 / 1.5 * std::log(2.0);
+  const double rate = certify(rules, 6, gait()).heading.expected_1_s;
+  const double lanes = std::log(2 * M_PI * 3.0 / 0.01) / rate;
+  EXPECT_NEAR(with_lane(3.0), lanes + (way + (lost + turn) / limit) / (kOmega * 0.2), 1e-9);
+  rules.heading = {};
   rules.phase = {};
   EXPECT_FALSE(time(2.0, 0.01));
 }

@@ -122,6 +122,33 @@ TEST(Spectrum, AllToAllWithoutLinks) {  // [M18 B.3.4]
   EXPECT_EQ(all_to_all_without(2, 1).least, 0.0);
 }
 
+TEST(Spectrum, WorstLinkToLose) {
+  for (const Topology topology : kNamed) {
+    for (int n = 4; n <= 9; ++n) {
+      const CouplingGraph graph = CouplingGraph::make(topology, n);
+      const Eigen::MatrixXd all = graph.laplacian();
+      double least = 1e9;
+      for (int i = 0; i < n; ++i) {
+        for (int j = i + 1; j < n; ++j) {
+          if (all(i, j) == 0.0) continue;
+          Eigen::MatrixXd without = all;
+          without(i, i) -= 1.0, without(j, j) -= 1.0;
+          without(i, j) = without(j, i) = 0.0;
+          least = std::min(least, by_eigen(without)[1]);
+        }
+      }
+      EXPECT_NEAR(connectivity_without_link(graph), least, 1e-12)
+          << to_string(topology) << ' ' << n;
+    }
+  }
+  EXPECT_EQ(connectivity_without_link(CouplingGraph::make(Topology::ring, 2)), 0.0);
+  std::mt19937 random(7);
+  const CouplingGraph large = random_graph(40, 0.9, random);
+  const double bound = connectivity_without_link(large);
+  EXPECT_GT(bound, 0.0);
+  EXPECT_LT(bound, extremes(large).least);
+}
+
 TEST(Spectrum, LostAgentCostsAtMostOne) {
   for (const Topology topology : {Topology::ring, Topology::wheel, Topology::all_to_all}) {
     for (int n = 5; n < 12; ++n) {

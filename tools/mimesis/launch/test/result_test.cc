@@ -4,6 +4,7 @@
 
 #include "common/error.h"
 #include "proto/cognition.pb.h"
+#include "proto/motion.pb.h"
 #include "proto/planner.pb.h"
 #include "proto/world.pb.h"
 #include "tools/mimesis/launch/test/graph_text.h"
@@ -105,6 +106,14 @@ TEST(MessageJson, HasEveryFieldByName) {
   EXPECT_EQ(tool::field_word(m, "phase"), nullptr);
   EXPECT_EQ(tool::field_json(m, "header.seq"), 0);
   EXPECT_THROW(tool::field_json(m, "state.x"), ConfigError);
+}
+
+TEST(MessageJson, AnOptionalFieldThatIsNotThereIsNull) {
+  v1::GaitCommand m;
+  EXPECT_EQ(tool::field_json(m, "phase_rad"), nullptr);
+  m.set_phase_rad(0.0);
+  EXPECT_EQ(tool::field_json(m, "phase_rad"), 0.0);
+  EXPECT_EQ(tool::field_json(m, "character"), 0);
 }
 
 TEST(MessageJson, ReachesElements) {
