@@ -6,7 +6,8 @@
 namespace mimesis::crowd {
 
 /// Figures of M18 chapter 4 and of M10: rates beside those of the theory. The dissertation prints
-/// no numbers with them; references are its formulas, with the factors of reference/crowd.md.
+/// no numbers with them; references are its formulas, with the factors that hold: α to the leader
+/// [eq. 4.26], ω in the rate of rule II [4.4.2, 3].
 std::vector<reproduce::Figure> figures();
 
 // Parts of the list, one per file.

@@ -5,7 +5,7 @@
 
 namespace mimesis::crowd {
 
-/// Window of R for rates: below it rounding, above it the decay is not exponential [crowd.md].
+/// Window of R for rates: below it rounding, above it the decay is not exponential.
 inline constexpr double kLeastR = 1e-6, kMostR = 3e-2;
 
 /// Networks of equal Andronov-Hopf oscillators that start at random phases of the limit cycle

@@ -149,6 +149,35 @@ double synchronised(Way way, Topology topology, int n) {
   return double(count) / kStarts;
 }
 
+/// Fraction of random starts of six followers that come to their leader.
+double led(Topology topology) {
+  constexpr double kDt = 0.05, kTo_rad = 0.02;
+  const auto graph = CouplingGraph::make(topology, 6);
+  std::mt19937_64 draw(31);
+  std::uniform_real_distribution<double> uniform(0.0, kTwoPi);
+  int count = 0;
+  for (int start = 0; start < kStarts; ++start) {
+    Phases phi(6);
+    for (double& p : phi) p = uniform(draw);
+    lift_phases(view(phi));
+    const Leader leader{0.5, nearest_turn(uniform(draw), phi.mean())};
+    const auto f = [&](double, const Phases& x) {
+      Phases rate = Phases::Zero(x.size());
+      add_phase_coupling(graph, 0.4, view(x), leader, view(rate));
+      return rate;
+    };
+    bool there = false;
+    for (int second = 0; second < 40 && !there; ++second) {
+      for (int n = 0; n < 20; ++n) phi = math::rk4_step(f, 0.0, phi, kDt);
+      there = true;
+      for (const double p : phi)
+        there = there && std::abs(math::wrap_pi(p - leader.phi_rad)) < kTo_rad;
+    }
+    count += there;
+  }
+  return double(count) / kStarts;
+}
+
 Report starts(const PlotDir& dir) {
   constexpr Topology kGraphs[] = {Topology::chain, Topology::star, Topology::ring, Topology::wheel,
                                   Topology::all_to_all};
@@ -167,7 +196,7 @@ Report starts(const PlotDir& dir) {
                                  " of " + std::to_string(n) + ": share of 500 starts";
         if (w == 0) report.rows.push_back(near(what, share, 1.0, 0.0, "1"));
         const bool known = topology == Topology::all_to_all || topology == Topology::ring;
-        if (w == 1 && known) {  // of [crowd.md], 500 other draws
+        if (w == 1 && known) {  // another program's, 500 other draws
           const double seen[2][3] = {{0.62, 0.49, 0.32}, {0.64, 0.33, 0.21}};
           const double reference = seen[topology == Topology::all_to_all][n == 5   ? 0
                                                                           : n == 8 ? 1
@@ -188,6 +217,11 @@ Report starts(const PlotDir& dir) {
     report.rows.push_back(near("Andronov-Hopf networks, kλ⁺ = 1.2, " +
                                    std::string(to_string(topology)) + " of 8: share of 500 starts",
                                o.synchronised / double(kStarts), 1.0, 0.0, "1"));
+  }
+  for (const Topology topology : {Topology::chain, Topology::ring, Topology::all_to_all}) {
+    report.rows.push_back(near("leader of six, " + std::string(to_string(topology)) +
+                                   ": share of 500 starts that reach it",
+                               led(topology), 1.0, 0.0, "1"));
   }
   if (dir) {
     report.plots.push_back(*dir / "random-starts.png");

@@ -97,7 +97,7 @@ TEST(PhaseCoupling, LeaderIsReachedFrom500RandomStarts) {
   }
 }
 
-TEST(PhaseCoupling, LeaderPullsAtAlphaAndTheGroupAtKNPlusAlpha) {  // crowd.md: not kN + α for both
+TEST(PhaseCoupling, LeaderPullsAtAlphaAndTheGroupAtKNPlusAlpha) {  // not kN + α for both
   const auto graph = CouplingGraph::make(Topology::all_to_all, 3);
   const Phases phi = Phases::Constant(3, 0.3) + 1e-4 * Eigen::Vector3d(3.0, 1.0, 2.0);
   Phases rate = Phases::Zero(3);
