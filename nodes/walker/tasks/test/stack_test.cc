@@ -236,6 +236,17 @@ TEST(Stack, ArmsStayWhereTheyAreWhileALongStepStretchesALeg) {
   EXPECT_LT(fast.sharpest_rad_s, 4.0);
 }
 
+TEST(Stack, AGoalThatJumpsIsApproachedInSteps) {
+  const robot::Biped biped = model::load_biped("biped.yaml");
+  // In one tick: up to 4 mm at once, of more than that 4 mm or a tenth.
+  for (const auto& [jump_m, left_m] : {std::pair{0.003, 0.0}, {0.015, 0.011}, {0.1, 0.09}}) {
+    Stack stack(biped, walking_stack(biped));
+    TaskGoals goals = Reference(biped).stand();
+    goals.com_W_m.x() += jump_m;
+    EXPECT_NEAR(stack.step(goals, kDt).com_error_m, left_m, 1e-4) << jump_m;
+  }
+}
+
 TEST(Stack, StaysWithinLimitsWhateverTheGoal) {
   for (const robot::Biped& biped : robots()) {
     const Trial absurd = trial_of(biped, 8.0, [](const Reference& r, double t) {
@@ -324,6 +335,25 @@ TEST(Stack, DoesNotAllocateAndIsDeterministic) {
   for (const TaskGoals& goal : goals) again.step(goal, kDt);
   EXPECT_EQ(stack.state().q, again.state().q);
   EXPECT_EQ(stack.state().X_WB.matrix(), again.state().X_WB.matrix());
+}
+
+TEST(Stack, APostureTaskTakesLegsToHalfSitting) {
+  const robot::Biped biped = model::load_biped("biped.yaml");
+  StackSettings settings;
+  settings.tasks = {
+      {.name = "some", .kind = TaskKind::kPosture, .joints = {"left_knee", "left_elbow"}}};
+  Stack stack(biped, settings);
+  const int knee = biped.tree.require_joint("left_knee"),
+            elbow = biped.tree.require_joint("left_elbow");
+  Eigen::VectorXd q = biped.half_sitting;
+  q[knee] += 0.2;
+  stack.reset(biped.X_WB_half_sitting, q);
+  TaskGoals goals = Reference(biped).stand();
+  const auto at = std::ranges::find(biped.upper_body, elbow) - biped.upper_body.begin();
+  goals.upper_body[at] -= 0.3;
+  for (int tick = 0; tick < 200; ++tick) stack.step(goals, kDt);
+  EXPECT_NEAR(stack.state().q[knee], biped.half_sitting[knee], 1e-3);
+  EXPECT_NEAR(stack.state().q[elbow], biped.half_sitting[elbow] - 0.3, 1e-3);
 }
 
 TEST(Stack, BringsJointsBackFromBeyondTheirLimits) {
