@@ -16,8 +16,9 @@ struct StepPlanSettings {
   double shortest_step_m = 0.03;  ///< of the right foot in action 2
   double most_reaching_m = 0.36;  ///< of action 2, as trained
   double stand_half_m = 0.03;     ///< about the comfortable final distance
-  /// So much nearer or farther it may stand. Farther, the right arm is too short: it steps again.
-  double stand_nearer_m = 0.05, stand_farther_m = 0.03;
+  /// So much nearer or farther it may stand: steps back were not trained, and arms reach 0.10 m
+  /// nearer. Farther, the right arm is too short: it steps again.
+  double stand_nearer_m = 0.08, stand_farther_m = 0.03;
   int most_normal = 12, most_reaching = 4;  ///< actions in one plan
 };
 
