@@ -160,6 +160,9 @@ void Walker::Impl::balance(const Sensors& sensors) {
     return;
   }
   out.stabilizer = stabilizer.step(planned, sensors);
+  if (!out.stabilizer.pattern_shift_W_m.isZero()) {
+    pattern->shift(out.stabilizer.pattern_shift_W_m);
+  }
   note("balance", out.stabilizer.reason);
   stay = out.stabilizer.falling || !out.stabilizer.reason.empty();
 }

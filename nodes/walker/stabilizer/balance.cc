@@ -24,13 +24,17 @@ void DcmFeedback::measure(const ComState& planned, const Eigen::Vector2d& com_W_
   error_ = com_W_m - planned.p_W_m + (com_v_W - planned_v_) / omega_;
 }
 
-Eigen::Vector2d DcmFeedback::step(bool saturated) {
+Eigen::Vector2d DcmFeedback::step(bool saturated, double yaw_rad) {
   const StabilizerSettings& s = *settings_;
   for (int i = 0; i < 2; ++i) {
     integral_[i] =
         leaky(integral_[i], saturated ? 0.0 : error_[i], s.integral_leak_s, s.integral_limit);
   }
-  return (1.0 + s.kd_1_s / omega_) * error_ + s.ki_1_s / omega_ * integral_;
+  const Eigen::Vector2d ahead(std::cos(yaw_rad), std::sin(yaw_rad));
+  Eigen::Vector2d beyond = s.kd_1_s / omega_ * error_;
+  const double along = ahead.dot(beyond);
+  beyond += (std::clamp(along, -s.forward_limit_m, s.forward_limit_m) - along) * ahead;
+  return error_ + beyond + s.ki_1_s / omega_ * integral_;
 }
 
 const Eigen::Vector2d& ComAdmittance::step(const Eigen::Vector2d& zmp_m,

@@ -16,8 +16,9 @@ class DcmFeedback {
   ///        that a late measurement of a correct motion is no error
   void measure(const ComState& planned, const Eigen::Vector2d& com_W_m,
                const Eigen::Vector2d& com_v_W);
-  /// Change of the ZMP. `saturated`: the last one was cut, ∫e only forgets.
-  Eigen::Vector2d step(bool saturated);
+  /// Change of the ZMP. `saturated`: the last one was cut, ∫e only forgets. Along the heading
+  /// `yaw_rad` the part of kd is limited (forward_limit_m).
+  Eigen::Vector2d step(bool saturated, double yaw_rad);
 
   const Eigen::Vector2d& error_m() const { return error_; }
   double omega_1_s() const { return omega_; }

@@ -26,6 +26,10 @@ class Estimator {
   /// @param plan  of the instant that the sensors tell about
   /// No allocation. Precondition: !unusable(sensors).
   const BodyEstimate& step(const PatternSample& plan, const Sensors& sensors);
+  /// Of the encoders at the last step.
+  const Eigen::Isometry3d& X_BS(Side side) const {
+    return kinematics_.X_WL(biped_->leg[side].sole);
+  }
   /// nullptr, or what is wrong with the sensors: size or a value that is not finite.
   const char* unusable(const Sensors& sensors) const;
 

@@ -90,6 +90,8 @@ const std::array<Eigen::Isometry3d, 2>& Feet::step(const PatternSample& plan,
                                                    const Ground::Shares& wished,
                                                    const Measured& measured) {
   const StabilizerSettings& s = *settings_;
+  left_ = wished.left;
+  give_m_n_ = measured.give_m_n;
   press(plan, wished, measured.foot_S);
   for (Side side : robot::kSides) {
     Foot& foot = foot_[side];
@@ -124,6 +126,7 @@ const std::array<Eigen::Isometry3d, 2>& Feet::fade(const PatternSample& plan) {
     fade_swing(foot);
   }
   difference_m_ = decayed(difference_m_, settings_->force_leak_s);
+  left_ = left_weight(plan);
   compose(plan);
   return X_WS_;
 }
@@ -132,6 +135,7 @@ void Feet::compose(const PatternSample& plan) {
   for (Side side : robot::kSides) {
     const Foot& foot = foot_[side];
     const Eigen::Isometry3d& X_WS = plan.foot[side].X_WS;
+    const double share = !plan.contact[side] ? 0.0 : side == kLeft ? left_ : 1.0 - left_;
     const Eigen::Vector3d pressed(foot.tilt_rad.x(), foot.tilt_rad.y(), 0.0);
     const Eigen::Matrix3d swung = math::exp_so3(foot.swing_tilt_W) * X_WS.linear();
     const Eigen::Matrix3d turn = math::exp_so3(pressed);
@@ -139,7 +143,8 @@ void Feet::compose(const PatternSample& plan) {
     X_WS_[side].linear() = swung * turn;
     X_WS_[side].translation() =
         X_WS.translation() + foot.swing_shift_W + swung * (pivot_S - turn * pivot_S);
-    X_WS_[side].translation().z() += foot.landing_m + 0.5 * robot::sign(side) * difference_m_;
+    X_WS_[side].translation().z() += foot.landing_m + 0.5 * robot::sign(side) * difference_m_ +
+                                     give_m_n_ * weight_n_ * (0.5 - share);
   }
 }
 

@@ -17,6 +17,8 @@ namespace mimesis::walker {
 ///    c''/ω² the force sensors feel as a gain that grows with the frequency.
 ///  - landing, before the foot is due: l̇ = A max(0, F_z) − l/T, the sole goes up by l.
 ///  - swing: the sole is where it is planned although the base is not.
+///  - give: legs that are c F shorter under their load F (LegGive) are made longer by c (F − mg/2)
+///    for the wished F: the pelvis stays at its height and level while the weight changes feet.
 class Feet {
  public:
   Feet(const robot::Biped& biped, const StabilizerSettings& settings);
@@ -25,6 +27,7 @@ class Feet {
   struct Measured {
     std::array<robot::Wrench, 2> foot_S;
     Eigen::Isometry3d X_WB_planned, X_WB;  ///< at the same instant
+    double give_m_n = 0.0;                 ///< of a leg (LegGive)
   };
   /// Soles to track, in the frame of the plan.
   const std::array<Eigen::Isometry3d, 2>& step(const PatternSample& plan,
@@ -52,6 +55,7 @@ class Feet {
   const robot::Biped* biped_;
   double weight_n_, swing_share_;
   std::array<Foot, 2> foot_;
+  double left_ = 0.5, give_m_n_ = 0.0;  ///< wished share of the left foot, give of a leg
   double difference_m_ = 0.0, double_support_s_ = 0.0;
   std::array<Eigen::Isometry3d, 2> X_WS_;
 };

@@ -9,6 +9,9 @@ namespace mimesis::walker {
 struct StabilizerSettings {
   // divergent component of motion: z = z_r + (1 + kd/ω) e + (ki/ω) ∫e [C19]
   double kd_1_s = 4.5, ki_1_s = 1.5;
+  /// Of (kd/ω) e forward and back: a large e goes back at ω times this, for a pitch torque of the
+  /// ankles of mg (e + this) instead of mg (1 + kd/ω) e: 4.9 N s forward 30 N m instead of 50.
+  double forward_limit_m = 0.01;
   double integral_leak_s = 10.0;  ///< ∫e forgets
   double integral_limit = 0.1;    ///< of |∫e| [m s]
   double edge_margin_m = 0.002;  ///< wished ZMPs stay so far inside the soles: 10 mm fall at 10 N s
@@ -19,15 +22,15 @@ struct StabilizerSettings {
   int delay_ticks = 2;  ///< of a sensor reading behind the plan: one of the control, one of the bus
 
   // feet
-  double cop_rad_s_n_m = 0.015;  ///< ankle against centre of pressure [K10, C19: 0.01]
+  double cop_rad_s_n_m = 0.03;  ///< ankle against centre of pressure [K10, C19: 0.01]
   double cop_alone =
       0.1;  ///< share of a foot's own rate in double support, the rest is the mean [1]
   double cop_leak_s = 0.5, cop_limit_rad = 0.25;
-  double cop_pivot = 1.0;        ///< where a sole turns: 0 its origin, 1 the ankle
+  double cop_pivot = 0.5;        ///< where a sole turns: 0 its origin, 1 the ankle
   double force_m_s_n = 8e-5;     ///< difference of the feet's heights [K10; C19: 1e-4]
   double force_window_s = 0.15;  ///< from the landing on
   double force_leak_s = 1.0, force_limit_m = 0.05;
-  double landing_m_s_n = 1e-3;  ///< a foot that lands early gives way
+  double landing_m_s_n = 5e-4;  ///< a foot that lands early gives way
   double landing_leak_s = 0.2, landing_limit_m = 0.03;
   double landing_window_s = 0.25;  ///< before the planned landing
   // swing foot against the error of the base
@@ -36,8 +39,15 @@ struct StabilizerSettings {
   double swing_height_limit_m = 0.005;  ///< of the height's correction
   double swing_position_limit_m = 0.05, swing_tilt_limit_rad = 0.25;
 
+  double leg_give_share = 1.0;  ///< of the legs' give under load that is made up for (LegGive) [1]
+
   // centre of mass against ZMP: a = k (z − z_d) − 2 v/T − x/T² [C19]
   double com_1_s2 = 8.0, com_leak_s = 0.5, com_limit_m = 0.06;
+
+  // steps placed anew, only when the feedback is at the edge of the soles
+  bool step_adjustment = true;
+  double adjust_forward_m = 0.12, adjust_outward_m = 0.12, adjust_inward_m = 0.02;
+  double adjust_filter_s = 0.03, adjust_speed_m_s = 1.0;
 
   // falling
   double fall_tilt_rad = 0.6;  ///< of the base
@@ -47,6 +57,7 @@ struct StabilizerSettings {
   void visit(V& v) {
     v("kd_1_s", kd_1_s, 0.0, 30.0);
     v("ki_1_s", ki_1_s, 0.0, 30.0);
+    v("forward_limit_m", forward_limit_m, 0.0, 0.3);
     v("integral_leak_s", integral_leak_s, 0.1, 1000.0);
     v("integral_limit", integral_limit, 0.0, 1.0);
     v("edge_margin_m", edge_margin_m, 0.0, 0.03);
@@ -72,9 +83,16 @@ struct StabilizerSettings {
     v("swing_height_limit_m", swing_height_limit_m, 0.0, 0.1);
     v("swing_position_limit_m", swing_position_limit_m, 0.0, 0.2);
     v("swing_tilt_limit_rad", swing_tilt_limit_rad, 0.0, 0.5);
+    v("leg_give_share", leg_give_share, 0.0, 1.0);
     v("com_1_s2", com_1_s2, 0.0, 200.0);
     v("com_leak_s", com_leak_s, 0.05, 10.0);
     v("com_limit_m", com_limit_m, 0.0, 0.15);
+    v("step_adjustment", step_adjustment);
+    v("adjust_forward_m", adjust_forward_m, 0.0, 0.3);
+    v("adjust_outward_m", adjust_outward_m, 0.0, 0.3);
+    v("adjust_inward_m", adjust_inward_m, 0.0, 0.1);
+    v("adjust_filter_s", adjust_filter_s, 0.0, 1.0);
+    v("adjust_speed_m_s", adjust_speed_m_s, 0.0, 10.0);
     v("fall_tilt_rad", fall_tilt_rad, 0.1, 1.5);
     v("fall_dcm_m", fall_dcm_m, 0.05, 2.0);
   }

@@ -19,6 +19,7 @@ Stabilizer::Stabilizer(const robot::Biped& biped, const GaitSettings& gait,
       estimator_(biped, settings_),
       feedback_(gait.com_height_m, settings_),
       admittance_(settings_),
+      adjustment_(settings_),
       ground_(biped, settings_.edge_margin_m),
       feet_(biped, settings_) {
   if (settings.delay_ticks < 1 || settings.delay_ticks >= kHistory) {
@@ -33,6 +34,8 @@ void Stabilizer::reset() {
   estimator_.reset();
   feedback_.reset();
   admittance_.reset();
+  adjustment_.reset();
+  give_.reset();
   feet_.reset();
   at_ = remembered_ = 0;
   blind_ = true;
@@ -43,10 +46,14 @@ void Stabilizer::reset() {
 /// @return the plan that the sensors of now tell about, with the pelvis of the same instant
 const StabilizerPlan& Stabilizer::remember(const StabilizerPlan& plan) {
   at_ = (at_ + 1) % kHistory;
-  history_[std::size_t(at_)] = plan;
+  history_[std::size_t(at_)] = {plan, command_.X_WS};
+  if (remembered_ == 0) {
+    for (Side s : robot::kSides)
+      history_[std::size_t(at_)].X_WS_last[s] = plan.pattern.foot[s].X_WS;
+  }
   remembered_ = std::min(remembered_ + 1, settings_.delay_ticks + 1);
   const int back = std::min(settings_.delay_ticks, remembered_ - 1);
-  return history_[std::size_t((at_ + kHistory - back) % kHistory)];
+  return history_[std::size_t((at_ + kHistory - back) % kHistory)].plan;
 }
 
 void Stabilizer::filter(const std::array<robot::Wrench, 2>& foot_S) {
@@ -62,14 +69,29 @@ void Stabilizer::without_feedback(const StabilizerPlan& plan, const char* why) {
   feedback_.reset();
   blind_ = true;
   const Eigen::Vector2d zmp = plan.pattern.zmp_W_m;
-  command_.com_shift_W_m = admittance_.step(zmp, zmp);
-  command_.com_shift_v_W = admittance_.rate_m_s();
+  admittance_.step(zmp, zmp);
+  move_com();
+  command_.pattern_shift_W_m = adjustment_.step(
+      plan.pattern, {Eigen::Vector2d::Zero(), Eigen::Vector2d::Zero(), false, 0.0});
   command_.X_WS = feet_.fade(plan.pattern);
   command_.dcm_error_W_m.setZero();
   command_.com_W_m.head<2>() = plan.com.p_W_m;
   command_.zmp_W_m = command_.wished_zmp_W_m = zmp;
   command_.saturated = false;
   if (!command_.falling) command_.reason.assign(why);
+}
+
+void Stabilizer::measure_give(const Past& sent) {
+  for (Side s : robot::kSides) {
+    const Eigen::Isometry3d X_BS = sent.plan.X_WB_last.inverse() * sent.X_WS_last[s];
+    give_.measure(wrench_S_[s].force.z(),
+                  estimator_.X_BS(s).translation().z() - X_BS.translation().z());
+  }
+}
+
+void Stabilizer::move_com() {
+  command_.com_shift_W_m = admittance_.shift_m() + adjustment_.com_W_m();
+  command_.com_shift_v_W = admittance_.rate_m_s() + adjustment_.com_v_W();
 }
 
 void Stabilizer::watch_fall(const BodyEstimate& body) {
@@ -83,7 +105,19 @@ void Stabilizer::watch_fall(const BodyEstimate& body) {
   command_.falling = !command_.reason.empty();
 }
 
-const StabilizerCommand& Stabilizer::step(const StabilizerPlan& plan, const Sensors& sensors) {
+/// The plan with both feet where adjusted steps have put them.
+const StabilizerPlan& Stabilizer::adjusted(const StabilizerPlan& plan) {
+  adjustment_.follow();
+  plan_ = plan;
+  for (Side s : robot::kSides) {
+    plan_.pattern.foot[s].X_WS.translation().head<2>() += adjustment_.foot_W_m(s);
+  }
+  return plan_;
+}
+
+const StabilizerCommand& Stabilizer::step(const StabilizerPlan& unadjusted,
+                                          const Sensors& sensors) {
+  const StabilizerPlan& plan = adjusted(unadjusted);
   const StabilizerPlan& past = remember(plan);
   if (const char* why = estimator_.unusable(sensors)) {
     without_feedback(plan, why);
@@ -91,30 +125,35 @@ const StabilizerCommand& Stabilizer::step(const StabilizerPlan& plan, const Sens
   }
   // Sent one tick before the plan it belongs to came in: the entry after the past one has it.
   const int back = std::min(settings_.delay_ticks, remembered_ - 1);
-  const StabilizerPlan& sent =
-      history_[std::size_t((at_ + kHistory - std::max(back - 1, 0)) % kHistory)];
+  const Past& sent = history_[std::size_t((at_ + kHistory - std::max(back - 1, 0)) % kHistory)];
 
   const BodyEstimate& body = estimator_.step(past.pattern, sensors);
   filter(sensors.foot_S);
   blind_ = false;
+  measure_give(sent);
   feedback_.measure(past.com, body.com_W_m.head<2>(), body.com_v_W);
   command_.com_W_m = body.com_W_m;
   command_.dcm_error_W_m = feedback_.error_m();
   watch_fall(body);
 
-  const Eigen::Vector2d wished = plan.pattern.zmp_W_m + feedback_.step(command_.saturated);
+  const Eigen::Vector2d wished =
+      plan.pattern.zmp_W_m + feedback_.step(command_.saturated, plan.pattern.yaw_rad);
   command_.wished_zmp_W_m = ground_.reachable(plan.pattern, wished);
   command_.saturated = command_.wished_zmp_W_m != wished;
 
   const auto zmp = measured_zmp(past.pattern, wrench_S_, kLeastShare * weight_n_);
   if (zmp) {
     command_.zmp_W_m = *zmp;
-    command_.com_shift_W_m = admittance_.step(*zmp, command_.wished_zmp_W_m);
-    command_.com_shift_v_W = admittance_.rate_m_s();
+    admittance_.step(*zmp, command_.wished_zmp_W_m);
   }
+  move_com();
+  command_.pattern_shift_W_m = adjustment_.step(
+      plan.pattern, {feedback_.error_m(), command_.wished_zmp_W_m - plan.pattern.zmp_W_m,
+                     command_.saturated, feedback_.omega_1_s()});
   command_.X_WS =
       feet_.step(plan.pattern, ground_.distribute(plan.pattern, command_.wished_zmp_W_m),
-                 {wrench_S_, sent.X_WB_last, body.X_WB});
+                 {wrench_S_, sent.plan.X_WB_last, body.X_WB,
+                  settings_.leg_give_share * give_.m_n(kLeastShare * weight_n_)});
   return command_;
 }
 

@@ -2,8 +2,10 @@
 #include <string>
 
 #include "nodes/walker/pattern/pattern.h"
+#include "nodes/walker/stabilizer/adjustment.h"
 #include "nodes/walker/stabilizer/balance.h"
 #include "nodes/walker/stabilizer/feet.h"
+#include "nodes/walker/stabilizer/leg_give.h"
 #include "nodes/walker/stabilizer/sensors.h"
 
 namespace mimesis::walker {
@@ -20,6 +22,8 @@ struct StabilizerPlan {
 struct StabilizerCommand {
   Eigen::Vector2d com_shift_W_m = Eigen::Vector2d::Zero(), com_shift_v_W = Eigen::Vector2d::Zero();
   std::array<Eigen::Isometry3d, 2> X_WS;  ///< soles to track, corrected
+  /// By how much the whole pattern has to move before the next tick: a step was adjusted.
+  Eigen::Vector2d pattern_shift_W_m = Eigen::Vector2d::Zero();
   // for logs and plots
   Eigen::Vector2d dcm_error_W_m = Eigen::Vector2d::Zero();
   Eigen::Vector2d zmp_W_m = Eigen::Vector2d::Zero(), wished_zmp_W_m = Eigen::Vector2d::Zero();
@@ -44,7 +48,14 @@ class Stabilizer {
 
  private:
   static constexpr int kHistory = 16;
+  struct Past {
+    StabilizerPlan plan;
+    std::array<Eigen::Isometry3d, 2> X_WS_last;  ///< soles of the set-points that were sent last
+  };
+  void measure_give(const Past& sent);
   const StabilizerPlan& remember(const StabilizerPlan& plan);
+  const StabilizerPlan& adjusted(const StabilizerPlan& plan);
+  void move_com();
   void without_feedback(const StabilizerPlan& plan, const char* why);
   void watch_fall(const BodyEstimate& body);
   void filter(const std::array<robot::Wrench, 2>& foot_S);
@@ -54,12 +65,15 @@ class Stabilizer {
   Estimator estimator_;
   DcmFeedback feedback_;
   ComAdmittance admittance_;
+  StepAdjustment adjustment_;
+  LegGive give_;
   Ground ground_;
   Feet feet_;
-  std::array<StabilizerPlan, kHistory> history_;  ///< ring: the last plans
+  std::array<Past, kHistory> history_;  ///< ring: the last plans
   int at_ = 0, remembered_ = 0;
   bool blind_ = true;  ///< no measurement in the last tick
   std::array<robot::Wrench, 2> wrench_S_;
+  StabilizerPlan plan_;  ///< of this tick, with the feet where they are led
   StabilizerCommand command_;
 };
 

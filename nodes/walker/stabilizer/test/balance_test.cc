@@ -25,6 +25,7 @@ StabilizerSettings without_integral() {
   StabilizerSettings s;
   s.ki_1_s = 0.0;
   s.velocity_filter_s = 0.0;
+  s.forward_limit_m = 0.3;
   return s;
 }
 
@@ -38,7 +39,7 @@ TEST(DcmFeedback, ErrorOfThePendulumDiesAtTheRateKd) {
   for (int i = 0; i <= 40; ++i) {
     feedback.measure(planned, pendulum.c, pendulum.v);
     if (i == 0) before = feedback.error_m().norm();
-    pendulum.step(feedback.step(false));
+    pendulum.step(feedback.step(false, 0.0));
   }
   const double rate = std::log(before / feedback.error_m().norm()) / (40 * kTick_s);
   // e⁺ = e (1 − (exp(ωΔt) − 1) kd/ω) where the ZMP is held for a tick Δt
@@ -46,6 +47,23 @@ TEST(DcmFeedback, ErrorOfThePendulumDiesAtTheRateKd) {
   const double keep = 1.0 - std::expm1(omega * kTick_s) * settings.kd_1_s / omega;
   EXPECT_NEAR(rate, -std::log(keep) / kTick_s, 1e-6);
   EXPECT_NEAR(rate, settings.kd_1_s, 0.1);
+}
+
+TEST(DcmFeedback, LargeErrorsForwardGoBackAtALimitedSpeedSidewaysAtKd) {
+  StabilizerSettings settings = without_integral();
+  settings.forward_limit_m = 0.01;
+  DcmFeedback feedback(kHeight, settings);
+  const double omega = feedback.omega_1_s(), yaw = 0.7, e = 0.06;
+  const Eigen::Vector2d ahead(std::cos(yaw), std::sin(yaw)), left(-ahead.y(), ahead.x());
+  for (const double sign : {1.0, -1.0}) {
+    feedback.measure({}, sign * e * ahead, Eigen::Vector2d::Zero());
+    EXPECT_LT((feedback.step(false, yaw) - sign * (e + 0.01) * ahead).norm(), 1e-12);
+  }
+  feedback.measure({}, e * left, Eigen::Vector2d::Zero());
+  EXPECT_LT((feedback.step(false, yaw) - (1.0 + settings.kd_1_s / omega) * e * left).norm(), 1e-12);
+  feedback.measure({}, 0.007 * ahead, Eigen::Vector2d::Zero());  // kd e < ω × limit
+  EXPECT_LT((feedback.step(false, yaw) - (1.0 + settings.kd_1_s / omega) * 0.007 * ahead).norm(),
+            1e-12);
 }
 
 TEST(DcmFeedback, IntegralTakesAwayAConstantOffset) {
@@ -57,7 +75,7 @@ TEST(DcmFeedback, IntegralTakesAwayAConstantOffset) {
     Pendulum pendulum;
     for (int i = 0; i < 20'000; ++i) {
       feedback.measure({}, pendulum.c, pendulum.v);
-      pendulum.step(feedback.step(false) + Eigen::Vector2d(0.01, 0.0));  // ZMP 1 cm off
+      pendulum.step(feedback.step(false, 0.0) + Eigen::Vector2d(0.01, 0.0));  // ZMP 1 cm off
     }
     return feedback.error_m().x();
   };
@@ -83,13 +101,13 @@ TEST(DcmFeedback, IntegralForgetsWhileTheFeedbackIsCut) {
   settings.ki_1_s = 1.5;
   DcmFeedback feedback(kHeight, settings);
   feedback.measure({}, {0.1, 0.0}, Eigen::Vector2d::Zero());
-  Eigen::Vector2d last = feedback.step(false);
+  Eigen::Vector2d last = feedback.step(false, 0.0);
   for (int i = 0; i < 5; ++i) {
-    const Eigen::Vector2d next = feedback.step(true);
+    const Eigen::Vector2d next = feedback.step(true, 0.0);
     EXPECT_LT(next.x(), last.x());
     last = next;
   }
-  EXPECT_GT(feedback.step(false).x(), last.x());
+  EXPECT_GT(feedback.step(false, 0.0).x(), last.x());
 }
 
 TEST(ComAdmittance, StandsWhereForceAndSpringAgree) {

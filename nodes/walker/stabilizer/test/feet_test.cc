@@ -57,12 +57,12 @@ TEST_F(FeetTest, InDoubleSupportASoleTurnsLittleOnItsOwn) {
   EXPECT_NEAR(tilt(kLeft).y(), own * 0.5 * (1.0 + settings.cop_alone), 1e-9);
 }
 
-TEST_F(FeetTest, SoleTurnsAboutItsAnkleInItsOwnHeading) {
+TEST_F(FeetTest, SoleTurnsAboutItsPivotInItsOwnHeading) {
   biped.leg[kLeft].ankle_S_m = {0.01, 0.0, 0.105};
   plan.foot[kLeft].X_WS.linear() = math::exp_so3({0.0, 0.0, M_PI / 2.0});
   measured.foot_S[kLeft] = {{0.0, 0.0, 300.0}, {0.0, 10.0, 0.0}};
   run(20);
-  const Eigen::Vector3d& ankle_S = biped.leg[kLeft].ankle_S_m;
+  const Eigen::Vector3d ankle_S = settings.cop_pivot * biped.leg[kLeft].ankle_S_m;
   EXPECT_LT((X_WS[kLeft] * ankle_S - plan.foot[kLeft].X_WS * ankle_S).norm(), 1e-12);
   const Eigen::Matrix3d R_S = plan.foot[kLeft].X_WS.linear().transpose() * X_WS[kLeft].linear();
   EXPECT_GT(math::log_so3(R_S).y(), 0.005);
@@ -155,6 +155,23 @@ TEST_F(FeetTest, SwingFootIsWhereItIsPlannedThoughTheBaseIsNot) {
   measured.X_WB.translation().z() += 0.05;  // more than a plate can be: the height is limited
   run(200);
   EXPECT_NEAR(height(kLeft) - wish.translation().z(), -settings.swing_height_limit_m, 1e-6);
+}
+
+TEST_F(FeetTest, LoadedLegIsLongerByItsGiveAndTheUnloadedOneShorter) {
+  measured.give_m_n = 3e-6;
+  const double weight = biped.tree.mass_kg() * robot::kGravity;
+  wished.left = 0.8;
+  measured.foot_S[kLeft].force.z() = 0.8 * weight;
+  measured.foot_S[kRight].force.z() = 0.2 * weight;
+  run(1);
+  EXPECT_NEAR(height(kLeft), -3e-6 * 0.3 * weight, 1e-12);
+  EXPECT_NEAR(height(kRight), 3e-6 * 0.3 * weight, 1e-12);
+  single_support_on_right(0.5);
+  run(1);
+  EXPECT_NEAR(height(kLeft), 3e-6 * 0.5 * weight, 1e-12);
+  EXPECT_NEAR(height(kRight), -3e-6 * 0.5 * weight, 1e-12);
+  feet.fade(plan);
+  EXPECT_NEAR(feet.fade(plan)[kRight].translation().z(), -3e-6 * 0.5 * weight, 1e-12);
 }
 
 TEST_F(FeetTest, CorrectionsFadeWithoutMeasurements) {

@@ -66,7 +66,9 @@ TEST_F(StabilizerTest, LeaningForwardPressesTheToesAndHoldsTheCentreOfMassBack) 
   const StabilizerCommand& command = stabilizer.step(plan, s);
   const double lean = gait.com_height_m * 0.02;
   EXPECT_NEAR(command.dcm_error_W_m.x(), lean, 0.1 * lean);
-  EXPECT_GT(command.wished_zmp_W_m.x(), plan.pattern.zmp_W_m.x() + 2.0 * lean);
+  EXPECT_NEAR(command.wished_zmp_W_m.x(),
+              plan.pattern.zmp_W_m.x() + command.dcm_error_W_m.x() + settings.forward_limit_m,
+              0.1 * lean);
   EXPECT_LT(command.com_shift_W_m.x(), -1e-3);
   for (Side side : robot::kSides) {
     EXPECT_GT(math::log_so3(Eigen::Matrix3d(command.X_WS[side].linear())).y(), 0.01);
@@ -117,6 +119,67 @@ TEST_F(StabilizerTest, DoesNotAllocate) {
   stabilizer.step(plan, s);
   testing::NoMalloc guard;
   for (int i = 0; i < 100; ++i) stabilizer.step(plan, i % 7 == 0 ? bad : s);
+}
+
+/// A push sideways that the right sole is too small for; the pattern does as it is told.
+TEST_F(StabilizerTest, StepIsAdjustedAndThePatternFollowsWithoutAJump) {
+  settings.step_adjustment = true;
+  Stabilizer stabilizer(biped, gait, settings);
+  Sensors s = sensors();
+  s.foot_S[kLeft] = {};
+  s.foot_S[kRight].force.z() = biped.tree.mass_kg() * robot::kGravity;
+  Eigen::Isometry3d leaning = X_WB;
+  leaning.prerotate(math::exp_so3({-0.1, 0.0, 0.0}));  // to the left
+  s.R_WI = sensors_at(biped, leaning, biped.half_sitting).R_WI;
+  plan.pattern.contact[kLeft] = false;
+  plan.pattern.left_share = 0.0;
+  plan.pattern.zmp_W_m.y() = -0.095;
+  for (double t = 0.7; t > 0.0; t -= kTick_s) {
+    plan.pattern.to_landing_s = t;
+    EXPECT_TRUE(stabilizer.step(plan, s).pattern_shift_W_m.isZero());
+  }
+  const StabilizerCommand before = stabilizer.step(plan, s);
+  EXPECT_TRUE(before.saturated);
+  const double offset =
+      before.X_WS[kLeft].translation().y() - plan.pattern.foot[kLeft].X_WS.translation().y();
+  EXPECT_GT(offset, 0.05);
+  plan.pattern.contact[kLeft] = true;
+  plan.pattern.to_landing_s = 0.8;
+  plan.pattern.swing = kRight;
+  const Eigen::Vector2d shift = stabilizer.step(plan, s).pattern_shift_W_m;
+  const double e = before.dcm_error_W_m.y();
+  const double cut = before.wished_zmp_W_m.y() - plan.pattern.zmp_W_m.y();
+  const double omega = std::sqrt(robot::kGravity / gait.com_height_m);
+  EXPECT_NEAR(shift.y(), (e - cut) * std::exp(omega * 0.09) + cut, 5e-3);
+  plan.com.p_W_m += shift;
+  plan.pattern.com.p_W_m += shift;
+  plan.pattern.zmp_W_m += shift;
+  for (FootState& foot : plan.pattern.foot) foot.X_WS.translation().head<2>() += shift;
+  const StabilizerCommand& after = stabilizer.step(plan, s);
+  EXPECT_TRUE(after.pattern_shift_W_m.isZero());
+  for (Side side : robot::kSides) {
+    EXPECT_LT((after.X_WS[side].translation() - before.X_WS[side].translation()).norm(), 2e-3);
+  }
+  EXPECT_LT((plan.com.p_W_m + after.com_shift_W_m - (plan.com.p_W_m - shift) - before.com_shift_W_m)
+                .norm(),
+            2e-3);
+}
+
+/// What encoders say of legs that are shorter than their set-points is made up for.
+TEST_F(StabilizerTest, LegsThatGiveWayAreMadeLonger) {
+  Stabilizer stabilizer(biped, gait, settings);
+  Sensors s = sensors(0.0, plan.pattern.zmp_W_m.x());
+  for (int i = 0; i < 200; ++i) stabilizer.step(plan, s);
+  const double weight = biped.tree.mass_kg() * robot::kGravity, give = 4e-6;
+  plan.X_WB_last.translation().z() += give * 0.5 * weight;  // both legs are shorter by c F
+  for (int i = 0; i < 4000; ++i) stabilizer.step(plan, s);
+  plan.pattern.contact[kLeft] = false;
+  plan.pattern.left_share = 0.0;
+  plan.pattern.to_landing_s = 0.6;
+  const StabilizerCommand& command = stabilizer.step(plan, s);
+  EXPECT_NEAR(command.X_WS[kRight].translation().z(),
+              plan.pattern.foot[kRight].X_WS.translation().z() - give * 0.5 * weight,
+              0.1 * give * weight);
 }
 
 TEST_F(StabilizerTest, DelayBeyondItsMemoryIsRefused) {
