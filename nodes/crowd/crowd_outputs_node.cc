@@ -62,11 +62,12 @@ void CrowdNode::publish_states(Time now) {
 }
 
 void CrowdNode::publish_scene(Time now) {
-  if (!first() || params_.scene_hz <= 0.0 || now < scene_due_) return;
+  // The picture is of the step before: in the first there is none.
+  if (!first() || params_.scene_hz <= 0.0 || steps_ == 1 || now < scene_due_) return;
   if (scene_due_ == Time{}) scene_due_ = now;
   scene_due_ += runtime::from_seconds(1.0 / params_.scene_hz);
-  foxglove::SceneUpdate update = paint(run_.scenario(), everybody_, now - period_);
-  scene_.send(update, now - period_);
+  foxglove::SceneUpdate update = paint(run_.scenario(), everybody_, now);
+  scene_.send(update, now);
 }
 
 /// Once a second, and at once when one is void.

@@ -13,6 +13,7 @@ std::vector<reproduce::Figure> figures() {
   add_cycle_figures(all);
   add_power_law_figures(all);
   add_formation_figures(all);
+  add_engine_figures(all);
   return all;
 }
 

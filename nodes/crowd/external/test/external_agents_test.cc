@@ -155,6 +155,13 @@ TEST(ExternalAgents, WhoLeavesIsGoneAtOnceAndMayComeBack) {
   EXPECT_EQ(agents.trust(0), Trust::trusted);
 }
 
+TEST(ExternalAgents, AnOldStateIsNoReasonToTakePart) {
+  ExternalAgents agents(1, {.stale_s = 0.3});
+  EXPECT_EQ(agents.hear(0, walker(0.0), 9s, 10s), "its state is 1 s old, at most 0.3 are trusted");
+  agents.update(10s);
+  EXPECT_EQ(agents.trust(0), Trust::absent);
+}
+
 TEST(ExternalAgents, AStateFromTheFutureIsNotBelieved) {
   ExternalAgents agents(1, {.stale_s = 0.3});
   EXPECT_NE(agents.hear(0, walker(0.0), 11s, 10s), "");

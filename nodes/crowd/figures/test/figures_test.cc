@@ -16,7 +16,9 @@ namespace {
 
 std::vector<std::string> names() {
   std::vector<std::string> out;
-  for (const reproduce::Figure& figure : figures()) out.push_back(figure.name);
+  for (const reproduce::Figure& figure : figures()) {
+    if (figure.name != "crowd-scaling") out.push_back(figure.name);  // times, not numbers
+  }
   return out;
 }
 
@@ -49,7 +51,7 @@ TEST(Figures, AreThoseThatWereAskedFor) {
   for (const char* name :
        {"table-4.1", "fig-4.3", "fig-4.5", "fig-4.6", "fig-4.7", "fig-4.11", "fig-4.12", "fig-4.13",
         "fig-4.14", "low-pass", "divergence", "consensus", "formation-16", "formation-36",
-        "formation-49", "random-starts"}) {
+        "formation-49", "random-starts", "circle-250", "head-on"}) {
     EXPECT_TRUE(have.contains(name)) << name;
   }
 }
