@@ -7,7 +7,7 @@ namespace mimesis::walk {
 
 struct Title {
   const char *name, *title;
-  double cpu_minutes;  ///< on its own, as measured; figures of one call share their walks
+  double cpu_minutes;  ///< on its own, about; figures of one call share their walks
   const char* source = "M18";
 };
 inline constexpr std::array kTitles = {
