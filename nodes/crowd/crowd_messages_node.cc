@@ -2,8 +2,8 @@
 
 #include <spdlog/fmt/fmt.h>
 
+#include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "common/math/circle.h"
 
@@ -203,6 +203,7 @@ void to_proto(const Traveller& traveller, v1::CrowdTraveller& out) {
   if (std::isfinite(s.phase_rate_rad_s)) out.set_phase_rate_rad_s(s.phase_rate_rad_s);
   if (std::isfinite(s.heading_rate_rad_s)) out.set_heading_rate_rad_s(s.heading_rate_rad_s);
   out.set_smoothed_error_m(s.smoothed_error_m);
+  out.set_pressed(static_cast<std::uint32_t>(s.pressed));
   out.set_omega_rad_s(t.omega_rad_s);
   out.set_stride(t.stride);
   out.set_radius_m(t.radius_m);
@@ -226,6 +227,7 @@ Traveller from_proto(const v1::CrowdTraveller& in) {
   s.phase_rate_rad_s = or_none(in.has_phase_rate_rad_s(), in.phase_rate_rad_s());
   s.heading_rate_rad_s = or_none(in.has_heading_rate_rad_s(), in.heading_rate_rad_s());
   s.smoothed_error_m = in.smoothed_error_m();
+  s.pressed = static_cast<int>(std::min<std::uint32_t>(in.pressed(), AgentState::kMostPressed));
   AgentTraits& t = traveller.agent.traits;
   t.omega_rad_s = in.omega_rad_s();
   t.stride = in.stride();

@@ -140,8 +140,9 @@ TEST(ScenarioRun, WhoMustGatherMarksTimeUntilAllHaveCome) {
               .most_y_m = 5.0,
               .gather = 2}};
   ScenarioRun run(s);
-  double waited_from = -1.0, x = 0.0, phase = 0.0;
+  double waited_from = -1.0, x = 0.0, phase = 0.0, last_phase = 0.0;
   while (run.switches().empty()) {
+    last_phase = agent_of(run, 1).state.phase_rad;
     run.step();
     ASSERT_LT(run.time_s(), 20.0);
     if (waited_from < 0.0 && run.waiting(1)) {
@@ -153,7 +154,7 @@ TEST(ScenarioRun, WhoMustGatherMarksTimeUntilAllHaveCome) {
   EXPECT_NEAR(run.time_s() - waited_from, 4.0 / (5.7 * 0.2), 0.3) << "the way of the other";
   const Agent first = agent_of(run, 1);
   EXPECT_NEAR(first.state.position_W_m.x(), x, 0.03) << "on the spot";
-  EXPECT_GT(first.state.phase_rad, phase + 5.7 * 3.0) << "in the rhythm";
+  EXPECT_GT(last_phase, phase + 5.7 * 3.0) << "in the rhythm";
   EXPECT_EQ(run.crowd().group_of(1), 1);
   EXPECT_EQ(run.crowd().group_of(2), 1);
   EXPECT_FALSE(run.waiting(1));
@@ -201,7 +202,8 @@ TEST(ScenarioRun, AWishedGaitMovesAgentsToAGroupThatWalksSo) {
   EXPECT_EQ(run.wish_gait(nobody, "happy"), "there is no agent 99");
 }
 
-TEST(ScenarioRun, HandedOverAnAgentGoesOnWithTheSameBits) {
+/// Up to rounding: phases of a group are lifted by turns whenever its members change.
+TEST(ScenarioRun, HandedOverAnAgentGoesOnAsItWas) {
   Scenario s = scenario({group("a", 3)});
   s.groups[0].rules.phase = {.graph = {Topology::all_to_all}, .gain_1_s = 0.3};
   ScenarioRun whole(s), giver(s);
@@ -218,8 +220,8 @@ TEST(ScenarioRun, HandedOverAnAgentGoesOnWithTheSameBits) {
   steps(taker, 2.0);
   for (AgentId id = 1; id <= 3; ++id) {
     const Agent a = agent_of(whole, id), b = agent_of(taker, id);
-    EXPECT_EQ(a.state.position_W_m, b.state.position_W_m) << id;
-    EXPECT_EQ(a.state.phase_rate_rad_s, b.state.phase_rate_rad_s) << id;
+    EXPECT_LT((a.state.position_W_m - b.state.position_W_m).norm(), 1e-13) << id;
+    EXPECT_NEAR(a.state.phase_rate_rad_s, b.state.phase_rate_rad_s, 1e-13) << id;
   }
 }
 

@@ -1,0 +1,141 @@
+#include "nodes/crowd/regions/far_crowd.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "nodes/crowd/run/test/small_scenario.h"
+
+namespace mimesis::crowd {
+namespace {
+
+using namespace testing;
+using namespace std::chrono_literals;
+
+bool nobody(const Eigen::Vector2d&) { return false; }
+bool right(const Eigen::Vector2d& p) { return p.y() < 0.0; }
+
+FarAgent walker(AgentId id, double x_m, double y_m) {
+  FarAgent agent{.id = id, .group = 0};
+  agent.state.position_W_m = {x_m, y_m};
+  agent.state.velocity_W_m_s = {1.2, 0.5};
+  agent.state.phase_rad = 1.0;
+  agent.state.phase_rate_rad_s = 6.0;
+  return agent;
+}
+
+FarSums sums_of(int agents, double phase_rad) {
+  FarSums far{.group = 0};
+  far.sums.count = agents;
+  far.sums.cos_phase = agents * std::cos(phase_rad);
+  far.sums.sin_phase = agents * std::sin(phase_rad);
+  far.sums.error_m = 3.0;
+  far.sums.leader = 1;
+  far.sums.leader_phase_rad = phase_rad;
+  far.phase_rate_rad_s = 5.7 * agents;
+  far.speed_m_s = 1.2 * agents;
+  return far;
+}
+
+TEST(FarCrowd, BringsOthersToThePresent) {
+  ScenarioRun run(scenario({squad("a", 4, Topology::chain)}), nobody);
+  FarCrowd far({.coordinators = 2, .own = 0}, run);
+  far.hear(1, {.stamp = 10s, .agents = {walker(2, 3.0, 4.0)}, .sums = {sums_of(4, 0.3)}});
+  far.import(run, 10s + 100ms);
+  ASSERT_EQ(far.agents().size(), 1u);
+  EXPECT_NEAR(far.agents()[0].state.position_W_m.x(), 3.12, 1e-12);
+  EXPECT_NEAR(far.agents()[0].state.position_W_m.y(), 4.05, 1e-12);
+  EXPECT_NEAR(far.agents()[0].state.phase_rad, 1.6, 1e-12);
+  const auto mirror = run.crowd().find(2);
+  ASSERT_TRUE(mirror.has_value());
+  EXPECT_EQ(mirror->role, Role::mirror);
+  EXPECT_NEAR(mirror->state.position_W_m.x(), 3.12, 1e-12);
+}
+
+TEST(FarCrowd, SumsOfOthersTurnAtTheirMeanRate) {
+  Scenario s = scenario({squad("a", 4, Topology::all_to_all)});
+  s.groups[0].rules.length = {};
+  ScenarioRun run(s, right);
+  FarCrowd far({.coordinators = 2, .own = 0}, run);
+  // Heard 0.1 s late: 0.3 rad have become 0.87 rad, where ours go, as they are few.
+  for (int k = 0; k < 400; ++k) {
+    FarSums sums = sums_of(8, 0.3 + 5.7 * 0.02 * k);
+    far.hear(1, {.stamp = 10s + k * 20ms, .agents = {}, .sums = {sums}});
+    far.import(run, 10s + 100ms + k * 20ms);
+    run.step();
+  }
+  for (const double phase : run.crowd().phase_rad()) {
+    EXPECT_NEAR(std::remainder(phase - (0.87 + 5.7 * 0.02 * 400), 2.0 * M_PI), 0.0, 0.03);
+  }
+}
+
+TEST(FarCrowd, TakesOnlyWhoIsNearIfSumsAreEnough) {
+  Scenario s = scenario({squad("a", 4, Topology::all_to_all)});
+  ScenarioRun run(s, right);
+  ASSERT_EQ(run.crowd().size(), 2);
+  const Eigen::Vector2d ours(run.crowd().x_m()[0], run.crowd().y_m()[0]);
+  AgentId absent = 1;
+  while (run.crowd().find(absent)) ++absent;
+  FarCrowd far({.coordinators = 2, .own = 0, .sight_m = 5.0}, run);
+  far.hear(1, {.stamp = 10s, .agents = {walker(absent, ours.x(), ours.y() + 2.0)}, .sums = {}});
+  far.import(run, 10s);
+  EXPECT_EQ(far.taken_into_account(), 1);
+  EXPECT_EQ(run.crowd().find(absent)->role, Role::ghost);
+  far.hear(1, {.stamp = 11s, .agents = {walker(absent, ours.x(), ours.y() + 50.0)}, .sums = {}});
+  far.import(run, 11s);
+  EXPECT_EQ(far.taken_into_account(), 0);
+  EXPECT_FALSE(run.crowd().find(absent).has_value());
+  EXPECT_EQ(far.agents().size(), 1u) << "seen by who watches the whole";
+}
+
+TEST(FarCrowd, WhoeverIsNotTrustedIsCoupledToNobody) {
+  ScenarioRun run(scenario({squad("a", 4, Topology::chain)}), nobody);
+  FarCrowd far({.coordinators = 2, .own = 0}, run);
+  FarAgent robot = walker(2, 1.0, 1.0);
+  robot.external = true;
+  far.hear(1, {.stamp = 10s, .agents = {robot}, .sums = {}});
+  far.import(run, 10s);
+  EXPECT_TRUE(is_coupled(run.crowd().find(2)->role));
+  robot.trusted = false;
+  far.hear(1, {.stamp = 10s + 20ms, .agents = {robot}, .sums = {}});
+  far.import(run, 10s + 20ms);
+  EXPECT_EQ(run.crowd().find(2)->role, Role::seen);
+}
+
+TEST(FarCrowd, ForgetsWhomASilentCoordinatorHad) {
+  ScenarioRun run(scenario({squad("a", 4, Topology::chain)}), nobody);
+  FarCrowd far({.coordinators = 2, .own = 0, .stale_s = 0.5}, run);
+  far.hear(1, {.stamp = 10s, .agents = {walker(2, 1.0, 1.0)}, .sums = {}});
+  far.import(run, 10s + 400ms);
+  EXPECT_TRUE(far.heard(1, 10s + 400ms));
+  EXPECT_EQ(run.crowd().size(), 1);
+  far.import(run, 10s + 600ms);
+  EXPECT_FALSE(far.heard(1, 10s + 600ms));
+  EXPECT_EQ(run.crowd().size(), 0);
+  EXPECT_TRUE(far.agents().empty());
+}
+
+TEST(FarCrowd, WhoIsOnTheWayIsSomewhereAndOnlyOnce) {
+  ScenarioRun giver(scenario({squad("a", 4, Topology::chain)}));
+  FarCrowd far({.coordinators = 2, .own = 0}, giver);
+  const auto traveller = far.give(giver, 3, 1, 10s);
+  ASSERT_TRUE(traveller.has_value());
+  EXPECT_FALSE(far.give(giver, 3, 1, 10s).has_value()) << "it is not ours any more";
+  far.import(giver, 10s);
+  ASSERT_EQ(far.agents().size(), 1u);
+  EXPECT_EQ(far.agents()[0].id, 3u);
+  EXPECT_EQ(giver.crowd().find(3)->role, Role::mirror);
+  // Its new coordinator speaks of it, elsewhere.
+  far.hear(1, {.stamp = 10s + 20ms, .agents = {walker(3, 7.0, 7.0)}, .sums = {}});
+  far.import(giver, 10s + 20ms);
+  ASSERT_EQ(far.agents().size(), 1u);
+  EXPECT_EQ(giver.crowd().find(3)->state.position_W_m.x(), 7.0);
+  // It comes back, as from any other.
+  far.take(giver, *traveller, 10s + 40ms, 10s + 40ms);
+  EXPECT_EQ(giver.crowd().find(3)->role, Role::own);
+  far.import(giver, 10s + 40ms);
+  EXPECT_TRUE(far.agents().empty()) << "we know better";
+}
+
+}  // namespace
+}  // namespace mimesis::crowd
