@@ -167,7 +167,8 @@ TEST(ScenarioRun, EmotionsSwitchWhenGroupsMeet) {
   s.groups[0].start.arrangement = s.groups[1].start.arrangement = Arrangement::row;
   s.groups[0].origin_x_m = -5.0;
   s.groups[1].origin_x_m = 5.0;
-  s.groups[1].origin_y_m = 0.5;
+  s.groups[0].origin_y_m = 3.0;
+  s.groups[1].origin_y_m = 3.5;
   s.groups[1].heading_rad = M_PI;
   s.groups[2].gait = "happy";
   s.encounters = {{.group = "right", .other = "left", .to = "glad", .within_m = 2.0}};
