@@ -131,7 +131,9 @@ MIMESIS_PART void advance_phase(const WalkField& f, const Table& t, int row, int
   const float* stride = t.stride.data() + row;
   for (int l = 0; l < m; ++l) {
     const double by = increment(f.dt, rate[l], rate_before[l]);
-    const double mid = 1.5 * length[l] - 0.5 * static_cast<double>(length_before[l]);
+    const double length_known =
+        rate_before[l] == rate_before[l] ? static_cast<double>(length_before[l]) : length[l];
+    const double mid = 1.5 * length[l] - 0.5 * length_known;
     const Wave from = wave(f, phase[l]), to = wave(f, phase[l] + by);
     s.phase[l] = by;
     s.way[l] = static_cast<double>(stride[l]) * (1.0 + clamp_lane(mid, f.length_limit)) *

@@ -167,6 +167,35 @@ TEST(Walk, StepLengthMakesTheFormationAtMOmegaGN) {  // rate m_z ω <g> N [crowd
   EXPECT_NEAR(rate, 0.095 * 6.0 * 0.22 * 9, 0.01 * 1.13);
 }
 
+/// Error after 1 s of a rule that halves its error exponentially at `rate` [1/s].
+double error_after_a_second(const Rules& rules, double dt, double rate, bool of_phase) {
+  Crowd crowd({.dt_s = dt});
+  crowd.add_group({rules, SpeedFunction(0.22, {}, {}), {}});
+  auto all = agents(2, 1, 0.0, 0.0);
+  all[0].state.phase_rad = of_phase ? 0.2 : 0.0;
+  all[0].state.position_W_m.x() += of_phase ? 0.0 : 0.2;
+  crowd.add(0, all);
+  while (crowd.time_s() < 1.0 - 1e-9) crowd.step();
+  const double left = of_phase ? crowd.phase_rad()[0] - crowd.phase_rad()[1] : spread(crowd, 2);
+  return std::abs(left - 0.2 * std::exp(-rate));
+}
+
+TEST(Walk, ErrorsAreOfOrderTwoInTheStep) {
+  Rules length;
+  length.length = {{Topology::all_to_all}, 1.5 / (2 * 6.0 * 0.22), 0.9};
+  const struct {
+    Rules rules;
+    double rate;
+    bool of_phase;
+  } cases[] = {{phase_rules(Topology::all_to_all, 0.75), 1.5, true}, {length, 1.5, false}};
+  for (const auto& c : cases) {
+    const double coarse = error_after_a_second(c.rules, 0.05, c.rate, c.of_phase);
+    const double fine = error_after_a_second(c.rules, 0.0125, c.rate, c.of_phase);
+    EXPECT_GT(coarse / fine, 11.0) << c.of_phase;  // 16 in the limit, 4 for order one
+    EXPECT_LT(fine, 2e-5) << c.of_phase;
+  }
+}
+
 TEST(Walk, SparseGraphsAndMeanFieldsAgreeWhereTheyAreTheSame) {
   // All-to-all as a list of edges; phases are near, so that wrapping does not matter.
   constexpr int kN = 7;
