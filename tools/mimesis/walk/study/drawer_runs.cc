@@ -21,12 +21,12 @@ double middle_m(const hw::sim::BodyTruth& truth) {
   return 0.5 * (truth.X_WS[0].translation().x() + truth.X_WS[1].translation().x());
 }
 
-void note_length(Outcome& o, synthesizer::Action action, double error_m) {
-  double& worst = action == kNormalStep ? o.normal_error_m : o.reaching_error_m;
-  if (!(std::abs(worst) >= std::abs(error_m))) worst = error_m;
-}
-
 }  // namespace
+
+void Outcome::note_length(synthesizer::Action action, double error_m) {
+  double& worst = action == kNormalStep ? normal_error_m : reaching_error_m;
+  if (!(std::abs(worst) >= std::abs(error_m))) worst = error_m;  // NaN: none yet
+}
 
 Outcome outcome_of(const TrialResult& r, const StanceZmp& zmp) {
   Outcome o;
@@ -97,7 +97,7 @@ Outcome run_online(const DrawerTrialSpec& spec,
   o.taken = r.taken;
   if (!r.taken && !o.fell) o.trouble = r.refused;
   if (r.taken) o.reach_error_m = r.reach_error_m;
-  for (const auto& l : r.lengths) note_length(o, l.action, l.walked_m - l.wished_m);
+  for (const auto& l : r.lengths) o.note_length(l.action, l.walked_m - l.wished_m);
   return o;
 }
 

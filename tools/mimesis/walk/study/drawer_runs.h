@@ -18,6 +18,9 @@ struct Outcome {
   /// Of actions' lengths, walked − wished; of several of a kind the largest.
   double normal_error_m = std::nan(""), reaching_error_m = std::nan("");
   double reach_error_m = std::nan("");  ///< of the right hand when it has the object
+
+  /// Of an action that is over: the larger error of its kind stays.
+  void note_length(synthesizer::Action action, double error_m);
 };
 
 /// Of figures that were taken during a walk; nothing but falls and peaks if no step was planned.

@@ -125,6 +125,17 @@ TEST(OutcomeOf, TellsWhatWasJudged) {
   EXPECT_EQ(fallen.fell_at_s, 3.0);
 }
 
+TEST(OutcomeOf, KeepsTheLargestErrorOfAKind) {
+  Outcome o;
+  o.note_length(synthesizer::kNormalStep, -0.004);
+  o.note_length(synthesizer::kNormalStep, 0.001);
+  EXPECT_EQ(o.normal_error_m, -0.004);
+  EXPECT_TRUE(std::isnan(o.reaching_error_m));
+  o.note_length(synthesizer::kReachingStep, 0.002);
+  o.note_length(synthesizer::kReachingStep, -0.003);
+  EXPECT_EQ(o.reaching_error_m, -0.003);
+}
+
 /// Errors are of what was wished, whatever was walked: a wish that is off is seen as such.
 TEST(RunScript, ErrorsAreOfTheWish) {
   synthesizer::RobotTrialSettings few;
