@@ -56,6 +56,7 @@ Eigen::Vector2d StepAdjustment::step(const PatternSample& plan, const Balance& b
     if (settings_->step_adjustment && balance.cut && t <= kFirst_s) {
       const Eigen::Vector2d& d = balance.zmp_change_W_m;
       goal = within_reach(plan, (balance.error_W_m - d) * std::exp(balance.omega_1_s * t) + d);
+      if (goal.norm() < settings_->adjust_least_m) goal.setZero();
     }
     Eigen::Vector2d change = share_ * (goal - foot_[side]);
     const double most = settings_->adjust_speed_m_s * kTick_s;

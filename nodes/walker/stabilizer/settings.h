@@ -47,6 +47,7 @@ struct StabilizerSettings {
   // steps placed anew, only when the feedback is at the edge of the soles
   bool step_adjustment = true;
   double adjust_forward_m = 0.12, adjust_outward_m = 0.12, adjust_inward_m = 0.02;
+  double adjust_least_m = 0.015;  ///< shorter moves are left to the soles of the next step
   double adjust_filter_s = 0.03, adjust_speed_m_s = 1.0;
 
   // falling
@@ -91,6 +92,7 @@ struct StabilizerSettings {
     v("adjust_forward_m", adjust_forward_m, 0.0, 0.3);
     v("adjust_outward_m", adjust_outward_m, 0.0, 0.3);
     v("adjust_inward_m", adjust_inward_m, 0.0, 0.1);
+    v("adjust_least_m", adjust_least_m, 0.0, 0.1);
     v("adjust_filter_s", adjust_filter_s, 0.0, 1.0);
     v("adjust_speed_m_s", adjust_speed_m_s, 0.0, 10.0);
     v("fall_tilt_rad", fall_tilt_rad, 0.1, 1.5);

@@ -74,6 +74,23 @@ TEST_F(AdjustmentTest, OnlyWhenTheSolesAreTooSmallAndInTime) {
   EXPECT_EQ(off.foot_W_m(kLeft), Vector2d::Zero());
 }
 
+TEST_F(AdjustmentTest, ShortMovesAreLeftToTheSoles) {
+  settings.adjust_least_m = 0.015;
+  const Vector2d change(0.05, 0.0);  // (e − d) exp(ω t) + d is 20 mm, then 10 mm at 0.3 s
+  const double grow = std::exp(-kOmega * 0.3);
+  StepAdjustment longer(settings), shorter(settings);
+  swing(longer, 0.3, change + Vector2d(grow * (0.02 - 0.05), 0.0), change, true);
+  EXPECT_GT(longer.foot_W_m(kLeft).norm(), 0.015);
+  StabilizerSettings all = settings;
+  all.adjust_least_m = 0.0;
+  StepAdjustment eager(all);
+  const Vector2d small = change + Vector2d(grow * (0.01 - 0.05), 0.0);
+  swing(shorter, 0.3, small, change, true);
+  swing(eager, 0.3, small, change, true);
+  EXPECT_EQ(shorter.foot_W_m(kLeft), Vector2d::Zero());
+  EXPECT_NEAR(eager.foot_W_m(kLeft).x(), 0.01, 2e-3);
+}
+
 TEST_F(AdjustmentTest, StaysWithinReachOfTheHeading) {
   plan.yaw_rad = M_PI / 2.0;  // forward is W's y, outward of the left foot −x
   StepAdjustment far(settings), inward(settings);
