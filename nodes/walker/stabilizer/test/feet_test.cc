@@ -57,6 +57,14 @@ TEST_F(FeetTest, InDoubleSupportASoleTurnsLittleOnItsOwn) {
   EXPECT_NEAR(tilt(kLeft).y(), own * 0.5 * (1.0 + settings.cop_alone), 1e-9);
 }
 
+TEST_F(FeetTest, TheMeanOfTheSolesIsByLoad) {
+  wished.left = 0.8;
+  measured.foot_S[kLeft] = {{0.0, 0.0, 480.0}, {0.0, 10.0, 0.0}};
+  run(1);
+  const double own = kTick_s * settings.cop_rad_s_n_m * 10.0;
+  EXPECT_NEAR(tilt(kRight).y(), own * 0.8 * (1.0 - settings.cop_alone), 1e-9);
+}
+
 TEST_F(FeetTest, SoleTurnsAboutItsPivotInItsOwnHeading) {
   biped.leg[kLeft].ankle_S_m = {0.01, 0.0, 0.105};
   plan.foot[kLeft].X_WS.linear() = math::exp_so3({0.0, 0.0, M_PI / 2.0});
@@ -136,6 +144,17 @@ TEST_F(FeetTest, EarlyLandingGivesWayOnlyShortlyBeforeItIsDue) {
       1e-6);
 }
 
+TEST_F(FeetTest, AForceThatPullsOnALandingFootIsAnErrorOfTheSensor) {
+  single_support_on_right(0.2);
+  measured.foot_S[kLeft].force.z() = 200.0;
+  run(20);
+  const double before = height(kLeft);
+  ASSERT_GT(before, 0.0);
+  measured.foot_S[kLeft].force.z() = -200.0;
+  run(10);
+  EXPECT_NEAR(height(kLeft), before * std::pow(1.0 - kTick_s / settings.landing_leak_s, 10), 1e-9);
+}
+
 TEST_F(FeetTest, SwingFootIsWhereItIsPlannedThoughTheBaseIsNot) {
   single_support_on_right(0.4);
   plan.foot[kLeft].X_WS.translation() = Eigen::Vector3d(0.2, 0.1, 0.04);
@@ -172,6 +191,8 @@ TEST_F(FeetTest, LoadedLegIsLongerByItsGiveAndTheUnloadedOneShorter) {
   EXPECT_NEAR(height(kRight), -3e-6 * 0.5 * weight, 1e-12);
   feet.fade(plan);
   EXPECT_NEAR(feet.fade(plan)[kRight].translation().z(), -3e-6 * 0.5 * weight, 1e-12);
+  plan.contact = {true, false};  // without measurements the weight is where it is planned
+  EXPECT_NEAR(feet.fade(plan)[kLeft].translation().z(), -3e-6 * 0.5 * weight, 1e-12);
 }
 
 TEST_F(FeetTest, CorrectionsFadeWithoutMeasurements) {

@@ -182,6 +182,34 @@ TEST_F(StabilizerTest, LegsThatGiveWayAreMadeLonger) {
               0.1 * give * weight);
 }
 
+/// Set-points show in X_WB_last a tick after they were sent, in the sensors `delay_ticks` after.
+TEST_F(StabilizerTest, SwingFootOfARobotThatFollowsExactlyIsLeftAlone) {
+  settings.delay_ticks = 3;
+  Stabilizer stabilizer(biped, gait, settings);
+  plan.pattern.contact[kLeft] = false;
+  plan.pattern.left_share = 0.0;
+  plan.pattern.to_landing_s = 0.6;
+  const auto at = [&](int tick) {
+    return math::exp_so3({0.0, 0.05 * std::sin(0.1 * std::max(0, tick - 10)), 0.0});
+  };
+  for (int k = 1; k < 200; ++k) {
+    plan.X_WB_last.linear() = at(k - 1);
+    Eigen::Isometry3d X = X_WB;
+    X.linear() = at(k - settings.delay_ticks);
+    Sensors s = sensors_at(biped, X, biped.half_sitting);
+    const StabilizerCommand& command = stabilizer.step(plan, s);
+    ASSERT_LT(math::log_so3(Eigen::Matrix3d(command.X_WS[kLeft].linear())).norm(), 1e-6) << k;
+  }
+}
+
+TEST_F(StabilizerTest, CentreOfPressureOfFeetThatHardlyTouchMeansNothing) {
+  Stabilizer stabilizer(biped, gait, settings);
+  Sensors s = sensors(0.0, plan.pattern.zmp_W_m.x() + 0.05);
+  for (robot::Wrench& w : s.foot_S) w = {0.15 * w.force, 0.15 * w.moment};
+  for (int i = 0; i < 20; ++i) stabilizer.step(plan, s);
+  EXPECT_EQ(stabilizer.step(plan, s).com_shift_W_m, Eigen::Vector2d::Zero());
+}
+
 TEST_F(StabilizerTest, DelayBeyondItsMemoryIsRefused) {
   settings.delay_ticks = 16;
   EXPECT_THROW(Stabilizer(biped, gait, settings), ConfigError);
