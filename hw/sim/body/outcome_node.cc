@@ -51,17 +51,28 @@ void OutcomeJudge::watch_steps() {
     }
     judge_.step(step);
   }
-  while (const auto status = motion_.pop()) reached_ = status->reached();
+  while (const auto status = motion_.pop()) {
+    reached_ = status->reached();
+    refused_ = status->reason();
+  }
 }
 
 void OutcomeJudge::step(runtime::Time now, const BodyTruth& truth, const Drawer* drawer) {
   const v1::WalkBalance* balance = balance_.fresh(now, runtime::from_seconds(kPlanTooOld_s));
-  std::optional<Eigen::Vector2d> zmp;
-  if (balance != nullptr) zmp = ground(balance->zmp_planned_in_world_m());
   watch_steps();
+  std::optional<PlannedGround> plan;
+  if (balance != nullptr && planned_.feet_size() == 2) {
+    plan = {.zmp_W_m = ground(balance->zmp_planned_in_world_m())};
+    for (int i = 0; i < 2; ++i) {
+      const v1::Footprint& foot = planned_.feet(i);
+      const auto side = static_cast<std::size_t>(i);
+      plan->foot_W_m[side] = ground(foot.position_in_world_m());
+      plan->foot_yaw_rad[side] = foot.yaw_rad();
+    }
+  }
   // Before there is a plan the robot settles on its feet: that is no walk.
   const bool walks = planned_.state() > v1::WALK_STATE_WAITING;
-  if (walks || truth.fell) judge_.tick(truth, zmp);
+  if (walks || truth.fell) judge_.tick(truth, plan);
   if (!ended_) decide(now, truth, drawer);
 }
 
@@ -75,7 +86,9 @@ void OutcomeJudge::decide(runtime::Time now, const BodyTruth& truth, const Drawe
     return end(now, taken ? "" : "the object was not taken", drawer);
   }
   if (settings_.time_limit_s > 0.0 && truth.time_s >= settings_.time_limit_s) {
-    end(now, reached_ ? "does not stand at the goal in time" : "goal not reached in time", drawer);
+    const std::string why = refused_.empty() ? "" : ": " + refused_;
+    end(now, reached_ ? "does not stand at the goal in time" : "goal not reached in time" + why,
+        drawer);
   }
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 #include <array>
 #include <optional>
+#include <string>
 
 #include "common/runtime/ports.h"
 #include "hw/sim/body/drawer.h"
@@ -32,6 +33,7 @@ class OutcomeJudge {
   WalkJudge judge_;
   v1::WalkFeedback planned_;  // newest
   bool reached_ = false, ended_ = false;
+  std::string refused_;  // why the motion's goal cannot be reached
   std::optional<double> standing_since_s_;
   std::array<std::optional<Eigen::Vector2d>, 2> wished_W_m_;  // next landings: left, right
 

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/math/circle.h"
+
 namespace mimesis::hw::sim {
 namespace {
 
@@ -18,7 +20,24 @@ Eigen::Vector2d seen_from(const Eigen::Vector2d& foot_W_m, const Eigen::Vector2d
 
 }  // namespace
 
-void WalkJudge::tick(const BodyTruth& truth, const std::optional<Eigen::Vector2d>& planned_zmp) {
+Eigen::Isometry2d truth_to_plan(const PlannedGround& plan, const BodyTruth& truth) {
+  const double normal = truth.normal_n[0] + truth.normal_n[1];
+  const double left = normal > 0.0 ? truth.normal_n[robot::kLeft] / normal : 0.5;
+  const std::array share{left, 1.0 - left};
+  double turn = 0.0;
+  for (const robot::Side s : robot::kSides) {
+    turn += share[s] * math::wrap_pi(plan.foot_yaw_rad[s] - yaw_of(truth.X_WS[s]));
+  }
+  Eigen::Isometry2d X = Eigen::Isometry2d::Identity();
+  X.linear() = Eigen::Rotation2Dd(turn).toRotationMatrix();
+  for (const robot::Side s : robot::kSides) {
+    X.translation() +=
+        share[s] * (plan.foot_W_m[s] - X.linear() * truth.X_WS[s].translation().head<2>());
+  }
+  return X;
+}
+
+void WalkJudge::tick(const BodyTruth& truth, const std::optional<PlannedGround>& plan) {
   if (figures_.fell) return;  // what lies there does not walk any more
   const double normal = truth.normal_n[0] + truth.normal_n[1];
   const double share =
@@ -38,8 +57,8 @@ void WalkJudge::tick(const BodyTruth& truth, const std::optional<Eigen::Vector2d
     figures_.ankle_pitch_slow_peak_n_m =
         std::max(figures_.ankle_pitch_slow_peak_n_m, std::abs(ankle_pitch_n_m_[i]));
   }
-  if (planned_zmp && normal > 0.0) {
-    zmp_squares_ += (truth.zmp_W_m - *planned_zmp).cwiseAbs2();
+  if (plan && normal > 0.0) {
+    zmp_squares_ += (truth_to_plan(*plan, truth) * truth.zmp_W_m - plan->zmp_W_m).cwiseAbs2();
     figures_.zmp_error_rms_m = (zmp_squares_ / static_cast<double>(++zmp_count_)).cwiseSqrt();
   }
   std::erase_if(landed_, [&](const Landed& landed) {

@@ -20,8 +20,20 @@ struct WalkFigures {
   double ankle_pitch_slow_peak_n_m = 0.0;  ///< low-passed
   double normal_peak_n = 0.0;              ///< both feet, low-passed
   double raw_normal_peak_n = 0.0;          ///< both feet, of single steps of the physics
+  /// Of the contact forces against the plan, relative to the feet: drift does not count.
   Eigen::Vector2d zmp_error_rms_m = Eigen::Vector2d::Zero();
 };
+
+/// What the plan says of the ground at one tick: left, right.
+struct PlannedGround {
+  Eigen::Vector2d zmp_W_m = Eigen::Vector2d::Zero();
+  std::array<Eigen::Vector2d, 2> foot_W_m{Eigen::Vector2d::Zero(), Eigen::Vector2d::Zero()};
+  std::array<double, 2> foot_yaw_rad{};
+};
+
+/// From where things are to where they would be if the feet stood as planned, by the share of the
+/// weight on each: drift of the whole robot over the ground is no error of balance.
+Eigen::Isometry2d truth_to_plan(const PlannedGround& plan, const BodyTruth& truth);
 
 /// A foot that the plan sets down.
 struct JudgedStep {
@@ -42,8 +54,8 @@ class WalkJudge {
  public:
   explicit WalkJudge(const JudgeSettings& settings = {}) : settings_(settings) {}
 
-  /// After every tick. `planned_zmp_W_m`: nothing while there is no plan.
-  void tick(const BodyTruth& truth, const std::optional<Eigen::Vector2d>& planned_zmp_W_m);
+  /// After every tick. `plan`: nothing while there is none.
+  void tick(const BodyTruth& truth, const std::optional<PlannedGround>& plan);
   /// The plan puts this foot on the ground at the tick that was last reported.
   void step(const JudgedStep& step);
 

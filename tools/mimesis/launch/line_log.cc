@@ -42,6 +42,12 @@ void LineLog::line(std::string_view text) {
   if (written_ > kMaxFile) write_all(file_.get(), "(64 MiB written: the rest is not kept)\n");
 }
 
+void LineLog::take(std::string& partial) {
+  line(partial);
+  if (&partial == &err_) last_error_ = partial;
+  partial.clear();
+}
+
 void LineLog::pump(Fd& from, std::string& partial) {
   std::array<char, 16384> buffer;
   for (int turn = 0; turn < kReadsPerTurn && from.open(); ++turn) {
@@ -55,10 +61,7 @@ void LineLog::pump(Fd& from, std::string& partial) {
       partial.append(bytes.substr(0, end));
       const bool newline = end < bytes.size() && bytes[end] == '\n';
       bytes.remove_prefix(newline ? end + 1 : end);
-      if (newline || partial.size() == kMaxLine) {
-        line(partial);
-        partial.clear();
-      }
+      if (newline || partial.size() == kMaxLine) take(partial);
     }
   }
 }
@@ -70,8 +73,7 @@ void LineLog::pump(Child& child) {
 
 void LineLog::flush() {
   for (std::string* partial : {&out_, &err_}) {
-    if (!partial->empty()) line(*partial);
-    partial->clear();
+    if (!partial->empty()) take(*partial);
   }
 }
 

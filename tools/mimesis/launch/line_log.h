@@ -21,14 +21,18 @@ class LineLog {
   void pump(Child& child);
   /// Writes out a last line without its end.
   void flush();
+  /// The last line on standard error, empty before there is one: why a node ended, if it says so.
+  const std::string& last_error() const { return last_error_; }
 
  private:
+  void take(std::string& partial);
   void line(std::string_view text);
 
   std::string prefix_;
   Fd file_;
   std::size_t written_ = 0;
   std::string out_, err_;  // begun lines
+  std::string last_error_;
 };
 
 }  // namespace mimesis::launch

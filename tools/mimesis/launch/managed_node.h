@@ -62,6 +62,7 @@ class ManagedNode {
   bool killed() const { return killed_; }
   int restarts() const { return restarts_; }
   const std::optional<Ending>& ending() const { return ending_; }
+  const std::string& last_error() const { return log_.last_error(); }
 
  private:
   NodeSpec spec_;

@@ -150,10 +150,13 @@ void Supervisor::Impl::failed(ManagedNode& node, const Ending& ending) {
     return;
   }
   const std::string what = fmt::format("node '{}' {}", node.name(), ending.text());
+  // Who could not begin says why last.
+  const std::string why =
+      node.was_ready() || node.last_error().empty() ? "" : ": " + node.last_error();
   if (node.spec().required) {
-    end_run(ending.exit_code(), what);
+    end_run(ending.exit_code(), what + why);
   } else if (!node.was_ready() && awaited(node)) {
-    end_run(ending.good() ? 1 : ending.exit_code(), what + " before it was ready");
+    end_run(ending.good() ? 1 : ending.exit_code(), what + " before it was ready" + why);
   } else {
     say("{}", what);
   }

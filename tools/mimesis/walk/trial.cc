@@ -22,24 +22,14 @@ walker::Sensors to_walker(const hw::sim::BodySensors& s) {
   return {s.q, s.dq, s.R_WI, s.gyro_I, s.specific_force_I, s.foot_S};
 }
 
-/// Rotation about z and shift from the true feet to where the plan has them: drift of the whole
-/// robot over the ground is no error of balance.
-Eigen::Isometry2d truth_to_plan(const walker::PatternSample& plan,
-                                const hw::sim::BodyTruth& truth) {
-  const double left = walker::left_weight(plan);
-  const auto yaw = [](const Eigen::Isometry3d& X) { return std::atan2(X(1, 0), X(0, 0)); };
-  double turn = 0.0;
-  std::array<double, 2> share{left, 1.0 - left};
-  for (Side s : robot::kSides) {
-    turn += share[s] * std::remainder(yaw(plan.foot[s].X_WS) - yaw(truth.X_WS[s]), 2.0 * M_PI);
+hw::sim::PlannedGround ground(const walker::PatternSample& plan) {
+  hw::sim::PlannedGround ground{.zmp_W_m = plan.zmp_W_m};
+  for (const Side side : robot::kSides) {
+    const Eigen::Isometry3d& X_WS = plan.foot[side].X_WS;
+    ground.foot_W_m[side] = X_WS.translation().head<2>();
+    ground.foot_yaw_rad[side] = std::atan2(X_WS(1, 0), X_WS(0, 0));
   }
-  Eigen::Isometry2d X = Eigen::Isometry2d::Identity();
-  X.linear() = Eigen::Rotation2Dd(turn).toRotationMatrix();
-  for (Side s : robot::kSides) {
-    X.translation() += share[s] * (plan.foot[s].X_WS.translation().head<2>() -
-                                   X.linear() * truth.X_WS[s].translation().head<2>());
-  }
-  return X;
+  return ground;
 }
 
 /// Sums over a trial.
@@ -48,9 +38,9 @@ class Observer {
   explicit Observer(double omega_1_s) : omega_(omega_1_s) {}
 
   void tick(const walker::WalkerOutput& out, const hw::sim::BodyTruth& truth) {
-    const Eigen::Isometry2d X_PT = truth_to_plan(out.pattern, truth);
-    judge_.tick(truth, Eigen::Vector2d(X_PT.inverse() * out.pattern.zmp_W_m));
-    if (!truth.fell) add_dcm(X_PT, out, truth);
+    const hw::sim::PlannedGround plan = ground(out.pattern);
+    judge_.tick(truth, plan);
+    if (!truth.fell) add_dcm(hw::sim::truth_to_plan(plan, truth), out, truth);
     for (Side s : robot::kSides) {
       if (out.pattern.contact[s] && !contact_[s]) judge_landing(s, out.pattern);
       contact_[s] = out.pattern.contact[s];

@@ -23,6 +23,11 @@ BodyTruth standing(double time_s) {
   return truth;
 }
 
+/// A plan whose feet are where those of `standing` are.
+PlannedGround planned(const Vector2d& zmp_W_m) {
+  return {.zmp_W_m = zmp_W_m, .foot_W_m = {Vector2d(0.0, 0.1), Vector2d(0.0, -0.1)}};
+}
+
 TEST(WalkJudge, PeaksAreLowPassed) {
   WalkJudge judge;
   judge.tick(standing(0.0), {});
@@ -42,14 +47,30 @@ TEST(WalkJudge, PeaksAreLowPassed) {
 TEST(WalkJudge, ZmpErrorIsRmsOfPlannedTicks) {
   WalkJudge judge;
   judge.tick(standing(0.0), {});  // no plan: does not count
-  judge.tick(standing(0.005), Vector2d(0.03, 0.0));
-  judge.tick(standing(0.010), Vector2d(0.0, -0.01));
+  judge.tick(standing(0.005), planned({0.03, 0.0}));
+  judge.tick(standing(0.010), planned({0.0, -0.01}));
   EXPECT_NEAR(judge.figures().zmp_error_rms_m.x(), 0.03 / std::sqrt(2.0), 1e-12);
   EXPECT_NEAR(judge.figures().zmp_error_rms_m.y(), 0.01 / std::sqrt(2.0), 1e-12);
   BodyTruth flying = standing(0.015);
   flying.normal_n = {0.0, 0.0};
-  judge.tick(flying, Vector2d(1.0, 1.0));  // no ground, no point on it
+  judge.tick(flying, planned({1.0, 1.0}));  // no ground, no point on it
   EXPECT_LT(judge.figures().zmp_error_rms_m.x(), 0.03);
+}
+
+/// The robot has slipped and turned on its way, and its weight is on the left foot, which stands
+/// 5 mm from its place beside the right one.
+TEST(WalkJudge, ZmpErrorIsRelativeToTheFeet) {
+  const double turn = 0.5 * std::numbers::pi;
+  PlannedGround plan{.zmp_W_m = {0.97, 2.0}, .foot_W_m = {Vector2d(0.9, 2.0), Vector2d(1.1, 2.0)}};
+  plan.foot_yaw_rad = {turn, turn};
+  BodyTruth truth = standing(0.0);
+  truth.X_WS[robot::kLeft].translation().y() += 0.005;
+  truth.normal_n = {600.0, 0.0};
+  truth.zmp_W_m = {0.02, 0.045};  // seen from the left foot 0.02 ahead, 0.06 right; planned 0, 0.07
+  WalkJudge judge;
+  judge.tick(truth, plan);
+  EXPECT_NEAR(judge.figures().zmp_error_rms_m.x(), 0.01, 1e-12);
+  EXPECT_NEAR(judge.figures().zmp_error_rms_m.y(), 0.02, 1e-12);
 }
 
 /// The plan stands turned and elsewhere: what counts is the foot as the other one sees it.

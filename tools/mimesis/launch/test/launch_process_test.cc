@@ -101,6 +101,14 @@ TEST_F(Launch, EndsWithTheCodeOfTheRequiredNode) {
   EXPECT_TRUE(pids().empty());
 }
 
+TEST_F(Launch, TellsWhatARequiredNodeSaidThatCouldNotBegin) {
+  auto launch = start("nodes:\n  a: {exec: " + counter_ +
+                      "}\n  b: {exec: sh, args: [-c, 'echo one >&2; echo two >&2; echo out; "
+                      "exit 2'], required: true}\n");
+  EXPECT_EQ(launch->wait(), 2);
+  EXPECT_EQ(summary(*launch)["reason"], "node 'b' ended with exit code 2: two");
+}
+
 TEST_F(Launch, NamesTheSignalThatKilledTheRequiredNode) {
   auto launch = start("nodes:\n  a: {exec: " + counter_ + ", required: true}\n");
   ASSERT_TRUE(until([&] { return pids().size() == 1; }));
