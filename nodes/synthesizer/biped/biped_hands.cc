@@ -3,6 +3,7 @@
 
 #include "nodes/synthesizer/biped/biped_sequence.h"
 #include "nodes/synthesizer/drawer/smooth.h"
+#include "nodes/synthesizer/fade.h"
 
 namespace mimesis::synthesizer {
 namespace {
@@ -12,7 +13,8 @@ using Eigen::Vector3d;
 constexpr double kLeftReaches = 0.30;  // of action 2, until its end
 constexpr double kRightReaches = 0.20, kRightArrives = 0.95;
 constexpr double kLeastReach_s = 0.8, kLetGo_s = 0.6;
-constexpr double kJump_m = 0.02, kFollow_s = 0.15;  // of a target, and how fast a hand follows
+constexpr double kTurn_s = 0.4;                       // a hand that turns back brakes for so long
+constexpr double kJump_m = 0.02, kFollow_1_s = 10.0;  // of a target, and how fast a hand follows
 constexpr double kLead_1_s = 1.5, kMostLead_m = 0.04;
 constexpr double kGrip_m = 0.005, kGrip_s = 0.1;  // so near for so long, and it grips
 constexpr double kThere = 0.95, kAtIt = 0.995;    // share of a reach
@@ -30,7 +32,7 @@ void BipedDrawerSequence::start_hands() {
   const bool last = state_.action == kReachingStep && plan_.steps.size() <= 2;
   const auto start = [&](mocap::Side side, double duration_s) {
     hand_[side].started = true;
-    hand_[side].reach.start(true, std::max(kLeastReach_s, duration_s));
+    turn_hand(side, true, std::max(kLeastReach_s, duration_s));
   };
   if (!hand_[mocap::kLeft].started && (stands || (last && share >= kLeftReaches))) {
     start(mocap::kLeft, stands ? 0.0 : (1.0 - share) * 2.0 * options_.step_s);
@@ -40,10 +42,34 @@ void BipedDrawerSequence::start_hands() {
   }
 }
 
+/// The reach of eq. 3.12 turns at once; the hand keeps its speed and brakes.
+void BipedDrawerSequence::turn_hand(mocap::Side side, bool to_target, double duration_s) {
+  Hand& hand = hand_[side];
+  const auto rate = [&] {
+    ArmReach soon = hand.reach;
+    soon.step(options_.dt_s);
+    const double left = faded(0.0, hand.turn_rate_1_s, hand.turned_s, kTurn_s),
+                 left_soon = faded(0.0, hand.turn_rate_1_s, hand.turned_s + options_.dt_s, kTurn_s);
+    return (soon.share() + left_soon - hand.reach.share() - left) / options_.dt_s;
+  };
+  const double before = rate();
+  hand.reach.start(to_target, duration_s);
+  hand.turn_rate_1_s = 0.0;
+  hand.turn_rate_1_s = before - rate();
+  hand.turned_s = 0.0;
+}
+
+double BipedDrawerSequence::share_of(mocap::Side side) const {
+  const Hand& hand = hand_[side];
+  const double turning = faded(0.0, hand.turn_rate_1_s, hand.turned_s, kTurn_s);
+  return std::clamp(hand.reach.share() + turning, 0.0, 1.0);
+}
+
 /// Hands go back to where the arms have them; the drawer is let be.
 void BipedDrawerSequence::release() {
-  for (Hand& hand : hand_) {
-    if (hand.started) hand.reach.start(false, kLetGo_s);
+  for (const mocap::Side side : {mocap::kLeft, mocap::kRight}) {
+    Hand& hand = hand_[side];
+    if (hand.started) turn_hand(side, false, kLetGo_s);
     hand.started = hand.closes = false;
   }
   state_.opened_m = 0.0;
@@ -57,7 +83,7 @@ void BipedDrawerSequence::move_hands(const DrawerSeen* seen) {
 
   const Drawer& drawer = drawer_->drawer;
   const double share = state_.phase_rad / math::kTwoPi;
-  const bool holds = seen != nullptr ? seen->held : hand_[mocap::kLeft].reach.share() > kThere;
+  const bool holds = seen != nullptr ? seen->held : share_of(mocap::kLeft) > kThere;
   if (state_.action == kStanding && hand_[mocap::kLeft].started && holds) {
     state_.opened_m =
         std::max(state_.opened_m, drawer.pull_m * minimum_jerk(share, kPullFrom, kPullTo));
@@ -83,7 +109,7 @@ void BipedDrawerSequence::move_hands(const DrawerSeen* seen) {
 void BipedDrawerSequence::draw_on(const Vector3d& object_W_m, const Vector3d& way) {
   const bool over = state_.action == kStanding && state_.phase_rad >= math::kTwoPi * (1.0 - 1e-9);
   const Hand& right = hand_[mocap::kRight];
-  if (!over || !robot_.hands_known || right.reach.share() < kAtIt || right.closes) return;
+  if (!over || !robot_.hands_known || share_of(mocap::kRight) < kAtIt || right.closes) return;
   const double lacks = way.dot(object_W_m - robot_.hand_W_m[mocap::kRight]);
   const double most = drawer_->drawer.pull_m + kMostDrawn_m;
   state_.opened_m =
@@ -95,16 +121,22 @@ void BipedDrawerSequence::draw_on(const Vector3d& object_W_m, const Vector3d& wa
 void BipedDrawerSequence::move_hand(mocap::Side side, const Vector3d& target, double over_m) {
   Hand& hand = hand_[side];
   hand.reach.step(options_.dt_s);
-  const double x = hand.reach.share();
+  hand.turned_s += options_.dt_s;
+  const double x = share_of(side);
   if (hand.has_target && (target - hand.last_target_m).norm() > kJump_m) {
     hand.gap_m += hand.last_target_m - target;
   }
   hand.last_target_m = target;
   hand.has_target = true;
-  hand.gap_m *= std::exp(-options_.dt_s / kFollow_s);
+  // ë + 2λė + λ²e = 0, exactly
+  const double decay = std::exp(-kFollow_1_s * options_.dt_s);
+  const Vector3d a = hand.gap_rate + kFollow_1_s * hand.gap_m;
+  hand.gap_m = decay * (hand.gap_m + options_.dt_s * a);
+  hand.gap_rate = decay * a - kFollow_1_s * hand.gap_m;
   if (x <= 0.0) {
     hand.near_s = 0.0;
     hand.gap_m.setZero();
+    hand.gap_rate.setZero();
     hand.led_m.setZero();
     state_.hand[side].reset();
     return;

@@ -167,6 +167,8 @@ class BipedDrawerSequence {
   void wish_landings();
   SolePrint print(const PlannedStep& step, int steps_ahead) const;
   void start_hands();
+  void turn_hand(mocap::Side side, bool to_target, double duration_s);
+  double share_of(mocap::Side side) const;
   void move_hands(const DrawerSeen* seen);
   void draw_on(const Eigen::Vector3d& object_W_m, const Eigen::Vector3d& way);
   void move_hand(mocap::Side side, const Eigen::Vector3d& target, double over_m);
@@ -200,9 +202,10 @@ class BipedDrawerSequence {
 
   struct Hand {
     ArmReach reach;
+    double turn_rate_1_s = 0.0, turned_s = 1e3;  // of the share: how fast it went otherwise, since
     bool started = false;
-    Eigen::Vector3d gap_m = Eigen::Vector3d::Zero(), led_m = Eigen::Vector3d::Zero(),
-                    last_target_m = Eigen::Vector3d::Zero();
+    Eigen::Vector3d gap_m = Eigen::Vector3d::Zero(), gap_rate = Eigen::Vector3d::Zero(),
+                    led_m = Eigen::Vector3d::Zero(), last_target_m = Eigen::Vector3d::Zero();
     bool has_target = false, closes = false;
     double near_s = 0.0;  // its target, for so long
     int gripper = -1;     // joint

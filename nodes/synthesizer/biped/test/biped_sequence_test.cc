@@ -294,6 +294,33 @@ TEST(BipedSequence, StepsUpToADrawerThatJumpsAwayFromItsHands) {
   }
 }
 
+TEST(BipedSequence, AHandThatIsCalledBackBrakes) {
+  for (const double at : {5.0, 5.2, 5.35}) {  // on its way to the handle, between landings
+    FakeWalker walker({});
+    FakeDrawer furniture(1.7, 0.2);
+    auto sequence = BipedDrawerSequence::start(drawer(), {{1.7, 0.0}, 0.2}, walker.now());
+    ASSERT_TRUE(sequence.has_value());
+    std::array<std::optional<Eigen::Vector3d>, 2> last;  // of the left hand
+    double hardest = 0.0, fastest = 0.0;
+    for (double t = 0.0; t < 7.0; t += 0.005) {
+      if (std::abs(t - at) < 0.0025) furniture.jump(0.6);
+      const auto& state = sequence->step(walker.feedback(), furniture.seen());
+      walker.step(state);
+      std::optional<Eigen::Vector3d> p;
+      if (state.hand[0]) p = state.hand[0]->p_W_m - walker.now().pelvis_W_m;
+      if (p && last[0] && last[1]) {
+        fastest = std::max(fastest, (*p - *last[0]).norm() / 0.005);
+        if (std::abs(t - at) < 0.15) {
+          hardest = std::max(hardest, (*p - 2.0 * *last[0] + *last[1]).norm() / 2.5e-5);
+        }
+      }
+      last = {p, last[0]};
+    }
+    EXPECT_GT(fastest, 0.3) << at;
+    EXPECT_LT(hardest, 80.0) << at;  // m/s²; within a tick it would be 500
+  }
+}
+
 TEST(BipedSequence, ADrawerAcrossTheWayIsNotFollowed) {
   auto sequence = BipedDrawerSequence::start(drawer(), {{1.7, 0.0}, 0.2}, FakeWalker({}).now());
   ASSERT_TRUE(sequence.has_value());
