@@ -294,6 +294,27 @@ TEST(BipedSequence, StepsUpToADrawerThatJumpsAwayFromItsHands) {
   }
 }
 
+TEST(BipedSequence, AHandIsLedNoFartherThanFourCentimetres) {
+  FakeWalker::Trouble trouble;
+  trouble.knows_hands = true;
+  trouble.hand_error_m = {-0.10, 0.0, 0.0};  // more than can be made up for
+  FakeWalker walker(trouble);
+  FakeDrawer furniture(0.51, 0.2);
+  auto sequence = BipedDrawerSequence::start(drawer(), {{0.51, 0.0}, 0.2}, walker.now());
+  ASSERT_TRUE(sequence.has_value());
+  double beyond = 0.0;
+  for (int i = 0; i < 1000; ++i) {
+    const auto& state = sequence->step(walker.feedback(), furniture.seen());
+    walker.step(state);
+    furniture.step(walker, state);
+    if (state.hand[0]) {
+      beyond = std::max(beyond, state.hand[0]->p_W_m.x() - furniture.seen()->handle_W_m.x());
+    }
+  }
+  EXPECT_GT(beyond, 0.035);
+  EXPECT_LT(beyond, 0.041);
+}
+
 TEST(BipedSequence, AHandThatIsCalledBackBrakes) {
   for (const double at : {5.0, 5.2, 5.35}) {  // on its way to the handle, between landings
     FakeWalker walker({});
