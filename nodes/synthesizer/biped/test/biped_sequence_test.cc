@@ -294,6 +294,25 @@ TEST(BipedSequence, StepsUpToADrawerThatJumpsAwayFromItsHands) {
   }
 }
 
+TEST(BipedSequence, WishedVelocityHasNoJumps) {
+  FakeWalker walker({});
+  FakeDrawer furniture(1.7, 0.2);
+  auto sequence = BipedDrawerSequence::start(drawer(), {{1.7, 0.0}, 0.2}, walker.now());
+  ASSERT_TRUE(sequence.has_value());
+  Eigen::Vector3d before = Eigen::Vector3d::Zero();
+  double fastest = 0.0;
+  for (int i = 0; i < 1600; ++i) {
+    if (i == 700) furniture.jump(-0.6);  // it stops
+    const auto& state = sequence->step(walker.feedback(), furniture.seen());
+    walker.step(state);
+    furniture.step(walker, state);
+    EXPECT_LE((state.velocity - before).cwiseAbs().maxCoeff(), 0.6 * 0.005 + 1e-12) << i;
+    before = state.velocity;
+    fastest = std::max(fastest, before.x());
+  }
+  EXPECT_GT(fastest, 0.25);
+}
+
 TEST(BipedSequence, AHandIsLedNoFartherThanFourCentimetres) {
   FakeWalker::Trouble trouble;
   trouble.knows_hands = true;
