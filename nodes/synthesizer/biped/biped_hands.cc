@@ -20,6 +20,7 @@ constexpr double kGrip_m = 0.005, kGrip_s = 0.1;  // so near for so long, and it
 constexpr double kThere = 0.95, kAtIt = 0.995;    // share of a reach
 constexpr double kEdge_m = 0.10;                  // over the edge of the drawer, not through it
 constexpr double kGripper_rad_s = 2.0;
+constexpr double kSteady_s = 0.15;  // mean of the opening that is seen
 // The right arm may be too short for the object in a drawer that is open as in the trials.
 constexpr double kDraw_1_s = 2.0, kMostDrawn_m = 0.08;  // of what it lacks, and beyond the trials
 
@@ -89,7 +90,11 @@ void BipedDrawerSequence::move_hands(const DrawerSeen* seen) {
         std::max(state_.opened_m, drawer.pull_m * minimum_jerk(share, kPullFrom, kPullTo));
   }
   const Vector3d way(std::cos(heading_), std::sin(heading_), 0.0);
-  if (holds && seen != nullptr && !seen->taken) draw_on(seen->object_W_m, way);
+  if (seen != nullptr) {
+    const double share_of_dt = 1.0 - std::exp(-options_.dt_s / kSteady_s);
+    opened_off_m_ += share_of_dt * (seen->opened_m - state_.opened_m - opened_off_m_);
+    if (holds && !seen->taken) draw_on(steady_object(*seen, way), way);
+  }
   const Vector3d left(-std::sin(heading_), std::cos(heading_), 0.0);
   Vector3d front;
   front << task_.front_W_m, 0.0;
@@ -99,10 +104,17 @@ void BipedDrawerSequence::move_hands(const DrawerSeen* seen) {
   object.z() = drawer.object_height_m;
   if (seen != nullptr) {
     handle = seen->handle_W_m + seen->opened_m * way;
-    object = seen->taken ? hand_[mocap::kRight].last_target_m : seen->object_W_m;
+    object = seen->taken ? hand_[mocap::kRight].last_target_m : steady_object(*seen, way);
   }
   move_hand(mocap::kLeft, handle - state_.opened_m * way, 0.0);
   move_hand(mocap::kRight, object, kEdge_m);
+}
+
+/// The object in a drawer that is open as wished, but for what it differs in the mean of some time.
+/// A left hand that shakes shakes the object too: a right hand that followed it at once would
+/// reach with the trunk, and shake the left one through it.
+Vector3d BipedDrawerSequence::steady_object(const DrawerSeen& seen, const Vector3d& way) const {
+  return seen.object_W_m + (seen.opened_m - state_.opened_m - opened_off_m_) * way;
 }
 
 /// A right hand at its end that still lacks something to the object: the left one pulls on.

@@ -170,6 +170,7 @@ class BipedDrawerSequence {
   void turn_hand(mocap::Side side, bool to_target, double duration_s);
   double share_of(mocap::Side side) const;
   void move_hands(const DrawerSeen* seen);
+  Eigen::Vector3d steady_object(const DrawerSeen& seen, const Eigen::Vector3d& way) const;
   void draw_on(const Eigen::Vector3d& object_W_m, const Eigen::Vector3d& way);
   void move_hand(mocap::Side side, const Eigen::Vector3d& target, double over_m);
   void release();
@@ -197,6 +198,7 @@ class BipedDrawerSequence {
   Eigen::VectorXd aim_, aim_rate_;  // of the joints, before the low-pass
   Eigen::VectorXd rows_, soon_, offset_, offset_rate_, lower_, upper_;
   double fade_s_ = 0.0, waited_s_ = 0.0;
+  double opened_off_m_ = 0.0;  // of the drawer that is seen, open − wished, low-passed
   bool fade_begins_ = true, halted_ = false, waiting_ = false;
   Action kind_ = kNormalStep;  // that is played
 

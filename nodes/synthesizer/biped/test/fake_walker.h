@@ -120,12 +120,13 @@ class FakeDrawer {
       seen_.opened_m = std::clamp(front_ - walker.now().hand_W_m[0].x(), 0.0, 0.40);
     }
     show();
-    if (!seen_.taken && seen_.opened_m > 0.15 && at(1, seen_.object_W_m)) {
+    if (!seen_.taken && seen_.opened_m > taken_from_m && at(1, seen_.object_W_m)) {
       seen_.taken = true;
       reach_error_m = (walker.now().hand_W_m[1] - seen_.object_W_m).norm();
     }
   }
   double near_m = 0.030, reach_error_m = 1.0;
+  double taken_from_m = 0.15;  ///< open so far, the object can be taken
 
  private:
   void show() {
