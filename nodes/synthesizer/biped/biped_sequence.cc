@@ -136,7 +136,7 @@ void BipedDrawerSequence::see_drawer(const DrawerSeen* seen) {
   const double depth =
       on_way(seen->object_W_m.head<2>()).x() + seen->opened_m - on_way(seen->front_W_m).x();
   if (std::abs(depth - task_.object_depth_m) > kMoved_m) task.object_depth_m = depth;
-  if (!across(task.front_W_m)) set_task(task);
+  set_task(task);  // one that moved across stays where it was: see across()
 }
 
 const BipedSequenceState& BipedDrawerSequence::step(const RobotFeedback* robot,

@@ -393,6 +393,64 @@ TEST(BipedSequence, ADrawerAcrossTheWayIsNotFollowed) {
   EXPECT_EQ(sequence->set_task({{1.75, 0.10}, 0.2}), "");
   EXPECT_NE(sequence->set_task({{1.7, 0.3}, 0.2}).find("across"), std::string::npos);
   EXPECT_EQ(sequence->task().front_W_m, Eigen::Vector2d(1.75, 0.10));
+  FakeDrawer furniture(1.7, 0.2);
+  DrawerSeen seen = *furniture.seen();
+  seen.front_W_m.y() = 0.3;
+  EXPECT_TRUE(sequence->across(seen.front_W_m));
+  sequence->step(nullptr, &seen);
+  EXPECT_EQ(sequence->task().front_W_m, Eigen::Vector2d(1.75, 0.10));
+  seen.front_W_m.y() = -0.05;
+  sequence->step(nullptr, &seen);
+  EXPECT_EQ(sequence->task().front_W_m, Eigen::Vector2d(1.7, -0.05));
+}
+
+TEST(BipedSequence, AFootThatIsAboutToLandDoesNotGoElsewhere) {
+  for (const double left_s : {0.45, 0.325, 0.275, 0.21}) {  // of its swing
+    FakeWalker walker({});
+    FakeDrawer furniture(1.9, 0.2);
+    auto sequence = BipedDrawerSequence::start(drawer(), {{1.9, 0.0}, 0.2}, walker.now());
+    ASSERT_TRUE(sequence.has_value());
+    const auto step = [&] {
+      const auto& state = sequence->step(walker.feedback(), furniture.seen());
+      const Landings wished = state.landing;
+      walker.step(state);
+      return wished;
+    };
+    while (walker.now().steps < 2 || walker.now().to_landing_s > left_s) step();
+    const Landings before = step();
+    furniture.jump(0.01);
+    const Landings after = step();
+    const double moved = after[0]->p_W_m.x() - before[0]->p_W_m.x();
+    if (left_s > 0.3) {
+      EXPECT_GT(moved, 5e-5) << left_s;
+    } else {
+      EXPECT_NEAR(moved, 0.0, 1e-9) << left_s;
+    }
+    EXPECT_GT(after[1]->p_W_m.x() - before[1]->p_W_m.x(), 5e-5) << left_s;
+  }
+}
+
+TEST(BipedSequence, PelvisBeginsToMoveWithTheFirstStepAsHalfAWave) {
+  FakeWalker walker({});
+  auto sequence = BipedDrawerSequence::start(drawer(), {{1.9, 0.0}, 0.2}, walker.now());
+  ASSERT_TRUE(sequence.has_value());
+  double second = 0.0;  // at the middle of the first action, where the wave is over
+  bool quarter = false;
+  while (sequence->state().number == 0) {
+    const auto& state = sequence->step(walker.feedback(), nullptr);
+    walker.step(state);
+    if (state.number > 0) break;
+    const double phase = state.phase_rad;
+    if (phase >= M_PI) {
+      second = std::max(second, state.velocity.x());
+      continue;
+    }
+    const double share = 0.5 * (1.0 - std::cos(phase));
+    EXPECT_LT(state.velocity.x(), share * 0.30 + 0.006) << phase;
+    quarter = quarter || (std::abs(share - 0.5) < 0.05 && state.velocity.x() > 0.08);
+  }
+  EXPECT_TRUE(quarter);
+  EXPECT_NEAR(second, 0.27, 0.04);
 }
 
 TEST(BipedSequence, ShiftsItsFeetToADrawerALittleAside) {

@@ -99,6 +99,18 @@ TEST(StepPlan, GoesOnWithTheActionUnderWayIfItCan) {
   EXPECT_EQ(strides.steps[0].action, kNormalStep);
 }
 
+TEST(StepPlan, ARightFootBeginsAnActionWhateverWasUnderWay) {
+  FeetAlongWay feet{.support_m = 0.2, .other_m = 0.0, .swing = mocap::kRight, .stands = false};
+  for (const double front : {1.2, 1.7, 2.3}) {
+    feet.action = kNormalStep;
+    const StepPlan normal = plan_for(feet, front);
+    feet.action = kReachingStep;
+    const StepPlan reaching = plan_for(feet, front);
+    EXPECT_EQ(normal.cost, reaching.cost) << front;
+    EXPECT_TRUE(normal.steps == reaching.steps) << front;
+  }
+}
+
 TEST(StepPlan, SaysWhyNot) {
   EXPECT_NE(plan_steps({}, 0.4, kComfort).error().reason.find("too near"), std::string::npos);
   EXPECT_NE(plan_steps({}, 12.0, kComfort).error().reason.find("farther"), std::string::npos);
