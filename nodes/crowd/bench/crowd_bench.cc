@@ -1,48 +1,85 @@
-// Steps of crowds. items_per_second is agent-steps per second; hz how often a step can be made.
-//
-// Peer: RVO2 2.0.3 (not in Debian, hence not run here) made 0.63, 1.06 and 1.76 M agent-steps/s in
-// its circle scenario at 1e3, 1e4 and 1e5 agents and 1.51, 0.84 and 0.75 M/s in a crossing (discs
-// of 0.3 m, others within 5 m, at most 10 of them, 0.1 s, one thread of a loaded AMD EPYC (Zen 4);
-// median).
+// Steps of crowds, and of RVO2 on the same agents. items_per_second is agent-steps per second, of
+// processor time on one thread and of wall time on several; hz how often a step can be made. All
+// begin anew after some seconds of theirs, so that crowds are as dense in both.
 #include <benchmark/benchmark.h>
 
 #include <memory>
 
 #include "common/parallel/team.h"
 #include "nodes/crowd/figures/crowds.h"
+#include "nodes/crowd/figures/rvo2.h"
 
 namespace mimesis::crowd {
 namespace {
 
-template <class Make>
-void run(benchmark::State& state, Make make) {
-  const int n = static_cast<int>(state.range(0)), threads = static_cast<int>(state.range(1));
-  Crowd crowd = make(n);
-  const auto team = threads > 1 ? std::make_unique<parallel::Team>(threads) : nullptr;
-  for (int i = 0; i < 30; ++i) crowd.step(team.get());
-  for (auto _ : state) crowd.step(team.get());
-  state.SetItemsProcessed(state.iterations() * n);
+constexpr double kBegin_s = 0.5, kEnd_s = 3.5;  // of simulated time
+
+/// Times steps of what `make` makes, a pointer; returns the last one.
+template <class Make, class Step>
+auto run(benchmark::State& state, Make make, Step step) {
+  const auto begun = [&] {
+    auto crowd = make();
+    while (crowd->time_s() < kBegin_s) step(*crowd);
+    return crowd;
+  };
+  auto crowd = begun();
+  for (auto _ : state) {
+    if (crowd->time_s() > kEnd_s) {
+      state.PauseTiming();
+      crowd = begun();
+      state.ResumeTiming();
+    }
+    step(*crowd);
+  }
+  state.SetItemsProcessed(state.iterations() * state.range(0));
   state.counters["hz"] =
       benchmark::Counter(static_cast<double>(state.iterations()), benchmark::Counter::kIsRate);
-  state.counters["bytes_per_agent"] = crowd.bytes_per_agent();
-  state.counters["held"] = crowd.contacts().held;
-  state.counters["overlapping"] = crowd.contacts().overlapping;
+  return crowd;
 }
 
-void full_crossing(benchmark::State& state) { run(state, crossing_crowd); }
-void full_circle(benchmark::State& state) { run(state, circle_crowd); }
-void formation_only(benchmark::State& state) { run(state, formation_crowd); }
+void ours(benchmark::State& state, Crowd (*make)(int)) {
+  const int n = static_cast<int>(state.range(0)), threads = static_cast<int>(state.range(1));
+  const auto team = threads > 1 ? std::make_unique<parallel::Team>(threads) : nullptr;
+  const auto crowd = run(
+      state, [&] { return std::make_unique<Crowd>(make(n)); },
+      [&](Crowd& c) { c.step(team.get()); });
+  state.counters["bytes_per_agent"] = crowd->bytes_per_agent();
+  state.counters["held"] = crowd->contacts().held;
+  state.counters["overlapping"] = crowd->contacts().overlapping;
+}
 
-void sizes(benchmark::internal::Benchmark* b, int most) {
-  b->ArgNames({"agents", "threads"})->UseRealTime()->Unit(benchmark::kMillisecond);
-  for (const int threads : {1, 2}) {
-    for (int n = 100; n <= most; n *= 10) b->Args({n, threads});
+void peer(benchmark::State& state, Crowd (*make)(int)) {
+  if (!Rvo2::built()) {
+    state.SkipWithError("RVO2 is not here: cmake --build build --target peers, and build again");
+    return;
   }
+  const int n = static_cast<int>(state.range(0)), threads = static_cast<int>(state.range(1));
+  run(
+      state, [&] { return Rvo2::make(make(n), threads); }, [](Rvo2& r) { r.step(); });
 }
 
-BENCHMARK(full_crossing)->Apply([](auto* b) { sizes(b, 1'000'000); });
-BENCHMARK(full_circle)->Apply([](auto* b) { sizes(b, 100'000); });
-BENCHMARK(formation_only)->Apply([](auto* b) { sizes(b, 1'000'000); });
+void full_crossing(benchmark::State& state) { ours(state, crossing_crowd); }
+void full_circle(benchmark::State& state) { ours(state, circle_crowd); }
+void formation_only(benchmark::State& state) { ours(state, formation_crowd); }
+void rvo2_crossing(benchmark::State& state) { peer(state, crossing_crowd); }
+void rvo2_circle(benchmark::State& state) { peer(state, circle_crowd); }
+
+template <int kThreads>
+void sizes(benchmark::internal::Benchmark* b, int most) {
+  b->ArgNames({"agents", "threads"})->Unit(benchmark::kMillisecond);
+  if (kThreads > 1) b->UseRealTime();
+  for (int n = 100; n <= most; n *= 10) b->Args({n, kThreads});
+}
+
+#define MIMESIS_SIZES(function, name, most)                                   \
+  BENCHMARK(function)->Name(name)->Apply([](auto* b) { sizes<1>(b, most); }); \
+  BENCHMARK(function)->Name(name)->Apply([](auto* b) { sizes<2>(b, most); })
+
+MIMESIS_SIZES(full_crossing, "full_crossing", 1'000'000);
+MIMESIS_SIZES(rvo2_crossing, "peer/rvo2_crossing", 100'000);
+MIMESIS_SIZES(full_circle, "full_circle", 100'000);
+MIMESIS_SIZES(rvo2_circle, "peer/rvo2_circle", 100'000);
+MIMESIS_SIZES(formation_only, "formation_only", 1'000'000);
 
 }  // namespace
 }  // namespace mimesis::crowd

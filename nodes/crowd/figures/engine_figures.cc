@@ -1,11 +1,7 @@
-// Nobody overlaps, everybody arrives; how the time of a step grows with the crowd.
+// Nobody overlaps, everybody arrives.
 #include <algorithm>
-#include <chrono>
-#include <ctime>
-#include <memory>
 #include <string>
 
-#include "common/parallel/team.h"
 #include "common/reproduce/gnuplot.h"
 #include "nodes/crowd/figures/crowds.h"
 #include "nodes/crowd/figures/figures.h"
@@ -16,7 +12,6 @@ namespace {
 using reproduce::Data;
 using reproduce::near;
 using reproduce::Report;
-using reproduce::Row;
 using PlotDir = std::optional<std::filesystem::path>;
 
 /// Steps until all have arrived, at most `until_s`; ways of every tenth agent for the plot.
@@ -86,86 +81,11 @@ Report head_on(const PlotDir&) {
   return report;
 }
 
-/// Seconds of a step, the best of some: of processor time on one thread, else of wall time.
-double step_s(Crowd crowd, int threads) {
-  using Clock = std::chrono::steady_clock;
-  const int steps = std::max(1, 200'000 / crowd.size());  // so many at a time, for coarse clocks
-  const auto team = threads > 1 ? std::make_unique<parallel::Team>(threads) : nullptr;
-  for (int i = 0; i < 3; ++i) crowd.step(team.get());
-  double best = 1e9;
-  const auto begin = Clock::now();
-  for (int tries = 0; tries < 5 || Clock::now() - begin < std::chrono::milliseconds(300); ++tries) {
-    const auto wall = Clock::now();
-    const std::clock_t processor = std::clock();
-    for (int i = 0; i < steps; ++i) crowd.step(team.get());
-    const double wall_s = std::chrono::duration<double>(Clock::now() - wall).count();
-    const double processor_s = static_cast<double>(std::clock() - processor) / CLOCKS_PER_SEC;
-    best = std::min(best, threads > 1 || processor_s == 0.0 ? wall_s : processor_s);
-    if (tries > 2 && Clock::now() - begin > std::chrono::seconds(4)) break;
-  }
-  return best / steps;
-}
-
-Report scaling(const PlotDir& dir) {
-  Report report;
-  std::vector<Data> data;
-  const std::pair<const char*, Crowd (*)(int)> kinds[] = {{"full dynamics", crossing_crowd},
-                                                          {"formation only", formation_crowd}};
-  for (const auto& [kind, make] : kinds) {
-    for (const int threads : {1, 2}) {
-      Data curve{(make == crossing_crowd ? "full" : "formation") + std::to_string(threads), {}};
-      for (int n = 100; n <= 1'000'000; n *= 10) {
-        const double s = step_s(make(n), threads);
-        curve.rows.push_back({static_cast<double>(n), n / s * 1e-6});
-        const std::string what = std::string(kind) + ", " + std::to_string(n) + " agents, " +
-                                 std::to_string(threads) + (threads > 1 ? " cores" : " core");
-        const bool goal = threads == 1 && n == (make == crossing_crowd ? 10'000 : 1'000'000);
-        if (goal) {
-          report.rows.push_back(reproduce::at_least(what + ": steps a second", 1.0 / s, 60.0, "Hz",
-                                                    "real time at 60 Hz, of processor time"));
-        }
-        const Row row{what,
-                      n / s * 1e-6,
-                      {},
-                      0.0,
-                      "M agent-steps/s",
-                      true,
-                      "measured here, the best step; bench_crowd has the medians"};
-        report.rows.push_back(row);
-      }
-      data.push_back(curve);
-    }
-  }
-  report.rows.push_back({"memory of an agent",
-                         crossing_crowd(100).bytes_per_agent(),
-                         {},
-                         0.0,
-                         "B",
-                         true,
-                         "without the cells of the grid"});
-  // RVO2 2.0.3, one thread, reference/crowd.md: the better of its two scenarios.
-  data.push_back({"peer", {{1e3, 1.51}, {1e4, 1.06}, {1e5, 1.76}}});
-  if (dir) {
-    report.plots.push_back(*dir / "crowd-scaling.png");
-    reproduce::plot_png(
-        report.plots.back(), 900, 600, data,
-        "set logscale xy\nset grid\nset key top right\nset xlabel 'agents'\n"
-        "set ylabel 'million agent-steps per second'\nset format x '10^%L'\n"
-        "set title 'Steps of crowds; dashed: what 60 Hz need'\nset yrange [0.05:1000]\n"
-        "plot $full1 with linespoints ls 1 title 'full dynamics, 1 core', $full2 with linespoints "
-        "ls 2 title '2 cores', $formation1 with linespoints ls 3 title 'formation only, 1 core', "
-        "$formation2 with linespoints ls 4 title '2 cores', $peer with points pt 7 lc rgb 'black' "
-        "title 'RVO2 2.0.3, 1 core (reported)', 60e-6*x with lines dt 2 lc rgb '#606060' notitle");
-  }
-  return report;
-}
-
 }  // namespace
 
 void add_engine_figures(std::vector<reproduce::Figure>& to) {
   to.push_back({"circle-250", "250 agents change places across a circle", "M18", circle});
   to.push_back({"head-on", "1000 pairs meet head on", "M18", head_on});
-  to.push_back({"crowd-scaling", "Agent-steps per second from 1e2 to 1e6 agents", "own", scaling});
 }
 
 }  // namespace mimesis::crowd
