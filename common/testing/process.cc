@@ -140,15 +140,36 @@ bool Process::wait_ready(const TestGraph& graph, const std::string& name,
 std::string Process::output() const { return read_all(out_); }
 std::string Process::errors() const { return read_all(err_); }
 
-TestNode::TestNode(const TestGraph& graph, Wiring in, Wiring out, std::string name)
+TestNode::TestNode(const TestGraph& graph, Wiring in, Wiring out, std::string name,
+                   runtime::ClockKind clock)
     : bus_(std::make_unique<runtime::ZmqBus>(runtime::BusOptions{.name = std::move(name),
                                                                  .graph = graph.name(),
+                                                                 .clock = clock,
                                                                  .in = std::move(in),
                                                                  .out = std::move(out),
                                                                  .bind = {},
                                                                  .peers = {}})) {}
 
+void TestNode::open_lockstep(double rate_hz, double offset_s) {
+  MIMESIS_ASSERT(bus_->lockstep());
+  bus_->ready();
+  clock_ = runtime::make_lockstep_clock(*bus_, rate_hz, offset_s, -1);
+}
+
+bool TestNode::until_in_lockstep(const std::function<bool()>& done, runtime::Time timeout) {
+  std::optional<runtime::Time> deadline;
+  while (const auto now = clock_->wait()) {
+    const bool is_done = done();
+    clock_->done();
+    if (is_done) return true;
+    if (!deadline) deadline = *now + timeout;
+    if (*now >= *deadline) return false;
+  }
+  return false;  // time has ended
+}
+
 bool TestNode::until(const std::function<bool()>& done, std::chrono::milliseconds timeout) {
+  if (clock_) return until_in_lockstep(done, timeout);
   const auto deadline = std::chrono::system_clock::now() + timeout;
   for (;;) {
     bus_->drain();
@@ -159,5 +180,6 @@ bool TestNode::until(const std::function<bool()>& done, std::chrono::millisecond
 }
 
 runtime::Time TestNode::now() { return std::chrono::system_clock::now().time_since_epoch(); }
+runtime::Time TestNode::graph_time() const { return clock_ ? clock_->now() : now(); }
 
 }  // namespace mimesis::testing

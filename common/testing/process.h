@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "common/runtime/node_clock.h"
 #include "common/runtime/ports.h"
 #include "common/runtime/raw.h"
 #include "common/runtime/zmq_bus.h"
@@ -61,8 +62,8 @@ class Process {
   std::optional<int> status_;
 };
 
-/// The test's own node in `graph`, on the wall clock: declare ports, `open()`, then send and
-/// receive.
+/// The test's own node in `graph`, on the wall clock or in lock-step: declare ports, `open()`, then
+/// send and receive.
 ///   TestNode peer(graph, {{"reply", "echo/out"}}, {{"request", "test/request"}});
 ///   runtime::Reliable<v1::X> reply(peer.bus(), "reply");
 ///   runtime::Out<v1::X> request(peer.bus(), "request");
@@ -70,12 +71,16 @@ class Process {
 class TestNode {
  public:
   using Wiring = std::map<std::string, std::string, std::less<>>;
-  TestNode(const TestGraph& graph, Wiring in, Wiring out, std::string name = "test");
+  TestNode(const TestGraph& graph, Wiring in, Wiring out, std::string name = "test",
+           runtime::ClockKind clock = runtime::ClockKind::wall);
 
   runtime::ZmqBus& bus() { return *bus_; }
   void open() { bus_->ready(); }
-  /// Serves the bus until `done()`; false after `timeout`. `done` is asked whenever messages have
-  /// arrived and at least every 2 ms.
+  /// Instead of `open`, for a TestNode constructed with `lockstep`: time (node mimesis_clock, with
+  /// this node among its participants) then stands still but in `until`, however busy the machine.
+  void open_lockstep(double rate_hz, double offset_s = 0.0);
+  /// Serves the bus until `done()`; false after `timeout`, of graph time. `done` is asked whenever
+  /// messages have arrived and at least every 2 ms; in lock-step once a step.
   bool until(const std::function<bool()>& done, std::chrono::milliseconds timeout = 10s);
   /// Next message of a Queue or Reliable port.
   template <class Port>
@@ -89,10 +94,14 @@ class TestNode {
   bool wait_subscriber(Out& out, std::chrono::milliseconds timeout = 10s) {
     return until([&] { return out.subscribers() > 0; }, timeout);
   }
-  static runtime::Time now();  ///< wall time
+  static runtime::Time now();        ///< wall time
+  runtime::Time graph_time() const;  ///< of the step in lock-step, else wall time
 
  private:
+  bool until_in_lockstep(const std::function<bool()>& done, runtime::Time timeout);
+
   std::unique_ptr<runtime::ZmqBus> bus_;
+  std::unique_ptr<runtime::NodeClock> clock_;  ///< in lock-step
 };
 
 }  // namespace mimesis::testing
