@@ -3,6 +3,7 @@
 #include <spdlog/fmt/fmt.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "common/math/circle.h"
@@ -10,7 +11,7 @@
 namespace mimesis::crowd {
 namespace {
 
-constexpr double kFar_m = 1e6, kFast = 1e3, kTurns_rad = 1e9;
+constexpr double kFar_m = 1e6, kFast = 1e3, kTurns_rad = 1e9, kLarge_m = 100.0;
 
 std::uint64_t group_faults(int group, const Scenario& scenario) {
   return group >= 0 && group < static_cast<int>(scenario.groups.size()) ? 0 : 1;
@@ -24,6 +25,36 @@ bool all_within(const Values& values, double most) {
     if (!within(static_cast<double>(value), most)) return false;
   }
   return true;
+}
+
+/// Sums of no more agents than there are, each within what one may add.
+bool possible(const v1::CrowdSums& sums, const Scenario& scenario) {
+  double most = static_cast<double>(scenario.externals.size());
+  for (const Group& group : scenario.groups) most += group.count;
+  const double n = sums.agents();
+  const double circular = n * (1.0 + 1e-6);  // rounding of n cosines
+  const double fast = std::max(std::abs(sums.phase_rate_rad_s()), std::abs(sums.speed_m_s()));
+  return n <= most &&
+         all_within(
+             std::array{sums.cos_phase(), sums.sin_phase(), sums.cos_heading(), sums.sin_heading()},
+             circular) &&
+         within(sums.error_m(), 2.0 * kFar_m * n) && within(fast, 2.0 * kFast * n) &&
+         within(sums.leader_phase_rad(), kTurns_rad);
+}
+
+/// What a traveller is and has must be what its group can go on with.
+bool possible(const v1::CrowdTraveller& t, const Group& group) {
+  const bool on_route = group.goals.aim == Aim::route;
+  return all_within(
+             std::array{t.x_m(), t.y_m(), t.goal_x_m(), t.goal_y_m(), t.place_m(), t.lane_m()},
+             kFar_m) &&
+         all_within(std::array{t.velocity_x_m_s(), t.velocity_y_m_s(), t.phase_rate_rad_s(),
+                               t.heading_rate_rad_s(), t.omega_rad_s(), t.stride()},
+                    kFast) &&
+         all_within(std::array{t.heading_rad(), t.phase_rad(), t.smoothed_error_m()}, kTurns_rad) &&
+         within(t.length(), 1.0) && within(t.radius_m(), kLarge_m) && t.omega_rad_s() >= 0.0 &&
+         t.stride() > 0.0 && t.radius_m() >= 0.0 &&
+         (!on_route || t.leg() < group.goals.position_m.size() / 2);
 }
 
 /// Nothing for "not a number": ports take none.
@@ -55,6 +86,10 @@ std::string fault(const v1::CrowdStates& states, const Scenario& scenario) {
     if (group_faults(static_cast<int>(sums.group()), scenario) != 0) {
       return fmt::format("sums of group {}: there are {}", sums.group(), scenario.groups.size());
     }
+    if (!possible(sums, scenario)) {
+      return fmt::format("sums of group {}: what {} agents cannot add up to", sums.group(),
+                         sums.agents());
+    }
   }
   return {};
 }
@@ -68,15 +103,11 @@ std::string fault(const v1::CrowdHandover& handover, const ScenarioRun& run, int
                        coordinators);
   }
   for (const v1::CrowdTraveller& t : handover.agents()) {
-    if (!run.roster().known(t.id()) ||
-        group_faults(static_cast<int>(t.group()), run.scenario()) != 0) {
+    const bool moved_by_us = run.roster().known(t.id()) && run.roster().external(t.id()) < 0;
+    if (!moved_by_us || group_faults(static_cast<int>(t.group()), run.scenario()) != 0) {
       return fmt::format("agent {} of group {}: unknown", t.id(), t.group());
     }
-    const double length = std::max({std::abs(t.x_m()), std::abs(t.y_m()), std::abs(t.goal_x_m()),
-                                    std::abs(t.goal_y_m()), std::abs(t.place_m())});
-    if (!within(length, kFar_m) || !within(t.phase_rad(), kTurns_rad) ||
-        !(t.omega_rad_s() >= 0.0 && t.omega_rad_s() <= kFast) || !(t.stride() > 0.0) ||
-        !(t.radius_m() >= 0.0)) {
+    if (!possible(t, run.scenario().groups[t.group()])) {
       return fmt::format("agent {}: a state that no walker has", t.id());
     }
   }
