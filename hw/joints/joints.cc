@@ -1,5 +1,6 @@
 #include "hw/joints/joints.h"
 
+#include <cmath>
 #include <fstream>
 
 #include "common/error.h"
@@ -37,7 +38,7 @@ Joints tree_joints(const robot::RobotTree& tree, const Eigen::VectorXd& home, do
                 .walks = true};
   for (int i = 0; i < tree.dof(); ++i) {
     joints.effort_n_m[i] = tree.moved(i).max_effort;
-    if (!(joints.limits.v_max[i] > 0.0)) {
+    if (!(joints.limits.v_max[i] > 0.0 && std::isfinite(joints.limits.v_max[i]))) {
       throw ConfigError(file + ": joint '" + joints.names[static_cast<std::size_t>(i)] +
                         "': expected a velocity limit, is " +
                         std::to_string(joints.limits.v_max[i]));

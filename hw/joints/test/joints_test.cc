@@ -1,6 +1,10 @@
 #include "hw/joints/joints.h"
 
 #include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
 
 #include "common/error.h"
 
@@ -42,6 +46,65 @@ TEST(Joints, OfAWalkingRobot) {
   EXPECT_EQ(legs.q_min.size(), 2);
   EXPECT_DOUBLE_EQ(legs.v_max[0], 10.0);
   EXPECT_DOUBLE_EQ(legs.v_max[1], 8.0);
+}
+
+TEST(Joints, OfABipedsFileBeginHalfSitting) {
+  const Joints joints = load_joints("biped.yaml", 300.0);
+  ASSERT_EQ(joints.count(), 30);
+  EXPECT_NEAR(joints.home[3], 0.8726646, 1e-6) << "the knee";
+  EXPECT_EQ(load_joints("biped.urdf", 300.0).home[3], 0.0) << "a URDF alone has no posture";
+}
+
+TEST(Joints, PartsHaveTheirOwnLimits) {
+  Joints joints = load_joints("biped.urdf", 300.0);
+  for (int i = 0; i < 30; ++i) joints.limits.a_max[i] = i;
+  const arm::JointLimits part = part_of(joints.limits, 3, 2);
+  EXPECT_EQ(part.q_min, joints.limits.q_min.segment(3, 2));
+  EXPECT_EQ(part.q_max, joints.limits.q_max.segment(3, 2));
+  EXPECT_EQ(part.v_max, joints.limits.v_max.segment(3, 2));
+  EXPECT_EQ(part.a_max, Eigen::Vector2d(3.0, 4.0));
+}
+
+TEST(Joints, GivenAxesKeepTheirTorques) {
+  const Joints joints = load_joints("biped.urdf", 300.0);
+  std::vector<arm::Axis> given(30);
+  for (int i = 0; i < 30; ++i) given[static_cast<std::size_t>(i)].node_id = 30 - i;
+  given[3].rated_torque_n_m = 7.0;
+  const std::vector<arm::Axis> axes = complete(given, joints);
+  EXPECT_DOUBLE_EQ(axes[3].rated_torque_n_m, 7.0);
+  EXPECT_DOUBLE_EQ(axes[4].rated_torque_n_m, 100.0);
+  EXPECT_EQ(axes[0].node_id, 30);
+}
+
+/// A wheel on a post, as URDF.
+Joints wheel(const std::string& limit) {
+  const auto file = std::filesystem::temp_directory_path() /
+                    ("joints_test_" + std::to_string(::getpid()) + ".urdf");
+  std::ofstream(file) << R"(<robot name="wheel"><link name="post"/><link name="rim"/>
+<joint name="axle" type="continuous"><parent link="post"/><child link="rim"/><axis xyz="0 1 0"/>)"
+                      << limit << "</joint></robot>";
+  try {
+    const Joints joints = load_joints(file, 300.0);
+    std::filesystem::remove(file);
+    return joints;
+  } catch (const ConfigError&) {
+    std::filesystem::remove(file);
+    throw;
+  }
+}
+
+TEST(Joints, WithoutEndsAreLimitedToWhatADriveCanCount) {
+  const Joints joints = wheel(R"(<limit velocity="4" effort="3"/>)");
+  ASSERT_EQ(joints.count(), 1);
+  EXPECT_EQ(joints.limits.q_min[0], -1e3);
+  EXPECT_EQ(joints.limits.q_max[0], 1e3);
+  const arm::Axis axis{.node_id = 1};
+  EXPECT_LT(axis.to_increments(joints.limits.q_max[0]), 0x7FFFFFFF) << "fits into 607Dh";
+}
+
+TEST(Joints, WithoutAVelocityLimitAreRefused) {
+  const std::string why = refusal([] { wheel(""); });
+  EXPECT_NE(why.find("joint 'axle': expected a velocity limit, is inf"), std::string::npos) << why;
 }
 
 TEST(Buses, CarryEveryJointOnce) {

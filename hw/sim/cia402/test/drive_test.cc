@@ -4,11 +4,10 @@
 
 #include <cmath>
 
+#include "hw/sim/cia402/test/one_drive.h"
+
 namespace mimesis::hw::sim {
 namespace {
-
-using namespace std::chrono_literals;
-namespace obj = arm::object;
 
 TEST(AxisPlant, FollowsARampWithoutLag) {
   AxisPlant plant({}, 0.0);
@@ -39,39 +38,9 @@ TEST(AxisPlant, BrakesOverTheExactDistance) {
   AxisPlant plant({}, 0.0);
   for (int k = 1; k <= 100; ++k) plant.track(0.01 * k, 2.0, 0.005);
   const double v = plant.velocity(), q = plant.position();
-  while (!plant.at_rest()) plant.brake(8.0, 0.005);
-  EXPECT_NEAR(plant.position() - q, v * v / (2 * 8.0), 1e-9);
+  while (!plant.at_rest()) plant.brake(7.0, 0.005);  // to rest within a step
+  EXPECT_NEAR(plant.position() - q, v * v / (2 * 7.0), 1e-9);
 }
-
-/// One drive, spoken to frame by frame.
-class OneDrive : public ::testing::Test {
- protected:
-  OneDrive() { drive.advance(now, out); }
-
-  arm::Sdo ask(const can::Frame& request) {
-    out.clear();
-    drive.handle(request, now, out);
-    return out.empty() ? arm::Sdo{} : arm::parse_sdo_response(out.back());
-  }
-  std::uint32_t abort_of(const can::Frame& request) {
-    const arm::Sdo s = ask(request);
-    return s.kind == arm::Sdo::Kind::abort ? s.value : 0;
-  }
-  void pass(Time duration) {
-    for (const Time end = now + duration; now < end;) drive.advance(now += 1ms, out);
-  }
-  /// RPDO of the default mapping: controlword alone.
-  void command(std::uint16_t word) {
-    can::Frame f = arm::rpdo(1, 4);
-    arm::append(f, word, 2);
-    drive.handle(f, now, out);
-    drive.handle(arm::sync(), now, out);
-  }
-
-  Drive drive{{.axis = {.node_id = 4}, .home_rad = 0.25}};
-  Time now = 1s;
-  std::vector<can::Frame> out;
-};
 
 TEST_F(OneDrive, AnnouncesItself) {
   ASSERT_EQ(out.size(), 1u);
@@ -135,9 +104,7 @@ TEST_F(OneDrive, SendsHeartbeatsAtItsPeriod) {
 TEST_F(OneDrive, TellsOfALostMasterAndStops) {
   ask(arm::sdo_download(4, obj::kMasterHeartbeat, 0x7F00FA, 4));
   ask(arm::sdo_download(4, obj::kAbortOption, 3, 2));
-  drive.handle(arm::nmt(arm::Nmt::start, 0), now, out);
-  for (const int word : {0x06, 0x07, 0x0F}) command(static_cast<std::uint16_t>(word));
-  ASSERT_EQ(drive.state(), DriveState::operation_enabled);
+  enable();
   drive.handle(arm::heartbeat(0x7F, arm::NmtState::operational), now, out);
   out.clear();
   pass(250ms);

@@ -1,0 +1,107 @@
+// When a drive stops by itself, and what it needs to go on.
+#include <gtest/gtest.h>
+
+#include "hw/can/memory.h"
+#include "hw/sim/cia402/rack.h"
+#include "hw/sim/cia402/test/one_drive.h"
+
+namespace mimesis::hw::sim {
+namespace {
+
+using Watchdogs = OneDrive;
+
+TEST_F(Watchdogs, NoSetPointsForLongerThanTheDeadlineIsAQuickStop) {
+  set(obj::kRpdo1Deadline, 100, 2);
+  set(obj::kAbortOption, 3, 2);
+  set(obj::kQuickStopOption, 6, 2);  // stays powered
+  enable();
+  out.clear();
+  pass(100ms);
+  EXPECT_EQ(drive.state(), DriveState::operation_enabled);
+  EXPECT_TRUE(out.empty());
+  pass(1ms);
+  EXPECT_EQ(drive.state(), DriveState::quick_stop_active);
+  ASSERT_EQ(out.size(), 1u);
+  EXPECT_EQ(out[0], arm::emergency(4, 0x8250, 0x10));
+}
+
+/// Enabled by a SYNC alone, long after the last set-point.
+TEST_F(Watchdogs, SetPointsAreWatchedFromTheMomentItIsEnabled) {
+  set(obj::kRpdo1Deadline, 100, 2);
+  set(obj::kAbortOption, 3, 2);
+  set(obj::kQuickStopOption, 6, 2);
+  tell(arm::Nmt::start);
+  command(arm::controlword::kShutdown);
+  command(arm::controlword::kSwitchOn);
+  hear(arm::controlword::kEnableOperation);
+  pass(150ms);
+  sync();
+  ASSERT_EQ(drive.state(), DriveState::operation_enabled);
+  pass(100ms);
+  EXPECT_EQ(drive.state(), DriveState::operation_enabled);
+  pass(1ms);
+  EXPECT_EQ(drive.state(), DriveState::quick_stop_active);
+}
+
+TEST_F(Watchdogs, ALostMasterIsAFaultUnlessItIsToldOtherwise) {
+  set(obj::kMasterHeartbeat, 0x7F0032, 4);
+  enable();
+  drive.handle(arm::heartbeat(0x7F, arm::NmtState::operational), now, out);
+  pass(53ms);
+  EXPECT_EQ(drive.state(), DriveState::fault);
+}
+
+TEST_F(Watchdogs, WithoutPdosNobodySteers) {
+  for (const arm::Nmt what : {arm::Nmt::stop, arm::Nmt::pre_operational}) {
+    SetUp();
+    enable();
+    tell(what);
+    EXPECT_EQ(drive.state(), DriveState::quick_stop_active);
+    pass(10ms);
+    tell(arm::Nmt::start);
+    command(arm::controlword::kDisableVoltage);
+  }
+}
+
+TEST_F(Watchdogs, SetPointsBeforeOperationalAreNotTaken) {
+  hear(arm::controlword::kShutdown);
+  tell(arm::Nmt::start);
+  sync();
+  EXPECT_EQ(drive.state(), DriveState::switch_on_disabled);
+  tell(arm::Nmt::stop);
+  hear(arm::controlword::kShutdown);
+  tell(arm::Nmt::start);
+  sync();
+  EXPECT_EQ(drive.state(), DriveState::switch_on_disabled);
+}
+
+TEST_F(Watchdogs, TheErrorRegisterIsClearedWithTheFault) {
+  const arm::Object error_register{0x1001, 0};
+  enable();
+  drive.inject(Trouble::overcurrent);
+  pass(2ms);
+  ASSERT_EQ(drive.state(), DriveState::fault);
+  EXPECT_EQ(ask(arm::sdo_upload(4, error_register)).value, 1u);
+  command(arm::controlword::kFaultReset);
+  EXPECT_EQ(drive.state(), DriveState::switch_on_disabled);
+  EXPECT_EQ(ask(arm::sdo_upload(4, error_register)).value, 0u);
+}
+
+/// A master may ask more in a cycle than the rack takes in at once.
+TEST(Rack, AnswersAllThatHasArrived) {
+  can::MemoryWire wire;
+  const auto master = wire.join();
+  Rack rack({{.axis = {.node_id = 1}}, {.axis = {.node_id = 2}}}, wire.join());
+  rack.step(1s);
+  std::vector<can::Frame> frames(1000), asked(600, arm::sdo_upload(2, obj::kDeviceType));
+  while (master->receive(frames) > 0) {
+  }
+  master->send(asked);
+  rack.step(1005ms);
+  std::size_t answers = 0;
+  for (std::size_t n = master->receive(frames); n > 0; n = master->receive(frames)) answers += n;
+  EXPECT_EQ(answers, 600u);
+}
+
+}  // namespace
+}  // namespace mimesis::hw::sim
