@@ -75,6 +75,22 @@ TEST_P(BodyTroubleTest, LockedMotorStaysWhereItIs) {
   EXPECT_NEAR(world.sensors().q[waist], before[waist], 0.01);
 }
 
+/// Its gear holds, however little its motor can.
+TEST_P(BodyTroubleTest, LockedMotorHoldsWhateverItBears) {
+  BodyWorld world(robot_.biped, robot_.urdf, plant_);
+  step(world, 100);
+  const int elbow = joint("left_elbow");
+  const double before = world.sensors().q[elbow];
+  for (const MotorFault fault : {MotorFault::kWeak, MotorFault::kWeak, MotorFault::kLocked}) {
+    world.fail(elbow, fault);
+  }
+  world.pull(robot_.biped.hand[0], Eigen::Vector3d::Zero(), {0.0, 0.0, -15.0});
+  step(world, 200);
+  const double could = 0.04 * robot_.biped.tree.moved(elbow).max_effort;
+  EXPECT_GT(std::abs(world.sensors().torque[elbow]), 1.5 * could);
+  EXPECT_NEAR(world.sensors().q[elbow], before, 0.01);
+}
+
 TEST_P(BodyTroubleTest, WeakMotorGivesAFifth) {
   BodyWorld world(robot_.biped, robot_.urdf, plant_);
   step(world, 100);

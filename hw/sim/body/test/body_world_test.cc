@@ -184,6 +184,76 @@ TEST(BodyWorld, PayloadWeighs) {
   EXPECT_NEAR(world.truth().normal_n[0] + world.truth().normal_n[1], weight, 1e-3 * weight);
 }
 
+/// Torque with which a joint of a robot at rest holds what it carries: weights, a payload in the
+/// trunk, a pull on the left hand.
+double held_n_m(const BodyWorld& world, const TestRobot& robot, int joint, double payload_kg,
+                const Vector3d& pull_W_n) {
+  const robot::RobotTree& tree = robot.biped.tree;
+  robot::Kinematics at(tree);
+  at.update(world.truth().X_WB, world.sensors().q);
+  const int first = tree.require_link(tree.moved(joint).name), hand = robot.biped.hand[0];
+  const Eigen::Isometry3d& X_WL = at.X_WL(first);
+  Vector3d moment = Vector3d::Zero();  // about the joint
+  for (int i = 0; i < static_cast<int>(tree.links().size()); ++i) {
+    if (!tree.carries(first, i)) continue;
+    const double mass = tree.link(i).inertia.mass_kg + (i == robot.biped.trunk ? payload_kg : 0.0);
+    const Vector3d arm = at.X_WL(i) * tree.link(i).inertia.com_m - X_WL.translation();
+    moment += arm.cross(Vector3d(0.0, 0.0, -mass * robot::kGravity));
+    if (i == hand) moment += (at.X_WL(i).translation() - X_WL.translation()).cross(pull_W_n);
+  }
+  return -moment.dot(X_WL.linear() * tree.moved(joint).axis);
+}
+
+/// Springs: stiff ones in legs and trunk, softer ones in the arms. Servos: legs and trunk do not
+/// give, but for the springs of the knees and the soft bushes of the ankles.
+TEST_P(Plants, GiveUnderTheirLoads) {
+  const TestRobot robot = test_robot();
+  const bool servos = GetParam() == Plant::kServo;
+  BodyWorld world(robot.biped, robot.urdf, {.plant = GetParam()});
+  stand(world, robot, 3.0);
+  const auto gives = [&](const std::string& name) {
+    const int joint = robot.biped.tree.require_joint(name);
+    const double torque = world.sensors().torque[joint];
+    EXPECT_GT(std::abs(torque), 0.01) << name << " bears nothing";
+    return (robot.biped.half_sitting[joint] - world.sensors().q[joint]) / torque;
+  };
+  EXPECT_NEAR(gives("left_elbow"), 1.0 / 3000.0, 0.1 / 3000.0);
+  EXPECT_NEAR(gives("left_shoulder_roll"), 1.0 / 3000.0, 0.1 / 3000.0);
+  EXPECT_NEAR(gives("waist_pitch"), servos ? 0.0 : 1.0 / 6000.0, 0.1 / 6000.0);
+  EXPECT_NEAR(gives("left_hip_roll"), 0.0, 1e-5);  // a closed chain: it cannot
+  // On the ground springs are softer than they are [walking.md 8.2].
+  EXPECT_NEAR(gives("left_knee"), 1.0 / 4200.0, 0.1 / 4200.0);
+  EXPECT_NEAR(gives("left_ankle_pitch"), servos ? 1.0 / 537.0 : 1.0 / 880.0, 0.15 / 537.0);
+}
+
+TEST_P(Plants, ThePayloadIsInTheLoadOfTheWaist) {
+  const TestRobot robot = test_robot();
+  const int waist = robot.biped.tree.require_joint("waist_pitch");
+  constexpr double kPayload_kg = 8.0;
+  BodyWorld world(robot.biped, robot.urdf, {.plant = GetParam(), .payload_kg = kPayload_kg});
+  Eigen::VectorXd target = robot.biped.half_sitting;
+  for (int i = 0; i < 400; ++i) {
+    target[waist] = robot.biped.half_sitting[waist] + std::min(0.2, 0.001 * i);
+    world.step({target.data(), static_cast<std::size_t>(target.size())}, kTick_s);
+  }
+  ASSERT_FALSE(world.truth().fell) << world.truth().how;
+  const double expected = held_n_m(world, robot, waist, kPayload_kg, Vector3d::Zero());
+  ASSERT_GT(std::abs(expected - held_n_m(world, robot, waist, 0.0, Vector3d::Zero())), 1.0);
+  EXPECT_NEAR(world.sensors().torque[waist], expected, 0.5);  // it sways a little
+}
+
+TEST_P(Plants, APullIsInTheLoadOfTheArm) {
+  const TestRobot robot = test_robot();
+  const int elbow = robot.biped.tree.require_joint("left_elbow");
+  BodyWorld world(robot.biped, robot.urdf, {.plant = GetParam()});
+  const Vector3d force(6.0, 0.0, -6.0);
+  world.pull(robot.biped.hand[0], Vector3d::Zero(), force);
+  stand(world, robot, 2.0);
+  const double expected = held_n_m(world, robot, elbow, 0.0, force);
+  ASSERT_GT(std::abs(expected - held_n_m(world, robot, elbow, 0.0, Vector3d::Zero())), 0.5);
+  EXPECT_NEAR(world.sensors().torque[elbow], expected, 0.05);
+}
+
 /// The same bits, whatever else this process simulates.
 TEST_P(Plants, AreDeterministicAndApart) {
   const TestRobot robot = test_robot();
