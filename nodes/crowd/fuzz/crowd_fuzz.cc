@@ -101,7 +101,7 @@ class Told {
   }
 
  private:
-  static CrowdParams params(const testing::ScenarioFile& file) {
+  static CrowdParams params(const crowd::testing::ScenarioFile& file) {
     CrowdParams p = file.params();
     p.regions.x_m = {1000.0};
     return p;
@@ -112,7 +112,7 @@ class Told {
     node_.step(now_);
   }
 
-  testing::ScenarioFile file_;
+  crowd::testing::ScenarioFile file_;
   mimesis::testing::Loopback bus_;
   CrowdNode node_;
   runtime::Time now_ = std::chrono::seconds(100);

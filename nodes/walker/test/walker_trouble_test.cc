@@ -75,12 +75,14 @@ TEST(WalkerNode, SensorsThatFallSilentEndTheStepsThenThePostureIsHeld) {
   rig.ready();
   rig.walk(0.2);
   rig.run(4s);
+  rig.states.clear();
   rig.sends_body = false;
   rig.run(100ms);
   EXPECT_NE(rig.state(), v1::WALK_STATE_SAFE);
   EXPECT_EQ(rig.status.reason(), "IMU and foot forces are silent");
   const std::uint32_t steps = rig.feedback.steps();
   rig.run(4s);
+  EXPECT_TRUE(rig.went_through(v1::WALK_STATE_STOPPING));
   EXPECT_EQ(rig.state(), v1::WALK_STATE_SAFE);
   EXPECT_EQ(rig.status.reason(), "IMU and foot forces are silent");
   EXPECT_LE(rig.feedback.steps() - steps, 3U);
@@ -224,6 +226,7 @@ TEST(WalkerNode, AFallIsSafeWithItsReasonAndNoFurtherSteps) {
   rig.run(500ms);
   EXPECT_EQ(rig.state(), v1::WALK_STATE_SAFE);
   EXPECT_NE(rig.status.reason(), "");
+  for (const double rate : rig.command->velocity_rad_s()) EXPECT_EQ(rate, 0.0);
   rig.robot.tilt.setIdentity();
   const std::uint32_t steps = rig.feedback.steps();
   rig.fastest_rad_s = 0.0;

@@ -1,0 +1,113 @@
+// What the node makes of its own place, time and past.
+#include <gtest/gtest.h>
+
+#include "nodes/walker/test/node_rig.h"
+
+namespace mimesis::walker {
+namespace {
+
+using namespace std::chrono_literals;
+using namespace testing;
+
+/// Walks with a motion that is always where the robot is: nothing drifts, so nothing is added.
+void walk_with_the_motion(Rig& rig, runtime::Time duration) {
+  for (const runtime::Time end = rig.now + duration; rig.now < end;) {
+    const auto &left = rig.feedback.feet(0), &right = rig.feedback.feet(1);
+    const auto &l = left.position_in_world_m(), &r = right.position_in_world_m();
+    rig.motion->mutable_position_pelvis_in_world_m()->set_x_m(0.5 * (l.x_m() + r.x_m()));
+    rig.motion->mutable_position_pelvis_in_world_m()->set_y_m(0.5 * (l.y_m() + r.y_m()));
+    rig.motion->set_heading_rad(0.5 * (left.yaw_rad() + right.yaw_rad()));
+    rig.run(5ms);
+  }
+}
+
+TEST(WalkerPlace, GoesAsWishedWhileTheMotionIsWhereTheRobotIs) {
+  Rig rig;
+  rig.ready();
+  rig.walk(0.15);
+  walk_with_the_motion(rig, 5s);
+  const double x_m = rig.feedback.position_pelvis_in_world_m().x_m();
+  walk_with_the_motion(rig, 6400ms);  // eight steps of 0.8 s
+  // The pattern stays a little behind its wish; a drift that is none would add 0.03 m/s and more.
+  EXPECT_NEAR((rig.feedback.position_pelvis_in_world_m().x_m() - x_m) / 6.4, 0.14, 0.015);
+}
+
+TEST(WalkerPlace, TurnsAsWishedWhileTheMotionLooksAsTheRobotDoes) {
+  Rig rig;
+  rig.ready();
+  rig.walk(0.1);
+  rig.motion->set_smooth_yaw_rate_rad_s(0.08);
+  walk_with_the_motion(rig, 5s);
+  const double heading = rig.feedback.heading_rad();
+  walk_with_the_motion(rig, 3200ms);
+  EXPECT_NEAR((rig.feedback.heading_rad() - heading) / 3.2, 0.08, 0.015);
+}
+
+TEST(WalkerPlace, IsAtRestWhenItDoesNotStep) {
+  Rig rig;
+  EXPECT_TRUE(rig.node.at_rest());
+  rig.ready();
+  EXPECT_TRUE(rig.node.at_rest());
+  rig.walk(0.15);
+  rig.run(3s);
+  EXPECT_FALSE(rig.node.at_rest());
+}
+
+/// A motion is the state at its stamp: until the next one it goes on at its rates.
+TEST(WalkerPlace, AMotionThatIsLateGoesOnAtItsRates) {
+  Rig rig;
+  rig.ready();
+  const int joint = biped().tree.require_joint("left_shoulder_pitch");
+  rig.bus.send("rows", rows_of_all_joints(), rig.now);
+  rig.motion.emplace();
+  set_angles("left_shoulder_pitch", -0.3, *rig.motion);
+  for (int i = 0; i < rig.motion->position_rad_size(); ++i) rig.motion->add_velocity_rad_s(0.0);
+  rig.motion->set_velocity_rad_s(1 + joint, 0.5);
+  rig.run(3s);
+  const double before = rig.command->position_rad(joint);
+  rig.motion.reset();
+  rig.run(80ms);                                                   // less than until it has ended
+  const double moved = rig.command->position_rad(joint) - before;  // the stack lags a little
+  EXPECT_GT(moved, 0.5 * 0.5 * 0.08);
+  EXPECT_LT(moved, 0.5 * 0.08);
+}
+
+TEST(WalkerPlace, FollowsAJointThatSagsUntilTheDrivesFollow) {
+  Rig rig;
+  rig.robot.operational = false;
+  rig.run(300ms);
+  ASSERT_TRUE(rig.command.has_value());
+  const int elbow = biped().tree.require_joint("left_elbow");
+  const double before = rig.command->position_rad(elbow);
+  rig.robot.q[elbow] = before - 0.005;  // less than what the bridge would refuse
+  rig.run(5ms);
+  EXPECT_EQ(rig.command->position_rad(elbow), before);
+  rig.robot.q[elbow] = before - 0.05;
+  rig.run(5ms);
+  EXPECT_EQ(rig.command->position_rad(elbow), before - 0.05);
+}
+
+TEST(WalkerPlace, BalanceBeginsWithoutThePastOfTheArms) {
+  Rig rig;
+  rig.ready();
+  const int joint = biped().tree.require_joint("left_shoulder_pitch");
+  rig.bus.send("rows", rows_of_all_joints(), rig.now);
+  rig.motion.emplace();
+  const double raised = biped().half_sitting[joint] - 0.25;
+  set_angles("left_shoulder_pitch", raised, *rig.motion);
+  rig.run(2s);
+  ASSERT_NEAR(rig.command->position_rad(joint), raised, 0.03);
+  rig.motion.reset();
+  rig.robot.operational = false;
+  rig.run(500ms);
+  rig.robot.operational = true;
+  for (int k = 0; k < 1000 && rig.state() != v1::WALK_STATE_STANDING; ++k) rig.run(5ms);
+  ASSERT_EQ(rig.state(), v1::WALK_STATE_STANDING) << rig.status.reason();
+  for (int k = 0; k < 60; ++k) {
+    rig.run(5ms);
+    EXPECT_NEAR(rig.command->position_rad(joint), biped().half_sitting[joint], 0.02);
+  }
+}
+
+}  // namespace
+}  // namespace mimesis::walker
