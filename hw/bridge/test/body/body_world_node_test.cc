@@ -59,6 +59,10 @@ TEST_F(Robot, ReachesTheGoalOnceItStandsThere) {
   start_body({.time_limit_s = 5.0, .settle_s = 0.5});
   start_bridge();
   run(1s);
+  v1::WalkBalance old;  // of a plan that nobody goes on with
+  old.mutable_zmp_planned_in_world_m()->set_x_m(0.5);
+  body_graph.send("balance", old, now);
+  run(100ms);
   v1::WalkFeedback walk;
   walk.set_state(v1::WALK_STATE_STANDING);
   v1::MotionStatus motion;
@@ -73,6 +77,7 @@ TEST_F(Robot, ReachesTheGoalOnceItStandsThere) {
   ASSERT_EQ(outcomes.size(), 1u) << "once";
   EXPECT_TRUE(outcomes[0].success());
   EXPECT_NEAR(outcomes[0].normal_peak_n(), 569.0, 10.0);
+  EXPECT_EQ(outcomes[0].zmp_error_rms_m(), 0.0);
 }
 
 TEST_F(Robot, TellsOfTheDrawerAndWantsItsObject) {
@@ -240,6 +245,7 @@ TEST_F(Robot, TimeIsUp) {
   ASSERT_EQ(outcomes.size(), 1u);
   EXPECT_FALSE(outcomes[0].success());
   EXPECT_EQ(outcomes[0].reason(), "goal not reached in time");
+  EXPECT_EQ(outcomes[0].normal_peak_n(), 0.0) << "nobody walked";
 }
 
 TEST(SimBody, RefusesBadConfigurationInOneLine) {
