@@ -9,6 +9,7 @@ namespace mimesis::crowd {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
+constexpr double kFar = 5.0;           // v/k that goals are away at least
 constexpr double kNearLane_rad = 0.3;  // where sines are angles, within 1.5 %
 
 /// Derivative of sin Δ exp(−Δ²/2σ²), σ = 0: of sin Δ.
@@ -78,7 +79,8 @@ void certify_phase(const PhaseRule& r, int n, double beat_gain_1_s, Certificate&
       say("to the leader at alpha = ", alpha, ", as the Laplacian has the eigenvalue 0");
 }
 
-RuleCertificate certify_heading(const HeadingRule& r, int n, const GaitRange& gait) {
+RuleCertificate certify_heading(const HeadingRule& r, int n, const GaitRange& gait,
+                                double stretch) {
   RuleCertificate c;
   if (r.kind == HeadingKind::keep) return c;
   if (!(r.gain > 0.0)) {
@@ -90,10 +92,22 @@ RuleCertificate certify_heading(const HeadingRule& r, int n, const GaitRange& ga
   const double slowest = gait.eigenfrequency_rad_s - gait.spread_rad_s;
   c.guarantee = Guarantee::contracting;
   c.within = kPi;
-  c.guaranteed_1_s = r.kind == HeadingKind::goal ? r.gain : r.gain * slowest;
-  c.expected_1_s = r.kind == HeadingKind::goal ? r.gain : r.gain * gait.eigenfrequency_rad_s;
-  c.why = say("contracts up to pi from its attractor in the metric 1/(1 + cos), rate ",
-              r.kind == HeadingKind::goal ? "k = " : "m_psi omega = ", c.guaranteed_1_s);
+  c.guaranteed_1_s = r.gain * slowest;
+  c.expected_1_s = r.gain * gait.eigenfrequency_rad_s;
+  c.why = "contracts up to pi from its attractor in the metric 1/(1 + cos), rate ";
+  if (r.kind == HeadingKind::goal) {
+    // Who walks beside the direction of its goal turns that: with e = ψ − ψ_goal at the distance r
+    // ė = −(k − v/r) sin e, so tan(e/2) decays at k − v/r.
+    const double fastest =
+        stretch * (gait.eigenfrequency_rad_s + gait.spread_rad_s) * gait.gait.most();
+    c.expected_1_s = r.gain;
+    c.guaranteed_1_s = r.gain * (1.0 - 1.0 / kFar);
+    c.beyond_m = kFar * fastest / r.gain;
+    c.why += say("k - v/r = ", r.gain, " - v/r, r the way to the goal: at least ", c.guaranteed_1_s,
+                 " while that is more than ", c.beyond_m, " m");
+  } else {
+    c.why += say("m_psi omega = ", c.guaranteed_1_s);
+  }
   if (r.kind == HeadingKind::lane) {
     // Near the lane ψ̇ = −ω m (ψ + ξ/Δz), ξ̇ = ω g ψ: s² + ω m s + ω² m g/Δz = 0.
     const double omega = gait.eigenfrequency_rad_s;

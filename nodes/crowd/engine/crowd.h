@@ -139,6 +139,11 @@ class Crowd {
   /// Nothing before the first step with it.
   std::optional<Wish> wish(AgentId id) const;
 
+  /// What navigation added to ψ̇ of an agent in the last step, before it was shared with the goal;
+  /// NaN: not known, as before the first step and since somebody came or left. 0 in groups that do
+  /// not avoid.
+  double avoidance_rad_s(int row) const;
+
   /// zᵢ − dᵢ of all rows of a group [m], into as many values.
   void spacing(int group, std::span<double> error_m) const;
 

@@ -93,6 +93,17 @@ std::optional<Crowd::Wish> Crowd::wish(AgentId id) const {
   return Wish{impl_->wished_rate[i], impl_->wished_length[i], impl_->wished_turn[i]};
 }
 
+double Crowd::avoidance_rad_s(int row) const {
+  const auto i = static_cast<std::size_t>(row);
+  const GroupRows& g = impl_->group_at(row);
+  if (g.changed || i >= impl_->turn.size()) return std::numeric_limits<double>::quiet_NaN();
+  const HeadingRule& rule = g.settings.rules.heading;
+  if (!rule.avoid) return 0.0;
+  // Of coupled headings the sum is in there too.
+  if (rule.kind == HeadingKind::coupled) return std::numeric_limits<double>::quiet_NaN();
+  return impl_->turn[i];
+}
+
 void Crowd::spacing(int group, std::span<double> error_m) const {
   const GroupRows& g = impl_->groups.at(static_cast<std::size_t>(group));
   const Path& path = g.settings.path;
