@@ -120,6 +120,10 @@ RuleCertificate certify_heading(const HeadingRule& r, int n, const GaitRange& ga
     const double least = 4.0 * g.mean() / r.ahead_m;
     if (r.gain < least) c.change.push_back(say("m_psi above ", least, ": lanes do not overshoot"));
   }
+  if (!gait.sway.none() && r.kind != HeadingKind::goal) {
+    // An input of what contracts: no rate changes [M18 4.4.2].
+    c.why += say("; it sways by ", gait.sway.amplitude_rad(r.gain), " rad with the steps (g^psi)");
+  }
   if (r.avoid) c.why += "; avoidance disturbs it while others are near";
   return c;
 }

@@ -1,9 +1,11 @@
 #pragma once
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "nodes/crowd/certificate/spectrum.h"
+#include "nodes/crowd/gait/heading_sway.h"
 #include "nodes/crowd/gait/speed_function.h"
 #include "nodes/crowd/rules/rules.h"
 
@@ -55,6 +57,7 @@ struct GaitRange {
   double eigenfrequency_rad_s = 0.0;  ///< ω
   double spread_rad_s = 0.0;          ///< eigenfrequencies within ω ± this
   double beat_gain_1_s = 0.0;         ///< α to a rhythm from outside, that leads all n; 0: none
+  HeadingSway sway{};                 ///< g^ψ of lane and consensus headings
 };
 
 /// What n agents with these rules are guaranteed, at which rate, how many there may be at most, and
@@ -67,8 +70,10 @@ Certificate certify(const Rules& rules, int n, const GaitRange& gait);
 /// that are off by up to `error_m` (max − min of z − d) and lanes by `lane_m`: a bound, long before
 /// which the formation stands. Nothing without rules II and III contracting, or where `tolerance_m`
 /// is not positive.
+/// @param ahead_m  z − d of every agent at the start, for a tighter bound on graphs other than
+///                 all-to-all; none: anywhere within error_m
 std::optional<double> formation_time_s(const Certificate& certificate, const Rules& rules,
                                        const GaitRange& gait, double error_m, double lane_m,
-                                       double tolerance_m);
+                                       double tolerance_m, std::span<const double> ahead_m = {});
 
 }  // namespace mimesis::crowd

@@ -7,6 +7,7 @@
 
 #include "common/dmp/navigation.h"
 #include "nodes/crowd/engine/agent.h"
+#include "nodes/crowd/gait/heading_sway.h"
 #include "nodes/crowd/gait/speed_function.h"
 #include "nodes/crowd/rules/rules.h"
 
@@ -26,6 +27,7 @@ struct GroupSettings {
   Rules rules{};
   SpeedFunction gait;
   Path path{};
+  HeadingSway sway{};  ///< of lane and consensus headings
 };
 
 struct Pillar {
@@ -78,7 +80,7 @@ class Crowd {
   /// At run time. @throws ConfigError as `add_group`, and where a gain is too large for dt; nothing
   /// has changed then.
   void set_rules(int group, const Rules& rules);
-  void set_gait(int group, const SpeedFunction& gait);
+  void set_gait(int group, const SpeedFunction& gait, const HeadingSway& sway = {});
   void set_path(int group, const Path& path);
   const GroupSettings& group(int group) const;
   int groups() const;

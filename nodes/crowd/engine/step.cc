@@ -11,7 +11,7 @@ WalkField Crowd::Impl::field(GroupRows& g, parallel::Team* team) {
   const Rules& r = g.settings.rules;
   WalkField f;
   f.dt = settings.dt_s;
-  f.set_gait(g.settings.gait);
+  f.set_gait(g.settings.gait, g.settings.sway);
   f.origin_x = g.settings.path.origin_W_m.x();
   f.origin_y = g.settings.path.origin_W_m.y();
   f.path_rad = g.settings.path.direction_rad;

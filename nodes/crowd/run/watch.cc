@@ -60,7 +60,8 @@ void Watch::certify(const ScenarioRun& run, int group, int agents, const std::st
                                            {.gait = run.crowd().group(group).gait,
                                             .eigenfrequency_rad_s = run.eigenfrequency_rad_s(group),
                                             .spread_rad_s = described.spread_rad_s,
-                                            .beat_gain_1_s = described.beat_gain_1_s});
+                                            .beat_gain_1_s = described.beat_gain_1_s,
+                                            .sway = run.crowd().group(group).sway});
   certificate.agents = agents;
   kept.monitor.certify(std::move(certificate));
   kept.expected.clear();
