@@ -76,7 +76,9 @@ void certify_phase(const PhaseRule& r, int n, double beat_gain_1_s, Certificate&
   all.tracking.guarantee = Guarantee::contracting;
   all.tracking.guaranteed_1_s = all.tracking.expected_1_s = alpha;
   all.tracking.why =
-      say("to the leader at alpha = ", alpha, ", as the Laplacian has the eigenvalue 0");
+      beat ? say("to the beat at alpha = ", alpha, ", whoever else is there")
+           : say("to the leader at alpha = ", alpha,
+                 " alone: coupling among followers does not move their mean (eigenvalue 0)");
 }
 
 RuleCertificate certify_heading(const HeadingRule& r, int n, const GaitRange& gait,
@@ -115,8 +117,9 @@ RuleCertificate certify_heading(const HeadingRule& r, int n, const GaitRange& ga
     c.expected_1_s = low_pass_mode_rate(omega * r.gain, omega * g.mean() / r.ahead_m);
     c.guaranteed_1_s = low_pass_mode_rate(slowest * r.gain, slowest * g.least() / r.ahead_m);
     c.within = kNearLane_rad;
-    c.why += say("; so it comes to its sliding goal, and near the lane that to the lane at ",
-                 c.guaranteed_1_s, " 1/s");
+    c.why +=
+        say("; so headings come to their sliding goals, and near their lanes walkers to these at ",
+            c.guaranteed_1_s, " 1/s");
     const double least = 4.0 * g.mean() / r.ahead_m;
     if (r.gain < least) c.change.push_back(say("m_psi above ", least, ": lanes do not overshoot"));
   }

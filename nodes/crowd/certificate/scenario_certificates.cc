@@ -20,7 +20,10 @@ GaitRange range_of(const Scenario& scenario, const Stage& stage, const Group& gr
 
 Certificate certified(const Scenario& scenario, const Stage& stage, const Group& group) {
   const GaitRange gait = range_of(scenario, stage, group);
-  Certificate c = certify(stage.rules, stage.agents, gait);
+  // Of a group that agents come to later a beat leads whoever it is.
+  const int least = group.beat_gain_1_s > 0.0 ? 1 : 0;
+  Certificate c = certify(stage.rules, std::max(least, stage.agents), gait);
+  c.agents = stage.agents;
   const double off = gait.eigenfrequency_rad_s - scenario.beat.rate_rad_s;
   if (group.beat_gain_1_s > 0.0 && off != 0.0) {
     c.notes.push_back(say("omega_0 is off the beat by ", off, " rad/s: feet are ",
