@@ -195,6 +195,7 @@ void CrowdNode::observe() {
       o.p_W_m = {crowd.x_m()[r], crowd.y_m()[r]};
       o.heading_rad = crowd.heading_rad()[r];
       o.phase_rad = crowd.phase_rad()[r];
+      o.avoid_rad_s = crowd.avoidance_rad_s(row);
       if (crowd.group(g).rules.heading.kind == HeadingKind::goal) {
         o.goal_W_m = crowd.agent(row).traits.goal_W_m;
       }

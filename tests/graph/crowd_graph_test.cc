@@ -17,7 +17,7 @@ using nlohmann::json;
 
 struct Case {
   const char* scenario;
-  bool forms, avoids;
+  bool forms;
 };
 
 class Crowd : public ::testing::TestWithParam<Case> {};
@@ -33,21 +33,19 @@ TEST_P(Crowd, DoesWhatItsRulesAreFor) {
   EXPECT_GE(result["expected_rate_1_s"], result["guaranteed_rate_1_s"]);
   if (GetParam().forms) {
     EXPECT_GT(result["time_to_formation_s"], 0.0);
-    EXPECT_GE(result["measured_rate_1_s"].get<double>(),
-              0.95 * result["guaranteed_rate_1_s"].get<double>());
   }
-  if (GetParam().avoids) {
-    EXPECT_EQ(result["collisions"], 0);
-  }
+  ASSERT_TRUE(result["measured_rate_1_s"].is_number());
+  EXPECT_GE(result["measured_rate_1_s"].get<double>(),
+            0.95 * result["guaranteed_rate_1_s"].get<double>());
+  EXPECT_EQ(result["collisions"], 0);
   EXPECT_GT(result["steps_per_s"], 50.0);
 }
 
-INSTANTIATE_TEST_SUITE_P(
-    Scenarios, Crowd,
-    ::testing::Values(Case{"soldiers", true, false}, Case{"leader", true, false},
-                      Case{"formation", true, false}, Case{"crossing", false, true},
-                      Case{"pillars", false, true}, Case{"dance", false, true}),
-    [](const auto& c) { return std::string(c.param.scenario); });
+INSTANTIATE_TEST_SUITE_P(Scenarios, Crowd,
+                         ::testing::Values(Case{"soldiers", true}, Case{"leader", true},
+                                           Case{"formation", true}, Case{"crossing", false},
+                                           Case{"pillars", false}, Case{"dance", false}),
+                         [](const auto& c) { return std::string(c.param.scenario); });
 
 TEST(CrowdGraph, DancersComeInOnTheRightFoot) {
   Scenario run("crowd", {"--arg", "scenario=dance"});

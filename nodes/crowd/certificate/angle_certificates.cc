@@ -9,6 +9,7 @@ namespace mimesis::crowd {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
+constexpr double kFar = 5.0;           // v/k that goals are away at least
 constexpr double kNearLane_rad = 0.3;  // where sines are angles, within 1.5 %
 
 /// Derivative of sin Δ exp(−Δ²/2σ²), σ = 0: of sin Δ.
@@ -75,10 +76,13 @@ void certify_phase(const PhaseRule& r, int n, double beat_gain_1_s, Certificate&
   all.tracking.guarantee = Guarantee::contracting;
   all.tracking.guaranteed_1_s = all.tracking.expected_1_s = alpha;
   all.tracking.why =
-      say("to the leader at alpha = ", alpha, ", as the Laplacian has the eigenvalue 0");
+      beat ? say("to the beat at alpha = ", alpha, ", whoever else is there")
+           : say("to the leader at alpha = ", alpha,
+                 " alone: coupling among followers does not move their mean (eigenvalue 0)");
 }
 
-RuleCertificate certify_heading(const HeadingRule& r, int n, const GaitRange& gait) {
+RuleCertificate certify_heading(const HeadingRule& r, int n, const GaitRange& gait,
+                                double stretch) {
   RuleCertificate c;
   if (r.kind == HeadingKind::keep) return c;
   if (!(r.gain > 0.0)) {
@@ -90,10 +94,22 @@ RuleCertificate certify_heading(const HeadingRule& r, int n, const GaitRange& ga
   const double slowest = gait.eigenfrequency_rad_s - gait.spread_rad_s;
   c.guarantee = Guarantee::contracting;
   c.within = kPi;
-  c.guaranteed_1_s = r.kind == HeadingKind::goal ? r.gain : r.gain * slowest;
-  c.expected_1_s = r.kind == HeadingKind::goal ? r.gain : r.gain * gait.eigenfrequency_rad_s;
-  c.why = say("contracts up to pi from its attractor in the metric 1/(1 + cos), rate ",
-              r.kind == HeadingKind::goal ? "k = " : "m_psi omega = ", c.guaranteed_1_s);
+  c.guaranteed_1_s = r.gain * slowest;
+  c.expected_1_s = r.gain * gait.eigenfrequency_rad_s;
+  c.why = "contracts up to pi from its attractor in the metric 1/(1 + cos), rate ";
+  if (r.kind == HeadingKind::goal) {
+    // Who walks beside the direction of its goal turns that: with e = ψ − ψ_goal at the distance r
+    // ė = −(k − v/r) sin e, so tan(e/2) decays at k − v/r.
+    const double fastest =
+        stretch * (gait.eigenfrequency_rad_s + gait.spread_rad_s) * gait.gait.most();
+    c.expected_1_s = r.gain;
+    c.guaranteed_1_s = r.gain * (1.0 - 1.0 / kFar);
+    c.beyond_m = kFar * fastest / r.gain;
+    c.why += say("k - v/r = ", r.gain, " - v/r, r the way to the goal: at least ", c.guaranteed_1_s,
+                 " while that is more than ", c.beyond_m, " m");
+  } else {
+    c.why += say("m_psi omega = ", c.guaranteed_1_s);
+  }
   if (r.kind == HeadingKind::lane) {
     // Near the lane ψ̇ = −ω m (ψ + ξ/Δz), ξ̇ = ω g ψ: s² + ω m s + ω² m g/Δz = 0.
     const double omega = gait.eigenfrequency_rad_s;
@@ -101,10 +117,15 @@ RuleCertificate certify_heading(const HeadingRule& r, int n, const GaitRange& ga
     c.expected_1_s = low_pass_mode_rate(omega * r.gain, omega * g.mean() / r.ahead_m);
     c.guaranteed_1_s = low_pass_mode_rate(slowest * r.gain, slowest * g.least() / r.ahead_m);
     c.within = kNearLane_rad;
-    c.why += say("; so it comes to its sliding goal, and near the lane that to the lane at ",
-                 c.guaranteed_1_s, " 1/s");
+    c.why +=
+        say("; so headings come to their sliding goals, and near their lanes walkers to these at ",
+            c.guaranteed_1_s, " 1/s");
     const double least = 4.0 * g.mean() / r.ahead_m;
     if (r.gain < least) c.change.push_back(say("m_psi above ", least, ": lanes do not overshoot"));
+  }
+  if (!gait.sway.none() && r.kind != HeadingKind::goal) {
+    // An input of what contracts: no rate changes [M18 4.4.2].
+    c.why += say("; it sways by ", gait.sway.amplitude_rad(r.gain), " rad with the steps (g^psi)");
   }
   if (r.avoid) c.why += "; avoidance disturbs it while others are near";
   return c;

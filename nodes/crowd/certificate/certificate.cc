@@ -62,7 +62,8 @@ Certificate certify(const Rules& rules, int n, const GaitRange& gait) {
   const bool phases_agree = c.phase.guarantee == Guarantee::contracting && gait.spread_rad_s == 0.0;
   c.frequency = certify_frequency(rules.frequency, n, gait);
   c.length = certify_length(rules.length, n, gait, phases_agree);
-  c.heading = certify_heading(rules.heading, n, gait);
+  const double stretch = rules.length.gain_1_m != 0.0 ? 1.0 + rules.length.limit : 1.0;
+  c.heading = certify_heading(rules.heading, n, gait, stretch);
   const bool distances =
       c.frequency.guarantee != Guarantee::off || c.length.guarantee != Guarantee::off;
   if (distances && c.phase.guarantee != Guarantee::contracting) {

@@ -1,9 +1,11 @@
 #pragma once
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "nodes/crowd/certificate/spectrum.h"
+#include "nodes/crowd/gait/heading_sway.h"
 #include "nodes/crowd/gait/speed_function.h"
 #include "nodes/crowd/rules/rules.h"
 
@@ -23,13 +25,14 @@ struct RuleCertificate {
   double guaranteed_1_s = 0.0;    ///< bound from below on the rate; 0 unless contracting
   double expected_1_s = 0.0;      ///< rate near the goal, averaged over a gait cycle
   double within = 0.0;            ///< the bound holds for errors up to this [m or rad]; 0: all
+  double beyond_m = 0.0;          ///< and while goals are farther than this; 0: wherever
   double overshoot = 1.0;         ///< factor by which differences may grow before they decay [1]
   Extremes extremes{};            ///< of the coupling graph, if there is one
   double without_link_1_s = 0.0;  ///< the bound when the worst of its links has broken; 0: none
   double theorem6 = 0.0;  ///< ζ² + η² of graph and gait, rules I and II; below 1: no overshoot
   std::optional<int>
       largest_agents{};               ///< that meet theorem 6 with this graph; nothing: any number
-  std::string why;                    ///< one sentence
+  std::string why{};                  ///< one sentence
   std::vector<std::string> change{};  ///< what would make it better; none: nothing needs to
 };
 
@@ -54,6 +57,7 @@ struct GaitRange {
   double eigenfrequency_rad_s = 0.0;  ///< ω
   double spread_rad_s = 0.0;          ///< eigenfrequencies within ω ± this
   double beat_gain_1_s = 0.0;         ///< α to a rhythm from outside, that leads all n; 0: none
+  HeadingSway sway{};                 ///< g^ψ of lane and consensus headings
 };
 
 /// What n agents with these rules are guaranteed, at which rate, how many there may be at most, and
@@ -66,8 +70,10 @@ Certificate certify(const Rules& rules, int n, const GaitRange& gait);
 /// that are off by up to `error_m` (max − min of z − d) and lanes by `lane_m`: a bound, long before
 /// which the formation stands. Nothing without rules II and III contracting, or where `tolerance_m`
 /// is not positive.
+/// @param ahead_m  z − d of every agent at the start, for a tighter bound on graphs other than
+///                 all-to-all; none: anywhere within error_m
 std::optional<double> formation_time_s(const Certificate& certificate, const Rules& rules,
                                        const GaitRange& gait, double error_m, double lane_m,
-                                       double tolerance_m);
+                                       double tolerance_m, std::span<const double> ahead_m = {});
 
 }  // namespace mimesis::crowd

@@ -1,9 +1,11 @@
 #pragma once
+#include <cstdint>
 #include <optional>
 #include <string>
 
 #include "nodes/crowd/certificate/certificate.h"
 #include "nodes/crowd/certificate/rate_fit.h"
+#include "nodes/crowd/certificate/turn_fit.h"
 
 namespace mimesis::crowd {
 
@@ -12,7 +14,7 @@ struct GroupErrors {
   double dispersion = 0.0;    ///< R̂ of phases (of followers, if there is a leader) [1]
   double tracking_rad = 0.0;  ///< largest |φ − φ₀|, if there is a leader
   double spacing_m = 0.0;     ///< max − min of z − d
-  double heading_rad = 0.0;   ///< largest distance from the heading wished
+  double heading_rad = 0.0;   ///< largest distance from the heading wished, where all are free
 };
 
 /// Guaranteed, expected and measured side by side, of one rule.
@@ -40,7 +42,8 @@ class Monitor {
   /// Without a certificate: void, "not certified".
   Monitor();
 
-  /// A certificate of the group as it is: measures anew.
+  /// A certificate of the group as it is: measures anew, but for what is told by agent and has the
+  /// same rate as before.
   void certify(Certificate certificate);
   /// Its certificate is none of the group any more: an agent left, a link broke, rules changed.
   void void_by(std::string reason);
@@ -49,6 +52,11 @@ class Monitor {
 
   /// @param t_s  of the simulation, increasing
   void step(double t_s, const GroupErrors& errors);
+  /// One agent's heading where avoidance turns some, or agents come and go: how far it is from the wished
+  /// one, in the metric of its rule; NaN while something else turns it. Allocates for a new agent.
+  void turn(std::uint64_t agent, double t_s, double error);
+  /// One agent's |φ − φ₀| [rad] where agents come and go. As `turn`.
+  void track(std::uint64_t agent, double t_s, double error_rad);
 
   MonitorReport report() const;
   const Certificate& certificate() const { return certificate_; }
@@ -58,6 +66,8 @@ class Monitor {
   bool valid_ = false;
   std::string void_reason_;
   RateFit phase_, tracking_, spacing_, heading_;
+  TurnFit turns_, tracks_;
+  bool by_turns_ = false, by_tracks_ = false;  // measured by agent
 };
 
 }  // namespace mimesis::crowd

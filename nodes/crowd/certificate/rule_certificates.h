@@ -15,7 +15,9 @@ RuleCertificate certify_length(const LengthRule& rule, int n, const GaitRange& g
                                bool phases_agree);
 /// Writes phase and tracking. @param beat_gain_1_s  of GaitRange
 void certify_phase(const PhaseRule& rule, int n, double beat_gain_1_s, Certificate& all);
-RuleCertificate certify_heading(const HeadingRule& rule, int n, const GaitRange& gait);
+/// @param stretch  of the longest steps, 1 + limit of rule II
+RuleCertificate certify_heading(const HeadingRule& rule, int n, const GaitRange& gait,
+                                double stretch);
 
 /// Guarantee::none.
 RuleCertificate refused(std::string why, std::vector<std::string> change);

@@ -14,12 +14,16 @@ namespace {
 
 GaitRange range_of(const Scenario& scenario, const Stage& stage, const Group& group) {
   const Gait* gait = scenario.gait(stage.gait);
-  return {gait->speed(), gait->eigenfrequency_rad_s, group.spread_rad_s, group.beat_gain_1_s};
+  return {gait->speed(), gait->eigenfrequency_rad_s, group.spread_rad_s, group.beat_gain_1_s,
+          gait->sway()};
 }
 
 Certificate certified(const Scenario& scenario, const Stage& stage, const Group& group) {
   const GaitRange gait = range_of(scenario, stage, group);
-  Certificate c = certify(stage.rules, stage.agents, gait);
+  // Of a group that agents come to later a beat leads whoever it is.
+  const int least = group.beat_gain_1_s > 0.0 ? 1 : 0;
+  Certificate c = certify(stage.rules, std::max(least, stage.agents), gait);
+  c.agents = stage.agents;
   const double off = gait.eigenfrequency_rad_s - scenario.beat.rate_rad_s;
   if (group.beat_gain_1_s > 0.0 && off != 0.0) {
     c.notes.push_back(say("omega_0 is off the beat by ", off, " rad/s: feet are ",
@@ -39,16 +43,18 @@ std::optional<double> formation_time(const Scenario& scenario, const Group& grou
   const Eigen::Vector2d left(-along.y(), along.x());
   const Eigen::Vector2d origin(group.origin_x_m, group.origin_y_m);
   double least = std::numeric_limits<double>::infinity(), most = -least, lane = 0.0;
+  std::vector<double> all_ahead;
   for (std::size_t i = 0; i < begin.size(); ++i) {
     const Eigen::Vector2d p = begin[i].p_W_m - origin;
     const double ahead = along.dot(p) - wished[i].place_m;
+    all_ahead.push_back(ahead);
     least = std::min(least, ahead);
     most = std::max(most, ahead);
     lane = std::max(lane, std::abs(left.dot(p) - wished[i].lane_m));
   }
   if (stage.rules.heading.kind == HeadingKind::keep) lane = 0.0;  // lanes are not controlled
   return formation_time_s(stage.certificate, stage.rules, gait, most - least, lane,
-                          scenario.formed_m);
+                          scenario.formed_m, all_ahead);
 }
 
 }  // namespace

@@ -55,7 +55,7 @@ int Crowd::add_group(const GroupSettings& settings) {
 void Crowd::set_rules(int group, const Rules& rules) {
   GroupRows& g = impl_->groups.at(static_cast<std::size_t>(group));
   check(rules, name_of(group));
-  const GroupSettings next{rules, g.settings.gait, g.settings.path};
+  const GroupSettings next{rules, g.settings.gait, g.settings.path, g.settings.sway};
   check_stiffness(next, dt_s(), g.count + g.outside.count, fastest(impl_->table, g.first, g.count),
                   name_of(group));
   impl_->prepare(g);  // edges are between the members of now
@@ -73,12 +73,12 @@ void Crowd::set_rules(int group, const Rules& rules) {
   g.lift = true;
 }
 
-void Crowd::set_gait(int group, const SpeedFunction& gait) {
+void Crowd::set_gait(int group, const SpeedFunction& gait, const HeadingSway& sway) {
   GroupRows& g = impl_->groups.at(static_cast<std::size_t>(group));
-  GroupSettings next{g.settings.rules, gait, g.settings.path};
+  const GroupSettings next{g.settings.rules, gait, g.settings.path, sway};
   check_stiffness(next, dt_s(), g.count + g.outside.count, fastest(impl_->table, g.first, g.count),
                   name_of(group));
-  g.settings.gait = gait;
+  g.settings = next;
 }
 
 void Crowd::set_path(int group, const Path& path) {

@@ -7,6 +7,7 @@
 
 #include "common/dmp/navigation.h"
 #include "nodes/crowd/engine/agent.h"
+#include "nodes/crowd/gait/heading_sway.h"
 #include "nodes/crowd/gait/speed_function.h"
 #include "nodes/crowd/rules/rules.h"
 
@@ -26,6 +27,7 @@ struct GroupSettings {
   Rules rules{};
   SpeedFunction gait;
   Path path{};
+  HeadingSway sway{};  ///< of lane and consensus headings
 };
 
 struct Pillar {
@@ -78,7 +80,7 @@ class Crowd {
   /// At run time. @throws ConfigError as `add_group`, and where a gain is too large for dt; nothing
   /// has changed then.
   void set_rules(int group, const Rules& rules);
-  void set_gait(int group, const SpeedFunction& gait);
+  void set_gait(int group, const SpeedFunction& gait, const HeadingSway& sway = {});
   void set_path(int group, const Path& path);
   const GroupSettings& group(int group) const;
   int groups() const;
@@ -138,6 +140,11 @@ class Crowd {
   };
   /// Nothing before the first step with it.
   std::optional<Wish> wish(AgentId id) const;
+
+  /// What navigation added to ψ̇ of an agent in the last step, before it was shared with the goal;
+  /// NaN: not known, as before the first step and since somebody came or left. 0 in groups that do
+  /// not avoid.
+  double avoidance_rad_s(int row) const;
 
   /// zᵢ − dᵢ of all rows of a group [m], into as many values.
   void spacing(int group, std::span<double> error_m) const;

@@ -11,7 +11,7 @@ WalkField Crowd::Impl::field(GroupRows& g, parallel::Team* team) {
   const Rules& r = g.settings.rules;
   WalkField f;
   f.dt = settings.dt_s;
-  f.set_gait(g.settings.gait);
+  f.set_gait(g.settings.gait, g.settings.sway);
   f.origin_x = g.settings.path.origin_W_m.x();
   f.origin_y = g.settings.path.origin_W_m.y();
   f.path_rad = g.settings.path.direction_rad;
@@ -91,6 +91,17 @@ std::optional<Crowd::Wish> Crowd::wish(AgentId id) const {
   if (row < 0 || i >= impl_->wished_rate.size() || impl_->group_at(row).changed)
     return std::nullopt;
   return Wish{impl_->wished_rate[i], impl_->wished_length[i], impl_->wished_turn[i]};
+}
+
+double Crowd::avoidance_rad_s(int row) const {
+  const auto i = static_cast<std::size_t>(row);
+  const GroupRows& g = impl_->group_at(row);
+  if (g.changed || i >= impl_->turn.size()) return std::numeric_limits<double>::quiet_NaN();
+  const HeadingRule& rule = g.settings.rules.heading;
+  if (!rule.avoid) return 0.0;
+  // Of coupled headings the sum is in there too.
+  if (rule.kind == HeadingKind::coupled) return std::numeric_limits<double>::quiet_NaN();
+  return impl_->turn[i];
 }
 
 void Crowd::spacing(int group, std::span<double> error_m) const {

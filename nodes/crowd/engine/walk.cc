@@ -7,10 +7,12 @@
 
 namespace mimesis::crowd {
 
-void WalkField::set_gait(const SpeedFunction& gait) {
+void WalkField::set_gait(const SpeedFunction& gait, const HeadingSway& of_heading) {
   mean_g = gait.mean();
   std::copy_n(gait.cosine().begin(), cosine.size(), cosine.begin());
   std::copy_n(gait.sine().begin(), sine.size(), sine.begin());
+  sway = of_heading;
+  sways = !sway.none();
 }
 
 void WalkSums::add(const WalkSums& o) {

@@ -4,6 +4,7 @@
 
 #include "nodes/crowd/engine/agent.h"
 #include "nodes/crowd/engine/table.h"
+#include "nodes/crowd/gait/heading_sway.h"
 #include "nodes/crowd/gait/speed_function.h"
 #include "nodes/crowd/rules/rules.h"
 
@@ -39,7 +40,10 @@ struct WalkField {
   double mean_g = 0.0;
   std::array<double, SpeedFunction::kHarmonics> cosine{}, sine{};
 
-  void set_gait(const SpeedFunction& gait);
+  bool sways = false;
+  HeadingSway sway{};
+
+  void set_gait(const SpeedFunction& gait, const HeadingSway& of_heading);
 };
 
 /// Sums over own and external rows; lanes are added in a fixed order.

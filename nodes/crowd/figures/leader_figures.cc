@@ -146,7 +146,7 @@ void plot(const std::filesystem::path& png) {
   bar(4, kMember_s, kMember_s + 6.0, "#c8371e");
   s << "set label 1 'uncoupled' at 0.5,-3.25\nset label 2 'coupled' at 16,-3.25\n"
        "set label 3 'leader pushed by 2 rad' at 36.5,-3.25\n"
-       "set label 4 'follower 2 pushed by 2 rad' at 66.5,-3.25\nplot ";
+       "set label 4 'follower 2 pushed' at 66.5,-3.25\nplot ";
   for (int i = 0; i < kFollowers; ++i) {
     s << (i ? ", " : "") << "$scene using 1:" << i + 2 << " with points ls " << i + 1
       << " pt 7 ps 0.25 title 'follower " << i + 1 << "'";

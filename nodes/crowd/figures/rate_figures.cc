@@ -269,7 +269,7 @@ Report rates(const PlotDir& dir) {
     reproduce::plot_png(
         report.plots.back(), 1100, 460, data,
         "set multiplot layout 1,2 title 'Rate of synchronisation and coupling strength'\nset grid\n"
-        "set key top left\nset xlabel 'coupling strength k [1/s]'\nset ylabel 'rate [1/s]'\n"
+        "set key bottom right\nset xlabel 'coupling strength k [1/s]'\nset ylabel 'rate [1/s]'\n"
         "set title 'a) three oscillators (chain = star, ring = all-to-all)'\n"
         "set xrange [0:2.5]\nset yrange [0:2.6]\nplot x with lines lw 1 dt 2 lc rgb '#404040' "
         "title 'kλ⁺', 3*x with lines lw 1 dt 2 lc rgb '#404040' notitle, "

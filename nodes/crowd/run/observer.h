@@ -1,5 +1,6 @@
 #pragma once
 #include <Eigen/Core>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -18,6 +19,8 @@ struct Observed {
   double heading_rad = 0.0, phase_rad = 0.0;
   double place_m = 0.0, lane_m = 0.0, radius_m = 0.25;
   Eigen::Vector2d goal_W_m = Eigen::Vector2d::Zero();
+  /// What avoidance adds to its ψ̇; not known of who is moved elsewhere.
+  double avoid_rad_s = std::numeric_limits<double>::quiet_NaN();
 };
 
 /// How far a group is from what its rules are for.

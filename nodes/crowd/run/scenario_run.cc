@@ -63,7 +63,8 @@ void ScenarioRun::add_group(const Group& group) {
   crowd_.add_group({.rules = heard(group.rules, group.beat_gain_1_s),
                     .gait = gait.speed(),
                     .path = {.origin_W_m = {group.origin_x_m, group.origin_y_m},
-                             .direction_rad = group.heading_rad}});
+                             .direction_rad = group.heading_rad},
+                    .sway = gait.sway()});
   gaits_.push_back(gait_number(group.gait));
   omega_.push_back(gait.eigenfrequency_rad_s);
   bool whole = along_a_graph(group.rules);
@@ -180,7 +181,7 @@ void ScenarioRun::follow_schedule() {
 /// Who differed from the old eigenfrequency differs as much from the new one.
 void ScenarioRun::set_gait(int g, const std::string& name) {
   const Gait& gait = *scenario_.gait(name);
-  crowd_.set_gait(g, gait.speed());
+  crowd_.set_gait(g, gait.speed(), gait.sway());
   gaits_[static_cast<std::size_t>(g)] = gait_number(name);
   double& omega = omega_[static_cast<std::size_t>(g)];
   const Crowd::Rows rows = crowd_.rows(g);

@@ -5,8 +5,10 @@
 #include <cmath>
 #include <cstdio>
 #include <numbers>
+#include <utility>
 
 #include "common/math/circle.h"
+#include "nodes/crowd/run/turning.h"
 
 namespace mimesis::crowd {
 namespace {
@@ -58,7 +60,8 @@ void Watch::certify(const ScenarioRun& run, int group, int agents, const std::st
                                            {.gait = run.crowd().group(group).gait,
                                             .eigenfrequency_rad_s = run.eigenfrequency_rad_s(group),
                                             .spread_rad_s = described.spread_rad_s,
-                                            .beat_gain_1_s = described.beat_gain_1_s});
+                                            .beat_gain_1_s = described.beat_gain_1_s,
+                                            .sway = run.crowd().group(group).sway});
   certificate.agents = agents;
   kept.monitor.certify(std::move(certificate));
   kept.expected.clear();
@@ -115,6 +118,15 @@ void Watch::observe(const ScenarioRun& run, double time_s, std::span<const Obser
     const Group& group = run.scenario().groups[at(g)];
     kept.order = observer_.measure(group, run.crowd().group(g).rules, members_,
                                    hears_beat(run, g) ? std::optional(beat) : std::nullopt);
+    const HeadingRule& heading = run.crowd().group(g).rules.heading;
+    if (heading.avoid || kept.passes) {
+      measure_turns(kept.monitor, group, heading, run.eigenfrequency_rad_s(g), members_, time_s);
+    }
+    if (kept.passes && hears_beat(run, g)) {
+      for (const Observed& a : members_) {
+        kept.monitor.track(a.id, time_s, std::abs(math::wrap_pi(a.phase_rad - beat)));
+      }
+    }
     kept.monitor.step(time_s, kept.order.errors);
     order = order && crowd::in_order(group, kept.wanted, kept.order, run.scenario().formed_m);
   }
@@ -131,7 +143,8 @@ std::vector<RuleLine> Watch::lines() const {
     const GroupErrors& e = kept.order.errors;
     const auto add = [&](Rule rule, const RuleCertificate& rule_certificate, RuleReport measured,
                          double disorder) {
-      if (rule_certificate.guarantee == Guarantee::off || c.agents == 0) return;
+      if (rule_certificate.guarantee == Guarantee::off) return;
+      if (c.agents == 0 && !kept.passes) return;  // else what those did who were here stays
       lines.push_back(
           {g, rule, rule_certificate, measured, std::isfinite(disorder) ? disorder : 0.0});
     };
@@ -148,8 +161,9 @@ std::vector<RuleLine> Watch::lines() const {
 
 std::optional<RuleLine> Watch::weakest() const {
   const std::vector<RuleLine> all = lines();
-  const auto least =
-      std::ranges::min_element(all, {}, [](const RuleLine& l) { return l.report.guaranteed_1_s; });
+  const auto least = std::ranges::min_element(all, {}, [](const RuleLine& l) {
+    return std::pair(l.report.guaranteed_1_s, !l.report.measured_1_s);  // of equals, one measured
+  });
   return least == all.end() ? std::nullopt : std::optional(*least);
 }
 

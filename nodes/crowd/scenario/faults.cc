@@ -55,6 +55,11 @@ class Checker {
     } catch (const ConfigError& e) {
       add(path + ".mean_m_rad", e.what());
     }
+    try {
+      [[maybe_unused]] const HeadingSway sway = gait.sway();
+    } catch (const ConfigError& e) {
+      add(path + ".sway_cosine", e.what());
+    }
   }
 
   void check_group(const std::string& path, std::size_t i) {

@@ -4,6 +4,7 @@
 #include <string_view>
 #include <vector>
 
+#include "nodes/crowd/gait/heading_sway.h"
 #include "nodes/crowd/gait/speed_function.h"
 #include "nodes/crowd/rules/rules.h"
 
@@ -15,9 +16,12 @@ struct Gait {
   double eigenfrequency_rad_s = 5.7;                 ///< ω₀ of the gait phase
   double mean_m_rad = 0.2;                           ///< ⟨g⟩ of the speed function
   std::vector<double> cosine_m_rad{}, sine_m_rad{};  ///< its harmonics
+  std::vector<double> sway_cosine{}, sway_sine{};    ///< of g^ψ, how headings sway [1]
 
   /// @throws ConfigError where g touches zero
   SpeedFunction speed() const { return {mean_m_rad, cosine_m_rad, sine_m_rad}; }
+  /// @throws ConfigError for more than four harmonics
+  HeadingSway sway() const { return HeadingSway::make(sway_cosine, sway_sine); }
 };
 
 /// Where agents stand at the start, in the path's frame P: z along the path, ξ to the left of it.

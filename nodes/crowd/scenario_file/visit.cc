@@ -123,6 +123,8 @@ void visit_gait(ParamVisitor& v, Gait& gait) {
   v("mean_m_rad", gait.mean_m_rad, -2.0, 2.0);
   v("cosine_m_rad", gait.cosine_m_rad, -2.0, 2.0, 0);
   v("sine_m_rad", gait.sine_m_rad, -2.0, 2.0, 0);
+  v("sway_cosine", gait.sway_cosine, -2.0, 2.0, 0);
+  v("sway_sine", gait.sway_sine, -2.0, 2.0, 0);
 }
 
 void visit_start(ParamVisitor& v, Start& start) {

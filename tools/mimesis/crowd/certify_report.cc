@@ -2,10 +2,12 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <ostream>
+#include <sstream>
 #include <utility>
 
 #include "nodes/crowd/certificate/scenario_certificates.h"
@@ -34,8 +36,6 @@ std::string limit(const std::optional<int>& n) { return n ? std::to_string(*n) :
 
 void print_stage(const Stage& stage, std::ostream& out, bool colour) {
   const Certificate& c = stage.certificate;
-  out << fmt::format("group {} from {:g} s: {} agents, gait {}\n", stage.group, stage.from_s,
-                     stage.agents, stage.gait);
   Table table({"rule", "guarantee", "rate >= 1/s", "expected 1/s", "a link lost", "lambda+",
                "lambda_max", "theorem 6", "largest N"});
   for (const auto& [name, r] : rules_of(c)) {
@@ -49,6 +49,7 @@ void print_stage(const Stage& stage, std::ostream& out, bool colour) {
   }
   table.print(out, colour);
   for (const auto& [name, r] : rules_of(c)) {
+    if (r->guarantee == Guarantee::off && stage.agents == 0) continue;
     if (!r->why.empty()) out << "  " << name << ": " << r->why << '\n';
     for (const std::string& change : r->change)
       out << "  " << name << ": change: " << change << '\n';
@@ -57,6 +58,34 @@ void print_stage(const Stage& stage, std::ostream& out, bool colour) {
   if (const auto rate = c.rate_1_s()) out << "  guaranteed: " << number(*rate) << " 1/s\n";
   if (stage.formation_s) {
     out << "  formation stands after " << number(*stage.formation_s) << " s at the latest\n";
+  }
+}
+
+/// Groups of which the same is to be said are together.
+void print_stages(const std::vector<Stage>& stages, std::ostream& out, bool colour) {
+  struct Said {
+    std::vector<std::string> groups;
+    std::string rest, body;
+  };
+  std::vector<Said> all;
+  for (const Stage& stage : stages) {
+    std::ostringstream body;
+    print_stage(stage, body, colour);
+    const std::string agents =
+        stage.agents > 0 ? fmt::format("{} agents", stage.agents) : "nobody, others may come";
+    const std::string rest =
+        fmt::format(" from {:g} s: {}, gait {}\n", stage.from_s, agents, stage.gait);
+    const auto same = std::ranges::find_if(
+        all, [&](const Said& s) { return s.rest == rest && s.body == body.str(); });
+    if (same == all.end()) {
+      all.push_back({{stage.group}, rest, body.str()});
+    } else {
+      same->groups.push_back(stage.group);
+    }
+  }
+  for (const Said& s : all) {
+    out << (s.groups.size() > 1 ? "groups " : "group ")
+        << fmt::format("{}", fmt::join(s.groups, ", ")) << s.rest << s.body;
   }
 }
 
@@ -105,7 +134,9 @@ bool all_hold(const std::vector<Stage>& stages) {
 
 bool print_certificates(const crowd::Scenario& scenario, std::ostream& out, bool colour) {
   const std::vector<Stage> stages = crowd::certify(scenario);
-  for (const Stage& stage : stages) print_stage(stage, out, colour);
+  print_stages(stages, out, colour);
+  out << "most agents that rules I and II lead to their places without overshoot, by graph and "
+         "gait (beta = g_min/g_max):\n";
   Table table({"largest N", "beta", "chain", "ring", "star", "wheel", "all_to_all"});
   for (const crowd::Gait& gait : scenario.gaits) {
     const crowd::SpeedFunction g = gait.speed();

@@ -51,10 +51,13 @@ void print_yaml(const std::vector<MeasuredGait>& gaits) {
         "    eigenfrequency_rad_s: {:.4f}\n"
         "    mean_m_rad: {:.5f}            # g in [{:.4f}, {:.4f}], {:.4f} rms not in the series\n"
         "    cosine_m_rad: [{:.5f}]\n"
-        "    sine_m_rad: [{:.5f}]\n",
+        "    sine_m_rad: [{:.5f}]\n"
+        "    sway_cosine: [{:.5f}]\n"
+        "    sway_sine: [{:.5f}]\n",
         g.name, g.mean_m_rad * g.eigenfrequency_rad_s, m.step_length_m, g.eigenfrequency_rad_s,
         g.mean_m_rad, m.least_m_rad, m.most_m_rad, m.rms_m_rad, fmt::join(g.cosine_m_rad, ", "),
-        fmt::join(g.sine_m_rad, ", "));
+        fmt::join(g.sine_m_rad, ", "), fmt::join(g.sway_cosine, ", "),
+        fmt::join(g.sway_sine, ", "));
   }
 }
 
@@ -73,6 +76,8 @@ int gait(const GaitOptions& o) {
                     {"mean_m_rad", m.gait.mean_m_rad},
                     {"cosine_m_rad", m.gait.cosine_m_rad},
                     {"sine_m_rad", m.gait.sine_m_rad},
+                    {"sway_cosine", m.gait.sway_cosine},
+                    {"sway_sine", m.gait.sway_sine},
                     {"least_m_rad", m.least_m_rad},
                     {"most_m_rad", m.most_m_rad},
                     {"rms_m_rad", m.rms_m_rad},
@@ -106,7 +111,8 @@ void add_crowd(CLI::App& program, int& exit_code) {
 
   auto gait_options = std::make_shared<GaitOptions>();
   sub = verb->add_subcommand(
-      "gait", "The speed function g of a motion model's styles, as scenario files write it");
+      "gait",
+      "Speed function g and sway g^psi of a motion model's styles, as scenario files write them");
   sub->add_option("MODEL", gait_options->model, "*.motion.json, here or in models/")->required();
   sub->add_option("--style", gait_options->style, "This one alone");
   sub->add_option("--harmonics", gait_options->harmonics, "Of the series over a gait cycle")

@@ -15,7 +15,7 @@ constexpr int kHarmonicsOfMotion = 12;  // smoother velocities than all of them
 constexpr double kShortestStep_m = 0.1;
 
 struct Sample {
-  double phase_rad, g_m_rad;
+  double phase_rad, g_m_rad, turn;  // turn: ψ̇/φ̇ [1]
 };
 
 std::vector<Sample> walk(const synthesizer::Repertoire& repertoire, int motion) {
@@ -32,7 +32,8 @@ std::vector<Sample> walk(const synthesizer::Repertoire& repertoire, int motion) 
   for (int k = 0; k < kCycles * kStepsPerCycle; ++k) {
     const double phase = batch.phase(0) + 0.5 * per_step;
     batch.step();
-    samples.push_back({phase, batch.root(0).velocity_H_m_s.x() / omega});
+    samples.push_back(
+        {phase, batch.root(0).velocity_H_m_s.x() / omega, batch.root(0).yaw_rate_rad_s / omega});
   }
   return samples;
 }
@@ -44,13 +45,17 @@ MeasuredGait fitted(const std::vector<Sample>& samples, int harmonics) {
   g.mean_m_rad = 0.0;
   for (const Sample& s : samples) g.mean_m_rad += s.g_m_rad / n;
   for (int k = 1; k <= harmonics; ++k) {
-    double c = 0.0, d = 0.0;
+    double c = 0.0, d = 0.0, sway_c = 0.0, sway_d = 0.0;
     for (const Sample& s : samples) {
       c += 2.0 / n * s.g_m_rad * std::cos(k * s.phase_rad);
       d += 2.0 / n * s.g_m_rad * std::sin(k * s.phase_rad);
+      sway_c += 2.0 / n * s.turn * std::cos(k * s.phase_rad);
+      sway_d += 2.0 / n * s.turn * std::sin(k * s.phase_rad);
     }
     g.cosine_m_rad.push_back(c);
     g.sine_m_rad.push_back(d);
+    g.sway_cosine.push_back(sway_c);
+    g.sway_sine.push_back(sway_d);
   }
   const crowd::SpeedFunction speed = g.speed();
   for (const Sample& s : samples) {

@@ -7,7 +7,7 @@
 
 namespace mimesis::tool {
 
-/// The speed function g of one style of a motion model.
+/// The speed function g and the sway g^psi of one style of a motion model.
 struct MeasuredGait {
   crowd::Gait gait;
   double step_length_m = 0.0;
@@ -16,7 +16,8 @@ struct MeasuredGait {
 };
 
 /// Walks straight with each style for some cycles and takes the Fourier series of the pelvis'
-/// propagation along its heading per radian of phase, ż/φ̇ [M18 4.4.1, fig. 4.9a].
+/// propagation along its heading, and of its turning, per radian of phase: ż/φ̇, ψ̇/φ̇ [M18 4.4.1,
+/// fig. 4.9a, eq. 4.32].
 /// @param style      "": all that walk on, by a tenth of a metre a step at least
 /// @param harmonics  [0, 4]
 /// @throws ConfigError for an unknown style, and where g touches zero

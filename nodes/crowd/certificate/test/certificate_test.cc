@@ -346,6 +346,39 @@ TEST(FormationTime, GrowsWithTheErrorAndNeedsTheRightRules) {
   EXPECT_FALSE(time(2.0, 0.01));
 }
 
+TEST(Certificate, HeadingsComeToTheirGoalsAsFastAsGuaranteedWhileThoseAreFar) {
+  Rules rules;
+  rules.heading = {.kind = HeadingKind::goal, .gain = 1.5};
+  const RuleCertificate c = certify(rules, 1, gait()).heading;
+  const double fastest = kOmega * 0.28;
+  EXPECT_DOUBLE_EQ(c.expected_1_s, 1.5);
+  EXPECT_NEAR(c.guaranteed_1_s, 1.5 - fastest / c.beyond_m, 1e-12);
+  // Who goes straight to its goal, off by e, at the largest speed: tan(e/2) never decays slower.
+  Eigen::Vector2d p(0.0, 0.0);
+  const Eigen::Vector2d goal(c.beyond_m + 4.0, 0.0);
+  double psi = 1.0, before = 1.0;
+  constexpr double kStep = 1e-4;
+  bool far = true, tight = false;
+  for (double t = 0.0; far; t += kStep) {
+    const Eigen::Vector2d way = goal - p;
+    far = way.norm() > c.beyond_m;
+    const double e = psi - std::atan2(way.y(), way.x());
+    const double tangent = std::tan(0.5 * e);
+    if (t > 0.0) {
+      const double rate = -std::log(tangent / before) / kStep;
+      EXPECT_NEAR(rate, 1.5 - fastest / way.norm(), 1e-3) << t;
+      EXPECT_GT(rate, c.guaranteed_1_s - 1e-3) << t;
+      tight = tight || rate < c.guaranteed_1_s + 0.02;
+    }
+    before = tangent;
+    psi -= kStep * 1.5 * std::sin(e);
+    p += kStep * fastest * Eigen::Vector2d(std::cos(psi), std::sin(psi));
+  }
+  EXPECT_TRUE(tight);
+  rules.length = {.graph = {Topology::ring}, .gain_1_m = 0.1, .limit = 0.4};  // longer steps
+  EXPECT_NEAR(certify(rules, 5, gait()).heading.beyond_m, 1.4 * c.beyond_m, 1e-12);
+}
+
 TEST(Certificate, NotesWhereRulesAreAtOdds) {
   Rules rules;
   rules.frequency = {.graph = {Topology::all_to_all}, .gain_rad_m_s = 0.3};

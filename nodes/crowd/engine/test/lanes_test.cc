@@ -98,7 +98,7 @@ TEST(Walk, IsTheSameBitsOnThePlainestInstructionSet) {
   for (const HeadingKind kind : {HeadingKind::keep, HeadingKind::lane, HeadingKind::consensus,
                                  HeadingKind::coupled, HeadingKind::goal}) {
     WalkField f;
-    f.set_gait(SpeedFunction(0.22, cosine, sine));
+    f.set_gait(SpeedFunction(0.22, cosine, sine), HeadingSway::make(sine, cosine));
     f.dt = 0.02;
     f.pull_gain = 1.0;
     f.pull_target = 0.3;

@@ -55,6 +55,28 @@ int arrived(const Crowd& c, double within_m) {
   return n;
 }
 
+TEST(Navigate, SaysWhatAvoidanceAddedToAHeading) {
+  Crowd crowd({.dt_s = 0.02});
+  crowd.add_group(walkers());
+  GroupSettings alone = walkers();
+  alone.rules.heading.avoid = false;
+  crowd.add_group(alone);
+  const Agent self = walker(1, {0.0, 0.0}, {9.0, 0.0}), other = walker(2, {1.0, 0.4}, {9.0, 2.0});
+  crowd.add(0, std::vector<Agent>{self, other});
+  crowd.add(1, std::vector<Agent>{walker(3, {50.0, 0.0}, {60.0, 0.0})});
+  EXPECT_TRUE(std::isnan(crowd.avoidance_rad_s(0)));
+  crowd.step();
+  const dmp::NavigationParams p{};
+  const dmp::Pedestrian from{{0.0, 0.0}, 0.0, 0.0};
+  const dmp::Pedestrian to{
+      {1.0, 0.4}, other.state.heading_rad, 0.0};  // both stand at the beginning
+  EXPECT_NEAR(crowd.avoidance_rad_s(0), p.avoid_1_s * dmp::avoidance_term(from, to, p), 1e-3);
+  EXPECT_LT(crowd.avoidance_rad_s(0), -0.1);
+  EXPECT_EQ(crowd.avoidance_rad_s(2), 0.0);
+  crowd.remove(2);
+  EXPECT_TRUE(std::isnan(crowd.avoidance_rad_s(0)));
+}
+
 TEST(Navigate, TwoHundredAndFiftyChangePlacesAcrossACircle) {
   Crowd crowd({.dt_s = 0.02});
   crowd.add_group(walkers());

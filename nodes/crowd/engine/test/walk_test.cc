@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <complex>
 #include <numbers>
 #include <random>
 #include <vector>
@@ -265,6 +266,47 @@ TEST(Walk, HeadingsAgreeInConsensusAndGoalsAreReached) {
   for (int i = 0; i < 5; ++i) {
     EXPECT_LT((crowd.agent(i).state.position_W_m - Eigen::Vector2d(100.0, 3.0)).norm(), 0.05);
   }
+}
+
+// ψ̇ = ω (−m sin ψ + g^ψ(φ)) near a goal that stays: every harmonic aₖ e^{ikφ} ends up as
+// aₖ e^{ikφ}/(m + ik).
+TEST(Sway, HeadingsFollowItAsTheLinearDynamicsDoes) {
+  const double m = 0.8, omega = 6.0;
+  const std::vector<double> cosine{0.012, -0.004, 0.0, 0.002}, sine{-0.006, 0.003, 0.005, 0.0};
+  Rules rules;
+  rules.heading = {.kind = HeadingKind::lane, .gain = m, .ahead_m = 1e9};
+  Crowd crowd({.dt_s = 0.002});
+  const HeadingSway sway = HeadingSway::make(cosine, sine);
+  crowd.add_group({rules, SpeedFunction(0.2, {}, {}), {{0.0, 0.0}, 0.3}, sway});
+  rules.heading.kind = HeadingKind::goal;  // which does not sway
+  crowd.add_group({rules, SpeedFunction(0.2, {}, {}), {{0.0, 0.0}, 0.3}, sway});
+  for (int group = 0; group < 2; ++group) {
+    Agent a{.id = static_cast<AgentId>(group + 1)};
+    a.traits.omega_rad_s = omega;
+    a.state.heading_rad = 0.3;
+    a.traits.goal_W_m = 1e9 * Eigen::Vector2d(std::cos(0.3), std::sin(0.3));
+    crowd.add(group, std::vector<Agent>{a});
+  }
+  double most = 0.0;
+  for (int i = 0; i < 10000; ++i) {
+    crowd.step();
+    if (i < 5000) continue;
+    const double phi = crowd.phase_rad()[0];
+    double wanted = 0.3;
+    for (int k = 1; k <= 4; ++k) {
+      const auto h = static_cast<std::size_t>(k - 1);
+      const std::complex<double> a(cosine[h], -sine[h]);
+      wanted += (a * std::polar(1.0, k * phi) / std::complex<double>(m, k)).real();
+    }
+    ASSERT_NEAR(crowd.heading_rad()[0], wanted, 1e-5);
+    most = std::max(most, std::abs(crowd.heading_rad()[0] - 0.3));
+  }
+  EXPECT_GT(most, 0.5 * sway.amplitude_rad(m));
+  EXPECT_LT(most, sway.amplitude_rad(m));
+  EXPECT_NEAR(crowd.heading_rad()[1], 0.3, 1e-9);
+  crowd.set_gait(0, SpeedFunction(0.2, {}, {}));
+  for (int i = 0; i < 3000; ++i) crowd.step();
+  EXPECT_NEAR(crowd.heading_rad()[0], 0.3, 1e-6);
 }
 
 }  // namespace

@@ -70,6 +70,15 @@ class GroupRun {
   double apart_m() const { return apart_m_; }
   double dispersion_now() const { return dispersion(crowd_.phase_rad()); }
   MonitorReport report() const { return monitor_.report(); }
+  double least_gap_m() const {
+    double least = 1e9;
+    const auto x = crowd_.x_m(), y = crowd_.y_m();
+    for (std::size_t i = 0; i < x.size(); ++i) {
+      for (std::size_t j = 0; j < i; ++j)
+        least = std::min(least, std::hypot(x[i] - x[j], y[i] - y[j]));
+    }
+    return least - 2.0 * group_.radius_m;
+  }
 
  private:
   Scenario scenario_;
@@ -89,6 +98,20 @@ TEST(CertifiedRun, SoldiersFallIntoStepAtTheirRate) {
     ASSERT_TRUE(phase.measured_1_s) << seed;
     EXPECT_NEAR(*phase.measured_1_s, phase.guaranteed_1_s, 0.01 * phase.guaranteed_1_s) << seed;
     EXPECT_FALSE(phase.broken());
+  }
+}
+
+TEST(CertifiedRun, NobodyTouchesAnybodyOnTheWayIntoStep) {
+  for (const char* name : {"soldiers", "leader"}) {
+    for (int seed = 1; seed <= 20; ++seed) {
+      GroupRun run(read_scenario(find_scenario(name), {"seed=" + std::to_string(seed)}));
+      double least_m = 1e9;
+      for (int i = 0; i < 750; ++i) {
+        run.step();
+        least_m = std::min(least_m, run.least_gap_m());
+      }
+      EXPECT_GT(least_m, 0.0) << name << ", seed " << seed;
+    }
   }
 }
 
