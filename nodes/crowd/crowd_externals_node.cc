@@ -46,7 +46,6 @@ void CrowdNode::hear_external(AgentId id, const AgentReport& report, Time stamp,
   }
 }
 
-/// Their rates are those since the message before.
 void CrowdNode::take_characters(Time now) {
   const v1::MotionBatch* batch = characters_in_.take();
   if (batch == nullptr || !first()) return;
@@ -56,27 +55,41 @@ void CrowdNode::take_characters(Time now) {
     if (bad_agents_.pass()) runtime::warn("characters: lists of different lengths; ignored");
     return;
   }
-  const Time stamp = characters_in_.stamp();
   for (int i = 0; i < n; ++i) {
     AgentReport report;
     report.p_W_m = {static_cast<double>(batch->position_pelvis_in_world_m(3 * i)),
                     static_cast<double>(batch->position_pelvis_in_world_m(3 * i + 1))};
     report.heading_rad = static_cast<double>(batch->heading_rad(i));
     report.phase_rad = static_cast<double>(batch->phase_rad(i));
-    const int e = params_.first_character + i;
-    const auto last = characters_.find(e);
-    if (last != characters_.end() && stamp > last->second.stamp) {
-      const double dt = seconds(stamp - last->second.stamp);
-      const Eigen::Vector2d ahead(std::cos(report.heading_rad), std::sin(report.heading_rad));
-      report.phase_rate_rad_s =
-          math::wrap_pi(report.phase_rad - last->second.report.phase_rad) / dt;
-      report.speed_m_s = (report.p_W_m - last->second.report.p_W_m).dot(ahead) / dt;
-    }
-    characters_[e] = {report, stamp};
-    if (last != characters_.end()) {
-      hear_external(run_.roster().external_id(e), report, stamp, now);
-    }
+    hear_body(params_.first_character + i, report, characters_in_.stamp(), now);
   }
+}
+
+const SpeedFunction& CrowdNode::gait_of(AgentId id) const {
+  const int group = run_.crowd().group_of(id).value_or(run_.roster().home(id));
+  return run_.crowd().group(group).gait;
+}
+
+/// Its rates are those since the message before; it walks where its pelvis does in the mean.
+void CrowdNode::hear_body(int external, AgentReport report, Time stamp, Time now) {
+  const AgentId id = run_.roster().external_id(external);
+  const auto [known, comes] = bodies_.try_emplace(external);
+  Body& body = known->second;
+  if (!comes && stamp <= body.stamp) return;
+  const double dt = seconds(stamp - body.stamp);
+  if (!comes) {
+    const Eigen::Vector2d ahead(std::cos(report.heading_rad), std::sin(report.heading_rad));
+    report.phase_rate_rad_s = math::wrap_pi(report.phase_rad - body.report.phase_rad) / dt;
+    report.speed_m_s = (report.p_W_m - body.report.p_W_m).dot(ahead) / dt;
+  }
+  body.report = report;
+  body.stamp = stamp;
+  const AgentReport walker = body.path.step(report, stamp, gait_of(id));
+  body.step.learn(body.asked_m, 0.5 * body.path.cycle_m(), body.path.advance());
+  if (body.asked_rad && body.path.cycle_m() > 0.0) {
+    body.heading.learn(*body.asked_rad, walker.heading_rad, body.path.advance());
+  }
+  if (!comes) hear_external(id, walker, stamp, now);
 }
 
 void CrowdNode::take_styles() {
@@ -120,6 +133,7 @@ void CrowdNode::trust_changed(const ExternalAgents::Change& change, Time state_t
     case Trust::absent:
       crowd.remove(id);
       styles_.erase(change.agent);
+      bodies_.erase(change.agent);
       runtime::warn("agent '{}' is gone: {}", name, change.reason);
       break;
     case Trust::lagging:
@@ -153,18 +167,35 @@ void CrowdNode::publish_commands(Time now) {
     if (externals_.trust(e) != Trust::trusted) continue;
     const AgentId id = run_.roster().external_id(e);
     const std::optional<Crowd::Wish> wish = run_.crowd().wish(id);
-    const std::optional<Agent> agent = run_.crowd().find(id);
-    if (!wish || !agent) continue;
-    const SpeedFunction& gait = run_.crowd().group(*run_.crowd().group_of(id)).gait;
-    v1::GaitCommand& command = *command_message_.add_gaits();
-    command.set_character(static_cast<std::uint32_t>(e - params_.first_character));
-    command.set_phase_rad(math::wrap_two_pi(agent->state.phase_rad));
-    command.set_phase_rate_rad_s(std::max(0.0, wish->phase_rate_rad_s));
-    command.set_step_length_m(agent->traits.stride * (1.0 + wish->length) * 0.5 * gait.cycle_m());
-    command.set_heading_rad(
-        math::wrap_pi(agent->state.heading_rad + params_.ahead_s * wish->heading_rate_rad_s));
+    if (!wish || !run_.crowd().group_of(id)) continue;
+    *command_message_.add_gaits() = command_for(e, *wish);
   }
   if (command_message_.gaits_size() > 0) command_.send(command_message_, now);
+}
+
+/// A body's steps are asked to be so long that they come out as long as the rules want them, and
+/// its heading so that its way is the rules'.
+v1::GaitCommand CrowdNode::command_for(int external, const Crowd::Wish& wish) {
+  const AgentId id = run_.roster().external_id(external);
+  const Agent agent = *run_.crowd().find(id);
+  const GroupSettings& group = run_.crowd().group(*run_.crowd().group_of(id));
+  const double ahead_s =
+      std::min(params_.ahead_s, settling_s(group.rules.heading, wish.phase_rate_rad_s));
+  double step_m = agent.traits.stride * (1.0 + wish.length) * 0.5 * group.gait.cycle_m();
+  double heading = agent.state.heading_rad + ahead_s * wish.heading_rate_rad_s;
+  if (const auto body = bodies_.find(external); body != bodies_.end()) {
+    step_m /= body->second.step.value();
+    body->second.asked_m = step_m;
+    body->second.asked_rad = heading;
+    heading += body->second.path.yaw_rad() + body->second.heading.value_rad();
+  }
+  v1::GaitCommand command;
+  command.set_character(static_cast<std::uint32_t>(external - params_.first_character));
+  command.set_phase_rad(math::wrap_two_pi(agent.state.phase_rad));
+  command.set_phase_rate_rad_s(std::max(0.0, wish.phase_rate_rad_s));
+  command.set_step_length_m(step_m);
+  command.set_heading_rad(math::wrap_pi(heading));
+  return command;
 }
 
 /// Characters walk as their group does: told when they come and when it changes.

@@ -192,6 +192,7 @@ void CrowdNode::observe() {
       if (crowd.roles()[r] != Role::own && !(external && first())) continue;
       Observed o = known(id, g);
       o.coupled = is_coupled(crowd.roles()[r]);
+      o.external = external;
       o.p_W_m = {crowd.x_m()[r], crowd.y_m()[r]};
       o.heading_rad = crowd.heading_rad()[r];
       o.phase_rad = crowd.phase_rad()[r];
@@ -205,6 +206,7 @@ void CrowdNode::observe() {
   for (const FarAgent& agent : far_.agents()) {
     Observed o = known(agent.id, agent.group);
     o.coupled = agent.trusted;
+    o.external = agent.external;
     o.p_W_m = agent.state.position_W_m;
     o.heading_rad = agent.state.heading_rad;
     o.phase_rad = agent.state.phase_rad;

@@ -9,6 +9,7 @@
 #include "common/runtime/ports.h"
 #include "nodes/crowd/crowd_messages_node.h"
 #include "nodes/crowd/crowd_params_node.h"
+#include "nodes/crowd/external/path_filter.h"
 #include "nodes/crowd/run/closeness.h"
 #include "nodes/crowd/run/watch.h"
 #include "proto/crowd.pb.h"
@@ -34,10 +35,15 @@ class CrowdNode {
     std::uint64_t steps = 0;
     void add(double s, int agents);
   };
-  /// What the last message of a character was: rates are differences.
-  struct Character {
+  /// An external agent that is a body: its last state, rates are differences, and its steps.
+  struct Body {
     AgentReport report;
     Time stamp{};
+    PathFilter path;
+    StepGain step;
+    HeadingTrim heading;
+    double asked_m = 0.0;
+    std::optional<double> asked_rad{};
   };
   /// What a coordinator said last, besides its agents.
   struct Peer {
@@ -55,7 +61,10 @@ class CrowdNode {
   void take_agents(Time now);
   void take_characters(Time now);
   void take_styles();
+  void hear_body(int external, AgentReport report, Time stamp, Time now);
   void hear_external(AgentId id, const AgentReport& report, Time stamp, Time now);
+  const SpeedFunction& gait_of(AgentId id) const;
+  v1::GaitCommand command_for(int external, const Crowd::Wish& wish);
   void judge_externals(Time now, Time state_time);
   void trust_changed(const ExternalAgents::Change& change, Time state_time);
 
@@ -88,8 +97,8 @@ class CrowdNode {
   std::vector<Closeness::Disc> discs_;
   std::vector<Observed> everybody_;
   std::vector<Peer> peers_;
-  std::map<int, Character> characters_;  // by number of the external agent
-  std::map<int, int> styles_;            // gait that a character was told, likewise
+  std::map<int, Body> bodies_;  // by number of the external agent
+  std::map<int, int> styles_;   // gait that a character was told, likewise
   std::vector<std::string> external_reasons_;
 
   bool runs_ = false, ended_ = false;

@@ -4,12 +4,15 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <limits>
 #include <numbers>
 
 #include "common/math/circle.h"
 
 namespace mimesis::crowd {
 namespace {
+
+constexpr double kLost = 10.0;  // times the tolerance: bodies are disturbed
 
 std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
@@ -62,6 +65,7 @@ void Watch::certify(const ScenarioRun& run, int group, int agents, const std::st
   certificate.agents = agents;
   kept.monitor.certify(std::move(certificate));
   kept.expected.clear();
+  kept.settled = {};
   if (why.empty()) return;
   ++number_;
   voided_ += (voided_.empty() ? "" : "; ") + ("group " + described.name + ": " + why);
@@ -111,15 +115,33 @@ void Watch::observe(const ScenarioRun& run, double time_s, std::span<const Obser
     }
     const std::string why = change_of(run, g, static_cast<int>(members_.size()));
     if (!why.empty()) certify(run, g, static_cast<int>(members_.size()), why);
-    Kept& kept = groups_[at(g)];
     const Group& group = run.scenario().groups[at(g)];
+    Kept& kept = groups_[at(g)];
     kept.order = observer_.measure(group, run.crowd().group(g).rules, members_,
                                    hears_beat(run, g) ? std::optional(beat) : std::nullopt);
-    kept.monitor.step(time_s, kept.order.errors);
+    measure(run, g, time_s);
     order = order && crowd::in_order(group, kept.wanted, kept.order, run.scenario().formed_m);
   }
   if (!order) since_s_ = -1.0;
   if (order && since_s_ < 0.0) since_s_ = time_s;
+}
+
+/// Errors of one group, with its members at hand.
+void Watch::measure(const ScenarioRun& run, int group, double time_s) {
+  Kept& kept = groups_[at(group)];
+  GroupErrors errors = kept.order.errors;
+  if (std::ranges::any_of(members_, &Observed::external)) {
+    const auto settle = [](bool& settled, double now, double tolerance, double& error) {
+      settled = now < (settled ? kLost : 1.0) * tolerance;
+      if (settled) error = std::numeric_limits<double>::quiet_NaN();
+    };
+    Settled& settled = kept.settled;
+    settle(settled.phase, kept.order.phase_most_rad, 0.1 * kInOrder_rad, errors.dispersion);
+    settle(settled.tracking, errors.tracking_rad, 0.1 * kInOrder_rad, errors.tracking_rad);
+    settle(settled.spacing, errors.spacing_m, run.scenario().formed_m, errors.spacing_m);
+    settle(settled.heading, errors.heading_rad, kInOrder_rad, errors.heading_rad);
+  }
+  kept.monitor.step(time_s, errors);
 }
 
 std::vector<RuleLine> Watch::lines() const {

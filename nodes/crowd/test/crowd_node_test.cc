@@ -281,15 +281,20 @@ TEST(CrowdNode, CharactersOfTheSynthesizerTakePart) {
     }
     crowd.bus.send("characters", batch, crowd.now);
   };
-  while (crowd.now < 12s) {
+  double way_m = 0.0, from_m = 0.0;
+  while (crowd.now < 14s) {
     send();
     crowd.step();
+    if (crowd.now == 12s) from_m = crowd.states.position_in_world_m(10);
+    if (crowd.now > 12s)
+      way_m += 0.02 * static_cast<double>(crowd.states.velocity_in_world_m_s(10));
   }
   EXPECT_EQ(crowd.trust(0), v1::CROWD_TRUST_TRUSTED);
   EXPECT_EQ(crowd.trust(1), v1::CROWD_TRUST_TRUSTED);
   ASSERT_EQ(crowd.states.id_size(), 6);
   EXPECT_NEAR(crowd.states.phase_rate_rad_s(5), 5.0, 0.01) << "from two messages";
-  EXPECT_NEAR(static_cast<double>(crowd.states.velocity_in_world_m_s(10)), 1.1, 0.01);
+  EXPECT_NEAR(way_m, 2.2, 0.05) << "it hurries with its steps as the gait of its group does";
+  EXPECT_NEAR(crowd.states.position_in_world_m(10) - from_m, 2.2, 0.03);
   EXPECT_EQ(crowd.command.gaits_size(), 2);
   const auto wish = crowd.bus.take<v1::StyleWish>("wish");
   ASSERT_TRUE(wish.has_value());
