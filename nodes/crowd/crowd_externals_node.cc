@@ -1,4 +1,4 @@
-// Agents that other processes move: port `agents`, characters of the synthesizer, their styles.
+// Agents that other processes move: port `agents`, who of them is trusted, what is wished of them.
 #include <cmath>
 
 #include "common/error.h"
@@ -6,11 +6,6 @@
 #include "nodes/crowd/crowd_node.h"
 
 namespace mimesis::crowd {
-namespace {
-
-double seconds(runtime::Time t) { return std::chrono::duration<double>(t).count(); }
-
-}  // namespace
 
 void CrowdNode::take_agents(Time now) {
   while (const auto states = agents_in_.pop()) {
@@ -44,52 +39,6 @@ void CrowdNode::hear_external(AgentId id, const AgentReport& report, Time stamp,
     runtime::warn("agent '{}': {}", run_.scenario().externals[static_cast<std::size_t>(e)].name,
                   why);
   }
-}
-
-void CrowdNode::take_characters(Time now) {
-  const v1::MotionBatch* batch = characters_in_.take();
-  if (batch == nullptr || !first()) return;
-  const int n =
-      std::min(batch->phase_rad_size(), run_.roster().externals() - params_.first_character);
-  if (batch->heading_rad_size() < n || batch->position_pelvis_in_world_m_size() < 3 * n) {
-    if (bad_agents_.pass()) runtime::warn("characters: lists of different lengths; ignored");
-    return;
-  }
-  for (int i = 0; i < n; ++i) {
-    AgentReport report;
-    report.p_W_m = {static_cast<double>(batch->position_pelvis_in_world_m(3 * i)),
-                    static_cast<double>(batch->position_pelvis_in_world_m(3 * i + 1))};
-    report.heading_rad = static_cast<double>(batch->heading_rad(i));
-    report.phase_rad = static_cast<double>(batch->phase_rad(i));
-    hear_body(params_.first_character + i, report, characters_in_.stamp(), now);
-  }
-}
-
-const SpeedFunction& CrowdNode::gait_of(AgentId id) const {
-  const int group = run_.crowd().group_of(id).value_or(run_.roster().home(id));
-  return run_.crowd().group(group).gait;
-}
-
-/// Its rates are those since the message before; it walks where its pelvis does in the mean.
-void CrowdNode::hear_body(int external, AgentReport report, Time stamp, Time now) {
-  const AgentId id = run_.roster().external_id(external);
-  const auto [known, comes] = bodies_.try_emplace(external);
-  Body& body = known->second;
-  if (!comes && stamp <= body.stamp) return;
-  const double dt = seconds(stamp - body.stamp);
-  if (!comes) {
-    const Eigen::Vector2d ahead(std::cos(report.heading_rad), std::sin(report.heading_rad));
-    report.phase_rate_rad_s = math::wrap_pi(report.phase_rad - body.report.phase_rad) / dt;
-    report.speed_m_s = (report.p_W_m - body.report.p_W_m).dot(ahead) / dt;
-  }
-  body.report = report;
-  body.stamp = stamp;
-  const AgentReport walker = body.path.step(report, stamp, gait_of(id));
-  body.step.learn(body.asked_m, 0.5 * body.path.cycle_m(), body.path.advance());
-  if (body.asked_rad && body.path.cycle_m() > 0.0) {
-    body.heading.learn(*body.asked_rad, walker.heading_rad, body.path.advance());
-  }
-  if (!comes) hear_external(id, walker, stamp, now);
 }
 
 void CrowdNode::take_styles() {
@@ -171,31 +120,6 @@ void CrowdNode::publish_commands(Time now) {
     *command_message_.add_gaits() = command_for(e, *wish);
   }
   if (command_message_.gaits_size() > 0) command_.send(command_message_, now);
-}
-
-/// A body's steps are asked to be so long that they come out as long as the rules want them, and
-/// its heading so that its way is the rules'.
-v1::GaitCommand CrowdNode::command_for(int external, const Crowd::Wish& wish) {
-  const AgentId id = run_.roster().external_id(external);
-  const Agent agent = *run_.crowd().find(id);
-  const GroupSettings& group = run_.crowd().group(*run_.crowd().group_of(id));
-  const double ahead_s =
-      std::min(params_.ahead_s, settling_s(group.rules.heading, wish.phase_rate_rad_s));
-  double step_m = agent.traits.stride * (1.0 + wish.length) * 0.5 * group.gait.cycle_m();
-  double heading = agent.state.heading_rad + ahead_s * wish.heading_rate_rad_s;
-  if (const auto body = bodies_.find(external); body != bodies_.end()) {
-    step_m /= body->second.step.value();
-    body->second.asked_m = step_m;
-    body->second.asked_rad = heading;
-    heading += body->second.path.yaw_rad() + body->second.heading.value_rad();
-  }
-  v1::GaitCommand command;
-  command.set_character(static_cast<std::uint32_t>(external - params_.first_character));
-  command.set_phase_rad(math::wrap_two_pi(agent.state.phase_rad));
-  command.set_phase_rate_rad_s(std::max(0.0, wish.phase_rate_rad_s));
-  command.set_step_length_m(step_m);
-  command.set_heading_rad(math::wrap_pi(heading));
-  return command;
 }
 
 /// Characters walk as their group does: told when they come and when it changes.

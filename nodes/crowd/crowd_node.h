@@ -15,6 +15,7 @@
 #include "proto/crowd.pb.h"
 #include "proto/foxglove/scene.pb.h"
 #include "proto/motion.pb.h"
+#include "proto/walker.pb.h"
 
 namespace mimesis::crowd {
 
@@ -60,8 +61,10 @@ class CrowdNode {
   void take_handovers(Time state_time);
   void take_agents(Time now);
   void take_characters(Time now);
+  void take_robot(Time now);
   void take_styles();
-  void hear_body(int external, AgentReport report, Time stamp, Time now);
+  void hear_body(int external, AgentReport report, Time stamp, Time now,
+                 std::optional<double> phase_rate_rad_s = std::nullopt);
   void hear_external(AgentId id, const AgentReport& report, Time stamp, Time now);
   const SpeedFunction& gait_of(AgentId id) const;
   v1::GaitCommand command_for(int external, const Crowd::Wish& wish);
@@ -117,6 +120,7 @@ class CrowdNode {
   runtime::Reliable<v1::CrowdHandover> handovers_in_;
   runtime::Queue<v1::CrowdStates, 256> agents_in_;
   runtime::Latest<v1::MotionBatch> characters_in_;
+  runtime::Latest<v1::WalkFeedback> robot_in_;
   runtime::Queue<v1::StyleWish, 32> styles_in_;
   runtime::Out<v1::CrowdStates> states_;
   runtime::Out<v1::CrowdHandover> handovers_;
