@@ -34,6 +34,7 @@ endfunction()
 function(mimesis_program name)
   mimesis_executable(${name} ${ARGN})
   add_dependencies(programs ${name})
+  install(TARGETS ${name} RUNTIME DESTINATION bin COMPONENT programs)
 endfunction()
 
 function(mimesis_test name)

@@ -1,4 +1,4 @@
-// Agents that other processes move: port `agents`, characters of the synthesizer, their styles.
+// Agents that other processes move: port `agents`, who of them is trusted, what is wished of them.
 #include <cmath>
 
 #include "common/error.h"
@@ -6,11 +6,6 @@
 #include "nodes/crowd/crowd_node.h"
 
 namespace mimesis::crowd {
-namespace {
-
-double seconds(runtime::Time t) { return std::chrono::duration<double>(t).count(); }
-
-}  // namespace
 
 void CrowdNode::take_agents(Time now) {
   while (const auto states = agents_in_.pop()) {
@@ -43,39 +38,6 @@ void CrowdNode::hear_external(AgentId id, const AgentReport& report, Time stamp,
   if (!why.empty() && bad_agents_.pass()) {
     runtime::warn("agent '{}': {}", run_.scenario().externals[static_cast<std::size_t>(e)].name,
                   why);
-  }
-}
-
-/// Their rates are those since the message before.
-void CrowdNode::take_characters(Time now) {
-  const v1::MotionBatch* batch = characters_in_.take();
-  if (batch == nullptr || !first()) return;
-  const int n =
-      std::min(batch->phase_rad_size(), run_.roster().externals() - params_.first_character);
-  if (batch->heading_rad_size() < n || batch->position_pelvis_in_world_m_size() < 3 * n) {
-    if (bad_agents_.pass()) runtime::warn("characters: lists of different lengths; ignored");
-    return;
-  }
-  const Time stamp = characters_in_.stamp();
-  for (int i = 0; i < n; ++i) {
-    AgentReport report;
-    report.p_W_m = {static_cast<double>(batch->position_pelvis_in_world_m(3 * i)),
-                    static_cast<double>(batch->position_pelvis_in_world_m(3 * i + 1))};
-    report.heading_rad = static_cast<double>(batch->heading_rad(i));
-    report.phase_rad = static_cast<double>(batch->phase_rad(i));
-    const int e = params_.first_character + i;
-    const auto last = characters_.find(e);
-    if (last != characters_.end() && stamp > last->second.stamp) {
-      const double dt = seconds(stamp - last->second.stamp);
-      const Eigen::Vector2d ahead(std::cos(report.heading_rad), std::sin(report.heading_rad));
-      report.phase_rate_rad_s =
-          math::wrap_pi(report.phase_rad - last->second.report.phase_rad) / dt;
-      report.speed_m_s = (report.p_W_m - last->second.report.p_W_m).dot(ahead) / dt;
-    }
-    characters_[e] = {report, stamp};
-    if (last != characters_.end()) {
-      hear_external(run_.roster().external_id(e), report, stamp, now);
-    }
   }
 }
 
@@ -120,6 +82,7 @@ void CrowdNode::trust_changed(const ExternalAgents::Change& change, Time state_t
     case Trust::absent:
       crowd.remove(id);
       styles_.erase(change.agent);
+      bodies_.erase(change.agent);
       runtime::warn("agent '{}' is gone: {}", name, change.reason);
       break;
     case Trust::lagging:
@@ -153,16 +116,8 @@ void CrowdNode::publish_commands(Time now) {
     if (externals_.trust(e) != Trust::trusted) continue;
     const AgentId id = run_.roster().external_id(e);
     const std::optional<Crowd::Wish> wish = run_.crowd().wish(id);
-    const std::optional<Agent> agent = run_.crowd().find(id);
-    if (!wish || !agent) continue;
-    const SpeedFunction& gait = run_.crowd().group(*run_.crowd().group_of(id)).gait;
-    v1::GaitCommand& command = *command_message_.add_gaits();
-    command.set_character(static_cast<std::uint32_t>(e - params_.first_character));
-    command.set_phase_rad(math::wrap_two_pi(agent->state.phase_rad));
-    command.set_phase_rate_rad_s(std::max(0.0, wish->phase_rate_rad_s));
-    command.set_step_length_m(agent->traits.stride * (1.0 + wish->length) * 0.5 * gait.cycle_m());
-    command.set_heading_rad(
-        math::wrap_pi(agent->state.heading_rad + params_.ahead_s * wish->heading_rate_rad_s));
+    if (!wish || !run_.crowd().group_of(id)) continue;
+    *command_message_.add_gaits() = command_for(e, *wish);
   }
   if (command_message_.gaits_size() > 0) command_.send(command_message_, now);
 }

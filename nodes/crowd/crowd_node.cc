@@ -19,6 +19,13 @@ TrustSettings trust_of(TrustSettings settings, const Scenario& scenario) {
   return settings;
 }
 
+/// The agent that a robot is, if there is one.
+void check(const RobotParams& robot, const Roster& roster) {
+  if (robot.agent < roster.externals()) return;
+  throw ConfigError(fmt::format("crowd.robot.agent: {} of {} external agents, they count from 0",
+                                robot.agent, roster.externals()));
+}
+
 ScenarioRun start(const CrowdParams& params, const RegionMap& map) {
   return ScenarioRun(params.read_scenario(),
                      [&, own = params.regions.own - 1](const auto& p) { return map.of(p) == own; });
@@ -49,6 +56,7 @@ CrowdNode::CrowdNode(const Params& params, runtime::Bus& bus)
       handovers_in_(bus, "handovers"),
       agents_in_(bus, "agents"),
       characters_in_(bus, "characters"),
+      robot_in_(bus, "robot"),
       styles_in_(bus, "style"),
       states_(bus, "states"),
       handovers_(bus, "handover"),
@@ -60,6 +68,7 @@ CrowdNode::CrowdNode(const Params& params, runtime::Bus& bus)
       info_(bus, "info", {.latched = true}),
       scene_(bus, "scene") {
   if (params.threads > 1) team_.emplace(params.threads);
+  check(params.robot, run_.roster());
   const Scenario& scenario = run_.scenario();
   to_proto(run_, states_message_);
   runtime::info("scenario '{}': {} agents in {} groups, {} may come from outside; {} begin here",
@@ -79,6 +88,7 @@ void CrowdNode::step(Time now) {
   take_handovers(state_time);
   take_agents(now);
   take_characters(now);
+  take_robot(now);
   take_styles();
   if (!runs_ && all_here(now)) {
     runs_ = status_changed_ = true;
@@ -192,6 +202,7 @@ void CrowdNode::observe() {
       if (crowd.roles()[r] != Role::own && !(external && first())) continue;
       Observed o = known(id, g);
       o.coupled = is_coupled(crowd.roles()[r]);
+      o.external = external;
       o.p_W_m = {crowd.x_m()[r], crowd.y_m()[r]};
       o.heading_rad = crowd.heading_rad()[r];
       o.phase_rad = crowd.phase_rad()[r];
@@ -206,6 +217,7 @@ void CrowdNode::observe() {
   for (const FarAgent& agent : far_.agents()) {
     Observed o = known(agent.id, agent.group);
     o.coupled = agent.trusted;
+    o.external = agent.external;
     o.p_W_m = agent.state.position_W_m;
     o.heading_rad = agent.state.heading_rad;
     o.phase_rad = agent.state.phase_rad;

@@ -9,11 +9,13 @@
 #include "common/runtime/ports.h"
 #include "nodes/crowd/crowd_messages_node.h"
 #include "nodes/crowd/crowd_params_node.h"
+#include "nodes/crowd/external/path_filter.h"
 #include "nodes/crowd/run/closeness.h"
 #include "nodes/crowd/run/watch.h"
 #include "proto/crowd.pb.h"
 #include "proto/foxglove/scene.pb.h"
 #include "proto/motion.pb.h"
+#include "proto/walker.pb.h"
 
 namespace mimesis::crowd {
 
@@ -34,10 +36,15 @@ class CrowdNode {
     std::uint64_t steps = 0;
     void add(double s, int agents);
   };
-  /// What the last message of a character was: rates are differences.
-  struct Character {
+  /// An external agent that is a body: its last state, rates are differences, and its steps.
+  struct Body {
     AgentReport report;
     Time stamp{};
+    PathFilter path;
+    StepGain step;
+    HeadingTrim heading;
+    double asked_m = 0.0;
+    std::optional<double> asked_rad{};
   };
   /// What a coordinator said last, besides its agents.
   struct Peer {
@@ -54,8 +61,13 @@ class CrowdNode {
   void take_handovers(Time state_time);
   void take_agents(Time now);
   void take_characters(Time now);
+  void take_robot(Time now);
   void take_styles();
+  void hear_body(int external, AgentReport report, Time stamp, Time now,
+                 std::optional<double> phase_rate_rad_s = std::nullopt);
   void hear_external(AgentId id, const AgentReport& report, Time stamp, Time now);
+  const SpeedFunction& gait_of(AgentId id) const;
+  v1::GaitCommand command_for(int external, const Crowd::Wish& wish);
   void judge_externals(Time now, Time state_time);
   void trust_changed(const ExternalAgents::Change& change, Time state_time);
 
@@ -88,8 +100,8 @@ class CrowdNode {
   std::vector<Closeness::Disc> discs_;
   std::vector<Observed> everybody_;
   std::vector<Peer> peers_;
-  std::map<int, Character> characters_;  // by number of the external agent
-  std::map<int, int> styles_;            // gait that a character was told, likewise
+  std::map<int, Body> bodies_;  // by number of the external agent
+  std::map<int, int> styles_;   // gait that a character was told, likewise
   std::vector<std::string> external_reasons_;
 
   bool runs_ = false, ended_ = false;
@@ -108,6 +120,7 @@ class CrowdNode {
   runtime::Reliable<v1::CrowdHandover> handovers_in_;
   runtime::Queue<v1::CrowdStates, 256> agents_in_;
   runtime::Latest<v1::MotionBatch> characters_in_;
+  runtime::Latest<v1::WalkFeedback> robot_in_;
   runtime::Queue<v1::StyleWish, 32> styles_in_;
   runtime::Out<v1::CrowdStates> states_;
   runtime::Out<v1::CrowdHandover> handovers_;

@@ -21,6 +21,11 @@ void RegionParams::visit(runtime::ParamVisitor& v) {
   v("stale_s", stale_s, 0.02, 60.0);
 }
 
+void RobotParams::visit(runtime::ParamVisitor& v) {
+  v("agent", agent, -1, 1'000'000);
+  v("step_s", step_s, 0.1, 5.0);
+}
+
 void CrowdParams::visit(runtime::ParamVisitor& v) {
   v("rate_hz", rate_hz, 1.0, 1000.0);
   v("offset_s", offset_s, 0.0, 1.0);
@@ -34,6 +39,7 @@ void CrowdParams::visit(runtime::ParamVisitor& v) {
     g("most_m_s", trust.most_m_s, 0.1, 100.0);
     g("slack_m", trust.slack_m, 0.0, 100.0);
   });
+  v.group("robot", [this](runtime::ParamVisitor& g) { robot.visit(g); });
   v("first_character", first_character, 0, 1'000'000);
   v("ahead_s", ahead_s, 0.0, 10.0);
   v("scene_hz", scene_hz, 0.0, 100.0);

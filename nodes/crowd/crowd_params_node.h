@@ -21,6 +21,14 @@ struct RegionParams {
   RegionMap map() const { return {x_m, y_m}; }
 };
 
+/// A walking robot on port `robot`.
+struct RobotParams {
+  int agent = -1;       ///< number of the external agent that it is; none: the port is not heard
+  double step_s = 0.8;  ///< of one of its steps
+
+  void visit(runtime::ParamVisitor& v);
+};
+
 struct CrowdParams {
   double rate_hz = 50.0;  ///< of steps, and of the simulation [Hz]
   double offset_s = 0.0;  ///< of the first step within the period [s]
@@ -28,7 +36,8 @@ struct CrowdParams {
   std::vector<std::string> set{};  ///< "KEY=VALUE" over what the scenario's file says
   double until_s = 0.0;            ///< length of the run; 0: the scenario's [s]
   RegionParams regions;
-  TrustSettings trust;      ///< of external agents; its stale_s is the scenario's
+  TrustSettings trust;  ///< of external agents; its stale_s is the scenario's
+  RobotParams robot;
   int first_character = 0;  ///< external agent that is character 0 of the synthesizer [1]
   double ahead_s = 0.6;     ///< headings wished of external agents are those after so long [s]
   double scene_hz = 10.0;   ///< of the picture for viewers; 0: none [Hz]

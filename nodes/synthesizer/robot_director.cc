@@ -9,7 +9,8 @@
 namespace mimesis::synthesizer {
 namespace {
 
-constexpr double kFacing_rad = 0.08;                // a drawer less aside is faced
+constexpr double kFacing_rad = 0.08;  // a drawer less aside is faced
+constexpr double kStep_m = 0.2;
 constexpr double kFar_m = 5.0, kBeforeFar_m = 3.0;  // who is farther walks up to there first
 
 std::vector<std::size_t> rows_of(const std::vector<std::string>& joints,
@@ -62,6 +63,16 @@ void RobotDirector::walk_to(const Eigen::Vector2d& goal_W_m) {
   leave();
   kind_ = GoalKind::walk_to;
   walk_.walk_to(goal_W_m);
+}
+
+void RobotDirector::follow(const GaitWish& wish) {
+  if (kind_ != GoalKind::none) return;
+  walk_.go_on(wish.step_length_m.value_or(kStep_m) / limits_.step_s,
+              wish.heading_rad.value_or(walk_.heading_rad()));
+}
+
+void RobotDirector::release() {
+  if (kind_ == GoalKind::none) walk_.stop();
 }
 
 void RobotDirector::stop() {

@@ -37,6 +37,11 @@ class RobotDirector {
 
   void walk_to(const Eigen::Vector2d& goal_W_m);
   void stop();
+  /// A coordinator's wish, until the next one: steps of this length and heading, in the rhythm that
+  /// the robot has. What is absent is 0.2 m, and the present heading. A goal goes before it.
+  void follow(const GaitWish& wish);
+  /// The coordinator is silent: stands, if it has no goal.
+  void release();
   /// Why not; empty if it will be done.
   std::string to_drawer(const BipedTask& task);
 

@@ -104,6 +104,7 @@ void SynthesizerNode::step(Time now) {
   if (robot_) {
     take_feedback(now);
     take_drawer(now);
+    take_crowd(now);
     robot_->step(feedback(now), seen(now));
   } else {
     take_crowd(now);
@@ -229,26 +230,31 @@ void SynthesizerNode::take_beat(Time now) {
       beat->phase_rate_rad_s());
 }
 
+/// Several coordinators may wish something of different characters.
 void SynthesizerNode::take_crowd(Time now) {
-  const v1::CrowdCommand* crowd = crowd_in_.take();
-  const Time stamp = crowd_in_.stamp();
-  const bool in_time =
-      stamp >= crowd_stamp_ && now - stamp <= runtime::from_seconds(params_.gait_stale_s);
-  if (crowd != nullptr && in_time) {
-    crowd_stamp_ = stamp;
+  while (const auto crowd = crowd_in_.pop()) {
+    const Time stamp(crowd->header().stamp_ns());
+    const Time stale = runtime::from_seconds(params_.gait_stale_s);
+    if (now - stamp > stale || stamp - now > stale) continue;
     for (const v1::GaitCommand& gait : crowd->gaits()) {
       if (const std::string why = fault(gait, director_.walkers()); !why.empty()) {
         if (bad_crowd_.pass()) runtime::warn("crowd: {}; ignored", why);
         continue;
       }
+      Time& last = commanded_[gait.character()];
+      if (stamp < last) continue;
       obey(gait, seconds(now - stamp) - period_s_);
-      commanded_[gait.character()] = stamp;
+      last = stamp;
     }
   }
   release_stale(now);
 }
 
 void SynthesizerNode::obey(const v1::GaitCommand& gait, double age_s) {
+  if (robot_) {
+    robot_->follow(to_gait(gait));
+    return;
+  }
   const int i = static_cast<int>(gait.character());
   std::optional<double> phase;
   if (gait.has_phase_rad()) {
@@ -266,7 +272,7 @@ void SynthesizerNode::release_stale(Time now) {
     Time& stamp = commanded_[static_cast<std::size_t>(i)];
     if (stamp == Time{} || now - stamp <= runtime::from_seconds(params_.gait_stale_s)) continue;
     stamp = Time{};
-    director_.walkers().release(i);
+    robot_ ? robot_->release() : director_.walkers().release(i);
     ++released;
     first = i;
   }

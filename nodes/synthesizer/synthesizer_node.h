@@ -62,7 +62,7 @@ class SynthesizerNode {
   std::optional<RobotFeedback> feedback_;
   std::optional<DrawerSeen> seen_;
   bool rows_sent_ = false, beat_heard_ = false;
-  runtime::Time beat_stamp_{}, crowd_stamp_{}, feedback_stamp_{}, seen_stamp_{};
+  runtime::Time beat_stamp_{}, feedback_stamp_{}, seen_stamp_{};
   std::vector<runtime::Time> commanded_;  // per character: stamp of the command it obeys, or 0
   std::vector<Told> told_;
   // of one robot
@@ -78,7 +78,7 @@ class SynthesizerNode {
   runtime::Queue<v1::MotionGoal, 4096> goal_in_;
   runtime::Queue<v1::StyleWish, 4096> style_in_;
   runtime::Latest<v1::Beat> beat_in_;
-  runtime::Latest<v1::CrowdCommand> crowd_in_;
+  runtime::Queue<v1::CrowdCommand, 64> crowd_in_;
   runtime::Latest<v1::WalkFeedback> feedback_in_;
   runtime::Latest<v1::DrawerState> drawer_in_;
   runtime::Out<v1::MotionRows> rows_;

@@ -126,14 +126,24 @@ TEST(CrowdGraph, LockstepRunsAreEqual) {
   }
 }
 
-TEST(CrowdGraph, FiguresOfTheSynthesizerTakePart) {
-  Scenario run("crowd", {"--arg", "scenario=characters", "--arg", "characters=true"});
-  EXPECT_TRUE(run.wait().has_value());
+class Figures : public ::testing::TestWithParam<int> {};
+
+TEST_P(Figures, OfTheSynthesizerTakeTheirPlaces) {
+  Scenario run("crowd", {"--arg", "scenario=characters", "--arg", "characters=true", "--arg",
+                         "figures=" + std::to_string(GetParam())});
+  EXPECT_EQ(run.wait(), 0);
   const json result = run.result();
   ASSERT_TRUE(result.is_object()) << run.process().output();
-  EXPECT_EQ(result["agents"], 11) << "nine and two figures";
+  EXPECT_EQ(result["success"], true) << result["reason"];
+  EXPECT_EQ(result["agents"], 9 + GetParam());
+  EXPECT_LE(result["place_error_mm"], 10.0);
+  EXPECT_EQ(result["collisions"], 0);
+  EXPECT_GE(result["measured_rate_1_s"], result["guaranteed_rate_1_s"]);
+  EXPECT_LT(result["time_to_formation_s"], 25.0) << "what `crowd certify characters` says";
   EXPECT_GE(run.messages("crowd/command").size(), 1000u);
 }
+
+INSTANTIATE_TEST_SUITE_P(Number, Figures, ::testing::Values(2, 3));
 
 /// What the crowd says of its first external agent; empty text: the run ended before.
 bool wait_trust(Scenario& run, runtime::Tap& tap, v1::CrowdTrust wanted) {

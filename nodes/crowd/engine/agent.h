@@ -21,7 +21,8 @@ constexpr bool is_coupled(Role r) { return r <= Role::mirror; }
 constexpr bool yields(Role r) { return r == Role::own || r == Role::mirror || r == Role::ghost; }
 
 /// What changes in a step, and all that the next step needs: handed to another coordinator, the
-/// agent goes on as it would have here. W: world, z up.
+/// agent goes on as it would have here, up to rounding: sums over a group are added in another
+/// order there, and turns of phases may be taken off. W: world, z up.
 struct AgentState {
   static constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 

@@ -14,7 +14,8 @@ namespace mimesis::crowd {
 struct Observed {
   AgentId id = 0;
   int group = 0;
-  bool coupled = true;  ///< takes part in its group's rules
+  bool coupled = true;    ///< takes part in its group's rules
+  bool external = false;  ///< another process moves it
   Eigen::Vector2d p_W_m = Eigen::Vector2d::Zero();
   double heading_rad = 0.0, phase_rad = 0.0;
   double place_m = 0.0, lane_m = 0.0, radius_m = 0.25;

@@ -45,6 +45,7 @@ bool along_a_graph(const Rules& rules) {
 
 ScenarioRun::ScenarioRun(const Scenario& scenario, const Mine& mine)
     : scenario_(sound(scenario)), roster_(scenario_), crowd_({.dt_s = scenario_.step_s}) {
+  beat_from_rad_ = scenario_.beat.phase_rad;
   for (const Group& group : scenario_.groups) add_group(group);
   outside_.resize(scenario_.groups.size());
   std::vector<Pillar> pillars;
@@ -105,7 +106,18 @@ bool ScenarioRun::moved_here(int row) const {
 }
 
 double ScenarioRun::beat_rad() const {
-  return scenario_.beat.phase_rad + scenario_.beat.rate_rad_s * time_s();
+  return beat_of_agent().value_or(beat_from_rad_ +
+                                  scenario_.beat.rate_rad_s * (time_s() - beat_from_s_));
+}
+
+/// Its phase, while it takes part.
+std::optional<double> ScenarioRun::beat_of_agent() const {
+  const auto leader = std::ranges::find(scenario_.externals, scenario_.beat.agent, &External::name);
+  if (leader == scenario_.externals.end()) return std::nullopt;
+  const std::optional<Agent> agent =
+      crowd_.find(roster_.external_id(static_cast<int>(leader - scenario_.externals.begin())));
+  if (!agent || agent->role != Role::external) return std::nullopt;
+  return agent->state.phase_rad;
 }
 
 bool ScenarioRun::waiting(AgentId id) const {
@@ -156,6 +168,10 @@ std::string ScenarioRun::wish_gait(std::span<const AgentId> ids, const std::stri
 }
 
 void ScenarioRun::hear_beat() {
+  if (const std::optional<double> phase = beat_of_agent()) {
+    beat_from_rad_ = *phase;
+    beat_from_s_ = time_s();
+  }
   for (std::size_t g = 0; g < outside_.size(); ++g) {
     GroupSums sums = outside_[g];
     if (scenario_.groups[g].beat_gain_1_s > 0.0) {

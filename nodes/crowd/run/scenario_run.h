@@ -45,7 +45,8 @@ class ScenarioRun {
   Crowd& crowd() { return crowd_; }
   const Crowd& crowd() const { return crowd_; }
   double time_s() const { return crowd_.time_s(); }
-  /// Phase of the scenario's beat at the present time, not wrapped [rad].
+  /// Phase of the scenario's beat at the present time, not wrapped [rad]. That of an agent goes on
+  /// at the beat's rate where the agent is not trusted any more.
   double beat_rad() const;
   /// ω₀ of the gait that the group has at present.
   double eigenfrequency_rad_s(int group) const { return omega_[static_cast<std::size_t>(group)]; }
@@ -99,6 +100,7 @@ class ScenarioRun {
   void set_goal(AgentId id, const Eigen::Vector2d& goal);
   void set_gait(int group, const std::string& name);
   void hear_beat();
+  std::optional<double> beat_of_agent() const;
   int number(const std::string& group) const;
   int gait_number(const std::string& name) const;
   bool moved_here(int row) const;
@@ -112,6 +114,7 @@ class ScenarioRun {
   std::vector<double> omega_;  // their ω₀
   std::unordered_map<AgentId, Course> courses_;
   std::size_t next_change_ = 0;
+  double beat_from_rad_ = 0.0, beat_from_s_ = 0.0;
   std::vector<Switch> switches_;
   std::vector<int> changed_;
   std::string trouble_;                       // of this step

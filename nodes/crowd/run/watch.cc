@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <limits>
 #include <numbers>
 #include <utility>
 
@@ -12,6 +13,8 @@
 
 namespace mimesis::crowd {
 namespace {
+
+constexpr double kLost = 10.0;  // times the tolerance: bodies are disturbed
 
 std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
@@ -65,6 +68,7 @@ void Watch::certify(const ScenarioRun& run, int group, int agents, const std::st
   certificate.agents = agents;
   kept.monitor.certify(std::move(certificate));
   kept.expected.clear();
+  kept.settled = {};
   if (why.empty()) return;
   ++number_;
   voided_ += (voided_.empty() ? "" : "; ") + ("group " + described.name + ": " + why);
@@ -114,24 +118,43 @@ void Watch::observe(const ScenarioRun& run, double time_s, std::span<const Obser
     }
     const std::string why = change_of(run, g, static_cast<int>(members_.size()));
     if (!why.empty()) certify(run, g, static_cast<int>(members_.size()), why);
-    Kept& kept = groups_[at(g)];
     const Group& group = run.scenario().groups[at(g)];
+    Kept& kept = groups_[at(g)];
     kept.order = observer_.measure(group, run.crowd().group(g).rules, members_,
                                    hears_beat(run, g) ? std::optional(beat) : std::nullopt);
-    const HeadingRule& heading = run.crowd().group(g).rules.heading;
-    if (heading.avoid || kept.passes) {
-      measure_turns(kept.monitor, group, heading, run.eigenfrequency_rad_s(g), members_, time_s);
-    }
-    if (kept.passes && hears_beat(run, g)) {
-      for (const Observed& a : members_) {
-        kept.monitor.track(a.id, time_s, std::abs(math::wrap_pi(a.phase_rad - beat)));
-      }
-    }
-    kept.monitor.step(time_s, kept.order.errors);
+    measure(run, g, time_s);
     order = order && crowd::in_order(group, kept.wanted, kept.order, run.scenario().formed_m);
   }
   if (!order) since_s_ = -1.0;
   if (order && since_s_ < 0.0) since_s_ = time_s;
+}
+
+/// Errors of one group, with its members at hand.
+void Watch::measure(const ScenarioRun& run, int group, double time_s) {
+  Kept& kept = groups_[at(group)];
+  GroupErrors errors = kept.order.errors;
+  if (std::ranges::any_of(members_, &Observed::external)) {
+    const auto settle = [](bool& settled, double now, double tolerance, double& error) {
+      settled = now < (settled ? kLost : 1.0) * tolerance;
+      if (settled) error = std::numeric_limits<double>::quiet_NaN();
+    };
+    Settled& settled = kept.settled;
+    settle(settled.phase, kept.order.phase_most_rad, 0.1 * kInOrder_rad, errors.dispersion);
+    settle(settled.tracking, errors.tracking_rad, 0.1 * kInOrder_rad, errors.tracking_rad);
+    settle(settled.spacing, errors.spacing_m, run.scenario().formed_m, errors.spacing_m);
+    settle(settled.heading, errors.heading_rad, kInOrder_rad, errors.heading_rad);
+  }
+  const HeadingRule& heading = run.crowd().group(group).rules.heading;
+  if (heading.avoid || kept.passes) {
+    measure_turns(kept.monitor, run.scenario().groups[at(group)], heading,
+                  run.eigenfrequency_rad_s(group), members_, time_s);
+  }
+  if (kept.passes && hears_beat(run, group)) {
+    for (const Observed& a : members_) {
+      kept.monitor.track(a.id, time_s, std::abs(math::wrap_pi(a.phase_rad - run.beat_rad())));
+    }
+  }
+  kept.monitor.step(time_s, errors);
 }
 
 std::vector<RuleLine> Watch::lines() const {

@@ -21,7 +21,9 @@ struct RuleLine {
 };
 
 /// Watches all groups of a run: certificates of the groups as they are, rates measured beside them,
-/// since when everything is in order, and how people come into step where a beat is.
+/// since when everything is in order, and how people come into step where a beat is. Bodies of
+/// external agents are never quite as theory has them: rates of a group with some are measured
+/// until it is in order.
 class Watch {
  public:
   /// With the groups as the scenario begins them.
@@ -57,14 +59,20 @@ class Watch {
   const Entrances& entrances() const { return entrances_; }
 
  private:
+  /// What was in order since the certificate, of a group with bodies.
+  struct Settled {
+    bool phase = false, tracking = false, spacing = false, heading = false;
+  };
   struct Kept {
     Monitor monitor;
     GroupOrder order;
     std::string expected;
     Wanted wanted;
     bool passes = false;
+    Settled settled;
   };
   void certify(const ScenarioRun& run, int group, int agents, const std::string& why);
+  void measure(const ScenarioRun& run, int group, double time_s);
   void greet(const ScenarioRun& run, const Observed& agent, double beat_rad);
   std::string change_of(const ScenarioRun& run, int group, int agents) const;
 

@@ -169,6 +169,11 @@ class Checker {
   }
 
   void check_externals() {
+    const std::string& leader = s_.beat.agent;
+    if (!leader.empty() &&
+        std::ranges::find(s_.externals, leader, &External::name) == s_.externals.end()) {
+      add("beat.agent", "'" + leader + "' is none of the external agents");
+    }
     for (std::size_t i = 0; i < s_.externals.size(); ++i) {
       const External& e = s_.externals[i];
       known_group(at("externals", i) + ".group", e.group);

@@ -108,6 +108,7 @@ struct Group {
 /// An external rhythm, such as music: phase at time 0 and rate; rate 0: none.
 struct Rhythm {
   double phase_rad = 0.0, rate_rad_s = 0.0;
+  std::string agent{};  ///< external agent whose gait it is, such as a robot; goes on without it
 };
 
 struct PillarSpec {

@@ -16,7 +16,8 @@ namespace mimesis::crowd {
 Scenario read_scenario(const std::string& file, const std::vector<std::string>& sets = {});
 
 /// A file, as given or in launch/ of the source tree or installation ("crowd/dance.yaml"); a bare
-/// word is one of launch/crowd/. @throws ConfigError that names the places searched
+/// word is one of launch/crowd/.
+/// @throws ConfigError that names the places searched; for a bare word the scenarios there are
 std::string find_scenario(const std::string& name);
 
 /// One visit for reading, listing and dumping. Names of coupling graphs and the like become enums

@@ -230,6 +230,7 @@ void visit(ParamVisitor& v, Scenario& s) {
   v.group("beat", [&](ParamVisitor& g) {
     g("phase_rad", s.beat.phase_rad, -kAngle_rad, kAngle_rad);
     g("rate_rad_s", s.beat.rate_rad_s, 0.0, 30.0);
+    g("agent", s.beat.agent);
   });
   each(v, "gaits", s.gaits, visit_gait);
   each(v, "groups", s.groups, visit_group);

@@ -17,6 +17,7 @@ constexpr double kThere = 0.4;                // of the tolerance: steps shall e
 constexpr double kFaced_rad = 0.03;
 constexpr double kNearer_m = 0.1;
 constexpr double kStill = 1e-3;
+constexpr double kCrawl_m_s = 0.01;
 
 double towards(double now, double wished, double most) {
   return now + std::clamp(wished - now, -most, most);
@@ -48,6 +49,14 @@ void RobotWalk::walk_to(const Eigen::Vector2d& goal_W_m) {
 
 void RobotWalk::turn_to(double heading_rad) {
   task_ = Task::turn;
+  goal_heading_ = heading_rad;
+  reached_ = false;
+  distance_m_ = no_nearer_s_ = 0.0;
+}
+
+void RobotWalk::go_on(double forward_m_s, double heading_rad) {
+  task_ = Task::on;
+  forward_m_s_ = std::clamp(forward_m_s, 0.0, limits_.forward_m_s);
   goal_heading_ = heading_rad;
   reached_ = false;
   distance_m_ = no_nearer_s_ = 0.0;
@@ -91,6 +100,9 @@ void RobotWalk::decide(bool robot_stands) {
       reached_ = robot_stands && !walk_;
       return;
     }
+    case Task::on:
+      walk_ = forward_m_s_ > kCrawl_m_s;
+      return;
     case Task::go:
       walk_ =
           walk_ ? distance_m_ > kThere * tolerance_m_ : robot_stands && distance_m_ > tolerance_m_;
@@ -105,7 +117,9 @@ Eigen::Vector3d RobotWalk::wished() const {
         std::abs(aside) > 0.5 * std::numbers::pi ? std::copysign(1.0, aside) : std::sin(aside);
     return std::clamp(kTurn_1_s * pull, -limits_.turn_rad_s, limits_.turn_rad_s);
   };
-  if (task_ == Task::turn) return {0.0, 0.0, turn(math::wrap_pi(goal_heading_ - heading_))};
+  const double heading_left = math::wrap_pi(goal_heading_ - heading_);
+  if (task_ == Task::turn) return {0.0, 0.0, turn(heading_left)};
+  if (task_ == Task::on) return {forward_m_s_, 0.0, turn(heading_left)};
   const double c = std::cos(heading_), s = std::sin(heading_);
   const Eigen::Vector2d to = goal_ - p_;
   const Eigen::Vector2d to_H(c * to.x() + s * to.y(), c * to.y() - s * to.x());

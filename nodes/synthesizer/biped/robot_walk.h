@@ -27,6 +27,8 @@ class RobotWalk {
   void stop();
   /// Turns on the spot to this heading, and then stands.
   void turn_to(double heading_rad);
+  /// Goes on at this speed, and turns to this heading meanwhile; below 1 cm/s it stands.
+  void go_on(double forward_m_s, double heading_rad);
 
   void step(const RobotFeedback* feedback);
 
@@ -42,7 +44,7 @@ class RobotWalk {
   const GaitClock& clock() const { return clock_; }
 
  private:
-  enum class Task { none, go, turn };
+  enum class Task { none, go, turn, on };
   void see(const RobotFeedback* feedback);
   void decide(bool robot_stands);
   Eigen::Vector3d wished() const;
@@ -52,7 +54,7 @@ class RobotWalk {
   GaitClock clock_;
   Task task_ = Task::none;
   Eigen::Vector2d goal_ = Eigen::Vector2d::Zero(), p_ = Eigen::Vector2d::Zero();
-  double goal_heading_ = 0.0, heading_ = 0.0;
+  double goal_heading_ = 0.0, heading_ = 0.0, forward_m_s_ = 0.0;
   Eigen::Vector3d v_ = Eigen::Vector3d::Zero();
   bool walk_ = false, reached_ = false;
   double distance_m_ = 0.0, nearest_m_ = 0.0, no_nearer_s_ = 0.0;

@@ -42,6 +42,14 @@ class Rig {
       walk();
     }
   }
+  void command(double step_m, double to_heading) {
+    v1::CrowdCommand crowd;
+    v1::GaitCommand& gait = *crowd.add_gaits();
+    gait.set_phase_rate_rad_s(3.0);  // its rhythm is its own
+    gait.set_step_length_m(step_m);
+    gait.set_heading_rad(to_heading);
+    bus.send("crowd", crowd, now_);
+  }
   void go(double to_x, double to_y) {
     v1::MotionGoal goal;
     goal.set_kind(v1::MOTION_GOAL_KIND_WALK_TO);
@@ -122,6 +130,27 @@ TEST(RobotNode, LeadsARobotToAGoalInTheRhythmOfItsSteps) {
   EXPECT_LT(std::hypot(rig.x - 1.5, rig.y - 0.6), 0.15);
   ASSERT_EQ(rig.reached.size(), 1U);
   EXPECT_EQ(rig.motion.velocity_forward_m_s(), 0.0);
+}
+
+TEST(RobotNode, WalksAsTheCrowdWishesAndStandsWithoutIt) {
+  Rig rig;
+  for (int k = 0; k < 300; ++k) {
+    rig.command(0.16, 0.3);
+    rig.run(40ms);
+  }
+  EXPECT_NEAR(rig.motion.velocity_forward_m_s(), 0.16 / kStep_s, 1e-6);
+  EXPECT_NEAR(rig.heading, 0.3, 0.03);
+  EXPECT_NEAR(rig.motion.phase_rate_rad_s(), kPi / kStep_s, 0.2);
+  EXPECT_TRUE(rig.statuses.empty()) << "it has no goal";
+  rig.run(6s);  // the crowd is silent
+  EXPECT_TRUE(rig.motion.stands());
+  EXPECT_FALSE(rig.stepping);
+  rig.go(rig.x + 1.0, rig.y);
+  for (int k = 0; k < 50; ++k) {
+    rig.command(0.0, 0.3);
+    rig.run(40ms);
+  }
+  EXPECT_TRUE(rig.stepping) << "a goal goes before it";
 }
 
 TEST(RobotNode, JointsAreSlowEnough) {

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "nodes/crowd/run/test/small_scenario.h"
 
 namespace mimesis::crowd {
@@ -39,6 +41,30 @@ const RuleLine* line(const std::vector<RuleLine>& lines, Rule rule) {
     if (l.rule == rule) return &l;
   }
   return nullptr;
+}
+
+/// Who sways by some millimetres keeps its distances no better than that.
+TEST(Watch, RatesOfBodiesAreMeasuredUntilTheirGroupIsFormed) {
+  Scenario s = scenario({squad("a", 6, Topology::all_to_all)});
+  s.groups[0].start.phase = PhaseStart::equal;
+  s.groups[0].rules.heading.kind = HeadingKind::keep;
+  ScenarioRun run(s);
+  Watch with(run), without(run);
+  const auto observe = [&] {
+    std::vector<Observed> all = everybody(run);
+    all[2].p_W_m.x() += 0.003 * std::sin(run.crowd().phase_rad()[2]);
+    without.observe(run, run.time_s(), all);
+    all[2].external = true;
+    with.observe(run, run.time_s(), all);
+  };
+  for (; run.time_s() < 60.0; run.step()) observe();
+  const auto measured = [](const Watch& watch) {
+    return *line(watch.lines(), Rule::length)->report.measured_1_s;
+  };
+  const double expected = line(with.lines(), Rule::length)->certificate.expected_1_s;
+  EXPECT_NEAR(measured(with), expected, 0.1 * expected);
+  EXPECT_LT(measured(without), 0.5 * expected) << "of what it does not do any more";
+  EXPECT_FALSE(with.broken());
 }
 
 TEST(Watch, MeasuresTheRateThatIsExpected) {

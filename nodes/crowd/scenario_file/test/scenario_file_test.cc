@@ -88,6 +88,21 @@ TEST(ScenarioFile, SetReplacesAValue) {
   EXPECT_TRUE(refusal(kSoldiers, {"groups.0.count=0"}).starts_with("--set: groups.0.count: N = 0"));
 }
 
+TEST(ScenarioFile, AnUnknownNameIsAnsweredWithThoseThereAre) {
+  EXPECT_TRUE(find_scenario("dance").ends_with("launch/crowd/dance.yaml"));
+  EXPECT_TRUE(find_scenario("crowd/dance.yaml").ends_with("launch/crowd/dance.yaml"));
+  try {
+    (void)find_scenario("danse");
+    FAIL();
+  } catch (const ConfigError& e) {
+    const std::string what = e.what();
+    EXPECT_NE(what.find("there is no 'danse'"), std::string::npos) << what;
+    EXPECT_NE(what.find("characters, "), std::string::npos) << what;
+    EXPECT_NE(what.find("dance, formation, "), std::string::npos) << what;
+    EXPECT_EQ(what.find('/'), std::string::npos) << "names, no folders: " << what;
+  }
+}
+
 TEST(ScenarioFile, MistakesOfWritingNameThePlace) {
   EXPECT_EQ(refusal(soldiers_with("count: 9", "cuont: 9")),
             "F:6:5: groups.0.cuont: unknown parameter, did you mean 'count'?");

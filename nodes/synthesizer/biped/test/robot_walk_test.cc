@@ -84,6 +84,37 @@ TEST(RobotWalk, LeadsARobotToGoalsAllAround) {
   }
 }
 
+TEST(RobotWalk, GoesOnAsItIsTold) {
+  RobotWalk walk({}, 0.1, 20.0, kDt);
+  SlowRobot robot;
+  const auto run = [&](double forward, double heading, double s) {
+    for (int i = 0; i < s / kDt; ++i) {
+      walk.go_on(forward, heading);
+      const RobotFeedback f = robot.feedback();
+      walk.step(&f);
+      robot.step(walk);
+    }
+  };
+  run(0.2, 0.0, 5.0);
+  EXPECT_NEAR(walk.velocity()[0], 0.2, 1e-9);
+  EXPECT_EQ(walk.velocity()[1], 0.0);
+  EXPECT_TRUE(robot.stepping());
+  run(0.9, 0.5, 15.0);
+  EXPECT_NEAR(walk.velocity()[0], 0.3, 1e-9) << "what the robot can";
+  EXPECT_NEAR(robot.heading, 0.5, 0.02);
+  EXPECT_FALSE(walk.stuck());
+  run(0.0, 0.5, 6.0);
+  EXPECT_FALSE(robot.stepping());
+  run(0.2, 0.5, 5.0);
+  walk.stop();
+  for (int i = 0; i < 1200; ++i) {
+    const RobotFeedback f = robot.feedback();
+    walk.step(&f);
+    robot.step(walk);
+  }
+  EXPECT_FALSE(robot.stepping());
+}
+
 TEST(RobotWalk, StandsUntilItHasAGoal) {
   RobotWalk walk({}, 0.1, 20.0, kDt);
   for (int i = 0; i < 100; ++i) walk.step(nullptr);

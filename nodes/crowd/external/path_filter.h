@@ -1,0 +1,86 @@
+#pragma once
+#include <chrono>
+#include <deque>
+
+#include "nodes/crowd/external/external_agents.h"
+#include "nodes/crowd/gait/speed_function.h"
+#include "nodes/crowd/rules/rules.h"
+
+namespace mimesis::crowd {
+
+/// The walker of the theory in a body that walks. A pelvis sways, turns and hurries with every step
+/// (walk.motion.json: 3.5 cm, 0.13 rad, 30 %), and its mean heading is not quite the way it goes.
+/// Means over the last gait cycle, by the phase, are free of all that has its period; half of the
+/// change over the cycle brings them to the present:
+///   p = ⟨p⟩ + Δp/2 + W(φ) |Δp| / (2π ⟨g⟩),  ψ = ⟨ψ⟩ + Δψ/2 − β,  v = φ̇ g(φ) |Δp| / (2π ⟨g⟩),
+/// W = ∫(g − ⟨g⟩) dφ without its mean, what the theory's walker itself sways along its way; β is
+/// what headings are from the ways, learned in some cycles. Exact for steady walking. Where less
+/// than a cycle is known, where steps become longer or shorter, and where a body stands, shares of
+/// it: a body that rests, or begins, is where it is.
+class PathFilter {
+ public:
+  using Time = std::chrono::nanoseconds;
+
+  /// @param body  in the order of time; who moves faster than any walker, or was not heard of for
+  ///              long, begins anew
+  AgentReport step(const AgentReport& body, Time stamp, const SpeedFunction& gait);
+
+  /// β: add it to the heading of a way for the body's [rad].
+  double yaw_rad() const { return yaw_rad_; }
+  /// |Δp|, two steps; 0 before a whole cycle is known.
+  double cycle_m() const { return cycle_m_; }
+  /// Share of a cycle that the last report added [1].
+  double advance() const { return advance_; }
+
+ private:
+  struct Sample {
+    double turned_rad;  // the phase, not wrapped
+    Time stamp;
+    Eigen::Vector2d p_W_m;
+    double heading_rad;  // not wrapped
+  };
+  struct Mean {
+    Eigen::Vector2d p_W_m = Eigen::Vector2d::Zero(), moved_m = Eigen::Vector2d::Zero();
+    double heading_rad = 0.0, turned_rad = 0.0;
+    double range = 0.0;  // of a cycle
+    double share = 0.0;  // that counts, the rest is the body as it is
+  };
+  Sample at(double turned_rad) const;
+  void take(const AgentReport& body, Time stamp);
+  Mean mean() const;
+
+  std::deque<Sample> samples_;  // of the last cycle, and one before it
+  double phase_rad_ = 0.0, yaw_rad_ = 0.0, cycle_m_ = 0.0, advance_ = 0.0;
+  bool yaw_known_ = false;
+};
+
+/// How much longer steps are than what was asked for: bodies have shares of movements, not metres.
+/// A body follows what is asked of it late; learned in some cycles while both change little.
+class StepGain {
+ public:
+  /// @param asked_m, walked_m  length of a step
+  /// @param cycles  since the last call
+  void learn(double asked_m, double walked_m, double cycles);
+  double value() const { return value_; }  ///< within [0.8, 1.25]
+
+ private:
+  double value_ = 1.0, asked_late_m_ = 0.0, walked_smooth_m_ = 0.0;
+};
+
+/// What is to be added to the heading asked for, so that the body's way has it: the integral of
+/// what is left.
+class HeadingTrim {
+ public:
+  /// @param asked_rad, walked_rad  headings of the way
+  void learn(double asked_rad, double walked_rad, double cycles);
+  double value_rad() const { return value_rad_; }  ///< within 0.2 either way
+
+ private:
+  double value_rad_ = 0.0;
+};
+
+/// In what time a heading rule turns to where it wants to; infinity: it wants nowhere. A heading
+/// asked for so far ahead is the one wanted, whatever is believed of the present one.
+double settling_s(const HeadingRule& rule, double phase_rate_rad_s);
+
+}  // namespace mimesis::crowd

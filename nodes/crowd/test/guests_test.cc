@@ -1,0 +1,159 @@
+// Agents that other processes move, with one coordinator.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "common/math/circle.h"
+#include "nodes/crowd/test/alone.h"
+
+namespace mimesis::crowd {
+namespace {
+
+using namespace testing;
+
+TEST(CrowdNode, AnExternalAgentTakesPart) {
+  Alone crowd(kGuests);
+  crowd.until(11.0);
+  EXPECT_EQ(crowd.trust(), v1::CROWD_TRUST_ABSENT);
+  EXPECT_EQ(crowd.states.id_size(), 4);
+  crowd.walk_with_robot(12.0);
+  EXPECT_EQ(crowd.trust(), v1::CROWD_TRUST_TRUSTED);
+  EXPECT_EQ(crowd.states.id_size(), 5);
+  EXPECT_EQ(crowd.voided, "group square: 5 agents instead of 4: 'robot' it came");
+  EXPECT_EQ(crowd.certificate.guarantees(0).agents(), 5u);
+  EXPECT_NEAR(crowd.certificate.guarantees(0).expected_rate_1_s(), 5 * 0.2, 1e-9);
+  // It is where it says, and is asked to walk as the rules want.
+  const int row = 4;
+  ASSERT_EQ(crowd.states.id(row), kRobot);
+  const double t = std::chrono::duration<double>(crowd.now - 10s).count();
+  EXPECT_NEAR(crowd.states.position_in_world_m(2 * row), 1.2 * t, 0.03);
+  ASSERT_EQ(crowd.command.gaits_size(), 1);
+  EXPECT_EQ(crowd.command.gaits(0).character(), 0u);
+  EXPECT_GT(crowd.command.gaits(0).phase_rate_rad_s(), 3.0);
+  EXPECT_NEAR(crowd.command.gaits(0).step_length_m(), M_PI * 0.22, 1e-6);
+}
+
+TEST(CrowdNode, WhoDiesIsMissedAtOnceAndTheCrowdGoesOn) {
+  Alone crowd(kGuests);
+  crowd.walk_with_robot(14.0);
+  crowd.voided.clear();
+  crowd.until(14.6);
+  EXPECT_EQ(crowd.trust(), v1::CROWD_TRUST_LAGGING);
+  EXPECT_NE(crowd.status.externals(0).reason().find("s old, at most 0.3 are trusted"),
+            std::string::npos);
+  EXPECT_NE(crowd.voided.find("4 agents instead of 5: 'robot' its last state is"),
+            std::string::npos)
+      << crowd.voided;
+  EXPECT_EQ(crowd.command.gaits_size(), 0);
+  EXPECT_EQ(crowd.states.id_size(), 5) << "still an obstacle";
+  crowd.until(17.0);
+  EXPECT_EQ(crowd.trust(), v1::CROWD_TRUST_ABSENT);
+  EXPECT_EQ(crowd.states.id_size(), 4);
+  crowd.until(40.0);
+  for (int i = 0; i < 4; ++i) {
+    EXPECT_NEAR(math::wrap_pi(crowd.states.phase_rad(i) - crowd.states.phase_rad(0)), 0.0, 1e-3);
+  }
+  EXPECT_EQ(crowd.certificate.guarantees(0).agents(), 4u);
+}
+
+TEST(CrowdNode, ALateStateIsNotTrusted) {
+  Alone crowd(kGuests);
+  crowd.walk_with_robot(14.0);
+  crowd.walk_with_robot(15.0, 0.5);
+  EXPECT_EQ(crowd.trust(), v1::CROWD_TRUST_LAGGING);
+  EXPECT_EQ(crowd.certificate.guarantees(0).agents(), 4u);
+  crowd.walk_with_robot(17.0);
+  EXPECT_EQ(crowd.trust(), v1::CROWD_TRUST_TRUSTED);
+  EXPECT_EQ(crowd.certificate.guarantees(0).agents(), 5u);
+}
+
+TEST(CrowdNode, WhoLeavesIsGone) {
+  Alone crowd(kGuests);
+  crowd.walk_with_robot(12.0);
+  v1::CrowdStates bye;
+  bye.add_leaving(kRobot);
+  crowd.bus.send("agents", bye, crowd.now);
+  crowd.step();
+  EXPECT_EQ(crowd.trust(), v1::CROWD_TRUST_ABSENT);
+  EXPECT_EQ(crowd.status.externals(0).reason(), "it left");
+  EXPECT_EQ(crowd.states.id_size(), 4);
+}
+
+TEST(CrowdNode, BadMessagesAreRefused) {
+  Alone crowd(kGuests);
+  crowd.step();
+  v1::CrowdStates s;
+  s.add_id(kRobot);
+  s.add_heading_rad(0.0);
+  crowd.bus.send("agents", s, crowd.now);  // no position
+  crowd.bus.send_raw("agents", "\x12garbage", crowd.now);
+  crowd.robot(0.0, 1e9);
+  crowd.step();
+  EXPECT_EQ(crowd.trust(), v1::CROWD_TRUST_ABSENT);
+  EXPECT_EQ(crowd.states.id_size(), 4);
+  crowd.walk_with_robot(11.0);
+  v1::CrowdStates nan;
+  nan.add_id(kRobot);
+  nan.add_position_in_world_m(NAN);
+  crowd.bus.send("agents", nan, crowd.now);
+  crowd.walk_with_robot(12.0);
+  EXPECT_EQ(crowd.trust(), v1::CROWD_TRUST_TRUSTED);
+}
+
+TEST(CrowdNode, CharactersOfTheSynthesizerTakePart) {
+  Alone crowd(kGuests);
+  const auto send = [&] {
+    const double t = std::chrono::duration<double>(crowd.now - 10s).count();
+    v1::MotionBatch batch;
+    for (const float y : {7.0F, 9.0F}) {
+      batch.add_phase_rad(static_cast<float>(math::wrap_two_pi(5.0 * t)));
+      batch.add_position_pelvis_in_world_m(static_cast<float>(1.1 * t));
+      batch.add_position_pelvis_in_world_m(y);
+      batch.add_position_pelvis_in_world_m(0.9F);
+      batch.add_heading_rad(0.0F);
+    }
+    crowd.bus.send("characters", batch, crowd.now);
+  };
+  double way_m = 0.0, from_m = 0.0;
+  while (crowd.now < 14s) {
+    send();
+    crowd.step();
+    if (crowd.now == 12s) from_m = crowd.states.position_in_world_m(10);
+    if (crowd.now > 12s)
+      way_m += 0.02 * static_cast<double>(crowd.states.velocity_in_world_m_s(10));
+  }
+  EXPECT_EQ(crowd.trust(0), v1::CROWD_TRUST_TRUSTED);
+  EXPECT_EQ(crowd.trust(1), v1::CROWD_TRUST_TRUSTED);
+  ASSERT_EQ(crowd.states.id_size(), 6);
+  EXPECT_NEAR(crowd.states.phase_rate_rad_s(5), 5.0, 0.01) << "from two messages";
+  EXPECT_NEAR(way_m, 2.2, 0.05) << "it hurries with its steps as the gait of its group does";
+  EXPECT_NEAR(crowd.states.position_in_world_m(10) - from_m, 2.2, 0.03);
+  EXPECT_EQ(crowd.command.gaits_size(), 2);
+  const auto wish = crowd.bus.take<v1::StyleWish>("wish");
+  ASSERT_TRUE(wish.has_value());
+  EXPECT_EQ(wish->shares(0).style(), "walk") << "as their group walks";
+}
+
+TEST(CrowdNode, AWishedStyleMovesAnAgentToAGroupThatWalksSo) {
+  Alone crowd(kGuests);
+  crowd.walk_with_robot(12.0);
+  while (crowd.bus.take<v1::StyleWish>("wish")) {
+  }
+  v1::StyleWish wish;
+  wish.add_characters(static_cast<std::uint32_t>(kRobot));
+  wish.add_shares()->set_style("brisk");
+  wish.mutable_shares(0)->set_share(1.0);
+  crowd.bus.send("style", wish, crowd.now);
+  crowd.robot();
+  crowd.step();
+  const int row = 4;
+  EXPECT_EQ(crowd.states.id(row), kRobot);
+  EXPECT_EQ(crowd.states.group(row), 1u);
+  const auto told = crowd.bus.take<v1::StyleWish>("wish");
+  ASSERT_TRUE(told.has_value());
+  EXPECT_EQ(told->shares(0).style(), "brisk");
+  EXPECT_EQ(told->characters(0), 0u);
+}
+
+}  // namespace
+}  // namespace mimesis::crowd

@@ -1,0 +1,74 @@
+// launch/crowd_biped.yaml: a robot in a physics world walks in a crowd.
+#include <gtest/gtest.h>
+#include <signal.h>
+
+#include "proto/crowd.pb.h"
+#include "proto/runtime.pb.h"
+#include "proto/walker.pb.h"
+#include "tests/graph/scenario.h"
+
+namespace mimesis::testing {
+namespace {
+
+using nlohmann::json;
+
+TEST(CrowdBiped, TakesItsPlaceInStep) {
+  Scenario run("crowd_biped");
+  EXPECT_EQ(run.wait(), 0);
+  const json result = run.result();
+  ASSERT_TRUE(result.is_object()) << run.process().output();
+  EXPECT_EQ(result["success"], true) << result["reason"];
+  EXPECT_EQ(result["agents"], 5) << "four and the robot";
+  EXPECT_LE(result["place_error_mm"], 20.0);
+  EXPECT_EQ(result["collisions"], 0);
+  EXPECT_GE(result["measured_rate_1_s"], result["guaranteed_rate_1_s"]);
+  EXPECT_GE(result["steps"], 40) << "of the robot";
+  for (const auto& message : run.messages("sim_body/truth")) {
+    v1::BodyTruth truth;
+    ASSERT_TRUE(truth.ParseFromString(message.payload));
+    ASSERT_FALSE(truth.fell()) << truth.how();
+  }
+}
+
+pid_t pid_of(const Scenario& run, const std::string& name) {
+  for (const v1::NodeInfo& node : runtime::GraphView(run.graph().name()).nodes()) {
+    if (node.name() == name) return static_cast<pid_t>(node.pid());
+  }
+  return -1;
+}
+
+TEST(CrowdBiped, ItsWalkerIsKilledAndTheOthersGoOn) {
+  Scenario run("crowd_biped", {"--arg", "whole=false", "--arg", "until=30"});
+  runtime::Tap tap(
+      run.graph().name(), [](const std::string& topic) { return topic == "crowd/status"; },
+      runtime::Policy::reliable);
+  bool killed = false;
+  for (int i = 0; i < 3000 && !killed && !run.process().wait(0ms); ++i) {
+    const auto item = tap.next(100ms);
+    v1::CrowdStatus status;
+    if (!item || !status.ParseFromString(item->message.payload) || status.externals_size() == 0) {
+      continue;
+    }
+    if (status.externals(0).trust() != v1::CROWD_TRUST_TRUSTED) continue;
+    const pid_t walker = pid_of(run, "walker");
+    ASSERT_GT(walker, 0);
+    kill(walker, SIGKILL);
+    killed = true;
+  }
+  ASSERT_TRUE(killed) << run.process().errors();
+  (void)run.wait();
+  const json result = run.result();
+  ASSERT_TRUE(result.is_object()) << run.process().output();
+  EXPECT_EQ(result["agents"], 4) << "without the robot";
+  EXPECT_EQ(result["collisions"], 0);
+  std::string voided;
+  for (const auto& message : run.messages("crowd/certificate")) {
+    v1::CrowdCertificate certificate;
+    certificate.ParseFromString(message.payload);
+    voided += certificate.voided() + "\n";
+  }
+  EXPECT_NE(voided.find("'robot' its last state is"), std::string::npos) << voided;
+}
+
+}  // namespace
+}  // namespace mimesis::testing
