@@ -164,6 +164,7 @@ void to_proto(const ScenarioRun& run, v1::CrowdStates& states) {
 FarReport to_far(const v1::CrowdStates& states, const Roster& roster) {
   FarReport report;
   report.stamp = std::chrono::nanoseconds(states.header().stamp_ns());
+  report.time_s = states.time_s();
   report.agents.reserve(static_cast<std::size_t>(states.id_size()));
   for (int i = 0; i < states.id_size(); ++i) {
     FarAgent agent{.id = states.id(i), .group = static_cast<int>(states.group(i))};

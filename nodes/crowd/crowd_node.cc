@@ -90,11 +90,13 @@ void CrowdNode::step(Time now) {
   take_characters(now);
   take_robot(now);
   take_styles();
-  if (!runs_ && all_here(now)) {
+  first_ = params_.regions.own == 1;
+  if (!runs_ && (join_others(now) || all_here(now))) {
     runs_ = status_changed_ = true;
     reason_.clear();
   }
   if (runs_) {
+    look_after_orphans(now, state_time);
     far_.import(run_, state_time);
     judge_externals(now, state_time);
     observe();
@@ -130,6 +132,7 @@ void CrowdNode::take_peers() {
     }
     Peer& peer = peers_[static_cast<std::size_t>(from - 1)];
     peer.hears = states->hears();
+    peer.time_s = states->time_s();
     peer.collisions = states->collisions();
     if (states->has_least_gap_m()) peer.least_gap_m = states->least_gap_m();
     if (states->has_least_distance_m()) peer.least_distance_m = states->least_distance_m();
@@ -178,6 +181,54 @@ bool CrowdNode::all_here(Time now) {
   reason_ = missing.empty() ? "waits until all coordinators hear each other"
                             : "waits for coordinator " + missing;
   return all && missing.empty();
+}
+
+/// Started again while the others walk: they have looked after our region, and hand it back.
+bool CrowdNode::join_others(Time now) {
+  double time_s = 0.0;
+  for (int c = 0; c < coordinators(); ++c) {
+    if (far_.heard(c, now)) time_s = std::max(time_s, peers_[static_cast<std::size_t>(c)].time_s);
+  }
+  if (time_s <= params_.regions.stale_s) return false;
+  far_.abandon(run_);
+  run_.join(time_s);
+  runtime::info("the others are at work since {:.1f} s: they hand over who is here", time_s);
+  return true;
+}
+
+/// Who falls silent is missed: its agents go on with the coordinator of the nearest region, from
+/// where it last had them.
+void CrowdNode::look_after_orphans(Time now, Time state_time) {
+  const int own = params_.regions.own - 1;
+  there_.assign(static_cast<std::size_t>(coordinators()), false);
+  for (int c = 0; c < coordinators(); ++c) {
+    there_[static_cast<std::size_t>(c)] = c == own || far_.heard(c, now);
+  }
+  const bool was_first = first_;
+  first_ = std::ranges::find(there_, true) - there_.begin() == own;
+  for (const FarCrowd::Orphans& orphans : far_.take_orphans(run_, state_time)) {
+    const int heir = map_.heir(orphans.coordinator, there_);
+    const std::string what = fmt::format("coordinator {} fell silent, {} has its region",
+                                         orphans.coordinator + 1, heir + 1);
+    runtime::warn("{}; agents that it had: {}", what, orphans.agents.size());
+    status_changed_ = true;
+    std::vector<int> groups;
+    for (const Traveller& agent : orphans.agents) {
+      groups.push_back(agent.group);
+      if (heir != own) continue;
+      try {
+        far_.adopt(run_, agent, state_time);
+        ++taken_;
+      } catch (const ConfigError& e) {
+        say(fmt::format("agent {} of coordinator {} is lost: {}", agent.agent.id,
+                        orphans.coordinator + 1, e.what()));
+      }
+    }
+    std::ranges::sort(groups);
+    groups.erase(std::ranges::unique(groups).begin(), groups.end());
+    for (const int g : groups) watch_.disturb(run_, g, what);
+  }
+  if (first_ && !was_first) status_changed_ = true;
 }
 
 /// Everybody at the time of the run's present state.
@@ -264,7 +315,8 @@ void CrowdNode::hand_over(Time now) {
   std::vector<std::pair<int, AgentId>> leaving;
   for (std::size_t r = 0; r < crowd.ids().size(); ++r) {
     if (crowd.roles()[r] != Role::own) continue;
-    const int to = map_.owner(own, {crowd.x_m()[r], crowd.y_m()[r]}, params_.regions.margin_m);
+    const int to = map_.heir(
+        map_.owner(own, {crowd.x_m()[r], crowd.y_m()[r]}, params_.regions.margin_m), there_);
     if (to != own && far_.heard(to, now)) leaving.emplace_back(to, crowd.ids()[r]);
   }
   std::ranges::sort(leaving);

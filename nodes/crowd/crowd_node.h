@@ -49,12 +49,13 @@ class CrowdNode {
   /// What a coordinator said last, besides its agents.
   struct Peer {
     std::uint32_t hears = 0;
+    double time_s = 0.0;
     double least_gap_m = std::numeric_limits<double>::infinity();
     double least_distance_m = std::numeric_limits<double>::infinity();
     std::uint64_t collisions = 0;
   };
 
-  bool first() const { return params_.regions.own == 1; }
+  bool first() const { return first_; }
   int coordinators() const { return far_settings_.coordinators; }
 
   void take_peers();
@@ -72,6 +73,8 @@ class CrowdNode {
   void trust_changed(const ExternalAgents::Change& change, Time state_time);
 
   bool all_here(Time now);
+  bool join_others(Time now);
+  void look_after_orphans(Time now, Time state_time);
   void observe();
   void advance();
   void hand_over(Time now);
@@ -105,6 +108,8 @@ class CrowdNode {
   std::vector<std::string> external_reasons_;
 
   bool runs_ = false, ended_ = false;
+  bool first_ = false;       // of the coordinators that are there
+  std::vector<bool> there_;  // by number
   std::string reason_, trouble_;
   std::uint64_t steps_ = 0, given_ = 0, taken_ = 0;
   Time status_due_{}, certificate_due_{}, scene_due_{};

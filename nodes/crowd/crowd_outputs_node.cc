@@ -52,6 +52,7 @@ void CrowdNode::publish_states(Time now) {
     hears += c + 1 != params_.regions.own && far_.heard(c, now) ? 1 : 0;
   }
   states_message_.set_hears(hears);
+  states_message_.set_time_s(runs_ ? run_.time_s() : 0.0);
   to_proto(run_, states_message_);
   states_message_.set_collisions(closeness_.collisions());
   if (std::isfinite(closeness_.least_gap_m())) {

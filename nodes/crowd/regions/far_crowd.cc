@@ -66,7 +66,9 @@ FarSums own_sums(const ScenarioRun& run, int group) {
 }
 
 FarCrowd::FarCrowd(const FarSettings& settings, const ScenarioRun& run)
-    : settings_(settings), reports_(static_cast<std::size_t>(settings.coordinators)) {
+    : settings_(settings),
+      reports_(static_cast<std::size_t>(settings.coordinators)),
+      ran_(reports_.size(), false) {
   const Crowd& crowd = run.crowd();
   for (std::size_t r = 0; r < crowd.ids().size(); ++r) {
     const AgentId id = crowd.ids()[r];
@@ -75,13 +77,21 @@ FarCrowd::FarCrowd(const FarSettings& settings, const ScenarioRun& run)
 }
 
 void FarCrowd::hear(int coordinator, FarReport report) {
-  FarReport& last = reports_[static_cast<std::size_t>(coordinator)];
-  if (report.stamp >= last.stamp) last = std::move(report);
+  const auto c = static_cast<std::size_t>(coordinator);
+  if (report.stamp < reports_[c].stamp) return;
+  if (report.time_s > 0.0) {
+    ran_[c] = true;
+  } else if (ran_[c]) {  // started again: what it begins with is not there
+    report.agents.clear();
+    report.sums.clear();
+  }
+  reports_[c] = std::move(report);
 }
 
 void FarCrowd::pass(const Traveller& traveller, int to, Time stamp) {
   const Agent& agent = traveller.agent;
-  passing_.push_back({{.id = agent.id, .group = traveller.group, .state = agent.state}, to, stamp});
+  passing_.push_back(
+      {{.id = agent.id, .group = traveller.group, .state = agent.state}, to, stamp, traveller});
 }
 
 std::optional<Traveller> FarCrowd::give(ScenarioRun& run, AgentId id, int to, Time stamp) {
@@ -97,6 +107,48 @@ void FarCrowd::take(ScenarioRun& run, Traveller traveller, Time stamp, Time now)
   state = later(state, seconds(now - stamp));
   imported_.erase(traveller.agent.id);
   run.admit(traveller);
+  since_[traveller.agent.id] = stamp;
+}
+
+std::vector<FarCrowd::Orphans> FarCrowd::take_orphans(const ScenarioRun& run, Time now) {
+  std::vector<Orphans> silent;
+  for (int c = 0; c < settings_.coordinators; ++c) {
+    FarReport& report = reports_[static_cast<std::size_t>(c)];
+    if (c == settings_.own || report.stamp == Time{} || heard(c, now)) continue;
+    Orphans orphans{.coordinator = c, .agents = {}};
+    const auto ours = [&](AgentId id) {
+      return run.crowd().group_of(id).has_value() && !imported_.contains(id);
+    };
+    for (const FarAgent& agent : report.agents) {
+      if (agent.external || ours(agent.id)) continue;
+      orphans.agents.push_back(
+          run.traveller(agent.id, agent.group, later(agent.state, seconds(now - report.stamp))));
+    }
+    for (const Passing& passing : passing_) {
+      if (passing.to != c || ours(passing.agent.id)) continue;
+      Traveller traveller = passing.traveller;
+      traveller.agent.state = later(traveller.agent.state, seconds(now - passing.stamp));
+      orphans.agents.push_back(traveller);
+    }
+    std::erase_if(passing_, [c](const Passing& p) { return p.to == c; });
+    report = {};
+    silent.push_back(std::move(orphans));
+  }
+  return silent;
+}
+
+void FarCrowd::adopt(ScenarioRun& run, const Traveller& traveller, Time now) {
+  imported_.erase(traveller.agent.id);
+  run.admit(traveller);
+  since_[traveller.agent.id] = now;
+}
+
+void FarCrowd::abandon(ScenarioRun& run) {
+  const std::vector<AgentId> ids(run.crowd().ids().begin(), run.crowd().ids().end());
+  for (const AgentId id : ids) {
+    const std::optional<Traveller> traveller = run.release(id);
+    if (traveller) imported_[id] = {traveller->group, Role::mirror, round_};
+  }
 }
 
 bool FarCrowd::heard(int coordinator, Time now) const {
@@ -115,7 +167,13 @@ void FarCrowd::collect(const ScenarioRun& run, Time now) {
     const FarReport& report = reports_[static_cast<std::size_t>(c)];
     const double ahead_s = seconds(now - report.stamp);
     for (FarAgent agent : report.agents) {
-      if (!run.roster().known(agent.id) || ours(agent.id)) continue;
+      if (!run.roster().known(agent.id)) continue;
+      if (ours(agent.id)) {
+        const auto since = since_.find(agent.id);
+        const bool newer = since == since_.end() || report.stamp > since->second;
+        if (c > settings_.own || agent.external || !newer) continue;
+        claimed_.push_back(agent.id);
+      }
       agent.state = later(agent.state, ahead_s);
       agents_.push_back(agent);
     }
@@ -192,7 +250,15 @@ void FarCrowd::import(ScenarioRun& run, Time now) {
   Crowd& crowd = run.crowd();
   ++round_;
   forget_arrived(now);
+  claimed_.clear();
   collect(run, now);
+  for (const AgentId id : claimed_) {
+    const std::optional<Traveller> traveller = run.release(id);
+    if (!traveller) continue;
+    imported_[id] = {traveller->group, Role::mirror, round_};
+    since_.erase(id);
+    ++given_back_;
+  }
   mark_cells(crowd);
   joining_.resize(static_cast<std::size_t>(crowd.groups()));
   for (auto& joining : joining_) joining.clear();

@@ -28,6 +28,7 @@ struct FarSums {
 /// What a coordinator says of one instant.
 struct FarReport {
   std::chrono::nanoseconds stamp{};
+  double time_s = 0.0;  ///< of its run; 0: it has not begun
   std::vector<FarAgent> agents{};
   std::vector<FarSums> sums{};
 };
@@ -63,6 +64,21 @@ class FarCrowd {
   void take(ScenarioRun& run, Traveller traveller, Time stamp, Time now);
   bool heard(int coordinator, Time now) const;
 
+  /// Who has fallen silent since the last call, and the agents that it had, those on the way to it
+  /// too: as it last spoke of them, at `now`. It is forgotten; external agents are none of its.
+  struct Orphans {
+    int coordinator;
+    std::vector<Traveller> agents;
+  };
+  std::vector<Orphans> take_orphans(const ScenarioRun& run, Time now);
+  /// An agent of one that fell silent is ours from now on.
+  void adopt(ScenarioRun& run, const Traveller& traveller, Time now);
+  /// Our run begins where others are at work: all that it began with is theirs.
+  void abandon(ScenarioRun& run);
+  /// Where two claim an agent, the first coordinator has it: after silence on the way, not death.
+  /// Number of those that we had and gave back since the start.
+  std::uint64_t given_back() const { return given_back_; }
+
   /// Brings what others said to time `now`, that of the run's present state, and into the run.
   void import(ScenarioRun& run, Time now);
   /// All agents of others as of the last import.
@@ -74,6 +90,7 @@ class FarCrowd {
     FarAgent agent;
     int to;
     Time stamp;
+    Traveller traveller;
   };
   struct Imported {
     int group;
@@ -90,6 +107,10 @@ class FarCrowd {
 
   FarSettings settings_;
   std::vector<FarReport> reports_;
+  std::vector<bool> ran_;                    // had begun, by number
+  std::unordered_map<AgentId, Time> since_;  // agents are ours that were not at the start
+  std::vector<AgentId> claimed_;
+  std::uint64_t given_back_ = 0;
   std::vector<Passing> passing_;
   std::vector<FarAgent> agents_;
   std::unordered_map<AgentId, Imported> imported_;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <limits>
 #include <string>
 
@@ -51,6 +52,19 @@ double RegionMap::outside_m(int region, const Eigen::Vector2d& p) const {
   const int columns = static_cast<int>(cuts_x_.size()) + 1;
   return std::hypot(outside(cuts_x_, region % columns, p.x()),
                     outside(cuts_y_, region / columns, p.y()));
+}
+
+int RegionMap::heir(int region, const std::vector<bool>& there) const {
+  const int columns = static_cast<int>(cuts_x_.size()) + 1;
+  int best = region, least = std::numeric_limits<int>::max();
+  for (int r = 0; r < count(); ++r) {
+    const int away =
+        std::abs(r % columns - region % columns) + std::abs(r / columns - region / columns);
+    if (!there[static_cast<std::size_t>(r)] || away >= least) continue;
+    best = r;
+    least = away;
+  }
+  return best;
 }
 
 int RegionMap::owner(int region, const Eigen::Vector2d& p, double margin_m) const {

@@ -20,6 +20,9 @@ class RegionMap {
   /// Region that should move an agent at p that `region` moves: it keeps the agent up to `margin_m`
   /// beyond its border, so that who walks along a cut is not handed to and fro.
   int owner(int region, const Eigen::Vector2d& p_W_m, double margin_m) const;
+  /// Who looks after a region: its own coordinator; if that is gone, that of the nearest region
+  /// (in columns and rows) that is there, of several the first. Precondition: one is there.
+  int heir(int region, const std::vector<bool>& there) const;
 
  private:
   std::vector<double> cuts_x_, cuts_y_;

@@ -356,6 +356,18 @@ std::optional<Traveller> ScenarioRun::release(AgentId id) {
   return traveller;
 }
 
+Traveller ScenarioRun::traveller(AgentId id, int group, const AgentState& state) const {
+  Traveller traveller{.agent = roster_.start(id), .group = group};
+  traveller.agent.role = Role::own;
+  traveller.agent.state = state;
+  const Group& home = scenario_.groups[static_cast<std::size_t>(roster_.home(id))];
+  traveller.agent.traits.omega_rad_s +=
+      omega_[static_cast<std::size_t>(group)] - scenario_.gait(home.gait)->eigenfrequency_rad_s;
+  const Goals& goals = scenario_.groups[static_cast<std::size_t>(group)].goals;
+  if (goals.aim == Aim::route) traveller.agent.traits.goal_W_m = point(goals.position_m, 0);
+  return traveller;
+}
+
 void ScenarioRun::admit(const Traveller& traveller) {
   const AgentId id = traveller.agent.id;
   const std::optional<int> here = crowd_.group_of(id);

@@ -44,7 +44,9 @@ class ScenarioRun {
   const Roster& roster() const { return roster_; }
   Crowd& crowd() { return crowd_; }
   const Crowd& crowd() const { return crowd_; }
-  double time_s() const { return crowd_.time_s(); }
+  double time_s() const { return from_s_ + crowd_.time_s(); }
+  /// The run goes on from this time, where others have come to. Before the first step.
+  void join(double time_s) { from_s_ = time_s; }
   /// Phase of the scenario's beat at the present time, not wrapped [rad]. That of an agent goes on
   /// at the beat's rate where the agent is not trusted any more.
   double beat_rad() const;
@@ -74,6 +76,9 @@ class ScenarioRun {
   /// Another coordinator moves the agent from now on, from this state; here it stays as a mirror.
   /// Nothing if it is none of ours.
   std::optional<Traveller> release(AgentId id);
+  /// An agent of which only its state is known: it has the traits of its start in the gait of its
+  /// group, and begins its group's route anew. Precondition: roster().known(id).
+  Traveller traveller(AgentId id, int group, const AgentState& state) const;
   /// The agent is ours from now on, in this state.
   /// @throws ConfigError as Crowd::add
   void admit(const Traveller& traveller);
@@ -114,6 +119,7 @@ class ScenarioRun {
   std::vector<double> omega_;  // their ω₀
   std::unordered_map<AgentId, Course> courses_;
   std::size_t next_change_ = 0;
+  double from_s_ = 0.0;
   double beat_from_rad_ = 0.0, beat_from_s_ = 0.0;
   std::vector<Switch> switches_;
   std::vector<int> changed_;

@@ -87,6 +87,10 @@ std::string Watch::change_of(const ScenarioRun& run, int group, int agents) cons
   return why;
 }
 
+void Watch::disturb(const ScenarioRun& run, int group, const std::string& reason) {
+  certify(run, group, agents(group), reason);
+}
+
 void Watch::expect_change(int group, std::string reason) {
   std::string& expected = groups_[at(group)].expected;
   expected += (expected.empty() ? "" : ", ") + std::move(reason);

@@ -35,6 +35,9 @@ class Watch {
   /// Why the next change of a group's members will be; else they just changed.
   void expect_change(int group, std::string reason);
 
+  /// A group was disturbed: its certificate is made anew.
+  void disturb(const ScenarioRun& run, int group, const std::string& reason);
+
   std::vector<RuleLine> lines() const;
   /// The rule in force with the least guaranteed rate; one without guarantee goes before all.
   std::optional<RuleLine> weakest() const;

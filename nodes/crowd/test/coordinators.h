@@ -20,11 +20,14 @@ class Coordinators {
     std::unique_ptr<CrowdNode> node;
     std::map<std::uint64_t, std::array<double, 4>> agents;  // id -> x, y, heading, phase
     v1::CrowdStatus status;
+    std::string voided;
+    bool alive = true;
   };
 
   Coordinators(CrowdParams params, std::vector<double> x_m, std::vector<double> y_m) {
     params.regions.x_m = std::move(x_m);
     params.regions.y_m = std::move(y_m);
+    regions_ = params.regions;
     period_ = runtime::from_seconds(1.0 / params.rate_hz);
     for (int c = 0; c < params.regions.map().count(); ++c) {
       params.regions.own = c + 1;
@@ -36,8 +39,11 @@ class Coordinators {
   /// Steps all of them once.
   void step() {
     now_ += period_;
-    for (auto& one : all_) one->node->step(now_);
+    for (auto& one : all_) {
+      if (one->alive) one->node->step(now_);
+    }
     for (auto& from : all_) {
+      if (!from->alive) continue;
       while (const auto states = from->bus.take<v1::CrowdStates>("states")) {
         remember(*from, *states);
         for (auto& to : all_) {
@@ -47,6 +53,9 @@ class Coordinators {
       while (const auto handover = from->bus.take<v1::CrowdHandover>("handover")) {
         ++handovers_;
         for (auto& to : all_) to->bus.send("handovers", *handover, now_);
+      }
+      while (const auto c = from->bus.take<v1::CrowdCertificate>("certificate")) {
+        from->voided += c->voided();
       }
       if (const auto status = from->bus.take_last<v1::CrowdStatus>("status"))
         from->status = *status;
@@ -60,6 +69,17 @@ class Coordinators {
   std::size_t size() const { return all_.size(); }
   Time now() const { return now_; }
   int handovers() const { return handovers_; }
+  /// As a process that is killed, and one that is started again.
+  void kill(std::size_t c) {
+    all_[c]->alive = false;
+    all_[c]->agents.clear();
+  }
+  void start(std::size_t c, CrowdParams params) {
+    params.regions = regions_;
+    params.regions.own = static_cast<int>(c) + 1;
+    all_[c] = std::make_unique<One>();
+    all_[c]->node = std::make_unique<CrowdNode>(params, all_[c]->bus);
+  }
   void connect(bool on) { connected_ = on; }
 
   /// Everybody, each once.
@@ -84,6 +104,7 @@ class Coordinators {
   }
 
   std::vector<std::unique_ptr<One>> all_;
+  RegionParams regions_;
   Time period_{}, now_{std::chrono::seconds(100)};
   int handovers_ = 0;
   bool connected_ = true;

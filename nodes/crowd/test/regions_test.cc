@@ -70,6 +70,32 @@ TEST(Regions, WaitForEachOther) {
   EXPECT_TRUE(two[1].status.runs());
 }
 
+/// Each of four, 6 s after the start: all have agents then.
+TEST(Regions, WhoDiesIsSucceededByItsNeighbour) {
+  const ScenarioFile file(kFormation);
+  for (std::size_t dead = 0; dead < 4; ++dead) {
+    Coordinators four(file.params(), {4.0}, {0.0});
+    four.until(104.0);
+    const std::size_t had = four[dead].agents.size();
+    four.kill(dead);
+    four.until(105.0);
+    EXPECT_EQ(four.agents().size(), 16u) << "nobody is lost: " << had << " of number " << dead + 1;
+    const std::size_t first = dead == 0 ? 1 : 0;
+    if (had > 0) {
+      EXPECT_NE(four[first].voided.find("fell silent"), std::string::npos) << four[first].voided;
+    }
+    four.until(145.0);
+    EXPECT_EQ(four.agents().size(), 16u);
+    EXPECT_TRUE(four[first].status.in_order());
+    // Started again it is empty, and gets who is in its region.
+    const std::size_t heirs = four.agents().size();
+    four.start(dead, file.params());
+    four.until(146.0);
+    EXPECT_EQ(four.agents().size(), heirs);
+    EXPECT_TRUE(four[dead].status.runs());
+  }
+}
+
 TEST(Regions, WhoFallsSilentIsMissedAndNobodyIsSentThere) {
   const ScenarioFile file(kFormation);
   Coordinators two(file.params(), {12.0}, {});
