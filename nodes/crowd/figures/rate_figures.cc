@@ -276,7 +276,7 @@ Report rates(const PlotDir& dir) {
         "$a0 with points ls 1 pt 6 ps 1.8 title 'star', $a1 with points ls 2 pt 7 ps 0.9 title "
         "'chain', $a2 with points ls 3 pt 4 ps 1.8 title 'ring', $a3 with points ls 4 pt 5 "
         "ps 0.9 title 'all-to-all'\n"
-        "set title 'b) slope dλ/dk; dashed: λ⁺'\nset xlabel 'oscillators N'\n"
+        "set title 'b) slope dλ/dk; dashed: λ⁺'\nset xlabel 'oscillators N'\nset key top left\n"
         "set ylabel 'slope [1]'\nset xrange [2.5:10.5]\nset yrange [0:10.5]\nplot " +
             all_graphs("b", "with points", " pt 3 ps 1.4") + theory + "\nunset multiplot");
   }

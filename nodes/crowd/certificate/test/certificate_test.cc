@@ -346,6 +346,30 @@ TEST(FormationTime, GrowsWithTheErrorAndNeedsTheRightRules) {
   EXPECT_FALSE(time(2.0, 0.01));
 }
 
+TEST(FormationTime, OfARingIsThatOfItsEnergy) {  // λ⁺ = 1, λ_max = 4
+  Rules rules;
+  rules.phase = {.graph = {Topology::ring}, .gain_1_s = 2.0};
+  rules.length = {.graph = {Topology::ring}, .gain_1_m = 0.08, .limit = 0.4};
+  const Certificate c = certify(rules, 6, gait());
+  const double stretch = 1.4, shift = stretch * 2 * M_PI * 0.28;
+  const double phases = std::log(2 * M_PI * std::sqrt(6.0) / (0.0025 / (stretch * 0.28))) / 2.0;
+  const auto time = [&](double root_v) {  // √V at the start; √(λ_max n/8) = √3
+    const double begin = root_v + std::sqrt(3.0) * shift;
+    const double linear = std::min(begin, 0.4 / 0.08 / std::sqrt(2.0));
+    const double way = (begin - linear) / (0.4 * std::sqrt(0.5)) +
+                       std::log(linear / (0.005 * 0.5)) / 0.08 + 2 * M_PI * 0.2;
+    return phases + way / (kOmega * 0.2);
+  };
+  EXPECT_NEAR(formation_time_s(c, rules, gait(), 3.0, 0.0, 0.01).value(),
+              time(std::sqrt(3.0) * 3.0), 1e-9);
+  const std::vector<double> ahead{3.0, 2.0, 1.0, 0.0, 1.0, 2.0};  // six links of 1 m
+  EXPECT_NEAR(formation_time_s(c, rules, gait(), 3.0, 0.0, 0.01, ahead).value(),
+              time(std::sqrt(0.5 * 6.0)), 1e-9);
+  const std::vector<double> apart{3.0, 0.0, 3.0, 0.0, 3.0, 0.0};  // the worst there is
+  EXPECT_NEAR(formation_time_s(c, rules, gait(), 3.0, 0.0, 0.01, apart).value(),
+              time(std::sqrt(3.0) * 3.0), 1e-9);
+}
+
 TEST(Certificate, HeadingsComeToTheirGoalsAsFastAsGuaranteedWhileThoseAreFar) {
   Rules rules;
   rules.heading = {.kind = HeadingKind::goal, .gain = 1.5};

@@ -77,6 +77,25 @@ TEST(Navigate, SaysWhatAvoidanceAddedToAHeading) {
   EXPECT_TRUE(std::isnan(crowd.avoidance_rad_s(0)));
 }
 
+TEST(Navigate, WhoIsTurnedAwayFromItsLaneListensLessToOthers) {
+  for (const double heading : {0.4, 2.5}) {
+    Crowd crowd({.dt_s = 0.02});
+    GroupSettings lane = walkers();
+    lane.rules.heading = {.kind = HeadingKind::lane, .gain = 0.6, .ahead_m = 2.0, .avoid = true};
+    crowd.add_group(lane);
+    Agent self = walker(1, {0.0, 0.0}, {1.0, 0.0}), other = walker(2, {-0.7, 0.3}, {5.0, 0.0});
+    if (heading < 1.0) other.state.position_W_m.x() = 0.7;
+    self.state.heading_rad = heading;
+    crowd.add(0, std::vector<Agent>{self, other});
+    crowd.step();
+    const double avoid = crowd.avoidance_rad_s(0);
+    EXPECT_GT(std::abs(avoid), 0.05);
+    const double share = heading < 1.0 ? 1.0 : 1.0 + std::cos(heading);
+    EXPECT_NEAR(crowd.agent(0).state.heading_rate_rad_s,
+                -6.0 * 0.6 * std::sin(heading) + share * avoid, 1e-9);
+  }
+}
+
 TEST(Navigate, TwoHundredAndFiftyChangePlacesAcrossACircle) {
   Crowd crowd({.dt_s = 0.02});
   crowd.add_group(walkers());
