@@ -10,7 +10,7 @@ namespace mimesis::synthesizer {
 namespace {
 
 constexpr double kPi = std::numbers::pi, kTurn = math::kTwoPi;
-constexpr double kFade_s = 0.8;
+constexpr double kFade_s = 0.8, kAhead_s = 0.1;
 constexpr double kLambda_1_s = 20.0;  // of the low-pass of the joints
 constexpr double kJump_rad = 0.1;     // of the phase: a robot that begins with the other foot
 constexpr double kAcceleration_m_s2 = 0.6;
@@ -150,14 +150,20 @@ void BipedDrawerSequence::move_upper_body() {
   const Eigen::Index joints = state_.q.size();
   if (fade_begins_) {
     fade_begins_ = false;
-    const double step = options_.dt_s * state_.phase_rate_rad_s;
-    const double soon = std::min(state_.phase_rad + step, std::nextafter(kTurn, 0.0));
-    learned.at(mixed_, soon, soon_);
-    for (const Hand& hand : hand_) {
-      if (hand.gripper >= 0) soon_[hand.gripper] = rows_[hand.gripper];
-    }
     offset_ = aim_ - rows_.head(joints);
-    offset_rate_ = aim_rate_ - (soon_ - rows_).head(joints) / options_.dt_s;
+    // of the joints, not of their aims: learned rows ripple where actions meet, at several rad/s
+    // for some hundredths of a second, and a rate that is taken there would swing the arms for
+    // kFade_s
+    offset_rate_.setZero();
+    if (!has_previous_) {  // else the transition goes on as it was
+      const double ahead = kAhead_s * state_.phase_rate_rad_s;
+      const double soon = std::min(state_.phase_rad + ahead, std::nextafter(kTurn, 0.0));
+      learned.at(mixed_, soon, soon_);
+      for (const Hand& hand : hand_) {
+        if (hand.gripper >= 0) soon_[hand.gripper] = rows_[hand.gripper];
+      }
+      offset_rate_ = state_.dq - (soon_ - rows_).head(joints) / kAhead_s;
+    }
     fade_s_ = 0.0;
   }
   fade_s_ = std::min(fade_s_ + options_.dt_s, kFade_s);
@@ -166,7 +172,6 @@ void BipedDrawerSequence::move_upper_body() {
   for (Eigen::Index i = 0; i < joints; ++i) {
     const double u = std::clamp(rows_[i] + faded(offset_[i], offset_rate_[i], fade_s_, kFade_s),
                                 lower_[i], upper_[i]);
-    aim_rate_[i] = (u - aim_[i]) / dt;
     aim_[i] = u;
     const double e = state_.q[i] - u, a = state_.dq[i] + kLambda_1_s * e;
     const double next = (e + dt * a) * decay;

@@ -68,7 +68,7 @@ BipedDrawerSequence::BipedDrawerSequence(const BipedDrawer& drawer, const BipedT
     if (const int i = drawer.upper.find_joint(joint); i >= 0) state_.q[i] = angle;
   }
   aim_ = state_.q;
-  state_.dq = aim_rate_ = offset_ = offset_rate_ = Eigen::VectorXd::Zero(joints);
+  state_.dq = offset_ = offset_rate_ = Eigen::VectorXd::Zero(joints);
   lower_ = drawer.upper.lower().array() + kMargin_rad;
   upper_ = drawer.upper.upper().array() - kMargin_rad;
   rows_ = soon_ = Eigen::VectorXd::Zero(drawer.actions.row_count());
@@ -95,7 +95,6 @@ BipedDrawerSequence::BipedDrawerSequence(const BipedDrawer& drawer, const BipedT
 void BipedDrawerSequence::set_posture(const Eigen::VectorXd& q) {
   state_.q = aim_ = q;
   state_.dq.setZero();
-  aim_rate_.setZero();
   fade_begins_ = true;
 }
 

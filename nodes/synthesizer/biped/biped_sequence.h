@@ -195,7 +195,7 @@ class BipedDrawerSequence {
 
   MotionParameters current_, wanted_, mixed_, previous_, next_;
   bool has_previous_ = false, has_next_ = false;
-  Eigen::VectorXd aim_, aim_rate_;  // of the joints, before the low-pass
+  Eigen::VectorXd aim_;  // of the joints, before the low-pass
   Eigen::VectorXd rows_, soon_, offset_, offset_rate_, lower_, upper_;
   double fade_s_ = 0.0, waited_s_ = 0.0;
   double opened_off_m_ = 0.0;  // of the drawer that is seen, open − wished, low-passed

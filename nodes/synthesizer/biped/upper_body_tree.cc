@@ -6,9 +6,12 @@ namespace mimesis::synthesizer {
 namespace {
 
 bool in_leg(const robot::RobotTree& tree, const retarget::RobotFigure& figure, int link) {
+  const int pelvis = tree.require_link(figure.pelvis);  // the root, or fixed to it
   for (const std::string& hip : figure.hip) {
     int top = tree.require_link(hip);
-    while (tree.link(top).parent > 0) top = tree.link(top).parent;
+    while (tree.link(top).parent > 0 && tree.link(top).parent != pelvis) {
+      top = tree.link(top).parent;
+    }
     if (tree.carries(top, link)) return true;
   }
   return false;

@@ -294,6 +294,41 @@ TEST(BipedSequence, StepsUpToADrawerThatJumpsAwayFromItsHands) {
   }
 }
 
+TEST(BipedSequence, JointsMoveAsInTheTrials) {
+  const DrawerData& data = testing::biped_data();
+  const Eigen::Index joints = drawer().upper.dof(), rows = joints + 3;
+  FakeWalker walker({});
+  FakeDrawer furniture(1.7, 0.2);
+  auto sequence = BipedDrawerSequence::start(drawer(), {{1.7, 0.0}, 0.2}, walker.now());
+  ASSERT_TRUE(sequence.has_value());
+  int ticks = 0;
+  while (!sequence->state().done && sequence->state().time_s < 15.0) {
+    const auto& state = sequence->step(walker.feedback(), furniture.seen());
+    walker.step(state);
+    furniture.step(walker, state);
+    if (state.time_s < 2.0 || ++ticks % 10 != 0) continue;  // from the easy posture
+    const Eigen::MatrixXd& samples = data.action[state.action].samples;
+    for (Eigen::Index j = 0; j < joints; ++j) {
+      if (drawer().upper.moved(static_cast<int>(j)).joint.find("gripper") != std::string::npos) {
+        continue;  // opens and closes with what it finds
+      }
+      double least = 1e3, most = -1e3;
+      const double of = static_cast<double>(samples.cols()) * state.phase_rad / math::kTwoPi;
+      for (Eigen::Index t = 0; t < samples.cols(); ++t) {
+        const bool near = std::abs(static_cast<double>(t) - of) < 0.2 * double(samples.cols());
+        if (!near) continue;
+        for (Eigen::Index k = j; k < samples.rows(); k += rows) {
+          least = std::min(least, samples(k, t));
+          most = std::max(most, samples(k, t));
+        }
+      }
+      EXPECT_GT(state.q[j], least - 0.15) << j << " at " << state.time_s;
+      EXPECT_LT(state.q[j], most + 0.15) << j << " at " << state.time_s;
+    }
+  }
+  EXPECT_TRUE(sequence->state().done);
+}
+
 TEST(BipedSequence, RightHandDoesNotShakeWithTheDrawer) {
   FakeWalker walker({});
   FakeDrawer furniture(0.51, 0.2);
