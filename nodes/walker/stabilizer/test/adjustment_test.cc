@@ -104,6 +104,19 @@ TEST_F(AdjustmentTest, StaysWithinReachOfTheHeading) {
             1e-9);
 }
 
+TEST_F(AdjustmentTest, OutwardOfTheRightFootIsToTheRight) {
+  plan.contact = {true, false};
+  plan.swing = kRight;
+  plan.to_landing_s = 0.3;
+  StepAdjustment out(settings), in(settings);
+  for (int i = 0; i < 40; ++i) {
+    out.step(plan, {{0.0, -0.5}, Vector2d::Zero(), true, kOmega});
+    in.step(plan, {{0.0, 0.5}, Vector2d::Zero(), true, kOmega});
+  }
+  EXPECT_NEAR(out.foot_W_m(kRight).y(), -settings.adjust_outward_m, 1e-9);
+  EXPECT_NEAR(in.foot_W_m(kRight).y(), settings.adjust_inward_m, 1e-9);
+}
+
 TEST_F(AdjustmentTest, IsFilteredAndNoFasterThanItsSpeed) {
   settings.adjust_filter_s = 0.03;
   settings.adjust_speed_m_s = 1.0;

@@ -65,6 +65,16 @@ TEST_F(EstimatorTest, FootThatCarriesCountsByItsShare) {
       << "the change of the blend is no motion";
 }
 
+TEST_F(EstimatorTest, HeadingOfFeetThatLandedTurnedIsBlendedToo) {
+  Estimator estimator(biped, settings);
+  PatternSample plan = true_plan();
+  plan.foot[kLeft].X_WS.linear() = math::exp_so3({0.0, 0.0, 0.2}) * plan.foot[kLeft].X_WS.linear();
+  plan.left_share = 0.25;
+  const BodyEstimate& body = estimator.step(plan, sensors_at(biped, X_WB, q));
+  const Eigen::Matrix3d turned = math::exp_so3({0.0, 0.0, 0.25 * 0.2}) * X_WB.linear();
+  EXPECT_TRUE(body.X_WB.linear().isApprox(turned, 1e-9));
+}
+
 TEST_F(EstimatorTest, VelocityIsTheFilteredDifference) {
   Estimator estimator(biped, settings);
   const PatternSample plan = true_plan();

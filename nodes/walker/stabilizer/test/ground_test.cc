@@ -46,6 +46,14 @@ TEST_F(GroundTest, WeightIsSplitByTheLeverBetweenTheAnkles) {
   EXPECT_LT((single.cop_S_m[kRight] - Eigen::Vector2d(0.02, -0.005)).norm(), 1e-12);
 }
 
+TEST_F(GroundTest, CentreOfPressureIsInTheHeadingOfTheFoot) {
+  plan.contact[kLeft] = false;
+  plan.foot[kRight].X_WS.linear() =
+      Eigen::AngleAxisd(M_PI / 2.0, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+  const auto shares = ground.distribute(plan, {0.03, -0.095 + 0.02});
+  EXPECT_LT((shares.cop_S_m[kRight] - Eigen::Vector2d(0.02, -0.03)).norm(), 1e-12);
+}
+
 TEST_F(GroundTest, ZmpOfWrenchesIsWhereTheyBalance) {
   std::array<robot::Wrench, 2> wrench;
   wrench[kLeft].force.z() = 100.0;

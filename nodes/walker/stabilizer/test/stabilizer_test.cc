@@ -167,6 +167,7 @@ TEST_F(StabilizerTest, StepIsAdjustedAndThePatternFollowsWithoutAJump) {
 
 /// What encoders say of legs that are shorter than their set-points is made up for.
 TEST_F(StabilizerTest, LegsThatGiveWayAreMadeLonger) {
+  settings.leg_give_share = 0.5;
   Stabilizer stabilizer(biped, gait, settings);
   Sensors s = sensors(0.0, plan.pattern.zmp_W_m.x());
   for (int i = 0; i < 200; ++i) stabilizer.step(plan, s);
@@ -178,7 +179,7 @@ TEST_F(StabilizerTest, LegsThatGiveWayAreMadeLonger) {
   plan.pattern.to_landing_s = 0.6;
   const StabilizerCommand& command = stabilizer.step(plan, s);
   EXPECT_NEAR(command.X_WS[kRight].translation().z(),
-              plan.pattern.foot[kRight].X_WS.translation().z() - give * 0.5 * weight,
+              plan.pattern.foot[kRight].X_WS.translation().z() - 0.5 * give * 0.5 * weight,
               0.1 * give * weight);
 }
 
