@@ -1,6 +1,7 @@
 #include "nodes/walker/walker.h"
 
 #include "common/error.h"
+#include "nodes/walker/pattern/cart_table.h"
 #include "nodes/walker/pattern/mpc_pattern.h"
 #include "nodes/walker/pattern/preview_pattern.h"
 #include "nodes/walker/upper_body.h"
@@ -142,9 +143,7 @@ void Walker::Impl::plan(const WalkerWish& wish) {
     const ComState shift = filter.step(
         *pattern, upper_body.ahead(f.samples, f.window_s / f.samples, kUpperBodyComesToRest_s));
     if (filter.unreachable() > 0) note("filter", "a leg ahead is too short, and taken to be rigid");
-    planned.com.p_W_m += shift.p_W_m;
-    planned.com.v_W += shift.v_W;
-    planned.com.a_W += shift.a_W;
+    planned.com = planned.com + shift;
   }
   // Half-sitting's CoM is not exactly above the middle of the feet: both come together slowly.
   const double left = settle(time_s / kSettle_s);

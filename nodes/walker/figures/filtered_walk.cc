@@ -1,6 +1,7 @@
 #include "nodes/walker/figures/filtered_walk.h"
 
 #include "nodes/walker/figures/swinging_arms.h"
+#include "nodes/walker/pattern/cart_table.h"
 #include "nodes/walker/pattern/mpc_pattern.h"
 
 namespace mimesis::walker {
@@ -37,6 +38,7 @@ FilteredWalk filtered_walk(const robot::Biped& biped, double speed_m_s, double a
   pattern.reset(
       {Footprint{.side = kLeft, .p_W_m = {0.0, y}}, Footprint{.side = kRight, .p_W_m = {0.0, -y}}});
   DynamicFilter filter(biped, gait, settings);
+  WholeBody body(biped, gait.com_height_m);  // judges independently of the filter
   const SwingingArms upper_body(biped, arms);
   std::vector<UpperBody> upper(static_cast<std::size_t>(settings.samples));
   Wish wish;
@@ -47,12 +49,16 @@ FilteredWalk filtered_walk(const robot::Biped& biped, double speed_m_s, double a
     for (std::size_t k = 0; k < upper.size(); ++k) {
       upper_body.at((tick + static_cast<int>(k) * filter.ticks_a_sample()) * kTick_s, upper[k]);
     }
-    filter.step(pattern, upper);
+    const ComState shift = filter.step(pattern, upper);
     walk.unreachable += filter.unreachable();
+    const PatternSample& plan = pattern.now();
+    const auto error = [&](const ComState& com) -> Eigen::Vector2d {
+      return body.zmp(plan, com, upper[0], body.moments(upper[0])) - plan.zmp_W_m;
+    };
     walk.ticks.push_back({.time_s = tick * kTick_s,
-                          .planned_m = pattern.now().zmp_W_m,
-                          .error_before_m = filter.error_before_m(),
-                          .error_after_m = filter.error_after_m()});
+                          .planned_m = plan.zmp_W_m,
+                          .error_before_m = error(plan.com),
+                          .error_after_m = error(plan.com + shift)});
   }
   return walk;
 }

@@ -13,6 +13,11 @@ inline Eigen::Vector2d zmp(const ComState& com, double height_m) {
   return com.p_W_m - height_m / kGravity_m_s2 * com.a_W;
 }
 
+/// Cart-tables are linear: motions add.
+inline ComState operator+(const ComState& a, const ComState& b) {
+  return {.p_W_m = a.p_W_m + b.p_W_m, .v_W = a.v_W + b.v_W, .a_W = a.a_W + b.a_W};
+}
+
 /// The state after a time t [s] of constant jerk j [m/s³].
 inline ComState advance(const ComState& com, const Eigen::Vector2d& j, double t) {
   ComState next;

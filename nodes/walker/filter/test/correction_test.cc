@@ -13,10 +13,13 @@ namespace {
 constexpr double kHeight = 0.8;
 constexpr int kSamples = 20, kTicks = 11;
 
-/// A wish that comes and goes, wider in y.
+/// A wish of an angular momentum that comes and goes, wider in y: its sum is none.
 Eigen::RowVector2d bump(double t) {
-  const auto bell = [t](double width) { return std::exp(-std::pow((t - 1.2) / width, 2)); };
-  return {0.03 * bell(0.15), -0.02 * bell(0.25)};
+  const auto rate = [t](double width) {
+    const double u = (t - 1.5) / width;
+    return -2.0 * u * std::exp(-u * u);
+  };
+  return {0.03 * rate(0.25), -0.02 * rate(0.4)};
 }
 
 Correction::Errors wishes(double t) {
@@ -29,13 +32,13 @@ TEST(Correction, ZmpOfTheShiftIsTheWishedChange) {
   const Correction correction(kHeight, kSamples, kTicks);
   Correction::State state = Correction::State::Zero();
   double worst = 0.0;
-  for (int tick = 0; tick < 600; ++tick) {
+  for (int tick = 0; tick < 2400; ++tick) {
     const double t = tick * kTick_s;
     worst = std::max(worst, (zmp(to_com(state), kHeight) - bump(t).transpose()).norm());
     state = correction.next(state, wishes(t));
   }
   EXPECT_LT(worst, 0.0015);       // of 0.036
-  EXPECT_LT(state.norm(), 1e-3);  // and it ends where it began
+  EXPECT_LT(state.norm(), 1e-3);  // and it ends where it began, once the sum is forgotten
 }
 
 TEST(Correction, PredictsWhatItDoes) {
@@ -55,6 +58,50 @@ TEST(Correction, PredictsWhatItDoes) {
     }
     state = correction.next(state, wishes((120 + tick) * kTick_s));
   }
+}
+
+TEST(Correction, TellsTheNextTickWhereSamplesWillBe) {
+  const Correction correction(kHeight, kSamples, kTicks);
+  Correction::State state = Correction::State::Zero();
+  for (int tick = 0; tick < 120; ++tick) state = correction.next(state, wishes(tick * kTick_s));
+  const Correction::Errors seen = wishes(120 * kTick_s);
+  const ComState next = to_com(correction.next(state, seen));
+  EXPECT_LT((correction.at_in_next_tick(0, state, seen).p_W_m - next.p_W_m).norm(), 1e-15);
+  EXPECT_LT((correction.at_in_next_tick(0, state, seen).a_W - next.a_W).norm(), 1e-13);
+  for (int k = 0; k < kSamples; ++k) {
+    const ComState at = correction.at(k, state, seen),
+                   later = correction.at_in_next_tick(k, state, seen);
+    const Eigen::Vector2d moved = kTick_s * (at.v_W + later.v_W) / 2.0;
+    EXPECT_LT((later.p_W_m - at.p_W_m - moved).norm(), 1e-6) << k;
+    EXPECT_GT(at.v_W.norm(), 1e-3) << k;
+  }
+}
+
+/// A wave of this period, from its top or its middle on, is followed with a window that ends within
+/// it. @return the largest error, by the wave, once it has gone on for a while
+double error_of_wave(double period_s, double phase_rad) {
+  constexpr int kShortTicks = 7;  // a window of 0.7 s
+  const Correction correction(kHeight, kSamples, kShortTicks);
+  const double w = 2.0 * M_PI / period_s;
+  const auto wave = [&](double t) { return std::sin(w * t + phase_rad); };
+  Correction::State state = Correction::State::Zero();
+  double worst = 0.0;
+  Correction::Errors seen = Correction::Errors::Zero(kSamples, 2);
+  for (int tick = 0; tick < 3000; ++tick) {
+    const double t = tick * kTick_s;
+    if (t > 9.0) worst = std::max(worst, std::abs(zmp(to_com(state), kHeight).x() - wave(t)));
+    for (int k = 0; k < kSamples; ++k) seen(k, 0) = wave(t + k * kShortTicks * kTick_s);
+    state = correction.next(state, seen);
+  }
+  return worst;
+}
+
+TEST(Correction, WhatComesPastTheWindowTakesTheSumAway) {
+  // steps of 0.8 s, and a period of two of them; from the top a wave has a mean to forget
+  EXPECT_LT(error_of_wave(0.8, 0.0), 0.09);
+  EXPECT_LT(error_of_wave(1.6, 0.0), 0.11);
+  EXPECT_LT(error_of_wave(0.8, M_PI / 2.0), 0.09);
+  EXPECT_LT(error_of_wave(1.6, M_PI / 2.0), 0.11);
 }
 
 TEST(Correction, AxesDoNotMixAndNothingAllocates) {
