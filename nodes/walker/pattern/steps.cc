@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "nodes/walker/pattern/swing_height.h"
+
 namespace mimesis::walker {
 namespace {
 
@@ -48,9 +50,9 @@ Steps::Steps(const GaitSettings& s, Change change)
       sample_(kSampleTicks),
       height_m_(s.step_height_m),
       change_(change) {
-  const int margin = (step_ - double_) / 20;
-  lift_ = double_ + margin;
-  touch_ = step_ - margin;
+  const int swing = step_ - double_;
+  lift_ = double_ + swing / 20;
+  touch_ = step_ - swing / 7;
   reset({Footprint{kLeft, {0.0, s.feet_distance_m / 2.0}, 0.0},
          Footprint{kRight, {0.0, -s.feet_distance_m / 2.0}, 0.0}});
 }
@@ -179,13 +181,12 @@ void Steps::describe(PatternSample& s) const {
   s.foot[robot::other(swing_)] = on_ground(still);
   s.contact = {true, true};
   if (phase_ == Phase::kStep && tick_ > double_) {
-    // z = 64 H (u (1 − u))³: at rest without acceleration at both ends
-    const double rate = 1.0 / (kTick_s * (step_ - double_)), u = (tick_ - double_) * kTick_s * rate;
-    const double w = u * (1.0 - u), dw = (1.0 - 2.0 * u), h = 64.0 * height_m_;
+    const double rate = 1.0 / (kTick_s * (step_ - double_));
+    const SwingHeight height = swing_height((tick_ - double_) * kTick_s * rate);
     FootState& foot = s.foot[swing_];
-    foot.X_WS.translation().z() = h * w * w * w;
-    foot.v_W.z() = h * 3.0 * w * w * dw * rate;
-    foot.a_W.z() = h * 6.0 * w * (dw * dw - w) * rate * rate;
+    foot.X_WS.translation().z() = height_m_ * height.z;
+    foot.v_W.z() = height_m_ * height.dz * rate;
+    foot.a_W.z() = height_m_ * height.ddz * rate * rate;
     s.contact[swing_] = false;
   }
   s.yaw_rad = yaw_rad();

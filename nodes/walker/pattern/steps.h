@@ -21,8 +21,9 @@ struct Support {
 
 /// Timing of standing and stepping, and motion of the feet [walking.md 1.4, 8.6.0]:
 ///   standing → starting (double support) → steps → settling (double support) → standing.
-/// A step is double support first, then swing; the foot moves along the ground in the middle nine
-/// tenths of its swing. A value: a copy of it, advanced, is the preview.
+/// A step is double support first, then swing; the foot moves along the ground from a twentieth of
+/// its swing on and is there a seventh before its end, before it may find ground that is higher
+/// than planned. A value: a copy of it, advanced, is the preview.
 class Steps {
  public:
   enum class Phase { kStand, kStart, kStep, kSettle };
