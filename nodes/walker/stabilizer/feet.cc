@@ -7,6 +7,8 @@ namespace mimesis::walker {
 namespace {
 
 constexpr double kLetGo_s = 0.1;      ///< tilt of a foot that carries no more
+constexpr double kFeltShare = 0.05;   ///< of the weight, on a foot that stands
+constexpr double kShareStep = 0.05;   ///< of a foot's share in a tick; the plan's is no faster
 constexpr double kShareFade_s = 0.3;  ///< difference of heights in single support
 
 Eigen::Vector3d at_most(const Eigen::Vector3d& v, double length) {
@@ -27,6 +29,8 @@ Feet::Feet(const robot::Biped& biped, const StabilizerSettings& settings)
 void Feet::reset() {
   foot_.fill({});
   difference_m_ = 0.0;
+  left_ = 0.5;
+  behind_ = false;
   double_support_s_ = settings_->force_window_s;  // it starts on ground that is known
   X_WS_.fill(Eigen::Isometry3d::Identity());
 }
@@ -68,6 +72,13 @@ void Feet::land(Foot& foot, double normal_n) const {
                                        s.landing_leak_s, s.landing_limit_m));
 }
 
+void Feet::reach(Foot& foot, double normal_n) const {
+  const StabilizerSettings& s = *settings_;
+  foot.felt = foot.felt || normal_n > kFeltShare * weight_n_;
+  foot.reach_m =
+      leaky(foot.reach_m, foot.felt ? 0.0 : s.reach_m_s, s.force_leak_s, s.reach_limit_m);
+}
+
 /// The base is at X_WB instead of X_WB_planned: X_WB⁻¹ of the sole is what the leg has to do.
 void Feet::hold_swing(Foot& foot, const Eigen::Isometry3d& X_WS, const Measured& measured) const {
   const StabilizerSettings& s = *settings_;
@@ -90,7 +101,6 @@ const std::array<Eigen::Isometry3d, 2>& Feet::step(const PatternSample& plan,
                                                    const Ground::Shares& wished,
                                                    const Measured& measured) {
   const StabilizerSettings& s = *settings_;
-  left_ = wished.left;
   give_m_n_ = measured.give_m_n;
   press(plan, wished, measured.foot_S);
   for (Side side : robot::kSides) {
@@ -98,10 +108,13 @@ const std::array<Eigen::Isometry3d, 2>& Feet::step(const PatternSample& plan,
     const robot::Wrench& wrench = measured.foot_S[side];
     if (plan.contact[side]) {
       foot.landing_m = decayed(foot.landing_m, s.landing_leak_s);
+      reach(foot, wrench.force.z());
       fade_swing(foot);
       continue;
     }
     for (double& tilt : foot.tilt_rad) tilt = decayed(tilt, kLetGo_s);
+    foot.reach_m = decayed(foot.reach_m, kShareFade_s);
+    foot.felt = false;
     hold_swing(foot, plan.foot[side].X_WS, measured);
     if (plan.to_landing_s <= s.landing_window_s) {
       land(foot, wrench.force.z());
@@ -109,8 +122,15 @@ const std::array<Eigen::Isometry3d, 2>& Feet::step(const PatternSample& plan,
       foot.landing_m = decayed(foot.landing_m, s.landing_leak_s);
     }
   }
-  if (plan.contact[kLeft] && plan.contact[kRight]) {
-    share_weight(measured.foot_S, wished.left);
+  const bool both = plan.contact[kLeft] && plan.contact[kRight];
+  // A foot that is not felt gets no weight by legs that change their lengths for it: it would only
+  // meet the ground faster.
+  const bool waits = both && !(foot_[kLeft].felt && foot_[kRight].felt);
+  behind_ = waits || (behind_ && std::abs(wished.left - left_) > kShareStep);
+  if (!behind_) left_ = wished.left;
+  if (behind_ && !waits) left_ += std::clamp(wished.left - left_, -kShareStep, kShareStep);
+  if (both) {
+    if (!waits) share_weight(measured.foot_S, wished.left);
   } else {
     difference_m_ = decayed(difference_m_, kShareFade_s);
     double_support_s_ = 0.0;
@@ -123,10 +143,13 @@ const std::array<Eigen::Isometry3d, 2>& Feet::fade(const PatternSample& plan) {
   for (Foot& foot : foot_) {
     for (double& tilt : foot.tilt_rad) tilt = decayed(tilt, settings_->cop_leak_s);
     foot.landing_m = decayed(foot.landing_m, settings_->landing_leak_s);
+    foot.reach_m = decayed(foot.reach_m, settings_->force_leak_s);
+    foot.felt = true;
     fade_swing(foot);
   }
   difference_m_ = decayed(difference_m_, settings_->force_leak_s);
   left_ = left_weight(plan);
+  behind_ = false;
   compose(plan);
   return X_WS_;
 }
@@ -143,7 +166,8 @@ void Feet::compose(const PatternSample& plan) {
     X_WS_[side].linear() = swung * turn;
     X_WS_[side].translation() =
         X_WS.translation() + foot.swing_shift_W + swung * (pivot_S - turn * pivot_S);
-    X_WS_[side].translation().z() += foot.landing_m + 0.5 * robot::sign(side) * difference_m_ +
+    X_WS_[side].translation().z() += foot.landing_m - foot.reach_m +
+                                     0.5 * robot::sign(side) * difference_m_ +
                                      give_m_n_ * weight_n_ * (0.5 - share);
   }
 }

@@ -16,6 +16,8 @@ namespace mimesis::walker {
 ///    landing, then d is held: on stiff legs d rolls the body and moves the CoM by c = 4.1 d, whose
 ///    c''/ω² the force sensors feel as a gain that grows with the frequency.
 ///  - landing, before the foot is due: l̇ = A max(0, F_z) − l/T, the sole goes up by l.
+///  - reach, after the foot was due and until it is felt: the sole goes on down; difference and
+///    give wait.
 ///  - swing: the sole is where it is planned although the base is not.
 ///  - give: legs that are c F shorter under their load F (LegGive) are made longer by c (F − mg/2)
 ///    for the wished F: the pelvis stays at its height and level while the weight changes feet.
@@ -39,7 +41,8 @@ class Feet {
  private:
   struct Foot {
     Eigen::Vector2d tilt_rad = Eigen::Vector2d::Zero();  ///< θ_x, θ_y
-    double landing_m = 0.0;
+    double landing_m = 0.0, reach_m = 0.0;
+    bool felt = true;                                        ///< since it was set down
     Eigen::Vector3d swing_tilt_W = Eigen::Vector3d::Zero();  ///< axis-angle
     Eigen::Vector3d swing_shift_W = Eigen::Vector3d::Zero();
   };
@@ -47,6 +50,7 @@ class Feet {
              const std::array<robot::Wrench, 2>& foot_S);
   void share_weight(const std::array<robot::Wrench, 2>& foot_S, double left);
   void land(Foot& foot, double normal_n) const;
+  void reach(Foot& foot, double normal_n) const;
   void hold_swing(Foot& foot, const Eigen::Isometry3d& X_WS, const Measured& measured) const;
   void fade_swing(Foot& foot) const;
   void compose(const PatternSample& plan);
@@ -56,6 +60,7 @@ class Feet {
   double weight_n_, swing_share_;
   std::array<Foot, 2> foot_;
   double left_ = 0.5, give_m_n_ = 0.0;  ///< wished share of the left foot, give of a leg
+  bool behind_ = false;                 ///< the share waited, and follows the wished one slowly
   double difference_m_ = 0.0, double_support_s_ = 0.0;
   std::array<Eigen::Isometry3d, 2> X_WS_;
 };

@@ -33,6 +33,8 @@ struct StabilizerSettings {
   double landing_m_s_n = 5e-4;  ///< a foot that lands early gives way
   double landing_leak_s = 0.2, landing_limit_m = 0.03;
   double landing_window_s = 0.25;  ///< before the planned landing
+  double reach_m_s = 0.04;         ///< of a foot that is due and not felt, to ground that is lower
+  double reach_limit_m = 0.01;
   // swing foot against the error of the base
   double swing_filter_s = 0.05, swing_fade_s = 0.3;
   double swing_position = 1.0;          ///< share of the position's correction: 0 attitude only [1]
@@ -78,6 +80,8 @@ struct StabilizerSettings {
     v("landing_leak_s", landing_leak_s, 0.01, 100.0);
     v("landing_limit_m", landing_limit_m, 0.0, 0.05);
     v("landing_window_s", landing_window_s, 0.0, 1.0);
+    v("reach_m_s", reach_m_s, 0.0, 1.0);
+    v("reach_limit_m", reach_limit_m, 0.0, 0.05);
     v("swing_filter_s", swing_filter_s, 0.0, 1.0);
     v("swing_fade_s", swing_fade_s, 0.01, 10.0);
     v("swing_position", swing_position, 0.0, 1.0);

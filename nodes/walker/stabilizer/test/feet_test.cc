@@ -112,6 +112,52 @@ TEST_F(FeetTest, HeightsThatTheLandingFoundAreHeldWhileTheRobotStands) {
   EXPECT_NEAR(height(kLeft), found, 2e-4);
 }
 
+TEST_F(FeetTest, FootThatIsDueAndNotFeltGoesOnDownUntilItIs) {
+  settings.force_m_s_n = 0.0;
+  const double weight = biped.tree.mass_kg() * robot::kGravity;
+  single_support_on_right(0.01);
+  measured.foot_S[kRight].force.z() = weight;
+  run(2);
+  EXPECT_EQ(height(kLeft), 0.0) << "not before it is due";
+  plan.contact[kLeft] = true;
+  run(4);
+  EXPECT_NEAR(height(kLeft), -4 * kTick_s * settings.reach_m_s, 2e-5);
+  EXPECT_EQ(height(kRight), 0.0) << "it has carried all along";
+  run(200);
+  EXPECT_NEAR(height(kLeft), -settings.reach_limit_m, 1e-9);
+  measured.foot_S[kLeft].force.z() = 0.1 * weight;
+  run(1);
+  const double found = height(kLeft);
+  measured.foot_S[kLeft].force.z() = 0.0;  // felt once: what it carries now is not the ground's say
+  run(10);
+  EXPECT_NEAR(height(kLeft), found * std::pow(1.0 - kTick_s / settings.force_leak_s, 10), 1e-9);
+  single_support_on_right(0.5);
+  run(200);
+  EXPECT_NEAR(height(kLeft), 0.0, 5e-4) << "the next swing is as planned";
+}
+
+TEST_F(FeetTest, LegsKeepTheirLengthsForAFootThatIsNotFelt) {
+  settings.reach_m_s = 0.0;
+  const double weight = biped.tree.mass_kg() * robot::kGravity;
+  measured.give_m_n = 3e-6;
+  single_support_on_right(0.01);
+  measured.foot_S[kRight].force.z() = weight;
+  run(1);
+  const double stance = height(kRight), swing = height(kLeft);
+  EXPECT_NEAR(stance, -3e-6 * 0.5 * weight, 1e-9);
+  plan.contact[kLeft] = true;
+  wished.left = 0.6;
+  run(5);
+  EXPECT_NEAR(height(kRight), stance, 1e-9);
+  EXPECT_NEAR(height(kLeft), swing, 1e-9);
+  measured.foot_S[kLeft].force.z() = 0.6 * weight;
+  measured.foot_S[kRight].force.z() = 0.4 * weight;  // as wished: only the give moves
+  run(1);
+  EXPECT_NEAR(height(kRight), stance + 0.05 * 3e-6 * weight, 1e-9) << "and then not at once";
+  run(20);
+  EXPECT_NEAR(height(kRight), 3e-6 * (0.5 - 0.4) * weight, 1e-9);
+}
+
 TEST_F(FeetTest, WeightThatRocksFromFootToFootIsLetBe) {
   const auto sway = [&](int k) {
     measured.foot_S[kLeft].force.z() = k / 4 % 2 == 0 ? 500.0 : 100.0;
