@@ -150,19 +150,36 @@ TEST_F(BodySensorsTest, NoiseIsSeeded) {
   BodyOptions reseeded = options;
   reseeded.seed = 4;
   BodyWorld two(robot_.biped, robot_.urdf, reseeded);
-  double squares = 0.0, force_squares = 0.0;
+  double squares = 0.0, rate_squares = 0.0, force_squares = 0.0, moment_squares = 0.0;
   for (int i = 0; i < 50; ++i) {
     step(one, 1);
     step(clean, 1);
     squares += (one.sensors().q - clean.sensors().q).squaredNorm();
+    rate_squares += (one.sensors().dq - clean.sensors().dq).squaredNorm();
     force_squares +=
         (one.sensors().foot_S[0].force - clean.sensors().foot_S[0].force).squaredNorm();
+    moment_squares +=
+        (one.sensors().foot_S[0].moment - clean.sensors().foot_S[0].moment).squaredNorm();
   }
   EXPECT_NEAR(std::sqrt(squares / (50.0 * 30.0)), 1e-3, 1e-4);
+  EXPECT_NEAR(std::sqrt(rate_squares / (50.0 * 30.0)), 0.1, 0.01);  // of 10 ms
   EXPECT_NEAR(std::sqrt(force_squares / 150.0), 5.0, 1.0);
-  EXPECT_EQ(one.truth().com_W_m, clean.truth().com_W_m);  // sensors do not move the robot
+  EXPECT_NEAR(std::sqrt(moment_squares / 150.0), 0.5, 0.1);  // at 0.1 m
+  EXPECT_EQ(one.truth().com_W_m, clean.truth().com_W_m);     // sensors do not move the robot
   step(two, 50);
   EXPECT_NE(one.sensors().q, two.sensors().q);
+}
+
+TEST_F(BodySensorsTest, TiltOfTheImuIsThatOfItsNoiseAtTheTime) {
+  BodyWorld world(robot_.biped, robot_.urdf, {.seed = 11, .imu_tilt_rad = 0.01});
+  BodyWorld clean(robot_.biped, robot_.urdf, {});
+  const Noise noise(11, 0.01);
+  for (int k = 0; k < 3; ++k) {
+    step(world, 200);
+    step(clean, 200);
+    const Eigen::Quaterniond tilt = world.sensors().R_WI * clean.sensors().R_WI.conjugate();
+    EXPECT_LT(tilt.angularDistance(noise.tilt(world.time_s())), 1e-9) << world.time_s();
+  }
 }
 
 TEST(Noise, TiltIsSlowAndBounded) {
