@@ -1,6 +1,7 @@
 // Agents that other processes move, with one coordinator.
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 
 #include "common/math/circle.h"
@@ -153,6 +154,65 @@ TEST(CrowdNode, AWishedStyleMovesAnAgentToAGroupThatWalksSo) {
   ASSERT_TRUE(told.has_value());
   EXPECT_EQ(told->shares(0).style(), "brisk");
   EXPECT_EQ(told->characters(0), 0u);
+}
+
+constexpr const char* kColumn = R"(
+name: column
+until_s: 1000
+groups:
+  - name: column
+    count: 3
+    gait: walk
+    start: {arrangement: line, spacing_m: 1.5, phase: equal}
+    formation: {shape: line, spacing_m: 1.5}
+    rules:
+      length: {graph: all_to_all, gain_1_m: 0.08, limit: 0.15}
+      phase: {graph: all_to_all, gain_1_s: 0.3}
+      heading: {kind: lane, gain: 0.25}
+externals:
+  - {name: figure, group: column, place_m: -4.5, lane_m: 0}
+)";
+
+/// A body whose steps are 6 % longer than asked, whose pelvis looks 3 degrees aside, and which
+/// turns 2 degrees less than asked.
+TEST(CrowdNode, ABodyThatDoesNotQuiteObeyTakesItsPlace) {
+  Alone crowd(kColumn);
+  double x = -4.8, y = 0.3, way = 0.0, phase = 1.0;
+  v1::CrowdStates same_time;
+  const SpeedFunction gait(0.22, std::array{-0.006, 0.023}, std::array{0.0, 0.022});
+  while (crowd.now < 70s) {
+    double rate = 5.7, step_m = 0.69, heading = 0.0;
+    if (crowd.command.gaits_size() == 1) {
+      const v1::GaitCommand& asked = crowd.command.gaits(0);
+      rate = asked.phase_rate_rad_s();
+      step_m = 1.06 * asked.step_length_m();
+      heading = asked.heading_rad();
+    }
+    const double by = 0.02 * rate;
+    const double go =
+        step_m / (0.5 * gait.cycle_m()) * (gait.integral(phase + by) - gait.integral(phase));
+    x += go * std::cos(way);
+    y += go * std::sin(way);
+    phase += by;
+    const double pelvis = way - 0.05;
+    way += 0.02 * 1.5 * (heading - 0.035 - pelvis);
+    v1::MotionBatch batch;
+    batch.add_phase_rad(static_cast<float>(math::wrap_two_pi(phase)));
+    batch.add_position_pelvis_in_world_m(static_cast<float>(x));
+    batch.add_position_pelvis_in_world_m(
+        static_cast<float>(y + 0.03 * std::sin(phase) * std::cos(way)));
+    batch.add_position_pelvis_in_world_m(0.9F);
+    batch.add_heading_rad(static_cast<float>(pelvis + 0.1 * std::cos(phase)));
+    crowd.bus.send("characters", batch, crowd.now);
+    same_time = crowd.states;
+    crowd.step();
+  }
+  ASSERT_EQ(same_time.id_size(), 4);
+  const double last = same_time.position_in_world_m(4);
+  EXPECT_NEAR(x - last, -1.5, 0.01);
+  EXPECT_NEAR(y, 0.0, 0.01);
+  EXPECT_NEAR(way, 0.0, 0.01);
+  EXPECT_NEAR(math::wrap_pi(phase - same_time.phase_rad(0)), 0.0, 0.01);
 }
 
 }  // namespace

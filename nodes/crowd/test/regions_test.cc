@@ -111,5 +111,28 @@ TEST(Regions, WhoFallsSilentIsMissedAndNobodyIsSentThere) {
   EXPECT_EQ(two[1].agents.size(), 16u);
 }
 
+/// Neither died: each has looked after the other's agents meanwhile.
+TEST(Regions, OfTwoWhoClaimAnAgentTheFirstKeepsIt) {
+  const ScenarioFile file(kFormation);
+  for (const double cut : {1000.0, -1000.0}) {
+    Coordinators two(file.params(), {cut}, {});
+    const std::size_t mine = cut > 0.0 ? 0 : 1;
+    two.until(104.0);
+    ASSERT_EQ(two[mine].agents.size(), 16u);
+    two.connect(false);
+    two.until(106.0);
+    EXPECT_EQ(two[0].agents.size() + two[1].agents.size(), 32u);
+    two.connect(true);
+    two.step();
+    two.step();
+    two.step();
+    EXPECT_EQ(two[0].agents.size() + two[1].agents.size(), 16u);
+    two.until(108.0);
+    EXPECT_EQ(two[mine].agents.size(), 16u);
+    EXPECT_EQ(two[0].status.given(), mine == 0 ? 0u : 16u) << "number 1 had them";
+    EXPECT_EQ(two[1].status.given(), 0u);
+  }
+}
+
 }  // namespace
 }  // namespace mimesis::crowd

@@ -115,6 +115,20 @@ TEST(PathFilter, WhoBeginsIsNeverFarFromItsBody) {
   EXPECT_LT(follow(filter, walker, 1.0).place_m, 5e-4);
 }
 
+/// Within half a second, as figures do: means over a cycle would lag by 5 cm and more.
+TEST(PathFilter, WhoComesUpToSpeedIsNotLostBehind) {
+  PathFilter filter;
+  Walker walker{.rate_rad_s = 0.0};
+  follow(filter, walker, 1.0);
+  double most = 0.0;
+  for (int k = 0; k < 400; ++k) {
+    walker.rate_rad_s = kRate;
+    walker.stride = std::min(1.0, 0.3 + k * 0.005 / 0.8);
+    most = std::max(most, follow(filter, walker, 0.005).place_m);
+  }
+  EXPECT_LT(most, kSway_m + 0.012);
+}
+
 TEST(PathFilter, WhoStopsIsWhereItIsAfterAWhile) {
   PathFilter filter;
   Walker walker;

@@ -69,5 +69,14 @@ TEST(RegionMap, RefusesCutsThatAreNone) {
   }
 }
 
+TEST(RegionMap, TheNearestThatIsThereInherits) {
+  const RegionMap map({0.0, 10.0}, {0.0});  // 0 1 2 below, 3 4 5 above
+  EXPECT_EQ(map.heir(4, {true, true, true, true, true, true}), 4);
+  EXPECT_EQ(map.heir(4, {true, true, true, true, false, true}), 1) << "of three, the first";
+  EXPECT_EQ(map.heir(4, {true, false, true, false, false, true}), 5);
+  EXPECT_EQ(map.heir(5, {true, false, false, true, false, false}), 3) << "two columns, not three";
+  EXPECT_EQ(map.heir(0, {false, false, false, false, false, true}), 5);
+}
+
 }  // namespace
 }  // namespace mimesis::crowd
