@@ -202,6 +202,33 @@ TEST(CrowdGraph, TheSynthesizerLagsThenIsKilledAndTheCrowdGoesOn) {
   EXPECT_NE(why.find("it is in time again"), std::string::npos) << why;
 }
 
+TEST(CrowdGraph, OneOfFourCoordinatorsIsKilledAndItsNeighbourGoesOnWithItsAgents) {
+  Scenario run("crowd_four", {"--arg", "scenario=formation", "--arg", "whole=false"});
+  runtime::Tap tap(
+      run.graph().name(), [](const std::string& topic) { return topic == "crowd3/status"; },
+      runtime::Policy::reliable);
+  std::uint32_t had = 0;
+  for (int i = 0; i < 600 && had == 0 && !run.process().wait(0ms); ++i) {
+    const auto item = tap.next(100ms);
+    v1::CrowdStatus status;
+    if (!item || !status.ParseFromString(item->message.payload) || !status.runs()) continue;
+    had = status.own();
+    const pid_t third = pid_of(run, "crowd3");
+    ASSERT_GT(third, 0);
+    if (had > 0) kill(third, SIGKILL);
+  }
+  ASSERT_GT(had, 0u);
+  EXPECT_EQ(run.wait(), 0);
+  const json result = run.result();
+  ASSERT_TRUE(result.is_object()) << run.process().output();
+  EXPECT_EQ(result["success"], true) << result["reason"];
+  EXPECT_EQ(result["agents"], 16) << "nobody is lost";
+  EXPECT_LE(result["place_error_mm"], 10.0);
+  EXPECT_EQ(at_the_end(run).size(), 16u);
+  const std::string why = voided(run);
+  EXPECT_NE(why.find("coordinator 3 fell silent, 1 has its region"), std::string::npos) << why;
+}
+
 TEST(CrowdGraph, AScenarioThatTheoryRefusesStopsTheStart) {
   Scenario run("crowd", {"--set", "crowd.set=groups.0.rules.phase.gain_1_s=-1"});
   EXPECT_EQ(run.wait(), 2);

@@ -77,6 +77,21 @@ TEST(Navigate, SaysWhatAvoidanceAddedToAHeading) {
   EXPECT_TRUE(std::isnan(crowd.avoidance_rad_s(0)));
 }
 
+TEST(Navigate, APillarTurnsAsAnAgentJustBehindItsSurfaceWould) {
+  Crowd crowd({.dt_s = 0.02});
+  crowd.add_group(walkers());
+  const Pillar pillar{{1.2, 0.3}, 0.5};
+  crowd.set_obstacles(std::span(&pillar, 1), {});
+  crowd.add(0, std::vector<Agent>{walker(1, {0.0, 0.0}, {9.0, 0.0})});
+  crowd.step();
+  const Eigen::Vector2d n = pillar.position_W_m.normalized();
+  const double surface = pillar.position_W_m.norm() - pillar.radius_m;
+  const dmp::NavigationParams p{};
+  const dmp::Pedestrian from{{0.0, 0.0}, 0.0, 0.0}, felt{(surface + 0.3) * n, 0.0, 0.0};
+  EXPECT_NEAR(crowd.avoidance_rad_s(0), p.avoid_1_s * dmp::avoidance_term(from, felt, p), 1e-3);
+  EXPECT_LT(crowd.avoidance_rad_s(0), -0.1);
+}
+
 TEST(Navigate, WhoIsTurnedAwayFromItsLaneListensLessToOthers) {
   for (const double heading : {0.4, 2.5}) {
     Crowd crowd({.dt_s = 0.02});

@@ -268,6 +268,35 @@ TEST(Walk, HeadingsAgreeInConsensusAndGoalsAreReached) {
   }
 }
 
+TEST(Walk, ALeaderSomeTurnsAwayLeadsAsOneInTheSameTurn) {
+  Rules rules;
+  rules.phase = {.graph = {Topology::ring}, .gain_1_s = 0.5, .leader_gain_1_s = 0.8};
+  std::vector<Crowd> crowds;
+  for (int k = 0; k < 2; ++k) {
+    crowds.emplace_back(CrowdSettings{.dt_s = 0.01});
+    crowds[std::size_t(k)].add_group({rules, SpeedFunction(0.2, {}, {}), {}});
+    std::vector<Agent> agents(4);
+    for (std::size_t i = 0; i < 4; ++i) {
+      agents[i].id = i + 1;
+      agents[i].traits.omega_rad_s = 6.0;
+      agents[i].state.phase_rad = 0.4 * static_cast<double>(i);
+    }
+    crowds[std::size_t(k)].add(0, agents);
+  }
+  for (int i = 0; i < 500; ++i) {
+    for (int k = 0; k < 2; ++k) {
+      Crowd& c = crowds[std::size_t(k)];
+      c.set_outside(
+          0, {.leader = 0, .leader_phase_rad = 6.0 * c.time_s() + 1.0 - 3 * k * math::kTwoPi});
+      c.step();
+    }
+  }
+  for (std::size_t i = 0; i < 4; ++i) {
+    EXPECT_NEAR(crowds[0].phase_rad()[i], crowds[1].phase_rad()[i], 1e-9);
+    EXPECT_NEAR(crowds[0].phase_rad()[i], 6.0 * crowds[0].time_s() + 1.0, 0.05);
+  }
+}
+
 // ψ̇ = ω (−m sin ψ + g^ψ(φ)) near a goal that stays: every harmonic aₖ e^{ikφ} ends up as
 // aₖ e^{ikφ}/(m + ik).
 TEST(Sway, HeadingsFollowItAsTheLinearDynamicsDoes) {
