@@ -1,16 +1,6 @@
 #include "nodes/crowd/run/roster.h"
 
 namespace mimesis::crowd {
-namespace {
-
-int number(const Scenario& scenario, const std::string& name) {
-  for (std::size_t g = 0; g < scenario.groups.size(); ++g) {
-    if (scenario.groups[g].name == name) return static_cast<int>(g);
-  }
-  return -1;
-}
-
-}  // namespace
 
 Roster::Roster(const Scenario& scenario) {
   for (std::size_t g = 0; g < scenario.groups.size(); ++g) {
@@ -36,7 +26,7 @@ Roster::Roster(const Scenario& scenario) {
   }
   first_external_ = agents_.size() + 1;
   for (const External& external : scenario.externals) {
-    const int g = number(scenario, external.group);
+    const int g = scenario.group_number(external.group);
     Agent agent{.id = agents_.size() + 1, .role = Role::external};
     agent.traits.omega_rad_s =
         scenario.gait(scenario.groups[static_cast<std::size_t>(g)].gait)->eigenfrequency_rad_s;

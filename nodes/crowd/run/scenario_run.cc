@@ -8,8 +8,6 @@
 namespace mimesis::crowd {
 namespace {
 
-constexpr double kOnTheSpot = 1e-3;  // of the stride of who waits
-
 /// The scenario, if it can run.
 const Scenario& sound(const Scenario& scenario) {
   const std::vector<Fault> found = faults(scenario);
@@ -17,20 +15,10 @@ const Scenario& sound(const Scenario& scenario) {
   throw ConfigError(scenario.name + "." + found[0].path + ": " + found[0].what);
 }
 
-bool inside(const Zone& zone, const Eigen::Vector2d& p) {
-  return p.x() >= zone.least_x_m && p.x() <= zone.most_x_m && p.y() >= zone.least_y_m &&
-         p.y() <= zone.most_y_m;
-}
-
 /// The beat leads as an agent that is nowhere: α of [M18 eq. 4.26].
 Rules heard(Rules rules, double beat_gain_1_s) {
   if (beat_gain_1_s > 0.0) rules.phase.leader_gain_1_s = beat_gain_1_s;
   return rules;
-}
-
-Eigen::Vector2d point(const std::vector<double>& xy, int i) {
-  const auto k = 2 * static_cast<std::size_t>(i);
-  return {xy[k], xy[k + 1]};
 }
 
 bool along_a_graph(const Rules& rules) {
@@ -66,7 +54,7 @@ void ScenarioRun::add_group(const Group& group) {
                     .path = {.origin_W_m = {group.origin_x_m, group.origin_y_m},
                              .direction_rad = group.heading_rad},
                     .sway = gait.sway()});
-  gaits_.push_back(gait_number(group.gait));
+  gaits_.push_back(scenario_.gait_number(group.gait));
   omega_.push_back(gait.eigenfrequency_rad_s);
   bool whole = along_a_graph(group.rules);
   for (const Change& change : scenario_.schedule) {
@@ -87,22 +75,6 @@ void ScenarioRun::populate(const Mine& mine) {
     if (ours) courses_[id] = {};
   }
   for (std::size_t g = 0; g < members.size(); ++g) crowd_.add(static_cast<int>(g), members[g]);
-}
-
-int ScenarioRun::number(const std::string& name) const {
-  const auto found = std::ranges::find(scenario_.groups, name, &Group::name);
-  return found == scenario_.groups.end() ? -1 : static_cast<int>(found - scenario_.groups.begin());
-}
-
-int ScenarioRun::gait_number(const std::string& name) const {
-  const auto found = std::ranges::find(scenario_.gaits, name, &Gait::name);
-  return found == scenario_.gaits.end() ? -1 : static_cast<int>(found - scenario_.gaits.begin());
-}
-
-/// Ours, or an external agent that we look after.
-bool ScenarioRun::moved_here(int row) const {
-  const Role role = crowd_.roles()[static_cast<std::size_t>(row)];
-  return role == Role::own || role == Role::external;
 }
 
 double ScenarioRun::beat_rad() const {
@@ -146,7 +118,7 @@ void ScenarioRun::step(parallel::Team* team) {
 }
 
 std::string ScenarioRun::wish_gait(std::span<const AgentId> ids, const std::string& name) {
-  if (gait_number(name) < 0) {
+  if (scenario_.gait_number(name) < 0) {
     std::string known;
     for (const Gait& gait : scenario_.gaits) known += (known.empty() ? "" : ", ") + gait.name;
     return "'" + name + "' is none of the scenario's gaits: " + known;
@@ -155,14 +127,14 @@ std::string ScenarioRun::wish_gait(std::span<const AgentId> ids, const std::stri
     set_gait(g, name);
     changed_.push_back(g);
   }
-  const auto walks_so = std::ranges::find(gaits_, gait_number(name));
+  const auto walks_so = std::ranges::find(gaits_, scenario_.gait_number(name));
   if (!ids.empty() && walks_so == gaits_.end()) return "no group walks '" + name + "'";
   for (const AgentId id : ids) {
     const std::optional<Agent> agent = crowd_.find(id);
     if (!agent) return "there is no agent " + std::to_string(id);
     const int from = *crowd_.group_of(id), to = static_cast<int>(walks_so - gaits_.begin());
     const bool here = agent->role == Role::own || agent->role == Role::external;
-    if (here && gait(from) != gait_number(name)) move(id, from, to);
+    if (here && gait(from) != scenario_.gait_number(name)) move(id, from, to);
   }
   return {};
 }
@@ -186,7 +158,7 @@ void ScenarioRun::follow_schedule() {
   while (next_change_ < scenario_.schedule.size() &&
          time_s() >= scenario_.schedule[next_change_].at_s) {
     const Change& change = scenario_.schedule[next_change_++];
-    const int g = number(change.group);
+    const int g = scenario_.group_number(change.group);
     crowd_.set_rules(
         g, heard(change.rules, scenario_.groups[static_cast<std::size_t>(g)].beat_gain_1_s));
     if (!change.gait.empty()) set_gait(g, change.gait);
@@ -198,7 +170,7 @@ void ScenarioRun::follow_schedule() {
 void ScenarioRun::set_gait(int g, const std::string& name) {
   const Gait& gait = *scenario_.gait(name);
   crowd_.set_gait(g, gait.speed(), gait.sway());
-  gaits_[static_cast<std::size_t>(g)] = gait_number(name);
+  gaits_[static_cast<std::size_t>(g)] = scenario_.gait_number(name);
   double& omega = omega_[static_cast<std::size_t>(g)];
   const Crowd::Rows rows = crowd_.rows(g);
   for (int row = rows.first; row < rows.first + rows.count; ++row) {
@@ -207,109 +179,6 @@ void ScenarioRun::set_gait(int g, const std::string& name) {
     MIMESIS_ASSERT(crowd_.set_traits(agent.id, agent.traits));
   }
   omega = gait.eigenfrequency_rad_s;
-}
-
-/// Along routes: who is near its goal gets the next one.
-void ScenarioRun::follow_goals() {
-  for (std::size_t g = 0; g < scenario_.groups.size(); ++g) {
-    const Goals& goals = scenario_.groups[g].goals;
-    if (goals.aim != Aim::route) continue;
-    const int legs = static_cast<int>(goals.position_m.size() / 2);
-    const Crowd::Rows rows = crowd_.rows(static_cast<int>(g));
-    for (int row = rows.first; row < rows.first + rows.count; ++row) {
-      const auto r = static_cast<std::size_t>(row);
-      if (crowd_.roles()[r] != Role::own) continue;
-      const AgentId id = crowd_.ids()[r];
-      Course& course = courses_[id];
-      const Eigen::Vector2d p(crowd_.x_m()[r], crowd_.y_m()[r]);
-      if ((p - point(goals.position_m, course.leg)).norm() > goals.reached_m) continue;
-      const int next = course.leg + 1 < legs ? course.leg + 1 : goals.loop ? 0 : course.leg;
-      if (next == course.leg) continue;
-      course.leg = next;
-      set_goal(id, point(goals.position_m, next));
-    }
-  }
-}
-
-void ScenarioRun::set_goal(AgentId id, const Eigen::Vector2d& goal) {
-  AgentTraits traits = crowd_.find(id)->traits;
-  traits.goal_W_m = goal;
-  MIMESIS_ASSERT(crowd_.set_traits(id, traits));
-}
-
-void ScenarioRun::follow_zones() {
-  for (const Zone& zone : scenario_.zones) {
-    const int only = zone.from.empty() ? -1 : number(zone.from), to = number(zone.to);
-    for (int g = 0; g < crowd_.groups(); ++g) {
-      if (g != to && (only < 0 || g == only)) gather(zone, g);
-    }
-  }
-}
-
-/// Those of one group who are in the zone: they go over, or wait until they are enough.
-void ScenarioRun::gather(const Zone& zone, int from) {
-  const Crowd::Rows rows = crowd_.rows(from);
-  const auto here = [&](int row) {
-    const auto r = static_cast<std::size_t>(row);
-    return inside(zone, {crowd_.x_m()[r], crowd_.y_m()[r]});
-  };
-  int arrived = 0;
-  if (zone.gather > 1) {
-    for (int row = rows.first; row < rows.first + rows.count; ++row) arrived += here(row) ? 1 : 0;
-  }
-  const bool enough = zone.gather <= 1 || arrived >= zone.gather;
-  for (int row = rows.first; row < rows.first + rows.count; ++row) {
-    const auto r = static_cast<std::size_t>(row);
-    if (!moved_here(row) || !here(row)) continue;
-    const AgentId id = crowd_.ids()[r];
-    if (crowd_.roles()[r] == Role::own) wait(id, !enough);
-    if (enough) plan_switch(id, from, number(zone.to));
-  }
-}
-
-void ScenarioRun::wait(AgentId id, bool on) {
-  Course& course = courses_[id];
-  if (course.waiting == on) return;
-  AgentTraits traits = crowd_.find(id)->traits;
-  if (on) course.stride = traits.stride;
-  course.waiting = on;
-  traits.stride = on ? kOnTheSpot * course.stride : course.stride;
-  MIMESIS_ASSERT(crowd_.set_traits(id, traits));
-}
-
-void ScenarioRun::follow_encounters() {
-  for (const Encounter& encounter : scenario_.encounters) meet(encounter);
-}
-
-void ScenarioRun::meet(const Encounter& encounter) {
-  const int from = number(encounter.group), other = number(encounter.other),
-            to = number(encounter.to);
-  const Crowd::Rows others = crowd_.rows(other), rows = crowd_.rows(from);
-  if (others.count == 0 || rows.count == 0) return;
-  by_x_.clear();
-  for (int row = others.first; row < others.first + others.count; ++row) {
-    by_x_.emplace_back(crowd_.x_m()[static_cast<std::size_t>(row)], row);
-  }
-  std::ranges::sort(by_x_);
-  for (int row = rows.first; row < rows.first + rows.count; ++row) {
-    const auto r = static_cast<std::size_t>(row);
-    if (!moved_here(row)) continue;
-    const double x = crowd_.x_m()[r], y = crowd_.y_m()[r], near = encounter.within_m;
-    auto k = std::ranges::lower_bound(by_x_, std::pair(x - near, 0));
-    for (; k != by_x_.end() && k->first <= x + near; ++k) {
-      const auto o = static_cast<std::size_t>(k->second);
-      if (o == r || std::hypot(k->first - x, crowd_.y_m()[o] - y) > near) continue;
-      plan_switch(crowd_.ids()[r], from, to);
-      break;
-    }
-  }
-}
-
-/// The first wish of a step counts.
-void ScenarioRun::plan_switch(AgentId id, int from, int to) {
-  if (std::ranges::find(switches_, id, &Switch::id) == switches_.end()) {
-    switches_.push_back({id, from, to});
-  }
 }
 
 void ScenarioRun::make_switches() {
@@ -331,18 +200,6 @@ void ScenarioRun::move(AgentId id, int from, int to) {
   }
 }
 
-/// Goals of the new group count, if it has any; else an agent keeps its own.
-void ScenarioRun::send_on(Agent& agent, int from, int to) {
-  agent.traits.omega_rad_s +=
-      omega_[static_cast<std::size_t>(to)] - omega_[static_cast<std::size_t>(from)];
-  const Goals& goals = scenario_.groups[static_cast<std::size_t>(to)].goals;
-  const bool common =
-      goals.aim == Aim::route || (goals.aim == Aim::places && goals.position_m.size() == 2);
-  if (!common) return;
-  courses_[agent.id].leg = 0;
-  agent.traits.goal_W_m = point(goals.position_m, 0);
-}
-
 std::optional<Traveller> ScenarioRun::release(AgentId id) {
   const std::optional<Agent> agent = crowd_.find(id);
   if (!agent || agent->role != Role::own) return std::nullopt;
@@ -353,18 +210,6 @@ std::optional<Traveller> ScenarioRun::release(AgentId id) {
   if (course.waiting) traveller.agent.traits.stride = course.stride;
   courses_.erase(id);
   MIMESIS_ASSERT(crowd_.set_role(id, Role::mirror));
-  return traveller;
-}
-
-Traveller ScenarioRun::traveller(AgentId id, int group, const AgentState& state) const {
-  Traveller traveller{.agent = roster_.start(id), .group = group};
-  traveller.agent.role = Role::own;
-  traveller.agent.state = state;
-  const Group& home = scenario_.groups[static_cast<std::size_t>(roster_.home(id))];
-  traveller.agent.traits.omega_rad_s +=
-      omega_[static_cast<std::size_t>(group)] - scenario_.gait(home.gait)->eigenfrequency_rad_s;
-  const Goals& goals = scenario_.groups[static_cast<std::size_t>(group)].goals;
-  if (goals.aim == Aim::route) traveller.agent.traits.goal_W_m = point(goals.position_m, 0);
   return traveller;
 }
 

@@ -106,8 +106,6 @@ class ScenarioRun {
   void set_gait(int group, const std::string& name);
   void hear_beat();
   std::optional<double> beat_of_agent() const;
-  int number(const std::string& group) const;
-  int gait_number(const std::string& name) const;
   bool moved_here(int row) const;
 
   Scenario scenario_;

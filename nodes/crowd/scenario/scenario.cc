@@ -4,14 +4,24 @@
 
 namespace mimesis::crowd {
 
-const Gait* Scenario::gait(std::string_view wanted) const {
+int Scenario::gait_number(std::string_view wanted) const {
   const auto it = std::ranges::find(gaits, wanted, &Gait::name);
-  return it == gaits.end() ? nullptr : &*it;
+  return it == gaits.end() ? -1 : static_cast<int>(it - gaits.begin());
+}
+
+int Scenario::group_number(std::string_view wanted) const {
+  const auto it = std::ranges::find(groups, wanted, &Group::name);
+  return it == groups.end() ? -1 : static_cast<int>(it - groups.begin());
+}
+
+const Gait* Scenario::gait(std::string_view wanted) const {
+  const int i = gait_number(wanted);
+  return i < 0 ? nullptr : &gaits[static_cast<std::size_t>(i)];
 }
 
 const Group* Scenario::group(std::string_view wanted) const {
-  const auto it = std::ranges::find(groups, wanted, &Group::name);
-  return it == groups.end() ? nullptr : &*it;
+  const int i = group_number(wanted);
+  return i < 0 ? nullptr : &groups[static_cast<std::size_t>(i)];
 }
 
 bool Scenario::grows(std::string_view wanted) const {

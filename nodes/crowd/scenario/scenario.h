@@ -170,6 +170,9 @@ struct Scenario {
   /// By name; null if there is none.
   const Gait* gait(std::string_view wanted) const;
   const Group* group(std::string_view wanted) const;
+  /// Number in `gaits` or `groups`; -1 if there is none.
+  int gait_number(std::string_view wanted) const;
+  int group_number(std::string_view wanted) const;
   /// Agents may come to this group while it runs: through zones, encounters or from outside.
   bool grows(std::string_view wanted) const;
 };
