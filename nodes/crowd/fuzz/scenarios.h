@@ -28,6 +28,7 @@ groups:
     count: 3
     gait: walk
     origin_y_m: 9
+    formation: {shape: row}
     rules:
       length: {graph: all_to_all, gain_1_m: 0.02, limit: 0.4}
       phase: {graph: all_to_all, gain_1_s: 0.06}

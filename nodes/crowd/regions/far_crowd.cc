@@ -185,8 +185,8 @@ void FarCrowd::collect(const ScenarioRun& run, Time now) {
     agents_.push_back(agent);
   }
   std::ranges::stable_sort(agents_, {}, &FarAgent::id);
-  const auto twice = std::ranges::unique(agents_, {}, &FarAgent::id);
-  agents_.erase(twice.begin(), twice.end());
+  const auto same = [](const FarAgent& a, const FarAgent& b) { return a.id == b.id; };
+  agents_.erase(std::unique(agents_.begin(), agents_.end(), same), agents_.end());
 }
 
 void FarCrowd::add_sums(const ScenarioRun& run, Time now, std::vector<GroupSums>& sums) const {
@@ -225,8 +225,7 @@ void FarCrowd::mark_cells(const Crowd& crowd) {
     cells_.push_back((ix << 32) + iy);
   }
   std::ranges::sort(cells_);
-  const auto twice = std::ranges::unique(cells_);
-  cells_.erase(twice.begin(), twice.end());
+  cells_.erase(std::unique(cells_.begin(), cells_.end()), cells_.end());
 }
 
 bool FarCrowd::near_ours(const Eigen::Vector2d& p) const {

@@ -146,7 +146,7 @@ bool Stack::move(const TaskGoals& goals, double dt_s) {
     b.head(first) -= p.out_of_reach.head(first);
     // What limits keep from lower tasks, they keep from them in this pass as well.
     if (bounded) b.tail(rows - first).setZero();
-    if (b.head(first).cwiseAbs().maxCoeff() < kExact) break;
+    if (b.head(first).lpNorm<Eigen::Infinity>() < kExact) break;  // 0 of no rows
     if (!p.cascade.solve(b, p.lower, p.upper, p.x)) break;
     programs += p.cascade.bounded() ? 1 : 0;
     advance();
