@@ -155,7 +155,7 @@ void WholeBody::search(const Moments& moments, const Lever* lever) {
     return;
   }
   const auto predicted = [lever](double t) {
-    return Vector3d(lever->p_m + t * (lever->v + 0.5 * t * lever->a));
+    return Vector3d(lever->p_m + t * (lever->v + t / 2.0 * (lever->a + t / 3.0 * lever->jerk)));
   };
   stand(predicted(kTick_s), now);
   const Vector3d shift = better_lever(now, own_com_B(now, moments[1])) - now.lever_B;
@@ -174,6 +174,7 @@ void WholeBody::calm(double share) {
 }
 
 void WholeBody::remember(const Moments& moments, Lever& lever) {
+  const bool goes_on = lever.known;
   lever.known = free_;
   if (!free_) return;
   const auto& [before, now, after] = posture_;
@@ -181,7 +182,9 @@ void WholeBody::remember(const Moments& moments, Lever& lever) {
                  last = better_lever(after, own_com_B(after, moments[2]));
   lever.p_m = better_lever(now, now_com_B_);
   lever.v = rate(first, last);
-  lever.a = acceleration(first, lever.p_m, last);
+  const Vector3d a = acceleration(first, lever.p_m, last);
+  lever.jerk = goes_on ? Vector3d((a - lever.a) / kTick_s) : Vector3d::Zero();
+  lever.a = a;
 }
 
 const robot::RobotMotion& WholeBody::motion(const PatternSample& sample, const ComState& com,

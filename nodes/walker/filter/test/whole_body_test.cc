@@ -125,7 +125,7 @@ TEST(WholeBody, FromTheLastTicksLeverItFindsTheSameMotion) {
     EXPECT_LT((anew - on).norm(), 3e-3) << tick;
     squares += (anew - on).squaredNorm();
   }
-  EXPECT_LT(std::sqrt(squares / 1200.0), 3e-4);
+  EXPECT_LT(std::sqrt(squares / 1200.0), 2e-4);
 }
 
 TEST(WholeBody, StandingZmpIsBelowTheCom) {
