@@ -54,6 +54,17 @@ TEST(Gap, TwoWhoMeetPassOrOneStepsBack) {
   }
 }
 
+TEST(Gap, WhoIsHeldStepsToItsRight) {
+  Crowd crowd({.dt_s = 0.02});
+  crowd.add_group(walkers());
+  crowd.add(0, std::vector<Agent>{walker(1, {-0.31, 0.0}, {4.0, 0.0}),
+                                  walker(2, {0.31, 0.0}, {-4.0, 0.0})});
+  crowd.step();
+  EXPECT_LT(crowd.agent(0).state.velocity_W_m_s.y(), -0.2);
+  EXPECT_GT(crowd.agent(1).state.velocity_W_m_s.y(), 0.2);
+  EXPECT_GE(least_distance(crowd), 0.6);
+}
+
 TEST(Gap, TheOneNamedFirstGoesOn) {
   for (const bool second_from_left : {false, true}) {
     Crowd crowd({.dt_s = 0.02});
