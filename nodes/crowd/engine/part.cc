@@ -18,6 +18,9 @@ constexpr double kTouch = 0.1;  // gap of those who feel each other [m]
 // arrived would lock others out.
 constexpr double kIdle = 2.0;  // the other wants to go this much faster
 
+constexpr double kStill = 0.3;  // who goes slower than this part of its wish is held
+constexpr double kAside = 0.1;  // less of a step aside than this part is no room
+
 /// A direction for two who stand at the same point; the other's is opposite.
 Eigen::Vector2d apart(AgentId self, AgentId other) {
   constexpr double kGolden = 2.39996322972865332;
@@ -67,6 +70,17 @@ class Meeting {
     aside_ -= n;
   }
 
+  /// Somebody that it nearly touches: they may want to go through each other.
+  /// @param first  where only one of them can go on, it is this one
+  void face(const Eigen::Vector2d& n, double gap, const Eigen::Vector2d& wish, bool first) {
+    const double onward =
+        std::min(wish_.dot(n), -wish.dot(n)) * (1.0 - std::max(gap, 0.0) / kTouch);
+    if (onward <= blocked_) return;
+    blocked_ = onward;
+    facing_ = n;
+    goes_first_ = first;
+  }
+
   /// Who is inside of others goes out; who touches those makes room, and so on outwards; all others
   /// do as they wish.
   Eigen::Vector2d velocity(Crowd::Contacts& found) const {
@@ -78,13 +92,28 @@ class Meeting {
     } else if (pressed_ > 0 && !retreats_) {
       v = with_length_up_to(1e3 * aside_, settings_.separate_m_s);
     }
-    const Eigen::Vector2d within = bounds_.nearest(v);
+    const bool walks = !inside_ && !retreats_ && pressed_ == 0;
+    const Eigen::Vector2d within = walks && blocked_ > 0.0 ? past(v) : bounds_.nearest(v);
     found.held += within != v ? 1 : 0;
     return within;
   }
   int pressed() const { return inside_ || retreats_ ? AgentState::kMostPressed : pressed_; }
 
  private:
+  /// Steering may balance between obstacles with two face to face, whose bounds hold both. Who is
+  /// held so steps to its right, round the other; where there is no room for that, one of them
+  /// steps back until there is.
+  Eigen::Vector2d past(const Eigen::Vector2d& wish) const {
+    const Eigen::Vector2d right(facing_.y(), -facing_.x()), held = bounds_.nearest(wish);
+    const double fast = std::sqrt(wish.squaredNorm());
+    const double still = 1.0 - std::sqrt(held.squaredNorm()) / (kStill * fast);
+    if (!(still > 0.0)) return held;  // or nothing is wished
+    const double side = still * std::min(blocked_, settings_.separate_m_s);
+    const Eigen::Vector2d within = bounds_.nearest(with_length_up_to(wish + side * right, fast));
+    if (goes_first_ || within.dot(right) > kAside * side) return within;
+    return bounds_.nearest(-side * facing_);
+  }
+
   const AvoidSettings& settings_;
   Eigen::Vector2d wish_;
   double fast_;
@@ -93,6 +122,9 @@ class Meeting {
   bool inside_ = false, retreats_ = false;
   Eigen::Vector2d out_ = Eigen::Vector2d::Zero(), pushed_ = out_, aside_ = out_;
   double strongest_ = 0.0;
+  double blocked_ = 0.0;  // how fast it would go into who faces it most
+  Eigen::Vector2d facing_ = Eigen::Vector2d::Zero();
+  bool goes_first_ = false;
   int pressed_ = 0;
 };
 
@@ -158,7 +190,15 @@ Eigen::Vector2d Crowd::Impl::parted(std::size_t at, const Eigen::Vector2d& wish,
                        ? shared_limit(gap - kSkin, s.headway_s, 0.5 * (u.dot(n) + along))
                        : lone_limit(gap - kSkin, s.headway_s, along));
       if (gap > kTouch || avoids[other] == 0) continue;
-      meeting.feel(n, {wish_x[other], wish_y[other]}, grid.pressed[j]);
+      const Eigen::Vector2d its(wish_x[other], wish_y[other]);
+      const bool first = table.id[row] < table.id[other];
+      if (table.role[other] == Role::own) {
+        meeting.face(n, gap, its, first);
+      } else if (yields(table.role[other])) {  // what another coordinator's wants is not known
+        const CosSin h = cos_sin_lane(table.heading[other]);
+        meeting.face(n, gap, meeting.fast() * Eigen::Vector2d(h.cos, h.sin), first);
+      }
+      meeting.feel(n, its, grid.pressed[j]);
     }
   });
   obstacles.for_each_near(p, [&](const Obstacles::Near& o) {
