@@ -90,7 +90,7 @@ std::filesystem::path plot(const std::filesystem::path& dir, DrawerStudy& study)
                                       : m + 1) +
               " title '" + name + "'";
     curves += ", $" + d.name +
-              " using 1:3:(0.18) with boxes fs empty border lc rgb '#202020' lw 1.2 " +
+              " using 1:3:(0.18) with boxes lc rgb '#202020' lw 1.2 fs empty " +
               (m == 0 ? "title 'printed'" : "notitle");
   }
   const auto file = dir / "table-3.1.png";
