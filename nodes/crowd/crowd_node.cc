@@ -84,7 +84,7 @@ void CrowdNode::step(Time now) {
   ++steps_;
   const auto begin = std::chrono::steady_clock::now();
   const Time state_time = now - period_;  // of the run and of what others sent last
-  take_peers();
+  take_peers(now);
   take_handovers(state_time);
   take_agents(now);
   take_characters(now);
@@ -97,7 +97,7 @@ void CrowdNode::step(Time now) {
   }
   if (runs_) {
     look_after_orphans(now, state_time);
-    far_.import(run_, state_time);
+    if (const std::string why = far_.import(run_, state_time); !why.empty()) say(why);
     judge_externals(now, state_time);
     observe();
     if (!ended_ && run_.time_s() >= run_.scenario().until_s - 0.5 * run_.crowd().dt_s()) {

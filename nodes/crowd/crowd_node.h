@@ -58,7 +58,7 @@ class CrowdNode {
   bool first() const { return first_; }
   int coordinators() const { return far_settings_.coordinators; }
 
-  void take_peers();
+  void take_peers(Time now);
   void take_handovers(Time state_time);
   void take_agents(Time now);
   void take_characters(Time now);

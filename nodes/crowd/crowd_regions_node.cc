@@ -7,12 +7,16 @@
 
 namespace mimesis::crowd {
 
-void CrowdNode::take_peers() {
+void CrowdNode::take_peers(Time now) {
   while (auto states = peers_in_.pop()) {
     const auto from = static_cast<int>(states->coordinator());
     if (from == params_.regions.own) continue;
     std::string why = fault(*states, run_.scenario());
     if (from < 1 || from > coordinators()) why = fmt::format("there is no coordinator {}", from);
+    const Time stamp(states->header().stamp_ns());
+    if (stamp > now + runtime::from_seconds(params_.regions.stale_s)) {
+      why = "they are of the future";  // would hide all that comes after them
+    }
     if (!why.empty()) {
       if (bad_states_.pass()) runtime::warn("states of coordinator {}: {}; ignored", from, why);
       continue;

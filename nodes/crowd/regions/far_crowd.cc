@@ -245,7 +245,7 @@ Role FarCrowd::role_of(const FarAgent& agent, bool whole) const {
   return coupled ? Role::mirror : Role::ghost;
 }
 
-void FarCrowd::import(ScenarioRun& run, Time now) {
+std::string FarCrowd::import(ScenarioRun& run, Time now) {
   Crowd& crowd = run.crowd();
   ++round_;
   forget_arrived(now);
@@ -271,14 +271,21 @@ void FarCrowd::import(ScenarioRun& run, Time now) {
     known = stays ? std::next(known) : imported_.erase(known);
   }
   crowd.remove(leaving_);
+  std::string trouble;
   for (std::size_t g = 0; g < joining_.size(); ++g) {
-    if (!joining_[g].empty()) crowd.add(static_cast<int>(g), joining_[g]);
+    try {
+      if (!joining_[g].empty()) crowd.add(static_cast<int>(g), joining_[g]);
+    } catch (const ConfigError& e) {
+      for (const Agent& agent : joining_[g]) imported_.erase(agent.id);
+      trouble = e.what();
+    }
   }
   std::vector<GroupSums> sums(joining_.size());
   add_sums(run, now, sums);
   for (int g = 0; g < crowd.groups(); ++g) {
     run.set_outside(g, sums[static_cast<std::size_t>(g)]);
   }
+  return trouble;
 }
 
 /// Refreshes an agent that is here already, or lets it join.

@@ -1,6 +1,7 @@
 #pragma once
 #include <chrono>
 #include <span>
+#include <string>
 #include <unordered_map>
 #include <vector>
 
@@ -79,8 +80,9 @@ class FarCrowd {
   /// Number of those that we had and gave back since the start.
   std::uint64_t given_back() const { return given_back_; }
 
-  /// Brings what others said to time `now`, that of the run's present state, and into the run.
-  void import(ScenarioRun& run, Time now);
+  /// Brings what others said to time `now`, that of the run's present state, and into the run. Why
+  /// a group cannot take them, or empty: it goes on without.
+  std::string import(ScenarioRun& run, Time now);
   /// All agents of others as of the last import.
   std::span<const FarAgent> agents() const { return agents_; }
   int taken_into_account() const { return static_cast<int>(imported_.size()); }

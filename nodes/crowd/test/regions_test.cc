@@ -70,6 +70,18 @@ TEST(Regions, WaitForEachOther) {
   EXPECT_TRUE(two[1].status.runs());
 }
 
+TEST(Regions, StatesOfTheFutureWouldHideWhatComesAndAreIgnored) {
+  const ScenarioFile file(kFormation);
+  Coordinators two(file.params(), {0.0}, {});
+  two.connect(false);
+  two.step();
+  v1::CrowdStates states;
+  states.set_coordinator(2);
+  two[0].bus.send("peers", states, two.now() + std::chrono::seconds(10));
+  for (int i = 0; i < 100; ++i) two.step();
+  EXPECT_EQ(two[0].status.reason(), "waits for coordinator 2");
+}
+
 /// Each of four, 6 s after the start: all have agents then.
 TEST(Regions, WhoDiesIsSucceededByItsNeighbour) {
   const ScenarioFile file(kFormation);

@@ -52,6 +52,23 @@ TEST(FarCrowd, BringsOthersToThePresent) {
   EXPECT_NEAR(mirror->state.position_W_m.x(), 3.12, 1e-12);
 }
 
+TEST(FarCrowd, AGroupThatCannotTakeMoreGoesOnWithoutThem) {
+  Group a = squad("a", 4, Topology::star);
+  a.rules.phase.gain_1_s = 10.0;  // fast enough for steps of 0.02 s with 4, not with 6
+  ScenarioRun run(scenario({a, squad("b", 2, Topology::chain)}), nobody);
+  FarCrowd far({.coordinators = 2, .own = 0}, run);
+  FarReport report{.stamp = 10s};
+  for (AgentId id = 1; id <= 6; ++id)
+    report.agents.push_back(walker(id, 3.0 * static_cast<double>(id), 4.0));
+  far.hear(1, report);
+  for (int k = 0; k < 3; ++k) {
+    const std::string why = far.import(run, 10s + k * 20ms);
+    EXPECT_NE(why.find("rules I and III"), std::string::npos) << why;
+    EXPECT_FALSE(run.crowd().find(5).has_value());
+    run.step();
+  }
+}
+
 TEST(FarCrowd, SumsOfOthersTurnAtTheirMeanRate) {
   Scenario s = scenario({squad("a", 4, Topology::all_to_all)});
   s.groups[0].rules.length = {};
