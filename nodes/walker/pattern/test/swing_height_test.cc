@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "nodes/walker/pattern/steps.h"
+
 namespace mimesis::walker {
 namespace {
 
@@ -56,6 +58,31 @@ TEST(SwingHeight, IsSlowerThanAPlainSwingWhereItMayTouchEarly) {
     }
   }
   EXPECT_GT(looked_at, 20);
+}
+
+TEST(SwingHeight, FootIsAtItsPlaceWhileItGlides) {
+  const GaitSettings gait;
+  Steps steps(gait, Steps::Change::kAtOnce);
+  steps.decide(true, kLeft, true);
+  Footprint landing = steps.ground()[kLeft];
+  landing.p_W_m.x() += 0.4;
+  const double swing_s = gait.step_s - gait.double_support_s;
+  int gliding = 0;
+  for (int tick = 0; tick < 400 && steps.swing() == kLeft; ++tick) {
+    steps.plan(0, landing);
+    PatternSample sample;
+    steps.describe(sample);
+    const double left_s = sample.to_landing_s,
+                 to_go_m = landing.p_W_m.x() - sample.foot[kLeft].X_WS.translation().x();
+    if (steps.phase() == Steps::Phase::kStep && left_s < 0.95 * swing_s / 7.0) {
+      EXPECT_NEAR(to_go_m, 0.0, 1e-12) << left_s;
+      ++gliding;
+    } else if (left_s > 1.3 * swing_s / 7.0) {
+      EXPECT_GT(to_go_m, 1e-4) << left_s;
+    }
+    steps.advance(1);
+  }
+  EXPECT_GT(gliding, 10);
 }
 
 }  // namespace

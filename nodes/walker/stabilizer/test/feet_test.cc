@@ -136,6 +136,18 @@ TEST_F(FeetTest, FootThatIsDueAndNotFeltGoesOnDownUntilItIs) {
   EXPECT_NEAR(height(kLeft), 0.0, 5e-4) << "the next swing is as planned";
 }
 
+TEST_F(FeetTest, WhatWasNotFeltBlindIsNotReachedForAfterwards) {
+  single_support_on_right(0.01);
+  run(1);
+  plan.contact[kLeft] = true;
+  wished.left = 0.0;
+  measured.foot_S[kRight].force.z() = biped.tree.mass_kg() * robot::kGravity;
+  X_WS = feet.fade(plan);
+  const double before = height(kLeft);
+  run(1);
+  EXPECT_GT(height(kLeft), before - 1e-5);
+}
+
 TEST_F(FeetTest, LegsKeepTheirLengthsForAFootThatIsNotFelt) {
   settings.reach_m_s = 0.0;
   const double weight = biped.tree.mass_kg() * robot::kGravity;
