@@ -96,7 +96,7 @@ RobotFigure jvrc1_figure() {
     // The foot as a box around its centre of mass: the file has meshes only
     f.heel_m[side] = {-0.07, 0.0, -0.10};
     f.toe_m[side] = {0.13, 0.0, -0.10};
-    f.hand_m[side] = {0.0, 0.0, -0.10};
+    f.hand_m[side] = {0.0, 0.0, -0.13};
     for (const auto& [joint, degrees] : std::map<std::string, double>{
              {"HIP_P", -25}, {"KNEE", 50}, {"ANKLE_P", -25}, {"ELBOW_P", -30}}) {
       f.start_rad[s + joint] = degrees * kDegree;
