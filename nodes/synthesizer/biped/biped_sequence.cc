@@ -14,20 +14,19 @@ constexpr double kReachRise = (0.755 - 0.663) / (0.273 - 0.124);
 }  // namespace
 
 BipedDrawer make_biped_drawer(const robot::RobotTree& tree, const retarget::RobotFigure& figure,
-                              const DrawerData& data, int first_sources, int further_sources) {
+                              const DrawerData& data, const DrawerModelOptions& options) {
   return {.upper = upper_body_tree(tree, figure),
           .figure = figure,
           .drawer = data.drawer,
           .pelvis_height_m = easy_pelvis_height(tree, figure),
-          .actions = LearnedActions(data, first_sources, further_sources)};
+          .actions = LearnedActions(data, options)};
 }
 
 BipedDrawer make_biped_drawer(const robot::RobotTree& tree, const retarget::RobotFigure& figure,
-                              const RobotTrialSettings& settings, int first_sources,
-                              int further_sources) {
+                              const RobotTrialSettings& settings,
+                              const DrawerModelOptions& options) {
   return make_biped_drawer(tree, figure,
-                           generate_robot_data(tree, figure, robot_drawer(), settings),
-                           first_sources, further_sources);
+                           generate_robot_data(tree, figure, robot_drawer(), settings), options);
 }
 
 tl::expected<BipedDrawerSequence, Status> BipedDrawerSequence::start(

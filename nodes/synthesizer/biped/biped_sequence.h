@@ -21,14 +21,15 @@ struct BipedDrawer {
   double pelvis_height_m = 0.65;
   LearnedActions actions;  ///< rows: joints of `upper`, then kVelocityRows
 };
+inline constexpr DrawerModelOptions kSevenSources{.first_sources = 4, .further_sources = 3};
 /// Trials, learning and maps: 2 s. @throws ConfigError as generate_robot_data(), LearnedActions
 BipedDrawer make_biped_drawer(const robot::RobotTree& tree, const retarget::RobotFigure& figure,
-                              const RobotTrialSettings& settings = {}, int first_sources = 4,
-                              int further_sources = 3);
+                              const RobotTrialSettings& settings = {},
+                              const DrawerModelOptions& options = kSevenSources);
 /// The same from given training data, such as trajectories made feasible by a pattern generator.
 BipedDrawer make_biped_drawer(const robot::RobotTree& tree, const retarget::RobotFigure& figure,
-                              const DrawerData& data, int first_sources = 4,
-                              int further_sources = 3);
+                              const DrawerData& data,
+                              const DrawerModelOptions& options = kSevenSources);
 
 /// Where the task is: the middle of the closed front on the ground, and how far behind it the
 /// object lies.

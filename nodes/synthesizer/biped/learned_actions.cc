@@ -24,17 +24,10 @@ double source(const MotionModel& model, Eigen::Index k, double phase_rad) {
                        u * (3.0 * (p - q) + after - before)));
 }
 
-DrawerModelOptions sources(int first, int further) {
-  DrawerModelOptions options;
-  options.first_sources = first;
-  options.further_sources = further;
-  return options;
-}
-
 }  // namespace
 
-LearnedActions::LearnedActions(const DrawerData& data, int first_sources, int further_sources)
-    : maps_(learn_drawer_model(data, sources(first_sources, further_sources))) {}
+LearnedActions::LearnedActions(const DrawerData& data, const DrawerModelOptions& options)
+    : maps_(learn_drawer_model(data, options)) {}
 
 void LearnedActions::at(const MotionParameters& p, double phase_rad,
                         Eigen::Ref<Eigen::VectorXd> out) const {

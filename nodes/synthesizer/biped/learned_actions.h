@@ -11,7 +11,7 @@ namespace mimesis::synthesizer {
 class LearnedActions {
  public:
   /// Some seconds for 40 trials. @throws ConfigError from learn_drawer_model() and ActionMaps
-  LearnedActions(const DrawerData& data, int first_sources, int further_sources);
+  LearnedActions(const DrawerData& data, const DrawerModelOptions& options);
 
   const ActionMaps& maps() const { return maps_; }
   const ActionRanges& ranges() const { return maps_.ranges(); }

@@ -43,7 +43,7 @@ void Alternation::start(const MatrixXd& sources, const MatrixXd& phi) {
   weights_ = MatrixXd::Zero(count, data_.cols());
   fit_.clear();
   fit_.emplace_back(data_.rows() / 2, count, layout_.group_size, layout_.frozen,
-                    layout_.nonnegative);
+                    layout_.nonnegative, layout_.seed);
   pair_.resize(data_.rows(), count * count);
   right_.resize(data_.rows(), count);
   each_group([](GroupFit& fit, const double* x, double energy, double* delay, double* w) {

@@ -1,5 +1,6 @@
 #pragma once
 #include <Eigen/Core>
+#include <cstdint>
 #include <vector>
 
 #include "nodes/synthesizer/demix/group_fit.h"
@@ -14,6 +15,7 @@ class Alternation {
   struct Layout {
     Eigen::Index groups = 1, group_size = 1, frozen = 0;
     bool nonnegative = false;
+    std::uint32_t seed = 1;  ///< of random delays
   };
   /// @param data  2·half × N
   Alternation(Eigen::MatrixXd data, const Layout& layout);

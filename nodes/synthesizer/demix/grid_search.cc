@@ -23,7 +23,8 @@ constexpr Index kGrid = 64;  // places a period: Levenberg steps go on from ther
 
 }  // namespace
 
-GridSearch::GridSearch(Index half, Index sources, Index group, Index frozen, bool nonnegative)
+GridSearch::GridSearch(Index half, Index sources, Index group, Index frozen, bool nonnegative,
+                       std::uint32_t seed)
     : half_(half),
       k_(sources),
       p_(group),
@@ -43,7 +44,8 @@ GridSearch::GridSearch(Index half, Index sources, Index group, Index frozen, boo
       weight_(sources, group),
       others_(static_cast<std::size_t>(sources)),
       place_(sources),
-      best_(sources) {
+      best_(sources),
+      random_(seed) {
   const Index quarter = grid_ / 4;
   const double spacing = math::kTwoPi / static_cast<double>(grid_);
   for (Index i = 0; i < quarter; ++i) {

@@ -13,8 +13,9 @@ namespace mimesis::demix {
 /// precision. Allocates in the constructor only.
 class GridSearch {
  public:
+  /// @param seed  of the random delays
   GridSearch(Eigen::Index half, Eigen::Index sources, Eigen::Index group, Eigen::Index frozen,
-             bool nonnegative);
+             bool nonnegative, std::uint32_t seed);
   void set_sources(const Eigen::MatrixXd& sources);  ///< spectra, 2·half × K
 
   /// Writes the best delays found for the trajectories x (2·half × p) into `found` (K); the first
@@ -42,7 +43,7 @@ class GridSearch {
   Eigen::MatrixXf factor_, weight_;  ///< of the others: Cholesky factor, L⁻¹y
   std::vector<const float*> others_;
   Eigen::VectorXi place_, best_;
-  std::uint32_t random_ = 1;
+  std::uint32_t random_;
 };
 
 }  // namespace mimesis::demix

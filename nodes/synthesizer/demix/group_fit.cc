@@ -34,7 +34,8 @@ void clip_and_descend(const MatrixXd& gram, const double* y, Eigen::Ref<VectorXd
 
 }  // namespace
 
-GroupFit::GroupFit(Index half, Index sources, Index group, Index frozen, bool nonnegative)
+GroupFit::GroupFit(Index half, Index sources, Index group, Index frozen, bool nonnegative,
+                   std::uint32_t seed)
     : half_(half),
       k_(sources),
       p_(group),
@@ -58,7 +59,7 @@ GroupFit::GroupFit(Index half, Index sources, Index group, Index frozen, bool no
       step_(sources),
       trial_phi_(sources),
       found_(sources),
-      grid_(half, sources, group, frozen, nonnegative) {}
+      grid_(half, sources, group, frozen, nonnegative, seed) {}
 
 void GroupFit::set_sources(const MatrixXd& sources) {
   sources_ = sources;

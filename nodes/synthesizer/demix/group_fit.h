@@ -14,8 +14,9 @@ class GroupFit {
  public:
   /// @param half    of the spectra, a multiple of 4
   /// @param frozen  the first so many delays stay
+  /// @param seed    of search()'s random delays
   GroupFit(Eigen::Index half, Eigen::Index sources, Eigen::Index group, Eigen::Index frozen,
-           bool nonnegative);
+           bool nonnegative, std::uint32_t seed = 1);
 
   void set_sources(const Eigen::MatrixXd& sources);  ///< 2·half × K
 

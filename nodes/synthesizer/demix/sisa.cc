@@ -91,7 +91,7 @@ class Demixing {
 
  private:
   Alternation::Layout layout() const {
-    return {groups_.groups, groups_.size, given_, options_.nonnegative};
+    return {groups_.groups, groups_.size, given_, options_.nonnegative, options_.seed};
   }
 
   MatrixXd given_delays() const {

@@ -1,5 +1,6 @@
 #pragma once
 #include <Eigen/Core>
+#include <cstdint>
 #include <functional>
 #include <vector>
 
@@ -28,6 +29,8 @@ struct SisaOptions {
   int turns = 40;           ///< of (τ, W, S) at most, for each start
   int restarts = 2;         ///< random delays each row starts from in every turn, beside its own
   double tolerance = 1e-4;  ///< a turn that gains less of Q is the last
+  /// Of those random delays: another one may end in another local minimum.
+  std::uint32_t seed = 1;
   /// Tied delays have many local minima: so many starts are followed up to their ends.
   int finalists = 2;
   /// Called with the share of the work done, 0..1; may be empty.

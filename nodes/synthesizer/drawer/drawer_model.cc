@@ -10,8 +10,12 @@
 namespace mimesis::synthesizer {
 namespace {
 
-demix::SisaResult demixed(const mocap::Trials& set, int sources, const demix::KnownSources& known) {
+demix::SisaResult demixed(const mocap::Trials& set, int sources, const demix::KnownSources& known,
+                          const DrawerModelOptions& wished) {
   demix::SisaOptions options;
+  options.turns = wished.turns;
+  options.tolerance = wished.tolerance;
+  options.seed = wished.seed;
   options.tied = true;
   options.fixed = drawer_ramp(set.samples.cols());
   options.known = known;
@@ -91,9 +95,9 @@ DrawerModel learn_drawer_model(const DrawerData& data, const DrawerModelOptions&
                       " sources, expected at least 1 of each kind");
   const auto rows = data.action[0].rows_per_trial();
   const int first = 1 + options.first_sources, all = first + options.further_sources;
-  const auto one = demixed(data.action[kNormalStep], first, {});
+  const auto one = demixed(data.action[kNormalStep], first, {}, options);
   const auto later = demixed(joined(data.action[kReachingStep], data.action[kStanding]), all,
-                             demix::known_sources(one.mixture, rows));
+                             demix::known_sources(one.mixture, rows), options);
   const auto two = part_of(later.mixture, 0, data.action[kReachingStep].samples.rows());
   const auto three = part_of(later.mixture, data.action[kReachingStep].samples.rows(),
                              data.action[kStanding].samples.rows());

@@ -8,6 +8,9 @@ namespace mimesis::synthesizer {
 struct DrawerModelOptions {
   int first_sources = 3;    ///< periodic, learned from action 1
   int further_sources = 2;  ///< periodic, learned from what those leave of action 2
+  int turns = 40;           ///< these three as in demix::SisaOptions
+  double tolerance = 1e-4;
+  std::uint32_t seed = 1;
 };
 
 /// The three actions as mixtures of the same sources [M18 3.3.3, "Stepwise estimation"]: source 0

@@ -222,7 +222,7 @@ TEST(BipedSequence, IsDeterministic) {
 }
 
 TEST(BipedSequence, LearnsTheSameAnew) {
-  const LearnedActions again(testing::biped_data(), 4, 3);
+  const LearnedActions again(testing::biped_data(), kSevenSources);
   const ActionTask task{.length_m = 0.53, .duration_s = 1.6};
   EXPECT_EQ(again.infer(kNormalStep, task), drawer().actions.infer(kNormalStep, task));
 }

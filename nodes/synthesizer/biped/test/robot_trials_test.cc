@@ -173,7 +173,7 @@ TEST(LearnedActions, LearnAnyRows) {
     set.rows.resize(static_cast<std::size_t>(kJoints));
     for (int leg = 0; leg < 12; ++leg) set.rows.push_back("leg_" + std::to_string(leg));
   }
-  const LearnedActions learned(data, 3, 2);
+  const LearnedActions learned(data, {.first_sources = 3, .further_sources = 2});
   EXPECT_EQ(learned.row_count(), kAll);
   const Eigen::MatrixXd made = learned.reconstruct(kNormalStep, 7);
   const Eigen::MatrixXd was = data.action[0].samples.middleRows(7 * kAll, kAll);

@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <limits>
+#include <set>
 
 #include "common/error.h"
 #include "common/math/circle.h"
@@ -179,6 +180,20 @@ TEST(Sisa, SameInputSameBits) {
   EXPECT_EQ(a.mixture.sources, b.mixture.sources);
   EXPECT_EQ(a.mixture.weights, b.mixture.weights);
   EXPECT_EQ(a.mixture.delay_rad, b.mixture.delay_rad);
+}
+
+TEST(Sisa, AnotherSeedMayEndInAnotherMinimumAndIsAsRepeatable) {
+  const Known known = known_mixture({.trials = 5, .rows = 7, .sources = 5, .seed = 3});
+  const auto learned = [&](std::uint32_t seed) {
+    return sisa(known.set, {.sources = 3, .tied = true, .seed = seed});
+  };
+  std::set<double> qualities;
+  for (std::uint32_t seed = 1; seed <= 4; ++seed) {
+    const SisaResult found = learned(seed);
+    EXPECT_EQ(found.mixture.sources, learned(seed).mixture.sources) << seed;
+    qualities.insert(found.quality);
+  }
+  EXPECT_GT(qualities.size(), 1U);
 }
 
 std::string refusal(const mocap::Trials& set, const SisaOptions& options) {

@@ -1,5 +1,7 @@
 // Falls of thirty walks to novel goals: joint angles that are learned and played, and our method,
 // whose forces and errors are told besides [M18 3.8.4, table 3.1].
+#include <fmt/format.h>
+
 #include <algorithm>
 
 #include "tools/mimesis/walk/figures/list.h"
@@ -42,17 +44,28 @@ void add_ours(const std::string& name, const std::vector<Outcome>& all, Report& 
   }
 }
 
-/// @return falls of each speed
-std::array<int, 3> add_naive(DrawerStudy& study, Report& report) {
-  std::array<int, 3> all{};
+/// Falls of ten at a speed, of each model.
+std::vector<double> naive_falls(DrawerStudy& study, Sources sources, std::size_t speed) {
+  std::vector<double> out;
+  for (std::size_t model = 0; model < kNaiveModels; ++model) {
+    const auto all = study.naive_inference(sources, Goals::kAll, model);
+    out.push_back(falls(speed_class(all, speed)));
+  }
+  return out;
+}
+
+/// @return falls of thirty at each speed, mean of the models
+std::array<double, 3> add_naive(DrawerStudy& study, Report& report) {
+  std::array<double, 3> all{};
   for (std::size_t i = 0; i < kSources.size(); ++i) {
-    const auto naive = study.naive_inference(kSources[i], Feedback::kOwn, Goals::kAll);
     for (std::size_t c = 0; c < kSpeeds.size(); ++c) {
-      const int fell = falls(speed_class(naive, c));
-      all[c] += fell;
+      const std::vector<double> fell = naive_falls(study, kSources[i], c);
+      all[c] += spread_of(fell).mean;
       report.rows.push_back(reproduce::beside(
-          "ML " + kSources[i].text() + ", " + kSpeeds[c] + ": falls of 10", fell, kPrinted[i][c],
-          "1", "\"varies in a non-systematic manner\" [M18 3.8.4], and another robot's"));
+          "ML " + kSources[i].text() + ", " + kSpeeds[c] + ": falls of 10", spread_of(fell).mean,
+          kPrinted[i][c], "1",
+          fmt::format("of {} models: {}; \"varies in a non-systematic manner\" [M18 3.8.4]",
+                      kNaiveModels, fmt::join(fell, ", "))));
     }
   }
   return all;
@@ -67,20 +80,26 @@ reproduce::Row at_least_of_printed(const std::string& what, double ours, double 
 }
 
 std::filesystem::path plot(const std::filesystem::path& dir, DrawerStudy& study) {
-  // groups of a speed; of each method ours, and the printed number as an empty frame around it
+  // groups of a speed; of each method ours (of several models mean and range), and the printed
+  // number as an empty frame around it
   std::vector<reproduce::Data> data;
   std::string curves;
   const std::size_t methods = kSources.size() + 1;
   for (std::size_t m = 0; m < methods; ++m) {
     const bool own = m == kSources.size();
-    const auto outcomes = own ? study.inference(kSources[1], Goals::kAll)
-                              : study.naive_inference(kSources[m], Feedback::kOwn, Goals::kAll);
     reproduce::Data d{"m" + std::to_string(m), {}};
     for (std::size_t c = 0; c < kSpeeds.size(); ++c) {
       const double x = static_cast<double>(c) + 0.2 * (static_cast<double>(m) - 1.5);
+      std::vector<double> fell{0.0};
+      if (own) {
+        fell[0] = falls(speed_class(study.inference(kSources[1], Goals::kAll), c));
+      } else {
+        fell = naive_falls(study, kSources[m], c);
+      }
+      const Spread s = spread_of(fell);
       // 0 is seen as a line on the ground
-      d.rows.push_back({x, std::max(0.06, static_cast<double>(falls(speed_class(outcomes, c)))),
-                        own ? 0.0 : static_cast<double>(kPrinted[m][c])});
+      d.rows.push_back({x, std::max(0.06, s.mean), own ? 0.0 : static_cast<double>(kPrinted[m][c]),
+                        s.least, s.most});
     }
     data.push_back(d);
     const std::string name = own ? "ours" : "ML " + kSources[m].text();
@@ -89,8 +108,11 @@ std::filesystem::path plot(const std::filesystem::path& dir, DrawerStudy& study)
                              : m == 2 ? 5
                                       : m + 1) +
               " title '" + name + "'";
-    curves += ", $" + d.name +
-              " using 1:3:(0.18) with boxes lc rgb '#202020' lw 1.2 fs empty " +
+    if (!own) {
+      curves += ", $" + d.name + " using 1:2:4:5 with yerrorbars lc rgb '#202020' pt 0 ps 0 " +
+                (m == 0 ? "title 'models, least to most'" : "notitle");
+    }
+    curves += ", $" + d.name + " using 1:3:(0.18) with boxes lc rgb '#202020' lw 1.2 fs empty " +
               (m == 0 ? "title 'printed'" : "notitle");
   }
   const auto file = dir / "table-3.1.png";
@@ -107,7 +129,7 @@ std::filesystem::path plot(const std::filesystem::path& dir, DrawerStudy& study)
 Report falls_table(const std::optional<std::filesystem::path>& plot_dir) {
   DrawerStudy& study = DrawerStudy::shared();
   Report report;
-  const std::array<int, 3> naive = add_naive(study, report);
+  const std::array<double, 3> naive = add_naive(study, report);
   report.rows.push_back(at_least_of_printed(
       "ML, all: falls of 90", naive[0] + naive[1] + naive[2], 9, 35,
       "\"often resulted in falling\" [M18 3.8.4]: a tenth of all at the least"));
@@ -118,7 +140,7 @@ Report falls_table(const std::optional<std::filesystem::path>& plot_dir) {
   add_ours("ours, servos", study.inference(kSources[1], Goals::kAll, Plant::kServo), report);
   const std::string alone = "controls: the way of playing alone, with the WPG's own angles; ";
   report.rows.push_back(reproduce::near("WPG's angles played with feedback: falls of 8",
-                                        falls(study.played_originals(Feedback::kOwn)), 0, 0, "1",
+                                        falls(study.played_originals()), 0, 0, "1",
                                         alone + "what falls above falls by the learned angles"));
   if (plot_dir) report.plots.push_back(plot(*plot_dir, study));
   return report;

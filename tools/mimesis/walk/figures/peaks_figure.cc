@@ -19,7 +19,7 @@ std::vector<Bar> bars(DrawerStudy& study, double (*value)(const Outcome&)) {
   for (const Sources& s : kSources)
     add("naive resynth. " + s.text(), study.naive_resynthesis(s), 5);
   for (const Sources& s : kSources) {
-    add("naive novel " + s.text(), study.naive_inference(s, Feedback::kOwn, Goals::kEveryThird), 5);
+    add("naive novel " + s.text(), study.naive_inference(s, Goals::kEveryThird), 5);
   }
   for (const Sources& s : kSources) add("ours resynth. " + s.text(), study.resynthesis(s), 1);
   for (const Sources& s : kSources) {
@@ -52,8 +52,7 @@ Report peaks(const std::optional<std::filesystem::path>& plot_dir) {
     add_limits("ours, resynthesis " + s.text(), study.resynthesis(s), report);
     add_limits("ours, novel goals " + s.text(), study.inference(s, Goals::kEveryThird), report);
     std::ranges::copy(study.naive_resynthesis(s), std::back_inserter(again));
-    std::ranges::copy(study.naive_inference(s, Feedback::kOwn, Goals::kEveryThird),
-                      std::back_inserter(novel));
+    std::ranges::copy(study.naive_inference(s, Goals::kEveryThird), std::back_inserter(novel));
   }
   report.rows.push_back(reproduce::at_least(
       "naive, novel goals: share of walks beyond the ankle's limit",

@@ -47,16 +47,23 @@ const FeasibleData& DrawerStudy::feasible() {
 const synthesizer::BipedDrawer& DrawerStudy::actions(Sources s) {
   auto& a = actions_[s];
   if (!a) {
-    a = std::make_unique<synthesizer::BipedDrawer>(make_biped_drawer(
-        biped_.biped.tree, script_robot_.figure, feasible().upper_body, s.first, s.further));
+    a = std::make_unique<synthesizer::BipedDrawer>(
+        make_biped_drawer(biped_.biped.tree, script_robot_.figure, feasible().upper_body,
+                          {.first_sources = s.first, .further_sources = s.further}));
   }
   return *a;
 }
 
-const synthesizer::LearnedActions& DrawerStudy::joints(Sources s) {
-  auto& j = joints_[s];
+const synthesizer::LearnedActions& DrawerStudy::joints(Sources s, std::size_t model) {
+  auto& j = joints_[{s, model}];
   if (!j) {
-    j = std::make_unique<synthesizer::LearnedActions>(feasible().joints, s.first, s.further);
+    j = std::make_unique<synthesizer::LearnedActions>(
+        feasible().joints,
+        synthesizer::DrawerModelOptions{.first_sources = s.first,
+                                        .further_sources = s.further,
+                                        .turns = 200,
+                                        .tolerance = 1e-6,
+                                        .seed = 1 + static_cast<std::uint32_t>(model)});
   }
   return *j;
 }
@@ -141,34 +148,32 @@ const std::vector<Recording>& DrawerStudy::walks() {
   return walks_;
 }
 
-DrawerStudy::Outcomes DrawerStudy::naive_resynthesis(Sources s) {
-  const synthesizer::LearnedActions& learned = joints(s);
-  return known_or("naive resynthesis " + s.text(), chosen_trials(), [&](std::size_t i) {
-    return played(naive_track(learned, reconstructed(learned, i), feasible_->recordings[i]),
-                  Feedback::kOwn);
+DrawerStudy::Outcomes DrawerStudy::naive_resynthesis(Sources s, std::size_t model) {
+  const synthesizer::LearnedActions& learned = joints(s, model);
+  const std::string name = "naive resynthesis " + s.text() + " " + std::to_string(model);
+  return known_or(name, chosen_trials(), [&](std::size_t i) {
+    return played(naive_track(learned, reconstructed(learned, i), feasible_->recordings[i]));
   });
 }
 
-DrawerStudy::Outcomes DrawerStudy::naive_inference(Sources s, Feedback feedback, Goals which) {
-  const synthesizer::LearnedActions& learned = joints(s);
+DrawerStudy::Outcomes DrawerStudy::naive_inference(Sources s, Goals which, std::size_t model) {
+  const synthesizer::LearnedActions& learned = joints(s, model);
   const auto goals = novel_goals();
   const std::vector<Recording>& walk = walks();
-  const std::string name =
-      "naive inference " + s.text() + (feedback == Feedback::kOwn ? " own" : "");
+  const std::string name = "naive inference " + s.text() + " " + std::to_string(model);
   return known_or(name, numbers_of(which), [&](std::size_t i) {
-    return played(naive_track(learned, inferred(learned, goals[i]), walk[i]), feedback);
+    return played(naive_track(learned, inferred(learned, goals[i]), walk[i]));
   });
 }
 
-DrawerStudy::Outcomes DrawerStudy::played_originals(Feedback feedback) {
+DrawerStudy::Outcomes DrawerStudy::played_originals() {
   const FeasibleData& data = feasible();
-  const std::string name = feedback == Feedback::kOwn ? "played originals own" : "played originals";
-  return known_or(name, chosen_trials(),
-                  [&](std::size_t i) { return played(track_of(data.recordings[i]), feedback); });
+  return known_or("played originals", chosen_trials(),
+                  [&](std::size_t i) { return played(track_of(data.recordings[i])); });
 }
 
-Outcome DrawerStudy::played(const JointTrack& track, Feedback feedback) const {
-  return outcome_of(play(biped_, track, feedback), {});
+Outcome DrawerStudy::played(const JointTrack& track) const {
+  return outcome_of(play(biped_, track, Feedback::kOwn), {});
 }
 
 }  // namespace mimesis::walk

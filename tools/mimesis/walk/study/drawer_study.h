@@ -16,6 +16,11 @@ struct Sources {
 };
 inline constexpr std::array kSources = {Sources{3, 2}, Sources{4, 3}, Sources{5, 4}};
 
+/// Models of the naive approach for each number of sources. Learning is not convex, and which local
+/// minimum it ends in says more about falls than how many sources there are: each begins with
+/// random delays of its own and goes on until nothing is gained.
+inline constexpr std::size_t kNaiveModels = 3;
+
 /// Which of the thirty goals: a third of each speed class is enough for means and ranges.
 enum class Goals { kAll, kEveryThird };
 
@@ -29,8 +34,9 @@ class DrawerStudy {
   const ScriptRobot& robot() const { return script_robot_; }
   const synthesizer::DrawerData& trials() const { return trials_; }  ///< kinematic ones
   const FeasibleData& feasible();
-  const synthesizer::BipedDrawer& actions(Sources sources);    ///< learned from feasible()
-  const synthesizer::LearnedActions& joints(Sources sources);  ///< the naive approach's
+  const synthesizer::BipedDrawer& actions(Sources sources);  ///< learned from feasible()
+  /// The naive approach's. @param model  < kNaiveModels
+  const synthesizer::LearnedActions& joints(Sources sources, std::size_t model);
   /// Numbers of the trials that originals and resyntheses are made of: eight, of all paces.
   std::vector<std::size_t> chosen_trials() const;
 
@@ -39,15 +45,15 @@ class DrawerStudy {
   Outcomes resynthesis(Sources sources);  ///< their mixtures
   Outcomes inference(Sources sources, Goals which,
                      hw::sim::Plant plant = hw::sim::Plant::kSprings);  ///< novel_goals() online
-  Outcomes extremes();                          ///< extreme_goals() online, 4+3 sources
-  Outcomes naive_resynthesis(Sources sources);  ///< with kOwn feedback
-  Outcomes naive_inference(Sources sources, Feedback feedback, Goals which);
+  Outcomes extremes();  ///< extreme_goals() online, 4+3 sources
+  Outcomes naive_resynthesis(Sources sources, std::size_t model = 0);
+  Outcomes naive_inference(Sources sources, Goals which, std::size_t model = 0);
   /// The recorded angles of originals, played: what the way of playing alone does.
-  Outcomes played_originals(Feedback feedback);
+  Outcomes played_originals();
 
  private:
   const std::vector<Recording>& walks();  ///< of novel_goals(): timing and start of naive ones
-  Outcome played(const JointTrack& track, Feedback feedback) const;
+  Outcome played(const JointTrack& track) const;  ///< with kOwn feedback
   /// Those of `numbers` that are not known yet are computed, on all processors.
   template <class Run>
   Outcomes known_or(const std::string& experiment, const std::vector<std::size_t>& numbers,
@@ -58,7 +64,7 @@ class DrawerStudy {
   synthesizer::DrawerData trials_;
   std::unique_ptr<FeasibleData> feasible_;
   std::map<Sources, std::unique_ptr<synthesizer::BipedDrawer>> actions_;
-  std::map<Sources, std::unique_ptr<synthesizer::LearnedActions>> joints_;
+  std::map<std::pair<Sources, std::size_t>, std::unique_ptr<synthesizer::LearnedActions>> joints_;
   std::vector<Recording> walks_;
   std::map<std::string, std::map<std::size_t, Outcome>> outcomes_;  // by experiment, number
 };
