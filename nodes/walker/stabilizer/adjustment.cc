@@ -31,15 +31,26 @@ void StepAdjustment::follow() {
   com_ += kTick_s * com_v_;
 }
 
-Eigen::Vector2d StepAdjustment::within_reach(const PatternSample& plan,
-                                             const Eigen::Vector2d& wish_W) const {
-  const StabilizerSettings& s = *settings_;
+Eigen::Vector2d StepAdjustment::landing_error(const PatternSample& plan,
+                                              const Balance& balance) const {
+  const double growth = std::exp(balance.omega_1_s * plan.to_landing_s);
   const Eigen::Rotation2Dd R_WH(plan.yaw_rad);
-  Eigen::Vector2d wish = R_WH.inverse() * wish_W;
+  const Eigen::Vector2d error = R_WH.inverse() * balance.error_W_m;
+  const Eigen::Vector2d change = R_WH.inverse() * balance.zmp_change_W_m;
+  Eigen::Vector2d coming = (error - change) * growth + change;
+  for (int i = 0; i < 2; ++i) {
+    if (coming[i] * error[i] < 0.0) coming[i] = 0.0;
+  }
+  return coming;
+}
+
+Eigen::Vector2d StepAdjustment::within_reach(const PatternSample& plan,
+                                             Eigen::Vector2d wish) const {
+  const StabilizerSettings& s = *settings_;
   const double side = robot::sign(plan.swing);
   wish.x() = std::clamp(wish.x(), -s.adjust_forward_m, s.adjust_forward_m);
   wish.y() = side * std::clamp(side * wish.y(), -s.adjust_inward_m, s.adjust_outward_m);
-  return R_WH * wish;
+  return Eigen::Rotation2Dd(plan.yaw_rad) * wish;
 }
 
 Eigen::Vector2d StepAdjustment::step(const PatternSample& plan, const Balance& balance) {
@@ -54,8 +65,7 @@ Eigen::Vector2d StepAdjustment::step(const PatternSample& plan, const Balance& b
     if (t <= kLast_s) continue;
     Eigen::Vector2d goal = Eigen::Vector2d::Zero();
     if (settings_->step_adjustment && balance.cut && t <= kFirst_s) {
-      const Eigen::Vector2d& d = balance.zmp_change_W_m;
-      goal = within_reach(plan, (balance.error_W_m - d) * std::exp(balance.omega_1_s * t) + d);
+      goal = within_reach(plan, landing_error(plan, balance));
       if (goal.norm() < settings_->adjust_least_m) goal.setZero();
     }
     Eigen::Vector2d change = share_ * (goal - foot_[side]);

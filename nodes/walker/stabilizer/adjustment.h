@@ -7,7 +7,8 @@ namespace mimesis::walker {
 /// Steps placed anew when the soles are too small for a push [walking.md 8.6.8]. While the wished
 /// ZMP is cut to z_r + d, the error e of the divergent component grows to
 ///   e_T = (e − d) exp(ω t) + d
-/// until the landing in t [Englsberger, Ott, Albu-Schäffer 2015]. A foot that lands e_T further
+/// until the landing in t [Englsberger, Ott, Albu-Schäffer 2015]; along and across the heading each,
+/// and not beyond 0: where d is more than e the soles do it alone, and d goes as e goes. A foot that lands e_T further
 /// takes the error away if the whole pattern goes on from there: the pattern moves by the offset of
 /// the foot that has landed. The other one stands where it stood, with the offset that the move
 /// gives it, until its next swing; the wished CoM follows the pattern slowly.
@@ -35,7 +36,10 @@ class StepAdjustment {
   const Eigen::Vector2d& com_v_W() const { return com_v_; }
 
  private:
-  Eigen::Vector2d within_reach(const PatternSample& plan, const Eigen::Vector2d& wish_W) const;
+  /// e_T in the heading frame.
+  Eigen::Vector2d landing_error(const PatternSample& plan, const Balance& balance) const;
+  /// @param wish  in the heading frame. @return in W
+  Eigen::Vector2d within_reach(const PatternSample& plan, Eigen::Vector2d wish) const;
 
   const StabilizerSettings* settings_;
   double share_;

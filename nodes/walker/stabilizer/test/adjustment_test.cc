@@ -52,6 +52,29 @@ TEST_F(AdjustmentTest, FootGoesWhereThePendulumWillBeAtTheLanding) {
   EXPECT_EQ(a.foot_W_m(kRight), Vector2d::Zero());
 }
 
+/// A push from the side cuts the ZMP across; along the feedback takes more than e, and it is enough.
+TEST_F(AdjustmentTest, WhatTheSolesCanDoAloneMovesNoFoot) {
+  const double grow = std::exp(kOmega * 0.3);
+  for (const double sign : {1.0, -1.0}) {
+    StepAdjustment a(settings);
+    swing(a, 0.3, sign * Vector2d(0.005, 0.06), sign * Vector2d(0.016, 0.05), true);
+    EXPECT_EQ(a.foot_W_m(kLeft).x(), 0.0);
+    const double across = std::clamp(sign * (0.01 * grow + 0.05), -settings.adjust_inward_m, 1.0);
+    EXPECT_NEAR(a.foot_W_m(kLeft).y(), across, 2e-3);
+  }
+  // d against e, as where the wished ZMP was near the edge before: nothing takes e away
+  StepAdjustment against(settings);
+  swing(against, 0.3, {0.02, 0.0}, {-0.005, 0.0}, true);
+  EXPECT_NEAR(against.foot_W_m(kLeft).x(), 0.025 * grow - 0.005, 2e-3);
+  // along the heading, not along W
+  plan.yaw_rad = M_PI / 4.0;
+  const Eigen::Rotation2Dd R_WH(plan.yaw_rad);
+  StepAdjustment turned(settings);
+  swing(turned, 0.3, R_WH * Vector2d(0.005, 0.03), R_WH * Vector2d(0.016, 0.025), true);
+  EXPECT_NEAR((R_WH.inverse() * turned.foot_W_m(kLeft)).x(), 0.0, 1e-12);
+  EXPECT_GT((R_WH.inverse() * turned.foot_W_m(kLeft)).y(), 0.03);
+}
+
 TEST_F(AdjustmentTest, OnlyWhenTheSolesAreTooSmallAndInTime) {
   const Vector2d error(0.06, 0.06), change(0.05, 0.05);
   StepAdjustment uncut(settings);
