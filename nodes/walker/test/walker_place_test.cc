@@ -22,14 +22,18 @@ void walk_with_the_motion(Rig& rig, runtime::Time duration) {
 }
 
 TEST(WalkerPlace, GoesAsWishedWhileTheMotionIsWhereTheRobotIs) {
-  Rig rig;
+  // A robot without inertia swings by 95 mm from tick to tick under the feedback of the divergent
+  // component: steps that are placed anew for this are no one's wish.
+  WalkerParams p = params();
+  p.stabilizer.step_adjustment = false;
+  Rig rig(p);
   rig.ready();
   rig.walk(0.15);
   walk_with_the_motion(rig, 5s);
   const double x_m = rig.feedback.position_pelvis_in_world_m().x_m();
   walk_with_the_motion(rig, 6400ms);  // eight steps of 0.8 s
-  // The pattern stays a little behind its wish; a drift that is none would add 0.03 m/s and more.
-  EXPECT_NEAR((rig.feedback.position_pelvis_in_world_m().x_m() - x_m) / 6.4, 0.14, 0.015);
+  // A drift that is none would add 0.03 m/s and more.
+  EXPECT_NEAR((rig.feedback.position_pelvis_in_world_m().x_m() - x_m) / 6.4, 0.15, 0.01);
 }
 
 TEST(WalkerPlace, TurnsAsWishedWhileTheMotionLooksAsTheRobotDoes) {
