@@ -7,12 +7,12 @@ namespace mimesis::walker {
 /// Steps placed anew when the soles are too small for a push [walking.md 8.6.8]. While the wished
 /// ZMP is cut to z_r + d, the error e of the divergent component grows to
 ///   e_T = (e − d) exp(ω t) + d
-/// until the landing in t [Englsberger, Ott, Albu-Schäffer 2015]; along and across the heading each,
-/// and not beyond 0: where d is more than e the soles do it alone, and d goes as e goes. A foot that lands e_T further
-/// takes the error away if the whole pattern goes on from there: the pattern moves by the offset of
-/// the foot that has landed. The other one stands where it stood, with the offset that the move
-/// gives it, until its next swing; the wished CoM follows the pattern slowly.
-/// Protocol: step() says how far to move the pattern; the plan of the next tick has moved.
+/// until the landing in t [Englsberger, Ott, Albu-Schäffer 2015]; along and across the heading
+/// each, and not beyond 0: where d is more than e the soles do it alone, and d goes as e goes. A
+/// foot that lands e_T further takes the error away if the whole pattern goes on from there: the
+/// pattern moves by the offset of the foot that has landed. The other one stands where it stood,
+/// with the offset that the move gives it, until its next swing; the wished CoM follows the pattern
+/// slowly. Protocol: step() says how far to move the pattern; the plan of the next tick has moved.
 class StepAdjustment {
  public:
   explicit StepAdjustment(const StabilizerSettings& settings);

@@ -6,8 +6,11 @@
 namespace mimesis::walker {
 namespace {
 
-constexpr double kLetGo_s = 0.1;      ///< tilt of a foot that carries no more
-constexpr double kFeltShare = 0.05;   ///< of the weight, on a foot that stands
+constexpr double kLetGo_s = 0.1;     ///< tilt of a foot that carries no more
+constexpr double kFeltShare = 0.05;  ///< of the weight, on a foot that stands
+/// Of the speed of the reach: a foot that lands early goes up no faster. The impact of a stiff leg
+/// is over before the leg follows, and a foot that follows all of it is in the air again.
+constexpr double kGiveSpeed = 4.0;
 constexpr double kShareStep = 0.05;   ///< of a foot's share in a tick; the plan's is no faster
 constexpr double kShareFade_s = 0.3;  ///< difference of heights in single support
 
@@ -66,17 +69,46 @@ void Feet::share_weight(const std::array<robot::Wrench, 2>& foot_S, double left)
   difference_m_ = leaky(difference_m_, s.force_m_s_n * wrong, s.force_leak_s, s.force_limit_m);
 }
 
-void Feet::land(Foot& foot, double normal_n) const {
+void Feet::land(Foot& foot, double planned_down_m_s, double normal_n) const {
   const StabilizerSettings& s = *settings_;
-  foot.landing_m = std::max(0.0, leaky(foot.landing_m, s.landing_m_s_n * std::max(0.0, normal_n),
-                                       s.landing_leak_s, s.landing_limit_m));
+  const double least = kFeltShare * weight_n_;
+  foot.touched = foot.touched || normal_n > least;
+  if (!foot.touched) {
+    foot.landing_m = decayed(foot.landing_m, s.landing_leak_s);
+    return;
+  }
+  const double give = s.landing_m_s_n * (std::max(0.0, normal_n) - least);
+  const double rate = planned_down_m_s + std::min(give, kGiveSpeed * s.reach_m_s);
+  foot.landing_m = std::clamp(foot.landing_m + kTick_s * rate, 0.0, s.landing_limit_m);
 }
 
-void Feet::reach(Foot& foot, double normal_n) const {
+void Feet::reach(Foot& foot, bool found, double planned_down_m_s) const {
   const StabilizerSettings& s = *settings_;
+  const double rate = found ? 0.0 : std::max(0.0, s.reach_m_s - planned_down_m_s);
+  foot.reach_m = leaky(foot.reach_m, rate, s.force_leak_s, s.reach_limit_m);
+}
+
+void Feet::stand(Foot& foot, double normal_n) const {
+  foot.landing_m = decayed(foot.landing_m, settings_->landing_leak_s);
   foot.felt = foot.felt || normal_n > kFeltShare * weight_n_;
-  foot.reach_m =
-      leaky(foot.reach_m, foot.felt ? 0.0 : s.reach_m_s, s.force_leak_s, s.reach_limit_m);
+  reach(foot, foot.felt, 0.0);
+  fade_swing(foot);
+}
+
+void Feet::swing(Foot& foot, const PatternSample& plan, const FootState& planned,
+                 const Measured& measured, double normal_n) const {
+  for (double& tilt : foot.tilt_rad) tilt = decayed(tilt, kLetGo_s);
+  foot.felt = false;
+  hold_swing(foot, planned.X_WS, measured);
+  if (plan.to_landing_s > settings_->landing_window_s) {
+    foot.touched = false;
+    foot.landing_m = decayed(foot.landing_m, settings_->landing_leak_s);
+    foot.reach_m = decayed(foot.reach_m, kShareFade_s);
+    return;
+  }
+  const double down_m_s = std::max(0.0, -planned.v_W.z());
+  land(foot, down_m_s, normal_n);
+  reach(foot, foot.touched, down_m_s);
 }
 
 /// The base is at X_WB instead of X_WB_planned: X_WB⁻¹ of the sole is what the leg has to do.
@@ -100,26 +132,14 @@ void Feet::fade_swing(Foot& foot) const {
 const std::array<Eigen::Isometry3d, 2>& Feet::step(const PatternSample& plan,
                                                    const Ground::Shares& wished,
                                                    const Measured& measured) {
-  const StabilizerSettings& s = *settings_;
   give_m_n_ = measured.give_m_n;
   press(plan, wished, measured.foot_S);
   for (Side side : robot::kSides) {
-    Foot& foot = foot_[side];
-    const robot::Wrench& wrench = measured.foot_S[side];
+    const double normal_n = measured.foot_S[side].force.z();
     if (plan.contact[side]) {
-      foot.landing_m = decayed(foot.landing_m, s.landing_leak_s);
-      reach(foot, wrench.force.z());
-      fade_swing(foot);
-      continue;
-    }
-    for (double& tilt : foot.tilt_rad) tilt = decayed(tilt, kLetGo_s);
-    foot.reach_m = decayed(foot.reach_m, kShareFade_s);
-    foot.felt = false;
-    hold_swing(foot, plan.foot[side].X_WS, measured);
-    if (plan.to_landing_s <= s.landing_window_s) {
-      land(foot, wrench.force.z());
+      stand(foot_[side], normal_n);
     } else {
-      foot.landing_m = decayed(foot.landing_m, s.landing_leak_s);
+      swing(foot_[side], plan, plan.foot[side], measured, normal_n);
     }
   }
   const bool both = plan.contact[kLeft] && plan.contact[kRight];

@@ -15,8 +15,12 @@ namespace mimesis::walker {
 ///    share λ; the left sole goes up by d/2, the right one down. Only for a while after a
 ///    landing, then d is held: on stiff legs d rolls the body and moves the CoM by c = 4.1 d, whose
 ///    c''/ω² the force sensors feel as a gain that grows with the frequency.
-///  - landing, before the foot is due: l̇ = A max(0, F_z) − l/T, the sole goes up by l.
-///  - reach, after the foot was due and until it is felt: the sole goes on down; difference and
+///  - landing, a foot that touches before it is due goes down no more and gives way to its force
+///  but
+///    for a twentieth of the weight, F_0: l̇ = v_down + A (max(0, F_z) − F_0), the sole goes up by
+///    l. What it has found of the ground's height is forgotten slowly.
+///  - reach, a foot that is down by the plan and not felt goes on down; if it is due, difference
+///  and
 ///    give wait.
 ///  - swing: the sole is where it is planned although the base is not.
 ///  - give: legs that are c F shorter under their load F (LegGive) are made longer by c (F − mg/2)
@@ -42,15 +46,19 @@ class Feet {
   struct Foot {
     Eigen::Vector2d tilt_rad = Eigen::Vector2d::Zero();  ///< θ_x, θ_y
     double landing_m = 0.0, reach_m = 0.0;
-    bool felt = true;                                        ///< since it was set down
+    bool touched = false;                                    ///< in this swing, before it was due
+    bool felt = true;                                        ///< since it was due
     Eigen::Vector3d swing_tilt_W = Eigen::Vector3d::Zero();  ///< axis-angle
     Eigen::Vector3d swing_shift_W = Eigen::Vector3d::Zero();
   };
   void press(const PatternSample& plan, const Ground::Shares& wished,
              const std::array<robot::Wrench, 2>& foot_S);
   void share_weight(const std::array<robot::Wrench, 2>& foot_S, double left);
-  void land(Foot& foot, double normal_n) const;
-  void reach(Foot& foot, double normal_n) const;
+  void stand(Foot& foot, double normal_n) const;
+  void swing(Foot& foot, const PatternSample& plan, const FootState& planned,
+             const Measured& measured, double normal_n) const;
+  void land(Foot& foot, double planned_down_m_s, double normal_n) const;
+  void reach(Foot& foot, bool found, double planned_down_m_s) const;
   void hold_swing(Foot& foot, const Eigen::Isometry3d& X_WS, const Measured& measured) const;
   void fade_swing(Foot& foot) const;
   void compose(const PatternSample& plan);

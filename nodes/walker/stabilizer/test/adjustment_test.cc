@@ -52,7 +52,8 @@ TEST_F(AdjustmentTest, FootGoesWhereThePendulumWillBeAtTheLanding) {
   EXPECT_EQ(a.foot_W_m(kRight), Vector2d::Zero());
 }
 
-/// A push from the side cuts the ZMP across; along the feedback takes more than e, and it is enough.
+/// A push from the side cuts the ZMP across; along the feedback takes more than e, and it is
+/// enough.
 TEST_F(AdjustmentTest, WhatTheSolesCanDoAloneMovesNoFoot) {
   const double grow = std::exp(kOmega * 0.3);
   for (const double sign : {1.0, -1.0}) {

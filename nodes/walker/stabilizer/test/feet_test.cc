@@ -116,9 +116,11 @@ TEST_F(FeetTest, FootThatIsDueAndNotFeltGoesOnDownUntilItIs) {
   settings.force_m_s_n = 0.0;
   const double weight = biped.tree.mass_kg() * robot::kGravity;
   single_support_on_right(0.01);
+  plan.foot[kLeft].v_W.z() = -settings.reach_m_s;
   measured.foot_S[kRight].force.z() = weight;
   run(2);
-  EXPECT_EQ(height(kLeft), 0.0) << "not before it is due";
+  EXPECT_EQ(height(kLeft), 0.0) << "not while the plan goes down";
+  plan.foot[kLeft].v_W.z() = 0.0;
   plan.contact[kLeft] = true;
   run(4);
   EXPECT_NEAR(height(kLeft), -4 * kTick_s * settings.reach_m_s, 2e-5);
@@ -186,31 +188,109 @@ TEST_F(FeetTest, WeightThatRocksFromFootToFootIsLetBe) {
   EXPECT_LT(high - low, 0.2 * 4 * kTick_s * settings.force_m_s_n * 400.0 / 2);
 }
 
-TEST_F(FeetTest, EarlyLandingGivesWayOnlyShortlyBeforeItIsDue) {
-  measured.foot_S[kLeft].force.z() = 200.0;
+TEST_F(FeetTest, EarlyLandingGivesWayToItsForceShortlyBeforeItIsDue) {
+  const double weight = biped.tree.mass_kg() * robot::kGravity, least = 0.05 * weight;
+  plan.foot[kLeft].X_WS.translation().z() = 0.004;
+  measured.foot_S[kLeft].force.z() = least + 100.0;
   single_support_on_right(0.4);
   run(10);
-  EXPECT_EQ(height(kLeft), 0.0);
+  EXPECT_EQ(height(kLeft), 0.004);
   plan.to_landing_s = 0.2;
   run(10);
-  EXPECT_GT(height(kLeft), 0.8 * 10 * kTick_s * settings.landing_m_s_n * 200.0);
+  EXPECT_NEAR(height(kLeft), 0.004 + 10 * kTick_s * settings.landing_m_s_n * 100.0, 1e-9);
   EXPECT_EQ(height(kRight), 0.0);
+  measured.foot_S[kLeft].force.z() = least;
+  const double found = height(kLeft);
+  run(10);
+  EXPECT_NEAR(height(kLeft), found, 1e-12) << "it stays in touch, and presses no more than that";
+  measured.foot_S[kLeft].force.z() = 5.0 * weight;
+  run(1);
+  EXPECT_NEAR(height(kLeft), found + kTick_s * 4.0 * settings.reach_m_s, 1e-9)
+      << "it does not jump away from an impact";
   run(2000);
-  EXPECT_NEAR(
-      height(kLeft),
-      std::min(settings.landing_limit_m, settings.landing_m_s_n * 200.0 * settings.landing_leak_s),
-      1e-6);
+  EXPECT_NEAR(height(kLeft), 0.004 + settings.landing_limit_m, 1e-9);
+}
+
+TEST_F(FeetTest, FootThatTouchesEarlyGoesDownNoMore) {
+  const double weight = biped.tree.mass_kg() * robot::kGravity;
+  FootState& planned = plan.foot[kLeft];
+  planned.v_W.z() = -settings.reach_m_s;
+  single_support_on_right(0.1);
+  const auto glide = [&](int ticks) {
+    for (int i = 0; i < ticks; ++i) {
+      planned.X_WS.translation().z() += kTick_s * planned.v_W.z();
+      run(1);
+    }
+  };
+  planned.X_WS.translation().z() = 0.005 + 5 * kTick_s * settings.reach_m_s;
+  glide(5);
+  EXPECT_NEAR(height(kLeft), 0.005, 1e-12) << "not felt: as planned";
+  measured.foot_S[kLeft].force.z() = 0.05 * weight + 1e-6;
+  glide(10);
+  EXPECT_NEAR(height(kLeft), 0.005, 1e-9);
+  measured.foot_S[kLeft].force.z() = 0.0;  // it has touched; a short bounce is no lower ground
+  glide(10);
+  EXPECT_NEAR(height(kLeft), 0.005 - 10 * kTick_s * settings.landing_m_s_n * 0.05 * weight, 1e-9);
+  // it stands on what it has found, which is forgotten over a step
+  const double found = height(kLeft) - planned.X_WS.translation().z();
+  plan.contact[kLeft] = true;
+  wished.left = 0.0;
+  planned.X_WS.translation().z() = planned.v_W.z() = 0.0;
+  measured.foot_S[kLeft].force.z() = 0.1 * weight;
+  measured.foot_S[kRight].force.z() = 1.1 * weight;  // as wished: nothing for the difference
+  plan.foot[kLeft].v_W.setZero();
+  EXPECT_GT(found, 0.002);
+  run(20);
+  EXPECT_NEAR(height(kLeft), found * std::exp(-20 * kTick_s / settings.landing_leak_s), 2e-5);
+}
+
+TEST_F(FeetTest, FootThatIsDownBeforeItIsDueReachesUntilItTouches) {
+  const double weight = biped.tree.mass_kg() * robot::kGravity;
+  single_support_on_right(0.04);
+  plan.foot[kLeft].v_W.z() = -0.6 * settings.reach_m_s;
+  run(4);
+  EXPECT_NEAR(height(kLeft), -4 * kTick_s * 0.4 * settings.reach_m_s, 1e-5) << "what is missing";
+  plan.foot[kLeft].v_W.z() = 0.0;
+  const double brake = height(kLeft);
+  run(4);
+  EXPECT_NEAR(height(kLeft), brake - 4 * kTick_s * settings.reach_m_s, 3e-5);
+  const double found = height(kLeft);
+  measured.foot_S[kLeft].force.z() = 0.05 * weight + 1e-6;
+  run(4);
+  EXPECT_NEAR(height(kLeft), found, 3e-5);
+  // at the lift-off it is on the ground by the plan too
+  measured.foot_S[kLeft].force.z() = 0.0;
+  plan.to_landing_s = 0.7;
+  run(1);
+  EXPECT_GT(height(kLeft), found);
+}
+
+TEST_F(FeetTest, EverySwingTouchesAnew) {
+  const double weight = biped.tree.mass_kg() * robot::kGravity;
+  single_support_on_right(0.1);
+  measured.foot_S[kLeft].force.z() = 0.2 * weight;
+  run(1);
+  plan.to_landing_s = 0.6;
+  measured.foot_S[kLeft].force.z() = 0.0;
+  run(1);
+  plan.to_landing_s = 0.1;
+  plan.foot[kLeft].v_W.z() = -0.04;
+  const double before = height(kLeft);
+  run(10);
+  EXPECT_LT(height(kLeft), before);
 }
 
 TEST_F(FeetTest, AForceThatPullsOnALandingFootIsAnErrorOfTheSensor) {
+  const double least = 0.05 * biped.tree.mass_kg() * robot::kGravity;
   single_support_on_right(0.2);
+  plan.foot[kLeft].X_WS.translation().z() = 0.004;
   measured.foot_S[kLeft].force.z() = 200.0;
   run(20);
   const double before = height(kLeft);
-  ASSERT_GT(before, 0.0);
+  ASSERT_GT(before, 0.004);
   measured.foot_S[kLeft].force.z() = -200.0;
   run(10);
-  EXPECT_NEAR(height(kLeft), before * std::pow(1.0 - kTick_s / settings.landing_leak_s, 10), 1e-9);
+  EXPECT_NEAR(height(kLeft), before - 10 * kTick_s * settings.landing_m_s_n * least, 1e-9);
 }
 
 TEST_F(FeetTest, SwingFootIsWhereItIsPlannedThoughTheBaseIsNot) {
