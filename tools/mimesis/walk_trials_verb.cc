@@ -4,12 +4,14 @@
 #include <CLI/Config.hpp>
 #include <CLI/Formatter.hpp>
 #include <CLI/Validators.hpp>
+#include <cmath>
 #include <fstream>
 #include <iostream>
 #include <memory>
 
 #include "common/error.h"
 #include "nodes/synthesizer/retarget/robot_figure.h"
+#include "tools/mimesis/number_check.h"
 #include "tools/mimesis/progress.h"
 #include "tools/mimesis/table.h"
 #include "tools/mimesis/verbs.h"
@@ -42,13 +44,15 @@ class Setter {
     double value = x;
     if (key_ != name) return;
     put(value, low, high);
+    if (value != std::floor(value)) {
+      throw ConfigError(fmt::format("--set {}: {} is no whole number", key_, value));
+    }
     x = static_cast<int>(value);
   }
   void operator()(const char* name, bool& x) {
-    double value = x;
-    if (key_ != name) return;
-    put(value, 0.0, 1.0);
-    x = value != 0.0;
+    int value = x;
+    (*this)(name, value, 0, 1);
+    x = value != 0;
   }
   bool found() const { return found_; }
 
@@ -178,12 +182,14 @@ void add_walk_trials(CLI::App& program, int& exit_code) {
   verb->add_option("--pattern", o->pattern, "Pattern generator")
       ->check(CLI::IsMember({"nonlinear", "linear", "preview"}))
       ->capture_default_str();
-  verb->add_option("--seed", o->seed, "Of everything that is drawn")->capture_default_str();
+  verb->add_option("--seed", o->seed, "Of everything that is drawn")
+      ->check(number_not_below_zero)  // "-1" would count from the largest one
+      ->capture_default_str();
   verb->add_option("--delay", o->delay, "Of the sensors, in ticks of 5 ms")
       ->check(CLI::Range(0, 7))
       ->capture_default_str();
   verb->add_option("--set", o->set, "A setting of the stabilizer")->type_name("KEY=NUMBER");
-  verb->add_option("--only", o->only, "Number of one trial")->check(CLI::NonNegativeNumber);
+  verb->add_option("--only", o->only, "Number of one trial")->check(number_not_below_zero);
   verb->add_option("-j,--jobs", o->jobs, "Trials at a time")
       ->check(CLI::Range(1, 256))
       ->capture_default_str();

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <sstream>
 
 #include "common/error.h"
 #include "nodes/walker/pattern/steps.h"
@@ -7,8 +8,11 @@
 namespace mimesis::walker {
 namespace {
 
-void demand(bool fulfilled, const char* what) {
-  if (!fulfilled) throw ConfigError(std::string("gait: ") + what);
+void demand(bool fulfilled, const char* key, double value, const char* expected) {
+  if (fulfilled) return;
+  std::ostringstream text;  // 0.75, not 0.750000
+  text << "gait." << key << ": " << value << ", expected " << expected;
+  throw ConfigError(text.str());
 }
 
 bool on_grid(double seconds) {
@@ -26,25 +30,33 @@ double leg_length_m(const robot::Biped& biped) {
 }  // namespace
 
 void check(const GaitSettings& s) {
-  demand(s.com_height_m > 0.1 && s.com_height_m < 3.0, "com_height is not in (0.1, 3) m");
-  demand(on_grid(s.step_s) && s.step_s > 0.35 && s.step_s < 1.25,
-         "step is no multiple of 0.1 s in [0.4, 1.2]");
+  demand(s.com_height_m > 0.1 && s.com_height_m < 3.0, "com_height_m", s.com_height_m,
+         "between 0.1 and 3");
+  demand(on_grid(s.step_s) && s.step_s > 0.35 && s.step_s < 1.25, "step_s", s.step_s,
+         "a multiple of 0.1 in [0.4, 1.2]");
   demand(on_grid(s.double_support_s) && s.double_support_s > 0.05 &&
              s.double_support_s < s.step_s - 0.25,
-         "double_support is no multiple of 0.1 s in [0.1, step - 0.3]");
+         "double_support_s", s.double_support_s, "a multiple of 0.1 in [0.1, step_s - 0.3]");
   demand(on_grid(s.first_double_support_s) && s.first_double_support_s > 0.35 &&
              s.first_double_support_s < 5.05,
-         "first_double_support is no multiple of 0.1 s in [0.4, 5]");
-  demand(s.step_height_m >= 0.0 && s.step_height_m < 0.5, "step_height is not in [0, 0.5) m");
-  demand(s.zmp_half_m.minCoeff() > 0.0 && s.zmp_half_m.maxCoeff() < 0.5,
-         "zmp_half is not in (0, 0.5) m");
-  demand(s.narrowest_step_m > 0.0 && s.narrowest_step_m < s.feet_distance_m &&
-             s.feet_distance_m < s.widest_step_m && s.widest_step_m < 2.0,
-         "0 < narrowest_step < feet_distance < widest_step < 2 m does not hold");
-  demand(s.longest_step_m > 0.0 && s.longest_step_m < 2.0, "longest_step is not in (0, 2) m");
-  demand(s.most_forward_m_s >= 0.0 && s.most_sideways_m_s >= 0.0 && s.most_turn_rad_s >= 0.0 &&
-             s.most_foot_yaw_rad >= 0.0 && s.most_foot_yaw_rad < 1.0,
-         "a limit is negative, or most_foot_yaw is not below 1 rad");
+         "first_double_support_s", s.first_double_support_s, "a multiple of 0.1 in [0.4, 5]");
+  demand(s.step_height_m >= 0.0 && s.step_height_m < 0.5, "step_height_m", s.step_height_m,
+         "in [0, 0.5)");
+  for (const double half : s.zmp_half_m) {
+    demand(half > 0.0 && half < 0.5, "zmp_half_m", half, "between 0 and 0.5");
+  }
+  demand(s.narrowest_step_m > 0.0, "narrowest_step_m", s.narrowest_step_m, "above 0");
+  demand(s.feet_distance_m > s.narrowest_step_m, "feet_distance_m", s.feet_distance_m,
+         "above narrowest_step_m");
+  demand(s.widest_step_m > s.feet_distance_m && s.widest_step_m < 2.0, "widest_step_m",
+         s.widest_step_m, "above feet_distance_m, below 2");
+  demand(s.longest_step_m > 0.0 && s.longest_step_m < 2.0, "longest_step_m", s.longest_step_m,
+         "between 0 and 2");
+  demand(s.most_forward_m_s >= 0.0, "most_forward_m_s", s.most_forward_m_s, "0 or more");
+  demand(s.most_sideways_m_s >= 0.0, "most_sideways_m_s", s.most_sideways_m_s, "0 or more");
+  demand(s.most_turn_rad_s >= 0.0, "most_turn_rad_s", s.most_turn_rad_s, "0 or more");
+  demand(s.most_foot_yaw_rad >= 0.0 && s.most_foot_yaw_rad < 1.0, "most_foot_yaw_rad",
+         s.most_foot_yaw_rad, "in [0, 1)");
 }
 
 GaitSettings gait_settings(const robot::Biped& biped) {

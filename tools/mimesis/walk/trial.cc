@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <chrono>
 #include <deque>
-#include <filesystem>
-#include <numeric>
 
 #include "common/error.h"
 #include "common/model/files.h"
@@ -96,8 +94,7 @@ void add_times(std::vector<double>& times, TrialResult& result) {
 }  // namespace
 
 Robot load_robot(const std::string& name) {
-  const bool is_path = name.find('/') != std::string::npos || name.ends_with(".yaml");
-  const std::string file = is_path ? name : MIMESIS_SOURCE_DIR "/models/" + name + ".yaml";
+  const std::string file = name.ends_with(".yaml") ? name : name + ".yaml";
   return {name, model::urdf_of_biped(file), model::load_biped(file)};
 }
 

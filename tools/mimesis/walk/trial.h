@@ -12,7 +12,7 @@ struct Robot {
   std::string name, urdf_file;
   robot::Biped biped;
 };
-/// "biped", "jvrc1" of models/, or a path of such a file.
+/// "biped", "jvrc1" of models/, or a path of such a file with its ending.
 /// @throws ConfigError if it cannot be read
 Robot load_robot(const std::string& name);
 
