@@ -194,35 +194,48 @@ const robot::RobotMotion& WholeBody::motion(const PatternSample& sample, const C
     aim((static_cast<double>(i) - 1.0) * kLittle_s, sample, com, posture_[i]);
   }
   search(moments, lever);
-  const auto& [before, now, after] = posture_;
-  const auto share = [&](Side side) {
-    return std::min({before.freedom[side], now.freedom[side], after.freedom[side]});
+  const auto share = [this](Side side) {
+    return std::min(
+        {posture_[0].freedom[side], posture_[1].freedom[side], posture_[2].freedom[side]});
   };
   const std::array<double, 2> free_share{share(kLeft), share(kRight)};
   const double least = std::min(free_share[kLeft], free_share[kRight]);
   unreachable_ = least == 0.0;
   free_ = least == 1.0;
   if (!free_) calm(least);
-  now_com_B_ = own_com_B(now, moments[1]);
+  now_com_B_ = own_com_B(posture_[1], moments[1]);
+  move_pelvis(sample);
+  for (const Side side : robot::kSides) move_leg(side, free_share[side]);
+  move_upper_body(upper);
+  if (lever != nullptr) remember(moments, *lever);
+  return motion_;
+}
+
+void WholeBody::move_pelvis(const PatternSample& sample) {
+  const auto& [before, now, after] = posture_;
   motion_.X_WB = now.X_WB;
   motion_.v_W = rate<Vector3d>(before.X_WB.translation(), after.X_WB.translation());
   motion_.a_W = acceleration<Vector3d>(before.X_WB.translation(), now.X_WB.translation(),
                                        after.X_WB.translation());
   motion_.omega_W.z() = sample.yaw_rate_rad_s;
   motion_.alpha_W.z() = yaw_acceleration(sample);
-  for (const Side side : robot::kSides) {
-    const Vector6d dq = free_share[side] * rate(before.leg[side], after.leg[side]);
-    const Vector6d ddq =
-        free_share[side] * acceleration(before.leg[side], now.leg[side], after.leg[side]);
-    for (std::size_t i = 0; i < 6; ++i) {
-      const int dof = biped_->leg[side].dof[i];
-      const auto n = static_cast<Eigen::Index>(i);
-      motion_.q[dof] = now.leg[side][n];
-      motion_.dq[dof] = dq[n];
-      motion_.ddq[dof] = ddq[n];
-    }
+}
+
+/// `share`: of its joints' motion that the leg has.
+void WholeBody::move_leg(Side side, double share) {
+  const auto& [before, now, after] = posture_;
+  const Vector6d dq = share * rate(before.leg[side], after.leg[side]);
+  const Vector6d ddq = share * acceleration(before.leg[side], now.leg[side], after.leg[side]);
+  for (std::size_t i = 0; i < 6; ++i) {
+    const int dof = biped_->leg[side].dof[i];
+    const auto n = static_cast<Eigen::Index>(i);
+    motion_.q[dof] = now.leg[side][n];
+    motion_.dq[dof] = dq[n];
+    motion_.ddq[dof] = ddq[n];
   }
-  if (lever != nullptr) remember(moments, *lever);
+}
+
+void WholeBody::move_upper_body(const UpperBody& upper) {
   for (std::size_t i = 0; i < biped_->upper_body.size(); ++i) {
     const int dof = biped_->upper_body[i];
     const auto n = static_cast<Eigen::Index>(i);
@@ -230,7 +243,6 @@ const robot::RobotMotion& WholeBody::motion(const PatternSample& sample, const C
     motion_.dq[dof] = upper.dq[n];
     motion_.ddq[dof] = upper.ddq[n];
   }
-  return motion_;
 }
 
 Eigen::Vector2d WholeBody::zmp(const PatternSample& sample, const ComState& com,

@@ -63,6 +63,9 @@ class WholeBody {
   Eigen::Vector3d better_lever(const Posture& posture, const Eigen::Vector3d& com_B) const;
   void search(const Moments& moments, const Lever* lever);
   void calm(double share);
+  void move_pelvis(const PatternSample& sample);
+  void move_leg(Side side, double share);
+  void move_upper_body(const UpperBody& upper);
   void remember(const Moments& moments, Lever& lever);
   void measure_lag();
 

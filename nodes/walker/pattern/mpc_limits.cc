@@ -91,56 +91,75 @@ void MpcProblem::set_zmp_row(const Horizon& h, int k, const Eigen::Vector2d& n, 
   if (yaw_free_ && !s.both && s.j > 0) A_(rows_, 2 * axis_ + s.j - 1) = yaw_slope;
 }
 
-void MpcProblem::set_limits_of_capture(const MpcInput& in, const Horizon& h, const Steps& steps) {
-  const double root = std::sqrt(settings_.com_height_m / kGravity_m_s2);
-  const double end_s = h.first_s + (N_ - 1) * kSample_s;
-  const Eigen::Vector2d free = in.com.p_W_m - origin_ +
-                               end_s * (in.com.v_W + end_s / 2.0 * in.com.a_W) +
-                               root * (in.com.v_W + end_s * in.com.a_W);
+/// The capture point at the end of the horizon if there is no further jerk, and the sample after
+/// it.
+MpcProblem::Capture MpcProblem::capture_at_end(const MpcInput& in, const Horizon& h) {
+  Capture c;
+  c.root_s = std::sqrt(settings_.com_height_m / kGravity_m_s2);
+  c.end_s = h.first_s + (N_ - 1) * kSample_s;
+  c.free = in.com.p_W_m - origin_ + c.end_s * (in.com.v_W + c.end_s / 2.0 * in.com.a_W) +
+           c.root_s * (in.com.v_W + c.end_s * in.com.a_W);
   const Support& s = support_.back();
-  const Eigen::Vector2d known_foot =
-      s.both ? Eigen::Vector2d::Zero() : Eigen::Vector2d(part(s, 0) * feet_[0].p_W_m);
-  // One sample on, ξ' = g ξ − w z − w' z' if the ZMP moves evenly from z to z'. With z' at the edge
-  // that pushes back, n·ξ' ≤ limit must hold: so the next tick's program has a solution too.
-  const double g = std::exp(kSample_s / root), w_next = (g - 1.0) * root / kSample_s - 1.0,
-               w = g - 1.0 - w_next;
-  const auto limit_next = [&](const Eigen::Vector2d& n, double edge, double most) {
-    coast_ = (g * h.capture - w * h.zmp.row(N_ - 1)) / (g - w);
-    set_row(coast_, s, n);
-    const Eigen::Vector2d last_zmp = free_zmp_.row(N_ - 1);
-    lower_(rows_) = -kInfinity;
-    upper_(rows_) =
-        (most + w_next * edge) / (g - w) - n.dot((g * free - w * last_zmp) / (g - w) - known_foot);
-    ++rows_;
-  };
+  if (!s.both) c.known_foot = part(s, 0) * feet_[0].p_W_m;
+  c.growth = std::exp(kSample_s / c.root_s);
+  c.next_zmp = (c.growth - 1.0) * c.root_s / kSample_s - 1.0;
+  c.zmp = c.growth - 1.0 - c.next_zmp;
+  coast_ = (c.growth * h.capture - c.zmp * h.zmp.row(N_ - 1)) / (c.growth - c.zmp);
+  return c;
+}
+
+/// A sample on, with the ZMP then at the edge n·z = `edge` that pushes back, n·ξ' ≤ `most` must
+/// hold: so the next tick's program has a solution too. Both as seen from the foot.
+void MpcProblem::limit_next_capture(const Capture& c, const Eigen::Vector2d& n, double edge,
+                                    double most) {
+  const double g = c.growth, w = c.zmp;
+  const Eigen::Vector2d last_zmp = free_zmp_.row(N_ - 1);
+  set_row(coast_, support_.back(), n);
+  lower_(rows_) = -kInfinity;
+  upper_(rows_) = (most + c.next_zmp * edge) / (g - w) -
+                  n.dot((g * c.free - w * last_zmp) / (g - w) - c.known_foot);
+  ++rows_;
+}
+
+void MpcProblem::set_limits_of_capture(const MpcInput& in, const Horizon& h, const Steps& steps) {
+  const Support& s = support_.back();
+  const Capture c = capture_at_end(in, h);
   if (s.both) {
-    for (const HalfPlane& side : hull_) limit_next(side.normal, side.offset, side.offset);
+    for (const HalfPlane& side : hull_) {
+      limit_next_capture(c, side.normal, side.offset, side.offset);
+    }
     return;
   }
+  if (s.i == s.j) return set_limits_of_next_step(h, c, steps);
   const Eigen::Matrix2d R = rotation(feet_[static_cast<std::size_t>(s.j)].yaw_rad);
-  if (s.i != s.j) {
-    for (int axis = 0; axis < 2; ++axis)
-      for (const double sign : {-1.0, 1.0})
-        limit_next(sign * R.col(axis), settings_.zmp_half_m(axis),
-                   kKept * settings_.zmp_half_m(axis));
-    return;
+  for (int axis = 0; axis < 2; ++axis) {
+    const double half = settings_.zmp_half_m(axis);
+    for (const double sign : {-1.0, 1.0}) {
+      limit_next_capture(c, sign * R.col(axis), half, kKept * half);
+    }
   }
-  // Till the next landing it grows, and on while the ZMP crosses to that foot: `crossing` of the
-  // step is lost. What is left of the ZMP's rectangle then leads it to the step after.
-  const double left_s = steps.until_next_landing_s(end_s);
-  const double crossing = (1.0 - 1.0 / g) / 2.0;
+}
+
+/// One foot stands at the end: till the next landing the capture point goes away from it, and on
+/// while the ZMP crosses to the next foot, `crossing` of the step is lost. What is left of the
+/// ZMP's rectangle there then leads it to the step after.
+void MpcProblem::set_limits_of_next_step(const Horizon& h, const Capture& c, const Steps& steps) {
+  const Support& s = support_.back();
+  const Eigen::Matrix2d R = rotation(feet_[static_cast<std::size_t>(s.j)].yaw_rad);
+  const double left_s = steps.until_next_landing_s(c.end_s);
+  const double crossing = (1.0 - 1.0 / c.growth) / 2.0;
   const Side swing = s.i % 2 == 0 ? steps.swing() : robot::other(steps.swing());
   for (const HalfPlane& side : footsteps_.limits(swing)) {
     const Eigen::Vector2d n = R * side.normal;
     const double edge = side.normal.cwiseAbs().dot(settings_.zmp_half_m);
     const double reach = (1.0 - crossing) * side.offset + kCaught * edge;
     if (left_s > kSample_s / 2.0) {
-      limit_next(n, edge, kKept * reach * std::exp((kSample_s - left_s) / root));
+      limit_next_capture(c, n, edge, kKept * reach * std::exp((kSample_s - left_s) / c.root_s));
       continue;
     }
     set_row(h.capture, s, n);
     lower_(rows_) = -kInfinity;
-    upper_(rows_) = reach * std::exp(-left_s / root) - n.dot(free - known_foot);
+    upper_(rows_) = reach * std::exp(-left_s / c.root_s) - n.dot(c.free - c.known_foot);
     ++rows_;
   }
 }

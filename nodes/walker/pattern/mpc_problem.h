@@ -72,11 +72,23 @@ class MpcProblem {
     Eigen::MatrixXd hessian;     // αPvᵀPv + βPzᵀPz + γI
   };
 
+  /// Capture point ξ at the end of the horizon. If the ZMP moves evenly from z there to z' a sample
+  /// later, then ξ' = growth · ξ − zmp · z − next_zmp · z'.
+  struct Capture {
+    double root_s, end_s;  // √(h/g); of the horizon
+    double growth, zmp, next_zmp;
+    Eigen::Vector2d free;                                  // ξ without jerk, from the origin
+    Eigen::Vector2d known_foot = Eigen::Vector2d::Zero();  // part of the support that is decided
+  };
+
   void set_cost(const MpcInput& in, const Horizon& h);
   void set_feet_cost(const MpcInput& in);
   void set_limits_of_landings(const Steps& steps);
   void set_limits_of_zmp(const MpcInput& in, const Horizon& h);
   void set_limits_of_capture(const MpcInput& in, const Horizon& h, const Steps& steps);
+  Capture capture_at_end(const MpcInput& in, const Horizon& h);
+  void limit_next_capture(const Capture& c, const Eigen::Vector2d& n, double edge, double most);
+  void set_limits_of_next_step(const Horizon& h, const Capture& c, const Steps& steps);
   void set_row(const Eigen::Ref<const Eigen::RowVectorXd>& of_jerk, const Support& support,
                const Eigen::Vector2d& n);
   void set_zmp_row(const Horizon& h, int k, const Eigen::Vector2d& n, double yaw_slope);
@@ -97,7 +109,7 @@ class MpcProblem {
   Eigen::MatrixXd free_zmp_;     // N × 2, without jerk
   std::vector<HalfPlane> hull_;  // of both feet that stand
   Eigen::Vector2d middle_;
-  Eigen::RowVectorXd coast_;
+  Eigen::RowVectorXd coast_;  // ξ a sample after the horizon, of the jerks, over growth − zmp
   Eigen::MatrixXd H_;
   Eigen::VectorXd g_, lower_, upper_, x_lower_, x_upper_;
   RowMatrix A_;

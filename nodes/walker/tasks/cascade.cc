@@ -115,29 +115,7 @@ bool Cascade::solve(const Eigen::Ref<const Eigen::VectorXd>& b,
   compose();
   bounded_ = ((x_.head(n_) - upper).array() > kOnBound).any() ||
              ((lower - x_.head(n_)).array() > kOnBound).any();
-  if (bounded_) {
-    for (int i = 0; i < n_; ++i) {
-      Y_.col(i) = Eigen::Map<const Eigen::VectorXd>(
-          basis_.basis() + static_cast<std::size_t>(i) * basis_.stride(), n_);
-    }
-    z_.setZero();
-    wider_ = 0.0;
-    for (int i = 0; i < n_; ++i) {
-      for (const double bound : {lower[i], upper[i]}) {
-        if (std::isfinite(bound)) wider_ = std::max(wider_, kWider * std::abs(bound));
-      }
-    }
-    int depth = 0;
-    for (const Level& level : levels_) {
-      if (!solve_bounded(level, depth++, lower, upper)) {
-        if (depth == 1) return false;
-        break;  // what the level above has found is a solution of its own
-      }
-    }
-    const Level left{.row = rows_, .column = static_cast<int>(basis_.size())};
-    if (outcome_ == qp::Outcome::kSolved) solve_bounded(left, depth, lower, upper);
-    compose();
-  }
+  if (bounded_ && !solve_levels_bounded(lower, upper)) return false;
   x = x_.head(n_).cwiseMin(upper).cwiseMax(lower);
   first_residual_ = 0.0;
   if (levels_.empty()) return true;
@@ -145,6 +123,34 @@ bool Cascade::solve(const Eigen::Ref<const Eigen::VectorXd>& b,
     const double rest = L_.row(i).dot(z_) - b_[i];
     first_residual_ = std::max(first_residual_, std::abs(rest) / weight_[i]);
   }
+  return true;
+}
+
+/// All levels within the bounds, then the smallest x of what is left. @return false if there is no
+/// solution of the first level.
+bool Cascade::solve_levels_bounded(const Eigen::Ref<const Eigen::VectorXd>& lower,
+                                   const Eigen::Ref<const Eigen::VectorXd>& upper) {
+  for (int i = 0; i < n_; ++i) {
+    Y_.col(i) = Eigen::Map<const Eigen::VectorXd>(
+        basis_.basis() + static_cast<std::size_t>(i) * basis_.stride(), n_);
+  }
+  z_.setZero();
+  wider_ = 0.0;
+  for (int i = 0; i < n_; ++i) {
+    for (const double bound : {lower[i], upper[i]}) {
+      if (std::isfinite(bound)) wider_ = std::max(wider_, kWider * std::abs(bound));
+    }
+  }
+  int depth = 0;
+  for (const Level& level : levels_) {
+    if (!solve_bounded(level, depth++, lower, upper)) {
+      if (depth == 1) return false;
+      break;  // what the level above has found is a solution of its own
+    }
+  }
+  const Level left{.row = rows_, .column = static_cast<int>(basis_.size())};
+  if (outcome_ == qp::Outcome::kSolved) solve_bounded(left, depth, lower, upper);
+  compose();
   return true;
 }
 

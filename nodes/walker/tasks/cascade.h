@@ -64,6 +64,8 @@ class Cascade {
   void right_side(const Level& level);
   void solve_free(const Level& level, double damping_squared);
   void normal_equations(const Level& level, double damping_squared);
+  bool solve_levels_bounded(const Eigen::Ref<const Eigen::VectorXd>& lower,
+                            const Eigen::Ref<const Eigen::VectorXd>& upper);
   bool solve_bounded(const Level& level, int depth, const Eigen::Ref<const Eigen::VectorXd>& lower,
                      const Eigen::Ref<const Eigen::VectorXd>& upper);
   void compose();

@@ -76,34 +76,20 @@ void TaskRows::aim(const Posture& posture, const TaskGoals& goals, double dt_s,
   for (std::size_t i = 0; i < tasks_.size(); ++i) {
     const Task& task = tasks_[i];
     Aim& aim = aims_[i];
-    const auto side = static_cast<std::size_t>(task.side);
     switch (task.kind) {
       case TaskKind::kCom:
         aim_at_com(task, aim, posture, goals, dt_s, lower, upper);
         break;
-      case TaskKind::kFoot: {
-        const FootState& foot = goals.foot[side];
-        const Eigen::Isometry3d& X = posture.kinematics.X_WL(task.link);
-        aim_at_position(task, aim, X.translation(), foot.X_WS.translation(), foot.v_W, dt_s);
-        aim_at_rotation(task, aim, X.linear(), foot.X_WS.linear(),
-                        foot.yaw_rate_rad_s * Vector3d::UnitZ(), dt_s);
+      case TaskKind::kFoot:
+        aim_at_foot(task, aim, posture, goals, dt_s);
         break;
-      }
       case TaskKind::kOrientation:
         aim_at_rotation(task, aim, posture.kinematics.X_WL(task.link).linear(), goals.R_W_trunk,
                         trunk_rate, dt_s);
         break;
-      case TaskKind::kPosition: {
-        const TaskGoals::Hand& hand = goals.hand[side];
-        aim.strength = strength(std::clamp(hand.share, 0.0, 1.0));
-        aim.used = aim.strength > 0.0;
-        const Vector3d moved = (hand.p_W_m - aim.before_p_W) / dt_s;
-        const bool follows = has_before_ && moved.norm() < kJump_m_s;
-        aim_at_position(task, aim, posture.kinematics.X_WL(task.link).translation(), hand.p_W_m,
-                        follows ? moved : Vector3d(Vector3d::Zero()), dt_s);
-        aim.before_p_W = hand.p_W_m;
+      case TaskKind::kPosition:
+        aim_at_hand(task, aim, posture, goals, dt_s);
         break;
-      }
       case TaskKind::kPosture:
         aim_at_posture(task, posture, goals, dt_s);
         break;
@@ -147,6 +133,27 @@ void TaskRows::aim_at_com(const Task& task, Aim& aim, const Posture& posture,
                                         .dt_s = dt_s});
   if (rise == aim.p_W.z() - posture.com_W.z()) return;
   aim.p_W.z() = posture.com_W.z() + std::clamp(rise, -kFarthest_m, kFarthest_m);
+}
+
+void TaskRows::aim_at_foot(const Task& task, Aim& aim, const Posture& posture,
+                           const TaskGoals& goals, double dt_s) const {
+  const FootState& foot = goals.foot[static_cast<std::size_t>(task.side)];
+  const Eigen::Isometry3d& X = posture.kinematics.X_WL(task.link);
+  aim_at_position(task, aim, X.translation(), foot.X_WS.translation(), foot.v_W, dt_s);
+  aim_at_rotation(task, aim, X.linear(), foot.X_WS.linear(),
+                  foot.yaw_rate_rad_s * Vector3d::UnitZ(), dt_s);
+}
+
+void TaskRows::aim_at_hand(const Task& task, Aim& aim, const Posture& posture,
+                           const TaskGoals& goals, double dt_s) const {
+  const TaskGoals::Hand& hand = goals.hand[static_cast<std::size_t>(task.side)];
+  aim.strength = strength(std::clamp(hand.share, 0.0, 1.0));
+  aim.used = aim.strength > 0.0;
+  const Vector3d moved = (hand.p_W_m - aim.before_p_W) / dt_s;
+  const bool follows = has_before_ && moved.norm() < kJump_m_s;
+  aim_at_position(task, aim, posture.kinematics.X_WL(task.link).translation(), hand.p_W_m,
+                  follows ? moved : Vector3d(Vector3d::Zero()), dt_s);
+  aim.before_p_W = hand.p_W_m;
 }
 
 /// The rate is the goal's at the end of the tick, the error that at its beginning, so that

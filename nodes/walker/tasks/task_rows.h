@@ -58,6 +58,10 @@ class TaskRows {
   void aim_at_com(const Task& task, Aim& aim, const Posture& posture, const TaskGoals& goals,
                   double dt_s, const Eigen::Ref<const Eigen::VectorXd>& lower,
                   const Eigen::Ref<const Eigen::VectorXd>& upper);
+  void aim_at_foot(const Task& task, Aim& aim, const Posture& posture, const TaskGoals& goals,
+                   double dt_s) const;
+  void aim_at_hand(const Task& task, Aim& aim, const Posture& posture, const TaskGoals& goals,
+                   double dt_s) const;
   void aim_at_position(const Task& task, Aim& aim, const Eigen::Vector3d& now,
                        const Eigen::Vector3d& goal, const Eigen::Vector3d& rate, double dt_s) const;
   void aim_at_rotation(const Task& task, Aim& aim, const Eigen::Matrix3d& now,
