@@ -3,6 +3,8 @@
 #include <Eigen/Geometry>
 #include <cmath>
 
+#include "common/math/circle.h"
+
 namespace mimesis::math {
 
 /// ŵ with ŵ·v = w × v. [M18 eq. 3.1]
@@ -36,16 +38,18 @@ inline Eigen::Vector3d log_so3(const Eigen::Matrix3d& rotation) {
   return log_so3(Eigen::Quaterniond(rotation));
 }
 
+/// Heading: angle about z from x to where the x axis of the rotation points, in [−π, π] rad.
+inline double yaw_of(const Eigen::Matrix3d& R) { return std::atan2(R(1, 0), R(0, 0)); }
+
 /// The axis-angle vector of the same rotation that is nearest to `reference`: what removes the
 /// jumps by 2π from a trajectory [M18 3.3.2]. Where axis_angle is (nearly) zero the axis of
 /// `reference` counts.
 inline Eigen::Vector3d nearest_axis_angle(const Eigen::Vector3d& axis_angle,
                                           const Eigen::Vector3d& reference) {
-  constexpr double kTurn = 2.0 * 3.14159265358979323846;
   const double theta = axis_angle.norm();
   const Eigen::Vector3d axis =
       theta > 1e-9 ? Eigen::Vector3d(axis_angle / theta) : reference.normalized();
-  return (theta + kTurn * std::round((axis.dot(reference) - theta) / kTurn)) * axis;
+  return (theta + kTwoPi * std::round((axis.dot(reference) - theta) / kTwoPi)) * axis;
 }
 
 }  // namespace mimesis::math

@@ -40,14 +40,15 @@ Vector3d find_ankle(const Kinematics& zero, const Biped::Leg& leg) {
   const RobotTree& tree = zero.tree();
   std::array<Line, 2> lines;
   for (std::size_t i = 0; i < 2; ++i) {
-    const Link& link = tree.moved(leg.dof[i + 4]);
-    const Isometry3d& X = zero.X_WL(tree.require_link(link.name));
-    lines[i] = {.point = X.translation(), .direction = X.linear() * link.axis};
+    const int dof = leg.dof[kAnkleFirst + i];
+    const Isometry3d& X = zero.X_WL(tree.moved_link(dof));
+    lines[i] = {.point = X.translation(), .direction = X.linear() * tree.moved(dof).axis};
   }
   const auto ankle = meeting_point(lines);
   if (!ankle) {
-    throw ConfigError(tree.name() + ": axes of '" + tree.moved(leg.dof[4]).joint + "' and '" +
-                      tree.moved(leg.dof[5]).joint + "' do not meet, expected one ankle");
+    throw ConfigError(tree.name() + ": axes of '" + tree.moved(leg.dof[kAnkleFirst]).joint +
+                      "' and '" + tree.moved(leg.dof[kAnkleLast]).joint +
+                      "' do not meet, expected one ankle");
   }
   return zero.X_WL(leg.sole).inverse() * *ankle;
 }

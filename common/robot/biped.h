@@ -24,13 +24,16 @@ struct BipedNames {
   std::vector<std::pair<std::string, double>> half_sitting;  ///< joint, [rad]; others 0
 };
 
+/// Joints of a leg by their place in Biped::Leg::dof: three in the hip, the knee, two in the ankle.
+enum LegJoint : std::size_t { kHipFirst, kHipLast = 2, kKnee = 3, kAnkleFirst = 4, kAnkleLast = 5 };
+
 /// A robot with two legs of six joints. S: frame of a sole, on the ground below the ankle, x
 /// forward, z up. The root link is the pelvis.
 struct Biped {
   struct Leg {
     int sole = -1;              ///< link
     int foot = -1;              ///< link that the last joint of the leg moves; carries the sole
-    std::array<int, 6> dof{};   ///< from the pelvis to the foot
+    std::array<int, 6> dof{};   ///< from the pelvis to the foot, see LegJoint
     Eigen::Vector3d ankle_S_m;  ///< where the last two axes meet, in S
     Eigen::Vector2d min_S_m, max_S_m;  ///< rectangle of the sole
   };

@@ -71,7 +71,7 @@ LegIk::LegIk(const Biped& biped, Side side) {
   std::array<Line, 6> lines;
   for (std::size_t i = 0; i < 6; ++i) {
     const Link& link = tree.moved(leg.dof[i]);
-    const Isometry3d& X = zero.X_WL(tree.require_link(link.name));
+    const Isometry3d& X = zero.X_WL(tree.moved_link(leg.dof[i]));
     lines[i] = {.point = X.translation(), .direction = X.linear() * link.axis};
     const auto n = static_cast<Eigen::Index>(i);
     std::tie(axis_[i], sense_[n]) =

@@ -47,8 +47,9 @@ class RobotTree {
   const std::vector<Link>& links() const { return links_; }
   const Link& link(int index) const { return links_[static_cast<std::size_t>(index)]; }
   int dof() const { return static_cast<int>(moved_.size()); }  ///< joints that move
-  /// The link that joint number `dof` carries.
-  const Link& moved(int dof) const { return link(moved_[static_cast<std::size_t>(dof)]); }
+  /// The link that joint number `dof` carries, and its index.
+  const Link& moved(int dof) const { return link(moved_link(dof)); }
+  int moved_link(int dof) const { return moved_[static_cast<std::size_t>(dof)]; }
   double mass_kg() const;
   std::vector<std::string> joint_names() const;  ///< in the order of q
   Eigen::VectorXd lower() const, upper() const;  ///< dof, [rad] or [m]

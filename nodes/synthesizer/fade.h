@@ -1,11 +1,13 @@
 #pragma once
 #include <algorithm>
 
+#include "common/math/minimum_jerk.h"
+
 namespace mimesis::synthesizer {
 
 /// Quintics of u = t/T in [0, 1] for changes without jumps in value, rate and acceleration.
 /// From 1 with rate and acceleration 0 to 0 (minimum jerk).
-inline double fade_value(double u) { return 1.0 - u * u * u * (10.0 + u * (6.0 * u - 15.0)); }
+inline double fade_value(double u) { return 1.0 - math::minimum_jerk(u); }
 /// From 0 with rate 1 per u to 0, rate 0, acceleration 0 at both ends.
 inline double fade_rate(double u) { return u + u * u * u * (-6.0 + u * (8.0 - 3.0 * u)); }
 

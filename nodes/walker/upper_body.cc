@@ -17,20 +17,14 @@ double approach(double left, double gain_1_s, double most) {
   return std::copysign(v, left);
 }
 
-Eigen::VectorXd pick(const Eigen::VectorXd& all, const std::vector<int>& joints) {
-  Eigen::VectorXd out(Eigen::Index(joints.size()));
-  for (std::size_t i = 0; i < joints.size(); ++i) out[Eigen::Index(i)] = all[joints[i]];
-  return out;
-}
-
 }  // namespace
 
 UpperBodyFollower::UpperBodyFollower(const robot::Biped& biped, const UpperBodySettings& settings)
     : settings_(settings),
-      half_sitting_(pick(biped.half_sitting, biped.upper_body)),
-      lower_(pick(biped.tree.lower(), biped.upper_body).array() + settings.margin_rad),
-      upper_(pick(biped.tree.upper(), biped.upper_body).array() - settings.margin_rad),
-      speed_(settings.speed_share * pick(biped.tree.max_speed(), biped.upper_body)) {
+      half_sitting_(biped.half_sitting(biped.upper_body)),
+      lower_(biped.tree.lower()(biped.upper_body).array() + settings.margin_rad),
+      upper_(biped.tree.upper()(biped.upper_body).array() - settings.margin_rad),
+      speed_(settings.speed_share * biped.tree.max_speed()(biped.upper_body)) {
   reset();
   ahead_.assign(kMostAhead, now_);
 }

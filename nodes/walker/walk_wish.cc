@@ -5,18 +5,12 @@
 #include <cstdio>
 
 #include "common/math/circle.h"
+#include "common/math/minimum_jerk.h"
 
 namespace mimesis::walker {
 namespace {
 
 double clamp(double x, double most) { return std::clamp(x, -most, most); }
-
-/// 1 − minimum jerk: from 1 to 0 while s goes from 0 to 1.
-double fading(double s) { return 1.0 - s * s * s * (10.0 + s * (6.0 * s - 15.0)); }
-
-Eigen::VectorXd of_joints(const Eigen::VectorXd& all, const std::vector<int>& joints) {
-  return all(joints);
-}
 
 }  // namespace
 
@@ -24,11 +18,10 @@ WalkWish::WalkWish(const robot::Biped& biped, const GaitSettings& gait,
                    const WalkWishSettings& settings)
     : gait_(gait),
       settings_(settings),
-      lower_(of_joints(biped.tree.lower(), biped.upper_body)),
-      upper_(of_joints(biped.tree.upper(), biped.upper_body)),
-      rest_(of_joints(biped.half_sitting, biped.upper_body)) {
-  const std::vector<std::string> names = biped.tree.joint_names();
-  for (const int j : biped.upper_body) joints_.push_back(names[static_cast<std::size_t>(j)]);
+      lower_(biped.tree.lower()(biped.upper_body)),
+      upper_(biped.tree.upper()(biped.upper_body)),
+      rest_(biped.half_sitting(biped.upper_body)) {
+  for (const int dof : biped.upper_body) joints_.push_back(biped.tree.moved(dof).joint);
   clipped_.reserve(200);
   reset();
 }
@@ -121,8 +114,8 @@ void WalkWish::move_upper_body(const MotionWish* motion, double dt_s) {
   }
   if (faded_s_ >= settings_.fade_s) return;
   const double s = faded_s_ / settings_.fade_s;
-  wish_.upper_body += fading(s) * difference_;
-  wish_.upper_body_rate -= (30.0 * s * s * (1.0 - s) * (1.0 - s) / settings_.fade_s) * difference_;
+  wish_.upper_body += (1.0 - math::minimum_jerk(s)) * difference_;
+  wish_.upper_body_rate -= (math::minimum_jerk_rate(s) / settings_.fade_s) * difference_;
 }
 
 }  // namespace mimesis::walker

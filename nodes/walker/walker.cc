@@ -1,6 +1,6 @@
 #include "nodes/walker/walker.h"
 
-#include "common/error.h"
+#include "common/math/minimum_jerk.h"
 #include "nodes/walker/pattern/cart_table.h"
 #include "nodes/walker/pattern/mpc_pattern.h"
 #include "nodes/walker/pattern/preview_pattern.h"
@@ -20,10 +20,7 @@ Eigen::Isometry3d on_ground(const Eigen::Vector2d& p_W_m, double yaw_rad) {
 }
 
 /// 1 to 0 over [0, 1], at rest at both ends up to the acceleration.
-double settle(double u) {
-  u = std::clamp(u, 0.0, 1.0);
-  return 1.0 - u * u * u * (10.0 + u * (6.0 * u - 15.0));
-}
+double settle(double u) { return 1.0 - math::minimum_jerk(std::clamp(u, 0.0, 1.0)); }
 
 bool usable(const Wish& wish) {
   if (!wish.velocity_m_s.allFinite() || !std::isfinite(wish.yaw_rate_rad_s)) return false;

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/math/so3.h"
+
 namespace mimesis::walker {
 namespace {
 
@@ -18,8 +20,6 @@ std::optional<Side> side_of(v1::Foot foot) {
 v1::Foot foot_of(Side side) { return side == kLeft ? v1::FOOT_LEFT : v1::FOOT_RIGHT; }
 
 Eigen::Vector3d to_vector(const v1::Vector3& v) { return {v.x_m(), v.y_m(), v.z_m()}; }
-
-double yaw_of(const Eigen::Matrix3d& R) { return std::atan2(R(1, 0), R(0, 0)); }
 
 void set(const Eigen::Vector2d& p, double z, v1::Vector3& out) {
   to_proto(Eigen::Vector3d(p.x(), p.y(), z), out);
@@ -44,8 +44,7 @@ std::string read_landings(const v1::Motion& message, MotionWish& out) {
 }  // namespace
 
 MotionReader::MotionReader(const robot::Biped& biped) : row_(biped.upper_body.size(), -1) {
-  const std::vector<std::string> names = biped.tree.joint_names();
-  for (const int j : biped.upper_body) joints_.push_back(names[static_cast<std::size_t>(j)]);
+  for (const int dof : biped.upper_body) joints_.push_back(biped.tree.moved(dof).joint);
 }
 
 std::string MotionReader::set_rows(const v1::MotionRows& message) {
@@ -158,7 +157,7 @@ void to_proto(const Footprint& footprint, v1::Footprint& out) {
 void to_proto(const WalkerOutput& tick, v1::WalkFeedback& out) {
   const PatternSample& plan = tick.pattern;
   to_proto(tick.X_WB.translation(), *out.mutable_position_pelvis_in_world_m());
-  out.set_heading_rad(yaw_of(tick.X_WB.linear()));
+  out.set_heading_rad(math::yaw_of(tick.X_WB.linear()));
   out.mutable_velocity_pelvis_in_world()->set_x_m_s(tick.com.v_W.x());
   out.mutable_velocity_pelvis_in_world()->set_y_m_s(tick.com.v_W.y());
   out.set_swing(foot_of(plan.swing));
@@ -170,7 +169,7 @@ void to_proto(const WalkerOutput& tick, v1::WalkFeedback& out) {
     v1::Footprint& foot = *out.add_feet();
     foot.set_foot(foot_of(side));
     to_proto(X_WS.translation(), *foot.mutable_position_in_world_m());
-    foot.set_yaw_rad(yaw_of(X_WS.linear()));
+    foot.set_yaw_rad(math::yaw_of(X_WS.linear()));
   }
   out.set_steps(static_cast<std::uint32_t>(plan.steps));
 }

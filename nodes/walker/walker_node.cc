@@ -158,7 +158,7 @@ std::string WalkerNode::posture_fault() const {
   const double off_rad = (sensors_.q - biped_.half_sitting).cwiseAbs().maxCoeff(&joint);
   if (off_rad > params_.ready.near_rad) {
     return fmt::format("{} is {:.2f} rad from half-sitting, at most {:.2f} to begin",
-                       biped_.tree.joint_names()[static_cast<std::size_t>(joint)], off_rad,
+                       biped_.tree.moved(static_cast<int>(joint)).joint, off_rad,
                        params_.ready.near_rad);
   }
   const double weight_n = biped_.tree.mass_kg() * robot::kGravity;

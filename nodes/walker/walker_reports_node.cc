@@ -1,6 +1,5 @@
 // What the node says at a step.
-#include <cmath>
-
+#include "common/math/so3.h"
 #include "common/runtime/outside.h"
 #include "nodes/walker/walker_node.h"
 
@@ -81,7 +80,7 @@ void WalkerNode::publish_feedback(runtime::Time now) {
   feedback_message_.set_state(state());
   const Eigen::Isometry3d& X_WB = kinematics_.X_WL(0);
   to_proto(X_WB.translation(), *feedback_message_.mutable_position_pelvis_in_world_m());
-  feedback_message_.set_heading_rad(std::atan2(X_WB.linear()(1, 0), X_WB.linear()(0, 0)));
+  feedback_message_.set_heading_rad(math::yaw_of(X_WB.linear()));
   feedback_message_.clear_hands_in_world_m();
   for (const int hand : biped_.hand) {
     if (hand < 0) continue;

@@ -1,6 +1,6 @@
 #include "hw/sim/body/body_messages_node.h"
 
-#include <cmath>
+#include "common/math/so3.h"
 
 namespace mimesis::hw::sim {
 namespace {
@@ -64,7 +64,7 @@ void to_proto(const BodyTruth& truth, const Eigen::VectorXd& torque_n_m, v1::Bod
     v1::Footprint* foot = out.add_feet();
     foot->set_foot(kFeet[i]);
     set(foot->mutable_position_in_world_m(), X_WS.translation());
-    foot->set_yaw_rad(std::atan2(X_WS.linear()(1, 0), X_WS.linear()(0, 0)));
+    foot->set_yaw_rad(math::yaw_of(X_WS.linear()));
     out.add_normal_n(truth.normal_n[i]);
     out.add_ankle_pitch_n_m(truth.ankle_pitch_n_m[i]);
     set(out.add_hands_in_world_m(), truth.hand_W_m[i]);

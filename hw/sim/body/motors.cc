@@ -20,7 +20,7 @@ constexpr double kInfinite = std::numeric_limits<double>::infinity();
 /// Between the root and the trunk: bears the upper body.
 bool bears_trunk(const robot::Biped& biped, int joint) {
   const auto& tree = biped.tree;
-  return tree.carries(tree.find_link(tree.moved(joint).name), biped.trunk);
+  return tree.carries(tree.moved_link(joint), biped.trunk);
 }
 
 bool in_leg(const robot::Biped& biped, int joint) {
@@ -31,13 +31,13 @@ bool in_leg(const robot::Biped& biped, int joint) {
 
 bool in_ankle(const robot::Biped& biped, int joint) {
   return std::any_of(biped.leg.begin(), biped.leg.end(), [&](const robot::Biped::Leg& leg) {
-    return leg.dof[4] == joint || leg.dof[5] == joint;
+    return leg.dof[robot::kAnkleFirst] == joint || leg.dof[robot::kAnkleLast] == joint;
   });
 }
 
 bool in_knee(const robot::Biped& biped, int joint) {
   return std::any_of(biped.leg.begin(), biped.leg.end(),
-                     [&](const robot::Biped::Leg& leg) { return leg.dof[3] == joint; });
+                     [&](const robot::Biped::Leg& leg) { return leg.dof[robot::kKnee] == joint; });
 }
 
 /// A URDF that says nothing about a motor does not limit it.

@@ -5,12 +5,14 @@
 #include <cmath>
 #include <vector>
 
+#include "common/math/minimum_jerk.h"
+
 namespace mimesis::synthesizer {
 
 /// Minimum-jerk course from 0 at `from` to 1 at `to`, constant outside.
 inline double minimum_jerk(double t, double from, double to) {
   const double u = std::clamp((t - from) / (to - from), 0.0, 1.0);
-  return u * u * u * (10.0 + u * (6.0 * u - 15.0));
+  return math::minimum_jerk(u);
 }
 
 /// Cubic with value and slope at both ends of [0, duration], at t.

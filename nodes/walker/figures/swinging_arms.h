@@ -2,6 +2,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "common/math/minimum_jerk.h"
 #include "nodes/walker/filter/whole_body.h"
 
 namespace mimesis::walker {
@@ -37,9 +38,9 @@ class SwingingArms {
                  c = std::cos(w * time_s);
     const double f = swing * s + reach * (1.0 - c), df = w * (swing * c + reach * s),
                  ddf = w * w * (reach * c - swing * s);
-    const double u = std::min(1.0, (time_s - kBegin_s) / kRamp_s);  // e = 10u³ − 15u⁴ + 6u⁵
-    const double e = size_ * u * u * u * (10.0 + u * (-15.0 + 6.0 * u));
-    const double de = size_ * 30.0 * u * u * (1.0 - u) * (1.0 - u) / kRamp_s;
+    const double u = std::min(1.0, (time_s - kBegin_s) / kRamp_s);
+    const double e = size_ * math::minimum_jerk(u);
+    const double de = size_ * math::minimum_jerk_rate(u) / kRamp_s;
     const double dde = size_ * 60.0 * u * (1.0 - u) * (1.0 - 2.0 * u) / (kRamp_s * kRamp_s);
     out.q[i] += e * f;
     out.dq[i] += e * df + de * f;

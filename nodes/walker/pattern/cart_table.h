@@ -1,11 +1,12 @@
 #pragma once
 #include <cmath>
 
+#include "common/robot/dynamics.h"
 #include "nodes/walker/pattern/pattern.h"
 
 namespace mimesis::walker {
 
-inline constexpr double kGravity_m_s2 = 9.81;
+inline constexpr double kGravity_m_s2 = robot::kGravity;
 
 /// Cart-table model [Kajita 2003]: a CoM that stays at height h above level ground, moved by its
 /// jerk. ZMP z = p − (h/g) p̈ per axis.

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/math/circle.h"
+
 namespace mimesis::walker {
 namespace {
 
@@ -57,9 +59,8 @@ Eigen::Vector2d Footsteps::step_W_m(Side swing, double from_rad, double to_rad,
 }
 
 double Footsteps::reachable_yaw(double from_rad, double wished_rad) const {
-  constexpr double kTurn = 2.0 * 3.14159265358979323846;
   const double most = settings_.most_foot_yaw_rad;
-  return from_rad + std::clamp(std::remainder(wished_rad - from_rad, kTurn), -most, most);
+  return from_rad + std::clamp(math::wrap_pi(wished_rad - from_rad), -most, most);
 }
 
 Footprint Footsteps::next(const Footprint& stance, const FeasibleWish& wish) const {

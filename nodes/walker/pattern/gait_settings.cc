@@ -24,7 +24,7 @@ bool on_grid(double seconds) {
 double leg_length_m(const robot::Biped& biped) {
   const robot::Biped::Leg& leg = biped.leg[kLeft];
   const auto offset = [&](int dof) { return biped.tree.moved(dof).X_PJ.translation().norm(); };
-  return offset(leg.dof[3]) + offset(leg.dof[4]);
+  return offset(leg.dof[robot::kKnee]) + offset(leg.dof[robot::kAnkleFirst]);
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/math/circle.h"
 #include "nodes/walker/pattern/cart_table.h"
 
 namespace mimesis::walker {
@@ -159,10 +160,9 @@ void MpcPattern::take_solution(const FeasibleWish& wish) {
   const std::optional<Footprint>& wished = wish.landing[0];
   if (!wished || steps_.landings_left() == 0) return;
   const Footprint& landing = steps_.landing(0);
-  trouble_.clipped =
-      trouble_.clipped || wished->side != landing.side ||
-      (wished->p_W_m - landing.p_W_m).norm() > kLandingMet_m ||
-      std::abs(std::remainder(wished->yaw_rad - landing.yaw_rad, 2.0 * M_PI)) > kYawMet_rad;
+  trouble_.clipped = trouble_.clipped || wished->side != landing.side ||
+                     (wished->p_W_m - landing.p_W_m).norm() > kLandingMet_m ||
+                     std::abs(math::wrap_pi(wished->yaw_rad - landing.yaw_rad)) > kYawMet_rad;
 }
 
 void MpcPattern::advance_tick() {

@@ -13,9 +13,9 @@ constexpr double kAcceleration_rad_s2 = 100.0;
 constexpr double kShort_m = 1e-6;
 constexpr double kAny_m = 1.0;
 
-int begins_at(const robot::Biped& biped, Side side, std::size_t joint) {
-  const int dof = biped.leg[static_cast<std::size_t>(side)].dof[joint];
-  return biped.tree.require_link(biped.tree.moved(dof).name);
+/// Link that begins at a joint of a leg.
+int begins_at(const robot::Biped& biped, Side side, robot::LegJoint joint) {
+  return biped.tree.moved_link(biped.leg[side].dof[joint]);
 }
 
 /// Until a leg whose hip is `way` from its ankle has another length.
@@ -29,9 +29,9 @@ LegRoom::LegRoom(const robot::Biped& biped) {
   robot::Kinematics kinematics(biped.tree);
   for (const Side side : robot::kSides) {
     Leg& leg = leg_[side];
-    leg.knee = biped.leg[side].dof[3];
-    leg.thigh = begins_at(biped, side, 2);
-    leg.ankle = begins_at(biped, side, 4);
+    leg.knee = biped.leg[side].dof[robot::kKnee];
+    leg.thigh = begins_at(biped, side, robot::kHipLast);
+    leg.ankle = begins_at(biped, side, robot::kAnkleFirst);
     // Two points on either side of a hinge: l² = middle + c cos q + s sin q.
     const auto squared = [&](double angle) {
       Eigen::VectorXd q = biped.half_sitting;

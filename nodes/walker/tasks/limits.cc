@@ -43,7 +43,7 @@ Limits::Limits(const robot::Biped& biped, const StackSettings& settings)
 void Limits::keep_knees_bent(const robot::Biped& biped, double margin_rad) {
   const LegRoom room(biped);
   for (const Side side : robot::kSides) {
-    const int knee = biped.leg[static_cast<std::size_t>(side)].dof[3];
+    const int knee = biped.leg[side].dof[robot::kKnee];
     const double straight = room.straight_rad(side), bent = biped.half_sitting[knee];
     if (bent > straight) {
       lower_[knee] = std::clamp(straight + margin_rad, lower_[knee], upper_[knee]);

@@ -43,7 +43,7 @@ Colour RobotFigure::colour_of(int link) const {
   const auto limb = [&](robot::Side side) {
     const auto& tree = biped_.tree;
     const auto& leg = biped_.leg[side];
-    const int thigh = tree.find_link(tree.moved(leg.dof[0]).name);
+    const int thigh = tree.moved_link(leg.dof[robot::kHipFirst]);
     if (tree.carries(thigh, link)) return true;
     // an arm: what carries the hand, or hangs on it, but not on both sides' way to the trunk
     const int hand = biped_.hand[side], other = biped_.hand[robot::other(side)];

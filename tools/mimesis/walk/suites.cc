@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "common/error.h"
 #include "common/robot/kinematics.h"
@@ -35,25 +36,21 @@ double arm_moment_m(const robot::Biped& biped, int shoulder_link) {
 /// heavier arms swing less, so that they throw their robot about no more.
 struct Arms {
   Arms(const robot::Biped& biped, double amplitude_rad, double frequency_hz)
-      : amplitude(amplitude_rad), rate(2.0 * M_PI * frequency_hz) {
-    const auto& joints = biped.upper_body;
-    rest.resize(Eigen::Index(joints.size()));
-    for (std::size_t i = 0; i < joints.size(); ++i) {
-      rest[Eigen::Index(i)] = biped.half_sitting[joints[i]];
-    }
+      : amplitude(amplitude_rad), rate(2.0 * std::numbers::pi * frequency_hz) {
+    rest = biped.half_sitting(biped.upper_body);
     for (robot::Side s : robot::kSides) {
       shoulder[s] = first_of_arm(biped, s);
       if (shoulder[s] < 0) continue;
-      const std::string& link =
-          biped.tree.moved(biped.upper_body[static_cast<std::size_t>(shoulder[s])]).name;
-      share = std::min(share, kMoment_m / arm_moment_m(biped, biped.tree.find_link(link)));
+      const int link =
+          biped.tree.moved_link(biped.upper_body[static_cast<std::size_t>(shoulder[s])]);
+      share = std::min(share, kMoment_m / arm_moment_m(biped, link));
     }
   }
   static constexpr double kMoment_m =
       0.0193;  ///< of biped.urdf, rounded up: it swings as far as is asked
   static int first_of_arm(const robot::Biped& biped, robot::Side side) {
     for (std::size_t i = 0; i < biped.upper_body.size(); ++i) {
-      const int link = biped.tree.find_link(biped.tree.moved(biped.upper_body[i]).name);
+      const int link = biped.tree.moved_link(biped.upper_body[i]);
       const bool mine = biped.hand[side] >= 0 && biped.tree.carries(link, biped.hand[side]);
       const robot::Side other = robot::other(side);
       const bool others = biped.hand[other] >= 0 && biped.tree.carries(link, biped.hand[other]);
@@ -143,8 +140,8 @@ std::vector<TrialSpec> thirty(const Robot& robot, const SuiteOptions& o, bool pl
       spec.wish = wish_of(walk, arms);
       spec.duration_s = 16.0;
       for (double at = 2.5; at < 14.0; at += 3.37) {
-        spec.pushes.push_back(
-            push(at + draw.between(0.0, 1.0), draw.between(0.0, 5.0), draw.between(-M_PI, M_PI)));
+        spec.pushes.push_back(push(at + draw.between(0.0, 1.0), draw.between(0.0, 5.0),
+                                   draw.between(-std::numbers::pi, std::numbers::pi)));
       }
       if (plates) spec.body.plates = draw_plates(draw);
       spec.name = fmt::format("{} m/s {}", speed, i);
@@ -164,7 +161,8 @@ std::vector<TrialSpec> pushes(const Robot& robot, const SuiteOptions& o) {
     for (int direction = 0; direction < 8; ++direction) {
       for (int k = 0; k < instants; ++k) {
         TrialSpec spec = plain(robot, o);
-        const double at = speed > 0.0 ? 5.05 + 0.2 * k : 3.0, angle = direction * M_PI / 4.0;
+        const double at = speed > 0.0 ? 5.05 + 0.2 * k : 3.0,
+                     angle = direction * std::numbers::pi / 4.0;
         Walk walk;
         walk.velocity_m_s.x() = speed;
         if (speed == 0.0) walk.until_s = 0.0;

@@ -5,6 +5,7 @@
 #include <deque>
 
 #include "common/error.h"
+#include "common/math/so3.h"
 #include "common/model/files.h"
 
 namespace mimesis::walk {
@@ -25,7 +26,7 @@ hw::sim::PlannedGround ground(const walker::PatternSample& plan) {
   for (const Side side : robot::kSides) {
     const Eigen::Isometry3d& X_WS = plan.foot[side].X_WS;
     ground.foot_W_m[side] = X_WS.translation().head<2>();
-    ground.foot_yaw_rad[side] = std::atan2(X_WS(1, 0), X_WS(0, 0));
+    ground.foot_yaw_rad[side] = math::yaw_of(X_WS.linear());
   }
   return ground;
 }
@@ -69,7 +70,7 @@ class Observer {
   void judge_landing(Side side, const walker::PatternSample& plan) {
     const Eigen::Isometry3d& other = plan.foot[robot::other(side)].X_WS;
     judge_.step({side, plan.foot[side].X_WS.translation().head<2>(), other.translation().head<2>(),
-                 std::atan2(other(1, 0), other(0, 0)), std::nullopt});
+                 math::yaw_of(other.linear()), std::nullopt});
   }
 
   double omega_;

@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "common/error.h"
+#include "common/math/so3.h"
 #include "nodes/walker/walk_wish.h"
 
 namespace mimesis::walk {
@@ -19,8 +20,6 @@ using walker::Side;
 constexpr double kHold_s = 1.0;  // the object is held for so long: done
 
 mocap::Side to_person(Side side) { return side == robot::kLeft ? mocap::kLeft : mocap::kRight; }
-
-double yaw_of(const Eigen::Isometry3d& X) { return std::atan2(X(1, 0), X(0, 0)); }
 
 RobotGait to_gait(walker::Gait gait) {
   switch (gait) {
@@ -42,13 +41,13 @@ RobotFeedback to_feedback(const walker::WalkerOutput& out) {
   RobotFeedback f;
   f.gait = to_gait(plan.gait);
   f.pelvis_W_m = out.X_WB.translation();
-  f.heading_rad = yaw_of(out.X_WB);
+  f.heading_rad = math::yaw_of(out.X_WB.linear());
   f.swing = to_person(plan.swing);
   f.to_landing_s = plan.to_landing_s;
   f.landing = {to_person(plan.landing.side), plan.landing.p_W_m, plan.landing.yaw_rad};
   for (Side s : robot::kSides) {
     const Eigen::Isometry3d& X = plan.foot[s].X_WS;
-    f.feet[s] = {to_person(s), X.translation().head<2>(), yaw_of(X)};
+    f.feet[s] = {to_person(s), X.translation().head<2>(), math::yaw_of(X.linear())};
   }
   f.steps = plan.steps;
   return f;

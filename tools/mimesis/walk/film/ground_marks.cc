@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "common/math/so3.h"
+
 namespace mimesis::walk {
 namespace {
 
@@ -31,7 +33,7 @@ void GroundMarks::see(const TrialTick& tick) {
     print.center = X_WS * middle_S_m;
     print.center.z() = kThick_m;
     print.half_extent << 0.5 * (leg.max_S_m - leg.min_S_m), kThick_m;
-    print.yaw_rad = std::atan2(X_WS(1, 0), X_WS(0, 0));
+    print.yaw_rad = math::yaw_of(X_WS.linear());
   }
 }
 

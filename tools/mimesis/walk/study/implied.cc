@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "common/math/so3.h"
 #include "common/robot/kinematics.h"
 #include "nodes/walker/stabilizer/estimator.h"
 
@@ -17,8 +18,7 @@ constexpr int kMean = 12;  // ticks on both sides of a mean
 Isometry3d flat(const Isometry3d& X) {
   Isometry3d out = Isometry3d::Identity();
   out.translation() << X.translation().head<2>(), 0.0;
-  out.linear() =
-      Eigen::AngleAxisd(std::atan2(X(1, 0), X(0, 0)), Vector3d::UnitZ()).toRotationMatrix();
+  out.linear() = Eigen::AngleAxisd(math::yaw_of(X.linear()), Vector3d::UnitZ()).toRotationMatrix();
   return out;
 }
 
