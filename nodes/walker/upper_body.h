@@ -7,10 +7,10 @@
 namespace mimesis::walker {
 
 struct UpperBodySettings {
-  double gain_1_s = 20.0;    ///< of what is left to the wish
-  double speed_share = 0.9;  ///< of the joints' speed limits
-  double acceleration_rad_s2 = 40.0;
-  double margin_rad = 0.01;  ///< kept from the joints' limits
+  double gain_1_s = 20.0;             ///< k, of what is left to the wish
+  double speed_share = 0.9;           ///< of the joints' speed limits [1]
+  double acceleration_rad_s2 = 40.0;  ///< of every joint, at most
+  double margin_rad = 0.01;           ///< kept from the joints' limits
 };
 
 /// Follows a wished posture of the upper body as far as limits of position, speed and acceleration
@@ -21,8 +21,9 @@ class UpperBodyFollower {
   UpperBodyFollower(const robot::Biped& biped, const UpperBodySettings& settings);
 
   void reset();  ///< half-sitting, at rest
-  /// Sizes of Biped::upper_body; empty: half-sitting. A wish of another size or with values that
-  /// are not finite is refused: the last good one stays, at rest. No allocation.
+  /// [rad], [rad/s], in the order of Biped::upper_body; empty: half-sitting. A wish of another size
+  /// or with values that are not finite is refused: the last good one stays, at rest. No
+  /// allocation.
   /// @return false if it was refused
   bool wish(const Eigen::VectorXd& q, const Eigen::VectorXd& rate);
   void step();

@@ -8,16 +8,17 @@ namespace mimesis::walker {
 /// A wished motion in terms of the robot, as it came.
 struct MotionWish {
   Eigen::Vector2d velocity_m_s = Eigen::Vector2d::Zero();  ///< of the pelvis: forward, left
-  double yaw_rate_rad_s = 0.0;
-  Eigen::Vector2d pelvis_W_m = Eigen::Vector2d::Zero();
-  double heading_rad = 0.0;
-  bool stands = false;
-  std::array<std::optional<Footprint>, 2> landing;
-  Eigen::VectorXd upper_body, upper_body_rate;  ///< Biped::upper_body order; empty: no wish
-  std::array<TaskGoals::Hand, 2> hand;
+  double yaw_rate_rad_s = 0.0;                             ///< + to the left
+  Eigen::Vector2d pelvis_W_m = Eigen::Vector2d::Zero();    ///< where the motion is
+  double heading_rad = 0.0;                                ///< of the pelvis in W
+  bool stands = false;                                     ///< steps shall end
+  std::array<std::optional<Footprint>, 2> landing;         ///< next swing foot, the one after it
+  /// [rad], [rad/s], in the order of Biped::upper_body; empty: no wish.
+  Eigen::VectorXd upper_body, upper_body_rate;
+  std::array<TaskGoals::Hand, 2> hand;  ///< left, right
 };
 
-/// Where the robot is on the ground.
+/// Where the robot is on the ground: middle of its feet.
 struct GroundPose {
   Eigen::Vector2d p_W_m = Eigen::Vector2d::Zero();
   double yaw_rad = 0.0;

@@ -10,7 +10,9 @@ namespace mimesis::walker {
 namespace {
 
 constexpr double kSettle_s = 1.0;  ///< from half-sitting to the pattern's CoM
+/// Within the filter's window nobody has said how the upper body goes on: it comes to rest so soon.
 constexpr double kUpperBodyComesToRest_s = 0.3;
+constexpr std::size_t kLine = 256;  ///< room for a line of trouble
 
 Eigen::Isometry3d on_ground(const Eigen::Vector2d& p_W_m, double yaw_rad) {
   Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
@@ -58,8 +60,8 @@ struct Walker::Impl {
         stack(robot, s.stack.tasks.empty() ? walking_stack(robot) : s.stack),
         upper_body(robot, s.upper_body),
         kinematics(robot.tree) {
-    out.trouble.reserve(256);
-    out.stabilizer.reason.reserve(256);
+    out.trouble.reserve(kLine);
+    out.stabilizer.reason.reserve(kLine);
     reset(Eigen::Vector2d::Zero(), 0.0);
   }
 
@@ -68,7 +70,7 @@ struct Walker::Impl {
   void balance(const Sensors& sensors);
   void move(const WalkerWish& wish);
   Eigen::Matrix3d wished_trunk();
-  void note(const char* part, std::string_view reason);
+  void note(std::string_view reason);
 
   const robot::Biped& biped;
   WalkerSettings settings;
@@ -79,8 +81,8 @@ struct Walker::Impl {
   Stack stack;
   UpperBodyFollower upper_body;
   robot::Kinematics kinematics;    ///< of the wished upper body
-  Eigen::VectorXd q_upper;         ///< dof; legs half-sitting
-  Eigen::Vector3d start_offset_m;  ///< of half-sitting's CoM from the pattern's
+  Eigen::VectorXd q_upper;         ///< dof [rad]; legs half-sitting
+  Eigen::Vector3d start_offset_m;  ///< of half-sitting's CoM from the pattern's, in W
   double time_s = 0.0;
   bool stay = false;  ///< trouble: the walk ends
   StabilizerPlan planned;
@@ -115,21 +117,20 @@ void Walker::Impl::reset(const Eigen::Vector2d& p_W_m, double yaw_rad) {
 }
 
 /// The first trouble of a tick is the one that is told.
-void Walker::Impl::note(const char* part, std::string_view reason) {
-  if (reason.empty() || !out.trouble.empty()) return;
-  out.trouble.assign(part).append(": ").append(reason);
+void Walker::Impl::note(std::string_view reason) {
+  if (out.trouble.empty()) out.trouble.assign(reason);
 }
 
 void Walker::Impl::plan(const WalkerWish& wish) {
   Wish walk = wish.walk;
-  if (!usable(walk)) note("wish", "a velocity or landing is not finite");
+  if (!usable(walk)) note("wish: a velocity or landing is not finite");
   if (stay || !usable(walk)) {
     walk = Wish{};
     walk.walk = false;
   }
   pattern->step(walk);
   if (!upper_body.wish(wish.upper_body, wish.upper_body_rate)) {
-    note("wish", "the upper body's posture has the wrong size or is not finite");
+    note("wish: the upper body's posture has the wrong size or is not finite");
   }
   upper_body.step();
 
@@ -139,7 +140,7 @@ void Walker::Impl::plan(const WalkerWish& wish) {
     const FilterSettings& f = settings.filter_settings;
     const ComState shift = filter.step(
         *pattern, upper_body.ahead(f.samples, f.window_s / f.samples, kUpperBodyComesToRest_s));
-    if (filter.unreachable() > 0) note("filter", "a leg ahead is too short, and taken to be rigid");
+    if (filter.unreachable() > 0) note("filter: a leg ahead is too short, and taken to be rigid");
     planned.com = planned.com + shift;
   }
   // Half-sitting's CoM is not exactly above the middle of the feet: both come together slowly.
@@ -159,7 +160,7 @@ void Walker::Impl::balance(const Sensors& sensors) {
   if (!out.stabilizer.pattern_shift_W_m.isZero()) {
     pattern->shift(out.stabilizer.pattern_shift_W_m);
   }
-  note("balance", out.stabilizer.reason);
+  note(out.stabilizer.reason);
   stay = out.stabilizer.falling || !out.stabilizer.reason.empty();
 }
 
@@ -196,7 +197,7 @@ void Walker::Impl::move(const WalkerWish& wish) {
   out.dq = state.dq;
   out.X_WB = state.X_WB;
   out.limited = state.limited;
-  note("whole body", state.reason);
+  note(state.reason);
   out.failed = !state.reason.empty() || pattern->trouble().failed_solves > 0;
 }
 
@@ -216,7 +217,7 @@ const WalkerOutput& Walker::step(const WalkerWish& wish, const Sensors& sensors)
   impl_->balance(sensors);
   impl_->move(wish);
   const PatternTrouble& trouble = impl_->pattern->trouble();
-  impl_->note("pattern", trouble.reason);
+  impl_->note(trouble.reason);
   out.clipped = trouble.clipped || impl_->upper_body.clipped();
   out.pattern = impl_->planned.pattern;
   out.com = impl_->planned.com;

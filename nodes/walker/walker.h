@@ -16,7 +16,8 @@ enum class PatternKind { kNonlinear, kLinear, kPreview };
 
 struct WalkerSettings {
   PatternKind pattern = PatternKind::kNonlinear;
-  bool filter = true, stabilize = true;
+  bool filter = true;     ///< dynamic filter; false: the cart-table's CoM as it is
+  bool stabilize = true;  ///< by what is measured; false: by plan alone
   FilterSettings filter_settings;
   StabilizerSettings stabilizer;
   UpperBodySettings upper_body;
@@ -27,17 +28,18 @@ struct WalkerSettings {
 /// What the robot shall do at a tick.
 struct WalkerWish {
   Wish walk;
-  Eigen::VectorXd upper_body, upper_body_rate;  ///< Biped::upper_body order; empty: half-sitting
-  std::array<TaskGoals::Hand, 2> hand;
+  /// [rad], [rad/s], in the order of Biped::upper_body; both empty: half-sitting.
+  Eigen::VectorXd upper_body, upper_body_rate;
+  std::array<TaskGoals::Hand, 2> hand;  ///< left, right, in W
 };
 
 struct WalkerOutput {
-  Eigen::VectorXd q, dq;  ///< set-points of all joints, within their limits
-  PatternSample pattern;
-  ComState com;  ///< planned, with the filter's shift
+  Eigen::VectorXd q, dq;  ///< set-points, dof [rad], [rad/s], within their limits
+  PatternSample pattern;  ///< plan of this tick
+  ComState com;           ///< planned, with the filter's shift
   StabilizerCommand stabilizer;
   Eigen::Isometry3d X_WB;  ///< planned pelvis
-  std::string trouble;     ///< empty, or one line
+  std::string trouble;     ///< the tick's first in one line; empty: none
   // what was not as wished at this tick
   bool failed = false;   ///< a solve of the pattern or the stack: the last good plan goes on
   bool clipped = false;  ///< the wish was beyond the robot and was cut
@@ -45,13 +47,17 @@ struct WalkerOutput {
 };
 
 /// From a wished walk to joint set-points: pattern, filter, stabilizer, stack of tasks [M18 3.8].
-/// Every tick of 5 ms; deterministic, no allocation after the first tick.
+/// Every tick of 5 ms; deterministic, no allocation after the first tick. What it cannot use of a
+/// wish or of sensors (NaN, wrong sizes) it leaves out and tells in `trouble`.
 class Walker {
  public:
+  /// The biped outlives it. @throws ConfigError for a gait, a filter, a stabilizer or a stack that
+  /// makes no sense or does not fit the robot
   Walker(const robot::Biped& biped, const WalkerSettings& settings);
   ~Walker();
   /// Stands in half-sitting with the middle of its feet at `p_W_m`, heading `yaw_rad`.
   void reset(const Eigen::Vector2d& p_W_m, double yaw_rad);
+  /// One tick on. The result lives until the next call.
   const WalkerOutput& step(const WalkerWish& wish, const Sensors& sensors);
 
  private:

@@ -13,11 +13,13 @@ namespace {
 const FilterSettings& checked(const FilterSettings& s) {
   const auto refuse = [](const std::string& what) { throw ConfigError("dynamic filter: " + what); };
   if (s.samples < 2 || s.samples > kPreviewTicks) {
-    refuse("samples " + std::to_string(s.samples) + ", expected 2 to 320");
+    refuse("samples " + std::to_string(s.samples) + ", expected 2 to " +
+           std::to_string(kPreviewTicks));
   }
   if (!(s.window_s >= s.samples * kTick_s) || !(s.window_s < kPreviewTicks * kTick_s)) {
     refuse("window_s " + std::to_string(s.window_s) +
-           ", expected at least a tick a sample and below 1.6");
+           ", expected at least a tick a sample and below " +
+           std::to_string(kPreviewTicks * kTick_s));
   }
   if (s.iterations < 1 || s.iterations > 5) {
     refuse("iterations " + std::to_string(s.iterations) + ", expected 1 to 5");

@@ -10,7 +10,7 @@
 namespace mimesis::walker {
 
 struct FilterSettings {
-  double window_s = 0.7;   ///< of the correction [walking.md 1.5]
+  double window_s = 0.7;   ///< looked ahead [walking.md 1.5]
   int samples = 20;        ///< in it, evenly
   int iterations = 1;      ///< of correction and inverse dynamics a tick
   bool legs_only = false;  ///< upper body taken as at rest in half-sitting, for comparison

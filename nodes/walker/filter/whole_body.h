@@ -27,7 +27,7 @@ class WholeBody {
   /// Centre of mass in B as it was found, with its rates: a start for the next search, which saves
   /// a third of it. Meant for the same sample a tick later.
   struct Lever {
-    Eigen::Vector3d p_m, v, a, jerk;
+    Eigen::Vector3d p_m, v, a, jerk;  ///< [m], [m/s], [m/s²], [m/s³]
     bool known = false;
   };
 

@@ -32,13 +32,13 @@ struct Wish {
   bool walk = true;  ///< false: stop within two steps whatever the velocity says
 };
 
-/// Centre of mass along the ground.
+/// Centre of mass along the ground: x and y in W.
 struct ComState {
   Eigen::Vector2d p_W_m = Eigen::Vector2d::Zero(), v_W = Eigen::Vector2d::Zero(),
-                  a_W = Eigen::Vector2d::Zero();
+                  a_W = Eigen::Vector2d::Zero();  ///< [m], [m/s], [m/s²]
 };
 
-/// A foot: pose of its sole S and its rates in W.
+/// A foot: pose of its sole S and its rates in W [m/s], [m/s²], [rad/s], [rad/s²].
 struct FootState {
   Eigen::Isometry3d X_WS = Eigen::Isometry3d::Identity();
   Eigen::Vector3d v_W = Eigen::Vector3d::Zero(), a_W = Eigen::Vector3d::Zero();
@@ -51,10 +51,10 @@ enum class Gait { kStanding, kStarting, kWalking, kStopping };
 struct PatternSample {
   ComState com;
   Eigen::Vector2d zmp_W_m = Eigen::Vector2d::Zero();  ///< of the cart-table model
-  std::array<FootState, 2> foot;
-  std::array<bool, 2> contact{true, true};
-  double left_share = 0.5;                     ///< of the weight on the left foot
-  double yaw_rad = 0.0, yaw_rate_rad_s = 0.0;  ///< of the waist: mean of the feet
+  std::array<FootState, 2> foot;                      ///< left, right
+  std::array<bool, 2> contact{true, true};            ///< on the ground
+  double left_share = 0.5;                            ///< of the weight on the left foot
+  double yaw_rad = 0.0, yaw_rate_rad_s = 0.0;         ///< of the waist: mean of the feet
   Gait gait = Gait::kStanding;
   Side swing = kLeft;           ///< foot that moves, or will move next
   double to_landing_s = 0.0;    ///< until it lands; 0 while standing
@@ -75,10 +75,11 @@ struct GaitSettings {
   double com_height_m = 0.807;
   double step_s = 0.8;  ///< of it `double_support_s` first, then swing
   double double_support_s = 0.1;
-  double first_double_support_s = 0.8;
-  double step_height_m = 0.05;
-  double feet_distance_m = 0.19;  ///< wished between the soles
-  /// Half sizes of the rectangle around the ankle that the ZMP is kept in.
+  double first_double_support_s = 0.8;  ///< before the first step
+  double step_height_m = 0.05;          ///< of the sole at the top of a swing
+  double feet_distance_m = 0.19;        ///< wished between the soles
+  /// Half sizes, along and across the foot, of the rectangle around the ankle that the ZMP is kept
+  /// in.
   Eigen::Vector2d zmp_half_m{0.06, 0.03};
   /// Where one foot may land as seen from the other: the polygon with the corners (±longest,
   /// narrowest), (±5/7 longest, widest), (0, 4/3 widest) (forward, outward). At the wished distance
@@ -87,11 +88,11 @@ struct GaitSettings {
   double most_forward_m_s = 0.35, most_sideways_m_s = 0.15, most_turn_rad_s = 0.2;
   double most_foot_yaw_rad = 0.17;  ///< between the feet
 };
-/// @throws ConfigError that names the first setting that no robot can have, or that is no multiple
-///         of the MPC's sampling time.
+/// @throws ConfigError "gait.KEY: VALUE, expected ..." of the first setting that no robot can have,
+///         or that is no multiple of the MPC's sampling time.
 void check(const GaitSettings& settings);
 /// Settings for a robot: height, distance and sole from its description, the rest scaled from the
-/// defaults by the length of its legs.
+/// defaults by the length of its legs. @throws ConfigError as check()
 GaitSettings gait_settings(const robot::Biped& biped);
 
 /// Walking pattern generator: every tick a CoM, ZMP and feet that a cart-table model can walk.

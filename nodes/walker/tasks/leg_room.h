@@ -16,15 +16,16 @@ class LegRoom {
  public:
   explicit LegRoom(const robot::Biped& biped);
 
-  /// Angle of the knee at which hip and ankle are farthest apart.
+  /// Angle of the knee joint at which hip and ankle are farthest apart.
   double straight_rad(Side side) const { return leg_[side].straight_rad; }
 
   /// What is known at the beginning of a tick.
   struct Tick {
     const robot::Kinematics& kinematics;
-    Eigen::Ref<const Eigen::VectorXd> q, lower, upper;  ///< bounds of base and joints' ways
-    Eigen::Vector3d com_W_m, com_way_m;                 ///< where it is, and its wished way
-    std::array<Eigen::Vector3d, 2> feet_way_m;          ///< wished ways
+    Eigen::Ref<const Eigen::VectorXd> q;             ///< dof [rad]
+    Eigen::Ref<const Eigen::VectorXd> lower, upper;  ///< of base and joints' ways: Limits::bounds()
+    Eigen::Vector3d com_W_m, com_way_m;              ///< where it is, and its wished way in W
+    std::array<Eigen::Vector3d, 2> feet_way_m;       ///< wished ways in W
     double dt_s;
   };
   /// The CoM's rise that is next to the wished one. Hips go with it, or also go on as trunk and

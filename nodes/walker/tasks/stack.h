@@ -26,21 +26,21 @@ struct TaskSpec {
 
 struct StackSettings {
   std::vector<TaskSpec> tasks;
-  double damping = 1e-3;          ///< of singular directions [1]
-  double knee_margin_rad = 0.02;  ///< from the stretched leg
-  double limit_margin_rad = 0.005;
-  double speed_share = 0.98;  ///< of the joints' speed limits that may be used
+  double damping = 1e-3;            ///< of singular directions [1]
+  double knee_margin_rad = 0.02;    ///< from the stretched leg
+  double limit_margin_rad = 0.005;  ///< from the joints' limits
+  double speed_share = 0.98;        ///< of the joints' speed limits that may be used [1]
 };
 
 /// Wishes at one tick: where the robot is to be at its end. Names as in the specs.
 struct TaskGoals {
-  Eigen::Vector3d com_W_m, com_v_W;
-  std::array<FootState, 2> foot;
-  Eigen::Matrix3d R_W_trunk;        ///< of every kOrientation
-  Eigen::VectorXd upper_body;       ///< Biped::upper_body order [rad]
-  Eigen::VectorXd upper_body_rate;  ///< [rad/s]; empty: 0
+  Eigen::Vector3d com_W_m, com_v_W;  ///< [m], [m/s]
+  std::array<FootState, 2> foot;     ///< left, right
+  Eigen::Matrix3d R_W_trunk;         ///< of every kOrientation
+  Eigen::VectorXd upper_body;        ///< Biped::upper_body order [rad]
+  Eigen::VectorXd upper_body_rate;   ///< [rad/s]; empty: 0
   struct Hand {
-    Eigen::Vector3d p_W_m = Eigen::Vector3d::Zero();
+    Eigen::Vector3d p_W_m = Eigen::Vector3d::Zero();  ///< origin of the link Biped::hand
     /// 0: no wish; 1: wholly, and the posture gives way to micrometres. Continuous in between.
     double share = 0.0;
   };
@@ -49,8 +49,8 @@ struct TaskGoals {
 
 struct StackState {
   Eigen::Isometry3d X_WB = Eigen::Isometry3d::Identity();
-  Eigen::VectorXd q, dq;  ///< within the limits
-  double com_error_m = 0.0, foot_error_m = 0.0;
+  Eigen::VectorXd q, dq;                         ///< dof [rad], [rad/s], within the limits
+  double com_error_m = 0.0, foot_error_m = 0.0;  ///< from the goals; of the worse foot
   bool limited = false;  ///< a limit keeps a task of the first level from its goal
   std::string reason;    ///< empty, or why the last solve failed: q stays
 };
