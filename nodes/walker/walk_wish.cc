@@ -38,7 +38,7 @@ void WalkWish::reset() {
 void WalkWish::cut(const char* what, double wished, double most) {
   if (!clipped_.empty()) return;  // the first one is told
   char line[160];
-  std::snprintf(line, sizeof line, "%s: %.3g is wished, the robot can %.3g", what, wished, most);
+  std::snprintf(line, sizeof line, "%s: %.4g is wished, the robot can %.4g", what, wished, most);
   clipped_ = line;
 }
 
