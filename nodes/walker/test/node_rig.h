@@ -26,6 +26,21 @@ inline WalkerParams params() {
   return p;
 }
 
+inline v1::MotionRows rows_of_all_joints() {
+  v1::MotionRows rows;
+  rows.set_model("test");
+  rows.add_rows("pelvis.x");
+  for (const std::string& joint : biped().tree.joint_names()) rows.add_rows(joint);
+  return rows;
+}
+
+/// All joints half-sitting, but `joint` at `rad`.
+inline void set_angles(std::string_view joint, double rad, v1::Motion& motion) {
+  motion.add_position_rad(9.9);  // a row that is no joint of the robot
+  for (const double q : biped().half_sitting) motion.add_position_rad(q);
+  motion.set_position_rad(1 + biped().tree.require_joint(joint), rad);
+}
+
 /// One node, a robot that does as told, and what both said.
 class Rig {
  public:
@@ -50,6 +65,13 @@ class Rig {
     motion->set_velocity_forward_m_s(forward_m_s);
     motion->set_smooth_velocity_forward_m_s(forward_m_s);
   }
+  /// A motion that stands, all joints half-sitting but one. @return that one's place in a command
+  int wish_joint(std::string_view joint, double rad) {
+    bus.send("rows", rows_of_all_joints(), now);
+    motion.emplace();
+    set_angles(joint, rad, *motion);
+    return biped().tree.require_joint(joint);
+  }
   v1::WalkState state() const { return feedback.state(); }
   bool went_through(v1::WalkState wanted) const {
     return std::ranges::find(states, wanted) != states.end();
@@ -67,7 +89,7 @@ class Rig {
   v1::WalkerStatus status;
   std::deque<v1::WalkState> states;  // without repetitions
   double fastest_rad_s = 0.0;        // change of a set-point
-  int statuses = 0;
+  int statuses = 0, balances = 0;
 
  private:
   void take() {
@@ -86,6 +108,7 @@ class Rig {
     }
     if (auto b = bus.take<v1::WalkBalance>("balance")) {
       balance = *b;
+      ++balances;
       robot.stand(balance);
     }
     while (auto s = bus.take<v1::WalkerStatus>("status")) {
@@ -95,20 +118,5 @@ class Rig {
     if (states.empty() || states.back() != feedback.state()) states.push_back(feedback.state());
   }
 };
-
-inline v1::MotionRows rows_of_all_joints() {
-  v1::MotionRows rows;
-  rows.set_model("test");
-  rows.add_rows("pelvis.x");
-  for (const std::string& joint : biped().tree.joint_names()) rows.add_rows(joint);
-  return rows;
-}
-
-/// All joints half-sitting, but `joint` at `rad`.
-inline void set_angles(std::string_view joint, double rad, v1::Motion& motion) {
-  motion.add_position_rad(9.9);  // a row that is no joint of the robot
-  for (const double q : biped().half_sitting) motion.add_position_rad(q);
-  motion.set_position_rad(1 + biped().tree.require_joint(joint), rad);
-}
 
 }  // namespace mimesis::walker::testing

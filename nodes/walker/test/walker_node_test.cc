@@ -69,10 +69,7 @@ TEST(WalkerNode, StandsBalanced) {
             0.005);
   EXPECT_EQ(rig.status.failed_solves(), 0U);
   EXPECT_GT(rig.status.mean_tick_s(), 0.0);
-  EXPECT_GE(rig.status.worst_tick_s(), rig.status.mean_tick_s());
-  const auto frames = rig.bus.take_last<foxglove::FrameTransforms>("transforms");
-  ASSERT_TRUE(frames.has_value());
-  EXPECT_EQ(frames->transforms_size(), static_cast<int>(biped().tree.links().size()));
+  EXPECT_GT(rig.status.worst_tick_s(), rig.status.mean_tick_s());
 }
 
 TEST(WalkerNode, TellsItsStatusAtChangesAndOnceASecond) {
@@ -81,16 +78,29 @@ TEST(WalkerNode, TellsItsStatusAtChangesAndOnceASecond) {
   const int before = rig.statuses;
   rig.run(5s);
   EXPECT_EQ(rig.statuses - before, 5);
+  rig.walk(0.2);
+  rig.run(10ms);
+  EXPECT_EQ(rig.statuses - before, 6);
+  EXPECT_EQ(rig.status.state(), v1::WALK_STATE_STARTING);
 }
 
-TEST(WalkerNode, StandsWhereItIsPut) {
-  WalkerParams p = params();
-  p.start = {.x_m = 2.0, .y_m = -1.0, .heading_rad = 1.0};
-  Rig rig(p);
+TEST(WalkerNode, TellsFramesOfItsLinksTwentyFiveTimesASecond) {
+  Rig rig;
   rig.ready();
-  EXPECT_NEAR(rig.feedback.position_pelvis_in_world_m().x_m(), 2.0, 0.05);
-  EXPECT_NEAR(rig.feedback.position_pelvis_in_world_m().y_m(), -1.0, 0.05);
-  EXPECT_NEAR(rig.feedback.heading_rad(), 1.0, 0.01);
+  while (rig.bus.take<foxglove::FrameTransforms>("transforms")) {
+  }
+  rig.run(2s);
+  int told = 0;
+  std::optional<foxglove::FrameTransforms> frames;
+  while (auto next = rig.bus.take<foxglove::FrameTransforms>("transforms")) {
+    frames = std::move(next);
+    ++told;
+  }
+  EXPECT_EQ(told, 50);
+  ASSERT_EQ(frames->transforms_size(), std::ssize(biped().tree.links()));
+  const auto& pelvis = frames->transforms(0);
+  EXPECT_EQ(pelvis.timestamp().seconds(), 3);  // began at 1 s
+  EXPECT_NEAR(pelvis.translation().z(), rig.feedback.position_pelvis_in_world_m().z_m(), 1e-4);
 }
 
 TEST(WalkerNode, WalksAsAMotionWishesAndStopsWhenItEnds) {
@@ -147,10 +157,7 @@ TEST(WalkerNode, TakesTheRawVelocityIfItIsTold) {
 TEST(WalkerNode, MovesTheUpperBodyByTheNamesOfTheRows) {
   Rig rig;
   rig.ready();
-  const int joint = biped().tree.require_joint("left_shoulder_pitch");
-  rig.bus.send("rows", rows_of_all_joints(), rig.now);
-  rig.motion.emplace();
-  set_angles("left_shoulder_pitch", -0.3, *rig.motion);
+  const int joint = rig.wish_joint("left_shoulder_pitch", -0.3);
   rig.run(3s);
   EXPECT_EQ(rig.status.reason(), "");
   EXPECT_NEAR(rig.command->position_rad(joint), -0.3, 0.03);

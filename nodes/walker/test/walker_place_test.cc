@@ -9,6 +9,43 @@ namespace {
 using namespace std::chrono_literals;
 using namespace testing;
 
+Eigen::Vector3d vector(const v1::Vector3& v) { return {v.x_m(), v.y_m(), v.z_m()}; }
+
+/// Feet, pelvis and hands of a robot that sits half at `start`; pelvis and hands within `by_m`.
+void expect_half_sitting_at(const PlaceParams& start, const v1::WalkFeedback& said, double by_m) {
+  const Eigen::Isometry3d X_WG = Eigen::Translation3d(start.x_m, start.y_m, 0.0) *
+                                 Eigen::AngleAxisd(start.heading_rad, Eigen::Vector3d::UnitZ());
+  robot::Kinematics kinematics(biped().tree);
+  kinematics.update(X_WG * biped().X_WB_half_sitting, biped().half_sitting);
+  ASSERT_EQ(said.feet_size(), 2);
+  ASSERT_EQ(said.hands_in_world_m_size(), 2);
+  for (const Side side : robot::kSides) {
+    const v1::Footprint& foot = said.feet(side);
+    const Eigen::Vector3d sole = kinematics.X_WL(biped().leg[side].sole).translation(),
+                          hand = kinematics.X_WL(biped().hand[side]).translation();
+    EXPECT_EQ(foot.foot(), side == kLeft ? v1::FOOT_LEFT : v1::FOOT_RIGHT);
+    EXPECT_LT((vector(foot.position_in_world_m()) - sole).norm(), 1e-9);
+    EXPECT_NEAR(foot.yaw_rad(), start.heading_rad, 1e-9);
+    EXPECT_LT((vector(said.hands_in_world_m(side)) - hand).norm(), by_m);
+  }
+  const Eigen::Vector3d pelvis = kinematics.X_WL(0).translation();
+  EXPECT_LT((vector(said.position_pelvis_in_world_m()) - pelvis).norm(), by_m);
+  EXPECT_NEAR(said.heading_rad(), start.heading_rad, 1e-3);
+}
+
+TEST(WalkerPlace, SaysWhereItIsBeforeItHasAPlanAndWithOne) {
+  WalkerParams p = params();
+  p.start = {.x_m = 2.0, .y_m = -1.0, .heading_rad = 2.0};
+  Rig rig(p);
+  rig.run(10ms);
+  ASSERT_FALSE(rig.state() == v1::WALK_STATE_STANDING);
+  expect_half_sitting_at(p.start, rig.feedback, 1e-9);
+  EXPECT_EQ(rig.feedback.swing(), v1::FOOT_RIGHT);
+  EXPECT_EQ(rig.feedback.landing().SerializeAsString(), rig.feedback.feet(1).SerializeAsString());
+  rig.ready();
+  expect_half_sitting_at(p.start, rig.feedback, 0.03);  // the CoM comes above the feet
+}
+
 /// Walks with a motion that is always where the robot is: nothing drifts, so nothing is added.
 void walk_with_the_motion(Rig& rig, runtime::Time duration) {
   for (const runtime::Time end = rig.now + duration; rig.now < end;) {
@@ -61,10 +98,7 @@ TEST(WalkerPlace, IsAtRestWhenItDoesNotStep) {
 TEST(WalkerPlace, AMotionThatIsLateGoesOnAtItsRates) {
   Rig rig;
   rig.ready();
-  const int joint = biped().tree.require_joint("left_shoulder_pitch");
-  rig.bus.send("rows", rows_of_all_joints(), rig.now);
-  rig.motion.emplace();
-  set_angles("left_shoulder_pitch", -0.3, *rig.motion);
+  const int joint = rig.wish_joint("left_shoulder_pitch", -0.3);
   for (int i = 0; i < rig.motion->position_rad_size(); ++i) rig.motion->add_velocity_rad_s(0.0);
   rig.motion->set_velocity_rad_s(1 + joint, 0.5);
   rig.run(3s);
@@ -94,11 +128,9 @@ TEST(WalkerPlace, FollowsAJointThatSagsUntilTheDrivesFollow) {
 TEST(WalkerPlace, BalanceBeginsWithoutThePastOfTheArms) {
   Rig rig;
   rig.ready();
-  const int joint = biped().tree.require_joint("left_shoulder_pitch");
-  rig.bus.send("rows", rows_of_all_joints(), rig.now);
-  rig.motion.emplace();
-  const double raised = biped().half_sitting[joint] - 0.25;
-  set_angles("left_shoulder_pitch", raised, *rig.motion);
+  const int shoulder = biped().tree.require_joint("left_shoulder_pitch");
+  const double raised = biped().half_sitting[shoulder] - 0.25;
+  const int joint = rig.wish_joint("left_shoulder_pitch", raised);
   rig.run(2s);
   ASSERT_NEAR(rig.command->position_rad(joint), raised, 0.03);
   rig.motion.reset();

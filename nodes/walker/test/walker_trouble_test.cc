@@ -23,6 +23,9 @@ TEST(WalkerNode, RefusesAMotionThatItCannotRead) {
     rig.run(1s);
     EXPECT_EQ(rig.state(), v1::WALK_STATE_STANDING) << why;
     EXPECT_EQ(rig.status.reason(), why);
+    rig.motion.reset();
+    rig.run(200ms);
+    EXPECT_EQ(rig.status.reason(), "");
     rig.walk(0.2);  // without joints
     rig.run(1500ms);
     EXPECT_EQ(rig.status.reason(), "");
@@ -208,8 +211,10 @@ TEST(WalkerNode, DrivesThatStopEndTheStreamAndItBeginsAnew) {
   rig.run(10ms);
   EXPECT_EQ(rig.state(), v1::WALK_STATE_WAITING);
   EXPECT_EQ(rig.status.reason(), "the bridge does not follow yet");
+  const int balances = rig.balances;
   rig.run(100ms);
   EXPECT_FALSE(rig.command.has_value());  // the bridge wants silence first
+  EXPECT_EQ(rig.balances, balances);
   rig.run(200ms);
   EXPECT_TRUE(rig.command.has_value());
   rig.robot.operational = true;
