@@ -1,71 +1,11 @@
 #include "nodes/walker/tasks/stack.h"
 
-#include <gtest/gtest.h>
-
-#include <functional>
-
 #include "common/math/so3.h"
 #include "common/testing/no_malloc.h"
-#include "nodes/walker/tasks/leg_room.h"
-#include "nodes/walker/tasks/test/reference.h"
+#include "nodes/walker/tasks/test/stack_trial.h"
 
 namespace mimesis::walker {
 namespace {
-
-constexpr double kDt = 0.005;
-using Goals = std::function<TaskGoals(const Reference&, double t)>;
-
-/// What a run of a stack was like.
-struct Trial {
-  double com_error_m = 0.0, foot_error_m = 0.0;  ///< worst
-  double last_com_error_m = 0.0, last_foot_error_m = 0.0;
-  double fastest = 0.0;       ///< of the limits [1]
-  double closest_rad = 1e9;   ///< to a limit
-  double sharpest_rad_s = 0;  ///< greatest change of a velocity within a tick
-  int limited = 0, ticks = 0;
-  StackState state;
-};
-
-Trial trial_of(const robot::Biped& biped, double seconds, const Goals& goals) {
-  const Reference reference(biped);
-  Stack stack(biped, walking_stack(biped));
-  const Eigen::VectorXd lower = biped.tree.lower(), upper = biped.tree.upper(),
-                        speed = biped.tree.max_speed();
-  Trial trial;
-  Eigen::VectorXd dq = Eigen::VectorXd::Zero(biped.tree.dof());
-  for (double t = kDt; t < seconds; t += kDt) {
-    const StackState& state = stack.step(goals(reference, t), kDt);
-    EXPECT_EQ(state.reason, "");
-    trial.com_error_m = std::max(trial.com_error_m, state.com_error_m);
-    trial.foot_error_m = std::max(trial.foot_error_m, state.foot_error_m);
-    trial.last_com_error_m = state.com_error_m;
-    trial.last_foot_error_m = state.foot_error_m;
-    for (Eigen::Index i = 0; i < dq.size(); ++i) {
-      trial.fastest = std::max(trial.fastest, std::abs(state.dq[i]) / speed[i]);
-      trial.closest_rad =
-          std::min({trial.closest_rad, upper[i] - state.q[i], state.q[i] - lower[i]});
-    }
-    trial.sharpest_rad_s = std::max(trial.sharpest_rad_s, (state.dq - dq).cwiseAbs().maxCoeff());
-    dq = state.dq;
-    trial.limited += state.limited;
-    ++trial.ticks;
-  }
-  trial.state = stack.state();
-  return trial;
-}
-
-/// `within_m`: 1e-6 on smooth references; joints at their top speeds leave more to curvature.
-void expect_exact(const Trial& trial, const std::string& what, double within_m = 1e-6) {
-  EXPECT_LT(trial.com_error_m, within_m) << what;
-  EXPECT_LT(trial.foot_error_m, within_m) << what;
-  EXPECT_EQ(trial.limited, 0) << what;
-}
-
-/// Margins and speed limits of the settings.
-void expect_within_limits(const Trial& trial, const std::string& what) {
-  EXPECT_GE(trial.closest_rad, 0.005 - 1e-9) << what;
-  EXPECT_LE(trial.fastest, 0.98 + 1e-9) << what;
-}
 
 TEST(Stack, FollowsAWalk) {
   for (const robot::Biped& biped : robots()) {
@@ -101,32 +41,6 @@ TEST(Stack, SquatsAndTwists) {
   }
 }
 
-TEST(Stack, HandsComeInGradually) {
-  for (const robot::Biped& biped : robots()) {
-    if (biped.hand[kRight] < 0) continue;
-    // The left hand pulls with its whole share; the right one is far from what it shall take.
-    const auto reach = [&](const Reference& r, double t, double share) {
-      TaskGoals goals = r.walk(t, 0.0);
-      goals.hand[kLeft].p_W_m += Eigen::Vector3d(0.12, 0.05, 0.15);
-      goals.hand[kLeft].share = Reference::ramp(t, 0.5, 1.5).value;
-      goals.hand[kRight].p_W_m += Eigen::Vector3d(0.2, 0.1, 0.3);
-      goals.hand[kRight].share = t > 3.0 ? share : 0.0;
-      return goals;
-    };
-    const auto speed = [&](double share) -> Eigen::VectorXd {
-      return trial_of(biped, 3.0 + 1.5 * kDt,
-                      [&](const Reference& r, double t) { return reach(r, t, share); })
-          .state.dq;
-    };
-    const Eigen::VectorXd without = speed(0.0);
-    const double thousandth = (speed(1e-3) - without).cwiseAbs().maxCoeff();
-    EXPECT_GT(thousandth, 0.0) << biped.tree.name();
-    EXPECT_LT(thousandth, 0.05) << biped.tree.name();
-    EXPECT_NEAR((speed(1e-4) - without).cwiseAbs().maxCoeff(), 0.1 * thousandth, 0.02 * thousandth)
-        << biped.tree.name();
-  }
-}
-
 TEST(Stack, FollowsAMovingTrunkGoalWithoutLag) {
   for (const robot::Biped& biped : robots()) {
     const Reference reference(biped);
@@ -143,126 +57,6 @@ TEST(Stack, FollowsAMovingTrunkGoalWithoutLag) {
       worst_rad = std::max(worst_rad, math::log_so3(R.transpose() * goals.R_W_trunk).norm());
     }
     EXPECT_LT(worst_rad, 2e-3) << biped.tree.name();  // rate / gain, 0.012, without the goal's rate
-  }
-}
-
-TEST(Stack, ReachesWithAHandWhileAFootMoves) {
-  for (const robot::Biped& biped : robots()) {
-    if (biped.hand[kRight] < 0) continue;
-    const auto reach = [&](const Reference& r, double t) {
-      TaskGoals goals = r.walk(t, 0.0);
-      TaskGoals::Hand& hand = goals.hand[kRight];
-      hand.p_W_m += Eigen::Vector3d(0.12, -0.05, 0.15);
-      hand.share = Reference::ramp(t, 0.5, 1.5).value - Reference::ramp(t, 4.0, 5.0).value;
-      return goals;
-    };
-    const Trial there = trial_of(biped, 3.5, reach);
-    expect_exact(there, biped.tree.name());
-    expect_within_limits(there, biped.tree.name());
-    EXPECT_LT(there.sharpest_rad_s, 1.0) << biped.tree.name();
-    robot::Kinematics kinematics(biped.tree);
-    kinematics.update(there.state.X_WB, there.state.q);
-    const Eigen::Vector3d wished = reach(Reference(biped), 3.5).hand[kRight].p_W_m;
-    EXPECT_LT((kinematics.X_WL(biped.hand[kRight]).translation() - wished).norm(), 1e-3)
-        << biped.tree.name();
-    // And back to the posture when the hand is let go.
-    const Trial back = trial_of(biped, 8.0, reach);
-    EXPECT_LT(back.sharpest_rad_s, 1.0) << biped.tree.name();
-    for (const int dof : biped.upper_body) {
-      EXPECT_NEAR(back.state.q[dof], biped.half_sitting[dof], 1e-6) << biped.tree.moved(dof).joint;
-    }
-  }
-}
-
-TEST(Stack, KeepsTheUpperBodyWithinItsLimitsAndTheFeetWhereTheyAre) {
-  for (const robot::Biped& biped : robots()) {
-    const Trial strain = trial_of(biped, 6.0, [](const Reference& r, double t) {
-      TaskGoals goals = r.walk(t, 0.2);
-      goals.upper_body.array() += t < 3.0 ? 2.5 : -2.5;  // far beyond the limits, with jumps
-      return goals;
-    });
-    expect_exact(strain, biped.tree.name(), 5e-6);
-    expect_within_limits(strain, biped.tree.name());
-    EXPECT_NEAR(strain.closest_rad, 0.005, 1e-6) << biped.tree.name();  // up to the margin
-    EXPECT_NEAR(strain.fastest, 0.98, 1e-6) << biped.tree.name();
-  }
-}
-
-TEST(Stack, StopsBeforeTheStretchedLegAndComesBack) {
-  for (const robot::Biped& biped : robots()) {
-    // Higher than the legs are long, for two seconds.
-    const Goals high = [](const Reference& r, double t) {
-      TaskGoals goals = r.stand();
-      const auto up = Reference::ramp(t, 0.0, 1.0), down = Reference::ramp(t, 3.0, 4.0);
-      goals.com_W_m.z() += 0.2 * (up.value - down.value);
-      goals.com_v_W.z() = 0.2 * (up.rate - down.rate);
-      return goals;
-    };
-    const Trial up = trial_of(biped, 2.9, high);
-    expect_within_limits(up, biped.tree.name());
-    EXPECT_GT(up.limited, 200) << biped.tree.name();
-    EXPECT_TRUE(up.state.limited);
-    // The height gives way, the feet nearly not.
-    EXPECT_GT(up.last_com_error_m, 0.05) << biped.tree.name();
-    EXPECT_LT(up.foot_error_m, 0.02 * up.com_error_m) << biped.tree.name();
-    const LegRoom legs(biped);
-    for (const Side side : robot::kSides) {
-      const double knee = up.state.q[biped.leg[side].dof[3]];
-      EXPECT_NEAR(std::abs(knee - legs.straight_rad(side)), 0.02, 1e-3) << biped.tree.name();
-    }
-    // Arms and trunk are no help, and nothing moves while nothing is wished.
-    EXPECT_LT(up.state.dq.cwiseAbs().maxCoeff(), 1e-3) << biped.tree.name();
-    for (const int dof : biped.upper_body) {
-      EXPECT_NEAR(up.state.q[dof], biped.half_sitting[dof], 0.05) << biped.tree.moved(dof).joint;
-    }
-    EXPECT_LT(up.sharpest_rad_s, 4.0) << biped.tree.name();
-    const Trial back = trial_of(biped, 6.0, high);
-    expect_within_limits(back, biped.tree.name());
-    EXPECT_LT(back.sharpest_rad_s, 4.0) << biped.tree.name();
-    EXPECT_FALSE(back.state.limited);
-    EXPECT_LT(back.last_com_error_m, 1e-6) << biped.tree.name();
-    EXPECT_LT(back.last_foot_error_m, 1e-6) << biped.tree.name();
-    EXPECT_LT((back.state.q - biped.half_sitting).cwiseAbs().maxCoeff(), 1e-3) << biped.tree.name();
-  }
-}
-
-TEST(Stack, ArmsStayWhereTheyAreWhileALongStepStretchesALeg) {
-  const robot::Biped biped = model::load_biped("biped.yaml");
-  const Trial fast =
-      trial_of(biped, 8.0, [](const Reference& r, double t) { return r.walk(t, 0.5); });
-  expect_within_limits(fast, "fast");
-  EXPECT_LT(fast.com_error_m, 1e-4);
-  EXPECT_LT(fast.foot_error_m, 1e-3);
-  EXPECT_LT(fast.sharpest_rad_s, 4.0);
-}
-
-TEST(Stack, AGoalThatJumpsIsApproachedInSteps) {
-  const robot::Biped biped = model::load_biped("biped.yaml");
-  // In one tick: up to 4 mm at once, of more than that 4 mm or a tenth.
-  for (const auto& [jump_m, left_m] : {std::pair{0.003, 0.0}, {0.015, 0.011}, {0.1, 0.09}}) {
-    Stack stack(biped, walking_stack(biped));
-    TaskGoals goals = Reference(biped).stand();
-    goals.com_W_m.x() += jump_m;
-    EXPECT_NEAR(stack.step(goals, kDt).com_error_m, left_m, 1e-4) << jump_m;
-  }
-}
-
-TEST(Stack, StaysWithinLimitsWhateverTheGoal) {
-  for (const robot::Biped& biped : robots()) {
-    const Trial absurd = trial_of(biped, 8.0, [](const Reference& r, double t) {
-      TaskGoals goals = r.stand();
-      if (t > 3.0) return goals;
-      goals.foot[0].X_WS.translation() += Eigen::Vector3d(1.5, 0.4, 0.5);
-      goals.foot[1].X_WS.linear() = math::exp_so3({0.0, 2.0, 1.0});
-      goals.com_W_m = {1e3, -1e150, 2.0};
-      goals.R_W_trunk = math::exp_so3({3.0, 0.0, 0.0});
-      goals.hand[0] = {.p_W_m = {5.0, 5.0, 5.0}, .share = 7.0};
-      return goals;
-    });
-    expect_within_limits(absurd, biped.tree.name());
-    EXPECT_GT(absurd.limited, 100) << biped.tree.name();
-    EXPECT_LT(absurd.last_com_error_m, 1e-6) << biped.tree.name();  // back at what it can do
-    EXPECT_LT(absurd.last_foot_error_m, 1e-6) << biped.tree.name();
   }
 }
 
@@ -354,24 +148,6 @@ TEST(Stack, APostureTaskTakesLegsToHalfSitting) {
   for (int tick = 0; tick < 200; ++tick) stack.step(goals, kDt);
   EXPECT_NEAR(stack.state().q[knee], biped.half_sitting[knee], 1e-3);
   EXPECT_NEAR(stack.state().q[elbow], biped.half_sitting[elbow] - 0.3, 1e-3);
-}
-
-TEST(Stack, BringsJointsBackFromBeyondTheirLimits) {
-  const robot::Biped biped = model::load_biped("biped.yaml");
-  const int elbow = biped.tree.require_joint("left_elbow");
-  Eigen::VectorXd q = biped.half_sitting;
-  q[elbow] = biped.tree.upper()[elbow] + 0.1;
-  Stack stack(biped, walking_stack(biped));
-  stack.reset(biped.X_WB_half_sitting, q);
-  TaskGoals goals = Reference(biped).stand();
-  double before = q[elbow];
-  for (int tick = 0; tick < 100; ++tick) {
-    const StackState& state = stack.step(goals, kDt);
-    EXPECT_EQ(state.reason, "");
-    EXPECT_LE(state.q[elbow], before);
-    before = state.q[elbow];
-  }
-  EXPECT_LE(before, biped.tree.upper()[elbow]);
 }
 
 }  // namespace
