@@ -43,6 +43,11 @@ std::unique_ptr<PatternGenerator> make_generator(PatternKind kind, const GaitSet
   return std::make_unique<NonlinearMpc>(gait);
 }
 
+StackSettings stack_settings(const robot::Biped& robot, StackSettings wished) {
+  if (wished.tasks.empty()) wished.tasks = walking_stack(robot).tasks;
+  return wished;
+}
+
 bool usable(const TaskGoals::Hand& hand) {
   return hand.p_W_m.allFinite() && hand.share >= 0.0 && hand.share <= 1.0;
 }
@@ -57,7 +62,7 @@ struct Walker::Impl {
         pattern(make_generator(s.pattern, gait)),
         filter(robot, gait, s.filter_settings),
         stabilizer(robot, gait, s.stabilizer),
-        stack(robot, s.stack.tasks.empty() ? walking_stack(robot) : s.stack),
+        stack(robot, stack_settings(robot, s.stack)),
         upper_body(robot, s.upper_body),
         kinematics(robot.tree) {
     out.trouble.reserve(kLine);

@@ -21,7 +21,7 @@ struct WalkerSettings {
   FilterSettings filter_settings;
   StabilizerSettings stabilizer;
   UpperBodySettings upper_body;
-  StackSettings stack;                 ///< no tasks: walking_stack()
+  StackSettings stack;                 ///< no tasks: those of walking_stack()
   std::optional<GaitSettings> gait{};  ///< nothing: gait_settings(biped)
 };
 

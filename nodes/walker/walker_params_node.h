@@ -50,7 +50,7 @@ struct WalkerParams {
   bool filter_legs_only = false;
   bool stabilize = true;
   StabilizerSettings stabilizer;
-  StackSettings stack;  ///< no tasks: walking_stack
+  StackSettings stack;  ///< no tasks: those of walking_stack
   GaitParams gait;
   PlaceParams start;
   ReadyParams ready;

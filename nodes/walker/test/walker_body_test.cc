@@ -80,6 +80,25 @@ TEST_F(WalkerStart, TheCoMComesToTheHeightOfTheGaitByMinimumJerk) {
   }
 }
 
+TEST_F(WalkerStart, SaysThatTheLegsAreTooShortForTheHeight) {
+  for (const bool too_high : {false, true}) {
+    WalkerSettings settings = plan_alone();
+    settings.filter = true;
+    if (too_high) settings.gait->com_height_m += 0.15;
+    Walker walker(biped(), settings);
+    int limited = 0;
+    std::string trouble;
+    for (int k = 0; k < ticks(1.5); ++k) {
+      const WalkerOutput& out = walker.step(standing(), {});
+      limited += out.limited;
+      trouble = out.trouble;
+      EXPECT_FALSE(out.failed);
+    }
+    EXPECT_EQ(limited > 100, too_high) << limited;
+    EXPECT_EQ(trouble, too_high ? "filter: a leg ahead is too short, and taken to be rigid" : "");
+  }
+}
+
 TEST_F(WalkerStart, TheFirstTroubleOfATickIsTold) {
   Walker walker(biped(), plan_alone());
   WalkerWish wish = standing();

@@ -143,6 +143,26 @@ TEST(WalkerNode, WalksNoFasterThanItCanAndCounts) {
   EXPECT_GE(rig.status.clipped_wishes(), 700U);
 }
 
+TEST(WalkerNode, FiguresOfTheStackHoldForTheRobotsOwnTasks) {
+  const auto straightest_knee_rad = [](double margin_rad) {
+    WalkerParams p = params();
+    p.stack.knee_margin_rad = margin_rad;  // and no task is named
+    Rig rig(p);
+    rig.ready();
+    rig.walk(0.35);
+    double straightest = 1.0;
+    for (int i = 0; i < 1000; ++i) {
+      rig.run(5ms);
+      for (const robot::Biped::Leg& leg : biped().leg) {
+        straightest = std::min(straightest, rig.command->position_rad(leg.dof[3]));
+      }
+    }
+    return straightest;
+  };
+  EXPECT_LT(straightest_knee_rad(0.02), 0.4);
+  EXPECT_GT(straightest_knee_rad(0.5), 0.5);
+}
+
 TEST(WalkerNode, TakesTheRawVelocityIfItIsTold) {
   WalkerParams p = params();
   p.use_smooth_velocity = false;
