@@ -5,6 +5,7 @@
 #include <string>
 
 #include "nodes/crowd/test/coordinators.h"
+#include "nodes/crowd/test/guests.h"
 #include "nodes/crowd/test/scenario_file.h"
 
 namespace mimesis::crowd::testing {
@@ -12,27 +13,18 @@ namespace mimesis::crowd::testing {
 using namespace std::chrono_literals;
 using mimesis::testing::Loopback;
 
-inline constexpr const char* kGuests = R"(
-name: guests
-until_s: 1000
-stale_s: 0.3
-groups:
-  - name: square
-    count: 4
-    gait: walk
-    start: {columns: 2}
-    rules:
-      phase: {graph: all_to_all, gain_1_s: 0.2}
+/// With another group that the square may meet, and a character.
+inline const std::string kGuests = square_with_robot("guests", "0.3", R"(
   - name: glad
     gait: brisk
     rules: {}
-externals:
-  - {name: robot, group: square}
+)",
+                                                     R"(
   - {name: figure, group: square}
 encounters:
   - {group: square, other: glad, to: glad, within_m: 1}
-)";
-inline constexpr std::uint64_t kRobot = 5, kFigure = 6;
+)");
+inline constexpr std::uint64_t kFigure = kRobot + 1;
 
 /// The node alone, on its own time.
 struct Alone {
@@ -61,16 +53,7 @@ struct Alone {
   void robot(double delay_s = 0.0, double x_m = 0.0) {
     const Time stamp = now - runtime::from_seconds(delay_s);
     const double t = std::chrono::duration<double>(stamp - 10s).count();
-    v1::CrowdStates s;
-    s.add_id(kRobot);
-    s.add_position_in_world_m(x_m + 1.2 * t);
-    s.add_position_in_world_m(8.0);
-    s.add_velocity_in_world_m_s(1.2F);
-    s.add_velocity_in_world_m_s(0.0F);
-    s.add_heading_rad(0.0);
-    s.add_phase_rad(1.0 + 5.7 * t);
-    s.add_phase_rate_rad_s(5.7);
-    bus.send("agents", s, stamp);
+    bus.send("agents", robot_beside(t, 1.0, x_m), stamp);
   }
   void walk_with_robot(double until_s, double delay_s = 0.0) {
     while (now < runtime::from_seconds(until_s)) {

@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include "common/testing/process.h"
+#include "nodes/crowd/test/guests.h"
 #include "nodes/crowd/test/scenario_file.h"
 #include "proto/crowd.pb.h"
 
@@ -17,21 +18,7 @@ using mimesis::testing::TestGraph;
 using mimesis::testing::TestNode;
 
 constexpr const char* kCrowd = MIMESIS_BIN_DIR "/mimesis_crowd";
-constexpr std::uint64_t kRobot = 5;
-constexpr const char* kGuest = R"(
-name: guest
-until_s: 1000
-stale_s: 0.5
-groups:
-  - name: square
-    count: 4
-    gait: walk
-    start: {columns: 2}
-    rules:
-      phase: {graph: all_to_all, gain_1_s: 0.2}
-externals:
-  - {name: robot, group: square}
-)";
+const std::string kGuest = testing::square_with_robot("guest", "0.5");
 
 /// A process that walks beside the crowd and says so every 20 ms.
 class AgentProcess {
@@ -65,15 +52,7 @@ class AgentProcess {
           if (now < due) return false;
           due = now + 20ms;
           const double t = std::chrono::duration<double>(now - start).count();
-          v1::CrowdStates s;
-          s.add_id(kRobot);
-          s.add_position_in_world_m(1.2 * t);
-          s.add_position_in_world_m(8.0);
-          s.add_velocity_in_world_m_s(1.2F);
-          s.add_velocity_in_world_m_s(0.0F);
-          s.add_heading_rad(0.0);
-          s.add_phase_rad(5.7 * t);
-          s.add_phase_rate_rad_s(5.7);
+          v1::CrowdStates s = testing::robot_beside(t, 0.0);
           out.send(s, now);
           return false;
         },
