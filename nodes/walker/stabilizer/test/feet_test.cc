@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <deque>
+
 #include "common/math/so3.h"
 #include "nodes/walker/stabilizer/test/test_biped.h"
 
@@ -242,6 +244,34 @@ TEST_F(FeetTest, FootThatTouchesEarlyGoesDownNoMore) {
   EXPECT_GT(found, 0.002);
   run(20);
   EXPECT_NEAR(height(kLeft), found * std::exp(-20 * kTick_s / settings.landing_leak_s), 2e-5);
+}
+
+/// A leg of 3e5 N/m whose force is known 20 ms after the command: the gain that this allows.
+TEST_F(FeetTest, FootOnStiffGroundComesToRestInTouch) {
+  constexpr double kLeg_n_m = 3e5, kGround_m = 0.003;
+  constexpr int kLate = 4;
+  const double least = 0.05 * biped.tree.mass_kg() * robot::kGravity;
+  single_support_on_right(0.15);
+  FootState& planned = plan.foot[kLeft];
+  planned.v_W.z() = -settings.reach_m_s;
+  planned.X_WS.translation().z() = 0.0045;
+  std::deque<double> late(kLate, planned.X_WS.translation().z());
+  double highest = 0.0;
+  bool touched = false;
+  for (int i = 0; i < 80; ++i) {
+    const double force_n = kLeg_n_m * std::max(0.0, kGround_m - late.front());
+    touched = touched || force_n > least;
+    measured.foot_S[kLeft].force.z() = force_n;
+    planned.X_WS.translation().z() += kTick_s * planned.v_W.z();
+    run(1);
+    late.pop_front();
+    late.push_back(height(kLeft));
+    if (touched) highest = std::max(highest, height(kLeft) - kGround_m);
+    if (i > 50) {
+      EXPECT_NEAR(force_n, least, 0.5 * least) << i;
+    }
+  }
+  EXPECT_LT(highest, 0.5e-3);
 }
 
 TEST_F(FeetTest, FootThatIsDownBeforeItIsDueReachesUntilItTouches) {
