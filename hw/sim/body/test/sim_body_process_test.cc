@@ -96,7 +96,7 @@ TEST_F(RobotProcess, StandsWhateverHappensToTheBridge) {
   ASSERT_TRUE(ready) << body->errors();
   start_bridge();
   follow();
-  EXPECT_EQ(drives_in(v1::DRIVE_STATE_OPERATION_ENABLED), 30);
+  ASSERT_TRUE(stream([&] { return drives_in(v1::DRIVE_STATE_OPERATION_ENABLED) == 30; }));
   const runtime::Time half_a_second = after(500ms);
   ASSERT_TRUE(stream([&] { return truth.stamp() > half_a_second; }));
   EXPECT_NEAR(truth.get()->normal_n(0) + truth.get()->normal_n(1), 58.0 * 9.81, 5.7);
