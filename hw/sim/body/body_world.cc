@@ -14,7 +14,8 @@
 namespace mimesis::hw::sim {
 namespace {
 
-// A fall [walking.md 8]: of this share of the standing height, or this tilt.
+// A fall [walking.md 8]: of this share of the standing height, or this tilt of the trunk from where
+// the set-points have it on level soles: who bends for a low drawer has not fallen.
 constexpr double kFallenShare = 0.6, kFallenTilt_rad = 0.9;
 /// Speed of a joint by differences of its encoder over so long.
 constexpr double kEncoderSpan_s = 0.01;
@@ -33,7 +34,8 @@ struct BodyWorld::Impl {
         body(make_dart_body(biped, file, options)),
         motors(biped, body, options),
         loads(biped, options.payload_kg, options.dt_s),
-        noise(options.seed, options.imu_tilt_rad) {
+        noise(options.seed, options.imu_tilt_rad),
+        wished(biped.tree) {
     const int dof = biped.tree.dof();
     set_point = goal = biped.half_sitting;
     start = between = set_point;
@@ -49,6 +51,7 @@ struct BodyWorld::Impl {
   void sense(const Eigen::Vector3d& v_before_W, double duration_s);
   void observe();
   void judge_fall();
+  double trunk_tilt();
   void soles(std::array<Eigen::Isometry3d, 2>& X_WS) const;
 
   const robot::Biped biped;
@@ -57,6 +60,7 @@ struct BodyWorld::Impl {
   Motors motors;
   JointLoads loads;
   Noise noise;
+  robot::Kinematics wished;                         ///< of the set-points
   Eigen::VectorXd start, goal, set_point, between;  ///< dof [rad]
   std::vector<RunningPush> pushes;
   std::vector<LinkForce> pulls, forces;  ///< forces: all that act in this step
@@ -188,6 +192,18 @@ void BodyWorld::Impl::observe() {
   judge_fall();
 }
 
+/// The trunk's z axis from where the set-points have it above a level sole: the loaded one.
+double BodyWorld::Impl::trunk_tilt() {
+  const bool left =
+      sensors.foot_S[robot::kLeft].force.z() >= sensors.foot_S[robot::kRight].force.z();
+  wished.update(Eigen::Isometry3d::Identity(), set_point);
+  const Eigen::Matrix3d& R_BS =
+      wished.X_WL(biped.leg[left ? robot::kLeft : robot::kRight].sole).linear();
+  const Eigen::Vector3d up_T = wished.X_WL(biped.trunk).linear().transpose() * R_BS.col(2);
+  const Eigen::Vector3d z_T = body.X_WL(biped.trunk).linear().row(2).transpose();
+  return std::acos(std::clamp(up_T.dot(z_T), -1.0, 1.0));
+}
+
 void BodyWorld::Impl::judge_fall() {
   if (!truth.com_W_m.allFinite() || !sensors.q.allFinite()) {
     diverged = true;
@@ -197,7 +213,7 @@ void BodyWorld::Impl::judge_fall() {
   }
   if (truth.fell) return;
   const double height = body.R_WG.col(2).dot(truth.com_W_m);
-  const double tilt = std::acos(std::clamp(body.X_WL(biped.trunk).linear()(2, 2), -1.0, 1.0));
+  const double tilt = trunk_tilt();
   if (height < kFallenShare * biped.com_height_m) {
     truth.how = "centre of mass at " + std::to_string(height) + " m";
   } else if (tilt > kFallenTilt_rad) {

@@ -84,8 +84,10 @@ struct BodyTruth {
   std::array<double, 2> normal_n{};  ///< of each foot, mean over the step
   std::array<double, 2> ankle_pitch_n_m{};  ///< from the foot's wrench [walking.md 8.2]
   double most_normal_n = 0.0;               ///< sum of both feet, raw, highest of the step
-  bool fell = false;  ///< CoM below 60 % of its height or trunk tilted by 0.9 rad: stays true
-  std::string how;    ///< it fell
+  /// CoM below 60 % of its height, or trunk tilted by 0.9 rad from where the set-points have it on
+  /// level soles: stays true.
+  bool fell = false;
+  std::string how;  ///< it fell
 };
 
 /// The biped in DART: contacts, joints, sensors, trouble. W: origin on the ground between the first

@@ -65,7 +65,6 @@ const BodyEstimate& Estimator::step(const PatternSample& plan, const Sensors& se
   now_.X_WB.linear() = about_z(seen[kRight].yaw_rad + left * turn) * R_IB;
   now_.X_WB.translation() = blend(seen[kLeft].p_WB_m, seen[kRight].p_WB_m);
   now_.com_W_m = blend(seen[kLeft].com_W_m, seen[kRight].com_W_m);
-  now_.tilt_rad = std::acos(std::clamp(R_IB(2, 2), -1.0, 1.0));
 
   // Each foot's own view is differentiated: the change of the blend is no motion.
   if (first_) {

@@ -12,7 +12,6 @@ struct BodyEstimate {
   Eigen::Isometry3d X_WB = Eigen::Isometry3d::Identity();
   Eigen::Vector3d com_W_m = Eigen::Vector3d::Zero();
   Eigen::Vector2d com_v_W = Eigen::Vector2d::Zero();
-  double tilt_rad = 0.0;  ///< of the base's z axis from the vertical
 };
 
 /// Estimator of encoders, attitude of the IMU and the kinematic chain to the standing feet

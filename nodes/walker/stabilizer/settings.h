@@ -57,7 +57,7 @@ struct StabilizerSettings {
   double adjust_filter_s = 0.03, adjust_speed_m_s = 1.0;
 
   // falling
-  double fall_tilt_rad = 0.6;  ///< of the base
+  double fall_tilt_rad = 0.6;  ///< of the base, from where it was sent
   double fall_dcm_m = 0.35;    ///< error of the divergent component
 
   template <class V>

@@ -94,10 +94,12 @@ void Stabilizer::move_com() {
   command_.com_shift_v_W = admittance_.rate_m_s() + adjustment_.com_v_W();
 }
 
-void Stabilizer::watch_fall(const BodyEstimate& body) {
+/// Against the pelvis that was sent: who bends as wished does not fall.
+void Stabilizer::watch_fall(const BodyEstimate& body, const Eigen::Isometry3d& X_WB_sent) {
   if (command_.falling) return;
   command_.reason.clear();
-  if (body.tilt_rad > settings_.fall_tilt_rad) {
+  const double upright = body.X_WB.linear().col(2).dot(X_WB_sent.linear().col(2));
+  if (std::acos(std::clamp(upright, -1.0, 1.0)) > settings_.fall_tilt_rad) {
     command_.reason.assign("falling: the pelvis is tilted beyond fall_tilt_rad");
   } else if (command_.dcm_error_W_m.norm() > settings_.fall_dcm_m) {
     command_.reason.assign("falling: the divergent component is off by more than fall_dcm_m");
@@ -134,7 +136,7 @@ const StabilizerCommand& Stabilizer::step(const StabilizerPlan& unadjusted,
   feedback_.measure(past.com, body.com_W_m.head<2>(), body.com_v_W);
   command_.com_W_m = body.com_W_m;
   command_.dcm_error_W_m = feedback_.error_m();
-  watch_fall(body);
+  watch_fall(body, sent.plan.X_WB_last);
 
   const Eigen::Vector2d wished =
       plan.pattern.zmp_W_m + feedback_.step(command_.saturated, plan.pattern.yaw_rad);

@@ -57,7 +57,7 @@ class Stabilizer {
   const StabilizerPlan& adjusted(const StabilizerPlan& plan);
   void move_com();
   void without_feedback(const StabilizerPlan& plan, const char* why);
-  void watch_fall(const BodyEstimate& body);
+  void watch_fall(const BodyEstimate& body, const Eigen::Isometry3d& X_WB_sent);
   void filter(const std::array<robot::Wrench, 2>& foot_S);
 
   StabilizerSettings settings_;

@@ -137,6 +137,30 @@ TEST(BodyWorld, HardPushMakesItFallAndItStaysSo) {
   EXPECT_EQ(world.truth().how, how);
 }
 
+/// A waist bent by 1.1 rad, slowly, is a bow; hips and all joints as sent and the same tilt is
+/// none.
+TEST(BodyWorld, BowIsNoFall) {
+  const TestRobot robot = test_robot();
+  BodyWorld world(robot.biped, robot.urdf, {});
+  Eigen::VectorXd q = robot.biped.half_sitting;
+  const int pitch = robot.biped.tree.require_joint("waist_pitch");
+  const int hips[] = {robot.biped.tree.require_joint("left_hip_pitch"),
+                      robot.biped.tree.require_joint("right_hip_pitch")};
+  const int ankles[] = {robot.biped.tree.require_joint("left_ankle_pitch"),
+                        robot.biped.tree.require_joint("right_ankle_pitch")};
+  for (int i = 0; i < 600; ++i) {
+    const double share = std::min(1.0, i / 500.0);
+    q[pitch] = share * 0.75;
+    // the pelvis goes back and bends as far as balance needs
+    for (const int hip : hips) q[hip] = robot.biped.half_sitting[hip] - share * 0.36;
+    for (const int ankle : ankles) q[ankle] = robot.biped.half_sitting[ankle] + share * 0.06;
+    world.step({q.data(), static_cast<std::size_t>(q.size())}, 0.005);
+  }
+  const double bent = std::acos(world.truth().X_WB.linear()(2, 2)) + q[pitch];
+  EXPECT_GT(bent, 0.95);
+  EXPECT_FALSE(world.truth().fell) << world.truth().how;
+}
+
 TEST(BodyWorld, SlopeTiltsTheRobotAndItsSensors) {
   const TestRobot robot = test_robot();
   constexpr double kSlope = 0.05;

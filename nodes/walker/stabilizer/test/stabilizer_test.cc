@@ -102,6 +102,14 @@ TEST_F(StabilizerTest, BadSensorsLeaveThePlanAndAReason) {
   EXPECT_LT(stabilizer.step(plan, sensors()).dcm_error_W_m.norm(), 1e-6);
 }
 
+TEST_F(StabilizerTest, WhoBendsAsItWasSentDoesNotFall) {
+  settings.fall_dcm_m = 2.0;
+  Stabilizer stabilizer(biped, gait, settings);
+  plan.X_WB_last.linear() = math::exp_so3({0.0, 0.7, 0.0});
+  for (int i = 0; i < 10; ++i) EXPECT_FALSE(stabilizer.step(plan, sensors(0.7)).falling) << i;
+  EXPECT_TRUE(stabilizer.step(plan, sensors()).falling) << "upright is what is wrong";
+}
+
 TEST_F(StabilizerTest, FallIsSeenOnceAndForAll) {
   Stabilizer stabilizer(biped, gait, settings);
   EXPECT_FALSE(stabilizer.step(plan, sensors(0.1)).falling);
