@@ -44,11 +44,22 @@ struct JointEntry {
   }
 };
 
+struct GripperEntry {
+  std::string joint;
+  double closed_rad = 0.0;
+
+  void visit(ParamVisitor& v) {
+    v("joint", joint);
+    v("closed_rad", closed_rad, -3.15, 3.15);
+  }
+};
+
 struct BipedEntry {
   std::string urdf;
   std::vector<FrameEntry> frames;
   std::vector<std::string> soles, hands;
-  std::string trunk, imu;
+  std::vector<GripperEntry> grippers;
+  std::string trunk, head, imu;
   SoleEntry sole;
   std::vector<JointEntry> half_sitting;
 
@@ -57,7 +68,9 @@ struct BipedEntry {
     list(v, "frames", frames);
     v("soles", soles);
     v("hands", hands);
+    list(v, "grippers", grippers);
     v("trunk", trunk);
+    v("head", head);
     v("imu", imu);
     v.group("sole", [this](ParamVisitor& g) { sole.visit(g); });
     list(v, "half_sitting", half_sitting);
@@ -102,7 +115,7 @@ robot::RobotTree tree_of(const std::string& path, const BipedEntry& entry) {
 std::array<std::string, 2> two(const std::vector<std::string>& names, const std::string& key) {
   if (names.size() != 2) {
     throw ConfigError(key + ": " + std::to_string(names.size()) +
-                      " links, expected the left one and the right one");
+                      " entries, expected the left one and the right one");
   }
   return {names[0], names[1]};
 }
@@ -116,6 +129,7 @@ robot::Biped load_biped(const std::string& file) {
     robot::BipedNames names{.sole = two(entry.soles, "soles"),
                             .hand = {},
                             .trunk = entry.trunk,
+                            .head = entry.head,
                             .imu = entry.imu,
                             .sole_back_m = entry.sole.back_m,
                             .sole_front_m = entry.sole.front_m,
@@ -123,6 +137,12 @@ robot::Biped load_biped(const std::string& file) {
                             .sole_outer_m = entry.sole.outer_m,
                             .half_sitting = {}};
     if (!entry.hands.empty()) names.hand = two(entry.hands, "hands");
+    if (!entry.grippers.empty()) {
+      std::vector<std::string> joints;
+      for (const GripperEntry& gripper : entry.grippers) joints.push_back(gripper.joint);
+      names.gripper = two(joints, "grippers");
+      names.gripper_closed_rad = {entry.grippers[0].closed_rad, entry.grippers[1].closed_rad};
+    }
     for (const JointEntry& j : entry.half_sitting) {
       names.half_sitting.emplace_back(j.joint, j.angle_rad);
     }

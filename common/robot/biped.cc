@@ -135,11 +135,45 @@ Biped make_biped(RobotTree tree, const BipedNames& names) {
               .X_WB_half_sitting = Isometry3d::Identity()};
   for (const Side side : kSides) {
     if (!names.hand[side].empty()) biped.hand[side] = biped.tree.require_link(names.hand[side]);
+    if (names.gripper[side].empty()) continue;
+    biped.gripper[side] = {biped.tree.require_joint(names.gripper[side]),
+                           names.gripper_closed_rad[side]};
   }
   biped.trunk = biped.tree.require_link(names.trunk);
+  if (!names.head.empty()) biped.head = biped.tree.require_link(names.head);
   biped.imu = biped.tree.require_link(names.imu);
   stand(biped);
   return biped;
+}
+
+double leg_length_m(const Biped& biped) {
+  const Biped::Leg& leg = biped.leg[kLeft];
+  const auto offset = [&](int dof) { return biped.tree.moved(dof).X_PJ.translation().norm(); };
+  return offset(leg.dof[kKnee]) + offset(leg.dof[kAnkleFirst]);
+}
+
+std::vector<int> moved_links(const RobotTree& tree, int above, int link) {
+  std::vector<int> links;
+  for (int l = link; l >= 0 && l != above; l = tree.link(l).parent) {
+    if (tree.link(l).dof >= 0) links.push_back(l);
+  }
+  std::ranges::reverse(links);
+  return links;
+}
+
+Arm arm_of(const Biped& biped, Side side) {
+  const std::string which = side == kLeft ? "left" : "right";
+  if (biped.hand[side] < 0) {
+    throw ConfigError(biped.tree.name() + ": no " + which + " hand, expected two hands");
+  }
+  const std::vector<int> links = moved_links(biped.tree, biped.trunk, biped.hand[side]);
+  if (links.size() < 5) {
+    throw ConfigError(biped.tree.name() + ": hand '" + biped.tree.link(biped.hand[side]).name +
+                      "': " + std::to_string(links.size()) +
+                      " joints between trunk and hand, expected 5 or more: three of a shoulder, an "
+                      "elbow, a wrist");
+  }
+  return {.shoulder = links[2], .elbow = links[3], .wrist = links.back()};
 }
 
 }  // namespace mimesis::robot

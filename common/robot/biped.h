@@ -15,10 +15,13 @@ inline double sign(Side side) { return side == kLeft ? 1.0 : -1.0; }
 
 /// Names and figures that make a robot a biped: what a file says (model::load_biped).
 struct BipedNames {
-  std::array<std::string, 2> sole;  ///< links, left and right: frame S on the ground
-  std::array<std::string, 2> hand;  ///< links between the fingers; empty: none
-  std::string trunk;                ///< link that the upper body hangs on
-  std::string imu;                  ///< link that carries the inertial measurement unit
+  std::array<std::string, 2> sole;          ///< links, left and right: frame S on the ground
+  std::array<std::string, 2> hand;          ///< links between the fingers; empty: none
+  std::array<std::string, 2> gripper = {};  ///< joints that close the hands; empty: none
+  std::array<double, 2> gripper_closed_rad{};
+  std::string trunk;      ///< link that the upper body hangs on
+  std::string head = {};  ///< link; empty: none
+  std::string imu;        ///< link that carries the inertial measurement unit
   double sole_back_m = 0.0, sole_front_m = 0.0;   ///< x in S; back < 0 < front
   double sole_inner_m = 0.0, sole_outer_m = 0.0;  ///< distance of the edges from S's x axis, > 0
   std::vector<std::pair<std::string, double>> half_sitting;  ///< joint, [rad]; others 0
@@ -39,6 +42,11 @@ struct Biped {
   };
   RobotTree tree;
   std::array<Leg, 2> leg;
+  /// What closes a hand: its joint beyond an angle, on the far side of 0.
+  struct Gripper {
+    int dof = -1;  ///< -1: none, the hand is always closed
+    double closed_rad = 0.0;
+  };
   std::array<int, 2> hand{-1, -1};      ///< links
   int trunk = -1, imu = -1;             ///< links
   std::vector<int> upper_body;          ///< joints that are in no leg
@@ -46,10 +54,27 @@ struct Biped {
   Eigen::Isometry3d X_WB_half_sitting;  ///< pelvis, soles at z = 0, their middle at the origin
   double com_height_m = 0.0;            ///< of the half-sitting robot above the soles
   double feet_distance_m = 0.0;         ///< between the soles' origins, half-sitting
+  std::array<Gripper, 2> gripper{};     ///< of the hands
+  int head = -1;                        ///< link; -1: none
 };
 
 /// @throws ConfigError that names robot and joint or link: a leg has not six revolute joints, does
 ///         not carry its sole, half-sitting breaks a limit or does not put both soles on one plane.
 Biped make_biped(RobotTree tree, const BipedNames& names);
+
+/// Thigh and shank, in the zero posture.
+double leg_length_m(const Biped& biped);
+
+/// Links that joints move, from link `above` (excluded) down to `link`; all of them if `above` does
+/// not carry it.
+std::vector<int> moved_links(const RobotTree& tree, int above, int link);
+
+/// The joints' centres of an arm: the third joint from the trunk on (where the axes of a shoulder
+/// meet), the fourth, and the last one before the hand. Links.
+struct Arm {
+  int shoulder = -1, elbow = -1, wrist = -1;
+};
+/// @throws ConfigError that names the hand: there is none, or fewer than five joints carry it
+Arm arm_of(const Biped& biped, Side side);
 
 }  // namespace mimesis::robot

@@ -107,10 +107,9 @@ void RobotDirector::approach(const RobotFeedback* robot) {
     return;
   }
   const RobotFeedback here =
-      robot != nullptr
-          ? *robot
-          : standing_robot(walk_.position_W_m(), walk_.heading_rad(),
-                           BipedSequenceOptions{}.feet_distance_m, drawer_->pelvis_height_m);
+      robot != nullptr ? *robot
+                       : standing_robot(walk_.position_W_m(), walk_.heading_rad(),
+                                        drawer_->feet_distance_m, drawer_->pelvis_height_m);
   BipedSequenceOptions options;
   options.dt_s = dt_s_;
   options.step_s = limits_.step_s;

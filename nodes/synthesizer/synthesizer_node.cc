@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "common/error.h"
+#include "common/model/files.h"
 #include "common/runtime/param_source.h"
 #include "nodes/synthesizer/model/limits.h"
 #include "nodes/synthesizer/motion_messages_node.h"
@@ -21,7 +22,7 @@ std::unique_ptr<const ActionMaps> learn_drawer(const SynthesizerParams& params) 
     if (params.goal.kind != "drawer") return nullptr;
     throw ConfigError("synthesizer.goal.kind: 'drawer' needs synthesizer.drawer: true");
   }
-  if (!params.robot.urdf.empty()) return nullptr;
+  if (!params.robot.description.empty()) return nullptr;
   GeneratorSettings settings;
   settings.seed = static_cast<std::uint64_t>(params.drawer_seed);
   return std::make_unique<const ActionMaps>(
@@ -30,13 +31,12 @@ std::unique_ptr<const ActionMaps> learn_drawer(const SynthesizerParams& params) 
 
 /// The same for a robot.
 std::unique_ptr<const BipedDrawer> learn_robot_drawer(const SynthesizerParams& params) {
-  if (!params.drawer || params.robot.urdf.empty()) return nullptr;
-  const robot::RobotTree tree = robot::read_urdf(runtime::find_model_file(params.robot.urdf));
-  RobotTrialSettings settings;
+  if (!params.drawer || params.robot.description.empty()) return nullptr;
+  const robot::Biped biped = model::load_biped(params.robot.description);
+  RobotTrialSettings settings = robot_trial_settings(biped);
   settings.seed = static_cast<std::uint64_t>(params.drawer_seed);
   settings.cycle_s = 2.0 * params.robot.limits.step_s;
-  return std::make_unique<const BipedDrawer>(
-      make_biped_drawer(tree, retarget::figure_of(tree, ""), settings));
+  return std::make_unique<const BipedDrawer>(make_biped_drawer(biped, settings));
 }
 
 }  // namespace
@@ -62,9 +62,9 @@ SynthesizerNode::SynthesizerNode(const Params& params, runtime::Bus& bus)
       batch_(bus, "characters"),
       status_(bus, "status"),
       reached_(bus, "reached") {
-  if (!params.robot.urdf.empty()) {
+  if (!params.robot.description.empty()) {
     if (params.characters != 1) {
-      throw ConfigError("synthesizer.robot.urdf: one robot, but synthesizer.characters is " +
+      throw ConfigError("synthesizer.robot.description: one robot, but synthesizer.characters is " +
                         std::to_string(params.characters));
     }
     robot_.emplace(director_.walkers(), params.robot.limits, params.walkers().walk,

@@ -26,7 +26,7 @@ void FirstGoalParams::visit(runtime::ParamVisitor& v) {
 }
 
 void RobotParams::visit(runtime::ParamVisitor& v) {
-  v("urdf", urdf);
+  v("description", description);
   v("max_forward_m_s", limits.forward_m_s, 0.02, 1.0);
   v("max_left_m_s", limits.left_m_s, 0.0, 0.5);
   v("max_turn_rad_s", limits.turn_rad_s, 0.01, 1.0);
@@ -67,10 +67,10 @@ WalkersSettings SynthesizerParams::walkers() const {
   s.walk = walk;
   s.walk.dt_s = 1.0 / rate_hz;
   // robots step slower than the people whose motion they have
-  if (!robot.urdf.empty()) s.walk.longest_cycle = std::max(s.walk.longest_cycle, 5.0);
+  if (!robot.description.empty()) s.walk.longest_cycle = std::max(s.walk.longest_cycle, 5.0);
   s.style = style;
   s.walking = start.walking;
-  s.foot_lock = foot_lock && robot.urdf.empty();  // a robot has feet of its own
+  s.foot_lock = foot_lock && robot.description.empty();  // a robot has feet of its own
   s.beat_alpha_1_s = beat_alpha_1_s;
   s.crowd_alpha_1_s = crowd_alpha_1_s;
   return s;

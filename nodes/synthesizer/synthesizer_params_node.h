@@ -31,7 +31,7 @@ struct FirstGoalParams {
 
 /// The motion is one that a walking robot shall follow.
 struct RobotParams {
-  std::string urdf;       ///< of the robot, such as biped.urdf; empty: no robot
+  std::string description;  ///< of the robot, such as biped.yaml; empty: no robot
   RobotLimits limits;     ///< what it can be asked for
   double stale_s = 0.25;  ///< feedback not heard for so long is none [s]
 

@@ -10,7 +10,6 @@
 #include <memory>
 
 #include "common/error.h"
-#include "nodes/synthesizer/retarget/robot_figure.h"
 #include "tools/mimesis/number_check.h"
 #include "tools/mimesis/progress.h"
 #include "tools/mimesis/table.h"
@@ -142,9 +141,7 @@ nlohmann::ordered_json walk_all(const Options& o, std::vector<Spec> trials, cons
 }
 
 int run_drawers(const Options& o, const walk::Robot& robot) {
-  const robot::RobotTree& tree = robot.biped.tree;
-  const synthesizer::BipedDrawer actions =
-      synthesizer::make_biped_drawer(tree, retarget::figure_of(tree, ""));
+  const synthesizer::BipedDrawer actions = synthesizer::make_biped_drawer(robot.biped);
   const auto summary = walk_all<walk::DrawerTrialSpec, walk::DrawerResult>(
       o, walk::drawers30(robot, actions, suite_options(o)), walk::run_drawer_trials);
   return summary["falls"] == 0 && summary["silent"] == 0 ? 0 : 1;

@@ -8,8 +8,8 @@
 
 namespace mimesis::robot {
 
-/// models/biped.urdf, half-sitting as models/biped.yaml.
-inline Biped hrp2_like() {
+/// models/biped.urdf, legs half-sitting as in models/biped.yaml.
+inline BipedNames hrp2_names() {
   constexpr double kDegree = std::numbers::pi / 180.0;
   BipedNames names{.sole = {"left_sole", "right_sole"},
                    .hand = {"left_grip", "right_grip"},
@@ -25,7 +25,11 @@ inline Biped hrp2_like() {
     names.half_sitting.emplace_back(side + "knee", 50.0 * kDegree);
     names.half_sitting.emplace_back(side + "ankle_pitch", -24.0 * kDegree);
   }
-  return make_biped(read_urdf(std::string(MIMESIS_SOURCE_DIR) + "/models/biped.urdf"), names);
+  return names;
+}
+inline Biped hrp2_like() {
+  return make_biped(read_urdf(std::string(MIMESIS_SOURCE_DIR) + "/models/biped.urdf"),
+                    hrp2_names());
 }
 
 /// JVRC-1, or nothing without the shared folder.

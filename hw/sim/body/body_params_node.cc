@@ -1,5 +1,7 @@
 #include "hw/sim/body/body_params_node.h"
 
+#include "common/robot/drawer_size.h"
+
 namespace mimesis::hw::sim {
 
 BodyOptions body_options(const SimBodyParams& p) {
@@ -23,7 +25,7 @@ BodyOptions body_options(const SimBodyParams& p) {
   return options;
 }
 
-DrawerSettings drawer_settings(const DrawerParams& p) {
+DrawerSettings drawer_settings(const DrawerParams& p, const robot::Biped& biped) {
   DrawerSettings settings{.front_W_m = {p.front_x_m, p.front_y_m},
                           .yaw_rad = p.yaw_rad,
                           .handle_height_m = p.handle_height_m,
@@ -33,6 +35,14 @@ DrawerSettings drawer_settings(const DrawerParams& p) {
                           .object_depth_m = p.object_depth_m,
                           .friction_n = p.friction_n,
                           .viscous_n_s_m = p.viscous_n_s_m};
+  if (p.handle_height_m == 0.0 || p.object_height_m == 0.0) {
+    const robot::DrawerSize size = robot::drawer_size(biped);
+    if (p.handle_height_m == 0.0) {
+      settings.handle_height_m = size.handle_height_m;
+      settings.handle_left_m = size.handle_left_m;
+    }
+    if (p.object_height_m == 0.0) settings.object_height_m = size.object_height_m;
+  }
   for (const JumpParams& jump : p.jumps) settings.jumps.push_back({jump.at_s, jump.by_m});
   return settings;
 }

@@ -65,7 +65,7 @@ struct JumpParams {
 
 /// What closes a hand: its joint beyond an angle, on the far side of 0.
 struct GripperParams {
-  std::string joint{};  ///< empty: the hand is always closed
+  std::string joint{};  ///< empty: as the robot's description says; none: the hand is always closed
   double closed_rad = 0.25;
 
   void visit(runtime::ParamVisitor& v) {
@@ -78,8 +78,9 @@ struct GripperParams {
 struct DrawerParams {
   bool present = false;
   double front_x_m = 2.6, front_y_m = 0.0, yaw_rad = 0.0;  ///< closed front, axis into it
-  double handle_height_m = 0.92, handle_left_m = 0.14;
-  double object_height_m = 0.90, object_left_m = 0.0, object_depth_m = 0.25;
+  /// Heights 0: those of a drawer for a robot of this size, then handle_left_m is too.
+  double handle_height_m = 0.0, handle_left_m = 0.14;
+  double object_height_m = 0.0, object_left_m = 0.0, object_depth_m = 0.25;
   double friction_n = 7.0, viscous_n_s_m = 5.0;
   std::vector<JumpParams> jumps{};
   GripperParams left_gripper{}, right_gripper{};
@@ -163,6 +164,7 @@ struct SimBodyParams {
 };
 
 BodyOptions body_options(const SimBodyParams& params);
-DrawerSettings drawer_settings(const DrawerParams& params);
+/// @throws ConfigError as robot::drawer_size(), for heights that are the robot's
+DrawerSettings drawer_settings(const DrawerParams& params, const robot::Biped& biped);
 
 }  // namespace mimesis::hw::sim

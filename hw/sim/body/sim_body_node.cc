@@ -71,12 +71,9 @@ SimBodyNode::SimBodyNode(const Params& params, runtime::Bus& bus)
         throw ConfigError("drawer.present: '" + biped_.tree.name() + "' has not two hands");
       }
     }
-    drawer_.emplace(drawer_settings(params.drawer));
-    const std::array grippers{&params.drawer.left_gripper, &params.drawer.right_gripper};
-    for (const std::size_t side : {0U, 1U}) {
-      if (grippers[side]->joint.empty()) continue;
-      gripper_[side] = biped_.tree.require_joint(grippers[side]->joint);
-    }
+    drawer_.emplace(drawer_settings(params.drawer, biped_));
+    gripper_ = {gripper_of(params.drawer.left_gripper, robot::kLeft),
+                gripper_of(params.drawer.right_gripper, robot::kRight)};
   }
   for (const FaultParams& fault : params.faults) biped_.tree.require_joint(fault.joint);
   std::ranges::stable_sort(params_.faults, {}, &FaultParams::at_s);
@@ -149,16 +146,22 @@ void SimBodyNode::move_world(runtime::Time now) {
   if (world_.trouble() != trouble_) runtime::warn("{}", trouble_ = world_.trouble());
 }
 
-bool SimBodyNode::closed(const GripperParams& gripper, std::size_t side) const {
-  if (gripper_[side] < 0) return true;
-  const double angle = world_.sensors().q[gripper_[side]];
+robot::Biped::Gripper SimBodyNode::gripper_of(const GripperParams& params, robot::Side side) const {
+  if (params.joint.empty()) return biped_.gripper[side];
+  if (params.joint == "none") return {};
+  return {biped_.tree.require_joint(params.joint), params.closed_rad};
+}
+
+bool SimBodyNode::closed(const robot::Biped::Gripper& gripper) const {
+  if (gripper.dof < 0) return true;
+  const double angle = world_.sensors().q[gripper.dof];
   return gripper.closed_rad < 0.0 ? angle < gripper.closed_rad : angle > gripper.closed_rad;
 }
 
 void SimBodyNode::move_drawer(double dt_s) {
   const DrawerHands hands{
       .p_W_m = world_.truth().hand_W_m,
-      .grips = {closed(params_.drawer.left_gripper, 0), closed(params_.drawer.right_gripper, 1)}};
+      .grips = {closed(gripper_[robot::kLeft]), closed(gripper_[robot::kRight])}};
   const Eigen::Vector3d force_W_n = drawer_->step(world_.time_s(), dt_s, hands);
   world_.pull(biped_.hand[robot::kLeft], Eigen::Vector3d::Zero(), force_W_n);
 }

@@ -34,7 +34,8 @@ class SimBodyNode {
   void make_trouble();
   void move_world(runtime::Time now);
   void move_drawer(double dt_s);
-  bool closed(const GripperParams& gripper, std::size_t side) const;
+  robot::Biped::Gripper gripper_of(const GripperParams& params, robot::Side side) const;
+  bool closed(const robot::Biped::Gripper& gripper) const;
   void measure();
   void publish(runtime::Time now);
 
@@ -43,7 +44,7 @@ class SimBodyNode {
   Joints joints_;
   BodyWorld world_;
   std::optional<Drawer> drawer_;
-  std::array<int, 2> gripper_{-1, -1};  // joints; -1: none, the hand is always closed
+  std::array<robot::Biped::Gripper, 2> gripper_{};
   std::vector<std::unique_ptr<Rack>> racks_;
   std::vector<Drive*> drives_;  // of all racks, in the model's order
   std::vector<double> motors_;  // set-points [rad]

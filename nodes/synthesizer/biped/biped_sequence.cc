@@ -6,27 +6,37 @@
 namespace mimesis::synthesizer {
 namespace {
 
-constexpr double kMoved_m = 0.003;                         // of a drawer that is seen
-constexpr double kMargin_rad = 0.005;                      // from the joints' limits
-constexpr double kLeastDepth_m = 0.124, kReach_m = 0.663;  // of the task [M18 3.8.4]
-constexpr double kReachRise = (0.755 - 0.663) / (0.273 - 0.124);
+constexpr double kMoved_m = 0.003;     // of a drawer that is seen
+constexpr double kMargin_rad = 0.005;  // from the joints' limits
 
 }  // namespace
 
-BipedDrawer make_biped_drawer(const robot::RobotTree& tree, const retarget::RobotFigure& figure,
-                              const DrawerData& data, const DrawerModelOptions& options) {
-  return {.upper = upper_body_tree(tree, figure),
-          .figure = figure,
-          .drawer = data.drawer,
-          .pelvis_height_m = easy_pelvis_height(tree, figure),
-          .actions = LearnedActions(data, options)};
+BipedDrawer make_biped_drawer(const robot::Biped& biped, const DrawerData& data,
+                              const DrawerModelOptions& options) {
+  const retarget::RobotFigure figure = retarget::figure_of(biped);
+  BipedDrawer made{.upper = upper_body_tree(biped.tree, figure),
+                   .figure = figure,
+                   .drawer = data.drawer,
+                   .size = robot::drawer_size(biped),
+                   .plan = robot_step_plan(biped),
+                   .pelvis_height_m = easy_pelvis_height(biped.tree, figure),
+                   .feet_distance_m = biped.feet_distance_m,
+                   .gripper = {},
+                   .actions = LearnedActions(data, options)};
+  for (const robot::Side side : robot::kSides) {
+    const int dof = biped.gripper[side].dof;
+    if (dof >= 0) made.gripper[side] = biped.tree.moved(dof).joint;
+  }
+  return made;
 }
 
-BipedDrawer make_biped_drawer(const robot::RobotTree& tree, const retarget::RobotFigure& figure,
-                              const RobotTrialSettings& settings,
+BipedDrawer make_biped_drawer(const robot::Biped& biped, const RobotTrialSettings& settings,
                               const DrawerModelOptions& options) {
-  return make_biped_drawer(tree, figure,
-                           generate_robot_data(tree, figure, robot_drawer(), settings), options);
+  return make_biped_drawer(biped, generate_robot_data(biped, settings), options);
+}
+
+BipedDrawer make_biped_drawer(const robot::Biped& biped) {
+  return make_biped_drawer(biped, robot_trial_settings(biped));
 }
 
 tl::expected<BipedDrawerSequence, Status> BipedDrawerSequence::start(
@@ -48,6 +58,7 @@ BipedDrawerSequence::BipedDrawerSequence(const BipedDrawer& drawer, const BipedT
     : drawer_(&drawer),
       task_(task),
       options_(options),
+      plan_settings_(options.plan.value_or(drawer.plan)),
       robot_(robot),
       believed_(options.step_s, options.shift_s, options.dt_s),
       clock_(options.step_s, options.dt_s),
@@ -74,13 +85,8 @@ BipedDrawerSequence::BipedDrawerSequence(const BipedDrawer& drawer, const BipedT
   for (const std::size_t side : {0u, 1u}) {
     wrist_[side] = drawer.upper.require_link(drawer.figure.wrist[side]);
     Hand& hand = hand_[side];
-    for (int i = 0; i < drawer.upper.dof() && hand.gripper < 0; ++i) {
-      const bool of_hand =
-          drawer.upper.moved(i).joint.find("gripper") != std::string::npos &&
-          drawer.upper.carries(wrist_[side], drawer.upper.find_link(drawer.upper.moved(i).name));
-      if (of_hand) hand.gripper = i;
-    }
-    if (hand.gripper < 0) continue;
+    if (drawer.gripper[side].empty()) continue;
+    hand.gripper = drawer.upper.require_joint(drawer.gripper[side]);
     // it opens to the nearer limit and closes towards the other one
     const double low = lower_[hand.gripper], high = upper_[hand.gripper];
     const bool high_opens = std::abs(high) < std::abs(low);
@@ -88,7 +94,7 @@ BipedDrawerSequence::BipedDrawerSequence(const BipedDrawer& drawer, const BipedT
     hand.closed_rad = 0.5 * (high_opens ? low : high);
   }
   state_.number = -1;
-  previous_length_m_ = options.plan.normal_m;
+  previous_length_m_ = plan_settings_.normal_m;
 }
 
 void BipedDrawerSequence::set_posture(const Eigen::VectorXd& q) {
@@ -107,8 +113,7 @@ Eigen::Vector2d BipedDrawerSequence::in_world(const Eigen::Vector2d& p_way_m) co
 
 /// The robot stands the nearer, the deeper the object lies: its reach grows less than the depth.
 double BipedDrawerSequence::comfortable_m() const {
-  const double deeper = task_.object_depth_m - kLeastDepth_m;
-  return std::clamp(kReach_m + kReachRise * deeper - task_.object_depth_m,
+  return std::clamp(drawer_->size.reach_m(task_.object_depth_m) - task_.object_depth_m,
                     drawer_->actions.ranges().nearest_stand_m,
                     drawer_->actions.ranges().farthest_stand_m);
 }

@@ -3,32 +3,35 @@
 #include <string>
 
 #include "common/math/circle.h"
+#include "common/robot/drawer_size.h"
 #include "common/robot/kinematics.h"
 #include "nodes/synthesizer/biped/believed_walker.h"
 #include "nodes/synthesizer/biped/gait_clock.h"
 #include "nodes/synthesizer/biped/learned_actions.h"
-#include "nodes/synthesizer/biped/robot_trials.h"
-#include "nodes/synthesizer/biped/step_plan.h"
+#include "nodes/synthesizer/biped/robot_size.h"
 #include "nodes/synthesizer/drawer/arm_reach.h"
 
 namespace mimesis::synthesizer {
 
-/// What a robot needs to do the drawer task: its learned actions, and its skeleton.
+/// What a robot needs to do the drawer task: its learned actions, its skeleton, its size.
 struct BipedDrawer {
   robot::RobotTree upper;  ///< upper_body_tree()
   retarget::RobotFigure figure;
   Drawer drawer;
-  double pelvis_height_m = 0.65;
-  LearnedActions actions;  ///< rows: joints of `upper`, then kVelocityRows
+  robot::DrawerSize size;
+  StepPlanSettings plan;  ///< robot_step_plan()
+  double pelvis_height_m = 0.65, feet_distance_m = 0.19;
+  std::array<std::string, 2> gripper;  ///< joints that close the hands; empty: none
+  LearnedActions actions;              ///< rows: joints of `upper`, then kVelocityRows
 };
 inline constexpr DrawerModelOptions kSevenSources{.first_sources = 4, .further_sources = 3};
 /// Trials, learning and maps: 2 s. @throws ConfigError as generate_robot_data(), LearnedActions
-BipedDrawer make_biped_drawer(const robot::RobotTree& tree, const retarget::RobotFigure& figure,
-                              const RobotTrialSettings& settings = {},
+BipedDrawer make_biped_drawer(const robot::Biped& biped, const RobotTrialSettings& settings,
                               const DrawerModelOptions& options = kSevenSources);
+/// Of trials as robot_trial_settings() has them.
+BipedDrawer make_biped_drawer(const robot::Biped& biped);
 /// The same from given training data, such as trajectories made feasible by a pattern generator.
-BipedDrawer make_biped_drawer(const robot::RobotTree& tree, const retarget::RobotFigure& figure,
-                              const DrawerData& data,
+BipedDrawer make_biped_drawer(const robot::Biped& biped, const DrawerData& data,
                               const DrawerModelOptions& options = kSevenSources);
 
 /// Where the task is: the middle of the closed front on the ground, and how far behind it the
@@ -52,11 +55,10 @@ struct DrawerSeen {
 
 struct BipedSequenceOptions {
   double dt_s = 1.0 / 200.0;
-  StepPlanSettings plan;
-  double step_s = 0.8, shift_s = 0.8;  ///< of one step; of the weight before the first one
-  double feet_distance_m = 0.19;
-  double beta = 0.2;        ///< half width of a transition, of π [M18 eq. 3.23]
-  double settle_s = 0.08;   ///< how fast the action under way takes new parameters
+  std::optional<StepPlanSettings> plan;  ///< instead of BipedDrawer::plan
+  double step_s = 0.8, shift_s = 0.8;    ///< of one step; of the weight before the first one
+  double beta = 0.2;                     ///< half width of a transition, of π [M18 eq. 3.23]
+  double settle_s = 0.08;                ///< how fast the action under way takes new parameters
   double fixed_s = 0.3;     ///< so long before it lands a foot's landing changes no more
   double aside_m = 0.04;    ///< of a step, to a drawer that is not straight ahead
   double patience_s = 4.0;  ///< for a hand that does not get hold of what it shall
@@ -94,7 +96,7 @@ struct BipedSequenceState {
 /// its steps (GaitClock). At every landing, and when the drawer jumps, the steps are planned anew
 /// from where the feet are (plan_steps()). What the mixture's arms leave to handle and object is
 /// drawn in by ArmReach; a hand that the robot reports elsewhere than wished is led back slowly.
-/// A hand closes when it is there: joints named "gripper" open and close.
+/// A hand closes when it is there, with its gripper if it has one.
 /// The drawer opens on as long as it is held, and beyond the trials' 0.2 m while the right hand at
 /// its end still lacks something to the object. Without feedback the robot is believed to obey. If
 /// no plan leads to where the drawer has jumped, the robot stops and says why, until it jumps
@@ -179,6 +181,7 @@ class BipedDrawerSequence {
   const BipedDrawer* drawer_;
   BipedTask task_;
   BipedSequenceOptions options_;
+  StepPlanSettings plan_settings_;
   Eigen::Vector2d origin_;
   double heading_ = 0.0, front_m_ = 0.0, front_across_m_ = 0.0, across_m_ = 0.0;
   RobotFeedback robot_;  // as reported or believed

@@ -97,7 +97,7 @@ void BipedDrawerSequence::replan() {
   if (moving && feet.swing == mocap::kRight && beside && plan_.steps.size() <= (kept ? 1U : 0U)) {
     feet.stands = true;
   }
-  auto plan = plan_steps(feet, front_m_, comfortable_m(), options_.plan);
+  auto plan = plan_steps(feet, front_m_, comfortable_m(), plan_settings_);
   state_.refused = plan ? "" : plan.error().reason;
   if (!plan) {
     halt();
@@ -140,7 +140,7 @@ void BipedDrawerSequence::halt() {
 SolePrint BipedDrawerSequence::print(const PlannedStep& step, int steps_ahead) const {
   const double shift = (steps_ahead + 1) * options_.aside_m;
   const double across = across_m_ + std::clamp(front_across_m_ - across_m_, -shift, shift);
-  const double apart = (step.side == mocap::kLeft ? 0.5 : -0.5) * options_.feet_distance_m;
+  const double apart = (step.side == mocap::kLeft ? 0.5 : -0.5) * drawer_->feet_distance_m;
   return {.side = step.side, .p_W_m = in_world({step.x_m, across + apart}), .yaw_rad = heading_};
 }
 

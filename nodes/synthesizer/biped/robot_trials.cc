@@ -7,6 +7,7 @@
 
 #include "common/error.h"
 #include "common/robot/kinematics.h"
+#include "nodes/synthesizer/biped/robot_size.h"
 #include "nodes/synthesizer/drawer/performer.h"
 #include "nodes/synthesizer/retarget/to_robot.h"
 
@@ -238,15 +239,12 @@ void append(DrawerData& data, const TrialPlan& p, const Recorded& r, const Paces
 
 }  // namespace
 
-Drawer robot_drawer() {
-  return {
-      .handle_height_m = 0.92, .handle_lateral_m = 0.14, .object_height_m = 0.90, .pull_m = 0.20};
-}
-
-DrawerData generate_robot_data(const robot::RobotTree& tree, const retarget::RobotFigure& figure,
-                               const Drawer& drawer, const RobotTrialSettings& settings,
+DrawerData generate_robot_data(const robot::Biped& biped, const RobotTrialSettings& settings,
                                RobotTrialReport* report) {
   check(settings);
+  const robot::RobotTree& tree = biped.tree;
+  const retarget::RobotFigure figure = retarget::figure_of(biped);
+  const Drawer drawer = robot_drawer(biped);
   const double height = easy_pelvis_height(tree, figure);
   const Retargeting retargeting(tree, figure, height);
   DrawerData data{.body = retarget::robot_body(tree, figure), .drawer = drawer, .action = {}};

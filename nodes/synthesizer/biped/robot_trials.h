@@ -24,9 +24,6 @@ struct RobotTrialSettings {
   int samples = 100;  ///< T, of each action
 };
 
-/// The furniture for a robot of the size of biped.urdf.
-Drawer robot_drawer();
-
 /// What the trials ask of the robot.
 struct RobotTrialReport {
   double hand_error_m = 0.0;  ///< of the retargeted hands, worst
@@ -41,13 +38,13 @@ struct RobotTrialReport {
 inline constexpr std::array<const char*, 3> kVelocityRows = {
     "pelvis.forward_m_s", "pelvis.left_m_s", "pelvis.turn_rad_s"};
 
-/// Human-like trials of a person with the robot's segments (trial_generator.h), retargeted to its
-/// upper body [M18 3.3.2, 3.8.3]: hands exactly, chest, head and elbows as near as the joints
-/// allow; the pelvis stays upright at the height of the robot's easy posture. Rows: upper-body
-/// joints, then kVelocityRows. Task parameters as kTaskNames. Deterministic.
-/// @throws ConfigError for settings out of range and if the robot lacks a link of the figure.
-DrawerData generate_robot_data(const robot::RobotTree& tree, const retarget::RobotFigure& figure,
-                               const Drawer& drawer, const RobotTrialSettings& settings,
+/// Human-like trials before robot_drawer() of a person with the robot's segments
+/// (trial_generator.h), retargeted to its upper body [M18 3.3.2, 3.8.3]: hands exactly, chest, head
+/// and elbows as near as the joints allow; the pelvis stays upright at the height of the robot's
+/// easy posture. Rows: upper-body joints, then kVelocityRows. Task parameters as kTaskNames.
+/// Deterministic.
+/// @throws ConfigError for settings out of range, and as retarget::figure_of(), robot_drawer()
+DrawerData generate_robot_data(const robot::Biped& biped, const RobotTrialSettings& settings,
                                RobotTrialReport* report = nullptr);
 
 }  // namespace mimesis::synthesizer

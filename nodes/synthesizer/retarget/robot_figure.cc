@@ -13,7 +13,6 @@ using Eigen::Isometry3d, Eigen::Matrix3d, Eigen::Vector3d;
 
 // Feet before hands where the limits do not permit both
 constexpr double kFootWeight = 10.0;
-constexpr double kDegree = std::numbers::pi / 180.0;
 
 std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
@@ -22,18 +21,26 @@ Matrix3d sideways(std::size_t side) {
   return math::exp_so3({(side == 0 ? 0.5 : -0.5) * std::numbers::pi, 0.0, 0.0});
 }
 
-void set_pair(std::map<std::string, double>& start, const std::string& name, double degrees,
-              double mirror = 1.0) {
-  start["left_" + name] = degrees * kDegree;
-  start["right_" + name] = mirror * degrees * kDegree;
+/// Origin of `link` in the frame of `above`, zero posture.
+Vector3d origin_in(const robot::RobotTree& tree, int above, int link) {
+  Isometry3d X = Isometry3d::Identity();
+  for (int l = link; l != above; l = tree.link(l).parent) X = tree.link(l).X_PJ * X;
+  return X.translation();
 }
 
-bool has_links(const robot::RobotTree& tree, const RobotFigure& f) {
-  std::vector<std::string> names = {f.pelvis, f.spine, f.chest, f.neck, f.head};
+void require_parallel(const robot::RobotTree& tree, const RobotFigure& f) {
+  constexpr double kParallel = 1e-6;
+  const robot::Kinematics zero(tree);
+  std::vector<std::string> names = {f.spine, f.chest, f.neck, f.head};
   for (const auto* pair : {&f.hip, &f.knee, &f.ankle, &f.shoulder, &f.elbow, &f.wrist}) {
     names.insert(names.end(), pair->begin(), pair->end());
   }
-  return std::ranges::all_of(names, [&](const std::string& n) { return tree.find_link(n) >= 0; });
+  for (const std::string& name : names) {
+    const Matrix3d& R = zero.X_WL(tree.require_link(name)).linear();
+    if ((R - Matrix3d::Identity()).cwiseAbs().maxCoeff() < kParallel) continue;
+    throw ConfigError(tree.name() + ": link '" + name + "' is turned in the zero posture, " +
+                      "expected frames parallel to the pelvis: x forward, y left, z up");
+  }
 }
 
 Goal goal(int link, const Vector3d& p_LE, const Matrix3d& R_WE, const Vector3d& p_WE,
@@ -50,70 +57,49 @@ Goal goal(int link, const Vector3d& p_LE, const Matrix3d& R_WE, const Vector3d& 
 
 }  // namespace
 
-RobotFigure biped_figure() {
-  RobotFigure f;
-  f.pelvis = "pelvis";
-  f.spine = "waist";
-  f.chest = "chest";
-  f.neck = "neck";
-  f.head = "head";
-  for (const std::size_t side : {0u, 1u}) {
-    const std::string s = side == 0 ? "left_" : "right_";
-    f.hip[side] = s + "thigh";
-    f.knee[side] = s + "shank";
-    f.ankle[side] = s + "foot";
-    f.shoulder[side] = s + "upper_arm";
-    f.elbow[side] = s + "forearm";
-    f.wrist[side] = s + "hand";
-    f.heel_m[side] = {-0.100, 0.0, -0.105};
-    f.toe_m[side] = {0.130, 0.0, -0.105};
-    f.hand_m[side] = {0.0, 0.0, -0.13};
+RobotFigure figure_of(const robot::Biped& biped) {
+  const robot::RobotTree& tree = biped.tree;
+  const auto name = [&](int link) { return tree.link(link).name; };
+  const std::vector<int> spine = robot::moved_links(tree, 0, biped.trunk);
+  if (spine.empty())
+    throw ConfigError(tree.name() + ": trunk: expected a link above a waist joint");
+  if (biped.head < 0) throw ConfigError(tree.name() + ": head: none, expected a link");
+  const std::vector<int> neck = robot::moved_links(tree, biped.trunk, biped.head);
+  if (neck.empty() || !tree.carries(biped.trunk, biped.head)) {
+    throw ConfigError(tree.name() + ": head: '" + name(biped.head) +
+                      "', expected a link that joints move on the trunk");
   }
-  set_pair(f.start_rad, "hip_pitch", -26);
-  set_pair(f.start_rad, "knee", 50);
-  set_pair(f.start_rad, "ankle_pitch", -24);
-  set_pair(f.start_rad, "shoulder_pitch", 15);
-  set_pair(f.start_rad, "shoulder_roll", 10, -1);
-  set_pair(f.start_rad, "elbow", -30);
-  return f;
-}
-
-RobotFigure jvrc1_figure() {
   RobotFigure f;
-  f.pelvis = "PELVIS_S";
-  f.spine = "WAIST_Y_S";
-  f.chest = "WAIST_R_S";
-  f.neck = "NECK_Y_S";
-  f.head = "NECK_P_S";
-  for (const std::size_t side : {0u, 1u}) {
-    const std::string s = side == 0 ? "L_" : "R_";
-    f.hip[side] = s + "HIP_Y_S";
-    f.knee[side] = s + "KNEE_S";
-    f.ankle[side] = s + "ANKLE_P_S";
-    f.shoulder[side] = s + "SHOULDER_Y_S";
-    f.elbow[side] = s + "ELBOW_P_S";
-    f.wrist[side] = s + "WRIST_Y_S";
-    // The foot as a box around its centre of mass: the file has meshes only
-    f.heel_m[side] = {-0.07, 0.0, -0.10};
-    f.toe_m[side] = {0.13, 0.0, -0.10};
-    f.hand_m[side] = {0.0, 0.0, -0.13};
-    for (const auto& [joint, degrees] : std::map<std::string, double>{
-             {"HIP_P", -25}, {"KNEE", 50}, {"ANKLE_P", -25}, {"ELBOW_P", -30}}) {
-      f.start_rad[s + joint] = degrees * kDegree;
+  f.pelvis = name(tree.link(spine.front()).parent);
+  f.spine = name(spine.front());
+  f.chest = name(biped.trunk);
+  f.neck = name(neck.front());
+  f.head = name(biped.head);
+  std::vector<int> moved = neck;  // by joints that have an angle in the easy posture
+  for (const robot::Side side : robot::kSides) {
+    const robot::Biped::Leg& leg = biped.leg[side];
+    const robot::Arm arm = robot::arm_of(biped, side);
+    f.hip[side] = tree.moved(leg.dof[robot::kHipLast]).name;
+    f.knee[side] = tree.moved(leg.dof[robot::kKnee]).name;
+    f.ankle[side] = name(leg.foot);
+    f.shoulder[side] = name(arm.shoulder);
+    f.elbow[side] = name(arm.elbow);
+    f.wrist[side] = name(arm.wrist);
+    const Vector3d sole = origin_in(tree, leg.foot, leg.sole);
+    f.heel_m[side] = sole + Vector3d(leg.min_S_m.x(), 0.0, 0.0);
+    f.toe_m[side] = sole + Vector3d(leg.max_S_m.x(), 0.0, 0.0);
+    f.hand_m[side] = origin_in(tree, arm.wrist, biped.hand[side]);
+    for (const int tip : {leg.sole, biped.hand[side]}) {
+      const std::vector<int> limb = robot::moved_links(tree, 0, tip);
+      moved.insert(moved.end(), limb.begin(), limb.end());
     }
-    f.start_rad[s + "SHOULDER_R"] = (side == 0 ? 10 : -10) * kDegree;
   }
+  for (const int link : moved) {
+    const robot::Link& l = tree.link(link);
+    if (biped.half_sitting[l.dof] != 0.0) f.start_rad[l.joint] = biped.half_sitting[l.dof];
+  }
+  require_parallel(tree, f);
   return f;
-}
-
-RobotFigure figure_of(const robot::RobotTree& tree, const std::string& name) {
-  if (name == "biped" || (name.empty() && has_links(tree, biped_figure()))) return biped_figure();
-  if (name == "jvrc1" || (name.empty() && has_links(tree, jvrc1_figure()))) return jvrc1_figure();
-  if (name.empty()) {
-    throw ConfigError(tree.name() + ": a robot with the links of no known figure, expected those " +
-                      "of biped or jvrc1");
-  }
-  throw ConfigError("figure '" + name + "', expected biped or jvrc1");
 }
 
 mocap::Body robot_body(const robot::RobotTree& tree, const RobotFigure& f) {

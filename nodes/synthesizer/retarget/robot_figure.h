@@ -3,6 +3,7 @@
 #include <map>
 #include <string>
 
+#include "common/robot/biped.h"
 #include "nodes/synthesizer/mocap/body.h"
 #include "nodes/synthesizer/retarget/posture.h"
 
@@ -21,14 +22,12 @@ struct RobotFigure {
   std::map<std::string, double> start_rad;  ///< joints of an easy posture; others 0
 };
 
-/// models/biped.urdf.
-RobotFigure biped_figure();
-/// JVRC-1 (jvrc_description).
-RobotFigure jvrc1_figure();
-
-/// The known figure of that name ("biped", "jvrc1"); without a name, the known one whose links the
-/// robot has. @throws ConfigError that names the known ones
-RobotFigure figure_of(const robot::RobotTree& tree, const std::string& name);
+/// What a robot's description says: hips, knees and ankles are the third, fourth and last link of a
+/// leg, the spine is the first link that moves below the trunk, which is the chest, the neck the
+/// first one above it; arms as robot::arm_of(). The easy posture is half-sitting, but for what hangs
+/// on the hands.
+/// @throws ConfigError that names what is missing, or a link that is turned in the zero posture
+RobotFigure figure_of(const robot::Biped& biped);
 
 /// The robot's skeleton without its limits: a person with the robot's segments [M18 3.3.2, fig.
 /// 3.8]. @throws ConfigError if the robot lacks a link

@@ -21,7 +21,7 @@ constexpr double kPi = std::numbers::pi, kPeriod_s = 0.005, kStep_s = 0.8;
 SynthesizerParams robot_params() {
   SynthesizerParams p;
   p.model = std::string(MIMESIS_SOURCE_DIR) + "/models/biped_walk.motion.json";
-  p.robot.urdf = std::string(MIMESIS_SOURCE_DIR) + "/models/biped.urdf";
+  p.robot.description = "biped.yaml";
   p.style = "slow";
   return p;
 }

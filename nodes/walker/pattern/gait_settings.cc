@@ -20,13 +20,6 @@ bool on_grid(double seconds) {
   return std::abs(samples - std::round(samples)) < 1e-9;
 }
 
-/// Thigh and shank.
-double leg_length_m(const robot::Biped& biped) {
-  const robot::Biped::Leg& leg = biped.leg[kLeft];
-  const auto offset = [&](int dof) { return biped.tree.moved(dof).X_PJ.translation().norm(); };
-  return offset(leg.dof[robot::kKnee]) + offset(leg.dof[robot::kAnkleFirst]);
-}
-
 }  // namespace
 
 void check(const GaitSettings& s) {
@@ -63,7 +56,7 @@ GaitSettings gait_settings(const robot::Biped& biped) {
   GaitSettings s;
   const GaitSettings standard;
   constexpr double kLeg_m = 0.6, kSoleBack_m = 0.1, kSoleInner_m = 0.056;  // of biped.urdf
-  const double scale = leg_length_m(biped) / kLeg_m;
+  const double scale = robot::leg_length_m(biped) / kLeg_m;
   s.com_height_m = biped.com_height_m;
   s.feet_distance_m = biped.feet_distance_m;
   const robot::Biped::Leg& leg = biped.leg[kLeft];

@@ -70,9 +70,6 @@ void check(const Options& o) {
                         ", it has free delays and weights of any sign alone");
     }
   }
-  if (o.trials.robot.urdf.empty() && !o.trials.robot.figure.empty()) {
-    throw ConfigError("--figure: needs --robot");
-  }
 }
 
 demix::SisaResult learn(Options& o, const mocap::Trials& set) {
@@ -102,9 +99,9 @@ std::string command_line(const Options& o) {
   if (o.smooth > 0) text += fmt::format(" --smooth {}", o.smooth);
   if (o.average) text += " --average";
   if (o.method != "sisa") text += " --method " + o.method;
-  if (!o.trials.robot.urdf.empty()) {
+  if (!o.trials.robot.file.empty()) {
     text += fmt::format(" --robot {} --limit-margin-rad {}",
-                        fs::path(o.trials.robot.urdf).filename().string(),
+                        fs::path(o.trials.robot.file).filename().string(),
                         o.trials.robot.limit_margin_rad);
   }
   return text;
@@ -224,11 +221,10 @@ void add_reading_options(CLI::App& verb, Options& o) {
 
 void add_robot_options(CLI::App& verb, Options& o) {
   RobotChoice& robot = o.trials.robot;
-  verb.add_option("--robot", robot.urdf,
-                  "Retarget clips to this robot; the rows are those of its figure, then its joints")
-      ->type_name("URDF");
-  verb.add_option("--figure", robot.figure, "Of the robot: biped, jvrc1; otherwise by its links")
-      ->check(CLI::IsMember({"biped", "jvrc1"}));
+  verb.add_option("--robot", robot.file,
+                  "Retarget clips to this robot, described as in models/biped.yaml; the rows are "
+                  "those of its figure, then its joints")
+      ->type_name("YAML");
   verb.add_option("--limit-margin-rad", robot.limit_margin_rad,
                   "Kept free before joint limits when retargeting: the mixture overshoots")
       ->check(number_not_below_zero)

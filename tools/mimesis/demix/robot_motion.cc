@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "common/error.h"
+#include "common/model/files.h"
 
 namespace mimesis::tool {
 namespace {
@@ -29,9 +30,12 @@ robot::RobotTree narrowed(const robot::RobotTree& tree, double margin_rad) {
 }  // namespace
 
 Robot::Robot(const RobotChoice& choice)
-    : tree_(robot::read_urdf(choice.urdf)),
-      narrow_(narrowed(tree_, choice.limit_margin_rad)),
-      figure_(retarget::figure_of(tree_, choice.figure)) {}
+    : Robot(model::load_biped(choice.file), choice.limit_margin_rad) {}
+
+Robot::Robot(const robot::Biped& biped, double limit_margin_rad)
+    : tree_(biped.tree),
+      narrow_(narrowed(tree_, limit_margin_rad)),
+      figure_(retarget::figure_of(biped)) {}
 
 tl::expected<mocap::Trials, Status> Robot::cut(const mocap::BodyClip& recorded,
                                                const mocap::CycleOptions& options) {

@@ -10,8 +10,7 @@
 namespace mimesis::tool {
 
 struct RobotChoice {
-  std::string urdf;    ///< empty: no robot
-  std::string figure;  ///< "biped", "jvrc1"; empty: the one whose links the robot has
+  std::string file;  ///< its description, such as biped.yaml; empty: no robot
   /// Kept free at both ends of every joint when clips are retargeted, a quarter of its range at
   /// most: for what the mixture adds [rad].
   double limit_margin_rad = 0.05;
@@ -28,7 +27,7 @@ struct RetargetedClip {
 /// A robot that clips are retargeted to.
 class Robot {
  public:
-  /// @throws ConfigError for a URDF that cannot be used, an unknown figure, a joint that slides
+  /// @throws ConfigError as model::load_biped(), retarget::figure_of(); for a joint that slides
   explicit Robot(const RobotChoice& choice);
 
   /// Trials of the robot's figure (its rows move the pelvis by the standing foot), then of its
@@ -43,6 +42,8 @@ class Robot {
   const std::vector<RetargetedClip>& clips() const { return clips_; }
 
  private:
+  explicit Robot(const robot::Biped& biped, double limit_margin_rad);
+
   robot::RobotTree tree_, narrow_;  ///< as in the file; with the margin
   retarget::RobotFigure figure_;
   std::vector<RetargetedClip> clips_;

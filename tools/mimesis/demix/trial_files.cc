@@ -98,7 +98,7 @@ TrialFiles read_trial_files(const std::vector<std::string>& files, const TrialFi
   std::vector<mocap::Trials> sets;
   std::vector<mocap::Body> bodies;
   std::optional<Robot> robot;
-  if (!options.robot.urdf.empty()) robot.emplace(options.robot);
+  if (!options.robot.file.empty()) robot.emplace(options.robot);
   for (const std::string& file : files) {
     const std::string name = fs::path(file).filename().string();
     out.files.push_back({name, sha256_of(file), options.licence});

@@ -110,7 +110,8 @@ TEST_F(Robot, TakesTheObjectThatIsAtItsHand) {
                          .front_x_m = hand.x_m() - 0.1,
                          .object_height_m = hand.z_m(),
                          .object_left_m = hand.y_m(),
-                         .object_depth_m = 0.1},
+                         .object_depth_m = 0.1,
+                         .right_gripper = {.joint = "none"}},
               .settle_s = 0.2});
   v1::WalkFeedback walk;
   walk.set_state(v1::WALK_STATE_STANDING);
@@ -151,9 +152,15 @@ class Grip : public Robot {
 
 // Half-sitting holds the left gripper at -0.17 rad, the right one at 0.17 rad.
 TEST_F(Grip, AHandWithoutAGripperIsClosed) {
-  put_at_hands({}, {});
+  put_at_hands({.joint = "none"}, {.joint = "none"});
   EXPECT_TRUE(drawer.held());
   EXPECT_TRUE(drawer.taken());
+}
+
+TEST_F(Grip, GrippersAreThoseOfTheDescription) {
+  put_at_hands({}, {});
+  EXPECT_FALSE(drawer.held()) << "closed beyond -0.25 rad";
+  EXPECT_FALSE(drawer.taken());
 }
 
 TEST_F(Grip, AGripperThatIsNotBeyondItsAngleIsOpen) {

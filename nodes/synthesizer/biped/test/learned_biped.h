@@ -1,21 +1,21 @@
 #pragma once
+#include "common/model/files.h"
 #include "nodes/synthesizer/biped/biped_sequence.h"
 
 namespace mimesis::synthesizer::testing {
 
-/// Of biped.urdf, learned once a program: 4 + 3 sources.
-inline const robot::RobotTree& biped_tree() {
-  static const robot::RobotTree tree = robot::read_urdf(MIMESIS_SOURCE_DIR "/models/biped.urdf");
-  return tree;
+/// models/biped.yaml, learned once a program: 4 + 3 sources.
+inline const robot::Biped& described_biped() {
+  static const robot::Biped biped = model::load_biped("biped.yaml");
+  return biped;
 }
+inline const robot::RobotTree& biped_tree() { return described_biped().tree; }
 inline const DrawerData& biped_data() {
-  static const DrawerData data =
-      generate_robot_data(biped_tree(), retarget::biped_figure(), robot_drawer(), {});
+  static const DrawerData data = generate_robot_data(described_biped(), {});
   return data;
 }
 inline const BipedDrawer& biped_drawer() {
-  static const BipedDrawer learned =
-      make_biped_drawer(biped_tree(), retarget::biped_figure(), biped_data());
+  static const BipedDrawer learned = make_biped_drawer(described_biped(), biped_data());
   return learned;
 }
 

@@ -3,10 +3,12 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <numbers>
 
 #include "common/error.h"
 #include "common/robot/kinematics.h"
+#include "common/shared_data.h"
 #include "nodes/synthesizer/biped/learned_actions.h"
 #include "nodes/synthesizer/biped/test/learned_biped.h"
 
@@ -15,6 +17,7 @@ namespace {
 
 using testing::biped_data;
 using testing::biped_tree;
+using testing::described_biped;
 constexpr Eigen::Index kJoints = 18, kRows = kJoints + 3;
 
 Eigen::MatrixXd rows_of(const DrawerData& data, Action action, std::size_t trial) {
@@ -38,11 +41,11 @@ TEST(RobotTrials, AreFiftyOfTheUpperBodyAndThePelvisVelocity) {
 
 TEST(RobotTrials, AreWithinWhatTheRobotCan) {
   RobotTrialReport report;
-  const DrawerData data =
-      generate_robot_data(biped_tree(), retarget::biped_figure(), robot_drawer(), {}, &report);
+  const DrawerData data = generate_robot_data(described_biped(), {}, &report);
   EXPECT_LT(report.hand_error_m, 0.003);
   EXPECT_LT(report.speed_share, 0.5) << report.fastest_joint;
-  const robot::RobotTree upper = upper_body_tree(biped_tree(), retarget::biped_figure());
+  const robot::RobotTree upper =
+      upper_body_tree(biped_tree(), retarget::figure_of(described_biped()));
   for (const Action a : {kNormalStep, kReachingStep, kStanding}) {
     for (std::size_t i = 0; i < 50; ++i) {
       const Eigen::MatrixXd q = rows_of(data, a, i).topRows(kJoints);
@@ -56,8 +59,9 @@ TEST(RobotTrials, AreWithinWhatTheRobotCan) {
 /// of action 3 the right one at the object.
 TEST(RobotTrials, HandsAreWhereTheTaskIs) {
   const DrawerData& data = biped_data();
-  const robot::RobotTree upper = upper_body_tree(biped_tree(), retarget::biped_figure());
-  const double height = easy_pelvis_height(biped_tree(), retarget::biped_figure());
+  const robot::RobotTree upper =
+      upper_body_tree(biped_tree(), retarget::figure_of(described_biped()));
+  const double height = easy_pelvis_height(biped_tree(), retarget::figure_of(described_biped()));
   EXPECT_NEAR(height, 0.6487, 0.001);  // of the half-sitting robot
   robot::Kinematics kinematics(upper);
   Eigen::Isometry3d X_WB = Eigen::Isometry3d::Identity();
@@ -70,6 +74,60 @@ TEST(RobotTrials, HandsAreWhereTheTaskIs) {
     kinematics.update(X_WB, rows_of(data, kStanding, i).rightCols<1>().head(kJoints));
     const Eigen::Vector3d right = kinematics.X_WL(upper.require_link("right_grip")).translation();
     EXPECT_LT((right - Eigen::Vector3d(task[1] - 0.20 + task[2], task[3], 0.90)).norm(), 0.01);
+  }
+}
+
+/// What the second robot's arms are asked for before furniture of its size.
+TEST(RobotTrials, OfAnotherRobotAreWithinWhatItCanToo) {
+  if (!std::filesystem::exists(shared_data("data/robots/jvrc1.urdf"))) {
+    GTEST_SKIP() << "needs data/robots/jvrc1.urdf of the shared folder";
+  }
+  const robot::Biped biped = model::load_biped("jvrc1.yaml");
+  const Drawer drawer = robot_drawer(biped);
+  EXPECT_NEAR(drawer.handle_height_m, 1.047, 0.002);  // shoulders 0.145 m higher, arms 7 % longer
+  EXPECT_NEAR(drawer.handle_height_m - drawer.object_height_m, 0.021, 0.0011);
+  RobotTrialReport report;
+  const DrawerData data = generate_robot_data(biped, robot_trial_settings(biped), &report);
+  EXPECT_LT(report.hand_error_m, 0.003);
+  EXPECT_LT(report.speed_share, 0.7) << report.fastest_joint;
+  EXPECT_EQ(data.drawer.handle_height_m, drawer.handle_height_m);
+}
+
+TEST(RobotSize, TheBipedsSettingsAreTheDefaults) {
+  const RobotTrialSettings s = robot_trial_settings(described_biped()), one;
+  for (const auto length :
+       {&RobotTrialSettings::least_normal_m, &RobotTrialSettings::most_normal_m,
+        &RobotTrialSettings::least_reaching_m, &RobotTrialSettings::most_reaching_m,
+        &RobotTrialSettings::least_reach_m, &RobotTrialSettings::most_reach_m,
+        &RobotTrialSettings::least_depth_m, &RobotTrialSettings::most_depth_m}) {
+    EXPECT_EQ(s.*length, one.*length);
+  }
+  const StepPlanSettings p = robot_step_plan(described_biped()), standard;
+  for (const auto length : {&StepPlanSettings::normal_m, &StepPlanSettings::normal_half_m,
+                            &StepPlanSettings::reaching_m, &StepPlanSettings::reaching_half_m,
+                            &StepPlanSettings::least_normal_m, &StepPlanSettings::longest_step_m,
+                            &StepPlanSettings::shortest_step_m, &StepPlanSettings::most_reaching_m,
+                            &StepPlanSettings::stand_half_m, &StepPlanSettings::stand_nearer_m,
+                            &StepPlanSettings::stand_farther_m}) {
+    EXPECT_EQ(p.*length, standard.*length);
+  }
+}
+
+/// Shorter legs make shorter steps; longer ones do not make longer ones.
+TEST(RobotSize, StepsGoWithTheLegsUpToTheBipeds) {
+  for (const double factor : {0.5, 1.3}) {
+    robot::Biped biped = described_biped();
+    std::vector<robot::Link> links = biped.tree.links();
+    for (robot::Link& link : links) {
+      if (link.joint.ends_with("knee") || link.joint.ends_with("ankle_pitch")) {
+        link.X_PJ.translation() *= factor;
+      }
+    }
+    biped.tree = robot::RobotTree("legs", links);
+    const double share = std::min(1.0, factor);
+    EXPECT_NEAR(robot_step_plan(biped).longest_step_m, share * 0.28, 0.6e-3);
+    EXPECT_NEAR(robot_trial_settings(biped).most_normal_m, share * 0.467, 0.6e-3);
+    EXPECT_EQ(robot_step_plan(biped).stand_nearer_m, 0.08);  // that is the arms'
   }
 }
 
@@ -94,9 +152,7 @@ TEST(RobotTrials, AreTheSameWithTheSameSeedAndOthersWithAnother) {
   settings.trials = 4;
   settings.samples = 30;
   const auto make = [&] {
-    return generate_robot_data(biped_tree(), retarget::biped_figure(), robot_drawer(), settings)
-        .action[0]
-        .samples;
+    return generate_robot_data(described_biped(), settings).action[0].samples;
   };
   const Eigen::MatrixXd first = make();
   EXPECT_EQ(first, make());
@@ -108,9 +164,7 @@ TEST(RobotTrials, RefuseSettingsThatGiveNone) {
   const auto refused = [](auto change) {
     RobotTrialSettings settings;
     change(settings);
-    EXPECT_THROW(
-        generate_robot_data(biped_tree(), retarget::biped_figure(), robot_drawer(), settings),
-        ConfigError);
+    EXPECT_THROW(generate_robot_data(described_biped(), settings), ConfigError);
   };
   refused([](RobotTrialSettings& s) { s.trials = 3; });
   refused([](RobotTrialSettings& s) { s.samples = 10; });

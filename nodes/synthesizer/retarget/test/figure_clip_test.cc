@@ -2,16 +2,16 @@
 
 #include <gtest/gtest.h>
 
-#include "common/error.h"
+#include "common/model/files.h"
 #include "nodes/synthesizer/retarget/test/walk.h"
 
 namespace mimesis::retarget {
 namespace {
 
 TEST(FigureClip, ItsFeetAreTheRobots) {
-  const robot::RobotTree tree =
-      robot::read_urdf(std::string(MIMESIS_SOURCE_DIR) + "/models/biped.urdf");
-  const RobotFigure names = figure_of(tree, "");
+  const robot::Biped biped = model::load_biped("biped.yaml");
+  const robot::RobotTree& tree = biped.tree;
+  const RobotFigure names = figure_of(biped);
   mocap::BodyClip recorded = made_up_walk();
   recorded.first_frame = 7;
   RobotOptions options;
@@ -37,17 +37,6 @@ TEST(FigureClip, ItsFeetAreTheRobots) {
   const auto steps = figure.clip.angles_rad.rightCols(motion.frames() - 1) -
                      figure.clip.angles_rad.leftCols(motion.frames() - 1);
   EXPECT_LT(steps.cwiseAbs().maxCoeff(), 0.5);
-}
-
-TEST(FigureOf, KnowsRobotsByNameOrByTheirLinks) {
-  const robot::RobotTree tree =
-      robot::read_urdf(std::string(MIMESIS_SOURCE_DIR) + "/models/biped.urdf");
-  EXPECT_EQ(figure_of(tree, "").pelvis, "pelvis");
-  EXPECT_EQ(figure_of(tree, "jvrc1").pelvis, "PELVIS_S");
-  EXPECT_THROW(figure_of(tree, "dog"), ConfigError);
-  robot::Link base;
-  base.name = "base";
-  EXPECT_THROW(figure_of(robot::RobotTree("arm", {base}), ""), ConfigError);
 }
 
 }  // namespace

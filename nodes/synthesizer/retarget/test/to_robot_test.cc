@@ -9,6 +9,7 @@
 
 #include "common/error.h"
 #include "common/math/so3.h"
+#include "common/model/files.h"
 #include "common/shared_data.h"
 #include "nodes/synthesizer/mocap/read_clip.h"
 #include "nodes/synthesizer/retarget/test/walk.h"
@@ -18,11 +19,12 @@ namespace {
 
 using Eigen::Index, Eigen::MatrixXd, Eigen::Vector3d, Eigen::VectorXd;
 
-const robot::RobotTree& biped() {
-  static const robot::RobotTree tree =
-      robot::read_urdf(std::string(MIMESIS_SOURCE_DIR) + "/models/biped.urdf");
-  return tree;
+const robot::Biped& described() {
+  static const robot::Biped biped = model::load_biped("biped.yaml");
+  return biped;
 }
+const robot::RobotTree& biped() { return described().tree; }
+RobotFigure biped_figure() { return figure_of(described()); }
 
 /// A swaying, stepping, waving robot, well within its limits: `frames` postures at 100 Hz.
 std::vector<Posture> own_motion(int frames) {
@@ -278,14 +280,14 @@ mocap::BodyClip recorded(const std::string& file) {
 TEST(ToRobot, RecordedWalksKeepFeetAndHandsOnTwoRobots) {
   const std::string shared = shared_data("data/").string();
   if (!std::filesystem::exists(shared + "mocap")) GTEST_SKIP() << "needs the shared folder's mocap";
-  const robot::RobotTree jvrc1 = robot::read_urdf(shared + "robots/jvrc1.urdf");
+  const robot::Biped jvrc1 = model::load_biped("jvrc1.yaml");
   RobotOptions options;
   options.smoothing.sweeps = 5;  // 30 are slow
   for (const char* file : {"cmu_bvh/07_01.bvh", "cmu_amc/16_15.amc", "cmu_amc/35_02.amc"}) {
     const mocap::BodyClip walk = recorded(shared + "mocap/" + file);
-    for (const robot::RobotTree* tree : {&biped(), &jvrc1}) {
-      const RobotClip clip =
-          retarget(walk, *tree, tree == &jvrc1 ? jvrc1_figure() : biped_figure(), options);
+    for (const robot::Biped* robot : {&described(), &jvrc1}) {
+      const robot::RobotTree* tree = &robot->tree;
+      const RobotClip clip = retarget(walk, *tree, figure_of(*robot), options);
       const RobotReport& r = clip.report;
       SCOPED_TRACE(std::string(file) + " " + tree->name());
       EXPECT_LT(r.foot_m.max, 1e-6);

@@ -7,7 +7,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "common/robot/robot_tree.h"
+#include "common/model/files.h"
 #include "common/testing/process.h"
 #include "nodes/synthesizer/dynamics/character_batch.h"
 #include "nodes/synthesizer/dynamics/testing/synthetic_model.h"
@@ -83,7 +83,7 @@ mocap::Clip recorded_walker() {
   return clip;
 }
 
-const std::string kBiped = std::string(MIMESIS_SOURCE_DIR) + "/models/biped.urdf";
+const std::string kBiped = std::string(MIMESIS_SOURCE_DIR) + "/models/biped.yaml";
 
 class Demix : public ::testing::Test {
  protected:
@@ -183,7 +183,7 @@ void check_robot(const json& report, const std::string& file, std::size_t clips)
     EXPECT_NEAR(clip["scale"].get<double>(), 0.75, 0.1);
     EXPECT_GE(clip["frames_at_limits"], 0);
   }
-  const auto tree = robot::read_urdf(kBiped);
+  const robot::RobotTree tree = model::load_biped(kBiped).tree;
   const auto model = synthesizer::load_motion_model(file);
   ASSERT_EQ(model.rows.size(), mocap::kBodyRows + static_cast<std::size_t>(tree.dof()));
   EXPECT_EQ(model.rows[3], "lhip.x");
@@ -198,7 +198,7 @@ void check_robot(const json& report, const std::string& file, std::size_t clips)
   EXPECT_EQ(model.limits_rad[row]->upper, tree.upper()[tree.require_joint("left_knee")]);
   const auto at = static_cast<Eigen::Index>(row);  // it bends and stretches, in the same rhythm
   EXPECT_GT(model.patterns[0].weight_rad.row(at).norm(), 0.1);
-  EXPECT_NE(model.created_by.find("--robot biped.urdf"), std::string::npos);
+  EXPECT_NE(model.created_by.find("--robot biped.yaml"), std::string::npos);
 }
 
 TEST_F(Demix, RetargetsClipsToARobot) {
@@ -215,10 +215,8 @@ TEST_F(Demix, RetargetsClipsToARobot) {
   EXPECT_NEAR(model.patterns[0].trial.step_length_m,
               0.9 * 1.1 * report["retargeting"][0]["scale"].get<double>(), 0.05);
   fs::remove(out);
-  refuses({path("walker.bvh"), "--robot", path("none.urdf"), "-o", out}, "none.urdf");
-  refuses({path("walker.bvh"), "--robot", kBiped, "--figure", "jvrc1", "-o", out}, "PELVIS_S");
+  refuses({path("walker.bvh"), "--robot", path("none.yaml"), "-o", out}, "none.yaml");
   refuses({path("waves.csv"), "--robot", kBiped, "-o", out}, "--robot needs clips");
-  refuses({path("walker.bvh"), "--figure", "biped", "-o", out}, "--figure: needs --robot");
 }
 
 TEST_F(Demix, RetargetsARecordedWalk) {

@@ -81,8 +81,7 @@ Paths film_push(const std::filesystem::path& dir) {
 }
 
 DrawerResult run_drawer(const Robot& robot, const std::function<void(const DrawerTick&)>& watch) {
-  const synthesizer::BipedDrawer actions =
-      synthesizer::make_biped_drawer(robot.biped.tree, retarget::figure_of(robot.biped.tree, ""));
+  const synthesizer::BipedDrawer actions = synthesizer::make_biped_drawer(robot.biped);
   DrawerTrialSpec spec;
   spec.name = "drawer";
   spec.robot = &robot;

@@ -75,7 +75,7 @@ DrawerTrialSpec online_spec(const Robot& robot, const synthesizer::BipedDrawer& 
   spec.actions = &actions;
   spec.front_m = goal.front_m();
   spec.object_depth_m = goal.object_depth_m;
-  synthesizer::StepPlanSettings& plan = spec.sequence.plan;
+  synthesizer::StepPlanSettings& plan = spec.sequence.plan.emplace(actions.plan);
   plan.normal_m = goal.normal_m;
   plan.reaching_m = goal.reaching_m;
   plan.normal_half_m = plan.reaching_half_m = 0.01;  // other plans are out of the question

@@ -35,9 +35,8 @@ DrawerStudy& DrawerStudy::shared() {
 
 DrawerStudy::DrawerStudy()
     : biped_(load_robot("biped")),
-      script_robot_(biped_, synthesizer::robot_drawer()),
-      trials_(generate_robot_data(biped_.biped.tree, script_robot_.figure, script_robot_.drawer,
-                                  trial_settings())) {}
+      script_robot_(biped_),
+      trials_(generate_robot_data(biped_.biped, trial_settings())) {}
 
 const FeasibleData& DrawerStudy::feasible() {
   if (!feasible_) feasible_ = std::make_unique<FeasibleData>(make_feasible(script_robot_, trials_));
@@ -48,7 +47,7 @@ const synthesizer::BipedDrawer& DrawerStudy::actions(Sources s) {
   auto& a = actions_[s];
   if (!a) {
     a = std::make_unique<synthesizer::BipedDrawer>(
-        make_biped_drawer(biped_.biped.tree, script_robot_.figure, feasible().upper_body,
+        make_biped_drawer(biped_.biped, feasible().upper_body,
                           {.first_sources = s.first, .further_sources = s.further}));
   }
   return *a;

@@ -58,11 +58,11 @@ Eigen::VectorXd at_phase(const Eigen::MatrixXd& rows, double phase) {
   return rows.col(i) + (at - static_cast<double>(i)) * (rows.col(i + 1) - rows.col(i));
 }
 
-ScriptRobot::ScriptRobot(const Robot& r, const synthesizer::Drawer& furniture)
+ScriptRobot::ScriptRobot(const Robot& r)
     : robot(&r),
-      figure(retarget::figure_of(r.biped.tree, "")),
+      figure(retarget::figure_of(r.biped)),
       upper(synthesizer::upper_body_tree(r.biped.tree, figure)),
-      drawer(furniture),
+      drawer(synthesizer::robot_drawer(r.biped)),
       pelvis_height_m(synthesizer::easy_pelvis_height(r.biped.tree, figure)) {
   for (const int dof : r.biped.upper_body) {
     joint.push_back(upper.require_joint(r.biped.tree.moved(dof).joint));

@@ -25,7 +25,7 @@ ActionRows rows_of(const synthesizer::DrawerData& data, std::size_t trial);
 
 /// Skeleton that rows belong to, and the furniture.
 struct ScriptRobot {
-  ScriptRobot(const Robot& robot, const synthesizer::Drawer& drawer);
+  explicit ScriptRobot(const Robot& robot);
   const Robot* robot;
   retarget::RobotFigure figure;
   robot::RobotTree upper;

@@ -1,5 +1,4 @@
 #pragma once
-#include "nodes/synthesizer/retarget/robot_figure.h"
 #include "tools/mimesis/walk/drawer/drawer_trial.h"
 
 namespace mimesis::walk {
@@ -8,7 +7,7 @@ namespace mimesis::walk {
 struct Setting {
   Robot robot = load_robot("biped");
   synthesizer::BipedDrawer actions =
-      synthesizer::make_biped_drawer(robot.biped.tree, retarget::biped_figure());
+      synthesizer::make_biped_drawer(robot.biped);
 
   DrawerTrialSpec spec() const {
     DrawerTrialSpec s;

@@ -141,8 +141,8 @@ TEST(RunScript, ErrorsAreOfTheWish) {
   synthesizer::RobotTrialSettings few;
   few.trials = 4;
   few.paces = {};
-  const ScriptRobot robot(biped(), synthesizer::robot_drawer());
-  const auto data = generate_robot_data(biped().biped.tree, robot.figure, robot.drawer, few);
+  const ScriptRobot robot(biped());
+  const auto data = generate_robot_data(biped().biped, few);
   const DrawerGoal goal = goal_of(data, 0);
   DrawerGoal wished = goal;
   wished.normal_m -= 0.05;
