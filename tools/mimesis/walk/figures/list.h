@@ -18,7 +18,8 @@ inline constexpr std::array kTitles = {
     Title{"fig-3.46", "lateral spread of the ZMP: originals, resynthesis, novel goals", 4},
     Title{"table-3.1", "falls: learned joint angles beside our method", 10},
     Title{"fig-3.47", "peak ankle torques and ground forces: WPG, naive, ours", 5},
-    Title{"second-robot", "JVRC-1 walks, is pushed and steps on plates (needs the shared data)", 5,
+    Title{"second-robot",
+          "JVRC-1 walks, is pushed, steps on plates and opens drawers (needs the shared data)", 5,
           "own"},
 };
 
