@@ -32,8 +32,8 @@ struct FirstGoalParams {
 /// The motion is one that a walking robot shall follow.
 struct RobotParams {
   std::string description;  ///< of the robot, such as biped.yaml; empty: no robot
-  RobotLimits limits;     ///< what it can be asked for
-  double stale_s = 0.25;  ///< feedback not heard for so long is none [s]
+  RobotLimits limits;       ///< what it can be asked for
+  double stale_s = 0.25;    ///< feedback not heard for so long is none [s]
 
   void visit(runtime::ParamVisitor& v);
 };

@@ -24,8 +24,8 @@ struct RobotFigure {
 
 /// What a robot's description says: hips, knees and ankles are the third, fourth and last link of a
 /// leg, the spine is the first link that moves below the trunk, which is the chest, the neck the
-/// first one above it; arms as robot::arm_of(). The easy posture is half-sitting, but for what hangs
-/// on the hands.
+/// first one above it; arms as robot::arm_of(). The easy posture is half-sitting, but for what
+/// hangs on the hands.
 /// @throws ConfigError that names what is missing, or a link that is turned in the zero posture
 RobotFigure figure_of(const robot::Biped& biped);
 

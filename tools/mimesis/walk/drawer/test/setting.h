@@ -6,8 +6,7 @@ namespace mimesis::walk {
 /// models/biped.yaml and what it has learned, once a program.
 struct Setting {
   Robot robot = load_robot("biped");
-  synthesizer::BipedDrawer actions =
-      synthesizer::make_biped_drawer(robot.biped);
+  synthesizer::BipedDrawer actions = synthesizer::make_biped_drawer(robot.biped);
 
   DrawerTrialSpec spec() const {
     DrawerTrialSpec s;
