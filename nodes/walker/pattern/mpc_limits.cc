@@ -51,8 +51,8 @@ void MpcProblem::set_limits_of_landings(const Steps& steps) {
         if (i == 1) row(axis * axis_ + N_) = -n(axis);
       }
       lower_(rows_) = -kInfinity;
-      upper_(rows_) = side.offset + (i == 0 ? n.dot(from.p_W_m) : 0.0);
-      if (yaw_free_ && i == 1)  // d(Rn)/dθ of the first landing
+      upper_(rows_) = side.offset;  // the first is from the standing foot, the origin
+      if (yaw_free_ && i == 1)      // d(Rn)/dθ of the first landing
         row(2 * axis_) = Eigen::Vector2d(-n.y(), n.x()).dot(step);
       ++rows_;
     }

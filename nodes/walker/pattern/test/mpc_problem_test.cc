@@ -104,7 +104,7 @@ class Case {
 template <class Check>
 void at_many_ticks(const Check& check) {
   unsigned seed = 0;
-  for (const int ticks : {0, 45, 130, 161, 167, 200, 250, 291, 310, 319, 320, 333, 480}) {
+  for (const int ticks : {0, 45, 130, 161, 167, 200, 250, 278, 291, 310, 319, 320, 333, 480}) {
     for (const bool walk : {true, false}) {
       for (const bool yaw_free : {false, true}) {
         SCOPED_TRACE(::testing::Message() << ticks << " walk " << walk << " yaw " << yaw_free);
