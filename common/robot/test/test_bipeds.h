@@ -47,9 +47,9 @@ inline std::optional<Biped> jvrc1() {
                    .half_sitting = {}};
   std::swap(names.sole[0], names.sole[1]);
   for (const std::string side : {"L_", "R_"}) {
-    names.half_sitting.emplace_back(side + "HIP_P", -0.4);
-    names.half_sitting.emplace_back(side + "KNEE", 0.8727);
-    names.half_sitting.emplace_back(side + "ANKLE_P", -0.4727);
+    names.half_sitting.emplace_back(side + "HIP_P", -0.363);
+    names.half_sitting.emplace_back(side + "KNEE", 0.8);
+    names.half_sitting.emplace_back(side + "ANKLE_P", -0.437);
   }
   return make_biped(read_urdf(file), names);
 }

@@ -1,5 +1,6 @@
 // What the simulated body does to itself and says of itself: trouble, ground, outcome.
 #include "common/error.h"
+#include "common/model/files.h"
 #include "hw/bridge/test/body/robot.h"
 
 namespace mimesis::hw::sim {
@@ -123,6 +124,20 @@ TEST_F(Robot, TakesTheObjectThatIsAtItsHand) {
   ASSERT_EQ(outcomes.size(), 1u);
   EXPECT_TRUE(outcomes[0].success()) << outcomes[0].reason();
   EXPECT_LT(outcomes[0].reach_error_m(), 0.01);
+}
+
+TEST(DrawerSettingsOf, HeightsThatAreNotGivenAreTheRobots) {
+  robot::Biped biped = model::load_biped("biped.yaml");
+  biped.X_WB_half_sitting.translation().z() += 0.1;  // on stilts
+  const DrawerSettings own = drawer_settings({}, biped);
+  EXPECT_NEAR(own.handle_height_m, 1.02, 1e-12);
+  EXPECT_NEAR(own.object_height_m, 1.00, 1e-12);
+  EXPECT_NEAR(own.handle_left_m, 0.14, 1e-12);
+  const DrawerSettings given = drawer_settings(
+      {.handle_height_m = 0.8, .handle_left_m = 0.2, .object_height_m = 0.7}, biped);
+  EXPECT_EQ(given.handle_height_m, 0.8);
+  EXPECT_EQ(given.handle_left_m, 0.2);
+  EXPECT_EQ(given.object_height_m, 0.7);
 }
 
 /// What is within reach of the hands in half-sitting, and who grips it.
