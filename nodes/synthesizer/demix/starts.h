@@ -14,9 +14,8 @@ struct Start {
 /// overtones or other harmonics were seen to end worse. Tied: weights have signs, so that two
 /// sources of the same harmonic reach every phase of it, and how many harmonics deserve two is not
 /// known beforehand; and the principal components.
-/// @param by_energy  the strongest harmonics of the data instead of the lowest: `data` is what
-/// given
-///   sources leave
+/// @param by_energy  the strongest harmonics of the data instead of the lowest: for data that is
+///   what given sources leave
 std::vector<Start> starts(const Eigen::MatrixXd& data, Eigen::Index count, bool tied,
                           bool by_energy);
 

@@ -15,13 +15,11 @@ namespace mimesis::walker {
 ///    share λ; the left sole goes up by d/2, the right one down. Only for a while after a
 ///    landing, then d is held: on stiff legs d rolls the body and moves the CoM by c = 4.1 d, whose
 ///    c''/ω² the force sensors feel as a gain that grows with the frequency.
-///  - landing, a foot that touches before it is due goes down no more and gives way to its force
-///  but
-///    for a twentieth of the weight, F_0: l̇ = v_down + A (max(0, F_z) − F_0), the sole goes up by
-///    l. What it has found of the ground's height is forgotten slowly.
-///  - reach, a foot that is down by the plan and not felt goes on down; if it is due, difference
-///  and
-///    give wait.
+///  - landing, a foot that touches before it is due goes down no more and gives way to its force,
+///    but for a twentieth of the weight, F_0: l̇ = v_down + A (max(0, F_z) − F_0), the sole goes up
+///    by l. What it has found of the ground's height is forgotten slowly.
+///  - reach, a foot that is down by the plan and not felt goes on down; once it is due, difference
+///    and give wait for it.
 ///  - swing: the sole is where it is planned although the base is not.
 ///  - give: legs that are c F shorter under their load F (LegGive) are made longer by c (F − mg/2)
 ///    for the wished F: the pelvis stays at its height and level while the weight changes feet.
