@@ -39,6 +39,9 @@ if(MIMESIS_MOLD)
   endif()
 endif()
 
+# A folder that sets CMAKE_UNITY_BUILD compiles its libraries in batches of so many files.
+set(CMAKE_UNITY_BUILD_BATCH_SIZE 8)
+
 # Everything of ours links this; generated code does not.
 add_library(mimesis_warnings INTERFACE)
 target_compile_options(mimesis_warnings INTERFACE -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Werror)

@@ -1,5 +1,7 @@
+# mimesis_scenarios()                                  target scenario-NAME for each launch/NAME.yaml
 # mimesis_library(NAME SOURCES ... [LINK ...])         a library of ours, with warnings as errors
 # mimesis_program(NAME SOURCES ... [LINK ...])         build/bin/NAME, part of target `programs`
+# mimesis_verb(NAME SOURCES ... [LINK ...])            build/bin/mimesis-NAME, the verb `mimesis NAME`: add_NAME of verb.h
 # mimesis_test(NAME SOURCES ... [LINK ...] [LABEL unit|node|launch|...] [TIMEOUT s])
 # mimesis_benchmark(SUBJECT SOURCES ... [LINK ...])    build/bench/bench_SUBJECT
 # mimesis_replay_test(NAME NODE node LOG file [SET KEY=VALUE ...] [TOLERANCE_ELSEWHERE x])
@@ -15,6 +17,29 @@
 
 # What runs on a robot or in a demo: everything but tests and benchmarks.
 add_custom_target(programs)
+
+# One target a launch file: scenario-NAME builds the programs that launch/NAME.yaml names in `exec:`, the verbs it gives
+# `mimesis` to run, and nothing else. Programs that are not built here (DART is absent) are left to the launcher to miss.
+function(mimesis_scenarios)
+  file(GLOB files CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/launch/*.yaml)
+  foreach(file ${files})
+    set_property(DIRECTORY ${PROJECT_SOURCE_DIR} APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${file})
+    file(READ ${file} text)
+    string(REGEX MATCHALL "exec: *mimesis[a-z_]*" programs "${text}")
+    string(REGEX MATCHALL "args: *\\[ *[a-z]+" verbs "${text}")
+    list(TRANSFORM programs REPLACE "exec: *" "")
+    list(TRANSFORM verbs REPLACE "args: *\\[ *" "mimesis-")
+    set(needed mimesis mimesis-launch mimesis_clock ${programs} ${verbs})
+    list(REMOVE_DUPLICATES needed)
+    get_filename_component(name ${file} NAME_WE)
+    add_custom_target(scenario-${name})
+    foreach(program ${needed})
+      if(TARGET ${program})
+        add_dependencies(scenario-${name} ${program})
+      endif()
+    endforeach()
+  endforeach()
+endfunction()
 
 function(mimesis_library name)
   cmake_parse_arguments(arg "" "" "SOURCES;LINK;PRIVATE_LINK" ${ARGN})
@@ -37,6 +62,21 @@ function(mimesis_program name)
   install(TARGETS ${name} RUNTIME DESTINATION bin COMPONENT programs)
 endfunction()
 
+# A verb of `mimesis`: the program mimesis-NAME, run by the dispatcher that stands beside it.
+function(mimesis_verb name)
+  cmake_parse_arguments(arg "" "" "SOURCES;LINK" ${ARGN})
+  string(REPLACE "-" "_" add ${name})
+  set(main ${CMAKE_CURRENT_BINARY_DIR}/${add}_main.cc)
+  file(CONFIGURE OUTPUT ${main} CONTENT [[
+#include "tools/mimesis/verb.h"
+
+int main(int argc, char** argv) {
+  return mimesis::tool::run_verb("@name@", argc, argv, mimesis::tool::add_@add@);
+}
+]] @ONLY)
+  mimesis_program(mimesis-${name} SOURCES ${main} ${arg_SOURCES} LINK mimesis_tool ${arg_LINK})
+endfunction()
+
 function(mimesis_test name)
   cmake_parse_arguments(arg "" "LABEL;TIMEOUT" "SOURCES;LINK" ${ARGN})
   if(NOT arg_LABEL)
@@ -56,7 +96,7 @@ endfunction()
 function(mimesis_replay_test name)
   cmake_parse_arguments(arg "" "NODE;LOG;TOLERANCE_ELSEWHERE" "SET" ${ARGN})
   get_filename_component(log ${arg_LOG} ABSOLUTE)
-  set(command $<TARGET_FILE:mimesis> log replay ${arg_NODE} ${log})
+  set(command $<TARGET_FILE:mimesis-log> replay ${arg_NODE} ${log})
   foreach(set ${arg_SET})
     list(APPEND command --set ${set})
   endforeach()

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "common/math/circle.h"
-#include "nodes/synthesizer/model/limits.h"
+#include "common/motion/model/limits.h"
 
 namespace mimesis::synthesizer {
 namespace {

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "nodes/synthesizer/control/parameters.h"
-#include "nodes/synthesizer/model/motion_model.h"
+#include "common/motion/model/motion_model.h"
 
 namespace mimesis::synthesizer {
 

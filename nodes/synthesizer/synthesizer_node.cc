@@ -6,7 +6,7 @@
 #include "common/error.h"
 #include "common/model/files.h"
 #include "common/runtime/param_source.h"
-#include "nodes/synthesizer/model/limits.h"
+#include "common/motion/model/limits.h"
 #include "nodes/synthesizer/motion_messages_node.h"
 #include "nodes/synthesizer/robot_messages_node.h"
 

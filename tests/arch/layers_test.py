@@ -17,10 +17,10 @@ GOOD = {
     "nodes/a/main.cc": '#include "nodes/a/a_node.h"\n',
     "nodes/a/test/a_test.cc": '#include "common/testing/loopback.h"\n#include "nodes/a/a.h"\n',
     "nodes/b/main.cc": "",
-    "nodes/b/CMakeLists.txt": "b_part(maths)\nb_part(model PRIVATE_LINK json)  # files\nb_part(figures)\nadd(c_part x)\n",
+    "nodes/b/CMakeLists.txt": "b_part(maths)\nb_part(model PRIVATE_LINK json)  # files\nadd(c_part x)\n",
     "nodes/b/maths/m.cc": "#include <Eigen/Core>\n",
     "nodes/b/model/file.cc": '#include <nlohmann/json.hpp>\n#include <fstream>\n',
-    "nodes/b/figures/f.cc": '#include "common/reproduce/figure.h"\n',
+    "experiments/b/f.cc": '#include "experiments/harness/figure.h"\n#include "nodes/b/maths/m.h"\n',
     "nodes/b/maths/test/m_test.cc": '#include "common/testing/no_malloc.h"\n',
     "nodes/b/b.h": "#include <chrono>\n",
     "hw/can/bus.h": "",
@@ -66,6 +66,10 @@ class Layers(unittest.TestCase):
         self.expect("hw/can/bus.h", '#include "tools/x.h"', "tools/x.h: hw is below tools")
         self.expect("common/kin/arm.h", '#include "proto/arm.pb.h"', "proto/arm.pb.h: common/kin computes only")
         self.expect("common/kin/arm.cc", '#include "common/runtime/bus.h"', "common/runtime/bus.h: common/kin")
+
+    def test_nothing_includes_an_experiment(self):
+        self.expect("nodes/a/a_node.h", '#include "experiments/b/f.h"', "experiments/b/f.h: the product includes no")
+        self.expect("tools/x.cc", '#include "experiments/b/f.h"', "experiments/b/f.h: the product includes no")
 
     def test_an_algorithm_is_pure(self):
         self.assertEqual(layers({**GOOD, "hw/sim/plant/plant.h": "#include <sys/socket.h>\n"})[0], 0)

@@ -8,7 +8,7 @@
 
 #include "common/runtime/raw.h"
 #include "tools/mimesis/table.h"
-#include "tools/mimesis/verbs.h"
+#include "tools/mimesis/verb.h"
 
 namespace mimesis::tool {
 namespace {

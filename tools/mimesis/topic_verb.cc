@@ -13,7 +13,7 @@
 #include "tools/mimesis/number_check.h"
 #include "tools/mimesis/table.h"
 #include "tools/mimesis/topic_echo.h"
-#include "tools/mimesis/verbs.h"
+#include "tools/mimesis/verb.h"
 
 namespace mimesis::tool {
 namespace {

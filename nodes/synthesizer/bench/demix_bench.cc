@@ -8,10 +8,10 @@
 
 #include "common/math/circle.h"
 #include "common/shared_data.h"
-#include "nodes/synthesizer/demix/baselines.h"
-#include "nodes/synthesizer/demix/sisa.h"
-#include "nodes/synthesizer/demix/wigner.h"
-#include "nodes/synthesizer/mocap/trials_file.h"
+#include "common/motion/demix/baselines.h"
+#include "common/motion/demix/sisa.h"
+#include "common/motion/demix/wigner.h"
+#include "common/motion/mocap/trials_file.h"
 
 namespace mimesis::demix {
 namespace {

@@ -9,7 +9,7 @@
 #include "common/robot/kinematics.h"
 #include "nodes/synthesizer/biped/robot_size.h"
 #include "nodes/synthesizer/drawer/performer.h"
-#include "nodes/synthesizer/retarget/to_robot.h"
+#include "common/motion/retarget/to_robot.h"
 
 namespace mimesis::synthesizer {
 namespace {

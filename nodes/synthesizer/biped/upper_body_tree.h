@@ -2,7 +2,7 @@
 #include <string>
 #include <vector>
 
-#include "nodes/synthesizer/retarget/robot_figure.h"
+#include "common/motion/retarget/robot_figure.h"
 
 namespace mimesis::synthesizer {
 

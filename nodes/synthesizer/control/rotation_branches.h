@@ -1,5 +1,5 @@
 #pragma once
-#include "nodes/synthesizer/mocap/trials.h"
+#include "common/motion/mocap/trials.h"
 
 namespace mimesis::synthesizer {
 

@@ -1,7 +1,7 @@
 #pragma once
 #include <Eigen/Core>
 
-#include "nodes/synthesizer/mocap/body.h"
+#include "common/motion/mocap/body.h"
 
 namespace mimesis::synthesizer {
 

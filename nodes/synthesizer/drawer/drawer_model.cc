@@ -5,7 +5,7 @@
 #include <string>
 
 #include "common/error.h"
-#include "nodes/synthesizer/demix/sisa.h"
+#include "common/motion/demix/sisa.h"
 
 namespace mimesis::synthesizer {
 namespace {

@@ -1,7 +1,7 @@
 #pragma once
-#include "nodes/synthesizer/demix/mixture.h"
+#include "common/motion/demix/mixture.h"
 #include "nodes/synthesizer/drawer/trial_generator.h"
-#include "nodes/synthesizer/model/motion_model.h"
+#include "common/motion/model/motion_model.h"
 
 namespace mimesis::synthesizer {
 

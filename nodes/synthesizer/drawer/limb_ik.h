@@ -2,7 +2,7 @@
 #include <Eigen/Core>
 #include <array>
 
-#include "nodes/synthesizer/mocap/body.h"
+#include "common/motion/mocap/body.h"
 
 namespace mimesis::synthesizer {
 

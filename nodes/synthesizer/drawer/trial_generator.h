@@ -3,8 +3,8 @@
 #include <vector>
 
 #include "nodes/synthesizer/drawer/foot_path.h"
-#include "nodes/synthesizer/mocap/body.h"
-#include "nodes/synthesizer/mocap/trials.h"
+#include "common/motion/mocap/body.h"
+#include "common/motion/mocap/trials.h"
 
 namespace mimesis::synthesizer {
 

@@ -4,7 +4,7 @@
 #include <span>
 
 #include "nodes/synthesizer/dynamics/motion_series.h"
-#include "nodes/synthesizer/model/motion_model.h"
+#include "common/motion/model/motion_model.h"
 
 namespace mimesis::synthesizer {
 

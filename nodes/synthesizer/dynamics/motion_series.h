@@ -1,7 +1,7 @@
 #pragma once
 #include <Eigen/Core>
 
-#include "nodes/synthesizer/model/motion_model.h"
+#include "common/motion/model/motion_model.h"
 
 namespace mimesis::synthesizer {
 

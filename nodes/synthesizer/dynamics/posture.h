@@ -1,6 +1,6 @@
 #pragma once
 #include "nodes/synthesizer/dynamics/lanes.h"
-#include "nodes/synthesizer/mocap/body.h"
+#include "common/motion/mocap/body.h"
 
 namespace mimesis::synthesizer {
 

@@ -2,7 +2,7 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "nodes/synthesizer/model/motion_model.h"
+#include "common/motion/model/motion_model.h"
 
 namespace mimesis::synthesizer {
 

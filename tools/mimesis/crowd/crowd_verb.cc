@@ -15,7 +15,7 @@
 #include "tools/mimesis/crowd/certify_report.h"
 #include "tools/mimesis/crowd/gait_of_model.h"
 #include "tools/mimesis/table.h"
-#include "tools/mimesis/verbs.h"
+#include "tools/mimesis/verb.h"
 
 namespace mimesis::tool {
 namespace {

@@ -3,7 +3,7 @@
 #include <vector>
 
 #include "nodes/crowd/scenario/scenario.h"
-#include "nodes/synthesizer/model/motion_model.h"
+#include "common/motion/model/motion_model.h"
 
 namespace mimesis::tool {
 

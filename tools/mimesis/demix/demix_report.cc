@@ -8,9 +8,9 @@
 #include <filesystem>
 #include <iostream>
 
-#include "nodes/synthesizer/demix/check_set.h"
-#include "nodes/synthesizer/demix/spectrum.h"
-#include "nodes/synthesizer/figures/demix_plots.h"
+#include "common/motion/demix/check_set.h"
+#include "common/motion/demix/spectrum.h"
+#include "tools/mimesis/demix/demix_plots.h"
 #include "tools/mimesis/table.h"
 
 namespace mimesis::tool {

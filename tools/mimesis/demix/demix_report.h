@@ -3,8 +3,8 @@
 #include <string>
 #include <vector>
 
-#include "nodes/synthesizer/demix/baselines.h"
-#include "nodes/synthesizer/demix/sisa.h"
+#include "common/motion/demix/baselines.h"
+#include "common/motion/demix/sisa.h"
 #include "tools/mimesis/demix/trial_files.h"
 
 namespace mimesis::tool {

@@ -11,14 +11,14 @@
 #include <memory>
 
 #include "common/error.h"
-#include "nodes/synthesizer/demix/smooth_sources.h"
-#include "nodes/synthesizer/demix/wigner.h"
-#include "nodes/synthesizer/mocap/trials_file.h"
-#include "nodes/synthesizer/model/make_model.h"
+#include "common/motion/demix/smooth_sources.h"
+#include "common/motion/demix/wigner.h"
+#include "common/motion/mocap/trials_file.h"
+#include "common/motion/model/make_model.h"
 #include "tools/mimesis/demix/demix_report.h"
 #include "tools/mimesis/number_check.h"
 #include "tools/mimesis/progress.h"
-#include "tools/mimesis/verbs.h"
+#include "tools/mimesis/verb.h"
 
 namespace mimesis::tool {
 namespace {

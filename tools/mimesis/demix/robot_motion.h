@@ -3,9 +3,9 @@
 #include <string>
 #include <vector>
 
-#include "nodes/synthesizer/mocap/cycles.h"
-#include "nodes/synthesizer/model/limits.h"
-#include "nodes/synthesizer/retarget/figure_clip.h"
+#include "common/motion/mocap/cycles.h"
+#include "common/motion/model/limits.h"
+#include "common/motion/retarget/figure_clip.h"
 
 namespace mimesis::tool {
 

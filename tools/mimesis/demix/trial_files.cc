@@ -10,9 +10,9 @@
 #include <fstream>
 
 #include "common/error.h"
-#include "nodes/synthesizer/mocap/body_from_markers.h"
-#include "nodes/synthesizer/mocap/body_map.h"
-#include "nodes/synthesizer/mocap/trials_file.h"
+#include "common/motion/mocap/body_from_markers.h"
+#include "common/motion/mocap/body_map.h"
+#include "common/motion/mocap/trials_file.h"
 
 namespace mimesis::tool {
 namespace {

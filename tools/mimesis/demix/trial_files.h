@@ -4,9 +4,9 @@
 #include <string>
 #include <vector>
 
-#include "nodes/synthesizer/mocap/cycles.h"
-#include "nodes/synthesizer/mocap/read_clip.h"
-#include "nodes/synthesizer/model/motion_model.h"
+#include "common/motion/mocap/cycles.h"
+#include "common/motion/mocap/read_clip.h"
+#include "common/motion/model/motion_model.h"
 #include "tools/mimesis/demix/robot_motion.h"
 
 namespace mimesis::tool {

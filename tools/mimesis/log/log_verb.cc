@@ -3,7 +3,7 @@
 #include <CLI/Formatter.hpp>
 
 #include "tools/mimesis/log/subverbs.h"
-#include "tools/mimesis/verbs.h"
+#include "tools/mimesis/verb.h"
 
 namespace mimesis::tool {
 

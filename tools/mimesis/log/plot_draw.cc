@@ -7,13 +7,13 @@
 #include <set>
 
 #include "common/error.h"
-#include "common/reproduce/gnuplot.h"
+#include "common/plot/gnuplot.h"
 #include "tools/mimesis/log/plot.h"
 
 namespace mimesis::tool {
 namespace {
 
-using reproduce::quoted;
+using plot::quoted;
 
 constexpr std::size_t kLineTypes = 8;  // that the style of gnuplot.cc tells apart
 constexpr int kPanelHeight = 320, kFirstPanelHeight = 460;  // [px]
@@ -164,10 +164,10 @@ std::string draw_panel(const std::vector<Curve>& curves, const Panel& panel,
 void draw_curves(const std::vector<Curve>& curves, const PlotOptions& options) {
   const auto panels = panels_of(curves);
   const std::string topic = common_topic(curves);
-  std::vector<reproduce::Data> data;
+  std::vector<plot::Data> data;
   double first_s = std::numeric_limits<double>::infinity(), last_s = -first_s;
   for (std::size_t i = 0; i < curves.size(); ++i) {
-    reproduce::Data d{fmt::format("curve{}", i), {}};
+    plot::Data d{fmt::format("curve{}", i), {}};
     for (const auto& p : curves[i].thinning.points()) {
       d.rows.push_back({p.time_s, p.value});
       first_s = std::min(first_s, p.time_s);
@@ -195,7 +195,7 @@ void draw_curves(const std::vector<Curve>& curves, const PlotOptions& options) {
                          ? options.height_px
                          : kFirstPanelHeight + kPanelHeight * (static_cast<int>(panels.size()) - 1);
   const bool svg = std::filesystem::path(options.output).extension() == ".svg";
-  (svg ? reproduce::plot_svg : reproduce::plot_png)(options.output, options.width_px, height, data,
+  (svg ? plot::plot_svg : plot::plot_png)(options.output, options.width_px, height, data,
                                                     script);
 }
 

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "common/shared_data.h"
-#include "nodes/synthesizer/demix/sisa.h"
-#include "nodes/synthesizer/mocap/trials_file.h"
+#include "common/motion/demix/sisa.h"
+#include "common/motion/mocap/trials_file.h"
 
 namespace mimesis::synthesizer::testing {
 namespace {

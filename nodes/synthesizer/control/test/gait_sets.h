@@ -1,8 +1,8 @@
 #pragma once
 #include <string>
 
-#include "nodes/synthesizer/mocap/trials.h"
-#include "nodes/synthesizer/model/motion_model.h"
+#include "common/motion/mocap/trials.h"
+#include "common/motion/model/motion_model.h"
 
 namespace mimesis::synthesizer::testing {
 

@@ -9,7 +9,7 @@
 
 #include "nodes/synthesizer/control/motion_map.h"
 #include "nodes/synthesizer/control/test/gait_sets.h"
-#include "nodes/synthesizer/demix/mixture.h"
+#include "common/motion/demix/mixture.h"
 
 namespace mimesis::synthesizer {
 namespace {

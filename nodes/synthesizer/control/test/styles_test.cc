@@ -9,7 +9,7 @@
 #include "common/error.h"
 #include "common/math/circle.h"
 #include "common/testing/no_malloc.h"
-#include "nodes/synthesizer/demix/mixture.h"
+#include "common/motion/demix/mixture.h"
 
 namespace mimesis::synthesizer {
 namespace {

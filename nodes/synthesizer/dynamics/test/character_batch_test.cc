@@ -9,7 +9,7 @@
 #include "common/math/circle.h"
 #include "common/math/so3.h"
 #include "common/testing/no_malloc.h"
-#include "nodes/synthesizer/demix/mixture.h"
+#include "common/motion/demix/mixture.h"
 #include "nodes/synthesizer/dynamics/testing/synthetic_model.h"
 
 namespace mimesis::synthesizer {

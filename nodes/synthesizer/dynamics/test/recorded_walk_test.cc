@@ -3,13 +3,13 @@
 #include <Eigen/Geometry>
 #include <numbers>
 
-#include "nodes/synthesizer/demix/sisa.h"
+#include "common/motion/demix/sisa.h"
 #include "nodes/synthesizer/dynamics/character_batch.h"
-#include "nodes/synthesizer/mocap/body_map.h"
-#include "nodes/synthesizer/mocap/cycles.h"
-#include "nodes/synthesizer/mocap/gait.h"
-#include "nodes/synthesizer/mocap/read_clip.h"
-#include "nodes/synthesizer/mocap/test/shared_folder.h"
+#include "common/motion/mocap/body_map.h"
+#include "common/motion/mocap/cycles.h"
+#include "common/motion/mocap/gait.h"
+#include "common/motion/mocap/read_clip.h"
+#include "common/motion/mocap/test/shared_folder.h"
 
 namespace mimesis::synthesizer {
 namespace {

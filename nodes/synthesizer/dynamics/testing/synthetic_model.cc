@@ -6,7 +6,7 @@
 
 #include "common/math/circle.h"
 #include "common/math/so3.h"
-#include "nodes/synthesizer/demix/sisa.h"
+#include "common/motion/demix/sisa.h"
 
 namespace mimesis::synthesizer::testing {
 namespace {

@@ -1,7 +1,7 @@
 #pragma once
 #include <cstdint>
 
-#include "nodes/synthesizer/model/motion_model.h"
+#include "common/motion/model/motion_model.h"
 
 namespace mimesis::synthesizer::testing {
 

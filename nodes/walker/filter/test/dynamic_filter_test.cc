@@ -5,8 +5,8 @@
 #include "common/error.h"
 #include "common/robot/test/test_bipeds.h"
 #include "common/testing/no_malloc.h"
-#include "nodes/walker/figures/filtered_walk.h"
-#include "nodes/walker/figures/swinging_arms.h"
+#include "nodes/walker/testing/filtered_walk.h"
+#include "nodes/walker/testing/swinging_arms.h"
 #include "nodes/walker/filter/test/plain_walk.h"
 #include "nodes/walker/pattern/mpc_pattern.h"
 

@@ -4,7 +4,7 @@
 
 #include "common/robot/test/test_bipeds.h"
 #include "common/testing/no_malloc.h"
-#include "nodes/walker/figures/swinging_arms.h"
+#include "nodes/walker/testing/swinging_arms.h"
 #include "nodes/walker/filter/test/plain_walk.h"
 #include "nodes/walker/pattern/mpc_pattern.h"
 

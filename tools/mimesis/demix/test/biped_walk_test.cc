@@ -7,7 +7,7 @@
 
 #include "common/robot/robot_tree.h"
 #include "nodes/synthesizer/dynamics/character_batch.h"
-#include "nodes/synthesizer/model/limits.h"
+#include "common/motion/model/limits.h"
 
 namespace mimesis::synthesizer {
 namespace {

@@ -11,10 +11,10 @@
 #include "common/testing/process.h"
 #include "nodes/synthesizer/dynamics/character_batch.h"
 #include "nodes/synthesizer/dynamics/testing/synthetic_model.h"
-#include "nodes/synthesizer/mocap/bvh.h"
-#include "nodes/synthesizer/mocap/test/shared_folder.h"
-#include "nodes/synthesizer/mocap/trials_file.h"
-#include "nodes/synthesizer/model/motion_model.h"
+#include "common/motion/mocap/bvh.h"
+#include "common/motion/mocap/test/shared_folder.h"
+#include "common/motion/mocap/trials_file.h"
+#include "common/motion/model/motion_model.h"
 #include "tools/mimesis/demix/trial_files.h"
 
 namespace mimesis::tool {

@@ -1,0 +1,65 @@
+#pragma once
+#include <Eigen/Core>
+#include <cstdint>
+#include <vector>
+
+#include "common/motion/demix/group_fit.h"
+
+namespace mimesis::demix {
+
+/// SISA's alternation on spectra (spectrum.h): N trajectories in G groups of p, columns group after
+/// group; the trajectories of a group share their delays. The first `frozen` sources and their
+/// delays stay; weights are always fitted.
+class Alternation {
+ public:
+  struct Layout {
+    Eigen::Index groups = 1, group_size = 1, frozen = 0;
+    bool nonnegative = false;
+    std::uint32_t seed = 1;  ///< of random delays
+  };
+  /// @param data  2·half × N
+  Alternation(Eigen::MatrixXd data, const Layout& layout);
+
+  /// Takes sources (2·half × K, unit columns) and delays (K×G) as they are and fits the weights.
+  void start(const Eigen::MatrixXd& sources, const Eigen::MatrixXd& phi);
+  /// τ-update over the whole period, also from `restarts` random delays, and W-update.
+  void search(int restarts);
+  void refine(int steps);  ///< τ-update by Levenberg steps, W-update
+  void update_sources();   ///< S-update, sources scaled to unit norm; the error is known after the
+                           ///< next τ- or W-update
+
+  /// Turns of (τ, W, S), sped up by Anderson's extrapolation of the sources: an extrapolation that
+  /// does not lower the error is undone. `trace`, if given, gets Q after each turn.
+  struct Limits {
+    int turns;         ///< at most
+    int restarts;      ///< of each search for delays
+    double tolerance;  ///< a turn that gains less of Q is the last
+  };
+  void run(const Limits& limits, std::vector<double>* trace);
+
+  double error() const { return error_; }    ///< Σ‖x − x̂‖²
+  double energy() const { return energy_; }  ///< Σ‖x‖²
+  /// Energy that is in the data but not in `data`: the trace's Q counts it.
+  void set_left_out(double energy) { left_out_ = energy; }
+  double quality() const;
+  Eigen::MatrixXd residual() const;  ///< x − x̂, as the data
+  const Eigen::MatrixXd& sources() const { return sources_; }
+  const Eigen::MatrixXd& phi() const { return phi_; }          ///< K×G
+  const Eigen::MatrixXd& weights() const { return weights_; }  ///< K×N
+
+ private:
+  template <class Step>
+  void each_group(const Step& step);
+  void normal_matrices();
+  void scale_sources();
+
+  Layout layout_;
+  Eigen::MatrixXd data_;
+  Eigen::VectorXd energies_;  ///< per group
+  double energy_ = 0.0, left_out_ = 0.0, error_ = 0.0;
+  Eigen::MatrixXd sources_, phi_, weights_;
+  std::vector<GroupFit> fit_;     ///< one, once the number of sources is known
+  Eigen::MatrixXd pair_, right_;  ///< normal equations of the S-update: 2·half × K², 2·half × K
+};
+
+}  // namespace mimesis::demix

@@ -1,0 +1,275 @@
+#include "common/motion/demix/sisa.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "common/math/circle.h"
+#include "common/motion/demix/alternation.h"
+#include "common/motion/demix/check_set.h"
+#include "common/motion/demix/gauge.h"
+#include "common/motion/demix/spectrum.h"
+#include "common/motion/demix/starts.h"
+
+namespace mimesis::demix {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+/// Harmonics above the last one of these hold a millionth of the energy: they are left to the end.
+Index harmonics_that_matter(const MatrixXd& spectrum, Index harmonics) {
+  const Index half = spectrum.rows() / 2;
+  VectorXd energy = spectrum.rowwise().squaredNorm();
+  energy.head(half) += energy.tail(half).eval();
+  const double allowed = 1e-6 * energy.head(half).sum();
+  double left_out = 0.0;
+  Index count = harmonics;
+  while (count > 1 && left_out + energy[count - 1] <= allowed) left_out += energy[--count];
+  return count;
+}
+
+constexpr Index kTrialGroups = 220;  // of free rows in trial runs
+constexpr int kTrialTurns = 10;
+
+Index rounded_up(Index harmonics) { return (harmonics + 3) / 4 * 4; }
+
+MatrixXd with_half(const MatrixXd& spectrum, Index half) {
+  const Index common = std::min(half, spectrum.rows() / 2);
+  MatrixXd out = MatrixXd::Zero(2 * half, spectrum.cols());
+  out.topRows(common) = spectrum.topRows(common);
+  out.middleRows(half, common) = spectrum.middleRows(spectrum.rows() / 2, common);
+  return out;
+}
+
+/// Where a set's rows go: groups of trajectories that share their delays, side by side.
+struct Grouping {
+  Index groups, size;
+  std::vector<Index> row;  ///< of the set, for each column
+};
+
+Grouping grouping(const mocap::Trials& set, bool tied) {
+  const Index total = set.samples.rows(), rows = set.rows_per_trial();
+  Grouping out{tied ? rows : total, tied ? total / rows : 1, {}};
+  out.row.resize(static_cast<std::size_t>(total));
+  for (Index c = 0; c < total; ++c) {
+    out.row[static_cast<std::size_t>(c)] = tied ? c % out.size * rows + c / out.size : c;
+  }
+  return out;
+}
+
+class Demixing {
+ public:
+  Demixing(const mocap::Trials& set, const SisaOptions& options)
+      : set_(set),
+        options_(options),
+        groups_(grouping(set, options.tied)),
+        samples_(set.samples.cols()),
+        fixed_(options.fixed.rows()),
+        given_(fixed_ + options.known.sources.rows()) {
+    const Index harmonics = harmonic_count(samples_);
+    full_ = to_spectrum(set.samples(groups_.row, Eigen::all), harmonics, rounded_up(harmonics));
+    given_spectra_ = MatrixXd(full_.rows(), given_);
+    const Index half = rounded_up(harmonics);
+    given_spectra_.leftCols(fixed_) = to_spectrum(options.fixed, harmonics, half);
+    given_spectra_.rightCols(given_ - fixed_) = to_spectrum(options.known.sources, harmonics, half);
+    scale_ = given_spectra_.colwise().norm().cwiseMax(1e-300);
+    given_spectra_ *= scale_.cwiseInverse().asDiagonal();
+    kept_ = harmonics_that_matter(full_, harmonics);
+  }
+
+  SisaResult run() {
+    SisaResult result;
+    const Alternation best = over_all_harmonics(best_start(result.trace));
+    result.mixture = mixture(best);
+    const MatrixXd x_hat = result.mixture.reconstruct();
+    result.quality = demix::quality(set_.samples, x_hat);
+    result.quality_squared = demix::quality_squared(set_.samples, x_hat);
+    return result;
+  }
+
+ private:
+  Alternation::Layout layout() const {
+    return {groups_.groups, groups_.size, given_, options_.nonnegative, options_.seed};
+  }
+
+  MatrixXd given_delays() const {
+    MatrixXd phi = MatrixXd::Zero(options_.sources, groups_.groups);
+    for (Index g = 0; g < groups_.groups; ++g) {
+      const Index row = g % set_.rows_per_trial();
+      for (Index k = fixed_; k < given_; ++k) phi(k, g) = options_.known.delay_rad(row, k - fixed_);
+    }
+    return phi;
+  }
+
+  Alternation::Limits limits(int turns) const {
+    return {turns, options_.restarts, options_.tolerance};
+  }
+
+  void report(double share) const {
+    if (options_.progress) options_.progress(std::min(1.0, share));
+  }
+
+  /// An alternation from `sources` (the learned ones), delays looked for or 0.
+  Alternation from_sources(const MatrixXd& data, const MatrixXd& learned, bool look,
+                           const std::vector<Index>& columns) const {
+    Alternation::Layout part = layout();
+    part.groups = static_cast<Index>(columns.size());
+    const Index half = data.rows() / 2;
+    Alternation run(data, part);
+    run.set_left_out(left_out_ * data.squaredNorm() / full_.squaredNorm());
+    MatrixXd sources(data.rows(), options_.sources);
+    sources.leftCols(given_) = with_half(given_spectra_, half);
+    sources.rightCols(learned.cols()) = learned;
+    run.start(sources, given_delays()(Eigen::all, columns));
+    if (look) run.search(options_.restarts);
+    return run;
+  }
+
+  /// Groups for the trial runs: of many only so many, evenly from all rows and trials.
+  std::vector<Index> sample_of_groups() const {
+    Index stride = std::max<Index>(1, groups_.groups / kTrialGroups);
+    while (std::gcd(stride, set_.rows_per_trial()) != 1) ++stride;
+    std::vector<Index> out;
+    for (Index g = 0; g < groups_.groups; g += options_.tied ? 1 : stride) out.push_back(g);
+    return out;
+  }
+
+  /// What the fixed and known sources leave.
+  MatrixXd left_by_given(const MatrixXd& data) const {
+    if (given_ == 0) return data;
+    Alternation known(data, layout());
+    known.start(with_half(given_spectra_, data.rows() / 2), given_delays().topRows(given_));
+    return known.residual();
+  }
+
+  struct Candidate {
+    double error;
+    Alternation run;
+    std::vector<double> trace;
+  };
+
+  Alternation best_start(std::vector<double>& trace) {
+    const Index half = rounded_up(kept_);
+    const MatrixXd data = with_half(full_, half);
+    left_out_ = removed_energy() - data.squaredNorm();
+    const std::vector<Start> all =
+        starts(left_by_given(data), options_.sources - given_, options_.tied, given_ > 0);
+    const std::vector<Index> sample = sample_of_groups();
+    const bool whole = static_cast<Index>(sample.size()) == groups_.groups;
+    const MatrixXd part = whole ? data : MatrixXd(data(Eigen::all, sample));
+    std::vector<Candidate> found;
+    for (const Start& start : all) {
+      Candidate c{0.0, from_sources(part, start.sources, start.search, sample), {}};
+      c.run.run(limits(std::min(kTrialTurns, options_.turns)), &c.trace);
+      c.error = c.run.error();
+      found.push_back(std::move(c));
+      report(0.5 * static_cast<double>(found.size()) / static_cast<double>(all.size()));
+    }
+    std::ranges::stable_sort(found, {}, &Candidate::error);
+    const std::size_t finalists = options_.tied ? static_cast<std::size_t>(options_.finalists) : 1;
+    found.erase(found.begin() + static_cast<long>(std::min(finalists, found.size())), found.end());
+    std::vector<Index> groups(static_cast<std::size_t>(groups_.groups));
+    std::iota(groups.begin(), groups.end(), 0);
+    for (Candidate& c : found) {
+      if (!whole) {
+        c.trace.clear();
+        c.run =
+            from_sources(data, c.run.sources().rightCols(options_.sources - given_), true, groups);
+      }
+      c.run.run(limits(options_.turns), &c.trace);
+      c.error = c.run.error();
+    }
+    report(0.9);
+    Candidate& best = *std::ranges::min_element(found, {}, &Candidate::error);
+    trace = std::move(best.trace);
+    return std::move(best.run);
+  }
+
+  /// Energy of the rows with their means removed.
+  double removed_energy() const {
+    return (set_.samples.colwise() - set_.samples.rowwise().mean()).squaredNorm();
+  }
+
+  Alternation over_all_harmonics(const Alternation& from) const {
+    Alternation out(full_, layout());
+    MatrixXd sources = with_half(from.sources(), full_.rows() / 2);
+    sources.leftCols(given_) = given_spectra_;
+    out.start(sources, from.phi());
+    for (int i = 0; i < 2; ++i) {
+      out.update_sources();
+      out.refine(1);
+    }
+    return out;
+  }
+
+  Mixture mixture(const Alternation& from) const;
+
+  const mocap::Trials& set_;
+  const SisaOptions& options_;
+  Grouping groups_;
+  Index samples_, fixed_, given_;
+  MatrixXd full_, given_spectra_;
+  VectorXd scale_;  ///< of the given spectra, as given
+  Index kept_ = 0;
+  double left_out_ = 0.0;  ///< energy of the harmonics above those
+};
+
+Mixture Demixing::mixture(const Alternation& from) const {
+  const Index count = options_.sources, total = set_.samples.rows();
+  Mixture out;
+  out.fixed = static_cast<int>(fixed_);
+  out.sources.resize(count, samples_);
+  if (fixed_ > 0) out.sources.topRows(fixed_) = options_.fixed;
+  if (given_ > fixed_) {
+    out.sources.middleRows(fixed_, given_ - fixed_) = options_.known.sources;
+  }
+  out.sources.bottomRows(count - given_) =
+      from_spectrum(from.sources().rightCols(count - given_), samples_);
+  out.weights.resize(total, count);
+  out.delay_rad.resize(total, count);
+  for (Index c = 0; c < total; ++c) {
+    const Index n = groups_.row[static_cast<std::size_t>(c)];
+    out.weights.row(n) = from.weights().col(c).transpose();
+    out.weights.row(n).head(given_).array() /= scale_.transpose().array();
+    out.delay_rad.row(n) = from.phi().col(c / groups_.size).transpose();
+  }
+  fix_gauge(out, given_, options_.nonnegative);
+  out.means = set_.samples.rowwise().mean() -
+              out.weights.leftCols(fixed_) * out.sources.topRows(fixed_).rowwise().mean();
+  return out;
+}
+
+}  // namespace
+
+SisaResult sisa(const mocap::Trials& set, const SisaOptions& options) {
+  check_set(set);
+  const Index samples = set.samples.cols();
+  check_given(options.fixed, "fixed", samples);
+  check_given(options.known.sources, "known", samples);
+  if (options.known.sources.rows() > 0) check_known(set, options.known);
+  check_count(set, options.sources,
+              static_cast<int>(options.fixed.rows() + options.known.sources.rows()));
+  return Demixing(set, options).run();
+}
+
+MatrixXd non_periodic(int count, Index samples) {
+  MatrixXd out(count, samples);
+  for (Index t = 0; t < samples; ++t) {
+    const double angle =
+        0.5 * math::kTwoPi * static_cast<double>(t + 1) / static_cast<double>(samples);
+    if (count > 0) out(0, t) = std::cos(angle);
+    if (count > 1) out(1, t) = std::cos(0.5 * angle);
+    if (count > 2) out(2, t) = std::sin(0.5 * angle);
+  }
+  return out;
+}
+
+KnownSources known_sources(const Mixture& tied, Index rows_per_trial) {
+  const Index periodic = tied.sources.rows() - tied.fixed;
+  return {tied.sources.bottomRows(periodic),
+          tied.delay_rad.topRows(rows_per_trial).rightCols(periodic)};
+}
+
+}  // namespace mimesis::demix

@@ -1,0 +1,67 @@
+#pragma once
+#include <Eigen/Core>
+#include <cstdint>
+#include <functional>
+#include <vector>
+
+#include "common/motion/demix/mixture.h"
+#include "common/motion/mocap/trials.h"
+
+namespace mimesis::demix {
+
+/// Sources that are given with their delays: what an earlier action was learned to need.
+struct KnownSources {
+  Eigen::MatrixXd sources;    ///< K₀×T, periodic
+  Eigen::MatrixXd delay_rad;  ///< R×K₀, one per row of a trial and source
+};
+
+struct SisaOptions {
+  /// K, all of them: `fixed` and `known` count.
+  int sources = 4;
+  /// One delay per row of a trial and source, the same in all trials; else one per trajectory.
+  bool tied = false;
+  bool nonnegative = false;
+  /// Non-periodic sources, rows of T samples: given, not shifted. [M18 3.3.3]: non_periodic().
+  Eigen::MatrixXd fixed = {};
+  /// Stepwise regression: these follow the fixed ones, as they are; their weights are estimated
+  /// anew and the other sources are learned from what they leave. @see known_sources()
+  KnownSources known = {};
+  int turns = 40;           ///< of (τ, W, S) at most, for each start
+  int restarts = 2;         ///< random delays each row starts from in every turn, beside its own
+  double tolerance = 1e-4;  ///< a turn that gains less of Q is the last
+  /// Of those random delays: another one may end in another local minimum.
+  std::uint32_t seed = 1;
+  /// Tied delays have many local minima: so many starts are followed up to their ends.
+  int finalists = 2;
+  /// Called with the share of the work done, 0..1; may be empty.
+  std::function<void(double)> progress = {};
+};
+
+struct SisaResult {
+  Mixture mixture;            ///< N weights and delays, in the order of the set's rows
+  std::vector<double> trace;  ///< Q after every turn, of the start that won; does not fall
+  double quality = 0.0, quality_squared = 0.0;  ///< Q, Q2 of the mixture
+};
+
+/// Shift Invariant Subspace Analysis [M18 eq. 3.8-3.10]: sources, weights and delays of the
+/// anechoic mixture that is nearest to the set in the least-squares sense. Starts from harmonics,
+/// with tied delays also from the principal components (the mixture without delays), so that it is
+/// never worse than those. Delays are not bound to samples.
+///
+/// Learned sources have unit rms, are turned so that their strongest harmonic has its crest at
+/// t = 0, signed so that their weights sum up to ≥ 0, and come in the order of the energy they
+/// carry (fix_gauge()); fixed and known ones stay as given.
+/// A constant row has weights 0. Deterministic. Time O(turns·N·T·K²).
+/// @throws ConfigError: no rows or trials, a number that is not finite (names the row), sources
+/// that do not fit the period, more sources than the set supports (its rank: as many principal
+/// components describe it exactly)
+SisaResult sisa(const mocap::Trials& set, const SisaOptions& options);
+
+/// The `count` (1..3) non-periodic sources of [M18 3.3.3], t = 1..T:
+/// cos(πt/T), cos(πt/2T), sin(πt/2T).
+Eigen::MatrixXd non_periodic(int count, Eigen::Index samples);
+
+/// The periodic sources of a tied mixture with their delays, for another action.
+KnownSources known_sources(const Mixture& tied, Eigen::Index rows_per_trial);
+
+}  // namespace mimesis::demix

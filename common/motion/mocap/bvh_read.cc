@@ -1,0 +1,266 @@
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+
+#include "common/motion/mocap/bvh.h"
+#include "common/motion/mocap/clip_limits.h"
+#include "common/motion/mocap/file_axes.h"
+#include "common/motion/mocap/text_scanner.h"
+
+namespace mimesis::mocap {
+namespace {
+
+constexpr double kRadians = std::numbers::pi / 180.0;
+
+struct Channel {
+  int joint = 0, axis = 0;  // axis of the house
+  bool position = false;
+};
+
+// Offsets and positions are in house axes and the file's unit until the end.
+struct Bvh {
+  Skeleton skeleton;
+  std::vector<Channel> channels;  // as the columns of MOTION
+  std::vector<int> position_row;  // of a joint in `positions`, -1: none
+  Eigen::MatrixXd positions;      // 3 rows for a joint that has position channels
+  Clip clip;
+};
+
+Channel channel_of(TextScanner& in, int joint) {
+  static constexpr std::array<std::string_view, 6> kNames = {"Xposition", "Yposition", "Zposition",
+                                                             "Xrotation", "Yrotation", "Zrotation"};
+  const std::string_view name = in.word();
+  for (int k = 0; k < 6; ++k) {
+    if (same_word(name, kNames[static_cast<std::size_t>(k)])) {
+      return {joint, from_file_axis(k % 3), k < 3};
+    }
+  }
+  in.fail_found(name, "a channel: X, Y or Z before position or rotation");
+}
+
+void read_channels(TextScanner& in, Bvh& bvh, int joint) {
+  const long count = in.integer();
+  if (count < 0 || count > 6) in.fail_found(std::to_string(count), "0 to 6 channels");
+  const std::size_t first = bvh.channels.size();
+  for (long k = 0; k < count; ++k) {
+    const Channel channel = channel_of(in, joint);
+    for (std::size_t i = first; i < bvh.channels.size(); ++i) {
+      const Channel& other = bvh.channels[i];
+      if (channel.position && other.position && other.axis == channel.axis) {
+        in.fail("a position channel for the second time in joint '" +
+                bvh.skeleton.joints[static_cast<std::size_t>(joint)].name + "'");
+      }
+    }
+    bvh.channels.push_back(channel);
+  }
+}
+
+Eigen::Vector3d read_offset(TextScanner& in) {
+  in.expect("OFFSET");
+  const double x = in.number(), y = in.number(), z = in.number();
+  return from_file_axes({x, y, z});
+}
+
+int open_joint(TextScanner& in, Bvh& bvh, int parent) {
+  Joint joint{std::string(in.rest_of_line()), parent, Eigen::Vector3d::Zero()};
+  if (joint.name.empty()) in.fail_found("", "the name of a joint");
+  in.expect("{");
+  joint.offset_m = read_offset(in);
+  bvh.skeleton.joints.push_back(std::move(joint));
+  const int index = static_cast<int>(bvh.skeleton.joints.size()) - 1;
+  if (same_word(in.peek(), "CHANNELS")) {
+    in.expect("CHANNELS");
+    read_channels(in, bvh, index);
+  }
+  return index;
+}
+
+void read_end(TextScanner& in, Bvh& bvh, int parent) {
+  in.rest_of_line();  // "Site", whatever is behind it
+  in.expect("{");
+  const std::string name = bvh.skeleton.joints[static_cast<std::size_t>(parent)].name + "_end";
+  bvh.skeleton.ends.push_back({name, parent, read_offset(in)});
+  in.expect("}");
+}
+
+void read_hierarchy(TextScanner& in, Bvh& bvh) {
+  in.expect("HIERARCHY");
+  in.expect("ROOT");
+  int joint = open_joint(in, bvh, -1);
+  while (joint >= 0) {  // no recursion: a file may nest as deeply as it likes
+    const std::string_view word = in.word();
+    if (same_word(word, "JOINT")) {
+      joint = open_joint(in, bvh, joint);
+    } else if (same_word(word, "End")) {
+      read_end(in, bvh, joint);
+    } else if (word == "}") {
+      joint = bvh.skeleton.joints[static_cast<std::size_t>(joint)].parent;
+    } else {
+      in.fail_found(word, "JOINT, End Site or '}'");
+    }
+  }
+}
+
+double rate_of(TextScanner& in) {
+  in.expect("Frame");
+  in.expect("Time:");
+  const double time_s = in.number();
+  if (!(time_s > 1e-6 && time_s < 1e6)) in.fail("frame time, expected seconds above zero");
+  const double rate_hz = 1.0 / time_s, whole = std::round(rate_hz);
+  return whole >= 1.0 && std::abs(rate_hz - whole) < 1e-4 * whole ? whole : rate_hz;
+}
+
+// Sizes everything, once the counts are seen to fit the text that is left.
+void prepare(TextScanner& in, Bvh& bvh, std::size_t frames, const std::string& file) {
+  const std::size_t joints = bvh.skeleton.joints.size();
+  bvh.position_row.assign(joints, -1);
+  int rows = 0;
+  for (const Channel& channel : bvh.channels) {
+    int& row = bvh.position_row[static_cast<std::size_t>(channel.joint)];
+    if (channel.position && row < 0) row = 3 * rows++;
+  }
+  if (bvh.channels.empty()) in.fail("no joint has a channel, expected a motion");
+  if (frames > (in.bytes_left() + 1) / (2 * bvh.channels.size())) {
+    in.fail(std::to_string(frames) + " frames of " + std::to_string(bvh.channels.size()) +
+            " numbers, but only " + std::to_string(in.bytes_left()) + " bytes are left");
+  }
+  check_clip_size(file, in.size(), joints, frames);
+  const auto columns = static_cast<Eigen::Index>(frames);
+  bvh.positions.resize(3 * rows, columns);
+  for (std::size_t j = 0; j < joints; ++j) {
+    if (bvh.position_row[j] < 0) continue;
+    bvh.positions.middleRows<3>(bvh.position_row[j]).colwise() = bvh.skeleton.joints[j].offset_m;
+  }
+  bvh.clip.rotation_rad.resize(3 * static_cast<Eigen::Index>(joints), columns);
+}
+
+void read_frame(TextScanner& in, Bvh& bvh, Eigen::Index frame) {
+  if (!in.next_line()) {
+    in.fail_found("", "frame " + std::to_string(frame + 1) + " of " +
+                          std::to_string(bvh.clip.rotation_rad.cols()));
+  }
+  std::size_t c = 0;
+  for (std::size_t j = 0; j < bvh.skeleton.joints.size(); ++j) {
+    Eigen::Quaterniond rotation = Eigen::Quaterniond::Identity();
+    for (; c < bvh.channels.size() && bvh.channels[c].joint == static_cast<int>(j); ++c) {
+      const Channel& channel = bvh.channels[c];
+      const double value = in.number_in_line();
+      if (channel.position) {
+        bvh.positions(bvh.position_row[j] + channel.axis, frame) = value;
+      } else {  // each turns about the axes that those before it have turned
+        rotation = rotation * turn_about(channel.axis, std::remainder(value, 360.0) * kRadians);
+      }
+    }
+    put_rotation(bvh.clip.rotation_rad, static_cast<Eigen::Index>(j), frame, rotation);
+  }
+  const std::string_view more = in.word_in_line();
+  if (!more.empty()) {
+    in.fail_found(more, "the end of the line after " + std::to_string(bvh.channels.size()) +
+                            " numbers, one a channel");
+  }
+}
+
+void read_motion(TextScanner& in, Bvh& bvh, const std::string& file) {
+  in.expect("MOTION");
+  in.expect("Frames:");
+  const long frames = in.integer();
+  if (frames < 1) in.fail_found(std::to_string(frames), "one frame or more");
+  bvh.clip.rate_hz = rate_of(in);
+  prepare(in, bvh, static_cast<std::size_t>(frames), file);
+  for (Eigen::Index frame = 0; frame < frames; ++frame) read_frame(in, bvh, frame);
+  const std::string_view more = in.word();
+  if (!more.empty()) {
+    in.fail_found(more, "the end of the file after " + std::to_string(frames) + " frames");
+  }
+}
+
+bool moves(const Bvh& bvh, std::size_t joint, double unit_m) {
+  if (bvh.position_row[joint] < 0) return false;
+  const auto rows = bvh.positions.middleRows<3>(bvh.position_row[joint]);
+  return (rows.rowwise().maxCoeff() - rows.rowwise().minCoeff()).maxCoeff() * unit_m > 1e-4;
+}
+
+// Joint 1 is the root's only child: root and child become one, where the child is.
+void join_root(Bvh& bvh) {
+  Clip& clip = bvh.clip;
+  const auto child_position = bvh.positions.middleRows<3>(bvh.position_row[1]);
+  Eigen::MatrixXd rotation = clip.rotation_rad.bottomRows(clip.rotation_rad.rows() - 3);
+  for (Eigen::Index t = 0; t < clip.frames(); ++t) {
+    const Eigen::Matrix3d R_WR = math::exp_so3(clip.rotation_rad.col(t).head<3>());
+    const Eigen::Matrix3d R_RJ = math::exp_so3(clip.rotation_rad.col(t).segment<3>(3));
+    clip.root_position_W_m.col(t) += R_WR * child_position.col(t);
+    put_rotation(rotation, 0, t, Eigen::Quaterniond(Eigen::Matrix3d(R_WR * R_RJ)));
+  }
+  clip.rotation_rad = std::move(rotation);
+  Skeleton& skeleton = bvh.skeleton;
+  skeleton.joints.erase(skeleton.joints.begin());
+  for (Joint& joint : skeleton.joints) --joint.parent;
+  for (Joint& end : skeleton.ends) --end.parent;
+  bvh.position_row.erase(bvh.position_row.begin());
+}
+
+// A root that only holds the place of the origin, as Bandai's joint_Root does.
+bool idle_root(const Bvh& bvh) {
+  return bvh.clip.rotation_rad.topRows<3>().isZero(0.0) && bvh.clip.root_position_W_m.isZero(0.0);
+}
+
+bool only_child(const Skeleton& skeleton) {
+  const auto of_root = [](const Joint& joint) { return joint.parent == 0; };
+  return skeleton.joints.size() > 1 &&
+         std::count_if(skeleton.joints.begin(), skeleton.joints.end(), of_root) == 1 &&
+         std::none_of(skeleton.ends.begin(), skeleton.ends.end(), of_root);
+}
+
+// Positions of joints other than the root become offsets, or the root's motion.
+void settle_positions(Bvh& bvh, double unit_m, const std::string& file) {
+  Clip& clip = bvh.clip;
+  clip.root_position_W_m.resize(3, clip.frames());
+  if (bvh.position_row[0] >= 0) {
+    clip.root_position_W_m = bvh.positions.middleRows<3>(bvh.position_row[0]);
+  } else {
+    clip.root_position_W_m.colwise() = bvh.skeleton.joints[0].offset_m;
+  }
+  if (only_child(bvh.skeleton) && bvh.position_row[1] >= 0 &&
+      (idle_root(bvh) || moves(bvh, 1, unit_m))) {
+    join_root(bvh);
+  }
+  bvh.skeleton.joints[0].offset_m.setZero();
+  for (std::size_t j = 1; j < bvh.skeleton.joints.size(); ++j) {
+    if (bvh.position_row[j] < 0) continue;
+    if (moves(bvh, j, unit_m)) {
+      throw ConfigError(
+          one_line(file + ": joint '" + bvh.skeleton.joints[j].name +
+                   "' moves within its parent, expected position channels that change only "
+                   "for the root or the root's only child"));
+    }
+    bvh.skeleton.joints[j].offset_m = bvh.positions.block<3, 1>(bvh.position_row[j], 0);
+  }
+}
+
+}  // namespace
+
+double bvh_unit_m(const Skeleton& skeleton) {
+  const bool cmu = skeleton.find("Hips") == 0 && skeleton.find("LHipJoint") > 0 &&
+                   skeleton.find("RHipJoint") > 0;
+  return cmu ? 0.0254 / 0.45 : 0.01;
+}
+
+Clip parse_bvh(std::string_view text, const std::string& file, const ReadOptions& options) {
+  check_options(options);
+  Bvh bvh;
+  TextScanner in(text, file);
+  read_hierarchy(in, bvh);
+  read_motion(in, bvh, file);
+  const double unit_m = options.unit_m > 0.0 ? options.unit_m : bvh_unit_m(bvh.skeleton);
+  settle_positions(bvh, unit_m, file);
+  for (Joint& joint : bvh.skeleton.joints) joint.offset_m *= unit_m;
+  for (Joint& end : bvh.skeleton.ends) end.offset_m *= unit_m;
+  bvh.clip.root_position_W_m *= unit_m;
+  bvh.clip.skeleton = std::move(bvh.skeleton);
+  bvh.clip.name = base_name(file);
+  check_lengths(file, bvh.clip);
+  return std::move(bvh.clip);
+}
+
+}  // namespace mimesis::mocap

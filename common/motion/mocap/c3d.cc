@@ -1,0 +1,276 @@
+#include "common/motion/mocap/c3d.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "common/motion/mocap/c3d_parameters.h"
+#include "common/motion/mocap/text_scanner.h"
+
+namespace mimesis::mocap {
+namespace {
+
+constexpr std::size_t kBlock = 512;
+constexpr double kMissing = std::numeric_limits<double>::quiet_NaN();
+
+// Words of the header, which is the first block.
+struct Header {
+  explicit Header(const C3dWords& w)
+      : points(w.u16(2)),
+        analog_a_frame(w.u16(4)),
+        first(w.u16(6)),
+        last(w.u16(8)),
+        scale(w.f32(12)),
+        data_start(w.u16(16)),
+        samples(w.u16(18)),
+        rate_hz(w.f32(20)) {}
+  unsigned points, analog_a_frame, first, last;
+  double scale;
+  unsigned data_start, samples;
+  double rate_hz;
+};
+
+// How the data are laid out.
+struct Layout {
+  std::size_t start = 0;  // byte
+  std::size_t frames = 0, points = 0, channels = 0, samples = 0;
+  std::size_t word = 2;  // bytes of a number
+  double scale = 1.0;    // of whole numbers, in the file's unit
+  std::size_t frame_bytes() const { return word * (4 * points + channels * samples); }
+};
+
+bool positive(double x) { return std::isfinite(x) && x > 0.0; }
+
+C3dWords open_words(std::span<const std::byte> bytes, const std::string& file) {
+  C3dWords words{bytes, C3dProcessor::intel, file};
+  if (bytes.size() < 2 * kBlock) {
+    words.fail(std::to_string(bytes.size()) + " bytes, expected a C3D file of 1024 or more");
+  }
+  if (words.u8(1) != 0x50) {
+    words.fail(1, "found " + std::to_string(words.u8(1)) + ", expected 80, the mark of a C3D file");
+  }
+  const std::size_t section = (words.u8(0) - std::size_t{1}) * kBlock;
+  if (words.u8(0) < 2 || section + kBlock > bytes.size()) {
+    words.fail(0, "parameters in block " + std::to_string(words.u8(0)) + ", expected block 2 to " +
+                      std::to_string(bytes.size() / kBlock));
+  }
+  const unsigned processor = words.u8(section + 3);
+  if (processor < 84 || processor > 86) {
+    words.fail(section + 3, "processor " + std::to_string(processor) +
+                                ", expected 84 (Intel), 85 (DEC) or 86 (SGI/MIPS)");
+  }
+  words.processor = static_cast<C3dProcessor>(processor);
+  return words;
+}
+
+class C3dReader {
+ public:
+  C3dReader(std::span<const std::byte> bytes, const std::string& file)
+      : words_(open_words(bytes, file)),
+        header_(words_),
+        section_((words_.u8(0) - 1) * kBlock),
+        section_end_(end_of_section()),
+        parameters_(words_, section_ + 4, limit()) {}
+
+  Markers read() {
+    Markers markers;
+    markers.name = base_name(words_.file);
+    markers.rate_hz = rate();
+    unit_m_ = unit();
+    layout(markers.rate_hz);
+    markers.first_frame = first_frame();
+    markers.labels = labels("POINT:LABELS", "point ", layout_.points);
+    markers.analog_labels = labels("ANALOG:LABELS", "analog ", layout_.channels);
+    if (layout_.channels > 0) {
+      markers.analog_rate_hz = markers.rate_hz * static_cast<double>(layout_.samples);
+    }
+    read_points(markers);
+    read_analog(markers);
+    return markers;
+  }
+
+ private:
+  std::size_t end_of_section() const {
+    const std::size_t blocks = words_.u8(section_ + 2);
+    const std::size_t end = blocks > 0 ? section_ + blocks * kBlock : words_.bytes.size();
+    return std::min(end, words_.bytes.size());
+  }
+
+  // Parameters may run beyond their section, but not into the data.
+  std::size_t limit() const {
+    const std::size_t data = header_.data_start > 0 ? (header_.data_start - 1) * kBlock : 0;
+    return std::min(std::max(section_end_, data), words_.bytes.size());
+  }
+
+  double rate() const {
+    const double rate_hz = parameters_.number("POINT:RATE").value_or(0.0);
+    if (positive(rate_hz)) return rate_hz;
+    if (positive(header_.rate_hz)) return header_.rate_hz;
+    words_.fail("POINT:RATE and byte 20 give no frame rate, expected one above zero");
+  }
+
+  double unit() const {
+    const std::vector<std::string> units = parameters_.texts("POINT:UNITS");
+    if (units.empty() || units[0].empty() || same_word(units[0], "mm")) return 1e-3;
+    if (same_word(units[0], "cm")) return 1e-2;
+    if (same_word(units[0], "m")) return 1.0;
+    if (same_word(units[0], "in")) return 0.0254;
+    words_.fail("POINT:UNITS is '" + units[0] + "', expected mm, cm, m or in");
+  }
+
+  void layout(double rate_hz) {
+    const double scale = parameters_.number("POINT:SCALE").value_or(header_.scale);
+    if (!std::isfinite(scale) || scale == 0.0) {
+      words_.fail("POINT:SCALE gives no scale, expected one above zero, or below for real numbers");
+    }
+    layout_.word = scale < 0.0 ? 4 : 2;
+    layout_.scale = scale < 0.0 ? 1.0 : scale;
+    layout_.points = size_of(parameters_.count("POINT:USED").value_or(header_.points));
+    const double used = header_.samples > 0 ? header_.analog_a_frame / header_.samples : 0.0;
+    layout_.channels = size_of(parameters_.count("ANALOG:USED").value_or(used));
+    layout_.samples = layout_.channels > 0 ? samples(rate_hz) : 0;
+    if (layout_.frame_bytes() == 0) {
+      words_.fail("POINT:USED is 0 and there are no analog channels, expected data");
+    }
+    layout_.start = data_start();
+    layout_.frames = frames();
+  }
+
+  static std::size_t size_of(double count) {
+    return count >= 0.0 && count <= 65535.0 ? static_cast<std::size_t>(count) : 0;
+  }
+
+  std::size_t samples(double rate_hz) const {
+    const double ratio = parameters_.number("ANALOG:RATE").value_or(0.0) / rate_hz;
+    const double whole = std::round(ratio);
+    if (whole >= 1.0 && whole <= 65535.0 && std::abs(ratio - whole) < 1e-3 * whole) {
+      return static_cast<std::size_t>(whole);
+    }
+    if (header_.samples > 0) return header_.samples;
+    if (header_.analog_a_frame >= layout_.channels)
+      return header_.analog_a_frame / layout_.channels;
+    words_.fail("ANALOG:RATE and byte 18 give no samples a frame, expected one or more");
+  }
+
+  // Behind the parameters; or where parameter and header agree, for there are files whose last
+  // parameters were overwritten by the data.
+  std::size_t data_start() const {
+    const std::size_t stated = size_of(parameters_.count("POINT:DATA_START").value_or(0.0));
+    for (const std::size_t block : {stated, std::size_t{header_.data_start}}) {
+      if (block * kBlock < section_ + 2 * kBlock || block * kBlock > words_.bytes.size()) continue;
+      const std::size_t start = (block - 1) * kBlock;
+      if (start >= parameters_.end() || stated == header_.data_start) return start;
+    }
+    return std::min(std::max(section_end_, parameters_.end()), words_.bytes.size());
+  }
+
+  std::optional<double> trial_field(const char* name) const {
+    const std::vector<double> words = parameters_.numbers(name, true);
+    if (words.size() < 2) return std::nullopt;
+    return words[0] + 65536.0 * words[1];
+  }
+
+  std::size_t frames() const {
+    const auto first = trial_field("TRIAL:ACTUAL_START_FIELD");
+    const auto last = trial_field("TRIAL:ACTUAL_END_FIELD");
+    const double in_header =
+        header_.last >= header_.first ? header_.last - header_.first + 1.0 : 0.0;
+    const double capacity = std::floor(static_cast<double>(words_.bytes.size() - layout_.start) /
+                                       static_cast<double>(layout_.frame_bytes()));
+    double fewest = 0.0;
+    for (const double count : {parameters_.number("POINT:LONG_FRAMES").value_or(0.0),
+                               first && last ? *last - *first + 1.0 : 0.0,
+                               parameters_.count("POINT:FRAMES").value_or(0.0), in_header}) {
+      if (!(count >= 1.0)) continue;
+      if (count <= capacity) return static_cast<std::size_t>(count);
+      fewest = fewest > 0.0 ? std::min(fewest, count) : count;
+    }
+    if (fewest == 0.0) words_.fail("POINT:FRAMES and the header give no frames, expected some");
+    words_.fail(words_.bytes.size(),
+                "the file ends after " + std::to_string(static_cast<long>(capacity)) +
+                    " frames of " + std::to_string(layout_.frame_bytes()) + " bytes, expected " +
+                    std::to_string(static_cast<long long>(std::min(fewest, 1e15))));
+  }
+
+  long first_frame() const {
+    return static_cast<long>(trial_field("TRIAL:ACTUAL_START_FIELD").value_or(header_.first));
+  }
+
+  std::vector<std::string> labels(const std::string& parameter, const std::string& prefix,
+                                  std::size_t count) const {
+    std::vector<std::string> names = parameters_.texts(parameter);
+    names.resize(count);
+    for (std::size_t i = 0; i < count; ++i) {
+      if (names[i].empty()) names[i] = prefix + std::to_string(i + 1);
+    }
+    return names;
+  }
+
+  // x, y, z, then residual and cameras: below zero if the point is missing.
+  void read_points(Markers& markers) const {
+    const Layout& l = layout_;
+    markers.position_m.resize(3 * static_cast<Eigen::Index>(l.points),
+                              static_cast<Eigen::Index>(l.frames));
+    double* out = markers.position_m.data();
+    for (std::size_t t = 0; t < l.frames; ++t) {
+      std::size_t at = l.start + t * l.frame_bytes();
+      for (std::size_t m = 0; m < l.points; ++m, at += 4 * l.word, out += 3) {
+        bool seen = number(at + 3 * l.word, false) >= 0.0;
+        for (std::size_t k = 0; k < 3; ++k) {
+          out[k] = number(at + k * l.word, false) * l.scale * unit_m_;
+          seen = seen && std::isfinite(out[k]);
+        }
+        if (!seen) std::fill(out, out + 3, kMissing);
+      }
+    }
+  }
+
+  void read_analog(Markers& markers) const {
+    const Layout& l = layout_;
+    if (l.channels == 0) return;
+    const std::vector<std::string> format = parameters_.texts("ANALOG:FORMAT");
+    const bool is_unsigned = !format.empty() && same_word(format[0], "UNSIGNED");
+    std::vector<double> scale = parameters_.numbers("ANALOG:SCALE");
+    std::vector<double> offset = parameters_.numbers("ANALOG:OFFSET", is_unsigned);
+    const double general = parameters_.number("ANALOG:GEN_SCALE").value_or(1.0);
+    scale.resize(l.channels, 1.0);
+    offset.resize(l.channels, 0.0);
+    markers.analog.resize(static_cast<Eigen::Index>(l.channels),
+                          static_cast<Eigen::Index>(l.frames * l.samples));
+    double* out = markers.analog.data();
+    for (std::size_t t = 0; t < l.frames; ++t) {
+      std::size_t at = l.start + t * l.frame_bytes() + 4 * l.points * l.word;
+      for (std::size_t s = 0; s < l.samples; ++s) {
+        for (std::size_t c = 0; c < l.channels; ++c, at += l.word) {
+          *out++ = (number(at, is_unsigned) - offset[c]) * scale[c] * general;
+        }
+      }
+    }
+  }
+
+  double number(std::size_t at, bool is_unsigned) const {
+    if (layout_.word == 4) return words_.f32(at);
+    if (is_unsigned) return words_.u16(at);
+    return words_.i16(at);
+  }
+
+  C3dWords words_;
+  Header header_;
+  std::size_t section_, section_end_;
+  C3dParameters parameters_;
+  Layout layout_;
+  double unit_m_ = 1e-3;
+};
+
+}  // namespace
+
+Markers parse_c3d(std::span<const std::byte> bytes, const std::string& file) {
+  return C3dReader(bytes, file).read();
+}
+
+Markers read_c3d(const std::string& file) {
+  const std::string bytes = read_bytes(file);
+  return parse_c3d(std::as_bytes(std::span(bytes)), file);
+}
+
+}  // namespace mimesis::mocap

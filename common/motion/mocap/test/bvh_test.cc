@@ -1,0 +1,266 @@
+#include "common/motion/mocap/bvh.h"
+
+#include <gtest/gtest.h>
+
+#include <numbers>
+#include <random>
+
+#include "common/math/so3.h"
+#include "common/motion/mocap/csv.h"
+#include "common/motion/mocap/test/message.h"
+
+namespace mimesis::mocap {
+namespace {
+
+using Eigen::Vector3d;
+constexpr double kDeg = std::numbers::pi / 180.0;
+
+std::string replaced(std::string text, const std::string& from, const std::string& to) {
+  for (std::size_t at = 0; (at = text.find(from, at)) != text.npos; at += to.size()) {
+    text.replace(at, from.size(), to);
+  }
+  return text;
+}
+
+const std::string kTwo =
+    "HIERARCHY\nROOT pelvis\n{\n  OFFSET 0 0 0\n"
+    "  CHANNELS 6 Xposition Yposition Zposition Zrotation Yrotation Xrotation\n"
+    "  JOINT left knee\n  {\n    OFFSET 1 2 3\n    CHANNELS 3 Yrotation Zrotation Xrotation\n"
+    "    End Site\n    {\n      OFFSET 0 -4 0\n    }\n  }\n}\n"
+    "MOTION\nFrames: 2\nFrame Time: .0083333\n"
+    "100 200 300 0 0 90 0 0 0\n"
+    "101 200 300 0 30 0 20 40 -60\n";
+
+Eigen::Matrix3d rotation(const Clip& clip, int joint, Eigen::Index frame) {
+  return math::exp_so3(clip.rotation_rad.block<3, 1>(3 * joint, frame));
+}
+
+// About the axes of the file, which are y, z, x of the house.
+Eigen::Matrix3d rx(double deg) { return math::exp_so3(Vector3d(0, deg * kDeg, 0)); }
+Eigen::Matrix3d ry(double deg) { return math::exp_so3(Vector3d(0, 0, deg * kDeg)); }
+Eigen::Matrix3d rz(double deg) { return math::exp_so3(Vector3d(deg * kDeg, 0, 0)); }
+
+TEST(Bvh, PermutesTheAxesAndMultipliesInTheOrderOfTheChannels) {
+  const Clip clip = parse_bvh(kTwo, "folder/two.bvh");
+  EXPECT_EQ(clip.name, "two.bvh");
+  EXPECT_EQ(clip.rate_hz, 120.0);
+  ASSERT_EQ(clip.skeleton.joints.size(), 2u);
+  EXPECT_EQ(clip.skeleton.joints[1].name, "left knee");
+  EXPECT_EQ(clip.skeleton.joints[1].parent, 0);
+  EXPECT_TRUE(clip.skeleton.joints[1].offset_m.isApprox(Vector3d(0.03, 0.01, 0.02), 1e-12));
+  ASSERT_EQ(clip.skeleton.ends.size(), 1u);
+  EXPECT_EQ(clip.skeleton.ends[0].name, "left knee_end");
+  EXPECT_EQ(clip.skeleton.ends[0].parent, 1);
+  EXPECT_TRUE(clip.skeleton.ends[0].offset_m.isApprox(Vector3d(0, 0, -0.04), 1e-12));
+  EXPECT_TRUE(clip.root_position_W_m.col(0).isApprox(Vector3d(3, 1, 2), 1e-12));
+  EXPECT_TRUE(clip.root_position_W_m.col(1).isApprox(Vector3d(3, 1.01, 2), 1e-12));
+  EXPECT_TRUE(clip.rotation_rad.col(0).head<3>().isApprox(Vector3d(0, 90 * kDeg, 0), 1e-12));
+  EXPECT_TRUE(clip.rotation_rad.col(0).tail<3>().isZero(1e-15));
+  EXPECT_TRUE(rotation(clip, 0, 1).isApprox(ry(30), 1e-12));
+  EXPECT_TRUE(rotation(clip, 1, 1).isApprox(ry(20) * rz(40) * rx(-60), 1e-12));
+}
+
+TEST(Bvh, TakesTheHabitsOfSeveralWriters) {
+  const Eigen::MatrixXd wanted = parse_bvh(kTwo, "two").rotation_rad;
+  for (const std::string& text :
+       {replaced(kTwo, "\n", "\r\n"), replaced(kTwo, "\n  {", " {"), replaced(kTwo, "  ", "\t\t "),
+        replaced(kTwo, "\n", " \n\n"), "\xEF\xBB\xBF" + kTwo, replaced(kTwo, "ROOT", "root"),
+        kTwo.substr(0, kTwo.size() - 1), replaced(kTwo, " 30 ", " +3.0e1 ")}) {
+    const Clip clip = parse_bvh(text, "two");
+    EXPECT_EQ(clip.rotation_rad, wanted) << text;
+    EXPECT_EQ(clip.skeleton.joints[1].name, "left knee");
+  }
+}
+
+TEST(Bvh, UnitIsCmusByTheNamesOrAsAsked) {
+  EXPECT_NEAR(parse_bvh(kTwo, "a", {.unit_m = 2.0}).root_position_W_m(0, 0), 600.0, 1e-9);
+  const std::string cmu =
+      "HIERARCHY ROOT Hips\n{ OFFSET 0 0 0 CHANNELS 3 Xposition Yposition Zposition "
+      "JOINT LHipJoint\n{ OFFSET 1 0 0 CHANNELS 0 } JOINT RHipJoint\n{ OFFSET -1 0 0 } }\n"
+      "MOTION\nFrames: 1\nFrame Time: 0.01\n1 2 3\n";
+  const Clip clip = parse_bvh(cmu, "a");
+  EXPECT_NEAR(clip.skeleton.joints[1].offset_m.y(), 0.056444444, 1e-9);
+  EXPECT_NEAR(clip.root_position_W_m(0, 0), 3 * 0.056444444, 1e-8);
+  EXPECT_EQ(clip.rate_hz, 100.0);
+}
+
+TEST(Bvh, TurnsGoOnBeyondHalfATurn) {
+  std::string text = kTwo.substr(0, kTwo.find("MOTION")) + "MOTION\nFrames: 9\nFrame Time: 0.01\n";
+  for (int deg = 0; deg <= 720; deg += 90) {
+    const int shown = deg > 180 && deg < 540 ? deg - 360 : deg;  // as writers wrap it
+    text += "0 0 0 0 0 " + std::to_string(shown) + " " + std::to_string(-shown) + " 0 0\n";
+  }
+  const Clip clip = parse_bvh(text, "turns");
+  for (int t = 0; t < 9; ++t) {
+    EXPECT_NEAR(clip.rotation_rad(1, t), 90.0 * t * kDeg, 1e-9) << t;
+    EXPECT_NEAR(clip.rotation_rad(5, t), -90.0 * t * kDeg, 1e-9) << t;
+  }
+}
+
+const std::string kHips =
+    "HIERARCHY\nROOT joint_Root\n{\n OFFSET 0 0 0\n"
+    " CHANNELS 6 Xposition Yposition Zposition Zrotation Xrotation Yrotation\n"
+    " JOINT Hips\n {\n  OFFSET 0 9 0\n"
+    "  CHANNELS 6 Xposition Yposition Zposition Zrotation Xrotation Yrotation\n"
+    "  JOINT Spine\n  {\n   OFFSET 7 0 0\n"
+    "   CHANNELS 4 Yposition Zrotation Xrotation Yrotation\n"
+    "   End Site\n   {\n    OFFSET 0 0 0\n   }\n  }\n }\n}\n"
+    "MOTION\nFrames: 2\nFrame Time: 0.0333333\n"
+    "10 0 0 0 0 90 5 90 1 0 20 0 3 0 0 0\n"
+    "20 0 0 0 0 90 6 91 2 0 25 0 3 0 0 10\n";
+
+TEST(Bvh, RootAndItsOnlyChildBecomeOne) {
+  const Clip clip = parse_bvh(kHips, "hips");
+  ASSERT_EQ(clip.skeleton.joints.size(), 2u);
+  EXPECT_EQ(clip.skeleton.joints[0].name, "Hips");
+  EXPECT_EQ(clip.skeleton.joints[0].parent, -1);
+  EXPECT_EQ(clip.skeleton.joints[1].parent, 0);
+  EXPECT_EQ(clip.skeleton.ends[0].parent, 1);
+  // the position channel of Spine, which keeps still, is in place of its OFFSET
+  EXPECT_TRUE(clip.skeleton.joints[1].offset_m.isApprox(Vector3d(0, 0.07, 0.03), 1e-12));
+  // a quarter turn about the file's y takes its x to -z and its z to x
+  EXPECT_TRUE(clip.root_position_W_m.col(0).isApprox(Vector3d(-0.05, 0.11, 0.90), 1e-12));
+  EXPECT_TRUE(clip.root_position_W_m.col(1).isApprox(Vector3d(-0.06, 0.22, 0.91), 1e-12));
+  EXPECT_TRUE(rotation(clip, 0, 1).isApprox(ry(90) * rx(25), 1e-12));
+  EXPECT_TRUE(rotation(clip, 1, 1).isApprox(ry(10), 1e-12));
+  EXPECT_EQ(clip.rate_hz, 30.0);
+}
+
+TEST(Bvh, RefusesWhatAClipCannotHold) {
+  const auto says = [](const std::string& text) {
+    return message_of([&] { parse_bvh(text, "f.bvh"); });
+  };
+  EXPECT_EQ(says(replaced(kHips, " 3 0 0 10", " 4 0 0 10")),
+            "f.bvh: joint 'Spine' moves within its parent, expected position channels that change "
+            "only for the root or the root's only child");
+  EXPECT_EQ(says(""), "f.bvh:1: found the end of the file, expected 'HIERARCHY'");
+  EXPECT_EQ(says(replaced(kTwo, "OFFSET 1 2", "OFFSET 1 x")),
+            "f.bvh:8: found 'x', expected a number");
+  EXPECT_EQ(says(replaced(kTwo, " 90 ", " nan ")), "f.bvh:19: found 'nan', expected a number");
+  EXPECT_EQ(says(replaced(kTwo, " 90 ", " inf ")), "f.bvh:19: found 'inf', expected a number");
+  EXPECT_EQ(says(replaced(kTwo, " 90 ", " 1e999 ")), "f.bvh:19: found '1e999', expected a number");
+  EXPECT_EQ(says(replaced(kTwo, "-60\n", "\n")),
+            "f.bvh:20: found the end of the line, expected a number");
+  EXPECT_EQ(says(replaced(kTwo, "-60\n", "-60 7\n")),
+            "f.bvh:20: found '7', expected the end of the line after 9 numbers, one a channel");
+  EXPECT_EQ(says(kTwo + "1 2 3\n"),
+            "f.bvh:21: found '1', expected the end of the file after 2 frames");
+  EXPECT_EQ(says(replaced(kTwo, "Frames: 2", "Frames: 3")),
+            "f.bvh:21: found the end of the file, expected frame 3 of 3");
+  EXPECT_EQ(says(replaced(kTwo, "Frames: 2", "Frames: 2000000000")),
+            "f.bvh:18: 2000000000 frames of 9 numbers, but only 55 bytes are left");
+  EXPECT_EQ(says(replaced(kTwo, "Frames: 2", "Frames: -1")),
+            "f.bvh:17: found '-1', expected one frame or more");
+  EXPECT_EQ(says(replaced(kTwo, ".0083333", "0")),
+            "f.bvh:18: frame time, expected seconds above zero");
+  EXPECT_EQ(
+      says(replaced(kTwo, "3 Yrotation", "3 Wrotation")),
+      "f.bvh:9: found 'Wrotation', expected a channel: X, Y or Z before position or rotation");
+  EXPECT_EQ(says(replaced(kTwo, "CHANNELS 3", "CHANNELS 4000000000")),
+            "f.bvh:9: found '4000000000', expected 0 to 6 channels");
+  EXPECT_EQ(says(replaced(kTwo, "End Site", "Tip")),
+            "f.bvh:10: found 'Tip', expected JOINT, End Site or '}'");
+  EXPECT_EQ(says(replaced(kHips, "Hips", "H\x01\rp") + "\v7"),  // names of files, in one line
+            "f.bvh:26: found '7', expected the end of the file after 2 frames");
+  EXPECT_EQ(says(replaced(kTwo, "End Site", "T\x01\x02p")),
+            "f.bvh:10: found 'T??p', expected JOINT, End Site or '}'");
+  EXPECT_NE(message_of([] { parse_bvh(kTwo, "f", {.unit_m = -1.0}); }), "");
+  EXPECT_NE(message_of([] { parse_bvh(kTwo, "f", {.unit_m = 1e300}); }).find("less than 10 km"),
+            std::string::npos);
+}
+
+TEST(Bvh, MemoryIsBoundedByTheFile) {  // many joints that have no channels, many short frames
+  std::string text = "HIERARCHY\nROOT a\n{ OFFSET 0 0 0 CHANNELS 1 Xrotation\n", close = "}\n";
+  for (int i = 0; i < 3000; ++i) text += "JOINT j\n{ OFFSET 0 0 0 ", close += '}';
+  text += close + "\nMOTION\nFrames: 20000\nFrame Time: 1\n";
+  for (int i = 0; i < 20000; ++i) text += "0\n";
+  EXPECT_NE(message_of([&] { parse_bvh(text, "f"); }).find("f: 20000 frames of 3001 joints"),
+            std::string::npos);
+}
+
+// A tree with side branches, all rotations, quick turns; joints are not in the order of the file.
+Clip random_clip(unsigned seed) {
+  std::mt19937 random(seed);
+  const auto number = [&] { return 2.0 * static_cast<double>(random()) / 4294967295.0 - 1.0; };
+  Clip clip;
+  clip.name = "random";
+  clip.rate_hz = 48.0;
+  clip.skeleton.joints = {{"root", -1, Vector3d::Zero()}, {"a", 0, {1, 2, 3}},
+                          {"b", 0, {0.1, 0.2, 0.3}},      {"aa", 1, {-1, 0, 0.123456789}},
+                          {"ba", 2, {0, 0, 1}},           {"ab", 1, {0, 1, 0}}};
+  clip.skeleton.ends = {
+      {"aa_end", 3, {0, 0, 1}}, {"ba_end", 4, {1, 0, 0}}, {"ab_end", 5, {0, 1, 0}}};
+  clip.root_position_W_m.resize(3, 200);
+  clip.rotation_rad.resize(18, 200);
+  clip.root_position_W_m.col(0) = Vector3d(number(), number(), 1.0);
+  for (Eigen::Index r = 0; r < 18; ++r) clip.rotation_rad(r, 0) = number();
+  for (Eigen::Index t = 1; t < 200; ++t) {
+    clip.root_position_W_m.col(t) = clip.root_position_W_m.col(t - 1);
+    clip.rotation_rad.col(t) = clip.rotation_rad.col(t - 1);
+    for (Eigen::Index r = 0; r < 3; ++r) clip.root_position_W_m(r, t) += number();
+    for (Eigen::Index r = 0; r < 18; ++r) clip.rotation_rad(r, t) += 0.3 * number();
+  }
+  clip.rotation_rad(16, 3) = 90.0 * kDeg;  // the middle angle at its pole
+  clip.rotation_rad(15, 3) = clip.rotation_rad(17, 3) = 0.0;
+  return clip;
+}
+
+TEST(Bvh, WrittenAndReadAgainIsTheSameMotion) {
+  for (const char* root : {"root", "Hips"}) {  // also in CMU's unit
+    Clip clip = random_clip(7);
+    clip.skeleton.joints[0].name = root;
+    clip.skeleton.joints[1].name = "LHipJoint";
+    clip.skeleton.joints[2].name = "RHipJoint";
+    const Clip again = parse_bvh(bvh_text(clip), "again");
+    EXPECT_EQ(again.rate_hz, clip.rate_hz);
+    ASSERT_EQ(again.frames(), clip.frames());
+    ASSERT_EQ(again.skeleton.joints.size(), clip.skeleton.joints.size());
+    ASSERT_EQ(again.skeleton.ends.size(), clip.skeleton.ends.size());
+    EXPECT_LT((again.root_position_W_m - clip.root_position_W_m).cwiseAbs().maxCoeff(), 1e-6);
+    for (int j = 0; j < 6; ++j) {
+      const Joint& joint = clip.skeleton.joints[static_cast<std::size_t>(j)];
+      const int k = again.skeleton.find(joint.name);
+      ASSERT_GE(k, 0);
+      EXPECT_LT(
+          (again.skeleton.joints[static_cast<std::size_t>(k)].offset_m - joint.offset_m).norm(),
+          1e-6);
+      for (Eigen::Index t = 0; t < clip.frames(); ++t) {
+        const Eigen::Matrix3d between = rotation(again, k, t).transpose() * rotation(clip, j, t);
+        ASSERT_LT(math::log_so3(between).norm(), 1e-6) << joint.name << ' ' << t;
+      }
+    }
+  }
+}
+
+TEST(Bvh, WriterRefusesWhatTheFormatCannotHold) {
+  const auto says = [](auto&& spoil) {
+    Clip clip = random_clip(1);
+    spoil(clip);
+    return message_of([&] { bvh_text(clip); });
+  };
+  EXPECT_EQ(says([](Clip&) {}), "");
+  EXPECT_NE(says([](Clip& c) { c.rotation_rad(3, 5) = NAN; }), "");
+  EXPECT_NE(says([](Clip& c) { c.rate_hz = 0.0; }), "");
+  EXPECT_NE(says([](Clip& c) { c.skeleton.joints[1].parent = 3; }), "");
+  EXPECT_NE(says([](Clip& c) { c.skeleton.joints[1].name = "a{"; }), "");
+  EXPECT_NE(says([](Clip& c) { c.skeleton.joints.clear(); }), "");
+  EXPECT_NE(says([](Clip& c) { c.root_position_W_m.resize(3, 1); }), "");
+}
+
+TEST(Csv, OneRowAFrameWithNamesAndUnits) {
+  Clip clip = random_clip(2);
+  clip.skeleton.joints[1].name = "a,\"1\"";
+  const std::string text = csv_text(clip);
+  EXPECT_EQ(text.substr(0, text.find(",b.x_rad")),
+            "time_s,root.px_m,root.py_m,root.pz_m,root.x_rad,root.y_rad,root.z_rad,"
+            "\"a,\"\"1\"\".x_rad\",\"a,\"\"1\"\".y_rad\",\"a,\"\"1\"\".z_rad\"");
+  EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 201);
+  // the last number of the table is the last of the clip, bit by bit
+  const std::size_t last = text.rfind(',') + 1;
+  EXPECT_EQ(std::stod(text.substr(last)), clip.rotation_rad(17, 199));
+  const std::size_t line = text.rfind('\n', text.size() - 2) + 1;
+  EXPECT_EQ(std::stod(text.substr(line)), 199.0 / 48.0);
+}
+
+}  // namespace
+}  // namespace mimesis::mocap

@@ -1,0 +1,268 @@
+#include "common/motion/mocap/c3d.h"
+
+#include <gtest/gtest.h>
+
+#include "common/motion/mocap/test/c3d_bytes.h"
+#include "common/motion/mocap/test/message.h"
+
+namespace mimesis::mocap {
+namespace {
+
+constexpr C3dProcessor kProcessors[] = {C3dProcessor::intel, C3dProcessor::dec, C3dProcessor::mips};
+
+// Coordinate k of marker m in frame t, as the file's number.
+double raw(unsigned t, unsigned m, unsigned k) { return 100.0 * t + 10.0 * m + k - 105.0; }
+
+// 3 frames (5 to 7) of 2 points, the second missing in frame 6, and 2 samples of 3 channels.
+void add_data(C3dBytes& c, unsigned frames = 3) {
+  for (unsigned t = 0; t < frames; ++t) {
+    for (unsigned m = 0; m < c.points; ++m) {
+      for (unsigned k = 0; k < 3; ++k) c.number(c.data, raw(t, m, k));
+      c.number(c.data, t == 1 && m == 1 ? -1.0 : 2.0);
+    }
+    for (unsigned s = 0; s < c.channels * c.samples; ++s) c.number(c.data, 10.0 * t + s);
+  }
+}
+
+C3dBytes whole(C3dProcessor processor, bool real) {
+  C3dBytes c;
+  c.processor = processor;
+  c.real = real;
+  c.group(1, "POINT");
+  c.group(2, "ANALOG");
+  c.words_of(1, "USED", {2});
+  c.words_of(1, "FRAMES", {3});
+  c.reals_of(1, "RATE", {50.0});
+  c.reals_of(1, "SCALE", {real ? -0.5 : 0.5});
+  c.texts_of(1, "LABELS", {"LKNE", "RKNE", "SPARE"}, 5);
+  c.texts_of(1, "UNITS", {"mm"}, 4);
+  c.words_of(2, "USED", {3});
+  c.reals_of(2, "RATE", {100.0});
+  c.reals_of(2, "GEN_SCALE", {0.25});
+  c.reals_of(2, "SCALE", {1.0, -2.0, 4.0});
+  c.words_of(2, "OFFSET", {0, 1, 0xFFFF});
+  c.texts_of(2, "LABELS", {"FX", "FY", "FZ"}, 4);
+  add_data(c);
+  return c;
+}
+
+Markers read(const C3dBytes& c) { return parse_c3d(bytes_of(c.file()), "folder/t.c3d"); }
+
+TEST(C3d, EveryProcessorWholeAndReal) {
+  for (const C3dProcessor processor : kProcessors) {
+    for (const bool real : {false, true}) {
+      SCOPED_TRACE(static_cast<int>(processor) * 10 + real);
+      const Markers m = read(whole(processor, real));
+      EXPECT_EQ(m.name, "t.c3d");
+      EXPECT_EQ(m.labels, (std::vector<std::string>{"LKNE", "RKNE"}));
+      EXPECT_EQ(m.analog_labels, (std::vector<std::string>{"FX", "FY", "FZ"}));
+      EXPECT_EQ(m.rate_hz, 50.0);
+      EXPECT_EQ(m.analog_rate_hz, 100.0);
+      EXPECT_EQ(m.first_frame, 5);
+      ASSERT_EQ(m.position_m.rows(), 6);
+      ASSERT_EQ(m.frames(), 3);
+      const double unit = real ? 1e-3 : 0.5e-3;
+      for (unsigned t = 0; t < 3; ++t) {
+        for (unsigned r = 0; r < 6; ++r) {
+          if (t == 1 && r >= 3) {
+            EXPECT_TRUE(std::isnan(m.position_m(r, t)));
+          } else {
+            EXPECT_NEAR(m.position_m(r, t), raw(t, r / 3, r % 3) * unit, 1e-12);
+          }
+        }
+      }
+      ASSERT_EQ(m.analog.rows(), 3);
+      ASSERT_EQ(m.analog.cols(), 6);
+      EXPECT_EQ(m.analog(0, 0), 0.25 * 0.0);
+      EXPECT_EQ(m.analog(1, 1), 0.25 * -2.0 * (4.0 - 1.0));   // sample 1 of frame 5
+      EXPECT_EQ(m.analog(2, 4), 0.25 * 4.0 * (22.0 - -1.0));  // sample 0 of frame 7
+    }
+  }
+}
+
+TEST(C3d, VaxNumbers) {  // 1, -1.5, π and the smallest and largest exponents, from DEC's layout
+  const auto value = [](std::initializer_list<int> bytes) {
+    std::string text;
+    for (const int b : bytes) text += static_cast<char>(b);
+    return C3dWords{bytes_of(text), C3dProcessor::dec, ""}.f32(0);
+  };
+  EXPECT_EQ(value({0x80, 0x40, 0, 0}), 1.0);
+  EXPECT_EQ(value({0xC0, 0xC0, 0, 0}), -1.5);
+  EXPECT_NEAR(value({0x49, 0x41, 0xDB, 0x0F}), 3.14159265, 3e-7);
+  EXPECT_EQ(value({0x00, 0x00, 0xFF, 0xFF}), 0.0);
+  EXPECT_EQ(value({0x80, 0x00, 0, 0}), std::ldexp(1.0, -128));
+  EXPECT_EQ(value({0x80, 0x7F, 0, 0}), std::ldexp(1.0, 126));
+  EXPECT_TRUE(std::isnan(value({0x00, 0x80, 0, 0})));
+}
+
+TEST(C3d, HeaderHoldsWhereParametersAreMissing) {
+  C3dBytes c;
+  add_data(c);
+  const Markers m = read(c);
+  EXPECT_EQ(m.labels, (std::vector<std::string>{"point 1", "point 2"}));
+  EXPECT_EQ(m.analog_labels.back(), "analog 3");
+  EXPECT_EQ(m.rate_hz, 50.0);
+  EXPECT_EQ(m.analog_rate_hz, 100.0);
+  EXPECT_EQ(m.frames(), 3);
+  EXPECT_NEAR(m.position_m(5, 2), raw(2, 1, 2) * 0.5e-3, 1e-12);
+  EXPECT_EQ(m.analog(2, 5), 25.0);
+}
+
+TEST(C3d, ParametersHoldWhereTheHeaderDiffers) {
+  C3dBytes c = whole(C3dProcessor::intel, false);
+  c.last = 6;
+  c.scale = 7.0;
+  c.rate_hz = 60.0;
+  const std::string honest = whole(C3dProcessor::intel, false).file();
+  std::string lying = c.file();
+  lying[2] = 9;   // points
+  lying[18] = 1;  // samples a frame
+  const Markers a = parse_c3d(bytes_of(honest), "t"), b = parse_c3d(bytes_of(lying), "t");
+  ASSERT_EQ(a.frames(), b.frames());
+  EXPECT_EQ(a.position_m.col(2), b.position_m.col(2));
+  EXPECT_EQ(a.analog, b.analog);
+  EXPECT_EQ(a.rate_hz, b.rate_hz);
+}
+
+TEST(C3d, DataAreFoundWhateverTheHeaderSays) {
+  const auto read_with = [](unsigned parameter, unsigned header, bool in_header) {
+    C3dBytes c = whole(C3dProcessor::mips, true);
+    if (parameter > 0) c.words_of(1, "DATA_START", {parameter});
+    c.data_start = header;
+    c.header_data_start = in_header;
+    return read(c).position_m(5, 2);
+  };
+  const double wanted = raw(2, 1, 2) * 1e-3;
+  EXPECT_NEAR(read_with(3, 3, true), wanted, 1e-9);   // one block of parameters: data in block 3
+  EXPECT_NEAR(read_with(0, 0, false), wanted, 1e-9);  // 0: behind the parameters
+  EXPECT_NEAR(read_with(3, 9999, true), wanted, 1e-9);
+  EXPECT_NEAR(read_with(9999, 3, true), wanted, 1e-9);
+  EXPECT_NEAR(read_with(2, 3, true), wanted, 1e-9);  // within the parameters
+}
+
+TEST(C3d, UnitsAndUnsignedAnalog) {
+  for (const auto& [unit, metres] : {std::pair{"cm", 1e-2}, {"m", 1.0}, {"MM", 1e-3}, {"", 1e-3}}) {
+    C3dBytes c;
+    c.group(1, "POINT");
+    c.group(2, "ANALOG");
+    c.texts_of(1, "UNITS", {unit}, 4);
+    c.texts_of(2, "FORMAT", {"UNSIGNED"}, 8);
+    c.words_of(2, "OFFSET", {0x8000, 0x8000, 0x8000});
+    add_data(c);
+    const Markers m = read(c);
+    EXPECT_NEAR(m.position_m(0, 0), -52.5 * metres, 1e-12) << unit;
+    EXPECT_EQ(m.analog(1, 0), 1.0 - 32768.0);
+  }
+  C3dBytes c;
+  c.group(1, "POINT");
+  c.texts_of(1, "UNITS", {"yd"}, 4);
+  add_data(c);
+  EXPECT_EQ(message_of([&] { read(c); }),
+            "folder/t.c3d: POINT:UNITS is 'yd', expected mm, cm, m or in");
+}
+
+TEST(C3d, MoreThan255Labels) {
+  C3dBytes c;
+  c.points = 300;
+  c.channels = 0;
+  c.last = c.first;
+  c.group(1, "POINT");
+  std::vector<std::string> a, b;
+  for (int i = 0; i < 300; ++i) (i < 255 ? a : b).push_back("M" + std::to_string(i));
+  c.texts_of(1, "LABELS", a, 6);
+  c.texts_of(1, "LABELS2", b, 6);
+  add_data(c, 1);
+  const Markers m = read(c);
+  ASSERT_EQ(m.labels.size(), 300u);
+  EXPECT_EQ(m.labels[254], "M254");
+  EXPECT_EQ(m.labels[299], "M299");
+  EXPECT_EQ(m.analog.size(), 0);
+}
+
+// 70 000 frames: the words of the header and POINT:FRAMES cannot say so.
+TEST(C3d, MoreThan65535Frames) {
+  constexpr unsigned kFrames = 70000;
+  for (const bool trial : {true, false}) {
+    C3dBytes c;
+    c.points = 1;
+    c.channels = 0;
+    c.first = 1;
+    c.last = 65535;
+    c.group(1, "POINT");
+    c.group(2, "TRIAL");
+    c.words_of(1, "FRAMES", {65535});
+    if (trial) {
+      c.words_of(2, "ACTUAL_START_FIELD", {1, 0});
+      c.words_of(2, "ACTUAL_END_FIELD", {kFrames & 0xFFFF, kFrames >> 16});
+    } else {
+      c.reals_of(1, "LONG_FRAMES", {kFrames});
+    }
+    for (unsigned t = 0; t < kFrames; ++t) {
+      for (unsigned k = 0; k < 4; ++k) c.word(c.data, k < 3 ? t % 30000 : 0);
+    }
+    const Markers m = read(c);
+    ASSERT_EQ(m.frames(), kFrames);
+    EXPECT_NEAR(m.position_m(0, 69999), 9999 * 0.5e-3, 1e-9);
+  }
+  C3dBytes c;  // above 32767 the words are unsigned
+  c.points = 1;
+  c.channels = 0;
+  c.first = 1;
+  c.last = 40000;
+  c.group(1, "POINT");
+  c.words_of(1, "FRAMES", {40000});
+  c.data.assign(40000 * 8, '\0');
+  EXPECT_EQ(read(c).frames(), 40000);
+}
+
+TEST(C3d, RefusesDamage) {
+  const std::string good = whole(C3dProcessor::intel, false).file();
+  const auto says = [&](std::size_t at, int byte) {
+    std::string bad = good;
+    bad[at] = static_cast<char>(byte);
+    return message_of([&] { parse_c3d(bytes_of(bad), "t.c3d"); });
+  };
+  EXPECT_EQ(message_of([&] { parse_c3d({}, "t.c3d"); }),
+            "t.c3d: 0 bytes, expected a C3D file of 1024 or more");
+  EXPECT_EQ(says(1, 7), "t.c3d: byte 1: found 7, expected 80, the mark of a C3D file");
+  EXPECT_EQ(says(0, 99), "t.c3d: byte 0: parameters in block 99, expected block 2 to 3");
+  EXPECT_EQ(says(515, 83),
+            "t.c3d: byte 515: processor 83, expected 84 (Intel), 85 (DEC) or 86 (SGI/MIPS)");
+  C3dBytes c = whole(C3dProcessor::intel, false);
+  c.data.resize(40);
+  C3dBytes many = whole(C3dProcessor::intel, false);
+  many.records = whole(C3dProcessor::intel, false).records;
+  many.words_of(1, "USED", {60000});  // the first of a name holds, as in the file's own order
+  EXPECT_EQ(read(many).position_m.rows(), 6);
+  C3dBytes cut;
+  cut.last = 500;
+  add_data(cut);
+  EXPECT_EQ(message_of([&] { read(cut); }),
+            "folder/t.c3d: byte 1536: the file ends after 18 frames of 28 bytes, expected 496");
+  C3dBytes no_rate;
+  no_rate.rate_hz = 0.0;
+  add_data(no_rate);
+  EXPECT_NE(message_of([&] { read(no_rate); }).find("no frame rate"), std::string::npos);
+  C3dBytes nothing;
+  nothing.points = nothing.channels = 0;
+  EXPECT_NE(message_of([&] { read(nothing); }).find("expected data"), std::string::npos);
+  C3dBytes huge;
+  huge.group(1, "POINT");
+  huge.parameter(1, "HUGE", 4, {255, 255, 255, 255}, "");
+  add_data(huge);
+  EXPECT_NE(message_of([&] { read(huge); }).find("parameter 'HUGE' of 16913002500 bytes"),
+            std::string::npos);
+}
+
+TEST(C3d, RealNumbersThatAreNotFiniteAreMissing) {
+  C3dBytes c = whole(C3dProcessor::intel, true);
+  c.data.clear();
+  for (int i = 0; i < 3 * 14; ++i) c.number(c.data, i == 1 ? NAN : i == 16 ? INFINITY : 1.0);
+  const Markers m = read(c);
+  EXPECT_TRUE(m.position_m.col(0).head<3>().array().isNaN().all());
+  EXPECT_TRUE(m.position_m.col(1).head<3>().array().isNaN().all());
+  EXPECT_TRUE(m.position_m.col(0).tail<3>().allFinite());
+}
+
+}  // namespace
+}  // namespace mimesis::mocap

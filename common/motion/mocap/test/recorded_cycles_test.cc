@@ -1,0 +1,172 @@
+// Cycles of the recorded clips in the shared folder, against the reference sets A and B.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <fstream>
+#include <map>
+#include <sstream>
+
+#include "common/math/circle.h"
+#include "common/math/so3.h"
+#include "common/motion/mocap/cycles.h"
+#include "common/motion/mocap/gait.h"
+#include "common/motion/mocap/low_pass.h"
+#include "common/motion/mocap/read_clip.h"
+#include "common/motion/mocap/spline.h"
+#include "common/motion/mocap/test/shared_folder.h"
+
+namespace mimesis::mocap {
+namespace {
+
+class RecordedCycles : public ::testing::Test {
+ protected:
+  void SetUp() override { SKIP_WITHOUT_SHARED(); }
+};
+
+std::string path_of(const std::string& clip) {
+  const std::string kind = clip.ends_with(".amc")         ? "cmu_amc/"
+                           : clip.starts_with("dataset-") ? "bandai_nc/"
+                                                          : "cmu_bvh/";
+  return shared_mocap() + kind + clip;
+}
+
+BodyClip body_of(const std::string& clip, ZeroPosture zero = ZeroPosture::kT) {
+  ToBodyOptions options;
+  options.zero = zero;
+  return to_body(read_clip(path_of(clip)), options);
+}
+
+/// A cycle of the reference sets, in the files' own zero postures, house axes.
+struct ReferenceCycle {
+  long first = 0, last = 0;
+  Eigen::MatrixXd x = Eigen::MatrixXd::Zero(kBodyRows, 100);
+};
+
+std::map<std::string, std::map<int, ReferenceCycle>> reference(const std::string& set) {
+  std::map<std::string, std::map<int, ReferenceCycle>> clips;
+  std::ifstream file(shared_mocap() + "sets/" + set + ".csv");
+  std::string line;
+  std::getline(file, line);
+  while (std::getline(file, line)) {
+    std::stringstream in(line);
+    std::vector<std::string> cells;
+    for (std::string cell; std::getline(in, cell, ',');) cells.push_back(cell);
+    ReferenceCycle& cycle = clips[cells[0]][std::stoi(cells[1])];
+    cycle.first = std::stol(cells[2]);
+    cycle.last = std::stol(cells[3]);
+    const int row = 3 * std::stoi(cells[5]) + (cells[6][0] - 'x' + 1) % 3;
+    for (int t = 0; t < 100; ++t)
+      cycle.x(row, t) = std::stod(cells[static_cast<std::size_t>(7 + t)]);
+  }
+  return clips;
+}
+
+/// The reference numbers BVH frames from behind the T-posture.
+long reference_shift(const std::string& clip) {
+  return clip.ends_with(".bvh") && !clip.starts_with("dataset-") ? 1 : 0;
+}
+
+TEST_F(RecordedCycles, TheCyclesAreThoseOfTheReferenceSets) {
+  for (const std::string set : {"A", "B"}) {
+    std::size_t count = 0;
+    for (const auto& [clip, cycles] : reference(set)) {
+      const auto trials = cut_cycles(body_of(clip));
+      ASSERT_TRUE(trials) << trials.error().reason;
+      ASSERT_EQ(trials->trials.size(), cycles.size()) << clip;
+      count += cycles.size();
+      for (const auto& [i, cycle] : cycles) {
+        const Trial& trial = trials->trials[static_cast<std::size_t>(i)];
+        const long shift = reference_shift(clip);
+        EXPECT_LE(std::abs(trial.first_frame - cycle.first - shift), 2) << clip << ' ' << i;
+        EXPECT_LE(std::abs(trial.last_frame - cycle.last - shift), 2) << clip << ' ' << i;
+      }
+    }
+    EXPECT_EQ(count, set == "A" ? 34u : 48u);
+  }
+}
+
+// The reference sampled between frames by straight lines, in the frames it found; so do we here.
+// What is left is rounding and, for the root, whether the heading is removed before the filter.
+TEST_F(RecordedCycles, InTheReferencesFramesTheRotationsAreTheSame) {
+  for (const std::string set : {"A", "B"}) {
+    double sum = 0.0, spline_sum = 0.0, count = 0.0;
+    for (const auto& [name, cycles] : reference(set)) {
+      BodyClip clip = body_of(name, ZeroPosture::kFile);
+      clip.angles_rad = low_pass(clip.angles_rad, clip.rate_hz, 8.0);
+      remove_heading(clip);
+      const long shift = reference_shift(name) - clip.first_frame;
+      for (const auto& [i, cycle] : cycles) {
+        const auto first = static_cast<double>(cycle.first + shift);
+        const auto last = static_cast<double>(cycle.last + shift);
+        const Eigen::MatrixXd smooth = resample(clip.angles_rad, first, last, 100);
+        for (Eigen::Index t = 0; t < 100; ++t) {
+          const double at = first + (last - first) * static_cast<double>(t) / 100.0;
+          const auto f = static_cast<Eigen::Index>(at);
+          const double share = at - static_cast<double>(f);
+          const Eigen::VectorXd x = (1.0 - share) * clip.angles_rad.col(f) +
+                                    share * clip.angles_rad.col(std::min(f + 1, clip.frames() - 1));
+          for (Eigen::Index j = 0; j < kBodyRows; j += 3) {
+            const Eigen::Matrix3d R = math::exp_so3(cycle.x.block<3, 1>(j, t)).transpose();
+            sum += math::log_so3(R * math::exp_so3(x.segment<3>(j))).squaredNorm();
+            spline_sum += math::log_so3(R * math::exp_so3(smooth.block<3, 1>(j, t))).squaredNorm();
+            count += 1.0;
+          }
+        }
+      }
+    }
+    EXPECT_LT(std::sqrt(sum / count), 2e-4) << set;
+    EXPECT_LT(std::sqrt(spline_sum / count), set == "A" ? 1e-3 : 5e-3) << set;
+    RecordProperty("rms_rad_" + set, std::to_string(std::sqrt(sum / count)));
+    std::printf("set %s: rms difference of rotations %.2e rad, by splines %.2e rad\n", set.c_str(),
+                std::sqrt(sum / count), std::sqrt(spline_sum / count));
+  }
+}
+
+TEST_F(RecordedCycles, OtherMotionsAreHandledOrRefusedWithTheReason) {
+  const auto half = cut_cycles(body_of("35_01.amc"));
+  ASSERT_FALSE(half);
+  EXPECT_NE(half.error().reason.find("35_01.amc: less than one gait cycle"), std::string::npos)
+      << half.error().reason;
+  EXPECT_FALSE(cut_cycles(body_of("dataset-2_raise-up-both-hands_normal_001.bvh")));
+  EXPECT_FALSE(cut_cycles(body_of("02_06.bvh")));
+
+  const BodyClip back = body_of("dataset-1_walk-back_happy_001.bvh");
+  EXPECT_TRUE(find_gait_events(back).backward);
+  const auto cycles = cut_cycles(back);
+  ASSERT_TRUE(cycles) << cycles.error().reason;
+  EXPECT_GE(cycles->trials.size(), 3u);
+  for (const Trial& trial : cycles->trials) EXPECT_LT(trial.step_length_m, -0.3);
+
+  const auto left = cut_cycles(body_of("dataset-2_walk-turn-left_normal_001.bvh"));
+  const auto right = cut_cycles(body_of("dataset-2_walk-turn-right_normal_001.bvh"));
+  ASSERT_TRUE(left && right);
+  EXPECT_GT(left->trials[0].turn_rad, 0.5);
+  EXPECT_LT(right->trials[0].turn_rad, -0.5);
+}
+
+TEST_F(RecordedCycles, StancesOfAStraightWalkAlternateAndTakeAboutSixTenths) {
+  const BodyClip clip = body_of("07_01.bvh");
+  const auto stances = stance_intervals(clip);
+  const GaitEvents events = find_gait_events(clip);
+  for (std::size_t s = 0; s < 2; ++s) {
+    EXPECT_GE(stances[s].size(), 2u);
+    EXPECT_LE(stances[s].size(), 4u);
+    // a stance begins within 0.1 s of every heel strike
+    for (const Eigen::Index strike : events.heel_strike[s]) {
+      double nearest = 1e9;
+      for (const FrameInterval& i : stances[s]) {
+        nearest = std::min(nearest, std::abs(static_cast<double>(i.first - strike)));
+      }
+      EXPECT_LE(nearest, 12.0);
+    }
+    const Eigen::Index first = events.heel_strike[kLeft][0], last = events.heel_strike[kLeft][1];
+    Eigen::Index stands = 0;
+    for (const FrameInterval& i : stances[s]) {
+      stands += std::max<Eigen::Index>(0, std::min(i.last + 1, last) - std::max(i.first, first));
+    }
+    EXPECT_NEAR(static_cast<double>(stands) / static_cast<double>(last - first), 0.6, 0.06);
+  }
+}
+
+}  // namespace
+}  // namespace mimesis::mocap

@@ -1,0 +1,223 @@
+#include "common/motion/mocap/trials_file.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <numeric>
+#include <string_view>
+
+#include "common/error.h"
+#include "common/motion/mocap/body.h"
+#include "common/motion/mocap/text_scanner.h"
+
+namespace mimesis::mocap {
+namespace {
+
+using Eigen::Index;
+
+constexpr std::string_view kHeader = "clip,cycle,start_frame,end_frame,duration_s,joint,axis";
+constexpr std::string_view kHouseAxes = "# axes: x forward, y left, z up";
+constexpr std::size_t kNames = 7;  // columns before the samples
+
+std::vector<std::string_view> split(std::string_view line) {
+  std::vector<std::string_view> cells;
+  for (std::size_t begin = 0;;) {
+    const std::size_t end = line.find(',', begin);
+    cells.push_back(line.substr(begin, end - begin));
+    if (end == std::string_view::npos) return cells;
+    begin = end + 1;
+  }
+}
+
+class Reader {
+ public:
+  Reader(std::string_view text, const std::string& file) : rest_(text), file_(file) {}
+
+  Trials read() {
+    read_header();
+    while (next_line()) {
+      if (!line_.empty()) add_line();
+    }
+    if (set_.trials.empty()) fail("no trial, expected at least one line below the header");
+    end_trial();
+    const auto count = static_cast<Index>(set_.trials.size()) * set_.rows_per_trial();
+    set_.samples =
+        Eigen::Map<const Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>>(
+            values_.data(), count, static_cast<Index>(samples_));
+    if (!house_axes_) turn_axes();
+    return std::move(set_);
+  }
+
+ private:
+  [[noreturn]] void fail(const std::string& what) const {
+    throw ConfigError(one_line(fmt::format("{}:{}: {}", file_, number_, what)));
+  }
+
+  bool next_line() {
+    if (rest_.empty()) return false;
+    line_ = rest_.substr(0, rest_.find('\n'));
+    rest_.remove_prefix(std::min(line_.size() + 1, rest_.size()));
+    if (line_.ends_with('\r')) line_.remove_suffix(1);
+    ++number_;
+    return true;
+  }
+
+  void read_header() {
+    bool any = next_line();
+    if (any && line_ == kHouseAxes) {
+      house_axes_ = true;
+      any = next_line();
+    }
+    if (!any || !line_.starts_with(kHeader)) {
+      fail(fmt::format("not a header of trials, expected '{},t0,t1,...'", kHeader));
+    }
+    samples_ = split(line_).size() - kNames;
+    if (samples_ < 4) fail(fmt::format("{} samples a row, expected at least 4", samples_));
+  }
+
+  template <class T>
+  T parsed(std::string_view cell, std::size_t column) const {
+    T value{};
+    const auto [end, error] = std::from_chars(cell.data(), cell.data() + cell.size(), value);
+    bool good = error == std::errc() && end == cell.data() + cell.size();
+    if constexpr (std::is_floating_point_v<T>) good = good && std::isfinite(value);
+    if (!good) {
+      fail(fmt::format("column {}: '{}', expected a {}number", column + 1, cell,
+                       std::is_floating_point_v<T> ? "finite " : "whole "));
+    }
+    return value;
+  }
+
+  void add_line() {
+    const std::vector<std::string_view> cells = split(line_);
+    if (cells.size() != kNames + samples_) {
+      fail(fmt::format("{} columns, expected {} as the header", cells.size(), kNames + samples_));
+    }
+    Trial trial;
+    trial.clip = cells[0];
+    trial.cycle = parsed<int>(cells[1], 1);
+    trial.first_frame = parsed<long>(cells[2], 2);
+    trial.last_frame = parsed<long>(cells[3], 3);
+    trial.duration_s = parsed<double>(cells[4], 4);
+    if (trial.duration_s <= 0.0) fail("duration_s: expected more than 0");
+    if (set_.trials.empty() || trial.clip != set_.trials.back().clip ||
+        trial.cycle != set_.trials.back().cycle) {
+      begin_trial(trial);
+    }
+    const std::string_view joint = joint_name(cells[5]);
+    add_row(cells[6].empty() ? std::string(joint) : fmt::format("{}.{}", joint, cells[6]));
+    for (std::size_t t = 0; t < samples_; ++t) {
+      values_.push_back(parsed<double>(cells[kNames + t], kNames + t));
+    }
+  }
+
+  /// The sets number the joints of the body.
+  std::string_view joint_name(std::string_view cell) const {
+    if (house_axes_ || cell.find_first_not_of("0123456789") != std::string_view::npos) return cell;
+    const int joint = parsed<int>(cell, 5);
+    if (joint >= kBodyJoints)
+      fail(fmt::format("joint {}, expected 0 to {}", joint, kBodyJoints - 1));
+    return kBodyJointNames[static_cast<std::size_t>(joint)];
+  }
+
+  void begin_trial(const Trial& trial) {
+    if (!set_.trials.empty()) end_trial();
+    for (const Trial& other : set_.trials) {
+      if (other.clip == trial.clip && other.cycle == trial.cycle) {
+        fail(fmt::format("{}, cycle {}, is there already, expected its lines together", trial.clip,
+                         trial.cycle));
+      }
+    }
+    set_.trials.push_back(trial);
+    row_ = 0;
+  }
+
+  void end_trial() const {
+    if (row_ == set_.rows.size()) return;
+    fail(fmt::format("{}, cycle {}: {} rows, expected {} as the first trial",
+                     set_.trials.back().clip, set_.trials.back().cycle, row_, set_.rows.size()));
+  }
+
+  void add_row(const std::string& name) {
+    if (set_.trials.size() == 1) {
+      if (std::ranges::find(set_.rows, name) != set_.rows.end()) {
+        fail(fmt::format("row {} twice in one trial", name));
+      }
+      set_.rows.push_back(name);
+    } else if (row_ >= set_.rows.size() || set_.rows[row_] != name) {
+      fail(fmt::format("row {}, expected {}", name,
+                       row_ < set_.rows.size() ? set_.rows[row_] : "another trial"));
+    }
+    ++row_;
+  }
+
+  /// From the sets' axes to the house's: names, and the order within a joint.
+  void turn_axes() {
+    const auto joint = [](const std::string& name) { return name.substr(0, name.rfind('.')); };
+    for (std::string& name : set_.rows) {
+      if (name.ends_with(".x")) {
+        name.back() = 'y';
+      } else if (name.ends_with(".y")) {
+        name.back() = 'z';
+      } else if (name.ends_with(".z")) {
+        name.back() = 'x';
+      }
+    }
+    std::vector<Index> from(set_.rows.size());
+    std::iota(from.begin(), from.end(), 0);
+    const auto name = [&](Index i) { return set_.rows[static_cast<std::size_t>(i)]; };
+    for (std::size_t i = 0; i < from.size();) {  // runs of one joint
+      std::size_t end = i;
+      while (end < from.size() && joint(set_.rows[end]) == joint(set_.rows[i])) ++end;
+      std::sort(from.begin() + static_cast<long>(i), from.begin() + static_cast<long>(end),
+                [&](Index a, Index b) { return name(a) < name(b); });
+      i = end;
+    }
+    const Index rows = set_.rows_per_trial();
+    std::vector<std::string> names;
+    for (const Index i : from) names.push_back(name(i));
+    const Eigen::MatrixXd before = set_.samples;
+    for (Index n = 0; n < before.rows(); ++n) {
+      set_.samples.row(n) = before.row(n / rows * rows + from[static_cast<std::size_t>(n % rows)]);
+    }
+    set_.rows = std::move(names);
+  }
+
+  std::string_view rest_, line_;
+  std::string file_;
+  long number_ = 0;
+  bool house_axes_ = false;
+  std::size_t samples_ = 0, row_ = 0;
+  std::vector<double> values_;
+  Trials set_;
+};
+
+}  // namespace
+
+Trials parse_trials(std::string_view text, const std::string& file) {
+  return Reader(text, file).read();
+}
+
+Trials read_trials(const std::string& file) { return parse_trials(read_bytes(file), file); }
+
+void write_trials(const Trials& set, const std::string& file) {
+  std::string text = fmt::format("{}\n{}", kHouseAxes, kHeader);
+  for (Index t = 0; t < set.samples.cols(); ++t) text += fmt::format(",t{}", t);
+  text += '\n';
+  const Index rows = set.rows_per_trial();
+  for (Index n = 0; n < set.samples.rows(); ++n) {
+    const Trial& trial = set.trials[static_cast<std::size_t>(n / rows)];
+    const std::string& name = set.rows[static_cast<std::size_t>(n % rows)];
+    const std::size_t dot = name.rfind('.');
+    text += fmt::format("{},{},{},{},{},{},{}", trial.clip, trial.cycle, trial.first_frame,
+                        trial.last_frame, trial.duration_s, name.substr(0, dot),
+                        dot == std::string::npos ? "" : name.substr(dot + 1));
+    for (Index t = 0; t < set.samples.cols(); ++t) text += fmt::format(",{}", set.samples(n, t));
+    text += '\n';
+  }
+  write_bytes(file, text);
+}
+
+}  // namespace mimesis::mocap

@@ -1,0 +1,60 @@
+#pragma once
+#include <Eigen/Core>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "common/motion/mocap/body.h"
+#include "common/motion/mocap/trials.h"
+
+namespace mimesis::synthesizer {
+
+/// One learned way to move: the parameters of the mixture for the R rows of the model.
+struct Pattern {
+  mocap::Trial trial;          ///< what it was learned from: style, duration, step length, turn
+  Eigen::VectorXd mean_rad;    ///< m, R
+  Eigen::MatrixXd weight_rad;  ///< w, R×K
+  Eigen::MatrixXd delay_rad;   ///< φ, R×K; with tied delays the same in all patterns
+};
+
+/// Where a row ends, for joints of a robot [rad].
+struct RowLimits {
+  double lower = 0.0, upper = 0.0;  ///< lower < upper
+};
+
+/// A file a model was learned from.
+struct Source {
+  std::string file;     ///< name without folder
+  std::string sha256;   ///< hex
+  std::string licence;  ///< as the user stated it, or empty
+};
+
+/// Everything a synthesizer needs, as `mimesis demix` learns it. A file of format
+/// "mimesis.motion" (JSON, *.motion.json), version 1.
+struct MotionModel {
+  std::string name, created_by;  ///< program version and options
+  std::vector<Source> learned_from;
+  mocap::Body body;
+  std::vector<std::string> rows;        ///< R names: body rows "lhip.x", or joints of a robot
+  std::vector<std::string> task_names;  ///< of Trial::task
+  /// By row, limits that must not be passed (limits.h); empty: no row has any. In the file
+  /// "limits_rad", [lower, upper] or null by row, and absent if empty: version 1 without it is read
+  /// as before, and programs that do not know it read files that have it.
+  std::vector<std::optional<RowLimits>> limits_rad{};
+  Eigen::MatrixXd sources;  ///< K×T, one period [1]
+  int fixed = 0;            ///< the first are non-periodic (demix::Mixture)
+  bool tied = false;        ///< one delay per row and source
+  std::vector<Pattern> patterns;
+  double quality = 0.0, quality_squared = 0.0;  ///< Q and Q2 over what was learned from
+};
+
+/// @throws ConfigError "file: what (where), expected ...": damaged, another version, sizes that do
+/// not fit, a number that is not finite.
+MotionModel load_motion_model(const std::string& file);
+/// The same from memory; `file` names it in errors.
+MotionModel parse_motion_model(std::string_view text, const std::string& file);
+/// @throws ConfigError if the file cannot be written; whole or not at all.
+void save_motion_model(const MotionModel& model, const std::string& file);
+
+}  // namespace mimesis::synthesizer

@@ -1,0 +1,63 @@
+#pragma once
+#include <array>
+#include <map>
+#include <string>
+
+#include "common/robot/biped.h"
+#include "common/motion/mocap/body.h"
+#include "common/motion/retarget/posture.h"
+
+namespace mimesis::retarget {
+
+/// Which parts of a robot correspond to a person's: names of links. The origins of those named
+/// after joints are joint centres. Frames of all these links are parallel in the zero posture: x
+/// forward, y left, z up, arms hanging.
+struct RobotFigure {
+  std::string pelvis;  ///< the root
+  std::string spine, chest, neck, head;
+  std::array<std::string, 2> hip, knee, ankle, shoulder, elbow, wrist;  ///< left, right
+  /// In the frames of ankle and wrist links (which the last joint of the limb moves) [m].
+  std::array<Eigen::Vector3d, 2> heel_m{}, toe_m{}, hand_m{};
+  double head_height_m = 0.2;               ///< from the head's joint to its top
+  std::map<std::string, double> start_rad;  ///< joints of an easy posture; others 0
+};
+
+/// What a robot's description says: hips, knees and ankles are the third, fourth and last link of a
+/// leg, the spine is the first link that moves below the trunk, which is the chest, the neck the
+/// first one above it; arms as robot::arm_of(). The easy posture is half-sitting, but for what
+/// hangs on the hands.
+/// @throws ConfigError that names what is missing, or a link that is turned in the zero posture
+RobotFigure figure_of(const robot::Biped& biped);
+
+/// The robot's skeleton without its limits: a person with the robot's segments [M18 3.3.2, fig.
+/// 3.8]. @throws ConfigError if the robot lacks a link
+mocap::Body robot_body(const robot::RobotTree& tree, const RobotFigure& figure);
+
+/// Where the joint centres of robot_body() are in a posture: what films draw. Looks up names.
+mocap::BodyPose body_pose(const robot::Kinematics& kinematics, const RobotFigure& figure);
+
+/// Links and goals of one robot, looked up once.
+class RobotGoals {
+ public:
+  /// @param exact_hand_orientation  hands shall have the person's orientation exactly, not only if
+  ///        nothing else suffers
+  /// @throws ConfigError if the robot lacks a link or a joint of the easy posture
+  RobotGoals(const robot::RobotTree& tree, const RobotFigure& figure, bool exact_hand_orientation);
+
+  /// Feet and hands, in this order: left foot, right foot, left hand, right hand. Feet weigh ten
+  /// times as much where limits forbid both.
+  std::vector<Goal> exact(const mocap::BodyPose& pose) const;
+  /// Pelvis, chest, head, elbows, knees, and the hands' orientation if that is not exact.
+  std::vector<Goal> wishes(const mocap::BodyPose& pose) const;
+  /// The easy posture with the pelvis where the pose has it.
+  Posture start(const mocap::BodyPose& pose) const;
+
+ private:
+  bool exact_hand_orientation_;
+  Eigen::VectorXd start_;
+  int pelvis_, chest_, head_;
+  std::array<int, 2> ankle_, wrist_, elbow_, knee_;
+  std::array<Eigen::Vector3d, 2> sole_m_, hand_m_;
+};
+
+}  // namespace mimesis::retarget

@@ -1,0 +1,184 @@
+#include "common/motion/retarget/to_robot.h"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "common/error.h"
+#include "common/math/so3.h"
+
+namespace mimesis::retarget {
+namespace {
+
+using Eigen::Index, Eigen::Isometry3d, Eigen::VectorXd;
+
+constexpr double kMissed = 1e-3;   // weighted error of exact goals [m, rad]
+constexpr double kAtLimit = 1e-9;  // [rad]
+constexpr int kFirstSearch = 400;  // iterations: the easy posture may be far away
+
+class Sum {
+ public:
+  void add(double value) {
+    squares_ += value * value;
+    max_ = std::max(max_, std::abs(value));
+    ++count_;
+  }
+  Deviation result() const {
+    return {count_ > 0 ? std::sqrt(squares_ / static_cast<double>(count_)) : 0.0, max_};
+  }
+
+ private:
+  double squares_ = 0.0, max_ = 0.0;
+  long count_ = 0;
+};
+
+double distance(const robot::Kinematics& k, const Goal& g) {
+  return (k.X_WL(g.link) * g.X_LE.translation() - g.X_WE.translation()).norm();
+}
+double angle(const robot::Kinematics& k, const Goal& g) {
+  const Isometry3d X_WE = k.X_WL(g.link) * g.X_LE;
+  return math::log_so3(g.X_WE.linear() * X_WE.linear().transpose()).norm();
+}
+
+void report_limits(const robot::RobotTree& tree, const std::vector<Posture>& postures,
+                   RobotReport& report) {
+  const VectorXd lower = tree.lower(), upper = tree.upper();
+  std::set<std::string> names;
+  for (const Posture& p : postures) {
+    bool any = false;
+    for (Index i = 0; i < p.q.size(); ++i) {
+      if (p.q[i] > lower[i] + kAtLimit && p.q[i] < upper[i] - kAtLimit) continue;
+      names.insert(tree.moved(static_cast<int>(i)).joint);
+      any = true;
+    }
+    report.frames_at_limits += any ? 1 : 0;
+  }
+  report.joints_at_limits.assign(names.begin(), names.end());
+}
+
+void report_speed(const robot::RobotTree& tree, const std::vector<Posture>& postures,
+                  double rate_hz, RobotReport& report) {
+  const VectorXd limit = tree.max_speed();
+  for (std::size_t t = 1; t < postures.size(); ++t) {
+    const VectorXd share =
+        ((postures[t].q - postures[t - 1].q) * rate_hz).cwiseAbs().cwiseQuotient(limit);
+    Index fastest = 0;
+    const double most = share.maxCoeff(&fastest);
+    if (most <= report.speed_share) continue;
+    report.speed_share = most;
+    report.fastest_joint = tree.moved(static_cast<int>(fastest)).joint;
+  }
+}
+
+/// `strict`: goals with all weights above zero, of feet, hands, chest and head in this order.
+void report_deviations(robot::Kinematics& k, const std::vector<Posture>& postures,
+                       const std::vector<std::vector<Goal>>& strict, RobotReport& report) {
+  Sum foot_m, foot_rad, hand_m, hand_rad, chest, head;
+  for (std::size_t t = 0; t < postures.size(); ++t) {
+    k.update(postures[t].X_WB, postures[t].q);
+    for (const std::size_t side : {0u, 1u}) {
+      foot_m.add(distance(k, strict[t][side]));
+      foot_rad.add(angle(k, strict[t][side]));
+      hand_m.add(distance(k, strict[t][2 + side]));
+      hand_rad.add(angle(k, strict[t][2 + side]));
+    }
+    chest.add(angle(k, strict[t][4]));
+    head.add(angle(k, strict[t][5]));
+  }
+  report.foot_m = foot_m.result();
+  report.foot_rad = foot_rad.result();
+  report.hand_m = hand_m.result();
+  report.hand_rad = hand_rad.result();
+  report.chest_rad = chest.result();
+  report.head_rad = head.result();
+}
+
+RobotClip to_clip(const robot::RobotTree& tree, const std::vector<Posture>& postures,
+                  double rate_hz) {
+  RobotClip clip;
+  clip.rate_hz = rate_hz;
+  clip.joints = tree.joint_names();
+  const auto frames = static_cast<Index>(postures.size());
+  clip.q.resize(tree.dof(), frames);
+  clip.pelvis_position_W_m.resize(3, frames);
+  clip.pelvis_rotation_rad.resize(3, frames);
+  Eigen::Vector3d before = Eigen::Vector3d::Zero();
+  for (Index t = 0; t < frames; ++t) {
+    const Posture& p = postures[static_cast<std::size_t>(t)];
+    clip.q.col(t) = p.q;
+    clip.pelvis_position_W_m.col(t) = p.X_WB.translation();
+    before = math::nearest_axis_angle(math::log_so3(p.X_WB.linear()), before);
+    clip.pelvis_rotation_rad.col(t) = before;
+  }
+  return clip;
+}
+
+}  // namespace
+
+Posture RobotClip::posture(Index frame) const {
+  Posture p;
+  p.X_WB.linear() = math::exp_so3(pelvis_rotation_rad.col(frame));
+  p.X_WB.translation() = pelvis_position_W_m.col(frame);
+  p.q = q.col(frame);
+  return p;
+}
+
+std::vector<Posture> follow(const robot::RobotTree& tree, const Posture& start,
+                            const std::vector<FrameGoals>& goals, const RobotOptions& options,
+                            RobotReport& report) {
+  robot::Kinematics kinematics(tree);
+  std::vector<Posture> postures;
+  std::vector<std::vector<Goal>> exact;
+  Posture now = start;
+  now.q = now.q.cwiseMax(tree.lower()).cwiseMin(tree.upper());
+  const VectorXd easy = now.q;
+  IkOptions ik = options.ik;
+  ik.max_iterations = std::max(ik.max_iterations, kFirstSearch);
+  for (const FrameGoals& frame : goals) {
+    IkResult found = solve(kinematics, now, frame.exact, frame.wishes, ik);
+    if (found.exact_error > kMissed) {
+      // Limits may hold a posture where an easier one would do: once more from the easy joints
+      const Posture fresh{found.posture.X_WB, easy};
+      const IkResult other = solve(kinematics, fresh, frame.exact, frame.wishes, ik);
+      if (other.exact_error < 0.5 * found.exact_error) found = other;
+    }
+    now = found.posture;
+    ik = options.ik;
+    postures.push_back(now);
+    exact.push_back(frame.exact);
+  }
+  report.roughness_before = roughness(postures);
+  smooth(kinematics, exact, postures, options.smoothing);
+  report.roughness_after = roughness(postures);
+  report_limits(tree, postures, report);
+  return postures;
+}
+
+RobotClip retarget(const mocap::BodyClip& recorded, const robot::RobotTree& tree,
+                   const RobotFigure& figure, const RobotOptions& options) {
+  const BodyMotion motion = retarget(recorded, robot_body(tree, figure));
+  const RobotGoals robot_goals(tree, figure, options.exact_hand_orientation);
+  const RobotGoals strict_goals(tree, figure, true);
+  std::vector<FrameGoals> goals;
+  std::vector<std::vector<Goal>> strict;
+  Posture start;
+  for (Index t = 0; t < motion.clip.frames(); ++t) {
+    const mocap::BodyPose pose = motion.clip.pose(t);
+    if (t == 0) start = robot_goals.start(pose);
+    goals.push_back({robot_goals.exact(pose), robot_goals.wishes(pose)});
+    strict.push_back(strict_goals.exact(pose));
+    const std::vector<Goal> wishes = strict_goals.wishes(pose);
+    strict.back().insert(strict.back().end(), {wishes[1], wishes[2]});  // chest and head
+  }
+  RobotReport report;
+  const std::vector<Posture> postures = follow(tree, start, goals, options, report);
+  RobotClip clip = to_clip(tree, postures, recorded.rate_hz);
+  robot::Kinematics kinematics(tree);
+  report_deviations(kinematics, postures, strict, report);
+  report_speed(tree, postures, recorded.rate_hz, report);
+  report.unconstrained = motion.report;
+  clip.report = report;
+  return clip;
+}
+
+}  // namespace mimesis::retarget

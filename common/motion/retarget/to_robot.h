@@ -1,0 +1,64 @@
+#pragma once
+#include "common/motion/retarget/posture_ik.h"
+#include "common/motion/retarget/robot_figure.h"
+#include "common/motion/retarget/smoothing.h"
+#include "common/motion/retarget/to_body.h"
+
+namespace mimesis::retarget {
+
+/// Over all frames (and both sides).
+struct Deviation {
+  double rms = 0.0, max = 0.0;
+};
+
+/// What a robot's motion differs in from the one that was asked for.
+struct RobotReport {
+  Deviation foot_m, foot_rad, hand_m, hand_rad;  ///< hand_rad: asked for exactly only if chosen
+  Deviation chest_rad, head_rad;
+  std::vector<std::string> joints_at_limits;             ///< that stand at a limit in some frame
+  int frames_at_limits = 0;                              ///< in which some joint does
+  double roughness_before = 0.0, roughness_after = 0.0;  ///< E of smoothing.h
+  double speed_share = 0.0;  ///< largest joint speed as a share of its limit [1]
+  std::string fastest_joint;
+  BodyReport unconstrained;  ///< of the first step, to the robot's skeleton without limits
+};
+
+/// A motion of a robot. Never outside the joint limits.
+struct RobotClip {
+  double rate_hz = 0.0;
+  std::vector<std::string> joints;       ///< as RobotTree::joint_names()
+  Eigen::MatrixXd q;                     ///< joints×frames, [rad] or [m]
+  Eigen::Matrix3Xd pelvis_position_W_m;  ///< of the root link
+  Eigen::Matrix3Xd pelvis_rotation_rad;  ///< axis-angle in W, without jumps by 2π
+  RobotReport report;
+
+  Eigen::Index frames() const { return q.cols(); }
+  Posture posture(Eigen::Index frame) const;
+};
+
+struct RobotOptions {
+  bool exact_hand_orientation = false;
+  IkOptions ik;
+  SmoothingOptions smoothing;
+};
+
+/// One frame of what a robot shall do.
+struct FrameGoals {
+  std::vector<Goal> exact, wishes;
+};
+
+/// Postures for goals frame by frame, each from the one before (or from the start's joints where
+/// that comes nearer to goals that are missed), then smoothed.
+/// @param start  where the search for the first frame begins; moved into the limits
+std::vector<Posture> follow(const robot::RobotTree& tree, const Posture& start,
+                            const std::vector<FrameGoals>& goals, const RobotOptions& options,
+                            RobotReport& report);
+
+/// The motion on a robot with joint limits [M18 3.3.2]: to its skeleton without limits first
+/// (to_body.h: feet stand still), then posture by posture to its joints (posture_ik.h), then
+/// smoothed (smoothing.h). 5 to 10 ms a frame.
+/// @throws ConfigError as retarget() to a body, and if the robot lacks a link of the figure
+RobotClip retarget(const mocap::BodyClip& recorded, const robot::RobotTree& tree,
+                   const RobotFigure& figure, const RobotOptions& options = {});
+
+}  // namespace mimesis::retarget

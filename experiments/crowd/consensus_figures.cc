@@ -1,0 +1,166 @@
+// Headings agree through their common mean: quorum sensing [M18 4.4.2, 5; eq. 4.33].
+#include <Eigen/Core>
+#include <cmath>
+#include <random>
+#include <string>
+
+#include "common/math/integrator.h"
+#include "common/plot/gnuplot.h"
+#include "nodes/crowd/certificate/rate_fit.h"
+#include "experiments/crowd/figures.h"
+#include "experiments/crowd/statistics.h"
+#include "nodes/crowd/rules/heading.h"
+#include "nodes/crowd/rules/synchrony.h"
+
+namespace mimesis::crowd {
+namespace {
+
+using plot::Data;
+using reproduce::near;
+using reproduce::Report;
+using PlotDir = std::optional<std::filesystem::path>;
+using math::kTwoPi;
+
+constexpr int kAgents = 12;
+constexpr double kOmega = 6.0, kDt_s = 0.02, kSpeed_m_s = 1.2;
+/// Headings, then χ.
+using State = Eigen::Matrix<double, kAgents + 1, 1>;
+
+std::span<const double> headings(const State& x) { return {x.data(), kAgents}; }
+
+/// No common step cycle: everybody has a frequency of their own, of ±`uneven`.
+struct Group {
+  HeadingRule rule;
+  double uneven = 0.0;
+  double omega(int i) const { return kOmega * (1.0 + uneven * (2.0 * i / (kAgents - 1) - 1.0)); }
+};
+
+State step(const Group& group, const State& x) {
+  const bool filtered = group.rule.low_pass_s > 0.0;
+  const auto f = [&](double, const State& s) {
+    const double mean = circular_sum(headings(s)).angle();
+    const double chi = filtered ? s[kAgents] : mean;
+    State rate;
+    for (int i = 0; i < kAgents; ++i) rate[i] = lane_rate(group.rule, group.omega(i), s[i], chi);
+    rate[kAgents] = filtered ? consensus_rate(group.rule, chi, mean) : 0.0;
+    return rate;
+  };
+  return math::rk4_step(f, 0.0, x, kDt_s);
+}
+
+State start(std::mt19937_64& draw) {
+  std::uniform_real_distribution<double> uniform(-0.5 * kTwoPi, 0.5 * kTwoPi);
+  State x;
+  for (int i = 0; i < kAgents; ++i) x[i] = uniform(draw);
+  x[kAgents] = circular_sum(headings(x)).angle();
+  return x;
+}
+
+struct Seen {
+  double share = 0.0;     ///< of 500 starts that agree
+  double rate_1_s = 0.0;  ///< median of the first 60
+};
+
+Seen agree(const Group& group) {
+  constexpr int kStarts = 500, kRated = 60;
+  std::mt19937_64 draw(23);
+  std::vector<double> rates;
+  int agreed = 0;
+  for (int s = 0; s < kStarts; ++s) {
+    State x = start(draw);
+    RateFit fit(1e-6, 3e-2);
+    const double end = s < kRated ? 1e-6 : 1e-3;
+    double r = 1.0;
+    for (double t = 0.0; t < 60.0 && r > end; t += kDt_s) {
+      r = dispersion(headings(x));
+      fit.add(t, r);
+      x = step(group, x);
+    }
+    agreed += r <= 1e-3;
+    if (s >= kRated) continue;
+    if (const auto rate = fit.rate_1_s()) rates.push_back(*rate);
+  }
+  return {double(agreed) / kStarts, median(rates)};
+}
+
+/// Rows: t, then ψᵢ (unwrapped), then x, y of everybody, then χ.
+Data course(const std::string& name, const Group& group, double seconds) {
+  std::mt19937_64 draw(29);
+  State x = start(draw);
+  Eigen::Matrix<double, 2, kAgents> p;
+  for (int i = 0; i < kAgents; ++i) p.col(i) << 0.8 * (i % 4), 0.8 * (i / 4);
+  Data out{name, {}};
+  for (int n = 0; n * kDt_s < seconds; ++n) {
+    if (n % 3 == 0) {
+      std::vector<double> row{n * kDt_s};
+      for (int i = 0; i < kAgents; ++i) row.push_back(math::wrap_pi(x[i]));
+      for (int i = 0; i < kAgents; ++i) row.insert(row.end(), {p(0, i), p(1, i)});
+      row.push_back(group.rule.low_pass_s > 0.0 ? math::wrap_pi(x[kAgents])
+                                                : circular_sum(headings(x)).angle());
+      out.rows.push_back(row);
+    }
+    for (int i = 0; i < kAgents; ++i) {
+      p.col(i) += kDt_s * kSpeed_m_s * Eigen::Vector2d(std::cos(x[i]), std::sin(x[i]));
+    }
+    x = step(group, x);
+  }
+  return out;
+}
+
+Report consensus(const PlotDir& dir) {
+  const Group direct{{.kind = HeadingKind::consensus, .gain = 0.2}, 0.0};
+  Group filtered = direct, uneven = direct;
+  filtered.rule.low_pass_s = 0.8;
+  uneven.uneven = uneven.rule.low_pass_s = 0.15;
+  Report report;
+  const double rate = direct.rule.gain * kOmega;
+  const auto rows = [&](const std::string& name, const Group& group, bool rated) {
+    const Seen seen = agree(group);
+    report.rows.push_back(
+        near(name + ": share of 500 starts that agree", seen.share, 1.0, 0.0, "1"));
+    if (rated) {
+      report.rows.push_back(near(name + ": rate, m_ψ ω", seen.rate_1_s, rate, 0.01 * rate, "1/s"));
+    }
+  };
+  rows("mean heading", direct, true);
+  rows("behind a low-pass of 0.8 s", filtered, true);
+  rows("low-pass of 0.15 s, frequencies ± 15 %", uneven, false);
+  if (dir) {
+    report.plots.push_back(*dir / "consensus.png");
+    const auto angles = [](const std::string& name) {
+      std::string s = "plot ";
+      for (int i = 0; i < kAgents; ++i) {
+        s += "$" + name + " using 1:" + std::to_string(i + 2) + " with points pt 7 ps 0.2 lc " +
+             std::to_string(i % 6 + 1) + " notitle, ";
+      }
+      return s + "$" + name + " using 1:" + std::to_string(3 * kAgents + 2) +
+             " with lines lw 2 lc 8 dt 2 title 'χ'\n";
+    };
+    std::string paths = "plot ";
+    for (int i = 0; i < kAgents; ++i) {
+      const int column = kAgents + 2 + 2 * i;
+      paths += std::string(i ? ", " : "") + "$direct using " + std::to_string(column) + ":" +
+               std::to_string(column + 1) + " with lines lw 1.5 lc " + std::to_string(i % 6 + 1) +
+               " notitle";
+    }
+    plot::plot_png(
+        report.plots.back(), 1200, 430,
+        {course("direct", direct, 6.0), course("filtered", filtered, 6.0)},
+        "set multiplot layout 1,3 title 'Twelve agents agree on a heading (quorum sensing)'\n"
+        "set grid\nset xlabel 'time [s]'\nset ylabel 'heading [rad]'\nset xrange [0:6]\n"
+        "set yrange [-3.3:3.3]\nset title 'a) to the mean heading'\n" +
+            angles("direct") + "set title 'b) behind a low-pass of 0.8 s'\n" + angles("filtered") +
+            "set title 'c) paths of a)'\nset size ratio -1\nset xlabel 'x [m]'\n"
+            "set ylabel 'y [m]'\nset autoscale\n" +
+            paths + "\nunset multiplot");
+  }
+  return report;
+}
+
+}  // namespace
+
+void add_consensus_figures(std::vector<reproduce::Figure>& to) {
+  to.push_back({"consensus", "headings agree by quorum sensing", "M18", consensus});
+}
+
+}  // namespace mimesis::crowd

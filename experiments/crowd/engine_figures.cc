@@ -1,0 +1,91 @@
+// Nobody overlaps, everybody arrives.
+#include <algorithm>
+#include <string>
+
+#include "common/plot/gnuplot.h"
+#include "experiments/crowd/crowds.h"
+#include "experiments/crowd/figures.h"
+
+namespace mimesis::crowd {
+namespace {
+
+using plot::Data;
+using reproduce::near;
+using reproduce::Report;
+using PlotDir = std::optional<std::filesystem::path>;
+
+/// Steps until all have arrived, at most `until_s`; ways of every tenth agent for the plot.
+struct Passage {
+  double least_gap_m = 1e9, time_s = 0.0;
+  int overlaps = 0, arrived = 0;
+  std::vector<Data> ways;
+};
+
+Passage pass(Crowd crowd, double until_s, int drawn) {
+  Passage p;
+  for (int i = 0; i < drawn; ++i) p.ways.push_back({"way" + std::to_string(i), {}});
+  for (int step = 0; crowd.time_s() < until_s; ++step) {
+    if (step % 25 == 0) {
+      for (int i = 0; i < drawn; ++i) {
+        const auto row = static_cast<std::size_t>(i * crowd.size() / drawn);
+        p.ways[static_cast<std::size_t>(i)].rows.push_back({crowd.x_m()[row], crowd.y_m()[row]});
+      }
+      p.arrived = arrived(crowd, 0.5);
+      if (p.arrived == crowd.size()) break;
+    }
+    crowd.step();
+    p.overlaps += crowd.contacts().overlapping;
+    p.least_gap_m = std::min(p.least_gap_m, crowd.contacts().least_gap_m);
+    p.time_s = crowd.time_s();
+  }
+  return p;
+}
+
+void report_passage(const Passage& p, int all, double free_s, Report& report) {
+  report.rows.push_back(near("agents that arrive", p.arrived, all, 0.0, "1"));
+  report.rows.push_back(near("overlaps, over all steps", p.overlaps, 0.0, 0.0, "1"));
+  report.rows.push_back(reproduce::at_least("least gap between discs", p.least_gap_m, 0.0, "m",
+                                            "discs do not overlap"));
+  report.rows.push_back(reproduce::at_most("time until the last arrives", p.time_s, 2.0 * free_s,
+                                           "s", "twice the time of who is alone"));
+}
+
+void plot_ways(const std::filesystem::path& png, const std::string& title, const Passage& p) {
+  std::string script =
+      "set size ratio -1\nset grid\nset xlabel 'x [m]'\nset ylabel 'y [m]'\n"
+      "set title '" +
+      title + "'\nplot ";
+  for (std::size_t i = 0; i < p.ways.size(); ++i) {
+    script += (i > 0 ? ", $" : "$") + p.ways[i].name + " with lines lw 1 lc palette frac " +
+              std::to_string(static_cast<double>(i) / static_cast<double>(p.ways.size())) +
+              " notitle";
+  }
+  plot::plot_png(png, 800, 800, p.ways, "unset colorbox\n" + script);
+}
+
+Report circle(const PlotDir& dir) {
+  const Passage p = pass(ring_crowd(250), 180.0, 50);
+  Report report;
+  report_passage(p, 250, 80.0 / (0.22 * 6.0), report);
+  if (dir) {
+    report.plots.push_back(*dir / "circle-250.png");
+    plot_ways(report.plots.back(), "250 agents change places across a circle; ways of 50", p);
+  }
+  return report;
+}
+
+Report head_on(const PlotDir&) {
+  const Passage p = pass(head_on_crowd(1000), 60.0, 0);
+  Report report;
+  report_passage(p, 2000, 10.0 / (0.22 * 6.0), report);
+  return report;
+}
+
+}  // namespace
+
+void add_engine_figures(std::vector<reproduce::Figure>& to) {
+  to.push_back({"circle-250", "250 agents change places across a circle", "M18", circle});
+  to.push_back({"head-on", "1000 pairs meet head on", "M18", head_on});
+}
+
+}  // namespace mimesis::crowd

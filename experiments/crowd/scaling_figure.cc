@@ -1,0 +1,180 @@
+// How the time of a step grows with the crowd, ours and that of RVO2 in the same run.
+#include <algorithm>
+#include <chrono>
+#include <ctime>
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "common/parallel/team.h"
+#include "common/plot/gnuplot.h"
+#include "experiments/crowd/crowds.h"
+#include "experiments/crowd/figures.h"
+#include "experiments/crowd/rvo2.h"
+
+namespace mimesis::crowd {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+using plot::Data;
+using reproduce::Report;
+
+constexpr double kBegin_s = 0.5, kEnd_s = 3.5;  // of simulated time
+constexpr double kGoal = 1.2;                   // agent-steps/s of ours over those of RVO2
+
+double since_s(Clock::time_point begin) {
+  return std::chrono::duration<double>(Clock::now() - begin).count();
+}
+
+/// Something that makes steps.
+struct Stepping {
+  std::function<void()> step;
+  std::function<double()> time_s;
+};
+
+/// Seconds of a step of what `make` makes, the best of some tries: of processor time on one thread,
+/// else of wall time. Every try begins anew, so that all see the crowd in the same seconds.
+double step_s(const std::function<Stepping()>& make, int agents, int threads) {
+  const int most = std::max(1, 200'000 / agents);
+  const auto begin = Clock::now();
+  double best = 1e9;
+  for (int tries = 0; tries < 5 || since_s(begin) < 0.5; ++tries) {
+    const Stepping crowd = make();
+    const auto warm = Clock::now();
+    do {
+      crowd.step();
+    } while (crowd.time_s() < kBegin_s && since_s(warm) < 2.0);
+    const auto wall = Clock::now();
+    const std::clock_t processor = std::clock();
+    int steps = 0;
+    for (; steps < most && crowd.time_s() < kEnd_s; ++steps) crowd.step();
+    const double processor_s = static_cast<double>(std::clock() - processor) / CLOCKS_PER_SEC;
+    const double spent_s = threads > 1 || processor_s == 0.0 ? since_s(wall) : processor_s;
+    best = std::min(best, spent_s / std::max(1, steps));
+    if (tries > 1 && since_s(begin) > 4.0) break;
+  }
+  return best;
+}
+
+double ours_s(Crowd (*make)(int), int n, int threads) {
+  const std::shared_ptr team = threads > 1 ? std::make_unique<parallel::Team>(threads) : nullptr;
+  const auto stepping = [&]() -> Stepping {
+    const auto crowd = std::make_shared<Crowd>(make(n));
+    return {[crowd, team] { crowd->step(team.get()); }, [crowd] { return crowd->time_s(); }};
+  };
+  return step_s(stepping, n, threads);
+}
+
+double peer_s(Crowd (*make)(int), int n, int threads) {
+  const auto stepping = [&]() -> Stepping {
+    const std::shared_ptr crowd = Rvo2::make(make(n), threads);
+    return {[crowd] { crowd->step(); }, [crowd] { return crowd->time_s(); }};
+  };
+  return step_s(stepping, n, threads);
+}
+
+struct Curve {
+  std::string name, title, what;
+  int most, threads;
+  double (*seconds)(int n, int threads);
+  const char* note;
+};
+
+const Curve kCurves[] = {
+    {"full1", "full dynamics, 1 core", "full dynamics", 1'000'000, 1,
+     [](int n, int t) { return ours_s(crossing_crowd, n, t); },
+     "oscillators, step length, spacing, headings, avoidance, discs kept apart"},
+    {"full2", "full dynamics, 2 cores", "full dynamics", 1'000'000, 2,
+     [](int n, int t) { return ours_s(crossing_crowd, n, t); },
+     "oscillators, step length, spacing, headings, avoidance, discs kept apart"},
+    {"formation1", "formation only, 1 core", "formation only", 1'000'000, 1,
+     [](int n, int t) { return ours_s(formation_crowd, n, t); },
+     "rules I, II and III by mean fields"},
+    {"formation2", "formation only, 2 cores", "formation only", 1'000'000, 2,
+     [](int n, int t) { return ours_s(formation_crowd, n, t); },
+     "rules I, II and III by mean fields"},
+    {"peer1", "RVO2, 1 core", "RVO2", 100'000, 1,
+     [](int n, int t) { return peer_s(crossing_crowd, n, t); },
+     "the agents of full dynamics; velocities that avoid at most 10 others, nothing else"},
+    {"peer2", "RVO2, 2 cores", "RVO2", 100'000, 2,
+     [](int n, int t) { return peer_s(crossing_crowd, n, t); },
+     "the agents of full dynamics; velocities that avoid at most 10 others, nothing else"},
+};
+
+/// Agent-steps per second over agents, and the rows of it.
+Data measure(const Curve& curve, Report& report) {
+  Data data{curve.name, {}};
+  for (int n = 100; n <= curve.most; n *= 10) {
+    const double rate = n / curve.seconds(n, curve.threads) * 1e-6;
+    data.rows.push_back({static_cast<double>(n), rate});
+    const std::string what = curve.what + ", " + std::to_string(n) + " agents, " +
+                             std::to_string(curve.threads) +
+                             (curve.threads > 1 ? " cores" : " core");
+    report.rows.push_back({what, rate, {}, 0.0, "M agent-steps/s", true, curve.note});
+  }
+  return data;
+}
+
+double at(const std::vector<Data>& curves, const std::string& name, double n) {
+  const auto curve = std::ranges::find(curves, name, &Data::name);
+  return std::ranges::find(curve->rows, n, [](const auto& row) { return row[0]; })->at(1);
+}
+
+void plot(const std::filesystem::path& png, const std::vector<Data>& curves) {
+  std::string script =
+      "set logscale xy\nset grid\nset key top right\nset xlabel 'agents'\n"
+      "set ylabel 'million agent-steps per second'\nset format x '10^%L'\n"
+      "set title 'Steps of crowds; grey: what 60 Hz need'\nset yrange [0.05:2000]\nplot ";
+  for (const Curve& curve : kCurves) {
+    if (std::ranges::find(curves, curve.name, &Data::name) == curves.end()) continue;
+    const bool peer = curve.what == "RVO2", two = curve.threads > 1;
+    const int style = peer ? 8 : curve.what == "full dynamics" ? 1 : 3;
+    script += "$" + curve.name + " with linespoints ls " + std::to_string(style) +
+              (peer ? " lc rgb 'black'" : "") + (two ? " dt 3 pt 4" : " pt 7") + " title '" +
+              curve.title + "', ";
+  }
+  plot::plot_png(png, 900, 600, curves,
+                      script + "60e-6*x with lines dt 2 lc rgb '#606060' notitle");
+}
+
+Report scaling(const std::optional<std::filesystem::path>& dir) {
+  Report report;
+  std::vector<Data> curves;
+  for (const Curve& curve : kCurves) {
+    if (curve.what == "RVO2" && !Rvo2::built()) continue;
+    curves.push_back(measure(curve, report));
+  }
+  report.rows.push_back(reproduce::at_least("full dynamics, 10000 agents, 1 core: steps a second",
+                                            at(curves, "full1", 1e4) * 1e2, 60.0, "Hz",
+                                            "real time at 60 Hz, of processor time"));
+  report.rows.push_back(
+      reproduce::at_least("formation only, 1000000 agents, 1 core: steps a second",
+                          at(curves, "formation1", 1e6), 60.0, "Hz", "the same"));
+  if (Rvo2::built()) {
+    report.rows.push_back(reproduce::at_least("full dynamics over RVO2, 10000 agents, 1 core",
+                                              at(curves, "full1", 1e4) / at(curves, "peer1", 1e4),
+                                              kGoal, "1", "agent-steps/s of the same run"));
+  }
+  report.rows.push_back({"memory of an agent",
+                         crossing_crowd(100).bytes_per_agent(),
+                         {},
+                         0.0,
+                         "B",
+                         true,
+                         Rvo2::built() ? "without the cells of the grid"
+                                       : "without the cells of the grid; no RVO2 beside ours: "
+                                         "cmake --build build --target peers"});
+  if (dir) {
+    report.plots.push_back(*dir / "crowd-scaling.png");
+    plot(report.plots.back(), curves);
+  }
+  return report;
+}
+
+}  // namespace
+
+void add_scaling_figure(std::vector<reproduce::Figure>& to) {
+  to.push_back({"crowd-scaling", "Agent-steps per second from 1e2 to 1e6 agents", "own", scaling});
+}
+
+}  // namespace mimesis::crowd

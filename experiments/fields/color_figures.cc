@@ -1,0 +1,99 @@
+#include <cmath>
+
+#include "experiments/fields/figures.h"
+#include "experiments/fields/ladder_plots.h"
+
+namespace mimesis::cognition {
+namespace {
+
+using reproduce::holds;
+using reproduce::Report;
+using PlotDir = std::optional<std::filesystem::path>;
+
+/// Both sequences practised with their colour: light objects to the high goal, dark ones to the low
+/// goal.
+Ladder<double> color_trained() {
+  Ladder<double> ladder({});
+  rehearse(ladder, parse_sequence("precision,above,high,light"));
+  rehearse(ladder, parse_sequence("full,below,low,dark"));
+  return ladder;
+}
+
+/// Both sequences practised, colour never seen.
+Ladder<double> color_blind() {
+  Ladder<double> ladder({});
+  rehearse(ladder, parse_sequence("precision,above,high"));
+  rehearse(ladder, parse_sequence("full,below,low"));
+  return ladder;
+}
+
+void plot(Report& report, const PlotDir& dir, const std::string& name, const std::string& title,
+          const Recording& r) {
+  if (!dir) return;
+  report.plots.push_back(*dir / (name + ".png"));
+  plot_snapshot(report.plots.back(), title, r);
+}
+
+/// Fig. 2.23: the colour of the object alone triggers goal and means.
+Report color_to_goal(const PlotDir& dir) {
+  Report report;
+  Ladder<double> ladder = color_trained(), blind = color_blind();
+  for (const Color color : {Color::light, Color::dark}) {
+    const int site = static_cast<int>(color) - 1;
+    const std::string name(site_label(Layer::color, site));
+    const Recording r = record(ladder, {.shown = {.color = color}});
+    report.rows.push_back(
+        holds(name + " object: PFC holds " + std::string(site_label(Layer::pfc, site)),
+              r.result.site(Layer::pfc) == site));
+    report.rows.push_back(
+        holds(name + " object: PF holds " + std::string(site_label(Layer::pf, site)),
+              r.result.site(Layer::pf) == (site == 0 ? kPgAt : kFgBt)));
+    report.rows.push_back(
+        holds(name + " object: F5 holds " + std::string(site_label(Layer::f5_grip, site)) +
+                  " and " + std::string(site_label(Layer::f5_transport, site)),
+              r.result.site(Layer::f5_grip) == site && r.result.site(Layer::f5_transport) == site &&
+                  r.result.decision.settled));
+    const TrialResult before = run_trial(blind, {.shown = {.color = color}});
+    report.rows.push_back(
+        holds("control, before learning: " + name + " says nothing about the goal",
+              before.site(Layer::color) == site && std::isnan(before.onset(Layer::pfc)) &&
+                  std::isnan(before.onset(Layer::pf))));
+    plot(report, dir, site == 0 ? "fig-2.23-light" : "fig-2.23-dark",
+         "Fig. 2.23: a " + name + " object, nothing else seen", r);
+  }
+  return report;
+}
+
+/// Fig. 2.24: the goal alone triggers the colour of the object to grasp.
+Report goal_to_color(const PlotDir& dir) {
+  Report report;
+  Ladder<double> ladder = color_trained(), blind = color_blind();
+  for (const Goal goal : {Goal::high, Goal::low}) {
+    const int site = static_cast<int>(goal) - 1;
+    const std::string name(site_label(Layer::pfc, site));
+    const Recording r = record(ladder, {.shown = {.goal = goal}});
+    report.rows.push_back(
+        holds(name + " goal: COL holds " + std::string(site_label(Layer::color, site)),
+              r.result.site(Layer::color) == site));
+    report.rows.push_back(
+        holds(name + " goal: PF holds " + std::string(site_label(Layer::pf, site)),
+              r.result.site(Layer::pf) == (site == 0 ? kPgAt : kFgBt)));
+    const TrialResult before = run_trial(blind, {.shown = {.goal = goal}});
+    report.rows.push_back(
+        holds("control, before learning: the " + name + " goal names no colour",
+              before.site(Layer::pfc) == site && std::isnan(before.onset(Layer::color))));
+    plot(report, dir, site == 0 ? "fig-2.24-high" : "fig-2.24-low",
+         "Fig. 2.24: the " + name + " goal, nothing else seen", r);
+  }
+  return report;
+}
+
+}  // namespace
+
+void add_color_figures(std::vector<reproduce::Figure>& to) {
+  to.push_back({"fig-2.23", "A colour cue triggers the goal and the means", "M18", color_to_goal});
+  to.push_back(
+      {"fig-2.24", "The goal triggers the colour of the object to grasp", "M18", goal_to_color});
+}
+
+}  // namespace mimesis::cognition

@@ -1,0 +1,187 @@
+#include <cmath>
+#include <cstring>
+#include <sstream>
+
+#include "experiments/fields/figures.h"
+#include "experiments/fields/ladder_plots.h"
+
+namespace mimesis::cognition {
+namespace {
+
+using reproduce::at_least;
+using reproduce::holds;
+using reproduce::near;
+using reproduce::Report;
+using PlotDir = std::optional<std::filesystem::path>;
+
+std::vector<double> weights(const Ladder<double>& ladder, Connection c) {
+  const auto n = static_cast<std::size_t>(ladder.params().field.neurons);
+  std::vector<double> all;
+  for (std::size_t y = 0; y < n; ++y) {
+    for (std::size_t x = 0; x < n; ++x) all.push_back(ladder.link(c).weight(x, y));
+  }
+  return all;
+}
+
+/// Largest difference of the learned PF->PFC weights to eq. 2.4 at the present activity, relative.
+double distance_to_closed_form(const Ladder<double>& ladder) {
+  const auto r1 = ladder.field(Layer::pfc).rate(), r2 = ladder.field(Layer::pf).rate();
+  const double local = ladder.field(Layer::pf).f2(ladder.params().learning.local_above);
+  double worst = 0.0, largest = 0.0;
+  for (std::size_t y = 0; y < r2.size(); ++y) {
+    for (std::size_t x = 0; x < r1.size(); ++x) {
+      const bool both = r1[x] >= local && r2[y] >= local;
+      const double exact = both ? ladder.eta(Connection::pf_pfc) * r1[x] * r2[y] : 0.0;
+      worst = std::max(worst, std::abs(ladder.link(Connection::pf_pfc).weight(x, y) - exact));
+      largest = std::max(largest, exact);
+    }
+  }
+  return worst / largest;
+}
+
+/// Figs. 2.17 and 2.18: the robot that has not learned yet copies a complete demonstration, then
+/// learns.
+Report copying(const Demonstration& shown, int pf, int site, const std::string& title,
+               const std::string& name, const PlotDir& plot_dir) {
+  Report report;
+  Ladder<double> ladder({});
+  const auto untouched = weights(ladder, Connection::pf_pfc);
+  const Recording r = record(ladder, {.shown = shown});
+  const auto label = [&](Layer layer, int expected) {
+    const Peaks& peaks = r.result.peaks[index(layer)];
+    std::ostringstream what;
+    what << "one peak in " << layer_name(layer) << ", at " << site_label(layer, expected);
+    report.rows.push_back(holds(what.str(), peaks.count == 1 && peaks.site == expected));
+  };
+  label(Layer::sts_grip, site);
+  label(Layer::sts_transport, site);
+  label(Layer::pf, pf);
+  label(Layer::f5_grip, site);
+  label(Layer::f5_transport, site);
+  label(Layer::pfc, site);
+  report.rows.push_back(holds("the colour field stays at rest", r.result.site(Layer::color) < 0));
+  report.rows.push_back(holds("without reward the links keep every bit",
+                              weights(ladder, Connection::pf_pfc) == untouched));
+  const bool rewarded = rehearse(ladder, shown);
+  run_trial(ladder, {.shown = shown});
+  report.rows.push_back(near("links after 2 s of reward: distance to eq. 2.4",
+                             rewarded ? distance_to_closed_form(ladder) : 1.0, std::exp(-5.0),
+                             0.003, "1"));
+  const TrialResult alone = run_trial(ladder, {.shown = {}});
+  bool quiet = true;
+  for (const Layer layer : kAllLayers) quiet = quiet && std::isnan(alone.onset(layer));
+  report.rows.push_back(holds("control: task input alone ignites no field, trained or not", quiet));
+  if (plot_dir) {
+    report.plots.push_back(*plot_dir / (name + ".png"));
+    plot_snapshot(report.plots.back(), title, r);
+  }
+  return report;
+}
+
+struct Strength {
+  double factor, pfc_ms;  // of the task input to PFC; reference crossing time
+};
+constexpr std::array<Strength, 6> kStrengths = {
+    {{1.0, 25}, {0.75, 30}, {0.5, 36}, {0.25, 43}, {0.1, 49}, {0.0, 54}}};
+
+void plot_switch(const std::filesystem::path& png, const std::vector<Recording>& runs) {
+  std::vector<plot::Data> data = {course("sts", runs.back(), Layer::sts_grip)};
+  std::ostringstream script;
+  script << "set multiplot layout 1,2\nset xrange [-20:280]\nset yrange [-4:14]\n"
+            "set xlabel 'time from the onset of vision [ms]'\nset ylabel 'max u'\nset key bottom "
+            "right opaque\n"
+            "set arrow from 0,graph 0 to 0,graph 1 nohead lt 7 dt 3\n";
+  for (const Layer layer : {Layer::pf, Layer::pfc}) {
+    script << "set title '"
+           << (layer == Layer::pf ? "A   PF: preferred means, or those shown"
+                                  : "B   PFC: the high goal; STS for comparison")
+           << "' font 'sans,12'\nplot 0 lt 7 dt 2 notitle";
+    for (std::size_t i = 0; i < runs.size(); ++i) {
+      const std::string name = std::string(layer_name(layer)) + std::to_string(i);
+      data.push_back(course(name, runs[i], layer));
+      const int winner = runs[i].result.site(Layer::pf);
+      script << ", $" << name << " using 1:2 with lines lt " << (winner == kPgAt ? 1 : 2)
+             << (winner == kPgAt ? "" : " dt 2") << " lw " << 1.0 + 1.6 * kStrengths[i].factor
+             << " title 'task " << kStrengths[i].factor
+             << (layer == Layer::pf
+                     ? ": " + std::string(winner < 0 ? "none" : site_label(layer, winner))
+                     : std::string())
+             << "'";
+    }
+    script << (layer == Layer::pfc ? ", $sts using 1:2 with lines lt 7 title 'STS'\n" : "\n");
+  }
+  script << "unset multiplot";
+  plot::plot_png(png, 1160, 460, data, script.str());
+}
+
+/// Fig. 2.19: FG and BT are shown on the way to the high goal, links to both means exist.
+Report task_strength(const PlotDir& plot_dir) {
+  constexpr double kWeak = 0.2;  // link to the observed strategy, relative to the preferred one
+  Report report;
+  Ladder<double> ladder({});
+  for (int s = 0; s < 2; ++s) {
+    ladder.install(Connection::pf_pfc, s, s);
+    ladder.install(Connection::pfc_pf, s, s);
+  }
+  ladder.install(Connection::pfc_pf, 0, kFgBt, kWeak);
+  const Demonstration shown{.grip = Grip::full, .transport = Transport::below, .goal = Goal::high};
+  std::vector<Recording> runs;
+  int switches = 0;
+  bool monotone = true, always_high = true, f5_follows = true;
+  for (const auto& [factor, pfc_ms] : kStrengths) {
+    const TaskInput task{.pf = 0.0, .pfc = factor * ladder.params().task.pfc};
+    runs.push_back(record(ladder, {.shown = shown, .task = task}));
+    const TrialResult& now = runs.back().result;
+    std::ostringstream what;
+    what << "goal decided, task input x " << factor;
+    report.rows.push_back(near(what.str(), 1000 * now.onset(Layer::pfc), pfc_ms, 3.0, "ms"));
+    always_high = always_high && now.site(Layer::pfc) == 0;
+    const int grip = now.site(Layer::pf) == kPgAt ? 0 : 1;
+    f5_follows =
+        f5_follows && now.site(Layer::f5_grip) == grip && now.site(Layer::f5_transport) == grip;
+    if (runs.size() == 1) continue;
+    const TrialResult& before = runs[runs.size() - 2].result;
+    switches += now.site(Layer::pf) != before.site(Layer::pf) ? 1 : 0;
+    monotone = monotone && now.onset(Layer::pfc) > before.onset(Layer::pfc);
+  }
+  const TrialResult &strong = runs.front().result, &weak = runs.back().result;
+  report.rows.push_back(near("STS crosses", 1000 * weak.onset(Layer::sts_grip), 49.0, 3.0, "ms"));
+  report.rows.push_back(
+      holds("strong task input: PF holds the preferred PG-AT", strong.site(Layer::pf) == kPgAt));
+  report.rows.push_back(
+      holds("weak task input: PF holds the demonstrated FG-BT", weak.site(Layer::pf) == kFgBt));
+  report.rows.push_back(near("switches of PF over the six strengths", switches, 1.0, 0.0, "1"));
+  report.rows.push_back(holds("a weaker task input always delays the goal", monotone));
+  report.rows.push_back(at_least("delay of the goal, weakest / strongest",
+                                 weak.onset(Layer::pfc) / strong.onset(Layer::pfc), 1.8, "1",
+                                 "the prototype has 2.16"));
+  report.rows.push_back(holds("PFC holds the perceived goal in all runs", always_high));
+  report.rows.push_back(holds("F5 follows PF in all runs", f5_follows));
+  if (plot_dir) {
+    report.plots.push_back(*plot_dir / "fig-2.19.png");
+    plot_switch(report.plots.back(), runs);
+  }
+  return report;
+}
+
+}  // namespace
+
+void add_copying_figures(std::vector<reproduce::Figure>& to) {
+  to.push_back({"fig-2.17", "Copying the means: precision grip, above the bridge, high goal", "M18",
+                [](const PlotDir& dir) {
+                  return copying(parse_sequence("precision,above,high"), kPgAt, 0,
+                                 "Fig. 2.17: precision grip and transport above are copied",
+                                 "fig-2.17", dir);
+                }});
+  to.push_back({"fig-2.18", "Copying the means: full grip, below the bridge, low goal", "M18",
+                [](const PlotDir& dir) {
+                  return copying(parse_sequence("full,below,low"), kFgBt, 1,
+                                 "Fig. 2.18: full grip and transport below are copied", "fig-2.18",
+                                 dir);
+                }});
+  to.push_back({"fig-2.19",
+                "The strength of the task input decides whether goal or means are imitated", "M18",
+                task_strength});
+}
+
+}  // namespace mimesis::cognition

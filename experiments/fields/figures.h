@@ -1,0 +1,19 @@
+#pragma once
+#include <vector>
+
+#include "experiments/harness/figure.h"
+
+namespace mimesis::cognition {
+
+/// Figures of M18 chapter 2 that the neural fields show, without sequence learning (2.25 to 2.27).
+/// The references are the numbers of one published-model reimplementation: M18 prints labels and
+/// orders only.
+std::vector<reproduce::Figure> figures();
+
+// Parts of the list, one per file.
+void add_field_figures(std::vector<reproduce::Figure>& to);      // field-bistability, 2.4
+void add_copying_figures(std::vector<reproduce::Figure>& to);    // 2.17, 2.18, 2.19
+void add_inference_figures(std::vector<reproduce::Figure>& to);  // 2.20, 2.21
+void add_color_figures(std::vector<reproduce::Figure>& to);      // 2.23, 2.24
+
+}  // namespace mimesis::cognition

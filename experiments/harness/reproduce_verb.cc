@@ -1,0 +1,230 @@
+#include <unistd.h>
+
+#include <CLI/App.hpp>
+#include <CLI/Config.hpp>
+#include <CLI/Formatter.hpp>
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <future>
+#include <iostream>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "experiments/harness/figure.h"
+#include "common/runtime/suggest.h"
+#include "experiments/fields/figures.h"
+#include "experiments/crowd/figures.h"
+#include "experiments/motion/figures.h"
+#include "experiments/pattern/figures.h"
+#include "tools/mimesis/number_check.h"
+#include "tools/mimesis/table.h"
+#include "tools/mimesis/verb.h"
+#include "experiments/walk/figures/figures.h"
+#include "experiments/walk/film/films.h"
+
+namespace mimesis::tool {
+namespace {
+
+using reproduce::Figure;
+using reproduce::Report;
+using reproduce::Row;
+using Json = nlohmann::ordered_json;
+
+constexpr int kFailed = 1, kUsage = 2, kNotFound = 3;
+
+/// All reproductions. A folder with figures of its own adds one line here.
+std::vector<Figure> all_figures() {
+  std::vector<Figure> all;
+  std::ranges::move(cognition::figures(), std::back_inserter(all));
+  std::ranges::move(synthesizer::figures(), std::back_inserter(all));
+  std::ranges::move(walker::figures(), std::back_inserter(all));
+  std::ranges::move(crowd::figures(), std::back_inserter(all));
+  std::ranges::move(walk::figures(), std::back_inserter(all));
+  std::ranges::move(walk::films(), std::back_inserter(all));
+  return all;
+}
+
+struct Options {
+  std::vector<std::string> names;
+  bool list = false, json = false;
+  std::string plot_dir, film_dir;
+  double timeout_s = 0.0;
+};
+
+std::string number(double v) {
+  if (std::isnan(v)) return "-";
+  char text[32];
+  std::snprintf(text, sizeof text, "%.5g", v);
+  return text;
+}
+
+Json to_json(const Row& row) {
+  // JSON has no NaN: a quantity that never came about is null
+  const auto value = [](double v) { return std::isfinite(v) ? Json(v) : Json(nullptr); };
+  Json out = {{"what", row.what},
+              {"ours", value(row.ours)},
+              {"reference", row.reference ? value(*row.reference) : Json(nullptr)},
+              {"tolerance", value(row.tolerance)},
+              {"unit", row.unit},
+              {"passed", row.passed}};
+  if (!row.why.empty()) out["why"] = row.why;
+  return out;
+}
+
+using Paths = std::vector<std::filesystem::path>;
+
+void print_json(const Figure& figure, const Report& report, const Paths& films, double seconds) {
+  Json rows = Json::array(), plots = Json::array();
+  for (const Row& row : report.rows) rows.push_back(to_json(row));
+  for (const auto& plot : report.plots) plots.push_back(plot.string());
+  Json out = {{"name", figure.name}, {"source", figure.source}, {"passed", report.passed()},
+              {"rows", rows},        {"plots", plots},          {"seconds", seconds}};
+  for (const auto& film : films) out["films"].push_back(film.string());
+  std::cout << out.dump() << '\n';
+}
+
+void print_text(const Figure& figure, const Report& report, const Paths& films, double seconds) {
+  std::cout << figure.name << " [" << figure.source << "]: " << figure.title << '\n';
+  Table table({"", "what", "ours", "reference", "tolerance", "unit", "note"});
+  std::vector<std::string> notes;  // what several rows say is said once
+  for (const Row& row : report.rows) {
+    std::string note;
+    if (!row.why.empty()) {
+      const auto at = std::ranges::find(notes, row.why) - notes.begin();
+      if (at == std::ssize(notes)) notes.push_back(row.why);
+      note = std::to_string(at + 1);
+    }
+    table.row({row.passed ? "ok" : "FAILED", row.what, number(row.ours),
+               row.reference ? number(*row.reference) : "-", number(row.tolerance), row.unit,
+               note});
+  }
+  table.print(std::cout, use_colour(STDOUT_FILENO));
+  for (std::size_t i = 0; i < notes.size(); ++i) {
+    std::cout << "note " << i + 1 << ": " << notes[i] << '\n';
+  }
+  for (const auto& plot : report.plots) std::cout << "plot: " << plot.string() << '\n';
+  for (const auto& film : films) std::cout << "film: " << film.string() << '\n';
+  std::cout << (report.passed() ? "passed" : "FAILED") << ", " << number(seconds) << " s\n";
+}
+
+void print_list(const std::vector<Figure>& all, bool json) {
+  if (json) {
+    Json out = Json::array();
+    for (const Figure& f : all) {
+      out.push_back({{"name", f.name},
+                     {"source", f.source},
+                     {"cpu_minutes", f.cpu_minutes},
+                     {"title", f.title}});
+    }
+    std::cout << out.dump() << '\n';
+    return;
+  }
+  Table table({"name", "source", "CPU min", "title"});
+  for (const Figure& f : all) {
+    table.row({f.name, f.source, f.cpu_minutes > 0.0 ? number(f.cpu_minutes) : "<1", f.title});
+  }
+  table.print(std::cout, use_colour(STDOUT_FILENO));
+}
+
+struct Outcome {
+  Report report;
+  Paths films;
+};
+
+/// Ten minutes, or what a figure takes on one thread of a machine that others keep busy too.
+double patience_s(const Figure& figure, const Options& options) {
+  if (options.timeout_s > 0.0) return options.timeout_s;
+  return std::max(600.0, 10.0 * 60.0 * figure.cpu_minutes);
+}
+
+/// Runs one figure; the process ends with code 3 if that takes longer than allowed.
+Outcome run_within(const Figure& figure, const Options& options) {
+  std::optional<std::filesystem::path> dir;
+  if (!options.plot_dir.empty()) dir = options.plot_dir;
+  auto outcome = std::async(std::launch::async, [&] {
+    Outcome out{figure.run(dir), {}};
+    if (!options.film_dir.empty()) out.films = figure.film(options.film_dir);
+    return out;
+  });
+  const double patience = patience_s(figure, options);
+  if (outcome.wait_for(std::chrono::duration<double>(patience)) != std::future_status::ready) {
+    std::cerr << "reproduce: " << figure.name << " took longer than " << number(patience) << " s\n";
+    std::cout.flush();
+    std::_Exit(kNotFound);  // a pure computation cannot be asked to stop
+  }
+  return outcome.get();
+}
+
+int reproduce_all(const Options& options) {
+  const std::vector<Figure> all = all_figures();
+  if (options.list) {
+    print_list(all, options.json);
+    return 0;
+  }
+  if (options.names.empty()) {
+    std::cerr << "reproduce: which one? `mimesis reproduce --list` names them\n";
+    return kUsage;
+  }
+  std::vector<const Figure*> chosen;
+  for (const std::string& name : options.names) {
+    const auto it = std::ranges::find(all, name, &Figure::name);
+    if (it == all.end()) {
+      std::vector<std::string> known;
+      for (const Figure& f : all) known.push_back(f.name);
+      std::cerr << "reproduce: no figure '" << name << "'" << runtime::did_you_mean(name, known)
+                << "; `mimesis reproduce --list` names all\n";
+      return kNotFound;
+    }
+    if (!options.film_dir.empty() && !it->film) {
+      std::cerr << "reproduce: " << name << " has no film, expected a figure of a motion\n";
+      return kUsage;
+    }
+    chosen.push_back(&*it);
+  }
+  bool passed = true;
+  for (const Figure* figure : chosen) {
+    const auto start = std::chrono::steady_clock::now();
+    const auto [report, films] = run_within(*figure, options);
+    const double seconds =
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    options.json ? print_json(*figure, report, films, seconds)
+                 : print_text(*figure, report, films, seconds);
+    passed = passed && report.passed();
+  }
+  return passed ? 0 : kFailed;
+}
+
+}  // namespace
+
+void add_reproduce(CLI::App& program, int& exit_code) {
+  auto options = std::make_shared<Options>();
+  CLI::App* verb = program.add_subcommand(
+      "reproduce", "Computes a published figure anew and compares it with its reference");
+  verb->add_option("NAME", options->names, "fig-CHAPTER.NUMBER, table-CHAPTER.NUMBER or a word");
+  verb->add_flag("--list", options->list, "Name all reproductions");
+  verb->add_option("--plot", options->plot_dir, "Write PNG plots into this folder (needs gnuplot)")
+      ->type_name("DIR");
+  verb->add_option("--film", options->film_dir,
+                   "Draw the motion into this folder: a strip of pictures and all frames (PNG)")
+      ->type_name("DIR");
+  verb->add_flag(
+      "--json", options->json,
+      "One object per figure and line: name, source, passed, rows, plots, seconds, films");
+  verb->add_option("--timeout", options->timeout_s,
+                   "Give up on a figure after so many seconds (exit 3) [600, or ten times what "
+                   "--list says]")
+      ->check(number_above_zero);
+  verb->footer(
+      "Exit codes: 0 all rows within tolerance, 1 a row or a plot failed, 2 usage, 3 no such "
+      "figure or timed out.\nFigures that walk the biped take minutes (--list); those that are "
+      "asked for together share their walks.\nExamples:\n  mimesis reproduce --list\n  mimesis "
+      "reproduce fig-2.21 --plot "
+      "/tmp/plots\n"
+      "  mimesis reproduce fig-2.19 --json");
+  verb->callback([options, &exit_code] { exit_code = reproduce_all(*options); });
+}
+
+}  // namespace mimesis::tool

@@ -1,0 +1,209 @@
+// The drawer task played online [M18 3.7].
+#include <algorithm>
+#include <cmath>
+
+#include "common/image/image_file.h"
+#include "experiments/motion/drawer_training.h"
+#include "experiments/motion/figures.h"
+
+namespace mimesis::synthesizer {
+namespace {
+
+using reproduce::at_least;
+using reproduce::at_most;
+using reproduce::near;
+using reproduce::Report;
+using PlotDir = std::optional<std::filesystem::path>;
+using Paths = std::vector<std::filesystem::path>;
+
+constexpr double kFilmEvery = 4;  // steps of 5 ms: 50 pictures a second
+constexpr int kPoses = 12;
+
+void save(const image::Image& picture, const std::filesystem::path& path, Report& report) {
+  if (const auto written = image::write_png(path, picture); !written)
+    throw std::runtime_error(written.error().reason);
+  report.plots.push_back(path);
+}
+
+image::Image poses(const DrawerRun& run) {
+  const auto frames = drawer_film(run, 10);
+  return poses_along_path(frames, kPoses, side_view(frames, 1400, 420));
+}
+
+void quality_rows(const DrawerRun& run, const std::string& what, Report& report) {
+  const SequenceState& end = run.states.back();
+  report.rows.push_back(
+      near(what + ": distance of the stand", run.final_distance_m, 0.6, 0.01, "m"));
+  report.rows.push_back(at_most(what + ": hands to handle and object",
+                                std::max(end.left_error_m, end.right_error_m), 0.01, "m",
+                                "printed for the robot: reaching errors below 10 mm (3.8.3)"));
+  report.rows.push_back(at_most(what + ": speed of standing feet", run.foot_speed_m_s, 0.083, "m/s",
+                                "recorded feet slide as fast"));
+}
+
+// What the learned mixture misses before feet are held and arms reach.
+void mixture_rows(const DrawerRun& run, const std::string& what, Report& report) {
+  const SequenceState& end = run.states.back();
+  const auto stand =
+      std::ranges::find_if(run.states, [](const auto& s) { return s.action == kStanding; });
+  report.rows.push_back(at_most(what + ": the mixture alone, left hand as the stand begins",
+                                stand->left_without_m, 0.03, "m",
+                                "then the reach makes up for it"));
+  report.rows.push_back(at_most(what + ": the mixture alone, worse hand at the end",
+                                std::max(end.left_without_m, end.right_without_m), 0.05, "m",
+                                "then the reach makes up for it"));
+  report.rows.push_back(at_most(what + ": correction of the feet, rms", run.foot_correction_m, 0.08,
+                                "m", "then the feet are held"));
+}
+
+// The interval of distances around the published one that n normal cycles and one shortened step
+// reach without leaving what was trained.
+double reachable_range(int cycles) {
+  const ActionRanges& r = drawer_maps().ranges();
+  return cycles * (r.normal.most_m - r.normal.least_m) + r.reaching.most_m - r.reaching.least_m;
+}
+
+// The same with the lengths as they were drawn, before the paces were changed.
+double drawn_range(int cycles) {
+  double least[2] = {9.0, 9.0}, most[2] = {0.0, 0.0};
+  for (const int a : {0, 1})
+    for (std::size_t i = 0; i < 10; ++i) {
+      const double x = drawer_data().action[static_cast<std::size_t>(a)].trials[i].step_length_m;
+      least[a] = std::min(least[a], x);
+      most[a] = std::max(most[a], x);
+    }
+  return cycles * (most[0] - least[0]) + most[1] - least[1];
+}
+
+Report two_distances(const PlotDir& plot_dir) {
+  Report report;
+  for (const double d : {2.34, 2.45, 2.85, 2.94}) {
+    const DrawerRun run = run_drawer(d);
+    const std::string what = std::to_string(d).substr(0, 4) + " m";
+    report.rows.push_back(
+        near(what + ": actions", static_cast<double>(run.history.size()), 3, 0, "1"));
+    quality_rows(run, what, report);
+    mixture_rows(run, what, report);
+    if (plot_dir && (d == 2.45 || d == 2.85))
+      save(poses(run), *plot_dir / ("fig-3.37-" + what.substr(0, 4) + "m.png"), report);
+  }
+  for (const auto& [d, cycles] : {std::pair{3.84, 2}, {4.62, 2}, {5.3, 3}}) {
+    const DrawerRun run = run_drawer(d);
+    const std::string what = std::to_string(d).substr(0, 4) + " m";
+    report.rows.push_back(near(what + ": normal cycles", run.count(kNormalStep), cycles, 0, "1"));
+    quality_rows(run, what, report);
+  }
+  report.rows.push_back(near("range of distances with three actions, lengths as drawn",
+                             drawn_range(1), 0.60, 0.15, "m"));
+  report.rows.push_back(
+      near("range with one more, lengths as drawn", drawn_range(2), 0.78, 0.15, "m"));
+  report.rows.push_back(at_least("range with three actions, trained lengths", reachable_range(1),
+                                 0.60, "m", "the paces widen it"));
+  report.rows.push_back(at_least("range with one more, trained lengths", reachable_range(2), 0.78,
+                                 "m", "the paces widen it"));
+  double worst = 0.0;
+  for (int i = 0; i <= 150; ++i) {
+    const double d = 0.7 + 0.05 * i;
+    const auto plan = plan_actions(d, drawer_maps().ranges());
+    worst = std::max(worst, plan ? std::abs(final_distance(d, *plan) - 0.6) : 9.0);
+  }
+  report.rows.push_back(at_most("0.7 to 8.2 m: largest error of the final distance", worst, 0.085,
+                                "m", "what arms and trunk make up for"));
+  return report;
+}
+
+SequenceState at_stand(double distance_m) {
+  const DrawerRun run = run_drawer(distance_m);
+  return *std::ranges::find_if(run.states, [](const auto& s) { return s.action == kStanding; });
+}
+
+Report posture_before_stand(const PlotDir& plot_dir) {
+  Report report;
+  const PlanSettings settings;
+  auto second = [&](double d) {
+    return (d - settings.final_distance_m) * (1.0 - 2.0 * settings.gamma);
+  };
+  report.rows.push_back(
+      near("length of action 2 for the farthest start, 2.94 m", second(2.94), 0.53, 0.015, "m"));
+  report.rows.push_back(
+      near("length of action 2 for the nearest start, 2.34 m", second(2.34), 0.39, 0.015, "m"));
+  auto distance = [&](double length) {
+    return settings.final_distance_m + length / (1.0 - 2.0 * settings.gamma);
+  };
+  const SequenceState far = at_stand(distance(0.53)), near_by = at_stand(distance(0.39));
+  const Eigen::VectorXd difference = far.angle_rad - near_by.angle_rad;
+  double most = 0.0;
+  for (int j = 0; j < mocap::kBodyJoints; ++j)
+    most = std::max(most, difference.segment<3>(3 * j).norm());
+  constexpr double kDegree = 180.0 / 3.14159265358979323846;
+  report.rows.push_back(at_least("largest difference of a joint at the same distance to the drawer",
+                                 most * kDegree, 2.0, "deg", "0 if the step before did not count"));
+  if (plot_dir) {
+    FilmFrame frame;
+    const Colour red{200, 60, 40}, green{50, 140, 70};
+    const mocap::Body& body = drawer_maps().model().body;
+    auto place = [&](SequenceState s, const Colour& c) {
+      s.pelvis_W_m.x() = 0.0;
+      add_body(frame, body, drawer_pose(s),
+               {.trunk = c, .left = c, .right = paler(c, 0.35), .skin = c, .thick = 0.6});
+    };
+    place(far, red);
+    place(near_by, green);
+    frame.label = "red: action 2 of 0.53 m, green: 0.39 m";
+    frame.camera = side_view(std::span(&frame, 1), 700, 700);
+    save(draw(frame), *plot_dir / "fig-3.38.png", report);
+  }
+  return report;
+}
+
+constexpr double kStart = 2.64;
+const std::vector<DrawerJump> kJump = {{1.6, 0.5}};
+
+Report jump(const PlotDir& plot_dir) {
+  Report report;
+  const DrawerRun calm = run_drawer(kStart), jumped = run_drawer(kStart, kJump);
+  report.rows.push_back(
+      near("actions without the jump", static_cast<double>(calm.history.size()), 3, 0, "1"));
+  report.rows.push_back(
+      near("short steps (type 2) with it", jumped.count(kReachingStep), 2, 0, "1"));
+  quality_rows(jumped, "jump by 0.5 m in action 2", report);
+  int followed = 0, all = 0;
+  double worst = 0.0;
+  for (double t = 0.2; t < 3.9; t += 0.4)
+    for (const double by : {0.2, 0.5, 1.0}) {
+      const DrawerRun run = run_drawer(kStart, {{t, by}});
+      ++all;
+      followed += run.states.back().refused.empty() && run.states.back().done ? 1 : 0;
+      worst = std::max(worst, std::abs(run.final_distance_m - 0.6));
+    }
+  report.rows.push_back(near("jumps by 0.2, 0.5, 1 m at any time: share followed",
+                             static_cast<double>(followed) / all, 1.0, 0.0, "1"));
+  report.rows.push_back(at_most("their largest error of the final distance", worst, 0.085, "m",
+                                "what arms and trunk make up for"));
+  if (plot_dir) save(poses(jumped), *plot_dir / "fig-3.39.png", report);
+  return report;
+}
+
+Paths film(const DrawerRun& run, const std::filesystem::path& dir, const std::string& name) {
+  const auto frames = drawer_film(run, static_cast<std::size_t>(kFilmEvery));
+  StripOptions strip;
+  strip.count = 8;
+  strip.cell_width_px = 400;
+  return write_film(frames, dir, name, strip);
+}
+
+}  // namespace
+
+void add_drawer_motion_figures(std::vector<reproduce::Figure>& to) {
+  to.push_back(
+      {"fig-3.37", "walking to a drawer from distances that were not trained", "M18", two_distances,
+       [](const std::filesystem::path& dir) { return film(run_drawer(2.85), dir, "fig-3.37"); }});
+  to.push_back({"fig-3.38", "posture before the stand depends on the step before", "M18",
+                posture_before_stand});
+  to.push_back({"fig-3.39", "the drawer jumps away during the approach", "M18", jump,
+                [](const std::filesystem::path& dir) {
+                  return film(run_drawer(kStart, kJump), dir, "fig-3.39");
+                }});
+}
+
+}  // namespace mimesis::synthesizer

@@ -1,0 +1,114 @@
+#include "experiments/motion/drawer_training.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+namespace mimesis::synthesizer {
+namespace {
+
+struct Low {
+  bool toes;
+  Eigen::Vector3d p_W;
+};
+
+Low lowest(const mocap::Body& body, const mocap::BodyPose& pose, mocap::Side side) {
+  const int ankle = side == mocap::kLeft ? mocap::kLeftAnkle : mocap::kRightAnkle;
+  const Eigen::Vector3d heel = pose.point(ankle, body.heel_m[side]);
+  const Eigen::Vector3d toes = pose.point(ankle, body.toe_m[side]);
+  return heel.z() < toes.z() ? Low{false, heel} : Low{true, toes};
+}
+
+void measure(const SequenceState& before, const SequenceState& now, DrawerRun* run) {
+  const double dt = now.time_s - before.time_s;
+  const auto a = drawer_pose(before), b = drawer_pose(now);
+  const mocap::Body& body = drawer_maps().model().body;
+  run->joint_speed_rad_s = std::max(run->joint_speed_rad_s,
+                                    (now.angle_rad - before.angle_rad).cwiseAbs().maxCoeff() / dt);
+  for (const auto side : {mocap::kLeft, mocap::kRight}) {
+    const Low was = lowest(body, a, side), is = lowest(body, b, side);
+    if (before.stands[side] && now.stands[side] && was.toes == is.toes)
+      run->foot_speed_m_s = std::max(run->foot_speed_m_s, (is.p_W - was.p_W).head<2>().norm() / dt);
+  }
+}
+
+// A chest of drawers with one of them as far open as its handle says.
+void add_furniture(FilmFrame& to, double front_W_m, const SequenceState& state) {
+  const Drawer& d = drawer_maps().model().drawer;
+  const double wide = 0.30, deep = 0.50, opened = front_W_m - state.handle_W_m.x();
+  const double bottom = d.handle_height_m - 0.10, top = d.handle_height_m + 0.03;
+  auto box = [&](double x0, double x1, double z0, double z1, const Colour& colour) {
+    to.boxes.push_back({{0.5 * (x0 + x1), 0.0, 0.5 * (z0 + z1)},
+                        {0.5 * (x1 - x0), wide, 0.5 * (z1 - z0)},
+                        0.0,
+                        colour});
+  };
+  const Colour wood{196, 170, 136}, front{158, 120, 82};
+  box(front_W_m + 0.02, front_W_m + deep, 0.0, bottom, wood);
+  box(front_W_m + 0.02, front_W_m + deep, bottom, top - 0.06, wood);
+  box(front_W_m - opened, front_W_m + 0.02 - opened, bottom, top, front);
+  if (opened > 0.01) box(front_W_m - opened, front_W_m + 0.02, bottom, top - 0.06, front);
+  add_dot(to, state.handle_W_m, 0.022, {60, 60, 60});
+  add_dot(to, state.object_W_m, 0.035, {40, 150, 80});
+}
+
+}  // namespace
+
+const DrawerData& drawer_data() {
+  static const DrawerData data = generate_drawer_data(mocap::standard_body(), {}, {});
+  return data;
+}
+
+const ActionMaps& drawer_maps() {
+  static const ActionMaps maps(learn_drawer_model(drawer_data()));
+  return maps;
+}
+
+mocap::BodyPose drawer_pose(const SequenceState& state) {
+  return forward_kinematics(
+      drawer_maps().model().body,
+      std::span<const double, mocap::kBodyRows>(state.angle_rad.data(), mocap::kBodyRows),
+      state.pelvis_W_m);
+}
+
+int DrawerRun::count(Action action) const {
+  return static_cast<int>(
+      std::ranges::count_if(history, [&](const auto& a) { return a.action == action; }));
+}
+
+DrawerRun run_drawer(double distance_m, const std::vector<DrawerJump>& jumps) {
+  auto sequence = DrawerSequence::start(drawer_maps(), {.front_W_m = distance_m});
+  if (!sequence) throw std::runtime_error("drawer: " + sequence.error().reason);
+  DrawerRun run;
+  double front = distance_m;
+  std::size_t next = 0;
+  while (!sequence->state().done && sequence->state().time_s < 60.0) {
+    if (next < jumps.size() && sequence->state().time_s >= jumps[next].at_s)
+      sequence->set_goal({.front_W_m = front += jumps[next++].by_m});
+    run.states.push_back(sequence->step());
+    run.front_W_m.push_back(front);
+    if (run.states.size() > 1) measure(*(run.states.end() - 2), run.states.back(), &run);
+  }
+  double squares = 0.0;
+  for (const auto& s : run.states) squares += s.correction_m * s.correction_m;
+  run.foot_correction_m = std::sqrt(squares / static_cast<double>(run.states.size()));
+  run.history = sequence->history();
+  run.final_distance_m = sequence->distance_m();
+  return run;
+}
+
+std::vector<FilmFrame> drawer_film(const DrawerRun& run, std::size_t every) {
+  std::vector<FilmFrame> frames;
+  for (std::size_t i = 0; i < run.states.size(); i += every) {
+    FilmFrame frame;
+    add_body(frame, drawer_maps().model().body, drawer_pose(run.states[i]));
+    add_furniture(frame, run.front_W_m[i], run.states[i]);
+    frame.label = film_time(run.states[i].time_s);
+    frames.push_back(std::move(frame));
+  }
+  const FilmCamera camera = side_view(frames, 900, 480);
+  for (FilmFrame& frame : frames) frame.camera = camera;
+  return frames;
+}
+
+}  // namespace mimesis::synthesizer

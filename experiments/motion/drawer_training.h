@@ -1,0 +1,40 @@
+#pragma once
+#include <vector>
+
+#include "nodes/synthesizer/drawer/drawer_sequence.h"
+#include "experiments/motion/film.h"
+
+namespace mimesis::synthesizer {
+
+/// The training data of the drawer figures: ten generated trials, and these with the paces 0.8,
+/// 0.92 and 1.2 [M18 3.8.3]. Seed 1.
+const DrawerData& drawer_data();
+/// Learned from them with 3 + 2 periodic sources, with the maps; once per process, some seconds.
+const ActionMaps& drawer_maps();
+
+/// The drawer jumps by `by_m` away from the walker, `at_s` after the start.
+struct DrawerJump {
+  double at_s, by_m;
+};
+
+/// A run with what is measured at it.
+struct DrawerRun {
+  std::vector<SequenceState> states;  ///< all steps
+  std::vector<double> front_W_m;      ///< the closed drawer's front, of all steps
+  std::vector<PlannedAction> history;
+  double final_distance_m = 0.0;
+  double foot_speed_m_s = 0.0;     ///< of the lowest point of standing feet, largest
+  double joint_speed_rad_s = 0.0;  ///< of one axis-angle component, largest
+
+  double foot_correction_m = 0.0;  ///< rms of the larger of both feet's, against the mixture
+
+  int count(Action action) const;
+};
+/// @throws std::runtime_error if there is no plan.
+DrawerRun run_drawer(double distance_m, const std::vector<DrawerJump>& jumps = {});
+
+/// One frame every `every` steps: the walker, the drawer and the object.
+std::vector<FilmFrame> drawer_film(const DrawerRun& run, std::size_t every);
+mocap::BodyPose drawer_pose(const SequenceState& state);
+
+}  // namespace mimesis::synthesizer

@@ -1,0 +1,104 @@
+#pragma once
+#include <vector>
+
+#include "common/dmp/navigation.h"
+#include "nodes/synthesizer/dynamics/character_batch.h"
+#include "experiments/motion/dance_track.h"
+
+namespace mimesis::synthesizer {
+
+/// Patterns of the model by number, of tied delays.
+struct DanceSteps {
+  int happy = 0, normal = 0, left = 0, right = 0;
+};
+
+struct DanceSettings {
+  int couples = 8;
+  int cycles_between = 3;  ///< beats (gait cycles) from one couple's entrance to the next one's
+  double dt_s = 1.0 / 60.0;
+  double radius_m = 1.6, half_width_m = 0.55;  ///< see DanceTrack
+  double beat_1_s = 2.0;                       ///< α to the music in the corridor [M18 eq. 3.18]
+  double partner_1_s = 1.0;                    ///< α to the partner, and to who goes in front
+};
+
+struct Dancer {
+  int couple = 0, side = 1;  ///< +1: the left row
+  double track_m = 0.0;      ///< place on the track, in [0, length)
+  DanceSector sector = DanceSector::corridor;
+  int laps = 0;                      ///< entrances so far
+  double entrance_s = 0.0;           ///< when it entered the corridor, or will
+  double beat_error_rad = 0.0;       ///< phase ahead of the music
+  double frequency_rad_s = 0.0;      ///< eigenfrequency
+  double happy = 0.0, length = 1.0;  ///< share of the happy style; scale of the steps
+  double turn_rad_s = 0.0;           ///< wished
+  double own_pace = 1.0;             ///< of its eigenfrequency where nobody else counts
+};
+
+/// What a dance must keep, since the start.
+struct DanceNumbers {
+  double beat_error_rad = 0.0;        ///< largest in the corridor, one cycle after the entrance
+  double couple_error_rad = 0.0;      ///< between partners, likewise
+  double apart_m = 0.0;               ///< between partners along the corridor, likewise
+  int entrances = 0, wrong_foot = 0;  ///< with more than a quarter of a cycle of phase error
+  double entrance_error_rad = 0.0;    ///< largest phase error at an entrance
+  double least_distance_m = 1e9;      ///< between pelvises
+  double spread_rad = 0.0;            ///< largest phase difference of partners outside
+};
+
+/// The folk dance of [M18 fig. 3.33]: couples walk through a corridor in step with the music and
+/// with each other; at its end the partners part, walk back outside and enter again. Everybody
+/// decides alone, from its own state, the music, its partner and whom it sees:
+///   1 corridor  happy steps; the oscillator coupled to music, partner and the dancer in front
+///   2 parting   couplings off, neutral style, curve by the navigation dynamics (common/dmp)
+///   3 outside   straight, at the higher frequency that brings it back in time
+///   4 entrance  slower; frequency and length of the steps such that it enters with the left foot
+///               on its beat
+/// A couple's beat is every couples·cycles_between-th.
+class FolkDance {
+ public:
+  /// @throws ConfigError as CharacterBatch
+  FolkDance(const MotionModel& model, const DanceSteps& steps, const DanceSettings& settings);
+
+  void step();
+  double time_s() const { return time_; }
+  double beat_rad() const { return omega_ * time_; }  ///< phase of the music, not wrapped
+  int size() const { return static_cast<int>(dancers_.size()); }
+  const Dancer& dancer(int i) const { return dancers_[static_cast<std::size_t>(i)]; }
+  const CharacterBatch& batch() const { return batch_; }
+  const DanceTrack& track() const { return track_; }
+  const DanceNumbers& numbers() const { return numbers_; }
+  const MotionModel& model() const { return model_; }  ///< with the pattern of standing
+
+ private:
+  struct Gait {
+    double stride_m = 0.0, turn_rad = 0.0, duration_s = 0.0;  ///< of a cycle
+  };
+  Gait measure(int pattern) const;
+  DanceTrack lay_out() const;
+  double curve_speed_m_s() const;
+  double lap_s() const;
+  void start(int i);
+  void decide(int i);
+  void dance(Dancer& d);
+  void hurry(Dancer& d);
+  void arrive(int i, Dancer& d);
+  void couple(int i, const Dancer& d);
+  void turn(int i, Dancer& d);
+  void mix(int i, const Dancer& d, double curve);
+  void follow_track(int i, Dancer& d);
+  void count();
+
+  DanceSettings settings_;
+  DanceSteps steps_;
+  MotionModel model_;
+  Gait happy_, normal_, left_, right_;
+  double omega_;  // of the music
+  DanceTrack track_;
+  CharacterBatch batch_;
+  double time_ = 0.0;
+  std::vector<Dancer> dancers_;
+  std::vector<dmp::Pedestrian> seen_;
+  DanceNumbers numbers_;
+};
+
+}  // namespace mimesis::synthesizer

@@ -1,0 +1,225 @@
+// Two architectures come into step with a leader [M18 fig. 3.31].
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <sstream>
+
+#include "common/plot/gnuplot.h"
+#include "common/motion/demix/baselines.h"
+#include "common/motion/demix/sisa.h"
+#include "experiments/motion/avatar_transient.h"
+#include "experiments/motion/figures.h"
+#include "experiments/motion/film.h"
+#include "experiments/motion/recorded_walks.h"
+#include "common/motion/model/make_model.h"
+
+namespace mimesis::synthesizer {
+namespace {
+
+using reproduce::at_least;
+using reproduce::at_most;
+using plot::Data;
+using reproduce::holds;
+using reproduce::Report;
+using Paths = std::vector<std::filesystem::path>;
+using PlotDir = std::optional<std::filesystem::path>;
+
+constexpr double kQuarter = 0.5 * std::numbers::pi;  // offset at the start, ahead and behind
+constexpr double kExternal = 3.0;                    // 1/s
+constexpr double kInternals[] = {0.5, 2.0, 8.0};     // 1/s
+constexpr double kShown = 2.0;
+
+const std::vector<std::string> kClips = {"cmu_bvh/07_01.bvh", "cmu_bvh/07_02.bvh",
+                                         "cmu_bvh/07_03.bvh"};
+
+MotionModel first_pattern(const RecordedWalks& walks, const demix::Mixture& mixture) {
+  MotionModel model = make_model(walks.trials, mixture, false, walks.body);
+  model.patterns.resize(1);
+  return model;
+}
+
+MotionModel anechoic(const RecordedWalks& walks) {
+  demix::SisaOptions options;
+  options.sources = 3;
+  return first_pattern(walks, demix::sisa(walks.trials, options).mixture);
+}
+
+MotionModel principal(const RecordedWalks& walks, int components) {
+  return first_pattern(walks, demix::principal_components(walks.trials, components));
+}
+
+/// The leader's pull moves the common phase of N oscillators at α/N, for it acts on one of them.
+/// This is the α that moves N as fast as kExternal moves three.
+double same_pull(int oscillators) { return kExternal * oscillators / 3.0; }
+
+/// The worse of a quarter of a cycle ahead and behind.
+Transient worst(const Avatar& leads, const Avatar& follows, double internal, double external) {
+  Transient a = come_into_step(leads, follows, {internal, external, -kQuarter});
+  const Transient b = come_into_step(leads, follows, {internal, external, kQuarter});
+  a.artifact = std::max(a.artifact, b.artifact);
+  a.synchronised_s = std::max(a.synchronised_s, b.synchronised_s);
+  a.least_step = std::min(a.least_step, b.least_step);
+  a.heading_rad = std::max(a.heading_rad, b.heading_rad);
+  return a;
+}
+
+using Scan = std::vector<Transient>;  // over kInternals
+
+Scan scan(const Avatar& leads, const Avatar& follows, double external) {
+  Scan out;
+  for (const double k : kInternals) out.push_back(worst(leads, follows, k, external));
+  return out;
+}
+
+const Transient& best(const Scan& s) {
+  return *std::ranges::min_element(s, {}, &Transient::artifact);
+}
+
+void curves(const Transient& t, const std::string& name, std::vector<Data>& data) {
+  const std::size_t n = t.instants.front().phase_rad.size();
+  for (std::size_t k = 0; k < n; ++k) data.push_back({name + "p" + std::to_string(k), {}});
+  Data artifact{name + "a", {}}, path{name + "path", {}};
+  for (const TransientInstant& now : t.instants) {
+    for (std::size_t k = 0; k < n; ++k) {
+      data[data.size() - n + k].rows.push_back({now.time_s, now.phase_rad[k]});
+    }
+    artifact.rows.push_back({now.time_s, now.artifact});
+    path.rows.push_back({now.position_W_m.x(), now.position_W_m.y()});
+  }
+  data.push_back(std::move(artifact));
+  data.push_back(std::move(path));
+}
+
+void plot(const std::filesystem::path& png, const Transient& ours, const Transient& pca,
+          const Transient& alone) {
+  std::vector<Data> data;
+  curves(ours, "a", data);
+  curves(pca, "b", data);
+  curves(alone, "c", data);
+  const auto phases = [](const std::string& name, int n) {
+    std::ostringstream s;
+    for (int k = 0; k < n; ++k) {
+      s << (k ? ", " : "plot ") << '$' << name << 'p' << k << " with lines lw 1.5 notitle";
+    }
+    return s.str() + '\n';
+  };
+  const std::string script =
+      "set multiplot layout 4,1 title 'A quarter of a cycle behind the leader (M18 fig. 3.31)'\n"
+      "set lmargin 11\nset xrange [0:15]\nset yrange [-2:0.7]\nset grid\nset xzeroaxis\n"
+      "set ylabel 'phase - leader [rad]'\n"
+      "set title 'avatar 1: 3 sources with delays, 3 oscillators'\n" +
+      phases("a", 3) + "set title 'avatar 2: 7 principal components, 7 oscillators, as fast'\n" +
+      phases("b", 7) +
+      "set title 'distance from the own gait / rms of the gait'\nset ylabel 'artifact [1]'\n"
+      "set yrange [0:*]\nset xlabel 'time [s]'\n"
+      "plot $aa with lines lw 2 title 'avatar 1', $ba with lines lw 2 title 'avatar 2'\n"
+      "set title 'paths from above'\nset xlabel 'x [m]'\nset ylabel 'y [m]'\nset xrange [0:20]\n"
+      "set yrange [-1:5]\n"
+      "plot $cpath with lines lw 2 lc rgb '#888888' title 'leader', $apath with lines lw 2 lc 1 "
+      "title 'avatar 1', $bpath with lines lw 2 lc 2 title 'avatar 2'\nunset multiplot\n";
+  plot::plot_png(png, 860, 1100, data, script);
+}
+
+constexpr const char* kNothing = "nothing is printed; the text claims artifacts of the PCA avatar";
+
+void scan_rows(const Scan& ours, const Scan& pca, const Scan& pca_as_fast, Report& report) {
+  const auto add = [&](const reproduce::Row& row) { report.rows.push_back(row); };
+  for (std::size_t i = 0; i < std::size(kInternals); ++i) {
+    std::ostringstream k;
+    k << "k = " << kInternals[i] << "/s: ";
+    add(at_least(k.str() + "same pull: artifact of PCA / ours",
+                 pca_as_fast[i].artifact / ours[i].artifact, 1.0, "1", kNothing));
+    add(at_least(k.str() + "same couplings: time of PCA / ours",
+                 pca[i].synchronised_s / ours[i].synchronised_s, 1.0, "1",
+                 "more oscillators are slower: the leader pulls one of them"));
+  }
+  add(at_most("best k, ours: artifact", best(ours).artifact, 0.5, "1", "of the gait's rms"));
+  add(at_least("best k of each, same pull: artifact of PCA / ours",
+               best(pca_as_fast).artifact / best(ours).artifact, 1.0, "1", kNothing));
+  add(at_least(
+      "best k of each, same couplings: artifact of PCA / ours",
+      best(pca).artifact / best(ours).artifact, 0.0, "1",
+      "below 1: PCA that may take its time looks better; the text's claim is not general"));
+  add(at_most("best k, ours: turns by", best(ours).heading_rad, 0.5, "rad", "foot contact turns"));
+  add(at_least("best k of each, same pull: turning of PCA / ours",
+               best(pca_as_fast).heading_rad / best(ours).heading_rad, 0.0, "1",
+               "the text sees the PCA avatar turn more: not so here where below 1"));
+  add(at_most("PCA: time at the strongest k / at the middle one",
+              pca[2].synchronised_s / pca[1].synchronised_s, 1.05, "1",
+              "the text says stronger coupling slows it down: not so here"));
+  add(at_most("PCA, same pull: least step at the strongest k", pca_as_fast[2].least_step, 1.0, "1",
+              "of the steady step: below 1 it shrinks, as the text says"));
+  add(at_most("ours: least step at the strongest k", ours[2].least_step, 1.0, "1",
+              "shrinks as well: pulled oscillators lose amplitude"));
+}
+
+Report followers(const PlotDir& dir) {
+  if (const auto clip = absent_clip(kClips); !clip.empty()) return report_absent(clip);
+  const RecordedWalks walks = recorded_walks(kClips);
+  const Avatar ours(anechoic(walks)), pca(principal(walks, 7)), more(principal(walks, 12));
+  Report report;
+  report.rows = {
+      at_least("Q of the mixture with delays, 3 sources", ours.model.quality, 0.9, "1",
+               "CMU 07, four cycles of normal walks"),
+      reproduce::near("Q of 7 principal components", pca.model.quality, ours.model.quality, 0.02,
+                      "1"),
+  };
+  scan_rows(scan(ours, ours, kExternal), scan(ours, pca, kExternal), scan(ours, pca, same_pull(7)),
+            report);
+  const Transient twelve = worst(ours, more, 8.0, same_pull(12));
+  const Transient three = worst(ours, ours, 8.0, kExternal);
+  report.rows.push_back(at_least("12 components, k = 8/s, same pull: artifact of PCA / ours",
+                                 twelve.artifact / three.artifact, 0.0, "1",
+                                 "the text: similar problems remain"));
+  if (dir) {
+    report.plots.push_back(*dir / "fig-3.31.png");
+    const double behind = -kQuarter;
+    plot(report.plots.back(), come_into_step(ours, ours, {kShown, kExternal, behind}),
+         come_into_step(ours, pca, {kShown, same_pull(7), behind}),
+         come_into_step(ours, ours, {kShown, kExternal, 0.0}));
+  }
+  return report;
+}
+
+Paths film(const std::filesystem::path& dir) {
+  if (!absent_clip(kClips).empty()) return {};
+  const RecordedWalks walks = recorded_walks(kClips);
+  const Avatar ours(anechoic(walks)), pca(principal(walks, 7));
+  constexpr double kLength_s = 8.0;
+  const Transient one = come_into_step(ours, ours, {kShown, kExternal, -kQuarter, kLength_s, true});
+  const Transient two =
+      come_into_step(ours, pca, {kShown, same_pull(7), -kQuarter, kLength_s, true});
+  const auto at = [](mocap::BodyPose pose, double y) {
+    for (auto& p : pose.p_WJ) p.y() += y;
+    return pose;
+  };
+  const auto paint = [](const Colour& c) {
+    return FilmPaint{.trunk = c, .left = paler(c, 0.45), .right = c, .skin = {226, 178, 142}};
+  };
+  std::vector<FilmFrame> frames;
+  for (std::size_t i = 0; i < one.leader.size(); i += 2) {
+    FilmFrame frame;
+    const mocap::BodyPose poses[] = {at(one.leader[i], 0.0), at(one.follower[i], 1.1),
+                                     at(two.follower[i], -1.1)};
+    add_body(frame, walks.body, poses[0], paint({90, 90, 96}));
+    add_body(frame, walks.body, poses[1], paint({30, 130, 80}));
+    add_body(frame, walks.body, poses[2], paint({200, 80, 50}));
+    const Eigen::Vector3d centre = (poses[0].p_WJ[0] + poses[1].p_WJ[0] + poses[2].p_WJ[0]) / 3.0;
+    const Eigen::Vector3d target(centre.x(), centre.y(), 0.85);
+    frame.camera = {.eye_m = target + Eigen::Vector3d(3.4, -4.2, 1.0),
+                    .target_m = target,
+                    .field_of_view_rad = 0.5};
+    frame.label = film_time(one.instants[i].time_s) + " grey leads, green ours, red PCA";
+    frames.push_back(std::move(frame));
+  }
+  return write_film(frames, dir, "fig-3.31", {.count = 10, .cell_width_px = 300});
+}
+
+}  // namespace
+
+void add_network_figures(std::vector<reproduce::Figure>& to) {
+  to.push_back({"fig-3.31", "coming into step with a leader: mixture with delays against PCA",
+                "M18", followers, film});
+}
+
+}  // namespace mimesis::synthesizer

@@ -1,0 +1,221 @@
+#include "experiments/walk/drawer/drawer_trial.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "common/error.h"
+#include "common/math/so3.h"
+#include "nodes/walker/walk_wish.h"
+
+namespace mimesis::walk {
+namespace {
+
+using synthesizer::BipedDrawerSequence;
+using synthesizer::RobotFeedback;
+using synthesizer::RobotGait;
+using walker::kTick_s;
+using walker::Side;
+
+constexpr double kHold_s = 1.0;  // the object is held for so long: done
+
+mocap::Side to_person(Side side) { return side == robot::kLeft ? mocap::kLeft : mocap::kRight; }
+
+RobotGait to_gait(walker::Gait gait) {
+  switch (gait) {
+    case walker::Gait::kStanding:
+      return RobotGait::standing;
+    case walker::Gait::kStarting:
+      return RobotGait::starting;
+    case walker::Gait::kWalking:
+      return RobotGait::walking;
+    case walker::Gait::kStopping:
+      return RobotGait::stopping;
+  }
+  return RobotGait::safe;
+}
+
+/// What v1.WalkFeedback tells.
+RobotFeedback to_feedback(const walker::WalkerOutput& out) {
+  const walker::PatternSample& plan = out.pattern;
+  RobotFeedback f;
+  f.gait = to_gait(plan.gait);
+  f.pelvis_W_m = out.X_WB.translation();
+  f.heading_rad = math::yaw_of(out.X_WB.linear());
+  f.swing = to_person(plan.swing);
+  f.to_landing_s = plan.to_landing_s;
+  f.landing = {to_person(plan.landing.side), plan.landing.p_W_m, plan.landing.yaw_rad};
+  for (Side s : robot::kSides) {
+    const Eigen::Isometry3d& X = plan.foot[s].X_WS;
+    f.feet[s] = {to_person(s), X.translation().head<2>(), math::yaw_of(X.linear())};
+  }
+  f.steps = plan.steps;
+  return f;
+}
+
+walker::MotionWish to_motion(const synthesizer::BipedSequenceState& state,
+                             const std::vector<Eigen::Index>& joint) {
+  walker::MotionWish wish;
+  wish.velocity_m_s = state.velocity.head<2>();
+  wish.yaw_rate_rad_s = state.velocity.z();
+  wish.stands = state.stands;
+  for (std::size_t i = 0; i < 2; ++i) {
+    if (!state.landing[i]) continue;
+    const synthesizer::SolePrint& p = *state.landing[i];
+    wish.landing[i] = walker::Footprint{p.side == mocap::kLeft ? robot::kLeft : robot::kRight,
+                                        p.p_W_m, p.yaw_rad};
+  }
+  wish.upper_body = state.q(joint);
+  wish.upper_body_rate = state.dq(joint);
+  for (Side s : robot::kSides) {
+    if (state.hand[s]) wish.hand[s] = {state.hand[s]->p_W_m, state.hand[s]->share};
+  }
+  return wish;
+}
+
+/// Where the joints of Biped::upper_body are among those of the sequence.
+std::vector<Eigen::Index> joints_of(const robot::Biped& biped, const robot::RobotTree& upper) {
+  std::vector<Eigen::Index> out;
+  for (const int dof : biped.upper_body) {
+    out.push_back(upper.require_joint(biped.tree.moved(dof).joint));
+  }
+  return out;
+}
+
+/// The synthesizer's and the drawer's part of a trial.
+class Task {
+ public:
+  explicit Task(const DrawerTrialSpec& spec)
+      : spec_(spec),
+        joint_(joints_of(spec.robot->biped, spec.actions->upper)),
+        wish_(spec.robot->biped, walker::gait_settings(spec.robot->biped), {}),
+        drawer_(settings(spec)) {}
+
+  walker::WalkerWish wish(double time_s) {
+    if (!sequence_ && feedback_ && result.refused.empty() && time_s >= spec_.stand_s) begin();
+    if (!sequence_) return wish_.step(nullptr, {}, kTick_s);
+    const auto& state = sequence_->step(&*feedback_, &seen_);
+    if (!state.refused.empty()) result.refused = state.refused;
+    const walker::MotionWish motion = to_motion(state, joint_);
+    return wish_.step(&motion, {feedback_->pelvis_W_m.head<2>(), feedback_->heading_rad}, kTick_s);
+  }
+
+  void see(const TrialTick& tick) {
+    feedback_ = to_feedback(tick.out);
+    const auto* state = sequence_ ? &sequence_->state() : nullptr;
+    hw::sim::DrawerHands hands{.p_W_m = tick.truth.hand_W_m, .grips = {}};
+    for (Side s : robot::kSides) {
+      hands.grips[s] = state != nullptr && state->hand[s] && state->hand[s]->closes;
+    }
+    const Eigen::Vector3d force_W_n = drawer_.step(tick.time_s, kTick_s, hands);
+    tick.world.pull(spec_.robot->biped.hand[robot::kLeft], Eigen::Vector3d::Zero(), force_W_n);
+    const hw::sim::DrawerNow& now = drawer_.now();
+    seen_ = {
+        now.front_W_m.head<2>(), now.handle_W_m, now.object_W_m, now.opened_m, now.held, now.taken,
+        tick.truth.hand_W_m};
+    measure(tick);
+    if (now.taken && !result.taken) {
+      result.taken = true;
+      result.done_s = tick.time_s;
+    }
+    if (result.taken && tick.time_s >= result.done_s + kHold_s) tick.ends = true;
+    if (!result.refused.empty() && !sequence_) tick.ends = true;
+  }
+
+  const synthesizer::BipedSequenceState* state() const {
+    return sequence_ ? &sequence_->state() : nullptr;
+  }
+  const hw::sim::Drawer& drawer() const { return drawer_; }
+
+  DrawerResult result;
+
+ private:
+  static hw::sim::DrawerSettings settings(const DrawerTrialSpec& spec) {
+    hw::sim::DrawerSettings out;
+    out.front_W_m = {spec.front_m, spec.left_m};
+    const synthesizer::Drawer& drawer = spec.actions->drawer;
+    out.handle_height_m = drawer.handle_height_m;
+    out.handle_left_m = drawer.handle_lateral_m;
+    out.object_height_m = drawer.object_height_m;
+    out.object_depth_m = spec.object_depth_m;
+    out.jumps = spec.jumps;
+    return out;
+  }
+
+  void begin() {
+    auto sequence = BipedDrawerSequence::start(
+        *spec_.actions, {{spec_.front_m, spec_.left_m}, spec_.object_depth_m}, *feedback_,
+        spec_.sequence);
+    if (!sequence) {
+      result.refused = sequence.error().reason;
+      return;
+    }
+    sequence_.emplace(std::move(*sequence));
+    Eigen::VectorXd q(spec_.actions->upper.dof());
+    for (std::size_t i = 0; i < joint_.size(); ++i) {
+      q[joint_[i]] = spec_.robot->biped.half_sitting[spec_.robot->biped.upper_body[i]];
+    }
+    sequence_->set_posture(q);
+  }
+
+  /// Travels of actions: the true feet are read when the next one begins.
+  void measure(const TrialTick& tick) {
+    if (!sequence_) return;
+    const auto& history = sequence_->history();
+    const double heading = sequence_->heading_rad();
+    const Eigen::Vector2d way(std::cos(heading), std::sin(heading));
+    const double middle = 0.5 * way.dot(tick.truth.X_WS[0].translation().head<2>() +
+                                        tick.truth.X_WS[1].translation().head<2>());
+    for (; begun_ < history.size(); ++begun_) {
+      if (begun_ > 0 && history[begun_ - 1].length_m > 0.0) {
+        const synthesizer::PlannedAction& over = history[begun_ - 1];
+        result.lengths.push_back({over.action, over.length_m, middle - start_m_});
+      }
+      start_m_ = middle;
+    }
+  }
+
+  const DrawerTrialSpec& spec_;
+  std::vector<Eigen::Index> joint_;
+  walker::WalkWish wish_;
+  hw::sim::Drawer drawer_;
+  std::optional<BipedDrawerSequence> sequence_;
+  std::optional<RobotFeedback> feedback_;
+  synthesizer::DrawerSeen seen_;
+  std::size_t begun_ = 0;  ///< actions
+  double start_m_ = 0.0;   ///< of the feet when the last one began
+};
+
+}  // namespace
+
+double DrawerResult::length_error_max_m() const {
+  double worst = 0.0;
+  for (const ActionLength& l : lengths) worst = std::max(worst, std::abs(l.walked_m - l.wished_m));
+  return worst;
+}
+
+DrawerResult run_drawer_trial(const DrawerTrialSpec& spec,
+                              const std::function<void(const DrawerTick&)>& watch) {
+  MIMESIS_ASSERT(spec.robot != nullptr && spec.actions != nullptr);
+  Task task(spec);
+  TrialSpec trial;
+  trial.name = spec.name;
+  trial.robot = spec.robot;
+  trial.body = spec.body;
+  trial.walker = spec.walker;
+  trial.pushes = spec.pushes;
+  trial.duration_s = spec.time_limit_s;
+  trial.delay_ticks = spec.delay_ticks;
+  trial.wish = [&](double time_s) { return task.wish(time_s); };
+  TrialResult walk = run_trial(trial, [&](const TrialTick& tick) {
+    task.see(tick);
+    if (watch) watch({tick, task.state(), task.drawer().now()});
+  });
+  DrawerResult result = std::move(task.result);
+  result.walk = std::move(walk);
+  result.reach_error_m = task.drawer().reach_error_m().value_or(0.0);
+  result.handle_error_m = task.drawer().handle_error_m().value_or(0.0);
+  return result;
+}
+
+}  // namespace mimesis::walk

@@ -1,0 +1,42 @@
+#pragma once
+#include <array>
+
+#include "experiments/walk/figures/figures.h"
+
+namespace mimesis::walk {
+
+struct Title {
+  const char *name, *title;
+  double cpu_minutes;  ///< on its own, about; figures of one call share their walks
+  const char* source = "M18";
+};
+inline constexpr std::array kTitles = {
+    Title{"power-law", "ellipses walked by power laws of speed and curvature [sec. 4.5.1]", 1},
+    Title{"fig-3.41", "accuracy of step sizes and reach of resynthesized robot walks", 3},
+    Title{"fig-3.44", "robot behaviours for the smallest and largest steps and reaches", 3},
+    Title{"fig-3.45", "the robot walks to a drawer that jumps", 2},
+    Title{"fig-3.46", "lateral spread of the ZMP: originals, resynthesis, novel goals", 4},
+    Title{"table-3.1", "falls: learned joint angles beside our method", 10},
+    Title{"fig-3.47", "peak ankle torques and ground forces: WPG, naive, ours", 5},
+    Title{"second-robot",
+          "JVRC-1 walks, is pushed, steps on plates and opens drawers (needs the shared data)", 5,
+          "own"},
+};
+
+using PlotDir = std::optional<std::filesystem::path>;
+using Paths = std::vector<std::filesystem::path>;
+
+reproduce::Report power_law(const PlotDir& plot_dir);
+// The experiments of the drawer study, on shared walks.
+reproduce::Report accuracy(const PlotDir& plot_dir);
+reproduce::Report extremes(const PlotDir& plot_dir);
+Paths extremes_film(const std::filesystem::path& dir);
+reproduce::Report jumps(const PlotDir& plot_dir);
+Paths jumps_film(const std::filesystem::path& dir);
+reproduce::Report zmp_spread(const PlotDir& plot_dir);
+reproduce::Report falls_table(const PlotDir& plot_dir);
+reproduce::Report peaks(const PlotDir& plot_dir);
+// Another robot.
+reproduce::Report second_robot(const PlotDir& plot_dir);
+
+}  // namespace mimesis::walk

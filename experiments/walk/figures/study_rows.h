@@ -1,0 +1,50 @@
+#pragma once
+#include "common/plot/gnuplot.h"
+#include "experiments/walk/study/drawer_study.h"
+
+namespace mimesis::walk {
+
+/// Mean, standard deviation and range. Of values with a NaN among them: NaN.
+struct Spread {
+  double mean = 0.0, std = 0.0, least = 0.0, most = 0.0;
+};
+Spread spread_of(const std::vector<double>& values);
+
+template <class Value>
+std::vector<double> values_of(const std::vector<Outcome>& outcomes, const Value& value) {
+  std::vector<double> out;
+  for (const Outcome& o : outcomes) out.push_back(value(o));
+  return out;
+}
+int falls(const std::vector<Outcome>& outcomes);
+/// Largest size of a value; NaN if a walk did not come to it: no row accepts that.
+double largest(const std::vector<Outcome>& outcomes, double (*value)(const Outcome&));
+
+/// Of novel_goals().
+inline constexpr std::array kSpeeds = {"slow", "middle", "fast"};
+/// Ten of thirty outcomes.
+std::vector<Outcome> speed_class(const std::vector<Outcome>& thirty, std::size_t number);
+
+/// Limits of HRP-2 [M18 3.8.4], and what steps and reaches shall come to.
+inline constexpr double kMostAnkle_n_m = 30.0, kMostNormal_n = 800.0, kMostError_m = 0.010;
+
+inline double ankle(const Outcome& o) { return o.ankle_n_m; }
+inline double normal_force(const Outcome& o) { return o.normal_n; }
+inline double step_error(const Outcome& o) { return o.step_error_m; }
+inline double normal_error(const Outcome& o) { return o.normal_error_m; }
+inline double reaching_error(const Outcome& o) { return o.reaching_error_m; }
+inline double reach_error(const Outcome& o) { return o.reach_error_m; }
+
+/// One error bar: mean and standard deviation, and the range, as in [M18 fig. 3.46, 3.47].
+struct Bar {
+  std::string label;
+  Spread spread;
+  int colour = 1;  ///< line type
+};
+/// A panel of them with an axis from 0 to `most`, where longer ones are cut; 0: as long as it
+/// takes. Their data are added to `data`; returns the plot command. What is above `infeasible` is
+/// shaded if it is positive.
+std::string bars_panel(const std::vector<Bar>& bars, const std::string& name, double most,
+                       double infeasible, std::vector<plot::Data>& data);
+
+}  // namespace mimesis::walk

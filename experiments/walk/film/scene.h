@@ -1,0 +1,46 @@
+#pragma once
+#include <filesystem>
+#include <optional>
+#include <vector>
+
+#include "experiments/walk/robot/robot_film.h"
+#include "experiments/walk/film/ground_marks.h"
+#include "experiments/walk/trial/trial.h"
+
+namespace mimesis::walk {
+
+/// Takes pictures of a trial, beside the robot or from a fixed place, with marks on the ground.
+class Scene {
+ public:
+  struct Options {
+    double from_s = 0.0, until_s = 1e9;  ///< what is filmed
+    double camera_rad = -0.9;            ///< see film::camera_beside()
+    double height_m = 1.9;               ///< of the picture
+    double aspect = 2.0 / 3.0;           ///< width over height
+    /// Looks there and stays; nothing: goes along with the robot.
+    std::optional<Eigen::Vector2d> fixed_W_m{};
+    std::vector<hw::sim::Push> pushes{};  ///< shown for a while
+    double picture_s = 0.04;              ///< from one picture to the next
+  };
+  Scene(const Robot& robot, const Options& options);
+
+  /// Of every tick; takes a picture when it is time. `drawer`: may be null.
+  void see(const TrialTick& tick, const film::FilmDrawer* drawer = nullptr);
+  /// As synthesizer::write_film(). @throws std::runtime_error if nothing was filmed
+  std::vector<std::filesystem::path> write(const std::filesystem::path& dir,
+                                           const std::string& name, int count) const;
+  /// Only `count` pictures side by side, evenly chosen, half as large. @throws std::runtime_error as write()
+  void write_strip(const std::filesystem::path& png, int count) const;
+
+ private:
+  film::RobotFigure figure_;
+  int trunk_;
+  Eigen::Vector3d com_L_m_;  ///< of the trunk, where pushes act
+  robot::Kinematics kinematics_;
+  Options options_;
+  double next_s_;
+  GroundMarks marks_;
+  std::vector<synthesizer::FilmFrame> frames_;
+};
+
+}  // namespace mimesis::walk

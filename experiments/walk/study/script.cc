@@ -1,0 +1,188 @@
+#include "experiments/walk/study/script.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "common/error.h"
+#include "nodes/synthesizer/drawer/smooth.h"
+#include "nodes/synthesizer/fade.h"
+
+namespace mimesis::walk {
+namespace {
+
+using synthesizer::Action;
+using synthesizer::minimum_jerk;
+using walker::kTick_s;
+
+constexpr double kLambda_1_s = 20.0, kFade_s = 0.8;  // as BipedDrawerSequence moves its joints
+constexpr double kGrowFrom = 0.0, kGrowTo = 0.15;    // of the hands' shares: of action 3
+constexpr double kPullTo = 0.65;                     // as in the trials
+
+Action action_of(int number) {
+  return number < 2    ? synthesizer::kNormalStep
+         : number == 2 ? synthesizer::kReachingStep
+                       : synthesizer::kStanding;
+}
+
+}  // namespace
+
+synthesizer::ActionTask DrawerGoal::task() const {
+  return {.length_m = 0.0,
+          .duration_s = 2.0 * kStep_s,
+          .previous_length_m = reaching_m,
+          .final_distance_m = final_distance_m,
+          .object_depth_m = object_depth_m,
+          .object_lateral_m = object_lateral_m};
+}
+
+DrawerGoal goal_of(const synthesizer::DrawerData& data, std::size_t trial) {
+  const auto& normal = data.action[synthesizer::kNormalStep].trials.at(trial);
+  const auto& reaching = data.action[synthesizer::kReachingStep].trials.at(trial);
+  return {normal.step_length_m, reaching.step_length_m, normal.task.at(1), normal.task.at(2),
+          normal.task.at(3)};
+}
+
+ActionRows rows_of(const synthesizer::DrawerData& data, std::size_t trial) {
+  ActionRows out;
+  for (std::size_t a = 0; a < out.size(); ++a) {
+    const Eigen::Index n = data.action[a].rows_per_trial();
+    out[a] = data.action[a].samples.middleRows(static_cast<Eigen::Index>(trial) * n, n);
+  }
+  return out;
+}
+
+Eigen::VectorXd at_phase(const Eigen::MatrixXd& rows, double phase) {
+  const Eigen::Index n = rows.cols();
+  const double at = std::clamp(phase, 0.0, 1.0) * static_cast<double>(n);
+  const Eigen::Index i = std::min(static_cast<Eigen::Index>(at), n - 2);
+  return rows.col(i) + (at - static_cast<double>(i)) * (rows.col(i + 1) - rows.col(i));
+}
+
+ScriptRobot::ScriptRobot(const Robot& r)
+    : robot(&r),
+      figure(retarget::figure_of(r.biped)),
+      upper(synthesizer::upper_body_tree(r.biped.tree, figure)),
+      drawer(synthesizer::robot_drawer(r.biped)),
+      pelvis_height_m(synthesizer::easy_pelvis_height(r.biped.tree, figure)) {
+  for (const int dof : r.biped.upper_body) {
+    joint.push_back(upper.require_joint(r.biped.tree.moved(dof).joint));
+  }
+}
+
+Script::Script(const ScriptRobot& robot, ActionRows rows, const DrawerGoal& goal)
+    : robot_(&robot),
+      rows_(std::move(rows)),
+      feet_distance_m_(robot.robot->biped.feet_distance_m),
+      kinematics_(robot.upper) {
+  const double step = 0.5 * goal.normal_m, last = 3.5 * step + goal.reaching_m;
+  landing_m_ = {step, 2.0 * step, 3.0 * step, 4.0 * step, last, last};
+  const double front = last + goal.final_distance_m;
+  const synthesizer::Drawer& d = robot.drawer;
+  target_W_m_[robot::kLeft] << front, d.handle_lateral_m, d.handle_height_m;
+  target_W_m_[robot::kRight] << front + goal.object_depth_m - d.pull_m, goal.object_lateral_m,
+      d.object_height_m;
+  for (const robot::Side s : robot::kSides) {
+    left_over_m_[s] = target_W_m_[s] - hand_W_m(s, s == robot::kLeft ? 0.0 : kArrives);
+  }
+  const robot::Biped& biped = robot.robot->biped;
+  aim_.resize(robot.upper.dof());
+  for (std::size_t i = 0; i < robot.joint.size(); ++i) {
+    aim_[robot.joint[i]] = biped.half_sitting[biped.upper_body[i]];
+  }
+  q_ = aim_;
+  dq_ = aim_rate_ = offset_ = offset_rate_ = Eigen::VectorXd::Zero(aim_.size());
+}
+
+/// Where the joints have a hand in action 3, if the pelvis is above the feet.
+Eigen::Vector3d Script::hand_W_m(robot::Side side, double phase) {
+  Eigen::Isometry3d X_WB = Eigen::Isometry3d::Identity();
+  X_WB.translation() << landing_m_.back(), 0.0, robot_->pelvis_height_m;
+  kinematics_.update(X_WB,
+                     at_phase(rows_[synthesizer::kStanding], phase).head(robot_->upper.dof()));
+  return kinematics_.X_WL(robot_->upper.require_link(robot_->figure.wrist[side])) *
+         robot_->figure.hand_m[side];
+}
+
+void Script::find_phase(const walker::PatternSample* plan) {
+  const int last = number_;
+  if (plan == nullptr || time_s_ < kBegin_s) return;
+  steps_ = plan->steps;
+  number_ = std::min(steps_ / 2, 3);
+  if (number_ == 3) {
+    stood_s_ += last == 3 ? kTick_s : 0.0;
+    phase_ = std::min(stood_s_ / kStanding_s, 1.0);
+  } else {
+    const bool begins = plan->gait == walker::Gait::kStanding;
+    const double done = begins ? 0.0 : std::clamp(1.0 - plan->to_landing_s / kStep_s, 0.0, 1.0);
+    phase_ = 0.5 * (steps_ % 2 + done);
+  }
+  if (number_ == last) return;
+  const Eigen::Index joints = aim_.size();
+  const Eigen::MatrixXd& rows = rows_[action_of(number_)];
+  const double duration_s = number_ == 3 ? kStanding_s : 2.0 * kStep_s;
+  const double dt_s = duration_s / static_cast<double>(rows.cols());
+  offset_ = aim_ - rows.col(0).head(joints);
+  offset_rate_ = aim_rate_ - (rows.col(1) - rows.col(0)).head(joints) / dt_s;
+  since_s_ = 0.0;
+}
+
+/// As BipedDrawerSequence does: what differs fades, then q̈ = λ²(u − q) − 2λq̇.
+void Script::move_upper_body() {
+  const Eigen::Index joints = aim_.size();
+  const Eigen::VectorXd u_rows = at_phase(rows_[action_of(number_)], phase_).head(joints);
+  since_s_ += kTick_s;
+  const double decay = std::exp(-kLambda_1_s * kTick_s);
+  for (Eigen::Index i = 0; i < joints; ++i) {
+    const double u = u_rows[i] + synthesizer::faded(offset_[i], offset_rate_[i], since_s_, kFade_s);
+    aim_rate_[i] = (u - aim_[i]) / kTick_s;
+    aim_[i] = u;
+    const double e = q_[i] - u, a = dq_[i] + kLambda_1_s * e;
+    const double next = (e + kTick_s * a) * decay;
+    dq_[i] = a * decay - kLambda_1_s * next;
+    q_[i] = u + next;
+  }
+}
+
+void Script::wish_feet(const walker::PatternSample& plan) {
+  walker::Wish& w = wish_.walk;
+  const auto print = [&](int step) {
+    const robot::Side side = step % 2 == 0 ? robot::kRight : robot::kLeft;
+    return walker::Footprint{
+        side,
+        {landing_m_[static_cast<std::size_t>(step)], 0.5 * robot::sign(side) * feet_distance_m_},
+        0.0};
+  };
+  w.landing = {};
+  if (steps_ < 6) w.landing[0] = print(steps_);
+  if (steps_ < 6) w.landing[1] = print(steps_ < 5 ? steps_ + 1 : 4);
+  w.walk = steps_ < 4;
+  w.velocity_m_s.setZero();
+  if (steps_ < 6 && plan.gait != walker::Gait::kStanding) {
+    w.velocity_m_s.x() = at_phase(rows_[action_of(number_)], phase_)[aim_.size()];
+  }
+}
+
+void Script::wish_hands() {
+  const double share = number_ == 3 ? minimum_jerk(phase_, kGrowFrom, kGrowTo) : 0.0;
+  for (const robot::Side s : robot::kSides) {
+    wish_.hand[s].share = share;
+    if (share <= 0.0) continue;
+    const double x = s == robot::kLeft ? share : minimum_jerk(phase_, kGrowTo, kArrives - 0.05);
+    wish_.hand[s].p_W_m = hand_W_m(s, std::min(phase_, kArrives)) + x * left_over_m_[s];
+  }
+}
+
+const walker::WalkerWish& Script::step(const walker::PatternSample* plan) {
+  find_phase(plan);
+  time_s_ += kTick_s;
+  wish_.walk.walk = false;
+  if (number_ < 0) return wish_;
+  move_upper_body();
+  wish_feet(*plan);
+  wish_hands();
+  wish_.upper_body = q_(robot_->joint);
+  wish_.upper_body_rate = dq_(robot_->joint);
+  return wish_;
+}
+
+}  // namespace mimesis::walk

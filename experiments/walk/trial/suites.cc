@@ -1,0 +1,238 @@
+#include "experiments/walk/trial/suites.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "common/error.h"
+#include "common/robot/kinematics.h"
+#include "experiments/walk/trial/draw.h"
+
+namespace mimesis::walk {
+namespace {
+
+using walker::WalkerWish;
+
+constexpr double kStart_s = 1.0;  ///< standing before
+
+/// First moment of mass of an arm about its shoulder by the robot's mass, half-sitting [m]: what a
+/// swing of it throws the robot about by.
+double arm_moment_m(const robot::Biped& biped, int shoulder_link) {
+  robot::Kinematics kinematics(biped.tree);
+  kinematics.update(biped.X_WB_half_sitting, biped.half_sitting);
+  const Eigen::Vector3d shoulder = kinematics.X_WL(shoulder_link).translation();
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (int l = 0; l < static_cast<int>(biped.tree.links().size()); ++l) {
+    if (!biped.tree.carries(shoulder_link, l)) continue;
+    const robot::Inertia& inertia = biped.tree.link(l).inertia;
+    sum += inertia.mass_kg * (kinematics.X_WL(l) * inertia.com_m - shoulder);
+  }
+  return sum.norm() / biped.tree.mass_kg();
+}
+
+/// Swings the arms at the shoulders, one against the other. Amplitudes are those of biped.urdf:
+/// heavier arms swing less, so that they throw their robot about no more.
+struct Arms {
+  Arms(const robot::Biped& biped, double amplitude_rad, double frequency_hz)
+      : amplitude(amplitude_rad), rate(2.0 * std::numbers::pi * frequency_hz) {
+    rest = biped.half_sitting(biped.upper_body);
+    for (robot::Side s : robot::kSides) {
+      shoulder[s] = first_of_arm(biped, s);
+      if (shoulder[s] < 0) continue;
+      const int link =
+          biped.tree.moved_link(biped.upper_body[static_cast<std::size_t>(shoulder[s])]);
+      share = std::min(share, kMoment_m / arm_moment_m(biped, link));
+    }
+  }
+  static constexpr double kMoment_m =
+      0.0193;  ///< of biped.urdf, rounded up: it swings as far as is asked
+  static int first_of_arm(const robot::Biped& biped, robot::Side side) {
+    for (std::size_t i = 0; i < biped.upper_body.size(); ++i) {
+      const int link = biped.tree.moved_link(biped.upper_body[i]);
+      const bool mine = biped.hand[side] >= 0 && biped.tree.carries(link, biped.hand[side]);
+      const robot::Side other = robot::other(side);
+      const bool others = biped.hand[other] >= 0 && biped.tree.carries(link, biped.hand[other]);
+      if (mine && !others) return static_cast<int>(i);
+    }
+    return -1;
+  }
+  void wish(double t, WalkerWish& w) const {
+    const double grow = std::clamp((t - kStart_s) / 2.0, 0.0, 1.0);
+    w.upper_body = rest;
+    w.upper_body_rate = Eigen::VectorXd::Zero(rest.size());
+    for (robot::Side s : robot::kSides) {
+      if (shoulder[s] < 0) continue;
+      const double a = grow * share * amplitude * robot::sign(s), phase = rate * (t - kStart_s);
+      w.upper_body[shoulder[s]] += a * std::sin(phase);
+      w.upper_body_rate[shoulder[s]] = a * rate * std::cos(phase);
+    }
+  }
+  double amplitude, rate, share = 1.0;
+  Eigen::VectorXd rest;
+  std::array<int, 2> shoulder{-1, -1};
+};
+
+struct Walk {
+  Eigen::Vector2d velocity_m_s = Eigen::Vector2d::Zero();
+  double turn_rad_s = 0.0;
+  double until_s = 12.0;                    ///< then it stops
+  double change_at_s = 1e9, change_to = 1;  ///< share of the forward speed from then on
+};
+
+std::function<WalkerWish(double)> wish_of(const Walk& walk, const Arms& arms) {
+  return [walk, arms](double t) {
+    WalkerWish w;
+    w.walk.walk = t >= kStart_s && t < walk.until_s;
+    w.walk.velocity_m_s = walk.velocity_m_s;
+    if (t >= walk.change_at_s) w.walk.velocity_m_s.x() *= walk.change_to;
+    w.walk.yaw_rate_rad_s = walk.turn_rad_s;
+    arms.wish(t, w);
+    return w;
+  };
+}
+
+hw::sim::Push push(double at_s, double impulse_ns, double direction_rad) {
+  hw::sim::Push p;
+  p.at_s = at_s;
+  p.impulse_W_ns = {impulse_ns * std::cos(direction_rad), impulse_ns * std::sin(direction_rad), 0};
+  return p;
+}
+
+TrialSpec plain(const Robot& robot, const SuiteOptions& o) {
+  TrialSpec spec;
+  spec.robot = &robot;
+  spec.body.plant = o.plant;
+  spec.body.seed = o.seed;
+  spec.walker = o.walker;
+  spec.delay_ticks = o.delay_ticks;
+  return spec;
+}
+
+/// Plates of 0.5 m × 1 m on every other place at random, none where the robot starts.
+std::vector<hw::sim::Plate> draw_plates(Draw& draw) {
+  std::vector<hw::sim::Plate> plates;
+  for (int i = -8; i <= 8; ++i) {
+    for (int j = -4; j <= 4; ++j) {
+      const bool here = draw.coin();
+      const Eigen::Vector2d center(0.5 * i, 1.0 * j + (i % 2 == 0 ? 0.0 : 0.5));
+      if (here && (std::abs(center.x()) > 0.45 || std::abs(center.y()) > 0.8)) {
+        plates.push_back({center, {0.25, 0.5}, 0.005});
+      }
+    }
+  }
+  return plates;
+}
+
+std::vector<TrialSpec> thirty(const Robot& robot, const SuiteOptions& o, bool plates) {
+  std::vector<TrialSpec> trials;
+  Draw draw(o.seed);
+  for (double speed : {0.1, 0.2, 0.3}) {
+    for (int i = 0; i < 10; ++i) {
+      TrialSpec spec = plain(robot, o);
+      Walk walk;
+      walk.velocity_m_s = {speed, draw.between(-0.05, 0.05)};
+      walk.turn_rad_s = draw.between(-0.15, 0.15);
+      walk.change_at_s = draw.between(4.0, 9.0);
+      walk.change_to = draw.between(0.3, 1.0);
+      const Arms arms(robot.biped, draw.between(0.3, 1.5), draw.between(0.3, 0.6));
+      spec.wish = wish_of(walk, arms);
+      spec.duration_s = 16.0;
+      for (double at = 2.5; at < 14.0; at += 3.37) {
+        spec.pushes.push_back(push(at + draw.between(0.0, 1.0), draw.between(0.0, 5.0),
+                                   draw.between(-std::numbers::pi, std::numbers::pi)));
+      }
+      if (plates) spec.body.plates = draw_plates(draw);
+      spec.name = fmt::format("{} m/s {}", speed, i);
+      trials.push_back(std::move(spec));
+    }
+  }
+  return trials;
+}
+
+std::vector<TrialSpec> pushes(const Robot& robot, const SuiteOptions& o) {
+  std::vector<TrialSpec> trials;
+  const Arms arms(robot.biped, 0.0, 0.5);
+  for (double speed : {0.0, 0.2}) {
+    // walking: in double support, at lift-off, in the middle of a swing, before landing; a step of
+    // one foot, then of the other
+    const int instants = speed > 0.0 ? 8 : 1;
+    for (int direction = 0; direction < 8; ++direction) {
+      for (int k = 0; k < instants; ++k) {
+        TrialSpec spec = plain(robot, o);
+        const double at = speed > 0.0 ? 5.05 + 0.2 * k : 3.0,
+                     angle = direction * std::numbers::pi / 4.0;
+        Walk walk;
+        walk.velocity_m_s.x() = speed;
+        if (speed == 0.0) walk.until_s = 0.0;
+        spec.wish = wish_of(walk, arms);
+        spec.duration_s = speed > 0.0 ? 9.0 : 7.0;
+        spec.pushes.push_back(push(at, speed > 0.0 ? 10.0 : 15.0, angle));
+        spec.name = fmt::format("{} towards {} deg at {:.2f} s",
+                                speed > 0.0 ? "walking" : "standing", 45 * direction, at);
+        trials.push_back(std::move(spec));
+      }
+    }
+  }
+  return trials;
+}
+
+std::vector<TrialSpec> speeds(const Robot& robot, const SuiteOptions& o) {
+  struct Case {
+    const char* name;
+    double forward, left, turn, arms_rad;
+  };
+  static constexpr Case kCases[] = {
+      {"on the spot", 0, 0, 0, 0},
+      {"0.1 m/s", 0.1, 0, 0, 0},
+      {"0.2 m/s", 0.2, 0, 0, 0},
+      {"0.3 m/s", 0.3, 0, 0, 0},
+      {"-0.2 m/s", -0.2, 0, 0, 0},
+      {"left 0.1 m/s", 0, 0.1, 0, 0},
+      {"right 0.1 m/s", 0, -0.1, 0, 0},
+      {"turn 0.2 rad/s", 0, 0, 0.2, 0},
+      {"0.2, turn 0.15", 0.2, 0, 0.15, 0},
+      {"arms 1.5 rad, 0.1", 0.1, 0, 0, 1.5},
+      {"arms 1.5 rad, 0.2", 0.2, 0, 0, 1.5},
+      {"arms 1.5 rad, 0.3", 0.3, 0, 0, 1.5},
+  };
+  std::vector<TrialSpec> trials;
+  for (const Case& c : kCases) {
+    TrialSpec spec = plain(robot, o);
+    spec.name = c.name;
+    spec.wish = wish_of({.velocity_m_s = {c.forward, c.left}, .turn_rad_s = c.turn},
+                        Arms(robot.biped, c.arms_rad, 0.5));
+    spec.duration_s = 16.0;
+    trials.push_back(std::move(spec));
+  }
+  return trials;
+}
+
+std::vector<TrialSpec> naive(const Robot& robot, const SuiteOptions& o) {
+  std::vector<TrialSpec> trials = speeds(robot, o);
+  for (TrialSpec& spec : trials) {
+    spec.walker.stabilize = spec.walker.filter = false;
+    spec.duration_s = 24.0;
+  }
+  return trials;
+}
+
+}  // namespace
+
+const std::vector<std::string>& suite_names() {
+  static const std::vector<std::string> names{"steps30", "plates30", "pushes", "speeds", "naive"};
+  return names;
+}
+
+std::vector<TrialSpec> make_suite(const std::string& name, const Robot& robot,
+                                  const SuiteOptions& options) {
+  if (name == "steps30") return thirty(robot, options, false);
+  if (name == "plates30") return thirty(robot, options, true);
+  if (name == "pushes") return pushes(robot, options);
+  if (name == "speeds") return speeds(robot, options);
+  if (name == "naive") return naive(robot, options);
+  throw ConfigError("--suite: there is no '" + name + "'");
+}
+
+}  // namespace mimesis::walk

@@ -1,0 +1,145 @@
+#include "experiments/walk/trial/trial.h"
+
+#include <algorithm>
+#include <chrono>
+#include <deque>
+
+#include "common/error.h"
+#include "common/math/so3.h"
+#include "common/model/files.h"
+
+namespace mimesis::walk {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+using walker::kTick_s;
+using walker::Side;
+
+double seconds(Clock::duration d) { return std::chrono::duration<double>(d).count(); }
+
+walker::Sensors to_walker(const hw::sim::BodySensors& s) {
+  return {s.q, s.dq, s.R_WI, s.gyro_I, s.specific_force_I, s.foot_S};
+}
+
+hw::sim::PlannedGround ground(const walker::PatternSample& plan) {
+  hw::sim::PlannedGround ground{.zmp_W_m = plan.zmp_W_m};
+  for (const Side side : robot::kSides) {
+    const Eigen::Isometry3d& X_WS = plan.foot[side].X_WS;
+    ground.foot_W_m[side] = X_WS.translation().head<2>();
+    ground.foot_yaw_rad[side] = math::yaw_of(X_WS.linear());
+  }
+  return ground;
+}
+
+/// Sums over a trial.
+class Observer {
+ public:
+  explicit Observer(double omega_1_s) : omega_(omega_1_s) {}
+
+  void tick(const walker::WalkerOutput& out, const hw::sim::BodyTruth& truth) {
+    const hw::sim::PlannedGround plan = ground(out.pattern);
+    judge_.tick(truth, plan);
+    if (!truth.fell) add_dcm(hw::sim::truth_to_plan(plan, truth), out, truth);
+    for (Side s : robot::kSides) {
+      if (out.pattern.contact[s] && !contact_[s]) judge_landing(s, out.pattern);
+      contact_[s] = out.pattern.contact[s];
+    }
+    result_.limited_ticks += out.limited;
+    result_.clipped_ticks += out.clipped;
+    result_.failed_ticks += out.failed;
+    result_.saturated_ticks += out.stabilizer.saturated;
+    if (result_.trouble.empty()) result_.trouble = out.trouble;
+    if (truth.fell && result_.fell_at_s == 0.0) result_.fell_at_s = truth.time_s;
+  }
+
+  TrialResult result() {
+    result_.figures = judge_.figures();
+    if (count_ > 0) result_.dcm_rms_m = (squares_ / double(count_)).cwiseSqrt();
+    return result_;
+  }
+
+ private:
+  void add_dcm(const Eigen::Isometry2d& X_PT, const walker::WalkerOutput& out,
+               const hw::sim::BodyTruth& truth) {
+    const Eigen::Vector2d error = X_PT * truth.com_W_m.head<2>() - out.com.p_W_m +
+                                  (X_PT.linear() * truth.com_v_W.head<2>() - out.com.v_W) / omega_;
+    squares_ += error.cwiseAbs2();
+    ++count_;
+    result_.dcm_max_m = std::max(result_.dcm_max_m, error.norm());
+  }
+  void judge_landing(Side side, const walker::PatternSample& plan) {
+    const Eigen::Isometry3d& other = plan.foot[robot::other(side)].X_WS;
+    judge_.step({side, plan.foot[side].X_WS.translation().head<2>(), other.translation().head<2>(),
+                 math::yaw_of(other.linear()), std::nullopt});
+  }
+
+  double omega_;
+  hw::sim::WalkJudge judge_;
+  std::array<bool, 2> contact_{true, true};
+  Eigen::Vector2d squares_ = Eigen::Vector2d::Zero();
+  long count_ = 0;
+  TrialResult result_;
+};
+
+void add_times(std::vector<double>& times, TrialResult& result) {
+  if (times.empty()) return;
+  std::ranges::sort(times);
+  const auto at = [&](double share) {
+    return times[std::size_t(share * double(times.size() - 1))];
+  };
+  result.tick_p50_s = at(0.5);
+  result.tick_p99_s = at(0.99);
+  result.tick_max_s = times.back();
+}
+
+}  // namespace
+
+Robot load_robot(const std::string& name) {
+  const std::string file = name.ends_with(".yaml") ? name : name + ".yaml";
+  return {name, model::urdf_of_biped(file), model::load_biped(file)};
+}
+
+TrialResult run_trial(const TrialSpec& spec, const std::function<void(const TrialTick&)>& watch) {
+  MIMESIS_ASSERT(spec.robot != nullptr);
+  const robot::Biped& biped = spec.robot->biped;
+  hw::sim::BodyWorld world(biped, spec.robot->urdf_file, spec.body);
+  walker::Walker walker(biped, spec.walker);
+  for (const hw::sim::Push& push : spec.pushes) world.push(push);
+  Observer observer(std::sqrt(robot::kGravity / biped.com_height_m));
+
+  const int ticks = static_cast<int>(std::lround(spec.duration_s / kTick_s));
+  std::deque<walker::Sensors> on_their_way(std::size_t(spec.delay_ticks),
+                                           to_walker(world.sensors()));
+  std::vector<double> times;
+  times.reserve(std::size_t(ticks));
+  Clock::duration physics{};
+  walker::WalkerWish wish;
+  const Eigen::Vector2d start = world.truth().X_WB.translation().head<2>();
+  bool ends = false;
+  for (int k = 0; k < ticks && !world.truth().fell && !ends; ++k) {
+    if (spec.wish) wish = spec.wish(k * kTick_s);
+    on_their_way.push_back(to_walker(world.sensors()));
+    const auto before = Clock::now();
+    const walker::WalkerOutput& out = walker.step(wish, on_their_way.front());
+    const auto after = Clock::now();
+    on_their_way.pop_front();
+    world.step({out.q.data(), std::size_t(out.q.size())}, kTick_s);
+    physics += Clock::now() - after;
+    times.push_back(seconds(after - before));
+    observer.tick(out, world.truth());
+    if (watch) watch({world.time_s(), out, world.truth(), world.sensors(), world, ends});
+  }
+  TrialResult result = observer.result();
+  result.name = spec.name;
+  result.walked_m = (world.truth().X_WB.translation().head<2>() - start).norm();
+  for (Side s : robot::kSides) {
+    if (wish.hand[s].share < 1.0) continue;
+    result.reach_error_m =
+        std::max(result.reach_error_m, (world.truth().hand_W_m[s] - wish.hand[s].p_W_m).norm());
+  }
+  result.real_time_factor = double(times.size()) * kTick_s / seconds(physics);
+  add_times(times, result);
+  return result;
+}
+
+}  // namespace mimesis::walk

@@ -1,0 +1,26 @@
+#pragma once
+#include <string>
+
+namespace CLI {
+class App;
+}
+
+namespace mimesis::tool {
+
+/// Each adds one verb with its sub-verbs to the program. When the verb is chosen its callback
+/// stores the exit code: 0 done, 1 failed, 2 usage or configuration, 3 not found or timed out, 130
+/// interrupted. Every verb is a program of its own, mimesis-VERB (mimesis_verb in cmake/).
+void add_launch(CLI::App& program, int& exit_code);
+void add_topic(CLI::App& program, int& exit_code);
+void add_node(CLI::App& program, int& exit_code);
+void add_log(CLI::App& program, int& exit_code);
+void add_crowd(CLI::App& program, int& exit_code);
+void add_demix(CLI::App& program, int& exit_code);
+void add_reproduce(CLI::App& program, int& exit_code);
+void add_walk_trials(CLI::App& program, int& exit_code);  ///< only where DART is found
+
+/// The main function of mimesis-VERB: parses `mimesis VERB ARGUMENTS ...`, runs the verb, turns
+/// exceptions into one line on standard error. Returns the exit code.
+int run_verb(const std::string& verb, int argc, char** argv, void (*add)(CLI::App&, int&));
+
+}  // namespace mimesis::tool
