@@ -1,0 +1,340 @@
+"""A Python process as a node of a graph on this host: registry entry, sockets, wire format (docs/architecture.md)."""
+import collections
+import dataclasses
+import fcntl
+import os
+import pathlib
+import secrets
+import socket
+import stat
+import struct
+import sys
+import tempfile
+import time
+import typing
+
+import zmq
+
+from . import types
+
+HEADER = struct.Struct("<QqQQQ")  # seq, stamp [ns], type hash, start id, tick [ns]
+FLOCK = struct.Struct("@hhqqi4x")  # struct flock of 64-bit Linux
+HELLO = b"\xff"  # begins the subscription by which a reliable subscriber names itself
+POLL_MS = 20
+
+
+class ServiceError(Exception):
+    """A service that is not there, does not answer, or answers with a reason."""
+
+
+@dataclasses.dataclass(frozen=True)
+class Received:
+    topic: str
+    message: typing.Any  # of the type that the publisher announced
+    stamp_ns: int  # graph time of the content
+    seq: int  # of this publisher and topic, from 1, without gaps
+    source: str  # name of the publishing node
+
+
+def _lock(kind):
+    return FLOCK.pack(kind, os.SEEK_SET, 0, 0, 0)
+
+
+def _check_name(what, name):
+    allowed = all(c.isascii() and (c.isalnum() or c in "_-.") for c in name)
+    if not (0 < len(name) <= 64 and allowed and name[0] != "."):
+        raise ValueError(f"{what} '{name}' is invalid: expected 1 to 64 letters, digits, '_', '-' or '.'")
+
+
+def graph_directory(graph):
+    """Where the graph's nodes meet: as common/runtime/graph_directory.cc finds it."""
+    _check_name("graph name", graph)
+    runtime = os.environ.get("XDG_RUNTIME_DIR", "")
+    if runtime.startswith("/"):
+        base = pathlib.Path(runtime, "mimesis")
+    else:
+        namespace = os.stat("/proc/self/ns/user").st_ino
+        user = f"{os.geteuid()}" + ("" if namespace == 0xEFFFFFFD else f"-{namespace}")
+        base = pathlib.Path(tempfile.gettempdir(), f"mimesis-{user}")
+    for path in (base, base / graph, base / graph / "nodes"):
+        path.mkdir(mode=0o700, exist_ok=True)
+        status = path.lstat()
+        if not stat.S_ISDIR(status.st_mode) or status.st_uid != os.geteuid() or status.st_mode & 0o077:
+            raise PermissionError(f"{path}: expected a directory of this user alone (mode 0700)")
+    return base / graph
+
+
+class Publication:
+    """One topic of this process. send() stamps `header` where the message has one, and counts seq."""
+
+    def __init__(self, graph, topic, message, latched):
+        self._graph, self.topic, self.message, self.latched = graph, topic, message, latched
+        self._hash = types.type_hash(message.DESCRIPTOR)
+        self._seq, self._last = 0, None
+
+    def send(self, message, stamp_ns=None):
+        """Publishes one message; never blocks. stamp_ns: time of the content, now (wall clock) by default."""
+        if message.DESCRIPTOR.full_name != self.message.DESCRIPTOR.full_name:
+            raise types.MessageTypeError(
+                f"{self.topic} carries {self.message.DESCRIPTOR.full_name}, not {message.DESCRIPTOR.full_name}")
+        self._seq += 1
+        stamp = time.time_ns() if stamp_ns is None else int(stamp_ns)
+        if "header" in message.DESCRIPTOR.fields_by_name:
+            message.header.stamp_ns, message.header.seq = stamp, self._seq
+        frame = self.topic.encode() + b"\0" + HEADER.pack(self._seq, stamp, self._hash, self._graph.start_id, 0)
+        self._last = [frame, message.SerializeToString(deterministic=True)]
+        self._graph.serve()
+        for out in self._graph.outputs:
+            out.send_multipart(self._last, zmq.DONTWAIT)
+
+    def repeat(self, out):
+        if self.latched and self._last:
+            out.send_multipart(self._last, zmq.DONTWAIT)
+
+
+class Graph:
+    """Joins a graph as node `name`. Use it in `with`, or close() it; one thread only."""
+
+    def __init__(self, name=None, graph=None):
+        self.name = name or f"python-{os.getpid()}"
+        _check_name("node name", self.name)
+        self.start_id = secrets.randbits(63) | 1
+        self.directory = graph_directory(graph or os.environ.get("MIMESIS_GRAPH") or "default")
+        self._publications, self._nodes = {}, {}
+        self._inbox, self._seen, self._complained = collections.defaultdict(collections.deque), {}, set()
+        self._connected, self._wanted, self._requests = set(), set(), 0
+        self._lost, self._subscribers = collections.Counter(), collections.Counter()
+        self._take_name()
+        self._context = zmq.Context()
+        self.outputs = [self._socket(zmq.XPUB) for _ in range(2)]  # data, reliable
+        for out, high_water in zip(self.outputs, (32, 0)):
+            out.setsockopt(zmq.XPUB_VERBOSER, 1)
+            out.setsockopt(zmq.SNDHWM, high_water)
+        self._inputs = {policy: self._socket(zmq.SUB) for policy in ("latest", "reliable")}
+        for into in self._inputs.values():
+            into.setsockopt(zmq.SUBSCRIBE, HELLO + struct.pack("<Q", self.start_id))
+        self._info = types.message_type("mimesis.v1.NodeInfo")(
+            name=self.name, host=socket.gethostname(), pid=os.getpid(), start_id=self.start_id, ready=True,
+            executable=sys.executable, clock="wall", started_ns=time.time_ns())
+        stem = f"ipc://{self.directory}/{self.name}-{self.start_id % 100_000_000}"
+        for out, suffix, listed in zip(self.outputs, (".d", ".r"),
+                                       (self._info.data_endpoints, self._info.reliable_endpoints)):
+            out.bind(stem + suffix)
+            listed.append(stem + suffix)
+        self._announce()
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.close()
+
+    def close(self):
+        """Leaves the graph."""
+        for path in (self._entry, *(e[len("ipc://"):] for e in (*self._info.data_endpoints,
+                                                                *self._info.reliable_endpoints))):
+            pathlib.Path(path).unlink(missing_ok=True)
+        self._context.destroy(linger=1000)
+        os.close(self._claim)
+
+    def nodes(self):
+        """The v1.NodeInfo of every live node of the graph, by name; not this process."""
+        self._discover()
+        return dict(self._nodes)
+
+    def topics(self):
+        """Full type name of every topic that a node publishes."""
+        return {o.topic: o.type for info in self.nodes().values() for o in info.outputs}
+
+    def publish(self, topic, message_type, latched=False):
+        """A topic to send on. message_type: a class, or the name of one of this project's."""
+        kind = types.message_type(message_type) if isinstance(message_type, str) else message_type
+        if topic in self._publications:
+            raise ValueError(f"{topic} is published already")
+        publication = self._publications[topic] = Publication(self, topic, kind, latched)
+        descriptor = kind.DESCRIPTOR
+        self._info.outputs.add(topic=topic, port=topic.split("/")[-1], type=descriptor.full_name,
+                               type_hash=types.type_hash(descriptor), latched=latched)
+        self._info.descriptors[descriptor.full_name] = types.descriptor_set(descriptor)
+        self._announce()
+        return publication
+
+    def wait_for_subscriber(self, topic, timeout_s=5.0):
+        """True once somebody's subscription to `topic` is in force."""
+        for _ in self._until(timeout_s):
+            if self._subscribers[topic] > 0:
+                return True
+        return False
+
+    def subscribe(self, *topics, policy="latest", timeout_s=None):
+        """Yields what is Received on the topics; ends after timeout_s without a message (None: never).
+
+        policy "latest" may lose messages when this process is slow (lost() counts them), "reliable" holds the
+        publisher's backlog instead. Subscription begins with the call."""
+        into = self._inputs[policy]
+        for topic in topics:
+            into.setsockopt(zmq.SUBSCRIBE, topic.encode() + b"\0")
+        self._wanted |= {(t, policy) for t in topics}
+        return self._messages(topics, timeout_s)
+
+    def lost(self, topic):
+        """Messages of `topic` that were published but not received, by gaps in seq."""
+        return self._lost[topic]
+
+    def call(self, service, request, timeout_s=5.0):
+        """Answer of a service, e.g. call("world/reset", request), typed as its node announced.
+
+        request: a message, or a dict of fields. Raises ServiceError."""
+        for _ in self._until(timeout_s):
+            for node in self._nodes.values():
+                for offered in node.services:
+                    if offered.service == service and node.service_endpoints:
+                        return self._ask(node, offered, request, timeout_s)
+        raise ServiceError(f"no node offers service {service} within {timeout_s} s")
+
+    def serve(self):
+        """Repeats latched messages to those who have just subscribed; send() and subscribe() call it."""
+        for out in self.outputs:
+            while out.poll(0):
+                subscription = out.recv()
+                if subscription[1:2] == HELLO:
+                    continue
+                topic, joined = subscription[1:-1].decode(errors="replace"), subscription[:1] == b"\1"
+                self._subscribers[topic] += 1 if joined else -1
+                if joined and topic in self._publications:
+                    self._publications[topic].repeat(out)
+
+    # What follows is the inside.
+
+    def _socket(self, kind):
+        made = self._context.socket(kind)
+        made.setsockopt(zmq.LINGER, 1000)
+        return made
+
+    def _take_name(self):
+        self._entry = self.directory / "nodes" / self.name
+        self._claim = os.open(self._entry.with_name("." + self.name), os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o600)
+        try:
+            fcntl.fcntl(self._claim, fcntl.F_OFD_SETLK, _lock(fcntl.F_WRLCK))
+        except OSError:
+            os.close(self._claim)
+            raise ValueError(f"a node '{self.name}' runs already in {self.directory}") from None
+
+    def _announce(self):
+        temporary = self._entry.with_name("." + self.name + ".new")
+        temporary.write_bytes(self._info.SerializeToString())
+        temporary.rename(self._entry)
+
+    def _is_alive(self, name):
+        try:
+            fd = os.open(self._entry.with_name("." + name), os.O_RDONLY | os.O_CLOEXEC)
+        except FileNotFoundError:
+            return False
+        try:
+            return FLOCK.unpack(fcntl.fcntl(fd, fcntl.F_OFD_GETLK, _lock(fcntl.F_WRLCK)))[0] != fcntl.F_UNLCK
+        finally:
+            os.close(fd)
+
+    def _discover(self):
+        found = {}
+        for path in self._entry.parent.iterdir():
+            if path.name.startswith(".") or path.name == self.name or not self._is_alive(path.name):
+                continue
+            try:
+                found[path.name] = types.message_type("mimesis.v1.NodeInfo").FromString(path.read_bytes())
+            except FileNotFoundError:
+                continue
+        self._nodes = found
+        for node in found.values():
+            for output in node.outputs:
+                for policy in self._inputs:
+                    if (output.topic, policy) in self._wanted:
+                        self._meet(node, output, policy)
+
+    def _meet(self, node, output, policy):
+        """Connects to a publisher, and announces an input of the type that the publisher announced."""
+        endpoints = node.reliable_endpoints if policy == "reliable" else node.data_endpoints
+        if endpoints and endpoints[0] not in self._connected:
+            self._inputs[policy].connect(endpoints[0])
+            self._connected.add(endpoints[0])
+        if not any(i.topic == output.topic for i in self._info.inputs):
+            self._info.inputs.add(topic=output.topic, port=output.topic.replace("/", "_"), type=output.type,
+                                  type_hash=output.type_hash, policy=policy)
+            self._announce()
+
+    def _until(self, timeout_s):
+        deadline = None if timeout_s is None else time.monotonic() + timeout_s
+        while True:
+            self._discover()
+            self.serve()
+            yield
+            if deadline is not None and time.monotonic() >= deadline:
+                return
+            time.sleep(POLL_MS / 1000)
+
+    def _messages(self, topics, timeout_s):
+        poller = zmq.Poller()
+        for into in self._inputs.values():
+            poller.register(into, zmq.POLLIN)
+        deadline = None if timeout_s is None else time.monotonic() + timeout_s
+        looked = 0.0
+        while True:
+            for topic in topics:
+                while self._inbox[topic]:
+                    yield self._inbox[topic].popleft()
+                    deadline = None if timeout_s is None else time.monotonic() + timeout_s
+            if deadline is not None and time.monotonic() >= deadline:
+                return
+            if time.monotonic() - looked > POLL_MS / 1000:
+                self._discover()
+                self.serve()
+                looked = time.monotonic()
+            for into, _ in poller.poll(POLL_MS):
+                self._take(into)
+
+    def _take(self, into):
+        while into.poll(0):
+            frames = into.recv_multipart()
+            name, separator, header = frames[0].partition(b"\0")
+            if len(frames) != 2 or not separator or len(header) != HEADER.size:
+                continue
+            topic = name.decode(errors="replace")
+            seq, stamp, kind, start_id, _ = HEADER.unpack(header)
+            last = self._seen.get((start_id, topic))
+            if last is not None and seq <= last:
+                continue  # a latched message again
+            self._seen[start_id, topic] = seq
+            self._lost[topic] += 0 if last is None else seq - last - 1
+            node = next((n for n in self._nodes.values() if n.start_id == start_id), None)
+            output = node and next((o for o in node.outputs if o.topic == topic and o.type_hash == kind), None)
+            if not output:
+                if (start_id, topic) not in self._complained:
+                    self._complained.add((start_id, topic))
+                    print(f"mimesis: {topic}: messages of a type that no node announced are ignored", file=sys.stderr)
+                continue
+            message = types.classes_of(node.descriptors[output.type])[output.type].FromString(frames[1])
+            self._inbox[topic].append(Received(topic, message, stamp, seq, node.name))
+
+    def _ask(self, node, offered, request, timeout_s):
+        kind, answer = (types.classes_of(node.descriptors[t])[t] for t in (offered.request_type, offered.response_type))
+        if isinstance(request, dict):
+            try:
+                request = kind(**request)
+            except (TypeError, ValueError) as error:
+                raise ServiceError(f"{offered.service}: {error}; expected fields of {offered.request_type}") from None
+        if request.DESCRIPTOR.full_name != offered.request_type:
+            raise ServiceError(f"{offered.service} takes {offered.request_type}, not {request.DESCRIPTOR.full_name}")
+        client = self._socket(zmq.DEALER)
+        try:
+            client.connect(node.service_endpoints[0])
+            self._requests += 1
+            number = struct.pack("<Q", self._requests)
+            client.send_multipart([number, offered.service.encode(), request.SerializeToString()])
+            if not client.poll(round(timeout_s * 1000)):
+                raise ServiceError(f"service {offered.service}: no answer from node {node.name} within {timeout_s} s")
+            _, status, body = client.recv_multipart()
+        finally:
+            client.close(linger=0)
+        if status != b"\0":
+            raise ServiceError(f"service {offered.service}: {body.decode(errors='replace')}")
+        return answer.FromString(body)

@@ -1,0 +1,126 @@
+#!/usr/bin/python3
+"""The Python package against a real node and the recorded logs: usage: python_test.py PROTOSET COUNTER LOGS"""
+import os
+import pathlib
+import subprocess
+import sys
+import tempfile
+import unittest
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+import mimesis  # noqa: E402
+
+COUNTER, LOGS = "", pathlib.Path()
+
+
+class Types(unittest.TestCase):
+    def test_a_message_of_the_project_is_known_by_name(self):
+        status = mimesis.message_type("mimesis.v1.TaskStatus")()
+        self.assertEqual(status.header.seq, 0)
+        with self.assertRaisesRegex(mimesis.MessageTypeError, "no message type 'mimesis.v1.Nothing'"):
+            mimesis.message_type("mimesis.v1.Nothing")
+
+
+class Live(unittest.TestCase):
+    def setUp(self):
+        self.folder = tempfile.TemporaryDirectory()
+        os.environ["XDG_RUNTIME_DIR"] = self.folder.name
+        self.node = None
+
+    def tearDown(self):
+        if self.node:
+            self.node.kill()
+            self.node.wait()
+        self.folder.cleanup()
+
+    def start(self, *options):
+        self.node = subprocess.Popen([COUNTER, "--name", "counter", *options], stdout=subprocess.DEVNULL,
+                                     stderr=subprocess.DEVNULL)
+
+    def test_hears_a_node(self):
+        self.start()
+        with mimesis.Graph("listener") as graph:
+            got = []
+            for received in graph.subscribe("counter/out", policy="reliable", timeout_s=5.0):
+                got.append(received)
+                if len(got) == 20:
+                    break
+        self.assertEqual([r.seq for r in got], list(range(got[0].seq, got[0].seq + 20)))
+        self.assertEqual(got[0].message.topic, "counter")
+        self.assertEqual(got[0].source, "counter")
+        self.assertEqual(graph.lost("counter/out"), 0)
+        self.assertGreater(got[-1].stamp_ns, got[0].stamp_ns)
+
+    def test_is_heard_by_a_node(self):
+        self.start("--in", "latest=python/word", "--set", "rate_hz=50")
+        with mimesis.Graph("python") as graph:
+            word = graph.publish("python/word", "mimesis.v1.Publication")
+            self.assertTrue(graph.wait_for_subscriber("python/word"))
+            health = graph.subscribe("counter/health", policy="reliable", timeout_s=5.0)
+            for n in range(5):
+                word.send(word.message(start_id=n))
+            inputs = {}
+            for received in health:
+                inputs = {i.topic: i for i in received.message.inputs}
+                if inputs["python/word"].received == 5 or received.seq > 4:
+                    break
+        self.assertEqual(inputs["python/word"].received, 5)
+        self.assertEqual(inputs["python/word"].lost, 0)
+        self.assertEqual(inputs["python/word"].rejected, 0, "the type's hash is as C++ computes it")
+
+    def test_calls_a_service(self):
+        self.start()
+        with mimesis.Graph("caller") as graph:
+            self.assertEqual(graph.call("counter/add_one", {"seq": 41}).seq, 42)
+            with self.assertRaisesRegex(mimesis.ServiceError, "expected fields of mimesis.v1.Publication"):
+                graph.call("counter/add_one", {"nothing": 1})
+            with self.assertRaisesRegex(mimesis.ServiceError, "no node offers service counter/none"):
+                graph.call("counter/none", {}, timeout_s=0.2)
+
+    def test_python_hears_python_with_latched_and_own_classes(self):
+        kind = mimesis.message_type("mimesis.v1.ClockTime")
+        with mimesis.Graph("one") as one, mimesis.Graph("two") as two:
+            out = one.publish("one/time", kind, latched=True)
+            out.send(kind(time_ns=7), stamp_ns=5)
+            messages = two.subscribe("one/time", timeout_s=0.05)
+            for _ in range(100):  # the subscriber joins late; the publisher serves
+                received = next(messages, None)
+                if received:
+                    break
+                one.serve()
+                messages = two._messages(("one/time",), 0.05)
+            self.assertEqual((received.message.time_ns, received.stamp_ns, received.message.header.seq), (7, 5, 1))
+            with self.assertRaises(mimesis.MessageTypeError):
+                out.send(mimesis.message_type("mimesis.v1.Publication")())
+
+    def test_a_name_is_taken_once_and_free_again(self):
+        with mimesis.Graph("single"):
+            with self.assertRaisesRegex(ValueError, "a node 'single' runs already"):
+                mimesis.Graph("single")
+        mimesis.Graph("single").close()
+        with self.assertRaisesRegex(ValueError, "is invalid"):
+            mimesis.Graph("no/slash")
+
+
+class Logs(unittest.TestCase):
+    def test_reads_recorded_logs(self):
+        messages = list(mimesis.read_log(LOGS / "cognition.mcap", "vision/observation"))
+        self.assertGreater(len(messages), 10)
+        self.assertEqual(messages[0].message.DESCRIPTOR.full_name, "mimesis.v1.Observation")
+        self.assertEqual([m.seq for m in messages], sorted(m.seq for m in messages))
+
+    def test_says_what_is_damaged(self):
+        with tempfile.TemporaryDirectory() as folder:
+            path = pathlib.Path(folder, "x.mcap")
+            path.write_bytes(b"nothing")
+            with self.assertRaisesRegex(mimesis.LogError, "not an MCAP file"):
+                list(mimesis.read_log(path))
+            whole = (LOGS / "sim_body.mcap").read_bytes()
+            path.write_bytes(whole[:len(whole) // 2])
+            cut = len(list(mimesis.read_log(path)))
+            self.assertLess(cut, len(list(mimesis.read_log(LOGS / "sim_body.mcap"))))
+
+
+if __name__ == "__main__":
+    os.environ["MIMESIS_PROTOSET"], COUNTER, LOGS = sys.argv[1], sys.argv[2], pathlib.Path(sys.argv[3])
+    unittest.main(argv=sys.argv[:1])
