@@ -40,6 +40,7 @@ if(MIMESIS_MOLD)
 endif()
 
 # A folder that sets CMAKE_UNITY_BUILD compiles its libraries in batches of so many files.
+option(MIMESIS_BATCHES "Compile libraries in batches (unity builds)" ON)
 set(CMAKE_UNITY_BUILD_BATCH_SIZE 8)
 
 # Everything of ours links this; generated code does not.
