@@ -8,7 +8,7 @@
 namespace mimesis::runtime {
 namespace {
 
-std::string quoted(const std::string& text) {
+std::string quoted_text(const std::string& text) {
   std::string out = "\"";
   for (const char c : text) {
     if (c == '\n') {
@@ -27,7 +27,7 @@ std::string flow(const std::vector<double>& values) {
 
 std::string flow(const std::vector<std::string>& values) {
   std::string out;
-  for (const std::string& value : values) out += (out.empty() ? "" : ", ") + quoted(value);
+  for (const std::string& value : values) out += (out.empty() ? "" : ", ") + quoted_text(value);
   return "[" + out + "]";
 }
 
@@ -44,11 +44,11 @@ class Writer : public ParamVisitor {
     leaf(key, fmt::format("{}", value), "true or false");
   }
   void operator()(std::string_view key, std::string& value) override {
-    leaf(key, quoted(value), "text");
+    leaf(key, quoted_text(value), "text");
   }
   void operator()(std::string_view key, std::string& value,
                   std::initializer_list<std::string_view> choices) override {
-    leaf(key, quoted(value), fmt::format("one of {}", fmt::join(choices, ", ")));
+    leaf(key, quoted_text(value), fmt::format("one of {}", fmt::join(choices, ", ")));
   }
   void operator()(std::string_view key, std::vector<double>& value, double lo, double hi,
                   std::size_t size) override {

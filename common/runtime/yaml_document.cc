@@ -15,7 +15,7 @@ namespace {
 
 // Aliases can repeat each other: a small file must not become a tree that fills the memory.
 constexpr int kMaxNodes = 200'000;
-constexpr int kMaxDepth = 100;
+constexpr int kMaxNesting = 100;
 
 class Converter {
  public:
@@ -24,7 +24,7 @@ class Converter {
   Yaml convert(const YAML::Node& from, int depth) {
     Yaml to;
     to.place = place(from.Mark());
-    if (++nodes_ > kMaxNodes || depth > kMaxDepth) {
+    if (++nodes_ > kMaxNodes || depth > kMaxNesting) {
       throw ConfigError(to_string(to.place) + ": nested too deeply, or an alias contains itself");
     }
     switch (from.Type()) {
