@@ -2,8 +2,8 @@
 
 #include <gtest/gtest.h>
 
-#include "nodes/planner/sampling.h"
-#include "nodes/planner/shortcut.h"
+#include "nodes/planner/roadmap.h"
+#include "nodes/planner/smooth_path.h"
 #include "nodes/planner/test/arms.h"
 
 namespace mimesis::planner {
