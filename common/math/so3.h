@@ -33,7 +33,7 @@ inline Eigen::Vector3d log_so3(Eigen::Quaterniond q) {
   return (2.0 * std::atan2(s, q.w()) / s) * q.vec();
 }
 
-/// The same of a matrix. By the quaternion, so that it is accurate at both ends.
+/// Rotation vector of a matrix, computed by the quaternion, so that it is accurate at both ends.
 inline Eigen::Vector3d log_so3(const Eigen::Matrix3d& rotation) {
   return log_so3(Eigen::Quaterniond(rotation));
 }

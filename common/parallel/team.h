@@ -32,7 +32,7 @@ class Team {
   std::unique_ptr<Shared> shared_;
 };
 
-/// The same on the caller's thread if there is no team.
+/// Runs the loop on the caller's thread if there is no team.
 template <class F>
 void for_each(Team* team, int count, const F& task) {
   if (team != nullptr && count > 1) {

@@ -17,7 +17,7 @@ struct Data {
 /// file.
 void plot_png(const std::filesystem::path& png, int width_px, int height_px,
               const std::vector<Data>& data, const std::string& script);
-/// The same as SVG.
+/// Writes the plot as SVG.
 void plot_svg(const std::filesystem::path& svg, int width_px, int height_px,
               const std::vector<Data>& data, const std::string& script);
 

@@ -1,14 +1,16 @@
 #pragma once
 #include <cstdint>
+#include <cstring>
 #include <functional>
 #include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <tl/expected.hpp>
+#include <type_traits>
 
 #include "common/error.h"
-#include "common/runtime/time.h"
+#include "common/time.h"
 
 namespace google::protobuf {
 class Message;
@@ -16,7 +18,7 @@ class Message;
 
 namespace mimesis::runtime {
 
-/// What an input keeps between two steps.
+/// Which messages an input keeps between two steps.
 enum class Policy {
   latest,    ///< only the newest message; older ones are dropped and counted
   queue,     ///< the newest `depth`; older ones are dropped and counted
@@ -76,10 +78,10 @@ class OutChannel {
 /// thread.
 using Handler = std::function<tl::expected<std::string, Status>(const std::string& request)>;
 
-/// What a step reads from and writes to the world outside of the graph: field buses, devices, the
-/// wall clock, threads. All of it passes here, so that it is recorded with the step and a replay
-/// gives the same back; without that a node's outputs are no function of its log. Only inside the
-/// constructor, `step`, `stop` and handlers of services.
+/// Everything that a step reads from and writes to the world outside of the graph: field buses,
+/// devices, the wall clock, threads. All of it passes here, so that it is recorded with the step
+/// and a replay gives the same back; without that a node's outputs are no function of its log. Only
+/// inside the constructor, `step`, `stop` and handlers of services.
 class Outside {
  public:
   virtual ~Outside() = default;
@@ -90,7 +92,7 @@ class Outside {
   /// Replay: what was read at this place. Empty, and the replay stops with a line that says so, if
   /// the log holds something else here.
   virtual std::string replay(std::string_view name) = 0;
-  /// What goes out, in both cases: recorded live, compared with the record in a replay.
+  /// Bytes that go out, in both cases: recorded live, compared with the record in a replay.
   virtual void written(std::string_view name, std::string_view bytes) = 0;
 };
 
@@ -137,5 +139,29 @@ class Bus {
   /// live here.
   virtual const std::string& directory() const = 0;
 };
+
+/// Bytes that `read()` brings from outside, or what it brought when the log was recorded.
+template <class Read>
+std::string read_outside(Bus& bus, std::string_view name, Read read) {
+  Outside& outside = bus.outside();
+  if (outside.replaying()) return outside.replay(name);
+  std::string bytes = read();
+  outside.record(name, bytes);
+  return bytes;
+}
+
+/// As read_outside, for a plain value: a duration on the wall clock, whether a thread is done. Zero
+/// where a replay has nothing that fits.
+template <class T, class Read>
+requires std::is_trivially_copyable_v<T> T read_outside_value(Bus& bus, std::string_view name,
+                                                              Read read) {
+  const std::string bytes = read_outside(bus, name, [&read] {
+    const T value = read();
+    return std::string(reinterpret_cast<const char*>(&value), sizeof value);
+  });
+  T value{};
+  if (bytes.size() == sizeof value) std::memcpy(&value, bytes.data(), sizeof value);
+  return value;
+}
 
 }  // namespace mimesis::runtime

@@ -8,13 +8,34 @@
 #include <climits>
 
 #include "common/error.h"
-#include "common/runtime/compatibility.h"
-#include "common/runtime/graph_directory.h"
 #include "common/runtime/log.h"
 #include "common/runtime/raw.h"
+#include "common/runtime/registry.h"
 
 namespace mimesis::runtime {
 namespace {
+
+void compare(const v1::NodeInfo& publisher, const v1::NodeInfo& subscriber,
+             std::vector<std::string>& lines) {
+  for (const v1::TopicInfo& out : publisher.outputs()) {
+    for (const v1::TopicInfo& in : subscriber.inputs()) {
+      if (in.topic() != out.topic() || in.type_hash() == out.type_hash()) continue;
+      std::string line = "topic " + out.topic() + ": node " + publisher.name() + " publishes " +
+                         out.type() + ", node " + subscriber.name() + " expects " + in.type();
+      if (in.type() == out.type()) line += " with other fields (different builds)";
+      lines.push_back(line + "; its messages are ignored");
+    }
+  }
+}
+
+/// One line for every topic on which `self` and `other` are wired together with different types.
+/// Symmetric: both nodes find the same pairs.
+std::vector<std::string> mismatches(const v1::NodeInfo& self, const v1::NodeInfo& other) {
+  std::vector<std::string> lines;
+  compare(self, other, lines);
+  compare(other, self, lines);
+  return lines;
+}
 
 using namespace std::chrono_literals;
 constexpr auto kGreetingPatience = 2s;

@@ -8,7 +8,6 @@
 #include <string>
 #include <vector>
 
-#include "common/runtime/peers.h"
 #include "common/runtime/publisher.h"
 #include "common/runtime/registry.h"
 #include "common/runtime/services.h"

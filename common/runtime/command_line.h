@@ -10,7 +10,7 @@
 
 namespace mimesis::runtime {
 
-/// What every node understands on its command line.
+/// Options that every node understands on its command line.
 struct NodeOptions {
   BusOptions bus;
   std::string params;  ///< FILE or FILE#PATH

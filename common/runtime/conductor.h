@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "common/runtime/schedule.h"
-#include "common/runtime/time.h"
+#include "common/time.h"
 #include "proto/runtime.pb.h"
 
 namespace mimesis::runtime {

@@ -3,7 +3,7 @@
 #include <future>
 #include <optional>
 
-#include "common/runtime/outside.h"
+#include "common/runtime/bus.h"
 
 namespace mimesis::runtime {
 

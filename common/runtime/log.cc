@@ -6,7 +6,7 @@
 #include <deque>
 #include <mutex>
 
-#include "common/runtime/log_lines.h"
+#include "common/runtime/log.h"
 
 namespace mimesis::runtime {
 namespace {

@@ -1,8 +1,10 @@
 #pragma once
-#include <spdlog/fmt/fmt.h>
+#include <fmt/core.h>
 
 #include <chrono>
+#include <string>
 #include <string_view>
+#include <vector>
 
 namespace mimesis::runtime {
 
@@ -39,5 +41,20 @@ class Throttle {
   std::chrono::steady_clock::time_point next_{};
   std::uint64_t held_back_ = 0, counting_ = 0;
 };
+
+struct LogLine {
+  Level level = Level::info;
+  std::string text;
+};
+
+/// Name in front of every line of this process on standard error.
+void set_log_name(std::string_view name);
+
+/// Keeps one text for topic NODE/log that is too long for standard error: the parameters.
+void record(std::string_view text);
+
+/// Lines since the last call, for publication by the node's own thread: a logger may be called
+/// anywhere, a socket may not. At most 256 are kept, the newest ones.
+std::vector<LogLine> take_log_lines();
 
 }  // namespace mimesis::runtime

@@ -19,7 +19,7 @@ constexpr bool is_own_topic(std::string_view topic, std::string_view port) {
   return slash != topic.npos && topic.substr(slash + 1) == port;
 }
 
-/// The same of any of these ports.
+/// Whether `topic` is that of any of these ports.
 constexpr bool is_own_topic(std::string_view topic) {
   constexpr std::array kPorts{kHealthPort, kLogPort, kStartPort, kStepsPort};
   return std::ranges::any_of(kPorts,

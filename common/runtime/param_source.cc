@@ -1,13 +1,290 @@
 #include "common/runtime/param_source.h"
 
+#include <fmt/format.h>
+
+#include <algorithm>
 #include <filesystem>
+#include <utility>
 
 #include "common/error.h"
-#include "common/runtime/param_reader.h"
-#include "common/runtime/suggest.h"
+#include "common/runtime/param_source.h"
 #include "common/runtime/value_text.h"
 
+// The values of a struct of parameters as text: for the log (YAML) and for --help (one line each).
+
 namespace mimesis::runtime {
+namespace {
+
+constexpr const char* kSet = "--set";
+
+Yaml scalar_at(const std::string& text, const Place& place) {
+  Yaml y;
+  y.kind = Yaml::Kind::scalar;
+  y.text = text;
+  y.place = place;
+  return y;
+}
+
+std::vector<Yaml> split_at_commas(const std::string& text, const Place& place) {
+  std::vector<Yaml> items;
+  std::size_t begin = 0;
+  while (begin <= text.size() && !text.empty()) {
+    const std::size_t end = std::min(text.find(',', begin), text.size());
+    items.push_back(scalar_at(text.substr(begin, end - begin), place));
+    begin = end + 1;
+  }
+  return items;
+}
+
+}  // namespace
+
+ParamReader::ParamReader(std::string_view owner, const Yaml* section, const Variables& variables,
+                         const std::vector<std::pair<std::string, std::string>>& sets)
+    : owner_(owner.empty() ? "" : std::string(owner) + "."), variables_(variables), map_(section) {
+  for (const auto& [path, text] : sets) sets_[path] = scalar_at(text, {kSet});
+}
+
+std::string ParamReader::path_of(std::string_view key) const {
+  return prefix_.empty() ? std::string(key) : prefix_ + "." + std::string(key);
+}
+
+void ParamReader::mistake(const Place& place, const std::string& path, const std::string& what) {
+  mistakes_.push_back({place, fmt::format("{}: {}{}: {}", to_string(place), owner_, path, what)});
+}
+
+ParamReader::Found ParamReader::look_up(std::string_view key) {
+  Found found{.path = path_of(key)};
+  keys_.emplace_back(key);
+  paths_.push_back(found.path);
+  if (map_ != nullptr) found.yaml = map_->find(key);
+  if (const auto it = sets_.find(found.path); it != sets_.end()) {
+    used_sets_.insert(found.path);
+    found.yaml = &it->second;
+  }
+  return found;
+}
+
+std::string ParamReader::scalar(const Found& found, std::string_view expected, bool& ok) {
+  ok = false;
+  if (found.yaml == nullptr) return {};
+  if (found.yaml->kind != Yaml::Kind::scalar) {
+    mistake(found.yaml->place, found.path,
+            fmt::format("expected {}, found {}", expected, found.yaml->described()));
+    return {};
+  }
+  try {
+    std::string text = variables_.expand(*found.yaml);
+    ok = true;
+    return text;
+  } catch (const ConfigError& e) {
+    mistakes_.push_back({found.yaml->place, e.what()});
+    return {};
+  }
+}
+
+void ParamReader::operator()(std::string_view key, double& value, double lo, double hi) {
+  const Found found = look_up(key);
+  bool ok = false;
+  const std::string text = scalar(found, "a number", ok);
+  if (!ok) return;
+  const auto number = to_double(text);
+  if (!number) {
+    mistake(found.yaml->place, found.path, fmt::format("expected a number, found '{}'", text));
+  } else if (*number < lo || *number > hi) {
+    mistake(found.yaml->place, found.path, fmt::format("{} is outside [{}, {}]", text, lo, hi));
+  } else {
+    value = *number;
+  }
+}
+
+void ParamReader::operator()(std::string_view key, int& value, int lo, int hi) {
+  const Found found = look_up(key);
+  bool ok = false;
+  const std::string text = scalar(found, "a whole number", ok);
+  if (!ok) return;
+  const auto number = to_int(text);
+  if (!number) {
+    mistake(found.yaml->place, found.path,
+            fmt::format("expected a whole number, found '{}'", text));
+  } else if (*number < lo || *number > hi) {
+    mistake(found.yaml->place, found.path, fmt::format("{} is outside [{}, {}]", text, lo, hi));
+  } else {
+    value = *number;
+  }
+}
+
+void ParamReader::operator()(std::string_view key, bool& value) {
+  const Found found = look_up(key);
+  bool ok = false;
+  const std::string text = scalar(found, "true or false", ok);
+  if (!ok) return;
+  if (const auto flag = to_bool(text)) {
+    value = *flag;
+  } else {
+    mistake(found.yaml->place, found.path, fmt::format("expected true or false, found '{}'", text));
+  }
+}
+
+void ParamReader::operator()(std::string_view key, std::string& value) {
+  const Found found = look_up(key);
+  bool ok = false;
+  std::string text = scalar(found, "text", ok);
+  if (ok) value = std::move(text);
+}
+
+void ParamReader::operator()(std::string_view key, std::string& value,
+                             std::initializer_list<std::string_view> choices) {
+  const Found found = look_up(key);
+  const std::vector<std::string> known(choices.begin(), choices.end());
+  const std::string expected = fmt::format("one of {}", fmt::join(known, ", "));
+  bool ok = false;
+  std::string text = scalar(found, expected, ok);
+  if (!ok) return;
+  if (std::find(known.begin(), known.end(), text) == known.end()) {
+    mistake(found.yaml->place, found.path,
+            fmt::format("expected {}, found '{}'{}", expected, text, did_you_mean(text, known)));
+  } else {
+    value = std::move(text);
+  }
+}
+
+std::vector<Yaml> ParamReader::sequence(const Found& found, bool& ok) {
+  ok = false;
+  if (found.yaml == nullptr) return {};
+  if (found.yaml->kind == Yaml::Kind::sequence) {
+    ok = true;
+    return found.yaml->items;
+  }
+  // A list can come as text only from outside the file: --set, or a variable that is the whole
+  // value.
+  const bool variable =
+      found.yaml->kind == Yaml::Kind::scalar && found.yaml->text.starts_with("${");
+  if (found.yaml->place.file != kSet && !variable) {
+    mistake(found.yaml->place, found.path,
+            fmt::format("expected a list, found {}", found.yaml->described()));
+    return {};
+  }
+  const std::string text = scalar(found, "a list", ok);
+  if (!ok || !text.starts_with('[')) return split_at_commas(text, found.yaml->place);
+  try {
+    return parse_yaml(text, kSet).items;
+  } catch (const ConfigError& e) {
+    ok = false;
+    mistake(found.yaml->place, found.path, e.what());
+    return {};
+  }
+}
+
+void ParamReader::operator()(std::string_view key, std::vector<double>& value, double lo, double hi,
+                             std::size_t size) {
+  const Found found = look_up(key);
+  bool ok = false;
+  const std::vector<Yaml> items = sequence(found, ok);
+  if (!ok) return;
+  if (size != 0 && items.size() != size) {
+    mistake(found.yaml->place, found.path,
+            fmt::format("expected {} numbers, found {}", size, items.size()));
+    return;
+  }
+  std::vector<double> numbers;
+  for (std::size_t i = 0; i < items.size(); ++i) {
+    const Found item{&items[i], fmt::format("{}.{}", found.path, i)};
+    const std::string text = scalar(item, "a number", ok);
+    if (!ok) continue;
+    const auto number = to_double(text);
+    if (!number) {
+      mistake(items[i].place, item.path, fmt::format("expected a number, found '{}'", text));
+    } else if (*number < lo || *number > hi) {
+      mistake(items[i].place, item.path, fmt::format("{} is outside [{}, {}]", text, lo, hi));
+    } else {
+      numbers.push_back(*number);
+    }
+  }
+  if (numbers.size() == items.size()) value = std::move(numbers);
+}
+
+void ParamReader::operator()(std::string_view key, std::vector<std::string>& value) {
+  const Found found = look_up(key);
+  bool ok = false;
+  const std::vector<Yaml> items = sequence(found, ok);
+  if (!ok) return;
+  std::vector<std::string> texts;
+  for (std::size_t i = 0; i < items.size(); ++i) {
+    std::string text = scalar({&items[i], fmt::format("{}.{}", found.path, i)}, "text", ok);
+    if (ok) texts.push_back(std::move(text));
+  }
+  if (texts.size() == items.size()) value = std::move(texts);
+}
+
+void ParamReader::report_unknown_keys() {
+  if (map_ == nullptr) return;
+  for (const Yaml::Entry& entry : map_->entries) {
+    if (std::find(keys_.begin(), keys_.end(), entry.key) == keys_.end()) {
+      mistake(entry.place, path_of(entry.key),
+              "unknown parameter" + did_you_mean(entry.key, keys_));
+    }
+  }
+}
+
+void ParamReader::enter(const std::string& path, const Yaml* map, const VisitParams& visit) {
+  const Yaml* outer_map = std::exchange(map_, map);
+  const std::string outer_prefix = std::exchange(prefix_, path);
+  std::vector<std::string> outer_keys = std::exchange(keys_, {});
+  visit(*this);
+  report_unknown_keys();
+  map_ = outer_map;
+  prefix_ = outer_prefix;
+  keys_ = std::move(outer_keys);
+}
+
+void ParamReader::group(std::string_view key, const VisitParams& visit) {
+  const Found found = look_up(key);
+  const Yaml* map = found.yaml;
+  if (map != nullptr && map->kind != Yaml::Kind::map) {
+    if (map->kind != Yaml::Kind::empty) {
+      mistake(map->place, found.path,
+              fmt::format("expected a map of parameters, found {}", map->described()));
+    }
+    map = nullptr;
+  }
+  enter(found.path, map, visit);
+}
+
+void ParamReader::elements(std::string_view key, std::size_t size,
+                           const std::function<void(std::size_t)>& resize,
+                           const std::function<void(ParamVisitor&, std::size_t)>& visit) {
+  const Found found = look_up(key);
+  bool listed = false;
+  const std::vector<Yaml> items = sequence(found, listed);
+  if (listed) resize(items.size());
+  for (std::size_t i = 0; i < (listed ? items.size() : size); ++i) {
+    const std::string path = fmt::format("{}.{}", found.path, i);
+    const Yaml* item = listed ? &items[i] : nullptr;
+    if (item != nullptr && item->kind != Yaml::Kind::map) {
+      mistake(item->place, path,
+              fmt::format("expected a map of parameters, found {}", item->described()));
+      item = nullptr;
+    }
+    enter(path, item, [&](ParamVisitor& v) { visit(v, i); });
+  }
+}
+
+void ParamReader::finish() {
+  report_unknown_keys();
+  for (const auto& [path, value] : sets_) {
+    if (!used_sets_.contains(path)) {
+      mistake(value.place, path, "unknown parameter" + did_you_mean(path, paths_));
+    }
+  }
+  if (mistakes_.empty()) return;
+  std::stable_sort(mistakes_.begin(), mistakes_.end(), [](const Mistake& a, const Mistake& b) {
+    return std::pair(a.place.line, a.place.column) < std::pair(b.place.line, b.place.column);
+  });
+  std::string lines;
+  for (const Mistake& m : mistakes_) lines += (lines.empty() ? "" : "\n") + m.line;
+  throw ConfigError(lines);
+}
+
 namespace {
 
 namespace fs = std::filesystem;
@@ -102,6 +379,167 @@ std::string find_model_file(const std::string& file) { return find_project_file(
 
 void load_params(const std::string& file, const VisitParams& visit) {
   ParamSource(find_model_file(file), {}, {}).read("", visit);
+}
+
+namespace {
+
+std::string quoted_text(const std::string& text) {
+  std::string out = "\"";
+  for (const char c : text) {
+    if (c == '\n') {
+      out += "\\n";
+      continue;
+    }
+    if (c == '"' || c == '\\') out += '\\';
+    out += c;
+  }
+  return out + "\"";
+}
+
+std::string flow(const std::vector<double>& values) {
+  return fmt::format("[{}]", fmt::join(values, ", "));
+}
+
+std::string flow(const std::vector<std::string>& values) {
+  std::string out;
+  for (const std::string& value : values) out += (out.empty() ? "" : ", ") + quoted_text(value);
+  return "[" + out + "]";
+}
+
+/// Base of the two writers: the value as text and what is allowed, for a key.
+class Writer : public ParamVisitor {
+ public:
+  void operator()(std::string_view key, double& value, double lo, double hi) override {
+    leaf(key, fmt::format("{}", value), fmt::format("[{}, {}]", lo, hi));
+  }
+  void operator()(std::string_view key, int& value, int lo, int hi) override {
+    leaf(key, fmt::format("{}", value), fmt::format("[{}, {}] whole", lo, hi));
+  }
+  void operator()(std::string_view key, bool& value) override {
+    leaf(key, fmt::format("{}", value), "true or false");
+  }
+  void operator()(std::string_view key, std::string& value) override {
+    leaf(key, quoted_text(value), "text");
+  }
+  void operator()(std::string_view key, std::string& value,
+                  std::initializer_list<std::string_view> choices) override {
+    leaf(key, quoted_text(value), fmt::format("one of {}", fmt::join(choices, ", ")));
+  }
+  void operator()(std::string_view key, std::vector<double>& value, double lo, double hi,
+                  std::size_t size) override {
+    leaf(key, flow(value),
+         fmt::format("{} in [{}, {}]", size != 0 ? fmt::format("{} numbers", size) : "numbers", lo,
+                     hi));
+  }
+  void operator()(std::string_view key, std::vector<std::string>& value) override {
+    leaf(key, flow(value), "list of text");
+  }
+
+  std::string out;
+
+ protected:
+  virtual void leaf(std::string_view key, const std::string& value, const std::string& allowed) = 0;
+};
+
+class YamlWriter final : public Writer {
+ public:
+  void group(std::string_view key, const VisitParams& visit) override {
+    line(fmt::format("{}:", key));
+    indent_ += 2;
+    visit(*this);
+    indent_ -= 2;
+  }
+  void elements(std::string_view key, std::size_t size, const std::function<void(std::size_t)>&,
+                const std::function<void(ParamVisitor&, std::size_t)>& visit) override {
+    line(fmt::format("{}:{}", key, size == 0 ? " []" : ""));
+    indent_ += 4;
+    for (std::size_t i = 0; i < size; ++i) {
+      dash_ = true;
+      visit(*this, i);
+    }
+    indent_ -= 4;
+  }
+
+ private:
+  void leaf(std::string_view key, const std::string& value, const std::string&) override {
+    line(fmt::format("{}: {}", key, value));
+  }
+  void line(const std::string& text) {
+    const std::size_t spaces = dash_ ? indent_ - 2 : indent_;
+    out += std::string(spaces, ' ') + (dash_ ? "- " : "") + text + "\n";
+    dash_ = false;
+  }
+
+  std::size_t indent_ = 0;
+  bool dash_ = false;  // the next line starts an element of a list
+};
+
+/// One entry per value: "view.focal_px=740", "axes.0.node=1".
+class FlatWriter final : public Writer {
+ public:
+  void group(std::string_view key, const VisitParams& visit) override {
+    const std::string outer = std::exchange(prefix_, prefix_ + std::string(key) + ".");
+    visit(*this);
+    prefix_ = outer;
+  }
+  void elements(std::string_view key, std::size_t size, const std::function<void(std::size_t)>&,
+                const std::function<void(ParamVisitor&, std::size_t)>& visit) override {
+    for (std::size_t i = 0; i < size; ++i) {
+      group(fmt::format("{}.{}", key, i), [&](ParamVisitor& v) { visit(v, i); });
+    }
+  }
+
+  std::vector<std::string> entries;
+
+ private:
+  void leaf(std::string_view key, const std::string& value, const std::string&) override {
+    const bool bare = value.starts_with('"') && value.find_first_of(" \\") == std::string::npos;
+    entries.push_back(
+        fmt::format("{}{}={}", prefix_, key, bare ? value.substr(1, value.size() - 2) : value));
+  }
+
+  std::string prefix_;
+};
+
+class HelpWriter final : public Writer {
+ public:
+  void group(std::string_view key, const VisitParams& visit) override {
+    const std::string outer = prefix_;
+    prefix_ += std::string(key) + ".";
+    visit(*this);
+    prefix_ = outer;
+  }
+  void elements(std::string_view key, std::size_t size, const std::function<void(std::size_t)>&,
+                const std::function<void(ParamVisitor&, std::size_t)>&) override {
+    leaf(key, fmt::format("({})", size), "list");
+  }
+
+ private:
+  void leaf(std::string_view key, const std::string& value, const std::string& allowed) override {
+    out += fmt::format("  {:<28} {:<16} {}\n", prefix_ + std::string(key), value, allowed);
+  }
+
+  std::string prefix_;
+};
+
+}  // namespace
+
+std::string dump_params(const VisitParams& visit) {
+  YamlWriter writer;
+  visit(writer);
+  return writer.out;
+}
+
+std::vector<std::string> flat_params(const VisitParams& visit) {
+  FlatWriter writer;
+  visit(writer);
+  return std::move(writer.entries);
+}
+
+std::string describe_params(const VisitParams& visit) {
+  HelpWriter writer;
+  visit(writer);
+  return writer.out;
 }
 
 }  // namespace mimesis::runtime

@@ -8,8 +8,8 @@
 #include <unordered_map>
 #include <vector>
 
+#include "common/runtime/sockets.h"
 #include "common/runtime/wire.h"
-#include "common/runtime/zmq_socket.h"
 
 namespace mimesis::runtime {
 

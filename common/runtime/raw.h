@@ -1,4 +1,5 @@
 #pragma once
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -8,7 +9,18 @@
 #include "common/runtime/bus.h"
 #include "proto/runtime.pb.h"
 
+namespace google::protobuf {
+class Descriptor;
+}
+
 namespace mimesis::runtime {
+
+/// FNV-1a over the descriptors of `type` and of all types it uses, by name; other types in the same
+/// files do not count. Equal hashes: both ends read the bytes alike.
+std::uint64_t type_hash(const google::protobuf::Descriptor& type);
+
+/// Serialised FileDescriptorSet with the file of `type` and its imports, imports first.
+std::string descriptor_set(const google::protobuf::Descriptor& type);
 
 /// $MIMESIS_GRAPH, or "default".
 std::string graph_name();
@@ -16,7 +28,7 @@ std::string graph_name();
 /// @throws ConfigError if it cannot be, or if other users could write there.
 std::string graph_directory(const std::string& graph);
 
-/// What runs in a graph now, read from its directory. No daemon, no cache.
+/// The nodes that run in a graph now, read from its directory. No daemon, no cache.
 class GraphView {
  public:
   explicit GraphView(std::string graph = graph_name());

@@ -1,13 +1,25 @@
 #pragma once
 #include <chrono>
+#include <cstdint>
 #include <map>
 #include <set>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "proto/runtime.pb.h"
 
 namespace mimesis::runtime {
+
+/// @throws ConfigError unless `name` is 1-64 letters, digits, `_`, `-` or `.` and does not begin
+/// with `.`: it becomes a file name. `what`: "node name", "graph name".
+void check_name(std::string_view what, std::string_view name);
+
+/// @throws ConfigError unless `topic` is names (check_name) joined by `/`.
+void check_topic(std::string_view topic);
+
+/// Random, never 0.
+std::uint64_t new_start_id();
 
 /// A node's claim to its name: a lock on GRAPH/nodes/.NAME for the life of the process, whatever
 /// ends it, and its NodeInfo in GRAPH/nodes/NAME, replaced atomically.
@@ -31,7 +43,7 @@ struct RegistryChange {
   bool alive = true;  ///< false: gone, or replaced by a new start
 };
 
-/// Who is in a graph, kept current through inotify. The kernel reports the closing of a dead
+/// The nodes of a graph, kept current through inotify. The kernel reports the closing of a dead
 /// process's lock file, so a death is known as fast as a birth; without inotify the directory is
 /// read every 20 ms.
 class Registry {
@@ -41,7 +53,7 @@ class Registry {
   Registry(const Registry&) = delete;
   Registry& operator=(const Registry&) = delete;
 
-  /// What changed since the last call. Removes what dead nodes left behind.
+  /// Changes since the last call. Removes what dead nodes left behind.
   std::vector<RegistryChange> poll();
   /// Readable when `poll` has work; -1 without inotify.
   int fd() const { return inotify_; }

@@ -4,7 +4,7 @@
 
 #include "common/runtime/bus.h"
 #include "common/runtime/params.h"
-#include "common/runtime/time.h"
+#include "common/time.h"
 
 namespace mimesis::runtime {
 

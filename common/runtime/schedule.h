@@ -2,7 +2,7 @@
 #include <cmath>
 #include <cstdint>
 
-#include "common/runtime/time.h"
+#include "common/time.h"
 
 namespace mimesis::runtime {
 

@@ -1,4 +1,5 @@
 #pragma once
+#include <chrono>
 #include <cstdint>
 #include <functional>
 #include <map>
@@ -6,9 +7,11 @@
 #include <optional>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "common/runtime/bus.h"
-#include "common/runtime/zmq_socket.h"
+#include "common/runtime/registry.h"
+#include "common/runtime/sockets.h"
 
 namespace mimesis::runtime {
 
@@ -44,6 +47,34 @@ class ServiceClient {
  private:
   ZmqSocket socket_;
   std::uint64_t number_ = 0;
+};
+
+/// Nodes on other hosts, reached by the address of their service socket. Each is asked for its
+/// NodeInfo until it answers, and then twice a second: silence means that it is gone, a new
+/// start_id that it has restarted.
+class Peers {
+ public:
+  /// @throws ConfigError unless every address is tcp://HOST:PORT.
+  Peers(ZmqContext& context, const std::vector<std::string>& addresses);
+
+  /// Changes since the last call; asks again where it is time. `self`: this node, told to the
+  /// peers.
+  std::vector<RegistryChange> poll(const v1::NodeInfo& self);
+  std::vector<void*> handles() const;
+  bool empty() const { return peers_.empty(); }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  struct Peer {
+    std::string host;
+    std::unique_ptr<ServiceClient> client;
+    std::uint64_t number = 0;
+    Clock::time_point next_ask{}, last_answer{};
+    std::optional<v1::NodeInfo> info;
+  };
+  void take_answer(Peer& peer, const std::string& answer, std::vector<RegistryChange>& changes);
+
+  std::vector<Peer> peers_;
 };
 
 }  // namespace mimesis::runtime

@@ -7,7 +7,7 @@
 namespace mimesis::runtime {
 namespace {
 
-constexpr Time kPeriod = std::chrono::milliseconds(100);  // a killed node loses no more steps
+constexpr Time kLogPeriod = std::chrono::milliseconds(100);  // a killed node loses no more steps
 constexpr std::size_t kManyBytes = 256 * 1024;
 
 class RecordedIn final : public InChannel {
@@ -101,7 +101,7 @@ void StepRecorder::served(std::string_view service, const std::string& request,
 bool StepRecorder::due(Time now) const {
   if (taken_ || log_.steps().empty()) return false;
   const auto oldest = static_cast<Time::rep>(log_.steps(0).time_ns());
-  return bytes_ >= kManyBytes || now - Time(oldest) >= kPeriod || now < Time(oldest);
+  return bytes_ >= kManyBytes || now - Time(oldest) >= kLogPeriod || now < Time(oldest);
 }
 
 void StepRecorder::forget() {

@@ -5,7 +5,7 @@
 #include <string_view>
 
 #include "common/runtime/bus.h"
-#include "common/runtime/time.h"
+#include "common/time.h"
 #include "proto/steps.pb.h"
 
 namespace mimesis::runtime {
@@ -14,7 +14,7 @@ namespace mimesis::runtime {
 /// buffers have grown.
 class StepRecorder {
  public:
-  /// What happens from now on belongs to this step; what happened since the last one, too (services
+  /// Events from now on belong to this step; those since the last step, too (services
   /// are answered between steps).
   void begin(v1::StepKind kind, Time now);
   void end();

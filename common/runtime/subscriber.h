@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "common/runtime/bus.h"
-#include "common/runtime/sub_socket.h"
+#include "common/runtime/sockets.h"
 #include "proto/runtime.pb.h"
 
 namespace mimesis::runtime {

@@ -1,7 +1,9 @@
 #pragma once
 #include <chrono>
 #include <optional>
+#include <string>
 #include <string_view>
+#include <vector>
 
 namespace mimesis::runtime {
 
@@ -11,5 +13,12 @@ std::optional<int> to_int(std::string_view text);        ///< "010" is nothing: 
 std::optional<bool> to_bool(std::string_view text);      ///< "true" or "false"
 /// "2s", "500ms", "1.5 min": not negative; units ns us ms s min h.
 std::optional<std::chrono::nanoseconds> to_duration(std::string_view text);
+
+/// Fewest insertions, deletions, replacements and swaps of neighbours that turn `a` into `b`
+/// (optimal string alignment). O(|a|·|b|).
+std::size_t edit_distance(std::string_view a, std::string_view b);
+
+/// ", did you mean 'k_1_s'?" with the best of `known`, or "" if none is near `word`.
+std::string did_you_mean(std::string_view word, const std::vector<std::string>& known);
 
 }  // namespace mimesis::runtime

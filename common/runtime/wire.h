@@ -4,7 +4,7 @@
 #include <string>
 #include <string_view>
 
-#include "common/runtime/time.h"
+#include "common/time.h"
 
 namespace google::protobuf {
 class Message;
@@ -12,7 +12,7 @@ class Message;
 
 namespace mimesis::runtime {
 
-/// What precedes every payload on the wire, after the topic and a NUL: five little-endian 64-bit
+/// Header before every payload on the wire, after the topic and a NUL: five little-endian 64-bit
 /// words.
 struct WireHeader {
   std::uint64_t seq = 0;        ///< of this publisher and topic, from 1 [1]

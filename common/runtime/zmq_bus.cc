@@ -3,11 +3,13 @@
 #include <google/protobuf/descriptor.h>
 #include <google/protobuf/descriptor.pb.h>
 
+#include <thread>
+
 #include "common/error.h"
 #include "common/runtime/bus_core.h"
-#include "common/runtime/graph_directory.h"
 #include "common/runtime/log.h"
-#include "common/runtime/type_info.h"
+#include "common/runtime/raw.h"
+#include "common/runtime/registry.h"
 
 namespace mimesis::runtime {
 namespace {
@@ -253,6 +255,152 @@ std::vector<v1::InputHealth> ZmqBus::input_health(Time now) const {
     if (input->counters.received > 0) health.set_age_s(to_seconds(now - input->newest));
   }
   return list;
+}
+
+namespace {
+using namespace std::chrono_literals;
+constexpr auto kAfterDeath = 50ms;  // for bytes of a dead publisher that are still under way
+constexpr auto kPatience = 5s;      // for a living one: then a message must have been lost
+constexpr auto kRetry = 100us;
+}  // namespace
+
+void ZmqBus::connect_members() {
+  const auto wired_here = [this](const v1::NodeInfo& node) {
+    if (node.clock() != "lockstep") return false;
+    for (const v1::TopicInfo& input : node.inputs()) {
+      if (impl_->publisher.has(input.topic())) return true;
+    }
+    return false;
+  };
+  impl_->await_greetings(wired_here);
+  impl_->publisher.release();
+}
+
+void ZmqBus::deliver(Time tick,
+                     const google::protobuf::RepeatedPtrField<v1::Publication>& visible) {
+  impl_->tick = tick;
+  impl_->subscriber.drain();
+  for (const v1::Publication& publication : visible) {
+    auto give_up = std::chrono::steady_clock::now() + kPatience;
+    bool dying = false;
+    while (!impl_->subscriber.deliver(publication)) {
+      if (!dying && !impl_->known.contains(publication.start_id())) {
+        dying = true;
+        give_up = std::chrono::steady_clock::now() + kAfterDeath;
+      }
+      if (std::chrono::steady_clock::now() >= give_up) {
+        impl_->subscriber.give_up(publication);
+        if (!dying)
+          error("message {} on topic {} did not arrive", publication.seq(), publication.topic());
+        break;
+      }
+      impl_->wait(std::chrono::system_clock::now() + 20ms, {}, true);
+      impl_->subscriber.drain();
+    }
+  }
+}
+
+std::vector<v1::Publication> ZmqBus::take_published() {
+  return std::exchange(impl_->published, {});
+}
+
+void ZmqBus::flush() {
+  std::uint64_t waiting = impl_->publisher.backlog();
+  if (waiting == 0) {
+    impl_->behind = false;
+    return;
+  }
+  auto give_up = std::chrono::steady_clock::now() + kPatience;
+  while (waiting > 0 && !impl_->behind) {
+    std::this_thread::sleep_for(kRetry);
+    impl_->serve();
+    const std::uint64_t now_waiting = impl_->publisher.backlog();
+    if (now_waiting < waiting) give_up = std::chrono::steady_clock::now() + kPatience;
+    waiting = now_waiting;
+    if (std::chrono::steady_clock::now() >= give_up) {
+      impl_->behind = true;
+      warn("a reliable subscriber takes nothing; {} messages wait for it", waiting);
+    }
+  }
+}
+
+namespace {
+using namespace std::chrono_literals;
+
+std::string within(std::chrono::milliseconds timeout) {
+  return " within " + std::to_string(timeout.count()) + " ms";
+}
+}  // namespace
+
+void ZmqBus::serve(std::string_view name, const google::protobuf::Message& request,
+                   const google::protobuf::Message& response, Handler handler) {
+  check_name("service", name);
+  const std::string service = node() + "/" + std::string(name);
+  for (const v1::ServiceInfo& other : impl_->info.services()) {
+    if (other.service() == service) throw ConfigError("service " + service + " exists already");
+  }
+  v1::ServiceInfo& added = *impl_->info.add_services();
+  added.set_service(service);
+  for (const auto& [message, set] :
+       {std::pair(&request, &v1::ServiceInfo::set_request_type<const std::string&>),
+        std::pair(&response, &v1::ServiceInfo::set_response_type<const std::string&>)}) {
+    const google::protobuf::Descriptor& type = *message->GetDescriptor();
+    (added.*set)(type.full_name());
+    (*impl_->info.mutable_descriptors())[type.full_name()] = descriptor_set(type);
+    added.set_type_hash(added.type_hash() * 31 + type_hash(type));
+  }
+  impl_->info_changed = true;
+  impl_->server.add(service, std::move(handler));
+}
+
+const v1::NodeInfo* ZmqBus::Impl::server_of(std::string_view service) const {
+  for (const auto& [start_id, node] : known) {
+    for (const v1::ServiceInfo& offered : node.services()) {
+      if (offered.service() == service && !node.service_endpoints().empty()) return &node;
+    }
+  }
+  return nullptr;
+}
+
+tl::expected<std::string, Status> ZmqBus::call(std::string_view service, const std::string& request,
+                                               std::chrono::milliseconds timeout) {
+  const std::string name(service);
+  const auto deadline = std::chrono::system_clock::now() + timeout;
+  const auto left = [&] { return std::chrono::system_clock::now() < deadline; };
+  const auto next_look = [&] {  // a wait ends at its deadline only, and news come in between
+    return std::min(deadline, std::chrono::system_clock::now() + 2ms);
+  };
+  impl_->serve();
+  const v1::NodeInfo* server = impl_->server_of(service);
+  while (server == nullptr && left()) {
+    impl_->wait(next_look(), {}, false);
+    server = impl_->server_of(service);
+  }
+  if (server == nullptr)
+    return tl::unexpected(Status{"no node offers service " + name + within(timeout)});
+
+  const std::uint64_t start_id = server->start_id();
+  const std::string server_name = server->name();
+  // Out of the bus's hands during the call: it closes the clients of nodes that die.
+  std::unique_ptr<ServiceClient> client = std::move(impl_->clients[start_id]);
+  if (!client) {
+    client = std::make_unique<ServiceClient>(impl_->context, server->service_endpoints(0), true);
+  }
+  const std::uint64_t number = client->send(name, request);
+  for (;;) {
+    if (auto answer = client->receive(number)) {
+      impl_->clients[start_id] = std::move(client);
+      return *std::move(answer);
+    }
+    if (!left()) {
+      return tl::unexpected(
+          Status{"service " + name + ": no answer from node " + server_name + within(timeout)});
+    }
+    impl_->wait(next_look(), {}, false, client->handle());
+    if (!impl_->known.contains(start_id)) {
+      return tl::unexpected(Status{"service " + name + ": node " + server_name + " died"});
+    }
+  }
 }
 
 }  // namespace mimesis::runtime

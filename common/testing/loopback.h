@@ -15,7 +15,7 @@ namespace mimesis::testing {
 /// port name.
 class Loopback final : public runtime::Bus {
  public:
-  /// What a test may want otherwise.
+  /// Settings that a test may change.
   struct Options {
     bool lockstep;
     runtime::Outside* outside;  ///< null: nobody records

@@ -27,8 +27,8 @@ Ladder<double> color_blind() {
   return ladder;
 }
 
-void plot(Report& report, const PlotDir& dir, const std::string& name, const std::string& title,
-          const Recording& r) {
+void plot_colours(Report& report, const PlotDir& dir, const std::string& name,
+                  const std::string& title, const Recording& r) {
   if (!dir) return;
   report.plots.push_back(*dir / (name + ".png"));
   plot_snapshot(report.plots.back(), title, r);
@@ -58,8 +58,8 @@ Report color_to_goal(const PlotDir& dir) {
         holds("control, before learning: " + name + " says nothing about the goal",
               before.site(Layer::color) == site && std::isnan(before.onset(Layer::pfc)) &&
                   std::isnan(before.onset(Layer::pf))));
-    plot(report, dir, site == 0 ? "fig-2.23-light" : "fig-2.23-dark",
-         "Fig. 2.23: a " + name + " object, nothing else seen", r);
+    plot_colours(report, dir, site == 0 ? "fig-2.23-light" : "fig-2.23-dark",
+                 "Fig. 2.23: a " + name + " object, nothing else seen", r);
   }
   return report;
 }
@@ -82,8 +82,8 @@ Report goal_to_color(const PlotDir& dir) {
     report.rows.push_back(
         holds("control, before learning: the " + name + " goal names no colour",
               before.site(Layer::pfc) == site && std::isnan(before.onset(Layer::color))));
-    plot(report, dir, site == 0 ? "fig-2.24-high" : "fig-2.24-low",
-         "Fig. 2.24: the " + name + " goal, nothing else seen", r);
+    plot_colours(report, dir, site == 0 ? "fig-2.24-high" : "fig-2.24-low",
+                 "Fig. 2.24: the " + name + " goal, nothing else seen", r);
   }
   return report;
 }

@@ -9,7 +9,7 @@
 
 namespace mimesis::cognition {
 
-/// What a trial looked like: the final activity of all fields, and max u over time.
+/// The course of a trial: the final activity of all fields, and max u over time.
 struct Recording {
   TrialResult result;
   std::array<std::vector<double>, kLayers> final_u;

@@ -13,17 +13,18 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
-#include "experiments/harness/figure.h"
-#include "common/runtime/suggest.h"
-#include "experiments/fields/figures.h"
+#include "common/runtime/value_text.h"
+#include "common/time.h"
 #include "experiments/crowd/figures.h"
+#include "experiments/fields/figures.h"
+#include "experiments/harness/figure.h"
 #include "experiments/motion/figures.h"
 #include "experiments/pattern/figures.h"
+#include "experiments/walk/figures/figures.h"
+#include "experiments/walk/film/films.h"
 #include "tools/mimesis/number_check.h"
 #include "tools/mimesis/table.h"
 #include "tools/mimesis/verb.h"
-#include "experiments/walk/figures/figures.h"
-#include "experiments/walk/film/films.h"
 
 namespace mimesis::tool {
 namespace {
@@ -188,8 +189,7 @@ int reproduce_all(const Options& options) {
   for (const Figure* figure : chosen) {
     const auto start = std::chrono::steady_clock::now();
     const auto [report, films] = run_within(*figure, options);
-    const double seconds =
-        std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    const double seconds = to_seconds(std::chrono::steady_clock::now() - start);
     options.json ? print_json(*figure, report, films, seconds)
                  : print_text(*figure, report, films, seconds);
     passed = passed && report.passed();

@@ -2,10 +2,10 @@
 
 #include <chrono>
 
+#include "common/runtime/bus.h"
 #include "common/runtime/log.h"
-#include "common/runtime/outside.h"
 #include "nodes/camera/recorded_device_node.h"
-#include "nodes/camera/source/film.h"
+#include "nodes/camera/source/source.h"
 
 namespace mimesis::camera {
 namespace {

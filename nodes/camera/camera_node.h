@@ -4,11 +4,34 @@
 
 #include "common/runtime/params.h"
 #include "common/runtime/ports.h"
-#include "nodes/camera/source/rendered.h"
+#include "common/time.h"
+#include "nodes/camera/renderer.h"
+#include "nodes/camera/source/source.h"
 #include "proto/foxglove/image.pb.h"
 #include "proto/vision.pb.h"
 
 namespace mimesis::camera {
+
+/// The renderer as a source: its time starts with the first call.
+class Rendered final : public Source {
+ public:
+  explicit Rendered(const Picture& picture) : renderer_(picture) {}
+  std::optional<Frame> next(std::chrono::nanoseconds now) override {
+    if (!start_) start_ = now;
+    shown_s_ = to_seconds(now - *start_);
+    renderer_.render(shown_s_, image_);
+    return Frame{&image_, now};
+  }
+  std::string news() override { return {}; }
+  /// Truth about the frame returned last.
+  Truth truth() const { return renderer_.truth(shown_s_); }
+
+ private:
+  Renderer renderer_;
+  std::optional<std::chrono::nanoseconds> start_;
+  double shown_s_ = 0.0;
+  image::Image image_;
+};
 
 struct CameraParams {
   double rate_hz = 30.0;            ///< frames looked for [Hz]

@@ -1,8 +1,79 @@
 #include "nodes/camera/renderer.h"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <opencv2/imgproc.hpp>
+#include <random>
+
+#include "nodes/camera/renderer.h"
 
 namespace mimesis::camera {
+namespace {
+
+constexpr std::size_t kPool = 1u << 18;  // noise samples; rows start at random places in it
+
+/// Mixes bits (splitmix64), so that neighbouring frames and rows get unrelated noise.
+std::uint64_t mix(std::uint64_t x) {
+  x += 0x9e3779b97f4a7c15ull;
+  x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9ull;
+  x = (x ^ (x >> 27)) * 0x94d049bb133111ebull;
+  return x ^ (x >> 31);
+}
+
+/// Normal deviate from two uniform ones (Box & Muller), the same on every platform.
+double normal(std::mt19937_64& random) {
+  const double a = static_cast<double>((random() >> 11) + 1) * 0x1.0p-53;
+  const double b = static_cast<double>(random() >> 11) * 0x1.0p-53;
+  return std::sqrt(-2.0 * std::log(a)) * std::cos(2.0 * M_PI * b);
+}
+
+}  // namespace
+
+PictureFaults::PictureFaults(const Faults& faults, std::uint64_t seed)
+    : faults_(faults), seed_(seed) {
+  if (faults.noise <= 0.0) return;
+  std::mt19937_64 random(seed);
+  noise_.resize(kPool);
+  for (std::int8_t& n : noise_) {
+    n = static_cast<std::int8_t>(
+        std::clamp(std::lround(faults.noise * normal(random)), -127l, 127l));
+  }
+}
+
+void PictureFaults::apply(std::uint64_t frame, image::Image& image) const {
+  cv::Mat view(image.height, image.width, CV_8UC3, image.bgr.data());
+  if (faults_.blur_px > 0.0) cv::GaussianBlur(view, view, cv::Size(), faults_.blur_px);
+  if (faults_.gain != 1.0 || faults_.warmth != 1.0) {
+    const std::array<double, 3> factor{faults_.gain / faults_.warmth, faults_.gain,
+                                       faults_.gain * faults_.warmth};
+    std::array<std::array<std::uint8_t, 256>, 3> table{};
+    for (std::size_t c = 0; c < 3; ++c) {
+      for (std::size_t i = 0; i < 256; ++i) {
+        table[c][i] = static_cast<std::uint8_t>(
+            std::min(std::lround(factor[c] * static_cast<double>(i)), 255l));
+      }
+    }
+    for (std::size_t i = 0; i < image.bgr.size(); i += 3) {
+      for (std::size_t c = 0; c < 3; ++c) image.bgr[i + c] = table[c][image.bgr[i + c]];
+    }
+  }
+  if (!noise_.empty()) add_noise(frame, image);
+}
+
+void PictureFaults::add_noise(std::uint64_t frame, image::Image& image) const {
+  const std::size_t row = 3 * static_cast<std::size_t>(image.width);
+  if (row > kPool) return;
+  for (int v = 0; v < image.height; ++v) {
+    const std::uint64_t key = mix(mix(seed_ + frame) + static_cast<std::uint64_t>(v));
+    const std::int8_t* noise = noise_.data() + key % (kPool - row + 1);
+    std::uint8_t* pixel = image.at(0, v);
+    for (std::size_t i = 0; i < row; ++i) {
+      pixel[i] = static_cast<std::uint8_t>(std::clamp(pixel[i] + noise[i], 0, 255));
+    }
+  }
+}
+
 namespace {
 
 const Bgr kLightGreen(118.0f, 222.0f, 120.0f);

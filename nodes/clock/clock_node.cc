@@ -1,15 +1,71 @@
 #include "nodes/clock/clock_node.h"
 
+#include <algorithm>
+#include <array>
+#include <cmath>
 #include <iostream>
 
 #include "common/error.h"
 #include "common/runtime/command_line.h"
 #include "common/runtime/log.h"
-#include "common/runtime/log_lines.h"
 #include "common/runtime/param_source.h"
+#include "common/runtime/ports.h"
 #include "common/runtime/stop_signal.h"
+#include "proto/runtime.pb.h"
+
+// Free-running simulated time: t = factor·(wall − start), from when all participants are ready.
 
 namespace mimesis::clock {
+namespace {
+
+using namespace std::chrono_literals;
+using runtime::Time;
+using WallTime = runtime::ZmqBus::WallTime;
+
+constexpr auto kPeriod = 100ms;
+constexpr auto kFarewell = 1s;  // for nodes to hear that time has ended
+
+Time wall_now() { return std::chrono::system_clock::now().time_since_epoch(); }
+
+bool all_ready(const runtime::ZmqBus& bus, const std::vector<std::string>& names) {
+  const auto nodes = bus.known_nodes();
+  return std::all_of(names.begin(), names.end(), [&](const std::string& name) {
+    return std::any_of(nodes.begin(), nodes.end(), [&](const v1::NodeInfo& node) {
+      return node.name() == name && node.ready();
+    });
+  });
+}
+
+}  // namespace
+
+void publish_time(const ClockParams& params, runtime::ZmqBus& bus, int stop_fd) {
+  if (params.factor <= 0.0) throw ConfigError("clock.factor: sim needs a factor above 0");
+  runtime::Out<v1::ClockTime> out(bus, "time", {.latched = true});
+  bus.ready();
+  runtime::notify_ready();
+  const std::array<int, 1> stop{stop_fd};
+  while (!all_ready(bus, params.participants)) {
+    if (bus.wait(WallTime(wall_now() + kPeriod), stop)) return;
+  }
+  const Time start = wall_now();
+  for (;;) {
+    const Time wall = wall_now();
+    const Time time(std::llround(params.factor * static_cast<double>((wall - start).count())));
+    v1::ClockTime message;
+    message.set_time_ns(static_cast<std::uint64_t>(time.count()));
+    message.set_wall_ns(static_cast<std::uint64_t>(wall.count()));
+    message.set_factor(params.factor);
+    message.set_ended(params.until_s > 0.0 && runtime::to_seconds(time) >= params.until_s);
+    out.send(message, time);
+    if (message.ended()) break;
+    Time next = wall + kPeriod;
+    if (params.until_s > 0.0)
+      next = std::min(next, start + runtime::from_seconds(params.until_s / params.factor));
+    if (bus.wait(WallTime(next), stop)) return;
+  }
+  runtime::info("simulated time ends at {} s", params.until_s);
+  bus.wait(WallTime(wall_now() + kFarewell), stop);
+}
 
 int run_clock(int argc, char** argv) {
   ClockParams params;

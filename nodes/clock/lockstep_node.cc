@@ -9,8 +9,8 @@
 
 #include "common/runtime/conductor.h"
 #include "common/runtime/log.h"
-#include "common/runtime/packet_socket.h"
 #include "common/runtime/ports.h"
+#include "common/runtime/sockets.h"
 #include "common/runtime/stop_signal.h"
 #include "nodes/clock/clock_node.h"
 
@@ -24,7 +24,7 @@ using Wall = std::chrono::steady_clock;
 
 constexpr auto kServePeriod = 5ms;     // of the bus: discovery, late joiners
 constexpr Time kPublishPeriod = 10ms;  // of clock/time, in simulated time
-constexpr auto kFarewell = 2s;         // for nodes to stop after the end of time
+constexpr auto kStopPatience = 2s;     // for nodes to stop after the end of time
 
 struct Connection {
   PacketSocket socket;
@@ -125,7 +125,7 @@ class Hall {
       publish(true);
       if (!ended_)
         runtime::info("simulated time ends at {} s", runtime::to_seconds(conductor_.time()));
-      ended_ = Wall::now() + kFarewell;
+      ended_ = Wall::now() + kStopPatience;
     } else if (hold_back()) {
       next_ = gos;
       return false;

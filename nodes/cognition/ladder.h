@@ -3,12 +3,111 @@
 #include <span>
 #include <vector>
 
-#include "nodes/cognition/ladder_params.h"
-#include "nodes/cognition/link.h"
 #include "nodes/cognition/neural_field.h"
 #include "nodes/cognition/symbols.h"
 
 namespace mimesis::cognition {
+
+/// Peak inputs that one self-sustained pattern gives to its partner through a link [1]. Above the
+/// threshold of ignition (2.2 for a field at rest) a link drives the next field, below it only
+/// preshapes it.
+struct LinkGains {
+  double sts_to_pf = 1.3524804441964529;  ///< grip and transport each; only both together ignite PF
+  double sts_to_f5 = 1.0;                 ///< direct matching, preshapes
+  double pf_to_f5 = 4.5;
+  double pf_to_pfc = 2.036942294512025;  ///< learned
+  double pfc_to_pf = 3.061595294290408;  ///< learned
+  double color = 4.5;                    ///< COL to PFC and back, learned
+
+  template <class V>
+  void visit(V& v) {
+    v("sts_to_pf", sts_to_pf, 0.0, 20.0);
+    v("sts_to_f5", sts_to_f5, 0.0, 20.0);
+    v("pf_to_f5", pf_to_f5, 0.0, 20.0);
+    v("pf_to_pfc", pf_to_pfc, 0.0, 20.0);
+    v("pfc_to_pf", pfc_to_pf, 0.0, 20.0);
+    v("color", color, 0.0, 20.0);
+  }
+};
+
+/// Gaussian inputs from vision at full confidence: amplitudes [1], width [1], duration [s].
+struct VisionInput {
+  double sts = 3.339890871576646;
+  double pfc = 2.7001747339679403;
+  double color = 4.5;
+  double width = 5.0;     ///< σ on the feature axis [1]; of the task input too
+  double window_s = 0.6;  ///< how long a demonstration drives the fields
+
+  template <class V>
+  void visit(V& v) {
+    v("sts", sts, 0.0, 20.0);
+    v("pfc", pfc, 0.0, 20.0);
+    v("color", color, 0.0, 20.0);
+    v("width", width, 0.5, 50.0);
+    v("window_s", window_s, 0.01, 10.0);
+  }
+};
+
+/// Knowledge of a familiar task: constant input that preshapes [M18 2.2.2], amplitudes
+/// [1].
+struct TaskInput {
+  double pf = 1.4629668328708365;   ///< to PG-AT and FG-BT
+  double pfc = 0.7369377837296097;  ///< to both goals
+
+  template <class V>
+  void visit(V& v) {
+    v("pf", pf, 0.0, 20.0);
+    v("pfc", pfc, 0.0, 20.0);
+  }
+};
+
+/// Learning by eq. 2.3.
+struct Learning {
+  double tau_s = 0.4;         ///< τ_s, much longer than the τ of the fields [s]
+  double window_s = 2.0;      ///< how long a success rewards [s]
+  double local_above = -1.5;  ///< activity that makes a neuron part of a population [1]
+
+  template <class V>
+  void visit(V& v) {
+    v("tau_s", tau_s, 0.01, 100.0);
+    v("window_s", window_s, 0.01, 100.0);
+    v("local_above", local_above, -10.0, 10.0);
+  }
+};
+
+/// All constants of the ladder. The values are one set that shows every figure of M18 2.4; M18
+/// prints none.
+struct LadderParams {
+  double dt_s = 0.001;      ///< Euler step; 1, 2 and 5 ms give the same decisions
+  double sts_tau_s = 0.03;  ///< τ of the two STS fields; all others: field.tau_s
+  FieldParams field{};
+  LinkGains gain{};
+  VisionInput vision{};
+  TaskInput task{};
+  Learning learning{};
+
+  template <class V>
+  void visit(V& v) {
+    v("dt_s", dt_s, 1e-4, 0.005);
+    v("sts_tau_s", sts_tau_s, 0.005, 1.0);
+    v.group("field", [&](auto& g) {
+      g("neurons", field.neurons, 32, 1024);
+      g("dx", field.dx, 0.05, 10.0);
+      g("tau_s", field.tau_s, 0.005, 1.0);
+      g("resting_level", field.resting_level, -20.0, -0.01);
+      g("slope", field.slope, 0.1, 20.0);
+      g("threshold1", field.threshold1, -5.0, 5.0);
+      g("threshold2", field.threshold2, -5.0, 5.0);
+      g("excitation", field.excitation, 0.0, 50.0);
+      g("width", field.width, 0.5, 50.0);
+      g("inhibition", field.inhibition, 1e-3, 50.0);
+    });
+    v.group("gain", [&](auto& g) { gain.visit(g); });
+    v.group("vision", [&](auto& g) { vision.visit(g); });
+    v.group("task", [&](auto& g) { task.visit(g); });
+    v.group("learning", [&](auto& g) { learning.visit(g); });
+  }
+};
 
 /// Links of the ladder, source first.
 enum class Connection {

@@ -11,7 +11,7 @@ enum class Transport { unknown, above, below };
 enum class Goal { unknown, high, low };
 enum class Color { unknown, light, dark };
 
-/// What the teacher showed. An unknown symbol was not seen and gives no input.
+/// The demonstration as seen. An unknown symbol was not seen and gives no input.
 struct Demonstration {
   Grip grip = Grip::unknown;
   Transport transport = Transport::unknown;

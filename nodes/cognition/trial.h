@@ -3,8 +3,8 @@
 #include <functional>
 #include <string_view>
 
+#include "nodes/cognition/imitator.h"
 #include "nodes/cognition/ladder.h"
-#include "nodes/cognition/readout.h"
 
 namespace mimesis::cognition {
 
@@ -16,7 +16,7 @@ struct Trial {
   double duration_s = 2.0;  ///< from the onset of the demonstration [s]
 };
 
-/// What happened in a trial; times from the onset of the demonstration.
+/// Events of a trial; times from the onset of the demonstration.
 struct TrialResult {
   std::array<double, kLayers> onset_s{};  ///< first u > 0 of each field; NaN if never [s]
   std::array<Peaks, kLayers> peaks;       ///< at the end

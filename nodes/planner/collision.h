@@ -13,7 +13,7 @@ std::string in_mm(const Eigen::Vector3d& p);
 /// "the high stand", or "the box at (x, y, z) mm" if it has no name.
 std::string in_words(const kin::Box& box);
 
-/// What the arm must not touch, in W, and what it carries.
+/// Obstacles that the arm must not touch, in W, and the object that it carries.
 struct Obstacles {
   std::vector<kin::Ball> balls;
   std::vector<kin::Box> boxes;

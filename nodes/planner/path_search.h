@@ -1,8 +1,12 @@
 #pragma once
 #include <cstdint>
 #include <functional>
+#include <optional>
+#include <random>
+#include <set>
 #include <span>
 #include <tl/expected.hpp>
+#include <utility>
 #include <vector>
 
 #include "common/error.h"
@@ -10,6 +14,25 @@
 #include "nodes/planner/roadmap.h"
 
 namespace mimesis::planner {
+
+/// Excitation of a wave that started at the goals.
+struct Wave {
+  std::vector<double> v;     ///< excitation vᵢ, 0 where the wave has not been [1]
+  std::vector<int> arrival;  ///< time step at which the wave reached i, -1 never
+  bool reached = false;      ///< it reached the start
+};
+
+/// Wave expansion [M18 2.3.2]: v = 1 at the goals at t = 0; each step an inactive node i that is
+/// not inhibited and has active neighbours becomes active with vᵢ(t) = Σⱼ vⱼ(t−1) w(i, j), w(i, j)
+/// = exp(−cᵢⱼ d(i, j)); active nodes do not interact. Stops when the start is active. cᵢⱼ =
+/// (cost[i] + cost[j]) / 2 is 1 everywhere, or less in regions that F5 prefers (the cost reading of
+/// pre-selection: a cheaper link is a stronger one); `cost` may be empty. O(links).
+Wave expand_wave(const Linkage& links, std::span<const char> inhibited,
+                 std::span<const double> cost, int start, std::span<const int> goals);
+
+/// Backward search: from the start always to the maximally excited neighbour among those the wave
+/// passed one step before, down to a goal. Empty if the wave did not reach the start.
+std::vector<int> follow_wave(const Linkage& links, const Wave& wave, int start);
 
 struct SearchSettings {
   int neighbours = 4;          ///< k for nodes added to the roadmap [1]
@@ -45,5 +68,49 @@ tl::expected<FoundPath, Status> find_path(const Roadmap& roadmap, CollisionCheck
 
 /// Σ |qᵢ₊₁ − qᵢ| [rad].
 double path_length(std::span<const Eigen::VectorXd> waypoints);
+
+/// A roadmap in use for one query: nodes come, links are certified when a path wants them, or cut.
+class Network {
+ public:
+  Network(CollisionChecker& checker, const PostureCost& cost) : checker_(checker), cost_(cost) {}
+
+  /// Takes over all nodes and links of a roadmap; nodes that are not free now are inhibited.
+  void take(const Roadmap& roadmap);
+  /// Adds a node that is free and links it with its `m` nearest active nodes. Returns its index.
+  int add(const Eigen::VectorXd& q, int m);
+  /// Waves and backward searches until every link of the path is certified; links that are not are
+  /// cut. Empty if the wave does not arrive or `waves` are used up.
+  std::vector<int> search(int start, std::span<const int> goals, int& waves);
+  /// New free nodes around the links cut since the last call, and around random nodes of the
+  /// clusters of start and goals; the latter are linked half to their own cluster, half out of it.
+  void grow(int start, std::span<const int> goals, int m, std::mt19937_64& random);
+
+  const Eigen::VectorXd& node(int i) const { return nodes_[static_cast<std::size_t>(i)]; }
+  const std::vector<Link>& links(int i) const { return links_[static_cast<std::size_t>(i)]; }
+  int size() const { return static_cast<int>(nodes_.size()); }
+  int links_checked() const { return links_checked_; }
+
+ private:
+  using Pair = std::pair<int, int>;
+  bool certified(int a, int b);
+  void cut(int a, int b);
+  using Accept = std::function<bool(int)>;
+  std::vector<Link> nearest(const Eigen::VectorXd& q, int m, const Accept& accept) const;
+  int add(const Eigen::VectorXd& q, std::vector<Link> links);
+  std::optional<Eigen::VectorXd> free_near(const Eigen::VectorXd& center, double sigma,
+                                           std::mt19937_64& random);
+  void grow_at_cut_links(int m, std::mt19937_64& random);
+  void grow_regions(int start, std::span<const int> goals, int m, std::mt19937_64& random);
+
+  CollisionChecker& checker_;
+  const PostureCost& cost_;
+  std::vector<Eigen::VectorXd> nodes_;
+  Linkage links_;
+  std::vector<char> inhibited_;
+  std::vector<double> node_cost_;
+  std::set<Pair> certified_;
+  std::vector<Pair> cut_;  // since the last growth
+  int links_checked_ = 0;
+};
 
 }  // namespace mimesis::planner

@@ -16,6 +16,20 @@
 
 namespace mimesis::planner {
 
+/// Messages <-> the planner's own types. Nothing: not settled, or a part of the decision is
+/// unknown.
+std::optional<DecidedTask> to_decided(const v1::Decision& decision);
+/// Nothing if the number of joints is not `dof`.
+std::optional<ArmReading> to_reading(const v1::ArmState& state, int dof);
+HandReading to_reading(const v1::HandState& state);
+
+v1::Grip to_proto(Grip grip);
+v1::TaskState to_proto(TaskSequence::State state);
+v1::TaskPhase to_proto(Phase phase);
+/// Without header.
+v1::TaskStatus to_status(const TaskSequence& sequence);
+v1::Trajectory to_proto(const PlannedMotion& motion);
+
 struct PlannerParams {
   double rate_hz = 200.0;           ///< set-points per second [Hz]
   double offset_s = 0.0;            ///< of the first step within the period [s]
@@ -79,7 +93,7 @@ class PlannerNode {
   void step(runtime::Time now);  ///< called at rate_hz
 
  private:
-  /// What the planning job brings back.
+  /// Result of the planning job.
   struct Planned {
     std::shared_ptr<const Roadmap> roadmap;
     tl::expected<TaskPlan, Status> plan;

@@ -1,8 +1,191 @@
 #include "nodes/planner/roadmap.h"
 
-#include "nodes/planner/sampling.h"
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <random>
+
+#include "common/error.h"
+#include "nodes/planner/roadmap.h"
 
 namespace mimesis::planner {
+namespace {
+
+constexpr std::array<int, 12> kPrimes{2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37};
+
+/// Digits of `index` in base `base`, mirrored at the point.
+double radical_inverse(int index, int base) {
+  double value = 0.0, digit = 1.0 / base;
+  for (; index > 0; index /= base, digit /= base) value += digit * (index % base);
+  return value;
+}
+
+}  // namespace
+
+Eigen::MatrixXd halton(int n, int count, std::uint64_t seed) {
+  MIMESIS_ASSERT(n >= 1 && n <= static_cast<int>(kPrimes.size()));
+  std::mt19937_64 random(seed);
+  Eigen::MatrixXd points(n, count);
+  for (int row = 0; row < n; ++row) {
+    const double shift = std::ldexp(static_cast<double>(random() >> 11), -53);
+    for (int i = 0; i < count; ++i) {
+      const double sum = radical_inverse(i + 1, kPrimes[static_cast<std::size_t>(row)]) + shift;
+      points(row, i) = sum < 1.0 ? sum : sum - 1.0;
+    }
+  }
+  return points;
+}
+
+Eigen::MatrixXd sample_box(const Eigen::VectorXd& lo, const Eigen::VectorXd& hi, int count,
+                           std::uint64_t seed) {
+  const Eigen::MatrixXd unit = halton(static_cast<int>(lo.size()), count, seed);
+  return ((hi - lo).asDiagonal() * unit).colwise() + lo;
+}
+
+namespace {
+
+bool nearer(const Link& a, const Link& b) {
+  return a.length != b.length ? a.length < b.length : a.to < b.to;
+}
+
+bool has_link(const std::vector<Link>& list, int to) {
+  return std::any_of(list.begin(), list.end(), [to](const Link& l) { return l.to == to; });
+}
+
+void insert_sorted(std::vector<Link>& list, const Link& link) {
+  list.insert(std::upper_bound(list.begin(), list.end(), link, nearer), link);
+}
+
+/// Length of link (i, j), or a negative number if there is none.
+double length_of(const std::vector<Link>& list, int to) {
+  for (const Link& link : list) {
+    if (link.to == to) return link.length;
+  }
+  return -1.0;
+}
+
+bool long_side_of_a_triangle(const Linkage& links, std::size_t i, const Link& link) {
+  for (const Link& side : links[i]) {
+    const double other = length_of(links[static_cast<std::size_t>(side.to)], link.to);
+    if (other < 0.0) continue;
+    if (link.length * link.length > side.length * side.length + other * other) return true;
+  }
+  return false;
+}
+
+}  // namespace
+
+Linkage nearest_neighbours(const Eigen::MatrixXd& nodes, int m) {
+  const auto count = static_cast<std::size_t>(nodes.cols());
+  const std::size_t keep =
+      std::min(static_cast<std::size_t>(std::max(m, 0)), count > 0 ? count - 1 : 0);
+  Linkage lists(count);
+  Eigen::VectorXd squared(nodes.cols());
+  std::vector<Link> heap;  // the `keep` nearest so far, farthest on top
+  for (std::size_t i = 0; i < count && keep > 0; ++i) {
+    squared = (nodes.colwise() - nodes.col(static_cast<Eigen::Index>(i))).colwise().squaredNorm();
+    heap.clear();
+    for (std::size_t j = 0; j < count; ++j) {
+      if (j == i) continue;
+      const Link candidate{static_cast<int>(j), squared[static_cast<Eigen::Index>(j)]};
+      if (heap.size() < keep) {
+        heap.push_back(candidate);
+        std::push_heap(heap.begin(), heap.end(), nearer);
+      } else if (nearer(candidate, heap.front())) {
+        std::pop_heap(heap.begin(), heap.end(), nearer);
+        heap.back() = candidate;
+        std::push_heap(heap.begin(), heap.end(), nearer);
+      }
+    }
+    std::sort_heap(heap.begin(), heap.end(), nearer);
+    for (Link& link : heap) link.length = std::sqrt(link.length);
+    lists[i] = heap;
+  }
+  return lists;
+}
+
+Linkage symmetrised(const Linkage& lists, int k) {
+  Linkage links(lists.size());
+  for (std::size_t i = 0; i < lists.size(); ++i) {
+    const auto end = lists[i].begin() + std::min<std::ptrdiff_t>(k, std::ssize(lists[i]));
+    for (auto link = lists[i].begin(); link != end; ++link) {
+      auto& there = links[static_cast<std::size_t>(link->to)];
+      if (!has_link(links[i], link->to)) insert_sorted(links[i], *link);
+      if (!has_link(there, static_cast<int>(i))) {
+        insert_sorted(there, {static_cast<int>(i), link->length});
+      }
+    }
+  }
+  return links;
+}
+
+Linkage pruned(const Linkage& links) {
+  Linkage kept(links.size());
+  for (std::size_t i = 0; i < links.size(); ++i) {
+    for (const Link& link : links[i]) {
+      if (!long_side_of_a_triangle(links, i, link)) kept[i].push_back(link);
+    }
+  }
+  return kept;
+}
+
+std::vector<int> clusters(const Linkage& links, std::span<const char> inhibited) {
+  const auto off = [&](std::size_t i) { return !inhibited.empty() && inhibited[i] != 0; };
+  std::vector<int> cluster(links.size(), -1);
+  std::vector<std::size_t> open;
+  int count = 0;
+  for (std::size_t seed = 0; seed < links.size(); ++seed) {
+    if (cluster[seed] >= 0 || off(seed)) continue;
+    cluster[seed] = count;
+    open.assign(1, seed);
+    while (!open.empty()) {
+      const std::size_t i = open.back();
+      open.pop_back();
+      for (const Link& link : links[i]) {
+        const auto j = static_cast<std::size_t>(link.to);
+        if (cluster[j] >= 0 || off(j)) continue;
+        cluster[j] = count;
+        open.push_back(j);
+      }
+    }
+    ++count;
+  }
+  return cluster;
+}
+
+void join_clusters(Linkage& links, const Linkage& extended) {
+  const std::vector<int> cluster = clusters(links);
+  struct Bridge {
+    int from = 0;
+    Link link;
+  };
+  std::map<std::pair<int, int>, Bridge>
+      shortest;  // by pair of clusters: ordered, hence reproducible
+  for (std::size_t i = 0; i < extended.size(); ++i) {
+    for (const Link& link : extended[i]) {
+      const int a = cluster[i], b = cluster[static_cast<std::size_t>(link.to)];
+      if (a == b) continue;
+      const auto [entry, fresh] =
+          shortest.try_emplace(std::minmax(a, b), Bridge{static_cast<int>(i), link});
+      if (!fresh && link.length < entry->second.link.length) {
+        entry->second = {static_cast<int>(i), link};
+      }
+    }
+  }
+  for (const auto& [pair, bridge] : shortest) {
+    insert_sorted(links[static_cast<std::size_t>(bridge.from)], bridge.link);
+    insert_sorted(links[static_cast<std::size_t>(bridge.link.to)],
+                  {bridge.from, bridge.link.length});
+  }
+}
+
+Linkage connect(const Eigen::MatrixXd& nodes, int k) {
+  const Linkage extended = nearest_neighbours(nodes, 2 * k);
+  Linkage links = pruned(symmetrised(extended, k));
+  join_clusters(links, extended);
+  return links;
+}
 
 Roadmap build_roadmap(CollisionChecker& checker, const Eigen::MatrixXd& more,
                       const RoadmapSettings& settings) {

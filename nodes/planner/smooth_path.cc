@@ -1,10 +1,156 @@
 #include "nodes/planner/smooth_path.h"
 
 #include <algorithm>
+#include <cmath>
+#include <random>
+#include <span>
 
 #include "common/error.h"
+#include "nodes/planner/smooth_path.h"
 
 namespace mimesis::planner {
+namespace {
+
+using Waypoints = std::vector<Eigen::VectorXd>;
+
+/// From each waypoint to the farthest later one that can be reached straight.
+Waypoints without_detours(const Waypoints& path, const Certify& certify) {
+  Waypoints kept{path.front()};
+  for (std::size_t i = 0; i + 1 < path.size();) {
+    std::size_t j = path.size() - 1;
+    while (j > i + 1 && !certify(path[i], path[j])) --j;
+    kept.push_back(path[j]);
+    i = j;
+  }
+  return kept;
+}
+
+struct Spot {
+  std::size_t part = 0;  // between waypoints part and part + 1
+  Eigen::VectorXd q;
+};
+
+Spot spot_at(const Waypoints& path, double length) {
+  for (std::size_t i = 0; i + 1 < path.size(); ++i) {
+    const double part = (path[i + 1] - path[i]).norm();
+    if (length <= part || i + 2 == path.size()) {
+      const double u = std::clamp(length / part, 0.0, 1.0);
+      return {i, (1.0 - u) * path[i] + u * path[i + 1]};
+    }
+    length -= part;
+  }
+  return {0, path.front()};
+}
+
+double length_of(const Waypoints& path) {
+  double sum = 0.0;
+  for (std::size_t i = 1; i < path.size(); ++i) sum += (path[i] - path[i - 1]).norm();
+  return sum;
+}
+
+Waypoints without_doubles(const Waypoints& path) {
+  Waypoints kept{path.front()};
+  for (std::size_t i = 1; i < path.size(); ++i) {
+    if ((path[i] - kept.back()).norm() > 1e-6) kept.push_back(path[i]);
+  }
+  if (kept.size() > 1) kept.back() = path.back();
+  return kept;
+}
+
+}  // namespace
+
+std::vector<Eigen::VectorXd> shortened(std::vector<Eigen::VectorXd> path, const Certify& certify,
+                                       int attempts, std::uint64_t seed) {
+  path = without_doubles(without_detours(path, certify));
+  std::mt19937_64 random(seed);
+  const auto unit = [&] { return std::ldexp(static_cast<double>(random() >> 11), -53); };
+  for (int i = 0; i < attempts && path.size() > 2; ++i) {
+    const double length = length_of(path);
+    const double first = unit() * length, second = unit() * length;
+    const Spot a = spot_at(path, std::min(first, second)),
+               b = spot_at(path, std::max(first, second));
+    if (a.part == b.part || !certify(a.q, b.q)) continue;
+    Waypoints next(path.begin(), path.begin() + static_cast<std::ptrdiff_t>(a.part) + 1);
+    next.push_back(a.q);
+    next.push_back(b.q);
+    next.insert(next.end(), path.begin() + static_cast<std::ptrdiff_t>(b.part) + 1, path.end());
+    path = without_doubles(next);
+  }
+  return without_doubles(without_detours(path, certify));
+}
+
+namespace {
+
+struct Mean {
+  Eigen::VectorXd sum;
+  int count = 0;
+};
+
+Mean mean_in_window(const Eigen::MatrixXd& nodes, std::span<const char> inhibited, char wanted,
+                    Eigen::Index center, double window) {
+  Mean mean{Eigen::VectorXd::Zero(nodes.rows()), 0};
+  for (Eigen::Index j = 0; j < nodes.cols(); ++j) {
+    if (j == center || inhibited[static_cast<std::size_t>(j)] != wanted) continue;
+    bool inside = true;
+    for (Eigen::Index row = 0; row < nodes.rows() && inside; ++row) {
+      inside = std::abs(nodes(row, j) - nodes(row, center)) <= window;
+    }
+    if (!inside) continue;
+    mean.sum += nodes.col(j);
+    ++mean.count;
+  }
+  return mean;
+}
+
+Eigen::VectorXd shift(const Eigen::MatrixXd& nodes, std::span<const char> inhibited, Eigen::Index i,
+                      double window) {
+  Eigen::VectorXd v = Eigen::VectorXd::Zero(nodes.rows());
+  const Mean others = mean_in_window(nodes, inhibited, 1, i, window);
+  const Mean active = mean_in_window(nodes, inhibited, 0, i, window);
+  if (others.count > 0) v += nodes.col(i) - others.sum / others.count;
+  if (active.count > 0) v += active.sum / active.count - nodes.col(i);
+  const double longest = v.cwiseAbs().maxCoeff();
+  if (longest > window) v *= window / longest;
+  return v;
+}
+
+}  // namespace
+
+std::vector<double> refine_offline(Eigen::MatrixXd& nodes, const Eigen::VectorXd& lo,
+                                   const Eigen::VectorXd& hi, const FreePosture& free,
+                                   const RefinementSettings& settings) {
+  const auto count = static_cast<std::size_t>(nodes.cols());
+  std::vector<char> inhibited(count);
+  for (std::size_t i = 0; i < count; ++i)
+    inhibited[i] = !free(nodes.col(static_cast<Eigen::Index>(i)));
+
+  std::vector<double> shares;
+  for (int iteration = 0;; ++iteration) {
+    const auto bad = std::count(inhibited.begin(), inhibited.end(), 1);
+    shares.push_back(static_cast<double>(bad) /
+                     static_cast<double>(std::max<std::size_t>(count, 1)));
+    if (shares.back() < settings.inhibited_share || iteration >= settings.max_iterations) break;
+    Eigen::MatrixXd moved = nodes;
+    for (Eigen::Index i = 0; i < nodes.cols(); ++i) {
+      if (!inhibited[static_cast<std::size_t>(i)]) continue;
+      moved.col(i) = (nodes.col(i) + shift(nodes, inhibited, i, settings.window_rad))
+                         .cwiseMax(lo)
+                         .cwiseMin(hi);
+    }
+    nodes.swap(moved);
+    for (std::size_t i = 0; i < count; ++i) {
+      if (inhibited[i]) inhibited[i] = !free(nodes.col(static_cast<Eigen::Index>(i)));
+    }
+  }
+
+  Eigen::Index kept = 0;
+  for (Eigen::Index i = 0; i < nodes.cols(); ++i) {
+    if (!inhibited[static_cast<std::size_t>(i)]) nodes.col(kept++) = nodes.col(i);
+  }
+  nodes.conservativeResize(Eigen::NoChange, kept);
+  return shares;
+}
+
 namespace {
 
 constexpr int kHalvings = 6;

@@ -4,8 +4,8 @@
 #include <string>
 #include <tl/expected.hpp>
 
-#include "nodes/planner/playback.h"
 #include "nodes/planner/task_plan.h"
+#include "nodes/planner/time_scaling.h"
 
 namespace mimesis::planner {
 
@@ -43,7 +43,7 @@ struct HandReading {
   std::string fault;
 };
 
-/// What one step sees. Null: unknown or stale.
+/// Inputs of one step. Null: unknown or stale.
 struct SequenceInput {
   const DecidedTask* decision = nullptr;
   const kin::Table* table = nullptr;
@@ -61,7 +61,7 @@ struct HandOrder {
   double closure = 0.0, force = 0.0;  ///< [1]
 };
 
-/// What is to be planned.
+/// A request to plan.
 struct PlanRequest {
   kin::Table table;
   Eigen::VectorXd start;  ///< [rad]

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "nodes/vision/palm.h"
+#include "nodes/vision/blob_tracker.h"
 
 namespace mimesis::vision {
 

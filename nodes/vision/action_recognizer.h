@@ -10,7 +10,7 @@ enum class Transport { unknown, above, below };
 enum class Goal { unknown, high, low };
 enum class Color { unknown, light, dark };
 
-/// What one picture tells, frame T [m]; what is not seen is absent.
+/// Evidence of one picture, frame T [m]; what is not seen is absent.
 struct Sight {
   std::optional<Eigen::Vector2d> object, palm;         ///< centres
   std::optional<Eigen::Vector2d> bar;                  ///< middle of the bridge's bar

@@ -3,8 +3,99 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <numbers>
+
+#include "common/error.h"
+#include "nodes/vision/regions.h"
 
 namespace mimesis::vision {
+
+std::string_view name(Kind kind) {
+  constexpr std::array<std::string_view, kKinds> kNames{"none",   "hand",      "object",
+                                                        "bridge", "goal_high", "goal_low"};
+  return kNames[static_cast<std::size_t>(kind)];
+}
+
+Yuv to_yuv(double blue, double green, double red) {
+  const double y = 0.299 * red + 0.587 * green + 0.114 * blue;
+  return {y, 128.0 + 0.492 * (blue - y), 128.0 + 0.877 * (red - y)};
+}
+
+const ColorBox& ColorBoxes::of(Kind kind) const {
+  switch (kind) {
+    case Kind::hand:
+      return hand;
+    case Kind::object:
+      return object;
+    case Kind::bridge:
+      return bridge;
+    case Kind::goal_high:
+      return goal_high;
+    case Kind::goal_low:
+      return goal_low;
+    case Kind::none:
+      break;
+  }
+  MIMESIS_ASSERT(!"none has no box");
+  return hand;
+}
+
+ColorTable::ColorTable(const ColorBoxes& boxes) : boxes_(boxes) {
+  set_gain(Eigen::Vector3d::Ones());
+}
+
+void ColorTable::set_gain(const Eigen::Vector3d& gain_bgr) {
+  gain_ = gain_bgr;
+  for (unsigned i = 0; i < cells_.size(); ++i) {
+    const double blue = gain_[0] * (8 * (i & 31) + 4), green = gain_[1] * (8 * (i >> 5 & 31) + 4),
+                 red = gain_[2] * (8 * (i >> 10) + 4);
+    const Yuv color = to_yuv(blue, green, red);
+    cells_[i] = 0;
+    for (std::size_t k = 1; k < kKinds && cells_[i] == 0; ++k) {
+      if (boxes_.of(static_cast<Kind>(k)).contains(color)) cells_[i] = static_cast<std::uint8_t>(k);
+    }
+  }
+}
+
+void ColorTable::apply(const image::Image& image, std::vector<std::uint8_t>& labels) const {
+  labels.resize(image.bgr.size() / 3);
+  const std::uint8_t* pixel = image.bgr.data();
+  for (std::uint8_t& label : labels) {
+    label = cells_[cell(pixel[0], pixel[1], pixel[2])];
+    pixel += 3;
+  }
+}
+
+Eigen::Vector3d median_bgr(const image::Image& image) {
+  constexpr std::size_t kStride = 7;  // coprime to usual widths: samples spread over all columns
+  std::array<std::array<int, 256>, 3> histogram{};
+  int count = 0;
+  for (std::size_t i = 0; i + 2 < image.bgr.size(); i += 3 * kStride) {
+    for (std::size_t c = 0; c < 3; ++c) ++histogram[c][image.bgr[i + c]];
+    ++count;
+  }
+  Eigen::Vector3d median = Eigen::Vector3d::Zero();
+  for (std::size_t c = 0; c < 3; ++c) {
+    int below = 0;
+    std::size_t value = 0;
+    while (value < 255 && 2 * (below + histogram[c][value]) < count) below += histogram[c][value++];
+    // Within the bin, by its share: finer than one level.
+    const double inside =
+        histogram[c][value] > 0 ? (0.5 * count - below) / histogram[c][value] : 0.5;
+    median[static_cast<Eigen::Index>(c)] = static_cast<double>(value) - 0.5 + inside;
+  }
+  return median;
+}
+
+const Eigen::Vector3d& LightMeter::update(const image::Image& image) {
+  if (reference_.isZero()) return gain_;
+  constexpr double kFollow = 0.2;  // share of a new frame: light changes slowly, the hand passes
+  const Eigen::Vector3d median = median_bgr(image).cwiseMax(1.0);
+  const Eigen::Vector3d seen = reference_.cwiseQuotient(median).cwiseMax(0.4).cwiseMin(2.5);
+  gain_ = started_ ? Eigen::Vector3d(gain_ + kFollow * (seen - gain_)) : seen;
+  started_ = true;
+  return gain_;
+}
 
 void Moments::add(const Run& run) {
   const double n = run.end - run.begin, first = run.begin, last = run.end - 1, row = run.row;
@@ -113,6 +204,88 @@ void RegionFinder::find(std::span<const std::uint8_t> labels, int width, int hei
     }
     regions_[static_cast<std::size_t>(run.region)].moments.add(run);
   }
+}
+
+namespace {
+
+using Eigen::Vector2d;
+
+double cross(const Vector2d& o, const Vector2d& a, const Vector2d& b) {
+  return (a - o).x() * (b - o).y() - (a - o).y() * (b - o).x();
+}
+
+/// Convex hull by Andrew's monotone chain; `points` gets sorted.
+std::vector<Vector2d> hull(std::vector<Vector2d>& points) {
+  std::sort(points.begin(), points.end(), [](const Vector2d& a, const Vector2d& b) {
+    return a.x() != b.x() ? a.x() < b.x() : a.y() < b.y();
+  });
+  std::vector<Vector2d> out;
+  const auto extend = [&out](const Vector2d& p, std::size_t floor) {
+    while (out.size() >= floor + 2 && cross(out[out.size() - 2], out.back(), p) <= 0.0)
+      out.pop_back();
+    out.push_back(p);
+  };
+  for (const Vector2d& p : points) extend(p, 0);
+  const std::size_t lower = out.size() - 1;
+  for (auto p = points.rbegin() + 1; p != points.rend(); ++p) extend(*p, lower);
+  out.pop_back();
+  return out;
+}
+
+}  // namespace
+
+Body cylinder(double radius_m, double height_m) {
+  constexpr int kPoints = 16;
+  Body body;
+  for (int k = 0; k < kPoints; ++k) {
+    const double a = 2.0 * std::numbers::pi * k / kPoints;
+    for (const double side : {-0.5, 0.5}) {
+      body.emplace_back(radius_m * std::cos(a), side * height_m, radius_m * std::sin(a));
+    }
+  }
+  return body;
+}
+
+Body box(double width_m, double height_m, double depth_m) {
+  Body body;
+  for (int k = 0; k < 8; ++k) {
+    body.emplace_back((k & 1 ? 0.5 : -0.5) * width_m, (k & 2 ? 0.5 : -0.5) * height_m,
+                      (k & 4 ? 0.5 : -0.5) * depth_m);
+  }
+  return body;
+}
+
+Vector2d silhouette_centroid(const image::Pinhole& camera, const Body& body,
+                             const Vector2d& center_m) {
+  std::vector<Vector2d> points;
+  points.reserve(body.size());
+  for (const Eigen::Vector3d& p : body) {
+    points.push_back(camera.project(p + Eigen::Vector3d(center_m.x(), center_m.y(), 0.0)));
+  }
+  const std::vector<Vector2d> outline = hull(points);
+  Vector2d sum = Vector2d::Zero();
+  double area = 0.0;
+  for (std::size_t i = 1; i + 1 < outline.size(); ++i) {  // fan of triangles
+    const double part = cross(outline[0], outline[i], outline[i + 1]);
+    sum += part * (outline[0] + outline[i] + outline[i + 1]) / 3.0;
+    area += part;
+  }
+  return sum / area;
+}
+
+std::optional<Vector2d> locate(const image::Pinhole& camera, const Body& body,
+                               const Vector2d& pixel) {
+  std::optional<Vector2d> center = camera.on_plane(pixel.x(), pixel.y());
+  for (int i = 0; i < 6 && center; ++i) {
+    if (camera.depth({center->x(), center->y(), 0.0}) < 0.2) return std::nullopt;
+    const Vector2d predicted = silhouette_centroid(camera, body, *center);
+    const auto from = camera.on_plane(predicted.x(), predicted.y());
+    const auto to = camera.on_plane(pixel.x(), pixel.y());
+    if (!from || !to) return std::nullopt;
+    *center += *to - *from;
+    if ((*to - *from).norm() < 1e-5) break;
+  }
+  return center;
 }
 
 }  // namespace mimesis::vision

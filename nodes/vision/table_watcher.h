@@ -5,10 +5,7 @@
 #include "common/image/pinhole.h"
 #include "nodes/vision/action_recognizer.h"
 #include "nodes/vision/blob_tracker.h"
-#include "nodes/vision/color_table.h"
-#include "nodes/vision/palm.h"
 #include "nodes/vision/regions.h"
-#include "nodes/vision/silhouette.h"
 
 namespace mimesis::vision {
 

@@ -1,10 +1,159 @@
 #include "nodes/vision/vision_node.h"
 
+#include <array>
 #include <cstring>
+#include <string>
 
-#include "nodes/vision/messages_node.h"
+#include "nodes/vision/vision_node.h"
 
 namespace mimesis::vision {
+namespace {
+
+constexpr std::array<Kind, 5> kTracked{Kind::hand, Kind::object, Kind::bridge, Kind::goal_high,
+                                       Kind::goal_low};
+
+struct Rgb {
+  double r, g, b;
+};
+constexpr std::array<Rgb, kKinds> kColors{
+    {{0, 0, 0}, {1, 0.55, 0.35}, {0.2, 0.9, 0.3}, {0.3, 0.5, 1}, {1, 0.9, 0.2}, {0.9, 0.3, 0.9}}};
+
+template <class Color>
+void paint(Kind kind, Color* color) {
+  const Rgb& c = kColors[static_cast<std::size_t>(kind)];
+  color->set_r(c.r);
+  color->set_g(c.g);
+  color->set_b(c.b);
+  color->set_a(1.0);
+}
+
+/// Enumerations here and in the messages have the same numbers: unknown = UNSPECIFIED = 0.
+template <class Message, class T>
+Message convert(T value) {
+  return static_cast<Message>(static_cast<int>(value));
+}
+
+void add_box(const Moments& m, Kind kind, foxglove::ImageAnnotations& out) {
+  auto* box = out.add_points();
+  box->set_type(foxglove::PointsAnnotation::LINE_LOOP);
+  box->set_thickness(2.0);
+  paint(kind, box->mutable_outline_color());
+  const double left = m.left - 0.5, right = m.right + 0.5, top = m.top - 0.5,
+               bottom = m.bottom + 0.5;
+  for (const auto& [u, v] : {std::pair{left, top}, {right, top}, {right, bottom}, {left, bottom}}) {
+    auto* p = box->add_points();
+    p->set_x(u);
+    p->set_y(v);
+  }
+  auto* text = out.add_texts();
+  text->mutable_position()->set_x(left);
+  text->mutable_position()->set_y(top - 2.0);
+  text->set_text(std::string(name(kind)));
+  text->set_font_size(12.0);
+  paint(kind, text->mutable_text_color());
+}
+
+std::string summary(const ActionRecognizer& action) {
+  constexpr std::array<const char*, 3> kGrip{"?", "precision", "full"};
+  constexpr std::array<const char*, 3> kTransport{"?", "above", "below"};
+  constexpr std::array<const char*, 3> kGoal{"?", "high", "low"};
+  std::string line = "grip " + std::string(kGrip[static_cast<std::size_t>(action.grip().value)]);
+  line +=
+      ", transport " + std::string(kTransport[static_cast<std::size_t>(action.transport().value)]);
+  line += ", goal " + std::string(kGoal[static_cast<std::size_t>(action.goal().value)]);
+  return line + (action.complete() ? ", complete" : "");
+}
+
+}  // namespace
+
+v1::Blobs blobs_message(const TableWatcher& watcher) {
+  v1::Blobs out;
+  for (const Kind kind : kTracked) {
+    const Blob& blob = watcher.blob(kind);
+    if (!blob.found()) continue;
+    const Moments& m = blob.moments;
+    const Axes shape = axes(m);
+    v1::Blob* b = out.add_blobs();
+    b->set_kind(convert<v1::BlobKind>(kind));
+    b->set_u_px(m.mean_u());
+    b->set_v_px(m.mean_v());
+    b->set_left_px(m.left);
+    b->set_top_px(m.top);
+    b->set_width_px(m.right - m.left + 1);
+    b->set_height_px(m.bottom - m.top + 1);
+    b->set_area(m.area);
+    b->set_orientation_rad(shape.angle_rad);
+    b->set_elongation(shape.elongation);
+  }
+  return out;
+}
+
+v1::Observation observation_message(const ActionRecognizer& action) {
+  v1::Observation out;
+  out.set_grip(convert<v1::Grip>(action.grip().value));
+  out.set_grip_confidence(action.grip().confidence);
+  out.set_transport(convert<v1::Transport>(action.transport().value));
+  out.set_transport_confidence(action.transport().confidence);
+  out.set_goal(convert<v1::Goal>(action.goal().value));
+  out.set_goal_confidence(action.goal().confidence);
+  out.set_color(convert<v1::ObjectColor>(action.color().value));
+  out.set_color_confidence(action.color().confidence);
+  out.set_complete(action.complete());
+  out.set_palm_angle_rad(action.palm_angle_rad().value_or(0.0));
+  return out;
+}
+
+v1::TeacherScene scene_message(const TableWatcher& watcher) {
+  const Sight& s = watcher.sight();
+  // A goal's position is its upper face; Sight holds where the object's centre would rest on it.
+  const double half = 0.5 * watcher.sizes().object_height_m;
+  v1::TeacherScene out;
+  if (s.object) {
+    out.set_object_x_m(s.object->x());
+    out.set_object_y_m(s.object->y());
+  }
+  if (s.goal_high) {
+    out.set_goal_high_x_m(s.goal_high->x());
+    out.set_goal_high_y_m(s.goal_high->y() - half);
+  }
+  if (s.goal_low) {
+    out.set_goal_low_x_m(s.goal_low->x());
+    out.set_goal_low_y_m(s.goal_low->y() - half);
+  }
+  if (s.bar) {
+    out.set_bridge_x_m(s.bar->x());
+    out.set_bridge_height_m(*watcher.bridge_height_m());
+  }
+  if (s.palm) {
+    out.set_hand_x_m(s.palm->x());
+    out.set_hand_y_m(s.palm->y());
+  }
+  out.set_complete(s.object && s.bar && s.goal_high && s.goal_low);
+  return out;
+}
+
+foxglove::ImageAnnotations annotations_message(const TableWatcher& watcher) {
+  foxglove::ImageAnnotations out;
+  for (const Kind kind : kTracked) {
+    if (watcher.blob(kind).found()) add_box(watcher.blob(kind).moments, kind, out);
+  }
+  if (watcher.palm()) {
+    auto* circle = out.add_circles();
+    circle->mutable_position()->set_x(watcher.palm()->center.x());
+    circle->mutable_position()->set_y(watcher.palm()->center.y());
+    circle->set_diameter(16.0);
+    circle->set_thickness(2.0);
+    paint(Kind::hand, circle->mutable_outline_color());
+  }
+  auto* text = out.add_texts();
+  text->mutable_position()->set_x(8.0);
+  text->mutable_position()->set_y(24.0);
+  text->set_font_size(16.0);
+  text->set_text(summary(watcher.action()));
+  paint(Kind::object, text->mutable_text_color());
+  return out;
+}
+
 namespace {
 
 WatcherSetup complete(const VisionParams& params) {

@@ -8,6 +8,13 @@
 
 namespace mimesis::vision {
 
+/// The watcher's knowledge as messages (headers are filled in by the ports).
+v1::Blobs blobs_message(const TableWatcher& watcher);
+v1::Observation observation_message(const ActionRecognizer& action);
+v1::TeacherScene scene_message(const TableWatcher& watcher);
+/// Overlay for viewers: boxes around the blobs, axis of the hand, a line of symbols.
+foxglove::ImageAnnotations annotations_message(const TableWatcher& watcher);
+
 struct VisionParams {
   double rate_hz = 60.0;  ///< looks for a new image this often [Hz]
   std::vector<double> reference_bgr{145.0, 151.0,

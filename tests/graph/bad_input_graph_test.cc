@@ -8,7 +8,7 @@
 #include <algorithm>
 #include <limits>
 
-#include "common/runtime/type_info.h"
+#include "common/runtime/raw.h"
 #include "common/testing/process.h"
 #include "proto/arm.pb.h"
 #include "proto/cognition.pb.h"

@@ -9,7 +9,7 @@
 #include <thread>
 
 #include "common/runtime/ports.h"
-#include "common/runtime/zmq_socket.h"
+#include "common/runtime/sockets.h"
 #include "common/testing/process.h"
 #include "proto/runtime.pb.h"
 

@@ -8,8 +8,8 @@
 
 #include "common/error.h"
 #include "common/runtime/param_source.h"
-#include "common/runtime/suggest.h"
 #include "common/runtime/test/params_under_test.h"
+#include "common/runtime/value_text.h"
 
 namespace mimesis::runtime {
 namespace {

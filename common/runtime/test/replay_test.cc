@@ -6,9 +6,9 @@
 
 #include <thread>
 
-#include "common/runtime/outside.h"
+#include "common/runtime/bus.h"
 #include "common/runtime/ports.h"
-#include "common/runtime/replay_bus.h"
+#include "common/runtime/replay.h"
 #include "common/runtime/step_recorder.h"
 #include "common/testing/loopback.h"
 

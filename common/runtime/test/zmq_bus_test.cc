@@ -8,9 +8,8 @@
 #include "common/runtime/ports.h"
 #include "common/runtime/raw.h"
 #include "common/runtime/registry.h"
-#include "common/runtime/type_info.h"
+#include "common/runtime/sockets.h"
 #include "common/runtime/wire.h"
-#include "common/runtime/zmq_socket.h"
 #include "common/testing/process.h"
 #include "proto/runtime.pb.h"
 

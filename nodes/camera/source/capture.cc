@@ -1,5 +1,13 @@
 #include "nodes/camera/source/capture.h"
 
+#include <fcntl.h>
+#include <linux/videodev2.h>
+#include <sys/ioctl.h>
+#include <sys/mman.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
 #include <opencv2/imgproc.hpp>
 #include <utility>
 
@@ -78,6 +86,144 @@ std::optional<Frame> Capture::next(std::chrono::nanoseconds now) {
   reported_ = false;
   // The driver stamps on the monotonic clock; the frame's age is the same on the graph's.
   return Frame{&image_, now - (monotonic_() - raw_.captured)};
+}
+
+namespace {
+
+constexpr unsigned kBuffers = 4;
+
+class V4l2Device final : public FrameDevice {
+ public:
+  V4l2Device(std::string path, int width, int height)
+      : path_(std::move(path)), width_(width), height_(height) {}
+  ~V4l2Device() override { release(); }
+
+  tl::expected<void, Status> open() override {
+    fd_ = ::open(path_.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC);
+    if (fd_ < 0) return fail("cannot be opened");
+    v4l2_capability capability{};
+    if (!control(VIDIOC_QUERYCAP, &capability)) return fail("is no camera");
+    const auto can = (capability.capabilities & V4L2_CAP_DEVICE_CAPS) != 0
+                         ? capability.device_caps
+                         : capability.capabilities;
+    if ((can & V4L2_CAP_VIDEO_CAPTURE) == 0 || (can & V4L2_CAP_STREAMING) == 0) {
+      release();
+      return tl::unexpected(Status{"is no streaming camera"});
+    }
+    if (!choose_format(V4L2_PIX_FMT_YUYV) && !choose_format(V4L2_PIX_FMT_MJPEG)) {
+      return fail("offers neither YUYV nor MJPEG");
+    }
+    if (!map_buffers()) return fail("gives no buffers");
+    int type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
+    if (!control(VIDIOC_STREAMON, &type)) return fail("does not start");
+    return {};
+  }
+
+  void close() override { release(); }
+
+  Taken take_newest(RawFrame& out) override {
+    bool found = false;
+    for (;;) {
+      v4l2_buffer buffer{};
+      buffer.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
+      buffer.memory = V4L2_MEMORY_MMAP;
+      if (!control(VIDIOC_DQBUF, &buffer)) {
+        if (errno == EAGAIN) return found ? Taken::frame : Taken::none;
+        return Taken::gone;  // ENODEV when unplugged; any other error needs a reopening as well
+      }
+      const bool damaged = (buffer.flags & V4L2_BUF_FLAG_ERROR) != 0;
+      if (!damaged && buffer.index < mapped_.size()) {
+        take(buffer, out);
+        found = true;
+      }
+      if (!control(VIDIOC_QBUF, &buffer)) return Taken::gone;
+    }
+  }
+
+ private:
+  struct Mapping {
+    void* start;
+    std::size_t length;
+  };
+
+  template <class T>
+  bool control(unsigned long request, T* argument) {
+    int result = 0;
+    do {
+      result = ::ioctl(fd_, request, argument);
+    } while (result < 0 && errno == EINTR);
+    return result == 0;
+  }
+
+  tl::unexpected<Status> fail(const char* what) {
+    const std::string why = std::string(what) + ": " + std::strerror(errno);
+    release();
+    return tl::unexpected(Status{why});
+  }
+
+  bool choose_format(std::uint32_t fourcc) {
+    v4l2_format format{};
+    format.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
+    format.fmt.pix.width = static_cast<std::uint32_t>(width_);
+    format.fmt.pix.height = static_cast<std::uint32_t>(height_);
+    format.fmt.pix.pixelformat = fourcc;
+    format.fmt.pix.field = V4L2_FIELD_NONE;
+    if (!control(VIDIOC_S_FMT, &format) || format.fmt.pix.pixelformat != fourcc) return false;
+    format_ = format.fmt.pix;
+    return true;
+  }
+
+  bool map_buffers() {
+    v4l2_requestbuffers request{};
+    request.count = kBuffers;
+    request.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
+    request.memory = V4L2_MEMORY_MMAP;
+    if (!control(VIDIOC_REQBUFS, &request) || request.count < 2) return false;
+    for (std::uint32_t i = 0; i < request.count; ++i) {
+      v4l2_buffer buffer{};
+      buffer.index = i;
+      buffer.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
+      buffer.memory = V4L2_MEMORY_MMAP;
+      if (!control(VIDIOC_QUERYBUF, &buffer)) return false;
+      void* start =
+          ::mmap(nullptr, buffer.length, PROT_READ | PROT_WRITE, MAP_SHARED, fd_, buffer.m.offset);
+      if (start == MAP_FAILED) return false;
+      mapped_.push_back({start, buffer.length});
+      if (!control(VIDIOC_QBUF, &buffer)) return false;
+    }
+    return true;
+  }
+
+  void take(const v4l2_buffer& buffer, RawFrame& out) {
+    const Mapping& m = mapped_[buffer.index];
+    const auto* data = static_cast<const std::uint8_t*>(m.start);
+    out.format = format_.pixelformat == V4L2_PIX_FMT_YUYV ? PixelFormat::yuyv : PixelFormat::mjpeg;
+    out.width = static_cast<int>(format_.width);
+    out.height = static_cast<int>(format_.height);
+    out.row_bytes = static_cast<int>(format_.bytesperline);
+    out.bytes.assign(data, data + std::min<std::size_t>(buffer.bytesused, m.length));
+    out.captured = std::chrono::seconds(buffer.timestamp.tv_sec) +
+                   std::chrono::microseconds(buffer.timestamp.tv_usec);
+  }
+
+  void release() {
+    for (const Mapping& m : mapped_) ::munmap(m.start, m.length);
+    mapped_.clear();
+    if (fd_ >= 0) ::close(fd_);
+    fd_ = -1;
+  }
+
+  std::string path_;
+  int width_, height_;
+  int fd_ = -1;
+  v4l2_pix_format format_{};
+  std::vector<Mapping> mapped_;
+};
+
+}  // namespace
+
+std::unique_ptr<FrameDevice> v4l2_device(const std::string& path, int width_px, int height_px) {
+  return std::make_unique<V4l2Device>(path, width_px, height_px);
 }
 
 }  // namespace mimesis::camera

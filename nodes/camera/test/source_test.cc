@@ -1,3 +1,5 @@
+#include "nodes/camera/source/source.h"
+
 #include <gtest/gtest.h>
 #include <stdlib.h>
 
@@ -7,8 +9,7 @@
 
 #include "common/image/image_file.h"
 #include "nodes/camera/source/capture.h"
-#include "nodes/camera/source/film.h"
-#include "nodes/camera/source/sequence.h"
+#include "nodes/camera/source/source.h"
 
 namespace mimesis::camera {
 namespace {

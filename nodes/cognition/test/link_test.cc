@@ -1,5 +1,3 @@
-#include "nodes/cognition/link.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -7,6 +5,7 @@
 #include <vector>
 
 #include "common/testing/no_malloc.h"
+#include "nodes/cognition/neural_field.h"
 
 namespace mimesis::cognition {
 namespace {

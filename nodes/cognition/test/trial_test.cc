@@ -13,12 +13,12 @@
 namespace mimesis::cognition {
 namespace {
 
-constexpr std::size_t kN = 128;
+constexpr std::size_t kNeurons = 128;
 
 std::vector<double> weights(const Ladder<double>& ladder, Connection c) {
   std::vector<double> all;
-  for (std::size_t y = 0; y < kN; ++y) {
-    for (std::size_t x = 0; x < kN; ++x) all.push_back(ladder.link(c).weight(x, y));
+  for (std::size_t y = 0; y < kNeurons; ++y) {
+    for (std::size_t x = 0; x < kNeurons; ++x) all.push_back(ladder.link(c).weight(x, y));
   }
   return all;
 }
@@ -51,8 +51,8 @@ TEST(Trial, RehearsalReachesTheClosedForm) {  // in the ladder, where patterns e
     const auto r2 = ladder.field(source).rate(), r1 = ladder.field(target).rate();
     const double eta = ladder.eta(c);
     double worst = 0.0;
-    for (std::size_t y = 0; y < kN; ++y) {
-      for (std::size_t x = 0; x < kN; ++x) {
+    for (std::size_t y = 0; y < kNeurons; ++y) {
+      for (std::size_t x = 0; x < kNeurons; ++x) {
         const bool both = r1[x] >= local && r2[y] >= local;
         const double exact = both ? eta * r1[x] * r2[y] : 0.0;
         worst = std::max(worst, std::abs(ladder.link(c).weight(x, y) - exact));

@@ -2,9 +2,8 @@
 
 #include "common/model/files.h"
 #include "nodes/planner/path_search.h"
-#include "nodes/planner/sampling.h"
+#include "nodes/planner/roadmap.h"
 #include "nodes/planner/task_plan.h"
-#include "nodes/planner/wave.h"
 
 namespace mimesis::planner {
 namespace {

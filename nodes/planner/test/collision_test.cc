@@ -6,7 +6,7 @@
 
 #include "common/model/files.h"
 #include "common/testing/no_malloc.h"
-#include "nodes/planner/sampling.h"
+#include "nodes/planner/roadmap.h"
 #include "nodes/planner/test/arms.h"
 
 namespace mimesis::planner {

@@ -1,10 +1,8 @@
-#include "nodes/planner/linkage.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
 
-#include "nodes/planner/sampling.h"
+#include "nodes/planner/roadmap.h"
 
 namespace mimesis::planner {
 namespace {

@@ -2,14 +2,14 @@
 
 #include <gtest/gtest.h>
 
-#include "nodes/planner/sampling.h"
-#include "nodes/planner/shortcut.h"
+#include "nodes/planner/roadmap.h"
+#include "nodes/planner/smooth_path.h"
 #include "nodes/planner/test/arms.h"
 
 namespace mimesis::planner {
 namespace {
 
-constexpr double kMargin = 0.002;
+constexpr double kPathMargin = 0.002;
 
 /// A wall of 16 balls across the workspace, as in fig. 2.7: the arm must fold to pass under it.
 Obstacles wall() {
@@ -30,7 +30,7 @@ const Eigen::Vector2d kBelow(-0.5, 0.2), kAbove(0.6, 0.2);
 
 TEST(RefineOffline, MovesInhibitedNodesOutAndDropsTheRest) {  // fig. 2.10
   const auto arm = planar_arm();
-  CollisionChecker checker(arm, wall(), kMargin);
+  CollisionChecker checker(arm, wall(), kPathMargin);
   const auto free = [&](const Eigen::VectorXd& q) { return checker.free(q); };
   Eigen::MatrixXd nodes = sample_box(arm.q_min, arm.q_max, 800, 2);
   RefinementSettings settings;
@@ -64,7 +64,7 @@ TEST(RefineOffline, ShiftsAwayFromTheInhibitedAndTowardsTheActive) {
 
 TEST(FindPath, GoesRoundTheObstacleAndEveryPartIsCertified) {
   const auto arm = planar_arm();
-  CollisionChecker checker(arm, wall(), kMargin);
+  CollisionChecker checker(arm, wall(), kPathMargin);
   ASSERT_FALSE(checker.certify(kBelow, kAbove)) << "the straight line is blocked";
   const Roadmap roadmap = planar_roadmap(checker);
   const std::vector<Eigen::VectorXd> goals{kAbove};
@@ -74,7 +74,7 @@ TEST(FindPath, GoesRoundTheObstacleAndEveryPartIsCertified) {
   EXPECT_EQ(found->waypoints.front(), kBelow);
   EXPECT_EQ(found->waypoints.back(), kAbove);
   for (std::size_t i = 1; i < found->waypoints.size(); ++i) {
-    EXPECT_TRUE(CollisionChecker(arm, wall(), kMargin - 1e-6)
+    EXPECT_TRUE(CollisionChecker(arm, wall(), kPathMargin - 1e-6)
                     .certify(found->waypoints[i - 1], found->waypoints[i]));
   }
   // The forearm must fold so far that the tip stays nearer than the wall: the way is not much
@@ -86,7 +86,7 @@ TEST(FindPath, SameSeedSameBits) {
   const auto arm = planar_arm();
   std::vector<std::vector<Eigen::VectorXd>> paths;
   for (const std::uint64_t seed : {1u, 1u, 2u}) {
-    CollisionChecker checker(arm, wall(), kMargin);
+    CollisionChecker checker(arm, wall(), kPathMargin);
     const std::vector<Eigen::VectorXd> goals{kAbove};
     SearchSettings settings;
     settings.seed = seed;
@@ -100,7 +100,7 @@ TEST(FindPath, SameSeedSameBits) {
 }
 
 TEST(FindPath, GoesStraightWhereItCan) {
-  CollisionChecker checker(planar_arm(), {}, kMargin);
+  CollisionChecker checker(planar_arm(), {}, kPathMargin);
   const std::vector<Eigen::VectorXd> goals{kAbove};
   const auto found = find_path(planar_roadmap(checker), checker, kBelow, goals, {}, {});
   ASSERT_TRUE(found);
@@ -110,7 +110,7 @@ TEST(FindPath, GoesStraightWhereItCan) {
 
 TEST(FindPath, SaysWhyThereIsNone) {
   const auto arm = planar_arm();
-  CollisionChecker checker(arm, wall(), kMargin);
+  CollisionChecker checker(arm, wall(), kPathMargin);
   const Roadmap roadmap = planar_roadmap(checker);
   const Eigen::VectorXd inside = Eigen::Vector2d(0.06, 0.0), below = kBelow, above = kAbove;
   const auto reason = [&](const Eigen::VectorXd& start, const std::vector<Eigen::VectorXd>& goals) {
@@ -128,7 +128,7 @@ TEST(FindPath, SaysWhyThereIsNone) {
     cage.balls.push_back({{x, 0.1, 0.0}, 0.05});
     cage.balls.push_back({{-x, 0.1, 0.0}, 0.05});
   }
-  CollisionChecker caged(arm, cage, kMargin);
+  CollisionChecker caged(arm, cage, kPathMargin);
   const std::vector<Eigen::VectorXd> goals{kAbove};
   const auto none = find_path(planar_roadmap(caged), caged, kBelow, goals, {}, {.rescues = 4});
   ASSERT_FALSE(none);
@@ -137,7 +137,7 @@ TEST(FindPath, SaysWhyThereIsNone) {
 
 TEST(FindPath, TakesTheGoalThatCanBeReached) {
   const auto arm = planar_arm();
-  CollisionChecker checker(arm, wall(), kMargin);
+  CollisionChecker checker(arm, wall(), kPathMargin);
   const std::vector<Eigen::VectorXd> goals{Eigen::Vector2d(0.06, 0.0), kAbove};
   const auto found = find_path(planar_roadmap(checker), checker, kBelow, goals, {}, {});
   ASSERT_TRUE(found);

@@ -4,8 +4,8 @@
 
 #include <cmath>
 
-#include "nodes/planner/playback.h"
-#include "nodes/planner/sampling.h"
+#include "nodes/planner/roadmap.h"
+#include "nodes/planner/time_scaling.h"
 
 namespace mimesis::planner {
 namespace {

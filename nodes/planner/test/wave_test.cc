@@ -1,11 +1,10 @@
-#include "nodes/planner/wave.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <queue>
 
-#include "nodes/planner/sampling.h"
+#include "nodes/planner/path_search.h"
+#include "nodes/planner/roadmap.h"
 
 namespace mimesis::planner {
 namespace {

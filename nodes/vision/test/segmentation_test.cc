@@ -6,7 +6,6 @@
 #include <random>
 
 #include "common/testing/no_malloc.h"
-#include "nodes/vision/color_table.h"
 #include "nodes/vision/regions.h"
 
 namespace mimesis::vision {

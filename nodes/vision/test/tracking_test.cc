@@ -3,8 +3,7 @@
 #include <numbers>
 
 #include "nodes/vision/blob_tracker.h"
-#include "nodes/vision/palm.h"
-#include "nodes/vision/silhouette.h"
+#include "nodes/vision/regions.h"
 
 namespace mimesis::vision {
 namespace {

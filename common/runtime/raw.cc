@@ -1,3 +1,9 @@
+#include "common/runtime/raw.h"
+
+#include <google/protobuf/descriptor.h>
+#include <google/protobuf/descriptor.pb.h>
+#include <google/protobuf/dynamic_message.h>
+#include <poll.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -6,18 +12,105 @@
 #include <deque>
 #include <map>
 #include <set>
+#include <string_view>
 #include <utility>
 
-#include "common/runtime/graph_directory.h"
 #include "common/runtime/raw.h"
 #include "common/runtime/registry.h"
-#include "common/runtime/sub_socket.h"
+#include "common/runtime/sockets.h"
 
 namespace mimesis::runtime {
+
+struct GraphView::Impl {
+  explicit Impl(const std::string& graph) : registry(graph_directory(graph)) {}
+  Registry registry;
+  bool changed = false;  ///< since the last wait
+};
+
+GraphView::GraphView(std::string graph) : impl_(std::make_unique<Impl>(graph)) {
+  impl_->registry.poll();
+}
+GraphView::~GraphView() = default;
+
+std::vector<v1::NodeInfo> GraphView::nodes() const {
+  if (!impl_->registry.poll().empty()) impl_->changed = true;
+  std::vector<v1::NodeInfo> nodes;
+  for (const auto& [name, node] : impl_->registry.nodes()) nodes.push_back(node);
+  return nodes;
+}
+
+bool GraphView::wait(std::chrono::milliseconds timeout) {
+  const auto deadline = std::chrono::steady_clock::now() + timeout;
+  for (;;) {
+    if (!impl_->registry.poll().empty() || std::exchange(impl_->changed, false)) return true;
+    const auto left =
+        std::chrono::ceil<std::chrono::milliseconds>(deadline - std::chrono::steady_clock::now());
+    if (left.count() <= 0) return false;
+    pollfd item{impl_->registry.fd(), POLLIN, 0};
+    const auto patience = std::min(left, impl_->registry.patience());
+    poll(&item, item.fd >= 0 ? 1 : 0, static_cast<int>(patience.count()));
+  }
+}
+
 namespace {
 
-constexpr int kLatestHighWater = 32;
-constexpr int kReliableHighWater = 64;  // the rest waits at the publishers, bounded in bytes
+using google::protobuf::Descriptor;
+using google::protobuf::FieldDescriptor;
+using google::protobuf::FileDescriptor;
+
+void collect(const Descriptor& type, std::map<std::string, std::string>& parts) {
+  google::protobuf::DescriptorProto proto;
+  type.CopyTo(&proto);
+  if (!parts.emplace(type.full_name(), proto.SerializeAsString()).second) return;
+  for (int i = 0; i < type.field_count(); ++i) {
+    const FieldDescriptor* field = type.field(i);
+    if (field->message_type() != nullptr) collect(*field->message_type(), parts);
+    if (field->enum_type() != nullptr) {
+      google::protobuf::EnumDescriptorProto values;
+      field->enum_type()->CopyTo(&values);
+      parts.emplace(field->enum_type()->full_name(), values.SerializeAsString());
+    }
+  }
+}
+
+void collect(const FileDescriptor& file, std::set<std::string>& seen,
+             google::protobuf::FileDescriptorSet& set) {
+  if (!seen.insert(file.name()).second) return;
+  for (int i = 0; i < file.dependency_count(); ++i) collect(*file.dependency(i), seen, set);
+  file.CopyTo(set.add_file());
+}
+
+}  // namespace
+
+std::uint64_t type_hash(const Descriptor& type) {
+  std::map<std::string, std::string> parts;
+  collect(type, parts);
+  std::uint64_t hash = 0xcbf29ce484222325U;
+  const auto add = [&](std::string_view bytes) {
+    for (const char c : bytes) {
+      hash ^= static_cast<unsigned char>(c);
+      hash *= 0x100000001b3U;
+    }
+  };
+  add(type.full_name());
+  for (const auto& [name, bytes] : parts) {
+    add(name);
+    add(bytes);
+  }
+  return hash;
+}
+
+std::string descriptor_set(const Descriptor& type) {
+  google::protobuf::FileDescriptorSet set;
+  std::set<std::string> seen;
+  collect(*type.file(), seen, set);
+  return set.SerializeAsString();
+}
+
+namespace {
+
+constexpr int kLatestTapHighWater = 32;
+constexpr int kReliableTapHighWater = 64;  // the rest waits at the publishers, bounded in bytes
 
 /// Unlike any node's name that a person would choose.
 std::string tap_name() {
@@ -32,7 +125,7 @@ struct Tap::Impl {
       : accept(std::move(a)),
         reliable(p == Policy::reliable),
         start_id(new_start_id()),
-        socket(context, reliable ? kReliableHighWater : kLatestHighWater, start_id),
+        socket(context, reliable ? kReliableTapHighWater : kLatestTapHighWater, start_id),
         registry(graph_directory(graph)) {
     if (reliable) {
       v1::NodeInfo info;
@@ -146,6 +239,33 @@ std::optional<Tapped> Tap::next(std::chrono::milliseconds timeout) {
 std::string Tap::descriptors(const std::string& type) const {
   const auto it = impl_->sets.find(type);
   return it == impl_->sets.end() ? std::string() : it->second;
+}
+
+struct TypePool::Impl {
+  struct Set {
+    google::protobuf::DescriptorPool pool;
+    google::protobuf::DynamicMessageFactory factory{&pool};
+  };
+  /// One pool per descriptor set: two builds may define a type differently.
+  std::map<std::string, std::unique_ptr<Set>> sets;
+};
+
+TypePool::TypePool() : impl_(std::make_unique<Impl>()) {}
+TypePool::~TypePool() = default;
+
+std::unique_ptr<google::protobuf::Message> TypePool::make(const std::string& type,
+                                                          const std::string& descriptor_set) {
+  std::unique_ptr<Impl::Set>& set = impl_->sets[descriptor_set];
+  if (!set) {
+    set = std::make_unique<Impl::Set>();
+    google::protobuf::FileDescriptorSet files;
+    if (files.ParseFromString(descriptor_set)) {
+      for (const auto& file : files.file()) set->pool.BuildFile(file);
+    }
+  }
+  const google::protobuf::Descriptor* descriptor = set->pool.FindMessageTypeByName(type);
+  if (descriptor == nullptr) return nullptr;
+  return std::unique_ptr<google::protobuf::Message>(set->factory.GetPrototype(descriptor)->New());
 }
 
 }  // namespace mimesis::runtime
