@@ -1,11 +1,10 @@
-#include "common/motion/mocap/gait.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 
 #include "common/math/circle.h"
 #include "common/math/so3.h"
+#include "common/motion/mocap/cycles.h"
 #include "common/motion/mocap/test/walker.h"
 
 namespace mimesis::mocap {

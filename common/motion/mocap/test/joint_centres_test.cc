@@ -1,5 +1,3 @@
-#include "common/motion/mocap/joint_centres.h"
-
 #include <gtest/gtest.h>
 
 #include <array>
@@ -7,7 +5,7 @@
 #include <cstdint>
 
 #include "common/math/so3.h"
-#include "common/motion/mocap/gap_filling.h"
+#include "common/motion/mocap/markers.h"
 
 namespace mimesis::mocap {
 namespace {

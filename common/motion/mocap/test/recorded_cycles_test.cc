@@ -8,11 +8,9 @@
 
 #include "common/math/circle.h"
 #include "common/math/so3.h"
+#include "common/motion/mocap/clip_file.h"
 #include "common/motion/mocap/cycles.h"
-#include "common/motion/mocap/gait.h"
-#include "common/motion/mocap/low_pass.h"
-#include "common/motion/mocap/read_clip.h"
-#include "common/motion/mocap/spline.h"
+#include "common/motion/mocap/resampling.h"
 #include "common/motion/mocap/test/shared_folder.h"
 
 namespace mimesis::mocap {
