@@ -202,6 +202,7 @@ void Alternation::update_sources() {
   const Index frozen = layout_.frozen, free = count - frozen;
   Eigen::MatrixXcd a(count, count);
   Eigen::VectorXcd b(count), kept(frozen);
+  // S-update [M18 3.3.3]: A(f) s(f) = b(f), the frozen sources' share on the right
   for (Index f = 0; f < half; ++f) {
     for (Index k = 0; k < count; ++k) {
       b[k] = {right_(f, k), right_(half + f, k)};

@@ -39,7 +39,13 @@ class Anderson {
   std::deque<Eigen::VectorXd> value_, residual_;
 };
 
-/// SISA's alternation on spectra (spectrum.h): N trajectories in G groups of p, columns group after
+/// SISA's alternation [M18 eq. 3.8-3.10]. It lowers E = Σₙ‖xₙ − Σₖ wₙₖ sₖ(t − τₙₖ)‖² in turns; each
+/// update is a function:
+///   τ-update  φ = argmin of E with the weights eliminated, per group: search(), refine()
+///   W-update  w = (ZᵀZ)⁻¹Zᵀx, Z the shifted sources, per group: with the τ-update (GroupFit)
+///   S-update  A(f) s(f) = b(f) at every harmonic f, Aₖₗ = Σₙ wₙₖwₙₗ e^{if(φₙₖ−φₙₗ)},
+///             bₖ = Σₙ wₙₖ e^{ifφₙₖ} xₙ(f): update_sources()
+/// On spectra (spectrum.h): N trajectories in G groups of p, columns group after
 /// group; the trajectories of a group share their delays. The first `frozen` sources and their
 /// delays stay; weights are always fitted.
 class Alternation {

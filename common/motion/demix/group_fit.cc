@@ -264,6 +264,7 @@ void GroupFit::shift_all(const double* phi, bool derivative) {
   }
 }
 
+// W-update [M18 3.3.3]: ZᵀZ w = Zᵀx for every trajectory of the group.
 void GroupFit::solve_weights(const double* x, double* w) {
   gram_matrix(z_.data(), k_, 2 * half_, gram_.data());
   inner_products(z_.data(), k_, x, p_, 2 * half_, y_.data());
