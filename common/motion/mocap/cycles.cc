@@ -75,12 +75,6 @@ std::vector<Index> maxima(const VectorXd& x, double drop) {
   return found;
 }
 
-double fifth_percentile(VectorXd x) {
-  const Index rank = x.size() / 20;
-  std::nth_element(x.data(), x.data() + rank, x.data() + x.size());
-  return x[rank];
-}
-
 /// Speed by central differences [m/s].
 double speed(const Matrix3Xd& path, Index f, double rate_hz) {
   const Index before = std::max<Index>(f - 1, 0), after = std::min(f + 1, path.cols() - 1);
@@ -99,20 +93,6 @@ void keep_swings(std::vector<Index>& frames, const Matrix3Xd& foot, double rate_
     }
     return true;
   });
-}
-
-std::vector<FrameInterval> intervals(const std::vector<bool>& stands, Index shortest) {
-  std::vector<FrameInterval> all;
-  for (Index f = 0; f < static_cast<Index>(stands.size()); ++f) {
-    if (!stands[static_cast<std::size_t>(f)]) continue;
-    if (!all.empty() && f - all.back().last <= shortest) {
-      all.back().last = f;
-    } else {
-      all.push_back({f, f});
-    }
-  }
-  std::erase_if(all, [&](const FrameInterval& i) { return i.last - i.first + 1 < shortest; });
-  return all;
 }
 
 }  // namespace
@@ -166,27 +146,6 @@ GaitEvents find_gait_events(const BodyClip& clip) {
     keep_swings(events.heel_strike[s], strikes, clip.rate_hz);
   }
   return events;
-}
-
-std::array<std::vector<FrameInterval>, 2> stance_intervals(const BodyClip& clip) {
-  constexpr double kSlow_m_s = 0.6, kLow_m = 0.08, kShortest_s = 0.05;
-  const FootPaths paths = foot_paths(clip);
-  const auto shortest =
-      std::max<Index>(1, static_cast<Index>(std::lround(kShortest_s * clip.rate_hz)));
-  std::array<std::vector<FrameInterval>, 2> all;
-  for (std::size_t s = 0; s < 2; ++s) {
-    const Matrix3Xd &heel = paths.heel[s], &toe = paths.toe[s];
-    const double ground = fifth_percentile(heel.row(2).cwiseMin(toe.row(2)).transpose().eval());
-    auto rests = [&](const Matrix3Xd& path, Index f) {
-      return path(2, f) < ground + kLow_m && speed(path, f, clip.rate_hz) < kSlow_m_s;
-    };
-    std::vector<bool> stands(static_cast<std::size_t>(clip.frames()));
-    for (Index f = 0; f < clip.frames(); ++f) {
-      stands[static_cast<std::size_t>(f)] = rests(heel, f) || rests(toe, f);
-    }
-    all[s] = intervals(stands, shortest);
-  }
-  return all;
 }
 
 namespace {

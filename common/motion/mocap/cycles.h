@@ -44,11 +44,6 @@ struct FrameInterval {
   Eigen::Index first = 0, last = 0;
 };
 
-/// When a foot stands: its heel or its toe is slower than 0.6 m/s and lower than 8 cm above that
-/// foot's lowest level (5th percentile of the lower point). Breaks below 50 ms are closed, then
-/// stances below 50 ms dropped.
-std::array<std::vector<FrameInterval>, 2> stance_intervals(const BodyClip& clip);
-
 struct CycleOptions {
   enum class Cut {
     kGaitCycles,  ///< from left heel strike to left heel strike

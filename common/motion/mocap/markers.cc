@@ -1,6 +1,5 @@
 #include "common/motion/mocap/markers.h"
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <Eigen/SVD>
 #include <cmath>
@@ -81,59 +80,6 @@ std::vector<std::optional<RigidFit>> group_motion(const Markers& markers, const 
     motion.push_back(fit_rigid(nominal, points(markers, group, f)));
   }
   return motion;
-}
-
-// Normal equations of the stacked system [R_WA, −R_WB] (p_A; p_B) = p_WB − p_WA about the prior;
-// eigenvectors with small eigenvalues are the directions of which the motion says nothing.
-tl::expected<CentreOfRotation, Status> centre_of_rotation(
-    std::span<const std::optional<RigidFit>> A, std::span<const std::optional<RigidFit>> B,
-    const Eigen::Vector3d& prior_A, const Eigen::Vector3d& prior_B) {
-  using Matrix6d = Eigen::Matrix<double, 6, 6>;
-  using Vector6d = Eigen::Matrix<double, 6, 1>;
-  constexpr double kLeastSingularValue = 0.06;
-  Matrix6d normal = Matrix6d::Zero();
-  Vector6d right = Vector6d::Zero();
-  const std::size_t frames = std::min(A.size(), B.size());
-  int count = 0;
-  auto gap = [](const RigidFit& a, const RigidFit& b, const Eigen::Vector3d& p_A,
-                const Eigen::Vector3d& p_B) -> Eigen::Vector3d {
-    return a.R_WB * p_A + a.p_WB - b.R_WB * p_B - b.p_WB;
-  };
-  for (std::size_t f = 0; f < frames; ++f) {
-    if (!A[f] || !B[f]) continue;
-    Eigen::Matrix<double, 3, 6> rows;
-    rows << A[f]->R_WB, -B[f]->R_WB;
-    normal += rows.transpose() * rows;
-    right -= rows.transpose() * gap(*A[f], *B[f], prior_A, prior_B);
-    ++count;
-  }
-  if (count < 10) {
-    return tl::unexpected(Status{"centre of rotation: both segments are seen in " +
-                                 std::to_string(count) + " frames, expected at least 10"});
-  }
-  const Eigen::SelfAdjointEigenSolver<Matrix6d> eigen(normal / count);
-  CentreOfRotation centre;
-  Vector6d step = Vector6d::Zero();
-  for (int i = 0; i < 6; ++i) {
-    if (eigen.eigenvalues()[i] < kLeastSingularValue * kLeastSingularValue) {
-      ++centre.free_directions;
-    } else {
-      step += eigen.eigenvectors().col(i) *
-              (eigen.eigenvectors().col(i).dot(right) / count / eigen.eigenvalues()[i]);
-    }
-  }
-  if (centre.free_directions >= 3) {
-    return tl::unexpected(
-        Status{"centre of rotation: the segments hardly turn against each other"});
-  }
-  centre.p_A = prior_A + step.head<3>();
-  centre.p_B = prior_B + step.tail<3>();
-  double sum = 0.0;
-  for (std::size_t f = 0; f < frames; ++f) {
-    if (A[f] && B[f]) sum += gap(*A[f], *B[f], centre.p_A, centre.p_B).squaredNorm();
-  }
-  centre.rms_m = std::sqrt(sum / count);
-  return centre;
 }
 
 namespace {

@@ -1,3 +1,5 @@
+#include "common/motion/mocap/markers.h"
+
 #include <gtest/gtest.h>
 
 #include <array>
@@ -5,7 +7,6 @@
 #include <cstdint>
 
 #include "common/math/so3.h"
-#include "common/motion/mocap/markers.h"
 
 namespace mimesis::mocap {
 namespace {
@@ -56,23 +57,6 @@ Markers linked_segments(bool hinge, double noise_m, Index frames = 200) {
 
 const MarkerGroup kA{"A", {0, 1, 2, 3}}, kB{"B", {4, 5, 6, 7}};
 
-tl::expected<CentreOfRotation, Status> centre_in(const Markers& m, double* error_m,
-                                                 const Vector3d& off = Vector3d::Zero()) {
-  const Matrix3Xd a = *nominal_geometry(m, kA), b = *nominal_geometry(m, kB);
-  const auto motion_a = group_motion(m, kA, a), motion_b = group_motion(m, kB, b);
-  // the truth in the first frame, in W, then in the groups' own frames
-  const Eigen::Matrix3d R_WA = math::exp_so3({0.0, 0.1, 0.0});
-  const Vector3d p_W = R_WA * kCentre_A + Vector3d(0.0, 0.0, 1.0);
-  auto local = [](const RigidFit& fit, const Vector3d& p) -> Vector3d {
-    return fit.R_WB.transpose() * (p - fit.p_WB);
-  };
-  const Vector3d true_a = local(*motion_a[0], p_W), true_b = local(*motion_b[0], p_W);
-  const auto found = centre_of_rotation(motion_a, motion_b, local(*motion_a[0], p_W + off),
-                                        local(*motion_b[0], p_W + off));
-  if (found) *error_m = std::max((found->p_A - true_a).norm(), (found->p_B - true_b).norm());
-  return found;
-}
-
 TEST(RigidFit, RecoversAPoseAndIsNoReflection) {
   Matrix3Xd body(3, 4);
   body << 0.0, 0.1, 0.0, 0.05, 0.0, 0.0, 0.1, 0.05, 0.0, 0.0, 0.0, 0.0;  // flat: a mirror fits too
@@ -90,45 +74,6 @@ TEST(RigidFit, RecoversAPoseAndIsNoReflection) {
   EXPECT_FALSE(fit_rigid(body, world));
   body.row(1).setZero();
   EXPECT_FALSE(fit_rigid(body, body));  // on a line
-}
-
-TEST(CentreOfRotation, OfABallJointIsExactWithoutNoise) {
-  double error_m = 1.0;
-  const auto centre = centre_in(linked_segments(false, 0.0), &error_m, {0.05, 0.02, -0.03});
-  ASSERT_TRUE(centre) << centre.error().reason;
-  EXPECT_EQ(centre->free_directions, 0);
-  EXPECT_LT(error_m, 1e-9);
-  EXPECT_LT(centre->rms_m, 1e-9);
-}
-
-TEST(CentreOfRotation, IsWithinThreeMillimetresAtHalfAMillimetreOfNoise) {
-  double error_m = 1.0;
-  const auto centre = centre_in(linked_segments(false, 5e-4), &error_m, {0.05, 0.02, -0.03});
-  ASSERT_TRUE(centre);
-  EXPECT_LT(error_m, 3e-3);
-  EXPECT_LT(centre->rms_m, 5e-3);
-}
-
-TEST(CentreOfRotation, OfAHingeStaysAtThePriorAlongItsAxis) {
-  double error_m = 1.0;
-  auto centre = centre_in(linked_segments(true, 0.0), &error_m, {0.05, 0.0, -0.03});
-  ASSERT_TRUE(centre);
-  EXPECT_EQ(centre->free_directions, 1);
-  // in the first frame A is tilted by 0.1 about y: the prior is off across the axis only
-  EXPECT_LT(error_m, 1e-9);
-  centre = centre_in(linked_segments(true, 0.0), &error_m, {0.0, 0.02, 0.0});
-  ASSERT_TRUE(centre);
-  EXPECT_NEAR(error_m, 0.02, 1e-6);
-}
-
-TEST(CentreOfRotation, NeedsMotionAndFrames) {
-  double error_m = 0.0;
-  EXPECT_FALSE(centre_in(linked_segments(false, 0.0, 9), &error_m));
-  const Markers m = linked_segments(false, 0.0);
-  const auto a = group_motion(m, kA, *nominal_geometry(m, kA));
-  const auto none = centre_of_rotation(a, a, Vector3d::Zero(), Vector3d::Zero());
-  ASSERT_FALSE(none);
-  EXPECT_NE(none.error().reason.find("hardly turn"), std::string::npos);
 }
 
 TEST(GapFilling, AGroupPutsItsMarkerBack) {
