@@ -82,7 +82,7 @@ struct SmoothOptions {
 SisaResult smooth_sources(const mocap::Trials& set, const Mixture& mixture,
                           const SmoothOptions& options);
 
-/// What the demixing methods ask of their input. All throw ConfigError in one line.
+// Checks of the input that all demixing methods share. All throw ConfigError in one line.
 
 /// Trials and rows are there, the sizes fit, at least 4 samples, all finite, not all constant.
 void check_set(const mocap::Trials& set);

@@ -16,8 +16,7 @@ Eigen::MatrixXd to_spectrum(const Eigen::MatrixXd& x, Eigen::Index harmonics, Ei
 /// Its inverse, rows of T samples. @param spectrum 2·half × N
 Eigen::MatrixXd from_spectrum(const Eigen::MatrixXd& spectrum, Eigen::Index samples);
 
-/// The inner loops of demixing, on real spectra (spectrum.h) whose `half` is a multiple of 4.
-/// Nothing here allocates.
+// Inner loops of demixing, on real spectra whose `half` is a multiple of 4. Nothing here allocates.
 
 /// z = the spectrum of s(t − τ) for the delay φ = 2πτ/T [rad], and dz = ∂z/∂φ (none if null).
 void shift_spectrum(const double* source, double phi, Eigen::Index half, double* z, double* dz);
@@ -53,8 +52,8 @@ struct GainTerms {
 /// first of those. @param scratch 16n + grid values
 int best_gain(const GainTerms& terms, int place, float* scratch);
 
-/// Factors of a few rows, once per trajectory and step: a call of Eigen's solvers costs more than
-/// the work. Loops in the order of their indices: the same bits everywhere.
+// Factors of a few rows, once per trajectory and step: a call of Eigen's solvers costs more than
+// the work. Loops in the order of their indices: the same bits everywhere.
 
 /// A + ridge·I → its Cholesky factor L in place of the lower triangle of the leading n×n, the
 /// diagonal inverted. Pivots below `ridge` count as `ridge`.

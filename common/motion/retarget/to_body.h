@@ -92,7 +92,7 @@ struct BodyMotion {
 /// The motion of another figure: rotations are kept, height and travel of the pelvis (the middle
 /// between the hips) are scaled by the length of the legs. Feet stand still: a standing foot's
 /// first point of contact stays where it met the ground, the next one where it comes down, and no
-/// point goes below the ground; the legs follow (leg_ik.h), the pelvis comes down where they would
+/// point goes below the ground; the legs follow (reach()), the pelvis comes down where they would
 /// be too short. Between stances the correction fades into the next one.
 /// @throws ConfigError if the clip has no frames, is not finite or a body has no legs
 BodyMotion retarget(const mocap::BodyClip& recorded, const mocap::Body& to);

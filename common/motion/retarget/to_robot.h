@@ -16,7 +16,7 @@ struct RobotReport {
   Deviation chest_rad, head_rad;
   std::vector<std::string> joints_at_limits;             ///< that stand at a limit in some frame
   int frames_at_limits = 0;                              ///< in which some joint does
-  double roughness_before = 0.0, roughness_after = 0.0;  ///< E of smoothing.h
+  double roughness_before = 0.0, roughness_after = 0.0;  ///< E of roughness()
   double speed_share = 0.0;  ///< largest joint speed as a share of its limit [1]
   std::string fastest_joint;
   BodyReport unconstrained;  ///< of the first step, to the robot's skeleton without limits
@@ -54,8 +54,8 @@ std::vector<Posture> follow(const robot::RobotTree& tree, const Posture& start,
                             RobotReport& report);
 
 /// The motion on a robot with joint limits [M18 3.3.2]: to its skeleton without limits first
-/// (to_body.h: feet stand still), then posture by posture to its joints (posture_ik.h), then
-/// smoothed (smoothing.h). 5 to 10 ms a frame.
+/// (to_body.h: feet stand still), then posture by posture to its joints (solve()), then
+/// smoothed (smooth()). 5 to 10 ms a frame.
 /// @throws ConfigError as retarget() to a body, and if the robot lacks a link of the figure
 RobotClip retarget(const mocap::BodyClip& recorded, const robot::RobotTree& tree,
                    const RobotFigure& figure, const RobotOptions& options = {});

@@ -21,7 +21,7 @@ struct RetargetedClip {
   std::string file;
   long frames = 0;
   retarget::RobotReport report;          ///< limits are those with the margin, speeds the robot's
-  retarget::Deviation ankle_m, wrist_m;  ///< of the figure in the model (figure_clip.h)
+  retarget::Deviation ankle_m, wrist_m;  ///< of the figure in the model (figure_clip())
 };
 
 /// A robot that clips are retargeted to.

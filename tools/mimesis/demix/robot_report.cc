@@ -58,7 +58,7 @@ void print_limits(const motion::MotionModel& model) {
   const auto rows = sorted_excess(model);
   const auto beyond = std::ranges::count_if(rows, [](const auto& r) { return r.beyond_rad > 0.0; });
   std::cout << fmt::format(
-      "\n{} of {} rows with limits pass them in some pattern (blends: see model/limits.h)\n",
+      "\n{} of {} rows with limits pass them in some pattern (blends: see motion_model.h)\n",
       beyond, rows.size());
   Table table({"nearest to limits", "beyond [rad]", "pattern", "phase [rad]"});
   for (std::size_t i = 0; i < std::min(kNearest, rows.size()); ++i) {
