@@ -1,22 +1,22 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/motion/demix/sisa.h"
+#include "common/motion/mocap/cycles.h"
+#include "common/motion/mocap/trials_file.h"
+#include "common/motion/model/motion_model.h"
 #include "common/plot/gnuplot.h"
 #include "common/shared_data.h"
+#include "experiments/motion/figures.h"
 #include "nodes/synthesizer/control/blending_jerk.h"
 #include "nodes/synthesizer/control/closed_cycles.h"
 #include "nodes/synthesizer/control/rotation_branches.h"
-#include "common/motion/demix/sisa.h"
-#include "experiments/motion/figures.h"
-#include "common/motion/mocap/cycles.h"
-#include "common/motion/mocap/trials_file.h"
-#include "common/motion/model/make_model.h"
 
 namespace mimesis::synthesizer {
 namespace {
 
-using reproduce::at_most;
 using plot::Data;
+using reproduce::at_most;
 using reproduce::Report;
 using PlotDir = std::optional<std::filesystem::path>;
 
@@ -26,7 +26,7 @@ constexpr int kSources = 5;
 std::filesystem::path set_file() { return shared_data("data/mocap/sets/B.csv"); }
 
 struct Learned {
-  MotionModel model;
+  motion::MotionModel model;
   Styles styles;
 };
 
@@ -37,8 +37,8 @@ Learned learn(bool closed) {
   align_rotation_branches(set);
   if (closed) close_cycles(set);
   Learned out;
-  out.model = make_model(set, demix::sisa(set, {.sources = kSources, .tied = true}).mixture, true,
-                         mocap::standard_body());
+  out.model = motion::make_model(set, demix::sisa(set, {.sources = kSources, .tied = true}).mixture,
+                                 true, mocap::standard_body());
   out.styles = styles_of(out.model);
   return out;
 }
@@ -94,7 +94,7 @@ unset multiplot
 
 void plot_widths(const std::filesystem::path& png, const Data& equation, const Data& least) {
   plot::plot_png(png, 760, 480, {equation, least},
-                      R"(set title 'Jerk ratio of all pairs of styles, 5 tied sources'
+                 R"(set title 'Jerk ratio of all pairs of styles, 5 tied sources'
 set xlabel 'β'; set ylabel 'rms jerk, transition / steady styles'; set key top right; set grid
 set xrange [0.15:1.02]; set yrange [0:2]
 plot 1.15 with lines lc rgb '#2b8c4a' dt 2 lw 2 title 'goal', \

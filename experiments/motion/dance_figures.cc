@@ -12,9 +12,9 @@
 namespace mimesis::synthesizer {
 namespace {
 
+using plot::Data;
 using reproduce::at_least;
 using reproduce::at_most;
-using plot::Data;
 using reproduce::Report;
 using Paths = std::vector<std::filesystem::path>;
 using PlotDir = std::optional<std::filesystem::path>;
@@ -25,13 +25,13 @@ const std::vector<std::string> kClips = {"bandai_nc/dataset-1_walk_normal_001.bv
                                          "bandai_nc/dataset-2_walk-turn-left_normal_001.bvh",
                                          "bandai_nc/dataset-2_walk-turn-right_normal_001.bvh"};
 
-const MotionModel& dance_model() {
-  static const MotionModel model = styled_walks(recorded_walks(kClips), 5);
+const motion::MotionModel& dance_model() {
+  static const motion::MotionModel model = styled_walks(recorded_walks(kClips), 5);
   return model;
 }
 
 FolkDance dance() {
-  const MotionModel& m = dance_model();
+  const motion::MotionModel& m = dance_model();
   return {m,
           {pattern_of(m, "happy"), pattern_of(m, "normal"), pattern_of(m, "walk-turn-left_normal"),
            pattern_of(m, "walk-turn-right_normal")},
@@ -83,7 +83,7 @@ Seen watch(FolkDance& d) {
   return seen;
 }
 
-void plot(const std::filesystem::path& png, const Seen& seen) {
+void plot_dance(const std::filesystem::path& png, const Seen& seen) {
   std::vector<Data> data = seen.paths;
   std::string errors;
   for (std::size_t i = 0; i < seen.errors.size(); i += 2) {
@@ -134,7 +134,7 @@ Report folk_dance(const PlotDir& dir) {
   };
   if (dir) {
     report.plots.push_back(*dir / "fig-3.33.png");
-    plot(report.plots.back(), seen);
+    plot_dance(report.plots.back(), seen);
   }
   return report;
 }
@@ -150,7 +150,7 @@ void add_walls(FilmFrame& to, const DanceTrack& track) {
   }
 }
 
-Paths film(const std::filesystem::path& dir) {
+Paths film_dance(const std::filesystem::path& dir) {
   if (!absent_clip(kClips).empty()) return {};
   FolkDance d = dance();
   const Colour trunks[] = {{176, 58, 46},  {31, 97, 141},  {40, 130, 80},  {160, 110, 30},
@@ -182,7 +182,7 @@ Paths film(const std::filesystem::path& dir) {
 }  // namespace
 
 void add_dance_figures(std::vector<reproduce::Figure>& to) {
-  to.push_back({"fig-3.33", "a folk dance that organises itself", "M18", folk_dance, film});
+  to.push_back({"fig-3.33", "a folk dance that organises itself", "M18", folk_dance, film_dance});
 }
 
 }  // namespace mimesis::synthesizer

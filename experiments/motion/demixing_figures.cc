@@ -3,14 +3,14 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "common/shared_data.h"
 #include "common/motion/demix/baselines.h"
 #include "common/motion/demix/sisa.h"
 #include "common/motion/demix/wigner.h"
-#include "tools/mimesis/demix/demix_plots.h"
+#include "common/motion/mocap/trials_file.h"
+#include "common/shared_data.h"
 #include "experiments/motion/figures.h"
 #include "experiments/motion/grafted_raises.h"
-#include "common/motion/mocap/trials_file.h"
+#include "tools/mimesis/demix/demix_plots.h"
 
 namespace mimesis::synthesizer {
 namespace {
@@ -64,7 +64,7 @@ class Comparison {
   double pca_of_equal_size(int sources, int& components) const {
     const Mixture mixture = demix::sisa(set_, {.sources = sources}).mixture;
     components = demix::components_of_equal_size(
-        set_, demix::parameter_count(mixture, set_, demix::Delays::free));
+        set_, demix::parameter_count(mixture, set_, demix::Delays::kFree));
     return q_of(set_, demix::principal_components(set_, components));
   }
 

@@ -184,7 +184,7 @@ Report jump(const PlotDir& plot_dir) {
   return report;
 }
 
-Paths film(const DrawerRun& run, const std::filesystem::path& dir, const std::string& name) {
+Paths film_drawer(const DrawerRun& run, const std::filesystem::path& dir, const std::string& name) {
   const auto frames = drawer_film(run, static_cast<std::size_t>(kFilmEvery));
   StripOptions strip;
   strip.count = 8;
@@ -195,14 +195,15 @@ Paths film(const DrawerRun& run, const std::filesystem::path& dir, const std::st
 }  // namespace
 
 void add_drawer_motion_figures(std::vector<reproduce::Figure>& to) {
-  to.push_back(
-      {"fig-3.37", "walking to a drawer from distances that were not trained", "M18", two_distances,
-       [](const std::filesystem::path& dir) { return film(run_drawer(2.85), dir, "fig-3.37"); }});
+  to.push_back({"fig-3.37", "walking to a drawer from distances that were not trained", "M18",
+                two_distances, [](const std::filesystem::path& dir) {
+                  return film_drawer(run_drawer(2.85), dir, "fig-3.37");
+                }});
   to.push_back({"fig-3.38", "posture before the stand depends on the step before", "M18",
                 posture_before_stand});
   to.push_back({"fig-3.39", "the drawer jumps away during the approach", "M18", jump,
                 [](const std::filesystem::path& dir) {
-                  return film(run_drawer(kStart, kJump), dir, "fig-3.39");
+                  return film_drawer(run_drawer(kStart, kJump), dir, "fig-3.39");
                 }});
 }
 

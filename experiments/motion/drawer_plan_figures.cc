@@ -3,19 +3,19 @@
 #include <cmath>
 
 #include "common/plot/gnuplot.h"
-#include "nodes/synthesizer/drawer/trial_generator.h"
 #include "experiments/motion/figures.h"
+#include "nodes/synthesizer/drawer/trial_generator.h"
 
 namespace mimesis::synthesizer {
 namespace {
 
 using Eigen::Index;
 using Eigen::VectorXd;
-using reproduce::at_most;
 using plot::Data;
+using plot::plot_png;
+using reproduce::at_most;
 using reproduce::holds;
 using reproduce::near;
-using plot::plot_png;
 using reproduce::Report;
 using PlotDir = std::optional<std::filesystem::path>;
 

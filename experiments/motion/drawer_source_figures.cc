@@ -4,8 +4,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "common/plot/gnuplot.h"
 #include "common/motion/demix/sisa.h"
+#include "common/plot/gnuplot.h"
 #include "experiments/motion/drawer_training.h"
 #include "experiments/motion/figures.h"
 
@@ -15,12 +15,12 @@ namespace {
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
+using plot::Data;
+using plot::plot_png;
 using reproduce::at_least;
 using reproduce::at_most;
-using plot::Data;
 using reproduce::holds;
 using reproduce::near;
-using plot::plot_png;
 using reproduce::Report;
 using PlotDir = std::optional<std::filesystem::path>;
 

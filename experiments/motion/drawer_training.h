@@ -1,8 +1,8 @@
 #pragma once
 #include <vector>
 
-#include "nodes/synthesizer/drawer/drawer_sequence.h"
 #include "experiments/motion/film.h"
+#include "nodes/synthesizer/drawer/drawer_sequence.h"
 
 namespace mimesis::synthesizer {
 

@@ -14,9 +14,9 @@ namespace {
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
-using reproduce::at_least;
 using plot::Data;
 using plot::plot_png;
+using reproduce::at_least;
 using reproduce::Report;
 using PlotDir = std::optional<std::filesystem::path>;
 
@@ -30,7 +30,7 @@ double share_of(const VectorXd& w, int first, int last) {
 // Weights of the lowest frequency of an action's pattern: what its periodic sources together have
 // of the first harmonic, as the weight of one source of unit rms. (A further source may come near
 // the first one, with other delays; then weights of one source alone say little: they cancel.)
-VectorXd lowest_weights(const MotionModel& model, const Pattern& p) {
+VectorXd lowest_weights(const motion::MotionModel& model, const motion::Pattern& p) {
   const Index samples = model.sources.cols();
   Eigen::VectorXcd turning(samples);
   for (Index t = 0; t < samples; ++t)
@@ -54,7 +54,7 @@ Report weights(const PlotDir& plot_dir) {
   std::array<VectorXd, kActions> ramp, first;
   Data bars{"bars", {}};
   for (std::size_t a = 0; a < kActions; ++a) {
-    const MotionModel& model = drawer_maps().model().action[a];
+    const motion::MotionModel& model = drawer_maps().model().action[a];
     ramp[a] = model.patterns[kTrial].weight_rad.col(0).cwiseAbs();
     first[a] = lowest_weights(model, model.patterns[kTrial]);
   }
@@ -123,7 +123,7 @@ struct LeftOut {
 
 std::vector<LeftOut> left_out(Action action) {
   const ActionMaps& maps = drawer_maps();
-  const MotionModel& model = maps.model().action[action];
+  const motion::MotionModel& model = maps.model().action[action];
   const auto n = static_cast<Index>(model.patterns.size()),
              rows = static_cast<Index>(model.rows.size()), k = model.sources.rows();
   std::vector<LeftOut> out;
@@ -134,7 +134,7 @@ std::vector<LeftOut> left_out(Action action) {
     MatrixXd x(static_cast<Index>(rest.size()), ActionMaps::inputs(action, {}).size()),
         y(static_cast<Index>(rest.size()), rows * (1 + k));
     for (std::size_t i = 0; i < rest.size(); ++i) {
-      const Pattern& p = model.patterns[rest[i]];
+      const motion::Pattern& p = model.patterns[rest[i]];
       x.row(static_cast<Index>(i)) = ActionMaps::inputs(action, maps.task_of(action, rest[i]));
       y.row(static_cast<Index>(i)) << p.mean_rad.transpose(), p.weight_rad.reshaped().transpose();
     }
@@ -188,7 +188,7 @@ Report maps(const PlotDir& plot_dir) {
       }
       surface.rows.emplace_back();
     }
-    for (const Pattern& p : drawer_maps().model().action[a].patterns)
+    for (const motion::Pattern& p : drawer_maps().model().action[a].patterns)
       points.rows.push_back(
           {p.trial.step_length_m, p.trial.duration_s, p.weight_rad(kHipFlexion, 1)});
     const std::string name = a == kNormalStep ? "action 1" : "action 2";

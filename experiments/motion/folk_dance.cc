@@ -19,8 +19,8 @@ void approach(double& value, double target, double dt_s, double within_s) {
 }
 
 /// The model with a pattern of weights zero, which takes from the length of steps.
-MotionModel with_standing(MotionModel model, int normal) {
-  Pattern still = model.patterns[static_cast<std::size_t>(normal)];
+motion::MotionModel with_standing(motion::MotionModel model, int normal) {
+  motion::Pattern still = model.patterns[static_cast<std::size_t>(normal)];
   still.trial.style = "still";
   still.weight_rad.setZero();
   model.patterns.push_back(still);
@@ -35,7 +35,7 @@ double scattered(int i) {
 
 }  // namespace
 
-FolkDance::FolkDance(const MotionModel& model, const DanceSteps& steps,
+FolkDance::FolkDance(const motion::MotionModel& model, const DanceSteps& steps,
                      const DanceSettings& settings)
     : settings_(settings),
       steps_(steps),

@@ -7,10 +7,10 @@
 #include <string>
 
 #include "common/error.h"
-#include "nodes/synthesizer/control/rotation_branches.h"
+#include "common/motion/mocap/clip_file.h"
 #include "common/motion/mocap/cycles.h"
-#include "common/motion/mocap/low_pass.h"
-#include "common/motion/mocap/read_clip.h"
+#include "common/motion/mocap/resampling.h"
+#include "nodes/synthesizer/control/rotation_branches.h"
 
 namespace mimesis::synthesizer {
 namespace {

@@ -4,21 +4,21 @@
 #include <numbers>
 #include <sstream>
 
-#include "common/plot/gnuplot.h"
 #include "common/motion/demix/baselines.h"
 #include "common/motion/demix/sisa.h"
-#include "experiments/motion/avatar_transient.h"
+#include "common/motion/model/motion_model.h"
+#include "common/plot/gnuplot.h"
+#include "experiments/motion/avatar_network.h"
 #include "experiments/motion/figures.h"
 #include "experiments/motion/film.h"
-#include "experiments/motion/recorded_walks.h"
-#include "common/motion/model/make_model.h"
+#include "experiments/motion/styled_walks.h"
 
 namespace mimesis::synthesizer {
 namespace {
 
+using plot::Data;
 using reproduce::at_least;
 using reproduce::at_most;
-using plot::Data;
 using reproduce::holds;
 using reproduce::Report;
 using Paths = std::vector<std::filesystem::path>;
@@ -32,19 +32,19 @@ constexpr double kShown = 2.0;
 const std::vector<std::string> kClips = {"cmu_bvh/07_01.bvh", "cmu_bvh/07_02.bvh",
                                          "cmu_bvh/07_03.bvh"};
 
-MotionModel first_pattern(const RecordedWalks& walks, const demix::Mixture& mixture) {
-  MotionModel model = make_model(walks.trials, mixture, false, walks.body);
+motion::MotionModel first_pattern(const RecordedWalks& walks, const demix::Mixture& mixture) {
+  motion::MotionModel model = motion::make_model(walks.trials, mixture, false, walks.body);
   model.patterns.resize(1);
   return model;
 }
 
-MotionModel anechoic(const RecordedWalks& walks) {
+motion::MotionModel anechoic(const RecordedWalks& walks) {
   demix::SisaOptions options;
   options.sources = 3;
   return first_pattern(walks, demix::sisa(walks.trials, options).mixture);
 }
 
-MotionModel principal(const RecordedWalks& walks, int components) {
+motion::MotionModel principal(const RecordedWalks& walks, int components) {
   return first_pattern(walks, demix::principal_components(walks.trials, components));
 }
 
@@ -75,7 +75,7 @@ const Transient& best(const Scan& s) {
   return *std::ranges::min_element(s, {}, &Transient::artifact);
 }
 
-void curves(const Transient& t, const std::string& name, std::vector<Data>& data) {
+void add_curves(const Transient& t, const std::string& name, std::vector<Data>& data) {
   const std::size_t n = t.instants.front().phase_rad.size();
   for (std::size_t k = 0; k < n; ++k) data.push_back({name + "p" + std::to_string(k), {}});
   Data artifact{name + "a", {}}, path{name + "path", {}};
@@ -90,12 +90,12 @@ void curves(const Transient& t, const std::string& name, std::vector<Data>& data
   data.push_back(std::move(path));
 }
 
-void plot(const std::filesystem::path& png, const Transient& ours, const Transient& pca,
-          const Transient& alone) {
+void plot_network(const std::filesystem::path& png, const Transient& ours, const Transient& pca,
+                  const Transient& alone) {
   std::vector<Data> data;
-  curves(ours, "a", data);
-  curves(pca, "b", data);
-  curves(alone, "c", data);
+  add_curves(ours, "a", data);
+  add_curves(pca, "b", data);
+  add_curves(alone, "c", data);
   const auto phases = [](const std::string& name, int n) {
     std::ostringstream s;
     for (int k = 0; k < n; ++k) {
@@ -174,14 +174,14 @@ Report followers(const PlotDir& dir) {
   if (dir) {
     report.plots.push_back(*dir / "fig-3.31.png");
     const double behind = -kQuarter;
-    plot(report.plots.back(), come_into_step(ours, ours, {kShown, kExternal, behind}),
-         come_into_step(ours, pca, {kShown, same_pull(7), behind}),
-         come_into_step(ours, ours, {kShown, kExternal, 0.0}));
+    plot_network(report.plots.back(), come_into_step(ours, ours, {kShown, kExternal, behind}),
+                 come_into_step(ours, pca, {kShown, same_pull(7), behind}),
+                 come_into_step(ours, ours, {kShown, kExternal, 0.0}));
   }
   return report;
 }
 
-Paths film(const std::filesystem::path& dir) {
+Paths film_network(const std::filesystem::path& dir) {
   if (!absent_clip(kClips).empty()) return {};
   const RecordedWalks walks = recorded_walks(kClips);
   const Avatar ours(anechoic(walks)), pca(principal(walks, 7));
@@ -219,7 +219,7 @@ Paths film(const std::filesystem::path& dir) {
 
 void add_network_figures(std::vector<reproduce::Figure>& to) {
   to.push_back({"fig-3.31", "coming into step with a leader: mixture with delays against PCA",
-                "M18", followers, film});
+                "M18", followers, film_network});
 }
 
 }  // namespace mimesis::synthesizer

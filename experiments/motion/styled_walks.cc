@@ -1,17 +1,113 @@
 #include "experiments/motion/styled_walks.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <numbers>
+#include <stdexcept>
 
 #include "common/error.h"
 #include "common/math/circle.h"
-#include "nodes/synthesizer/control/rotation_branches.h"
 #include "common/motion/demix/sisa.h"
-#include "experiments/motion/grounded_figure.h"
-#include "common/motion/model/make_model.h"
+#include "common/motion/mocap/body_map.h"
+#include "common/motion/mocap/clip_file.h"
+#include "common/motion/mocap/cycles.h"
+#include "common/motion/model/motion_model.h"
+#include "common/shared_data.h"
+#include "nodes/synthesizer/control/rotation_branches.h"
 
 namespace mimesis::synthesizer {
+namespace {
+
+std::string folder() { return shared_data("data/mocap/").string(); }
+
+}  // namespace
+
+std::string absent_clip(const std::vector<std::string>& clips) {
+  for (const std::string& clip : clips) {
+    if (!std::filesystem::exists(folder() + clip)) return folder() + clip;
+  }
+  return "";
+}
+
+RecordedWalks recorded_walks(const std::vector<std::string>& clips) {
+  RecordedWalks out;
+  std::vector<mocap::Trials> sets;
+  for (const std::string& name : clips) {
+    const mocap::BodyClip clip = mocap::to_body(mocap::read_clip(folder() + name));
+    if (sets.empty()) out.body = clip.body;
+    auto cycles = mocap::cut_cycles(clip);
+    if (!cycles) throw std::runtime_error(name + ": " + cycles.error().reason);
+    sets.push_back(std::move(*cycles));
+  }
+  out.trials = mocap::merge(sets);
+  return out;
+}
+
+reproduce::Report report_absent(const std::string& clip) {
+  reproduce::Report report;
+  report.rows = {reproduce::holds("the recordings are there", false)};
+  report.rows.front().why = clip + " is absent; MIMESIS_SHARED names the folder";
+  return report;
+}
+
+std::vector<int> body_rows(const motion::MotionModel& model) {
+  std::vector<int> out;
+  for (const std::string& row : model.rows) {
+    int at = 0;
+    while (at < mocap::kBodyRows && mocap::body_row_name(at) != row) ++at;
+    if (at == mocap::kBodyRows) {
+      throw ConfigError("row '" + row + "' is none of a body, expected one as lhip.x");
+    }
+    out.push_back(at);
+  }
+  return out;
+}
+
+mocap::BodyPose figure_pose(const mocap::Body& body,
+                            const Eigen::Matrix<double, mocap::kBodyRows, 1>& angles_rad,
+                            const Eigen::Vector3d& p_W, double heading_rad) {
+  mocap::BodyPose pose = mocap::forward_kinematics(
+      body, std::span<const double, mocap::kBodyRows>(angles_rad.data(), mocap::kBodyRows),
+      Eigen::Vector3d::Zero());
+  const Eigen::Matrix3d R_WH =
+      Eigen::AngleAxisd(heading_rad, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+  for (std::size_t j = 0; j < pose.p_WJ.size(); ++j) {
+    pose.R_WJ[j] = R_WH * pose.R_WJ[j];
+    pose.p_WJ[j] = p_W + R_WH * pose.p_WJ[j];
+  }
+  return pose;
+}
+
+GroundedFigure::GroundedFigure(const motion::MotionModel& model)
+    : body_(model.body), lanes_(model.body), body_row_(body_rows(model)) {
+  angles_.setZero();
+}
+
+void GroundedFigure::step(const Eigen::VectorXd& angles_rad, double dt_s) {
+  alignas(64) Lane lane[mocap::kBodyRows] = {};
+  for (std::size_t r = 0; r < body_row_.size(); ++r) {
+    angles_[body_row_[r]] = angles_rad[static_cast<Eigen::Index>(r)];
+  }
+  for (int r = 0; r < mocap::kBodyRows; ++r) {
+    std::fill_n(lane[r], kLanes, static_cast<float>(angles_[r]));
+  }
+  RotationLanes rotation;
+  PointLanes point;
+  posture(lanes_, lane, rotation, point);
+  root_motion(point, static_cast<float>(dt_s), root_);
+  position_ += Eigen::Rotation2Dd(heading_) *
+               Eigen::Vector2d(static_cast<double>(root_.dx[0]), static_cast<double>(root_.dy[0]));
+  heading_ += static_cast<double>(root_.turn[0]);
+}
+
+mocap::BodyPose GroundedFigure::pose() const {
+  return figure_pose(body_, angles_,
+                     {position_.x(), position_.y(), static_cast<double>(root_.height[0])},
+                     heading_);
+}
+
 namespace {
 
 constexpr double kFirst = 0.04, kLast = 0.55;  // of the cycle: a foot stands
@@ -40,24 +136,25 @@ mocap::Trials without_straight_ends(const mocap::Trials& all) {
 
 }  // namespace
 
-MotionModel styled_walks(const RecordedWalks& walks, int sources) {
+motion::MotionModel styled_walks(const RecordedWalks& walks, int sources) {
   mocap::Trials trials = without_straight_ends(walks.trials);
   align_rotation_branches(trials);
   demix::SisaOptions options;
   options.sources = sources;
   options.tied = true;
   const demix::SisaResult result = demix::sisa(trials, options);
-  return average_styles(make_model(trials, result.mixture, true, walks.body));
+  return motion::average_styles(motion::make_model(trials, result.mixture, true, walks.body));
 }
 
-int pattern_of(const MotionModel& model, const std::string& style) {
+int pattern_of(const motion::MotionModel& model, const std::string& style) {
   for (std::size_t p = 0; p < model.patterns.size(); ++p) {
     if (model.patterns[p].trial.style == style) return static_cast<int>(p);
   }
   throw ConfigError("the model has no style '" + style + "'");
 }
 
-mocap::BodyPose character_pose(const MotionModel& model, const CharacterBatch& batch, int i) {
+mocap::BodyPose character_pose(const motion::MotionModel& model, const CharacterBatch& batch,
+                               int i) {
   Eigen::Matrix<double, mocap::kBodyRows, 1> angles = decltype(angles)::Zero();
   const std::vector<int> rows = body_rows(model);
   for (std::size_t r = 0; r < rows.size(); ++r) {

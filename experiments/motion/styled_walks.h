@@ -1,24 +1,80 @@
 #pragma once
+#include <Eigen/Core>
 #include <string>
 #include <vector>
 
-#include "nodes/synthesizer/dynamics/character_batch.h"
-#include "experiments/motion/film.h"
-#include "experiments/motion/recorded_walks.h"
+#include "common/motion/mocap/body.h"
+#include "common/motion/mocap/trials.h"
 #include "common/motion/model/motion_model.h"
+#include "experiments/harness/figure.h"
+#include "experiments/motion/film.h"
+#include "nodes/synthesizer/dynamics/character_batch.h"
+#include "nodes/synthesizer/dynamics/posture.h"
+#include "nodes/synthesizer/dynamics/root_motion.h"
 
 namespace mimesis::synthesizer {
+
+/// Clips of the shared folder ($MIMESIS_SHARED/data/mocap, or ../shared of where one is), which are
+/// no part of the repository.
+
+struct RecordedWalks {
+  mocap::Body body;      ///< of the first clip
+  mocap::Trials trials;  ///< gait cycles of all clips, in their order
+};
+
+/// Names are relative to data/mocap: "cmu_bvh/07_01.bvh". Empty: all are there; else the first that
+/// is not, with its folder.
+std::string absent_clip(const std::vector<std::string>& clips);
+/// Gait cycles, cut with their heading taken out. @throws ConfigError, and std::runtime_error for a
+/// clip without a cycle
+RecordedWalks recorded_walks(const std::vector<std::string>& clips);
+/// What a figure says instead of numbers: one row that does not hold.
+reproduce::Report report_absent(const std::string& clip);
+
+/// One figure whose angles come from anywhere, on the ground: root motion from its standing foot
+/// (root_motion.h) without foot lock.
+class GroundedFigure {
+ public:
+  /// At the origin, heading along x. @throws ConfigError if a row of the model is no body row.
+  explicit GroundedFigure(const motion::MotionModel& model);
+
+  /// Takes the angles [rad] of the model's rows, dt after those before.
+  void step(const Eigen::VectorXd& angles_rad, double dt_s);
+
+  const Eigen::Vector2d& position_W_m() const { return position_; }
+  double heading_rad() const { return heading_; }  ///< + to the left, not wrapped
+  /// Moves the figure: for films.
+  void place(const Eigen::Vector2d& position_W_m) { position_ = position_W_m; }
+  mocap::BodyPose pose() const;
+
+ private:
+  mocap::Body body_;
+  BodyLanes lanes_;
+  std::vector<int> body_row_;
+  Eigen::Matrix<double, mocap::kBodyRows, 1> angles_;
+  RootLanes root_;
+  Eigen::Vector2d position_ = Eigen::Vector2d::Zero();
+  double heading_ = 0.0;
+};
+
+/// The figure with these angles, the root's relative to the heading; pelvis at p_W.
+mocap::BodyPose figure_pose(const mocap::Body& body,
+                            const Eigen::Matrix<double, mocap::kBodyRows, 1>& angles_rad,
+                            const Eigen::Vector3d& p_W, double heading_rad);
+/// By row of the model the body's row. @throws ConfigError if one is none.
+std::vector<int> body_rows(const motion::MotionModel& model);
 
 /// One pattern a style (the mean of its cycles), with tied delays: what characters blend. Rotations
 /// are brought to common branches first. Of styles that turn ("walk-turn-left_normal") the cycle
 /// that turns most stands for all: the others go straight again.
-MotionModel styled_walks(const RecordedWalks& walks, int sources);
+motion::MotionModel styled_walks(const RecordedWalks& walks, int sources);
 
 /// Number of the pattern of a style. @throws ConfigError if there is none.
-int pattern_of(const MotionModel& model, const std::string& style);
+int pattern_of(const motion::MotionModel& model, const std::string& style);
 
 /// Character i as the film draws it.
-mocap::BodyPose character_pose(const MotionModel& model, const CharacterBatch& batch, int i);
+mocap::BodyPose character_pose(const motion::MotionModel& model, const CharacterBatch& batch,
+                               int i);
 
 /// Mean speed of standing feet: of the lower of heel and toe, from 4 % to 55 % of the cycle after
 /// the foot's strike (left: phase 0, right: half a cycle), while it is the same point as a step

@@ -4,22 +4,22 @@
 
 #include "common/math/circle.h"
 #include "common/plot/gnuplot.h"
-#include "nodes/synthesizer/control/styles.h"
-#include "nodes/synthesizer/control/transition.h"
 #include "experiments/motion/figures.h"
 #include "experiments/motion/styled_walks.h"
+#include "nodes/synthesizer/control/styles.h"
+#include "nodes/synthesizer/control/transition.h"
 
 namespace mimesis::synthesizer {
 namespace {
 
+using plot::Data;
 using reproduce::at_least;
 using reproduce::at_most;
-using plot::Data;
 using reproduce::Report;
 using Paths = std::vector<std::filesystem::path>;
 using PlotDir = std::optional<std::filesystem::path>;
 
-constexpr int kSources = 5;
+constexpr int kStyleSources = 5;
 constexpr double kDt = 1.0 / 60.0;
 const std::vector<std::string> kStyles = {"normal", "happy", "sad", "angry", "tired", "active"};
 
@@ -31,15 +31,15 @@ std::vector<std::string> clips() {
   return out;
 }
 
-const MotionModel& styles_model() {
-  static const MotionModel model = styled_walks(recorded_walks(clips()), kSources);
+const motion::MotionModel& styles_model() {
+  static const motion::MotionModel model = styled_walks(recorded_walks(clips()), kStyleSources);
   return model;
 }
 
 /// A character that goes from style to style.
 class StyleWalk {
  public:
-  StyleWalk(const MotionModel& model, const MotionParameters& first, double beta, bool lock)
+  StyleWalk(const motion::MotionModel& model, const MotionParameters& first, double beta, bool lock)
       : batch_(model, 1, {.dt_s = kDt, .harmonics = 14, .individual = true, .foot_lock = lock}),
         course_(first, model.fixed, 0.0, beta) {}
   void announce(const MotionParameters& next) { next_ = &next; }
@@ -84,8 +84,8 @@ struct Jerk {
 };
 
 /// Two cycles of `from`, then of `to`, without foot lock, which has jerks of its own.
-Jerk jerk(const MotionModel& model, const MotionParameters& from, const MotionParameters& to,
-          double beta) {
+Jerk jerk(const motion::MotionModel& model, const MotionParameters& from,
+          const MotionParameters& to, double beta) {
   StyleWalk walk(model, from, beta, false);
   std::vector<Eigen::VectorXd> frames;
   std::size_t zero = 0;
@@ -105,7 +105,7 @@ struct Ratios {
 
 /// Over all ordered pairs: rms jerk within 0.2 s of the transition, relative to the larger of the
 /// two styles alone (at the same place of the cycle or over all of it, whichever is more).
-Ratios jerk_ratios(const MotionModel& model, const Styles& styles, double beta) {
+Ratios jerk_ratios(const motion::MotionModel& model, const Styles& styles, double beta) {
   const std::size_t n = styles.names.size();
   std::vector<double> steady;
   for (const MotionParameters& p : styles.parameters) {
@@ -125,7 +125,7 @@ Ratios jerk_ratios(const MotionModel& model, const Styles& styles, double beta) 
   return r;
 }
 
-double foot_slide(const MotionModel& model, const MotionParameters& style, bool lock) {
+double foot_slide(const motion::MotionModel& model, const MotionParameters& style, bool lock) {
   StyleWalk walk(model, style, 0.2, lock);
   FootSlide slide(kDt);
   for (int i = 0; i < 600; ++i) {
@@ -137,7 +137,7 @@ double foot_slide(const MotionModel& model, const MotionParameters& style, bool 
 
 /// Walks kCycles of each style in turn. Calls see(time, style, batch) at every step.
 template <class See>
-void promenade(const MotionModel& model, const Styles& styles, int cycles_each, See see) {
+void promenade(const motion::MotionModel& model, const Styles& styles, int cycles_each, See see) {
   const auto parameters = [&](std::size_t s) -> const MotionParameters& {
     return styles.parameters[styles.index(kStyles[s])];
   };
@@ -155,7 +155,8 @@ void promenade(const MotionModel& model, const Styles& styles, int cycles_each, 
   }
 }
 
-void plot(const std::filesystem::path& png, const MotionModel& model, const Styles& styles) {
+void plot_styles(const std::filesystem::path& png, const motion::MotionModel& model,
+                 const Styles& styles) {
   std::vector<Data> data = {{"knee", {}}, {"elbow", {}}, {"chest", {}}};
   const auto row = [&](const char* name) {
     return std::ranges::find(model.rows, name) - model.rows.begin();
@@ -174,17 +175,17 @@ void plot(const std::filesystem::path& png, const MotionModel& model, const Styl
     }
   });
   plot::plot_png(png, 1100, 480, data,
-                      labels +
-                          "set title 'One character walks through recorded styles, β = 1/5'\n"
-                          "set xlabel 'time [s]'\nset ylabel 'angle [rad]'\nset key bottom right "
-                          "horizontal\nset xrange [0:20.5]\nset yrange [-2.1:1.6]\n"
-                          "plot $knee with lines lw 2 title 'left knee', $elbow with lines lw 2 "
-                          "title 'left elbow (z)', $chest with lines lw 2 title 'spine'\n");
+                 labels +
+                     "set title 'One character walks through recorded styles, β = 1/5'\n"
+                     "set xlabel 'time [s]'\nset ylabel 'angle [rad]'\nset key bottom right "
+                     "horizontal\nset xrange [0:20.5]\nset yrange [-2.1:1.6]\n"
+                     "plot $knee with lines lw 2 title 'left knee', $elbow with lines lw 2 "
+                     "title 'left elbow (z)', $chest with lines lw 2 title 'spine'\n");
 }
 
 Report walk_styles(const PlotDir& dir) {
   if (const auto clip = absent_clip(clips()); !clip.empty()) return report_absent(clip);
-  const MotionModel& model = styles_model();
+  const motion::MotionModel& model = styles_model();
   const Styles styles = styles_of(model);
   Report report;
   report.rows.push_back(at_least("Q of the tied mixture, 5 sources, 6 styles", model.quality, 0.8,
@@ -205,14 +206,14 @@ Report walk_styles(const PlotDir& dir) {
                                 "a wider interval helps"));
   if (dir) {
     report.plots.push_back(*dir / "walk-styles.png");
-    plot(report.plots.back(), model, styles);
+    plot_styles(report.plots.back(), model, styles);
   }
   return report;
 }
 
-Paths film(const std::filesystem::path& dir) {
+Paths film_styles(const std::filesystem::path& dir) {
   if (!absent_clip(clips()).empty()) return {};
-  const MotionModel& model = styles_model();
+  const motion::MotionModel& model = styles_model();
   std::vector<FilmFrame> frames;
   promenade(model, styles_of(model), 3, [&](int i, std::size_t style, const StyleWalk& walk) {
     if (i % 3 != 0) return;  // 20 pictures a second
@@ -235,8 +236,8 @@ Paths film(const std::filesystem::path& dir) {
 }  // namespace
 
 void add_walk_styles_figure(std::vector<reproduce::Figure>& to) {
-  to.push_back(
-      {"walk-styles", "one character walks through recorded styles", "M18", walk_styles, film});
+  to.push_back({"walk-styles", "one character walks through recorded styles", "M18", walk_styles,
+                film_styles});
 }
 
 }  // namespace mimesis::synthesizer

@@ -1,13 +1,105 @@
 #include "common/motion/demix/alternation.h"
 
 #include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <algorithm>
 #include <cmath>
 #include <complex>
+#include <numeric>
+#include <vector>
 
-#include "common/motion/demix/anderson.h"
-#include "common/motion/demix/shift_kernels.h"
+#include "common/math/circle.h"
+#include "common/motion/demix/spectrum.h"
 
 namespace mimesis::demix {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+
+/// Harmonics in the order in which they are used, from 0.
+std::vector<Index> ranking(const MatrixXd& data, bool by_energy) {
+  const Index half = data.rows() / 2;
+  const Eigen::VectorXd energy =
+      data.topRows(half).rowwise().squaredNorm() + data.bottomRows(half).rowwise().squaredNorm();
+  std::vector<Index> order(static_cast<std::size_t>(half));
+  std::iota(order.begin(), order.end(), 0);
+  if (by_energy) {
+    std::ranges::stable_sort(order, [&](Index a, Index b) { return energy[a] > energy[b]; });
+  }
+  return order;
+}
+
+/// @param order  places in the ranking, from 1
+Start harmonics(const std::vector<int>& order, const std::vector<Index>& ranks) {
+  const auto half = static_cast<Index>(ranks.size());
+  Start out{MatrixXd::Zero(2 * half, static_cast<Index>(order.size())), true};
+  for (Index k = 0; k < out.sources.cols(); ++k) {
+    const auto place = static_cast<std::size_t>(order[static_cast<std::size_t>(k)] - 1);
+    out.sources(ranks[place % ranks.size()], k) = 1.0;
+  }
+  return out;
+}
+
+/// The first `doubled` harmonics twice, then the following ones once.
+std::vector<int> with_pairs(Index count, Index doubled) {
+  std::vector<int> order;
+  for (int h = 1; static_cast<Index>(order.size()) < count; ++h) {
+    order.push_back(h);
+    if (h <= doubled && static_cast<Index>(order.size()) < count) order.push_back(h);
+  }
+  return order;
+}
+
+Start principal_components(const MatrixXd& data, Index count) {
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(data * data.transpose());
+  return {solver.eigenvectors().rightCols(count).rowwise().reverse(), false};
+}
+
+}  // namespace
+
+std::vector<Start> starts(const MatrixXd& data, Index count, bool tied, bool by_energy) {
+  if (count == 0) return {{MatrixXd(data.rows(), 0), false}};
+  const std::vector<Index> ranks = ranking(data, by_energy);
+  std::vector<Start> out;
+  out.push_back(harmonics(with_pairs(count, 0), ranks));
+  if (!tied) return out;
+  for (Index doubled = 1; doubled <= (count + 1) / 2; ++doubled) {
+    if (with_pairs(count, doubled) == with_pairs(count, doubled - 1)) break;
+    out.push_back(harmonics(with_pairs(count, doubled), ranks));
+  }
+  out.push_back(principal_components(data, count));
+  return out;
+}
+
+void Anderson::clear() {
+  value_.clear();
+  residual_.clear();
+}
+
+Eigen::MatrixXd Anderson::next(const Eigen::MatrixXd& x, const Eigen::MatrixXd& gx) {
+  value_.emplace_back(gx.reshaped());
+  residual_.emplace_back((gx - x).reshaped());
+  if (value_.size() > memory_) {
+    value_.pop_front();
+    residual_.pop_front();
+  }
+  const auto past = static_cast<Eigen::Index>(value_.size()) - 1;
+  if (past == 0) return gx;
+  // min ‖rₙ − ΔR γ‖, next = gₙ − ΔG γ
+  Eigen::MatrixXd dr(gx.size(), past), dg(gx.size(), past);
+  for (Eigen::Index i = 0; i < past; ++i) {
+    const auto j = static_cast<std::size_t>(i);
+    dr.col(i) = residual_[j + 1] - residual_[j];
+    dg.col(i) = value_[j + 1] - value_[j];
+  }
+  Eigen::MatrixXd normal = dr.transpose() * dr;
+  normal.diagonal().array() += 1e-10 * normal.trace() + 1e-300;
+  const Eigen::VectorXd gamma = normal.ldlt().solve(dr.transpose() * residual_.back());
+  const Eigen::VectorXd mixed = value_.back() - dg * gamma;
+  return mixed.reshaped(gx.rows(), gx.cols());
+}
+
 namespace {
 
 using Eigen::Index;
@@ -110,6 +202,7 @@ void Alternation::update_sources() {
   const Index frozen = layout_.frozen, free = count - frozen;
   Eigen::MatrixXcd a(count, count);
   Eigen::VectorXcd b(count), kept(frozen);
+  // S-update [M18 3.3.3]: A(f) s(f) = b(f), the frozen sources' share on the right
   for (Index f = 0; f < half; ++f) {
     for (Index k = 0; k < count; ++k) {
       b[k] = {right_(f, k), right_(half + f, k)};
@@ -181,6 +274,68 @@ void Alternation::run(const Limits& limits, std::vector<double>* trace) {
   }
   refine(1);
   if (extrapolated && error_ > before) undo();
+}
+
+namespace {
+
+using Eigen::Index;
+using Eigen::VectorXd;
+
+/// The phase by which a source has to be delayed.
+double turn_to_crest(const VectorXd& spectrum) {
+  const Index half = spectrum.size() / 2;
+  Index dominant = 0;
+  (spectrum.head(half).array().square() + spectrum.tail(half).array().square()).maxCoeff(&dominant);
+  const auto order = static_cast<double>(dominant + 1);
+  const double phase = std::atan2(spectrum[half + dominant], spectrum[dominant]);
+  double best = 0.0, highest = -INFINITY;
+  VectorXd turned(2 * half);
+  for (Index i = 0; i <= dominant; ++i) {
+    const double delay = (phase + math::kTwoPi * static_cast<double>(i)) / order;
+    shift_spectrum(spectrum.data(), delay, half, turned.data(), nullptr);
+    const double at_zero = turned.head(half).sum();
+    if (at_zero > highest + 1e-9) {
+      highest = at_zero;
+      best = delay;
+    }
+  }
+  return best;
+}
+
+void turn_and_scale(Mixture& m, Index k, bool keep_sign) {
+  const Index samples = m.sources.cols(), harmonics = harmonic_count(samples);
+  const Index half = (harmonics + 3) / 4 * 4;
+  VectorXd spectrum = to_spectrum(m.sources.row(k), harmonics, half), turned(2 * half);
+  double scale = spectrum.norm() / std::sqrt(static_cast<double>(samples));
+  if (scale <= 0.0) return;
+  if (!keep_sign && m.weights.col(k).sum() < 0.0) scale = -scale;
+  spectrum /= scale;
+  const double delay = turn_to_crest(spectrum);
+  shift_spectrum(spectrum.data(), delay, half, turned.data(), nullptr);
+  m.sources.row(k) = from_spectrum(turned, samples);
+  m.weights.col(k) *= scale;
+  m.delay_rad.col(k).array() -= delay;
+}
+
+}  // namespace
+
+void fix_gauge(Mixture& mixture, Index given, bool keep_signs) {
+  const Index count = mixture.sources.rows();
+  for (Index k = given; k < count; ++k) turn_and_scale(mixture, k, keep_signs);
+  std::vector<Index> order(static_cast<std::size_t>(count));
+  std::iota(order.begin(), order.end(), 0);
+  const VectorXd carried = mixture.weights.colwise().squaredNorm();
+  std::stable_sort(order.begin() + given, order.end(),
+                   [&](Index a, Index b) { return carried[a] > carried[b]; });
+  mixture.sources = mixture.sources(order, Eigen::all).eval();
+  mixture.weights = mixture.weights(Eigen::all, order).eval();
+  mixture.delay_rad = mixture.delay_rad(Eigen::all, order).eval();
+  for (Index k = given; k < count; ++k) {
+    for (Index n = 0; n < mixture.weights.rows(); ++n) {
+      mixture.delay_rad(n, k) =
+          mixture.weights(n, k) == 0.0 ? 0.0 : math::wrap_pi(mixture.delay_rad(n, k));
+    }
+  }
 }
 
 }  // namespace mimesis::demix

@@ -1,17 +1,106 @@
 #include "common/motion/demix/sisa.h"
 
+#include <Eigen/Eigenvalues>
+#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <string>
 
+#include "common/error.h"
 #include "common/math/circle.h"
 #include "common/motion/demix/alternation.h"
-#include "common/motion/demix/check_set.h"
-#include "common/motion/demix/gauge.h"
+#include "common/motion/demix/group_fit.h"
 #include "common/motion/demix/spectrum.h"
-#include "common/motion/demix/starts.h"
 
 namespace mimesis::demix {
+namespace {
+
+using Eigen::Index;
+
+std::string name_of_row(const mocap::Trials& set, Index n) {
+  const Index rows = set.rows_per_trial();
+  const mocap::Trial& trial = set.trials[static_cast<std::size_t>(n / rows)];
+  return set.rows[static_cast<std::size_t>(n % rows)] + " of trial " + std::to_string(n / rows) +
+         " (" + trial.clip + ", cycle " + std::to_string(trial.cycle) + ")";
+}
+
+}  // namespace
+
+void check_set(const mocap::Trials& set) {
+  const Index rows = set.rows_per_trial(), trials = static_cast<Index>(set.trials.size());
+  if (rows == 0 || trials == 0) {
+    throw ConfigError("demix: the set is empty, expected at least one trial with one row");
+  }
+  if (set.samples.rows() != rows * trials) {
+    throw ConfigError("demix: " + std::to_string(set.samples.rows()) + " trajectories, expected " +
+                      std::to_string(trials) + " trials of " + std::to_string(rows) + " rows");
+  }
+  if (set.samples.cols() < 4) {
+    throw ConfigError("demix: " + std::to_string(set.samples.cols()) +
+                      " samples a period, expected at least 4");
+  }
+  for (Index n = 0; n < set.samples.rows(); ++n) {
+    for (Index t = 0; t < set.samples.cols(); ++t) {
+      if (std::isfinite(set.samples(n, t))) continue;
+      throw ConfigError("demix: " + name_of_row(set, n) + ": sample " + std::to_string(t) +
+                        " is not a finite number");
+    }
+  }
+  if (rank(set) == 0) throw ConfigError("demix: all rows are constant, expected motion");
+}
+
+void check_given(const Eigen::MatrixXd& sources, const char* what, Index samples) {
+  if (sources.rows() == 0) return;
+  const std::string name = std::string("demix: ") + what + " source";
+  if (sources.cols() != samples) {
+    throw ConfigError(name + "s have " + std::to_string(sources.cols()) + " samples, expected " +
+                      std::to_string(samples) + " as the set");
+  }
+  for (Index k = 0; k < sources.rows(); ++k) {
+    const auto centred = (sources.row(k).array() - sources.row(k).mean()).eval();
+    if (sources.row(k).allFinite() && centred.abs().maxCoeff() > 0.0) continue;
+    throw ConfigError(name + " " + std::to_string(k) + " is constant or not finite");
+  }
+}
+
+void check_known(const mocap::Trials& set, const KnownSources& known) {
+  if (known.delay_rad.rows() == set.rows_per_trial() &&
+      known.delay_rad.cols() == known.sources.rows() && known.delay_rad.allFinite()) {
+    return;
+  }
+  throw ConfigError("demix: delays of the known sources: expected " +
+                    std::to_string(set.rows_per_trial()) + "x" +
+                    std::to_string(known.sources.rows()) + " finite numbers");
+}
+
+Index rank(const mocap::Trials& set) {
+  const Index samples = set.samples.cols(), harmonics = harmonic_count(samples);
+  const Eigen::MatrixXd spectrum = to_spectrum(set.samples, harmonics, harmonics);
+  const bool tall = spectrum.cols() > spectrum.rows();
+  const Eigen::MatrixXd product =
+      tall ? Eigen::MatrixXd(spectrum * spectrum.transpose()) : spectrum.transpose() * spectrum;
+  const Eigen::VectorXd values =
+      Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(product, Eigen::EigenvaluesOnly).eigenvalues();
+  // below: rounding of the product, and of samples that are constant but for it
+  const double scale = set.samples.squaredNorm();
+  const double least = std::max(1e-13 * values.maxCoeff(), 1e-28 * scale);
+  return (values.array() > least).count();
+}
+
+void check_count(const mocap::Trials& set, int sources, int given) {
+  if (sources < 1 || sources < given) {
+    throw ConfigError("demix.sources: " + std::to_string(sources) + ", expected at least " +
+                      std::to_string(std::max(1, given)));
+  }
+  const Index most = rank(set) + given;
+  if (sources > most) {
+    throw ConfigError("demix.sources: " + std::to_string(sources) +
+                      " is more than the set supports, expected at most " + std::to_string(most) +
+                      ": so many components describe it exactly");
+  }
+}
+
 namespace {
 
 using Eigen::Index;
@@ -270,6 +359,87 @@ KnownSources known_sources(const Mixture& tied, Index rows_per_trial) {
   const Index periodic = tied.sources.rows() - tied.fixed;
   return {tied.sources.bottomRows(periodic),
           tied.delay_rad.topRows(rows_per_trial).rightCols(periodic)};
+}
+
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+/// What each of the 2h + 1 samples counts for the value in their middle.
+VectorXd filter(int half_window, int order) {
+  MatrixXd powers(2 * half_window + 1, order + 1);
+  for (Index i = 0; i < powers.rows(); ++i) {
+    const double x = static_cast<double>(i - half_window) / std::max(1, half_window);
+    for (Index j = 0; j <= order; ++j) powers(i, j) = std::pow(x, static_cast<double>(j));
+  }
+  const MatrixXd unit = MatrixXd::Identity(powers.rows(), powers.rows());
+  return powers.colPivHouseholderQr().solve(unit).row(0).transpose();
+}
+
+/// Weights of all rows, for sources and delays as they are.
+void fit_weights(const mocap::Trials& set, bool nonnegative, Mixture& m) {
+  const Index harmonics = harmonic_count(set.samples.cols()), half = (harmonics + 3) / 4 * 4;
+  const MatrixXd data = to_spectrum(set.samples, harmonics, half);
+  const Index count = m.source_count();
+  GroupFit fit(half, count, 1, count, nonnegative);
+  fit.set_sources(to_spectrum(m.sources, harmonics, half));
+  VectorXd phi(count), w(count);
+  for (Index n = 0; n < data.cols(); ++n) {
+    phi = m.delay_rad.row(n).transpose();
+    fit.weights(data.col(n).data(), data.col(n).squaredNorm(), phi.data(), w.data());
+    m.weights.row(n) = w.transpose();
+  }
+  m.means = set.samples.rowwise().mean() -
+            m.weights.leftCols(m.fixed) * m.sources.topRows(m.fixed).rowwise().mean();
+}
+
+}  // namespace
+
+MatrixXd savitzky_golay(const MatrixXd& rows, int half_window, int order) {
+  const Index samples = rows.cols();
+  if (half_window < 0 || order < 0 || order >= 2 * half_window + 1 ||
+      2 * half_window + 1 > samples) {
+    throw ConfigError("smoothing: order " + std::to_string(order) + " and half window " +
+                      std::to_string(half_window) + ", expected 0 <= order < 2 x half window + 1 " +
+                      "<= " + std::to_string(samples) + " samples");
+  }
+  const VectorXd taps = filter(half_window, order);
+  MatrixXd out = MatrixXd::Zero(rows.rows(), samples);
+  for (Index t = 0; t < samples; ++t) {
+    for (Index i = -half_window; i <= half_window; ++i) {
+      out.col(t) += taps[half_window + i] * rows.col((t + i + samples) % samples);
+    }
+  }
+  return out;
+}
+
+SisaResult smooth_sources(const mocap::Trials& set, const Mixture& mixture,
+                          const SmoothOptions& options) {
+  check_set(set);
+  if (mixture.weights.rows() != set.samples.rows() ||
+      mixture.sources.cols() != set.samples.cols()) {
+    throw ConfigError("smoothing: a mixture of " + std::to_string(mixture.weights.rows()) +
+                      " rows and " + std::to_string(mixture.sources.cols()) +
+                      " samples, expected those of the set: " + std::to_string(set.samples.rows()) +
+                      " and " + std::to_string(set.samples.cols()));
+  }
+  SisaResult out{mixture, {}, 0.0, 0.0};
+  Mixture& m = out.mixture;
+  const Index learned = m.source_count() - m.fixed;
+  auto sources = m.sources.bottomRows(learned);
+  sources = savitzky_golay(sources, options.half_window, options.order);
+  for (Index k = 0; k < learned; ++k) {
+    const double rms =
+        std::sqrt(sources.row(k).squaredNorm() / static_cast<double>(sources.cols()));
+    if (rms > 0.0) sources.row(k) /= rms;
+  }
+  fit_weights(set, options.nonnegative, m);
+  const MatrixXd x_hat = m.reconstruct();
+  out.quality = quality(set.samples, x_hat);
+  out.quality_squared = quality_squared(set.samples, x_hat);
+  return out;
 }
 
 }  // namespace mimesis::demix

@@ -64,4 +64,36 @@ Eigen::MatrixXd non_periodic(int count, Eigen::Index samples);
 /// The periodic sources of a tied mixture with their delays, for another action.
 KnownSources known_sources(const Mixture& tied, Eigen::Index rows_per_trial);
 
+/// Savitzky-Golay filter of periodic rows (R×T): each value becomes that of the polynomial of
+/// `order` that is nearest to it and to the `half_window` samples on either side.
+/// @throws ConfigError unless 0 <= order < 2·half_window + 1 <= T
+Eigen::MatrixXd savitzky_golay(const Eigen::MatrixXd& rows, int half_window, int order);
+
+struct SmoothOptions {
+  int half_window = 3;  ///< samples
+  int order = 3;
+  bool nonnegative = false;  ///< weights, as in SisaOptions
+};
+
+/// Learned sources are continuous, but may have kinks. They are smoothed by savitzky_golay(), get
+/// unit rms again, and the weights are estimated anew; delays and the fixed sources stay [M18
+/// 3.3.3]. Q falls a little: it is what smoothness costs. The trace is empty.
+/// @throws ConfigError for the window, as sisa() for the set, or if the mixture is not of the set
+SisaResult smooth_sources(const mocap::Trials& set, const Mixture& mixture,
+                          const SmoothOptions& options);
+
+// Checks of the input that all demixing methods share. All throw ConfigError in one line.
+
+/// Trials and rows are there, the sizes fit, at least 4 samples, all finite, not all constant.
+void check_set(const mocap::Trials& set);
+/// `sources` (named `what` in the message) have the set's period and are finite and not constant.
+void check_given(const Eigen::MatrixXd& sources, const char* what, Eigen::Index samples);
+/// One finite delay for each row of a trial and known source.
+void check_known(const mocap::Trials& set, const KnownSources& known);
+/// 1 ≤ K ≤ rank of the set, and at least `given`.
+void check_count(const mocap::Trials& set, int sources, int given);
+
+/// Independent rows of the set, means and Nyquist bin removed, as far as rounding lets one see.
+Eigen::Index rank(const mocap::Trials& set);
+
 }  // namespace mimesis::demix

@@ -6,8 +6,7 @@
 
 #include "common/math/circle.h"
 #include "common/motion/demix/alternation.h"
-#include "common/motion/demix/check_set.h"
-#include "common/motion/demix/gauge.h"
+#include "common/motion/demix/sisa.h"
 #include "common/motion/demix/spectrum.h"
 
 namespace mimesis::demix {

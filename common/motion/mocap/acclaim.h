@@ -4,7 +4,7 @@
 #include <string_view>
 #include <vector>
 
-#include "common/motion/mocap/read_clip.h"
+#include "common/motion/mocap/clip_file.h"
 
 namespace mimesis::mocap {
 

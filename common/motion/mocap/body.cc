@@ -26,6 +26,13 @@ BodyPose forward_kinematics(const Body& body, std::span<const double, kBodyRows>
   return pose;
 }
 
+BodyPose BodyClip::pose(Eigen::Index frame) const {
+  return forward_kinematics(body,
+                            std::span<const double, kBodyRows>(angles_rad.col(frame).data(),
+                                                               static_cast<std::size_t>(kBodyRows)),
+                            root_position_W_m.col(frame));
+}
+
 // Segment lengths as fractions of the height: de Leva 1996, J. Biomech. 29, table 4 (male), for
 // 1.70 m; pelvis and shoulder widths are usual anthropometric means.
 Body standard_body() {

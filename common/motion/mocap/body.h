@@ -74,6 +74,20 @@ struct BodyPose {
 BodyPose forward_kinematics(const Body& body, std::span<const double, kBodyRows> angles_rad,
                             const Eigen::Vector3d& p_W_root);
 
+/// A recorded motion of the 17-joint figure. `W`: world, z up.
+struct BodyClip {
+  Body body;
+  std::string name;  ///< file name without folder
+  double rate_hz = 0.0;
+  long first_frame = 0;                ///< number of column 0 in the file, from 0
+  Eigen::Matrix3Xd root_position_W_m;  ///< of the root joint, 3×frames
+  Eigen::MatrixXd angles_rad;          ///< 51×frames, axis-angle as in forward_kinematics()
+
+  Eigen::Index frames() const { return angles_rad.cols(); }
+  /// Where everything is in a frame.
+  BodyPose pose(Eigen::Index frame) const;
+};
+
 /// An adult of 1.70 m with de Leva's segment lengths: for characters without a recording.
 Body standard_body();
 

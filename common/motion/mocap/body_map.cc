@@ -1,6 +1,12 @@
 #include "common/motion/mocap/body_map.h"
 
+#include <algorithm>
 #include <array>
+#include <cmath>
+#include <vector>
+
+#include "common/error.h"
+#include "common/math/so3.h"
 
 namespace mimesis::mocap {
 namespace {
@@ -54,6 +60,289 @@ BodyMap bandai_namco() {
 std::span<const BodyMap> known_body_maps() {
   static const std::array<BodyMap, 3> maps = {cmu_bvh(), cmu_asf(), bandai_namco()};
   return maps;
+}
+
+namespace {
+
+using Eigen::Index;
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+std::vector<std::string> missing_joints(const Skeleton& skeleton, const BodyMap& map) {
+  std::vector<std::string> missing;
+  auto need = [&](const std::string& name) {
+    if (skeleton.find(name) < 0) missing.push_back(name);
+  };
+  for (const std::string& name : map.joints) need(name);
+  for (const std::string& name : map.toes) need(name);
+  return missing;
+}
+
+BodyMap find_map(const Clip& clip, const std::optional<BodyMap>& own) {
+  std::vector<BodyMap> candidates;
+  if (own) {
+    candidates.push_back(*own);
+  } else {
+    candidates.assign(known_body_maps().begin(), known_body_maps().end());
+  }
+  const BodyMap* nearest = nullptr;
+  std::vector<std::string> missing;
+  for (const BodyMap& map : candidates) {
+    std::vector<std::string> m = missing_joints(clip.skeleton, map);
+    if (nearest == nullptr || m.size() < missing.size()) {
+      nearest = &map;
+      missing = std::move(m);
+    }
+  }
+  if (missing.empty()) return *nearest;
+  std::string list;
+  for (const std::string& name : missing) list += (list.empty() ? "" : ", ") + name;
+  throw ConfigError(clip.name + ": no known skeleton; for " + nearest->name +
+                    " these joints are missing: " + list);
+}
+
+// What files lack. The ball of the foot is 3 to 5.5 cm above the ground in the stances of all CMU
+// and Bandai-Namco clips at hand; heels, hands and heads have usual proportions.
+constexpr double kBallHeight_m = 0.04;
+constexpr double kHeelShare = 0.3;   // behind the ankle, of the ball's distance before it
+constexpr double kHandShare = 0.65;  // of the forearm
+constexpr double kHeadShare = 0.46;  // of the thigh
+
+/// Where every joint of the file's skeleton is in one frame.
+struct FilePose {
+  std::vector<Matrix3d> R_WJ;
+  std::vector<Vector3d> p_WJ;
+};
+
+FilePose file_pose(const Clip& clip, Index frame) {
+  const std::vector<Joint>& joints = clip.skeleton.joints;
+  FilePose pose{std::vector<Matrix3d>(joints.size()), std::vector<Vector3d>(joints.size())};
+  for (std::size_t j = 0; j < joints.size(); ++j) {
+    const Matrix3d R_PJ =
+        math::exp_so3(clip.rotation_rad.block<3, 1>(static_cast<Index>(3 * j), frame));
+    if (joints[j].parent < 0) {
+      pose.R_WJ[j] = R_PJ;
+      pose.p_WJ[j] = clip.root_position_W_m.col(frame);
+    } else {
+      const auto parent = static_cast<std::size_t>(joints[j].parent);
+      pose.R_WJ[j] = pose.R_WJ[parent] * R_PJ;
+      pose.p_WJ[j] = pose.p_WJ[parent] + pose.R_WJ[parent] * joints[j].offset_m;
+    }
+  }
+  return pose;
+}
+
+/// Largest turn of a joint from a frame to the next [rad].
+double leap(const Clip& clip, Index frame) {
+  double largest = 0.0;
+  for (Index j = 0; j + 2 < clip.rotation_rad.rows(); j += 3) {
+    const Matrix3d before = math::exp_so3(clip.rotation_rad.block<3, 1>(j, frame));
+    const Matrix3d after = math::exp_so3(clip.rotation_rad.block<3, 1>(j, frame + 1));
+    largest = std::max(largest, math::log_so3(before.transpose() * after).norm());
+  }
+  return largest;
+}
+
+/// Number of frames at the start that are no part of the motion: a joint leaps out of them by far
+/// more than joints usually move. CMU's conversions have one or two.
+Index frames_apart(const Clip& clip) {
+  constexpr double kLeap_rad = 0.3, kTimesMedian = 10.0;
+  constexpr Index kMost = 3;
+  if (clip.frames() < 2 * kMost) return 0;
+  std::vector<double> leaps;
+  for (Index f = 0; f + 1 < clip.frames(); ++f) leaps.push_back(leap(clip, f));
+  std::vector<double> sorted = leaps;
+  const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
+  std::nth_element(sorted.begin(), middle, sorted.end());
+  Index apart = 0;
+  for (Index f = 0; f < kMost; ++f) {
+    const double x = leaps[static_cast<std::size_t>(f)];
+    if (x > kLeap_rad && x > kTimesMedian * *middle) apart = f + 1;
+  }
+  return apart;
+}
+
+/// Rows: the local axes that point forward, left and up. @throws ConfigError
+Matrix3d axes_of(const std::string& text, const BodyMap& map) {
+  if (text.empty()) return Matrix3d::Identity();
+  Matrix3d axes = Matrix3d::Zero();
+  bool good = text.size() == 6;
+  for (std::size_t i = 0; good && i < 3; ++i) {
+    const char sign = text[2 * i], axis = text[2 * i + 1];
+    good = (sign == '+' || sign == '-') && axis >= 'x' && axis <= 'z';
+    if (good) axes(static_cast<Index>(i), axis - 'x') = sign == '+' ? 1.0 : -1.0;
+  }
+  if (!good || std::abs(axes.determinant() - 1.0) > 1e-9) {
+    throw ConfigError("body map " + map.name + ": axes \"" + text +
+                      "\", expected a right-handed triple like \"+x+y+z\"");
+  }
+  return axes;
+}
+
+/// Rotation by the smallest angle that turns `from` into the direction `to`.
+Matrix3d turn_onto(const Vector3d& from, const Vector3d& to) {
+  if (from.norm() < 1e-9) return Matrix3d::Identity();
+  return Eigen::Quaterniond::FromTwoVectors(from, to).toRotationMatrix();
+}
+
+/// Index in the file by body joint, of the toes and hands, and the orientation of all file joints'
+/// frames in the posture from which the angles are counted.
+struct Correspondence {
+  std::array<std::size_t, kBodyJoints> joint;
+  std::array<std::size_t, 2> toe;
+  std::array<Matrix3d, kBodyJoints> R_WJ_zero;  ///< as options.zero says
+  std::array<Matrix3d, kBodyJoints> R_WJ_T;     ///< in the T-posture
+};
+
+/// Straightens a limb to the T-posture: the frames turn with the segments that they carry.
+void straighten(const Clip& clip, std::span<const BodyJoint> limb,
+                std::span<const Vector3d> directions, std::size_t end, Correspondence& c) {
+  Matrix3d turn = Matrix3d::Identity();
+  for (std::size_t i = 0; i < limb.size(); ++i) {
+    const BodyJoint joint = limb[i];
+    c.R_WJ_T[joint] = turn * c.R_WJ_T[joint];
+    if (i >= directions.size()) continue;
+    const std::size_t next = i + 1 < limb.size() ? c.joint[limb[i + 1]] : end;
+    const Vector3d bone = c.R_WJ_T[joint] * clip.skeleton.joints[next].offset_m;
+    const Matrix3d more = turn_onto(bone, directions[i]);
+    c.R_WJ_T[joint] = more * c.R_WJ_T[joint];
+    turn = more * turn;
+  }
+}
+
+Correspondence correspond(const Clip& clip, const BodyMap& map, ZeroPosture zero) {
+  Correspondence c;
+  auto index = [&](const std::string& name) {
+    return static_cast<std::size_t>(clip.skeleton.find(name));
+  };
+  for (std::size_t j = 0; j < kBodyJoints; ++j) {
+    c.joint[j] = index(map.joints[j]);
+    c.R_WJ_T[j] = axes_of(map.axes[j], map);
+  }
+  c.toe = {index(map.toes[kLeft]), index(map.toes[kRight])};
+
+  const Vector3d down = -Vector3d::UnitZ(), left = Vector3d::UnitY();
+  const Vector3d sole(std::cos(map.sole_rad), 0.0, std::sin(map.sole_rad));
+  const std::array<Vector3d, 3> leg = {down, down, sole};
+  const std::array<Vector3d, 2> left_arm = {left, left}, right_arm = {-left, -left};
+  straighten(clip, std::array{kLeftHip, kLeftKnee, kLeftAnkle}, leg, c.toe[kLeft], c);
+  straighten(clip, std::array{kRightHip, kRightKnee, kRightAnkle}, leg, c.toe[kRight], c);
+  straighten(clip, std::array{kLeftShoulder, kLeftElbow, kLeftWrist}, left_arm, 0, c);
+  straighten(clip, std::array{kRightShoulder, kRightElbow, kRightWrist}, right_arm, 0, c);
+  c.R_WJ_zero = c.R_WJ_T;
+  if (zero == ZeroPosture::kFile) c.R_WJ_zero.fill(Matrix3d::Identity());
+  return c;
+}
+
+/// End of the chain that starts at a joint, in that joint's frame [m]: the farthest end there is
+/// when all joints beyond are at zero.
+Vector3d chain_end(const Skeleton& skeleton, std::size_t from) {
+  Vector3d farthest = Vector3d::Zero();
+  for (const Joint& end : skeleton.ends) {
+    Vector3d p = end.offset_m;
+    int j = end.parent;
+    for (; j > static_cast<int>(from); j = skeleton.joints[static_cast<std::size_t>(j)].parent) {
+      p += skeleton.joints[static_cast<std::size_t>(j)].offset_m;
+    }
+    if (j == static_cast<int>(from) && p.norm() > farthest.norm()) farthest = p;
+  }
+  return farthest;
+}
+
+/// Ball of the foot in the ankle's frame; joints between them are taken at zero. @throws
+/// ConfigError
+Vector3d ball_of_foot(const Clip& clip, std::size_t ankle, std::size_t toe) {
+  const std::vector<Joint>& joints = clip.skeleton.joints;
+  Vector3d ball = Vector3d::Zero();
+  std::size_t j = toe;
+  while (j != ankle) {
+    ball += joints[j].offset_m;
+    if (joints[j].parent < static_cast<int>(ankle)) {
+      throw ConfigError(clip.name + ": joint " + joints[toe].name + " does not hang on " +
+                        joints[ankle].name);
+    }
+    j = static_cast<std::size_t>(joints[j].parent);
+  }
+  return ball;
+}
+
+/// Points at the ends of the limbs; the body's segments are set.
+void set_end_points(const Clip& clip, const Correspondence& c, Body& body) {
+  const std::array<BodyJoint, 2> ankles = {kLeftAnkle, kRightAnkle};
+  const std::array<BodyJoint, 2> wrists = {kLeftWrist, kRightWrist};
+  for (std::size_t s = 0; s < 2; ++s) {
+    const BodyJoint ankle = ankles[s], wrist = wrists[s];
+    const Vector3d ball = c.R_WJ_T[ankle] * ball_of_foot(clip, c.joint[ankle], c.toe[s]);
+    const Vector3d toe(ball.x(), ball.y(), ball.z() - kBallHeight_m);
+    const Vector3d heel(-kHeelShare * ball.x(), -kHeelShare * ball.y(), toe.z());
+    const Matrix3d from_T = c.R_WJ_zero[ankle] * c.R_WJ_T[ankle].transpose();
+    body.toe_m[s] = from_T * toe;
+    body.heel_m[s] = from_T * heel;
+    body.hand_m[s] = c.R_WJ_zero[wrist] * chain_end(clip.skeleton, c.joint[wrist]);
+    if (body.hand_m[s].norm() < 0.01) body.hand_m[s] = kHandShare * body.offset_m[wrist];
+  }
+  body.head_top_m = c.R_WJ_zero[kHead] * chain_end(clip.skeleton, c.joint[kHead]);
+  if (body.head_top_m.norm() < 0.01) {
+    const Vector3d up = c.R_WJ_zero[kHead] * c.R_WJ_T[kHead].transpose() * Vector3d::UnitZ();
+    body.head_top_m = kHeadShare * body.offset_m[kLeftKnee].norm() * up;
+  }
+}
+
+}  // namespace
+
+BodyClip to_body(const Clip& clip, const ToBodyOptions& options) {
+  const BodyMap map = find_map(clip, options.map);
+  const Correspondence c = correspond(clip, map, options.zero);
+  const Index first = frames_apart(clip), frames = clip.frames() - first;
+  if (frames < 1) throw ConfigError(clip.name + ": no frame, expected at least one");
+
+  BodyClip out;
+  out.name = out.body.name = clip.name;
+  out.body.offset_m.fill(Vector3d::Zero());
+  out.rate_hz = clip.rate_hz;
+  out.first_frame = first;
+  out.root_position_W_m.resize(3, frames);
+  out.angles_rad.resize(kBodyRows, frames);
+  for (Index f = 0; f < frames; ++f) {
+    const FilePose pose = file_pose(clip, f + first);
+    out.root_position_W_m.col(f) = pose.p_WJ[c.joint[kRoot]];
+    for (std::size_t j = 0; j < kBodyJoints; ++j) {
+      const Matrix3d R_WJ = pose.R_WJ[c.joint[j]] * c.R_WJ_zero[j].transpose();
+      Matrix3d R_PJ = R_WJ;
+      if (kBodyParents[j] >= 0) {
+        const auto p = static_cast<std::size_t>(kBodyParents[j]);
+        const Matrix3d R_WP = pose.R_WJ[c.joint[p]] * c.R_WJ_zero[p].transpose();
+        R_PJ = R_WP.transpose() * R_WJ;
+        const Vector3d segment = pose.p_WJ[c.joint[j]] - pose.p_WJ[c.joint[p]];
+        out.body.offset_m[j] += R_WP.transpose() * segment / static_cast<double>(frames);
+      }
+      const auto row = static_cast<Index>(3 * j);
+      const Vector3d before =
+          f > 0 ? Vector3d(out.angles_rad.block<3, 1>(row, f - 1)) : Vector3d::Zero();
+      out.angles_rad.block<3, 1>(row, f) = math::nearest_axis_angle(math::log_so3(R_PJ), before);
+    }
+  }
+  set_end_points(clip, c, out.body);
+  return out;
+}
+
+Clip to_clip(const BodyClip& motion) {
+  Clip clip;
+  clip.name = motion.name;
+  clip.rate_hz = motion.rate_hz;
+  clip.root_position_W_m = motion.root_position_W_m;
+  clip.rotation_rad = motion.angles_rad;
+  const Body& body = motion.body;
+  for (std::size_t j = 0; j < kBodyJoints; ++j) {
+    clip.skeleton.joints.push_back(
+        {std::string(kBodyJointNames[j]), kBodyParents[j], body.offset_m[j]});
+  }
+  clip.skeleton.ends = {{"ltoe", kLeftAnkle, body.toe_m[kLeft]},
+                        {"rtoe", kRightAnkle, body.toe_m[kRight]},
+                        {"lhand", kLeftWrist, body.hand_m[kLeft]},
+                        {"rhand", kRightWrist, body.hand_m[kRight]},
+                        {"top", kHead, body.head_top_m}};
+  return clip;
 }
 
 }  // namespace mimesis::mocap

@@ -10,20 +10,6 @@
 
 namespace mimesis::mocap {
 
-/// A recorded motion of the 17-joint figure. `W`: world, z up.
-struct BodyClip {
-  Body body;
-  std::string name;  ///< file name without folder
-  double rate_hz = 0.0;
-  long first_frame = 0;                ///< number of column 0 in the file, from 0
-  Eigen::Matrix3Xd root_position_W_m;  ///< of the root joint, 3×frames
-  Eigen::MatrixXd angles_rad;          ///< 51×frames, axis-angle as in forward_kinematics()
-
-  Eigen::Index frames() const { return angles_rad.cols(); }
-  /// Where everything is in a frame.
-  BodyPose pose(Eigen::Index frame) const;
-};
-
 /// Which joint of a file's skeleton moves which joint of the figure.
 struct BodyMap {
   std::string name;
@@ -61,5 +47,9 @@ struct ToBodyOptions {
 /// (the T-posture that the CMU conversion puts there), are left out; `first_frame` tells.
 /// @throws ConfigError with the names of missing joints; if the clip has no frame
 BodyClip to_body(const Clip& clip, const ToBodyOptions& options = {});
+
+/// The figure's motion with its own skeleton: joints by the names of the body, hands, toes and the
+/// head's top as ends.
+Clip to_clip(const BodyClip& motion);
 
 }  // namespace mimesis::mocap

@@ -2,7 +2,7 @@
 #include <string>
 #include <string_view>
 
-#include "common/motion/mocap/read_clip.h"
+#include "common/motion/mocap/clip_file.h"
 
 namespace mimesis::mocap {
 
@@ -29,6 +29,5 @@ Clip parse_bvh(std::string_view text, const std::string& file, const ReadOptions
 /// @throws ConfigError if the clip has no joints, no rate, values that are not finite, or names
 /// that BVH cannot hold (empty, with braces or line ends)
 std::string bvh_text(const Clip& clip);
-void write_bvh(const Clip& clip, const std::string& file);
 
 }  // namespace mimesis::mocap

@@ -1,14 +1,225 @@
 #include "common/motion/mocap/c3d.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <cstdlib>
 #include <limits>
+#include <map>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
 
-#include "common/motion/mocap/c3d_parameters.h"
+#include "common/error.h"
 #include "common/motion/mocap/text_scanner.h"
 
 namespace mimesis::mocap {
 namespace {
+
+/// Numbers of a C3D file at byte offsets. Who reads has seen to it that they are inside.
+struct C3dWords {
+  std::span<const std::byte> bytes;
+  C3dProcessor processor = C3dProcessor::kIntel;
+  std::string file;
+
+  unsigned u8(std::size_t at) const { return std::to_integer<unsigned>(bytes[at]); }
+  int i8(std::size_t at) const { return static_cast<std::int8_t>(u8(at)); }
+  unsigned u16(std::size_t at) const {
+    return processor == C3dProcessor::kMips ? u8(at) << 8 | u8(at + 1) : u8(at + 1) << 8 | u8(at);
+  }
+  int i16(std::size_t at) const { return static_cast<std::int16_t>(u16(at)); }
+  double f32(std::size_t at) const;
+
+  /// @throws ConfigError "file: byte N: what" always
+  [[noreturn]] void fail(std::size_t at, const std::string& what) const;
+  /// "file: what"
+  [[noreturn]] void fail(const std::string& what) const;
+};
+
+double C3dWords::f32(std::size_t at) const {
+  const std::uint32_t first = u16(at), second = u16(at + 2);
+  switch (processor) {
+    case C3dProcessor::kDec:
+      return vax_float(first << 16 | second);
+    case C3dProcessor::kMips:
+      return std::bit_cast<float>(first << 16 | second);
+    case C3dProcessor::kIntel:
+      break;
+  }
+  return std::bit_cast<float>(second << 16 | first);
+}
+
+void C3dWords::fail(std::size_t at, const std::string& what) const {
+  throw ConfigError(one_line(file + ": byte " + std::to_string(at) + ": " + what));
+}
+
+void C3dWords::fail(const std::string& what) const {
+  throw ConfigError(one_line(file + ": " + what));
+}
+
+/// The parameter section of a C3D file. Names are upper case, "POINT:RATE".
+class C3dParameters {
+ public:
+  /// Reads the records from `begin` on. The chain ends where it says so, where it leaves
+  /// [begin, limit) or at what is no record (a name that is not printable).
+  /// @throws ConfigError where the data of a record leave the file's parameters
+  C3dParameters(const C3dWords& words, std::size_t begin, std::size_t limit);
+
+  std::size_t end() const { return end_; }  ///< behind the last record
+  /// First element; whole numbers signed, or unsigned.
+  std::optional<double> number(const std::string& name) const;
+  std::optional<double> count(const std::string& name) const;
+  /// All elements of NAME, NAME2, NAME3, ... as far as they are there.
+  std::vector<double> numbers(const std::string& name, bool is_unsigned = false) const;
+  /// Strings of NAME, NAME2, ...: the first dimension is their length. Without blanks at the end.
+  std::vector<std::string> texts(const std::string& name) const;
+
+ private:
+  struct Parameter {
+    int type = 0;                               // -1 characters, 1 bytes, 2 words, 4 floats
+    std::size_t at = 0, count = 0, length = 0;  // of the data; length: the first dimension
+  };
+  void read_record(std::size_t at, std::size_t limit);
+  std::size_t read_data(std::size_t at, std::size_t limit, const std::string& name, Parameter& p);
+  double value(const Parameter& p, std::size_t index, bool is_unsigned) const;
+  const Parameter* find(const std::string& name) const;
+
+  const C3dWords& words_;
+  std::size_t end_ = 0;
+  std::map<int, std::string> groups_;
+  std::map<std::pair<int, std::string>, Parameter> parameters_;
+};
+
+std::string upper(std::string name) {
+  for (char& c : name) c = c >= 'a' && c <= 'z' ? static_cast<char>(c - 'a' + 'A') : c;
+  return name;
+}
+
+std::string text_at(const C3dWords& words, std::size_t at, std::size_t length) {
+  std::string text;
+  for (std::size_t i = 0; i < length; ++i) text += static_cast<char>(words.u8(at + i));
+  return text;
+}
+
+bool printable(const std::string& text) {
+  return std::all_of(text.begin(), text.end(), [](char c) { return c >= ' ' && c < '\x7f'; });
+}
+
+// A record: length of the name (negative: locked), group (negative: defines it), name, way to the
+// next record from here, then what the kind of record needs.
+C3dParameters::C3dParameters(const C3dWords& words, std::size_t begin, std::size_t limit)
+    : words_(words), end_(begin) {
+  for (std::size_t at = begin; at + 4 <= limit;) {
+    const auto length = static_cast<std::size_t>(std::abs(words.i8(at)));
+    if (length == 0) break;
+    const std::size_t behind_name = at + 2 + length;
+    if (behind_name + 2 > limit || !printable(text_at(words, at + 2, length))) break;
+    read_record(at, limit);
+    const std::size_t step = words.u16(behind_name);
+    if (step < 2) break;
+    at = behind_name + step;
+  }
+}
+
+void C3dParameters::read_record(std::size_t at, std::size_t limit) {
+  const auto length = static_cast<std::size_t>(std::abs(words_.i8(at)));
+  const int group = words_.i8(at + 1);
+  const std::string name = upper(text_at(words_, at + 2, length));
+  const std::size_t behind_name = at + 2 + length;
+  end_ = std::max(end_, behind_name + 2);
+  if (group < 0) {
+    groups_.emplace(-group, name);
+  } else {
+    Parameter parameter;
+    end_ = std::max(end_, read_data(behind_name + 2, limit, name, parameter));
+    parameters_.emplace(std::pair(group, name), parameter);
+  }
+}
+
+// Type, number of dimensions, dimensions, data. Returns where they end.
+std::size_t C3dParameters::read_data(std::size_t at, std::size_t limit, const std::string& name,
+                                     Parameter& p) {
+  if (at + 2 > limit) words_.fail(at, "parameter '" + name + "' is cut off");
+  p.type = words_.i8(at);
+  if (p.type != -1 && p.type != 1 && p.type != 2 && p.type != 4) {
+    words_.fail(at, "parameter '" + name + "' of type " + std::to_string(p.type) +
+                        ", expected -1, 1, 2 or 4");
+  }
+  const std::size_t dimensions = words_.u8(at + 1);
+  if (dimensions > 7 || at + 2 + dimensions > limit) {
+    words_.fail(at + 1, "parameter '" + name + "' of " + std::to_string(dimensions) +
+                            " dimensions, expected 0 to 7");
+  }
+  p.count = p.length = 1;
+  for (std::size_t d = 0; d < dimensions; ++d) {
+    const std::size_t size = words_.u8(at + 2 + d);
+    if (d == 0) p.length = size;
+    p.count *= size;  // at most 255⁷
+  }
+  p.at = at + 2 + dimensions;
+  const std::size_t size = p.count * static_cast<std::size_t>(std::abs(p.type));
+  if (size > limit - p.at) {
+    words_.fail(at, "parameter '" + name + "' of " + std::to_string(size) + " bytes, expected " +
+                        std::to_string(limit - p.at) + " or fewer before the end of the section");
+  }
+  return p.at + size;
+}
+
+const C3dParameters::Parameter* C3dParameters::find(const std::string& name) const {
+  const std::size_t colon = name.find(':');
+  for (const auto& [number, group] : groups_) {
+    if (group != name.substr(0, colon)) continue;
+    const auto found = parameters_.find({number, name.substr(colon + 1)});
+    if (found != parameters_.end()) return &found->second;
+  }
+  return nullptr;
+}
+
+double C3dParameters::value(const Parameter& p, std::size_t index, bool is_unsigned) const {
+  const std::size_t at = p.at + index * static_cast<std::size_t>(std::abs(p.type));
+  if (p.type == 4) return words_.f32(at);
+  if (p.type == 1) return words_.u8(at);
+  if (is_unsigned) return words_.u16(at);
+  return words_.i16(at);
+}
+
+std::optional<double> C3dParameters::number(const std::string& name) const {
+  const Parameter* p = find(name);
+  if (!p || p->count == 0 || p->type < 0) return std::nullopt;
+  return value(*p, 0, false);
+}
+
+std::optional<double> C3dParameters::count(const std::string& name) const {
+  const Parameter* p = find(name);
+  if (!p || p->count == 0 || p->type < 0) return std::nullopt;
+  return value(*p, 0, true);
+}
+
+std::vector<double> C3dParameters::numbers(const std::string& name, bool is_unsigned) const {
+  std::vector<double> all;
+  const Parameter* p = find(name);
+  for (int part = 2; p && p->type > 0; p = find(name + std::to_string(part++))) {
+    for (std::size_t i = 0; i < p->count; ++i) all.push_back(value(*p, i, is_unsigned));
+  }
+  return all;
+}
+
+std::vector<std::string> C3dParameters::texts(const std::string& name) const {
+  std::vector<std::string> all;
+  const Parameter* p = find(name);
+  for (int part = 2; p && p->type == -1; p = find(name + std::to_string(part++))) {
+    for (std::size_t at = 0; p->length > 0 && at + p->length <= p->count; at += p->length) {
+      std::string text = text_at(words_, p->at + at, p->length);
+      const std::size_t end = text.find_last_not_of(std::string(" \0\t", 3));
+      text.resize(end == text.npos ? 0 : end + 1);
+      all.push_back(std::move(text));
+    }
+  }
+  return all;
+}
 
 constexpr std::size_t kBlock = 512;
 constexpr double kMissing = std::numeric_limits<double>::quiet_NaN();
@@ -42,7 +253,7 @@ struct Layout {
 bool positive(double x) { return std::isfinite(x) && x > 0.0; }
 
 C3dWords open_words(std::span<const std::byte> bytes, const std::string& file) {
-  C3dWords words{bytes, C3dProcessor::intel, file};
+  C3dWords words{bytes, C3dProcessor::kIntel, file};
   if (bytes.size() < 2 * kBlock) {
     words.fail(std::to_string(bytes.size()) + " bytes, expected a C3D file of 1024 or more");
   }
@@ -263,6 +474,14 @@ class C3dReader {
 };
 
 }  // namespace
+
+double vax_float(std::uint32_t bits) {
+  const int exponent = static_cast<int>(bits >> 23 & 0xFF);
+  const bool negative = bits >> 31;
+  if (exponent == 0) return negative ? std::numeric_limits<double>::quiet_NaN() : 0.0;
+  const double mantissa = static_cast<double>((bits & 0x7FFFFF) | 0x800000);
+  return std::ldexp(negative ? -mantissa : mantissa, exponent - 128 - 24);
+}
 
 Markers parse_c3d(std::span<const std::byte> bytes, const std::string& file) {
   return C3dReader(bytes, file).read();

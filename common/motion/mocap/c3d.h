@@ -1,11 +1,19 @@
 #pragma once
 #include <cstddef>
+#include <cstdint>
 #include <span>
 #include <string>
 
 #include "common/motion/mocap/markers.h"
 
 namespace mimesis::mocap {
+
+/// The processors whose numbers a C3D file may hold, by the byte that says so.
+enum class C3dProcessor { kIntel = 84, kDec = 85, kMips = 86 };
+
+/// The number of a VAX F float: sign, 8 bits of exponent with bias 128, 23 of a mantissa 0.1f. Its
+/// two words are swapped: the high one first. NaN for the reserved operand.
+double vax_float(std::uint32_t bits);
 
 /// Reads the bytes of a C3D file (c3d.org's description). Intel, DEC and SGI/MIPS; integer and
 /// real. Where header and parameters differ, the parameters hold; what they leave out is taken
@@ -28,5 +36,7 @@ namespace mimesis::mocap {
 /// @param file  named in errors; its base name becomes the recording's
 /// @throws ConfigError "file: byte N: ..." or "file: GROUP:PARAMETER ..."
 Markers parse_c3d(std::span<const std::byte> bytes, const std::string& file);
+/// The same from a file. @throws ConfigError also if it cannot be read
+Markers read_c3d(const std::string& file);
 
 }  // namespace mimesis::mocap

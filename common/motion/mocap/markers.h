@@ -1,8 +1,13 @@
 #pragma once
 #include <Eigen/Core>
 #include <map>
+#include <optional>
+#include <span>
 #include <string>
+#include <tl/expected.hpp>
 #include <vector>
+
+#include "common/error.h"
 
 namespace mimesis::mocap {
 
@@ -22,8 +27,47 @@ struct Markers {
   Eigen::Index frames() const { return position_m.cols(); }
 };
 
-/// Reads a C3D file: Intel, DEC and SGI/MIPS processors, integer and real.
-/// @throws ConfigError "file: what (at which byte or parameter), expected ..."
-Markers read_c3d(const std::string& file);
+/// Pose of a rigid body: p_W = R_WB p_B + p_WB.
+struct RigidFit {
+  Eigen::Matrix3d R_WB;
+  Eigen::Vector3d p_WB;
+  double rms_m = 0.0;  ///< of the points' distances after the fit
+};
+
+/// The rotation and translation that bring `body` nearest to `world` in the least-squares sense
+/// (orthogonal Procrustes problem by SVD, reflections excluded; Kabsch 1976, [M18 3.3.2]).
+/// @param body, world  3×N, the same points; columns in which either is NaN do not count
+/// @returns nothing with fewer than three points, or if they lie on a line to 1 mm
+std::optional<RigidFit> fit_rigid(const Eigen::Ref<const Eigen::Matrix3Xd>& body,
+                                  const Eigen::Ref<const Eigen::Matrix3Xd>& world);
+
+/// Markers that sit on one rigid segment.
+struct MarkerGroup {
+  std::string name;
+  std::vector<Eigen::Index> markers;  ///< indices in Markers::labels; may sit in several groups
+};
+
+/// The group's markers in a frame of its own [m], 3×N: mean over the frames that show them all,
+/// each turned onto the first of them (the nominal geometry [M18 3.3.2]).
+/// Status: fewer than three markers, on one line, or never seen together.
+tl::expected<Eigen::Matrix3Xd, Status> nominal_geometry(const Markers& markers,
+                                                        const MarkerGroup& group);
+
+/// Motion of a group, frame by frame; nothing where fewer than three of its markers are seen.
+std::vector<std::optional<RigidFit>> group_motion(const Markers& markers, const MarkerGroup& group,
+                                                  const Eigen::Matrix3Xd& nominal);
+
+/// What became of the gaps in marker trajectories. Counts are of marker frames.
+struct GapReport {
+  long by_group = 0, by_spline = 0, left = 0;
+  std::vector<std::string> notes;  ///< one line each: markers never seen, groups without geometry
+};
+
+/// Fills missing (NaN) marker positions in place. A marker of a group of which three others are
+/// seen is put where the group's nominal geometry says [M18 3.3.2]; the deviation of its own
+/// positions from there at the ends of the gap fades linearly through it, so that nothing jumps.
+/// What remains and is no longer than `longest_s` is bridged by a natural cubic spline through the
+/// marker's own positions. Longer gaps, and those at the ends of the recording, stay NaN.
+GapReport fill_gaps(Markers& markers, std::span<const MarkerGroup> groups, double longest_s = 0.3);
 
 }  // namespace mimesis::mocap

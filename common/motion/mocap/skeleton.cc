@@ -10,4 +10,11 @@ int Skeleton::find(std::string_view name) const {
   return found == joints.end() ? -1 : static_cast<int>(found - joints.begin());
 }
 
+std::string one_line(std::string text) {
+  for (char& c : text) {
+    if ((c >= 0 && c < ' ') || c == '\x7f') c = '?';
+  }
+  return text;
+}
+
 }  // namespace mimesis::mocap

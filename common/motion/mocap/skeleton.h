@@ -36,4 +36,8 @@ struct Clip {
   Eigen::Index frames() const { return rotation_rad.cols(); }
 };
 
+/// The text with '?' in place of control characters: names from files as they may stand in a
+/// message of one line.
+std::string one_line(std::string text);
+
 }  // namespace mimesis::mocap

@@ -20,13 +20,6 @@ std::string shown(std::string_view word) {
 
 }  // namespace
 
-std::string one_line(std::string text) {
-  for (char& c : text) {
-    if ((c >= 0 && c < ' ') || c == '\x7f') c = '?';
-  }
-  return text;
-}
-
 bool same_word(std::string_view a, std::string_view b) {
   return std::equal(a.begin(), a.end(), b.begin(), b.end(),
                     [](char x, char y) { return lower(x) == lower(y); });

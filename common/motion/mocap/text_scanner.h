@@ -3,6 +3,8 @@
 #include <string>
 #include <string_view>
 
+#include "common/motion/mocap/skeleton.h"
+
 namespace mimesis::mocap {
 
 /// Walks over a text file that is in memory, word by word or line by line, and knows the line
@@ -52,10 +54,6 @@ class TextScanner {
   std::size_t at_ = 0;
   int line_ = 1;
 };
-
-/// The text with '?' in place of control characters: names from files as they may stand in a message
-/// of one line.
-std::string one_line(std::string text);
 
 /// Equal but for the case of ASCII letters.
 bool same_word(std::string_view a, std::string_view b);

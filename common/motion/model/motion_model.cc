@@ -1,255 +1,148 @@
 #include "common/motion/model/motion_model.h"
 
-#include <cerrno>
-#include <cstring>
-#include <filesystem>
-#include <fstream>
-#include <sstream>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
 
-#include "common/motion/mocap/text_scanner.h"
-#include "common/motion/model/model_json.h"
+#include "common/error.h"
+#include "common/motion/demix/mixture.h"
 
-namespace mimesis::synthesizer {
+namespace mimesis::motion {
 namespace {
 
-constexpr const char* kFormat = "mimesis.motion";
-constexpr long kVersion = 1;
-/// Larger ones are no models: a period of 100 samples is enough for all that people do.
-constexpr std::uintmax_t kLargestFile = std::uintmax_t{256} << 20U;
-
-Json points_to_json(const std::array<Eigen::Vector3d, 2>& points) {
-  return {{"left", to_json(Eigen::VectorXd(points[mocap::kLeft]))},
-          {"right", to_json(Eigen::VectorXd(points[mocap::kRight]))}};
+/// The nearest T that is not beyond a limit: rounding a limit to float may pass it.
+template <typename T>
+T within(double limit, double other) {
+  const T rounded = static_cast<T>(limit);
+  const bool beyond =
+      limit < other ? static_cast<double>(rounded) < limit : static_cast<double>(rounded) > limit;
+  return beyond ? std::nextafter(rounded, static_cast<T>(other)) : rounded;
 }
 
-Json body_to_json(const mocap::Body& body) {
-  Json joints = Json::object();
-  for (std::size_t j = 0; j < mocap::kBodyJoints; ++j) {
-    joints[std::string(mocap::kBodyJointNames[j])] = to_json(Eigen::VectorXd(body.offset_m[j]));
+template <typename T>
+int clamp_values(const MotionModel& model, std::span<T> values) {
+  MIMESIS_ASSERT(values.size() == model.rows.size());
+  int moved = 0;
+  for (std::size_t r = 0; r < model.limits_rad.size(); ++r) {
+    const auto& limits = model.limits_rad[r];
+    if (!limits) continue;
+    const auto value = static_cast<double>(values[r]);
+    if (value >= limits->lower && value <= limits->upper) continue;
+    values[r] = value > limits->upper ? within<T>(limits->upper, limits->lower)
+                                      : within<T>(limits->lower, limits->upper);
+    ++moved;
   }
-  return {{"name", body.name},
-          {"offset_m", joints},
-          {"heel_m", points_to_json(body.heel_m)},
-          {"toe_m", points_to_json(body.toe_m)},
-          {"hand_m", points_to_json(body.hand_m)},
-          {"head_top_m", to_json(Eigen::VectorXd(body.head_top_m))}};
-}
-
-std::array<Eigen::Vector3d, 2> points_from(const Node& node) {
-  return {node.at("left").point(), node.at("right").point()};
-}
-
-mocap::Body body_from(const Node& node) {
-  mocap::Body body;
-  body.name = node.at("name").text();
-  const Node joints = node.at("offset_m");
-  for (std::size_t j = 0; j < mocap::kBodyJoints; ++j) {
-    body.offset_m[j] = joints.at(mocap::kBodyJointNames[j]).point();
-  }
-  body.heel_m = points_from(node.at("heel_m"));
-  body.toe_m = points_from(node.at("toe_m"));
-  body.hand_m = points_from(node.at("hand_m"));
-  body.head_top_m = node.at("head_top_m").point();
-  return body;
-}
-
-Json pattern_to_json(const Pattern& p, bool with_delays) {
-  Json out = {{"clip", p.trial.clip},
-              {"style", p.trial.style},
-              {"cycle", p.trial.cycle},
-              {"first_frame", p.trial.first_frame},
-              {"last_frame", p.trial.last_frame},
-              {"duration_s", p.trial.duration_s},
-              {"step_length_m", p.trial.step_length_m},
-              {"turn_rad", p.trial.turn_rad},
-              {"task", p.trial.task},
-              {"mean_rad", to_json(p.mean_rad)},
-              {"weight_rad", to_json(p.weight_rad)}};
-  if (with_delays) out["delay_rad"] = to_json(p.delay_rad);
-  return out;
-}
-
-Pattern pattern_from(const Node& node, const MotionModel& model, const Eigen::MatrixXd* delay_rad) {
-  const auto rows = static_cast<Eigen::Index>(model.rows.size());
-  const Eigen::Index sources = model.sources.rows();
-  Pattern p;
-  p.trial.clip = node.at("clip").text();
-  p.trial.style = node.at("style").text();
-  p.trial.cycle = static_cast<int>(node.at("cycle").integer());
-  p.trial.first_frame = node.at("first_frame").integer();
-  p.trial.last_frame = node.at("last_frame").integer();
-  p.trial.duration_s = node.at("duration_s").number();
-  if (p.trial.duration_s <= 0.0) node.at("duration_s").fail("not positive", "a time in s");
-  p.trial.step_length_m = node.at("step_length_m").number();
-  p.trial.turn_rad = node.at("turn_rad").number();
-  p.trial.task = node.at("task").numbers();
-  node.at("task").expect_size(model.task_names.size());
-  p.mean_rad = node.at("mean_rad").vector(rows);
-  p.weight_rad = node.at("weight_rad").matrix(rows, sources);
-  p.delay_rad = delay_rad ? *delay_rad : node.at("delay_rad").matrix(rows, sources);
-  return p;
-}
-
-Json limits_to_json(const MotionModel& m) {
-  Json out = Json::array();
-  for (const auto& limits : m.limits_rad) {
-    out.push_back(limits ? Json{limits->lower, limits->upper} : Json(nullptr));
-  }
-  return out;
-}
-
-Json model_to_json(const MotionModel& m) {
-  Json files = Json::array();
-  for (const Source& s : m.learned_from) {
-    files.push_back({{"file", s.file}, {"sha256", s.sha256}, {"licence", s.licence}});
-  }
-  Json out = {{"format", kFormat},
-              {"version", kVersion},
-              {"name", m.name},
-              {"created_by", m.created_by},
-              {"learned_from", files},
-              {"quality", {{"Q", m.quality}, {"Q2", m.quality_squared}}},
-              {"body", body_to_json(m.body)},
-              {"rows", m.rows},
-              {"task_names", m.task_names},
-              {"fixed", m.fixed},
-              {"tied", m.tied},
-              {"sources", to_json(m.sources)}};
-  if (!m.limits_rad.empty()) out["limits_rad"] = limits_to_json(m);
-  if (m.tied && !m.patterns.empty()) out["delay_rad"] = to_json(m.patterns.front().delay_rad);
-  out["patterns"] = Json::array();
-  for (const Pattern& p : m.patterns) out["patterns"].push_back(pattern_to_json(p, !m.tied));
-  return out;
-}
-
-std::vector<std::optional<RowLimits>> limits_from(const Node& node, std::size_t rows) {
-  node.expect_size(rows);
-  std::vector<std::optional<RowLimits>> out(rows);
-  for (std::size_t r = 0; r < rows; ++r) {
-    const Node row = node.at(r);
-    if (row.is_null()) continue;
-    row.expect_size(2);
-    out[r] = {row.at(std::size_t{0}).number(), row.at(std::size_t{1}).number()};
-    if (out[r]->lower >= out[r]->upper) row.fail("empty", "lower < upper");
-  }
-  return out;
-}
-
-MotionModel model_from(const Node& node) {
-  if (const std::string format = node.at("format").text(); format != kFormat) {
-    node.at("format").fail("'" + mocap::one_line(format) + "'", std::string("'") + kFormat + "'");
-  }
-  if (const long version = node.at("version").integer(); version != kVersion) {
-    node.at("version").fail(std::to_string(version), std::to_string(kVersion));
-  }
-  MotionModel m;
-  m.name = node.at("name").text();
-  m.created_by = node.at("created_by").text();
-  const Node files = node.at("learned_from");
-  for (std::size_t i = 0; i < files.size(); ++i) {
-    const Node file = files.at(i);
-    m.learned_from.push_back(
-        {file.at("file").text(), file.at("sha256").text(), file.at("licence").text()});
-  }
-  m.quality = node.at("quality").at("Q").number();
-  m.quality_squared = node.at("quality").at("Q2").number();
-  m.body = body_from(node.at("body"));
-  m.rows = node.at("rows").texts();
-  m.task_names = node.at("task_names").texts();
-  m.tied = node.at("tied").boolean();
-  if (node.has("limits_rad")) m.limits_rad = limits_from(node.at("limits_rad"), m.rows.size());
-  m.sources = node.at("sources").matrix(-1, -1);
-  if (m.sources.rows() < 1 || m.sources.cols() < 2) {
-    node.at("sources").fail("empty", "one source of two samples at least");
-  }
-  const long fixed = node.at("fixed").integer();
-  if (fixed < 0 || fixed > m.sources.rows()) {
-    node.at("fixed").fail(std::to_string(fixed), "0 to " + std::to_string(m.sources.rows()));
-  }
-  m.fixed = static_cast<int>(fixed);
-  Eigen::MatrixXd delay_rad;
-  if (m.tied) {
-    delay_rad =
-        node.at("delay_rad").matrix(static_cast<Eigen::Index>(m.rows.size()), m.sources.rows());
-  }
-  const Node patterns = node.at("patterns");
-  if (patterns.size() == 0) patterns.fail("empty", "one pattern at least");
-  for (std::size_t i = 0; i < patterns.size(); ++i) {
-    m.patterns.push_back(pattern_from(patterns.at(i), m, m.tied ? &delay_rad : nullptr));
-  }
-  return m;
-}
-
-/// One line for each thing, so that files can be compared: patterns, rows of sources.
-void write(const Json& model, std::ostream& out) {
-  out << "{\n";
-  std::size_t left = model.size();
-  for (const auto& [key, value] : model.items()) {
-    out << Json(key).dump() << ": ";
-    if (key == "patterns" || key == "sources" || key == "learned_from") {
-      out << '[';
-      for (std::size_t i = 0; i < value.size(); ++i) {
-        out << (i == 0 ? "\n " : ",\n ") << value[i].dump();
-      }
-      out << "\n]";
-    } else {
-      out << value.dump();
-    }
-    out << (--left > 0 ? ",\n" : "\n");
-  }
-  out << "}\n";
-}
-
-std::string read_file(const std::string& file) {
-  std::error_code error;
-  const std::uintmax_t size = std::filesystem::file_size(file, error);
-  if (error) throw ConfigError(file + ": " + error.message() + ", expected a motion model");
-  if (size > kLargestFile) throw ConfigError(file + ": larger than a motion model can be (256 MB)");
-  std::ifstream in(file, std::ios::binary);
-  std::ostringstream text;
-  text << in.rdbuf();
-  if (!in) throw ConfigError(file + ": cannot be read: " + std::strerror(errno));
-  return text.str();
+  return moved;
 }
 
 }  // namespace
 
-MotionModel parse_motion_model(std::string_view text, const std::string& file) {
-  try {
-    const Json json = Json::parse(text);
-    return model_from(Node(json, ""));
-  } catch (const nlohmann::json::parse_error& e) {
-    throw ConfigError(file + ": byte " + std::to_string(e.byte) +
-                      ": no JSON there, expected a motion model (*.motion.json)");
-  } catch (const nlohmann::json::out_of_range&) {
-    throw ConfigError(file + ": a number is too large, expected a motion model (*.motion.json)");
-  } catch (const ConfigError& e) {
-    throw ConfigError(file + ": " + e.what());
-  }
+int clamp_to_limits(const MotionModel& model, std::span<float> values) {
+  return clamp_values(model, values);
+}
+int clamp_to_limits(const MotionModel& model, std::span<double> values) {
+  return clamp_values(model, values);
 }
 
-MotionModel load_motion_model(const std::string& file) {
-  return parse_motion_model(read_file(file), file);
+std::vector<LimitExcess> limit_excess(const MotionModel& model) {
+  std::vector<LimitExcess> out;
+  for (std::size_t r = 0; r < model.limits_rad.size(); ++r) {
+    if (!model.limits_rad[r]) continue;
+    out.push_back({model.rows[r], -std::numeric_limits<double>::infinity()});
+  }
+  for (std::size_t p = 0; p < model.patterns.size(); ++p) {
+    const Pattern& q = model.patterns[p];
+    const Eigen::MatrixXd values =
+        demix::Mixture{model.sources, q.weight_rad, q.delay_rad, q.mean_rad, model.fixed}
+            .reconstruct();
+    std::size_t next = 0;
+    for (std::size_t r = 0; r < model.limits_rad.size(); ++r) {
+      const auto& limits = model.limits_rad[r];
+      if (!limits) continue;
+      LimitExcess& worst = out[next++];
+      for (Eigen::Index t = 0; t < values.cols(); ++t) {
+        const double x = values(static_cast<Eigen::Index>(r), t);
+        const double beyond = std::max(x - limits->upper, limits->lower - x);
+        if (beyond <= worst.beyond_rad) continue;
+        worst.beyond_rad = beyond;
+        worst.pattern = p;
+        worst.phase_rad =
+            2.0 * std::numbers::pi * static_cast<double>(t) / static_cast<double>(values.cols());
+      }
+    }
+  }
+  return out;
 }
 
-void save_motion_model(const MotionModel& model, const std::string& file) {
-  // a device or pipe of that name must not be replaced by a file
-  using enum std::filesystem::file_type;
-  std::error_code error;
-  if (const auto kind = std::filesystem::status(file, error).type();
-      kind != regular && kind != not_found && kind != none) {
-    throw ConfigError(file + ": cannot be written, expected a file or a new name");
-  }
-  const std::string temporary = file + ".part";
-  std::ofstream out(temporary, std::ios::binary | std::ios::trunc);
-  write(model_to_json(model), out);
-  out.close();
-  if (out) std::filesystem::rename(temporary, file, error);
-  if (!out || error) {
-    const std::string why = error ? error.message() : std::strerror(errno);
-    std::filesystem::remove(temporary, error);
-    throw ConfigError(file + ": cannot be written: " + why);
-  }
+namespace {
+
+void add(const Pattern& p, Pattern& sum) {
+  sum.mean_rad += p.mean_rad;
+  sum.weight_rad += p.weight_rad;
+  sum.trial.duration_s += p.trial.duration_s;
+  sum.trial.step_length_m += p.trial.step_length_m;
+  sum.trial.turn_rad += p.trial.turn_rad;
+  for (std::size_t i = 0; i < p.trial.task.size(); ++i) sum.trial.task[i] += p.trial.task[i];
 }
 
-}  // namespace mimesis::synthesizer
+void scale(double by, Pattern& p) {
+  p.mean_rad *= by;
+  p.weight_rad *= by;
+  p.trial.duration_s *= by;
+  p.trial.step_length_m *= by;
+  p.trial.turn_rad *= by;
+  for (double& value : p.trial.task) value *= by;
+}
+
+}  // namespace
+
+MotionModel make_model(const mocap::Trials& set, const demix::Mixture& mixture, bool tied,
+                       const mocap::Body& body) {
+  const Eigen::Index rows = set.rows_per_trial(), count = set.samples.rows();
+  if (mixture.weights.rows() != count || mixture.sources.cols() != set.samples.cols() ||
+      rows * static_cast<Eigen::Index>(set.trials.size()) != count) {
+    throw ConfigError("motion model: the mixture has " + std::to_string(mixture.weights.rows()) +
+                      " rows, expected the " + std::to_string(count) + " of the set");
+  }
+  const Eigen::MatrixXd fit = mixture.reconstruct();
+  MotionModel model;
+  model.body = body;
+  model.rows = set.rows;
+  model.task_names = set.task_names;
+  model.sources = mixture.sources;
+  model.fixed = mixture.fixed;
+  model.tied = tied;
+  model.quality = demix::quality(set.samples, fit);
+  model.quality_squared = demix::quality_squared(set.samples, fit);
+  for (std::size_t i = 0; i < set.trials.size(); ++i) {
+    const Eigen::Index first = static_cast<Eigen::Index>(i) * rows;
+    model.patterns.push_back({.trial = set.trials[i],
+                              .mean_rad = mixture.means.segment(first, rows),
+                              .weight_rad = mixture.weights.middleRows(first, rows),
+                              .delay_rad = mixture.delay_rad.middleRows(first, rows)});
+  }
+  return model;
+}
+
+MotionModel average_styles(const MotionModel& model) {
+  if (!model.tied) throw ConfigError("average of patterns: the model's delays are not tied");
+  MotionModel out = model;
+  out.patterns.clear();
+  std::vector<double> counts;
+  for (const Pattern& p : model.patterns) {
+    std::size_t i = 0;
+    while (i < out.patterns.size() && out.patterns[i].trial.style != p.trial.style) ++i;
+    if (i == out.patterns.size()) {
+      out.patterns.push_back(p);
+      counts.push_back(1.0);
+    } else {
+      add(p, out.patterns[i]);
+      counts[i] += 1.0;
+    }
+  }
+  for (std::size_t i = 0; i < counts.size(); ++i) scale(1.0 / counts[i], out.patterns[i]);
+  return out;
+}
+
+}  // namespace mimesis::motion

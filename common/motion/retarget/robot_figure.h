@@ -3,9 +3,9 @@
 #include <map>
 #include <string>
 
-#include "common/robot/biped.h"
 #include "common/motion/mocap/body.h"
-#include "common/motion/retarget/posture.h"
+#include "common/motion/retarget/posture_ik.h"
+#include "common/robot/biped.h"
 
 namespace mimesis::retarget {
 

@@ -1,7 +1,6 @@
 #pragma once
 #include "common/motion/retarget/posture_ik.h"
 #include "common/motion/retarget/robot_figure.h"
-#include "common/motion/retarget/smoothing.h"
 #include "common/motion/retarget/to_body.h"
 
 namespace mimesis::retarget {
@@ -17,7 +16,7 @@ struct RobotReport {
   Deviation chest_rad, head_rad;
   std::vector<std::string> joints_at_limits;             ///< that stand at a limit in some frame
   int frames_at_limits = 0;                              ///< in which some joint does
-  double roughness_before = 0.0, roughness_after = 0.0;  ///< E of smoothing.h
+  double roughness_before = 0.0, roughness_after = 0.0;  ///< E of roughness()
   double speed_share = 0.0;  ///< largest joint speed as a share of its limit [1]
   std::string fastest_joint;
   BodyReport unconstrained;  ///< of the first step, to the robot's skeleton without limits
@@ -55,10 +54,25 @@ std::vector<Posture> follow(const robot::RobotTree& tree, const Posture& start,
                             RobotReport& report);
 
 /// The motion on a robot with joint limits [M18 3.3.2]: to its skeleton without limits first
-/// (to_body.h: feet stand still), then posture by posture to its joints (posture_ik.h), then
-/// smoothed (smoothing.h). 5 to 10 ms a frame.
+/// (to_body.h: feet stand still), then posture by posture to its joints (solve()), then
+/// smoothed (smooth()). 5 to 10 ms a frame.
 /// @throws ConfigError as retarget() to a body, and if the robot lacks a link of the figure
 RobotClip retarget(const mocap::BodyClip& recorded, const robot::RobotTree& tree,
                    const RobotFigure& figure, const RobotOptions& options = {});
+
+/// A robot's motion as that of its skeleton (robot_body()), whose feet move the pelvis.
+struct FigureClip {
+  mocap::BodyClip clip;
+  /// Distance of the figure's ankles and wrists from the robot's, pelvis in the same place: a
+  /// robot's axes need not meet in a point, as those of a ball joint do. Legs are bent so that the
+  /// ankles agree; arms keep the directions of the robot's links.
+  Deviation ankle_m, wrist_m;
+};
+
+/// All links keep their orientation in W, but for thighs and shanks, which change it by what brings
+/// the ankles to the robot's. Name and first frame are those of the recording.
+/// @throws ConfigError if the robot lacks a link of the figure
+FigureClip figure_clip(const RobotClip& motion, const mocap::BodyClip& recorded,
+                       const robot::RobotTree& tree, const RobotFigure& figure);
 
 }  // namespace mimesis::retarget

@@ -7,7 +7,6 @@
 #include "common/math/circle.h"
 #include "common/motion/demix/mixture.h"
 #include "nodes/synthesizer/dynamics/testing/synthetic_model.h"
-#include "experiments/motion/avatar_transient.h"
 
 namespace mimesis::synthesizer {
 namespace {
@@ -15,8 +14,8 @@ namespace {
 constexpr double kDt = 1.0 / 120.0;
 
 /// A walk with three sources.
-const MotionModel& walk() {
-  static const MotionModel model = testing::walking_model({.harmonics = 3});
+const motion::MotionModel& walk() {
+  static const motion::MotionModel model = testing::walking_model({.harmonics = 3});
   return model;
 }
 const std::vector<SourceMap>& maps() {
@@ -30,7 +29,7 @@ AvatarNetwork network(double internal_1_s, double phase_rad) {
 double rms(const Eigen::MatrixXd& x) { return x.norm() / std::sqrt(static_cast<double>(x.size())); }
 
 TEST(AvatarNetwork, EqualPhasesGiveTheModelsCycle) {
-  const Pattern& p = walk().patterns.front();
+  const motion::Pattern& p = walk().patterns.front();
   const Eigen::MatrixXd cycle =
       demix::Mixture{walk().sources, p.weight_rad, p.delay_rad, p.mean_rad, 0}.reconstruct();
   for (Eigen::Index t = 0; t < cycle.cols(); t += 7) {

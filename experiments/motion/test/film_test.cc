@@ -6,7 +6,6 @@
 #include <fstream>
 
 #include "common/image/image_file.h"
-#include "experiments/motion/film_view.h"
 
 namespace mimesis::synthesizer {
 namespace {

@@ -6,15 +6,15 @@
 #include <numbers>
 
 #include "common/math/circle.h"
-#include "nodes/synthesizer/dynamics/testing/synthetic_model.h"
 #include "experiments/motion/styled_walks.h"
+#include "nodes/synthesizer/dynamics/testing/synthetic_model.h"
 
 namespace mimesis::synthesizer {
 namespace {
 
 /// Synthetic walkers: happy (1.1 m/s, 1 s), neutral (0.9 m/s, 1.1 s), turning by ±1 rad/s.
-const MotionModel& model() {
-  static const MotionModel walkers = [] {
+const motion::MotionModel& model() {
+  static const motion::MotionModel walkers = [] {
     constexpr int kHarmonics = 8;
     const auto walk = [](double speed, double duration, double turn) {
       return testing::walking_model({.speed_m_s = speed,
@@ -22,7 +22,7 @@ const MotionModel& model() {
                                      .turn_rad_s = turn,
                                      .harmonics = kHarmonics});
     };
-    MotionModel m = walk(1.1, 1.0, 0.0);
+    motion::MotionModel m = walk(1.1, 1.0, 0.0);
     for (const double turn : {0.0, 1.0, -1.0}) {
       m.patterns.push_back(walk(0.9, 1.1, turn).patterns.front());
     }

@@ -8,7 +8,7 @@
 #include <filesystem>
 #include <iostream>
 
-#include "common/motion/demix/check_set.h"
+#include "common/motion/demix/sisa.h"
 #include "common/motion/demix/spectrum.h"
 #include "tools/mimesis/demix/demix_plots.h"
 #include "tools/mimesis/table.h"
@@ -74,15 +74,15 @@ DemixReport make_report(const mocap::Trials& set, const Mixture& mixture, const 
   r.method = measure(name, set, mixture, delays);
   const int k = r.method.sources, most = static_cast<int>(demix::rank(set));
   r.others.push_back(measure("principal components (PCA)", set,
-                             demix::principal_components(set, std::min(k, most)), Delays::none));
+                             demix::principal_components(set, std::min(k, most)), Delays::kNone));
   r.others.push_back(measure("independent components (FastICA)", set,
-                             demix::independent_components(set, std::min(k, most)), Delays::none));
+                             demix::independent_components(set, std::min(k, most)), Delays::kNone));
   r.others.push_back(measure("sinusoids, free phases", set,
                              demix::sinusoids(set, std::min(k, most_harmonics(set))),
-                             Delays::free));
+                             Delays::kFree));
   const int equal = std::min(demix::components_of_equal_size(set, r.method.parameters), most);
   r.others.push_back(measure("PCA of about as many parameters", set,
-                             demix::principal_components(set, equal), Delays::none));
+                             demix::principal_components(set, equal), Delays::kNone));
   r.joints = joint_errors(set, mixture);
   return r;
 }

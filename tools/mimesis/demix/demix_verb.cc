@@ -4,6 +4,7 @@
 #include <CLI/Config.hpp>
 #include <CLI/Formatter.hpp>
 #include <CLI/Validators.hpp>
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <filesystem>
@@ -11,10 +12,12 @@
 #include <memory>
 
 #include "common/error.h"
-#include "common/motion/demix/smooth_sources.h"
+#include "common/motion/demix/sisa.h"
 #include "common/motion/demix/wigner.h"
+#include "common/motion/mocap/body_map.h"
+#include "common/motion/mocap/clip_file.h"
 #include "common/motion/mocap/trials_file.h"
-#include "common/motion/model/make_model.h"
+#include "common/motion/model/motion_model.h"
 #include "tools/mimesis/demix/demix_report.h"
 #include "tools/mimesis/number_check.h"
 #include "tools/mimesis/progress.h"
@@ -32,7 +35,7 @@ struct Options {
   int fixed = 0, smooth = 0, up_to = 8;
   bool average = false, whole_clips = false, json = false;
   std::string method = "sisa";
-  std::string out, name, plot_dir, trials_out;
+  std::string out, name, plot_dir, trials_out, export_to;
 };
 
 void read_styles(Options& o) {
@@ -107,16 +110,49 @@ std::string command_line(const Options& o) {
   return text;
 }
 
-synthesizer::MotionModel save(const Options& o, const TrialFiles& files,
-                              const demix::Mixture& mixture) {
-  synthesizer::MotionModel model =
-      synthesizer::make_model(files.set, mixture, o.sisa.tied, files.body);
-  if (o.average) model = synthesizer::average_styles(model);
+/// Writes one period of the first pattern as the model has it. The pelvis travels the step length
+/// along x, at the height that puts the lowest point of the feet onto the ground.
+void export_motion(const motion::MotionModel& model, const std::string& file) {
+  const motion::Pattern& p = model.patterns.front();
+  for (int r = 0; r < mocap::kBodyRows; ++r) {
+    if (static_cast<int>(model.rows.size()) <= r ||
+        model.rows[static_cast<std::size_t>(r)] != mocap::body_row_name(r)) {
+      throw ConfigError("--export: the rows are not those of the figure of 17 joints");
+    }
+  }
+  mocap::BodyClip clip;
+  clip.body = model.body;
+  clip.name = model.name;
+  clip.angles_rad =
+      demix::Mixture{model.sources, p.weight_rad, p.delay_rad, p.mean_rad, model.fixed}
+          .reconstruct()
+          .topRows(mocap::kBodyRows);
+  const auto frames = static_cast<double>(clip.frames());
+  clip.rate_hz = frames / p.trial.duration_s;
+  clip.root_position_W_m = Eigen::Matrix3Xd::Zero(3, clip.frames());
+  for (Eigen::Index t = 0; t < clip.frames(); ++t) {
+    const mocap::BodyPose pose = clip.pose(t);
+    double lowest = 0.0;
+    for (const auto& [ankle, side] : {std::pair{mocap::kLeftAnkle, mocap::kLeft},
+                                      std::pair{mocap::kRightAnkle, mocap::kRight}}) {
+      lowest = std::min({lowest, pose.point(ankle, clip.body.heel_m[side]).z(),
+                         pose.point(ankle, clip.body.toe_m[side]).z()});
+    }
+    clip.root_position_W_m.col(t) << p.trial.step_length_m * static_cast<double>(t) / frames, 0.0,
+        -lowest;
+  }
+  mocap::write_clip(mocap::to_clip(clip), file);
+}
+
+motion::MotionModel save(const Options& o, const TrialFiles& files, const demix::Mixture& mixture) {
+  motion::MotionModel model = motion::make_model(files.set, mixture, o.sisa.tied, files.body);
+  if (o.average) model = motion::average_styles(model);
   model.name = o.name;
   model.created_by = command_line(o);
   model.learned_from = files.files;
   model.limits_rad = files.limits_rad;
-  synthesizer::save_motion_model(model, o.out);
+  if (!o.export_to.empty()) export_motion(model, o.export_to);
+  motion::save_motion_model(model, o.out);
   return model;
 }
 
@@ -139,8 +175,8 @@ int run(Options& o) {
     std::cerr
         << "no clip tells the lengths of the figure's limbs: a standard one of 1.70 m is taken\n";
   }
-  const synthesizer::MotionModel model = save(o, files, result.mixture);
-  const auto delays = o.sisa.tied ? demix::Delays::tied : demix::Delays::free;
+  const motion::MotionModel model = save(o, files, result.mixture);
+  const auto delays = o.sisa.tied ? demix::Delays::kTied : demix::Delays::kFree;
   const DemixReport report = make_report(files.set, result.mixture,
                                          o.method == "wigner" ? "anechoic (Wigner-Ville)"
                                          : o.sisa.tied        ? "anechoic, tied delays (SISA)"
@@ -245,6 +281,9 @@ void add_demix(CLI::App& program, int& exit_code) {
   add_robot_options(*verb, *o);
   verb->add_option("--name", o->name, "Of the model; otherwise from --out");
   verb->add_option("--trials-out", o->trials_out, "Write the trials as CSV");
+  verb->add_option("--export", o->export_to,
+                   "Write the first pattern's motion as the model has it: .bvh or .csv")
+      ->type_name("FILE");
   verb->add_option("--plot", o->plot_dir, "PNG of the sources, and of Q against K (needs gnuplot)")
       ->type_name("DIR");
   verb->add_option("--up-to", o->up_to, "Largest K of that plot")

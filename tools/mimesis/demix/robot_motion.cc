@@ -49,9 +49,9 @@ tl::expected<mocap::Trials, Status> Robot::cut(const mocap::BodyClip& recorded,
   return mocap::cut_cycles(figure.clip, options, {motion.joints, motion.q});
 }
 
-std::vector<std::optional<synthesizer::RowLimits>> Robot::limits(
+std::vector<std::optional<motion::RowLimits>> Robot::limits(
     const std::vector<std::string>& rows) const {
-  std::vector<std::optional<synthesizer::RowLimits>> out;
+  std::vector<std::optional<motion::RowLimits>> out;
   for (const std::string& row : rows) {
     const int joint = tree_.find_joint(row);
     out.emplace_back();

@@ -4,8 +4,8 @@
 #include <vector>
 
 #include "common/motion/mocap/cycles.h"
-#include "common/motion/model/limits.h"
-#include "common/motion/retarget/figure_clip.h"
+#include "common/motion/model/motion_model.h"
+#include "common/motion/retarget/to_robot.h"
 
 namespace mimesis::tool {
 
@@ -21,7 +21,7 @@ struct RetargetedClip {
   std::string file;
   long frames = 0;
   retarget::RobotReport report;          ///< limits are those with the margin, speeds the robot's
-  retarget::Deviation ankle_m, wrist_m;  ///< of the figure in the model (figure_clip.h)
+  retarget::Deviation ankle_m, wrist_m;  ///< of the figure in the model (figure_clip())
 };
 
 /// A robot that clips are retargeted to.
@@ -37,8 +37,7 @@ class Robot {
 
   mocap::Body body() const { return retarget::robot_body(tree_, figure_); }
   /// Of rows named as the robot's joints its limits, none of others.
-  std::vector<std::optional<synthesizer::RowLimits>> limits(
-      const std::vector<std::string>& rows) const;
+  std::vector<std::optional<motion::RowLimits>> limits(const std::vector<std::string>& rows) const;
   const std::vector<RetargetedClip>& clips() const { return clips_; }
 
  private:
@@ -51,8 +50,8 @@ class Robot {
 
 /// Tables of what became of the clips, and of the rows that come nearest to their limits.
 void print_retargeting(const std::vector<RetargetedClip>& clips);
-void print_limits(const synthesizer::MotionModel& model);
+void print_limits(const motion::MotionModel& model);
 nlohmann::ordered_json retargeting_json(const std::vector<RetargetedClip>& clips);
-nlohmann::ordered_json limits_json(const synthesizer::MotionModel& model);
+nlohmann::ordered_json limits_json(const motion::MotionModel& model);
 
 }  // namespace mimesis::tool

@@ -28,9 +28,9 @@ std::string list(const std::vector<std::string>& words) {
 }
 
 /// The rows that come nearest to their limits or pass them, worst first.
-std::vector<synthesizer::LimitExcess> sorted_excess(const synthesizer::MotionModel& model) {
-  std::vector<synthesizer::LimitExcess> rows = synthesizer::limit_excess(model);
-  std::ranges::stable_sort(rows, std::greater{}, &synthesizer::LimitExcess::beyond_rad);
+std::vector<motion::LimitExcess> sorted_excess(const motion::MotionModel& model) {
+  std::vector<motion::LimitExcess> rows = motion::limit_excess(model);
+  std::ranges::stable_sort(rows, std::greater{}, &motion::LimitExcess::beyond_rad);
   return rows;
 }
 
@@ -54,11 +54,11 @@ void print_retargeting(const std::vector<RetargetedClip>& clips) {
   std::cout << '\n';
 }
 
-void print_limits(const synthesizer::MotionModel& model) {
+void print_limits(const motion::MotionModel& model) {
   const auto rows = sorted_excess(model);
   const auto beyond = std::ranges::count_if(rows, [](const auto& r) { return r.beyond_rad > 0.0; });
   std::cout << fmt::format(
-      "\n{} of {} rows with limits pass them in some pattern (blends: see model/limits.h)\n",
+      "\n{} of {} rows with limits pass them in some pattern (blends: see motion_model.h)\n",
       beyond, rows.size());
   Table table({"nearest to limits", "beyond [rad]", "pattern", "phase [rad]"});
   for (std::size_t i = 0; i < std::min(kNearest, rows.size()); ++i) {
@@ -94,9 +94,9 @@ ordered_json retargeting_json(const std::vector<RetargetedClip>& clips) {
   return out;
 }
 
-ordered_json limits_json(const synthesizer::MotionModel& model) {
+ordered_json limits_json(const motion::MotionModel& model) {
   ordered_json out = ordered_json::array();
-  for (const synthesizer::LimitExcess& row : sorted_excess(model)) {
+  for (const motion::LimitExcess& row : sorted_excess(model)) {
     out.push_back({{"row", row.row},
                    {"beyond_rad", row.beyond_rad},
                    {"pattern", row.pattern},

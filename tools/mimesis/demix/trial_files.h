@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "common/motion/mocap/clip_file.h"
 #include "common/motion/mocap/cycles.h"
-#include "common/motion/mocap/read_clip.h"
 #include "common/motion/model/motion_model.h"
 #include "tools/mimesis/demix/robot_motion.h"
 
@@ -26,13 +26,13 @@ struct TrialFiles {
   /// Mean over the clips; the robot's; the standard body if there is no clip.
   mocap::Body body;
   bool standard_body = false;
-  std::vector<synthesizer::Source> files;
+  std::vector<motion::Source> files;
   struct LeftOut {
     std::string file, reason;
   };
   std::vector<LeftOut> left_out;  ///< clips without a trial, markers that are not a person's
   std::vector<RetargetedClip> retargeted;
-  std::vector<std::optional<synthesizer::RowLimits>> limits_rad;  ///< by row; empty without a robot
+  std::vector<std::optional<motion::RowLimits>> limits_rad;  ///< by row; empty without a robot
 };
 
 /// Reads clips (.bvh, .amc, .c3d) and sets of trials (.csv); with a robot, clips alone. @param

@@ -1,13 +1,11 @@
 // The inner loops against their definitions.
-#include "common/motion/demix/shift_kernels.h"
-
 #include <gtest/gtest.h>
 
 #include <Eigen/Dense>
 #include <random>
 #include <vector>
 
-#include "common/motion/demix/small_cholesky.h"
+#include "common/motion/demix/spectrum.h"
 
 namespace mimesis::demix {
 namespace {

@@ -1,11 +1,10 @@
-#include "common/motion/demix/smooth_sources.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 
 #include "common/error.h"
 #include "common/math/circle.h"
+#include "common/motion/demix/sisa.h"
 #include "common/motion/demix/test/known_mixture.h"
 
 namespace mimesis::demix {

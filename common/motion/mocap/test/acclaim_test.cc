@@ -7,13 +7,12 @@
 #include <numbers>
 
 #include "common/math/so3.h"
-#include "common/motion/mocap/test/message.h"
+#include "common/motion/mocap/test/reader_checks.h"
 
 namespace mimesis::mocap {
 namespace {
 
 using Eigen::Vector3d;
-constexpr double kDeg = std::numbers::pi / 180.0;
 constexpr double kUnit = 0.0254 / 0.5;
 
 // The leg hangs off the hip; its axes are turned by 90° about z after 20° about x.
@@ -34,20 +33,12 @@ const std::string kAmc =
     "7\nroot 1 2 3 10 20 30\nleg 40 50\n"
     "8\nleg 0 0\nroot 1 2 4 0 0 0\n";
 
-Eigen::Matrix3d rx(double deg) { return math::exp_so3(Vector3d(0, deg * kDeg, 0)); }
-Eigen::Matrix3d ry(double deg) { return math::exp_so3(Vector3d(0, 0, deg * kDeg)); }
-Eigen::Matrix3d rz(double deg) { return math::exp_so3(Vector3d(deg * kDeg, 0, 0)); }
-
 Clip clip_of(const std::string& amc, const std::string& asf = kAsf, const ReadOptions& o = {}) {
   return parse_amc(amc, "s.amc", parse_asf(asf, "s.asf", o), o);
 }
 
 std::string with(std::string text, const std::string& from, const std::string& to) {
   return text.replace(text.find(from), from.size(), to);
-}
-
-Eigen::Matrix3d rotation(const Clip& clip, int joint, Eigen::Index frame) {
-  return math::exp_so3(clip.rotation_rad.block<3, 1>(3 * joint, frame));
 }
 
 TEST(Acclaim, BonesBecomeJointsAtTheirUpperEnds) {

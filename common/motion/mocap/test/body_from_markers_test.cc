@@ -6,9 +6,8 @@
 #include <cmath>
 
 #include "common/math/so3.h"
+#include "common/motion/mocap/c3d.h"
 #include "common/motion/mocap/cycles.h"
-#include "common/motion/mocap/gait.h"
-#include "common/motion/mocap/plugin_gait.h"
 #include "common/motion/mocap/test/shared_folder.h"
 #include "common/motion/mocap/test/walker.h"
 

@@ -4,8 +4,8 @@
 
 #include "common/error.h"
 #include "common/math/so3.h"
+#include "common/motion/mocap/clip_file.h"
 #include "common/motion/mocap/cycles.h"
-#include "common/motion/mocap/read_clip.h"
 #include "common/motion/mocap/test/shared_folder.h"
 
 namespace mimesis::mocap {

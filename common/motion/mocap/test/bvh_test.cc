@@ -6,14 +6,13 @@
 #include <random>
 
 #include "common/math/so3.h"
-#include "common/motion/mocap/csv.h"
-#include "common/motion/mocap/test/message.h"
+#include "common/motion/mocap/clip_file.h"
+#include "common/motion/mocap/test/reader_checks.h"
 
 namespace mimesis::mocap {
 namespace {
 
 using Eigen::Vector3d;
-constexpr double kDeg = std::numbers::pi / 180.0;
 
 std::string replaced(std::string text, const std::string& from, const std::string& to) {
   for (std::size_t at = 0; (at = text.find(from, at)) != text.npos; at += to.size()) {
@@ -30,15 +29,6 @@ const std::string kTwo =
     "MOTION\nFrames: 2\nFrame Time: .0083333\n"
     "100 200 300 0 0 90 0 0 0\n"
     "101 200 300 0 30 0 20 40 -60\n";
-
-Eigen::Matrix3d rotation(const Clip& clip, int joint, Eigen::Index frame) {
-  return math::exp_so3(clip.rotation_rad.block<3, 1>(3 * joint, frame));
-}
-
-// About the axes of the file, which are y, z, x of the house.
-Eigen::Matrix3d rx(double deg) { return math::exp_so3(Vector3d(0, deg * kDeg, 0)); }
-Eigen::Matrix3d ry(double deg) { return math::exp_so3(Vector3d(0, 0, deg * kDeg)); }
-Eigen::Matrix3d rz(double deg) { return math::exp_so3(Vector3d(deg * kDeg, 0, 0)); }
 
 TEST(Bvh, PermutesTheAxesAndMultipliesInTheOrderOfTheChannels) {
   const Clip clip = parse_bvh(kTwo, "folder/two.bvh");

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "common/motion/mocap/c3d.h"
-#include "common/motion/mocap/test/message.h"
+#include "common/motion/mocap/test/reader_checks.h"
 #include "common/motion/mocap/test/shared_folder.h"
 
 namespace mimesis::mocap {

@@ -5,7 +5,8 @@
 
 #include "common/math/so3.h"
 #include "common/motion/mocap/bvh.h"
-#include "common/motion/mocap/file_axes.h"
+#include "common/motion/mocap/clip_parts.h"
+#include "common/motion/mocap/test/reader_checks.h"
 #include "common/motion/mocap/test/shared_folder.h"
 
 namespace mimesis::mocap {
@@ -15,10 +16,6 @@ using Eigen::Vector3d;
 
 double degrees_between(const Eigen::Matrix3d& a, const Eigen::Matrix3d& b) {
   return math::log_so3(Eigen::Matrix3d(a.transpose() * b)).norm() * 180.0 / std::numbers::pi;
-}
-
-Eigen::Matrix3d rotation(const Clip& clip, int joint, Eigen::Index frame) {
-  return math::exp_so3(clip.rotation_rad.block<3, 1>(3 * joint, frame));
 }
 
 // Figures of B. Hahne's BVH conversion of CMU clip 35_07, made by other software from the same AMC

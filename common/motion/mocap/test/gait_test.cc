@@ -1,11 +1,10 @@
-#include "common/motion/mocap/gait.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 
 #include "common/math/circle.h"
 #include "common/math/so3.h"
+#include "common/motion/mocap/cycles.h"
 #include "common/motion/mocap/test/walker.h"
 
 namespace mimesis::mocap {
@@ -80,21 +79,6 @@ TEST(Gait, TakingTheHeadingOutKeepsTheTilt) {
   clip.angles_rad.block<3, 1>(0, 3) = math::log_so3(math::exp_so3({0.0, 0.0, 1.3}) * tilt);
   remove_heading(clip);
   EXPECT_LT((math::exp_so3(clip.angles_rad.block<3, 1>(0, 3)) - tilt).norm(), 1e-12);
-}
-
-TEST(Gait, AFootStandsWhileItRests) {
-  // the figure glides on over a foot that is held; the other foot is in the air
-  BodyClip clip = walk({.seconds = 2.0, .swing_rad = 0.0, .speed_m_s = 0.0});
-  for (Eigen::Index f = 80; f < 160; ++f) {  // lift the left foot backwards and down again
-    const double lift = std::sin(math::kTwoPi / 2 * static_cast<double>(f - 80) / 80.0);
-    clip.angles_rad(3 * kLeftKnee + 1, f) = 1.2 * lift;
-  }
-  const auto stances = stance_intervals(clip);
-  ASSERT_EQ(stances[kRight].size(), 1u);
-  EXPECT_EQ(stances[kRight][0].last - stances[kRight][0].first, 239);
-  ASSERT_EQ(stances[kLeft].size(), 2u);
-  EXPECT_NEAR(static_cast<double>(stances[kLeft][0].last), 80.0, 6.0);
-  EXPECT_NEAR(static_cast<double>(stances[kLeft][1].first), 160.0, 6.0);
 }
 
 }  // namespace

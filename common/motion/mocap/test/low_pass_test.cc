@@ -1,12 +1,10 @@
-#include "common/motion/mocap/low_pass.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <numbers>
 
 #include "common/error.h"
-#include "common/motion/mocap/spline.h"
+#include "common/motion/mocap/resampling.h"
 
 namespace mimesis::mocap {
 namespace {

@@ -8,11 +8,9 @@
 
 #include "common/math/circle.h"
 #include "common/math/so3.h"
+#include "common/motion/mocap/clip_file.h"
 #include "common/motion/mocap/cycles.h"
-#include "common/motion/mocap/gait.h"
-#include "common/motion/mocap/low_pass.h"
-#include "common/motion/mocap/read_clip.h"
-#include "common/motion/mocap/spline.h"
+#include "common/motion/mocap/resampling.h"
 #include "common/motion/mocap/test/shared_folder.h"
 
 namespace mimesis::mocap {
@@ -142,30 +140,6 @@ TEST_F(RecordedCycles, OtherMotionsAreHandledOrRefusedWithTheReason) {
   ASSERT_TRUE(left && right);
   EXPECT_GT(left->trials[0].turn_rad, 0.5);
   EXPECT_LT(right->trials[0].turn_rad, -0.5);
-}
-
-TEST_F(RecordedCycles, StancesOfAStraightWalkAlternateAndTakeAboutSixTenths) {
-  const BodyClip clip = body_of("07_01.bvh");
-  const auto stances = stance_intervals(clip);
-  const GaitEvents events = find_gait_events(clip);
-  for (std::size_t s = 0; s < 2; ++s) {
-    EXPECT_GE(stances[s].size(), 2u);
-    EXPECT_LE(stances[s].size(), 4u);
-    // a stance begins within 0.1 s of every heel strike
-    for (const Eigen::Index strike : events.heel_strike[s]) {
-      double nearest = 1e9;
-      for (const FrameInterval& i : stances[s]) {
-        nearest = std::min(nearest, std::abs(static_cast<double>(i.first - strike)));
-      }
-      EXPECT_LE(nearest, 12.0);
-    }
-    const Eigen::Index first = events.heel_strike[kLeft][0], last = events.heel_strike[kLeft][1];
-    Eigen::Index stands = 0;
-    for (const FrameInterval& i : stances[s]) {
-      stands += std::max<Eigen::Index>(0, std::min(i.last + 1, last) - std::max(i.first, first));
-    }
-    EXPECT_NEAR(static_cast<double>(stands) / static_cast<double>(last - first), 0.6, 0.06);
-  }
 }
 
 }  // namespace

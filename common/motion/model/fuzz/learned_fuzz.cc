@@ -26,12 +26,12 @@ void check(const mocap::Trials& set) {
   for (const mocap::Trial& trial : set.trials) MIMESIS_ASSERT(trial.duration_s > 0.0);
 }
 
-void check(const synthesizer::MotionModel& model) {
+void check(const motion::MotionModel& model) {
   const auto rows = static_cast<Eigen::Index>(model.rows.size());
   const Eigen::Index sources = model.sources.rows();
   MIMESIS_ASSERT(sources >= 1 && model.sources.cols() >= 2 && model.sources.allFinite());
   MIMESIS_ASSERT(model.fixed >= 0 && model.fixed <= sources && !model.patterns.empty());
-  for (const synthesizer::Pattern& p : model.patterns) {
+  for (const motion::Pattern& p : model.patterns) {
     MIMESIS_ASSERT(p.trial.duration_s > 0.0);
     MIMESIS_ASSERT(p.trial.task.size() == model.task_names.size());
     MIMESIS_ASSERT(p.mean_rad.size() == rows && p.mean_rad.allFinite());
@@ -50,7 +50,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     if (data[0] % 2 == 0) {
       check(mocap::parse_trials(text, "fuzz"));
     } else {
-      check(synthesizer::parse_motion_model(text, "fuzz"));
+      check(motion::parse_motion_model(text, "fuzz"));
     }
   } catch (const ConfigError& error) {
     MIMESIS_ASSERT(one_line(error.what()));

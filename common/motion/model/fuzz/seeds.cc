@@ -28,8 +28,8 @@ mocap::Trials small_set() {
   return set;
 }
 
-synthesizer::MotionModel small_model(bool tied) {
-  synthesizer::MotionModel model;
+motion::MotionModel small_model(bool tied) {
+  motion::MotionModel model;
   model.name = "walk";
   model.created_by = "seeds";
   model.learned_from = {{"walk.csv", "00", "own"}};
@@ -71,7 +71,7 @@ int main(int argc, char** argv) {
   put(0, trials);
   put(0, trials.substr(trials.find('\n') + 1));  // without the line of axes: a set of shared/
   for (const bool tied : {true, false}) {
-    synthesizer::save_motion_model(small_model(tied), file);
+    motion::save_motion_model(small_model(tied), file);
     put(1, text_of(file));
   }
   fs::remove(file);

@@ -1,12 +1,12 @@
-#include "common/motion/model/limits.h"
-
 #include <gtest/gtest.h>
 
 #include <array>
 #include <cmath>
 #include <numbers>
 
-namespace mimesis::synthesizer {
+#include "common/motion/model/motion_model.h"
+
+namespace mimesis::motion {
 namespace {
 
 /// Rows a, b, c; b within 0.1 to 0.7, c within -1 to 1.
@@ -68,4 +68,4 @@ TEST(Limits, TheMixturesExcessIsWhatItsCrestsSay) {
 }
 
 }  // namespace
-}  // namespace mimesis::synthesizer
+}  // namespace mimesis::motion

@@ -1,11 +1,10 @@
-#include "common/motion/model/make_model.h"
-
 #include <gtest/gtest.h>
 
 #include "common/error.h"
 #include "common/motion/demix/test/known_mixture.h"
+#include "common/motion/model/motion_model.h"
 
-namespace mimesis::synthesizer {
+namespace mimesis::motion {
 namespace {
 
 TEST(MakeModel, HasAPatternForEveryTrial) {
@@ -44,4 +43,4 @@ TEST(MakeModel, StylesAreAveraged) {
 }
 
 }  // namespace
-}  // namespace mimesis::synthesizer
+}  // namespace mimesis::motion

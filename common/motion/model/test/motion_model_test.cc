@@ -11,7 +11,7 @@
 
 #include "common/error.h"
 
-namespace mimesis::synthesizer {
+namespace mimesis::motion {
 namespace {
 
 namespace fs = std::filesystem;
@@ -218,4 +218,4 @@ TEST_F(MotionModelFile, IsWrittenWholeOrNotAtAll) {
 }
 
 }  // namespace
-}  // namespace mimesis::synthesizer
+}  // namespace mimesis::motion

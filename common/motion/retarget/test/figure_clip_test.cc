@@ -1,9 +1,8 @@
-#include "common/motion/retarget/figure_clip.h"
-
 #include <gtest/gtest.h>
 
 #include "common/model/files.h"
 #include "common/motion/retarget/test/walk.h"
+#include "common/motion/retarget/to_robot.h"
 
 namespace mimesis::retarget {
 namespace {

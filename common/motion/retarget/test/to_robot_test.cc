@@ -10,9 +10,9 @@
 #include "common/error.h"
 #include "common/math/so3.h"
 #include "common/model/files.h"
-#include "common/shared_data.h"
-#include "common/motion/mocap/read_clip.h"
+#include "common/motion/mocap/clip_file.h"
 #include "common/motion/retarget/test/walk.h"
+#include "common/shared_data.h"
 
 namespace mimesis::retarget {
 namespace {

@@ -5,9 +5,9 @@
 #include <numbers>
 #include <set>
 
+#include "common/motion/model/motion_model.h"
 #include "common/robot/robot_tree.h"
 #include "nodes/synthesizer/dynamics/character_batch.h"
-#include "common/motion/model/limits.h"
 
 namespace mimesis::synthesizer {
 namespace {
@@ -18,7 +18,7 @@ const std::string kModels = std::string(MIMESIS_SOURCE_DIR) + "/models/";
 
 class BipedWalk : public ::testing::Test {
  protected:
-  const MotionModel model_ = load_motion_model(kModels + "biped_walk.motion.json");
+  const motion::MotionModel model_ = motion::load_motion_model(kModels + "biped_walk.motion.json");
   const robot::RobotTree tree_ = robot::read_urdf(kModels + "biped.urdf");
 
   CharacterBatch walker(int pattern) const {
@@ -43,7 +43,7 @@ TEST_F(BipedWalk, IsAModelOfTheRobotsJoints) {
     EXPECT_EQ(model_.limits_rad[row]->upper, tree_.upper()[i]);
   }
   std::set<std::string> styles;
-  for (const Pattern& p : model_.patterns) styles.insert(p.trial.style);
+  for (const motion::Pattern& p : model_.patterns) styles.insert(p.trial.style);
   EXPECT_EQ(styles, (std::set<std::string>{"slow", "normal", "brisk"}));
   for (const Source& s : model_.learned_from) {
     EXPECT_NE(s.licence.find("mocap.cs.cmu.edu"), std::string::npos);
@@ -52,7 +52,8 @@ TEST_F(BipedWalk, IsAModelOfTheRobotsJoints) {
 }
 
 TEST_F(BipedWalk, KeepsTheLimitsOverACycleOfEachPattern) {
-  for (const LimitExcess& row : limit_excess(model_)) EXPECT_LT(row.beyond_rad, 0.0) << row.row;
+  for (const motion::LimitExcess& row : motion::limit_excess(model_))
+    EXPECT_LT(row.beyond_rad, 0.0) << row.row;
   for (int p = 0; p < static_cast<int>(model_.patterns.size()); ++p) {
     CharacterBatch batch = walker(p);
     std::vector<float> before, now;
@@ -60,7 +61,7 @@ TEST_F(BipedWalk, KeepsTheLimitsOverACycleOfEachPattern) {
     for (int n = 0; n < 400; ++n) {
       batch.step();
       now.assign(batch.angles(0).begin(), batch.angles(0).end());
-      EXPECT_EQ(clamp_to_limits(model_, std::span<float>(now)), 0) << p << ' ' << n;
+      EXPECT_EQ(motion::clamp_to_limits(model_, std::span<float>(now)), 0) << p << ' ' << n;
       for (int i = 0; n > 0 && i < tree_.dof(); ++i) {
         const auto r = static_cast<std::size_t>(mocap::kBodyRows + i);
         const double speed = std::abs(double(now[r]) - double(before[r])) * kRate;

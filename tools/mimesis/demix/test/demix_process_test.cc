@@ -8,13 +8,13 @@
 #include <nlohmann/json.hpp>
 
 #include "common/model/files.h"
-#include "common/testing/process.h"
-#include "nodes/synthesizer/dynamics/character_batch.h"
-#include "nodes/synthesizer/dynamics/testing/synthetic_model.h"
-#include "common/motion/mocap/bvh.h"
+#include "common/motion/mocap/clip_file.h"
 #include "common/motion/mocap/test/shared_folder.h"
 #include "common/motion/mocap/trials_file.h"
 #include "common/motion/model/motion_model.h"
+#include "common/testing/process.h"
+#include "nodes/synthesizer/dynamics/character_batch.h"
+#include "nodes/synthesizer/dynamics/testing/synthetic_model.h"
 #include "tools/mimesis/demix/trial_files.h"
 
 namespace mimesis::tool {
@@ -127,7 +127,7 @@ TEST_F(Demix, LearnsAModelWithItsProvenance) {
   EXPECT_LT(report["others"][0]["Q"], report["Q"]);
   EXPECT_LT(report["joints"][0]["rms_rad"], 1e-3);
   EXPECT_NE(errors_.find("a standard one of 1.70 m"), std::string::npos) << errors_;
-  const auto model = synthesizer::load_motion_model(path("m.motion.json"));
+  const auto model = motion::load_motion_model(path("m.motion.json"));
   EXPECT_EQ(model.name, "m");
   EXPECT_TRUE(model.tied);
   EXPECT_EQ(model.patterns.size(), 6U);
@@ -144,7 +144,7 @@ TEST_F(Demix, TheTableSaysTheSame) {
   EXPECT_NE(output_.find("anechoic (SISA)"), std::string::npos) << output_;
   EXPECT_NE(output_.find("PCA of about as many parameters"), std::string::npos);
   EXPECT_NE(output_.find("lknee"), std::string::npos);
-  EXPECT_EQ(synthesizer::load_motion_model(path("m.motion.json")).fixed, 1);
+  EXPECT_EQ(motion::load_motion_model(path("m.motion.json")).fixed, 1);
 }
 
 TEST_F(Demix, SmoothsSources) {
@@ -153,7 +153,7 @@ TEST_F(Demix, SmoothsSources) {
             0)
       << errors_;
   EXPECT_GT(json::parse(output_)["Q"], 0.99);
-  EXPECT_NE(synthesizer::load_motion_model(path("m.motion.json")).created_by.find("--smooth 4"),
+  EXPECT_NE(motion::load_motion_model(path("m.motion.json")).created_by.find("--smooth 4"),
             std::string::npos);
   fs::remove(path("m.motion.json"));
   const std::string out = path("m.motion.json");
@@ -166,10 +166,33 @@ TEST_F(Demix, StylesAreNamedAndAveraged) {
                  "-o", path("m.motion.json")}),
             0)
       << errors_;
-  const auto model = synthesizer::load_motion_model(path("m.motion.json"));
+  const auto model = motion::load_motion_model(path("m.motion.json"));
   ASSERT_EQ(model.patterns.size(), 1U);
   EXPECT_EQ(model.patterns[0].trial.style, "calm");
   EXPECT_NEAR(model.patterns[0].trial.duration_s, 1.25, 1e-12);
+}
+
+TEST_F(Demix, ExportsTheLearnedMotion) {
+  mocap::write_clip(recorded_walker(), path("walker.bvh"));
+  const std::string out = path("m.motion.json"), exported = path("learned.bvh");
+  ASSERT_EQ(run({path("walker.bvh"), "-k", "3", "-o", out, "--export", exported}), 0) << errors_;
+  const auto model = motion::load_motion_model(out);
+  const mocap::Clip clip = mocap::read_clip(exported);
+  EXPECT_EQ(clip.frames(), model.sources.cols());
+  EXPECT_EQ(clip.skeleton.joints.size(), std::size_t{mocap::kBodyJoints});
+  const motion::Pattern& p = model.patterns.front();
+  EXPECT_NEAR(static_cast<double>(clip.frames()) / clip.rate_hz, p.trial.duration_s, 1e-3);
+  const Eigen::MatrixXd angles =
+      demix::Mixture{model.sources, p.weight_rad, p.delay_rad, p.mean_rad, model.fixed}
+          .reconstruct();
+  const int knee = clip.skeleton.find("lknee");
+  EXPECT_LT((clip.rotation_rad.middleRows(3 * knee, 3) - angles.middleRows(3 * mocap::kLeftKnee, 3))
+                .cwiseAbs()
+                .maxCoeff(),
+            1e-5);
+  fs::remove(out);
+  refuses({path("walker.bvh"), "-k", "3", "-o", out, "--export", path("walk.txt")},
+          "expected .bvh or .csv");
 }
 
 /// What a report on clips retargeted to the biped has to fulfil, and the model.
@@ -184,7 +207,7 @@ void check_robot(const json& report, const std::string& file, std::size_t clips)
     EXPECT_GE(clip["frames_at_limits"], 0);
   }
   const robot::RobotTree tree = model::load_biped(kBiped).tree;
-  const auto model = synthesizer::load_motion_model(file);
+  const auto model = motion::load_motion_model(file);
   ASSERT_EQ(model.rows.size(), mocap::kBodyRows + static_cast<std::size_t>(tree.dof()));
   EXPECT_EQ(model.rows[3], "lhip.x");
   EXPECT_EQ(model.rows[mocap::kBodyRows], tree.moved(0).joint);
@@ -202,7 +225,7 @@ void check_robot(const json& report, const std::string& file, std::size_t clips)
 }
 
 TEST_F(Demix, RetargetsClipsToARobot) {
-  mocap::write_bvh(recorded_walker(), path("walker.bvh"));
+  mocap::write_clip(recorded_walker(), path("walker.bvh"));
   const std::string out = path("m.motion.json");
   ASSERT_EQ(run({path("walker.bvh"), "--robot", kBiped, "-k", "3", "--json", "-o", out}), 0)
       << errors_;
@@ -211,7 +234,7 @@ TEST_F(Demix, RetargetsClipsToARobot) {
   EXPECT_EQ(report["trials"], 2);
   EXPECT_EQ(report["retargeting"][0]["frames"], 200);
   // what the robot's figure travels a cycle is what the walker does, by the length of the legs
-  const auto model = synthesizer::load_motion_model(out);
+  const auto model = motion::load_motion_model(out);
   EXPECT_NEAR(model.patterns[0].trial.step_length_m,
               0.9 * 1.1 * report["retargeting"][0]["scale"].get<double>(), 0.05);
   fs::remove(out);
@@ -252,7 +275,7 @@ TEST_F(Demix, KnowsTheWignerMethodAndItsLimits) {
   const std::string out = path("m.motion.json");
   ASSERT_EQ(run({path("waves.csv"), "--method", "wigner", "-k", "2", "-o", out}), 0) << errors_;
   EXPECT_NE(output_.find("anechoic (Wigner-Ville)"), std::string::npos) << output_;
-  EXPECT_FALSE(synthesizer::load_motion_model(out).tied);
+  EXPECT_FALSE(motion::load_motion_model(out).tied);
   fs::remove(out);
   refuses({path("waves.csv"), "--method", "wigner", "--tied", "-o", out}, "not with --tied");
   refuses({path("waves.csv"), "--method", "wigner", "--nonnegative", "-o", out}, "--nonnegative");

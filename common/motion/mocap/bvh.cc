@@ -1,0 +1,378 @@
+#include "common/motion/mocap/bvh.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+
+#include "common/error.h"
+#include "common/motion/mocap/clip_parts.h"
+#include "common/motion/mocap/text_scanner.h"
+
+namespace mimesis::mocap {
+namespace {
+
+struct Channel {
+  int joint = 0, axis = 0;  // axis of the house
+  bool position = false;
+};
+
+// Offsets and positions are in house axes and the file's unit until the end.
+struct Bvh {
+  Skeleton skeleton;
+  std::vector<Channel> channels;  // as the columns of MOTION
+  std::vector<int> position_row;  // of a joint in `positions`, -1: none
+  Eigen::MatrixXd positions;      // 3 rows for a joint that has position channels
+  Clip clip;
+};
+
+Channel channel_of(TextScanner& in, int joint) {
+  static constexpr std::array<std::string_view, 6> kNames = {"Xposition", "Yposition", "Zposition",
+                                                             "Xrotation", "Yrotation", "Zrotation"};
+  const std::string_view name = in.word();
+  for (int k = 0; k < 6; ++k) {
+    if (same_word(name, kNames[static_cast<std::size_t>(k)])) {
+      return {joint, from_file_axis(k % 3), k < 3};
+    }
+  }
+  in.fail_found(name, "a channel: X, Y or Z before position or rotation");
+}
+
+void read_channels(TextScanner& in, Bvh& bvh, int joint) {
+  const long count = in.integer();
+  if (count < 0 || count > 6) in.fail_found(std::to_string(count), "0 to 6 channels");
+  const std::size_t first = bvh.channels.size();
+  for (long k = 0; k < count; ++k) {
+    const Channel channel = channel_of(in, joint);
+    for (std::size_t i = first; i < bvh.channels.size(); ++i) {
+      const Channel& other = bvh.channels[i];
+      if (channel.position && other.position && other.axis == channel.axis) {
+        in.fail("a position channel for the second time in joint '" +
+                bvh.skeleton.joints[static_cast<std::size_t>(joint)].name + "'");
+      }
+    }
+    bvh.channels.push_back(channel);
+  }
+}
+
+Eigen::Vector3d read_offset(TextScanner& in) {
+  in.expect("OFFSET");
+  const double x = in.number(), y = in.number(), z = in.number();
+  return from_file_axes({x, y, z});
+}
+
+int open_joint(TextScanner& in, Bvh& bvh, int parent) {
+  Joint joint{std::string(in.rest_of_line()), parent, Eigen::Vector3d::Zero()};
+  if (joint.name.empty()) in.fail_found("", "the name of a joint");
+  in.expect("{");
+  joint.offset_m = read_offset(in);
+  bvh.skeleton.joints.push_back(std::move(joint));
+  const int index = static_cast<int>(bvh.skeleton.joints.size()) - 1;
+  if (same_word(in.peek(), "CHANNELS")) {
+    in.expect("CHANNELS");
+    read_channels(in, bvh, index);
+  }
+  return index;
+}
+
+void read_end(TextScanner& in, Bvh& bvh, int parent) {
+  in.rest_of_line();  // "Site", whatever is behind it
+  in.expect("{");
+  const std::string name = bvh.skeleton.joints[static_cast<std::size_t>(parent)].name + "_end";
+  bvh.skeleton.ends.push_back({name, parent, read_offset(in)});
+  in.expect("}");
+}
+
+void read_hierarchy(TextScanner& in, Bvh& bvh) {
+  in.expect("HIERARCHY");
+  in.expect("ROOT");
+  int joint = open_joint(in, bvh, -1);
+  while (joint >= 0) {  // no recursion: a file may nest as deeply as it likes
+    const std::string_view word = in.word();
+    if (same_word(word, "JOINT")) {
+      joint = open_joint(in, bvh, joint);
+    } else if (same_word(word, "End")) {
+      read_end(in, bvh, joint);
+    } else if (word == "}") {
+      joint = bvh.skeleton.joints[static_cast<std::size_t>(joint)].parent;
+    } else {
+      in.fail_found(word, "JOINT, End Site or '}'");
+    }
+  }
+}
+
+double rate_of(TextScanner& in) {
+  in.expect("Frame");
+  in.expect("Time:");
+  const double time_s = in.number();
+  if (!(time_s > 1e-6 && time_s < 1e6)) in.fail("frame time, expected seconds above zero");
+  const double rate_hz = 1.0 / time_s, whole = std::round(rate_hz);
+  return whole >= 1.0 && std::abs(rate_hz - whole) < 1e-4 * whole ? whole : rate_hz;
+}
+
+// Sizes everything, once the counts are seen to fit the text that is left.
+void prepare(TextScanner& in, Bvh& bvh, std::size_t frames, const std::string& file) {
+  const std::size_t joints = bvh.skeleton.joints.size();
+  bvh.position_row.assign(joints, -1);
+  int rows = 0;
+  for (const Channel& channel : bvh.channels) {
+    int& row = bvh.position_row[static_cast<std::size_t>(channel.joint)];
+    if (channel.position && row < 0) row = 3 * rows++;
+  }
+  if (bvh.channels.empty()) in.fail("no joint has a channel, expected a motion");
+  if (frames > (in.bytes_left() + 1) / (2 * bvh.channels.size())) {
+    in.fail(std::to_string(frames) + " frames of " + std::to_string(bvh.channels.size()) +
+            " numbers, but only " + std::to_string(in.bytes_left()) + " bytes are left");
+  }
+  check_clip_size(file, in.size(), joints, frames);
+  const auto columns = static_cast<Eigen::Index>(frames);
+  bvh.positions.resize(3 * rows, columns);
+  for (std::size_t j = 0; j < joints; ++j) {
+    if (bvh.position_row[j] < 0) continue;
+    bvh.positions.middleRows<3>(bvh.position_row[j]).colwise() = bvh.skeleton.joints[j].offset_m;
+  }
+  bvh.clip.rotation_rad.resize(3 * static_cast<Eigen::Index>(joints), columns);
+}
+
+void read_frame(TextScanner& in, Bvh& bvh, Eigen::Index frame) {
+  if (!in.next_line()) {
+    in.fail_found("", "frame " + std::to_string(frame + 1) + " of " +
+                          std::to_string(bvh.clip.rotation_rad.cols()));
+  }
+  std::size_t c = 0;
+  for (std::size_t j = 0; j < bvh.skeleton.joints.size(); ++j) {
+    Eigen::Quaterniond rotation = Eigen::Quaterniond::Identity();
+    for (; c < bvh.channels.size() && bvh.channels[c].joint == static_cast<int>(j); ++c) {
+      const Channel& channel = bvh.channels[c];
+      const double value = in.number_in_line();
+      if (channel.position) {
+        bvh.positions(bvh.position_row[j] + channel.axis, frame) = value;
+      } else {  // each turns about the axes that those before it have turned
+        rotation = rotation * turn_about(channel.axis, std::remainder(value, 360.0) * kRadians);
+      }
+    }
+    put_rotation(bvh.clip.rotation_rad, static_cast<Eigen::Index>(j), frame, rotation);
+  }
+  const std::string_view more = in.word_in_line();
+  if (!more.empty()) {
+    in.fail_found(more, "the end of the line after " + std::to_string(bvh.channels.size()) +
+                            " numbers, one a channel");
+  }
+}
+
+void read_motion(TextScanner& in, Bvh& bvh, const std::string& file) {
+  in.expect("MOTION");
+  in.expect("Frames:");
+  const long frames = in.integer();
+  if (frames < 1) in.fail_found(std::to_string(frames), "one frame or more");
+  bvh.clip.rate_hz = rate_of(in);
+  prepare(in, bvh, static_cast<std::size_t>(frames), file);
+  for (Eigen::Index frame = 0; frame < frames; ++frame) read_frame(in, bvh, frame);
+  const std::string_view more = in.word();
+  if (!more.empty()) {
+    in.fail_found(more, "the end of the file after " + std::to_string(frames) + " frames");
+  }
+}
+
+bool moves(const Bvh& bvh, std::size_t joint, double unit_m) {
+  if (bvh.position_row[joint] < 0) return false;
+  const auto rows = bvh.positions.middleRows<3>(bvh.position_row[joint]);
+  return (rows.rowwise().maxCoeff() - rows.rowwise().minCoeff()).maxCoeff() * unit_m > 1e-4;
+}
+
+// Joint 1 is the root's only child: root and child become one, where the child is.
+void join_root(Bvh& bvh) {
+  Clip& clip = bvh.clip;
+  const auto child_position = bvh.positions.middleRows<3>(bvh.position_row[1]);
+  Eigen::MatrixXd rotation = clip.rotation_rad.bottomRows(clip.rotation_rad.rows() - 3);
+  for (Eigen::Index t = 0; t < clip.frames(); ++t) {
+    const Eigen::Matrix3d R_WR = math::exp_so3(clip.rotation_rad.col(t).head<3>());
+    const Eigen::Matrix3d R_RJ = math::exp_so3(clip.rotation_rad.col(t).segment<3>(3));
+    clip.root_position_W_m.col(t) += R_WR * child_position.col(t);
+    put_rotation(rotation, 0, t, Eigen::Quaterniond(Eigen::Matrix3d(R_WR * R_RJ)));
+  }
+  clip.rotation_rad = std::move(rotation);
+  Skeleton& skeleton = bvh.skeleton;
+  skeleton.joints.erase(skeleton.joints.begin());
+  for (Joint& joint : skeleton.joints) --joint.parent;
+  for (Joint& end : skeleton.ends) --end.parent;
+  bvh.position_row.erase(bvh.position_row.begin());
+}
+
+// A root that only holds the place of the origin, as Bandai's joint_Root does.
+bool idle_root(const Bvh& bvh) {
+  return bvh.clip.rotation_rad.topRows<3>().isZero(0.0) && bvh.clip.root_position_W_m.isZero(0.0);
+}
+
+bool only_child(const Skeleton& skeleton) {
+  const auto of_root = [](const Joint& joint) { return joint.parent == 0; };
+  return skeleton.joints.size() > 1 &&
+         std::count_if(skeleton.joints.begin(), skeleton.joints.end(), of_root) == 1 &&
+         std::none_of(skeleton.ends.begin(), skeleton.ends.end(), of_root);
+}
+
+// Positions of joints other than the root become offsets, or the root's motion.
+void settle_positions(Bvh& bvh, double unit_m, const std::string& file) {
+  Clip& clip = bvh.clip;
+  clip.root_position_W_m.resize(3, clip.frames());
+  if (bvh.position_row[0] >= 0) {
+    clip.root_position_W_m = bvh.positions.middleRows<3>(bvh.position_row[0]);
+  } else {
+    clip.root_position_W_m.colwise() = bvh.skeleton.joints[0].offset_m;
+  }
+  if (only_child(bvh.skeleton) && bvh.position_row[1] >= 0 &&
+      (idle_root(bvh) || moves(bvh, 1, unit_m))) {
+    join_root(bvh);
+  }
+  bvh.skeleton.joints[0].offset_m.setZero();
+  for (std::size_t j = 1; j < bvh.skeleton.joints.size(); ++j) {
+    if (bvh.position_row[j] < 0) continue;
+    if (moves(bvh, j, unit_m)) {
+      throw ConfigError(
+          one_line(file + ": joint '" + bvh.skeleton.joints[j].name +
+                   "' moves within its parent, expected position channels that change only "
+                   "for the root or the root's only child"));
+    }
+    bvh.skeleton.joints[j].offset_m = bvh.positions.block<3, 1>(bvh.position_row[j], 0);
+  }
+}
+
+}  // namespace
+
+double bvh_unit_m(const Skeleton& skeleton) {
+  const bool cmu = skeleton.find("Hips") == 0 && skeleton.find("LHipJoint") > 0 &&
+                   skeleton.find("RHipJoint") > 0;
+  return cmu ? 0.0254 / 0.45 : 0.01;
+}
+
+Clip parse_bvh(std::string_view text, const std::string& file, const ReadOptions& options) {
+  check_options(options);
+  Bvh bvh;
+  TextScanner in(text, file);
+  read_hierarchy(in, bvh);
+  read_motion(in, bvh, file);
+  const double unit_m = options.unit_m > 0.0 ? options.unit_m : bvh_unit_m(bvh.skeleton);
+  settle_positions(bvh, unit_m, file);
+  for (Joint& joint : bvh.skeleton.joints) joint.offset_m *= unit_m;
+  for (Joint& end : bvh.skeleton.ends) end.offset_m *= unit_m;
+  bvh.clip.root_position_W_m *= unit_m;
+  bvh.clip.skeleton = std::move(bvh.skeleton);
+  bvh.clip.name = base_name(file);
+  check_lengths(file, bvh.clip);
+  return std::move(bvh.clip);
+}
+
+namespace {
+
+constexpr int kDecimals = 7;  // of ° and of the file's unit: 2e-9 rad, 1e-8 m or less
+constexpr double kDegrees = 180.0 / std::numbers::pi;
+
+struct Writer {
+  const Skeleton& skeleton;
+  double unit_m;
+  std::string text;
+  std::vector<std::size_t> order;  // of the columns: joints depth first
+
+  void number(double value) {
+    text += ' ';
+    append_fixed(text, value, kDecimals);
+  }
+  void offset(const Eigen::Vector3d& offset_m, const std::string& indent) {
+    const Eigen::Vector3d v = to_file_axes(offset_m) / unit_m;
+    text += indent + "{\n" + indent + "\tOFFSET";
+    for (int k = 0; k < 3; ++k) number(v[k]);
+    text += '\n';
+  }
+  void end(const Eigen::Vector3d& offset_m, const std::string& indent) {
+    text += indent + "End Site\n";
+    offset(offset_m, indent);
+    text += indent + "}\n";
+  }
+  void open(std::size_t j, const std::string& indent) {
+    const Joint& joint = skeleton.joints[j];
+    text += indent + (j == 0 ? "ROOT " : "JOINT ") + joint.name + '\n';
+    offset(joint.offset_m, indent);
+    text += indent + "\tCHANNELS ";
+    text += j == 0 ? "6 Xposition Yposition Zposition " : "3 ";
+    text += "Zrotation Yrotation Xrotation\n";
+    order.push_back(j);
+  }
+  void hierarchy();
+};
+
+// Depth first without recursion: `open_joints` is the way from the root.
+void Writer::hierarchy() {
+  std::vector<std::vector<std::size_t>> children(skeleton.joints.size());
+  std::vector<std::vector<const Joint*>> ends(skeleton.joints.size());
+  for (std::size_t j = 1; j < skeleton.joints.size(); ++j) {
+    children[static_cast<std::size_t>(skeleton.joints[j].parent)].push_back(j);
+  }
+  for (const Joint& end : skeleton.ends) ends[static_cast<std::size_t>(end.parent)].push_back(&end);
+  struct Open {
+    std::size_t joint, next_child;
+  };
+  std::vector<Open> open_joints;
+  const auto enter = [&](std::size_t j) {
+    const std::string indent(open_joints.size(), '\t');
+    open(j, indent);
+    for (const Joint* e : ends[j]) end(e->offset_m, indent + '\t');
+    if (ends[j].empty() && children[j].empty()) end(Eigen::Vector3d::Zero(), indent + '\t');
+    open_joints.push_back({j, 0});
+  };
+  text += "HIERARCHY\n";
+  enter(0);
+  while (!open_joints.empty()) {
+    Open& top = open_joints.back();
+    if (top.next_child < children[top.joint].size()) {
+      enter(children[top.joint][top.next_child++]);
+    } else {
+      open_joints.pop_back();
+      text += std::string(open_joints.size(), '\t') + "}\n";
+    }
+  }
+}
+
+// Angles z, y, x [°] with R = Rz·Ry·Rx. Where y is ±90° only z ∓ x counts: x is zero then.
+Eigen::Vector3d angles_zyx(const Eigen::Matrix3d& R) {
+  const double cos_y = std::hypot(R(0, 0), R(1, 0));
+  const double y = std::atan2(-R(2, 0), cos_y);
+  if (cos_y < 1e-9) return Eigen::Vector3d(std::atan2(-R(0, 1), R(1, 1)), y, 0.0) * kDegrees;
+  return Eigen::Vector3d(std::atan2(R(1, 0), R(0, 0)), y, std::atan2(R(2, 1), R(2, 2))) * kDegrees;
+}
+
+void check_names(const Clip& clip) {
+  for (const Joint& joint : clip.skeleton.joints) {
+    const std::string& n = joint.name;
+    if (n.empty() || n.find_first_of("{}\r\n") != n.npos || n.front() <= ' ' || n.back() <= ' ') {
+      throw ConfigError(
+          one_line(clip.name + ": joint '" + n + "', expected a name that BVH can hold"));
+    }
+  }
+}
+
+}  // namespace
+
+std::string bvh_text(const Clip& clip) {
+  check_writable(clip);
+  check_names(clip);
+  Writer out{clip.skeleton, bvh_unit_m(clip.skeleton), {}, {}};
+  out.hierarchy();
+  out.text += "MOTION\nFrames: " + std::to_string(clip.frames()) + "\nFrame Time: ";
+  append_exact(out.text, 1.0 / clip.rate_hz);
+  out.text += '\n';
+  for (Eigen::Index t = 0; t < clip.frames(); ++t) {
+    const Eigen::Vector3d p = to_file_axes(clip.root_position_W_m.col(t)) / out.unit_m;
+    append_fixed(out.text, p.x(), kDecimals);
+    out.number(p.y());
+    out.number(p.z());
+    for (const std::size_t j : out.order) {
+      const Eigen::Vector3d w = clip.rotation_rad.block<3, 1>(3 * static_cast<Eigen::Index>(j), t);
+      const Eigen::Vector3d zyx = angles_zyx(math::exp_so3(to_file_axes(w)));
+      for (int k = 0; k < 3; ++k) out.number(zyx[k]);
+    }
+    out.text += '\n';
+  }
+  return std::move(out.text);
+}
+
+}  // namespace mimesis::mocap

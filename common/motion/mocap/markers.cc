@@ -1,0 +1,196 @@
+#include "common/motion/mocap/markers.h"
+
+#include <Eigen/LU>
+#include <Eigen/SVD>
+#include <cmath>
+#include <vector>
+
+#include "common/motion/mocap/resampling.h"
+
+namespace mimesis::mocap {
+
+std::optional<RigidFit> fit_rigid(const Eigen::Ref<const Eigen::Matrix3Xd>& body,
+                                  const Eigen::Ref<const Eigen::Matrix3Xd>& world) {
+  std::vector<Eigen::Index> seen;
+  for (Eigen::Index i = 0; i < body.cols(); ++i) {
+    if (body.col(i).allFinite() && world.col(i).allFinite()) seen.push_back(i);
+  }
+  if (seen.size() < 3) return std::nullopt;
+  const Eigen::Matrix3Xd b = body(Eigen::all, seen), w = world(Eigen::all, seen);
+  const Eigen::Vector3d b_mean = b.rowwise().mean(), w_mean = w.rowwise().mean();
+  const Eigen::Matrix3Xd b0 = b.colwise() - b_mean, w0 = w.colwise() - w_mean;
+  const double width = Eigen::JacobiSVD<Eigen::Matrix3Xd>(b0).singularValues()[1];
+  if (width < 1e-3 * std::sqrt(static_cast<double>(seen.size()))) return std::nullopt;
+
+  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(w0 * b0.transpose(),
+                                              Eigen::ComputeFullU | Eigen::ComputeFullV);
+  Eigen::Vector3d signs = Eigen::Vector3d::Ones();
+  if (svd.matrixU().determinant() * svd.matrixV().determinant() < 0.0) signs.z() = -1.0;
+  RigidFit fit;
+  fit.R_WB = svd.matrixU() * signs.asDiagonal() * svd.matrixV().transpose();
+  fit.p_WB = w_mean - fit.R_WB * b_mean;
+  fit.rms_m = std::sqrt((fit.R_WB * b0 - w0).squaredNorm() / static_cast<double>(seen.size()));
+  return fit;
+}
+
+namespace {
+
+using Eigen::Index;
+using Eigen::Matrix3Xd;
+
+Matrix3Xd points(const Markers& markers, const MarkerGroup& group, Index frame) {
+  Matrix3Xd p(3, static_cast<Index>(group.markers.size()));
+  for (std::size_t i = 0; i < group.markers.size(); ++i) {
+    p.col(static_cast<Index>(i)) = markers.position_m.block<3, 1>(3 * group.markers[i], frame);
+  }
+  return p;
+}
+
+}  // namespace
+
+tl::expected<Matrix3Xd, Status> nominal_geometry(const Markers& markers, const MarkerGroup& group) {
+  auto refuse = [&](const std::string& reason) {
+    return tl::unexpected(Status{markers.name + ": marker group " + group.name + ": " + reason});
+  };
+  if (group.markers.size() < 3) {
+    return refuse(std::to_string(group.markers.size()) + " markers, expected at least 3");
+  }
+  Matrix3Xd first, sum;
+  int count = 0;
+  for (Index f = 0; f < markers.frames(); ++f) {
+    const Matrix3Xd p = points(markers, group, f);
+    if (!p.allFinite()) continue;
+    if (count == 0) {
+      first = p.colwise() - Eigen::Vector3d(p.rowwise().mean());
+      sum = Matrix3Xd::Zero(3, p.cols());
+    }
+    const auto fit = fit_rigid(first, p);
+    if (!fit) return refuse("its markers lie on a line");
+    sum += fit->R_WB.transpose() * (p.colwise() - fit->p_WB);
+    ++count;
+  }
+  if (count == 0) return refuse("its markers are never seen all together");
+  return Matrix3Xd(sum / count);
+}
+
+std::vector<std::optional<RigidFit>> group_motion(const Markers& markers, const MarkerGroup& group,
+                                                  const Matrix3Xd& nominal) {
+  std::vector<std::optional<RigidFit>> motion;
+  for (Index f = 0; f < markers.frames(); ++f) {
+    motion.push_back(fit_rigid(nominal, points(markers, group, f)));
+  }
+  return motion;
+}
+
+namespace {
+
+using Eigen::Index;
+using Eigen::Matrix3Xd;
+using Eigen::Vector3d;
+
+struct Gap {
+  Index first, last;
+};
+
+std::vector<Gap> gaps_of(const Eigen::Ref<const Eigen::MatrixXd>& path) {
+  std::vector<Gap> gaps;
+  for (Index f = 0; f < path.cols(); ++f) {
+    if (path.col(f).allFinite()) continue;
+    if (!gaps.empty() && gaps.back().last == f - 1) {
+      gaps.back().last = f;
+    } else {
+      gaps.push_back({f, f});
+    }
+  }
+  return gaps;
+}
+
+/// Fills from what the group predicts, NaN where it says nothing. Returns the frames filled.
+long fill_from(const Matrix3Xd& predicted, Eigen::Ref<Eigen::MatrixXd> path) {
+  long filled = 0;
+  const Matrix3Xd measured = path;
+  auto deviation = [&](Index f, Vector3d& d) {
+    if (f < 0 || f >= path.cols()) return false;
+    d = measured.col(f) - predicted.col(f);
+    return d.allFinite();
+  };
+  for (const Gap& gap : gaps_of(measured)) {
+    Vector3d before, after;
+    const bool has_before = deviation(gap.first - 1, before);
+    const bool has_after = deviation(gap.last + 1, after);
+    if (!has_before) before = has_after ? after : Vector3d(Vector3d::Zero());
+    if (!has_after) after = before;
+    for (Index f = gap.first; f <= gap.last; ++f) {
+      if (!predicted.col(f).allFinite()) continue;
+      const double share =
+          static_cast<double>(f - gap.first + 1) / static_cast<double>(gap.last - gap.first + 2);
+      path.col(f) = predicted.col(f) + (1.0 - share) * before + share * after;
+      ++filled;
+    }
+  }
+  return filled;
+}
+
+long fill_by_spline(Eigen::Ref<Eigen::MatrixXd> path, Index longest) {
+  std::vector<double> knots;
+  std::vector<Index> seen;
+  for (Index f = 0; f < path.cols(); ++f) {
+    if (!path.col(f).allFinite()) continue;
+    knots.push_back(static_cast<double>(f));
+    seen.push_back(f);
+  }
+  if (knots.size() < 2) return 0;
+  const Spline spline(knots, path(Eigen::all, seen));
+  long filled = 0;
+  for (const Gap& gap : gaps_of(path)) {
+    const bool inside = gap.first > 0 && gap.last + 1 < path.cols();
+    if (!inside || gap.last - gap.first + 1 > longest) continue;
+    for (Index f = gap.first; f <= gap.last; ++f) {
+      path.col(f) = spline.at(static_cast<double>(f));
+      ++filled;
+    }
+  }
+  return filled;
+}
+
+}  // namespace
+
+GapReport fill_gaps(Markers& markers, std::span<const MarkerGroup> groups, double longest_s) {
+  GapReport report;
+  const Markers recorded = markers;
+  for (const MarkerGroup& group : groups) {
+    const auto nominal = nominal_geometry(recorded, group);
+    if (!nominal) {
+      report.notes.push_back(nominal.error().reason + "; splines only");
+      continue;
+    }
+    for (std::size_t i = 0; i < group.markers.size(); ++i) {
+      // by the others alone, in all frames: a marker that drops out must not shift its prediction
+      Matrix3Xd others = *nominal;
+      others.col(static_cast<Index>(i)).setConstant(NAN);
+      const auto motion = group_motion(recorded, group, others);
+      Matrix3Xd predicted = Matrix3Xd::Constant(3, markers.frames(), NAN);
+      for (Index f = 0; f < markers.frames(); ++f) {
+        const auto& fit = motion[static_cast<std::size_t>(f)];
+        if (!fit) continue;
+        predicted.col(f) = fit->R_WB * nominal->col(static_cast<Index>(i)) + fit->p_WB;
+      }
+      report.by_group +=
+          fill_from(predicted, markers.position_m.middleRows(3 * group.markers[i], 3));
+    }
+  }
+  const auto longest = static_cast<Index>(std::floor(longest_s * markers.rate_hz));
+  for (std::size_t m = 0; m < markers.labels.size(); ++m) {
+    auto path = markers.position_m.middleRows(static_cast<Index>(3 * m), 3);
+    report.by_spline += fill_by_spline(path, longest);
+    long missing = 0;
+    for (const Gap& gap : gaps_of(path)) missing += gap.last - gap.first + 1;
+    report.left += missing;
+    if (missing == markers.frames()) {
+      report.notes.push_back(markers.name + ": marker " + markers.labels[m] + " is never seen");
+    }
+  }
+  return report;
+}
+
+}  // namespace mimesis::mocap

@@ -1,0 +1,33 @@
+#pragma once
+#include <numbers>
+#include <string>
+
+#include "common/error.h"
+#include "common/math/so3.h"
+#include "common/motion/mocap/skeleton.h"
+
+namespace mimesis::mocap {
+
+/// What a call refuses its input with, "" if it takes it.
+template <typename Call>
+std::string message_of(const Call& call) {
+  try {
+    call();
+  } catch (const ConfigError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+inline constexpr double kDeg = std::numbers::pi / 180.0;
+
+inline Eigen::Matrix3d rotation(const Clip& clip, int joint, Eigen::Index frame) {
+  return math::exp_so3(clip.rotation_rad.block<3, 1>(3 * joint, frame));
+}
+
+// About the axes of the file, which are y, z, x of the house.
+inline Eigen::Matrix3d rx(double deg) { return math::exp_so3(Eigen::Vector3d(0, deg * kDeg, 0)); }
+inline Eigen::Matrix3d ry(double deg) { return math::exp_so3(Eigen::Vector3d(0, 0, deg * kDeg)); }
+inline Eigen::Matrix3d rz(double deg) { return math::exp_so3(Eigen::Vector3d(deg * kDeg, 0, 0)); }
+
+}  // namespace mimesis::mocap
