@@ -1,11 +1,10 @@
 #pragma once
-#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "nodes/synthesizer/drawer_run.h"
-#include "nodes/synthesizer/walkers.h"
+#include "nodes/synthesizer/character/characters.h"
+#include "nodes/synthesizer/robot/biped_sequence.h"
 
 namespace mimesis::synthesizer {
 
@@ -19,75 +18,59 @@ struct Progress {
   double distance_m = 0.0;
 };
 
-/// What the characters do: they walk (Walkers), and may go to a drawer and take what is in it
-/// (DrawerRun). One motion follows the other without a jump: at the change the difference of root
-/// and rows fades within kFade_s (fade.h); feet on the ground may slide meanwhile.
-///
-/// To a drawer a character walks as to any goal until it faces it; then, standing or at a left heel
-/// strike, the drawer's sequence takes over, if one leads there from that distance. A drawer that
-/// moves along the way is followed within the sequence (DrawerSequence); one that moves across it,
-/// and any other goal, takes the character out of it again.
+/// What a figure does, or a robot is wished to do, in one instant.
+struct DirectedMotion {
+  double phase_rad = 0.0, phase_rate_rad_s = 0.0;
+  Eigen::Vector3d velocity = Eigen::Vector3d::Zero();         ///< forward, left [m/s], turn [rad/s]
+  Eigen::Vector3d smooth_velocity = Eigen::Vector3d::Zero();  ///< as a robot can follow it
+  Eigen::Vector3d pelvis_W_m = Eigen::Vector3d::Zero();
+  double heading_rad = 0.0;
+  mocap::Side support = mocap::kLeft;
+  bool stands = false;                          ///< of a robot: steps shall end
+  Landings landing;                             ///< of the next swing foot, the one after it
+  std::array<std::optional<HandWish>, 2> hand;  ///< left, right
+  const char* action = "stand";
+};
+
+/// Turns goals into motion: of figures (FigureDirector) or of one robot (RobotDirector).
 class Director {
  public:
-  /// @param drawer  actions for goals of that kind; null: they are refused. Must outlive this.
-  Director(const MotionModel& model, std::span<const WalkerStart> starts,
-           const WalkersSettings& settings, const ActionMaps* drawer);
+  Director(const MotionModel& model, std::span<const CharacterStart> starts,
+           const CharactersSettings& settings)
+      : characters_(model, starts, settings) {}
+  virtual ~Director() = default;
+  Director(const Director&) = delete;
+  Director& operator=(const Director&) = delete;
 
-  Walkers& walkers() { return walkers_; }
-  const Walkers& walkers() const { return walkers_; }
-  int size() const { return walkers_.size(); }
+  Characters& characters() { return characters_; }
+  const Characters& characters() const { return characters_; }
+  int size() const { return characters_.size(); }
+  /// It wants to know where its robot is.
+  virtual bool leads_robot() const = 0;
 
-  void walk_to(int i, const Eigen::Vector2d& goal_W_m);
-  void stop(int i);
-  /// Why not; empty if it will be done.
-  std::string to_drawer(int i, const DrawerPlace& place);
+  virtual void walk_to(int i, const Eigen::Vector2d& goal_W_m) = 0;
+  virtual void stop(int i) = 0;
+  /// The reason if it will not be done, else nothing.
+  virtual std::string to_drawer(int i, const DrawerPlace& place) = 0;
+  /// A coordinator's wish, until the next one or release(). A goal goes before it.
+  /// @param phase_rad  of the coordinator's rhythm now, if it has one
+  virtual void follow(int i, const GaitWish& wish, std::optional<double> phase_rad) = 0;
+  virtual void release(int i) = 0;
 
-  /// Advances all by dt. Allocates only for characters in a drawer's sequence.
-  void step();
+  /// Advances all by dt.
+  /// @param robot  where the robot is; null: unknown, it is believed to do as it is told
+  /// @param seen  the drawer; null: it is where the goal says
+  virtual void step(const RobotFeedback* robot, const DrawerSeen* seen) = 0;
 
-  // of character i
-  const WalkerState& state(int i) const;
-  std::span<const float> angles(int i) const;  ///< R values [rad]
-  const char* action(int i) const;  ///< stand, start, walk, stop; step, reach, take at a drawer
-  Progress progress(int i) const;
+  virtual const CharacterState& state(int i) const { return characters_.state(i); }
+  virtual std::span<const float> angles(int i) const = 0;  ///< rows of the model [rad]
+  virtual DirectedMotion motion(int i) const = 0;
+  virtual Progress progress(int i) const = 0;
   /// Actions left of a sequence, the one under way first; null: there is none.
-  const std::vector<PlannedAction>* plan(int i) const;
+  virtual const std::vector<PlannedAction>* plan(int i) const = 0;
 
-  static constexpr double kFade_s = 0.5;
-
- private:
-  /// Values of a motion: x, y, z of the pelvis in W, heading, rows.
-  using Values = std::vector<double>;
-  /// A character that is on its way to a drawer, in its sequence, or leaves it.
-  struct Act {
-    bool active = false;
-    std::optional<DrawerPlace> wished;  // until its sequence begins
-    std::string refused;                // why it did not
-    std::optional<DrawerRun> run;
-    double phase_rad = 0.0;  // of the walker at the last step
-    WalkerState state;       // of this instant, with the fade
-    std::vector<float> angles;
-    Values shown, shown_before;  // of this and the last instant
-    double fade_s = kFade_s;     // since the change
-    bool from_now = true;        // `motion` is of the instant of the change; else of the next one
-    Values offset, offset_rate;  // of the old motion to the new one, at the change
-    Values motion;               // the new one, without fade
-  };
-  Act& act(int i);
-  void advance(int i, Act& act);
-  void begin(int i, Act& act);
-  void leave(int i, Act& act);
-  void begin_fade(Act& act, bool from_now);
-  void read(int i, const Act& act, Values& values) const;
-  void compose(int i, Act& act);
-  void show(int i, Act& act);
-
-  Walkers walkers_;
-  const ActionMaps* drawer_;
-  double dt_s_;
-  bool body_rows_ = true;      // of the model: all are rows of a body
-  std::vector<int> body_row_;  // of each row of the model
-  std::vector<std::unique_ptr<Act>> acts_;
+ protected:
+  Characters characters_;
 };
 
 }  // namespace mimesis::synthesizer

@@ -4,7 +4,7 @@
 
 #include "common/error.h"
 #include "common/math/circle.h"
-#include "nodes/synthesizer/fade.h"
+#include "nodes/synthesizer/character/smooth.h"
 
 namespace mimesis::synthesizer {
 namespace {
@@ -26,20 +26,22 @@ std::vector<std::size_t> rows_of(const std::vector<std::string>& joints,
 
 }  // namespace
 
-RobotDirector::RobotDirector(Walkers& walkers, const RobotLimits& limits, const WalkSettings& walk,
+RobotDirector::RobotDirector(const MotionModel& model, std::span<const CharacterStart> starts,
+                             const CharactersSettings& settings, const RobotLimits& limits,
                              const BipedDrawer* drawer)
-    : walkers_(walkers),
+    : Director(model, starts, settings),
       drawer_(drawer),
       limits_(limits),
-      dt_s_(walk.dt_s),
-      walk_(limits, walk.goal_tolerance_m, walk.give_up_s, walk.dt_s) {
-  const RootPose& root = walkers.state(0).root;
+      dt_s_(settings.walk.dt_s),
+      walk_(limits, settings.walk.goal_tolerance_m, settings.walk.give_up_s, settings.walk.dt_s) {
+  MIMESIS_ASSERT(starts.size() == 1);
+  const RootPose& root = characters_.state(0).root;
   walk_.place(root.position_W_m, root.heading_rad);
   move_character();  // its first posture
-  const auto angles = walkers.angles(0);
+  const auto angles = characters_.angles(0);
   angles_.assign(angles.begin(), angles.end());
   if (drawer == nullptr) return;
-  row_ = rows_of(drawer->upper.joint_names(), walkers.repertoire().model().rows);
+  row_ = rows_of(drawer->upper.joint_names(), characters_.repertoire().model().rows);
   left_rad_ = left_rate_ = Eigen::VectorXd::Zero(drawer->upper.dof());
 }
 
@@ -48,7 +50,7 @@ void RobotDirector::leave() {
   refused_.clear();
   if (!sequence_) return;
   const BipedSequenceState& state = sequence_->state();
-  const auto walk = walkers_.angles(0);
+  const auto walk = characters_.angles(0);
   for (std::size_t i = 0; i < row_.size(); ++i) {
     const auto k = static_cast<Eigen::Index>(i);
     left_rad_[k] = state.q[k] - static_cast<double>(walk[row_[i]]);
@@ -59,29 +61,29 @@ void RobotDirector::leave() {
   sequence_.reset();
 }
 
-void RobotDirector::walk_to(const Eigen::Vector2d& goal_W_m) {
+void RobotDirector::walk_to(int, const Eigen::Vector2d& goal_W_m) {
   leave();
   kind_ = GoalKind::walk_to;
   walk_.walk_to(goal_W_m);
 }
 
-void RobotDirector::follow(const GaitWish& wish) {
+void RobotDirector::follow(int, const GaitWish& wish, std::optional<double>) {
   if (kind_ != GoalKind::none) return;
   walk_.go_on(wish.step_length_m.value_or(kStep_m) / limits_.step_s,
               wish.heading_rad.value_or(walk_.heading_rad()));
 }
 
-void RobotDirector::release() {
+void RobotDirector::release(int) {
   if (kind_ == GoalKind::none) walk_.stop();
 }
 
-void RobotDirector::stop() {
+void RobotDirector::stop(int) {
   leave();
   kind_ = GoalKind::stop;
   walk_.stop();
 }
 
-std::string RobotDirector::to_drawer(const BipedTask& task) {
+std::string RobotDirector::to_drawer(int, const DrawerPlace& task) {
   if (drawer_ == nullptr) return "no actions for drawers are loaded (parameter drawer)";
   task_ = task;
   if (kind_ == GoalKind::drawer && sequence_ && sequence_->set_task(task).empty()) return {};
@@ -131,13 +133,13 @@ void RobotDirector::approach(const RobotFeedback* robot) {
 void RobotDirector::move_character() {
   const GaitClock& clock = walk_.clock();
   const double length = limits_.step_s * walk_.velocity().head<2>().norm();
-  walkers_.set_gait(0,
-                    {.phase_rate_rad_s = math::kTwoPi / (2.0 * limits_.step_s),
-                     .step_length_m = length,
-                     .heading_rad = std::nullopt},
-                    clock.phase_rad());
-  walkers_.walker(0).set_free(clock.moves() && !sequence_);
-  walkers_.step();
+  characters_.set_gait(0,
+                       {.phase_rate_rad_s = math::kTwoPi / (2.0 * limits_.step_s),
+                        .step_length_m = length,
+                        .heading_rad = std::nullopt},
+                       clock.phase_rad());
+  characters_.walk(0).set_free(clock.moves() && !sequence_);
+  characters_.step();
 }
 
 void RobotDirector::step(const RobotFeedback* robot, const DrawerSeen* seen) {
@@ -159,10 +161,10 @@ void RobotDirector::step(const RobotFeedback* robot, const DrawerSeen* seen) {
 }
 
 void RobotDirector::show_walk(const RobotFeedback* robot) {
-  const WalkerState& state = walkers_.state(0);
+  const CharacterState& state = characters_.state(0);
   motion_.phase_rad = state.phase_rad;
   motion_.phase_rate_rad_s = state.phase_rate_rad_s;
-  motion_.velocity = walk_.velocity();
+  motion_.velocity = motion_.smooth_velocity = walk_.velocity();
   motion_.pelvis_W_m << walk_.position_W_m(),
       robot != nullptr ? robot->pelvis_W_m.z() : state.root.height_m;
   motion_.heading_rad = walk_.heading_rad();
@@ -179,7 +181,7 @@ void RobotDirector::show_sequence() {
   const RobotFeedback& robot = sequence_->robot();
   motion_.phase_rad = state.phase_rad;
   motion_.phase_rate_rad_s = state.phase_rate_rad_s;
-  motion_.velocity = state.velocity;
+  motion_.velocity = motion_.smooth_velocity = state.velocity;
   motion_.pelvis_W_m = robot.pelvis_W_m;
   motion_.heading_rad = robot.heading_rad;
   motion_.support = robot.swing == mocap::kLeft ? mocap::kRight : mocap::kLeft;
@@ -193,7 +195,7 @@ void RobotDirector::show_sequence() {
 }
 
 void RobotDirector::show_angles() {
-  std::ranges::copy(walkers_.angles(0), angles_.begin());
+  std::ranges::copy(characters_.angles(0), angles_.begin());
   left_s_ = std::min(left_s_ + dt_s_, kFade_s);
   for (std::size_t i = 0; i < row_.size(); ++i) {
     const auto k = static_cast<Eigen::Index>(i);
@@ -204,7 +206,7 @@ void RobotDirector::show_angles() {
   }
 }
 
-Progress RobotDirector::progress() const {
+Progress RobotDirector::progress(int) const {
   Progress p;
   p.kind = kind_;
   p.distance_m = walk_.distance_m();

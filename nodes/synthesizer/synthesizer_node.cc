@@ -5,10 +5,11 @@
 
 #include "common/error.h"
 #include "common/model/files.h"
-#include "common/runtime/param_source.h"
 #include "common/motion/model/limits.h"
-#include "nodes/synthesizer/motion_messages_node.h"
-#include "nodes/synthesizer/robot_messages_node.h"
+#include "common/runtime/param_source.h"
+#include "nodes/synthesizer/figure_director.h"
+#include "nodes/synthesizer/messages_node.h"
+#include "nodes/synthesizer/robot_director.h"
 
 namespace mimesis::synthesizer {
 namespace {
@@ -29,7 +30,6 @@ std::unique_ptr<const ActionMaps> learn_drawer(const SynthesizerParams& params) 
       learn_drawer_model(generate_drawer_data(mocap::standard_body(), Drawer{}, settings)));
 }
 
-/// The same for a robot.
 std::unique_ptr<const BipedDrawer> learn_robot_drawer(const SynthesizerParams& params) {
   if (!params.drawer || params.robot.description.empty()) return nullptr;
   const robot::Biped biped = model::load_biped(params.robot.description);
@@ -39,6 +39,22 @@ std::unique_ptr<const BipedDrawer> learn_robot_drawer(const SynthesizerParams& p
   return std::make_unique<const BipedDrawer>(make_biped_drawer(biped, settings));
 }
 
+std::unique_ptr<Director> make_director(const SynthesizerParams& params, const ActionMaps* drawer,
+                                        const BipedDrawer* robot_drawer) {
+  const MotionModel model = load_motion_model(runtime::find_model_file(params.model));
+  const auto starts = form(params.characters, params.formation());
+  const CharactersSettings settings = params.character_settings();
+  if (params.robot.description.empty()) {
+    return std::make_unique<FigureDirector>(model, starts, settings, drawer);
+  }
+  if (params.characters != 1) {
+    throw ConfigError("synthesizer.robot.description: one robot, but synthesizer.characters is " +
+                      std::to_string(params.characters));
+  }
+  return std::make_unique<RobotDirector>(model, starts, settings, params.robot.limits,
+                                         robot_drawer);
+}
+
 }  // namespace
 
 SynthesizerNode::SynthesizerNode(const Params& params, runtime::Bus& bus)
@@ -46,11 +62,9 @@ SynthesizerNode::SynthesizerNode(const Params& params, runtime::Bus& bus)
       period_s_(1.0 / params.rate_hz),
       drawer_(learn_drawer(params)),
       robot_drawer_(learn_robot_drawer(params)),
-      director_(load_motion_model(runtime::find_model_file(params.model)),
-                form(params.characters, params.formation()), params.walkers(), drawer_.get()),
+      director_(make_director(params, drawer_.get(), robot_drawer_.get())),
       commanded_(static_cast<std::size_t>(params.characters), Time{}),
       told_(static_cast<std::size_t>(params.characters)),
-      pelvis_(period_s_),
       goal_in_(bus, "goal"),
       style_in_(bus, "style"),
       beat_in_(bus, "beat"),
@@ -62,20 +76,12 @@ SynthesizerNode::SynthesizerNode(const Params& params, runtime::Bus& bus)
       batch_(bus, "characters"),
       status_(bus, "status"),
       reached_(bus, "reached") {
-  if (!params.robot.description.empty()) {
-    if (params.characters != 1) {
-      throw ConfigError("synthesizer.robot.description: one robot, but synthesizer.characters is " +
-                        std::to_string(params.characters));
-    }
-    robot_.emplace(director_.walkers(), params.robot.limits, params.walkers().walk,
-                   robot_drawer_.get());
-  }
-  const auto angles = robot_ ? robot_->angles() : director_.angles(0);
+  const auto angles = director_->angles(0);
   last_angles_.assign(angles.begin(), angles.end());
-  clamp_to_limits(director_.walkers().repertoire().model(), std::span<float>(last_angles_));
+  clamp_to_limits(director_->characters().repertoire().model(), std::span<float>(last_angles_));
   velocity_rad_s_.assign(angles.size(), 0.0);
   set_first_goal();
-  const Repertoire& repertoire = director_.walkers().repertoire();
+  const Repertoire& repertoire = director_->characters().repertoire();
   runtime::info("model '{}': {} rows, {} sources; styles {}", repertoire.model().name,
                 repertoire.model().rows.size(), repertoire.model().sources.rows(),
                 repertoire.known());
@@ -89,7 +95,7 @@ void SynthesizerNode::set_first_goal() {
   goal.mutable_position_in_world_m()->set_x_m(params_.goal.x_m);
   goal.mutable_position_in_world_m()->set_y_m(params_.goal.y_m);
   goal.set_object_depth_m(params_.goal.object_depth_m);
-  for (int i = 0; i < director_.size(); ++i) {
+  for (int i = 0; i < director_->size(); ++i) {
     goal.set_character(static_cast<std::uint32_t>(i));
     if (const std::string why = set_goal(goal); !why.empty()) {
       throw ConfigError("synthesizer.goal: " + why);
@@ -101,15 +107,12 @@ void SynthesizerNode::step(Time now) {
   take_goals(now);
   take_styles(now);
   take_beat(now);
-  if (robot_) {
+  if (director_->leads_robot()) {
     take_feedback(now);
     take_drawer(now);
-    take_crowd(now);
-    robot_->step(feedback(now), seen(now));
-  } else {
-    take_crowd(now);
-    director_.step();
   }
+  take_crowd(now);
+  director_->step(feedback(now), seen(now));
   publish_rows(now);
   publish_motion(now);
   publish_status(now);
@@ -117,18 +120,17 @@ void SynthesizerNode::step(Time now) {
 
 /// Why not; empty if it is pursued from now on.
 std::string SynthesizerNode::set_goal(const v1::MotionGoal& goal) {
-  if (std::string why = fault(goal, director_.walkers()); !why.empty()) return why;
+  if (std::string why = fault(goal, director_->characters()); !why.empty()) return why;
   const int i = static_cast<int>(goal.character());
   const Eigen::Vector2d place(goal.position_in_world_m().x_m(), goal.position_in_world_m().y_m());
   switch (goal.kind()) {
     case v1::MOTION_GOAL_KIND_DRAWER:
-      if (robot_) return robot_->to_drawer({place, goal.object_depth_m()});
-      return director_.to_drawer(i, {place, goal.object_depth_m()});
+      return director_->to_drawer(i, {place, goal.object_depth_m()});
     case v1::MOTION_GOAL_KIND_STOP:
-      robot_ ? robot_->stop() : director_.stop(i);
+      director_->stop(i);
       return {};
     default:
-      robot_ ? robot_->walk_to(place) : director_.walk_to(i, place);
+      director_->walk_to(i, place);
       return {};
   }
 }
@@ -173,14 +175,6 @@ const DrawerSeen* SynthesizerNode::seen(Time now) const {
   return fresh ? &*seen_ : nullptr;
 }
 
-const std::vector<PlannedAction>* SynthesizerNode::plan(int i) const {
-  return robot_ ? robot_->plan() : director_.plan(i);
-}
-
-Progress SynthesizerNode::progress(int i) const {
-  return robot_ ? robot_->progress() : director_.progress(i);
-}
-
 void SynthesizerNode::take_goals(Time now) {
   while (const auto goal = goal_in_.pop()) {
     const std::string why = set_goal(*goal);
@@ -192,24 +186,24 @@ void SynthesizerNode::take_goals(Time now) {
 
 void SynthesizerNode::take_styles(Time now) {
   while (const auto wish = style_in_.pop()) {
-    if (const std::string why = fault(*wish, director_.walkers()); !why.empty()) {
+    if (const std::string why = fault(*wish, director_->characters()); !why.empty()) {
       if (bad_style_.pass()) runtime::warn("style wish refused: {}", why);
       refuse(wish->characters().empty() ? 0 : wish->characters(0), why, now);
       continue;
     }
-    const std::vector<double> shares = to_shares(*wish, director_.walkers().repertoire());
+    const std::vector<double> shares = to_shares(*wish, director_->characters().repertoire());
     const auto set = [&](int i) {
-      director_.walkers().walker(i).style().wish(shares, wish->duration_s());
+      director_->characters().walk(i).style().wish(shares, wish->duration_s());
     };
     for (const std::uint32_t i : wish->characters()) set(static_cast<int>(i));
-    for (int i = 0; wish->characters().empty() && i < director_.size(); ++i) set(i);
+    for (int i = 0; wish->characters().empty() && i < director_->size(); ++i) set(i);
   }
 }
 
 void SynthesizerNode::take_beat(Time now) {
   if (beat_heard_ && now - beat_stamp_ > runtime::from_seconds(params_.beat_stale_s)) {
     runtime::info("no beat for {} s: everyone walks on in their own rhythm", params_.beat_stale_s);
-    director_.walkers().end_beat();
+    director_->characters().end_beat();
     beat_heard_ = false;
   }
   const v1::Beat* beat = beat_in_.take();
@@ -222,10 +216,10 @@ void SynthesizerNode::take_beat(Time now) {
   beat_stamp_ = beat_in_.stamp();
   beat_heard_ = beat->phase_rate_rad_s() > 0.0;
   if (!beat_heard_) {
-    director_.walkers().end_beat();
+    director_->characters().end_beat();
     return;
   }
-  director_.walkers().set_beat(
+  director_->characters().set_beat(
       beat->phase_rad() + beat->phase_rate_rad_s() * (seconds(now - beat_stamp_) - period_s_),
       beat->phase_rate_rad_s());
 }
@@ -237,7 +231,7 @@ void SynthesizerNode::take_crowd(Time now) {
     const Time stale = runtime::from_seconds(params_.gait_stale_s);
     if (now - stamp > stale || stamp - now > stale) continue;
     for (const v1::GaitCommand& gait : crowd->gaits()) {
-      if (const std::string why = fault(gait, director_.walkers()); !why.empty()) {
+      if (const std::string why = fault(gait, director_->characters()); !why.empty()) {
         if (bad_crowd_.pass()) runtime::warn("crowd: {}; ignored", why);
         continue;
       }
@@ -251,28 +245,24 @@ void SynthesizerNode::take_crowd(Time now) {
 }
 
 void SynthesizerNode::obey(const v1::GaitCommand& gait, double age_s) {
-  if (robot_) {
-    robot_->follow(to_gait(gait));
-    return;
-  }
   const int i = static_cast<int>(gait.character());
   std::optional<double> phase;
   if (gait.has_phase_rad()) {
     const double rate = gait.has_phase_rate_rad_s()
                             ? gait.phase_rate_rad_s()
-                            : director_.walkers().walker(i).frequency_rad_s();
+                            : director_->characters().walk(i).frequency_rad_s();
     phase = gait.phase_rad() + rate * age_s;
   }
-  director_.walkers().set_gait(i, to_gait(gait), phase);
+  director_->follow(i, to_gait(gait), phase);
 }
 
 void SynthesizerNode::release_stale(Time now) {
   int released = 0, first = 0;
-  for (int i = director_.size() - 1; i >= 0; --i) {
+  for (int i = director_->size() - 1; i >= 0; --i) {
     Time& stamp = commanded_[static_cast<std::size_t>(i)];
     if (stamp == Time{} || now - stamp <= runtime::from_seconds(params_.gait_stale_s)) continue;
     stamp = Time{};
-    robot_ ? robot_->release() : director_.walkers().release(i);
+    director_->release(i);
     ++released;
     first = i;
   }
@@ -289,45 +279,37 @@ void SynthesizerNode::publish_rows(Time now) {
   if (rows_sent_) return;
   rows_sent_ = true;
   v1::MotionRows message;
-  const Repertoire& repertoire = director_.walkers().repertoire();
+  const Repertoire& repertoire = director_->characters().repertoire();
   message.set_model(repertoire.model().name);
   for (const std::string& row : repertoire.model().rows) message.add_rows(row);
   for (const StyleMotions& style : repertoire.styles()) message.add_styles(style.name);
-  message.set_characters(static_cast<std::uint32_t>(director_.size()));
+  message.set_characters(static_cast<std::uint32_t>(director_->size()));
   rows_.send(message, now);
 }
 
 void SynthesizerNode::publish_motion(Time now) {
-  if (director_.size() > 1) {
-    to_proto(director_, batch_message_);
+  if (director_->size() > 1) {
+    to_proto(*director_, batch_message_);
     batch_.send(batch_message_, now);
     return;
   }
-  const auto angles = robot_ ? robot_->angles() : director_.angles(0);
+  const auto angles = director_->angles(0);
   angles_.assign(angles.begin(), angles.end());
-  clamp_to_limits(director_.walkers().repertoire().model(), std::span<float>(angles_));
+  clamp_to_limits(director_->characters().repertoire().model(), std::span<float>(angles_));
   for (std::size_t r = 0; r < angles_.size(); ++r) {
     velocity_rad_s_[r] =
         (static_cast<double>(angles_[r]) - static_cast<double>(last_angles_[r])) * params_.rate_hz;
   }
   last_angles_ = angles_;
-  if (robot_) {
-    to_proto(robot_->motion(), {angles_, velocity_rad_s_, robot_->motion().velocity},
-             motion_message_);
-    const Walkers& walkers = director_.walkers();
-    motion_message_.set_style(walkers.repertoire().style(walkers.walker(0).style().largest()).name);
-  } else {
-    pelvis_.step(director_.state(0).root);
-    to_proto(director_, 0, {angles_, velocity_rad_s_, pelvis_.value()}, motion_message_);
-  }
+  to_proto(*director_, 0, {angles_, velocity_rad_s_}, motion_message_);
   motion_.send(motion_message_, now);
 }
 
 /// At every change, and once a second of those that have a goal.
 void SynthesizerNode::publish_status(Time now) {
-  for (int i = 0; i < director_.size(); ++i) {
-    Progress is = progress(i);
-    const std::vector<PlannedAction>* plan = this->plan(i);
+  for (int i = 0; i < director_->size(); ++i) {
+    Progress is = director_->progress(i);
+    const std::vector<PlannedAction>* plan = director_->plan(i);
     Told& told = told_[static_cast<std::size_t>(i)];
     const std::size_t actions = plan != nullptr ? plan->size() : 0;
     const bool changed = is.kind != told.kind || is.reached != told.reached ||
@@ -347,9 +329,9 @@ void SynthesizerNode::publish_status(Time now) {
 void SynthesizerNode::refuse(std::uint32_t character, const std::string& why, Time now) {
   v1::MotionStatus status;
   status.set_character(character);
-  if (character < static_cast<std::uint32_t>(director_.size())) {
+  if (character < static_cast<std::uint32_t>(director_->size())) {
     const int i = static_cast<int>(character);
-    status = to_proto(i, progress(i), plan(i));
+    status = to_proto(i, director_->progress(i), director_->plan(i));
   }
   status.set_reason(why);
   status_.send(status, now);

@@ -5,8 +5,6 @@
 #include "common/runtime/log.h"
 #include "common/runtime/ports.h"
 #include "nodes/synthesizer/director.h"
-#include "nodes/synthesizer/pelvis_velocity.h"
-#include "nodes/synthesizer/robot_director.h"
 #include "nodes/synthesizer/synthesizer_params_node.h"
 #include "proto/motion.pb.h"
 #include "proto/walker.pb.h"
@@ -40,8 +38,6 @@ class SynthesizerNode {
   void take_drawer(runtime::Time now);
   const RobotFeedback* feedback(runtime::Time now);
   const DrawerSeen* seen(runtime::Time now) const;
-  const std::vector<PlannedAction>* plan(int i) const;
-  Progress progress(int i) const;
   void take_goals(runtime::Time now);
   void take_styles(runtime::Time now);
   void take_beat(runtime::Time now);
@@ -57,18 +53,16 @@ class SynthesizerNode {
   double period_s_;
   std::unique_ptr<const ActionMaps> drawer_;
   std::unique_ptr<const BipedDrawer> robot_drawer_;
-  Director director_;
-  std::optional<RobotDirector> robot_;
+  std::unique_ptr<Director> director_;
   std::optional<RobotFeedback> feedback_;
   std::optional<DrawerSeen> seen_;
   bool rows_sent_ = false, beat_heard_ = false;
   runtime::Time beat_stamp_{}, feedback_stamp_{}, seen_stamp_{};
   std::vector<runtime::Time> commanded_;  // per character: stamp of the command it obeys, or 0
   std::vector<Told> told_;
-  // of one robot
+  // of a single character
   std::vector<double> velocity_rad_s_;
   std::vector<float> angles_, last_angles_;
-  PelvisVelocity pelvis_;
   runtime::Throttle bad_goal_{std::chrono::seconds(1)}, bad_style_{std::chrono::seconds(1)},
       bad_beat_{std::chrono::seconds(1)}, bad_crowd_{std::chrono::seconds(1)},
       bad_feedback_{std::chrono::seconds(1)}, bad_drawer_{std::chrono::seconds(1)};

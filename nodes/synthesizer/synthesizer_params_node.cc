@@ -5,23 +5,23 @@
 
 namespace mimesis::synthesizer {
 namespace {
-constexpr double kPi = std::numbers::pi, kFar_m = 1e4;
+constexpr double kFarthest_m = 1e4;
 }  // namespace
 
 void StartParams::visit(runtime::ParamVisitor& v) {
   v("arrangement", arrangement, {"grid", "row", "circle"});
   v("spacing_m", spacing_m, 0.1, 100.0);
-  v("x_m", x_m, -kFar_m, kFar_m);
-  v("y_m", y_m, -kFar_m, kFar_m);
-  v("heading_rad", heading_rad, -kPi, kPi);
+  v("x_m", x_m, -kFarthest_m, kFarthest_m);
+  v("y_m", y_m, -kFarthest_m, kFarthest_m);
+  v("heading_rad", heading_rad, -std::numbers::pi, std::numbers::pi);
   v("walking", walking);
   v("spread_phases", spread_phases);
 }
 
 void FirstGoalParams::visit(runtime::ParamVisitor& v) {
   v("kind", kind, {"none", "walk_to", "drawer"});
-  v("x_m", x_m, -kFar_m, kFar_m);
-  v("y_m", y_m, -kFar_m, kFar_m);
+  v("x_m", x_m, -kFarthest_m, kFarthest_m);
+  v("y_m", y_m, -kFarthest_m, kFarthest_m);
   v("object_depth_m", object_depth_m, 0.0, 1.0);
 }
 
@@ -62,8 +62,8 @@ void SynthesizerParams::visit(runtime::ParamVisitor& v) {
   v("foot_lock", foot_lock);
 }
 
-WalkersSettings SynthesizerParams::walkers() const {
-  WalkersSettings s;
+CharactersSettings SynthesizerParams::character_settings() const {
+  CharactersSettings s;
   s.walk = walk;
   s.walk.dt_s = 1.0 / rate_hz;
   // robots step slower than the people whose motion they have

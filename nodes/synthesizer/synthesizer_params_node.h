@@ -2,9 +2,8 @@
 #include <string>
 
 #include "common/runtime/params.h"
-#include "nodes/synthesizer/biped/robot_walk.h"
-#include "nodes/synthesizer/formation.h"
-#include "nodes/synthesizer/walkers.h"
+#include "nodes/synthesizer/character/characters.h"
+#include "nodes/synthesizer/robot/robot_walk.h"
 
 namespace mimesis::synthesizer {
 
@@ -57,7 +56,7 @@ struct SynthesizerParams {
   bool foot_lock = true;         ///< standing feet stay where they are
 
   void visit(runtime::ParamVisitor& v);
-  WalkersSettings walkers() const;
+  CharactersSettings character_settings() const;
   Formation formation() const;
 };
 

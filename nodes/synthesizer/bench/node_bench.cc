@@ -3,10 +3,10 @@
 
 #include <cmath>
 
-#include "nodes/synthesizer/director.h"
+#include "nodes/synthesizer/character/characters.h"
 #include "nodes/synthesizer/dynamics/testing/synthetic_model.h"
-#include "nodes/synthesizer/formation.h"
-#include "nodes/synthesizer/motion_messages_node.h"
+#include "nodes/synthesizer/figure_director.h"
+#include "nodes/synthesizer/messages_node.h"
 
 namespace mimesis::synthesizer {
 namespace {
@@ -15,22 +15,22 @@ enum Load { kWalking, kSteered };
 
 void node_step(benchmark::State& state, Load load) {
   const int count = static_cast<int>(state.range(0));
-  WalkersSettings settings;
+  CharactersSettings settings;
   settings.walking = true;
   const auto starts = form(count, {.spread_phases = true});
-  Director director(testing::random_model(1), starts, settings, nullptr);
+  FigureDirector director(testing::random_model(1), starts, settings, nullptr);
   v1::MotionBatch message;
   std::string bytes;
   double t = 0.0;
-  const double step_m = director.walkers().repertoire().motion(0).step_length_m;
+  const double step_m = director.characters().repertoire().motion(0).step_length_m;
   for (auto _ : state) {
     for (int i = 0; load == kSteered && i < count; ++i) {  // every character, in every frame
       const GaitWish wish{.phase_rate_rad_s = 6.0,
                           .step_length_m = step_m * (0.8 + 0.2 * std::sin(3.0 * t)),
                           .heading_rad = 3.0 * t};
-      director.walkers().set_gait(i, wish, 6.0 * t);
+      director.characters().set_gait(i, wish, 6.0 * t);
     }
-    director.step();
+    director.step(nullptr, nullptr);
     to_proto(director, message);
     message.SerializeToString(&bytes);
     benchmark::DoNotOptimize(bytes.data());

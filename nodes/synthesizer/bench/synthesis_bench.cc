@@ -3,7 +3,6 @@
 #include <array>
 
 #include "nodes/synthesizer/dynamics/character_batch.h"
-#include "nodes/synthesizer/dynamics/svr_character.h"
 #include "nodes/synthesizer/dynamics/testing/synthetic_model.h"
 
 namespace mimesis::synthesizer {
@@ -55,19 +54,6 @@ void set_parameters(benchmark::State& state) {  // a new series, of 51 rows and 
   for (auto _ : state) batch.set_parameters(0, p.mean_rad, p.weight_rad, p.delay_rad);
 }
 BENCHMARK(set_parameters);
-
-void plain_svr(benchmark::State& state) {  // one character: 51 rows x 4 maps; no kinematics
-  SvrCharacter character(testing::random_model(1), 5.0, 1.0 / 60.0);
-  double vectors = 0.0;
-  for (const SourceMap& map : character.maps()) vectors += map.support_vectors();
-  for (auto _ : state) {
-    character.step();
-    benchmark::ClobberMemory();
-  }
-  state.counters["support_vectors_per_map"] =
-      vectors / static_cast<double>(character.maps().size());
-}
-BENCHMARK(plain_svr);
 
 }  // namespace
 }  // namespace mimesis::synthesizer

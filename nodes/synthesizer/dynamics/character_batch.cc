@@ -8,10 +8,8 @@
 
 #include "common/error.h"
 #include "common/math/circle.h"
-#include "nodes/synthesizer/dynamics/basis_lanes.h"
-#include "nodes/synthesizer/dynamics/foot_lock.h"
-#include "nodes/synthesizer/dynamics/hopf_lanes.h"
-#include "nodes/synthesizer/dynamics/mix.h"
+#include "nodes/synthesizer/dynamics/mixture_lanes.h"
+#include "nodes/synthesizer/dynamics/posture.h"
 
 namespace mimesis::synthesizer {
 namespace {
@@ -22,8 +20,16 @@ constexpr int kBlend = -1, kOwn = -2;
 constexpr int kLegJoints[6] = {mocap::kLeftHip,  mocap::kLeftKnee,  mocap::kLeftAnkle,
                                mocap::kRightHip, mocap::kRightKnee, mocap::kRightAnkle};
 
+int row_of(const MotionModel& model, int body_row) {
+  const auto found =
+      std::find(model.rows.begin(), model.rows.end(), mocap::body_row_name(body_row));
+  return found == model.rows.end() ? -1 : static_cast<int>(found - model.rows.begin());
+}
+
+}  // namespace
+
 /// 16 characters.
-struct Tile {
+struct CharacterBatch::Tile {
   HopfLanes hopf;
   RootLanes root;
   LockLanes lock;
@@ -34,14 +40,6 @@ struct Tile {
 
   Tile() { std::fill_n(cos_heading, kLanes, 1.0); }
 };
-
-int row_of(const MotionModel& model, int body_row) {
-  const auto found =
-      std::find(model.rows.begin(), model.rows.end(), mocap::body_row_name(body_row));
-  return found == model.rows.end() ? -1 : static_cast<int>(found - model.rows.begin());
-}
-
-}  // namespace
 
 struct CharacterBatch::Data {
   Data(const MotionModel& model, int count_, const CharacterOptions& options_)

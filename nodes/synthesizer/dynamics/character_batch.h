@@ -3,8 +3,8 @@
 #include <memory>
 #include <span>
 
-#include "nodes/synthesizer/dynamics/motion_series.h"
 #include "common/motion/model/motion_model.h"
+#include "nodes/synthesizer/dynamics/motion_series.h"
 
 namespace mimesis::synthesizer {
 
@@ -17,7 +17,7 @@ struct CharacterOptions {
   /// Characters may have parameters of their own (set_parameters): a series of about 6 kB each.
   /// Without, they share the model's patterns, and large crowds stay in the cache.
   bool individual = false;
-  bool foot_lock = false;  ///< keep the standing feet in place (foot_lock.h)
+  bool foot_lock = false;  ///< keep the standing feet in place (posture.h)
 };
 
 /// Where a character's pelvis is. The heading frame H: origin at the pelvis, x forward along the
@@ -37,7 +37,7 @@ struct RootPose {
 /// whose phase φ = atan2(x₂, x₁) drives all sources at once: the other oscillators of the star have
 /// nothing to add once they follow their leader (SvrCharacter has them). The posture is the mixture
 /// at φ, forward kinematics gives the joints, and the standing foot moves the pelvis
-/// (root_motion.h).
+/// (posture.h).
 ///
 /// Patterns are tables of their series (MotionSeries; at least 512 rows a cycle, 130 kB), with the
 /// cubic in between; parameters of a character's own are the series itself. Phases are integrated
@@ -93,6 +93,7 @@ class CharacterBatch {
   Eigen::Vector3d toe_W_m(int i, int side) const;
 
  private:
+  struct Tile;
   struct Data;
   std::unique_ptr<Data> data_;
 };

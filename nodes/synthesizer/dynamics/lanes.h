@@ -91,4 +91,87 @@ inline Mat3 exp_lane(Vec3 w) {
           {xz + p.y, yz - p.x, d + b * v.z * v.z}};
 }
 
+/// atan2(y, x) for y ≥ 0, not both zero, to 3e-7 rad: arc tangent by Cephes' polynomial of
+/// degree 9 on [−tan π/8, tan π/8].
+[[gnu::always_inline]] inline float atan2_lane(float y, float x) {
+  const float ax = x < 0.0F ? -x : x;
+  const bool steep = y > ax;
+  const float t = (steep ? ax : y) / (steep ? y : ax), less = (t - 1.0F) / (t + 1.0F);
+  const bool upper = t > 0.41421356F;
+  const float v = upper ? less : t, u = v * v;
+  float p = 8.05374449538e-2F;
+  p = p * u - 1.38776856032e-1F;
+  p = p * u + 1.99777106478e-1F;
+  p = p * u - 3.33329491539e-1F;
+  const float flat = (upper ? 0.78539816F : 0.0F) + (v + v * u * p);
+  const float front = steep ? 1.57079633F - flat : flat;
+  return x < 0.0F ? 3.14159265F - front : front;
+}
+
+/// Axis-angle vector of a rotation, the one nearest to `reference` (turns by 2π are added).
+/// Within 3e-6 rad for angles up to 3 rad; the last degrees below π lose digits.
+[[gnu::always_inline]] inline Vec3 log_lane(const Mat3& r, Vec3 reference) {
+  const Vec3 s = 0.5F * Vec3{r.y.z - r.z.y, r.z.x - r.x.z, r.x.y - r.y.x};  // sin θ · axis
+  const float sine = std::sqrt(dot(s, s)), cosine = 0.5F * (r.x.x + r.y.y + r.z.z - 1.0F);
+  const bool turned = sine > 1e-6F;
+  const float theta = atan2_lane(sine, cosine);
+  const float along = dot(s, reference) / sine;  // on the axis
+  const float turns = round_lane((along - theta) * 0.15915494F);
+  const float factor = (theta + turns * 6.28318531F) / sine;
+  return (turned ? factor : 1.0F) * s;
+}
+
+/// The smallest rotation that takes direction a to b (unit vectors, not opposite), applied to m.
+[[gnu::always_inline]] inline Mat3 turn_lane(Vec3 a, Vec3 b, const Mat3& m) {
+  const Vec3 v = cross(a, b);
+  const float k = 1.0F / (1.0F + dot(a, b));
+  auto turn = [v, k](Vec3 p) {
+    const Vec3 q = cross(v, p);
+    return p + (q + k * cross(v, q));
+  };
+  return {turn(m.x), turn(m.y), turn(m.z)};
+}
+
+/// A leg of two bones: joint centres [m] and rotations of pelvis P, thigh T, shank S, foot F.
+struct LegLane {
+  Vec3 hip, knee, ankle;
+  Mat3 R_P, R_T, R_S, R_F;
+  Vec3 hip_angle, knee_angle, ankle_angle;  ///< axis-angle relative to the parent [rad]
+};
+
+/// Moves the ankle by (dx, dy) horizontally; the foot keeps its orientation, the knee its side of
+/// the line from hip to ankle. A leg that would have to stretch over 99.95 % of its length (or over
+/// what it had) stays that short.
+[[gnu::always_inline]] inline void move_ankle(float dx, float dy, LegLane& leg) {
+  const float moved = std::sqrt(dx * dx + dy * dy);
+  const Vec3 k = leg.knee - leg.hip, a = leg.ankle - leg.knee, old = leg.ankle - leg.hip;
+  const float l1 = std::sqrt(dot(k, k)), l2 = std::sqrt(dot(a, a));
+  const float had = std::sqrt(dot(old, old)), stretch = 0.9995F * (l1 + l2);
+  const float most = had > stretch ? had : stretch;
+  const Vec3 to = old + Vec3{dx, dy, 0.0F};
+  const float wanted = std::sqrt(dot(to, to)), reach = wanted < most ? wanted : most;
+  const Vec3 n = (1.0F / wanted) * to;
+  // law of cosines at the hip
+  float c = (l1 * l1 + reach * reach - l2 * l2) / (2.0F * l1 * reach);
+  c = c > 1.0F ? 1.0F : c;
+  c = c < -1.0F ? -1.0F : c;
+  const float s = std::sqrt(1.0F - c * c);
+  // side of the knee; of a straight leg, to the front (fading in with the displacement)
+  const float part = moved * 100.0F, front = 0.005F * (part < 1.0F ? part : 1.0F);
+  const Vec3 side = k + front * leg.R_T.x;
+  const Vec3 e = side - dot(side, n) * n;
+  const float size = std::sqrt(dot(e, e));
+  const Vec3 knee = leg.hip + l1 * (c * n + (s / (size > 1e-9F ? size : 1e-9F)) * e);
+  const Vec3 ankle = leg.hip + reach * n;
+  const Mat3 R_T = turn_lane((1.0F / l1) * k, (1.0F / l1) * (knee - leg.hip), leg.R_T);
+  const Mat3 R_S = turn_lane((1.0F / l2) * a, (1.0F / l2) * (ankle - knee), leg.R_S);
+  leg.hip_angle = log_lane(transposed_times(leg.R_P, R_T), leg.hip_angle);
+  leg.knee_angle = log_lane(transposed_times(R_T, R_S), leg.knee_angle);
+  leg.ankle_angle = log_lane(transposed_times(R_S, leg.R_F), leg.ankle_angle);
+  leg.knee = knee;
+  leg.ankle = ankle;
+  leg.R_T = R_T;
+  leg.R_S = R_S;
+}
+
 }  // namespace mimesis::synthesizer

@@ -12,8 +12,6 @@
 namespace mimesis::synthesizer {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
-
 void check(const MotionModel& model) {
   auto need = [&](bool condition, const std::string& what) {
     if (!condition) throw ConfigError("motion model \"" + model.name + "\": " + what);
@@ -60,7 +58,7 @@ Eigen::RowVectorXd fourier(const Eigen::RowVectorXd& s, int harmonics) {
 Eigen::MatrixXd slow_basis(Eigen::Index length) {
   Eigen::MatrixXd f(length, 5);
   for (Eigen::Index t = 0; t < length; ++t) {
-    const double half = kPi * static_cast<double>(t) / static_cast<double>(length);
+    const double half = std::numbers::pi * static_cast<double>(t) / static_cast<double>(length);
     f.row(t) << std::cos(half), std::sin(half), std::cos(half / 2.0), std::sin(half / 2.0), 1.0;
   }
   return f;

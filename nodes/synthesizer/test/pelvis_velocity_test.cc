@@ -1,8 +1,8 @@
-#include "nodes/synthesizer/pelvis_velocity.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
+
+#include "nodes/synthesizer/character/characters.h"
 
 namespace mimesis::synthesizer {
 namespace {

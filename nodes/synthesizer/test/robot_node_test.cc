@@ -16,7 +16,7 @@ namespace {
 
 using namespace std::chrono_literals;
 using runtime::Time;
-constexpr double kPi = std::numbers::pi, kPeriod_s = 0.005, kStep_s = 0.8;
+constexpr double kPeriod_s = 0.005, kStep_s = 0.8;
 
 SynthesizerParams robot_params() {
   SynthesizerParams p;
@@ -27,9 +27,9 @@ SynthesizerParams robot_params() {
 }
 
 /// A node and a robot that walks as it is wished, with steps of 0.8 s.
-class Rig {
+class RobotRig {
  public:
-  explicit Rig(const SynthesizerParams& p = robot_params()) : node_(p, bus) {}
+  explicit RobotRig(const SynthesizerParams& p = robot_params()) : node_(p, bus) {}
 
   void run(Time duration) {
     for (const Time end = now_ + duration; now_ < end; now_ += 5ms) {
@@ -101,7 +101,7 @@ class Rig {
 };
 
 TEST(RobotNode, LeadsARobotToAGoalInTheRhythmOfItsSteps) {
-  Rig rig;
+  RobotRig rig;
   rig.run(300ms);
   EXPECT_TRUE(rig.motion.stands());
   EXPECT_EQ(rig.motion.action(), "stand");
@@ -117,7 +117,8 @@ TEST(RobotNode, LeadsARobotToAGoalInTheRhythmOfItsSteps) {
     ASSERT_EQ(rig.motion.velocity_forward_m_s(), rig.motion.smooth_velocity_forward_m_s());
     ASSERT_EQ(rig.motion.landings_size(), 0);
     if (rig.motion.action() != "walk" || ++walked < 600) return;  // three seconds to come into step
-    const double robot = (rig.left ? kPi : 0.0) + kPi * (1.0 - rig.to_landing / kStep_s);
+    const double robot =
+        (rig.left ? std::numbers::pi : 0.0) + std::numbers::pi * (1.0 - rig.to_landing / kStep_s);
     ASSERT_LT(std::abs(math::wrap_pi(rig.motion.phase_rad() - robot)), 0.35);
     shoulder_least = std::min(shoulder_least, rig.motion.position_rad(shoulder));
     shoulder_most = std::max(shoulder_most, rig.motion.position_rad(shoulder));
@@ -133,14 +134,14 @@ TEST(RobotNode, LeadsARobotToAGoalInTheRhythmOfItsSteps) {
 }
 
 TEST(RobotNode, WalksAsTheCrowdWishesAndStandsWithoutIt) {
-  Rig rig;
+  RobotRig rig;
   for (int k = 0; k < 300; ++k) {
     rig.command(0.16, 0.3);
     rig.run(40ms);
   }
   EXPECT_NEAR(rig.motion.velocity_forward_m_s(), 0.16 / kStep_s, 1e-6);
   EXPECT_NEAR(rig.heading, 0.3, 0.03);
-  EXPECT_NEAR(rig.motion.phase_rate_rad_s(), kPi / kStep_s, 0.2);
+  EXPECT_NEAR(rig.motion.phase_rate_rad_s(), std::numbers::pi / kStep_s, 0.2);
   EXPECT_TRUE(rig.statuses.empty()) << "it has no goal";
   rig.run(6s);  // the crowd is silent
   EXPECT_TRUE(rig.motion.stands());
@@ -154,7 +155,7 @@ TEST(RobotNode, WalksAsTheCrowdWishesAndStandsWithoutIt) {
 }
 
 TEST(RobotNode, JointsAreSlowEnough) {
-  Rig rig;
+  RobotRig rig;
   rig.go(1.0, 0.0);
   double most = 0.0;
   rig.after_step = [&] {
@@ -168,7 +169,7 @@ TEST(RobotNode, JointsAreSlowEnough) {
 }
 
 TEST(RobotNode, WithoutFeedbackItBelievesThatTheRobotObeys) {
-  Rig rig;
+  RobotRig rig;
   rig.with_feedback = false;
   rig.go(1.0, 0.3);
   rig.run(20s);
@@ -177,7 +178,7 @@ TEST(RobotNode, WithoutFeedbackItBelievesThatTheRobotObeys) {
 }
 
 TEST(RobotNode, ComesBackFromWhereTheRobotIsPushedTo) {
-  Rig rig;
+  RobotRig rig;
   rig.go(1.0, 0.0);
   rig.run(4s);
   rig.y += 0.4;
@@ -186,7 +187,7 @@ TEST(RobotNode, ComesBackFromWhereTheRobotIsPushedTo) {
 }
 
 TEST(RobotNode, BadFeedbackIsAsNone) {
-  Rig rig;
+  RobotRig rig;
   rig.with_feedback = false;
   rig.go(1.0, 0.0);
   int k = 0;
@@ -223,7 +224,7 @@ TEST(RobotNode, BadFeedbackIsAsNone) {
 }
 
 TEST(RobotNode, ALostFeedbackIsSaidAndTheWalkGoesOn) {
-  Rig rig;
+  RobotRig rig;
   rig.go(2.0, 0.0);
   rig.run(3s);
   rig.with_feedback = false;
@@ -234,7 +235,7 @@ TEST(RobotNode, ALostFeedbackIsSaidAndTheWalkGoesOn) {
 TEST(RobotNode, GoesToADrawerByLandings) {
   SynthesizerParams p = robot_params();
   p.drawer = true;
-  Rig rig(p);
+  RobotRig rig(p);
   rig.with_feedback = false;  // it is believed to obey
   v1::MotionGoal goal;
   goal.set_kind(v1::MOTION_GOAL_KIND_DRAWER);
@@ -268,7 +269,7 @@ TEST(RobotNode, GoesToADrawerByLandings) {
 }
 
 TEST(RobotNode, RefusesADrawerWithoutItsActions) {
-  Rig rig;
+  RobotRig rig;
   v1::MotionGoal goal;
   goal.set_kind(v1::MOTION_GOAL_KIND_DRAWER);
   goal.mutable_position_in_world_m()->set_x_m(1.7);

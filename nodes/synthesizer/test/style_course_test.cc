@@ -1,5 +1,3 @@
-#include "nodes/synthesizer/style_course.h"
-
 #include <gtest/gtest.h>
 
 #include <array>
@@ -9,25 +7,26 @@
 
 #include "common/math/circle.h"
 #include "common/testing/no_malloc.h"
+#include "nodes/synthesizer/character/courses.h"
 
 namespace mimesis::synthesizer {
 namespace {
 
-constexpr double kPi = std::numbers::pi, kDt = 0.005;
+constexpr double kStyleDt = 0.005;
 
 /// A character of three styles whose phase advances by 2π a second.
-class Rig {
+class StyleRig {
  public:
   void run(double duration_s) {
     const std::vector<double> before(course.shares().begin(), course.shares().end());
-    for (int k = 0; k < std::lround(duration_s / kDt); ++k) {
+    for (int k = 0; k < std::lround(duration_s / kStyleDt); ++k) {
       const std::vector<double> last(course.shares().begin(), course.shares().end());
-      if (!standing) phase = math::wrap_two_pi(phase + 2.0 * kPi * kDt);
-      course.advance(kDt, phase, standing);
+      if (!standing) phase = math::wrap_two_pi(phase + 2.0 * std::numbers::pi * kStyleDt);
+      course.advance(kStyleDt, phase, standing);
       const auto now = course.shares();
       EXPECT_NEAR(std::accumulate(now.begin(), now.end(), 0.0), 1.0, 1e-12);
       std::vector<double> rate(3);
-      for (std::size_t s = 0; s < 3; ++s) rate[s] = (now[s] - last[s]) / kDt;
+      for (std::size_t s = 0; s < 3; ++s) rate[s] = (now[s] - last[s]) / kStyleDt;
       for (std::size_t s = 0; s < 3; ++s) {
         largest_rate = std::max(largest_rate, std::abs(rate[s]));
         largest_jump = std::max(largest_jump, std::abs(rate[s] - last_rate[s]));
@@ -46,7 +45,7 @@ class Rig {
 constexpr std::array<double, 3> kSecond = {0.0, 1.0, 0.0}, kThird = {0.0, 0.0, 1.0};
 
 TEST(StyleCourse, AnEventIsAroundTheNextPhaseZero) {  // [M18 eq. 3.23], β = 1/5
-  Rig rig;
+  StyleRig rig;
   rig.run(0.3);
   rig.course.wish(kSecond, 0.0);
   rig.run(0.595);  // phase 0.895: the transition begins at 0.9 of the cycle
@@ -63,7 +62,7 @@ TEST(StyleCourse, AnEventIsAroundTheNextPhaseZero) {  // [M18 eq. 3.23], β = 1/
 }
 
 TEST(StyleCourse, AnEventThatComesInTheMidstOfItsWindowWaitsForTheNext) {
-  Rig rig;
+  StyleRig rig;
   rig.run(0.95);
   rig.course.wish(kSecond, 0.0);
   rig.run(0.5);
@@ -73,19 +72,19 @@ TEST(StyleCourse, AnEventThatComesInTheMidstOfItsWindowWaitsForTheNext) {
 }
 
 TEST(StyleCourse, ADurationIsAMinimumJerkCourse) {
-  Rig rig;
+  StyleRig rig;
   rig.course.wish(kSecond, 2.0);
   rig.run(0.5);  // u = ¼: 10u³ − 15u⁴ + 6u⁵
   EXPECT_NEAR(rig.share(1), 0.103516, 1e-6);
   rig.run(0.5);
   EXPECT_NEAR(rig.share(1), 0.5, 1e-9);
-  rig.run(1.0 + kDt);
+  rig.run(1.0 + kStyleDt);
   EXPECT_NEAR(rig.share(1), 1.0, 1e-12);
   EXPECT_FALSE(rig.course.changing());
 }
 
 TEST(StyleCourse, WishesThatFollowEachOtherMakeNoJumps) {
-  Rig rig;
+  StyleRig rig;
   rig.course.wish(kSecond, 1.0);
   rig.run(0.45);
   rig.course.wish(kThird, 1.0);
@@ -104,15 +103,15 @@ TEST(StyleCourse, WishesThatFollowEachOtherMakeNoJumps) {
 }
 
 TEST(StyleCourse, WhoStandsChangesAtOnce) {
-  Rig rig;
+  StyleRig rig;
   rig.standing = true;
   rig.course.wish(kSecond, 0.0);
-  rig.run(StyleCourse::kStandingChange_s + kDt);
+  rig.run(StyleCourse::kStandingChange_s + kStyleDt);
   EXPECT_EQ(rig.share(1), 1.0);
 }
 
 TEST(StyleCourse, AWishInPlaceOfAnotherReplacesIt) {
-  Rig rig;
+  StyleRig rig;
   rig.run(0.2);
   rig.course.wish(kSecond, 0.0);
   rig.course.wish(kThird, 0.0);
@@ -122,12 +121,12 @@ TEST(StyleCourse, AWishInPlaceOfAnotherReplacesIt) {
 }
 
 TEST(StyleCourse, DoesNotAllocate) {
-  Rig rig;
+  StyleRig rig;
   const mimesis::testing::NoMalloc guard;
   rig.course.wish(kSecond, 1.0);
-  for (int k = 0; k < 100; ++k) rig.course.advance(kDt, 0.01 * k, false);
+  for (int k = 0; k < 100; ++k) rig.course.advance(kStyleDt, 0.01 * k, false);
   rig.course.wish(kThird, 0.0);
-  for (int k = 0; k < 1000; ++k) rig.course.advance(kDt, 0.01 * k, false);
+  for (int k = 0; k < 1000; ++k) rig.course.advance(kStyleDt, 0.01 * k, false);
 }
 
 }  // namespace

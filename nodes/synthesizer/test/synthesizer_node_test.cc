@@ -18,7 +18,6 @@ namespace {
 using namespace std::chrono_literals;
 using runtime::Time;
 using testing::ModelFile;
-constexpr double kPi = std::numbers::pi;
 
 const ModelFile& file() {
   static const ModelFile three(testing::three_styles());
@@ -235,15 +234,15 @@ TEST(SynthesizerNode, ChangesItsStyle) {
   p.start.walking = true;
   Rig rig(p);
   rig.run(1500ms);
-  EXPECT_NEAR(rig.motion.phase_rate_rad_s(), 2.0 * kPi, 0.01);
+  EXPECT_NEAR(rig.motion.phase_rate_rad_s(), 2.0 * std::numbers::pi, 0.01);
   rig.wish("slow");
   rig.run(3s);
   EXPECT_EQ(rig.motion.style(), "slow");
-  EXPECT_NEAR(rig.motion.phase_rate_rad_s(), 2.0 * kPi / 1.3, 0.01);
+  EXPECT_NEAR(rig.motion.phase_rate_rad_s(), 2.0 * std::numbers::pi / 1.3, 0.01);
   rig.wish("brisk", 1.0);
   rig.run(3s);
   EXPECT_EQ(rig.motion.style(), "brisk");
-  EXPECT_NEAR(rig.motion.phase_rate_rad_s(), 2.0 * kPi / 0.9, 0.01);
+  EXPECT_NEAR(rig.motion.phase_rate_rad_s(), 2.0 * std::numbers::pi / 0.9, 0.01);
 }
 
 TEST(SynthesizerNode, FollowsABeatUntilItEnds) {
@@ -264,7 +263,7 @@ TEST(SynthesizerNode, FollowsABeatUntilItEnds) {
   v1::Beat over;
   rig.bus.send("beat", over, rig.now());
   rig.run(2s);
-  EXPECT_NEAR(rig.motion.phase_rate_rad_s(), 2.0 * kPi, 0.01);
+  EXPECT_NEAR(rig.motion.phase_rate_rad_s(), 2.0 * std::numbers::pi, 0.01);
 }
 
 TEST(SynthesizerNode, ABeatThatFallsSilentIsLeft) {
@@ -278,10 +277,10 @@ TEST(SynthesizerNode, ABeatThatFallsSilentIsLeft) {
   rig.run(1s);
   EXPECT_NEAR(rig.motion.phase_rate_rad_s(), 7.0, 0.4);
   rig.run(2s);
-  EXPECT_NEAR(rig.motion.phase_rate_rad_s(), 2.0 * kPi, 0.01);
+  EXPECT_NEAR(rig.motion.phase_rate_rad_s(), 2.0 * std::numbers::pi, 0.01);
   rig.bus.send("beat", beat, rig.now() - 2s);  // late: it was stale when it came
   rig.run(1s);
-  EXPECT_NEAR(rig.motion.phase_rate_rad_s(), 2.0 * kPi, 0.01);
+  EXPECT_NEAR(rig.motion.phase_rate_rad_s(), 2.0 * std::numbers::pi, 0.01);
 }
 
 v1::CrowdCommand command(std::uint32_t character, double rate, double step, double heading) {
@@ -309,7 +308,7 @@ TEST(SynthesizerNode, ObeysTheCrowdAndIsReleased) {
   rig.run(400ms);
   EXPECT_NEAR(rig.motion.phase_rate_rad_s(), 6.8, 0.05);  // not yet stale
   rig.run(2s);
-  EXPECT_NEAR(rig.motion.phase_rate_rad_s(), 2.0 * kPi, 0.02);
+  EXPECT_NEAR(rig.motion.phase_rate_rad_s(), 2.0 * std::numbers::pi, 0.02);
   EXPECT_EQ(rig.motion.action(), "walk");
 }
 

@@ -1,8 +1,7 @@
-#include "nodes/synthesizer/dynamics/foot_lock.h"
-
 #include <gtest/gtest.h>
 
 #include "nodes/synthesizer/dynamics/character_batch.h"
+#include "nodes/synthesizer/dynamics/posture.h"
 #include "nodes/synthesizer/dynamics/testing/synthetic_model.h"
 
 namespace mimesis::synthesizer {

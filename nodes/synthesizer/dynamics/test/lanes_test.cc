@@ -7,8 +7,7 @@
 #include <random>
 
 #include "common/math/so3.h"
-#include "nodes/synthesizer/dynamics/leg_lanes.h"
-#include "nodes/synthesizer/dynamics/posture_lanes.h"
+#include "nodes/synthesizer/dynamics/posture.h"
 
 namespace mimesis::synthesizer {
 namespace {

@@ -11,7 +11,6 @@
 namespace mimesis::synthesizer::testing {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
 constexpr int kSamples = 100;
 
 MotionModel body_model(const char* name) {
@@ -29,7 +28,8 @@ struct FootPath {
   double x, y, z, yaw;
 };
 FootPath foot_path(double phase, double side, const WalkSettings& w) {
-  constexpr double kStance = 0.6 * 2.0 * kPi, kSwing = 2.0 * kPi - kStance;
+  constexpr double kStance = 0.6 * 2.0 * std::numbers::pi,
+                   kSwing = 2.0 * std::numbers::pi - kStance;
   const double slide = side * w.slide_m;
   const double stance_s = 0.6 * w.duration_s;
   const double half = 0.5 * (w.speed_m_s * stance_s - slide);
@@ -63,7 +63,7 @@ void bend_leg(const mocap::Body& body, int hip, const FootPath& foot, double pel
   const Eigen::Vector3d ankle(foot.x, foot.y, foot.z + sole - pelvis_z);
   const Eigen::Vector3d to = ankle - body.offset_m[h];
   const double l1 = body.offset_m[h + 1].norm(), l2 = body.offset_m[h + 2].norm(), d = to.norm();
-  const double knee = kPi - std::acos((l1 * l1 + l2 * l2 - d * d) / (2.0 * l1 * l2));
+  const double knee = std::numbers::pi - std::acos((l1 * l1 + l2 * l2 - d * d) / (2.0 * l1 * l2));
   const double at_hip = std::acos((l1 * l1 + d * d - l2 * l2) / (2.0 * l1 * d));
   // thigh's −z towards `to`, then forward by the angle at the hip; flexion is about −y
   const Eigen::Matrix3d R_aim =
@@ -89,7 +89,8 @@ MotionModel random_model(std::uint64_t seed, int sources, int patterns, int fixe
   model.sources.setZero(sources, kSamples);
   for (int k = 0; k < sources; ++k) {
     for (int h = 1; h <= 5; ++h) {
-      const double size = uniform(0.3, 1.0) / (h * h), shift = uniform(-kPi, kPi);
+      const double size = uniform(0.3, 1.0) / (h * h),
+                   shift = uniform(-std::numbers::pi, std::numbers::pi);
       for (int t = 0; t < kSamples; ++t) {
         model.sources(k, t) += size * std::cos(math::kTwoPi * h * t / kSamples + shift);
       }
@@ -100,7 +101,7 @@ MotionModel random_model(std::uint64_t seed, int sources, int patterns, int fixe
     model.sources.row(k) /= std::sqrt(model.sources.row(k).squaredNorm() / kSamples);
   }
   Eigen::MatrixXd delay(mocap::kBodyRows, sources);
-  for (double& phi : delay.reshaped()) phi = uniform(-kPi, kPi);
+  for (double& phi : delay.reshaped()) phi = uniform(-std::numbers::pi, std::numbers::pi);
   delay.leftCols(fixed).setZero();
   for (int p = 0; p < patterns; ++p) {
     Pattern q;
@@ -122,7 +123,7 @@ MotionModel walking_model(const WalkSettings& w) {
   Eigen::MatrixXd x = Eigen::MatrixXd::Zero(mocap::kBodyRows, kSamples);
   for (Eigen::Index t = 0; t < kSamples; ++t) {
     const double phase = math::kTwoPi * static_cast<double>(t) / kSamples;
-    const double other = math::wrap_two_pi(phase + kPi);
+    const double other = math::wrap_two_pi(phase + std::numbers::pi);
     bend_leg(model.body, mocap::kLeftHip, foot_path(phase, 1.0, w), pelvis_z, t, x);
     bend_leg(model.body, mocap::kRightHip, foot_path(other, -1.0, w), pelvis_z, t, x);
     set_row(x, mocap::kLeftShoulder, t, {-1.3, 0.3 * std::cos(phase), 0.0});

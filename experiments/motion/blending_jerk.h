@@ -1,0 +1,58 @@
+#pragma once
+#include <string>
+#include <vector>
+
+#include "experiments/motion/styles.h"
+
+namespace mimesis::synthesizer {
+
+/// How styles are changed when jerk is measured.
+struct BlendingCase {
+  double beta = 0.2;        ///< half width of the interval, in units of π
+  bool least_jerk = false;  ///< LeastJerkTransition instead of eq. 3.23
+  bool cut = false;         ///< no transition at all: the next style from φ = 0 on
+};
+
+/// The jerk of a transition relative to that of the two styles by themselves.
+///
+/// Numerator: rms of the third differences at 60 Hz, over all rows, in the 0.4 s around φ = 0.
+/// Denominator of `ratio`, the one that goals are held to: the same of both styles in the same
+/// place, rms over the two. A half-way share of both is what a blend consists of; and a heel
+/// strike, which is at φ = 0 in gait, is in both. It gives less than 1 for a transition that is
+/// smoother than what it connects, exactly 1 between equal styles. The others: `of_cycle` takes the
+/// steady styles' whole cycles, which hides what is special to φ = 0; `of_larger` the larger of the
+/// two styles in the same place, which lets a rough style excuse the change to a smooth one.
+///
+/// Everything is rms over 4 positions of the frames between each other: with some 25 frames the
+/// single ratio varies by a tenth.
+struct BlendingJerk {
+  std::string from, to;
+  double ratio = 0.0, of_cycle = 0.0, of_larger = 0.0;
+  double jerk_rad_s3 = 0.0;  ///< the numerator
+};
+
+/// All ordered pairs of two different styles, in the order of `styles`.
+std::vector<BlendingJerk> blending_jerk(const MotionModel& model, const Styles& styles,
+                                        const BlendingCase& what);
+
+/// Of one member of all pairs, e.g. &BlendingJerk::ratio.
+struct Spread {
+  double median = 0.0, worst = 0.0;
+  std::size_t worst_pair = 0;
+  int within = 0;  ///< pairs at or below the limit
+};
+Spread spread(const std::vector<BlendingJerk>& pairs, double BlendingJerk::*of, double limit);
+
+/// One transition frame by frame, from a cycle before to a cycle after.
+struct PlayedTransition {
+  std::vector<Eigen::VectorXd> angles_rad;  ///< 60 Hz
+  std::vector<double> phase_rad;            ///< negative before the transition
+  /// rms over the rows of the third difference that ends one frame later [rad/s³]; 0 at the ends
+  std::vector<double> jerk_rad_s3() const;
+};
+/// @param frame_offset  in [0, 1): where between two frames φ = −2π is
+PlayedTransition play_transition(const MotionModel& model, const MotionParameters& from,
+                                 const MotionParameters& to, const BlendingCase& what,
+                                 double frame_offset);
+
+}  // namespace mimesis::synthesizer

@@ -1,0 +1,149 @@
+#include "experiments/motion/blending_jerk.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdio>
+#include <numbers>
+
+#include "experiments/motion/closed_cycles.h"
+#include "experiments/motion/rotation_branches.h"
+#include "experiments/motion/test/gait_sets.h"
+
+namespace mimesis::synthesizer {
+namespace {
+
+constexpr double kPi = std::numbers::pi;
+
+/// Two styles of one row, m + w cos φ.
+MotionModel waves(double mean_1, double weight_1, double mean_2, double weight_2) {
+  MotionModel model;
+  model.rows = {"knee.y"};
+  model.tied = true;
+  model.sources.resize(1, 20);
+  for (Eigen::Index t = 0; t < 20; ++t) {
+    model.sources(0, t) = std::cos(2.0 * kPi * static_cast<double>(t) / 20.0);
+  }
+  const auto add = [&](const char* style, double mean, double weight) {
+    Pattern p;
+    p.trial.style = style;
+    p.trial.duration_s = 1.0;
+    p.mean_rad = Eigen::VectorXd::Constant(1, mean);
+    p.weight_rad = Eigen::MatrixXd::Constant(1, 1, weight);
+    p.delay_rad = Eigen::MatrixXd::Zero(1, 1);
+    model.patterns.push_back(p);
+  };
+  add("one", mean_1, weight_1);
+  add("two", mean_2, weight_2);
+  return model;
+}
+
+TEST(BlendingJerk, OfAStyleToItselfIsOne) {
+  const MotionModel model = waves(0.1, 0.3, 0.1, 0.3);
+  const auto pairs = blending_jerk(model, styles_of(model), {});
+  ASSERT_EQ(pairs.size(), 2u);
+  for (const BlendingJerk& p : pairs) {
+    EXPECT_NEAR(p.ratio, 1.0, 1e-3);
+    EXPECT_NEAR(p.of_larger, 1.0, 1e-3);
+    // around φ = 0 of cos φ, where sin φ is small: over ±0.2 s less than over the cycle
+    const double share = 1.0 - std::sin(0.8 * kPi) / (0.8 * kPi);
+    EXPECT_NEAR(p.of_cycle, std::sqrt(share), 0.02);
+    // |d³/dt³| = w ω³ |sin φ|; differences at 60 Hz: ω → 120 sin(ω/120)
+    const double rate = 120.0 * std::sin(2.0 * kPi / 120.0);
+    EXPECT_NEAR(p.jerk_rad_s3, 0.3 * std::pow(rate, 3) * std::sqrt(0.5 * share), 0.3);
+  }
+}
+
+TEST(BlendingJerk, OfACutIsThatOfAStep) {
+  // a jump by d: third differences d, −2d, d (in any place between two frames)
+  const MotionModel model = waves(0.0, 1e-6, 0.5, 1e-6);
+  const auto pairs = blending_jerk(model, styles_of(model), {.cut = true});
+  EXPECT_NEAR(pairs[0].jerk_rad_s3, 0.5 * std::pow(60.0, 3) * std::sqrt(6.0 / 24.0), 10.0);
+  const Spread s = spread(pairs, &BlendingJerk::jerk_rad_s3, 1.0);
+  EXPECT_EQ(s.within, 0);
+  EXPECT_GE(s.worst, s.median);
+}
+
+TEST(BlendingJerk, IsRelativeToBothOrToTheLarger) {
+  const MotionModel model = waves(0.0, 0.1, 0.0, 0.3);
+  const auto pairs = blending_jerk(model, styles_of(model), {});
+  EXPECT_EQ(pairs[0].from, "one");
+  EXPECT_EQ(pairs[0].to, "two");
+  EXPECT_NEAR(pairs[0].ratio / pairs[0].of_larger, std::sqrt(0.09 / 0.05), 1e-3);
+}
+
+void print(const char* what, const std::vector<BlendingJerk>& pairs) {
+  const Spread s = spread(pairs, &BlendingJerk::ratio, 1.15);
+  const BlendingJerk& w = pairs[s.worst_pair];
+  const Spread cycle = spread(pairs, &BlendingJerk::of_cycle, 1.15);
+  const Spread larger = spread(pairs, &BlendingJerk::of_larger, 1.15);
+  std::printf(
+      "%-24s median %.3f worst %.3f (%s to %s), %d of %zu <= 1.15; of the cycle %.3f "
+      "%.3f; of the larger %.3f %.3f\n",
+      what, s.median, s.worst, w.from.c_str(), w.to.c_str(), s.within, pairs.size(), cycle.median,
+      cycle.worst, larger.median, larger.worst);
+}
+
+class RecordedStyles : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    if (testing::shared_folder().empty()) GTEST_SKIP() << "no shared folder";
+    set_ = testing::gait_set("B");
+  }
+  mocap::Trials set_;
+};
+
+/// The goal, 1.15 for every pair at β = 1/5, is missed with 5 sources, as in the measurement that
+/// it stems from (two pairs): half of the pairs are above, sad (1.65 s a cycle) to angry (0.78 s)
+/// has 1.65. The posture of two styles differs by up to 0.33 rad (rms) at φ = 0, which has to be
+/// gone through within 0.08 s on the fast side; with tied delays a blend is the cross-fade of the
+/// two motions, so no choice of sources or weights changes that. The motion of least jerk in the
+/// same interval has 1.34. Twice the interval brings every pair below the goal.
+TEST_F(RecordedStyles, WithFiveSourcesHalfOfThePairsReachTheGoal) {
+  // left hip and left shoulder of the Bandai skeleton rest near half a turn
+  EXPECT_GT(align_rotation_branches(set_), 10);
+  const MotionModel model = testing::tied_model(set_, 5);
+  const Styles styles = styles_of(model);
+  ASSERT_EQ(styles.names.size(), 8u);
+  const auto narrow = blending_jerk(model, styles, {});
+  print("5 sources, beta 1/5", narrow);
+  EXPECT_LE(spread(narrow, &BlendingJerk::ratio, 1.15).median, 1.25);
+  EXPECT_LE(spread(narrow, &BlendingJerk::ratio, 1.15).worst, 1.75);
+  const auto least = blending_jerk(model, styles, {.least_jerk = true});
+  print("the same, least jerk", least);
+  EXPECT_LE(spread(least, &BlendingJerk::ratio, 1.15).worst, 1.45);
+  EXPECT_GE(spread(least, &BlendingJerk::ratio, 1.15).within, 36);
+  const auto wide = blending_jerk(model, styles, {.beta = 0.4});
+  print("5 sources, beta 2/5", wide);
+  EXPECT_LE(spread(wide, &BlendingJerk::ratio, 1.15).worst, 1.15);
+  const auto full = blending_jerk(model, styles, {.beta = 1.0});
+  print("5 sources, beta 1", full);
+  EXPECT_LE(spread(full, &BlendingJerk::ratio, 1.15).worst, 1.05);
+}
+
+/// With 8 sources every pair is below the goal, but not because they blend better: the model has
+/// learned the jump between the end and the beginning of the recorded cycles, which is steady jerk
+/// just where the transition is. With closed cycles it is as with 5.
+TEST_F(RecordedStyles, WithEightSourcesTheSeamsOfTheCyclesHideTheTransition) {
+  align_rotation_branches(set_);
+  MotionModel model = testing::tied_model(set_, 8);
+  const auto seams = blending_jerk(model, styles_of(model), {});
+  print("8 sources, beta 1/5", seams);
+  EXPECT_LE(spread(seams, &BlendingJerk::ratio, 1.15).worst, 1.15);
+  EXPECT_GT(close_cycles(set_), 0.005);
+  model = testing::tied_model(set_, 8);
+  const auto closed = blending_jerk(model, styles_of(model), {});
+  print("the same, closed", closed);
+  EXPECT_GT(spread(closed, &BlendingJerk::ratio, 1.15).worst, 1.4);
+  EXPECT_LE(spread(closed, &BlendingJerk::ratio, 1.15).worst, 1.9);
+}
+
+TEST_F(RecordedStyles, WithoutAlignedBranchesItIsTwiceAsMuch) {
+  const MotionModel model = testing::tied_model(set_, 5);
+  const auto pairs = blending_jerk(model, styles_of(model), {});
+  print("branches as recorded", pairs);
+  EXPECT_GT(spread(pairs, &BlendingJerk::ratio, 1.15).worst, 2.5);
+}
+
+}  // namespace
+}  // namespace mimesis::synthesizer

@@ -1,0 +1,184 @@
+#include <algorithm>
+#include <cmath>
+
+#include "nodes/synthesizer/character/smooth.h"
+#include "nodes/synthesizer/robot/biped_sequence.h"
+
+namespace mimesis::synthesizer {
+namespace {
+
+using Eigen::Vector3d;
+// Shares of an action at which events happen; as people did in the trials.
+constexpr double kLeftReaches = 0.30;  // of action 2, until its end
+constexpr double kRightReaches = 0.20, kRightArrives = 0.95;
+constexpr double kLeastReach_s = 0.8, kLetGo_s = 0.6;
+constexpr double kTurn_s = 0.4;                       // a hand that turns back brakes for so long
+constexpr double kJump_m = 0.02, kFollow_1_s = 10.0;  // of a target, and how fast a hand follows
+constexpr double kLead_1_s = 1.5, kMostLead_m = 0.04;
+constexpr double kGrip_m = 0.005, kGrip_s = 0.1;  // so near for so long, and it grips
+constexpr double kThere = 0.95, kAtIt = 0.995;    // share of a reach
+constexpr double kEdge_m = 0.10;                  // over the edge of the drawer, not through it
+constexpr double kGripper_rad_s = 2.0;
+constexpr double kSteady_s = 0.15;  // mean of the opening that is seen
+// The right arm may be too short for the object in a drawer that is open as in the trials.
+constexpr double kDraw_1_s = 2.0, kMostDrawn_m = 0.08;  // of what it lacks, and beyond the trials
+
+}  // namespace
+
+void BipedDrawerSequence::start_hands() {
+  const double share = state_.phase_rad / math::kTwoPi;
+  if (halted_) return;
+  const bool stands = state_.action == kStanding;
+  const bool last = state_.action == kReachingStep && plan_.steps.size() <= 2;
+  const auto start = [&](mocap::Side side, double duration_s) {
+    hand_[side].started = true;
+    turn_hand(side, true, std::max(kLeastReach_s, duration_s));
+  };
+  if (!hand_[mocap::kLeft].started && (stands || (last && share >= kLeftReaches))) {
+    start(mocap::kLeft, stands ? 0.0 : (1.0 - share) * 2.0 * options_.step_s);
+  }
+  if (!hand_[mocap::kRight].started && stands && share >= kRightReaches) {
+    start(mocap::kRight, (kRightArrives - share) * drawer_->actions.ranges().standing_s);
+  }
+}
+
+/// The reach of eq. 3.12 turns at once; the hand keeps its speed and brakes.
+void BipedDrawerSequence::turn_hand(mocap::Side side, bool to_target, double duration_s) {
+  Hand& hand = hand_[side];
+  const auto rate = [&] {
+    ArmReach soon = hand.reach;
+    soon.step(options_.dt_s);
+    const double left = faded(0.0, hand.turn_rate_1_s, hand.turned_s, kTurn_s),
+                 left_soon = faded(0.0, hand.turn_rate_1_s, hand.turned_s + options_.dt_s, kTurn_s);
+    return (soon.share() + left_soon - hand.reach.share() - left) / options_.dt_s;
+  };
+  const double before = rate();
+  hand.reach.start(to_target, duration_s);
+  hand.turn_rate_1_s = 0.0;
+  hand.turn_rate_1_s = before - rate();
+  hand.turned_s = 0.0;
+}
+
+double BipedDrawerSequence::share_of(mocap::Side side) const {
+  const Hand& hand = hand_[side];
+  const double turning = faded(0.0, hand.turn_rate_1_s, hand.turned_s, kTurn_s);
+  return std::clamp(hand.reach.share() + turning, 0.0, 1.0);
+}
+
+/// Hands go back to where the arms have them; the drawer is let be.
+void BipedDrawerSequence::release() {
+  for (const mocap::Side side : {mocap::kLeft, mocap::kRight}) {
+    Hand& hand = hand_[side];
+    if (hand.started) turn_hand(side, false, kLetGo_s);
+    hand.started = hand.closes = false;
+  }
+  state_.opened_m = 0.0;
+}
+
+void BipedDrawerSequence::move_hands(const DrawerSeen* seen) {
+  Eigen::Isometry3d X_WB = Eigen::Isometry3d::Identity();
+  X_WB.linear() = Eigen::AngleAxisd(robot_.heading_rad, Vector3d::UnitZ()).toRotationMatrix();
+  X_WB.translation() = robot_.pelvis_W_m;
+  kinematics_.update(X_WB, state_.q);
+
+  const Drawer& drawer = drawer_->drawer;
+  const double share = state_.phase_rad / math::kTwoPi;
+  const bool holds = seen != nullptr ? seen->held : share_of(mocap::kLeft) > kThere;
+  if (state_.action == kStanding && hand_[mocap::kLeft].started && holds) {
+    state_.opened_m =
+        std::max(state_.opened_m, drawer.pull_m * minimum_jerk(share, kPullFrom, kPullTo));
+  }
+  const Vector3d way(std::cos(heading_), std::sin(heading_), 0.0);
+  if (seen != nullptr) {
+    const double share_of_dt = 1.0 - std::exp(-options_.dt_s / kSteady_s);
+    opened_off_m_ += share_of_dt * (seen->opened_m - state_.opened_m - opened_off_m_);
+    if (holds && !seen->taken) draw_on(steady_object(*seen, way), way);
+  }
+  const Vector3d left(-std::sin(heading_), std::cos(heading_), 0.0);
+  Vector3d front;
+  front << task_.front_W_m, 0.0;
+  Vector3d handle = front + drawer.handle_lateral_m * left;
+  handle.z() = drawer.handle_height_m;
+  Vector3d object = front + (task_.object_depth_m - state_.opened_m) * way;
+  object.z() = drawer.object_height_m;
+  if (seen != nullptr) {
+    handle = seen->handle_W_m + seen->opened_m * way;
+    object = seen->taken ? hand_[mocap::kRight].last_target_m : steady_object(*seen, way);
+  }
+  move_hand(mocap::kLeft, handle - state_.opened_m * way, 0.0);
+  move_hand(mocap::kRight, object, kEdge_m);
+}
+
+/// The object in a drawer that is open as wished, but for what it differs in the mean of some time.
+/// A left hand that shakes shakes the object too: a right hand that followed it at once would
+/// reach with the trunk, and shake the left one through it.
+Vector3d BipedDrawerSequence::steady_object(const DrawerSeen& seen, const Vector3d& way) const {
+  return seen.object_W_m + (seen.opened_m - state_.opened_m - opened_off_m_) * way;
+}
+
+/// A right hand at its end that still lacks something to the object: the left one pulls on.
+void BipedDrawerSequence::draw_on(const Vector3d& object_W_m, const Vector3d& way) {
+  const bool over = state_.action == kStanding && state_.phase_rad >= math::kTwoPi * (1.0 - 1e-9);
+  const Hand& right = hand_[mocap::kRight];
+  if (!over || !robot_.hands_known || share_of(mocap::kRight) < kAtIt || right.closes) return;
+  const double lacks = way.dot(object_W_m - robot_.hand_W_m[mocap::kRight]);
+  const double most = drawer_->drawer.pull_m + kMostDrawn_m;
+  state_.opened_m =
+      std::clamp(state_.opened_m + options_.dt_s * kDraw_1_s * lacks, state_.opened_m, most);
+}
+
+/// p = p_joints + x (target − p_joints) [M18 eq. 3.12], in an arc; a target that jumps is followed
+/// within tenths of a second.
+void BipedDrawerSequence::move_hand(mocap::Side side, const Vector3d& target, double over_m) {
+  Hand& hand = hand_[side];
+  hand.reach.step(options_.dt_s);
+  hand.turned_s += options_.dt_s;
+  const double x = share_of(side);
+  if (hand.has_target && (target - hand.last_target_m).norm() > kJump_m) {
+    hand.gap_m += hand.last_target_m - target;
+  }
+  hand.last_target_m = target;
+  hand.has_target = true;
+  // ë + 2λė + λ²e = 0, exactly
+  const double decay = std::exp(-kFollow_1_s * options_.dt_s);
+  const Vector3d a = hand.gap_rate + kFollow_1_s * hand.gap_m;
+  hand.gap_m = decay * (hand.gap_m + options_.dt_s * a);
+  hand.gap_rate = decay * a - kFollow_1_s * hand.gap_m;
+  if (x <= 0.0) {
+    hand.near_s = 0.0;
+    hand.gap_m.setZero();
+    hand.gap_rate.setZero();
+    hand.led_m.setZero();
+    state_.hand[side].reset();
+    return;
+  }
+  const Vector3d p_joints =
+      kinematics_.X_WL(wrist_[side]) * drawer_->figure.hand_m[static_cast<std::size_t>(side)];
+  const Vector3d goal = target + hand.gap_m;
+  if (robot_.hands_known && x > kThere) {
+    hand.led_m += options_.dt_s * kLead_1_s * (goal - robot_.hand_W_m[side]);
+    if (hand.led_m.norm() > kMostLead_m) hand.led_m *= kMostLead_m / hand.led_m.norm();
+  }
+  const bool near = x > kAtIt && hand.gap_m.norm() < kGrip_m &&
+                    (!robot_.hands_known || (goal - robot_.hand_W_m[side]).norm() < kGrip_m);
+  hand.near_s = near ? hand.near_s + options_.dt_s : 0.0;
+  if (hand.started && hand.near_s >= kGrip_s) hand.closes = true;
+  Vector3d p = p_joints + x * (goal + hand.led_m - p_joints);
+  p.z() += 4.0 * x * (1.0 - x) * over_m;
+  state_.hand[side] = HandWish{p, std::clamp(10.0 * x, 0.0, 1.0), hand.closes};
+}
+
+void BipedDrawerSequence::move_grippers() {
+  const double turn = kGripper_rad_s * options_.dt_s;
+  for (Hand& hand : hand_) {
+    if (hand.gripper < 0) continue;
+    const double wished = !hand.started ? rows_[hand.gripper]
+                          : hand.closes ? hand.closed_rad
+                                        : hand.open_rad;
+    if (state_.time_s <= options_.dt_s) hand.gripper_rad = rows_[hand.gripper];
+    hand.gripper_rad += std::clamp(wished - hand.gripper_rad, -turn, turn);
+    rows_[hand.gripper] = hand.gripper_rad;
+  }
+}
+
+}  // namespace mimesis::synthesizer

@@ -1,0 +1,116 @@
+#include <gtest/gtest.h>
+
+#include "common/error.h"
+#include "nodes/synthesizer/sequence/test/feasibility.h"
+#include "nodes/synthesizer/sequence/trials.h"
+
+namespace mimesis::synthesizer {
+namespace {
+
+double r_squared(const std::vector<double>& x, const std::vector<double>& y) {
+  const Eigen::Map<const Eigen::ArrayXd> a(x.data(), static_cast<Eigen::Index>(x.size())),
+      b(y.data(), static_cast<Eigen::Index>(y.size()));
+  const double ab = ((a - a.mean()) * (b - b.mean())).sum();
+  return ab * ab / ((a - a.mean()).square().sum() * (b - b.mean()).square().sum());
+}
+
+// fig. 3.7: the first action does not depend on the distance, the second makes up for it, people
+// stand farther off where the object is deep in the drawer
+TEST(DrawerTrials, DistributeTheWayAsThePublishedOnes) {
+  for (const std::uint64_t seed : {1U, 2U, 3U, 4U, 5U}) {
+    std::vector<double> initial, first, second, last, depth;
+    for (const auto& p : draw_plans({.seed = seed, .paces = {}})) {
+      initial.push_back(p.initial_distance_m());
+      first.push_back(p.normal_length_m);
+      second.push_back(p.reaching_length_m);
+      last.push_back(p.final_distance_m);
+      depth.push_back(p.object_depth_m);
+      EXPECT_NEAR(p.final_distance_m, 0.60, 0.03);
+    }
+    ASSERT_EQ(initial.size(), 10U);
+    EXPECT_NEAR(initial.front(), 2.34, 1e-9);
+    EXPECT_NEAR(initial.back(), 2.94, 1e-9);
+    EXPECT_NEAR(r_squared(initial, first), 0.08, 1e-9);
+    EXPECT_GT(r_squared(initial, second), 0.88);
+    EXPECT_GT(r_squared(depth, last), 0.3);
+    EXPECT_LT(r_squared(initial, depth), 0.2);
+  }
+}
+
+TEST(DrawerTrials, AreFeasibleForManySeeds) {
+  const auto body = mocap::standard_body();
+  for (std::uint64_t seed = 1; seed <= 6; ++seed)
+    for (const auto& plan : draw_plans({.seed = seed})) {
+      const Feasibility f = assess(body, render(body, plan, {}, 100));
+      EXPECT_TRUE(f.feasible()) << "seed " << seed << " recording " << plan.recording << " pace "
+                                << plan.pace << ": slide " << f.stance_slide_m << " below ground "
+                                << f.penetration_m << " short by " << f.short_by_m << " knee "
+                                << f.least_knee_rad << ".." << f.most_knee_rad << " ankle "
+                                << f.most_ankle_rad << " trunk " << f.most_trunk_rad << " speed "
+                                << f.joint_speed_rad_s << " back " << f.backwards_m_s << " elbow "
+                                << f.most_elbow_rad << " hip " << f.most_hip_rad << " pelvis "
+                                << f.pelvis_speed_m_s << " hand " << f.hand_error_m;
+    }
+}
+
+TEST(DrawerTrials, AreTheSameForTheSameSeed) {
+  const auto body = mocap::standard_body();
+  const auto a = generate_drawer_data(body, {}, {.seed = 7, .trials = 4, .paces = {}});
+  const auto b = generate_drawer_data(body, {}, {.seed = 7, .trials = 4, .paces = {}});
+  const auto c = generate_drawer_data(body, {}, {.seed = 8, .trials = 4, .paces = {}});
+  for (std::size_t i = 0; i < kActions; ++i) {
+    EXPECT_EQ(a.action[i].samples, b.action[i].samples);
+    EXPECT_NE(a.action[i].samples, c.action[i].samples);
+  }
+}
+
+// What is learned from must say what was walked: rows of the pelvis and the step length agree with
+// the way of the standing foot in the pelvis' frame.
+TEST(DrawerTrials, LegsWalkTheLengthThatTheTrialStates) {
+  const auto data = generate_drawer_data(mocap::standard_body(), {}, {.trials = 4, .paces = {0.8}});
+  ASSERT_EQ(data.action[0].trials.size(), 8U);
+  for (const Action a : {kNormalStep, kReachingStep})
+    for (std::size_t i = 0; i < 8; ++i) {
+      const auto& set = data.action[a];
+      const auto block =
+          set.samples.middleRows(static_cast<Eigen::Index>(i) * kDrawerRows, kDrawerRows);
+      EXPECT_NEAR(block(mocap::kBodyRows, 0), 0.0, 1e-12);
+      // the points that touch the ground go back by as much as the pelvis goes forward
+      double travelled = 0.0;
+      std::vector<Eigen::Vector3d> before;
+      for (Eigen::Index k = 0; k < block.cols(); ++k) {
+        const Eigen::VectorXd angles = block.col(k).head(mocap::kBodyRows);
+        const auto pose = forward_kinematics(
+            data.body, std::span<const double, mocap::kBodyRows>(angles.data(), mocap::kBodyRows),
+            {0.0, 0.0, block(mocap::kBodyRows + 2, k)});
+        std::vector<Eigen::Vector3d> points;
+        for (const auto side : {mocap::kLeft, mocap::kRight}) {
+          const int ankle = side == mocap::kLeft ? mocap::kLeftAnkle : mocap::kRightAnkle;
+          points.push_back(pose.point(ankle, data.body.heel_m[side]));
+          points.push_back(pose.point(ankle, data.body.toe_m[side]));
+        }
+        std::size_t lowest = 0;
+        for (std::size_t p = 1; p < points.size(); ++p) {
+          const double now = points[p].z() + (before.empty() ? 0.0 : before[p].z());
+          const double best = points[lowest].z() + (before.empty() ? 0.0 : before[lowest].z());
+          if (now < best) lowest = p;
+        }
+        EXPECT_NEAR(points[lowest].z(), 0.0, 5e-3);
+        if (!before.empty()) travelled += before[lowest].x() - points[lowest].x();
+        before = points;
+      }
+      travelled *= 100.0 / 99.0;  // 99 of 100 intervals
+      EXPECT_NEAR(travelled, set.trials[i].step_length_m, 0.03) << a << " " << i;
+    }
+}
+
+TEST(DrawerTrials, RefuseSettingsThatNobodyCanWalk) {
+  EXPECT_THROW(draw_plans({.trials = 3}), ConfigError);
+  EXPECT_THROW(draw_plans({.nearest_m = 1.0}), ConfigError);
+  EXPECT_THROW(draw_plans({.nearest_m = 2.9, .farthest_m = 2.8}), ConfigError);
+  EXPECT_THROW(draw_plans({.paces = {2.0}}), ConfigError);
+  EXPECT_THROW(draw_plans({.samples = 3}), ConfigError);
+}
+
+}  // namespace
+}  // namespace mimesis::synthesizer
