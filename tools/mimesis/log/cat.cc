@@ -1,3 +1,4 @@
+// `mimesis log cat`: messages, an attachment or a metadata record on standard output.
 #include "tools/mimesis/log/cat.h"
 
 #include <fmt/format.h>
@@ -6,51 +7,59 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <CLI/App.hpp>
+#include <CLI/Config.hpp>
+#include <CLI/Formatter.hpp>
+#include <CLI/Validators.hpp>
 #include <cerrno>
 #include <cstring>
 #include <iostream>
+#include <map>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <set>
 #include <unordered_map>
 
-#include "common/runtime/raw.h"
+#include "common/error.h"
 #include "common/runtime/suggest.h"
-#include "tools/mimesis/log/rewriting.h"
-#include "tools/mimesis/progress.h"
+#include "tools/mimesis/log/field_columns.h"
+#include "tools/mimesis/number_check.h"
 
 namespace mimesis::tool {
 namespace {
 
-using log::Result;
-using Item = log::MergedReader::Item;
-
-constexpr std::size_t kBuffer = 64 * 1024;  // of text per write
+constexpr std::size_t kTextBuffer = 64 * 1024;  // per write [bytes]
 
 /// How the messages of one channel become text.
-struct Printer {
-  std::string head;                                    ///< up to the sequence number
-  std::unique_ptr<google::protobuf::Message> message;  ///< filled again and again; null: foreign
+struct ChannelPrinter {
+  std::string head;                              ///< up to the sequence number
+  google::protobuf::Message* message = nullptr;  ///< filled again and again; null: foreign
   std::vector<FieldPath> fields;
   bool json = false;     ///< the payload itself is JSON
   bool skipped = false;  ///< has none of the fields
 };
 
-class Cat {
+class MessagePrinter {
  public:
-  Cat(const std::vector<OpenLog>& logs, const CatOptions& options) : options_(options) {
-    for (const OpenLog& log : logs) {
-      for (const auto& [id, channel] : log.summary.channels) {
-        if (!options_.filter(channel.topic)) continue;
-        const auto schema = log.summary.schemas.find(channel.schema_id);
-        add(channel, schema == log.summary.schemas.end() ? nullptr : &schema->second);
-      }
+  MessagePrinter(const std::vector<OpenLog>& logs, const CatOptions& options,
+                 const TopicFilter& filter)
+      : options_(options) {
+    for (const OpenChannel& c : channels_of(logs)) {
+      if (filter(c.channel->topic)) add(c);
     }
-    check_fields();
+    // A field that no selected topic has is a mistake; with one type it is known which.
+    for (const auto& [path, reasons] : misses_) {
+      if (found_.contains(path)) continue;
+      throw ConfigError(reasons.size() == 1
+                            ? *reasons.begin()
+                            : fmt::format("no selected topic has a field '{}'", path));
+    }
   }
 
   /// Appends a line; false if the message has nothing to show.
   bool line(const Item& item, std::string& out) {
-    Printer& printer = printers_.at(item.channel);
+    ChannelPrinter& printer = printers_.at(item.channel);
     if (printer.skipped) return false;
     JsonText text(out, options_.bytes);
     const log::Message& m = *item.message;
@@ -60,31 +69,27 @@ class Cat {
     text.integer(m.log_time);
     text.raw(",\"publish_time_ns\":");
     text.integer(m.publish_time);
-    payload(printer, item, text, out);
-    out += "}\n";
+    payload(printer, item, text);
+    text.raw("}\n");
     return true;
   }
   std::uint64_t invalid() const { return invalid_; }  ///< messages that are not of their type
 
  private:
-  void add(const log::Channel& channel, const log::Schema* schema) {
-    Printer& printer = printers_[&channel];
+  void add(const OpenChannel& c) {
+    ChannelPrinter& printer = printers_[c.channel];
     JsonText head(printer.head, options_.bytes);
     head.raw("{\"topic\":");
-    head.string(channel.topic);
+    head.string(c.channel->topic);
     head.raw(",\"node\":");
-    head.string(sender_of(channel));
+    head.string(sender_of(*c.channel));
     head.raw(",\"seq\":");
-    printer.json = channel.message_encoding == "json";
-    if (channel.message_encoding == "protobuf" && schema != nullptr) {
-      printer.message = types_.make(schema->name, schema->data);
+    printer.json = c.channel->message_encoding == "json";
+    if (c.channel->message_encoding == "protobuf" && c.schema != nullptr) {
+      printer.message = decoder_.make(*c.schema);
     }
-    resolve_fields(printer);
-  }
-
-  void resolve_fields(Printer& printer) {
     for (const std::string& path : options_.fields) {
-      if (!printer.message) continue;
+      if (printer.message == nullptr) continue;
       try {
         printer.fields.emplace_back(*printer.message->GetDescriptor(), path);
         found_.insert(path);
@@ -95,34 +100,22 @@ class Cat {
     printer.skipped = !options_.fields.empty() && printer.fields.empty();
   }
 
-  /// A field that no selected topic has is a mistake; with one type it is known which.
-  void check_fields() const {
-    for (const auto& [path, reasons] : misses_) {
-      if (found_.contains(path)) continue;
-      throw ConfigError(reasons.size() == 1
-                            ? *reasons.begin()
-                            : fmt::format("no selected topic has a field '{}'", path));
-    }
-  }
-
-  void payload(Printer& printer, const Item& item, JsonText& text, std::string& out) {
+  void payload(ChannelPrinter& printer, const Item& item, JsonText& text) {
     const std::string_view data = item.message->data;
     text.raw(printer.fields.empty() ? ",\"message\":" : ",\"fields\":{");
-    if (printer.message) {
+    if (printer.message != nullptr) {
       if (printer.message->ParseFromArray(data.data(), static_cast<int>(data.size()))) {
         if (printer.fields.empty()) return text.message(*printer.message);
         for (const FieldPath& path : printer.fields) {
-          if (&path != &printer.fields.front()) out += ',';
+          if (&path != &printer.fields.front()) text.raw(",");
           text.string(path.text());
-          out += ':';
+          text.raw(":");
           text.field(*printer.message, path);
         }
-        out += '}';
-        return;
+        return text.raw("}");
       }
       if (invalid_++ == 0) note(item, "holds messages that are not of their type: lengths only");
-      if (!printer.fields.empty()) return text.raw("}");
-      return text.bytes(data);
+      return printer.fields.empty() ? text.bytes(data) : text.raw("}");
     }
     if (printer.json && nlohmann::json::accept(data)) {
       if (data.find('\n') == std::string_view::npos) return text.raw(data);
@@ -135,29 +128,31 @@ class Cat {
     text.bytes(data);
   }
 
-  void note(const Item& item, std::string_view what) const {
+  static void note(const Item& item, std::string_view what) {
     std::cerr << fmt::format("{} ({}): {}\n", item.channel->topic,
                              item.schema == nullptr ? "no schema" : item.schema->name, what);
   }
 
   const CatOptions& options_;
   google::protobuf::LogSilencer silence_;  // what is wrong with a message is told here
-  runtime::TypePool types_;                // before the messages that it makes
-  std::unordered_map<const log::Channel*, Printer> printers_;
+  LogDecoder decoder_;
+  std::unordered_map<const log::Channel*, ChannelPrinter> printers_;
   std::set<std::string> found_;
   std::map<std::string, std::set<std::string>> misses_;
   std::set<const log::Channel*> noted_;
   std::uint64_t invalid_ = 0;
 };
 
-Result to_standard_output(std::string_view text) {
+void to_standard_output(std::string_view text) {
   while (!text.empty()) {
     const ssize_t n = ::write(STDOUT_FILENO, text.data(), text.size());
     if (n < 0 && errno == EINTR) continue;
-    if (n < 0) return tl::unexpected(Status{errno == EPIPE ? "" : std::strerror(errno)});
+    if (n < 0 && errno == EPIPE) throw VerbEnd{"", 0};  // whoever read the pipe has had enough
+    if (n < 0) {
+      throw VerbEnd{std::string("cannot write to standard output: ") + std::strerror(errno), 1};
+    }
     text.remove_prefix(static_cast<std::size_t>(n));
   }
-  return {};
 }
 
 /// The bar belongs on the terminal only if nobody else writes there.
@@ -166,14 +161,12 @@ bool writes_a_file() {
   return fstat(STDOUT_FILENO, &info) == 0 && S_ISREG(info.st_mode);
 }
 
-int not_found(const std::string& what, const std::string& name,
-              const std::vector<std::string>& known) {
-  std::cerr << fmt::format("no {} '{}'{}\n", what, name, runtime::did_you_mean(name, known));
-  return 3;
+VerbEnd not_in_log(const std::string& what, const std::string& name,
+                   const std::vector<std::string>& known) {
+  return {fmt::format("no {} '{}'{}", what, name, runtime::did_you_mean(name, known)), 3};
 }
 
-tl::expected<int, Status> cat_attachment(const std::vector<OpenLog>& logs, const std::string& name,
-                                         const TextSink& sink) {
+int cat_attachment(const std::vector<OpenLog>& logs, const std::string& name) {
   std::vector<std::string> known;
   int found = 0;
   std::string data;
@@ -182,70 +175,61 @@ tl::expected<int, Status> cat_attachment(const std::vector<OpenLog>& logs, const
       known.push_back(index.name);
       if (index.name != name) continue;
       if (const auto read = log::read_attachment(*log.source, index, data); !read) {
-        std::cerr << log.path << ": " << read.error().reason << '\n';
-        return 1;
+        throw VerbEnd{log.path + ": " + read.error().reason, 1};
       }
       ++found;
     }
   }
-  if (found == 0) return not_found("attachment", name, known);
+  if (found == 0) throw not_in_log("attachment", name, known);
   if (found > 1) std::cerr << fmt::format("{} attachments '{}': the last one\n", found, name);
-  if (auto done = sink(data); !done) return tl::unexpected(done.error());
+  to_standard_output(data);
   return 0;
 }
 
-tl::expected<int, Status> cat_metadata(const std::vector<OpenLog>& logs, const std::string& name,
-                                       const TextSink& sink) {
+int cat_metadata(const std::vector<OpenLog>& logs, const std::string& name) {
   std::vector<std::string> known;
-  bool found = false;
   for (const OpenLog& log : logs) {
-    for (const log::MetadataIndex& index : log.summary.metadata) {
-      known.push_back(index.name);
-      if (index.name != name) continue;
-      const auto read = log::read_metadata(*log.source, index);
-      if (!read) {
-        std::cerr << log.path << ": " << read.error().reason << '\n';
-        return 1;
-      }
-      found = true;
-      std::string line = "{";
-      JsonText text(line, BytesText::length);
-      for (const auto& [key, value] : read->metadata) {
-        if (line.size() > 1) line += ',';
-        text.string(key);
-        line += ':';
-        text.string(value);
-      }
-      if (auto done = sink(line + "}\n"); !done) return tl::unexpected(done.error());
-    }
+    for (const log::MetadataIndex& index : log.summary.metadata) known.push_back(index.name);
   }
-  return found ? 0 : not_found("metadata", name, known);
+  if (std::ranges::find(known, name) == known.end()) throw not_in_log("metadata", name, known);
+  const std::uint64_t failures = each_metadata(logs, name, [](const log::Metadata& record) {
+    std::string line = "{";
+    JsonText text(line, BytesText::length);
+    for (const auto& [key, value] : record.metadata) {
+      if (line.size() > 1) line += ',';
+      text.string(key);
+      line += ':';
+      text.string(value);
+    }
+    to_standard_output(line + "}\n");
+  });
+  return failures == 0 ? 0 : 1;
 }
 
 }  // namespace
 
-tl::expected<int, Status> cat_messages(const std::vector<OpenLog>& logs, const CatOptions& options,
-                                       const TextSink& sink) {
+int cat_messages(const std::vector<OpenLog>& logs, const CatOptions& options,
+                 const TextSink& sink) {
   const LogTimes times = resolve(options.range, span_of(logs));
-  const log::Selection selection{
-      [&](const log::Channel& channel) { return options.filter(channel.topic); }, times.start,
-      times.end};
-  Cat cat(logs, options);
+  const TopicFilter filter = filter_of(options.topics);
+  const log::Selection selection{[&](const log::Channel& channel) { return filter(channel.topic); },
+                                 times.start, times.end};
+  MessagePrinter printer(logs, options, filter);
   log::MergedReader reader = merged(logs, selection);
-  Progress progress("cat", writes_a_file() ? payload_bytes(logs, selection) : 0);
+  std::optional<LogProgress> progress;
+  if (writes_a_file()) progress.emplace("cat", logs, selection);
   std::string text;
-  std::uint64_t lines = 0, bytes = 0;
-  const log::MergedReader::Item* item = nullptr;
+  std::uint64_t lines = 0;
+  const Item* item = nullptr;
   while ((options.limit == 0 || lines < options.limit) && (item = reader.next()) != nullptr) {
-    lines += cat.line(*item, text) ? 1 : 0;
-    bytes += item->message->data.size();
-    if (text.size() < kBuffer) continue;
-    if (auto done = sink(text); !done) return tl::unexpected(done.error());
+    lines += printer.line(*item, text) ? 1 : 0;
+    if (text.size() < kTextBuffer) continue;
+    sink(text);
     text.clear();
-    if (writes_a_file()) progress.at(bytes);
+    if (progress) progress->at(item->message->log_time);
   }
-  if (auto done = sink(text); !done) return tl::unexpected(done.error());
-  std::uint64_t damages = cat.invalid();
+  sink(text);
+  std::uint64_t damages = printer.invalid();
   for (std::size_t i = 0; i < logs.size(); ++i) {
     damages += report_losses(logs[i], logs[i].summary.damages, logs[i].summary.damage_count);
     damages += report_losses(logs[i], reader.damages(i), reader.damages(i).size());
@@ -253,20 +237,45 @@ tl::expected<int, Status> cat_messages(const std::vector<OpenLog>& logs, const C
   return damages == 0 ? 0 : 1;
 }
 
-int log_cat(const CatOptions& options) {
-  const auto logs = open_logs(options.files);
-  if (!logs) {
-    std::cerr << logs.error().line << '\n';
-    return logs.error().exit_code;
-  }
-  const auto code =
-      !options.attachment.empty() ? cat_attachment(*logs, options.attachment, to_standard_output)
-      : !options.metadata.empty() ? cat_metadata(*logs, options.metadata, to_standard_output)
-                                  : cat_messages(*logs, options, to_standard_output);
-  if (code) return *code;
-  if (code.error().reason.empty()) return 0;  // whoever read the pipe has had enough
-  std::cerr << "cannot write to standard output: " << code.error().reason << '\n';
-  return 1;
+void add_cat(CLI::App& verb, int& exit_code) {
+  CLI::App* cat = verb.add_subcommand(
+      "cat", "Prints the messages of logs as JSON, one per line (like mcap cat --json)");
+  struct Options : CatOptions {
+    std::string bytes_text = "length";
+    bool json = true;
+  };
+  auto o = std::make_shared<Options>();
+  cat->add_option("FILE", o->files, "MCAP files: several are one, in the order of log time")
+      ->required();
+  add_topic_options(*cat, o->topics);
+  add_time_options(*cat, o->range);
+  cat->add_option("--field", o->fields,
+                  "Only this field, such as header.seq or blobs.0.u_px (repeatable)")
+      ->allow_extra_args(false);
+  cat->add_option("--bytes", o->bytes_text, "How fields of type bytes look")
+      ->check(CLI::IsMember({"length", "base64", "hex"}))
+      ->capture_default_str();
+  cat->add_option("--limit", o->limit, "So many messages, then end")->check(number_above_zero);
+  CLI::Option* attachment = cat->add_option("--attachment", o->attachment,
+                                            "Instead: this attachment (like mcap get attachment)");
+  cat->add_option("--metadata", o->metadata,
+                  "Instead: this metadata record (like mcap get metadata)")
+      ->excludes(attachment);
+  cat->add_flag("--json", o->json, "JSON is what it prints anyway");
+  cat->footer(
+      "Examples:\n  mimesis log cat run.mcap --topic planner/status --limit 10 | jq .message\n"
+      "  mimesis log cat run.mcap --topic bridge/arm --start 12.5 --end 13 --field position_rad\n"
+      "  mimesis log cat run.mcap --attachment imitation.yaml > imitation.yaml");
+  on_run(*cat, exit_code, [o] {
+    o->bytes = o->bytes_text == "hex"      ? BytesText::hex
+               : o->bytes_text == "base64" ? BytesText::base64
+                                           : BytesText::length;
+    static_cast<void>(filter_of(o->topics));  // says what is wrong with it first
+    const auto logs = opened(o->files);
+    if (!o->attachment.empty()) return cat_attachment(logs, o->attachment);
+    if (!o->metadata.empty()) return cat_metadata(logs, o->metadata);
+    return cat_messages(logs, *o, to_standard_output);
+  });
 }
 
 }  // namespace mimesis::tool

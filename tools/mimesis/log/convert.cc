@@ -2,20 +2,26 @@
 
 #include <fmt/format.h>
 
+#include <CLI/App.hpp>
+#include <CLI/Config.hpp>
+#include <CLI/Formatter.hpp>
+#include <CLI/Validators.hpp>
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <fstream>
 #include <iostream>
 #include <map>
+#include <memory>
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "common/error.h"
 #include "common/runtime/type_info.h"
-#include "tools/mimesis/log/convert_candump.h"
 #include "tools/mimesis/log/convert_lcm.h"
-#include "tools/mimesis/log/log_scan.h"
 #include "tools/mimesis/log/new_log.h"
+#include "tools/mimesis/log/open_log.h"
+#include "tools/mimesis/log/verb_options.h"
 #include "tools/mimesis/progress.h"
 
 namespace mimesis::tool {
@@ -37,7 +43,7 @@ OutputOptions output_of(const ConvertOptions& options) {
 }
 
 /// A channel of the log that is written.
-struct Out {
+struct OutChannel {
   std::uint16_t id = 0;
   std::uint32_t sequence = 0;
 };
@@ -70,7 +76,7 @@ ConvertResult from_candump(const log::Source& source, const ConvertOptions& opti
   const log::Schema schema{.name = "mimesis.v1.CanFrame",
                            .encoding = "protobuf",
                            .data = runtime::descriptor_set(*v1::CanFrame::descriptor())};
-  std::map<std::string, Out> buses;
+  std::map<std::string, OutChannel> buses;
   std::uint64_t time_ns = 0, bytes = 0;
   Progress progress("convert", source.size());
   each_line(source, [&](std::uint64_t number, std::string_view text) {
@@ -84,7 +90,7 @@ ConvertResult from_candump(const log::Source& source, const ConvertOptions& opti
     v1::CanFrame& frame = (*line)->frame;
     if (!(*line)->time_ns) ++result.untimed;
     time_ns = (*line)->time_ns.value_or(time_ns);
-    Out& bus = buses[frame.bus()];
+    OutChannel& bus = buses[frame.bus()];
     if (bus.id == 0) {
       bus.id = required(file.channel({.topic = "can/" + frame.bus(),
                                       .message_encoding = "protobuf",
@@ -105,7 +111,7 @@ ConvertResult from_candump(const log::Source& source, const ConvertOptions& opti
 ConvertResult from_lcm(const log::Source& source, const ConvertOptions& options) {
   ConvertResult result{.from = LogKind::lcm};
   NewLog file(output_of(options), {options.input});
-  std::map<std::pair<std::string, std::string>, Out> channels;  // by name and fingerprint
+  std::map<std::pair<std::string, std::string>, OutChannel> channels;  // by name and fingerprint
   LcmReader reader(source);
   Progress progress("convert", source.size());
   while (const auto event = reader.next()) {
@@ -117,7 +123,7 @@ ConvertResult from_lcm(const log::Source& source, const ConvertOptions& options)
         fingerprint += fmt::format("{:02x}", static_cast<unsigned char>(c));
       }
     }
-    Out& channel = channels[{name, fingerprint}];
+    OutChannel& channel = channels[{name, fingerprint}];
     if (channel.id == 0) {
       channel.id = required(file.channel({.topic = name,
                                           .message_encoding = "lcm",
@@ -139,18 +145,9 @@ ConvertResult from_lcm(const log::Source& source, const ConvertOptions& options)
 
 ConvertResult to_candump(const ConvertOptions& options) {
   ConvertResult result{.from = LogKind::mcap};
-  auto opened = open_log(options.input);
-  if (!opened) throw ConfigError(opened.error().line);
-  std::vector<OpenLog> logs;
-  logs.push_back(std::move(*opened));
-  const log::Summary& summary = logs.front().summary;
-  const auto is_can = [&](const log::Channel& channel) {
-    const auto schema = summary.schemas.find(channel.schema_id);
-    return schema != summary.schemas.end() && schema->second.name == "mimesis.v1.CanFrame";
-  };
-  const bool any = std::ranges::any_of(summary.channels,
-                                       [&](const auto& entry) { return is_can(entry.second); });
-  if (!any) {
+  const auto logs = opened({options.input});
+  const auto is_can = [](const OpenChannel& c) { return c.type() == "mimesis.v1.CanFrame"; };
+  if (std::ranges::none_of(channels_of(logs), is_can)) {
     throw ConfigError(options.input +
                       ": no topic of type mimesis.v1.CanFrame, which is all that candump can show");
   }
@@ -160,21 +157,52 @@ ConvertResult to_candump(const ConvertOptions& options) {
   errno = 0;
   if (to_file) file.open(options.output, std::ios::binary);
   std::ostream& out = to_file ? file : std::cout;
-  const std::uint64_t damages =
-      scan_logs(logs, {.channel = is_can}, "convert", [&](const auto& item) {
-        v1::CanFrame frame;
-        const std::string_view data = item.message->data;
-        if (!frame.ParseFromArray(data.data(), static_cast<int>(data.size()))) {
-          return say_damage(result.damages, item.channel->topic,
-                            fmt::format("seq {} is no valid CanFrame", item.message->sequence));
-        }
-        out << candump_line(item.message->log_time, frame) << '\n';
-        ++result.messages;
-      });
+  std::set<const log::Channel*> wanted;
+  for (const OpenChannel& c : channels_of(logs)) {
+    if (is_can(c)) wanted.insert(c.channel);
+  }
+  const log::Selection selection{[&](const log::Channel& c) { return wanted.contains(&c); }};
+  const std::uint64_t damages = scan_logs(logs, selection, "convert", [&](const Item& item) {
+    v1::CanFrame frame;
+    const std::string_view data = item.message->data;
+    if (!frame.ParseFromArray(data.data(), static_cast<int>(data.size()))) {
+      return say_damage(result.damages, item.channel->topic,
+                        fmt::format("seq {} is no valid CanFrame", item.message->sequence));
+    }
+    out << candump_line(item.message->log_time, frame) << '\n';
+    ++result.messages;
+  });
   result.damages += damages;
   out.flush();
   if (!out) throw ConfigError("cannot write '" + options.output + "': " + std::strerror(errno));
   return result;
+}
+
+/// Exit code 0, or 1 if something could not be read.
+int convert_file(const ConvertOptions& options, bool json) {
+  const auto source = log::open_file(options.input);
+  if (!source) throw VerbEnd{source.error().reason, 3};
+  const ConvertResult r = convert_log(**source, options);
+  static constexpr const char* kNames[] = {"mcap", "candump", "lcm"};
+  const char* from = kNames[static_cast<int>(r.from)];
+  const char* to = r.from == LogKind::mcap ? "candump" : "mcap";
+  if (json) {
+    const nlohmann::ordered_json object{{"from", from},
+                                        {"to", to},
+                                        {"output", options.output},
+                                        {"messages", r.messages},
+                                        {"damages", r.damages},
+                                        {"lost", r.lost},
+                                        {"untimed", r.untimed}};
+    (options.output == "-" ? std::cerr : std::cout) << object.dump() << '\n';
+  } else {
+    std::cerr << fmt::format(
+        "{} -> {}: {} messages{}{}{}\n", from, to, r.messages,
+        r.damages == 0 ? "" : fmt::format(", {} damages", r.damages),
+        r.lost == 0 ? "" : fmt::format(", {} lost by the logger", r.lost),
+        r.untimed == 0 ? "" : fmt::format(", {} lines without a time", r.untimed));
+  }
+  return r.damages == 0 ? 0 : 1;
 }
 
 }  // namespace
@@ -216,35 +244,40 @@ ConvertResult convert_log(const log::Source& source, const ConvertOptions& optio
   return kind == LogKind::lcm ? from_lcm(source, options) : from_candump(source, options);
 }
 
-int log_convert(const ConvertOptions& options, bool json) {
-  const auto source = log::open_file(options.input);
-  if (!source) {
-    std::cerr << source.error().reason << '\n';
-    return 3;
-  }
-  const ConvertResult r = convert_log(**source, options);
-  static constexpr const char* kNames[] = {"mcap", "candump", "lcm"};
-  const char* from = kNames[static_cast<int>(r.from)];
-  const char* to = r.from == LogKind::mcap ? "candump" : "mcap";
-  if (json) {
-    (options.output == "-" ? std::cerr : std::cout)
-        << nlohmann::ordered_json{{"from", from},
-                                  {"to", to},
-                                  {"output", options.output},
-                                  {"messages", r.messages},
-                                  {"damages", r.damages},
-                                  {"lost", r.lost},
-                                  {"untimed", r.untimed}}
-               .dump()
-        << '\n';
-  } else {
-    std::cerr << fmt::format(
-        "{} -> {}: {} messages{}{}{}\n", from, to, r.messages,
-        r.damages == 0 ? "" : fmt::format(", {} damages", r.damages),
-        r.lost == 0 ? "" : fmt::format(", {} lost by the logger", r.lost),
-        r.untimed == 0 ? "" : fmt::format(", {} lines without a time", r.untimed));
-  }
-  return r.damages == 0 ? 0 : 1;
+void add_convert(CLI::App& verb, int& exit_code) {
+  CLI::App* sub =
+      verb.add_subcommand("convert", "Logs of candump and LCM to MCAP, and MCAP to candump");
+  struct Options {
+    ConvertOptions convert;
+    std::string compression = "zstd";
+    bool json = false;
+  };
+  auto o = std::make_shared<Options>();
+  sub->add_option("IN", o->convert.input,
+                  "candump -l (or what candump shows), an LCM log, or MCAP; told by its content")
+      ->required();
+  sub->add_option("OUT", o->convert.output,
+                  "MCAP file; of MCAP: log for canplayer, - for standard output")
+      ->required();
+  sub->add_option("--from", o->convert.from, "candump or lcm, whatever the content looks like")
+      ->check(CLI::IsMember({"candump", "lcm"}));
+  sub->add_flag("--force", o->convert.force, "Replace OUT if it exists");
+  sub->add_option("--compression", o->compression, "Of MCAP: none, lz4 or zstd")
+      ->check(CLI::IsMember({"none", "lz4", "zstd"}))
+      ->capture_default_str();
+  sub->add_flag("--json", o->json, "Print one JSON object at the end");
+  sub->footer(
+      "CAN frames become mimesis.v1.CanFrame on can/INTERFACE. LCM channels keep name and "
+      "payload,\n"
+      "encoding lcm. What is damaged is left out, said and counted: exit code 1. rosbag2 with\n"
+      "sqlite3 (ros2 bag convert) and ROS 1 bags (mcap convert) have converters of their own; a\n"
+      "rosbag2 in MCAP needs none.\n"
+      "Examples: mimesis log convert candump-2026-11-21.log can.mcap\n"
+      "          mimesis log convert lcmlog-2026-11-21.00 lcm.mcap");
+  on_run(*sub, exit_code, [o] {
+    o->convert.compression = *log::parse_compression(o->compression);
+    return convert_file(o->convert, o->json);
+  });
 }
 
 }  // namespace mimesis::tool

@@ -1,7 +1,14 @@
 #pragma once
+#include <cstdint>
+#include <optional>
 #include <string>
+#include <string_view>
+#include <tl/expected.hpp>
+#include <vector>
 
-#include "common/log/writer.h"
+#include "common/error.h"
+#include "proto/can.pb.h"
+#include "tools/mimesis/log/new_log.h"
 
 namespace mimesis::tool {
 
@@ -33,7 +40,20 @@ struct ConvertResult {
 /// @throws ConfigError if the input is of no such kind or the output cannot be written.
 ConvertResult convert_log(const log::Source& source, const ConvertOptions& options);
 
-/// `mimesis log convert`: 0, or 1 if something could not be read.
-int log_convert(const ConvertOptions& options, bool json);
+/// One line of can-utils: of a log (`candump -l`, `-L`): "(1436509052.249713) vcan0
+/// 044#2A366C2BBA", with "##" and flags for CAN FD, "#R" for remote requests; or as candump shows
+/// it on a terminal: "  vcan0  044   [5]  2A 36 6C 2B BA", with or without a time. The header of
+/// the frame stays empty.
+struct CandumpLine {
+  std::optional<std::uint64_t> time_ns;  ///< nothing: the line has none
+  v1::CanFrame frame;
+};
+
+/// Nothing for lines without a frame: empty ones, and what `candump -e` explains. The reason of a
+/// failure says what was expected where.
+tl::expected<std::optional<CandumpLine>, Status> parse_candump(std::string_view line);
+
+/// A line of a log, as `candump -l` writes it, without its end. Times are cut to microseconds.
+std::string candump_line(std::uint64_t time_ns, const v1::CanFrame& frame);
 
 }  // namespace mimesis::tool

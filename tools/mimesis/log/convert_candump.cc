@@ -1,5 +1,4 @@
-#include "tools/mimesis/log/convert_candump.h"
-
+// Lines of candump: can-utils.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -8,6 +7,8 @@
 #include <limits>
 #include <vector>
 
+#include "tools/mimesis/log/convert.h"
+
 namespace mimesis::tool {
 namespace {
 
@@ -15,15 +16,15 @@ constexpr std::uint32_t kErrorFlag = 0x20000000;  // as in linux/can.h
 constexpr std::uint32_t kErrorMask = 0x1fffffff;
 constexpr std::size_t kLongestBus = 15;  // as the kernel has it
 constexpr std::size_t kClassicLength = 8, kFdLength = 64;
-constexpr std::uint64_t kNanoseconds = 1'000'000'000;
+constexpr std::uint64_t kNanosecondsPerSecond = 1'000'000'000;
 
-using Parsed = tl::expected<std::optional<CandumpLine>, Status>;
+using ParsedLine = tl::expected<std::optional<CandumpLine>, Status>;
 
-tl::unexpected<Status> fail(std::string reason) {
+tl::unexpected<Status> no_frame(std::string reason) {
   return tl::unexpected(Status{std::move(reason)});
 }
 
-std::vector<std::string_view> words_of(std::string_view line) {
+std::vector<std::string_view> line_words(std::string_view line) {
   std::vector<std::string_view> words;
   while (true) {
     const std::size_t from = line.find_first_not_of(" \t\r");
@@ -58,7 +59,7 @@ std::optional<std::string> hex_bytes(std::string_view text) {
 }
 
 /// "(1436509052.249713)"
-std::optional<std::uint64_t> time_of(std::string_view word) {
+std::optional<std::uint64_t> candump_time(std::string_view word) {
   if (!word.starts_with('(') || !word.ends_with(')')) return std::nullopt;
   word = word.substr(1, word.size() - 2);
   const std::size_t dot = word.find('.');
@@ -72,9 +73,9 @@ std::optional<std::uint64_t> time_of(std::string_view word) {
   std::string fraction(word.substr(dot + 1));
   fraction.resize(9, '0');
   const auto seconds = number(word.substr(0, dot)), nanoseconds = number(fraction);
-  const std::uint64_t most = std::numeric_limits<std::uint64_t>::max() / kNanoseconds - 1;
+  const std::uint64_t most = std::numeric_limits<std::uint64_t>::max() / kNanosecondsPerSecond - 1;
   if (!seconds || !nanoseconds || *seconds > most) return std::nullopt;
-  return *seconds * kNanoseconds + *nanoseconds;
+  return *seconds * kNanosecondsPerSecond + *nanoseconds;
 }
 
 /// Three digits: 11 bits; eight: 29 bits, or an error frame.
@@ -82,7 +83,7 @@ tl::expected<void, Status> set_id(std::string_view text, v1::CanFrame& frame) {
   const auto id = hex_number(text);
   const std::uint32_t most = text.size() == 3 ? 0x7ff : kErrorMask | kErrorFlag;
   if (!id || (text.size() != 3 && text.size() != 8) || *id > most) {
-    return fail(fmt::format("'{}' is no identifier: expected 3 or 8 hexadecimal digits", text));
+    return no_frame(fmt::format("'{}' is no identifier: expected 3 or 8 hexadecimal digits", text));
   }
   frame.set_error((*id & kErrorFlag) != 0);
   frame.set_extended(text.size() == 8 && !frame.error());
@@ -96,7 +97,7 @@ tl::expected<void, Status> set_classic(std::string_view text, v1::CanFrame& fram
   if (underscore != text.npos) {
     const auto code = hex_number(text.substr(underscore + 1));
     if (!code || *code < 9 || *code > 15) {
-      return fail(fmt::format("'{}': expected a length code of 9 to F behind the _", text));
+      return no_frame(fmt::format("'{}': expected a length code of 9 to F behind the _", text));
     }
     frame.set_raw_length(*code);
     text = text.substr(0, underscore);
@@ -104,7 +105,7 @@ tl::expected<void, Status> set_classic(std::string_view text, v1::CanFrame& fram
   if (text.starts_with('R') || text.starts_with('r')) {
     const auto length = text.size() == 1 ? 0 : hex_number(text.substr(1));
     if (!length || *length > kClassicLength) {
-      return fail(fmt::format("'{}': expected a length of 0 to 8 behind the R", text));
+      return no_frame(fmt::format("'{}': expected a length of 0 to 8 behind the R", text));
     }
     frame.set_remote(true);
     frame.set_remote_length(*length);
@@ -112,7 +113,7 @@ tl::expected<void, Status> set_classic(std::string_view text, v1::CanFrame& fram
   }
   const auto data = hex_bytes(text);
   if (!data || data->size() > kClassicLength) {
-    return fail(fmt::format("'{}' is no data: expected up to 8 bytes of two digits", text));
+    return no_frame(fmt::format("'{}' is no data: expected up to 8 bytes of two digits", text));
   }
   frame.set_data(*data);
   return {};
@@ -121,14 +122,14 @@ tl::expected<void, Status> set_classic(std::string_view text, v1::CanFrame& fram
 /// "044#2A366C2BBA"
 tl::expected<void, Status> set_frame(std::string_view text, v1::CanFrame& frame) {
   const std::size_t sharp = text.find('#');
-  if (sharp == text.npos) return fail(fmt::format("'{}': expected ID#DATA", text));
+  if (sharp == text.npos) return no_frame(fmt::format("'{}': expected ID#DATA", text));
   if (auto done = set_id(text.substr(0, sharp), frame); !done) return done;
   text.remove_prefix(sharp + 1);
   if (!text.starts_with('#')) return set_classic(text, frame);
   const auto flags = hex_number(text.substr(1, 1));
   const auto data = hex_bytes(text.substr(std::min<std::size_t>(2, text.size())));
   if (!flags || !data || data->size() > kFdLength) {
-    return fail(fmt::format("'#{}': expected ##, a digit of flags and up to 64 bytes", text));
+    return no_frame(fmt::format("'#{}': expected ##, a digit of flags and up to 64 bytes", text));
   }
   frame.set_fd(true);
   frame.set_fd_flags(*flags);
@@ -147,7 +148,7 @@ tl::expected<void, Status> set_shown(const std::vector<std::string_view>& words,
   frame.set_fd(brackets.size() == 2);
   if (error != std::errc() || end != brackets.data() + brackets.size() ||
       length > (frame.fd() ? kFdLength : kClassicLength)) {
-    return fail(fmt::format("'{}': expected the length in brackets", words[at + 1]));
+    return no_frame(fmt::format("'{}': expected the length in brackets", words[at + 1]));
   }
   if (words.size() > at + 2 && words[at + 2] == "remote") {
     frame.set_remote(true);
@@ -157,11 +158,11 @@ tl::expected<void, Status> set_shown(const std::vector<std::string_view>& words,
   std::string data;
   for (std::size_t i = at + 2; i < words.size() && i < at + 2 + length; ++i) {
     const auto byte = words[i].size() == 2 ? hex_number(words[i]) : std::nullopt;
-    if (!byte) return fail(fmt::format("'{}' is no byte", words[i]));
+    if (!byte) return no_frame(fmt::format("'{}' is no byte", words[i]));
     data += static_cast<char>(*byte);
   }
   if (data.size() != length) {
-    return fail(fmt::format("expected {} bytes of data, found {}", length, data.size()));
+    return no_frame(fmt::format("expected {} bytes of data, found {}", length, data.size()));
   }
   frame.set_data(data);
   return {};
@@ -169,24 +170,24 @@ tl::expected<void, Status> set_shown(const std::vector<std::string_view>& words,
 
 }  // namespace
 
-Parsed parse_candump(std::string_view line) {
-  const auto words = words_of(line);
+ParsedLine parse_candump(std::string_view line) {
+  const auto words = line_words(line);
   if (words.empty() || line.starts_with('\t')) return std::optional<CandumpLine>();
   CandumpLine out;
   std::size_t at = 0;
   if (words[0].starts_with('(')) {
-    out.time_ns = time_of(words[0]);
+    out.time_ns = candump_time(words[0]);
     if (!out.time_ns) {
-      return fail(fmt::format("'{}' is no time: expected (SECONDS.MICROSECONDS)", words[0]));
+      return no_frame(fmt::format("'{}' is no time: expected (SECONDS.MICROSECONDS)", words[0]));
     }
     ++at;
   }
-  if (words.size() < at + 2) return fail("expected (TIME) INTERFACE ID#DATA");
+  if (words.size() < at + 2) return no_frame("expected (TIME) INTERFACE ID#DATA");
   const std::string_view bus = words[at++];
   const bool is_name = bus.size() <= kLongestBus && std::ranges::all_of(bus, [](unsigned char c) {
                          return c > ' ' && c < 0x7f;
                        });
-  if (!is_name) return fail("the name of the interface is none");
+  if (!is_name) return no_frame("the name of the interface is none");
   out.frame.set_bus(std::string(bus));
   tl::expected<void, Status> done;
   const auto brackets = std::ranges::find_if(
@@ -196,15 +197,15 @@ Parsed parse_candump(std::string_view line) {
   } else if (out.time_ns) {
     done = set_frame(words[at], out.frame);
   } else {
-    done = fail("expected (TIME) INTERFACE ID#DATA, or INTERFACE ID [LENGTH] DATA");
+    done = no_frame("expected (TIME) INTERFACE ID#DATA, or INTERFACE ID [LENGTH] DATA");
   }
   if (!done) return tl::unexpected(done.error());
   return out;
 }
 
 std::string candump_line(std::uint64_t time_ns, const v1::CanFrame& frame) {
-  std::string out = fmt::format("({:010}.{:06}) {} ", time_ns / kNanoseconds,
-                                time_ns % kNanoseconds / 1000, frame.bus());
+  std::string out = fmt::format("({:010}.{:06}) {} ", time_ns / kNanosecondsPerSecond,
+                                time_ns % kNanosecondsPerSecond / 1000, frame.bus());
   if (frame.error()) {
     out += fmt::format("{:08X}", frame.id() | kErrorFlag);
   } else {

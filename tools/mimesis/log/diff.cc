@@ -1,41 +1,116 @@
 #include "tools/mimesis/log/diff.h"
 
 #include <fmt/format.h>
+#include <google/protobuf/descriptor.h>
 
+#include <CLI/App.hpp>
+#include <CLI/Config.hpp>
+#include <CLI/Formatter.hpp>
 #include <algorithm>
+#include <cmath>
 #include <deque>
+#include <iostream>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <set>
 
+#include "common/error.h"
 #include "common/runtime/own_topics.h"
+#include "common/runtime/value_text.h"
+#include "tools/mimesis/log/field_columns.h"
+#include "tools/mimesis/log/open_log.h"
+#include "tools/mimesis/log/verb_options.h"
+#include "tools/mimesis/number_check.h"
 #include "tools/mimesis/progress.h"
+#include "tools/mimesis/table.h"
 
 namespace mimesis::tool {
 namespace {
 
+constexpr std::string_view kEveryTopic = "*.";
+
+/// "blobs[2].u_px[*]" -> "blobs.2.u_px", as DiffRules names it.
+std::string rule_path(const std::string& path) {
+  std::string out;
+  for (const char c : path) {
+    if (c == '[') out += '.';
+    if (c != '[' && c != ']') out += c;
+  }
+  for (std::size_t at; (at = out.find(".*")) != std::string::npos;) out.erase(at, 2);
+  return out;
+}
+
+/// The fields that options name, by topic.
+class RuleReader {
+ public:
+  RuleReader(const OpenLog& a, const OpenLog& b) {
+    for (const OpenLog* log : {&a, &b}) {
+      for (const OpenChannel& c : channels_of(*log)) {
+        topics_.insert(c.channel->topic);
+        const auto* type = c.schema == nullptr ? nullptr : decoder_.make(*c.schema);
+        if (type != nullptr) types_.emplace(c.channel->topic, type->GetDescriptor());
+      }
+    }
+  }
+
+  /// Calls `take(topic, path)` for what `text` names.
+  template <class Take>
+  void field(const std::string& text, const Take& take) {
+    if (text.starts_with(kEveryTopic)) return every_topic(text.substr(kEveryTopic.size()), take);
+    const FieldQuery query = parse_field_query(text, {topics_.begin(), topics_.end()});
+    if (query.path.empty()) throw ConfigError(text + ": expected TOPIC.FIELD; see also --exclude");
+    const auto [first, last] = types_.equal_range(query.topic);
+    for (auto type = first; type != last; ++type) FieldColumns(query).check(*type->second);
+    take(query.topic, rule_path(query.path));
+  }
+
+ private:
+  template <class Take>
+  void every_topic(const std::string& path, const Take& take) {
+    bool found = false;
+    std::optional<ConfigError> why;
+    for (const auto& [topic, type] : types_) {
+      try {
+        FieldColumns({topic, path}).check(*type);
+        found = true;
+        take(topic, rule_path(path));
+      } catch (const ConfigError& error) {
+        why = error;
+      }
+    }
+    if (!found && why) throw ConfigError(*why);
+  }
+
+  LogDecoder decoder_;
+  std::set<std::string> topics_;
+  std::multimap<std::string, const google::protobuf::Descriptor*> types_;  ///< by topic
+};
+
 /// A message, or a copy of one that waits for its counterpart.
-struct Held {
+struct HeldMessage {
   std::uint64_t sequence;
   std::uint64_t log_time, publish_time;
   std::string bytes;
   const log::Schema* schema;
 };
 
-struct Stream {
+struct DiffStream {
   StreamDiff diff;
   const DiffRules* rules = nullptr;
   bool in_a = false, in_b = false;
   std::uint64_t read[2] = {0, 0};
-  std::deque<Held> waiting[2];  ///< of the log that is ahead
+  std::deque<HeldMessage> waiting[2];  ///< of the log that is ahead
 };
 
 /// Topic, node, and how often that node had been started before: the ids of its starts differ
 /// between runs.
 using StreamKey = std::tuple<std::string, std::string, std::size_t>;
 
-struct Side {
+struct DiffSide {
   const OpenLog* log = nullptr;
   std::unique_ptr<log::IndexedReader> reader;
   const log::Message* next = nullptr;
-  std::map<std::uint16_t, std::pair<Stream*, const log::Schema*>> streams;  ///< by channel
+  std::map<std::uint16_t, std::pair<DiffStream*, const log::Schema*>> streams;  ///< by channel
 
   /// From the log's own start, so that runs of two days go side by side.
   std::uint64_t time() const { return next->log_time - log->summary.statistics.message_start_time; }
@@ -59,7 +134,7 @@ class LogComparison {
     while (sides_[0].next != nullptr || sides_[1].next != nullptr) {
       const bool from_b = sides_[0].next == nullptr ||
                           (sides_[1].next != nullptr && sides_[1].time() < sides_[0].time());
-      Side& side = sides_[from_b ? 1 : 0];
+      DiffSide& side = sides_[from_b ? 1 : 0];
       progress.at(static_cast<std::uint64_t>(static_cast<double>(side.time()) * bytes_per_ns));
       take(from_b ? 1 : 0, *side.next);
       side.next = side.reader->next();
@@ -78,37 +153,31 @@ class LogComparison {
 
   std::uint64_t report() const {
     std::uint64_t damages = 0;
-    for (const Side& side : sides_) {
-      const log::Summary& summary = side.log->summary;
-      damages += report_damages(side.log->path, summary.damages, summary.damage_count);
-      if (summary.damage_count > 0) continue;  // the reader met the same
-      const auto& met = side.reader->damages();
-      damages += report_damages(side.log->path, met, met.size());
-    }
+    for (const DiffSide& side : sides_)
+      damages += report_damages(*side.log, side.reader->damages());
     return damages;
   }
 
  private:
   void open(std::size_t index, const OpenLog& log) {
-    Side& side = sides_[index];
+    DiffSide& side = sides_[index];
     side.log = &log;
     std::map<std::pair<std::string, std::string>, std::vector<std::string>> starts;
-    for (const auto& [id, channel] : log.summary.channels) {
+    for (const OpenChannel& c : channels_of(log)) {
+      const log::Channel& channel = *c.channel;
       if (options_.topic && !options_.topic(channel.topic)) continue;
       const std::string node = sender_of(channel), start_id = start_of(channel);
       auto& known = starts[{channel.topic, node}];
       const auto before =
           static_cast<std::size_t>(std::ranges::find(known, start_id) - known.begin());
       if (before == known.size()) known.push_back(start_id);
-      Stream& stream = streams_[{channel.topic, node, before}];
+      DiffStream& stream = streams_[{channel.topic, node, before}];
       stream.diff.topic = channel.topic;
       stream.diff.node = node;
       stream.rules = &rules_.at(channel.topic);
       (index == 0 ? stream.in_a : stream.in_b) = true;
-      const auto schema = log.summary.schemas.find(channel.schema_id);
-      const bool described = schema != log.summary.schemas.end();
-      if (described) (index == 0 ? stream.diff.type_a : stream.diff.type_b) = schema->second.name;
-      side.streams[id] = {&stream, described ? &schema->second : nullptr};
+      if (c.schema != nullptr) (index == 0 ? stream.diff.type_a : stream.diff.type_b) = c.type();
+      side.streams[channel.id] = {&stream, c.schema};
     }
     side.reader = std::make_unique<log::IndexedReader>(
         *log.source, log.summary,
@@ -130,17 +199,17 @@ class LogComparison {
     for (; !others.empty() && others.front().sequence < sequence; others.pop_front()) {
       ++(side == 0 ? diff.only_b : diff.only_a);
     }
-    Held held{sequence, m.log_time, m.publish_time, std::string(m.data), schema};
+    HeldMessage held{sequence, m.log_time, m.publish_time, std::string(m.data), schema};
     if (others.empty() || others.front().sequence != sequence) {
       stream->waiting[side].push_back(std::move(held));
       return;
     }
-    const Held other = std::move(others.front());
+    const HeldMessage other = std::move(others.front());
     others.pop_front();
     side == 0 ? compare(*stream, held, other) : compare(*stream, other, held);
   }
 
-  void compare(Stream& stream, const Held& a, const Held& b) {
+  void compare(DiffStream& stream, const HeldMessage& a, const HeldMessage& b) {
     StreamDiff& diff = stream.diff;
     auto difference =
         payloads_.diff({a.bytes, a.schema}, {b.bytes, b.schema}, *stream.rules, &diff.worst);
@@ -154,7 +223,7 @@ class LogComparison {
   }
 
   static void compare_time(const std::string& name, std::uint64_t a, std::uint64_t b,
-                           Stream& stream, MessageDifference& out) {
+                           DiffStream& stream, MessageDifference& out) {
     if (a == b) return;
     const FieldDifference line{name, std::to_string(a), std::to_string(b)};
     const auto distance = static_cast<double>(a < b ? b - a : a - b);
@@ -166,12 +235,144 @@ class LogComparison {
 
   const DiffOptions& options_;
   std::map<std::string, DiffRules> rules_;  ///< by topic
-  std::map<StreamKey, Stream> streams_;
-  Side sides_[2];
+  std::map<StreamKey, DiffStream> streams_;
+  DiffSide sides_[2];
   PayloadDiff payloads_;
 };
 
+using Json = nlohmann::ordered_json;
+
+Json first_difference_json(const StreamDiff::First& first, const OpenLog& a) {
+  Json fields = Json::array();
+  for (const FieldDifference& f : first.difference.fields) {
+    fields.push_back({{"path", f.path}, {"a", f.a}, {"b", f.b}});
+  }
+  const std::uint64_t start = a.summary.statistics.message_start_time;
+  return {{"seq", first.sequence},
+          {"time_s", static_cast<double>(first.time_a_ns - start) * 1e-9},
+          {"log_time_a_ns", first.time_a_ns},
+          {"log_time_b_ns", first.time_b_ns},
+          {"fields", fields},
+          {"differing_fields", first.difference.count}};
+}
+
+Json stream_json(const StreamDiff& s, const OpenLog& a) {
+  Json worst = Json::array();
+  for (const auto& [field, w] : s.worst) {
+    worst.push_back(
+        {{"field", field},
+         {"difference", std::isfinite(w.difference) ? Json(w.difference) : Json(nullptr)},
+         {"path", w.path},
+         {"a", w.a},
+         {"b", w.b}});
+  }
+  return {{"topic", s.topic},
+          {"node", s.node},
+          {"type_a", s.type_a},
+          {"type_b", s.type_b},
+          {"messages_a", s.a},
+          {"messages_b", s.b},
+          {"equal", s.equal},
+          {"differing", s.differing},
+          {"only_a", s.only_a},
+          {"only_b", s.only_b},
+          {"first", s.first ? first_difference_json(*s.first, a) : Json(nullptr)},
+          {"worst", worst}};
+}
+
+void print_stream(const StreamDiff& s, const OpenLog& a) {
+  std::cout << '\n' << s.topic << (s.node.empty() ? "" : " of " + s.node) << '\n';
+  if (s.type_a != s.type_b && s.a > 0 && s.b > 0) {
+    std::cout << fmt::format("  type: {} | {}\n", s.type_a, s.type_b);
+  }
+  if (s.first) {
+    const auto& first = *s.first;
+    std::cout << fmt::format(
+        "  first difference: seq {}, at {} s\n", first.sequence,
+        seconds_text(first.time_a_ns, a.summary.statistics.message_start_time));
+    for (const FieldDifference& f : first.difference.fields) {
+      std::cout << fmt::format("    {}: {} | {}\n", f.path.empty() ? "payload" : f.path, f.a, f.b);
+    }
+    const std::uint64_t more = first.difference.count - first.difference.fields.size();
+    if (more > 0) std::cout << fmt::format("    and {} more fields\n", more);
+  }
+  for (const auto& [field, w] : s.worst) {
+    std::cout << fmt::format("  worst of {}: {:g} ({}: {} | {})\n", field, w.difference, w.path,
+                             w.a, w.b);
+  }
+}
+
+void print_streams(const std::vector<StreamDiff>& streams, const OpenLog& a) {
+  Table table({"TOPIC", "NODE", "A", "B", "EQUAL", "DIFFERING", "ONLY A", "ONLY B"});
+  for (const StreamDiff& s : streams) {
+    table.row({s.topic, s.node, std::to_string(s.a), std::to_string(s.b), std::to_string(s.equal),
+               std::to_string(s.differing), std::to_string(s.only_a), std::to_string(s.only_b)});
+  }
+  table.print(std::cout, use_colour(1));
+  for (const StreamDiff& s : streams) {
+    const bool other_type = s.type_a != s.type_b && s.a > 0 && s.b > 0;
+    if (s.first || other_type || !s.worst.empty()) print_stream(s, a);
+  }
+  const auto different = std::ranges::count_if(streams, [](const auto& s) { return !s.same(); });
+  std::uint64_t equal = 0;
+  for (const StreamDiff& s : streams) equal += s.equal;
+  std::cout << (different == 0
+                    ? fmt::format("\nequal: {} messages\n", equal)
+                    : fmt::format("\ndifferent: {} of {} topics\n", different, streams.size()));
+}
+
+/// Exit code 0 if the logs are equal, 1 if not or if one is damaged.
+int compare_files(const std::string& path_a, const std::string& path_b, const DiffOptions& options,
+                  bool json) {
+  const auto logs = opened({path_a, path_b});
+  std::uint64_t damages = 0;
+  const OpenLog& a = logs.front();
+  const auto streams = diff_logs(a, logs.back(), options, damages);
+  if (streams.empty()) {
+    throw VerbEnd{"nothing to compare: neither log has messages on the topics chosen", 3};
+  }
+  const bool equal = std::ranges::all_of(streams, [](const StreamDiff& s) { return s.same(); });
+  if (json) {
+    Json topics = Json::array();
+    for (const StreamDiff& s : streams) topics.push_back(stream_json(s, a));
+    print_json(
+        {{"a", path_a}, {"b", path_b}, {"equal", equal}, {"damages", damages}, {"topics", topics}});
+  } else {
+    print_streams(streams, a);
+  }
+  return equal && damages == 0 ? 0 : 1;
+}
+
 }  // namespace
+
+std::map<std::string, DiffRules> diff_rules(const DiffOptions& options, const OpenLog& a,
+                                            const OpenLog& b) {
+  RuleReader reader(a, b);
+  std::map<std::string, DiffRules> rules;
+  for (const std::string& text : options.field_tolerances) {
+    const std::size_t equals = text.rfind('=');
+    const auto value = equals == std::string::npos
+                           ? std::nullopt
+                           : runtime::to_double(std::string_view(text).substr(equals + 1));
+    if (!value || *value < 0.0) {
+      throw ConfigError("--field-tolerance " + text + ": expected TOPIC.FIELD=NUMBER, 0 or more");
+    }
+    reader.field(text.substr(0, equals), [&](const std::string& topic, const std::string& path) {
+      rules[topic].field_tolerance[path] = *value;
+    });
+  }
+  for (const std::string& text : options.ignore) {
+    reader.field(text, [&](const std::string& topic, const std::string& path) {
+      rules[topic].ignore.insert(path);
+    });
+  }
+  for (const OpenLog* log : {&a, &b}) {
+    for (const auto& [id, channel] : log->summary.channels) {
+      rules[channel.topic].tolerance = options.tolerance;
+    }
+  }
+  return rules;
+}
 
 bool is_runtime_topic(const std::string& topic) {
   return topic == "clock/time" || runtime::is_own_topic(topic);
@@ -183,6 +384,48 @@ std::vector<StreamDiff> diff_logs(const OpenLog& a, const OpenLog& b, const Diff
   comparison.run();
   damages += comparison.report();
   return comparison.result();
+}
+
+void add_diff(CLI::App& verb, int& exit_code) {
+  CLI::App* diff = verb.add_subcommand("diff", "Compares two logs (bags) message by message");
+  struct Options {
+    std::string a, b;
+    DiffOptions diff;
+    TopicOptions topics;
+    bool all_topics = false, json = false;
+  };
+  auto o = std::make_shared<Options>();
+  diff->add_option("A", o->a, "An MCAP file")->required();
+  diff->add_option("B", o->b, "Another one")->required();
+  add_topic_options(*diff, o->topics);
+  diff->add_flag("--all-topics", o->all_topics,
+                 "Also */health, */log, */steps, */start and clock/time, which differ between "
+                 "equal runs");
+  diff->add_option("--tolerance", o->diff.tolerance,
+                   "Largest difference of floating-point numbers that counts as equal")
+      ->check(number_not_below_zero)
+      ->capture_default_str();
+  diff->add_option("--field-tolerance", o->diff.field_tolerances,
+                   "TOPIC.FIELD=X: instead for one field, integers included (repeatable)")
+      ->allow_extra_args(false);
+  diff->add_option("--ignore", o->diff.ignore,
+                   "TOPIC.FIELD with all below it; *.FIELD: of every topic (repeatable)")
+      ->allow_extra_args(false);
+  diff->add_flag("--times", o->diff.times, "Log and publish times must be equal, too");
+  diff->add_flag("--json", o->json, "One JSON object");
+  diff->footer(
+      "Messages are matched by topic, publishing node and sequence number. NaN is equal to NaN.\n"
+      "Exit code 0: equal, 1: different.\n"
+      "Example: mimesis log diff yesterday.mcap today.mcap --tolerance 1e-9 "
+      "--ignore '*.header.stamp_ns'");
+  on_run(*diff, exit_code, [o] {
+    const TopicFilter filter = filter_of(o->topics);
+    o->diff.topic = [filter, all = o->all_topics](const std::string& topic) {
+      const bool named = std::ranges::find(filter.topics(), topic) != filter.topics().end();
+      return filter(topic) && (all || named || !is_runtime_topic(topic));
+    };
+    return compare_files(o->a, o->b, o->diff, o->json);
+  });
 }
 
 }  // namespace mimesis::tool

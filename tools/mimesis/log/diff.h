@@ -53,7 +53,4 @@ std::map<std::string, DiffRules> diff_rules(const DiffOptions& options, const Op
 std::vector<StreamDiff> diff_logs(const OpenLog& a, const OpenLog& b, const DiffOptions& options,
                                   std::uint64_t& damages);
 
-/// `mimesis log diff`: 0 if the logs are equal, 1 if not or if one is damaged.
-int log_diff(const std::string& a, const std::string& b, const DiffOptions& options, bool json);
-
 }  // namespace mimesis::tool

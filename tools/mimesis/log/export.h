@@ -4,8 +4,11 @@
 #include <string>
 #include <vector>
 
+#include "common/error.h"
+#include "common/image/image.h"
+#include "proto/foxglove/image.pb.h"
 #include "tools/mimesis/log/export_join.h"
-#include "tools/mimesis/log/log_scan.h"
+#include "tools/mimesis/log/open_log.h"
 
 namespace mimesis::tool {
 
@@ -29,9 +32,6 @@ struct CsvOptions {
 /// @throws ConfigError for a topic or field that is not there, or a file that cannot be written.
 ExportResult export_csv(const std::vector<OpenLog>& logs, const CsvOptions& options);
 
-/// A cell as RFC 4180 wants it: quoted if it has commas, quotes or line ends.
-std::string csv_cell(const std::string& text);
-
 struct ImageOptions {
   std::string topic = {};
   std::string folder = {};
@@ -45,6 +45,10 @@ struct ImageOptions {
 /// @throws ConfigError if there is no such topic, or no images on it.
 ExportResult export_images(const std::vector<OpenLog>& logs, const ImageOptions& options);
 
+/// A raw image in colour. Encodings: bgr8 8UC3 rgb8 bgra8 8UC4 rgba8 mono8 8UC1 and full-range
+/// BT.601 uyvy yuv422 yuyv yuv422_yuy2 nv12. What the size does not agree with is refused.
+tl::expected<image::Image, Status> raw_image(const foxglove::RawImage& raw);
+
 /// Attachments under their names, without folders. @throws ConfigError if one cannot be written.
 ExportResult export_attachments(const std::vector<OpenLog>& logs, const std::string& folder);
 
@@ -57,5 +61,8 @@ class FileNames {
  private:
   std::set<std::string> taken_;
 };
+
+/// @throws ConfigError
+void make_folder(const std::string& folder);
 
 }  // namespace mimesis::tool

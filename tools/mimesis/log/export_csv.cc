@@ -11,11 +11,23 @@
 
 #include "common/error.h"
 #include "tools/mimesis/log/export.h"
+#include "tools/mimesis/log/export_join.h"
 #include "tools/mimesis/log/field_columns.h"
 #include "tools/mimesis/log/field_text.h"
 
 namespace mimesis::tool {
 namespace {
+
+/// A cell as RFC 4180 wants it: quoted if it has commas, quotes or line ends.
+std::string csv_cell(const std::string& text) {
+  if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
+  std::string out = "\"";
+  for (const char c : text) {
+    out += c;
+    if (c == '"') out += c;
+  }
+  return out + '"';
+}
 
 /// The columns of one topic.
 struct TopicTable {
@@ -28,8 +40,8 @@ struct TopicTable {
 };
 
 /// "bridge/arm.position_rad,velocity_rad_s" -> both with their topic.
-std::vector<FieldQuery> parse_fields(const std::string& text,
-                                     const std::vector<std::string>& topics) {
+std::vector<FieldQuery> csv_fields(const std::string& text,
+                                   const std::vector<std::string>& topics) {
   std::vector<FieldQuery> queries;
   for (std::size_t from = 0; from <= text.size();) {
     const std::size_t comma = std::min(text.find(',', from), text.size());
@@ -49,17 +61,16 @@ std::vector<FieldQuery> parse_fields(const std::string& text,
 }
 
 /// A file, or standard output.
-class TextFile {
+class CsvFile {
  public:
-  explicit TextFile(const std::string& path) : path_(path) {
+  explicit CsvFile(const std::string& path) : path_(path) {
     if (path == "-") return;
     errno = 0;
     file_.open(path, std::ios::binary);
     if (!file_) throw ConfigError("cannot write '" + path + "': " + std::strerror(errno));
   }
-  void row(const Cells& cells) {
-    std::string line;
-    for (const std::string& cell : cells) line += (&cell == &cells.front() ? "" : ",") + cell;
+  void row(std::string line, const Cells& cells) {
+    for (const std::string& cell : cells) line += "," + cell;
     (path_ == "-" ? std::cout : file_) << line << '\n';
   }
   void close() {
@@ -74,16 +85,16 @@ class TextFile {
   std::ofstream file_;
 };
 
-class CsvExport {
+class CsvWriter {
  public:
-  CsvExport(const std::vector<OpenLog>& logs, const CsvOptions& options)
+  CsvWriter(const std::vector<OpenLog>& logs, const CsvOptions& options)
       : logs_(logs),
         options_(options),
         times_(resolve(options.range, span_of(logs))),
         origin_ns_(options.absolute ? 0 : span_of(logs).start_ns) {
     const auto topics = topics_of(logs);
     for (const std::string& text : options.fields) {
-      for (FieldQuery& query : parse_fields(text, topics)) {
+      for (FieldQuery& query : csv_fields(text, topics)) {
         auto table = std::ranges::find(tables_, query.topic, &TopicTable::topic);
         if (table == tables_.end()) {
           tables_.push_back({query.topic, {}, {}, false});
@@ -109,13 +120,10 @@ class CsvExport {
   /// What is wrong with the fields is said before anything is read.
   void check(TopicTable& table) {
     std::set<std::string> nodes;
-    for (const OpenLog& log : logs_) {
-      for (const auto& [id, channel] : log.summary.channels) {
-        if (channel.topic != table.topic) continue;
-        nodes.insert(sender_of(channel));
-        const auto& type = decoder_.type(log, channel);
-        for (FieldColumns& query : table.queries) query.check(*type.GetDescriptor());
-      }
+    for (const OpenChannel& c : channels_of(logs_)) {
+      if (c.channel->topic != table.topic) continue;
+      nodes.insert(sender_of(*c.channel));
+      for (FieldColumns& query : table.queries) query.check(decoder_.type(c));
     }
     table.several_nodes = nodes.size() > 1;
   }
@@ -125,17 +133,17 @@ class CsvExport {
     const auto wanted = [this](const log::Channel& c) {
       return std::ranges::find(tables_, c.topic, &TopicTable::topic) != tables_.end();
     };
-    return scan_logs(logs_, {wanted, times_, silent}, what, take);
+    return scan_logs(logs_, {wanted, times_.start, times_.end}, what, take, silent);
   }
 
-  std::size_t index_of(const log::MergedReader::Item& item) const {
+  std::size_t index_of(const Item& item) const {
     return static_cast<std::size_t>(
         std::ranges::find(tables_, item.channel->topic, &TopicTable::topic) - tables_.begin());
   }
 
   /// How many elements the repeated fields have is known when all messages were read.
   void find_columns() {
-    result_.failures += scan("columns", false, [&](const log::MergedReader::Item& item) {
+    result_.failures += scan("columns", false, [&](const Item& item) {
       TopicTable& table = tables_[index_of(item)];
       const auto* message = decoder_.decode(item);
       if (message == nullptr) {
@@ -166,8 +174,7 @@ class CsvExport {
     return cells;
   }
 
-  Cells cells(TopicTable& table, const log::MergedReader::Item& item,
-              const google::protobuf::Message& message) const {
+  Cells cells(TopicTable& table, const Item& item, const google::protobuf::Message& message) const {
     Cells out(table.width());
     out[0] = seconds_text(item.message->publish_time, origin_ns_);
     if (table.several_nodes) out[1] = csv_cell(sender_of(*item.channel));
@@ -181,23 +188,21 @@ class CsvExport {
 
   /// All tables into one file, side by side.
   void write(const std::string& path) {
-    TextFile file(path);
-    Cells first{"log_time_s"};
+    CsvFile file(path);
+    Cells first;
     std::vector<std::size_t> widths;
     for (const TopicTable& table : tables_) {
       const Cells columns = heading(table, tables_.size() > 1);
       first.insert(first.end(), columns.begin(), columns.end());
       widths.push_back(table.width());
     }
-    file.row(first);
+    file.row("log_time_s", first);
     const auto put = [&](std::uint64_t time_ns, const Cells& row) {
-      Cells line{seconds_text(time_ns, origin_ns_)};
-      line.insert(line.end(), row.begin(), row.end());
-      file.row(line);
+      file.row(seconds_text(time_ns, origin_ns_), row);
       ++result_.items;
     };
     RowJoin join(options_.join.value_or(Join::previous), widths, put);
-    scan("export", true, [&](const log::MergedReader::Item& item) {
+    scan("export", true, [&](const Item& item) {
       const std::size_t index = index_of(item);
       if (const auto* message = decoder_.decode(item)) {
         join.add(index, item.message->log_time, cells(tables_[index], item, *message));
@@ -215,27 +220,22 @@ class CsvExport {
     std::error_code ignored;
     std::filesystem::create_directories(options_.output, ignored);
     FileNames names;
-    std::vector<TextFile> files;
+    std::vector<CsvFile> files;
     for (const TopicTable& table : tables_) {
       const auto path = std::filesystem::path(options_.output) / names.unique(table.topic, ".csv");
       files.emplace_back(path.string());
-      Cells first{"log_time_s"};
-      const Cells columns = heading(table, false);
-      first.insert(first.end(), columns.begin(), columns.end());
-      files.back().row(first);
+      files.back().row("log_time_s", heading(table, false));
       result_.files.push_back(path.string());
     }
-    scan("export", true, [&](const log::MergedReader::Item& item) {
+    scan("export", true, [&](const Item& item) {
       const std::size_t index = index_of(item);
       const auto* message = decoder_.decode(item);
       if (message == nullptr) return;
-      Cells line{seconds_text(item.message->log_time, origin_ns_)};
-      const Cells row = cells(tables_[index], item, *message);
-      line.insert(line.end(), row.begin(), row.end());
-      files[index].row(line);
+      files[index].row(seconds_text(item.message->log_time, origin_ns_),
+                       cells(tables_[index], item, *message));
       ++result_.items;
     });
-    for (TextFile& file : files) file.close();
+    for (CsvFile& file : files) file.close();
   }
 
   const std::vector<OpenLog>& logs_;
@@ -249,18 +249,8 @@ class CsvExport {
 
 }  // namespace
 
-std::string csv_cell(const std::string& text) {
-  if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
-  std::string out = "\"";
-  for (const char c : text) {
-    out += c;
-    if (c == '"') out += c;
-  }
-  return out + '"';
-}
-
 ExportResult export_csv(const std::vector<OpenLog>& logs, const CsvOptions& options) {
-  return CsvExport(logs, options).run();
+  return CsvWriter(logs, options).run();
 }
 
 }  // namespace mimesis::tool

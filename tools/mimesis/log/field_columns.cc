@@ -1,5 +1,6 @@
 #include "tools/mimesis/log/field_columns.h"
 
+#include <fmt/format.h>
 #include <google/protobuf/descriptor.h>
 
 #include <algorithm>
@@ -19,7 +20,7 @@ using google::protobuf::Message;
 constexpr std::string_view kEachText = "[*]";
 
 /// "a.b[2].c[*]" -> a, b, 2, c, *
-std::vector<std::string> split(const std::string& path) {
+std::vector<std::string> parts_of(const std::string& path) {
   std::vector<std::string> parts;
   if (path.empty()) return parts;
   std::string part;
@@ -44,11 +45,36 @@ std::vector<std::string> split(const std::string& path) {
   return parts;
 }
 
-bool is_message(const FieldDescriptor& f) {
+bool holds_message(const FieldDescriptor& f) {
   return f.cpp_type() == FieldDescriptor::CPPTYPE_MESSAGE;
 }
 
 }  // namespace
+
+google::protobuf::Message* LogDecoder::make(const log::Schema& schema) {
+  if (schema.encoding != "protobuf") return nullptr;
+  const auto [it, first] = messages_.try_emplace(&schema);
+  if (first) it->second = types_.make(schema.name, schema.data);
+  return it->second.get();
+}
+
+const Descriptor& LogDecoder::type(const OpenChannel& channel) {
+  const Message* message = channel.schema == nullptr ? nullptr : make(*channel.schema);
+  if (message != nullptr) return *message->GetDescriptor();
+  throw ConfigError(fmt::format(
+      "{}: messages are '{}', not Protobuf with a schema: they have no fields to choose",
+      channel.channel->topic, channel.channel->message_encoding));
+}
+
+const Message* LogDecoder::decode(const Item& item) {
+  Message* message = item.schema == nullptr ? nullptr : make(*item.schema);
+  const std::string_view bytes = item.message->data;
+  if (message == nullptr ||
+      !message->ParseFromArray(bytes.data(), static_cast<int>(bytes.size()))) {
+    return nullptr;
+  }
+  return message;
+}
 
 FieldQuery parse_field_query(const std::string& text, const std::vector<std::string>& topics) {
   const std::string* best = nullptr;
@@ -65,7 +91,7 @@ FieldQuery parse_field_query(const std::string& text, const std::vector<std::str
 }
 
 FieldColumns::FieldColumns(FieldQuery query)
-    : query_(std::move(query)), parts_(split(query_.path)) {}
+    : query_(std::move(query)), parts_(parts_of(query_.path)) {}
 
 const std::vector<FieldColumns::Leaf>& FieldColumns::leaves(const Descriptor& type) {
   const auto [it, first] = by_type_.try_emplace(&type);
@@ -88,7 +114,7 @@ void FieldColumns::find(const Descriptor& type, std::size_t part, std::vector<St
   }
   for (int i = 0; i < type.field_count(); ++i) {
     const FieldDescriptor& f = *type.field(i);
-    const bool recursive = is_message(f) && std::ranges::any_of(steps, [&](const Step& step) {
+    const bool recursive = holds_message(f) && std::ranges::any_of(steps, [&](const Step& step) {
                              return step.field->containing_type() == f.message_type();
                            });
     if (f.type() != FieldDescriptor::TYPE_BYTES && !recursive && f.message_type() != &type) {
@@ -109,7 +135,7 @@ void FieldColumns::add_field(const FieldDescriptor& field, std::size_t part,
     }
   }
   steps.push_back(step);
-  if (is_message(field)) {
+  if (holds_message(field)) {
     find(*field.message_type(), part, steps, out);
   } else if (part < parts_.size()) {
     throw ConfigError(query_.topic + "." + query_.path + ": " + field.name() + " of " +
@@ -143,7 +169,7 @@ void FieldColumns::visit(const Message& m, const Leaf& leaf, std::size_t at, Key
   const FieldDescriptor& f = *step.field;
   const auto& r = *m.GetReflection();
   const auto below = [&](int index) {
-    if (!is_message(f)) return take(key, {m, f, index});
+    if (!holds_message(f)) return take(key, {m, f, index});
     visit(index == kWholeField ? r.GetMessage(m, &f) : r.GetRepeatedMessage(m, &f, index), leaf,
           at + 1, key, take);
   };

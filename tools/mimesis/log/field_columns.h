@@ -4,10 +4,29 @@
 #include <compare>
 #include <functional>
 #include <map>
+#include <memory>
 #include <string>
 #include <vector>
 
+#include "common/runtime/raw.h"
+#include "tools/mimesis/log/open_log.h"
+
 namespace mimesis::tool {
+
+/// Messages by the descriptor sets of their logs.
+class LogDecoder {
+ public:
+  /// Null if the message is not Protobuf, or not a valid one. Lives until the next of its type.
+  const google::protobuf::Message* decode(const Item& item);
+  /// An empty one; null if the schema is not Protobuf's, or does not define its type.
+  google::protobuf::Message* make(const log::Schema& schema);
+  /// Type of a channel. @throws ConfigError if that has no Protobuf with a schema.
+  const google::protobuf::Descriptor& type(const OpenChannel& channel);
+
+ private:
+  runtime::TypePool types_;
+  std::map<const log::Schema*, std::unique_ptr<google::protobuf::Message>> messages_;
+};
 
 /// What people ask for: "bridge/arm.position_rad[*]".
 struct FieldQuery {

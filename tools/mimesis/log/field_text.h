@@ -1,11 +1,50 @@
 #pragma once
 #include <google/protobuf/message.h>
 
+#include <charconv>
 #include <string>
+#include <string_view>
+#include <vector>
 
 namespace mimesis::tool {
 
 inline constexpr int kWholeField = -1;  ///< in place of an index: a field that is not repeated
+
+/// Calls `take` with the value of a field, or of element `index` of a repeated one: an integer, a
+/// double, a float, a bool, an EnumValueDescriptor, a std::string or a Message.
+template <class Take>
+auto with_field_value(const google::protobuf::Message& m,
+                      const google::protobuf::FieldDescriptor& f, int index, const Take& take) {
+  using Field = google::protobuf::FieldDescriptor;
+  const auto& r = *m.GetReflection();
+  const bool one = index == kWholeField;
+  switch (f.cpp_type()) {
+    case Field::CPPTYPE_INT32:
+      return take(one ? r.GetInt32(m, &f) : r.GetRepeatedInt32(m, &f, index));
+    case Field::CPPTYPE_INT64:
+      return take(one ? r.GetInt64(m, &f) : r.GetRepeatedInt64(m, &f, index));
+    case Field::CPPTYPE_UINT32:
+      return take(one ? r.GetUInt32(m, &f) : r.GetRepeatedUInt32(m, &f, index));
+    case Field::CPPTYPE_UINT64:
+      return take(one ? r.GetUInt64(m, &f) : r.GetRepeatedUInt64(m, &f, index));
+    case Field::CPPTYPE_DOUBLE:
+      return take(one ? r.GetDouble(m, &f) : r.GetRepeatedDouble(m, &f, index));
+    case Field::CPPTYPE_FLOAT:
+      return take(one ? r.GetFloat(m, &f) : r.GetRepeatedFloat(m, &f, index));
+    case Field::CPPTYPE_BOOL:
+      return take(one ? r.GetBool(m, &f) : r.GetRepeatedBool(m, &f, index));
+    case Field::CPPTYPE_ENUM:
+      return take(*(one ? r.GetEnum(m, &f) : r.GetRepeatedEnum(m, &f, index)));
+    case Field::CPPTYPE_STRING: {
+      std::string scratch;
+      return take(one ? r.GetStringReference(m, &f, &scratch)
+                      : r.GetRepeatedStringReference(m, &f, index, &scratch));
+    }
+    case Field::CPPTYPE_MESSAGE:
+      break;
+  }
+  return take(one ? r.GetMessage(m, &f) : r.GetRepeatedMessage(m, &f, index));
+}
 
 /// Value of a field, or of element `index` of a repeated one, as text that reads back as the same
 /// value: numbers with the fewest digits for that ("nan", "inf", "-0" included), enum values by
@@ -24,5 +63,53 @@ bool is_number(const google::protobuf::FieldDescriptor& field);
 /// "0a ff 03" of the bytes [from, from + count), as far as there are any.
 std::string hex(std::string_view bytes, std::size_t from, std::size_t count,
                 std::string_view separator = " ");
+
+/// How fields of type bytes look: {"bytes": LENGTH}, or a string.
+enum class BytesText { length, base64, hex };
+
+/// Appends JSON text to a buffer, in the shape of message_json.h but ten times as fast: for logs.
+class JsonText {
+ public:
+  JsonText(std::string& out, BytesText bytes) : out_(out), bytes_(bytes) {}
+
+  void message(const google::protobuf::Message& message);
+  /// Value at the end of a path; null for an element that is not there.
+  void field(const google::protobuf::Message& message, const class FieldPath& path);
+  void string(std::string_view text);  ///< escaped; what is no UTF-8 becomes U+FFFD
+  void raw(std::string_view text) { out_ += text; }
+  template <class Integer>
+  void integer(Integer value) {
+    char text[24];
+    out_.append(text, std::to_chars(text, text + sizeof text, value).ptr);
+  }
+  void bytes(std::string_view data);
+
+ private:
+  void value(const google::protobuf::Message& m, const google::protobuf::FieldDescriptor& f);
+  void scalar(const google::protobuf::Message& m, const google::protobuf::FieldDescriptor& f,
+              int i);
+  template <class Float>
+  void floating(Float value);
+
+  std::string& out_;
+  BytesText bytes_;
+};
+
+/// "blobs.0.u_px" resolved once for a type.
+class FieldPath {
+ public:
+  /// @throws ConfigError with a suggestion if the type has no such field.
+  FieldPath(const google::protobuf::Descriptor& type, const std::string& path);
+  const std::string& text() const { return text_; }
+
+ private:
+  friend class JsonText;
+  struct Step {
+    const google::protobuf::FieldDescriptor* field;
+    int index;  ///< of a repeated field, or kWholeField
+  };
+  std::string text_;
+  std::vector<Step> steps_;
+};
 
 }  // namespace mimesis::tool

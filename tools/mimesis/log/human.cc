@@ -3,12 +3,50 @@
 #include <fmt/chrono.h>
 #include <fmt/format.h>
 
+#include <array>
+#include <cmath>
+
+#include "common/runtime/value_text.h"
+
 namespace mimesis::tool {
+
+std::optional<std::uint64_t> to_bytes(std::string_view text) {
+  struct Unit {
+    std::string_view name;
+    double bytes;
+  };
+  static constexpr std::array kUnits = {
+      Unit{"", 1.0},       Unit{"B", 1.0},     Unit{"kB", 1e3},     Unit{"MB", 1e6},
+      Unit{"GB", 1e9},     Unit{"TB", 1e12},   Unit{"KiB", 1024.0}, Unit{"MiB", 1048576.0},
+      Unit{"GiB", 0x1p30}, Unit{"TiB", 0x1p40}};
+  const std::size_t split = text.find_last_of("0123456789.");
+  if (split == std::string_view::npos) return std::nullopt;
+  const auto value = runtime::to_double(text.substr(0, split + 1));
+  std::string_view name = text.substr(split + 1);
+  while (name.starts_with(' ')) name.remove_prefix(1);
+  for (const Unit& unit : kUnits) {
+    if (value && unit.name == name && *value >= 0.0 && *value * unit.bytes < 9e18) {
+      return static_cast<std::uint64_t>(std::llround(*value * unit.bytes));
+    }
+  }
+  return std::nullopt;
+}
+
+std::string bytes_text(std::uint64_t bytes) {
+  static constexpr std::array kNames = {"kB", "MB", "GB", "TB"};
+  if (bytes < 1000) return fmt::format("{} B", bytes);
+  auto value = static_cast<double>(bytes) / 1e3;
+  std::size_t name = 0;
+  for (; value >= 999.95 && name + 1 < kNames.size(); ++name) value /= 1e3;
+  return fmt::format("{:.1f} {}", value, kNames[name]);
+}
+
 namespace {
 constexpr std::uint64_t kYear2000 = 946684800ull * 1'000'000'000;  // later ones are wall time
 }
 
 std::string human_time(std::uint64_t ns) {
+  constexpr std::uint64_t kYear2000 = 946684800ull * 1'000'000'000;  // later ones are wall time
   if (ns < kYear2000) return fmt::format("{:.3f} s", static_cast<double>(ns) * 1e-9);
   const auto whole = static_cast<std::time_t>(ns / 1'000'000'000);
   return fmt::format("{:%Y-%m-%d %H:%M:%S}.{:03} UTC", fmt::gmtime(whole), ns / 1'000'000 % 1000);

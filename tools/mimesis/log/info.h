@@ -7,7 +7,6 @@
 #include <string>
 #include <vector>
 
-#include "tools/mimesis/log/loss_counts.h"
 #include "tools/mimesis/log/open_log.h"
 
 namespace mimesis::tool {
@@ -46,8 +45,5 @@ LogSummary summarize_logs(const std::vector<OpenLog>& logs, bool sizes);
 
 nlohmann::ordered_json info_json(const std::vector<OpenLog>& logs, const LogSummary& summary);
 std::string info_text(const std::vector<OpenLog>& logs, const LogSummary& summary, bool colour);
-
-/// `mimesis log info`. Returns the exit code.
-int log_info(const std::vector<std::string>& paths, bool sizes, bool json);
 
 }  // namespace mimesis::tool

@@ -2,7 +2,7 @@
 #include <CLI/Config.hpp>
 #include <CLI/Formatter.hpp>
 
-#include "tools/mimesis/log/subverbs.h"
+#include "tools/mimesis/log/verb_options.h"
 #include "tools/mimesis/verb.h"
 
 namespace mimesis::tool {

@@ -2,14 +2,19 @@
 
 #include <fmt/format.h>
 #include <google/protobuf/descriptor.h>
+#include <google/protobuf/message.h>
 #include <google/protobuf/unknown_field_set.h>
 
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <limits>
+#include <string>
+#include <string_view>
+#include <type_traits>
+#include <utility>
 
 #include "tools/mimesis/log/field_text.h"
-#include "tools/mimesis/log/message_diff_values.h"
 
 namespace mimesis::tool {
 namespace {
@@ -17,9 +22,97 @@ namespace {
 using google::protobuf::FieldDescriptor;
 using google::protobuf::Message;
 
-class Comparison {
+constexpr std::size_t kShownBytes = 16;
+constexpr std::size_t kShownText = 100;
+
+/// Fields of one kind can be compared whatever their wire type.
+enum class FieldKind { kFloating, kInteger, kOtherNumber, kText, kBytes, kMessage };
+
+FieldKind kind_of(const FieldDescriptor& f) {
+  switch (f.cpp_type()) {
+    case FieldDescriptor::CPPTYPE_DOUBLE:
+    case FieldDescriptor::CPPTYPE_FLOAT:
+      return FieldKind::kFloating;
+    case FieldDescriptor::CPPTYPE_BOOL:
+    case FieldDescriptor::CPPTYPE_ENUM:
+      return FieldKind::kOtherNumber;
+    case FieldDescriptor::CPPTYPE_STRING:
+      return f.type() == FieldDescriptor::TYPE_BYTES ? FieldKind::kBytes : FieldKind::kText;
+    case FieldDescriptor::CPPTYPE_MESSAGE:
+      return FieldKind::kMessage;
+    default:
+      return FieldKind::kInteger;
+  }
+}
+
+std::string shortened(std::string text) {
+  if (text.size() <= kShownText) return text;
+  return text.substr(0, kShownText) + "...";
+}
+
+/// One side of a comparison: a field that is not repeated, or an element of one that is.
+struct FieldValue {
+  const Message& message;
+  const FieldDescriptor& field;
+  int index = kWholeField;
+
+  std::string text() const { return shortened(field_text(message, field, index)); }
+  double number() const { return field_number(message, field, index); }
+  /// Of any width, without loss: long double has at least 64 bits of mantissa where we run.
+  long double integer() const {
+    static_assert(std::numeric_limits<long double>::digits >= 64);
+    return with_field_value(message, field, index, [](const auto& v) {
+      if constexpr (std::is_arithmetic_v<std::decay_t<decltype(v)>>) {
+        return static_cast<long double>(v);
+      } else {
+        return 0.0L;
+      }
+    });
+  }
+  std::string string() const {
+    const auto& r = *message.GetReflection();
+    return index == kWholeField ? r.GetString(message, &field)
+                                : r.GetRepeatedString(message, &field, index);
+  }
+  const Message& inner() const {
+    const auto& r = *message.GetReflection();
+    return index == kWholeField ? r.GetMessage(message, &field)
+                                : r.GetRepeatedMessage(message, &field, index);
+  }
+};
+
+/// |a - b|, 0 for equal ones, infinite if they cannot be subtracted.
+double distance_of(double a, double b) {
+  if (a == b || (std::isnan(a) && std::isnan(b))) return 0.0;
+  const double d = std::abs(a - b);
+  return std::isnan(d) ? std::numeric_limits<double>::infinity() : d;
+}
+
+/// Both sides from the first byte that differs.
+FieldDifference byte_difference(std::string path, std::string_view a, std::string_view b) {
+  const auto at = static_cast<std::size_t>(std::ranges::mismatch(a, b).in1 - a.begin());
+  const auto side = [&](std::string_view bytes) {
+    const std::string shown = hex(bytes, at, kShownBytes);
+    return fmt::format("{} bytes, at {}: {}{}", bytes.size(), at, shown.empty() ? "end" : shown,
+                       at + kShownBytes < bytes.size() ? " ..." : "");
+  };
+  return {std::move(path), side(a), side(b)};
+}
+
+/// Both sides quoted; long ones from shortly before the first character that differs.
+FieldDifference text_difference(std::string path, const std::string& a, const std::string& b) {
+  const auto at = static_cast<std::size_t>(std::ranges::mismatch(a, b).in1 - a.begin());
+  const std::size_t from = at < kShownText / 2 ? 0 : at - kShownText / 4;
+  const auto side = [&](const std::string& s) {
+    return (from > 0 ? "...\"" : "\"") + shortened(s.substr(std::min(from, s.size()))) + "\"";
+  };
+  return {std::move(path), side(a), side(b)};
+}
+
+class MessageComparison {
  public:
-  Comparison(const DiffRules& rules, WorstDifferences* worst) : rules_(rules), worst_(worst) {}
+  MessageComparison(const DiffRules& rules, WorstDifferences* worst)
+      : rules_(rules), worst_(worst) {}
 
   void messages(const Message& a, const Message& b) {
     const auto& type_a = *a.GetDescriptor();
@@ -141,29 +234,29 @@ class Comparison {
 
   void values(const FieldValue& a, const FieldValue& b) {
     switch (kind_of(a.field)) {
-      case FieldKind::floating: {
+      case FieldKind::kFloating: {
         const double x = a.number(), y = b.number();
         const bool same = rules_.exact
                               ? std::bit_cast<std::uint64_t>(x) == std::bit_cast<std::uint64_t>(y)
-                              : distance(x, y) == 0.0;
-        if (!same) numbers(a, b, distance(x, y), rules_.exact ? -1.0 : tolerance_);
+                              : distance_of(x, y) == 0.0;
+        if (!same) numbers(a, b, distance_of(x, y), rules_.exact ? -1.0 : tolerance_);
         break;
       }
-      case FieldKind::integer: {
+      case FieldKind::kInteger: {
         const auto d = static_cast<double>(std::abs(a.integer() - b.integer()));
         if (d > 0.0) numbers(a, b, d, tolerance_given_ ? tolerance_ : 0.0);
         break;
       }
-      case FieldKind::other_number:
+      case FieldKind::kOtherNumber:
         if (a.number() != b.number()) differ({path_, a.text(), b.text()});
         break;
-      case FieldKind::text:
+      case FieldKind::kText:
         if (a.string() != b.string()) differ(text_difference(path_, a.string(), b.string()));
         break;
-      case FieldKind::bytes:
+      case FieldKind::kBytes:
         if (a.string() != b.string()) differ(byte_difference(path_, a.string(), b.string()));
         break;
-      case FieldKind::message:
+      case FieldKind::kMessage:
         messages(a.inner(), b.inner());
         break;
     }
@@ -202,7 +295,7 @@ class Comparison {
 
 MessageDifference diff_messages(const Message& a, const Message& b, const DiffRules& rules,
                                 WorstDifferences* worst) {
-  Comparison comparison(rules, worst);
+  MessageComparison comparison(rules, worst);
   comparison.messages(a, b);
   return std::move(comparison.result);
 }

@@ -2,20 +2,28 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
-#include <nlohmann/json.hpp>
+#include <iostream>
 
+#include "common/error.h"
 #include "common/log/crc32.h"
 #include "common/log/stream_reader.h"
-#include "tools/mimesis/log/byte_size.h"
+#include "tools/mimesis/log/human.h"
+#include "tools/mimesis/log/verb_options.h"
 
 namespace mimesis::tool {
 namespace {
 
 namespace fs = std::filesystem;
+
+constexpr int kInterrupted = 130;
+constexpr const char* kNodesName = "mimesis.nodes";  // name -> clock
+/// Where a part stands in a split recording: void for what is made of several parts.
+constexpr const char *kPlaceName = "mimesis.split", *kWholeName = "mimesis.counts.whole";
 
 /// A device or pipe (/dev/null) is written to as it is.
 bool is_device(const std::string& path) {
@@ -99,7 +107,7 @@ log::Result NewLog::write(const log::Message& message) {
   return writer_->write(message);
 }
 
-log::Result NewLog::copy(const log::MergedReader::Item& item) {
+log::Result NewLog::copy(const Item& item) {
   auto known = known_.find(item.channel);
   if (known == known_.end()) {
     const auto id = channel(*item.channel, item.schema);
@@ -176,6 +184,67 @@ std::string NewLog::line() const {
                      s.channel_count,
                      static_cast<double>(s.message_end_time - s.message_start_time) * 1e-9,
                      bytes_text(writer_->bytes_written()));
+}
+
+std::string common_profile(const std::vector<OpenLog>& logs) {
+  if (logs.empty()) return "";
+  const std::string& first = logs.front().summary.header.profile;
+  const bool same = std::ranges::all_of(
+      logs, [&](const OpenLog& log) { return log.summary.header.profile == first; });
+  return same ? first : "";
+}
+
+void copy_attachments(const std::vector<OpenLog>& logs, NewLog& out, Pass& pass) {
+  for (const OpenLog& log : logs) {
+    for (const log::AttachmentIndex& index : log.summary.attachments) {
+      if (!pass.done || pass.interrupted) return;
+      std::string data;
+      if (const auto attachment = log::read_attachment(*log.source, index, data)) {
+        pass.done = out.attach(*attachment);
+      } else {
+        std::cerr << log.path << ": " << attachment.error().reason << '\n';
+        ++pass.damages;
+      }
+    }
+  }
+}
+
+void copy_metadata(const std::vector<OpenLog>& logs, NewLog& out, Pass& pass,
+                   const std::optional<LossCounts>& losses) {
+  if (!pass.done || pass.interrupted) return;
+  log::Metadata nodes{kNodesName, {}};
+  pass.damages += each_metadata(logs, "", [&](const log::Metadata& m) {
+    const bool void_now = (losses && m.name == kCountsName) ||
+                          (logs.size() > 1 && (m.name == kPlaceName || m.name == kWholeName));
+    if (!pass.done || void_now) return;
+    if (m.name == kNodesName) {
+      nodes.metadata.insert(m.metadata.begin(), m.metadata.end());
+    } else {
+      pass.done = out.add_metadata(m);
+    }
+  });
+  if (pass.done && !nodes.metadata.empty()) pass.done = out.add_metadata(nodes);
+  if (pass.done && losses) pass.done = out.add_metadata(losses_metadata(*losses));
+}
+
+int conclude(NewLog& out, Pass& pass, bool json, const nlohmann::ordered_json& more) {
+  if (pass.interrupted) {
+    std::cerr << "interrupted: '" << out.path() << "' was not written\n";
+    return kInterrupted;
+  }
+  if (pass.done) pass.done = out.finish();
+  if (!pass.done) {
+    std::cerr << pass.done.error().reason << "; '" << out.path() << "' was not written\n";
+    return 1;
+  }
+  std::cerr << out.line() << '\n';
+  if (json) {
+    auto object = out.json();
+    object["damages"] = pass.damages;
+    object.update(more);
+    print_json(object);
+  }
+  return pass.damages == 0 ? 0 : 1;
 }
 
 }  // namespace mimesis::tool

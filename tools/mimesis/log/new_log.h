@@ -1,16 +1,18 @@
 #pragma once
-#include <functional>
 #include <map>
 #include <memory>
-#include <nlohmann/json_fwd.hpp>
+#include <nlohmann/json.hpp>
+#include <optional>
 #include <set>
 #include <string>
 #include <tuple>
+#include <utility>
 #include <vector>
 
 #include "common/log/writer.h"
 #include "tools/mimesis/log/open_log.h"
 
+// The sink of the verbs that write logs: filter, merge, sort, recover, convert, view.
 namespace mimesis::tool {
 
 /// Where a verb that rewrites logs puts its result.
@@ -44,7 +46,7 @@ class NewLog {
   /// `message.channel_id`: of this log.
   [[nodiscard]] log::Result write(const log::Message& message);
   /// Message and channel of another log that stays in memory.
-  [[nodiscard]] log::Result copy(const log::MergedReader::Item& item);
+  [[nodiscard]] log::Result copy(const Item& item);
   /// Both: each content once, however many logs hold it.
   [[nodiscard]] log::Result attach(const log::Attachment& attachment);
   [[nodiscard]] log::Result add_metadata(const log::Metadata& metadata);
@@ -55,9 +57,9 @@ class NewLog {
   const log::Statistics& statistics() const { return writer_->statistics(); }
   /// Names of schemas that differ between the inputs: they are kept apart.
   const std::set<std::string>& conflicts() const { return conflicts_; }
-  const std::string& path() const { return options_.path; }
   nlohmann::ordered_json json() const;  ///< what it holds
   std::string line() const;             ///< the same for people
+  const std::string& path() const { return options_.path; }
 
  private:
   log::Result read_back() const;
@@ -79,5 +81,22 @@ class NewLog {
   std::set<std::pair<std::string, std::map<std::string, std::string>>> metadata_;
   std::uint32_t digest_ = 0;  ///< CRC-32 of all messages in their order
 };
+
+/// Profile that all logs share, or "".
+std::string common_profile(const std::vector<OpenLog>& logs);
+
+/// Each content once. What cannot be read is told and counted in `pass.damages`.
+void copy_attachments(const std::vector<OpenLog>& logs, NewLog& out, Pass& pass);
+/// The same for metadata. Several logs become one: "mimesis.nodes" are united, and what tells the
+/// place of a part among others is left out. `losses` replaces "mimesis.counts", if the logs have
+/// counts.
+void copy_metadata(const std::vector<OpenLog>& logs, NewLog& out, Pass& pass,
+                   const std::optional<LossCounts>& losses);
+
+/// Completes `out` if the pass went well, says what it holds (standard error; with `json` one
+/// object on standard output, `more` behind the usual members) and gives the exit code: 1 after
+/// damage.
+int conclude(NewLog& out, Pass& pass, bool json,
+             const nlohmann::ordered_json& more = nlohmann::ordered_json::object());
 
 }  // namespace mimesis::tool

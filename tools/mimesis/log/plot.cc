@@ -3,28 +3,45 @@
 #include <fmt/format.h>
 #include <google/protobuf/descriptor.h>
 
+#include <CLI/App.hpp>
+#include <CLI/Config.hpp>
+#include <CLI/Formatter.hpp>
+#include <CLI/Validators.hpp>
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <iostream>
+#include <map>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <set>
 
 #include "common/error.h"
 #include "tools/mimesis/log/field_columns.h"
 #include "tools/mimesis/log/field_text.h"
+#include "tools/mimesis/log/verb_options.h"
 #include "tools/mimesis/message_json.h"
 
 namespace mimesis::tool {
 namespace {
 
+struct WireUnit {
+  std::string_view suffix, text;
+};
+/// The closed list of proto/README.md; longer ones first, for they end like shorter ones.
+constexpr WireUnit kUnits[] = {
+    {"_rad_s2", "rad/s²"}, {"_rad_s", "rad/s"}, {"_m_s2", "m/s²"}, {"_m_s", "m/s"},
+    {"_n_m", "N·m"},       {"_1_s", "1/s"},     {"_rad", "rad"},   {"_px", "px"},
+    {"_hz", "Hz"},         {"_kg", "kg"},       {"_ns", "ns"},     {"_m", "m"},
+    {"_s", "s"},           {"_n", "N"},         {"_v", "V"},       {"_a", "A"}};
+
 using google::protobuf::FieldDescriptor;
 
-constexpr double kSecond = 1e9;              // of log times, in ns
+constexpr double kNanosecondsOfPlot = 1e9;   // of log times, in ns
 constexpr std::size_t kColumnsPerPixel = 2;  // a vector picture can be enlarged a little
 
 /// "planning" of TASK_STATE_PLANNING.
-std::string word(const FieldColumns::Value& v, int number) {
+std::string value_word(const FieldColumns::Value& v, int number) {
   if (v.field.cpp_type() == FieldDescriptor::CPPTYPE_BOOL) return number == 0 ? "false" : "true";
   const auto* value = v.field.enum_type()->FindValueByNumber(number);
   if (value == nullptr) return std::to_string(number);
@@ -53,10 +70,10 @@ class CurveReader {
       return std::ranges::find(queries_, c.topic, &FieldColumns::topic) != queries_.end();
     };
     std::uint64_t failures = 0;
-    failures +=
-        scan_logs(logs_, {wanted, times_}, "plot", [&](const log::MergedReader::Item& item) {
-          if (!take(item)) ++failures;
-        });
+    const log::Selection selection{wanted, times_.start, times_.end};
+    failures += scan_logs(logs_, selection, "plot", [&](const Item& item) {
+      if (!take(item)) ++failures;
+    });
     return failures;
   }
 
@@ -77,18 +94,15 @@ class CurveReader {
 
   void check(const std::string& text, FieldColumns& query) {
     bool numbers = false;
-    for (const OpenLog& log : logs_) {
-      for (const auto& [id, channel] : log.summary.channels) {
-        if (channel.topic != query.topic()) continue;
-        nodes_[channel.topic].insert(sender_of(channel));
-        const auto& type = decoder_.type(log, channel);
-        numbers = query.has_numbers(*type.GetDescriptor()) || numbers;
-      }
+    for (const OpenChannel& c : channels_of(logs_)) {
+      if (c.channel->topic != query.topic()) continue;
+      nodes_[c.channel->topic].insert(sender_of(*c.channel));
+      numbers = query.has_numbers(decoder_.type(c)) || numbers;
     }
     if (!numbers) throw ConfigError(text + ": expected a number, a boolean or an enum to plot");
   }
 
-  bool take(const log::MergedReader::Item& item) {
+  bool take(const Item& item) {
     const auto* message = decoder_.decode(item);
     if (message == nullptr) {
       std::cerr << fmt::format("{}: the message at log time {} ns is not a valid {}\n",
@@ -113,7 +127,7 @@ class CurveReader {
     Curve& curve = state.curve;
     double value = field_number(v.message, v.field, v.index);
     if (curve.discrete) {
-      curve.words.try_emplace(static_cast<int>(value), word(v, static_cast<int>(value)));
+      curve.words.try_emplace(static_cast<int>(value), value_word(v, static_cast<int>(value)));
     }
     if (options_.derivative) {
       // By the sender's stamps: the receipt jitters.
@@ -149,8 +163,9 @@ class CurveReader {
 
   /// From the start of the log.
   double seconds(std::uint64_t time_ns) const {
-    return time_ns >= span_.start_ns ? static_cast<double>(time_ns - span_.start_ns) / kSecond
-                                     : -static_cast<double>(span_.start_ns - time_ns) / kSecond;
+    return time_ns >= span_.start_ns
+               ? static_cast<double>(time_ns - span_.start_ns) / kNanosecondsOfPlot
+               : -static_cast<double>(span_.start_ns - time_ns) / kNanosecondsOfPlot;
   }
 
   const std::vector<OpenLog>& logs_;
@@ -164,36 +179,21 @@ class CurveReader {
   std::map<Key, State> states_;
 };
 
-nlohmann::ordered_json number(double value) {
+nlohmann::ordered_json finite_or_null(double value) {
   return std::isfinite(value) ? nlohmann::ordered_json(value) : nlohmann::ordered_json(nullptr);
 }
 
-}  // namespace
-
-std::vector<Curve> read_curves(const std::vector<OpenLog>& logs, const PlotOptions& options,
-                               std::uint64_t& failures) {
-  CurveReader reader(logs, options);
-  failures += reader.read();
-  return reader.curves();
-}
-
-int log_plot(const std::vector<std::string>& files, const PlotOptions& options, bool json) {
-  const auto logs = open_logs(files);
-  if (!logs) {
-    std::cerr << logs.error().line << '\n';
-    return logs.error().exit_code;
-  }
+int plot_files(const std::vector<std::string>& files, const PlotOptions& options, bool json) {
+  const auto logs = opened(files);
   std::uint64_t failures = 0;
-  const auto curves = read_curves(*logs, options, failures);
-  if (curves.empty()) {
-    std::cerr << "nothing to plot: no messages in this part of the log\n";
-    return 3;
-  }
+  const auto curves = read_curves(logs, options, failures);
+  if (curves.empty()) throw VerbEnd{"nothing to plot: no messages in this part of the log", 3};
   try {
     draw_curves(curves, options);
+  } catch (const ConfigError&) {
+    throw;
   } catch (const std::runtime_error& error) {
-    std::cerr << error.what() << '\n';
-    return 1;
+    throw VerbEnd{error.what(), 1};
   }
   std::uint64_t samples = 0;
   nlohmann::ordered_json list = nlohmann::ordered_json::array();
@@ -202,16 +202,134 @@ int log_plot(const std::vector<std::string>& files, const PlotOptions& options, 
     list.push_back({{"field", c.label},
                     {"unit", c.quantity.unit},
                     {"samples", c.samples},
-                    {"min", number(c.least)},
-                    {"max", number(c.greatest)}});
+                    {"min", finite_or_null(c.least)},
+                    {"max", finite_or_null(c.greatest)}});
   }
   if (json) {
-    std::cout << nlohmann::ordered_json{{"file", options.output}, {"curves", list}}.dump() << '\n';
+    print_json({{"file", options.output}, {"curves", list}});
   } else {
     std::cerr << fmt::format("{}: {} curves of {} samples\n", options.output, curves.size(),
                              samples);
   }
   return failures == 0 ? 0 : 1;
+}
+
+struct PlotChoice {
+  std::vector<std::string> words;  ///< files, then fields
+  PlotOptions plot;
+  std::string style = "lines";
+  bool json = false;
+};
+
+int run_plot(PlotChoice& o) {
+  const std::string extension = std::filesystem::path(o.plot.output).extension().string();
+  if (extension != ".png" && extension != ".svg") {
+    throw ConfigError("-o " + o.plot.output + ": expected a name that ends in .png or .svg");
+  }
+  std::vector<std::string> files;
+  for (const std::string& word : o.words) {
+    std::error_code ignored;
+    const bool is_file = word.ends_with(".mcap") || std::filesystem::exists(word, ignored);
+    (o.plot.fields.empty() && is_file ? files : o.plot.fields).push_back(word);
+  }
+  if (files.empty() || o.plot.fields.empty()) {
+    throw ConfigError("expected FILE... TOPIC.FIELD..., as in run.mcap bridge/arm.position_rad[*]");
+  }
+  static const std::map<std::string, PlotStyle> kStyles{
+      {"lines", PlotStyle::lines}, {"steps", PlotStyle::steps}, {"dots", PlotStyle::dots}};
+  o.plot.style = kStyles.at(o.style);
+  return plot_files(files, o.plot, o.json);
+}
+
+}  // namespace
+
+Quantity quantity_of(const std::string& field) {
+  Quantity q{field, ""};
+  for (const WireUnit& unit : kUnits) {
+    if (!field.ends_with(unit.suffix) || field.size() == unit.suffix.size()) continue;
+    q = {field.substr(0, field.size() - unit.suffix.size()), std::string(unit.text)};
+    break;
+  }
+  std::ranges::replace(q.name, '_', ' ');
+  return q;
+}
+
+std::string derivative_unit(const std::string& unit) {
+  if (unit.empty()) return "1/s";
+  if (unit == "s") return "";
+  if (unit.ends_with("/s")) return unit + "²";
+  return unit + "/s";
+}
+
+CurveThinning::CurveThinning(double start_s, double end_s, std::size_t columns)
+    : start_s_(start_s),
+      columns_per_s_(end_s > start_s ? static_cast<double>(columns) / (end_s - start_s) : 0.0),
+      columns_(columns) {}
+
+void CurveThinning::add(const Point& point) {
+  const double at = std::floor((point.time_s - start_s_) * columns_per_s_);
+  const double last = static_cast<double>(columns_.size() - 1);
+  Column& column = columns_[static_cast<std::size_t>(std::clamp(at, 0.0, last))];
+  const Numbered numbered{count_++, point};
+  if (!std::isfinite(point.value)) {
+    column.gap = {numbered.number, {point.time_s, std::numeric_limits<double>::quiet_NaN()}};
+    column.has_gap = true;
+    return;
+  }
+  if (!column.any) column.first = column.least = column.greatest = numbered;
+  if (point.value < column.least.point.value) column.least = numbered;
+  if (point.value > column.greatest.point.value) column.greatest = numbered;
+  column.last = numbered;
+  column.any = true;
+}
+
+std::vector<CurveThinning::Point> CurveThinning::points() const {
+  std::vector<Point> all;
+  for (const Column& c : columns_) {
+    std::map<std::uint64_t, Point> in_order;
+    if (c.has_gap) in_order[c.gap.number] = c.gap.point;
+    if (c.any) {
+      for (const Numbered* n : {&c.first, &c.least, &c.greatest, &c.last}) {
+        in_order[n->number] = n->point;
+      }
+    }
+    for (const auto& [number, point] : in_order) all.push_back(point);
+  }
+  return all;
+}
+
+std::vector<Curve> read_curves(const std::vector<OpenLog>& logs, const PlotOptions& options,
+                               std::uint64_t& failures) {
+  CurveReader reader(logs, options);
+  failures += reader.read();
+  return reader.curves();
+}
+
+void add_plot(CLI::App& verb, int& exit_code) {
+  CLI::App* sub = verb.add_subcommand("plot", "Fields over time as a picture (as rqt_plot)");
+  auto o = std::make_shared<PlotChoice>();
+  sub->add_option("FILE... TOPIC.FIELD...", o->words,
+                  "MCAP files (bags), then fields; FIELD[2] is one element, FIELD[*] a curve for "
+                  "each")
+      ->required();
+  sub->add_option("-o,--output", o->plot.output, "Picture: NAME.png or NAME.svg")->required();
+  add_time_options(*sub, o->plot.range);
+  sub->add_option("--title", o->plot.title, "Above the picture");
+  sub->add_option("--width", o->plot.width_px, "[px]")
+      ->check(CLI::Range(100, 10'000))
+      ->capture_default_str();
+  sub->add_option("--height", o->plot.height_px, "[px]; by the number of panels")
+      ->check(CLI::Range(100, 10'000));
+  sub->add_option("--style", o->style, "lines, steps or dots")
+      ->check(CLI::IsMember({"lines", "steps", "dots"}))
+      ->capture_default_str();
+  sub->add_flag("--derivative", o->plot.derivative, "Change per second instead of the value");
+  sub->add_flag("--json", o->json, "Print one JSON object at the end");
+  sub->footer(
+      "Fields of different units get a panel each, with a common axis of time. Needs gnuplot.\n"
+      "Example: mimesis log plot run.mcap bridge/arm.position_rad[*] planner/status.state -o "
+      "arm.svg");
+  on_run(*sub, exit_code, [o] { return run_plot(*o); });
 }
 
 }  // namespace mimesis::tool

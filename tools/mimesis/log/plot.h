@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "tools/mimesis/log/log_scan.h"
+#include "tools/mimesis/log/open_log.h"
 
 namespace mimesis::tool {
 
@@ -82,8 +82,5 @@ std::vector<Curve> read_curves(const std::vector<OpenLog>& logs, const PlotOptio
 /// Draws them with gnuplot: a panel for each unit.
 /// @throws std::runtime_error in one line if that does not work.
 void draw_curves(const std::vector<Curve>& curves, const PlotOptions& options);
-
-/// `mimesis log plot`. Returns the exit code.
-int log_plot(const std::vector<std::string>& files, const PlotOptions& options, bool json);
 
 }  // namespace mimesis::tool

@@ -13,8 +13,6 @@
 namespace mimesis::tool {
 namespace {
 
-using plot::quoted;
-
 constexpr std::size_t kLineTypes = 8;  // that the style of gnuplot.cc tells apart
 constexpr int kPanelHeight = 320, kFirstPanelHeight = 460;  // [px]
 
@@ -75,7 +73,7 @@ std::string word_tics(const std::vector<Curve>& curves, const Panel& panel) {
     words.insert(curves[i].words.begin(), curves[i].words.end());
   std::string tics;
   for (const auto& [value, word] : words) {
-    tics += fmt::format("{}{} {}", tics.empty() ? "" : ", ", quoted(word), value);
+    tics += fmt::format("{}{} {}", tics.empty() ? "" : ", ", plot::quoted(word), value);
   }
   return fmt::format("set ytics ({})\nset yrange [{}:{}]\n", tics, words.begin()->first - 0.3,
                      words.rbegin()->first + 0.3);
@@ -117,7 +115,7 @@ std::vector<Look> looks(const std::vector<Curve>& curves, const Panel& panel) {
   return all;
 }
 
-std::string with(const Curve& curve, PlotStyle style, const Look& look) {
+std::string curve_style(const Curve& curve, PlotStyle style, const Look& look) {
   if (style == PlotStyle::dots || curve.samples < 2) {
     return fmt::format("points linetype {} pointtype 7 pointsize 0.4", look.colour + 1);
   }
@@ -127,7 +125,7 @@ std::string with(const Curve& curve, PlotStyle style, const Look& look) {
 }
 
 /// gnuplot chooses it, but for curves that are constant.
-std::string range(const std::vector<Curve>& curves, const Panel& panel) {
+std::string value_range(const std::vector<Curve>& curves, const Panel& panel) {
   double least = std::numeric_limits<double>::infinity(), greatest = -least;
   for (const std::size_t i : panel.curves) {
     least = std::min(least, curves[i].least);
@@ -141,11 +139,12 @@ std::string range(const std::vector<Curve>& curves, const Panel& panel) {
 
 std::string draw_panel(const std::vector<Curve>& curves, const Panel& panel,
                        const PlotOptions& options, const std::string& topic) {
-  std::string script = "set ylabel " + quoted(y_label(curves, panel, options.derivative)) + "\n";
+  std::string script =
+      "set ylabel " + plot::quoted(y_label(curves, panel, options.derivative)) + "\n";
   if (curves[panel.curves.front()].discrete) {
     script += word_tics(curves, panel);
   } else {
-    script += range(curves, panel);
+    script += value_range(curves, panel);
     script += "set ytics autofreq\nset offsets 0, 0, graph 0.05, graph 0.05\n";
   }
   const auto look = looks(curves, panel);
@@ -153,8 +152,8 @@ std::string draw_panel(const std::vector<Curve>& curves, const Panel& panel,
   for (std::size_t n = 0; n < panel.curves.size(); ++n) {
     const Curve& curve = curves[panel.curves[n]];
     plots += fmt::format("{} $curve{} using 1:2 with {} title {}", n == 0 ? "" : ", \\\n ",
-                         panel.curves[n], with(curve, options.style, look[n]),
-                         quoted(curve.label.substr(topic.size())));
+                         panel.curves[n], curve_style(curve, options.style, look[n]),
+                         plot::quoted(curve.label.substr(topic.size())));
   }
   return script + "plot" + plots + "\n";
 }
@@ -185,7 +184,7 @@ void draw_curves(const std::vector<Curve>& curves, const PlotOptions& options) {
       left_margin(curves), right_margin(curves, topic),
       first_s < last_s ? fmt::format("set xrange [{}:{}]\n", first_s, last_s) : "");
   script += fmt::format("set multiplot layout {},1{}\n", panels.size(),
-                        title.empty() ? "" : " title " + quoted(title));
+                        title.empty() ? "" : " title " + plot::quoted(title));
   for (const Panel& panel : panels) {
     if (&panel == &panels.back()) script += "set xlabel 'time from the start of the log [s]'\n";
     script += draw_panel(curves, panel, options, topic);
@@ -195,8 +194,7 @@ void draw_curves(const std::vector<Curve>& curves, const PlotOptions& options) {
                          ? options.height_px
                          : kFirstPanelHeight + kPanelHeight * (static_cast<int>(panels.size()) - 1);
   const bool svg = std::filesystem::path(options.output).extension() == ".svg";
-  (svg ? plot::plot_svg : plot::plot_png)(options.output, options.width_px, height, data,
-                                                    script);
+  (svg ? plot::plot_svg : plot::plot_png)(options.output, options.width_px, height, data, script);
 }
 
 }  // namespace mimesis::tool

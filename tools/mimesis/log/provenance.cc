@@ -2,23 +2,44 @@
 
 #include <fmt/chrono.h>
 #include <fmt/format.h>
+#include <gnu/libc-version.h>
+#include <sys/utsname.h>
 #include <unistd.h>
 
 #include <array>
 #include <ctime>
 #include <nlohmann/json.hpp>
-
-#include "tools/mimesis/log/arithmetic.h"
+#include <set>
+#if defined(__x86_64__)
+#include <sys/platform/x86.h>
+#endif
 
 namespace mimesis::tool {
 namespace {
+
+std::string libm_variant() {
+#if defined(__x86_64__)
+  const bool fma = CPU_FEATURE_ACTIVE(FMA), avx2 = CPU_FEATURE_ACTIVE(AVX2);
+  return std::string(fma ? ", FMA" : ", no FMA") + (avx2 ? " AVX2" : ", no AVX2");
+#else
+  return "";
+#endif
+}
+
+std::string compiler_name() {
+#if defined(__clang__)
+  return "clang " __clang_version__;
+#else
+  return "g++ " __VERSION__;
+#endif
+}
 
 std::string host_name() {
   std::array<char, 256> name{};
   return gethostname(name.data(), name.size() - 1) == 0 ? name.data() : "";
 }
 
-std::string quoted(const std::string& word) {
+std::string shell_word(const std::string& word) {
   static constexpr std::string_view kPlain =
       "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-+=:,./@%";
   if (!word.empty() && word.find_first_not_of(kPlain) == std::string::npos) return word;
@@ -27,7 +48,7 @@ std::string quoted(const std::string& word) {
   return out + "'";
 }
 
-std::string lines(const nlohmann::json& array) {
+std::string lines_of(const nlohmann::json& array) {
   std::string text;
   for (const auto& line : array) text += line.get<std::string>() + '\n';
   return text;
@@ -40,8 +61,8 @@ std::optional<log::Metadata> launch_metadata(const std::string& text) {
                          {{"file", json.at("file").get<std::string>()},
                           {"graph", json.at("graph").get<std::string>()},
                           {"clock", json.at("clock").get<std::string>()},
-                          {"args", lines(json.at("args"))},
-                          {"sets", lines(json.at("sets"))}}};
+                          {"args", lines_of(json.at("args"))},
+                          {"sets", lines_of(json.at("sets"))}}};
   } catch (const nlohmann::json::exception&) {
     return std::nullopt;
   }
@@ -49,10 +70,27 @@ std::optional<log::Metadata> launch_metadata(const std::string& text) {
 
 }  // namespace
 
+std::string arithmetic() {
+  utsname machine{};
+  uname(&machine);
+  return fmt::format("{}{}, glibc {}, {}", machine.machine, libm_variant(), gnu_get_libc_version(),
+                     compiler_name());
+}
+
+std::string recorded_arithmetic(const std::vector<OpenLog>& logs) {
+  std::set<std::string> found;
+  const auto add = [&](const log::Metadata& run) {
+    const auto it = run.metadata.find("arithmetic");
+    found.insert(it == run.metadata.end() ? "" : it->second);
+  };
+  each_metadata(logs, "mimesis.run", add, /*silent=*/true);
+  return found.size() == 1 ? *found.begin() : "";
+}
+
 Provenance provenance(const std::string& graph, const std::vector<std::string>& command,
                       std::uint64_t started_ns, const std::string& launch_json) {
   std::string line;
-  for (const std::string& word : command) line += (line.empty() ? "" : " ") + quoted(word);
+  for (const std::string& word : command) line += (line.empty() ? "" : " ") + shell_word(word);
   const auto seconds = static_cast<std::time_t>(started_ns / 1'000'000'000);
   Provenance from{.run = {"mimesis.run",
                           {{"version", MIMESIS_VERSION},

@@ -4,12 +4,13 @@
 
 #include <CLI/App.hpp>
 #include <CLI/Validators.hpp>
+#include <iostream>
+#include <nlohmann/json.hpp>
 
 #include "common/error.h"
-#include "tools/mimesis/log/byte_size.h"
+#include "tools/mimesis/log/human.h"
 
 namespace mimesis::tool {
-
 void add_topic_options(CLI::App& verb, TopicOptions& options) {
   verb.add_option("--topic", options.topics, "Only this topic (repeatable)")
       ->allow_extra_args(false);
@@ -69,6 +70,22 @@ void add_output_options(CLI::App& verb, OutputOptions& options) {
   add_size_option(verb, "--chunk-size", options.chunk_size,
                   {std::size_t{1} << 10, std::size_t{1} << 29},
                   "Records of a chunk before compression (default 1MiB)");
+}
+
+void on_run(CLI::App& verb, int& exit_code, std::function<int()> run) {
+  verb.callback([run = std::move(run), &exit_code] {
+    try {
+      exit_code = run();
+    } catch (const VerbEnd& end) {
+      if (!end.line.empty()) std::cerr << end.line << '\n';
+      exit_code = end.exit_code;
+    }
+  });
+}
+
+void print_json(const nlohmann::ordered_json& object) {
+  std::cout << object.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace)
+            << '\n';
 }
 
 }  // namespace mimesis::tool

@@ -1,10 +1,12 @@
 #pragma once
 #include <cstddef>
+#include <functional>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
 
-#include "tools/mimesis/log/log_time.h"
 #include "tools/mimesis/log/new_log.h"
+#include "tools/mimesis/log/open_log.h"
 #include "tools/mimesis/topic_filter.h"
 
 namespace CLI {
@@ -12,9 +14,25 @@ class App;
 class Option;
 }  // namespace CLI
 
+// What the sub-verbs of `mimesis log` share: options, how they run, JSON on standard output.
 namespace mimesis::tool {
 
-// Options that several sub-verbs of `mimesis log` share.
+// Each adds one sub-verb; exit codes as in verb.h.
+void add_record(CLI::App& log, int& exit_code);
+void add_play(CLI::App& log, int& exit_code);
+void add_replay(CLI::App& log, int& exit_code);
+void add_info(CLI::App& log, int& exit_code);
+void add_cat(CLI::App& log, int& exit_code);
+void add_check(CLI::App& log, int& exit_code);
+void add_recover(CLI::App& log, int& exit_code);
+void add_filter(CLI::App& log, int& exit_code);
+void add_merge(CLI::App& log, int& exit_code);
+void add_sort(CLI::App& log, int& exit_code);
+void add_diff(CLI::App& log, int& exit_code);
+void add_export(CLI::App& log, int& exit_code);
+void add_convert(CLI::App& log, int& exit_code);
+void add_plot(CLI::App& log, int& exit_code);
+void add_view(CLI::App& log, int& exit_code);
 
 struct TopicOptions {
   std::vector<std::string> topics;
@@ -41,5 +59,11 @@ void add_size_option(CLI::App& verb, const std::string& name, std::size_t& size,
 
 /// --force, --compression, --level, --chunk-size.
 void add_output_options(CLI::App& verb, OutputOptions& options);
+
+/// Calls `run` when the verb is chosen; a VerbEnd becomes its line and its exit code.
+void on_run(CLI::App& verb, int& exit_code, std::function<int()> run);
+
+/// One line on standard output; what is no UTF-8 is replaced.
+void print_json(const nlohmann::ordered_json& object);
 
 }  // namespace mimesis::tool

@@ -10,7 +10,7 @@
 namespace mimesis::tool {
 namespace {
 
-v1::ArmState arm(double position, std::uint64_t stamp_ns = 0) {
+v1::ArmState stamped_arm(double position, std::uint64_t stamp_ns = 0) {
   v1::ArmState m;
   m.mutable_header()->set_stamp_ns(stamp_ns);
   m.add_position_rad(position);
@@ -32,8 +32,8 @@ Counts counts(const StreamDiff& s) { return {s.a, s.b, s.equal, s.differing, s.o
 TEST(LogDiff, MatchesBySequenceWhateverTheTimes) {
   LogBuilder a, b;
   for (std::uint32_t i = 1; i <= 10; ++i) {
-    if (i != 3) a.add("x/arm", 1000 * i, arm(i), i);
-    if (i != 5 && i != 10) b.add("x/arm", 7'000'000 + 3000 * i, arm(i == 7 ? 7.5 : i), i);
+    if (i != 3) a.add("x/arm", 1000 * i, stamped_arm(i), i);
+    if (i != 5 && i != 10) b.add("x/arm", 7'000'000 + 3000 * i, stamped_arm(i == 7 ? 7.5 : i), i);
   }
   const auto streams = diff(a, b);
   ASSERT_EQ(streams.size(), 1u);
@@ -48,8 +48,8 @@ TEST(LogDiff, MatchesBySequenceWhateverTheTimes) {
 
 TEST(LogDiff, NodesOfOneTopicAreApartAndForeignMessagesGoByOrder) {
   LogBuilder a, b;
-  a.add("x/arm", 1, arm(1), 1, "one").add("x/arm", 2, arm(2), 1, "two");
-  b.add("x/arm", 1, arm(2), 1, "two").add("x/arm", 2, arm(1), 1, "one");
+  a.add("x/arm", 1, stamped_arm(1), 1, "one").add("x/arm", 2, stamped_arm(2), 1, "two");
+  b.add("x/arm", 1, stamped_arm(2), 1, "two").add("x/arm", 2, stamped_arm(1), 1, "one");
   const auto streams = diff(a, b);
   ASSERT_EQ(streams.size(), 2u);
   EXPECT_TRUE(streams[0].same());
@@ -87,8 +87,8 @@ TEST(LogDiff, ARestartedNodeIsMatchedWithItsOwnRestart) {
 
 TEST(LogDiff, ATopicThatOneLogLacks) {
   LogBuilder a, b;
-  a.add("x/arm", 1, arm(1)).add("y/arm", 1, arm(1));
-  b.add("x/arm", 1, arm(1));
+  a.add("x/arm", 1, stamped_arm(1)).add("y/arm", 1, stamped_arm(1));
+  b.add("x/arm", 1, stamped_arm(1));
   const auto streams = diff(a, b);
   ASSERT_EQ(streams.size(), 2u);
   EXPECT_TRUE(streams[0].same());
@@ -99,8 +99,8 @@ TEST(LogDiff, ATopicThatOneLogLacks) {
 TEST(LogDiff, OptionsForFieldsAndTimes) {
   const auto run = [](DiffOptions options) {
     LogBuilder a, b;
-    a.add("x/arm", 10, arm(1.0, 5));
-    b.add("x/arm", 11, arm(1.25, 6));
+    a.add("x/arm", 10, stamped_arm(1.0, 5));
+    b.add("x/arm", 11, stamped_arm(1.25, 6));
     return diff(a, b, options).at(0).same();
   };
   EXPECT_FALSE(run({}));
@@ -116,8 +116,8 @@ TEST(LogDiff, OptionsForFieldsAndTimes) {
 TEST(LogDiff, MistakesInOptionsNameWhatIsThere) {
   const auto why = [](DiffOptions options) -> std::string {
     LogBuilder a, b;
-    a.add("x/arm", 10, arm(1.0));
-    b.add("x/arm", 10, arm(1.0));
+    a.add("x/arm", 10, stamped_arm(1.0));
+    b.add("x/arm", 10, stamped_arm(1.0));
     try {
       diff(a, b, options);
     } catch (const ConfigError& error) {

@@ -7,7 +7,6 @@
 
 #include "common/image/image_file.h"
 #include "proto/arm.pb.h"
-#include "tools/mimesis/log/export_images.h"
 #include "tools/mimesis/log/test/log_builder.h"
 
 namespace mimesis::tool {
@@ -45,7 +44,7 @@ TEST(RowJoin, OuterHasEveryMessageOnce) {
             (Rows{"1: a1|b1", "2: |b2", "3: a3|b3", "3: a3|", "4: |b4"}));
 }
 
-v1::ArmState arm(std::vector<double> positions, const std::string& fault = "") {
+v1::ArmState arm_state(std::vector<double> positions, const std::string& fault = "") {
   v1::ArmState m;
   for (const double p : positions) m.add_position_rad(p);
   m.set_fault(fault);
@@ -67,8 +66,8 @@ class ExportTest : public ::testing::Test {
 };
 
 TEST_F(ExportTest, NumbersAreExactTextsQuotedAndMissingElementsEmpty) {
-  log_.add("x/arm", 2'000'000'000, arm({0.1, 1.0 / 3.0}));
-  log_.add("x/arm", 2'000'000'001, arm({-0.0, NAN, 5e-324}, "axis \"3\", twice\n"));
+  log_.add("x/arm", 2'000'000'000, arm_state({0.1, 1.0 / 3.0}));
+  log_.add("x/arm", 2'000'000'001, arm_state({-0.0, NAN, 5e-324}, "axis \"3\", twice\n"));
   EXPECT_EQ(csv({.fields = {"x/arm.position_rad[*],fault"}}),
             "log_time_s,publish_time_s,position_rad[0],position_rad[1],position_rad[2],fault\n"
             "0.000000000,-0.000000001,0.1,0.3333333333333333,,\n"
@@ -79,7 +78,8 @@ TEST_F(ExportTest, NumbersAreExactTextsQuotedAndMissingElementsEmpty) {
 
 TEST_F(ExportTest, AbsoluteTimesAndAPartOfTheLog) {
   for (std::uint64_t s : {0, 1, 2, 3}) {
-    log_.add("x/arm", 1'795'275'600'250'000'000 + s * 1'000'000'000, arm({static_cast<double>(s)}));
+    log_.add("x/arm", 1'795'275'600'250'000'000 + s * 1'000'000'000,
+             arm_state({static_cast<double>(s)}));
   }
   EXPECT_EQ(csv({.fields = {"x/arm.position_rad"},
                  .absolute = true,
@@ -89,7 +89,9 @@ TEST_F(ExportTest, AbsoluteTimesAndAPartOfTheLog) {
 }
 
 TEST_F(ExportTest, SeveralTopicsAsOneTableOrAsFiles) {
-  log_.add("x/arm", 1000, arm({1.0})).add("y/arm", 2000, arm({2.0})).add("x/arm", 3000, arm({3.0}));
+  log_.add("x/arm", 1000, arm_state({1.0}))
+      .add("y/arm", 2000, arm_state({2.0}))
+      .add("x/arm", 3000, arm_state({3.0}));
   EXPECT_EQ(
       csv({.fields = {"x/arm.position_rad", "y/arm.position_rad[0]"}, .join = Join::previous}),
       "log_time_s,x/arm.publish_time_s,x/arm.position_rad[0],y/arm.publish_time_s,"
@@ -103,7 +105,7 @@ TEST_F(ExportTest, SeveralTopicsAsOneTableOrAsFiles) {
 }
 
 TEST_F(ExportTest, TwoNodesOfOneTopicAreTold) {
-  log_.add("x", 1, arm({1.0}), 1, "left").add("x", 2, arm({2.0}), 1, "right");
+  log_.add("x", 1, arm_state({1.0}), 1, "left").add("x", 2, arm_state({2.0}), 1, "right");
   EXPECT_EQ(csv({.fields = {"x.position_rad[0]"}}),
             "log_time_s,publish_time_s,node,position_rad[0]\n"
             "0.000000000,-0.000000001,left,1\n"
@@ -111,7 +113,7 @@ TEST_F(ExportTest, TwoNodesOfOneTopicAreTold) {
 }
 
 TEST_F(ExportTest, WhatCannotBeReadIsCountedAndTheRestWritten) {
-  log_.add("x", 1, arm({1.0})).add_bytes("x", 2, "\xff\xff").add("x", 3, arm({3.0}));
+  log_.add("x", 1, arm_state({1.0})).add_bytes("x", 2, "\xff\xff").add("x", 3, arm_state({3.0}));
   EXPECT_EQ(csv({.fields = {"x.position_rad[0]"}}),
             "log_time_s,publish_time_s,position_rad[0]\n"
             "0.000000000,-0.000000001,1\n0.000000002,0.000000001,3\n");
@@ -119,7 +121,7 @@ TEST_F(ExportTest, WhatCannotBeReadIsCountedAndTheRestWritten) {
 }
 
 TEST_F(ExportTest, MistakesAreToldBeforeAnythingIsWritten) {
-  log_.add("x", 1, arm({1.0})).add_bytes("json", 2, "{}");
+  log_.add("x", 1, arm_state({1.0})).add_bytes("json", 2, "{}");
   std::vector<OpenLog> logs;
   logs.push_back(log_.open());
   const auto why = [&](std::vector<std::string> fields) -> std::string {
@@ -202,7 +204,7 @@ TEST(ExportImages, NamedBySequenceAndTime) {
   builder.add("small", 1'000'000'000, jpeg);
   jpeg.set_format("../x");
   builder.add("small", 1'000'000'000, jpeg);
-  builder.add("x", 1, arm({}));
+  builder.add("x", 1, arm_state({}));
   std::vector<OpenLog> logs;
   logs.push_back(builder.open());
   const TestFolder folder;

@@ -1,11 +1,10 @@
 // recover: all that can be read, and exactly what is missing.
-#include "tools/mimesis/log/recover.h"
+#include "tools/mimesis/log/rewrite.h"
 
 #include <random>
 #include <set>
 
 #include "common/log/summary.h"
-#include "tools/mimesis/log/recover_report.h"
 #include "tools/mimesis/log/test/tool_logs.h"
 
 namespace mimesis::tool {
@@ -29,12 +28,14 @@ class Recover : public testlogs::ToolLogs {
     return all;
   }
   /// Exit code.
-  int run(const std::string& bytes) {
+  int run(const std::string& bytes) try {
     RecoverOptions options;
     options.input = save("in.mcap", bytes);
     options.output.path = path("out.mcap");
     options.output.force = true;
     return log_recover(options);
+  } catch (const VerbEnd& end) {
+    return end.exit_code;
   }
   Recovered report(const std::string& bytes) {
     const log::MemorySource source(bytes);
