@@ -1,4 +1,4 @@
-#include "tools/mimesis/launch/order.h"
+#include "tools/mimesis/launch/graph_file.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // What a log tells of a node's steps, and what it does not.
-#include "tools/mimesis/log/replay_life.h"
+#include "tools/mimesis/log/replay_log.h"
 
 #include <random>
 

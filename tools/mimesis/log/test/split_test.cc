@@ -1,5 +1,5 @@
 // A recording in several files.
-#include "tools/mimesis/log/split.h"
+#include "tools/mimesis/log/record_file.h"
 
 #include <gtest/gtest.h>
 
