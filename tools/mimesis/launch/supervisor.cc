@@ -63,7 +63,6 @@ sigset_t signals_of_keeper() {
 /// Ends all descendants of this process that it inherited as a subreaper: SIGTERM, then SIGKILL
 /// after `grace_ms`. Returns how many there were. Precondition: SIGCHLD is blocked.
 int end_descendants(int grace_ms) {
-  using Clock = std::chrono::steady_clock;
   const auto deadline = Clock::now() + std::chrono::milliseconds(grace_ms);
   sigset_t child_signal;
   sigemptyset(&child_signal);
@@ -126,7 +125,7 @@ Fd open_signals() {
   return fd;
 }
 
-/// Starts the nodes_ of a graph, watches them, stops them in reverse.
+/// Starts the nodes of a graph, watches them, stops them in reverse.
 class Supervisor {
  public:
   Supervisor(const GraphFile& graph, const Run& run, int end_fd)
