@@ -5,9 +5,9 @@
 #include <limits>
 
 #include "common/log/writer.h"
-#include "tools/mimesis/log/playback.h"
 #include "tools/mimesis/log/play_terminal.h"
 #include "tools/mimesis/log/play_timing.h"
+#include "tools/mimesis/log/playback.h"
 
 namespace mimesis::tool {
 namespace {

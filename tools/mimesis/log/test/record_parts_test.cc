@@ -4,9 +4,9 @@
 #include <sstream>
 
 #include "tools/mimesis/log/byte_size.h"
-#include "tools/mimesis/log/record_watch.h"
-#include "tools/mimesis/log/record_file.h"
 #include "tools/mimesis/log/provenance.h"
+#include "tools/mimesis/log/record_file.h"
+#include "tools/mimesis/log/record_watch.h"
 
 namespace mimesis::tool {
 namespace {
