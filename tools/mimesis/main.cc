@@ -1,119 +1,97 @@
-// `mimesis VERB ...` runs the program mimesis-VERB that stands beside it or in PATH, so that anybody can add a verb.
+// `mimesis VERB ...` runs the program mimesis-VERB that stands beside it or in PATH, so that users
+// can add verbs of their own.
+#include <fmt/format.h>
 #include <unistd.h>
 
-#include <algorithm>
-#include <array>
 #include <cerrno>
+#include <cstdlib>
 #include <cstring>
 #include <filesystem>
-#include <iostream>
 #include <map>
-#include <set>
 #include <sstream>
 #include <string>
 #include <vector>
 
 #include "common/runtime/suggest.h"
+#include "tools/mimesis/known_verbs.h"
 
 namespace fs = std::filesystem;
 
 namespace {
 
-struct KnownVerb {
-  const char* name;
-  const char* about;
-};
+constexpr std::string_view kPrefix = "mimesis-";
 
-constexpr std::array kKnown = {
-    KnownVerb{"launch", "Starts the nodes of a launch file and watches them"},
-    KnownVerb{"topic", "Shows what the topics of a running graph carry"},
-    KnownVerb{"node", "Shows the nodes of a running graph"},
-    KnownVerb{"log", "Records, plays, checks and converts message logs"},
-    KnownVerb{"crowd", "Says what theory guarantees for a crowd scenario"},
-    KnownVerb{"demix", "Learns motion primitives from motion capture"},
-    KnownVerb{"reproduce", "Computes a published figure anew and compares it with its reference"},
-    KnownVerb{"walk-trials", "Walks the whole chain in the physics, many times"}};
-
-/// The folder of this program first, then those of PATH.
-std::vector<fs::path> folders() {
-  std::error_code failed;
-  std::vector<fs::path> all = {fs::read_symlink("/proc/self/exe", failed).parent_path()};
+/// All programs mimesis-VERB by verb. This program's folder goes before those of PATH.
+std::map<std::string, std::string> installed_verbs() {
+  std::error_code ignored;
+  std::vector<fs::path> folders{fs::read_symlink("/proc/self/exe", ignored).parent_path()};
   const char* path = std::getenv("PATH");
-  std::istringstream rest(path != nullptr ? path : "");
-  for (std::string folder; std::getline(rest, folder, ':');) {
-    if (!folder.empty()) all.emplace_back(folder);
-  }
-  return all;
-}
-
-bool is_program(const fs::path& file) { return ::access(file.c_str(), X_OK) == 0 && !fs::is_directory(file); }
-
-/// Names of all mimesis-VERB, each with its first place.
-std::map<std::string, fs::path> verbs() {
-  std::map<std::string, fs::path> found;
-  for (const fs::path& folder : folders()) {
-    std::error_code absent;
-    for (const auto& entry : fs::directory_iterator(folder, absent)) {
+  std::istringstream in(path != nullptr ? path : "");
+  for (std::string folder; std::getline(in, folder, ':');) folders.emplace_back(folder);
+  std::map<std::string, std::string> verbs;
+  for (const fs::path& folder : folders) {
+    for (const auto& entry : fs::directory_iterator(folder, ignored)) {
       const std::string name = entry.path().filename();
-      if (name.starts_with("mimesis-") && is_program(entry.path())) {
-        found.emplace(name.substr(std::strlen("mimesis-")), entry.path());
-      }
+      if (!name.starts_with(kPrefix) || !entry.is_regular_file(ignored)) continue;
+      if (access(entry.path().c_str(), X_OK) != 0) continue;
+      verbs.emplace(name.substr(kPrefix.size()), entry.path());
     }
   }
-  return found;
+  return verbs;
 }
 
-void help(std::ostream& out) {
-  out << "Starts, watches and records graphs of robot nodes.\n"
-         "Usage: mimesis [--help] [--version] VERB ...\n\nVerbs (mimesis VERB --help says more):\n";
-  auto found = verbs();
-  const auto line = [&](const std::string& name, const std::string& about) {
-    out << "  " << name << std::string(name.size() < 14 ? 14 - name.size() : 1, ' ') << about << '\n';
-  };
-  for (const KnownVerb& verb : kKnown) {
-    if (found.erase(verb.name) > 0) line(verb.name, verb.about);
+int help() {
+  fmt::print(
+      "Starts, watches and records graphs of robot nodes.\n"
+      "Usage: mimesis VERB ... | help [VERB] | --help | --version\n\n"
+      "Verbs (mimesis help VERB says more):\n");
+  auto verbs = installed_verbs();
+  for (const auto& [name, about] : mimesis::tool::kKnownVerbs) {
+    if (verbs.erase(std::string(name)) > 0) fmt::print("  {:<12}  {}\n", name, about);
   }
-  for (const auto& [name, path] : found) line(name, path.string());
-  out << "\nA program mimesis-VERB in PATH is a verb too.\n"
-         "Exit codes: 0 done, 1 failed, 2 usage or configuration, 3 not found or timed out, 130 interrupted.\n"
-         "Examples:\n"
-         "  mimesis launch launch/imitation.yaml\n"
-         "  mimesis topic echo planner/status --once\n";
+  for (const auto& [name, file] : verbs) fmt::print("  {:<12}  {}\n", name, file);
+  fmt::print(
+      "\nA program mimesis-VERB in PATH is a verb, too.\n"
+      "Exit codes: 0 done, 1 failed, 2 usage or configuration, 3 not found or timed out, 130 "
+      "interrupted.\n"
+      "Examples:\n"
+      "  mimesis launch launch/imitation.yaml\n"
+      "  mimesis topic echo planner/status --once\n");
+  return 0;
+}
+
+int mistake(const std::string& what) {
+  fmt::print(stderr, "mimesis: {}\nSee: mimesis --help\n", what);
+  return 2;
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-  const std::string word = argc > 1 ? argv[1] : "";
-  if (word == "--help" || word == "-h") {
-    help(std::cout);
-    return 0;
+  std::vector<char*> words(argv + 1, argv + argc);
+  if (words.empty()) return mistake("expected a verb");
+  std::string verb = words[0];
+  if (verb == "--version") return fmt::print("mimesis " MIMESIS_VERSION "\n"), 0;
+  if (verb == "--help" || verb == "-h" || verb == "help") {
+    if (words.size() == 1) return help();
+    verb = words[1];
+    words = {words[1], const_cast<char*>("--help")};
   }
-  if (word == "--version") {
-    std::cout << "mimesis " MIMESIS_VERSION "\n";
-    return 0;
-  }
-  if (word.empty() || word.starts_with('-')) {
-    std::cerr << (word.empty() ? "mimesis: which verb?" : "mimesis: unknown option '" + word + "'")
-              << "; `mimesis --help` lists them\n";
-    return 2;
-  }
-  for (const fs::path& folder : folders()) {
-    const fs::path program = folder / ("mimesis-" + word);
-    if (word.find('/') != std::string::npos || !is_program(program)) continue;
-    ::execv(program.c_str(), argv + 1);
-    std::cerr << "mimesis: " << program.string() << ": " << std::strerror(errno) << '\n';
+  if (verb.starts_with('-')) return mistake("unknown option '" + verb + "'");
+  const auto verbs = installed_verbs();
+  if (const auto found = verbs.find(verb); found != verbs.end()) {
+    words.push_back(nullptr);
+    execv(found->second.c_str(), words.data());
+    fmt::print(stderr, "mimesis: {}: {}\n", found->second, std::strerror(errno));
     return 1;
   }
-  std::vector<std::string> names;
-  for (const auto& [name, path] : verbs()) names.push_back(name);
-  for (const KnownVerb& verb : kKnown) {
-    if (word == verb.name) {
-      std::cerr << "mimesis: 'mimesis-" << word << "' is not installed: neither beside this program nor in PATH\n";
-      return 2;
-    }
+  std::vector<std::string> known;
+  for (const auto& [name, file] : verbs) known.push_back(name);
+  for (const auto& [name, about] : mimesis::tool::kKnownVerbs) {
+    if (name != verb) continue;
+    return mistake(fmt::format(
+        "the program of verb '{}' is missing: mimesis-{} is neither beside this one nor in PATH",
+        verb, verb));
   }
-  std::cerr << "mimesis: unknown verb '" << word << "'" << mimesis::runtime::did_you_mean(word, names)
-            << "; `mimesis --help` lists all\n";
-  return 2;
+  return mistake("unknown verb '" + verb + "'" + mimesis::runtime::did_you_mean(verb, known));
 }

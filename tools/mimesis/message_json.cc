@@ -1,9 +1,11 @@
 #include "tools/mimesis/message_json.h"
 
+#include <fmt/format.h>
 #include <google/protobuf/descriptor.h>
 
 #include <cctype>
 #include <cmath>
+#include <cstdlib>
 #include <nlohmann/json.hpp>
 
 #include "common/error.h"
@@ -29,14 +31,7 @@ Json number(double value) { return std::isfinite(value) ? Json(value) : Json(nul
 /// Shortest decimal that reads back as the same float: 0.1, not 0.10000000149011612.
 Json short_number(float value) {
   if (!std::isfinite(value)) return nullptr;
-  char text[32];
-  std::snprintf(text, sizeof text, "%.9g", static_cast<double>(value));
-  for (int digits = 6; digits < 9; ++digits) {
-    char shorter[32];
-    std::snprintf(shorter, sizeof shorter, "%.*g", digits, static_cast<double>(value));
-    if (std::strtof(shorter, nullptr) == value) return std::strtod(shorter, nullptr);
-  }
-  return std::strtod(text, nullptr);
+  return std::strtod(fmt::format("{}", value).c_str(), nullptr);
 }
 
 /// One value: of a singular field (index kWhole), or element `i` of a repeated one.

@@ -61,7 +61,7 @@ int list_nodes(const std::string& graph, bool json) {
 }  // namespace
 
 void add_node(CLI::App& program, int& exit_code) {
-  CLI::App* node = program.add_subcommand("node", "Shows the nodes of a graph");
+  CLI::App* node = program.add_subcommand("node");
   node->require_subcommand(1);
   CLI::App* list = node->add_subcommand("list", "Nodes that run now");
   auto graph = std::make_shared<std::string>();

@@ -1,18 +1,23 @@
+#include <fmt/format.h>
+#include <google/protobuf/message.h>
 #include <unistd.h>
 
 #include <CLI/App.hpp>
 #include <CLI/Config.hpp>
 #include <CLI/Formatter.hpp>
+#include <chrono>
 #include <iostream>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <set>
 
+#include "common/error.h"
 #include "common/runtime/raw.h"
 #include "common/runtime/suggest.h"
+#include "tools/mimesis/message_json.h"
 #include "tools/mimesis/number_check.h"
+#include "tools/mimesis/rate_window.h"
 #include "tools/mimesis/table.h"
-#include "tools/mimesis/topic_echo.h"
 #include "tools/mimesis/verb.h"
 
 namespace mimesis::tool {
@@ -24,8 +29,8 @@ struct Topic {
   std::set<std::string> publishers, subscribers;
 };
 
-/// What the nodes of a graph publish and listen to. Recorders and taps listen to everything: not
-/// shown.
+/// The topics that nodes of a graph publish or listen to, without recorders and taps, which listen
+/// to everything.
 std::map<std::string, Topic> topics_of(const std::string& graph) {
   std::map<std::string, Topic> topics;
   for (const v1::NodeInfo& node : runtime::GraphView(graph).nodes()) {
@@ -43,12 +48,6 @@ std::map<std::string, Topic> topics_of(const std::string& graph) {
     }
   }
   return topics;
-}
-
-std::string joined(const std::set<std::string>& names) {
-  std::string all;
-  for (const std::string& name : names) all += (all.empty() ? "" : ",") + name;
-  return all;
 }
 
 int list_topics(const std::string& graph, bool json) {
@@ -71,7 +70,8 @@ int list_topics(const std::string& graph, bool json) {
   }
   Table table({"TOPIC", "TYPE", "PUBLISHERS", "SUBSCRIBERS"});
   for (const auto& [name, topic] : topics) {
-    table.row({name, topic.type, joined(topic.publishers), joined(topic.subscribers)});
+    table.row({name, topic.type, fmt::format("{}", fmt::join(topic.publishers, ",")),
+               fmt::format("{}", fmt::join(topic.subscribers, ","))});
   }
   table.print(std::cout, use_colour(STDOUT_FILENO));
   return 0;
@@ -87,6 +87,125 @@ void note_if_unknown(const std::string& graph, const std::string& topic) {
             << runtime::did_you_mean(topic, known) << '\n';
 }
 
+struct EchoOptions {
+  std::string topic;
+  std::string field;  ///< empty: the whole message
+  bool once = false;
+  int count = 0;  ///< 0: without end
+  bool reliable = false;
+  double timeout_s = 0.0;  ///< of the wait for each message [s]; 0: none
+};
+
+struct HzOptions {
+  std::string topic;
+  int window = 1000;       ///< messages
+  int reports = 0;         ///< 0: without end
+  double timeout_s = 0.0;  ///< as above
+};
+
+using Clock = std::chrono::steady_clock;
+using Json = nlohmann::ordered_json;
+
+constexpr int kTimedOut = 3;
+
+Clock::time_point deadline(double timeout_s) {
+  return timeout_s > 0.0 ? Clock::now() + std::chrono::duration_cast<Clock::duration>(
+                                              std::chrono::duration<double>(timeout_s))
+                         : Clock::time_point::max();
+}
+
+/// Time until `limit`, at most a second.
+std::chrono::milliseconds turn(Clock::time_point limit) {
+  using std::chrono::milliseconds;
+  const auto now = Clock::now();
+  if (limit - now > milliseconds(1000)) return milliseconds(1000);
+  return std::max(milliseconds(0), std::chrono::ceil<milliseconds>(limit - now));
+}
+
+int timed_out(const std::string& topic, double timeout_s) {
+  std::cerr << fmt::format("no message on {} within {:g} s\n", topic, timeout_s);
+  return kTimedOut;
+}
+
+void print(const runtime::Tapped& tapped, const Json& value, bool field, bool json) {
+  if (json) {
+    std::cout << Json{{"topic", tapped.topic},
+                      {"seq", tapped.message.seq},
+                      {"stamp_ns", tapped.message.stamp.count()},
+                      {"source", tapped.message.source},
+                      {field ? "value" : "message", value}}
+                     .dump()
+              << std::endl;
+  } else if (field) {
+    std::cout << (value.is_string() ? value.get<std::string>() : value.dump()) << std::endl;
+  } else {
+    std::cout << value.dump(2) << "\n---" << std::endl;
+  }
+}
+
+/// Prints messages; returns the exit code.
+int echo_topic(const std::string& graph, const EchoOptions& options, bool json) {
+  runtime::Tap tap(
+      graph, [&](const std::string& topic) { return topic == options.topic; },
+      options.reliable ? runtime::Policy::reliable : runtime::Policy::latest);
+  runtime::TypePool types;
+  const int count = options.once ? 1 : options.count;
+  auto limit = deadline(options.timeout_s);
+  for (int printed = 0; count == 0 || printed < count;) {
+    const auto tapped = tap.next(turn(limit));
+    if (!tapped) {
+      if (Clock::now() >= limit) return timed_out(options.topic, options.timeout_s);
+      continue;
+    }
+    const auto message = types.make(tapped->type, tap.descriptors(tapped->type));
+    if (message == nullptr || !message->ParseFromString(tapped->message.payload)) {
+      std::cerr << options.topic << ": a message is not a valid " << tapped->type << '\n';
+      return 1;
+    }
+    const bool field = !options.field.empty();
+    print(*tapped, field ? field_json(*message, options.field) : to_json(*message), field, json);
+    ++printed;
+    limit = deadline(options.timeout_s);
+  }
+  return 0;
+}
+
+/// Prints the rate of a topic once a second; returns the exit code.
+int topic_rate(const std::string& graph, const HzOptions& options, bool json) {
+  runtime::Tap tap(
+      graph, [&](const std::string& topic) { return topic == options.topic; },
+      runtime::Policy::latest);
+  RateWindow window(static_cast<std::size_t>(options.window));
+  auto report = Clock::now() + std::chrono::seconds(1);
+  auto limit = deadline(options.timeout_s);
+  for (int reports = 0; options.reports == 0 || reports < options.reports;) {
+    if (const auto tapped = tap.next(turn(std::min(limit, report)))) {
+      window.add(Clock::now(), tapped->message.seq);
+      limit = deadline(options.timeout_s);
+    }
+    if (Clock::now() >= limit) return timed_out(options.topic, options.timeout_s);
+    if (Clock::now() < report) continue;
+    report += std::chrono::seconds(1);
+    const auto rate = window.rate();
+    if (!rate) continue;
+    if (json) {
+      std::cout << Json{{"topic", options.topic},
+                        {"rate_hz", rate->hz},
+                        {"min_s", rate->min_s},
+                        {"max_s", rate->max_s},
+                        {"messages", rate->messages}}
+                       .dump()
+                << std::endl;
+    } else {
+      std::cout << fmt::format("{:.3f} Hz   between messages {:.4f} .. {:.4f} s   {} messages\n",
+                               rate->hz, rate->min_s, rate->max_s, rate->messages)
+                << std::flush;
+    }
+    ++reports;
+  }
+  return 0;
+}
+
 struct CommonOptions {
   std::string graph;
   bool json = false;
@@ -95,7 +214,7 @@ struct CommonOptions {
 }  // namespace
 
 void add_topic(CLI::App& program, int& exit_code) {
-  CLI::App* topic = program.add_subcommand("topic", "Shows topics and what is published on them");
+  CLI::App* topic = program.add_subcommand("topic");
   topic->require_subcommand(1);
   auto common = std::make_shared<CommonOptions>();
   const auto add_common = [common](CLI::App* verb) {

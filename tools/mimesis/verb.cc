@@ -1,15 +1,79 @@
 #include "tools/mimesis/verb.h"
 
+#include <fmt/format.h>
+
 #include <CLI/App.hpp>
 #include <CLI/Config.hpp>
 #include <CLI/Formatter.hpp>
+#include <algorithm>
 #include <exception>
 #include <iostream>
 
 #include "common/error.h"
-#include "tools/mimesis/usage.h"
+#include "common/runtime/suggest.h"
+#include "tools/mimesis/known_verbs.h"
 
 namespace mimesis::tool {
+namespace {
+
+/// The verb or sub-verb that the command line has reached.
+const CLI::App& innermost(const CLI::App& app) {
+  const auto chosen = app.get_subcommands();
+  return chosen.empty() ? app : innermost(*chosen.front());
+}
+
+std::string full_name(const CLI::App& app) {
+  const CLI::App* parent = app.get_parent();
+  return parent == nullptr ? app.get_name() : full_name(*parent) + " " + app.get_name();
+}
+
+std::vector<std::string> known_words(const CLI::App& app, bool options) {
+  std::vector<std::string> known;
+  if (options) {
+    for (const CLI::Option* option : app.get_options()) {
+      for (const std::string& name : option->get_lnames()) known.push_back("--" + name);
+    }
+  } else {
+    for (const CLI::App* verb : app.get_subcommands([](const CLI::App*) { return true; })) {
+      known.push_back(verb->get_name());
+    }
+  }
+  return known;
+}
+
+std::string unknown(const std::string& word, bool option, const std::vector<std::string>& known) {
+  return (option          ? "unknown option '"
+          : known.empty() ? "unexpected argument '"
+                          : "unknown verb '") +
+         word + "'" + runtime::did_you_mean(word, known);
+}
+
+}  // namespace
+
+int report_usage(const CLI::App& program, const CLI::ParseError& error) {
+  const CLI::App& verb = innermost(program);
+  if (error.get_exit_code() == static_cast<int>(CLI::ExitCodes::Success)) {
+    std::cout << (error.get_name() == "CallForVersion" ? std::string(error.what()) + "\n"
+                                                       : program.help());
+    return 0;
+  }
+  const std::vector<std::string> extra = program.remaining(true);
+  std::string what = error.what();
+  if (!extra.empty()) {
+    const bool option = extra.front().starts_with('-');
+    const std::vector<std::string> known = known_words(verb, option);
+    const std::string name = extra.front().substr(0, extra.front().find('='));
+    if (option && std::ranges::find(known, name) != known.end()) {
+      what = "'" + name + "' belongs behind the verb: " + full_name(verb) + " " + name + " ...";
+    } else {
+      what = unknown(extra.front(), option, known);
+    }
+  } else if (const auto verbs = known_words(verb, false); !verbs.empty()) {
+    what = fmt::format("expected a verb: {}", fmt::join(verbs, ", "));
+  }
+  std::cerr << full_name(verb) << ": " << what << "\nSee: " << full_name(verb) << " --help\n";
+  return 2;
+}
 
 int run_verb(const std::string& verb, int argc, char** argv, void (*add)(CLI::App&, int&)) {
   CLI::App program("Starts, watches and records graphs of robot nodes.", "mimesis");
@@ -17,6 +81,9 @@ int run_verb(const std::string& verb, int argc, char** argv, void (*add)(CLI::Ap
   program.require_subcommand(1);
   int exit_code = 0;
   add(program, exit_code);
+  for (const KnownVerb& known : kKnownVerbs) {
+    if (known.name == verb) program.get_subcommand(verb)->description(std::string(known.about));
+  }
   // CLI11 takes the arguments in reverse order.
   std::vector<std::string> arguments(std::make_reverse_iterator(argv + argc),
                                      std::make_reverse_iterator(argv + 1));

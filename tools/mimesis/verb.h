@@ -3,13 +3,15 @@
 
 namespace CLI {
 class App;
-}
+class ParseError;
+}  // namespace CLI
 
 namespace mimesis::tool {
 
 /// Each adds one verb with its sub-verbs to the program. When the verb is chosen its callback
 /// stores the exit code: 0 done, 1 failed, 2 usage or configuration, 3 not found or timed out, 130
-/// interrupted. Every verb is a program of its own, mimesis-VERB (mimesis_verb in cmake/).
+/// interrupted. The verb's description is that of known_verbs.h, if it is there. Every verb is a
+/// program of its own, mimesis-VERB (mimesis_verb in cmake/).
 void add_launch(CLI::App& program, int& exit_code);
 void add_topic(CLI::App& program, int& exit_code);
 void add_node(CLI::App& program, int& exit_code);
@@ -22,5 +24,9 @@ void add_walk_trials(CLI::App& program, int& exit_code);  ///< only where DART i
 /// The main function of mimesis-VERB: parses `mimesis VERB ARGUMENTS ...`, runs the verb, turns
 /// exceptions into one line on standard error. Returns the exit code.
 int run_verb(const std::string& verb, int argc, char** argv, void (*add)(CLI::App&, int&));
+
+/// Prints help (standard output) or what is wrong with the command line, with a suggestion
+/// (standard error). Returns the exit code: 0 for help, 2 for a mistake.
+int report_usage(const CLI::App& program, const CLI::ParseError& error);
 
 }  // namespace mimesis::tool

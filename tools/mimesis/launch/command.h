@@ -7,7 +7,7 @@
 
 namespace mimesis::launch {
 
-/// What is the same for all nodes of one run.
+/// Settings that all nodes of a run share.
 struct Run {
   std::string graph;  ///< name of the graph
   std::string log;    ///< folder for the run's logs
@@ -38,5 +38,13 @@ GraphFile with_clock(GraphFile graph);
 
 /// For people: words with quotes where a shell would need them.
 std::string shell_line(const Command& command);
+
+/// Checks all that can be seen without starting a node: programs exist, hosts are declared, inputs
+/// are wired to topics that a node of the file can publish, --set names nodes.
+void check_graph(const GraphFile& graph, const Run& run, Mistakes& mistakes);
+
+/// Starts every local node with --check, which reads its parameters and exits, and collects what
+/// they say.
+void check_parameters(const GraphFile& graph, const Run& run, Mistakes& mistakes);
 
 }  // namespace mimesis::launch

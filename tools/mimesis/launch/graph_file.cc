@@ -3,18 +3,19 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <map>
+#include <set>
 
 #include "common/error.h"
+#include "common/runtime/suggest.h"
 #include "common/runtime/value_text.h"
-#include "tools/mimesis/launch/order.h"
-#include "tools/mimesis/launch/result_section.h"
 
 namespace mimesis::launch {
 namespace {
 
 using runtime::Yaml;
 
-/// What a node has if it does not say otherwise: the section `defaults:`, or our own.
+/// The settings of a node that does not say otherwise: the section `defaults:`, or our own.
 struct Defaults {
   Restart restart;
   Stop stop;
@@ -175,6 +176,90 @@ void read_nodes(Section& top, GraphFile& graph, const Defaults& defaults) {
   });
 }
 
+std::optional<FieldPath> field_path(const Text& text, Mistakes& mistakes) {
+  const std::size_t dot = text.text.find('.');
+  if (dot == std::string::npos || dot == 0 || dot + 1 == text.text.size()) {
+    mistakes.add(text.place, fmt::format("expected TOPIC.FIELD, found '{}'", text.text));
+    return std::nullopt;
+  }
+  return FieldPath{text.text.substr(0, dot), text.text.substr(dot + 1), text.place};
+}
+
+std::optional<ResultField> result_field(const Text& name, const Yaml& value, Section& section) {
+  ResultField field;
+  field.name = name.text;
+  std::optional<Text> from;
+  if (value.kind == Yaml::Kind::map) {
+    Section s(value, section.variables(), section.mistakes());
+    from = s.text("from");
+    if (!s.has("from"))
+      section.mistakes().add(value.place, "a result field needs from: TOPIC.FIELD");
+    field.scale = s.number("scale", -1e12, 1e12);
+    field.digits = s.whole("digits", 0, 15);
+    s.finish();
+  } else {
+    from = section.expand(value, "TOPIC.FIELD");
+  }
+  if (!from) return std::nullopt;
+  const auto path = field_path(*from, section.mistakes());
+  if (!path) return std::nullopt;
+  field.from = *path;
+  return field;
+}
+
+std::vector<std::string> names(const GraphFile& graph) {
+  std::vector<std::string> all;
+  for (const NodeSpec& node : graph.nodes) all.push_back(node.name.text);
+  return all;
+}
+
+/// Depth-first search along `after`; a node met twice on one path closes a circle.
+class CircleSearch {
+ public:
+  CircleSearch(const GraphFile& graph, Mistakes& mistakes) : graph_(graph), mistakes_(mistakes) {}
+
+  void visit(const NodeSpec& node) {
+    if (done_[node.name.text]) return;
+    path_.push_back(node.name.text);
+    for (const Text& before : node.after) {
+      const auto on_path = std::find(path_.begin(), path_.end(), before.text);
+      if (on_path != path_.end()) {
+        std::string circle;
+        for (auto it = on_path; it != path_.end(); ++it) circle += *it + " -> ";
+        mistakes_.add(before.place, "nodes wait for each other: " + circle + before.text);
+      } else if (const NodeSpec* next = graph_.find(before.text)) {
+        visit(*next);
+      }
+    }
+    path_.pop_back();
+    done_[node.name.text] = true;
+  }
+
+ private:
+  const GraphFile& graph_;
+  Mistakes& mistakes_;
+  std::vector<std::string> path_;
+  std::map<std::string, bool> done_;
+};
+
+/// Length of the longest chain of `after` below a node.
+int level(const GraphFile& graph, const NodeSpec& node) {
+  int below = -1;
+  for (const Text& before : node.after) {
+    if (const NodeSpec* next = graph.find(before.text))
+      below = std::max(below, level(graph, *next));
+  }
+  return below + 1;
+}
+
+void add_with_all_before(const GraphFile& graph, const NodeSpec& node,
+                         std::set<std::string>& names) {
+  if (!names.insert(node.name.text).second) return;
+  for (const Text& before : node.after) {
+    if (const NodeSpec* next = graph.find(before.text)) add_with_all_before(graph, *next, names);
+  }
+}
+
 }  // namespace
 
 const NodeSpec* GraphFile::find(const std::string& node) const {
@@ -219,6 +304,71 @@ GraphFile read_graph_file(const std::string& file, const std::vector<std::string
   check_order(graph, mistakes);
   drop_disabled(graph);
   return graph;
+}
+
+ResultSpec read_result(Section& section) {
+  ResultSpec result;
+  if (auto until = section.text("until")) {
+    result.until = std::move(*until);
+  } else if (!section.has("until")) {
+    section.mistakes().add(section.place(), "result needs until: TOPIC");
+  }
+  result.timeout = section.duration("timeout").value_or(result.timeout);
+  result.wall_timeout = section.duration("wall_timeout").value_or(result.wall_timeout);
+  if (const auto success = section.text("success")) {
+    result.success = field_path(*success, section.mistakes());
+  }
+  section.entries("fields", [&](const Text& name, const Yaml& value) {
+    if (auto field = result_field(name, value, section)) result.fields.push_back(std::move(*field));
+  });
+  section.finish();
+  return result;
+}
+
+void check_order(const GraphFile& graph, Mistakes& mistakes) {
+  const std::vector<std::string> known = names(graph);
+  for (const NodeSpec& node : graph.nodes) {
+    for (const Text& before : node.after) {
+      if (graph.find(before.text) == nullptr) {
+        mistakes.add(before.place, "after: there is no node '" + before.text + "'" +
+                                       runtime::did_you_mean(before.text, known));
+      }
+    }
+  }
+  CircleSearch search(graph, mistakes);
+  for (const NodeSpec& node : graph.nodes) search.visit(node);
+}
+
+void drop_disabled(GraphFile& graph) {
+  std::erase_if(graph.nodes, [](const NodeSpec& node) { return !node.enabled; });
+  for (NodeSpec& node : graph.nodes) {
+    std::erase_if(node.after,
+                  [&](const Text& before) { return graph.find(before.text) == nullptr; });
+  }
+}
+
+void sort_by_start(GraphFile& graph) {
+  std::map<std::string, int> levels;
+  for (const NodeSpec& node : graph.nodes) levels[node.name.text] = level(graph, node);
+  std::stable_sort(graph.nodes.begin(), graph.nodes.end(),
+                   [&](const NodeSpec& a, const NodeSpec& b) {
+                     return levels[a.name.text] < levels[b.name.text];
+                   });
+}
+
+std::vector<std::vector<std::string>> stop_order(const GraphFile& graph) {
+  std::set<std::string> last;
+  for (const NodeSpec& node : graph.nodes) {
+    if (node.stop.last) add_with_all_before(graph, node, last);
+  }
+  // Key: ordinary nodes before `last` ones, then from the top of the chains down.
+  std::map<std::pair<bool, int>, std::vector<std::string>> groups;
+  for (const NodeSpec& node : graph.nodes) {
+    groups[{last.contains(node.name.text), -level(graph, node)}].push_back(node.name.text);
+  }
+  std::vector<std::vector<std::string>> order;
+  for (auto& [key, group] : groups) order.push_back(std::move(group));
+  return order;
 }
 
 }  // namespace mimesis::launch

@@ -12,7 +12,7 @@ namespace mimesis::launch {
 
 using std::chrono::nanoseconds;
 
-/// What happens when a node ends by itself with a failure.
+/// How a node is restarted when it ends by itself with a failure.
 struct Restart {
   bool on_failure = false;
   nanoseconds delay = std::chrono::milliseconds(500);  ///< before the first restart
@@ -107,5 +107,22 @@ struct GraphFile {
 /// @throws ConfigError if the file cannot be read as YAML.
 GraphFile read_graph_file(const std::string& file, const std::vector<std::string>& args,
                           const std::string& run_log, Mistakes& mistakes);
+
+/// Reads the section `result:` of a launch file.
+ResultSpec read_result(Section& section);
+
+/// Notes every `after` that names no node of the file, and every circle of them.
+void check_order(const GraphFile& graph, Mistakes& mistakes);
+
+/// Removes nodes with a false `if`, and the waiting for them.
+void drop_disabled(GraphFile& graph);
+
+/// The nodes in an order in which each comes after those it waits for, otherwise as in the file.
+void sort_by_start(GraphFile& graph);
+
+/// Order of stopping, as groups to be stopped together one group after the other: a node goes
+/// before those it came `after`. Nodes with `stop.order: last`, and all that they came after, are
+/// at the end, in the same order. Precondition: no circle.
+std::vector<std::vector<std::string>> stop_order(const GraphFile& graph);
 
 }  // namespace mimesis::launch

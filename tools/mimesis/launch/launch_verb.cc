@@ -1,15 +1,200 @@
+// `mimesis launch`: checks, shows or runs a launch file.
+#include <fmt/chrono.h>
+#include <fmt/format.h>
+#include <unistd.h>
+
 #include <CLI/App.hpp>
 #include <CLI/Config.hpp>
 #include <CLI/Formatter.hpp>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <ctime>
+#include <filesystem>
+#include <memory>
+#include <nlohmann/json.hpp>
 
-#include "tools/mimesis/launch/launch.h"
+#include "common/error.h"
+#include "common/runtime/raw.h"
+#include "tools/mimesis/launch/command.h"
+#include "tools/mimesis/launch/graph_file.h"
+#include "tools/mimesis/launch/result.h"
+#include "tools/mimesis/launch/supervisor.h"
 #include "tools/mimesis/verb.h"
+
+namespace mimesis::launch {
+namespace {
+
+/// Options of `mimesis launch`.
+struct Options {
+  std::string file;
+  std::vector<std::string> args;  ///< NAME=VALUE
+  std::vector<std::string> sets;  ///< NODE.KEY=VALUE
+  std::string graph;              ///< empty: the environment's
+  std::string name;               ///< of the run; empty: made from the time
+  bool check = false, dry_run = false, json = false;
+  bool keep_running = false;  ///< the result does not end the run
+};
+
+using Json = nlohmann::ordered_json;
+namespace fs = std::filesystem;
+
+void print(const Json& json) { fmt::print("{}\n", json.dump()); }
+
+std::string after_text(const NodeSpec& node) {
+  std::string names;
+  for (const Text& before : node.after) names += (names.empty() ? "" : ", ") + before.text;
+  return names.empty() ? "" : "  after " + names;
+}
+
+/// $XDG_STATE_HOME/mimesis/log/RUN
+fs::path log_folder(const std::string& run) {
+  const char* state = std::getenv("XDG_STATE_HOME");
+  const char* home = std::getenv("HOME");
+  fs::path base = state != nullptr && *state != '\0' ? fs::path(state)
+                  : home != nullptr && *home != '\0' ? fs::path(home) / ".local/state"
+                                                     : fs::temp_directory_path();
+  return base / "mimesis/log" / run;
+}
+
+/// The process id makes it unique among runs that start in the same second.
+std::string run_name(const Options& options) {
+  if (!options.name.empty()) return options.name;
+  return fmt::format("{:%Y%m%d-%H%M%S}-{}-{}", fmt::localtime(std::time(nullptr)),
+                     fs::path(options.file).stem().string(), getpid());
+}
+
+Run make_run(const Options& options) {
+  Run run;
+  run.graph = options.graph.empty() ? runtime::graph_name() : options.graph;
+  run.log = log_folder(run_name(options)).string();
+  for (const std::string& set : options.sets) {
+    const std::size_t dot = set.find('.');
+    if (dot == std::string::npos || dot == 0 || set.find('=') == std::string::npos ||
+        set.find('=') < dot) {
+      throw ConfigError("--set: '" + set + "' is not NODE.KEY=VALUE");
+    }
+    run.sets.emplace_back(set.substr(0, dot), set.substr(dot + 1));
+  }
+  return run;
+}
+
+/// Prints mistakes to standard error, or with `json` as an object to standard output.
+void report_mistakes(const std::string& file, const Mistakes& mistakes, bool json) {
+  const std::vector<std::string> lines = mistakes.lines();
+  if (json) {
+    print({{"file", file}, {"ok", lines.empty()}, {"mistakes", lines}});
+    return;
+  }
+  for (const std::string& line : lines) fmt::print(stderr, "{}\n", line);
+  if (lines.empty()) fmt::print(stderr, "{}: no mistakes\n", file);
+}
+
+/// Prints the commands in order of start and the order of stopping.
+void print_plan(const GraphFile& graph, const Run& run, bool json) {
+  const auto stop = stop_order(graph);
+  if (!json) {
+    for (const NodeSpec& node : graph.nodes) {
+      fmt::print("# {}{}\n{}\n", node.name.text, after_text(node),
+                 shell_line(command(graph, node, run)));
+    }
+    fmt::print("# stop:");
+    for (const auto& group : stop) fmt::print(" [{}]", fmt::join(group, " "));
+    fmt::print("\n");
+    return;
+  }
+  Json start = Json::array();
+  for (const NodeSpec& node : graph.nodes) {
+    const Command c = command(graph, node, run);
+    Json after = Json::array(), env = Json::object();
+    for (const Text& before : node.after) after.push_back(before.text);
+    for (const auto& [name, value] : c.env) env[name] = value;
+    start.push_back({{"name", node.name.text}, {"after", after}, {"argv", c.argv}, {"env", env}});
+  }
+  print({{"graph", run.graph},
+         {"clock", graph.clock},
+         {"log", run.log},
+         {"start", start},
+         {"stop", stop}});
+}
+
+/// Prints how the run and its nodes ended.
+void print_summary(const Outcome& outcome, const Run& run) {
+  Json nodes = Json::array();
+  for (const NodeOutcome& node : outcome.nodes) {
+    nodes.push_back({{"name", node.name},
+                     {"exit_code", node.exit_code},
+                     {"restarts", node.restarts},
+                     {"killed", node.killed}});
+  }
+  print({{"exit_code", outcome.exit_code},
+         {"reason", outcome.reason},
+         {"graph", run.graph},
+         {"log", run.log},
+         {"nodes", nodes}});
+}
+
+int run_graph(const GraphFile& graph, const Run& run, bool json) {
+  const auto start = std::chrono::steady_clock::now();
+  std::unique_ptr<ResultWatcher> watcher;
+  if (graph.result) {
+    const auto epoch = graph.clock == "wall" ? std::chrono::system_clock::now().time_since_epoch()
+                                             : std::chrono::nanoseconds(0);
+    watcher = std::make_unique<ResultWatcher>(*graph.result, run.graph, epoch);
+  }
+  Outcome outcome = supervise(graph, run, watcher ? watcher->fd() : -1);
+  const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - start;
+  Json result;
+  if (watcher != nullptr) {
+    watcher->stop();
+    if (outcome.reason.empty()) outcome.reason = watcher->failure();
+    if (outcome.reason.empty() && !watcher->collector().end()) outcome.reason = "all nodes ended";
+    if (watcher->misconfigured()) outcome.exit_code = 2;
+    result = watcher->collector().line(outcome.reason);
+    result["wall_s"] = std::round(wall.count() * 1e3) / 1e3;
+    result["graph_s"] = watcher->graph_s();
+    result["log"] = run.log;
+    const bool succeeded = outcome.reason.empty() && watcher->collector().succeeded();
+    if (!succeeded && outcome.exit_code == 0) outcome.exit_code = 1;
+  }
+  if (json) print_summary(outcome, run);
+  if (!result.is_null()) print(result);
+  fmt::print(stderr, "mimesis: logs in {}\n", run.log);
+  return outcome.exit_code;
+}
+
+/// Returns the exit code. @throws ConfigError
+int check_show_or_run(const Options& options) {
+  const Run run = make_run(options);
+  Mistakes mistakes;
+  const GraphFile file = read_graph_file(options.file, options.args, run.log, mistakes);
+  check_graph(file, run, mistakes);
+  // Nodes read their own parameters, so in a plain launch they find their mistakes themselves.
+  GraphFile graph = with_clock(file);
+  if (options.check && mistakes.empty()) check_parameters(graph, run, mistakes);
+  if (options.check || !mistakes.empty()) {
+    report_mistakes(options.file, mistakes, options.json);
+    return mistakes.empty() ? 0 : 2;
+  }
+  if (options.keep_running) graph.result.reset();
+  sort_by_start(graph);
+  if (options.dry_run) {
+    print_plan(graph, run, options.json);
+    return 0;
+  }
+  std::error_code error;
+  fs::create_directories(run.log, error);
+  if (error) throw ConfigError(run.log + ": " + error.message());
+  return keep([&] { return run_graph(graph, run, options.json); });
+}
+
+}  // namespace
+}  // namespace mimesis::launch
 
 namespace mimesis::tool {
 
 void add_launch(CLI::App& program, int& exit_code) {
-  CLI::App* verb =
-      program.add_subcommand("launch", "Starts the nodes of a launch file and watches them");
+  CLI::App* verb = program.add_subcommand("launch");
   auto options = std::make_shared<launch::Options>();
   verb->add_option("file", options->file, "Launch file (YAML, see launch/README.md)")->required();
   verb->add_flag("--check", options->check,
@@ -34,7 +219,7 @@ void add_launch(CLI::App& program, int& exit_code) {
       "  mimesis launch launch/imitation.yaml --arg teacher=full,below,low\n"
       "  mimesis launch launch/imitation.yaml --set planner.rate_hz=100\n"
       "  mimesis launch launch/imitation.yaml --check");
-  verb->callback([options, &exit_code] { exit_code = launch::launch(*options); });
+  verb->callback([options, &exit_code] { exit_code = launch::check_show_or_run(*options); });
 }
 
 }  // namespace mimesis::tool

@@ -1,6 +1,7 @@
 #include "tools/mimesis/launch/process.h"
 
 #include <fcntl.h>
+#include <poll.h>
 #include <sched.h>
 #include <signal.h>
 #include <sys/prctl.h>
@@ -8,6 +9,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <array>
 #include <cerrno>
 #include <cstring>
 #include <stdexcept>
@@ -54,14 +56,14 @@ std::vector<char*> pointers(std::vector<std::string>& texts) {
 struct Prepared {
   std::vector<char*> argv, env;
   pid_t parent = 0;
-  int out = -1, err = -1, report = -1;
+  int out = -1, err = -1, kept = -1, report = -1;
   bool pinned = false;
   cpu_set_t cpus{};
   int policy = SCHED_OTHER;
   sched_param priority{};
 };
 
-/// What failed, as the first of two ints; errno is the second.
+/// The stage that failed: the first of two ints that the child reports; the second is errno.
 enum Stage : int { kAffinity, kScheduler, kExec };
 
 [[noreturn]] void become(const Prepared& p) {
@@ -76,6 +78,7 @@ enum Stage : int { kAffinity, kScheduler, kExec };
   dup2(null, STDIN_FILENO);
   dup2(p.out, STDOUT_FILENO);
   dup2(p.err, STDERR_FILENO);
+  if (p.kept >= 0) fcntl(p.kept, F_SETFD, 0);  // not closed by exec
   int failure[2] = {kExec, 0};
   if (p.pinned && sched_setaffinity(0, sizeof p.cpus, &p.cpus) != 0) {
     failure[0] = kAffinity;
@@ -95,6 +98,19 @@ void set_schedule(Prepared& p, const Sched& sched) {
   p.pinned = !sched.cpus.empty();
   p.policy = sched.policy == "fifo" ? SCHED_FIFO : sched.policy == "rr" ? SCHED_RR : SCHED_OTHER;
   p.priority.sched_priority = p.policy == SCHED_OTHER ? 0 : sched.priority;
+}
+
+constexpr std::size_t kMaxText = 65536;
+
+/// Reads what is there; closes at the end of the stream.
+void drain(Fd& fd, std::string& into) {
+  std::array<char, 4096> buffer;
+  while (fd.open()) {
+    const ssize_t n = read(fd.get(), buffer.data(), buffer.size());
+    if (n < 0) return;
+    if (n == 0) return fd.reset();
+    if (into.size() < kMaxText) into.append(buffer.data(), static_cast<std::size_t>(n));
+  }
 }
 
 }  // namespace
@@ -132,15 +148,20 @@ std::optional<Ending> Child::reap() {
   return Ending{.code = WEXITSTATUS(status)};
 }
 
-Child spawn(const Command& command, const Sched& sched) {
+Child spawn(const Command& command, const Sched& sched, const Shared& shared) {
   std::vector<std::string> argv = command.argv, env = environment(command);
   const std::string path = find_executable(argv[0]);
   if (path.empty()) throw std::runtime_error(argv[0] + ": there is no such program");
   argv[0] = path;
-  Pipe out = make_pipe(), err = make_pipe(), report = make_pipe();
+  Pipe report = make_pipe(), out, err;
+  if (shared.output < 0) {
+    out = make_pipe();
+    err = make_pipe();
+  }
   Prepared prepared{.argv = pointers(argv), .env = pointers(env), .parent = getpid()};
-  prepared.out = out.write.get();
-  prepared.err = err.write.get();
+  prepared.out = shared.output < 0 ? out.write.get() : shared.output;
+  prepared.err = shared.output < 0 ? err.write.get() : shared.output;
+  prepared.kept = shared.kept;
   prepared.report = report.write.get();
   set_schedule(prepared, sched);
 
@@ -162,11 +183,40 @@ Child spawn(const Command& command, const Sched& sched) {
   child.pidfd = Fd(static_cast<int>(syscall(SYS_pidfd_open, child.pid, 0)));
   if (!child.pidfd.open())
     throw std::runtime_error(std::string("pidfd_open: ") + std::strerror(errno));
-  fcntl(out.read.get(), F_SETFL, O_NONBLOCK);
-  fcntl(err.read.get(), F_SETFL, O_NONBLOCK);
+  for (const Fd* end : {&out.read, &err.read}) {
+    if (end->open()) fcntl(end->get(), F_SETFL, O_NONBLOCK);
+  }
   child.out = std::move(out.read);
   child.err = std::move(err.read);
   return child;
+}
+
+Captured capture(const Command& command, std::chrono::milliseconds timeout) {
+  using Clock = std::chrono::steady_clock;
+  Captured captured;
+  std::string ignored;
+  Child child = spawn(command, {});
+  const auto deadline = Clock::now() + timeout;
+  while (true) {
+    std::array<pollfd, 3> fds = {pollfd{child.out.get(), POLLIN, 0},
+                                 pollfd{child.err.get(), POLLIN, 0},
+                                 pollfd{child.pidfd.get(), POLLIN, 0}};
+    const auto left =
+        std::chrono::duration_cast<std::chrono::milliseconds>(deadline - Clock::now());
+    if (left.count() <= 0) {
+      child.send(SIGKILL);
+      captured.err += "no answer within " + std::to_string(timeout.count()) + " ms\n";
+    }
+    poll(fds.data(), fds.size(), static_cast<int>(std::max<long>(left.count(), 100)));
+    drain(child.out, ignored);
+    drain(child.err, captured.err);
+    if (const auto ending = child.reap()) {
+      drain(child.err, captured.err);
+      captured.exit_code = ending->signal != 0 ? 128 + ending->signal : ending->code;
+      if (ending->signal != 0) captured.err += command.argv[0] + ": " + ending->text() + "\n";
+      return captured;
+    }
+  }
 }
 
 }  // namespace mimesis::launch

@@ -46,8 +46,23 @@ struct Child {
   std::optional<Ending> reap();
 };
 
+/// File descriptors of this process that a child gets; -1: none.
+struct Shared {
+  int kept = -1;    ///< open in the child, under the same number
+  int output = -1;  ///< for its standard output and error, instead of the pipes of `Child`
+};
+
 /// Starts a program. Call from the main thread: the child is told when that thread ends.
 /// @throws std::runtime_error "NAME: why" if it cannot be started or scheduled as `sched` says.
-Child spawn(const Command& command, const Sched& sched);
+Child spawn(const Command& command, const Sched& sched, const Shared& shared = {});
+
+/// Exit code and words of a program that ran to its end.
+struct Captured {
+  int exit_code = 1;
+  std::string err;  ///< standard error, at most 64 KiB
+};
+
+/// Runs `command`; kills it after `timeout`.
+Captured capture(const Command& command, std::chrono::milliseconds timeout);
 
 }  // namespace mimesis::launch

@@ -1,5 +1,5 @@
 #pragma once
-#include <memory>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -7,12 +7,13 @@
 
 namespace mimesis::launch {
 
-/// Something that can end a run from outside the nodes: the watcher of the result.
-class RunEnd {
- public:
-  virtual ~RunEnd() = default;
-  virtual int fd() const = 0;  ///< readable when the run shall end
-};
+/// Runs `work` in a child process and stays its parent, so that nothing can outlive a launch:
+///  - kill -9 of this process: the child gets SIGTERM and stops its nodes in order;
+///  - kill -9 of the child: this process inherits all that the child had started (it is a
+///    subreaper), sends SIGTERM, and after 3 s SIGKILL.
+/// SIGINT, SIGTERM and SIGHUP are passed on. Returns the exit code of `work`, 1 if it was killed.
+/// In the child it returns, too, with the result of `work`.
+int keep(const std::function<int()>& work);
 
 /// How a node fared.
 struct NodeOutcome {
@@ -28,19 +29,11 @@ struct Outcome {
   std::vector<NodeOutcome> nodes;
 };
 
-/// Starts the nodes of a graph in order of `after` and readiness, watches them, stops them in
+/// Starts the nodes of a graph in order of `after` and readiness, watches them, and stops them in
 /// reverse. Single-threaded; sleeps in poll(2) on the ends of processes, their output, signals and
-/// the graph's registry.
-class Supervisor {
- public:
-  /// Precondition: SIGINT, SIGTERM and SIGHUP are blocked; the graph was checked.
-  Supervisor(const GraphFile& graph, const Run& run, RunEnd* end);
-  ~Supervisor();
-  Outcome run();
-
- private:
-  struct Impl;
-  std::unique_ptr<Impl> impl_;
-};
+/// the graph's registry. Precondition: SIGINT, SIGTERM and SIGHUP are blocked; the graph was
+/// checked.
+/// @param end_fd  readable when the run shall end; -1: none
+Outcome supervise(const GraphFile& graph, const Run& run, int end_fd);
 
 }  // namespace mimesis::launch

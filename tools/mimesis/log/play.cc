@@ -1,12 +1,647 @@
-#include "tools/mimesis/log/play.h"
+// `mimesis log play`: publishes the messages of a log on their topics with their types, latched
+// ones first; on the wall clock at a rate, or as a member of a lock-step graph.
+#include <fmt/format.h>
+#include <sys/eventfd.h>
+#include <sys/prctl.h>
 
+#include <CLI/App.hpp>
+#include <CLI/Config.hpp>
+#include <CLI/Formatter.hpp>
+#include <CLI/Validators.hpp>
+#include <algorithm>
+#include <array>
+#include <cmath>
 #include <iostream>
+#include <limits>
+#include <map>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <thread>
 
-#include "tools/mimesis/log/lockstep_player.h"
-#include "tools/mimesis/log/play_paced.h"
+#include "common/runtime/log_lines.h"
+#include "common/runtime/node_clock.h"
+#include "common/runtime/ports.h"
+#include "common/runtime/raw.h"
+#include "common/runtime/stop_signal.h"
+#include "common/runtime/zmq_bus.h"
+#include "proto/player.pb.h"
+#include "proto/runtime.pb.h"
+#include "tools/mimesis/launch/process.h"
+#include "tools/mimesis/log/play_terminal.h"
+#include "tools/mimesis/log/play_timing.h"
+#include "tools/mimesis/log/playback.h"
+#include "tools/mimesis/log/subverbs.h"
+#include "tools/mimesis/log/verb_options.h"
+#include "tools/mimesis/number_check.h"
 
 namespace mimesis::tool {
+namespace {
 
+using namespace std::chrono_literals;
+using runtime::Time;
+using runtime::to_seconds;
+
+struct PlayOptions {
+  std::vector<std::string> files;
+  PlaybackOptions playback;
+  PlayAheadLimits ahead;
+  std::string name = "player";  ///< in the graph
+  double rate = 1.0;            ///< recorded seconds per second of wall time [1]
+  int loops = 1;                ///< 0: until stopped
+  bool paused = false;          ///< at the start
+  bool stay = false;            ///< at the end: paused, or a silent member of the lock-step
+  bool keys = true;             ///< on a terminal
+  bool clock = false;           ///< also drive the graph's simulated clock
+  bool lockstep = false;        ///< take part in a lock-step graph
+  bool json = false;
+};
+
+constexpr double kSlowestPlay = 1e-3, kFastestPlay = 1e3;  // bounds of the rate [1]
+
+/// A log time on the runtime's scale, limited to half its range.
+Time play_time(std::uint64_t ns) {
+  constexpr auto kEnd = static_cast<std::uint64_t>(std::numeric_limits<Time::rep>::max() / 2);
+  return Time(static_cast<Time::rep>(std::min(ns, kEnd)));
+}
+
+using RawOuts = std::map<const PlayedTopic*, std::unique_ptr<runtime::RawOut>>;
+
+RawOuts advertise(runtime::ZmqBus& bus, const std::vector<PlayedTopic>& topics) {
+  RawOuts outs;
+  for (const PlayedTopic& topic : topics) {
+    outs[&topic] =
+        bus.advertise_raw(topic.topic, topic.type, topic.descriptors, {.latched = topic.latched});
+  }
+  return outs;
+}
+
+/// The player's side of the graph: its topics and, if it drives it, the graph's clock.
+class PlayOutput {
+ public:
+  PlayOutput(runtime::ZmqBus& bus, const std::vector<PlayedTopic>& topics, bool clock)
+      : bus_(bus), outs_(advertise(bus, topics)) {
+    if (!clock) return;
+    clock_ = std::make_unique<runtime::Out<v1::ClockTime>>(bus, kPort,
+                                                           runtime::OutOptions{.latched = true});
+  }
+  static runtime::BusOptions bus_options(const std::string& name, bool clock) {
+    runtime::BusOptions options;
+    options.name = name;
+    if (clock) options.out.emplace(kPort, "clock/time");
+    return options;
+  }
+
+  /// A subscriber of one of the topics is not connected yet.
+  bool awaits_subscribers() const {
+    for (const v1::NodeInfo& node : bus_.known_nodes()) {
+      for (const v1::TopicInfo& input : node.inputs()) {
+        for (const auto& [topic, out] : outs_) {
+          if (topic->topic == input.topic() && out->subscribers() == 0) return true;
+        }
+      }
+    }
+    return false;
+  }
+  /// `message`: Played or PlayedValue.
+  void send(const auto& message) {
+    // Subscribers compare the stamp with their own clock: it is the recorded one if the player
+    // drives that clock, else now less the age that the message had when it was recorded.
+    const Time sent = play_time(message.publish_time_ns);
+    const Time stamp = clock_ ? sent : wall() - (play_time(message.log_time_ns) - sent);
+    outs_[message.topic]->send_raw(message.payload, stamp);
+    bytes_ += message.payload.size();
+  }
+  /// `factor`: simulated seconds per second; 0: time stands still.
+  void tell_clock(Time log_time, double factor) {
+    if (!clock_) return;
+    // Nodes hold on to the last factor above 0; repeated every 50 ms, this one moves time by 50 ns.
+    constexpr double kStanding = 1e-6;
+    v1::ClockTime message;
+    message.set_time_ns(static_cast<std::uint64_t>(log_time.count()));
+    message.set_wall_ns(static_cast<std::uint64_t>(wall().count()));
+    message.set_factor(factor > 0.0 ? factor : kStanding);
+    clock_->send(message, log_time);
+  }
+  bool clock() const { return clock_ != nullptr; }
+  std::uint64_t bytes() const { return bytes_; }  ///< of payloads sent
+
+ private:
+  static constexpr std::string_view kPort = "time";
+  static Time wall() { return std::chrono::system_clock::now().time_since_epoch(); }
+
+  runtime::ZmqBus& bus_;
+  RawOuts outs_;
+  std::unique_ptr<runtime::Out<v1::ClockTime>> clock_;
+  std::uint64_t bytes_ = 0;
+};
+
+/// Plays on the wall clock; steered by services (proto/player.proto), keys and signals. Late or
+/// slow subscribers do not change what is played: reliable ones are waited for, and recorded time
+/// stands meanwhile.
+class PacedPlayer {
+ public:
+  PacedPlayer(const PlayOptions& options, Playback& playback)
+      : options_(options),
+        playback_(playback),
+        ahead_(playback, options.ahead, [this] { ring(); }),
+        bus_(PlayOutput::bus_options(options.name, options.clock)),
+        output_(bus_, playback.topics(), options.clock),
+        timeline_(options.rate),
+        paused_(options.paused) {
+    constexpr unsigned long kTimerSlack_ns = 1000;  // how late the kernel may wake us
+    MIMESIS_ASSERT(bell_.open());
+    ahead_.set_rate(options.rate);
+    serve_requests();
+    prctl(PR_SET_TIMERSLACK, kTimerSlack_ns);
+    jump(playback.start_ns());  // requests are answered from now on
+    bus_.ready();
+  }
+
+  /// Plays until the end or a signal; returns the exit code.
+  int run() {
+    if (options_.keys) keys_.emplace();
+    // No subscriber that is there already shall miss the first messages.
+    for (const auto give_up = now() + kConnect;
+         running() && output_.awaits_subscribers() && now() < give_up;) {
+      wait_until(now() + kLook);
+    }
+    for (const auto give_up = now() + kReadAheadAtFirst;
+         running() && !ahead_.full() && now() < give_up;) {
+      wait_until(give_up);
+    }
+    holding_ = false;
+    do {
+      play_pass();
+    } while (running() && next_pass());
+    halt();
+    tell_clock();  // it stands, for nodes that are still there
+    keys_.reset();
+    screen_.clear();
+    empty_backlog();
+    return report();
+  }
+
+ private:
+  using Wall = PlayTimeline::Wall;
+  using Done = tl::expected<void, Status>;
+
+  static constexpr auto kConnect = 5s;  // for nodes that subscribe already
+  static constexpr auto kLook = 20ms;
+  static constexpr auto kReadAheadAtFirst = 250ms;
+  static constexpr auto kStuck = 5s;  // without a message taken, a subscriber is given up
+  static Wall now() { return std::chrono::steady_clock::now(); }
+  static Done failure(std::string why) { return tl::unexpected(Status{std::move(why)}); }
+
+  bool running() const { return !quit_ && !stop_signal_.requested(); }
+
+  bool next_pass() {
+    if (options_.loops > 0 && pass_ >= options_.loops) return false;
+    ++pass_;
+    jump(playback_.start_ns());
+    return true;
+  }
+
+  void play_pass() {
+    if (!paused_) go();
+    while (running()) {
+      const Played* next = ahead_.front();
+      if (next == nullptr && ahead_.ended()) {
+        step_to_.reset();
+        if (!paused_ && !options_.stay) return;
+        if (!paused_) (void)pause();
+        wait_for(nullptr);
+      } else if (next != nullptr &&
+                 (step_to_ || (!paused_ && timeline_.due(play_time(next->log_time_ns)) <= now()))) {
+        play(*next);
+        breathe();
+      } else {
+        wait_for(next);
+      }
+    }
+  }
+
+  void play(const Played& message) {
+    const Time log_time = play_time(message.log_time_ns);
+    const std::size_t size = message.payload.size();
+    const std::string& topic = message.topic->topic;
+    if (paused_) {
+      timeline_.jump(now(), log_time);
+      tell_clock();
+      output_.send(message);
+      if (step_to_ && (step_to_->empty() || *step_to_ == topic)) step_to_.reset();
+    } else {
+      output_.send(message);
+      const Time late = now() - timeline_.due(log_time);
+      lateness_.add(late);
+      screen_.count(late);
+    }
+    last_topic_ = topic;
+    ahead_.pop();
+    ++messages_;
+    ++unserved_;
+    unserved_bytes_ += size;
+  }
+
+  /// Serves the bus between two messages, even if they leave no time to wait.
+  void breathe() {
+    constexpr std::uint64_t kServeMessages = 64, kServeBytes = 1 << 20;
+    if (unserved_ >= kServeMessages || unserved_bytes_ >= kServeBytes) wait_until(now());
+    hold_for_slow();
+  }
+
+  /// Loses nothing at reliable subscribers that are slower than the log: recorded time stands until
+  /// they have caught up by half.
+  void hold_for_slow() {
+    // Half of what the bus keeps for slow reliable subscribers before it lets them miss messages.
+    constexpr std::uint64_t kBacklogMessages = 50'000, kBacklogBytes = 64 << 20;
+    const auto behind = [this](std::uint64_t share) {
+      return bus_.backlog() > kBacklogMessages / share ||
+             bus_.backlog_bytes() > kBacklogBytes / share;
+    };
+    if (bus_.backlog() == 0) given_up_ = false;
+    if (given_up_ || !behind(1)) return;
+    const auto begin = now();
+    holding_ = true;
+    halt();
+    tell_clock();
+    given_up_ = !await_backlog(1ms, [&] { return behind(2); });
+    if (given_up_) {
+      screen_.clear();
+      std::cerr << fmt::format("{}: a reliable subscriber takes nothing and is not waited for\n",
+                               options_.name);
+    }
+    holding_ = false;
+    held_ += now() - begin;
+    if (!paused_) go();
+  }
+
+  /// Waits while `more()`, as long as subscribers take something; false if they do not for kStuck.
+  bool await_backlog(Time turn, const auto& more) {
+    auto give_up = now() + kStuck;
+    for (std::uint64_t least = bus_.backlog(); running() && more(); wait_until(now() + turn)) {
+      if (bus_.backlog() < least) give_up = now() + kStuck;
+      least = std::min(least, bus_.backlog());
+      if (now() >= give_up) return false;
+    }
+    return true;
+  }
+
+  /// Lets the last messages leave this process.
+  void empty_backlog() {
+    const auto end = now() + 200ms;
+    await_backlog(kLook, [&] { return now() < end || bus_.backlog() > 0; });
+  }
+
+  /// Waits until `next` is due or something else is to be done.
+  void wait_for(const Played* next) {
+    auto until = now() + 1h;
+    if (next != nullptr && timeline_.running()) {
+      until = std::min(until, timeline_.due(play_time(next->log_time_ns)));
+    }
+    wait_until(until);
+  }
+
+  void wait_until(Wall until) {
+    if (output_.clock()) until = std::min(until, next_clock_);
+    if (screen_.shown()) until = std::min(until, screen_.next());
+    const std::array<int, 3> fds{stop_signal_.fd(), bell_.get(), keys_ ? keys_->fd() : -1};
+    unserved_ = unserved_bytes_ = 0;
+    const auto left = std::max<Wall::duration>(until - now(), 0ns);
+    if (bus_.wait(std::chrono::system_clock::now() + left, fds)) {
+      eventfd_t count = 0;
+      [[maybe_unused]] const auto rang = eventfd_read(bell_.get(), &count);
+      if (keys_) {
+        for (const PlayKey key : keys_->read()) press(key);
+      }
+    }
+    if (output_.clock() && now() >= next_clock_) tell_clock();
+    if (!screen_.shown()) return;
+    screen_.draw(now(),
+                 {.position_s = playback_.position_s(position_ns()),
+                  .end_s = playback_.position_s(playback_.end_ns()),
+                  .rate = timeline_.rate(),
+                  .paused = paused_,
+                  .holding = holding_},
+                 output_.bytes());
+  }
+
+  /// Ends `wait_until`; from any thread.
+  void ring() { [[maybe_unused]] const auto done = eventfd_write(bell_.get(), 1); }
+
+  void go() {
+    if (holding_ || timeline_.running()) return;
+    going_since_ = now();
+    timeline_.run(going_since_);
+    tell_clock();
+  }
+
+  void halt() {
+    if (!timeline_.running()) return;
+    going_ += now() - going_since_;
+    const Time end = play_time(playback_.end_ns());
+    timeline_.stand(now());
+    if (timeline_.at(now()) > end) timeline_.jump(now(), end);
+  }
+
+  void jump(std::uint64_t log_time_ns) {
+    step_to_.reset();
+    const std::vector<PlayedValue> latched = ahead_.seek(log_time_ns);
+    timeline_.jump(now(), play_time(log_time_ns));
+    tell_clock();
+    for (const PlayedValue& value : latched) output_.send(value);
+  }
+
+  void tell_clock() {
+    next_clock_ = now() + 50ms;
+    output_.tell_clock(play_time(position_ns()), timeline_.running() ? timeline_.rate() : 0.0);
+  }
+
+  std::uint64_t position_ns() const {
+    return std::clamp(static_cast<std::uint64_t>(timeline_.at(now()).count()), playback_.start_ns(),
+                      playback_.end_ns());
+  }
+
+  // Requests of services and keys.
+
+  Done pause() {
+    paused_ = true;
+    halt();
+    tell_clock();
+    ring();
+    return {};
+  }
+
+  Done resume() {
+    paused_ = false;
+    step_to_.reset();
+    go();
+    ring();
+    return {};
+  }
+
+  /// Pauses and plays one message, or all up to the next one of `topic`.
+  Done step(const std::string& topic) {
+    const auto& topics = playback_.topics();
+    if (!topic.empty() && std::ranges::find(topics, topic, &PlayedTopic::topic) == topics.end()) {
+      return failure(fmt::format("topic {} is not played", topic));
+    }
+    (void)pause();
+    while (ahead_.front() == nullptr && !ahead_.ended()) std::this_thread::sleep_for(100us);
+    if (ahead_.ended()) return failure("the log is at its end");
+    step_to_ = topic;
+    if (topic.empty() && !holding_) play(*ahead_.front());  // here: the answer tells of it
+    ring();
+    return {};
+  }
+
+  Done seek(const v1::PlayerSeek& request) {
+    switch (request.target_case()) {
+      case v1::PlayerSeek::kPositionS:
+        if (!std::isfinite(request.position_s())) return failure("position_s is not a number");
+        if (request.position_s() < 0.0) return failure("position_s is below 0");
+        return seek(playback_.log_time_ns(request.position_s()));
+      case v1::PlayerSeek::kOffsetS:
+        return seek_by(request.offset_s());
+      case v1::PlayerSeek::kLogTimeNs:
+        return seek(request.log_time_ns());
+      case v1::PlayerSeek::TARGET_NOT_SET:
+        break;
+    }
+    return failure("say where: position_s, offset_s or log_time_ns");
+  }
+
+  Done seek(std::uint64_t log_time_ns) {
+    if (log_time_ns < playback_.start_ns() || log_time_ns > playback_.end_ns()) {
+      return failure(fmt::format("{:.9f} s is outside of what is played: {:.9f} to {:.9f} s",
+                                 playback_.position_s(log_time_ns),
+                                 playback_.position_s(playback_.start_ns()),
+                                 playback_.position_s(playback_.end_ns())));
+    }
+    jump(log_time_ns);
+    ring();
+    return {};
+  }
+
+  Done seek_by(double offset_s) {
+    if (!std::isfinite(offset_s)) return failure("offset_s is not a number");
+    const double position_s = playback_.position_s(position_ns()) + offset_s;
+    return seek(
+        std::clamp(playback_.log_time_ns(position_s), playback_.start_ns(), playback_.end_ns()));
+  }
+
+  Done set_rate(double rate) {
+    if (!(rate >= kSlowestPlay && rate <= kFastestPlay)) {
+      return failure(fmt::format("rate {} is outside [{}, {}]", rate, kSlowestPlay, kFastestPlay));
+    }
+    timeline_.set_rate(now(), rate);
+    ahead_.set_rate(rate);
+    tell_clock();
+    ring();
+    return {};
+  }
+
+  void press(PlayKey key) {
+    constexpr double kSeek_s = 5.0, kFaster = 1.1;
+    const double rate = timeline_.rate();
+    switch (key) {
+      case PlayKey::kPause:
+        (void)(paused_ ? resume() : pause());
+        break;
+      case PlayKey::kStep:
+        (void)step("");
+        break;
+      case PlayKey::kForward:
+        (void)(paused_ ? step("") : seek_by(kSeek_s));
+        break;
+      case PlayKey::kBack:
+        (void)seek_by(-kSeek_s);
+        break;
+      case PlayKey::kFaster:
+        (void)set_rate(std::min(rate * kFaster, kFastestPlay));
+        break;
+      case PlayKey::kSlower:
+        (void)set_rate(std::max(rate / kFaster, kSlowestPlay));
+        break;
+      case PlayKey::kQuit:
+        quit_ = true;
+        break;
+    }
+  }
+
+  /// `act(request)` does it; the answer is the status after it.
+  template <class Request>
+  void serve(std::string_view name, std::function<Done(const Request&)> act) {
+    bus_.serve(name, Request::default_instance(), v1::PlayerStatus::default_instance(),
+               [this, act](const std::string& bytes) -> tl::expected<std::string, Status> {
+                 Request request;
+                 if (!request.ParseFromString(bytes)) {
+                   return tl::unexpected(Status{"not a " + Request::descriptor()->full_name()});
+                 }
+                 if (const Done done = act(request); !done) return tl::unexpected(done.error());
+                 return status().SerializeAsString();
+               });
+  }
+
+  void serve_requests() {
+    serve<v1::PlayerPause>("pause", [this](const auto&) { return pause(); });
+    serve<v1::PlayerResume>("resume", [this](const auto&) { return resume(); });
+    serve<v1::PlayerStep>("step", [this](const auto& request) { return step(request.topic()); });
+    serve<v1::PlayerSeek>("seek", [this](const auto& request) { return seek(request); });
+    serve<v1::PlayerRate>("rate", [this](const auto& request) { return set_rate(request.rate()); });
+    serve<v1::PlayerAsk>("status", [](const auto&) { return Done(); });
+  }
+
+  v1::PlayerStatus status() {
+    v1::PlayerStatus s;
+    s.set_paused(paused_);
+    s.set_stepping(step_to_.has_value());
+    s.set_at_end(ahead_.ended());
+    s.set_log_time_ns(position_ns());
+    s.set_position_s(playback_.position_s(s.log_time_ns()));
+    s.set_start_s(playback_.position_s(playback_.start_ns()));
+    s.set_end_s(playback_.position_s(playback_.end_ns()));
+    s.set_rate(timeline_.rate());
+    s.set_messages(messages_);
+    s.set_topic(last_topic_);
+    s.set_pass(static_cast<std::uint32_t>(pass_));
+    s.set_holding(holding_);
+    s.set_held_s(to_seconds(held_));
+    return s;
+  }
+
+  /// Says what was played; returns the exit code.
+  int report() {
+    ahead_.stop();
+    const std::uint64_t missed = bus_.overflow() + (quit_ ? 0 : bus_.backlog());
+    const double seconds = to_seconds(going_), mb = static_cast<double>(output_.bytes()) * 1e-6;
+    const double mb_s = seconds > 0.0 ? mb / seconds : 0.0;
+    const double p50_s = to_seconds(lateness_.quantile(0.5)),
+                 p99_s = to_seconds(lateness_.quantile(0.99)),
+                 max_s = to_seconds(lateness_.worst());
+    if (options_.json) {
+      std::cout << nlohmann::ordered_json{{"files", options_.files},  {"messages", messages_},
+                                          {"bytes", output_.bytes()}, {"passes", pass_},
+                                          {"seconds", seconds},       {"mb_s", mb_s},
+                                          {"late_p50_s", p50_s},      {"late_p99_s", p99_s},
+                                          {"late_max_s", max_s},      {"held_s", to_seconds(held_)},
+                                          {"missed", missed}}
+                       .dump()
+                << std::endl;
+    }
+    std::cerr << fmt::format(
+        "{} messages played, {:.1f} MB in {:.3f} s: {:.1f} MB/s; late by {:.3f} ms (median), "
+        "{:.3f} ms (99 %), {:.3f} ms (most)\n",
+        messages_, mb, seconds, mb_s, p50_s * 1e3, p99_s * 1e3, max_s * 1e3);
+    if (held_.count() > 0) {
+      std::cerr << fmt::format(
+          "recorded time stood for {:.3f} s: slow subscribers were waited for\n",
+          to_seconds(held_));
+    }
+    if (missed > 0) std::cerr << fmt::format("subscribers missed {} messages\n", missed);
+    const bool whole = playback_.report_damages() == 0 && missed == 0;
+    if (stop_signal_.requested()) return 130;
+    return whole ? 0 : 1;
+  }
+
+  PlayOptions options_;
+  Playback& playback_;
+  runtime::StopSignal stop_signal_;
+  launch::Fd bell_{eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC)};
+  PlayAhead ahead_;
+  runtime::ZmqBus bus_;
+  PlayOutput output_;
+  PlayTimeline timeline_;
+  std::optional<PlayKeys> keys_;
+  PlayScreen screen_;
+  PlayLateness lateness_;
+
+  bool paused_, quit_ = false, given_up_ = false;
+  bool holding_ = true;  ///< time stands, whatever is asked for: subscribers are not there yet
+  std::optional<std::string> step_to_;  ///< play up to a message of this topic; empty: of any
+  std::string last_topic_;
+  int pass_ = 1;
+  std::uint64_t messages_ = 0, unserved_ = 0, unserved_bytes_ = 0;
+  Wall next_clock_{}, going_since_{};
+  Time going_{}, held_{};
+};
+
+/// Steps exactly at the times of the recorded messages, so that nodes which step after that see
+/// them as then. Recorded graph times are kept, so that stamps in the messages stay true; wall
+/// times start at 0.
+class LockstepPlayer {
+ public:
+  LockstepPlayer(runtime::ZmqBus& bus, Playback& playback)
+      : playback_(playback), outs_(advertise(bus, playback.topics())) {
+    constexpr std::uint64_t kYear2000_ns = 946'684'800'000'000'000;  // later ones are wall times
+    if (playback.start_ns() > kYear2000_ns) shift_ns_ = playback.start_ns();
+  }
+
+  void step(Time now) {
+    if (!started_) {
+      started_ = true;
+      for (const PlayedValue& value : playback_.seek(playback_.start_ns())) {
+        outs_[value.topic]->send_raw(value.payload, graph_time(playback_.start_ns()));
+      }
+      more_ = playback_.next(next_);
+    }
+    for (; more_ && graph_time(next_.log_time_ns) <= now; more_ = playback_.next(next_)) {
+      outs_[next_.topic]->send_raw(next_.payload, graph_time(next_.publish_time_ns));
+      ++messages_;
+    }
+  }
+  /// Time of the next message; nothing at the end.
+  std::optional<Time> next() const {
+    return more_ ? std::optional(graph_time(next_.log_time_ns)) : std::nullopt;
+  }
+  std::uint64_t messages() const { return messages_; }
+
+ private:
+  Time graph_time(std::uint64_t ns) const {
+    return Time(static_cast<std::int64_t>(ns < shift_ns_ ? 0 : ns - shift_ns_));
+  }
+
+  Playback& playback_;
+  std::uint64_t shift_ns_ = 0, messages_ = 0;
+  RawOuts outs_;
+  bool started_ = false, more_ = false;
+  Played next_;
+};
+
+/// Plays as a member of a lock-step graph. At the end of the log it leaves, or (`stay`) remains
+/// silent, for others that still have work. Returns the exit code.
+int play_in_lockstep(const PlayOptions& options, Playback& playback) {
+  constexpr double kFirstRate_hz = 1000.0;  // until the first step; then it steps when it has to
+  constexpr Time kAfterwards = 1s;          // graph time by which the last messages have been taken
+  const runtime::StopSignal stop;
+  runtime::set_log_name(options.name);
+  runtime::BusOptions bus_options;
+  bus_options.name = options.name;
+  bus_options.clock = runtime::ClockKind::lockstep;
+  runtime::ZmqBus bus(bus_options);
+  LockstepPlayer player(bus, playback);
+  const auto clock = runtime::make_lockstep_clock(bus, kFirstRate_hz, 0.0, stop.fd());
+  bus.ready();
+  runtime::notify_ready();
+  bool at_end = false;
+  while (const auto now = clock->wait()) {
+    const bool leave = at_end && !options.stay;
+    player.step(*now);
+    at_end = !player.next();
+    clock->set_next(player.next().value_or(*now + kAfterwards));
+    clock->done();
+    if (leave) break;
+  }
+  std::cerr << fmt::format("{} messages played{}\n", player.messages(),
+                           at_end ? "" : ", not the whole log");
+  if (options.json) {
+    std::cout << fmt::format(R"({{"messages":{},"at_end":{}}})", player.messages(), at_end) << '\n';
+  }
+  return playback.report_damages() == 0 ? 0 : 1;
+}
+
+/// Returns the exit code: 0, 1 if something could not be read or reached no subscriber, 3 if a file
+/// is not there, 130 if interrupted. @throws ConfigError
 int log_play(const PlayOptions& options) {
   auto logs = open_logs(options.files);
   if (!logs) {
@@ -17,6 +652,97 @@ int log_play(const PlayOptions& options) {
   for (const std::string& line : playback.notes()) std::cerr << line << '\n';
   return options.lockstep ? play_in_lockstep(options, playback)
                           : PacedPlayer(options, playback).run();
+}
+
+struct PlayArguments {
+  PlayOptions play;
+  TopicOptions topics;
+  std::vector<std::string> remaps;
+  bool no_keys = false;
+  double read_ahead_mb = 0.0;
+};
+
+void add_play_choice(CLI::App& play, PlayArguments& o) {
+  play.add_option("FILE", o.play.files, "MCAP files: one log, or its parts")->required();
+  add_topic_options(play, o.topics);
+  play.add_flag("--all-topics", o.play.playback.about_nodes,
+                "Also what the recorded nodes said about themselves: NODE/start, steps, health, "
+                "log");
+  play.add_option("--remap", o.remaps,
+                  "OLD:=NEW publishes topic OLD as NEW, OLD/:=NEW/ all below OLD/ (repeatable)")
+      ->allow_extra_args(false);
+  TimeRange& range = o.play.playback.range;
+  play.add_option("--start", range.start,
+                  "From this log time on: seconds from the first message (12.5), absolute "
+                  "(12500000000ns) or UTC (2026-11-21T15:40:00.5Z)");
+  CLI::Option* duration = play.add_option("--duration", range.duration, "So many recorded seconds");
+  play.add_option("--end", range.end, "To this log time")->excludes(duration);
+}
+
+void add_play_manner(CLI::App& play, PlayArguments& o) {
+  CLI::Option* rate = play.add_option("--rate", o.play.rate, "Recorded seconds per second")
+                          ->check(CLI::Range(kSlowestPlay, kFastestPlay))
+                          ->capture_default_str();
+  CLI::Option* loop = play.add_option("--loop", o.play.loops, "So many times; 0: until stopped")
+                          ->check(number_not_below_zero)
+                          ->capture_default_str();
+  CLI::Option* paused = play.add_flag("--paused", o.play.paused, "Start paused");
+  play.add_flag("--stay", o.play.stay,
+                "At the end: stay, paused, for seeks and late subscribers; in lock-step: stay a "
+                "member");
+  CLI::Option* clock = play.add_flag("--clock", o.play.clock,
+                                     "Drive the clock of a graph that runs on simulated time");
+  play.add_flag("--lockstep", o.play.lockstep,
+                "Step with a lock-step graph, in it at the recorded times; leaves it at the end")
+      ->excludes(clock)
+      ->excludes(loop)
+      ->excludes(paused)
+      ->excludes(rate);
+  play.add_option("--read-ahead", o.play.ahead.seconds,
+                  "Read so many recorded seconds ahead [s]; default: 0.5, more when that is too "
+                  "little")
+      ->check(number_above_zero);
+  play.add_option("--read-ahead-mb", o.read_ahead_mb, "But not more than this [MB]; default: 134")
+      ->check(number_above_zero);
+  play.add_option("--name", o.play.name, "Name of the player in the graph")->capture_default_str();
+  play.add_flag("--no-keys", o.no_keys, "Leave the keyboard alone");
+  play.add_flag("--json", o.play.json, "Print one JSON object at the end");
+}
+
+constexpr const char* kPlayFooter =
+    "Positions are seconds from the first message of the log. Latched topics come first, with the\n"
+    "last value before the start. clock/time is not played.\n"
+    "Keys: space pauses, s steps, left and right seek by 5 s (right while paused: step),\n"
+    "      up and down change the rate by 10 %, q quits.\n"
+    "Services: NAME/pause, resume, step, seek, rate, status (proto/player.proto).\n"
+    "Messages leave at their recorded times. Slow reliable subscribers are waited for, and "
+    "recorded\n"
+    "time stands meanwhile; all others get the newest.\n"
+    "Exit code 1 if something could not be read, or a reliable subscriber missed something.\n"
+    "Examples:\n"
+    "  mimesis log play run.mcap --rate 0.5 --topic camera/image --topic planner/status\n"
+    "  mimesis log play run_0.mcap run_1.mcap --start 12.5 --duration 10 --loop 0\n"
+    "  mimesis log play run.mcap --remap camera/:=recorded/camera/ --exclude 'world/.*'\n"
+    "  mimesis log play run.mcap --clock --paused";
+
+}  // namespace
+
+void add_play(CLI::App& log, int& exit_code) {
+  CLI::App* play = log.add_subcommand("play", "Publishes the messages of a log again");
+  auto o = std::make_shared<PlayArguments>();
+  add_play_choice(*play, *o);
+  add_play_manner(*play, *o);
+  play->footer(kPlayFooter);
+  play->callback([o, &exit_code] {
+    constexpr double kMegabyte = 1e6;
+    o->play.playback.filter = filter_of(o->topics);
+    o->play.playback.remap = PlayRemap(o->remaps);
+    o->play.keys = !o->no_keys;
+    if (o->read_ahead_mb > 0.0) {
+      o->play.ahead.bytes = static_cast<std::size_t>(o->read_ahead_mb * kMegabyte);
+    }
+    exit_code = log_play(o->play);
+  });
 }
 
 }  // namespace mimesis::tool

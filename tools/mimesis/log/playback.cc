@@ -7,10 +7,15 @@
 #include <limits>
 #include <set>
 
+#include "common/error.h"
 #include "common/runtime/own_topics.h"
 
 namespace mimesis::tool {
 namespace {
+
+constexpr std::string_view kBecomes = ":=";
+
+std::string without_root(std::string prefix) { return prefix == "/" ? "" : prefix; }
 
 constexpr double kNsPerS = 1e9;
 constexpr double kLongest_s = 1e10;  // 317 years: in 64 bits of nanoseconds
@@ -29,7 +34,55 @@ bool about_a_node(const std::string& topic, const std::string& type) {
          (type.starts_with("mimesis.v1.") || type == "foxglove.Log");
 }
 
+constexpr std::size_t kBatchBytes = 256 * 1024, kBatchMessages = 1024;
+constexpr double kFirstSeconds = 0.5, kMostSeconds = 8.0;
+
 }  // namespace
+
+PlayRemap::PlayRemap(const std::vector<std::string>& rules) {
+  for (const std::string& text : rules) {
+    const std::size_t at = text.find(kBecomes);
+    const std::string from = text.substr(0, at);
+    const std::string to = at == std::string::npos ? "" : text.substr(at + kBecomes.size());
+    if (from.empty() || to.empty() || from.ends_with('/') != to.ends_with('/')) {
+      throw ConfigError("--remap '" + text + "': expected OLD:=NEW, or OLD/:=NEW/ for a prefix");
+    }
+    const bool prefix = from.ends_with('/');
+    const Rule rule{text, prefix ? without_root(from) : from, prefix ? without_root(to) : to,
+                    prefix};
+    for (const Rule& other : rules_) {
+      if (other.from == rule.from && other.prefix == rule.prefix) {
+        throw ConfigError("--remap '" + text + "': '" + other.text + "' says otherwise");
+      }
+    }
+    rules_.push_back(rule);
+  }
+}
+
+const PlayRemap::Rule* PlayRemap::rule_for(const std::string& topic) const {
+  const Rule* best = nullptr;
+  for (const Rule& rule : rules_) {
+    if (rule.prefix ? !topic.starts_with(rule.from) : topic != rule.from) continue;
+    if (!rule.prefix) return &rule;
+    if (best == nullptr || best->from.size() < rule.from.size()) best = &rule;
+  }
+  return best;
+}
+
+std::string PlayRemap::operator()(const std::string& topic) const {
+  const Rule* rule = rule_for(topic);
+  return rule == nullptr ? topic : rule->to + topic.substr(rule->from.size());
+}
+
+std::vector<std::string> PlayRemap::unused(const std::vector<std::string>& topics) const {
+  std::set<const Rule*> used;
+  for (const std::string& topic : topics) used.insert(rule_for(topic));
+  std::vector<std::string> rest;
+  for (const Rule& rule : rules_) {
+    if (!used.contains(&rule)) rest.push_back(rule.text);
+  }
+  return rest;
+}
 
 Playback::Playback(std::vector<OpenLog> logs, const PlaybackOptions& options)
     : logs_(std::move(logs)), span_(span_of(logs_)) {
@@ -210,6 +263,127 @@ std::uint64_t Playback::report_damages() {
                                   found.size() + summary.damage_count - summary.damages.size());
   }
   return total;
+}
+
+PlayAhead::PlayAhead(Playback& playback, PlayAheadLimits limits, std::function<void()> arrived)
+    : playback_(playback),
+      limits_(limits),
+      arrived_(std::move(arrived)),
+      seconds_(limits.seconds > 0.0 ? limits.seconds : kFirstSeconds) {}
+
+PlayAhead::~PlayAhead() { stop(); }
+
+void PlayAhead::stop() {
+  if (!thread_.joinable()) return;
+  thread_.request_stop();
+  thread_.join();
+}
+
+std::vector<PlayedValue> PlayAhead::seek(std::uint64_t log_time_ns) {
+  stop();
+  batches_.clear();
+  bytes_ = 0;
+  current_.messages.clear();
+  next_ = 0;
+  at_end_ = primed_ = full_ = false;
+  std::vector<PlayedValue> latched = playback_.seek(log_time_ns);
+  thread_ = std::jthread([this](const std::stop_token& stop) { read(stop); });
+  return latched;
+}
+
+void PlayAhead::read(const std::stop_token& stop) {
+  while (!stop.stop_requested()) {
+    Batch batch;
+    {
+      const std::lock_guard lock(mutex_);
+      if (!spare_.empty()) {
+        batch = std::move(spare_.back());
+        spare_.pop_back();
+      }
+    }
+    const bool more = fill(batch);
+    std::unique_lock lock(mutex_);
+    if (!batch.messages.empty()) {
+      bytes_ += batch.bytes.size();
+      batches_.push_back(std::move(batch));
+    }
+    at_end_ = !more;
+    full_ = at_end_ || enough();
+    if (std::exchange(awaited_, false) || full_) arrived_();
+    if (at_end_) return;
+    taken_.wait(lock, stop, [this] { return !enough(); });
+    full_ = false;
+  }
+}
+
+bool PlayAhead::fill(Batch& batch) {
+  batch.bytes.clear();
+  batch.messages.clear();
+  batch.ends.clear();
+  Played played;
+  bool more = true;
+  while (batch.bytes.size() < kBatchBytes && batch.messages.size() < kBatchMessages) {
+    more = playback_.next(played);
+    if (!more) break;
+    batch.bytes.insert(batch.bytes.end(), played.payload.begin(), played.payload.end());
+    batch.messages.push_back(played);
+    batch.ends.push_back(batch.bytes.size());
+  }
+  std::size_t begin = 0;  // only now do the bytes stay where they are
+  for (std::size_t i = 0; i < batch.messages.size(); ++i) {
+    batch.messages[i].payload = {batch.bytes.data() + begin, batch.ends[i] - begin};
+    begin = batch.ends[i];
+  }
+  return more;
+}
+
+bool PlayAhead::enough() const {
+  if (batches_.empty()) return false;
+  if (bytes_ >= limits_.bytes) return true;
+  const std::uint64_t first = batches_.front().messages.front().log_time_ns;
+  const std::uint64_t last = batches_.back().messages.back().log_time_ns;
+  return static_cast<double>(last - first) * 1e-9 >= seconds_ * rate_;
+}
+
+const Played* PlayAhead::front() {
+  if (next_ < current_.messages.size()) return &current_.messages[next_];
+  const std::lock_guard lock(mutex_);
+  if (batches_.empty()) {
+    if (at_end_) return nullptr;
+    if (primed_ && !awaited_ && limits_.seconds <= 0.0) {
+      seconds_ = std::min(2.0 * seconds_, kMostSeconds);
+    }
+    awaited_ = true;
+    return nullptr;
+  }
+  // Fresh memory costs more than a copy; as many as were ever ahead at once.
+  if (!current_.messages.empty()) spare_.push_back(std::move(current_));
+  current_ = std::move(batches_.front());
+  batches_.pop_front();
+  bytes_ -= current_.bytes.size();
+  next_ = 0;
+  primed_ = true;
+  taken_.notify_one();
+  return &current_.messages.front();
+}
+
+void PlayAhead::pop() { ++next_; }
+
+bool PlayAhead::ended() {
+  if (next_ < current_.messages.size()) return false;
+  const std::lock_guard lock(mutex_);
+  return at_end_ && batches_.empty();
+}
+
+bool PlayAhead::full() {
+  const std::lock_guard lock(mutex_);
+  return full_;
+}
+
+void PlayAhead::set_rate(double rate) {
+  const std::lock_guard lock(mutex_);
+  rate_ = rate;
+  taken_.notify_one();
 }
 
 }  // namespace mimesis::tool

@@ -1,22 +1,48 @@
 #pragma once
+#include <condition_variable>
 #include <cstdint>
+#include <deque>
+#include <functional>
 #include <map>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <set>
 #include <string>
+#include <thread>
 #include <unordered_map>
 #include <vector>
 
 #include "tools/mimesis/log/log_time.h"
 #include "tools/mimesis/log/open_log.h"
-#include "tools/mimesis/log/play_remap.h"
 #include "tools/mimesis/topic_filter.h"
 
 namespace mimesis::tool {
 
-/// What of a log is played, and under which names. Positions: seconds of log time from the first
-/// message of the log.
+/// New names for topics. OLD:=NEW renames one topic, OLD/:=NEW/ all below a prefix ("/" alone: the
+/// root). A whole name goes before a prefix, a longer prefix before a shorter one.
+class PlayRemap {
+ public:
+  PlayRemap() = default;
+  /// @throws ConfigError unless every rule has one of the two forms and no OLD comes twice.
+  explicit PlayRemap(const std::vector<std::string>& rules);
+
+  std::string operator()(const std::string& topic) const;
+  /// The rules that concern none of these topics: spelt wrong, most likely.
+  std::vector<std::string> unused(const std::vector<std::string>& topics) const;
+
+ private:
+  struct Rule {
+    std::string text, from, to;  ///< of a prefix: with the slash; "" is the root
+    bool prefix = false;
+  };
+  const Rule* rule_for(const std::string& topic) const;
+
+  std::vector<Rule> rules_;
+};
+
+/// Selects the part of a log that is played, and the names. Positions: seconds of log time from the
+/// first message of the log.
 struct PlaybackOptions {
   TopicFilter filter{{}, "", ""};  ///< of recorded names
   PlayRemap remap{};
@@ -40,7 +66,7 @@ struct Played {
   std::string_view payload;  ///< not owned
 };
 
-/// The same with its payload.
+/// A message that owns its payload.
 struct PlayedValue {
   const PlayedTopic* topic = nullptr;
   std::uint64_t log_time_ns = 0, publish_time_ns = 0;
@@ -106,6 +132,60 @@ class Playback {
   std::uint64_t start_ns_ = 0, end_ns_ = 0;
   std::unique_ptr<log::MergedReader> reader_;
   std::map<std::pair<std::size_t, std::uint64_t>, std::string> damages_;  ///< by log and offset
+};
+
+/// So much is read before it is due; the first bound that is reached counts.
+struct PlayAheadLimits {
+  double seconds =
+      0.0;  ///< of log time; 0: half a second, twice as much whenever it was too little
+  std::size_t bytes = std::size_t{128} << 20U;
+};
+
+/// Reads and unpacks a playback on a thread of its own, so that neither the disk nor a large chunk
+/// makes messages late.
+class PlayAhead {
+ public:
+  /// `arrived` is called on the thread when messages are there after `front` had none, and at the
+  /// end. The playback is this object's until it is gone.
+  PlayAhead(Playback& playback, PlayAheadLimits limits, std::function<void()> arrived);
+  ~PlayAhead();
+
+  /// As Playback::seek.
+  std::vector<PlayedValue> seek(std::uint64_t log_time_ns);
+  /// Next message, valid until `pop`; null if there is none now, or none at all (`ended`).
+  const Played* front();
+  void pop();
+  bool ended();  ///< all was delivered
+  bool full();   ///< reads no further before something is taken
+  /// Seconds of log time per second: what `seconds` of the limits is worth.
+  void set_rate(double rate);
+  void stop();  ///< the playback may be used again
+
+ private:
+  struct Batch {
+    std::vector<char> bytes;
+    std::vector<Played> messages;
+    std::vector<std::size_t> ends;  ///< of the payloads in `bytes`
+  };
+  void read(const std::stop_token& stop);
+  bool fill(Batch& batch);
+  bool enough() const;  ///< with the lock
+
+  Playback& playback_;
+  PlayAheadLimits limits_;
+  std::function<void()> arrived_;
+
+  std::mutex mutex_;
+  std::condition_variable_any taken_;
+  std::deque<Batch> batches_, spare_;
+  std::size_t bytes_ = 0;  ///< in batches_
+  double seconds_, rate_ = 1.0;
+  bool at_end_ = false, awaited_ = false, full_ = false;
+
+  Batch current_;  ///< being delivered
+  std::size_t next_ = 0;
+  bool primed_ = false;  ///< something was delivered since the seek
+  std::jthread thread_;
 };
 
 }  // namespace mimesis::tool

@@ -1,26 +1,37 @@
-#include "tools/mimesis/log/record.h"
-
+// `mimesis log record`: records the graph until SIGINT, SIGTERM or SIGHUP.
+#include <fmt/chrono.h>
 #include <fmt/format.h>
 
+#include <CLI/App.hpp>
+#include <CLI/Config.hpp>
+#include <CLI/Formatter.hpp>
+#include <CLI/Validators.hpp>
 #include <algorithm>
 #include <csignal>
 #include <cstdlib>
+#include <ctime>
 #include <filesystem>
+#include <fstream>
 #include <iostream>
+#include <memory>
+#include <nlohmann/json.hpp>
 #include <optional>
+#include <variant>
 
 #include "common/error.h"
+#include "common/log/codec.h"
 #include "common/runtime/raw.h"
+#include "common/runtime/value_text.h"
 #include "tools/mimesis/log/byte_size.h"
-#include "tools/mimesis/log/counts_display.h"
-#include "tools/mimesis/log/drain.h"
-#include "tools/mimesis/log/record_head.h"
-#include "tools/mimesis/log/record_output.h"
-#include "tools/mimesis/log/record_report.h"
-#include "tools/mimesis/log/silence_watch.h"
-#include "tools/mimesis/log/snapshot_signal.h"
-#include "tools/mimesis/log/tapped_message.h"
+#include "tools/mimesis/log/record_file.h"
+#include "tools/mimesis/log/record_watch.h"
+#include "tools/mimesis/log/recording.h"
+#include "tools/mimesis/log/snapshot.h"
+#include "tools/mimesis/log/subverbs.h"
+#include "tools/mimesis/number_check.h"
 #include "tools/mimesis/stop_signals.h"
+#include "tools/mimesis/table.h"
+#include "tools/mimesis/topic_filter.h"
 
 namespace mimesis::tool {
 namespace {
@@ -29,42 +40,295 @@ using namespace std::chrono_literals;
 using std::chrono::steady_clock;
 namespace fs = std::filesystem;
 
-constexpr auto kPoll = 10ms;                     // how late a signal or a full chunk may be noticed
-constexpr auto kLook = 100ms;                    // between looks at limits and counts
-constexpr std::uint64_t kLookBytes = 1'000'000;  // received: the same
-constexpr auto kLookForSilence = 500ms;
+struct RecordOptions {
+  bool all = false;
+  std::vector<std::string> topics;
+  std::string regex, exclude, output;
+  std::string compression = "zstd";
+  double duration_s = 0.0;          ///< of wall time; 0: until stopped
+  std::vector<std::string> attach;  ///< files that are stored in the log
+  SplitOptions split;               ///< not together with snapshots
+  SnapshotOptions snapshot;
+  DiskLimits limits;
+  std::string when_full = "stop";
+  std::chrono::nanoseconds sync{0};  ///< period of fsync; 0: never
+  bool quiet = false;                ///< no live counts
+  bool json = false;
+};
 
 std::uint64_t wall_ns() {
   return static_cast<std::uint64_t>(
       std::chrono::nanoseconds(std::chrono::system_clock::now().time_since_epoch()).count());
 }
 
-std::string environment(const char* name) {
-  const char* value = std::getenv(name);
-  return value != nullptr ? value : "";
+/// The words of this process's command line.
+std::vector<std::string> command_line() {
+  std::ifstream in("/proc/self/cmdline", std::ios::binary);
+  std::vector<std::string> words;
+  for (std::string word; std::getline(in, word, '\0');) words.push_back(word);
+  return words;
 }
+
+std::string date_and_time() {
+  return fmt::format("{:%Y%m%d-%H%M%S}", fmt::localtime(std::time(nullptr)));
+}
+
+volatile std::sig_atomic_t snapshot_wanted = 0;
+
+/// While one lives, SIGUSR1 asks for a snapshot instead of killing.
+class SnapshotSignal {
+ public:
+  SnapshotSignal() {
+    snapshot_wanted = 0;
+    struct sigaction action {};
+    action.sa_handler = [](int) { snapshot_wanted = 1; };  // no SA_RESTART: sleeping calls return
+    sigemptyset(&action.sa_mask);
+    sigaction(SIGUSR1, &action, &previous_);
+  }
+  ~SnapshotSignal() { sigaction(SIGUSR1, &previous_, nullptr); }
+  SnapshotSignal(const SnapshotSignal&) = delete;
+  SnapshotSignal& operator=(const SnapshotSignal&) = delete;
+  /// One has come since the last call.
+  bool take() {
+    const bool wanted = snapshot_wanted != 0;
+    snapshot_wanted = 0;
+    return wanted;
+  }
+
+ private:
+  struct sigaction previous_ {};
+};
+
+/// One file, parts that follow each other, or snapshots.
+using RecordOutput = std::variant<SplitLog, Snapshots>;
 
 class Recorder {
  public:
-  explicit Recorder(const RecordOptions& options);
-  int run();
+  /// @throws ConfigError before the first message
+  explicit Recorder(const RecordOptions& options)
+      : options_(options),
+        filter_(options.topics, options.regex, options.exclude),
+        head_(options.attach,
+              provenance(runtime::graph_name(), command_line(), wall_ns(), launched_by()),
+              {.writer = {.library = "mimesis " MIMESIS_VERSION,
+                          .compression = *log::parse_compression(options.compression)},
+               .sync = options.sync,
+               .descriptors = [this](const std::string& type) { return tap_->descriptors(type); }}),
+        output_(SplitLog(options.output, options.split, opener())),
+        recording_([this](Recorded message, WallTime now) {
+          return std::visit([&](auto& output) { return output.write(std::move(message), now); },
+                            output_);
+        }) {
+    std::signal(SIGPIPE, SIG_IGN);  // the reader of our lines may go away, the log is to be closed
+    if (options.snapshot.on()) {
+      output_ = Snapshots(options.snapshot, options.output, opener(), date_and_time,
+                          [this](const std::string& line) { say(line); });
+    } else if (auto done = std::get<SplitLog>(output_).start(); !done) {
+      throw ConfigError(done.error().reason);
+    }
+    tap_.emplace(runtime::graph_name(), filter_, runtime::Policy::reliable);
+    graph_.emplace(runtime::graph_name());
+    ready_ns_ = wall_ns();
+  }
+
+  /// Returns the exit code: 0 if something was recorded and nothing was lost, else 1.
+  int run() {
+    const log::Result done = finish(receive());
+    return report(done ? flaw_ : done.error().reason);
+  }
 
  private:
-  log::Result receive();
-  log::Result take();
-  log::Result finish(log::Result so_far);
-  void keep_house(WallTime now);
-  void keep_limits();
-  void watch_silence(WallTime now);
-  void say(const std::string& line);
-  int report(const std::string& error);
+  static constexpr auto kPoll = 10ms;   // how late a signal or a full chunk may be noticed
+  static constexpr auto kLook = 100ms;  // between looks at limits and counts
+  static constexpr std::uint64_t kLookBytes = 1'000'000;  // received: the same
+  static constexpr auto kLookForSilence = 500ms;
+
+  static std::string launched_by() {
+    const char* launch = std::getenv("MIMESIS_LAUNCH");
+    return launch != nullptr ? launch : "";
+  }
+  OpenRecordFile opener() const {
+    return [this](const std::string& path) { return head_.open(path); };
+  }
+  OwnFiles& files() {
+    return std::visit([](auto& output) -> OwnFiles& { return output.files(); }, output_);
+  }
+
+  /// Receives until stopped. The result is a failure to write.
+  log::Result receive() {
+    const auto ended = [&] {
+      return options_.duration_s > 0.0 &&
+             steady_clock::now() - start_ >= std::chrono::duration<double>(options_.duration_s);
+    };
+    while (!stop_.requested() && !ended() && flaw_.empty()) {
+      if (auto done = take(); !done) return done;
+      const auto now = steady_clock::now();
+      auto* snapshots = std::get_if<Snapshots>(&output_);
+      if (snapshot_signal_.take() && snapshots != nullptr) {
+        if (auto done = snapshots->trigger("SIGUSR1", now); !done) return done;
+      }
+      if (now >= next_look_ || bytes_received_ > kLookBytes) keep_house(now);
+    }
+    display_.clear();
+    drain_.emplace(steady_clock::now(), wall_ns());
+    while (flaw_.empty() && !drain_->over(steady_clock::now())) {
+      if (auto done = take(); !done) return done;
+    }
+    if (flaw_.empty() && drain_->gave_up(steady_clock::now())) {
+      flaw_ = fmt::format(
+          "messages from before the end still came {} s after it: the last ones may be missing",
+          Drain::kAtMost.count());
+    }
+    return {};
+  }
+
+  /// Takes a message if one comes soon, and writes what is due.
+  log::Result take() {
+    auto tapped = tap_->next(kPoll);
+    const auto now = steady_clock::now();
+    if (tapped) {
+      const bool from_first =
+          tapped->publisher != nullptr && tapped->publisher->started_ns() > ready_ns_;
+      Recorded message = recorded(*std::move(tapped), wall_ns());
+      bytes_received_ += message.payload.size();
+      if (message.ordered) {
+        graph_time_ = std::max(graph_time_, std::chrono::nanoseconds(message.log_time_ns));
+      }
+      if (drain_) {
+        drain_->received(now, message.ordered,
+                         message.ordered ? message.log_time_ns : message.publish_time_ns);
+      }
+      if (auto done = recording_.add(std::move(message), now, from_first); !done) return done;
+    }
+    if (auto done = recording_.advance(now); !done) return done;
+    return std::visit([&](auto& output) { return output.advance(now); }, output_);
+  }
+
+  log::Result finish(log::Result so_far) {
+    const auto now = steady_clock::now();
+    if (so_far) so_far = recording_.finish(now);
+    // After a failure, too: the file that failed stays as it is, another one is to be closed well.
+    const auto done = std::visit([&](auto& output) { return output.finish(now); }, output_);
+    if (so_far) so_far = done;
+    if (!so_far) {
+      for (const std::string& path : files().paths()) remove_if_empty(path);
+    }
+    return so_far;
+  }
+
+  void keep_house(WallTime now) {
+    next_look_ = now + kLook;
+    bytes_received_ = 0;
+    if (options_.limits.any()) keep_limits();
+    if (now >= next_look_for_silence_) watch_silence(now);
+    if (options_.quiet) return;
+    const auto* log = std::get_if<SplitLog>(&output_);
+    display_.show(
+        {.counts = recording_.counts(),
+         .file = log != nullptr
+                     ? log->path()
+                     : "in memory " + bytes_text(std::get<Snapshots>(output_).bytes_in_memory()),
+         .bytes = files().total(),
+         .free_bytes = disk_space(options_.output).free},
+        terminal_size(), now);
+  }
+
+  void keep_limits() {
+    for (;;) {
+      const std::string reached =
+          reached_limit(options_.limits, files().total(), disk_space(options_.output));
+      if (reached.empty()) return;
+      const std::string oldest = options_.limits.delete_oldest ? files().take_oldest() : "";
+      if (oldest.empty()) {
+        flaw_ = reached;
+        return;
+      }
+      std::error_code error;
+      fs::remove(oldest, error);
+      say(error ? fmt::format("cannot delete '{}': {}", oldest, error.message())
+                : fmt::format("deleted '{}': {}", oldest, reached));
+    }
+  }
+
+  void watch_silence(WallTime now) {
+    next_look_for_silence_ = now + kLookForSilence;
+    const SilenceWatch::Now times{now.time_since_epoch(), graph_time_};
+    for (const v1::NodeInfo& node : graph_->nodes()) {
+      if (!node.ready()) continue;
+      for (const v1::TopicInfo& output : node.outputs()) {
+        if (!filter_(output.topic())) continue;
+        const bool graph_time =
+            node.clock() != "wall" || output.type() == v1::ClockTime::descriptor()->full_name();
+        silence_.met(output.topic(), node.name(), graph_time, times);
+      }
+    }
+    const std::vector<std::string> silent = silence_.silent(recording_.counts(), times);
+    if (!silent.empty()) {
+      say(fmt::format("no message for {} s although there is a publisher: {}",
+                      SilenceWatch::kPatience.count(), fmt::join(silent, ", ")));
+    }
+  }
+
+  void say(const std::string& line) {
+    display_.clear();
+    std::cerr << line << std::endl;
+  }
+
+  int report(const std::string& error) {
+    const Counts& counts = recording_.counts();
+    const std::vector<std::string> paths = files().paths();
+    const std::uint64_t messages =
+        std::visit([](const auto& output) { return output.messages(); }, output_);
+    if (options_.json) {
+      print_json(error, paths, messages);
+    } else if (!options_.quiet) {
+      Table table({"TOPIC", "NODE", "RECEIVED", "LOST"});
+      for (const auto& [key, count] : counts.topics) {
+        table.row(
+            {key.first, key.second, std::to_string(count.received), std::to_string(count.lost)});
+      }
+      table.print(std::cerr, use_colour(2));
+    }
+    if (!error.empty()) say("recording stopped: " + error);
+    for (const std::string& topic : filter_.topics()) {
+      const bool seen =
+          std::ranges::any_of(counts.topics, [&](const auto& c) { return c.first.first == topic; });
+      if (!seen) say(fmt::format("topic {}: not one message", topic));
+    }
+    std::string what = options_.output;
+    if (options_.snapshot.on()) what = fmt::format("{} snapshots", paths.size());
+    if (options_.split.on()) what = fmt::format("{} files up to {}", paths.size(), files().last());
+    say(fmt::format("{}: {} messages, {} lost, {}", what, messages, counts.total.lost,
+                    bytes_text(files().total())));
+    if (counts.total.received == 0) say("nothing was recorded: no message came");
+    return error.empty() && counts.total.lost == 0 && counts.total.received > 0 ? 0 : 1;
+  }
+
+  void print_json(const std::string& error, const std::vector<std::string>& paths,
+                  std::uint64_t messages) {
+    const Counts& counts = recording_.counts();
+    auto topics = nlohmann::ordered_json::array();
+    for (const auto& [key, count] : counts.topics) {
+      topics.push_back({{"topic", key.first},
+                        {"node", key.second},
+                        {"received", count.received},
+                        {"lost", count.lost}});
+    }
+    std::cout << nlohmann::ordered_json{{"file", options_.output},  {"files", paths},
+                                        {"messages", messages},     {"lost", counts.total.lost},
+                                        {"bytes", files().total()}, {"error", error},
+                                        {"topics", topics}}
+                     .dump()
+              << std::endl;
+  }
 
   const RecordOptions& options_;
+  const TopicFilter filter_;
   const StopSignals stop_;  // to the end: the file is to be closed
   SnapshotSignal snapshot_signal_;
   std::optional<runtime::Tap> tap_;
   std::optional<runtime::GraphView> graph_;
-  std::uint64_t ready_ns_ = 0;  ///< who starts later waits for the recorder
+  std::uint64_t ready_ns_ = 0;  ///< nodes that start later wait for the recorder
   const WallTime start_ = steady_clock::now();
   const RecordHead head_;
   RecordOutput output_;
@@ -78,183 +342,181 @@ class Recorder {
   std::string flaw_;                  ///< why it is not complete though its files are well
 };
 
-Recorder::Recorder(const RecordOptions& options)
-    : options_(options),
-      head_(options.attach,
-            provenance(runtime::graph_name(), options.command, wall_ns(),
-                       environment("MIMESIS_LAUNCH")),
-            {.writer = {.library = "mimesis " MIMESIS_VERSION, .compression = options.compression},
-             .sync = options.sync,
-             .descriptors = [this](const std::string& type) { return tap_->descriptors(type); }}),
-      output_(
-          options.output, options.split, options.snapshot,
-          [this](const std::string& path) { return head_.open(path); },
-          [this](const std::string& line) { say(line); }),
-      recording_([this](Recorded message, WallTime now) {
-        return output_.write(std::move(message), now);
-      }) {
-  std::signal(SIGPIPE, SIG_IGN);  // whoever reads our lines may go away, the log is to be closed
-  if (auto done = output_.start(); !done) throw ConfigError(done.error().reason);
-  tap_.emplace(runtime::graph_name(), options.filter, runtime::Policy::reliable);
-  graph_.emplace(runtime::graph_name());
-  ready_ns_ = wall_ns();
+/// Refuses parts of an earlier recording, which would be taken for parts of this one.
+void refuse_older_parts(const std::string& output) {
+  const fs::path path(output);
+  const std::string stem = path.stem().string() + "_";
+  std::error_code ignored;  // no folder, no parts
+  for (const auto& entry : fs::directory_iterator(
+           path.has_parent_path() ? path.parent_path() : fs::path("."), ignored)) {
+    const std::string name = entry.path().stem().string();
+    if (entry.path().extension() != path.extension() || !name.starts_with(stem)) continue;
+    constexpr std::size_t kDigits = 3;
+    if (name.size() >= stem.size() + kDigits &&
+        name.find_first_not_of("0123456789", stem.size()) == std::string::npos) {
+      throw ConfigError(fmt::format(
+          "'{}' is there from an earlier recording: remove its files, or choose another --output",
+          entry.path().string()));
+    }
+  }
 }
 
-int Recorder::run() {
-  const log::Result done = finish(receive());
-  return report(done ? flaw_ : done.error().reason);
+/// For CLI::Option::check: what is wrong, or nothing.
+std::string size_check(const std::string& text) {
+  const auto bytes = to_bytes(text);
+  return bytes && *bytes > 0 ? "" : "expected a size such as 500MB or 2GiB, found '" + text + "'";
 }
 
-/// Receives until stopped. The result is a failure to write.
-log::Result Recorder::receive() {
-  const auto ended = [&] {
-    return options_.duration_s > 0.0 &&
-           steady_clock::now() - start_ >= std::chrono::duration<double>(options_.duration_s);
+std::string duration_check(const std::string& text) {
+  const auto duration = runtime::to_duration(text);
+  return duration && duration->count() > 0
+             ? ""
+             : "expected a duration such as 500ms, 30s or 10min, found '" + text + "'";
+}
+
+std::optional<double> to_percent(const std::string& text) {
+  if (!text.ends_with('%')) return std::nullopt;
+  const auto percent = runtime::to_double(text.substr(0, text.size() - 1));
+  return percent && *percent > 0.0 && *percent < 100.0 ? percent : std::nullopt;
+}
+
+std::string free_check(const std::string& text) {
+  return to_percent(text) || size_check(text).empty()
+             ? ""
+             : "expected a size such as 2GB or a percentage such as 5%, found '" + text + "'";
+}
+
+CLI::Option* add_size(CLI::App& app, const char* name, std::uint64_t& bytes, const char* help) {
+  return app
+      .add_option_function<std::string>(
+          name, [&bytes](const std::string& text) { bytes = *to_bytes(text); }, help)
+      ->check(size_check);
+}
+
+CLI::Option* add_duration(CLI::App& app, const char* name, std::chrono::nanoseconds& duration,
+                          const char* help) {
+  return app
+      .add_option_function<std::string>(
+          name, [&duration](const std::string& text) { duration = *runtime::to_duration(text); },
+          help)
+      ->check(duration_check);
+}
+
+/// @throws ConfigError if the options contradict each other
+void check_options(const RecordOptions& o) {
+  const auto refuse = [](const std::string& why) {
+    throw ConfigError("mimesis log record: " + why);
   };
-  while (!stop_.requested() && !ended() && flaw_.empty()) {
-    if (auto done = take(); !done) return done;
-    const auto now = steady_clock::now();
-    if (snapshot_signal_.take()) {
-      if (auto done = output_.trigger("SIGUSR1", now); !done) return done;
-    }
-    if (now >= next_look_ || bytes_received_ > kLookBytes) keep_house(now);
+  const bool chosen = !o.topics.empty() || !o.regex.empty();
+  if (!o.all && !chosen) refuse("say what: --all, --topic NAME or --regex RE");
+  if (o.all && chosen) refuse("--all leaves nothing for --topic and --regex to choose");
+  if (o.split.on() && o.snapshot.on()) {
+    refuse("--snapshot writes single files: there is nothing to split");
   }
-  display_.clear();
-  drain_.emplace(steady_clock::now(), wall_ns());
-  while (flaw_.empty() && !drain_->over(steady_clock::now())) {
-    if (auto done = take(); !done) return done;
+  if (!o.snapshot.on() && (o.snapshot.size != SnapshotOptions().size ||
+                           o.snapshot.after.count() > 0 || !o.snapshot.topics.empty())) {
+    refuse("--snapshot-size, --snapshot-after and --snapshot-on need --snapshot DURATION");
   }
-  if (flaw_.empty() && drain_->gave_up(steady_clock::now())) {
-    flaw_ = fmt::format(
-        "messages from before the end still came {} s after it: the last ones may be missing",
-        Drain::kAtMost.count());
+  if (!o.limits.delete_oldest) return;
+  if (!o.limits.any() || !(o.split.on() || o.snapshot.on())) {
+    refuse(
+        "--when-full delete-oldest needs a limit (--max-size or --min-free) and several files "
+        "(--split-size, --split-duration or --snapshot)");
   }
-  return {};
-}
-
-/// Takes a message if one comes soon, and writes what is due.
-log::Result Recorder::take() {
-  auto tapped = tap_->next(kPoll);
-  const auto now = steady_clock::now();
-  if (tapped) {
-    const bool from_first =
-        tapped->publisher != nullptr && tapped->publisher->started_ns() > ready_ns_;
-    Recorded message = recorded(*std::move(tapped), wall_ns());
-    bytes_received_ += message.payload.size();
-    if (message.ordered) {
-      graph_time_ = std::max(graph_time_, std::chrono::nanoseconds(message.log_time_ns));
-    }
-    if (drain_) {
-      drain_->received(now, message.ordered,
-                       message.ordered ? message.log_time_ns : message.publish_time_ns);
-    }
-    if (auto done = recording_.add(std::move(message), now, from_first); !done) return done;
-  }
-  if (auto done = recording_.advance(now); !done) return done;
-  return output_.advance(now);
-}
-
-log::Result Recorder::finish(log::Result so_far) {
-  const auto now = steady_clock::now();
-  if (so_far) so_far = recording_.finish(now);
-  // After a failure, too: the file that failed stays as it is, another one is to be closed well.
-  const auto done = output_.finish(now);
-  if (so_far) so_far = done;
-  if (!so_far) {
-    for (const std::string& path : output_.files().paths()) remove_if_empty(path);
-  }
-  return so_far;
-}
-
-void Recorder::keep_house(WallTime now) {
-  next_look_ = now + kLook;
-  bytes_received_ = 0;
-  if (options_.limits.any()) keep_limits();
-  if (now >= next_look_for_silence_) watch_silence(now);
-  if (options_.quiet) return;
-  const OwnFiles& files = output_.files();
-  display_.show({.counts = recording_.counts(),
-                 .file = output_.activity(),
-                 .bytes = files.total(),
-                 .free_bytes = disk_space(options_.output).free},
-                terminal_size(), now);
-}
-
-void Recorder::keep_limits() {
-  const DiskLimits& limits = options_.limits;
-  for (;;) {
-    OwnFiles& files = output_.files();
-    const std::string reached = reached_limit(limits, files.total(), disk_space(options_.output));
-    if (reached.empty()) return;
-    const std::string oldest = limits.delete_oldest ? files.take_oldest() : "";
-    if (oldest.empty()) {
-      flaw_ = reached;
-      return;
-    }
-    std::error_code error;
-    fs::remove(oldest, error);
-    say(error ? fmt::format("cannot delete '{}': {}", oldest, error.message())
-              : fmt::format("deleted '{}': {}", oldest, reached));
+  if (o.limits.max_size > 0 && o.split.size >= o.limits.max_size) {
+    refuse("--split-size must be less than --max-size, or the oldest file is the only one");
   }
 }
 
-void Recorder::watch_silence(WallTime now) {
-  next_look_for_silence_ = now + kLookForSilence;
-  const SilenceWatch::Now times{now.time_since_epoch(), graph_time_};
-  for (const v1::NodeInfo& node : graph_->nodes()) {
-    if (!node.ready()) continue;
-    for (const v1::TopicInfo& output : node.outputs()) {
-      if (!options_.filter(output.topic())) continue;
-      const bool graph_time =
-          node.clock() != "wall" || output.type() == v1::ClockTime::descriptor()->full_name();
-      silence_.met(output.topic(), node.name(), graph_time, times);
-    }
-  }
-  const std::vector<std::string> silent = silence_.silent(recording_.counts(), times);
-  if (!silent.empty()) {
-    say(fmt::format("no message for {} s although there is a publisher: {}",
-                    SilenceWatch::kPatience.count(), fmt::join(silent, ", ")));
-  }
+void add_recorded(CLI::App& record, RecordOptions& o) {
+  record.add_flag("--all", o.all, "All topics");
+  record.add_option("--topic", o.topics, "This topic (repeatable)")->allow_extra_args(false);
+  record.add_option("--regex", o.regex, "Topics that match as a whole");
+  record.add_option("--exclude", o.exclude, "Not those that match as a whole");
+  record.add_option("--output,-o", o.output, "File to write; replaced if it exists")->required();
+  record.add_option("--compression", o.compression, "Of chunks")
+      ->check(CLI::IsMember({"zstd", "lz4", "none"}))
+      ->capture_default_str();
+  record.add_option("--duration", o.duration_s, "Stop after so many seconds of wall time")
+      ->check(number_above_zero);
+  record.add_option("--attach", o.attach, "Store this file in the log (repeatable)")
+      ->allow_extra_args(false);
+  add_duration(record, "--sync", o.sync,
+               "Bring the file to the disk so often, against power cuts (default: never)");
+  record.add_flag("--quiet", o.quiet, "No counts while recording, no table at the end");
+  record.add_flag("--json", o.json, "Print the counts as one JSON object at the end");
 }
 
-void Recorder::say(const std::string& line) {
-  display_.clear();
-  std::cerr << line << std::endl;
-}
+void add_files(CLI::App& record, RecordOptions& o) {
+  constexpr auto kSplit = "Several files (run.mcap: run_000.mcap, run_001.mcap, ...)";
+  add_size(record, "--split-size", o.split.size, "No file becomes larger than this")->group(kSplit);
+  add_duration(record, "--split-duration", o.split.duration, "A new file after so much log time")
+      ->group(kSplit);
 
-int Recorder::report(const std::string& error) {
-  const Counts& counts = recording_.counts();
-  OwnFiles& files = output_.files();
-  const RecordResult result{options_.output,    counts,        files.paths(),
-                            output_.messages(), files.total(), error};
-  if (options_.json) {
-    print_json(result);
-  } else if (!options_.quiet) {
-    print_table(result);
-  }
-  if (!error.empty()) say("recording stopped: " + error);
-  for (const std::string& topic : options_.filter.topics()) {
-    const bool seen =
-        std::ranges::any_of(counts.topics, [&](const auto& c) { return c.first.first == topic; });
-    if (!seen) say(fmt::format("topic {}: not one message", topic));
-  }
-  std::string what = options_.output;
-  if (options_.snapshot.on()) what = fmt::format("{} snapshots", result.files.size());
-  if (options_.split.on())
-    what = fmt::format("{} files up to {}", result.files.size(), files.last());
-  say(fmt::format("{}: {} messages, {} lost, {}", what, result.messages, counts.total.lost,
-                  bytes_text(result.bytes)));
-  if (counts.total.received == 0) say("nothing was recorded: no message came");
-  return error.empty() && counts.total.lost == 0 && counts.total.received > 0 ? 0 : 1;
+  constexpr auto kSnapshot = "Snapshots (run.mcap: run_20261121-153000.mcap, ...)";
+  add_duration(record, "--snapshot", o.snapshot.duration,
+               "Keep so much of the last time in memory; write it on SIGUSR1")
+      ->group(kSnapshot);
+  add_size(record, "--snapshot-size", o.snapshot.size, "At most so much memory (default: 256MB)")
+      ->group(kSnapshot);
+  record
+      .add_option("--snapshot-on", o.snapshot.topics,
+                  "Write it, too, on a message on this topic (repeatable)")
+      ->allow_extra_args(false)
+      ->group(kSnapshot);
+  add_duration(record, "--snapshot-after", o.snapshot.after, "With what follows for so long")
+      ->group(kSnapshot);
+
+  constexpr auto kLimits = "Limits of the disk";
+  add_size(record, "--max-size", o.limits.max_size, "Of all files of the recording")
+      ->group(kLimits);
+  record
+      .add_option_function<std::string>(
+          "--min-free",
+          [&o](const std::string& text) {
+            const auto percent = to_percent(text);
+            o.limits.min_free_percent = percent.value_or(0.0);
+            o.limits.min_free = percent ? 0 : *to_bytes(text);
+          },
+          "Left on the disk: a size or a percentage")
+      ->check(free_check)
+      ->group(kLimits);
+  record
+      .add_option("--when-full", o.when_full,
+                  "Close the log and stop, or delete the recording's own oldest file")
+      ->check(CLI::IsMember({"stop", "delete-oldest"}))
+      ->capture_default_str()
+      ->group(kLimits);
 }
 
 }  // namespace
 
-int log_record(const RecordOptions& options) {
-  std::error_code ignored;  // whoever creates the file says what is wrong
-  fs::create_directories(fs::path(options.output).parent_path(), ignored);
-  if (options.split.on()) refuse_older_parts(options.output);
-  return Recorder(options).run();
+void add_record(CLI::App& log, int& exit_code) {
+  CLI::App* record =
+      log.add_subcommand("record", "Records topics of the graph until it is stopped");
+  auto o = std::make_shared<RecordOptions>();
+  add_recorded(*record, *o);
+  add_files(*record, *o);
+  record->footer(
+      "Nodes that start after the recorder wait for it: their first message is in the log.\n"
+      "SIGINT, SIGTERM and SIGHUP close the log; after kill -9 it opens, too, less the last 100 "
+      "ms.\n"
+      "Exit code 1 if a message was lost or could not be written, a limit was reached, or no "
+      "message came.\n"
+      "Examples:\n"
+      "  mimesis log record --all --exclude '.*/health' -o run.mcap\n"
+      "  mimesis log record --all -o run.mcap --split-size 1GB --max-size 20GB --when-full "
+      "delete-oldest\n"
+      "  mimesis log record --all -o fault.mcap --snapshot 30s --snapshot-on bridge/fault "
+      "--snapshot-after 5s");
+  record->callback([o, &exit_code] {
+    o->limits.delete_oldest = o->when_full == "delete-oldest";
+    check_options(*o);
+    std::error_code ignored;  // opening the file says what is wrong
+    fs::create_directories(fs::path(o->output).parent_path(), ignored);
+    if (o->split.on()) refuse_older_parts(o->output);
+    exit_code = Recorder(*o).run();
+  });
 }
 
 }  // namespace mimesis::tool

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "common/log/io.h"
+#include "common/runtime/raw.h"
 
 namespace mimesis::tool {
 
@@ -25,7 +26,7 @@ struct Recorded {
   std::string payload;
 };
 
-/// What was received and what is missing on one topic of one node.
+/// Numbers of messages received and lost on one topic of one node.
 struct Count {
   std::uint64_t received = 0, lost = 0;
   Count& operator+=(const Count& other);
@@ -51,7 +52,7 @@ class Recording {
   using WallTime = tool::WallTime;
   using Output = std::function<log::Result(Recorded message, WallTime now)>;
 
-  /// So long a message is held, that all of its graph time are there to be sorted.
+  /// A message is held for so long: until all of its graph time are there to be sorted.
   static constexpr std::chrono::milliseconds kHold{30};
 
   explicit Recording(Output output) : output_(std::move(output)) {}
@@ -81,5 +82,9 @@ class Recording {
   std::map<std::pair<std::string, std::string>, Last> last_;         ///< by topic and node
   std::multimap<std::pair<std::uint64_t, std::string>, Held> held_;  ///< by log time and node
 };
+
+/// A tapped message as it goes into a log. Its log time: on a simulated clock the graph's, so that
+/// equal runs give equal logs; else its receipt, `now_ns`.
+Recorded recorded(runtime::Tapped tapped, std::uint64_t now_ns);
 
 }  // namespace mimesis::tool

@@ -1,12 +1,14 @@
 #pragma once
+#include <chrono>
 #include <cstdint>
+#include <filesystem>
 #include <functional>
-#include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "tools/mimesis/log/replay_step.h"
+#include "tools/mimesis/log/replay_compare.h"
 #include "tools/mimesis/stop_signals.h"
 
 namespace mimesis::tool {
@@ -19,55 +21,72 @@ struct ReplayOptions {
   std::vector<std::string> sets;  ///< KEY=VALUE; for a launch file NODE.KEY=VALUE
   std::vector<std::string> args;  ///< NAME=VALUE of the launch file's arguments
   double tolerance = 0.0;         ///< see ReplayCompare
-  /// Instead, if this machine does not compute as the one that recorded (arithmetic.h).
+  /// Used instead if this machine does not compute as the one that recorded (arithmetic.h).
   std::optional<double> tolerance_elsewhere;
   std::string tolerance_note;     ///< which of the two counts, and why; for the report
-  double timeout_s = 60.0;        ///< of wall time, for a step; with a launch file between messages
-  std::uint64_t differences = 1;  ///< so many are shown, then a replay stops
+  double timeout_s = 60.0;        ///< wall time for a step; with a launch file between messages
+  std::uint64_t differences = 1;  ///< shown at most; then a replay stops
   std::uint64_t repeat = 1;
   bool json = false;
 };
 
 enum class ReplayResult {
-  equal,
-  different,
-  incomplete,   ///< equal as far as it went, but something needed is not there
-  timed_out,    ///< a step did not end
-  interrupted,  ///< by a signal
+  kEqual,
+  kDifferent,
+  kIncomplete,   ///< equal as far as it went, but something needed is not there
+  kTimedOut,     ///< a step did not end
+  kInterrupted,  ///< by a signal
 };
 
-/// One replay of one life.
-struct LifeReport {
-  ReplayResult result = ReplayResult::equal;
+/// The result of one replay.
+struct ReplayReport {
+  ReplayResult result = ReplayResult::kEqual;
   ReplayCounts counts;
   double graph_s = 0.0, wall_s = 0.0;
   std::uint64_t difference_count = 0;
   std::vector<ReplayDifference> differences;  ///< those to be shown
   std::string problem;                        ///< why it did not come to its end
-  std::vector<std::string> notes;             ///< what else to know
+  std::vector<std::string> notes;             ///< further lines for the reader
   Tolerated tolerated;
 };
 
-/// Several replays of the same.
-struct RunCount {
-  std::uint64_t runs = 0, equal = 0;
-  LifeReport shown;  ///< of the first that was not equal, else the last one
+/// Called with the log time read so far [ns].
+using ReplayProgress = std::function<void(std::uint64_t log_time_ns)>;
+
+/// Runs one life of a node again: `program` steps with what the recorded node took, and all it does
+/// is compared. @throws ConfigError, std::runtime_error if the program cannot be started
+ReplayReport replay_life(const std::vector<OpenLog>& logs, const Life& life,
+                         const std::string& program, const ReplayOptions& options,
+                         const StopSignals& stop, const ReplayProgress& progress);
+
+/// How a recorded launch was started, and until when it can be compared.
+struct LaunchPlan {
+  std::string file;
+  std::vector<std::string> args, sets;
+  bool takes_log = false;  ///< the file has an argument `log`
+  RunLimit limit;
 };
+/// @throws ConfigError if the launch file has mistakes or its graph is not in lock-step
+LaunchPlan plan_launch(const std::vector<OpenLog>& logs, const ReplayOptions& options);
 
-/// Until `runs` were made or one was interrupted.
-RunCount repeat(std::uint64_t runs, const std::function<LifeReport()>& replay);
+/// Runs the launch file of a recorded lock-step run again, in a graph of its own, and compares
+/// every message with the log as it comes. @throws ConfigError
+ReplayReport replay_launch(const std::vector<OpenLog>& logs, const LaunchPlan& plan,
+                           const ReplayOptions& options, const StopSignals& stop,
+                           const ReplayProgress& progress);
 
-/// Runs a life again: `program` steps with what the recorded one took, and all it does is compared.
-/// `progress`: log time read so far [ns].
-LifeReport replay_life(const std::vector<OpenLog>& logs, const Life& life,
-                       const std::string& program, const ReplayOptions& options,
-                       const StopSignals& stop,
-                       const std::function<void(std::uint64_t log_time_ns)>& progress);
+/// A new folder that is removed with this object.
+class TemporaryFolder {
+ public:
+  TemporaryFolder();  ///< @throws std::runtime_error if it cannot be made
+  ~TemporaryFolder() { std::filesystem::remove_all(path_, ignored_); }
+  TemporaryFolder(const TemporaryFolder&) = delete;
+  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
+  const std::string& path() const { return path_; }
 
-/// The exit code; not for one that was interrupted.
-int exit_code_of(ReplayResult result);
-
-/// `mimesis log replay`. Returns the exit code. @throws ConfigError
-int log_replay(const ReplayOptions& options);
+ private:
+  std::string path_;
+  std::error_code ignored_;
+};
 
 }  // namespace mimesis::tool

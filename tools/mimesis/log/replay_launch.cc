@@ -1,29 +1,32 @@
-#include "tools/mimesis/log/replay_launch.h"
-
+// A recorded lock-step run, launched again.
 #include <fmt/format.h>
+#include <poll.h>
+#include <signal.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
-#include <filesystem>
 #include <iostream>
 #include <sstream>
 #include <tuple>
 
 #include "common/runtime/own_topics.h"
-#include "tools/mimesis/launch/check.h"
+#include "common/runtime/raw.h"
+#include "tools/mimesis/launch/command.h"
 #include "tools/mimesis/launch/graph_file.h"
-#include "tools/mimesis/log/log_progress.h"
-#include "tools/mimesis/log/replay_graph.h"
-#include "tools/mimesis/log/replay_recorded.h"
-#include "tools/mimesis/log/replay_report.h"
+#include "tools/mimesis/launch/process.h"
+#include "tools/mimesis/log/replay.h"
 
 namespace mimesis::tool {
 namespace {
 
-using namespace std::chrono_literals;
 namespace fs = std::filesystem;
+using namespace std::chrono_literals;
 
-constexpr auto kTurn = 50ms;
+constexpr auto kListen = 50ms;
+constexpr std::size_t kLaunchWords = 2000;  // of what the launch wrote [bytes]
+constexpr auto kStopAtMost = 20s;  // the launcher itself kills its nodes after some seconds
 /// In a log that was cut off, nodes may be this far apart.
 constexpr std::uint64_t kRaggedEnd = 1'000'000'000;
 /// Durations on the wall clock: they are not the same twice.
@@ -34,18 +37,10 @@ const std::map<std::string, std::set<std::string>> kWallFields{
     {"mimesis.v1.CrowdStatus", {"mean_step_s", "worst_step_s"}},
     {"mimesis.v1.CrowdOutcome", {"steps_1_s", "agent_steps_1_s"}}};
 
-double to_s(std::uint64_t ns) { return static_cast<double>(ns) * 1e-9; }
+double ns_to_s(std::uint64_t ns) { return static_cast<double>(ns) * 1e-9; }
 
-/// How the recorded run was started, and until when it can be compared.
-struct LaunchPlan {
-  std::string file;
-  std::vector<std::string> args, sets;
-  bool takes_log = false;  ///< the file has an argument `log`
-  RunLimit limit;
-};
-
-std::vector<std::string> lines_of(const std::map<std::string, std::string>& values,
-                                  const std::string& key) {
+std::vector<std::string> metadata_lines(const std::map<std::string, std::string>& values,
+                                        const std::string& key) {
   std::vector<std::string> lines;
   const auto it = values.find(key);
   std::istringstream in(it == values.end() ? "" : it->second);
@@ -62,8 +57,8 @@ bool read_launch_metadata(const std::vector<OpenLog>& logs, LaunchPlan& plan) {
       if (index.name != "mimesis.launch") continue;
       const auto record = log::read_metadata(*log.source, index);
       if (!record) continue;
-      plan.args = lines_of(record->metadata, "args");
-      plan.sets = lines_of(record->metadata, "sets");
+      plan.args = metadata_lines(record->metadata, "args");
+      plan.sets = metadata_lines(record->metadata, "sets");
       std::erase_if(plan.args, [](const std::string& arg) { return arg.starts_with("log="); });
       return true;
     }
@@ -98,36 +93,83 @@ launch::Run as_run(const std::vector<std::string>& sets) {
   return run;
 }
 
-LaunchPlan make_plan(const std::vector<OpenLog>& logs, const ReplayOptions& options) {
-  LaunchPlan plan;
-  plan.file = options.launch;
-  if (!read_launch_metadata(logs, plan)) {
-    std::cerr << fmt::format(
-        "{}: it does not tell how the run was started (no metadata mimesis.launch): the defaults "
-        "of "
-        "{} are taken\n",
-        logs.front().path, options.launch);
+/// A graph that `mimesis launch` runs, every message of which is heard. It is stopped, and its
+/// files are removed, with this object.
+class ReplayGraph {
+ public:
+  /// @param accept  topics that are wanted
+  /// @throws std::runtime_error if it cannot be started
+  ReplayGraph(const LaunchPlan& plan, std::function<bool(const std::string& topic)> accept)
+      : graph_(new_name()),
+        directory_(runtime::graph_directory(graph_)),
+        // Before the first node: publishers wait for a reliable subscriber that is there.
+        tap_(std::make_unique<runtime::Tap>(graph_, std::move(accept), runtime::Policy::reliable)) {
+    launch::Command c;
+    c.argv = {"mimesis-launch", plan.file, "--graph", graph_, "--name", "replay"};
+    for (const std::string& arg : plan.args) c.argv.insert(c.argv.end(), {"--arg", arg});
+    if (plan.takes_log) {
+      c.argv.insert(c.argv.end(), {"--arg", "log=" + folder_.path() + "/run.mcap"});
+    }
+    for (const std::string& set : plan.sets) c.argv.insert(c.argv.end(), {"--set", set});
+    c.env = {{"XDG_STATE_HOME", folder_.path()}};  // the run leaves nothing behind
+    child_ = launch::spawn(c, {});
   }
-  plan.args.insert(plan.args.end(), options.args.begin(), options.args.end());
-  plan.sets.insert(plan.sets.end(), options.sets.begin(), options.sets.end());
-  launch::Mistakes mistakes;
-  const launch::GraphFile graph =
-      launch::read_graph_file(options.launch, plan.args, "/nowhere", mistakes);
-  const launch::Run run = as_run(plan.sets);
-  launch::check_graph(graph, run, mistakes);
-  if (mistakes.empty()) launch::check_parameters(graph, run, mistakes);
-  if (!mistakes.empty()) throw ConfigError(fmt::format("{}", fmt::join(mistakes.lines(), "\n")));
-  if (graph.clock != "lockstep") {
-    throw ConfigError(
-        fmt::format("{}: its clock is '{}': only lock-step runs are the same twice; single nodes "
-                    "can be replayed",
-                    options.launch, graph.clock));
+  ~ReplayGraph() {
+    tap_.reset();  // no publisher waits for it any more
+    child_.send(SIGINT);
+    const auto deadline = std::chrono::steady_clock::now() + kStopAtMost;
+    while (!ending() && std::chrono::steady_clock::now() < deadline) {
+      pollfd ended[] = {{child_.pidfd.get(), POLLIN, 0},
+                        {child_.out.get(), POLLIN, 0},
+                        {child_.err.get(), POLLIN, 0}};
+      poll(ended, 3, 100);
+    }
+    if (!ending()) child_.send(SIGKILL);
+    while (!ending()) usleep(1000);
+    std::error_code ignored;
+    fs::remove_all(directory_, ignored);
   }
-  for (const auto& [name, value] : graph.args) plan.takes_log = plan.takes_log || name == "log";
-  refuse_overwriting(graph, logs);
-  plan.limit = run_limit(logs, graph.result ? graph.result->until.text : "");
-  return plan;
-}
+  ReplayGraph(const ReplayGraph&) = delete;
+  ReplayGraph& operator=(const ReplayGraph&) = delete;
+
+  /// Next message; nothing after `timeout`.
+  std::optional<runtime::Tapped> next(std::chrono::milliseconds timeout) {
+    read_words();
+    return tap_->next(timeout);
+  }
+  /// How the launch ended, once it has.
+  const std::optional<launch::Ending>& ending() {
+    read_words();
+    if (!ending_) ending_ = child_.reap();
+    return ending_;
+  }
+  /// The last lines that it wrote.
+  const std::string& words() const { return words_; }
+
+ private:
+  static std::string new_name() {
+    static std::atomic<int> count{0};
+    return fmt::format("replay-{}-{}", getpid(), ++count);
+  }
+  /// Empties the pipes of the launch, or it would block on them.
+  void read_words() {
+    char buffer[4096];
+    for (const launch::Fd* from : {&child_.out, &child_.err}) {
+      for (ssize_t n; from->open() && (n = read(from->get(), buffer, sizeof buffer)) > 0;) {
+        words_.append(buffer, static_cast<std::size_t>(n));
+      }
+    }
+    if (words_.size() > kLaunchWords) words_.erase(0, words_.size() - kLaunchWords);
+  }
+
+  TemporaryFolder folder_;  ///< for the run's own logs
+  std::string graph_;
+  std::string directory_;  ///< of the graph's sockets
+  std::unique_ptr<runtime::Tap> tap_;
+  launch::Child child_;
+  std::optional<launch::Ending> ending_;
+  std::string words_;
+};
 
 /// One run of the launch file beside the recorded one.
 class LaunchReplay {
@@ -139,11 +181,11 @@ class LaunchReplay {
         recorded_(logs, plan.limit.until_ns),
         messages_(options.tolerance, kWallFields) {}
 
-  LifeReport run(const StopSignals& stop, LogProgress& progress) {
+  ReplayReport run(const StopSignals& stop, const ReplayProgress& progress) {
     const auto started = std::chrono::steady_clock::now();
-    ReplayGraph graph(plan_.file, plan_.args, plan_.sets, plan_.takes_log,
+    ReplayGraph graph(plan_,
                       [](const std::string& topic) { return !runtime::is_own_topic(topic); });
-    while (!stop.requested() && listen(graph)) progress.at(recorded_.log_time_ns());
+    while (!stop.requested() && listen(graph)) progress(recorded_.log_time_ns());
     finish(stop);
     report_.wall_s =
         std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
@@ -155,14 +197,14 @@ class LaunchReplay {
   bool listen(ReplayGraph& graph) {
     const bool ended = graph.ending().has_value();
     const auto now = std::chrono::steady_clock::now();
-    if (const auto tapped = graph.next(kTurn)) {
+    if (const auto tapped = graph.next(kListen)) {
       heard_ = now;
       take(*tapped);
       return !enough() && !recorded_.finished();
     }
     if (ended) return report_end(graph);
     if (std::chrono::duration<double>(now - heard_).count() < options_.timeout_s) return true;
-    report_.result = ReplayResult::timed_out;
+    report_.result = ReplayResult::kTimedOut;
     report_.problem =
         fmt::format("no message came for {} s, the last one at {:.6f} s of graph time",
                     options_.timeout_s, last_s_);
@@ -178,7 +220,7 @@ class LaunchReplay {
     report_.problem = fmt::format("the launch {} at {:.6f} s of graph time", how.text(), last_s_);
     if (next != nullptr) {
       report_.problem += fmt::format(", before {} #{} of node '{}' at {:.6f} s", key.first,
-                                     next->seq, key.second, to_s(next->log_time_ns));
+                                     next->seq, key.second, ns_to_s(next->log_time_ns));
     }
     if (!how.good()) report_.problem += ":\n" + graph.words();
     return false;
@@ -189,7 +231,7 @@ class LaunchReplay {
     const auto time_ns =
         static_cast<std::uint64_t>((live.tick.count() > 0 ? live.tick : m.stamp).count());
     if (time_ns > plan_.limit.until_ns) return;
-    last_s_ = std::max(last_s_, to_s(time_ns));
+    last_s_ = std::max(last_s_, ns_to_s(time_ns));
     const TopicOfNode key{live.topic, m.source};
     if (!recorded_.has(key)) {
       ++left_out_[key];
@@ -225,7 +267,7 @@ class LaunchReplay {
                MessageDifference fields) {
     ++report_.difference_count;
     ReplayDifference d;
-    d.time_s = to_s(time_ns);
+    d.time_s = ns_to_s(time_ns);
     d.what = std::move(what);
     d.topic = live.topic;
     d.seq = live.message.seq;
@@ -243,34 +285,34 @@ class LaunchReplay {
     if (report_.difference_count < options_.differences) return false;
     if (recorded_.finished()) return true;
     const double latest_s = report_.differences.back().time_s;
-    if (last_s_ > latest_s + to_s(kRaggedEnd)) return true;  // a topic may have fallen silent
+    if (last_s_ > latest_s + ns_to_s(kRaggedEnd)) return true;  // a topic may have fallen silent
     TopicOfNode key;
     const KeptMessage* next = recorded_.earliest(key);  // not null: not finished
-    return next != nullptr && to_s(next->log_time_ns) > latest_s;
+    return next != nullptr && ns_to_s(next->log_time_ns) > latest_s;
   }
 
   void finish(const StopSignals& stop) {
     report_.graph_s = last_s_;
     report_.tolerated = messages_.tolerated();
     report_.notes.push_back(
-        fmt::format("compared up to {:.6f} s: {}", to_s(plan_.limit.until_ns), plan_.limit.why));
+        fmt::format("compared up to {:.6f} s: {}", ns_to_s(plan_.limit.until_ns), plan_.limit.why));
     for (const auto& [key, count] : left_out_) {
       report_.notes.push_back(
           fmt::format("{} of node '{}' is not in the log: {} messages were not compared", key.first,
                       key.second, count));
     }
-    if (report_.result == ReplayResult::equal && !report_.problem.empty()) {
-      report_.result = ReplayResult::incomplete;
+    if (report_.result == ReplayResult::kEqual && !report_.problem.empty()) {
+      report_.result = ReplayResult::kIncomplete;
     }
-    if (report_.difference_count > 0) report_.result = ReplayResult::different;
-    if (stop.requested()) report_.result = ReplayResult::interrupted;
+    if (report_.difference_count > 0) report_.result = ReplayResult::kDifferent;
+    if (stop.requested()) report_.result = ReplayResult::kInterrupted;
   }
 
   const LaunchPlan& plan_;
   const ReplayOptions& options_;
   RecordedRun recorded_;
   ReplayCompare messages_;
-  LifeReport report_;
+  ReplayReport report_;
   std::map<TopicOfNode, std::uint64_t> left_out_;
   double last_s_ = 0.0;  ///< graph time
   std::chrono::steady_clock::time_point heard_ = std::chrono::steady_clock::now();
@@ -278,19 +320,40 @@ class LaunchReplay {
 
 }  // namespace
 
-int replay_launch(const std::vector<OpenLog>& logs, const ReplayOptions& options,
-                  const StopSignals& stop) {
-  const LaunchPlan plan = make_plan(logs, options);
-  RunCount count;
-  {
-    LogProgress progress("replay " + fs::path(plan.file).filename().string(), logs);
-    count = repeat(options.repeat,
-                   [&] { return LaunchReplay(logs, plan, options).run(stop, progress); });
+LaunchPlan plan_launch(const std::vector<OpenLog>& logs, const ReplayOptions& options) {
+  LaunchPlan plan;
+  plan.file = options.launch;
+  if (!read_launch_metadata(logs, plan)) {
+    std::cerr << fmt::format(
+        "{}: it does not tell how the run was started (no metadata mimesis.launch): the defaults "
+        "of {} are taken\n",
+        logs.front().path, options.launch);
   }
-  if (!options.tolerance_note.empty()) count.shown.notes.push_back(options.tolerance_note);
-  print_launch(plan.file, count, options.json);
-  if (count.shown.result == ReplayResult::interrupted) return 128 + stop.signal();
-  return exit_code_of(count.shown.result);
+  plan.args.insert(plan.args.end(), options.args.begin(), options.args.end());
+  plan.sets.insert(plan.sets.end(), options.sets.begin(), options.sets.end());
+  launch::Mistakes mistakes;
+  const launch::GraphFile graph =
+      launch::read_graph_file(options.launch, plan.args, "/nowhere", mistakes);
+  const launch::Run run = as_run(plan.sets);
+  launch::check_graph(graph, run, mistakes);
+  if (mistakes.empty()) launch::check_parameters(graph, run, mistakes);
+  if (!mistakes.empty()) throw ConfigError(fmt::format("{}", fmt::join(mistakes.lines(), "\n")));
+  if (graph.clock != "lockstep") {
+    throw ConfigError(
+        fmt::format("{}: its clock is '{}': only lock-step runs are the same twice; single nodes "
+                    "can be replayed",
+                    options.launch, graph.clock));
+  }
+  for (const auto& [name, value] : graph.args) plan.takes_log = plan.takes_log || name == "log";
+  refuse_overwriting(graph, logs);
+  plan.limit = run_limit(logs, graph.result ? graph.result->until.text : "");
+  return plan;
+}
+
+ReplayReport replay_launch(const std::vector<OpenLog>& logs, const LaunchPlan& plan,
+                           const ReplayOptions& options, const StopSignals& stop,
+                           const ReplayProgress& progress) {
+  return LaunchReplay(logs, plan, options).run(stop, progress);
 }
 
 }  // namespace mimesis::tool

@@ -1,54 +1,30 @@
-#include "tools/mimesis/log/replay_node.h"
-
-#include <fcntl.h>
+// One life of a node, run again step by step.
 #include <fmt/format.h>
-#include <poll.h>
-#include <signal.h>
-#include <spawn.h>
-#include <sys/mman.h>
-#include <sys/socket.h>
-#include <sys/syscall.h>
-#include <sys/wait.h>
-#include <unistd.h>
+#include <stdlib.h>
 
-#include <algorithm>
 #include <cerrno>
-#include <cmath>
+#include <chrono>
 #include <cstring>
-#include <filesystem>
 #include <fstream>
 #include <stdexcept>
 
 #include "common/runtime/own_topics.h"
-#include "common/runtime/replay.h"
-
-extern char** environ;
+#include "tools/mimesis/log/packet_process.h"
+#include "tools/mimesis/log/replay.h"
 
 namespace mimesis::tool {
 namespace {
 
-namespace fs = std::filesystem;
-
-constexpr int kSocketInChild = 3;
-constexpr off_t kLastWords = 2000;  // of what a node wrote before it died [bytes]
-
-std::vector<std::string> command_line(const std::string& program, const Life& life,
-                                      const std::string& parameters,
-                                      const std::vector<std::string>& sets) {
-  std::vector<std::string> argv{program,
-                                "--replay",
-                                std::to_string(kSocketInChild),
-                                "--name",
-                                life.node(),
-                                "--clock",
-                                life.start.clock(),
-                                "--params",
+std::vector<std::string> node_arguments(const std::string& program, const Life& life,
+                                        const std::string& parameters,
+                                        const std::vector<std::string>& sets, int socket) {
+  std::vector<std::string> argv{program,     "--replay", std::to_string(socket), "--name",
+                                life.node(), "--clock",  life.start.clock(),     "--params",
                                 parameters};
   for (const std::string& set : sets) argv.insert(argv.end(), {"--set", set});
   const auto wire = [&argv](const char* option, const auto& topics) {
     for (const v1::TopicInfo& t : topics) {
-      const bool of_the_runtime = t.port().starts_with('.') || runtime::is_own_topic(t.topic());
-      if (of_the_runtime) continue;
+      if (t.port().starts_with('.') || runtime::is_own_topic(t.topic())) continue;  // the runtime's
       argv.insert(argv.end(), {option, t.port() + "=" + t.topic()});
     }
   };
@@ -57,149 +33,196 @@ std::vector<std::string> command_line(const std::string& program, const Life& li
   return argv;
 }
 
-/// In a process group of its own: Ctrl-C asks this program to stop, which ends the node.
-pid_t start(std::vector<std::string> words, int socket, int output) {
-  std::vector<char*> argv;
-  for (std::string& word : words) argv.push_back(word.data());
-  argv.push_back(nullptr);
-  posix_spawn_file_actions_t files;
-  posix_spawnattr_t attributes;
-  posix_spawn_file_actions_init(&files);
-  posix_spawnattr_init(&attributes);
-  posix_spawn_file_actions_addopen(&files, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
-  posix_spawn_file_actions_adddup2(&files, output, STDOUT_FILENO);
-  posix_spawn_file_actions_adddup2(&files, output, STDERR_FILENO);
-  posix_spawn_file_actions_adddup2(&files, socket, kSocketInChild);
-  posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETPGROUP);
-  pid_t pid = -1;
-  const int error = posix_spawn(&pid, argv[0], &files, &attributes, argv.data(), environ);
-  posix_spawn_file_actions_destroy(&files);
-  posix_spawnattr_destroy(&attributes);
-  if (error != 0) throw std::runtime_error(words[0] + ": " + std::strerror(error));
-  return pid;
+std::string missing_input(const LifeReader& reader, const RecordedStep& step,
+                          const v1::InputSource& source, std::uint64_t seq) {
+  std::string why = "the message is not in the log: lost";
+  if (!reader.has_input(source)) why = "the log does not hold this topic of that node";
+  if (reader.was_let_go(source, seq)) {
+    why = fmt::format("it was let go: more than {} MB of inputs waited to be taken",
+                      kMostInputBytes / 1'000'000);
+  }
+  return fmt::format("step {} took {} #{} of node '{}' on input '{}': {}", step.number,
+                     source.topic(), seq, source.node(), source.port(), why);
 }
 
-std::chrono::milliseconds in_milliseconds(double s) {
-  constexpr double kLongest_s = 1e6;  // poll takes an int
-  return std::chrono::milliseconds(std::llround(std::min(s, kLongest_s) * 1e3));
-}
+class LifeReplay {
+ public:
+  LifeReplay(const std::vector<OpenLog>& logs, const Life& life, const ReplayOptions& options,
+             const StopSignals& stop)
+      : life_(life),
+        options_(options),
+        stop_(stop),
+        reader_(logs, life),
+        messages_(options.tolerance),
+        comparison_(life, reader_, messages_) {}
 
-/// For a node that hangs between the first and the last byte of a packet.
-void limit_waiting(int socket, std::chrono::milliseconds time) {
-  const auto us = std::max<std::int64_t>(1000, time.count() * 1000);
-  const timeval limit{us / 1'000'000, us % 1'000'000};
-  setsockopt(socket, SOL_SOCKET, SO_RCVTIMEO, &limit, sizeof limit);
-  setsockopt(socket, SOL_SOCKET, SO_SNDTIMEO, &limit, sizeof limit);
-}
+  ReplayReport run(const std::string& program, const ReplayProgress& progress) {
+    const auto started = std::chrono::steady_clock::now();
+    const std::string parameters =
+        folder_.path() + "/" + std::filesystem::path(life_.node()).filename().string() + ".yaml";
+    std::ofstream(parameters) << life_.start.parameters();
+    PacketProcess node(
+        "the node",
+        [&](int socket) -> launch::Command {
+          return {node_arguments(program, life_, parameters, options_.sets, socket), {}};
+        },
+        options_.timeout_s);
+    while (advance(node)) progress(reader_.log_time_ns());
+    finish(node);
+    report_.wall_s =
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
+    return std::move(report_);
+  }
 
-/// False after a signal or at the deadline.
-bool poll_until(pollfd& one, std::chrono::steady_clock::time_point deadline) {
-  const auto left =
-      std::chrono::ceil<std::chrono::milliseconds>(deadline - std::chrono::steady_clock::now());
-  return poll(&one, 1, static_cast<int>(std::max<std::int64_t>(0, left.count()))) > 0;
-}
+ private:
+  /// One step; false if it was the last one.
+  bool advance(PacketProcess& node) {
+    if (stop_.requested()) return interrupted();
+    auto step = reader_.next();
+    if (!step) return false;
+    v1::ReplayStep message;
+    *message.mutable_step() = step->record;
+    if (!add_inputs(*step, message)) return false;
+    if (failed_) return throws_no_more(*step);
+    v1::ReplayOutcome outcome;
+    if (const auto answered = node.ask(message, outcome, &stop_); !answered) {
+      if (answered.error().reason.empty()) return interrupted();
+      report_.problem = fmt::format("step {}: {}", step->number, answered.error().reason);
+      return false;
+    }
+    follow_time(*step);
+    last_ = step->record.kind();
+    auto found = comparison_.compare(*step, outcome);
+    if (outcome.failed()) {
+      failed_ = outcome.problem();
+      if (!found.empty()) found.insert(found.begin(), only_replay_failed());
+    }
+    return keep(found);
+  }
+
+  bool interrupted() {
+    report_.result = ReplayResult::kInterrupted;
+    return false;
+  }
+
+  /// The node threw in the step before this one. So did the recorded one if it was stopped then.
+  bool throws_no_more(const RecordedStep& step) {
+    if (step.record.kind() != v1::STEP_KIND_STOP) keep({only_replay_failed()});
+    return false;
+  }
+
+  ReplayDifference only_replay_failed() const {
+    ReplayDifference d;
+    d.step = comparison_.counts().steps - 1;
+    d.time_s = end_s_;
+    d.what = "the replayed step failed, the recorded one did not: " + *failed_;
+    return d;
+  }
+
+  bool add_inputs(const RecordedStep& step, v1::ReplayStep& message) {
+    for (const v1::TakenMessage& taken : step.record.taken()) {
+      if (taken.source() >= step.sources.size()) {
+        report_.problem = fmt::format("step {} names an input that is not described", step.number);
+        return false;
+      }
+      const v1::InputSource& source = step.sources[taken.source()];
+      const KeptMessage* input = reader_.input(source, taken.seq());
+      if (input == nullptr) {
+        report_.problem = missing_input(reader_, step, source, taken.seq());
+        return false;
+      }
+      v1::ReplayMessage& in = *message.add_inputs();
+      in.set_port(source.port());
+      in.set_payload(input->payload);
+      in.set_stamp_ns(input->publish_time_ns);
+      in.set_seq(taken.seq());
+      in.set_node(source.node());
+      ++comparison_.counts().inputs;
+      comparison_.counts().bytes += input->payload.size();
+    }
+    return true;
+  }
+
+  void follow_time(const RecordedStep& step) {
+    if (step.record.kind() == v1::STEP_KIND_CREATE) return;  // before the clock is known
+    end_s_ = life_.seconds(step.record.time_ns());
+    if (comparison_.counts().steps == 1) begin_s_ = end_s_;
+  }
+
+  /// False if these were enough.
+  bool keep(const std::vector<ReplayDifference>& found) {
+    for (const ReplayDifference& d : found) {
+      ++report_.difference_count;
+      if (report_.differences.size() < options_.differences) report_.differences.push_back(d);
+      if (report_.difference_count >= options_.differences) return false;
+    }
+    return true;
+  }
+
+  void finish(PacketProcess& node) {
+    report_.counts = comparison_.counts();
+    report_.graph_s = end_s_ - begin_s_;
+    report_.tolerated = messages_.tolerated();
+    if (report_.result == ReplayResult::kInterrupted) return;
+    const bool stopped_early = report_.difference_count > 0 || !report_.problem.empty();
+    if (!stopped_early && !failed_) report_.problem = node.finish();
+    if (node.timed_out()) report_.result = ReplayResult::kTimedOut;
+    if (report_.problem.empty() && !stopped_early) report_.problem = reader_.problem();
+    note_missing();
+    if (!stopped_early && reader_.problem().empty()) note_end();
+    if (report_.result == ReplayResult::kEqual && !report_.problem.empty()) {
+      report_.result = ReplayResult::kIncomplete;
+    }
+    if (report_.difference_count > 0) report_.result = ReplayResult::kDifferent;
+  }
+
+  void note_missing() {
+    for (const auto& [topic, count] : comparison_.missing()) {
+      if (!reader_.has_output(topic)) {
+        report_.notes.push_back(
+            fmt::format("{} is not in the log: {} messages were not compared", topic, count));
+      } else if (report_.problem.empty()) {
+        report_.problem = fmt::format("{} message{} on {} {} not in the log: lost", count,
+                                      count == 1 ? "" : "s", topic, count == 1 ? "is" : "are");
+      }
+    }
+  }
+
+  void note_end() {
+    if (failed_) {
+      report_.notes.push_back("the last step failed, as recorded: " + *failed_);
+    } else if (last_ != v1::STEP_KIND_STOP) {
+      report_.notes.push_back(
+          "the log ends before the node's end: it was killed, or the recording ended first");
+    }
+  }
+
+  const Life& life_;
+  const ReplayOptions& options_;
+  const StopSignals& stop_;
+  LifeReader reader_;
+  ReplayCompare messages_;
+  StepComparison comparison_;
+  TemporaryFolder folder_;  ///< holds the parameters
+  ReplayReport report_;
+  std::optional<std::string> failed_;  ///< the node threw: what
+  v1::StepKind last_ = v1::STEP_KIND_UNSPECIFIED;
+  double begin_s_ = 0.0, end_s_ = 0.0;
+};
 
 }  // namespace
 
-ReplayNode::ReplayNode(const std::string& program, const Life& life,
-                       const std::vector<std::string>& sets, double timeout_s)
-    : words_(memfd_create("output", MFD_CLOEXEC)), timeout_(in_milliseconds(timeout_s)) {
-  const std::string parameters =
-      folder_.path() + "/" + fs::path(life.node()).filename().string() + ".yaml";
-  std::ofstream(parameters) << life.start.parameters();
-  int ends[2];
-  if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) != 0) {
-    throw std::runtime_error(std::string("socketpair: ") + std::strerror(errno));
-  }
-  socket_ = launch::Fd(ends[0]);
-  const launch::Fd other(ends[1]);
-  limit_waiting(socket_.get(), timeout_);
-  pid_ = start(command_line(program, life, parameters, sets), other.get(), words_.get());
-  pidfd_ = launch::Fd(static_cast<int>(syscall(SYS_pidfd_open, pid_, 0)));
-  if (!pidfd_.open()) throw std::runtime_error(std::string("pidfd_open: ") + std::strerror(errno));
-}
-
-ReplayNode::~ReplayNode() {
-  socket_.reset();  // the node ends
-  if (pid_ > 0) {
-    kill(pid_, SIGKILL);  // nothing of it is needed any more, not even in the middle of a step
-    waitpid(pid_, nullptr, 0);
+TemporaryFolder::TemporaryFolder()
+    : path_((std::filesystem::temp_directory_path() / "mimesis-replay-XXXXXX").string()) {
+  if (mkdtemp(path_.data()) == nullptr) {
+    throw std::runtime_error(path_ + ": " + std::strerror(errno));
   }
 }
 
-tl::expected<v1::ReplayOutcome, Status> ReplayNode::run(const v1::ReplayStep& step,
-                                                        const StopSignals& stop) {
-  v1::ReplayOutcome outcome;
-  errno = 0;
-  const bool answered = runtime::write_packet(socket_.get(), step) && wait_for_outcome(stop) &&
-                        runtime::read_packet(socket_.get(), outcome);
-  if (answered) {
-    answered_ = true;
-    return outcome;
-  }
-  if (stop.requested()) return tl::unexpected(Status{});
-  timed_out_ = timed_out_ || errno == EAGAIN;
-  return tl::unexpected(Status{timed_out_ ? too_long("the step") : ending()});
-}
-
-/// False if a stop was requested or it took too long.
-bool ReplayNode::wait_for_outcome(const StopSignals& stop) {
-  const auto deadline = std::chrono::steady_clock::now() + timeout_;
-  pollfd readable{socket_.get(), POLLIN, 0};
-  while (!poll_until(readable, deadline)) {
-    if (stop.requested()) return false;
-    timed_out_ = std::chrono::steady_clock::now() >= deadline;
-    if (timed_out_) return false;
-  }
-  return true;
-}
-
-std::string ReplayNode::finish() {
-  const launch::Ending how = wait();
-  if (timed_out_) return too_long("the node's end");
-  return how.good() ? "" : describe(how);
-}
-
-std::string ReplayNode::ending() {
-  const launch::Ending how = wait();
-  if (timed_out_) return too_long("the node's end");
-  if (!answered_ && how.code == 2) throw ConfigError(last_words());
-  return describe(how);
-}
-
-std::string ReplayNode::too_long(std::string_view what) const {
-  return fmt::format("{} took longer than {} s (--timeout): the node was killed", what,
-                     std::chrono::duration<double>(timeout_).count());
-}
-
-std::string ReplayNode::describe(const launch::Ending& how) const {
-  const std::string words = last_words();
-  return "the node " + how.text() + (words.empty() ? "" : ":\n" + words);
-}
-
-launch::Ending ReplayNode::wait() {
-  socket_.reset();
-  const auto deadline = std::chrono::steady_clock::now() + timeout_;
-  pollfd ended{pidfd_.get(), POLLIN, 0};
-  while (!timed_out_ && !poll_until(ended, deadline)) {
-    timed_out_ = std::chrono::steady_clock::now() >= deadline;
-  }
-  if (timed_out_) kill(pid_, SIGKILL);
-  int status = 0;
-  waitpid(pid_, &status, 0);
-  pid_ = -1;
-  if (WIFSIGNALED(status)) return {.signal = WTERMSIG(status)};
-  return {.code = WEXITSTATUS(status)};
-}
-
-std::string ReplayNode::last_words() const {
-  const off_t size = lseek(words_.get(), 0, SEEK_END);
-  std::string words(static_cast<std::size_t>(std::min(size, kLastWords)), '\0');
-  const ssize_t n =
-      pread(words_.get(), words.data(), words.size(), std::max<off_t>(0, size - kLastWords));
-  words.resize(n > 0 ? static_cast<std::size_t>(n) : 0);
-  while (words.ends_with('\n')) words.pop_back();
-  return words;
+ReplayReport replay_life(const std::vector<OpenLog>& logs, const Life& life,
+                         const std::string& program, const ReplayOptions& options,
+                         const StopSignals& stop, const ReplayProgress& progress) {
+  return LifeReplay(logs, life, options, stop).run(program, progress);
 }
 
 }  // namespace mimesis::tool

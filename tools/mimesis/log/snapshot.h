@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "tools/mimesis/log/split.h"
+#include "tools/mimesis/log/record_file.h"
 
 namespace mimesis::tool {
 
@@ -55,7 +55,7 @@ struct SnapshotOptions {
 /// received. Files NAME_YYYYMMDD-HHMMSS; metadata "mimesis.snapshot" says why.
 class Snapshots {
  public:
-  /// What was under way when the trigger came has arrived after this.
+  /// Messages under way when the trigger came have arrived after this time.
   static constexpr std::chrono::milliseconds kTail{100};
 
   /// `stamp()`: date and time for names. `report` gets one line per snapshot.

@@ -1,15 +1,309 @@
-#include "tools/mimesis/log/view.h"
-
+// `mimesis log view`: everything of the inputs, and drawings for viewers on topics view/... beside
+// it.
 #include <fmt/format.h>
 
+#include <CLI/App.hpp>
+#include <CLI/Config.hpp>
+#include <CLI/Formatter.hpp>
+#include <algorithm>
+#include <array>
 #include <iostream>
+#include <map>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
 
+#include "common/model/files.h"
+#include "common/model/viewer.h"
+#include "common/runtime/param_reader.h"
 #include "common/runtime/type_info.h"
+#include "proto/steps.pb.h"
 #include "tools/mimesis/log/latched_repeats.h"
+#include "tools/mimesis/log/packet_process.h"
 #include "tools/mimesis/log/rewriting.h"
+#include "tools/mimesis/log/subverbs.h"
+#include "tools/mimesis/log/verb_options.h"
+#include "tools/mimesis/log/view_drawings.h"
 
 namespace mimesis::tool {
 namespace {
+
+/// The layers to draw.
+struct ViewLayers {
+  bool robot = false, fields = false, roadmap = false, table = false;
+  bool all = false;  ///< of these, whatever the log has the topics for
+};
+
+/// Announcements of the nodes of a log at their start, by name.
+using Setups = std::map<std::string, v1::NodeStart>;
+
+/// A topic of the log and the node that published on it.
+struct SeenTopic {
+  std::string topic, node;
+};
+
+Setups read_setups(const std::vector<OpenLog>& logs) {
+  Setups setups;
+  for (const OpenLog& log : logs) {
+    const auto wanted = [&](const log::Channel& channel) {
+      const auto schema = log.summary.schemas.find(channel.schema_id);
+      return schema != log.summary.schemas.end() && schema->second.name == "mimesis.v1.NodeStart";
+    };
+    log::IndexedReader reader(*log.source, log.summary, {.channel = wanted});
+    while (const log::Message* message = reader.next()) {
+      v1::NodeStart start;
+      if (start.ParseFromArray(message->data.data(), static_cast<int>(message->data.size()))) {
+        setups.emplace(start.node(), std::move(start));
+      }
+    }
+  }
+  return setups;
+}
+
+/// The topic of this type: `preferred` if it is one of them, else the first by name.
+std::optional<SeenTopic> topic_of(const std::vector<OpenLog>& logs, const std::string& type,
+                                  const std::string& preferred = "") {
+  std::optional<SeenTopic> found;
+  for (const OpenLog& log : logs) {
+    for (const auto& [id, channel] : log.summary.channels) {
+      const auto schema = log.summary.schemas.find(channel.schema_id);
+      if (schema == log.summary.schemas.end() || schema->second.name != type) continue;
+      const auto rank = [&](const std::string& topic) {
+        return std::pair(topic != preferred, topic);
+      };
+      if (!found || rank(channel.topic) < rank(found->topic)) {
+        found = {channel.topic, sender_of(channel)};
+      }
+    }
+  }
+  return found;
+}
+
+runtime::Yaml parameters_of(const v1::NodeStart& start) {
+  return runtime::parse_yaml(start.parameters(), start.node() + "/start");
+}
+
+/// The parameter group `view` of a node, checked.
+std::optional<image::View> view_in(const v1::NodeStart& start) {
+  const runtime::Yaml all = parameters_of(start);
+  const runtime::Yaml* section = all.find("view");
+  if (section == nullptr) return std::nullopt;
+  image::View view;
+  const runtime::Variables none(*section);
+  runtime::ParamReader reader(start.node(), section, none, {});
+  view.visit(reader);
+  reader.finish();
+  return view;
+}
+
+/// The announcement of the planner; without parameters if the log does not hold it.
+v1::NodeStart planner_of(const Setups& setups) {
+  for (const auto& [node, start] : setups) {
+    if (start.executable() == "mimesis_planner") return start;
+  }
+  return {};
+}
+
+/// The model file of the robot that `start` names; none: nullopt.
+std::optional<std::string> robot_in(const v1::NodeStart& start) {
+  const runtime::Yaml all = parameters_of(start);
+  const runtime::Yaml* robot = all.find("robot");
+  return robot == nullptr ? std::nullopt : std::optional(robot->text);
+}
+
+/// The arm that `node` moves: its parameter `robot`, else the planner's.
+kin::ArmModel arm_of(const Setups& setups, const std::string& node) {
+  constexpr const char* kDefaultRobot = "lwr4.yaml";  // as the planner's
+  std::optional<std::string> file;
+  if (const auto it = setups.find(node); it != setups.end()) file = robot_in(it->second);
+  if (!file) file = robot_in(planner_of(setups));
+  return model::load_arm(file.value_or(kDefaultRobot));
+}
+
+/// The calibrated view of the camera that publishes `image`: a parameter `view` of a node that
+/// takes these images, else of the one that makes them.
+std::optional<image::View> view_of(const Setups& setups, const SeenTopic& image) {
+  for (const auto& [node, start] : setups) {
+    const auto takes_it = [&](const v1::TopicInfo& input) { return input.topic() == image.topic; };
+    if (!std::ranges::any_of(start.inputs(), takes_it)) continue;
+    if (auto view = view_in(start)) return view;
+  }
+  const auto maker = setups.find(image.node);
+  return maker == setups.end() ? std::nullopt : view_in(maker->second);
+}
+
+struct Layer {
+  const char* option;
+  bool ViewLayers::*asked;
+  const google::protobuf::Descriptor* type;  ///< that it is drawn from
+};
+
+const std::array<Layer, 4>& known_layers() {
+  static const std::array<Layer, 4> layers{{
+      {"--robot", &ViewLayers::robot, v1::ArmState::descriptor()},
+      {"--fields", &ViewLayers::fields, v1::FieldActivity::descriptor()},
+      {"--roadmap", &ViewLayers::roadmap, v1::Scene::descriptor()},
+      {"--table", &ViewLayers::table, v1::Scene::descriptor()},
+  }};
+  return layers;
+}
+
+/// Several nodes may publish the same type; the bridge is the one that speaks for the robot.
+std::optional<SeenTopic> source_of(const std::vector<OpenLog>& logs,
+                                   const google::protobuf::Descriptor& type) {
+  const bool hand = &type == v1::HandState::descriptor();
+  return topic_of(logs, type.full_name(), hand ? "bridge/hand" : "bridge/arm");
+}
+
+/// Why `layers` cannot be drawn: the log lacks a topic. Nothing if they can.
+std::optional<std::string> missing_topic(const ViewLayers& layers,
+                                         const std::vector<OpenLog>& logs) {
+  for (const Layer& layer : known_layers()) {
+    if (layers.*layer.asked && !source_of(logs, *layer.type)) {
+      return fmt::format("{}: no topic of type {} in the log", layer.option,
+                         layer.type->full_name());
+    }
+  }
+  return std::nullopt;
+}
+
+/// The program mimesis_roadmap, which plans as the planner did (nodes/planner/drawing).
+class RoadmapProgram {
+ public:
+  static constexpr const char* kName = "mimesis_roadmap";
+
+  /// @throws ConfigError if the program is not there or does not know the parameters of `planner`.
+  explicit RoadmapProgram(const v1::NodeStart& planner)
+      : process_(
+            kName,
+            [](int socket) -> launch::Command {
+              return {{kName, std::to_string(socket)}, {}};
+            },
+            kLongest_s) {
+    ask(planner);
+  }
+  foxglove::SceneUpdate draw(const v1::Scene& scene, const v1::TaskStatus& status) {
+    ask(scene);
+    return ask(status);
+  }
+
+ private:
+  static constexpr double kLongest_s = 600.0;  // for one roadmap
+
+  foxglove::SceneUpdate ask(const google::protobuf::MessageLite& request) {
+    foxglove::SceneUpdate drawing;
+    const auto answered = process_.ask(request, drawing);
+    if (!answered) throw std::runtime_error(answered.error().reason);
+    return drawing;
+  }
+
+  PacketProcess process_;
+};
+
+/// Turns messages of a log into drawings.
+class LayerPainter {
+ public:
+  /// Precondition: nothing is missing. @throws ConfigError if the log names a robot or parameters
+  /// that this version does not know.
+  LayerPainter(const ViewLayers& layers, const std::vector<OpenLog>& logs)
+      : layers_(layers), logs_(logs) {
+    const Setups setups = read_setups(logs);
+    if (const auto image = topic_of(logs, "foxglove.RawImage", "camera/image")) {
+      camera_ = view_of(setups, *image);
+    }
+    if (wanted<v1::ArmState>(layers.robot)) {
+      const auto arm = source_of(logs, *v1::ArmState::descriptor());
+      const auto view = std::make_shared<RobotView>(arm_of(setups, arm->node));
+      follow<v1::ArmState>(view);
+      follow<v1::HandState>(view);
+    }
+    if (wanted<v1::Scene>(layers.roadmap)) add_roadmap(planner_of(setups), arm_of(setups, ""));
+    if (wanted<v1::FieldActivity>(layers.fields)) {
+      follow<v1::FieldActivity>([](const v1::FieldActivity& fields, const Draw& draw) {
+        draw("view/fields", to_board(fields), std::chrono::nanoseconds(fields.header().stamp_ns()));
+        return true;
+      });
+    }
+    if (wanted<v1::Scene>(layers.table)) {
+      follow<v1::Scene>([](const v1::Scene& scene, const Draw& draw) {
+        const std::chrono::nanoseconds stamp(scene.header().stamp_ns());
+        draw("view/table", model::to_table(model::from_proto(scene), stamp), stamp);
+        return true;
+      });
+    }
+  }
+
+  /// Draws what holds from the first message on: the camera's place and calibration, if the log has
+  /// images and says how the camera stands.
+  void begin(std::chrono::nanoseconds stamp, const Draw& draw) const {
+    if (!camera_) return;
+    draw("view/camera", to_calibration(*camera_, stamp), stamp);
+    draw("view/camera_frames", to_camera_frames(*camera_, stamp), stamp);
+  }
+  /// Passes over messages of other topics.
+  void see(const log::MergedReader::Item& item, const Draw& draw) {
+    const auto [first, last] = painters_.equal_range(item.channel->topic);
+    for (auto painter = first; painter != last; ++painter) {
+      if (!painter->second(item.message->data, draw)) ++failed_[item.channel->topic];
+    }
+  }
+  /// One line per topic with messages that could not be drawn: cut off, or not of this robot.
+  std::vector<std::string> problems() const {
+    std::vector<std::string> lines;
+    for (const auto& [topic, count] : failed_) {
+      lines.push_back(fmt::format("{}: {} messages cannot be drawn: damaged, or of another robot",
+                                  topic, count));
+    }
+    return lines;
+  }
+
+ private:
+  /// The layer drawn from messages T is asked for, by itself or among all that the log has.
+  template <class T>
+  bool wanted(bool asked) const {
+    return (asked || layers_.all) && source_of(logs_, *T::descriptor());
+  }
+  void add_roadmap(const v1::NodeStart& planner, kin::ArmModel arm) {
+    if (launch::find_executable(RoadmapProgram::kName).empty()) {
+      const std::string why = fmt::format(
+          "--roadmap: there is no program {} beside this one or on PATH", RoadmapProgram::kName);
+      if (layers_.roadmap) throw ConfigError(why);
+      std::cerr << why << ": the roadmap is left out\n";
+    } else {
+      const auto program = std::make_shared<RoadmapProgram>(planner);
+      const auto view =
+          std::make_shared<RoadmapView>([program](const auto& scene, const auto& status) {
+            return program->draw(scene, status);
+          });
+      follow<v1::Scene>(view);
+      follow<v1::TaskStatus>(view);
+    }
+    follow<v1::Trajectory>(std::make_shared<PathView>(std::move(arm)));
+  }
+  /// Calls `see(message, draw)` for messages on the topic of type T, if there is one; it returns
+  /// false if the message could not be drawn.
+  template <class T>
+  void follow(std::function<bool(const T&, const Draw&)> see) {
+    const auto source = source_of(logs_, *T::descriptor());
+    if (!source) return;
+    painters_.emplace(source->topic, [see](std::string_view payload, const Draw& draw) {
+      T message;
+      return message.ParseFromArray(payload.data(), static_cast<int>(payload.size())) &&
+             see(message, draw);
+    });
+  }
+  template <class T, class View>
+  void follow(const std::shared_ptr<View>& view) {
+    follow<T>([view](const T& message, const Draw& draw) { return view->see(message, draw); });
+  }
+
+  const ViewLayers& layers_;
+  const std::vector<OpenLog>& logs_;
+  std::optional<image::View> camera_;
+  using Painter = std::function<bool(std::string_view payload, const Draw&)>;
+  std::multimap<std::string, Painter> painters_;  ///< by topic
+  std::map<std::string, std::uint64_t> failed_;   ///< messages by topic
+};
 
 /// Puts drawings into a log beside the messages that they were made from.
 class DrawingWriter {
@@ -62,8 +356,14 @@ class DrawingWriter {
   std::map<std::string, Channel> channels_;  ///< by topic
 };
 
-}  // namespace
+struct ViewOptions {
+  std::vector<std::string> inputs;  ///< logs, taken as one
+  OutputOptions output;
+  ViewLayers layers;
+  bool json = false;
+};
 
+/// Returns the exit code. @throws ConfigError
 int log_view(const ViewOptions& options) {
   const auto logs = open_logs(options.inputs);
   if (!logs) {
@@ -98,6 +398,31 @@ int log_view(const ViewOptions& options) {
   copy_metadata(*logs, out, pass, read_losses(*logs));
   for (const std::string& line : painter.problems()) std::cerr << line << '\n';
   return conclude(out, pass, options.json, {{"drawn", drawings.counts()}});
+}
+
+}  // namespace
+
+void add_view(CLI::App& verb, int& exit_code) {
+  CLI::App* view = verb.add_subcommand(
+      "view", "Writes a log for viewers: robot, fields, roadmap in 3-D beside the messages");
+  auto o = std::make_shared<ViewOptions>();
+  add_input_output(*view, o->inputs, o->output);
+  view->add_flag("--robot", o->layers.robot, "Arm and hand, where their states say they are");
+  view->add_flag("--fields", o->layers.fields, "Activity of the neural fields, on a board");
+  view->add_flag("--roadmap", o->layers.roadmap,
+                 "The planner's roadmap, and the way of the hand in its motions");
+  view->add_flag("--table", o->layers.table, "The table as the planner knows it");
+  view->add_flag("--all", o->layers.all, "All of these that the log has the topics for");
+  add_output_options(*view, o->output);
+  view->add_flag("--json", o->json, "Print what was written as one JSON object");
+  view->footer(
+      "For Foxglove, Lichtblick and Rerun: see docs/viewers.md. Exit code 3 if what is asked for "
+      "has no topic.\n"
+      "Example: mimesis log view run.mcap run-view.mcap --all");
+  view->callback([o, &exit_code] {
+    take_output(o->inputs, o->output);
+    exit_code = log_view(*o);
+  });
 }
 
 }  // namespace mimesis::tool

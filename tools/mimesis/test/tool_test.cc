@@ -7,7 +7,7 @@
 
 #include "tools/mimesis/rate_window.h"
 #include "tools/mimesis/table.h"
-#include "tools/mimesis/usage.h"
+#include "tools/mimesis/verb.h"
 
 namespace mimesis::tool {
 namespace {

@@ -1,8 +1,7 @@
-#include "tools/mimesis/launch/order.h"
-
 #include <gtest/gtest.h>
 
 #include "tools/mimesis/launch/command.h"
+#include "tools/mimesis/launch/graph_file.h"
 #include "tools/mimesis/launch/managed_node.h"
 #include "tools/mimesis/launch/test/graph_text.h"
 

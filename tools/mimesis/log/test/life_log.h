@@ -8,7 +8,7 @@
 #include "common/runtime/type_info.h"
 #include "proto/runtime.pb.h"
 #include "proto/steps.pb.h"
-#include "tools/mimesis/log/replay_life.h"
+#include "tools/mimesis/log/replay_log.h"
 
 namespace mimesis::tool {
 

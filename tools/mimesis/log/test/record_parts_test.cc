@@ -4,11 +4,9 @@
 #include <sstream>
 
 #include "tools/mimesis/log/byte_size.h"
-#include "tools/mimesis/log/counts_display.h"
-#include "tools/mimesis/log/disk_limits.h"
-#include "tools/mimesis/log/drain.h"
 #include "tools/mimesis/log/provenance.h"
-#include "tools/mimesis/log/silence_watch.h"
+#include "tools/mimesis/log/record_file.h"
+#include "tools/mimesis/log/record_watch.h"
 
 namespace mimesis::tool {
 namespace {

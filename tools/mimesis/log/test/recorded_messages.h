@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "common/log/indexed_reader.h"
-#include "tools/mimesis/log/split.h"
+#include "tools/mimesis/log/record_file.h"
 
 namespace mimesis::tool {
 

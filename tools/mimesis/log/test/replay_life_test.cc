@@ -1,8 +1,7 @@
 // What a log tells of a node's steps, and what it does not.
-#include "tools/mimesis/log/replay_life.h"
-
 #include <random>
 
+#include "tools/mimesis/log/replay_log.h"
 #include "tools/mimesis/log/test/life_log.h"
 
 namespace mimesis::tool {

@@ -1,6 +1,5 @@
 // All that a step does is compared with what the log says of it.
-#include "tools/mimesis/log/replay_step.h"
-
+#include "tools/mimesis/log/replay_compare.h"
 #include "tools/mimesis/log/test/life_log.h"
 
 namespace mimesis::tool {

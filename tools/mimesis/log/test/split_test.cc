@@ -1,8 +1,7 @@
 // A recording in several files.
-#include "tools/mimesis/log/split.h"
-
 #include <gtest/gtest.h>
 
+#include "tools/mimesis/log/record_file.h"
 #include "tools/mimesis/log/test/recorded_messages.h"
 
 namespace mimesis::tool {

@@ -2,15 +2,10 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <numbers>
-#include <numeric>
 
 #include "common/model/drawing.h"
 #include "common/model/files.h"
-#include "tools/mimesis/log/view_camera.h"
-#include "tools/mimesis/log/view_fields.h"
-#include "tools/mimesis/log/view_roadmap.h"
-#include "tools/mimesis/log/view_robot.h"
+#include "tools/mimesis/log/view_drawings.h"
 
 namespace mimesis::tool {
 namespace {
@@ -136,14 +131,8 @@ TEST(ViewCamera, FramesAndCalibrationProjectAsThePinholeDoes) {
   EXPECT_NEAR(X_WT.linear().determinant(), 1.0, 1e-12);
 }
 
-class ViewRoadmap : public ::testing::Test {
+class ViewPlan : public ::testing::Test {
  protected:
-  /// Entities by id.
-  static std::map<std::string, foxglove::SceneEntity> by_id(const foxglove::SceneUpdate& update) {
-    std::map<std::string, foxglove::SceneEntity> entities;
-    for (const auto& entity : update.entities()) entities[entity.id()] = entity;
-    return entities;
-  }
   v1::Trajectory motion(v1::TaskPhase phase, const Eigen::VectorXd& from,
                         const Eigen::VectorXd& to) const {
     v1::Trajectory trajectory;
@@ -157,56 +146,12 @@ class ViewRoadmap : public ::testing::Test {
   const kin::Table table_ = model::load_table(kModels + "bridge_table.yaml");
 };
 
-TEST_F(ViewRoadmap, ALinkThroughAPostIsBlockedItsEndsAreNot) {
-  // The arm lies level at z = 0.31 and turns about the vertical, through both posts of the bridge.
-  planner::Roadmap roadmap;
-  roadmap.nodes = Eigen::MatrixXd::Zero(7, 3);
-  const double right_angle = std::numbers::pi / 2;
-  roadmap.nodes.row(0) << -right_angle, right_angle, right_angle + 0.3;
-  roadmap.nodes.row(1).setConstant(-right_angle);
-  roadmap.links = {{{1, 3.14}}, {{0, 3.14}, {2, 0.3}}, {{1, 0.3}}};
-  const auto entities = by_id(to_roadmap(arm_, table_, roadmap, 0.0, {}, {}));
-  EXPECT_EQ(entities.at("usable").spheres_size(), 3);
-  EXPECT_EQ(entities.at("blocked").spheres_size(), 0);
-  const auto& blocked = entities.at("blocked").lines(0);
-  const auto& usable = entities.at("usable").lines(0);
-  ASSERT_EQ(blocked.points_size(), 2);
-  ASSERT_EQ(usable.points_size(), 2);  // each link once
-  const double reach = 0.4 + 0.39 + 0.078 + 0.16;
-  EXPECT_NEAR(vector(blocked.points(0)).head<2>().norm(), reach, 1e-12);
-  EXPECT_NEAR(blocked.points(0).z(), 0.31, 1e-12);
-  EXPECT_NEAR((vector(usable.points(1)) - vector(usable.points(0))).norm(),
-              2 * reach * std::sin(0.15), 1e-12);
-}
-
-TEST_F(ViewRoadmap, TheDecisionClosesAPassage) {
-  planner::TaskSettings settings;
-  settings.roadmap.nodes = 150;
-  settings.reaching_starts = 1;
-  const planner::Roadmap roadmap = planner::prepare_roadmap(arm_, table_, settings);
-  const auto nodes = static_cast<int>(roadmap.nodes.cols());
-  const std::size_t ends =
-      std::accumulate(roadmap.links.begin(), roadmap.links.end(), std::size_t{0},
-                      [](std::size_t sum, const auto& links) { return sum + links.size(); });
-  for (const auto decided : {std::optional<planner::Transport>(), {planner::Transport::above}}) {
-    const auto entities = by_id(to_roadmap(arm_, table_, roadmap, settings.margin_m, decided, {}));
-    int drawn_nodes = 0, drawn_ends = 0;
-    for (const auto& [id, entity] : entities) {
-      drawn_nodes += entity.spheres_size();
-      drawn_ends += entity.lines(0).points_size();
-    }
-    EXPECT_EQ(drawn_nodes, nodes);
-    EXPECT_EQ(drawn_ends, static_cast<int>(ends));        // both ends of a link: stored, and drawn
-    EXPECT_EQ(entities.at("blocked").spheres_size(), 0);  // refined out of the obstacles
-    EXPECT_EQ(entities.at("closed").spheres_size() > 0, decided.has_value());
-  }
-}
-
-TEST_F(ViewRoadmap, IsDrawnForTheFirstSceneAndForPlansThatFindAChange) {
-  planner::TaskSettings settings;
-  settings.roadmap.nodes = 100;
-  settings.reaching_starts = 1;
-  RoadmapView view(arm_, settings);
+TEST_F(ViewPlan, TheRoadmapIsDrawnForTheFirstSceneAndForPlansThatFindAChange) {
+  std::vector<v1::Transport> decisions;
+  RoadmapView view([&](const v1::Scene&, const v1::TaskStatus& status) {
+    decisions.push_back(status.transport());
+    return foxglove::SceneUpdate();
+  });
   Sheet sheet;
   v1::Scene scene = model::to_proto(table_);
   EXPECT_TRUE(view.see(scene, sheet.draw));
@@ -229,10 +174,12 @@ TEST_F(ViewRoadmap, IsDrawnForTheFirstSceneAndForPlansThatFindAChange) {
   scene.mutable_obstacles(0)->set_radius_m(NAN);
   EXPECT_FALSE(view.see(scene, sheet.draw));
   EXPECT_EQ(sheet.count("view/roadmap"), 3u);
+  EXPECT_EQ(decisions,
+            (std::vector{v1::TRANSPORT_UNSPECIFIED, v1::TRANSPORT_ABOVE, v1::TRANSPORT_ABOVE}));
 }
 
-TEST_F(ViewRoadmap, ThePathGrowsMotionByMotionAndBeginsAnewWithAPlan) {
-  RoadmapView view(arm_, {});
+TEST_F(ViewPlan, ThePathGrowsMotionByMotionAndBeginsAnewWithAPlan) {
+  PathView view(arm_);
   Sheet sheet;
   Eigen::VectorXd grasp = arm_.home, place = arm_.home;
   grasp[0] += 0.5;
