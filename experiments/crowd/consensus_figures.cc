@@ -4,13 +4,13 @@
 #include <random>
 #include <string>
 
+#include "common/math/circle.h"
 #include "common/math/integrator.h"
 #include "common/plot/gnuplot.h"
-#include "nodes/crowd/certificate/rate_fit.h"
 #include "experiments/crowd/figures.h"
 #include "experiments/crowd/statistics.h"
-#include "nodes/crowd/rules/heading.h"
-#include "nodes/crowd/rules/synchrony.h"
+#include "nodes/crowd/certificate/rate_fit.h"
+#include "nodes/crowd/rules/rules.h"
 
 namespace mimesis::crowd {
 namespace {
@@ -41,8 +41,12 @@ State step(const Group& group, const State& x) {
     const double mean = circular_sum(headings(s)).angle();
     const double chi = filtered ? s[kAgents] : mean;
     State rate;
-    for (int i = 0; i < kAgents; ++i) rate[i] = lane_rate(group.rule, group.omega(i), s[i], chi);
-    rate[kAgents] = filtered ? consensus_rate(group.rule, chi, mean) : 0.0;
+    for (int i = 0; i < kAgents; ++i) {
+      rate[i] =
+          consensus_turn(group.rule.gain, group.omega(i), cos_sin_lane(s[i]), cos_sin_lane(chi));
+    }
+    // τ χ̇ = arg Σ e^{iψ} − χ on the circle [M18 4.4.2]
+    rate[kAgents] = filtered ? math::wrap_pi(mean - chi) / group.rule.low_pass_s : 0.0;
     return rate;
   };
   return math::rk4_step(f, 0.0, x, kDt_s);

@@ -9,7 +9,7 @@
 #include "common/math/integrator.h"
 #include "common/plot/gnuplot.h"
 #include "experiments/crowd/figures.h"
-#include "nodes/crowd/rules/warped_cycle.h"
+#include "experiments/crowd/oscillators.h"
 
 namespace mimesis::crowd {
 namespace {

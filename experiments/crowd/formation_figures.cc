@@ -11,8 +11,8 @@
 namespace mimesis::crowd {
 namespace {
 
-using reproduce::at_most;
 using plot::Data;
+using reproduce::at_most;
 using reproduce::near;
 using reproduce::Report;
 using PlotDir = std::optional<std::filesystem::path>;
@@ -220,9 +220,9 @@ Report of_forty_nine(const PlotDir& dir) {
          "title 'm_z N = 0.4/m', $e1 using 1:4 with lines ls 3 title 'R of phases', 0.01 with "
          "lines dt 3 lw 1 lc rgb '#404040' title '1 cm'\nunset multiplot";
     plot::plot_png(report.plots.back(), 1150, 860,
-                        {agents("a", views[0]), agents("b", views[1]), agents("c", views[2]),
-                         errors("e0", all[0]), errors("e1", all[1])},
-                        s.str());
+                   {agents("a", views[0]), agents("b", views[1]), agents("c", views[2]),
+                    errors("e0", all[0]), errors("e1", all[1])},
+                   s.str());
   }
   return report;
 }

@@ -5,12 +5,11 @@
 #include <limits>
 
 #include "common/math/circle.h"
+#include "experiments/crowd/statistics.h"
 #include "nodes/crowd/certificate/certificate.h"
 #include "nodes/crowd/certificate/rate_fit.h"
 #include "nodes/crowd/engine/crowd.h"
-#include "experiments/crowd/statistics.h"
-#include "nodes/crowd/rules/spacing.h"
-#include "nodes/crowd/rules/synchrony.h"
+#include "nodes/crowd/rules/rules.h"
 #include "nodes/crowd/scenario/arrangement.h"
 
 namespace mimesis::crowd {

@@ -8,7 +8,7 @@
 namespace mimesis::crowd {
 
 /// From `at_s` on the group has these rules; the last stage is the one that is certified.
-struct Stage {
+struct RuleStage {
   double at_s = 0.0;
   Rules rules{};
 };
@@ -17,7 +17,7 @@ struct Stage {
 struct FormationRun {
   Group group{};
   Gait gait{};
-  std::vector<Stage> stages{};
+  std::vector<RuleStage> stages{};
   double until_s = 60.0;
   int seed = 1;
 };

@@ -7,19 +7,19 @@
 
 #include "common/math/circle.h"
 #include "common/plot/gnuplot.h"
-#include "nodes/crowd/certificate/rate_fit.h"
-#include "nodes/crowd/certificate/spectrum.h"
 #include "experiments/crowd/figures.h"
 #include "experiments/crowd/frequency_runs.h"
 #include "experiments/crowd/hopf_trials.h"
 #include "experiments/crowd/statistics.h"
+#include "nodes/crowd/certificate/contraction.h"
+#include "nodes/crowd/certificate/rate_fit.h"
 
 namespace mimesis::crowd {
 namespace {
 
+using plot::Data;
 using reproduce::at_least;
 using reproduce::at_most;
-using plot::Data;
 using reproduce::near;
 using reproduce::Report;
 using PlotDir = std::optional<std::filesystem::path>;
@@ -195,11 +195,11 @@ Report divergence(const PlotDir& dir) {
   if (dir) {
     report.plots.push_back(*dir / "divergence.png");
     plot::plot_png(report.plots.back(), 760, 480, data,
-                        "set title 'm_d < 0: the formation falls apart (five agents)'\nset grid\n"
-                        "set logscale y\nset format y '%.0e'\nset xlabel 'time [s]'\n"
-                        "set ylabel 'formation error [m]'\nset yrange [1e-5:100]\n"
-                        "set key bottom right\n" +
-                            curves);
+                   "set title 'm_d < 0: the formation falls apart (five agents)'\nset grid\n"
+                   "set logscale y\nset format y '%.0e'\nset xlabel 'time [s]'\n"
+                   "set ylabel 'formation error [m]'\nset yrange [1e-5:100]\n"
+                   "set key bottom right\n" +
+                       curves);
   }
   return report;
 }

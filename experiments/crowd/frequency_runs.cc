@@ -3,7 +3,7 @@
 #include <array>
 
 #include "common/math/integrator.h"
-#include "nodes/crowd/rules/spacing.h"
+#include "nodes/crowd/rules/rules.h"
 
 namespace mimesis::crowd {
 namespace {
@@ -31,10 +31,11 @@ void FrequencyRun::step(State& x, double dt_s) const {
     Eigen::ArrayXd error(s.rows());
     spacing_errors(graph, column(s, 1), place_m, {error.data(), std::size_t(s.rows())});
     for (Eigen::Index i = 0; i < s.rows(); ++i) {
-      const double phi_rate = omega_rad_s + frequency_change(rule, filtered ? s(i, 2) : error[i]);
+      const double kept = saturate(filtered ? s(i, 2) : error[i], rule.saturation_m);
+      const double phi_rate = omega_rad_s + frequency_change(rule.gain_rad_m_s, kept);
       rate(i, 0) = phi_rate;
       rate(i, 1) = phi_rate * gait(s(i, 0));
-      rate(i, 2) = filtered ? low_pass_rate(rule, s(i, 2), error[i]) : 0.0;
+      rate(i, 2) = filtered ? rule.low_pass_rad_s * (error[i] - s(i, 2)) : 0.0;
     }
     return rate;
   };
@@ -42,7 +43,9 @@ void FrequencyRun::step(State& x, double dt_s) const {
 }
 
 double FrequencyRun::error_m(const State& x) const {
-  return formation_error(column(x, 1), place_m);
+  const Eigen::ArrayXd off =
+      x.col(1) - Eigen::Map<const Eigen::ArrayXd>(place_m.data(), Eigen::Index(place_m.size()));
+  return off.maxCoeff() - off.minCoeff();
 }
 
 SpeedFunction gait_of(double mean_m_rad, double amplitude) {

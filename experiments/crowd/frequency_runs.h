@@ -2,7 +2,7 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "nodes/crowd/gait/speed_function.h"
+#include "nodes/crowd/rules/gait.h"
 #include "nodes/crowd/rules/rules.h"
 
 namespace mimesis::crowd {

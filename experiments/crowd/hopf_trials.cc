@@ -8,8 +8,8 @@
 
 #include "common/error.h"
 #include "common/math/integrator.h"
+#include "experiments/crowd/oscillators.h"
 #include "nodes/crowd/certificate/rate_fit.h"
-#include "nodes/crowd/rules/hopf_network.h"
 
 namespace mimesis::crowd {
 namespace {

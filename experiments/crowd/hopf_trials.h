@@ -1,7 +1,7 @@
 #pragma once
 #include <vector>
 
-#include "nodes/crowd/graph/coupling_graph.h"
+#include "nodes/crowd/rules/coupling_graph.h"
 
 namespace mimesis::crowd {
 

@@ -7,13 +7,14 @@
 #include <sstream>
 #include <string>
 
+#include "common/math/circle.h"
 #include "common/math/integrator.h"
 #include "common/plot/gnuplot.h"
-#include "nodes/crowd/certificate/rate_fit.h"
 #include "experiments/crowd/figures.h"
+#include "experiments/crowd/oscillators.h"
 #include "experiments/crowd/statistics.h"
-#include "nodes/crowd/rules/hopf_network.h"
-#include "nodes/crowd/rules/synchrony.h"
+#include "nodes/crowd/certificate/rate_fit.h"
+#include "nodes/crowd/rules/rules.h"
 
 namespace mimesis::crowd {
 namespace {

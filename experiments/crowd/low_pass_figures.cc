@@ -9,9 +9,9 @@
 
 #include "common/math/circle.h"
 #include "common/plot/gnuplot.h"
-#include "nodes/crowd/certificate/spectrum.h"
 #include "experiments/crowd/figures.h"
 #include "experiments/crowd/frequency_runs.h"
+#include "nodes/crowd/certificate/contraction.h"
 
 namespace mimesis::crowd {
 namespace {
@@ -139,13 +139,12 @@ Report low_pass(const PlotDir& dir) {
       data.push_back(std::move(d));
     }
     report.plots.push_back(*dir / "low-pass.png");
-    plot::plot_png(
-        report.plots.back(), 900, 500, data,
-        "set title 'Rule I behind a low-pass, all-to-all of 5, g ± 80 %; bound √(m "
-        "g_max λ_max)'\nset grid\nset logscale y\nset format y '%.0e'\n"
-        "set yrange [1e-5:3]\nset xlabel 'time [s]'\n"
-        "set ylabel 'largest formation error of a cycle [m]'\nset key outside right\n" +
-            curves);
+    plot::plot_png(report.plots.back(), 900, 500, data,
+                   "set title 'Rule I behind a low-pass, all-to-all of 5, g ± 80 %; bound √(m "
+                   "g_max λ_max)'\nset grid\nset logscale y\nset format y '%.0e'\n"
+                   "set yrange [1e-5:3]\nset xlabel 'time [s]'\n"
+                   "set ylabel 'largest formation error of a cycle [m]'\nset key outside right\n" +
+                       curves);
   }
   return report;
 }

@@ -8,10 +8,10 @@
 #include <string>
 
 #include "common/plot/gnuplot.h"
-#include "nodes/crowd/certificate/rate_fit.h"
 #include "experiments/crowd/figures.h"
 #include "experiments/crowd/hopf_trials.h"
 #include "experiments/crowd/statistics.h"
+#include "nodes/crowd/certificate/rate_fit.h"
 
 namespace mimesis::crowd {
 namespace {

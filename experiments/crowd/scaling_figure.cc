@@ -134,7 +134,7 @@ void plot(const std::filesystem::path& png, const std::vector<Data>& curves) {
               curve.title + "', ";
   }
   plot::plot_png(png, 900, 600, curves,
-                      script + "60e-6*x with lines dt 2 lc rgb '#606060' notitle");
+                 script + "60e-6*x with lines dt 2 lc rgb '#606060' notitle");
 }
 
 Report scaling(const std::optional<std::filesystem::path>& dir) {

@@ -8,13 +8,13 @@
 #include <sstream>
 #include <string>
 
+#include "common/math/circle.h"
 #include "common/math/integrator.h"
 #include "common/plot/gnuplot.h"
-#include "nodes/crowd/certificate/spectrum.h"
 #include "experiments/crowd/figures.h"
 #include "experiments/crowd/hopf_trials.h"
-#include "nodes/crowd/rules/phase.h"
-#include "nodes/crowd/rules/synchrony.h"
+#include "nodes/crowd/certificate/contraction.h"
+#include "nodes/crowd/rules/rules.h"
 
 namespace mimesis::crowd {
 namespace {
@@ -142,7 +142,7 @@ double synchronised(Way way, Topology topology, int n) {
     bool in_step = false;
     for (int second = 0; second < 12 && !in_step; ++second) {
       for (double t = 0.0; t < 1.0; t += dt) phi = math::rk4_step(f, 0.0, phi, dt);
-      in_step = in_synchrony(view(phi), 0.02);
+      in_step = spread(view(phi)) <= 0.02;
     }
     count += in_step;
   }

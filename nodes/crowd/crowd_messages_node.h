@@ -1,11 +1,15 @@
 #pragma once
+#include <chrono>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "nodes/crowd/external/external_agents.h"
 #include "nodes/crowd/regions/far_crowd.h"
 #include "nodes/crowd/run/scenario_run.h"
+#include "nodes/crowd/run/watch.h"
 #include "proto/crowd.pb.h"
+#include "proto/foxglove/scene.pb.h"
 
 namespace mimesis::crowd {
 
@@ -28,5 +32,10 @@ Traveller from_proto(const v1::CrowdTraveller& in);
 
 v1::CrowdInfo to_info(const ScenarioRun& run, int coordinators);
 v1::CrowdTrust to_proto(Trust trust);
+
+/// What viewers of logs draw, in frame "world": a stroke along the heading of every agent in the
+/// colour of its group, discs too if there are not too many; pillars, walls and common goals.
+foxglove::SceneUpdate paint(const Scenario& scenario, std::span<const Observed> agents,
+                            std::chrono::nanoseconds stamp);
 
 }  // namespace mimesis::crowd

@@ -4,10 +4,10 @@
 #include <string>
 #include <vector>
 
-#include "nodes/crowd/certificate/spectrum.h"
-#include "nodes/crowd/gait/heading_sway.h"
-#include "nodes/crowd/gait/speed_function.h"
+#include "nodes/crowd/certificate/contraction.h"
+#include "nodes/crowd/rules/gait.h"
 #include "nodes/crowd/rules/rules.h"
+#include "nodes/crowd/scenario/scenario.h"
 
 namespace mimesis::crowd {
 
@@ -75,5 +75,28 @@ Certificate certify(const Rules& rules, int n, const GaitRange& gait);
 std::optional<double> formation_time_s(const Certificate& certificate, const Rules& rules,
                                        const GaitRange& gait, double error_m, double lane_m,
                                        double tolerance_m, std::span<const double> ahead_m = {});
+
+/// A group between two changes of its rules or gait.
+struct Stage {
+  std::string group, gait;
+  double from_s = 0.0;
+  Rules rules{};
+  int agents = 0;  ///< external ones included
+  Certificate certificate{};
+  /// Bound on the time to formation from the start [s], of first stages (formation_time_s).
+  std::optional<double> formation_s{};
+};
+
+/// Certificates of all groups, in the order of groups and time.
+/// @pre faults(scenario) is empty
+std::vector<Stage> certify(const Scenario& scenario);
+
+/// Largest number of agents that theorem 6, and the weak condition [M18 B.14], allow with a gait.
+struct TopologyLimit {
+  Topology topology = Topology::none;
+  std::optional<int> theorem6{}, weak{};  ///< nothing: any number
+};
+
+std::vector<TopologyLimit> topology_limits(const SpeedFunction& gait);
 
 }  // namespace mimesis::crowd

@@ -1,12 +1,177 @@
 #include "nodes/crowd/certificate/contraction.h"
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <numbers>
+#include <string>
+#include <vector>
 
 #include "common/error.h"
-#include "nodes/crowd/certificate/spectrum.h"
 
 namespace mimesis::crowd {
+
+namespace {
+
+using std::numbers::pi;
+constexpr int kMostExact = 600, kMostTried = 30;
+constexpr double kZero = 1e-12;  // of λ_max: rounding of Eigen's zero eigenvalue
+
+double squared_sine4(double angle) { return 4.0 * std::sin(angle) * std::sin(angle); }
+
+/// λ⁺ without the link from i to `other`.
+double connectivity_without(const CouplingGraph& graph, int i,
+                            const CouplingGraph::Neighbour& other) {
+  Eigen::MatrixXd laplacian = graph.laplacian();
+  const int j = other.index;
+  laplacian(i, i) -= other.weight;
+  laplacian(j, j) -= other.weight;
+  laplacian(i, j) = laplacian(j, i) = 0.0;
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(laplacian, Eigen::EigenvaluesOnly);
+  const double value = solver.eigenvalues()[1];
+  return value > kZero * solver.eigenvalues().maxCoeff() ? value : 0.0;
+}
+
+/// Steps from node 0 to the farthest.
+int eccentricity(const CouplingGraph& graph) {
+  std::vector<int> steps(static_cast<std::size_t>(graph.size()), -1);
+  std::vector<int> open{0};
+  steps[0] = 0;
+  for (std::size_t next = 0; next < open.size(); ++next) {
+    const int i = open[next];
+    for (const auto& other : graph.neighbours(i)) {
+      int& far = steps[static_cast<std::size_t>(other.index)];
+      if (far >= 0) continue;
+      far = steps[static_cast<std::size_t>(i)] + 1;
+      open.push_back(other.index);
+    }
+  }
+  return steps[static_cast<std::size_t>(open.back())];
+}
+
+Extremes bounds(const CouplingGraph& graph) {
+  double most = 0.0, least_weight = std::numeric_limits<double>::infinity();
+  for (int i = 0; i < graph.size(); ++i) {
+    for (const auto& other : graph.neighbours(i)) {
+      most = std::max(most, graph.degree(i) + graph.degree(other.index));
+      least_weight = std::min(least_weight, other.weight);
+    }
+  }
+  const double least =
+      graph.connected() ? 4.0 * least_weight / (2.0 * eccentricity(graph) * graph.size()) : 0.0;
+  return {least, most, false};
+}
+
+}  // namespace
+
+Eigen::VectorXd spectrum(Topology topology, int n) {
+  if (n < 1) throw ConfigError("the spectrum of " + std::to_string(n) + " agents");
+  Eigen::VectorXd values = Eigen::VectorXd::Zero(n);
+  switch (topology) {
+    case Topology::none:
+      break;
+    case Topology::chain:
+      for (int k = 0; k < n; ++k) values[k] = squared_sine4(pi * k / (2.0 * n));
+      break;
+    case Topology::ring:
+      if (n == 2) return spectrum(Topology::chain, n);
+      for (int k = 1; k < n; ++k) values[k] = squared_sine4(pi * k / n);
+      break;
+    case Topology::star:
+      values.tail(n - 1).setOnes();
+      if (n > 1) values[n - 1] = n;
+      break;
+    case Topology::wheel:
+      if (n < 4) throw ConfigError("a wheel has at least 4 nodes, not " + std::to_string(n));
+      for (int k = 1; k < n - 1; ++k) values[k] = 1.0 + squared_sine4(pi * k / (n - 1));
+      values[n - 1] = n;
+      break;
+    case Topology::all_to_all:
+      values.tail(n - 1).setConstant(n);
+      break;
+    case Topology::weighted:
+      throw ConfigError("the spectrum of a weighted graph needs its edges");
+  }
+  std::ranges::sort(values);
+  return values;
+}
+
+Eigen::VectorXd spectrum(const CouplingGraph& graph) {
+  if (graph.topology() != Topology::weighted) return spectrum(graph.topology(), graph.size());
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(graph.laplacian(),
+                                                              Eigen::EigenvaluesOnly);
+  return solver.eigenvalues();
+}
+
+Extremes extremes(Topology topology, int n) {
+  if (n < 2 || topology == Topology::none) return {};
+  switch (topology) {
+    case Topology::chain:
+      return {squared_sine4(pi / (2.0 * n)), squared_sine4(pi * (n - 1) / (2.0 * n))};
+    case Topology::ring:
+      if (n == 2) return extremes(Topology::chain, n);
+      return {squared_sine4(pi / n), squared_sine4(pi * (n / 2) / n)};
+    case Topology::star:
+      return {n == 2 ? 2.0 : 1.0, static_cast<double>(n)};
+    case Topology::all_to_all:
+      return {static_cast<double>(n), static_cast<double>(n)};
+    case Topology::wheel:
+      if (n < 4) throw ConfigError("a wheel has at least 4 nodes, not " + std::to_string(n));
+      return {1.0 + squared_sine4(pi / (n - 1)), static_cast<double>(n)};
+    default:
+      throw ConfigError("the spectrum of a weighted graph needs its edges");
+  }
+}
+
+Extremes extremes(const CouplingGraph& graph) {
+  if (graph.topology() != Topology::weighted) return extremes(graph.topology(), graph.size());
+  if (graph.size() < 2) return {};
+  if (graph.size() > kMostExact) return bounds(graph);
+  const Eigen::VectorXd values = spectrum(graph);
+  const double most = values[values.size() - 1];
+  return {values[1] > kZero * most ? values[1] : 0.0, most};
+}
+
+double connectivity_without_link(const CouplingGraph& graph) {
+  const int n = graph.size();
+  if (n < 3) return 0.0;
+  switch (graph.topology()) {
+    case Topology::none:
+    case Topology::chain:
+    case Topology::star:
+      return 0.0;
+    case Topology::ring:
+      return extremes(Topology::chain, n).least;
+    case Topology::all_to_all:
+      return all_to_all_without(n, 1).least;
+    default:
+      break;
+  }
+  if (n > kMostTried) {
+    double most = 0.0;
+    for (int i = 0; i < n; ++i) {
+      for (const auto& other : graph.neighbours(i)) most = std::max(most, other.weight);
+    }
+    return std::max(0.0, after_lost_link(extremes(graph).least, most));
+  }
+  double least = extremes(graph).least;
+  for (int i = 0; i < n; ++i) {
+    for (const auto& other : graph.neighbours(i)) {
+      if (other.index > i) least = std::min(least, connectivity_without(graph, i, other));
+    }
+  }
+  return least;
+}
+
+Extremes all_to_all_without(int n, int links) {
+  MIMESIS_ASSERT(links >= 0 && 2 * links <= n);
+  const double all = n;
+  if (links == 0 || n < 2) return extremes(Topology::all_to_all, n);
+  const bool others = n - 1 > links;  // an eigenvalue n remains: multiplicity n − 1 − links
+  return {all - 2.0, others ? all : all - 2.0};
+}
+
 namespace {
 
 constexpr int kMostAgents = 1 << 24;  // of a search; a graph of more is none of one crowd

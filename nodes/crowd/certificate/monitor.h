@@ -5,7 +5,6 @@
 
 #include "nodes/crowd/certificate/certificate.h"
 #include "nodes/crowd/certificate/rate_fit.h"
-#include "nodes/crowd/certificate/turn_fit.h"
 
 namespace mimesis::crowd {
 
@@ -52,8 +51,9 @@ class Monitor {
 
   /// @param t_s  of the simulation, increasing
   void step(double t_s, const GroupErrors& errors);
-  /// One agent's heading where avoidance turns some, or agents come and go: how far it is from the wished
-  /// one, in the metric of its rule; NaN while something else turns it. Allocates for a new agent.
+  /// One agent's heading where avoidance turns some, or agents come and go: how far it is from the
+  /// wished one, in the metric of its rule; NaN while something else turns it. Allocates for a new
+  /// agent.
   void turn(std::uint64_t agent, double t_s, double error);
   /// One agent's |φ − φ₀| [rad] where agents come and go. As `turn`.
   void track(std::uint64_t agent, double t_s, double error_rad);

@@ -7,8 +7,7 @@
 
 #include "common/dmp/navigation.h"
 #include "nodes/crowd/engine/agent.h"
-#include "nodes/crowd/gait/heading_sway.h"
-#include "nodes/crowd/gait/speed_function.h"
+#include "nodes/crowd/rules/gait.h"
 #include "nodes/crowd/rules/rules.h"
 
 namespace mimesis::parallel {
@@ -81,7 +80,6 @@ class Crowd {
   /// has changed then.
   void set_rules(int group, const Rules& rules);
   void set_gait(int group, const SpeedFunction& gait, const HeadingSway& sway = {});
-  void set_path(int group, const Path& path);
   const GroupSettings& group(int group) const;
   int groups() const;
 

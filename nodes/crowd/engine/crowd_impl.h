@@ -3,11 +3,10 @@
 #include <vector>
 
 #include "nodes/crowd/engine/crowd.h"
-#include "nodes/crowd/engine/grid.h"
-#include "nodes/crowd/engine/obstacles.h"
+#include "nodes/crowd/engine/neighbours.h"
 #include "nodes/crowd/engine/table.h"
 #include "nodes/crowd/engine/walk.h"
-#include "nodes/crowd/graph/coupling_graph.h"
+#include "nodes/crowd/rules/coupling_graph.h"
 
 namespace mimesis::crowd {
 
@@ -82,17 +81,5 @@ struct Crowd::Impl {
 };
 
 constexpr int kChunk = 1024;  // rows of one task; fixed, so that sums do not depend on the threads
-
-/// @throws ConfigError
-void check(const CrowdSettings& settings);
-void check(const Rules& rules, const std::string& what);
-/// What a gain may be at most for this dt, with n coupled agents.
-void check_stiffness(const GroupSettings& settings, double dt_s, double n, double omega_rad_s,
-                     const std::string& what);
-/// Edges are between n nodes.
-void check_edges(const GraphSettings& graph, int n, const std::string& what);
-bool is_finite(const AgentState& state);
-/// Why traits are refused, or nothing.
-std::string flaw_of(const AgentTraits& traits);
 
 }  // namespace mimesis::crowd

@@ -1,11 +1,9 @@
 #pragma once
-#include <Eigen/Core>
 #include <array>
 
 #include "nodes/crowd/engine/agent.h"
 #include "nodes/crowd/engine/table.h"
-#include "nodes/crowd/gait/heading_sway.h"
-#include "nodes/crowd/gait/speed_function.h"
+#include "nodes/crowd/rules/gait.h"
 #include "nodes/crowd/rules/rules.h"
 
 namespace mimesis::crowd {
@@ -13,12 +11,12 @@ namespace mimesis::crowd {
 /// What all agents of a group share in one step: rules, path, gait, and the mean fields.
 struct WalkField {
   double dt = 0.0;
-  // III: φ̇ += pull_gain wrap(pull_target − φ); on other graphs `pull` has what is added to φ̇.
-  double pull_gain = 0.0, pull_target = 0.0;
+  // III: all-to-all by pull_to; on other graphs `pull` has the addend of φ̇.
+  PhasePull pull_to{};
   int leader_row = -1;  // is not pulled
   const double* pull = nullptr;
-  // I and II: the summed error is count y − sum with y = z − d; on other graphs it is in the array.
-  double frequency_gain = 0.0, saturation = 0.0, low_pass = 0.0;  // low_pass: 1 − e^{−α dt}
+  // I and II: all-to-all from count and sum of z − d; on other graphs errors are in the arrays.
+  double frequency_gain = 0.0, saturation = 0.0, low_pass = 0.0;  // low_pass: share of low_passed
   double length_gain = 0.0, length_limit = 0.5;
   double count = 0.0, error_sum = 0.0;
   const double* frequency_error = nullptr;
@@ -28,13 +26,12 @@ struct WalkField {
   // IV
   HeadingKind heading = HeadingKind::keep;
   double heading_gain = 0.0, ahead = 1.0;
-  // consensus: unit vector of χ; coupled, all-to-all: Σ e^{iψ}
-  double mean_heading_cos = 0.0, mean_heading_sin = 0.0;
+  CosSin mean_heading{0.0, 0.0};  // consensus: e^{iχ}; coupled, all-to-all: Σ e^{iψ}
   double arrive = 0.5;
   const double* turn = nullptr;  // added to ψ̇: navigation, coupled headings
-  // Where velocities go that others may bound before the step is made; else the step is made here.
+  // Receives velocities that others may bound before the step is made; else the step is made here.
   double *wish_x = nullptr, *wish_y = nullptr;
-  // Some rows are not our own; by row, what the rules ask of all.
+  // Some rows are not our own; what the rules ask of every row.
   bool mixed = false;
   double *wished_rate = nullptr, *wished_length = nullptr, *wished_turn = nullptr;
   double mean_g = 0.0;
@@ -56,7 +53,7 @@ struct WalkSums {
 /// Rows [first, last) one step on. All pointers of the field are indexed by row. Returns the sums
 /// of the new state; with wishes nothing.
 WalkSums walk(const WalkField& field, Table& table, int first, int last);
-/// The sums alone.
+/// The sums without a step.
 WalkSums walk_sums(const WalkField& field, const Table& table, int first, int last);
 
 }  // namespace mimesis::crowd

@@ -3,7 +3,7 @@
 #include <deque>
 
 #include "nodes/crowd/external/external_agents.h"
-#include "nodes/crowd/gait/speed_function.h"
+#include "nodes/crowd/rules/gait.h"
 #include "nodes/crowd/rules/rules.h"
 
 namespace mimesis::crowd {

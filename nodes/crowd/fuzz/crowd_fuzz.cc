@@ -11,7 +11,7 @@
 #include <cstdint>
 
 #include "common/testing/loopback.h"
-#include "nodes/crowd/certificate/scenario_certificates.h"
+#include "nodes/crowd/certificate/certificate.h"
 #include "nodes/crowd/crowd_node.h"
 #include "nodes/crowd/fuzz/scenarios.h"
 #include "nodes/crowd/scenario_file/scenario_file.h"

@@ -9,9 +9,166 @@
 #include <utility>
 
 #include "common/math/circle.h"
-#include "nodes/crowd/run/turning.h"
+#include "nodes/crowd/rules/rules.h"
 
 namespace mimesis::crowd {
+
+namespace {
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+
+void measure_places(const Group& group, bool lanes, std::span<const Observed> agents,
+                    GroupOrder& order) {
+  const Eigen::Vector2d origin(group.origin_x_m, group.origin_y_m);
+  const Eigen::Vector2d ahead(std::cos(group.heading_rad), std::sin(group.heading_rad));
+  const Eigen::Vector2d left(-ahead.y(), ahead.x());
+  const auto error = [&](const Observed& a) { return (a.p_W_m - origin).dot(ahead) - a.place_m; };
+  double mean = 0.0, least = error(agents[0]), most = least;
+  for (const Observed& a : agents) {
+    mean += error(a) / static_cast<double>(agents.size());
+    least = std::min(least, error(a));
+    most = std::max(most, error(a));
+  }
+  order.errors.spacing_m = most - least;
+  for (const Observed& a : agents) {
+    const double across = lanes ? (a.p_W_m - origin).dot(left) - a.lane_m : 0.0;
+    order.place_most_m = std::max(order.place_most_m, std::hypot(error(a) - mean, across));
+  }
+}
+
+/// Largest distance of a heading from that which the rule is for; of those who are at their goals
+/// there is none.
+double heading_error(const Group& group, HeadingKind kind, std::span<const double> headings,
+                     std::span<const Observed> agents) {
+  if (kind == HeadingKind::consensus || kind == HeadingKind::coupled) return spread(headings);
+  if (kind == HeadingKind::keep) return kNan;
+  double most = 0.0;
+  for (const Observed& a : agents) {
+    const Eigen::Vector2d way = a.goal_W_m - a.p_W_m;
+    if (kind == HeadingKind::goal && way.norm() <= group.goals.reached_m) continue;
+    const double wished =
+        kind == HeadingKind::lane ? group.heading_rad : std::atan2(way.y(), way.x());
+    most = std::max(most, std::abs(math::wrap_pi(a.heading_rad - wished)));
+  }
+  return most;
+}
+
+}  // namespace
+
+GroupOrder Observer::measure(const Group& group, const Rules& rules,
+                             std::span<const Observed> agents, std::optional<double> beat_rad) {
+  GroupOrder order;
+  order.agents = static_cast<int>(agents.size());
+  order.errors = {kNan, kNan, kNan, kNan};
+  if (agents.empty()) return order;
+  phases_.clear();
+  headings_.clear();
+  for (const Observed& a : agents) {
+    phases_.push_back(a.phase_rad);
+    headings_.push_back(a.heading_rad);
+  }
+  const bool led = rules.phase.leader_gain_1_s > 0.0, by_agent = led && !beat_rad;
+  const std::span followers = std::span<const double>(phases_).subspan(by_agent ? 1 : 0);
+  order.errors.dispersion = dispersion(followers);
+  order.phase_most_rad = followers.empty() ? 0.0 : spread(followers);
+  if (led) {
+    const double leader = beat_rad.value_or(phases_[0]);
+    order.errors.tracking_rad = 0.0;
+    for (const double phase : followers) {
+      order.errors.tracking_rad =
+          std::max(order.errors.tracking_rad, std::abs(math::wrap_pi(phase - leader)));
+    }
+  }
+  order.errors.heading_rad = heading_error(group, rules.heading.kind, headings_, agents);
+  measure_places(group, rules.heading.kind == HeadingKind::lane, agents, order);
+  for (const Observed& a : agents) {
+    order.goal_most_m = std::max(order.goal_most_m, (a.goal_W_m - a.p_W_m).norm());
+  }
+  return order;
+}
+
+Wanted wanted_of(const Group& group, const Rules& rules, bool passes) {
+  if (passes) return {};
+  const bool keeps_places = group.formation.shape != Shape::none &&
+                            (rules.frequency.gain_rad_m_s != 0.0 || rules.length.gain_1_m != 0.0);
+  const HeadingKind heading = rules.heading.kind;
+  const bool endless = group.goals.aim == Aim::route && group.goals.loop;
+  return {.phases = rules.phase.gain_1_s != 0.0,
+          .leader = rules.phase.leader_gain_1_s != 0.0,
+          .places = keeps_places,
+          .headings = heading == HeadingKind::consensus || heading == HeadingKind::coupled,
+          .goals = heading == HeadingKind::goal && group.goals.aim != Aim::none && !endless};
+}
+
+bool in_order(const Group& group, const Wanted& wanted, const GroupOrder& order, double formed_m) {
+  if (order.agents == 0) return true;
+  return (!wanted.phases || order.phase_most_rad <= kInOrder_rad) &&
+         (!wanted.leader || order.errors.tracking_rad <= kInOrder_rad) &&
+         (!wanted.places || order.place_most_m <= formed_m) &&
+         (!wanted.headings || order.errors.heading_rad <= kInOrder_rad) &&
+         (!wanted.goals || order.goal_most_m <= group.goals.reached_m);
+}
+
+void Closeness::observe(std::span<const Disc> discs) {
+  sorted_.assign(discs.begin(), discs.end());
+  std::ranges::sort(sorted_, {}, [](const Disc& d) { return std::pair(d.x_m, d.id); });
+  double widest = 0.0;
+  for (const Disc& d : sorted_) widest = std::max(widest, d.radius_m);
+  before_.swap(overlapping_);
+  overlapping_.clear();
+  for (std::size_t i = 0; i < sorted_.size(); ++i) {
+    const Disc& a = sorted_[i];
+    for (std::size_t j = i + 1; j < sorted_.size(); ++j) {
+      const Disc& b = sorted_[j];
+      // The nearest pair so far bounds how far along x a nearer one can be.
+      const double nearer =
+          std::max(a.radius_m + widest + std::max(least_gap_m_, 0.0), least_distance_m_);
+      if (b.x_m - a.x_m > nearer) break;
+      if (!(a.id < b.id ? a : b).counts) continue;
+      const double distance = std::hypot(b.x_m - a.x_m, b.y_m - a.y_m);
+      const double gap = distance - a.radius_m - b.radius_m;
+      least_distance_m_ = std::min(least_distance_m_, distance);
+      least_gap_m_ = std::min(least_gap_m_, gap);
+      if (gap < -slack_m_) overlapping_.emplace_back(std::min(a.id, b.id), std::max(a.id, b.id));
+    }
+  }
+  std::ranges::sort(overlapping_);
+  for (const auto& pair : overlapping_) {
+    collisions_ += std::ranges::binary_search(before_, pair) ? 0 : 1;
+  }
+}
+
+namespace {
+
+// Of the turning by the rule, what avoidance may have. A lane is given up for it but not the way
+// back: a constant push shifts the lane and leaves headings as they are.
+constexpr double kFreeGoal = 0.05, kFreeLane = 0.1;
+constexpr double kNearLane_rad = 0.1;  // where the slow mode is left, that of the lane
+
+}  // namespace
+
+double turn_error(const Group& group, const HeadingRule& rule, const RuleCertificate& certificate,
+                  double omega_rad_s, const Observed& agent) {
+  const bool to_goal = rule.kind == HeadingKind::goal;
+  if (!to_goal && rule.kind != HeadingKind::lane) return kNan;
+  const Eigen::Vector2d way = agent.goal_W_m - agent.p_W_m;
+  if (to_goal && way.norm() < certificate.beyond_m) return kNan;
+  const double wished = to_goal ? std::atan2(way.y(), way.x()) : group.heading_rad;
+  const double off = std::abs(math::wrap_pi(agent.heading_rad - wished));
+  const double gain_1_s = to_goal ? rule.gain : rule.gain * omega_rad_s;
+  const double free = to_goal ? kFreeGoal : kFreeLane;
+  if (!(std::abs(agent.avoid_rad_s) <= free * gain_1_s * std::sin(off))) return kNan;  // NaN too
+  if (to_goal) return 2.0 * std::tan(0.5 * off);
+  return off <= kNearLane_rad ? off : kNan;
+}
+
+void measure_turns(Monitor& monitor, const Group& group, const HeadingRule& rule,
+                   double omega_rad_s, std::span<const Observed> agents, double t_s) {
+  for (const Observed& a : agents) {
+    monitor.turn(a.id, t_s, turn_error(group, rule, monitor.certificate().heading, omega_rad_s, a));
+  }
+}
+
 namespace {
 
 constexpr double kLost = 10.0;  // times the tolerance: bodies are disturbed

@@ -1,13 +1,113 @@
 #pragma once
+#include <Eigen/Core>
+#include <cstdint>
+#include <limits>
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
-#include "nodes/crowd/run/observer.h"
+#include "nodes/crowd/certificate/monitor.h"
+#include "nodes/crowd/engine/agent.h"
+#include "nodes/crowd/rules/rules.h"
 #include "nodes/crowd/run/scenario_run.h"
+#include "nodes/crowd/scenario/scenario.h"
 
 namespace mimesis::crowd {
+
+/// An agent as others see it, wherever it is moved.
+struct Observed {
+  AgentId id = 0;
+  int group = 0;
+  bool coupled = true;    ///< takes part in its group's rules
+  bool external = false;  ///< another process moves it
+  Eigen::Vector2d p_W_m = Eigen::Vector2d::Zero();
+  double heading_rad = 0.0, phase_rad = 0.0;
+  double place_m = 0.0, lane_m = 0.0, radius_m = 0.25;
+  Eigen::Vector2d goal_W_m = Eigen::Vector2d::Zero();
+  /// What avoidance adds to its ψ̇; not known of who is moved elsewhere.
+  double avoid_rad_s = std::numeric_limits<double>::quiet_NaN();
+};
+
+/// How far a group is from what its rules are for.
+struct GroupOrder {
+  int agents = 0;
+  GroupErrors errors{};
+  double phase_most_rad = 0.0;  ///< largest deviation from the circular mean, of followers
+  double place_most_m = 0.0;    ///< farthest from its place; across only if headings keep lanes
+  double goal_most_m = 0.0;     ///< farthest from its goal
+};
+
+/// Measures groups; keeps its memory.
+class Observer {
+ public:
+  /// @param rules   that the group has at the moment
+  /// @param agents  those of the group that are coupled, by id
+  /// @param beat_rad  phase of the leader if it is no agent
+  GroupOrder measure(const Group& group, const Rules& rules, std::span<const Observed> agents,
+                     std::optional<double> beat_rad);
+
+ private:
+  std::vector<double> phases_, headings_;
+};
+
+/// What a group has to reach by its rules.
+struct Wanted {
+  bool phases = false, leader = false, places = false, headings = false, goals = false;
+};
+/// @param passes  agents come and go through zones: it is never to be in order as a whole
+Wanted wanted_of(const Group& group, const Rules& rules, bool passes);
+
+/// Angles within this are equal.
+inline constexpr double kInOrder_rad = 0.02;
+bool in_order(const Group& group, const Wanted& wanted, const GroupOrder& order, double formed_m);
+
+/// Discs of agents in the plane: how near they came to each other, and how often two began to
+/// overlap. By a sweep along x: O(N log N), O(N) once sorted, for crowds that are not one column.
+class Closeness {
+ public:
+  struct Disc {
+    AgentId id;
+    double x_m, y_m, radius_m;
+    bool counts;  ///< false: of another coordinator
+  };
+
+  /// @param slack_m  discs overlap if they do so by more than this
+  explicit Closeness(double slack_m = 1e-3) : slack_m_(slack_m) {}
+
+  /// Everybody at one instant, in any order. A pair is counted if the disc with the smaller id
+  /// counts, so that of several coordinators one does.
+  void observe(std::span<const Disc> discs);
+
+  double least_gap_m() const { return least_gap_m_; }  ///< between two discs, since the start
+  double least_distance_m() const { return least_distance_m_; }  ///< between two middles, likewise
+  std::uint64_t collisions() const { return collisions_; }       ///< overlaps that began
+  /// Pairs that overlap, smaller id first, ascending.
+  std::span<const std::pair<AgentId, AgentId>> overlapping() const { return overlapping_; }
+
+ private:
+  double slack_m_;
+  double least_gap_m_ = std::numeric_limits<double>::infinity();
+  double least_distance_m_ = std::numeric_limits<double>::infinity();
+  std::uint64_t collisions_ = 0;
+  std::vector<Disc> sorted_;
+  std::vector<std::pair<AgentId, AgentId>> overlapping_, before_;
+};
+
+/// How far an agent's heading is from what its rule wants, where headings are disturbed by
+/// avoidance: in the coordinates in which that decays exponentially, 2 tan(e/2) of the angle e to a
+/// goal, e itself to the direction of a lane. NaN where the rate is not to be measured: avoidance
+/// turns it (by more than a twentieth of what the rule does, a tenth for lanes, or by an unknown
+/// amount), the goal is nearer than the certificate holds for, or the rule has none.
+/// @param omega_rad_s  of the group's gait
+double turn_error(const Group& group, const HeadingRule& rule, const RuleCertificate& certificate,
+                  double omega_rad_s, const Observed& agent);
+
+/// Tells a monitor of all agents of a group in which each has turns of its own: some avoid, or
+/// agents come and go.
+void measure_turns(Monitor& monitor, const Group& group, const HeadingRule& rule,
+                   double omega_rad_s, std::span<const Observed> agents, double t_s);
 
 enum class Rule { frequency, length, phase, tracking, heading };
 

@@ -4,8 +4,7 @@
 #include <string_view>
 #include <vector>
 
-#include "nodes/crowd/gait/heading_sway.h"
-#include "nodes/crowd/gait/speed_function.h"
+#include "nodes/crowd/rules/gait.h"
 #include "nodes/crowd/rules/rules.h"
 
 namespace mimesis::crowd {

@@ -5,7 +5,7 @@
 #include <string>
 
 #include "common/error.h"
-#include "nodes/crowd/crowd_params_node.h"
+#include "nodes/crowd/crowd_node.h"
 
 namespace mimesis::crowd::testing {
 

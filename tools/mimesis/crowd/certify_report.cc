@@ -10,7 +10,7 @@
 #include <sstream>
 #include <utility>
 
-#include "nodes/crowd/certificate/scenario_certificates.h"
+#include "nodes/crowd/certificate/certificate.h"
 #include "tools/mimesis/table.h"
 
 namespace mimesis::tool {

@@ -2,8 +2,8 @@
 #include <string>
 #include <vector>
 
-#include "nodes/crowd/scenario/scenario.h"
 #include "common/motion/model/motion_model.h"
+#include "nodes/crowd/scenario/scenario.h"
 
 namespace mimesis::tool {
 

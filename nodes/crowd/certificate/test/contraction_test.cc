@@ -7,9 +7,6 @@
 #include <cmath>
 #include <random>
 
-#include "nodes/crowd/certificate/oscillators.h"
-#include "nodes/crowd/certificate/spectrum.h"
-
 namespace mimesis::crowd {
 namespace {
 
@@ -234,19 +231,6 @@ TEST(LowPass, SlowestModeOfTheLinearLoop) {  // roots of s^2 + a s + a s0
     EXPECT_NEAR(low_pass_mode_rate(a, s0), slow, 1e-12);
   }
   EXPECT_NEAR(low_pass_mode_rate(1e6, 0.3), 0.3, 1e-6);
-}
-
-TEST(Oscillators, RatesOfTable41AndTheLeader) {
-  const HopfRates pair = hopf_rates(0.51, extremes(Topology::all_to_all, 2).least);
-  EXPECT_TRUE(pair.sufficient);  // k > 1/2 [M18 eq. 4.22]
-  EXPECT_FALSE(hopf_rates(0.49, 2.0).sufficient);
-  EXPECT_NEAR(pair.bound_1_s, 0.02, 1e-12);
-  EXPECT_NEAR(pair.near_1_s, 1.02, 1e-12);
-  const LeaderRates led = leader_rates(0.2, 4.0, 0.25);  // crowd.md: 1.05, .25
-  EXPECT_NEAR(led.mutual.near_1_s, 1.05, 1e-12);
-  EXPECT_NEAR(led.tracking.near_1_s, 0.25, 1e-12);
-  EXPECT_TRUE(led.mutual.sufficient);
-  EXPECT_FALSE(led.tracking.sufficient);
 }
 
 }  // namespace

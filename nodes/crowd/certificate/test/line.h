@@ -4,8 +4,7 @@
 #include <vector>
 
 #include "nodes/crowd/certificate/certificate.h"
-#include "nodes/crowd/rules/phase.h"
-#include "nodes/crowd/rules/spacing.h"
+#include "nodes/crowd/rules/rules.h"
 #include "nodes/crowd/scenario/scenario.h"
 
 namespace mimesis::crowd {
@@ -41,13 +40,15 @@ struct Line {
       for (std::size_t i = 0; i < phi.size(); ++i) {
         const double alpha = rules.frequency.low_pass_rad_s;
         if (alpha > 0.0) filtered[i] += kDt * alpha * (error[i] - filtered[i]);
-        rate[i] += frequency_change(rules.frequency, alpha > 0.0 ? filtered[i] : error[i]);
+        const double kept =
+            saturate(alpha > 0.0 ? filtered[i] : error[i], rules.frequency.saturation_m);
+        rate[i] += frequency_change(rules.frequency.gain_rad_m_s, kept);
       }
     }
     if (rules.length.gain_1_m != 0.0) {
       spacing_errors(length, z, d, error);
       for (std::size_t i = 0; i < phi.size(); ++i) {
-        longer[i] = step_length_change(rules.length, error[i]);
+        longer[i] = step_length_change(rules.length.gain_1_m, rules.length.limit, error[i]);
       }
     }
     if (rules.phase.gain_1_s != 0.0) {
@@ -60,7 +61,15 @@ struct Line {
     t += kDt;
   }
 
-  double apart() const { return formation_error(z, d); }
+  /// How far the group is from its formation: max − min of z − d.
+  double apart() const {
+    double least = z[0] - d[0], most = least;
+    for (std::size_t i = 1; i < z.size(); ++i) {
+      least = std::min(least, z[i] - d[i]);
+      most = std::max(most, z[i] - d[i]);
+    }
+    return most - least;
+  }
   double phases_apart() const {
     const auto [least, most] = std::ranges::minmax(phi);
     return most - least;

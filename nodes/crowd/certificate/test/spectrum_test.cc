@@ -1,5 +1,3 @@
-#include "nodes/crowd/certificate/spectrum.h"
-
 #include <gtest/gtest.h>
 
 #include <Eigen/Eigenvalues>
@@ -8,6 +6,7 @@
 #include <random>
 
 #include "common/error.h"
+#include "nodes/crowd/certificate/contraction.h"
 
 namespace mimesis::crowd {
 namespace {

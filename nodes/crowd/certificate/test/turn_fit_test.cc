@@ -1,5 +1,3 @@
-#include "nodes/crowd/certificate/turn_fit.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -7,6 +5,7 @@
 
 #include "common/testing/no_malloc.h"
 #include "nodes/crowd/certificate/monitor.h"
+#include "nodes/crowd/certificate/rate_fit.h"
 
 namespace mimesis::crowd {
 namespace {

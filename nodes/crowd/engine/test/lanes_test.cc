@@ -1,4 +1,4 @@
-#include "nodes/crowd/engine/lanes.h"
+#include "nodes/crowd/rules/lanes.h"
 
 #include <gtest/gtest.h>
 
@@ -11,7 +11,7 @@
 #include "common/dmp/navigation.h"
 #include "common/math/circle.h"
 #include "nodes/crowd/engine/contact.h"
-#include "nodes/crowd/engine/steer_rows.h"
+#include "nodes/crowd/engine/steer.h"
 #include "nodes/crowd/engine/walk_rows.h"
 
 namespace mimesis::crowd {
@@ -29,7 +29,7 @@ TEST(Lanes, FunctionsAreThoseOfTheLibrary) {
     const double x = negative(random);
     EXPECT_NEAR(exp_lane(x) / std::exp(x), 1.0, 1e-15) << x;
     const double e = small(random);
-    EXPECT_NEAR(saturate_lane(e, 0.7), 0.7 * std::tanh(e / 0.7), 4e-16) << e;
+    EXPECT_NEAR(tanh_lane(e, 0.7), 0.7 * std::tanh(e / 0.7), 4e-16) << e;
   }
 }
 
@@ -100,8 +100,7 @@ TEST(Walk, IsTheSameBitsOnThePlainestInstructionSet) {
     WalkField f;
     f.set_gait(SpeedFunction(0.22, cosine, sine), HeadingSway::make(sine, cosine));
     f.dt = 0.02;
-    f.pull_gain = 1.0;
-    f.pull_target = 0.3;
+    f.pull_to = {0.3, 1.0};
     f.frequency_gain = 0.01;
     f.saturation = 0.5;
     f.low_pass = 0.1;
@@ -111,8 +110,7 @@ TEST(Walk, IsTheSameBitsOnThePlainestInstructionSet) {
     f.along_y = 0.8;
     f.heading = kind;
     f.heading_gain = 1.0;
-    f.mean_heading_cos = 0.8;
-    f.mean_heading_sin = 0.6;
+    f.mean_heading = {0.8, 0.6};
     f.mixed = kind != HeadingKind::lane;
     std::vector<double> wished(1000);
     f.wished_rate = f.wished_length = f.wished_turn = wished.data();

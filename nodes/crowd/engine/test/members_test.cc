@@ -15,12 +15,12 @@
 namespace mimesis::crowd {
 namespace {
 
-SpeedFunction gait() {
+SpeedFunction plain_gait() {
   const std::vector<double> cosine{0.02, 0.05}, sine{0.01, -0.03};
   return {0.22, cosine, sine};
 }
 
-std::vector<Agent> agents(int n) {
+std::vector<Agent> some_agents(int n) {
   std::mt19937 random(6);
   std::uniform_real_distribution<double> unit(-1.0, 1.0);
   std::vector<Agent> all(static_cast<std::size_t>(n));
@@ -63,8 +63,8 @@ void exchange(Crowd& a, Crowd& b) {
 TEST(Members, TwoCoordinatorsMakeWhatOneMakes) {
   for (const Topology topology : {Topology::all_to_all, Topology::ring}) {
     Crowd one({.dt_s = 0.02}), a({.dt_s = 0.02}), b({.dt_s = 0.02});
-    for (Crowd* c : {&one, &a, &b}) c->add_group({all_rules(topology), gait(), {}});
-    auto all = agents(36);
+    for (Crowd* c : {&one, &a, &b}) c->add_group({all_rules(topology), plain_gait(), {}});
+    auto all = some_agents(36);
     one.add(0, all);
     auto for_a = all, for_b = all;
     for (std::size_t i = 0; i < all.size(); ++i) {
@@ -98,8 +98,8 @@ TEST(Members, TwoCoordinatorsMakeWhatOneMakes) {
 
 TEST(Members, AnAgentHandedOverGoesOnAsItWas) {
   Crowd one({.dt_s = 0.02}), other({.dt_s = 0.02});
-  for (Crowd* c : {&one, &other}) c->add_group({all_rules(Topology::none), gait(), {}});
-  const auto all = agents(1);
+  for (Crowd* c : {&one, &other}) c->add_group({all_rules(Topology::none), plain_gait(), {}});
+  const auto all = some_agents(1);
   one.add(0, all);
   for (int i = 0; i < 100; ++i) one.step();
   const Agent left = *one.find(1);
@@ -117,8 +117,8 @@ TEST(Members, WhoLeavesAChainLeavesNoGap) {
   Rules rules;
   rules.phase = {{Topology::chain}, 1.0};
   Crowd crowd({.dt_s = 0.02});
-  crowd.add_group({rules, gait(), {}});
-  crowd.add(0, agents(9));
+  crowd.add_group({rules, plain_gait(), {}});
+  crowd.add(0, some_agents(9));
   crowd.step();
   EXPECT_EQ(crowd.remove(5), 1);
   EXPECT_EQ(crowd.remove(5), 0);
@@ -132,8 +132,8 @@ TEST(Members, EdgesOfAWeightedGraphStayBetweenTheSameAgents) {
   Rules rules;
   rules.phase = {{Topology::weighted, {{0, 1, 1.0}, {2, 3, 2.0}, {3, 4, 1.0}}}, 1.0};
   Crowd crowd({.dt_s = 0.02});
-  crowd.add_group({rules, gait(), {}});
-  crowd.add(0, agents(5));
+  crowd.add_group({rules, plain_gait(), {}});
+  crowd.add(0, some_agents(5));
   crowd.step();
   crowd.remove(2);  // node 1
   crowd.step();
@@ -154,8 +154,8 @@ TEST(Members, TheNextLeadsWhenTheLeaderLeaves) {
   Rules rules;
   rules.phase = {{Topology::all_to_all}, 0.1, 0.5};
   Crowd crowd({.dt_s = 0.02});
-  crowd.add_group({rules, gait(), {}});
-  crowd.add(0, agents(4));
+  crowd.add_group({rules, plain_gait(), {}});
+  crowd.add(0, some_agents(4));
   EXPECT_EQ(crowd.sums(0).leader, 1U);
   crowd.step();
   crowd.remove(1);
@@ -171,8 +171,8 @@ TEST(Members, WhoIsNotTrustedIsSeenButNotCoupled) {
   Rules rules;
   rules.phase = {{Topology::all_to_all}, 0.2};
   Crowd crowd({.dt_s = 0.02});
-  crowd.add_group({rules, gait(), {}});
-  auto all = agents(4);
+  crowd.add_group({rules, plain_gait(), {}});
+  auto all = some_agents(4);
   all[2].role = Role::external;
   all[2].state.phase_rate_rad_s = 5.0;
   crowd.add(0, all);
@@ -193,8 +193,8 @@ TEST(Members, WhoIsNotTrustedIsSeenButNotCoupled) {
 
 TEST(Members, RulesChangeWhileItRuns) {
   Crowd crowd({.dt_s = 0.02});
-  crowd.add_group({Rules{}, gait(), {}});
-  auto all = agents(6);
+  crowd.add_group({Rules{}, plain_gait(), {}});
+  auto all = some_agents(6);
   for (std::size_t i = 0; i < all.size(); ++i)
     all[i].traits.omega_rad_s = 5.5 + 0.2 * static_cast<double>(i);
   crowd.add(0, all);
@@ -212,9 +212,9 @@ TEST(Members, MistakesAreRefusedBeforeAnythingChanges) {
   Crowd crowd({.dt_s = 0.02});
   Rules rules;
   rules.phase = {{Topology::all_to_all}, 1.0};
-  crowd.add_group({rules, gait(), {}});
+  crowd.add_group({rules, plain_gait(), {}});
   const auto refused = [&](const std::function<void(Agent&)>& spoil, const std::string& word) {
-    auto bad = agents(2);
+    auto bad = some_agents(2);
     spoil(bad[1]);
     try {
       crowd.add(0, bad);
@@ -231,8 +231,8 @@ TEST(Members, MistakesAreRefusedBeforeAnythingChanges) {
   refused([](Agent& a) { a.traits.stride = 0.0; }, "stride");
   refused([](Agent& a) { a.traits.radius_m = -0.1; }, "radius");
   refused([](Agent& a) { a.traits.lane_m = INFINITY; }, "lane");
-  EXPECT_THROW(crowd.add(0, agents(60)), ConfigError);  // k N dt = 1.2
-  crowd.add(0, agents(40));
+  EXPECT_THROW(crowd.add(0, some_agents(60)), ConfigError);  // k N dt = 1.2
+  crowd.add(0, some_agents(40));
   rules.phase.gain_1_s = 2.0;
   EXPECT_THROW(crowd.set_rules(0, rules), ConfigError);
   rules.phase.gain_1_s = -1.0;
@@ -254,9 +254,9 @@ TEST(Members, MistakesAreRefusedBeforeAnythingChanges) {
 
 TEST(Members, NobodyAndOneAreCrowdsToo) {
   Crowd crowd({.dt_s = 0.02});
-  crowd.add_group({all_rules(Topology::ring), gait(), {}});
+  crowd.add_group({all_rules(Topology::ring), plain_gait(), {}});
   crowd.step();
-  crowd.add(0, agents(1));
+  crowd.add(0, some_agents(1));
   for (int i = 0; i < 10; ++i) crowd.step();
   EXPECT_TRUE(std::isfinite(crowd.x_m()[0]));
   crowd.remove(1);

@@ -11,7 +11,7 @@
 #include "common/parallel/team.h"
 #include "common/testing/no_malloc.h"
 #include "nodes/crowd/engine/crowd.h"
-#include "nodes/crowd/rules/synchrony.h"
+#include "nodes/crowd/rules/rules.h"
 
 namespace mimesis::crowd {
 namespace {
@@ -138,7 +138,7 @@ TEST(Walk, EveryStartSynchronises) {
       crowd.add_group(group(phase_rules(topology, topology == Topology::all_to_all ? 0.2 : 1.0)));
       crowd.add(0, agents(8, seed, std::numbers::pi, 0.0));
       for (int i = 0; i < 2400; ++i) crowd.step();
-      in += in_synchrony(crowd.phase_rad(), 1e-3);
+      in += mimesis::crowd::spread(crowd.phase_rad()) <= 1e-3;
     }
     EXPECT_EQ(in, 100) << to_string(topology);
   }

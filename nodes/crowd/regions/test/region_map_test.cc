@@ -1,10 +1,9 @@
-#include "nodes/crowd/regions/region_map.h"
-
 #include <gtest/gtest.h>
 
 #include <limits>
 
 #include "common/error.h"
+#include "nodes/crowd/regions/far_crowd.h"
 
 namespace mimesis::crowd {
 namespace {

@@ -1,11 +1,10 @@
-#include "nodes/crowd/run/closeness.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <random>
 
 #include "common/testing/no_malloc.h"
+#include "nodes/crowd/run/watch.h"
 
 namespace mimesis::crowd {
 namespace {

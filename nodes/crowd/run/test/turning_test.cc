@@ -1,9 +1,9 @@
-#include "nodes/crowd/run/turning.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <limits>
+
+#include "nodes/crowd/run/watch.h"
 
 namespace mimesis::crowd {
 namespace {

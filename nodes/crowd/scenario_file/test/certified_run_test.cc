@@ -4,10 +4,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/math/circle.h"
+#include "nodes/crowd/certificate/certificate.h"
 #include "nodes/crowd/certificate/monitor.h"
-#include "nodes/crowd/certificate/scenario_certificates.h"
 #include "nodes/crowd/engine/crowd.h"
-#include "nodes/crowd/rules/synchrony.h"
+#include "nodes/crowd/rules/rules.h"
 #include "nodes/crowd/scenario/arrangement.h"
 #include "nodes/crowd/scenario_file/scenario_file.h"
 

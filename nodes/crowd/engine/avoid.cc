@@ -1,0 +1,311 @@
+#include <algorithm>
+#include <cmath>
+
+#include "common/math/vector_clones.h"
+#include "common/parallel/team.h"
+#include "nodes/crowd/engine/contact.h"
+#include "nodes/crowd/engine/crowd_impl.h"
+#include "nodes/crowd/engine/steer.h"
+#include "nodes/crowd/rules/lanes.h"
+
+namespace mimesis::crowd {
+
+void Surroundings::pad() {
+  const int end = (count + kLanes - 1) / kLanes * kLanes;
+  for (int i = count; i < end; ++i) {
+    x[i] = y[i] = 1e9F;
+    vx[i] = vy[i] = 0.0F;
+  }
+}
+
+SteerParams::SteerParams(const dmp::NavigationParams& p, double reach_m)
+    : avoid(static_cast<float>(p.avoid_1_s)),
+      predict(static_cast<float>(p.predict_1_s)),
+      angle(static_cast<float>(0.5 / (p.sigma_angle_rad * p.sigma_angle_rad))),
+      distance(static_cast<float>(0.5 / (p.sigma_distance_m * p.sigma_distance_m))),
+      per_horizon(static_cast<float>(1.0 / p.horizon_s)),
+      cos_right(static_cast<float>(std::cos(p.keep_right_rad))),
+      sin_right(static_cast<float>(std::sin(p.keep_right_rad))),
+      reach2(static_cast<float>(reach_m * reach_m)) {}
+
+MIMESIS_VECTOR_CLONES
+float steer(const Surroundings& around, const Steered& self, const SteerParams& params) {
+  return rows::steer_around(around, self, params);
+}
+
+namespace {
+
+constexpr int kAround = 2;              // cells of a reach
+constexpr float kObstacleDepth = 0.3F;  // an obstacle is felt as an agent that touches its surface
+
+}  // namespace
+
+void Crowd::Impl::steer_all(parallel::Team* team) {
+  grid.build(table, avoids, settings.avoid.reach_m / kAround);
+  parallel::for_each(team, grid.side(), [this](int row) { steer_row(row); });
+}
+
+void Crowd::Impl::steer_row(int grid_row) {
+  const SteerParams params(settings.avoid.navigation, settings.avoid.reach_m);
+  Surroundings near;
+  const auto steered = [&](std::size_t i, const Eigen::Vector2d& origin) {
+    const CosSin h = cos_sin_lane(table.heading[static_cast<std::size_t>(grid.row[i])]);
+    return Steered{static_cast<float>(grid.x[i] - origin.x()),
+                   static_cast<float>(grid.y[i] - origin.y()),
+                   grid.vx[i],
+                   grid.vy[i],
+                   static_cast<float>(h.cos),
+                   static_cast<float>(h.sin)};
+  };
+  const auto is_ours = [&](std::size_t i) {
+    const auto row = static_cast<std::size_t>(grid.row[i]);
+    return avoids[row] != 0;
+  };
+  for (int cell = grid_row * grid.side(); cell < (grid_row + 1) * grid.side(); ++cell) {
+    const auto begin = static_cast<std::size_t>(grid.begin(cell));
+    const auto end = static_cast<std::size_t>(grid.end(cell));
+    for (std::size_t first = begin; first < end; ++first) {
+      const Cell here = grid.cell_at(grid.x[first], grid.y[first]);
+      const auto same = [&](std::size_t i) { return grid.cell_at(grid.x[i], grid.y[i]) == here; };
+      bool done = false;
+      for (std::size_t i = begin; i < first; ++i) done = done || same(i);
+      if (done) continue;
+      const Eigen::Vector2d origin((static_cast<double>(here.x) + 0.5) * grid.cell_m(),
+                                   (static_cast<double>(here.y) + 0.5) * grid.cell_m());
+      const auto flush = [&] {
+        near.pad();
+        for (std::size_t i = first; i < end; ++i) {
+          if (!is_ours(i) || !same(i)) continue;
+          turn[static_cast<std::size_t>(grid.row[i])] +=
+              static_cast<double>(steer(near, steered(i, origin), params));
+        }
+        near.count = 0;
+      };
+      near.count = 0;
+      grid.for_each_range(here, kAround, [&](int from, int to) {
+        for (auto j = static_cast<std::size_t>(from); j < static_cast<std::size_t>(to); ++j) {
+          near.add(grid.x[j] - origin.x(), grid.y[j] - origin.y(), grid.vx[j], grid.vy[j]);
+          if (near.full()) flush();
+        }
+      });
+      if (near.count > 0) flush();
+      if (obstacles.empty()) continue;
+      for (std::size_t i = first; i < end; ++i) {
+        if (!is_ours(i) || !same(i)) continue;
+        const Eigen::Vector2d p(grid.x[i], grid.y[i]);
+        obstacles.for_each_near(p, [&](const Obstacles::Near& o) {
+          const Eigen::Vector2d at = (o.distance_m + static_cast<double>(kObstacleDepth)) * o.n;
+          if (!near.full()) near.add(at.x(), at.y(), 0.0F, 0.0F);
+        });
+        if (near.count == 0) continue;
+        near.pad();
+        turn[static_cast<std::size_t>(grid.row[i])] +=
+            static_cast<double>(steer(near, steered(i, p), params));
+        near.count = 0;
+      }
+    }
+  }
+}
+
+namespace {
+
+constexpr double kSkin = 1e-4;  // gaps are taken smaller by this, for rounding [m]
+constexpr double kClear =
+    1e-3;  // who leaves another's disc aims at this gap, or it would never be out [m]
+constexpr double kTouch = 0.1;  // gap of those who feel each other [m]
+// Who goes nowhere makes room for who touches it and wants to pass, or rings of those who have
+// arrived would lock others out.
+constexpr double kIdle = 2.0;  // the other wants to go this much faster
+
+constexpr double kStill = 0.3;  // who goes slower than this part of its wish is held
+constexpr double kAside = 0.1;  // less of a step aside than this part is no room
+
+/// A direction for two who stand at the same point; the other's is opposite.
+Eigen::Vector2d apart(AgentId self, AgentId other) {
+  constexpr double kGolden = 2.39996322972865332;
+  const CosSin d = cos_sin_lane(kGolden * static_cast<double>((self + other) % 100'000));
+  const double side = self < other ? 1.0 : -1.0;
+  return {side * d.cos, side * d.sin};
+}
+
+Eigen::Vector2d with_length_up_to(const Eigen::Vector2d& v, double most) {
+  const double length = std::sqrt(v.squaredNorm());
+  return length > most ? Eigen::Vector2d(v * (most / length)) : v;
+}
+
+/// What one agent meets: bounds, and who presses it.
+class Meeting {
+ public:
+  Meeting(const AvoidSettings& settings, const Eigen::Vector2d& wish)
+      : settings_(settings), wish_(wish), fast_(std::sqrt(wish.squaredNorm())) {}
+
+  double fast() const { return fast_; }
+
+  /// @param limit  of the velocity along n; below zero it has to step back
+  void meet(const Eigen::Vector2d& n, double gap, double limit) {
+    least_gap_ = std::min(least_gap_, gap);
+    if (gap < 0.0) {
+      out_ += (gap - kClear) * n;
+      inside_ = true;
+      return;
+    }
+    bounds_.add({n, std::max(limit, 0.0)});
+    if (limit >= 0.0) return;
+    retreats_ = true;
+    const double back = limit - wish_.dot(n);
+    if (back < 0.0) wish_ += back * n;
+  }
+
+  /// Somebody that it touches.
+  void feel(const Eigen::Vector2d& n, const Eigen::Vector2d& wish, int pressed) {
+    const double push = -wish.dot(n);
+    if (push > kIdle * fast_) {
+      pushed_ -= push * n;
+      strongest_ = std::max(strongest_, push);
+    }
+    if (pressed <= 1 || pressed < pressed_ + 1) return;
+    if (pressed > pressed_ + 1) aside_.setZero();
+    pressed_ = pressed - 1;
+    aside_ -= n;
+  }
+
+  /// Somebody that it nearly touches: they may want to go through each other.
+  /// @param first  where only one of them can go on, it is this one
+  void face(const Eigen::Vector2d& n, double gap, const Eigen::Vector2d& wish, bool first) {
+    const double onward =
+        std::min(wish_.dot(n), -wish.dot(n)) * (1.0 - std::max(gap, 0.0) / kTouch);
+    if (onward <= blocked_) return;
+    blocked_ = onward;
+    facing_ = n;
+    goes_first_ = first;
+  }
+
+  /// Who is inside of others goes out; who touches those makes room, and so on outwards; all others
+  /// do as they wish.
+  Eigen::Vector2d velocity(Crowd::Contacts& found) const {
+    found.least_gap_m = std::min(found.least_gap_m, least_gap_);
+    found.overlapping += inside_ ? 1 : 0;
+    Eigen::Vector2d v = wish_ + with_length_up_to(pushed_, strongest_);
+    if (inside_) {
+      v = with_length_up_to(out_ / settings_.headway_s, settings_.separate_m_s);
+    } else if (pressed_ > 0 && !retreats_) {
+      v = with_length_up_to(1e3 * aside_, settings_.separate_m_s);
+    }
+    const bool walks = !inside_ && !retreats_ && pressed_ == 0;
+    const Eigen::Vector2d within = walks && blocked_ > 0.0 ? past(v) : bounds_.nearest(v);
+    found.held += within != v ? 1 : 0;
+    return within;
+  }
+  int pressed() const { return inside_ || retreats_ ? AgentState::kMostPressed : pressed_; }
+
+ private:
+  /// Steering may balance between obstacles with two face to face, whose bounds hold both. Who is
+  /// held so steps to its right, round the other; where there is no room for that, one of them
+  /// steps back until there is.
+  Eigen::Vector2d past(const Eigen::Vector2d& wish) const {
+    const Eigen::Vector2d right(facing_.y(), -facing_.x()), held = bounds_.nearest(wish);
+    const double fast = std::sqrt(wish.squaredNorm());
+    const double still = 1.0 - std::sqrt(held.squaredNorm()) / (kStill * fast);
+    if (!(still > 0.0)) return held;  // or nothing is wished
+    const double side = still * std::min(blocked_, settings_.separate_m_s);
+    const Eigen::Vector2d within = bounds_.nearest(with_length_up_to(wish + side * right, fast));
+    if (goes_first_ || within.dot(right) > kAside * side) return within;
+    return bounds_.nearest(-side * facing_);
+  }
+
+  const AvoidSettings& settings_;
+  Eigen::Vector2d wish_;
+  double fast_;
+  Bounds bounds_;
+  double least_gap_ = std::numeric_limits<double>::infinity();
+  bool inside_ = false, retreats_ = false;
+  Eigen::Vector2d out_ = Eigen::Vector2d::Zero(), pushed_ = out_, aside_ = out_;
+  double strongest_ = 0.0;
+  double blocked_ = 0.0;  // how fast it would go into who faces it most
+  Eigen::Vector2d facing_ = Eigen::Vector2d::Zero();
+  bool goes_first_ = false;
+  int pressed_ = 0;
+};
+
+}  // namespace
+
+void Crowd::Impl::part_all(parallel::Team* team) {
+  row_contacts.resize(static_cast<std::size_t>(grid.side()));
+  parallel::for_each(team, grid.side(), [this](int row) { part_row(row); });
+  for (const Contacts& c : row_contacts) {
+    contacts.held += c.held;
+    contacts.overlapping += c.overlapping;
+    contacts.least_gap_m = std::min(contacts.least_gap_m, c.least_gap_m);
+  }
+}
+
+void Crowd::Impl::part_row(int grid_row) {
+  Contacts& found = row_contacts[static_cast<std::size_t>(grid_row)];
+  found = {};
+  const int first = grid.begin(grid_row * grid.side());
+  const int last = grid.end((grid_row + 1) * grid.side() - 1);
+  for (int i = first; i < last; ++i) part(static_cast<std::size_t>(i), found);
+}
+
+void Crowd::Impl::part(std::size_t at, Contacts& found) {
+  const auto row = static_cast<std::size_t>(grid.row[at]);
+  if (avoids[row] == 0) return;
+  Eigen::Vector2d v(wish_x[row], wish_y[row]);
+  if (table.role[row] == Role::own) {
+    v = parted(at, v, found);
+    table.vx[row] = static_cast<float>(v.x());
+    table.vy[row] = static_cast<float>(v.y());
+  }
+  table.x[row] = grid.x[at] + settings.dt_s * v.x();
+  table.y[row] = grid.y[at] + settings.dt_s * v.y();
+}
+
+Eigen::Vector2d Crowd::Impl::parted(std::size_t at, const Eigen::Vector2d& wish, Contacts& found) {
+  const AvoidSettings& s = settings.avoid;
+  const auto row = static_cast<std::size_t>(grid.row[at]);
+  const Eigen::Vector2d p(grid.x[at], grid.y[at]);
+  const Eigen::Vector2d u(static_cast<double>(grid.vx[at]), static_cast<double>(grid.vy[at]));
+  const double radius = static_cast<double>(grid.radius[at]);
+  Meeting meeting(s, wish);
+  // Further away, no bound is tighter than what anybody wants to go.
+  const double fast = std::max(meeting.fast(), s.separate_m_s) + grid.fastest();
+  const double range =
+      std::min(s.reach_m, radius + grid.largest_radius() + kSkin + 2.0 * s.headway_s * fast);
+  const int around = static_cast<int>(std::ceil(range / grid.cell_m()));
+  grid.for_each_range(grid.cell_at(p.x(), p.y()), around, [&](int from, int to) {
+    for (auto j = static_cast<std::size_t>(from); j < static_cast<std::size_t>(to); ++j) {
+      const double dx = grid.x[j] - p.x(), dy = grid.y[j] - p.y();
+      const double d2 = dx * dx + dy * dy;
+      if (d2 > range * range || j == at) continue;
+      const double d = std::sqrt(d2);
+      const auto other = static_cast<std::size_t>(grid.row[j]);
+      const Eigen::Vector2d n =
+          d > 1e-9 ? Eigen::Vector2d(dx / d, dy / d) : apart(table.id[row], table.id[other]);
+      const double gap = d - (radius + static_cast<double>(grid.radius[j]));
+      const double along =
+          static_cast<double>(grid.vx[j]) * n.x() + static_cast<double>(grid.vy[j]) * n.y();
+      meeting.meet(n, gap,
+                   grid.yields[j] != 0
+                       ? shared_limit(gap - kSkin, s.headway_s, 0.5 * (u.dot(n) + along))
+                       : lone_limit(gap - kSkin, s.headway_s, along));
+      if (gap > kTouch || avoids[other] == 0) continue;
+      const Eigen::Vector2d its(wish_x[other], wish_y[other]);
+      const bool first = table.id[row] < table.id[other];
+      if (table.role[other] == Role::own) {
+        meeting.face(n, gap, its, first);
+      } else if (yields(table.role[other])) {  // what another coordinator's wants is not known
+        const CosSin h = cos_sin_lane(table.heading[other]);
+        meeting.face(n, gap, meeting.fast() * Eigen::Vector2d(h.cos, h.sin), first);
+      }
+      meeting.feel(n, its, grid.pressed[j]);
+    }
+  });
+  obstacles.for_each_near(p, [&](const Obstacles::Near& o) {
+    const double gap = o.distance_m - radius;
+    meeting.meet(o.n, gap, lone_limit(gap - kSkin, s.headway_s, 0.0));
+  });
+  table.pressed[row] = static_cast<std::uint8_t>(meeting.pressed());
+  return meeting.velocity(found);
+}
+
+}  // namespace mimesis::crowd

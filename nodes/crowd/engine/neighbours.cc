@@ -1,0 +1,125 @@
+#include "nodes/crowd/engine/neighbours.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <utility>
+
+#include "common/error.h"
+
+namespace mimesis::crowd {
+
+void Grid::build(const Table& t, const std::vector<std::uint8_t>& avoids, double cell_m) {
+  const auto n = static_cast<std::size_t>(t.size());
+  cell_m_ = cell_m;
+  while ((std::size_t{1} << (2 * bits_)) < n) ++bits_;
+  const std::int64_t mask = side() - 1;
+  const std::size_t cells = std::size_t{1} << (2 * bits_);
+  start_.assign(cells + 1, 0);
+  cell_.resize(n);
+  for (auto* column : {&x, &y}) column->resize(n + kPad);
+  for (auto* column : {&vx, &vy, &radius}) column->resize(n + kPad);
+  yields.resize(n + kPad);
+  pressed.resize(n + kPad);
+  row.resize(n + kPad);
+  const double per = 1.0 / cell_m;
+  for (std::size_t i = 0; i < n; ++i) {
+    const Cell c = cell_of(t.x[i], t.y[i], per);
+    cell_[i] = static_cast<int>(((c.y & mask) << bits_) | (c.x & mask));
+    ++start_[static_cast<std::size_t>(cell_[i]) + 1];
+  }
+  for (std::size_t c = 0; c < cells; ++c) start_[c + 1] += start_[c];
+  next_.assign(start_.begin(), start_.end() - 1);
+  float largest = 0.0F, fastest = 0.0F;
+  for (std::size_t i = 0; i < n; ++i) {
+    const auto to = static_cast<std::size_t>(next_[static_cast<std::size_t>(cell_[i])]++);
+    x[to] = t.x[i];
+    y[to] = t.y[i];
+    vx[to] = t.vx[i];
+    vy[to] = t.vy[i];
+    radius[to] = t.radius[i];
+    const Role role = t.role[i];
+    yields[to] = role == Role::own ? avoids[i] : crowd::yields(role);
+    pressed[to] = t.pressed[i];
+    row[to] = static_cast<int>(i);
+    largest = std::max(largest, t.radius[i]);
+    fastest = std::max(fastest, t.vx[i] * t.vx[i] + t.vy[i] * t.vy[i]);
+  }
+  largest_radius_ = static_cast<double>(largest);
+  fastest_ = std::sqrt(static_cast<double>(fastest));
+}
+
+namespace {
+
+constexpr std::int64_t kMostCells = 10'000'000;
+
+}  // namespace
+
+Obstacles::Obstacles(std::span<const Pillar> pillars, std::span<const Wall> walls, double reach_m)
+    : cell_m_(reach_m) {
+  for (const Pillar& p : pillars) {
+    if (!p.position_W_m.allFinite() || !std::isfinite(p.radius_m) || p.radius_m <= 0.0) {
+      throw ConfigError("crowd: pillar " + std::to_string(shapes_.size()) +
+                        ": expected a finite position and a radius above 0");
+    }
+    shapes_.push_back({p.position_W_m, p.position_W_m, p.radius_m});
+  }
+  for (const Wall& w : walls) {
+    if (!w.from_W_m.allFinite() || !w.to_W_m.allFinite()) {
+      throw ConfigError("crowd: wall " + std::to_string(shapes_.size() - pillars.size()) +
+                        ": expected finite ends");
+    }
+    shapes_.push_back({w.from_W_m, w.to_W_m, 0.0});
+  }
+  // Every cell that the box around what is within reach of the shape meets.
+  std::vector<std::pair<Cell, int>> places;
+  std::int64_t total = 0;
+  for (std::size_t s = 0; s < shapes_.size(); ++s) {
+    const double wide = shapes_[s].radius + reach_m;
+    const Eigen::Vector2d low = shapes_[s].from.cwiseMin(shapes_[s].to).array() - wide;
+    const Eigen::Vector2d high = shapes_[s].from.cwiseMax(shapes_[s].to).array() + wide;
+    const Cell a = cell_of(low.x(), low.y(), 1.0 / cell_m_);
+    const Cell b = cell_of(high.x(), high.y(), 1.0 / cell_m_);
+    const double cells = (high - low).prod() / (cell_m_ * cell_m_);
+    if (cells > kMostCells || (total += static_cast<std::int64_t>(cells)) > kMostCells) {
+      throw ConfigError("crowd: obstacles are too large for a reach of " + std::to_string(reach_m) +
+                        " m");
+    }
+    for (std::int64_t y = a.y; y <= b.y; ++y) {
+      for (std::int64_t x = a.x; x <= b.x; ++x) {
+        const Eigen::Vector2d middle((static_cast<double>(x) + 0.5) * cell_m_,
+                                     (static_cast<double>(y) + 0.5) * cell_m_);
+        if (nearest(shapes_[s], middle).distance_m < 1.75 * cell_m_) {
+          places.emplace_back(Cell{x, y}, static_cast<int>(s));
+        }
+      }
+    }
+  }
+  while ((std::size_t{1} << (2 * bits_)) < places.size()) ++bits_;
+  start_.assign((std::size_t{1} << (2 * bits_)) + 1, 0);
+  for (const auto& [cell, shape] : places) ++start_[bucket(cell) + 1];
+  for (std::size_t c = 0; c + 1 < start_.size(); ++c) start_[c + 1] += start_[c];
+  std::vector<int> next(start_.begin(), start_.end() - 1);
+  list_.resize(places.size());
+  for (const auto& [cell, shape] : places) {
+    list_[static_cast<std::size_t>(next[bucket(cell)]++)] = shape;
+  }
+  for (std::size_t c = 0; c + 1 < start_.size(); ++c) {
+    const auto first = list_.begin() + start_[c], last = list_.begin() + start_[c + 1];
+    std::sort(first, last);
+  }
+}
+
+Obstacles::Near Obstacles::nearest(const Shape& s, const Eigen::Vector2d& p) {
+  const Eigen::Vector2d along = s.to - s.from;
+  const double length2 = along.squaredNorm();
+  const double t = length2 > 0.0 ? std::clamp(along.dot(p - s.from) / length2, 0.0, 1.0) : 0.0;
+  const Eigen::Vector2d to = s.from + t * along - p;
+  const double d = std::sqrt(to.squaredNorm());
+  if (d > 1e-12) return {to / d, d - s.radius};
+  const Eigen::Vector2d across(-along.y(), along.x());  // on the wall, or in the middle of a pillar
+  const double length = std::sqrt(length2);
+  return {length > 0.0 ? Eigen::Vector2d(across / length) : Eigen::Vector2d::UnitX(), d - s.radius};
+}
+
+}  // namespace mimesis::crowd

@@ -1,0 +1,114 @@
+#pragma once
+#include <Eigen/Core>
+#include <cmath>
+#include <cstdint>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "nodes/crowd/engine/crowd.h"
+#include "nodes/crowd/engine/table.h"
+
+namespace mimesis::crowd {
+
+struct Cell {
+  std::int64_t x, y;
+  bool operator==(const Cell&) const = default;
+};
+inline Cell cell_of(double x_m, double y_m, double per_cell_1_m) {
+  return {static_cast<std::int64_t>(std::floor(x_m * per_cell_1_m)),
+          static_cast<std::int64_t>(std::floor(y_m * per_cell_1_m))};
+}
+
+/// Agents sorted by square cells of the plane, by counting; cells are those of a torus of 2^k × 2^k
+/// cells, so that the crowd may be anywhere and spread far. Within a cell agents keep the order of
+/// their rows: what is summed over neighbours does not depend on who was added first.
+class Grid {
+ public:
+  static constexpr int kPad = 16;  ///< columns may be read so far beyond their end
+
+  /// A copy of what neighbours see, in the order of the cells.
+  std::vector<double> x, y;
+  std::vector<float> vx, vy, radius;
+  std::vector<std::uint8_t> yields;  ///< takes half of what is needed to keep apart
+  std::vector<std::uint8_t> pressed;
+  std::vector<int> row;
+
+  /// @param avoids  by row: of a group that avoids
+  void build(const Table& table, const std::vector<std::uint8_t>& avoids, double cell_m);
+
+  double cell_m() const { return cell_m_; }
+  Cell cell_at(double x_m, double y_m) const { return cell_of(x_m, y_m, 1.0 / cell_m_); }
+  int side() const { return 1 << bits_; }
+  double largest_radius() const { return largest_radius_; }
+  double fastest() const { return fastest_; }  ///< speed [m/s]
+  int begin(int cell) const { return start_[static_cast<std::size_t>(cell)]; }
+  int end(int cell) const { return start_[static_cast<std::size_t>(cell) + 1]; }
+
+  /// Calls f(begin, end) for what is in the cells within `around` of a cell, row by row; at most
+  /// two ranges a row. Others may be among them whose cell is the same on the torus.
+  template <class F>
+  void for_each_range(Cell centre, int around, F&& f) const {
+    const std::int64_t mask = side() - 1;
+    const int first = static_cast<int>((centre.x - around) & mask);
+    const int last = first + 2 * around;
+    for (int dy = -around; dy <= around; ++dy) {
+      const int base = static_cast<int>((centre.y + dy) & mask) << bits_;
+      const int right = last < side() ? last : side() - 1;
+      f(begin(base + first), end(base + right));
+      if (last >= side()) f(begin(base), end(base + last - side()));
+    }
+  }
+
+ private:
+  double cell_m_ = 1.0, largest_radius_ = 0.0, fastest_ = 0.0;
+  int bits_ = 3;
+  std::vector<int> start_, next_, cell_;
+};
+
+/// Pillars and walls, by the cells from which they are within reach.
+class Obstacles {
+ public:
+  /// @throws ConfigError for values that are not finite, and radii that are not positive
+  Obstacles(std::span<const Pillar> pillars, std::span<const Wall> walls, double reach_m);
+  Obstacles() = default;
+
+  bool empty() const { return shapes_.empty(); }
+
+  struct Near {
+    Eigen::Vector2d n;  ///< unit vector to its nearest point, or into it
+    double distance_m;  ///< to its surface; negative inside a pillar
+  };
+  /// Calls f(Near) for those within reach of a point, in the order given. Does not allocate.
+  template <class F>
+  void for_each_near(const Eigen::Vector2d& p, F&& f) const {
+    if (empty()) return;
+    const Cell c = cell_of(p.x(), p.y(), 1.0 / cell_m_);
+    const std::size_t at = bucket(c);
+    int before = -1;  // cells that are the same on the torus may name a shape twice
+    for (int k = start_[at]; k < start_[at + 1]; ++k) {
+      const int shape = list_[static_cast<std::size_t>(k)];
+      if (std::exchange(before, shape) == shape) continue;
+      const Near near = nearest(shapes_[static_cast<std::size_t>(shape)], p);
+      if (near.distance_m < cell_m_) f(near);
+    }
+  }
+
+ private:
+  struct Shape {
+    Eigen::Vector2d from, to;
+    double radius;
+  };
+  static Near nearest(const Shape& shape, const Eigen::Vector2d& p);
+  std::size_t bucket(Cell c) const {
+    const std::int64_t mask = (std::int64_t{1} << bits_) - 1;
+    return static_cast<std::size_t>(((c.y & mask) << bits_) | (c.x & mask));
+  }
+
+  double cell_m_ = 1.0;  // the reach
+  int bits_ = 3;
+  std::vector<Shape> shapes_;
+  std::vector<int> start_, list_;
+};
+
+}  // namespace mimesis::crowd
