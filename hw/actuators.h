@@ -44,12 +44,20 @@ enum class Phase : std::uint8_t {
   holding,    ///< as idle, but powered: stopped by a quick stop that keeps the posture
 };
 
+const char* name(Phase phase);
+
 struct Reading {
   Phase phase = Phase::starting;
   bool posture_known = false;  ///< every joint was heard of since the start
   std::vector<JointReading> joints;
   std::string reason;  ///< of starting and fault: one line with axis, expected and actual state
   std::uint64_t limited = 0;  ///< cycles in which a set-point was changed to respect a limit
+};
+
+/// What passed between us and the actuators since the start: frames, packets or whatever they are.
+struct Traffic {
+  std::uint64_t sent = 0, received = 0;
+  std::uint64_t errors = 0;  ///< not sent, or reported by the medium
 };
 
 /// What the actuators shall do from now on.
@@ -75,6 +83,7 @@ class Actuators {
   /// Quick stop of all joints, at once; the first and the last thing sent. Nothing is sent after it
   /// until the next write.
   virtual void stop() noexcept = 0;
+  virtual Traffic traffic() const { return {}; }
 };
 
 }  // namespace mimesis::hw

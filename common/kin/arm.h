@@ -33,6 +33,7 @@ struct ArmModel {
   Eigen::VectorXd q_min, q_max;                            ///< n [rad]
   Eigen::VectorXd v_max;                                   ///< n [rad/s]
   Eigen::VectorXd a_max;                                   ///< n [rad/s²]
+  std::string drives = "cia402";                           ///< kind of its actuators: hw/bridge
   Eigen::VectorXd home;                                    ///< n [rad]
   std::vector<std::string> groups;                         ///< names: base, upper, fore, hand
   std::vector<SafetyBall> balls;

@@ -21,6 +21,16 @@ robot::Biped load_biped(const std::string& file);
 /// Path of the URDF that a biped's file names, which exists. @throws ConfigError as above.
 std::string urdf_of_biped(const std::string& file);
 
+/// What moves a biped's joints, and what the URDF does not say about that.
+struct BipedDrives {
+  std::string kind = "cia402";  ///< of actuators, as the bridge knows them
+  /// Bound on the accelerations of all set-points: several times what a walk needs, so that its
+  /// stream passes unchanged.
+  double a_max_rad_s2 = 300.0;
+};
+/// @throws ConfigError as above.
+BipedDrives drives_of_biped(const std::string& file);
+
 /// Reads a table (models/bridge_table.yaml). `bridge_height`: lower edge of the bar above the table
 /// [m], instead of the file's. @throws ConfigError as above.
 kin::Table load_table(const std::string& file, std::optional<double> bridge_height = {});

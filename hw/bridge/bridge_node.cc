@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "hw/outside/recorded_can.h"
-
 namespace mimesis::hw::bridge {
 namespace {
 
@@ -25,36 +23,6 @@ bool holds(const BridgeParams& p, const Joints& joints) {
   return p.on_silence == "auto" ? joints.walks : p.on_silence == "hold";
 }
 
-/// The driver of `count` joints from `first` on.
-arm::ArmOptions arm_options(const BridgeParams& p, const Joints& joints, int first, int count) {
-  const auto range = [&](const auto& all) {
-    return std::vector(all.begin() + first, all.begin() + first + count);
-  };
-  return {
-      .axes = range(complete(p.axes, joints)),
-      .names = range(joints.names),
-      .limits = part_of(joints.limits, first, count),
-      .rate_hz = p.rate_hz,
-      .boot_timeout_s = p.boot_timeout_s,
-      .transition_timeout_s = p.transition_timeout_s,
-      .feedback_timeout_s = p.feedback_timeout_s,
-      .readonly = p.readonly,
-      .quick_stop = holds(p, joints) ? arm::QuickStop::stays_powered : arm::QuickStop::disables};
-}
-
-std::vector<std::unique_ptr<arm::ArmDriver>> open_drivers(const BridgeParams& p,
-                                                          const Joints& joints,
-                                                          runtime::Bus& graph) {
-  std::vector<std::unique_ptr<arm::ArmDriver>> drivers;
-  int first = 0;
-  for (const BusShare& bus : complete(p.buses, p.can, joints)) {
-    const arm::ArmOptions options = arm_options(p, joints, first, bus.joints);
-    drivers.push_back(std::make_unique<arm::ArmDriver>(options, outside::open_can(bus.can, graph)));
-    first += bus.joints;
-  }
-  return drivers;
-}
-
 GateLimits gate_limits(const BridgeParams& p, const Joints& joints) {
   return {.hold_after = runtime::from_seconds((kHoldCycles + 0.5) / p.rate_hz),
           .silence = runtime::from_seconds(p.silence_s),
@@ -65,26 +33,6 @@ GateLimits gate_limits(const BridgeParams& p, const Joints& joints) {
           .hold_on_silence = holds(p, joints)};
 }
 
-const char* name(Phase phase) {
-  switch (phase) {
-    case Phase::starting:
-      return "starting";
-    case Phase::idle:
-      return "idle";
-    case Phase::enabling:
-      return "enabling";
-    case Phase::following:
-      return "following";
-    case Phase::stopping:
-      return "quick_stop";
-    case Phase::fault:
-      return "fault";
-    case Phase::holding:
-      return "holding";
-  }
-  return "";
-}
-
 /// Every how many steps something slower is due.
 std::uint64_t every(double rate_hz, double slower_hz) {
   return static_cast<std::uint64_t>(std::max(1.0, std::round(rate_hz / slower_hz)));
@@ -93,13 +41,16 @@ std::uint64_t every(double rate_hz, double slower_hz) {
 }  // namespace
 
 BridgeNode::BridgeNode(const Params& params, runtime::Bus& bus)
-    : BridgeNode(params, load_joints(params.robot, params.a_max_rad_s2), bus) {}
+    : BridgeNode(params, load_joints(params.robot), bus) {}
 
 BridgeNode::BridgeNode(const Params& params, const Joints& joints, runtime::Bus& bus)
     : params_(params),
       joint_names_(joints.names),
       gate_(gate_limits(params, joints)),
-      driver_(open_drivers(params, joints, bus)),
+      driver_(make_actuators({.params = params,
+                              .joints = joints,
+                              .stays_powered = holds(params, joints),
+                              .graph = bus})),
       command_(bus, "command"),
       hand_command_(bus, "hand_command"),
       arm_(bus, "arm"),
@@ -188,7 +139,7 @@ void BridgeNode::publish_status(runtime::Time now, const Reading& arm) {
     runtime::log(arm.phase == Phase::fault ? runtime::Level::warn : runtime::Level::info, line);
   }
   status_due_ = now + kStatusPeriod;
-  const can::Counters can = driver_.counters();
+  const Traffic can = driver_->traffic();
   status_message_.set_state(name(arm.phase));
   status_message_.set_reason(reason);
   status_message_.set_can_frames_sent(can.sent);
@@ -201,9 +152,9 @@ void BridgeNode::publish_status(runtime::Time now, const Reading& arm) {
 }
 
 void BridgeNode::step(runtime::Time now) {
-  const Reading& arm = driver_.read(now);
+  const Reading& arm = driver_->read(now);
   take_command(now, arm);
-  driver_.write(now, gate_.decide(now, arm));
+  driver_->write(now, gate_.decide(now, arm));
   step_hand(now);
   publish_arm(now, arm);
   publish_status(now, arm);
@@ -211,7 +162,7 @@ void BridgeNode::step(runtime::Time now) {
 }
 
 void BridgeNode::stop(runtime::Time) noexcept {
-  driver_.stop();
+  driver_->stop();
   if (hand_driver_) hand_driver_->stop();
 }
 

@@ -20,22 +20,24 @@ Joints arm_joints(const kin::ArmModel& model) {
                            .v_max = model.v_max,
                            .a_max = model.a_max},
                 .home = model.home,
-                .effort_n_m = Eigen::VectorXd::Zero(model.dof())};
+                .effort_n_m = Eigen::VectorXd::Zero(model.dof()),
+                .drives = model.drives};
   for (int i = 1; i <= model.dof(); ++i) joints.names.push_back("A" + std::to_string(i));
   return joints;
 }
 
-Joints tree_joints(const robot::RobotTree& tree, const Eigen::VectorXd& home, double a_max_rad_s2,
-                   const std::string& file) {
+Joints tree_joints(const robot::RobotTree& tree, const Eigen::VectorXd& home,
+                   const model::BipedDrives& drives, const std::string& file) {
   const Eigen::Index n = tree.dof();
   Joints joints{.names = tree.joint_names(),
                 .limits = {.q_min = tree.lower().cwiseMax(-kUnlimited_rad),
                            .q_max = tree.upper().cwiseMin(kUnlimited_rad),
                            .v_max = tree.max_speed(),
-                           .a_max = Eigen::VectorXd::Constant(n, a_max_rad_s2)},
+                           .a_max = Eigen::VectorXd::Constant(n, drives.a_max_rad_s2)},
                 .home = home,
                 .effort_n_m = Eigen::VectorXd::Zero(n),
-                .walks = true};
+                .walks = true,
+                .drives = drives.kind};
   for (int i = 0; i < tree.dof(); ++i) {
     joints.effort_n_m[i] = tree.moved(i).max_effort;
     if (!(joints.limits.v_max[i] > 0.0 && std::isfinite(joints.limits.v_max[i]))) {
@@ -58,14 +60,14 @@ bool names_a_urdf(const std::string& file) {
 
 }  // namespace
 
-Joints load_joints(const std::string& file, double a_max_rad_s2) {
+Joints load_joints(const std::string& file) {
   if (file.ends_with(".urdf")) {
     const robot::RobotTree tree = robot::read_urdf(runtime::find_model_file(file));
-    return tree_joints(tree, Eigen::VectorXd::Zero(tree.dof()), a_max_rad_s2, file);
+    return tree_joints(tree, Eigen::VectorXd::Zero(tree.dof()), {}, file);
   }
   if (names_a_urdf(file)) {
     const robot::Biped biped = model::load_biped(file);
-    return tree_joints(biped.tree, biped.half_sitting, a_max_rad_s2, file);
+    return tree_joints(biped.tree, biped.half_sitting, model::drives_of_biped(file), file);
   }
   return arm_joints(model::load_arm(file));
 }
@@ -89,9 +91,9 @@ std::vector<BusShare> complete(std::vector<BusShare> buses, const std::string& c
   return buses;
 }
 
-std::vector<arm::Axis> complete(std::vector<arm::Axis> axes, const Joints& joints) {
+std::vector<cia402::Axis> complete(std::vector<cia402::Axis> axes, const Joints& joints) {
   const bool given = !axes.empty();
-  axes = arm::complete(std::move(axes), joints.count());
+  axes = cia402::complete(std::move(axes), joints.count());
   for (std::size_t i = 0; !given && i < axes.size(); ++i) {
     const double effort = joints.effort_n_m[static_cast<Eigen::Index>(i)];
     if (effort > 0.0) axes[i].rated_torque_n_m = effort;
@@ -99,7 +101,7 @@ std::vector<arm::Axis> complete(std::vector<arm::Axis> axes, const Joints& joint
   return axes;
 }
 
-arm::JointLimits part_of(const arm::JointLimits& limits, int first, int count) {
+JointLimits part_of(const JointLimits& limits, int first, int count) {
   return {.q_min = limits.q_min.segment(first, count),
           .q_max = limits.q_max.segment(first, count),
           .v_max = limits.v_max.segment(first, count),

@@ -4,32 +4,29 @@
 #include <vector>
 
 #include "common/runtime/params.h"
-#include "hw/arm/axis.h"
-#include "hw/arm/setpoint_limiter.h"
+#include "hw/cia402/axis.h"
+#include "hw/setpoint_limiter.h"
 
 /// What bridge and simulated drives must agree on: a robot's joints and the buses of their drives.
 namespace mimesis::hw {
 
-/// Bound on accelerations of a walking robot's set-points: several times what a walk needs, so that
-/// its stream passes unchanged.
-inline constexpr double kWalkingAcceleration_rad_s2 = 300.0;
-
 /// The joints of a robot, whatever kind of file it is described in.
 struct Joints {
   std::vector<std::string> names{};  ///< of an arm: A1 ... An
-  arm::JointLimits limits;
+  JointLimits limits;
   Eigen::VectorXd home;        ///< where a simulation starts [rad]
   Eigen::VectorXd effort_n_m;  ///< largest torque; 0: the file does not say
   bool walks = false;          ///< would fall without power
+  std::string drives;          ///< kind of its actuators, see hw/bridge/actuators_node.h
 
   int count() const { return static_cast<int>(names.size()); }
 };
 
-/// Reads an arm (models/lwr4.yaml) or a walking robot (models/biped.yaml, or a .urdf: then home is
-/// zero).
-/// @param a_max_rad_s2 of the joints of a walking robot, whose description has none
+/// Reads an arm (models/lwr4.yaml) or a walking robot (models/biped.yaml, or a bare .urdf: then
+/// home is zero and what a URDF cannot say is as in model::BipedDrives). The file alone owns the
+/// limits: the bridge enforces them once, in the SetpointLimiter of its actuators.
 /// @throws ConfigError that names the file
-Joints load_joints(const std::string& file, double a_max_rad_s2);
+Joints load_joints(const std::string& file);
 
 /// One bus and how many of the robot's joints have their drives on it: those that follow the ones
 /// of the bus before, in the model's order.
@@ -50,10 +47,10 @@ std::vector<BusShare> complete(std::vector<BusShare> buses, const std::string& c
 
 /// `axes` checked, or nodes 1..n if it is empty; then the largest torque is the rated one.
 /// Numbers of nodes are the robot's, not a bus's: each occurs once.
-/// @throws ConfigError as arm::complete
-std::vector<arm::Axis> complete(std::vector<arm::Axis> axes, const Joints& joints);
+/// @throws ConfigError as cia402::complete
+std::vector<cia402::Axis> complete(std::vector<cia402::Axis> axes, const Joints& joints);
 
 /// Rows `first` .. `first + count` of `limits`.
-arm::JointLimits part_of(const arm::JointLimits& limits, int first, int count);
+JointLimits part_of(const JointLimits& limits, int first, int count);
 
 }  // namespace mimesis::hw

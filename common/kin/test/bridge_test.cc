@@ -1,8 +1,8 @@
-#include "common/kin/bridge.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
+
+#include "common/kin/table.h"
 
 namespace mimesis::kin {
 namespace {

@@ -5,6 +5,7 @@
 
 #include "common/error.h"
 #include "common/model/files.h"
+#include "common/model/test/model_texts.h"
 #include "common/robot/kinematics.h"
 #include "common/shared_data.h"
 
@@ -12,12 +13,6 @@ namespace mimesis::model {
 namespace {
 
 using Eigen::Vector3d;
-const std::string kModels = std::string(MIMESIS_SOURCE_DIR) + "/models/";
-
-std::string slurp(const std::string& file) {
-  std::ifstream in(file);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
 
 /// What load_biped says of biped.yaml with `from` replaced by `to`; empty: nothing.
 std::string refusal(const std::string& from, const std::string& to) {

@@ -8,17 +8,11 @@
 #include <nlohmann/json.hpp>
 
 #include "common/error.h"
+#include "common/model/test/model_texts.h"
 #include "common/shared_data.h"
 
 namespace mimesis::model {
 namespace {
-
-const std::string kModels = std::string(MIMESIS_SOURCE_DIR) + "/models/";
-
-std::string slurp(const std::string& file) {
-  std::ifstream in(file);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
 
 /// A copy of a model file in which `from` is replaced by `to`; removed at the end.
 class EditedCopy {

@@ -5,11 +5,10 @@
 #include <map>
 
 #include "common/model/files.h"
+#include "common/model/test/model_texts.h"
 
 namespace mimesis::model {
 namespace {
-
-const std::string kModels = std::string(MIMESIS_SOURCE_DIR) + "/models/";
 
 TEST(Viewer, DrawsEveryBallOfTheArmInItsOwnFrame) {
   const kin::ArmModel arm = load_arm(kModels + "lwr4.yaml");

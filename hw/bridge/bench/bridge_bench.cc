@@ -6,8 +6,8 @@
 #include <filesystem>
 #include <vector>
 
-#include "hw/arm/group_driver.h"
-#include "hw/sim/cia402/rack.h"
+#include "hw/cia402/joint_driver.h"
+#include "hw/sim/cia402/drive.h"
 
 namespace mimesis::hw {
 namespace {
@@ -20,20 +20,21 @@ constexpr Time kCycle = 5ms;
 class Bench {
  public:
   Bench(const std::vector<int>& on_bus, const std::string& directory) {
-    std::vector<std::unique_ptr<arm::ArmDriver>> parts;
+    std::vector<std::unique_ptr<cia402::JointDriver>> parts;
     int node = 0;
     for (std::size_t bus = 0; bus < on_bus.size(); ++bus) {
       const std::string address = "embedded:bench" + std::to_string(bus);
       const auto all = [&](double x) { return Eigen::VectorXd::Constant(on_bus[bus], x); };
       std::vector<sim::DriveConfig> drives;
-      arm::ArmOptions options;
+      cia402::JointDriverOptions options;
       for (int i = 0; i < on_bus[bus]; ++i) {
         options.axes.push_back({.node_id = ++node});
         drives.push_back({.axis = options.axes.back()});
       }
       options.limits = {.q_min = all(-2), .q_max = all(2), .v_max = all(2), .a_max = all(10)};
       racks.push_back(std::make_unique<sim::Rack>(drives, can::open(address, directory)));
-      parts.push_back(std::make_unique<arm::ArmDriver>(options, can::open(address, directory)));
+      parts.push_back(
+          std::make_unique<cia402::JointDriver>(options, can::open(address, directory)));
     }
     q.resize(static_cast<std::size_t>(node), 0.0);
     driver.emplace(std::move(parts));
@@ -49,7 +50,7 @@ class Bench {
   }
 
   std::vector<std::unique_ptr<sim::Rack>> racks;
-  std::optional<arm::GroupDriver> driver;
+  std::optional<cia402::GroupDriver> driver;
   std::vector<double> q;
   Time now = 1s;
 };

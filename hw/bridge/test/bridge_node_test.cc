@@ -4,12 +4,12 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <fstream>
 
 #include "common/model/files.h"
 #include "common/testing/loopback.h"
-#include "hw/sim/cia402/rack.h"
-#include "hw/sim/hand/hand_plant.h"
-#include "hw/sim/hand/hand_server.h"
+#include "hw/sim/cia402/drive.h"
+#include "hw/sim/hand/hand.h"
 
 namespace mimesis::hw::bridge {
 namespace {
@@ -128,6 +128,109 @@ TEST_F(Node, StopDisablesTheDrives) {
   node.reset();
   for (int k = 0; k < 40; ++k) rack->step(now += 5ms);
   for (auto& drive : rack->drives()) EXPECT_EQ(drive.state(), DriveState::switch_on_disabled);
+}
+
+/// The arm's file with other drives.
+std::string robot_with_drives(const testing::Loopback& graph, const std::string& kind) {
+  std::ifstream in(std::string(MIMESIS_SOURCE_DIR) + "/models/lwr4.yaml");
+  const std::string file = graph.directory() + "/robot.yaml";
+  std::ofstream out(file);
+  for (std::string line; std::getline(in, line);) {
+    out << (line.starts_with("drives:") ? "drives: " + kind : line) << '\n';
+  }
+  return file;
+}
+
+/// A stream at `home` for `steps` steps of 5 ms from `now` on. @return the state at its end
+std::string stream_at(const Eigen::VectorXd& home, int steps, BridgeNode& node,
+                      testing::Loopback& graph, Time& now) {
+  for (int k = 0; k < steps; ++k, now += 5ms) {
+    v1::JointCommand command;
+    for (const double q : home) command.add_position_rad(q);
+    graph.send("command", command, now - 5ms);
+    node.step(now);
+  }
+  return graph.take_last<v1::BridgeStatus>("status").value_or(v1::BridgeStatus{}).state();
+}
+
+/// What a puppet was told, which outlives it.
+struct Strings {
+  std::vector<Mode> modes;
+  int stops = 0;
+};
+
+/// Actuators of a kind that hw knows nothing of.
+class Puppet final : public Actuators {
+ public:
+  Puppet(const Joints& joints, Strings& strings) : strings_(strings) {
+    reading_.phase = Phase::idle;
+    reading_.posture_known = true;
+    for (const double q : joints.home) reading_.joints.push_back({.position_rad = q});
+  }
+  const Reading& read(Time) override { return reading_; }
+  void write(Time, const Setpoint& setpoint) override {
+    strings_.modes.push_back(setpoint.mode);
+    reading_.phase = setpoint.mode == Mode::follow ? Phase::following : Phase::idle;
+  }
+  void stop() noexcept override { ++strings_.stops; }
+  Traffic traffic() const override { return {.sent = strings_.modes.size()}; }
+
+ private:
+  Strings& strings_;
+  Reading reading_;
+};
+
+TEST(ActuatorsOfAnotherKind, AreObeyedGatedAndStopped) {
+  testing::Loopback graph;
+  Strings strings;
+  add_actuators("puppet", [&](const ActuatorsRequest& request) {
+    EXPECT_EQ(request.joints.count(), 7);
+    EXPECT_FALSE(request.stays_powered);
+    return std::make_unique<Puppet>(request.joints, strings);
+  });
+  const std::string robot = robot_with_drives(graph, "puppet");
+  BridgeNode node({.robot = robot, .hand = ""}, graph);
+  const Eigen::VectorXd home = load_joints(robot).home;
+  Time now = 1s;
+  EXPECT_EQ(stream_at(home, 20, node, graph, now), "following");
+  EXPECT_EQ(strings.modes.back(), Mode::follow);
+  for (int k = 0; k < 30; ++k) node.step(now += 5ms);  // silence
+  EXPECT_EQ(strings.modes.back(), Mode::idle);
+  EXPECT_EQ(stream_at(home.array() + 0.5, 20, node, graph, now), "idle") << "starts elsewhere";
+  EXPECT_EQ(strings.modes.back(), Mode::idle);
+  node.stop(now);
+  EXPECT_EQ(strings.stops, 1);
+}
+
+TEST(ActuatorsOfAnotherKind, MayBePerfect) {
+  testing::Loopback graph;
+  const std::string robot = robot_with_drives(graph, "perfect");
+  BridgeNode node({.robot = robot, .hand = ""}, graph);
+  Eigen::VectorXd target = load_joints(robot).home;
+  Time now = 1s;
+  EXPECT_EQ(stream_at(target, 20, node, graph, now), "following");
+  for (int k = 0; k < 100; ++k) {
+    target[1] += 0.001;  // 0.2 rad/s
+    stream_at(target, 1, node, graph, now);
+  }
+  stream_at(target, 50, node, graph, now);
+  const auto state = graph.take_last<v1::ArmState>("arm");
+  ASSERT_TRUE(state.has_value());
+  EXPECT_NEAR(state->position_rad(1), target[1], 1e-9);
+  EXPECT_TRUE(state->operational());
+}
+
+TEST(ActuatorsOfAnotherKind, ThatNobodyKnowsAreRefused) {
+  testing::Loopback graph;
+  const std::string robot = robot_with_drives(graph, "nobody");
+  try {
+    BridgeNode node({.robot = robot}, graph);
+    FAIL() << "accepted";
+  } catch (const ConfigError& e) {
+    EXPECT_NE(std::string(e.what()).find("drives: 'nobody' is not known, expected one of cia402,"),
+              std::string::npos)
+        << e.what();
+  }
 }
 
 TEST_F(Node, BadConfigurationIsRefused) {

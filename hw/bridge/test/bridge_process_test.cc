@@ -10,8 +10,8 @@
 #include <cstdlib>
 
 #include "common/testing/process.h"
-#include "hw/arm/cia402.h"
 #include "hw/can/bus.h"
+#include "hw/cia402/cia402.h"
 #include "proto/arm.pb.h"
 
 namespace mimesis::hw::bridge {
@@ -175,10 +175,10 @@ TEST_F(Robot, SigtermSendsQuickStopLastAndExitsWell) {
     std::array<can::Frame, 256> frames;
     const std::size_t count = tap->receive(frames);
     for (const can::Frame& frame : std::span(frames).first(count)) {
-      const arm::Identity id = arm::identify(frame);
-      if (id.kind != arm::Identity::Kind::rpdo) continue;
+      const cia402::Identity id = cia402::identify(frame);
+      if (id.kind != cia402::Identity::Kind::rpdo) continue;
       auto& last = controlword[static_cast<std::size_t>(id.node)];
-      if (last == arm::controlword::kQuickStop && frame.data[0] != last) ++late;
+      if (last == cia402::controlword::kQuickStop && frame.data[0] != last) ++late;
       last = frame.data[0];
     }
     return count > 0;
@@ -193,7 +193,7 @@ TEST_F(Robot, SigtermSendsQuickStopLastAndExitsWell) {
   EXPECT_EQ(bridge->wait(), 0) << bridge->errors();
   EXPECT_EQ(late, 0);
   for (std::size_t node = 1; node <= 7; ++node)
-    EXPECT_EQ(controlword[node], arm::controlword::kQuickStop);
+    EXPECT_EQ(controlword[node], cia402::controlword::kQuickStop);
   EXPECT_TRUE(peer.until([&] {
     return std::ranges::all_of(truth.get()->drives(),
                                [](int s) { return s == v1::DRIVE_STATE_SWITCH_ON_DISABLED; });

@@ -11,8 +11,6 @@
 #include "common/error.h"
 #include "common/testing/loopback.h"
 #include "hw/can/bus.h"
-#include "hw/can/embedded.h"
-#include "hw/can/memory.h"
 
 namespace mimesis::hw::can {
 namespace {

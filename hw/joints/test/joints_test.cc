@@ -22,43 +22,46 @@ std::string refusal(F f) {
 }
 
 TEST(Joints, OfAnArm) {
-  const Joints joints = load_joints("lwr4.yaml", 300.0);
+  const Joints joints = load_joints("lwr4.yaml");
   ASSERT_EQ(joints.count(), 7);
   EXPECT_EQ(joints.names[2], "A3");
   EXPECT_FALSE(joints.walks);
   EXPECT_DOUBLE_EQ(joints.home[3], 1.6);
-  EXPECT_LT(joints.limits.a_max[0], 100.0) << "the file's";
-  EXPECT_DOUBLE_EQ(complete(std::vector<arm::Axis>{}, joints)[0].rated_torque_n_m, 100.0);
+  EXPECT_DOUBLE_EQ(joints.limits.a_max[0], 6.0) << "the file's";
+  EXPECT_EQ(joints.drives, "cia402");
+  EXPECT_DOUBLE_EQ(complete(std::vector<cia402::Axis>{}, joints)[0].rated_torque_n_m, 100.0);
 }
 
 TEST(Joints, OfAWalkingRobot) {
-  const Joints joints = load_joints("biped.urdf", 300.0);
+  const Joints joints = load_joints("biped.urdf");
   ASSERT_EQ(joints.count(), 30);
   EXPECT_TRUE(joints.walks);
   EXPECT_EQ(joints.names[3], "left_knee");
   EXPECT_DOUBLE_EQ(joints.limits.q_max[3], 2.618);
   EXPECT_DOUBLE_EQ(joints.limits.v_max[3], 10.0);
   EXPECT_DOUBLE_EQ(joints.limits.a_max[3], 300.0);
-  const std::vector<arm::Axis> axes = complete(std::vector<arm::Axis>{}, joints);
+  const std::vector<cia402::Axis> axes = complete(std::vector<cia402::Axis>{}, joints);
   EXPECT_EQ(axes[29].node_id, 30);
   EXPECT_DOUBLE_EQ(axes[3].rated_torque_n_m, 220.0);
-  const arm::JointLimits legs = part_of(joints.limits, 3, 2);
+  const JointLimits legs = part_of(joints.limits, 3, 2);
   EXPECT_EQ(legs.q_min.size(), 2);
   EXPECT_DOUBLE_EQ(legs.v_max[0], 10.0);
   EXPECT_DOUBLE_EQ(legs.v_max[1], 8.0);
 }
 
 TEST(Joints, OfABipedsFileBeginHalfSitting) {
-  const Joints joints = load_joints("biped.yaml", 300.0);
+  const Joints joints = load_joints("biped.yaml");
   ASSERT_EQ(joints.count(), 30);
   EXPECT_NEAR(joints.home[3], 0.8726646, 1e-6) << "the knee";
-  EXPECT_EQ(load_joints("biped.urdf", 300.0).home[3], 0.0) << "a URDF alone has no posture";
+  EXPECT_DOUBLE_EQ(joints.limits.a_max[3], 300.0) << "the file's";
+  EXPECT_EQ(joints.drives, "cia402");
+  EXPECT_EQ(load_joints("biped.urdf").home[3], 0.0) << "a URDF alone has no posture";
 }
 
 TEST(Joints, PartsHaveTheirOwnLimits) {
-  Joints joints = load_joints("biped.urdf", 300.0);
+  Joints joints = load_joints("biped.urdf");
   for (int i = 0; i < 30; ++i) joints.limits.a_max[i] = i;
-  const arm::JointLimits part = part_of(joints.limits, 3, 2);
+  const JointLimits part = part_of(joints.limits, 3, 2);
   EXPECT_EQ(part.q_min, joints.limits.q_min.segment(3, 2));
   EXPECT_EQ(part.q_max, joints.limits.q_max.segment(3, 2));
   EXPECT_EQ(part.v_max, joints.limits.v_max.segment(3, 2));
@@ -66,11 +69,11 @@ TEST(Joints, PartsHaveTheirOwnLimits) {
 }
 
 TEST(Joints, GivenAxesKeepTheirTorques) {
-  const Joints joints = load_joints("biped.urdf", 300.0);
-  std::vector<arm::Axis> given(30);
+  const Joints joints = load_joints("biped.urdf");
+  std::vector<cia402::Axis> given(30);
   for (int i = 0; i < 30; ++i) given[static_cast<std::size_t>(i)].node_id = 30 - i;
   given[3].rated_torque_n_m = 7.0;
-  const std::vector<arm::Axis> axes = complete(given, joints);
+  const std::vector<cia402::Axis> axes = complete(given, joints);
   EXPECT_DOUBLE_EQ(axes[3].rated_torque_n_m, 7.0);
   EXPECT_DOUBLE_EQ(axes[4].rated_torque_n_m, 100.0);
   EXPECT_EQ(axes[0].node_id, 30);
@@ -84,7 +87,7 @@ Joints wheel(const std::string& limit) {
 <joint name="axle" type="continuous"><parent link="post"/><child link="rim"/><axis xyz="0 1 0"/>)"
                       << limit << "</joint></robot>";
   try {
-    const Joints joints = load_joints(file, 300.0);
+    const Joints joints = load_joints(file);
     std::filesystem::remove(file);
     return joints;
   } catch (const ConfigError&) {
@@ -98,7 +101,7 @@ TEST(Joints, WithoutEndsAreLimitedToWhatADriveCanCount) {
   ASSERT_EQ(joints.count(), 1);
   EXPECT_EQ(joints.limits.q_min[0], -1e3);
   EXPECT_EQ(joints.limits.q_max[0], 1e3);
-  const arm::Axis axis{.node_id = 1};
+  const cia402::Axis axis{.node_id = 1};
   EXPECT_LT(axis.to_increments(joints.limits.q_max[0]), 0x7FFFFFFF) << "fits into 607Dh";
 }
 
@@ -108,7 +111,7 @@ TEST(Joints, WithoutAVelocityLimitAreRefused) {
 }
 
 TEST(Buses, CarryEveryJointOnce) {
-  const Joints joints = load_joints("biped.urdf", 300.0);
+  const Joints joints = load_joints("biped.urdf");
   EXPECT_EQ(complete(std::vector<BusShare>{}, "embedded:x", joints)[0].joints, 30);
   EXPECT_EQ(complete({{"embedded:a", 12}, {"embedded:b", 18}}, "", joints).size(), 2u);
   EXPECT_EQ(refusal([&] {
@@ -124,10 +127,8 @@ TEST(Buses, CarryEveryJointOnce) {
 }
 
 TEST(Joints, OfNoFile) {
-  EXPECT_NE(refusal([] { load_joints("nobody.urdf", 300.0); }).find("nobody.urdf"),
-            std::string::npos);
-  EXPECT_NE(refusal([] { load_joints("nobody.yaml", 300.0); }).find("nobody.yaml"),
-            std::string::npos);
+  EXPECT_NE(refusal([] { load_joints("nobody.urdf"); }).find("nobody.urdf"), std::string::npos);
+  EXPECT_NE(refusal([] { load_joints("nobody.yaml"); }).find("nobody.yaml"), std::string::npos);
 }
 
 }  // namespace

@@ -7,8 +7,8 @@
 
 #include "common/model/files.h"
 #include "common/robot/leg_ik.h"
-#include "hw/arm/setpoint_limiter.h"
 #include "hw/joints/joints.h"
+#include "hw/setpoint_limiter.h"
 
 namespace mimesis::hw {
 namespace {
@@ -70,10 +70,10 @@ std::span<const double> elements(const Eigen::VectorXd& v) {
 
 TEST(WalkStream, PassesTheLimiterUnchanged) {
   const robot::Biped biped = model::load_biped("biped.yaml");
-  const Joints joints = load_joints("biped.yaml", kWalkingAcceleration_rad_s2);
+  const Joints joints = load_joints("biped.yaml");
   for (const double speed : {0.1, 0.2, 0.3}) {
     const Walk walk(biped, speed);
-    arm::SetpointLimiter limiter(joints.limits, kTick_s);
+    SetpointLimiter limiter(joints.limits, kTick_s);
     Eigen::VectorXd before = walk.at(0.0), rate = Eigen::VectorXd::Zero(before.size());
     limiter.reset(elements(before));
     double fastest = 0.0, hardest = 0.0;

@@ -7,8 +7,8 @@
 #include <array>
 #include <cstdio>
 
-#include "hw/modbus/hand_client.h"
-#include "hw/sim/hand/hand_server.h"
+#include "hw/modbus/hand.h"
+#include "hw/sim/hand/hand.h"
 
 namespace mimesis::hw::modbus {
 namespace {

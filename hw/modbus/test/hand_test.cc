@@ -1,4 +1,6 @@
 // Client, driver and simulated hand over real sockets.
+#include "hw/modbus/hand.h"
+
 #include <gtest/gtest.h>
 #include <sys/socket.h>
 #include <unistd.h>
@@ -6,9 +8,7 @@
 #include <thread>
 
 #include "common/testing/loopback.h"
-#include "hw/modbus/hand_driver.h"
-#include "hw/sim/hand/hand_plant.h"
-#include "hw/sim/hand/hand_server.h"
+#include "hw/sim/hand/hand.h"
 
 namespace mimesis::hw::modbus {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "hw/modbus/hand_driver.h"
+#include "hw/modbus/hand.h"
 
 namespace mimesis::hw::modbus {
 namespace {

@@ -1,13 +1,13 @@
 // What a recorded bus and hand give to a node, live and from a record.
+#include "hw/outside/recorded.h"
+
 #include <gtest/gtest.h>
 
 #include <filesystem>
 
 #include "common/testing/loopback.h"
 #include "common/testing/outside_tape.h"
-#include "hw/can/memory.h"
-#include "hw/outside/recorded_can.h"
-#include "hw/outside/recorded_hand.h"
+#include "hw/can/bus.h"
 
 namespace mimesis::hw::outside {
 namespace {

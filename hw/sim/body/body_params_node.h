@@ -3,7 +3,7 @@
 #include <vector>
 
 #include "common/runtime/params.h"
-#include "hw/arm/axis.h"
+#include "hw/cia402/axis.h"
 #include "hw/joints/joints.h"
 #include "hw/sim/body/body_world.h"
 #include "hw/sim/body/drawer.h"
@@ -109,7 +109,7 @@ struct SimBodyParams {
   std::string robot = "biped.yaml";   ///< model file
   std::string can = "embedded:body";  ///< bus of all drives, see hw/can/bus.h
   std::vector<BusShare> buses{};      ///< several buses, instead of `can`; as the bridge's
-  std::vector<arm::Axis> axes{};      ///< empty: nodes 1..n with defaults
+  std::vector<cia402::Axis> axes{};   ///< empty: nodes 1..n with defaults
   double v_margin = 1.2;              ///< top speed that the drives claim over the model's [1]
   double following_window_rad = 0.2;  ///< larger following error for longer: fault [rad]
   double following_time_s = 0.1;      ///< [s]

@@ -7,8 +7,7 @@
 #include <dart/dynamics/Skeleton.hpp>
 #include <dart/simulation/World.hpp>
 
-#include "hw/sim/body/joint_loads.h"
-#include "hw/sim/body/motors.h"
+#include "hw/sim/body/dart_body.h"
 #include "hw/sim/body/noise.h"
 
 namespace mimesis::hw::sim {
@@ -20,14 +19,14 @@ constexpr double kFallenShare = 0.6, kFallenTilt_rad = 0.9;
 /// Speed of a joint by differences of its encoder over so long.
 constexpr double kEncoderSpan_s = 0.01;
 
-struct RunningPush {
-  LinkForce force;
-  long first_step, last_step;  ///< of the world, the last one excluded
-};
-
 }  // namespace
 
 struct BodyWorld::Impl {
+  struct RunningPush {
+    LinkForce force;
+    long first_step, last_step;  ///< of the world, the last one excluded
+  };
+
   Impl(const robot::Biped& robot, const std::string& file, const BodyOptions& wanted)
       : biped(robot),
         options(wanted),

@@ -2,16 +2,23 @@
 
 #include <tinyxml2.h>
 
+#include <algorithm>
 #include <cmath>
+#include <dart/collision/CollisionObject.hpp>
+#include <dart/collision/CollisionResult.hpp>
 #include <dart/collision/dart/DARTCollisionDetector.hpp>
 #include <dart/constraint/ConstraintSolver.hpp>
 #include <dart/dynamics/BodyNode.hpp>
 #include <dart/dynamics/BoxShape.hpp>
 #include <dart/dynamics/DegreeOfFreedom.hpp>
 #include <dart/dynamics/FreeJoint.hpp>
+#include <dart/dynamics/Joint.hpp>
+#include <dart/dynamics/ShapeNode.hpp>
+#include <dart/dynamics/Skeleton.hpp>
 #include <dart/dynamics/WeldJoint.hpp>
 #include <dart/simulation/World.hpp>
 #include <dart/utils/urdf/DartLoader.hpp>
+#include <limits>
 
 #include "common/error.h"
 
@@ -236,6 +243,226 @@ DartBody make_dart_body(const robot::Biped& biped, const std::string& urdf_file,
   add_ground(options, body);
   body.world->addSkeleton(body.robot);
   return body;
+}
+
+namespace {
+
+const dart::dynamics::BodyNode* body_of(const dart::collision::CollisionObject* object) {
+  const auto* node = object->getShapeFrame()->asShapeNode();
+  return node != nullptr ? node->getBodyNodePtr().get() : nullptr;
+}
+
+}  // namespace
+
+GroundContact read_contacts(const DartBody& body, const robot::Biped& biped,
+                            const std::array<Eigen::Isometry3d, 2>& X_WS) {
+  GroundContact out;
+  for (const auto& contact : body.world->getLastCollisionResult().getContacts()) {
+    const auto* first = body_of(contact.collisionObject1);
+    const auto* second = body_of(contact.collisionObject2);
+    for (const robot::Side side : robot::kSides) {
+      const auto* foot = body.at(biped.leg[side].foot).node;
+      if (first != foot && second != foot) continue;
+      const Eigen::Vector3d force_W = first == foot ? contact.force : -contact.force;
+      const Eigen::Vector3d force_S = X_WS[side].linear().transpose() * force_W;
+      out.foot_S[side].force += force_S;
+      out.foot_S[side].moment += (X_WS[side].inverse() * contact.point).cross(force_S);
+      out.weighted_W += contact.point.head<2>() * force_W.z();
+      out.vertical_n += force_W.z();
+    }
+  }
+  return out;
+}
+
+namespace {
+
+robot::RobotTree with_payload(const robot::Biped& biped, double payload_kg) {
+  std::vector<robot::Link> links = biped.tree.links();
+  links[static_cast<std::size_t>(biped.trunk)].inertia.mass_kg += payload_kg;
+  return {biped.tree.name(), std::move(links)};
+}
+
+}  // namespace
+
+JointLoads::JointLoads(const robot::Biped& biped, double payload_kg, double dt_s)
+    : biped_(&biped),
+      loaded_(with_payload(biped, payload_kg)),
+      dt_s_(dt_s),
+      kinematics_(loaded_),
+      dynamics_(loaded_),
+      motion_(biped.tree.dof()),
+      jacobian_(6, 6 + biped.tree.dof()),
+      torque_(Eigen::VectorXd::Zero(biped.tree.dof())) {}
+
+void JointLoads::before(const DartBody& body) {
+  for (std::size_t i = 0; i < body.dof.size(); ++i) {
+    motion_.q[static_cast<Eigen::Index>(i)] = body.dof[i]->getPosition();
+    motion_.dq[static_cast<Eigen::Index>(i)] = body.dof[i]->getVelocity();
+  }
+  const Eigen::Vector6d& twist_B = body.robot->getBodyNode(0)->getSpatialVelocity();
+  omega_B_ = twist_B.head<3>();
+  v_B_ = twist_B.tail<3>();
+  motion_.X_WB = body.X_WB();
+}
+
+const Eigen::VectorXd& JointLoads::after(const DartBody& body, const GroundContact& ground,
+                                         const std::array<Eigen::Isometry3d, 2>& X_WS,
+                                         const std::vector<LinkForce>& forces) {
+  for (std::size_t i = 0; i < body.dof.size(); ++i) {
+    const auto k = static_cast<Eigen::Index>(i);
+    motion_.ddq[k] = (body.dof[i]->getVelocity() - motion_.dq[k]) / dt_s_;
+  }
+  // DART moves the twist of the base in the base's own frame
+  const Eigen::Vector6d& twist_B = body.robot->getBodyNode(0)->getSpatialVelocity();
+  const Eigen::Matrix3d R_WB = motion_.X_WB.linear();
+  motion_.v_W = R_WB * v_B_;
+  motion_.omega_W = R_WB * omega_B_;
+  motion_.a_W = R_WB * ((twist_B.tail<3>() - v_B_) / dt_s_ + omega_B_.cross(v_B_));
+  motion_.alpha_W = R_WB * (twist_B.head<3>() - omega_B_) / dt_s_;
+  dynamics_.inverse_dynamics(motion_, torque_);
+
+  kinematics_.update(motion_.X_WB, motion_.q);
+  for (const robot::Side side : robot::kSides) {
+    const Eigen::Matrix3d& R_WS = X_WS[side].linear();
+    take_off(biped_->leg[side].foot, X_WS[side].translation(), R_WS * ground.foot_S[side].force,
+             R_WS * ground.foot_S[side].moment);
+  }
+  for (const LinkForce& force : forces) {
+    take_off(force.link, kinematics_.X_WL(force.link) * force.point_L_m, force.force_W_n,
+             Eigen::Vector3d::Zero());
+  }
+  return torque_;
+}
+
+void JointLoads::take_off(int link, const Eigen::Vector3d& p_W_m, const Eigen::Vector3d& force_W,
+                          const Eigen::Vector3d& moment_W) {
+  if (force_W.isZero(0.0) && moment_W.isZero(0.0)) return;
+  kinematics_.jacobian(link, p_W_m, jacobian_);
+  torque_.noalias() -= jacobian_.topRows<3>().rightCols(torque_.size()).transpose() * force_W;
+  torque_.noalias() -= jacobian_.bottomRows<3>().rightCols(torque_.size()).transpose() * moment_W;
+}
+
+namespace {
+
+// Figures of the plants [walking.md 8.3]. The damping is small because DART's contact impulses do
+// not know the springs: a strong damper would make loaded joints soft [walking.md 8.2].
+constexpr double kStrong_n_m_rad = 6000.0;  ///< legs and trunk
+constexpr double kAnkleBush_n_m_rad = 1500.0;
+constexpr double kDamping_s = 0.003;  ///< of the stiffness
+constexpr double kServoGain_1_s = 200.0;
+constexpr double kWeak = 0.2;  ///< of its torque
+constexpr double kInfinite = std::numeric_limits<double>::infinity();
+
+/// Between the root and the trunk: bears the upper body.
+bool bears_trunk(const robot::Biped& biped, int joint) {
+  const auto& tree = biped.tree;
+  return tree.carries(tree.moved_link(joint), biped.trunk);
+}
+
+bool in_leg(const robot::Biped& biped, int joint) {
+  return std::any_of(biped.leg.begin(), biped.leg.end(), [&](const robot::Biped::Leg& leg) {
+    return std::find(leg.dof.begin(), leg.dof.end(), joint) != leg.dof.end();
+  });
+}
+
+bool in_ankle(const robot::Biped& biped, int joint) {
+  return std::any_of(biped.leg.begin(), biped.leg.end(), [&](const robot::Biped::Leg& leg) {
+    return leg.dof[robot::kAnkleFirst] == joint || leg.dof[robot::kAnkleLast] == joint;
+  });
+}
+
+bool in_knee(const robot::Biped& biped, int joint) {
+  return std::any_of(biped.leg.begin(), biped.leg.end(),
+                     [&](const robot::Biped::Leg& leg) { return leg.dof[robot::kKnee] == joint; });
+}
+
+/// A URDF that says nothing about a motor does not limit it.
+double or_infinite(double limit) { return limit > 0.0 ? limit : kInfinite; }
+
+}  // namespace
+
+Motors::Motors(const robot::Biped& biped, const DartBody& body, const BodyOptions& options)
+    : dt_s_(options.dt_s), motors_(body.dof.size()) {
+  for (std::size_t i = 0; i < motors_.size(); ++i) {
+    const int joint = static_cast<int>(i);
+    const robot::Link& link = biped.tree.moved(joint);
+    Motor& motor = motors_[i];
+    motor.dof = body.dof[i];
+    const bool strong = in_leg(biped, joint) || bears_trunk(biped, joint);
+    const bool bush = options.plant == Plant::kServo && in_ankle(biped, joint);
+    const bool knee = in_knee(biped, joint) && !options.rigid_knees;
+    motor.servo = options.plant == Plant::kServo && strong && !bush && !knee;
+    motor.stiffness_n_m_rad =
+        bush ? kAnkleBush_n_m_rad : (strong ? kStrong_n_m_rad : options.arm_stiffness_n_m_rad);
+    motor.damping_n_m_s_rad = kDamping_s * motor.stiffness_n_m_rad;
+    motor.speed_rad_s = options.motor_speed_share * or_infinite(link.max_speed);
+    motor.torque_n_m = options.motor_torque_share * or_infinite(link.max_effort);
+    motor.lower_rad = link.lower;
+    motor.upper_rad = link.upper;
+    motor.wanted_rad = motor.dof->getPosition();
+    set_up(motor);
+  }
+}
+
+void Motors::set_up(Motor& motor) {
+  using dart::dynamics::Joint;
+  Joint& joint = *motor.dof->getJoint();
+  const bool servo = motor.servo && !motor.off;
+  const bool spring = !motor.servo && !motor.off;
+  joint.setActuatorType(servo ? Joint::SERVO : Joint::FORCE);
+  joint.setLimitEnforcement(true);
+  motor.dof->setPositionLimits(motor.lower_rad, motor.upper_rad);
+  motor.dof->setVelocityLimits(-kInfinite, kInfinite);  // the ramp of the set-point limits it
+  motor.dof->setForceLimits(-motor.torque_n_m, motor.torque_n_m);
+  motor.dof->setSpringStiffness(spring ? motor.stiffness_n_m_rad : 0.0);
+  motor.dof->setDampingCoefficient(spring ? motor.damping_n_m_s_rad : 0.0);
+  motor.dof->setCommand(0.0);
+}
+
+void Motors::fail(int joint, MotorFault fault) {
+  Motor& motor = motors_[static_cast<std::size_t>(joint)];
+  if (fault == MotorFault::kOff) motor.off = true;
+  if (fault == MotorFault::kWeak) motor.torque_n_m *= kWeak;
+  if (fault == MotorFault::kLocked) {
+    motor.locked = true;
+    motor.wanted_rad = motor.dof->getPosition();
+    motor.torque_n_m = kInfinite;
+  }
+  set_up(motor);
+}
+
+void Motors::drive(Motor& motor, double set_point) {
+  if (motor.off) return;
+  const double most = motor.speed_rad_s * dt_s_;
+  if (!motor.locked) {
+    motor.wanted_rad = std::clamp(set_point, motor.wanted_rad - most, motor.wanted_rad + most);
+  }
+  const double q = motor.dof->getPosition();
+  if (motor.servo) {
+    motor.dof->setCommand(
+        std::clamp(kServoGain_1_s * (motor.wanted_rad - q), -motor.speed_rad_s, motor.speed_rad_s));
+    return;
+  }
+  const double most_rad = motor.torque_n_m / motor.stiffness_n_m_rad;
+  const double beyond_rad = motor.beyond_spring_n_m / motor.stiffness_n_m_rad;
+  motor.stretch_rad =
+      std::clamp(motor.wanted_rad - q, -most_rad - beyond_rad, most_rad - beyond_rad);
+  motor.dof->setRestPosition(q + motor.stretch_rad);
+}
+
+void Motors::drive(const Eigen::VectorXd& set_point) {
+  for (std::size_t i = 0; i < motors_.size(); ++i) {
+    drive(motors_[i], set_point[static_cast<Eigen::Index>(i)]);
+  }
+}
+
+void Motors::feel(const Eigen::VectorXd& torque) {
+  for (std::size_t i = 0; i < motors_.size(); ++i) {
+    Motor& motor = motors_[i];
+    if (motor.servo || motor.off) continue;
+    motor.beyond_spring_n_m =
+        torque[static_cast<Eigen::Index>(i)] - motor.stiffness_n_m_rad * motor.stretch_rad;
+  }
 }
 
 }  // namespace mimesis::hw::sim

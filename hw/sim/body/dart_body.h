@@ -1,4 +1,6 @@
 #pragma once
+#include <Eigen/Core>
+
 #include "hw/sim/body/body_world.h"
 
 namespace dart::dynamics {
@@ -9,7 +11,6 @@ class Skeleton;
 namespace dart::simulation {
 class World;
 }
-
 namespace mimesis::hw::sim {
 
 /// Where DART keeps a link: frames that weigh nothing hang on the body that carries them.
@@ -36,5 +37,85 @@ struct DartBody {
 /// Robot, ground and plates, the robot standing half-sitting. @throws ConfigError
 DartBody make_dart_body(const robot::Biped& biped, const std::string& urdf_file,
                         const BodyOptions& options);
+
+/// What the ground does to the soles in one step of the world.
+struct GroundContact {
+  std::array<robot::Wrench, 2> foot_S;                   ///< about the sole's origin, in S
+  Eigen::Vector2d weighted_W = Eigen::Vector2d::Zero();  ///< sum of p·f_z over the contacts
+  double vertical_n = 0.0;                               ///< sum of f_z
+};
+
+/// Reads the contacts of the last step. `X_WS`: soles before that step, where DART looked for them.
+GroundContact read_contacts(const DartBody& body, const robot::Biped& biped,
+                            const std::array<Eigen::Isometry3d, 2>& X_WS);
+
+/// A force on a link, beside the ground's.
+struct LinkForce {
+  int link;
+  Eigen::Vector3d point_L_m, force_W_n;
+};
+
+/// What the joints really bear in a step of the world: inverse dynamics of the motion that came
+/// out. DART's spring equation is no measure of it, as contact impulses come on top of the step
+/// that the springs have seen [walking.md 8.2].
+class JointLoads {
+ public:
+  /// `payload_kg`: in the trunk, at its centre; the biped does not know of it. The biped outlives
+  /// this.
+  JointLoads(const robot::Biped& biped, double payload_kg, double dt_s);
+
+  /// Before the step of the world.
+  void before(const DartBody& body);
+  /// After it. Torque of motors and end stops on their links, dof [N m], mean of the step.
+  const Eigen::VectorXd& after(const DartBody& body, const GroundContact& ground,
+                               const std::array<Eigen::Isometry3d, 2>& X_WS,
+                               const std::vector<LinkForce>& forces);
+
+ private:
+  void take_off(int link, const Eigen::Vector3d& p_W_m, const Eigen::Vector3d& force_W,
+                const Eigen::Vector3d& moment_W);
+
+  const robot::Biped* biped_;
+  robot::RobotTree loaded_;  ///< with the payload
+  double dt_s_;
+  robot::Kinematics kinematics_;
+  robot::Dynamics dynamics_;
+  robot::RobotMotion motion_;
+  Eigen::Vector3d v_B_ = Eigen::Vector3d::Zero(), omega_B_ = Eigen::Vector3d::Zero();
+  robot::Jacobian jacobian_;
+  Eigen::VectorXd torque_;
+};
+
+/// The motors of all joints: how they follow set-points, what they cannot do, how they fail.
+class Motors {
+ public:
+  Motors(const robot::Biped& biped, const DartBody& body, const BodyOptions& options);
+
+  void fail(int joint, MotorFault fault);
+  /// Before every step of the world. `set_point`: dof [rad].
+  void drive(const Eigen::VectorXd& set_point);
+  /// After it: what the joints really bore (JointLoads), dof [N m].
+  void feel(const Eigen::VectorXd& torque);
+
+ private:
+  struct Motor {
+    dart::dynamics::DegreeOfFreedom* dof = nullptr;
+    bool servo = false;
+    double stiffness_n_m_rad = 0.0, damping_n_m_s_rad = 0.0;
+    double speed_rad_s = 0.0, torque_n_m = 0.0;  ///< most
+    double lower_rad = 0.0, upper_rad = 0.0;
+    double wanted_rad = 0.0;  ///< what the motor's own ramp has come to
+    /// What the joint bears beyond its spring's equation (see JointLoads): the torque limit is of
+    /// the real torque.
+    double beyond_spring_n_m = 0.0;
+    double stretch_rad = 0.0;  ///< of the spring, before the step
+    bool off = false, locked = false;
+  };
+  void set_up(Motor& motor);
+  void drive(Motor& motor, double set_point);
+
+  double dt_s_;
+  std::vector<Motor> motors_;
+};
 
 }  // namespace mimesis::hw::sim

@@ -12,7 +12,7 @@
 #include "hw/sim/body/body_world.h"
 #include "hw/sim/body/drawer.h"
 #include "hw/sim/body/outcome_node.h"
-#include "hw/sim/cia402/rack.h"
+#include "hw/sim/cia402/drive.h"
 #include "proto/arm.pb.h"
 #include "proto/foxglove/transform.pb.h"
 #include "proto/walker.pb.h"

@@ -4,12 +4,13 @@
 #include <cmath>
 
 namespace mimesis::hw::sim {
+
 namespace {
 
-namespace obj = arm::object;
-using arm::NmtState;
-using arm::Object;
+namespace obj = cia402::object;
 using can::Frame;
+using cia402::NmtState;
+using cia402::Object;
 using std::chrono::milliseconds;
 
 constexpr std::uint32_t kInvalid = 0x80000000;  // bit of a PDO's COB-ID
@@ -24,7 +25,7 @@ Drive::Drive(const DriveConfig& config)
     : config_(config), joint_(AxisPlant(config.plant, config.home_rad)) {
   if (config.in_a_world) joint_ = WorldJoint(config.home_rad);
   using enum Access;
-  const arm::Axis& axis = config_.axis;
+  const cia402::Axis& axis = config_.axis;
   const auto magnitude = [&](double rad) { return bits(std::abs(axis.to_increments(rad))); };
   objects_.add(obj::kDeviceType, 4, read_only, 0x00020192);  // servo drive, profile 402
   objects_.add(kErrorRegister, 1, read_only, 0);
@@ -51,7 +52,7 @@ Drive::Drive(const DriveConfig& config)
   objects_.add(obj::kQuickStopDeceleration, 4, read_write, magnitude(config_.plant.a_max_rad_s2));
   objects_.add(obj::kPeriodValue, 1, read_write, 1);
   objects_.add(obj::kPeriodExponent, 1, read_write, 0xFE);  // 10 ms
-  objects_.add(obj::kSupportedModes, 4, read_only, 1u << (arm::kCyclicSynchronousPosition - 1));
+  objects_.add(obj::kSupportedModes, 4, read_only, 1u << (cia402::kCyclicSynchronousPosition - 1));
   reset_communication();
   update_objects();
 }
@@ -80,7 +81,7 @@ void Drive::reset_communication() {
 
 void Drive::boot(std::vector<Frame>& out) {
   nmt_ = NmtState::pre_operational;
-  out.push_back(arm::heartbeat(config_.axis.node_id, NmtState::boot_up));
+  out.push_back(cia402::heartbeat(config_.axis.node_id, NmtState::boot_up));
 }
 
 void Drive::inject(Trouble trouble) {
@@ -107,10 +108,10 @@ bool Drive::lags() const {
   return error > objects_.get(obj::kFollowingWindow);
 }
 
-arm::QuickStop Drive::quick_stop() const {
+cia402::QuickStop Drive::quick_stop() const {
   const bool powered = objects_.get(obj::kQuickStopOption) ==
-                       static_cast<std::uint32_t>(arm::QuickStop::stays_powered);
-  return powered ? arm::QuickStop::stays_powered : arm::QuickStop::disables;
+                       static_cast<std::uint32_t>(cia402::QuickStop::stays_powered);
+  return powered ? cia402::QuickStop::stays_powered : cia402::QuickStop::disables;
 }
 
 double Drive::period_s() const {
@@ -137,7 +138,7 @@ void Drive::move_joint(double dt) {
     }
     case DriveState::quick_stop_active:
       brake();
-      if (at_rest() && quick_stop() == arm::QuickStop::disables) {
+      if (at_rest() && quick_stop() == cia402::QuickStop::disables) {
         state_ = DriveState::switch_on_disabled;
       }
       return;
@@ -154,11 +155,11 @@ void Drive::fail(std::uint16_t code, std::vector<Frame>& out) {
   if (state_ == DriveState::fault || state_ == DriveState::fault_reaction_active) return;
   state_ = DriveState::fault_reaction_active;
   objects_.set(kErrorRegister, 1);
-  out.push_back(arm::emergency(config_.axis.node_id, code, 1));
+  out.push_back(cia402::emergency(config_.axis.node_id, code, 1));
 }
 
 void Drive::connection_lost(std::uint16_t code, std::vector<Frame>& out) {
-  out.push_back(arm::emergency(config_.axis.node_id, code, 0x10));
+  out.push_back(cia402::emergency(config_.axis.node_id, code, 0x10));
   if (state_ != DriveState::operation_enabled) return;
   if (objects_.get(obj::kAbortOption) == 3) state_ = DriveState::quick_stop_active;
   if (objects_.get(obj::kAbortOption) == 1) fail(code, out);
@@ -167,7 +168,7 @@ void Drive::connection_lost(std::uint16_t code, std::vector<Frame>& out) {
 void Drive::supervise(Time now, std::vector<Frame>& out) {
   const std::uint32_t heartbeat_ms = objects_.get(obj::kHeartbeatTime);
   if (heartbeat_ms > 0 && now >= heartbeat_due_.value_or(now)) {
-    out.push_back(arm::heartbeat(config_.axis.node_id, nmt_));
+    out.push_back(cia402::heartbeat(config_.axis.node_id, nmt_));
     heartbeat_due_ = now + milliseconds(heartbeat_ms);
   }
   const milliseconds master_ms(objects_.get(obj::kMasterHeartbeat) & 0xFFFF);
@@ -192,7 +193,7 @@ double Drive::held() const {
 }
 
 void Drive::update_objects() {
-  const arm::Axis& axis = config_.axis;
+  const cia402::Axis& axis = config_.axis;
   const bool enabled = state_ == DriveState::operation_enabled;
   objects_.set(obj::kDemand, bits(axis.to_increments(enabled ? reference_ : held())));
   objects_.set(obj::kPosition, bits(axis.to_increments(position_rad())));
@@ -200,7 +201,7 @@ void Drive::update_objects() {
   const double torque = 1e3 * axis.sign * torque_n_m() / axis.rated_torque_n_m;
   objects_.set(obj::kTorque,
                bits(static_cast<std::int32_t>(std::clamp(torque, -32768.0, 32767.0))));
-  objects_.set(obj::kStatusword, arm::encode_statusword(state_));
+  objects_.set(obj::kStatusword, cia402::encode_statusword(state_));
   objects_.set(obj::kModeDisplay, objects_.get(obj::kMode));
 }
 
@@ -229,8 +230,8 @@ void Drive::watch(Time now, std::vector<Frame>& out) {
 
 void Drive::handle(const Frame& frame, Time now, std::vector<Frame>& out) {
   if (mute_) return;
-  using Kind = arm::Identity::Kind;
-  const arm::Identity id = arm::identify(frame);
+  using Kind = cia402::Identity::Kind;
+  const cia402::Identity id = cia402::identify(frame);
   const bool mine = id.node == config_.axis.node_id;
   switch (id.kind) {
     case Kind::nmt:
@@ -251,6 +252,202 @@ void Drive::handle(const Frame& frame, Time now, std::vector<Frame>& out) {
     default:
       return;
   }
+}
+
+Rack::Rack(const std::vector<DriveConfig>& configs, std::unique_ptr<can::Bus> bus)
+    : bus_(std::move(bus)), inbox_(256) {
+  for (const DriveConfig& config : configs) drives_.emplace_back(config);
+}
+
+void Rack::move(Time now) {
+  outbox_.clear();
+  for (Drive& drive : drives_) drive.move(now, outbox_);
+}
+
+void Rack::answer(Time now) {
+  for (Drive& drive : drives_) drive.watch(now, outbox_);
+  std::size_t count = 0;
+  do {
+    count = bus_->receive(inbox_);
+    for (const can::Frame& frame : std::span(inbox_).first(count)) {
+      for (Drive& drive : drives_) drive.handle(frame, now, outbox_);
+    }
+  } while (count == inbox_.size());
+  if (!outbox_.empty()) bus_->send(outbox_);
+}
+
+void Dictionary::add(cia402::Object object, int bytes, Access access, std::uint32_t value) {
+  entries_[key(object)] = {bytes, access, value};
+}
+
+std::uint32_t Dictionary::get(cia402::Object object) const {
+  return entries_.at(key(object)).value;
+}
+
+std::int32_t Dictionary::get_signed(cia402::Object object) const {
+  const Entry& e = entries_.at(key(object));
+  const int unused = 32 - 8 * e.bytes;
+  return static_cast<std::int32_t>(e.value << unused) >> unused;
+}
+
+void Dictionary::set(cia402::Object object, std::uint32_t value) {
+  entries_.at(key(object)).value = value;
+}
+
+std::uint32_t Dictionary::refuse_upload(cia402::Object object) const {
+  if (contains(object)) return 0;
+  const auto next = entries_.lower_bound(key({object.index, 0}));
+  const bool index_exists = next != entries_.end() && next->first >> 8 == object.index;
+  return index_exists ? 0x06090011 : 0x06020000;
+}
+
+std::uint32_t Dictionary::refuse_download(cia402::Object object, int bytes) const {
+  if (const std::uint32_t code = refuse_upload(object)) return code;
+  const Entry& e = entries_.at(key(object));
+  if (e.access == Access::read_only) return 0x06010002;
+  return bytes == e.bytes ? 0 : 0x06070010;
+}
+
+namespace {
+
+bool is_mapping(std::uint16_t index) {
+  return index == 0x1600 || index == 0x1A00 || index == 0x1A01;
+}
+
+Object mapped_object(std::uint32_t entry) {
+  return {static_cast<std::uint16_t>(entry >> 16), static_cast<std::uint8_t>(entry >> 8)};
+}
+int mapped_bytes(std::uint32_t entry) { return static_cast<int>(entry & 0xFF) / 8; }
+
+}  // namespace
+
+void Drive::on_nmt(const Frame& frame, std::vector<Frame>& out) {
+  const auto command = cia402::unsigned_at(frame, 0, 1), node = cia402::unsigned_at(frame, 1, 1);
+  if (!node || (*node != 0 && static_cast<int>(*node) != config_.axis.node_id)) return;
+  switch (static_cast<cia402::Nmt>(*command)) {
+    case cia402::Nmt::start:
+      nmt_ = NmtState::operational;
+      return;
+    case cia402::Nmt::stop:
+      nmt_ = NmtState::stopped;
+      break;
+    case cia402::Nmt::pre_operational:
+      nmt_ = NmtState::pre_operational;
+      break;
+    case cia402::Nmt::reset_node:
+      std::visit([](auto& joint) { joint.lock(); }, joint_);
+      state_ = DriveState::switch_on_disabled;
+      [[fallthrough]];
+    case cia402::Nmt::reset_communication:
+      reset_communication();
+      boot(out);
+      break;
+  }
+  // Without PDOs nobody steers any more.
+  if (state_ == DriveState::operation_enabled) state_ = DriveState::quick_stop_active;
+}
+
+std::uint32_t Drive::check_mapping(const cia402::Sdo& request) const {
+  const Object o = request.object;
+  const auto communication = static_cast<std::uint16_t>(o.index - 0x200);
+  if ((objects_.get({communication, 1}) & kInvalid) == 0) return 0x08000022;
+  if (o.sub > 0) {
+    if (objects_.get({o.index, 0}) != 0) return 0x08000022;
+    const Object mapped = mapped_object(request.value);
+    const bool fits =
+        objects_.contains(mapped) && objects_.bytes(mapped) == mapped_bytes(request.value);
+    return fits ? 0 : 0x06040041;
+  }
+  int bytes = 0;
+  for (std::uint8_t i = 1; i <= request.value; ++i) {
+    if (!objects_.contains({o.index, i})) return 0x06090030;
+    bytes += mapped_bytes(objects_.get({o.index, i}));
+  }
+  return bytes <= 8 ? 0 : 0x06040042;
+}
+
+std::uint32_t Drive::download(const cia402::Sdo& request) {
+  if (const std::uint32_t code = objects_.refuse_download(request.object, request.bytes))
+    return code;
+  if (is_mapping(request.object.index)) {
+    if (const std::uint32_t code = check_mapping(request)) return code;
+  }
+  const bool bad_mode =
+      request.object == obj::kMode && request.value != cia402::kCyclicSynchronousPosition;
+  const bool no_period = request.object == obj::kPeriodValue && request.value == 0;
+  if (bad_mode || no_period) return 0x06090030;
+  objects_.set(request.object, request.value);
+  update_objects();
+  return 0;
+}
+
+void Drive::on_sdo(const Frame& frame, std::vector<Frame>& out) {
+  const int node = config_.axis.node_id;
+  const cia402::Sdo request = cia402::parse_sdo_request(frame);
+  const Object o = request.object;
+  std::uint32_t code = 0x05040001;
+  if (request.kind == cia402::Sdo::Kind::upload) {
+    code = objects_.refuse_upload(o);
+    if (code == 0) out.push_back(cia402::sdo_uploaded(node, o, objects_.get(o), objects_.bytes(o)));
+  } else if (request.kind == cia402::Sdo::Kind::download) {
+    code = download(request);
+    if (code == 0) out.push_back(cia402::sdo_downloaded(node, o));
+  }
+  if (code != 0) out.push_back(cia402::sdo_abort(node, o, code));
+}
+
+void Drive::on_rpdo(const Frame& frame, Time now) {
+  if (nmt_ != NmtState::operational || (objects_.get({0x1400, 1}) & kInvalid) != 0) return;
+  int offset = 0;
+  const std::uint32_t count = objects_.get({0x1600, 0});
+  for (std::uint8_t i = 1; i <= count; ++i) {
+    const std::uint32_t entry = objects_.get({0x1600, i});
+    const auto value = cia402::unsigned_at(frame, offset, mapped_bytes(entry));
+    if (!value) return;  // too short: not for this mapping
+    objects_.set(mapped_object(entry), *value);
+    offset += mapped_bytes(entry);
+  }
+  rpdo_seen_ = now;
+}
+
+void Drive::on_sync(std::vector<Frame>& out) {
+  if (nmt_ != NmtState::operational) return;
+  obey(static_cast<std::uint16_t>(objects_.get(obj::kControlword)));
+  update_objects();
+  for (int n = 1; n <= 2; ++n) {
+    const auto communication = static_cast<std::uint16_t>(0x1800 + n - 1);
+    const auto mapping = static_cast<std::uint16_t>(communication + 0x200);
+    if ((objects_.get({communication, 1}) & kInvalid) != 0) continue;
+    Frame frame = cia402::tpdo(n, config_.axis.node_id);
+    const std::uint32_t count = objects_.get({mapping, 0});
+    for (std::uint8_t i = 1; i <= count; ++i) {
+      const std::uint32_t entry = objects_.get({mapping, i});
+      cia402::append(frame, objects_.get(mapped_object(entry)), mapped_bytes(entry));
+    }
+    out.push_back(frame);
+  }
+}
+
+void Drive::obey(std::uint16_t controlword) {
+  const DriveState before = state_;
+  state_ = cia402::transition(state_, controlword, controlword_, quick_stop());
+  controlword_ = controlword;
+  if (before == DriveState::fault && state_ != DriveState::fault) {
+    objects_.set({0x1001, 0}, 0);
+    lag_s_ = 0.0;
+  }
+  if (state_ != DriveState::operation_enabled) return;
+  if (before != DriveState::operation_enabled) {
+    reference_ = held();
+    lag_s_ = 0.0;
+    rpdo_seen_ = now_;
+  }
+  const std::int32_t increments = std::clamp(
+      objects_.get_signed(obj::kTarget), objects_.get_signed(obj::kPositionMin),
+      std::max(objects_.get_signed(obj::kPositionMin), objects_.get_signed(obj::kPositionMax)));
+  const double target = config_.axis.to_rad(increments);
+  interpolation_left_s_ = period_s();
+  reference_rate_ = (target - reference_) / interpolation_left_s_;
 }
 
 }  // namespace mimesis::hw::sim

@@ -1,16 +1,49 @@
 #pragma once
+#include <cstdint>
+#include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <variant>
 #include <vector>
 
-#include "hw/arm/axis.h"
-#include "hw/arm/cia402.h"
-#include "hw/sim/cia402/axis_plant.h"
-#include "hw/sim/cia402/dictionary.h"
-#include "hw/sim/cia402/world_joint.h"
+#include "hw/can/bus.h"
+#include "hw/cia402/axis.h"
+#include "hw/cia402/canopen.h"
+#include "hw/cia402/cia402.h"
+#include "hw/sim/cia402/plant.h"
 
 namespace mimesis::hw::sim {
+
+enum class Access : std::uint8_t { read_only, read_write };
+
+/// Object dictionary of a simulated CANopen node: numbers of 1, 2 or 4 bytes. Answers as CiA 301
+/// asks for: 0, or the SDO abort code.
+class Dictionary {
+ public:
+  void add(cia402::Object object, int bytes, Access access, std::uint32_t value);
+
+  std::uint32_t get(cia402::Object object) const;  ///< precondition: exists
+  std::int32_t get_signed(cia402::Object object) const;
+  void set(cia402::Object object,
+           std::uint32_t value);  ///< from inside the node, whatever the access
+  bool contains(cia402::Object object) const { return entries_.contains(key(object)); }
+  int bytes(cia402::Object object) const { return entries_.at(key(object)).bytes; }
+
+  /// Abort code of reading or of writing `bytes` bytes; 0 if it is allowed.
+  std::uint32_t refuse_upload(cia402::Object object) const;
+  std::uint32_t refuse_download(cia402::Object object, int bytes) const;
+
+ private:
+  struct Entry {
+    int bytes;
+    Access access;
+    std::uint32_t value;
+  };
+  static std::uint32_t key(cia402::Object o) { return std::uint32_t{o.index} << 8 | o.sub; }
+
+  std::map<std::uint32_t, Entry> entries_;
+};
 
 /// Trouble on command.
 enum class Trouble : std::uint8_t {
@@ -20,7 +53,7 @@ enum class Trouble : std::uint8_t {
 };
 
 struct DriveConfig {
-  arm::Axis axis{};
+  cia402::Axis axis{};
   PlantParams plant{};
   bool in_a_world = false;             ///< a physics world moves the joint: Drive::world_joint
   double home_rad = 0.0;               ///< position at power-on
@@ -64,12 +97,12 @@ class Drive {
   bool at_rest() const;
   double held() const;
   void supervise(Time now, std::vector<can::Frame>& out);
-  arm::QuickStop quick_stop() const;
+  cia402::QuickStop quick_stop() const;
   void update_objects();
   void on_nmt(const can::Frame& frame, std::vector<can::Frame>& out);
   void on_sdo(const can::Frame& frame, std::vector<can::Frame>& out);
-  std::uint32_t download(const arm::Sdo& request);
-  std::uint32_t check_mapping(const arm::Sdo& request) const;
+  std::uint32_t download(const cia402::Sdo& request);
+  std::uint32_t check_mapping(const cia402::Sdo& request) const;
   void on_rpdo(const can::Frame& frame, Time now);
   void on_sync(std::vector<can::Frame>& out);
   void obey(std::uint16_t controlword);
@@ -81,7 +114,7 @@ class Drive {
   DriveConfig config_;
   std::variant<AxisPlant, WorldJoint> joint_;
   Dictionary objects_;
-  arm::NmtState nmt_ = arm::NmtState::boot_up;
+  cia402::NmtState nmt_ = cia402::NmtState::boot_up;
   DriveState state_ = DriveState::switch_on_disabled;
   std::uint16_t controlword_ = 0;                  // obeyed last
   double reference_ = 0.0, reference_rate_ = 0.0;  // interpolated set-point [rad], [rad/s]
@@ -92,6 +125,30 @@ class Drive {
   bool started_ = false, mute_ = false;
   std::optional<Trouble> trouble_;
   std::optional<Time> heartbeat_due_, master_seen_, rpdo_seen_;
+};
+
+/// Simulated drives that share one participant of a bus.
+class Rack {
+ public:
+  Rack(const std::vector<DriveConfig>& configs, std::unique_ptr<can::Bus> bus);
+
+  /// Moves all drives up to `now`, then lets them answer what has arrived, in one batch.
+  void step(Time now) {
+    move(now);
+    answer(now);
+  }
+  /// The two halves of `step`: between them a physics world moves the joints.
+  void move(Time now);
+  void answer(Time now);
+
+  std::vector<Drive>& drives() { return drives_; }
+  const std::vector<Drive>& drives() const { return drives_; }
+  const can::Counters& counters() const { return bus_->counters(); }
+
+ private:
+  std::unique_ptr<can::Bus> bus_;
+  std::vector<Drive> drives_;
+  std::vector<can::Frame> inbox_, outbox_;
 };
 
 }  // namespace mimesis::hw::sim

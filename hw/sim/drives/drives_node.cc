@@ -4,14 +4,14 @@
 
 #include "common/error.h"
 #include "common/model/files.h"
-#include "hw/outside/recorded_can.h"
+#include "hw/outside/recorded.h"
 
 namespace mimesis::hw::sim {
 namespace {
 
 std::vector<DriveConfig> configs(const DrivesParams& p) {
   const kin::ArmModel model = model::load_arm(p.robot);
-  const std::vector<arm::Axis> axes = arm::complete(p.axes, model.dof());
+  const std::vector<cia402::Axis> axes = cia402::complete(p.axes, model.dof());
   if (p.fault_axis > model.dof()) {
     throw ConfigError("fault_axis: " + std::to_string(p.fault_axis) + ", the robot has " +
                       std::to_string(model.dof()) + " joints");

@@ -5,8 +5,8 @@
 
 #include "common/runtime/params.h"
 #include "common/runtime/ports.h"
-#include "hw/arm/axis.h"
-#include "hw/sim/cia402/rack.h"
+#include "hw/cia402/axis.h"
+#include "hw/sim/cia402/drive.h"
 #include "proto/arm.pb.h"
 
 namespace mimesis::hw::sim {
@@ -25,7 +25,7 @@ struct DrivesParams {
   int fault_axis = 0;              ///< joint 1..n that gets trouble, 0: none [1]
   double fault_at_s = 0.0;         ///< when, after the first step [s]
   std::string fault_kind = "overcurrent";
-  std::vector<arm::Axis> axes{};  ///< empty: nodes 1..n with defaults
+  std::vector<cia402::Axis> axes{};  ///< empty: nodes 1..n with defaults
 
   void visit(runtime::ParamVisitor& v) {
     v("rate_hz", rate_hz, 10.0, 1000.0);

@@ -5,8 +5,7 @@
 
 #include "common/runtime/params.h"
 #include "common/runtime/ports.h"
-#include "hw/sim/hand/hand_plant.h"
-#include "hw/sim/hand/hand_server.h"
+#include "hw/sim/hand/hand.h"
 #include "proto/arm.pb.h"
 #include "proto/world.pb.h"
 

@@ -1,9 +1,43 @@
 #include "hw/sim/world/object.h"
 
+#include <algorithm>
+#include <cmath>
+
 #include "common/error.h"
-#include "hw/sim/world/text.h"
 
 namespace mimesis::world {
+namespace {
+
+bool between(double lo, double x, double hi) { return lo <= x && x <= hi; }
+
+bool from_above(const HandShape& hand, const Eigen::Isometry3d& X_EO, const Cylinder& object) {
+  const Eigen::Vector3d p = X_EO * Eigen::Vector3d(0, 0, object.height / 2);
+  return -X_EO.linear()(2, 2) >= std::cos(hand.max_tilt) &&
+         std::abs(p.x()) <= hand.aperture / 2 - object.radius && std::abs(p.y()) <= hand.pad &&
+         between(-hand.palm, p.z(), hand.tips - hand.overlap);
+}
+
+bool from_the_side(const HandShape& hand, const Eigen::Isometry3d& X_EO, const Cylinder& object) {
+  const Eigen::Vector3d p = X_EO.translation();
+  return std::abs(X_EO.linear()(1, 2)) >= std::cos(hand.max_tilt) &&
+         std::abs(p.x()) <= hand.aperture / 2 - object.radius &&
+         std::abs(p.y()) <= object.height / 2 - hand.pad &&
+         between(object.radius - hand.palm, p.z(), hand.tips - hand.overlap);
+}
+
+}  // namespace
+
+GraspContact grasp_contact(const HandShape& hand, Grip grip, const Eigen::Isometry3d& X_WE,
+                           const Cylinder& object) {
+  GraspContact contact;
+  contact.closure = 1.0 - 2.0 * object.radius / hand.aperture;
+  if (grip == Grip::none || contact.closure < 0.0 || tilt(object) > hand.max_tilt) return contact;
+  const Eigen::Isometry3d X_EO = X_WE.inverse() * object.X_WO;
+  contact.reachable =
+      grip == Grip::precision ? from_above(hand, X_EO, object) : from_the_side(hand, X_EO, object);
+  return contact;
+}
+
 namespace {
 
 double top(const kin::Box& box) { return box.center.z() + box.half_extent.z(); }
@@ -109,6 +143,40 @@ void ObjectModel::knock_over(const std::string& by) {
   plan_landing();
   will_topple_ = "knocked over by " + by;
   land();
+}
+
+namespace {
+
+/// Why the object is not where it should be, as the world saw it.
+std::string observed(const ObjectModel& object, const kin::GoalPlace* goal, double error) {
+  if (!object.mishap().empty()) return "object " + object.mishap();
+  if (!object.was_held()) return "object not grasped";
+  if (object.state() == ObjectState::held) return "object not released";
+  if (goal == nullptr) return "no goal was decided";
+  return "placed " + millimetres(error) + " from goal " + goal->name + " (radius " +
+         millimetres(goal->radius) + ")";
+}
+
+}  // namespace
+
+Verdict judge(const TaskEnd& end, const ObjectModel& object,
+              const std::vector<kin::GoalPlace>& goals) {
+  MIMESIS_ASSERT(object.state() != ObjectState::falling);
+  const auto goal = std::find_if(goals.begin(), goals.end(),
+                                 [&](const kin::GoalPlace& g) { return g.name == end.goal; });
+  Verdict verdict;
+  if (goal != goals.end()) {
+    verdict.placement_error = (object.cylinder().X_WO.translation() - goal->position).norm();
+    verdict.placed = object.was_held() && object.state() == ObjectState::resting &&
+                     object.upright() && verdict.placement_error <= goal->radius;
+  }
+  if (!end.done) {
+    verdict.reason = end.reason.empty() ? "the planner failed without a reason" : end.reason;
+  } else if (!verdict.placed) {
+    verdict.reason =
+        observed(object, goal == goals.end() ? nullptr : &*goal, verdict.placement_error);
+  }
+  return verdict;
 }
 
 }  // namespace mimesis::world

@@ -1,9 +1,48 @@
 #pragma once
+#include <cmath>
+#include <cstdlib>
 #include <string>
 
-#include "hw/sim/world/shapes.h"
+#include "hw/sim/world/collisions.h"
 
 namespace mimesis::world {
+
+/// Length [m] for people: "34.2 mm".
+inline std::string millimetres(double m) {
+  const long tenths = std::lround(m * 1e4);
+  return std::to_string(tenths / 10) + "." + std::to_string(std::labs(tenths % 10)) + " mm";
+}
+
+/// The hand's mode.
+enum class Grip { none, precision, full };
+
+/// The open hand around frame E (z approach, x across the fingers), as the arm's safety balls draw
+/// it.
+struct HandShape {
+  double aperture = 0.058;  ///< between the inner faces of the open fingers [m]
+  double tips = 0.026;      ///< fingers end this far beyond E [m]
+  double palm = 0.038;      ///< the palm ends this far before E [m]
+  double pad = 0.016;       ///< half the width of a finger [m]
+  double overlap = 0.005;   ///< fingers must reach this far past what they hold [m]
+  double max_tilt = 0.2;    ///< between the hand and the ideal grasp [rad]
+};
+
+/// Where the fingers would meet the object.
+struct GraspContact {
+  bool reachable = false;  ///< the object is between the fingers, in the manner of the grip
+  double closure = 0.0;    ///< at which they hold it: 0 open .. 1 closed [1]
+};
+
+/// Geometry of a grasp of an upright cylinder. With p = the held point in E:
+/// precision: fingers from above, z_E = −z_O, p = middle of the top: |p_x| ≤ ½aperture − r, |p_y| ≤
+/// pad,
+///   −palm ≤ p_z ≤ tips − overlap;
+/// full: from the side, y_E = ±z_O, p = centre: |p_x| ≤ ½aperture − r, |p_y| ≤ ½h − pad,
+///   −palm + r ≤ p_z ≤ tips − overlap.
+/// Both fingers close evenly, aperture·(1 − closure), and push the object to the middle: they hold
+/// it at closure = 1 − 2r / aperture. An object that lies cannot be grasped.
+GraspContact grasp_contact(const HandShape& hand, Grip grip, const Eigen::Isometry3d& X_WE,
+                           const Cylinder& object);
 
 struct FallLimits {
   double gravity = 9.81;   ///< [m/s²]
@@ -60,5 +99,24 @@ class ObjectModel {
   double landing_z_ = 0.0;   // of the support's surface
   std::string will_topple_;  // why, on landing; empty if not
 };
+
+/// How the planner says it ended.
+struct TaskEnd {
+  bool done = false;   ///< false: failed
+  std::string goal;    ///< "high", "low", or empty if none was decided
+  std::string reason;  ///< of a failure
+};
+
+struct Verdict {
+  bool placed = false;  ///< at rest, upright and released within the goal's radius, after a grasp
+  double placement_error =
+      -1.0;            ///< distance of the object's centre from the goal [m], -1 without goal
+  std::string reason;  ///< what went wrong; empty if nothing did
+};
+
+/// Judges by what happened to the object, not by what the planner says; the planner's reason
+/// explains a failure. Precondition: the object does not fall.
+Verdict judge(const TaskEnd& end, const ObjectModel& object,
+              const std::vector<kin::GoalPlace>& goals);
 
 }  // namespace mimesis::world

@@ -2,7 +2,6 @@
 #include <optional>
 
 #include "hw/sim/world/collisions.h"
-#include "hw/sim/world/grasp.h"
 #include "hw/sim/world/object.h"
 
 namespace mimesis::world {

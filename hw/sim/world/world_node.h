@@ -7,7 +7,7 @@
 #include "common/runtime/log.h"
 #include "common/runtime/params.h"
 #include "common/runtime/ports.h"
-#include "hw/sim/world/verdict.h"
+#include "hw/sim/world/object.h"
 #include "hw/sim/world/world.h"
 #include "proto/arm.pb.h"
 #include "proto/foxglove/scene.pb.h"

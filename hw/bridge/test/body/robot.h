@@ -26,7 +26,7 @@ class Robot : public ::testing::Test {
   static constexpr Time kTick = 5ms;
 
   Robot() {
-    const Joints joints = load_joints("biped.yaml", 300.0);
+    const Joints joints = load_joints("biped.yaml");
     names = joints.names;
     home.assign(joints.home.begin(), joints.home.end());
     target = home;

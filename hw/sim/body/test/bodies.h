@@ -6,6 +6,8 @@
 
 namespace mimesis::hw::sim {
 
+inline constexpr double kTick_s = 0.005;
+
 /// A robot of models/, with the URDF that it is made of.
 struct TestRobot {
   robot::Biped biped;

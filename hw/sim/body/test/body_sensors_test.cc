@@ -9,8 +9,6 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kTick_s = 0.005;
-
 class BodySensorsTest : public testing::Test {
  protected:
   void step(BodyWorld& world, int ticks) {

@@ -14,7 +14,6 @@
 namespace mimesis::hw::sim {
 namespace {
 
-constexpr double kTick_s = 0.005;
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
 class BodyTroubleTest : public testing::TestWithParam<Plant> {

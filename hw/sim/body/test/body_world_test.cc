@@ -13,8 +13,6 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr double kTick_s = 0.005;
-
 void stand(BodyWorld& world, const TestRobot& robot, double duration_s) {
   for (int i = 0; i < duration_s / kTick_s - 0.5; ++i) world.step(robot.half_sitting(), kTick_s);
 }

@@ -7,13 +7,13 @@
 #include <numbers>
 
 #include "common/error.h"
+#include "hw/sim/body/test/bodies.h"
 
 namespace mimesis::hw::sim {
 namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kTick_s = 0.005;
 const Vector3d kFar(0.0, 0.0, 1.0);
 
 /// A drawer with its front at x = 1 and hands that are moved by hand.

@@ -44,68 +44,69 @@ TEST(AxisPlant, BrakesOverTheExactDistance) {
 
 TEST_F(OneDrive, AnnouncesItself) {
   ASSERT_EQ(out.size(), 1u);
-  EXPECT_EQ(out[0], arm::heartbeat(4, arm::NmtState::boot_up));
+  EXPECT_EQ(out[0], cia402::heartbeat(4, cia402::NmtState::boot_up));
 }
 
 TEST_F(OneDrive, AnswersSdoAsTheStandardAsks) {
-  EXPECT_EQ(ask(arm::sdo_upload(4, obj::kDeviceType)).value, 0x00020192u);
-  EXPECT_EQ(ask(arm::sdo_upload(4, obj::kPosition)).value, 40'000u);
-  EXPECT_EQ(abort_of(arm::sdo_upload(4, {0x2000, 0})), 0x06020000u);
-  EXPECT_EQ(abort_of(arm::sdo_upload(4, {0x607D, 7})), 0x06090011u);
-  EXPECT_EQ(abort_of(arm::sdo_download(4, obj::kStatusword, 1, 2)), 0x06010002u);
-  EXPECT_EQ(abort_of(arm::sdo_download(4, obj::kHeartbeatTime, 1, 4)), 0x06070010u);
-  EXPECT_EQ(abort_of(arm::sdo_download(4, obj::kMode, 1, 1)), 0x06090030u) << "only CSP";
-  can::Frame segmented = arm::sdo_upload(4, {0x1008, 0});
+  EXPECT_EQ(ask(cia402::sdo_upload(4, obj::kDeviceType)).value, 0x00020192u);
+  EXPECT_EQ(ask(cia402::sdo_upload(4, obj::kPosition)).value, 40'000u);
+  EXPECT_EQ(abort_of(cia402::sdo_upload(4, {0x2000, 0})), 0x06020000u);
+  EXPECT_EQ(abort_of(cia402::sdo_upload(4, {0x607D, 7})), 0x06090011u);
+  EXPECT_EQ(abort_of(cia402::sdo_download(4, obj::kStatusword, 1, 2)), 0x06010002u);
+  EXPECT_EQ(abort_of(cia402::sdo_download(4, obj::kHeartbeatTime, 1, 4)), 0x06070010u);
+  EXPECT_EQ(abort_of(cia402::sdo_download(4, obj::kMode, 1, 1)), 0x06090030u) << "only CSP";
+  can::Frame segmented = cia402::sdo_upload(4, {0x1008, 0});
   segmented.data[0] = 0x60;
   EXPECT_EQ(abort_of(segmented), 0x05040001u);
   out.clear();
-  drive.handle(arm::sdo_upload(5, obj::kDeviceType), now, out);
+  drive.handle(cia402::sdo_upload(5, obj::kDeviceType), now, out);
   EXPECT_TRUE(out.empty()) << "not its node";
 }
 
 TEST_F(OneDrive, MapsPdosOnlyInTheOrderOfTheStandard) {
-  EXPECT_EQ(abort_of(arm::sdo_download(4, {0x1600, 0}, 0, 1)), 0x08000022u) << "PDO still valid";
-  ask(arm::sdo_download(4, {0x1400, 1}, 0x80000204, 4));
-  EXPECT_EQ(abort_of(arm::sdo_download(4, {0x1600, 1}, 0x607A0020, 4)), 0x08000022u)
+  EXPECT_EQ(abort_of(cia402::sdo_download(4, {0x1600, 0}, 0, 1)), 0x08000022u) << "PDO still valid";
+  ask(cia402::sdo_download(4, {0x1400, 1}, 0x80000204, 4));
+  EXPECT_EQ(abort_of(cia402::sdo_download(4, {0x1600, 1}, 0x607A0020, 4)), 0x08000022u)
       << "count not 0";
-  ask(arm::sdo_download(4, {0x1600, 0}, 0, 1));
-  EXPECT_EQ(abort_of(arm::sdo_download(4, {0x1600, 1}, 0x20000020, 4)), 0x06040041u);
-  EXPECT_EQ(abort_of(arm::sdo_download(4, {0x1600, 1}, 0x607A0010, 4)), 0x06040041u)
+  ask(cia402::sdo_download(4, {0x1600, 0}, 0, 1));
+  EXPECT_EQ(abort_of(cia402::sdo_download(4, {0x1600, 1}, 0x20000020, 4)), 0x06040041u);
+  EXPECT_EQ(abort_of(cia402::sdo_download(4, {0x1600, 1}, 0x607A0010, 4)), 0x06040041u)
       << "wrong length";
   for (std::uint8_t i = 1; i <= 3; ++i) {
-    EXPECT_EQ(abort_of(arm::sdo_download(4, {0x1600, i}, 0x607A0020, 4)), 0u);
+    EXPECT_EQ(abort_of(cia402::sdo_download(4, {0x1600, i}, 0x607A0020, 4)), 0u);
   }
-  EXPECT_EQ(abort_of(arm::sdo_download(4, {0x1600, 0}, 3, 1)), 0x06040042u) << "12 bytes";
-  EXPECT_EQ(abort_of(arm::sdo_download(4, {0x1600, 0}, 2, 1)), 0u);
+  EXPECT_EQ(abort_of(cia402::sdo_download(4, {0x1600, 0}, 3, 1)), 0x06040042u) << "12 bytes";
+  EXPECT_EQ(abort_of(cia402::sdo_download(4, {0x1600, 0}, 2, 1)), 0u);
 }
 
 TEST_F(OneDrive, ObeysOnlyWhenOperational) {
-  command(arm::controlword::kShutdown);
+  command(cia402::controlword::kShutdown);
   EXPECT_EQ(drive.state(), DriveState::switch_on_disabled);
-  drive.handle(arm::nmt(arm::Nmt::start, 4), now, out);
-  command(arm::controlword::kShutdown);
+  drive.handle(cia402::nmt(cia402::Nmt::start, 4), now, out);
+  command(cia402::controlword::kShutdown);
   EXPECT_EQ(drive.state(), DriveState::ready_to_switch_on);
   out.clear();
-  drive.handle(arm::sync(), now, out);
+  drive.handle(cia402::sync(), now, out);
   ASSERT_EQ(out.size(), 1u);
   EXPECT_EQ(out[0].id, 0x184u);
-  EXPECT_EQ(arm::decode_statusword(static_cast<std::uint16_t>(*arm::unsigned_at(out[0], 0, 2))),
-            DriveState::ready_to_switch_on);
+  EXPECT_EQ(
+      cia402::decode_statusword(static_cast<std::uint16_t>(*cia402::unsigned_at(out[0], 0, 2))),
+      DriveState::ready_to_switch_on);
 }
 
 TEST_F(OneDrive, SendsHeartbeatsAtItsPeriod) {
-  ask(arm::sdo_download(4, obj::kHeartbeatTime, 100, 2));
+  ask(cia402::sdo_download(4, obj::kHeartbeatTime, 100, 2));
   out.clear();
   pass(1s);
   EXPECT_EQ(out.size(), 10u);
-  EXPECT_EQ(out[0], arm::heartbeat(4, arm::NmtState::pre_operational));
+  EXPECT_EQ(out[0], cia402::heartbeat(4, cia402::NmtState::pre_operational));
 }
 
 TEST_F(OneDrive, TellsOfALostMasterAndStops) {
-  ask(arm::sdo_download(4, obj::kMasterHeartbeat, 0x7F00FA, 4));
-  ask(arm::sdo_download(4, obj::kAbortOption, 3, 2));
+  ask(cia402::sdo_download(4, obj::kMasterHeartbeat, 0x7F00FA, 4));
+  ask(cia402::sdo_download(4, obj::kAbortOption, 3, 2));
   enable();
-  drive.handle(arm::heartbeat(0x7F, arm::NmtState::operational), now, out);
+  drive.handle(cia402::heartbeat(0x7F, cia402::NmtState::operational), now, out);
   out.clear();
   pass(250ms);
   EXPECT_EQ(drive.state(), DriveState::operation_enabled);
@@ -113,7 +114,7 @@ TEST_F(OneDrive, TellsOfALostMasterAndStops) {
   pass(1ms);
   EXPECT_NE(drive.state(), DriveState::operation_enabled);
   ASSERT_EQ(out.size(), 1u);
-  EXPECT_EQ(out[0], arm::emergency(4, 0x8130, 0x10));
+  EXPECT_EQ(out[0], cia402::emergency(4, 0x8130, 0x10));
 }
 
 }  // namespace

@@ -1,8 +1,8 @@
 // When a drive stops by itself, and what it needs to go on.
 #include <gtest/gtest.h>
 
-#include "hw/can/memory.h"
-#include "hw/sim/cia402/rack.h"
+#include "hw/can/bus.h"
+#include "hw/sim/cia402/drive.h"
 #include "hw/sim/cia402/test/one_drive.h"
 
 namespace mimesis::hw::sim {
@@ -22,7 +22,7 @@ TEST_F(Watchdogs, NoSetPointsForLongerThanTheDeadlineIsAQuickStop) {
   pass(1ms);
   EXPECT_EQ(drive.state(), DriveState::quick_stop_active);
   ASSERT_EQ(out.size(), 1u);
-  EXPECT_EQ(out[0], arm::emergency(4, 0x8250, 0x10));
+  EXPECT_EQ(out[0], cia402::emergency(4, 0x8250, 0x10));
 }
 
 /// Enabled by a SYNC alone, long after the last set-point.
@@ -30,10 +30,10 @@ TEST_F(Watchdogs, SetPointsAreWatchedFromTheMomentItIsEnabled) {
   set(obj::kRpdo1Deadline, 100, 2);
   set(obj::kAbortOption, 3, 2);
   set(obj::kQuickStopOption, 6, 2);
-  tell(arm::Nmt::start);
-  command(arm::controlword::kShutdown);
-  command(arm::controlword::kSwitchOn);
-  hear(arm::controlword::kEnableOperation);
+  tell(cia402::Nmt::start);
+  command(cia402::controlword::kShutdown);
+  command(cia402::controlword::kSwitchOn);
+  hear(cia402::controlword::kEnableOperation);
   pass(150ms);
   sync();
   ASSERT_EQ(drive.state(), DriveState::operation_enabled);
@@ -46,45 +46,45 @@ TEST_F(Watchdogs, SetPointsAreWatchedFromTheMomentItIsEnabled) {
 TEST_F(Watchdogs, ALostMasterIsAFaultUnlessItIsToldOtherwise) {
   set(obj::kMasterHeartbeat, 0x7F0032, 4);
   enable();
-  drive.handle(arm::heartbeat(0x7F, arm::NmtState::operational), now, out);
+  drive.handle(cia402::heartbeat(0x7F, cia402::NmtState::operational), now, out);
   pass(53ms);
   EXPECT_EQ(drive.state(), DriveState::fault);
 }
 
 TEST_F(Watchdogs, WithoutPdosNobodySteers) {
-  for (const arm::Nmt what : {arm::Nmt::stop, arm::Nmt::pre_operational}) {
+  for (const cia402::Nmt what : {cia402::Nmt::stop, cia402::Nmt::pre_operational}) {
     SetUp();
     enable();
     tell(what);
     EXPECT_EQ(drive.state(), DriveState::quick_stop_active);
     pass(10ms);
-    tell(arm::Nmt::start);
-    command(arm::controlword::kDisableVoltage);
+    tell(cia402::Nmt::start);
+    command(cia402::controlword::kDisableVoltage);
   }
 }
 
 TEST_F(Watchdogs, SetPointsBeforeOperationalAreNotTaken) {
-  hear(arm::controlword::kShutdown);
-  tell(arm::Nmt::start);
+  hear(cia402::controlword::kShutdown);
+  tell(cia402::Nmt::start);
   sync();
   EXPECT_EQ(drive.state(), DriveState::switch_on_disabled);
-  tell(arm::Nmt::stop);
-  hear(arm::controlword::kShutdown);
-  tell(arm::Nmt::start);
+  tell(cia402::Nmt::stop);
+  hear(cia402::controlword::kShutdown);
+  tell(cia402::Nmt::start);
   sync();
   EXPECT_EQ(drive.state(), DriveState::switch_on_disabled);
 }
 
 TEST_F(Watchdogs, TheErrorRegisterIsClearedWithTheFault) {
-  const arm::Object error_register{0x1001, 0};
+  const cia402::Object error_register{0x1001, 0};
   enable();
   drive.inject(Trouble::overcurrent);
   pass(2ms);
   ASSERT_EQ(drive.state(), DriveState::fault);
-  EXPECT_EQ(ask(arm::sdo_upload(4, error_register)).value, 1u);
-  command(arm::controlword::kFaultReset);
+  EXPECT_EQ(ask(cia402::sdo_upload(4, error_register)).value, 1u);
+  command(cia402::controlword::kFaultReset);
   EXPECT_EQ(drive.state(), DriveState::switch_on_disabled);
-  EXPECT_EQ(ask(arm::sdo_upload(4, error_register)).value, 0u);
+  EXPECT_EQ(ask(cia402::sdo_upload(4, error_register)).value, 0u);
 }
 
 /// A master may ask more in a cycle than the rack takes in at once.
@@ -93,7 +93,7 @@ TEST(Rack, AnswersAllThatHasArrived) {
   const auto master = wire.join();
   Rack rack({{.axis = {.node_id = 1}}, {.axis = {.node_id = 2}}}, wire.join());
   rack.step(1s);
-  std::vector<can::Frame> frames(1000), asked(600, arm::sdo_upload(2, obj::kDeviceType));
+  std::vector<can::Frame> frames(1000), asked(600, cia402::sdo_upload(2, obj::kDeviceType));
   while (master->receive(frames) > 0) {
   }
   master->send(asked);

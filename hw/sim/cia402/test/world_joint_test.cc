@@ -41,8 +41,8 @@ TEST_F(InAWorld, IsEnabledWhereItsMotorIsHeld) {
 }
 
 TEST_F(InAWorld, KeepsItsPositionLimits) {
-  set(obj::kPositionMin, static_cast<std::uint32_t>(arm::Axis{}.to_increments(0.2)), 4);
-  set(obj::kPositionMax, static_cast<std::uint32_t>(arm::Axis{}.to_increments(0.3)), 4);
+  set(obj::kPositionMin, static_cast<std::uint32_t>(cia402::Axis{}.to_increments(0.2)), 4);
+  set(obj::kPositionMax, static_cast<std::uint32_t>(cia402::Axis{}.to_increments(0.3)), 4);
   enable();
   const auto follow = [&] {
     for (int k = 0; k < 3; ++k) {
@@ -67,7 +67,7 @@ TEST_F(InAWorld, BrakesOverTheExactDistanceFromTheMeanRate) {
   sync();
   drive.advance(now += 20ms, out);
   ASSERT_NEAR(motor(), 0.29, 1e-5);
-  command(arm::controlword::kQuickStop);
+  command(cia402::controlword::kQuickStop);
   ASSERT_EQ(drive.state(), DriveState::quick_stop_active);
   drive.advance(now += 1s, out);
   const double rate = 0.04 / 0.02;
@@ -101,7 +101,7 @@ TEST_F(InAWorld, OnlyALongFollowingErrorIsAFault) {
   pass(2ms);
   EXPECT_NE(drive.state(), DriveState::operation_enabled);
   ASSERT_FALSE(out.empty());
-  EXPECT_EQ(out[0], arm::emergency(4, 0x8611, 1));
+  EXPECT_EQ(out[0], cia402::emergency(4, 0x8611, 1));
 }
 
 }  // namespace

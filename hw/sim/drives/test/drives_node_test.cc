@@ -23,7 +23,7 @@ TEST(DrivesNode, PublishesTheTruthAndMakesTroubleOnTime) {
     std::array<can::Frame, 64> frames;
     const std::size_t count = tap->receive(frames);
     for (const can::Frame& f : std::span(frames).first(count)) {
-      if (f == arm::emergency(3, 0x2310, 1)) ++emergencies;
+      if (f == cia402::emergency(3, 0x2310, 1)) ++emergencies;
     }
   }
   EXPECT_EQ(emergencies, 1);

@@ -5,7 +5,7 @@
 
 #include "common/testing/loopback.h"
 #include "common/testing/outside_tape.h"
-#include "hw/arm/canopen.h"
+#include "hw/cia402/canopen.h"
 #include "hw/sim/drives/drives_node.h"
 
 namespace mimesis::hw::sim {
@@ -32,11 +32,11 @@ TEST(DrivesNode, ReplayedGivesTheSameBytesWithoutABus) {
     int cycle = 0;
     live = run(graph, [&] {  // enables drive 1 and moves it
       std::vector<can::Frame> frames;
-      if (cycle == 0) frames.push_back(arm::nmt(arm::Nmt::start, 0));
-      if (cycle == 0) frames.push_back(arm::sdo_download(1, arm::object::kMode, 8, 1));
-      frames.push_back(arm::rpdo(1, 1));
-      arm::append(frames.back(), cycle < 5 ? 0x06 : cycle < 10 ? 0x07 : 0x0F, 2);
-      frames.push_back(arm::sync());
+      if (cycle == 0) frames.push_back(cia402::nmt(cia402::Nmt::start, 0));
+      if (cycle == 0) frames.push_back(cia402::sdo_download(1, cia402::object::kMode, 8, 1));
+      frames.push_back(cia402::rpdo(1, 1));
+      cia402::append(frames.back(), cycle < 5 ? 0x06 : cycle < 10 ? 0x07 : 0x0F, 2);
+      frames.push_back(cia402::sync());
       master->send(frames);
       ++cycle;
     });

@@ -7,7 +7,7 @@
 
 #include "common/testing/loopback.h"
 #include "common/testing/outside_tape.h"
-#include "hw/modbus/hand_client.h"
+#include "hw/modbus/hand.h"
 
 namespace mimesis::hw::sim {
 namespace {

@@ -1,9 +1,8 @@
-#include "hw/sim/hand/hand_plant.h"
-
 #include <gtest/gtest.h>
 
 #include "common/testing/loopback.h"
-#include "hw/modbus/hand_client.h"
+#include "hw/modbus/hand.h"
+#include "hw/sim/hand/hand.h"
 #include "hw/sim/hand/hand_node.h"
 
 namespace mimesis::hw::sim {

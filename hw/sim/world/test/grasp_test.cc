@@ -1,8 +1,8 @@
-#include "hw/sim/world/grasp.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
+
+#include "hw/sim/world/object.h"
 
 namespace mimesis::world {
 namespace {

@@ -1,8 +1,8 @@
-#include "hw/sim/world/shapes.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
+
+#include "hw/sim/world/collisions.h"
 
 namespace mimesis::world {
 namespace {

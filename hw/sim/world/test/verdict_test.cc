@@ -1,6 +1,6 @@
-#include "hw/sim/world/verdict.h"
-
 #include <gtest/gtest.h>
+
+#include "hw/sim/world/object.h"
 
 namespace mimesis::world {
 namespace {

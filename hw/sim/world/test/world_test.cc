@@ -3,8 +3,8 @@
 #include <gtest/gtest.h>
 
 #include "common/model/files.h"
+#include "hw/sim/world/object.h"
 #include "hw/sim/world/test/postures.h"
-#include "hw/sim/world/verdict.h"
 
 namespace mimesis::world {
 namespace {

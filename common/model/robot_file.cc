@@ -1,0 +1,314 @@
+#include <algorithm>
+#include <filesystem>
+
+#include "common/error.h"
+#include "common/model/files.h"
+#include "common/runtime/param_source.h"
+#include "common/runtime/params.h"
+#include "common/shared_data.h"
+
+namespace mimesis::model {
+namespace {
+
+using runtime::ParamVisitor;
+
+struct JointEntry {
+  double a_m = 0.0, alpha_rad = 0.0, d_m = 0.0, offset_rad = 0.0;
+  double q_min_rad = 0.0, q_max_rad = 0.0, v_max_rad_s = 0.0, a_max_rad_s2 = 0.0, home_rad = 0.0;
+
+  void visit(ParamVisitor& v) {
+    v("a_m", a_m, -10.0, 10.0);
+    v("alpha_rad", alpha_rad, -3.15, 3.15);
+    v("d_m", d_m, -10.0, 10.0);
+    v("offset_rad", offset_rad, -6.3, 6.3);
+    v("q_min_rad", q_min_rad, -6.3, 6.3);
+    v("q_max_rad", q_max_rad, -6.3, 6.3);
+    v("v_max_rad_s", v_max_rad_s, 1e-3, 100.0);
+    v("a_max_rad_s2", a_max_rad_s2, 1e-3, 1000.0);
+    v("home_rad", home_rad, -6.3, 6.3);
+  }
+};
+
+struct BallEntry {
+  int frame = 0;
+  std::string group;
+  std::vector<double> center_m;
+  double radius_m = 0.0;
+
+  void visit(ParamVisitor& v) {
+    v("frame", frame, 0, 100);
+    v("group", group);
+    v("center_m", center_m, -10.0, 10.0, 3);
+    v("radius_m", radius_m, 1e-4, 1.0);
+  }
+};
+
+struct PairEntry {
+  std::string a, b;
+
+  void visit(ParamVisitor& v) {
+    v("a", a);
+    v("b", b);
+  }
+};
+
+struct ArmFile {
+  std::string name;
+  std::string drives = "cia402";
+  std::vector<double> base_m{0.0, 0.0, 0.0};
+  std::vector<double> tool_m{0.0, 0.0, 0.0};
+  std::vector<JointEntry> joints;
+  std::vector<std::string> groups, obstacle_groups;
+  std::vector<PairEntry> self_pairs;
+  std::vector<BallEntry> balls;
+
+  void visit(ParamVisitor& v) {
+    v("name", name);
+    v("drives", drives);
+    v("base_m", base_m, -10.0, 10.0, 3);
+    v("tool_m", tool_m, -10.0, 10.0, 3);
+    list(v, "joints", joints);
+    v("groups", groups);
+    v("obstacle_groups", obstacle_groups);
+    list(v, "self_pairs", self_pairs);
+    list(v, "balls", balls);
+  }
+};
+
+class Builder {
+ public:
+  Builder(const std::string& file, const ArmFile& entry) : file_(file), entry_(entry) {}
+
+  kin::ArmModel build() const {
+    if (entry_.joints.empty()) fail("joints", "there is none");
+    kin::ArmModel arm;
+    arm.name = entry_.name;
+    arm.drives = entry_.drives;
+    arm.X_WB.translation() = Eigen::Vector3d::Map(entry_.base_m.data());
+    arm.X_LE.translation() = Eigen::Vector3d::Map(entry_.tool_m.data());
+    arm.groups = entry_.groups;
+    add_joints(arm);
+    add_balls(arm);
+    for (const std::string& group : entry_.obstacle_groups) {
+      arm.env_groups.push_back(group_index("obstacle_groups", group));
+    }
+    for (const PairEntry& pair : entry_.self_pairs) {
+      arm.self_pairs.emplace_back(group_index("self_pairs", pair.a),
+                                  group_index("self_pairs", pair.b));
+    }
+    return arm;
+  }
+
+ private:
+  [[noreturn]] void fail(const std::string& key, const std::string& what) const {
+    throw ConfigError(file_ + ": " + key + ": " + what);
+  }
+
+  int group_index(const std::string& key, const std::string& group) const {
+    const auto it = std::find(entry_.groups.begin(), entry_.groups.end(), group);
+    if (it == entry_.groups.end()) fail(key, "'" + group + "' is not one of groups");
+    return static_cast<int>(it - entry_.groups.begin());
+  }
+
+  void add_joints(kin::ArmModel& arm) const {
+    const auto n = static_cast<Eigen::Index>(entry_.joints.size());
+    for (Eigen::VectorXd* v : {&arm.q_min, &arm.q_max, &arm.v_max, &arm.a_max, &arm.home})
+      v->resize(n);
+    for (Eigen::Index i = 0; i < n; ++i) {
+      const JointEntry& j = entry_.joints[static_cast<std::size_t>(i)];
+      const std::string key = "joints[" + std::to_string(i) + "]";
+      if (j.q_min_rad >= j.q_max_rad) fail(key, "q_min_rad is not below q_max_rad");
+      if (j.home_rad < j.q_min_rad || j.home_rad > j.q_max_rad) {
+        fail(key, "home_rad is outside q_min_rad .. q_max_rad");
+      }
+      arm.links.push_back({.a = j.a_m, .alpha = j.alpha_rad, .d = j.d_m, .offset = j.offset_rad});
+      arm.q_min[i] = j.q_min_rad;
+      arm.q_max[i] = j.q_max_rad;
+      arm.v_max[i] = j.v_max_rad_s;
+      arm.a_max[i] = j.a_max_rad_s2;
+      arm.home[i] = j.home_rad;
+    }
+  }
+
+  void add_balls(kin::ArmModel& arm) const {
+    for (std::size_t i = 0; i < entry_.balls.size(); ++i) {
+      const BallEntry& ball = entry_.balls[i];
+      const std::string key = "balls[" + std::to_string(i) + "]";
+      if (ball.frame > arm.dof()) fail(key, "frame is above the number of joints");
+      arm.balls.push_back({.frame = ball.frame,
+                           .group = group_index(key, ball.group),
+                           .center = Eigen::Vector3d::Map(ball.center_m.data()),
+                           .radius = ball.radius_m});
+    }
+  }
+
+  const std::string& file_;
+  const ArmFile& entry_;
+};
+
+}  // namespace
+
+kin::ArmModel load_arm(const std::string& file) {
+  ArmFile entry;
+  runtime::load_params(file, [&](ParamVisitor& v) { entry.visit(v); });
+  return Builder(file, entry).build();
+}
+
+namespace {
+
+namespace fs = std::filesystem;
+
+struct FrameEntry {
+  std::string name, link;
+  std::vector<double> position_m{0.0, 0.0, 0.0};
+
+  void visit(ParamVisitor& v) {
+    v("name", name);
+    v("link", link);
+    v("position_m", position_m, -10.0, 10.0, 3);
+  }
+};
+
+struct SoleEntry {
+  double back_m = 0.0, front_m = 0.0, inner_m = 0.0, outer_m = 0.0;
+
+  void visit(ParamVisitor& v) {
+    v("back_m", back_m, -1.0, 0.0);
+    v("front_m", front_m, 0.0, 1.0);
+    v("inner_m", inner_m, 0.0, 1.0);
+    v("outer_m", outer_m, 0.0, 1.0);
+  }
+};
+
+struct PostureEntry {
+  std::string joint;
+  double angle_rad = 0.0;
+
+  void visit(ParamVisitor& v) {
+    v("joint", joint);
+    v("angle_rad", angle_rad, -6.3, 6.3);
+  }
+};
+
+struct GripperEntry {
+  std::string joint;
+  double closed_rad = 0.0;
+
+  void visit(ParamVisitor& v) {
+    v("joint", joint);
+    v("closed_rad", closed_rad, -3.15, 3.15);
+  }
+};
+
+struct BipedEntry {
+  std::string urdf;
+  std::vector<FrameEntry> frames;
+  std::vector<std::string> soles, hands;
+  std::vector<GripperEntry> grippers;
+  std::string trunk, head, imu;
+  SoleEntry sole;
+  std::vector<PostureEntry> half_sitting;
+  BipedDrives drives;
+
+  void visit(ParamVisitor& v) {
+    v("urdf", urdf);
+    list(v, "frames", frames);
+    v("soles", soles);
+    v("hands", hands);
+    list(v, "grippers", grippers);
+    v("trunk", trunk);
+    v("head", head);
+    v("imu", imu);
+    v.group("sole", [this](ParamVisitor& g) { sole.visit(g); });
+    list(v, "half_sitting", half_sitting);
+    v("drives", drives.kind);
+    v("a_max_rad_s2", drives.a_max_rad_s2, 1.0, 1e5);
+  }
+};
+
+BipedEntry read_entry(const std::string& path) {
+  BipedEntry entry;
+  runtime::load_params(path, [&](ParamVisitor& v) { entry.visit(v); });
+  return entry;
+}
+
+std::string urdf_of(const std::string& path, const BipedEntry& entry) {
+  const std::string kShared = "shared:";
+  const bool shared = entry.urdf.starts_with(kShared);
+  const fs::path urdf = shared ? shared_data(entry.urdf.substr(kShared.size()))
+                               : fs::path(path).parent_path() / entry.urdf;
+  std::error_code ignored;
+  if (entry.urdf.empty() || !fs::is_regular_file(urdf, ignored)) {
+    throw ConfigError(path + ": urdf: no file '" + urdf.string() +
+                      (shared ? "', expected in the shared folder ($MIMESIS_SHARED)"
+                              : "', expected one beside this file"));
+  }
+  return urdf.lexically_normal().string();
+}
+
+/// The URDF's robot with the file's frames.
+robot::RobotTree tree_of(const std::string& path, const BipedEntry& entry) {
+  const robot::RobotTree bare = robot::read_urdf(urdf_of(path, entry));
+  std::vector<robot::Link> links = bare.links();
+  for (const FrameEntry& frame : entry.frames) {
+    robot::Link link;
+    link.name = frame.name;
+    link.joint = frame.name + "_frame";
+    link.parent = bare.require_link(frame.link);
+    link.X_PJ.translation() = Eigen::Vector3d::Map(frame.position_m.data());
+    links.push_back(std::move(link));
+  }
+  return {bare.name(), std::move(links)};
+}
+
+std::array<std::string, 2> two(const std::vector<std::string>& names, const std::string& key) {
+  if (names.size() != 2) {
+    throw ConfigError(key + ": " + std::to_string(names.size()) +
+                      " entries, expected the left one and the right one");
+  }
+  return {names[0], names[1]};
+}
+
+}  // namespace
+
+robot::Biped load_biped(const std::string& file) {
+  const std::string path = runtime::find_model_file(file);
+  const BipedEntry entry = read_entry(path);
+  try {
+    robot::BipedNames names{.sole = two(entry.soles, "soles"),
+                            .hand = {},
+                            .trunk = entry.trunk,
+                            .head = entry.head,
+                            .imu = entry.imu,
+                            .sole_back_m = entry.sole.back_m,
+                            .sole_front_m = entry.sole.front_m,
+                            .sole_inner_m = entry.sole.inner_m,
+                            .sole_outer_m = entry.sole.outer_m,
+                            .half_sitting = {}};
+    if (!entry.hands.empty()) names.hand = two(entry.hands, "hands");
+    if (!entry.grippers.empty()) {
+      std::vector<std::string> joints;
+      for (const GripperEntry& gripper : entry.grippers) joints.push_back(gripper.joint);
+      names.gripper = two(joints, "grippers");
+      names.gripper_closed_rad = {entry.grippers[0].closed_rad, entry.grippers[1].closed_rad};
+    }
+    for (const PostureEntry& j : entry.half_sitting) {
+      names.half_sitting.emplace_back(j.joint, j.angle_rad);
+    }
+    return robot::make_biped(tree_of(path, entry), names);
+  } catch (const ConfigError& e) {
+    const std::string what = e.what();
+    throw ConfigError(what.starts_with(path) ? what : path + ": " + what);
+  }
+}
+
+BipedDrives drives_of_biped(const std::string& file) {
+  return read_entry(runtime::find_model_file(file)).drives;
+}
+
+std::string urdf_of_biped(const std::string& file) {
+  const std::string path = runtime::find_model_file(file);
+  return urdf_of(path, read_entry(path));
+}
+
+}  // namespace mimesis::model

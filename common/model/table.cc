@@ -1,0 +1,165 @@
+#include "common/kin/table.h"
+
+#include "common/error.h"
+#include "common/model/files.h"
+#include "common/runtime/params.h"
+
+namespace mimesis::model {
+namespace {
+
+using runtime::ParamVisitor;
+
+struct BoxEntry {
+  std::string name;
+  std::vector<double> center_m, half_extent_m;
+
+  void visit(ParamVisitor& v) {
+    v("name", name);
+    v("center_m", center_m, -10.0, 10.0, 3);
+    v("half_extent_m", half_extent_m, 1e-4, 10.0, 3);
+  }
+};
+
+struct GoalEntry {
+  std::string name;
+  std::vector<double> position_m;
+  double radius_m = 0.0;
+
+  void visit(ParamVisitor& v) {
+    v("name", name, {"high", "low"});
+    v("position_m", position_m, -10.0, 10.0, 3);
+    v("radius_m", radius_m, 1e-3, 1.0);
+  }
+};
+
+struct TableFile {
+  double surface_z_m = 0.0;
+  kin::BridgeShape bridge;
+  std::vector<BoxEntry> boxes;
+  std::vector<GoalEntry> goals;
+  std::vector<double> object_position_m;
+  double object_radius_m = 0.0, object_height_m = 0.0;
+
+  void visit(ParamVisitor& v) {
+    v("surface_z_m", surface_z_m, -10.0, 10.0);
+    v.group("bridge", [this](ParamVisitor& g) {
+      g("x_m", bridge.x, -10.0, 10.0);
+      g("half_width_m", bridge.half_width, 0.01, 10.0);
+      g("height_m", bridge.height, 0.01, 10.0);
+      g("ball_radius_m", bridge.ball_radius, 1e-3, 1.0);
+      g("max_spacing_m", bridge.max_spacing, 1e-3, 1.0);
+    });
+    list(v, "boxes", boxes);
+    list(v, "goals", goals);
+    v.group("object", [this](ParamVisitor& g) {
+      g("position_m", object_position_m, -10.0, 10.0, 3);
+      g("radius_m", object_radius_m, 1e-3, 1.0);
+      g("height_m", object_height_m, 1e-3, 1.0);
+    });
+  }
+};
+
+Eigen::Vector3d vector(const std::vector<double>& v) { return Eigen::Vector3d::Map(v.data()); }
+
+}  // namespace
+
+kin::Table load_table(const std::string& file, std::optional<double> bridge_height) {
+  TableFile entry;
+  runtime::load_params(file, [&](ParamVisitor& v) { entry.visit(v); });
+  kin::BridgeShape bridge = entry.bridge;
+  bridge.surface_z = entry.surface_z_m;
+  bridge.height = bridge_height.value_or(bridge.height);
+  if (bridge.height < bridge.ball_radius) {
+    throw ConfigError(file + ": bridge: height_m is below ball_radius_m");
+  }
+
+  kin::Table table;
+  table.balls = kin::bridge_balls(bridge);
+  table.bridge_center = kin::bar_center(bridge);
+  table.bridge_height = bridge.height;
+  table.bridge_half_width = bridge.half_width;
+  for (const BoxEntry& box : entry.boxes) {
+    table.boxes.push_back({vector(box.center_m), vector(box.half_extent_m), box.name});
+  }
+  for (const GoalEntry& goal : entry.goals) {
+    table.goals.push_back({goal.name, vector(goal.position_m), goal.radius_m});
+  }
+  table.object = vector(entry.object_position_m);
+  table.object_radius = entry.object_radius_m;
+  table.object_height = entry.object_height_m;
+  return table;
+}
+
+namespace {
+
+void set(const Eigen::Vector3d& p, v1::Vector3& out) {
+  out.set_x_m(p.x());
+  out.set_y_m(p.y());
+  out.set_z_m(p.z());
+}
+
+Eigen::Vector3d vector(const v1::Vector3& v) { return {v.x_m(), v.y_m(), v.z_m()}; }
+
+v1::Goal goal_of(const std::string& name) {
+  if (name == "high") return v1::GOAL_HIGH;
+  return name == "low" ? v1::GOAL_LOW : v1::GOAL_UNSPECIFIED;
+}
+
+std::string name_of(v1::Goal goal) {
+  if (goal == v1::GOAL_HIGH) return "high";
+  return goal == v1::GOAL_LOW ? "low" : "";
+}
+
+}  // namespace
+
+v1::Scene to_proto(const kin::Table& table) {
+  v1::Scene scene;
+  for (const kin::Ball& ball : table.balls) {
+    v1::Ball& out = *scene.add_obstacles();
+    set(ball.center, *out.mutable_center_in_world_m());
+    out.set_radius_m(ball.radius);
+  }
+  for (const kin::Box& box : table.boxes) {
+    v1::Box& out = *scene.add_boxes();
+    set(box.center, *out.mutable_center_in_world_m());
+    set(box.half_extent, *out.mutable_half_extent_m());
+    out.set_name(box.name);
+  }
+  set(table.bridge_center, *scene.mutable_bridge()->mutable_center_in_world_m());
+  scene.mutable_bridge()->set_height_m(table.bridge_height);
+  scene.mutable_bridge()->set_half_width_m(table.bridge_half_width);
+  for (const kin::GoalPlace& goal : table.goals) {
+    v1::GoalPlace& out = *scene.add_goals();
+    out.set_goal(goal_of(goal.name));
+    set(goal.position, *out.mutable_position_in_world_m());
+    out.set_radius_m(goal.radius);
+  }
+  set(table.object, *scene.mutable_object()->mutable_position_in_world_m());
+  scene.mutable_object()->set_radius_m(table.object_radius);
+  scene.mutable_object()->set_height_m(table.object_height);
+  return scene;
+}
+
+kin::Table from_proto(const v1::Scene& scene) {
+  kin::Table table;
+  for (const v1::Ball& ball : scene.obstacles()) {
+    table.balls.push_back({vector(ball.center_in_world_m()), ball.radius_m()});
+  }
+  for (const v1::Box& box : scene.boxes()) {
+    table.boxes.push_back(
+        {vector(box.center_in_world_m()), vector(box.half_extent_m()), box.name()});
+  }
+  table.bridge_center = vector(scene.bridge().center_in_world_m());
+  table.bridge_height = scene.bridge().height_m();
+  table.bridge_half_width = scene.bridge().half_width_m();
+  for (const v1::GoalPlace& goal : scene.goals()) {
+    table.goals.push_back(
+        {name_of(goal.goal()), vector(goal.position_in_world_m()), goal.radius_m()});
+  }
+  table.object = vector(scene.object().position_in_world_m());
+  table.object_radius = scene.object().radius_m();
+  table.object_height = scene.object().height_m();
+  return table;
+}
+
+}  // namespace mimesis::model

@@ -1,0 +1,74 @@
+#include "hw/bridge/actuators_node.h"
+
+#include <map>
+
+#include "common/error.h"
+#include "hw/cia402/joint_driver.h"
+#include "hw/outside/recorded.h"
+#include "hw/perfect_actuators.h"
+
+namespace mimesis::hw::bridge {
+namespace {
+
+/// The driver of `count` joints from `first` on, which share a bus.
+cia402::JointDriverOptions driver_options(const ActuatorsRequest& request, int first, int count) {
+  const auto& [p, joints, stays_powered, graph] = request;
+  const auto range = [&](const auto& all) {
+    return std::vector(all.begin() + first, all.begin() + first + count);
+  };
+  return {
+      .axes = range(complete(p.axes, joints)),
+      .names = range(joints.names),
+      .limits = part_of(joints.limits, first, count),
+      .rate_hz = p.rate_hz,
+      .boot_timeout_s = p.boot_timeout_s,
+      .transition_timeout_s = p.transition_timeout_s,
+      .feedback_timeout_s = p.feedback_timeout_s,
+      .readonly = p.readonly,
+      .quick_stop = stays_powered ? cia402::QuickStop::stays_powered : cia402::QuickStop::disables};
+}
+
+std::unique_ptr<Actuators> make_cia402(const ActuatorsRequest& request) {
+  const BridgeParams& p = request.params;
+  std::vector<std::unique_ptr<cia402::JointDriver>> drivers;
+  int first = 0;
+  for (const BusShare& bus : complete(p.buses, p.can, request.joints)) {
+    drivers.push_back(std::make_unique<cia402::JointDriver>(
+        driver_options(request, first, bus.joints), outside::open_can(bus.can, request.graph)));
+    first += bus.joints;
+  }
+  return std::make_unique<cia402::GroupDriver>(std::move(drivers));
+}
+
+std::unique_ptr<Actuators> make_perfect(const ActuatorsRequest& request) {
+  const Joints& joints = request.joints;
+  return std::make_unique<PerfectActuators>(
+      PerfectActuators::Options{.limits = joints.limits,
+                                .home_rad = {joints.home.begin(), joints.home.end()},
+                                .rate_hz = request.params.rate_hz,
+                                .stays_powered = request.stays_powered,
+                                .readonly = request.params.readonly});
+}
+
+std::map<std::string, MakeActuators>& known_actuators() {
+  static std::map<std::string, MakeActuators> kinds{{"cia402", make_cia402},
+                                                    {"perfect", make_perfect}};
+  return kinds;
+}
+
+}  // namespace
+
+void add_actuators(const std::string& kind, MakeActuators make) {
+  known_actuators()[kind] = std::move(make);
+}
+
+std::unique_ptr<Actuators> make_actuators(const ActuatorsRequest& request) {
+  const auto found = known_actuators().find(request.joints.drives);
+  if (found != known_actuators().end()) return found->second(request);
+  std::string known;
+  for (const auto& [kind, make] : known_actuators()) known += (known.empty() ? "" : ", ") + kind;
+  throw ConfigError(request.params.robot + ": drives: '" + request.joints.drives +
+                    "' is not known, expected one of " + known);
+}
+
+}  // namespace mimesis::hw::bridge

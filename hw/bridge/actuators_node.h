@@ -1,0 +1,70 @@
+#pragma once
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "common/runtime/bus.h"
+#include "common/runtime/params.h"
+#include "hw/actuators.h"
+#include "hw/joints/joints.h"
+
+namespace mimesis::hw::bridge {
+
+struct BridgeParams {
+  double rate_hz = 200.0;             ///< of SYNC and of steps [Hz]
+  double offset_s = 0.0;              ///< of the first step within the period [s]
+  std::string robot = "lwr4.yaml";    ///< model file: limits, order of joints
+  std::string can = "embedded:arm";   ///< bus of the drives, see hw/can/bus.h
+  std::vector<BusShare> buses{};      ///< several buses, instead of `can`
+  std::string hand = "unix:hand";     ///< tcp:HOST:PORT, unix:NAME, or empty for no hand
+  bool readonly = false;              ///< listens to the drives and sends nothing; no hand
+  double silence_s = 0.1;             ///< no command for longer: the stream has ended [s]
+  std::string on_silence = "auto";    ///< then: quick_stop, hold; auto: hold if the robot walks
+  double start_tolerance_rad = 0.02;  ///< of a stream's first command from the actual posture [rad]
+  double jump_rad = 0.1;              ///< largest jump within a stream beyond v_max [rad]
+  double boot_timeout_s = 2.0;        ///< until missing drives are reported [s]
+  double transition_timeout_s = 0.5;  ///< per change of a drive's state [s]
+  double feedback_timeout_s = 0.1;    ///< without feedback a drive is lost [s]
+  std::vector<cia402::Axis> axes{};   ///< empty: nodes 1..n with defaults
+
+  void visit(runtime::ParamVisitor& v) {
+    v("rate_hz", rate_hz, 10.0, 1000.0);
+    v("offset_s", offset_s, 0.0, 1.0);
+    v("robot", robot);
+    v("can", can);
+    runtime::list(v, "buses", buses);
+    v("hand", hand);
+    v("readonly", readonly);
+    v("silence_s", silence_s, 0.01, 1.0);
+    v("on_silence", on_silence, {"auto", "quick_stop", "hold"});
+    v("start_tolerance_rad", start_tolerance_rad, 0.001, 0.2);
+    v("jump_rad", jump_rad, 0.001, 1.0);
+    v("boot_timeout_s", boot_timeout_s, 0.1, 60.0);
+    v("transition_timeout_s", transition_timeout_s, 0.05, 10.0);
+    v("feedback_timeout_s", feedback_timeout_s, 0.01, 1.0);
+    runtime::list(v, "axes", axes);
+  }
+};
+
+/// What actuators are made from.
+struct ActuatorsRequest {
+  const BridgeParams& params;
+  const Joints& joints;  ///< of the robot's file: order, limits, home posture
+  bool stays_powered;    ///< a stop leaves the joints powered, because the robot would fall
+  runtime::Bus& graph;   ///< talk to devices through its outside(), or a log cannot be replayed
+};
+
+/// Returns actuators that respect `joints.limits` (SetpointLimiter). @throws ConfigError
+using MakeActuators = std::function<std::unique_ptr<Actuators>(const ActuatorsRequest&)>;
+
+/// Makes `kind` known to the nodes that are made from now on: a robot whose file says
+/// `drives: kind` gets what `make` returns. To be called by main() before run_node(), on one
+/// thread. Known from the start: "cia402" (CANopen drives on the buses of the parameters) and
+/// "perfect".
+void add_actuators(const std::string& kind, MakeActuators make);
+
+/// The actuators of `request.joints.drives`. @throws ConfigError that lists the known kinds
+std::unique_ptr<Actuators> make_actuators(const ActuatorsRequest& request);
+
+}  // namespace mimesis::hw::bridge

@@ -1,0 +1,216 @@
+#include "hw/cia402/canopen.h"
+
+#include <array>
+#include <cstdio>
+
+#include "common/error.h"
+
+namespace mimesis::hw::cia402 {
+namespace {
+
+using can::Frame;
+
+// Base identifiers of the predefined connection set [CiA 301, 7.3.3].
+constexpr std::uint32_t kNmt = 0x000, kSync = 0x080, kEmergency = 0x080, kTpdo1 = 0x180,
+                        kRpdo1 = 0x200, kSdoResponse = 0x580, kSdoRequest = 0x600,
+                        kHeartbeat = 0x700;
+
+Frame frame(std::uint32_t base, int node) {
+  MIMESIS_ASSERT(node >= 0 && node <= kLastNode);
+  return Frame{.id = base + static_cast<std::uint32_t>(node)};
+}
+
+Frame sdo(std::uint32_t base, int node, unsigned command, Object object, std::uint32_t value) {
+  Frame f = frame(base, node);
+  append(f, command, 1);
+  append(f, object.index, 2);
+  append(f, object.sub, 1);
+  append(f, value, 4);
+  return f;
+}
+
+/// Command byte of an expedited transfer with size: 4 - bytes in bits 2-3, e = s = 1.
+unsigned expedited(unsigned command, int bytes) {
+  MIMESIS_ASSERT(bytes >= 1 && bytes <= 4);
+  return command | static_cast<unsigned>(4 - bytes) << 2 | 3u;
+}
+
+Sdo parse_sdo(const Frame& f, unsigned data_command, Sdo::Kind data, unsigned empty_command,
+              Sdo::Kind empty) {
+  Sdo s;
+  if (f.length != 8) return s;
+  const unsigned command = f.data[0];
+  s.object = {static_cast<std::uint16_t>(*unsigned_at(f, 1, 2)), f.data[3]};
+  s.value = *unsigned_at(f, 4, 4);
+  if (command == 0x80) {
+    s.kind = Sdo::Kind::abort;
+  } else if (command >> 5 == empty_command >> 5) {
+    s.kind = empty;
+  } else if (command >> 5 == data_command >> 5 && (command & 2u) != 0) {  // expedited
+    s.kind = data;
+    s.bytes = (command & 1u) != 0 ? 4 - static_cast<int>(command >> 2 & 3u) : 4;
+    if (s.bytes < 4) s.value &= (1u << 8 * s.bytes) - 1u;
+  }
+  return s;
+}
+
+struct Text {
+  std::uint32_t code;
+  const char* text;
+};
+
+constexpr std::array kAborts = {
+    Text{0x05030000, "toggle bit not alternated"},
+    Text{0x05040000, "SDO protocol timed out"},
+    Text{0x05040001, "command specifier not known"},
+    Text{0x06010000, "unsupported access"},
+    Text{0x06010001, "object is write-only"},
+    Text{0x06010002, "object is read-only"},
+    Text{0x06020000, "object does not exist"},
+    Text{0x06040041, "object cannot be mapped to a PDO"},
+    Text{0x06040042, "mapped objects exceed the PDO's length"},
+    Text{0x06060000, "hardware error"},
+    Text{0x06070010, "length of the value does not match"},
+    Text{0x06090011, "sub-index does not exist"},
+    Text{0x06090030, "value out of range"},
+    Text{0x06090031, "value too high"},
+    Text{0x06090032, "value too low"},
+    Text{0x08000000, "general error"},
+    Text{0x08000020, "value cannot be stored"},
+    Text{0x08000021, "value cannot be stored because of local control"},
+    Text{0x08000022, "value cannot be stored in this state"},
+};
+
+constexpr std::array kEmergencies = {
+    Text{0x0000, "error reset"},
+    Text{0x2310, "continuous over-current"},
+    Text{0x3210, "DC link over-voltage"},
+    Text{0x3220, "DC link under-voltage"},
+    Text{0x4310, "drive too hot"},
+    Text{0x7300, "position sensor"},
+    Text{0x8110, "CAN overrun"},
+    Text{0x8120, "CAN error passive"},
+    Text{0x8130, "heartbeat of the master lost"},
+    Text{0x8140, "recovered from bus-off"},
+    Text{0x8210, "PDO of wrong length"},
+    Text{0x8250, "RPDO timed out"},
+    Text{0x8611, "following error"},
+};
+
+template <std::size_t N>
+std::string find(const std::array<Text, N>& table, std::uint32_t code, int digits) {
+  char number[16];
+  std::snprintf(number, sizeof(number), "0x%0*X", digits, code);
+  for (const Text& t : table) {
+    if (t.code == code) return std::string(t.text) + " (" + number + ")";
+  }
+  return number;
+}
+
+}  // namespace
+
+void append(Frame& f, std::uint32_t value, int bytes) {
+  MIMESIS_ASSERT(f.length + bytes <= 8);
+  for (int i = 0; i < bytes; ++i) f.data[f.length++] = static_cast<std::uint8_t>(value >> 8 * i);
+}
+
+std::optional<std::uint32_t> unsigned_at(const Frame& f, int offset, int bytes) {
+  if (offset + bytes > f.length) return std::nullopt;
+  std::uint32_t value = 0;
+  for (int i = 0; i < bytes; ++i) {
+    value |= std::uint32_t{f.data[static_cast<std::size_t>(offset + i)]} << 8 * i;
+  }
+  return value;
+}
+
+std::optional<std::int32_t> signed_at(const Frame& f, int offset, int bytes) {
+  const auto value = unsigned_at(f, offset, bytes);
+  if (!value) return std::nullopt;
+  const int unused = 32 - 8 * bytes;
+  return static_cast<std::int32_t>(*value << unused) >> unused;
+}
+
+Frame nmt(Nmt command, int node) {
+  Frame f = frame(kNmt, 0);
+  append(f, static_cast<std::uint32_t>(command), 1);
+  append(f, static_cast<std::uint32_t>(node), 1);
+  return f;
+}
+
+Frame sync() { return frame(kSync, 0); }
+
+Frame heartbeat(int node, NmtState state) {
+  Frame f = frame(kHeartbeat, node);
+  append(f, static_cast<std::uint32_t>(state), 1);
+  return f;
+}
+
+Frame emergency(int node, std::uint16_t code, std::uint8_t error_register) {
+  Frame f = frame(kEmergency, node);
+  append(f, code, 2);
+  append(f, error_register, 1);
+  append(f, 0, 4);
+  append(f, 0, 1);
+  return f;
+}
+
+std::string text(Object object) {
+  char buffer[16];
+  std::snprintf(buffer, sizeof(buffer), "%04X:%02X", object.index, object.sub);
+  return buffer;
+}
+
+Frame sdo_upload(int node, Object object) { return sdo(kSdoRequest, node, 0x40, object, 0); }
+Frame sdo_download(int node, Object object, std::uint32_t value, int bytes) {
+  return sdo(kSdoRequest, node, expedited(0x20, bytes), object, value);
+}
+Frame sdo_uploaded(int node, Object object, std::uint32_t value, int bytes) {
+  return sdo(kSdoResponse, node, expedited(0x40, bytes), object, value);
+}
+Frame sdo_downloaded(int node, Object object) { return sdo(kSdoResponse, node, 0x60, object, 0); }
+Frame sdo_abort(int node, Object object, std::uint32_t code) {
+  return sdo(kSdoResponse, node, 0x80, object, code);
+}
+
+Sdo parse_sdo_request(const Frame& f) {
+  return parse_sdo(f, 0x20, Sdo::Kind::download, 0x40, Sdo::Kind::upload);
+}
+Sdo parse_sdo_response(const Frame& f) {
+  return parse_sdo(f, 0x40, Sdo::Kind::uploaded, 0x60, Sdo::Kind::downloaded);
+}
+
+std::string abort_text(std::uint32_t code) { return find(kAborts, code, 8); }
+std::string emergency_text(std::uint16_t code) { return find(kEmergencies, code, 4); }
+
+Frame rpdo(int n, int node) { return frame(kRpdo1 + 0x100u * static_cast<unsigned>(n - 1), node); }
+Frame tpdo(int n, int node) { return frame(kTpdo1 + 0x100u * static_cast<unsigned>(n - 1), node); }
+
+Identity identify(const Frame& f) {
+  using Kind = Identity::Kind;
+  if ((f.id & (can::kErrorFlag | can::kExtendedFlag | can::kRemoteFlag)) != 0) return {};
+  const int node = static_cast<int>(f.id & 0x7F);
+  const std::uint32_t base = f.id & 0x780;
+  if (f.id == kNmt) return {Kind::nmt};
+  if (f.id == kSync) return {Kind::sync};
+  if (node == 0) return {};
+  switch (base) {
+    case kEmergency:
+      return {Kind::emergency, node};
+    case kSdoResponse:
+      return {Kind::sdo_response, node};
+    case kSdoRequest:
+      return {Kind::sdo_request, node};
+    case kHeartbeat:
+      return {Kind::heartbeat, node};
+    default:
+      break;
+  }
+  if (base >= 0x180 && base <= 0x500) {  // 180 TPDO1, 200 RPDO1, 280 TPDO2, ... 500 RPDO4
+    const bool receive = (base & 0x80) == 0;
+    const int n = static_cast<int>(receive ? base >> 8 : (base + 0x80) >> 8);
+    return {receive ? Kind::rpdo : Kind::tpdo, node, n - 1};
+  }
+  return {};
+}
+
+}  // namespace mimesis::hw::cia402

@@ -1,0 +1,100 @@
+#pragma once
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+
+#include "hw/can/bus.h"
+
+/// Frames of CANopen [CiA 301] that a master of drives needs, and back. Pure; numbers are
+/// little-endian.
+namespace mimesis::hw::cia402 {
+
+inline constexpr int kLastNode = 127;  ///< node ids are 1..127
+
+/// Network management commands.
+enum class Nmt : std::uint8_t {
+  start = 0x01,
+  stop = 0x02,
+  pre_operational = 0x80,
+  reset_node = 0x81,
+  reset_communication = 0x82,
+};
+
+/// Network management states, as heartbeats report them.
+enum class NmtState : std::uint8_t {
+  boot_up = 0,
+  stopped = 4,
+  operational = 5,
+  pre_operational = 127
+};
+
+can::Frame nmt(Nmt command, int node);  ///< node 0: all
+can::Frame sync();
+can::Frame heartbeat(int node, NmtState state);
+/// Emergency: error code, error register 1001h, five bytes of the manufacturer (zero).
+can::Frame emergency(int node, std::uint16_t code, std::uint8_t error_register);
+
+/// Object of a dictionary.
+struct Object {
+  std::uint16_t index = 0;
+  std::uint8_t sub = 0;
+  friend bool operator==(const Object&, const Object&) = default;
+};
+std::string text(Object object);  ///< "60C2:01"
+
+/// Expedited SDO, client to server. `bytes` is 1, 2 or 4.
+can::Frame sdo_upload(int node, Object object);
+can::Frame sdo_download(int node, Object object, std::uint32_t value, int bytes);
+/// SDO, server to client.
+can::Frame sdo_uploaded(int node, Object object, std::uint32_t value, int bytes);
+can::Frame sdo_downloaded(int node, Object object);
+can::Frame sdo_abort(int node, Object object, std::uint32_t code);
+
+/// An SDO frame taken apart, of either direction.
+struct Sdo {
+  enum class Kind : std::uint8_t { upload, download, uploaded, downloaded, abort, unsupported };
+  Kind kind = Kind::unsupported;
+  Object object;
+  std::uint32_t value = 0;  ///< data, or abort code
+  int bytes = 0;            ///< of data
+};
+Sdo parse_sdo_request(const can::Frame& frame);
+Sdo parse_sdo_response(const can::Frame& frame);
+
+/// Reason in words for an SDO abort code.
+std::string abort_text(std::uint32_t code);
+/// Reason in words for an emergency's error code.
+std::string emergency_text(std::uint16_t code);
+
+/// Process data object n = 1..4.
+can::Frame rpdo(int n, int node);  ///< empty: append values
+can::Frame tpdo(int n, int node);
+
+/// Appends the low `bytes` bytes of `value`. Precondition: they fit into a classic frame.
+void append(can::Frame& frame, std::uint32_t value, int bytes);
+/// Unsigned number at byte `offset`; nothing if the frame is too short.
+std::optional<std::uint32_t> unsigned_at(const can::Frame& frame, int offset, int bytes);
+/// Two's complement number at byte `offset`; nothing if the frame is too short.
+std::optional<std::int32_t> signed_at(const can::Frame& frame, int offset, int bytes);
+
+/// What a frame is, from its identifier (predefined connection set).
+struct Identity {
+  enum class Kind : std::uint8_t {
+    nmt,
+    sync,
+    emergency,
+    tpdo,
+    rpdo,
+    sdo_request,
+    sdo_response,
+    heartbeat,
+    other
+  };
+  Kind kind = Kind::other;
+  int node = 0;
+  int n = 0;  ///< of PDOs: 1..4
+};
+Identity identify(const can::Frame& frame);
+
+}  // namespace mimesis::hw::cia402

@@ -1,0 +1,415 @@
+#include "hw/cia402/joint_driver.h"
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <utility>
+
+#include "common/error.h"
+
+namespace mimesis::hw::cia402 {
+namespace {
+
+using std::chrono::milliseconds;
+
+constexpr milliseconds kRetry(1000);  // between attempts to set up, and after bus-off
+constexpr milliseconds kLongestStop(2000);
+
+Time from_seconds(double seconds) {
+  return std::chrono::duration_cast<Time>(std::chrono::duration<double>(seconds));
+}
+
+std::string seconds(double s) {
+  char buffer[32];
+  std::snprintf(buffer, sizeof(buffer), "%g s", s);
+  return buffer;
+}
+
+bool powered(DriveState state) {
+  return state == DriveState::operation_enabled || state == DriveState::quick_stop_active ||
+         state == DriveState::fault_reaction_active;
+}
+
+}  // namespace
+
+JointDriver::JointDriver(JointDriverOptions options, std::unique_ptr<can::Bus> bus)
+    : options_(std::move(options)),
+      bus_(std::move(bus)),
+      limiter_(options_.limits, 1.0 / options_.rate_hz),
+      inbox_(256),
+      axis_of_node_(kLastNode + 1, -1),
+      posture_(options_.axes.size(), 0.0) {
+  const std::size_t n = options_.axes.size();
+  MIMESIS_ASSERT(options_.limits.q_min.size() == static_cast<Eigen::Index>(n));
+  MIMESIS_ASSERT(options_.names.empty() || options_.names.size() == n);
+  const Period period = period_of(options_.rate_hz);
+  const JointLimits& l = options_.limits;
+  for (std::size_t i = 0; i < n; ++i) {
+    const Axis& axis = options_.axes[i];
+    const auto k = static_cast<Eigen::Index>(i);
+    axis_of_node_[static_cast<std::size_t>(axis.node_id)] = static_cast<int>(i);
+    const std::string name =
+        options_.names.empty() ? "A" + std::to_string(i + 1) : options_.names[i];
+    axes_.emplace_back(name + " (node " + std::to_string(axis.node_id) + ")", axis,
+                       setup_steps(axis, l.q_min[k], l.q_max[k], l.v_max[k], l.a_max[k], period,
+                                   options_.quick_stop));
+  }
+  outbox_.reserve(4 * n + 8);
+  reading_.joints.resize(n);
+  reading_.reason = "searching the drives";
+  stop();
+}
+
+void JointDriver::stop() noexcept {
+  if (options_.readonly) return;
+  try {
+    outbox_.clear();
+    for (AxisMaster& axis : axes_) {
+      axis.controlword = controlword::kQuickStop;
+      can::Frame frame = rpdo(1, axis.axis().node_id);
+      append(frame, axis.controlword, 2);
+      append(frame, static_cast<std::uint32_t>(axis.axis().to_increments(axis.target_rad)), 4);
+      outbox_.push_back(frame);
+    }
+    outbox_.push_back(sync());
+    bus_->send(outbox_);
+  } catch (...) {  // the drives' own watchdogs are left
+  }
+  outbox_.clear();
+  if (reading_.phase == Phase::following || reading_.phase == Phase::enabling) {
+    enter(Phase::stopping);
+  }
+}
+
+void JointDriver::enter(Phase phase) {
+  reading_.phase = phase;
+  entered_ = now_;
+  if (phase != Phase::fault && phase != Phase::starting) reading_.reason.clear();
+}
+
+void JointDriver::fault(const std::string& why) {
+  if (reading_.phase == Phase::fault && !reading_.reason.empty()) return;  // the first cause counts
+  may_enable_ = false;
+  reading_.phase = Phase::fault;
+  reading_.reason = why;
+}
+
+void JointDriver::lose(AxisMaster& axis, const std::string& why) {
+  fault(axis.name() + ": " + why);
+  axis.restart();
+  configured_ = false;
+}
+
+void JointDriver::receive() {
+  std::size_t count = 0;
+  do {
+    count = bus_->receive(inbox_);
+    for (const can::Frame& frame : std::span(inbox_).first(count)) {
+      if ((frame.id & can::kErrorFlag) != 0) {
+        if ((frame.id & can::kBusOff) == 0) continue;
+        for (AxisMaster& axis : axes_) lose(axis, "the CAN controller is bus-off");
+        silent_until_ = now_ + kRetry;
+        continue;
+      }
+      const Identity id = identify(frame);
+      const int axis = axis_of_node_[static_cast<std::size_t>(id.node)];
+      if (axis >= 0) axes_[static_cast<std::size_t>(axis)].handle(id, frame, now_);
+    }
+  } while (count == inbox_.size());
+}
+
+void JointDriver::set_up() {
+  for (AxisMaster& axis : axes_) axis.advance(now_, outbox_);
+  if (std::ranges::all_of(axes_, &AxisMaster::configured)) {
+    outbox_.push_back(nmt(Nmt::start, 0));
+    for (AxisMaster& axis : axes_) axis.watch_from(now_);
+    configured_ = true;
+    reading_.posture_known = false;
+    enter(Phase::idle);  // a drive that was kept powered shows it with the first feedback
+    return;
+  }
+  std::string missing;
+  for (AxisMaster& axis : axes_) {
+    if (!axis.failure().empty()) {
+      if (now_ < retry_at_) continue;
+      retry_at_ = now_ + kRetry;
+      fault(axis.failure());
+      axis.restart();
+    } else if (!axis.found()) {
+      missing += (missing.empty() ? "" : ", ") + axis.name();
+    }
+  }
+  if (!missing.empty() && now_ - entered_ > from_seconds(options_.boot_timeout_s)) {
+    fault("no answer within " + seconds(options_.boot_timeout_s) + " from " + missing);
+  }
+}
+
+void JointDriver::supervise_axis(AxisMaster& axis) {
+  if (axis.take_rebooted()) return lose(axis, "the drive has restarted");
+  if (axis.heartbeat_age(now_) > milliseconds(kDriveHeartbeatTimeoutMs)) {
+    return lose(axis, "no heartbeat for " + seconds(1e-3 * kDriveHeartbeatTimeoutMs));
+  }
+  if (axis.feedback_age(now_) > from_seconds(options_.feedback_timeout_s)) {
+    return lose(axis, "no feedback for " + seconds(options_.feedback_timeout_s));
+  }
+  if (!axis.heard()) return;
+  const DriveState state = axis.reading().drive;
+  const bool failed = state == DriveState::fault || state == DriveState::fault_reaction_active;
+  switch (reading_.phase) {
+    case Phase::enabling: {  // a fault found here is about to be reset
+      if (state == DriveState::operation_enabled) return;
+      const Time limit = from_seconds(options_.transition_timeout_s);
+      const bool stuck = std::min(now_ - entered_, axis.state_age(now_)) > limit;
+      const bool wandering = now_ - entered_ > 4 * limit;
+      if (stuck || wandering)
+        fault(axis.complaint(next_towards_enabled(state, options_.quick_stop)));
+      return;
+    }
+    case Phase::following:
+      if (state != DriveState::operation_enabled)
+        fault(axis.complaint(DriveState::operation_enabled));
+      return;
+    default:
+      if (failed) fault(axis.complaint(DriveState::switch_on_disabled));
+      return;
+  }
+}
+
+void JointDriver::supervise() {
+  for (AxisMaster& axis : axes_) supervise_axis(axis);
+  if (!configured_) return;
+  if (reading_.phase == Phase::enabling && all_are(DriveState::operation_enabled)) {
+    for (std::size_t i = 0; i < axes_.size(); ++i) posture_[i] = axes_[i].target_rad;
+    limiter_.reset(posture_);
+    enter(Phase::following);
+  }
+  switch (reading_.phase) {
+    case Phase::stopping: {
+      const auto done = [this](const AxisMaster& a) { return stopped(a); };
+      const bool patient = now_ - entered_ <= kLongestStop || !stays_powered();
+      if (std::ranges::all_of(axes_, done) || !patient) enter(rest());
+      return;
+    }
+    case Phase::idle:
+    case Phase::holding:
+      if (rest() != reading_.phase) enter(rest());
+      return;
+    default:
+      return;
+  }
+}
+
+bool JointDriver::all_are(DriveState state) const {
+  return std::ranges::all_of(axes_,
+                             [&](const AxisMaster& a) { return a.reading().drive == state; });
+}
+
+bool JointDriver::stopped(const AxisMaster& axis) const {
+  const DriveState state = axis.reading().drive;
+  if (stays_powered() && state == DriveState::quick_stop_active) return !axis.demand_moves();
+  return !powered(state);
+}
+
+Phase JointDriver::rest() const {
+  const auto kept = [](const AxisMaster& a) {
+    return a.reading().drive == DriveState::quick_stop_active;
+  };
+  return stays_powered() && std::ranges::any_of(axes_, kept) ? Phase::holding : Phase::idle;
+}
+
+void JointDriver::publish() {
+  for (std::size_t i = 0; i < axes_.size(); ++i) reading_.joints[i] = axes_[i].reading();
+  reading_.posture_known = reading_.posture_known || std::ranges::all_of(axes_, &AxisMaster::heard);
+}
+
+const Reading& JointDriver::read(Time now) {
+  now_ = now;
+  outbox_.clear();
+  if (!std::exchange(begun_, true)) {
+    entered_ = heartbeat_due_ = now;
+    if (!options_.readonly) outbox_.push_back(nmt(Nmt::reset_communication, 0));
+  }
+  receive();
+  if (options_.readonly) {
+    const auto fresh = [&](const AxisMaster& a) {
+      return a.heard() && a.feedback_age(now_) < from_seconds(options_.feedback_timeout_s);
+    };
+    reading_.phase = std::ranges::all_of(axes_, fresh) ? Phase::idle : Phase::starting;
+    reading_.reason = "read-only";
+  } else if (now >= silent_until_) {
+    configured_ ? supervise() : set_up();
+  }
+  publish();
+  return reading_;
+}
+
+void JointDriver::obey(const Setpoint& setpoint) {
+  const bool follow = setpoint.mode == Mode::follow;
+  switch (reading_.phase) {
+    case Phase::idle:
+    case Phase::holding:
+    case Phase::fault:
+      if (!follow) {
+        may_enable_ = true;
+      } else if (may_enable_ && configured_ && reading_.posture_known) {
+        enter(Phase::enabling);
+      }
+      return;
+    case Phase::enabling:
+      if (setpoint.mode == Mode::idle) enter(Phase::stopping);
+      return;
+    case Phase::following:
+      if (setpoint.mode == Mode::idle) {
+        enter(Phase::stopping);
+      } else if (setpoint.mode == Mode::hold) {
+        limiter_.hold();
+      } else {
+        reading_.limited += limiter_.follow(setpoint.position_rad) ? 1 : 0;
+      }
+      return;
+    case Phase::starting:
+    case Phase::stopping:
+      return;
+  }
+}
+
+void JointDriver::enable(AxisMaster& axis) {
+  const DriveState state = axis.reading().drive;
+  const bool braking = state == DriveState::quick_stop_active &&  // or disables itself at rest
+                       !(stays_powered() && stopped(axis));
+  const bool held = axis.controlword == controlword::kEnableOperation;
+  axis.controlword = braking ? controlword::kQuickStop
+                             : towards_enabled(state, axis.controlword, options_.quick_stop);
+  if (!held) axis.target_rad = axis.demand_rad();  // powered where it is
+}
+
+void JointDriver::command_axes() {
+  const bool overdue = reading_.phase == Phase::stopping && now_ - entered_ > kLongestStop;
+  for (std::size_t i = 0; i < axes_.size(); ++i) {
+    AxisMaster& axis = axes_[i];
+    switch (reading_.phase) {
+      case Phase::enabling:
+        enable(axis);
+        break;
+      case Phase::following:
+        axis.target_rad = limiter_.position()[static_cast<Eigen::Index>(i)];
+        break;
+      default:
+        axis.controlword = overdue ? controlword::kDisableVoltage : controlword::kQuickStop;
+        axis.target_rad = axis.reading().position_rad;
+        break;
+    }
+  }
+}
+
+void JointDriver::send_cycle() {
+  if (now_ >= heartbeat_due_) {
+    outbox_.push_back(heartbeat(kMasterNode, NmtState::operational));
+    heartbeat_due_ = now_ + milliseconds(kMasterHeartbeatMs);
+  }
+  for (const AxisMaster& axis : axes_) {
+    can::Frame frame = rpdo(1, axis.axis().node_id);
+    append(frame, axis.controlword, 2);
+    append(frame, static_cast<std::uint32_t>(axis.axis().to_increments(axis.target_rad)), 4);
+    outbox_.push_back(frame);
+  }
+  outbox_.push_back(sync());
+  bus_->send(outbox_);
+  outbox_.clear();
+}
+
+void JointDriver::write(Time now, const Setpoint& setpoint) {
+  now_ = now;
+  if (options_.readonly || now < silent_until_) return;
+  obey(setpoint);
+  command_axes();
+  send_cycle();
+}
+
+GroupDriver::GroupDriver(std::vector<std::unique_ptr<JointDriver>> parts)
+    : parts_(std::move(parts)) {
+  MIMESIS_ASSERT(!parts_.empty());
+  for (const auto& part : parts_) readings_.push_back(&part->reading());
+  modes_.resize(parts_.size());
+  combine();
+}
+
+bool GroupDriver::any(Phase phase) const {
+  return std::ranges::any_of(readings_, [&](const Reading* r) { return r->phase == phase; });
+}
+
+void GroupDriver::combine() {
+  // The first of these that a bus is in is what the robot is in. Followed is only what all follow.
+  constexpr std::array kWorstFirst = {Phase::fault,    Phase::starting, Phase::stopping,
+                                      Phase::enabling, Phase::holding,  Phase::idle};
+  const auto* worst = std::ranges::find_if(kWorstFirst, [&](Phase p) { return any(p); });
+  reading_.phase = worst != kWorstFirst.end() ? *worst : Phase::following;
+  if (readings_[speaker_]->phase != reading_.phase) {  // else: the first cause goes on to count
+    const auto is_it = [&](const Reading* r) { return r->phase == reading_.phase; };
+    speaker_ = static_cast<std::size_t>(std::ranges::find_if(readings_, is_it) - readings_.begin());
+  }
+  reading_.reason = readings_[speaker_]->reason;
+  reading_.posture_known = std::ranges::all_of(readings_, &Reading::posture_known);
+  std::uint64_t limited = 0;
+  reading_.joints.clear();
+  for (const Reading* part : readings_) {
+    reading_.joints.insert(reading_.joints.end(), part->joints.begin(), part->joints.end());
+    limited += part->limited;
+  }
+  reading_.limited += limited > limited_ ? 1 : 0;
+  limited_ = limited;
+}
+
+const Reading& GroupDriver::read(Time now) {
+  for (const auto& part : parts_) part->read(now);
+  combine();
+  return reading_;
+}
+
+Mode GroupDriver::mode_of(const Reading& part, Mode asked, bool ready) const {
+  if (part.phase == Phase::fault) return asked;  // it knows whether it was told to rest since
+  if (any(Phase::fault)) return Mode::idle;
+  if (asked != Mode::follow || ready) return asked;
+  // Who is there already waits for the others; nobody sets out while one of them cannot.
+  if (part.phase == Phase::following) return Mode::hold;
+  const bool incomplete = any(Phase::starting) || any(Phase::stopping);
+  return part.phase != Phase::enabling && incomplete ? Mode::idle : Mode::follow;
+}
+
+void GroupDriver::write(Time now, const Setpoint& setpoint) {
+  const bool ready =
+      std::ranges::all_of(readings_, [](const Reading* r) { return r->phase == Phase::following; });
+  // Decided for all before any of them changes.
+  for (std::size_t i = 0; i < parts_.size(); ++i) {
+    modes_[i] = mode_of(*readings_[i], setpoint.mode, ready);
+  }
+  MIMESIS_ASSERT(!ready || setpoint.mode != Mode::follow ||
+                 setpoint.position_rad.size() == reading_.joints.size());
+  std::size_t first = 0;
+  for (std::size_t i = 0; i < parts_.size(); ++i) {
+    const std::size_t joints = readings_[i]->joints.size();
+    const auto position_rad = ready && setpoint.mode == Mode::follow
+                                  ? setpoint.position_rad.subspan(first, joints)
+                                  : std::span<const double>{};
+    parts_[i]->write(now, {.mode = modes_[i], .position_rad = position_rad});
+    first += joints;
+  }
+  combine();
+}
+
+void GroupDriver::stop() noexcept {
+  for (const auto& part : parts_) part->stop();
+  // What changed shows with the next read: to copy a reason could throw.
+}
+
+Traffic GroupDriver::traffic() const {
+  Traffic sum;
+  for (const auto& part : parts_) {
+    sum.sent += part->counters().sent;
+    sum.received += part->counters().received;
+    sum.errors += part->counters().errors;
+  }
+  return sum;
+}
+
+}  // namespace mimesis::hw::cia402

@@ -1,0 +1,104 @@
+#pragma once
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "hw/actuators.h"
+#include "hw/can/bus.h"
+#include "hw/cia402/axis.h"
+#include "hw/setpoint_limiter.h"
+
+namespace mimesis::hw::cia402 {
+
+struct JointDriverOptions {
+  std::vector<Axis> axes;                      ///< one per joint, in the model's order
+  std::vector<std::string> names{};            ///< of the joints, for reasons; empty: A1, A2 ...
+  JointLimits limits;                          ///< of the model; enforced on every set-point
+  double rate_hz = 200.0;                      ///< of read and write
+  double boot_timeout_s = 2.0;                 ///< until missing drives are reported
+  double transition_timeout_s = 0.5;           ///< per change of a drive's state
+  double feedback_timeout_s = 0.1;             ///< without TPDO: the axis is lost
+  bool readonly = false;                       ///< listens, never sends
+  QuickStop quick_stop = QuickStop::disables;  ///< of the drives, also by their own watchdogs
+};
+
+/// CiA 402 drives on one CAN bus as the joints of an arm, or some joints of a robot. Per cycle one
+/// batch of frames out (set-points, then SYNC) and one in. After any fault all axes get a quick
+/// stop; a set-point is obeyed again only after Mode::idle has been asked for, and starts at the
+/// actual posture.
+class JointDriver final : public Actuators {
+ public:
+  /// Sends a quick stop first. @throws ConfigError if the rate gives no interpolation period
+  JointDriver(JointDriverOptions options, std::unique_ptr<can::Bus> bus);
+
+  const Reading& read(Time now) override;
+  void write(Time now, const Setpoint& setpoint) override;
+  void stop() noexcept override;
+
+  const Reading& reading() const { return reading_; }
+  const can::Counters& counters() const { return bus_->counters(); }
+
+ private:
+  void receive();
+  void set_up();
+  void supervise();
+  void supervise_axis(AxisMaster& axis);
+  void publish();
+  void fault(const std::string& why);
+  void lose(AxisMaster& axis, const std::string& why);
+  void enter(Phase phase);
+  void obey(const Setpoint& setpoint);
+  void command_axes();
+  void enable(AxisMaster& axis);
+  void send_cycle();
+  bool all_are(DriveState state) const;
+  bool stopped(const AxisMaster& axis) const;
+  Phase rest() const;
+  bool stays_powered() const { return options_.quick_stop == QuickStop::stays_powered; }
+
+  JointDriverOptions options_;
+  std::unique_ptr<can::Bus> bus_;
+  std::vector<AxisMaster> axes_;
+  SetpointLimiter limiter_;
+  std::vector<can::Frame> inbox_, outbox_;
+  std::vector<int> axis_of_node_;
+  std::vector<double> posture_;
+  Reading reading_;
+
+  Time now_{};      // of the last read or write
+  Time entered_{};  // when the phase began
+  Time heartbeat_due_{};
+  Time silent_until_{};      // after bus-off
+  Time retry_at_{};          // after a failed set-up
+  bool begun_ = false;       // first cycle seen
+  bool configured_ = false;  // every drive is configured and started
+  bool may_enable_ = true;   // idle was asked for since the last fault
+};
+
+/// The joints of one robot on several buses: an JointDriver each, its joints after those of the one
+/// before. All start to follow together, and what stops one bus stops all.
+class GroupDriver final : public Actuators {
+ public:
+  /// Precondition: at least one.
+  explicit GroupDriver(std::vector<std::unique_ptr<JointDriver>> parts);
+
+  const Reading& read(Time now) override;
+  void write(Time now, const Setpoint& setpoint) override;
+  void stop() noexcept override;
+
+  Traffic traffic() const override;  ///< frames on all buses together
+
+ private:
+  void combine();
+  bool any(Phase phase) const;
+  Mode mode_of(const Reading& part, Mode asked, bool ready) const;
+
+  std::vector<std::unique_ptr<JointDriver>> parts_;
+  std::vector<const Reading*> readings_;  // of the parts
+  std::vector<Mode> modes_;               // of this cycle
+  std::size_t speaker_ = 0;               // the part whose reason is ours
+  std::uint64_t limited_ = 0;             // sum of the parts
+  Reading reading_;
+};
+
+}  // namespace mimesis::hw::cia402

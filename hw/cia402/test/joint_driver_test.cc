@@ -1,0 +1,397 @@
+#include "hw/cia402/joint_driver.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <optional>
+
+#include "common/testing/loopback.h"
+#include "common/testing/no_malloc.h"
+#include "hw/can/bus.h"
+#include "hw/sim/cia402/drive.h"
+
+namespace mimesis::hw::cia402 {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr int kAxes = 3;
+constexpr Time kCycle = 5ms;
+constexpr double kV = 1.5, kA = 5.0;
+
+JointLimits limits() {
+  const auto all = [](double x) { return Eigen::VectorXd::Constant(kAxes, x); };
+  return {.q_min = all(-2.0), .q_max = all(2.0), .v_max = all(kV), .a_max = all(kA)};
+}
+
+std::vector<Axis> axes() {
+  return {
+      {.node_id = 1}, {.node_id = 5, .sign = -1}, {.node_id = 9, .increments_per_rad = 40'000.0}};
+}
+
+/// Driver and simulated drives on a wire in memory, the drives half a cycle later.
+class Bench : public ::testing::Test {
+ protected:
+  can::MemoryWire wire;
+  std::unique_ptr<can::Bus> tap = wire.join();
+  std::optional<sim::Rack> rack;
+  std::optional<JointDriver> driver;
+  Time now = 1s;
+  std::vector<double> target = {0.3, -0.2, 0.1};
+  double fastest_motion = 0.0, fastest_change = 0.0;  // [rad/s], [rad/s²] seen at the drives
+
+  void plug(int count = kAxes) {
+    std::vector<sim::DriveConfig> configs;
+    for (const Axis& axis : axes()) {
+      configs.push_back({.axis = axis, .home_rad = target[configs.size()]});
+    }
+    configs.resize(static_cast<std::size_t>(count));
+    rack.emplace(configs, wire.join());
+  }
+  void connect() {
+    driver.emplace(JointDriverOptions{.axes = axes(), .limits = limits()}, wire.join());
+  }
+  const Reading& reading() { return last_; }
+
+  void cycle(const Setpoint& setpoint) {
+    if (driver) {
+      last_ = driver->read(now);
+      driver->write(now, setpoint);
+    }
+    if (rack) {
+      std::vector<double> before;
+      for (auto& d : rack->drives()) before.push_back(d.velocity_rad_s());
+      rack->step(now + kCycle / 2);
+      for (std::size_t i = 0; i < before.size(); ++i) {
+        const double v = rack->drives()[i].velocity_rad_s();
+        fastest_motion = std::max(fastest_motion, std::abs(v));
+        fastest_change = std::max(fastest_change, std::abs(v - before[i]) / 5e-3);
+      }
+    }
+    now += kCycle;
+  }
+  void idle(Time duration) {
+    for (const Time end = now + duration; now < end;) cycle({.mode = Mode::idle});
+  }
+  void follow(Time duration) {
+    for (const Time end = now + duration; now < end;) {
+      cycle({.mode = Mode::follow, .position_rad = target});
+    }
+  }
+  void enable() {
+    plug();
+    connect();
+    idle(500ms);
+    ASSERT_EQ(reading().phase, Phase::idle) << reading().reason;
+    follow(100ms);
+    ASSERT_EQ(reading().phase, Phase::following) << reading().reason;
+  }
+  bool any_enabled() {
+    for (auto& d : rack->drives()) {
+      if (d.state() == DriveState::operation_enabled) return true;
+    }
+    return false;
+  }
+  std::vector<can::Frame> seen() {
+    std::vector<can::Frame> frames(100'000);
+    frames.resize(tap->receive(frames));
+    return frames;
+  }
+
+ private:
+  Reading last_;
+};
+
+TEST_F(Bench, BootsConfiguresEnablesAndFollows) {
+  enable();
+  for (std::size_t i = 0; i < kAxes; ++i) {
+    EXPECT_NEAR(reading().joints[i].position_rad, target[i], 1e-4);
+  }
+  const std::vector<double> start = target;
+  for (int k = 1; k <= 200; ++k) {
+    for (std::size_t i = 0; i < kAxes; ++i) {
+      target[i] = start[i] + 0.4 * (1.0 - std::cos(M_PI * k / 200.0)) * (i == 1 ? -1.0 : 1.0);
+    }
+    cycle({.mode = Mode::follow, .position_rad = target});
+  }
+  follow(100ms);
+  for (std::size_t i = 0; i < kAxes; ++i) {
+    EXPECT_NEAR(reading().joints[i].position_rad, target[i], 1e-3);
+    EXPECT_NEAR(rack->drives()[i].position_rad(), target[i], 1e-3);
+  }
+  EXPECT_EQ(reading().limited, 0u);
+}
+
+TEST_F(Bench, SaysWhichDrivesAreMissingAndTakesThemLater) {
+  plug(1);
+  connect();
+  idle(1900ms);
+  EXPECT_EQ(reading().phase, Phase::starting);
+  idle(200ms);
+  EXPECT_EQ(reading().phase, Phase::fault);
+  EXPECT_EQ(reading().reason, "no answer within 2 s from A2 (node 5), A3 (node 9)");
+  follow(100ms);
+  EXPECT_FALSE(any_enabled());
+  rack.reset();
+  plug();
+  idle(1s);
+  EXPECT_EQ(reading().phase, Phase::idle) << reading().reason;
+  follow(100ms);
+  EXPECT_EQ(reading().phase, Phase::following) << reading().reason;
+}
+
+TEST_F(Bench, NobodyOnTheBus) {
+  connect();
+  idle(2100ms);
+  EXPECT_EQ(reading().reason, "no answer within 2 s from A1 (node 1), A2 (node 5), A3 (node 9)");
+}
+
+TEST_F(Bench, RefusesADriveThatIsTooSlow) {
+  target.assign(kAxes, 0.0);
+  rack.emplace(std::vector<sim::DriveConfig>{{.axis = axes()[0], .plant = {.v_max_rad_s = 1.0}}},
+               wire.join());
+  connect();
+  idle(200ms);
+  EXPECT_EQ(reading().phase, Phase::fault);
+  EXPECT_EQ(reading().reason,
+            "A1 (node 1): SDO 607F:00 (the robot's velocity limit): expected at least 0x3A980, is "
+            "0x27100");
+}
+
+TEST_F(Bench, ReportsAnSdoAbortInWords) {
+  connect();
+  auto stubborn = wire.join();
+  for (int k = 0; k < 10; ++k) {
+    cycle({.mode = Mode::idle});
+    std::array<can::Frame, 256> in;
+    const std::size_t count = stubborn->receive(in);
+    for (const can::Frame& f : std::span(in).first(count)) {
+      const Identity id = identify(f);
+      if (id.kind != Identity::Kind::sdo_request || id.node != 5) continue;
+      stubborn->send(std::array{sdo_abort(5, parse_sdo_request(f).object, 0x06020000)});
+    }
+  }
+  EXPECT_EQ(
+      reading().reason,
+      "A2 (node 5): SDO 1000:00 (a drive of profile 402): object does not exist (0x06020000)");
+}
+
+TEST_F(Bench, ADriveFaultStopsAllAxes) {
+  enable();
+  rack->drives()[1].inject(sim::Trouble::overcurrent);
+  follow(20ms);
+  EXPECT_EQ(reading().phase, Phase::fault);
+  EXPECT_NE(reading().reason.find("A2 (node 5): expected operation enabled, is fault"),
+            std::string::npos)
+      << reading().reason;
+  EXPECT_NE(reading().reason.find("continuous over-current (0x2310)"), std::string::npos);
+  follow(100ms);  // who goes on asking gets nothing
+  EXPECT_FALSE(any_enabled());
+  idle(10ms);
+  follow(100ms);
+  EXPECT_EQ(reading().phase, Phase::following) << reading().reason;
+}
+
+TEST_F(Bench, AJammedJointIsAFollowingError) {
+  enable();
+  rack->drives()[0].inject(sim::Trouble::jam);
+  for (int k = 0; k < 100; ++k) {
+    target[0] += 0.002;
+    cycle({.mode = Mode::follow, .position_rad = target});
+  }
+  EXPECT_EQ(reading().phase, Phase::fault);
+  EXPECT_NE(reading().reason.find("following error (0x8611)"), std::string::npos)
+      << reading().reason;
+  EXPECT_FALSE(any_enabled());
+}
+
+TEST_F(Bench, ACutCableStopsBothSides) {
+  enable();
+  rack->drives()[2].inject(sim::Trouble::mute);
+  follow(150ms);
+  EXPECT_EQ(reading().phase, Phase::fault);
+  EXPECT_EQ(reading().reason, "A3 (node 9): no feedback for 0.1 s");
+  follow(200ms);
+  EXPECT_FALSE(any_enabled()) << "the cut one by its own watchdog";
+}
+
+TEST_F(Bench, DrivesStopWhenTheDriverIsGone) {
+  enable();
+  driver.reset();
+  Time gone = now;
+  while (any_enabled() && now - gone < 1s) cycle({});
+  EXPECT_LE(now - gone, 300ms);
+  EXPECT_FALSE(any_enabled());
+}
+
+TEST_F(Bench, LimitsWhateverIsAsked) {
+  enable();
+  target = {1.9, -1.9, 5.0};
+  follow(4s);
+  EXPECT_LE(fastest_motion, kV * 1.01);
+  EXPECT_LE(fastest_change, kA * 1.5);  // the drives' own loop adds a little
+  EXPECT_GT(reading().limited, 0u);
+  EXPECT_NEAR(reading().joints[0].position_rad, 1.9, 1e-3);
+  EXPECT_NEAR(reading().joints[2].position_rad, 2.0, 1e-3) << "at the joint's end";
+}
+
+TEST_F(Bench, HoldComesToRestPowered) {
+  enable();
+  target = {1.5, 1.5, 1.5};
+  follow(300ms);
+  for (int k = 0; k < 100; ++k) cycle({.mode = Mode::hold});
+  EXPECT_EQ(reading().phase, Phase::following);
+  EXPECT_NEAR(reading().joints[0].velocity_rad_s, 0.0, 1e-3);
+  EXPECT_LE(fastest_change, kA * 1.5);
+}
+
+TEST_F(Bench, ReArmsAtTheActualPosture) {
+  enable();
+  target = {1.5, 1.5, 1.5};
+  follow(300ms);
+  ASSERT_GT(reading().joints[0].velocity_rad_s, 0.5);
+  idle(500ms);
+  EXPECT_EQ(reading().phase, Phase::idle);
+  EXPECT_FALSE(any_enabled());
+  fastest_motion = fastest_change = 0.0;
+  follow(100ms);  // the old, far target
+  ASSERT_EQ(reading().phase, Phase::following);
+  EXPECT_LE(fastest_change, kA * 1.5);
+  EXPECT_LE(fastest_motion, kA * 0.1) << "from rest, not by a jump";
+}
+
+TEST_F(Bench, ReArmsWithoutAJumpEvenWhileStillBraking) {
+  enable();
+  target = {1.5, 1.5, 1.5};
+  follow(300ms);
+  ASSERT_GT(reading().joints[0].velocity_rad_s, 0.5);
+  rack->drives()[1].inject(sim::Trouble::overcurrent);
+  follow(15ms);
+  ASSERT_EQ(reading().phase, Phase::fault);
+  idle(kCycle);
+  follow(2 * kCycle);
+  ASSERT_EQ(reading().phase, Phase::enabling);
+  EXPECT_GT(rack->drives()[0].velocity_rad_s(), 0.3) << "still braking";
+  follow(400ms);
+  EXPECT_EQ(reading().phase, Phase::following) << reading().reason;
+  EXPECT_LE(fastest_change, kA * 1.5);
+}
+
+TEST_F(Bench, SendsQuickStopFirstAndLastAndNothingAfter) {
+  plug();
+  connect();
+  const auto first = seen();
+  ASSERT_EQ(first.size(), std::size_t{kAxes + 1});
+  EXPECT_EQ(first[0].id, 0x201u);
+  EXPECT_EQ(first[0].data[0], controlword::kQuickStop);
+  idle(500ms);
+  follow(200ms);
+  ASSERT_EQ(reading().phase, Phase::following);
+  seen();
+  driver->stop();
+  const auto last = seen();
+  ASSERT_EQ(last.size(), std::size_t{kAxes + 1});
+  for (std::size_t i = 0; i < kAxes; ++i) EXPECT_EQ(last[i].data[0], controlword::kQuickStop);
+  EXPECT_EQ(last.back().id, sync().id);
+  rack->step(now);
+  seen();
+  driver.reset();
+  EXPECT_TRUE(seen().empty());
+  idle(200ms);
+  EXPECT_FALSE(any_enabled());
+}
+
+TEST_F(Bench, ReadOnlyNeverSends) {
+  enable();
+  JointDriver listener({.axes = axes(), .limits = limits(), .readonly = true}, wire.join());
+  Reading heard;
+  for (int k = 0; k < 20; ++k) {
+    follow(kCycle);
+    heard = listener.read(now);
+    listener.write(now, {.mode = Mode::follow, .position_rad = target});
+  }
+  listener.stop();
+  EXPECT_EQ(listener.counters().sent + listener.counters().errors, 0u);
+  EXPECT_EQ(heard.phase, Phase::idle);
+  EXPECT_NEAR(heard.joints[0].position_rad, target[0], 1e-3);
+}
+
+TEST_F(Bench, ARestartedDriveIsConfiguredAgain) {
+  enable();
+  tap->send(std::array{nmt(Nmt::reset_node, 5)});
+  follow(20ms);
+  EXPECT_EQ(reading().phase, Phase::fault);
+  EXPECT_EQ(reading().reason, "A2 (node 5): the drive has restarted");
+  follow(20ms);
+  EXPECT_FALSE(any_enabled());
+  idle(500ms);
+  EXPECT_EQ(reading().phase, Phase::idle) << reading().reason;
+  follow(100ms);
+  EXPECT_EQ(reading().phase, Phase::following);
+}
+
+TEST_F(Bench, BusOffSilencesThenRecovers) {
+  enable();
+  seen();
+  tap->send(std::array{can::Frame{.id = can::kErrorFlag | can::kBusOff, .length = 8}});
+  idle(10ms);
+  EXPECT_EQ(reading().phase, Phase::fault);
+  EXPECT_EQ(reading().reason, "A1 (node 1): the CAN controller is bus-off");
+  idle(300ms);
+  EXPECT_FALSE(any_enabled()) << "by the drives' own watchdogs";
+  idle(2s);
+  follow(100ms);
+  EXPECT_EQ(reading().phase, Phase::following) << reading().reason;
+}
+
+TEST_F(Bench, SaysWhereTheEnableSequenceHangs) {
+  enable();
+  idle(200ms);
+  for (const Time end = now + 2100ms;
+       now < end;) {  // a foreign hand keeps one drive from switching on
+    cycle({.mode = Mode::follow, .position_rad = target});
+    can::Frame foreign = rpdo(1, 9);
+    append(foreign, controlword::kShutdown, 2);
+    append(foreign, 0, 4);
+    tap->send(std::array{foreign, sync()});
+    rack->step(now - kCycle / 2);
+  }
+  EXPECT_EQ(reading().phase, Phase::fault);
+  EXPECT_NE(reading().reason.find("A3 (node 9): expected"), std::string::npos) << reading().reason;
+}
+
+TEST(Driver, CycleDoesNotAllocate) {
+  testing::Loopback graph;
+  sim::Rack rack({{.axis = {.node_id = 1}}}, can::open("embedded:x", graph.directory()));
+  const auto one = [](double x) { return Eigen::VectorXd::Constant(1, x); };
+  JointDriver driver(
+      {.axes = {{.node_id = 1}},
+       .limits = {.q_min = one(-1), .q_max = one(1), .v_max = one(1), .a_max = one(5)}},
+      can::open("embedded:x", graph.directory()));
+  const std::array q{0.0};
+  Phase phase = Phase::starting;
+  for (Time now = 1s; now < 3s; now += kCycle) {
+    const Setpoint setpoint = {.mode = now < 2s ? Mode::idle : Mode::follow, .position_rad = q};
+    if (phase == Phase::following) {
+      testing::NoMalloc guard;
+      phase = driver.read(now).phase;
+      driver.write(now, setpoint);
+    } else {
+      phase = driver.read(now).phase;
+      driver.write(now, setpoint);
+    }
+    rack.step(now + kCycle / 2);
+  }
+  EXPECT_EQ(phase, Phase::following);
+}
+
+TEST(Period, IsWhatTheDriveCanHold) {
+  EXPECT_EQ(period_of(200.0).value, 5);
+  EXPECT_EQ(period_of(200.0).exponent, -3);
+  EXPECT_EQ(period_of(400.0).value, 25);
+  EXPECT_EQ(period_of(400.0).exponent, -4);
+  EXPECT_THROW(period_of(300.0), ConfigError);
+}
+
+}  // namespace
+}  // namespace mimesis::hw::cia402

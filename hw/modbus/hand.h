@@ -1,0 +1,137 @@
+#pragma once
+#include <array>
+#include <atomic>
+#include <chrono>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <thread>
+#include <tl/expected.hpp>
+
+#include "common/error.h"
+#include "hw/actuators.h"
+#include "hw/modbus/registers.h"
+#include "hw/modbus/stream.h"
+
+namespace mimesis::hw::modbus {
+
+/// Passes the newest value from one thread to another; neither ever waits. Three buffers: one being
+/// written, one being read, one between them.
+template <class T>
+class LatestSlot {
+ public:
+  /// Writer: replaces whatever the reader has not taken.
+  void put(const T& value) {
+    buffers_[back_] = value;
+    back_ = middle_.exchange(static_cast<std::uint8_t>(back_ | kFresh), std::memory_order_acq_rel) &
+            kIndex;
+  }
+  /// Reader: true if `value` was replaced by a newer one.
+  bool take(T& value) {
+    if ((middle_.load(std::memory_order_relaxed) & kFresh) == 0) return false;
+    front_ = middle_.exchange(front_, std::memory_order_acq_rel) & kIndex;
+    value = buffers_[front_];
+    return true;
+  }
+
+ private:
+  static constexpr std::uint8_t kFresh = 4, kIndex = 3;
+
+  std::array<T, 3> buffers_{};
+  std::atomic<std::uint8_t> middle_{1};
+  std::uint8_t back_ = 0;   // the writer's
+  std::uint8_t front_ = 2;  // the reader's
+};
+
+/// Exchanges registers with the hand through libmodbus. Connects by itself, and again after an
+/// error, with growing pauses. An exchange blocks for at most two time-outs.
+class HandClient {
+ public:
+  /// @param timeout of connecting and of each answer, wall time
+  HandClient(Address address, std::chrono::milliseconds timeout);
+  ~HandClient();
+  HandClient(const HandClient&) = delete;
+  HandClient& operator=(const HandClient&) = delete;
+
+  /// Writes `output` if it has changed, reads the hand's state. `now` counts the pauses between
+  /// attempts.
+  tl::expected<HandInput, Status> exchange(Time now, const HandOutput& output);
+
+  std::uint64_t transactions() const { return transactions_; }  ///< answered requests
+  std::uint64_t errors() const {
+    return errors_;
+  }  ///< refused connections, missing or wrong answers
+
+ private:
+  struct Connection;
+  tl::unexpected<Status> fail(Time now, const std::string& why);
+
+  Address address_;
+  std::chrono::milliseconds timeout_;
+  std::unique_ptr<Connection> connection_;
+  HandOutput written_;
+  bool written_once_ = false;  // on this connection
+  Time retry_at_{};
+  Time pause_;
+  std::string last_failure_;
+  std::uint64_t transactions_ = 0, errors_ = 0;
+};
+
+/// What the hand shall do.
+struct HandSetpoint {
+  bool move = false;  ///< false: stand still
+  HandMode mode = HandMode::basic;
+  double closure = 0.0;  ///< 0 open .. 1 closed [1]
+  double force = 0.0;    ///< 0 weakest .. 1 strongest [1]
+};
+
+struct HandReading {
+  bool active = false;  ///< initialised, reachable, without fault
+  HandMode mode = HandMode::basic;
+  double closure = 0.0;  ///< 0 open .. 1 closed [1]
+  bool moving = false;
+  bool object_detected = false;  ///< stopped by contact while closing
+  std::string fault;             ///< empty, or one line
+  std::uint64_t transactions = 0, errors = 0;
+};
+
+/// Set-point to registers: activates the hand, and again after a fault that asks for it. Pure.
+HandOutput to_output(const HandSetpoint& setpoint, const HandInput& last);
+/// Registers to reading; `reachable` false: `failure` says why, all else is old.
+HandReading to_reading(const HandInput& input);
+
+/// The hand, either inside the step (lock-step: nothing may depend on threads) or on a thread of
+/// its own, so that a slow hand never delays the arm.
+class HandDriver {
+ public:
+  struct Options {
+    bool threaded = true;
+    std::chrono::milliseconds timeout{50};  ///< of each Modbus answer, wall time
+    std::chrono::milliseconds period{10};   ///< of exchanges on the thread, wall time
+  };
+  HandDriver(Address address, const Options& options);
+  ~HandDriver();
+  HandDriver(const HandDriver&) = delete;
+  HandDriver& operator=(const HandDriver&) = delete;
+
+  /// Newest reading, after an exchange of this set-point (inside the step) or of an earlier one
+  /// (thread).
+  const HandReading& exchange(Time now, const HandSetpoint& setpoint);
+  /// The fingers stand still; what they hold, they hold.
+  void stop() noexcept;
+
+ private:
+  void exchange_now(Time now, const HandSetpoint& setpoint, HandReading& reading);
+  void work();
+
+  HandClient client_;
+  Options options_;
+  HandInput last_;
+  HandReading reading_;
+  LatestSlot<HandSetpoint> setpoints_;
+  LatestSlot<HandReading> readings_;
+  std::atomic<bool> stopping_{false};
+  std::thread thread_;
+};
+
+}  // namespace mimesis::hw::modbus

@@ -1,0 +1,180 @@
+#include "hw/outside/recorded.h"
+
+#include <stdexcept>
+
+#include "common/log/wire.h"
+#include "common/runtime/outside.h"
+
+namespace mimesis::hw::outside {
+namespace {
+
+constexpr std::string_view kCan = "can";
+
+/// What the wire did with a batch.
+struct Outcome {
+  std::uint32_t taken = 0, errors = 0;
+};
+
+void put(log::Encoder& out, std::span<const can::Frame> frames) {
+  out.integer(static_cast<std::uint32_t>(frames.size()));
+  for (const can::Frame& frame : frames) {
+    out.integer(frame.id);
+    out.integer(frame.length);
+    out.integer(frame.flags);
+    out.raw({reinterpret_cast<const char*>(frame.data.data()), frame.length});
+  }
+}
+
+/// False if that is no frame of ours.
+bool get(log::Decoder& in, can::Frame& frame) {
+  frame = {};
+  frame.id = in.integer<std::uint32_t>();
+  frame.length = in.integer<std::uint8_t>();
+  frame.flags = in.integer<std::uint8_t>();
+  if (frame.length > frame.data.size()) return false;
+  const std::string_view data = in.raw(frame.length);
+  std::copy(data.begin(), data.end(), frame.data.begin());
+  return in.ok();
+}
+
+class RecordedCan final : public can::Bus {
+ public:
+  RecordedCan(std::unique_ptr<can::Bus> wire, runtime::Bus& graph)
+      : wire_(std::move(wire)), graph_(graph) {}
+
+  void send(std::span<const can::Frame> frames) override {
+    std::string bytes;
+    log::Encoder out(bytes);
+    put(out, frames);
+    graph_.outside().written(kCan, bytes);
+    const auto outcome = runtime::read_outside_value<Outcome>(graph_, kCan, [&] {
+      const can::Counters before = wire_->counters();
+      wire_->send(frames);
+      return Outcome{static_cast<std::uint32_t>(wire_->counters().sent - before.sent),
+                     static_cast<std::uint32_t>(wire_->counters().errors - before.errors)};
+    });
+    counters_.sent += outcome.taken;
+    counters_.errors += outcome.errors;
+  }
+
+  std::size_t receive(std::span<can::Frame> frames) override {
+    return take(runtime::read_outside(graph_, kCan, [&] { return hear(frames); }), frames);
+  }
+
+ private:
+  std::string hear(std::span<can::Frame> room) {
+    const std::uint64_t before = wire_->counters().errors;
+    const std::size_t count = wire_->receive(room);
+    std::string bytes;
+    log::Encoder out(bytes);
+    out.integer(static_cast<std::uint32_t>(wire_->counters().errors - before));
+    put(out, room.first(count));
+    return bytes;
+  }
+
+  std::size_t take(std::string_view heard, std::span<can::Frame> frames) {
+    if (heard.empty()) return 0;  // a replay that has ended
+    log::Decoder in(heard);
+    const auto errors = in.integer<std::uint32_t>();
+    const auto count = in.integer<std::uint32_t>();
+    bool good = in.ok() && count <= frames.size();
+    for (std::size_t i = 0; good && i < count; ++i) {
+      good = get(in, frames[i]);
+      counters_.received += (frames[i].id & can::kErrorFlag) != 0 ? 0 : 1;
+    }
+    if (!good || !in.rest().empty()) {
+      throw std::runtime_error("recorded 'can': " + std::to_string(heard.size()) +
+                               " bytes are no frames, see hw/outside/recorded.h");
+    }
+    counters_.errors += errors;
+    return count;
+  }
+
+  std::unique_ptr<can::Bus> wire_;
+  runtime::Bus& graph_;
+};
+
+}  // namespace
+
+std::unique_ptr<can::Bus> record_can(std::unique_ptr<can::Bus> wire, runtime::Bus& graph) {
+  return std::make_unique<RecordedCan>(std::move(wire), graph);
+}
+
+std::unique_ptr<can::Bus> open_can(const std::string& address, runtime::Bus& graph) {
+  const bool live = !graph.outside().replaying();
+  return record_can(live ? can::open(address, graph.directory()) : nullptr, graph);
+}
+
+namespace {
+
+constexpr std::string_view kHand = "hand";
+
+std::string encode(const modbus::HandSetpoint& setpoint) {
+  std::string bytes;
+  log::Encoder out(bytes);
+  out.integer(static_cast<std::uint8_t>(setpoint.move));
+  out.integer(setpoint.mode);
+  out.integer(setpoint.closure);
+  out.integer(setpoint.force);
+  return bytes;
+}
+
+std::string encode(const modbus::HandReading& reading) {
+  std::string bytes;
+  log::Encoder out(bytes);
+  out.integer(static_cast<std::uint8_t>((reading.active ? 1 : 0) | (reading.moving ? 2 : 0) |
+                                        (reading.object_detected ? 4 : 0)));
+  out.integer(reading.mode);
+  out.integer(reading.closure);
+  out.integer(reading.transactions);
+  out.integer(reading.errors);
+  out.raw(reading.fault);
+  return bytes;
+}
+
+modbus::HandReading decode(std::string_view bytes) {
+  log::Decoder in(bytes);
+  modbus::HandReading reading;
+  const auto flags = in.integer<std::uint8_t>();
+  reading.active = (flags & 1) != 0;
+  reading.moving = (flags & 2) != 0;
+  reading.object_detected = (flags & 4) != 0;
+  reading.mode = in.integer<modbus::HandMode>();
+  reading.closure = in.integer<double>();
+  reading.transactions = in.integer<std::uint64_t>();
+  reading.errors = in.integer<std::uint64_t>();
+  reading.fault = in.rest();
+  if (!in.ok()) {
+    throw std::runtime_error("recorded 'hand': " + std::to_string(bytes.size()) +
+                             " bytes are no reading, see hw/outside/recorded.h");
+  }
+  return reading;
+}
+
+}  // namespace
+
+RecordedHand::RecordedHand(const std::string& address, const modbus::HandDriver::Options& options,
+                           runtime::Bus& graph)
+    : graph_(graph) {
+  if (graph.outside().replaying()) return;
+  driver_ = std::make_unique<modbus::HandDriver>(modbus::parse_address(address, graph.directory()),
+                                                 options);
+}
+
+const modbus::HandReading& RecordedHand::exchange(Time now, const modbus::HandSetpoint& setpoint) {
+  graph_.outside().written(kHand, encode(setpoint));
+  const std::string bytes = runtime::read_outside(
+      graph_, kHand, [&] { return encode(driver_->exchange(now, setpoint)); });
+  if (!bytes.empty()) reading_ = decode(bytes);  // empty: a replay that has ended
+  return reading_;
+}
+
+void RecordedHand::stop() noexcept {
+  try {
+    graph_.outside().written(kHand, encode(modbus::HandSetpoint{}));
+  } catch (...) {  // nothing keeps a hand from standing still
+  }
+  if (driver_) driver_->stop();
+}
+
+}  // namespace mimesis::hw::outside

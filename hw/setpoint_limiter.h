@@ -1,0 +1,47 @@
+#pragma once
+#include <Eigen/Core>
+#include <span>
+
+namespace mimesis::hw {
+
+/// What the joints may do, from the robot's model; n elements each.
+struct JointLimits {
+  Eigen::VectorXd q_min, q_max;  ///< [rad]
+  Eigen::VectorXd v_max;         ///< [rad/s]
+  Eigen::VectorXd a_max;         ///< [rad/s²]
+};
+
+/// Last guard before the drives: turns a stream of positions into set-points that respect position,
+/// velocity and acceleration. A stream within the limits passes unchanged; any other is followed as
+/// closely as the limits allow. With lag e behind the stream, stream velocity v_s and cycle T the
+/// set-point moves at
+///   v = v_s + sgn(e) min(|e|/T, w),  w = √((aT/2)² + 2a|e|) − aT/2,
+/// w being the fastest approach that still comes to rest after |e| (w T/2 + w²/2a = |e|); then v is
+/// held within v ± aT, ± v_max, and below the w of the distance to the joint's end.
+class SetpointLimiter {
+ public:
+  /// @param dt_s cycle T [s]. Precondition: limits of equal size, v_max, a_max > 0.
+  SetpointLimiter(JointLimits limits, double dt_s);
+
+  /// Starts at rest at `q` [rad], the actual posture. A joint beyond its end may only move inwards.
+  void reset(std::span<const double> q);
+  /// Moves one cycle towards `target` [rad]. Does not allocate. @return true if a limit changed the
+  /// set-point
+  bool follow(std::span<const double> target);
+  /// Stands still where it is.
+  void rest() noexcept;
+  /// Moves one cycle while coming to rest at a_max.
+  void hold();
+
+  const Eigen::VectorXd& position() const { return q_; }  ///< set-point [rad]
+  const Eigen::VectorXd& velocity() const { return v_; }  ///< of the set-point [rad/s]
+
+ private:
+  void advance(Eigen::Index i, double wanted);
+
+  JointLimits limits_;
+  double dt_;
+  Eigen::VectorXd q_, v_, target_;
+};
+
+}  // namespace mimesis::hw

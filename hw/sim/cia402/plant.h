@@ -1,0 +1,71 @@
+#pragma once
+namespace mimesis::hw::sim {
+
+/// One simulated joint with its drive's position loop.
+struct PlantParams {
+  double bandwidth_rad_s = 150.0;  ///< ω of the position loop [rad/s]
+  double v_max_rad_s = 4.0;        ///< of the motor, seen at the joint [rad/s]
+  double a_max_rad_s2 = 40.0;      ///< of the motor, seen at the joint [rad/s²]
+  double inertia_kg_m2 = 0.5;      ///< at the joint, for the torque estimate [kg m²]
+  double friction_n_m_s = 2.0;     ///< viscous, for the torque estimate [N m s/rad]
+};
+
+/// Critically damped position loop with a saturating motor:
+///   q̈ = sat(ω²(q_ref − q) + 2ω(v_ref − q̇), a_max), |q̇| ≤ v_max;  τ = J q̈ + b q̇.
+/// Semi-implicit Euler in steps of at most 0.5 ms, stable for ω ≤ 1000 rad/s.
+class AxisPlant {
+ public:
+  AxisPlant(const PlantParams& params, double q_rad) : params_(params), q_(q_rad) {}
+
+  /// Tracks a reference that moves at `v_ref` and reaches `q_ref` after `dt` [s].
+  void track(double q_ref, double v_ref, double dt);
+  /// Decelerates at `deceleration` [rad/s²] for `dt` [s].
+  void brake(double deceleration, double dt);
+  /// The mechanical brake: at rest at once.
+  void lock();
+  /// An obstacle holds the joint from now on.
+  void jam() { jammed_ = true; }
+
+  double position() const { return q_; }  ///< [rad]
+  double velocity() const { return v_; }  ///< [rad/s]
+  double torque() const {
+    return params_.inertia_kg_m2 * a_ + params_.friction_n_m_s * v_;
+  }  ///< [N m]
+  bool at_rest() const { return v_ == 0.0; }
+  double held() const { return q_; }  ///< where a powered motor goes on from [rad]
+
+ private:
+  PlantParams params_;
+  double q_, v_ = 0.0, a_ = 0.0;
+  bool jammed_ = false;
+};
+
+/// A joint whose motion a physics world computes. The drive moves the motor's set-point; the world
+/// takes it and says what the joint's sensors measure.
+class WorldJoint {
+ public:
+  explicit WorldJoint(double q_rad) : motor_(q_rad), position_(q_rad) {}
+
+  // From the drive: the same calls as AxisPlant's, here for the motor.
+  void track(double q_ref, double v_ref, double dt);
+  void brake(double deceleration, double dt);
+  /// The brake on the motor's shaft: it stays where it is.
+  void lock() { rate_ = 0.0; }
+  void jam() { jammed_ = true; }
+  double position() const { return position_; }  ///< [rad]
+  double velocity() const { return velocity_; }  ///< [rad/s]
+  double torque() const { return torque_; }      ///< [N m]
+  bool at_rest() const { return rate_ == 0.0; }
+  double held() const { return motor_; }  ///< where a powered motor goes on from [rad]
+
+  // From and to the world.
+  void measure(double position_rad, double velocity_rad_s, double torque_n_m);
+  double motor() const { return motor_; }  ///< set-point at the end of the last move [rad]
+
+ private:
+  double motor_, rate_ = 0.0;
+  double position_, velocity_ = 0.0, torque_ = 0.0;
+  bool jammed_ = false;
+};
+
+}  // namespace mimesis::hw::sim
