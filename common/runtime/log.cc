@@ -6,7 +6,6 @@
 #include <deque>
 #include <mutex>
 
-#include "common/runtime/log.h"
 
 namespace mimesis::runtime {
 namespace {

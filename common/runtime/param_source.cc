@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "common/error.h"
-#include "common/runtime/param_source.h"
 #include "common/runtime/value_text.h"
 
 // The values of a struct of parameters as text: for the log (YAML) and for --help (one line each).

@@ -15,7 +15,6 @@
 #include <string_view>
 #include <utility>
 
-#include "common/runtime/raw.h"
 #include "common/runtime/registry.h"
 #include "common/runtime/sockets.h"
 

@@ -19,7 +19,6 @@
 
 #include "common/error.h"
 #include "common/runtime/raw.h"
-#include "common/runtime/registry.h"
 
 namespace mimesis::runtime {
 namespace {

@@ -11,7 +11,6 @@
 
 #include "common/error.h"
 #include "common/runtime/log.h"
-#include "common/runtime/replay.h"
 #include "common/runtime/step_recorder.h"
 #include "common/runtime/wire.h"
 

@@ -4,7 +4,6 @@
 
 #include "common/runtime/log.h"
 #include "common/runtime/own_topics.h"
-#include "common/runtime/reports.h"
 
 namespace mimesis::runtime {
 namespace {

@@ -3,7 +3,6 @@
 #include <cstring>
 
 #include "common/error.h"
-#include "common/runtime/services.h"
 
 namespace mimesis::runtime {
 namespace {

@@ -10,7 +10,6 @@
 #include <utility>
 
 #include "common/error.h"
-#include "common/runtime/sockets.h"
 
 namespace mimesis::runtime {
 namespace {

@@ -5,7 +5,6 @@
 #include <charconv>
 #include <cmath>
 
-#include "common/runtime/value_text.h"
 
 namespace mimesis::runtime {
 namespace {

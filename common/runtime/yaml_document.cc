@@ -13,7 +13,6 @@
 
 #include "common/error.h"
 #include "common/runtime/value_text.h"
-#include "common/runtime/yaml_document.h"
 
 namespace mimesis::runtime {
 namespace {

@@ -4,8 +4,8 @@
 
 #include "common/motion/mocap/body.h"
 #include "common/motion/model/motion_model.h"
-#include "nodes/synthesizer/dynamics/oscillator_network.h"
-#include "nodes/synthesizer/dynamics/source_map.h"
+#include "experiments/motion/oscillator_network.h"
+#include "experiments/motion/source_map.h"
 
 namespace mimesis::synthesizer {
 

@@ -8,9 +8,9 @@
 #include "common/plot/gnuplot.h"
 #include "common/shared_data.h"
 #include "experiments/motion/figures.h"
-#include "nodes/synthesizer/control/blending_jerk.h"
-#include "nodes/synthesizer/control/closed_cycles.h"
-#include "nodes/synthesizer/control/rotation_branches.h"
+#include "experiments/motion/blending_jerk.h"
+#include "experiments/motion/closed_cycles.h"
+#include "experiments/motion/rotation_branches.h"
 
 namespace mimesis::synthesizer {
 namespace {

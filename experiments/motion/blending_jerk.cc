@@ -18,7 +18,7 @@ constexpr int kOffsets = 4;
 /// Joint angles of parameters at a phase.
 class Player {
  public:
-  explicit Player(const MotionModel& model)
+  explicit Player(const motion::MotionModel& model)
       : series_(model, static_cast<int>((model.sources.cols() - 1) / 2), 0.0),
         factors_(static_cast<std::size_t>(series_.size())) {}
 
@@ -72,7 +72,7 @@ Jerk measure(const PlayedTransition& x) {
   return out;
 }
 
-Jerk over_offsets(const MotionModel& model, const MotionParameters& from,
+Jerk over_offsets(const motion::MotionModel& model, const MotionParameters& from,
                   const MotionParameters& to, const BlendingCase& what) {
   Jerk mean;
   for (int i = 0; i < kOffsets; ++i) {
@@ -96,7 +96,7 @@ std::vector<double> PlayedTransition::jerk_rad_s3() const {
   return out;
 }
 
-PlayedTransition play_transition(const MotionModel& model, const MotionParameters& from,
+PlayedTransition play_transition(const motion::MotionModel& model, const MotionParameters& from,
                                  const MotionParameters& to, const BlendingCase& what,
                                  double frame_offset) {
   Player player(model);
@@ -118,7 +118,7 @@ PlayedTransition play_transition(const MotionModel& model, const MotionParameter
   return out;
 }
 
-std::vector<BlendingJerk> blending_jerk(const MotionModel& model, const Styles& styles,
+std::vector<BlendingJerk> blending_jerk(const motion::MotionModel& model, const Styles& styles,
                                         const BlendingCase& what) {
   const std::size_t n = styles.names.size();
   std::vector<Jerk> steady;

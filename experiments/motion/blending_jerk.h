@@ -32,7 +32,7 @@ struct BlendingJerk {
 };
 
 /// All ordered pairs of two different styles, in the order of `styles`.
-std::vector<BlendingJerk> blending_jerk(const MotionModel& model, const Styles& styles,
+std::vector<BlendingJerk> blending_jerk(const motion::MotionModel& model, const Styles& styles,
                                         const BlendingCase& what);
 
 /// Of one member of all pairs, e.g. &BlendingJerk::ratio.
@@ -51,7 +51,7 @@ struct PlayedTransition {
   std::vector<double> jerk_rad_s3() const;
 };
 /// @param frame_offset  in [0, 1): where between two frames φ = −2π is
-PlayedTransition play_transition(const MotionModel& model, const MotionParameters& from,
+PlayedTransition play_transition(const motion::MotionModel& model, const MotionParameters& from,
                                  const MotionParameters& to, const BlendingCase& what,
                                  double frame_offset);
 

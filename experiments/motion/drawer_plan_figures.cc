@@ -4,7 +4,7 @@
 
 #include "common/plot/gnuplot.h"
 #include "experiments/motion/figures.h"
-#include "nodes/synthesizer/drawer/trial_generator.h"
+#include "nodes/synthesizer/sequence/trials.h"
 
 namespace mimesis::synthesizer {
 namespace {

@@ -2,7 +2,7 @@
 #include <vector>
 
 #include "experiments/motion/film.h"
-#include "nodes/synthesizer/drawer/drawer_sequence.h"
+#include "nodes/synthesizer/sequence/drawer_sequence.h"
 
 namespace mimesis::synthesizer {
 

@@ -10,7 +10,7 @@
 #include "common/motion/mocap/clip_file.h"
 #include "common/motion/mocap/cycles.h"
 #include "common/motion/mocap/resampling.h"
-#include "nodes/synthesizer/control/rotation_branches.h"
+#include "experiments/motion/rotation_branches.h"
 
 namespace mimesis::synthesizer {
 namespace {

@@ -39,7 +39,7 @@ void evaluate(const MotionSeries& series, const std::vector<float>& factors, dou
 
 }  // namespace
 
-LeastJerkTransition::LeastJerkTransition(const MotionModel& model, double beta)
+LeastJerkTransition::LeastJerkTransition(const motion::MotionModel& model, double beta)
     : series_(model, static_cast<int>((model.sources.cols() - 1) / 2), 0.0),
       factors_(static_cast<std::size_t>(series_.size())),
       beta_(beta),

@@ -19,7 +19,7 @@ class LeastJerkTransition {
  public:
   /// β in (0, 1]. @throws ConfigError for another β or a model that cannot be played
   /// (MotionSeries)
-  LeastJerkTransition(const MotionModel& model, double beta);
+  LeastJerkTransition(const motion::MotionModel& model, double beta);
 
   /// Sizes as in the model; frequencies > 0. Some 100 µs for 51 rows; does not allocate.
   void prepare(const MotionParameters& previous, const MotionParameters& next);

@@ -9,7 +9,7 @@ namespace {
 
 using Eigen::Index;
 
-double value_of(const MotionModel& model, const Pattern& pattern, const TaskInput& input) {
+double value_of(const motion::MotionModel& model, const motion::Pattern& pattern, const TaskInput& input) {
   switch (input.kind) {
     case TaskInput::Kind::duration_s:
       return pattern.trial.duration_s;
@@ -33,7 +33,7 @@ struct Table {
   Eigen::VectorXi clip;
 };
 
-Table table_of(const MotionModel& model, const std::vector<TaskInput>& inputs) {
+Table table_of(const motion::MotionModel& model, const std::vector<TaskInput>& inputs) {
   if (inputs.empty()) throw ConfigError("map: no task inputs");
   if (model.patterns.empty()) throw ConfigError("map: model '" + model.name + "' has no pattern");
   if (!model.tied) {
@@ -45,7 +45,7 @@ Table table_of(const MotionModel& model, const std::vector<TaskInput>& inputs) {
           Eigen::MatrixXd(n, rows * (sources + 1) + 1), Eigen::VectorXi(n)};
   std::vector<std::string> clips;
   for (Index i = 0; i < n; ++i) {
-    const Pattern& pattern = model.patterns[static_cast<std::size_t>(i)];
+    const motion::Pattern& pattern = model.patterns[static_cast<std::size_t>(i)];
     const MotionParameters p = parameters_of(pattern);
     if (p.weight_rad.rows() != rows || p.weight_rad.cols() != sources) {
       throw ConfigError("map: patterns of different sizes");
@@ -74,7 +74,7 @@ std::variant<LocalRegression, GaussianProcess> learn(const Table& t,
 
 }  // namespace
 
-MotionMap::MotionMap(const MotionModel& model, const std::vector<TaskInput>& inputs,
+MotionMap::MotionMap(const motion::MotionModel& model, const std::vector<TaskInput>& inputs,
                      const Options& options)
     : map_(learn(table_of(model, inputs), options)) {
   delay_rad_ = model.patterns[0].delay_rad;

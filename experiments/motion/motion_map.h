@@ -13,7 +13,7 @@ namespace mimesis::synthesizer {
 struct TaskInput {
   enum class Kind { duration_s, step_length_m, turn_rad, task };
   Kind kind = Kind::duration_s;
-  std::string name = "duration";  ///< of MotionModel::task_names for Kind::task
+  std::string name = "duration";  ///< of motion::MotionModel::task_names for Kind::task
 
   static TaskInput duration() { return {Kind::duration_s, "duration"}; }
   static TaskInput step_length() { return {Kind::step_length_m, "step length"}; }
@@ -45,7 +45,7 @@ class MotionMap {
   /// Learns from all patterns of the model; cycles of one clip count as one where something is left
   /// out. @throws ConfigError: free delays, an unknown task name, fewer than two patterns, numbers
   /// that are not finite.
-  MotionMap(const MotionModel& model, const std::vector<TaskInput>& inputs, const Options& options);
+  MotionMap(const motion::MotionModel& model, const std::vector<TaskInput>& inputs, const Options& options);
 
   /// `task`: one number per input, in their units. @throws ConfigError for another size or a number
   /// that is not finite.

@@ -28,7 +28,7 @@ Sequencer::Sequencer(MotionParameters first, int fixed, double phase_rad, double
   }
 }
 
-void Sequencer::use_least_jerk(const MotionModel& model) {
+void Sequencer::use_least_jerk(const motion::MotionModel& model) {
   LeastJerkTransition found(model, beta_);
   if (static_cast<Eigen::Index>(model.rows.size()) != current_.mean_rad.size() ||
       model.sources.rows() != current_.weight_rad.cols()) {

@@ -19,7 +19,7 @@ class Sequencer {
   /// Transitions to come go by LeastJerkTransition instead of eq. 3.23: smoother between actions
   /// that differ much. `model`: whose parameters are played. @throws ConfigError if it cannot be
   /// played or has another number of rows or sources.
-  void use_least_jerk(const MotionModel& model);
+  void use_least_jerk(const motion::MotionModel& model);
 
   /// Announces what follows at the next crossing of phase 0, in place of what was announced before.
   /// Returns false and changes nothing if that transition has begun already (the phase is within βπ

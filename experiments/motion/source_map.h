@@ -43,10 +43,10 @@ inline Eigen::Vector2d delayed(const Eigen::Vector2d& state, double cos_phi, dou
 
 /// One map per source of the model, learned at the samples' phases. The fixed, non-periodic sources
 /// are learned over (cos φ/2, sin φ/2), half a circle.
-std::vector<SourceMap> learn_source_maps(const MotionModel& model,
+std::vector<SourceMap> learn_source_maps(const motion::MotionModel& model,
                                          const SvrSettings& settings = {});
 
-/// The maps' values on the limit cycle, K×samples: put in place of MotionModel::sources they give
+/// The maps' values on the limit cycle, K×samples: put in place of motion::MotionModel::sources they give
 /// the table, or through MotionSeries the Fourier series, of the learned maps.
 Eigen::MatrixXd tabulate(const std::vector<SourceMap>& maps, int fixed, int samples);
 

@@ -15,7 +15,7 @@
 #include "common/motion/mocap/cycles.h"
 #include "common/motion/model/motion_model.h"
 #include "common/shared_data.h"
-#include "nodes/synthesizer/control/rotation_branches.h"
+#include "experiments/motion/rotation_branches.h"
 
 namespace mimesis::synthesizer {
 namespace {

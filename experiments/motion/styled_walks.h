@@ -10,7 +10,6 @@
 #include "experiments/motion/film.h"
 #include "nodes/synthesizer/dynamics/character_batch.h"
 #include "nodes/synthesizer/dynamics/posture.h"
-#include "nodes/synthesizer/dynamics/root_motion.h"
 
 namespace mimesis::synthesizer {
 

@@ -14,11 +14,11 @@ std::size_t Styles::index(const std::string& name) const {
   throw ConfigError("style '" + name + "' is unknown, expected one of " + known);
 }
 
-Styles styles_of(const MotionModel& model, double min_similarity) {
+Styles styles_of(const motion::MotionModel& model, double min_similarity) {
   if (model.patterns.empty()) throw ConfigError("model '" + model.name + "' has no pattern");
   std::vector<MotionParameters> all;
   Styles styles;
-  for (const Pattern& pattern : model.patterns) {
+  for (const motion::Pattern& pattern : model.patterns) {
     all.push_back(parameters_of(pattern));
     if (all.back().mean_rad.size() != all.front().mean_rad.size()) {
       throw ConfigError("model '" + model.name + "': patterns of different rows");

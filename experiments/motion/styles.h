@@ -19,6 +19,6 @@ struct Styles {
 };
 
 /// @throws ConfigError if the model has no pattern or one of another size.
-Styles styles_of(const MotionModel& model, double min_similarity = 0.95);
+Styles styles_of(const motion::MotionModel& model, double min_similarity = 0.95);
 
 }  // namespace mimesis::synthesizer

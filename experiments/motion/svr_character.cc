@@ -6,7 +6,7 @@
 namespace mimesis::synthesizer {
 namespace {
 
-std::vector<AndronovHopf> oscillators(const MotionModel& model) {
+std::vector<AndronovHopf> oscillators(const motion::MotionModel& model) {
   if (model.patterns.empty()) throw ConfigError("motion model \"" + model.name + "\": no pattern");
   const double duration = model.patterns.front().trial.duration_s;
   const double omega = math::kTwoPi / (duration > 0.0 ? duration : 1.0);
@@ -16,7 +16,7 @@ std::vector<AndronovHopf> oscillators(const MotionModel& model) {
 
 }  // namespace
 
-SvrCharacter::SvrCharacter(const MotionModel& model, double coupling_1_s, double dt_s,
+SvrCharacter::SvrCharacter(const motion::MotionModel& model, double coupling_1_s, double dt_s,
                            const SvrSettings& settings)
     : fixed_(model.fixed),
       network_(oscillators(model),
@@ -25,7 +25,7 @@ SvrCharacter::SvrCharacter(const MotionModel& model, double coupling_1_s, double
   set_pattern(model.patterns.front());
 }
 
-void SvrCharacter::set_pattern(const Pattern& pattern) {
+void SvrCharacter::set_pattern(const motion::Pattern& pattern) {
   MIMESIS_ASSERT(pattern.weight_rad.cols() == static_cast<Eigen::Index>(maps_.size()) &&
                  pattern.weight_rad.rows() == pattern.mean_rad.size() &&
                  pattern.delay_rad.rows() == pattern.mean_rad.size() &&

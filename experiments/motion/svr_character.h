@@ -17,10 +17,10 @@ namespace mimesis::synthesizer {
 class SvrCharacter {
  public:
   /// @param coupling_1_s  strength of the star, > 0;  @throws ConfigError as its parts do.
-  SvrCharacter(const MotionModel& model, double coupling_1_s, double dt_s,
+  SvrCharacter(const motion::MotionModel& model, double coupling_1_s, double dt_s,
                const SvrSettings& settings = {});
 
-  void set_pattern(const Pattern& pattern);  ///< sizes as in the model
+  void set_pattern(const motion::Pattern& pattern);  ///< sizes as in the model
   void set_frequency(double omega_rad_s);    ///< of all oscillators
   void step();                               ///< by dt; does not allocate
 
@@ -35,7 +35,7 @@ class SvrCharacter {
   int fixed_;
   OscillatorNetwork<AndronovHopf> network_;
   std::vector<SourceMap> maps_;
-  Pattern pattern_;
+  motion::Pattern pattern_;
   Eigen::VectorXd angles_;
 };
 

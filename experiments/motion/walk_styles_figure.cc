@@ -6,8 +6,8 @@
 #include "common/plot/gnuplot.h"
 #include "experiments/motion/figures.h"
 #include "experiments/motion/styled_walks.h"
-#include "nodes/synthesizer/control/styles.h"
-#include "nodes/synthesizer/control/transition.h"
+#include "experiments/motion/styles.h"
+#include "nodes/synthesizer/character/parameters.h"
 
 namespace mimesis::synthesizer {
 namespace {

@@ -3,7 +3,7 @@
 #include <stdexcept>
 
 #include "common/log/wire.h"
-#include "common/runtime/outside.h"
+#include "common/runtime/bus.h"
 
 namespace mimesis::hw::outside {
 namespace {

@@ -7,7 +7,6 @@
 #include <numbers>
 #include <opencv2/imgproc.hpp>
 
-#include "nodes/camera/moving_layer.h"
 
 namespace mimesis::camera {
 namespace {

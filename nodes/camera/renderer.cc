@@ -6,7 +6,6 @@
 #include <opencv2/imgproc.hpp>
 #include <random>
 
-#include "nodes/camera/renderer.h"
 
 namespace mimesis::camera {
 namespace {

@@ -6,7 +6,6 @@
 #include <cmath>
 #include <random>
 
-#include "nodes/camera/table_picture.h"
 
 namespace mimesis::camera {
 namespace {

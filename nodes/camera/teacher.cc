@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "common/error.h"
-#include "nodes/camera/teacher.h"
 
 namespace mimesis::camera {
 namespace {

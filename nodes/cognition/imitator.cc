@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "common/error.h"
-#include "nodes/cognition/imitator.h"
 #include "nodes/cognition/trial.h"
 
 namespace mimesis::cognition {

@@ -7,7 +7,6 @@
 
 #include "common/error.h"
 #include "nodes/cognition/exponential.h"
-#include "nodes/cognition/neural_field.h"
 
 namespace mimesis::cognition {
 namespace {

@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "common/error.h"
-#include "common/runtime/outside.h"
+#include "common/runtime/bus.h"
 #include "nodes/crowd/scenario_file/scenario_file.h"
 
 namespace mimesis::crowd {

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <numeric>
 
-#include "nodes/planner/path_search.h"
 #include "nodes/planner/smooth_path.h"
 
 namespace mimesis::planner {

@@ -6,7 +6,6 @@
 #include "common/model/files.h"
 #include "common/runtime/bus.h"
 #include "common/runtime/log.h"
-#include "nodes/planner/planner_node.h"
 
 namespace mimesis::planner {
 

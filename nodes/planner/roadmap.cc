@@ -7,7 +7,6 @@
 #include <random>
 
 #include "common/error.h"
-#include "nodes/planner/roadmap.h"
 
 namespace mimesis::planner {
 namespace {

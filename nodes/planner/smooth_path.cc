@@ -6,7 +6,6 @@
 #include <span>
 
 #include "common/error.h"
-#include "nodes/planner/smooth_path.h"
 
 namespace mimesis::planner {
 namespace {

@@ -5,7 +5,6 @@
 
 #include "nodes/planner/collision.h"
 #include "nodes/planner/roadmap.h"
-#include "nodes/planner/task_plan.h"
 
 namespace mimesis::planner {
 namespace {

@@ -5,7 +5,6 @@
 #include <limits>
 #include <vector>
 
-#include "nodes/planner/time_scaling.h"
 
 namespace mimesis::planner {
 namespace {

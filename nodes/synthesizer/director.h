@@ -35,7 +35,7 @@ struct DirectedMotion {
 /// Turns goals into motion: of figures (FigureDirector) or of one robot (RobotDirector).
 class Director {
  public:
-  Director(const MotionModel& model, std::span<const CharacterStart> starts,
+  Director(const motion::MotionModel& model, std::span<const CharacterStart> starts,
            const CharactersSettings& settings)
       : characters_(model, starts, settings) {}
   virtual ~Director() = default;

@@ -20,7 +20,7 @@ namespace mimesis::synthesizer {
 class FigureDirector : public Director {
  public:
   /// @param drawer  actions for goals of that kind; null: they are refused. Must outlive this.
-  FigureDirector(const MotionModel& model, std::span<const CharacterStart> starts,
+  FigureDirector(const motion::MotionModel& model, std::span<const CharacterStart> starts,
                  const CharactersSettings& settings, const ActionMaps* drawer);
 
   bool leads_robot() const override { return false; }

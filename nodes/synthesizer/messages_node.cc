@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "common/math/circle.h"
-#include "common/motion/model/limits.h"
+#include "common/motion/model/motion_model.h"
 
 namespace mimesis::synthesizer {
 
@@ -134,7 +134,7 @@ void to_proto(const Director& director, v1::MotionBatch& batch) {
     *place++ = static_cast<float>(state.root.height_m);
     const auto angles = director.angles(i);
     std::copy(angles.begin(), angles.end(), angle);
-    clamp_to_limits(director.characters().repertoire().model(), std::span(angle, angles.size()));
+    motion::clamp_to_limits(director.characters().repertoire().model(), std::span(angle, angles.size()));
     angle += angles.size();
   }
 }

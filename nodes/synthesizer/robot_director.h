@@ -19,7 +19,7 @@ class RobotDirector : public Director {
   /// @param starts  of one character
   /// @param drawer  null: goals of that kind are refused; outlives this
   /// @throws ConfigError if the model has no row of a joint that drawer moves
-  RobotDirector(const MotionModel& model, std::span<const CharacterStart> starts,
+  RobotDirector(const motion::MotionModel& model, std::span<const CharacterStart> starts,
                 const CharactersSettings& settings, const RobotLimits& limits,
                 const BipedDrawer* drawer);
 

@@ -5,7 +5,7 @@
 
 #include "common/error.h"
 #include "common/model/files.h"
-#include "common/motion/model/limits.h"
+#include "common/motion/model/motion_model.h"
 #include "common/runtime/param_source.h"
 #include "nodes/synthesizer/figure_director.h"
 #include "nodes/synthesizer/messages_node.h"
@@ -41,7 +41,7 @@ std::unique_ptr<const BipedDrawer> learn_robot_drawer(const SynthesizerParams& p
 
 std::unique_ptr<Director> make_director(const SynthesizerParams& params, const ActionMaps* drawer,
                                         const BipedDrawer* robot_drawer) {
-  const MotionModel model = load_motion_model(runtime::find_model_file(params.model));
+  const motion::MotionModel model = motion::load_motion_model(runtime::find_model_file(params.model));
   const auto starts = form(params.characters, params.formation());
   const CharactersSettings settings = params.character_settings();
   if (params.robot.description.empty()) {
@@ -78,7 +78,7 @@ SynthesizerNode::SynthesizerNode(const Params& params, runtime::Bus& bus)
       reached_(bus, "reached") {
   const auto angles = director_->angles(0);
   last_angles_.assign(angles.begin(), angles.end());
-  clamp_to_limits(director_->characters().repertoire().model(), std::span<float>(last_angles_));
+  motion::clamp_to_limits(director_->characters().repertoire().model(), std::span<float>(last_angles_));
   velocity_rad_s_.assign(angles.size(), 0.0);
   set_first_goal();
   const Repertoire& repertoire = director_->characters().repertoire();
@@ -295,7 +295,7 @@ void SynthesizerNode::publish_motion(Time now) {
   }
   const auto angles = director_->angles(0);
   angles_.assign(angles.begin(), angles.end());
-  clamp_to_limits(director_->characters().repertoire().model(), std::span<float>(angles_));
+  motion::clamp_to_limits(director_->characters().repertoire().model(), std::span<float>(angles_));
   for (std::size_t r = 0; r < angles_.size(); ++r) {
     velocity_rad_s_[r] =
         (static_cast<double>(angles_[r]) - static_cast<double>(last_angles_[r])) * params_.rate_hz;

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <limits>
 
-#include "nodes/vision/blob_tracker.h"
 
 namespace mimesis::vision {
 namespace {

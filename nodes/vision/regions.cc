@@ -6,7 +6,6 @@
 #include <numbers>
 
 #include "common/error.h"
-#include "nodes/vision/regions.h"
 
 namespace mimesis::vision {
 

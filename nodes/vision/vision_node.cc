@@ -4,7 +4,6 @@
 #include <cstring>
 #include <string>
 
-#include "nodes/vision/vision_node.h"
 
 namespace mimesis::vision {
 namespace {

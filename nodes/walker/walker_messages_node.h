@@ -2,7 +2,7 @@
 #include <string>
 #include <vector>
 
-#include "common/runtime/time.h"
+#include "common/time.h"
 #include "nodes/walker/walk_wish.h"
 #include "proto/arm.pb.h"
 #include "proto/foxglove/transform.pb.h"

@@ -1,6 +1,6 @@
 // What the node says at a step.
 #include "common/math/so3.h"
-#include "common/runtime/outside.h"
+#include "common/runtime/bus.h"
 #include "nodes/walker/walker_node.h"
 
 namespace mimesis::walker {

@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "common/model/files.h"
-#include "hw/sim/world/verdict.h"
+#include "hw/sim/world/object.h"
 #include "hw/sim/world/world.h"
 #include "nodes/planner/task_plan.h"
 

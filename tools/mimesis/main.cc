@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-#include "common/runtime/suggest.h"
+#include "common/runtime/value_text.h"
 #include "tools/mimesis/known_verbs.h"
 
 namespace fs = std::filesystem;

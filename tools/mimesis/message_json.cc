@@ -9,7 +9,6 @@
 #include <nlohmann/json.hpp>
 
 #include "common/error.h"
-#include "common/runtime/suggest.h"
 #include "common/runtime/value_text.h"
 
 namespace mimesis::tool {

@@ -13,7 +13,7 @@
 
 #include "common/error.h"
 #include "common/runtime/raw.h"
-#include "common/runtime/suggest.h"
+#include "common/runtime/value_text.h"
 #include "tools/mimesis/message_json.h"
 #include "tools/mimesis/number_check.h"
 #include "tools/mimesis/rate_window.h"

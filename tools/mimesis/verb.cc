@@ -10,7 +10,7 @@
 #include <iostream>
 
 #include "common/error.h"
-#include "common/runtime/suggest.h"
+#include "common/runtime/value_text.h"
 #include "tools/mimesis/known_verbs.h"
 
 namespace mimesis::tool {

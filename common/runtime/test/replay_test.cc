@@ -8,7 +8,6 @@
 
 #include "common/runtime/bus.h"
 #include "common/runtime/ports.h"
-#include "common/runtime/replay.h"
 #include "common/runtime/step_recorder.h"
 #include "common/testing/loopback.h"
 

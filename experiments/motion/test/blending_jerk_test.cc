@@ -16,8 +16,8 @@ namespace {
 constexpr double kPi = std::numbers::pi;
 
 /// Two styles of one row, m + w cos φ.
-MotionModel waves(double mean_1, double weight_1, double mean_2, double weight_2) {
-  MotionModel model;
+motion::MotionModel waves(double mean_1, double weight_1, double mean_2, double weight_2) {
+  motion::MotionModel model;
   model.rows = {"knee.y"};
   model.tied = true;
   model.sources.resize(1, 20);
@@ -25,7 +25,7 @@ MotionModel waves(double mean_1, double weight_1, double mean_2, double weight_2
     model.sources(0, t) = std::cos(2.0 * kPi * static_cast<double>(t) / 20.0);
   }
   const auto add = [&](const char* style, double mean, double weight) {
-    Pattern p;
+    motion::Pattern p;
     p.trial.style = style;
     p.trial.duration_s = 1.0;
     p.mean_rad = Eigen::VectorXd::Constant(1, mean);
@@ -39,7 +39,7 @@ MotionModel waves(double mean_1, double weight_1, double mean_2, double weight_2
 }
 
 TEST(BlendingJerk, OfAStyleToItselfIsOne) {
-  const MotionModel model = waves(0.1, 0.3, 0.1, 0.3);
+  const motion::MotionModel model = waves(0.1, 0.3, 0.1, 0.3);
   const auto pairs = blending_jerk(model, styles_of(model), {});
   ASSERT_EQ(pairs.size(), 2u);
   for (const BlendingJerk& p : pairs) {
@@ -56,7 +56,7 @@ TEST(BlendingJerk, OfAStyleToItselfIsOne) {
 
 TEST(BlendingJerk, OfACutIsThatOfAStep) {
   // a jump by d: third differences d, −2d, d (in any place between two frames)
-  const MotionModel model = waves(0.0, 1e-6, 0.5, 1e-6);
+  const motion::MotionModel model = waves(0.0, 1e-6, 0.5, 1e-6);
   const auto pairs = blending_jerk(model, styles_of(model), {.cut = true});
   EXPECT_NEAR(pairs[0].jerk_rad_s3, 0.5 * std::pow(60.0, 3) * std::sqrt(6.0 / 24.0), 10.0);
   const Spread s = spread(pairs, &BlendingJerk::jerk_rad_s3, 1.0);
@@ -65,7 +65,7 @@ TEST(BlendingJerk, OfACutIsThatOfAStep) {
 }
 
 TEST(BlendingJerk, IsRelativeToBothOrToTheLarger) {
-  const MotionModel model = waves(0.0, 0.1, 0.0, 0.3);
+  const motion::MotionModel model = waves(0.0, 0.1, 0.0, 0.3);
   const auto pairs = blending_jerk(model, styles_of(model), {});
   EXPECT_EQ(pairs[0].from, "one");
   EXPECT_EQ(pairs[0].to, "two");
@@ -102,7 +102,7 @@ class RecordedStyles : public ::testing::Test {
 TEST_F(RecordedStyles, WithFiveSourcesHalfOfThePairsReachTheGoal) {
   // left hip and left shoulder of the Bandai skeleton rest near half a turn
   EXPECT_GT(align_rotation_branches(set_), 10);
-  const MotionModel model = testing::tied_model(set_, 5);
+  const motion::MotionModel model = testing::tied_model(set_, 5);
   const Styles styles = styles_of(model);
   ASSERT_EQ(styles.names.size(), 8u);
   const auto narrow = blending_jerk(model, styles, {});
@@ -126,7 +126,7 @@ TEST_F(RecordedStyles, WithFiveSourcesHalfOfThePairsReachTheGoal) {
 /// just where the transition is. With closed cycles it is as with 5.
 TEST_F(RecordedStyles, WithEightSourcesTheSeamsOfTheCyclesHideTheTransition) {
   align_rotation_branches(set_);
-  MotionModel model = testing::tied_model(set_, 8);
+  motion::MotionModel model = testing::tied_model(set_, 8);
   const auto seams = blending_jerk(model, styles_of(model), {});
   print("8 sources, beta 1/5", seams);
   EXPECT_LE(spread(seams, &BlendingJerk::ratio, 1.15).worst, 1.15);
@@ -139,7 +139,7 @@ TEST_F(RecordedStyles, WithEightSourcesTheSeamsOfTheCyclesHideTheTransition) {
 }
 
 TEST_F(RecordedStyles, WithoutAlignedBranchesItIsTwiceAsMuch) {
-  const MotionModel model = testing::tied_model(set_, 5);
+  const motion::MotionModel model = testing::tied_model(set_, 5);
   const auto pairs = blending_jerk(model, styles_of(model), {});
   print("branches as recorded", pairs);
   EXPECT_GT(spread(pairs, &BlendingJerk::ratio, 1.15).worst, 2.5);

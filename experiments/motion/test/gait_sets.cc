@@ -65,7 +65,7 @@ mocap::Trials gait_set(const std::string& name, const std::string& clip) {
   return set;
 }
 
-MotionModel tied_model(const mocap::Trials& trials, int sources) {
+motion::MotionModel tied_model(const mocap::Trials& trials, int sources) {
   demix::SisaOptions options;
   options.sources = sources;
   options.tied = true;
@@ -73,7 +73,7 @@ MotionModel tied_model(const mocap::Trials& trials, int sources) {
   options.turns = 12;
   options.finalists = 1;
   const demix::SisaResult result = demix::sisa(trials, options);
-  MotionModel model;
+  motion::MotionModel model;
   model.rows = trials.rows;
   model.tied = true;
   model.sources = result.mixture.sources;
@@ -89,7 +89,7 @@ MotionModel tied_model(const mocap::Trials& trials, int sources) {
   return model;
 }
 
-Eigen::MatrixXd synthesize(const MotionModel& model, const Eigen::VectorXd& mean_rad,
+Eigen::MatrixXd synthesize(const motion::MotionModel& model, const Eigen::VectorXd& mean_rad,
                            const Eigen::MatrixXd& weight_rad, const Eigen::MatrixXd& delay_rad) {
   return demix::Mixture{model.sources, weight_rad, delay_rad, mean_rad, model.fixed}.reconstruct();
 }

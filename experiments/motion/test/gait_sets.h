@@ -30,10 +30,10 @@ mocap::Trials subset(const mocap::Trials& all, Keep keep) {
 }
 
 /// A model with tied delays (demix::sisa).
-MotionModel tied_model(const mocap::Trials& trials, int sources);
+motion::MotionModel tied_model(const mocap::Trials& trials, int sources);
 
 /// R×T.
-Eigen::MatrixXd synthesize(const MotionModel& model, const Eigen::VectorXd& mean_rad,
+Eigen::MatrixXd synthesize(const motion::MotionModel& model, const Eigen::VectorXd& mean_rad,
                            const Eigen::MatrixXd& weight_rad, const Eigen::MatrixXd& delay_rad);
 
 }  // namespace mimesis::synthesizer::testing

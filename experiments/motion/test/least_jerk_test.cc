@@ -16,8 +16,8 @@ constexpr double kPi = std::numbers::pi, kBeta = Sequencer::kBeta;
 constexpr Eigen::Index kSamples = 40;
 
 /// One row of a ramp cos(φ/2) and a wave cos φ + ½ sin 3φ.
-MotionModel model_of_one_row() {
-  MotionModel model;
+motion::MotionModel model_of_one_row() {
+  motion::MotionModel model;
   model.rows = {"knee.y"};
   model.fixed = 1;
   model.tied = true;
@@ -26,7 +26,7 @@ MotionModel model_of_one_row() {
     const double phase = 2.0 * kPi * static_cast<double>(t) / kSamples;
     model.sources.col(t) << std::cos(0.5 * phase), std::cos(phase) + 0.5 * std::sin(3.0 * phase);
   }
-  Pattern pattern;
+  motion::Pattern pattern;
   pattern.trial.duration_s = 1.0;
   pattern.mean_rad = Eigen::VectorXd::Zero(1);
   pattern.weight_rad = pattern.delay_rad = Eigen::MatrixXd::Zero(1, 2);
@@ -190,7 +190,7 @@ TEST(LeastJerk, DoesNotAllocate) {
 TEST(LeastJerk, RefusesWhatDoesNotFit) {
   EXPECT_THROW(LeastJerkTransition(model_of_one_row(), 0.0), ConfigError);
   EXPECT_THROW(LeastJerkTransition(model_of_one_row(), 1.1), ConfigError);
-  MotionModel two = model_of_one_row();
+  motion::MotionModel two = model_of_one_row();
   two.rows.push_back("knee.z");
   two.patterns[0].mean_rad = Eigen::VectorXd::Zero(2);
   two.patterns[0].weight_rad = two.patterns[0].delay_rad = Eigen::MatrixXd::Zero(2, 2);

@@ -36,7 +36,7 @@ std::map<std::string, Score> leave_clips_out(const mocap::Trials& all, int sourc
   for (const std::string& clip : clips) {
     const auto learned = testing::subset(all, [&](const auto& t) { return t.clip != clip; });
     const auto asked = testing::subset(all, [&](const auto& t) { return t.clip == clip; });
-    const MotionModel model = testing::tied_model(learned, sources);
+    const motion::MotionModel model = testing::tied_model(learned, sources);
     const std::vector<TaskInput> inputs = {TaskInput::duration(), TaskInput::step_length()};
     const MotionMap local(model, inputs, LocalRegressionOptions{});
     const MotionMap process(model, inputs, GaussianProcessOptions{});

@@ -72,14 +72,14 @@ TEST(GaussianProcess, ConfigurationErrors) {
 }
 
 /// Patterns whose weights and mean grow with step length and a distance.
-MotionModel walks() {
-  MotionModel m;
+motion::MotionModel walks() {
+  motion::MotionModel m;
   m.name = "walks";
   m.tied = true;
   m.task_names = {"distance"};
   m.sources = Eigen::MatrixXd::Ones(2, 10);
   for (int i = 0; i < 6; ++i) {
-    Pattern p;
+    motion::Pattern p;
     p.trial.clip = "clip" + std::to_string(i / 2);
     p.trial.duration_s = 1.0 + 0.1 * i;
     p.trial.step_length_m = 1.5 - 0.1 * i;
@@ -94,7 +94,7 @@ MotionModel walks() {
 }
 
 TEST(MotionMap, GivesParametersOfTheTask) {
-  const MotionModel model = walks();
+  const motion::MotionModel model = walks();
   for (const MotionMap::Options& options :
        {MotionMap::Options(LocalRegressionOptions{2.0, 1e-6, 0.25}),
         MotionMap::Options(GaussianProcessOptions{})}) {
@@ -111,7 +111,7 @@ TEST(MotionMap, GivesParametersOfTheTask) {
 }
 
 TEST(MotionMap, ConfigurationErrors) {
-  MotionModel model = walks();
+  motion::MotionModel model = walks();
   try {
     MotionMap(model, {TaskInput::task("height")}, LocalRegressionOptions{});
     FAIL();

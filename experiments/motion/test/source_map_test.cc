@@ -15,7 +15,7 @@ namespace {
 Eigen::Vector2d at(double phase) { return {std::cos(phase), std::sin(phase)}; }
 
 TEST(SourceMap, LearnsASourceOverTheCircle) {
-  const MotionModel model = testing::random_model(4);
+  const motion::MotionModel model = testing::random_model(4);
   ::testing::internal::CaptureStdout();
   const std::vector<SourceMap> maps = learn_source_maps(model);
   EXPECT_EQ(::testing::internal::GetCapturedStdout(), "");
@@ -28,7 +28,7 @@ TEST(SourceMap, LearnsASourceOverTheCircle) {
 }
 
 TEST(SourceMap, DelaysAreRotations) {  // s(t − τ), not s(t + τ)
-  const MotionModel model = testing::random_model(4);
+  const motion::MotionModel model = testing::random_model(4);
   const std::vector<SourceMap> maps = learn_source_maps(model);
   const double phi = math::kTwoPi * 13.0 / 100.0;
   for (int t = 13; t < 100; ++t) {
@@ -47,7 +47,7 @@ TEST(SourceMap, BadDataIsRefused) {
 }
 
 /// Largest difference of the fast path to the plain one over a cycle [rad].
-double worst_difference(MotionModel model) {
+double worst_difference(motion::MotionModel model) {
   SvrCharacter plain(model, 5.0, 0.005);
   model.sources = tabulate(plain.maps(), model.fixed, 200);
   CharacterBatch fast(model, 1, {.dt_s = 0.005});
@@ -72,7 +72,7 @@ TEST(SvrCharacter, TheFastPathAgreesWithinAThousandthOfARadian) {
 }
 
 TEST(SvrCharacter, LeavesThatLagChangeTheMotionUntilTheyHaveFollowed) {
-  const MotionModel model = testing::random_model(8);
+  const motion::MotionModel model = testing::random_model(8);
   SvrCharacter lagging(model, 5.0, 0.005), straight(model, 5.0, 0.005);
   lagging.network().set_phase(2, 1.0);
   lagging.step();

@@ -69,7 +69,7 @@ MotionParameters disguised(MotionParameters p, int variant) {
 }
 
 TEST(Styles, AverageThePatternsOfANameAfterTheAmbiguitiesAreGone) {
-  MotionModel model;
+  motion::MotionModel model;
   model.sources = ambiguous_sources();
   const MotionParameters happy = some_motion();
   MotionParameters sad = happy;

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "hw/sim/body/drawer.h"
-#include "nodes/synthesizer/biped/biped_sequence.h"
+#include "nodes/synthesizer/robot/biped_sequence.h"
 #include "experiments/walk/trial/trial.h"
 
 namespace mimesis::walk {

@@ -1,4 +1,4 @@
-#include "experiments/walk/figures/figures.h"
+#include "experiments/walk/figures.h"
 
 #include "experiments/walk/figures/list.h"
 

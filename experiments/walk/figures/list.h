@@ -1,7 +1,7 @@
 #pragma once
 #include <array>
 
-#include "experiments/walk/figures/figures.h"
+#include "experiments/walk/figures.h"
 
 namespace mimesis::walk {
 

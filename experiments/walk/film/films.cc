@@ -1,4 +1,4 @@
-#include "experiments/walk/film/films.h"
+#include "experiments/walk/figures.h"
 
 #include <algorithm>
 

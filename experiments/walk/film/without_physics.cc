@@ -2,7 +2,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "experiments/walk/film/films.h"
+#include "experiments/walk/figures.h"
 #include "experiments/walk/film/titles.h"
 
 namespace mimesis::walk {

@@ -4,8 +4,8 @@
 
 #include "common/error.h"
 #include "common/math/circle.h"
-#include "nodes/synthesizer/control/transition.h"
-#include "nodes/synthesizer/fade.h"
+#include "nodes/synthesizer/character/parameters.h"
+#include "nodes/synthesizer/character/smooth.h"
 
 namespace mimesis::walk {
 namespace {

@@ -4,8 +4,7 @@
 #include <cmath>
 
 #include "common/error.h"
-#include "nodes/synthesizer/drawer/smooth.h"
-#include "nodes/synthesizer/fade.h"
+#include "nodes/synthesizer/character/smooth.h"
 
 namespace mimesis::walk {
 namespace {

@@ -1,5 +1,5 @@
 #pragma once
-#include "nodes/synthesizer/biped/biped_sequence.h"
+#include "nodes/synthesizer/robot/biped_sequence.h"
 #include "experiments/walk/trial/trial.h"
 
 namespace mimesis::walk {

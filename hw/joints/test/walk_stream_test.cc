@@ -16,7 +16,7 @@ namespace {
 constexpr double kTick_s = 0.005;
 
 /// Walks straight on: 0.1 s on both feet, then a swing of 0.7 s between 0.135 s and 0.765 s of the
-/// step as polynomials [walking.md 8.6]; the pelvis sways.
+/// step as polynomials [docs/walking.md 4]; the pelvis sways.
 class Walk {
  public:
   Walk(const robot::Biped& biped, double speed_m_s)

@@ -10,7 +10,7 @@
 
 namespace mimesis::hw::sim {
 
-/// How joints follow their set-points [walking.md 8.3].
+/// How joints follow their set-points [docs/walking.md 7.3].
 enum class Plant {
   kSprings,  ///< B: joint springs of 6000 N m/rad in legs and trunk
   /// C: velocity servos in legs and trunk, rubber bushes in the ankles: 1500 N m/rad where they
@@ -42,10 +42,10 @@ struct BodyOptions {
   double dt_s = 0.001;
   double friction = 0.8;
   /// Springs of arms and neck in both plants: nothing of balance depends on them, a servo each
-  /// would cost a third of the speed. 600 in walking.md 8.3, where gravity was fed forward; drives
+  /// would cost a third of the speed. 600 in docs/walking.md 7.3, where gravity was fed forward; drives
   /// that get positions only would let the hands sink by 10 mm.
   double arm_stiffness_n_m_rad = 3000.0;
-  /// Plant C with servos in the knees too, as in walking.md 8.3. Two legs of one rigid length on
+  /// Plant C with servos in the knees too, as in docs/walking.md 7.3. Two legs of one rigid length on
   /// rigid ground share the weight by chance: any feedback of foot forces rocks from foot to foot
   /// in double support (10 Hz, ZMP ±0.09 m, measured).
   bool rigid_knees = false;
@@ -82,7 +82,7 @@ struct BodyTruth {
   Eigen::Vector2d zmp_W_m =
       Eigen::Vector2d::Zero();       ///< from the contact forces; the last one while in the air
   std::array<double, 2> normal_n{};  ///< of each foot, mean over the step
-  std::array<double, 2> ankle_pitch_n_m{};  ///< from the foot's wrench [walking.md 8.2]
+  std::array<double, 2> ankle_pitch_n_m{};  ///< from the foot's wrench [docs/walking.md 7.2]
   double most_normal_n = 0.0;               ///< sum of both feet, raw, highest of the step
   /// CoM below 60 % of its height, or trunk tilted by 0.9 rad from where the set-points have it on
   /// level soles: stays true.

@@ -235,7 +235,7 @@ DartBody make_dart_body(const robot::Biped& biped, const std::string& urdf_file,
   body.world = dart::simulation::World::create();
   body.world->setTimeStep(options.dt_s);
   body.world->setGravity(Eigen::Vector3d(0.0, 0.0, -robot::kGravity));
-  // the one that gives four corners of a box on a box, and the fastest [walking.md 2]
+  // the one that gives four corners of a box on a box, and the fastest [docs/walking.md 7.1]
   body.world->getConstraintSolver()->setCollisionDetector(
       dart::collision::DARTCollisionDetector::create());
   place(biped, options, body);
@@ -344,8 +344,8 @@ void JointLoads::take_off(int link, const Eigen::Vector3d& p_W_m, const Eigen::V
 
 namespace {
 
-// Figures of the plants [walking.md 8.3]. The damping is small because DART's contact impulses do
-// not know the springs: a strong damper would make loaded joints soft [walking.md 8.2].
+// Figures of the plants [docs/walking.md 7.3]. The damping is small because DART's contact impulses do
+// not know the springs: a strong damper would make loaded joints soft [docs/walking.md 7.2].
 constexpr double kStrong_n_m_rad = 6000.0;  ///< legs and trunk
 constexpr double kAnkleBush_n_m_rad = 1500.0;
 constexpr double kDamping_s = 0.003;  ///< of the stiffness

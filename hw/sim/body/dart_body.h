@@ -57,7 +57,7 @@ struct LinkForce {
 
 /// What the joints really bear in a step of the world: inverse dynamics of the motion that came
 /// out. DART's spring equation is no measure of it, as contact impulses come on top of the step
-/// that the springs have seen [walking.md 8.2].
+/// that the springs have seen [docs/walking.md 7.2].
 class JointLoads {
  public:
   /// `payload_kg`: in the trunk, at its centre; the biped does not know of it. The biped outlives

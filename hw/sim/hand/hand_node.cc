@@ -1,6 +1,6 @@
 #include "hw/sim/hand/hand_node.h"
 
-#include "common/runtime/outside.h"
+#include "common/runtime/bus.h"
 
 namespace mimesis::hw::sim {
 

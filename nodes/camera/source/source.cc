@@ -17,7 +17,6 @@
 
 #include "common/image/image_file.h"
 #include "common/time.h"
-#include "nodes/camera/source/source.h"
 
 extern char** environ;
 

@@ -9,7 +9,6 @@
 
 #include "common/image/image_file.h"
 #include "nodes/camera/source/capture.h"
-#include "nodes/camera/source/source.h"
 
 namespace mimesis::camera {
 namespace {

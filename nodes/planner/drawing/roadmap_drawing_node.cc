@@ -4,7 +4,7 @@
 
 #include "common/model/drawing.h"
 #include "common/model/files.h"
-#include "common/runtime/param_reader.h"
+#include "common/runtime/param_source.h"
 #include "nodes/planner/planner_node.h"
 
 namespace mimesis::planner {

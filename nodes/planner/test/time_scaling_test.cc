@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include "nodes/planner/roadmap.h"
-#include "nodes/planner/time_scaling.h"
 
 namespace mimesis::planner {
 namespace {

@@ -14,12 +14,12 @@ enum class Parameters { kPattern, kBlend, kOwn };
 
 void frame(benchmark::State& state, Parameters parameters, bool foot_lock) {
   const int count = static_cast<int>(state.range(0));
-  const MotionModel model = testing::random_model(1);
+  const motion::MotionModel model = testing::random_model(1);
   CharacterBatch batch(
       model, count,
       {.harmonics = 10, .individual = parameters == Parameters::kOwn, .foot_lock = foot_lock});
   for (int i = 0; i < count; ++i) {
-    const Pattern& p = model.patterns[static_cast<std::size_t>(i % 3)];
+    const motion::Pattern& p = model.patterns[static_cast<std::size_t>(i % 3)];
     batch.set_pattern(i, i % 3);
     batch.set_phase(i, 0.01 * i);
     if (parameters == Parameters::kBlend) batch.set_blend(i, std::array{0.5, 0.3, 0.2});
@@ -48,9 +48,9 @@ BENCHMARK(crowd_blend_of_3)->Arg(1000)->Arg(30000);
 BENCHMARK(crowd_own_parameters)->Arg(1000)->Arg(30000);
 
 void set_parameters(benchmark::State& state) {  // a new series, of 51 rows and 4 sources
-  const MotionModel model = testing::random_model(1);
+  const motion::MotionModel model = testing::random_model(1);
   CharacterBatch batch(model, 1, {.harmonics = 10, .individual = true});
-  const Pattern& p = model.patterns[1];
+  const motion::Pattern& p = model.patterns[1];
   for (auto _ : state) batch.set_parameters(0, p.mean_rad, p.weight_rad, p.delay_rad);
 }
 BENCHMARK(set_parameters);

@@ -23,7 +23,7 @@ bool gets_somewhere(const Repertoire& repertoire) {
 
 }  // namespace
 
-Characters::Characters(const MotionModel& model, std::span<const CharacterStart> starts,
+Characters::Characters(const motion::MotionModel& model, std::span<const CharacterStart> starts,
                        const CharactersSettings& settings)
     : settings_(settings),
       repertoire_(std::make_unique<const Repertoire>(model)),

@@ -43,7 +43,7 @@ struct CharacterState {
 class Characters {
  public:
   /// @throws ConfigError as Repertoire and CharacterBatch, and for a style the model has not
-  Characters(const MotionModel& model, std::span<const CharacterStart> starts,
+  Characters(const motion::MotionModel& model, std::span<const CharacterStart> starts,
              const CharactersSettings& settings);
 
   int size() const { return batch_.size(); }

@@ -8,7 +8,7 @@
 
 namespace mimesis::synthesizer {
 
-MotionParameters parameters_of(const Pattern& p) {
+MotionParameters parameters_of(const motion::Pattern& p) {
   const std::string name = "pattern '" + p.trial.style + "' of '" + p.trial.clip + "': ";
   if (p.mean_rad.size() == 0 || p.weight_rad.cols() == 0 ||
       p.weight_rad.rows() != p.mean_rad.size() || p.delay_rad.rows() != p.weight_rad.rows() ||

@@ -16,7 +16,7 @@ struct MotionParameters {
 
 /// @throws ConfigError if the sizes do not fit each other, a number is not finite or the duration
 /// is not positive.
-MotionParameters parameters_of(const Pattern& pattern);
+MotionParameters parameters_of(const motion::Pattern& pattern);
 
 /// Σ αₚ · parts[p] of all parameters [M18 eq. 3.19-3.22 for two]; Σ αₚ = 1, each of any sign. `out`
 /// may not be one of the parts. Does not allocate if `out` has the size.

@@ -31,7 +31,7 @@ std::optional<double> carrying(const std::string& row) {
   return {};
 }
 
-MotionParameters standing(const MotionModel& model, const MotionParameters& walk) {
+MotionParameters standing(const motion::MotionModel& model, const MotionParameters& walk) {
   MotionParameters still = walk;
   still.weight_rad.setZero();
   for (std::size_t r = 0; r < model.rows.size(); ++r) {
@@ -43,29 +43,29 @@ MotionParameters standing(const MotionModel& model, const MotionParameters& walk
 
 enum class Turn { none, left, right };
 
-Turn turn_of(const Pattern& pattern) {
+Turn turn_of(const motion::Pattern& pattern) {
   if (std::abs(pattern.trial.turn_rad) <= kTurning) return Turn::none;
   return pattern.trial.turn_rad > 0.0 ? Turn::left : Turn::right;
 }
 
 }  // namespace
 
-Repertoire::Repertoire(const MotionModel& model) : model_(model) {
+Repertoire::Repertoire(const motion::MotionModel& model) : model_(model) {
   if (model.patterns.empty()) throw ConfigError(model.name + ": the model has no pattern");
   std::vector<MotionParameters> parts;
-  for (const Pattern& pattern : model.patterns) parts.push_back(parameters_of(pattern));
+  for (const motion::Pattern& pattern : model.patterns) parts.push_back(parameters_of(pattern));
   if (!model.tied) remove_delay_ambiguities(model.sources, model.fixed, parts, kMinSimilarity);
 
   model_.patterns.clear();
   model_.tied = true;
-  for (const Pattern& pattern : model.patterns) {
+  for (const motion::Pattern& pattern : model.patterns) {
     if (find(pattern.trial.style) < 0) styles_.push_back({.name = pattern.trial.style});
   }
   for (StyleMotions& style : styles_) {
     for (const Turn turn : {Turn::none, Turn::left, Turn::right}) {
       std::vector<MotionParameters> same;
       for (std::size_t p = 0; p < parts.size(); ++p) {
-        const Pattern& pattern = model.patterns[p];
+        const motion::Pattern& pattern = model.patterns[p];
         if (pattern.trial.style == style.name && turn_of(pattern) == turn) same.push_back(parts[p]);
       }
       if (same.empty()) continue;
@@ -81,7 +81,7 @@ Repertoire::Repertoire(const MotionModel& model) : model_(model) {
 }
 
 int Repertoire::add(const MotionParameters& parameters, const std::string& style) {
-  Pattern pattern;
+  motion::Pattern pattern;
   pattern.trial.style = style;
   pattern.trial.duration_s = math::kTwoPi / parameters.frequency_rad_s;
   pattern.mean_rad = parameters.mean_rad;

@@ -38,11 +38,11 @@ class Repertoire {
  public:
   /// @throws ConfigError for a model without patterns, with a pattern of no duration or of other
   /// sizes.
-  explicit Repertoire(const MotionModel& model);
+  explicit Repertoire(const motion::MotionModel& model);
 
   /// Its patterns are the motions: what a CharacterBatch is made of. It says `tied`, so that the
   /// batch blends patterns; see same_delays().
-  const MotionModel& model() const { return model_; }
+  const motion::MotionModel& model() const { return model_; }
   /// All motions with a share have the same delays (of a tied model: all motions), so that their
   /// blend is a blend of weights and means.
   bool same_delays(std::span<const double> beta) const;
@@ -61,7 +61,7 @@ class Repertoire {
   void measure();
   double measure_closing(const StyleMotions& style) const;
 
-  MotionModel model_;
+  motion::MotionModel model_;
   std::vector<RepertoireMotion> motions_;
   std::vector<StyleMotions> styles_;
 };

@@ -20,7 +20,7 @@ constexpr int kBlend = -1, kOwn = -2;
 constexpr int kLegJoints[6] = {mocap::kLeftHip,  mocap::kLeftKnee,  mocap::kLeftAnkle,
                                mocap::kRightHip, mocap::kRightKnee, mocap::kRightAnkle};
 
-int row_of(const MotionModel& model, int body_row) {
+int row_of(const motion::MotionModel& model, int body_row) {
   const auto found =
       std::find(model.rows.begin(), model.rows.end(), mocap::body_row_name(body_row));
   return found == model.rows.end() ? -1 : static_cast<int>(found - model.rows.begin());
@@ -42,7 +42,7 @@ struct CharacterBatch::Tile {
 };
 
 struct CharacterBatch::Data {
-  Data(const MotionModel& model, int count_, const CharacterOptions& options_)
+  Data(const motion::MotionModel& model, int count_, const CharacterOptions& options_)
       : options(options_),
         count(count_),
         maker(model, options_.harmonics, options_.tolerance_rad),
@@ -72,7 +72,7 @@ struct CharacterBatch::Data {
   }
   Eigen::Vector3d in_world(int i, const Lane* p);
   void step(Tile& tile, int first, double dt_s);
-  void tabulate(const MotionModel& model);
+  void tabulate(const motion::MotionModel& model);
   void add_rows(int i, int lane);
   void synthesize(const Tile& tile, int first);
   void lock_feet(Tile& tile, int first);
@@ -99,7 +99,7 @@ struct CharacterBatch::Data {
   RotationLanes rotation{};
 };
 
-CharacterBatch::CharacterBatch(const MotionModel& model, int count,
+CharacterBatch::CharacterBatch(const motion::MotionModel& model, int count,
                                const CharacterOptions& options) {
   if (count < 1)
     throw ConfigError("characters: " + std::to_string(count) + ", expected at least 1");
@@ -130,12 +130,12 @@ CharacterBatch::CharacterBatch(const MotionModel& model, int count,
   }
 }
 
-void CharacterBatch::Data::tabulate(const MotionModel& model) {
+void CharacterBatch::Data::tabulate(const motion::MotionModel& model) {
   std::vector<float> one(static_cast<std::size_t>(maker.size()));
   tables.resize(static_cast<std::size_t>(patterns) * static_cast<std::size_t>(samples + 3) *
                 static_cast<std::size_t>(maker.row_stride()));
   for (int p = 0; p < patterns; ++p) {
-    const Pattern& q = model.patterns[static_cast<std::size_t>(p)];
+    const motion::Pattern& q = model.patterns[static_cast<std::size_t>(p)];
     maker.make(q.mean_rad, q.weight_rad, q.delay_rad, one.data());
     maker.tabulate(one.data(), samples, table(p, 0));
   }

@@ -53,7 +53,7 @@ class CharacterBatch {
   /// All characters start with pattern 0, its duration's frequency (1 s if it has none), phase 0,
   /// at the origin, heading along x.
   /// @throws ConfigError for a model that does not fit together, count < 1, dt out of range.
-  CharacterBatch(const MotionModel& model, int count, const CharacterOptions& options = {});
+  CharacterBatch(const motion::MotionModel& model, int count, const CharacterOptions& options = {});
   ~CharacterBatch();
   CharacterBatch(CharacterBatch&&) noexcept;
   CharacterBatch& operator=(CharacterBatch&&) noexcept;

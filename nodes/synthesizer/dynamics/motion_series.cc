@@ -12,7 +12,7 @@
 namespace mimesis::synthesizer {
 namespace {
 
-void check(const MotionModel& model) {
+void check(const motion::MotionModel& model) {
   auto need = [&](bool condition, const std::string& what) {
     if (!condition) throw ConfigError("motion model \"" + model.name + "\": " + what);
   };
@@ -23,7 +23,7 @@ void check(const MotionModel& model) {
   need(model.fixed >= 0 && model.fixed <= k, "fixed is outside [0, sources]");
   need(model.sources.allFinite(), "a source is not finite");
   for (std::size_t p = 0; p < model.patterns.size(); ++p) {
-    const Pattern& q = model.patterns[p];
+    const motion::Pattern& q = model.patterns[p];
     const std::string at = "pattern " + std::to_string(p);
     need(q.mean_rad.size() == rows && q.weight_rad.rows() == rows && q.weight_rad.cols() == k &&
              q.delay_rad.rows() == rows && q.delay_rad.cols() == k,
@@ -66,7 +66,7 @@ Eigen::MatrixXd slow_basis(Eigen::Index length) {
 
 }  // namespace
 
-MotionSeries::MotionSeries(const MotionModel& model, int harmonics, double tolerance_rad) {
+MotionSeries::MotionSeries(const motion::MotionModel& model, int harmonics, double tolerance_rad) {
   check(model);
   const Eigen::Index k = model.sources.rows(), length = model.sources.cols();
   const int most = static_cast<int>((length - 1) / 2);
@@ -91,7 +91,7 @@ MotionSeries::MotionSeries(const MotionModel& model, int harmonics, double toler
   harmonics_ = harmonics > 0 ? harmonics : 1;
   for (;; ++harmonics_) {
     truncation_rad_ = 0.0;
-    for (const Pattern& p : model.patterns) {
+    for (const motion::Pattern& p : model.patterns) {
       truncation_rad_ = std::max(truncation_rad_, truncation(p, harmonics_));
     }
     if (harmonics > 0 || truncation_rad_ <= tolerance_rad || harmonics_ == most) break;
@@ -100,7 +100,7 @@ MotionSeries::MotionSeries(const MotionModel& model, int harmonics, double toler
   stride_ = (rows_ + 15) / 16 * 16;
 }
 
-double MotionSeries::truncation(const Pattern& pattern, int harmonics) const {
+double MotionSeries::truncation(const motion::Pattern& pattern, int harmonics) const {
   double worst = 0.0;
   for (Eigen::Index r = 0; r < rows_; ++r) {
     double sum = 0.0;  // Σₕ |Σₖ wₖ Cₖₕ e^{−ihφₖ}| of what is cut off

@@ -22,7 +22,7 @@ class MotionSeries {
   ///                   tolerance_rad for all patterns of the model
   /// @throws ConfigError for a model without sources, rows or patterns, with sizes that do not fit
   ///         or with an H out of range.
-  MotionSeries(const MotionModel& model, int harmonics, double tolerance_rad);
+  MotionSeries(const motion::MotionModel& model, int harmonics, double tolerance_rad);
 
   int rows() const { return rows_; }                         ///< R
   int sources() const { return int(source_.rows()); }        ///< K
@@ -47,7 +47,7 @@ class MotionSeries {
   void tabulate(const float* series, int samples, float* table) const;
 
  private:
-  double truncation(const Pattern& pattern, int harmonics) const;
+  double truncation(const motion::Pattern& pattern, int harmonics) const;
 
   int rows_ = 0, harmonics_ = 0, basis_ = 0, stride_ = 0, fixed_ = 0;
   double truncation_rad_ = 0.0;

@@ -10,7 +10,7 @@
 namespace mimesis::synthesizer {
 namespace {
 
-double linear(const MotionModel& model, Eigen::Index k, double phase_rad) {
+double linear(const motion::MotionModel& model, Eigen::Index k, double phase_rad) {
   const Eigen::Index n = model.sources.cols();
   double at = phase_rad / math::kTwoPi * static_cast<double>(n);
   at -= std::floor(at / static_cast<double>(n)) * static_cast<double>(n);
@@ -19,7 +19,7 @@ double linear(const MotionModel& model, Eigen::Index k, double phase_rad) {
   return (1.0 - u) * model.sources(k, i) + u * model.sources(k, (i + 1) % n);
 }
 
-double cubic(const MotionModel& model, Eigen::Index k, double phase_rad) {
+double cubic(const motion::MotionModel& model, Eigen::Index k, double phase_rad) {
   const Eigen::Index n = model.sources.cols();
   const double at = math::wrap_two_pi(phase_rad) / math::kTwoPi * static_cast<double>(n);
   const Eigen::Index i = std::min(static_cast<Eigen::Index>(at), n - 1);
@@ -34,7 +34,7 @@ double cubic(const MotionModel& model, Eigen::Index k, double phase_rad) {
 
 }  // namespace
 
-void mixture_at(const MotionModel& model, const MotionParameters& p, double phase_rad,
+void mixture_at(const motion::MotionModel& model, const MotionParameters& p, double phase_rad,
                 Between between, Eigen::Ref<Eigen::VectorXd> rows) {
   rows = p.mean_rad;
   for (Eigen::Index k = 0; k < p.weight_rad.cols(); ++k) {

@@ -9,7 +9,7 @@ enum class Between { kLinear, kCubic };
 /// ξᵣ = mᵣ + Σₖ wᵣₖ sₖ(φ − φᵣₖ) [M18 eq. 3.3, 3.14] at phase φ ∈ [0, 2π) of an action. The model's
 /// fixed source is the ramp cos(φ/2) in closed form. Zero weights are skipped.
 /// `rows`: R. Does not allocate.
-void mixture_at(const MotionModel& model, const MotionParameters& p, double phase_rad,
+void mixture_at(const motion::MotionModel& model, const MotionParameters& p, double phase_rad,
                 Between between, Eigen::Ref<Eigen::VectorXd> rows);
 
 /// Parameters of a mixture while actions follow each other. The action under way takes new

@@ -44,12 +44,12 @@ demix::Mixture part_of(demix::Mixture all, Eigen::Index first, Eigen::Index coun
 }
 
 // The mixture of one action in terms of all sources; those it was not learned with get weight 0.
-MotionModel as_model(const DrawerData& data, Action action, const demix::Mixture& mix,
+motion::MotionModel as_model(const DrawerData& data, Action action, const demix::Mixture& mix,
                      const demix::Mixture& all) {
   const auto& set = data.action[action];
   const Eigen::MatrixXd fit = mix.reconstruct();
   const auto rows = set.rows_per_trial(), k = mix.source_count(), k_all = all.source_count();
-  MotionModel model{.name = set.trials.front().style,
+  motion::MotionModel model{.name = set.trials.front().style,
                     .created_by = "mimesis drawer",
                     .learned_from = {},
                     .body = data.body,
@@ -63,7 +63,7 @@ MotionModel as_model(const DrawerData& data, Action action, const demix::Mixture
                     .quality_squared = demix::quality_squared(set.samples, fit)};
   for (std::size_t i = 0; i < set.trials.size(); ++i) {
     const auto first = static_cast<Eigen::Index>(i) * rows;
-    Pattern p{.trial = set.trials[i],
+    motion::Pattern p{.trial = set.trials[i],
               .mean_rad = mix.means.segment(first, rows),
               .weight_rad = Eigen::MatrixXd::Zero(rows, k_all),
               .delay_rad = all.delay_rad.topRows(rows)};
@@ -121,7 +121,7 @@ namespace {
 ActionRanges learned_ranges(const DrawerModel& model) {
   std::array<mocap::Trials, kActions> trials;
   for (std::size_t a = 0; a < kActions; ++a)
-    for (const Pattern& p : model.action[a].patterns) trials[a].trials.push_back(p.trial);
+    for (const motion::Pattern& p : model.action[a].patterns) trials[a].trials.push_back(p.trial);
   return ranges_of(trials);
 }
 
@@ -129,13 +129,13 @@ constexpr int kLegRows = 3 * (mocap::kRightAnkle - mocap::kLeftHip + 1);
 constexpr double kWide = 4.0, kSmallRidge = 1e-3;  // standard deviations of the inputs; relative
 
 // Means, then weights column by column.
-Eigen::RowVectorXd flat(const Pattern& p) {
+Eigen::RowVectorXd flat(const motion::Pattern& p) {
   Eigen::RowVectorXd y(p.mean_rad.size() + p.weight_rad.size());
   y << p.mean_rad.transpose(), p.weight_rad.reshaped().transpose();
   return y;
 }
 
-Eigen::VectorXi clips_of(const MotionModel& model) {
+Eigen::VectorXi clips_of(const motion::MotionModel& model) {
   std::map<std::string, int> number;
   Eigen::VectorXi group(static_cast<Eigen::Index>(model.patterns.size()));
   for (Eigen::Index i = 0; i < group.size(); ++i)
@@ -197,7 +197,7 @@ ActionMaps::ActionMaps(DrawerModel model, const LocalRegressionOptions& options)
 }
 
 MotionParameters ActionMaps::at(Action action, const ActionTask& task) const {
-  const Pattern& like = model_.action[action].patterns.front();
+  const motion::Pattern& like = model_.action[action].patterns.front();
   const Eigen::VectorXd y = maps_[action].at(inputs(action, task)).value;
   const auto rows = like.mean_rad.size();
   Eigen::MatrixXd all = y.reshaped(rows, 1 + like.weight_rad.cols());  // means and weights

@@ -27,7 +27,7 @@ struct DrawerModel {
   Drawer drawer;
   DrawerModelOptions options;
   /// Patterns in the order of the trials. Action 1 has weight 0 on the further sources.
-  std::array<MotionModel, kActions> action;
+  std::array<motion::MotionModel, kActions> action;
   double quality_squared = 0.0;        ///< Q2 of all actions together, all sources
   double first_quality_squared = 0.0;  ///< Q2 of action 1 with its sources
 };

@@ -19,7 +19,7 @@ namespace {
 using Stage = StepCourse::Stage;
 constexpr double kCharactersDt = 0.005;
 
-Characters one(const MotionModel& model, CharactersSettings settings = {},
+Characters one(const motion::MotionModel& model, CharactersSettings settings = {},
                CharacterStart start = {}) {
   settings.walk.dt_s = kCharactersDt;
   return Characters(model, {&start, 1}, settings);
@@ -91,7 +91,7 @@ TEST(Characters, ArriveNear) {
 }
 
 TEST(Characters, OfTheRepositoryArriveAnywhere) {
-  const MotionModel model = load_motion_model(MIMESIS_SOURCE_DIR "/models/walk.motion.json");
+  const motion::MotionModel model = motion::load_motion_model(MIMESIS_SOURCE_DIR "/models/walk.motion.json");
   const std::vector<CharacterStart> starts(100);
   for (const char* style : {"walk", "slow", "stride", "brisk"}) {
     Characters characters(model, starts, {.style = style});
@@ -329,7 +329,7 @@ TEST(Characters, TellThatAGoalComesNoNearer) {
 }
 
 TEST(Characters, FreeDelaysAreBlendedToo) {  // each pattern of the model has delays of its own
-  const MotionModel model = testing::three_styles();
+  const motion::MotionModel model = testing::three_styles();
   ASSERT_FALSE(model.tied);
   Characters characters = one(model, {.walking = true, .foot_lock = false});
   characters.walk(0).style().wish(std::vector<double>{0.5, 0.5, 0.0}, 0.5);
@@ -368,7 +368,7 @@ TEST(Characters, RefuseAnUnknownStyle) {
 }
 
 TEST(Characters, DependOnNothingButTheirOwnInputs) {
-  const MotionModel model = testing::three_styles(true);
+  const motion::MotionModel model = testing::three_styles(true);
   const auto starts = form(37, {.arrangement = Arrangement::circle, .spread_phases = true});
   Characters crowd(model, starts, {.walk = {.dt_s = kCharactersDt}});
   Characters alone(model, {&starts[20], 1}, {.walk = {.dt_s = kCharactersDt}});
@@ -386,7 +386,7 @@ TEST(Characters, DependOnNothingButTheirOwnInputs) {
 TEST(Characters, DoNotAllocate) {
   const auto starts = form(20, {});
   for (const bool tied : {false, true}) {
-    MotionModel model = tied ? testing::random_model(1) : testing::three_styles();
+    motion::MotionModel model = tied ? testing::random_model(1) : testing::three_styles();
     Characters characters(model, starts, {.walk = {.dt_s = kCharactersDt}, .walking = true});
     const std::vector<double> shares = {0.2, 0.3, 0.5};
     const mimesis::testing::NoMalloc guard;

@@ -11,12 +11,12 @@ namespace mimesis::synthesizer::testing {
 /// A synthetic model as a file, until the end of the test program.
 class ModelFile {
  public:
-  explicit ModelFile(MotionModel model)
+  explicit ModelFile(motion::MotionModel model)
       : folder_(std::filesystem::temp_directory_path() /
                 ("synthesizer_test_" + std::to_string(getpid()))) {
     std::filesystem::create_directories(folder_);
     model.name = "three";
-    save_motion_model(model, path());
+    motion::save_motion_model(model, path());
   }
   ~ModelFile() {
     std::error_code ignored;

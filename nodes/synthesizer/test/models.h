@@ -5,12 +5,12 @@ namespace mimesis::synthesizer::testing {
 
 /// Three styles of synthetic walkers with the same sources: "walk" (1 m/s, 1 s), "slow" (0.5 m/s,
 /// 1.3 s), "brisk" (1.2 m/s, 0.9 s). `turns`: "walk" has turns of ±0.8 rad/s too.
-inline MotionModel three_styles(bool turns = false) {
+inline motion::MotionModel three_styles(bool turns = false) {
   constexpr int kHarmonics = 8;  // of 24: enough to walk, and quick to load
-  MotionModel model = walking_model({.harmonics = kHarmonics});
+  motion::MotionModel model = walking_model({.harmonics = kHarmonics});
   const auto add = [&model](const char* style, WalkSettings settings) {
     settings.harmonics = kHarmonics;
-    Pattern pattern = walking_model(settings).patterns.front();
+    motion::Pattern pattern = walking_model(settings).patterns.front();
     pattern.trial.style = style;
     model.patterns.push_back(pattern);
   };
@@ -24,8 +24,8 @@ inline MotionModel three_styles(bool turns = false) {
 }
 
 /// The same kind of model for a robot: rows are joints, nothing moves a pelvis.
-inline MotionModel robot_model() {
-  MotionModel model = random_model(3);
+inline motion::MotionModel robot_model() {
+  motion::MotionModel model = random_model(3);
   model.name = "robot";
   for (std::size_t r = 0; r < model.rows.size(); ++r) model.rows[r] = "joint_" + std::to_string(r);
   return model;

@@ -176,7 +176,7 @@ TEST(SynthesizerNode, TheSmoothVelocityIsTheMovedOneALittleLater) {
 
 /// A walk whose left knee may bend half as far as it wants to.
 TEST(SynthesizerNode, StaysWithinTheModelsLimits) {
-  MotionModel model = load_motion_model(file().path());
+  motion::MotionModel model = motion::load_motion_model(file().path());
   const auto knee = static_cast<int>(std::ranges::find(model.rows, "lknee.y") - model.rows.begin());
   const auto most_bent = [knee](Rig& rig) {
     rig.go(20.0, 0.0);
@@ -192,7 +192,7 @@ TEST(SynthesizerNode, StaysWithinTheModelsLimits) {
   model.limits_rad.assign(model.rows.size(), std::nullopt);
   model.limits_rad[static_cast<std::size_t>(knee)] = {.lower = -1.0, .upper = 0.5 * wanted};
   const std::string limited = file().path() + ".limited";
-  save_motion_model(model, limited);
+  motion::save_motion_model(model, limited);
   for (const int characters : {1, 2}) {
     SynthesizerParams p = params(characters);
     p.model = limited;

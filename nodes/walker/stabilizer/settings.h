@@ -3,7 +3,7 @@
 namespace mimesis::walker {
 
 /// Gains of the stabilizer. Sources: [K10] Kajita et al., IROS 2010; [C19] Caron, Kheddar, Tempier,
-/// ICRA 2019; figures found by trials on two plants [walking.md 8.6] unless another source is
+/// ICRA 2019; figures found by trials on two plants [docs/walking.md 4] unless another source is
 /// named. Standing in double support, measured frequency responses of both plants and 2 to 4 ticks
 /// from command to measurement leave a gain margin of 2 and a phase margin of 42 degrees or more.
 struct StabilizerSettings {

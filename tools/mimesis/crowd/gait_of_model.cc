@@ -5,7 +5,7 @@
 #include "common/error.h"
 #include "common/math/circle.h"
 #include "nodes/synthesizer/dynamics/character_batch.h"
-#include "nodes/synthesizer/repertoire.h"
+#include "nodes/synthesizer/character/repertoire.h"
 
 namespace mimesis::tool {
 namespace {
@@ -71,7 +71,7 @@ MeasuredGait fitted(const std::vector<Sample>& samples, int harmonics) {
 
 }  // namespace
 
-std::vector<MeasuredGait> measure_gaits(const synthesizer::MotionModel& model,
+std::vector<MeasuredGait> measure_gaits(const motion::MotionModel& model,
                                         const std::string& style, int harmonics) {
   const synthesizer::Repertoire repertoire(model);
   if (!style.empty() && repertoire.find(style) < 0) {

@@ -9,7 +9,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "common/runtime/suggest.h"
+#include "common/runtime/value_text.h"
 #include "tools/mimesis/launch/process.h"
 
 namespace mimesis::launch {

@@ -7,7 +7,6 @@
 #include <set>
 
 #include "common/error.h"
-#include "common/runtime/suggest.h"
 #include "common/runtime/value_text.h"
 
 namespace mimesis::launch {

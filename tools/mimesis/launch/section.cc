@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "common/error.h"
-#include "common/runtime/suggest.h"
 #include "common/runtime/value_text.h"
 
 namespace mimesis::launch {

@@ -5,7 +5,6 @@
 #include <string>
 #include <vector>
 
-#include "common/runtime/variables.h"
 #include "common/runtime/yaml_document.h"
 
 namespace mimesis::launch {

@@ -22,7 +22,7 @@
 #include <unordered_map>
 
 #include "common/error.h"
-#include "common/runtime/suggest.h"
+#include "common/runtime/value_text.h"
 #include "tools/mimesis/log/field_columns.h"
 #include "tools/mimesis/number_check.h"
 

@@ -17,7 +17,7 @@
 #include <set>
 
 #include "common/error.h"
-#include "common/runtime/type_info.h"
+#include "common/runtime/raw.h"
 #include "tools/mimesis/log/convert_lcm.h"
 #include "tools/mimesis/log/new_log.h"
 #include "tools/mimesis/log/open_log.h"

@@ -6,7 +6,6 @@
 #include <algorithm>
 
 #include "common/error.h"
-#include "common/runtime/suggest.h"
 #include "common/runtime/value_text.h"
 #include "tools/mimesis/log/field_text.h"
 

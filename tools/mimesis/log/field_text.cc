@@ -10,7 +10,6 @@
 #include <limits>
 
 #include "common/error.h"
-#include "common/runtime/suggest.h"
 #include "common/runtime/value_text.h"
 
 namespace mimesis::tool {

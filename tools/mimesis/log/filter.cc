@@ -9,7 +9,6 @@
 #include <memory>
 
 #include "common/error.h"
-#include "common/runtime/suggest.h"
 #include "common/runtime/value_text.h"
 #include "proto/steps.pb.h"
 #include "tools/mimesis/log/new_log.h"

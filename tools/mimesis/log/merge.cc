@@ -8,7 +8,6 @@
 #include <iostream>
 #include <memory>
 
-#include "common/runtime/suggest.h"
 #include "common/runtime/value_text.h"
 #include "tools/mimesis/log/new_log.h"
 #include "tools/mimesis/log/open_log.h"

@@ -15,7 +15,6 @@
 
 #include "common/error.h"
 #include "common/log/crc32.h"
-#include "common/runtime/suggest.h"
 #include "common/runtime/value_text.h"
 #include "tools/mimesis/log/human.h"
 #include "tools/mimesis/stop_signals.h"

@@ -19,7 +19,7 @@
 #include <optional>
 #include <thread>
 
-#include "common/runtime/log_lines.h"
+#include "common/runtime/log.h"
 #include "common/runtime/node_clock.h"
 #include "common/runtime/ports.h"
 #include "common/runtime/raw.h"
@@ -31,7 +31,6 @@
 #include "tools/mimesis/log/play_terminal.h"
 #include "tools/mimesis/log/play_timing.h"
 #include "tools/mimesis/log/playback.h"
-#include "tools/mimesis/log/subverbs.h"
 #include "tools/mimesis/log/verb_options.h"
 #include "tools/mimesis/number_check.h"
 

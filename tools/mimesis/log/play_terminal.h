@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "common/runtime/time.h"
+#include "common/time.h"
 
 namespace mimesis::tool {
 

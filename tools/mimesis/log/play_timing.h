@@ -3,7 +3,7 @@
 #include <chrono>
 #include <cstdint>
 
-#include "common/runtime/time.h"
+#include "common/time.h"
 
 namespace mimesis::tool {
 

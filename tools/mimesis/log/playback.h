@@ -13,7 +13,6 @@
 #include <unordered_map>
 #include <vector>
 
-#include "tools/mimesis/log/log_time.h"
 #include "tools/mimesis/log/open_log.h"
 #include "tools/mimesis/topic_filter.h"
 

@@ -9,7 +9,7 @@
 #include <sstream>
 
 #include "common/error.h"
-#include "tools/mimesis/log/byte_size.h"
+#include "tools/mimesis/log/human.h"
 
 namespace mimesis::tool {
 namespace {

@@ -8,7 +8,7 @@
 #include <ostream>
 #include <sstream>
 
-#include "tools/mimesis/log/byte_size.h"
+#include "tools/mimesis/log/human.h"
 #include "tools/mimesis/table.h"
 
 namespace mimesis::tool {

@@ -15,11 +15,11 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "common/runtime/suggest.h"
+#include "common/runtime/value_text.h"
 #include "tools/mimesis/launch/command.h"
-#include "tools/mimesis/log/arithmetic.h"
-#include "tools/mimesis/log/log_progress.h"
-#include "tools/mimesis/log/subverbs.h"
+#include "tools/mimesis/log/provenance.h"
+#include "tools/mimesis/log/open_log.h"
+#include "tools/mimesis/log/verb_options.h"
 #include "tools/mimesis/number_check.h"
 #include "tools/mimesis/table.h"
 

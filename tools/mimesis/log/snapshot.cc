@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <filesystem>
 
-#include "tools/mimesis/log/byte_size.h"
+#include "tools/mimesis/log/human.h"
 
 namespace mimesis::tool {
 namespace {

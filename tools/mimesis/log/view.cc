@@ -15,13 +15,12 @@
 
 #include "common/model/files.h"
 #include "common/model/viewer.h"
-#include "common/runtime/param_reader.h"
-#include "common/runtime/type_info.h"
+#include "common/runtime/param_source.h"
+#include "common/runtime/raw.h"
 #include "proto/steps.pb.h"
-#include "tools/mimesis/log/latched_repeats.h"
+#include "tools/mimesis/log/open_log.h"
 #include "tools/mimesis/log/packet_process.h"
-#include "tools/mimesis/log/rewriting.h"
-#include "tools/mimesis/log/subverbs.h"
+#include "tools/mimesis/log/new_log.h"
 #include "tools/mimesis/log/verb_options.h"
 #include "tools/mimesis/log/view_drawings.h"
 

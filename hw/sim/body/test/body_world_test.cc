@@ -243,7 +243,7 @@ TEST_P(Plants, GiveUnderTheirLoads) {
   EXPECT_NEAR(gives("left_shoulder_roll"), 1.0 / 3000.0, 0.1 / 3000.0);
   EXPECT_NEAR(gives("waist_pitch"), servos ? 0.0 : 1.0 / 6000.0, 0.1 / 6000.0);
   EXPECT_NEAR(gives("left_hip_roll"), 0.0, 1e-5);  // a closed chain: it cannot
-  // On the ground springs are softer than they are [walking.md 8.2].
+  // On the ground springs are softer than they are [docs/walking.md 7.2].
   EXPECT_NEAR(gives("left_knee"), 1.0 / 4200.0, 0.1 / 4200.0);
   EXPECT_NEAR(gives("left_ankle_pitch"), servos ? 1.0 / 537.0 : 1.0 / 880.0, 0.15 / 537.0);
 }

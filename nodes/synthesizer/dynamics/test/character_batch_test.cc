@@ -18,7 +18,7 @@ namespace {
 using testing::random_model, testing::walking_model;
 
 /// ξ at any phase: the mixture's sources as trigonometric interpolation of their samples.
-Eigen::VectorXd mixture_at(const MotionModel& model, const Pattern& p, double phase) {
+Eigen::VectorXd mixture_at(const motion::MotionModel& model, const motion::Pattern& p, double phase) {
   const Eigen::Index length = model.sources.cols();
   Eigen::VectorXd xi = p.mean_rad;
   for (Eigen::Index r = 0; r < xi.size(); ++r) {
@@ -55,7 +55,7 @@ Eigen::VectorXd angles_of(const CharacterBatch& batch, int i) {
 
 TEST(CharacterBatch, AnglesAreTheMixtureAtThePhase) {
   for (const int fixed : {0, 1, 3}) {
-    const MotionModel model = random_model(5, 4, 3, fixed);
+    const motion::MotionModel model = random_model(5, 4, 3, fixed);
     CharacterBatch batch(model, 3, {.dt_s = 1.0 / 200.0});
     EXPECT_LE(batch.series().truncation_rad(), 1e-3);
     for (int i = 0; i < 3; ++i) batch.set_pattern(i, i);
@@ -72,10 +72,10 @@ TEST(CharacterBatch, AnglesAreTheMixtureAtThePhase) {
 
 TEST(CharacterBatch, OwnParametersAreTheMixtureWithinTheStatedError) {
   for (const int fixed : {0, 3}) {
-    const MotionModel model = random_model(6, 4, 2, fixed);
+    const motion::MotionModel model = random_model(6, 4, 2, fixed);
     CharacterBatch batch(model, 1, {.dt_s = 0.01, .tolerance_rad = 1e-4, .individual = true});
     EXPECT_LE(batch.series().truncation_rad(), 1e-4);
-    const Pattern& p = model.patterns[1];
+    const motion::Pattern& p = model.patterns[1];
     batch.set_parameters(0, p.mean_rad, p.weight_rad, p.delay_rad);
     for (int n = 0; n < 100; ++n) {
       batch.step();
@@ -109,7 +109,7 @@ TEST(CharacterBatch, FollowsAnExternalOscillator) {
 }
 
 TEST(CharacterBatch, PosturesAreForwardKinematics) {
-  const MotionModel model = random_model(9);
+  const motion::MotionModel model = random_model(9);
   CharacterBatch batch(model, 40, {});
   for (int i = 0; i < 40; ++i) batch.set_phase(i, 0.1 * i);
   batch.set_root(33, {3.0, -2.0}, 0.7);
@@ -160,7 +160,7 @@ std::vector<unsigned char> bits(const CharacterBatch& batch, int i) {
 }
 
 TEST(CharacterBatch, ResultsDependNeitherOnPlaceNorOnCompany) {
-  const MotionModel model = random_model(3);
+  const motion::MotionModel model = random_model(3);
   const CharacterOptions options{.individual = true, .foot_lock = true};
   CharacterBatch alone(model, 1, options), many(model, 45, options);
   auto settle = [&](CharacterBatch& batch, int i, int like) {
@@ -181,9 +181,9 @@ TEST(CharacterBatch, ResultsDependNeitherOnPlaceNorOnCompany) {
 }
 
 TEST(CharacterBatch, StepsAndSettersDoNotAllocate) {
-  const MotionModel model = random_model(3, 4, 3, 1);
+  const motion::MotionModel model = random_model(3, 4, 3, 1);
   CharacterBatch batch(model, 20, {.individual = true, .foot_lock = true});
-  const Pattern p = model.patterns[1];
+  const motion::Pattern p = model.patterns[1];
   const std::array beta{0.2, 0.3, 0.5};
   const mimesis::testing::NoMalloc guard;
   for (int n = 0; n < 50; ++n) {
@@ -196,10 +196,10 @@ TEST(CharacterBatch, StepsAndSettersDoNotAllocate) {
 }
 
 TEST(CharacterBatch, BlendsAreLinearInTheParameters) {
-  const MotionModel model = random_model(11);
+  const motion::MotionModel model = random_model(11);
   CharacterBatch batch(model, 2, {.individual = true});
   const std::array beta{0.6, -0.1, 0.5};
-  Pattern sum = model.patterns[0];
+  motion::Pattern sum = model.patterns[0];
   sum.mean_rad.setZero();
   sum.weight_rad.setZero();
   for (std::size_t p = 0; p < 3; ++p) {
@@ -213,7 +213,7 @@ TEST(CharacterBatch, BlendsAreLinearInTheParameters) {
 }
 
 TEST(CharacterBatch, ModelsThatDoNotFitAreRefused) {
-  auto refused = [](const MotionModel& model, const char* what, int count = 1,
+  auto refused = [](const motion::MotionModel& model, const char* what, int count = 1,
                     CharacterOptions options = {}) {
     try {
       const CharacterBatch batch(model, count, options);
@@ -222,11 +222,11 @@ TEST(CharacterBatch, ModelsThatDoNotFitAreRefused) {
       EXPECT_NE(std::string(e.what()).find(what), std::string::npos) << e.what();
     }
   };
-  const MotionModel good = random_model(1);
+  const motion::MotionModel good = random_model(1);
   refused(good, "characters: 0", 0);
   refused(good, "dt_s", 1, {.dt_s = 0.0});
   refused(good, "harmonics: 50", 1, {.harmonics = 50});
-  MotionModel bad = good;
+  motion::MotionModel bad = good;
   bad.patterns.clear();
   refused(bad, "no pattern");
   bad = good;

@@ -17,7 +17,7 @@ struct Slide {
 
 /// A walker whose feet slide by 10 cm a stance, at 100 Hz.
 Slide walk(bool lock) {
-  const MotionModel model = walking_model({.slide_m = 0.1});
+  const motion::MotionModel model = walking_model({.slide_m = 0.1});
   CharacterBatch batch(model, 1, {.dt_s = 0.01, .foot_lock = lock});
   CharacterBatch free(model, 1, {.dt_s = 0.01});
   Slide result;
@@ -61,7 +61,7 @@ TEST(FootLock, FeetThatSlideStand) {
 }
 
 TEST(FootLock, FeetStandInTurnsToo) {  // the displacement stays where it is in the world
-  const MotionModel model = walking_model({.speed_m_s = 0.8, .turn_rad_s = 1.5, .slide_m = 0.08});
+  const motion::MotionModel model = walking_model({.speed_m_s = 0.8, .turn_rad_s = 1.5, .slide_m = 0.08});
   CharacterBatch batch(model, 1, {.dt_s = 0.01, .foot_lock = true});
   double path = 0.0;
   int count = 0;
@@ -100,7 +100,7 @@ TEST(FootLock, DisplacementsKeepTheirDirectionInTheWorldWhenThePelvisTurns) {
 }
 
 TEST(FootLock, FeetThatStandAreLeftAlone) {
-  const MotionModel model = walking_model();
+  const motion::MotionModel model = walking_model();
   CharacterBatch locked(model, 1, {.dt_s = 0.01, .foot_lock = true}),
       free(model, 1, {.dt_s = 0.01});
   double most = 0.0;

@@ -7,8 +7,7 @@
 #include "nodes/synthesizer/dynamics/character_batch.h"
 #include "common/motion/mocap/body_map.h"
 #include "common/motion/mocap/cycles.h"
-#include "common/motion/mocap/gait.h"
-#include "common/motion/mocap/read_clip.h"
+#include "common/motion/mocap/clip_file.h"
 #include "common/motion/mocap/test/shared_folder.h"
 
 namespace mimesis::synthesizer {
@@ -52,7 +51,7 @@ struct Walks {
   std::vector<std::array<RecordedToe, 2>> toes;  ///< by clip
   std::vector<std::size_t> clip_of;              ///< by pattern
   std::vector<double> first_column;              ///< by pattern
-  MotionModel model;
+  motion::MotionModel model;
 };
 
 Walks read_walks(const std::string& folder) {

@@ -65,7 +65,7 @@ struct Changes {
   double velocity_m_s = 0.0, yaw_rad_s = 0.0;  ///< as moved
   double travelled_m = 0.0;
 };
-Changes changes(const MotionModel& model) {
+Changes changes(const motion::MotionModel& model) {
   CharacterBatch batch(model, 1, {.dt_s = 1.0 / 200.0});
   Changes most;
   RootPose before;

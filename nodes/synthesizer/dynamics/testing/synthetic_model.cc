@@ -13,8 +13,8 @@ namespace {
 
 constexpr int kSamples = 100;
 
-MotionModel body_model(const char* name) {
-  MotionModel model;
+motion::MotionModel body_model(const char* name) {
+  motion::MotionModel model;
   model.name = name;
   model.created_by = "synthetic";
   model.body = mocap::standard_body();
@@ -78,12 +78,12 @@ void bend_leg(const mocap::Body& body, int hip, const FootPath& foot, double pel
 
 }  // namespace
 
-MotionModel random_model(std::uint64_t seed, int sources, int patterns, int fixed) {
+motion::MotionModel random_model(std::uint64_t seed, int sources, int patterns, int fixed) {
   std::mt19937_64 engine(seed);
   auto uniform = [&](double low, double high) {
     return low + (high - low) * static_cast<double>(engine() >> 11) * 0x1p-53;
   };
-  MotionModel model = body_model("random");
+  motion::MotionModel model = body_model("random");
   model.tied = true;
   model.fixed = fixed;
   model.sources.setZero(sources, kSamples);
@@ -104,7 +104,7 @@ MotionModel random_model(std::uint64_t seed, int sources, int patterns, int fixe
   for (double& phi : delay.reshaped()) phi = uniform(-std::numbers::pi, std::numbers::pi);
   delay.leftCols(fixed).setZero();
   for (int p = 0; p < patterns; ++p) {
-    Pattern q;
+    motion::Pattern q;
     q.trial.style = "random " + std::to_string(p);
     q.trial.duration_s = 1.0 + 0.1 * p;
     q.mean_rad.resize(mocap::kBodyRows);
@@ -117,8 +117,8 @@ MotionModel random_model(std::uint64_t seed, int sources, int patterns, int fixe
   return model;
 }
 
-MotionModel walking_model(const WalkSettings& w) {
-  MotionModel model = body_model("walker");
+motion::MotionModel walking_model(const WalkSettings& w) {
+  motion::MotionModel model = body_model("walker");
   const double pelvis_z = 0.87;  // flat feet need bent knees
   Eigen::MatrixXd x = Eigen::MatrixXd::Zero(mocap::kBodyRows, kSamples);
   for (Eigen::Index t = 0; t < kSamples; ++t) {
@@ -129,7 +129,7 @@ MotionModel walking_model(const WalkSettings& w) {
     set_row(x, mocap::kLeftShoulder, t, {-1.3, 0.3 * std::cos(phase), 0.0});
     set_row(x, mocap::kRightShoulder, t, {1.3, -0.3 * std::cos(phase), 0.0});
   }
-  Pattern p;
+  motion::Pattern p;
   p.trial.style = "walk";
   p.trial.duration_s = w.duration_s;
   p.trial.step_length_m = 0.5 * w.speed_m_s * w.duration_s;

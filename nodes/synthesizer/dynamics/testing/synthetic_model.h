@@ -9,7 +9,7 @@ namespace mimesis::synthesizer::testing {
 /// sources with random harmonics 1..5 that fall as 1/h², random weights of some degrees. Its
 /// figures wave their limbs; they do not walk. Same seed, same bits.
 /// @param fixed  0..3: the first sources are demix::non_periodic's, scaled to unit rms
-MotionModel random_model(std::uint64_t seed, int sources = 4, int patterns = 3, int fixed = 0);
+motion::MotionModel random_model(std::uint64_t seed, int sources = 4, int patterns = 3, int fixed = 0);
 
 /// How a synthetic walker walks.
 struct WalkSettings {
@@ -24,6 +24,6 @@ struct WalkSettings {
 /// A walk constructed from its feet: flat feet that rest on the ground for 60 % of the cycle each
 /// (phase 0: left foot lands) and swing 10 cm high; legs by inverse kinematics, swinging arms. The
 /// rows' Fourier series become the mixture: sources √2 cos hφ, one weight and delay per row.
-MotionModel walking_model(const WalkSettings& settings = {});
+motion::MotionModel walking_model(const WalkSettings& settings = {});
 
 }  // namespace mimesis::synthesizer::testing

@@ -168,7 +168,7 @@ TEST(DrawerSequence, PlaysTheMappedMixture) {
   ASSERT_TRUE(sequence.has_value());
   const auto plan = sequence->plan();
   const auto& maps = trained_maps();
-  const MotionModel& model = maps.model().action[0];
+  const motion::MotionModel& model = maps.model().action[0];
   double most_delay = 0.0;
   for (const Action action : {kNormalStep, kReachingStep}) {
     const MotionParameters p = maps.at(action, {.length_m = plan[action].length_m,

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "common/log/writer.h"
-#include "common/runtime/type_info.h"
+#include "common/runtime/raw.h"
 #include "proto/runtime.pb.h"
 #include "proto/steps.pb.h"
 #include "tools/mimesis/log/replay_log.h"

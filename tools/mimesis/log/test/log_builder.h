@@ -9,7 +9,7 @@
 #include <string>
 
 #include "common/log/writer.h"
-#include "common/runtime/type_info.h"
+#include "common/runtime/raw.h"
 #include "tools/mimesis/log/open_log.h"
 
 namespace mimesis::tool {

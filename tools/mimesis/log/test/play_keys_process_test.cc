@@ -12,7 +12,7 @@
 #include <filesystem>
 
 #include "common/log/writer.h"
-#include "common/runtime/type_info.h"
+#include "common/runtime/raw.h"
 #include "common/testing/process.h"
 #include "proto/runtime.pb.h"
 

@@ -9,7 +9,7 @@
 
 #include "common/log/summary.h"
 #include "common/log/writer.h"
-#include "common/runtime/type_info.h"
+#include "common/runtime/raw.h"
 #include "common/testing/process.h"
 #include "proto/player.pb.h"
 #include "proto/runtime.pb.h"

@@ -4,7 +4,7 @@
 
 #include "common/log/writer.h"
 #include "common/model/files.h"
-#include "common/runtime/type_info.h"
+#include "common/runtime/raw.h"
 #include "proto/arm.pb.h"
 #include "proto/cognition.pb.h"
 #include "proto/foxglove/image.pb.h"

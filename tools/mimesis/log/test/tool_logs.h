@@ -11,7 +11,7 @@
 
 #include "common/log/stream_reader.h"
 #include "common/log/writer.h"
-#include "common/runtime/type_info.h"
+#include "common/runtime/raw.h"
 #include "proto/runtime.pb.h"
 
 /// Small logs in files, for the tools that rewrite them.
