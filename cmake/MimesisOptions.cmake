@@ -39,8 +39,9 @@ if(MIMESIS_MOLD)
   endif()
 endif()
 
-# A folder that sets CMAKE_UNITY_BUILD compiles its libraries in batches of so many files.
+# Libraries compile in batches of so many files: most of the cost of a file is its headers.
 option(MIMESIS_BATCHES "Compile libraries in batches (unity builds)" ON)
+set(CMAKE_UNITY_BUILD ${MIMESIS_BATCHES})
 set(CMAKE_UNITY_BUILD_BATCH_SIZE 8)
 
 # Everything of ours links this; generated code does not.

@@ -5,9 +5,9 @@
 #include "common/math/circle.h"
 #include "common/plot/gnuplot.h"
 #include "experiments/motion/figures.h"
+#include "experiments/motion/sequencer.h"
 #include "experiments/motion/styled_walks.h"
 #include "experiments/motion/styles.h"
-#include "nodes/synthesizer/character/parameters.h"
 
 namespace mimesis::synthesizer {
 namespace {
