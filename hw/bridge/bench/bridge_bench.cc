@@ -76,7 +76,7 @@ void run(benchmark::State& state, const std::vector<int>& on_bus) {
     }
     if (phase != Phase::following) state.SkipWithError("the robot has stopped following");
     state.counters["frames"] = benchmark::Counter(
-        static_cast<double>(bench.driver->counters().received), benchmark::Counter::kIsRate);
+        static_cast<double>(bench.driver->traffic().received), benchmark::Counter::kIsRate);
   }
   std::filesystem::remove_all(directory);
 }
