@@ -3,11 +3,10 @@
 #include <gtest/gtest.h>
 
 #include "common/testing/no_malloc.h"
+#include "nodes/walker/pattern/pattern.h"
 
 namespace mimesis::walker {
 namespace {
-
-constexpr double kTick_s = 0.005;
 
 /// Steps of a conduct whose condition a test changes.
 struct ConductRig {

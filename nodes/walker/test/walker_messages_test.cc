@@ -8,6 +8,7 @@
 namespace mimesis::walker {
 namespace {
 
+using namespace std::chrono_literals;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 using testing::biped;
