@@ -4,7 +4,7 @@
 
 namespace mimesis::dmp {
 
-/// Who moves on the ground: a character, or an obstacle with speed zero. W: world, z up.
+/// A moving character, or an obstacle with speed zero. W: world, z up.
 struct Pedestrian {
   Eigen::Vector2d position_W_m = Eigen::Vector2d::Zero();
   double heading_rad = 0.0;  ///< φ, + to the left
@@ -20,8 +20,8 @@ struct NavigationParams {
   double sigma_distance_m = 0.8;  ///< σ_d
   /// Predicted collisions count less the further ahead they are: exp(−t/horizon).
   double horizon_s = 3.0;
-  /// Two who meet head on are exactly between left and right, where the sines are zero: everybody
-  /// takes the other to stand this much to the left, and passes on the right.
+  /// Two characters that meet head on are exactly between left and right, where the sines are zero.
+  /// So each adds this angle to the left to the other's direction, and passes on the right.
   double keep_right_rad = 0.1;
 };
 
@@ -38,8 +38,8 @@ ClosestApproach closest_approach(const Pedestrian& self, const Pedestrian& other
 double goal_term(const Pedestrian& self, const Eigen::Vector2d& goal_W_m);
 /// sin(φ − φᵢⱼ) exp(−(φᵢⱼ − φ)²/2σ_φ²) exp(−dᵢⱼ²/2σ_d²) [M18 eq. 3.26]: away from the other.
 double avoidance_term(const Pedestrian& self, const Pedestrian& other, const NavigationParams& p);
-/// The same of the closest approach [M18 eq. 3.27], with d the distance at which they would pass:
-/// so it acts early, and not where they would miss each other anyway.
+/// avoidance_term() for the closest approach [M18 eq. 3.27], with d the distance at which they
+/// would pass: so it acts early, and not where they would miss each other anyway.
 double prediction_term(const Pedestrian& self, const Pedestrian& other, const NavigationParams& p);
 
 /// dφ/dt [rad/s, M18 eq. 3.24]. `others` may contain obstacles. O(others), does not allocate.

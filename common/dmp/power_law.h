@@ -28,7 +28,7 @@ class PowerLawField {
   /// [m/s] in W. Where the trajectory is not curved to the left (far outside, and next to the
   /// centre), the speed is that of the nearest curvature of the ellipse. Zero at the centre itself.
   Eigen::Vector2d velocity(const Eigen::Vector2d& p_W_m) const;
-  /// Of the trajectory through `p_W_m` [1/m], + to the left.
+  /// Curvature of the trajectory through `p_W_m` [1/m], + to the left.
   double curvature(const Eigen::Vector2d& p_W_m) const;
   /// Point of the ellipse at the angle φ of the oscillator.
   Eigen::Vector2d on_path(double phi_rad) const;

@@ -25,16 +25,17 @@ class ActiveSet {
 
   /// Looks from the active constraints at one more, of normal a.
   void look_at(const double* normal);
-  /// The same for ±e_i.
+  /// look_at() for the normal ±e_i.
   void look_at_axis(std::size_t i, double sign);
-  /// Whether that normal is none of the active ones' span.
+  /// True if that normal is linearly independent of the active ones.
   bool independent() const { return independent_; }
   double curvature() const { return free_squared_; }  ///< zᵀa = |J₂ᵀa|²
   void find_step();                                   ///< fills step()
   const double* step() const { return z_.data(); }    ///< z = J₂J₂ᵀa
   const double* dual_step();                          ///< r = R⁻¹J₁ᵀa, q numbers
   void add();  ///< what was looked at becomes active; needs find_step()
-  /// Jᵀa of what was looked at: q numbers, then, if it was added, R's new diagonal element at q − 1.
+  /// Jᵀa of what was looked at: q numbers, then, if it was added, R's new diagonal element at q
+  /// − 1.
   const double* coordinates() const { return d_.data(); }
   void drop(std::size_t position);
 

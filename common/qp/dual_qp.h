@@ -20,29 +20,29 @@ struct Problem {
 
 enum class Outcome {
   kSolved,
-  kInfeasible,  ///< no x fulfils the constraints; `violated_row()` is one that contradicts
+  kInfeasible,  ///< no x fulfils the constraints; `violated_row()` contradicts the others
   kTooManyIterations,
   kNotConvex,  ///< H is not positive definite
   kNotFinite,  ///< NaN in the problem, or lower > upper
 };
 const char* name(Outcome outcome);
 
-/// Dual active-set method [Goldfarb, Idnani, Math. Programming 27, 1983] for dense problems that
-/// come again and again: starts from the unconstrained minimum or from the active set of the last
-/// solution (warm), keeps the last solution if there is none. Every solution fulfils its
-/// constraints to 1e-10 of their terms' size. Allocates when it is made (or asked for larger
-/// problems), not in solve(). Deterministic.
+/// Dual active-set method [Goldfarb, Idnani, Math. Programming 27, 1983] for sequences of similar
+/// dense problems: starts from the unconstrained minimum or from the active set of the last
+/// solution (warm); keeps the last solution if there is no new one. Solutions fulfil their
+/// constraints to 1e-10 of the terms' size. Allocates in the constructor (or for larger problems),
+/// not in solve(). Deterministic.
 class DualQp {
  public:
   DualQp(int most_variables, int most_rows);
 
   enum class Start { kCold, kWarm };
   Outcome solve(const Problem& problem, Start start = Start::kWarm);
-  /// H is that of the last problem: its factor is used again. Precondition: a problem of that size
-  /// was solved before.
+  /// solve() with the H of the last problem, whose factor is used again. Precondition: a problem of
+  /// that size was solved before.
   Outcome solve_same_hessian(const Problem& problem, Start start = Start::kWarm);
 
-  /// Of the last solved problem; zeros before the first. Valid until the next solve.
+  /// Solution of the last solved problem; zeros before the first. Valid until the next solve.
   Eigen::Map<const Eigen::VectorXd> x() const {
     return {x_.data(), static_cast<Eigen::Index>(solved_n_)};
   }
@@ -53,7 +53,7 @@ class DualQp {
   std::span<const int> active_rows() const { return active_; }
   /// λ of active_rows(): Hx + g = Σ λ·row, λ ≥ 0 at a lower bound, ≤ 0 at an upper one.
   std::span<const double> multipliers() const { return multipliers_; }
-  /// Of A; n bounds follow as m + i. Of the last call; −1: none.
+  /// Row of A, or m + i for bound i on x, that contradicted the others in the last call; −1: none.
   int violated_row() const { return violated_row_; }
   void forget() { active_.clear(); }  ///< next solve is cold
   /// A limit for real time; 0: 50 + 10 (n + m).

@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "common/error.h"
-#include "common/robot/axes.h"
 #include "common/robot/kinematics.h"
 
 namespace mimesis::robot {

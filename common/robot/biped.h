@@ -42,7 +42,7 @@ struct Biped {
   };
   RobotTree tree;
   std::array<Leg, 2> leg;
-  /// What closes a hand: its joint beyond an angle, on the far side of 0.
+  /// A hand counts as closed when abs(angle) of its joint exceeds this, with the same sign.
   struct Gripper {
     int dof = -1;  ///< -1: none, the hand is always closed
     double closed_rad = 0.0;
@@ -62,7 +62,7 @@ struct Biped {
 ///         not carry its sole, half-sitting breaks a limit or does not put both soles on one plane.
 Biped make_biped(RobotTree tree, const BipedNames& names);
 
-/// Thigh and shank, in the zero posture.
+/// Distance from hip to knee plus distance from knee to ankle, in the zero posture [m].
 double leg_length_m(const Biped& biped);
 
 /// Links that joints move, from link `above` (excluded) down to `link`; all of them if `above` does

@@ -8,7 +8,7 @@
 namespace mimesis::robot {
 namespace {
 
-/// Of the half-sitting robot, from its pelvis; z: above the ground.
+/// Shoulder of the half-sitting robot relative to its pelvis (z: above the ground), and arm length.
 struct Reach {
   Eigen::Vector3d shoulder_m;  ///< left
   double arm_m = 0.0;          ///< to the point between the fingers

@@ -44,14 +44,14 @@ class Dynamics {
   /// `torque`: dof [N m] or [N]. @return wrench on the base about the origin of W, in W: what the
   /// ground has to give.
   Wrench inverse_dynamics(const RobotMotion& motion, Eigen::Ref<Eigen::VectorXd> torque);
-  /// The same without joint torques: all that a zero moment point needs.
+  /// inverse_dynamics() without joint torques, enough for a zero moment point.
   Wrench ground_wrench(const RobotMotion& motion);
   Momentum momentum(const RobotMotion& motion);
   /// 3 × (6 + dof), columns as robot::Jacobian: velocity of the CoM in W.
   void com_jacobian(const Kinematics& kinematics, Eigen::Ref<Eigen::Matrix3Xd> out) const;
 
  private:
-  /// Of a body, in its own frame and about its origin; R and p in the parent's.
+  /// Motion and force of a body, in its own frame and about its origin; R and p in the parent's.
   struct State {
     Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
     Eigen::Vector3d p = Eigen::Vector3d::Zero();

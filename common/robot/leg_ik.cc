@@ -5,7 +5,6 @@
 #include <numbers>
 
 #include "common/error.h"
-#include "common/robot/axes.h"
 #include "common/robot/kinematics.h"
 
 namespace mimesis::robot {
@@ -156,7 +155,7 @@ void LegIk::turn_hip(const Matrix3d& R_BT, Result& out) const {
   };
   out.q.head<3>() = angle.cwiseProduct(sense_.head<3>());
   if (in_limits(out.q.head<3>())) return;
-  // The same rotation the other way round
+  // Equivalent rotation with the opposite sign
   const Vector3d other(wrapped(angle[0] + kPi), wrapped(kPi - angle[1]), wrapped(angle[2] + kPi));
   const Vector3d q_other = other.cwiseProduct(sense_.head<3>());
   if (in_limits(q_other)) out.q.head<3>() = q_other;

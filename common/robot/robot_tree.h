@@ -60,7 +60,7 @@ class RobotTree {
   /// @throws ConfigError that names the robot and what is missing
   int require_link(std::string_view name) const;
   int require_joint(std::string_view name) const;
-  /// Whether link `ancestor` is `link` or carries it.
+  /// True if link `ancestor` is `link` or carries it.
   bool carries(int ancestor, int link) const;
 
  private:

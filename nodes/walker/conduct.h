@@ -1,4 +1,5 @@
 #pragma once
+#include <Eigen/Core>
 #include <string>
 #include <string_view>
 
@@ -6,39 +7,39 @@ namespace mimesis::walker {
 
 enum class Phase {
   kWaiting,      ///< sends nothing
-  kArming,       ///< sends the posture that the robot has, until its drives follow
-  kApproaching,  ///< slowly to half-sitting
+  kArming,       ///< sends the robot's present posture until the drives follow
+  kApproaching,  ///< moves slowly to half-sitting
   kBalancing,    ///< stands or walks by plan and feedback
   kSafe,         ///< holds its posture
 };
 
-/// What is known of the robot at a tick. A line that is empty: all is well.
+/// Condition of the robot at a tick. An empty line means that all is well.
 struct Condition {
   std::string_view sensors;    ///< why encoders, IMU or foot forces cannot be used
   std::string_view actuators;  ///< why the drives do not follow
   std::string_view posture;    ///< why balance cannot begin from how the robot stands
-  std::string_view falling;    ///< why it cannot be kept up
+  std::string_view falling;    ///< why it counts as falling
   bool stands = true;          ///< the plan has no step in it
   bool approached = false;     ///< half-sitting is reached
 };
 
 struct ConductSettings {
-  double blind_s = 3.0;     ///< without sensors at most, before the posture is held
-  double recovery_s = 0.5;  ///< sensors are well for so long before balance begins anew
-  double silence_s = 0.25;  ///< nothing is sent after the drives stopped: the bridge asks for 0.1 s
+  double blind_s = 3.0;     ///< longest time without sensors before the posture is held
+  double recovery_s = 0.5;  ///< time of good sensors before balance begins again
+  double silence_s = 0.25;  ///< silence after the drives stopped; the bridge asks for 0.1 s
 };
 
-/// What a walker may do, from what is known of its robot. Who falls is safe until the drives were
-/// disabled; who lost its sensors until they are back.
+/// Decides what the walker may do from the condition of its robot. After a fall the phase is kSafe
+/// until the drives were disabled, after lost sensors until they are back.
 class Conduct {
  public:
   explicit Conduct(const ConductSettings& settings) : settings_(settings) {}
 
   Phase step(const Condition& now, double dt_s);
   Phase phase() const { return phase_; }
-  /// Balancing without sensors: by plan alone, and no new steps.
+  /// Balancing without sensors, by plan alone and without new steps.
   bool blind() const { return phase_ == Phase::kBalancing && blind_for_s_ > 0.0; }
-  /// Of the phase, or why it is blind; empty if it balances and all is well.
+  /// Reason of the phase or of blindness; empty if it balances and all is well.
   const std::string& reason() const { return reason_; }
 
  private:
@@ -54,6 +55,25 @@ class Conduct {
   std::string reason_;
   bool fell_ = false;
   double waited_s_ = 1e9, blind_for_s_ = 0.0, well_for_s_ = 0.0;
+};
+
+/// Slow movement of all joints from posture a to posture b with minimum jerk:
+/// q = a + (b − a)(10 s³ − 15 s⁴ + 6 s⁵), s = t/T [Flash, Hogan 1985].
+class Approach {
+ public:
+  /// Keeps every joint below `speed_share` · `max_speed` (dof [rad/s]); takes at least `least_s`.
+  void start(const Eigen::VectorXd& from, const Eigen::VectorXd& to,
+             const Eigen::VectorXd& max_speed, double speed_share, double least_s);
+  void step(double dt_s);  ///< no allocation
+
+  const Eigen::VectorXd& q() const { return q_; }    ///< [rad]
+  const Eigen::VectorXd& dq() const { return dq_; }  ///< [rad/s]
+  bool done() const { return t_s_ >= duration_s_; }
+  double duration_s() const { return duration_s_; }
+
+ private:
+  Eigen::VectorXd from_, way_, q_, dq_;
+  double duration_s_ = 0.0, t_s_ = 0.0;
 };
 
 }  // namespace mimesis::walker

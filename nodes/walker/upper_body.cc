@@ -7,10 +7,11 @@ namespace mimesis::walker {
 namespace {
 
 constexpr int kMostAhead = 64;
-constexpr double kBraking = 0.9;  ///< share of the acceleration; ticks are no continuous time
+constexpr double kBraking = 0.9;  ///< used share of the acceleration, because time is discrete
 
-/// Speed at which `left` is reached without more than `most` of acceleration: linear near the goal,
-/// the braking parabola farther away; both meet where the linear law brakes with `most`.
+/// Speed with which the distance `left` can be covered with at most the acceleration `most`: linear
+/// near the goal, the braking parabola farther away; they meet where the linear law brakes with
+/// `most`.
 double approach(double left, double gain_1_s, double most) {
   const double far = std::abs(left), linear = most / (gain_1_s * gain_1_s);
   const double v = far < linear ? gain_1_s * far : std::sqrt(most * (2.0 * far - linear));

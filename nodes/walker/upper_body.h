@@ -7,31 +7,31 @@
 namespace mimesis::walker {
 
 struct UpperBodySettings {
-  double gain_1_s = 20.0;             ///< k, of what is left to the wish
-  double speed_share = 0.9;           ///< of the joints' speed limits [1]
-  double acceleration_rad_s2 = 40.0;  ///< of every joint, at most
+  double gain_1_s = 20.0;             ///< k, gain of the distance to the wish
+  double speed_share = 0.9;           ///< used share of the joints' speed limits [1]
+  double acceleration_rad_s2 = 40.0;  ///< largest acceleration of a joint
   double margin_rad = 0.01;           ///< kept from the joints' limits
 };
 
-/// Follows a wished posture of the upper body as far as limits of position, speed and acceleration
-/// let it: q̇ = rate + k (wish − q), never faster than it can brake before the wish. A wish within
-/// the limits that begins at the posture is followed without lag.
+/// Follows a wished posture of the upper body within limits of position, speed and acceleration:
+/// q̇ = rate + k (wish − q), never faster than it can brake before the wish. A wish that stays
+/// within the limits and begins at the present posture is followed without lag.
 class UpperBodyFollower {
  public:
   UpperBodyFollower(const robot::Biped& biped, const UpperBodySettings& settings);
 
   void reset();  ///< half-sitting, at rest
-  /// [rad], [rad/s], in the order of Biped::upper_body; empty: half-sitting. A wish of another size
-  /// or with values that are not finite is refused: the last good one stays, at rest. No
-  /// allocation.
+  /// Sets the wish [rad], [rad/s] in the order of Biped::upper_body; empty: half-sitting. A wish of
+  /// another size or with values that are not finite is refused; the last good one stays, at rest.
+  /// No allocation.
   /// @return false if it was refused
   bool wish(const Eigen::VectorXd& q, const Eigen::VectorXd& rate);
   void step();
 
   const UpperBody& now() const { return now_; }
   bool clipped() const { return clipped_; }  ///< the wish is beyond the limits
-  /// Where it may be at `samples` (at most 64) instants, `dt_s` apart, the first one now: nobody
-  /// has said, so it goes on and comes to rest within about `settle_s`.
+  /// Prediction for `samples` (at most 64) instants, `dt_s` apart, beginning now. The wish is
+  /// unknown, so the motion is assumed to continue and come to rest within about `settle_s`.
   std::span<const UpperBody> ahead(int samples, double dt_s, double settle_s);
 
  private:

@@ -5,46 +5,47 @@
 
 namespace mimesis::walker {
 
-/// A wished motion in terms of the robot, as it came.
+/// A wished motion in terms of the robot, without limits.
 struct MotionWish {
   Eigen::Vector2d velocity_m_s = Eigen::Vector2d::Zero();  ///< of the pelvis: forward, left
   double yaw_rate_rad_s = 0.0;                             ///< + to the left
-  Eigen::Vector2d pelvis_W_m = Eigen::Vector2d::Zero();    ///< where the motion is
+  Eigen::Vector2d pelvis_W_m = Eigen::Vector2d::Zero();    ///< place of the motion
   double heading_rad = 0.0;                                ///< of the pelvis in W
-  bool stands = false;                                     ///< steps shall end
+  bool stands = false;                                     ///< the motion asks to stand
   std::array<std::optional<Footprint>, 2> landing;         ///< next swing foot, the one after it
   /// [rad], [rad/s], in the order of Biped::upper_body; empty: no wish.
   Eigen::VectorXd upper_body, upper_body_rate;
   std::array<TaskGoals::Hand, 2> hand;  ///< left, right
 };
 
-/// Where the robot is on the ground: middle of its feet.
+/// Place of the robot on the ground: middle of its feet.
 struct GroundPose {
   Eigen::Vector2d p_W_m = Eigen::Vector2d::Zero();
   double yaw_rad = 0.0;
 };
 
 struct WalkWishSettings {
-  double least_m_s = 0.01, least_rad_s = 0.02;  ///< slower is standing
-  /// Velocity added to come back to where the motion is: gain times distance, bounded. Zero: none.
+  double least_m_s = 0.01, least_rad_s = 0.02;  ///< slower motions count as standing
+  /// Velocity that is added to return to the motion's place: gain times distance, bounded. 0: none.
   double drift_gain_1_s = 0.3, drift_most_m_s = 0.04, drift_most_rad_s = 0.05;
-  double fade_s = 1.0;  ///< of the upper body, when a motion begins or ends
+  double fade_s = 1.0;  ///< transition of the upper body when a motion begins or ends
 };
 
-/// Makes of a wished motion what the robot can be asked for, tick by tick:
-/// - velocities within the robot's, plus v = clamp(k (p_motion − p_robot)) in the heading frame;
-///   footprints of a motion need no such correction;
-/// - the upper body within the joints' limits; when a motion begins or ends the difference to what
-///   was before fades as 1 − (10 s³ − 15 s⁴ + 6 s⁵). Walker keeps the joints' speeds.
+/// Turns a wished motion into a wish within the robot's limits, tick by tick:
+/// - velocities within the robot's, plus clamp(k (p_motion − p_robot)) in the heading frame; a
+/// motion
+///   with footprints gets no such correction;
+/// - the upper body within the joints' limits. When a motion begins or ends, the difference to the
+///   posture before fades as 1 − (10 s³ − 15 s⁴ + 6 s⁵). Walker keeps the joints' speeds.
 class WalkWish {
  public:
   WalkWish(const robot::Biped& biped, const GaitSettings& gait, const WalkWishSettings& settings);
 
   void reset();  ///< half-sitting
-  /// `motion`: null if there is none: the robot stops and its upper body goes back to half-sitting.
-  /// Does not allocate.
+  /// `motion`: null if there is none; then the robot stops and its upper body returns to
+  /// half-sitting. Does not allocate.
   const WalkerWish& step(const MotionWish* motion, const GroundPose& robot, double dt_s);
-  /// What was cut in the last step: empty, or one line.
+  /// One line about the first value that was cut in the last step; empty if none was.
   const std::string& clipped() const { return clipped_; }
 
  private:

@@ -1,16 +1,16 @@
 #include "nodes/walker/walker.h"
 
 #include "common/math/minimum_jerk.h"
-#include "nodes/walker/pattern/cart_table.h"
-#include "nodes/walker/pattern/mpc_pattern.h"
-#include "nodes/walker/pattern/preview_pattern.h"
+#include "nodes/walker/pattern/generators.h"
+#include "nodes/walker/pattern/preview_control.h"
 #include "nodes/walker/upper_body.h"
 
 namespace mimesis::walker {
 namespace {
 
-constexpr double kSettle_s = 1.0;  ///< from half-sitting to the pattern's CoM
-/// Within the filter's window nobody has said how the upper body goes on: it comes to rest so soon.
+constexpr double kSettle_s = 1.0;  ///< transition from half-sitting to the pattern's CoM
+/// The upper body's future is unknown within the filter's window; it is assumed to come to rest in
+/// this time.
 constexpr double kUpperBodyComesToRest_s = 0.3;
 constexpr std::size_t kLine = 256;  ///< room for a line of trouble
 
@@ -89,7 +89,7 @@ struct Walker::Impl {
   Eigen::VectorXd q_upper;         ///< dof [rad]; legs half-sitting
   Eigen::Vector3d start_offset_m;  ///< of half-sitting's CoM from the pattern's, in W
   double time_s = 0.0;
-  bool stay = false;  ///< trouble: the walk ends
+  bool stay = false;  ///< the walk ends because of trouble
   StabilizerPlan planned;
   TaskGoals goals;
   WalkerOutput out;
@@ -121,7 +121,7 @@ void Walker::Impl::reset(const Eigen::Vector2d& p_W_m, double yaw_rad) {
   out.X_WB = X_WB;
 }
 
-/// The first trouble of a tick is the one that is told.
+/// Keeps the first trouble of a tick.
 void Walker::Impl::note(std::string_view reason) {
   if (out.trouble.empty()) out.trouble.assign(reason);
 }
@@ -169,8 +169,9 @@ void Walker::Impl::balance(const Sensors& sensors) {
   stay = out.stabilizer.falling || !out.stabilizer.reason.empty();
 }
 
-/// The trunk as the wished waist has it above an upright pelvis that faces the way: were it upright
-/// itself, the pelvis would turn against the waist, and hands would be where nobody wished them.
+/// Orientation of the trunk that the wished waist gives above an upright pelvis with the plan's
+/// heading. An upright trunk as goal would turn the pelvis against the waist and displace the
+/// hands.
 Eigen::Matrix3d Walker::Impl::wished_trunk() {
   const UpperBody& wished = upper_body.now();
   for (std::size_t i = 0; i < biped.upper_body.size(); ++i) {

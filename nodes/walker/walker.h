@@ -16,16 +16,16 @@ enum class PatternKind { kNonlinear, kLinear, kPreview };
 
 struct WalkerSettings {
   PatternKind pattern = PatternKind::kNonlinear;
-  bool filter = true;     ///< dynamic filter; false: the cart-table's CoM as it is
-  bool stabilize = true;  ///< by what is measured; false: by plan alone
+  bool filter = true;     ///< dynamic filter; false: the cart-table's CoM unchanged
+  bool stabilize = true;  ///< feedback; false: by plan alone
   FilterSettings filter_settings;
   StabilizerSettings stabilizer;
   UpperBodySettings upper_body;
-  StackSettings stack;                 ///< no tasks: those of walking_stack()
-  std::optional<GaitSettings> gait{};  ///< nothing: gait_settings(biped)
+  StackSettings stack;                 ///< without tasks: walking_stack()
+  std::optional<GaitSettings> gait{};  ///< empty: gait_settings(biped)
 };
 
-/// What the robot shall do at a tick.
+/// Wish for one tick.
 struct WalkerWish {
   Wish walk;
   /// [rad], [rad/s], in the order of Biped::upper_body; both empty: half-sitting.
@@ -39,25 +39,25 @@ struct WalkerOutput {
   ComState com;           ///< planned, with the filter's shift
   StabilizerCommand stabilizer;
   Eigen::Isometry3d X_WB;  ///< planned pelvis
-  std::string trouble;     ///< the tick's first in one line; empty: none
-  // what was not as wished at this tick
-  bool failed = false;   ///< a solve of the pattern or the stack: the last good plan goes on
+  std::string trouble;     ///< first trouble of the tick in one line; empty: none
+  // Deviations from the wish at this tick:
+  bool failed = false;   ///< a solve of pattern or stack failed; the last good plan goes on
   bool clipped = false;  ///< the wish was beyond the robot and was cut
   bool limited = false;  ///< a joint limit keeps feet or CoM from their goals
 };
 
 /// From a wished walk to joint set-points: pattern, filter, stabilizer, stack of tasks [M18 3.8].
-/// Every tick of 5 ms; deterministic, no allocation after the first tick. What it cannot use of a
-/// wish or of sensors (NaN, wrong sizes) it leaves out and tells in `trouble`.
+/// Ticks of 5 ms; deterministic, no allocation after the first tick. Unusable parts of a wish or of
+/// the sensors (NaN, wrong sizes) are left out and reported in `trouble`.
 class Walker {
  public:
-  /// The biped outlives it. @throws ConfigError for a gait, a filter, a stabilizer or a stack that
-  /// makes no sense or does not fit the robot
+  /// The biped outlives it. @throws ConfigError for settings of gait, filter, stabilizer or stack
+  /// that contradict each other or do not fit the robot
   Walker(const robot::Biped& biped, const WalkerSettings& settings);
   ~Walker();
   /// Stands in half-sitting with the middle of its feet at `p_W_m`, heading `yaw_rad`.
   void reset(const Eigen::Vector2d& p_W_m, double yaw_rad);
-  /// One tick on. The result lives until the next call.
+  /// Advances by one tick. The result is valid until the next call.
   const WalkerOutput& step(const WalkerWish& wish, const Sensors& sensors);
 
  private:

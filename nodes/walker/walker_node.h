@@ -4,24 +4,24 @@
 
 #include "common/runtime/log.h"
 #include "common/runtime/ports.h"
-#include "nodes/walker/approach.h"
+#include "nodes/walker/conduct.h"
 #include "nodes/walker/walker_messages_node.h"
 #include "nodes/walker/walker_params_node.h"
 
 namespace mimesis::walker {
 
-/// Walks a biped as a motion wishes and keeps it up: Walker between messages. What it may do at a
-/// tick is decided by Conduct.
+/// Makes a biped walk as a motion asks and keeps it balanced: Walker between messages. Conduct
+/// decides what it may do at a tick.
 class WalkerNode {
  public:
   using Params = WalkerParams;
-  /// @throws ConfigError for a robot that is no biped, a stack or a gait that does not fit it
+  /// @throws ConfigError for a robot that is no biped, or a stack or gait that does not fit it
   WalkerNode(const Params& params, runtime::Bus& bus);
   void step(runtime::Time now);
-  bool at_rest() const;  ///< stands, or cannot do anything
+  bool at_rest() const;  ///< stands, or is not balancing
 
  private:
-  /// Time that ticks of the chain took on this machine.
+  /// Times that Walker::step took on this machine.
   struct Took {
     double mean_s = 0.0, worst_s = 0.0;
     std::uint64_t ticks = 0;
@@ -31,11 +31,11 @@ class WalkerNode {
       worst_s = std::max(worst_s, s);
     }
   };
-  /// What others were told.
+  /// Last published status.
   struct Told {
     v1::WalkState state = v1::WALK_STATE_UNSPECIFIED;
     std::string reason;
-    runtime::Time due{};  // of the next repetition
+    runtime::Time due{};  // next repetition
   };
 
   void take_sensors(runtime::Time now);

@@ -3,11 +3,15 @@
 
 #include "common/runtime/params.h"
 #include "nodes/walker/conduct.h"
+#include "nodes/walker/tasks/stack.h"
 #include "nodes/walker/walk_wish.h"
 
 namespace mimesis::walker {
 
-/// Figures of the gait; 0: the robot's own (gait_settings of its description).
+/// Visits the parameters of a stack of tasks. An empty list of tasks means walking_stack().
+void visit_stack(runtime::ParamVisitor& v, StackSettings& settings);
+
+/// Settings of the gait; 0: the robot's own value (gait_settings of its description).
 struct GaitParams {
   double step_s = 0.0, double_support_s = 0.0, first_double_support_s = 0.0;  ///< [s]
   double step_height_m = 0.0, feet_distance_m = 0.0;                          ///< [m]
@@ -16,11 +20,12 @@ struct GaitParams {
   double most_turn_rad_s = 0.0, most_foot_yaw_rad = 0.0;                      ///< [rad/s], [rad]
 
   void visit(runtime::ParamVisitor& v);
-  /// `robot` with the figures that are given. @throws ConfigError if they contradict each other
+  /// @return `robot` with the values that are not 0. @throws ConfigError if they contradict each
+  /// other
   GaitSettings over(GaitSettings robot) const;
 };
 
-/// Where the robot stands at the start: middle of its feet in W.
+/// Place of the robot at the start: middle of its feet in W.
 struct PlaceParams {
   double x_m = 0.0, y_m = 0.0;  ///< [m]
   double heading_rad = 0.0;     ///< + to the left [rad]
@@ -28,29 +33,29 @@ struct PlaceParams {
   void visit(runtime::ParamVisitor& v);
 };
 
-/// From which postures balance begins, and the way to half-sitting.
+/// Conditions for balance to begin, and the movement to half-sitting.
 struct ReadyParams {
-  double near_rad = 0.35;       ///< of every joint from half-sitting, at most [rad]
-  double tilt_rad = 0.15;       ///< of the trunk, at most [rad]
-  double weight_share = 0.5;    ///< of the robot's weight on its feet, at least [1]
-  double start_rad = 0.01;      ///< posture sent to the bridge follows the actual one by [rad]
-  double approach_s = 2.0;      ///< way to half-sitting, at least [s]
-  double approach_share = 0.1;  ///< of the joints' largest speeds [1]
+  double near_rad = 0.35;       ///< largest distance of a joint from half-sitting [rad]
+  double tilt_rad = 0.15;       ///< largest tilt of the trunk [rad]
+  double weight_share = 0.5;    ///< least share of the weight on the feet [1]
+  double start_rad = 0.01;      ///< largest distance of the sent posture from the actual one [rad]
+  double approach_s = 2.0;      ///< least time to half-sitting [s]
+  double approach_share = 0.1;  ///< used share of the joints' largest speeds [1]
 
   void visit(runtime::ParamVisitor& v);
 };
 
 struct WalkerParams {
-  double rate_hz = 200.0;            ///< of steps: fixed, as gains belong to it [Hz]
-  double offset_s = 0.0;             ///< of the first step within the period [s]
+  double rate_hz = 200.0;            ///< rate of steps; fixed, because the gains belong to it [Hz]
+  double offset_s = 0.0;             ///< time of the first step within the period [s]
   std::string robot = "biped.yaml";  ///< model file
   std::string pattern = "nonlinear";
   bool filter = true;         ///< dynamic filter
-  int filter_iterations = 1;  ///< a tick [1]
+  int filter_iterations = 1;  ///< per tick [1]
   bool filter_legs_only = false;
   bool stabilize = true;
   StabilizerSettings stabilizer;
-  StackSettings stack;  ///< no tasks: those of walking_stack
+  StackSettings stack;  ///< without tasks: walking_stack()
   GaitParams gait;
   PlaceParams start;
   ReadyParams ready;

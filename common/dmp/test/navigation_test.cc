@@ -13,13 +13,13 @@
 namespace mimesis::dmp {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
 using Eigen::Vector2d;
 
 TEST(Heading, LeftIsLeft) {
   const Pedestrian self{{0, 0}, 0.0, 1.3};
   const NavigationParams p;
-  EXPECT_NEAR(goal_term(self, {1, 1}), std::sin(kPi / 4), 1e-15);  // goal to the left: + turn
+  EXPECT_NEAR(goal_term(self, {1, 1}), std::sin(std::numbers::pi / 4),
+              1e-15);  // goal to the left: + turn
   EXPECT_LT(goal_term(self, {1, -1}), 0.0);
   EXPECT_LT(avoidance_term(self, {{1, 0.5}, 0, 0}, p), 0.0);  // obstacle to the left: - turn
   EXPECT_GT(avoidance_term(self, {{1, -0.5}, 0, 0}, p), 0.0);
@@ -42,13 +42,13 @@ TEST(Heading, TermsInClosedForm) {
 TEST(ClosestApproach, InClosedForm) {
   const Pedestrian self{{0, 0}, 0.0, 1.0};
   // meets at (2, 0) after 2 s
-  const auto c = closest_approach(self, {{2, -2}, kPi / 2, 1.0});
+  const auto c = closest_approach(self, {{2, -2}, std::numbers::pi / 2, 1.0});
   ASSERT_TRUE(c.ahead);
   EXPECT_NEAR(c.time_s, 2.0, 1e-12);
   EXPECT_NEAR(c.distance_m, 0.0, 1e-12);
   EXPECT_NEAR(c.direction_rad, 0.0, 1e-12);
   // head on, passing at 0.4 m on the left
-  const auto h = closest_approach(self, {{4, 0.4}, kPi, 1.0});
+  const auto h = closest_approach(self, {{4, 0.4}, std::numbers::pi, 1.0});
   ASSERT_TRUE(h.ahead);
   EXPECT_NEAR(h.time_s, 2.0, 1e-12);
   EXPECT_NEAR(h.distance_m, 0.4, 1e-12);
@@ -58,8 +58,9 @@ TEST(ClosestApproach, InClosedForm) {
 TEST(ClosestApproach, NoneSideBySideOrInThePast) {
   const NavigationParams p;
   const Pedestrian self{{0, 0}, 0.0, 1.0};
-  for (const Pedestrian& other : {Pedestrian{{0, 1}, 0.0, 1.0}, Pedestrian{{3, 0}, 0.0, 1.0},
-                                  Pedestrian{{-3, 0}, kPi, 1.0}, Pedestrian{{-2, 0}, 0.0, 0.5}}) {
+  for (const Pedestrian& other :
+       {Pedestrian{{0, 1}, 0.0, 1.0}, Pedestrian{{3, 0}, 0.0, 1.0},
+        Pedestrian{{-3, 0}, std::numbers::pi, 1.0}, Pedestrian{{-2, 0}, 0.0, 0.5}}) {
     EXPECT_FALSE(closest_approach(self, other).ahead);
     EXPECT_EQ(prediction_term(self, other, p), 0.0);
   }
@@ -114,7 +115,7 @@ TEST(Navigation, ReachesAGoalBehindItself) {
 }
 
 TEST(Navigation, TwoHeadOnPassEachOther) {
-  Scene s{{{{-5, 0}, 0.0, 1.3}, {{5, 0}, kPi, 1.3}}, {{5, 0}, {-5, 0}}, {}};
+  Scene s{{{{-5, 0}, 0.0, 1.3}, {{5, 0}, std::numbers::pi, 1.3}}, {{5, 0}, {-5, 0}}, {}};
   s.run(6.0);
   EXPECT_LT(s.walkers[0].position_W_m.y(), 0.05);  // both kept to their right
   s.run(6.0);
@@ -125,8 +126,9 @@ TEST(Navigation, TwoHeadOnPassEachOther) {
 TEST(Navigation, FourCrossInTheMiddle) {
   Scene s{};
   for (int i = 0; i < 4; ++i) {
-    const Vector2d from = 6.0 * Vector2d(std::cos(kPi / 2 * i), std::sin(kPi / 2 * i));
-    s.walkers.push_back({from, kPi / 2 * i + kPi, 1.3});
+    const Vector2d from =
+        6.0 * Vector2d(std::cos(std::numbers::pi / 2 * i), std::sin(std::numbers::pi / 2 * i));
+    s.walkers.push_back({from, std::numbers::pi / 2 * i + std::numbers::pi, 1.3});
     s.goals.push_back(-from);
   }
   s.run(25.0);

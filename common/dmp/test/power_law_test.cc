@@ -11,7 +11,6 @@ namespace mimesis::dmp {
 namespace {
 
 using Eigen::Vector2d;
-constexpr double kPi = std::numbers::pi;
 
 double ellipse_curvature(double a, double b, double phi) {
   return a * b / std::pow(std::pow(a * std::sin(phi), 2) + std::pow(b * std::cos(phi), 2), 1.5);
@@ -20,7 +19,7 @@ double ellipse_curvature(double a, double b, double phi) {
 TEST(PowerLaw, HoldsOnTheEllipse) {
   for (const double beta : {-1.0 / 3.0, 0.0, 1.0 / 3.0, 2.0 / 3.0}) {
     const PowerLawField field({.long_m = 2.0, .short_m = 1.2, .heading_rad = 0.4, .beta = beta});
-    for (double phi = 0.0; phi < 2.0 * kPi; phi += 0.3) {
+    for (double phi = 0.0; phi < 2.0 * std::numbers::pi; phi += 0.3) {
       const Vector2d p = field.on_path(phi);
       const double kappa = ellipse_curvature(2.0, 1.2, phi);
       EXPECT_NEAR(field.curvature(p), kappa, 1e-12);
@@ -49,7 +48,7 @@ TEST(PowerLaw, ALapTakesItsTimeCounterClockwise) {
 
 TEST(PowerLaw, ACircleIsWalkedEvenlyWhateverTheExponent) {
   const PowerLawField field({.long_m = 1.5, .short_m = 1.5, .beta = 2.0 / 3.0});
-  EXPECT_NEAR(field.length_m(), 3.0 * kPi, 1e-12);
+  EXPECT_NEAR(field.length_m(), 3.0 * std::numbers::pi, 1e-12);
   for (double phi = 0.0; phi < 6.0; phi += 1.0) {
     EXPECT_NEAR(field.velocity(field.on_path(phi)).norm(), 0.2, 1e-12);
   }

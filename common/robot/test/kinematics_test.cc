@@ -7,6 +7,7 @@
 
 #include "common/math/so3.h"
 #include "common/robot/test/small_robot.h"
+#include "common/robot/test/test_bipeds.h"
 #include "common/shared_data.h"
 #include "common/testing/no_malloc.h"
 
@@ -14,11 +15,10 @@ namespace mimesis::robot {
 namespace {
 
 using Eigen::Isometry3d, Eigen::Matrix3d, Eigen::Vector3d, Eigen::VectorXd;
-constexpr double kDegree = std::numbers::pi / 180.0;
 
-std::string biped() { return std::string(MIMESIS_SOURCE_DIR) + "/models/biped.urdf"; }
+std::string biped_urdf() { return std::string(MIMESIS_SOURCE_DIR) + "/models/biped.urdf"; }
 /// JVRC-1's file, or nothing without the shared folder.
-std::string jvrc1() {
+std::string jvrc1_urdf() {
   const std::string file = shared_data("data/robots/jvrc1.urdf").string();
   return std::filesystem::exists(file) ? file : "";
 }
@@ -96,12 +96,12 @@ TEST(Kinematics, PutsTheSmallRobotsLinksWhereTheyBelong) {
 TEST(Kinematics, JacobianIsTheDerivative) {
   for (const unsigned seed : {1u, 2u, 3u}) {
     EXPECT_LT(jacobian_error(read_urdf(write_urdf(kSmallRobot)), seed), 1e-8);
-    EXPECT_LT(jacobian_error(read_urdf(biped()), seed), 1e-8);
+    EXPECT_LT(jacobian_error(read_urdf(biped_urdf()), seed), 1e-8);
   }
 }
 
 TEST(Kinematics, HalfSittingBipedStandsOnItsSoles) {
-  const RobotTree tree = read_urdf(biped());
+  const RobotTree tree = read_urdf(biped_urdf());
   VectorXd q = VectorXd::Zero(tree.dof());
   for (const std::string side : {"left", "right"}) {
     const auto set = [&](const std::string& joint, double degrees) {
@@ -138,8 +138,8 @@ TEST(Kinematics, HalfSittingBipedStandsOnItsSoles) {
 }
 
 TEST(Kinematics, AnotherRobotReadsAsWell) {
-  if (jvrc1().empty()) GTEST_SKIP() << "needs data/robots/jvrc1.urdf of the shared folder";
-  const RobotTree tree = read_urdf(jvrc1());
+  if (jvrc1_urdf().empty()) GTEST_SKIP() << "needs data/robots/jvrc1.urdf of the shared folder";
+  const RobotTree tree = read_urdf(jvrc1_urdf());
   EXPECT_EQ(tree.dof(), 44);
   EXPECT_NEAR(tree.mass_kg(), 62.4, 0.05);
   EXPECT_EQ(tree.link(tree.require_link("L_UINDEX_S")).mimics, "L_UTHUMB");
@@ -152,7 +152,7 @@ TEST(Kinematics, AnotherRobotReadsAsWell) {
 }
 
 TEST(Kinematics, DoesNotAllocate) {
-  const RobotTree tree = read_urdf(biped());
+  const RobotTree tree = read_urdf(biped_urdf());
   Kinematics k(tree);
   Posture p = random_posture(tree, 5);
   Jacobian J(6, 6 + tree.dof());

@@ -1,7 +1,6 @@
-#include "common/robot/part_mass.h"
-
 #include <gtest/gtest.h>
 
+#include "common/robot/bodies.h"
 #include "common/robot/test/random_motion.h"
 #include "common/robot/test/small_robot.h"
 #include "common/robot/test/test_bipeds.h"

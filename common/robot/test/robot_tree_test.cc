@@ -9,12 +9,12 @@
 
 #include "common/error.h"
 #include "common/robot/test/small_robot.h"
+#include "common/robot/test/test_bipeds.h"
 
 namespace mimesis::robot {
 namespace {
 
 using Eigen::Vector3d;
-constexpr double kDegree = std::numbers::pi / 180.0;
 
 TEST(RobotTree, ReadsLinksJointsAndMasses) {
   const RobotTree tree = read_urdf(write_urdf(kSmallRobot));
@@ -47,7 +47,7 @@ TEST(RobotTree, ReadsLinksJointsAndMasses) {
   EXPECT_THROW(tree.require_joint("tip_frame"), ConfigError);
 }
 
-std::string refusal(const std::string& urdf) {
+std::string refusal_of_urdf(const std::string& urdf) {
   try {
     read_urdf(write_urdf(urdf));
   } catch (const ConfigError& e) {
@@ -73,20 +73,20 @@ TEST(RobotTree, RefusesWhatIsNoRobotInOneLineThatNamesIt) {
       {"<parent link=\"arm\"/>", "<parent link=\"tip\"/>", "link 'rod'"},  // a loop
       {"<robot name=\"small\">", "", ""},
   };
-  EXPECT_EQ(refusal(kSmallRobot), "");
+  EXPECT_EQ(refusal_of_urdf(kSmallRobot), "");
   for (const auto& [was, is, named] : cases) {
     std::string urdf = kSmallRobot;
     const auto at = urdf.find(was);
     ASSERT_NE(at, std::string::npos) << was;
     urdf.replace(at, was.size(), is);
-    const std::string why = refusal(urdf);
+    const std::string why = refusal_of_urdf(urdf);
     EXPECT_NE(why.find("small.urdf: "), std::string::npos) << is << ": " << why;
     EXPECT_NE(why.find(named), std::string::npos) << is << ": " << why;
     EXPECT_NE(why.find("expected"), std::string::npos) << is << ": " << why;
     EXPECT_EQ(why.find('\n'), std::string::npos) << why;
   }
   for (const char* text : {"", "not XML", "<robot name=\"x\"/>", "<robot"}) {
-    EXPECT_NE(refusal(text), "") << text;
+    EXPECT_NE(refusal_of_urdf(text), "") << text;
   }
   EXPECT_THROW(read_urdf("/nowhere/robot.urdf"), ConfigError);
 }

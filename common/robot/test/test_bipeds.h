@@ -8,9 +8,10 @@
 
 namespace mimesis::robot {
 
+inline constexpr double kDegree = std::numbers::pi / 180.0;
+
 /// models/biped.urdf, legs half-sitting as in models/biped.yaml.
 inline BipedNames hrp2_names() {
-  constexpr double kDegree = std::numbers::pi / 180.0;
   BipedNames names{.sole = {"left_sole", "right_sole"},
                    .hand = {"left_grip", "right_grip"},
                    .trunk = "chest",

@@ -2,7 +2,7 @@
 
 #include <deque>
 
-#include "nodes/walker/pattern/mpc_pattern.h"
+#include "nodes/walker/pattern/generators.h"
 #include "nodes/walker/stabilizer/stabilizer.h"
 #include "experiments/walk/study/drawer_runs.h"
 

@@ -3,10 +3,10 @@
 
 #include "common/robot/test/test_bipeds.h"
 #include "nodes/walker/bench/percentiles.h"
-#include "nodes/walker/testing/swinging_arms.h"
 #include "nodes/walker/filter/dynamic_filter.h"
 #include "nodes/walker/filter/test/plain_walk.h"
-#include "nodes/walker/pattern/mpc_pattern.h"
+#include "nodes/walker/pattern/generators.h"
+#include "nodes/walker/testing/filtered_walk.h"
 
 namespace mimesis::walker {
 namespace {

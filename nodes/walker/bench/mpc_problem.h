@@ -6,7 +6,7 @@
 namespace mimesis::walker {
 
 /// A linear MPC of the form of Herdt [2010], closed loop: 16 jerks and 2 foot places an axis, 74
-/// one-sided rows, a tick every 5 ms [walking.md 1.2]. Only what a solver sees of it; the
+/// one-sided rows, a tick every 5 ms [docs/walking.md 2]. Only what a solver sees of it; the
 /// walker's own is in pattern/.
 class MpcProblem {
  public:

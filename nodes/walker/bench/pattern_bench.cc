@@ -5,8 +5,7 @@
 #include <random>
 #include <vector>
 
-#include "nodes/walker/pattern/mpc_pattern.h"
-#include "nodes/walker/pattern/preview_pattern.h"
+#include "nodes/walker/pattern/generators.h"
 
 namespace mimesis::walker {
 namespace {

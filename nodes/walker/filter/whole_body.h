@@ -1,7 +1,7 @@
 #pragma once
+#include "common/robot/bodies.h"
 #include "common/robot/dynamics.h"
 #include "common/robot/leg_ik.h"
-#include "common/robot/part_mass.h"
 #include "nodes/walker/pattern/pattern.h"
 
 namespace mimesis::walker {
@@ -11,44 +11,45 @@ struct UpperBody {
   Eigen::VectorXd q, dq, ddq;  ///< [rad], [rad/s], [rad/s²]
 };
 
-/// The whole robot that walks a plan: soles where they are planned, the upper body as given, the
-/// pelvis upright, turned with the plan, and where the robot's centre of mass is the planned one at
-/// a constant height. Velocities and accelerations belong to it. No allocation after construction.
+/// Motion of the whole robot that walks a plan: soles as planned, the upper body as given, the
+/// pelvis upright and turned with the plan, at the place that puts the robot's centre of mass where
+/// it is planned, at constant height; with velocities and accelerations. No allocation after
+/// construction.
 class WholeBody {
  public:
   /// The biped outlives it. @throws ConfigError if a leg has no closed-form inverse kinematics
   WholeBody(const robot::Biped& biped, double com_height_m);
 
-  /// What an upper body contributes to the centre of mass: mass · CoM in B a little earlier, now
-  /// and a little later [kg m].
+  /// Contribution of an upper body to the centre of mass: mass · CoM in B a little earlier, now and
+  /// a little later [kg m].
   using Moments = std::array<Eigen::Vector3d, 3>;
   Moments moments(const UpperBody& upper);
 
-  /// Centre of mass in B as it was found, with its rates: a start for the next search, which saves
-  /// a third of it. Meant for the same sample a tick later.
+  /// Centre of mass in B that the last search found, with its rates. As start of the search for the
+  /// same sample a tick later it saves a third of the time.
   struct Lever {
     Eigen::Vector3d p_m, v, a, jerk;  ///< [m], [m/s], [m/s²], [m/s³]
     bool known = false;
   };
 
-  /// `com` instead of the sample's. `moments` are those of `upper`. `lever`: null, or what the last
-  /// call for this sample left there.
+  /// `com` replaces the sample's CoM. `moments`: moments(upper). `lever`: null, or the lever that
+  /// the last call for this sample has filled.
   const robot::RobotMotion& motion(const PatternSample& sample, const ComState& com,
                                    const UpperBody& upper, const Moments& moments,
                                    Lever* lever = nullptr);
-  /// Zero moment point of that motion on the ground z = 0, by the full dynamics [m]. Place and
-  /// acceleration of the centre of mass are the plan's, f = m (c̈ + g ẑ): what the search leaves of
-  /// them, because it is not exact or a leg does not move, the pelvis is taken to make up for, so
-  /// that the ground always carries the weight.
+  /// Zero moment point of motion() on the ground z = 0 by the full dynamics [m; docs/walking.md
+  /// eq. 5.1]. Place and acceleration of the centre of mass are the plan's, f = m (c̈ + g ẑ), even
+  /// where the search is not exact or a leg does not move: the pelvis is assumed to make up for the
+  /// rest, so that the ground always carries the weight.
   Eigen::Vector2d zmp(const PatternSample& sample, const ComState& com, const UpperBody& upper,
                       const Moments& moments, Lever* lever = nullptr);
-  /// Whether a leg was stretched, limited or nearly straight in the last motion: it is then taken
-  /// to be rigid. Where it bends less than usual it moves in part.
+  /// A leg was stretched, limited or nearly straight in the last motion and was taken as rigid. A
+  /// leg that bends less than usual moves in part.
   bool unreachable() const { return unreachable_; }
 
  private:
   using Vector6d = robot::LegIk::Vector6d;
-  /// Pelvis and legs at an instant, and what they follow.
+  /// Pelvis and legs at an instant, and the goals that they follow.
   struct Posture {
     Eigen::Vector3d com_W;  ///< wished
     std::array<Eigen::Isometry3d, 2> X_WS;
@@ -76,8 +77,8 @@ class WholeBody {
   robot::PartMass upper_mass_;
   std::array<robot::PartMass, 2> leg_mass_;
   double mass_;
-  Eigen::Vector3d com_B_;  ///< half-sitting
-  /// Of a shift of the pelvis above standing feet the CoM makes 1/gain: legs lag behind.
+  Eigen::Vector3d com_B_;  ///< of half-sitting
+  /// Pelvis shift needed per CoM shift above standing feet (the legs lag behind), by axis.
   Eigen::Vector3d gain_ = Eigen::Vector3d::Ones();
   Eigen::VectorXd upper_q_;
   std::array<Posture, 3> posture_;  ///< a little earlier, now, a little later

@@ -2,42 +2,49 @@
 #include <vector>
 
 #include "common/qp/dual_qp.h"
-#include "nodes/walker/pattern/footsteps.h"
 #include "nodes/walker/pattern/steps.h"
 
 namespace mimesis::walker {
 
-/// Weights of the MPC's squares, each with ½ [Naveau 2017; walking.md 1.3, 8.6.0].
+/// Weights of the squares in the MPC's cost, each with ½ [Naveau 2017; docs/walking.md 2.3].
 struct MpcWeights {
-  double velocity = 5.0, zmp = 1e3, jerk = 1e-8, foot = 1e-6;
-  double spacing = 2000.0;  ///< step from foot to foot as the velocity wants it
-  double landing = 1e6;     ///< wished landing
-  double yaw = 1e6;         ///< of the feet; nonlinear form only
+  double velocity = 5.0, zmp = 1e3, jerk = 1e-8;  ///< α, β, γ
+  double foot = 1e-6;                             ///< δ: distance of a landing from the last plan
+  double spacing = 2000.0;  ///< σ: distance of a step from the one that the velocity asks for
+  double landing = 1e6;     ///< λ: distance of a landing from the wished one
+  double yaw = 1e6;         ///< η: yaw of the feet; nonlinear form only
 };
 
-/// What one problem is made from, all in W.
+/// Everything that one problem is made from, all in W.
 struct MpcInput {
   ComState com;
   double yaw_rad = 0.0;  ///< of the waist
   FeasibleWish wish;
   struct Foot {
-    Footprint plan;                        ///< last plan; its yaw is decided, or linearised about
+    Footprint plan;  ///< last plan; linear form: its yaw is decided, nonlinear: linearised about it
     double wished_yaw_rad = 0.0;           ///< nonlinear form
     std::optional<Eigen::Vector2d> p_W_m;  ///< wished landing
-    Eigen::Vector2d step_W_m;              ///< else: from the foot before
+    Eigen::Vector2d step_W_m;              ///< without a wished landing: step from the foot before
   };
   std::array<Foot, 2> foot;                   ///< next landing, and the one after it
-  std::vector<Eigen::Vector2d> zmp_plan_W_m;  ///< of the last plan at the samples; nonlinear form
+  std::vector<Eigen::Vector2d> zmp_plan_W_m;  ///< last plan's ZMP at the samples; nonlinear form
 };
 
+/// Sides of the convex hull of the rectangles with half sizes `half_m` about two feet, n · z ≤ b,
+/// at most 8. Replaces what is in `sides`; does not allocate if that has room for 8.
+void support_polygon(const Footprint& a, const Footprint& b, const Eigen::Vector2d& half_m,
+                     std::vector<HalfPlane>& sides);
+
 /// Linear MPC with automatic foot placement [Herdt 2010] and its extension by the yaw of the feet,
-/// linearised about the last plan: one step of Gauss and Newton [Naveau 2017].
-/// Unknowns: jerk of the CoM over N intervals, two landings, per axis; yaw increments of the
-/// landings. The first interval ends at the next sample of the step's grid, the others last 0.1 s.
-/// Rows: 5 + 5 for the landings, 2 for yaws, two-sided 2 for each ZMP sample (more where both feet
-/// carry). For N = 16: 36 or 38 unknowns, 74 or 78 inequalities. 5 more, ours, keep the plan
-/// viable: at the end of the horizon the capture point is where one more step catches it (or none,
-/// when the feet are to stand then). Without them wishes can lead where the robot cannot stop.
+/// linearised about the last plan: one Gauss-Newton step per tick [Naveau 2017].
+/// Unknowns x = (U, F₁, F₂ in x; U, F₁, F₂ in y; Δθ₁, Δθ₂): jerk U of the CoM over N intervals, two
+/// landings F, and in the nonlinear form two yaw increments Δθ of the landings. The first interval
+/// ends at the next sample of the step's grid, the others last T = 0.1 s.
+/// Rows: 5 + 5 for the landings, 2 for yaws, 2 two-sided ones for each ZMP sample (more where both
+/// feet carry). With N = 16: 36 or 38 unknowns, 74 or 78 inequalities. Up to 5 more rows are our
+/// own and keep the plan viable: at the end of the horizon the capture point must be where one more
+/// step catches it (or no step, when the feet are to stand then). Without them a sequence of wishes
+/// can lead to a state from which the robot cannot stop. Equations: docs/walking.md 2.
 class MpcProblem {
  public:
   MpcProblem(const GaitSettings& settings, bool yaw_free, const MpcWeights& weights);
@@ -45,13 +52,13 @@ class MpcProblem {
   /// Does not allocate. The result refers to this object's memory.
   qp::Problem build(const MpcInput& input, const Steps& steps);
 
-  /// By how much the yaw of the next landing may still change.
+  /// Largest change that the yaw of the next landing may still make.
   double yaw_freedom_rad(const Steps& steps) const;
 
   int samples() const { return N_; }
   int variables() const { return 2 * axis_ + (yaw_free_ ? 2 : 0); }
   int most_rows() const { return 20 + 8 * N_; }
-  /// Of a solution x: jerk of interval k [m/s³], landings in W, yaw increments.
+  /// Parts of a solution x: jerk of interval k [m/s³], landings in W, yaw increments.
   Eigen::Vector2d jerk(const Eigen::Ref<const Eigen::VectorXd>& x, int k) const {
     return {x(k), x(axis_ + k)};
   }
@@ -64,21 +71,22 @@ class MpcProblem {
 
  private:
   using RowMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-  /// Dependence of the samples' velocity and ZMP on the jerks, for a first interval of r ticks.
+  /// How velocity v and ZMP z at the samples depend on the jerks U, for a first interval of r
+  /// ticks.
   struct Horizon {
-    double first_s;
-    RowMatrix velocity, zmp;
-    Eigen::RowVectorXd capture;  // of the capture point ξ = p + ṗ √(h/g) at the last sample
-    Eigen::MatrixXd hessian;     // αPvᵀPv + βPzᵀPz + γI
+    double first_s;           ///< t₁, length of the first interval
+    RowMatrix Pv, Pz;         ///< v = v⁰ + Pv U, z = z⁰ + Pz U; N × N
+    Eigen::RowVectorXd Pxi;   ///< ξ = ξ⁰ + Pξ U, capture point at the last sample
+    Eigen::MatrixXd hessian;  ///< α PvᵀPv + β PzᵀPz + γ I
   };
 
-  /// Capture point ξ at the end of the horizon. If the ZMP moves evenly from z there to z' a sample
-  /// later, then ξ' = growth · ξ − zmp · z − next_zmp · z'.
+  /// Capture point ξ = p + r ṗ at the end of the horizon, r = √(h/g). If the ZMP moves evenly from
+  /// z there to z' one sample later, then ξ' = E ξ − w z − w' z' [docs/walking.md eq. 2.9].
   struct Capture {
-    double root_s, end_s;  // √(h/g); of the horizon
-    double growth, zmp, next_zmp;
-    Eigen::Vector2d free;                                  // ξ without jerk, from the origin
-    Eigen::Vector2d known_foot = Eigen::Vector2d::Zero();  // part of the support that is decided
+    double root_s, end_s;                                  ///< r; length of the horizon
+    double growth, zmp, next_zmp;                          ///< E, w, w'
+    Eigen::Vector2d free;                                  ///< ξ⁰: without jerk, from the origin
+    Eigen::Vector2d known_foot = Eigen::Vector2d::Zero();  ///< c⁰: decided part of the support
   };
 
   void set_cost(const MpcInput& in, const Horizon& h);
@@ -92,6 +100,7 @@ class MpcProblem {
   void set_row(const Eigen::Ref<const Eigen::RowVectorXd>& of_jerk, const Support& support,
                const Eigen::Vector2d& n);
   void set_zmp_row(const Horizon& h, int k, const Eigen::Vector2d& n, double yaw_slope);
+  /// s: share of a foot in the middle of the support; 0 standing foot, 1 and 2 landings.
   double part(const Support& support, int foot) const {
     return 0.5 * (support.i == foot) + 0.5 * (support.j == foot);
   }
@@ -100,16 +109,17 @@ class MpcProblem {
   MpcWeights weights_;
   Footsteps footsteps_;
   bool yaw_free_;
-  int N_, axis_;  // samples; unknowns of an axis
+  int N_, axis_;  // samples; unknowns per axis
   std::vector<Horizon> horizon_;
 
-  Eigen::Vector2d origin_ = Eigen::Vector2d::Zero();  // near the robot, so that W's is far or near
-  std::array<Footprint, 3> feet_;                     // as linearised about, from the origin
+  Eigen::Vector2d origin_ =
+      Eigen::Vector2d::Zero();  // the standing foot: results do not depend on W
+  std::array<Footprint, 3> feet_;  // standing foot and F̄₁, F̄₂ of the last plan, from the origin
   std::vector<Support> support_;
-  Eigen::MatrixXd free_zmp_;     // N × 2, without jerk
-  std::vector<HalfPlane> hull_;  // of both feet that stand
-  Eigen::Vector2d middle_;
-  Eigen::RowVectorXd coast_;  // ξ a sample after the horizon, of the jerks, over growth − zmp
+  Eigen::MatrixXd free_zmp_;     // N × 2: z⁰
+  std::vector<HalfPlane> hull_;  // of the ZMP while both feet stand
+  Eigen::Vector2d middle_;       // of the feet that stand
+  Eigen::RowVectorXd coast_;     // (E Pξ − w Pz) / (E − w): ξ one sample after the horizon
   Eigen::MatrixXd H_;
   Eigen::VectorXd g_, lower_, upper_, x_lower_, x_upper_;
   RowMatrix A_;

@@ -15,19 +15,19 @@ using robot::Side;
 inline constexpr double kTick_s = 0.005;   ///< control period
 inline constexpr int kPreviewTicks = 320;  ///< 1.6 s: two steps
 
-/// A sole on the ground: its frame S in W.
+/// Pose on the ground of a sole's frame S in W.
 struct Footprint {
   Side side = kLeft;
   Eigen::Vector2d p_W_m = Eigen::Vector2d::Zero();
   double yaw_rad = 0.0;
 };
 
-/// Wished walk at one tick. Velocities of the pelvis in its heading frame, averaged over a step.
+/// Wished walk at one tick. Velocities are the pelvis' in its heading frame, averaged over a step.
 struct Wish {
   Eigen::Vector2d velocity_m_s = Eigen::Vector2d::Zero();  ///< forward, left
   double yaw_rate_rad_s = 0.0;
-  /// Where the next swing foot, and the one after it, are wished to land; nothing: the velocity
-  /// decides alone [Herdt 2010, Naveau 2017].
+  /// Wished landings of the next swing foot and of the one after it. Without one the velocity alone
+  /// decides [Herdt 2010, Naveau 2017].
   std::array<std::optional<Footprint>, 2> landing;
   bool walk = true;  ///< false: stop within two steps whatever the velocity says
 };
@@ -47,7 +47,7 @@ struct FootState {
 
 enum class Gait { kStanding, kStarting, kWalking, kStopping };
 
-/// What the pattern generator plans for one tick.
+/// Plan of the pattern generator for one tick.
 struct PatternSample {
   ComState com;
   Eigen::Vector2d zmp_W_m = Eigen::Vector2d::Zero();  ///< of the cart-table model
@@ -56,60 +56,59 @@ struct PatternSample {
   double left_share = 0.5;                            ///< of the weight on the left foot
   double yaw_rad = 0.0, yaw_rate_rad_s = 0.0;         ///< of the waist: mean of the feet
   Gait gait = Gait::kStanding;
-  Side swing = kLeft;           ///< foot that moves, or will move next
-  double to_landing_s = 0.0;    ///< until it lands; 0 while standing
-  double since_change_s = 0.0;  ///< of the support
-  Footprint landing;            ///< where it will
-  int steps = 0;                ///< landed since the start
+  Side swing = kLeft;           ///< foot that moves or that will move next
+  double to_landing_s = 0.0;    ///< time until it lands; 0 while standing
+  double since_change_s = 0.0;  ///< time since the support changed
+  Footprint landing;            ///< planned landing of the swing foot
+  int steps = 0;                ///< number of landings since the start
 };
 
-/// What went wrong in the last tick; the last good plan goes on.
+/// Trouble of the last tick; the last good plan goes on.
 struct PatternTrouble {
   int failed_solves = 0;  ///< in a row
   std::string reason;     ///< empty, or why the last one failed
   bool clipped = false;   ///< the wish was beyond the robot and was cut to its limits
 };
 
-/// Figures of robot and gait. Defaults: biped.urdf [walking.md 1.2-1.7, 8.6].
+/// Dimensions of robot and gait. Defaults: biped.urdf [docs/walking.md 2.6, 4, 8.1].
 struct GaitSettings {
   double com_height_m = 0.807;
-  double step_s = 0.8;  ///< of it `double_support_s` first, then swing
+  double step_s = 0.8;  ///< a step: first `double_support_s`, then swing
   double double_support_s = 0.1;
   double first_double_support_s = 0.8;  ///< before the first step
   double step_height_m = 0.05;          ///< of the sole at the top of a swing
   double feet_distance_m = 0.19;        ///< wished between the soles
-  /// Half sizes, along and across the foot, of the rectangle around the ankle that the ZMP is kept
-  /// in.
+  /// Half sizes, along and across the foot, of the rectangle around the ankle that must contain the
+  /// ZMP.
   Eigen::Vector2d zmp_half_m{0.06, 0.03};
-  /// Where one foot may land as seen from the other: the polygon with the corners (±longest,
+  /// Reachable landings relative to the other foot: the polygon with the corners (±longest,
   /// narrowest), (±5/7 longest, widest), (0, 4/3 widest) (forward, outward). At the wished distance
   /// of the feet a step can be 0.29 m long.
   double longest_step_m = 0.31, widest_step_m = 0.30, narrowest_step_m = 0.162;
   double most_forward_m_s = 0.35, most_sideways_m_s = 0.15, most_turn_rad_s = 0.2;
   double most_foot_yaw_rad = 0.17;  ///< between the feet
 };
-/// @throws ConfigError "gait.KEY: VALUE, expected ..." of the first setting that no robot can have,
+/// @throws ConfigError "gait.KEY: VALUE, expected ..." for the first setting that no robot can have
 ///         or that is no multiple of the MPC's sampling time.
 void check(const GaitSettings& settings);
 /// Settings for a robot: height, distance and sole from its description, the rest scaled from the
-/// defaults by the length of its legs. @throws ConfigError as check()
+/// defaults by the length of its legs [docs/walking.md 8.2]. @throws ConfigError as check()
 GaitSettings gait_settings(const robot::Biped& biped);
 
-/// Walking pattern generator: every tick a CoM, ZMP and feet that a cart-table model can walk.
+/// Walking pattern generator: plans CoM, ZMP and feet that a cart-table model can walk, every tick.
 class PatternGenerator {
  public:
   virtual ~PatternGenerator() = default;
-  /// Stands still with the CoM above the middle of the feet.
+  /// Starts standing still with the CoM above the middle of the feet.
   virtual void reset(const std::array<Footprint, 2>& feet) = 0;
-  /// One tick on. Never throws, never allocates.
+  /// Advances by one tick. Never throws, never allocates.
   virtual void step(const Wish& wish) = 0;
   virtual const PatternSample& now() const = 0;
-  /// The plan `ticks_ahead` ticks ahead of now, [0, kPreviewTicks): the horizon's for the CoM and
-  /// ZMP, the coming steps' for the feet.
+  /// Plan for `ticks_ahead` ticks from now, in [0, kPreviewTicks): CoM and ZMP from the horizon,
+  /// feet from the coming steps.
   virtual PatternSample ahead(int ticks_ahead) const = 0;
   virtual const PatternTrouble& trouble() const = 0;
-  /// All that is planned moves by this much from now on, with the standing feet where they are in
-  /// truth: a step was adjusted.
+  /// Moves the whole plan, the standing feet included, to where an adjusted step has put them.
   virtual void shift(const Eigen::Vector2d& shift_W_m) = 0;
 };
 

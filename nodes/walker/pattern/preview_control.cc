@@ -7,6 +7,7 @@
 
 #include "common/error.h"
 
+// Equation numbers are those of docs/walking.md.
 namespace mimesis::walker {
 namespace {
 
@@ -14,6 +15,7 @@ void demand(bool fulfilled, const std::string& what) {
   if (!fulfilled) throw ConfigError("preview control: " + what);
 }
 
+/// Fᵢ = bᵀ/d (closed_loopᵀ)ⁱ output for i < samples.
 void set_preview(PreviewGains& gains, const Eigen::MatrixXd& closed_loop, const Eigen::VectorXd& b,
                  double d, const Eigen::VectorXd& output, int samples) {
   gains.closed_loop = closed_loop.transpose();
@@ -36,6 +38,8 @@ CartTableAxis::CartTableAxis(double dt_s, double height_m) {
   c << 1.0, 0.0, -height_m / kGravity_m_s2;
 }
 
+/// Doubling, with P₀ = Q, G₀ = b R⁻¹ bᵀ, A₀ = A and W = (1 + G P)⁻¹:
+///   P⁺ = P + AᵀP W A,   G⁺ = G + A W G Aᵀ,   A⁺ = A W A                                  [eq. 3.3]
 Eigen::MatrixXd riccati(const Eigen::MatrixXd& A, const Eigen::VectorXd& b,
                         const Eigen::MatrixXd& Q, double R) {
   const Eigen::Index n = A.rows();
@@ -63,28 +67,30 @@ PreviewGains preview_gains(const PreviewSettings& s) {
   demand(s.zmp_weight > 0.0 && s.jerk_weight > 0.0, "weights are not positive");
   const CartTableAxis axis(s.dt_s, s.height_m);
   PreviewGains gains;
+  const double Q = s.zmp_weight, R = s.jerk_weight;
   if (s.form == PreviewForm::kPosition) {
-    const Eigen::MatrixXd P =
-        riccati(axis.A, axis.b, axis.c.transpose() * s.zmp_weight * axis.c, s.jerk_weight);
-    const double d = s.jerk_weight + axis.b.dot(P * axis.b);
+    // d = R + bᵀP b,   K = bᵀP A / d,   Fᵢ = bᵀ/d ((A − b K)ᵀ)ⁱ cᵀQ                      [eq. 3.4]
+    const Eigen::MatrixXd P = riccati(axis.A, axis.b, axis.c.transpose() * Q * axis.c, R);
+    const double d = R + axis.b.dot(P * axis.b);
     gains.K = axis.b.transpose() * P * axis.A / d;
-    set_preview(gains, axis.A - axis.b * gains.K, axis.b, d, axis.c.transpose() * s.zmp_weight,
-                s.samples);
+    set_preview(gains, axis.A - axis.b * gains.K, axis.b, d, axis.c.transpose() * Q, s.samples);
     return gains;
   }
-  Eigen::Matrix4d A = Eigen::Matrix4d::Zero(), Q = Eigen::Matrix4d::Zero();
+  // With the sum of errors as first state: Ã = [1 cA; 0 A], b̃ = [cb; b], c̃ = [1 0 0 0]  [eq. 3.5]
+  Eigen::Matrix4d A = Eigen::Matrix4d::Zero(), cQc = Eigen::Matrix4d::Zero();
   A(0, 0) = 1.0;
   A.block<1, 3>(0, 1) = axis.c * axis.A;
   A.block<3, 3>(1, 1) = axis.A;
   Eigen::Vector4d b;
   b << axis.c.dot(axis.b), axis.b;
-  Q(0, 0) = s.zmp_weight;
-  const Eigen::MatrixXd P = riccati(A, b, Q, s.jerk_weight);
-  const double d = s.jerk_weight + b.dot(P * b);
+  cQc(0, 0) = Q;
+  // d = R + b̃ᵀP b̃,   (Ks, K) = b̃ᵀP Ã / d,   Fᵢ = b̃ᵀ/d ((Ã − b̃ (Ks, K))ᵀ)ⁱ P c̃ᵀQ         [eq. 3.6]
+  const Eigen::MatrixXd P = riccati(A, b, cQc, R);
+  const double d = R + b.dot(P * b);
   const Eigen::RowVector4d K = b.transpose() * P * A / d;
   gains.Ks = K(0);
   gains.K = K.tail<3>();
-  set_preview(gains, A - b * K, b, d, P.col(0) * s.zmp_weight, s.samples);
+  set_preview(gains, A - b * K, b, d, P.col(0) * Q, s.samples);
   return gains;
 }
 
@@ -103,6 +109,8 @@ Eigen::Vector2d PreviewControl::feedback(const ComState& x) const {
 
 Eigen::Vector2d PreviewControl::jerk(std::span<const Eigen::Vector2d> zmp_ref) const {
   if (settings_.form == PreviewForm::kIntegral) {
+    // Difference of two ticks of kIntegral's law, so that no sum has to be kept:
+    // u = u⁻ + Ks (z_ref − z) − K (x − x⁻) + Σᵢ Fᵢ (z_ref(k+1+i) − z_ref(k+i))           [eq. 3.7]
     Eigen::Vector2d u =
         last_jerk_ + gains_.Ks * (zmp_ref[0] - zmp_W_m()) - feedback(com_) + feedback(last_com_);
     const std::size_t n = std::min(static_cast<std::size_t>(gains_.F.size()), zmp_ref.size() - 1);
@@ -112,7 +120,8 @@ Eigen::Vector2d PreviewControl::jerk(std::span<const Eigen::Vector2d> zmp_ref) c
   }
   const std::size_t n = std::min(static_cast<std::size_t>(gains_.F.size()), zmp_ref.size());
   const Eigen::Vector2d hold = zmp_ref[n - 1];
-  // relative to the last reference, which stays for ever: Σ F = K(0) over an infinite preview
+  // From the last reference z∞, which stays for ever; Σ Fᵢ = K₀ over an infinite preview:
+  // u = K₀ z∞ − K x + Σᵢ Fᵢ (z_ref(k+i) − z∞)                                             [eq. 3.8]
   Eigen::Vector2d u = gains_.K(0) * hold - feedback(com_);
   for (std::size_t i = 0; i < n; ++i)
     u += gains_.F[static_cast<Eigen::Index>(i)] * (zmp_ref[i] - hold);
@@ -136,8 +145,7 @@ void PreviewControl::roll_out(std::span<const Eigen::Vector2d> zmp_ref, std::spa
   if (n == 0) return;
   const Eigen::Vector2d hold = zmp_ref.back();
   if (previewed_.size() < zmp_ref.size()) previewed_.resize(zmp_ref.size());
-  // s(k) = output · r(k) + closed_loop · s(k+1), Σᵢ Fᵢ r(k+i) = input · s(k), from the end
-  // backwards
+  // Σᵢ Fᵢ r(k+i) = input · s(k) with s(k) = output · r(k) + closed_loop · s(k+1), from the end
   Eigen::Matrix<double, Eigen::Dynamic, 2, 0, 4, 2> s, carried;
   s.setZero(gains_.output.size(), 2);
   for (std::size_t k = zmp_ref.size(); k-- > 0;) {
@@ -160,6 +168,34 @@ void PreviewControl::roll_out(std::span<const Eigen::Vector2d> zmp_ref, std::spa
     last = com;
     com = advance(com, u, settings_.dt_s);
   }
+}
+
+Standing::Standing(double height_m)
+    : gain_(preview_gains({.height_m = height_m, .samples = 1, .jerk_weight = 1e-4}).K) {}
+
+ComState Standing::after(ComState com, const Eigen::Vector2d& middle, int ticks) const {
+  for (int i = 0; i < ticks; ++i) {
+    const Eigen::Vector2d error = com.p_W_m - middle;
+    if (com.a_W.isZero(0.0) && com.v_W.isZero(0.0) && error.isZero(0.0)) break;
+    if (error.norm() + com.v_W.norm() + com.a_W.norm() < 1e-9) {  // no endless small numbers
+      com = {.p_W_m = middle};
+      break;
+    }
+    com = advance(com, -(gain_(0) * error + gain_(1) * com.v_W + gain_(2) * com.a_W), kTick_s);
+  }
+  return com;
+}
+
+bool Standing::settled(const ComState& com, const Eigen::Vector2d& middle) {
+  return (com.p_W_m - middle).norm() < 0.015 && com.v_W.norm() < 0.03 && com.a_W.norm() < 0.2;
+}
+
+double left_share(const PatternSample& sample) {
+  if (!sample.contact[kLeft]) return 0.0;
+  if (!sample.contact[kRight]) return 1.0;
+  const Eigen::Vector2d right = sample.foot[kRight].X_WS.translation().head<2>();
+  const Eigen::Vector2d across = sample.foot[kLeft].X_WS.translation().head<2>() - right;
+  return std::clamp((sample.zmp_W_m - right).dot(across) / across.squaredNorm(), 0.0, 1.0);
 }
 
 }  // namespace mimesis::walker

@@ -1,8 +1,9 @@
 #include "nodes/walker/stabilizer/balance.h"
 
 #include "common/robot/dynamics.h"
-#include "nodes/walker/stabilizer/leaky.h"
+#include "nodes/walker/stabilizer/settings.h"
 
+// Equation numbers are those of docs/walking.md.
 namespace mimesis::walker {
 
 DcmFeedback::DcmFeedback(double com_height_m, const StabilizerSettings& settings)
@@ -30,6 +31,7 @@ Eigen::Vector2d DcmFeedback::step(bool saturated, double yaw_rad) {
     integral_[i] =
         leaky(integral_[i], saturated ? 0.0 : error_[i], s.integral_leak_s, s.integral_limit);
   }
+  // z_d − z_r = e + (kd/ω) e + (ki/ω) ∫e, the second term limited along the heading    [eq. 6.1]
   const Eigen::Vector2d ahead(std::cos(yaw_rad), std::sin(yaw_rad));
   Eigen::Vector2d beyond = s.kd_1_s / omega_ * error_;
   const double along = ahead.dot(beyond);
@@ -41,6 +43,7 @@ const Eigen::Vector2d& ComAdmittance::step(const Eigen::Vector2d& zmp_m,
                                            const Eigen::Vector2d& wished_zmp_m) {
   const StabilizerSettings& s = *settings_;
   const double T = s.com_leak_s;
+  // ẍ = k (z − z_d) − 2 ẋ/T − x/T²                                                      [eq. 6.2]
   rate_ += kTick_s * (s.com_1_s2 * (zmp_m - wished_zmp_m) - 2.0 / T * rate_ - shift_ / (T * T));
   for (int i = 0; i < 2; ++i) {
     const double free = shift_[i] + kTick_s * rate_[i];
@@ -48,6 +51,80 @@ const Eigen::Vector2d& ComAdmittance::step(const Eigen::Vector2d& zmp_m,
     if (shift_[i] != free) rate_[i] = 0.0;  // no wind-up at the limit
   }
   return shift_;
+}
+
+namespace {
+
+// Window before the landing: earlier the prediction is uncertain, later the foot has no time.
+constexpr double kFirst_s = 0.55, kLast_s = 0.08;
+
+}  // namespace
+
+StepAdjustment::StepAdjustment(const StabilizerSettings& settings)
+    : settings_(&settings), share_(low_pass_share(settings.adjust_filter_s)) {
+  reset();
+}
+
+void StepAdjustment::reset() {
+  foot_.fill(Eigen::Vector2d::Zero());
+  in_air_.fill(false);
+  com_.setZero(), com_v_.setZero(), moved_.setZero();
+}
+
+void StepAdjustment::follow() {
+  for (Eigen::Vector2d& foot : foot_) foot -= moved_;
+  com_ -= moved_;
+  moved_.setZero();
+  // critically damped like the admittance of the CoM
+  const double T = settings_->com_leak_s;
+  com_v_ += kTick_s * (-2.0 / T * com_v_ - com_ / (T * T));
+  com_ += kTick_s * com_v_;
+}
+
+Eigen::Vector2d StepAdjustment::landing_error(const PatternSample& plan,
+                                              const Balance& balance) const {
+  const double growth = std::exp(balance.omega_1_s * plan.to_landing_s);
+  const Eigen::Rotation2Dd R_WH(plan.yaw_rad);
+  const Eigen::Vector2d error = R_WH.inverse() * balance.error_W_m;
+  const Eigen::Vector2d change = R_WH.inverse() * balance.zmp_change_W_m;
+  // e_T = (e − d) exp(ω t) + d                                                          [eq. 6.7]
+  Eigen::Vector2d coming = (error - change) * growth + change;
+  for (int i = 0; i < 2; ++i) {
+    if (coming[i] * error[i] < 0.0) coming[i] = 0.0;
+  }
+  return coming;
+}
+
+Eigen::Vector2d StepAdjustment::within_reach(const PatternSample& plan,
+                                             Eigen::Vector2d wish) const {
+  const StabilizerSettings& s = *settings_;
+  const double side = robot::sign(plan.swing);
+  wish.x() = std::clamp(wish.x(), -s.adjust_forward_m, s.adjust_forward_m);
+  wish.y() = side * std::clamp(side * wish.y(), -s.adjust_inward_m, s.adjust_outward_m);
+  return Eigen::Rotation2Dd(plan.yaw_rad) * wish;
+}
+
+Eigen::Vector2d StepAdjustment::step(const PatternSample& plan, const Balance& balance) {
+  for (Side side : robot::kSides) {
+    if (plan.contact[side]) {
+      if (in_air_[side]) moved_ = foot_[side];
+      in_air_[side] = false;
+      continue;
+    }
+    in_air_[side] = true;
+    const double t = plan.to_landing_s;
+    if (t <= kLast_s) continue;
+    Eigen::Vector2d goal = Eigen::Vector2d::Zero();
+    if (settings_->step_adjustment && balance.cut && t <= kFirst_s) {
+      goal = within_reach(plan, landing_error(plan, balance));
+      if (goal.norm() < settings_->adjust_least_m) goal.setZero();
+    }
+    Eigen::Vector2d change = share_ * (goal - foot_[side]);
+    const double most = settings_->adjust_speed_m_s * kTick_s;
+    if (change.norm() > most) change *= most / change.norm();
+    foot_[side] += change;
+  }
+  return moved_;
 }
 
 }  // namespace mimesis::walker

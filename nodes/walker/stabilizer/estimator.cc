@@ -1,6 +1,6 @@
 #include "nodes/walker/stabilizer/estimator.h"
 
-#include "nodes/walker/stabilizer/leaky.h"
+#include "nodes/walker/stabilizer/settings.h"
 
 namespace mimesis::walker {
 namespace {
@@ -40,7 +40,7 @@ const char* Estimator::unusable(const Sensors& sensors) const {
   return nullptr;
 }
 
-/// The body as foot `side` sees it if it stands where it is planned, turned as the IMU says.
+/// Body pose if foot `side` stands as planned and the IMU's tilt is right.
 Estimator::Anchored Estimator::anchor(Side side, const PatternSample& plan,
                                       const Eigen::Matrix3d& R_IB) const {
   const Eigen::Isometry3d& X_WS = plan.foot[side].X_WS;
@@ -66,7 +66,7 @@ const BodyEstimate& Estimator::step(const PatternSample& plan, const Sensors& se
   now_.X_WB.translation() = blend(seen[kLeft].p_WB_m, seen[kRight].p_WB_m);
   now_.com_W_m = blend(seen[kLeft].com_W_m, seen[kRight].com_W_m);
 
-  // Each foot's own view is differentiated: the change of the blend is no motion.
+  // Each foot's view is differentiated on its own: a change of the blend is no motion.
   if (first_) {
     now_.com_v_W.setZero();
   } else {

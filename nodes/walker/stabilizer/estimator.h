@@ -1,31 +1,45 @@
 #pragma once
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+
+#include "common/robot/dynamics.h"
 #include "common/robot/kinematics.h"
 #include "nodes/walker/pattern/pattern.h"
-#include "nodes/walker/stabilizer/sensors.h"
 #include "nodes/walker/stabilizer/settings.h"
 
 namespace mimesis::walker {
 
-/// Where the body is, seen from the feet that carry it: in the frame of the plan, in which those
-/// feet stand where they are planned. Drift and slip of the whole robot do not show.
+/// Measurements of one tick. The IMU's W has z up and the heading of its start.
+struct Sensors {
+  Eigen::VectorXd q, dq;                                       ///< dof; encoders
+  Eigen::Quaterniond R_WI = Eigen::Quaterniond::Identity();    ///< attitude of the IMU link
+  Eigen::Vector3d gyro_I = Eigen::Vector3d::Zero();            ///< [rad/s] in the IMU link
+  Eigen::Vector3d specific_force_I = Eigen::Vector3d::Zero();  ///< [m/s²], +g up when at rest
+  /// Wrenches on the soles about their origins, in S; averaged over the tick.
+  std::array<robot::Wrench, 2> foot_S;
+};
+
+/// Pose of the body seen from the feet that carry it, in the frame of the plan, where these feet
+/// stand as planned. Drift and slip of the whole robot do not show.
 struct BodyEstimate {
   Eigen::Isometry3d X_WB = Eigen::Isometry3d::Identity();
   Eigen::Vector3d com_W_m = Eigen::Vector3d::Zero();
   Eigen::Vector2d com_v_W = Eigen::Vector2d::Zero();
 };
 
-/// Estimator of encoders, attitude of the IMU and the kinematic chain to the standing feet
-/// [walking.md 8.6.2, 8.7]: attitude from the IMU but for its heading, which is that of the
-/// standing feet; in double support both feet count by their planned shares of the weight.
+/// Estimates the body from encoders, the IMU's attitude and the kinematic chain to the standing
+/// feet [docs/walking.md 6.1]. The heading is that of the standing feet, not the IMU's; in double
+/// support both feet count by their planned shares of the weight.
 class Estimator {
  public:
   Estimator(const robot::Biped& biped, const StabilizerSettings& settings);
 
   void reset();
-  /// @param plan  of the instant that the sensors tell about
+  /// @param plan  the plan for the instant of the measurement
   /// No allocation. Precondition: !unusable(sensors).
   const BodyEstimate& step(const PatternSample& plan, const Sensors& sensors);
-  /// Of the encoders at the last step.
+  /// Pose of a sole in the base by the encoders of the last step.
   const Eigen::Isometry3d& X_BS(Side side) const {
     return kinematics_.X_WL(biped_->leg[side].sole);
   }
@@ -49,5 +63,27 @@ class Estimator {
 
 /// Share of the left foot in carrying: 1 or 0 in single support.
 double left_weight(const PatternSample& plan);
+
+/// Compliance c of the legs: a leg that bears F is δ = c F shorter than its set-points
+/// [docs/walking.md eq. 6.6]. c by least squares over the last seconds, Σ F δ / Σ F², from encoders
+/// that see the springs; 0 for stiff joints and for encoders on the motors' side.
+class LegGive {
+ public:
+  void reset() { load_ = shortening_ = 0.0; }
+  /// Once a tick for each leg.
+  void measure(double normal_n, double shorter_m) {
+    constexpr double kForget = kTick_s / 2.0;  // seconds
+    load_ += kForget * (normal_n * normal_n - load_);
+    shortening_ += kForget * (normal_n * shorter_m - shortening_);
+  }
+  /// c [m/N]; 0 as long as the mean load is below `least_n`.
+  double m_n(double least_n) const {
+    constexpr double kMost_m_n = 1e-5;
+    return load_ < least_n * least_n ? 0.0 : std::clamp(shortening_ / load_, 0.0, kMost_m_n);
+  }
+
+ private:
+  double load_ = 0.0, shortening_ = 0.0;
+};
 
 }  // namespace mimesis::walker

@@ -1,18 +1,152 @@
 #include "nodes/walker/stabilizer/feet.h"
 
-#include "common/math/so3.h"
-#include "nodes/walker/stabilizer/leaky.h"
+#include <algorithm>
+#include <limits>
 
+#include "common/error.h"
+#include "common/math/so3.h"
+#include "nodes/walker/stabilizer/estimator.h"
+#include "nodes/walker/stabilizer/settings.h"
+
+// Equation numbers are those of docs/walking.md.
 namespace mimesis::walker {
 namespace {
 
-constexpr double kLetGo_s = 0.1;     ///< tilt of a foot that carries no more
-constexpr double kFeltShare = 0.05;  ///< of the weight, on a foot that stands
-/// Of the speed of the reach: a foot that lands early goes up no faster. The impact of a stiff leg
-/// is over before the leg follows, and a foot that follows all of it is in the air again.
+/// > 0 if o → a → b turns left.
+double turn(const Eigen::Vector2d& o, const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
+  return (a.x() - o.x()) * (b.y() - o.y()) - (a.y() - o.y()) * (b.x() - o.x());
+}
+
+Eigen::Vector2d nearest_on_edge(const Eigen::Vector2d& a, const Eigen::Vector2d& b,
+                                const Eigen::Vector2d& p) {
+  const Eigen::Vector2d along = b - a;
+  const double length2 = along.squaredNorm();
+  if (length2 == 0.0) return a;
+  return a + std::clamp((p - a).dot(along) / length2, 0.0, 1.0) * along;
+}
+
+}  // namespace
+
+Polygon::Polygon(std::span<const Eigen::Vector2d> points) {
+  MIMESIS_ASSERT(!points.empty() && points.size() <= std::size_t(kMost));
+  std::array<Eigen::Vector2d, kMost> sorted;
+  const int n = static_cast<int>(points.size());
+  std::copy(points.begin(), points.end(), sorted.begin());
+  std::sort(sorted.begin(), sorted.begin() + n, [](const auto& a, const auto& b) {
+    return a.x() < b.x() || (a.x() == b.x() && a.y() < b.y());
+  });
+  const auto add = [this](const Eigen::Vector2d& p, int from) {
+    while (size_ - from >= 2 &&
+           turn(corner_[std::size_t(size_ - 2)], corner_[std::size_t(size_ - 1)], p) <= 0.0) {
+      --size_;
+    }
+    corner_[std::size_t(size_++)] = p;
+  };
+  for (int i = 0; i < n; ++i) add(sorted[std::size_t(i)], 0);  // lower side
+  const int lower = size_ - 1;
+  for (int i = n - 2; i >= 0; --i) add(sorted[std::size_t(i)], lower);  // upper side
+  if (size_ > 1) --size_;                                               // the first corner again
+}
+
+bool Polygon::contains(const Eigen::Vector2d& p) const {
+  if (size_ < 3) return false;
+  for (int i = 0; i < size_; ++i) {
+    if (turn(corner_[std::size_t(i)], corner_[std::size_t((i + 1) % size_)], p) < 0.0) return false;
+  }
+  return true;
+}
+
+Eigen::Vector2d Polygon::nearest(const Eigen::Vector2d& p) const {
+  if (contains(p)) return p;
+  Eigen::Vector2d best = corner_[0];
+  double least = std::numeric_limits<double>::infinity();
+  for (int i = 0; i < size_; ++i) {
+    const Eigen::Vector2d q =
+        nearest_on_edge(corner_[std::size_t(i)], corner_[std::size_t((i + 1) % size_)], p);
+    if ((q - p).squaredNorm() < least) {
+      least = (q - p).squaredNorm();
+      best = q;
+    }
+  }
+  return best;
+}
+
+namespace {
+
+Eigen::Vector2d to_sole(const FootState& foot, const Eigen::Vector2d& v_W) {
+  const double yaw = std::atan2(foot.X_WS(1, 0), foot.X_WS(0, 0));
+  return Eigen::Rotation2Dd(-yaw) * v_W;
+}
+
+Eigen::Vector2d to_world(const FootState& foot, const Eigen::Vector2d& p_S) {
+  const double yaw = std::atan2(foot.X_WS(1, 0), foot.X_WS(0, 0));
+  return foot.X_WS.translation().head<2>() + Eigen::Rotation2Dd(yaw) * p_S;
+}
+
+}  // namespace
+
+Eigen::Vector2d Ground::on_sole(Side side, const Eigen::Vector2d& p_S_m) const {
+  const robot::Biped::Leg& leg = biped_->leg[side];
+  const Eigen::Vector2d low = leg.min_S_m.array() + margin_, high = leg.max_S_m.array() - margin_;
+  return p_S_m.cwiseMax(low).cwiseMin(high);
+}
+
+Eigen::Vector2d Ground::reachable(const PatternSample& plan, const Eigen::Vector2d& zmp_W_m) const {
+  std::array<Eigen::Vector2d, Polygon::kMost> corner;
+  std::size_t n = 0;
+  for (Side s : robot::kSides) {
+    if (!plan.contact[s]) continue;
+    for (double x : {-1.0, 1.0}) {
+      for (double y : {-1.0, 1.0}) {  // a point beyond every edge, then cut to the sole
+        corner[n++] = to_world(plan.foot[s], on_sole(s, {x * 1e3, y * 1e3}));
+      }
+    }
+  }
+  if (n == 0) return zmp_W_m;
+  return Polygon({corner.data(), n}).nearest(zmp_W_m);
+}
+
+Ground::Shares Ground::distribute(const PatternSample& plan, const Eigen::Vector2d& zmp_W_m) const {
+  const Eigen::Vector2d left = plan.foot[kLeft].X_WS.translation().head<2>();
+  const Eigen::Vector2d right = plan.foot[kRight].X_WS.translation().head<2>();
+  Shares shares;
+  shares.left = left_weight(plan);
+  if (plan.contact[kLeft] && plan.contact[kRight]) {
+    const Eigen::Vector2d across = left - right;
+    const double length2 = std::max(across.squaredNorm(), 1e-6);
+    shares.left = std::clamp((zmp_W_m - right).dot(across) / length2, 0.0, 1.0);
+  }
+  const Eigen::Vector2d rest = zmp_W_m - (shares.left * left + (1.0 - shares.left) * right);
+  for (Side s : robot::kSides) shares.cop_S_m[s] = on_sole(s, to_sole(plan.foot[s], rest));
+  return shares;
+}
+
+std::optional<Eigen::Vector2d> measured_zmp(const PatternSample& plan,
+                                            const std::array<robot::Wrench, 2>& foot_S,
+                                            double least_n) {
+  double normal = 0.0;
+  Eigen::Vector2d sum = Eigen::Vector2d::Zero();
+  for (Side s : robot::kSides) {
+    const robot::Wrench& w = foot_S[s];
+    if (w.force.z() <= 0.0) continue;
+    normal += w.force.z();
+    const Eigen::Vector2d cop(-w.moment.y() / w.force.z(), w.moment.x() / w.force.z());
+    sum += w.force.z() * to_world(plan.foot[s], cop);
+  }
+  if (normal < least_n) return std::nullopt;
+  return sum / normal;
+}
+
+namespace {
+
+constexpr double kLetGo_s = 0.1;     ///< decay of the tilt of a lifted foot
+constexpr double kFeltShare = 0.05;  ///< share of the weight at which a foot counts as felt
+/// A foot that lands early goes up no faster than this multiple of the reach's speed. The impact of
+/// a stiff leg is over before the leg follows; a foot that followed all of it would be in the air
+/// again.
 constexpr double kGiveSpeed = 4.0;
-constexpr double kShareStep = 0.05;   ///< of a foot's share in a tick; the plan's is no faster
-constexpr double kShareFade_s = 0.3;  ///< difference of heights in single support
+constexpr double kShareStep = 0.05;  ///< change of a foot's share per tick; the plan's is no faster
+constexpr double kShareFade_s = 0.3;  ///< decay of the height difference in single support
 
 Eigen::Vector3d at_most(const Eigen::Vector3d& v, double length) {
   const double n = v.norm();
@@ -41,7 +175,7 @@ void Feet::reset() {
 void Feet::press(const PatternSample& plan, const Ground::Shares& wished,
                  const std::array<robot::Wrench, 2>& foot_S) {
   const StabilizerSettings& s = *settings_;
-  std::array<Eigen::Vector2d, 2> rate;
+  std::array<Eigen::Vector2d, 2> rate;  // A (M_x − p_y F_z, M_y + p_x F_z)              [eq. 6.3]
   for (Side side : robot::kSides) {
     const robot::Wrench& w = foot_S[side];
     const Eigen::Vector2d& cop = wished.cop_S_m[side];
@@ -62,6 +196,7 @@ void Feet::press(const PatternSample& plan, const Ground::Shares& wished,
 
 void Feet::share_weight(const std::array<robot::Wrench, 2>& foot_S, double left) {
   const StabilizerSettings& s = *settings_;
+  // (F_L − F_R) − (2λ − 1) mg                                                           [eq. 6.4]
   const double wrong =
       foot_S[kLeft].force.z() - foot_S[kRight].force.z() - (2.0 * left - 1.0) * weight_n_;
   double_support_s_ += kTick_s;
@@ -77,6 +212,7 @@ void Feet::land(Foot& foot, double planned_down_m_s, double normal_n) const {
     foot.landing_m = decayed(foot.landing_m, s.landing_leak_s);
     return;
   }
+  // l̇ = v_down + A (max(0, F_z) − F₀)                                                   [eq. 6.5]
   const double give = s.landing_m_s_n * (std::max(0.0, normal_n) - least);
   const double rate = planned_down_m_s + std::min(give, kGiveSpeed * s.reach_m_s);
   foot.landing_m = std::clamp(foot.landing_m + kTick_s * rate, 0.0, s.landing_limit_m);
@@ -111,7 +247,7 @@ void Feet::swing(Foot& foot, const PatternSample& plan, const FootState& planned
   reach(foot, foot.touched, down_m_s);
 }
 
-/// The base is at X_WB instead of X_WB_planned: X_WB⁻¹ of the sole is what the leg has to do.
+/// Leads the swing sole to its planned pose although the base is at X_WB instead of X_WB_planned.
 void Feet::hold_swing(Foot& foot, const Eigen::Isometry3d& X_WS, const Measured& measured) const {
   const StabilizerSettings& s = *settings_;
   const Eigen::Isometry3d X = measured.X_WB_planned * measured.X_WB.inverse();
@@ -143,8 +279,8 @@ const std::array<Eigen::Isometry3d, 2>& Feet::step(const PatternSample& plan,
     }
   }
   const bool both = plan.contact[kLeft] && plan.contact[kRight];
-  // A foot that is not felt gets no weight by legs that change their lengths for it: it would only
-  // meet the ground faster.
+  // No leg changes its length for the weight of a foot that is not felt: that foot would only meet
+  // the ground faster.
   const bool waits = both && !(foot_[kLeft].felt && foot_[kRight].felt);
   behind_ = waits || (behind_ && std::abs(wished.left - left_) > kShareStep);
   if (!behind_) left_ = wished.left;

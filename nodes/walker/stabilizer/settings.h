@@ -1,63 +1,70 @@
 #pragma once
+#include <algorithm>
+#include <cmath>
+
+#include "nodes/walker/pattern/pattern.h"
 
 namespace mimesis::walker {
 
-/// Gains of the stabilizer. Sources: [K10] Kajita et al., IROS 2010; [C19] Caron, Kheddar, Tempier,
-/// ICRA 2019; figures found by trials on two plants [docs/walking.md 4] unless another source is
-/// named. Standing in double support, measured frequency responses of both plants and 2 to 4 ticks
-/// from command to measurement leave a gain margin of 2 and a phase margin of 42 degrees or more.
+/// Gains of the stabilizer [docs/walking.md 6]. Laws: [K10] Kajita et al., IROS 2010; [C19] Caron,
+/// Kheddar, Tempier, ICRA 2019. Values without a source were found by trials on two plants. In
+/// double support, with the measured frequency responses of both plants and 2 to 4 ticks from
+/// command to measurement, the gain margin is at least 2 and the phase margin at least 42 degrees.
 struct StabilizerSettings {
   // divergent component of motion: z = z_r + (1 + kd/ω) e + (ki/ω) ∫e [C19]
   double kd_1_s = 4.5, ki_1_s = 1.5;
-  /// Of (kd/ω) e forward and back: a large e goes back at ω times this, for a pitch torque of the
-  /// ankles of mg (e + this) instead of mg (1 + kd/ω) e: 4.9 N s forward 30 N m instead of 50.
+  /// Limit of (kd/ω) e forward and back: a large e decays at ω times this, and the ankles' pitch
+  /// torque is mg (e + this) instead of mg (1 + kd/ω) e: 30 instead of 50 N m after a push of 4.9 N
+  /// s.
   double forward_limit_m = 0.01;
-  double integral_leak_s = 10.0;  ///< ∫e forgets
-  double integral_limit = 0.1;    ///< of |∫e| [m s]
-  double edge_margin_m = 0.002;  ///< wished ZMPs stay so far inside the soles: 10 mm fall at 10 N s
+  double integral_leak_s = 10.0;  ///< forgetting time of ∫e
+  double integral_limit = 0.1;    ///< limit of |∫e| [m s]
+  double edge_margin_m =
+      0.002;  ///< wished ZMPs stay this far inside the soles; 10 mm: falls at 10 N s
 
   // measurement
-  double velocity_filter_s = 0.01;  ///< of the differentiated CoM
+  double velocity_filter_s = 0.01;  ///< low pass of the differentiated CoM
   double wrench_filter_s = 0.005;
-  int delay_ticks = 2;  ///< of a sensor reading behind the plan: one of the control, one of the bus
+  int delay_ticks = 2;  ///< age of a sensor reading: one tick of the control, one of the bus
 
   // feet
   double cop_rad_s_n_m = 0.03;  ///< ankle against centre of pressure [K10, C19: 0.01]
   double cop_alone =
       0.1;  ///< share of a foot's own rate in double support, the rest is the mean [1]
   double cop_leak_s = 0.5, cop_limit_rad = 0.25;
-  double cop_pivot = 0.5;        ///< where a sole turns: 0 its origin, 1 the ankle
+  double cop_pivot = 0.5;        ///< point about which a sole turns: 0 its origin, 1 the ankle
   double force_m_s_n = 8e-5;     ///< difference of the feet's heights [K10; C19: 1e-4]
-  double force_window_s = 0.15;  ///< from the landing on
+  double force_window_s = 0.15;  ///< the law acts for this time after a landing
   double force_leak_s = 1.0, force_limit_m = 0.05;
-  /// A foot that lands early gives way. With k = 3e5 N/m (LegGive on servos), τ = 20 ms from
-  /// command to measurement the loop A k e^(−τs)/s is stable up to A = π/(2 k τ) = 2.6e-4: at 5e-4
+  /// A foot that lands early gives way. With k = 3e5 N/m (LegGive on servos) and τ = 20 ms from
+  /// command to measurement the loop A k e^(−τs)/s is stable up to A = π/(2 k τ) = 2.6e-4; at 5e-4
   /// a foot on servos jumped 3 mm off the ground and came down again at 0.1 m/s.
   double landing_m_s_n = 2e-4;
-  double landing_leak_s = 0.8;  ///< a step: pushed back within 0.2 s the plate tilts the robot
+  double landing_leak_s =
+      0.8;  ///< one step; at 0.2 s a foot on a plate is pushed back and tilts the robot
   double landing_limit_m = 0.03;
   double landing_window_s = 0.25;  ///< before the planned landing
-  double reach_m_s = 0.045;        ///< least speed down until it is felt: half of the glide's
+  double reach_m_s = 0.045;        ///< least speed down until ground is felt: half of the glide's
   double reach_limit_m = 0.01;
-  // swing foot against the error of the base
+  // correction of the swing foot for the error of the base
   double swing_filter_s = 0.05, swing_fade_s = 0.3;
-  double swing_position = 1.0;          ///< share of the position's correction: 0 attitude only [1]
-  double swing_height_limit_m = 0.005;  ///< of the height's correction
+  double swing_position = 1.0;          ///< share of the position correction; 0: attitude only [1]
+  double swing_height_limit_m = 0.005;  ///< limit of the height correction
   double swing_position_limit_m = 0.05, swing_tilt_limit_rad = 0.25;
 
-  double leg_give_share = 1.0;  ///< of the legs' give under load that is made up for (LegGive) [1]
+  double leg_give_share = 1.0;  ///< compensated share of the legs' give under load (LegGive) [1]
 
-  // centre of mass against ZMP: a = k (z − z_d) − 2 v/T − x/T² [C19]
+  // CoM admittance: a = k (z − z_d) − 2 v/T − x/T² [C19]
   double com_1_s2 = 8.0, com_leak_s = 0.5, com_limit_m = 0.06;
 
-  // steps placed anew, only when the feedback is at the edge of the soles
+  // step adjustment, only while the feedback is at the edge of the soles
   bool step_adjustment = true;
   double adjust_forward_m = 0.12, adjust_outward_m = 0.12, adjust_inward_m = 0.02;
   double adjust_least_m = 0.015;  ///< shorter moves are left to the soles of the next step
   double adjust_filter_s = 0.03, adjust_speed_m_s = 1.0;
 
   // falling
-  double fall_tilt_rad = 0.6;  ///< of the base, from where it was sent
+  double fall_tilt_rad = 0.6;  ///< tilt of the base from the commanded attitude
   double fall_dcm_m = 0.35;    ///< error of the divergent component
 
   template <class V>
@@ -107,5 +114,18 @@ struct StabilizerSettings {
     v("fall_dcm_m", fall_dcm_m, 0.05, 2.0);
   }
 };
+
+/// Share of the new sample in a first-order low-pass of one tick; 1 without a filter.
+inline double low_pass_share(double time_s) {
+  return time_s > 0.0 ? -std::expm1(-kTick_s / time_s) : 1.0;
+}
+
+/// One tick of ẋ = rate − x/leak, |x| ≤ limit (Euler).
+inline double leaky(double x, double rate, double leak_s, double limit) {
+  return std::clamp(x + kTick_s * (rate - x / leak_s), -limit, limit);
+}
+
+/// One tick of a first-order decay to 0.
+inline double decayed(double x, double time_s) { return x * std::exp(-kTick_s / time_s); }
 
 }  // namespace mimesis::walker

@@ -1,13 +1,13 @@
 #include "nodes/walker/stabilizer/stabilizer.h"
 
 #include "common/error.h"
-#include "nodes/walker/stabilizer/leaky.h"
+#include "nodes/walker/stabilizer/settings.h"
 
 namespace mimesis::walker {
 namespace {
 
 constexpr double kLeastShare =
-    0.2;  ///< of the weight on the ground, for a ZMP that means something
+    0.2;  ///< share of the weight on the ground below which a ZMP is noise
 
 }  // namespace
 
@@ -43,7 +43,7 @@ void Stabilizer::reset() {
   command_.reason.clear();
 }
 
-/// @return the plan that the sensors of now tell about, with the pelvis of the same instant
+/// @return the plan for the instant of the present measurement, with the pelvis of that instant
 const StabilizerPlan& Stabilizer::remember(const StabilizerPlan& plan) {
   at_ = (at_ + 1) % kHistory;
   history_[std::size_t(at_)] = {plan, command_.X_WS};
@@ -94,7 +94,7 @@ void Stabilizer::move_com() {
   command_.com_shift_v_W = admittance_.rate_m_s() + adjustment_.com_v_W();
 }
 
-/// Against the pelvis that was sent: who bends as wished does not fall.
+/// Tilt counts from the commanded pelvis, so that wished bending is no fall.
 void Stabilizer::watch_fall(const BodyEstimate& body, const Eigen::Isometry3d& X_WB_sent) {
   if (command_.falling) return;
   command_.reason.clear();
@@ -107,7 +107,7 @@ void Stabilizer::watch_fall(const BodyEstimate& body, const Eigen::Isometry3d& X
   command_.falling = !command_.reason.empty();
 }
 
-/// The plan with both feet where adjusted steps have put them.
+/// Plan with both feet at their adjusted places.
 const StabilizerPlan& Stabilizer::adjusted(const StabilizerPlan& plan) {
   adjustment_.follow();
   plan_ = plan;
@@ -125,7 +125,7 @@ const StabilizerCommand& Stabilizer::step(const StabilizerPlan& unadjusted,
     without_feedback(plan, why);
     return command_;
   }
-  // Sent one tick before the plan it belongs to came in: the entry after the past one has it.
+  // Set-points are stored with the plan of the next tick: the entry after the past one has them.
   const int back = std::min(settings_.delay_ticks, remembered_ - 1);
   const Past& sent = history_[std::size_t((at_ + kHistory - std::max(back - 1, 0)) % kHistory)];
 

@@ -2,27 +2,25 @@
 #include <string>
 
 #include "nodes/walker/pattern/pattern.h"
-#include "nodes/walker/stabilizer/adjustment.h"
 #include "nodes/walker/stabilizer/balance.h"
+#include "nodes/walker/stabilizer/estimator.h"
 #include "nodes/walker/stabilizer/feet.h"
-#include "nodes/walker/stabilizer/leg_give.h"
-#include "nodes/walker/stabilizer/sensors.h"
 
 namespace mimesis::walker {
 
-/// The plan at this tick, after the dynamic filter.
+/// Plan for this tick, after the dynamic filter.
 struct StabilizerPlan {
   PatternSample pattern;
   ComState com;  ///< with the filter's shift
-  /// Pelvis of the set-points that were sent last: what a rigid robot on its soles would do.
+  /// Pelvis pose of the set-points that were sent last, for a rigid robot on its soles.
   Eigen::Isometry3d X_WB_last = Eigen::Isometry3d::Identity();
 };
 
-/// What the whole-body motion has to do differently from the plan.
+/// Changes of the plan for the whole-body motion.
 struct StabilizerCommand {
   Eigen::Vector2d com_shift_W_m = Eigen::Vector2d::Zero(), com_shift_v_W = Eigen::Vector2d::Zero();
   std::array<Eigen::Isometry3d, 2> X_WS;  ///< soles to track, corrected
-  /// By how much the whole pattern has to move before the next tick: a step was adjusted.
+  /// Movement of the whole pattern before the next tick, because a step was adjusted.
   Eigen::Vector2d pattern_shift_W_m = Eigen::Vector2d::Zero();
   // for logs and plots
   Eigen::Vector2d dcm_error_W_m = Eigen::Vector2d::Zero();
@@ -30,12 +28,12 @@ struct StabilizerCommand {
   Eigen::Vector3d com_W_m = Eigen::Vector3d::Zero();  ///< measured, in the W of the plan
   bool saturated = false;
   bool falling = false;
-  std::string reason;  ///< of falling or of sensors that cannot be used
+  std::string reason;  ///< why it is falling or why sensors cannot be used
 };
 
-/// Keeps a walking biped upright by what it measures [Kajita 2010; Caron, Kheddar, Tempier 2019;
-/// walking.md 8.6]: estimate, feedback of the divergent component, wrenches of the feet, then
-/// admittances of ankles, feet and CoM that turn forces into positions for stiff joints.
+/// Keeps a walking biped upright by measurements [Kajita 2010; Caron, Kheddar, Tempier 2019;
+/// docs/walking.md 6]: estimator, feedback of the divergent component, distribution to the feet,
+/// then admittances of ankles, feet and CoM that turn forces into positions for stiff joints.
 class Stabilizer {
  public:
   Stabilizer(const robot::Biped& biped, const GaitSettings& gait,
@@ -43,7 +41,7 @@ class Stabilizer {
   Stabilizer(const Stabilizer&) = delete;
   Stabilizer& operator=(const Stabilizer&) = delete;
   void reset();
-  /// No allocation. Not finite sensors: the plan without feedback, `reason` says which.
+  /// Does not allocate. With unusable sensors: the plan without feedback; `reason` says which one.
   const StabilizerCommand& step(const StabilizerPlan& plan, const Sensors& sensors);
 
  private:
@@ -73,7 +71,7 @@ class Stabilizer {
   int at_ = 0, remembered_ = 0;
   bool blind_ = true;  ///< no measurement in the last tick
   std::array<robot::Wrench, 2> wrench_S_;
-  StabilizerPlan plan_;  ///< of this tick, with the feet where they are led
+  StabilizerPlan plan_;  ///< of this tick, with adjusted feet
   StabilizerCommand command_;
 };
 

@@ -10,13 +10,13 @@ namespace {
 
 using Eigen::Index;
 
-// Sine of the angle between a row and those before it: below, the level is damped.
+// Sine of the angle between a row and those before it below which the level is damped.
 constexpr double kNearlySingular = 0.02;
-// What levels below pay for their coordinates, against 1 for a row: next to nothing, but the
-// program is strictly convex.
+// Cost of the coordinates of lower levels, against 1 for a row: nearly nothing, but the program is
+// strictly convex.
 constexpr double kPrice = 1e-8;
-// By which the bounds of a level are wider than those of the level above it, against the widest
-// of them, so that its rounding (DualQp: 1e-10) does not leave the lower one without a solution.
+// The bounds of a level are wider than those of the level above by this share of the widest bound,
+// so that rounding above (DualQp: 1e-10) does not leave the lower level without a solution.
 constexpr double kWider = 2e-10;
 constexpr double kOnBound = 1e-12;
 // Second derivative of a position by joints, about an arm's or a leg's length [m].
@@ -79,8 +79,8 @@ void Cascade::add_axis(int i, double weight) {
   place(weight, 1.0);
 }
 
-/// Writes the row that was looked at in the coordinates that are decided, with a new one if it is
-/// none of the others' sums.
+/// Writes the last row in the decided coordinates, adding a coordinate if the row is linearly
+/// independent of the others.
 void Cascade::place(double weight, double length) {
   Level& level = levels_.back();
   auto row = L_.row(rows_);
@@ -126,8 +126,8 @@ bool Cascade::solve(const Eigen::Ref<const Eigen::VectorXd>& b,
   return true;
 }
 
-/// All levels within the bounds, then the smallest x of what is left. @return false if there is no
-/// solution of the first level.
+/// Solves all levels within the bounds, then minimises |x| in the rest. @return false if the first
+/// level has no solution.
 bool Cascade::solve_levels_bounded(const Eigen::Ref<const Eigen::VectorXd>& lower,
                                    const Eigen::Ref<const Eigen::VectorXd>& upper) {
   for (int i = 0; i < n_; ++i) {
@@ -145,7 +145,7 @@ bool Cascade::solve_levels_bounded(const Eigen::Ref<const Eigen::VectorXd>& lowe
   for (const Level& level : levels_) {
     if (!solve_bounded(level, depth++, lower, upper)) {
       if (depth == 1) return false;
-      break;  // what the level above has found is a solution of its own
+      break;  // the level above has a solution of its own
     }
   }
   const Level left{.row = rows_, .column = static_cast<int>(basis_.size())};
@@ -154,8 +154,8 @@ bool Cascade::solve_levels_bounded(const Eigen::Ref<const Eigen::VectorXd>& lowe
   return true;
 }
 
-/// Which levels can be solved row by row, and which are so close to singular that they are damped
-/// [Nakamura, Hanafusa 1986]: not at all at kNearlySingular, wholly where rows coincide.
+/// Sets each level's damping by how close it is to singular [Nakamura, Hanafusa 1986]: none down to
+/// kNearlySingular, all of it where rows coincide.
 void Cascade::close_levels() {
   for (Level& level : levels_) {
     const double least = level.rows > 0 ? slope_.segment(level.row, level.rows).minCoeff() : 1.0;
@@ -165,7 +165,7 @@ void Cascade::close_levels() {
   }
 }
 
-/// rest_ = b − L z of the level's rows, by what the levels above have decided.
+/// rest_ = b − L z for the level's rows and the coordinates that the levels above have decided.
 void Cascade::right_side(const Level& level) {
   const auto rows = L_.middleRows(level.row, level.rows);
   auto rest = rest_.head(level.rows);
@@ -173,7 +173,7 @@ void Cascade::right_side(const Level& level) {
   rest.noalias() -= rows.leftCols(level.column) * z_.head(level.column);
 }
 
-/// The level's own coordinates without bounds: by substitution, or damped.
+/// Solves for the level's own coordinates without bounds: by substitution, or damped.
 void Cascade::solve_free(const Level& level, double damping_squared) {
   if (level.columns == 0) return;
   right_side(level);
@@ -214,7 +214,7 @@ void Cascade::normal_equations(const Level& level, double damping_squared) {
   factor_side_.head(level.columns).noalias() = S.transpose().lazyProduct(rest_.head(level.rows));
 }
 
-/// The level with all coordinates below it, within the bounds. Without rows: the smallest x.
+/// Solves the level with all lower coordinates, within the bounds. Without rows: minimises |x|.
 bool Cascade::solve_bounded(const Level& level, int depth,
                             const Eigen::Ref<const Eigen::VectorXd>& lower,
                             const Eigen::Ref<const Eigen::VectorXd>& upper) {

@@ -8,44 +8,42 @@
 
 namespace mimesis::walker {
 
-/// Least squares in strict order under bounds [Escande, Mansard, Wieber 2014]: x in lower ≤ x ≤
-/// upper such that |A₁x − b₁| is as small as it can be; among those |A₂x − b₂|, and so on; of what
-/// is left the smallest x.
+/// Lexicographic least squares under bounds [Escande, Mansard, Wieber 2014]: finds x in lower ≤ x ≤
+/// upper that minimises |A₁x − b₁|, among these |A₂x − b₂|, and so on, and last |x|.
 ///
-/// The rows of all levels, one after another, make an orthogonal basis Y of the x space in which
-/// they are a lower trapezoid, A Y = L: level k decides the coordinates that its rows have added,
-/// and touches none of those above [Mansard 2009]. Without bounds in the way the levels are solved
-/// by substitution. A level with a bound in its way is a quadratic program in its coordinates and
-/// all below: these cost nothing and make room within the bounds.
+/// The rows of all levels build an orthogonal basis Y of the x space in which they are a lower
+/// trapezoid, A Y = L: level k decides the coordinates that its rows have added and touches none of
+/// those above [Mansard 2009]. Levels without an active bound are solved by substitution. A level
+/// that a bound affects is a quadratic program in its own coordinates and all lower ones, which
+/// cost nothing and make room within the bounds.
 ///
-/// Rows are kept from one solve to the next, for several right-hand sides. Allocates when it is
-/// made. Deterministic.
+/// Rows are kept from one solve to the next, for several right-hand sides. Allocates only in the
+/// constructor. Deterministic.
 class Cascade {
  public:
   Cascade(int n, int most_rows, int most_levels, double damping);
 
   void clear();
   void begin_level();
-  /// A row of the present level, in units of 1, that changes with x; `weight` counts within the
-  /// level.
+  /// Adds a row to the present level; the row depends on x. `weight` counts within the level.
   void add_row(const Eigen::Ref<const Eigen::RowVectorXd, 0, Eigen::InnerStride<>>& row,
                double weight);
-  void add_axis(int i, double weight);  ///< the row eᵢ, which does not
+  void add_axis(int i, double weight);  ///< adds the row eᵢ, which does not depend on x
   int rows() const { return rows_; }
-  int free() const { return n_ - static_cast<int>(basis_.size()); }  ///< coordinates undecided
+  int free() const { return n_ - static_cast<int>(basis_.size()); }  ///< undecided coordinates
 
-  /// `b`: of all rows, unweighted. @return false, with x as it was, if a program was not solved.
+  /// `b`: right-hand side of all rows, unweighted. @return false, x unchanged, if a program failed.
   bool solve(const Eigen::Ref<const Eigen::VectorXd>& b,
              const Eigen::Ref<const Eigen::VectorXd>& lower,
              const Eigen::Ref<const Eigen::VectorXd>& upper, Eigen::Ref<Eigen::VectorXd> x);
 
-  /// What was out of reach in the last solve damps the next ones: the steps of Newton's method on
-  /// squares whose residual r stays must not be longer than r's curvature allows, or they swing to
-  /// and fro [Levenberg, Marquardt; Sugihara 2011]. The first level is damped only within bounds.
+  /// Residuals of the last solve damp the next ones: where a residual r remains, Newton steps
+  /// longer than r's curvature allows oscillate [Levenberg, Marquardt; Sugihara 2011]. The first
+  /// level is damped only within bounds.
   void remember_residuals();
   void forget_residuals();
 
-  bool bounded() const { return bounded_; }  ///< a bound had a say in the last solve
+  bool bounded() const { return bounded_; }  ///< a bound affected the last solve
   /// Largest |Ax − b| of the first level's rows in the last solve, unweighted.
   double first_residual() const { return first_residual_; }
   /// b − Ax of all rows in the last solve, unweighted.

@@ -11,13 +11,14 @@
 namespace mimesis::walker {
 namespace {
 
-// Newton steps within a tick, all with the Jacobian of its beginning. The first goes the tick's
-// way, the others undo what its curvature has left.
+// Newton steps within a tick, all with the Jacobian of its beginning. The first makes the tick's
+// displacement, the others remove the error that its curvature has left.
 constexpr int kPasses = 4;
-// Those with bounds in the way: of lower levels, while the legs are too short, of the first level.
+// Limits on the passes in which bounds are active: for lower levels, while the legs are too short,
+// for the first level.
 constexpr int kBoundedPasses = 3, kLimitedPasses = 2, kKeptPasses = 1;
-constexpr double kExact = 1e-9;     // [m], [rad]: nothing to undo
-constexpr double kLimited = 1e-6;   // [m], [rad]: what a limit keeps from a goal of the first level
+constexpr double kExact = 1e-9;     // [m], [rad]: error that needs no further pass
+constexpr double kLimited = 1e-6;   // [m], [rad]: error of the first level that counts as limited
 constexpr std::size_t kLine = 200;  // characters of a reason
 
 }  // namespace
@@ -144,7 +145,7 @@ bool Stack::move(const TaskGoals& goals, double dt_s) {
   for (int pass = 1; pass < kPasses && programs < most; ++pass) {
     p.rows.missing(p.posture, b);
     b.head(first) -= p.out_of_reach.head(first);
-    // What limits keep from lower tasks, they keep from them in this pass as well.
+    // Errors that limits leave to lower tasks are not tried again in this pass.
     if (bounded) b.tail(rows - first).setZero();
     if (b.head(first).lpNorm<Eigen::Infinity>() < kExact) break;  // 0 of no rows
     if (!p.cascade.solve(b, p.lower, p.upper, p.x)) break;
@@ -156,8 +157,8 @@ bool Stack::move(const TaskGoals& goals, double dt_s) {
   return true;
 }
 
-/// Where a limit keeps the first level from its goal, Newton's method finds no rest: joints may not
-/// change their speeds faster than this, limits permitting.
+/// While a limit keeps the first level from its goal, Newton's method does not come to rest: bounds
+/// the joints' accelerations, as far as their limits permit.
 void Stack::ease(double dt_s) {
   constexpr double kAcceleration_rad_s2 = 100.0;
   Parts& p = *parts_;
@@ -169,11 +170,11 @@ void Stack::ease(double dt_s) {
   }
 }
 
-/// Goes the way x on within the tick.
+/// Applies the displacement x.
 void Stack::advance() {
   Parts& p = *parts_;
   p.sum += p.x;
-  p.lower -= p.x;  // what is left of the tick's way
+  p.lower -= p.x;  // the rest of the tick's displacement
   p.upper -= p.x;
   p.posture.q = p.start + p.sum.tail(p.start.size());
   p.posture.X_WB.translation() = p.X_start.translation() + p.sum.head<3>();

@@ -11,37 +11,39 @@ namespace mimesis::walker {
 
 enum class TaskKind { kCom, kFoot, kOrientation, kPosition, kPosture, kRegularisation };
 
-/// One task of a stack, as a YAML file says it.
+/// One task of a stack, as in a YAML file.
 struct TaskSpec {
   std::string name;  ///< "left foot"
   TaskKind kind = TaskKind::kPosture;
-  int priority = 1;                      ///< 1 comes first; equal ones share a level
-  double weight = 1.0;                   ///< within the level
-  double gain_1_s = 20.0;                ///< of the error; 1/dt and more: all of it at every tick
-  std::string link = {};                 ///< kFoot: a sole, kOrientation: any, kPosition: a hand
-  std::vector<std::string> joints = {};  ///< kPosture; empty: the upper body. Of legs: half-sitting
-  /// Of x y z in W that count; empty: all. kFoot also 6: position, then rotation; 3: all rotations.
+  int priority = 1;        ///< 1 comes first; equal ones share a level
+  double weight = 1.0;     ///< within the level
+  double gain_1_s = 20.0;  ///< gain of the error; from 1/dt on all of it at every tick
+  std::string link = {};   ///< kFoot: a sole, kOrientation: any, kPosition: a hand
+  std::vector<std::string> joints =
+      {};  ///< kPosture; empty: the upper body. Legs go to half-sitting
+  /// Axes x y z in W that count; empty: all. kFoot also takes 6, position then rotation; with 3 all
+  /// rotations count.
   std::vector<bool> axes = {};
 };
 
 struct StackSettings {
   std::vector<TaskSpec> tasks;
-  double damping = 1e-3;            ///< of singular directions [1]
-  double knee_margin_rad = 0.02;    ///< from the stretched leg
-  double limit_margin_rad = 0.005;  ///< from the joints' limits
+  double damping = 1e-3;            ///< damping of singular directions [1]
+  double knee_margin_rad = 0.02;    ///< kept from the stretched leg
+  double limit_margin_rad = 0.005;  ///< kept from the joints' limits
   double speed_share = 0.98;        ///< of the joints' speed limits that may be used [1]
 };
 
-/// Wishes at one tick: where the robot is to be at its end. Names as in the specs.
+/// Goals at the end of one tick.
 struct TaskGoals {
   Eigen::Vector3d com_W_m, com_v_W;  ///< [m], [m/s]
   std::array<FootState, 2> foot;     ///< left, right
-  Eigen::Matrix3d R_W_trunk;         ///< of every kOrientation
+  Eigen::Matrix3d R_W_trunk;         ///< goal of every kOrientation
   Eigen::VectorXd upper_body;        ///< Biped::upper_body order [rad]
   Eigen::VectorXd upper_body_rate;   ///< [rad/s]; empty: 0
   struct Hand {
     Eigen::Vector3d p_W_m = Eigen::Vector3d::Zero();  ///< origin of the link Biped::hand
-    /// 0: no wish; 1: wholly, and the posture gives way to micrometres. Continuous in between.
+    /// 0: no goal; 1: full weight, the posture gives way until micrometres are left. Continuous.
     double share = 0.0;
   };
   std::array<Hand, 2> hand;
@@ -50,23 +52,23 @@ struct TaskGoals {
 struct StackState {
   Eigen::Isometry3d X_WB = Eigen::Isometry3d::Identity();
   Eigen::VectorXd q, dq;                         ///< dof [rad], [rad/s], within the limits
-  double com_error_m = 0.0, foot_error_m = 0.0;  ///< from the goals; of the worse foot
+  double com_error_m = 0.0, foot_error_m = 0.0;  ///< distance from the goals; the worse foot
   bool limited = false;  ///< a limit keeps a task of the first level from its goal
-  std::string reason;    ///< empty, or why the last solve failed: q stays
+  std::string reason;    ///< empty, or why the last solve failed; q then stays
 };
 
 /// Generalised inverse kinematics: strict priorities with joint limits as inequalities on top
 /// [M18 3.8.1; Mansard 2009; Escande, Mansard, Wieber 2014]. Joints slow down before a limit and
-/// come back from beyond it in the same way, by e⁻¹ in 20 ms. Goals far away are approached in
-/// bounded steps.
+/// return from beyond it with a time constant of 20 ms. Distant goals are approached in bounded
+/// steps.
 class Stack {
  public:
   /// Starts half-sitting. The biped outlives it.
-  /// @throws ConfigError for links and joints that the robot has not, and settings without sense
+  /// @throws ConfigError for unknown links or joints, or values that contradict each other
   Stack(const robot::Biped& biped, StackSettings settings);
   ~Stack();
   void reset(const Eigen::Isometry3d& X_WB, const Eigen::Ref<const Eigen::VectorXd>& q);
-  /// One tick of dt [s]. No allocation.
+  /// Advances by one tick of dt [s]. No allocation.
   const StackState& step(const TaskGoals& goals, double dt_s);
   const StackState& state() const { return state_; }
 
@@ -82,7 +84,7 @@ class Stack {
   StackState state_;
 };
 
-/// Feet and CoM, then trunk, then hands and upper body, then regularisation.
+/// Default stack: feet and CoM, then trunk, then hands and upper body, then regularisation.
 StackSettings walking_stack(const robot::Biped& biped);
 
 }  // namespace mimesis::walker

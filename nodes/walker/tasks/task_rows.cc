@@ -1,26 +1,184 @@
 #include "nodes/walker/tasks/task_rows.h"
 
 #include <algorithm>
+#include <cmath>
+#include <set>
 
+#include "common/error.h"
 #include "common/math/so3.h"
 
 namespace mimesis::walker {
 namespace {
 
+[[noreturn]] void refuse(const TaskSpec& spec, const std::string& what) {
+  throw ConfigError("stack.tasks: '" + spec.name + "': " + what);
+}
+
+void check_numbers(const TaskSpec& spec) {
+  if (spec.priority < 1) {
+    refuse(spec, "priority " + std::to_string(spec.priority) + ", expected 1 or more");
+  }
+  if (!(spec.weight > 0.0 && spec.weight <= 1e6)) {
+    refuse(spec, "weight " + std::to_string(spec.weight) + ", expected above 0, at most 1e6");
+  }
+  if (!(spec.gain_1_s > 0.0 && spec.gain_1_s <= 1e4)) {
+    refuse(spec, "gain_1_s " + std::to_string(spec.gain_1_s) + ", expected above 0, at most 1e4");
+  }
+}
+
+bool has_link(TaskKind kind) {
+  return kind == TaskKind::kFoot || kind == TaskKind::kOrientation || kind == TaskKind::kPosition;
+}
+
+/// @return the side whose link this is. @throws ConfigError if it is neither.
+int side_of(const TaskSpec& spec, int link, const std::array<int, 2>& links, const char* what) {
+  for (int side = 0; side < 2; ++side) {
+    if (links[static_cast<std::size_t>(side)] == link) return side;
+  }
+  refuse(spec, "link '" + spec.link + "' is no " + what + " of the robot");
+}
+
+void take_link(const robot::Biped& biped, const TaskSpec& spec, Task& task) {
+  if (!has_link(spec.kind)) {
+    if (!spec.link.empty()) refuse(spec, "link '" + spec.link + "', expected none for its kind");
+    return;
+  }
+  task.link = biped.tree.find_link(spec.link);
+  if (task.link < 0) {
+    refuse(spec, "robot " + biped.tree.name() + " has no link '" + spec.link + "'");
+  }
+  if (spec.kind == TaskKind::kFoot) {
+    task.side = side_of(spec, task.link, {biped.leg[0].sole, biped.leg[1].sole}, "sole");
+  }
+  if (spec.kind == TaskKind::kPosition) task.side = side_of(spec, task.link, biped.hand, "hand");
+}
+
+void take_joints(const robot::Biped& biped, const TaskSpec& spec, Task& task) {
+  if (spec.kind != TaskKind::kPosture) {
+    if (!spec.joints.empty()) refuse(spec, "joints, expected none for its kind");
+    return;
+  }
+  if (spec.joints.empty()) task.dofs = biped.upper_body;
+  for (const std::string& joint : spec.joints) {
+    const int dof = biped.tree.find_joint(joint);
+    if (dof < 0) refuse(spec, "robot " + biped.tree.name() + " has no joint '" + joint + "'");
+    if (std::ranges::find(task.dofs, dof) != task.dofs.end()) {
+      refuse(spec, "joint '" + joint + "' twice");
+    }
+    task.dofs.push_back(dof);
+  }
+  for (const int dof : task.dofs) {
+    const auto at = std::ranges::find(biped.upper_body, dof);
+    task.upper.push_back(
+        at == biped.upper_body.end() ? -1 : static_cast<int>(at - biped.upper_body.begin()));
+  }
+}
+
+void take_axes(const TaskSpec& spec, Task& task) {
+  const bool foot = spec.kind == TaskKind::kFoot;
+  const bool has_axes = has_link(spec.kind) || spec.kind == TaskKind::kCom;
+  const std::size_t n = spec.axes.size();
+  if (!has_axes && n > 0) refuse(spec, "axes, expected none for its kind");
+  if (n != 0 && n != 3 && !(foot && n == 6)) {
+    refuse(spec, "axes: " + std::to_string(n) + " of them, expected 3" + (foot ? " or 6" : ""));
+  }
+  for (int i = 0; i < (foot ? 6 : 3); ++i) {
+    const auto k = static_cast<std::size_t>(i);
+    if (has_axes && (k >= n || spec.axes[k])) task.axes.push_back(i);
+  }
+  if (has_axes && task.axes.empty()) refuse(spec, "axes: none counts, expected at least one");
+}
+
+}  // namespace
+
+std::vector<Task> make_tasks(const robot::Biped& biped, const StackSettings& settings) {
+  if (settings.tasks.empty()) throw ConfigError("stack.tasks: none, expected at least one");
+  std::set<std::string> names;
+  std::set<int> priorities;
+  for (const TaskSpec& spec : settings.tasks) {
+    if (spec.name.empty()) throw ConfigError("stack.tasks: a task without a name");
+    if (!names.insert(spec.name).second) refuse(spec, "name twice");
+    check_numbers(spec);
+    priorities.insert(spec.priority);
+  }
+  std::vector<Task> tasks;
+  for (const TaskSpec& spec : settings.tasks) {
+    Task task{.kind = spec.kind,
+              .level = static_cast<int>(
+                  std::distance(priorities.begin(), priorities.find(spec.priority))),
+              .weight = spec.weight,
+              .gain_1_s = spec.gain_1_s};
+    take_link(biped, spec, task);
+    take_joints(biped, spec, task);
+    take_axes(spec, task);
+    tasks.push_back(std::move(task));
+  }
+  std::ranges::stable_sort(tasks, {}, &Task::level);
+  return tasks;
+}
+
+StackSettings walking_stack(const robot::Biped& biped) {
+  const auto link = [&](int index) { return biped.tree.link(index).name; };
+  StackSettings settings;
+  auto& tasks = settings.tasks;
+  // Weights: when a leg is too short the height gives way first, then the rest of the CoM.
+  constexpr double kAtOnce_1_s = 200.0;
+  for (const Side side : robot::kSides) {
+    const std::string name = side == kLeft ? "left" : "right";
+    tasks.push_back({.name = name + " foot",
+                     .kind = TaskKind::kFoot,
+                     .priority = 1,
+                     .weight = 100.0,
+                     .gain_1_s = kAtOnce_1_s,
+                     .link = link(biped.leg[static_cast<std::size_t>(side)].sole)});
+  }
+  tasks.push_back({.name = "com",
+                   .kind = TaskKind::kCom,
+                   .priority = 1,
+                   .weight = 10.0,
+                   .gain_1_s = kAtOnce_1_s,
+                   .axes = {true, true, false}});
+  tasks.push_back({.name = "com height",
+                   .kind = TaskKind::kCom,
+                   .priority = 1,
+                   .gain_1_s = kAtOnce_1_s,
+                   .axes = {false, false, true}});
+  tasks.push_back({.name = "trunk",
+                   .kind = TaskKind::kOrientation,
+                   .priority = 2,
+                   .gain_1_s = 50.0,
+                   .link = link(biped.trunk)});
+  for (const Side side : robot::kSides) {
+    const int hand = biped.hand[static_cast<std::size_t>(side)];
+    if (hand < 0) continue;
+    tasks.push_back({.name = side == kLeft ? "left hand" : "right hand",
+                     .kind = TaskKind::kPosition,
+                     .priority = 3,
+                     .weight = 10.0,
+                     .gain_1_s = 50.0,
+                     .link = link(hand)});
+  }
+  tasks.push_back({.name = "upper body", .kind = TaskKind::kPosture, .priority = 3});
+  tasks.push_back({.name = "rest", .kind = TaskKind::kRegularisation, .priority = 4});
+  return settings;
+}
+
+namespace {
+
 using Eigen::Matrix3d, Eigen::Vector3d;
 
-// Steps within a tick beyond which a Jacobian says nothing.
+// Longest steps within a tick for which the Jacobian is valid.
 constexpr double kFarthest_m = 0.02, kFarthest_rad = 0.2;
-// Of an error beyond this no more than a tenth is undone at a tick, whatever the gain.
+// At most a tenth of an error beyond this is removed per tick, whatever the gain.
 constexpr double kAtOnce_m = 0.004, kAtOnce_rad = 0.02, kLeastShare = 0.1;
-// A goal that moves faster has jumped: it is approached, not followed.
+// A goal that moves faster has jumped; its rate is ignored.
 constexpr double kJump_m_s = 3.0, kJump_rad_s = 8.0;
-// A height that legs could not give comes back by this share of it at a tick.
+// A missing height returns by this share per tick.
 constexpr double kReturn = 0.25, kHeightIsBack_m = 1e-6;
-// Against the posture of its level a hand of the whole share counts so many times its weight.
+// Factor on the weight of a hand with share 1, against the posture of its level.
 constexpr double kWhole = 1e6;
 
-/// Step of a task within a tick: along with its goal, and a share of what it lags behind.
+/// Step of a task within a tick: the goal's own movement plus a share of the error.
 Vector3d step_of(const Task& task, const Vector3d& way, const Vector3d& rate, double dt_s,
                  double at_once) {
   const Vector3d lag = way - dt_s * rate;
@@ -28,9 +186,9 @@ Vector3d step_of(const Task& task, const Vector3d& way, const Vector3d& rate, do
   return dt_s * rate + std::min({1.0, task.gain_1_s * dt_s, most}) * lag;
 }
 
-/// What a hand's weight is multiplied with: its share at first, from nothing, and far above the
-/// posture at the end. The posture's weights stay: were they lowered for one hand, the other one
-/// would throw the joints that both have in common about as soon as it has a share at all.
+/// Factor on a hand's weight: about its share at first, far above the posture at share 1. The
+/// posture's weights stay constant: if they were lowered for one hand, the other one would move the
+/// joints that both share as soon as its own share is above 0.
 double strength(double share) {
   const double left = 1.0 - share;
   return share / (left * left + 1.0 / kWhole);
@@ -101,7 +259,7 @@ void TaskRows::aim(const Posture& posture, const TaskGoals& goals, double dt_s,
   has_before_ = true;
 }
 
-/// What legs cannot give of the height is not asked of the rest of the body.
+/// Does not ask the rest of the body for height that the legs cannot give.
 void TaskRows::aim_at_com(const Task& task, Aim& aim, const Posture& posture,
                           const TaskGoals& goals, double dt_s,
                           const Eigen::Ref<const Eigen::VectorXd>& lower,
@@ -109,7 +267,7 @@ void TaskRows::aim_at_com(const Task& task, Aim& aim, const Posture& posture,
   aim_at_position(task, aim, posture.com_W, goals.com_W_m, goals.com_v_W, dt_s);
   if (std::ranges::find(task.axes, 2) == task.axes.end()) return;
   Vector3d way = aim.p_W - posture.com_W;
-  // A height that was missing comes back in steps that lessen, not at once.
+  // A missing height returns in decreasing steps, not at once.
   const double along = dt_s * goals.com_v_W.z(),
                lag = goals.com_W_m.z() - posture.com_W.z() - along;
   height_returns_ = leg_room_.missing_m() > kHeightIsBack_m ||

@@ -1,9 +1,22 @@
 #pragma once
+#include <cmath>
+#include <limits>
+
+#include "common/model/files.h"
 #include "nodes/walker/test/perfect_robot.h"
 #include "nodes/walker/walker.h"
 #include "nodes/walker/walker_messages_node.h"
 
 namespace mimesis::walker::testing {
+
+inline constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+
+inline const robot::Biped& biped() {
+  static const robot::Biped b = model::load_biped("biped.yaml");
+  return b;
+}
+
+inline int ticks(double seconds) { return static_cast<int>(std::lround(seconds / kTick_s)); }
 
 /// A Walker and a robot that does as told, without a node around it: for what a tick costs and
 /// what its outputs are. `step` of the walker is the caller's, so that nothing else is measured.

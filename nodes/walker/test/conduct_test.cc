@@ -2,14 +2,15 @@
 
 #include <gtest/gtest.h>
 
+#include "common/testing/no_malloc.h"
+#include "nodes/walker/pattern/pattern.h"
+
 namespace mimesis::walker {
 namespace {
 
-constexpr double kTick_s = 0.005;
-
 /// Steps of a conduct whose condition a test changes.
-struct Rig {
-  explicit Rig(const ConductSettings& settings = {}) : conduct(settings) {}
+struct ConductRig {
+  explicit ConductRig(const ConductSettings& settings = {}) : conduct(settings) {}
 
   Phase run(double s) {
     for (double t = 0.0; t < s - 1e-9; t += kTick_s) conduct.step(now, kTick_s);
@@ -36,7 +37,7 @@ struct Rig {
 };
 
 TEST(Conduct, GoesFromWaitingOverArmingAndApproachingToBalance) {
-  Rig rig;
+  ConductRig rig;
   rig.now.sensors = "no IMU";
   EXPECT_EQ(rig.run(1.0), Phase::kWaiting);
   EXPECT_EQ(rig.conduct.reason(), "no IMU");
@@ -57,7 +58,7 @@ TEST(Conduct, GoesFromWaitingOverArmingAndApproachingToBalance) {
 }
 
 TEST(Conduct, LostSensorsWhileStandingAreSafeUntilTheyAreBack) {
-  Rig rig({.blind_s = 3.0, .recovery_s = 0.5, .silence_s = 0.25});
+  ConductRig rig({.blind_s = 3.0, .recovery_s = 0.5, .silence_s = 0.25});
   rig.balance();
   rig.now.sensors = "IMU is silent";
   EXPECT_EQ(rig.run(kTick_s), Phase::kSafe);
@@ -73,7 +74,7 @@ TEST(Conduct, LostSensorsWhileStandingAreSafeUntilTheyAreBack) {
 }
 
 TEST(Conduct, LostSensorsWhileWalkingEndTheStepsFirst) {
-  Rig rig({.blind_s = 3.0, .recovery_s = 0.5, .silence_s = 0.25});
+  ConductRig rig({.blind_s = 3.0, .recovery_s = 0.5, .silence_s = 0.25});
   rig.balance();
   rig.now.stands = false;
   rig.now.sensors = "IMU is silent";
@@ -90,7 +91,7 @@ TEST(Conduct, LostSensorsWhileWalkingEndTheStepsFirst) {
 }
 
 TEST(Conduct, WhoFellStaysSafeUntilTheDrivesWereOff) {
-  Rig rig;
+  ConductRig rig;
   rig.balance();
   rig.now.stands = false;
   rig.now.falling = "tilted by 0.7 rad";
@@ -108,7 +109,7 @@ TEST(Conduct, WhoFellStaysSafeUntilTheDrivesWereOff) {
 
 TEST(Conduct, DrivesThatStopEndEverything) {
   for (const bool approached : {false, true}) {
-    Rig rig;
+    ConductRig rig;
     rig.run(2 * kTick_s);
     rig.now.actuators = {};
     rig.now.approached = approached;
@@ -121,7 +122,7 @@ TEST(Conduct, DrivesThatStopEndEverything) {
 }
 
 TEST(Conduct, AnApproachThatGoesWrongIsHeld) {
-  Rig rig;
+  ConductRig rig;
   rig.run(2 * kTick_s);
   rig.now.actuators = {};
   rig.run(kTick_s);
@@ -133,4 +134,51 @@ TEST(Conduct, AnApproachThatGoesWrongIsHeld) {
 }
 
 }  // namespace
+
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::VectorXd;
+
+TEST(Approach, EndsAtTheGoalAtRestWithinTheSpeedThatIsAllowed) {
+  Approach approach;
+  const VectorXd from = Vector2d(0.0, 1.0), to = Vector2d(0.6, 0.9), fastest = Vector2d(4.0, 1.0);
+  approach.start(from, to, fastest, 0.1, 0.5);
+  // 1.875 · 0.6 / (0.1 · 4) = 2.8125 s; the other joint needs 1.875 s
+  EXPECT_NEAR(approach.duration_s(), 2.8125, 1e-12);
+  VectorXd last = from;
+  double most = 0.0;
+  int ticks = 0;
+  for (; !approach.done(); ++ticks) {
+    approach.step(0.005);
+    // rates are those of the positions
+    EXPECT_LT(((approach.q() - last) / 0.005 - approach.dq()).norm(), 5e-3);
+    most = std::max(most, std::abs(approach.dq()[0]));
+    last = approach.q();
+  }
+  EXPECT_EQ(ticks, 563);
+  EXPECT_NEAR(most, 0.4, 1e-4);
+  EXPECT_TRUE(approach.q().isApprox(to, 1e-12));
+  EXPECT_LT(approach.dq().norm(), 1e-12);
+}
+
+TEST(Approach, ShortWaysTakeTheLeastTimeAndHalfTheWayIsInTheMiddle) {
+  Approach approach;
+  const VectorXd from = Vector2d(0.0, 0.0), to = Vector2d(0.01, -0.02), fastest = Vector2d(4, 4);
+  approach.start(from, to, fastest, 0.1, 1.0);
+  EXPECT_DOUBLE_EQ(approach.duration_s(), 1.0);
+  for (int i = 0; i < 100; ++i) approach.step(0.005);
+  EXPECT_TRUE(approach.q().isApprox(0.5 * to, 1e-12));
+}
+
+TEST(Approach, StepsDoNotAllocate) {
+  Approach approach;
+  const VectorXd a = VectorXd::Zero(30), b = VectorXd::Ones(30);
+  approach.start(a, b, 10.0 * b, 0.1, 1.0);
+  const mimesis::testing::NoMalloc guard;
+  approach.step(0.005);
+}
+
+}  // namespace
+
 }  // namespace mimesis::walker

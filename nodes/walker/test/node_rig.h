@@ -4,21 +4,14 @@
 #include <cmath>
 #include <deque>
 
-#include "common/model/files.h"
 #include "common/testing/loopback.h"
+#include "nodes/walker/test/closed_loop.h"
 #include "nodes/walker/test/perfect_robot.h"
 #include "nodes/walker/walker_node.h"
 
 namespace mimesis::walker::testing {
 
 using namespace std::chrono_literals;
-
-inline constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-
-inline const robot::Biped& biped() {
-  static const robot::Biped b = model::load_biped("biped.yaml");
-  return b;
-}
 
 inline WalkerParams params() {
   WalkerParams p;

@@ -85,7 +85,7 @@ TEST_F(UpperBodyTest, ForeseesThatItGoesOnAndComesToRest) {
   EXPECT_EQ(ahead[0].q, body.now().q);
   EXPECT_NEAR(ahead[1].q[0], body.now().q[0] + 0.3 * v * -std::expm1(-0.035 / 0.3), 1e-12);
   EXPECT_LT(ahead[19].dq[0], 0.2 * v);
-  testing::NoMalloc guard;
+  mimesis::testing::NoMalloc guard;
   body.wish(wish, {});
   body.step();
   body.ahead(20, 0.035, 0.3);

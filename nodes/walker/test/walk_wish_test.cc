@@ -6,16 +6,14 @@
 
 #include "common/model/files.h"
 #include "common/testing/no_malloc.h"
+#include "nodes/walker/test/closed_loop.h"
 
 namespace mimesis::walker {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
 
-const robot::Biped& biped() {
-  static const robot::Biped b = model::load_biped("biped.yaml");
-  return b;
-}
+using testing::biped;
 
 class WalkWishTest : public ::testing::Test {
  protected:

@@ -4,20 +4,15 @@
 #include <cmath>
 
 #include "common/model/files.h"
-#include "nodes/walker/pattern/cart_table.h"
+#include "nodes/walker/pattern/preview_control.h"
 #include "nodes/walker/test/closed_loop.h"
 
 namespace mimesis::walker {
 namespace {
 
+using testing::biped;
 using testing::ClosedLoop;
-
-const robot::Biped& biped() {
-  static const robot::Biped b = model::load_biped("biped.yaml");
-  return b;
-}
-
-int ticks(double seconds) { return static_cast<int>(std::lround(seconds / kTick_s)); }
+using testing::ticks;
 
 WalkerWish standing() {
   WalkerWish wish;

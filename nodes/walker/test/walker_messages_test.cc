@@ -8,11 +8,12 @@
 namespace mimesis::walker {
 namespace {
 
-using namespace testing;
+using namespace std::chrono_literals;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
+using testing::biped;
 
-Vector3d vector(const v1::Vector3& v) { return {v.x_m(), v.y_m(), v.z_m()}; }
+Vector3d to_eigen(const v1::Vector3& v) { return {v.x_m(), v.y_m(), v.z_m()}; }
 
 /// Rows of a motion in another order than the robot's joints, with one that is no joint of it.
 v1::MotionRows shuffled_rows() {
@@ -223,18 +224,18 @@ TEST(WalkFeedbackMessage, SaysWhereTheRobotIsAndWhatItPlans) {
   v1::WalkFeedback out;
   to_proto(tick, out);
   to_proto(tick, out);  // a message that is used again
-  EXPECT_EQ(vector(out.position_pelvis_in_world_m()), Vector3d(1.0, 2.0, 0.7));
+  EXPECT_EQ(to_eigen(out.position_pelvis_in_world_m()), Vector3d(1.0, 2.0, 0.7));
   EXPECT_NEAR(out.heading_rad(), 0.3, 1e-12);
   EXPECT_EQ(out.velocity_pelvis_in_world().x_m_s(), 0.31);
   EXPECT_EQ(out.velocity_pelvis_in_world().y_m_s(), -0.12);
   EXPECT_EQ(out.swing(), v1::FOOT_LEFT);
   EXPECT_EQ(out.to_landing_s(), 0.33);
   EXPECT_EQ(out.landing().foot(), v1::FOOT_LEFT);
-  EXPECT_EQ(vector(out.landing().position_in_world_m()), Vector3d(1.6, 2.7, 0.0));
+  EXPECT_EQ(to_eigen(out.landing().position_in_world_m()), Vector3d(1.6, 2.7, 0.0));
   EXPECT_EQ(out.landing().yaw_rad(), -0.45);
   ASSERT_EQ(out.feet_size(), 2);
   EXPECT_EQ(out.feet(0).foot(), v1::FOOT_LEFT);
-  EXPECT_EQ(vector(out.feet(0).position_in_world_m()), Vector3d(0.9, 2.6, 0.04));
+  EXPECT_EQ(to_eigen(out.feet(0).position_in_world_m()), Vector3d(0.9, 2.6, 0.04));
   EXPECT_NEAR(out.feet(0).yaw_rad(), 0.35, 1e-12);
   EXPECT_EQ(out.feet(1).foot(), v1::FOOT_RIGHT);
   EXPECT_NEAR(out.feet(1).yaw_rad(), -0.25, 1e-12);
@@ -245,13 +246,13 @@ TEST(WalkBalanceMessage, SaysPlanMeasurementAndWhatTheFilterAdds) {
   WalkerOutput tick = distinct_tick();
   v1::WalkBalance out;
   to_proto(tick, out);
-  EXPECT_EQ(vector(out.com_planned_in_world_m()), Vector3d(1.1, 2.2, 0.81));
-  EXPECT_EQ(vector(out.com_measured_in_world_m()), Vector3d(1.21, 2.32, 0.81));
-  EXPECT_EQ(vector(out.zmp_planned_in_world_m()), Vector3d(1.3, 2.4, 0.0));
-  EXPECT_EQ(vector(out.zmp_wished_in_world_m()), Vector3d(1.4, 2.5, 0.0));
-  EXPECT_EQ(vector(out.zmp_measured_in_world_m()), Vector3d(1.7, 2.8, 0.0));
-  EXPECT_EQ(vector(out.dcm_error_in_world_m()), Vector3d(0.01, -0.02, 0.0));
-  EXPECT_LT((vector(out.filter_shift_in_world_m()) - Vector3d(-0.05, 0.03, 0.0)).norm(), 1e-12);
+  EXPECT_EQ(to_eigen(out.com_planned_in_world_m()), Vector3d(1.1, 2.2, 0.81));
+  EXPECT_EQ(to_eigen(out.com_measured_in_world_m()), Vector3d(1.21, 2.32, 0.81));
+  EXPECT_EQ(to_eigen(out.zmp_planned_in_world_m()), Vector3d(1.3, 2.4, 0.0));
+  EXPECT_EQ(to_eigen(out.zmp_wished_in_world_m()), Vector3d(1.4, 2.5, 0.0));
+  EXPECT_EQ(to_eigen(out.zmp_measured_in_world_m()), Vector3d(1.7, 2.8, 0.0));
+  EXPECT_EQ(to_eigen(out.dcm_error_in_world_m()), Vector3d(0.01, -0.02, 0.0));
+  EXPECT_LT((to_eigen(out.filter_shift_in_world_m()) - Vector3d(-0.05, 0.03, 0.0)).norm(), 1e-12);
   EXPECT_FALSE(out.saturated());
   tick.stabilizer.saturated = true;
   to_proto(tick, out);

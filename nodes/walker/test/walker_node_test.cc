@@ -8,7 +8,9 @@ namespace mimesis::walker {
 namespace {
 
 using namespace std::chrono_literals;
-using namespace testing;
+using testing::biped;
+using testing::params;
+using testing::Rig;
 
 TEST(WalkerNode, WaitsForWhatItNeedsAndSaysFor) {
   Rig rig;

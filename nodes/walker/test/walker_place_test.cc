@@ -7,9 +7,11 @@ namespace mimesis::walker {
 namespace {
 
 using namespace std::chrono_literals;
-using namespace testing;
+using testing::biped;
+using testing::params;
+using testing::Rig;
 
-Eigen::Vector3d vector(const v1::Vector3& v) { return {v.x_m(), v.y_m(), v.z_m()}; }
+Eigen::Vector3d to_vector(const v1::Vector3& v) { return {v.x_m(), v.y_m(), v.z_m()}; }
 
 /// Feet, pelvis and hands of a robot that sits half at `start`; pelvis and hands within `by_m`.
 void expect_half_sitting_at(const PlaceParams& start, const v1::WalkFeedback& said, double by_m) {
@@ -24,12 +26,12 @@ void expect_half_sitting_at(const PlaceParams& start, const v1::WalkFeedback& sa
     const Eigen::Vector3d sole = kinematics.X_WL(biped().leg[side].sole).translation(),
                           hand = kinematics.X_WL(biped().hand[side]).translation();
     EXPECT_EQ(foot.foot(), side == kLeft ? v1::FOOT_LEFT : v1::FOOT_RIGHT);
-    EXPECT_LT((vector(foot.position_in_world_m()) - sole).norm(), 1e-9);
+    EXPECT_LT((to_vector(foot.position_in_world_m()) - sole).norm(), 1e-9);
     EXPECT_NEAR(foot.yaw_rad(), start.heading_rad, 1e-9);
-    EXPECT_LT((vector(said.hands_in_world_m(side)) - hand).norm(), by_m);
+    EXPECT_LT((to_vector(said.hands_in_world_m(side)) - hand).norm(), by_m);
   }
   const Eigen::Vector3d pelvis = kinematics.X_WL(0).translation();
-  EXPECT_LT((vector(said.position_pelvis_in_world_m()) - pelvis).norm(), by_m);
+  EXPECT_LT((to_vector(said.position_pelvis_in_world_m()) - pelvis).norm(), by_m);
   EXPECT_NEAR(said.heading_rad(), start.heading_rad, 1e-3);
 }
 

@@ -13,16 +13,10 @@
 namespace mimesis::walker {
 namespace {
 
+using testing::biped;
 using testing::ClosedLoop;
-
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-
-const robot::Biped& biped() {
-  static const robot::Biped b = model::load_biped("biped.yaml");
-  return b;
-}
-
-int ticks(double seconds) { return static_cast<int>(std::lround(seconds / kTick_s)); }
+using testing::kNan;
+using testing::ticks;
 
 struct Chain {
   PatternKind pattern;

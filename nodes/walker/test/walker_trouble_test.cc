@@ -10,7 +10,12 @@ namespace mimesis::walker {
 namespace {
 
 using namespace std::chrono_literals;
-using namespace testing;
+using testing::biped;
+using testing::kNan;
+using testing::params;
+using testing::Rig;
+using testing::rows_of_all_joints;
+using testing::set_angles;
 
 TEST(WalkerNode, RefusesAMotionThatItCannotRead) {
   const auto refused = [](const std::function<void(Rig&)>& spoil, const std::string& why) {

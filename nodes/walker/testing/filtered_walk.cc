@@ -1,8 +1,7 @@
 #include "nodes/walker/testing/filtered_walk.h"
 
-#include "nodes/walker/testing/swinging_arms.h"
-#include "nodes/walker/pattern/cart_table.h"
-#include "nodes/walker/pattern/mpc_pattern.h"
+#include "nodes/walker/pattern/generators.h"
+#include "nodes/walker/pattern/preview_control.h"
 
 namespace mimesis::walker {
 namespace {

@@ -1,4 +1,4 @@
-// DART on the same robot and motion [walking.md 2: 14 µs and 23 µs on another machine].
+// DART on the same robot and motion; 14 µs and 23 µs were measured on another machine.
 #include <benchmark/benchmark.h>
 
 #include <dart/dart.hpp>

@@ -4,9 +4,9 @@
 
 #include "common/robot/test/test_bipeds.h"
 #include "common/testing/no_malloc.h"
-#include "nodes/walker/testing/swinging_arms.h"
 #include "nodes/walker/filter/test/plain_walk.h"
-#include "nodes/walker/pattern/mpc_pattern.h"
+#include "nodes/walker/pattern/generators.h"
+#include "nodes/walker/testing/filtered_walk.h"
 
 namespace mimesis::walker {
 namespace {
@@ -210,7 +210,7 @@ TEST(WholeBody, DoesNotAllocate) {
   pattern.reset(stance(biped));
   WholeBody body(biped, gait.com_height_m);
   const UpperBody upper = at_rest(biped);
-  const testing::NoMalloc no_malloc;
+  const mimesis::testing::NoMalloc no_malloc;
   (void)body.zmp(pattern.now(), pattern.now().com, upper, body.moments(upper));
 }
 

@@ -6,8 +6,7 @@
 #include <cmath>
 #include <random>
 
-#include "nodes/walker/pattern/cart_table.h"
-#include "nodes/walker/pattern/support_polygon.h"
+#include "nodes/walker/pattern/preview_control.h"
 
 namespace mimesis::walker {
 namespace {

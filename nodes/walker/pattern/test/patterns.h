@@ -6,9 +6,9 @@
 #include <limits>
 #include <memory>
 
-#include "nodes/walker/pattern/cart_table.h"
+#include "nodes/walker/pattern/mpc_problem.h"
 #include "nodes/walker/pattern/pattern.h"
-#include "nodes/walker/pattern/support_polygon.h"
+#include "nodes/walker/pattern/preview_control.h"
 
 namespace mimesis::walker::testing {
 

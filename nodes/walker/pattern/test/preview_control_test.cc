@@ -126,7 +126,7 @@ TEST_P(PreviewControlForms, FollowsStepsThatItSeesComing) {
   control.reset({.p_W_m = reference[0]});
   double worst = 0.0;
   for (std::size_t i = 0; i < 1600; ++i) {
-    const testing::NoMalloc guard;
+    const mimesis::testing::NoMalloc guard;
     control.step({&reference[i], 330});
     if (i > 640) worst = std::max(worst, (control.zmp_W_m() - reference[i + 1]).norm());
   }
@@ -149,7 +149,7 @@ TEST_P(PreviewControlForms, RollsOutWhatStepsDo) {
     ASSERT_LT((control.com().a_W - coms[i].a_W).norm(), 1e-7) << i;
     control.step(std::span(reference).subspan(i));
   }
-  const testing::NoMalloc guard;
+  const mimesis::testing::NoMalloc guard;
   control.roll_out(reference, coms);
 }
 

@@ -1,15 +1,17 @@
-// Closed forms below the generators: the cart-table, the feet's polynomials, the timing of steps.
 #include "nodes/walker/pattern/steps.h"
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <numbers>
 
-#include "nodes/walker/pattern/cart_table.h"
-#include "nodes/walker/pattern/standing.h"
-#include "nodes/walker/pattern/support_polygon.h"
+#include "nodes/walker/pattern/mpc_problem.h"
+#include "nodes/walker/pattern/preview_control.h"
 
 namespace mimesis::walker {
+
+// Closed forms below the generators: the cart-table, the feet's polynomials, the timing of steps.
 namespace {
 
 using Eigen::Vector2d;
@@ -237,4 +239,245 @@ TEST(SupportPolygon, HoldsBothSolesAndNothingMore) {
 }
 
 }  // namespace
+
+namespace {
+
+constexpr int kSteps = 2000;
+constexpr double kStep = 1.0 / kSteps;
+
+TEST(SwingHeight, BeginsAndEndsAtRestOnTheGround) {
+  for (const double u : {-0.1, 0.0, 1.0, 1.1}) {
+    EXPECT_EQ(swing_height(u).z, 0.0) << u;
+    EXPECT_EQ(swing_height(u).dz, 0.0) << u;
+  }
+  EXPECT_EQ(swing_height(0.0).ddz, 0.0);
+}
+
+TEST(SwingHeight, RatesAreThoseOfTheHeight) {
+  for (int i = 1; i < kSteps; ++i) {
+    const double u = i * kStep, d = 1e-5;
+    const SwingHeight before = swing_height(u - d), now = swing_height(u),
+                      after = swing_height(u + d);
+    EXPECT_NEAR((after.z - before.z) / (2.0 * d), now.dz, 1e-4) << u;
+    EXPECT_NEAR((after.dz - before.dz) / (2.0 * d), now.ddz, 2e-2) << u;
+  }
+}
+
+TEST(SwingHeight, GoesUpOnceAndDownOnceAndReachesItsHeight) {
+  double highest = 0.0;
+  int turns = 0;
+  for (int i = 1; i < kSteps; ++i) {
+    const SwingHeight now = swing_height(i * kStep);
+    highest = std::max(highest, now.z);
+    EXPECT_GT(now.z, 0.0) << i;
+    turns += (now.dz > 0.0) != (swing_height((i + 1) * kStep).dz > 0.0);
+  }
+  EXPECT_NEAR(highest, 1.0, 1e-4);
+  EXPECT_EQ(turns, 1);
+}
+
+TEST(SwingHeight, IsSlowerThanAPlainSwingWhereItMayTouchEarly) {
+  int looked_at = 0;
+  for (int i = kSteps / 2; i < kSteps; ++i) {
+    const double u = i * kStep, w = u * (1.0 - u), plain = 64.0 * w * w * w;
+    if (plain < 0.04 || plain > 0.1) continue;
+    const double plain_speed = 64.0 * 3.0 * w * w * (2.0 * u - 1.0);
+    for (int j = kSteps / 2; j < kSteps; ++j) {  // where the glide is as high
+      const SwingHeight now = swing_height(j * kStep);
+      if (std::abs(now.z - plain) > 2e-4) continue;
+      EXPECT_LT(-now.dz, 0.61 * plain_speed) << plain;
+      ++looked_at;
+    }
+  }
+  EXPECT_GT(looked_at, 20);
+}
+
+TEST(SwingHeight, FootIsAtItsPlaceWhileItGlides) {
+  const GaitSettings gait;
+  Steps steps(gait, Steps::Change::kAtOnce);
+  steps.decide(true, kLeft, true);
+  Footprint landing = steps.ground()[kLeft];
+  landing.p_W_m.x() += 0.4;
+  const double swing_s = gait.step_s - gait.double_support_s;
+  int gliding = 0;
+  for (int tick = 0; tick < 400 && steps.swing() == kLeft; ++tick) {
+    steps.plan(0, landing);
+    PatternSample sample;
+    steps.describe(sample);
+    const double left_s = sample.to_landing_s,
+                 to_go_m = landing.p_W_m.x() - sample.foot[kLeft].X_WS.translation().x();
+    if (steps.phase() == Steps::Phase::kStep && left_s < 0.95 * swing_s / 7.0) {
+      EXPECT_NEAR(to_go_m, 0.0, 1e-12) << left_s;
+      ++gliding;
+    } else if (left_s > 1.3 * swing_s / 7.0) {
+      EXPECT_GT(to_go_m, 1e-4) << left_s;
+    }
+    steps.advance(1);
+  }
+  EXPECT_GT(gliding, 10);
+}
+
+}  // namespace
+
+namespace {
+
+using Eigen::Vector2d;
+
+const GaitSettings kGait;
+const Footsteps kFootsteps{kGait};
+
+FeasibleWish walk(double forward, double left, double turn) {
+  FeasibleWish wish;
+  wish.walk = true;
+  wish.velocity_m_s = {forward, left};
+  wish.yaw_rate_rad_s = turn;
+  return wish;
+}
+
+/// Seen from a left foot that stands, mirrored for a right one: outward is positive.
+Vector2d outward(Side swing, double forward_m, double outward_m) {
+  return {forward_m, robot::sign(swing) * outward_m};
+}
+
+TEST(FirstSwing, IsTheFootOfTheLandingElseTheOneOnTheSideOfTheWay) {
+  EXPECT_EQ(first_swing(walk(0.2, 0.0, 0.0)), kLeft);
+  EXPECT_EQ(first_swing(walk(0.2, 0.1, -0.1)), kLeft);
+  EXPECT_EQ(first_swing(walk(0.2, -0.1, 0.1)), kRight);
+  EXPECT_EQ(first_swing(walk(0.2, 0.0, 0.1)), kLeft);
+  EXPECT_EQ(first_swing(walk(0.2, 0.0, -0.1)), kRight);
+  FeasibleWish wish = walk(0.2, 0.1, 0.0);
+  wish.landing[0] = Footprint{.side = kRight};
+  EXPECT_EQ(first_swing(wish), kRight);
+}
+
+TEST(Footsteps, MayLandInThePolygonOfTheSettings) {
+  const double far = kGait.longest_step_m, wide = kGait.widest_step_m;
+  for (const Side swing : robot::kSides) {
+    for (const double ahead : {-1.0, 1.0}) {
+      for (const auto& [x, y] : {std::pair{far, kGait.narrowest_step_m},
+                                 {5.0 / 7.0 * far, wide},
+                                 {0.0, 4.0 / 3.0 * wide}}) {
+        const Vector2d corner = outward(swing, ahead * x, y), inside = outward(swing, 0.0, 0.2);
+        EXPECT_NEAR(kFootsteps.beyond(swing, corner), 0.0, 1e-12);
+        EXPECT_LT(kFootsteps.beyond(swing, inside + 0.99 * (corner - inside)), 0.0);
+        EXPECT_GT(kFootsteps.beyond(swing, inside + 1.01 * (corner - inside)), 0.0);
+      }
+    }
+    EXPECT_NEAR(kFootsteps.beyond(swing, outward(swing, 0.0, 0.15)), kGait.narrowest_step_m - 0.15,
+                1e-12);
+  }
+}
+
+/// The pelvis is beside the foot that stands, half of the feet's distance to the other one's side.
+TEST(Footsteps, TheVelocityMovesThePelvisInTheMeanHeading) {
+  for (const Side swing : robot::kSides) {
+    for (const auto& [from, to] : {std::pair{0.0, 0.0}, {0.3, 0.45}, {-2.0, -2.1}}) {
+      const Vector2d half = outward(swing, 0.0, 0.5 * kGait.feet_distance_m), v(0.25, 0.0);
+      const Vector2d step = kFootsteps.step_W_m(swing, from, to, v), before = rotation(from) * half,
+                     after = step - rotation(to) * half;
+      EXPECT_LT((after - before - rotation(0.5 * (from + to)) * v * kGait.step_s).norm(), 1e-12);
+    }
+  }
+}
+
+/// Sideways one step is long, the other one short: not shorter than the feet need, 4 mm free, nor
+/// longer.
+TEST(Footsteps, SidewaysTheFeetAreAsFarApartAsTheyNeed) {
+  for (const double speed : {0.01, 0.03, 0.1, 0.15}) {
+    for (const Side way : robot::kSides) {
+      const Vector2d v(0.0, robot::sign(way) * speed);
+      const double goes = kFootsteps.step_W_m(way, 0.0, 0.0, v).y() * robot::sign(way),
+                   follows =
+                       -kFootsteps.step_W_m(robot::other(way), 0.0, 0.0, v).y() * robot::sign(way);
+      EXPECT_NEAR(goes - follows, 2.0 * speed * kGait.step_s, 1e-12);
+      EXPECT_NEAR(
+          follows,
+          std::max(kGait.feet_distance_m - speed * kGait.step_s, kGait.narrowest_step_m + 0.004),
+          1e-12);
+    }
+  }
+}
+
+TEST(Footsteps, AFootTurnsTheShortWayAndNoFurtherThanItMay) {
+  const double most = kGait.most_foot_yaw_rad;
+  EXPECT_NEAR(kFootsteps.reachable_yaw(1.0, 1.1), 1.1, 1e-12);
+  EXPECT_NEAR(kFootsteps.reachable_yaw(1.0, 2.0), 1.0 + most, 1e-12);
+  EXPECT_NEAR(kFootsteps.reachable_yaw(1.0, 0.0), 1.0 - most, 1e-12);
+  EXPECT_NEAR(kFootsteps.reachable_yaw(3.1, -3.1), 3.1 + 2.0 * std::numbers::pi - 6.2, 1e-12);
+  EXPECT_NEAR(kFootsteps.reachable_yaw(3.1, -2.0), 3.1 + most, 1e-12);
+}
+
+TEST(Footsteps, ALandingOutOfReachIsTheLastPointOnTheWayThatIsNot) {
+  for (const double yaw : {0.0, 1.2}) {
+    const Footprint stance{.side = kRight, .p_W_m = {5.0, -3.0}, .yaw_rad = yaw};
+    const Vector2d still = kFootsteps.beside(stance).p_W_m;
+    EXPECT_LT((still - stance.p_W_m - rotation(yaw) * Vector2d(0.0, kGait.feet_distance_m)).norm(),
+              1e-12);
+    for (const Vector2d& way_S :
+         {Vector2d(1.0, 0.1), Vector2d(-0.7, 0.6), Vector2d(0.1, -0.8), Vector2d(0.05, 0.02)}) {
+      const Vector2d way = rotation(yaw) * way_S;
+      const Footprint landing{.side = kLeft, .p_W_m = still + way, .yaw_rad = yaw + 0.5};
+      const Footprint got = kFootsteps.reachable(stance, landing);
+      EXPECT_EQ(got.side, kLeft);
+      EXPECT_NEAR(got.yaw_rad, yaw + kGait.most_foot_yaw_rad, 1e-12);
+      const Vector2d done = got.p_W_m - still;
+      EXPECT_NEAR(done.dot(way), done.norm() * way.norm(), 1e-12) << "not on the way";
+      const double beyond = kFootsteps.beyond(kLeft, rotation(-yaw) * (got.p_W_m - stance.p_W_m));
+      if (way.norm() < 0.1) {
+        EXPECT_LT((done - way).norm(), 1e-12);
+      } else {
+        EXPECT_NEAR(beyond, 0.0, 1e-12);
+      }
+    }
+  }
+}
+
+TEST(Footsteps, CutsAWishThatDoesNotTurnToAWalkOfItsDirection) {
+  for (const Vector2d& v : {Vector2d(0.35, 0.15), Vector2d(-0.35, 0.1), Vector2d(0.3, -0.15)}) {
+    PatternTrouble trouble;
+    Wish wish;
+    wish.velocity_m_s = v;
+    const FeasibleWish cut = kFootsteps.feasible(wish, trouble);
+    EXPECT_TRUE(trouble.clipped);
+    EXPECT_NEAR(cut.velocity_m_s.dot(v), cut.velocity_m_s.norm() * v.norm(), 1e-12);
+    double beyond = -1.0;  // of the worse foot
+    for (const Side side : robot::kSides) {
+      const Footprint next = kFootsteps.next({.side = side}, cut);
+      beyond = std::max(beyond, kFootsteps.beyond(next.side, next.p_W_m));
+    }
+    EXPECT_LT(beyond, 1e-12) << v.transpose();
+    EXPECT_GT(beyond, -0.01) << v.transpose();
+  }
+}
+
+TEST(Footsteps, SaysWhatItCutsAndLeavesTheRest) {
+  const auto clipped = [](double forward, double left, double turn) {
+    PatternTrouble trouble;
+    Wish wish;
+    wish.velocity_m_s = {forward, left};
+    wish.yaw_rate_rad_s = turn;
+    const FeasibleWish cut = kFootsteps.feasible(wish, trouble);
+    EXPECT_EQ(trouble.clipped, (cut.velocity_m_s - wish.velocity_m_s).norm() > 0.0 ||
+                                   cut.yaw_rate_rad_s != wish.yaw_rate_rad_s);
+    return trouble.clipped;
+  };
+  EXPECT_FALSE(clipped(kGait.most_forward_m_s, 0.0, 0.0));
+  EXPECT_FALSE(clipped(0.1, 0.0, kGait.most_turn_rad_s));
+  EXPECT_FALSE(clipped(0.1, 0.05, 0.0));
+  EXPECT_TRUE(clipped(kGait.most_forward_m_s + 0.01, 0.0, 0.0));
+  EXPECT_TRUE(clipped(0.0, -kGait.most_sideways_m_s - 0.01, 0.0));
+  EXPECT_TRUE(clipped(0.0, 0.0, -kGait.most_turn_rad_s - 0.01));
+  PatternTrouble trouble;
+  Wish wish;
+  wish.landing[0] = Footprint{.side = kLeft, .p_W_m = {NAN, 0.0}, .yaw_rad = 0.0};
+  wish.landing[1] = Footprint{.side = kRight, .p_W_m = {0.2, -0.1}, .yaw_rad = 0.1};
+  const FeasibleWish cut = kFootsteps.feasible(wish, trouble);
+  EXPECT_FALSE(cut.landing[0]);
+  ASSERT_TRUE(cut.landing[1]);
+  EXPECT_EQ(cut.landing[1]->yaw_rad, 0.1);
+  EXPECT_EQ(trouble.reason, "wished landing is not a number: left out");
+}
+
+}  // namespace
+
 }  // namespace mimesis::walker

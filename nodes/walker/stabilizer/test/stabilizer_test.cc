@@ -125,7 +125,7 @@ TEST_F(StabilizerTest, DoesNotAllocate) {
   Sensors bad = s;
   bad.q[0] = NAN;
   stabilizer.step(plan, s);
-  testing::NoMalloc guard;
+  mimesis::testing::NoMalloc guard;
   for (int i = 0; i < 100; ++i) stabilizer.step(plan, i % 7 == 0 ? bad : s);
 }
 

@@ -1,7 +1,7 @@
 #pragma once
 #include "common/robot/kinematics.h"
 #include "nodes/walker/pattern/pattern.h"
-#include "nodes/walker/stabilizer/sensors.h"
+#include "nodes/walker/stabilizer/estimator.h"
 
 namespace mimesis::walker {
 

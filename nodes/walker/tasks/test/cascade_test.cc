@@ -209,7 +209,7 @@ TEST(Cascade, DoesNotAllocateAndIsDeterministic) {
   const VectorXd b = tasks.all_b();
   VectorXd x(36), y(36);
   {
-    testing::NoMalloc guard;
+    mimesis::testing::NoMalloc guard;
     for (int i = 0; i < 3; ++i) {
       tasks.fill(cascade);
       ASSERT_TRUE(cascade.solve(b, tasks.lower, tasks.upper, x));

@@ -1,7 +1,13 @@
 #include "nodes/walker/tasks/stack.h"
 
+#include <gtest/gtest.h>
+
+#include <cmath>
+
 #include "common/math/so3.h"
 #include "common/testing/no_malloc.h"
+#include "nodes/walker/tasks/limits.h"
+#include "nodes/walker/tasks/test/reference.h"
 #include "nodes/walker/tasks/test/stack_trial.h"
 
 namespace mimesis::walker {
@@ -123,7 +129,7 @@ TEST(Stack, DoesNotAllocateAndIsDeterministic) {
     if (tick == 300) goals.back().com_W_m.z() = NAN;
   }
   {
-    testing::NoMalloc guard;
+    mimesis::testing::NoMalloc guard;
     for (const TaskGoals& goal : goals) stack.step(goal, kDt);
   }
   for (const TaskGoals& goal : goals) again.step(goal, kDt);
@@ -151,4 +157,326 @@ TEST(Stack, APostureTaskTakesLegsToHalfSitting) {
 }
 
 }  // namespace
+
+// Hands that reach while the robot walks.
+namespace {
+
+TEST(Stack, HandsComeInGradually) {
+  for (const robot::Biped& biped : robots()) {
+    if (biped.hand[kRight] < 0) continue;
+    // The left hand pulls with its whole share; the right one is far from what it shall take.
+    const auto reach = [&](const Reference& r, double t, double share) {
+      TaskGoals goals = r.walk(t, 0.0);
+      goals.hand[kLeft].p_W_m += Eigen::Vector3d(0.12, 0.05, 0.15);
+      goals.hand[kLeft].share = Reference::ramp(t, 0.5, 1.5).value;
+      goals.hand[kRight].p_W_m += Eigen::Vector3d(0.2, 0.1, 0.3);
+      goals.hand[kRight].share = t > 3.0 ? share : 0.0;
+      return goals;
+    };
+    const auto speed = [&](double share) -> Eigen::VectorXd {
+      return trial_of(biped, 3.0 + 1.5 * kDt,
+                      [&](const Reference& r, double t) { return reach(r, t, share); })
+          .state.dq;
+    };
+    const Eigen::VectorXd without = speed(0.0);
+    const double thousandth = (speed(1e-3) - without).cwiseAbs().maxCoeff();
+    EXPECT_GT(thousandth, 0.0) << biped.tree.name();
+    EXPECT_LT(thousandth, 0.05) << biped.tree.name();
+    EXPECT_NEAR((speed(1e-4) - without).cwiseAbs().maxCoeff(), 0.1 * thousandth, 0.02 * thousandth)
+        << biped.tree.name();
+  }
+}
+
+TEST(Stack, ReachesWithAHandWhileAFootMoves) {
+  for (const robot::Biped& biped : robots()) {
+    if (biped.hand[kRight] < 0) continue;
+    const auto reach = [&](const Reference& r, double t) {
+      TaskGoals goals = r.walk(t, 0.0);
+      TaskGoals::Hand& hand = goals.hand[kRight];
+      hand.p_W_m += Eigen::Vector3d(0.12, -0.05, 0.15);
+      hand.share = Reference::ramp(t, 0.5, 1.5).value - Reference::ramp(t, 4.0, 5.0).value;
+      return goals;
+    };
+    const Trial there = trial_of(biped, 3.5, reach);
+    expect_exact(there, biped.tree.name());
+    expect_within_limits(there, biped.tree.name());
+    EXPECT_LT(there.sharpest_rad_s, 1.0) << biped.tree.name();
+    robot::Kinematics kinematics(biped.tree);
+    kinematics.update(there.state.X_WB, there.state.q);
+    const Eigen::Vector3d wished = reach(Reference(biped), 3.5).hand[kRight].p_W_m;
+    EXPECT_LT((kinematics.X_WL(biped.hand[kRight]).translation() - wished).norm(), 1e-3)
+        << biped.tree.name();
+    // And back to the posture when the hand is let go.
+    const Trial back = trial_of(biped, 8.0, reach);
+    EXPECT_LT(back.sharpest_rad_s, 1.0) << biped.tree.name();
+    for (const int dof : biped.upper_body) {
+      EXPECT_NEAR(back.state.q[dof], biped.half_sitting[dof], 1e-6) << biped.tree.moved(dof).joint;
+    }
+  }
+}
+
+}  // namespace
+
+// What limits of joints and legs leave of the goals.
+namespace {
+
+TEST(Stack, KeepsTheUpperBodyWithinItsLimitsAndTheFeetWhereTheyAre) {
+  for (const robot::Biped& biped : robots()) {
+    const Trial strain = trial_of(biped, 6.0, [](const Reference& r, double t) {
+      TaskGoals goals = r.walk(t, 0.2);
+      goals.upper_body.array() += t < 3.0 ? 2.5 : -2.5;  // far beyond the limits, with jumps
+      return goals;
+    });
+    expect_exact(strain, biped.tree.name(), 5e-6);
+    expect_within_limits(strain, biped.tree.name());
+    EXPECT_NEAR(strain.closest_rad, 0.005, 1e-6) << biped.tree.name();  // up to the margin
+    EXPECT_NEAR(strain.fastest, 0.98, 1e-6) << biped.tree.name();
+  }
+}
+
+TEST(Stack, StopsBeforeTheStretchedLegAndComesBack) {
+  for (const robot::Biped& biped : robots()) {
+    // Higher than the legs are long, for two seconds.
+    const Goals high = [](const Reference& r, double t) {
+      TaskGoals goals = r.stand();
+      const auto up = Reference::ramp(t, 0.0, 1.0), down = Reference::ramp(t, 3.0, 4.0);
+      goals.com_W_m.z() += 0.2 * (up.value - down.value);
+      goals.com_v_W.z() = 0.2 * (up.rate - down.rate);
+      return goals;
+    };
+    const Trial up = trial_of(biped, 2.9, high);
+    expect_within_limits(up, biped.tree.name());
+    EXPECT_GT(up.limited, 200) << biped.tree.name();
+    EXPECT_TRUE(up.state.limited);
+    // The height gives way, the feet nearly not.
+    EXPECT_GT(up.last_com_error_m, 0.05) << biped.tree.name();
+    EXPECT_LT(up.foot_error_m, 0.02 * up.com_error_m) << biped.tree.name();
+    const LegRoom legs(biped);
+    for (const Side side : robot::kSides) {
+      const double knee = up.state.q[biped.leg[side].dof[3]];
+      EXPECT_NEAR(std::abs(knee - legs.straight_rad(side)), 0.02, 1e-3) << biped.tree.name();
+    }
+    // Arms and trunk are no help, and nothing moves while nothing is wished.
+    EXPECT_LT(up.state.dq.cwiseAbs().maxCoeff(), 1e-3) << biped.tree.name();
+    for (const int dof : biped.upper_body) {
+      EXPECT_NEAR(up.state.q[dof], biped.half_sitting[dof], 0.05) << biped.tree.moved(dof).joint;
+    }
+    EXPECT_LT(up.sharpest_rad_s, 4.0) << biped.tree.name();
+    const Trial back = trial_of(biped, 6.0, high);
+    expect_within_limits(back, biped.tree.name());
+    EXPECT_LT(back.sharpest_rad_s, 4.0) << biped.tree.name();
+    EXPECT_FALSE(back.state.limited);
+    EXPECT_LT(back.last_com_error_m, 1e-6) << biped.tree.name();
+    EXPECT_LT(back.last_foot_error_m, 1e-6) << biped.tree.name();
+    EXPECT_LT((back.state.q - biped.half_sitting).cwiseAbs().maxCoeff(), 1e-3) << biped.tree.name();
+  }
+}
+
+TEST(Stack, ArmsStayWhereTheyAreWhileALongStepStretchesALeg) {
+  const robot::Biped biped = model::load_biped("biped.yaml");
+  const Trial fast =
+      trial_of(biped, 8.0, [](const Reference& r, double t) { return r.walk(t, 0.5); });
+  expect_within_limits(fast, "fast");
+  EXPECT_LT(fast.com_error_m, 1e-4);
+  EXPECT_LT(fast.foot_error_m, 1e-3);
+  EXPECT_LT(fast.sharpest_rad_s, 4.0);
+}
+
+TEST(Stack, AGoalThatJumpsIsApproachedInSteps) {
+  const robot::Biped biped = model::load_biped("biped.yaml");
+  // In one tick: up to 4 mm at once, of more than that 4 mm or a tenth.
+  for (const auto& [jump_m, left_m] : {std::pair{0.003, 0.0}, {0.015, 0.011}, {0.1, 0.09}}) {
+    Stack stack(biped, walking_stack(biped));
+    TaskGoals goals = Reference(biped).stand();
+    goals.com_W_m.x() += jump_m;
+    EXPECT_NEAR(stack.step(goals, kDt).com_error_m, left_m, 1e-4) << jump_m;
+  }
+}
+
+TEST(Stack, StaysWithinLimitsWhateverTheGoal) {
+  for (const robot::Biped& biped : robots()) {
+    const Trial absurd = trial_of(biped, 8.0, [](const Reference& r, double t) {
+      TaskGoals goals = r.stand();
+      if (t > 3.0) return goals;
+      goals.foot[0].X_WS.translation() += Eigen::Vector3d(1.5, 0.4, 0.5);
+      goals.foot[1].X_WS.linear() = math::exp_so3({0.0, 2.0, 1.0});
+      goals.com_W_m = {1e3, -1e150, 2.0};
+      goals.R_W_trunk = math::exp_so3({3.0, 0.0, 0.0});
+      goals.hand[0] = {.p_W_m = {5.0, 5.0, 5.0}, .share = 7.0};
+      return goals;
+    });
+    expect_within_limits(absurd, biped.tree.name());
+    EXPECT_GT(absurd.limited, 100) << biped.tree.name();
+    EXPECT_LT(absurd.last_com_error_m, 1e-6) << biped.tree.name();  // back at what it can do
+    EXPECT_LT(absurd.last_foot_error_m, 1e-6) << biped.tree.name();
+  }
+}
+
+/// A foot that is called where its leg does not reach: Newton's method finds no rest there, the
+/// joints do. 100 rad/s², but for what limits ask for.
+TEST(Stack, JointsChangeTheirSpeedsSlowlyWhileALimitKeepsAFootFromItsGoal) {
+  constexpr double kMost_rad_s = 100.0 * kDt;
+  const robot::Biped biped = model::load_biped("biped.yaml");
+  const Reference reference(biped);
+  Stack stack(biped, walking_stack(biped));
+  const Limits limits(biped, walking_stack(biped));
+  const Eigen::Index dof = biped.tree.dof();
+  Eigen::VectorXd q = biped.half_sitting, dq = Eigen::VectorXd::Zero(dof), lower(6 + dof),
+                  upper(6 + dof);
+  double most_rad_s = 0.0;
+  int kept = 0;
+  for (double t = kDt; t < 4.0; t += kDt) {
+    TaskGoals goals = reference.stand();
+    goals.foot[kLeft].X_WS.translation() +=
+        Reference::ramp(t, 0.0, 1.0).value * Eigen::Vector3d(0.8, 0.1, 0.3);
+    limits.bounds(q, kDt, lower, upper);
+    const bool was_kept = stack.state().limited;
+    const StackState& state = stack.step(goals, kDt);
+    ASSERT_EQ(state.reason, "");
+    for (Eigen::Index i = 0; was_kept && i < dof; ++i) {
+      const double way = state.dq[i] * kDt;
+      if (way < lower[6 + i] + 1e-9 || way > upper[6 + i] - 1e-9) continue;  // at its limit
+      most_rad_s = std::max(most_rad_s, std::abs(state.dq[i] - dq[i]));
+      ++kept;
+    }
+    q = state.q;
+    dq = state.dq;
+  }
+  EXPECT_NEAR(most_rad_s, kMost_rad_s, 1e-6);
+  EXPECT_GT(kept, 1000);
+}
+
+TEST(Stack, BringsJointsBackFromBeyondTheirLimits) {
+  const robot::Biped biped = model::load_biped("biped.yaml");
+  const int elbow = biped.tree.require_joint("left_elbow");
+  Eigen::VectorXd q = biped.half_sitting;
+  q[elbow] = biped.tree.upper()[elbow] + 0.1;
+  Stack stack(biped, walking_stack(biped));
+  stack.reset(biped.X_WB_half_sitting, q);
+  TaskGoals goals = Reference(biped).stand();
+  double before = q[elbow];
+  for (int tick = 0; tick < 100; ++tick) {
+    const StackState& state = stack.step(goals, kDt);
+    EXPECT_EQ(state.reason, "");
+    EXPECT_LE(state.q[elbow], before);
+    before = state.q[elbow];
+  }
+  EXPECT_LE(before, biped.tree.upper()[elbow]);
+}
+
+}  // namespace
+
+namespace {
+
+constexpr double kDt = 0.005, kKnee = 0.01;  // what knees may go within a tick [rad]
+
+/// A robot that sits half with its knees bent by so much more or less.
+class LegRoomTest : public ::testing::TestWithParam<robot::Biped> {
+ protected:
+  LegRoomTest() : kinematics(GetParam().tree), q(GetParam().half_sitting), room(GetParam()) {
+    lower = upper = Eigen::VectorXd::Zero(6 + q.size());
+    for (const Side side : robot::kSides) {
+      lower[6 + knee(side)] = -kKnee;
+      upper[6 + knee(side)] = kKnee;
+    }
+  }
+  int knee(Side side) const { return GetParam().leg[side].dof[3]; }
+  int link(Side side, std::size_t joint) const {
+    const auto& tree = GetParam().tree;
+    return tree.require_link(tree.moved(GetParam().leg[side].dof[joint]).name);
+  }
+  /// From the ankle to the hip, knees `more` rad nearer to stretched.
+  Eigen::Vector3d way(Side side, double more) {
+    Eigen::VectorXd posture = q;
+    posture[knee(side)] += room.straight_rad(side) > q[knee(side)] ? more : -more;
+    kinematics.update(Eigen::Isometry3d::Identity(), posture);
+    const Eigen::Vector3d p =
+        kinematics.X_WL(link(side, 2)).translation() - kinematics.X_WL(link(side, 4)).translation();
+    kinematics.update(Eigen::Isometry3d::Identity(), q);
+    return p;
+  }
+  /// Rise of a hip above its ankle until the leg is as long as with the knee `more` stretched.
+  double rise_of(Side side, double more, const Eigen::Vector2d& along = Eigen::Vector2d::Zero()) {
+    Eigen::Vector3d from = way(side, 0.0);
+    from.head<2>() += along;
+    const double length = way(side, more).norm();
+    return std::sqrt(length * length - from.head<2>().squaredNorm()) - from.z();
+  }
+  double ask(const Eigen::Vector3d& com, const Eigen::Vector3d& feet = Eigen::Vector3d::Zero()) {
+    kinematics.update(Eigen::Isometry3d::Identity(), q);
+    return room.rise_m({.kinematics = kinematics,
+                        .q = q,
+                        .lower = lower,
+                        .upper = upper,
+                        .com_W_m = Eigen::Vector3d::Zero(),
+                        .com_way_m = com,
+                        .feet_way_m = {feet, feet},
+                        .dt_s = kDt});
+  }
+
+  robot::Kinematics kinematics;
+  Eigen::VectorXd q, lower, upper;
+  LegRoom room;
+};
+
+TEST_P(LegRoomTest, PassesWhatTheKneesCan) {
+  for (const double wished : {0.0, 1e-4, -1e-4, 3e-4}) {
+    EXPECT_EQ(ask({1e-4, 2e-4, wished}), wished);
+    EXPECT_EQ(room.missing_m(), 0.0);
+  }
+}
+
+TEST_P(LegRoomTest, RisesAndFallsAsFarAsTheKneesMayGo) {
+  const double most = std::min(rise_of(kLeft, 0.9 * kKnee), rise_of(kRight, 0.9 * kKnee)),
+               least = std::max(rise_of(kLeft, -0.9 * kKnee), rise_of(kRight, -0.9 * kKnee));
+  EXPECT_GT(most, 5e-4);
+  EXPECT_NEAR(ask({0.0, 0.0, -1.0}), least, 1e-12);
+  room.reset();
+  EXPECT_NEAR(ask({0.0, 0.0, 1.0}), most, 1e-12);
+  EXPECT_NEAR(room.missing_m(), 1.0 - most, 1e-12);
+}
+
+TEST_P(LegRoomTest, FeetAndTheWayOnTheGroundCount) {
+  const Eigen::Vector2d along(0.004, 0.0);
+  const double most =
+      std::min(rise_of(kLeft, 0.9 * kKnee, along), rise_of(kRight, 0.9 * kKnee, along));
+  EXPECT_NEAR(ask({along.x(), 0.0, 1.0}), most, 1e-12);
+  room.reset();
+  EXPECT_NEAR(ask({0.0, 0.0, 1.0}, {-along.x(), 0.0, 0.002}), most + 0.002, 1e-12);
+}
+
+TEST_P(LegRoomTest, AStretchedLegKeepsTheHeightAndBendsWithABoundedAcceleration) {
+  for (const Side side : robot::kSides) {
+    const double straight = room.straight_rad(side);
+    q[knee(side)] = straight + std::copysign(0.02, q[knee(side)] - straight);
+    lower[6 + knee(side)] = q[knee(side)] > straight ? 0.0 : -kKnee;  // no further
+    upper[6 + knee(side)] = q[knee(side)] > straight ? kKnee : 0.0;
+  }
+  EXPECT_NEAR(ask({0.0, 0.0, 0.02}), 0.0, 1e-12);
+  // 100 rad/s²: by 2.5 mrad in the first tick, by 5 mrad in the next one, and so on.
+  for (int tick = 1; tick <= 3; ++tick) {
+    const double bend = -100.0 * kDt * kDt * tick;
+    const double least = std::max(rise_of(kLeft, bend), rise_of(kRight, bend));
+    EXPECT_NEAR(ask({0.0, 0.0, -0.02}), least, 1e-9) << tick;
+    EXPECT_LT(least, 0.0);
+  }
+}
+
+TEST_P(LegRoomTest, WhatTheCoMHasIsNotTakenFromIt) {
+  for (const Side side : robot::kSides) lower[6 + knee(side)] = upper[6 + knee(side)] = 0.0;
+  EXPECT_LT(std::min(rise_of(kLeft, 0.0, {0.1, 0.0}), rise_of(kRight, 0.0, {0.1, 0.0})), -1e-3);
+  EXPECT_EQ(ask({0.1, 0.0, 0.0}), 0.0);
+}
+
+TEST_P(LegRoomTest, DoesNotAllocate) {
+  ask({0.0, 0.0, 1.0});
+  const mimesis::testing::NoMalloc guard;
+  ask({0.0, 0.0, -1.0});
+}
+
+INSTANTIATE_TEST_SUITE_P(Robots, LegRoomTest, ::testing::ValuesIn(robots()),
+                         [](const auto& robot) { return robot.param.tree.name(); });
+
+}  // namespace
+
 }  // namespace mimesis::walker

@@ -1,9 +1,8 @@
-#include "nodes/walker/tasks/task_list.h"
-
 #include <gtest/gtest.h>
 
 #include "common/error.h"
-#include "nodes/walker/tasks/leg_room.h"
+#include "nodes/walker/tasks/limits.h"
+#include "nodes/walker/tasks/task_rows.h"
 #include "nodes/walker/tasks/test/reference.h"
 
 namespace mimesis::walker {
