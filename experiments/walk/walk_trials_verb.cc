@@ -8,16 +8,15 @@
 #include <fstream>
 #include <iostream>
 #include <memory>
+#include <nlohmann/json.hpp>
 
 #include "common/error.h"
+#include "experiments/walk/drawer/drawer_trial.h"
+#include "experiments/walk/trial/suites.h"
 #include "tools/mimesis/number_check.h"
 #include "tools/mimesis/progress.h"
 #include "tools/mimesis/table.h"
 #include "tools/mimesis/verb.h"
-#include "experiments/walk/drawer/drawer_report.h"
-#include "experiments/walk/drawer/drawer_suite.h"
-#include "experiments/walk/trial/suites.h"
-#include "experiments/walk/trial/trial_report.h"
 
 namespace mimesis::tool {
 namespace {
@@ -179,10 +178,10 @@ void add_walk_trials(CLI::App& program, int& exit_code) {
   verb->add_option("--pattern", o->pattern, "Pattern generator")
       ->check(CLI::IsMember({"nonlinear", "linear", "preview"}))
       ->capture_default_str();
-  verb->add_option("--seed", o->seed, "Of everything that is drawn")
+  verb->add_option("--seed", o->seed, "Seed of all random numbers")
       ->check(number_not_below_zero)  // "-1" would count from the largest one
       ->capture_default_str();
-  verb->add_option("--delay", o->delay, "Of the sensors, in ticks of 5 ms")
+  verb->add_option("--delay", o->delay, "Delay of the sensors, in ticks of 5 ms")
       ->check(CLI::Range(0, 7))
       ->capture_default_str();
   verb->add_option("--set", o->set, "A setting of the stabilizer")->type_name("KEY=NUMBER");
@@ -191,10 +190,10 @@ void add_walk_trials(CLI::App& program, int& exit_code) {
       ->check(CLI::Range(1, 256))
       ->capture_default_str();
   verb->add_option("-o,--out", o->out, "JSON lines: one a trial, then a summary");
-  verb->add_flag("--json", o->json, "The same on standard output instead of a table");
+  verb->add_flag("--json", o->json, "JSON lines on standard output instead of a table");
   verb->footer(
-      "Deterministic but for its times. Exit codes: 0 nobody fell, 1 somebody did (or of a drawer\n"
-      "task that failed nobody says why), 2 usage.\n"
+      "Deterministic except for its times. Exit codes: 0 no fall, 1 a fall (or a drawer task that\n"
+      "failed without a reason), 2 usage.\n"
       "Examples:\n"
       "  mimesis walk-trials --suite steps30 --plant servo --seed 7\n"
       "  mimesis walk-trials --suite drawers30 --delay 2 --set delay_ticks=5\n"

@@ -1,12 +1,17 @@
 #include "experiments/walk/drawer/drawer_trial.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
+#include <nlohmann/json.hpp>
 #include <optional>
 
 #include "common/error.h"
 #include "common/math/so3.h"
+#include "experiments/walk/trial/suites.h"
 #include "nodes/walker/walk_wish.h"
+#include "tools/mimesis/table.h"
 
 namespace mimesis::walk {
 namespace {
@@ -35,7 +40,7 @@ RobotGait to_gait(walker::Gait gait) {
   return RobotGait::safe;
 }
 
-/// What v1.WalkFeedback tells.
+/// Contents of v1.WalkFeedback.
 RobotFeedback to_feedback(const walker::WalkerOutput& out) {
   const walker::PatternSample& plan = out.pattern;
   RobotFeedback f;
@@ -73,7 +78,7 @@ walker::MotionWish to_motion(const synthesizer::BipedSequenceState& state,
   return wish;
 }
 
-/// Where the joints of Biped::upper_body are among those of the sequence.
+/// Indices of the joints of Biped::upper_body among those of the sequence.
 std::vector<Eigen::Index> joints_of(const robot::Biped& biped, const robot::RobotTree& upper) {
   std::vector<Eigen::Index> out;
   for (const int dof : biped.upper_body) {
@@ -158,7 +163,7 @@ class Task {
     sequence_->set_posture(q);
   }
 
-  /// Travels of actions: the true feet are read when the next one begins.
+  /// Measures the travel of an action by the true feet when the next one begins.
   void measure(const TrialTick& tick) {
     if (!sequence_) return;
     const auto& history = sequence_->history();
@@ -216,6 +221,149 @@ DrawerResult run_drawer_trial(const DrawerTrialSpec& spec,
   result.reach_error_m = task.drawer().reach_error_m().value_or(0.0);
   result.handle_error_m = task.drawer().handle_error_m().value_or(0.0);
   return result;
+}
+
+namespace {
+
+constexpr double kStep_s = 0.8;
+enum Jumps { kStays, kOnTheWay, kBeforeIt };
+
+/// Time until the robot stands before a front at this distance: from a stand, two steps per 0.45 m.
+double arrives_s(double front_m) { return 1.0 + kStep_s + 2.0 * kStep_s * (front_m - 0.5) / 0.45; }
+
+}  // namespace
+
+std::vector<DrawerTrialSpec> drawers30(const Robot& robot, const synthesizer::BipedDrawer& actions,
+                                       const SuiteOptions& options) {
+  std::vector<DrawerTrialSpec> trials;
+  Draw draw(options.seed);
+  for (const Jumps jumps : {kStays, kOnTheWay, kBeforeIt}) {
+    for (int i = 0; i < 10; ++i) {
+      DrawerTrialSpec spec;
+      spec.robot = &robot;
+      spec.actions = &actions;
+      spec.body.plant = options.plant;
+      spec.body.seed = options.seed;
+      spec.walker = options.walker;
+      spec.delay_ticks = options.delay_ticks;
+      spec.front_m = draw.between(1.2, 2.8);
+      spec.left_m = spec.front_m * std::tan(draw.between(-0.06, 0.06));
+      spec.object_depth_m = draw.between(0.124, 0.273);
+      const double by_m = draw.between(-0.10, 0.10), when = draw.between(0.0, 1.0);
+      const double there_s = arrives_s(spec.front_m);
+      spec.name = fmt::format("{:.2f} m, {:+.2f} left, {:.2f} deep", spec.front_m, spec.left_m,
+                              spec.object_depth_m);
+      if (jumps != kStays) {
+        const double at_s = jumps == kOnTheWay
+                                ? std::lerp(1.0, there_s - 2.0 * kStep_s, when)
+                                : std::lerp(there_s - 2.0 * kStep_s, there_s + 2.0, when);
+        spec.jumps.push_back({.at_s = at_s, .by_m = by_m});
+        spec.name += fmt::format(", {:+.0f} mm at {:.1f} s", 1e3 * by_m, at_s);
+      }
+      trials.push_back(std::move(spec));
+    }
+  }
+  return trials;
+}
+
+DrawerEnd end_of(const DrawerResult& result) {
+  if (result.walk.figures.fell) return DrawerEnd::kFell;
+  if (result.taken) return DrawerEnd::kTaken;
+  return result.refused.empty() ? DrawerEnd::kSilent : DrawerEnd::kRefused;
+}
+
+void run_drawer_trials(std::span<const DrawerTrialSpec> trials, int jobs,
+                       const std::function<void(const DrawerResult&)>& done) {
+  in_order<DrawerResult>(
+      trials.size(), jobs, [&](std::size_t i) { return run_drawer_trial(trials[i]); }, done);
+}
+
+namespace {
+
+using nlohmann::ordered_json;
+
+const char* name_of(DrawerEnd end) {
+  switch (end) {
+    case DrawerEnd::kTaken:
+      return "taken";
+    case DrawerEnd::kRefused:
+      return "refused";
+    case DrawerEnd::kFell:
+      return "fell";
+    case DrawerEnd::kSilent:
+      break;
+  }
+  return "silent";
+}
+
+std::string reason_of(const DrawerResult& r) {
+  switch (end_of(r)) {
+    case DrawerEnd::kTaken:
+      return "";
+    case DrawerEnd::kFell:
+      return fmt::format("{} at {:.1f} s", r.walk.figures.how, r.walk.fell_at_s);
+    default:
+      return r.refused;
+  }
+}
+
+}  // namespace
+
+ordered_json to_json(const DrawerResult& r) {
+  ordered_json j = to_json(r.walk);
+  j["end"] = name_of(end_of(r));
+  j["reason"] = reason_of(r);
+  j["done_s"] = r.done_s;
+  j["object_error_m"] = r.reach_error_m;
+  j["handle_error_m"] = r.handle_error_m;
+  j["length_error_max_m"] = r.length_error_max_m();
+  return j;
+}
+
+ordered_json summary_json(std::span<const DrawerResult> results) {
+  ordered_json ends = ordered_json::array();
+  std::vector<TrialResult> walks;
+  double object = 0.0, handle = 0.0, length = 0.0;
+  int taken = 0, silent = 0;
+  for (const DrawerResult& r : results) {
+    walks.push_back(r.walk);
+    const DrawerEnd end = end_of(r);
+    silent += end == DrawerEnd::kSilent;
+    if (end == DrawerEnd::kTaken) {
+      ++taken;
+      object = std::max(object, r.reach_error_m);
+      handle = std::max(handle, r.handle_error_m);
+    } else {
+      ends.push_back({{"name", r.walk.name}, {"end", name_of(end)}, {"reason", reason_of(r)}});
+    }
+    if (end != DrawerEnd::kFell) length = std::max(length, r.length_error_max_m());
+  }
+  ordered_json j = summary_json(walks);
+  j["taken"] = taken;
+  j["silent"] = silent;
+  j["not_taken"] = ends;
+  j["object_error_max_m"] = object;
+  j["handle_error_max_m"] = handle;
+  j["length_error_max_m"] = length;
+  return j;
+}
+
+void print_table(std::span<const DrawerResult> results, std::ostream& out, bool bold_heading) {
+  tool::Table table({"task", "end", "s", "object mm", "handle mm", "step err mm", "length err mm",
+                     "ankle Nm (20 ms)", "Fz N", "tick us p50/p99", "why"});
+  for (const DrawerResult& r : results) {
+    const hw::sim::WalkFigures& f = r.walk.figures;
+    table.row({r.walk.name, name_of(end_of(r)), r.taken ? fmt::format("{:.1f}", r.done_s) : "",
+               fmt::format("{:.1f}", 1e3 * r.reach_error_m),
+               fmt::format("{:.1f}", 1e3 * r.handle_error_m),
+               fmt::format("{:.1f}", 1e3 * f.step_error_max_m),
+               fmt::format("{:.1f}", 1e3 * r.length_error_max_m()),
+               fmt::format("{:.0f} ({:.0f})", f.ankle_pitch_peak_n_m, f.ankle_pitch_slow_peak_n_m),
+               fmt::format("{:.0f}", f.normal_peak_n),
+               fmt::format("{:.0f}/{:.0f}", 1e6 * r.walk.tick_p50_s, 1e6 * r.walk.tick_p99_s),
+               reason_of(r)});
+  }
+  table.print(out, bold_heading);
 }
 
 }  // namespace mimesis::walk

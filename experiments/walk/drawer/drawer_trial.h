@@ -1,21 +1,25 @@
 #pragma once
 #include <functional>
+#include <iosfwd>
+#include <nlohmann/json_fwd.hpp>
+#include <span>
 #include <string>
 #include <vector>
 
-#include "hw/sim/body/drawer.h"
-#include "nodes/synthesizer/robot/biped_sequence.h"
+#include "experiments/walk/trial/suites.h"
 #include "experiments/walk/trial/trial.h"
+#include "hw/sim/body/drawer.h"
+#include "nodes/synthesizer/biped/biped_sequence.h"
 
 namespace mimesis::walk {
 
-/// The drawer task in one process: synthesizer's sequence, walker, physics, drawer; each hears of
-/// the others what it would over the bus [M18 3.8].
+/// The drawer task in one process: synthesizer's sequence, walker, physics, drawer. Each gets the
+/// data of the others that it would get over the bus [M18 3.8].
 struct DrawerTrialSpec {
   std::string name;
   const Robot* robot = nullptr;
   const synthesizer::BipedDrawer* actions = nullptr;
-  /// Closed front ahead, and to the left, of the middle of the feet at the start.
+  /// Place of the closed front at the start: ahead and to the left of the middle of the feet.
   double front_m = 1.7, left_m = 0.0;
   double object_depth_m = 0.2;
   std::vector<hw::sim::DrawerJump> jumps;
@@ -24,7 +28,7 @@ struct DrawerTrialSpec {
   walker::WalkerSettings walker;
   std::vector<hw::sim::Push> pushes;
   double stand_s = 1.0;        ///< before it begins
-  double time_limit_s = 30.0;  ///< of the whole
+  double time_limit_s = 30.0;  ///< of the whole trial
   int delay_ticks = 1;         ///< of sensors on their way to the walker
 };
 
@@ -41,8 +45,8 @@ struct DrawerResult {
   std::string refused;                               ///< why the task could not be done
   double done_s = 0.0;                               ///< when the object was taken
   double reach_error_m = 0.0, handle_error_m = 0.0;  ///< of the hands when they gripped
-  /// Of each action but the standing one: travel of the middle of the true feet, and what was
-  /// planned when it began.
+  /// Travel of the middle of the true feet and the plan when the action began, for each action
+  /// except the standing one.
   struct ActionLength {
     synthesizer::Action action;
     double wished_m, walked_m;
@@ -51,9 +55,36 @@ struct DrawerResult {
   double length_error_max_m() const;
 };
 
-/// Deterministic but for times. Ends when the object has been held for a second, with a fall, or
-/// with the time limit.
+/// Deterministic except for its times. Ends when the object has been held for a second, with a
+/// fall, or at the time limit.
 DrawerResult run_drawer_trial(const DrawerTrialSpec& spec,
                               const std::function<void(const DrawerTick&)>& watch = {});
+
+/// Thirty drawer tasks at random: fronts 1.2 to 2.8 m away and up to 0.06 rad aside, objects 0.124
+/// to 0.273 m deep [M18 3.8.4]; ten drawers stay, ten jump by up to 10 cm either way while the
+/// robot is on its way, ten when it is about to stand before it or reaches for it.
+/// @param robot, actions  outlive the trials
+std::vector<DrawerTrialSpec> drawers30(const Robot& robot, const synthesizer::BipedDrawer& actions,
+                                       const SuiteOptions& options);
+
+/// Result of a task.
+enum class DrawerEnd {
+  kTaken,
+  kRefused,  ///< the robot stands, with a reason
+  kFell,
+  kSilent,  ///< not taken, without a reason
+};
+DrawerEnd end_of(const DrawerResult& result);
+
+/// All of them on `jobs` threads, as run_trials().
+void run_drawer_trials(std::span<const DrawerTrialSpec> trials, int jobs,
+                       const std::function<void(const DrawerResult&)>& done);
+
+nlohmann::ordered_json to_json(const DrawerResult& result);
+/// Number of tasks by result, every task that did not end with the object, and the worst figures of
+/// the others.
+nlohmann::ordered_json summary_json(std::span<const DrawerResult> results);
+/// Prints one row per task in mm, N m, N, µs.
+void print_table(std::span<const DrawerResult> results, std::ostream& out, bool bold_heading);
 
 }  // namespace mimesis::walk

@@ -6,8 +6,8 @@
 
 #include "common/dmp/power_law.h"
 #include "common/plot/gnuplot.h"
-#include "experiments/walk/figures/list.h"
-#include "experiments/walk/study/parallel.h"
+#include "experiments/walk/figures.h"
+#include "experiments/walk/trial/suites.h"
 #include "experiments/walk/trial/trial.h"
 
 namespace mimesis::walk {
@@ -139,9 +139,9 @@ std::filesystem::path plot(const std::filesystem::path& dir, const std::vector<L
   }
   const auto file = dir / "power-law.png";
   plot::plot_png(file, 900, 700, data,
-                      "set size ratio -1; set xlabel 'x [m]'; set ylabel 'y [m], each lap 0.45 m "
-                      "below the last'; set title 'A point for every step'\nplot " +
-                          curves);
+                 "set size ratio -1; set xlabel 'x [m]'; set ylabel 'y [m], each lap 0.45 m "
+                 "below the last'; set title 'A point for every step'\nplot " +
+                     curves);
   return file;
 }
 

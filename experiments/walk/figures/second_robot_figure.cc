@@ -2,10 +2,9 @@
 // quarter longer, soles of 204 mm × 90 mm, and takes things out of a drawer of its size.
 #include <fmt/format.h>
 
-#include "experiments/walk/figures/list.h"
-#include "experiments/walk/figures/study_rows.h"
-#include "experiments/walk/study/drawer_runs.h"
-#include "experiments/walk/study/parallel.h"
+#include "experiments/walk/figures.h"
+#include "experiments/walk/study/drawer_rows.h"
+#include "experiments/walk/study/drawer_study.h"
 #include "experiments/walk/trial/suites.h"
 
 namespace mimesis::walk {

@@ -1,11 +1,9 @@
-#include "experiments/walk/figures.h"
-
 #include <algorithm>
 
 #include "common/error.h"
 #include "experiments/walk/drawer/drawer_trial.h"
+#include "experiments/walk/figures.h"
 #include "experiments/walk/film/scene.h"
-#include "experiments/walk/film/titles.h"
 #include "experiments/walk/trial/suites.h"
 
 namespace mimesis::walk {
@@ -14,8 +12,6 @@ namespace {
 using reproduce::at_most;
 using reproduce::near;
 using reproduce::Report;
-using Dir = std::optional<std::filesystem::path>;
-using Paths = std::vector<std::filesystem::path>;
 
 /// A trial of `mimesis walk-trials`.
 TrialSpec from_suite(const std::string& suite, const std::string& name, const Robot& robot) {
@@ -36,7 +32,7 @@ TrialSpec arms_trial(const Robot& robot) {
   return from_suite("speeds", "arms 1.5 rad, 0.3", robot);
 }
 
-Report arms(const Dir&) {
+Report arms(const PlotDir&) {
   const Robot robot = load_robot("biped");
   Report report;
   const TrialResult result = run_trial(arms_trial(robot));
@@ -59,7 +55,7 @@ TrialSpec push_trial(const Robot& robot) {
   return from_suite("pushes", "walking towards 90 deg at 5.65 s", robot);
 }
 
-Report push(const Dir&) {
+Report push(const PlotDir&) {
   const Robot robot = load_robot("biped");
   Report report;
   add_balance(run_trial(push_trial(robot)), report);
@@ -89,7 +85,7 @@ DrawerResult run_drawer(const Robot& robot, const std::function<void(const Drawe
   return run_drawer_trial(spec, watch);
 }
 
-Report drawer(const Dir&) {
+Report drawer(const PlotDir&) {
   const Robot robot = load_robot("biped");
   Report report;
   const DrawerResult result = run_drawer(robot, {});

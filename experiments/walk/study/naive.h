@@ -1,8 +1,23 @@
 #pragma once
-#include "experiments/walk/study/implied.h"
-#include "experiments/walk/study/recording.h"
+#include "common/robot/leg_ik.h"
+#include "experiments/walk/study/script.h"
+#include "experiments/walk/trial/trial.h"
+#include "nodes/walker/stabilizer/stabilizer.h"
 
 namespace mimesis::walk {
+
+/// Joint angles as a robot plays them, tick by tick, and the timing of its steps.
+struct JointTrack {
+  std::vector<Eigen::VectorXd> q;           ///< all joints [rad]
+  std::vector<walker::PatternSample> plan;  ///< contacts, gait and times count; poses do not
+};
+
+/// Reference that joint angles alone imply: standing feet stay flat where they came down, the
+/// pelvis is where they carry it (in double support both, by their planned shares), the CoM follows
+/// from kinematics and the ZMP from inverse dynamics (differences of 10 ms, mean of 125 ms, because
+/// mixtures are rough).
+std::vector<walker::StabilizerPlan> implied_reference(const robot::Biped& biped,
+                                                      const JointTrack& track);
 
 /// Parameters of the actions 1, 2, 3 for all joints: of a training trial, or for a goal.
 using JointActions = std::array<synthesizer::MotionParameters, synthesizer::kActions>;
@@ -18,5 +33,14 @@ JointTrack naive_track(const synthesizer::LearnedActions& joints, const JointAct
 
 /// The recorded angles themselves.
 JointTrack track_of(const Recording& walk);
+
+enum class Feedback {
+  kNone,  ///< set-points as they are
+  kOwn,   ///< the walker's stabilizer around the reference that the angles imply
+};
+
+/// Plays angles on the springs plant until the robot falls or they end, with the delays and gains
+/// of launched_walker(). Of the result: figures and fell_at_s. Deterministic.
+TrialResult play(const Robot& robot, const JointTrack& track, Feedback feedback);
 
 }  // namespace mimesis::walk

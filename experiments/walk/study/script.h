@@ -1,10 +1,12 @@
 #pragma once
-#include "nodes/synthesizer/robot/biped_sequence.h"
+#include <optional>
+
 #include "experiments/walk/trial/trial.h"
+#include "nodes/synthesizer/biped/biped_sequence.h"
 
 namespace mimesis::walk {
 
-/// What a sequence of actions 1, 1, 2, 3 from standing has to do [M18 3.8.4].
+/// Goal of a sequence of actions 1, 1, 2, 3 from standing [M18 3.8.4].
 struct DrawerGoal {
   double normal_m = 0.533, reaching_m = 0.261;  ///< travels of the middle of the feet
   double final_distance_m = 0.51;               ///< of the middle of the feet to the closed front
@@ -15,12 +17,12 @@ struct DrawerGoal {
   double reach_m() const { return final_distance_m + object_depth_m; }
   synthesizer::ActionTask task() const;
 };
-/// Of a training trial.
+/// Goal of a training trial.
 DrawerGoal goal_of(const synthesizer::DrawerData& data, std::size_t trial);
 
 /// Rows of the three actions (upper-body joints, then kVelocityRows), rows × samples.
 using ActionRows = std::array<Eigen::MatrixXd, synthesizer::kActions>;
-/// Those of a training trial.
+/// Rows of a training trial.
 ActionRows rows_of(const synthesizer::DrawerData& data, std::size_t trial);
 
 /// Skeleton that rows belong to, and the furniture.
@@ -75,5 +77,57 @@ class Script {
 
 /// Row values at phase [0, 1], linear between samples.
 Eigen::VectorXd at_phase(const Eigen::MatrixXd& rows, double phase);
+
+/// Output of a walker for a script, tick by tick.
+struct Recording {
+  struct Tick {
+    int number = -1;     ///< of the action, see Script
+    double phase = 0.0;  ///< share of it
+    Eigen::VectorXd q;   ///< set-points of all joints
+    Eigen::Isometry3d X_WB = Eigen::Isometry3d::Identity();
+    walker::PatternSample plan;
+  };
+  std::vector<Tick> ticks;
+  int clipped = 0, failed = 0, limited = 0;  ///< ticks
+  std::string trouble;                       ///< first one
+
+  /// First tick of an action, if it comes.
+  std::optional<std::size_t> begin(int number) const;
+};
+
+/// Runs a script through pattern generator, filter and stack, without physics and without feedback
+/// of balance: the dynamically feasible part of the script's kinematics [M18 3.8.3].
+Recording record(const ScriptRobot& robot, Script script);
+
+/// One action of a recording: rows × samples at even phases, linear between ticks. `row`: rows of a
+/// tick.
+template <class Row>
+Eigen::MatrixXd resample(const Recording& recording, int number, int samples, const Row& row) {
+  Eigen::MatrixXd out;
+  std::size_t i = recording.begin(number).value();
+  for (int k = 0; k < samples; ++k) {
+    const double phase = static_cast<double>(k) / samples;
+    const auto& t = recording.ticks;
+    while (i + 1 < t.size() && t[i + 1].number == number && t[i + 1].phase <= phase) ++i;
+    const bool last = i + 1 >= t.size();
+    const double next = last || t[i + 1].number != number ? 1.0 : t[i + 1].phase;
+    const double u = next > t[i].phase ? (phase - t[i].phase) / (next - t[i].phase) : 0.0;
+    const Eigen::VectorXd here = row(t[i]);
+    if (k == 0) out.resize(here.size(), samples);
+    out.col(k) = last ? here : here + std::clamp(u, 0.0, 1.0) * (row(t[i + 1]) - here).eval();
+  }
+  return out;
+}
+
+/// Training data that a pattern generator has made feasible: the trials of `data` in the same
+/// order, with recorded rows.
+struct FeasibleData {
+  /// Rows as those of `data`: upper-body joints, then kVelocityRows without the sway of a step,
+  /// with the travel of the feet.
+  synthesizer::DrawerData upper_body;
+  synthesizer::DrawerData joints;  ///< angles of all joints
+  std::vector<Recording> recordings;
+};
+FeasibleData make_feasible(const ScriptRobot& robot, const synthesizer::DrawerData& data);
 
 }  // namespace mimesis::walk

@@ -4,11 +4,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <nlohmann/json.hpp>
 #include <numbers>
 
 #include "common/error.h"
 #include "common/robot/kinematics.h"
-#include "experiments/walk/trial/draw.h"
+#include "experiments/walk/trial/trial.h"
+#include "tools/mimesis/table.h"
 
 namespace mimesis::walk {
 namespace {
@@ -17,8 +19,8 @@ using walker::WalkerWish;
 
 constexpr double kStart_s = 1.0;  ///< standing before
 
-/// First moment of mass of an arm about its shoulder by the robot's mass, half-sitting [m]: what a
-/// swing of it throws the robot about by.
+/// First moment of mass of an arm about its shoulder over the robot's mass, half-sitting [m]:
+/// measures how much its swing disturbs the robot.
 double arm_moment_m(const robot::Biped& biped, int shoulder_link) {
   robot::Kinematics kinematics(biped.tree);
   kinematics.update(biped.X_WB_half_sitting, biped.half_sitting);
@@ -32,8 +34,8 @@ double arm_moment_m(const robot::Biped& biped, int shoulder_link) {
   return sum.norm() / biped.tree.mass_kg();
 }
 
-/// Swings the arms at the shoulders, one against the other. Amplitudes are those of biped.urdf:
-/// heavier arms swing less, so that they throw their robot about no more.
+/// Swings the arms at the shoulders, one against the other. Amplitudes hold for biped.urdf; heavier
+/// arms swing less, so that they disturb their robot no more.
 struct Arms {
   Arms(const robot::Biped& biped, double amplitude_rad, double frequency_hz)
       : amplitude(amplitude_rad), rate(2.0 * std::numbers::pi * frequency_hz) {
@@ -233,6 +235,89 @@ std::vector<TrialSpec> make_suite(const std::string& name, const Robot& robot,
   if (name == "speeds") return speeds(robot, options);
   if (name == "naive") return naive(robot, options);
   throw ConfigError("--suite: there is no '" + name + "'");
+}
+
+void run_trials(std::span<const TrialSpec> trials, int jobs,
+                const std::function<void(const TrialResult&)>& done) {
+  in_order<TrialResult>(
+      trials.size(), jobs, [&](std::size_t i) { return run_trial(trials[i]); }, done);
+}
+
+using nlohmann::ordered_json;
+
+ordered_json to_json(const TrialResult& r) {
+  const hw::sim::WalkFigures& f = r.figures;
+  ordered_json j{{"name", r.name}, {"fell", f.fell}};
+  if (f.fell) {
+    j["how"] = f.how;
+    j["fell_at_s"] = r.fell_at_s;
+  }
+  j["steps"] = f.steps;
+  j["walked_m"] = r.walked_m;
+  j["step_error_rms_m"] = f.step_error_rms_m;
+  j["step_error_max_m"] = f.step_error_max_m;
+  j["dcm_rms_m"] = {r.dcm_rms_m.x(), r.dcm_rms_m.y()};
+  j["dcm_max_m"] = r.dcm_max_m;
+  j["zmp_error_rms_m"] = {f.zmp_error_rms_m.x(), f.zmp_error_rms_m.y()};
+  j["ankle_pitch_peak_n_m"] = f.ankle_pitch_peak_n_m;
+  j["ankle_pitch_slow_peak_n_m"] = f.ankle_pitch_slow_peak_n_m;
+  j["normal_peak_n"] = f.normal_peak_n;
+  j["raw_normal_peak_n"] = f.raw_normal_peak_n;
+  j["reach_error_m"] = r.reach_error_m;
+  j["limited_ticks"] = r.limited_ticks;
+  j["clipped_ticks"] = r.clipped_ticks;
+  j["failed_ticks"] = r.failed_ticks;
+  j["saturated_ticks"] = r.saturated_ticks;
+  j["trouble"] = r.trouble;
+  j["tick_s"] = {{"p50", r.tick_p50_s}, {"p99", r.tick_p99_s}, {"max", r.tick_max_s}};
+  j["real_time_factor"] = r.real_time_factor;
+  return j;
+}
+
+ordered_json summary_json(std::span<const TrialResult> results) {
+  ordered_json falls = ordered_json::array();
+  double step = 0.0, dcm = 0.0, ankle = 0.0, ankle_slow = 0.0, normal = 0.0, p99 = 0.0;
+  for (const TrialResult& r : results) {
+    const hw::sim::WalkFigures& f = r.figures;
+    if (f.fell) {
+      falls.push_back({{"name", r.name}, {"how", f.how}, {"at_s", r.fell_at_s}});
+      continue;  // what a falling robot does says nothing of walking
+    }
+    step = std::max(step, f.step_error_max_m);
+    dcm = std::max(dcm, r.dcm_max_m);
+    ankle = std::max(ankle, f.ankle_pitch_peak_n_m);
+    ankle_slow = std::max(ankle_slow, f.ankle_pitch_slow_peak_n_m);
+    normal = std::max(normal, f.normal_peak_n);
+    p99 = std::max(p99, r.tick_p99_s);
+  }
+  return {{"trials", results.size()},
+          {"falls", falls.size()},
+          {"fell", falls},
+          {"step_error_max_m", step},
+          {"dcm_max_m", dcm},
+          {"ankle_pitch_peak_n_m", ankle},
+          {"ankle_pitch_slow_peak_n_m", ankle_slow},
+          {"normal_peak_n", normal},
+          {"tick_p99_s", p99}};
+}
+
+void print_table(std::span<const TrialResult> results, std::ostream& out, bool bold_heading) {
+  tool::Table table({"trial", "fell", "steps", "m", "step err mm rms (max)", "DCM mm rms x/y (max)",
+                     "ZMP mm x/y", "ankle Nm (20 ms)", "Fz N", "limited", "tick us p50/p99"});
+  for (const TrialResult& r : results) {
+    const hw::sim::WalkFigures& f = r.figures;
+    table.row(
+        {r.name, f.fell ? fmt::format("{:.1f} s", r.fell_at_s) : "no", std::to_string(f.steps),
+         fmt::format("{:.2f}", r.walked_m),
+         fmt::format("{:.1f} ({:.1f})", 1e3 * f.step_error_rms_m, 1e3 * f.step_error_max_m),
+         fmt::format("{:.1f}/{:.1f} ({:.0f})", 1e3 * r.dcm_rms_m.x(), 1e3 * r.dcm_rms_m.y(),
+                     1e3 * r.dcm_max_m),
+         fmt::format("{:.1f}/{:.1f}", 1e3 * f.zmp_error_rms_m.x(), 1e3 * f.zmp_error_rms_m.y()),
+         fmt::format("{:.0f} ({:.0f})", f.ankle_pitch_peak_n_m, f.ankle_pitch_slow_peak_n_m),
+         fmt::format("{:.0f}", f.normal_peak_n), std::to_string(r.limited_ticks),
+         fmt::format("{:.0f}/{:.0f}", 1e6 * r.tick_p50_s, 1e6 * r.tick_p99_s)});
+  }
+  table.print(out, bold_heading);
 }
 
 }  // namespace mimesis::walk

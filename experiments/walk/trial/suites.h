@@ -1,10 +1,65 @@
 #pragma once
+#include <algorithm>
+#include <atomic>
 #include <cstdint>
+#include <exception>
+#include <functional>
+#include <future>
+#include <iosfwd>
+#include <nlohmann/json_fwd.hpp>
+#include <random>
+#include <span>
+#include <thread>
 #include <vector>
 
 #include "experiments/walk/trial/trial.h"
 
 namespace mimesis::walk {
+
+/// Random numbers that do not depend on the standard library.
+class Draw {
+ public:
+  explicit Draw(std::uint64_t seed) : engine_(seed) {}
+  double between(double low, double high) {
+    return low + (high - low) * double(engine_() >> 11) * 0x1p-53;
+  }
+  bool coin() { return between(0.0, 1.0) < 0.5; }
+
+ private:
+  std::mt19937_64 engine_;
+};
+
+/// Runs job(0) .. job(n − 1) on `jobs` threads and calls `done` with the results in this order from
+/// the calling thread. Jobs must not share mutable data. The first exception is rethrown.
+template <class Result>
+void in_order(std::size_t n, int jobs, const std::function<Result(std::size_t)>& job,
+              const std::function<void(const Result&)>& done) {
+  std::vector<std::promise<Result>> results(n);
+  std::atomic<std::size_t> next{0};
+  const auto work = [&] {
+    for (std::size_t i = next++; i < n; i = next++) {
+      try {
+        results[i].set_value(job(i));
+      } catch (...) {
+        results[i].set_exception(std::current_exception());
+        next = n;  // the others would be for nothing
+      }
+    }
+  };
+  std::vector<std::jthread> workers;
+  for (int i = 0; i < jobs; ++i) workers.emplace_back(work);
+  for (auto& result : results) done(result.get_future().get());
+}
+
+/// @return results of job(0) .. job(n − 1), in this order, computed on all processors.
+template <class Job>
+auto in_parallel(std::size_t n, const Job& job) {
+  using Result = decltype(job(std::size_t{}));
+  std::vector<Result> out;
+  const auto jobs = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
+  in_order<Result>(n, jobs, job, [&](const Result& result) { out.push_back(result); });
+  return out;
+}
 
 /// Names that make_suite() knows.
 const std::vector<std::string>& suite_names();
@@ -24,10 +79,16 @@ struct SuiteOptions {
 ///            a step
 ///   speeds   steady walks: forward, back, sideways, turning, with arms
 ///   naive    the speeds without stabilizer and filter, which must be able to fall
-/// Arms that are heavier for their robot than those of biped.urdf swing less, so that they throw it
-/// about no more: JVRC-1's by less than a half.
+/// Arms that are heavier for their robot than those of biped.urdf swing less, so that they disturb
+/// it no more: JVRC-1's by less than a half.
 /// @param robot  outlives the trials. @throws ConfigError for another name
 std::vector<TrialSpec> make_suite(const std::string& name, const Robot& robot,
                                   const SuiteOptions& options);
+
+nlohmann::ordered_json to_json(const TrialResult& result);
+/// Worst figures of all trials, and every fall.
+nlohmann::ordered_json summary_json(std::span<const TrialResult> results);
+/// Prints one row per trial in mm, N m, N, µs.
+void print_table(std::span<const TrialResult> results, std::ostream& out, bool bold_heading);
 
 }  // namespace mimesis::walk

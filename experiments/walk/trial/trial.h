@@ -7,7 +7,7 @@
 
 namespace mimesis::walk {
 
-/// Where a robot's description is, and what it says.
+/// A robot and the file of its description.
 struct Robot {
   std::string name, urdf_file;
   robot::Biped biped;
@@ -22,7 +22,7 @@ struct TrialSpec {
   const Robot* robot = nullptr;
   hw::sim::BodyOptions body;
   walker::WalkerSettings walker;
-  /// Of time since the start, called once a tick. Nothing: stands.
+  /// Wish as a function of the time since the start, called once per tick. Empty: stands.
   std::function<walker::WalkerWish(double)> wish;
   std::vector<hw::sim::Push> pushes;
   double duration_s = 10.0;
@@ -39,7 +39,7 @@ struct TrialTick {
   bool& ends;  ///< set: this tick is the last
 };
 
-/// How it went.
+/// Result of a trial.
 struct TrialResult {
   std::string name;
   hw::sim::WalkFigures figures;
@@ -51,17 +51,17 @@ struct TrialResult {
   double reach_error_m = 0.0;  ///< of a wished hand at the end; 0 without one
   int limited_ticks = 0, clipped_ticks = 0, failed_ticks = 0, saturated_ticks = 0;
   std::string trouble;  ///< first one that the walker told
-  /// Of Walker::step on this machine: not reproducible.
+  /// Times of Walker::step on this machine; not reproducible.
   double tick_p50_s = 0.0, tick_p99_s = 0.0, tick_max_s = 0.0;
   double real_time_factor = 0.0;  ///< of the physics
 };
 
-/// Deterministic but for its times. `watch`: called every tick.
+/// Deterministic except for its times. `watch`: called every tick.
 TrialResult run_trial(const TrialSpec& spec,
                       const std::function<void(const TrialTick&)>& watch = {});
 
-/// All of them on `jobs` threads. `done`: called in the order of the trials, from one thread at a
-/// time. @throws what run_trial() throws
+/// Runs all trials on `jobs` threads. `done` is called in the order of the trials, from one thread
+/// at a time. @throws like run_trial()
 void run_trials(std::span<const TrialSpec> trials, int jobs,
                 const std::function<void(const TrialResult&)>& done);
 

@@ -1,12 +1,11 @@
-#include "experiments/walk/drawer/drawer_suite.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <nlohmann/json.hpp>
 #include <set>
 #include <sstream>
 
-#include "experiments/walk/drawer/drawer_report.h"
+#include "experiments/walk/drawer/drawer_trial.h"
 #include "experiments/walk/drawer/test/setting.h"
 
 namespace mimesis::walk {

@@ -2,8 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "experiments/walk/study/drawer_study.h"
-#include "experiments/walk/study/parallel.h"
-#include "experiments/walk/study/stance_zmp.h"
+#include "experiments/walk/trial/suites.h"
 
 namespace mimesis::walk {
 namespace {

@@ -1,11 +1,10 @@
 // What rows and bars of the study's figures are made of.
-#include "experiments/walk/figures/study_rows.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 
 #include "experiments/harness/figure.h"
+#include "experiments/walk/study/drawer_rows.h"
 
 namespace mimesis::walk {
 namespace {

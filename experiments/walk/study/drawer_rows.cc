@@ -1,4 +1,4 @@
-#include "experiments/walk/figures/study_rows.h"
+#include "experiments/walk/study/drawer_rows.h"
 
 #include <algorithm>
 #include <cmath>

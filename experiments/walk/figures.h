@@ -1,13 +1,22 @@
 #pragma once
 #include <array>
+#include <vector>
 
-#include "experiments/walk/figures.h"
+#include "experiments/harness/figure.h"
 
 namespace mimesis::walk {
 
+/// Figures and tables of walking that need the physics: M18 3.8 and the paths of 4.5.1. A build
+/// without DART lists them; running one throws an error that says how to get DART.
+std::vector<reproduce::Figure> figures();
+
+/// Films of the biped in the physics: a walk with moving arms, the drawer task, a push during a
+/// walk. A build without DART treats them like figures().
+std::vector<reproduce::Figure> films();
+
 struct Title {
   const char *name, *title;
-  double cpu_minutes;  ///< on its own, about; figures of one call share their walks
+  double cpu_minutes;  ///< about, run alone; figures of one call share their walks
   const char* source = "M18";
 };
 inline constexpr std::array kTitles = {
@@ -38,5 +47,14 @@ reproduce::Report falls_table(const PlotDir& plot_dir);
 reproduce::Report peaks(const PlotDir& plot_dir);
 // Another robot.
 reproduce::Report second_robot(const PlotDir& plot_dir);
+
+struct FilmTitle {
+  const char *name, *title;
+};
+inline constexpr FilmTitle kWalkArms{"walk-arms", "the biped walks at 0.3 m/s and swings its arms"};
+inline constexpr FilmTitle kWalkDrawer{
+    "walk-drawer", "the biped walks to a drawer, opens it and takes an object out [sec. 3.8]"};
+inline constexpr FilmTitle kWalkPush{"walk-push",
+                                     "the biped is pushed aside by 10 N s while it walks"};
 
 }  // namespace mimesis::walk

@@ -1,4 +1,4 @@
-#include "experiments/walk/robot/robot_film.h"
+#include "experiments/walk/film/robot_film.h"
 
 #include <gtest/gtest.h>
 

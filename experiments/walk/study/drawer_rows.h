@@ -4,7 +4,7 @@
 
 namespace mimesis::walk {
 
-/// Mean, standard deviation and range. Of values with a NaN among them: NaN.
+/// Mean, standard deviation and range; NaN if a value is NaN.
 struct Spread {
   double mean = 0.0, std = 0.0, least = 0.0, most = 0.0;
 };
@@ -17,15 +17,15 @@ std::vector<double> values_of(const std::vector<Outcome>& outcomes, const Value&
   return out;
 }
 int falls(const std::vector<Outcome>& outcomes);
-/// Largest size of a value; NaN if a walk did not come to it: no row accepts that.
+/// Largest absolute value; NaN if a walk has none, which no row accepts.
 double largest(const std::vector<Outcome>& outcomes, double (*value)(const Outcome&));
 
-/// Of novel_goals().
+/// Speed classes of novel_goals().
 inline constexpr std::array kSpeeds = {"slow", "middle", "fast"};
 /// Ten of thirty outcomes.
 std::vector<Outcome> speed_class(const std::vector<Outcome>& thirty, std::size_t number);
 
-/// Limits of HRP-2 [M18 3.8.4], and what steps and reaches shall come to.
+/// Limits of HRP-2 [M18 3.8.4], and the largest error of steps and reaches.
 inline constexpr double kMostAnkle_n_m = 30.0, kMostNormal_n = 800.0, kMostError_m = 0.010;
 
 inline double ankle(const Outcome& o) { return o.ankle_n_m; }
@@ -41,9 +41,9 @@ struct Bar {
   Spread spread;
   int colour = 1;  ///< line type
 };
-/// A panel of them with an axis from 0 to `most`, where longer ones are cut; 0: as long as it
-/// takes. Their data are added to `data`; returns the plot command. What is above `infeasible` is
-/// shaded if it is positive.
+/// Makes a panel of bars with an axis from 0 to `most`, where longer ones are cut; 0: as long as
+/// needed. Adds their data to `data` and returns the plot command. A positive `infeasible` shades
+/// everything above it.
 std::string bars_panel(const std::vector<Bar>& bars, const std::string& name, double most,
                        double infeasible, std::vector<plot::Data>& data);
 

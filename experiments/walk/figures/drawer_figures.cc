@@ -1,0 +1,535 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "experiments/walk/figures.h"
+#include "experiments/walk/film/scene.h"
+#include "experiments/walk/study/drawer_rows.h"
+#include "experiments/walk/study/drawer_study.h"
+
+namespace mimesis::walk {
+
+using hw::sim::Plant;
+using reproduce::Report;
+
+// Sizes of the first two actions and reach when the full control system resynthesizes training
+// trials [M18 3.8.3, fig. 3.41].
+namespace {
+
+constexpr double kBin_mm = 1.0, kMost_mm = 12.0;
+
+struct Quantity {
+  const char* name;
+  double (*error_m)(const Outcome&);
+};
+constexpr std::array kQuantities = {
+    Quantity{"size of action 1", normal_error},
+    Quantity{"size of action 2", reaching_error},
+    Quantity{"reach", reach_error},
+};
+
+std::vector<double> sizes_of(const std::vector<Outcome>& outcomes, const Quantity& q) {
+  return values_of(outcomes, [&](const Outcome& o) { return std::abs(q.error_m(o)); });
+}
+
+/// Trials per millimetre of error; the last bin holds what is larger, or never came about.
+std::vector<double> histogram(const std::vector<double>& errors_m) {
+  std::vector<double> count(static_cast<std::size_t>(kMost_mm / kBin_mm), 0.0);
+  for (const double e : errors_m) {
+    const double bin = 1e3 * e / kBin_mm;
+    const double last = static_cast<double>(count.size()) - 1.0;
+    ++count[static_cast<std::size_t>(bin < last ? bin : last)];
+  }
+  return count;
+}
+
+std::filesystem::path plot_accuracy(const std::filesystem::path& dir, DrawerStudy& study) {
+  std::vector<plot::Data> data;
+  std::string script =
+      "set multiplot layout 1,3\nset style fill solid 0.6 noborder\nset yrange [0:*]\nset ytics "
+      "2\nset xlabel "
+      "'error [mm]'\nset xrange [0:12]\nset arrow 1 from 10, graph 0 to 10, graph 1 nohead dt 2 lc "
+      "rgb '#404040'\nset label 1 'bound of the text' at 9.8, graph 0.45 right\n";
+  for (std::size_t k = 0; k < kQuantities.size(); ++k) {
+    script += "set title " + plot::quoted(kQuantities[k].name) + "\n";
+    if (k == 0) script += "set ylabel 'trials'\n";
+    if (k == 1) script += "unset ylabel\n";
+    std::string curves;
+    for (std::size_t i = 0; i < kSources.size(); ++i) {
+      const std::vector<double> count =
+          histogram(sizes_of(study.resynthesis(kSources[i]), kQuantities[k]));
+      plot::Data d{"h" + std::to_string(k) + std::to_string(i), {}};
+      for (std::size_t b = 0; b < count.size(); ++b) {
+        d.rows.push_back(
+            {(static_cast<double>(b) + 0.2 + 0.3 * static_cast<double>(i)) * kBin_mm, count[b]});
+      }
+      data.push_back(d);
+      curves += (i ? ", $" : "$") + d.name + " with boxes lt " + std::to_string(i + 1) +
+                " title '" + kSources[i].text() + "'";
+    }
+    script += "set boxwidth 0.28\nplot " + curves + "\n";
+  }
+  const auto file = dir / "fig-3.41.png";
+  plot::plot_png(file, 1200, 380, data, script + "unset multiplot\n");
+  return file;
+}
+
+}  // namespace
+
+Report accuracy(const PlotDir& plot_dir) {
+  DrawerStudy& study = DrawerStudy::shared();
+  Report report;
+  for (const Sources& s : kSources) {
+    const auto outcomes = study.resynthesis(s);
+    report.rows.push_back(reproduce::near(s.text() + " sources: falls", falls(outcomes), 0, 0, "1",
+                                          "none is told of"));
+    std::vector<double> all;
+    for (const Quantity& q : kQuantities) {
+      const std::vector<double> e = sizes_of(outcomes, q);
+      all.insert(all.end(), e.begin(), e.end());
+      report.rows.push_back(reproduce::within(s.text() + " sources: " + q.name + ", largest error",
+                                              largest(outcomes, q.error_m), kMostError_m, "m",
+                                              "\"always below 10 mm\" [M18 3.8.3]"));
+    }
+    const auto small =
+        static_cast<double>(std::ranges::count_if(all, [](double e) { return e < 0.005; }));
+    report.rows.push_back(reproduce::at_least(s.text() + " sources: share of errors below 5 mm",
+                                              small / static_cast<double>(all.size()), 0.5, "1",
+                                              "\"often below 5 mm\" [M18 3.8.3]"));
+  }
+  if (plot_dir) report.plots.push_back(plot_accuracy(*plot_dir, study));
+  return report;
+}
+
+// Behaviours for the smallest and largest steps and goal distances, and those between [M18 3.8.4,
+// fig. 3.44].
+namespace {
+
+constexpr double kStrip_s = 0.2;  // between pictures that a strip is chosen from
+
+/// Two walks, the smallest and the largest, each seen by `use`.
+template <class Use>
+void shoot(double picture_s, const Use& use) {
+  DrawerStudy& study = DrawerStudy::shared();
+  const Robot& robot = *study.robot().robot;
+  const std::vector<DrawerGoal> goals = extreme_goals();
+  for (const auto& [name, goal] : {std::pair{"fig-3.44-smallest", goals.front()},
+                                   std::pair{"fig-3.44-largest", goals.back()}}) {
+    Scene scene(robot, {.from_s = 1.5,
+                        .camera_rad = -1.25,
+                        .height_m = 1.9,
+                        .aspect = 1.35,
+                        .fixed_W_m = Eigen::Vector2d(0.95, 0.0),
+                        .picture_s = picture_s});
+    run_online(online_spec(robot, study.actions(kSources[1]), goal), [&](const DrawerTick& tick) {
+      const film::FilmDrawer seen{tick.drawer.front_W_m, tick.drawer.handle_W_m,
+                                  tick.drawer.object_W_m};
+      scene.see(tick.trial, &seen);
+    });
+    use(scene, std::string(name));
+  }
+}
+
+}  // namespace
+
+Report extremes(const PlotDir& plot_dir) {
+  DrawerStudy& study = DrawerStudy::shared();
+  const auto outcomes = study.extremes();
+  Report report;
+  report.rows.push_back(
+      reproduce::near("sequences", static_cast<double>(outcomes.size()), 30, 0, "1"));
+  report.rows.push_back(reproduce::near("falls", falls(outcomes), 0, 0, "1",
+                                        "\"for all tested step sizes a human-like coordinated "
+                                        "behavior was generated\" [M18 3.8.4]"));
+  report.rows.push_back(
+      reproduce::holds("every object is taken",
+                       std::ranges::all_of(outcomes, [](const Outcome& o) { return o.taken; })));
+  const auto row = [&](const char* what, double (*value)(const Outcome&)) {
+    report.rows.push_back(reproduce::within(what, largest(outcomes, value), kMostError_m, "m",
+                                            "\"always below 10 mm\" [M18 3.8.3, fig. 3.41]"));
+  };
+  row("size of action 1 (50.5-56.1 cm), largest error", normal_error);
+  row("size of action 2 (16.3-35.9 cm), largest error", reaching_error);
+  row("reach (66.3-75.5 cm), largest error of the hand when it grips", reach_error);
+  if (plot_dir) {
+    shoot(kStrip_s, [&](const Scene& scene, const std::string& name) {
+      report.plots.push_back(*plot_dir / (name + ".png"));
+      scene.write_strip(report.plots.back(), 8);
+    });
+  }
+  return report;
+}
+
+Paths extremes_film(const std::filesystem::path& dir) {
+  std::vector<std::filesystem::path> out;
+  shoot(0.04, [&](const Scene& scene, const std::string& name) {
+    std::ranges::copy(scene.write(dir, name, 8), std::back_inserter(out));
+  });
+  return out;
+}
+
+// The drawer jumps while the robot comes: from two places to the same one [M18 3.8.4, fig. 3.45].
+namespace {
+
+constexpr double kFinal_m = 1.75, kDepth_m = 0.2;
+struct Row {
+  const char *name, *what;
+  double by_m, at_s;
+};
+constexpr std::array kRows = {Row{"fig-3.45-away", "jumps away by 0.2 m", 0.2, 3.5},
+                              Row{"fig-3.45-nearer", "jumps nearer by 0.2 m", -0.2, 4.5}};
+
+DrawerTrialSpec spec_of(DrawerStudy& study, const Row& row) {
+  DrawerTrialSpec spec;
+  spec.name = row.name;
+  spec.robot = study.robot().robot;
+  spec.actions = &study.actions(kSources[1]);
+  spec.front_m = kFinal_m - row.by_m;
+  spec.object_depth_m = kDepth_m;
+  spec.jumps = {{row.at_s, row.by_m}};
+  spec.walker = launched_walker();
+  spec.delay_ticks = kSensorDelayTicks;
+  return spec;
+}
+
+Scene scene_of(const DrawerStudy& study, double picture_s) {
+  return {*study.robot().robot,
+          {.from_s = 1.5,
+           .camera_rad = -1.25,
+           .height_m = 1.9,
+           .aspect = 1.35,
+           .fixed_W_m = Eigen::Vector2d(0.95, 0.0),
+           .picture_s = picture_s}};
+}
+
+void see(Scene& scene, const DrawerTick& tick) {
+  const film::FilmDrawer seen{tick.drawer.front_W_m, tick.drawer.handle_W_m,
+                              tick.drawer.object_W_m};
+  scene.see(tick.trial, &seen);
+}
+
+}  // namespace
+
+Report jumps(const PlotDir& plot_dir) {
+  DrawerStudy& study = DrawerStudy::shared();
+  Report report;
+  for (const Row& row : kRows) {
+    Scene scene = scene_of(study, 0.2);
+    double feet_m = 0.0;
+    const DrawerResult result = run_drawer_trial(spec_of(study, row), [&](const DrawerTick& tick) {
+      feet_m = 0.5 * (tick.trial.truth.X_WS[0](0, 3) + tick.trial.truth.X_WS[1](0, 3));
+      see(scene, tick);
+    });
+    const std::string what = std::string(row.what) + ": ";
+    const Outcome outcome = outcome_of(result.walk, {});
+    report.rows.push_back(reproduce::near(what + "falls", outcome.fell, 0, 0, "1"));
+    report.rows.push_back(reproduce::holds(what + "the object is taken", result.taken,
+                                           "moments d and e of the figure"));
+    report.rows.push_back(reproduce::near(
+        what + "middle of the feet before the front, at the end", kFinal_m - feet_m, 0.51, 0.055,
+        "m", "reference: where the trained robot is at ease; half of the distances it knows"));
+    report.rows.push_back(reproduce::at_most(what + "hand at the object, error",
+                                             result.taken ? result.reach_error_m : std::nan(""),
+                                             0.010, "m", "goal of the task; no figure published"));
+    if (plot_dir) {
+      report.plots.push_back(*plot_dir / (std::string(row.name) + ".png"));
+      scene.write_strip(report.plots.back(), 8);
+    }
+  }
+  return report;
+}
+
+Paths jumps_film(const std::filesystem::path& dir) {
+  DrawerStudy& study = DrawerStudy::shared();
+  std::vector<std::filesystem::path> out;
+  for (const Row& row : kRows) {
+    Scene scene = scene_of(study, 0.04);
+    run_drawer_trial(spec_of(study, row), [&](const DrawerTick& tick) { see(scene, tick); });
+    std::ranges::copy(scene.write(dir, row.name, 8), std::back_inserter(out));
+  }
+  return out;
+}
+
+// Variability of the ZMP across the way: originals of the pattern generator, mixtures of training
+// trials, novel goals [M18 3.8.4, fig. 3.46].
+namespace {
+
+double zmp_std(const Outcome& o) { return o.zmp_std_m; }
+
+std::vector<Bar> zmp_bars(DrawerStudy& study) {
+  std::vector<Bar> out;
+  const auto add = [&](const std::string& label, const std::vector<Outcome>& o, int colour) {
+    out.push_back({label,
+                   spread_of(values_of(o, [](const Outcome& x) { return 1e3 * zmp_std(x); })),
+                   colour});
+  };
+  add("WPG", study.originals(), 8);
+  for (const Sources& s : kSources) add("resynth. " + s.text(), study.resynthesis(s), 1);
+  for (const Sources& s : kSources) {
+    add("novel " + s.text(), study.inference(s, Goals::kEveryThird), 3);
+  }
+  return out;
+}
+
+}  // namespace
+
+Report zmp_spread(const PlotDir& plot_dir) {
+  DrawerStudy& study = DrawerStudy::shared();
+  Report report;
+  const Spread original = spread_of(values_of(study.originals(), zmp_std));
+  report.rows.push_back(reproduce::at_most(
+      "WPG's originals: mean STD", original.mean, 0.02, "m",
+      "two thirds of the half width that the pattern keeps to; the text has no figures"));
+  const char* why =
+      "\"not significantly higher\", \"relatively independent of the number of sources\" [M18 "
+      "3.8.4], without figures: by less than the originals differ among themselves, or 20 %";
+  const double bound = 1.0 + std::max(0.2, original.std / original.mean);
+  for (const Sources& s : kSources) {
+    const Spread again = spread_of(values_of(study.resynthesis(s), zmp_std));
+    const Spread novel = spread_of(values_of(study.inference(s, Goals::kEveryThird), zmp_std));
+    report.rows.push_back(
+        reproduce::at_most(s.text() + " sources, resynthesis: mean STD / originals'",
+                           again.mean / original.mean, bound, "1", why));
+    report.rows.push_back(
+        reproduce::at_most(s.text() + " sources, novel goals: mean STD / originals'",
+                           novel.mean / original.mean, bound, "1", why));
+  }
+  if (plot_dir) {
+    std::vector<plot::Data> data;
+    const auto file = *plot_dir / "fig-3.46.png";
+    const std::string panel = bars_panel(zmp_bars(study), "zmp", 0.0, 0.0, data);
+    plot::plot_png(file, 760, 460, data,
+                   "set ylabel 'STD of the lateral ZMP in single support [mm]'\n" + panel);
+    report.plots.push_back(file);
+  }
+  return report;
+}
+
+// Falls of thirty walks to novel goals: joint angles that are learned and played, and our method,
+// whose forces and errors are told besides [M18 3.8.4, table 3.1].
+namespace {
+
+/// Table 3.1, of HRP-2 in OpenHRP: slow, middle, fast.
+constexpr int kPrinted[3][3] = {{0, 10, 7}, {1, 0, 2}, {0, 5, 10}};
+
+void add_ours(const std::string& name, const std::vector<Outcome>& all, Report& report) {
+  for (std::size_t c = 0; c < kSpeeds.size(); ++c) {
+    const std::vector<Outcome> ten = speed_class(all, c);
+    const std::string what = name + ", " + kSpeeds[c] + ": ";
+    report.rows.push_back(reproduce::near(what + "falls of 10", falls(ten), 0, 0, "1"));
+    report.rows.push_back(
+        reproduce::near(what + "objects taken of 10",
+                        static_cast<double>(std::ranges::count_if(ten, &Outcome::taken)), 10, 0,
+                        "1", "every sequence ends with the object in the hand"));
+    report.rows.push_back(reproduce::within(what + "ankle pitch torque, largest",
+                                            largest(ten, ankle), kMostAnkle_n_m, "N m",
+                                            "limit of HRP-2 [M18 fig. 3.47]; low-passed by 20 ms"));
+    report.rows.push_back(reproduce::within(what + "ground reaction force, largest",
+                                            largest(ten, normal_force), kMostNormal_n, "N",
+                                            "limit of HRP-2 [M18 fig. 3.47]; low-passed by 20 ms"));
+    report.rows.push_back(reproduce::at_most(what + "sole off its planned place, largest",
+                                             largest(ten, step_error), kMostError_m, "m",
+                                             "goal of the project; published are travels only"));
+    const double travel = std::max(largest(ten, normal_error), largest(ten, reaching_error));
+    report.rows.push_back(reproduce::within(what + "size of actions 1 and 2, largest error", travel,
+                                            kMostError_m, "m",
+                                            "\"always below 10 mm\" [M18 3.8.3, fig. 3.41]"));
+    report.rows.push_back(reproduce::within(what + "reach, largest error",
+                                            largest(ten, reach_error), kMostError_m, "m",
+                                            "\"always below 10 mm\" [M18 3.8.3, fig. 3.41]"));
+  }
+}
+
+/// Falls of ten at a speed, of each model.
+std::vector<double> naive_falls(DrawerStudy& study, Sources sources, std::size_t speed) {
+  std::vector<double> out;
+  for (std::size_t model = 0; model < kNaiveModels; ++model) {
+    const auto all = study.naive_inference(sources, Goals::kAll, model);
+    out.push_back(falls(speed_class(all, speed)));
+  }
+  return out;
+}
+
+/// @return falls of thirty at each speed, mean of the models
+std::array<double, 3> add_naive(DrawerStudy& study, Report& report) {
+  std::array<double, 3> all{};
+  for (std::size_t i = 0; i < kSources.size(); ++i) {
+    for (std::size_t c = 0; c < kSpeeds.size(); ++c) {
+      const std::vector<double> fell = naive_falls(study, kSources[i], c);
+      all[c] += spread_of(fell).mean;
+      report.rows.push_back(reproduce::beside(
+          "ML " + kSources[i].text() + ", " + kSpeeds[c] + ": falls of 10", spread_of(fell).mean,
+          kPrinted[i][c], "1",
+          fmt::format("of {} models: {}; \"varies in a non-systematic manner\" [M18 3.8.4]",
+                      kNaiveModels, fmt::join(fell, ", "))));
+    }
+  }
+  return all;
+}
+
+/// A row of its own for what the printed numbers are an example of.
+reproduce::Row at_least_of_printed(const std::string& what, double ours, double bound,
+                                   double printed, const std::string& why) {
+  reproduce::Row row = reproduce::at_least(what, ours, bound, "1", why);
+  row.reference = printed;
+  return row;
+}
+
+std::filesystem::path plot_falls(const std::filesystem::path& dir, DrawerStudy& study) {
+  // groups of a speed; of each method ours (of several models mean and range), and the printed
+  // number as an empty frame around it
+  std::vector<plot::Data> data;
+  std::string curves;
+  const std::size_t methods = kSources.size() + 1;
+  for (std::size_t m = 0; m < methods; ++m) {
+    const bool own = m == kSources.size();
+    plot::Data d{"m" + std::to_string(m), {}};
+    for (std::size_t c = 0; c < kSpeeds.size(); ++c) {
+      const double x = static_cast<double>(c) + 0.2 * (static_cast<double>(m) - 1.5);
+      std::vector<double> fell{0.0};
+      if (own) {
+        fell[0] = falls(speed_class(study.inference(kSources[1], Goals::kAll), c));
+      } else {
+        fell = naive_falls(study, kSources[m], c);
+      }
+      const Spread s = spread_of(fell);
+      // 0 is seen as a line on the ground
+      d.rows.push_back({x, std::max(0.06, s.mean), own ? 0.0 : static_cast<double>(kPrinted[m][c]),
+                        s.least, s.most});
+    }
+    data.push_back(d);
+    const std::string name = own ? "ours" : "ML " + kSources[m].text();
+    curves += ", $" + d.name + " using 1:2:(0.16) with boxes fs solid 0.75 noborder lt " +
+              std::to_string(own      ? 3
+                             : m == 2 ? 5
+                                      : m + 1) +
+              " title '" + name + "'";
+    if (!own) {
+      curves += ", $" + d.name + " using 1:2:4:5 with yerrorbars lc rgb '#202020' pt 0 ps 0 " +
+                (m == 0 ? "title 'models, least to most'" : "notitle");
+    }
+    curves += ", $" + d.name + " using 1:3:(0.18) with boxes lc rgb '#202020' lw 1.2 fs empty " +
+              (m == 0 ? "title 'printed'" : "notitle");
+  }
+  const auto file = dir / "table-3.1.png";
+  plot::plot_png(file, 860, 420, data,
+                 "set xrange [-0.6:2.6]\nset yrange [0:11]\nset ylabel 'falls of 10'\n"
+                 "set xtics ('slow' 0, 'middle speed' 1, 'fast' 2)\nset key outside right\n"
+                 "plot -1 notitle" +
+                     curves + "\n");
+  return file;
+}
+
+}  // namespace
+
+Report falls_table(const PlotDir& plot_dir) {
+  DrawerStudy& study = DrawerStudy::shared();
+  Report report;
+  const std::array<double, 3> naive = add_naive(study, report);
+  report.rows.push_back(at_least_of_printed(
+      "ML, all: falls of 90", naive[0] + naive[1] + naive[2], 9, 35,
+      "\"often resulted in falling\" [M18 3.8.4]: a tenth of all at the least"));
+  report.rows.push_back(
+      at_least_of_printed("ML, fast: falls of 30", naive[2], 3, 19,
+                          "\"a significant number of cases\" [M18 3.8.4]: a tenth at the least"));
+  add_ours("ours, springs", study.inference(kSources[1], Goals::kAll), report);
+  add_ours("ours, servos", study.inference(kSources[1], Goals::kAll, Plant::kServo), report);
+  const std::string alone = "controls: the way of playing alone, with the WPG's own angles; ";
+  report.rows.push_back(reproduce::near("WPG's angles played with feedback: falls of 8",
+                                        falls(study.played_originals()), 0, 0, "1",
+                                        alone + "what falls above falls by the learned angles"));
+  if (plot_dir) report.plots.push_back(plot_falls(*plot_dir, study));
+  return report;
+}
+
+// Peaks of the ankles' pitch torque and of the ground reaction force: pattern generator, learned
+// joint angles played, our method; training behaviours and novel goals [M18 3.8.4, fig. 3.47].
+namespace {
+
+std::vector<Bar> peak_bars(DrawerStudy& study, double (*value)(const Outcome&)) {
+  std::vector<Bar> out;
+  const auto add = [&](const std::string& label, const std::vector<Outcome>& o, int colour) {
+    out.push_back({label, spread_of(values_of(o, value)), colour});
+  };
+  add("WPG", study.originals(), 8);
+  for (const Sources& s : kSources)
+    add("naive resynth. " + s.text(), study.naive_resynthesis(s), 5);
+  for (const Sources& s : kSources) {
+    add("naive novel " + s.text(), study.naive_inference(s, Goals::kEveryThird), 5);
+  }
+  for (const Sources& s : kSources) add("ours resynth. " + s.text(), study.resynthesis(s), 1);
+  for (const Sources& s : kSources) {
+    add("ours novel " + s.text(), study.inference(s, Goals::kEveryThird), 1);
+  }
+  return out;
+}
+
+void add_limits(const std::string& what, const std::vector<Outcome>& o, Report& report) {
+  const char* why = "limit of HRP-2 [M18 fig. 3.47]; low-passed by 20 ms";
+  report.rows.push_back(reproduce::within(what + ": ankle pitch torque, largest peak",
+                                          largest(o, ankle), kMostAnkle_n_m, "N m", why));
+  report.rows.push_back(reproduce::within(what + ": ground reaction force, largest peak",
+                                          largest(o, normal_force), kMostNormal_n, "N", why));
+}
+
+double share_beyond(const std::vector<Outcome>& o, double (*value)(const Outcome&), double limit) {
+  const auto n = std::ranges::count_if(o, [&](const Outcome& x) { return value(x) > limit; });
+  return static_cast<double>(n) / static_cast<double>(o.size());
+}
+
+}  // namespace
+
+Report peaks(const PlotDir& plot_dir) {
+  DrawerStudy& study = DrawerStudy::shared();
+  Report report;
+  add_limits("WPG", study.originals(), report);
+  std::vector<Outcome> again, novel;
+  for (const Sources& s : kSources) {
+    add_limits("ours, resynthesis " + s.text(), study.resynthesis(s), report);
+    add_limits("ours, novel goals " + s.text(), study.inference(s, Goals::kEveryThird), report);
+    std::ranges::copy(study.naive_resynthesis(s), std::back_inserter(again));
+    std::ranges::copy(study.naive_inference(s, Goals::kEveryThird), std::back_inserter(novel));
+  }
+  report.rows.push_back(reproduce::at_least(
+      "naive, novel goals: share of walks beyond the ankle's limit",
+      share_beyond(novel, ankle, kMostAnkle_n_m), 0.5, "1",
+      "\"almost all torque peak values exceed 30 Nm\", no figure [M18 3.8.4]; falls included"));
+  report.rows.push_back(reproduce::beside(
+      "naive, novel goals: share of walks beyond the ground force's limit",
+      share_beyond(novel, normal_force, kMostNormal_n), 1.0, "1",
+      "\"always infeasible\" [M18 3.8.4], of HRP-2's soles in OpenHRP; peaks end with a fall"));
+  report.rows.push_back(
+      reproduce::at_least("naive, resynthesis: mean ankle torque / ours",
+                          spread_of(values_of(again, ankle)).mean /
+                              spread_of(values_of(study.resynthesis(kSources[1]), ankle)).mean,
+                          1.0, "1", "above ours in fig. 3.47.a, no figures"));
+  if (plot_dir) {
+    std::vector<plot::Data> data;
+    const std::string a = bars_panel(peak_bars(study, ankle), "ankle", 120.0, kMostAnkle_n_m, data);
+    const std::string b =
+        bars_panel(peak_bars(study, normal_force), "normal", 1600.0, kMostNormal_n, data);
+    const auto file = *plot_dir / "fig-3.47.png";
+    plot::plot_png(file, 1300, 520, data,
+                   "set multiplot layout 1,2\nset ylabel 'peak ankle pitch torque [Nm]'\n" + a +
+                       "set ylabel 'peak ground reaction force [N]'\n" + b + "unset multiplot\n");
+    report.plots.push_back(file);
+  }
+  return report;
+}
+
+std::vector<reproduce::Figure> figures() {
+  constexpr std::array runs = {&power_law,  &accuracy,    &extremes, &jumps,
+                               &zmp_spread, &falls_table, &peaks,    &second_robot};
+  static_assert(runs.size() == kTitles.size());
+  std::vector<reproduce::Figure> out;
+  for (std::size_t i = 0; i < kTitles.size(); ++i) {
+    const Title& t = kTitles[i];
+    out.push_back({t.name, t.title, t.source, runs[i], {}, t.cpu_minutes});
+    if (runs[i] == &extremes) out.back().film = &extremes_film;
+    if (runs[i] == &jumps) out.back().film = &jumps_film;
+  }
+  return out;
+}
+
+}  // namespace mimesis::walk

@@ -1,0 +1,36 @@
+// Replaces figures.cc and films.cc in a build without DART: every figure is listed and refuses to
+// run.
+#include <stdexcept>
+#include <string>
+
+#include "experiments/walk/figures.h"
+
+namespace mimesis::walk {
+namespace {
+
+auto refusal(const std::string& name) {
+  return [name](const PlotDir&) -> reproduce::Report {
+    throw std::runtime_error(
+        name + ": built without physics; tools/setup walking, then configure and build again");
+  };
+}
+
+}  // namespace
+
+std::vector<reproduce::Figure> figures() {
+  std::vector<reproduce::Figure> out;
+  for (const Title& t : kTitles) {
+    out.push_back({t.name, t.title, t.source, refusal(t.name), {}, t.cpu_minutes});
+  }
+  return out;
+}
+
+std::vector<reproduce::Figure> films() {
+  std::vector<reproduce::Figure> out;
+  for (const FilmTitle& t : {kWalkArms, kWalkDrawer, kWalkPush}) {
+    out.push_back({t.name, t.title, "M18", refusal(t.name)});
+  }
+  return out;
+}
+
+}  // namespace mimesis::walk
