@@ -87,7 +87,7 @@ class Watch {
   int group_ = 0;
 };
 
-/// What the last stage promises from here on.
+/// Reads the certificate of the last stage.
 void certify(const FormationRun& run, const FormationOutcome::Sample& now, FormationOutcome& out) {
   const Rules& rules = run.stages.back().rules;
   const GaitRange gait{run.gait.speed(), run.gait.eigenfrequency_rad_s, 0.0};

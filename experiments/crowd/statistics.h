@@ -12,8 +12,8 @@ inline double mean(std::span<const double> values) {
   return sum / static_cast<double>(values.size());
 }
 
-/// Of rates over random starts: a start with almost nothing of the slowest mode shows the next one
-/// until rounding, and would pull a mean up. NaN of nothing.
+/// Median of rates over random starts: a start with almost nothing of the slowest mode shows the
+/// next one until rounding, and would pull a mean up. NaN of nothing.
 inline double median(std::vector<double> values) {
   std::ranges::sort(values);
   const std::size_t n = values.size();

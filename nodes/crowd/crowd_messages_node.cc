@@ -44,7 +44,7 @@ bool possible(const v1::CrowdSums& sums, const Scenario& scenario) {
          within(sums.leader_phase_rad(), kTurns_rad);
 }
 
-/// What a traveller is and has must be what its group can go on with.
+/// Checks that a group can go on with this traveller.
 bool possible(const v1::CrowdTraveller& t, const Group& group) {
   const bool on_route = group.goals.aim == Aim::route;
   return all_within(

@@ -13,7 +13,7 @@
 
 namespace mimesis::crowd {
 
-/// What is wrong with a message of many walkers, or empty: lists of different lengths, numbers that
+/// Names the fault of a message of many walkers, or empty: lists of different lengths, numbers that
 /// are no state, groups that the scenario has not.
 std::string fault(const v1::CrowdStates& states, const Scenario& scenario);
 std::string fault(const v1::CrowdHandover& handover, const ScenarioRun& run, int coordinators);
@@ -33,7 +33,7 @@ Traveller from_proto(const v1::CrowdTraveller& in);
 v1::CrowdInfo to_info(const ScenarioRun& run, int coordinators);
 v1::CrowdTrust to_proto(Trust trust);
 
-/// What viewers of logs draw, in frame "world": a stroke along the heading of every agent in the
+/// Picture for viewers of logs, in frame "world": a stroke along the heading of every agent in the
 /// colour of its group, discs too if there are not too many; pillars, walls and common goals.
 foxglove::SceneUpdate paint(const Scenario& scenario, std::span<const Observed> agents,
                             std::chrono::nanoseconds stamp);

@@ -88,7 +88,7 @@ class CrowdNode {
     double asked_m = 0.0;
     std::optional<double> asked_rad{};
   };
-  /// What a coordinator said last, besides its agents.
+  /// Last message of a coordinator, without its agents.
   struct Peer {
     std::uint32_t hears = 0;
     double time_s = 0.0;

@@ -111,7 +111,7 @@ void CrowdNode::trust_changed(const ExternalAgents::Change& change, Time state_t
   watch_.expect_change(group, fmt::format("'{}' {}", name, change.reason));
 }
 
-/// What the crowd wishes of its external agents: that they walk as the rules would move them.
+/// Publishes commands to external agents: to walk as the rules would move them.
 void CrowdNode::publish_commands(Time now) {
   if (!first() || !runs_) return;
   command_message_.clear_gaits();
@@ -351,7 +351,7 @@ bool CrowdNode::join_others(Time now) {
   return true;
 }
 
-/// Who falls silent is missed: its agents go on with the coordinator of the nearest region, from
+/// Adopts agents of a coordinator that fell silent, if ours is the nearest region, from
 /// where it last had them.
 void CrowdNode::look_after_orphans(Time now, Time state_time) {
   const int own = params_.regions.own - 1;
@@ -386,7 +386,7 @@ void CrowdNode::look_after_orphans(Time now, Time state_time) {
   if (first_ && !was_first) status_changed_ = true;
 }
 
-/// Who has walked out of our region goes to the coordinator of the next, if that is there.
+/// Hands agents that left our region to the coordinator of the next, if that is there.
 void CrowdNode::hand_over(Time now) {
   if (coordinators() == 1) return;
   const Crowd& crowd = run_.crowd();

@@ -68,7 +68,7 @@ void add_lost_link(RuleCertificate& c, const GraphSettings& graph, int n) {
       c.guaranteed_1_s * connectivity_without_link(coupling(graph, n)) / c.extremes.least;
 }
 
-/// What theorem 6 says about this graph and this ratio β of speeds.
+/// Adds the verdict of theorem 6 on this graph and this ratio β of speeds.
 void add_theorem6(RuleCertificate& c, const GraphSettings& graph, int n, double beta) {
   c.theorem6 = theorem6_sum(c.extremes.ratio(), beta);
   if (graph.topology != Topology::weighted) {
@@ -474,7 +474,7 @@ GaitRange range_of(const Scenario& scenario, const Stage& stage, const Group& gr
 
 Certificate certified(const Scenario& scenario, const Stage& stage, const Group& group) {
   const GaitRange gait = range_of(scenario, stage, group);
-  // Of a group that agents come to later a beat leads whoever it is.
+  // A beat leads any agent of a group, also those that come later.
   const int least = group.beat_gain_1_s > 0.0 ? 1 : 0;
   Certificate c = certify(stage.rules, std::max(least, stage.agents), gait);
   c.agents = stage.agents;

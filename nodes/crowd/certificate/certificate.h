@@ -18,7 +18,7 @@ enum class Guarantee {
 };
 const char* to_string(Guarantee guarantee);
 
-/// What contraction theory says about one rule in one group. Rates are those of differences between
+/// Guarantee of contraction theory for one rule in one group. Rates are of differences between
 /// agents (of angles, of distances to places).
 struct RuleCertificate {
   Guarantee guarantee = Guarantee::off;
@@ -60,7 +60,7 @@ struct GaitRange {
   HeadingSway sway{};                 ///< g^ψ of lane and consensus headings
 };
 
-/// What n agents with these rules are guaranteed, at which rate, how many there may be at most, and
+/// Guarantees for n agents with these rules: at which rate, how many there may be at most, and
 /// what to change. Never throws: a graph that does not exist or is not connected is a guarantee of
 /// `none` with the reason. n < 2: nothing to agree on.
 Certificate certify(const Rules& rules, int n, const GaitRange& gait);

@@ -18,7 +18,7 @@ struct Extremes {
 /// Eigenvalues of the Laplacian of a named graph of n ≥ 1 nodes, ascending: closed forms, O(n)
 /// [M18 A.2]. @throws ConfigError for Topology::weighted, n < 1 and a wheel of fewer than four
 Eigen::VectorXd spectrum(Topology topology, int n);
-/// The same of any graph; of a weighted one by Eigen, O(n³).
+/// Eigenvalues of any graph; a weighted one is solved by Eigen, O(n³).
 Eigen::VectorXd spectrum(const CouplingGraph& graph);
 
 /// λ⁺ and λ_max, O(1) for named graphs. A weighted graph of more than 600 nodes gets bounds
@@ -41,7 +41,7 @@ double connectivity_without_link(const CouplingGraph& graph);
 inline double after_lost_link(double connectivity, double weight) {
   return connectivity - 2.0 * weight;
 }
-/// The same when one agent of a unit-weight graph goes: λ⁺ − 1 [Fiedler].
+/// Bound from below on λ⁺ when one agent of a unit-weight graph goes: λ⁺ − 1 [Fiedler].
 inline double after_lost_agent(double connectivity) { return connectivity - 1.0; }
 
 // Contraction of φ̇ = −m L G(φ), m > 0, on the complement of synchrony: its Jacobian there is

@@ -44,7 +44,7 @@ class Monitor {
   /// A certificate of the group as it is: measures anew, but for what is told by agent and has the
   /// same rate as before.
   void certify(Certificate certificate);
-  /// Its certificate is none of the group any more: an agent left, a link broke, rules changed.
+  /// Invalidates the group's certificate: an agent left, a link broke, rules changed.
   void void_by(std::string reason);
   /// Somebody was pushed: the certificate holds, the measurement begins anew.
   void disturbed();

@@ -46,7 +46,7 @@ class TurnFit {
   void add(std::uint64_t agent, double t_s, double error);
   void restart();
 
-  /// Of turns that fell by the factor e at least, in eight samples or more [1/s].
+  /// Rate of turns that fell by the factor e at least, in eight samples or more [1/s].
   std::optional<double> rate_1_s() const;
 
  private:

@@ -8,7 +8,7 @@ namespace mimesis::crowd {
 /// Name of an agent, stable for its life, the same in every process. 0 is none: see GroupSums.
 using AgentId = std::uint64_t;
 
-/// Who moves an agent, and what others may expect of it.
+/// Tells which process moves an agent, and what others may expect of it.
 enum class Role : std::uint8_t {
   own,       ///< moved by `Crowd::step`
   external,  ///< a robot, another program: coupled, but others must yield alone
@@ -20,8 +20,8 @@ constexpr bool is_summed(Role r) { return r <= Role::external; }
 constexpr bool is_coupled(Role r) { return r <= Role::mirror; }
 constexpr bool yields(Role r) { return r == Role::own || r == Role::mirror || r == Role::ghost; }
 
-/// What changes in a step, and all that the next step needs: handed to another coordinator, the
-/// agent goes on as it would have here, up to rounding: sums over a group are added in another
+/// State that changes in a step, and all that the next step needs: handed to another coordinator,
+/// the agent goes on as it would have here, up to rounding: sums over a group are added in another
 /// order there, and turns of phases may be taken off. W: world, z up.
 struct AgentState {
   static constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
@@ -43,7 +43,7 @@ struct AgentState {
   int pressed = 0;
 };
 
-/// What is given to it.
+/// Constants of an agent, set from outside.
 struct AgentTraits {
   double omega_rad_s = 0.0;  ///< eigenfrequency of the gait (two steps), >= 0
   double stride = 1.0;       ///< of its style, multiplies the steps, > 0

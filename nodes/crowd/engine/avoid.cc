@@ -113,7 +113,7 @@ constexpr double kSkin = 1e-4;  // gaps are taken smaller by this, for rounding 
 constexpr double kClear =
     1e-3;  // who leaves another's disc aims at this gap, or it would never be out [m]
 constexpr double kTouch = 0.1;  // gap of those who feel each other [m]
-// Who goes nowhere makes room for who touches it and wants to pass, or rings of those who have
+// An agent at rest makes room for one that touches it and wants to pass, or rings of those who have
 // arrived would lock others out.
 constexpr double kIdle = 2.0;  // the other wants to go this much faster
 
@@ -133,7 +133,7 @@ Eigen::Vector2d with_length_up_to(const Eigen::Vector2d& v, double most) {
   return length > most ? Eigen::Vector2d(v * (most / length)) : v;
 }
 
-/// What one agent meets: bounds, and who presses it.
+/// Collects the bounds on one agent, and the agents that press it.
 class Meeting {
  public:
   Meeting(const AvoidSettings& settings, const Eigen::Vector2d& wish)
@@ -180,8 +180,8 @@ class Meeting {
     goes_first_ = first;
   }
 
-  /// Who is inside of others goes out; who touches those makes room, and so on outwards; all others
-  /// do as they wish.
+  /// Agents inside of others go out; those that touch them make room, and so on outwards; all
+  /// others do as they wish.
   Eigen::Vector2d velocity(Crowd::Contacts& found) const {
     found.least_gap_m = std::min(found.least_gap_m, least_gap_);
     found.overlapping += inside_ ? 1 : 0;

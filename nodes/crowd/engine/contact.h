@@ -22,7 +22,7 @@ inline double shared_limit(double gap_m, double headway_s, double mean_m_s) {
   return h + (m > -h ? m : -h);
 }
 
-/// The same where the other does not yield and goes at `other_m_s` along n. Below zero: step back.
+/// Limit where the other does not yield and goes at `other_m_s` along n. Below zero: step back.
 inline double lone_limit(double gap_m, double headway_s, double other_m_s) {
   return (gap_m > 0.0 ? gap_m / headway_s : 0.0) + other_m_s;
 }

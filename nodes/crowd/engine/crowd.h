@@ -132,14 +132,14 @@ class Crowd {
   std::span<const float> length() const;             ///< μ
   Agent agent(int row) const;
 
-  /// What the rules asked of an agent in the last step: of an external one, what it is to do.
+  /// Output of the rules for an agent in the last step: for an external one, its command.
   struct Wish {
     double phase_rate_rad_s, length, heading_rate_rad_s;  ///< φ̇, μ, ψ̇
   };
   /// Nothing before the first step with it.
   std::optional<Wish> wish(AgentId id) const;
 
-  /// What navigation added to ψ̇ of an agent in the last step, before it was shared with the goal;
+  /// Addend of ψ̇ by navigation in the last step, before it was shared with the goal;
   /// NaN: not known, as before the first step and since somebody came or left. 0 in groups that do
   /// not avoid.
   double avoidance_rad_s(int row) const;
@@ -147,7 +147,7 @@ class Crowd {
   /// zᵢ − dᵢ of all rows of a group [m], into as many values.
   void spacing(int group, std::span<double> error_m) const;
 
-  /// What happened in the last step to groups that avoid.
+  /// Contacts in the last step within groups that avoid.
   struct Contacts {
     int held = 0;         ///< agents whose velocity was bounded by others or obstacles
     int overlapping = 0;  ///< agents in another's disc, or in an obstacle, at the step's begin
@@ -155,7 +155,7 @@ class Crowd {
   };
   Contacts contacts() const;
 
-  /// Of all arrays, per agent, without obstacles.
+  /// Memory of all arrays, per agent, without obstacles.
   double bytes_per_agent() const;
 
  private:

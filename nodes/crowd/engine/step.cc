@@ -319,7 +319,7 @@ double Crowd::avoidance_rad_s(int row) const {
   if (g.changed || i >= impl_->turn.size()) return std::numeric_limits<double>::quiet_NaN();
   const HeadingRule& rule = g.settings.rules.heading;
   if (!rule.avoid) return 0.0;
-  // Of coupled headings the sum is in there too.
+  // The column also holds the sum of coupled headings.
   if (rule.kind == HeadingKind::coupled) return std::numeric_limits<double>::quiet_NaN();
   return impl_->turn[i];
 }

@@ -8,7 +8,7 @@
 
 namespace mimesis::crowd {
 
-/// What all agents of a group share in one step: rules, path, gait, and the mean fields.
+/// Data that all agents of a group share in one step: rules, path, gait, and the mean fields.
 struct WalkField {
   double dt = 0.0;
   // III: all-to-all by pull_to; on other graphs `pull` has the addend of φ̇.

@@ -7,7 +7,7 @@
 
 namespace mimesis::crowd {
 
-/// What is known of an agent that another process or a robot moves, at one instant.
+/// State of an agent that another process or a robot moves, at one instant.
 struct AgentReport {
   Eigen::Vector2d p_W_m = Eigen::Vector2d::Zero();
   double heading_rad = 0.0;

@@ -67,7 +67,7 @@ class StepGain {
   double value_ = 1.0, asked_late_m_ = 0.0, walked_smooth_m_ = 0.0;
 };
 
-/// What is to be added to the heading asked for, so that the body's way has it: the integral of
+/// Correction of the heading asked for, so that the body's way has it: the integral of
 /// what is left.
 class HeadingTrim {
  public:

@@ -272,7 +272,7 @@ void FarCrowd::add_sums(const ScenarioRun& run, Time now, std::vector<GroupSums>
   }
 }
 
-/// Who has arrived, or whose new coordinator never said so.
+/// Forgets passing agents that have arrived, or whose new coordinator never said so.
 void FarCrowd::forget_arrived(Time now) {
   std::erase_if(passing_, [&](const Passing& p) {
     const FarReport& report = reports_[static_cast<std::size_t>(p.to)];

@@ -26,7 +26,7 @@ class RegionMap {
   /// Region that should move an agent at p that `region` moves: it keeps the agent up to `margin_m`
   /// beyond its border, so that who walks along a cut is not handed to and fro.
   int owner(int region, const Eigen::Vector2d& p_W_m, double margin_m) const;
-  /// Who looks after a region: its own coordinator; if that is gone, that of the nearest region
+  /// Coordinator of a region: its own; if that is gone, that of the nearest region
   /// (in columns and rows) that is there, of several the first. Precondition: one is there.
   int heir(int region, const std::vector<bool>& there) const;
 
@@ -51,7 +51,7 @@ struct FarSums {
   double speed_m_s = 0.0;         ///< Σ ż
 };
 
-/// What a coordinator says of one instant.
+/// Report of a coordinator about one instant.
 struct FarReport {
   std::chrono::nanoseconds stamp{};
   double time_s = 0.0;  ///< of its run; 0: it has not begun
@@ -90,8 +90,9 @@ class FarCrowd {
   void take(ScenarioRun& run, Traveller traveller, Time stamp, Time now);
   bool heard(int coordinator, Time now) const;
 
-  /// Who has fallen silent since the last call, and the agents that it had, those on the way to it
-  /// too: as it last spoke of them, at `now`. It is forgotten; external agents are none of its.
+  /// Coordinators that fell silent since the last call, and the agents they had, those on the way
+  /// to it too: as it last spoke of them, at `now`. It is forgotten; external agents are none of
+  /// its.
   struct Orphans {
     int coordinator;
     std::vector<Traveller> agents;

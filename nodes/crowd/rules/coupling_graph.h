@@ -20,7 +20,7 @@ struct Edge {
   double weight = 1.0;
 };
 
-/// Who is coupled to whom, symmetric, with the weights A_ij ≥ 0 of an adjacency matrix
+/// Coupling between agents, symmetric, with the weights A_ij ≥ 0 of an adjacency matrix
 /// [M18 fig. 4.4, A.1]. All-to-all is not stored: its users take mean fields, O(N).
 class CouplingGraph {
  public:

@@ -24,8 +24,8 @@ inline double nearest_lane(double x) {
   return (x + kMagic) - kMagic;
 }
 
-/// Of |angle| < 1e6 rad, to 2e-16 and the rounding of the angle itself. Quarter turns are taken off
-/// in three parts [Cody, Waite]; in [-π/4, π/4] the polynomials of Cephes.
+/// For |angle| < 1e6 rad, to 2e-16 and the rounding of the angle itself. Quarter turns are taken
+/// off in three parts [Cody, Waite]; in [-π/4, π/4] the polynomials of Cephes.
 MIMESIS_PART CosSin cos_sin_lane(double angle_rad) {
   const double quarters = nearest_lane(angle_rad * 0.63661977236758134308);
   double r = angle_rad - quarters * 1.57079625129699707031;

@@ -63,7 +63,7 @@ struct HeadingRule {
   bool avoid = false;
 };
 
-/// What agents of one group do about each other.
+/// Rules by which agents of one group react to each other.
 struct Rules {
   FrequencyRule frequency{};
   LengthRule length{};

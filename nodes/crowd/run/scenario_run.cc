@@ -208,7 +208,7 @@ void ScenarioRun::follow_schedule() {
   }
 }
 
-/// Who differed from the old eigenfrequency differs as much from the new one.
+/// An agent that differed from the old eigenfrequency differs as much from the new one.
 void ScenarioRun::set_gait(int g, const std::string& name) {
   const Gait& gait = *scenario_.gait(name);
   crowd_.set_gait(g, gait.speed(), gait.sway());
@@ -227,7 +227,7 @@ void ScenarioRun::make_switches() {
   for (const Switch& s : switches_) move(s.id, s.from, s.to);
 }
 
-/// Who cannot join stays where it is: gains may be too large for one more.
+/// An agent that cannot join stays where it is: gains may be too large for one more.
 void ScenarioRun::move(AgentId id, int from, int to) {
   const Agent before = *crowd_.find(id);
   Agent agent = before;
@@ -331,7 +331,7 @@ void ScenarioRun::follow_zones() {
   }
 }
 
-/// Those of one group who are in the zone: they go over, or wait until they are enough.
+/// Agents of one group in the zone go over, or wait until they are enough.
 void ScenarioRun::gather(const Zone& zone, int from) {
   const Crowd::Rows rows = crowd_.rows(from);
   const auto here = [&](int row) {

@@ -14,8 +14,8 @@
 
 namespace mimesis::crowd {
 
-/// Who is who in a scenario: the same ids in every process. Id 0 is the beat; agents count from 1,
-/// group by group, then the external ones in their order.
+/// Ids of all agents in a scenario, the same in every process. Id 0 is the beat; agents count from
+/// 1, group by group, then the external ones in their order.
 class Roster {
  public:
   static constexpr AgentId kBeat = 0;
@@ -54,7 +54,7 @@ struct Traveller {
 /// encounters, goals and routes, the beat. Pure; same scenario, same bits. With several
 /// coordinators each has the agents of its part of the plane.
 ///
-/// Who waits in a zone marks time: steps on the spot, in the rhythm of its group.
+/// An agent that waits in a zone marks time: steps on the spot, in the rhythm of its group.
 class ScenarioRun {
  public:
   using Mine = std::function<bool(const Eigen::Vector2d& p_W_m)>;
@@ -97,7 +97,7 @@ class ScenarioRun {
   /// @throws ConfigError as Crowd where somebody cannot join a group: it stays in its own, and the
   ///         step was made
   void step(parallel::Team* team = nullptr);
-  /// Of the last step, in the order in which they happened.
+  /// Switches in the last step, in the order in which they happened.
   std::span<const Switch> switches() const { return switches_; }
   /// Groups that got other rules or another gait, in the last step and since.
   std::span<const int> changed_groups() const { return changed_; }

@@ -140,7 +140,7 @@ void Closeness::observe(std::span<const Disc> discs) {
 
 namespace {
 
-// Of the turning by the rule, what avoidance may have. A lane is given up for it but not the way
+// Largest share of avoidance in the turning by the rule. A lane is given up for it but not the way
 // back: a constant push shifts the lane and leaves headings as they are.
 constexpr double kFreeGoal = 0.05, kFreeLane = 0.1;
 constexpr double kNearLane_rad = 0.1;  // where the slow mode is left, that of the lane

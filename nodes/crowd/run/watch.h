@@ -26,7 +26,7 @@ struct Observed {
   double heading_rad = 0.0, phase_rad = 0.0;
   double place_m = 0.0, lane_m = 0.0, radius_m = 0.25;
   Eigen::Vector2d goal_W_m = Eigen::Vector2d::Zero();
-  /// What avoidance adds to its ψ̇; not known of who is moved elsewhere.
+  /// Addend of its ψ̇ by avoidance; not known of agents that are moved elsewhere.
   double avoid_rad_s = std::numeric_limits<double>::quiet_NaN();
 };
 
@@ -52,7 +52,7 @@ class Observer {
   std::vector<double> phases_, headings_;
 };
 
-/// What a group has to reach by its rules.
+/// Goals that a group has to reach by its rules.
 struct Wanted {
   bool phases = false, leader = false, places = false, headings = false, goals = false;
 };
@@ -148,12 +148,12 @@ class Watch {
   bool in_order() const { return since_s_ >= 0.0; }
   double in_order_since_s() const { return since_s_; }  ///< negative: it is not
   int agents(int group) const;                          ///< that its certificate is for
-  /// What is not in order, group by group.
+  /// Names what is not in order, group by group.
   std::string disorder(const ScenarioRun& run) const;
   double place_most_m() const;  ///< farthest from its place, of groups with a formation
   bool broken() const;          ///< something was measured to be slower than guaranteed
 
-  /// Who came into a group that hears the beat, through a zone where people gather: number, and
+  /// Entrances into a group that hears the beat, through a zone where people gather: number, and
   /// phase errors as they came.
   struct Entrances {
     int count = 0, wrong_foot = 0;  ///< wrong: more than a quarter of a cycle off
@@ -162,7 +162,7 @@ class Watch {
   const Entrances& entrances() const { return entrances_; }
 
  private:
-  /// What was in order since the certificate, of a group with bodies.
+  /// Errors that were in order since the certificate, of a group with bodies.
   struct Settled {
     bool phase = false, tracking = false, spacing = false, heading = false;
   };

@@ -10,7 +10,7 @@ namespace mimesis::tool {
 /// graph, and what to change. Returns whether every rule in force is guaranteed.
 bool print_certificates(const crowd::Scenario& scenario, std::ostream& out, bool colour);
 
-/// The same as one JSON object on a line, see tools/mimesis/README.md.
+/// Report as one JSON object on a line, see tools/mimesis/README.md.
 bool print_certificates_json(const std::string& file, const crowd::Scenario& scenario,
                              std::ostream& out);
 
