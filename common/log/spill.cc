@@ -10,7 +10,7 @@
 
 namespace mimesis::log {
 namespace {
-constexpr std::size_t kPiece = 256 * 1024;
+constexpr std::size_t kSpillPiece = 256 * 1024;
 }
 
 Spill::Spill(std::string folder, std::size_t limit) : folder_(std::move(folder)), limit_(limit) {}
@@ -46,7 +46,7 @@ void Spill::move_to_disk() {
 Result Spill::read(const std::function<Result(std::string_view)>& take) const {
   std::string piece;
   for (std::uint64_t at = 0; at < on_disk_;) {
-    piece.resize(static_cast<std::size_t>(std::min<std::uint64_t>(kPiece, on_disk_ - at)));
+    piece.resize(static_cast<std::size_t>(std::min<std::uint64_t>(kSpillPiece, on_disk_ - at)));
     const ssize_t n = ::pread(fd_, piece.data(), piece.size(), static_cast<off_t>(at));
     if (n < 0 && errno == EINTR) continue;
     if (n <= 0) {

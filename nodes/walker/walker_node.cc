@@ -6,7 +6,7 @@
 
 #include "common/math/so3.h"
 #include "common/model/files.h"
-#include "common/runtime/outside.h"
+#include "common/runtime/bus.h"
 
 namespace mimesis::walker {
 namespace {

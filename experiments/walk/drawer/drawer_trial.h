@@ -9,7 +9,7 @@
 #include "experiments/walk/trial/suites.h"
 #include "experiments/walk/trial/trial.h"
 #include "hw/sim/body/drawer.h"
-#include "nodes/synthesizer/biped/biped_sequence.h"
+#include "nodes/synthesizer/robot/biped_sequence.h"
 
 namespace mimesis::walk {
 

@@ -5,8 +5,7 @@
 
 #include "common/error.h"
 #include "experiments/walk/trial/suites.h"
-#include "nodes/synthesizer/drawer/smooth.h"
-#include "nodes/synthesizer/fade.h"
+#include "nodes/synthesizer/character/smooth.h"
 
 namespace mimesis::walk {
 namespace {

@@ -2,7 +2,7 @@
 #include <optional>
 
 #include "experiments/walk/trial/trial.h"
-#include "nodes/synthesizer/biped/biped_sequence.h"
+#include "nodes/synthesizer/robot/biped_sequence.h"
 
 namespace mimesis::walk {
 
