@@ -21,11 +21,11 @@ using PlotDir = std::optional<std::filesystem::path>;
 
 constexpr int kStyleSources = 5;
 constexpr double kDt = 1.0 / 60.0;
-const std::vector<std::string> kStyles = {"normal", "happy", "sad", "angry", "tired", "active"};
+const std::vector<std::string> kWalkStyles = {"normal", "happy", "sad", "angry", "tired", "active"};
 
 std::vector<std::string> clips() {
   std::vector<std::string> out;
-  for (const std::string& s : kStyles) {
+  for (const std::string& s : kWalkStyles) {
     out.push_back("bandai_nc/dataset-1_walk_" + s + "_001.bvh");
   }
   return out;
@@ -139,18 +139,18 @@ double foot_slide(const motion::MotionModel& model, const MotionParameters& styl
 template <class See>
 void promenade(const motion::MotionModel& model, const Styles& styles, int cycles_each, See see) {
   const auto parameters = [&](std::size_t s) -> const MotionParameters& {
-    return styles.parameters[styles.index(kStyles[s])];
+    return styles.parameters[styles.index(kWalkStyles[s])];
   };
   StyleWalk walk(model, parameters(0), Sequencer::kBeta, true);
   std::size_t announced = 0;
-  const int last = cycles_each * static_cast<int>(kStyles.size());
+  const int last = cycles_each * static_cast<int>(kWalkStyles.size());
   for (int i = 0; walk.cycles() < last; ++i) {
     const auto wanted =
-        std::min(static_cast<std::size_t>((walk.cycles() + 1) / cycles_each), kStyles.size() - 1);
+        std::min(static_cast<std::size_t>((walk.cycles() + 1) / cycles_each), kWalkStyles.size() - 1);
     if (wanted != announced) walk.announce(parameters(announced = wanted));
     walk.step();
     const auto now =
-        std::min(static_cast<std::size_t>(walk.cycles() / cycles_each), kStyles.size() - 1);
+        std::min(static_cast<std::size_t>(walk.cycles() / cycles_each), kWalkStyles.size() - 1);
     see(i, now, walk);
   }
 }
@@ -163,13 +163,13 @@ void plot_styles(const std::filesystem::path& png, const motion::MotionModel& mo
   };
   const Eigen::Index rows[] = {row("lknee.y"), row("lelb.z"), row("spine.y")};
   std::string labels;
-  std::size_t before = kStyles.size();
+  std::size_t before = kWalkStyles.size();
   promenade(model, styles, 3, [&](int i, std::size_t style, const StyleWalk& walk) {
     const Eigen::VectorXd q = walk.angles();
     for (std::size_t k = 0; k < 3; ++k) data[k].rows.push_back({i * kDt, q[rows[k]]});
     if (style != before) {
       const std::string t = std::to_string(i * kDt);
-      labels += "set label '" + kStyles[style] + "' at " + t + ",graph 0.96\nset arrow from " + t +
+      labels += "set label '" + kWalkStyles[style] + "' at " + t + ",graph 0.96\nset arrow from " + t +
                 ",graph 0 to " + t + ",graph 1 nohead dt 2 lc rgb '#888888'\n";
       before = style;
     }
@@ -190,7 +190,7 @@ Report walk_styles(const PlotDir& dir) {
   Report report;
   report.rows.push_back(at_least("Q of the tied mixture, 5 sources, 6 styles", model.quality, 0.8,
                                  "1", "all cycles of six Bandai-Namco clips"));
-  for (const std::string& name : kStyles) {
+  for (const std::string& name : kWalkStyles) {
     const MotionParameters& p = styles.parameters[styles.index(name)];
     report.rows.push_back(at_most(name + ": feet on the ground slide, with lock",
                                   foot_slide(model, p, true), 0.083, "m/s",
@@ -227,7 +227,7 @@ Paths film_styles(const std::filesystem::path& dir) {
         .target_m = target,
         .field_of_view_rad = 0.55,
         .width_px = 480};
-    frame.label = film_time(i * kDt) + "  " + kStyles[style];
+    frame.label = film_time(i * kDt) + "  " + kWalkStyles[style];
     frames.push_back(std::move(frame));
   });
   return write_film(frames, dir, "walk-styles", {.count = 12, .cell_width_px = 240});

@@ -95,7 +95,7 @@ void copy(benchmark::State& state) {
 }
 
 /// Codec: 1 lz4, 2 zstd.
-void cases(benchmark::internal::Benchmark* b) {
+void compression_cases(benchmark::internal::Benchmark* b) {
   b->ArgNames({"bytes", "codec"})->Unit(benchmark::kMicrosecond);
   for (const int size : {64, 4096, 921'600}) {
     for (const int codec : {1, 2}) b->Args({size, codec});
@@ -104,8 +104,8 @@ void cases(benchmark::internal::Benchmark* b) {
 
 BENCHMARK(raw_write)->Name("limit_write")->Unit(benchmark::kMillisecond);
 BENCHMARK(raw_read)->Name("limit_pread")->Unit(benchmark::kMillisecond);
-BENCHMARK(compress)->Name("limit_compress")->Apply(cases);
-BENCHMARK(decompress)->Name("limit_decompress")->Apply(cases);
+BENCHMARK(compress)->Name("limit_compress")->Apply(compression_cases);
+BENCHMARK(decompress)->Name("limit_decompress")->Apply(compression_cases);
 BENCHMARK(sum)->Name("limit_crc32")->Unit(benchmark::kMicrosecond);
 BENCHMARK(copy)->Name("limit_memcpy")->Arg(1 << 20)->Arg(256 << 20)->Unit(benchmark::kMicrosecond);
 

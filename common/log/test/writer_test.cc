@@ -37,8 +37,8 @@ class RoundTrip : public ::testing::TestWithParam<std::tuple<Compression, std::s
 
 TEST_P(RoundTrip, DeliversWhatWasWritten) {
   const auto [compression, chunk_size] = GetParam();
-  constexpr std::uint32_t kCount = 2000;
-  const std::string file = sample_log(kCount, compression, chunk_size);
+  constexpr std::uint32_t kWritten = 2000;
+  const std::string file = sample_log(kWritten, compression, chunk_size);
   const MemorySource source(file);
   StreamReader reader(source);
   std::uint32_t messages = 0, attachments = 0, metadata = 0;
@@ -58,7 +58,7 @@ TEST_P(RoundTrip, DeliversWhatWasWritten) {
       EXPECT_NE(d->data_section_crc, 0u);
     }
   }
-  EXPECT_EQ(messages, kCount);
+  EXPECT_EQ(messages, kWritten);
   EXPECT_EQ(attachments, 1u);
   EXPECT_EQ(metadata, 1u);
   EXPECT_TRUE(reader.complete());
