@@ -58,6 +58,7 @@ std::optional<int> parse_command_line(int argc, char** argv, const NodeAbout& ab
                                       NodeOptions& options) {
   const std::string program = "mimesis_" + std::string(about.name);
   CLI::App app(std::string(about.about), program);
+  app.set_version_flag("--version", program + " " MIMESIS_VERSION);
   options.bus.name = about.name;
   std::vector<std::string> in, out;
   const std::map<std::string, ClockKind> clocks{
