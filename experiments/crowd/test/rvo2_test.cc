@@ -10,7 +10,7 @@
 namespace mimesis::crowd {
 namespace {
 
-class Rvo2Test : public testing::Test {
+class Rvo2Test : public ::testing::Test {
  protected:
   void SetUp() override {
     if (!Rvo2::built()) GTEST_SKIP() << "no RVO2: cmake --build build --target peers";

@@ -12,6 +12,7 @@
 #include "common/error.h"
 #include "common/motion/mocap/body_from_markers.h"
 #include "common/motion/mocap/body_map.h"
+#include "common/motion/mocap/c3d.h"
 #include "common/motion/mocap/trials_file.h"
 
 namespace mimesis::tool {

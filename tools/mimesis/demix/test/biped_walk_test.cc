@@ -45,7 +45,7 @@ TEST_F(BipedWalk, IsAModelOfTheRobotsJoints) {
   std::set<std::string> styles;
   for (const motion::Pattern& p : model_.patterns) styles.insert(p.trial.style);
   EXPECT_EQ(styles, (std::set<std::string>{"slow", "normal", "brisk"}));
-  for (const Source& s : model_.learned_from) {
+  for (const motion::Source& s : model_.learned_from) {
     EXPECT_NE(s.licence.find("mocap.cs.cmu.edu"), std::string::npos);
     EXPECT_EQ(s.sha256.size(), 64U);
   }

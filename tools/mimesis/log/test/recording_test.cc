@@ -11,9 +11,9 @@ namespace mimesis::tool {
 namespace {
 
 using namespace std::chrono_literals;
-constexpr Recording::WallTime kStart{1h};
+constexpr Recording::WallTime kRecordingStart{1h};
 
-Recorded message(const std::string& node, std::uint64_t seq, std::uint64_t time_ns,
+Recorded recording_message(const std::string& node, std::uint64_t seq, std::uint64_t time_ns,
                  const std::string& payload = "x") {
   Recorded m;
   m.topic = node + "/out";
@@ -38,7 +38,7 @@ struct Recorder {
     return file.advance(now);
   }
   std::string finish() {
-    EXPECT_TRUE(recording.finish(kStart));
+    EXPECT_TRUE(recording.finish(kRecordingStart));
     EXPECT_TRUE(file.finish());
     return bytes;
   }
@@ -56,14 +56,14 @@ std::vector<std::string> payloads(const std::string& bytes) {
 
 TEST(Recording, MessagesOfOneGraphTimeAreSortedByNodeWhateverTheirWay) {
   Recorder a, b;
-  const std::vector<Recorded> camera{message("cam", 1, 10, "1"), message("cam", 2, 10, "2")};
-  const std::vector<Recorded> arm{message("arm", 1, 10, "0"), message("arm", 2, 20, "3")};
+  const std::vector<Recorded> camera{recording_message("cam", 1, 10, "1"), recording_message("cam", 2, 10, "2")};
+  const std::vector<Recorded> arm{recording_message("arm", 1, 10, "0"), recording_message("arm", 2, 20, "3")};
   for (const auto& [recorder, order] :
        {std::pair{&a, std::pair{camera, arm}}, {&b, {arm, camera}}}) {
-    for (const Recorded& m : order.first) ASSERT_TRUE(recorder->recording.add(m, kStart, false));
-    ASSERT_TRUE(recorder->advance(kStart + 10ms));
+    for (const Recorded& m : order.first) ASSERT_TRUE(recorder->recording.add(m, kRecordingStart, false));
+    ASSERT_TRUE(recorder->advance(kRecordingStart + 10ms));
     for (const Recorded& m : order.second) {
-      ASSERT_TRUE(recorder->recording.add(m, kStart + 20ms, false));
+      ASSERT_TRUE(recorder->recording.add(m, kRecordingStart + 20ms, false));
     }
   }
   const std::string first = a.finish();
@@ -73,26 +73,26 @@ TEST(Recording, MessagesOfOneGraphTimeAreSortedByNodeWhateverTheirWay) {
 
 TEST(Recording, AKilledRecorderHasLostAtMostATenthOfASecond) {
   Recorder r;
-  ASSERT_TRUE(r.recording.add(message("a", 1, 10), kStart, false));
-  ASSERT_TRUE(r.advance(kStart + Recording::kHold));
-  ASSERT_TRUE(r.advance(kStart + Recording::kHold + RecordFile::kChunkPeriod - 1ms));
+  ASSERT_TRUE(r.recording.add(recording_message("a", 1, 10), kRecordingStart, false));
+  ASSERT_TRUE(r.advance(kRecordingStart + Recording::kHold));
+  ASSERT_TRUE(r.advance(kRecordingStart + Recording::kHold + RecordFile::kChunkPeriod - 1ms));
   EXPECT_EQ(payloads(r.bytes).size(), 0u);
-  ASSERT_TRUE(r.advance(kStart + 100ms));
+  ASSERT_TRUE(r.advance(kRecordingStart + 100ms));
   EXPECT_EQ(payloads(r.bytes).size(), 1u);
 }
 
 TEST(Recording, CountsWhatIsMissing) {
   Recorder r;
   for (const std::uint64_t seq : {5, 6, 6, 9}) {  // late start, repetition of a latched one, gap
-    ASSERT_TRUE(r.recording.add(message("a", seq, seq), kStart, false));
+    ASSERT_TRUE(r.recording.add(recording_message("a", seq, seq), kRecordingStart, false));
   }
   EXPECT_EQ(r.recording.counts().total.received, 3u);
   EXPECT_EQ(r.recording.counts().total.lost, 2u);
-  Recorded restarted = message("a", 2, 10);  // its first is missing
+  Recorded restarted = recording_message("a", 2, 10);  // its first is missing
   restarted.start_id = 77;
-  ASSERT_TRUE(r.recording.add(restarted, kStart, true));
+  ASSERT_TRUE(r.recording.add(restarted, kRecordingStart, true));
   EXPECT_EQ(r.recording.counts().total.lost, 3u);
-  ASSERT_TRUE(r.recording.add(message("b", 3, 10), kStart, true));  // started after the recorder
+  ASSERT_TRUE(r.recording.add(recording_message("b", 3, 10), kRecordingStart, true));  // started after the recorder
   EXPECT_EQ(r.recording.counts().total.lost, 5u);
   const std::string bytes = r.finish();
   const log::MemorySource source(bytes);

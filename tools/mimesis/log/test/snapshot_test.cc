@@ -10,9 +10,9 @@ namespace {
 
 using namespace std::chrono_literals;
 using Strings = std::vector<std::string>;
-constexpr WallTime kStart{1h};
+constexpr WallTime kSnapshotStart{1h};
 
-Recorded message(const std::string& topic, std::uint64_t seq, bool latched = false,
+Recorded snapshot_message(const std::string& topic, std::uint64_t seq, bool latched = false,
                  std::size_t size = 10) {
   Recorded m;
   m.topic = topic;
@@ -43,13 +43,13 @@ struct Bench {
 
 TEST(Snapshot, TheLastSecondsAndTheLatchedValuesBeforeThem) {
   Bench b({.duration = 10s});
-  b.write(message("state", 1, true), kStart);
-  b.write(message("state", 2, true), kStart + 1s);
-  for (std::uint64_t i = 1; i <= 60; ++i) b.write(message("a", i), kStart + i * 1s);
+  b.write(snapshot_message("state", 1, true), kSnapshotStart);
+  b.write(snapshot_message("state", 2, true), kSnapshotStart + 1s);
+  for (std::uint64_t i = 1; i <= 60; ++i) b.write(snapshot_message("a", i), kSnapshotStart + i * 1s);
   EXPECT_TRUE(b.disk.files.empty());
-  ASSERT_TRUE(b.snapshots.trigger("SIGUSR1", kStart + 60s));
-  b.write(message("a", 61), kStart + 60s + 50ms);  // was under way
-  b.write(message("a", 62), kStart + 61s);
+  ASSERT_TRUE(b.snapshots.trigger("SIGUSR1", kSnapshotStart + 60s));
+  b.write(snapshot_message("a", 61), kSnapshotStart + 60s + 50ms);  // was under way
+  b.write(snapshot_message("a", 62), kSnapshotStart + 61s);
   const Contents file = b.file("fault_now.mcap");
   ASSERT_TRUE(file.closed);
   ASSERT_EQ(file.messages.size(), 13u);
@@ -67,12 +67,12 @@ TEST(Snapshot, TheLastSecondsAndTheLatchedValuesBeforeThem) {
 TEST(Snapshot, MemoryIsBoundedInBytes) {
   Bench b({.duration = 1h, .size = 1'000'000});
   for (std::uint64_t i = 1; i <= 1000; ++i) {
-    b.write(message("a", i, false, 10'000), kStart);
+    b.write(snapshot_message("a", i, false, 10'000), kSnapshotStart);
     ASSERT_LE(b.snapshots.bytes_in_memory(), 1'000'000u);
   }
-  ASSERT_TRUE(b.snapshots.trigger("SIGUSR1", kStart));
+  ASSERT_TRUE(b.snapshots.trigger("SIGUSR1", kSnapshotStart));
   ASSERT_LE(b.snapshots.bytes_in_memory(), 2'000'000u);
-  ASSERT_TRUE(b.snapshots.finish(kStart));
+  ASSERT_TRUE(b.snapshots.finish(kSnapshotStart));
   const Contents file = b.file("fault_now.mcap");
   EXPECT_GT(file.messages.size(), 90u);
   EXPECT_EQ(file.messages.back(), "a 1000");
@@ -80,18 +80,18 @@ TEST(Snapshot, MemoryIsBoundedInBytes) {
 
 TEST(Snapshot, AMessageTriggersOneWithWhatFollows) {
   Bench b({.duration = 10s, .size = 1'000'000, .after = 5s, .topics = {"fault"}});
-  for (std::uint64_t i = 1; i <= 20; ++i) b.write(message("a", i), kStart + i * 1s);
+  for (std::uint64_t i = 1; i <= 20; ++i) b.write(snapshot_message("a", i), kSnapshotStart + i * 1s);
   for (std::uint64_t i = 1; i <= 3; ++i) {
-    b.write(message("fault", i), kStart + 20s + i * 100ms);  // one fault, told three times
+    b.write(snapshot_message("fault", i), kSnapshotStart + 20s + i * 100ms);  // one fault, told three times
   }
-  for (std::uint64_t i = 21; i <= 30; ++i) b.write(message("a", i), kStart + i * 1s);
+  for (std::uint64_t i = 21; i <= 30; ++i) b.write(snapshot_message("a", i), kSnapshotStart + i * 1s);
   ASSERT_EQ(b.lines.size(), 1u);
   const Contents file = b.file("fault_now.mcap");
   EXPECT_EQ(file.messages.front(), "a 11");
   EXPECT_EQ(file.messages.back(), "a 25");
   EXPECT_EQ(file.messages.size(), 18u);
-  b.write(message("fault", 4), kStart + 31s);  // the next one is news
-  ASSERT_TRUE(b.snapshots.finish(kStart + 31s));
+  b.write(snapshot_message("fault", 4), kSnapshotStart + 31s);  // the next one is news
+  ASSERT_TRUE(b.snapshots.finish(kSnapshotStart + 31s));
   EXPECT_EQ(b.lines.size(), 2u);
   EXPECT_EQ(b.file("fault_now-2.mcap").messages.back(), "fault 4");
   EXPECT_EQ(b.snapshots.files().total(), b.disk.files.at("dir/fault_now.mcap").size() +
@@ -101,14 +101,14 @@ TEST(Snapshot, AMessageTriggersOneWithWhatFollows) {
 TEST(Snapshot, ALargeOneIsWrittenInSlicesAndATriggerMeanwhileGivesTheNext) {
   Bench b({.duration = 1h, .size = 100'000'000});
   for (std::uint64_t i = 1; i <= 100; ++i) {
-    ASSERT_TRUE(b.snapshots.write(message("a", i, false, 500'000), kStart));
+    ASSERT_TRUE(b.snapshots.write(snapshot_message("a", i, false, 500'000), kSnapshotStart));
   }
-  ASSERT_TRUE(b.snapshots.trigger("first", kStart));
-  ASSERT_TRUE(b.snapshots.advance(kStart + 1s));
+  ASSERT_TRUE(b.snapshots.trigger("first", kSnapshotStart));
+  ASSERT_TRUE(b.snapshots.advance(kSnapshotStart + 1s));
   EXPECT_TRUE(b.lines.empty());  // 4 of 50 MB
-  ASSERT_TRUE(b.snapshots.write(message("a", 101), kStart + 1s));
-  ASSERT_TRUE(b.snapshots.trigger("second", kStart + 1s));
-  ASSERT_TRUE(b.snapshots.finish(kStart + 2s));
+  ASSERT_TRUE(b.snapshots.write(snapshot_message("a", 101), kSnapshotStart + 1s));
+  ASSERT_TRUE(b.snapshots.trigger("second", kSnapshotStart + 1s));
+  ASSERT_TRUE(b.snapshots.finish(kSnapshotStart + 2s));
   ASSERT_EQ(b.lines.size(), 2u);
   EXPECT_EQ(b.file("fault_now.mcap").messages.size(), 100u);
   EXPECT_EQ(b.file("fault_now-2.mcap").messages.size(), 101u);

@@ -11,7 +11,7 @@ using namespace std::chrono_literals;
 using Strings = std::vector<std::string>;
 constexpr WallTime kNow{1h};
 
-Recorded message(const std::string& topic, std::uint64_t seq, std::uint64_t time_ns,
+Recorded split_message(const std::string& topic, std::uint64_t seq, std::uint64_t time_ns,
                  bool latched = false, std::size_t size = 100) {
   Recorded m;
   m.topic = topic;
@@ -30,7 +30,7 @@ TEST(Split, OneFileIfThereIsNoReasonToSplit) {
   MemoryFiles disk;
   SplitLog split("run.mcap", {}, disk.open());
   ASSERT_TRUE(split.start());
-  for (std::uint64_t i = 1; i <= 100; ++i) ASSERT_TRUE(split.write(message("a", i, i), kNow));
+  for (std::uint64_t i = 1; i <= 100; ++i) ASSERT_TRUE(split.write(split_message("a", i, i), kNow));
   ASSERT_TRUE(split.finish(kNow));
   ASSERT_EQ(disk.files.size(), 1u);
   const Contents file(disk.files.at("run.mcap"));
@@ -44,14 +44,14 @@ TEST(Split, ByDurationOfLogTimeWithLatchedValuesAtEveryHead) {
   MemoryFiles disk;
   SplitLog split("log/run.mcap", {.size = 0, .duration = 100ns}, disk.open());
   ASSERT_TRUE(split.start());
-  ASSERT_TRUE(split.write(message("state", 1, 1000, true), kNow));
-  ASSERT_TRUE(split.write(message("state", 2, 1010, true), kNow));
-  Recorded late = message("a", 4, 1099);
+  ASSERT_TRUE(split.write(split_message("state", 1, 1000, true), kNow));
+  ASSERT_TRUE(split.write(split_message("state", 2, 1010, true), kNow));
+  Recorded late = split_message("a", 4, 1099);
   late.lost_before = 3;
   ASSERT_TRUE(split.write(late, kNow));
-  ASSERT_TRUE(split.write(message("a", 5, 1100), kNow));  // the next file begins with this one
-  ASSERT_TRUE(split.write(message("a", 6, 1150), kNow));
-  ASSERT_TRUE(split.write(message("state", 3, 1300, true), kNow));  // the third
+  ASSERT_TRUE(split.write(split_message("a", 5, 1100), kNow));  // the next file begins with this one
+  ASSERT_TRUE(split.write(split_message("a", 6, 1150), kNow));
+  ASSERT_TRUE(split.write(split_message("state", 3, 1300, true), kNow));  // the third
   ASSERT_TRUE(split.finish(kNow));
   EXPECT_EQ(split.messages(), 6u);
   EXPECT_EQ(split.files().paths(),
@@ -90,7 +90,7 @@ TEST(Split, NoFileIsLargerThanAskedForAndNothingIsLostOrRepeated) {
     const std::uint64_t n = 2'000'000 / (payload + 100);
     for (std::uint64_t i = 1; i <= n; ++i) {
       ASSERT_TRUE(
-          split.write(message("topic" + std::to_string(i % 7), i, i, false, payload), kNow));
+          split.write(split_message("topic" + std::to_string(i % 7), i, i, false, payload), kNow));
       ASSERT_TRUE(split.advance(kNow + i * 1ms));
     }
     ASSERT_TRUE(split.finish(kNow));
@@ -116,8 +116,8 @@ TEST(Split, TheNextFileIsOpenBeforeThePreviousIsClosed) {
   disk.refused = "run_001.mcap";
   SplitLog split("run.mcap", {.size = 0, .duration = 10ns}, disk.open());
   ASSERT_TRUE(split.start());
-  ASSERT_TRUE(split.write(message("a", 1, 100), kNow));
-  const auto done = split.write(message("a", 2, 110), kNow);
+  ASSERT_TRUE(split.write(split_message("a", 1, 100), kNow));
+  const auto done = split.write(split_message("a", 2, 110), kNow);
   ASSERT_FALSE(done);
   EXPECT_EQ(done.error().reason, "no room for run_001.mcap");
   ASSERT_TRUE(split.finish(kNow));  // the one that is open closes well
@@ -130,11 +130,11 @@ TEST(Split, TimesOfTheWallClockDoNotSplitARecordingOfGraphTime) {
   MemoryFiles disk;
   SplitLog split("run.mcap", {.size = 0, .duration = 1s}, disk.open());
   ASSERT_TRUE(split.start());
-  Recorded wall = message("clock/health", 1, 1'800'000'000'000'000'000);
+  Recorded wall = split_message("clock/health", 1, 1'800'000'000'000'000'000);
   wall.ordered = false;
   ASSERT_TRUE(split.write(wall, kNow));  // before anything else: the clock node starts first
   for (std::uint64_t i = 0; i < 30; ++i) {
-    ASSERT_TRUE(split.write(message("a", i + 1, i * 100'000'000), kNow));
+    ASSERT_TRUE(split.write(split_message("a", i + 1, i * 100'000'000), kNow));
     wall.seq += 1;
     wall.log_time_ns += 5'000'000'000;
     ASSERT_TRUE(split.write(wall, kNow));
