@@ -50,8 +50,10 @@ class Install(unittest.TestCase):
         run(CMAKE, "-S", ROOT / "docs" / "tutorial", "-B", work, "-G", "Ninja", f"-DCMAKE_PREFIX_PATH={self.prefix}",
             f"-DCMAKE_CXX_FLAGS={FLAGS}")
         run(CMAKE, "--build", work)
+        sockets = pathlib.Path(self.folder.name, "run")
+        sockets.mkdir()
         environment = dict(os.environ, PATH=f"{work / 'bin'}:{self.prefix / 'bin'}:{os.environ['PATH']}",
-                           XDG_RUNTIME_DIR=self.folder.name, XDG_STATE_HOME=self.folder.name,
+                           XDG_RUNTIME_DIR=str(sockets), XDG_STATE_HOME=self.folder.name,
                            PYTHONPATH=str(self.prefix / "lib" / "python3" / "dist-packages"))
         environment.pop("MIMESIS_PROTOSET", None)
         said = run("mimesis", "launch", ROOT / "docs" / "tutorial" / "brightness.yaml", env=environment)
