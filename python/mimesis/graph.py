@@ -204,8 +204,6 @@ class Graph:
                 if joined and topic in self._publications:
                     self._publications[topic].repeat(out)
 
-    # What follows is the inside.
-
     def _socket(self, kind):
         made = self._context.socket(kind)
         made.setsockopt(zmq.LINGER, 1000)
