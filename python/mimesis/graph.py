@@ -102,7 +102,7 @@ class Graph:
         self.directory = graph_directory(graph or os.environ.get("MIMESIS_GRAPH") or "default")
         self._publications, self._nodes = {}, {}
         self._inbox, self._seen, self._complained = collections.defaultdict(collections.deque), {}, set()
-        self._connected, self._wanted, self._requests = set(), set(), 0
+        self._connected, self._wanted = set(), set()
         self._lost, self._subscribers = collections.Counter(), collections.Counter()
         self._take_name()
         self._context = zmq.Context()
@@ -130,7 +130,9 @@ class Graph:
         self.close()
 
     def close(self):
-        """Leaves the graph."""
+        """Leaves the graph; a second call does nothing."""
+        if self._context.closed:
+            return
         for path in (self._entry, *(e[len("ipc://"):] for e in (*self._info.data_endpoints,
                                                                 *self._info.reliable_endpoints))):
             pathlib.Path(path).unlink(missing_ok=True)
@@ -171,9 +173,8 @@ class Graph:
 
         policy "latest" may lose messages when this process is slow (lost() counts them), "reliable" holds the
         publisher's backlog instead. Subscription begins with the call."""
-        into = self._inputs[policy]
         for topic in topics:
-            into.setsockopt(zmq.SUBSCRIBE, topic.encode() + b"\0")
+            self._inputs[policy].setsockopt(zmq.SUBSCRIBE, topic.encode() + b"\0")
         self._wanted |= {(t, policy) for t in topics}
         return self._messages(topics, timeout_s)
 
@@ -325,9 +326,7 @@ class Graph:
         client = self._socket(zmq.DEALER)
         try:
             client.connect(node.service_endpoints[0])
-            self._requests += 1
-            number = struct.pack("<Q", self._requests)
-            client.send_multipart([number, offered.service.encode(), request.SerializeToString()])
+            client.send_multipart([secrets.token_bytes(8), offered.service.encode(), request.SerializeToString()])
             if not client.poll(round(timeout_s * 1000)):
                 raise ServiceError(f"service {offered.service}: no answer from node {node.name} within {timeout_s} s")
             _, status, body = client.recv_multipart()

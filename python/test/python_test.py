@@ -97,7 +97,8 @@ class Live(unittest.TestCase):
         with mimesis.Graph("single"):
             with self.assertRaisesRegex(ValueError, "a node 'single' runs already"):
                 mimesis.Graph("single")
-        mimesis.Graph("single").close()
+        with mimesis.Graph("single") as again:
+            again.close()  # and once more at the end
         with self.assertRaisesRegex(ValueError, "is invalid"):
             mimesis.Graph("no/slash")
 
