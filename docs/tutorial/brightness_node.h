@@ -15,7 +15,8 @@ struct BrightnessParams {
 class BrightnessNode {
  public:
   using Params = BrightnessParams;
-  BrightnessNode(const Params&, mimesis::runtime::Bus& bus) : image_(bus, "image"), mean_(bus, "mean") {}
+  BrightnessNode(const Params&, mimesis::runtime::Bus& bus)
+      : image_(bus, "image"), mean_(bus, "mean") {}
   void step(mimesis::runtime::Time now);
 
  private:

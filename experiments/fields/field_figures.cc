@@ -10,9 +10,9 @@
 namespace mimesis::cognition {
 namespace {
 
+using plot::Data;
 using reproduce::at_least;
 using reproduce::at_most;
-using plot::Data;
 using reproduce::holds;
 using reproduce::near;
 using reproduce::Report;
@@ -106,10 +106,10 @@ Report bistability(const PlotDir& plot_dir) {
            "$above using 1:2 with lines lt 2 title '1.05 threshold', "
            "$below using 1:2 with lines lt 3 title '0.95 threshold'";
     plot::plot_png(png, 760, 460,
-                        {curve("strong", {.amplitude = 6.0}, 0.0, 1.0),
-                         curve("above", {.amplitude = 1.05 * brief}, 0.0, 1.0),
-                         curve("below", {.amplitude = 0.95 * brief}, 0.0, 1.0)},
-                        script.str());
+                   {curve("strong", {.amplitude = 6.0}, 0.0, 1.0),
+                    curve("above", {.amplitude = 1.05 * brief}, 0.0, 1.0),
+                    curve("below", {.amplitude = 0.95 * brief}, 0.0, 1.0)},
+                   script.str());
     report.plots.push_back(png);
   }
   return report;

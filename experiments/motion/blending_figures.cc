@@ -7,9 +7,9 @@
 #include "common/motion/model/motion_model.h"
 #include "common/plot/gnuplot.h"
 #include "common/shared_data.h"
-#include "experiments/motion/figures.h"
 #include "experiments/motion/blending_jerk.h"
 #include "experiments/motion/closed_cycles.h"
+#include "experiments/motion/figures.h"
 #include "experiments/motion/rotation_branches.h"
 
 namespace mimesis::synthesizer {

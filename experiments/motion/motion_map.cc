@@ -9,7 +9,8 @@ namespace {
 
 using Eigen::Index;
 
-double value_of(const motion::MotionModel& model, const motion::Pattern& pattern, const TaskInput& input) {
+double value_of(const motion::MotionModel& model, const motion::Pattern& pattern,
+                const TaskInput& input) {
   switch (input.kind) {
     case TaskInput::Kind::duration_s:
       return pattern.trial.duration_s;

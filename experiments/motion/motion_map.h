@@ -45,7 +45,8 @@ class MotionMap {
   /// Learns from all patterns of the model; cycles of one clip count as one where something is left
   /// out. @throws ConfigError: free delays, an unknown task name, fewer than two patterns, numbers
   /// that are not finite.
-  MotionMap(const motion::MotionModel& model, const std::vector<TaskInput>& inputs, const Options& options);
+  MotionMap(const motion::MotionModel& model, const std::vector<TaskInput>& inputs,
+            const Options& options);
 
   /// `task`: one number per input, in their units. @throws ConfigError for another size or a number
   /// that is not finite.

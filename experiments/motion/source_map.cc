@@ -77,7 +77,8 @@ double SourceMap::operator()(const Eigen::Vector2d& state) const {
   return sum;
 }
 
-std::vector<SourceMap> learn_source_maps(const motion::MotionModel& model, const SvrSettings& settings) {
+std::vector<SourceMap> learn_source_maps(const motion::MotionModel& model,
+                                         const SvrSettings& settings) {
   const int samples = static_cast<int>(model.sources.cols());
   std::vector<SourceMap> maps;
   for (Eigen::Index k = 0; k < model.sources.rows(); ++k) {

@@ -46,8 +46,8 @@ inline Eigen::Vector2d delayed(const Eigen::Vector2d& state, double cos_phi, dou
 std::vector<SourceMap> learn_source_maps(const motion::MotionModel& model,
                                          const SvrSettings& settings = {});
 
-/// The maps' values on the limit cycle, K×samples: put in place of motion::MotionModel::sources they give
-/// the table, or through MotionSeries the Fourier series, of the learned maps.
+/// The maps' values on the limit cycle, K×samples: put in place of motion::MotionModel::sources
+/// they give the table, or through MotionSeries the Fourier series, of the learned maps.
 Eigen::MatrixXd tabulate(const std::vector<SourceMap>& maps, int fixed, int samples);
 
 }  // namespace mimesis::synthesizer

@@ -10,9 +10,9 @@
 #include "common/plot/gnuplot.h"
 #include "experiments/harness/figure.h"
 #include "experiments/motion/figures.h"
-#include "nodes/synthesizer/sequence/local_regression.h"
 #include "experiments/motion/planar_arm.h"
 #include "experiments/motion/style_content.h"
+#include "nodes/synthesizer/sequence/local_regression.h"
 
 namespace mimesis::synthesizer {
 

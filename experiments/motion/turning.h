@@ -5,8 +5,8 @@
 
 namespace mimesis::synthesizer {
 
-/// No node calls these functions yet: the synthesizer blends its styles' turning patterns by its own
-/// rule (repertoire.h) and pivots where a style has none.
+/// No node calls these functions yet: the synthesizer blends its styles' turning patterns by its
+/// own rule (repertoire.h) and pivots where a style has none.
 ///
 /// Turning rates of three ways to walk: their recorded turn per cycle over its duration, + to the
 /// left [rad/s].

@@ -145,8 +145,8 @@ void promenade(const motion::MotionModel& model, const Styles& styles, int cycle
   std::size_t announced = 0;
   const int last = cycles_each * static_cast<int>(kWalkStyles.size());
   for (int i = 0; walk.cycles() < last; ++i) {
-    const auto wanted =
-        std::min(static_cast<std::size_t>((walk.cycles() + 1) / cycles_each), kWalkStyles.size() - 1);
+    const auto wanted = std::min(static_cast<std::size_t>((walk.cycles() + 1) / cycles_each),
+                                 kWalkStyles.size() - 1);
     if (wanted != announced) walk.announce(parameters(announced = wanted));
     walk.step();
     const auto now =
@@ -169,8 +169,8 @@ void plot_styles(const std::filesystem::path& png, const motion::MotionModel& mo
     for (std::size_t k = 0; k < 3; ++k) data[k].rows.push_back({i * kDt, q[rows[k]]});
     if (style != before) {
       const std::string t = std::to_string(i * kDt);
-      labels += "set label '" + kWalkStyles[style] + "' at " + t + ",graph 0.96\nset arrow from " + t +
-                ",graph 0 to " + t + ",graph 1 nohead dt 2 lc rgb '#888888'\n";
+      labels += "set label '" + kWalkStyles[style] + "' at " + t + ",graph 0.96\nset arrow from " +
+                t + ",graph 0 to " + t + ",graph 1 nohead dt 2 lc rgb '#888888'\n";
       before = style;
     }
   });

@@ -7,7 +7,6 @@
 #include <numbers>
 #include <opencv2/imgproc.hpp>
 
-
 namespace mimesis::camera {
 namespace {
 

@@ -6,7 +6,6 @@
 #include <opencv2/imgproc.hpp>
 #include <random>
 
-
 namespace mimesis::camera {
 namespace {
 

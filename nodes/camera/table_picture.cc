@@ -6,7 +6,6 @@
 #include <cmath>
 #include <random>
 
-
 namespace mimesis::camera {
 namespace {
 

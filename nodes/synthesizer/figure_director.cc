@@ -15,7 +15,8 @@ constexpr std::size_t kHeading = 3, kRows = 4;  // in Values
 
 }  // namespace
 
-FigureDirector::FigureDirector(const motion::MotionModel& model, std::span<const CharacterStart> starts,
+FigureDirector::FigureDirector(const motion::MotionModel& model,
+                               std::span<const CharacterStart> starts,
                                const CharactersSettings& settings, const ActionMaps* drawer)
     : Director(model, starts, settings),
       drawer_(drawer),

@@ -134,7 +134,8 @@ void to_proto(const Director& director, v1::MotionBatch& batch) {
     *place++ = static_cast<float>(state.root.height_m);
     const auto angles = director.angles(i);
     std::copy(angles.begin(), angles.end(), angle);
-    motion::clamp_to_limits(director.characters().repertoire().model(), std::span(angle, angles.size()));
+    motion::clamp_to_limits(director.characters().repertoire().model(),
+                            std::span(angle, angles.size()));
     angle += angles.size();
   }
 }

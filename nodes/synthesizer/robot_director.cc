@@ -26,7 +26,8 @@ std::vector<std::size_t> rows_of(const std::vector<std::string>& joints,
 
 }  // namespace
 
-RobotDirector::RobotDirector(const motion::MotionModel& model, std::span<const CharacterStart> starts,
+RobotDirector::RobotDirector(const motion::MotionModel& model,
+                             std::span<const CharacterStart> starts,
                              const CharactersSettings& settings, const RobotLimits& limits,
                              const BipedDrawer* drawer)
     : Director(model, starts, settings),

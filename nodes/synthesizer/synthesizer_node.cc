@@ -41,7 +41,8 @@ std::unique_ptr<const BipedDrawer> learn_robot_drawer(const SynthesizerParams& p
 
 std::unique_ptr<Director> make_director(const SynthesizerParams& params, const ActionMaps* drawer,
                                         const BipedDrawer* robot_drawer) {
-  const motion::MotionModel model = motion::load_motion_model(runtime::find_model_file(params.model));
+  const motion::MotionModel model =
+      motion::load_motion_model(runtime::find_model_file(params.model));
   const auto starts = form(params.characters, params.formation());
   const CharactersSettings settings = params.character_settings();
   if (params.robot.description.empty()) {
@@ -78,7 +79,8 @@ SynthesizerNode::SynthesizerNode(const Params& params, runtime::Bus& bus)
       reached_(bus, "reached") {
   const auto angles = director_->angles(0);
   last_angles_.assign(angles.begin(), angles.end());
-  motion::clamp_to_limits(director_->characters().repertoire().model(), std::span<float>(last_angles_));
+  motion::clamp_to_limits(director_->characters().repertoire().model(),
+                          std::span<float>(last_angles_));
   velocity_rad_s_.assign(angles.size(), 0.0);
   set_first_goal();
   const Repertoire& repertoire = director_->characters().repertoire();

@@ -16,8 +16,7 @@ constexpr double kPi = std::numbers::pi;
 constexpr double kBeta = Sequencer::kBeta;
 
 /// One row: mean, a ramp as fixed source, one periodic source.
-MotionParameters one_row(double mean, double ramp, double wave,
-                                     double frequency = 6.0) {
+MotionParameters one_row(double mean, double ramp, double wave, double frequency = 6.0) {
   return {Eigen::VectorXd::Constant(1, mean), Eigen::RowVector2d(ramp, wave),
           Eigen::RowVector2d(0.0, 0.4), frequency};
 }
@@ -29,8 +28,7 @@ double angle(const MotionParameters& p, double phase) {
 }
 
 TEST(Sequencer, PlaysWhatWasAnnouncedAroundPhaseZero) {
-  const MotionParameters a = one_row(0.0, 0.4, 0.1, 6.0),
-                         b = one_row(1.0, -0.3, 0.2, 8.0);
+  const MotionParameters a = one_row(0.0, 0.4, 0.1, 6.0), b = one_row(1.0, -0.3, 0.2, 8.0);
   Sequencer s(a, 1);
   EXPECT_EQ(s.at(0.1).mean_rad[0], 0.0);
   ASSERT_TRUE(s.announce(b));
@@ -59,8 +57,7 @@ TEST(Sequencer, PlaysWhatWasAnnouncedAroundPhaseZero) {
 }
 
 TEST(Sequencer, RefusesToChangeItsMindWithinATransition) {
-  const MotionParameters a = one_row(0.0, 0.0, 0.0),
-                         b = one_row(1.0, 0.0, 0.0),
+  const MotionParameters a = one_row(0.0, 0.0, 0.0), b = one_row(1.0, 0.0, 0.0),
                          c = one_row(2.0, 0.0, 0.0);
   Sequencer s(a, 1);
   (void)s.at(3.0);
@@ -75,8 +72,7 @@ TEST(Sequencer, RefusesToChangeItsMindWithinATransition) {
 }
 
 TEST(Sequencer, FollowsAStepBackOverTheCrossing) {
-  const MotionParameters a = one_row(0.0, 0.0, 0.0),
-                         b = one_row(1.0, 0.0, 0.0);
+  const MotionParameters a = one_row(0.0, 0.0, 0.0), b = one_row(1.0, 0.0, 0.0);
   Sequencer s(a, 1, 6.0);
   ASSERT_EQ(s.announce(b), false);
   Sequencer t(a, 1, 5.0);
@@ -90,8 +86,7 @@ TEST(Sequencer, FollowsAStepBackOverTheCrossing) {
 }
 
 TEST(Sequencer, DoesNotAllocate) {
-  const MotionParameters a = one_row(0.0, 0.4, 0.1),
-                         b = one_row(1.0, -0.3, 0.2);
+  const MotionParameters a = one_row(0.0, 0.4, 0.1), b = one_row(1.0, -0.3, 0.2);
   Sequencer s(a, 1);
   double sum = 0.0;
   {

@@ -42,12 +42,12 @@ struct BodyOptions {
   double dt_s = 0.001;
   double friction = 0.8;
   /// Springs of arms and neck in both plants: nothing of balance depends on them, a servo each
-  /// would cost a third of the speed. 600 in docs/walking.md 7.3, where gravity was fed forward; drives
-  /// that get positions only would let the hands sink by 10 mm.
+  /// would cost a third of the speed. 600 in docs/walking.md 7.3, where gravity was fed forward;
+  /// drives that get positions only would let the hands sink by 10 mm.
   double arm_stiffness_n_m_rad = 3000.0;
-  /// Plant C with servos in the knees too, as in docs/walking.md 7.3. Two legs of one rigid length on
-  /// rigid ground share the weight by chance: any feedback of foot forces rocks from foot to foot
-  /// in double support (10 Hz, ZMP ±0.09 m, measured).
+  /// Plant C with servos in the knees too, as in docs/walking.md 7.3. Two legs of one rigid length
+  /// on rigid ground share the weight by chance: any feedback of foot forces rocks from foot to
+  /// foot in double support (10 Hz, ZMP ±0.09 m, measured).
   bool rigid_knees = false;
   /// Of the ground, first about y, then about x; the robot starts square on it.
   Eigen::Vector2d slope_rad = Eigen::Vector2d::Zero();

@@ -344,8 +344,8 @@ void JointLoads::take_off(int link, const Eigen::Vector3d& p_W_m, const Eigen::V
 
 namespace {
 
-// Figures of the plants [docs/walking.md 7.3]. The damping is small because DART's contact impulses do
-// not know the springs: a strong damper would make loaded joints soft [docs/walking.md 7.2].
+// Figures of the plants [docs/walking.md 7.3]. The damping is small because DART's contact impulses
+// do not know the springs: a strong damper would make loaded joints soft [docs/walking.md 7.2].
 constexpr double kStrong_n_m_rad = 6000.0;  ///< legs and trunk
 constexpr double kAnkleBush_n_m_rad = 1500.0;
 constexpr double kDamping_s = 0.003;  ///< of the stiffness

@@ -7,11 +7,11 @@
 #include <random>
 
 #include "common/math/circle.h"
-#include "common/shared_data.h"
 #include "common/motion/demix/baselines.h"
 #include "common/motion/demix/sisa.h"
 #include "common/motion/demix/wigner.h"
 #include "common/motion/mocap/trials_file.h"
+#include "common/shared_data.h"
 
 namespace mimesis::demix {
 namespace {

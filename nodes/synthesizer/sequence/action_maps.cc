@@ -45,28 +45,28 @@ demix::Mixture part_of(demix::Mixture all, Eigen::Index first, Eigen::Index coun
 
 // The mixture of one action in terms of all sources; those it was not learned with get weight 0.
 motion::MotionModel as_model(const DrawerData& data, Action action, const demix::Mixture& mix,
-                     const demix::Mixture& all) {
+                             const demix::Mixture& all) {
   const auto& set = data.action[action];
   const Eigen::MatrixXd fit = mix.reconstruct();
   const auto rows = set.rows_per_trial(), k = mix.source_count(), k_all = all.source_count();
   motion::MotionModel model{.name = set.trials.front().style,
-                    .created_by = "mimesis drawer",
-                    .learned_from = {},
-                    .body = data.body,
-                    .rows = set.rows,
-                    .task_names = set.task_names,
-                    .sources = all.sources,
-                    .fixed = 1,
-                    .tied = true,
-                    .patterns = {},
-                    .quality = demix::quality(set.samples, fit),
-                    .quality_squared = demix::quality_squared(set.samples, fit)};
+                            .created_by = "mimesis drawer",
+                            .learned_from = {},
+                            .body = data.body,
+                            .rows = set.rows,
+                            .task_names = set.task_names,
+                            .sources = all.sources,
+                            .fixed = 1,
+                            .tied = true,
+                            .patterns = {},
+                            .quality = demix::quality(set.samples, fit),
+                            .quality_squared = demix::quality_squared(set.samples, fit)};
   for (std::size_t i = 0; i < set.trials.size(); ++i) {
     const auto first = static_cast<Eigen::Index>(i) * rows;
     motion::Pattern p{.trial = set.trials[i],
-              .mean_rad = mix.means.segment(first, rows),
-              .weight_rad = Eigen::MatrixXd::Zero(rows, k_all),
-              .delay_rad = all.delay_rad.topRows(rows)};
+                      .mean_rad = mix.means.segment(first, rows),
+                      .weight_rad = Eigen::MatrixXd::Zero(rows, k_all),
+                      .delay_rad = all.delay_rad.topRows(rows)};
     p.weight_rad.leftCols(k) = mix.weights.middleRows(first, rows);
     model.patterns.push_back(std::move(p));
   }

@@ -91,7 +91,8 @@ TEST(Characters, ArriveNear) {
 }
 
 TEST(Characters, OfTheRepositoryArriveAnywhere) {
-  const motion::MotionModel model = motion::load_motion_model(MIMESIS_SOURCE_DIR "/models/walk.motion.json");
+  const motion::MotionModel model =
+      motion::load_motion_model(MIMESIS_SOURCE_DIR "/models/walk.motion.json");
   const std::vector<CharacterStart> starts(100);
   for (const char* style : {"walk", "slow", "stride", "brisk"}) {
     Characters characters(model, starts, {.style = style});

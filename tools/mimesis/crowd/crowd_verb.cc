@@ -62,8 +62,7 @@ void print_yaml(const std::vector<MeasuredGait>& gaits) {
 }
 
 int gait(const GaitOptions& o) {
-  const motion::MotionModel model =
-      motion::load_motion_model(runtime::find_model_file(o.model));
+  const motion::MotionModel model = motion::load_motion_model(runtime::find_model_file(o.model));
   const std::vector<MeasuredGait> gaits = measure_gaits(model, o.style, o.harmonics);
   if (!o.json) {
     print_yaml(gaits);

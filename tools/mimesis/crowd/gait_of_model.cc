@@ -4,8 +4,8 @@
 
 #include "common/error.h"
 #include "common/math/circle.h"
-#include "nodes/synthesizer/dynamics/character_batch.h"
 #include "nodes/synthesizer/character/repertoire.h"
+#include "nodes/synthesizer/dynamics/character_batch.h"
 
 namespace mimesis::tool {
 namespace {
@@ -71,8 +71,8 @@ MeasuredGait fitted(const std::vector<Sample>& samples, int harmonics) {
 
 }  // namespace
 
-std::vector<MeasuredGait> measure_gaits(const motion::MotionModel& model,
-                                        const std::string& style, int harmonics) {
+std::vector<MeasuredGait> measure_gaits(const motion::MotionModel& model, const std::string& style,
+                                        int harmonics) {
   const synthesizer::Repertoire repertoire(model);
   if (!style.empty() && repertoire.find(style) < 0) {
     throw ConfigError("no style '" + style + "'; the model has: " + repertoire.known());

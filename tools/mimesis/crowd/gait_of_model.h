@@ -21,7 +21,7 @@ struct MeasuredGait {
 /// @param style      "": all that walk on, by a tenth of a metre a step at least
 /// @param harmonics  [0, 4]
 /// @throws ConfigError for an unknown style, and where g touches zero
-std::vector<MeasuredGait> measure_gaits(const motion::MotionModel& model,
-                                        const std::string& style, int harmonics);
+std::vector<MeasuredGait> measure_gaits(const motion::MotionModel& model, const std::string& style,
+                                        int harmonics);
 
 }  // namespace mimesis::tool

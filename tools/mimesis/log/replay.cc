@@ -17,8 +17,8 @@
 
 #include "common/runtime/value_text.h"
 #include "tools/mimesis/launch/command.h"
-#include "tools/mimesis/log/provenance.h"
 #include "tools/mimesis/log/open_log.h"
+#include "tools/mimesis/log/provenance.h"
 #include "tools/mimesis/log/verb_options.h"
 #include "tools/mimesis/number_check.h"
 #include "tools/mimesis/table.h"

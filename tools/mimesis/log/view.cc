@@ -18,9 +18,9 @@
 #include "common/runtime/param_source.h"
 #include "common/runtime/raw.h"
 #include "proto/steps.pb.h"
+#include "tools/mimesis/log/new_log.h"
 #include "tools/mimesis/log/open_log.h"
 #include "tools/mimesis/log/packet_process.h"
-#include "tools/mimesis/log/new_log.h"
 #include "tools/mimesis/log/verb_options.h"
 #include "tools/mimesis/log/view_drawings.h"
 

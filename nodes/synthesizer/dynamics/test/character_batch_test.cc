@@ -8,8 +8,8 @@
 #include "common/error.h"
 #include "common/math/circle.h"
 #include "common/math/so3.h"
-#include "common/testing/no_malloc.h"
 #include "common/motion/demix/mixture.h"
+#include "common/testing/no_malloc.h"
 #include "nodes/synthesizer/dynamics/testing/synthetic_model.h"
 
 namespace mimesis::synthesizer {
@@ -18,7 +18,8 @@ namespace {
 using testing::random_model, testing::walking_model;
 
 /// ξ at any phase: the mixture's sources as trigonometric interpolation of their samples.
-Eigen::VectorXd mixture_at(const motion::MotionModel& model, const motion::Pattern& p, double phase) {
+Eigen::VectorXd mixture_at(const motion::MotionModel& model, const motion::Pattern& p,
+                           double phase) {
   const Eigen::Index length = model.sources.cols();
   Eigen::VectorXd xi = p.mean_rad;
   for (Eigen::Index r = 0; r < xi.size(); ++r) {

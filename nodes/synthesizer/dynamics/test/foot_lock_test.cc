@@ -61,7 +61,8 @@ TEST(FootLock, FeetThatSlideStand) {
 }
 
 TEST(FootLock, FeetStandInTurnsToo) {  // the displacement stays where it is in the world
-  const motion::MotionModel model = walking_model({.speed_m_s = 0.8, .turn_rad_s = 1.5, .slide_m = 0.08});
+  const motion::MotionModel model =
+      walking_model({.speed_m_s = 0.8, .turn_rad_s = 1.5, .slide_m = 0.08});
   CharacterBatch batch(model, 1, {.dt_s = 0.01, .foot_lock = true});
   double path = 0.0;
   int count = 0;

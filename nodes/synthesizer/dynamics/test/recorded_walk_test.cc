@@ -4,11 +4,11 @@
 #include <numbers>
 
 #include "common/motion/demix/sisa.h"
-#include "nodes/synthesizer/dynamics/character_batch.h"
 #include "common/motion/mocap/body_map.h"
-#include "common/motion/mocap/cycles.h"
 #include "common/motion/mocap/clip_file.h"
+#include "common/motion/mocap/cycles.h"
 #include "common/motion/mocap/test/shared_folder.h"
+#include "nodes/synthesizer/dynamics/character_batch.h"
 
 namespace mimesis::synthesizer {
 namespace {

@@ -9,7 +9,8 @@ namespace mimesis::synthesizer::testing {
 /// sources with random harmonics 1..5 that fall as 1/h², random weights of some degrees. Its
 /// figures wave their limbs; they do not walk. Same seed, same bits.
 /// @param fixed  0..3: the first sources are demix::non_periodic's, scaled to unit rms
-motion::MotionModel random_model(std::uint64_t seed, int sources = 4, int patterns = 3, int fixed = 0);
+motion::MotionModel random_model(std::uint64_t seed, int sources = 4, int patterns = 3,
+                                 int fixed = 0);
 
 /// How a synthetic walker walks.
 struct WalkSettings {

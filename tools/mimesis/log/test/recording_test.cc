@@ -14,7 +14,7 @@ using namespace std::chrono_literals;
 constexpr Recording::WallTime kRecordingStart{1h};
 
 Recorded recording_message(const std::string& node, std::uint64_t seq, std::uint64_t time_ns,
-                 const std::string& payload = "x") {
+                           const std::string& payload = "x") {
   Recorded m;
   m.topic = node + "/out";
   m.type = "test.Type";
@@ -56,11 +56,14 @@ std::vector<std::string> payloads(const std::string& bytes) {
 
 TEST(Recording, MessagesOfOneGraphTimeAreSortedByNodeWhateverTheirWay) {
   Recorder a, b;
-  const std::vector<Recorded> camera{recording_message("cam", 1, 10, "1"), recording_message("cam", 2, 10, "2")};
-  const std::vector<Recorded> arm{recording_message("arm", 1, 10, "0"), recording_message("arm", 2, 20, "3")};
+  const std::vector<Recorded> camera{recording_message("cam", 1, 10, "1"),
+                                     recording_message("cam", 2, 10, "2")};
+  const std::vector<Recorded> arm{recording_message("arm", 1, 10, "0"),
+                                  recording_message("arm", 2, 20, "3")};
   for (const auto& [recorder, order] :
        {std::pair{&a, std::pair{camera, arm}}, {&b, {arm, camera}}}) {
-    for (const Recorded& m : order.first) ASSERT_TRUE(recorder->recording.add(m, kRecordingStart, false));
+    for (const Recorded& m : order.first)
+      ASSERT_TRUE(recorder->recording.add(m, kRecordingStart, false));
     ASSERT_TRUE(recorder->advance(kRecordingStart + 10ms));
     for (const Recorded& m : order.second) {
       ASSERT_TRUE(recorder->recording.add(m, kRecordingStart + 20ms, false));
@@ -92,7 +95,8 @@ TEST(Recording, CountsWhatIsMissing) {
   restarted.start_id = 77;
   ASSERT_TRUE(r.recording.add(restarted, kRecordingStart, true));
   EXPECT_EQ(r.recording.counts().total.lost, 3u);
-  ASSERT_TRUE(r.recording.add(recording_message("b", 3, 10), kRecordingStart, true));  // started after the recorder
+  ASSERT_TRUE(r.recording.add(recording_message("b", 3, 10), kRecordingStart,
+                              true));  // started after the recorder
   EXPECT_EQ(r.recording.counts().total.lost, 5u);
   const std::string bytes = r.finish();
   const log::MemorySource source(bytes);

@@ -1,10 +1,9 @@
 // recover: all that can be read, and exactly what is missing.
-#include "tools/mimesis/log/rewrite.h"
-
 #include <random>
 #include <set>
 
 #include "common/log/summary.h"
+#include "tools/mimesis/log/rewrite.h"
 #include "tools/mimesis/log/test/tool_logs.h"
 
 namespace mimesis::tool {

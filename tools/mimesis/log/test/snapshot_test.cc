@@ -13,7 +13,7 @@ using Strings = std::vector<std::string>;
 constexpr WallTime kSnapshotStart{1h};
 
 Recorded snapshot_message(const std::string& topic, std::uint64_t seq, bool latched = false,
-                 std::size_t size = 10) {
+                          std::size_t size = 10) {
   Recorded m;
   m.topic = topic;
   m.node = "node";
@@ -45,7 +45,8 @@ TEST(Snapshot, TheLastSecondsAndTheLatchedValuesBeforeThem) {
   Bench b({.duration = 10s});
   b.write(snapshot_message("state", 1, true), kSnapshotStart);
   b.write(snapshot_message("state", 2, true), kSnapshotStart + 1s);
-  for (std::uint64_t i = 1; i <= 60; ++i) b.write(snapshot_message("a", i), kSnapshotStart + i * 1s);
+  for (std::uint64_t i = 1; i <= 60; ++i)
+    b.write(snapshot_message("a", i), kSnapshotStart + i * 1s);
   EXPECT_TRUE(b.disk.files.empty());
   ASSERT_TRUE(b.snapshots.trigger("SIGUSR1", kSnapshotStart + 60s));
   b.write(snapshot_message("a", 61), kSnapshotStart + 60s + 50ms);  // was under way
@@ -80,11 +81,14 @@ TEST(Snapshot, MemoryIsBoundedInBytes) {
 
 TEST(Snapshot, AMessageTriggersOneWithWhatFollows) {
   Bench b({.duration = 10s, .size = 1'000'000, .after = 5s, .topics = {"fault"}});
-  for (std::uint64_t i = 1; i <= 20; ++i) b.write(snapshot_message("a", i), kSnapshotStart + i * 1s);
+  for (std::uint64_t i = 1; i <= 20; ++i)
+    b.write(snapshot_message("a", i), kSnapshotStart + i * 1s);
   for (std::uint64_t i = 1; i <= 3; ++i) {
-    b.write(snapshot_message("fault", i), kSnapshotStart + 20s + i * 100ms);  // one fault, told three times
+    b.write(snapshot_message("fault", i),
+            kSnapshotStart + 20s + i * 100ms);  // one fault, told three times
   }
-  for (std::uint64_t i = 21; i <= 30; ++i) b.write(snapshot_message("a", i), kSnapshotStart + i * 1s);
+  for (std::uint64_t i = 21; i <= 30; ++i)
+    b.write(snapshot_message("a", i), kSnapshotStart + i * 1s);
   ASSERT_EQ(b.lines.size(), 1u);
   const Contents file = b.file("fault_now.mcap");
   EXPECT_EQ(file.messages.front(), "a 11");

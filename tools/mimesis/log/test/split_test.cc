@@ -12,7 +12,7 @@ using Strings = std::vector<std::string>;
 constexpr WallTime kNow{1h};
 
 Recorded split_message(const std::string& topic, std::uint64_t seq, std::uint64_t time_ns,
-                 bool latched = false, std::size_t size = 100) {
+                       bool latched = false, std::size_t size = 100) {
   Recorded m;
   m.topic = topic;
   m.node = "node";
@@ -49,7 +49,8 @@ TEST(Split, ByDurationOfLogTimeWithLatchedValuesAtEveryHead) {
   Recorded late = split_message("a", 4, 1099);
   late.lost_before = 3;
   ASSERT_TRUE(split.write(late, kNow));
-  ASSERT_TRUE(split.write(split_message("a", 5, 1100), kNow));  // the next file begins with this one
+  ASSERT_TRUE(
+      split.write(split_message("a", 5, 1100), kNow));  // the next file begins with this one
   ASSERT_TRUE(split.write(split_message("a", 6, 1150), kNow));
   ASSERT_TRUE(split.write(split_message("state", 3, 1300, true), kNow));  // the third
   ASSERT_TRUE(split.finish(kNow));
