@@ -14,10 +14,10 @@ namespace mimesis::cognition {
 struct LinkGains {
   double sts_to_pf = 1.3524804441964529;  ///< grip and transport each; only both together ignite PF
   double sts_to_f5 = 1.0;                 ///< direct matching, preshapes
-  double pf_to_f5 = 4.5;
-  double pf_to_pfc = 2.036942294512025;  ///< learned
-  double pfc_to_pf = 3.061595294290408;  ///< learned
-  double color = 4.5;                    ///< COL to PFC and back, learned
+  double pf_to_f5 = 4.5;                  ///< an ignited combination ignites its means
+  double pf_to_pfc = 2.036942294512025;   ///< learned
+  double pfc_to_pf = 3.061595294290408;   ///< learned
+  double color = 4.5;                     ///< COL to PFC and back, learned
 
   template <class V>
   void visit(V& v) {
@@ -32,7 +32,7 @@ struct LinkGains {
 
 /// Gaussian inputs from vision at full confidence: amplitudes [1], width [1], duration [s].
 struct VisionInput {
-  double sts = 3.339890871576646;
+  double sts = 3.339890871576646;  ///< to STSg and STSt, each
   double pfc = 2.7001747339679403;
   double color = 4.5;
   double width = 5.0;     ///< σ on the feature axis [1]; of the task input too

@@ -26,6 +26,7 @@ Yuv to_yuv(double blue, double green, double red);
 
 /// Box in YUV: what belongs to one class. Luma is bounded only against black and glare.
 struct ColorBox {
+  /// Bounds of the class, 0 to 255; a pixel belongs to it if U, V and Y are within all of them.
   double u_min = 0.0, u_max = 0.0, v_min = 0.0, v_max = 0.0, y_min = 25.0, y_max = 255.0;
 
   bool contains(const Yuv& c) const {

@@ -46,13 +46,13 @@ struct ReadyParams {
 };
 
 struct WalkerParams {
-  double rate_hz = 200.0;            ///< rate of steps; fixed, because the gains belong to it [Hz]
-  double offset_s = 0.0;             ///< time of the first step within the period [s]
-  std::string robot = "biped.yaml";  ///< model file
-  std::string pattern = "nonlinear";
-  bool filter = true;         ///< dynamic filter
-  int filter_iterations = 1;  ///< per tick [1]
-  bool filter_legs_only = false;
+  double rate_hz = 200.0;             ///< rate of steps; fixed, because the gains belong to it [Hz]
+  double offset_s = 0.0;              ///< time of the first step within the period [s]
+  std::string robot = "biped.yaml";   ///< model file
+  std::string pattern = "nonlinear";  ///< pattern generator: nonlinear, linear (MPC) or preview
+  bool filter = true;                 ///< dynamic filter
+  int filter_iterations = 1;          ///< per tick [1]
+  bool filter_legs_only = false;      ///< takes the upper body as at rest in half-sitting
   bool stabilize = true;
   StabilizerSettings stabilizer;
   StackSettings stack;  ///< without tasks: walking_stack()

@@ -63,10 +63,10 @@ struct JumpParams {
   }
 };
 
-/// What closes a hand: its joint beyond an angle, on the far side of 0.
+/// The joint of a gripper and the angle beyond which it counts as closed.
 struct GripperParams {
   std::string joint{};  ///< empty: as the robot's description says; none: the hand is always closed
-  double closed_rad = 0.25;
+  double closed_rad = 0.25;  ///< closed if abs(angle) exceeds this, with the same sign
 
   void visit(runtime::ParamVisitor& v) {
     v("joint", joint);
@@ -76,13 +76,14 @@ struct GripperParams {
 
 /// The drawer before the robot, if there is one; see drawer.h.
 struct DrawerParams {
-  bool present = false;
-  double front_x_m = 2.6, front_y_m = 0.0, yaw_rad = 0.0;  ///< closed front, axis into it
+  bool present = false;  ///< false: no drawer in the world
+  double front_x_m = 2.6, front_y_m = 0.0,
+         yaw_rad = 0.0;  ///< closed front, direction into it, in W
   /// Heights 0: those of a drawer for a robot of this size, then handle_left_m is too.
   double handle_height_m = 0.0, handle_left_m = 0.14;
   double object_height_m = 0.0, object_left_m = 0.0, object_depth_m = 0.25;
-  double friction_n = 7.0, viscous_n_s_m = 5.0;
-  std::vector<JumpParams> jumps{};
+  double friction_n = 7.0, viscous_n_s_m = 5.0;  ///< Coulomb and viscous friction of the rail
+  std::vector<JumpParams> jumps{};               ///< moves of the front at given times
   GripperParams left_gripper{}, right_gripper{};
 
   void visit(runtime::ParamVisitor& v) {
@@ -114,20 +115,20 @@ struct SimBodyParams {
   double following_window_rad = 0.2;  ///< larger following error for longer: fault [rad]
   double following_time_s = 0.1;      ///< [s]
 
-  std::string plant = "springs";   ///< how joints follow: springs, servo
-  double friction = 0.8;           ///< of the ground [1]
-  double slope_forward_rad = 0.0;  ///< of the ground, + rises forward [rad]
-  double slope_left_rad = 0.0;     ///< of the ground, + rises to the left [rad]
-  std::vector<PlateParams> plates{};
-  double payload_kg = 0.0;          ///< unknown mass in the trunk [kg]
-  double motor_speed_share = 1.0;   ///< of the model's limits that the motors reach [1]
-  double motor_torque_share = 1.0;  ///< likewise [1]
-  int seed = 0;                     ///< of the sensors' noise [1]
-  double imu_tilt_rad = 0.0;        ///< slowly wandering error of the attitude [rad]
-  double encoder_noise_rad = 0.0;   ///< [rad]
-  double force_noise_n = 0.0;       ///< of the feet's force sensors [N]
-  std::vector<PushParams> pushes{};
-  std::vector<FaultParams> faults{};
+  std::string plant = "springs";      ///< how joints follow: springs, servo
+  double friction = 0.8;              ///< of the ground [1]
+  double slope_forward_rad = 0.0;     ///< of the ground, + rises forward [rad]
+  double slope_left_rad = 0.0;        ///< of the ground, + rises to the left [rad]
+  std::vector<PlateParams> plates{};  ///< boxes on the ground
+  double payload_kg = 0.0;            ///< unknown mass in the trunk [kg]
+  double motor_speed_share = 1.0;     ///< of the model's limits that the motors reach [1]
+  double motor_torque_share = 1.0;    ///< likewise [1]
+  int seed = 0;                       ///< of the sensors' noise [1]
+  double imu_tilt_rad = 0.0;          ///< slowly wandering error of the attitude [rad]
+  double encoder_noise_rad = 0.0;     ///< [rad]
+  double force_noise_n = 0.0;         ///< of the feet's force sensors [N]
+  std::vector<PushParams> pushes{};   ///< impulses on links at given times
+  std::vector<FaultParams> faults{};  ///< drives that fail at given times
   DrawerParams drawer{};
 
   double time_limit_s = 0.0;  ///< then the outcome is a failure; 0: none [s]

@@ -21,11 +21,11 @@ struct DrivesParams {
   double bandwidth_rad_s = 150.0;    ///< of the position loops [rad/s]
   double following_window_rad =
       0.05;  ///< larger following error for longer than following_time_s: fault [rad]
-  double following_time_s = 0.05;  ///< [s]
-  int fault_axis = 0;              ///< joint 1..n that gets trouble, 0: none [1]
-  double fault_at_s = 0.0;         ///< when, after the first step [s]
-  std::string fault_kind = "overcurrent";
-  std::vector<cia402::Axis> axes{};  ///< empty: nodes 1..n with defaults
+  double following_time_s = 0.05;          ///< [s]
+  int fault_axis = 0;                      ///< joint 1..n that gets trouble, 0: none [1]
+  double fault_at_s = 0.0;                 ///< when, after the first step [s]
+  std::string fault_kind = "overcurrent";  ///< overcurrent, mute (no answers) or jam
+  std::vector<cia402::Axis> axes{};        ///< empty: nodes 1..n with defaults
 
   void visit(runtime::ParamVisitor& v) {
     v("rate_hz", rate_hz, 10.0, 1000.0);

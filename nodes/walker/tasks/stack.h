@@ -27,7 +27,7 @@ struct TaskSpec {
 };
 
 struct StackSettings {
-  std::vector<TaskSpec> tasks;
+  std::vector<TaskSpec> tasks;      ///< by priority; see TaskSpec
   double damping = 1e-3;            ///< damping of singular directions [1]
   double knee_margin_rad = 0.02;    ///< kept from the stretched leg
   double limit_margin_rad = 0.005;  ///< kept from the joints' limits
