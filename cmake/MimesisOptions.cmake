@@ -28,7 +28,8 @@ endif()
 
 find_program(MIMESIS_CCACHE ccache)
 if(MIMESIS_CCACHE)
-  set(CMAKE_CXX_COMPILER_LAUNCHER ${MIMESIS_CCACHE})
+  # ccache asks for this before it keeps what was compiled with precompiled headers.
+  set(CMAKE_CXX_COMPILER_LAUNCHER ${CMAKE_COMMAND} -E env CCACHE_SLOPPINESS=pch_defines,time_macros ${MIMESIS_CCACHE})
 endif()
 # mold 1 (Debian 12's) now and then ends the RELRO segment behind the last mapped page: such a program does not start.
 find_program(MIMESIS_MOLD mold)
