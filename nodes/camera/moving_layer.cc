@@ -234,9 +234,17 @@ void MovingLayer::draw_cylinder(const MovingCylinder& cylinder, image::Image& im
   const Vector3d base = cylinder.center - Vector3d(0.0, 0.5 * cylinder.height, 0.0);
   scene.add_cylinder(base, cylinder.radius, cylinder.height, cylinder.color, 1.1f * cylinder.color);
   if (camera_.depth(cylinder.center) < 0.1) return;
-  const Vector2d c = camera_.project(cylinder.center);
-  const double r = camera_.scale(cylinder.center) * (0.5 * cylinder.height + cylinder.radius) + 2.0;
-  const Window w = clip(c.x() - r, c.x() + r, c.y() - r, c.y() + r, image.width, image.height);
+  // Rays aim up to a third of a pixel beside its middle, so the box around the cylinder is all they
+  // can hit.
+  Eigen::AlignedBox2d seen;
+  for (const double x : {-cylinder.radius, cylinder.radius}) {
+    for (const double z : {-cylinder.radius, cylinder.radius}) {
+      seen.extend(camera_.project(base + Vector3d(x, 0.0, z)));
+      seen.extend(camera_.project(base + Vector3d(x, cylinder.height, z)));
+    }
+  }
+  const Window w = clip(seen.min().x() - 1.0, seen.max().x() + 1.0, seen.min().y() - 1.0,
+                        seen.max().y() + 1.0, image.width, image.height);
   constexpr int kSide = 3;  // 3 x 3 rays a pixel
   for (int v = w.v0; v < w.v1; ++v) {
     for (int u = w.u0; u < w.u1; ++u) {

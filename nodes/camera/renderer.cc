@@ -65,10 +65,8 @@ void PictureFaults::add_noise(std::uint64_t frame, image::Image& image) const {
   for (int v = 0; v < image.height; ++v) {
     const std::uint64_t key = mix(mix(seed_ + frame) + static_cast<std::uint64_t>(v));
     const std::int8_t* noise = noise_.data() + key % (kPool - row + 1);
-    std::uint8_t* pixel = image.at(0, v);
-    for (std::size_t i = 0; i < row; ++i) {
-      pixel[i] = static_cast<std::uint8_t>(std::clamp(pixel[i] + noise[i], 0, 255));
-    }
+    cv::Mat sum(1, static_cast<int>(row), CV_8U, image.at(0, v));
+    cv::add(sum, cv::Mat(1, sum.cols, CV_8S, const_cast<std::int8_t*>(noise)), sum, {}, CV_8U);
   }
 }
 
