@@ -9,7 +9,7 @@
 #include "common/runtime/params.h"
 #include "common/runtime/ports.h"
 #include "nodes/planner/task_sequence.h"
-#include "proto/arm.pb.h"
+#include "proto/bridge.pb.h"
 #include "proto/cognition.pb.h"
 #include "proto/planner.pb.h"
 #include "proto/scene.pb.h"
@@ -20,7 +20,7 @@ namespace mimesis::planner {
 /// unknown.
 std::optional<DecidedTask> to_decided(const v1::Decision& decision);
 /// Nothing if the number of joints is not `dof`.
-std::optional<ArmReading> to_reading(const v1::ArmState& state, int dof);
+std::optional<ArmReading> to_reading(const v1::JointState& state, int dof);
 HandReading to_reading(const v1::HandState& state);
 
 v1::Grip to_proto(Grip grip);
@@ -128,7 +128,7 @@ class PlannerNode {
 
   runtime::Latest<v1::Decision> decision_in_;
   runtime::Latest<v1::Scene> scene_in_;
-  runtime::Latest<v1::ArmState> arm_in_;
+  runtime::Latest<v1::JointState> arm_in_;
   runtime::Latest<v1::HandState> hand_in_;
   runtime::Out<v1::JointCommand> command_;
   runtime::Out<v1::HandCommand> hand_command_;

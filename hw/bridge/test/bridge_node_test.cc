@@ -38,7 +38,7 @@ class Node : public ::testing::Test {
       if (now.count() % 10'000'000 == 0) plant.step(0.01, server.exchange(plant.input()), 0.5);
     }
     if (auto s = graph.take_last<v1::BridgeStatus>("status")) status = *s;
-    if (auto s = graph.take_last<v1::ArmState>("arm")) arm = *s;
+    if (auto s = graph.take_last<v1::JointState>("arm")) arm = *s;
     if (auto s = graph.take_last<v1::HandState>("hand")) hand = *s;
   }
 
@@ -52,7 +52,7 @@ class Node : public ::testing::Test {
   Time now = 1s;
   std::vector<double> target;
   v1::BridgeStatus status;
-  v1::ArmState arm;
+  v1::JointState arm;
   v1::HandState hand;
 };
 
@@ -214,7 +214,7 @@ TEST(ActuatorsOfAnotherKind, MayBePerfect) {
     stream_at(target, 1, node, graph, now);
   }
   stream_at(target, 50, node, graph, now);
-  const auto state = graph.take_last<v1::ArmState>("arm");
+  const auto state = graph.take_last<v1::JointState>("arm");
   ASSERT_TRUE(state.has_value());
   EXPECT_NEAR(state->position_rad(1), target[1], 1e-9);
   EXPECT_TRUE(state->operational());

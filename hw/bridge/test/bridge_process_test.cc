@@ -12,7 +12,7 @@
 #include "common/testing/process.h"
 #include "hw/can/bus.h"
 #include "hw/cia402/cia402.h"
-#include "proto/arm.pb.h"
+#include "proto/bridge.pb.h"
 
 namespace mimesis::hw::bridge {
 namespace {
@@ -105,7 +105,7 @@ class Robot : public ::testing::Test {
   /// Swings by 0.2 rad with a period of 2 s.
   static double swing(double t) { return 0.1 * (1.0 - std::cos(M_PI * t)); }
   bool enabled() {
-    const v1::ArmState* t = truth.get();
+    const v1::JointState* t = truth.get();
     return t != nullptr && std::ranges::any_of(t->drives(), [](int s) {
              return s == v1::DRIVE_STATE_OPERATION_ENABLED;
            });
@@ -120,7 +120,7 @@ class Robot : public ::testing::Test {
                 {{"command", "test/command"}, {"hand_command", "test/hand_command"}},
                 "test",
                 in_lockstep() ? runtime::ClockKind::lockstep : runtime::ClockKind::wall};
-  runtime::Latest<v1::ArmState> truth{peer.bus(), "truth"}, arm{peer.bus(), "arm"};
+  runtime::Latest<v1::JointState> truth{peer.bus(), "truth"}, arm{peer.bus(), "arm"};
   runtime::Latest<v1::BridgeStatus> status{peer.bus(), "status"};
   runtime::Latest<v1::HandState> hand_state{peer.bus(), "hand"};
   runtime::Out<v1::JointCommand> command{peer.bus(), "command"};

@@ -51,7 +51,7 @@ void DrivesNode::make_trouble(runtime::Time now) {
 void DrivesNode::step(runtime::Time now) {
   make_trouble(now);
   rack_.step(now);
-  v1::ArmState state;
+  v1::JointState state;
   bool operational = true;
   for (const Drive& drive : rack_.drives()) {
     state.add_position_rad(drive.position_rad());

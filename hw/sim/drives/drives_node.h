@@ -7,7 +7,7 @@
 #include "common/runtime/ports.h"
 #include "hw/cia402/axis.h"
 #include "hw/sim/cia402/drive.h"
-#include "proto/arm.pb.h"
+#include "proto/bridge.pb.h"
 
 namespace mimesis::hw::sim {
 
@@ -60,7 +60,7 @@ class DrivesNode {
   Rack rack_;
   std::optional<runtime::Time> trouble_at_;
   bool troubled_ = false;
-  runtime::Out<v1::ArmState> arm_;
+  runtime::Out<v1::JointState> arm_;
 };
 
 }  // namespace mimesis::hw::sim

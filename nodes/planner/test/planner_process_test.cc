@@ -2,7 +2,7 @@
 
 #include "common/model/files.h"
 #include "common/testing/process.h"
-#include "proto/arm.pb.h"
+#include "proto/bridge.pb.h"
 #include "proto/cognition.pb.h"
 #include "proto/planner.pb.h"
 #include "proto/scene.pb.h"
@@ -53,7 +53,7 @@ struct Rest {
             for (int j = 0; j < 7; ++j) q[j] = next->position_rad(j);
           }
           while (auto next = status.pop()) last = std::move(*next);
-          v1::ArmState arm_state;
+          v1::JointState arm_state;
           for (const double position : q) arm_state.add_position_rad(position);
           arm_state.set_operational(true);
           arm.send(arm_state, TestNode::now());
@@ -70,7 +70,7 @@ struct Rest {
   runtime::Reliable<v1::TaskStatus> status;
   runtime::Out<v1::Decision> decision;
   runtime::Out<v1::Scene> scene;
-  runtime::Out<v1::ArmState> arm;
+  runtime::Out<v1::JointState> arm;
   runtime::Out<v1::HandState> hand;
   Eigen::VectorXd q;
   v1::TaskStatus last;
