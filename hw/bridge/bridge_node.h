@@ -31,7 +31,7 @@ class BridgeNode {
   void publish_status(runtime::Time now, const Reading& arm);
 
   Params params_;
-  std::vector<std::string> joint_names_;
+  v1::JointLimits limits_message_;
   CommandGate gate_;
   std::unique_ptr<Actuators> driver_;
   std::unique_ptr<outside::RecordedHand> hand_driver_;
@@ -48,6 +48,7 @@ class BridgeNode {
   runtime::Out<v1::JointState> arm_;
   runtime::Out<v1::HandState> hand_;
   runtime::Out<foxglove::JointStates> joints_;
+  runtime::Out<v1::JointLimits> limits_;
   runtime::Out<v1::BridgeStatus> status_;
 };
 

@@ -106,6 +106,8 @@ v1::Trajectory to_proto(const PlannedMotion& motion) {
   return trajectory;
 }
 
+double PlannerParams::robot_rate_hz() const { return model::rate_of_robot(robot); }
+
 TaskSettings task_settings(const PlannerParams& p) {
   TaskSettings s;
   s.roadmap = {p.roadmap_nodes,

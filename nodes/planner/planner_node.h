@@ -31,7 +31,7 @@ v1::TaskStatus to_status(const TaskSequence& sequence);
 v1::Trajectory to_proto(const PlannedMotion& motion);
 
 struct PlannerParams {
-  double rate_hz = 200.0;           ///< set-points per second [Hz]
+  double rate_hz = 200.0;           ///< set-points per second: the robot's [Hz]
   double offset_s = 0.0;            ///< of the first step within the period [s]
   std::string robot = "lwr4.yaml";  ///< model file of the arm
   int roadmap_nodes = 2500;         ///< sampled over the joint limits [1]
@@ -80,6 +80,7 @@ struct PlannerParams {
     v("object_moved_m", object_moved_m, 0.001, 0.1);
     v("grip_force", grip_force, 0.0, 1.0);
   }
+  double robot_rate_hz() const;  ///< see run_node
 };
 
 /// How the node plans with these parameters: who has them can make the same roadmap.

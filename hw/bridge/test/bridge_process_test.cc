@@ -8,6 +8,7 @@
 #include <cmath>
 #include <csignal>
 #include <cstdlib>
+#include <fstream>
 
 #include "common/testing/process.h"
 #include "hw/can/bus.h"
@@ -258,7 +259,30 @@ TEST(BridgeProcess, RefusesBadConfigurationInOneLine) {
             std::string::npos);
   EXPECT_NE(refusal("robt=x").find("robt"), std::string::npos);
   EXPECT_NE(refusal("robot=nobody.yaml").find("nobody.yaml"), std::string::npos);
-  EXPECT_NE(refusal("rate_hz=300").find("rate_hz: 300"), std::string::npos);
+  EXPECT_EQ(refusal("rate_hz=300"),
+            "--set: bridge.rate_hz: 300 contradicts the robot's file, which says 200\n");
+}
+
+TEST(BridgeProcess, TakesItsRateFromTheRobotsFile) {
+  TestGraph graph;
+  const std::string robot = graph.directory() + "/robot.yaml",
+                    params = graph.directory() + "/p.yaml";
+  std::ifstream in(MIMESIS_SOURCE_DIR "/models/lwr4.yaml");
+  std::ofstream out(robot);
+  for (std::string line; std::getline(in, line);) {
+    out << (line.starts_with("rate_hz:") ? "rate_hz: 100" : line) << '\n';
+  }
+  out.close();
+  Process bridge(graph, "mimesis_bridge", {"--set", "robot=" + robot, "--set", "hand="});
+  ASSERT_TRUE(bridge.wait_ready(graph, "bridge", kPatience)) << bridge.errors();
+  EXPECT_EQ(bridge.terminate(), 0);
+  EXPECT_NE(bridge.errors().find("ready: rate_hz=100 "), std::string::npos) << bridge.errors();
+  std::ofstream(params) << "robot: " << robot << "\nrate_hz: 200\n";
+  Process other(graph, "mimesis_bridge", {"--params", params, "--check"});
+  EXPECT_EQ(other.wait(), 2);
+  EXPECT_EQ(other.errors(), params +
+                                ":2:10: bridge.rate_hz: 200 contradicts the robot's file, "
+                                "which says 100\n");
 }
 
 }  // namespace

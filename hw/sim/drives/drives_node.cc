@@ -35,6 +35,8 @@ Trouble trouble_of(const std::string& kind) {
 
 }  // namespace
 
+double DrivesParams::robot_rate_hz() const { return model::rate_of_robot(robot); }
+
 DrivesNode::DrivesNode(const Params& params, runtime::Bus& bus)
     : params_(params),
       rack_(configs(params), outside::open_can(params.bus, bus)),

@@ -120,6 +120,9 @@ TEST(PlannerProcess, BadConfigurationIsNamedAndExitsWith2) {
   Process range(graph, "mimesis_planner", {"--set", "speed=2"});
   EXPECT_EQ(range.wait(), 2);
   EXPECT_NE(range.errors().find("speed"), std::string::npos) << range.errors();
+  Process rate(graph, "mimesis_planner", {"--set", "rate_hz=100"});
+  EXPECT_EQ(rate.wait(), 2);
+  EXPECT_NE(rate.errors().find("planner.rate_hz: 100 contradicts"), std::string::npos);
   Process model(graph, "mimesis_planner", {"--set", "robot=nowhere.yaml"});
   EXPECT_EQ(model.wait(), 2);
   EXPECT_NE(model.errors().find("nowhere.yaml"), std::string::npos) << model.errors();

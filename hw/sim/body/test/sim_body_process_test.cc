@@ -134,6 +134,7 @@ TEST(SimBodyProcess, RefusesBadConfigurationInOneLine) {
     return body.errors();
   };
   EXPECT_NE(refusal("robot=nobody.yaml").find("nobody.yaml"), std::string::npos);
+  EXPECT_NE(refusal("rate_hz=100").find("sim_body.rate_hz: 100 contradicts"), std::string::npos);
   EXPECT_NE(refusal("plant=jelly").find("plant"), std::string::npos);
   EXPECT_NE(refusal("can=can0").find("expected embedded:NAME"), std::string::npos);
 }
