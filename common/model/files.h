@@ -24,12 +24,19 @@ std::string urdf_of_biped(const std::string& file);
 /// What moves a biped's joints, and what the URDF does not say about that.
 struct BipedDrives {
   std::string kind = "cia402";  ///< of actuators, as the bridge knows them
+  double rate_hz = 200.0;       ///< of commands to the joints
   /// Bound on the accelerations of all set-points: several times what a walk needs, so that its
   /// stream passes unchanged.
   double a_max_rad_s2 = 300.0;
 };
 /// @throws ConfigError as above.
 BipedDrives drives_of_biped(const std::string& file);
+
+/// Whether the file is a biped's, which names its URDF; an arm's has joints of its own.
+bool is_biped(const std::string& file);
+/// Rate of the commands to a robot's joints [Hz]: of an arm, a biped or a bare .urdf, which cannot
+/// say and has that of BipedDrives. @throws ConfigError as above.
+double rate_of_robot(const std::string& file);
 
 /// Reads a table (models/bridge_table.yaml). `bridge_height`: lower edge of the bar above the table
 /// [m], instead of the file's. @throws ConfigError as above.

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <filesystem>
+#include <fstream>
 
 #include "common/error.h"
 #include "common/model/files.h"
@@ -11,6 +12,8 @@ namespace mimesis::model {
 namespace {
 
 using runtime::ParamVisitor;
+
+constexpr double kLeastRate_hz = 10.0, kMostRate_hz = 1000.0;
 
 struct JointEntry {
   double a_m = 0.0, alpha_rad = 0.0, d_m = 0.0, offset_rad = 0.0;
@@ -53,22 +56,22 @@ struct PairEntry {
 };
 
 struct ArmFile {
-  std::string name;
-  std::string drives = "cia402";
+  kin::ArmModel arm;  // what needs no check; the rest is added to it
   std::vector<double> base_m{0.0, 0.0, 0.0};
   std::vector<double> tool_m{0.0, 0.0, 0.0};
   std::vector<JointEntry> joints;
-  std::vector<std::string> groups, obstacle_groups;
+  std::vector<std::string> obstacle_groups;
   std::vector<PairEntry> self_pairs;
   std::vector<BallEntry> balls;
 
   void visit(ParamVisitor& v) {
-    v("name", name);
-    v("drives", drives);
+    v("name", arm.name);
+    v("drives", arm.drives);
+    v("rate_hz", arm.rate_hz, kLeastRate_hz, kMostRate_hz);
     v("base_m", base_m, -10.0, 10.0, 3);
     v("tool_m", tool_m, -10.0, 10.0, 3);
     list(v, "joints", joints);
-    v("groups", groups);
+    v("groups", arm.groups);
     v("obstacle_groups", obstacle_groups);
     list(v, "self_pairs", self_pairs);
     list(v, "balls", balls);
@@ -81,12 +84,9 @@ class Builder {
 
   kin::ArmModel build() const {
     if (entry_.joints.empty()) fail("joints", "there is none");
-    kin::ArmModel arm;
-    arm.name = entry_.name;
-    arm.drives = entry_.drives;
+    kin::ArmModel arm = entry_.arm;
     arm.X_WB.translation() = Eigen::Vector3d::Map(entry_.base_m.data());
     arm.X_LE.translation() = Eigen::Vector3d::Map(entry_.tool_m.data());
-    arm.groups = entry_.groups;
     add_joints(arm);
     add_balls(arm);
     for (const std::string& group : entry_.obstacle_groups) {
@@ -105,9 +105,9 @@ class Builder {
   }
 
   int group_index(const std::string& key, const std::string& group) const {
-    const auto it = std::find(entry_.groups.begin(), entry_.groups.end(), group);
-    if (it == entry_.groups.end()) fail(key, "'" + group + "' is not one of groups");
-    return static_cast<int>(it - entry_.groups.begin());
+    const auto it = std::ranges::find(entry_.arm.groups, group);
+    if (it == entry_.arm.groups.end()) fail(key, "'" + group + "' is not one of groups");
+    return static_cast<int>(it - entry_.arm.groups.begin());
   }
 
   void add_joints(kin::ArmModel& arm) const {
@@ -169,17 +169,6 @@ struct FrameEntry {
   }
 };
 
-struct SoleEntry {
-  double back_m = 0.0, front_m = 0.0, inner_m = 0.0, outer_m = 0.0;
-
-  void visit(ParamVisitor& v) {
-    v("back_m", back_m, -1.0, 0.0);
-    v("front_m", front_m, 0.0, 1.0);
-    v("inner_m", inner_m, 0.0, 1.0);
-    v("outer_m", outer_m, 0.0, 1.0);
-  }
-};
-
 struct PostureEntry {
   std::string joint;
   double angle_rad = 0.0;
@@ -205,9 +194,8 @@ struct BipedEntry {
   std::vector<FrameEntry> frames;
   std::vector<std::string> soles, hands;
   std::vector<GripperEntry> grippers;
-  std::string trunk, head, imu;
-  SoleEntry sole;
   std::vector<PostureEntry> half_sitting;
+  robot::BipedNames names;  // without what is above
   BipedDrives drives;
 
   void visit(ParamVisitor& v) {
@@ -216,12 +204,19 @@ struct BipedEntry {
     v("soles", soles);
     v("hands", hands);
     list(v, "grippers", grippers);
-    v("trunk", trunk);
-    v("head", head);
-    v("imu", imu);
-    v.group("sole", [this](ParamVisitor& g) { sole.visit(g); });
+    v("trunk", names.trunk);
+    v("head", names.head);
+    v("imu", names.imu);
+    v.group("sole", [this](ParamVisitor& g) {
+      g("back_m", names.sole_back_m, -1.0, 0.0);
+      g("front_m", names.sole_front_m, 0.0, 1.0);
+      g("inner_m", names.sole_inner_m, 0.0, 1.0);
+      g("outer_m", names.sole_outer_m, 0.0, 1.0);
+    });
     list(v, "half_sitting", half_sitting);
+    v("step_s", names.step_s, 0.4, 1.2);
     v("drives", drives.kind);
+    v("rate_hz", drives.rate_hz, kLeastRate_hz, kMostRate_hz);
     v("a_max_rad_s2", drives.a_max_rad_s2, 1.0, 1e5);
   }
 };
@@ -275,16 +270,8 @@ robot::Biped load_biped(const std::string& file) {
   const std::string path = runtime::find_model_file(file);
   const BipedEntry entry = read_entry(path);
   try {
-    robot::BipedNames names{.sole = two(entry.soles, "soles"),
-                            .hand = {},
-                            .trunk = entry.trunk,
-                            .head = entry.head,
-                            .imu = entry.imu,
-                            .sole_back_m = entry.sole.back_m,
-                            .sole_front_m = entry.sole.front_m,
-                            .sole_inner_m = entry.sole.inner_m,
-                            .sole_outer_m = entry.sole.outer_m,
-                            .half_sitting = {}};
+    robot::BipedNames names = entry.names;
+    names.sole = two(entry.soles, "soles");
     if (!entry.hands.empty()) names.hand = two(entry.hands, "hands");
     if (!entry.grippers.empty()) {
       std::vector<std::string> joints;
@@ -304,6 +291,19 @@ robot::Biped load_biped(const std::string& file) {
 
 BipedDrives drives_of_biped(const std::string& file) {
   return read_entry(runtime::find_model_file(file)).drives;
+}
+
+bool is_biped(const std::string& file) {
+  std::ifstream in(runtime::find_model_file(file));
+  for (std::string line; std::getline(in, line);) {
+    if (line.starts_with("urdf:")) return true;
+  }
+  return false;
+}
+
+double rate_of_robot(const std::string& file) {
+  if (file.ends_with(".urdf")) return BipedDrives{}.rate_hz;
+  return is_biped(file) ? drives_of_biped(file).rate_hz : load_arm(file).rate_hz;
 }
 
 std::string urdf_of_biped(const std::string& file) {

@@ -141,6 +141,7 @@ Biped make_biped(RobotTree tree, const BipedNames& names) {
   biped.trunk = biped.tree.require_link(names.trunk);
   if (!names.head.empty()) biped.head = biped.tree.require_link(names.head);
   biped.imu = biped.tree.require_link(names.imu);
+  biped.step_s = names.step_s;
   stand(biped);
   return biped;
 }

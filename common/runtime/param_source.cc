@@ -336,6 +336,11 @@ void ParamSource::read(std::string_view owner, const VisitParams& visit) const {
   reader.finish();
 }
 
+bool ParamSource::gives(std::string_view key) const {
+  return std::ranges::any_of(sets_, [&](const auto& set) { return set.first == key; }) ||
+         (section_ != nullptr && section_->find(key) != nullptr);
+}
+
 Place ParamSource::place_of(std::string_view path) const {
   for (const auto& [key, text] : sets_) {
     if (key == path) return {"--set"};

@@ -93,6 +93,9 @@ class ParamSource {
   /// choices.
   void read(std::string_view owner, const VisitParams& visit) const;
 
+  /// Whether the file's section or --set has this key, which has no dots.
+  bool gives(std::string_view key) const;
+
   /// Where the value of "groups.0.count" was written, or the nearest around it: for mistakes that
   /// show only when all values are known.
   Place place_of(std::string_view path) const;

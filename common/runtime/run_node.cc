@@ -1,9 +1,12 @@
 #include "common/runtime/run_node.h"
 
+#include <fmt/format.h>
+
 #include <CLI/App.hpp>
 #include <CLI/Config.hpp>
 #include <CLI/Formatter.hpp>
 #include <algorithm>
+#include <cmath>
 #include <iostream>
 #include <map>
 
@@ -177,15 +180,29 @@ EffectiveParams effective_params(const VisitParams& visit,
   return {dump_params(visit), changed.empty() ? "all parameters at their defaults" : changed};
 }
 
-/// Constructs the node; puts its name before errors of its own checks, which name no place.
-void create(AnyNode& node, Bus& bus) {
+/// Puts the node's name before errors of its own checks, which name no place.
+template <class Check>
+auto named(const std::string& node, const Check& check) {
   try {
-    node.create(bus);
+    return check();
   } catch (const ConfigError& e) {
     const std::string what = e.what();
-    if (what.starts_with(bus.node() + ".")) throw;
-    throw ConfigError(bus.node() + ": " + what);
+    if (what.starts_with(node + ".")) throw;
+    throw ConfigError(node + ": " + what);
   }
+}
+
+/// A node that moves a robot steps at the robot's rate, whether or not its parameters repeat it.
+void take_robot_rate(AnyNode& node, const ParamSource& source, const NodeOptions& options,
+                     std::string_view owner) {
+  const double robot_hz = named(options.bus.name, [&] { return node.robot_rate_hz(); });
+  if (robot_hz == 0.0) return;
+  if (source.gives("rate_hz") && std::abs(node.rate_hz() / robot_hz - 1.0) > 1e-9) {
+    throw ConfigError(fmt::format("{}: {}.rate_hz: {} contradicts the robot's file, which says {}",
+                                  to_string(source.place_of("rate_hz")), owner, node.rate_hz(),
+                                  robot_hz));
+  }
+  node.set_rate_hz(robot_hz);
 }
 
 int run_configured(const NodeOptions& options, const EffectiveParams& effective, AnyNode& node) {
@@ -198,7 +215,7 @@ int run_configured(const NodeOptions& options, const EffectiveParams& effective,
   StepReport steps(bus, options.bus, effective.all);
   try {
     steps.begin(v1::STEP_KIND_CREATE, Time(0));
-    create(node, steps.bus());
+    named(options.bus.name, [&] { node.create(steps.bus()); });
     steps.end();
     const auto clock = make_clock(options.bus.clock, bus, node, stop.fd());
     bus.ready();
@@ -221,7 +238,9 @@ int run(int argc, char** argv, const NodeAbout& about, AnyNode& node) {
     return *exit_code;
   try {
     const std::vector<std::string> defaults = flat_params(visit);
-    ParamSource(options.params, options.args, options.sets).read(about.name, visit);
+    const ParamSource source(options.params, options.args, options.sets);
+    source.read(about.name, visit);
+    take_robot_rate(node, source, options, about.name);
     if (options.check) return 0;
     if (options.replay_fd >= 0) return run_replay(options.bus, options.replay_fd, node);
     return run_configured(options, effective_params(visit, defaults), node);

@@ -27,6 +27,10 @@ class AnyNode {
   }  ///< a stop request waits (bounded) for at_rest
   virtual bool at_rest() const { return true; }
   virtual double rate_hz() const = 0;
+  virtual double robot_rate_hz() const {
+    return 0.0;
+  }                                     ///< 0: moves no robot; may throw ConfigError
+  virtual void set_rate_hz(double) {}   ///< to that of the robot
   virtual double offset_s() const = 0;  ///< of the first step within the period
 };
 
@@ -38,6 +42,8 @@ int run(int argc, char** argv, const NodeAbout& about, AnyNode& node);
 /// `Node` has: `using Params` (with `rate_hz`, optionally `offset_s`, and `visit`), a constructor
 /// `(const Params&, Bus&)`, `step(Time)`, optionally `stop(Time) noexcept`, and `bool at_rest()
 /// const` if it should go on stepping (for 1.5 s at most) after a stop request until it is.
+/// `Params` of a node that moves a robot also has `double robot_rate_hz() const`: the robot's file
+/// owns the rate, so `rate_hz` becomes it, and another one that is given is refused.
 template <class Node>
 class NodeAdapter final : public AnyNode {
  public:
@@ -58,6 +64,11 @@ class NodeAdapter final : public AnyNode {
     return true;
   }
   double rate_hz() const override { return params_.rate_hz; }
+  double robot_rate_hz() const override {
+    if constexpr (requires { params_.robot_rate_hz(); }) return params_.robot_rate_hz();
+    return 0.0;
+  }
+  void set_rate_hz(double rate_hz) override { params_.rate_hz = rate_hz; }
   double offset_s() const override {
     if constexpr (requires { params_.offset_s; }) return params_.offset_s;
     return 0.0;

@@ -3,6 +3,7 @@
 #include <map>
 
 #include "common/error.h"
+#include "common/model/files.h"
 #include "hw/cia402/joint_driver.h"
 #include "hw/outside/recorded.h"
 #include "hw/perfect_actuators.h"
@@ -20,7 +21,7 @@ cia402::JointDriverOptions driver_options(const ActuatorsRequest& request, int f
       .axes = range(complete(p.axes, joints)),
       .names = range(joints.names),
       .limits = part_of(joints.limits, first, count),
-      .rate_hz = p.rate_hz,
+      .rate_hz = joints.rate_hz,
       .boot_timeout_s = p.boot_timeout_s,
       .transition_timeout_s = p.transition_timeout_s,
       .feedback_timeout_s = p.feedback_timeout_s,
@@ -45,7 +46,7 @@ std::unique_ptr<Actuators> make_perfect(const ActuatorsRequest& request) {
   return std::make_unique<PerfectActuators>(
       PerfectActuators::Options{.limits = joints.limits,
                                 .home_rad = {joints.home.begin(), joints.home.end()},
-                                .rate_hz = request.params.rate_hz,
+                                .rate_hz = joints.rate_hz,
                                 .stays_powered = request.stays_powered,
                                 .readonly = request.params.readonly});
 }
@@ -57,6 +58,8 @@ std::map<std::string, MakeActuators>& known_actuators() {
 }
 
 }  // namespace
+
+double BridgeParams::robot_rate_hz() const { return model::rate_of_robot(robot); }
 
 void add_actuators(const std::string& kind, MakeActuators make) {
   known_actuators()[kind] = std::move(make);

@@ -12,9 +12,9 @@
 namespace mimesis::hw::bridge {
 
 struct BridgeParams {
-  double rate_hz = 200.0;             ///< of SYNC and of steps [Hz]
+  double rate_hz = 200.0;             ///< of SYNC and of steps: the robot's [Hz]
   double offset_s = 0.0;              ///< of the first step within the period [s]
-  std::string robot = "lwr4.yaml";    ///< model file: limits, order of joints
+  std::string robot = "lwr4.yaml";    ///< model file: joints, their limits, rate
   std::string can = "embedded:arm";   ///< bus of the drives, see hw/can/bus.h
   std::vector<BusShare> buses{};      ///< several buses, instead of `can`
   std::string hand = "unix:hand";     ///< tcp:HOST:PORT, unix:NAME, or empty for no hand
@@ -45,6 +45,7 @@ struct BridgeParams {
     v("feedback_timeout_s", feedback_timeout_s, 0.01, 1.0);
     runtime::list(v, "axes", axes);
   }
+  double robot_rate_hz() const;  ///< see run_node
 };
 
 /// What actuators are made from.

@@ -24,13 +24,28 @@ bool holds(const BridgeParams& p, const Joints& joints) {
 }
 
 GateLimits gate_limits(const BridgeParams& p, const Joints& joints) {
-  return {.hold_after = runtime::from_seconds((kHoldCycles + 0.5) / p.rate_hz),
+  return {.hold_after = runtime::from_seconds((kHoldCycles + 0.5) / joints.rate_hz),
           .silence = runtime::from_seconds(p.silence_s),
           .start_tolerance_rad = p.start_tolerance_rad,
           .jump_rad = p.jump_rad,
           .v_max_rad_s = {joints.limits.v_max.begin(), joints.limits.v_max.end()},
           .names = joints.names,
           .hold_on_silence = holds(p, joints)};
+}
+
+v1::JointLimits to_proto(const std::string& robot, const Joints& joints) {
+  v1::JointLimits message;
+  message.set_robot(robot);
+  message.set_rate_hz(joints.rate_hz);
+  message.mutable_joints()->Assign(joints.names.begin(), joints.names.end());
+  const auto fill = [](auto* field, const Eigen::VectorXd& v) {
+    field->Assign(v.begin(), v.end());
+  };
+  fill(message.mutable_lower_rad(), joints.limits.q_min);
+  fill(message.mutable_upper_rad(), joints.limits.q_max);
+  fill(message.mutable_speed_rad_s(), joints.limits.v_max);
+  fill(message.mutable_acceleration_rad_s2(), joints.limits.a_max);
+  return message;
 }
 
 /// Every how many steps something slower is due.
@@ -45,7 +60,7 @@ BridgeNode::BridgeNode(const Params& params, runtime::Bus& bus)
 
 BridgeNode::BridgeNode(const Params& params, const Joints& joints, runtime::Bus& bus)
     : params_(params),
-      joint_names_(joints.names),
+      limits_message_(to_proto(params.robot, joints)),
       gate_(gate_limits(params, joints)),
       driver_(make_actuators({.params = params,
                               .joints = joints,
@@ -56,7 +71,9 @@ BridgeNode::BridgeNode(const Params& params, const Joints& joints, runtime::Bus&
       arm_(bus, "arm"),
       hand_(bus, "hand"),
       joints_(bus, "joints"),
+      limits_(bus, "limits", {.latched = true}),
       status_(bus, "status", {.latched = true}) {
+  params_.rate_hz = joints.rate_hz;
   if (params.hand.empty() || params.readonly) return;
   hand_driver_ = std::make_unique<outside::RecordedHand>(
       params.hand,
@@ -102,10 +119,7 @@ void BridgeNode::step_hand(runtime::Time now) {
 
 void BridgeNode::publish_arm(runtime::Time now, const Reading& arm) {
   if (!arm.posture_known) return;  // zeros would be a posture
-  arm_message_.clear_position_rad();
-  arm_message_.clear_velocity_rad_s();
-  arm_message_.clear_torque_n_m();
-  arm_message_.clear_drives();
+  arm_message_.Clear();
   for (const JointReading& joint : arm.joints) {
     arm_message_.add_position_rad(joint.position_rad);
     arm_message_.add_velocity_rad_s(joint.velocity_rad_s);
@@ -120,7 +134,7 @@ void BridgeNode::publish_arm(runtime::Time now, const Reading& arm) {
   foxglove::JointStates states;
   for (std::size_t i = 0; i < arm.joints.size(); ++i) {
     auto* state = states.add_joints();
-    state->set_name(joint_names_[i]);
+    state->set_name(limits_message_.joints(static_cast<int>(i)));
     state->set_position(arm.joints[i].position_rad);
     state->set_velocity(arm.joints[i].velocity_rad_s);
     state->set_effort(arm.joints[i].torque_n_m);
@@ -152,6 +166,7 @@ void BridgeNode::publish_status(runtime::Time now, const Reading& arm) {
 }
 
 void BridgeNode::step(runtime::Time now) {
+  if (steps_ == 0) limits_.send(limits_message_, now);
   const Reading& arm = driver_->read(now);
   take_command(now, arm);
   driver_->write(now, gate_.decide(now, arm));

@@ -8,7 +8,7 @@
 #include "hw/bridge/actuators_node.h"
 #include "hw/bridge/command_gate.h"
 #include "hw/outside/recorded.h"
-#include "proto/arm.pb.h"
+#include "proto/bridge.pb.h"
 #include "proto/foxglove/joint_states.pb.h"
 
 namespace mimesis::hw::bridge {
@@ -31,7 +31,7 @@ class BridgeNode {
   void publish_status(runtime::Time now, const Reading& arm);
 
   Params params_;
-  std::vector<std::string> joint_names_;
+  v1::JointLimits limits_message_;
   CommandGate gate_;
   std::unique_ptr<Actuators> driver_;
   std::unique_ptr<outside::RecordedHand> hand_driver_;
@@ -40,14 +40,15 @@ class BridgeNode {
   std::uint64_t steps_ = 0;
   runtime::Time status_due_{};
   v1::BridgeStatus status_message_;
-  v1::ArmState arm_message_;
+  v1::JointState arm_message_;
   runtime::Throttle refusals_{std::chrono::seconds(1)};
 
   runtime::Latest<v1::JointCommand> command_;
   runtime::Latest<v1::HandCommand> hand_command_;
-  runtime::Out<v1::ArmState> arm_;
+  runtime::Out<v1::JointState> arm_;
   runtime::Out<v1::HandState> hand_;
   runtime::Out<foxglove::JointStates> joints_;
+  runtime::Out<v1::JointLimits> limits_;
   runtime::Out<v1::BridgeStatus> status_;
 };
 

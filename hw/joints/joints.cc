@@ -1,7 +1,6 @@
 #include "hw/joints/joints.h"
 
 #include <cmath>
-#include <fstream>
 
 #include "common/error.h"
 #include "common/model/files.h"
@@ -21,7 +20,8 @@ Joints arm_joints(const kin::ArmModel& model) {
                            .a_max = model.a_max},
                 .home = model.home,
                 .effort_n_m = Eigen::VectorXd::Zero(model.dof()),
-                .drives = model.drives};
+                .drives = model.drives,
+                .rate_hz = model.rate_hz};
   for (int i = 1; i <= model.dof(); ++i) joints.names.push_back("A" + std::to_string(i));
   return joints;
 }
@@ -37,7 +37,8 @@ Joints tree_joints(const robot::RobotTree& tree, const Eigen::VectorXd& home,
                 .home = home,
                 .effort_n_m = Eigen::VectorXd::Zero(n),
                 .walks = true,
-                .drives = drives.kind};
+                .drives = drives.kind,
+                .rate_hz = drives.rate_hz};
   for (int i = 0; i < tree.dof(); ++i) {
     joints.effort_n_m[i] = tree.moved(i).max_effort;
     if (!(joints.limits.v_max[i] > 0.0 && std::isfinite(joints.limits.v_max[i]))) {
@@ -49,15 +50,6 @@ Joints tree_joints(const robot::RobotTree& tree, const Eigen::VectorXd& home,
   return joints;
 }
 
-/// A biped's file names its URDF; an arm's has joints of its own.
-bool names_a_urdf(const std::string& file) {
-  std::ifstream in(runtime::find_model_file(file));
-  for (std::string line; std::getline(in, line);) {
-    if (line.starts_with("urdf:")) return true;
-  }
-  return false;
-}
-
 }  // namespace
 
 Joints load_joints(const std::string& file) {
@@ -65,7 +57,7 @@ Joints load_joints(const std::string& file) {
     const robot::RobotTree tree = robot::read_urdf(runtime::find_model_file(file));
     return tree_joints(tree, Eigen::VectorXd::Zero(tree.dof()), {}, file);
   }
-  if (names_a_urdf(file)) {
+  if (model::is_biped(file)) {
     const robot::Biped biped = model::load_biped(file);
     return tree_joints(biped.tree, biped.half_sitting, model::drives_of_biped(file), file);
   }

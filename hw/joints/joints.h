@@ -18,13 +18,14 @@ struct Joints {
   Eigen::VectorXd effort_n_m;  ///< largest torque; 0: the file does not say
   bool walks = false;          ///< would fall without power
   std::string drives;          ///< kind of its actuators, see hw/bridge/actuators_node.h
+  double rate_hz = 200.0;      ///< of commands and readings
 
   int count() const { return static_cast<int>(names.size()); }
 };
 
 /// Reads an arm (models/lwr4.yaml) or a walking robot (models/biped.yaml, or a bare .urdf: then
-/// home is zero and what a URDF cannot say is as in model::BipedDrives). The file alone owns the
-/// limits: the bridge enforces them once, in the SetpointLimiter of its actuators.
+/// home is zero and what a URDF cannot say is as in model::BipedDrives). The file alone owns rate
+/// and limits; the bridge enforces these once, in the SetpointLimiter of its actuators.
 /// @throws ConfigError that names the file
 Joints load_joints(const std::string& file);
 

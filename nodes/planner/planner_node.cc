@@ -22,7 +22,7 @@ std::optional<DecidedTask> to_decided(const v1::Decision& decision) {
       decision.decided_ns() + 1};  // 0 stands for no decision
 }
 
-std::optional<ArmReading> to_reading(const v1::ArmState& state, int dof) {
+std::optional<ArmReading> to_reading(const v1::JointState& state, int dof) {
   if (state.position_rad_size() != dof) return std::nullopt;
   return ArmReading{Eigen::VectorXd::Map(state.position_rad().data(), dof), state.operational(),
                     state.fault()};
@@ -105,6 +105,8 @@ v1::Trajectory to_proto(const PlannedMotion& motion) {
   }
   return trajectory;
 }
+
+double PlannerParams::robot_rate_hz() const { return model::rate_of_robot(robot); }
 
 TaskSettings task_settings(const PlannerParams& p) {
   TaskSettings s;

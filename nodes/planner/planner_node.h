@@ -9,7 +9,7 @@
 #include "common/runtime/params.h"
 #include "common/runtime/ports.h"
 #include "nodes/planner/task_sequence.h"
-#include "proto/arm.pb.h"
+#include "proto/bridge.pb.h"
 #include "proto/cognition.pb.h"
 #include "proto/planner.pb.h"
 #include "proto/scene.pb.h"
@@ -20,7 +20,7 @@ namespace mimesis::planner {
 /// unknown.
 std::optional<DecidedTask> to_decided(const v1::Decision& decision);
 /// Nothing if the number of joints is not `dof`.
-std::optional<ArmReading> to_reading(const v1::ArmState& state, int dof);
+std::optional<ArmReading> to_reading(const v1::JointState& state, int dof);
 HandReading to_reading(const v1::HandState& state);
 
 v1::Grip to_proto(Grip grip);
@@ -31,7 +31,7 @@ v1::TaskStatus to_status(const TaskSequence& sequence);
 v1::Trajectory to_proto(const PlannedMotion& motion);
 
 struct PlannerParams {
-  double rate_hz = 200.0;           ///< set-points per second [Hz]
+  double rate_hz = 200.0;           ///< set-points per second: the robot's [Hz]
   double offset_s = 0.0;            ///< of the first step within the period [s]
   std::string robot = "lwr4.yaml";  ///< model file of the arm
   int roadmap_nodes = 2500;         ///< sampled over the joint limits [1]
@@ -80,6 +80,7 @@ struct PlannerParams {
     v("object_moved_m", object_moved_m, 0.001, 0.1);
     v("grip_force", grip_force, 0.0, 1.0);
   }
+  double robot_rate_hz() const;  ///< see run_node
 };
 
 /// How the node plans with these parameters: who has them can make the same roadmap.
@@ -128,7 +129,7 @@ class PlannerNode {
 
   runtime::Latest<v1::Decision> decision_in_;
   runtime::Latest<v1::Scene> scene_in_;
-  runtime::Latest<v1::ArmState> arm_in_;
+  runtime::Latest<v1::JointState> arm_in_;
   runtime::Latest<v1::HandState> hand_in_;
   runtime::Out<v1::JointCommand> command_;
   runtime::Out<v1::HandCommand> hand_command_;

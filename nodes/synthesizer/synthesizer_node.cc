@@ -35,7 +35,7 @@ std::unique_ptr<const BipedDrawer> learn_robot_drawer(const SynthesizerParams& p
   const robot::Biped biped = model::load_biped(params.robot.description);
   RobotTrialSettings settings = robot_trial_settings(biped);
   settings.seed = static_cast<std::uint64_t>(params.drawer_seed);
-  settings.cycle_s = 2.0 * params.robot.limits.step_s;
+  settings.cycle_s = 2.0 * params.robot.asked().step_s;
   return std::make_unique<const BipedDrawer>(make_biped_drawer(biped, settings));
 }
 
@@ -52,7 +52,7 @@ std::unique_ptr<Director> make_director(const SynthesizerParams& params, const A
     throw ConfigError("synthesizer.robot.description: one robot, but synthesizer.characters is " +
                       std::to_string(params.characters));
   }
-  return std::make_unique<RobotDirector>(model, starts, settings, params.robot.limits,
+  return std::make_unique<RobotDirector>(model, starts, settings, params.robot.asked(),
                                          robot_drawer);
 }
 

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <numbers>
 
+#include "common/model/files.h"
+
 namespace mimesis::synthesizer {
 namespace {
 constexpr double kFarthest_m = 1e4;
@@ -32,8 +34,14 @@ void RobotParams::visit(runtime::ParamVisitor& v) {
   v("max_turn_rad_s", limits.turn_rad_s, 0.01, 1.0);
   v("acceleration_m_s2", limits.acceleration_m_s2, 0.02, 10.0);
   v("turn_acceleration_rad_s2", limits.turn_acceleration_rad_s2, 0.02, 10.0);
-  v("step_s", limits.step_s, 0.3, 3.0);
+  v("step_s", step_s, 0.0, 3.0);
   v("stale_s", stale_s, 0.02, 10.0);
+}
+
+RobotLimits RobotParams::asked() const {
+  RobotLimits asked = limits;
+  asked.step_s = step_s > 0.0 ? step_s : model::load_biped(description).step_s;
+  return asked;
 }
 
 void SynthesizerParams::visit(runtime::ParamVisitor& v) {
@@ -60,6 +68,10 @@ void SynthesizerParams::visit(runtime::ParamVisitor& v) {
   v("beat_stale_s", beat_stale_s, 0.05, 600.0);
   v("gait_stale_s", gait_stale_s, 0.05, 60.0);
   v("foot_lock", foot_lock);
+}
+
+double SynthesizerParams::robot_rate_hz() const {
+  return robot.description.empty() ? 0.0 : model::rate_of_robot(robot.description);
 }
 
 CharactersSettings SynthesizerParams::character_settings() const {

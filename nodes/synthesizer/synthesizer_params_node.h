@@ -32,13 +32,15 @@ struct FirstGoalParams {
 struct RobotParams {
   std::string description;  ///< of the robot, such as biped.yaml; empty: no robot
   RobotLimits limits;       ///< what it can be asked for
+  double step_s = 0.0;      ///< of one step; 0: the robot's own [s]
   double stale_s = 0.25;    ///< feedback not heard for so long is none [s]
 
   void visit(runtime::ParamVisitor& v);
+  RobotLimits asked() const;  ///< `limits` with this or the robot's step_s. @throws ConfigError
 };
 
 struct SynthesizerParams {
-  double rate_hz = 200.0;                  ///< of the motion [Hz]
+  double rate_hz = 200.0;                  ///< of the motion: the robot's, if there is one [Hz]
   double offset_s = 0.0;                   ///< of the first step within the period [s]
   std::string model = "walk.motion.json";  ///< file of the motion model
   int characters = 1;                      ///< [1]
@@ -56,6 +58,7 @@ struct SynthesizerParams {
   bool foot_lock = true;         ///< standing feet stay where they are
 
   void visit(runtime::ParamVisitor& v);
+  double robot_rate_hz() const;  ///< see run_node
   CharactersSettings character_settings() const;
   Formation formation() const;
 };

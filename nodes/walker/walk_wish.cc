@@ -86,8 +86,6 @@ void WalkWish::walk(const MotionWish& motion, const GroundPose& robot) {
         clamp(settings_.drift_gain_1_s * math::wrap_pi(motion.heading_rad - robot.yaw_rad),
               settings_.drift_most_rad_s);
   }
-  for (const int i : {0, 1}) walk.velocity_m_s[i] = clamp(walk.velocity_m_s[i], most[i]);
-  walk.yaw_rate_rad_s = clamp(walk.yaw_rate_rad_s, gait_.most_turn_rad_s);
 }
 
 void WalkWish::move_upper_body(const MotionWish* motion, double dt_s) {

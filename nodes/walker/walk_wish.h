@@ -32,9 +32,8 @@ struct WalkWishSettings {
 };
 
 /// Turns a wished motion into a wish within the robot's limits, tick by tick:
-/// - velocities within the robot's, plus clamp(k (p_motion − p_robot)) in the heading frame; a
-/// motion
-///   with footprints gets no such correction;
+/// - velocities plus clamp(k (p_motion − p_robot)) in the heading frame; a motion with footprints
+///   gets no such correction. The pattern cuts them to what the robot can; here it is only told;
 /// - the upper body within the joints' limits. When a motion begins or ends, the difference to the
 ///   posture before fades as 1 − (10 s³ − 15 s⁴ + 6 s⁵). Walker keeps the joints' speeds.
 class WalkWish {

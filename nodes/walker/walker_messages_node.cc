@@ -129,7 +129,7 @@ std::string read_body(const v1::BodySensors& message, Sensors& sensors) {
   return {};
 }
 
-std::string read_joints(const v1::ArmState& message, Sensors& sensors) {
+std::string read_joints(const v1::JointState& message, Sensors& sensors) {
   const auto dof = static_cast<int>(sensors.q.size());
   if (message.position_rad_size() != dof || message.velocity_rad_s_size() != dof) {
     return fmt::format("encoders of {} positions and {} rates, the robot has {} joints",

@@ -4,7 +4,7 @@
 
 #include "common/time.h"
 #include "nodes/walker/walk_wish.h"
-#include "proto/arm.pb.h"
+#include "proto/bridge.pb.h"
 #include "proto/foxglove/transform.pb.h"
 #include "proto/walker.pb.h"
 
@@ -34,7 +34,7 @@ class MotionReader {
 /// Fill `sensors`. Values are finite, because ports reject others.
 /// @return empty, or one line: why they cannot be used
 std::string read_body(const v1::BodySensors& message, Sensors& sensors);
-std::string read_joints(const v1::ArmState& message, Sensors& sensors);
+std::string read_joints(const v1::JointState& message, Sensors& sensors);
 
 void to_proto(const Footprint& footprint, v1::Footprint& out);
 void to_proto(const Eigen::Vector3d& point, v1::Vector3& out);

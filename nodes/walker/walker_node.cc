@@ -109,7 +109,7 @@ bool WalkerNode::at_rest() const {
 
 void WalkerNode::take_sensors(runtime::Time now) {
   if (const v1::BodySensors* body = body_in_.take()) body_fault_ = read_body(*body, sensors_);
-  if (const v1::ArmState* joints = joints_in_.take()) {
+  if (const v1::JointState* joints = joints_in_.take()) {
     joints_fault_ = read_joints(*joints, sensors_);
     drives_fault_ = joints->operational()     ? ""
                     : joints->fault().empty() ? "the bridge does not follow yet"

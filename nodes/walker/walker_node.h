@@ -86,7 +86,7 @@ class WalkerNode {
   runtime::Latest<v1::Motion> motion_in_;
   runtime::Latest<v1::MotionRows> rows_in_;
   runtime::Latest<v1::BodySensors> body_in_;
-  runtime::Latest<v1::ArmState> joints_in_;
+  runtime::Latest<v1::JointState> joints_in_;
   runtime::Out<v1::JointCommand> command_;
   runtime::Out<v1::WalkFeedback> feedback_;
   runtime::Out<v1::WalkBalance> balance_;

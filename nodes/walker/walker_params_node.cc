@@ -1,10 +1,13 @@
 #include "nodes/walker/walker_params_node.h"
 
+#include <fmt/format.h>
+
 #include <array>
 #include <numbers>
 #include <utility>
 
 #include "common/error.h"
+#include "common/model/files.h"
 
 namespace mimesis::walker {
 namespace {
@@ -154,6 +157,13 @@ void WalkerParams::visit(runtime::ParamVisitor& v) {
   v("drift_most_m_s", wish.drift_most_m_s, 0.0, 0.5);
   v("drift_most_rad_s", wish.drift_most_rad_s, 0.0, 0.5);
   v("fade_s", wish.fade_s, 0.0, 10.0);
+}
+
+double WalkerParams::robot_rate_hz() const {
+  const double its_hz = model::rate_of_robot(robot);
+  if (its_hz == 1.0 / kTick_s) return its_hz;
+  throw ConfigError(fmt::format("{}: rate_hz: {}, expected {}: the walker's gains belong to it",
+                                robot, its_hz, 1.0 / kTick_s));
 }
 
 WalkerSettings WalkerParams::settings(const robot::Biped& biped) const {

@@ -66,6 +66,7 @@ struct WalkerParams {
   WalkWishSettings wish;
 
   void visit(runtime::ParamVisitor& v);
+  double robot_rate_hz() const;  ///< see run_node
   /// Settings of the chain for this robot. @throws ConfigError
   WalkerSettings settings(const robot::Biped& biped) const;
 };

@@ -64,7 +64,7 @@ class Layers(unittest.TestCase):
         self.expect("common/kin/arm.h", '#include "hw/can/bus.h"', "hw/can/bus.h: common is below hw")
         self.expect("nodes/a/a_node.h", '#include "hw/can/bus.h"', "hw/can/bus.h: only the bridge")
         self.expect("hw/can/bus.h", '#include "tools/x.h"', "tools/x.h: hw is below tools")
-        self.expect("common/kin/arm.h", '#include "proto/arm.pb.h"', "proto/arm.pb.h: common/kin computes only")
+        self.expect("common/kin/arm.h", '#include "proto/bridge.pb.h"', "proto/bridge.pb.h: common/kin computes only")
         self.expect("common/kin/arm.cc", '#include "common/runtime/bus.h"', "common/runtime/bus.h: common/kin")
 
     def test_nothing_includes_an_experiment(self):
@@ -74,7 +74,7 @@ class Layers(unittest.TestCase):
     def test_an_algorithm_is_pure(self):
         self.assertEqual(layers({**GOOD, "hw/sim/plant/plant.h": "#include <sys/socket.h>\n"})[0], 0)
         for include in ("<sys/socket.h>", "<zmq.h>", "<spdlog/spdlog.h>", "<thread>", "<mutex>", "<yaml-cpp/yaml.h>",
-                        "<google/protobuf/message.h>", '"proto/arm.pb.h"', '"common/runtime/log.h"'):
+                        "<google/protobuf/message.h>", '"proto/bridge.pb.h"', '"common/runtime/log.h"'):
             self.expect("nodes/a/a.cc", "#include " + include, "the algorithm of a node reaches -> " + include[1:-1])
         self.expect("nodes/a/a.cc", "auto t = std::chrono::steady_clock::now();", "the algorithm of a node reads steady")
 
@@ -84,7 +84,7 @@ class Layers(unittest.TestCase):
         self.assertIn("nodes/a/a.cc:1: the algorithm of a node reaches -> nodes/a/a.h -> common/kin/arm.h -> thread", out)
 
     def test_a_part_is_an_algorithm(self):
-        for part, include in (("maths", "<nlohmann/json.hpp>"), ("maths", '"proto/arm.pb.h"'), ("model", "<mutex>"),
+        for part, include in (("maths", "<nlohmann/json.hpp>"), ("maths", '"proto/bridge.pb.h"'), ("model", "<mutex>"),
                               ("maths", '"common/runtime/log.h"'), ("model", "<spdlog/spdlog.h>")):
             self.expect(f"nodes/b/{part}/x.cc", "#include " + include, "the algorithm of a node reaches")
         self.expect("nodes/b/maths/m.cc", "auto t = std::chrono::system_clock::now();", "the algorithm of a node reads")

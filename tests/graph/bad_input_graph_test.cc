@@ -10,7 +10,7 @@
 
 #include "common/runtime/raw.h"
 #include "common/testing/process.h"
-#include "proto/arm.pb.h"
+#include "proto/bridge.pb.h"
 #include "proto/cognition.pb.h"
 #include "proto/foxglove/image.pb.h"
 #include "proto/motion.pb.h"
@@ -168,7 +168,7 @@ INSTANTIATE_TEST_SUITE_P(
                       Victim{"planner",
                              {{"decision", &v1::Decision::default_instance()},
                               {"scene", &v1::Scene::default_instance()},
-                              {"arm", &v1::ArmState::default_instance()},
+                              {"arm", &v1::JointState::default_instance()},
                               {"hand", &v1::HandState::default_instance()}},
                              "positions, expected 7"},
                       Victim{"bridge",
@@ -177,7 +177,7 @@ INSTANTIATE_TEST_SUITE_P(
                              "the arm has 7"},
                       Victim{"sim_hand", {{"contact", &v1::HandContact::default_instance()}}, ""},
                       Victim{"world",
-                             {{"arm", &v1::ArmState::default_instance()},
+                             {{"arm", &v1::JointState::default_instance()},
                               {"hand", &v1::HandState::default_instance()},
                               {"task", &v1::TaskStatus::default_instance()}},
                              "positions, expected 7"},

@@ -2,7 +2,7 @@
 #include <gtest/gtest.h>
 #include <signal.h>
 
-#include "proto/arm.pb.h"
+#include "proto/bridge.pb.h"
 #include "proto/walker.pb.h"
 #include "tests/graph/scenario.h"
 
@@ -130,7 +130,7 @@ TEST(BipedGraph, TheBridgeHoldsARobotWhoseWalkerWasKilled) {
   ASSERT_FALSE(status.empty());
   EXPECT_EQ(status.back().reason(), "no command for 0.1 s: holding");
   for (const v1::BridgeStatus& s : status) EXPECT_NE(s.state(), "fault") << s.reason();
-  const auto joints = all<v1::ArmState>(run, "bridge/arm");
+  const auto joints = all<v1::JointState>(run, "bridge/arm");
   for (const auto drive : joints.back().drives()) {
     EXPECT_NE(drive, v1::DRIVE_STATE_SWITCH_ON_DISABLED) << "without power it would collapse";
   }

@@ -5,7 +5,7 @@
 
 #include <filesystem>
 
-#include "proto/arm.pb.h"
+#include "proto/bridge.pb.h"
 #include "proto/planner.pb.h"
 #include "tests/graph/scenario.h"
 
@@ -65,7 +65,7 @@ TEST_P(KilledNode, StopsTheArmAndLeavesNothingBehind) {
   if (victim == "clock") return;       // simulated time stands still, and the arm with it
   const auto states = run.messages("sim_drives/arm");
   ASSERT_FALSE(states.empty());
-  v1::ArmState last;
+  v1::JointState last;
   ASSERT_TRUE(last.ParseFromString(states.back().payload));
   for (int i = 0; i < last.drives_size(); ++i) {
     EXPECT_NEAR(last.velocity_rad_s(i), 0.0, 1e-3) << "axis " << i << " still moves";

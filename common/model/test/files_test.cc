@@ -83,6 +83,14 @@ TEST(ArmFile, Lwr4HasTheDataSheetsSpeeds) {
               ((arm.q_max - arm.home).array() > 0).all());
 }
 
+TEST(RobotFile, OwnsTheRateOfItsJoints) {
+  const EditedCopy arm("lwr4.yaml", "rate_hz: 200", "rate_hz: 125");
+  const EditedCopy biped("biped.yaml", "rate_hz: 200", "rate_hz: 250");
+  EXPECT_EQ(rate_of_robot(arm.file()), 125.0);
+  EXPECT_EQ(rate_of_robot(biped.file()), 250.0);
+  EXPECT_EQ(rate_of_robot("biped.urdf"), 200.0);
+}
+
 TEST(ArmFile, MistakesAreNamedInOneLine) {
   const EditedCopy group("lwr4.yaml", "group: upper", "group: uper");
   EXPECT_NE(message_of([&] { load_arm(group.file()); }).find("'uper' is not one of groups"),

@@ -38,7 +38,7 @@ class Node : public ::testing::Test {
       if (now.count() % 10'000'000 == 0) plant.step(0.01, server.exchange(plant.input()), 0.5);
     }
     if (auto s = graph.take_last<v1::BridgeStatus>("status")) status = *s;
-    if (auto s = graph.take_last<v1::ArmState>("arm")) arm = *s;
+    if (auto s = graph.take_last<v1::JointState>("arm")) arm = *s;
     if (auto s = graph.take_last<v1::HandState>("hand")) hand = *s;
   }
 
@@ -52,7 +52,7 @@ class Node : public ::testing::Test {
   Time now = 1s;
   std::vector<double> target;
   v1::BridgeStatus status;
-  v1::ArmState arm;
+  v1::JointState arm;
   v1::HandState hand;
 };
 
@@ -130,13 +130,14 @@ TEST_F(Node, StopDisablesTheDrives) {
   for (auto& drive : rack->drives()) EXPECT_EQ(drive.state(), DriveState::switch_on_disabled);
 }
 
-/// The arm's file with other drives.
-std::string robot_with_drives(const testing::Loopback& graph, const std::string& kind) {
+/// The arm's file with another value of `key`.
+std::string robot_with(const testing::Loopback& graph, const std::string& key,
+                       const std::string& value) {
   std::ifstream in(std::string(MIMESIS_SOURCE_DIR) + "/models/lwr4.yaml");
   const std::string file = graph.directory() + "/robot.yaml";
   std::ofstream out(file);
   for (std::string line; std::getline(in, line);) {
-    out << (line.starts_with("drives:") ? "drives: " + kind : line) << '\n';
+    out << (line.starts_with(key + ":") ? key + ": " + value : line) << '\n';
   }
   return file;
 }
@@ -188,7 +189,7 @@ TEST(ActuatorsOfAnotherKind, AreObeyedGatedAndStopped) {
     EXPECT_FALSE(request.stays_powered);
     return std::make_unique<Puppet>(request.joints, strings);
   });
-  const std::string robot = robot_with_drives(graph, "puppet");
+  const std::string robot = robot_with(graph, "drives", "puppet");
   BridgeNode node({.robot = robot, .hand = ""}, graph);
   const Eigen::VectorXd home = load_joints(robot).home;
   Time now = 1s;
@@ -204,7 +205,7 @@ TEST(ActuatorsOfAnotherKind, AreObeyedGatedAndStopped) {
 
 TEST(ActuatorsOfAnotherKind, MayBePerfect) {
   testing::Loopback graph;
-  const std::string robot = robot_with_drives(graph, "perfect");
+  const std::string robot = robot_with(graph, "drives", "perfect");
   BridgeNode node({.robot = robot, .hand = ""}, graph);
   Eigen::VectorXd target = load_joints(robot).home;
   Time now = 1s;
@@ -214,7 +215,7 @@ TEST(ActuatorsOfAnotherKind, MayBePerfect) {
     stream_at(target, 1, node, graph, now);
   }
   stream_at(target, 50, node, graph, now);
-  const auto state = graph.take_last<v1::ArmState>("arm");
+  const auto state = graph.take_last<v1::JointState>("arm");
   ASSERT_TRUE(state.has_value());
   EXPECT_NEAR(state->position_rad(1), target[1], 1e-9);
   EXPECT_TRUE(state->operational());
@@ -222,7 +223,7 @@ TEST(ActuatorsOfAnotherKind, MayBePerfect) {
 
 TEST(ActuatorsOfAnotherKind, ThatNobodyKnowsAreRefused) {
   testing::Loopback graph;
-  const std::string robot = robot_with_drives(graph, "nobody");
+  const std::string robot = robot_with(graph, "drives", "nobody");
   try {
     BridgeNode node({.robot = robot}, graph);
     FAIL() << "accepted";
@@ -231,6 +232,29 @@ TEST(ActuatorsOfAnotherKind, ThatNobodyKnowsAreRefused) {
               std::string::npos)
         << e.what();
   }
+}
+
+TEST(Announced, IsOnceWhatTheRobotsFileSaysOfItsJoints) {
+  testing::Loopback graph;
+  const std::string robot = robot_with(graph, "rate_hz", "250");
+  BridgeNode node({.robot = robot, .hand = ""}, graph);
+  node.step(1s);
+  const auto said = graph.take<v1::JointLimits>("limits");
+  ASSERT_TRUE(said.has_value());
+  EXPECT_EQ(said->robot(), robot);
+  EXPECT_EQ(said->rate_hz(), 250.0);
+  ASSERT_EQ(said->joints_size(), 7);
+  EXPECT_EQ(said->joints(6), "A7");
+  const auto row = [](const auto& field) {
+    return Eigen::VectorXd::Map(field.data(), field.size());
+  };
+  const kin::ArmModel file = model::load_arm(robot);
+  EXPECT_EQ(row(said->lower_rad()), file.q_min);
+  EXPECT_EQ(row(said->upper_rad()), file.q_max);
+  EXPECT_EQ(row(said->speed_rad_s()), file.v_max);
+  EXPECT_EQ(row(said->acceleration_rad_s2()), file.a_max);
+  node.step(1s + 4ms);
+  EXPECT_FALSE(graph.take<v1::JointLimits>("limits").has_value()) << "twice";
 }
 
 TEST_F(Node, BadConfigurationIsRefused) {

@@ -8,11 +8,12 @@
 #include <cmath>
 #include <csignal>
 #include <cstdlib>
+#include <fstream>
 
 #include "common/testing/process.h"
 #include "hw/can/bus.h"
 #include "hw/cia402/cia402.h"
-#include "proto/arm.pb.h"
+#include "proto/bridge.pb.h"
 
 namespace mimesis::hw::bridge {
 namespace {
@@ -105,7 +106,7 @@ class Robot : public ::testing::Test {
   /// Swings by 0.2 rad with a period of 2 s.
   static double swing(double t) { return 0.1 * (1.0 - std::cos(M_PI * t)); }
   bool enabled() {
-    const v1::ArmState* t = truth.get();
+    const v1::JointState* t = truth.get();
     return t != nullptr && std::ranges::any_of(t->drives(), [](int s) {
              return s == v1::DRIVE_STATE_OPERATION_ENABLED;
            });
@@ -120,7 +121,7 @@ class Robot : public ::testing::Test {
                 {{"command", "test/command"}, {"hand_command", "test/hand_command"}},
                 "test",
                 in_lockstep() ? runtime::ClockKind::lockstep : runtime::ClockKind::wall};
-  runtime::Latest<v1::ArmState> truth{peer.bus(), "truth"}, arm{peer.bus(), "arm"};
+  runtime::Latest<v1::JointState> truth{peer.bus(), "truth"}, arm{peer.bus(), "arm"};
   runtime::Latest<v1::BridgeStatus> status{peer.bus(), "status"};
   runtime::Latest<v1::HandState> hand_state{peer.bus(), "hand"};
   runtime::Out<v1::JointCommand> command{peer.bus(), "command"};
@@ -258,7 +259,30 @@ TEST(BridgeProcess, RefusesBadConfigurationInOneLine) {
             std::string::npos);
   EXPECT_NE(refusal("robt=x").find("robt"), std::string::npos);
   EXPECT_NE(refusal("robot=nobody.yaml").find("nobody.yaml"), std::string::npos);
-  EXPECT_NE(refusal("rate_hz=300").find("rate_hz: 300"), std::string::npos);
+  EXPECT_EQ(refusal("rate_hz=300"),
+            "--set: bridge.rate_hz: 300 contradicts the robot's file, which says 200\n");
+}
+
+TEST(BridgeProcess, TakesItsRateFromTheRobotsFile) {
+  TestGraph graph;
+  const std::string robot = graph.directory() + "/robot.yaml",
+                    params = graph.directory() + "/p.yaml";
+  std::ifstream in(MIMESIS_SOURCE_DIR "/models/lwr4.yaml");
+  std::ofstream out(robot);
+  for (std::string line; std::getline(in, line);) {
+    out << (line.starts_with("rate_hz:") ? "rate_hz: 100" : line) << '\n';
+  }
+  out.close();
+  Process bridge(graph, "mimesis_bridge", {"--set", "robot=" + robot, "--set", "hand="});
+  ASSERT_TRUE(bridge.wait_ready(graph, "bridge", kPatience)) << bridge.errors();
+  EXPECT_EQ(bridge.terminate(), 0);
+  EXPECT_NE(bridge.errors().find("ready: rate_hz=100 "), std::string::npos) << bridge.errors();
+  std::ofstream(params) << "robot: " << robot << "\nrate_hz: 200\n";
+  Process other(graph, "mimesis_bridge", {"--params", params, "--check"});
+  EXPECT_EQ(other.wait(), 2);
+  EXPECT_EQ(other.errors(), params +
+                                ":2:10: bridge.rate_hz: 200 contradicts the robot's file, "
+                                "which says 100\n");
 }
 
 }  // namespace

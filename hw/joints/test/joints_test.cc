@@ -29,6 +29,7 @@ TEST(Joints, OfAnArm) {
   EXPECT_DOUBLE_EQ(joints.home[3], 1.6);
   EXPECT_DOUBLE_EQ(joints.limits.a_max[0], 6.0) << "the file's";
   EXPECT_EQ(joints.drives, "cia402");
+  EXPECT_EQ(joints.rate_hz, 200.0);
   EXPECT_DOUBLE_EQ(complete(std::vector<cia402::Axis>{}, joints)[0].rated_torque_n_m, 100.0);
 }
 

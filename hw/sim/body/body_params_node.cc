@@ -1,8 +1,11 @@
 #include "hw/sim/body/body_params_node.h"
 
+#include "common/model/files.h"
 #include "common/robot/drawer_size.h"
 
 namespace mimesis::hw::sim {
+
+double SimBodyParams::robot_rate_hz() const { return model::rate_of_robot(robot); }
 
 BodyOptions body_options(const SimBodyParams& p) {
   BodyOptions options;

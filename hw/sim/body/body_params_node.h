@@ -105,7 +105,7 @@ struct DrawerParams {
 };
 
 struct SimBodyParams {
-  double rate_hz = 200.0;             ///< of steps [Hz]
+  double rate_hz = 200.0;             ///< of steps: the robot's [Hz]
   double offset_s = 0.0025;           ///< of the first step: after the bridge's [s]
   std::string robot = "biped.yaml";   ///< model file
   std::string can = "embedded:body";  ///< bus of all drives, see hw/can/bus.h
@@ -162,6 +162,7 @@ struct SimBodyParams {
     v("time_limit_s", time_limit_s, 0.0, 1e6);
     v("settle_s", settle_s, 0.0, 100.0);
   }
+  double robot_rate_hz() const;  ///< see run_node
 };
 
 BodyOptions body_options(const SimBodyParams& params);

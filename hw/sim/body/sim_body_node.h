@@ -13,7 +13,7 @@
 #include "hw/sim/body/drawer.h"
 #include "hw/sim/body/outcome_node.h"
 #include "hw/sim/cia402/drive.h"
-#include "proto/arm.pb.h"
+#include "proto/bridge.pb.h"
 #include "proto/foxglove/transform.pb.h"
 #include "proto/walker.pb.h"
 
@@ -58,12 +58,12 @@ class SimBodyNode {
   OutcomeJudge judge_;
   runtime::Out<v1::BodySensors> sensors_;
   runtime::Out<v1::BodyTruth> truth_;
-  runtime::Out<v1::ArmState> arm_;
+  runtime::Out<v1::JointState> arm_;
   runtime::Out<v1::DrawerState> drawer_state_;
   runtime::Out<foxglove::FrameTransforms> transforms_;
   v1::BodySensors sensors_message_;
   v1::BodyTruth truth_message_;
-  v1::ArmState arm_message_;
+  v1::JointState arm_message_;
   v1::DrawerState drawer_message_;
 };
 

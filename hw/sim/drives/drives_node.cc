@@ -35,6 +35,8 @@ Trouble trouble_of(const std::string& kind) {
 
 }  // namespace
 
+double DrivesParams::robot_rate_hz() const { return model::rate_of_robot(robot); }
+
 DrivesNode::DrivesNode(const Params& params, runtime::Bus& bus)
     : params_(params),
       rack_(configs(params), outside::open_can(params.bus, bus)),
@@ -51,7 +53,7 @@ void DrivesNode::make_trouble(runtime::Time now) {
 void DrivesNode::step(runtime::Time now) {
   make_trouble(now);
   rack_.step(now);
-  v1::ArmState state;
+  v1::JointState state;
   bool operational = true;
   for (const Drive& drive : rack_.drives()) {
     state.add_position_rad(drive.position_rad());

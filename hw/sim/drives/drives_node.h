@@ -7,12 +7,12 @@
 #include "common/runtime/ports.h"
 #include "hw/cia402/axis.h"
 #include "hw/sim/cia402/drive.h"
-#include "proto/arm.pb.h"
+#include "proto/bridge.pb.h"
 
 namespace mimesis::hw::sim {
 
 struct DrivesParams {
-  double rate_hz = 200.0;            ///< of steps [Hz]
+  double rate_hz = 200.0;            ///< of steps: the robot's [Hz]
   double offset_s = 0.0025;          ///< of the first step: after the bridge's [s]
   std::string bus = "embedded:arm";  ///< see hw/can/bus.h
   std::string robot = "lwr4.yaml";   ///< model file: number of joints, home posture, dynamics
@@ -42,6 +42,7 @@ struct DrivesParams {
     v("fault_kind", fault_kind, {"overcurrent", "mute", "jam"});
     runtime::list(v, "axes", axes);
   }
+  double robot_rate_hz() const;  ///< see run_node
 };
 
 /// The drives of a simulated arm on a CAN bus. Publishes where the joints truly are.
@@ -60,7 +61,7 @@ class DrivesNode {
   Rack rack_;
   std::optional<runtime::Time> trouble_at_;
   bool troubled_ = false;
-  runtime::Out<v1::ArmState> arm_;
+  runtime::Out<v1::JointState> arm_;
 };
 
 }  // namespace mimesis::hw::sim

@@ -6,7 +6,7 @@
 #include "common/runtime/params.h"
 #include "common/runtime/ports.h"
 #include "hw/sim/hand/hand.h"
-#include "proto/arm.pb.h"
+#include "proto/bridge.pb.h"
 #include "proto/world.pb.h"
 
 namespace mimesis::hw::sim {

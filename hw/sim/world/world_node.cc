@@ -90,7 +90,7 @@ void WorldNode::step(runtime::Time now) {
 
 /// Takes over the newest posture. Without news the arm is where it was.
 void WorldNode::read_posture() {
-  const v1::ArmState* arm = arm_.get();
+  const v1::JointState* arm = arm_.get();
   if (arm == nullptr) return;
   const bool right_size = arm->position_rad_size() == arm_model_.dof();
   if (right_size) q_ = Eigen::VectorXd::Map(arm->position_rad().data(), arm_model_.dof());

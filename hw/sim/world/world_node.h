@@ -9,7 +9,7 @@
 #include "common/runtime/ports.h"
 #include "hw/sim/world/object.h"
 #include "hw/sim/world/world.h"
-#include "proto/arm.pb.h"
+#include "proto/bridge.pb.h"
 #include "proto/foxglove/scene.pb.h"
 #include "proto/foxglove/transform.pb.h"
 #include "proto/planner.pb.h"
@@ -73,7 +73,7 @@ class WorldNode {
   v1::Goal goal_ = v1::GOAL_UNSPECIFIED;
   bool scene_due_ = true, outcome_sent_ = false, wrong_size_reported_ = false;
 
-  runtime::Latest<v1::ArmState> arm_;
+  runtime::Latest<v1::JointState> arm_;
   runtime::Latest<v1::HandState> hand_;
   runtime::Reliable<v1::TaskStatus> task_;
   runtime::Out<v1::Scene> scene_;

@@ -28,7 +28,7 @@ class Bench {
     bus.send("decision", decision, now);
   }
   void send_states() {
-    v1::ArmState arm;
+    v1::JointState arm;
     for (const double q : arm_q) arm.add_position_rad(q);
     arm.set_operational(true);
     bus.send("arm", arm, now);
@@ -148,7 +148,7 @@ TEST(PlannerNode, FallsSilentWhenTheArmDoes) {
   EXPECT_FALSE(bench.commanded);
 }
 
-TEST(PlannerNode, AnArmStateWithAnotherNumberOfJointsIsNoState) {
+TEST(PlannerNode, AJointStateWithAnotherNumberOfJointsIsNoState) {
   PlannerParams params;
   params.ready_s = 0.1;
   Bench bench(params);

@@ -2,7 +2,7 @@
 
 #include "common/model/files.h"
 #include "common/testing/process.h"
-#include "proto/arm.pb.h"
+#include "proto/bridge.pb.h"
 #include "proto/cognition.pb.h"
 #include "proto/planner.pb.h"
 #include "proto/scene.pb.h"
@@ -53,7 +53,7 @@ struct Rest {
             for (int j = 0; j < 7; ++j) q[j] = next->position_rad(j);
           }
           while (auto next = status.pop()) last = std::move(*next);
-          v1::ArmState arm_state;
+          v1::JointState arm_state;
           for (const double position : q) arm_state.add_position_rad(position);
           arm_state.set_operational(true);
           arm.send(arm_state, TestNode::now());
@@ -70,7 +70,7 @@ struct Rest {
   runtime::Reliable<v1::TaskStatus> status;
   runtime::Out<v1::Decision> decision;
   runtime::Out<v1::Scene> scene;
-  runtime::Out<v1::ArmState> arm;
+  runtime::Out<v1::JointState> arm;
   runtime::Out<v1::HandState> hand;
   Eigen::VectorXd q;
   v1::TaskStatus last;
@@ -120,6 +120,9 @@ TEST(PlannerProcess, BadConfigurationIsNamedAndExitsWith2) {
   Process range(graph, "mimesis_planner", {"--set", "speed=2"});
   EXPECT_EQ(range.wait(), 2);
   EXPECT_NE(range.errors().find("speed"), std::string::npos) << range.errors();
+  Process rate(graph, "mimesis_planner", {"--set", "rate_hz=100"});
+  EXPECT_EQ(rate.wait(), 2);
+  EXPECT_NE(rate.errors().find("planner.rate_hz: 100 contradicts"), std::string::npos);
   Process model(graph, "mimesis_planner", {"--set", "robot=nowhere.yaml"});
   EXPECT_EQ(model.wait(), 2);
   EXPECT_NE(model.errors().find("nowhere.yaml"), std::string::npos) << model.errors();

@@ -19,7 +19,7 @@ using Outputs = std::map<std::string, std::vector<std::string>>;
 class Robot {
  public:
   void send_states(testing::Loopback& graph, runtime::Time now) {
-    v1::ArmState arm;
+    v1::JointState arm;
     for (const double angle : q_) arm.add_position_rad(angle);
     arm.set_operational(true);
     graph.send("arm", arm, now);

@@ -207,6 +207,11 @@ TEST(SynthesizerProcess, BadConfigurationExitsWith2AndNamesTheKey) {
   const std::string damaged = file().folder() + "/damaged.motion.json";
   std::ofstream(damaged) << R"({"format": "mimesis.motion", "version": 99})";
   refused("model=" + damaged, "damaged.motion.json");
+  TestGraph graph;
+  Process robot(graph, kSynthesizer,
+                {"--set", "robot.description=biped.yaml", "--set", "rate_hz=100"});
+  EXPECT_EQ(robot.wait(), 2);
+  EXPECT_NE(robot.errors().find("synthesizer.rate_hz: 100 contradicts"), std::string::npos);
 }
 
 }  // namespace

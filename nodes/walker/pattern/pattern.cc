@@ -61,6 +61,7 @@ GaitSettings gait_settings(const robot::Biped& biped) {
   constexpr double kLeg_m = 0.6;
   constexpr double kSoleBack_m = 0.1, kSoleInner_m = 0.056;  // from the ankle
   const double scale = robot::leg_length_m(biped) / kLeg_m;
+  s.step_s = biped.step_s;
   s.com_height_m = biped.com_height_m;
   s.feet_distance_m = biped.feet_distance_m;
   const robot::Biped::Leg& leg = biped.leg[kLeft];

@@ -91,8 +91,9 @@ struct GaitSettings {
 /// @throws ConfigError "gait.KEY: VALUE, expected ..." for the first setting that no robot can have
 ///         or that is no multiple of the MPC's sampling time.
 void check(const GaitSettings& settings);
-/// Settings for a robot: height, distance and sole from its description, the rest scaled from the
-/// defaults by the length of its legs [docs/walking.md 8.2]. @throws ConfigError as check()
+/// Settings for a robot: step time, height, distance and sole from its description, the rest scaled
+/// from the defaults by the length of its legs [docs/walking.md 8.2]. @throws ConfigError as
+/// check()
 GaitSettings gait_settings(const robot::Biped& biped);
 
 /// Walking pattern generator: plans CoM, ZMP and feet that a cart-table model can walk, every tick.

@@ -3,7 +3,7 @@
 
 #include "common/robot/dynamics.h"
 #include "nodes/walker/pattern/pattern.h"
-#include "proto/arm.pb.h"
+#include "proto/bridge.pb.h"
 #include "proto/walker.pb.h"
 
 namespace mimesis::walker::testing {
@@ -36,8 +36,8 @@ class PerfectRobot {
     zmp_W_m_ = {plan.zmp_planned_in_world_m().x_m(), plan.zmp_planned_in_world_m().y_m()};
   }
 
-  v1::ArmState joints() {
-    v1::ArmState message;
+  v1::JointState joints() {
+    v1::JointState message;
     for (Eigen::Index j = 0; j < q.size(); ++j) {
       message.add_position_rad(q[j]);
       message.add_velocity_rad_s((q[j] - last_q_[j]) / kTick_s);

@@ -180,7 +180,7 @@ TEST(ReadBody, RefusesAnAttitudeThatIsNoneAndAFootThatIsMissing) {
 TEST(ReadJoints, TakesPositionsAndRatesOfAllJoints) {
   Sensors sensors;
   sensors.q = sensors.dq = Eigen::VectorXd::Zero(3);
-  v1::ArmState message;
+  v1::JointState message;
   for (int j = 0; j < 3; ++j) {
     message.add_position_rad(1.0 + j);
     message.add_velocity_rad_s(-1.0 - j);

@@ -1,5 +1,7 @@
 #include <gtest/gtest.h>
 
+#include <fstream>
+#include <iterator>
 #include <map>
 
 #include "common/error.h"
@@ -135,6 +137,30 @@ TEST(WalkerParams, EveryKeyHasAFigureOfItsOwnAndAnAllowedDefault) {
   WalkerParams p;
   Places places;
   p.visit(places);
+}
+
+TEST(WalkerParams, RateAndStepTimeAreThoseOfTheRobotsFile) {
+  std::ifstream in(runtime::find_model_file("biped.yaml"));
+  std::string text{std::istreambuf_iterator<char>(in), {}};
+  for (const auto& [from, to] : std::map<std::string, std::string>{
+           {"urdf: biped.urdf", "urdf: " + runtime::find_model_file("biped.urdf")},
+           {"step_s: 0.8", "step_s: 0.7"},
+           {"rate_hz: 200", "rate_hz: 250"}}) {
+    ASSERT_NE(text.find(from), std::string::npos) << from;
+    text.replace(text.find(from), from.size(), to);
+  }
+  WalkerParams p;
+  EXPECT_EQ(p.robot_rate_hz(), 200.0);
+  p.robot = ::testing::TempDir() + "robot_of_walker_params_test.yaml";
+  std::ofstream(p.robot) << text;
+  EXPECT_EQ(p.settings(model::load_biped(p.robot)).gait->step_s, 0.7);
+  try {
+    p.robot_rate_hz();
+    FAIL() << "accepted";
+  } catch (const ConfigError& e) {
+    EXPECT_EQ(std::string(e.what()),
+              p.robot + ": rate_hz: 250, expected 200: the walker's gains belong to it");
+  }
 }
 
 TEST(WalkerParams, FiguresOfTheGaitReplaceThoseOfTheRobot) {

@@ -63,13 +63,13 @@ struct Rest {
   double forward_m_s = 0.0;
   v1::WalkFeedback last;
   v1::BodySensors now;
-  v1::ArmState encoders;
+  v1::JointState encoders;
   TestNode peer;
   runtime::Reliable<v1::JointCommand> command;
   runtime::Reliable<v1::WalkFeedback> feedback;
   runtime::Reliable<v1::WalkBalance> balance;
   runtime::Out<v1::BodySensors> sensors;
-  runtime::Out<v1::ArmState> joints;
+  runtime::Out<v1::JointState> joints;
   runtime::Out<v1::Motion> motion;
 };
 

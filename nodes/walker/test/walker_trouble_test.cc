@@ -119,7 +119,7 @@ TEST(WalkerNode, SensorsThatAreNotNumbersAreSilent) {
 }
 
 TEST(WalkerNode, EncodersAndForcesThatAreNotNumbersAreSilent) {
-  const auto silent = [](const std::function<void(v1::BodySensors&, v1::ArmState&)>& spoil,
+  const auto silent = [](const std::function<void(v1::BodySensors&, v1::JointState&)>& spoil,
                          const std::string& why) {
     Rig rig;
     rig.ready();
@@ -128,7 +128,7 @@ TEST(WalkerNode, EncodersAndForcesThatAreNotNumbersAreSilent) {
     rig.sends_body = rig.sends_joints = false;
     for (int i = 0; i < 600; ++i) {
       v1::BodySensors body = rig.robot.sensors();
-      v1::ArmState joints = rig.robot.joints();
+      v1::JointState joints = rig.robot.joints();
       spoil(body, joints);
       rig.bus.send("sensors", body, rig.now);
       rig.bus.send("joints", joints, rig.now);
@@ -139,11 +139,11 @@ TEST(WalkerNode, EncodersAndForcesThatAreNotNumbersAreSilent) {
     EXPECT_EQ(rig.state(), v1::WALK_STATE_SAFE) << why;
     EXPECT_EQ(rig.status.reason(), why);
   };
-  silent([](v1::BodySensors&, v1::ArmState& a) { a.set_position_rad(7, kNan); },
+  silent([](v1::BodySensors&, v1::JointState& a) { a.set_position_rad(7, kNan); },
          "encoders are silent");
-  silent([](v1::BodySensors&, v1::ArmState& a) { a.set_velocity_rad_s(7, HUGE_VAL); },
+  silent([](v1::BodySensors&, v1::JointState& a) { a.set_velocity_rad_s(7, HUGE_VAL); },
          "encoders are silent");
-  silent([](v1::BodySensors& b, v1::ArmState&) { b.mutable_feet(1)->set_force_z_n(kNan); },
+  silent([](v1::BodySensors& b, v1::JointState&) { b.mutable_feet(1)->set_force_z_n(kNan); },
          "IMU and foot forces are silent");
 }
 
@@ -200,7 +200,7 @@ TEST(WalkerNode, SensorsThatMakeNoSenseAreNotUsed) {
 TEST(WalkerNode, EncodersOfAnotherRobotAreNotUsed) {
   Rig rig;
   rig.sends_joints = false;
-  v1::ArmState arm;
+  v1::JointState arm;
   arm.set_operational(true);
   for (int j = 0; j < 7; ++j) arm.add_position_rad(0.0);
   rig.bus.send("joints", arm, rig.now);

@@ -139,7 +139,7 @@ struct Layer {
 
 const std::array<Layer, 4>& known_layers() {
   static const std::array<Layer, 4> layers{{
-      {"--robot", &ViewLayers::robot, v1::ArmState::descriptor()},
+      {"--robot", &ViewLayers::robot, v1::JointState::descriptor()},
       {"--fields", &ViewLayers::fields, v1::FieldActivity::descriptor()},
       {"--roadmap", &ViewLayers::roadmap, v1::Scene::descriptor()},
       {"--table", &ViewLayers::table, v1::Scene::descriptor()},
@@ -210,10 +210,10 @@ class LayerPainter {
     if (const auto image = topic_of(logs, "foxglove.RawImage", "camera/image")) {
       camera_ = view_of(setups, *image);
     }
-    if (wanted<v1::ArmState>(layers.robot)) {
-      const auto arm = source_of(logs, *v1::ArmState::descriptor());
+    if (wanted<v1::JointState>(layers.robot)) {
+      const auto arm = source_of(logs, *v1::JointState::descriptor());
       const auto view = std::make_shared<RobotView>(arm_of(setups, arm->node));
-      follow<v1::ArmState>(view);
+      follow<v1::JointState>(view);
       follow<v1::HandState>(view);
     }
     if (wanted<v1::Scene>(layers.roadmap)) add_roadmap(planner_of(setups), arm_of(setups, ""));

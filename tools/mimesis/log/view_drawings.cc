@@ -71,7 +71,7 @@ void draw_hand_pose(foxglove::SceneEntity& entity, const Eigen::Isometry3d& X_WE
 
 }  // namespace
 
-bool RobotView::see(const v1::ArmState& state, const Draw& draw) {
+bool RobotView::see(const v1::JointState& state, const Draw& draw) {
   if (state.position_rad_size() != arm_.dof()) return false;
   const auto q = Eigen::VectorXd::Map(state.position_rad().data(), arm_.dof());
   if (!q.allFinite()) return false;

@@ -10,7 +10,7 @@
 #include "common/image/pinhole.h"
 #include "common/kin/arm.h"
 #include "common/model/drawing.h"
-#include "proto/arm.pb.h"
+#include "proto/bridge.pb.h"
 #include "proto/cognition.pb.h"
 #include "proto/foxglove/image.pb.h"
 #include "proto/foxglove/scene.pb.h"
@@ -31,7 +31,7 @@ class RobotView {
   explicit RobotView(kin::ArmModel arm) : arm_(std::move(arm)) {}
 
   /// False: the state is not finite, or of an arm with another number of joints.
-  bool see(const v1::ArmState& state, const Draw& draw);
+  bool see(const v1::JointState& state, const Draw& draw);
   bool see(const v1::HandState& state, const Draw& draw);
 
  private:

@@ -59,14 +59,14 @@ class Robot : public ::testing::Test {
     }
     bridge->step(now + 1250us);
     if (auto s = bridge_graph->take_last<v1::BridgeStatus>("status")) status = *s;
-    if (auto a = bridge_graph->take_last<v1::ArmState>("arm")) feedback = *a;
+    if (auto a = bridge_graph->take_last<v1::JointState>("arm")) feedback = *a;
   }
   void tick(bool speak) {
     step_bridge(speak);
     body->step(now + 2500us);
     now += kTick;
     truth = *body_graph.take_last<v1::BodyTruth>("truth");
-    drives = *body_graph.take_last<v1::ArmState>("arm");
+    drives = *body_graph.take_last<v1::JointState>("arm");
     sensors = *body_graph.take_last<v1::BodySensors>("sensors");
     body_graph.take_last<foxglove::FrameTransforms>("transforms");
     if (auto o = body_graph.take<v1::WalkOutcome>("outcome")) outcomes.push_back(*o);
@@ -120,7 +120,7 @@ class Robot : public ::testing::Test {
   std::vector<std::string> names;
   std::vector<double> home, target;
   v1::BridgeStatus status;
-  v1::ArmState feedback, drives;
+  v1::JointState feedback, drives;
   v1::BodyTruth truth;
   v1::BodySensors sensors;
   std::vector<v1::WalkOutcome> outcomes;

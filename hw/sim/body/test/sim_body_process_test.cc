@@ -5,7 +5,7 @@
 #include <csignal>
 
 #include "common/testing/process.h"
-#include "proto/arm.pb.h"
+#include "proto/bridge.pb.h"
 #include "proto/walker.pb.h"
 
 namespace mimesis::hw::sim {
@@ -67,7 +67,7 @@ class RobotProcess : public ::testing::Test {
     ASSERT_TRUE(stream([&] { return known("following", "following"); })) << bridge->errors();
   }
   int drives_in(v1::DriveState state) {
-    const v1::ArmState* t = drives.get();
+    const v1::JointState* t = drives.get();
     return t == nullptr ? 0 : static_cast<int>(std::ranges::count(t->drives(), int{state}));
   }
   /// `duration` of the simulation's time from now on.
@@ -84,7 +84,7 @@ class RobotProcess : public ::testing::Test {
                  {"status", "bridge/status"}},
                 {{"command", "test/command"}}};
   runtime::Latest<v1::BodyTruth> truth{peer.bus(), "truth"};
-  runtime::Latest<v1::ArmState> drives{peer.bus(), "drives"}, arm{peer.bus(), "arm"};
+  runtime::Latest<v1::JointState> drives{peer.bus(), "drives"}, arm{peer.bus(), "arm"};
   runtime::Latest<v1::BridgeStatus> status{peer.bus(), "status"};
   runtime::Out<v1::JointCommand> command{peer.bus(), "command"};
   std::optional<Process> body, bridge;
@@ -134,6 +134,7 @@ TEST(SimBodyProcess, RefusesBadConfigurationInOneLine) {
     return body.errors();
   };
   EXPECT_NE(refusal("robot=nobody.yaml").find("nobody.yaml"), std::string::npos);
+  EXPECT_NE(refusal("rate_hz=100").find("sim_body.rate_hz: 100 contradicts"), std::string::npos);
   EXPECT_NE(refusal("plant=jelly").find("plant"), std::string::npos);
   EXPECT_NE(refusal("can=can0").find("expected embedded:NAME"), std::string::npos);
 }

@@ -15,10 +15,10 @@ TEST(DrivesNode, PublishesTheTruthAndMakesTroubleOnTime) {
   DrivesNode node({.fault_axis = 3, .fault_at_s = 0.1}, graph);
   auto tap = can::open("embedded:arm", graph.directory());
   int emergencies = 0;
-  v1::ArmState arm;
+  v1::JointState arm;
   for (runtime::Time now = 5s; now < 5200ms; now += 5ms) {
     node.step(now);
-    arm = *graph.take<v1::ArmState>("arm");
+    arm = *graph.take<v1::JointState>("arm");
     EXPECT_EQ(arm.drives(2) == v1::DRIVE_STATE_SWITCH_ON_DISABLED, now < 5100ms) << now.count();
     std::array<can::Frame, 64> frames;
     const std::size_t count = tap->receive(frames);

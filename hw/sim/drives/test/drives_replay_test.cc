@@ -41,7 +41,7 @@ TEST(DrivesNode, ReplayedGivesTheSameBytesWithoutABus) {
       ++cycle;
     });
   }
-  v1::ArmState last;
+  v1::JointState last;
   ASSERT_TRUE(last.ParseFromString(live["arm"].back()));
   EXPECT_EQ(last.drives(0), v1::DRIVE_STATE_OPERATION_ENABLED);
 

@@ -36,7 +36,7 @@ class WorldNodeTest : public ::testing::Test {
     for (int i = 0; i < times; ++i) node_.step(now_ += kStep);
   }
   void send_arm(const Eigen::VectorXd& q) {
-    v1::ArmState state;
+    v1::JointState state;
     for (const double x : q) state.add_position_rad(x);
     bus_.send("arm", state, now_ + kStep);
   }

@@ -3,7 +3,7 @@
 #include "common/model/files.h"
 #include "common/testing/process.h"
 #include "hw/sim/world/test/postures.h"
-#include "proto/arm.pb.h"
+#include "proto/bridge.pb.h"
 #include "proto/planner.pb.h"
 #include "proto/world.pb.h"
 
@@ -51,7 +51,7 @@ class WorldProcess : public ::testing::Test {
   }
   /// Keeps sending posture and hand until `done`.
   bool hold(const Eigen::VectorXd& q, double closure, const std::function<bool()>& done) {
-    v1::ArmState arm;
+    v1::JointState arm;
     for (const double x : q) arm.add_position_rad(x);
     v1::HandState hand;
     hand.set_grip(v1::GRIP_PRECISION);
@@ -76,7 +76,7 @@ class WorldProcess : public ::testing::Test {
   runtime::Latest<v1::WorldState> state_;
   runtime::Latest<v1::HandContact> contact_;
   runtime::Reliable<v1::TrialOutcome> outcome_;
-  runtime::Out<v1::ArmState> arm_;
+  runtime::Out<v1::JointState> arm_;
   runtime::Out<v1::HandState> hand_;
   runtime::Out<v1::TaskStatus> task_;
   kin::ArmModel model_;

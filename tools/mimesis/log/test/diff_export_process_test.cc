@@ -4,7 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "common/testing/process.h"
-#include "proto/arm.pb.h"
+#include "proto/bridge.pb.h"
 #include "proto/foxglove/image.pb.h"
 #include "tools/mimesis/log/test/log_builder.h"
 
@@ -20,12 +20,12 @@ class LogTools : public ::testing::Test {
   std::string log(const std::string& name, int odd = -1, double by = 0.0) {
     LogBuilder builder;
     for (int i = 0; i < 20; ++i) {
-      v1::ArmState m;
+      v1::JointState m;
       m.mutable_header()->set_seq(static_cast<std::uint64_t>(i) + 1);
       m.add_position_rad(i + (i == odd ? by : 0.0));
       builder.add("x/arm", static_cast<std::uint64_t>(i) * 100'000'000, m);
     }
-    v1::ArmState health;
+    v1::JointState health;
     health.set_fault(name);  // of the runtime: differs between runs
     builder.add("x/health", 2'000'000'000, health);
     foxglove::RawImage image;

@@ -4,14 +4,14 @@
 #include <gtest/gtest.h>
 
 #include "common/error.h"
-#include "proto/arm.pb.h"
+#include "proto/bridge.pb.h"
 #include "tools/mimesis/log/test/log_builder.h"
 
 namespace mimesis::tool {
 namespace {
 
-v1::ArmState stamped_arm(double position, std::uint64_t stamp_ns = 0) {
-  v1::ArmState m;
+v1::JointState stamped_arm(double position, std::uint64_t stamp_ns = 0) {
+  v1::JointState m;
   m.mutable_header()->set_stamp_ns(stamp_ns);
   m.add_position_rad(position);
   return m;
@@ -127,8 +127,9 @@ TEST(LogDiff, MistakesInOptionsNameWhatIsThere) {
   };
   EXPECT_EQ(why({.ignore = {"x/arn.header"}}),
             "no topic 'x/arn' in the log, did you mean 'x/arm'?");
-  EXPECT_EQ(why({.ignore = {"x/arm.positon_rad"}}),
-            "x/arm: mimesis.v1.ArmState has no field 'positon_rad', did you mean 'position_rad'?");
+  EXPECT_EQ(
+      why({.ignore = {"x/arm.positon_rad"}}),
+      "x/arm: mimesis.v1.JointState has no field 'positon_rad', did you mean 'position_rad'?");
   EXPECT_EQ(why({.field_tolerances = {"x/arm.position_rad"}}),
             "--field-tolerance x/arm.position_rad: expected TOPIC.FIELD=NUMBER, 0 or more");
   EXPECT_NE(why({.ignore = {"*.nothing"}}), "");

@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "common/image/image_file.h"
-#include "proto/arm.pb.h"
+#include "proto/bridge.pb.h"
 #include "tools/mimesis/log/test/log_builder.h"
 
 namespace mimesis::tool {
@@ -44,8 +44,8 @@ TEST(RowJoin, OuterHasEveryMessageOnce) {
             (Rows{"1: a1|b1", "2: |b2", "3: a3|b3", "3: a3|", "4: |b4"}));
 }
 
-v1::ArmState arm_state(std::vector<double> positions, const std::string& fault = "") {
-  v1::ArmState m;
+v1::JointState arm_state(std::vector<double> positions, const std::string& fault = "") {
+  v1::JointState m;
   for (const double p : positions) m.add_position_rad(p);
   m.set_fault(fault);
   return m;
@@ -133,7 +133,7 @@ TEST_F(ExportTest, MistakesAreToldBeforeAnythingIsWritten) {
     return "";
   };
   EXPECT_EQ(why({"x.position_rd"}),
-            "x: mimesis.v1.ArmState has no field 'position_rd', did you mean 'position_rad'?");
+            "x: mimesis.v1.JointState has no field 'position_rd', did you mean 'position_rad'?");
   EXPECT_EQ(why({"x.position_rad,"}), "--csv x.position_rad,: expected a field behind the comma");
   EXPECT_EQ(why({"json.a"}),
             "json: messages are 'raw', not Protobuf with a schema: they have no fields to choose");

@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "common/error.h"
-#include "proto/arm.pb.h"
+#include "proto/bridge.pb.h"
 #include "proto/foxglove/image.pb.h"
 #include "proto/steps.pb.h"
 #include "tools/mimesis/log/field_text.h"
@@ -33,7 +33,7 @@ std::string mistake(const google::protobuf::Message& m, const std::string& path)
 }
 
 TEST(FieldColumns, ElementsNestedFieldsAndWholeMessages) {
-  v1::ArmState m;
+  v1::JointState m;
   m.mutable_header()->set_seq(3);
   for (const double p : {0.1, -0.0, 1e300}) m.add_position_rad(p);
   EXPECT_EQ(values(m, "position_rad[2]"), Values{"position_rad[2]=1e+300"});
@@ -68,14 +68,15 @@ TEST(FieldColumns, BytesOnlyWhereTheyAreNamed) {
 }
 
 TEST(FieldColumns, MistakesSayWhatIsWrong) {
-  const v1::ArmState m;
-  EXPECT_EQ(mistake(m, "positon_rad"),
-            "topic: mimesis.v1.ArmState has no field 'positon_rad', did you mean 'position_rad'?");
+  const v1::JointState m;
+  EXPECT_EQ(
+      mistake(m, "positon_rad"),
+      "topic: mimesis.v1.JointState has no field 'positon_rad', did you mean 'position_rad'?");
   EXPECT_EQ(mistake(m, "header.sek"),
             "topic: mimesis.v1.Header has no field 'sek', did you mean 'seq'?");
-  EXPECT_EQ(mistake(m, "fault.x"), "topic.fault.x: fault of mimesis.v1.ArmState has no 'x'");
+  EXPECT_EQ(mistake(m, "fault.x"), "topic.fault.x: fault of mimesis.v1.JointState has no 'x'");
   EXPECT_EQ(mistake(m, "position_rad[x]"),
-            "topic.position_rad[x]: position_rad of mimesis.v1.ArmState has no 'x'");
+            "topic.position_rad[x]: position_rad of mimesis.v1.JointState has no 'x'");
   EXPECT_NE(mistake(m, "position_rad[-1]"), "");
   for (const char* path : {".", "a.", "a..b", "a[]", "[", "]"}) EXPECT_NE(mistake(m, path), "");
 }

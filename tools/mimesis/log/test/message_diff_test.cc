@@ -8,7 +8,7 @@
 #include <cmath>
 #include <limits>
 
-#include "proto/arm.pb.h"
+#include "proto/bridge.pb.h"
 #include "proto/foxglove/image.pb.h"
 #include "proto/runtime.pb.h"
 #include "proto/steps.pb.h"
@@ -20,8 +20,8 @@ namespace {
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInf = std::numeric_limits<double>::infinity();
 
-v1::ArmState arm(std::vector<double> positions) {
-  v1::ArmState m;
+v1::JointState arm(std::vector<double> positions) {
+  v1::JointState m;
   m.mutable_header()->set_seq(7);
   for (const double p : positions) m.add_position_rad(p);
   return m;
@@ -105,7 +105,7 @@ TEST(MessageDiff, LargeIntegersDifferByTheirLastBit) {
 }
 
 TEST(MessageDiff, EnumsTextsBytesPresenceAndMaps) {
-  v1::ArmState a, b;
+  v1::JointState a, b;
   a.add_drives(v1::DRIVE_STATE_FAULT);
   b.add_drives(v1::DRIVE_STATE_SWITCHED_ON);
   b.set_operational(true);
@@ -133,7 +133,7 @@ TEST(MessageDiff, EnumsTextsBytesPresenceAndMaps) {
 }
 
 TEST(MessageDiff, LongTextsAreShownWhereTheyDiffer) {
-  v1::ArmState a, b;
+  v1::JointState a, b;
   a.set_fault(std::string(500, 'x') + "here");
   b.set_fault(std::string(500, 'x') + "there");
   const auto d = diff_messages(a, b, {});

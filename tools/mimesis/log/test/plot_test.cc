@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "common/error.h"
-#include "proto/arm.pb.h"
+#include "proto/bridge.pb.h"
 #include "tools/mimesis/log/test/log_builder.h"
 
 namespace mimesis::tool {
@@ -73,7 +73,7 @@ class PlotTest : public ::testing::Test {
  protected:
   std::vector<OpenLog> log() {
     for (std::uint64_t i = 0; i < 5; ++i) {
-      v1::ArmState m;
+      v1::JointState m;
       m.add_position_rad(static_cast<double>(i * i));
       m.add_position_rad(1.0);
       m.add_velocity_rad_s(i == 2 ? INFINITY : 0.5);

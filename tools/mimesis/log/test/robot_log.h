@@ -5,7 +5,7 @@
 #include "common/log/writer.h"
 #include "common/model/files.h"
 #include "common/runtime/raw.h"
-#include "proto/arm.pb.h"
+#include "proto/bridge.pb.h"
 #include "proto/cognition.pb.h"
 #include "proto/foxglove/image.pb.h"
 #include "proto/foxglove/joint_states.pb.h"
@@ -80,7 +80,7 @@ inline void write_robot_second(RobotLog& log, const std::string& planner = "",
   v1::Trajectory motion;
   motion.set_phase(v1::TASK_PHASE_REACH);
   motion.add_points()->mutable_position_rad()->Assign(arm.home.begin(), arm.home.end());
-  v1::ArmState state;
+  v1::JointState state;
   state.mutable_position_rad()->Assign(arm.home.begin(), arm.home.end());
   foxglove::JointStates joints;
   for (int i = 1; i <= arm.dof(); ++i) joints.add_joints()->set_name("A" + std::to_string(i));
@@ -101,7 +101,7 @@ inline void write_robot_second(RobotLog& log, const std::string& planner = "",
   for (std::uint64_t i = 0; i < 200; ++i) {
     const std::uint64_t now = 5'000'000 * i;
     log.stamped("bridge", "arm", state, now);
-    log.stamped("sim_drives", "arm", v1::ArmState(), now);  // not the one that counts
+    log.stamped("sim_drives", "arm", v1::JointState(), now);  // not the one that counts
     log.send("bridge", "joints", joints, now);
     if (i == 100) log.stamped("planner", "status", status, now);
     if (i == 120) log.stamped("planner", "trajectory", motion, now);

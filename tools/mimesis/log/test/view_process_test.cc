@@ -156,7 +156,7 @@ TEST_F(LogView, GivesTheSameBytesForTheSameLog) {
 
 TEST_F(LogView, SaysWhatItCannotDo) {
   RobotLog log(in_);
-  v1::ArmState other;
+  v1::JointState other;
   other.add_position_rad(0.1);
   log.stamped("bridge", "arm", other, 1);
   log.finish();

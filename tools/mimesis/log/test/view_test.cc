@@ -34,8 +34,8 @@ struct Sheet {
   }
 };
 
-v1::ArmState arm_state(const Eigen::VectorXd& q, std::chrono::nanoseconds stamp) {
-  v1::ArmState state;
+v1::JointState arm_state(const Eigen::VectorXd& q, std::chrono::nanoseconds stamp) {
+  v1::JointState state;
   state.mutable_header()->set_stamp_ns(static_cast<std::uint64_t>(stamp.count()));
   state.mutable_position_rad()->Assign(q.begin(), q.end());
   return state;
