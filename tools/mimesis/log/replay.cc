@@ -54,11 +54,6 @@ RunCount repeat(const std::string& what, const std::vector<OpenLog>& logs,
   return count;
 }
 
-int exit_code_of(ReplayResult result) {
-  if (result == ReplayResult::kTimedOut) return kReplayTimedOut;
-  return result == ReplayResult::kEqual ? 0 : 1;
-}
-
 std::string_view word_of(ReplayResult result) {
   constexpr std::array<std::string_view, 5> kWords{"equal", "different", "incomplete", "timed out",
                                                    "interrupted"};
@@ -82,25 +77,6 @@ ordered_json difference_json(const ReplayDifference& d) {
   return out;
 }
 
-/// One object: `head`, the result, `figures`, the differences.
-void print_json(ordered_json head, const RunCount& count, const ordered_json& figures) {
-  const ReplayReport& r = count.shown;
-  head["result"] = word_of(r.result);
-  head["runs"] = count.runs;
-  head["equal"] = count.equal;
-  head.update(figures);
-  head["difference_count"] = r.difference_count;
-  head["differences"] = ordered_json::array();
-  for (const ReplayDifference& d : r.differences) head["differences"].push_back(difference_json(d));
-  head["problem"] = r.problem;
-  head["notes"] = r.notes;
-  head["tolerated"] = ordered_json::array();
-  for (const auto& [key, worst] : r.tolerated) {
-    head["tolerated"].push_back({{"topic", key.first}, {"field", key.second}, {"worst", worst}});
-  }
-  std::cout << head.dump() << std::endl;
-}
-
 void print_difference(const std::string& name, const ReplayDifference& d) {
   std::cout << fmt::format("{}: {}at {:.6f} s: {}\n", name,
                            d.step ? fmt::format("step {} ", *d.step) : "", d.time_s, d.what);
@@ -117,14 +93,21 @@ void print_difference(const std::string& name, const ReplayDifference& d) {
   }
 }
 
-void print_text(const std::string& name, const RunCount& count, const std::string& figures) {
+/// What a replay is called in its report, and its figures there.
+struct ReportHead {
+  std::string name;
+  ordered_json json, figures;  ///< first members, and those behind the result
+  std::string words;           ///< the figures for people
+};
+
+void print_text(const ReportHead& head, const RunCount& count) {
   const ReplayReport& r = count.shown;
-  for (const ReplayDifference& d : r.differences) print_difference(name, d);
-  if (!r.problem.empty()) std::cout << name << ": " << r.problem << '\n';
+  for (const ReplayDifference& d : r.differences) print_difference(head.name, d);
+  if (!r.problem.empty()) std::cout << head.name << ": " << r.problem << '\n';
   const std::string result = count.runs == 1
                                  ? std::string(word_of(r.result))
                                  : fmt::format("{} of {} equal", count.equal, count.runs);
-  std::cout << fmt::format("{}: {}: {}{:.1f} MB in {:.2f} s", name, result, figures,
+  std::cout << fmt::format("{}: {}: {}{:.1f} MB in {:.2f} s", head.name, result, head.words,
                            static_cast<double>(r.counts.bytes) * 1e-6, r.wall_s);
   if (r.wall_s > 0.0) std::cout << fmt::format(" ({:.1f} x real time)", r.graph_s / r.wall_s);
   std::cout << '\n';
@@ -139,13 +122,30 @@ void print_text(const std::string& name, const RunCount& count, const std::strin
   std::cout << std::flush;
 }
 
-std::vector<std::string> senders(const std::vector<OpenLog>& logs) {
-  std::set<std::string> names;
-  for (const OpenLog& log : logs) {
-    for (const auto& [id, channel] : log.summary.channels) names.insert(sender_of(channel));
+/// One line on standard output; returns the exit code.
+int report(ReportHead head, const RunCount& count, bool json, const StopSignals& stop) {
+  const ReplayReport& r = count.shown;
+  if (json) {
+    head.json["result"] = word_of(r.result);
+    head.json["runs"] = count.runs;
+    head.json["equal"] = count.equal;
+    head.json.update(head.figures);
+    head.json["difference_count"] = r.difference_count;
+    auto& differences = head.json["differences"] = ordered_json::array();
+    for (const ReplayDifference& d : r.differences) differences.push_back(difference_json(d));
+    head.json["problem"] = r.problem;
+    head.json["notes"] = r.notes;
+    auto& tolerated = head.json["tolerated"] = ordered_json::array();
+    for (const auto& [key, worst] : r.tolerated) {
+      tolerated.push_back({{"topic", key.first}, {"field", key.second}, {"worst", worst}});
+    }
+    std::cout << head.json.dump() << std::endl;
+  } else {
+    print_text(head, count);
   }
-  names.erase("");
-  return {names.begin(), names.end()};
+  if (r.result == ReplayResult::kInterrupted) return 128 + stop.signal();
+  if (r.result == ReplayResult::kTimedOut) return kReplayTimedOut;
+  return r.result == ReplayResult::kEqual ? 0 : 1;
 }
 
 /// Prints one line per node that was asked for and cannot be replayed; returns their number.
@@ -159,12 +159,15 @@ int report_absent(const std::vector<OpenLog>& logs, const std::vector<Life>& liv
         file);
     return 1;
   }
-  const std::vector<std::string> known = senders(logs);
+  std::set<std::string> senders;
+  for (const OpenChannel& c : channels_of(logs)) senders.insert(sender_of(*c.channel));
+  senders.erase("");
+  const std::vector<std::string> known(senders.begin(), senders.end());
   int absent = 0;
   for (const std::string& node : wanted) {
     if (std::ranges::any_of(lives, [&](const Life& life) { return life.node() == node; })) continue;
     ++absent;
-    if (std::ranges::find(known, node) != known.end()) {
+    if (senders.contains(node)) {
       std::cerr << fmt::format(
           "{}: node '{}' cannot be replayed: the log holds no {}/start (an older recording, or the "
           "topic was left out)\n",
@@ -213,29 +216,27 @@ int replay_nodes(const std::vector<OpenLog>& logs, const ReplayOptions& options,
           return replay_life(logs, life, program, options, stop, progress);
         });
     const ReplayReport& r = count.shown;
-    if (options.json) {
-      print_json({{"node", life.node()},
-                  {"start_id", life.start.start_id()},
-                  {"clock", life.start.clock()}},
-                 count,
-                 {{"steps", r.counts.steps},
-                  {"graph_s", r.graph_s},
-                  {"wall_s", r.wall_s},
-                  {"inputs", r.counts.inputs},
-                  {"outputs", r.counts.outputs},
-                  {"writes", r.counts.writes},
-                  {"responses", r.counts.responses},
-                  {"bytes", r.counts.bytes}});
-    } else {
-      std::string figures =
-          fmt::format("{} steps, {:.2f} s of graph time, {} inputs, {} outputs, ", r.counts.steps,
-                      r.graph_s, r.counts.inputs, r.counts.outputs);
-      if (r.counts.writes > 0) figures += fmt::format("{} packets written, ", r.counts.writes);
-      if (r.counts.responses > 0) figures += fmt::format("{} responses, ", r.counts.responses);
-      print_text(life.node(), count, figures);
-    }
-    if (r.result == ReplayResult::kInterrupted) return 128 + stop.signal();
-    exit_code = std::max(exit_code, exit_code_of(r.result));
+    const ReplayCounts& n = r.counts;
+    std::string words = fmt::format("{} steps, {:.2f} s of graph time, {} inputs, {} outputs, ",
+                                    n.steps, r.graph_s, n.inputs, n.outputs);
+    if (n.writes > 0) words += fmt::format("{} packets written, ", n.writes);
+    if (n.responses > 0) words += fmt::format("{} responses, ", n.responses);
+    const ReportHead head{.name = life.node(),
+                          .json = {{"node", life.node()},
+                                   {"start_id", life.start.start_id()},
+                                   {"clock", life.start.clock()}},
+                          .figures = {{"steps", n.steps},
+                                      {"graph_s", r.graph_s},
+                                      {"wall_s", r.wall_s},
+                                      {"inputs", n.inputs},
+                                      {"outputs", n.outputs},
+                                      {"writes", n.writes},
+                                      {"responses", n.responses},
+                                      {"bytes", n.bytes}},
+                          .words = words};
+    const int code = report(head, count, options.json, stop);
+    if (r.result == ReplayResult::kInterrupted) return code;
+    exit_code = std::max(exit_code, code);
   }
   return exit_code;
 }
@@ -249,26 +250,29 @@ int replay_graph(const std::vector<OpenLog>& logs, const ReplayOptions& options,
         return replay_launch(logs, plan, options, stop, progress);
       });
   const ReplayReport& r = count.shown;
-  if (options.json) {
-    ordered_json head = ordered_json::object();
-    head["launch"] = plan.file;
-    print_json(std::move(head), count,
-               {{"graph_s", r.graph_s},
-                {"wall_s", r.wall_s},
-                {"messages", r.counts.outputs},
-                {"bytes", r.counts.bytes}});
-  } else {
-    print_text(plan.file, count,
-               fmt::format("{} messages, {:.2f} s of graph time, ", r.counts.outputs, r.graph_s));
-  }
-  if (r.result == ReplayResult::kInterrupted) return 128 + stop.signal();
-  return exit_code_of(r.result);
+  ReportHead head{
+      .name = plan.file,
+      .json = ordered_json::object(),
+      .figures = {{"graph_s", r.graph_s},
+                  {"wall_s", r.wall_s},
+                  {"messages", r.counts.outputs},
+                  {"bytes", r.counts.bytes}},
+      .words = fmt::format("{} messages, {:.2f} s of graph time, ", r.counts.outputs, r.graph_s)};
+  head.json["launch"] = plan.file;
+  return report(std::move(head), count, options.json, stop);
 }
 
 /// Which tolerance counts here, and why.
 void choose_tolerance(const std::vector<OpenLog>& logs, ReplayOptions& options) {
   if (!options.tolerance_elsewhere) return;
-  const std::string there = recorded_arithmetic(logs), here = arithmetic();
+  // Of the machine that recorded: nothing if the logs do not tell (older ones) or do not agree.
+  std::set<std::string> told;
+  const auto add = [&](const log::Metadata& run) {
+    const auto it = run.metadata.find("arithmetic");
+    told.insert(it == run.metadata.end() ? "" : it->second);
+  };
+  each_metadata(logs, "mimesis.run", add, /*silent=*/true);
+  const std::string there = told.size() == 1 ? *told.begin() : "", here = arithmetic();
   if (there == here) {
     options.tolerance_note = "compared exactly: recorded where it computes alike: " + here;
     return;
@@ -282,21 +286,13 @@ void choose_tolerance(const std::vector<OpenLog>& logs, ReplayOptions& options) 
 /// Returns the exit code.
 int log_replay(ReplayOptions& options) {
   const StopSignals stop;
-  const auto logs = open_logs(options.logs);
-  if (!logs) {
-    std::cerr << logs.error().line << '\n';
-    return logs.error().exit_code;
-  }
-  for (const OpenLog& log : *logs) {
-    report_damages(log.path, log.summary.damages, log.summary.damage_count);
-  }
-  choose_tolerance(*logs, options);
-  return options.launch.empty() ? replay_nodes(*logs, options, stop)
-                                : replay_graph(*logs, options, stop);
+  const std::vector<OpenLog> logs = opened(options.logs);
+  for (const OpenLog& log : logs) report_damages(log, {});
+  choose_tolerance(logs, options);
+  return options.launch.empty() ? replay_nodes(logs, options, stop)
+                                : replay_graph(logs, options, stop);
 }
 
-constexpr const char* kReplayAbout =
-    "Runs recorded nodes again, step by step, and compares all they do";
 constexpr const char* kReplayFooter =
     "Each step gets exactly the messages, the time and the bytes from outside that the recorded "
     "one had.\n"
@@ -345,7 +341,8 @@ void sort_words(const std::vector<std::string>& words, ReplayOptions& options) {
 }  // namespace
 
 void add_replay(CLI::App& log, int& exit_code) {
-  CLI::App* verb = log.add_subcommand("replay", kReplayAbout);
+  CLI::App* verb = log.add_subcommand(
+      "replay", "Runs recorded nodes again, step by step, and compares all they do");
   struct Options {
     ReplayOptions replay;
     std::vector<std::string> words;
@@ -392,13 +389,13 @@ void add_replay(CLI::App& log, int& exit_code) {
       ->capture_default_str();
   verb->add_flag("--json", o->replay.json, "One JSON object per node (tools/mimesis/README.md)");
   verb->footer(kReplayFooter);
-  verb->callback([o, keep_going, &exit_code] {
+  on_run(*verb, exit_code, [o, keep_going] {
     if (keep_going->count() > 0) {
       o->replay.differences =
           o->keep_going > 0 ? o->keep_going : std::numeric_limits<std::uint64_t>::max();
     }
     sort_words(o->words, o->replay);
-    exit_code = log_replay(o->replay);
+    return log_replay(o->replay);
   });
 }
 

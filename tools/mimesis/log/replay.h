@@ -59,6 +59,13 @@ ReplayReport replay_life(const std::vector<OpenLog>& logs, const Life& life,
                          const std::string& program, const ReplayOptions& options,
                          const StopSignals& stop, const ReplayProgress& progress);
 
+/// Up to when a recorded run is the same in every run.
+struct RunLimit {
+  std::uint64_t until_ns = 0;  ///< last log time to be compared
+  std::string why;             ///< what happened then
+  bool cut_off = false;        ///< just the end of the log: its last messages may be incomplete
+};
+
 /// How a recorded launch was started, and until when it can be compared.
 struct LaunchPlan {
   std::string file;

@@ -39,31 +39,22 @@ const std::map<std::string, std::set<std::string>> kWallFields{
 
 double ns_to_s(std::uint64_t ns) { return static_cast<double>(ns) * 1e-9; }
 
-std::vector<std::string> metadata_lines(const std::map<std::string, std::string>& values,
-                                        const std::string& key) {
-  std::vector<std::string> lines;
-  const auto it = values.find(key);
-  std::istringstream in(it == values.end() ? "" : it->second);
-  for (std::string line; std::getline(in, line);) {
-    if (!line.empty()) lines.push_back(line);
-  }
-  return lines;
-}
-
 /// Arguments and sets of the recorded run; false if the log does not tell.
 bool read_launch_metadata(const std::vector<OpenLog>& logs, LaunchPlan& plan) {
-  for (const OpenLog& log : logs) {
-    for (const log::MetadataIndex& index : log.summary.metadata) {
-      if (index.name != "mimesis.launch") continue;
-      const auto record = log::read_metadata(*log.source, index);
-      if (!record) continue;
-      plan.args = metadata_lines(record->metadata, "args");
-      plan.sets = metadata_lines(record->metadata, "sets");
-      std::erase_if(plan.args, [](const std::string& arg) { return arg.starts_with("log="); });
-      return true;
+  bool told = false;
+  const auto take = [&](const log::Metadata& launch) {
+    if (std::exchange(told, true)) return;
+    for (const auto& [key, lines] : {std::pair{"args", &plan.args}, {"sets", &plan.sets}}) {
+      const auto it = launch.metadata.find(key);
+      std::istringstream in(it == launch.metadata.end() ? "" : it->second);
+      for (std::string line; std::getline(in, line);) {
+        if (!line.empty()) lines->push_back(line);
+      }
     }
-  }
-  return false;
+  };
+  each_metadata(logs, "mimesis.launch", take, /*silent=*/true);
+  std::erase_if(plan.args, [](const std::string& arg) { return arg.starts_with("log="); });
+  return told;
 }
 
 /// The launch would write over what it is compared with.
@@ -171,6 +162,113 @@ class ReplayGraph {
   std::string words_;
 };
 
+/// Topic and node that publishes on it.
+using TopicOfNode = std::pair<std::string, std::string>;
+
+/// The messages of a recorded run in the order of each topic of each node, read as they are asked
+/// for. Without the topics that every node has about itself.
+class RecordedRun {
+ public:
+  /// @param until_ns  last log time that counts. The logs outlive the object.
+  RecordedRun(const std::vector<OpenLog>& logs, std::uint64_t until_ns)
+      : reader_(merged(logs, {.channel =
+                                  [](const log::Channel& channel) {
+                                    return !runtime::is_own_topic(channel.topic);
+                                  },
+                              .end_time = until_ns + 1})) {
+    for (const OpenChannel& c : channels_of(logs)) {
+      if (!runtime::is_own_topic(c.channel->topic)) {
+        waiting_[{c.channel->topic, sender_of(*c.channel)}];
+      }
+    }
+  }
+
+  bool has(const TopicOfNode& key) const { return waiting_.contains(key); }
+  /// The next one if its log time is `time_ns` at most (or it was read already), or nothing.
+  std::optional<KeptMessage> next(const TopicOfNode& key, std::uint64_t time_ns) {
+    const auto track = waiting_.find(key);
+    if (track == waiting_.end()) return std::nullopt;
+    auto& messages = track->second.messages;
+    while (messages.empty()) {
+      if (log_time_ns_ > time_ns || !read()) return std::nullopt;
+    }
+    if (messages.front().log_time_ns > time_ns) return std::nullopt;
+    KeptMessage message = std::move(messages.front());
+    messages.pop_front();
+    --waiting_count_;
+    return message;
+  }
+  /// All were asked for.
+  bool finished() {
+    while (waiting_count_ == 0) {
+      if (!read()) return true;
+    }
+    return false;
+  }
+  /// The earliest that was not asked for; null if there is none. Reads no further.
+  const KeptMessage* earliest(TopicOfNode& key) const {
+    const KeptMessage* first = nullptr;
+    for (const auto& [name, track] : waiting_) {
+      if (track.messages.empty()) continue;
+      const KeptMessage& message = track.messages.front();
+      if (first != nullptr && first->log_time_ns <= message.log_time_ns) continue;
+      first = &message;
+      key = name;
+    }
+    return first;
+  }
+
+  std::uint64_t log_time_ns() const { return log_time_ns_; }  ///< read so far
+
+ private:
+  struct Track {
+    std::deque<KeptMessage> messages;
+    std::map<std::uint64_t, std::uint64_t> last_seq;  ///< by start_id
+  };
+  bool read() {
+    const Item* item = reader_.next();
+    if (item == nullptr) return false;
+    log_time_ns_ = item->message->log_time;
+    Track& track = waiting_[{item->channel->topic, sender_of(*item->channel)}];
+    std::uint64_t& last = track.last_seq[start_id_of(*item->channel)];
+    if (item->message->sequence <= last) return true;  // repeated at the head of a split
+    last = item->message->sequence;
+    track.messages.emplace_back(*item);
+    ++waiting_count_;
+    return true;
+  }
+
+  std::map<TopicOfNode, Track> waiting_;
+  std::size_t waiting_count_ = 0;
+  std::uint64_t log_time_ns_ = 0;
+  log::MergedReader reader_;
+};
+
+/// After the first message on `until_topic` (may be empty) the launcher stops the nodes, in wall
+/// time; without one, the first node that stopped ends what can be compared.
+RunLimit run_limit(const std::vector<OpenLog>& logs, const std::string& until_topic) {
+  auto verdicts = merged(
+      logs, {.channel = [&](const log::Channel& channel) { return channel.topic == until_topic; }});
+  if (const Item* verdict = verdicts.next()) {
+    return {verdict->message->log_time, fmt::format("{} ended the run", until_topic), false};
+  }
+  std::optional<std::pair<std::uint64_t, std::string>> first;  // graph time, node
+  auto steps = merged(logs, {.channel = [](const log::Channel& channel) {
+                        return runtime::is_own_topic(channel.topic, runtime::kStepsPort);
+                      }});
+  v1::StepLog log;
+  while (const Item* item = steps.next()) {
+    if (!parse(*item, log)) continue;
+    for (const v1::StepRecord& step : log.steps()) {
+      if (step.kind() != v1::STEP_KIND_STOP || (first && first->first <= step.time_ns())) continue;
+      first = {step.time_ns(), sender_of(*item->channel)};
+    }
+  }
+  if (!first) return {span_of(logs).end_ns, "the log ends", true};
+  return {first->first == 0 ? 0 : first->first - 1, fmt::format("node '{}' stopped", first->second),
+          false};
+}
+
 /// One run of the launch file beside the recorded one.
 class LaunchReplay {
  public:
@@ -248,15 +346,10 @@ class LaunchReplay {
     report_.counts.bytes += m.payload.size();
     MessageDifference fields =
         messages_.compare(live.topic, recorded->schema, recorded->payload, m.payload);
-    const auto compare = [&fields](const char* what, std::uint64_t a, std::uint64_t b) {
-      if (a == b) return;
-      fields.fields.insert(fields.fields.begin(), {what, std::to_string(a), std::to_string(b)});
-      ++fields.count;
-    };
-    compare("(publish time) ns", recorded->publish_time_ns,
-            static_cast<std::uint64_t>(m.stamp.count()));
-    compare("(graph time) ns", recorded->log_time_ns, time_ns);
-    compare("(seq)", recorded->seq, m.seq);
+    compare_numbers(fields, "(publish time) ns", recorded->publish_time_ns,
+                    static_cast<std::uint64_t>(m.stamp.count()));
+    compare_numbers(fields, "(graph time) ns", recorded->log_time_ns, time_ns);
+    compare_numbers(fields, "(seq)", recorded->seq, m.seq);
     if (fields.equal()) return;
     differs(live, time_ns, fmt::format("{} of node '{}' differs", place, m.source),
             std::move(fields));

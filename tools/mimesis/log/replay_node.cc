@@ -104,14 +104,13 @@ class LifeReplay {
     report_.result = ReplayResult::kInterrupted;
     return false;
   }
-
   /// The node threw in the step before this one. So did the recorded one if it was stopped then.
   bool throws_no_more(const RecordedStep& step) {
     if (step.record.kind() != v1::STEP_KIND_STOP) keep({only_replay_failed()});
     return false;
   }
 
-  ReplayDifference only_replay_failed() const {
+  ReplayDifference only_replay_failed() {
     ReplayDifference d;
     d.step = comparison_.counts().steps - 1;
     d.time_s = end_s_;
