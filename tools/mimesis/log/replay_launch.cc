@@ -1,7 +1,5 @@
 // A recorded lock-step run, launched again.
 #include <fmt/format.h>
-#include <poll.h>
-#include <signal.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -15,7 +13,7 @@
 #include "common/runtime/raw.h"
 #include "tools/mimesis/launch/command.h"
 #include "tools/mimesis/launch/graph_file.h"
-#include "tools/mimesis/launch/process.h"
+#include "tools/mimesis/log/packet_process.h"
 #include "tools/mimesis/log/replay.h"
 
 namespace mimesis::tool {
@@ -25,8 +23,6 @@ namespace fs = std::filesystem;
 using namespace std::chrono_literals;
 
 constexpr auto kListen = 50ms;
-constexpr std::size_t kLaunchWords = 2000;  // of what the launch wrote [bytes]
-constexpr auto kStopAtMost = 20s;  // the launcher itself kills its nodes after some seconds
 /// In a log that was cut off, nodes may be this far apart.
 constexpr std::uint64_t kRaggedEnd = 1'000'000'000;
 /// Durations on the wall clock: they are not the same twice.
@@ -94,29 +90,13 @@ class ReplayGraph {
       : graph_(new_name()),
         directory_(runtime::graph_directory(graph_)),
         // Before the first node: publishers wait for a reliable subscriber that is there.
-        tap_(std::make_unique<runtime::Tap>(graph_, std::move(accept), runtime::Policy::reliable)) {
-    launch::Command c;
-    c.argv = {"mimesis-launch", plan.file, "--graph", graph_, "--name", "replay"};
-    for (const std::string& arg : plan.args) c.argv.insert(c.argv.end(), {"--arg", arg});
-    if (plan.takes_log) {
-      c.argv.insert(c.argv.end(), {"--arg", "log=" + folder_.path() + "/run.mcap"});
-    }
-    for (const std::string& set : plan.sets) c.argv.insert(c.argv.end(), {"--set", set});
-    c.env = {{"XDG_STATE_HOME", folder_.path()}};  // the run leaves nothing behind
-    child_ = launch::spawn(c, {});
-  }
+        tap_(std::in_place, graph_, std::move(accept), runtime::Policy::reliable),
+        launch_(command(plan)) {}
   ~ReplayGraph() {
-    tap_.reset();  // no publisher waits for it any more
-    child_.send(SIGINT);
-    const auto deadline = std::chrono::steady_clock::now() + kStopAtMost;
-    while (!ending() && std::chrono::steady_clock::now() < deadline) {
-      pollfd ended[] = {{child_.pidfd.get(), POLLIN, 0},
-                        {child_.out.get(), POLLIN, 0},
-                        {child_.err.get(), POLLIN, 0}};
-      poll(ended, 3, 100);
-    }
-    if (!ending()) child_.send(SIGKILL);
-    while (!ending()) usleep(1000);
+    constexpr auto kAtMost = 20s;  // the launcher itself kills its nodes after some seconds
+    tap_.reset();                  // no publisher waits for it any more
+    launch_.send(SIGINT);
+    launch_.wait(kAtMost);
     std::error_code ignored;
     fs::remove_all(directory_, ignored);
   }
@@ -125,41 +105,32 @@ class ReplayGraph {
 
   /// Next message; nothing after `timeout`.
   std::optional<runtime::Tapped> next(std::chrono::milliseconds timeout) {
-    read_words();
     return tap_->next(timeout);
   }
-  /// How the launch ended, once it has.
-  const std::optional<launch::Ending>& ending() {
-    read_words();
-    if (!ending_) ending_ = child_.reap();
-    return ending_;
-  }
-  /// The last lines that it wrote.
-  const std::string& words() const { return words_; }
+  OwnProcess& launch() { return launch_; }
 
  private:
   static std::string new_name() {
     static std::atomic<int> count{0};
     return fmt::format("replay-{}-{}", getpid(), ++count);
   }
-  /// Empties the pipes of the launch, or it would block on them.
-  void read_words() {
-    char buffer[4096];
-    for (const launch::Fd* from : {&child_.out, &child_.err}) {
-      for (ssize_t n; from->open() && (n = read(from->get(), buffer, sizeof buffer)) > 0;) {
-        words_.append(buffer, static_cast<std::size_t>(n));
-      }
+  launch::Command command(const LaunchPlan& plan) const {
+    launch::Command c;
+    c.argv = {"mimesis-launch", plan.file, "--graph", graph_, "--name", "replay"};
+    for (const std::string& arg : plan.args) c.argv.insert(c.argv.end(), {"--arg", arg});
+    if (plan.takes_log) {
+      c.argv.insert(c.argv.end(), {"--arg", "log=" + folder_.path() + "/run.mcap"});
     }
-    if (words_.size() > kLaunchWords) words_.erase(0, words_.size() - kLaunchWords);
+    for (const std::string& set : plan.sets) c.argv.insert(c.argv.end(), {"--set", set});
+    c.env = {{"XDG_STATE_HOME", folder_.path()}};  // the run leaves nothing behind
+    return c;
   }
 
   TemporaryFolder folder_;  ///< for the run's own logs
   std::string graph_;
   std::string directory_;  ///< of the graph's sockets
-  std::unique_ptr<runtime::Tap> tap_;
-  launch::Child child_;
-  std::optional<launch::Ending> ending_;
-  std::string words_;
+  std::optional<runtime::Tap> tap_;
+  OwnProcess launch_;
 };
 
 /// Topic and node that publishes on it.
@@ -293,14 +264,14 @@ class LaunchReplay {
  private:
   /// False when all is known.
   bool listen(ReplayGraph& graph) {
-    const bool ended = graph.ending().has_value();
+    const bool ended = graph.launch().ending().has_value();
     const auto now = std::chrono::steady_clock::now();
     if (const auto tapped = graph.next(kListen)) {
       heard_ = now;
       take(*tapped);
       return !enough() && !recorded_.finished();
     }
-    if (ended) return report_end(graph);
+    if (ended) return report_end(graph.launch());
     if (std::chrono::duration<double>(now - heard_).count() < options_.timeout_s) return true;
     report_.result = ReplayResult::kTimedOut;
     report_.problem =
@@ -310,9 +281,9 @@ class LaunchReplay {
   }
 
   /// The launch ended, nothing of it is under way any more, and the log goes on.
-  bool report_end(ReplayGraph& graph) {
-    const launch::Ending& how = *graph.ending();
-    if (report_.counts.outputs == 0 && how.exit_code() == 2) throw ConfigError(graph.words());
+  bool report_end(OwnProcess& launch) {
+    const launch::Ending& how = *launch.ending();
+    if (report_.counts.outputs == 0 && how.exit_code() == 2) throw ConfigError(launch.last_words());
     TopicOfNode key;
     const KeptMessage* next = recorded_.earliest(key);
     report_.problem = fmt::format("the launch {} at {:.6f} s of graph time", how.text(), last_s_);
@@ -320,7 +291,7 @@ class LaunchReplay {
       report_.problem += fmt::format(", before {} #{} of node '{}' at {:.6f} s", key.first,
                                      next->seq, key.second, ns_to_s(next->log_time_ns));
     }
-    if (!how.good()) report_.problem += ":\n" + graph.words();
+    if (!how.good()) report_.problem += ":\n" + launch.last_words();
     return false;
   }
 
