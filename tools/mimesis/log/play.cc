@@ -53,7 +53,7 @@ struct PlayOptions {
   int loops = 1;                ///< 0: until stopped
   bool paused = false;          ///< at the start
   bool stay = false;            ///< at the end: paused, or a silent member of the lock-step
-  bool no_keys = false;         ///< nor on a terminal
+  bool no_keys = false;         ///< leave the keyboard alone
   bool clock = false;           ///< also drive the graph's simulated clock
   bool lockstep = false;        ///< take part in a lock-step graph
   bool json = false;
