@@ -136,38 +136,6 @@ void require_topics(const ViewLayers& layers, const std::vector<OpenLog>& logs) 
   }
 }
 
-/// The program mimesis_roadmap, which plans as the planner did (nodes/planner/drawing).
-class RoadmapProgram {
- public:
-  static constexpr const char* kName = "mimesis_roadmap";
-
-  /// @throws ConfigError if the program is not there or does not know the parameters of `planner`.
-  explicit RoadmapProgram(const v1::NodeStart& planner)
-      : process_(
-            kName,
-            [](int socket) -> launch::Command {
-              return {{kName, std::to_string(socket)}, {}};
-            },
-            kLongest_s) {
-    ask(planner);
-  }
-  foxglove::SceneUpdate draw(const v1::Scene& scene, const v1::TaskStatus& status) {
-    ask(scene);
-    return ask(status);
-  }
-
- private:
-  static constexpr double kLongest_s = 600.0;  // for one roadmap
-
-  foxglove::SceneUpdate ask(const google::protobuf::MessageLite& request) {
-    foxglove::SceneUpdate drawing;
-    process_.ask(request, drawing);
-    return drawing;
-  }
-
-  PacketProcess process_;
-};
-
 /// Turns messages of a log into drawings.
 class LayerPainter {
  public:
@@ -231,18 +199,31 @@ class LayerPainter {
   bool wanted(bool asked) const {
     return (asked || layers_.all) && source_of(logs_, *T::descriptor());
   }
+  /// The program mimesis_roadmap plans as the planner did (nodes/planner/drawing).
+  /// @throws ConfigError if it is asked for and not there, or does not know these parameters
   void add_roadmap(const v1::NodeStart& planner, kin::ArmModel arm) {
-    if (launch::find_executable(RoadmapProgram::kName).empty()) {
-      const std::string why = fmt::format(
-          "--roadmap: there is no program {} beside this one or on PATH", RoadmapProgram::kName);
+    constexpr const char* kName = "mimesis_roadmap";
+    constexpr double kLongest_s = 600.0;  // for one roadmap
+    if (launch::find_executable(kName).empty()) {
+      const std::string why =
+          fmt::format("--roadmap: there is no program {} beside this one or on PATH", kName);
       if (layers_.roadmap) throw ConfigError(why);
       std::cerr << why << ": the roadmap is left out\n";
     } else {
-      const auto program = std::make_shared<RoadmapProgram>(planner);
-      const auto view =
-          std::make_shared<RoadmapView>([program](const auto& scene, const auto& status) {
-            return program->draw(scene, status);
-          });
+      const auto command = [](int socket) -> launch::Command {
+        return {{kName, std::to_string(socket)}, {}};
+      };
+      const auto program = std::make_shared<PacketProcess>(kName, command, kLongest_s);
+      const auto ask = [program](const google::protobuf::MessageLite& request) {
+        foxglove::SceneUpdate drawing;
+        program->ask(request, drawing);
+        return drawing;
+      };
+      ask(planner);
+      const auto view = std::make_shared<RoadmapView>([ask](const auto& scene, const auto& status) {
+        ask(scene);
+        return ask(status);
+      });
       follow<v1::Scene>(view);
       follow<v1::TaskStatus>(view);
     }
