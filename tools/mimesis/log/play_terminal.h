@@ -27,7 +27,7 @@ enum class PlayKey { kPause, kStep, kBack, kForward, kFaster, kSlower, kQuit };
 inline std::vector<PlayKey> take_keys(std::string& typed) {
   using enum PlayKey;
   constexpr char kEscape = '\x1b';
-  // As many keys as letters, in their order.
+  // `all` has a key for each letter, in their order.
   const auto key_of = [](char c, std::string_view letters, std::initializer_list<PlayKey> all) {
     const std::size_t at = letters.find(c);
     return at == letters.npos ? std::nullopt : std::optional(all.begin()[at]);

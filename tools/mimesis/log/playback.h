@@ -279,7 +279,7 @@ class Playback {
 
 /// So much is read before it is due; the first bound that is reached counts.
 struct PlayAheadLimits {
-  /// Of log time; 0: half a second, twice as much whenever it was too little.
+  /// Log time read ahead; 0: half a second, twice as much whenever it was too little.
   double seconds = 0.0;
   std::size_t bytes = std::size_t{128} << 20U;
 };

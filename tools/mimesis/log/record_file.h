@@ -311,7 +311,7 @@ class SplitLog {
     return files_;
   }
   std::uint64_t messages() const { return messages_; }  ///< written, without repeated ones
-  /// What is being written, for people.
+  /// The file being written, for people.
   std::string place() const { return files_.last(); }
 
  private:

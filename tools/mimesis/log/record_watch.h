@@ -12,7 +12,7 @@
 #include "tools/mimesis/log/recording.h"
 #include "tools/mimesis/table.h"
 
-// What a recorder watches: its own end, publishers that are silent, and how the recording stands.
+// A recorder watches its own end, publishers that are silent, and how the recording stands.
 namespace mimesis::tool {
 
 /// When to stop listening after the signal to stop: as soon as nothing that was published before it

@@ -293,7 +293,7 @@ void print_difference(const std::string& name, const ReplayDifference& d) {
   }
 }
 
-/// What a replay is called in its report, and its figures there.
+/// Name and figures of a replay in its report.
 struct ReportHead {
   std::string name;
   ordered_json json, figures;  ///< first members, and those behind the result
@@ -465,7 +465,7 @@ int replay_graph(const std::vector<OpenLog>& logs, const ReplayOptions& options,
 /// Which tolerance counts here, and why.
 void choose_tolerance(const std::vector<OpenLog>& logs, ReplayOptions& options) {
   if (!options.tolerance_elsewhere) return;
-  // Of the machine that recorded: nothing if the logs do not tell (older ones) or do not agree.
+  // The machine that recorded: nothing if the logs do not tell (older ones) or do not agree.
   std::set<std::string> told;
   const auto add = [&](const log::Metadata& run) {
     const auto it = run.metadata.find("arithmetic");

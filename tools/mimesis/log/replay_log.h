@@ -18,7 +18,7 @@
 #include "proto/steps.pb.h"
 #include "tools/mimesis/log/open_log.h"
 
-// What a log tells of a node's steps.
+// The steps of a node as a log tells them.
 namespace mimesis::tool {
 
 /// How much later than the step that took it a message may have reached the recorder [ns of log
@@ -184,7 +184,7 @@ class LifeReader {
 
  private:
   enum class Role { output, latest, queue };  ///< the latter two: inputs
-  /// What one start of a node published on one topic, as output or for one input of the node.
+  /// Messages that one start of a node published on one topic: an output, or for one input.
   struct Track {
     Role role = Role::output;
     std::map<std::uint64_t, KeptMessage> messages;  ///< by seq
