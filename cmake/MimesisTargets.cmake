@@ -1,6 +1,7 @@
 # Functions of this tree alone; those for any node are in MimesisFunctions.cmake.
 # mimesis_scenarios()                                  target scenario-NAME for each launch/NAME.yaml
 # mimesis_verb(NAME SOURCES ... [LINK ...])            build/bin/mimesis-NAME, the verb `mimesis NAME`: add_NAME of verb.h
+# mimesis_verb(VERB-SUB OF VERB SOURCES ... [LINK ...])  build/bin/mimesis-VERB-SUB: an add_VERB with `mimesis VERB SUB` alone
 # mimesis_replay_test(NAME NODE node LOG file [SET KEY=VALUE ...] [TOLERANCE_ELSEWHERE x])
 #   The node runs again what a log says, and must do the same (`mimesis log replay`). The tolerance is for machines that
 #   compute otherwise than the one that recorded.
@@ -30,9 +31,16 @@ function(mimesis_scenarios)
     set_property(DIRECTORY ${PROJECT_SOURCE_DIR} APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${file})
     file(READ ${file} text)
     string(REGEX MATCHALL "exec: *mimesis[a-z_]*" programs "${text}")
-    string(REGEX MATCHALL "args: *\\[ *[a-z]+" verbs "${text}")
+    string(REGEX MATCHALL "args: *\\[ *[a-z]+(, *[a-z]+)?" verbs "${text}")
     list(TRANSFORM programs REPLACE "exec: *" "")
     list(TRANSFORM verbs REPLACE "args: *\\[ *" "mimesis-")
+    list(TRANSFORM verbs REPLACE ", *" "-")
+    foreach(verb ${verbs})
+      if(NOT TARGET ${verb})
+        string(REGEX REPLACE "(mimesis-[a-z]+)-.*" "\\1" alone ${verb})
+        list(TRANSFORM verbs REPLACE "^${verb}$" ${alone})
+      endif()
+    endforeach()
     set(needed mimesis mimesis-launch mimesis_clock ${programs} ${verbs})
     list(REMOVE_DUPLICATES needed)
     get_filename_component(name ${file} NAME_WE)
@@ -47,14 +55,19 @@ endfunction()
 
 # A verb of `mimesis`: the program mimesis-NAME, run by the dispatcher that stands beside it.
 function(mimesis_verb name)
-  cmake_parse_arguments(arg "" "" "SOURCES;LINK" ${ARGN})
-  string(REPLACE "-" "_" add ${name})
-  set(main ${CMAKE_CURRENT_BINARY_DIR}/${add}_main.cc)
+  cmake_parse_arguments(arg "" "OF" "SOURCES;LINK" ${ARGN})
+  string(REPLACE "-" "_" file ${name})
+  set(main ${CMAKE_CURRENT_BINARY_DIR}/${file}_main.cc)
+  set(verb ${name})
+  if(arg_OF)
+    set(verb ${arg_OF})
+  endif()
+  string(REPLACE "-" "_" add ${verb})
   file(CONFIGURE OUTPUT ${main} CONTENT [[
 #include "tools/mimesis/verb.h"
 
 int main(int argc, char** argv) {
-  return mimesis::tool::run_verb("@name@", argc, argv, mimesis::tool::add_@add@);
+  return mimesis::tool::run_verb("@verb@", argc, argv, mimesis::tool::add_@add@);
 }
 ]] @ONLY)
   mimesis_program(mimesis-${name} SOURCES ${main} ${arg_SOURCES} LINK mimesis_tool ${arg_LINK})

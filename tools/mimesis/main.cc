@@ -1,8 +1,9 @@
 // `mimesis VERB ...` runs the program mimesis-VERB that stands beside it or in PATH, so that users
-// can add verbs of their own.
+// can add verbs of their own. `mimesis VERB SUB ...` runs mimesis-VERB-SUB if there is one.
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstdlib>
 #include <cstring>
@@ -40,6 +41,14 @@ std::map<std::string, std::string> installed_verbs() {
   return verbs;
 }
 
+/// A verb of this project, or the program of one of its sub-verbs: "log-record".
+bool is_known(const std::string& name) {
+  return std::ranges::any_of(mimesis::tool::kKnownVerbs, [&](const auto& known) {
+    const std::string verb(known.name);
+    return name == verb || name.starts_with(verb + "-");
+  });
+}
+
 int help() {
   fmt::print(
       "Starts, watches and records graphs of robot nodes.\n"
@@ -49,7 +58,9 @@ int help() {
   for (const auto& [name, about] : mimesis::tool::kKnownVerbs) {
     if (verbs.erase(std::string(name)) > 0) fmt::print("  {:<12}  {}\n", name, about);
   }
-  for (const auto& [name, file] : verbs) fmt::print("  {:<12}  {}\n", name, file);
+  for (const auto& [name, file] : verbs) {
+    if (!is_known(name)) fmt::print("  {:<12}  {}\n", name, file);
+  }
   fmt::print(
       "\nA program mimesis-VERB in PATH is a verb, too.\n"
       "Exit codes: 0 done, 1 failed, 2 usage or configuration, 3 not found or timed out, 130 "
@@ -79,7 +90,12 @@ int main(int argc, char** argv) {
   }
   if (verb.starts_with('-')) return mistake("unknown option '" + verb + "'");
   const auto verbs = installed_verbs();
-  if (const auto found = verbs.find(verb); found != verbs.end()) {
+  auto found = verbs.find(verb);
+  if (words.size() > 1 && is_known(verb)) {
+    const auto sub = verbs.find(verb + "-" + words[1]);
+    if (sub != verbs.end()) found = sub;
+  }
+  if (found != verbs.end()) {
     words.push_back(nullptr);
     execv(found->second.c_str(), words.data());
     fmt::print(stderr, "mimesis: {}: {}\n", found->second, std::strerror(errno));

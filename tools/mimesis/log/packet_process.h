@@ -1,55 +1,168 @@
 #pragma once
+#include <fmt/format.h>
 #include <google/protobuf/message_lite.h>
+#include <poll.h>
+#include <sys/mman.h>
+#include <sys/socket.h>
+#include <unistd.h>
 
+#include <algorithm>
+#include <cerrno>
 #include <chrono>
+#include <cmath>
+#include <csignal>
+#include <cstring>
 #include <functional>
+#include <optional>
+#include <stdexcept>
 #include <string>
-#include <tl/expected.hpp>
 
 #include "common/error.h"
+#include "common/runtime/replay.h"
 #include "tools/mimesis/launch/process.h"
 #include "tools/mimesis/stop_signals.h"
 
+// Programs that a verb runs for itself.
 namespace mimesis::tool {
 
-/// A program that answers packets on a socket (common/runtime/replay.h). It is killed with this
-/// object.
+/// A program whose words are kept: what it writes to standard output and error. It is killed with
+/// this object.
+class OwnProcess {
+ public:
+  /// `kept`: a file descriptor that the program gets, too; -1: none.
+  /// @throws std::runtime_error if it cannot be started.
+  explicit OwnProcess(const launch::Command& command, int kept = -1)
+      : words_(memfd_create("output", MFD_CLOEXEC)),
+        child_(launch::spawn(command, {}, {.kept = kept, .output = words_.get()})) {}
+  ~OwnProcess() { wait({}); }
+  OwnProcess(const OwnProcess&) = delete;
+  OwnProcess& operator=(const OwnProcess&) = delete;
+
+  /// How it ended, once it has.
+  const std::optional<launch::Ending>& ending() {
+    if (!ending_) ending_ = child_.reap();
+    return ending_;
+  }
+  void send(int signal) const { child_.send(signal); }
+  /// Waits for the end; false if it had to be killed after this time.
+  bool wait(std::chrono::milliseconds most) {
+    const auto deadline = std::chrono::steady_clock::now() + most;
+    bool alone = true;
+    while (!ending()) {
+      alone = alone && std::chrono::steady_clock::now() < deadline;
+      if (!alone) send(SIGKILL);
+      pollfd ended{child_.pidfd.get(), POLLIN, 0};
+      poll(&ended, 1, 10);
+    }
+    return alone;
+  }
+  std::string last_words() const {
+    constexpr off_t kKept = 2000;  // [bytes]
+    const off_t size = lseek(words_.get(), 0, SEEK_END);
+    std::string words(static_cast<std::size_t>(std::min(size, kKept)), '\0');
+    const ssize_t n =
+        pread(words_.get(), words.data(), words.size(), std::max<off_t>(0, size - kKept));
+    words.resize(n > 0 ? static_cast<std::size_t>(n) : 0);
+    while (words.ends_with('\n')) words.pop_back();
+    return words;
+  }
+
+ private:
+  launch::Fd words_;
+  launch::Child child_;
+  std::optional<launch::Ending> ending_;
+};
+
+/// A program that answers packets on a socket (common/runtime/replay.h).
 class PacketProcess {
  public:
+  /// The program is gone; says why in one line, then its last words.
+  class Gone : public std::runtime_error {
+   public:
+    using std::runtime_error::runtime_error;
+  };
+
   /// @param name     the program's name in messages
   /// @param command  the program and its arguments; `fd` is the socket's number in the program
   /// @param timeout_s  wall time for each answer and for the end
   /// @throws std::runtime_error if it cannot be started.
   PacketProcess(std::string name, const std::function<launch::Command(int fd)>& command,
-                double timeout_s);
-  ~PacketProcess();
-  PacketProcess(const PacketProcess&) = delete;
-  PacketProcess& operator=(const PacketProcess&) = delete;
+                double timeout_s)
+      : name_(std::move(name)) {
+    constexpr double kLongest_s = 1e6;  // poll takes an int
+    timeout_ = std::chrono::milliseconds(std::llround(std::min(timeout_s, kLongest_s) * 1e3));
+    int ends[2];
+    if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) != 0) {
+      throw std::runtime_error(std::string("socketpair: ") + std::strerror(errno));
+    }
+    socket_ = launch::Fd(ends[0]);
+    const launch::Fd other(ends[1]);
+    // Limits each read and write, for a program that hangs in the middle of a packet.
+    const auto us = std::max<std::int64_t>(1000, timeout_.count() * 1000);
+    const timeval limit{us / 1'000'000, us % 1'000'000};
+    setsockopt(socket_.get(), SOL_SOCKET, SO_RCVTIMEO, &limit, sizeof limit);
+    setsockopt(socket_.get(), SOL_SOCKET, SO_SNDTIMEO, &limit, sizeof limit);
+    process_.emplace(command(other.get()), other.get());
+  }
 
-  /// Sends `request` and waits for the answer. Fails with the reason why the program is gone (one
-  /// line, then the last lines it wrote), or with an empty one if `stop` (null: never) was
-  /// requested meanwhile.
-  /// @throws ConfigError with its words if it ends with exit code 2 before its first answer.
-  tl::expected<void, Status> ask(const google::protobuf::MessageLite& request,
-                                 google::protobuf::MessageLite& answer,
-                                 const StopSignals* stop = nullptr);
+  /// Sends `request` and waits for the answer; false if `stop` (null: never) was requested
+  /// meanwhile. @throws Gone; ConfigError with its words if it ends with exit code 2 before its
+  /// first answer
+  bool ask(const google::protobuf::MessageLite& request, google::protobuf::MessageLite& answer,
+           const StopSignals* stop = nullptr) {
+    errno = 0;
+    if (runtime::write_packet(socket_.get(), request) && wait_for_answer(stop) &&
+        runtime::read_packet(socket_.get(), answer)) {
+      return answered_ = true;
+    }
+    if (stop != nullptr && stop->requested()) return false;
+    timed_out_ = timed_out_ || errno == EAGAIN;
+    if (timed_out_) throw Gone(too_long("the step"));
+    const std::string why = finish();
+    if (!timed_out_ && !answered_ && process_->ending()->code == 2) {
+      throw ConfigError(process_->last_words());
+    }
+    throw Gone(why.empty() ? describe() : why);
+  }
   /// Closes the socket and waits for the end. Returns what was wrong with that, or nothing.
-  std::string finish();
+  std::string finish() {
+    socket_.reset();
+    timed_out_ = !process_->wait(timeout_) || timed_out_;
+    if (timed_out_) return too_long(name_ + "'s end");
+    return process_->ending()->good() ? "" : describe();
+  }
   /// An answer or the end took too long, and the program was killed.
   bool timed_out() const { return timed_out_; }
 
  private:
-  bool wait_for_answer(const StopSignals* stop);
-  launch::Ending wait();
-  std::string too_long(std::string_view what) const;
-  std::string describe(const launch::Ending& how) const;
-  std::string last_words() const;
+  /// False if a stop was requested or it took too long.
+  bool wait_for_answer(const StopSignals* stop) {
+    using Clock = std::chrono::steady_clock;
+    const auto deadline = Clock::now() + timeout_;
+    for (;;) {
+      const auto left = std::chrono::ceil<std::chrono::milliseconds>(deadline - Clock::now());
+      pollfd readable{socket_.get(), POLLIN, 0};
+      if (poll(&readable, 1, static_cast<int>(std::max<std::int64_t>(0, left.count()))) > 0) {
+        return true;
+      }
+      if (stop != nullptr && stop->requested()) return false;
+      timed_out_ = Clock::now() >= deadline;
+      if (timed_out_) return false;
+    }
+  }
+  std::string too_long(std::string_view what) const {
+    return fmt::format("{} took longer than {} s (--timeout): {} was killed", what,
+                       std::chrono::duration<double>(timeout_).count(), name_);
+  }
+  std::string describe() {
+    const std::string words = process_->last_words();
+    return name_ + " " + process_->ending()->text() + (words.empty() ? "" : ":\n" + words);
+  }
 
   std::string name_;
   launch::Fd socket_;
-  launch::Fd words_;  ///< holds what the program writes to standard output and error
-  launch::Child child_;
-  std::chrono::milliseconds timeout_;
+  std::optional<OwnProcess> process_;
+  std::chrono::milliseconds timeout_{};
   bool answered_ = false, timed_out_ = false;
 };
 

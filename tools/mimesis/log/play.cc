@@ -43,14 +43,17 @@ using runtime::to_seconds;
 
 struct PlayOptions {
   std::vector<std::string> files;
-  PlaybackOptions playback;
+  TopicOptions topics;
+  std::vector<std::string> remaps;
+  PlaybackOptions playback;  ///< of these
   PlayAheadLimits ahead;
+  double read_ahead_mb = 0.0;   ///< 0: as `ahead` says
   std::string name = "player";  ///< in the graph
   double rate = 1.0;            ///< recorded seconds per second of wall time [1]
   int loops = 1;                ///< 0: until stopped
   bool paused = false;          ///< at the start
   bool stay = false;            ///< at the end: paused, or a silent member of the lock-step
-  bool keys = true;             ///< on a terminal
+  bool no_keys = false;         ///< leave the keyboard alone
   bool clock = false;           ///< also drive the graph's simulated clock
   bool lockstep = false;        ///< take part in a lock-step graph
   bool json = false;
@@ -66,7 +69,7 @@ Time play_time(std::uint64_t ns) {
 
 using RawOuts = std::map<const PlayedTopic*, std::unique_ptr<runtime::RawOut>>;
 
-RawOuts advertise(runtime::ZmqBus& bus, const std::vector<PlayedTopic>& topics) {
+RawOuts advertise(runtime::ZmqBus& bus, const std::deque<PlayedTopic>& topics) {
   RawOuts outs;
   for (const PlayedTopic& topic : topics) {
     outs[&topic] =
@@ -78,7 +81,7 @@ RawOuts advertise(runtime::ZmqBus& bus, const std::vector<PlayedTopic>& topics) 
 /// The player's side of the graph: its topics and, if it drives it, the graph's clock.
 class PlayOutput {
  public:
-  PlayOutput(runtime::ZmqBus& bus, const std::vector<PlayedTopic>& topics, bool clock)
+  PlayOutput(runtime::ZmqBus& bus, const std::deque<PlayedTopic>& topics, bool clock)
       : bus_(bus), outs_(advertise(bus, topics)) {
     if (!clock) return;
     clock_ = std::make_unique<runtime::Out<v1::ClockTime>>(bus, kPort,
@@ -102,8 +105,7 @@ class PlayOutput {
     }
     return false;
   }
-  /// `message`: Played or PlayedValue.
-  void send(const auto& message) {
+  void send(const Played& message) {
     // Subscribers compare the stamp with their own clock: it is the recorded one if the player
     // drives that clock, else now less the age that the message had when it was recorded.
     const Time sent = play_time(message.publish_time_ns);
@@ -159,7 +161,7 @@ class PacedPlayer {
 
   /// Plays until the end or a signal; returns the exit code.
   int run() {
-    if (options_.keys) keys_.emplace();
+    if (!options_.no_keys) keys_.emplace();
     // No subscriber that is there already shall miss the first messages.
     for (const auto give_up = now() + kConnect;
          running() && output_.awaits_subscribers() && now() < give_up;) {
@@ -183,14 +185,16 @@ class PacedPlayer {
 
  private:
   using Wall = PlayTimeline::Wall;
-  using Done = tl::expected<void, Status>;
+  /// Why a request is not followed.
+  struct Refusal {
+    std::string why;
+  };
 
   static constexpr auto kConnect = 5s;  // for nodes that subscribe already
   static constexpr auto kLook = 20ms;
   static constexpr auto kReadAheadAtFirst = 250ms;
   static constexpr auto kStuck = 5s;  // without a message taken, a subscriber is given up
   static Wall now() { return std::chrono::steady_clock::now(); }
-  static Done failure(std::string why) { return tl::unexpected(Status{std::move(why)}); }
 
   bool running() const { return !quit_ && !stop_signal_.requested(); }
 
@@ -208,7 +212,7 @@ class PacedPlayer {
       if (next == nullptr && ahead_.ended()) {
         step_to_.reset();
         if (!paused_ && !options_.stay) return;
-        if (!paused_) (void)pause();
+        if (!paused_) pause();
         wait_for(nullptr);
       } else if (next != nullptr &&
                  (step_to_ || (!paused_ && timeline_.due(play_time(next->log_time_ns)) <= now()))) {
@@ -310,9 +314,7 @@ class PacedPlayer {
     if (bus_.wait(std::chrono::system_clock::now() + left, fds)) {
       eventfd_t count = 0;
       [[maybe_unused]] const auto rang = eventfd_read(bell_.get(), &count);
-      if (keys_) {
-        for (const PlayKey key : keys_->read()) press(key);
-      }
+      if (keys_) press_keys();
     }
     if (output_.clock() && now() >= next_clock_) tell_clock();
     if (!screen_.shown()) return;
@@ -345,10 +347,10 @@ class PacedPlayer {
 
   void jump(std::uint64_t log_time_ns) {
     step_to_.reset();
-    const std::vector<PlayedValue> latched = ahead_.seek(log_time_ns);
+    const std::vector<Played> latched = ahead_.seek(log_time_ns);
     timeline_.jump(now(), play_time(log_time_ns));
     tell_clock();
-    for (const PlayedValue& value : latched) output_.send(value);
+    for (const Played& value : latched) output_.send(value);
   }
 
   void tell_clock() {
@@ -361,83 +363,71 @@ class PacedPlayer {
                       playback_.end_ns());
   }
 
-  // Requests of services and keys.
+  // Requests of services and keys. All may throw a Refusal.
 
-  Done pause() {
+  void pause() {
     paused_ = true;
     halt();
     tell_clock();
-    ring();
-    return {};
   }
 
-  Done resume() {
+  void resume() {
     paused_ = false;
     step_to_.reset();
     go();
-    ring();
-    return {};
   }
 
   /// Pauses and plays one message, or all up to the next one of `topic`.
-  Done step(const std::string& topic) {
+  void step(const std::string& topic) {
     const auto& topics = playback_.topics();
     if (!topic.empty() && std::ranges::find(topics, topic, &PlayedTopic::topic) == topics.end()) {
-      return failure(fmt::format("topic {} is not played", topic));
+      throw Refusal{fmt::format("topic {} is not played", topic)};
     }
-    (void)pause();
+    pause();
     while (ahead_.front() == nullptr && !ahead_.ended()) std::this_thread::sleep_for(100us);
-    if (ahead_.ended()) return failure("the log is at its end");
+    if (ahead_.ended()) throw Refusal{"the log is at its end"};
     step_to_ = topic;
     if (topic.empty() && !holding_) play(*ahead_.front());  // here: the answer tells of it
-    ring();
-    return {};
   }
 
-  Done seek(const v1::PlayerSeek& request) {
+  void seek(const v1::PlayerSeek& request) {
     switch (request.target_case()) {
       case v1::PlayerSeek::kPositionS:
-        if (!std::isfinite(request.position_s())) return failure("position_s is not a number");
-        if (request.position_s() < 0.0) return failure("position_s is below 0");
+        if (!std::isfinite(request.position_s())) throw Refusal{"position_s is not a number"};
+        if (request.position_s() < 0.0) throw Refusal{"position_s is below 0"};
         return seek(playback_.log_time_ns(request.position_s()));
       case v1::PlayerSeek::kOffsetS:
         return seek_by(request.offset_s());
       case v1::PlayerSeek::kLogTimeNs:
         return seek(request.log_time_ns());
       case v1::PlayerSeek::TARGET_NOT_SET:
-        break;
+        throw Refusal{"say where: position_s, offset_s or log_time_ns"};
     }
-    return failure("say where: position_s, offset_s or log_time_ns");
   }
 
-  Done seek(std::uint64_t log_time_ns) {
+  void seek(std::uint64_t log_time_ns) {
+    const auto position_s = [this](std::uint64_t ns) { return playback_.position_s(ns); };
     if (log_time_ns < playback_.start_ns() || log_time_ns > playback_.end_ns()) {
-      return failure(fmt::format("{:.9f} s is outside of what is played: {:.9f} to {:.9f} s",
-                                 playback_.position_s(log_time_ns),
-                                 playback_.position_s(playback_.start_ns()),
-                                 playback_.position_s(playback_.end_ns())));
+      throw Refusal{fmt::format("{:.9f} s is outside of what is played: {:.9f} to {:.9f} s",
+                                position_s(log_time_ns), position_s(playback_.start_ns()),
+                                position_s(playback_.end_ns()))};
     }
     jump(log_time_ns);
-    ring();
-    return {};
   }
 
-  Done seek_by(double offset_s) {
-    if (!std::isfinite(offset_s)) return failure("offset_s is not a number");
+  void seek_by(double offset_s) {
+    if (!std::isfinite(offset_s)) throw Refusal{"offset_s is not a number"};
     const double position_s = playback_.position_s(position_ns()) + offset_s;
-    return seek(
-        std::clamp(playback_.log_time_ns(position_s), playback_.start_ns(), playback_.end_ns()));
+    seek(std::clamp(playback_.log_time_ns(position_s), playback_.start_ns(), playback_.end_ns()));
   }
 
-  Done set_rate(double rate) {
+  void set_rate(double rate) {
     if (!(rate >= kSlowestPlay && rate <= kFastestPlay)) {
-      return failure(fmt::format("rate {} is outside [{}, {}]", rate, kSlowestPlay, kFastestPlay));
+      throw Refusal{fmt::format("rate {} is outside [{}, {}]", rate, kSlowestPlay, kFastestPlay)};
     }
     timeline_.set_rate(now(), rate);
     ahead_.set_rate(rate);
     tell_clock();
-    ring();
-    return {};
   }
 
   void press(PlayKey key) {
@@ -445,50 +435,57 @@ class PacedPlayer {
     const double rate = timeline_.rate();
     switch (key) {
       case PlayKey::kPause:
-        (void)(paused_ ? resume() : pause());
-        break;
+        return paused_ ? resume() : pause();
       case PlayKey::kStep:
-        (void)step("");
-        break;
+        return step("");
       case PlayKey::kForward:
-        (void)(paused_ ? step("") : seek_by(kSeek_s));
-        break;
+        return paused_ ? step("") : seek_by(kSeek_s);
       case PlayKey::kBack:
-        (void)seek_by(-kSeek_s);
-        break;
+        return seek_by(-kSeek_s);
       case PlayKey::kFaster:
-        (void)set_rate(std::min(rate * kFaster, kFastestPlay));
-        break;
+        return set_rate(std::min(rate * kFaster, kFastestPlay));
       case PlayKey::kSlower:
-        (void)set_rate(std::max(rate / kFaster, kSlowestPlay));
-        break;
+        return set_rate(std::max(rate / kFaster, kSlowestPlay));
       case PlayKey::kQuit:
         quit_ = true;
-        break;
+    }
+  }
+
+  void press_keys() {
+    for (const PlayKey key : keys_->read()) {
+      try {
+        press(key);
+      } catch (const Refusal&) {  // at the log's end: nobody to tell it
+      }
     }
   }
 
   /// `act(request)` does it; the answer is the status after it.
   template <class Request>
-  void serve(std::string_view name, std::function<Done(const Request&)> act) {
+  void serve(std::string_view name, std::function<void(const Request&)> act) {
     bus_.serve(name, Request::default_instance(), v1::PlayerStatus::default_instance(),
                [this, act](const std::string& bytes) -> tl::expected<std::string, Status> {
                  Request request;
                  if (!request.ParseFromString(bytes)) {
                    return tl::unexpected(Status{"not a " + Request::descriptor()->full_name()});
                  }
-                 if (const Done done = act(request); !done) return tl::unexpected(done.error());
+                 ring();  // what is due may be otherwise then
+                 try {
+                   act(request);
+                 } catch (const Refusal& refusal) {
+                   return tl::unexpected(Status{refusal.why});
+                 }
                  return status().SerializeAsString();
                });
   }
 
   void serve_requests() {
-    serve<v1::PlayerPause>("pause", [this](const auto&) { return pause(); });
-    serve<v1::PlayerResume>("resume", [this](const auto&) { return resume(); });
-    serve<v1::PlayerStep>("step", [this](const auto& request) { return step(request.topic()); });
-    serve<v1::PlayerSeek>("seek", [this](const auto& request) { return seek(request); });
-    serve<v1::PlayerRate>("rate", [this](const auto& request) { return set_rate(request.rate()); });
-    serve<v1::PlayerAsk>("status", [](const auto&) { return Done(); });
+    serve<v1::PlayerPause>("pause", [this](const auto&) { pause(); });
+    serve<v1::PlayerResume>("resume", [this](const auto&) { resume(); });
+    serve<v1::PlayerStep>("step", [this](const auto& request) { step(request.topic()); });
+    serve<v1::PlayerSeek>("seek", [this](const auto& request) { seek(request); });
+    serve<v1::PlayerRate>("rate", [this](const auto& request) { set_rate(request.rate()); });
+    serve<v1::PlayerAsk>("status", [](const auto&) {});
   }
 
   v1::PlayerStatus status() {
@@ -543,7 +540,7 @@ class PacedPlayer {
     return whole ? 0 : 1;
   }
 
-  PlayOptions options_;
+  const PlayOptions& options_;
   Playback& playback_;
   runtime::StopSignal stop_signal_;
   launch::Fd bell_{eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC)};
@@ -565,112 +562,78 @@ class PacedPlayer {
   Time going_{}, held_{};
 };
 
-/// Steps exactly at the times of the recorded messages, so that nodes which step after that see
-/// them as then. Recorded graph times are kept, so that stamps in the messages stay true; wall
-/// times start at 0.
-class LockstepPlayer {
- public:
-  LockstepPlayer(runtime::ZmqBus& bus, Playback& playback)
-      : playback_(playback), outs_(advertise(bus, playback.topics())) {
-    constexpr std::uint64_t kYear2000_ns = 946'684'800'000'000'000;  // later ones are wall times
-    if (playback.start_ns() > kYear2000_ns) shift_ns_ = playback.start_ns();
-  }
-
-  void step(Time now) {
-    if (!started_) {
-      started_ = true;
-      for (const PlayedValue& value : playback_.seek(playback_.start_ns())) {
-        outs_[value.topic]->send_raw(value.payload, graph_time(playback_.start_ns()));
-      }
-      more_ = playback_.next(next_);
-    }
-    for (; more_ && graph_time(next_.log_time_ns) <= now; more_ = playback_.next(next_)) {
-      outs_[next_.topic]->send_raw(next_.payload, graph_time(next_.publish_time_ns));
-      ++messages_;
-    }
-  }
-  /// Time of the next message; nothing at the end.
-  std::optional<Time> next() const {
-    return more_ ? std::optional(graph_time(next_.log_time_ns)) : std::nullopt;
-  }
-  std::uint64_t messages() const { return messages_; }
-
- private:
-  Time graph_time(std::uint64_t ns) const {
-    return Time(static_cast<std::int64_t>(ns < shift_ns_ ? 0 : ns - shift_ns_));
-  }
-
-  Playback& playback_;
-  std::uint64_t shift_ns_ = 0, messages_ = 0;
-  RawOuts outs_;
-  bool started_ = false, more_ = false;
-  Played next_;
-};
-
-/// Plays as a member of a lock-step graph. At the end of the log it leaves, or (`stay`) remains
-/// silent, for others that still have work. Returns the exit code.
+/// Plays as a member of a lock-step graph: steps exactly at the times of the recorded messages, so
+/// that nodes which step after that see them as then. Recorded graph times are kept, so that stamps
+/// in the messages stay true; wall times start at 0. At the end of the log it leaves, or (`stay`)
+/// remains silent, for others that still have work. Returns the exit code.
 int play_in_lockstep(const PlayOptions& options, Playback& playback) {
   constexpr double kFirstRate_hz = 1000.0;  // until the first step; then it steps when it has to
   constexpr Time kAfterwards = 1s;          // graph time by which the last messages have been taken
+  constexpr std::uint64_t kYear2000_ns = 946'684'800'000'000'000;  // later ones are wall times
+  const std::uint64_t shift_ns = playback.start_ns() > kYear2000_ns ? playback.start_ns() : 0;
+  const auto graph_time = [shift_ns](std::uint64_t ns) {
+    return Time(static_cast<std::int64_t>(ns < shift_ns ? 0 : ns - shift_ns));
+  };
   const runtime::StopSignal stop;
   runtime::set_log_name(options.name);
   runtime::BusOptions bus_options;
   bus_options.name = options.name;
   bus_options.clock = runtime::ClockKind::lockstep;
   runtime::ZmqBus bus(bus_options);
-  LockstepPlayer player(bus, playback);
+  RawOuts outs = advertise(bus, playback.topics());
   const auto clock = runtime::make_lockstep_clock(bus, kFirstRate_hz, 0.0, stop.fd());
   bus.ready();
   runtime::notify_ready();
-  bool at_end = false;
-  while (const auto now = clock->wait()) {
-    const bool leave = at_end && !options.stay;
-    player.step(*now);
-    at_end = !player.next();
-    clock->set_next(player.next().value_or(*now + kAfterwards));
+  bool begun = false, more = true, leave = false;
+  std::uint64_t messages = 0;
+  Played next;
+  while (const auto now = leave ? std::nullopt : clock->wait()) {
+    leave = !more && !options.stay;
+    if (!std::exchange(begun, true)) {
+      for (const Played& value : playback.seek(playback.start_ns())) {
+        outs[value.topic]->send_raw(value.payload, graph_time(playback.start_ns()));
+      }
+      more = playback.next(next);
+    }
+    for (; more && graph_time(next.log_time_ns) <= *now; more = playback.next(next)) {
+      outs[next.topic]->send_raw(next.payload, graph_time(next.publish_time_ns));
+      ++messages;
+    }
+    clock->set_next(more ? graph_time(next.log_time_ns) : *now + kAfterwards);
     clock->done();
-    if (leave) break;
   }
-  std::cerr << fmt::format("{} messages played{}\n", player.messages(),
-                           at_end ? "" : ", not the whole log");
+  std::cerr << fmt::format("{} messages played{}\n", messages, more ? ", not the whole log" : "");
   if (options.json) {
-    std::cout << fmt::format(R"({{"messages":{},"at_end":{}}})", player.messages(), at_end) << '\n';
+    std::cout << fmt::format(R"({{"messages":{},"at_end":{}}})", messages, !more) << '\n';
   }
   return playback.report_damages() == 0 ? 0 : 1;
 }
 
-/// Returns the exit code: 0, 1 if something could not be read or reached no subscriber, 3 if a file
-/// is not there, 130 if interrupted. @throws ConfigError
-int log_play(const PlayOptions& options) {
-  auto logs = open_logs(options.files);
-  if (!logs) {
-    std::cerr << logs.error().line << '\n';
-    return logs.error().exit_code;
+/// Returns the exit code: 0, 1 if something could not be read or reached no subscriber, 130 if
+/// interrupted. @throws ConfigError, VerbEnd
+int log_play(PlayOptions& options) {
+  constexpr double kMegabyte = 1e6;
+  options.playback.filter = filter_of(options.topics);
+  options.playback.remap = PlayRemap(options.remaps);
+  if (options.read_ahead_mb > 0.0) {
+    options.ahead.bytes = static_cast<std::size_t>(options.read_ahead_mb * kMegabyte);
   }
-  Playback playback(*std::move(logs), options.playback);
+  Playback playback(opened(options.files), options.playback);
   for (const std::string& line : playback.notes()) std::cerr << line << '\n';
   return options.lockstep ? play_in_lockstep(options, playback)
                           : PacedPlayer(options, playback).run();
 }
 
-struct PlayArguments {
-  PlayOptions play;
-  TopicOptions topics;
-  std::vector<std::string> remaps;
-  bool no_keys = false;
-  double read_ahead_mb = 0.0;
-};
-
-void add_play_choice(CLI::App& play, PlayArguments& o) {
-  play.add_option("FILE", o.play.files, "MCAP files: one log, or its parts")->required();
+void add_play_choice(CLI::App& play, PlayOptions& o) {
+  play.add_option("FILE", o.files, "MCAP files: one log, or its parts")->required();
   add_topic_options(play, o.topics);
-  play.add_flag("--all-topics", o.play.playback.about_nodes,
+  play.add_flag("--all-topics", o.playback.about_nodes,
                 "Also what the recorded nodes said about themselves: NODE/start, steps, health, "
                 "log");
   play.add_option("--remap", o.remaps,
                   "OLD:=NEW publishes topic OLD as NEW, OLD/:=NEW/ all below OLD/ (repeatable)")
       ->allow_extra_args(false);
-  TimeRange& range = o.play.playback.range;
+  TimeRange& range = o.playback.range;
   play.add_option("--start", range.start,
                   "From this log time on: seconds from the first message (12.5), absolute "
                   "(12500000000ns) or UTC (2026-11-21T15:40:00.5Z)");
@@ -678,34 +641,34 @@ void add_play_choice(CLI::App& play, PlayArguments& o) {
   play.add_option("--end", range.end, "To this log time")->excludes(duration);
 }
 
-void add_play_manner(CLI::App& play, PlayArguments& o) {
-  CLI::Option* rate = play.add_option("--rate", o.play.rate, "Recorded seconds per second")
+void add_play_manner(CLI::App& play, PlayOptions& o) {
+  CLI::Option* rate = play.add_option("--rate", o.rate, "Recorded seconds per second")
                           ->check(CLI::Range(kSlowestPlay, kFastestPlay))
                           ->capture_default_str();
-  CLI::Option* loop = play.add_option("--loop", o.play.loops, "So many times; 0: until stopped")
+  CLI::Option* loop = play.add_option("--loop", o.loops, "So many times; 0: until stopped")
                           ->check(number_not_below_zero)
                           ->capture_default_str();
-  CLI::Option* paused = play.add_flag("--paused", o.play.paused, "Start paused");
-  play.add_flag("--stay", o.play.stay,
+  CLI::Option* paused = play.add_flag("--paused", o.paused, "Start paused");
+  play.add_flag("--stay", o.stay,
                 "At the end: stay, paused, for seeks and late subscribers; in lock-step: stay a "
                 "member");
-  CLI::Option* clock = play.add_flag("--clock", o.play.clock,
-                                     "Drive the clock of a graph that runs on simulated time");
-  play.add_flag("--lockstep", o.play.lockstep,
+  CLI::Option* clock =
+      play.add_flag("--clock", o.clock, "Drive the clock of a graph that runs on simulated time");
+  play.add_flag("--lockstep", o.lockstep,
                 "Step with a lock-step graph, in it at the recorded times; leaves it at the end")
       ->excludes(clock)
       ->excludes(loop)
       ->excludes(paused)
       ->excludes(rate);
-  play.add_option("--read-ahead", o.play.ahead.seconds,
+  play.add_option("--read-ahead", o.ahead.seconds,
                   "Read so many recorded seconds ahead [s]; default: 0.5, more when that is too "
                   "little")
       ->check(number_above_zero);
   play.add_option("--read-ahead-mb", o.read_ahead_mb, "But not more than this [MB]; default: 134")
       ->check(number_above_zero);
-  play.add_option("--name", o.play.name, "Name of the player in the graph")->capture_default_str();
+  play.add_option("--name", o.name, "Name of the player in the graph")->capture_default_str();
   play.add_flag("--no-keys", o.no_keys, "Leave the keyboard alone");
-  play.add_flag("--json", o.play.json, "Print one JSON object at the end");
+  play.add_flag("--json", o.json, "Print one JSON object at the end");
 }
 
 constexpr const char* kPlayFooter =
@@ -728,20 +691,11 @@ constexpr const char* kPlayFooter =
 
 void add_play(CLI::App& log, int& exit_code) {
   CLI::App* play = log.add_subcommand("play", "Publishes the messages of a log again");
-  auto o = std::make_shared<PlayArguments>();
+  auto o = std::make_shared<PlayOptions>();
   add_play_choice(*play, *o);
   add_play_manner(*play, *o);
   play->footer(kPlayFooter);
-  play->callback([o, &exit_code] {
-    constexpr double kMegabyte = 1e6;
-    o->play.playback.filter = filter_of(o->topics);
-    o->play.playback.remap = PlayRemap(o->remaps);
-    o->play.keys = !o->no_keys;
-    if (o->read_ahead_mb > 0.0) {
-      o->play.ahead.bytes = static_cast<std::size_t>(o->read_ahead_mb * kMegabyte);
-    }
-    exit_code = log_play(o->play);
-  });
+  on_run(*play, exit_code, [o] { return log_play(*o); });
 }
 
 }  // namespace mimesis::tool

@@ -1,34 +1,129 @@
 #pragma once
+#include <fmt/format.h>
+#include <poll.h>
+#include <termios.h>
+#include <unistd.h>
+
 #include <algorithm>
+#include <array>
+#include <cerrno>
 #include <chrono>
-#include <cstdint>
+#include <csignal>
+#include <iostream>
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "common/time.h"
 
+// The player's side of the terminal: keys in, a line of progress out.
 namespace mimesis::tool {
 
 enum class PlayKey { kPause, kStep, kBack, kForward, kFaster, kSlower, kQuit };
 
 /// Takes the keys off the front of what a terminal sent; an unfinished escape sequence stays,
 /// unknown keys are dropped.
-std::vector<PlayKey> take_keys(std::string& typed);
+inline std::vector<PlayKey> take_keys(std::string& typed) {
+  using enum PlayKey;
+  constexpr char kEscape = '\x1b';
+  // `all` has a key for each letter, in their order.
+  const auto key_of = [](char c, std::string_view letters, std::initializer_list<PlayKey> all) {
+    const std::size_t at = letters.find(c);
+    return at == letters.npos ? std::nullopt : std::optional(all.begin()[at]);
+  };
+  std::vector<PlayKey> keys;
+  std::size_t at = 0;
+  while (at < typed.size()) {
+    std::optional<PlayKey> key;
+    if (typed[at] != kEscape) {
+      key = key_of(typed[at++], " sq+-", {kPause, kStep, kQuit, kFaster, kSlower});
+    } else if (at + 1 == typed.size()) {
+      break;
+    } else if (typed[at + 1] != '[' && typed[at + 1] != 'O') {
+      ++at;  // the escape key itself
+    } else {
+      std::size_t end = at + 2;  // parameters, then one letter or '~'
+      while (end < typed.size() && (typed[end] < '@' || typed[end] > '~')) ++end;
+      if (end == typed.size()) break;
+      if (end == at + 2) key = key_of(typed[end], "ABCD", {kFaster, kSlower, kForward, kBack});
+      at = end + 1;
+    }
+    if (key) keys.push_back(*key);
+  }
+  typed.erase(0, at);
+  return keys;
+}
 
 /// While one lives, the terminal on standard input gives single keys without echo. It is restored
 /// however the process ends, and while it is suspended. One per process.
 class PlayKeys {
  public:
-  PlayKeys();
-  ~PlayKeys();
+  PlayKeys() {
+    if (isatty(STDIN_FILENO) != 1 || tcgetpgrp(STDIN_FILENO) != getpgrp() ||
+        tcgetattr(STDIN_FILENO, &before_) != 0) {
+      return;
+    }
+    during_ = before_;
+    during_.c_lflag &= ~static_cast<tcflag_t>(ICANON | ECHO);
+    during_.c_cc[VMIN] = 0;  // read() never blocks
+    during_.c_cc[VTIME] = 0;
+    const auto on_deadly = [](int signal) {
+      restore();
+      raise(signal);  // SA_RESETHAND: now it does what it does
+    };
+    for (const int signal : kDeadly) handle(signal, on_deadly, SA_RESETHAND | SA_NODEFER);
+    const auto on_suspend = [](int) {
+      restore();
+      raise(SIGSTOP);
+    };
+    handle(SIGTSTP, on_suspend, SA_RESTART);
+    const auto on_continue = [](int) {
+      if (tcgetpgrp(STDIN_FILENO) == getpgrp()) tcsetattr(STDIN_FILENO, TCSANOW, &during_);
+    };
+    handle(SIGCONT, on_continue, SA_RESTART);
+    ours_ = tcsetattr(STDIN_FILENO, TCSANOW, &during_) == 0;
+  }
+  ~PlayKeys() {
+    if (!ours_) return;
+    restore();
+    for (const int signal : kDeadly) handle(signal, SIG_DFL, 0);
+    handle(SIGTSTP, SIG_DFL, 0);
+    handle(SIGCONT, SIG_DFL, 0);
+  }
   PlayKeys(const PlayKeys&) = delete;
   PlayKeys& operator=(const PlayKeys&) = delete;
 
   /// Standard input; -1 if it is no terminal, belongs to another job now, or is at its end.
-  int fd() const;
-  std::vector<PlayKey> read();
+  int fd() const {
+    // In the background reading would stop the process.
+    return ours_ && !gone_ && tcgetpgrp(STDIN_FILENO) == getpgrp() ? STDIN_FILENO : -1;
+  }
+  std::vector<PlayKey> read() {
+    pollfd item{fd(), POLLIN, 0};
+    if (poll(&item, 1, 0) <= 0) return {};
+    std::array<char, 64> bytes{};
+    const ssize_t n = ::read(STDIN_FILENO, bytes.data(), bytes.size());
+    gone_ = n == 0 || (n < 0 && errno != EINTR && errno != EAGAIN);
+    if (n > 0) typed_.append(bytes.data(), static_cast<std::size_t>(n));
+    return take_keys(typed_);
+  }
 
  private:
+  // Signals that kill at once. SIGINT and SIGTERM only end the loop (StopSignal).
+  static constexpr std::array kDeadly{SIGHUP, SIGQUIT, SIGABRT, SIGSEGV, SIGBUS, SIGFPE, SIGILL};
+
+  // Async-signal-safe, as POSIX says.
+  static void restore() { tcsetattr(STDIN_FILENO, TCSANOW, &before_); }
+  static void handle(int signal, void (*handler)(int), int flags) {
+    struct sigaction action {};
+    action.sa_handler = handler;
+    action.sa_flags = flags;
+    sigemptyset(&action.sa_mask);
+    sigaction(signal, &action, nullptr);
+  }
+
+  static inline termios before_{}, during_{};
   bool ours_ = false, gone_ = false;
   std::string typed_;
 };
@@ -43,15 +138,26 @@ struct PlayState {
 };
 
 /// "12.3 / 60.0 s  [####      ]  x1  203.1 MB/s  late 0.08 ms  PAUSED"
-std::string play_line(const PlayState& state);
+inline std::string play_line(const PlayState& state) {
+  constexpr double kBarWidth = 20.0;
+  const double share =
+      state.end_s > 0.0 ? std::clamp(state.position_s / state.end_s, 0.0, 1.0) : 1.0;
+  const auto full = static_cast<std::size_t>(share * kBarWidth);
+  return fmt::format("{:.1f} / {:.1f} s  [{}{}]  x{:.3g}  {:.1f} MB/s  late {:.2f} ms{}{}",
+                     state.position_s, state.end_s, std::string(full, '#'),
+                     std::string(static_cast<std::size_t>(kBarWidth) - full, ' '), state.rate,
+                     state.mb_s, runtime::to_seconds(state.late) * 1e3,
+                     state.paused ? "  PAUSED" : "",
+                     state.holding ? "  waits for subscribers" : "");
+}
 
 /// Draws the progress line on standard error if it is a terminal, ten times a second.
 class PlayScreen {
  public:
   using Wall = std::chrono::steady_clock::time_point;
 
-  PlayScreen();
-  ~PlayScreen();
+  PlayScreen() = default;
+  ~PlayScreen() { clear(); }
   PlayScreen(const PlayScreen&) = delete;
   PlayScreen& operator=(const PlayScreen&) = delete;
 
@@ -59,11 +165,29 @@ class PlayScreen {
   Wall next() const { return next_; }  ///< time to draw again
   void count(runtime::Time late) { late_ = std::max(late_, late); }
   /// `bytes`: played since the start.
-  void draw(Wall now, PlayState state, std::uint64_t bytes);
-  void clear();
+  void draw(Wall now, PlayState state, std::uint64_t bytes) {
+    constexpr std::chrono::milliseconds kRedraw(100);
+    constexpr double kRecent_s = 1.0;  // window of MB/s and lateness
+    if (!shown_ || now < next_) return;
+    next_ = now + kRedraw;
+    const double window_s = std::chrono::duration<double>(now - since_).count();
+    if (window_s >= kRecent_s) {
+      mb_s_ = static_cast<double>(bytes - bytes_) * 1e-6 / window_s;
+      worst_ = std::exchange(late_, {});
+      since_ = now;
+      bytes_ = bytes;
+    }
+    state.mb_s = mb_s_;
+    state.late = std::max(worst_, late_);
+    std::cerr << "\r\033[K" << play_line(state) << std::flush;
+    drawn_ = true;
+  }
+  void clear() {
+    if (std::exchange(drawn_, false)) std::cerr << "\r\033[K" << std::flush;
+  }
 
  private:
-  bool shown_, drawn_ = false;
+  bool shown_ = isatty(STDERR_FILENO) == 1, drawn_ = false;
   Wall next_{}, since_{};
   std::uint64_t bytes_ = 0;  ///< at since_
   double mb_s_ = 0.0;

@@ -1,21 +1,25 @@
 #pragma once
+#include <fmt/format.h>
+
+#include <algorithm>
 #include <condition_variable>
-#include <cstdint>
 #include <deque>
 #include <functional>
-#include <map>
-#include <memory>
+#include <limits>
 #include <mutex>
-#include <optional>
 #include <set>
 #include <string>
 #include <thread>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
+#include "common/error.h"
+#include "common/runtime/own_topics.h"
 #include "tools/mimesis/log/open_log.h"
 #include "tools/mimesis/topic_filter.h"
 
+// The messages of a log as a player takes them: selected, renamed, in their order, read ahead.
 namespace mimesis::tool {
 
 /// New names for topics. OLD:=NEW renames one topic, OLD/:=NEW/ all below a prefix ("/" alone: the
@@ -24,18 +28,51 @@ class PlayRemap {
  public:
   PlayRemap() = default;
   /// @throws ConfigError unless every rule has one of the two forms and no OLD comes twice.
-  explicit PlayRemap(const std::vector<std::string>& rules);
+  explicit PlayRemap(const std::vector<std::string>& rules) {
+    for (const std::string& text : rules) {
+      const std::size_t at = text.find(":=");
+      const std::string from = text.substr(0, at);
+      const std::string to = at == std::string::npos ? "" : text.substr(at + 2);
+      if (from.empty() || to.empty() || from.ends_with('/') != to.ends_with('/')) {
+        throw ConfigError("--remap '" + text + "': expected OLD:=NEW, or OLD/:=NEW/ for a prefix");
+      }
+      for (const Rule& other : rules_) {
+        if (other.text.substr(0, other.text.find(":=")) != from) continue;
+        throw ConfigError("--remap '" + text + "': '" + other.text + "' says otherwise");
+      }
+      rules_.push_back({text, from == "/" ? "" : from, to == "/" ? "" : to, from.ends_with('/')});
+    }
+  }
 
-  std::string operator()(const std::string& topic) const;
+  std::string operator()(const std::string& topic) const {
+    const Rule* rule = rule_for(topic);
+    return rule == nullptr ? topic : rule->to + topic.substr(rule->from.size());
+  }
   /// The rules that concern none of these topics: spelt wrong, most likely.
-  std::vector<std::string> unused(const std::vector<std::string>& topics) const;
+  std::vector<std::string> unused(const std::vector<std::string>& topics) const {
+    std::set<const Rule*> used;
+    for (const std::string& topic : topics) used.insert(rule_for(topic));
+    std::vector<std::string> rest;
+    for (const Rule& rule : rules_) {
+      if (!used.contains(&rule)) rest.push_back(rule.text);
+    }
+    return rest;
+  }
 
  private:
   struct Rule {
     std::string text, from, to;  ///< of a prefix: with the slash; "" is the root
     bool prefix = false;
   };
-  const Rule* rule_for(const std::string& topic) const;
+  const Rule* rule_for(const std::string& topic) const {
+    const Rule* best = nullptr;
+    for (const Rule& rule : rules_) {
+      if (!rule.prefix && topic == rule.from) return &rule;
+      if (!rule.prefix || !topic.starts_with(rule.from)) continue;
+      if (best == nullptr || best->from.size() < rule.from.size()) best = &rule;
+    }
+    return best;
+  }
 
   std::vector<Rule> rules_;
 };
@@ -62,13 +99,6 @@ struct PlayedTopic {
 struct Played {
   const PlayedTopic* topic = nullptr;
   std::uint64_t log_time_ns = 0, publish_time_ns = 0;
-  std::string_view payload;  ///< not owned
-};
-
-/// A message that owns its payload.
-struct PlayedValue {
-  const PlayedTopic* topic = nullptr;
-  std::uint64_t log_time_ns = 0, publish_time_ns = 0;
   std::string payload;
 };
 
@@ -80,63 +110,177 @@ class Playback {
  public:
   /// @throws ConfigError if nothing is selected, a topic has two types, or nothing lies in the
   /// time.
-  Playback(std::vector<OpenLog> logs, const PlaybackOptions& options);
+  Playback(std::vector<OpenLog> logs, const PlaybackOptions& options)
+      : logs_(std::move(logs)), span_(span_of(logs_)) {
+    find_topics(options);
+    const LogTimes times = resolve(options.range, span_);
+    start_ns_ = std::max(times.start, span_.start_ns);
+    end_ns_ = std::min(times.end, span_.end_ns);
+    if (start_ns_ <= end_ns_) return;
+    throw ConfigError(fmt::format("{}: nothing of its {:.3f} s lies between {:.3f} s and {:.3f} s",
+                                  name(), position_s(span_.end_ns), position_s(start_ns_),
+                                  position_s(end_ns_)));
+  }
   Playback(const Playback&) = delete;
   Playback& operator=(const Playback&) = delete;
 
-  const std::vector<PlayedTopic>& topics() const { return topics_; }
+  const std::deque<PlayedTopic>& topics() const { return topics_; }
   /// Lines about what was asked for and is not played: no such topic, or not Protobuf.
   const std::vector<std::string>& notes() const { return notes_; }
   std::uint64_t log_start_ns() const { return span_.start_ns; }  ///< log time of position 0
   std::uint64_t start_ns() const { return start_ns_; }           ///< log times [start_ns, end_ns]
   std::uint64_t end_ns() const { return end_ns_; }               ///< are played
-  double position_s(std::uint64_t log_time_ns) const;
-  std::uint64_t log_time_ns(double position_s) const;
+  double position_s(std::uint64_t log_time_ns) const {
+    return log_time_ns < span_.start_ns ? -static_cast<double>(span_.start_ns - log_time_ns) / 1e9
+                                        : static_cast<double>(log_time_ns - span_.start_ns) / 1e9;
+  }
+  std::uint64_t log_time_ns(double position_s) const {
+    constexpr double kLongest_s = 1e10;  // 317 years: in 64 bits of nanoseconds
+    const auto ns = static_cast<std::uint64_t>(std::clamp(position_s, 0.0, kLongest_s) * 1e9);
+    return std::min(ns, kLast - span_.start_ns) + span_.start_ns;
+  }
 
   /// `next` goes on with the first message at or after this time, not before start_ns. The last
   /// values of latched topics before it, in their order. Reads only chunks that hold such.
-  std::vector<PlayedValue> seek(std::uint64_t log_time_ns);
-  /// Next message, valid until the next call; false at the end. Precondition: `seek` was called.
-  bool next(Played& out);
+  std::vector<Played> seek(std::uint64_t log_time_ns) {
+    constexpr std::uint64_t kFirstLook = 1'000'000'000;  // back [ns]; then four times as far
+    const std::uint64_t target = std::max(log_time_ns, start_ns_);
+    std::set<const PlayedTopic*> missing;
+    for (const PlayedTopic& topic : topics_) {
+      if (topic.latched) missing.insert(&topic);
+    }
+    repeats_ = {};
+    std::vector<Played> values;
+    std::uint64_t look = kFirstLook;
+    for (std::uint64_t to = target; !missing.empty() && to > span_.start_ns; look *= 4) {
+      const std::uint64_t from = to - std::min(look, to - span_.start_ns);
+      const auto wanted = [&](const log::Channel& channel) {
+        const auto it = topic_of_.find(&channel);
+        return it != topic_of_.end() && is_latched(channel) && missing.contains(it->second);
+      };
+      select({wanted, from, to});
+      std::vector<Played> earlier;
+      for (Played value; next(value);) {
+        std::erase_if(earlier, [&](const Played& other) { return other.topic == value.topic; });
+        earlier.push_back(value);
+      }
+      for (const Played& value : earlier) missing.erase(value.topic);
+      values.insert(values.begin(), earlier.begin(), earlier.end());
+      to = from;
+    }
+    const auto played = [this](const log::Channel& channel) {
+      return topic_of_.contains(&channel);
+    };
+    select({played, target, std::max(end_ns_, end_ns_ + 1)});
+    return values;
+  }
+  /// Next message; false at the end. Precondition: `seek` was called.
+  bool next(Played& out) {
+    while (const Item* item = reader_->next()) {
+      if (repeats_.repeated(*item)) continue;
+      const log::Message& m = *item->message;
+      out.topic = topic_of_.at(item->channel);
+      out.log_time_ns = m.log_time;
+      out.publish_time_ns = m.publish_time;
+      out.payload.assign(m.data);
+      return true;
+    }
+    return false;
+  }
 
   /// Lines on standard error for what could not be read so far; their number.
-  std::uint64_t report_damages();
+  std::uint64_t report_damages() {
+    keep_damages();
+    std::uint64_t total = 0;
+    for (const OpenLog& log : logs_) total += tool::report_damages(log, {});
+    return total;
+  }
 
  private:
-  struct Origin {
-    std::size_t topic = 0, publisher = 0;  ///< indexes
-    bool latched = false;
-    bool told_apart = false;  ///< a restarted publisher has another index
-  };
-  struct Last {
-    std::uint32_t sequence = 0;  ///< 0: none yet
-    std::size_t hash = 0;        ///< of the payload
-  };
-  void find_topics(const PlaybackOptions& options);
-  void add(const log::Channel& channel, const log::Schema& schema, const PlaybackOptions& options);
-  void find_range(const TimeRange& range);
-  bool repeated(const Origin& origin, const log::Message& message);
-  std::vector<PlayedValue> last_values(const std::set<std::size_t>& topics, std::uint64_t from_ns,
-                                       std::uint64_t to_ns);
-  void keep_damages(const log::MergedReader& reader);
-  std::string name() const;
+  static constexpr std::uint64_t kLast = std::numeric_limits<std::uint64_t>::max();
+
+  std::string name() const {
+    return logs_.size() == 1 ? logs_[0].path
+                             : fmt::format("{} and {} more", logs_[0].path, logs_.size() - 1);
+  }
+  void find_topics(const PlaybackOptions& options) {
+    std::set<std::string> foreign;
+    const std::vector<std::string>& named = options.filter.topics();
+    for (const OpenChannel& c : channels_of(logs_)) {
+      const std::string& topic = c.channel->topic;
+      // The time of the recorded run is not the time of this one.
+      if (c.type() == "mimesis.v1.ClockTime" || !options.filter(topic)) continue;
+      // Published by the runtime. Foreign topics with such names are played.
+      const bool about_a_node = runtime::is_own_topic(topic) &&
+                                (c.type().starts_with("mimesis.v1.") || c.type() == "foxglove.Log");
+      if (c.schema == nullptr || c.schema->encoding != "protobuf") {
+        foreign.insert(topic);
+      } else if (options.about_nodes || !about_a_node ||
+                 std::ranges::find(named, topic) != named.end()) {
+        add(c, options.remap(topic));
+      }
+    }
+    if (topics_.empty()) {
+      throw ConfigError(fmt::format("{}: none of its topics is selected", name()));
+    }
+    const std::vector<std::string> recorded = topics_of(logs_);
+    if (const auto unused = options.remap.unused(recorded); !unused.empty()) {
+      throw ConfigError(fmt::format("--remap '{}': {} has no such topic", unused[0], name()));
+    }
+    for (const std::string& topic : named) {
+      if (std::ranges::binary_search(recorded, topic)) continue;
+      notes_.push_back(fmt::format("{}: no topic {}", name(), topic));
+    }
+    for (const std::string& topic : foreign) {
+      notes_.push_back(fmt::format("{}: topic {} is not Protobuf and not played", name(), topic));
+    }
+  }
+  void add(const OpenChannel& c, const std::string& topic) {
+    auto same = std::ranges::find(topics_, topic, &PlayedTopic::topic);
+    if (same == topics_.end()) {
+      topics_.push_back({topic, c.type(), c.schema->data, false});
+      same = topics_.end() - 1;
+    } else if (same->type != c.type()) {
+      throw ConfigError(
+          fmt::format("topic {} has two types in {}: {} and {}; --exclude one or --remap it", topic,
+                      name(), same->type, c.type()));
+    }
+    same->latched = same->latched || is_latched(*c.channel);
+    topic_of_[c.channel] = &*same;
+  }
+  /// Reads these from now on.
+  void select(const log::Selection& selection) {
+    keep_damages();
+    reader_ = std::make_unique<log::MergedReader>(merged(logs_, selection));
+  }
+  /// Damage that the reader met becomes that of its log, once.
+  void keep_damages() {
+    for (std::size_t i = 0; i < logs_.size() && reader_; ++i) {
+      log::Summary& summary = logs_[i].summary;
+      for (const log::Damage& met : reader_->damages(i)) {
+        const auto at =
+            std::ranges::lower_bound(summary.damages, met.offset, {}, &log::Damage::offset);
+        if (at != summary.damages.end() && at->offset == met.offset) continue;
+        summary.damages.insert(at, met);
+        ++summary.damage_count;
+      }
+    }
+  }
 
   std::vector<OpenLog> logs_;
   Span span_;
-  std::vector<PlayedTopic> topics_;
+  std::deque<PlayedTopic> topics_;
   std::vector<std::string> notes_;
-  std::unordered_map<const log::Channel*, Origin> origins_;
-  std::map<std::string, std::size_t> publishers_;  ///< by topic, node and start id
-  std::vector<Last> last_;                         ///< by publisher
+  std::unordered_map<const log::Channel*, const PlayedTopic*> topic_of_;
   std::uint64_t start_ns_ = 0, end_ns_ = 0;
   std::unique_ptr<log::MergedReader> reader_;
-  std::map<std::pair<std::size_t, std::uint64_t>, std::string> damages_;  ///< by log and offset
+  LatchedRepeats repeats_;
 };
 
 /// So much is read before it is due; the first bound that is reached counts.
 struct PlayAheadLimits {
-  double seconds =
-      0.0;  ///< of log time; 0: half a second, twice as much whenever it was too little
+  /// Log time read ahead; 0: half a second, twice as much whenever it was too little.
+  double seconds = 0.0;
   std::size_t bytes = std::size_t{128} << 20U;
 };
 
@@ -146,29 +290,96 @@ class PlayAhead {
  public:
   /// `arrived` is called on the thread when messages are there after `front` had none, and at the
   /// end. The playback is this object's until it is gone.
-  PlayAhead(Playback& playback, PlayAheadLimits limits, std::function<void()> arrived);
-  ~PlayAhead();
+  PlayAhead(Playback& playback, PlayAheadLimits limits, std::function<void()> arrived)
+      : playback_(playback),
+        limits_(limits),
+        arrived_(std::move(arrived)),
+        seconds_(limits.seconds > 0.0 ? limits.seconds : kFirstSeconds) {}
 
   /// As Playback::seek.
-  std::vector<PlayedValue> seek(std::uint64_t log_time_ns);
+  std::vector<Played> seek(std::uint64_t log_time_ns) {
+    stop();
+    queue_.clear();
+    bytes_ = 0;
+    at_end_ = primed_ = full_ = false;
+    std::vector<Played> latched = playback_.seek(log_time_ns);
+    thread_ = std::jthread([this](const std::stop_token& stop) { read(stop); });
+    return latched;
+  }
   /// Next message, valid until `pop`; null if there is none now, or none at all (`ended`).
-  const Played* front();
-  void pop();
-  bool ended();  ///< all was delivered
-  bool full();   ///< reads no further before something is taken
+  const Played* front() {
+    const std::lock_guard lock(mutex_);
+    if (!queue_.empty()) {
+      primed_ = true;
+      return &queue_.front();
+    }
+    if (at_end_) return nullptr;
+    if (primed_ && !awaited_ && limits_.seconds <= 0.0) {
+      seconds_ = std::min(2.0 * seconds_, kMostSeconds);
+    }
+    awaited_ = true;
+    return nullptr;
+  }
+  void pop() {
+    const std::lock_guard lock(mutex_);
+    bytes_ -= queue_.front().payload.size();
+    spare_.push_back(std::move(queue_.front().payload));
+    queue_.pop_front();
+    if (full_ && !enough(kRefill)) taken_.notify_one();
+  }
+  bool ended() {  ///< all was delivered
+    const std::lock_guard lock(mutex_);
+    return at_end_ && queue_.empty();
+  }
+  bool full() {  ///< reads no further before something is taken
+    const std::lock_guard lock(mutex_);
+    return full_;
+  }
   /// Seconds of log time per second: what `seconds` of the limits is worth.
-  void set_rate(double rate);
-  void stop();  ///< the playback may be used again
+  void set_rate(double rate) {
+    const std::lock_guard lock(mutex_);
+    rate_ = rate;
+    taken_.notify_one();
+  }
+  void stop() { thread_ = {}; }  ///< the playback may be used again
 
  private:
-  struct Batch {
-    std::vector<char> bytes;
-    std::vector<Played> messages;
-    std::vector<std::size_t> ends;  ///< of the payloads in `bytes`
-  };
-  void read(const std::stop_token& stop);
-  bool fill(Batch& batch);
-  bool enough() const;  ///< with the lock
+  static constexpr double kFirstSeconds = 0.5, kMostSeconds = 8.0;
+  static constexpr double kRefill = 0.75;  ///< reads on when no more than this share is left
+  static constexpr std::size_t kWorthBytes = 256 * 1024, kWorthMessages = 1024;  ///< to `arrive`
+
+  void read(const std::stop_token& stop) {
+    Played next;
+    for (bool more = true; more && !stop.stop_requested();) {
+      more = playback_.next(next);
+      std::unique_lock lock(mutex_);
+      if (more) {
+        bytes_ += next.payload.size();
+        queue_.push_back(std::move(next));
+      }
+      if (!spare_.empty()) {  // fresh memory costs more than a copy
+        next.payload = std::move(spare_.back());
+        spare_.pop_back();
+      }
+      at_end_ = !more;
+      full_ = at_end_ || enough(1.0);
+      const bool worth = bytes_ >= kWorthBytes || queue_.size() >= kWorthMessages;
+      if (full_ || (awaited_ && worth)) {
+        awaited_ = false;
+        arrived_();
+      }
+      if (!full_ || at_end_) continue;
+      taken_.wait(lock, stop, [this] { return !enough(kRefill); });
+      full_ = false;
+    }
+  }
+  /// This share of a limit is there; with the lock.
+  bool enough(double share) const {
+    if (queue_.empty()) return false;
+    if (static_cast<double>(bytes_) >= share * static_cast<double>(limits_.bytes)) return true;
+    const std::uint64_t ahead_ns = queue_.back().log_time_ns - queue_.front().log_time_ns;
+    return static_cast<double>(ahead_ns) * 1e-9 >= share * seconds_ * rate_;
+  }
 
   Playback& playback_;
   PlayAheadLimits limits_;
@@ -176,13 +387,11 @@ class PlayAhead {
 
   std::mutex mutex_;
   std::condition_variable_any taken_;
-  std::deque<Batch> batches_, spare_;
-  std::size_t bytes_ = 0;  ///< in batches_
+  std::deque<Played> queue_;
+  std::vector<std::string> spare_;  ///< memory for payloads: as many as were ever ahead at once
+  std::size_t bytes_ = 0;           ///< in queue_
   double seconds_, rate_ = 1.0;
   bool at_end_ = false, awaited_ = false, full_ = false;
-
-  Batch current_;  ///< being delivered
-  std::size_t next_ = 0;
   bool primed_ = false;  ///< something was delivered since the seek
   std::jthread thread_;
 };

@@ -9,7 +9,6 @@
 #include <array>
 #include <ctime>
 #include <nlohmann/json.hpp>
-#include <set>
 #if defined(__x86_64__)
 #include <sys/platform/x86.h>
 #endif
@@ -75,16 +74,6 @@ std::string arithmetic() {
   uname(&machine);
   return fmt::format("{}{}, glibc {}, {}", machine.machine, libm_variant(), gnu_get_libc_version(),
                      compiler_name());
-}
-
-std::string recorded_arithmetic(const std::vector<OpenLog>& logs) {
-  std::set<std::string> found;
-  const auto add = [&](const log::Metadata& run) {
-    const auto it = run.metadata.find("arithmetic");
-    found.insert(it == run.metadata.end() ? "" : it->second);
-  };
-  each_metadata(logs, "mimesis.run", add, /*silent=*/true);
-  return found.size() == 1 ? *found.begin() : "";
 }
 
 Provenance provenance(const std::string& graph, const std::vector<std::string>& command,

@@ -4,7 +4,6 @@
 #include <vector>
 
 #include "common/log/records.h"
-#include "tools/mimesis/log/open_log.h"
 
 namespace mimesis::tool {
 
@@ -27,9 +26,5 @@ Provenance provenance(const std::string& graph, const std::vector<std::string>& 
 /// variants of sin, exp, pow with FMA (as GLIBC_TUNABLES leaves it), the version of glibc and the
 /// compiler. "x86_64, FMA AVX2, glibc 2.36, g++ 12.2.0"
 std::string arithmetic();
-
-/// The same of the machine that recorded, by metadata "mimesis.run"; empty if the logs do not tell
-/// (older ones) or do not agree.
-std::string recorded_arithmetic(const std::vector<OpenLog>& logs);
 
 }  // namespace mimesis::tool

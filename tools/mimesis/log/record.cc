@@ -22,10 +22,8 @@
 #include "common/log/codec.h"
 #include "common/runtime/raw.h"
 #include "common/runtime/value_text.h"
-#include "tools/mimesis/log/human.h"
 #include "tools/mimesis/log/record_file.h"
 #include "tools/mimesis/log/record_watch.h"
-#include "tools/mimesis/log/recording.h"
 #include "tools/mimesis/log/snapshot.h"
 #include "tools/mimesis/log/verb_options.h"
 #include "tools/mimesis/number_check.h"
@@ -61,16 +59,41 @@ std::uint64_t wall_ns() {
       std::chrono::nanoseconds(std::chrono::system_clock::now().time_since_epoch()).count());
 }
 
-/// The words of this process's command line.
-std::vector<std::string> command_line() {
+Provenance own_provenance() {
   std::ifstream in("/proc/self/cmdline", std::ios::binary);
   std::vector<std::string> words;
   for (std::string word; std::getline(in, word, '\0');) words.push_back(word);
-  return words;
+  const char* launch = std::getenv("MIMESIS_LAUNCH");
+  return provenance(runtime::graph_name(), words, wall_ns(), launch != nullptr ? launch : "");
 }
 
-std::string date_and_time() {
-  return fmt::format("{:%Y%m%d-%H%M%S}", fmt::localtime(std::time(nullptr)));
+/// A tapped message as it goes into a log. Its log time: on a simulated clock the graph's, so that
+/// equal runs give equal logs; else its receipt, `now_ns`.
+Recorded recorded(runtime::Tapped tapped, std::uint64_t now_ns) {
+  Recorded m;
+  m.topic = std::move(tapped.topic);
+  m.type = std::move(tapped.type);
+  m.type_hash = tapped.type_hash;
+  m.node = std::move(tapped.message.source);
+  m.start_id = tapped.message.start_id;
+  m.seq = tapped.message.seq;
+  m.payload = std::move(tapped.message.payload);
+  m.publish_time_ns = static_cast<std::uint64_t>(tapped.message.stamp.count());
+  if (tapped.publisher != nullptr) {
+    m.clock = tapped.publisher->clock();
+    // The clock node itself steps on the wall clock, but what it says is graph time.
+    m.ordered = m.clock == "sim" || m.clock == "lockstep" ||
+                m.type == v1::ClockTime::descriptor()->full_name();
+    for (const auto& output : tapped.publisher->outputs()) {
+      if (output.topic() == m.topic) m.latched = output.latched();
+    }
+  }
+  if (tapped.tick.count() > 0) {
+    m.log_time_ns = static_cast<std::uint64_t>(tapped.tick.count());
+  } else {
+    m.log_time_ns = m.ordered ? m.publish_time_ns : now_ns;
+  }
+  return m;
 }
 
 volatile std::sig_atomic_t snapshot_wanted = 0;
@@ -99,33 +122,17 @@ class SnapshotSignal {
   struct sigaction previous_ {};
 };
 
-/// One file, parts that follow each other, or snapshots.
-using RecordOutput = std::variant<SplitLog, Snapshots>;
-
 class Recorder {
  public:
   /// @throws ConfigError before the first message
   explicit Recorder(const RecordOptions& options)
       : options_(options),
         filter_(options.topics, options.regex, options.exclude),
-        head_(options.attach,
-              provenance(runtime::graph_name(), command_line(), wall_ns(), launched_by()),
-              {.writer = {.library = "mimesis " MIMESIS_VERSION,
-                          .compression = *log::parse_compression(options.compression)},
-               .sync = options.sync,
-               .descriptors = [this](const std::string& type) { return tap_->descriptors(type); }}),
-        output_(SplitLog(options.output, options.split, opener())),
+        output_(open_output()),
         recording_([this](Recorded message, WallTime now) {
-          return std::visit([&](auto& output) { return output.write(std::move(message), now); },
-                            output_);
+          std::visit([&](auto& output) { output.write(std::move(message), now); }, output_);
         }) {
     std::signal(SIGPIPE, SIG_IGN);  // the reader of our lines may go away, the log is to be closed
-    if (options.snapshot.on()) {
-      output_ = Snapshots(options.snapshot, options.output, opener(), date_and_time,
-                          [this](const std::string& line) { say(line); });
-    } else if (auto done = std::get<SplitLog>(output_).start(); !done) {
-      throw ConfigError(done.error().reason);
-    }
     tap_.emplace(runtime::graph_name(), filter_, runtime::Policy::reliable);
     graph_.emplace(runtime::graph_name());
     ready_ns_ = wall_ns();
@@ -133,8 +140,22 @@ class Recorder {
 
   /// Returns the exit code: 0 if something was recorded and nothing was lost, else 1.
   int run() {
-    const log::Result done = finish(receive());
-    return report(done ? flaw_ : done.error().reason);
+    std::string failure;
+    const auto attempt = [&failure](const auto& write) {
+      try {
+        write();
+      } catch (const WriteFailure& e) {
+        if (failure.empty()) failure = e.what();
+      }
+    };
+    attempt([this] { receive(); });
+    const auto now = steady_clock::now();
+    if (failure.empty()) attempt([&] { recording_.finish(now); });
+    // After a failure, too: the file that failed stays as it is, another one is to be closed well.
+    attempt([&] { std::visit([&](auto& output) { output.finish(now); }, output_); });
+    if (failure.empty()) return report(flaw_);
+    for (const std::string& path : files().paths()) remove_if_empty(path);
+    return report(failure);
   }
 
  private:
@@ -143,47 +164,58 @@ class Recorder {
   static constexpr std::uint64_t kLookBytes = 1'000'000;  // received: the same
   static constexpr auto kLookForSilence = 500ms;
 
-  static std::string launched_by() {
-    const char* launch = std::getenv("MIMESIS_LAUNCH");
-    return launch != nullptr ? launch : "";
-  }
-  OpenRecordFile opener() const {
-    return [this](const std::string& path) { return head_.open(path); };
+  /// One file, parts that follow each other, or snapshots.
+  using Output = std::variant<SplitLog, Snapshots>;
+
+  Output open_output() {
+    const auto open = with_head(
+        options_.attach, own_provenance(),
+        {.writer = {.library = "mimesis " MIMESIS_VERSION,
+                    .compression = *log::parse_compression(options_.compression)},
+         .descriptors = [this](const std::string& type) { return tap_->descriptors(type); },
+         .sync = options_.sync});
+    const auto stamp = [] {
+      return fmt::format("{:%Y%m%d-%H%M%S}", fmt::localtime(std::time(nullptr)));
+    };
+    const auto tell = [this](const std::string& line) { say(line); };
+    if (options_.snapshot.on()) {
+      return Snapshots(options_.snapshot, options_.output, open, stamp, tell);
+    }
+    try {
+      return SplitLog(options_.output, options_.split, open);
+    } catch (const WriteFailure& e) {
+      throw ConfigError(e.what());
+    }
   }
   OwnFiles& files() {
     return std::visit([](auto& output) -> OwnFiles& { return output.files(); }, output_);
   }
 
-  /// Receives until stopped. The result is a failure to write.
-  log::Result receive() {
+  /// Receives until stopped. @throws WriteFailure
+  void receive() {
     const auto ended = [&] {
       return options_.duration_s > 0.0 &&
              steady_clock::now() - start_ >= std::chrono::duration<double>(options_.duration_s);
     };
     while (!stop_.requested() && !ended() && flaw_.empty()) {
-      if (auto done = take(); !done) return done;
+      take();
       const auto now = steady_clock::now();
       auto* snapshots = std::get_if<Snapshots>(&output_);
-      if (snapshot_signal_.take() && snapshots != nullptr) {
-        if (auto done = snapshots->trigger("SIGUSR1", now); !done) return done;
-      }
+      if (snapshot_signal_.take() && snapshots != nullptr) snapshots->trigger("SIGUSR1", now);
       if (now >= next_look_ || bytes_received_ > kLookBytes) keep_house(now);
     }
     display_.clear();
     drain_.emplace(steady_clock::now(), wall_ns());
-    while (flaw_.empty() && !drain_->over(steady_clock::now())) {
-      if (auto done = take(); !done) return done;
-    }
+    while (flaw_.empty() && !drain_->over(steady_clock::now())) take();
     if (flaw_.empty() && drain_->gave_up(steady_clock::now())) {
       flaw_ = fmt::format(
           "messages from before the end still came {} s after it: the last ones may be missing",
           Drain::kAtMost.count());
     }
-    return {};
   }
 
   /// Takes a message if one comes soon, and writes what is due.
-  log::Result take() {
+  void take() {
     auto tapped = tap_->next(kPoll);
     const auto now = steady_clock::now();
     if (tapped) {
@@ -198,22 +230,10 @@ class Recorder {
         drain_->received(now, message.ordered,
                          message.ordered ? message.log_time_ns : message.publish_time_ns);
       }
-      if (auto done = recording_.add(std::move(message), now, from_first); !done) return done;
+      recording_.add(std::move(message), now, from_first);
     }
-    if (auto done = recording_.advance(now); !done) return done;
-    return std::visit([&](auto& output) { return output.advance(now); }, output_);
-  }
-
-  log::Result finish(log::Result so_far) {
-    const auto now = steady_clock::now();
-    if (so_far) so_far = recording_.finish(now);
-    // After a failure, too: the file that failed stays as it is, another one is to be closed well.
-    const auto done = std::visit([&](auto& output) { return output.finish(now); }, output_);
-    if (so_far) so_far = done;
-    if (!so_far) {
-      for (const std::string& path : files().paths()) remove_if_empty(path);
-    }
-    return so_far;
+    recording_.advance(now);
+    std::visit([&](auto& output) { output.advance(now); }, output_);
   }
 
   void keep_house(WallTime now) {
@@ -222,15 +242,11 @@ class Recorder {
     if (options_.limits.any()) keep_limits();
     if (now >= next_look_for_silence_) watch_silence(now);
     if (options_.quiet) return;
-    const auto* log = std::get_if<SplitLog>(&output_);
-    display_.show(
-        {.counts = recording_.counts(),
-         .file = log != nullptr
-                     ? log->path()
-                     : "in memory " + bytes_text(std::get<Snapshots>(output_).bytes_in_memory()),
-         .bytes = files().total(),
-         .free_bytes = disk_space(options_.output).free},
-        terminal_size(), now);
+    display_.show({.counts = recording_.counts(),
+                   .file = std::visit([](auto& output) { return output.place(); }, output_),
+                   .bytes = files().total(),
+                   .free_bytes = disk_space(options_.output).available},
+                  terminal_size(), now);
   }
 
   void keep_limits() {
@@ -279,14 +295,21 @@ class Recorder {
     const std::vector<std::string> paths = files().paths();
     const std::uint64_t messages =
         std::visit([](const auto& output) { return output.messages(); }, output_);
+    Table table({"TOPIC", "NODE", "RECEIVED", "LOST"});
+    auto topics = nlohmann::ordered_json::array();
+    for (const auto& [key, count] : counts.topics) {
+      const auto& [topic, node] = key;
+      table.row({topic, node, std::to_string(count.received), std::to_string(count.lost)});
+      topics.push_back(
+          {{"topic", topic}, {"node", node}, {"received", count.received}, {"lost", count.lost}});
+    }
     if (options_.json) {
-      print_json(error, paths, messages);
+      const nlohmann::ordered_json all{{"file", options_.output},  {"files", paths},
+                                       {"messages", messages},     {"lost", counts.total.lost},
+                                       {"bytes", files().total()}, {"error", error},
+                                       {"topics", topics}};
+      std::cout << all.dump() << std::endl;
     } else if (!options_.quiet) {
-      Table table({"TOPIC", "NODE", "RECEIVED", "LOST"});
-      for (const auto& [key, count] : counts.topics) {
-        table.row(
-            {key.first, key.second, std::to_string(count.received), std::to_string(count.lost)});
-      }
       table.print(std::cerr, use_colour(2));
     }
     if (!error.empty()) say("recording stopped: " + error);
@@ -304,24 +327,6 @@ class Recorder {
     return error.empty() && counts.total.lost == 0 && counts.total.received > 0 ? 0 : 1;
   }
 
-  void print_json(const std::string& error, const std::vector<std::string>& paths,
-                  std::uint64_t messages) {
-    const Counts& counts = recording_.counts();
-    auto topics = nlohmann::ordered_json::array();
-    for (const auto& [key, count] : counts.topics) {
-      topics.push_back({{"topic", key.first},
-                        {"node", key.second},
-                        {"received", count.received},
-                        {"lost", count.lost}});
-    }
-    std::cout << nlohmann::ordered_json{{"file", options_.output},  {"files", paths},
-                                        {"messages", messages},     {"lost", counts.total.lost},
-                                        {"bytes", files().total()}, {"error", error},
-                                        {"topics", topics}}
-                     .dump()
-              << std::endl;
-  }
-
   const RecordOptions& options_;
   const TopicFilter filter_;
   const StopSignals stop_;  // to the end: the file is to be closed
@@ -330,8 +335,7 @@ class Recorder {
   std::optional<runtime::GraphView> graph_;
   std::uint64_t ready_ns_ = 0;  ///< nodes that start later wait for the recorder
   const WallTime start_ = steady_clock::now();
-  const RecordHead head_;
-  RecordOutput output_;
+  Output output_;
   Recording recording_;
   std::optional<Drain> drain_;
   CountsDisplay display_{std::cerr, start_};

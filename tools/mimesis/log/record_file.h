@@ -1,20 +1,22 @@
 #pragma once
-#include <chrono>
-#include <cstdint>
+#include <fmt/format.h>
+
 #include <deque>
-#include <functional>
-#include <map>
+#include <filesystem>
+#include <fstream>
 #include <memory>
 #include <optional>
-#include <string>
+#include <sstream>
 #include <tuple>
-#include <utility>
 #include <vector>
 
+#include "common/error.h"
 #include "common/log/writer.h"
+#include "tools/mimesis/log/human.h"
 #include "tools/mimesis/log/provenance.h"
 #include "tools/mimesis/log/recording.h"
 
+// The files of a recording: what they may take, one of them, several after each other.
 namespace mimesis::tool {
 
 /// Space that a recording may take. 0: no limit.
@@ -27,29 +29,59 @@ struct DiskLimits {
   bool any() const { return max_size > 0 || min_free > 0 || min_free_percent > 0.0; }
 };
 
-/// Space for an unprivileged user on the disk that holds a file.
-struct DiskSpace {
-  std::uint64_t free = 0, size = 0;  ///< [bytes]
-};
-/// `path` or its folder must exist; all zero if the system does not tell.
-DiskSpace disk_space(const std::string& path);
+/// Space on the disk that holds a file [bytes]. `path` or its folder must exist; all zero if the
+/// system does not tell.
+inline std::filesystem::space_info disk_space(const std::filesystem::path& path) {
+  std::error_code error;
+  auto space = std::filesystem::space(path, error);
+  if (error) space = std::filesystem::space(std::filesystem::absolute(path).parent_path(), error);
+  return error ? std::filesystem::space_info{} : space;
+}
 
 /// Which limit is reached, in words with its figures; empty if none is.
 /// @param recorded  size of the recording once its open file is closed [bytes]
-std::string reached_limit(const DiskLimits& limits, std::uint64_t recorded, const DiskSpace& disk);
+inline std::string reached_limit(const DiskLimits& limits, std::uint64_t recorded,
+                                 const std::filesystem::space_info& disk) {
+  if (limits.max_size > 0 && recorded >= limits.max_size) {
+    return fmt::format("the recording has reached --max-size {}", bytes_text(limits.max_size));
+  }
+  if (disk.capacity == 0) return {};
+  if (disk.available < limits.min_free) {
+    return fmt::format("{} are free on the disk, less than --min-free {}",
+                       bytes_text(disk.available), bytes_text(limits.min_free));
+  }
+  const double percent =
+      100.0 * static_cast<double>(disk.available) / static_cast<double>(disk.capacity);
+  if (percent >= limits.min_free_percent) return {};
+  return fmt::format("{:.1f} % of the disk are free, less than --min-free {}%", percent,
+                     limits.min_free_percent);
+}
 
 /// The files of one recording, oldest first. The last may be open.
 class OwnFiles {
  public:
   void add(std::string path) { files_.push_back({std::move(path), 0}); }
-  /// Size of the last file [bytes].
-  void set_size(std::uint64_t bytes);
+  /// Size of the last file, or of the one `before` it [bytes].
+  void set_size(std::uint64_t bytes, std::size_t before = 0) {
+    File& file = files_[files_.size() - 1 - before];
+    total_ += bytes - file.bytes;
+    file.bytes = bytes;
+  }
   std::uint64_t total() const { return total_; }
   const std::string& last() const { return files_.back().path; }
-  bool empty() const { return files_.empty(); }
-  std::vector<std::string> paths() const;
+  std::vector<std::string> paths() const {
+    std::vector<std::string> paths;
+    for (const File& file : files_) paths.push_back(file.path);
+    return paths;
+  }
   /// Takes the oldest out of the list; empty if that is the last, which is being written.
-  std::string take_oldest();
+  std::string take_oldest() {
+    if (files_.size() < 2) return {};
+    File oldest = std::move(files_.front());
+    files_.pop_front();
+    total_ -= oldest.bytes;
+    return oldest.path;
+  }
 
  private:
   struct File {
@@ -61,42 +93,120 @@ class OwnFiles {
 };
 
 /// One file of a recording, whole in itself: a channel per topic, node and start of the node,
-/// chunks closed by size and by time, counts of what it holds.
+/// chunks closed by size and by time, counts of what it holds. All calls that write throw
+/// WriteFailure.
 class RecordFile {
  public:
-  /// Serialised FileDescriptorSet of a type.
-  using Descriptors = std::function<std::string(const std::string& type)>;
+  struct Options {
+    log::WriterOptions writer;
+    /// Serialised FileDescriptorSet of a type.
+    std::function<std::string(const std::string& type)> descriptors;
+    /// Everything is brought to the disk so often, against power cuts; 0: never.
+    std::chrono::nanoseconds sync{0};
+  };
 
   /// A message stays in an open chunk for so long; a killed recorder loses as much.
   static constexpr std::chrono::milliseconds kChunkPeriod{40};
 
-  /// `sync`: so often everything is brought to the disk, against power cuts; 0: never.
-  RecordFile(std::unique_ptr<log::Sink> sink, log::WriterOptions options, Descriptors descriptors,
-             std::chrono::nanoseconds sync = {});
+  RecordFile(std::unique_ptr<log::Sink> sink, Options options)
+      : options_(std::move(options)), sink_(std::move(sink)), writer_(*sink_, options_.writer) {}
 
-  [[nodiscard]] log::Result write(const Recorded& message, WallTime now);
+  void write(const Recorded& message, WallTime now) {
+    counts_.add(message);
+    repeat(message, message.log_time_ns, now);
+  }
   /// A latched message of an earlier file, at another log time; not counted.
-  [[nodiscard]] log::Result repeat(const Recorded& message, std::uint64_t log_time_ns,
-                                   WallTime now);
+  void repeat(const Recorded& message, std::uint64_t log_time_ns, WallTime now) {
+    if (writer_.open_chunk_bytes() == 0) {
+      chunk_opened_ = now;
+      chunk_messages_ = 0;
+    }
+    const std::uint16_t id = channel(message);
+    ++chunk_messages_;
+    const std::uint64_t bytes = writer_.open_chunk_bytes() + message.payload.size() + kPerMessage;
+    const auto done = writer_.write({id, static_cast<std::uint32_t>(message.seq), log_time_ns,
+                                     message.publish_time_ns, message.payload});
+    if (writer_.open_chunk_bytes() == 0) closed_chunk(bytes);
+    written(done);
+  }
   /// Closes a chunk that was open long enough, and syncs.
-  [[nodiscard]] log::Result advance(WallTime now);
+  void advance(WallTime now) {
+    if (writer_.open_chunk_bytes() > 0 && now >= chunk_opened_ + kChunkPeriod) {
+      closed_chunk(writer_.open_chunk_bytes());
+      written(writer_.flush());
+    }
+    if (options_.sync.count() == 0 || now < synced_ + options_.sync) return;
+    synced_ = now;
+    written(writer_.sync());
+  }
+  void add_metadata(const std::string& name, std::map<std::string, std::string> values) {
+    written(writer_.add_metadata({name, std::move(values)}));
+  }
   /// Writes metadata "mimesis.counts" and "mimesis.nodes" (name -> clock) and closes the file.
-  [[nodiscard]] log::Result finish();
+  void finish() {
+    add_metadata("mimesis.counts", counts_.metadata());
+    add_metadata("mimesis.nodes", clocks_);
+    closed_ = true;
+    written(writer_.finish());
+  }
 
-  log::Writer& writer() { return writer_; }  ///< for attachments and metadata
+  log::Writer& writer() { return writer_; }
   const Counts& counts() const { return counts_; }
-  std::uint64_t messages() const { return writer_.statistics().message_count; }
   /// The size; of an open file from above, as if it were closed now with `message` more [bytes].
-  std::uint64_t size_if_closed(std::size_t message = 0) const;
+  std::uint64_t size_if_closed(std::size_t message = 0) const {
+    if (closed_) return writer_.bytes_written();
+    // From above: payloads as if compression did nothing; the counts repeat the names of a channel
+    // twice.
+    constexpr std::uint64_t kFixed = 4096, kPerChunk = 256, kPerChannel = 160,
+                            kPerChannelInChunk = 32;
+    const std::uint64_t channels = channels_.size() + 1;
+    const std::uint64_t chunks = writer_.statistics().chunk_count + 1;
+    const std::uint64_t open = writer_.open_chunk_bytes() + kPerMessage + message +
+                               kPerIndexEntry * (chunk_messages_ + 1) +
+                               kPerChannelInChunk * channels;
+    std::uint64_t bytes = writer_.bytes_written() + open;
+    for (const std::uint64_t chunk : under_way_) bytes += chunk + kPerChannelInChunk * channels;
+    return bytes + chunks * (kPerChunk + 10 * channels) + schema_bytes_ + 3 * channel_bytes_ +
+           kPerChannel * channels + kFixed;
+  }
 
  private:
-  [[nodiscard]] log::Result put(const Recorded& message, std::uint64_t log_time_ns, WallTime now);
-  tl::expected<std::uint16_t, Status> channel(const Recorded& message);
-  void closed_chunk(std::uint64_t bytes);
+  static constexpr std::uint64_t kPerMessage = 31;     ///< head of its record [bytes]
+  static constexpr std::uint64_t kPerIndexEntry = 16;  ///< [bytes]
+  static constexpr std::size_t kUnderWay = 3;  ///< chunks that the writer keeps before it waits
 
+  std::uint16_t channel(const Recorded& message) {
+    std::tuple key{message.topic, message.node, message.type, message.start_id};
+    if (const auto it = channels_.find(key); it != channels_.end()) return it->second;
+    const std::size_t start = writer_.open_chunk_bytes();
+    auto schema = schemas_.find(message.type);
+    if (schema == schemas_.end()) {
+      const auto id =
+          written(writer_.add_schema(message.type, "protobuf", options_.descriptors(message.type)));
+      schema = schemas_.emplace(message.type, id).first;
+    }
+    const std::size_t middle = writer_.open_chunk_bytes();
+    const auto id =
+        written(writer_.add_channel(schema->second, message.topic, "protobuf",
+                                    {{"node", message.node},
+                                     {"latched", message.latched ? "true" : "false"},
+                                     {"type_hash", fmt::format("{:016x}", message.type_hash)},
+                                     {"start_id", std::to_string(message.start_id)}}));
+    schema_bytes_ += middle - start;
+    channel_bytes_ += writer_.open_chunk_bytes() - middle;
+    channels_.emplace(std::move(key), id);
+    clocks_[message.node] = message.clock;
+    return id;
+  }
+  void closed_chunk(std::uint64_t bytes) {
+    under_way_.push_back(bytes + kPerIndexEntry * chunk_messages_);
+    if (under_way_.size() > kUnderWay) under_way_.pop_front();
+    chunk_messages_ = 0;
+  }
+
+  Options options_;
   std::unique_ptr<log::Sink> sink_;
   log::Writer writer_;
-  Descriptors descriptors_;
   std::map<std::string, std::uint16_t> schemas_;  ///< by type
   /// By topic, node, type and start.
   std::map<std::tuple<std::string, std::string, std::string, std::uint64_t>, std::uint16_t>
@@ -106,48 +216,58 @@ class RecordFile {
   std::deque<std::uint64_t> under_way_;  ///< sizes of closed chunks that may not be written yet
   std::map<std::string, std::string> clocks_;  ///< of nodes
   Counts counts_;
-  WallTime chunk_opened_{};
-  std::chrono::nanoseconds sync_;
-  WallTime synced_{};
+  WallTime chunk_opened_{}, synced_{};
   bool closed_ = false;
 };
 
-/// The head of every file of a recording: attachments and provenance.
-class RecordHead {
- public:
-  struct Options {
-    log::WriterOptions writer;
-    std::chrono::nanoseconds sync{0};
-    RecordFile::Descriptors descriptors;
-  };
+/// Makes a new file; it knows where the head of every file comes from. @throws WriteFailure
+using OpenRecordFile = std::function<std::unique_ptr<RecordFile>(const std::string& path)>;
 
-  /// Reads the files to attach; the launch file of `provenance` may be missing (it is on another
-  /// host). @throws ConfigError if another one cannot be read.
-  RecordHead(const std::vector<std::string>& attach, Provenance provenance, Options options);
-
-  /// A new file with this head, written through: a disk that is full already is told.
-  tl::expected<std::unique_ptr<RecordFile>, Status> open(const std::string& path) const;
-
- private:
+/// Files that begin with provenance and attachments, written through: a disk that is full already
+/// is told. The launch file of `provenance` may be missing (it is on another host).
+/// @throws ConfigError if a file of `attach` cannot be read.
+inline OpenRecordFile with_head(std::vector<std::string> attach, Provenance provenance,
+                                RecordFile::Options options) {
   struct Attached {
     std::string name, data;
   };
-  bool attach(const std::string& path);
+  std::vector<Attached> attached;
+  const std::string& launch_file = provenance.launch_file;
+  const bool given = std::ranges::find(attach, launch_file) != attach.end();
+  if (!launch_file.empty() && !given) attach.push_back(launch_file);
+  for (const std::string& path : attach) {
+    std::ifstream in(path, std::ios::binary);
+    std::ostringstream content;
+    content << in.rdbuf();
+    if (in && !in.bad()) {
+      attached.push_back({std::filesystem::path(path).filename().string(), content.str()});
+    } else if (given || path != launch_file) {
+      throw ConfigError("--attach: cannot read '" + path + "'");
+    }
+  }
+  return [attached = std::move(attached), provenance = std::move(provenance),
+          options = std::move(options)](const std::string& path) {
+    auto file = std::make_unique<RecordFile>(written(log::create_file(path)), options);
+    log::Writer& writer = file->writer();
+    written(writer.add_metadata(provenance.run));
+    if (provenance.launch) written(writer.add_metadata(*provenance.launch));
+    const std::uint64_t time = std::stoull(provenance.run.metadata.at("started_ns"));
+    for (const auto& [name, data] : attached) {
+      const bool yaml = name.ends_with(".yaml");
+      written(writer.attach({.log_time = time,
+                             .create_time = time,
+                             .name = name,
+                             .media_type = yaml ? "application/yaml" : "application/octet-stream",
+                             .data = data}));
+    }
+    return file;
+  };
+}
 
-  Provenance provenance_;
-  Options options_;
-  std::vector<Attached> attached_;
-};
-
-/// A file that the full disk gave not one byte is no log, and nothing is lost with it.
-void remove_if_empty(const std::string& path);
-
-/// "run.mcap", 7 -> "run_007.mcap".
-std::string split_path(const std::string& output, std::uint64_t index);
-
-/// Opens a file of the recording and writes its head: attachments, where it comes from.
-using OpenRecordFile =
-    std::function<tl::expected<std::unique_ptr<RecordFile>, Status>(const std::string& path)>;
+inline void remove_if_empty(const std::string& path) {
+  std::error_code gone;
+  if (std::filesystem::file_size(path, gone) == 0 && !gone) std::filesystem::remove(path, gone);
+}
 
 /// When to go on in the next file. 0: never for this reason.
 struct SplitOptions {
@@ -161,41 +281,108 @@ struct SplitOptions {
 /// topics begin with the value they had, at the log time of the first message and with its own seq.
 /// Metadata "mimesis.split": index, previous and (once it is closed) next file, empty for the last;
 /// of several such records the last one counts. "mimesis.counts" is that of the file,
-/// "mimesis.counts.whole" that of the recording up to its end.
+/// "mimesis.counts.whole" that of the recording up to its end. All calls that write throw
+/// WriteFailure.
 class SplitLog {
  public:
-  /// The output itself if there is no reason to split.
-  SplitLog(std::string output, SplitOptions options, OpenRecordFile open);
+  /// Opens the first file: the output itself if there is no reason to split.
+  SplitLog(std::string output, SplitOptions options, OpenRecordFile open)
+      : output_(std::move(output)), options_(options), open_(std::move(open)) {
+    files_.add(options_.on() ? path(0) : output_);
+    file_ = open_(files_.last());
+    if (options_.on()) file_->add_metadata("mimesis.split", neighbours(0));
+  }
 
-  /// Opens the first file.
-  [[nodiscard]] log::Result start();
-  [[nodiscard]] log::Result write(const Recorded& message, WallTime now);
-  [[nodiscard]] log::Result advance(WallTime now) { return file_->advance(now); }
-  [[nodiscard]] log::Result finish(WallTime /*now*/) { return close(*file_, ""); }
+  void write(const Recorded& message, WallTime now) {
+    if (due(message)) next(message, now);
+    ++messages_;
+    if (options_.on() && message.latched) latched_[{message.topic, message.node}] = message;
+    file_->write(message, now);
+  }
+  void advance(WallTime now) { file_->advance(now); }
+  void finish(WallTime /*now*/) {
+    close(*file_, index_, "");
+    files_.set_size(file_->writer().bytes_written());
+  }
 
   /// With their sizes, the open one's as if it were closed now.
-  OwnFiles& files();
-  const std::string& path() const { return files_.last(); }
+  OwnFiles& files() {
+    files_.set_size(file_->size_if_closed());
+    return files_;
+  }
   std::uint64_t messages() const { return messages_; }  ///< written, without repeated ones
+  /// The file being written, for people.
+  std::string place() const { return files_.last(); }
 
  private:
-  using File = std::unique_ptr<RecordFile>;
-  bool due(const Recorded& message);
+  std::string path(std::uint64_t index) const {
+    const std::filesystem::path path(output_);
+    return path.parent_path() /
+           fmt::format("{}_{:03}{}", path.stem().string(), index, path.extension().string());
+  }
+  std::string name(std::uint64_t index) const {
+    return std::filesystem::path(path(index)).filename();
+  }
   /// Metadata that place file `index` among the others.
-  std::map<std::string, std::string> place(std::uint64_t index) const;
-  tl::expected<File, Status> open(const std::string& path);
-  log::Result next(const Recorded& first, WallTime now);
-  log::Result close(RecordFile& file, const std::string& next_path);
+  std::map<std::string, std::string> neighbours(std::uint64_t index) const {
+    return {{"index", std::to_string(index)}, {"previous", index == 0 ? "" : name(index - 1)}};
+  }
+  bool due(const Recorded& message) {
+    if (!options_.on()) return false;
+    if (message.ordered && !graph_time_) {
+      graph_time_ = true;
+      first_time_ns_.reset();
+    }
+    const bool has_time = message.ordered == graph_time_;
+    if (has_time && !first_time_ns_) first_time_ns_ = message.log_time_ns;
+    if (file_->counts().total.received == 0) return false;
+    const auto duration_ns = static_cast<std::uint64_t>(options_.duration.count());
+    return (options_.size > 0 && file_->size_if_closed(message.payload.size()) > options_.size) ||
+           (duration_ns > 0 && has_time && message.log_time_ns >= *first_time_ns_ + duration_ns);
+  }
+  void next(const Recorded& first, WallTime now) {
+    const std::string next_path = path(index_ + 1);
+    std::unique_ptr<RecordFile> file;
+    try {
+      file = open_(next_path);
+      file->add_metadata("mimesis.split", neighbours(index_ + 1));
+    } catch (const WriteFailure&) {
+      file.reset();
+      remove_if_empty(next_path);
+      throw;
+    }
+    std::swap(file, file_);  // `file` is the last one: after a failure it stays as it is
+    files_.add(next_path);
+    ++index_;
+    for (const auto& [key, message] : latched_) {
+      if (key != std::pair(first.topic, first.node)) file_->repeat(message, first.log_time_ns, now);
+    }
+    written(file_->writer().flush());
+    close(*file, index_ - 1, name(index_));
+    files_.set_size(file->writer().bytes_written(), 1);
+    first_time_ns_.reset();
+    if (first.ordered == graph_time_) first_time_ns_ = first.log_time_ns;
+  }
+  void close(RecordFile& file, std::uint64_t index, const std::string& next_name) {
+    for (const auto& [key, count] : file.counts().topics) whole_.add(key, count);
+    if (options_.on()) {
+      auto metadata = neighbours(index);
+      metadata["next"] = next_name;
+      file.add_metadata("mimesis.split", std::move(metadata));
+      file.add_metadata("mimesis.counts.whole", whole_.metadata());
+    }
+    file.finish();
+  }
 
   std::string output_;
   SplitOptions options_;
   OpenRecordFile open_;
-  File file_;
+  std::unique_ptr<RecordFile> file_;
   OwnFiles files_;
   std::uint64_t index_ = 0, messages_ = 0;
   Counts whole_;  ///< of the files that are closed
-  /// Last value of each latched topic, by topic and node; kept only if there may be a next file.
-  std::map<std::pair<std::string, std::string>, Recorded> latched_;
+  /// Last value of each latched topic; kept only if there may be a next file.
+  std::map<TopicAndNode, Recorded> latched_;
   bool graph_time_ = false;  ///< a message with a time of the graph was there: only these split
   std::optional<std::uint64_t> first_time_ns_;  ///< log time at which this file began
 };

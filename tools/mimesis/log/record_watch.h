@@ -1,23 +1,24 @@
 #pragma once
-#include <chrono>
-#include <cstddef>
-#include <cstdint>
-#include <iosfwd>
-#include <map>
+#include <fmt/format.h>
+#include <sys/ioctl.h>
+#include <unistd.h>
+
 #include <optional>
-#include <string>
-#include <utility>
+#include <ostream>
+#include <sstream>
 #include <vector>
 
+#include "tools/mimesis/log/human.h"
 #include "tools/mimesis/log/recording.h"
+#include "tools/mimesis/table.h"
 
+// A recorder watches its own end, publishers that are silent, and how the recording stands.
 namespace mimesis::tool {
 
 /// When to stop listening after the signal to stop: as soon as nothing that was published before it
 /// has come for a while, however much the graph goes on talking.
 class Drain {
  public:
-  using WallTime = std::chrono::steady_clock::time_point;
   /// Without an old message for so long, none is under way any more.
   static constexpr std::chrono::milliseconds kQuiet{100};
   /// Publishers that are further behind are not waited for.
@@ -27,8 +28,13 @@ class Drain {
   Drain(WallTime now, std::uint64_t wall_ns) : begin_(now), last_old_(now), wall_ns_(wall_ns) {}
 
   /// A message has come. `graph_time`: `time_ns` is a simulated time, else that of the wall clock.
-  void received(WallTime now, bool graph_time, std::uint64_t time_ns);
-  bool over(WallTime now) const;
+  void received(WallTime now, bool graph_time, std::uint64_t time_ns) {
+    // Simulated time at the signal is unknown: messages right behind it are counted in.
+    if (graph_time && now - begin_ < kQuiet) graph_ns_ = std::max(graph_ns_, time_ns);
+    const bool unknown = !graph_time && time_ns == 0;
+    if (!unknown && time_ns <= (graph_time ? graph_ns_ : wall_ns_)) last_old_ = now;
+  }
+  bool over(WallTime now) const { return now - last_old_ >= kQuiet || now - begin_ >= kAtMost; }
   /// It is over because of kAtMost: what else was published before the signal is unknown.
   bool gave_up(WallTime now) const { return now - last_old_ < kQuiet; }
 
@@ -56,7 +62,15 @@ class SilenceWatch {
     met_.try_emplace({topic, node}, Met{graph_time, graph_time ? now.graph : now.wall, false});
   }
   /// "TOPIC (NODE)" of those that have been silent for too long, each once.
-  std::vector<std::string> silent(const Counts& counts, const Now& now);
+  std::vector<std::string> silent(const Counts& counts, const Now& now) {
+    std::vector<std::string> topics;
+    for (auto& [key, met] : met_) {
+      if (met.settled || (met.graph_time ? now.graph : now.wall) < met.since + kPatience) continue;
+      met.settled = true;
+      if (!counts.topics.contains(key)) topics.push_back(key.first + " (" + key.second + ")");
+    }
+    return topics;
+  }
 
  private:
   struct Met {
@@ -64,7 +78,7 @@ class SilenceWatch {
     std::chrono::nanoseconds since;
     bool settled;  ///< told, or heard
   };
-  std::map<std::pair<std::string, std::string>, Met> met_;
+  std::map<TopicAndNode, Met> met_;
 };
 
 /// How a recording stands.
@@ -79,7 +93,12 @@ struct TerminalSize {
   std::size_t rows = 24, columns = 80;
 };
 /// Size of standard error; nothing if it is no terminal.
-std::optional<TerminalSize> terminal_size();
+inline std::optional<TerminalSize> terminal_size() {
+  struct winsize size {};
+  if (isatty(STDERR_FILENO) != 1) return std::nullopt;
+  if (ioctl(STDERR_FILENO, TIOCGWINSZ, &size) != 0 || size.ws_row == 0) return TerminalSize{};
+  return TerminalSize{size.ws_row, size.ws_col};
+}
 
 /// Shows how a recording stands: a table refreshed in place on a terminal, else a line now and
 /// then.
@@ -90,20 +109,60 @@ class CountsDisplay {
   CountsDisplay(std::ostream& out, WallTime start) : out_(out), shown_(start) {}
 
   /// If it is time. `terminal`: its size, or nothing if there is none.
-  void show(const RecordState& state, const std::optional<TerminalSize>& terminal, WallTime now);
+  void show(const RecordState& state, const std::optional<TerminalSize>& terminal, WallTime now) {
+    if (now < shown_ + (terminal ? kTablePeriod : kLinePeriod)) return;
+    const double seconds = std::chrono::duration<double>(now - shown_).count();
+    const std::string text = terminal ? table(state, *terminal, seconds) : line(state, seconds);
+    clear();
+    out_ << text << std::flush;
+    if (terminal) lines_ = static_cast<std::size_t>(std::ranges::count(text, '\n'));
+    shown_ = now;
+    before_ = state.counts;
+  }
   /// Takes the table away: before other lines are printed, and at the end.
-  void clear();
+  void clear() {
+    if (lines_ > 0) out_ << fmt::format("\033[{}A\033[J", lines_) << std::flush;
+    lines_ = 0;
+  }
 
  private:
-  std::string line(const RecordState& state, double seconds) const;
-  std::string table(const RecordState& state, const TerminalSize& size, double seconds) const;
+  std::string line(const RecordState& state, double seconds) const {
+    const Counts::Count& total = state.counts.total;
+    return fmt::format("{}: {} messages ({:.0f}/s), {} lost, {}, {} free\n", state.file,
+                       total.received,
+                       static_cast<double>(total.received - before_.total.received) / seconds,
+                       total.lost, bytes_text(state.bytes), bytes_text(state.free_bytes));
+  }
+  std::string table(const RecordState& state, const TerminalSize& size, double seconds) const {
+    constexpr std::size_t kOtherLines = 4;  // heading, topics left out, total, cursor
+    const std::size_t rows = size.rows > kOtherLines ? size.rows - kOtherLines : 0;
+    Table cells({"TOPIC", "NODE", "RECEIVED", "LOST", "HZ"});
+    std::size_t shown = 0;
+    for (const auto& [key, count] : state.counts.topics) {
+      if (shown++ == rows) break;
+      const auto before = before_.topics.find(key);
+      const std::uint64_t fresh =
+          count.received - (before == before_.topics.end() ? 0 : before->second.received);
+      cells.row({key.first, key.second, std::to_string(count.received), std::to_string(count.lost),
+                 fmt::format("{:.1f}", static_cast<double>(fresh) / seconds)});
+    }
+    std::ostringstream text;
+    cells.print(text, false);
+    if (const std::size_t topics = state.counts.topics.size(); topics > rows) {
+      text << fmt::format("and {} more topics\n", topics - rows);
+    }
+    text << line(state, seconds);
+    // A line that the terminal breaks would be two when it is taken away.
+    std::string cut;
+    std::istringstream lines(text.str());
+    for (std::string l; std::getline(lines, l);) cut += l.substr(0, size.columns - 1) + '\n';
+    return cut;
+  }
 
   std::ostream& out_;
   WallTime shown_;
   std::size_t lines_ = 0;  ///< of the table on the screen
-  std::map<std::pair<std::string, std::string>, std::uint64_t>
-      before_;  ///< received when last shown
-  std::uint64_t total_before_ = 0;
+  Counts before_;          ///< when last shown
 };
 
 }  // namespace mimesis::tool

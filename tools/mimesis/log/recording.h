@@ -1,15 +1,31 @@
 #pragma once
+#include <algorithm>
 #include <chrono>
 #include <cstdint>
 #include <functional>
 #include <map>
+#include <stdexcept>
 #include <string>
+#include <type_traits>
 #include <utility>
 
 #include "common/log/io.h"
 #include "common/runtime/raw.h"
 
 namespace mimesis::tool {
+
+/// Why a recording cannot be written on. Ends the recording, not the program: its other files are
+/// to be closed well.
+class WriteFailure : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+/// The result of writing. @throws WriteFailure
+template <class T>
+T written(tl::expected<T, Status> result) {
+  if (!result) throw WriteFailure(result.error().reason);
+  if constexpr (!std::is_void_v<T>) return *std::move(result);
+}
 
 /// A message on its way into a log.
 struct Recorded {
@@ -26,21 +42,34 @@ struct Recorded {
   std::string payload;
 };
 
-/// Numbers of messages received and lost on one topic of one node.
-struct Count {
-  std::uint64_t received = 0, lost = 0;
-  Count& operator+=(const Count& other);
-};
+using TopicAndNode = std::pair<std::string, std::string>;
 
-/// By topic and node.
+/// Numbers of messages received and lost.
 struct Counts {
-  std::map<std::pair<std::string, std::string>, Count> topics;
+  struct Count {
+    std::uint64_t received = 0, lost = 0;
+    std::string text() const {
+      return "received=" + std::to_string(received) + " lost=" + std::to_string(lost);
+    }
+  };
+  std::map<TopicAndNode, Count> topics;
   Count total;
 
-  void add(const Recorded& message);
-  void add(const Counts& other);
+  void add(const TopicAndNode& key, const Count& more) {
+    for (Count* count : {&topics[key], &total}) {
+      count->received += more.received;
+      count->lost += more.lost;
+    }
+  }
+  void add(const Recorded& m) { add({m.topic, m.node}, {1, m.lost_before}); }
   /// "TOPIC (NODE)" -> "received=R lost=L", and "total".
-  std::map<std::string, std::string> metadata() const;
+  std::map<std::string, std::string> metadata() const {
+    std::map<std::string, std::string> lines{{"total", total.text()}};
+    for (const auto& [key, count] : topics) {
+      lines[key.first + " (" + key.second + ")"] = count.text();
+    }
+    return lines;
+  }
 };
 
 using WallTime = std::chrono::steady_clock::time_point;
@@ -49,8 +78,7 @@ using WallTime = std::chrono::steady_clock::time_point;
 /// in an order that does not depend on their way here: those of one graph time sorted by node.
 class Recording {
  public:
-  using WallTime = tool::WallTime;
-  using Output = std::function<log::Result(Recorded message, WallTime now)>;
+  using Output = std::function<void(Recorded message, WallTime now)>;
 
   /// A message is held for so long: until all of its graph time are there to be sorted.
   static constexpr std::chrono::milliseconds kHold{30};
@@ -59,11 +87,29 @@ class Recording {
 
   /// Takes a message received at `now`. `from_first`: its publisher started after the recorder, so
   /// that everything before its first message counts as lost.
-  [[nodiscard]] log::Result add(Recorded message, WallTime now, bool from_first);
+  void add(Recorded message, WallTime now, bool from_first) {
+    const auto [last, is_first] = last_.try_emplace({message.topic, message.node});
+    const bool goes_on = !is_first && last->second.start_id == message.start_id;
+    if (goes_on && message.seq <= last->second.seq) return;  // a latched message, repeated
+    if (goes_on || from_first) {
+      message.lost_before = message.seq - (goes_on ? last->second.seq : 0) - 1;
+    }
+    last->second = {message.start_id, message.seq};
+    counts_.add(message);
+    if (!message.ordered) return output_(std::move(message), now);
+    std::pair key{message.log_time_ns, message.node};
+    held_.emplace(std::move(key), Held{std::move(message), now});
+  }
   /// Hands on what was held long enough.
-  [[nodiscard]] log::Result advance(WallTime now);
+  void advance(WallTime now) {
+    // The first one held is the earliest of the graph, not the first to have come: it alone
+    // decides.
+    while (!held_.empty() && held_.begin()->second.received + kHold <= now) release(now);
+  }
   /// Hands on everything that is held.
-  [[nodiscard]] log::Result finish(WallTime now);
+  void finish(WallTime now) {
+    while (!held_.empty()) release(now);
+  }
 
   const Counts& counts() const { return counts_; }
 
@@ -73,18 +119,16 @@ class Recording {
     WallTime received;
   };
   struct Last {
-    std::uint64_t start_id, seq;
+    std::uint64_t start_id = 0, seq = 0;
   };
-  std::uint64_t lost_before(const Recorded& message, bool from_first) const;
+  void release(WallTime now) {
+    output_(std::move(held_.extract(held_.begin()).mapped().message), now);
+  }
 
   Output output_;
   Counts counts_;
-  std::map<std::pair<std::string, std::string>, Last> last_;         ///< by topic and node
+  std::map<TopicAndNode, Last> last_;
   std::multimap<std::pair<std::uint64_t, std::string>, Held> held_;  ///< by log time and node
 };
-
-/// A tapped message as it goes into a log. Its log time: on a simulated clock the graph's, so that
-/// equal runs give equal logs; else its receipt, `now_ns`.
-Recorded recorded(runtime::Tapped tapped, std::uint64_t now_ns);
 
 }  // namespace mimesis::tool

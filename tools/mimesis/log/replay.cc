@@ -1,4 +1,4 @@
-// `mimesis log replay`: chooses what is replayed, repeats it, and reports.
+// `mimesis log replay`: chooses what is replayed, runs nodes again, repeats it, and reports.
 #include "tools/mimesis/log/replay.h"
 
 #include <fmt/format.h>
@@ -9,7 +9,9 @@
 #include <CLI/Validators.hpp>
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <filesystem>
+#include <fstream>
 #include <iostream>
 #include <limits>
 #include <nlohmann/json.hpp>
@@ -18,6 +20,7 @@
 #include "common/runtime/value_text.h"
 #include "tools/mimesis/launch/command.h"
 #include "tools/mimesis/log/open_log.h"
+#include "tools/mimesis/log/packet_process.h"
 #include "tools/mimesis/log/provenance.h"
 #include "tools/mimesis/log/verb_options.h"
 #include "tools/mimesis/number_check.h"
@@ -30,6 +33,203 @@ using nlohmann::ordered_json;
 
 constexpr int kNotInLog = 3, kReplayTimedOut = 3;
 constexpr std::size_t kFieldsShown = 20;
+
+std::vector<std::string> node_arguments(const std::string& program, const Life& life,
+                                        const std::string& parameters,
+                                        const std::vector<std::string>& sets, int socket) {
+  std::vector<std::string> argv{program,     "--replay", std::to_string(socket), "--name",
+                                life.node(), "--clock",  life.start.clock(),     "--params",
+                                parameters};
+  for (const std::string& set : sets) argv.insert(argv.end(), {"--set", set});
+  const auto wire = [&argv](const char* option, const auto& topics) {
+    for (const v1::TopicInfo& t : topics) {
+      if (t.port().starts_with('.') || runtime::is_own_topic(t.topic())) continue;  // the runtime's
+      argv.insert(argv.end(), {option, t.port() + "=" + t.topic()});
+    }
+  };
+  wire("--in", life.start.inputs());
+  wire("--out", life.start.outputs());
+  return argv;
+}
+
+std::string missing_input(const LifeReader& reader, const RecordedStep& step,
+                          const v1::InputSource& source, std::uint64_t seq) {
+  std::string why = "the message is not in the log: lost";
+  if (!reader.has_input(source)) why = "the log does not hold this topic of that node";
+  if (reader.was_let_go(source, seq)) {
+    why = fmt::format("it was let go: more than {} MB of inputs waited to be taken",
+                      kMostInputBytes / 1'000'000);
+  }
+  return fmt::format("step {} took {} #{} of node '{}' on input '{}': {}", step.number,
+                     source.topic(), seq, source.node(), source.port(), why);
+}
+
+/// One life of a node, run again step by step: the program steps with what the recorded node took,
+/// and all it does is compared.
+class LifeReplay {
+ public:
+  LifeReplay(const std::vector<OpenLog>& logs, const Life& life, const ReplayOptions& options,
+             const StopSignals& stop)
+      : life_(life),
+        options_(options),
+        stop_(stop),
+        reader_(logs, life),
+        messages_(options.tolerance),
+        comparison_(life, reader_, messages_) {}
+
+  ReplayReport run(const std::string& program, const ReplayProgress& progress) {
+    const auto started = std::chrono::steady_clock::now();
+    const std::string parameters =
+        folder_.path() + "/" + std::filesystem::path(life_.node()).filename().string() + ".yaml";
+    std::ofstream(parameters) << life_.start.parameters();
+    PacketProcess node(
+        "the node",
+        [&](int socket) -> launch::Command {
+          return {node_arguments(program, life_, parameters, options_.sets, socket), {}};
+        },
+        options_.timeout_s);
+    while (advance(node)) progress(reader_.log_time_ns());
+    finish(node);
+    report_.wall_s =
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
+    return std::move(report_);
+  }
+
+ private:
+  /// One step; false if it was the last one.
+  bool advance(PacketProcess& node) {
+    if (stop_.requested()) return interrupted();
+    auto step = reader_.next();
+    if (!step) return false;
+    v1::ReplayStep message;
+    *message.mutable_step() = step->record;
+    if (!add_inputs(*step, message)) return false;
+    if (failed_) return throws_no_more(*step);
+    v1::ReplayOutcome outcome;
+    try {
+      if (!node.ask(message, outcome, &stop_)) return interrupted();
+    } catch (const PacketProcess::Gone& gone) {
+      report_.problem = fmt::format("step {}: {}", step->number, gone.what());
+      return false;
+    }
+    follow_time(*step);
+    last_ = step->record.kind();
+    auto found = comparison_.compare(*step, outcome);
+    if (outcome.failed()) {
+      failed_ = outcome.problem();
+      if (!found.empty()) found.insert(found.begin(), only_replay_failed());
+    }
+    return keep(found);
+  }
+
+  bool interrupted() {
+    report_.result = ReplayResult::kInterrupted;
+    return false;
+  }
+  /// The node threw in the step before this one. So did the recorded one if it was stopped then.
+  bool throws_no_more(const RecordedStep& step) {
+    if (step.record.kind() != v1::STEP_KIND_STOP) keep({only_replay_failed()});
+    return false;
+  }
+
+  ReplayDifference only_replay_failed() {
+    ReplayDifference d;
+    d.step = comparison_.counts().steps - 1;
+    d.time_s = end_s_;
+    d.what = "the replayed step failed, the recorded one did not: " + *failed_;
+    return d;
+  }
+
+  bool add_inputs(const RecordedStep& step, v1::ReplayStep& message) {
+    for (const v1::TakenMessage& taken : step.record.taken()) {
+      if (taken.source() >= step.sources.size()) {
+        report_.problem = fmt::format("step {} names an input that is not described", step.number);
+        return false;
+      }
+      const v1::InputSource& source = step.sources[taken.source()];
+      const KeptMessage* input = reader_.input(source, taken.seq());
+      if (input == nullptr) {
+        report_.problem = missing_input(reader_, step, source, taken.seq());
+        return false;
+      }
+      v1::ReplayMessage& in = *message.add_inputs();
+      in.set_port(source.port());
+      in.set_payload(input->payload);
+      in.set_stamp_ns(input->publish_time_ns);
+      in.set_seq(taken.seq());
+      in.set_node(source.node());
+      ++comparison_.counts().inputs;
+      comparison_.counts().bytes += input->payload.size();
+    }
+    return true;
+  }
+
+  void follow_time(const RecordedStep& step) {
+    if (step.record.kind() == v1::STEP_KIND_CREATE) return;  // before the clock is known
+    end_s_ = life_.seconds(step.record.time_ns());
+    if (comparison_.counts().steps == 1) begin_s_ = end_s_;
+  }
+
+  /// False if these were enough.
+  bool keep(const std::vector<ReplayDifference>& found) {
+    for (const ReplayDifference& d : found) {
+      ++report_.difference_count;
+      if (report_.differences.size() < options_.differences) report_.differences.push_back(d);
+      if (report_.difference_count >= options_.differences) return false;
+    }
+    return true;
+  }
+
+  void finish(PacketProcess& node) {
+    report_.counts = comparison_.counts();
+    report_.graph_s = end_s_ - begin_s_;
+    report_.tolerated = messages_.tolerated();
+    if (report_.result == ReplayResult::kInterrupted) return;
+    const bool stopped_early = report_.difference_count > 0 || !report_.problem.empty();
+    if (!stopped_early && !failed_) report_.problem = node.finish();
+    if (node.timed_out()) report_.result = ReplayResult::kTimedOut;
+    if (report_.problem.empty() && !stopped_early) report_.problem = reader_.problem();
+    note_missing();
+    if (!stopped_early && reader_.problem().empty()) note_end();
+    if (report_.result == ReplayResult::kEqual && !report_.problem.empty()) {
+      report_.result = ReplayResult::kIncomplete;
+    }
+    if (report_.difference_count > 0) report_.result = ReplayResult::kDifferent;
+  }
+
+  void note_missing() {
+    for (const auto& [topic, count] : comparison_.missing()) {
+      if (!reader_.has_output(topic)) {
+        report_.notes.push_back(
+            fmt::format("{} is not in the log: {} messages were not compared", topic, count));
+      } else if (report_.problem.empty()) {
+        report_.problem = fmt::format("{} message{} on {} {} not in the log: lost", count,
+                                      count == 1 ? "" : "s", topic, count == 1 ? "is" : "are");
+      }
+    }
+  }
+
+  void note_end() {
+    if (failed_) {
+      report_.notes.push_back("the last step failed, as recorded: " + *failed_);
+    } else if (last_ != v1::STEP_KIND_STOP) {
+      report_.notes.push_back(
+          "the log ends before the node's end: it was killed, or the recording ended first");
+    }
+  }
+
+  const Life& life_;
+  const ReplayOptions& options_;
+  const StopSignals& stop_;
+  LifeReader reader_;
+  ReplayCompare messages_;
+  StepComparison comparison_;
+  TemporaryFolder folder_;  ///< holds the parameters
+  ReplayReport report_;
+  std::optional<std::string> failed_;  ///< the node threw: what
+  v1::StepKind last_ = v1::STEP_KIND_UNSPECIFIED;
+  double begin_s_ = 0.0, end_s_ = 0.0;
+};
 
 /// Several replays of the same recording.
 struct RunCount {
@@ -52,11 +252,6 @@ RunCount repeat(const std::string& what, const std::vector<OpenLog>& logs,
   }
   if (!options.tolerance_note.empty()) count.shown.notes.push_back(options.tolerance_note);
   return count;
-}
-
-int exit_code_of(ReplayResult result) {
-  if (result == ReplayResult::kTimedOut) return kReplayTimedOut;
-  return result == ReplayResult::kEqual ? 0 : 1;
 }
 
 std::string_view word_of(ReplayResult result) {
@@ -82,25 +277,6 @@ ordered_json difference_json(const ReplayDifference& d) {
   return out;
 }
 
-/// One object: `head`, the result, `figures`, the differences.
-void print_json(ordered_json head, const RunCount& count, const ordered_json& figures) {
-  const ReplayReport& r = count.shown;
-  head["result"] = word_of(r.result);
-  head["runs"] = count.runs;
-  head["equal"] = count.equal;
-  head.update(figures);
-  head["difference_count"] = r.difference_count;
-  head["differences"] = ordered_json::array();
-  for (const ReplayDifference& d : r.differences) head["differences"].push_back(difference_json(d));
-  head["problem"] = r.problem;
-  head["notes"] = r.notes;
-  head["tolerated"] = ordered_json::array();
-  for (const auto& [key, worst] : r.tolerated) {
-    head["tolerated"].push_back({{"topic", key.first}, {"field", key.second}, {"worst", worst}});
-  }
-  std::cout << head.dump() << std::endl;
-}
-
 void print_difference(const std::string& name, const ReplayDifference& d) {
   std::cout << fmt::format("{}: {}at {:.6f} s: {}\n", name,
                            d.step ? fmt::format("step {} ", *d.step) : "", d.time_s, d.what);
@@ -117,14 +293,21 @@ void print_difference(const std::string& name, const ReplayDifference& d) {
   }
 }
 
-void print_text(const std::string& name, const RunCount& count, const std::string& figures) {
+/// Name and figures of a replay in its report.
+struct ReportHead {
+  std::string name;
+  ordered_json json, figures;  ///< first members, and those behind the result
+  std::string words;           ///< the figures for people
+};
+
+void print_text(const ReportHead& head, const RunCount& count) {
   const ReplayReport& r = count.shown;
-  for (const ReplayDifference& d : r.differences) print_difference(name, d);
-  if (!r.problem.empty()) std::cout << name << ": " << r.problem << '\n';
+  for (const ReplayDifference& d : r.differences) print_difference(head.name, d);
+  if (!r.problem.empty()) std::cout << head.name << ": " << r.problem << '\n';
   const std::string result = count.runs == 1
                                  ? std::string(word_of(r.result))
                                  : fmt::format("{} of {} equal", count.equal, count.runs);
-  std::cout << fmt::format("{}: {}: {}{:.1f} MB in {:.2f} s", name, result, figures,
+  std::cout << fmt::format("{}: {}: {}{:.1f} MB in {:.2f} s", head.name, result, head.words,
                            static_cast<double>(r.counts.bytes) * 1e-6, r.wall_s);
   if (r.wall_s > 0.0) std::cout << fmt::format(" ({:.1f} x real time)", r.graph_s / r.wall_s);
   std::cout << '\n';
@@ -139,13 +322,30 @@ void print_text(const std::string& name, const RunCount& count, const std::strin
   std::cout << std::flush;
 }
 
-std::vector<std::string> senders(const std::vector<OpenLog>& logs) {
-  std::set<std::string> names;
-  for (const OpenLog& log : logs) {
-    for (const auto& [id, channel] : log.summary.channels) names.insert(sender_of(channel));
+/// One line on standard output; returns the exit code.
+int report(ReportHead head, const RunCount& count, bool json, const StopSignals& stop) {
+  const ReplayReport& r = count.shown;
+  if (json) {
+    head.json["result"] = word_of(r.result);
+    head.json["runs"] = count.runs;
+    head.json["equal"] = count.equal;
+    head.json.update(head.figures);
+    head.json["difference_count"] = r.difference_count;
+    auto& differences = head.json["differences"] = ordered_json::array();
+    for (const ReplayDifference& d : r.differences) differences.push_back(difference_json(d));
+    head.json["problem"] = r.problem;
+    head.json["notes"] = r.notes;
+    auto& tolerated = head.json["tolerated"] = ordered_json::array();
+    for (const auto& [key, worst] : r.tolerated) {
+      tolerated.push_back({{"topic", key.first}, {"field", key.second}, {"worst", worst}});
+    }
+    std::cout << head.json.dump() << std::endl;
+  } else {
+    print_text(head, count);
   }
-  names.erase("");
-  return {names.begin(), names.end()};
+  if (r.result == ReplayResult::kInterrupted) return 128 + stop.signal();
+  if (r.result == ReplayResult::kTimedOut) return kReplayTimedOut;
+  return r.result == ReplayResult::kEqual ? 0 : 1;
 }
 
 /// Prints one line per node that was asked for and cannot be replayed; returns their number.
@@ -159,12 +359,15 @@ int report_absent(const std::vector<OpenLog>& logs, const std::vector<Life>& liv
         file);
     return 1;
   }
-  const std::vector<std::string> known = senders(logs);
+  std::set<std::string> senders;
+  for (const OpenChannel& c : channels_of(logs)) senders.insert(sender_of(*c.channel));
+  senders.erase("");
+  const std::vector<std::string> known(senders.begin(), senders.end());
   int absent = 0;
   for (const std::string& node : wanted) {
     if (std::ranges::any_of(lives, [&](const Life& life) { return life.node() == node; })) continue;
     ++absent;
-    if (std::ranges::find(known, node) != known.end()) {
+    if (senders.contains(node)) {
       std::cerr << fmt::format(
           "{}: node '{}' cannot be replayed: the log holds no {}/start (an older recording, or the "
           "topic was left out)\n",
@@ -210,32 +413,30 @@ int replay_nodes(const std::vector<OpenLog>& logs, const ReplayOptions& options,
     const std::string program = program_of(life, options);
     const RunCount count =
         repeat("replay " + life.node(), logs, options, [&](const ReplayProgress& progress) {
-          return replay_life(logs, life, program, options, stop, progress);
+          return LifeReplay(logs, life, options, stop).run(program, progress);
         });
     const ReplayReport& r = count.shown;
-    if (options.json) {
-      print_json({{"node", life.node()},
-                  {"start_id", life.start.start_id()},
-                  {"clock", life.start.clock()}},
-                 count,
-                 {{"steps", r.counts.steps},
-                  {"graph_s", r.graph_s},
-                  {"wall_s", r.wall_s},
-                  {"inputs", r.counts.inputs},
-                  {"outputs", r.counts.outputs},
-                  {"writes", r.counts.writes},
-                  {"responses", r.counts.responses},
-                  {"bytes", r.counts.bytes}});
-    } else {
-      std::string figures =
-          fmt::format("{} steps, {:.2f} s of graph time, {} inputs, {} outputs, ", r.counts.steps,
-                      r.graph_s, r.counts.inputs, r.counts.outputs);
-      if (r.counts.writes > 0) figures += fmt::format("{} packets written, ", r.counts.writes);
-      if (r.counts.responses > 0) figures += fmt::format("{} responses, ", r.counts.responses);
-      print_text(life.node(), count, figures);
-    }
-    if (r.result == ReplayResult::kInterrupted) return 128 + stop.signal();
-    exit_code = std::max(exit_code, exit_code_of(r.result));
+    const ReplayCounts& n = r.counts;
+    std::string words = fmt::format("{} steps, {:.2f} s of graph time, {} inputs, {} outputs, ",
+                                    n.steps, r.graph_s, n.inputs, n.outputs);
+    if (n.writes > 0) words += fmt::format("{} packets written, ", n.writes);
+    if (n.responses > 0) words += fmt::format("{} responses, ", n.responses);
+    const ReportHead head{.name = life.node(),
+                          .json = {{"node", life.node()},
+                                   {"start_id", life.start.start_id()},
+                                   {"clock", life.start.clock()}},
+                          .figures = {{"steps", n.steps},
+                                      {"graph_s", r.graph_s},
+                                      {"wall_s", r.wall_s},
+                                      {"inputs", n.inputs},
+                                      {"outputs", n.outputs},
+                                      {"writes", n.writes},
+                                      {"responses", n.responses},
+                                      {"bytes", n.bytes}},
+                          .words = words};
+    const int code = report(head, count, options.json, stop);
+    if (r.result == ReplayResult::kInterrupted) return code;
+    exit_code = std::max(exit_code, code);
   }
   return exit_code;
 }
@@ -249,26 +450,29 @@ int replay_graph(const std::vector<OpenLog>& logs, const ReplayOptions& options,
         return replay_launch(logs, plan, options, stop, progress);
       });
   const ReplayReport& r = count.shown;
-  if (options.json) {
-    ordered_json head = ordered_json::object();
-    head["launch"] = plan.file;
-    print_json(std::move(head), count,
-               {{"graph_s", r.graph_s},
-                {"wall_s", r.wall_s},
-                {"messages", r.counts.outputs},
-                {"bytes", r.counts.bytes}});
-  } else {
-    print_text(plan.file, count,
-               fmt::format("{} messages, {:.2f} s of graph time, ", r.counts.outputs, r.graph_s));
-  }
-  if (r.result == ReplayResult::kInterrupted) return 128 + stop.signal();
-  return exit_code_of(r.result);
+  ReportHead head{
+      .name = plan.file,
+      .json = ordered_json::object(),
+      .figures = {{"graph_s", r.graph_s},
+                  {"wall_s", r.wall_s},
+                  {"messages", r.counts.outputs},
+                  {"bytes", r.counts.bytes}},
+      .words = fmt::format("{} messages, {:.2f} s of graph time, ", r.counts.outputs, r.graph_s)};
+  head.json["launch"] = plan.file;
+  return report(std::move(head), count, options.json, stop);
 }
 
 /// Which tolerance counts here, and why.
 void choose_tolerance(const std::vector<OpenLog>& logs, ReplayOptions& options) {
   if (!options.tolerance_elsewhere) return;
-  const std::string there = recorded_arithmetic(logs), here = arithmetic();
+  // The machine that recorded: nothing if the logs do not tell (older ones) or do not agree.
+  std::set<std::string> told;
+  const auto add = [&](const log::Metadata& run) {
+    const auto it = run.metadata.find("arithmetic");
+    told.insert(it == run.metadata.end() ? "" : it->second);
+  };
+  each_metadata(logs, "mimesis.run", add, /*silent=*/true);
+  const std::string there = told.size() == 1 ? *told.begin() : "", here = arithmetic();
   if (there == here) {
     options.tolerance_note = "compared exactly: recorded where it computes alike: " + here;
     return;
@@ -282,21 +486,13 @@ void choose_tolerance(const std::vector<OpenLog>& logs, ReplayOptions& options) 
 /// Returns the exit code.
 int log_replay(ReplayOptions& options) {
   const StopSignals stop;
-  const auto logs = open_logs(options.logs);
-  if (!logs) {
-    std::cerr << logs.error().line << '\n';
-    return logs.error().exit_code;
-  }
-  for (const OpenLog& log : *logs) {
-    report_damages(log.path, log.summary.damages, log.summary.damage_count);
-  }
-  choose_tolerance(*logs, options);
-  return options.launch.empty() ? replay_nodes(*logs, options, stop)
-                                : replay_graph(*logs, options, stop);
+  const std::vector<OpenLog> logs = opened(options.logs);
+  for (const OpenLog& log : logs) report_damages(log, {});
+  choose_tolerance(logs, options);
+  return options.launch.empty() ? replay_nodes(logs, options, stop)
+                                : replay_graph(logs, options, stop);
 }
 
-constexpr const char* kReplayAbout =
-    "Runs recorded nodes again, step by step, and compares all they do";
 constexpr const char* kReplayFooter =
     "Each step gets exactly the messages, the time and the bytes from outside that the recorded "
     "one had.\n"
@@ -345,7 +541,8 @@ void sort_words(const std::vector<std::string>& words, ReplayOptions& options) {
 }  // namespace
 
 void add_replay(CLI::App& log, int& exit_code) {
-  CLI::App* verb = log.add_subcommand("replay", kReplayAbout);
+  CLI::App* verb = log.add_subcommand(
+      "replay", "Runs recorded nodes again, step by step, and compares all they do");
   struct Options {
     ReplayOptions replay;
     std::vector<std::string> words;
@@ -392,13 +589,13 @@ void add_replay(CLI::App& log, int& exit_code) {
       ->capture_default_str();
   verb->add_flag("--json", o->replay.json, "One JSON object per node (tools/mimesis/README.md)");
   verb->footer(kReplayFooter);
-  verb->callback([o, keep_going, &exit_code] {
+  on_run(*verb, exit_code, [o, keep_going] {
     if (keep_going->count() > 0) {
       o->replay.differences =
           o->keep_going > 0 ? o->keep_going : std::numeric_limits<std::uint64_t>::max();
     }
     sort_words(o->words, o->replay);
-    exit_code = log_replay(o->replay);
+    return log_replay(o->replay);
   });
 }
 

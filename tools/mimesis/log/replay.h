@@ -1,6 +1,10 @@
 #pragma once
+#include <stdlib.h>
+
+#include <cerrno>
 #include <chrono>
 #include <cstdint>
+#include <cstring>
 #include <filesystem>
 #include <functional>
 #include <memory>
@@ -53,11 +57,12 @@ struct ReplayReport {
 /// Called with the log time read so far [ns].
 using ReplayProgress = std::function<void(std::uint64_t log_time_ns)>;
 
-/// Runs one life of a node again: `program` steps with what the recorded node took, and all it does
-/// is compared. @throws ConfigError, std::runtime_error if the program cannot be started
-ReplayReport replay_life(const std::vector<OpenLog>& logs, const Life& life,
-                         const std::string& program, const ReplayOptions& options,
-                         const StopSignals& stop, const ReplayProgress& progress);
+/// Up to when a recorded run is the same in every run.
+struct RunLimit {
+  std::uint64_t until_ns = 0;  ///< last log time to be compared
+  std::string why;             ///< what happened then
+  bool cut_off = false;        ///< just the end of the log: its last messages may be incomplete
+};
 
 /// How a recorded launch was started, and until when it can be compared.
 struct LaunchPlan {
@@ -78,7 +83,12 @@ ReplayReport replay_launch(const std::vector<OpenLog>& logs, const LaunchPlan& p
 /// A new folder that is removed with this object.
 class TemporaryFolder {
  public:
-  TemporaryFolder();  ///< @throws std::runtime_error if it cannot be made
+  /// @throws std::runtime_error if it cannot be made
+  TemporaryFolder()
+      : path_((std::filesystem::temp_directory_path() / "mimesis-replay-XXXXXX").string()) {
+    if (mkdtemp(path_.data()) != nullptr) return;
+    throw std::runtime_error(path_ + ": " + std::strerror(errno));
+  }
   ~TemporaryFolder() { std::filesystem::remove_all(path_, ignored_); }
   TemporaryFolder(const TemporaryFolder&) = delete;
   TemporaryFolder& operator=(const TemporaryFolder&) = delete;

@@ -1,7 +1,5 @@
 // A recorded lock-step run, launched again.
 #include <fmt/format.h>
-#include <poll.h>
-#include <signal.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -15,7 +13,7 @@
 #include "common/runtime/raw.h"
 #include "tools/mimesis/launch/command.h"
 #include "tools/mimesis/launch/graph_file.h"
-#include "tools/mimesis/launch/process.h"
+#include "tools/mimesis/log/packet_process.h"
 #include "tools/mimesis/log/replay.h"
 
 namespace mimesis::tool {
@@ -25,8 +23,6 @@ namespace fs = std::filesystem;
 using namespace std::chrono_literals;
 
 constexpr auto kListen = 50ms;
-constexpr std::size_t kLaunchWords = 2000;  // of what the launch wrote [bytes]
-constexpr auto kStopAtMost = 20s;  // the launcher itself kills its nodes after some seconds
 /// In a log that was cut off, nodes may be this far apart.
 constexpr std::uint64_t kRaggedEnd = 1'000'000'000;
 /// Durations on the wall clock: they are not the same twice.
@@ -39,31 +35,22 @@ const std::map<std::string, std::set<std::string>> kWallFields{
 
 double ns_to_s(std::uint64_t ns) { return static_cast<double>(ns) * 1e-9; }
 
-std::vector<std::string> metadata_lines(const std::map<std::string, std::string>& values,
-                                        const std::string& key) {
-  std::vector<std::string> lines;
-  const auto it = values.find(key);
-  std::istringstream in(it == values.end() ? "" : it->second);
-  for (std::string line; std::getline(in, line);) {
-    if (!line.empty()) lines.push_back(line);
-  }
-  return lines;
-}
-
 /// Arguments and sets of the recorded run; false if the log does not tell.
 bool read_launch_metadata(const std::vector<OpenLog>& logs, LaunchPlan& plan) {
-  for (const OpenLog& log : logs) {
-    for (const log::MetadataIndex& index : log.summary.metadata) {
-      if (index.name != "mimesis.launch") continue;
-      const auto record = log::read_metadata(*log.source, index);
-      if (!record) continue;
-      plan.args = metadata_lines(record->metadata, "args");
-      plan.sets = metadata_lines(record->metadata, "sets");
-      std::erase_if(plan.args, [](const std::string& arg) { return arg.starts_with("log="); });
-      return true;
+  bool told = false;
+  const auto take = [&](const log::Metadata& launch) {
+    if (std::exchange(told, true)) return;
+    for (const auto& [key, lines] : {std::pair{"args", &plan.args}, {"sets", &plan.sets}}) {
+      const auto it = launch.metadata.find(key);
+      std::istringstream in(it == launch.metadata.end() ? "" : it->second);
+      for (std::string line; std::getline(in, line);) {
+        if (!line.empty()) lines->push_back(line);
+      }
     }
-  }
-  return false;
+  };
+  each_metadata(logs, "mimesis.launch", take, /*silent=*/true);
+  std::erase_if(plan.args, [](const std::string& arg) { return arg.starts_with("log="); });
+  return told;
 }
 
 /// The launch would write over what it is compared with.
@@ -103,29 +90,13 @@ class ReplayGraph {
       : graph_(new_name()),
         directory_(runtime::graph_directory(graph_)),
         // Before the first node: publishers wait for a reliable subscriber that is there.
-        tap_(std::make_unique<runtime::Tap>(graph_, std::move(accept), runtime::Policy::reliable)) {
-    launch::Command c;
-    c.argv = {"mimesis-launch", plan.file, "--graph", graph_, "--name", "replay"};
-    for (const std::string& arg : plan.args) c.argv.insert(c.argv.end(), {"--arg", arg});
-    if (plan.takes_log) {
-      c.argv.insert(c.argv.end(), {"--arg", "log=" + folder_.path() + "/run.mcap"});
-    }
-    for (const std::string& set : plan.sets) c.argv.insert(c.argv.end(), {"--set", set});
-    c.env = {{"XDG_STATE_HOME", folder_.path()}};  // the run leaves nothing behind
-    child_ = launch::spawn(c, {});
-  }
+        tap_(std::in_place, graph_, std::move(accept), runtime::Policy::reliable),
+        launch_(command(plan)) {}
   ~ReplayGraph() {
-    tap_.reset();  // no publisher waits for it any more
-    child_.send(SIGINT);
-    const auto deadline = std::chrono::steady_clock::now() + kStopAtMost;
-    while (!ending() && std::chrono::steady_clock::now() < deadline) {
-      pollfd ended[] = {{child_.pidfd.get(), POLLIN, 0},
-                        {child_.out.get(), POLLIN, 0},
-                        {child_.err.get(), POLLIN, 0}};
-      poll(ended, 3, 100);
-    }
-    if (!ending()) child_.send(SIGKILL);
-    while (!ending()) usleep(1000);
+    constexpr auto kAtMost = 20s;  // the launcher itself kills its nodes after some seconds
+    tap_.reset();                  // no publisher waits for it any more
+    launch_.send(SIGINT);
+    launch_.wait(kAtMost);
     std::error_code ignored;
     fs::remove_all(directory_, ignored);
   }
@@ -134,42 +105,140 @@ class ReplayGraph {
 
   /// Next message; nothing after `timeout`.
   std::optional<runtime::Tapped> next(std::chrono::milliseconds timeout) {
-    read_words();
     return tap_->next(timeout);
   }
-  /// How the launch ended, once it has.
-  const std::optional<launch::Ending>& ending() {
-    read_words();
-    if (!ending_) ending_ = child_.reap();
-    return ending_;
-  }
-  /// The last lines that it wrote.
-  const std::string& words() const { return words_; }
+  OwnProcess& launch() { return launch_; }
 
  private:
   static std::string new_name() {
     static std::atomic<int> count{0};
     return fmt::format("replay-{}-{}", getpid(), ++count);
   }
-  /// Empties the pipes of the launch, or it would block on them.
-  void read_words() {
-    char buffer[4096];
-    for (const launch::Fd* from : {&child_.out, &child_.err}) {
-      for (ssize_t n; from->open() && (n = read(from->get(), buffer, sizeof buffer)) > 0;) {
-        words_.append(buffer, static_cast<std::size_t>(n));
-      }
+  launch::Command command(const LaunchPlan& plan) const {
+    launch::Command c;
+    c.argv = {"mimesis-launch", plan.file, "--graph", graph_, "--name", "replay"};
+    for (const std::string& arg : plan.args) c.argv.insert(c.argv.end(), {"--arg", arg});
+    if (plan.takes_log) {
+      c.argv.insert(c.argv.end(), {"--arg", "log=" + folder_.path() + "/run.mcap"});
     }
-    if (words_.size() > kLaunchWords) words_.erase(0, words_.size() - kLaunchWords);
+    for (const std::string& set : plan.sets) c.argv.insert(c.argv.end(), {"--set", set});
+    c.env = {{"XDG_STATE_HOME", folder_.path()}};  // the run leaves nothing behind
+    return c;
   }
 
   TemporaryFolder folder_;  ///< for the run's own logs
   std::string graph_;
   std::string directory_;  ///< of the graph's sockets
-  std::unique_ptr<runtime::Tap> tap_;
-  launch::Child child_;
-  std::optional<launch::Ending> ending_;
-  std::string words_;
+  std::optional<runtime::Tap> tap_;
+  OwnProcess launch_;
 };
+
+/// Topic and node that publishes on it.
+using TopicOfNode = std::pair<std::string, std::string>;
+
+/// The messages of a recorded run in the order of each topic of each node, read as they are asked
+/// for. Without the topics that every node has about itself.
+class RecordedRun {
+ public:
+  /// @param until_ns  last log time that counts. The logs outlive the object.
+  RecordedRun(const std::vector<OpenLog>& logs, std::uint64_t until_ns)
+      : reader_(merged(logs, {.channel =
+                                  [](const log::Channel& channel) {
+                                    return !runtime::is_own_topic(channel.topic);
+                                  },
+                              .end_time = until_ns + 1})) {
+    for (const OpenChannel& c : channels_of(logs)) {
+      if (!runtime::is_own_topic(c.channel->topic)) {
+        waiting_[{c.channel->topic, sender_of(*c.channel)}];
+      }
+    }
+  }
+
+  bool has(const TopicOfNode& key) const { return waiting_.contains(key); }
+  /// The next one if its log time is `time_ns` at most (or it was read already), or nothing.
+  std::optional<KeptMessage> next(const TopicOfNode& key, std::uint64_t time_ns) {
+    const auto track = waiting_.find(key);
+    if (track == waiting_.end()) return std::nullopt;
+    auto& messages = track->second.messages;
+    while (messages.empty()) {
+      if (log_time_ns_ > time_ns || !read()) return std::nullopt;
+    }
+    if (messages.front().log_time_ns > time_ns) return std::nullopt;
+    KeptMessage message = std::move(messages.front());
+    messages.pop_front();
+    --waiting_count_;
+    return message;
+  }
+  /// All were asked for.
+  bool finished() {
+    while (waiting_count_ == 0) {
+      if (!read()) return true;
+    }
+    return false;
+  }
+  /// The earliest that was not asked for; null if there is none. Reads no further.
+  const KeptMessage* earliest(TopicOfNode& key) const {
+    const KeptMessage* first = nullptr;
+    for (const auto& [name, track] : waiting_) {
+      if (track.messages.empty()) continue;
+      const KeptMessage& message = track.messages.front();
+      if (first != nullptr && first->log_time_ns <= message.log_time_ns) continue;
+      first = &message;
+      key = name;
+    }
+    return first;
+  }
+
+  std::uint64_t log_time_ns() const { return log_time_ns_; }  ///< read so far
+
+ private:
+  struct Track {
+    std::deque<KeptMessage> messages;
+    std::map<std::uint64_t, std::uint64_t> last_seq;  ///< by start_id
+  };
+  bool read() {
+    const Item* item = reader_.next();
+    if (item == nullptr) return false;
+    log_time_ns_ = item->message->log_time;
+    Track& track = waiting_[{item->channel->topic, sender_of(*item->channel)}];
+    std::uint64_t& last = track.last_seq[start_id_of(*item->channel)];
+    if (item->message->sequence <= last) return true;  // repeated at the head of a split
+    last = item->message->sequence;
+    track.messages.emplace_back(*item);
+    ++waiting_count_;
+    return true;
+  }
+
+  std::map<TopicOfNode, Track> waiting_;
+  std::size_t waiting_count_ = 0;
+  std::uint64_t log_time_ns_ = 0;
+  log::MergedReader reader_;
+};
+
+/// After the first message on `until_topic` (may be empty) the launcher stops the nodes, in wall
+/// time; without one, the first node that stopped ends what can be compared.
+RunLimit run_limit(const std::vector<OpenLog>& logs, const std::string& until_topic) {
+  auto verdicts = merged(
+      logs, {.channel = [&](const log::Channel& channel) { return channel.topic == until_topic; }});
+  if (const Item* verdict = verdicts.next()) {
+    return {verdict->message->log_time, fmt::format("{} ended the run", until_topic), false};
+  }
+  std::optional<std::pair<std::uint64_t, std::string>> first;  // graph time, node
+  auto steps = merged(logs, {.channel = [](const log::Channel& channel) {
+                        return runtime::is_own_topic(channel.topic, runtime::kStepsPort);
+                      }});
+  v1::StepLog log;
+  while (const Item* item = steps.next()) {
+    if (!parse(*item, log)) continue;
+    for (const v1::StepRecord& step : log.steps()) {
+      if (step.kind() != v1::STEP_KIND_STOP || (first && first->first <= step.time_ns())) continue;
+      first = {step.time_ns(), sender_of(*item->channel)};
+    }
+  }
+  if (!first) return {span_of(logs).end_ns, "the log ends", true};
+  return {first->first == 0 ? 0 : first->first - 1, fmt::format("node '{}' stopped", first->second),
+          false};
+}
 
 /// One run of the launch file beside the recorded one.
 class LaunchReplay {
@@ -195,14 +264,14 @@ class LaunchReplay {
  private:
   /// False when all is known.
   bool listen(ReplayGraph& graph) {
-    const bool ended = graph.ending().has_value();
+    const bool ended = graph.launch().ending().has_value();
     const auto now = std::chrono::steady_clock::now();
     if (const auto tapped = graph.next(kListen)) {
       heard_ = now;
       take(*tapped);
       return !enough() && !recorded_.finished();
     }
-    if (ended) return report_end(graph);
+    if (ended) return report_end(graph.launch());
     if (std::chrono::duration<double>(now - heard_).count() < options_.timeout_s) return true;
     report_.result = ReplayResult::kTimedOut;
     report_.problem =
@@ -212,9 +281,9 @@ class LaunchReplay {
   }
 
   /// The launch ended, nothing of it is under way any more, and the log goes on.
-  bool report_end(ReplayGraph& graph) {
-    const launch::Ending& how = *graph.ending();
-    if (report_.counts.outputs == 0 && how.exit_code() == 2) throw ConfigError(graph.words());
+  bool report_end(OwnProcess& launch) {
+    const launch::Ending& how = *launch.ending();
+    if (report_.counts.outputs == 0 && how.exit_code() == 2) throw ConfigError(launch.last_words());
     TopicOfNode key;
     const KeptMessage* next = recorded_.earliest(key);
     report_.problem = fmt::format("the launch {} at {:.6f} s of graph time", how.text(), last_s_);
@@ -222,7 +291,7 @@ class LaunchReplay {
       report_.problem += fmt::format(", before {} #{} of node '{}' at {:.6f} s", key.first,
                                      next->seq, key.second, ns_to_s(next->log_time_ns));
     }
-    if (!how.good()) report_.problem += ":\n" + graph.words();
+    if (!how.good()) report_.problem += ":\n" + launch.last_words();
     return false;
   }
 
@@ -248,15 +317,10 @@ class LaunchReplay {
     report_.counts.bytes += m.payload.size();
     MessageDifference fields =
         messages_.compare(live.topic, recorded->schema, recorded->payload, m.payload);
-    const auto compare = [&fields](const char* what, std::uint64_t a, std::uint64_t b) {
-      if (a == b) return;
-      fields.fields.insert(fields.fields.begin(), {what, std::to_string(a), std::to_string(b)});
-      ++fields.count;
-    };
-    compare("(publish time) ns", recorded->publish_time_ns,
-            static_cast<std::uint64_t>(m.stamp.count()));
-    compare("(graph time) ns", recorded->log_time_ns, time_ns);
-    compare("(seq)", recorded->seq, m.seq);
+    compare_numbers(fields, "(publish time) ns", recorded->publish_time_ns,
+                    static_cast<std::uint64_t>(m.stamp.count()));
+    compare_numbers(fields, "(graph time) ns", recorded->log_time_ns, time_ns);
+    compare_numbers(fields, "(seq)", recorded->seq, m.seq);
     if (fields.equal()) return;
     differs(live, time_ns, fmt::format("{} of node '{}' differs", place, m.source),
             std::move(fields));

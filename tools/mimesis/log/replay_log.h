@@ -1,19 +1,24 @@
 #pragma once
-#include <cstddef>
-#include <cstdint>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
 #include <deque>
 #include <functional>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
-#include <tl/expected.hpp>
+#include <tuple>
+#include <unordered_map>
 #include <utility>
 #include <vector>
 
-#include "common/log/records.h"
+#include "common/runtime/own_topics.h"
 #include "proto/steps.pb.h"
 #include "tools/mimesis/log/open_log.h"
 
+// The steps of a node as a log tells them.
 namespace mimesis::tool {
 
 /// How much later than the step that took it a message may have reached the recorder [ns of log
@@ -29,62 +34,18 @@ struct KeptMessage {
   std::uint64_t seq = 0;
   std::uint64_t publish_time_ns = 0, log_time_ns = 0;
   const log::Schema* schema = nullptr;  ///< of the log
+
+  explicit KeptMessage(const Item& item)
+      : payload(item.message->data),
+        seq(item.message->sequence),
+        publish_time_ns(item.message->publish_time),
+        log_time_ns(item.message->log_time),
+        schema(item.schema) {}
+  std::size_t size() const { return payload.size() + sizeof(KeptMessage); }  ///< [bytes]
 };
 
 /// Logs keep the lower half of the sequence number.
 constexpr std::uint64_t logged_seq(std::uint64_t seq) { return seq & 0xFFFF'FFFFu; }
-
-/// The messages that steps of a node still to come may take. An input that keeps the latest can
-/// take one until a newer one has replaced it; a queue may lag behind as far as it likes, so it is
-/// bytes that limit what is kept, and what was let go for that is known.
-class WaitingInputs {
- public:
-  explicit WaitingInputs(std::size_t most_bytes) : most_bytes_(most_bytes) {}
-
-  /// The node hears `topic` on `port`, which keeps the latest message or (false) all of them.
-  void add_port(const std::string& topic, const std::string& port, bool latest);
-  bool hears(const std::string& topic) const { return ports_.contains(topic); }
-  /// A start of a node publishes on a topic that is heard. After the ports.
-  void add_publisher(const std::string& topic, std::uint64_t start_id);
-  bool has_publisher(const std::string& topic, std::uint64_t start_id) const;
-
-  /// Nothing if it is not heard, was there already or is no longer needed.
-  void keep(const std::string& topic, std::uint64_t start_id, KeptMessage message);
-  /// Null if it is not there (yet). Valid until the next call that changes something.
-  const KeptMessage* find(const v1::InputSource& source, std::uint64_t seq) const;
-  /// A step took it: its port takes no earlier one any more.
-  void take(const v1::InputSource& source, std::uint64_t seq);
-  /// It was here, but too many bytes waited.
-  bool was_let_go(const v1::InputSource& source, std::uint64_t seq) const;
-  /// The next steps were received later than `time_ns` (log time): lets go what none can take.
-  void forget(std::uint64_t time_ns);
-
-  std::size_t bytes() const { return bytes_; }
-
- private:
-  struct Port {
-    bool latest = false;
-    std::uint64_t taken = 0;  ///< last seq
-  };
-  using Ports = std::map<std::string, Port>;
-  using Messages = std::map<std::uint64_t, KeptMessage>;  ///< by seq
-  /// Messages that one start of a node published on one topic.
-  struct Track {
-    Ports ports;
-    Messages messages;
-    std::size_t bytes = 0;
-    std::uint64_t done = 0;    ///< up to this seq nothing is needed any more
-    std::uint64_t let_go = 0;  ///< up to this seq nothing is kept, needed or not
-  };
-  using Key = std::pair<std::string, std::uint64_t>;  ///< topic, start_id
-
-  void drop_first(Track& track);
-  void limit_bytes();
-
-  std::size_t most_bytes_, bytes_ = 0;
-  std::map<std::string, Ports> ports_;  ///< by topic
-  std::map<Key, Track> tracks_;
-};
 
 /// A node from its start to its end, as logs tell it. A restarted node has several lives.
 struct Life {
@@ -94,15 +55,59 @@ struct Life {
   std::uint64_t other_steps = 0;  ///< on this topic of starts unknown: old logs do not tell [1]
 
   const std::string& node() const { return start.node(); }
+  std::string steps_topic() const { return node() + "/" + std::string(runtime::kStepsPort); }
   /// Graph time for people [s]: on the wall clock since the node's start.
-  double seconds(std::uint64_t time_ns) const;
+  double seconds(std::uint64_t time_ns) const {
+    const std::uint64_t epoch = start.clock() == "wall" ? start.header().stamp_ns() : 0;
+    return static_cast<double>(static_cast<std::int64_t>(time_ns - epoch)) * 1e-9;
+  }
 };
 
-/// Every life in the logs that left a NODE/start, in order of time.
-std::vector<Life> find_lives(const std::vector<OpenLog>& logs);
-
 /// `start_of` as a number; 0 in older logs.
-std::uint64_t start_id_of(const log::Channel& channel);
+inline std::uint64_t start_id_of(const log::Channel& channel) {
+  const std::string text = start_of(channel);
+  std::uint64_t id = 0;
+  const auto parsed = std::from_chars(text.data(), text.data() + text.size(), id);
+  return parsed.ec == std::errc() && parsed.ptr == text.data() + text.size() ? id : 0;
+}
+
+/// False if `item` holds something else.
+inline bool parse(const Item& item, google::protobuf::MessageLite& message) {
+  const std::string_view data = item.message->data;
+  return message.ParseFromArray(data.data(), static_cast<int>(data.size()));
+}
+
+/// Every life in the logs that left a NODE/start, in order of time.
+inline std::vector<Life> find_lives(const std::vector<OpenLog>& logs) {
+  std::vector<Life> lives;
+  auto reader = merged(logs, {.channel = [](const log::Channel& channel) {
+                         return runtime::is_own_topic(channel.topic, runtime::kStartPort);
+                       }});
+  const std::string type = v1::NodeStart::descriptor()->full_name();
+  while (const Item* item = reader.next()) {
+    Life life;
+    if (item->schema == nullptr || item->schema->name != type || !parse(*item, life.start))
+      continue;
+    const bool known = std::ranges::any_of(lives, [&](const Life& other) {
+      return other.node() == life.node() && other.start.start_id() == life.start.start_id();
+    });
+    if (known) continue;  // repeated at the head of a split
+    life.log_time_ns = item->message->log_time;
+    for (const OpenChannel& c : channels_of(logs)) {
+      const auto& counts = c.log->summary.statistics.channel_message_counts;
+      const auto count = counts.find(c.channel->id);
+      if (c.channel->topic != life.steps_topic() || count == counts.end()) continue;
+      const std::uint64_t start = start_id_of(*c.channel);
+      if (start == life.start.start_id()) {
+        life.step_logs += count->second;
+      } else if (start == 0) {
+        life.other_steps += count->second;
+      }
+    }
+    lives.push_back(std::move(life));
+  }
+  return lives;
+}
 
 /// One step with all that belongs to it.
 struct RecordedStep {
@@ -112,66 +117,273 @@ struct RecordedStep {
 };
 
 /// Reads the steps of one life, front to back in one pass. Holds only what steps still to come may
-/// need: inputs as long as a step may take them, outputs until they are asked for. Messages may
-/// stand some seconds behind the step they belong to: others received them first.
+/// need: outputs until they are asked for; an input that keeps the latest message until a newer one
+/// has replaced it; queues may lag behind as far as they like, so it is bytes that limit what is
+/// kept of inputs, and what was let go for that is known. Messages may stand some seconds behind
+/// the step they belong to: others received them first.
 class LifeReader {
  public:
   /// Both outlive the reader.
   LifeReader(const std::vector<OpenLog>& logs, const Life& life,
-             std::size_t most_input_bytes = kMostInputBytes);
+             std::size_t most_input_bytes = kMostInputBytes)
+      : life_(life), most_bytes_(most_input_bytes), reader_(merged(logs, selection(logs))) {}
 
   /// Next step; nothing at the end of what can be replayed: see `problem`.
-  std::optional<RecordedStep> next();
+  std::optional<RecordedStep> next() {
+    if (!problem_.empty()) return std::nullopt;
+    while (next_step_ >= step_log_.steps_size()) {
+      forget();
+      if (!next_step_log()) return std::nullopt;
+    }
+    if (!makes_sense(step_log_.steps(next_step_))) return std::nullopt;
+    return RecordedStep{next_number_++,
+                        step_log_.steps(next_step_++),
+                        {step_log_.sources().begin(), step_log_.sources().end()}};
+  }
   /// Why there are no more steps though there should be; empty at the end of the life.
   const std::string& problem() const { return problem_; }
 
   /// A message that the step just returned took, or null if it is not in the log. In the order of
   /// `taken`; valid until the next call.
-  const KeptMessage* input(const v1::InputSource& source, std::uint64_t seq);
+  const KeptMessage* input(const v1::InputSource& source, std::uint64_t seq) {
+    const auto track = tracks_.find(key(source));
+    return track == tracks_.end() ? nullptr : take(track->second, logged_seq(seq));
+  }
   /// An output of the life, or null; valid until the next call. Earlier ones of the topic are let
   /// go then.
-  const KeptMessage* output(const std::string& topic, std::uint64_t seq);
-  /// The log holds this topic as one of this life; messages of it may be missing all the same.
-  bool has_output(const std::string& topic) const { return outputs_.contains(topic); }
-  bool has_input(const v1::InputSource& source) const {
-    return inputs_.has_publisher(source.topic(), source.start_id());
+  const KeptMessage* output(const std::string& topic, std::uint64_t seq) {
+    const auto track = tracks_.find(output_key(topic));
+    if (track == tracks_.end() || logged_seq(seq) == 0) return nullptr;
+    return take(track->second, logged_seq(seq));
   }
+  /// The log holds this topic as one of this life; messages of it may be missing all the same.
+  bool has_output(const std::string& topic) const { return tracks_.contains(output_key(topic)); }
+  bool has_input(const v1::InputSource& source) const { return tracks_.contains(key(source)); }
   /// The input was in the log, but too many bytes of inputs waited for a step.
   bool was_let_go(const v1::InputSource& source, std::uint64_t seq) const {
-    return inputs_.was_let_go(source, seq);
+    const auto it = tracks_.find(key(source));
+    return it != tracks_.end() && logged_seq(seq) > it->second.done &&
+           logged_seq(seq) <= it->second.let_go;
   }
   /// The first recorded output that no step has asked for up to now, if it is not later than the
   /// step just returned; null if there is none.
-  const KeptMessage* unclaimed(std::string& topic) const;
+  const KeptMessage* unclaimed(std::string& topic) const {
+    const KeptMessage* first = nullptr;
+    for (const auto& [key, track] : tracks_) {
+      const auto it = track.messages.upper_bound(track.asked);
+      if (track.role != Role::output || it == track.messages.end()) continue;
+      if (it->second.log_time_ns > step_log_time_ns_) continue;
+      if (first != nullptr && first->log_time_ns <= it->second.log_time_ns) continue;
+      first = &it->second;
+      topic = std::get<0>(key);
+    }
+    return first;
+  }
 
   std::uint64_t log_time_ns() const { return log_time_ns_; }  ///< read so far
-  std::vector<log::Damage> damages() const;
 
  private:
-  /// Messages of one output, by seq.
+  enum class Role { output, latest, queue };  ///< the latter two: inputs
+  /// Messages that one start of a node published on one topic: an output, or for one input.
   struct Track {
-    std::map<std::uint64_t, KeptMessage> messages;
-    std::uint64_t done = 0;  ///< up to this seq nothing is needed any more
+    Role role = Role::output;
+    std::map<std::uint64_t, KeptMessage> messages;  ///< by seq
+    std::size_t bytes = 0;
+    std::uint64_t asked = 0;   ///< up to this seq nothing is asked for any more
+    std::uint64_t done = 0;    ///< `asked` before this step log: nothing of it is kept
+    std::uint64_t let_go = 0;  ///< up to this seq nothing is kept, needed or not
+  };
+  using Key = std::tuple<std::string, std::uint64_t, std::string>;  ///< topic, start, input port
+  /// Where messages of a channel go.
+  struct Use {
+    bool steps = false;  ///< it is NODE/steps of this life
+    std::vector<Track*> tracks;
   };
 
-  log::Selection selection();
-  bool read();  ///< one message of the log; false at its end
-  void read_step_log(const log::Message& message);
-  bool next_step_log();
-  std::string no_step_log() const;
-  std::string wrong_number() const;
-  bool makes_sense(const v1::StepRecord& step);
-  const KeptMessage* find(const std::function<const KeptMessage*()>& kept);
-  void forget();
+  static Key key(const v1::InputSource& source) {
+    return {source.topic(), source.start_id(), source.port()};
+  }
+  Key output_key(const std::string& topic) const { return {topic, life_.start.start_id(), ""}; }
 
-  const std::vector<OpenLog>& logs_;
+  /// Also makes the tracks, so that what is in the log at all can be told from what is missing.
+  log::Selection selection(const std::vector<OpenLog>& logs) {
+    for (const OpenChannel& c : channels_of(logs)) {
+      const log::Channel& channel = *c.channel;
+      const std::uint64_t start = start_id_of(channel);
+      const bool own = sender_of(channel) == life_.node() && start == life_.start.start_id();
+      Use use{own && channel.topic == life_.steps_topic(), {}};
+      const auto feed = [&](const Key& key, Role role) {
+        use.tracks.push_back(&tracks_[key]);
+        use.tracks.back()->role = role;
+      };
+      if (own && !runtime::is_own_topic(channel.topic))
+        feed(output_key(channel.topic), Role::output);
+      for (const v1::TopicInfo& input : life_.start.inputs()) {
+        if (input.topic() != channel.topic || input.port().starts_with('.')) continue;  // runtime's
+        feed({channel.topic, start, input.port()},
+             input.policy() == "latest" ? Role::latest : Role::queue);
+      }
+      if (use.steps || !use.tracks.empty()) uses_[&channel] = std::move(use);
+    }
+    return {.channel = [this](const log::Channel& channel) { return uses_.contains(&channel); }};
+  }
+
+  /// Takes one message of the log; false at its end.
+  bool read() {
+    const Item* item = reader_.next();
+    if (item == nullptr) return false;
+    log_time_ns_ = item->message->log_time;
+    const Use& use = uses_.at(item->channel);
+    if (use.steps) {
+      read_step_log(*item);
+      return true;
+    }
+    const bool before_life =
+        log_time_ns_ + kLate < life_.log_time_ns && !is_latched(*item->channel);
+    for (Track* track : use.tracks) {
+      if (track->role == Role::output || !before_life) keep(*track, *item);
+    }
+    return true;
+  }
+  void keep(Track& track, const Item& item) {
+    const std::uint64_t seq = item.message->sequence;
+    if (seq <= std::max(track.done, track.let_go)) return;  // repeated at the head of a split
+    const auto [kept, is_new] = track.messages.try_emplace(seq, item);
+    if (!is_new || track.role == Role::output) return;
+    track.bytes += kept->second.size();
+    bytes_ += kept->second.size();
+    while (bytes_ > most_bytes_ && let_go_one()) {
+    }
+  }
+  void drop_first(Track& track) {
+    const auto first = track.messages.begin();
+    if (track.role != Role::output) {
+      track.bytes -= first->second.size();
+      bytes_ -= first->second.size();
+    }
+    track.messages.erase(first);
+  }
+  /// The input that holds most loses its oldest; never its newest, which is the likeliest to be
+  /// taken.
+  bool let_go_one() {
+    Track* largest = nullptr;
+    for (auto& [key, track] : tracks_) {
+      if (track.role == Role::output || track.messages.size() < 2) continue;
+      if (largest == nullptr || track.bytes > largest->bytes) largest = &track;
+    }
+    if (largest == nullptr) return false;
+    largest->let_go = largest->messages.begin()->first;
+    drop_first(*largest);
+    return true;
+  }
+  /// Reads on until `seq` is there, as far as it may stand behind the step.
+  const KeptMessage* take(Track& track, std::uint64_t seq) {
+    auto& messages = track.messages;
+    if (track.role == Role::output) messages.erase(messages.begin(), messages.lower_bound(seq));
+    track.asked = std::max(track.asked, seq);
+    for (;;) {
+      if (const auto it = messages.find(seq); it != messages.end()) return &it->second;
+      if (log_time_ns_ > step_log_time_ns_ + kLate || !read()) return nullptr;
+    }
+  }
+  /// The next steps were received later than `step_log_time_ns_`: lets go what none can take.
+  void forget() {
+    for (auto& [key, track] : tracks_) {
+      const auto late = [this](const auto& kept) {
+        return kept->second.log_time_ns + kLate < step_log_time_ns_;
+      };
+      track.done = std::max(track.done, track.asked);
+      const auto& messages = track.messages;
+      while (!messages.empty() && (messages.begin()->first <= track.done ||
+                                   (track.role == Role::output && late(messages.begin())))) {
+        drop_first(track);
+      }
+      // An input that keeps the latest never saw a message that was replaced before the step.
+      while (track.role == Role::latest && messages.size() > 1 &&
+             late(std::next(messages.begin()))) {
+        drop_first(track);
+      }
+    }
+  }
+
+  void read_step_log(const Item& item) {
+    ++step_logs_read_;
+    if (item.message->sequence <= last_step_log_seq_) return;  // two recorders heard it
+    last_step_log_seq_ = item.message->sequence;
+    v1::StepLog log;
+    if (parse(item, log)) {
+      waiting_.emplace_back(item.message->log_time, std::move(log));
+    } else {
+      ++step_logs_unreadable_;
+    }
+  }
+  bool next_step_log() {
+    while (waiting_.empty() && step_logs_read_ < life_.step_logs && read()) {
+    }
+    if (waiting_.empty()) {
+      problem_ = no_step_log();
+      return false;
+    }
+    std::tie(step_log_time_ns_, step_log_) = std::move(waiting_.front());
+    waiting_.pop_front();
+    next_step_ = 0;
+    if (step_log_.first() != next_number_) problem_ = wrong_number();
+    return problem_.empty();
+  }
+  /// Why there is no further one; empty if these were all.
+  std::string no_step_log() const {
+    const std::string topic = life_.steps_topic();
+    if (life_.step_logs == 0 && life_.other_steps > 0) {
+      return fmt::format(
+          "the {} messages on {} do not tell which start of the node they are of (no start_id: an "
+          "older recording, or converted)",
+          life_.other_steps, topic);
+    }
+    if (life_.step_logs == 0) return fmt::format("there is no message on {} in the log", topic);
+    const std::uint64_t unread =
+        life_.step_logs - std::min(life_.step_logs, step_logs_read_) + step_logs_unreadable_;
+    if (unread > 0) {
+      return fmt::format("{} of the {} messages on {} cannot be read", unread, life_.step_logs,
+                         topic);
+    }
+    return next_number_ == 0 ? fmt::format("the messages on {} hold no step", topic) : "";
+  }
+  /// The steps in `step_log_` are not those that come next.
+  std::string wrong_number() const {
+    const std::uint64_t first = step_log_.first();
+    if (first < next_number_) return fmt::format("step {} is in the log twice", first);
+    if (next_number_ > 0) {
+      return fmt::format("steps {} to {} are not in the log: lost", next_number_, first - 1);
+    }
+    return fmt::format(
+        "steps 0 to {} are not in the log: the log was begun after the node, and a replay needs "
+        "the node from its constructor on",
+        first - 1);
+  }
+  /// A constructor, steps, perhaps a stop: a node can do nothing else.
+  bool makes_sense(const v1::StepRecord& step) {
+    const bool is_first = next_number_ == 0;
+    if (!v1::StepKind_IsValid(step.kind()) || step.kind() == v1::STEP_KIND_UNSPECIFIED) {
+      problem_ = fmt::format("step {} is of an unknown kind ({})", next_number_,
+                             static_cast<int>(step.kind()));
+    } else if (is_first != (step.kind() == v1::STEP_KIND_CREATE)) {
+      problem_ = is_first ? "step 0 is not the node's constructor"
+                          : fmt::format("step {} is a second constructor", next_number_);
+    } else if (last_kind_ == v1::STEP_KIND_STOP) {
+      problem_ = fmt::format("step {} comes after the node's stop", next_number_);
+    }
+    last_kind_ = step.kind();
+    return problem_.empty();
+  }
+
   const Life& life_;
-  WaitingInputs inputs_;
-  std::map<std::string, Track> outputs_;                        ///< by topic
-  v1::StepLog step_log_;                                        ///< whose steps are being returned
-  std::uint64_t step_log_time_ns_ = 0;                          ///< when it was received
-  int next_step_ = 0;                                           ///< in it
-  std::vector<std::pair<std::uint64_t, v1::StepLog>> waiting_;  ///< read ahead
+  std::size_t most_bytes_, bytes_ = 0;  ///< of inputs
+  std::map<Key, Track> tracks_;
+  std::unordered_map<const log::Channel*, Use> uses_;
+  std::deque<std::pair<std::uint64_t, v1::StepLog>> waiting_;  ///< read ahead, with log times
+  v1::StepLog step_log_;                                       ///< whose steps are being returned
+  std::uint64_t step_log_time_ns_ = 0;                         ///< when it was received
+  int next_step_ = 0;                                          ///< in it
   std::uint64_t next_number_ = 0;
   std::uint64_t step_logs_read_ = 0, step_logs_unreadable_ = 0;
   std::uint64_t last_step_log_seq_ = 0;
@@ -180,50 +392,5 @@ class LifeReader {
   std::string problem_;
   log::MergedReader reader_;
 };
-
-/// Topic and node that publishes on it.
-using TopicOfNode = std::pair<std::string, std::string>;
-
-/// The messages of a recorded run in the order of each topic of each node, read as they are asked
-/// for. Without the topics that every node has about itself.
-class RecordedRun {
- public:
-  /// @param until_ns  last log time that counts. The logs outlive the object.
-  RecordedRun(const std::vector<OpenLog>& logs, std::uint64_t until_ns);
-
-  bool has(const TopicOfNode& key) const { return waiting_.contains(key); }
-  /// The next one if its log time is `time_ns` at most (or it was read already), or nothing.
-  std::optional<KeptMessage> next(const TopicOfNode& key, std::uint64_t time_ns);
-  /// All were asked for.
-  bool finished();
-  /// The earliest that was not asked for; null if there is none. Reads no further.
-  const KeptMessage* earliest(TopicOfNode& key) const;
-
-  std::uint64_t log_time_ns() const { return log_time_ns_; }  ///< read so far
-  std::size_t topics() const { return waiting_.size(); }
-
- private:
-  struct Track {
-    std::deque<KeptMessage> messages;
-    std::map<std::uint64_t, std::uint64_t> last_seq;  ///< by start_id
-  };
-  bool read();
-
-  std::map<TopicOfNode, Track> waiting_;
-  std::size_t waiting_count_ = 0;
-  std::uint64_t log_time_ns_ = 0;
-  log::MergedReader reader_;
-};
-
-/// Up to when a recorded run is the same in every run.
-struct RunLimit {
-  std::uint64_t until_ns = 0;  ///< last log time to be compared
-  std::string why;             ///< what happened then
-  bool cut_off = false;        ///< just the end of the log: its last messages may be incomplete
-};
-
-/// After the first message on `until_topic` (may be empty) the launcher stops the nodes, in wall
-/// time; without one, the first node that stopped ends what can be compared.
-RunLimit run_limit(const std::vector<OpenLog>& logs, const std::string& until_topic);
 
 }  // namespace mimesis::tool

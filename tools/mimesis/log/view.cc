@@ -17,10 +17,10 @@
 #include "common/model/viewer.h"
 #include "common/runtime/param_source.h"
 #include "common/runtime/raw.h"
-#include "proto/steps.pb.h"
 #include "tools/mimesis/log/new_log.h"
 #include "tools/mimesis/log/open_log.h"
 #include "tools/mimesis/log/packet_process.h"
+#include "tools/mimesis/log/replay_log.h"
 #include "tools/mimesis/log/verb_options.h"
 #include "tools/mimesis/log/view_drawings.h"
 
@@ -43,19 +43,7 @@ struct SeenTopic {
 
 Setups read_setups(const std::vector<OpenLog>& logs) {
   Setups setups;
-  for (const OpenLog& log : logs) {
-    const auto wanted = [&](const log::Channel& channel) {
-      const auto schema = log.summary.schemas.find(channel.schema_id);
-      return schema != log.summary.schemas.end() && schema->second.name == "mimesis.v1.NodeStart";
-    };
-    log::IndexedReader reader(*log.source, log.summary, {.channel = wanted});
-    while (const log::Message* message = reader.next()) {
-      v1::NodeStart start;
-      if (start.ParseFromArray(message->data.data(), static_cast<int>(message->data.size()))) {
-        setups.emplace(start.node(), std::move(start));
-      }
-    }
-  }
+  for (Life& life : find_lives(logs)) setups.emplace(life.node(), std::move(life.start));
   return setups;
 }
 
@@ -63,16 +51,13 @@ Setups read_setups(const std::vector<OpenLog>& logs) {
 std::optional<SeenTopic> topic_of(const std::vector<OpenLog>& logs, const std::string& type,
                                   const std::string& preferred = "") {
   std::optional<SeenTopic> found;
-  for (const OpenLog& log : logs) {
-    for (const auto& [id, channel] : log.summary.channels) {
-      const auto schema = log.summary.schemas.find(channel.schema_id);
-      if (schema == log.summary.schemas.end() || schema->second.name != type) continue;
-      const auto rank = [&](const std::string& topic) {
-        return std::pair(topic != preferred, topic);
-      };
-      if (!found || rank(channel.topic) < rank(found->topic)) {
-        found = {channel.topic, sender_of(channel)};
-      }
+  for (const OpenChannel& c : channels_of(logs)) {
+    const auto rank = [&](const std::string& topic) {
+      return std::pair(topic != preferred, topic);
+    };
+    const std::string& topic = c.channel->topic;
+    if (c.type() == type && (!found || rank(topic) < rank(found->topic))) {
+      found = {topic, sender_of(*c.channel)};
     }
   }
   return found;
@@ -131,22 +116,6 @@ std::optional<image::View> view_of(const Setups& setups, const SeenTopic& image)
   return maker == setups.end() ? std::nullopt : view_in(maker->second);
 }
 
-struct Layer {
-  const char* option;
-  bool ViewLayers::*asked;
-  const google::protobuf::Descriptor* type;  ///< that it is drawn from
-};
-
-const std::array<Layer, 4>& known_layers() {
-  static const std::array<Layer, 4> layers{{
-      {"--robot", &ViewLayers::robot, v1::JointState::descriptor()},
-      {"--fields", &ViewLayers::fields, v1::FieldActivity::descriptor()},
-      {"--roadmap", &ViewLayers::roadmap, v1::Scene::descriptor()},
-      {"--table", &ViewLayers::table, v1::Scene::descriptor()},
-  }};
-  return layers;
-}
-
 /// Several nodes may publish the same type; the bridge is the one that speaks for the robot.
 std::optional<SeenTopic> source_of(const std::vector<OpenLog>& logs,
                                    const google::protobuf::Descriptor& type) {
@@ -154,50 +123,18 @@ std::optional<SeenTopic> source_of(const std::vector<OpenLog>& logs,
   return topic_of(logs, type.full_name(), hand ? "bridge/hand" : "bridge/arm");
 }
 
-/// Why `layers` cannot be drawn: the log lacks a topic. Nothing if they can.
-std::optional<std::string> missing_topic(const ViewLayers& layers,
-                                         const std::vector<OpenLog>& logs) {
-  for (const Layer& layer : known_layers()) {
-    if (layers.*layer.asked && !source_of(logs, *layer.type)) {
-      return fmt::format("{}: no topic of type {} in the log", layer.option,
-                         layer.type->full_name());
-    }
+/// @throws VerbEnd if a layer cannot be drawn: the log lacks its topic.
+void require_topics(const ViewLayers& layers, const std::vector<OpenLog>& logs) {
+  using Layer = std::tuple<const char*, bool, const google::protobuf::Descriptor*>;
+  for (const auto& [option, asked, type] :
+       {Layer{"--robot", layers.robot, v1::JointState::descriptor()},
+        {"--fields", layers.fields, v1::FieldActivity::descriptor()},
+        {"--roadmap", layers.roadmap, v1::Scene::descriptor()},
+        {"--table", layers.table, v1::Scene::descriptor()}}) {
+    if (!asked || source_of(logs, *type)) continue;
+    throw VerbEnd{fmt::format("{}: no topic of type {} in the log", option, type->full_name()), 3};
   }
-  return std::nullopt;
 }
-
-/// The program mimesis_roadmap, which plans as the planner did (nodes/planner/drawing).
-class RoadmapProgram {
- public:
-  static constexpr const char* kName = "mimesis_roadmap";
-
-  /// @throws ConfigError if the program is not there or does not know the parameters of `planner`.
-  explicit RoadmapProgram(const v1::NodeStart& planner)
-      : process_(
-            kName,
-            [](int socket) -> launch::Command {
-              return {{kName, std::to_string(socket)}, {}};
-            },
-            kLongest_s) {
-    ask(planner);
-  }
-  foxglove::SceneUpdate draw(const v1::Scene& scene, const v1::TaskStatus& status) {
-    ask(scene);
-    return ask(status);
-  }
-
- private:
-  static constexpr double kLongest_s = 600.0;  // for one roadmap
-
-  foxglove::SceneUpdate ask(const google::protobuf::MessageLite& request) {
-    foxglove::SceneUpdate drawing;
-    const auto answered = process_.ask(request, drawing);
-    if (!answered) throw std::runtime_error(answered.error().reason);
-    return drawing;
-  }
-
-  PacketProcess process_;
-};
 
 /// Turns messages of a log into drawings.
 class LayerPainter {
@@ -262,18 +199,31 @@ class LayerPainter {
   bool wanted(bool asked) const {
     return (asked || layers_.all) && source_of(logs_, *T::descriptor());
   }
+  /// The program mimesis_roadmap plans as the planner did (nodes/planner/drawing).
+  /// @throws ConfigError if it is asked for and not there, or does not know these parameters
   void add_roadmap(const v1::NodeStart& planner, kin::ArmModel arm) {
-    if (launch::find_executable(RoadmapProgram::kName).empty()) {
-      const std::string why = fmt::format(
-          "--roadmap: there is no program {} beside this one or on PATH", RoadmapProgram::kName);
+    constexpr const char* kName = "mimesis_roadmap";
+    constexpr double kLongest_s = 600.0;  // for one roadmap
+    if (launch::find_executable(kName).empty()) {
+      const std::string why =
+          fmt::format("--roadmap: there is no program {} beside this one or on PATH", kName);
       if (layers_.roadmap) throw ConfigError(why);
       std::cerr << why << ": the roadmap is left out\n";
     } else {
-      const auto program = std::make_shared<RoadmapProgram>(planner);
-      const auto view =
-          std::make_shared<RoadmapView>([program](const auto& scene, const auto& status) {
-            return program->draw(scene, status);
-          });
+      const auto command = [](int socket) -> launch::Command {
+        return {{kName, std::to_string(socket)}, {}};
+      };
+      const auto program = std::make_shared<PacketProcess>(kName, command, kLongest_s);
+      const auto ask = [program](const google::protobuf::MessageLite& request) {
+        foxglove::SceneUpdate drawing;
+        program->ask(request, drawing);
+        return drawing;
+      };
+      ask(planner);
+      const auto view = std::make_shared<RoadmapView>([ask](const auto& scene, const auto& status) {
+        ask(scene);
+        return ask(status);
+      });
       follow<v1::Scene>(view);
       follow<v1::TaskStatus>(view);
     }
@@ -364,18 +314,11 @@ struct ViewOptions {
 
 /// Returns the exit code. @throws ConfigError
 int log_view(const ViewOptions& options) {
-  const auto logs = open_logs(options.inputs);
-  if (!logs) {
-    std::cerr << logs.error().line << '\n';
-    return logs.error().exit_code;
-  }
-  if (const auto missing = missing_topic(options.layers, *logs)) {
-    std::cerr << *missing << '\n';
-    return 3;
-  }
-  LayerPainter painter(options.layers, *logs);
+  const std::vector<OpenLog> logs = opened(options.inputs);
+  require_topics(options.layers, logs);
+  LayerPainter painter(options.layers, logs);
   OutputOptions output = options.output;
-  output.profile = common_profile(*logs);
+  output.profile = common_profile(logs);
   NewLog out(output, options.inputs);
   DrawingWriter drawings(out);
   log::Result drawn;
@@ -384,7 +327,7 @@ int log_view(const ViewOptions& options) {
   };
   LatchedRepeats repeats;
   bool begun = false;
-  Pass pass = each_message("view", *logs, {}, [&](const log::MergedReader::Item& item) {
+  Pass pass = each_message("view", logs, {}, [&](const log::MergedReader::Item& item) {
     drawings.set_time(item.message->log_time);
     if (!begun) painter.begin(std::chrono::nanoseconds(item.message->log_time), draw);
     begun = true;
@@ -393,8 +336,8 @@ int log_view(const ViewOptions& options) {
     painter.see(item, draw);
     return drawn;
   });
-  copy_attachments(*logs, out, pass);
-  copy_metadata(*logs, out, pass, read_losses(*logs));
+  copy_attachments(logs, out, pass);
+  copy_metadata(logs, out, pass, read_losses(logs));
   for (const std::string& line : painter.problems()) std::cerr << line << '\n';
   return conclude(out, pass, options.json, {{"drawn", drawings.counts()}});
 }
@@ -418,9 +361,9 @@ void add_view(CLI::App& verb, int& exit_code) {
       "For Foxglove, Lichtblick and Rerun: see docs/viewers.md. Exit code 3 if what is asked for "
       "has no topic.\n"
       "Example: mimesis log view run.mcap run-view.mcap --all");
-  view->callback([o, &exit_code] {
+  on_run(*view, exit_code, [o] {
     take_output(o->inputs, o->output);
-    exit_code = log_view(*o);
+    return log_view(*o);
   });
 }
 

@@ -57,6 +57,21 @@ TEST_F(Verbs, AProgramInPathIsAVerb) {
   EXPECT_NE(out_, "mine\n");
 }
 
+TEST_F(Verbs, APartOfAVerbMayBeAProgramOfItsOwn) {
+  add_script("mimesis-topic-mine", "echo \"$# $1 $2\"");
+  add_script("mimesis-hello", "echo hello");
+  add_script("mimesis-hello-world", "echo world");
+  EXPECT_EQ(run({"topic", "mine", "a"}), 0);
+  EXPECT_EQ(out_, "2 mine a\n");
+  EXPECT_EQ(run({"topic", "--help"}), 0);
+  EXPECT_NE(out_.find("echo"), std::string::npos) << "the other parts are where they were";
+  EXPECT_EQ(run({"hello", "world"}), 0);
+  EXPECT_EQ(out_, "hello\n") << "only parts of our verbs";
+  EXPECT_EQ(run({"--help"}), 0);
+  EXPECT_EQ(out_.find("topic-mine"), std::string::npos) << out_;
+  EXPECT_NE(out_.find("hello-world"), std::string::npos) << out_;
+}
+
 TEST_F(Verbs, AMistakeIsNamedWithASuggestion) {
   add_script("mimesis-hello", "");
   add_script("mimesis-hallo", "", false);  // not a program

@@ -133,7 +133,7 @@ TEST_P(PlayAheadOf, DeliversAllInOrderAndAgainAfterASeek) {
         continue;
       }
       ASSERT_EQ(next->payload.size(), size);
-      ASSERT_EQ(std::stoul(std::string(next->payload)), expected);
+      ASSERT_EQ(std::stoul(next->payload), expected);
       ASSERT_EQ(next->log_time_ns, 1'000'000 * expected);
       ++expected;
       ahead.pop();

@@ -35,7 +35,7 @@ class LogFile {
     schema_ = *writer_.add_schema(type.full_name(), "protobuf", runtime::descriptor_set(type));
   }
   void put(const std::string& topic, bool latched, std::uint32_t seq, double time_s,
-           std::size_t padding = 0) {
+           std::size_t padding = 0, std::optional<double> published_s = {}) {
     if (!channels_.contains(topic)) {
       channels_[topic] = *writer_.add_channel(
           schema_, topic, "protobuf",
@@ -44,8 +44,9 @@ class LogFile {
     v1::Publication m;
     m.set_seq(seq);
     m.set_topic(std::string(padding, 'x'));
-    const std::uint64_t ns = kBase + static_cast<std::uint64_t>(time_s * 1e9);
-    ASSERT_TRUE(writer_.write({channels_[topic], seq, ns, ns, m.SerializeAsString()}));
+    const auto ns = [](double s) { return kBase + static_cast<std::uint64_t>(s * 1e9); };
+    ASSERT_TRUE(writer_.write({channels_[topic], seq, ns(time_s), ns(published_s.value_or(time_s)),
+                               m.SerializeAsString()}));
   }
   void close() { ASSERT_TRUE(writer_.finish()); }
 
@@ -305,7 +306,7 @@ TEST_F(LogPlay, PartsOfARecordingAreOneLog) {
     log.put("sender/count", false, 1, 0.001);
     log.close();
     LogFile next(second);
-    next.put("sender/state", true, 1, 0.002);  // repeated by the recorder
+    next.put("sender/state", true, 1, 0.002, 0, 0.0);  // repeated by the recorder
     next.put("sender/count", false, 2, 0.003);
     next.put("sender/state", true, 2, 0.004);
     next.close();

@@ -31,8 +31,13 @@ struct Part {
     return *writer.add_channel(schemas[type], topic, encoding, metadata);
   }
   void put(std::uint16_t channel, std::uint32_t seq, double time_s, const std::string& payload) {
-    const auto ns = kBase + static_cast<std::uint64_t>(time_s * 1e9);
-    ASSERT_TRUE(writer.write({channel, seq, ns, ns - 7, payload}));
+    put_again(channel, seq, time_s, time_s, payload);
+  }
+  /// A message of `published_s` once more, as at the head of a part.
+  void put_again(std::uint16_t channel, std::uint32_t seq, double time_s, double published_s,
+                 const std::string& payload) {
+    const auto ns = [](double s) { return kBase + static_cast<std::uint64_t>(s * 1e9); };
+    ASSERT_TRUE(writer.write({channel, seq, ns(time_s), ns(published_s) - 7, payload}));
   }
   OpenLog open() {
     EXPECT_TRUE(writer.finish());
@@ -50,14 +55,14 @@ std::vector<OpenLog> logs(std::initializer_list<Part*> parts) {
 }
 
 /// "payload payload": of the values; then of the messages up to the end.
-std::string text(const std::vector<PlayedValue>& values) {
+std::string text(const std::vector<Played>& values) {
   std::string all;
-  for (const PlayedValue& v : values) all += (all.empty() ? "" : " ") + v.payload;
+  for (const Played& v : values) all += (all.empty() ? "" : " ") + v.payload;
   return all;
 }
 std::string rest(Playback& playback) {
   std::string all;
-  for (Played p; playback.next(p);) all += (all.empty() ? "" : " ") + std::string(p.payload);
+  for (Played p; playback.next(p);) all += (all.empty() ? "" : " ") + p.payload;
   return all;
 }
 /// From position `at_s`: latched values | messages.
@@ -131,7 +136,7 @@ TEST(Playback, ValuesRepeatedAtTheHeadOfAPartAreNotPlayedTwice) {
     const auto in_two = two.channel("state", "n", true, start), out = two.channel("out", "n");
     one.put(in_one, 1, 0.0, "s1");
     one.put(in_one, 2, 1.0, "s2");
-    two.put(in_two, 2, 2.0, "s2");  // repeated
+    two.put_again(in_two, 2, 2.0, 1.0, "s2");
     two.put(out, 1, 2.5, "o");
     two.put(in_two, 3, 3.0, "s3");
     Playback playback(logs({&one, &two}), {});

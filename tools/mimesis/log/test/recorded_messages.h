@@ -13,13 +13,14 @@ struct MemoryFiles {
   std::map<std::string, std::string> files;  ///< by path
 
   OpenRecordFile open() {
-    return [this](const std::string& path) -> tl::expected<std::unique_ptr<RecordFile>, Status> {
-      if (path == refused) return tl::unexpected(Status{"no room for " + path});
+    return [this](const std::string& path) {
+      if (path == refused) throw WriteFailure("no room for " + path);
       files[path].clear();
       return std::make_unique<RecordFile>(
           std::make_unique<log::MemorySink>(files[path]),
-          log::WriterOptions{.compression = log::Compression::none, .background = false},
-          [](const std::string& type) { return "descriptors of " + type; });
+          RecordFile::Options{
+              .writer = {.compression = log::Compression::none, .background = false},
+              .descriptors = [](const std::string& type) { return "descriptors of " + type; }});
     };
   }
   std::string refused;  ///< this one cannot be opened

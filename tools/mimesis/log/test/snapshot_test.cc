@@ -32,8 +32,8 @@ struct Bench {
             [this](const std::string& line) { lines.push_back(line); }) {}
   void write(Recorded m, WallTime now) {
     m.log_time_ns = static_cast<std::uint64_t>(now.time_since_epoch().count());
-    ASSERT_TRUE(snapshots.write(std::move(m), now));
-    ASSERT_TRUE(snapshots.advance(now));
+    snapshots.write(std::move(m), now);
+    snapshots.advance(now);
   }
   Contents file(const std::string& name) const { return Contents(disk.files.at("dir/" + name)); }
   MemoryFiles disk;
@@ -48,7 +48,7 @@ TEST(Snapshot, TheLastSecondsAndTheLatchedValuesBeforeThem) {
   for (std::uint64_t i = 1; i <= 60; ++i)
     b.write(snapshot_message("a", i), kSnapshotStart + i * 1s);
   EXPECT_TRUE(b.disk.files.empty());
-  ASSERT_TRUE(b.snapshots.trigger("SIGUSR1", kSnapshotStart + 60s));
+  b.snapshots.trigger("SIGUSR1", kSnapshotStart + 60s);
   b.write(snapshot_message("a", 61), kSnapshotStart + 60s + 50ms);  // was under way
   b.write(snapshot_message("a", 62), kSnapshotStart + 61s);
   const Contents file = b.file("fault_now.mcap");
@@ -71,9 +71,9 @@ TEST(Snapshot, MemoryIsBoundedInBytes) {
     b.write(snapshot_message("a", i, false, 10'000), kSnapshotStart);
     ASSERT_LE(b.snapshots.bytes_in_memory(), 1'000'000u);
   }
-  ASSERT_TRUE(b.snapshots.trigger("SIGUSR1", kSnapshotStart));
+  b.snapshots.trigger("SIGUSR1", kSnapshotStart);
   ASSERT_LE(b.snapshots.bytes_in_memory(), 2'000'000u);
-  ASSERT_TRUE(b.snapshots.finish(kSnapshotStart));
+  b.snapshots.finish(kSnapshotStart);
   const Contents file = b.file("fault_now.mcap");
   EXPECT_GT(file.messages.size(), 90u);
   EXPECT_EQ(file.messages.back(), "a 1000");
@@ -95,7 +95,7 @@ TEST(Snapshot, AMessageTriggersOneWithWhatFollows) {
   EXPECT_EQ(file.messages.back(), "a 25");
   EXPECT_EQ(file.messages.size(), 18u);
   b.write(snapshot_message("fault", 4), kSnapshotStart + 31s);  // the next one is news
-  ASSERT_TRUE(b.snapshots.finish(kSnapshotStart + 31s));
+  b.snapshots.finish(kSnapshotStart + 31s);
   EXPECT_EQ(b.lines.size(), 2u);
   EXPECT_EQ(b.file("fault_now-2.mcap").messages.back(), "fault 4");
   EXPECT_EQ(b.snapshots.files().total(), b.disk.files.at("dir/fault_now.mcap").size() +
@@ -105,14 +105,14 @@ TEST(Snapshot, AMessageTriggersOneWithWhatFollows) {
 TEST(Snapshot, ALargeOneIsWrittenInSlicesAndATriggerMeanwhileGivesTheNext) {
   Bench b({.duration = 1h, .size = 100'000'000});
   for (std::uint64_t i = 1; i <= 100; ++i) {
-    ASSERT_TRUE(b.snapshots.write(snapshot_message("a", i, false, 500'000), kSnapshotStart));
+    b.snapshots.write(snapshot_message("a", i, false, 500'000), kSnapshotStart);
   }
-  ASSERT_TRUE(b.snapshots.trigger("first", kSnapshotStart));
-  ASSERT_TRUE(b.snapshots.advance(kSnapshotStart + 1s));
+  b.snapshots.trigger("first", kSnapshotStart);
+  b.snapshots.advance(kSnapshotStart + 1s);
   EXPECT_TRUE(b.lines.empty());  // 4 of 50 MB
-  ASSERT_TRUE(b.snapshots.write(snapshot_message("a", 101), kSnapshotStart + 1s));
-  ASSERT_TRUE(b.snapshots.trigger("second", kSnapshotStart + 1s));
-  ASSERT_TRUE(b.snapshots.finish(kSnapshotStart + 2s));
+  b.snapshots.write(snapshot_message("a", 101), kSnapshotStart + 1s);
+  b.snapshots.trigger("second", kSnapshotStart + 1s);
+  b.snapshots.finish(kSnapshotStart + 2s);
   ASSERT_EQ(b.lines.size(), 2u);
   EXPECT_EQ(b.file("fault_now.mcap").messages.size(), 100u);
   EXPECT_EQ(b.file("fault_now-2.mcap").messages.size(), 101u);

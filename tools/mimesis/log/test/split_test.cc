@@ -29,9 +29,8 @@ Recorded split_message(const std::string& topic, std::uint64_t seq, std::uint64_
 TEST(Split, OneFileIfThereIsNoReasonToSplit) {
   MemoryFiles disk;
   SplitLog split("run.mcap", {}, disk.open());
-  ASSERT_TRUE(split.start());
-  for (std::uint64_t i = 1; i <= 100; ++i) ASSERT_TRUE(split.write(split_message("a", i, i), kNow));
-  ASSERT_TRUE(split.finish(kNow));
+  for (std::uint64_t i = 1; i <= 100; ++i) split.write(split_message("a", i, i), kNow);
+  split.finish(kNow);
   ASSERT_EQ(disk.files.size(), 1u);
   const Contents file(disk.files.at("run.mcap"));
   EXPECT_EQ(file.messages.size(), 100u);
@@ -43,17 +42,15 @@ TEST(Split, OneFileIfThereIsNoReasonToSplit) {
 TEST(Split, ByDurationOfLogTimeWithLatchedValuesAtEveryHead) {
   MemoryFiles disk;
   SplitLog split("log/run.mcap", {.size = 0, .duration = 100ns}, disk.open());
-  ASSERT_TRUE(split.start());
-  ASSERT_TRUE(split.write(split_message("state", 1, 1000, true), kNow));
-  ASSERT_TRUE(split.write(split_message("state", 2, 1010, true), kNow));
+  split.write(split_message("state", 1, 1000, true), kNow);
+  split.write(split_message("state", 2, 1010, true), kNow);
   Recorded late = split_message("a", 4, 1099);
   late.lost_before = 3;
-  ASSERT_TRUE(split.write(late, kNow));
-  ASSERT_TRUE(
-      split.write(split_message("a", 5, 1100), kNow));  // the next file begins with this one
-  ASSERT_TRUE(split.write(split_message("a", 6, 1150), kNow));
-  ASSERT_TRUE(split.write(split_message("state", 3, 1300, true), kNow));  // the third
-  ASSERT_TRUE(split.finish(kNow));
+  split.write(late, kNow);
+  split.write(split_message("a", 5, 1100), kNow);  // the next file begins with this one
+  split.write(split_message("a", 6, 1150), kNow);
+  split.write(split_message("state", 3, 1300, true), kNow);  // the third
+  split.finish(kNow);
   EXPECT_EQ(split.messages(), 6u);
   EXPECT_EQ(split.files().paths(),
             (Strings{"log/run_000.mcap", "log/run_001.mcap", "log/run_002.mcap"}));
@@ -87,14 +84,12 @@ TEST(Split, NoFileIsLargerThanAskedForAndNothingIsLostOrRepeated) {
   for (const std::size_t payload : {10u, 1000u, 30'000u}) {
     MemoryFiles disk;
     SplitLog split("run.mcap", {.size = kSize}, disk.open());
-    ASSERT_TRUE(split.start());
     const std::uint64_t n = 2'000'000 / (payload + 100);
     for (std::uint64_t i = 1; i <= n; ++i) {
-      ASSERT_TRUE(
-          split.write(split_message("topic" + std::to_string(i % 7), i, i, false, payload), kNow));
-      ASSERT_TRUE(split.advance(kNow + i * 1ms));
+      split.write(split_message("topic" + std::to_string(i % 7), i, i, false, payload), kNow);
+      split.advance(kNow + i * 1ms);
     }
-    ASSERT_TRUE(split.finish(kNow));
+    split.finish(kNow);
     Strings all;
     for (const auto& [path, bytes] : disk.files) {
       EXPECT_LE(bytes.size(), kSize) << path;
@@ -116,31 +111,33 @@ TEST(Split, TheNextFileIsOpenBeforeThePreviousIsClosed) {
   MemoryFiles disk;
   disk.refused = "run_001.mcap";
   SplitLog split("run.mcap", {.size = 0, .duration = 10ns}, disk.open());
-  ASSERT_TRUE(split.start());
-  ASSERT_TRUE(split.write(split_message("a", 1, 100), kNow));
-  const auto done = split.write(split_message("a", 2, 110), kNow);
-  ASSERT_FALSE(done);
-  EXPECT_EQ(done.error().reason, "no room for run_001.mcap");
-  ASSERT_TRUE(split.finish(kNow));  // the one that is open closes well
+  split.write(split_message("a", 1, 100), kNow);
+  try {
+    split.write(split_message("a", 2, 110), kNow);
+    FAIL() << "it was written nowhere";
+  } catch (const WriteFailure& e) {
+    EXPECT_STREQ(e.what(), "no room for run_001.mcap");
+  }
+  split.finish(kNow);  // the one that is open closes well
   const Contents file(disk.files.at("run_000.mcap"));
   EXPECT_TRUE(file.closed);
   EXPECT_EQ(file.messages, (Strings{"a 1"}));
+  EXPECT_EQ(file.metadata.at("mimesis.split").at("index"), "0");
 }
 
 TEST(Split, TimesOfTheWallClockDoNotSplitARecordingOfGraphTime) {
   MemoryFiles disk;
   SplitLog split("run.mcap", {.size = 0, .duration = 1s}, disk.open());
-  ASSERT_TRUE(split.start());
   Recorded wall = split_message("clock/health", 1, 1'800'000'000'000'000'000);
   wall.ordered = false;
-  ASSERT_TRUE(split.write(wall, kNow));  // before anything else: the clock node starts first
+  split.write(wall, kNow);  // before anything else: the clock node starts first
   for (std::uint64_t i = 0; i < 30; ++i) {
-    ASSERT_TRUE(split.write(split_message("a", i + 1, i * 100'000'000), kNow));
+    split.write(split_message("a", i + 1, i * 100'000'000), kNow);
     wall.seq += 1;
     wall.log_time_ns += 5'000'000'000;
-    ASSERT_TRUE(split.write(wall, kNow));
+    split.write(wall, kNow);
   }
-  ASSERT_TRUE(split.finish(kNow));
+  split.finish(kNow);
   EXPECT_EQ(disk.files.size(), 3u);
 }
 
