@@ -6,7 +6,7 @@
 #include <numbers>
 #include <string>
 
-#include "common/dmp/power_law.h"
+#include "experiments/dmp/power_law.h"
 #include "common/math/integrator.h"
 #include "common/plot/gnuplot.h"
 #include "experiments/crowd/figures.h"

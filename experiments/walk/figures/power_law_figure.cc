@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "common/dmp/power_law.h"
+#include "experiments/dmp/power_law.h"
 #include "common/plot/gnuplot.h"
 #include "experiments/walk/figures.h"
 #include "experiments/walk/trial/suites.h"
