@@ -42,9 +42,9 @@ void print_retargeting(const std::vector<RetargetedClip>& clips) {
                "figure's ankles [mm]", "speed/limit", "fastest"});
   for (const RetargetedClip& c : clips) {
     const retarget::RobotReport& r = c.report;
-    table.row({c.file, fmt::format("{:.3f}", r.scale), text(r.foot_m, 1e3),
-               text(r.foot_rad, 1e3), text(r.hand_m, 1e3), text(r.chest_rad, 1e3),
-               text(c.ankle_m, 1e3), fmt::format("{:.2f}", r.speed_share), r.fastest_joint});
+    table.row({c.file, fmt::format("{:.3f}", r.scale), text(r.foot_m, 1e3), text(r.foot_rad, 1e3),
+               text(r.hand_m, 1e3), text(r.chest_rad, 1e3), text(c.ankle_m, 1e3),
+               fmt::format("{:.2f}", r.speed_share), r.fastest_joint});
   }
   table.print(std::cout, bold);
   for (const RetargetedClip& c : clips) {
