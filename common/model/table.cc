@@ -61,6 +61,24 @@ struct TableFile {
 
 Eigen::Vector3d vector(const std::vector<double>& v) { return Eigen::Vector3d::Map(v.data()); }
 
+void set(const Eigen::Vector3d& p, v1::Vector3& out) {
+  out.set_x_m(p.x());
+  out.set_y_m(p.y());
+  out.set_z_m(p.z());
+}
+
+Eigen::Vector3d vector(const v1::Vector3& v) { return {v.x_m(), v.y_m(), v.z_m()}; }
+
+v1::Goal goal_of(const std::string& name) {
+  if (name == "high") return v1::GOAL_HIGH;
+  return name == "low" ? v1::GOAL_LOW : v1::GOAL_UNSPECIFIED;
+}
+
+std::string name_of(v1::Goal goal) {
+  if (goal == v1::GOAL_HIGH) return "high";
+  return goal == v1::GOAL_LOW ? "low" : "";
+}
+
 }  // namespace
 
 kin::Table load_table(const std::string& file, std::optional<double> bridge_height) {
@@ -89,28 +107,6 @@ kin::Table load_table(const std::string& file, std::optional<double> bridge_heig
   table.object_height = entry.object_height_m;
   return table;
 }
-
-namespace {
-
-void set(const Eigen::Vector3d& p, v1::Vector3& out) {
-  out.set_x_m(p.x());
-  out.set_y_m(p.y());
-  out.set_z_m(p.z());
-}
-
-Eigen::Vector3d vector(const v1::Vector3& v) { return {v.x_m(), v.y_m(), v.z_m()}; }
-
-v1::Goal goal_of(const std::string& name) {
-  if (name == "high") return v1::GOAL_HIGH;
-  return name == "low" ? v1::GOAL_LOW : v1::GOAL_UNSPECIFIED;
-}
-
-std::string name_of(v1::Goal goal) {
-  if (goal == v1::GOAL_HIGH) return "high";
-  return goal == v1::GOAL_LOW ? "low" : "";
-}
-
-}  // namespace
 
 v1::Scene to_proto(const kin::Table& table) {
   v1::Scene scene;

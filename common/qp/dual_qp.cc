@@ -1,6 +1,7 @@
 #include "common/qp/dual_qp.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -31,30 +32,20 @@ Outcome DualQp::solve(const Problem& problem, Start start) {
   reserve(n, static_cast<std::size_t>(problem.A.rows()));
   iterations_ = 0;
   violated_row_ = -1;
-  n_ = 0;
   if (!problem.H.allFinite()) return Outcome::kNotFinite;
   if (!set_.factor(problem.H.data(), static_cast<std::size_t>(problem.H.outerStride()), n)) {
     return Outcome::kNotConvex;
   }
   n_ = n;
-  return run(problem, start);
-}
-
-Outcome DualQp::solve_same_hessian(const Problem& problem, Start start) {
-  MIMESIS_ASSERT(n_ > 0 && static_cast<std::size_t>(problem.g.size()) == n_);
-  reserve(n_, static_cast<std::size_t>(problem.A.rows()));
-  return run(problem, start);
-}
-
-Outcome DualQp::run(const Problem& problem, Start how) {
-  iterations_ = 0;
-  violated_row_ = -1;
   if (!load(problem)) return Outcome::kNotFinite;
-  if (const Outcome outcome = begin(how); outcome != Outcome::kSolved) return outcome;
+  if (const Outcome outcome = begin(start); outcome != Outcome::kSolved) return outcome;
   for (bool polished = set_.size() == 0;;) {
     const Violation violation = worst();
     if (violation.row < 0) {
-      if (polished) return accept(problem);
+      if (polished) {
+        accept();
+        return Outcome::kSolved;
+      }
       settle();
       polished = true;
       continue;
@@ -252,19 +243,9 @@ void DualQp::drop(std::size_t position) {
 
 // The problem as the method sees it: padded rows, bounds on x behind them, and the solution kept.
 const char* name(Outcome outcome) {
-  switch (outcome) {
-    case Outcome::kSolved:
-      return "solved";
-    case Outcome::kInfeasible:
-      return "infeasible";
-    case Outcome::kTooManyIterations:
-      return "too many iterations";
-    case Outcome::kNotConvex:
-      return "not convex";
-    case Outcome::kNotFinite:
-      return "not finite";
-  }
-  return "unknown";
+  constexpr std::array kNames = {"solved", "infeasible", "too many iterations", "not convex",
+                                 "not finite"};
+  return kNames.at(static_cast<std::size_t>(outcome));
 }
 
 void DualQp::reserve(std::size_t n, std::size_t m) {
@@ -339,19 +320,12 @@ double DualQp::scale(int row) const {
   return (i >= m_ ? 1.0 : norm_[i]) * x_size_;
 }
 
-Outcome DualQp::accept(const Problem& problem) {
+void DualQp::accept() {
   std::copy_n(work_x_.data(), n_, x_.data());
   solved_n_ = n_;
   active_.assign(working_.begin(), working_.end());
   multipliers_.resize(working_.size());
   for (std::size_t k = 0; k < working_.size(); ++k) multipliers_[k] = sign_[k] * u_[k];
-  const auto solution = x();
-  double squared = 0.0;
-  for (Eigen::Index j = 0; j < solution.size(); ++j) {
-    squared += solution[j] * problem.H.col(j).dot(solution);
-  }
-  objective_ = 0.5 * squared + problem.g.dot(solution);
-  return Outcome::kSolved;
 }
 
 }  // namespace mimesis::qp

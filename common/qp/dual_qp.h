@@ -38,15 +38,11 @@ class DualQp {
 
   enum class Start { kCold, kWarm };
   Outcome solve(const Problem& problem, Start start = Start::kWarm);
-  /// solve() with the H of the last problem, whose factor is used again. Precondition: a problem of
-  /// that size was solved before.
-  Outcome solve_same_hessian(const Problem& problem, Start start = Start::kWarm);
 
   /// Solution of the last solved problem; zeros before the first. Valid until the next solve.
   Eigen::Map<const Eigen::VectorXd> x() const {
     return {x_.data(), static_cast<Eigen::Index>(solved_n_)};
   }
-  double objective() const { return objective_; }  ///< of the last solved problem
   int iterations() const { return iterations_; }  ///< constraints added or dropped by the last call
   /// Constraints that hold with equality in the last solved problem: rows of A, then m + i for
   /// bound i on x; in the order of their addition. Linearly dependent ones are left out.
@@ -67,7 +63,6 @@ class DualQp {
   enum class Step { kAdded, kIgnored, kInfeasible, kTooMany };
 
   void reserve(std::size_t n, std::size_t m);
-  Outcome run(const Problem& problem, Start start);
   bool load(const Problem& problem);
   Outcome begin(Start start);
   bool try_add(int row, double sign);
@@ -77,7 +72,7 @@ class DualQp {
   void settle();
   void keep_multipliers_right();
   void polish();
-  Outcome accept(const Problem& problem);
+  void accept();
 
   double side(int row, double sign) const {
     return sign > 0.0 ? lower_[static_cast<std::size_t>(row)]
@@ -103,7 +98,6 @@ class DualQp {
   std::vector<int> active_;
   std::vector<int> wanted_;  // the last active set, while a warm start adds it
   std::size_t solved_n_ = 0;
-  double objective_ = 0.0;
   int iterations_ = 0, violated_row_ = -1;
 };
 

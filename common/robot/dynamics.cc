@@ -94,41 +94,6 @@ Wrench Dynamics::ground_wrench(const RobotMotion& motion) {
   return collect<false>(motion, nullptr);
 }
 
-Momentum Dynamics::momentum(const RobotMotion& motion) {
-  MIMESIS_ASSERT(motion.q.size() == tree_->dof() && motion.dq.size() == tree_->dof());
-  MIMESIS_ASSERT(bodies_[0].subtree_mass > 0.0);
-  const Matrix3d& R_WB = motion.X_WB.linear();
-  for (std::size_t i = 0; i < bodies_.size(); ++i) {
-    const Body& body = bodies_[i];
-    State& state = state_[i];
-    if (i == 0) {
-      state.w = R_WB.transpose() * motion.omega_W;
-      state.v = R_WB.transpose() * motion.v_W;
-    } else {
-      place(i, motion);
-      const State& parent = state_[static_cast<std::size_t>(body.parent)];
-      state.w = state.R.transpose() * parent.w;
-      state.v = state.R.transpose() * Vector3d(parent.v + parent.w.cross(state.p));
-      (body.slides ? state.v : state.w).z() += motion.dq[static_cast<Eigen::Index>(i) - 1];
-    }
-    state.first = body.first;
-    state.force = body.mass * state.v + state.w.cross(body.first);
-    state.moment = body.inertia * state.w + body.first.cross(state.v);
-  }
-  for (std::size_t i = bodies_.size(); --i > 0;) {
-    const State& state = state_[i];
-    State& parent = state_[static_cast<std::size_t>(bodies_[i].parent)];
-    const Vector3d linear = state.R * state.force;
-    parent.force += linear;
-    parent.moment += state.R * state.moment + state.p.cross(linear);
-    parent.first += state.R * state.first + bodies_[i].subtree_mass * state.p;
-  }
-  const Vector3d com_B = state_[0].first / bodies_[0].subtree_mass;
-  return {.com_W_m = motion.X_WB * com_B,
-          .linear_W = R_WB * state_[0].force,
-          .angular_W = R_WB * (state_[0].moment - com_B.cross(state_[0].force))};
-}
-
 void Dynamics::com_jacobian(const Kinematics& kinematics, Eigen::Ref<Eigen::Matrix3Xd> out) const {
   MIMESIS_ASSERT(&kinematics.tree() == tree_ && out.cols() == 6 + tree_->dof());
   MIMESIS_ASSERT(bodies_[0].subtree_mass > 0.0);

@@ -20,11 +20,6 @@ struct RobotMotion {
   Eigen::VectorXd q, dq, ddq;
 };
 
-/// Momenta of the whole robot.
-struct Momentum {
-  Eigen::Vector3d com_W_m, linear_W, angular_W;  ///< [m], [kg m/s], [kg m²/s] about the CoM
-};
-
 inline constexpr double kGravity = 9.81;  ///< [m/s²], along −z of W
 
 /// Force f and moment about a point p that it is given for.
@@ -33,7 +28,7 @@ struct Wrench {
   Eigen::Vector3d moment = Eigen::Vector3d::Zero();  ///< [N m]
 };
 
-/// Equations of motion of a tree on a floating base: recursive Newton-Euler, momenta, CoM
+/// Equations of motion of a tree on a floating base: recursive Newton-Euler, CoM
 /// Jacobian [Featherstone, Rigid Body Dynamics Algorithms, 2008]. Allocates when it is made, not
 /// later. The tree outlives it.
 class Dynamics {
@@ -46,7 +41,6 @@ class Dynamics {
   Wrench inverse_dynamics(const RobotMotion& motion, Eigen::Ref<Eigen::VectorXd> torque);
   /// inverse_dynamics() without joint torques, enough for a zero moment point.
   Wrench ground_wrench(const RobotMotion& motion);
-  Momentum momentum(const RobotMotion& motion);
   /// 3 × (6 + dof), columns as robot::Jacobian: velocity of the CoM in W.
   void com_jacobian(const Kinematics& kinematics, Eigen::Ref<Eigen::Matrix3Xd> out) const;
 
@@ -55,8 +49,7 @@ class Dynamics {
   struct State {
     Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
     Eigen::Vector3d p = Eigen::Vector3d::Zero();
-    Eigen::Vector3d w, alpha, v, a;  ///< v or a alone is kept, as the recursion needs it
-    Eigen::Vector3d force, moment, first;
+    Eigen::Vector3d w, alpha, a, force, moment;
   };
 
   /// Moves body `i` to its joint's position.

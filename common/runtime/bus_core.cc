@@ -45,15 +45,8 @@ constexpr auto kSettled = 1min;  // a registry more patient than this waits for 
 constexpr int kHeartbeat_ms = 500, kHeartbeatTimeout_ms = 2000;
 
 std::string_view clock_name(ClockKind clock) {
-  switch (clock) {
-    case ClockKind::wall:
-      return "wall";
-    case ClockKind::sim:
-      return "sim";
-    case ClockKind::lockstep:
-      return "lockstep";
-  }
-  return "";
+  constexpr std::array kNames = {"wall", "sim", "lockstep"};
+  return kNames.at(static_cast<std::size_t>(clock));
 }
 
 /// tcp://ADDRESS:PORT + n; a wildcard port stays one.

@@ -50,15 +50,6 @@ class WallClock final : public NodeClock {
   std::uint64_t overruns_ = 0;
 };
 
-}  // namespace
-
-std::unique_ptr<NodeClock> make_wall_clock(ZmqBus& bus, double rate_hz, double offset_s,
-                                           int stop_fd) {
-  return std::make_unique<WallClock>(bus, rate_hz, offset_s, stop_fd);
-}
-
-namespace {
-
 using namespace std::chrono_literals;
 
 constexpr std::string_view kPort = ".clock";  // begins with a dot: no port of a node's own
@@ -127,21 +118,6 @@ class SimClock final : public NodeClock {
   std::optional<Schedule> schedule_;
   std::uint64_t overruns_ = 0;
 };
-
-}  // namespace
-
-void add_clock_wiring(BusOptions& options) {
-  if (options.clock == ClockKind::sim) options.in.emplace(kPort, "clock/time");
-}
-
-std::unique_ptr<NodeClock> make_sim_clock(ZmqBus& bus, double rate_hz, double offset_s,
-                                          int stop_fd) {
-  return std::make_unique<SimClock>(bus, rate_hz, offset_s, stop_fd);
-}
-
-namespace {
-
-using namespace std::chrono_literals;
 
 /// A participant of lock-step time: the conductor says when to step and what the step sees.
 class LockstepClock final : public NodeClock {
@@ -236,6 +212,20 @@ class LockstepClock final : public NodeClock {
 };
 
 }  // namespace
+
+std::unique_ptr<NodeClock> make_wall_clock(ZmqBus& bus, double rate_hz, double offset_s,
+                                           int stop_fd) {
+  return std::make_unique<WallClock>(bus, rate_hz, offset_s, stop_fd);
+}
+
+void add_clock_wiring(BusOptions& options) {
+  if (options.clock == ClockKind::sim) options.in.emplace(kPort, "clock/time");
+}
+
+std::unique_ptr<NodeClock> make_sim_clock(ZmqBus& bus, double rate_hz, double offset_s,
+                                          int stop_fd) {
+  return std::make_unique<SimClock>(bus, rate_hz, offset_s, stop_fd);
+}
 
 std::unique_ptr<NodeClock> make_lockstep_clock(ZmqBus& bus, double rate_hz, double offset_s,
                                                int stop_fd) {

@@ -35,6 +35,165 @@ std::vector<Yaml> split_at_commas(const std::string& text, const Place& place) {
   return items;
 }
 
+namespace fs = std::filesystem;
+
+/// Value at "nodes.camera.params"; null if only its last key is absent.
+const Yaml* section_of(const Yaml& document, const std::string& path) {
+  const Yaml* at = &document;
+  for (std::size_t begin = 0; begin < path.size();) {
+    const std::size_t end = std::min(path.find('.', begin), path.size());
+    const std::string key = path.substr(begin, end - begin);
+    const Yaml* next = at->find(key);
+    if (next == nullptr && end == path.size()) return nullptr;
+    if (next == nullptr) {
+      throw ConfigError(to_string(at->place) + ": has no '" + key + "' on the way to " + path +
+                        did_you_mean(key, at->keys()));
+    }
+    at = next;
+    begin = end + 1;
+  }
+  return at;
+}
+
+std::string quoted_text(const std::string& text) {
+  std::string out = "\"";
+  for (const char c : text) {
+    if (c == '\n') {
+      out += "\\n";
+      continue;
+    }
+    if (c == '"' || c == '\\') out += '\\';
+    out += c;
+  }
+  return out + "\"";
+}
+
+std::string flow(const std::vector<double>& values) {
+  return fmt::format("[{}]", fmt::join(values, ", "));
+}
+
+std::string flow(const std::vector<std::string>& values) {
+  std::string out;
+  for (const std::string& value : values) out += (out.empty() ? "" : ", ") + quoted_text(value);
+  return "[" + out + "]";
+}
+
+/// Base of the two writers: the value as text and what is allowed, for a key.
+class Writer : public ParamVisitor {
+ public:
+  void operator()(std::string_view key, double& value, double lo, double hi) override {
+    leaf(key, fmt::format("{}", value), fmt::format("[{}, {}]", lo, hi));
+  }
+  void operator()(std::string_view key, int& value, int lo, int hi) override {
+    leaf(key, fmt::format("{}", value), fmt::format("[{}, {}] whole", lo, hi));
+  }
+  void operator()(std::string_view key, bool& value) override {
+    leaf(key, fmt::format("{}", value), "true or false");
+  }
+  void operator()(std::string_view key, std::string& value) override {
+    leaf(key, quoted_text(value), "text");
+  }
+  void operator()(std::string_view key, std::string& value,
+                  std::initializer_list<std::string_view> choices) override {
+    leaf(key, quoted_text(value), fmt::format("one of {}", fmt::join(choices, ", ")));
+  }
+  void operator()(std::string_view key, std::vector<double>& value, double lo, double hi,
+                  std::size_t size) override {
+    leaf(key, flow(value),
+         fmt::format("{} in [{}, {}]", size != 0 ? fmt::format("{} numbers", size) : "numbers", lo,
+                     hi));
+  }
+  void operator()(std::string_view key, std::vector<std::string>& value) override {
+    leaf(key, flow(value), "list of text");
+  }
+
+  std::string out;
+
+ protected:
+  virtual void leaf(std::string_view key, const std::string& value, const std::string& allowed) = 0;
+};
+
+class YamlWriter final : public Writer {
+ public:
+  void group(std::string_view key, const VisitParams& visit) override {
+    line(fmt::format("{}:", key));
+    indent_ += 2;
+    visit(*this);
+    indent_ -= 2;
+  }
+  void elements(std::string_view key, std::size_t size, const std::function<void(std::size_t)>&,
+                const std::function<void(ParamVisitor&, std::size_t)>& visit) override {
+    line(fmt::format("{}:{}", key, size == 0 ? " []" : ""));
+    indent_ += 4;
+    for (std::size_t i = 0; i < size; ++i) {
+      dash_ = true;
+      visit(*this, i);
+    }
+    indent_ -= 4;
+  }
+
+ private:
+  void leaf(std::string_view key, const std::string& value, const std::string&) override {
+    line(fmt::format("{}: {}", key, value));
+  }
+  void line(const std::string& text) {
+    const std::size_t spaces = dash_ ? indent_ - 2 : indent_;
+    out += std::string(spaces, ' ') + (dash_ ? "- " : "") + text + "\n";
+    dash_ = false;
+  }
+
+  std::size_t indent_ = 0;
+  bool dash_ = false;  // the next line starts an element of a list
+};
+
+/// One entry per value: "view.focal_px=740", "axes.0.node=1".
+class FlatWriter final : public Writer {
+ public:
+  void group(std::string_view key, const VisitParams& visit) override {
+    const std::string outer = std::exchange(prefix_, prefix_ + std::string(key) + ".");
+    visit(*this);
+    prefix_ = outer;
+  }
+  void elements(std::string_view key, std::size_t size, const std::function<void(std::size_t)>&,
+                const std::function<void(ParamVisitor&, std::size_t)>& visit) override {
+    for (std::size_t i = 0; i < size; ++i) {
+      group(fmt::format("{}.{}", key, i), [&](ParamVisitor& v) { visit(v, i); });
+    }
+  }
+
+  std::vector<std::string> entries;
+
+ private:
+  void leaf(std::string_view key, const std::string& value, const std::string&) override {
+    const bool bare = value.starts_with('"') && value.find_first_of(" \\") == std::string::npos;
+    entries.push_back(
+        fmt::format("{}{}={}", prefix_, key, bare ? value.substr(1, value.size() - 2) : value));
+  }
+
+  std::string prefix_;
+};
+
+class HelpWriter final : public Writer {
+ public:
+  void group(std::string_view key, const VisitParams& visit) override {
+    const std::string outer = prefix_;
+    prefix_ += std::string(key) + ".";
+    visit(*this);
+    prefix_ = outer;
+  }
+  void elements(std::string_view key, std::size_t size, const std::function<void(std::size_t)>&,
+                const std::function<void(ParamVisitor&, std::size_t)>&) override {
+    leaf(key, fmt::format("({})", size), "list");
+  }
+
+ private:
+  void leaf(std::string_view key, const std::string& value, const std::string& allowed) override {
+    out += fmt::format("  {:<28} {:<16} {}\n", prefix_ + std::string(key), value, allowed);
+  }
+
+  std::string prefix_;
+};
+
 }  // namespace
 
 ParamReader::ParamReader(std::string_view owner, const Yaml* section, const Variables& variables,
@@ -284,30 +443,6 @@ void ParamReader::finish() {
   throw ConfigError(lines);
 }
 
-namespace {
-
-namespace fs = std::filesystem;
-
-/// Value at "nodes.camera.params"; null if only its last key is absent.
-const Yaml* section_of(const Yaml& document, const std::string& path) {
-  const Yaml* at = &document;
-  for (std::size_t begin = 0; begin < path.size();) {
-    const std::size_t end = std::min(path.find('.', begin), path.size());
-    const std::string key = path.substr(begin, end - begin);
-    const Yaml* next = at->find(key);
-    if (next == nullptr && end == path.size()) return nullptr;
-    if (next == nullptr) {
-      throw ConfigError(to_string(at->place) + ": has no '" + key + "' on the way to " + path +
-                        did_you_mean(key, at->keys()));
-    }
-    at = next;
-    begin = end + 1;
-  }
-  return at;
-}
-
-}  // namespace
-
 ParamSource::ParamSource(const std::string& reference, const std::vector<std::string>& args,
                          const std::vector<std::string>& sets)
     : args_(args) {
@@ -384,149 +519,6 @@ std::string find_model_file(const std::string& file) { return find_project_file(
 void load_params(const std::string& file, const VisitParams& visit) {
   ParamSource(find_model_file(file), {}, {}).read("", visit);
 }
-
-namespace {
-
-std::string quoted_text(const std::string& text) {
-  std::string out = "\"";
-  for (const char c : text) {
-    if (c == '\n') {
-      out += "\\n";
-      continue;
-    }
-    if (c == '"' || c == '\\') out += '\\';
-    out += c;
-  }
-  return out + "\"";
-}
-
-std::string flow(const std::vector<double>& values) {
-  return fmt::format("[{}]", fmt::join(values, ", "));
-}
-
-std::string flow(const std::vector<std::string>& values) {
-  std::string out;
-  for (const std::string& value : values) out += (out.empty() ? "" : ", ") + quoted_text(value);
-  return "[" + out + "]";
-}
-
-/// Base of the two writers: the value as text and what is allowed, for a key.
-class Writer : public ParamVisitor {
- public:
-  void operator()(std::string_view key, double& value, double lo, double hi) override {
-    leaf(key, fmt::format("{}", value), fmt::format("[{}, {}]", lo, hi));
-  }
-  void operator()(std::string_view key, int& value, int lo, int hi) override {
-    leaf(key, fmt::format("{}", value), fmt::format("[{}, {}] whole", lo, hi));
-  }
-  void operator()(std::string_view key, bool& value) override {
-    leaf(key, fmt::format("{}", value), "true or false");
-  }
-  void operator()(std::string_view key, std::string& value) override {
-    leaf(key, quoted_text(value), "text");
-  }
-  void operator()(std::string_view key, std::string& value,
-                  std::initializer_list<std::string_view> choices) override {
-    leaf(key, quoted_text(value), fmt::format("one of {}", fmt::join(choices, ", ")));
-  }
-  void operator()(std::string_view key, std::vector<double>& value, double lo, double hi,
-                  std::size_t size) override {
-    leaf(key, flow(value),
-         fmt::format("{} in [{}, {}]", size != 0 ? fmt::format("{} numbers", size) : "numbers", lo,
-                     hi));
-  }
-  void operator()(std::string_view key, std::vector<std::string>& value) override {
-    leaf(key, flow(value), "list of text");
-  }
-
-  std::string out;
-
- protected:
-  virtual void leaf(std::string_view key, const std::string& value, const std::string& allowed) = 0;
-};
-
-class YamlWriter final : public Writer {
- public:
-  void group(std::string_view key, const VisitParams& visit) override {
-    line(fmt::format("{}:", key));
-    indent_ += 2;
-    visit(*this);
-    indent_ -= 2;
-  }
-  void elements(std::string_view key, std::size_t size, const std::function<void(std::size_t)>&,
-                const std::function<void(ParamVisitor&, std::size_t)>& visit) override {
-    line(fmt::format("{}:{}", key, size == 0 ? " []" : ""));
-    indent_ += 4;
-    for (std::size_t i = 0; i < size; ++i) {
-      dash_ = true;
-      visit(*this, i);
-    }
-    indent_ -= 4;
-  }
-
- private:
-  void leaf(std::string_view key, const std::string& value, const std::string&) override {
-    line(fmt::format("{}: {}", key, value));
-  }
-  void line(const std::string& text) {
-    const std::size_t spaces = dash_ ? indent_ - 2 : indent_;
-    out += std::string(spaces, ' ') + (dash_ ? "- " : "") + text + "\n";
-    dash_ = false;
-  }
-
-  std::size_t indent_ = 0;
-  bool dash_ = false;  // the next line starts an element of a list
-};
-
-/// One entry per value: "view.focal_px=740", "axes.0.node=1".
-class FlatWriter final : public Writer {
- public:
-  void group(std::string_view key, const VisitParams& visit) override {
-    const std::string outer = std::exchange(prefix_, prefix_ + std::string(key) + ".");
-    visit(*this);
-    prefix_ = outer;
-  }
-  void elements(std::string_view key, std::size_t size, const std::function<void(std::size_t)>&,
-                const std::function<void(ParamVisitor&, std::size_t)>& visit) override {
-    for (std::size_t i = 0; i < size; ++i) {
-      group(fmt::format("{}.{}", key, i), [&](ParamVisitor& v) { visit(v, i); });
-    }
-  }
-
-  std::vector<std::string> entries;
-
- private:
-  void leaf(std::string_view key, const std::string& value, const std::string&) override {
-    const bool bare = value.starts_with('"') && value.find_first_of(" \\") == std::string::npos;
-    entries.push_back(
-        fmt::format("{}{}={}", prefix_, key, bare ? value.substr(1, value.size() - 2) : value));
-  }
-
-  std::string prefix_;
-};
-
-class HelpWriter final : public Writer {
- public:
-  void group(std::string_view key, const VisitParams& visit) override {
-    const std::string outer = prefix_;
-    prefix_ += std::string(key) + ".";
-    visit(*this);
-    prefix_ = outer;
-  }
-  void elements(std::string_view key, std::size_t size, const std::function<void(std::size_t)>&,
-                const std::function<void(ParamVisitor&, std::size_t)>&) override {
-    leaf(key, fmt::format("({})", size), "list");
-  }
-
- private:
-  void leaf(std::string_view key, const std::string& value, const std::string& allowed) override {
-    out += fmt::format("  {:<28} {:<16} {}\n", prefix_ + std::string(key), value, allowed);
-  }
-
-  std::string prefix_;
-};
-
-}  // namespace
 
 std::string dump_params(const VisitParams& visit) {
   YamlWriter writer;

@@ -79,6 +79,15 @@ void collect(const FileDescriptor& file, std::set<std::string>& seen,
   file.CopyTo(set.add_file());
 }
 
+constexpr int kLatestTapHighWater = 32;
+constexpr int kReliableTapHighWater = 64;  // the rest waits at the publishers, bounded in bytes
+
+/// Unlike any node's name that a person would choose.
+std::string tap_name() {
+  static std::atomic<int> count{0};
+  return "tap-" + std::to_string(getpid()) + "-" + std::to_string(++count);
+}
+
 }  // namespace
 
 std::uint64_t type_hash(const Descriptor& type) {
@@ -105,19 +114,6 @@ std::string descriptor_set(const Descriptor& type) {
   collect(*type.file(), seen, set);
   return set.SerializeAsString();
 }
-
-namespace {
-
-constexpr int kLatestTapHighWater = 32;
-constexpr int kReliableTapHighWater = 64;  // the rest waits at the publishers, bounded in bytes
-
-/// Unlike any node's name that a person would choose.
-std::string tap_name() {
-  static std::atomic<int> count{0};
-  return "tap-" + std::to_string(getpid()) + "-" + std::to_string(++count);
-}
-
-}  // namespace
 
 struct Tap::Impl {
   Impl(const std::string& graph, std::function<bool(const std::string&)> a, Policy p)

@@ -62,54 +62,6 @@ bool is_name(std::string_view name) {
   return true;
 }
 
-}  // namespace
-
-void check_name(std::string_view what, std::string_view name) {
-  if (is_name(name)) return;
-  throw ConfigError(
-      std::string(what) + " '" + std::string(name) +
-      "' is invalid: expected 1 to 64 letters, digits, '_', '-' or '.', not beginning with '.'");
-}
-
-void check_topic(std::string_view topic) {
-  for (std::string_view rest = topic;;) {
-    const std::size_t slash = rest.find('/');
-    if (!is_name(rest.substr(0, slash))) {
-      throw ConfigError("topic '" + std::string(topic) +
-                        "' is invalid: expected names joined by '/'");
-    }
-    if (slash == std::string_view::npos) return;
-    rest.remove_prefix(slash + 1);
-  }
-}
-
-std::uint64_t new_start_id() {
-  std::random_device random;
-  std::uint64_t id = 0;
-  while (id == 0) id = (static_cast<std::uint64_t>(random()) << 32U) | random();
-  return id;
-}
-
-std::string graph_name() {
-  const char* name = std::getenv("MIMESIS_GRAPH");
-  return name != nullptr && *name != '\0' ? name : "default";
-}
-
-std::string graph_directory(const std::string& graph) {
-  check_name("graph name", graph);
-  std::string base;
-  if (const char* runtime = std::getenv("XDG_RUNTIME_DIR"); runtime != nullptr && *runtime == '/') {
-    base = std::string(runtime) + "/mimesis";
-  } else {  // shared by all users: one folder for each
-    base = (std::filesystem::temp_directory_path() / ("mimesis-" + user_name())).string();
-  }
-  private_directory(base);
-  private_directory(base + "/" + graph);
-  return base + "/" + graph;
-}
-
-namespace {
-
 using namespace std::chrono_literals;
 
 constexpr auto kScanPeriod = 20ms;  // without inotify
@@ -170,6 +122,50 @@ void clean(const std::string& directory, const std::string& name) {
 }
 
 }  // namespace
+
+void check_name(std::string_view what, std::string_view name) {
+  if (is_name(name)) return;
+  throw ConfigError(
+      std::string(what) + " '" + std::string(name) +
+      "' is invalid: expected 1 to 64 letters, digits, '_', '-' or '.', not beginning with '.'");
+}
+
+void check_topic(std::string_view topic) {
+  for (std::string_view rest = topic;;) {
+    const std::size_t slash = rest.find('/');
+    if (!is_name(rest.substr(0, slash))) {
+      throw ConfigError("topic '" + std::string(topic) +
+                        "' is invalid: expected names joined by '/'");
+    }
+    if (slash == std::string_view::npos) return;
+    rest.remove_prefix(slash + 1);
+  }
+}
+
+std::uint64_t new_start_id() {
+  std::random_device random;
+  std::uint64_t id = 0;
+  while (id == 0) id = (static_cast<std::uint64_t>(random()) << 32U) | random();
+  return id;
+}
+
+std::string graph_name() {
+  const char* name = std::getenv("MIMESIS_GRAPH");
+  return name != nullptr && *name != '\0' ? name : "default";
+}
+
+std::string graph_directory(const std::string& graph) {
+  check_name("graph name", graph);
+  std::string base;
+  if (const char* runtime = std::getenv("XDG_RUNTIME_DIR"); runtime != nullptr && *runtime == '/') {
+    base = std::string(runtime) + "/mimesis";
+  } else {  // shared by all users: one folder for each
+    base = (std::filesystem::temp_directory_path() / ("mimesis-" + user_name())).string();
+  }
+  private_directory(base);
+  private_directory(base + "/" + graph);
+  return base + "/" + graph;
+}
 
 RegistryEntry::RegistryEntry(std::string directory, std::string name) {
   check_name("node name", name);

@@ -55,6 +55,48 @@ void play(const v1::StepRecord& step, ReplayBus& bus, AnyNode& node) {
   }
 }
 
+using google::protobuf::Message;
+
+class ReplayIn final : public InChannel {
+ public:
+  explicit ReplayIn(std::shared_ptr<ReplayBus::Pending> pending) : pending_(std::move(pending)) {}
+  std::optional<Received> pop() override {
+    if (pending_->empty()) return std::nullopt;
+    Received message = std::move(pending_->front());
+    pending_->pop_front();
+    ++counters_.received;
+    return message;
+  }
+  void reject(const Received&, std::string_view) override { ++counters_.rejected; }
+  const InCounters& counters() const override { return counters_; }
+
+ private:
+  std::shared_ptr<ReplayBus::Pending> pending_;
+  InCounters counters_;
+};
+
+class ReplayOut final : public OutChannel {
+ public:
+  ReplayOut(v1::ReplayOutcome& outcome, std::string topic)
+      : outcome_(outcome), topic_(std::move(topic)) {}
+  void send(const Message& message, Time stamp) override {
+    v1::ReplayMessage& out = *outcome_.add_outputs();
+    out.set_topic(topic_);
+    out.set_seq(++seq_);
+    out.set_stamp_ns(static_cast<std::uint64_t>(stamp.count()));
+    std::string& payload = *out.mutable_payload();
+    payload.resize(message.ByteSizeLong());
+    serialise(message, payload.data(), payload.size());
+  }
+  std::uint64_t next_seq() const override { return seq_ + 1; }
+  std::size_t subscribers() const override { return 1; }
+
+ private:
+  v1::ReplayOutcome& outcome_;
+  std::string topic_;
+  std::uint64_t seq_ = 0;
+};
+
 }  // namespace
 
 bool write_packet(int fd, const google::protobuf::MessageLite& message) {
@@ -99,52 +141,6 @@ int run_replay(const BusOptions& options, int fd, AnyNode& node) {
   node.stop(Time(0));  // before the bus that its ports refer to
   return exit_code;
 }
-
-namespace {
-
-using google::protobuf::Message;
-
-class ReplayIn final : public InChannel {
- public:
-  explicit ReplayIn(std::shared_ptr<ReplayBus::Pending> pending) : pending_(std::move(pending)) {}
-  std::optional<Received> pop() override {
-    if (pending_->empty()) return std::nullopt;
-    Received message = std::move(pending_->front());
-    pending_->pop_front();
-    ++counters_.received;
-    return message;
-  }
-  void reject(const Received&, std::string_view) override { ++counters_.rejected; }
-  const InCounters& counters() const override { return counters_; }
-
- private:
-  std::shared_ptr<ReplayBus::Pending> pending_;
-  InCounters counters_;
-};
-
-class ReplayOut final : public OutChannel {
- public:
-  ReplayOut(v1::ReplayOutcome& outcome, std::string topic)
-      : outcome_(outcome), topic_(std::move(topic)) {}
-  void send(const Message& message, Time stamp) override {
-    v1::ReplayMessage& out = *outcome_.add_outputs();
-    out.set_topic(topic_);
-    out.set_seq(++seq_);
-    out.set_stamp_ns(static_cast<std::uint64_t>(stamp.count()));
-    std::string& payload = *out.mutable_payload();
-    payload.resize(message.ByteSizeLong());
-    serialise(message, payload.data(), payload.size());
-  }
-  std::uint64_t next_seq() const override { return seq_ + 1; }
-  std::size_t subscribers() const override { return 1; }
-
- private:
-  v1::ReplayOutcome& outcome_;
-  std::string topic_;
-  std::uint64_t seq_ = 0;
-};
-
-}  // namespace
 
 ReplayBus::ReplayBus(std::string node, bool lockstep,
                      std::map<std::string, std::string, std::less<>> outputs)

@@ -24,6 +24,12 @@ foxglove::Log::Level to_foxglove(Level level) {
   return foxglove::Log::UNKNOWN;
 }
 
+/// File name of this process's program.
+std::string program(const v1::NodeInfo& info) {
+  const std::string& path = info.executable();
+  return path.substr(path.rfind('/') + 1);
+}
+
 }  // namespace
 
 SelfReport::SelfReport(ZmqBus& bus) : bus_(bus), health_(bus, kHealthPort), log_(bus, kLogPort) {}
@@ -67,16 +73,6 @@ void SelfReport::publish_log(Time now) {
     log_.send(message, now);
   }
 }
-
-namespace {
-
-/// File name of this process's program.
-std::string program(const v1::NodeInfo& info) {
-  const std::string& path = info.executable();
-  return path.substr(path.rfind('/') + 1);
-}
-
-}  // namespace
 
 StepReport::StepReport(ZmqBus& bus, const BusOptions& options, const std::string& parameters)
     : bus_(bus),

@@ -7,6 +7,37 @@
 namespace mimesis::runtime {
 namespace {
 constexpr char kDone = 0, kFailed = 1;
+
+using namespace std::chrono_literals;
+constexpr auto kAskUnanswered = 100ms;
+constexpr auto kAskAgain = 500ms;
+constexpr auto kSilence = 2s;
+constexpr std::string_view kTcp = "tcp://";
+
+/// HOST of tcp://HOST:PORT.
+std::string host_of(const std::string& address) {
+  const std::size_t colon = address.rfind(':');
+  if (!address.starts_with(kTcp) || colon <= kTcp.size() || colon + 1 == address.size()) {
+    throw ConfigError("--peer '" + address + "': expected tcp://HOST:PORT");
+  }
+  return address.substr(kTcp.size(), colon - kTcp.size());
+}
+
+/// Leaves only the tcp endpoint, with the host by which the node was reached if it listens
+/// everywhere.
+void reach_through(const std::string& host,
+                   google::protobuf::RepeatedPtrField<std::string>& endpoints) {
+  std::string usable;
+  for (const std::string& endpoint : endpoints) {
+    if (!endpoint.starts_with(kTcp)) continue;
+    const bool anywhere =
+        endpoint.starts_with("tcp://0.0.0.0:") || endpoint.starts_with("tcp://[::]:");
+    usable = anywhere ? std::string(kTcp) + host + endpoint.substr(endpoint.rfind(':')) : endpoint;
+  }
+  endpoints.Clear();
+  if (!usable.empty()) *endpoints.Add() = usable;
+}
+
 }  // namespace
 
 tl::expected<std::string, Status> ServiceServer::answer(const std::string& service,
@@ -73,40 +104,6 @@ std::optional<tl::expected<std::string, Status>> ServiceClient::receive(std::uin
   }
   return std::nullopt;
 }
-
-namespace {
-
-using namespace std::chrono_literals;
-constexpr auto kAskUnanswered = 100ms;
-constexpr auto kAskAgain = 500ms;
-constexpr auto kSilence = 2s;
-constexpr std::string_view kTcp = "tcp://";
-
-/// HOST of tcp://HOST:PORT.
-std::string host_of(const std::string& address) {
-  const std::size_t colon = address.rfind(':');
-  if (!address.starts_with(kTcp) || colon <= kTcp.size() || colon + 1 == address.size()) {
-    throw ConfigError("--peer '" + address + "': expected tcp://HOST:PORT");
-  }
-  return address.substr(kTcp.size(), colon - kTcp.size());
-}
-
-/// Leaves only the tcp endpoint, with the host by which the node was reached if it listens
-/// everywhere.
-void reach_through(const std::string& host,
-                   google::protobuf::RepeatedPtrField<std::string>& endpoints) {
-  std::string usable;
-  for (const std::string& endpoint : endpoints) {
-    if (!endpoint.starts_with(kTcp)) continue;
-    const bool anywhere =
-        endpoint.starts_with("tcp://0.0.0.0:") || endpoint.starts_with("tcp://[::]:");
-    usable = anywhere ? std::string(kTcp) + host + endpoint.substr(endpoint.rfind(':')) : endpoint;
-  }
-  endpoints.Clear();
-  if (!usable.empty()) *endpoints.Add() = usable;
-}
-
-}  // namespace
 
 Peers::Peers(ZmqContext& context, const std::vector<std::string>& addresses) {
   for (const std::string& address : addresses) {

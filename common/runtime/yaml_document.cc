@@ -95,6 +95,23 @@ class Converter {
   int nodes_ = 0;
 };
 
+constexpr int kMaxDepth = 16;  // defaults may name other arguments, but not in a circle
+
+std::string upper(std::string text) {
+  std::transform(text.begin(), text.end(), text.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
+  return text;
+}
+
+std::string from_environment(const std::string& name, const std::string& variable,
+                             const Place& place) {
+  const char* found = std::getenv(name.c_str());
+  if (found == nullptr) {
+    throw ConfigError(to_string(place) + ": ${" + variable + "}: the environment has no " + name);
+  }
+  return found;
+}
+
 }  // namespace
 
 std::string to_string(const Place& place) {
@@ -161,27 +178,6 @@ Yaml read_yaml(const std::string& file) {
   const std::string bytes = text.str();
   return parse_yaml(bytes.starts_with("\xEF\xBB\xBF") ? bytes.substr(3) : bytes, file);
 }
-
-namespace {
-
-constexpr int kMaxDepth = 16;  // defaults may name other arguments, but not in a circle
-
-std::string upper(std::string text) {
-  std::transform(text.begin(), text.end(), text.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
-  return text;
-}
-
-std::string from_environment(const std::string& name, const std::string& variable,
-                             const Place& place) {
-  const char* found = std::getenv(name.c_str());
-  if (found == nullptr) {
-    throw ConfigError(to_string(place) + ": ${" + variable + "}: the environment has no " + name);
-  }
-  return found;
-}
-
-}  // namespace
 
 std::pair<std::string, std::string> split_assignment(const std::string& assignment,
                                                      const std::string& option) {

@@ -3,6 +3,7 @@
 #include <google/protobuf/descriptor.h>
 #include <google/protobuf/descriptor.pb.h>
 
+#include <array>
 #include <thread>
 
 #include "common/error.h"
@@ -18,15 +19,8 @@ using namespace std::chrono_literals;
 using google::protobuf::Message;
 
 std::string_view policy_name(Policy policy) {
-  switch (policy) {
-    case Policy::latest:
-      return "latest";
-    case Policy::queue:
-      return "queue";
-    case Policy::reliable:
-      return "reliable";
-  }
-  return "";
+  constexpr std::array kNames = {"latest", "queue", "reliable"};
+  return kNames.at(static_cast<std::size_t>(policy));
 }
 
 class ZmqIn final : public InChannel {
@@ -54,6 +48,14 @@ Frame serialised(const Message& message) {
   Frame frame(message.ByteSizeLong());
   serialise(message, frame.data(), frame.size());
   return frame;
+}
+
+constexpr auto kAfterDeath = 50ms;  // for bytes of a dead publisher that are still under way
+constexpr auto kPatience = 5s;      // for a living one: then a message must have been lost
+constexpr auto kRetry = 100us;
+
+std::string within(std::chrono::milliseconds timeout) {
+  return " within " + std::to_string(timeout.count()) + " ms";
 }
 
 }  // namespace
@@ -257,13 +259,6 @@ std::vector<v1::InputHealth> ZmqBus::input_health(Time now) const {
   return list;
 }
 
-namespace {
-using namespace std::chrono_literals;
-constexpr auto kAfterDeath = 50ms;  // for bytes of a dead publisher that are still under way
-constexpr auto kPatience = 5s;      // for a living one: then a message must have been lost
-constexpr auto kRetry = 100us;
-}  // namespace
-
 void ZmqBus::connect_members() {
   const auto wired_here = [this](const v1::NodeInfo& node) {
     if (node.clock() != "lockstep") return false;
@@ -323,14 +318,6 @@ void ZmqBus::flush() {
     }
   }
 }
-
-namespace {
-using namespace std::chrono_literals;
-
-std::string within(std::chrono::milliseconds timeout) {
-  return " within " + std::to_string(timeout.count()) + " ms";
-}
-}  // namespace
 
 void ZmqBus::serve(std::string_view name, const google::protobuf::Message& request,
                    const google::protobuf::Message& response, Handler handler) {

@@ -1,7 +1,7 @@
 #pragma once
 #include <Eigen/Core>
 
-#include "common/dmp/andronov_hopf.h"
+#include "experiments/dmp/andronov_hopf.h"
 #include "nodes/crowd/rules/coupling_graph.h"
 
 // Oscillators of [M18 4.3, 4.5]. The crowd's agents have phases alone; figures compare.

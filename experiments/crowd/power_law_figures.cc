@@ -6,11 +6,11 @@
 #include <numbers>
 #include <string>
 
-#include "common/dmp/power_law.h"
 #include "common/math/integrator.h"
 #include "common/plot/gnuplot.h"
 #include "experiments/crowd/figures.h"
 #include "experiments/crowd/oscillators.h"
+#include "experiments/dmp/power_law.h"
 
 namespace mimesis::crowd {
 namespace {

@@ -2,12 +2,27 @@
 #include <array>
 #include <filesystem>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "common/plot/gnuplot.h"
 #include "nodes/cognition/trial.h"
 
 namespace mimesis::cognition {
+
+/// Label of a site as in the dissertation's figures.
+constexpr std::string_view site_label(Layer layer, int site) {
+  constexpr std::array<std::string_view, 4> kPf = {"PG-AT", "FG-BT", "FG-AT", "PG-BT"};
+  constexpr std::array<std::array<std::string_view, 2>, kLayers> kTwo = {{{"PG", "FG"},
+                                                                          {"AT", "BT"},
+                                                                          {"", ""},
+                                                                          {"PG", "FG"},
+                                                                          {"AT", "BT"},
+                                                                          {"high", "low"},
+                                                                          {"light", "dark"}}};
+  const auto i = static_cast<std::size_t>(site);
+  return layer == Layer::pf ? kPf[i] : kTwo[index(layer)][i];
+}
 
 /// The course of a trial: the final activity of all fields, and max u over time.
 struct Recording {

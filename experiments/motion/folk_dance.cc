@@ -221,7 +221,7 @@ void FolkDance::turn(int i, Dancer& d) {
   const RootPose root = batch_.root(i);
   const auto pedestrian = [&](int k) {
     const RootPose r = batch_.root(k);
-    return dmp::Pedestrian{r.position_W_m, r.heading_rad, r.velocity_H_m_s.x()};
+    return crowd::Pedestrian{r.position_W_m, r.heading_rad, r.velocity_H_m_s.x()};
   };
   seen_.clear();
   for (int k = 0; k < size() && d.sector != DanceSector::corridor; ++k) {
@@ -232,7 +232,7 @@ void FolkDance::turn(int i, Dancer& d) {
   }
   Eigen::Vector2d goal = track_.point(track_.wrapped(d.track_m + kLookAhead_m));
   goal.y() *= d.side;
-  const double rate = dmp::heading_rate(pedestrian(i), goal, seen_, {.goal_1_s = 3.0});
+  const double rate = crowd::heading_rate(pedestrian(i), goal, 3.0, seen_);
   approach(d.turn_rad_s, std::clamp(rate, -1.5, 1.5), settings_.dt_s, kTurn_s);
 
   const Gait& curved = d.turn_rad_s > 0.0 ? left_ : right_;

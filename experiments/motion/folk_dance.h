@@ -4,7 +4,7 @@
 #include <numbers>
 #include <vector>
 
-#include "common/dmp/navigation.h"
+#include "nodes/crowd/engine/testing/navigation.h"
 #include "nodes/synthesizer/dynamics/character_batch.h"
 
 namespace mimesis::synthesizer {
@@ -99,7 +99,7 @@ struct DanceNumbers {
 /// with each other; at its end the partners part, walk back outside and enter again. Everybody
 /// decides alone, from its own state, the music, its partner and whom it sees:
 ///   1 corridor  happy steps; the oscillator coupled to music, partner and the dancer in front
-///   2 parting   couplings off, neutral style, curve by the navigation dynamics (common/dmp)
+///   2 parting   couplings off, neutral style, curve by the navigation dynamics (nodes/crowd)
 ///   3 outside   straight, at the higher frequency that brings it back in time
 ///   4 entrance  slower; frequency and length of the steps such that it enters with the left foot
 ///               on its beat
@@ -148,7 +148,7 @@ class FolkDance {
   CharacterBatch batch_;
   double time_ = 0.0;
   std::vector<Dancer> dancers_;
-  std::vector<dmp::Pedestrian> seen_;
+  std::vector<crowd::Pedestrian> seen_;
   DanceNumbers numbers_;
 };
 

@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "common/math/integrator.h"
+#include "experiments/motion/adams_bashforth.h"
 #include "experiments/motion/oscillators.h"
 
 namespace mimesis::synthesizer {

@@ -2,7 +2,7 @@
 #include <Eigen/Core>
 #include <cmath>
 
-#include "common/dmp/andronov_hopf.h"
+#include "experiments/dmp/andronov_hopf.h"
 
 namespace mimesis::synthesizer {
 

@@ -16,6 +16,7 @@
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
+#include <vector>
 
 #include "common/error.h"
 
@@ -47,20 +48,109 @@ sockaddr_un socket_address(const std::string& path) {
 class EmbeddedBus final : public Bus {
  public:
   /// @throws ConfigError if the folder or the socket cannot be made
-  EmbeddedBus(const std::string& name, const std::string& directory);
-  ~EmbeddedBus() override;
+  EmbeddedBus(const std::string& name, const std::string& directory)
+      : folder_((fs::path(directory) / ("can-" + name)).string()), arrived_(kBatch) {
+    static std::atomic<int> participants{0};
+    path_ = folder_ + "/" + std::to_string(getpid()) + "." + std::to_string(participants++);
+    const sockaddr_un address = socket_address(path_);
+    std::error_code error;
+    fs::create_directories(folder_, error);
+    if (error) throw ConfigError("CAN bus: cannot make " + folder_ + ": " + error.message());
+
+    watch_ = inotify_init1(IN_NONBLOCK | IN_CLOEXEC);
+    if (watch_ < 0 || inotify_add_watch(watch_, folder_.c_str(), IN_CREATE | IN_DELETE) < 0) {
+      fail("cannot watch " + folder_);
+    }
+    socket_ = ::socket(AF_UNIX, SOCK_DGRAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
+    unlink(path_.c_str());  // of a dead process that had our number
+    if (socket_ < 0 ||
+        bind(socket_, reinterpret_cast<const sockaddr*>(&address), sizeof(address)) < 0) {
+      fail("cannot bind " + path_);
+    }
+    find_peers();
+  }
+
+  ~EmbeddedBus() override {
+    unlink(path_.c_str());
+    if (socket_ >= 0) close(socket_);
+    if (watch_ >= 0) close(watch_);
+  }
+
   EmbeddedBus(const EmbeddedBus&) = delete;
   EmbeddedBus& operator=(const EmbeddedBus&) = delete;
 
-  void send(std::span<const Frame> frames) override;
-  std::size_t receive(std::span<Frame> frames) override;
+  void send(std::span<const Frame> frames) override {
+    alignas(inotify_event) char events[1024];
+    bool changed = false;
+    while (read(watch_, events, sizeof(events)) > 0) changed = true;
+    if (changed) find_peers();
+    while (!frames.empty()) {
+      const auto batch = frames.first(std::min(frames.size(), kBatch));
+      (send_to_all(batch) ? counters_.sent : counters_.errors) += batch.size();
+      frames = frames.subspan(batch.size());
+    }
+  }
+
+  std::size_t receive(std::span<Frame> frames) override {
+    std::size_t filled = 0;
+    while (filled < frames.size()) {
+      if (next_ == count_) {
+        const ssize_t bytes = recv(socket_, arrived_.data(), kBatch * sizeof(Frame), MSG_TRUNC);
+        if (bytes < 0) break;
+        const std::size_t whole = static_cast<std::size_t>(bytes) / sizeof(Frame);
+        const bool sound = whole <= kBatch && static_cast<std::size_t>(bytes) % sizeof(Frame) == 0;
+        if (!sound) ++counters_.errors;  // not one of ours
+        count_ = sound ? whole : 0;
+        next_ = 0;
+        continue;
+      }
+      const Frame& frame = arrived_[next_++];
+      if (frame.length > frame.data.size()) {
+        ++counters_.errors;
+        continue;
+      }
+      ++((frame.id & kErrorFlag) != 0 ? counters_.errors : counters_.received);
+      frames[filled++] = frame;
+    }
+    return filled;
+  }
 
   static constexpr std::size_t kBatch = 64;  ///< most frames per datagram
 
  private:
-  void find_peers();
-  void forget_dead(std::size_t peer);
-  bool send_to_all(std::span<const Frame> batch);
+  void find_peers() {
+    peers_.clear();
+    std::error_code error;
+    std::vector<std::string> paths;
+    for (const auto& entry : fs::directory_iterator(folder_, error)) {
+      if (entry.path() != path_) paths.push_back(entry.path().string());
+    }
+    std::sort(paths.begin(), paths.end());  // one order of delivery, whatever the file system says
+    for (const std::string& path : paths) peers_.push_back(socket_address(path));
+  }
+
+  void forget_dead(std::size_t peer) {
+    unlink(peers_[peer].sun_path);
+    peers_.erase(peers_.begin() + static_cast<std::ptrdiff_t>(peer));
+  }
+
+  bool send_to_all(std::span<const Frame> batch) {
+    bool taken = !peers_.empty();  // a frame that nobody acknowledges is not sent: as on a wire
+    for (std::size_t i = 0; i < peers_.size();) {
+      const auto* to = reinterpret_cast<const sockaddr*>(&peers_[i]);
+      if (sendto(socket_, batch.data(), batch.size_bytes(), MSG_NOSIGNAL, to,
+                 sizeof(sockaddr_un)) >= 0) {
+        ++i;
+      } else if (errno == ECONNREFUSED || errno == ENOENT) {
+        forget_dead(i);
+        taken = taken && !peers_.empty();
+      } else {
+        taken = false;  // its queue is full
+        ++i;
+      }
+    }
+    return taken;
+  }
 
   std::string folder_, path_;
   int socket_ = -1;
@@ -70,104 +160,6 @@ class EmbeddedBus final : public Bus {
   std::size_t count_ = 0, next_ = 0;
 };
 
-EmbeddedBus::EmbeddedBus(const std::string& name, const std::string& directory)
-    : folder_((fs::path(directory) / ("can-" + name)).string()), arrived_(kBatch) {
-  static std::atomic<int> participants{0};
-  path_ = folder_ + "/" + std::to_string(getpid()) + "." + std::to_string(participants++);
-  const sockaddr_un address = socket_address(path_);
-  std::error_code error;
-  fs::create_directories(folder_, error);
-  if (error) throw ConfigError("CAN bus: cannot make " + folder_ + ": " + error.message());
-
-  watch_ = inotify_init1(IN_NONBLOCK | IN_CLOEXEC);
-  if (watch_ < 0 || inotify_add_watch(watch_, folder_.c_str(), IN_CREATE | IN_DELETE) < 0) {
-    fail("cannot watch " + folder_);
-  }
-  socket_ = ::socket(AF_UNIX, SOCK_DGRAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
-  unlink(path_.c_str());  // of a dead process that had our number
-  if (socket_ < 0 ||
-      bind(socket_, reinterpret_cast<const sockaddr*>(&address), sizeof(address)) < 0) {
-    fail("cannot bind " + path_);
-  }
-  find_peers();
-}
-
-EmbeddedBus::~EmbeddedBus() {
-  unlink(path_.c_str());
-  if (socket_ >= 0) close(socket_);
-  if (watch_ >= 0) close(watch_);
-}
-
-void EmbeddedBus::find_peers() {
-  peers_.clear();
-  std::error_code error;
-  std::vector<std::string> paths;
-  for (const auto& entry : fs::directory_iterator(folder_, error)) {
-    if (entry.path() != path_) paths.push_back(entry.path().string());
-  }
-  std::sort(paths.begin(), paths.end());  // one order of delivery, whatever the file system says
-  for (const std::string& path : paths) peers_.push_back(socket_address(path));
-}
-
-void EmbeddedBus::forget_dead(std::size_t peer) {
-  unlink(peers_[peer].sun_path);
-  peers_.erase(peers_.begin() + static_cast<std::ptrdiff_t>(peer));
-}
-
-bool EmbeddedBus::send_to_all(std::span<const Frame> batch) {
-  bool taken = !peers_.empty();  // a frame that nobody acknowledges is not sent: as on a wire
-  for (std::size_t i = 0; i < peers_.size();) {
-    const auto* to = reinterpret_cast<const sockaddr*>(&peers_[i]);
-    if (sendto(socket_, batch.data(), batch.size_bytes(), MSG_NOSIGNAL, to, sizeof(sockaddr_un)) >=
-        0) {
-      ++i;
-    } else if (errno == ECONNREFUSED || errno == ENOENT) {
-      forget_dead(i);
-      taken = taken && !peers_.empty();
-    } else {
-      taken = false;  // its queue is full
-      ++i;
-    }
-  }
-  return taken;
-}
-
-void EmbeddedBus::send(std::span<const Frame> frames) {
-  alignas(inotify_event) char events[1024];
-  bool changed = false;
-  while (read(watch_, events, sizeof(events)) > 0) changed = true;
-  if (changed) find_peers();
-  while (!frames.empty()) {
-    const auto batch = frames.first(std::min(frames.size(), kBatch));
-    (send_to_all(batch) ? counters_.sent : counters_.errors) += batch.size();
-    frames = frames.subspan(batch.size());
-  }
-}
-
-std::size_t EmbeddedBus::receive(std::span<Frame> frames) {
-  std::size_t filled = 0;
-  while (filled < frames.size()) {
-    if (next_ == count_) {
-      const ssize_t bytes = recv(socket_, arrived_.data(), kBatch * sizeof(Frame), MSG_TRUNC);
-      if (bytes < 0) break;
-      const std::size_t whole = static_cast<std::size_t>(bytes) / sizeof(Frame);
-      const bool sound = whole <= kBatch && static_cast<std::size_t>(bytes) % sizeof(Frame) == 0;
-      if (!sound) ++counters_.errors;  // not one of ours
-      count_ = sound ? whole : 0;
-      next_ = 0;
-      continue;
-    }
-    const Frame& frame = arrived_[next_++];
-    if (frame.length > frame.data.size()) {
-      ++counters_.errors;
-      continue;
-    }
-    ++((frame.id & kErrorFlag) != 0 ? counters_.errors : counters_.received);
-    frames[filled++] = frame;
-  }
-  return filled;
-}
-
 static_assert(sizeof(Frame) == sizeof(canfd_frame));
 constexpr std::size_t kFramesPerCall = 64;
 
@@ -176,139 +168,93 @@ constexpr std::size_t kFramesPerCall = 64;
 class SocketCan final : public Bus {
  public:
   /// @throws ConfigError if the kernel has no CAN, or the interface is missing or down
-  explicit SocketCan(const std::string& interface);
-  ~SocketCan() override;
+  explicit SocketCan(const std::string& interface) {
+    const std::string who = "CAN interface '" + interface + "': ";
+    if (interface.size() >= IFNAMSIZ) throw ConfigError(who + "the name is too long");
+    socket_ = ::socket(PF_CAN, SOCK_RAW | SOCK_NONBLOCK | SOCK_CLOEXEC, CAN_RAW);
+    if (socket_ < 0) {
+      throw ConfigError(who + "this kernel has no SocketCAN (" + std::strerror(errno) +
+                        "); embedded:NAME needs none");
+    }
+    const auto refuse = [&](const std::string& why) {
+      close(socket_);
+      throw ConfigError(who + why);
+    };
+    ifreq request{};
+    std::copy(interface.begin(), interface.end(), request.ifr_name);
+    if (ioctl(socket_, SIOCGIFFLAGS, &request) < 0) refuse("no such interface");
+    if ((request.ifr_flags & IFF_UP) == 0) refuse("is down: ip link set " + interface + " up");
+
+    const can_err_mask_t all_errors = CAN_ERR_MASK;
+    const int on = 1;
+    sockaddr_can address{};
+    address.can_family = AF_CAN;
+    address.can_ifindex = static_cast<int>(if_nametoindex(interface.c_str()));
+    if (setsockopt(socket_, SOL_CAN_RAW, CAN_RAW_ERR_FILTER, &all_errors, sizeof(all_errors)) < 0 ||
+        setsockopt(socket_, SOL_CAN_RAW, CAN_RAW_FD_FRAMES, &on, sizeof(on)) < 0 ||
+        bind(socket_, reinterpret_cast<const sockaddr*>(&address), sizeof(address)) < 0) {
+      refuse(std::strerror(errno));
+    }
+  }
+
+  ~SocketCan() override { close(socket_); }
+
   SocketCan(const SocketCan&) = delete;
   SocketCan& operator=(const SocketCan&) = delete;
 
-  void send(std::span<const Frame> frames) override;
-  std::size_t receive(std::span<Frame> frames) override;
+  void send(std::span<const Frame> frames) override {
+    while (!frames.empty()) {
+      const auto batch = frames.first(std::min(frames.size(), kFramesPerCall));
+      std::array<iovec, kFramesPerCall> parts{};
+      std::array<mmsghdr, kFramesPerCall> messages{};
+      for (std::size_t i = 0; i < batch.size(); ++i) {
+        // A classic frame is the head of an FD frame; its size tells the kernel which one it gets.
+        parts[i] = {const_cast<Frame*>(&batch[i]),
+                    batch[i].length > CAN_MAX_DLEN ? CANFD_MTU : CAN_MTU};
+        messages[i].msg_hdr.msg_iov = &parts[i];
+        messages[i].msg_hdr.msg_iovlen = 1;
+      }
+      const int taken = sendmmsg(socket_, messages.data(), static_cast<unsigned>(batch.size()), 0);
+      const std::size_t sent = taken < 0 ? 0 : static_cast<std::size_t>(taken);
+      counters_.sent += sent;
+      if (sent <
+          batch.size()) {  // ENOBUFS, or the interface went down: the next cycle has newer frames
+        counters_.errors += frames.size() - sent;
+        return;
+      }
+      frames = frames.subspan(batch.size());
+    }
+  }
+
+  std::size_t receive(std::span<Frame> frames) override {
+    std::size_t filled = 0;
+    while (filled < frames.size()) {
+      const std::size_t room = std::min(frames.size() - filled, kFramesPerCall);
+      std::array<iovec, kFramesPerCall> parts{};
+      std::array<mmsghdr, kFramesPerCall> messages{};
+      for (std::size_t i = 0; i < room; ++i) {
+        frames[filled + i] = Frame{};
+        parts[i] = {&frames[filled + i], sizeof(Frame)};
+        messages[i].msg_hdr.msg_iov = &parts[i];
+        messages[i].msg_hdr.msg_iovlen = 1;
+      }
+      const int got =
+          recvmmsg(socket_, messages.data(), static_cast<unsigned>(room), MSG_DONTWAIT, nullptr);
+      if (got <= 0) break;
+      for (std::size_t i = 0; i < static_cast<std::size_t>(got); ++i) {
+        const Frame& frame = frames[filled + i];
+        ++((frame.id & kErrorFlag) != 0 ? counters_.errors : counters_.received);
+      }
+      filled += static_cast<std::size_t>(got);
+    }
+    return filled;
+  }
 
  private:
   int socket_ = -1;
 };
 
-SocketCan::SocketCan(const std::string& interface) {
-  const std::string who = "CAN interface '" + interface + "': ";
-  if (interface.size() >= IFNAMSIZ) throw ConfigError(who + "the name is too long");
-  socket_ = ::socket(PF_CAN, SOCK_RAW | SOCK_NONBLOCK | SOCK_CLOEXEC, CAN_RAW);
-  if (socket_ < 0) {
-    throw ConfigError(who + "this kernel has no SocketCAN (" + std::strerror(errno) +
-                      "); embedded:NAME needs none");
-  }
-  const auto refuse = [&](const std::string& why) {
-    close(socket_);
-    throw ConfigError(who + why);
-  };
-  ifreq request{};
-  std::copy(interface.begin(), interface.end(), request.ifr_name);
-  if (ioctl(socket_, SIOCGIFFLAGS, &request) < 0) refuse("no such interface");
-  if ((request.ifr_flags & IFF_UP) == 0) refuse("is down: ip link set " + interface + " up");
-
-  const can_err_mask_t all_errors = CAN_ERR_MASK;
-  const int on = 1;
-  sockaddr_can address{};
-  address.can_family = AF_CAN;
-  address.can_ifindex = static_cast<int>(if_nametoindex(interface.c_str()));
-  if (setsockopt(socket_, SOL_CAN_RAW, CAN_RAW_ERR_FILTER, &all_errors, sizeof(all_errors)) < 0 ||
-      setsockopt(socket_, SOL_CAN_RAW, CAN_RAW_FD_FRAMES, &on, sizeof(on)) < 0 ||
-      bind(socket_, reinterpret_cast<const sockaddr*>(&address), sizeof(address)) < 0) {
-    refuse(std::strerror(errno));
-  }
-}
-
-SocketCan::~SocketCan() { close(socket_); }
-
-void SocketCan::send(std::span<const Frame> frames) {
-  while (!frames.empty()) {
-    const auto batch = frames.first(std::min(frames.size(), kFramesPerCall));
-    std::array<iovec, kFramesPerCall> parts{};
-    std::array<mmsghdr, kFramesPerCall> messages{};
-    for (std::size_t i = 0; i < batch.size(); ++i) {
-      // A classic frame is the head of an FD frame; its size tells the kernel which one it gets.
-      parts[i] = {const_cast<Frame*>(&batch[i]),
-                  batch[i].length > CAN_MAX_DLEN ? CANFD_MTU : CAN_MTU};
-      messages[i].msg_hdr.msg_iov = &parts[i];
-      messages[i].msg_hdr.msg_iovlen = 1;
-    }
-    const int taken = sendmmsg(socket_, messages.data(), static_cast<unsigned>(batch.size()), 0);
-    const std::size_t sent = taken < 0 ? 0 : static_cast<std::size_t>(taken);
-    counters_.sent += sent;
-    if (sent <
-        batch.size()) {  // ENOBUFS, or the interface went down: the next cycle has newer frames
-      counters_.errors += frames.size() - sent;
-      return;
-    }
-    frames = frames.subspan(batch.size());
-  }
-}
-
-std::size_t SocketCan::receive(std::span<Frame> frames) {
-  std::size_t filled = 0;
-  while (filled < frames.size()) {
-    const std::size_t room = std::min(frames.size() - filled, kFramesPerCall);
-    std::array<iovec, kFramesPerCall> parts{};
-    std::array<mmsghdr, kFramesPerCall> messages{};
-    for (std::size_t i = 0; i < room; ++i) {
-      frames[filled + i] = Frame{};
-      parts[i] = {&frames[filled + i], sizeof(Frame)};
-      messages[i].msg_hdr.msg_iov = &parts[i];
-      messages[i].msg_hdr.msg_iovlen = 1;
-    }
-    const int got =
-        recvmmsg(socket_, messages.data(), static_cast<unsigned>(room), MSG_DONTWAIT, nullptr);
-    if (got <= 0) break;
-    for (std::size_t i = 0; i < static_cast<std::size_t>(got); ++i) {
-      const Frame& frame = frames[filled + i];
-      ++((frame.id & kErrorFlag) != 0 ? counters_.errors : counters_.received);
-    }
-    filled += static_cast<std::size_t>(got);
-  }
-  return filled;
-}
-
 }  // namespace
-
-class MemoryBus;
-
-struct MemoryWire::Shared {
-  std::vector<MemoryBus*> participants;
-};
-
-class MemoryBus final : public Bus {
- public:
-  explicit MemoryBus(std::shared_ptr<MemoryWire::Shared> wire) : wire_(std::move(wire)) {
-    wire_->participants.push_back(this);
-  }
-  ~MemoryBus() override { std::erase(wire_->participants, this); }
-
-  void send(std::span<const Frame> frames) override {
-    (wire_->participants.size() > 1 ? counters_.sent : counters_.errors) += frames.size();
-    for (MemoryBus* other : wire_->participants) {
-      if (other != this)
-        other->arrived_.insert(other->arrived_.end(), frames.begin(), frames.end());
-    }
-  }
-
-  std::size_t receive(std::span<Frame> frames) override {
-    const std::size_t count = std::min(frames.size(), arrived_.size());
-    std::copy_n(arrived_.begin(), count, frames.begin());
-    arrived_.erase(arrived_.begin(), arrived_.begin() + static_cast<std::ptrdiff_t>(count));
-    for (const Frame& frame : frames.first(count)) {
-      ++((frame.id & kErrorFlag) != 0 ? counters_.errors : counters_.received);
-    }
-    return count;
-  }
-
- private:
-  std::shared_ptr<MemoryWire::Shared> wire_;
-  std::deque<Frame> arrived_;
-};
-
-MemoryWire::MemoryWire() : shared_(std::make_shared<Shared>()) {}
-MemoryWire::~MemoryWire() = default;
-
-std::unique_ptr<Bus> MemoryWire::join() { return std::make_unique<MemoryBus>(shared_); }
 
 std::unique_ptr<Bus> open(const std::string& address, const std::string& directory) {
   const std::size_t colon = address.find(':');

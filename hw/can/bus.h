@@ -1,11 +1,9 @@
 #pragma once
 #include <array>
 #include <cstdint>
-#include <deque>
 #include <memory>
 #include <span>
 #include <string>
-#include <vector>
 
 namespace mimesis::hw::can {
 
@@ -57,23 +55,10 @@ class Bus {
 };
 
 /// Opens the bus at `address`:
-///   embedded:NAME     Unix datagram sockets below `directory` (the graph's); no CAN in the kernel
-///   needed socketcan:IFACE   the kernel's CAN interface
+///   embedded:NAME     Unix datagram sockets below `directory` (the graph's), without CAN in the
+///   kernel socketcan:IFACE   the kernel's CAN interface
 /// @throws ConfigError with one line: unknown kind, no such interface, interface down, no CAN in
 /// the kernel
 std::unique_ptr<Bus> open(const std::string& address, const std::string& directory);
-
-/// A wire in memory for tests on one thread. Participants leave by being destroyed.
-class MemoryWire {
- public:
-  MemoryWire();
-  ~MemoryWire();
-  std::unique_ptr<Bus> join();
-
-  struct Shared;
-
- private:
-  std::shared_ptr<Shared> shared_;
-};
 
 }  // namespace mimesis::hw::can

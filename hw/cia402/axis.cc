@@ -67,6 +67,17 @@ void remap(std::vector<SetupStep>& steps, std::uint16_t communication, std::uint
   steps.push_back({Kind::write, {communication, 1}, cob, 4, "PDO on"});
 }
 
+using std::chrono::milliseconds;
+
+constexpr milliseconds kSdoTimeout(100);
+constexpr int kSdoAttempts = 3;
+
+std::string hex(std::uint32_t value) {
+  char buffer[16];
+  std::snprintf(buffer, sizeof(buffer), "0x%04X", value);
+  return buffer;
+}
+
 }  // namespace
 
 Period period_of(double rate_hz) {
@@ -119,21 +130,6 @@ std::vector<SetupStep> setup_steps(const Axis& axis, double q_min, double q_max,
   remap(steps, 0x1801, 0x280 + node, slower);
   return steps;
 }
-
-namespace {
-
-using std::chrono::milliseconds;
-
-constexpr milliseconds kSdoTimeout(100);
-constexpr int kSdoAttempts = 3;
-
-std::string hex(std::uint32_t value) {
-  char buffer[16];
-  std::snprintf(buffer, sizeof(buffer), "0x%04X", value);
-  return buffer;
-}
-
-}  // namespace
 
 AxisMaster::AxisMaster(std::string name, const Axis& axis, std::vector<SetupStep> steps)
     : name_(std::move(name)), axis_(axis), steps_(std::move(steps)) {}

@@ -1,56 +1,39 @@
 #include "hw/cia402/cia402.h"
 
+#include <algorithm>
+#include <array>
+
 namespace mimesis::hw::cia402 {
 
+namespace {
+
+/// A state and the bits of the statusword by which it is known; where bit 5 (quick stop) does not
+/// matter it is not in the mask.
+struct Shown {
+  DriveState state;
+  unsigned mask, bits;
+};
+constexpr std::array kShown = {Shown{DriveState::not_ready_to_switch_on, 0x4F, 0x00},
+                               Shown{DriveState::switch_on_disabled, 0x4F, 0x40},
+                               Shown{DriveState::fault_reaction_active, 0x4F, 0x0F},
+                               Shown{DriveState::fault, 0x4F, 0x08},
+                               Shown{DriveState::ready_to_switch_on, 0x6F, 0x21},
+                               Shown{DriveState::switched_on, 0x6F, 0x23},
+                               Shown{DriveState::operation_enabled, 0x6F, 0x27},
+                               Shown{DriveState::quick_stop_active, 0x6F, 0x07}};
+
+}  // namespace
+
 DriveState decode_statusword(std::uint16_t statusword) {
-  switch (statusword & 0x4F) {  // states in which bit 5 (quick stop) does not matter
-    case 0x00:
-      return DriveState::not_ready_to_switch_on;
-    case 0x40:
-      return DriveState::switch_on_disabled;
-    case 0x0F:
-      return DriveState::fault_reaction_active;
-    case 0x08:
-      return DriveState::fault;
-    default:
-      break;
+  for (const Shown& s : kShown) {
+    if ((statusword & s.mask) == s.bits) return s.state;
   }
-  switch (statusword & 0x6F) {
-    case 0x21:
-      return DriveState::ready_to_switch_on;
-    case 0x23:
-      return DriveState::switched_on;
-    case 0x27:
-      return DriveState::operation_enabled;
-    case 0x07:
-      return DriveState::quick_stop_active;
-    default:
-      return DriveState::unknown;
-  }
+  return DriveState::unknown;
 }
 
 std::uint16_t encode_statusword(DriveState state) {
-  const auto bits = [state]() -> unsigned {
-    switch (state) {
-      case DriveState::switch_on_disabled:
-        return 0x40;
-      case DriveState::ready_to_switch_on:
-        return 0x21;
-      case DriveState::switched_on:
-        return 0x23;
-      case DriveState::operation_enabled:
-        return 0x27;
-      case DriveState::quick_stop_active:
-        return 0x07;
-      case DriveState::fault_reaction_active:
-        return 0x0F;
-      case DriveState::fault:
-        return 0x08;
-      default:
-        return 0x00;
-    }
-  }();
-  return static_cast<std::uint16_t>(bits | 0x0210);
+  const auto* shown = std::ranges::find(kShown, state, &Shown::state);
+  return static_cast<std::uint16_t>((shown == kShown.end() ? 0u : shown->bits) | 0x0210u);
 }
 
 std::uint16_t towards_enabled(DriveState state, std::uint16_t previous, QuickStop quick_stop) {

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "common/error.h"
+#include "common/time.h"
 
 namespace mimesis::hw::cia402 {
 namespace {
@@ -14,10 +15,6 @@ using std::chrono::milliseconds;
 
 constexpr milliseconds kRetry(1000);  // between attempts to set up, and after bus-off
 constexpr milliseconds kLongestStop(2000);
-
-Time from_seconds(double seconds) {
-  return std::chrono::duration_cast<Time>(std::chrono::duration<double>(seconds));
-}
 
 std::string seconds(double s) {
   char buffer[32];

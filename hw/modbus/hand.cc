@@ -13,6 +13,10 @@ using std::chrono::milliseconds;
 
 constexpr Time kFirstPause = milliseconds(100), kLongestPause = milliseconds(2000);
 
+std::uint8_t to_byte(double fraction) {
+  return static_cast<std::uint8_t>(std::lround(255.0 * std::clamp(fraction, 0.0, 1.0)));
+}
+
 }  // namespace
 
 struct HandClient::Connection {
@@ -74,14 +78,6 @@ tl::expected<HandInput, Status> HandClient::exchange(Time now, const HandOutput&
   pause_ = kFirstPause;
   return decode_input(registers);
 }
-
-namespace {
-
-std::uint8_t to_byte(double fraction) {
-  return static_cast<std::uint8_t>(std::lround(255.0 * std::clamp(fraction, 0.0, 1.0)));
-}
-
-}  // namespace
 
 HandOutput to_output(const HandSetpoint& setpoint, const HandInput& last) {
   const bool ready = last.initialisation == Initialisation::done ||

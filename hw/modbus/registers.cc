@@ -1,6 +1,7 @@
 #include "hw/modbus/registers.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace mimesis::hw::modbus {
 namespace {
@@ -88,30 +89,21 @@ HandInput decode_input(const Registers& registers) {
 }
 
 std::string fault_text(std::uint8_t fault) {
-  switch (fault) {
-    case 0x0:
-      return "";
-    case 0x5:
-      return "action delayed: activation must be completed (0x5)";
-    case 0x6:
-      return "action delayed: mode change must be completed (0x6)";
-    case 0x7:
-      return "must be activated first (0x7)";
-    case 0x9:
-      return "communication chip not ready (0x9)";
-    case 0xA:
-      return "mode change impeded for less than 20 s (0xA)";
-    case 0xB:
-      return "automatic release in progress (0xB)";
-    case 0xD:
-      return "activation failed (0xD)";
-    case 0xE:
-      return "mode change failed (0xE)";
-    case 0xF:
-      return "automatic release completed (0xF)";
-    default:
-      return "fault " + std::to_string(fault);
+  constexpr std::array<std::pair<std::uint8_t, const char*>, 10> kTexts = {
+      {{0x0, ""},
+       {0x5, "action delayed: activation must be completed (0x5)"},
+       {0x6, "action delayed: mode change must be completed (0x6)"},
+       {0x7, "must be activated first (0x7)"},
+       {0x9, "communication chip not ready (0x9)"},
+       {0xA, "mode change impeded for less than 20 s (0xA)"},
+       {0xB, "automatic release in progress (0xB)"},
+       {0xD, "activation failed (0xD)"},
+       {0xE, "mode change failed (0xE)"},
+       {0xF, "automatic release completed (0xF)"}}};
+  for (const auto& [number, text] : kTexts) {
+    if (number == fault) return text;
   }
+  return "fault " + std::to_string(fault);
 }
 
 }  // namespace mimesis::hw::modbus

@@ -94,19 +94,6 @@ class RecordedCan final : public can::Bus {
   runtime::Bus& graph_;
 };
 
-}  // namespace
-
-std::unique_ptr<can::Bus> record_can(std::unique_ptr<can::Bus> wire, runtime::Bus& graph) {
-  return std::make_unique<RecordedCan>(std::move(wire), graph);
-}
-
-std::unique_ptr<can::Bus> open_can(const std::string& address, runtime::Bus& graph) {
-  const bool live = !graph.outside().replaying();
-  return record_can(live ? can::open(address, graph.directory()) : nullptr, graph);
-}
-
-namespace {
-
 constexpr std::string_view kHand = "hand";
 
 std::string encode(const modbus::HandSetpoint& setpoint) {
@@ -152,6 +139,15 @@ modbus::HandReading decode(std::string_view bytes) {
 }
 
 }  // namespace
+
+std::unique_ptr<can::Bus> record_can(std::unique_ptr<can::Bus> wire, runtime::Bus& graph) {
+  return std::make_unique<RecordedCan>(std::move(wire), graph);
+}
+
+std::unique_ptr<can::Bus> open_can(const std::string& address, runtime::Bus& graph) {
+  const bool live = !graph.outside().replaying();
+  return record_can(live ? can::open(address, graph.directory()) : nullptr, graph);
+}
 
 RecordedHand::RecordedHand(const std::string& address, const modbus::HandDriver::Options& options,
                            runtime::Bus& graph)

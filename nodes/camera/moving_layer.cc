@@ -44,6 +44,27 @@ const Polyline kThumbFullOpen{
 const Polyline kThumbFullClosed{
     {{0.020, 0.026, 0.006}, {0.044, 0.046, 0.028}, {0.062, 0.044, 0.056}, {0.080, 0.034, 0.072}}};
 
+using Eigen::Vector2d;
+
+const Bgr kSkin(116.0f, 152.0f, 220.0f);
+const Bgr kCloth(66.0f, 62.0f, 60.0f);
+constexpr int kCoarse = 4;  // the shadow is drawn at a quarter of the resolution
+
+std::size_t area(int width, int height) {
+  return static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
+}
+
+struct Window {
+  int u0, u1, v0, v1;  // half open
+};
+
+Window clip(double u0, double u1, double v0, double v1, int width, int height) {
+  return {std::max(0, static_cast<int>(std::floor(u0))),
+          std::min(width, static_cast<int>(std::ceil(u1)) + 1),
+          std::max(0, static_cast<int>(std::floor(v0))),
+          std::min(height, static_cast<int>(std::ceil(v1)) + 1)};
+}
+
 }  // namespace
 
 void hand_capsules(const TeacherPose& pose, Grip grip, std::vector<Capsule>& out) {
@@ -94,32 +115,6 @@ void hand_capsules(const TeacherPose& pose, Grip grip, std::vector<Capsule>& out
     radius *= 0.84;
   }
 }
-
-namespace {
-
-using Eigen::Vector2d;
-using Eigen::Vector3d;
-
-const Bgr kSkin(116.0f, 152.0f, 220.0f);
-const Bgr kCloth(66.0f, 62.0f, 60.0f);
-constexpr int kCoarse = 4;  // the shadow is drawn at a quarter of the resolution
-
-std::size_t area(int width, int height) {
-  return static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
-}
-
-struct Window {
-  int u0, u1, v0, v1;  // half open
-};
-
-Window clip(double u0, double u1, double v0, double v1, int width, int height) {
-  return {std::max(0, static_cast<int>(std::floor(u0))),
-          std::min(width, static_cast<int>(std::ceil(u1)) + 1),
-          std::max(0, static_cast<int>(std::floor(v0))),
-          std::min(height, static_cast<int>(std::ceil(v1)) + 1)};
-}
-
-}  // namespace
 
 MovingLayer::MovingLayer(const image::Pinhole& camera, const TablePicture& table)
     : camera_(camera),

@@ -26,6 +26,9 @@ double normal(std::mt19937_64& random) {
   return std::sqrt(-2.0 * std::log(a)) * std::cos(2.0 * M_PI * b);
 }
 
+const Bgr kLightGreen(118.0f, 222.0f, 120.0f);
+const Bgr kDarkGreen(44.0f, 106.0f, 26.0f);
+
 }  // namespace
 
 PictureFaults::PictureFaults(const Faults& faults, std::uint64_t seed)
@@ -69,13 +72,6 @@ void PictureFaults::add_noise(std::uint64_t frame, image::Image& image) const {
     cv::add(sum, cv::Mat(1, sum.cols, CV_8S, const_cast<std::int8_t*>(noise)), sum, {}, CV_8U);
   }
 }
-
-namespace {
-
-const Bgr kLightGreen(118.0f, 222.0f, 120.0f);
-const Bgr kDarkGreen(44.0f, 106.0f, 26.0f);
-
-}  // namespace
 
 Renderer::Renderer(const Picture& picture)
     : picture_(picture),

@@ -19,6 +19,69 @@ double wave(double t) {
   return 0.5 * std::sin(t) + 0.3 * std::sin(2.3 * t + 1.7) + 0.2 * std::sin(5.1 * t + 0.4);
 }
 
+const Bgr kBlue(205.0f, 96.0f, 38.0f);
+const Bgr kYellow(36.0f, 214.0f, 224.0f);
+const Bgr kViolet(196.0f, 62.0f, 158.0f);
+const Bgr kSteel(150.0f, 146.0f, 142.0f);
+const Bgr kPlaster(186.0f, 190.0f, 194.0f);
+constexpr double kCap = 0.02;  // height of a stand's coloured cap [m]
+
+/// Draws from [0, 1) the same on every platform.
+double uniform(std::mt19937_64& random) { return static_cast<double>(random() >> 11) * 0x1.0p-53; }
+
+void add_stand(RayScene& scene, double x, double y, double radius, const Bgr& color) {
+  scene.add_cylinder({x, 0.0, 0.0}, radius * 0.97, y - kCap, kPlaster, kPlaster);
+  scene.add_cylinder({x, y - kCap, 0.0}, radius, kCap, color, color);
+}
+
+void add_clutter(RayScene& scene, int count, std::uint64_t seed) {
+  std::mt19937_64 random(seed);
+  for (int i = 0; i < count; ++i) {
+    const double x = -0.6 + 1.2 * uniform(random);
+    const double z = uniform(random) < 0.6 ? -0.2 - 0.35 * uniform(random)   // behind the scene
+                                           : 0.22 + 0.10 * uniform(random);  // in front of it
+    Bgr color;
+    for (int k = 0; k < 3; ++k) color[k] = static_cast<float>(40.0 + 190.0 * uniform(random));
+    const double height = 0.006 + 0.02 * uniform(random), radius = 0.005 + 0.006 * uniform(random);
+    scene.add_cylinder({x, 0.0, z}, radius, height, color, color);
+  }
+}
+
+RayScene build(const TeacherTable& t, int clutter, std::uint64_t seed) {
+  RayScene scene(true);
+  if (!t.bridge_removed) {
+    scene.add_box({0.0, t.bridge_height_m + 0.5 * t.bar_thickness_m, 0.0},
+                  {0.5 * t.bar_width_m, 0.5 * t.bar_thickness_m, t.bar_half_span_m}, kBlue);
+  }
+  for (const double side : {-1.0, 1.0}) {
+    const double z = side * (t.bar_half_span_m - 0.012);
+    scene.add_cylinder({0.0, 0.0, z}, 0.026, 0.006, kSteel, kSteel);
+    scene.add_cylinder({0.0, 0.0, z}, 0.008, t.bridge_height_m, kSteel, kSteel);
+  }
+  add_stand(scene, t.goal_low_x_m, t.goal_low_y_m, t.goal_radius_m, kViolet);
+  add_stand(scene, t.goal_high_x_m, t.goal_high_y_m, t.goal_radius_m, kYellow);
+  add_clutter(scene, clutter, seed);
+  return scene;
+}
+
+/// Share of the lamp, a square of 0.4 m seen from `point`, that is not hidden, sampled at 4 places.
+float lamp_share(const RayScene& scene, const Vector3d& point, double jitter_x, double jitter_z) {
+  int seen = 0;
+  for (int k = 0; k < 4; ++k) {
+    const Vector3d offset(0.2 * (k % 2 + jitter_x) - 0.2, 0.0, 0.2 * (k / 2 + jitter_z) - 0.2);
+    seen += scene.blocked(point, kLamp + offset) ? 0 : 1;
+  }
+  return 0.25f * static_cast<float>(seen);
+}
+
+/// The wall behind the table, seen along `direction`.
+Bgr wall(const Vector3d& direction) {
+  const double up = direction.normalized().y();
+  const double aside = direction.normalized().x() + 0.45;
+  const double glow = std::exp(-4.0 * aside * aside);
+  return Bgr(150.0f, 150.0f, 148.0f) * static_cast<float>(0.92 + 0.35 * up + 0.16 * glow);
+}
+
 }  // namespace
 
 Bgr wood(double x, double z) {
@@ -114,75 +177,6 @@ bool RayScene::blocked(const Vector3d& from, const Vector3d& to) const {
   for (const Cylinder& c : cylinders_) meet(c, from, d, hit);
   return hit.distance < 1.0;
 }
-
-namespace {
-
-using Eigen::Vector3d;
-
-const Bgr kBlue(205.0f, 96.0f, 38.0f);
-const Bgr kYellow(36.0f, 214.0f, 224.0f);
-const Bgr kViolet(196.0f, 62.0f, 158.0f);
-const Bgr kSteel(150.0f, 146.0f, 142.0f);
-const Bgr kPlaster(186.0f, 190.0f, 194.0f);
-constexpr double kCap = 0.02;  // height of a stand's coloured cap [m]
-
-/// Draws from [0, 1) the same on every platform.
-double uniform(std::mt19937_64& random) { return static_cast<double>(random() >> 11) * 0x1.0p-53; }
-
-void add_stand(RayScene& scene, double x, double y, double radius, const Bgr& color) {
-  scene.add_cylinder({x, 0.0, 0.0}, radius * 0.97, y - kCap, kPlaster, kPlaster);
-  scene.add_cylinder({x, y - kCap, 0.0}, radius, kCap, color, color);
-}
-
-void add_clutter(RayScene& scene, int count, std::uint64_t seed) {
-  std::mt19937_64 random(seed);
-  for (int i = 0; i < count; ++i) {
-    const double x = -0.6 + 1.2 * uniform(random);
-    const double z = uniform(random) < 0.6 ? -0.2 - 0.35 * uniform(random)   // behind the scene
-                                           : 0.22 + 0.10 * uniform(random);  // in front of it
-    Bgr color;
-    for (int k = 0; k < 3; ++k) color[k] = static_cast<float>(40.0 + 190.0 * uniform(random));
-    const double height = 0.006 + 0.02 * uniform(random), radius = 0.005 + 0.006 * uniform(random);
-    scene.add_cylinder({x, 0.0, z}, radius, height, color, color);
-  }
-}
-
-RayScene build(const TeacherTable& t, int clutter, std::uint64_t seed) {
-  RayScene scene(true);
-  if (!t.bridge_removed) {
-    scene.add_box({0.0, t.bridge_height_m + 0.5 * t.bar_thickness_m, 0.0},
-                  {0.5 * t.bar_width_m, 0.5 * t.bar_thickness_m, t.bar_half_span_m}, kBlue);
-  }
-  for (const double side : {-1.0, 1.0}) {
-    const double z = side * (t.bar_half_span_m - 0.012);
-    scene.add_cylinder({0.0, 0.0, z}, 0.026, 0.006, kSteel, kSteel);
-    scene.add_cylinder({0.0, 0.0, z}, 0.008, t.bridge_height_m, kSteel, kSteel);
-  }
-  add_stand(scene, t.goal_low_x_m, t.goal_low_y_m, t.goal_radius_m, kViolet);
-  add_stand(scene, t.goal_high_x_m, t.goal_high_y_m, t.goal_radius_m, kYellow);
-  add_clutter(scene, clutter, seed);
-  return scene;
-}
-
-/// Share of the lamp, a square of 0.4 m seen from `point`, that is not hidden, sampled at 4 places.
-float lamp_share(const RayScene& scene, const Vector3d& point, double jitter_x, double jitter_z) {
-  int seen = 0;
-  for (int k = 0; k < 4; ++k) {
-    const Vector3d offset(0.2 * (k % 2 + jitter_x) - 0.2, 0.0, 0.2 * (k / 2 + jitter_z) - 0.2);
-    seen += scene.blocked(point, kLamp + offset) ? 0 : 1;
-  }
-  return 0.25f * static_cast<float>(seen);
-}
-
-/// The wall behind the table, seen along `direction`.
-Bgr wall(const Vector3d& direction) {
-  const double up = direction.normalized().y();
-  const double aside = direction.normalized().x() + 0.45;
-  const double glow = std::exp(-4.0 * aside * aside);
-  return Bgr(150.0f, 150.0f, 148.0f) * static_cast<float>(0.92 + 0.35 * up + 0.16 * glow);
-}
-
-}  // namespace
 
 float lambert(const Vector3d& normal, const Vector3d& to_lamp) {
   return 0.58f + 0.58f * static_cast<float>(std::max(0.0, normal.dot(to_lamp)));

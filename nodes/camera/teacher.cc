@@ -35,6 +35,26 @@ bool choose(const std::string& text, const std::string& word, const char* what, 
                     "' nor '" + second + "'");
 }
 
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+// Phases of a demonstration, fractions of its duration.
+constexpr double kReached = 0.16, kApproach = 0.12, kTouched = 0.25, kClosed = 0.30;
+constexpr double kPlaced = 0.68, kReleased = 0.74, kBackedOff = 0.82;
+
+// Grasp point in the frame of the hand (along the fingers, along the palm normal) [m].
+constexpr double kPrecisionAhead = 0.074, kPrecisionBelow = 0.069;
+constexpr double kFullAhead = 0.078;
+constexpr double kForearm = 0.42, kElbowRadius = 0.055;
+
+/// Minimum-jerk profile: 10 s³ - 15 s⁴ + 6 s⁵ on [0, 1], constant outside.
+double minimum_jerk(double s) {
+  s = std::clamp(s, 0.0, 1.0);
+  return s * s * s * (10.0 + s * (-15.0 + 6.0 * s));
+}
+
+double ramp(double x, double from, double to) { return minimum_jerk((x - from) / (to - from)); }
+
 }  // namespace
 
 Lesson parse_lesson(const std::string& text) {
@@ -62,30 +82,6 @@ void check_passable(const Lesson& lesson, const TeacherTable& table) {
       table.bridge_height_m, lesson.grip == Grip::precision ? "precision" : "full", needed);
   throw ConfigError(line);
 }
-
-namespace {
-
-using Eigen::Vector2d;
-using Eigen::Vector3d;
-
-// Phases of a demonstration, fractions of its duration.
-constexpr double kReached = 0.16, kApproach = 0.12, kTouched = 0.25, kClosed = 0.30;
-constexpr double kPlaced = 0.68, kReleased = 0.74, kBackedOff = 0.82;
-
-// Grasp point in the frame of the hand (along the fingers, along the palm normal) [m].
-constexpr double kPrecisionAhead = 0.074, kPrecisionBelow = 0.069;
-constexpr double kFullAhead = 0.078;
-constexpr double kForearm = 0.42, kElbowRadius = 0.055;
-
-/// Minimum-jerk profile: 10 s³ - 15 s⁴ + 6 s⁵ on [0, 1], constant outside.
-double minimum_jerk(double s) {
-  s = std::clamp(s, 0.0, 1.0);
-  return s * s * s * (10.0 + s * (-15.0 + 6.0 * s));
-}
-
-double ramp(double x, double from, double to) { return minimum_jerk((x - from) / (to - from)); }
-
-}  // namespace
 
 TeacherMotion::TeacherMotion(const TeacherScript& script, const TeacherTable& table)
     : script_(script), table_(table) {

@@ -52,18 +52,4 @@ constexpr std::string_view layer_name(Layer layer) {
   return kNames[index(layer)];
 }
 
-/// Label of a site as in the dissertation's figures.
-constexpr std::string_view site_label(Layer layer, int site) {
-  constexpr std::array<std::string_view, 4> kPf = {"PG-AT", "FG-BT", "FG-AT", "PG-BT"};
-  constexpr std::array<std::array<std::string_view, 2>, kLayers> kTwo = {{{"PG", "FG"},
-                                                                          {"AT", "BT"},
-                                                                          {"", ""},
-                                                                          {"PG", "FG"},
-                                                                          {"AT", "BT"},
-                                                                          {"high", "low"},
-                                                                          {"light", "dark"}}};
-  const auto i = static_cast<std::size_t>(site);
-  return layer == Layer::pf ? kPf[i] : kTwo[index(layer)][i];
-}
-
 }  // namespace mimesis::cognition

@@ -62,6 +62,35 @@ bool possible(const v1::CrowdTraveller& t, const Group& group) {
 /// Nothing for "not a number": ports take none.
 double or_none(bool has, double value) { return has ? value : AgentState::kNone; }
 
+using model::Rgba;
+
+constexpr std::array<Rgba, 8> kGroups{{{0.20, 0.45, 0.85, 1.0},
+                                       {0.90, 0.40, 0.15, 1.0},
+                                       {0.20, 0.65, 0.35, 1.0},
+                                       {0.65, 0.35, 0.75, 1.0},
+                                       {0.85, 0.70, 0.15, 1.0},
+                                       {0.15, 0.70, 0.75, 1.0},
+                                       {0.85, 0.30, 0.50, 1.0},
+                                       {0.45, 0.45, 0.45, 1.0}}};
+constexpr Rgba kStone{0.55, 0.52, 0.50, 1.0}, kGoal{0.90, 0.20, 0.20, 0.5};
+constexpr double kTall_m = 1.7, kStroke_m = 0.5, kStroke_px = 3.0;
+constexpr std::size_t kMostDiscs = 500;
+
+void paint_still(const Scenario& scenario, foxglove::SceneEntity& entity) {
+  for (const PillarSpec& p : scenario.pillars) {
+    model::add_rod(entity, {p.x_m, p.y_m, 0.0}, {p.x_m, p.y_m, kTall_m}, p.radius_m, kStone);
+  }
+  for (const WallSpec& w : scenario.walls) {
+    model::add_rod(entity, {w.from_x_m, w.from_y_m, 0.1}, {w.to_x_m, w.to_y_m, 0.1}, 0.05, kStone);
+  }
+  for (const Group& group : scenario.groups) {
+    const std::vector<double>& xy = group.goals.position_m;
+    for (std::size_t i = 0; i + 1 < xy.size(); i += 2) {
+      model::add_ball(entity, {xy[i], xy[i + 1], 0.05}, 0.15, kGoal);
+    }
+  }
+}
+
 }  // namespace
 
 std::string fault(const v1::CrowdStates& states, const Scenario& scenario) {
@@ -303,39 +332,6 @@ v1::CrowdTrust to_proto(Trust trust) {
   }
   return v1::CROWD_TRUST_ABSENT;
 }
-
-namespace {
-
-using model::Rgba;
-
-constexpr std::array<Rgba, 8> kGroups{{{0.20, 0.45, 0.85, 1.0},
-                                       {0.90, 0.40, 0.15, 1.0},
-                                       {0.20, 0.65, 0.35, 1.0},
-                                       {0.65, 0.35, 0.75, 1.0},
-                                       {0.85, 0.70, 0.15, 1.0},
-                                       {0.15, 0.70, 0.75, 1.0},
-                                       {0.85, 0.30, 0.50, 1.0},
-                                       {0.45, 0.45, 0.45, 1.0}}};
-constexpr Rgba kStone{0.55, 0.52, 0.50, 1.0}, kGoal{0.90, 0.20, 0.20, 0.5};
-constexpr double kTall_m = 1.7, kStroke_m = 0.5, kStroke_px = 3.0;
-constexpr std::size_t kMostDiscs = 500;
-
-void paint_still(const Scenario& scenario, foxglove::SceneEntity& entity) {
-  for (const PillarSpec& p : scenario.pillars) {
-    model::add_rod(entity, {p.x_m, p.y_m, 0.0}, {p.x_m, p.y_m, kTall_m}, p.radius_m, kStone);
-  }
-  for (const WallSpec& w : scenario.walls) {
-    model::add_rod(entity, {w.from_x_m, w.from_y_m, 0.1}, {w.to_x_m, w.to_y_m, 0.1}, 0.05, kStone);
-  }
-  for (const Group& group : scenario.groups) {
-    const std::vector<double>& xy = group.goals.position_m;
-    for (std::size_t i = 0; i + 1 < xy.size(); i += 2) {
-      model::add_ball(entity, {xy[i], xy[i + 1], 0.05}, 0.15, kGoal);
-    }
-  }
-}
-
-}  // namespace
 
 foxglove::SceneUpdate paint(const Scenario& scenario, std::span<const Observed> agents,
                             std::chrono::nanoseconds stamp) {

@@ -3,6 +3,7 @@
 #include <spdlog/fmt/fmt.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "common/error.h"
@@ -14,6 +15,53 @@ namespace mimesis::crowd {
 namespace {
 
 constexpr double kFarCut_m = 1e5;
+
+using runtime::Time;
+
+TrustSettings trust_of(TrustSettings settings, const Scenario& scenario) {
+  settings.stale_s = scenario.stale_s;
+  if (settings.forget_s < settings.stale_s) {
+    throw ConfigError("crowd.trust.forget_s: less than the scenario's stale_s");
+  }
+  return settings;
+}
+
+/// The agent that a robot is, if there is one.
+void check(const RobotParams& robot, const Roster& roster) {
+  if (robot.agent < roster.externals()) return;
+  throw ConfigError(fmt::format("crowd.robot.agent: {} of {} external agents, they count from 0",
+                                robot.agent, roster.externals()));
+}
+
+ScenarioRun start(const CrowdParams& params, const RegionMap& map) {
+  return ScenarioRun(params.read_scenario(),
+                     [&, own = params.regions.own - 1](const auto& p) { return map.of(p) == own; });
+}
+
+using namespace std::chrono_literals;
+
+v1::CrowdRule to_proto(Rule rule) {
+  constexpr std::array kRules = {v1::CROWD_RULE_FREQUENCY, v1::CROWD_RULE_LENGTH,
+                                 v1::CROWD_RULE_PHASE, v1::CROWD_RULE_TRACKING,
+                                 v1::CROWD_RULE_HEADING};
+  return kRules.at(static_cast<std::size_t>(rule));
+}
+
+void to_proto(const RuleLine& line, int agents, v1::CrowdGuarantee& out) {
+  const RuleCertificate& c = line.certificate;
+  out.set_group(static_cast<std::uint32_t>(line.group));
+  out.set_rule(to_proto(line.rule));
+  out.set_guaranteed(c.guarantee == Guarantee::contracting);
+  out.set_guaranteed_rate_1_s(c.guaranteed_1_s);
+  out.set_expected_rate_1_s(c.expected_1_s);
+  out.set_within(c.within);
+  if (line.report.measured_1_s) out.set_measured_rate_1_s(*line.report.measured_1_s);
+  out.set_disorder(line.disorder);
+  out.set_agents(static_cast<std::uint32_t>(agents));
+  if (c.largest_agents) out.set_largest_agents(static_cast<std::uint32_t>(*c.largest_agents));
+  out.set_why(c.why);
+  for (const std::string& change : c.change) out.add_change(change);
+}
 
 }  // namespace
 
@@ -69,32 +117,6 @@ FarSettings CrowdParams::far() const {
           .sight_m = regions.sight_m,
           .stale_s = regions.stale_s};
 }
-
-namespace {
-
-using runtime::Time;
-
-TrustSettings trust_of(TrustSettings settings, const Scenario& scenario) {
-  settings.stale_s = scenario.stale_s;
-  if (settings.forget_s < settings.stale_s) {
-    throw ConfigError("crowd.trust.forget_s: less than the scenario's stale_s");
-  }
-  return settings;
-}
-
-/// The agent that a robot is, if there is one.
-void check(const RobotParams& robot, const Roster& roster) {
-  if (robot.agent < roster.externals()) return;
-  throw ConfigError(fmt::format("crowd.robot.agent: {} of {} external agents, they count from 0",
-                                robot.agent, roster.externals()));
-}
-
-ScenarioRun start(const CrowdParams& params, const RegionMap& map) {
-  return ScenarioRun(params.read_scenario(),
-                     [&, own = params.regions.own - 1](const auto& p) { return map.of(p) == own; });
-}
-
-}  // namespace
 
 void CrowdNode::Took::add(double s, int agents) {
   mean_s += (s - mean_s) / static_cast<double>(++steps);
@@ -177,9 +199,7 @@ void CrowdNode::step(Time now) {
   publish_certificate(now);
   publish_status(now);
   if (!runs_) return;
-  const auto elapsed = [&] {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-  };
+  const auto elapsed = [&] { return to_seconds(std::chrono::steady_clock::now() - begin); };
   took_.add(runtime::read_outside_value<double>(bus_, "step", elapsed), run_.crowd().size());
 }
 
@@ -258,44 +278,6 @@ void CrowdNode::say(const std::string& trouble) {
   trouble_ = trouble;
   status_changed_ = true;
 }
-
-namespace {
-
-using namespace std::chrono_literals;
-
-v1::CrowdRule to_proto(Rule rule) {
-  switch (rule) {
-    case Rule::frequency:
-      return v1::CROWD_RULE_FREQUENCY;
-    case Rule::length:
-      return v1::CROWD_RULE_LENGTH;
-    case Rule::phase:
-      return v1::CROWD_RULE_PHASE;
-    case Rule::tracking:
-      return v1::CROWD_RULE_TRACKING;
-    case Rule::heading:
-      return v1::CROWD_RULE_HEADING;
-  }
-  return v1::CROWD_RULE_UNSPECIFIED;
-}
-
-void to_proto(const RuleLine& line, int agents, v1::CrowdGuarantee& out) {
-  const RuleCertificate& c = line.certificate;
-  out.set_group(static_cast<std::uint32_t>(line.group));
-  out.set_rule(to_proto(line.rule));
-  out.set_guaranteed(c.guarantee == Guarantee::contracting);
-  out.set_guaranteed_rate_1_s(c.guaranteed_1_s);
-  out.set_expected_rate_1_s(c.expected_1_s);
-  out.set_within(c.within);
-  if (line.report.measured_1_s) out.set_measured_rate_1_s(*line.report.measured_1_s);
-  out.set_disorder(line.disorder);
-  out.set_agents(static_cast<std::uint32_t>(agents));
-  if (c.largest_agents) out.set_largest_agents(static_cast<std::uint32_t>(*c.largest_agents));
-  out.set_why(c.why);
-  for (const std::string& change : c.change) out.add_change(change);
-}
-
-}  // namespace
 
 void CrowdNode::publish_states(Time now) {
   states_message_.set_coordinator(static_cast<std::uint32_t>(params_.regions.own));

@@ -4,6 +4,7 @@
 
 #include "common/error.h"
 #include "common/math/circle.h"
+#include "common/time.h"
 #include "nodes/crowd/crowd_node.h"
 
 namespace mimesis::crowd {
@@ -152,8 +153,6 @@ namespace {
 constexpr double kPi = std::numbers::pi;
 constexpr double kFarBody_m = 1e5, kLongest_s = 10.0;
 
-double seconds(runtime::Time t) { return std::chrono::duration<double>(t).count(); }
-
 bool takes_part(v1::WalkState state) {
   return state == v1::WALK_STATE_STANDING || state == v1::WALK_STATE_STARTING ||
          state == v1::WALK_STATE_WALKING || state == v1::WALK_STATE_STOPPING;
@@ -201,7 +200,7 @@ void CrowdNode::hear_body(int external, AgentReport report, Time stamp, Time now
   const auto [known, comes] = bodies_.try_emplace(external);
   Body& body = known->second;
   if (!comes && stamp <= body.stamp) return;
-  const double dt = seconds(stamp - body.stamp);
+  const double dt = to_seconds(stamp - body.stamp);
   if (!comes) {
     const Eigen::Vector2d ahead(std::cos(report.heading_rad), std::sin(report.heading_rad));
     report.phase_rate_rad_s =

@@ -23,52 +23,6 @@ double excitation(const Linkage& links, std::span<const double> cost, const Wave
   return v;
 }
 
-}  // namespace
-
-Wave expand_wave(const Linkage& links, std::span<const char> inhibited,
-                 std::span<const double> cost, int start, std::span<const int> goals) {
-  Wave wave{std::vector<double>(links.size(), 0.0), std::vector<int>(links.size(), -1), false};
-  std::vector<int> front, next;
-  for (const int goal : goals) {
-    if (inhibited[at(goal)] || wave.arrival[at(goal)] == 0) continue;
-    wave.arrival[at(goal)] = 0;
-    wave.v[at(goal)] = 1.0;
-    front.push_back(goal);
-  }
-  for (int t = 1; !front.empty() && wave.arrival[at(start)] < 0; ++t) {
-    next.clear();
-    for (const int j : front) {
-      for (const Link& link : links[at(j)]) {
-        if (inhibited[at(link.to)] || wave.arrival[at(link.to)] >= 0) continue;
-        wave.arrival[at(link.to)] = t;
-        next.push_back(link.to);
-      }
-    }
-    // A node joins at the first step at which any neighbour is active, so all its active neighbours
-    // joined one step before: the sum runs over the old front only.
-    for (const int i : next) wave.v[at(i)] = excitation(links, cost, wave, i, t - 1);
-    front.swap(next);
-  }
-  wave.reached = wave.arrival[at(start)] >= 0;
-  return wave;
-}
-
-std::vector<int> follow_wave(const Linkage& links, const Wave& wave, int start) {
-  if (!wave.reached) return {};
-  std::vector<int> path{start};
-  for (int i = start; wave.arrival[at(i)] > 0;) {
-    int best = -1;
-    for (const Link& link : links[at(i)]) {
-      if (wave.arrival[at(link.to)] != wave.arrival[at(i)] - 1) continue;
-      if (best < 0 || wave.v[at(link.to)] > wave.v[at(best)]) best = link.to;
-    }
-    path.push_back(i = best);
-  }
-  return path;
-}
-
-namespace {
-
 constexpr std::size_t kStraightTries = 4;  // goals, nearest first, tried on the straight line
 
 /// The postures of one iteration of the on-line refinement: the path nodes and their active
@@ -147,7 +101,57 @@ std::string why_blocked(CollisionChecker& checker, std::span<const Eigen::Vector
          contact.value_or("outside the limits");
 }
 
+constexpr int kGrowLinks = 60;       // cut links, newest first, that get new nodes in one growth
+constexpr int kGrowNodes = 40;       // random nodes of each region that do
+constexpr double kGrowSigma = 0.35;  // spread around them [rad]
+
+double unit(std::mt19937_64& random) {
+  return std::ldexp(static_cast<double>(random() >> 11), -53);
+}
+
 }  // namespace
+
+Wave expand_wave(const Linkage& links, std::span<const char> inhibited,
+                 std::span<const double> cost, int start, std::span<const int> goals) {
+  Wave wave{std::vector<double>(links.size(), 0.0), std::vector<int>(links.size(), -1), false};
+  std::vector<int> front, next;
+  for (const int goal : goals) {
+    if (inhibited[at(goal)] || wave.arrival[at(goal)] == 0) continue;
+    wave.arrival[at(goal)] = 0;
+    wave.v[at(goal)] = 1.0;
+    front.push_back(goal);
+  }
+  for (int t = 1; !front.empty() && wave.arrival[at(start)] < 0; ++t) {
+    next.clear();
+    for (const int j : front) {
+      for (const Link& link : links[at(j)]) {
+        if (inhibited[at(link.to)] || wave.arrival[at(link.to)] >= 0) continue;
+        wave.arrival[at(link.to)] = t;
+        next.push_back(link.to);
+      }
+    }
+    // A node joins at the first step at which any neighbour is active, so all its active neighbours
+    // joined one step before: the sum runs over the old front only.
+    for (const int i : next) wave.v[at(i)] = excitation(links, cost, wave, i, t - 1);
+    front.swap(next);
+  }
+  wave.reached = wave.arrival[at(start)] >= 0;
+  return wave;
+}
+
+std::vector<int> follow_wave(const Linkage& links, const Wave& wave, int start) {
+  if (!wave.reached) return {};
+  std::vector<int> path{start};
+  for (int i = start; wave.arrival[at(i)] > 0;) {
+    int best = -1;
+    for (const Link& link : links[at(i)]) {
+      if (wave.arrival[at(link.to)] != wave.arrival[at(i)] - 1) continue;
+      if (best < 0 || wave.v[at(link.to)] > wave.v[at(best)]) best = link.to;
+    }
+    path.push_back(i = best);
+  }
+  return path;
+}
 
 double path_length(std::span<const Eigen::VectorXd> waypoints) {
   double sum = 0.0;
@@ -209,18 +213,6 @@ tl::expected<FoundPath, Status> find_path(const Roadmap& roadmap, CollisionCheck
                               settings.shortcuts, settings.seed);
   return found;
 }
-
-namespace {
-
-constexpr int kGrowLinks = 60;       // cut links, newest first, that get new nodes in one growth
-constexpr int kGrowNodes = 40;       // random nodes of each region that do
-constexpr double kGrowSigma = 0.35;  // spread around them [rad]
-
-double unit(std::mt19937_64& random) {
-  return std::ldexp(static_cast<double>(random() >> 11), -53);
-}
-
-}  // namespace
 
 void Network::take(const Roadmap& roadmap) {
   links_ = roadmap.links;

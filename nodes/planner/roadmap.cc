@@ -20,30 +20,6 @@ double radical_inverse(int index, int base) {
   return value;
 }
 
-}  // namespace
-
-Eigen::MatrixXd halton(int n, int count, std::uint64_t seed) {
-  MIMESIS_ASSERT(n >= 1 && n <= static_cast<int>(kPrimes.size()));
-  std::mt19937_64 random(seed);
-  Eigen::MatrixXd points(n, count);
-  for (int row = 0; row < n; ++row) {
-    const double shift = std::ldexp(static_cast<double>(random() >> 11), -53);
-    for (int i = 0; i < count; ++i) {
-      const double sum = radical_inverse(i + 1, kPrimes[static_cast<std::size_t>(row)]) + shift;
-      points(row, i) = sum < 1.0 ? sum : sum - 1.0;
-    }
-  }
-  return points;
-}
-
-Eigen::MatrixXd sample_box(const Eigen::VectorXd& lo, const Eigen::VectorXd& hi, int count,
-                           std::uint64_t seed) {
-  const Eigen::MatrixXd unit = halton(static_cast<int>(lo.size()), count, seed);
-  return ((hi - lo).asDiagonal() * unit).colwise() + lo;
-}
-
-namespace {
-
 bool nearer(const Link& a, const Link& b) {
   return a.length != b.length ? a.length < b.length : a.to < b.to;
 }
@@ -74,6 +50,26 @@ bool long_side_of_a_triangle(const Linkage& links, std::size_t i, const Link& li
 }
 
 }  // namespace
+
+Eigen::MatrixXd halton(int n, int count, std::uint64_t seed) {
+  MIMESIS_ASSERT(n >= 1 && n <= static_cast<int>(kPrimes.size()));
+  std::mt19937_64 random(seed);
+  Eigen::MatrixXd points(n, count);
+  for (int row = 0; row < n; ++row) {
+    const double shift = std::ldexp(static_cast<double>(random() >> 11), -53);
+    for (int i = 0; i < count; ++i) {
+      const double sum = radical_inverse(i + 1, kPrimes[static_cast<std::size_t>(row)]) + shift;
+      points(row, i) = sum < 1.0 ? sum : sum - 1.0;
+    }
+  }
+  return points;
+}
+
+Eigen::MatrixXd sample_box(const Eigen::VectorXd& lo, const Eigen::VectorXd& hi, int count,
+                           std::uint64_t seed) {
+  const Eigen::MatrixXd unit = halton(static_cast<int>(lo.size()), count, seed);
+  return ((hi - lo).asDiagonal() * unit).colwise() + lo;
+}
 
 Linkage nearest_neighbours(const Eigen::MatrixXd& nodes, int m) {
   const auto count = static_cast<std::size_t>(nodes.cols());

@@ -56,30 +56,6 @@ Waypoints without_doubles(const Waypoints& path) {
   return kept;
 }
 
-}  // namespace
-
-std::vector<Eigen::VectorXd> shortened(std::vector<Eigen::VectorXd> path, const Certify& certify,
-                                       int attempts, std::uint64_t seed) {
-  path = without_doubles(without_detours(path, certify));
-  std::mt19937_64 random(seed);
-  const auto unit = [&] { return std::ldexp(static_cast<double>(random() >> 11), -53); };
-  for (int i = 0; i < attempts && path.size() > 2; ++i) {
-    const double length = length_of(path);
-    const double first = unit() * length, second = unit() * length;
-    const Spot a = spot_at(path, std::min(first, second)),
-               b = spot_at(path, std::max(first, second));
-    if (a.part == b.part || !certify(a.q, b.q)) continue;
-    Waypoints next(path.begin(), path.begin() + static_cast<std::ptrdiff_t>(a.part) + 1);
-    next.push_back(a.q);
-    next.push_back(b.q);
-    next.insert(next.end(), path.begin() + static_cast<std::ptrdiff_t>(b.part) + 1, path.end());
-    path = without_doubles(next);
-  }
-  return without_doubles(without_detours(path, certify));
-}
-
-namespace {
-
 struct Mean {
   Eigen::VectorXd sum;
   int count = 0;
@@ -113,7 +89,36 @@ Eigen::VectorXd shift(const Eigen::MatrixXd& nodes, std::span<const char> inhibi
   return v;
 }
 
+constexpr int kHalvings = 6;
+
+Eigen::MatrixXd corner(const Eigen::VectorXd& a, const Eigen::VectorXd& b,
+                       const Eigen::VectorXd& c) {
+  Eigen::MatrixXd control(b.size(), 5);
+  control << a, 0.5 * (a + b), b, 0.5 * (b + c), c;
+  return control;
+}
+
 }  // namespace
+
+std::vector<Eigen::VectorXd> shortened(std::vector<Eigen::VectorXd> path, const Certify& certify,
+                                       int attempts, std::uint64_t seed) {
+  path = without_doubles(without_detours(path, certify));
+  std::mt19937_64 random(seed);
+  const auto unit = [&] { return std::ldexp(static_cast<double>(random() >> 11), -53); };
+  for (int i = 0; i < attempts && path.size() > 2; ++i) {
+    const double length = length_of(path);
+    const double first = unit() * length, second = unit() * length;
+    const Spot a = spot_at(path, std::min(first, second)),
+               b = spot_at(path, std::max(first, second));
+    if (a.part == b.part || !certify(a.q, b.q)) continue;
+    Waypoints next(path.begin(), path.begin() + static_cast<std::ptrdiff_t>(a.part) + 1);
+    next.push_back(a.q);
+    next.push_back(b.q);
+    next.insert(next.end(), path.begin() + static_cast<std::ptrdiff_t>(b.part) + 1, path.end());
+    path = without_doubles(next);
+  }
+  return without_doubles(without_detours(path, certify));
+}
 
 std::vector<double> refine_offline(Eigen::MatrixXd& nodes, const Eigen::VectorXd& lo,
                                    const Eigen::VectorXd& hi, const FreePosture& free,
@@ -149,19 +154,6 @@ std::vector<double> refine_offline(Eigen::MatrixXd& nodes, const Eigen::VectorXd
   nodes.conservativeResize(Eigen::NoChange, kept);
   return shares;
 }
-
-namespace {
-
-constexpr int kHalvings = 6;
-
-Eigen::MatrixXd corner(const Eigen::VectorXd& a, const Eigen::VectorXd& b,
-                       const Eigen::VectorXd& c) {
-  Eigen::MatrixXd control(b.size(), 5);
-  control << a, 0.5 * (a + b), b, 0.5 * (b + c), c;
-  return control;
-}
-
-}  // namespace
 
 SmoothPath::SmoothPath(const std::vector<Eigen::VectorXd>& waypoints, double max_radius,
                        const Accept& accept)

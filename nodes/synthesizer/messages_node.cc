@@ -25,6 +25,54 @@ std::string unknown_character(std::uint32_t character, const Characters& charact
 /// Numbers on the wire are finite: ports see to it. They may be absurd.
 bool within(double value, double low, double high) { return value >= low && value <= high; }
 
+constexpr double kLongest_s = 60.0;
+
+bool near(double x) { return std::abs(x) <= kFar_m; }
+bool near(const v1::Vector3& p) { return near(p.x_m()) && near(p.y_m()) && near(p.z_m()); }
+
+Eigen::Vector3d to_eigen(const v1::Vector3& p) { return {p.x_m(), p.y_m(), p.z_m()}; }
+
+mocap::Side side(v1::Foot foot) { return foot == v1::FOOT_LEFT ? mocap::kLeft : mocap::kRight; }
+v1::Foot foot(mocap::Side side) { return side == mocap::kLeft ? v1::FOOT_LEFT : v1::FOOT_RIGHT; }
+
+SolePrint to_print(const v1::Footprint& message) {
+  return {.side = side(message.foot()),
+          .p_W_m = to_eigen(message.position_in_world_m()).head<2>(),
+          .yaw_rad = message.yaw_rad()};
+}
+
+RobotGait to_gait(v1::WalkState state) {
+  switch (state) {
+    case v1::WALK_STATE_STANDING:
+      return RobotGait::standing;
+    case v1::WALK_STATE_STARTING:
+      return RobotGait::starting;
+    case v1::WALK_STATE_WALKING:
+      return RobotGait::walking;
+    case v1::WALK_STATE_STOPPING:
+      return RobotGait::stopping;
+    case v1::WALK_STATE_SAFE:
+      return RobotGait::safe;
+    default:
+      return RobotGait::waiting;
+  }
+}
+
+void set(v1::Vector3& message, const Eigen::Vector3d& p) {
+  message.set_x_m(p.x());
+  message.set_y_m(p.y());
+  message.set_z_m(p.z());
+}
+
+std::string hands_fault(const google::protobuf::RepeatedPtrField<v1::Vector3>& hands) {
+  if (hands.size() != 0 && hands.size() != 2) {
+    return fmt::format("{} hands, expected none or two", hands.size());
+  }
+  return std::ranges::all_of(hands, [](const v1::Vector3& p) { return near(p); })
+             ? ""
+             : "a hand is nowhere";
+}
+
 }  // namespace
 
 std::string fault(const v1::MotionGoal& goal, const Characters& characters) {
@@ -164,58 +212,6 @@ v1::MotionStatus to_proto(int i, const Progress& progress, const std::vector<Pla
   }
   return status;
 }
-
-namespace {
-
-constexpr double kLongest_s = 60.0;
-
-bool near(double x) { return std::abs(x) <= kFar_m; }
-bool near(const v1::Vector3& p) { return near(p.x_m()) && near(p.y_m()) && near(p.z_m()); }
-
-Eigen::Vector3d to_eigen(const v1::Vector3& p) { return {p.x_m(), p.y_m(), p.z_m()}; }
-
-mocap::Side side(v1::Foot foot) { return foot == v1::FOOT_LEFT ? mocap::kLeft : mocap::kRight; }
-v1::Foot foot(mocap::Side side) { return side == mocap::kLeft ? v1::FOOT_LEFT : v1::FOOT_RIGHT; }
-
-SolePrint to_print(const v1::Footprint& message) {
-  return {.side = side(message.foot()),
-          .p_W_m = to_eigen(message.position_in_world_m()).head<2>(),
-          .yaw_rad = message.yaw_rad()};
-}
-
-RobotGait to_gait(v1::WalkState state) {
-  switch (state) {
-    case v1::WALK_STATE_STANDING:
-      return RobotGait::standing;
-    case v1::WALK_STATE_STARTING:
-      return RobotGait::starting;
-    case v1::WALK_STATE_WALKING:
-      return RobotGait::walking;
-    case v1::WALK_STATE_STOPPING:
-      return RobotGait::stopping;
-    case v1::WALK_STATE_SAFE:
-      return RobotGait::safe;
-    default:
-      return RobotGait::waiting;
-  }
-}
-
-void set(v1::Vector3& message, const Eigen::Vector3d& p) {
-  message.set_x_m(p.x());
-  message.set_y_m(p.y());
-  message.set_z_m(p.z());
-}
-
-std::string hands_fault(const google::protobuf::RepeatedPtrField<v1::Vector3>& hands) {
-  if (hands.size() != 0 && hands.size() != 2) {
-    return fmt::format("{} hands, expected none or two", hands.size());
-  }
-  return std::ranges::all_of(hands, [](const v1::Vector3& p) { return near(p); })
-             ? ""
-             : "a hand is nowhere";
-}
-
-}  // namespace
 
 std::string fault(const v1::WalkFeedback& f) {
   if (!v1::WalkState_IsValid(f.state()) || f.state() == v1::WALK_STATE_UNSPECIFIED) {

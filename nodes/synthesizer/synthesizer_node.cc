@@ -7,6 +7,7 @@
 #include "common/model/files.h"
 #include "common/motion/model/motion_model.h"
 #include "common/runtime/param_source.h"
+#include "common/time.h"
 #include "nodes/synthesizer/figure_director.h"
 #include "nodes/synthesizer/messages_node.h"
 #include "nodes/synthesizer/robot_director.h"
@@ -15,8 +16,6 @@ namespace mimesis::synthesizer {
 namespace {
 
 using runtime::Time;
-
-double seconds(Time t) { return std::chrono::duration<double>(t).count(); }
 
 std::unique_ptr<const ActionMaps> learn_drawer(const SynthesizerParams& params) {
   if (!params.drawer) {
@@ -43,7 +42,7 @@ std::unique_ptr<Director> make_director(const SynthesizerParams& params, const A
                                         const BipedDrawer* robot_drawer) {
   const motion::MotionModel model =
       motion::load_motion_model(runtime::find_model_file(params.model));
-  const auto starts = form(params.characters, params.formation());
+  const auto starts = form(params.characters, params.start.arranged());
   const CharactersSettings settings = params.character_settings();
   if (params.robot.description.empty()) {
     return std::make_unique<FigureDirector>(model, starts, settings, drawer);
@@ -222,7 +221,7 @@ void SynthesizerNode::take_beat(Time now) {
     return;
   }
   director_->characters().set_beat(
-      beat->phase_rad() + beat->phase_rate_rad_s() * (seconds(now - beat_stamp_) - period_s_),
+      beat->phase_rad() + beat->phase_rate_rad_s() * (to_seconds(now - beat_stamp_) - period_s_),
       beat->phase_rate_rad_s());
 }
 
@@ -239,7 +238,7 @@ void SynthesizerNode::take_crowd(Time now) {
       }
       Time& last = commanded_[gait.character()];
       if (stamp < last) continue;
-      obey(gait, seconds(now - stamp) - period_s_);
+      obey(gait, to_seconds(now - stamp) - period_s_);
       last = stamp;
     }
   }

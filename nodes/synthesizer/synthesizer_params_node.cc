@@ -10,16 +10,6 @@ namespace {
 constexpr double kFarthest_m = 1e4;
 }  // namespace
 
-void StartParams::visit(runtime::ParamVisitor& v) {
-  v("arrangement", arrangement, {"grid", "row", "circle"});
-  v("spacing_m", spacing_m, 0.1, 100.0);
-  v("x_m", x_m, -kFarthest_m, kFarthest_m);
-  v("y_m", y_m, -kFarthest_m, kFarthest_m);
-  v("heading_rad", heading_rad, -std::numbers::pi, std::numbers::pi);
-  v("walking", walking);
-  v("spread_phases", spread_phases);
-}
-
 void FirstGoalParams::visit(runtime::ParamVisitor& v) {
   v("kind", kind, {"none", "walk_to", "drawer"});
   v("x_m", x_m, -kFarthest_m, kFarthest_m);
@@ -49,25 +39,34 @@ void SynthesizerParams::visit(runtime::ParamVisitor& v) {
   v("offset_s", offset_s, 0.0, 1.0);
   v("model", model);
   v("characters", characters, 1, 20000);
-  v("style", style);
-  v.group("start", [this](runtime::ParamVisitor& g) { start.visit(g); });
+  v("style", character.style);
+  v.group("start", [this](runtime::ParamVisitor& g) {
+    Formation& f = start.formation;
+    g("arrangement", start.arrangement, {"grid", "row", "circle"});
+    g("spacing_m", f.spacing_m, 0.1, 100.0);
+    g("x_m", f.centre_W_m.x(), -kFarthest_m, kFarthest_m);
+    g("y_m", f.centre_W_m.y(), -kFarthest_m, kFarthest_m);
+    g("heading_rad", f.heading_rad, -std::numbers::pi, std::numbers::pi);
+    g("walking", character.walking);
+    g("spread_phases", f.spread_phases);
+  });
   v.group("goal", [this](runtime::ParamVisitor& g) { goal.visit(g); });
   v("drawer", drawer);
   v("drawer_seed", drawer_seed, 0, 1'000'000'000);
-  v("style_beta", walk.style_beta, 0.01, 1.0);
-  v("turn_gain_1_s", walk.turn_gain_1_s, 0.1, 10.0);
-  v("turn_max_rad_s", walk.turn_max_rad_s, 0.05, 3.0);
-  v("goal_tolerance_m", walk.goal_tolerance_m, 0.02, 2.0);
-  v("longest_step", walk.longest_step, 0.5, 1.5);
-  v("shortest_cycle", walk.shortest_cycle, 0.3, 1.0);
-  v("longest_cycle", walk.longest_cycle, 1.0, 5.0);
-  v("give_up_s", walk.give_up_s, 1.0, 600.0);
+  v("style_beta", character.walk.style_beta, 0.01, 1.0);
+  v("turn_gain_1_s", character.walk.turn_gain_1_s, 0.1, 10.0);
+  v("turn_max_rad_s", character.walk.turn_max_rad_s, 0.05, 3.0);
+  v("goal_tolerance_m", character.walk.goal_tolerance_m, 0.02, 2.0);
+  v("longest_step", character.walk.longest_step, 0.5, 1.5);
+  v("shortest_cycle", character.walk.shortest_cycle, 0.3, 1.0);
+  v("longest_cycle", character.walk.longest_cycle, 1.0, 5.0);
+  v("give_up_s", character.walk.give_up_s, 1.0, 600.0);
   v.group("robot", [this](runtime::ParamVisitor& g) { robot.visit(g); });
-  v("beat_alpha_1_s", beat_alpha_1_s, 0.0, 100.0);
-  v("crowd_alpha_1_s", crowd_alpha_1_s, 0.0, 100.0);
+  v("beat_alpha_1_s", character.beat_alpha_1_s, 0.0, 100.0);
+  v("crowd_alpha_1_s", character.crowd_alpha_1_s, 0.0, 100.0);
   v("beat_stale_s", beat_stale_s, 0.05, 600.0);
   v("gait_stale_s", gait_stale_s, 0.05, 60.0);
-  v("foot_lock", foot_lock);
+  v("foot_lock", character.foot_lock);
 }
 
 double SynthesizerParams::robot_rate_hz() const {
@@ -75,28 +74,19 @@ double SynthesizerParams::robot_rate_hz() const {
 }
 
 CharactersSettings SynthesizerParams::character_settings() const {
-  CharactersSettings s;
-  s.walk = walk;
+  CharactersSettings s = character;
   s.walk.dt_s = 1.0 / rate_hz;
-  // robots step slower than the people whose motion they have
-  if (!robot.description.empty()) s.walk.longest_cycle = std::max(s.walk.longest_cycle, 5.0);
-  s.style = style;
-  s.walking = start.walking;
-  s.foot_lock = foot_lock && robot.description.empty();  // a robot has feet of its own
-  s.beat_alpha_1_s = beat_alpha_1_s;
-  s.crowd_alpha_1_s = crowd_alpha_1_s;
+  if (robot.description.empty()) return s;
+  s.walk.longest_cycle = std::max(s.walk.longest_cycle, 5.0);  // robots step slower than people
+  s.foot_lock = false;                                         // and have feet of their own
   return s;
 }
 
-Formation SynthesizerParams::formation() const {
-  Formation f;
-  f.arrangement = start.arrangement == "row"      ? Arrangement::row
-                  : start.arrangement == "circle" ? Arrangement::circle
-                                                  : Arrangement::grid;
-  f.spacing_m = start.spacing_m;
-  f.centre_W_m = {start.x_m, start.y_m};
-  f.heading_rad = start.heading_rad;
-  f.spread_phases = start.spread_phases;
+Formation StartParams::arranged() const {
+  Formation f = formation;
+  f.arrangement = arrangement == "row"      ? Arrangement::row
+                  : arrangement == "circle" ? Arrangement::circle
+                                            : Arrangement::grid;
   return f;
 }
 

@@ -10,13 +10,9 @@ namespace mimesis::synthesizer {
 /// Where characters stand at the start.
 struct StartParams {
   std::string arrangement = "grid";  ///< grid, row or circle
-  double spacing_m = 1.2;            ///< between neighbours [m]
-  double x_m = 0.0, y_m = 0.0;       ///< middle of the formation in W [m]
-  double heading_rad = 0.0;          ///< in W, + to the left [rad]
-  bool walking = false;              ///< from the first moment; else they stand until told
-  bool spread_phases = false;        ///< else all begin at left heel strike
+  Formation formation{};             ///< all else
 
-  void visit(runtime::ParamVisitor& v);
+  Formation arranged() const;
 };
 
 /// What is to be done before the first message on port `goal`.
@@ -44,23 +40,18 @@ struct SynthesizerParams {
   double offset_s = 0.0;                   ///< of the first step within the period [s]
   std::string model = "walk.motion.json";  ///< file of the motion model
   int characters = 1;                      ///< [1]
-  std::string style;                       ///< at the start; empty: the model's first
   StartParams start;
   FirstGoalParams goal;
-  bool drawer = false;  ///< learn the actions for drawers at the start (some seconds)
-  int drawer_seed = 1;  ///< of the trials they are learned from [1]
-  WalkSettings walk;    ///< its dt_s follows from rate_hz
+  bool drawer = false;           ///< learn the actions for drawers at the start (some seconds)
+  int drawer_seed = 1;           ///< of the trials they are learned from [1]
+  CharactersSettings character;  ///< its walk.dt_s follows from rate_hz
   RobotParams robot;
-  double beat_alpha_1_s = 2.0;   ///< coupling to the beat [M18 eq. 3.18] [1/s]
-  double crowd_alpha_1_s = 2.0;  ///< and to phases of crowd commands [1/s]
-  double beat_stale_s = 5.0;     ///< a beat not heard for so long has ended [s]
-  double gait_stale_s = 0.5;     ///< a crowd command not heard for so long is released [s]
-  bool foot_lock = true;         ///< standing feet stay where they are
+  double beat_stale_s = 5.0;  ///< a beat not heard for so long has ended [s]
+  double gait_stale_s = 0.5;  ///< a crowd command not heard for so long is released [s]
 
   void visit(runtime::ParamVisitor& v);
   double robot_rate_hz() const;  ///< see run_node
   CharactersSettings character_settings() const;
-  Formation formation() const;
 };
 
 }  // namespace mimesis::synthesizer

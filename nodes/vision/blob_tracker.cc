@@ -17,6 +17,26 @@ int gap(const Moments& a, const Moments& b) {
   return std::max(du, dv) - 1;
 }
 
+bool contains(const Blob& blob, int region) {
+  return std::binary_search(blob.regions.begin(), blob.regions.end(), region);
+}
+
+/// Part of a run where (u, row) · axis >= limit.
+Run clip(Run run, const Eigen::Vector2d& axis, double limit) {
+  const double needed = limit - axis.y() * run.row;
+  if (std::abs(axis.x()) < 1e-9) {
+    if (needed > 0.0) run.end = run.begin;
+    return run;
+  }
+  const double border = std::clamp(needed / axis.x(), -1e6, 1e6);
+  if (axis.x() > 0.0) {
+    run.begin = std::max(run.begin, static_cast<int>(std::ceil(border)));
+  } else {
+    run.end = std::min(run.end, static_cast<int>(std::floor(border)) + 1);
+  }
+  return run;
+}
+
 }  // namespace
 
 void BlobTracker::update(std::span<const Region> regions) {
@@ -79,30 +99,6 @@ void BlobTracker::update(Kind kind, std::span<const Region> regions) {
     last_[k].known = false;
   }
 }
-
-namespace {
-
-bool contains(const Blob& blob, int region) {
-  return std::binary_search(blob.regions.begin(), blob.regions.end(), region);
-}
-
-/// Part of a run where (u, row) · axis >= limit.
-Run clip(Run run, const Eigen::Vector2d& axis, double limit) {
-  const double needed = limit - axis.y() * run.row;
-  if (std::abs(axis.x()) < 1e-9) {
-    if (needed > 0.0) run.end = run.begin;
-    return run;
-  }
-  const double border = std::clamp(needed / axis.x(), -1e6, 1e6);
-  if (axis.x() > 0.0) {
-    run.begin = std::max(run.begin, static_cast<int>(std::ceil(border)));
-  } else {
-    run.end = std::min(run.end, static_cast<int>(std::floor(border)) + 1);
-  }
-  return run;
-}
-
-}  // namespace
 
 std::optional<Palm> find_palm(std::span<const Run> runs, const Blob& blob,
                               const Eigen::Vector2d& reach, double length_px) {

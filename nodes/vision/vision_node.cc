@@ -62,6 +62,18 @@ std::string summary(const ActionRecognizer& action) {
   return line + (action.complete() ? ", complete" : "");
 }
 
+WatcherSetup complete(const VisionParams& params) {
+  WatcherSetup setup = params.setup;
+  for (int c = 0; c < 3; ++c) {
+    setup.reference_bgr[c] = params.reference_bgr[static_cast<std::size_t>(c)];
+  }
+  return setup;
+}
+
+runtime::Time stamp_of(const foxglove::RawImage& m) {
+  return std::chrono::seconds(m.timestamp().seconds()) + runtime::Time(m.timestamp().nanos());
+}
+
 }  // namespace
 
 v1::Blobs blobs_message(const TableWatcher& watcher) {
@@ -151,22 +163,6 @@ foxglove::ImageAnnotations annotations_message(const TableWatcher& watcher) {
   paint(Kind::object, text->mutable_text_color());
   return out;
 }
-
-namespace {
-
-WatcherSetup complete(const VisionParams& params) {
-  WatcherSetup setup = params.setup;
-  for (int c = 0; c < 3; ++c) {
-    setup.reference_bgr[c] = params.reference_bgr[static_cast<std::size_t>(c)];
-  }
-  return setup;
-}
-
-runtime::Time stamp_of(const foxglove::RawImage& m) {
-  return std::chrono::seconds(m.timestamp().seconds()) + runtime::Time(m.timestamp().nanos());
-}
-
-}  // namespace
 
 void VisionParams::visit(runtime::ParamVisitor& v) {
   using runtime::ParamVisitor;

@@ -1,6 +1,7 @@
 #include "nodes/walker/walker_node.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -10,12 +11,6 @@
 
 namespace mimesis::walker {
 namespace {
-
-double seconds(runtime::Time t) { return std::chrono::duration<double>(t).count(); }
-
-double elapsed_s(std::chrono::steady_clock::time_point since) {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - since).count();
-}
 
 Sensors no_sensors(int dof) {
   constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
@@ -36,6 +31,14 @@ Eigen::Vector3d up_in_imu(const robot::Biped& biped) {
   robot::Kinematics kinematics(biped.tree);
   kinematics.update(biped.X_WB_half_sitting, biped.half_sitting);
   return kinematics.X_WL(biped.imu).linear().transpose() * Eigen::Vector3d::UnitZ();
+}
+
+constexpr std::uint64_t kTransformsEvery = 8;  // steps: 25 Hz
+
+const char* name(v1::WalkState state) {
+  constexpr std::array kNames = {"",        "waiting",  "standing", "starting",
+                                 "walking", "stopping", "safe"};
+  return kNames.at(static_cast<std::size_t>(state));
 }
 
 }  // namespace
@@ -140,7 +143,7 @@ void WalkerNode::take_motion(runtime::Time now) {
     }
   }
   if (motion == nullptr) return;
-  const double age_s = std::max(0.0, seconds(now - motion_in_.stamp()));
+  const double age_s = std::max(0.0, to_seconds(now - motion_in_.stamp()));
   std::string why = reader_.read(*motion, age_s, params_.use_smooth_velocity, motion_);
   if (!why.empty() && why != refusal_ && refusals_.pass()) {
     runtime::warn("motion refused: {}; the robot stands", why);
@@ -221,7 +224,7 @@ void WalkerNode::balance() {
 
   const auto begin = std::chrono::steady_clock::now();
   tick_ = &walker_.step(wish, conduct_.blind() ? blind_ : sensors_);
-  took_.add(elapsed_s(begin));
+  took_.add(to_seconds(std::chrono::steady_clock::now() - begin));
 
   q_ = tick_->q;
   dq_ = tick_->dq;
@@ -236,31 +239,6 @@ void WalkerNode::balance() {
 }
 
 // Messages that the node publishes at a step.
-namespace {
-
-constexpr std::uint64_t kTransformsEvery = 8;  // steps: 25 Hz
-
-const char* name(v1::WalkState state) {
-  switch (state) {
-    case v1::WALK_STATE_WAITING:
-      return "waiting";
-    case v1::WALK_STATE_STANDING:
-      return "standing";
-    case v1::WALK_STATE_STARTING:
-      return "starting";
-    case v1::WALK_STATE_WALKING:
-      return "walking";
-    case v1::WALK_STATE_STOPPING:
-      return "stopping";
-    case v1::WALK_STATE_SAFE:
-      return "safe";
-    default:
-      return "";
-  }
-}
-
-}  // namespace
-
 v1::WalkState WalkerNode::state() const {
   switch (conduct_.phase()) {
     case Phase::kBalancing:

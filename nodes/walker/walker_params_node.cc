@@ -52,6 +52,13 @@ void visit_task(runtime::ParamVisitor& v, TaskSpec& task) {
   visit_axes(v, task.axes);
 }
 
+constexpr double kPi = std::numbers::pi, kFar_m = 1e4;
+
+PatternKind kind_of(const std::string& name) {
+  if (name == "linear") return PatternKind::kLinear;
+  return name == "preview" ? PatternKind::kPreview : PatternKind::kNonlinear;
+}
+
 }  // namespace
 
 void visit_stack(runtime::ParamVisitor& v, StackSettings& settings) {
@@ -63,17 +70,6 @@ void visit_stack(runtime::ParamVisitor& v, StackSettings& settings) {
       "tasks", settings.tasks.size(), [&](std::size_t n) { settings.tasks.resize(n); },
       [&](runtime::ParamVisitor& g, std::size_t i) { visit_task(g, settings.tasks[i]); });
 }
-
-namespace {
-
-constexpr double kPi = std::numbers::pi, kFar_m = 1e4;
-
-PatternKind kind_of(const std::string& name) {
-  if (name == "linear") return PatternKind::kLinear;
-  return name == "preview" ? PatternKind::kPreview : PatternKind::kNonlinear;
-}
-
-}  // namespace
 
 void GaitParams::visit(runtime::ParamVisitor& v) {
   v("step_s", step_s, 0.0, 2.0);

@@ -56,6 +56,44 @@ Start principal_components(const MatrixXd& data, Index count) {
   return {solver.eigenvectors().rightCols(count).rowwise().reverse(), false};
 }
 
+using Eigen::VectorXd;
+
+/// The phase by which a source has to be delayed.
+double turn_to_crest(const VectorXd& spectrum) {
+  const Index half = spectrum.size() / 2;
+  Index dominant = 0;
+  (spectrum.head(half).array().square() + spectrum.tail(half).array().square()).maxCoeff(&dominant);
+  const auto order = static_cast<double>(dominant + 1);
+  const double phase = std::atan2(spectrum[half + dominant], spectrum[dominant]);
+  double best = 0.0, highest = -INFINITY;
+  VectorXd turned(2 * half);
+  for (Index i = 0; i <= dominant; ++i) {
+    const double delay = (phase + math::kTwoPi * static_cast<double>(i)) / order;
+    shift_spectrum(spectrum.data(), delay, half, turned.data(), nullptr);
+    const double at_zero = turned.head(half).sum();
+    if (at_zero > highest + 1e-9) {
+      highest = at_zero;
+      best = delay;
+    }
+  }
+  return best;
+}
+
+void turn_and_scale(Mixture& m, Index k, bool keep_sign) {
+  const Index samples = m.sources.cols(), harmonics = harmonic_count(samples);
+  const Index half = (harmonics + 3) / 4 * 4;
+  VectorXd spectrum = to_spectrum(m.sources.row(k), harmonics, half), turned(2 * half);
+  double scale = spectrum.norm() / std::sqrt(static_cast<double>(samples));
+  if (scale <= 0.0) return;
+  if (!keep_sign && m.weights.col(k).sum() < 0.0) scale = -scale;
+  spectrum /= scale;
+  const double delay = turn_to_crest(spectrum);
+  shift_spectrum(spectrum.data(), delay, half, turned.data(), nullptr);
+  m.sources.row(k) = from_spectrum(turned, samples);
+  m.weights.col(k) *= scale;
+  m.delay_rad.col(k).array() -= delay;
+}
+
 }  // namespace
 
 std::vector<Start> starts(const MatrixXd& data, Index count, bool tied, bool by_energy) {
@@ -99,14 +137,6 @@ Eigen::MatrixXd Anderson::next(const Eigen::MatrixXd& x, const Eigen::MatrixXd& 
   const Eigen::VectorXd mixed = value_.back() - dg * gamma;
   return mixed.reshaped(gx.rows(), gx.cols());
 }
-
-namespace {
-
-using Eigen::Index;
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
-
-}  // namespace
 
 Alternation::Alternation(MatrixXd data, const Layout& layout)
     : layout_(layout), data_(std::move(data)), energies_(layout.groups) {
@@ -275,49 +305,6 @@ void Alternation::run(const Limits& limits, std::vector<double>* trace) {
   refine(1);
   if (extrapolated && error_ > before) undo();
 }
-
-namespace {
-
-using Eigen::Index;
-using Eigen::VectorXd;
-
-/// The phase by which a source has to be delayed.
-double turn_to_crest(const VectorXd& spectrum) {
-  const Index half = spectrum.size() / 2;
-  Index dominant = 0;
-  (spectrum.head(half).array().square() + spectrum.tail(half).array().square()).maxCoeff(&dominant);
-  const auto order = static_cast<double>(dominant + 1);
-  const double phase = std::atan2(spectrum[half + dominant], spectrum[dominant]);
-  double best = 0.0, highest = -INFINITY;
-  VectorXd turned(2 * half);
-  for (Index i = 0; i <= dominant; ++i) {
-    const double delay = (phase + math::kTwoPi * static_cast<double>(i)) / order;
-    shift_spectrum(spectrum.data(), delay, half, turned.data(), nullptr);
-    const double at_zero = turned.head(half).sum();
-    if (at_zero > highest + 1e-9) {
-      highest = at_zero;
-      best = delay;
-    }
-  }
-  return best;
-}
-
-void turn_and_scale(Mixture& m, Index k, bool keep_sign) {
-  const Index samples = m.sources.cols(), harmonics = harmonic_count(samples);
-  const Index half = (harmonics + 3) / 4 * 4;
-  VectorXd spectrum = to_spectrum(m.sources.row(k), harmonics, half), turned(2 * half);
-  double scale = spectrum.norm() / std::sqrt(static_cast<double>(samples));
-  if (scale <= 0.0) return;
-  if (!keep_sign && m.weights.col(k).sum() < 0.0) scale = -scale;
-  spectrum /= scale;
-  const double delay = turn_to_crest(spectrum);
-  shift_spectrum(spectrum.data(), delay, half, turned.data(), nullptr);
-  m.sources.row(k) = from_spectrum(turned, samples);
-  m.weights.col(k) *= scale;
-  m.delay_rad.col(k).array() -= delay;
-}
-
-}  // namespace
 
 void fix_gauge(Mixture& mixture, Index given, bool keep_signs) {
   const Index count = mixture.sources.rows();

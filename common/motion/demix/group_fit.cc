@@ -20,6 +20,25 @@ constexpr float kLeastRoom = 1e-3f;  // a source that is nearly another one gain
 constexpr int kSweeps = 4;
 constexpr Index kGrid = 64;  // places a period: Levenberg steps go on from there
 
+constexpr double kRidge = 1e-9;   // of a source's energy: two sources may coincide
+constexpr double kMaxStep = 0.5;  // of a Levenberg step [rad]
+constexpr int kStepsAfterSearch = 2;
+
+/// min ½wᵀGw − yᵀw, w ≥ 0, by coordinate descent from the unconstrained solution, clipped.
+void clip_and_descend(const MatrixXd& gram, const double* y, Eigen::Ref<VectorXd> w) {
+  w = w.cwiseMax(0.0);
+  for (int turn = 0; turn < 200; ++turn) {
+    double moved = 0.0;
+    for (Index k = 0; k < w.size(); ++k) {
+      const double before = w[k];
+      const double slope = gram.col(k).dot(w) - y[k];
+      w[k] = std::max(0.0, before - slope / gram(k, k));
+      moved = std::max(moved, std::abs(w[k] - before));
+    }
+    if (moved <= 1e-10 * w.maxCoeff()) break;
+  }
+}
+
 }  // namespace
 
 GridSearch::GridSearch(Index half, Index sources, Index group, Index frozen, bool nonnegative,
@@ -197,33 +216,6 @@ bool GridSearch::propose(const double* x, const double* phi, int restarts, doubl
   for (Index k = 0; k < k_; ++k) found[k] = k < frozen_ ? phi[k] : angles_[best_[k]];
   return better;
 }
-
-namespace {
-
-using Eigen::Index;
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
-
-constexpr double kRidge = 1e-9;   // of a source's energy: two sources may coincide
-constexpr double kMaxStep = 0.5;  // of a Levenberg step [rad]
-constexpr int kStepsAfterSearch = 2;
-
-/// min ½wᵀGw − yᵀw, w ≥ 0, by coordinate descent from the unconstrained solution, clipped.
-void clip_and_descend(const MatrixXd& gram, const double* y, Eigen::Ref<VectorXd> w) {
-  w = w.cwiseMax(0.0);
-  for (int turn = 0; turn < 200; ++turn) {
-    double moved = 0.0;
-    for (Index k = 0; k < w.size(); ++k) {
-      const double before = w[k];
-      const double slope = gram.col(k).dot(w) - y[k];
-      w[k] = std::max(0.0, before - slope / gram(k, k));
-      moved = std::max(moved, std::abs(w[k] - before));
-    }
-    if (moved <= 1e-10 * w.maxCoeff()) break;
-  }
-}
-
-}  // namespace
 
 GroupFit::GroupFit(Index half, Index sources, Index group, Index frozen, bool nonnegative,
                    std::uint32_t seed)

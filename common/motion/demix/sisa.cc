@@ -25,85 +25,6 @@ std::string name_of_row(const mocap::Trials& set, Index n) {
          " (" + trial.clip + ", cycle " + std::to_string(trial.cycle) + ")";
 }
 
-}  // namespace
-
-void check_set(const mocap::Trials& set) {
-  const Index rows = set.rows_per_trial(), trials = static_cast<Index>(set.trials.size());
-  if (rows == 0 || trials == 0) {
-    throw ConfigError("demix: the set is empty, expected at least one trial with one row");
-  }
-  if (set.samples.rows() != rows * trials) {
-    throw ConfigError("demix: " + std::to_string(set.samples.rows()) + " trajectories, expected " +
-                      std::to_string(trials) + " trials of " + std::to_string(rows) + " rows");
-  }
-  if (set.samples.cols() < 4) {
-    throw ConfigError("demix: " + std::to_string(set.samples.cols()) +
-                      " samples a period, expected at least 4");
-  }
-  for (Index n = 0; n < set.samples.rows(); ++n) {
-    for (Index t = 0; t < set.samples.cols(); ++t) {
-      if (std::isfinite(set.samples(n, t))) continue;
-      throw ConfigError("demix: " + name_of_row(set, n) + ": sample " + std::to_string(t) +
-                        " is not a finite number");
-    }
-  }
-  if (rank(set) == 0) throw ConfigError("demix: all rows are constant, expected motion");
-}
-
-void check_given(const Eigen::MatrixXd& sources, const char* what, Index samples) {
-  if (sources.rows() == 0) return;
-  const std::string name = std::string("demix: ") + what + " source";
-  if (sources.cols() != samples) {
-    throw ConfigError(name + "s have " + std::to_string(sources.cols()) + " samples, expected " +
-                      std::to_string(samples) + " as the set");
-  }
-  for (Index k = 0; k < sources.rows(); ++k) {
-    const auto centred = (sources.row(k).array() - sources.row(k).mean()).eval();
-    if (sources.row(k).allFinite() && centred.abs().maxCoeff() > 0.0) continue;
-    throw ConfigError(name + " " + std::to_string(k) + " is constant or not finite");
-  }
-}
-
-void check_known(const mocap::Trials& set, const KnownSources& known) {
-  if (known.delay_rad.rows() == set.rows_per_trial() &&
-      known.delay_rad.cols() == known.sources.rows() && known.delay_rad.allFinite()) {
-    return;
-  }
-  throw ConfigError("demix: delays of the known sources: expected " +
-                    std::to_string(set.rows_per_trial()) + "x" +
-                    std::to_string(known.sources.rows()) + " finite numbers");
-}
-
-Index rank(const mocap::Trials& set) {
-  const Index samples = set.samples.cols(), harmonics = harmonic_count(samples);
-  const Eigen::MatrixXd spectrum = to_spectrum(set.samples, harmonics, harmonics);
-  const bool tall = spectrum.cols() > spectrum.rows();
-  const Eigen::MatrixXd product =
-      tall ? Eigen::MatrixXd(spectrum * spectrum.transpose()) : spectrum.transpose() * spectrum;
-  const Eigen::VectorXd values =
-      Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(product, Eigen::EigenvaluesOnly).eigenvalues();
-  // below: rounding of the product, and of samples that are constant but for it
-  const double scale = set.samples.squaredNorm();
-  const double least = std::max(1e-13 * values.maxCoeff(), 1e-28 * scale);
-  return (values.array() > least).count();
-}
-
-void check_count(const mocap::Trials& set, int sources, int given) {
-  if (sources < 1 || sources < given) {
-    throw ConfigError("demix.sources: " + std::to_string(sources) + ", expected at least " +
-                      std::to_string(std::max(1, given)));
-  }
-  const Index most = rank(set) + given;
-  if (sources > most) {
-    throw ConfigError("demix.sources: " + std::to_string(sources) +
-                      " is more than the set supports, expected at most " + std::to_string(most) +
-                      ": so many components describe it exactly");
-  }
-}
-
-namespace {
-
-using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
@@ -330,43 +251,6 @@ Mixture Demixing::mixture(const Alternation& from) const {
   return out;
 }
 
-}  // namespace
-
-SisaResult sisa(const mocap::Trials& set, const SisaOptions& options) {
-  check_set(set);
-  const Index samples = set.samples.cols();
-  check_given(options.fixed, "fixed", samples);
-  check_given(options.known.sources, "known", samples);
-  if (options.known.sources.rows() > 0) check_known(set, options.known);
-  check_count(set, options.sources,
-              static_cast<int>(options.fixed.rows() + options.known.sources.rows()));
-  return Demixing(set, options).run();
-}
-
-MatrixXd non_periodic(int count, Index samples) {
-  MatrixXd out(count, samples);
-  for (Index t = 0; t < samples; ++t) {
-    const double angle =
-        0.5 * math::kTwoPi * static_cast<double>(t + 1) / static_cast<double>(samples);
-    if (count > 0) out(0, t) = std::cos(angle);
-    if (count > 1) out(1, t) = std::cos(0.5 * angle);
-    if (count > 2) out(2, t) = std::sin(0.5 * angle);
-  }
-  return out;
-}
-
-KnownSources known_sources(const Mixture& tied, Index rows_per_trial) {
-  const Index periodic = tied.sources.rows() - tied.fixed;
-  return {tied.sources.bottomRows(periodic),
-          tied.delay_rad.topRows(rows_per_trial).rightCols(periodic)};
-}
-
-namespace {
-
-using Eigen::Index;
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
-
 /// What each of the 2h + 1 samples counts for the value in their middle.
 VectorXd filter(int half_window, int order) {
   MatrixXd powers(2 * half_window + 1, order + 1);
@@ -396,6 +280,109 @@ void fit_weights(const mocap::Trials& set, bool nonnegative, Mixture& m) {
 }
 
 }  // namespace
+
+void check_set(const mocap::Trials& set) {
+  const Index rows = set.rows_per_trial(), trials = static_cast<Index>(set.trials.size());
+  if (rows == 0 || trials == 0) {
+    throw ConfigError("demix: the set is empty, expected at least one trial with one row");
+  }
+  if (set.samples.rows() != rows * trials) {
+    throw ConfigError("demix: " + std::to_string(set.samples.rows()) + " trajectories, expected " +
+                      std::to_string(trials) + " trials of " + std::to_string(rows) + " rows");
+  }
+  if (set.samples.cols() < 4) {
+    throw ConfigError("demix: " + std::to_string(set.samples.cols()) +
+                      " samples a period, expected at least 4");
+  }
+  for (Index n = 0; n < set.samples.rows(); ++n) {
+    for (Index t = 0; t < set.samples.cols(); ++t) {
+      if (std::isfinite(set.samples(n, t))) continue;
+      throw ConfigError("demix: " + name_of_row(set, n) + ": sample " + std::to_string(t) +
+                        " is not a finite number");
+    }
+  }
+  if (rank(set) == 0) throw ConfigError("demix: all rows are constant, expected motion");
+}
+
+void check_given(const Eigen::MatrixXd& sources, const char* what, Index samples) {
+  if (sources.rows() == 0) return;
+  const std::string name = std::string("demix: ") + what + " source";
+  if (sources.cols() != samples) {
+    throw ConfigError(name + "s have " + std::to_string(sources.cols()) + " samples, expected " +
+                      std::to_string(samples) + " as the set");
+  }
+  for (Index k = 0; k < sources.rows(); ++k) {
+    const auto centred = (sources.row(k).array() - sources.row(k).mean()).eval();
+    if (sources.row(k).allFinite() && centred.abs().maxCoeff() > 0.0) continue;
+    throw ConfigError(name + " " + std::to_string(k) + " is constant or not finite");
+  }
+}
+
+void check_known(const mocap::Trials& set, const KnownSources& known) {
+  if (known.delay_rad.rows() == set.rows_per_trial() &&
+      known.delay_rad.cols() == known.sources.rows() && known.delay_rad.allFinite()) {
+    return;
+  }
+  throw ConfigError("demix: delays of the known sources: expected " +
+                    std::to_string(set.rows_per_trial()) + "x" +
+                    std::to_string(known.sources.rows()) + " finite numbers");
+}
+
+Index rank(const mocap::Trials& set) {
+  const Index samples = set.samples.cols(), harmonics = harmonic_count(samples);
+  const Eigen::MatrixXd spectrum = to_spectrum(set.samples, harmonics, harmonics);
+  const bool tall = spectrum.cols() > spectrum.rows();
+  const Eigen::MatrixXd product =
+      tall ? Eigen::MatrixXd(spectrum * spectrum.transpose()) : spectrum.transpose() * spectrum;
+  const Eigen::VectorXd values =
+      Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(product, Eigen::EigenvaluesOnly).eigenvalues();
+  // below: rounding of the product, and of samples that are constant but for it
+  const double scale = set.samples.squaredNorm();
+  const double least = std::max(1e-13 * values.maxCoeff(), 1e-28 * scale);
+  return (values.array() > least).count();
+}
+
+void check_count(const mocap::Trials& set, int sources, int given) {
+  if (sources < 1 || sources < given) {
+    throw ConfigError("demix.sources: " + std::to_string(sources) + ", expected at least " +
+                      std::to_string(std::max(1, given)));
+  }
+  const Index most = rank(set) + given;
+  if (sources > most) {
+    throw ConfigError("demix.sources: " + std::to_string(sources) +
+                      " is more than the set supports, expected at most " + std::to_string(most) +
+                      ": so many components describe it exactly");
+  }
+}
+
+SisaResult sisa(const mocap::Trials& set, const SisaOptions& options) {
+  check_set(set);
+  const Index samples = set.samples.cols();
+  check_given(options.fixed, "fixed", samples);
+  check_given(options.known.sources, "known", samples);
+  if (options.known.sources.rows() > 0) check_known(set, options.known);
+  check_count(set, options.sources,
+              static_cast<int>(options.fixed.rows() + options.known.sources.rows()));
+  return Demixing(set, options).run();
+}
+
+MatrixXd non_periodic(int count, Index samples) {
+  MatrixXd out(count, samples);
+  for (Index t = 0; t < samples; ++t) {
+    const double angle =
+        0.5 * math::kTwoPi * static_cast<double>(t + 1) / static_cast<double>(samples);
+    if (count > 0) out(0, t) = std::cos(angle);
+    if (count > 1) out(1, t) = std::cos(0.5 * angle);
+    if (count > 2) out(2, t) = std::sin(0.5 * angle);
+  }
+  return out;
+}
+
+KnownSources known_sources(const Mixture& tied, Index rows_per_trial) {
+  const Index periodic = tied.sources.rows() - tied.fixed;
+  return {tied.sources.bottomRows(periodic),
+          tied.delay_rad.topRows(rows_per_trial).rightCols(periodic)};
+}
 
 MatrixXd savitzky_golay(const MatrixXd& rows, int half_window, int order) {
   const Index samples = rows.cols();

@@ -17,6 +17,7 @@ namespace mimesis::mocap {
 namespace {
 
 constexpr double kInch = 0.0254;
+constexpr double kAmcRate_hz = 120.0;  // CMU's: the files do not state it
 
 struct FileBone {
   std::string name;
@@ -262,27 +263,6 @@ class Tree {
   std::vector<Eigen::Vector3d> tips_;                    // of the joints [m]
 };
 
-}  // namespace
-
-AcclaimSkeleton parse_asf(std::string_view text, const std::string& file,
-                          const ReadOptions& options) {
-  check_options(options);
-  TextScanner in(text, file);
-  Asf asf = read_sections(in);
-  if (asf.root.bone.freedoms.empty()) in.fail("no 'order' in :root, expected TX TY TZ RX RY RZ");
-  if (asf.root.axis_order.empty()) in.fail("no 'axis' in :root, expected an order as XYZ");
-  order_root_turns(asf.root);
-  asf.root.axis_order.clear();  // its own axes are the world's
-  AcclaimSkeleton out;
-  out.unit_m = options.unit_m > 0.0 ? options.unit_m : kInch / asf.length;
-  out.degrees = asf.degrees;
-  out.root_position_m = from_file_axes(asf.position) * out.unit_m;
-  Tree(asf, file, out.unit_m).build(out);
-  return out;
-}
-
-namespace {
-
 bool starts_number(std::string_view word) {
   return !word.empty() && word.front() >= '0' && word.front() <= '9';
 }
@@ -403,13 +383,30 @@ class AmcReader {
 
 }  // namespace
 
+AcclaimSkeleton parse_asf(std::string_view text, const std::string& file,
+                          const ReadOptions& options) {
+  check_options(options);
+  TextScanner in(text, file);
+  Asf asf = read_sections(in);
+  if (asf.root.bone.freedoms.empty()) in.fail("no 'order' in :root, expected TX TY TZ RX RY RZ");
+  if (asf.root.axis_order.empty()) in.fail("no 'axis' in :root, expected an order as XYZ");
+  order_root_turns(asf.root);
+  asf.root.axis_order.clear();  // its own axes are the world's
+  AcclaimSkeleton out;
+  out.unit_m = options.unit_m > 0.0 ? options.unit_m : kInch / asf.length;
+  out.degrees = asf.degrees;
+  out.root_position_m = from_file_axes(asf.position) * out.unit_m;
+  Tree(asf, file, out.unit_m).build(out);
+  return out;
+}
+
 Clip parse_amc(std::string_view text, const std::string& file, const AcclaimSkeleton& asf,
                const ReadOptions& options) {
   check_options(options);
   Clip clip;
   clip.name = base_name(file);
   clip.skeleton = asf.skeleton;
-  clip.rate_hz = options.amc_rate_hz;
+  clip.rate_hz = kAmcRate_hz;
   AmcReader(text, file, asf).read(clip);
   check_lengths(file, clip);
   return clip;

@@ -18,32 +18,16 @@ constexpr double kMarkerOverSole_m = 0.03, kMarkerBelowHeadTop_m = 0.10;
 /// Part of v square to the unit vector u, of length 1.
 Vector3d square_to(const Vector3d& v, const Vector3d& u) { return (v - v.dot(u) * u).normalized(); }
 
-Matrix3d columns(const Vector3d& x, const Vector3d& y, const Vector3d& z) {
-  Matrix3d R;
-  R << x, y, z;
-  return R;
-}
+enum { kX, kY, kZ };
 
-// Frames from one exact axis and a hint for a second.
-Matrix3d frame_y_x(const Vector3d& y_exact, const Vector3d& x_hint) {
-  const Vector3d y = y_exact.normalized(), x = square_to(x_hint, y);
-  return columns(x, y, x.cross(y));
-}
-Matrix3d frame_z_y(const Vector3d& z_exact, const Vector3d& y_hint) {
-  const Vector3d z = z_exact.normalized(), y = square_to(y_hint, z);
-  return columns(y.cross(z), y, z);
-}
-Matrix3d frame_z_x(const Vector3d& z_exact, const Vector3d& x_hint) {
-  const Vector3d z = z_exact.normalized(), x = square_to(x_hint, z);
-  return columns(x, z.cross(x), z);
-}
-Matrix3d frame_x_y(const Vector3d& x_exact, const Vector3d& y_hint) {
-  const Vector3d x = x_exact.normalized(), y = square_to(y_hint, x);
-  return columns(x, y, x.cross(y));
-}
-Matrix3d frame_y_z(const Vector3d& y_exact, const Vector3d& z_hint) {
-  const Vector3d y = y_exact.normalized(), z = square_to(z_hint, y);
-  return columns(y.cross(z), y, z);
+/// Frame from one exact axis and a hint for a second.
+Matrix3d frame(int exact, const Vector3d& exact_W, int hinted, const Vector3d& hint_W) {
+  const int third = 3 - exact - hinted;
+  Matrix3d R;
+  R.col(exact) = exact_W.normalized();
+  R.col(hinted) = square_to(hint_W, R.col(exact));
+  R.col(third) = R.col((third + 1) % 3).cross(R.col((third + 2) % 3));
+  return R;
 }
 
 Matrix3d half_way(const Matrix3d& from, const Matrix3d& to) {
@@ -53,7 +37,7 @@ Matrix3d half_way(const Matrix3d& from, const Matrix3d& to) {
 void set_pelvis(const GaitMarkerSet& m, BodyPose& pose) {
   const Vector3d asis = 0.5 * (m.col(kLASI) + m.col(kRASI));
   const Vector3d psis = 0.5 * (m.col(kLPSI) + m.col(kRPSI));
-  pose.R_WJ[kRoot] = frame_y_x(m.col(kLASI) - m.col(kRASI), asis - psis);
+  pose.R_WJ[kRoot] = frame(kY, m.col(kLASI) - m.col(kRASI), kX, asis - psis);
   pose.p_WJ[kRoot] = 0.5 * (asis + psis);
 }
 
@@ -76,7 +60,7 @@ void set_trunk(const GaitMarkerSet& m, MarkerPose& out) {
   const Vector3d below = 0.5 * (m.col(kT10) + m.col(kSTRN));
   const Vector3d above = 0.5 * (m.col(kC7) + m.col(kCLAV));
   const Vector3d front = m.col(kCLAV) + m.col(kSTRN), back = m.col(kC7) + m.col(kT10);
-  pose.R_WJ[kChest] = frame_z_x(above - below, front - back);
+  pose.R_WJ[kChest] = frame(kZ, above - below, kX, front - back);
   pose.R_WJ[kSpine] = half_way(pose.R_WJ[kRoot], pose.R_WJ[kChest]);
   pose.p_WJ[kSpine] = (2.0 * pose.p_WJ[kRoot] + below) / 3.0;
   pose.p_WJ[kChest] = below;
@@ -85,7 +69,7 @@ void set_trunk(const GaitMarkerSet& m, MarkerPose& out) {
   const Vector3d forehead = 0.5 * (m.col(kLFHD) + m.col(kRFHD));
   const Vector3d occiput = 0.5 * (m.col(kLBHD) + m.col(kRBHD));
   const Vector3d left = m.col(kLFHD) + m.col(kLBHD) - m.col(kRFHD) - m.col(kRBHD);
-  pose.R_WJ[kHead] = frame_x_y(forehead - occiput, left);
+  pose.R_WJ[kHead] = frame(kX, forehead - occiput, kY, left);
   pose.R_WJ[kNeck] = half_way(pose.R_WJ[kChest], pose.R_WJ[kHead]);
   const Vector3d skull = 0.5 * (forehead + occiput);
   pose.p_WJ[kHead] = 0.5 * (above + skull);
@@ -103,8 +87,7 @@ Vector3d inwards(const Vector3d& marker, const Vector3d& above, const Vector3d& 
   return centre;
 }
 
-void set_leg(const GaitMarkerSet& m, std::size_t side, const MarkerBodyOptions& o,
-             MarkerPose& out) {
+void set_leg(const GaitMarkerSet& m, std::size_t side, MarkerPose& out) {
   BodyPose& pose = out.pose;
   const bool left = side == kLeft;
   const double sign = left ? 1.0 : -1.0;
@@ -117,15 +100,15 @@ void set_leg(const GaitMarkerSet& m, std::size_t side, const MarkerBodyOptions& 
   const Vector3d in_pelvis(-0.19 * w, sign * 0.36 * w, -0.30 * w);
   pose.p_WJ[hip] = 0.5 * (m.col(kLASI) + m.col(kRASI)) + R_pelvis * in_pelvis;
 
-  pose.p_WJ[knee] = inwards(KNE, pose.p_WJ[hip], sign * R_pelvis.col(1),
-                            0.5 * o.knee_width_m + o.marker_radius_m);
-  pose.R_WJ[hip] = frame_z_y(pose.p_WJ[hip] - pose.p_WJ[knee], R_pelvis.col(1));
+  pose.p_WJ[knee] =
+      inwards(KNE, pose.p_WJ[hip], sign * R_pelvis.col(1), 0.5 * kKneeWidth_m + kMarkerRadius_m);
+  pose.R_WJ[hip] = frame(kZ, pose.p_WJ[hip] - pose.p_WJ[knee], kY, R_pelvis.col(1));
 
   pose.p_WJ[ankle] = inwards(ANK, pose.p_WJ[knee], sign * pose.R_WJ[hip].col(1),
-                             0.5 * o.ankle_width_m + o.marker_radius_m);
-  pose.R_WJ[knee] = frame_z_y(pose.p_WJ[knee] - pose.p_WJ[ankle], pose.R_WJ[hip].col(1));
+                             0.5 * kAnkleWidth_m + kMarkerRadius_m);
+  pose.R_WJ[knee] = frame(kZ, pose.p_WJ[knee] - pose.p_WJ[ankle], kY, pose.R_WJ[hip].col(1));
 
-  pose.R_WJ[ankle] = frame_x_y(TOE - HEE, pose.R_WJ[knee].col(1));
+  pose.R_WJ[ankle] = frame(kX, TOE - HEE, kY, pose.R_WJ[knee].col(1));
   out.toe[side] = TOE - kMarkerOverSole_m * pose.R_WJ[ankle].col(2);
   out.heel[side] = HEE - kMarkerOverSole_m * pose.R_WJ[ankle].col(2);
 }
@@ -143,8 +126,7 @@ Vector3d elbow_axis(const Vector3d& upper, const Vector3d& fore, const Vector3d&
   return axis.normalized();
 }
 
-void set_arm(const GaitMarkerSet& m, std::size_t side, const MarkerBodyOptions& o,
-             MarkerPose& out) {
+void set_arm(const GaitMarkerSet& m, std::size_t side, MarkerPose& out) {
   BodyPose& pose = out.pose;
   const bool left = side == kLeft;
   const double sign = left ? 1.0 : -1.0;
@@ -154,7 +136,7 @@ void set_arm(const GaitMarkerSet& m, std::size_t side, const MarkerBodyOptions& 
   const Vector3d WRA = m.col(left ? kLWRA : kRWRA), WRB = m.col(left ? kLWRB : kRWRB);
   const Vector3d FIN = m.col(left ? kLFIN : kRFIN);
 
-  pose.p_WJ[shoulder] = SHO - o.shoulder_drop_m * pose.R_WJ[kChest].col(2);
+  pose.p_WJ[shoulder] = SHO - kShoulderDrop_m * pose.R_WJ[kChest].col(2);
   pose.p_WJ[wrist] = 0.5 * (WRA + WRB);
   // the axis moves the centre, which moves the axis: twice is enough for 0.1 mm
   pose.p_WJ[elbow] = ELB;
@@ -162,37 +144,15 @@ void set_arm(const GaitMarkerSet& m, std::size_t side, const MarkerBodyOptions& 
   for (int i = 0; i < 3; ++i) {
     axis = elbow_axis(pose.p_WJ[elbow] - pose.p_WJ[shoulder], pose.p_WJ[wrist] - pose.p_WJ[elbow],
                       WRA - WRB, sign);
-    pose.p_WJ[elbow] = ELB - (0.5 * o.elbow_width_m + o.marker_radius_m) * axis;
+    pose.p_WJ[elbow] = ELB - (0.5 * kElbowWidth_m + kMarkerRadius_m) * axis;
   }
-  pose.R_WJ[shoulder] = frame_y_z(sign * (pose.p_WJ[elbow] - pose.p_WJ[shoulder]), axis);
-  pose.R_WJ[elbow] = frame_y_z(sign * (pose.p_WJ[wrist] - pose.p_WJ[elbow]), axis);
-  pose.R_WJ[wrist] = frame_y_z(sign * (FIN - pose.p_WJ[wrist]), WRA - WRB);
+  pose.R_WJ[shoulder] = frame(kY, sign * (pose.p_WJ[elbow] - pose.p_WJ[shoulder]), kZ, axis);
+  pose.R_WJ[elbow] = frame(kY, sign * (pose.p_WJ[wrist] - pose.p_WJ[elbow]), kZ, axis);
+  pose.R_WJ[wrist] = frame(kY, sign * (FIN - pose.p_WJ[wrist]), kZ, WRA - WRB);
   out.hand[side] = 2.0 * FIN - pose.p_WJ[wrist];
 }
 
-}  // namespace
-
-MarkerPose pose_from_markers(const GaitMarkerSet& m, const MarkerBodyOptions& options) {
-  MarkerPose out;
-  set_pelvis(m, out.pose);
-  if (options.legs_only) {
-    set_standard_trunk(out);
-  } else {
-    set_trunk(m, out);
-  }
-  for (std::size_t side = 0; side < 2; ++side) {
-    set_leg(m, side, options, out);
-    if (!options.legs_only) set_arm(m, side, options, out);
-  }
-  return out;
-}
-
-namespace {
-
 using Eigen::Index;
-using Eigen::Matrix3d;
-using Eigen::Vector3d;
-
 /// Index of a label, with or without "subject:" before; -1: absent.
 Index find_label(const Markers& markers, std::string_view name) {
   for (std::size_t i = 0; i < markers.labels.size(); ++i) {
@@ -271,15 +231,14 @@ std::vector<MarkerGroup> rigid_groups(const Markers& markers,
 struct MarkerPoses {
   std::vector<MarkerPose> poses;
   Index first = 0;
-  GapReport gaps;
 };
 
 /// Poses of the longest run of frames that show the whole set.
-MarkerPoses find_poses(Markers markers, const MarkerBodyOptions& options) {
-  const std::array<Index, kGaitMarkers> set = find_set(markers, options.legs_only);
+MarkerPoses find_poses(Markers markers, bool legs_only) {
+  const std::array<Index, kGaitMarkers> set = find_set(markers, legs_only);
   const Matrix3d R_WF = upright(markers, set);
   MarkerPoses out;
-  out.gaps = fill_gaps(markers, rigid_groups(markers, set), options.longest_gap_s);
+  fill_gaps(markers, rigid_groups(markers, set));
 
   auto at = [&](Index f) {
     GaitMarkerSet m = GaitMarkerSet::Zero();
@@ -300,39 +259,31 @@ MarkerPoses find_poses(Markers markers, const MarkerBodyOptions& options) {
   }
   if (longest == 0) throw ConfigError(markers.name + ": no frame shows all markers of the set");
   for (Index f = 0; f < longest; ++f) {
-    out.poses.push_back(pose_from_markers(at(out.first + f), options));
+    out.poses.push_back(pose_from_markers(at(out.first + f), legs_only));
   }
   return out;
 }
 
-/// Mean orientation of the segments in a T-posture that faces forward. [M18 3.3.2: constant
-/// biases, saved from the T-posture]
-std::array<Matrix3d, kBodyJoints> zero_of(const std::vector<MarkerPose>& poses) {
-  std::array<Matrix3d, kBodyJoints> zero;
-  zero.fill(Matrix3d::Zero());
-  for (const MarkerPose& p : poses) {
-    const Vector3d x = p.pose.R_WJ[kRoot].col(0);
-    const Matrix3d back = math::exp_so3({0.0, 0.0, -std::atan2(x.y(), x.x())});
-    for (std::size_t j = 0; j < kBodyJoints; ++j) zero[j] += back * p.pose.R_WJ[j];
-  }
-  for (Matrix3d& R : zero) {
-    const Eigen::JacobiSVD<Matrix3d> svd(R, Eigen::ComputeFullU | Eigen::ComputeFullV);
-    R = svd.matrixU() * svd.matrixV().transpose();
-  }
-  return zero;
-}
-
 }  // namespace
 
-MarkerBody body_from_markers(const Markers& markers, const MarkerBodyOptions& options) {
-  MarkerPoses found = find_poses(markers, options);
-  std::array<Matrix3d, kBodyJoints> zero;
-  zero.fill(Matrix3d::Identity());
-  if (options.t_posture) zero = zero_of(find_poses(*options.t_posture, options).poses);
+MarkerPose pose_from_markers(const GaitMarkerSet& m, bool legs_only) {
+  MarkerPose out;
+  set_pelvis(m, out.pose);
+  if (legs_only) {
+    set_standard_trunk(out);
+  } else {
+    set_trunk(m, out);
+  }
+  for (std::size_t side = 0; side < 2; ++side) {
+    set_leg(m, side, out);
+    if (!legs_only) set_arm(m, side, out);
+  }
+  return out;
+}
 
-  MarkerBody out;
-  out.gaps = found.gaps;
-  BodyClip& clip = out.clip;
+BodyClip body_from_markers(const Markers& markers, bool legs_only) {
+  const MarkerPoses found = find_poses(markers, legs_only);
+  BodyClip clip;
   clip.name = clip.body.name = markers.name;
   clip.rate_hz = markers.rate_hz;
   clip.first_frame = markers.first_frame + static_cast<long>(found.first);
@@ -340,14 +291,10 @@ MarkerBody body_from_markers(const Markers& markers, const MarkerBodyOptions& op
   clip.root_position_W_m.resize(3, frames);
   clip.angles_rad.resize(kBodyRows, frames);
   Body& body = clip.body;
-  body.offset_m.fill(Vector3d::Zero());
-  for (auto* points : {&body.toe_m, &body.heel_m, &body.hand_m}) points->fill(Vector3d::Zero());
-  body.head_top_m.setZero();
 
   const double share = 1.0 / static_cast<double>(frames);
   for (Index f = 0; f < frames; ++f) {
-    MarkerPose& p = found.poses[static_cast<std::size_t>(f)];
-    for (std::size_t j = 0; j < kBodyJoints; ++j) p.pose.R_WJ[j] *= zero[j].transpose();
+    const MarkerPose& p = found.poses[static_cast<std::size_t>(f)];
     auto local = [&](std::size_t joint, const Vector3d& point) -> Vector3d {
       return share * p.pose.R_WJ[joint].transpose() * (point - p.pose.p_WJ[joint]);
     };
@@ -372,7 +319,7 @@ MarkerBody body_from_markers(const Markers& markers, const MarkerBodyOptions& op
     }
     body.head_top_m += local(kHead, p.head_top);
   }
-  return out;
+  return clip;
 }
 
 }  // namespace mimesis::mocap

@@ -1,7 +1,6 @@
 #pragma once
 #include <Eigen/Core>
 #include <array>
-#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -13,27 +12,15 @@
 namespace mimesis::mocap {
 
 /// Sizes that markers do not show [m].
-struct MarkerBodyOptions {
-  double marker_radius_m = 0.007;
-  double knee_width_m = 0.10, ankle_width_m = 0.07, elbow_width_m = 0.08;
-  double shoulder_drop_m = 0.05;  ///< joint centre below the shoulder marker
-  double longest_gap_s = 0.3;     ///< bridged by splines
-  /// Use pelvis and legs alone; what is above stands stiff, of standard size, arms sideways.
-  bool legs_only = false;
-  /// A recording of the same markers in the T-posture: its joint rotations become the zero. None:
-  /// the segment axes of the marker conventions below are the zero.
-  std::optional<Markers> t_posture;
-};
-
-/// What became of the markers.
-struct MarkerBody {
-  BodyClip clip;
-  GapReport gaps;
-};
+inline constexpr double kMarkerRadius_m = 0.007, kKneeWidth_m = 0.10, kAnkleWidth_m = 0.07,
+                        kElbowWidth_m = 0.08;
+inline constexpr double kShoulderDrop_m = 0.05;  ///< joint centre below the shoulder marker
 
 /// The 17-joint figure from the PluginGait marker set (labels LASI, LKNE, ... with or without
 /// "subject:" before). The up axis of the file is the one along which pelvis and toes are farthest
 /// apart. Gaps are filled; the clip is the longest run of frames with all markers.
+/// @param legs_only  pelvis and legs alone are used; what is above stands stiff, of standard size,
+///        arms sideways
 ///
 /// Conventions, left side (w = distance of LASI and RASI; lateral = outwards):
 ///   pelvis    y RASI→LASI, x from the PSIS (or SACR) to the ASIS; root: mid of both
@@ -43,7 +30,7 @@ struct MarkerBody {
 ///   foot      x LHEE→LTOE; its ground points 3 cm below these markers
 ///   chest     z from T10/STRN to C7/CLAV, x from C7/T10 to CLAV/STRN
 ///   head      x from LBHD/RBHD to LFHD/RFHD, y from right to left
-///   shoulder  `shoulder_drop_m` below LSHO along the chest's z axis
+///   shoulder  kShoulderDrop_m below LSHO along the chest's z axis
 ///   elbow     half its width and a marker radius below LELB along its flexion axis; a stretched
 ///             arm takes the direction LWRB→LWRA instead
 ///   wrist     mid of LWRA and LWRB; the hand is twice as long as from there to LFIN
@@ -51,7 +38,7 @@ struct MarkerBody {
 /// and from chest to head.
 /// @throws ConfigError with the labels that are absent or never seen, if no frame shows all, or if
 /// the markers are not those of a person (pelvis within 0.3 m of the toes)
-MarkerBody body_from_markers(const Markers& markers, const MarkerBodyOptions& options = {});
+BodyClip body_from_markers(const Markers& markers, bool legs_only = false);
 
 /// Markers of the PluginGait set that the figure is built from.
 enum GaitMarker {
@@ -108,6 +95,6 @@ struct MarkerPose {
   std::array<Eigen::Vector3d, 2> heel, toe, hand;
   Eigen::Vector3d head_top;
 };
-MarkerPose pose_from_markers(const GaitMarkerSet& m, const MarkerBodyOptions& options);
+MarkerPose pose_from_markers(const GaitMarkerSet& m, bool legs_only);
 
 }  // namespace mimesis::mocap

@@ -237,33 +237,6 @@ void settle_positions(Bvh& bvh, double unit_m, const std::string& file) {
   }
 }
 
-}  // namespace
-
-double bvh_unit_m(const Skeleton& skeleton) {
-  const bool cmu = skeleton.find("Hips") == 0 && skeleton.find("LHipJoint") > 0 &&
-                   skeleton.find("RHipJoint") > 0;
-  return cmu ? 0.0254 / 0.45 : 0.01;
-}
-
-Clip parse_bvh(std::string_view text, const std::string& file, const ReadOptions& options) {
-  check_options(options);
-  Bvh bvh;
-  TextScanner in(text, file);
-  read_hierarchy(in, bvh);
-  read_motion(in, bvh, file);
-  const double unit_m = options.unit_m > 0.0 ? options.unit_m : bvh_unit_m(bvh.skeleton);
-  settle_positions(bvh, unit_m, file);
-  for (Joint& joint : bvh.skeleton.joints) joint.offset_m *= unit_m;
-  for (Joint& end : bvh.skeleton.ends) end.offset_m *= unit_m;
-  bvh.clip.root_position_W_m *= unit_m;
-  bvh.clip.skeleton = std::move(bvh.skeleton);
-  bvh.clip.name = base_name(file);
-  check_lengths(file, bvh.clip);
-  return std::move(bvh.clip);
-}
-
-namespace {
-
 constexpr int kDecimals = 7;  // of ° and of the file's unit: 2e-9 rad, 1e-8 m or less
 constexpr double kDegrees = 180.0 / std::numbers::pi;
 
@@ -351,6 +324,29 @@ void check_names(const Clip& clip) {
 }
 
 }  // namespace
+
+double bvh_unit_m(const Skeleton& skeleton) {
+  const bool cmu = skeleton.find("Hips") == 0 && skeleton.find("LHipJoint") > 0 &&
+                   skeleton.find("RHipJoint") > 0;
+  return cmu ? 0.0254 / 0.45 : 0.01;
+}
+
+Clip parse_bvh(std::string_view text, const std::string& file, const ReadOptions& options) {
+  check_options(options);
+  Bvh bvh;
+  TextScanner in(text, file);
+  read_hierarchy(in, bvh);
+  read_motion(in, bvh, file);
+  const double unit_m = options.unit_m > 0.0 ? options.unit_m : bvh_unit_m(bvh.skeleton);
+  settle_positions(bvh, unit_m, file);
+  for (Joint& joint : bvh.skeleton.joints) joint.offset_m *= unit_m;
+  for (Joint& end : bvh.skeleton.ends) end.offset_m *= unit_m;
+  bvh.clip.root_position_W_m *= unit_m;
+  bvh.clip.skeleton = std::move(bvh.skeleton);
+  bvh.clip.name = base_name(file);
+  check_lengths(file, bvh.clip);
+  return std::move(bvh.clip);
+}
 
 std::string bvh_text(const Clip& clip) {
   check_writable(clip);

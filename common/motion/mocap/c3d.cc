@@ -31,66 +31,28 @@ struct C3dWords {
     return processor == C3dProcessor::kMips ? u8(at) << 8 | u8(at + 1) : u8(at + 1) << 8 | u8(at);
   }
   int i16(std::size_t at) const { return static_cast<std::int16_t>(u16(at)); }
-  double f32(std::size_t at) const;
+  double f32(std::size_t at) const {
+    const std::uint32_t first = u16(at), second = u16(at + 2);
+    switch (processor) {
+      case C3dProcessor::kDec:
+        return vax_float(first << 16 | second);
+      case C3dProcessor::kMips:
+        return std::bit_cast<float>(first << 16 | second);
+      case C3dProcessor::kIntel:
+        break;
+    }
+    return std::bit_cast<float>(second << 16 | first);
+  }
 
   /// @throws ConfigError "file: byte N: what" always
-  [[noreturn]] void fail(std::size_t at, const std::string& what) const;
-  /// "file: what"
-  [[noreturn]] void fail(const std::string& what) const;
-};
-
-double C3dWords::f32(std::size_t at) const {
-  const std::uint32_t first = u16(at), second = u16(at + 2);
-  switch (processor) {
-    case C3dProcessor::kDec:
-      return vax_float(first << 16 | second);
-    case C3dProcessor::kMips:
-      return std::bit_cast<float>(first << 16 | second);
-    case C3dProcessor::kIntel:
-      break;
+  [[noreturn]] void fail(std::size_t at, const std::string& what) const {
+    throw ConfigError(one_line(file + ": byte " + std::to_string(at) + ": " + what));
   }
-  return std::bit_cast<float>(second << 16 | first);
-}
 
-void C3dWords::fail(std::size_t at, const std::string& what) const {
-  throw ConfigError(one_line(file + ": byte " + std::to_string(at) + ": " + what));
-}
-
-void C3dWords::fail(const std::string& what) const {
-  throw ConfigError(one_line(file + ": " + what));
-}
-
-/// The parameter section of a C3D file. Names are upper case, "POINT:RATE".
-class C3dParameters {
- public:
-  /// Reads the records from `begin` on. The chain ends where it says so, where it leaves
-  /// [begin, limit) or at what is no record (a name that is not printable).
-  /// @throws ConfigError where the data of a record leave the file's parameters
-  C3dParameters(const C3dWords& words, std::size_t begin, std::size_t limit);
-
-  std::size_t end() const { return end_; }  ///< behind the last record
-  /// First element; whole numbers signed, or unsigned.
-  std::optional<double> number(const std::string& name) const;
-  std::optional<double> count(const std::string& name) const;
-  /// All elements of NAME, NAME2, NAME3, ... as far as they are there.
-  std::vector<double> numbers(const std::string& name, bool is_unsigned = false) const;
-  /// Strings of NAME, NAME2, ...: the first dimension is their length. Without blanks at the end.
-  std::vector<std::string> texts(const std::string& name) const;
-
- private:
-  struct Parameter {
-    int type = 0;                               // -1 characters, 1 bytes, 2 words, 4 floats
-    std::size_t at = 0, count = 0, length = 0;  // of the data; length: the first dimension
-  };
-  void read_record(std::size_t at, std::size_t limit);
-  std::size_t read_data(std::size_t at, std::size_t limit, const std::string& name, Parameter& p);
-  double value(const Parameter& p, std::size_t index, bool is_unsigned) const;
-  const Parameter* find(const std::string& name) const;
-
-  const C3dWords& words_;
-  std::size_t end_ = 0;
-  std::map<int, std::string> groups_;
-  std::map<std::pair<int, std::string>, Parameter> parameters_;
+  /// "file: what"
+  [[noreturn]] void fail(const std::string& what) const {
+    throw ConfigError(one_line(file + ": " + what));
+  }
 };
 
 std::string upper(std::string name) {
@@ -108,118 +70,132 @@ bool printable(const std::string& text) {
   return std::all_of(text.begin(), text.end(), [](char c) { return c >= ' ' && c < '\x7f'; });
 }
 
-// A record: length of the name (negative: locked), group (negative: defines it), name, way to the
-// next record from here, then what the kind of record needs.
-C3dParameters::C3dParameters(const C3dWords& words, std::size_t begin, std::size_t limit)
-    : words_(words), end_(begin) {
-  for (std::size_t at = begin; at + 4 <= limit;) {
-    const auto length = static_cast<std::size_t>(std::abs(words.i8(at)));
-    if (length == 0) break;
-    const std::size_t behind_name = at + 2 + length;
-    if (behind_name + 2 > limit || !printable(text_at(words, at + 2, length))) break;
-    read_record(at, limit);
-    const std::size_t step = words.u16(behind_name);
-    if (step < 2) break;
-    at = behind_name + step;
-  }
-}
-
-void C3dParameters::read_record(std::size_t at, std::size_t limit) {
-  const auto length = static_cast<std::size_t>(std::abs(words_.i8(at)));
-  const int group = words_.i8(at + 1);
-  const std::string name = upper(text_at(words_, at + 2, length));
-  const std::size_t behind_name = at + 2 + length;
-  end_ = std::max(end_, behind_name + 2);
-  if (group < 0) {
-    groups_.emplace(-group, name);
-  } else {
-    Parameter parameter;
-    end_ = std::max(end_, read_data(behind_name + 2, limit, name, parameter));
-    parameters_.emplace(std::pair(group, name), parameter);
-  }
-}
-
-// Type, number of dimensions, dimensions, data. Returns where they end.
-std::size_t C3dParameters::read_data(std::size_t at, std::size_t limit, const std::string& name,
-                                     Parameter& p) {
-  if (at + 2 > limit) words_.fail(at, "parameter '" + name + "' is cut off");
-  p.type = words_.i8(at);
-  if (p.type != -1 && p.type != 1 && p.type != 2 && p.type != 4) {
-    words_.fail(at, "parameter '" + name + "' of type " + std::to_string(p.type) +
-                        ", expected -1, 1, 2 or 4");
-  }
-  const std::size_t dimensions = words_.u8(at + 1);
-  if (dimensions > 7 || at + 2 + dimensions > limit) {
-    words_.fail(at + 1, "parameter '" + name + "' of " + std::to_string(dimensions) +
-                            " dimensions, expected 0 to 7");
-  }
-  p.count = p.length = 1;
-  for (std::size_t d = 0; d < dimensions; ++d) {
-    const std::size_t size = words_.u8(at + 2 + d);
-    if (d == 0) p.length = size;
-    p.count *= size;  // at most 255⁷
-  }
-  p.at = at + 2 + dimensions;
-  const std::size_t size = p.count * static_cast<std::size_t>(std::abs(p.type));
-  if (size > limit - p.at) {
-    words_.fail(at, "parameter '" + name + "' of " + std::to_string(size) + " bytes, expected " +
-                        std::to_string(limit - p.at) + " or fewer before the end of the section");
-  }
-  return p.at + size;
-}
-
-const C3dParameters::Parameter* C3dParameters::find(const std::string& name) const {
-  const std::size_t colon = name.find(':');
-  for (const auto& [number, group] : groups_) {
-    if (group != name.substr(0, colon)) continue;
-    const auto found = parameters_.find({number, name.substr(colon + 1)});
-    if (found != parameters_.end()) return &found->second;
-  }
-  return nullptr;
-}
-
-double C3dParameters::value(const Parameter& p, std::size_t index, bool is_unsigned) const {
-  const std::size_t at = p.at + index * static_cast<std::size_t>(std::abs(p.type));
-  if (p.type == 4) return words_.f32(at);
-  if (p.type == 1) return words_.u8(at);
-  if (is_unsigned) return words_.u16(at);
-  return words_.i16(at);
-}
-
-std::optional<double> C3dParameters::number(const std::string& name) const {
-  const Parameter* p = find(name);
-  if (!p || p->count == 0 || p->type < 0) return std::nullopt;
-  return value(*p, 0, false);
-}
-
-std::optional<double> C3dParameters::count(const std::string& name) const {
-  const Parameter* p = find(name);
-  if (!p || p->count == 0 || p->type < 0) return std::nullopt;
-  return value(*p, 0, true);
-}
-
-std::vector<double> C3dParameters::numbers(const std::string& name, bool is_unsigned) const {
-  std::vector<double> all;
-  const Parameter* p = find(name);
-  for (int part = 2; p && p->type > 0; p = find(name + std::to_string(part++))) {
-    for (std::size_t i = 0; i < p->count; ++i) all.push_back(value(*p, i, is_unsigned));
-  }
-  return all;
-}
-
-std::vector<std::string> C3dParameters::texts(const std::string& name) const {
-  std::vector<std::string> all;
-  const Parameter* p = find(name);
-  for (int part = 2; p && p->type == -1; p = find(name + std::to_string(part++))) {
-    for (std::size_t at = 0; p->length > 0 && at + p->length <= p->count; at += p->length) {
-      std::string text = text_at(words_, p->at + at, p->length);
-      const std::size_t end = text.find_last_not_of(std::string(" \0\t", 3));
-      text.resize(end == text.npos ? 0 : end + 1);
-      all.push_back(std::move(text));
+/// The parameter section of a C3D file. Names are upper case, "POINT:RATE".
+class C3dParameters {
+ public:
+  /// Reads the records from `begin` on. The chain ends where it says so, where it leaves
+  /// [begin, limit) or at what is no record (a name that is not printable).
+  /// @throws ConfigError where the data of a record leave the file's parameters
+  // A record: length of the name (negative: locked), group (negative: defines it), name, way to the
+  // next record from here, then what the kind of record needs.
+  C3dParameters(const C3dWords& words, std::size_t begin, std::size_t limit)
+      : words_(words), end_(begin) {
+    for (std::size_t at = begin; at + 4 <= limit;) {
+      const auto length = static_cast<std::size_t>(std::abs(words.i8(at)));
+      if (length == 0) break;
+      const std::size_t behind_name = at + 2 + length;
+      if (behind_name + 2 > limit || !printable(text_at(words, at + 2, length))) break;
+      read_record(at, limit);
+      const std::size_t step = words.u16(behind_name);
+      if (step < 2) break;
+      at = behind_name + step;
     }
   }
-  return all;
-}
+
+  std::size_t end() const { return end_; }  ///< behind the last record
+  /// First element; whole numbers signed, or unsigned.
+  std::optional<double> number(const std::string& name, bool is_unsigned = false) const {
+    const Parameter* p = find(name);
+    if (!p || p->count == 0 || p->type < 0) return std::nullopt;
+    return value(*p, 0, is_unsigned);
+  }
+
+  /// All elements of NAME, NAME2, NAME3, ... as far as they are there, whole numbers unsigned.
+  std::vector<double> numbers(const std::string& name) const {
+    std::vector<double> all;
+    const Parameter* p = find(name);
+    for (int part = 2; p && p->type > 0; p = find(name + std::to_string(part++))) {
+      for (std::size_t i = 0; i < p->count; ++i) all.push_back(value(*p, i, true));
+    }
+    return all;
+  }
+
+  /// Strings of NAME, NAME2, ...: the first dimension is their length. Without blanks at the end.
+  std::vector<std::string> texts(const std::string& name) const {
+    std::vector<std::string> all;
+    const Parameter* p = find(name);
+    for (int part = 2; p && p->type == -1; p = find(name + std::to_string(part++))) {
+      for (std::size_t at = 0; p->length > 0 && at + p->length <= p->count; at += p->length) {
+        std::string text = text_at(words_, p->at + at, p->length);
+        const std::size_t end = text.find_last_not_of(std::string(" \0\t", 3));
+        text.resize(end == text.npos ? 0 : end + 1);
+        all.push_back(std::move(text));
+      }
+    }
+    return all;
+  }
+
+ private:
+  struct Parameter {
+    int type = 0;                               // -1 characters, 1 bytes, 2 words, 4 floats
+    std::size_t at = 0, count = 0, length = 0;  // of the data; length: the first dimension
+  };
+  void read_record(std::size_t at, std::size_t limit) {
+    const auto length = static_cast<std::size_t>(std::abs(words_.i8(at)));
+    const int group = words_.i8(at + 1);
+    const std::string name = upper(text_at(words_, at + 2, length));
+    const std::size_t behind_name = at + 2 + length;
+    end_ = std::max(end_, behind_name + 2);
+    if (group < 0) {
+      groups_.emplace(-group, name);
+    } else {
+      Parameter parameter;
+      end_ = std::max(end_, read_data(behind_name + 2, limit, name, parameter));
+      parameters_.emplace(std::pair(group, name), parameter);
+    }
+  }
+
+  // Type, number of dimensions, dimensions, data. Returns where they end.
+  std::size_t read_data(std::size_t at, std::size_t limit, const std::string& name, Parameter& p) {
+    if (at + 2 > limit) words_.fail(at, "parameter '" + name + "' is cut off");
+    p.type = words_.i8(at);
+    if (p.type != -1 && p.type != 1 && p.type != 2 && p.type != 4) {
+      words_.fail(at, "parameter '" + name + "' of type " + std::to_string(p.type) +
+                          ", expected -1, 1, 2 or 4");
+    }
+    const std::size_t dimensions = words_.u8(at + 1);
+    if (dimensions > 7 || at + 2 + dimensions > limit) {
+      words_.fail(at + 1, "parameter '" + name + "' of " + std::to_string(dimensions) +
+                              " dimensions, expected 0 to 7");
+    }
+    p.count = p.length = 1;
+    for (std::size_t d = 0; d < dimensions; ++d) {
+      const std::size_t size = words_.u8(at + 2 + d);
+      if (d == 0) p.length = size;
+      p.count *= size;  // at most 255⁷
+    }
+    p.at = at + 2 + dimensions;
+    const std::size_t size = p.count * static_cast<std::size_t>(std::abs(p.type));
+    if (size > limit - p.at) {
+      words_.fail(at, "parameter '" + name + "' of " + std::to_string(size) + " bytes, expected " +
+                          std::to_string(limit - p.at) + " or fewer before the end of the section");
+    }
+    return p.at + size;
+  }
+
+  double value(const Parameter& p, std::size_t index, bool is_unsigned) const {
+    const std::size_t at = p.at + index * static_cast<std::size_t>(std::abs(p.type));
+    if (p.type == 4) return words_.f32(at);
+    if (p.type == 1) return words_.u8(at);
+    if (is_unsigned) return words_.u16(at);
+    return words_.i16(at);
+  }
+
+  const C3dParameters::Parameter* find(const std::string& name) const {
+    const std::size_t colon = name.find(':');
+    for (const auto& [number, group] : groups_) {
+      if (group != name.substr(0, colon)) continue;
+      const auto found = parameters_.find({number, name.substr(colon + 1)});
+      if (found != parameters_.end()) return &found->second;
+    }
+    return nullptr;
+  }
+
+  const C3dWords& words_;
+  std::size_t end_ = 0;
+  std::map<int, std::string> groups_;
+  std::map<std::pair<int, std::string>, Parameter> parameters_;
+};
 
 constexpr std::size_t kBlock = 512;
 constexpr double kMissing = std::numeric_limits<double>::quiet_NaN();
@@ -290,13 +266,8 @@ class C3dReader {
     unit_m_ = unit();
     layout(markers.rate_hz);
     markers.first_frame = first_frame();
-    markers.labels = labels("POINT:LABELS", "point ", layout_.points);
-    markers.analog_labels = labels("ANALOG:LABELS", "analog ", layout_.channels);
-    if (layout_.channels > 0) {
-      markers.analog_rate_hz = markers.rate_hz * static_cast<double>(layout_.samples);
-    }
+    markers.labels = labels();
     read_points(markers);
-    read_analog(markers);
     return markers;
   }
 
@@ -336,9 +307,9 @@ class C3dReader {
     }
     layout_.word = scale < 0.0 ? 4 : 2;
     layout_.scale = scale < 0.0 ? 1.0 : scale;
-    layout_.points = size_of(parameters_.count("POINT:USED").value_or(header_.points));
+    layout_.points = size_of(parameters_.number("POINT:USED", true).value_or(header_.points));
     const double used = header_.samples > 0 ? header_.analog_a_frame / header_.samples : 0.0;
-    layout_.channels = size_of(parameters_.count("ANALOG:USED").value_or(used));
+    layout_.channels = size_of(parameters_.number("ANALOG:USED", true).value_or(used));
     layout_.samples = layout_.channels > 0 ? samples(rate_hz) : 0;
     if (layout_.frame_bytes() == 0) {
       words_.fail("POINT:USED is 0 and there are no analog channels, expected data");
@@ -366,7 +337,7 @@ class C3dReader {
   // Behind the parameters; or where parameter and header agree, for there are files whose last
   // parameters were overwritten by the data.
   std::size_t data_start() const {
-    const std::size_t stated = size_of(parameters_.count("POINT:DATA_START").value_or(0.0));
+    const std::size_t stated = size_of(parameters_.number("POINT:DATA_START", true).value_or(0.0));
     for (const std::size_t block : {stated, std::size_t{header_.data_start}}) {
       if (block * kBlock < section_ + 2 * kBlock || block * kBlock > words_.bytes.size()) continue;
       const std::size_t start = (block - 1) * kBlock;
@@ -376,7 +347,7 @@ class C3dReader {
   }
 
   std::optional<double> trial_field(const char* name) const {
-    const std::vector<double> words = parameters_.numbers(name, true);
+    const std::vector<double> words = parameters_.numbers(name);
     if (words.size() < 2) return std::nullopt;
     return words[0] + 65536.0 * words[1];
   }
@@ -391,7 +362,7 @@ class C3dReader {
     double fewest = 0.0;
     for (const double count : {parameters_.number("POINT:LONG_FRAMES").value_or(0.0),
                                first && last ? *last - *first + 1.0 : 0.0,
-                               parameters_.count("POINT:FRAMES").value_or(0.0), in_header}) {
+                               parameters_.number("POINT:FRAMES", true).value_or(0.0), in_header}) {
       if (!(count >= 1.0)) continue;
       if (count <= capacity) return static_cast<std::size_t>(count);
       fewest = fewest > 0.0 ? std::min(fewest, count) : count;
@@ -407,12 +378,11 @@ class C3dReader {
     return static_cast<long>(trial_field("TRIAL:ACTUAL_START_FIELD").value_or(header_.first));
   }
 
-  std::vector<std::string> labels(const std::string& parameter, const std::string& prefix,
-                                  std::size_t count) const {
-    std::vector<std::string> names = parameters_.texts(parameter);
-    names.resize(count);
-    for (std::size_t i = 0; i < count; ++i) {
-      if (names[i].empty()) names[i] = prefix + std::to_string(i + 1);
+  std::vector<std::string> labels() const {
+    std::vector<std::string> names = parameters_.texts("POINT:LABELS");
+    names.resize(layout_.points);
+    for (std::size_t i = 0; i < names.size(); ++i) {
+      if (names[i].empty()) names[i] = "point " + std::to_string(i + 1);
     }
     return names;
   }
@@ -426,9 +396,9 @@ class C3dReader {
     for (std::size_t t = 0; t < l.frames; ++t) {
       std::size_t at = l.start + t * l.frame_bytes();
       for (std::size_t m = 0; m < l.points; ++m, at += 4 * l.word, out += 3) {
-        bool seen = number(at + 3 * l.word, false) >= 0.0;
+        bool seen = number(at + 3 * l.word) >= 0.0;
         for (std::size_t k = 0; k < 3; ++k) {
-          out[k] = number(at + k * l.word, false) * l.scale * unit_m_;
+          out[k] = number(at + k * l.word) * l.scale * unit_m_;
           seen = seen && std::isfinite(out[k]);
         }
         if (!seen) std::fill(out, out + 3, kMissing);
@@ -436,33 +406,8 @@ class C3dReader {
     }
   }
 
-  void read_analog(Markers& markers) const {
-    const Layout& l = layout_;
-    if (l.channels == 0) return;
-    const std::vector<std::string> format = parameters_.texts("ANALOG:FORMAT");
-    const bool is_unsigned = !format.empty() && same_word(format[0], "UNSIGNED");
-    std::vector<double> scale = parameters_.numbers("ANALOG:SCALE");
-    std::vector<double> offset = parameters_.numbers("ANALOG:OFFSET", is_unsigned);
-    const double general = parameters_.number("ANALOG:GEN_SCALE").value_or(1.0);
-    scale.resize(l.channels, 1.0);
-    offset.resize(l.channels, 0.0);
-    markers.analog.resize(static_cast<Eigen::Index>(l.channels),
-                          static_cast<Eigen::Index>(l.frames * l.samples));
-    double* out = markers.analog.data();
-    for (std::size_t t = 0; t < l.frames; ++t) {
-      std::size_t at = l.start + t * l.frame_bytes() + 4 * l.points * l.word;
-      for (std::size_t s = 0; s < l.samples; ++s) {
-        for (std::size_t c = 0; c < l.channels; ++c, at += l.word) {
-          *out++ = (number(at, is_unsigned) - offset[c]) * scale[c] * general;
-        }
-      }
-    }
-  }
-
-  double number(std::size_t at, bool is_unsigned) const {
-    if (layout_.word == 4) return words_.f32(at);
-    if (is_unsigned) return words_.u16(at);
-    return words_.i16(at);
+  double number(std::size_t at) const {
+    return layout_.word == 4 ? words_.f32(at) : words_.i16(at);
   }
 
   C3dWords words_;

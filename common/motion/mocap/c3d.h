@@ -26,10 +26,10 @@ double vax_float(std::uint32_t bits);
 ///  - data: POINT:DATA_START, or else the header's, or else behind the parameter section; a start
 ///    within the parameters counts only if both agree (their last ones were overwritten then)
 ///  - parameters: they may run on to the data where their section is stated too short
-///  - labels: LABELS, LABELS2, ...; a point without one is called "point 12", a channel "analog 3"
+///  - labels: LABELS, LABELS2, ...; a point without one is called "point 12"
 ///  - units: POINT:UNITS mm, cm, m or in; absent or blank: mm, as the format has it
-///  - analog: (raw − OFFSET)·SCALE·GEN_SCALE; absent: 0, 1, 1. Unsigned if ANALOG:FORMAT says so.
-///    Samples a frame: ANALOG:RATE over POINT:RATE if that is whole, or else the header's.
+///  - analog samples a frame, which are passed over: ANALOG:RATE over POINT:RATE if that is whole,
+///    or else the header's.
 /// A point with a negative residual, or a coordinate that is not finite, is missing: NaN.
 /// Points that are no markers (angles, forces of modelling software) are read as the file has them,
 /// times the unit: choose by label.

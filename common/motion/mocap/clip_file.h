@@ -10,8 +10,7 @@ struct ReadOptions {
   /// Length of the file's unit. 0: by the kind of file: BVH 1 cm or, with joints named as CMU's
   /// conversion names them, CMU's 2.54/0.45 cm; ASF its own `length` (CMU: 1/0.45 inch).
   double unit_m = 0.0;
-  double amc_rate_hz = 120.0;  ///< AMC files do not state it; CMU's is 120 Hz
-  std::string asf{};           ///< skeleton of an AMC; empty: the .asf beside it whose name fits
+  std::string asf{};  ///< skeleton of an AMC; empty: the .asf beside it whose name fits
 };
 
 /// Reads a .bvh or .amc file, by its ending. @throws ConfigError "file:line: what, expected ..."

@@ -35,10 +35,6 @@ void check_options(const ReadOptions& options) {
     throw ConfigError("unit_m " + std::to_string(options.unit_m) +
                       ", expected a length above zero, or 0 for the file's own");
   }
-  if (!std::isfinite(options.amc_rate_hz) || options.amc_rate_hz <= 0.0) {
-    throw ConfigError("amc_rate_hz " + std::to_string(options.amc_rate_hz) +
-                      ", expected a rate above zero");
-  }
 }
 
 void check_writable(const Clip& clip) {

@@ -95,6 +95,47 @@ void keep_swings(std::vector<Index>& frames, const Matrix3Xd& foot, double rate_
   });
 }
 
+tl::unexpected<Status> no_trial(const BodyClip& clip, const std::string& reason) {
+  return tl::unexpected(Status{clip.name + ": " + reason});
+}
+
+tl::expected<std::vector<FrameInterval>, Status> gait_cycles(const BodyClip& clip,
+                                                             const CycleOptions& options) {
+  const std::vector<Index> strikes = find_gait_events(clip).heel_strike[kLeft];
+  if (strikes.empty()) {
+    return no_trial(clip, "no left heel strike: nobody walks, or less than a step");
+  }
+  if (strikes.size() == 1) {
+    return no_trial(clip, "less than one gait cycle: the only left heel strike is in frame " +
+                              std::to_string(clip.first_frame + strikes[0]));
+  }
+  std::vector<FrameInterval> cycles;
+  for (std::size_t i = 0; i + 1 < strikes.size(); ++i) {
+    const double duration_s = static_cast<double>(strikes[i + 1] - strikes[i]) / clip.rate_hz;
+    if (duration_s >= options.shortest_s && duration_s <= options.longest_s) {
+      cycles.push_back({strikes[i], strikes[i + 1]});
+    }
+  }
+  if (cycles.empty()) return no_trial(clip, "no two left heel strikes are a gait cycle apart");
+  return cycles;
+}
+
+Trial describe(const BodyClip& clip, const FrameInterval& interval, const Eigen::VectorXd& heading,
+               const std::string& style) {
+  Trial trial;
+  trial.clip = clip.name;
+  trial.style = style;
+  trial.first_frame = clip.first_frame + interval.first;
+  trial.last_frame = clip.first_frame + interval.last;
+  trial.duration_s = static_cast<double>(interval.last - interval.first) / clip.rate_hz;
+  trial.turn_rad = heading[interval.last] - heading[interval.first];
+  for (Index f = interval.first; f < interval.last; ++f) {
+    const Eigen::Vector3d d = clip.root_position_W_m.col(f + 1) - clip.root_position_W_m.col(f);
+    trial.step_length_m += d.x() * std::cos(heading[f]) + d.y() * std::sin(heading[f]);
+  }
+  return trial;
+}
+
 }  // namespace
 
 VectorXd heading_rad(const BodyClip& clip) {
@@ -135,80 +176,13 @@ GaitEvents find_gait_events(const BodyClip& clip) {
   for (std::size_t s = 0; s < 2; ++s) {
     // backwards the toe is the end of the foot that arrives first
     const Matrix3Xd& strikes = events.backward ? paths.toe[s] : paths.heel[s];
-    const Matrix3Xd& leaves = events.backward ? paths.heel[s] : paths.toe[s];
     const VectorXd front = sign * ahead_of_pelvis(strikes, clip, heading);
-    const VectorXd back = -sign * ahead_of_pelvis(leaves, clip, heading);
-    auto least = [](const VectorXd& x) {
-      return std::max(kLeastSwing_m, kLeastSwingShare * (x.maxCoeff() - x.minCoeff()));
-    };
-    events.heel_strike[s] = maxima(front, least(front));
-    events.toe_off[s] = maxima(back, least(back));
+    const double swing = front.maxCoeff() - front.minCoeff();
+    events.heel_strike[s] = maxima(front, std::max(kLeastSwing_m, kLeastSwingShare * swing));
     keep_swings(events.heel_strike[s], strikes, clip.rate_hz);
   }
   return events;
 }
-
-namespace {
-
-using Eigen::Index;
-
-tl::unexpected<Status> no_trial(const BodyClip& clip, const std::string& reason) {
-  return tl::unexpected(Status{clip.name + ": " + reason});
-}
-
-tl::expected<std::vector<FrameInterval>, Status> gait_cycles(const BodyClip& clip,
-                                                             const CycleOptions& options) {
-  const std::vector<Index> strikes = find_gait_events(clip).heel_strike[kLeft];
-  if (strikes.empty()) {
-    return no_trial(clip, "no left heel strike: nobody walks, or less than a step");
-  }
-  if (strikes.size() == 1) {
-    return no_trial(clip, "less than one gait cycle: the only left heel strike is in frame " +
-                              std::to_string(clip.first_frame + strikes[0]));
-  }
-  std::vector<FrameInterval> cycles;
-  for (std::size_t i = 0; i + 1 < strikes.size(); ++i) {
-    const double duration_s = static_cast<double>(strikes[i + 1] - strikes[i]) / clip.rate_hz;
-    if (duration_s >= options.shortest_s && duration_s <= options.longest_s) {
-      cycles.push_back({strikes[i], strikes[i + 1]});
-    }
-  }
-  if (cycles.empty()) return no_trial(clip, "no two left heel strikes are a gait cycle apart");
-  return cycles;
-}
-
-std::vector<FrameInterval> given_ranges(const BodyClip& clip, const CycleOptions& options) {
-  const long first = clip.first_frame, last = first + static_cast<long>(clip.frames()) - 1;
-  if (options.ranges.empty()) throw ConfigError(clip.name + ": no frame ranges are given");
-  std::vector<FrameInterval> trials;
-  for (const auto& [from, to] : options.ranges) {
-    if (from < first || to > last || from >= to) {
-      throw ConfigError(clip.name + ": frames " + std::to_string(from) + " to " +
-                        std::to_string(to) + ", expected a range within " + std::to_string(first) +
-                        " to " + std::to_string(last));
-    }
-    trials.push_back({from - first, to - first});
-  }
-  return trials;
-}
-
-Trial describe(const BodyClip& clip, const FrameInterval& interval, const Eigen::VectorXd& heading,
-               const std::string& style) {
-  Trial trial;
-  trial.clip = clip.name;
-  trial.style = style;
-  trial.first_frame = clip.first_frame + interval.first;
-  trial.last_frame = clip.first_frame + interval.last;
-  trial.duration_s = static_cast<double>(interval.last - interval.first) / clip.rate_hz;
-  trial.turn_rad = heading[interval.last] - heading[interval.first];
-  for (Index f = interval.first; f < interval.last; ++f) {
-    const Eigen::Vector3d d = clip.root_position_W_m.col(f + 1) - clip.root_position_W_m.col(f);
-    trial.step_length_m += d.x() * std::cos(heading[f]) + d.y() * std::sin(heading[f]);
-  }
-  return trial;
-}
-
-}  // namespace
 
 tl::expected<Trials, Status> cut_cycles(const BodyClip& clip, const CycleOptions& options,
                                         const MoreRows& more) {
@@ -236,16 +210,14 @@ tl::expected<Trials, Status> cut_cycles(const BodyClip& clip, const CycleOptions
     auto cycles = gait_cycles(smooth, options);
     if (!cycles) return tl::unexpected(cycles.error());
     intervals = *cycles;
-  } else if (options.cut == CycleOptions::Cut::kWholeClip) {
-    intervals = {{0, clip.frames() - 1}};
   } else {
-    intervals = given_ranges(clip, options);
+    intervals = {{0, clip.frames() - 1}};
   }
 
   Trials out;
   for (int row = 0; row < kBodyRows; ++row) out.rows.push_back(body_row_name(row));
   out.rows.insert(out.rows.end(), more.names.begin(), more.names.end());
-  if (!options.keep_heading) remove_heading(smooth);
+  remove_heading(smooth);
   const std::string style = options.style.empty() ? style_of(clip.name) : options.style;
   const Index rows = kBodyRows + added;
   out.samples.resize(static_cast<Index>(intervals.size()) * rows, options.samples);

@@ -25,18 +25,18 @@ void remove_heading(BodyClip& clip);
 /// the clip's largest swing, and this fast over the ground.
 inline constexpr double kLeastSwing_m = 0.10, kLeastSwingShare = 0.35, kLeastSwing_m_s = 0.5;
 
-/// Frames of a clip (columns) in which feet meet and leave the ground, by side.
+/// Frames of a clip (columns) in which feet meet the ground, by side.
 struct GaitEvents {
-  std::array<std::vector<Eigen::Index>, 2> heel_strike, toe_off;
+  std::array<std::vector<Eigen::Index>, 2> heel_strike;
   bool backward = false;  ///< the figure walks against its heading
 };
 
-/// Zeni's coordinate method: a foot strikes where its heel is farthest ahead of the pelvis, and
-/// leaves where its toe is farthest behind (Zeni, Richards, Higginson 2008). "Ahead" is along the
-/// heading, or against it in clips that travel backwards (then it is the toe that strikes). A
-/// maximum counts if the heel swings by kLeastSwing_m and kLeastSwingShare on both sides of it;
-/// half of that at the ends of a clip; a strike counts if the foot flew at kLeastSwing_m_s within
-/// half a second before it. No walking, no events.
+/// Zeni's coordinate method: a foot strikes where its heel is farthest ahead of the pelvis (Zeni,
+/// Richards, Higginson 2008). "Ahead" is along the heading, or against it in clips that travel
+/// backwards (then it is the toe that strikes). A maximum counts if the heel swings by
+/// kLeastSwing_m and kLeastSwingShare on both sides of it; half of that at the ends of a clip; a
+/// strike counts if the foot flew at kLeastSwing_m_s within half a second before it. No walking, no
+/// events.
 GaitEvents find_gait_events(const BodyClip& clip);
 
 /// First and last frame (column) of an interval.
@@ -47,16 +47,13 @@ struct FrameInterval {
 struct CycleOptions {
   enum class Cut {
     kGaitCycles,  ///< from left heel strike to left heel strike
-    kWholeClip,   ///< the whole clip is one trial, for motions that do not repeat
-    kRanges       ///< the frame ranges below
+    kWholeClip    ///< the whole clip is one trial, for motions that do not repeat
   };
   Cut cut = Cut::kGaitCycles;
-  std::vector<std::pair<long, long>> ranges;  ///< first and last frame of trials, as in the file
-  int samples = 100;                          ///< T
-  double cutoff_hz = 8.0;                     ///< zero-phase low-pass of the angles; 0: none
-  double shortest_s = 0.4, longest_s = 3.0;   ///< of a gait cycle; others are left out
-  bool keep_heading = false;                  ///< leave the heading in the root's rotation
-  std::string style;                          ///< empty: style_of(file name)
+  int samples = 100;                         ///< T
+  double cutoff_hz = 8.0;                    ///< zero-phase low-pass of the angles; 0: none
+  double shortest_s = 0.4, longest_s = 3.0;  ///< of a gait cycle; others are left out
+  std::string style;                         ///< empty: style_of(file name)
 };
 
 /// Further trajectories of a clip's frames that are filtered and cut with its angles: a robot's
@@ -70,7 +67,7 @@ struct MoreRows {
 /// last frame is phase 2π, i.e. sample 0 of the next; a whole clip ends there likewise.
 /// Status: why the clip gives no trial (fewer than two left heel strikes, standing, ...).
 /// The rows are the body's, then `more`.
-/// @throws ConfigError if options do not fit (a range outside the clip, T < 2, the cutoff), or
+/// @throws ConfigError if options do not fit (T < 2, the cutoff), or
 /// `more` has not the clip's frames
 tl::expected<Trials, Status> cut_cycles(const BodyClip& clip, const CycleOptions& options = {},
                                         const MoreRows& more = {});

@@ -29,7 +29,6 @@ std::optional<RigidFit> fit_rigid(const Eigen::Ref<const Eigen::Matrix3Xd>& body
   RigidFit fit;
   fit.R_WB = svd.matrixU() * signs.asDiagonal() * svd.matrixV().transpose();
   fit.p_WB = w_mean - fit.R_WB * b_mean;
-  fit.rms_m = std::sqrt((fit.R_WB * b0 - w0).squaredNorm() / static_cast<double>(seen.size()));
   return fit;
 }
 
@@ -44,6 +43,67 @@ Matrix3Xd points(const Markers& markers, const MarkerGroup& group, Index frame) 
     p.col(static_cast<Index>(i)) = markers.position_m.block<3, 1>(3 * group.markers[i], frame);
   }
   return p;
+}
+
+using Eigen::Vector3d;
+
+struct Gap {
+  Index first, last;
+};
+
+std::vector<Gap> gaps_of(const Eigen::Ref<const Eigen::MatrixXd>& path) {
+  std::vector<Gap> gaps;
+  for (Index f = 0; f < path.cols(); ++f) {
+    if (path.col(f).allFinite()) continue;
+    if (!gaps.empty() && gaps.back().last == f - 1) {
+      gaps.back().last = f;
+    } else {
+      gaps.push_back({f, f});
+    }
+  }
+  return gaps;
+}
+
+/// Fills from what the group predicts, NaN where it says nothing.
+void fill_from(const Matrix3Xd& predicted, Eigen::Ref<Eigen::MatrixXd> path) {
+  const Matrix3Xd measured = path;
+  auto deviation = [&](Index f, Vector3d& d) {
+    if (f < 0 || f >= path.cols()) return false;
+    d = measured.col(f) - predicted.col(f);
+    return d.allFinite();
+  };
+  for (const Gap& gap : gaps_of(measured)) {
+    Vector3d before, after;
+    const bool has_before = deviation(gap.first - 1, before);
+    const bool has_after = deviation(gap.last + 1, after);
+    if (!has_before) before = has_after ? after : Vector3d(Vector3d::Zero());
+    if (!has_after) after = before;
+    for (Index f = gap.first; f <= gap.last; ++f) {
+      if (!predicted.col(f).allFinite()) continue;
+      const double share =
+          static_cast<double>(f - gap.first + 1) / static_cast<double>(gap.last - gap.first + 2);
+      path.col(f) = predicted.col(f) + (1.0 - share) * before + share * after;
+    }
+  }
+}
+
+void fill_by_spline(Eigen::Ref<Eigen::MatrixXd> path, Index longest) {
+  std::vector<double> knots;
+  std::vector<Index> seen;
+  for (Index f = 0; f < path.cols(); ++f) {
+    if (!path.col(f).allFinite()) continue;
+    knots.push_back(static_cast<double>(f));
+    seen.push_back(f);
+  }
+  if (knots.size() < 2) return;
+  const Spline spline(knots, path(Eigen::all, seen));
+  for (const Gap& gap : gaps_of(path)) {
+    const bool inside = gap.first > 0 && gap.last + 1 < path.cols();
+    if (!inside || gap.last - gap.first + 1 > longest) continue;
+    for (Index f = gap.first; f <= gap.last; ++f) {
+      path.col(f) = spline.at(static_cast<double>(f));
+    }
+  }
 }
 
 }  // namespace
@@ -82,88 +142,11 @@ std::vector<std::optional<RigidFit>> group_motion(const Markers& markers, const 
   return motion;
 }
 
-namespace {
-
-using Eigen::Index;
-using Eigen::Matrix3Xd;
-using Eigen::Vector3d;
-
-struct Gap {
-  Index first, last;
-};
-
-std::vector<Gap> gaps_of(const Eigen::Ref<const Eigen::MatrixXd>& path) {
-  std::vector<Gap> gaps;
-  for (Index f = 0; f < path.cols(); ++f) {
-    if (path.col(f).allFinite()) continue;
-    if (!gaps.empty() && gaps.back().last == f - 1) {
-      gaps.back().last = f;
-    } else {
-      gaps.push_back({f, f});
-    }
-  }
-  return gaps;
-}
-
-/// Fills from what the group predicts, NaN where it says nothing. Returns the frames filled.
-long fill_from(const Matrix3Xd& predicted, Eigen::Ref<Eigen::MatrixXd> path) {
-  long filled = 0;
-  const Matrix3Xd measured = path;
-  auto deviation = [&](Index f, Vector3d& d) {
-    if (f < 0 || f >= path.cols()) return false;
-    d = measured.col(f) - predicted.col(f);
-    return d.allFinite();
-  };
-  for (const Gap& gap : gaps_of(measured)) {
-    Vector3d before, after;
-    const bool has_before = deviation(gap.first - 1, before);
-    const bool has_after = deviation(gap.last + 1, after);
-    if (!has_before) before = has_after ? after : Vector3d(Vector3d::Zero());
-    if (!has_after) after = before;
-    for (Index f = gap.first; f <= gap.last; ++f) {
-      if (!predicted.col(f).allFinite()) continue;
-      const double share =
-          static_cast<double>(f - gap.first + 1) / static_cast<double>(gap.last - gap.first + 2);
-      path.col(f) = predicted.col(f) + (1.0 - share) * before + share * after;
-      ++filled;
-    }
-  }
-  return filled;
-}
-
-long fill_by_spline(Eigen::Ref<Eigen::MatrixXd> path, Index longest) {
-  std::vector<double> knots;
-  std::vector<Index> seen;
-  for (Index f = 0; f < path.cols(); ++f) {
-    if (!path.col(f).allFinite()) continue;
-    knots.push_back(static_cast<double>(f));
-    seen.push_back(f);
-  }
-  if (knots.size() < 2) return 0;
-  const Spline spline(knots, path(Eigen::all, seen));
-  long filled = 0;
-  for (const Gap& gap : gaps_of(path)) {
-    const bool inside = gap.first > 0 && gap.last + 1 < path.cols();
-    if (!inside || gap.last - gap.first + 1 > longest) continue;
-    for (Index f = gap.first; f <= gap.last; ++f) {
-      path.col(f) = spline.at(static_cast<double>(f));
-      ++filled;
-    }
-  }
-  return filled;
-}
-
-}  // namespace
-
-GapReport fill_gaps(Markers& markers, std::span<const MarkerGroup> groups, double longest_s) {
-  GapReport report;
+void fill_gaps(Markers& markers, std::span<const MarkerGroup> groups, double longest_s) {
   const Markers recorded = markers;
   for (const MarkerGroup& group : groups) {
     const auto nominal = nominal_geometry(recorded, group);
-    if (!nominal) {
-      report.notes.push_back(nominal.error().reason + "; splines only");
-      continue;
-    }
+    if (!nominal) continue;
     for (std::size_t i = 0; i < group.markers.size(); ++i) {
       // by the others alone, in all frames: a marker that drops out must not shift its prediction
       Matrix3Xd others = *nominal;
@@ -175,22 +158,13 @@ GapReport fill_gaps(Markers& markers, std::span<const MarkerGroup> groups, doubl
         if (!fit) continue;
         predicted.col(f) = fit->R_WB * nominal->col(static_cast<Index>(i)) + fit->p_WB;
       }
-      report.by_group +=
-          fill_from(predicted, markers.position_m.middleRows(3 * group.markers[i], 3));
+      fill_from(predicted, markers.position_m.middleRows(3 * group.markers[i], 3));
     }
   }
   const auto longest = static_cast<Index>(std::floor(longest_s * markers.rate_hz));
   for (std::size_t m = 0; m < markers.labels.size(); ++m) {
-    auto path = markers.position_m.middleRows(static_cast<Index>(3 * m), 3);
-    report.by_spline += fill_by_spline(path, longest);
-    long missing = 0;
-    for (const Gap& gap : gaps_of(path)) missing += gap.last - gap.first + 1;
-    report.left += missing;
-    if (missing == markers.frames()) {
-      report.notes.push_back(markers.name + ": marker " + markers.labels[m] + " is never seen");
-    }
+    fill_by_spline(markers.position_m.middleRows(static_cast<Index>(3 * m), 3), longest);
   }
-  return report;
 }
 
 }  // namespace mimesis::mocap

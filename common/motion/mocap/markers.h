@@ -19,11 +19,6 @@ struct Markers {
   long first_frame = 1;  ///< number of column 0 in the recording
   /// Rows 3m..3m+2 of marker m in the file's axes [m], one column a frame.
   Eigen::MatrixXd position_m;
-  /// Rows: analog channels in their units; columns: samples. Empty if there are none.
-  Eigen::MatrixXd analog;
-  std::vector<std::string> analog_labels;
-  double analog_rate_hz = 0.0;
-
   Eigen::Index frames() const { return position_m.cols(); }
 };
 
@@ -31,7 +26,6 @@ struct Markers {
 struct RigidFit {
   Eigen::Matrix3d R_WB;
   Eigen::Vector3d p_WB;
-  double rms_m = 0.0;  ///< of the points' distances after the fit
 };
 
 /// The rotation and translation that bring `body` nearest to `world` in the least-squares sense
@@ -57,17 +51,12 @@ tl::expected<Eigen::Matrix3Xd, Status> nominal_geometry(const Markers& markers,
 std::vector<std::optional<RigidFit>> group_motion(const Markers& markers, const MarkerGroup& group,
                                                   const Eigen::Matrix3Xd& nominal);
 
-/// What became of the gaps in marker trajectories. Counts are of marker frames.
-struct GapReport {
-  long by_group = 0, by_spline = 0, left = 0;
-  std::vector<std::string> notes;  ///< one line each: markers never seen, groups without geometry
-};
-
 /// Fills missing (NaN) marker positions in place. A marker of a group of which three others are
 /// seen is put where the group's nominal geometry says [M18 3.3.2]; the deviation of its own
 /// positions from there at the ends of the gap fades linearly through it, so that nothing jumps.
 /// What remains and is no longer than `longest_s` is bridged by a natural cubic spline through the
-/// marker's own positions. Longer gaps, and those at the ends of the recording, stay NaN.
-GapReport fill_gaps(Markers& markers, std::span<const MarkerGroup> groups, double longest_s = 0.3);
+/// marker's own positions. Longer gaps, and those at the ends of the recording, stay NaN; groups
+/// without a geometry are left to the splines.
+void fill_gaps(Markers& markers, std::span<const MarkerGroup> groups, double longest_s = 0.3);
 
 }  // namespace mimesis::mocap

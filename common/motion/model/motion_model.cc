@@ -36,6 +36,24 @@ int clamp_values(const MotionModel& model, std::span<T> values) {
   return moved;
 }
 
+void add(const Pattern& p, Pattern& sum) {
+  sum.mean_rad += p.mean_rad;
+  sum.weight_rad += p.weight_rad;
+  sum.trial.duration_s += p.trial.duration_s;
+  sum.trial.step_length_m += p.trial.step_length_m;
+  sum.trial.turn_rad += p.trial.turn_rad;
+  for (std::size_t i = 0; i < p.trial.task.size(); ++i) sum.trial.task[i] += p.trial.task[i];
+}
+
+void scale(double by, Pattern& p) {
+  p.mean_rad *= by;
+  p.weight_rad *= by;
+  p.trial.duration_s *= by;
+  p.trial.step_length_m *= by;
+  p.trial.turn_rad *= by;
+  for (double& value : p.trial.task) value *= by;
+}
+
 }  // namespace
 
 int clamp_to_limits(const MotionModel& model, std::span<float> values) {
@@ -74,28 +92,6 @@ std::vector<LimitExcess> limit_excess(const MotionModel& model) {
   }
   return out;
 }
-
-namespace {
-
-void add(const Pattern& p, Pattern& sum) {
-  sum.mean_rad += p.mean_rad;
-  sum.weight_rad += p.weight_rad;
-  sum.trial.duration_s += p.trial.duration_s;
-  sum.trial.step_length_m += p.trial.step_length_m;
-  sum.trial.turn_rad += p.trial.turn_rad;
-  for (std::size_t i = 0; i < p.trial.task.size(); ++i) sum.trial.task[i] += p.trial.task[i];
-}
-
-void scale(double by, Pattern& p) {
-  p.mean_rad *= by;
-  p.weight_rad *= by;
-  p.trial.duration_s *= by;
-  p.trial.step_length_m *= by;
-  p.trial.turn_rad *= by;
-  for (double& value : p.trial.task) value *= by;
-}
-
-}  // namespace
 
 MotionModel make_model(const mocap::Trials& set, const demix::Mixture& mixture, bool tied,
                        const mocap::Body& body) {

@@ -35,70 +35,6 @@ void drop_short(Eigen::Ref<Eigen::Array<bool, 1, Eigen::Dynamic>> row, bool valu
   }
 }
 
-}  // namespace
-
-Eigen::Matrix<double, 12, Eigen::Dynamic> ground_points(const mocap::BodyClip& clip) {
-  Eigen::Matrix<double, 12, Eigen::Dynamic> points(12, clip.frames());
-  for (Index t = 0; t < clip.frames(); ++t) {
-    const mocap::BodyPose pose = clip.pose(t);
-    for (const std::size_t side : {0u, 1u}) {
-      const int ankle = side == 0 ? mocap::kLeftAnkle : mocap::kRightAnkle;
-      const auto row = static_cast<Index>(6 * side);
-      points.block<3, 1>(row, t) = pose.point(ankle, clip.body.heel_m[side]);
-      points.block<3, 1>(row + 3, t) = pose.point(ankle, clip.body.toe_m[side]);
-    }
-  }
-  return points;
-}
-
-Ground find_ground(const mocap::BodyClip& clip) {
-  const Points points = ground_points(clip);
-  std::vector<Eigen::Vector3d> feet;
-  double lowest_of_all = points(2, 0);
-  for (Index t = 0; t < points.cols(); ++t) {
-    Index low = 0;
-    for (Index p = 1; p < 4; ++p) low = points(3 * p + 2, t) < points(3 * low + 2, t) ? p : low;
-    lowest_of_all = std::min(lowest_of_all, points(3 * low + 2, t));
-    if (slow(points, low, t, clip.rate_hz)) feet.emplace_back(points.block<3, 1>(3 * low, t));
-  }
-  Ground ground;
-  ground.height_m = lowest_of_all;  // of somebody who never stands
-  if (feet.empty()) return ground;
-  const auto count = static_cast<double>(feet.size());
-  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
-  for (const Eigen::Vector3d& p : feet) mean += p / count;
-  Eigen::Matrix2d spread = kHeldBack_m * kHeldBack_m * count * Eigen::Matrix2d::Identity();
-  Eigen::Vector2d rise = Eigen::Vector2d::Zero();
-  for (const Eigen::Vector3d& p : feet) {
-    const Eigen::Vector3d d = p - mean;
-    spread += d.head<2>() * d.head<2>().transpose();
-    rise += d.z() * d.head<2>();
-  }
-  ground.centre = mean.head<2>();
-  ground.height_m = mean.z();
-  ground.slope = spread.ldlt().solve(rise);
-  return ground;
-}
-
-Contacts find_contacts(const mocap::BodyClip& clip, const Ground& ground) {
-  const Points points = ground_points(clip);
-  const auto shortest = static_cast<Index>(std::ceil(kShort_s * clip.rate_hz));
-  Contacts contacts(4, points.cols());
-  for (Index p = 0; p < 4; ++p) {
-    Eigen::Array<bool, 1, Eigen::Dynamic> row(points.cols());
-    for (Index t = 0; t < points.cols(); ++t) {
-      const Eigen::Vector3d at = points.block<3, 1>(3 * p, t);
-      row[t] = slow(points, p, t, clip.rate_hz) && at.z() - ground.below(at) < kLow_m;
-    }
-    drop_short(row, false, shortest);
-    drop_short(row, true, shortest);
-    contacts.row(p) = row;
-  }
-  return contacts;
-}
-
-namespace {
-
 using Eigen::Index, Eigen::Matrix3Xd, Eigen::Vector3d;
 
 /// One foot over time: the free path and the ground points of `to` relative to the ankle, in W.
@@ -184,50 +120,7 @@ Matrix3Xd path(const Foot& foot) {
   return ankle;
 }
 
-}  // namespace
-
-FootPaths foot_paths(const mocap::BodyClip& recorded, const Ground& ground, double scale,
-                     const mocap::Body& to, const Contacts& contacts) {
-  FootPaths paths;
-  for (const std::size_t side : {0u, 1u}) {
-    paths.ankle_W_m[side] = path(make_foot(recorded, ground, scale, to, contacts, side));
-  }
-  return paths;
-}
-
-namespace {
-
 constexpr double kOwnAxis = 0.2;
-
-}  // namespace
-
-LimbPosture reach(const TwoSegments& limb, const Eigen::Matrix3d& R_upper,
-                  const Eigen::Matrix3d& R_lower, const Eigen::Vector3d& hip_W,
-                  const Eigen::Vector3d& goal_W) {
-  const Eigen::Vector3d a = R_upper * limb.upper_m, b = R_lower * limb.lower_m;
-  const double la = a.norm(), lb = b.norm(), distance = (goal_W - hip_W).norm();
-  const Eigen::Vector3d u = b / lb;
-  // Axis of the bend, perpendicular to the lower segment. The share of the y axis decides where the
-  // limb is straight or bent the wrong way.
-  const Eigen::Vector3d y = R_lower.col(1) - R_lower.col(1).dot(u) * u;
-  const Eigen::Vector3d axis = (a.cross(u) / la + kOwnAxis * y).normalized();
-  // |a + lb (cos δ u + sin δ axis×u)| = distance; the straight limb is at δ₀, bent ones beyond
-  const double along = a.dot(u), across = a.dot(axis.cross(u));
-  const double wanted = (distance * distance - la * la - lb * lb) / (2.0 * lb);
-  const double bend = std::atan2(across, along) +
-                      std::acos(std::clamp(wanted / std::hypot(along, across), -1.0, 1.0));
-  LimbPosture out;
-  out.R_lower = math::exp_so3(bend * axis) * R_lower;
-  const Eigen::Vector3d end = a + out.R_lower * limb.lower_m;
-  const Eigen::Matrix3d turn =
-      Eigen::Quaterniond::FromTwoVectors(end, goal_W - hip_W).toRotationMatrix();
-  out.R_upper = turn * R_upper;
-  out.R_lower = turn * out.R_lower;
-  out.miss_m = (hip_W + turn * end - goal_W).norm();
-  return out;
-}
-
-namespace {
 
 using Eigen::Index, Eigen::Matrix3d, Eigen::Vector3d;
 using mocap::Body, mocap::BodyClip, mocap::BodyPose;
@@ -237,7 +130,6 @@ constexpr double kEase_s = 0.1;          // the pelvis begins to come down so lo
 
 std::size_t body_index(int joint) { return static_cast<std::size_t>(joint); }
 int hip(std::size_t side) { return side == 0 ? mocap::kLeftHip : mocap::kRightHip; }
-int wrist(std::size_t side) { return side == 0 ? mocap::kLeftWrist : mocap::kRightWrist; }
 
 TwoSegments leg(const Body& body, std::size_t side) {
   return {body.offset_m[body_index(hip(side) + 1)], body.offset_m[body_index(hip(side) + 2)]};
@@ -343,6 +235,103 @@ void move_legs(BodyClip& clip, const FootPaths& feet) {
   }
 }
 
+}  // namespace
+
+Eigen::Matrix<double, 12, Eigen::Dynamic> ground_points(const mocap::BodyClip& clip) {
+  Eigen::Matrix<double, 12, Eigen::Dynamic> points(12, clip.frames());
+  for (Index t = 0; t < clip.frames(); ++t) {
+    const mocap::BodyPose pose = clip.pose(t);
+    for (const std::size_t side : {0u, 1u}) {
+      const int ankle = side == 0 ? mocap::kLeftAnkle : mocap::kRightAnkle;
+      const auto row = static_cast<Index>(6 * side);
+      points.block<3, 1>(row, t) = pose.point(ankle, clip.body.heel_m[side]);
+      points.block<3, 1>(row + 3, t) = pose.point(ankle, clip.body.toe_m[side]);
+    }
+  }
+  return points;
+}
+
+Ground find_ground(const mocap::BodyClip& clip) {
+  const Points points = ground_points(clip);
+  std::vector<Eigen::Vector3d> feet;
+  double lowest_of_all = points(2, 0);
+  for (Index t = 0; t < points.cols(); ++t) {
+    Index low = 0;
+    for (Index p = 1; p < 4; ++p) low = points(3 * p + 2, t) < points(3 * low + 2, t) ? p : low;
+    lowest_of_all = std::min(lowest_of_all, points(3 * low + 2, t));
+    if (slow(points, low, t, clip.rate_hz)) feet.emplace_back(points.block<3, 1>(3 * low, t));
+  }
+  Ground ground;
+  ground.height_m = lowest_of_all;  // of somebody who never stands
+  if (feet.empty()) return ground;
+  const auto count = static_cast<double>(feet.size());
+  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+  for (const Eigen::Vector3d& p : feet) mean += p / count;
+  Eigen::Matrix2d spread = kHeldBack_m * kHeldBack_m * count * Eigen::Matrix2d::Identity();
+  Eigen::Vector2d rise = Eigen::Vector2d::Zero();
+  for (const Eigen::Vector3d& p : feet) {
+    const Eigen::Vector3d d = p - mean;
+    spread += d.head<2>() * d.head<2>().transpose();
+    rise += d.z() * d.head<2>();
+  }
+  ground.centre = mean.head<2>();
+  ground.height_m = mean.z();
+  ground.slope = spread.ldlt().solve(rise);
+  return ground;
+}
+
+Contacts find_contacts(const mocap::BodyClip& clip, const Ground& ground) {
+  const Points points = ground_points(clip);
+  const auto shortest = static_cast<Index>(std::ceil(kShort_s * clip.rate_hz));
+  Contacts contacts(4, points.cols());
+  for (Index p = 0; p < 4; ++p) {
+    Eigen::Array<bool, 1, Eigen::Dynamic> row(points.cols());
+    for (Index t = 0; t < points.cols(); ++t) {
+      const Eigen::Vector3d at = points.block<3, 1>(3 * p, t);
+      row[t] = slow(points, p, t, clip.rate_hz) && at.z() - ground.below(at) < kLow_m;
+    }
+    drop_short(row, false, shortest);
+    drop_short(row, true, shortest);
+    contacts.row(p) = row;
+  }
+  return contacts;
+}
+
+FootPaths foot_paths(const mocap::BodyClip& recorded, const Ground& ground, double scale,
+                     const mocap::Body& to, const Contacts& contacts) {
+  FootPaths paths;
+  for (const std::size_t side : {0u, 1u}) {
+    paths.ankle_W_m[side] = path(make_foot(recorded, ground, scale, to, contacts, side));
+  }
+  return paths;
+}
+
+LimbPosture reach(const TwoSegments& limb, const Eigen::Matrix3d& R_upper,
+                  const Eigen::Matrix3d& R_lower, const Eigen::Vector3d& hip_W,
+                  const Eigen::Vector3d& goal_W) {
+  const Eigen::Vector3d a = R_upper * limb.upper_m, b = R_lower * limb.lower_m;
+  const double la = a.norm(), lb = b.norm(), distance = (goal_W - hip_W).norm();
+  const Eigen::Vector3d u = b / lb;
+  // Axis of the bend, perpendicular to the lower segment. The share of the y axis decides where the
+  // limb is straight or bent the wrong way.
+  const Eigen::Vector3d y = R_lower.col(1) - R_lower.col(1).dot(u) * u;
+  const Eigen::Vector3d axis = (a.cross(u) / la + kOwnAxis * y).normalized();
+  // |a + lb (cos δ u + sin δ axis×u)| = distance; the straight limb is at δ₀, bent ones beyond
+  const double along = a.dot(u), across = a.dot(axis.cross(u));
+  const double wanted = (distance * distance - la * la - lb * lb) / (2.0 * lb);
+  const double bend = std::atan2(across, along) +
+                      std::acos(std::clamp(wanted / std::hypot(along, across), -1.0, 1.0));
+  LimbPosture out;
+  out.R_lower = math::exp_so3(bend * axis) * R_lower;
+  const Eigen::Vector3d end = a + out.R_lower * limb.lower_m;
+  const Eigen::Matrix3d turn =
+      Eigen::Quaterniond::FromTwoVectors(end, goal_W - hip_W).toRotationMatrix();
+  out.R_upper = turn * R_upper;
+  out.R_lower = turn * out.R_lower;
+  out.miss_m = (hip_W + turn * end - goal_W).norm();
+  return out;
+}
+
 double stance_speed(const BodyClip& clip, const Contacts& contacts) {
   const auto points = ground_points(clip);
   double sum = 0.0;
@@ -357,66 +346,17 @@ double stance_speed(const BodyClip& clip, const Contacts& contacts) {
   return count > 0 ? sum * clip.rate_hz / static_cast<double>(count) : 0.0;
 }
 
-void report_feet(const BodyMotion& motion, BodyReport& report) {
-  const auto points = ground_points(motion.clip);
-  report.stance_speed_m_s = stance_speed(motion.clip, motion.contacts);
-  report.lowest_m = 1e9;
-  for (Index t = 0; t < points.cols(); ++t) {
-    for (const Index side : {0, 1}) {
-      const double low = std::min(points(6 * side + 2, t), points(6 * side + 5, t));
-      report.lowest_m = std::min(report.lowest_m, low);
-      if (motion.contacts(2 * side, t) || motion.contacts(2 * side + 1, t)) {
-        report.stance_height_max_m = std::max(report.stance_height_max_m, std::abs(low));
-      }
-    }
-  }
-}
-
-void report_hands_and_rotations(const BodyClip& recorded, const Ground& ground, const BodyClip& now,
-                                BodyReport& report) {
-  double hands = 0.0, rotations = 0.0;
-  for (Index t = 0; t < now.frames(); ++t) {
-    const BodyPose was = recorded.pose(t), is = now.pose(t);
-    for (const std::size_t side : {0u, 1u}) {
-      Vector3d hand = was.point(wrist(side), recorded.body.hand_m[side]);
-      hand.z() -= ground.below(hand);
-      const double off =
-          (is.point(wrist(side), now.body.hand_m[side]) - report.scale * hand).norm();
-      hands += off * off;
-      report.hand_max_m = std::max(report.hand_max_m, off);
-    }
-    for (Index j = 0; j < mocap::kBodyJoints; ++j) {
-      const Matrix3d a = math::exp_so3(recorded.angles_rad.block<3, 1>(3 * j, t));
-      const Matrix3d b = math::exp_so3(now.angles_rad.block<3, 1>(3 * j, t));
-      const double off = math::log_so3(a.transpose() * b).norm();
-      rotations += off * off;
-      report.rotation_max_rad = std::max(report.rotation_max_rad, off);
-    }
-  }
-  const auto frames = static_cast<double>(now.frames());
-  report.hand_rms_m = std::sqrt(hands / (2.0 * frames));
-  report.rotation_rms_rad = std::sqrt(rotations / (mocap::kBodyJoints * frames));
-}
-
-}  // namespace
-
 BodyMotion retarget(const BodyClip& recorded, const Body& to) {
   check(recorded, to);
   const Ground ground = find_ground(recorded);
-  BodyMotion motion{recorded, find_contacts(recorded, ground), {}};
+  BodyMotion motion{recorded, find_contacts(recorded, ground),
+                    leg_length(to) / leg_length(recorded.body)};
   BodyClip& clip = motion.clip;
-  BodyReport& report = motion.report;
-  report.scale = leg_length(to) / leg_length(recorded.body);
   clip.body = to;
-  place_root(recorded, ground, report.scale, clip);
-  report.stance_speed_unlocked_m_s = stance_speed(clip, motion.contacts);
-  const FootPaths feet = foot_paths(recorded, ground, report.scale, to, motion.contacts);
-  const Eigen::VectorXd lowered = lowering(clip, feet);
-  clip.root_position_W_m.row(2) -= lowered.transpose();
-  report.pelvis_lowered_max_m = lowered.maxCoeff();
+  place_root(recorded, ground, motion.scale, clip);
+  const FootPaths feet = foot_paths(recorded, ground, motion.scale, to, motion.contacts);
+  clip.root_position_W_m.row(2) -= lowering(clip, feet).transpose();
   move_legs(clip, feet);
-  report_feet(motion, report);
-  report_hands_and_rotations(recorded, ground, clip, report);
   return motion;
 }
 

@@ -115,6 +115,35 @@ RobotClip to_clip(const robot::RobotTree& tree, const std::vector<Posture>& post
   return clip;
 }
 
+using Eigen::Index, Eigen::Vector3d;
+
+std::size_t joint_index(int i) { return static_cast<std::size_t>(i); }
+
+/// Bends the legs of a pose so that ankles of `body` are where the pose says.
+void bend_legs(const mocap::Body& body, mocap::BodyPose& pose) {
+  for (const int hip : {int{mocap::kLeftHip}, int{mocap::kRightHip}}) {
+    const Vector3d hip_W = pose.point(mocap::kRoot, body.offset_m[joint_index(hip)]);
+    const LimbPosture leg =
+        reach({body.offset_m[joint_index(hip + 1)], body.offset_m[joint_index(hip + 2)]},
+              pose.R_WJ[joint_index(hip)], pose.R_WJ[joint_index(hip + 1)], hip_W,
+              pose.p_WJ[joint_index(hip + 2)]);
+    pose.R_WJ[joint_index(hip)] = leg.R_upper;
+    pose.R_WJ[joint_index(hip + 1)] = leg.R_lower;
+  }
+}
+
+/// Writes the rotations relative to the parents into a column, each next to the one before.
+void put_angles(const mocap::BodyPose& pose, Index t, Eigen::MatrixXd& angles_rad) {
+  for (int j = 0; j < mocap::kBodyJoints; ++j) {
+    const int parent = mocap::kBodyParents[joint_index(j)];
+    const Eigen::Matrix3d R =
+        parent < 0 ? pose.R_WJ[joint_index(j)]
+                   : pose.R_WJ[joint_index(parent)].transpose() * pose.R_WJ[joint_index(j)];
+    const Vector3d before = t == 0 ? Vector3d::Zero() : angles_rad.block<3, 1>(3 * j, t - 1).eval();
+    angles_rad.block<3, 1>(3 * j, t) = math::nearest_axis_angle(math::log_so3(R), before);
+  }
+}
+
 }  // namespace
 
 Posture RobotClip::posture(Index frame) const {
@@ -178,43 +207,11 @@ RobotClip retarget(const mocap::BodyClip& recorded, const robot::RobotTree& tree
   robot::Kinematics kinematics(tree);
   report_deviations(kinematics, postures, strict, report);
   report_speed(tree, postures, recorded.rate_hz, report);
-  report.unconstrained = motion.report;
+  report.scale = motion.scale;
+  report.stance_speed_m_s = stance_speed(motion.clip, motion.contacts);
   clip.report = report;
   return clip;
 }
-
-namespace {
-
-using Eigen::Index, Eigen::Vector3d;
-
-std::size_t joint_index(int i) { return static_cast<std::size_t>(i); }
-
-/// Bends the legs of a pose so that ankles of `body` are where the pose says.
-void bend_legs(const mocap::Body& body, mocap::BodyPose& pose) {
-  for (const int hip : {int{mocap::kLeftHip}, int{mocap::kRightHip}}) {
-    const Vector3d hip_W = pose.point(mocap::kRoot, body.offset_m[joint_index(hip)]);
-    const LimbPosture leg =
-        reach({body.offset_m[joint_index(hip + 1)], body.offset_m[joint_index(hip + 2)]},
-              pose.R_WJ[joint_index(hip)], pose.R_WJ[joint_index(hip + 1)], hip_W,
-              pose.p_WJ[joint_index(hip + 2)]);
-    pose.R_WJ[joint_index(hip)] = leg.R_upper;
-    pose.R_WJ[joint_index(hip + 1)] = leg.R_lower;
-  }
-}
-
-/// Writes the rotations relative to the parents into a column, each next to the one before.
-void put_angles(const mocap::BodyPose& pose, Index t, Eigen::MatrixXd& angles_rad) {
-  for (int j = 0; j < mocap::kBodyJoints; ++j) {
-    const int parent = mocap::kBodyParents[joint_index(j)];
-    const Eigen::Matrix3d R =
-        parent < 0 ? pose.R_WJ[joint_index(j)]
-                   : pose.R_WJ[joint_index(parent)].transpose() * pose.R_WJ[joint_index(j)];
-    const Vector3d before = t == 0 ? Vector3d::Zero() : angles_rad.block<3, 1>(3 * j, t - 1).eval();
-    angles_rad.block<3, 1>(3 * j, t) = math::nearest_axis_angle(math::log_so3(R), before);
-  }
-}
-
-}  // namespace
 
 FigureClip figure_clip(const RobotClip& motion, const mocap::BodyClip& recorded,
                        const robot::RobotTree& tree, const RobotFigure& figure) {

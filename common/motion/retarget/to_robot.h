@@ -19,7 +19,9 @@ struct RobotReport {
   double roughness_before = 0.0, roughness_after = 0.0;  ///< E of roughness()
   double speed_share = 0.0;  ///< largest joint speed as a share of its limit [1]
   std::string fastest_joint;
-  BodyReport unconstrained;  ///< of the first step, to the robot's skeleton without limits
+  // Of the first step, to the robot's skeleton without limits:
+  double scale = 1.0;             ///< length of the legs, robot : person
+  double stance_speed_m_s = 0.0;  ///< see stance_speed()
 };
 
 /// A motion of a robot. Never outside the joint limits.

@@ -34,7 +34,6 @@ TEST(DualQp, FindsTheFreeMinimum) {
   DualQp qp(2, 0);
   ASSERT_EQ(qp.solve(p.view()), Outcome::kSolved);
   EXPECT_NEAR((qp.x() - Eigen::Vector2d(1.0, -2.0)).norm(), 0.0, 1e-15);
-  EXPECT_NEAR(qp.objective(), -2.5, 1e-15);
   EXPECT_EQ(qp.iterations(), 0);
   EXPECT_TRUE(qp.active_rows().empty());
 }
@@ -151,19 +150,15 @@ TEST(DualQp, WarmAndColdStartsAgree) {
   for (const bool dependent : {false, true}) {
     OwnProblem p = random_problem(
         random, {.n = 20, .m = 50, .equalities = 3, .bounds = true, .dependent = dependent});
-    DualQp warm(20, 50), cold(20, 50), same(20, 50);
+    DualQp warm(20, 50), cold(20, 50);
     ASSERT_EQ(warm.solve(p.view()), Outcome::kSolved);
-    ASSERT_EQ(same.solve(p.view()), Outcome::kSolved);
     int warm_iterations = 0, cold_iterations = 0;
     for (int tick = 0; tick < 300; ++tick) {
       for (double& g : p.g) g += 0.05 * normal(random);
       if (tick % 50 == 49) p.g *= -1.0;  // a jump
       ASSERT_EQ(warm.solve(p.view()), Outcome::kSolved) << tick;
       ASSERT_EQ(cold.solve(p.view(), Start::kCold), Outcome::kSolved) << tick;
-      ASSERT_EQ(same.solve_same_hessian(p.view()), Outcome::kSolved) << tick;
       EXPECT_NEAR((warm.x() - cold.x()).cwiseAbs().maxCoeff(), 0.0, 1e-9) << tick;
-      EXPECT_EQ(warm.x(), same.x()) << tick;
-      EXPECT_NEAR(warm.objective(), cold.objective(), 1e-9);
       EXPECT_LE(kkt(p, warm).worst(), 1e-9);
       warm_iterations += warm.iterations();
       cold_iterations += cold.iterations();
@@ -213,7 +208,7 @@ TEST(DualQp, DoesNotAllocateAndIsDeterministic) {
     testing::NoMalloc guard;
     for (int i = 0; i < 3; ++i) {
       ASSERT_EQ(qp.solve(large_view), Outcome::kSolved);
-      ASSERT_EQ(qp.solve_same_hessian(large_view, Start::kCold), Outcome::kSolved);
+      ASSERT_EQ(qp.solve(large_view, Start::kCold), Outcome::kSolved);
       x = qp.x();
       ASSERT_EQ(qp.solve(small_view, Start::kCold), Outcome::kSolved);
     }

@@ -6,6 +6,7 @@
 
 #include "common/robot/test/random_motion.h"
 #include "common/robot/test/small_robot.h"
+#include "common/robot/testing/momentum.h"
 #include "common/testing/no_malloc.h"
 
 namespace mimesis::robot {
@@ -88,42 +89,6 @@ TEST(Dynamics, ZmpIsWhereTheMomentIsVertical) {
   }
 }
 
-/// Momenta by the links' Jacobians.
-Momentum momentum_by_links(const RobotTree& tree, const RobotMotion& m) {
-  Kinematics kinematics(tree);
-  kinematics.update(m.X_WB, m.q);
-  VectorXd nu(6 + tree.dof());
-  nu << m.v_W, m.omega_W, m.dq;
-  Jacobian J(6, 6 + tree.dof());
-  Momentum sum{
-      .com_W_m = kinematics.com(), .linear_W = Vector3d::Zero(), .angular_W = Vector3d::Zero()};
-  for (std::size_t l = 0; l < tree.links().size(); ++l) {
-    const Inertia& inertia = tree.links()[l].inertia;
-    const Isometry3d& X = kinematics.X_WL(static_cast<int>(l));
-    const Vector3d com = X * inertia.com_m;
-    kinematics.jacobian(static_cast<int>(l), com, J);
-    const Eigen::Matrix<double, 6, 1> v = J * nu;
-    const Vector3d p = inertia.mass_kg * v.head<3>();
-    sum.linear_W += p;
-    sum.angular_W += X.linear() * inertia.about_com_kg_m2 * X.linear().transpose() * v.tail<3>() +
-                     (com - sum.com_W_m).cross(p);
-  }
-  return sum;
-}
-
-TEST(Dynamics, MomentaAreSumsOverTheLinks) {
-  for (const RobotTree& tree : {small(), biped()}) {
-    Dynamics dynamics(tree);
-    for (unsigned seed = 1; seed <= 5; ++seed) {
-      const RobotMotion m = random_motion(tree, seed);
-      const Momentum ours = dynamics.momentum(m), links = momentum_by_links(tree, m);
-      EXPECT_LT((ours.com_W_m - links.com_W_m).norm(), 1e-12);
-      EXPECT_LT((ours.linear_W - links.linear_W).norm(), 1e-11);
-      EXPECT_LT((ours.angular_W - links.angular_W).norm(), 1e-11);
-    }
-  }
-}
-
 TEST(Dynamics, LinearMomentumIsMassTimesComJacobian) {
   for (const RobotTree& tree : {small(), biped()}) {
     Dynamics dynamics(tree);
@@ -135,7 +100,7 @@ TEST(Dynamics, LinearMomentumIsMassTimesComJacobian) {
       kinematics.update(m.X_WB, m.q);
       dynamics.com_jacobian(kinematics, J);
       nu << m.v_W, m.omega_W, m.dq;
-      EXPECT_LT((tree.mass_kg() * J * nu - dynamics.momentum(m).linear_W).norm(), 1e-11);
+      EXPECT_LT((tree.mass_kg() * J * nu - momentum(tree, m).linear_W).norm(), 1e-11);
     }
   }
 }
@@ -146,8 +111,8 @@ TEST(Dynamics, GroundWrenchIsTheRateOfTheMomenta) {
     Dynamics dynamics(tree);
     for (unsigned seed = 1; seed <= 5; ++seed) {
       const RobotMotion m = random_motion(tree, seed);
-      const Momentum now = dynamics.momentum(m), before = dynamics.momentum(later(m, -kDt)),
-                     after = dynamics.momentum(later(m, kDt));
+      const Momentum now = momentum(tree, m), before = momentum(tree, later(m, -kDt)),
+                     after = momentum(tree, later(m, kDt));
       const Vector3d weight(0.0, 0.0, tree.mass_kg() * kGravity);
       const Vector3d force = weight + (after.linear_W - before.linear_W) / (2.0 * kDt);
       const Vector3d moment =
@@ -214,7 +179,6 @@ TEST(Dynamics, DoesNotAllocate) {
   const testing::NoMalloc no_malloc;
   (void)dynamics.inverse_dynamics(m, torque);
   (void)dynamics.ground_wrench(m);
-  (void)dynamics.momentum(m);
   kinematics.update(m.X_WB, m.q);
   dynamics.com_jacobian(kinematics, J);
 }

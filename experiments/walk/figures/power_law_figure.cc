@@ -4,8 +4,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "common/dmp/power_law.h"
 #include "common/plot/gnuplot.h"
+#include "experiments/dmp/power_law.h"
 #include "experiments/walk/figures.h"
 #include "experiments/walk/trial/suites.h"
 #include "experiments/walk/trial/trial.h"

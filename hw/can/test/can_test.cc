@@ -10,7 +10,7 @@
 
 #include "common/error.h"
 #include "common/testing/loopback.h"
-#include "hw/can/bus.h"
+#include "hw/can/testing/memory_wire.h"
 
 namespace mimesis::hw::can {
 namespace {

@@ -7,7 +7,7 @@
 
 #include "common/testing/loopback.h"
 #include "common/testing/outside_tape.h"
-#include "hw/can/bus.h"
+#include "hw/can/testing/memory_wire.h"
 
 namespace mimesis::hw::outside {
 namespace {

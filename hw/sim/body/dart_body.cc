@@ -206,6 +206,52 @@ void check(const BodyOptions& options) {
   }
 }
 
+const dart::dynamics::BodyNode* body_of(const dart::collision::CollisionObject* object) {
+  const auto* node = object->getShapeFrame()->asShapeNode();
+  return node != nullptr ? node->getBodyNodePtr().get() : nullptr;
+}
+
+robot::RobotTree with_payload(const robot::Biped& biped, double payload_kg) {
+  std::vector<robot::Link> links = biped.tree.links();
+  links[static_cast<std::size_t>(biped.trunk)].inertia.mass_kg += payload_kg;
+  return {biped.tree.name(), std::move(links)};
+}
+
+// Figures of the plants [docs/walking.md 7.3]. The damping is small because DART's contact impulses
+// do not know the springs: a strong damper would make loaded joints soft [docs/walking.md 7.2].
+constexpr double kStrong_n_m_rad = 6000.0;  ///< legs and trunk
+constexpr double kAnkleBush_n_m_rad = 1500.0;
+constexpr double kDamping_s = 0.003;  ///< of the stiffness
+constexpr double kServoGain_1_s = 200.0;
+constexpr double kWeak = 0.2;  ///< of its torque
+constexpr double kInfinite = std::numeric_limits<double>::infinity();
+
+/// Between the root and the trunk: bears the upper body.
+bool bears_trunk(const robot::Biped& biped, int joint) {
+  const auto& tree = biped.tree;
+  return tree.carries(tree.moved_link(joint), biped.trunk);
+}
+
+bool in_leg(const robot::Biped& biped, int joint) {
+  return std::any_of(biped.leg.begin(), biped.leg.end(), [&](const robot::Biped::Leg& leg) {
+    return std::find(leg.dof.begin(), leg.dof.end(), joint) != leg.dof.end();
+  });
+}
+
+bool in_ankle(const robot::Biped& biped, int joint) {
+  return std::any_of(biped.leg.begin(), biped.leg.end(), [&](const robot::Biped::Leg& leg) {
+    return leg.dof[robot::kAnkleFirst] == joint || leg.dof[robot::kAnkleLast] == joint;
+  });
+}
+
+bool in_knee(const robot::Biped& biped, int joint) {
+  return std::any_of(biped.leg.begin(), biped.leg.end(),
+                     [&](const robot::Biped::Leg& leg) { return leg.dof[robot::kKnee] == joint; });
+}
+
+/// A URDF that says nothing about a motor does not limit it.
+double or_infinite(double limit) { return limit > 0.0 ? limit : kInfinite; }
+
 }  // namespace
 
 Eigen::Isometry3d DartBody::X_WL(int index) const {
@@ -245,15 +291,6 @@ DartBody make_dart_body(const robot::Biped& biped, const std::string& urdf_file,
   return body;
 }
 
-namespace {
-
-const dart::dynamics::BodyNode* body_of(const dart::collision::CollisionObject* object) {
-  const auto* node = object->getShapeFrame()->asShapeNode();
-  return node != nullptr ? node->getBodyNodePtr().get() : nullptr;
-}
-
-}  // namespace
-
 GroundContact read_contacts(const DartBody& body, const robot::Biped& biped,
                             const std::array<Eigen::Isometry3d, 2>& X_WS) {
   GroundContact out;
@@ -273,16 +310,6 @@ GroundContact read_contacts(const DartBody& body, const robot::Biped& biped,
   }
   return out;
 }
-
-namespace {
-
-robot::RobotTree with_payload(const robot::Biped& biped, double payload_kg) {
-  std::vector<robot::Link> links = biped.tree.links();
-  links[static_cast<std::size_t>(biped.trunk)].inertia.mass_kg += payload_kg;
-  return {biped.tree.name(), std::move(links)};
-}
-
-}  // namespace
 
 JointLoads::JointLoads(const robot::Biped& biped, double payload_kg, double dt_s)
     : biped_(&biped),
@@ -341,45 +368,6 @@ void JointLoads::take_off(int link, const Eigen::Vector3d& p_W_m, const Eigen::V
   torque_.noalias() -= jacobian_.topRows<3>().rightCols(torque_.size()).transpose() * force_W;
   torque_.noalias() -= jacobian_.bottomRows<3>().rightCols(torque_.size()).transpose() * moment_W;
 }
-
-namespace {
-
-// Figures of the plants [docs/walking.md 7.3]. The damping is small because DART's contact impulses
-// do not know the springs: a strong damper would make loaded joints soft [docs/walking.md 7.2].
-constexpr double kStrong_n_m_rad = 6000.0;  ///< legs and trunk
-constexpr double kAnkleBush_n_m_rad = 1500.0;
-constexpr double kDamping_s = 0.003;  ///< of the stiffness
-constexpr double kServoGain_1_s = 200.0;
-constexpr double kWeak = 0.2;  ///< of its torque
-constexpr double kInfinite = std::numeric_limits<double>::infinity();
-
-/// Between the root and the trunk: bears the upper body.
-bool bears_trunk(const robot::Biped& biped, int joint) {
-  const auto& tree = biped.tree;
-  return tree.carries(tree.moved_link(joint), biped.trunk);
-}
-
-bool in_leg(const robot::Biped& biped, int joint) {
-  return std::any_of(biped.leg.begin(), biped.leg.end(), [&](const robot::Biped::Leg& leg) {
-    return std::find(leg.dof.begin(), leg.dof.end(), joint) != leg.dof.end();
-  });
-}
-
-bool in_ankle(const robot::Biped& biped, int joint) {
-  return std::any_of(biped.leg.begin(), biped.leg.end(), [&](const robot::Biped::Leg& leg) {
-    return leg.dof[robot::kAnkleFirst] == joint || leg.dof[robot::kAnkleLast] == joint;
-  });
-}
-
-bool in_knee(const robot::Biped& biped, int joint) {
-  return std::any_of(biped.leg.begin(), biped.leg.end(),
-                     [&](const robot::Biped::Leg& leg) { return leg.dof[robot::kKnee] == joint; });
-}
-
-/// A URDF that says nothing about a motor does not limit it.
-double or_infinite(double limit) { return limit > 0.0 ? limit : kInfinite; }
-
-}  // namespace
 
 Motors::Motors(const robot::Biped& biped, const DartBody& body, const BodyOptions& options)
     : dt_s_(options.dt_s), motors_(body.dof.size()) {

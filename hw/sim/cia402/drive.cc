@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/time.h"
+
 namespace mimesis::hw::sim {
 
 namespace {
@@ -16,8 +18,16 @@ using std::chrono::milliseconds;
 constexpr std::uint32_t kInvalid = 0x80000000;  // bit of a PDO's COB-ID
 constexpr Object kErrorRegister{0x1001, 0};
 
-double seconds(Time t) { return std::chrono::duration<double>(t).count(); }
 std::uint32_t bits(std::int32_t value) { return static_cast<std::uint32_t>(value); }
+
+bool is_mapping(std::uint16_t index) {
+  return index == 0x1600 || index == 0x1A00 || index == 0x1A01;
+}
+
+Object mapped_object(std::uint32_t entry) {
+  return {static_cast<std::uint16_t>(entry >> 16), static_cast<std::uint8_t>(entry >> 8)};
+}
+int mapped_bytes(std::uint32_t entry) { return static_cast<int>(entry & 0xFF) / 8; }
 
 }  // namespace
 
@@ -213,7 +223,7 @@ void Drive::move(Time now, std::vector<Frame>& out) {
     if (mute_) out.resize(before);
   }
   started_ = true;
-  moved_s_ = now > now_ ? seconds(now - now_) : 0.0;
+  moved_s_ = now > now_ ? to_seconds(now - now_) : 0.0;
   if (moved_s_ > 0.0) move_joint(moved_s_);
   now_ = now;
 }
@@ -307,19 +317,6 @@ std::uint32_t Dictionary::refuse_download(cia402::Object object, int bytes) cons
   if (e.access == Access::read_only) return 0x06010002;
   return bytes == e.bytes ? 0 : 0x06070010;
 }
-
-namespace {
-
-bool is_mapping(std::uint16_t index) {
-  return index == 0x1600 || index == 0x1A00 || index == 0x1A01;
-}
-
-Object mapped_object(std::uint32_t entry) {
-  return {static_cast<std::uint16_t>(entry >> 16), static_cast<std::uint8_t>(entry >> 8)};
-}
-int mapped_bytes(std::uint32_t entry) { return static_cast<int>(entry & 0xFF) / 8; }
-
-}  // namespace
 
 void Drive::on_nmt(const Frame& frame, std::vector<Frame>& out) {
   const auto command = cia402::unsigned_at(frame, 0, 1), node = cia402::unsigned_at(frame, 1, 1);

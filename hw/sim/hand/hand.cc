@@ -24,6 +24,15 @@ constexpr double kSlowest = 0.2;             // share of full speed at register 
 constexpr std::uint8_t kNotActivated = 0x7;  // fault codes of the hand
 constexpr double kGripCurrent = 100.0;       // at full force, in tenths of mA
 
+using modbus::kInputAddress;
+using modbus::kOutputAddress;
+using modbus::kRegisters;
+using modbus::Registers;
+
+constexpr std::size_t kMostClients = 8;
+constexpr unsigned kIndex =
+    kInputAddress - kOutputAddress;  // of the input within the holding registers
+
 }  // namespace
 
 void HandPlant::initialise(double dt, const HandOutput& output) {
@@ -75,19 +84,6 @@ void HandPlant::step(double dt, const HandOutput& output, std::optional<double> 
   }
   input_.position = static_cast<std::uint8_t>(std::lround(255.0 * closure_));
 }
-
-namespace {
-
-using modbus::kInputAddress;
-using modbus::kOutputAddress;
-using modbus::kRegisters;
-using modbus::Registers;
-
-constexpr std::size_t kMostClients = 8;
-constexpr unsigned kIndex =
-    kInputAddress - kOutputAddress;  // of the input within the holding registers
-
-}  // namespace
 
 struct HandServer::Impl {
   explicit Impl(const modbus::Address& address)

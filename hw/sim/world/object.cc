@@ -25,6 +25,23 @@ bool from_the_side(const HandShape& hand, const Eigen::Isometry3d& X_EO, const C
          between(object.radius - hand.palm, p.z(), hand.tips - hand.overlap);
 }
 
+double top(const kin::Box& box) { return box.center.z() + box.half_extent.z(); }
+
+/// Horizontal distance of `p` from the box's outline, 0 inside [m].
+double beside(const kin::Box& box, const Eigen::Vector3d& p) {
+  return ((p - box.center).cwiseAbs() - box.half_extent).head<2>().cwiseMax(0.0).norm();
+}
+
+/// Why the object is not where it should be, as the world saw it.
+std::string observed(const ObjectModel& object, const kin::GoalPlace* goal, double error) {
+  if (!object.mishap().empty()) return "object " + object.mishap();
+  if (!object.was_held()) return "object not grasped";
+  if (object.state() == ObjectState::held) return "object not released";
+  if (goal == nullptr) return "no goal was decided";
+  return "placed " + millimetres(error) + " from goal " + goal->name + " (radius " +
+         millimetres(goal->radius) + ")";
+}
+
 }  // namespace
 
 GraspContact grasp_contact(const HandShape& hand, Grip grip, const Eigen::Isometry3d& X_WE,
@@ -37,17 +54,6 @@ GraspContact grasp_contact(const HandShape& hand, Grip grip, const Eigen::Isomet
       grip == Grip::precision ? from_above(hand, X_EO, object) : from_the_side(hand, X_EO, object);
   return contact;
 }
-
-namespace {
-
-double top(const kin::Box& box) { return box.center.z() + box.half_extent.z(); }
-
-/// Horizontal distance of `p` from the box's outline, 0 inside [m].
-double beside(const kin::Box& box, const Eigen::Vector3d& p) {
-  return ((p - box.center).cwiseAbs() - box.half_extent).head<2>().cwiseMax(0.0).norm();
-}
-
-}  // namespace
 
 ObjectModel::ObjectModel(const kin::Table& table, const FallLimits& limits)
     : boxes_(table.boxes), balls_(table.balls), limits_(limits) {
@@ -144,20 +150,6 @@ void ObjectModel::knock_over(const std::string& by) {
   will_topple_ = "knocked over by " + by;
   land();
 }
-
-namespace {
-
-/// Why the object is not where it should be, as the world saw it.
-std::string observed(const ObjectModel& object, const kin::GoalPlace* goal, double error) {
-  if (!object.mishap().empty()) return "object " + object.mishap();
-  if (!object.was_held()) return "object not grasped";
-  if (object.state() == ObjectState::held) return "object not released";
-  if (goal == nullptr) return "no goal was decided";
-  return "placed " + millimetres(error) + " from goal " + goal->name + " (radius " +
-         millimetres(goal->radius) + ")";
-}
-
-}  // namespace
 
 Verdict judge(const TaskEnd& end, const ObjectModel& object,
               const std::vector<kin::GoalPlace>& goals) {

@@ -301,10 +301,6 @@ RuleCertificate certify_heading(const HeadingRule& r, int n, const GaitRange& ga
   return c;
 }
 
-}  // namespace
-
-namespace {
-
 std::array<const RuleCertificate*, 5> rules_of(const Certificate& c) {
   return {&c.frequency, &c.length, &c.phase, &c.tracking, &c.heading};
 }
@@ -321,18 +317,93 @@ double periodic_range_m(const SpeedFunction& g) {
   return most - least;
 }
 
+/// √(xᵀLx/2) of where agents begin, or the most that agents within `error` of each other have.
+double begin_of(const RuleCertificate& c, const LengthRule& rule, int n, double error,
+                std::span<const double> ahead) {
+  const double most = std::sqrt(c.extremes.most * n / 8.0) * error;
+  if (static_cast<int>(ahead.size()) != n) return most;
+  const std::vector<double> nowhere(ahead.size(), 0.0);
+  std::vector<double> summed(ahead.size());
+  spacing_errors(coupling(rule.graph, n), ahead, nowhere, summed);
+  return std::min(most, std::sqrt(0.5 * std::max(0.0, std::inner_product(ahead.begin(), ahead.end(),
+                                                                         summed.begin(), 0.0))));
+}
+
+/// Longest way along the path [m] until x = z − d, that begins with max − min = `error` and is
+/// moved by `shift` on the way, has ‖x‖ √2 <= tolerance, with dx/ds = −clamp(m L x, ±limit): speeds
+/// agree, s is the way walked.
+double way_m(const RuleCertificate& c, const LengthRule& rule, int n, double error, double shift,
+             std::span<const double> ahead, double tolerance) {
+  const double m = rule.gain_1_m, limit = rule.limit;
+  if (rule.graph.topology == Topology::all_to_all) {
+    // max − min shrinks by min(m N (max − min), limit) per way at least.
+    const double apart = error + shift;
+    const double linear = std::min(apart, limit / (m * n));
+    return (apart - linear) / limit + std::log(std::max(1.0, linear / tolerance)) / (m * n);
+  }
+  // V = xᵀLx/2, √V a norm, so at most that of the start and that of the shift. With e = L x,
+  // dV/ds = −Σ |eᵢ| min(m |eᵢ|, limit) <= −‖e‖ min(m ‖e‖, limit): where somebody is clamped,
+  // E = √(Σ eᵢ²) of those who are is limit/m or more, and E limit + m r² >= limit √(E² + r²) with r
+  // that of the others. As ‖e‖² >= 2 λ⁺ V, √V falls by limit √(λ⁺/2) per way at least, and once
+  // √(2 λ⁺ V) <= limit/m as exp(−m λ⁺ s). Then ‖x‖ <= √(2 V/λ⁺).
+  const double begin =
+      begin_of(c, rule, n, error, ahead) + std::sqrt(c.extremes.most * n / 8.0) * shift;
+  const double linear = std::min(begin, limit / m / std::sqrt(2.0 * c.extremes.least));
+  const double end = tolerance * 0.5 * std::sqrt(c.extremes.least);
+  return (begin - linear) / (limit * std::sqrt(0.5 * c.extremes.least)) +
+         std::log(std::max(1.0, linear / end)) / (m * c.extremes.least);
+}
+
+GaitRange range_of(const Scenario& scenario, const Stage& stage, const Group& group) {
+  const Gait* gait = scenario.gait(stage.gait);
+  return {gait->speed(), gait->eigenfrequency_rad_s, group.spread_rad_s, group.beat_gain_1_s,
+          gait->sway()};
+}
+
+Certificate certified(const Scenario& scenario, const Stage& stage, const Group& group) {
+  const GaitRange gait = range_of(scenario, stage, group);
+  // A beat leads any agent of a group, also those that come later.
+  const int least = group.beat_gain_1_s > 0.0 ? 1 : 0;
+  Certificate c = certify(stage.rules, std::max(least, stage.agents), gait);
+  c.agents = stage.agents;
+  const double off = gait.eigenfrequency_rad_s - scenario.beat.rate_rad_s;
+  if (group.beat_gain_1_s > 0.0 && off != 0.0) {
+    c.notes.push_back(say("omega_0 is off the beat by ", off, " rad/s: feet are ",
+                          off / group.beat_gain_1_s, " rad ahead of it"));
+  }
+  return c;
+}
+
+/// From where the group's agents stand at the beginning.
+std::optional<double> formation_time(const Scenario& scenario, const Group& group,
+                                     const Stage& stage) {
+  if (group.formation.shape == Shape::none || group.count < 2) return std::nullopt;
+  const GaitRange gait = range_of(scenario, stage, group);
+  const auto begin = starts(group, gait.eigenfrequency_rad_s, static_cast<unsigned>(scenario.seed));
+  const auto wished = places(group);
+  const Eigen::Vector2d along(std::cos(group.heading_rad), std::sin(group.heading_rad));
+  const Eigen::Vector2d left(-along.y(), along.x());
+  const Eigen::Vector2d origin(group.origin_x_m, group.origin_y_m);
+  double least = std::numeric_limits<double>::infinity(), most = -least, lane = 0.0;
+  std::vector<double> all_ahead;
+  for (std::size_t i = 0; i < begin.size(); ++i) {
+    const Eigen::Vector2d p = begin[i].p_W_m - origin;
+    const double ahead = along.dot(p) - wished[i].place_m;
+    all_ahead.push_back(ahead);
+    least = std::min(least, ahead);
+    most = std::max(most, ahead);
+    lane = std::max(lane, std::abs(left.dot(p) - wished[i].lane_m));
+  }
+  if (stage.rules.heading.kind == HeadingKind::keep) lane = 0.0;  // lanes are not controlled
+  return formation_time_s(stage.certificate, stage.rules, gait, most - least, lane,
+                          scenario.formed_m, all_ahead);
+}
+
 }  // namespace
 
 const char* to_string(Guarantee guarantee) {
-  switch (guarantee) {
-    case Guarantee::off:
-      return "off";
-    case Guarantee::none:
-      return "none";
-    case Guarantee::contracting:
-      return "contracting";
-  }
-  return "";
+  constexpr std::array kNames = {"off", "none", "contracting"};
+  return kNames.at(static_cast<std::size_t>(guarantee));
 }
 
 bool Certificate::holds() const {
@@ -381,47 +452,6 @@ Certificate certify(const Rules& rules, int n, const GaitRange& gait) {
   return c;
 }
 
-namespace {
-
-/// √(xᵀLx/2) of where agents begin, or the most that agents within `error` of each other have.
-double begin_of(const RuleCertificate& c, const LengthRule& rule, int n, double error,
-                std::span<const double> ahead) {
-  const double most = std::sqrt(c.extremes.most * n / 8.0) * error;
-  if (static_cast<int>(ahead.size()) != n) return most;
-  const std::vector<double> nowhere(ahead.size(), 0.0);
-  std::vector<double> summed(ahead.size());
-  spacing_errors(coupling(rule.graph, n), ahead, nowhere, summed);
-  return std::min(most, std::sqrt(0.5 * std::max(0.0, std::inner_product(ahead.begin(), ahead.end(),
-                                                                         summed.begin(), 0.0))));
-}
-
-/// Longest way along the path [m] until x = z − d, that begins with max − min = `error` and is
-/// moved by `shift` on the way, has ‖x‖ √2 <= tolerance, with dx/ds = −clamp(m L x, ±limit): speeds
-/// agree, s is the way walked.
-double way_m(const RuleCertificate& c, const LengthRule& rule, int n, double error, double shift,
-             std::span<const double> ahead, double tolerance) {
-  const double m = rule.gain_1_m, limit = rule.limit;
-  if (rule.graph.topology == Topology::all_to_all) {
-    // max − min shrinks by min(m N (max − min), limit) per way at least.
-    const double apart = error + shift;
-    const double linear = std::min(apart, limit / (m * n));
-    return (apart - linear) / limit + std::log(std::max(1.0, linear / tolerance)) / (m * n);
-  }
-  // V = xᵀLx/2, √V a norm, so at most that of the start and that of the shift. With e = L x,
-  // dV/ds = −Σ |eᵢ| min(m |eᵢ|, limit) <= −‖e‖ min(m ‖e‖, limit): where somebody is clamped,
-  // E = √(Σ eᵢ²) of those who are is limit/m or more, and E limit + m r² >= limit √(E² + r²) with r
-  // that of the others. As ‖e‖² >= 2 λ⁺ V, √V falls by limit √(λ⁺/2) per way at least, and once
-  // √(2 λ⁺ V) <= limit/m as exp(−m λ⁺ s). Then ‖x‖ <= √(2 V/λ⁺).
-  const double begin =
-      begin_of(c, rule, n, error, ahead) + std::sqrt(c.extremes.most * n / 8.0) * shift;
-  const double linear = std::min(begin, limit / m / std::sqrt(2.0 * c.extremes.least));
-  const double end = tolerance * 0.5 * std::sqrt(c.extremes.least);
-  return (begin - linear) / (limit * std::sqrt(0.5 * c.extremes.least)) +
-         std::log(std::max(1.0, linear / end)) / (m * c.extremes.least);
-}
-
-}  // namespace
-
 std::optional<double> formation_time_s(const Certificate& certificate, const Rules& rules,
                                        const GaitRange& gait, double error_m, double lane_m,
                                        double tolerance_m, std::span<const double> ahead_m) {
@@ -463,55 +493,6 @@ std::optional<double> formation_time_s(const Certificate& certificate, const Rul
                      2.0 * kPi * g.mean();  // a cycle may begin at its slow end
   return std::max(phases_s, lanes_s) + way / (gait.eigenfrequency_rad_s * g.mean());
 }
-
-namespace {
-
-GaitRange range_of(const Scenario& scenario, const Stage& stage, const Group& group) {
-  const Gait* gait = scenario.gait(stage.gait);
-  return {gait->speed(), gait->eigenfrequency_rad_s, group.spread_rad_s, group.beat_gain_1_s,
-          gait->sway()};
-}
-
-Certificate certified(const Scenario& scenario, const Stage& stage, const Group& group) {
-  const GaitRange gait = range_of(scenario, stage, group);
-  // A beat leads any agent of a group, also those that come later.
-  const int least = group.beat_gain_1_s > 0.0 ? 1 : 0;
-  Certificate c = certify(stage.rules, std::max(least, stage.agents), gait);
-  c.agents = stage.agents;
-  const double off = gait.eigenfrequency_rad_s - scenario.beat.rate_rad_s;
-  if (group.beat_gain_1_s > 0.0 && off != 0.0) {
-    c.notes.push_back(say("omega_0 is off the beat by ", off, " rad/s: feet are ",
-                          off / group.beat_gain_1_s, " rad ahead of it"));
-  }
-  return c;
-}
-
-/// From where the group's agents stand at the beginning.
-std::optional<double> formation_time(const Scenario& scenario, const Group& group,
-                                     const Stage& stage) {
-  if (group.formation.shape == Shape::none || group.count < 2) return std::nullopt;
-  const GaitRange gait = range_of(scenario, stage, group);
-  const auto begin = starts(group, gait.eigenfrequency_rad_s, static_cast<unsigned>(scenario.seed));
-  const auto wished = places(group);
-  const Eigen::Vector2d along(std::cos(group.heading_rad), std::sin(group.heading_rad));
-  const Eigen::Vector2d left(-along.y(), along.x());
-  const Eigen::Vector2d origin(group.origin_x_m, group.origin_y_m);
-  double least = std::numeric_limits<double>::infinity(), most = -least, lane = 0.0;
-  std::vector<double> all_ahead;
-  for (std::size_t i = 0; i < begin.size(); ++i) {
-    const Eigen::Vector2d p = begin[i].p_W_m - origin;
-    const double ahead = along.dot(p) - wished[i].place_m;
-    all_ahead.push_back(ahead);
-    least = std::min(least, ahead);
-    most = std::max(most, ahead);
-    lane = std::max(lane, std::abs(left.dot(p) - wished[i].lane_m));
-  }
-  if (stage.rules.heading.kind == HeadingKind::keep) lane = 0.0;  // lanes are not controlled
-  return formation_time_s(stage.certificate, stage.rules, gait, most - least, lane,
-                          scenario.formed_m, all_ahead);
-}
-
-}  // namespace
 
 std::vector<Stage> certify(const Scenario& scenario) {
   std::vector<Stage> stages;

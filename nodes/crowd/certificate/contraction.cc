@@ -63,6 +63,13 @@ Extremes bounds(const CouplingGraph& graph) {
   return {least, most, false};
 }
 
+constexpr int kMostAgents = 1 << 24;  // of a search; a graph of more is none of one crowd
+
+bool meets(Condition condition, double alpha, double beta) {
+  return condition == Condition::weak ? weak_condition(alpha, beta)
+                                      : theorem6_sum(alpha, beta) < 1.0;
+}
+
 }  // namespace
 
 Eigen::VectorXd spectrum(Topology topology, int n) {
@@ -144,7 +151,7 @@ double connectivity_without_link(const CouplingGraph& graph) {
     case Topology::ring:
       return extremes(Topology::chain, n).least;
     case Topology::all_to_all:
-      return all_to_all_without(n, 1).least;
+      return n - 2.0;
     default:
       break;
   }
@@ -153,7 +160,7 @@ double connectivity_without_link(const CouplingGraph& graph) {
     for (int i = 0; i < n; ++i) {
       for (const auto& other : graph.neighbours(i)) most = std::max(most, other.weight);
     }
-    return std::max(0.0, after_lost_link(extremes(graph).least, most));
+    return std::max(0.0, extremes(graph).least - 2.0 * most);
   }
   double least = extremes(graph).least;
   for (int i = 0; i < n; ++i) {
@@ -164,46 +171,9 @@ double connectivity_without_link(const CouplingGraph& graph) {
   return least;
 }
 
-Extremes all_to_all_without(int n, int links) {
-  MIMESIS_ASSERT(links >= 0 && 2 * links <= n);
-  const double all = n;
-  if (links == 0 || n < 2) return extremes(Topology::all_to_all, n);
-  const bool others = n - 1 > links;  // an eigenvalue n remains: multiplicity n − 1 − links
-  return {all - 2.0, others ? all : all - 2.0};
-}
-
-namespace {
-
-constexpr int kMostAgents = 1 << 24;  // of a search; a graph of more is none of one crowd
-
-bool meets(Condition condition, double alpha, double beta) {
-  return condition == Condition::weak ? weak_condition(alpha, beta)
-                                      : theorem6_sum(alpha, beta) < 1.0;
-}
-
-bool between(double ratio, double other) {
-  const double root = (1.0 - ratio) / (1.0 + 3.0 * ratio);
-  return other > root * root;
-}
-
-}  // namespace
-
 double theorem6_sum(double alpha, double beta) {
   const double zeta = half_range(alpha), eta = half_range(beta);
   return zeta * zeta + eta * eta;
-}
-
-bool weak_condition(double alpha, double beta) { return beta > half_range(alpha); }
-
-bool stronger_condition(double alpha, double beta) {
-  return between(alpha, beta) || between(beta, alpha);
-}
-
-double least_anticommutator(double a_least, double a_most, double b_least, double b_most) {
-  const double centre = 0.25 * (a_least + a_most) * (b_least + b_most);
-  const double zeta = half_range(a_least / a_most), eta = half_range(b_least / b_most);
-  if (zeta + eta <= 1.0) return centre * (1.0 - zeta) * (1.0 - eta);
-  return 0.5 * centre * (1.0 - zeta * zeta - eta * eta);
 }
 
 std::optional<int> largest_agents(Topology topology, double beta, Condition condition) {

@@ -27,22 +27,10 @@ Eigen::VectorXd spectrum(const CouplingGraph& graph);
 Extremes extremes(Topology topology, int n);
 Extremes extremes(const CouplingGraph& graph);
 
-/// λ⁺ of n unit-weight agents, all-to-all, after `links` links broke, none two at one agent:
-/// n − 2 with one or more [M18 B.3.4]. λ_max stays n while one agent keeps all of its links.
-/// @pre 0 <= 2 links <= n
-Extremes all_to_all_without(int n, int links);
-
 /// λ⁺ when the link has broken whose loss is worst: 0 for chains and stars, that of a chain for a
-/// ring, n − 2 for all-to-all. Of wheels and weighted graphs of up to 30 nodes by Eigen, of larger
-/// ones Weyl's bound, or 0.
+/// ring, n − 2 for all-to-all [M18 B.3.4]. Of wheels and weighted graphs of up to 30 nodes by
+/// Eigen; of larger ones, where a link of weight w goes, Weyl's bound λ⁺ − 2w [M18 A.6], or 0.
 double connectivity_without_link(const CouplingGraph& graph);
-
-/// Bound from below on λ⁺ when one link of weight w goes: λ⁺ − 2w, by Weyl's theorem [M18 A.6].
-inline double after_lost_link(double connectivity, double weight) {
-  return connectivity - 2.0 * weight;
-}
-/// Bound from below on λ⁺ when one agent of a unit-weight graph goes: λ⁺ − 1 [Fiedler].
-inline double after_lost_agent(double connectivity) { return connectivity - 1.0; }
 
 // Contraction of φ̇ = −m L G(φ), m > 0, on the complement of synchrony: its Jacobian there is
 // −m Λ D̃, Λ the eigenvalues of L but the zero, D̃ that of D = diag(g(φᵢ)) [M18 4.4.2, B.3].
@@ -62,18 +50,7 @@ inline double half_range(double ratio) { return (1.0 - ratio) / (1.0 + ratio); }
 /// diagonal D the condition is sufficient only.
 double theorem6_sum(double alpha, double beta);
 /// β > (1 − α)/(1 + α) [M18 B.13], narrower.
-bool weak_condition(double alpha, double beta);
-/// β > ((1 − α)/(1 + 3α))² or the same with both exchanged [M18 B.18, B.19], in between.
-bool stronger_condition(double alpha, double beta);
-
-/// Least eigenvalue of (AB + BA)/2 that spectra of A and B in these ranges allow (0 < least <=
-/// most); attained by some pair of 2×2 matrices. With centres a, b and half ranges ζ, η:
-///   a b (1 − ζ)(1 − η)      if ζ + η <= 1,
-///   a b (1 − ζ² − η²)/2     otherwise; its sign is that of theorem 6.
-/// From (Au, Bu) >= min (p, q) over |p − u| <= ζ, |q − u| <= η, |u| = 1. The 45 degrees of
-/// [M18 B.3.1] give a b (1 − √(ζ² + η²)), which is larger except on the boundary.
-double least_anticommutator(double a_least, double a_most, double b_least, double b_most);
-
+inline bool weak_condition(double alpha, double beta) { return beta > half_range(alpha); }
 /// Condition on the topology and the gait, for `largest_agents`.
 enum class Condition { theorem6, weak };
 

@@ -22,8 +22,7 @@ bool same_rates(const RuleCertificate& a, const RuleCertificate& b) {
 }  // namespace
 
 Monitor::Monitor()
-    : void_reason_("not certified"),
-      phase_(kLeastR, kMostR),
+    : phase_(kLeastR, kMostR),
       tracking_(kLeast_rad, kMost_rad),
       spacing_(kLeast_m, kMost_m),
       heading_(kLeast_rad, kMost_rad),
@@ -41,16 +40,6 @@ void Monitor::certify(Certificate certificate) {
   }
   certificate_ = std::move(certificate);
   valid_ = true;
-  void_reason_.clear();
-  disturbed();
-}
-
-void Monitor::void_by(std::string reason) {
-  valid_ = false;
-  void_reason_ = std::move(reason);
-}
-
-void Monitor::disturbed() {
   for (RateFit* fit : {&phase_, &tracking_, &spacing_, &heading_}) fit->restart();
 }
 
@@ -74,7 +63,6 @@ void Monitor::track(std::uint64_t agent, double t_s, double error_rad) {
 MonitorReport Monitor::report() const {
   MonitorReport r;
   r.valid = valid_;
-  r.void_reason = void_reason_;
   r.agents = certificate_.agents;
   r.phase = beside(certificate_.phase, phase_);
   r.tracking = beside(certificate_.tracking, tracking_);

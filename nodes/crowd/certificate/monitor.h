@@ -29,8 +29,7 @@ struct RuleReport {
 };
 
 struct MonitorReport {
-  bool valid = false;       ///< the certificate is that of the group as it is
-  std::string void_reason;  ///< while it is not
+  bool valid = false;  ///< there is a certificate
   int agents = 0;
   RuleReport phase, tracking, spacing, heading;  ///< spacing: rule II, or I if that is off
 };
@@ -38,17 +37,12 @@ struct MonitorReport {
 /// Watches one group while it runs. Pure: told of time, errors and changes. Steps do not allocate.
 class Monitor {
  public:
-  /// Without a certificate: void, "not certified".
+  /// Without a certificate.
   Monitor();
 
   /// A certificate of the group as it is: measures anew, but for what is told by agent and has the
   /// same rate as before.
   void certify(Certificate certificate);
-  /// Invalidates the group's certificate: an agent left, a link broke, rules changed.
-  void void_by(std::string reason);
-  /// Somebody was pushed: the certificate holds, the measurement begins anew.
-  void disturbed();
-
   /// @param t_s  of the simulation, increasing
   void step(double t_s, const GroupErrors& errors);
   /// One agent's heading where avoidance turns some, or agents come and go: how far it is from the
@@ -64,7 +58,6 @@ class Monitor {
  private:
   Certificate certificate_;
   bool valid_ = false;
-  std::string void_reason_;
   RateFit phase_, tracking_, spacing_, heading_;
   TurnFit turns_, tracks_;
   bool by_turns_ = false, by_tracks_ = false;  // measured by agent

@@ -9,9 +9,29 @@ namespace {
 constexpr double kFallOfDecay = 2.0;  // of log R
 constexpr double kLeastSamples = 8.0;
 
+constexpr double kFallOfTurn = 1.0;  // of the logarithm
+constexpr double kPause_s = 1.0;
+
 }  // namespace
 
 void RateFit::restart() { *this = RateFit(least_, most_); }
+
+void LogLine::add(double t_s, double value) {
+  const double y = std::log(value);
+  if (count == 0.0) {
+    origin_s = t_s;
+    first_y = y;
+  }
+  last_s = t_s;
+  last_y = y;
+  const double t = t_s - origin_s;
+  count += 1.0;
+  const double dt = t - mean_t;
+  mean_t += dt / count;
+  mean_y += (y - mean_y) / count;
+  var_t += dt * (t - mean_t);
+  cov += dt * (y - mean_y);
+}
 
 void RateFit::add(double t_s, double value) {
   if (!std::isfinite(value) || value < least_) return;
@@ -19,47 +39,29 @@ void RateFit::add(double t_s, double value) {
     restart();
     return;
   }
-  const double y = std::log(value);
-  if (count_ == 0.0) {
-    origin_s_ = t_s;
-    first_y_ = y;
-  }
-  last_y_ = y;
-  const double t = t_s - origin_s_;
-  count_ += 1.0;
-  const double dt = t - mean_t_;
-  mean_t_ += dt / count_;
-  mean_y_ += (y - mean_y_) / count_;
-  var_t_ += dt * (t - mean_t_);
-  cov_ += dt * (y - mean_y_);
+  line_.add(t_s, value);
 }
 
 std::optional<double> RateFit::rate_1_s() const {
-  if (count_ < kLeastSamples || std::abs(first_y_ - last_y_) < kFallOfDecay || !(var_t_ > 0.0)) {
+  if (line_.count < kLeastSamples || std::abs(line_.first_y - line_.last_y) < kFallOfDecay ||
+      !(line_.var_t > 0.0)) {
     return std::nullopt;
   }
-  return -cov_ / var_t_;
+  return -line_.cov / line_.var_t;
 }
 
 std::optional<double> RateFit::reaches_s(double value) const {
   const auto rate = rate_1_s();
   if (!rate) return std::nullopt;
-  return origin_s_ + mean_t_ + (mean_y_ - std::log(value)) / *rate;
+  return line_.origin_s + line_.mean_t + (line_.mean_y - std::log(value)) / *rate;
 }
 
-namespace {
-
-constexpr double kFallOfTurn = 1.0;  // of the logarithm
-constexpr double kPause_s = 1.0;
-
-}  // namespace
-
-bool TurnFit::Turn::counts() const {
-  return count >= kLeastSamples && first_y - last_y >= kFallOfTurn;
+bool TurnFit::counts(const LogLine& turn) {
+  return turn.count >= kLeastSamples && turn.first_y - turn.last_y >= kFallOfTurn;
 }
 
-void TurnFit::end(Turn& turn) {
-  if (turn.counts()) {
+void TurnFit::end(LogLine& turn) {
+  if (counts(turn)) {
     var_t_ += turn.var_t;
     cov_ += turn.cov;
   }
@@ -72,29 +74,16 @@ void TurnFit::restart() {
 }
 
 void TurnFit::add(std::uint64_t agent, double t_s, double error) {
-  Turn& turn = turns_[agent];
+  LogLine& turn = turns_[agent];
   const bool taken = error >= least_ && error <= most_;  // false for NaN
   if (turn.count > 0.0 && (!taken || t_s - turn.last_s > kPause_s)) end(turn);
-  if (!taken) return;
-  const double y = std::log(error);
-  if (turn.count == 0.0) {
-    turn.origin_s = t_s;
-    turn.first_y = y;
-  }
-  turn.last_s = t_s;
-  turn.last_y = y;
-  turn.count += 1.0;
-  const double t = t_s - turn.origin_s, dt = t - turn.mean_t;
-  turn.mean_t += dt / turn.count;
-  turn.mean_y += (y - turn.mean_y) / turn.count;
-  turn.var_t += dt * (t - turn.mean_t);
-  turn.cov += dt * (y - turn.mean_y);
+  if (taken) turn.add(t_s, error);
 }
 
 std::optional<double> TurnFit::rate_1_s() const {
   double var = var_t_, cov = cov_;
   for (const auto& [agent, turn] : turns_) {
-    if (!turn.counts()) continue;
+    if (!counts(turn)) continue;
     var += turn.var_t;
     cov += turn.cov;
   }

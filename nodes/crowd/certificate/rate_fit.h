@@ -5,6 +5,14 @@
 
 namespace mimesis::crowd {
 
+/// Logarithm of a value over time: running means and sums of squares [Welford].
+struct LogLine {
+  double count = 0.0, origin_s = 0.0, last_s = 0.0;
+  double mean_t = 0.0, mean_y = 0.0, var_t = 0.0, cov = 0.0, first_y = 0.0, last_y = 0.0;
+
+  void add(double t_s, double value);
+};
+
 /// Rate of an exponential decay while it is measured: least squares of log R over time, of those R
 /// that lie in a band. R of phases is the angular dispersion [M18 4.3.6], in [1e-6, 3e-2]: above,
 /// it does not decay exponentially yet, below it is rounding. O(1) a sample, does not allocate.
@@ -24,13 +32,11 @@ class RateFit {
   /// When the fitted line is at `value` > 0, if there is a rate [s]. At 1 it ends the offset time
   /// before the decay [M18 4.3.6].
   std::optional<double> reaches_s(double value) const;
-  int samples() const { return static_cast<int>(count_); }
+  int samples() const { return static_cast<int>(line_.count); }
 
  private:
   double least_, most_;
-  double count_ = 0.0, origin_s_ = 0.0;
-  double mean_t_ = 0.0, mean_y_ = 0.0, var_t_ = 0.0, cov_ = 0.0;  // running, of Welford
-  double first_y_ = 0.0, last_y_ = 0.0;
+  LogLine line_;
 };
 
 /// Rate at which headings of many agents come to where each wants to go, one slope of the logarithm
@@ -50,17 +56,12 @@ class TurnFit {
   std::optional<double> rate_1_s() const;
 
  private:
-  /// Running means and sums of squares [Welford].
-  struct Turn {
-    double count = 0.0, origin_s = 0.0, last_s = 0.0;
-    double mean_t = 0.0, mean_y = 0.0, var_t = 0.0, cov = 0.0, first_y = 0.0, last_y = 0.0;
-    bool counts() const;
-  };
-  void end(Turn& turn);
+  static bool counts(const LogLine& turn);
+  void end(LogLine& turn);
 
   double least_, most_;
   double var_t_ = 0.0, cov_ = 0.0;  // of turns that ended
-  std::unordered_map<std::uint64_t, Turn> turns_;
+  std::unordered_map<std::uint64_t, LogLine> turns_;
 };
 
 }  // namespace mimesis::crowd

@@ -54,7 +54,7 @@ double largest_eigenvalue(const GraphSettings& graph, double n) {
 void check(const CrowdSettings& s) {
   positive(s.dt_s, "crowd: dt [s]");
   const AvoidSettings& a = s.avoid;
-  const dmp::NavigationParams& n = a.navigation;
+  const NavigationParams& n = a.navigation;
   not_negative(n.avoid_1_s, "crowd: gain of avoidance [1/s]");
   not_negative(n.predict_1_s, "crowd: gain of predicted collisions [1/s]");
   positive(n.sigma_angle_rad, "crowd: sigma of angles [rad]");

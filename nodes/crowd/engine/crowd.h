@@ -5,7 +5,6 @@
 #include <span>
 #include <vector>
 
-#include "common/dmp/navigation.h"
 #include "nodes/crowd/engine/agent.h"
 #include "nodes/crowd/rules/gait.h"
 #include "nodes/crowd/rules/rules.h"
@@ -40,9 +39,9 @@ struct Wall {
 /// Navigation [M18 eq. 3.24-3.27] of groups whose heading rule says `avoid`, and the bounds of
 /// their velocities that keep discs apart. Who is held back marks time: its phase goes on.
 struct AvoidSettings {
-  dmp::NavigationParams navigation{};  ///< all but the goal's gain, which is the heading rule's
-  double reach_m = 5.0;                ///< others further away are not seen
-  double headway_s = 0.3;              ///< gaps close at most as exp(−t/headway)
+  NavigationParams navigation{};
+  double reach_m = 5.0;    ///< others further away are not seen
+  double headway_s = 0.3;  ///< gaps close at most as exp(−t/headway)
   double separate_m_s =
       0.5;                ///< how fast agents who begin in each other leave, and others make room
   double arrive_m = 0.5;  ///< goal: slower within this distance

@@ -3,8 +3,8 @@
 #include <cmath>
 #include <cstdint>
 
-#include "common/dmp/navigation.h"
 #include "nodes/crowd/rules/lanes.h"
+#include "nodes/crowd/rules/rules.h"
 
 namespace mimesis::crowd {
 
@@ -33,7 +33,7 @@ struct SteerParams {
   float cos_right, sin_right;  // of the angle by which others are taken to stand to the left
   float reach2;
 
-  SteerParams(const dmp::NavigationParams& p, double reach_m);
+  SteerParams(const NavigationParams& p, double reach_m);
 };
 
 /// The agent that steers: position relative to the same point, velocity, heading.
@@ -43,7 +43,7 @@ struct Steered {
 
 /// Sum of the terms of avoidance and of predicted collisions over all others within reach
 /// [rad/s; M18 eq. 3.26, 3.27]; whoever stands at the same point is the agent itself. Agrees with
-/// dmp::avoidance_term and dmp::prediction_term to 2e-4 of the gains. Same bits on every
+/// avoidance_term and prediction_term (engine/testing) to 2e-4 of the gains. Same bits on every
 /// instruction set.
 float steer(const Surroundings& around, const Steered& self, const SteerParams& p);
 

@@ -5,11 +5,10 @@
 #include <cstdio>
 
 #include "common/math/circle.h"
+#include "common/time.h"
 
 namespace mimesis::crowd {
 namespace {
-
-double seconds(std::chrono::nanoseconds t) { return std::chrono::duration<double>(t).count(); }
 
 std::string text(double number) {
   std::array<char, 32> digits{};
@@ -44,7 +43,7 @@ std::string ExternalAgents::fault(const Agent& agent, const AgentReport& report,
     return "its phase rate of " + text(report.phase_rate_rad_s) + " rad/s is no gait's";
   }
   if (agent.trust != Trust::trusted) return {};
-  const double apart_s = seconds(stamp - agent.stamp);
+  const double apart_s = to_seconds(stamp - agent.stamp);
   const double moved_m = (report.p_W_m - agent.report.p_W_m).norm();
   if (moved_m > settings_.slack_m + settings_.most_m_s * apart_s) {
     return "it moved by " + text(moved_m) + " m within " + text(apart_s) + " s";
@@ -56,7 +55,7 @@ std::string ExternalAgents::hear(int index, const AgentReport& report, Time stam
   Agent& agent = agents_[static_cast<std::size_t>(index)];
   const bool known = agent.trust != Trust::absent;
   if (known && stamp <= agent.stamp) return {};
-  const double age_s = seconds(now - stamp);
+  const double age_s = to_seconds(now - stamp);
   if (age_s > settings_.stale_s || age_s < -settings_.stale_s) {
     return agent.reason = "its state is " + text(age_s) + " s old, at most " +
                           text(settings_.stale_s) + " are trusted";
@@ -69,7 +68,7 @@ std::string ExternalAgents::hear(int index, const AgentReport& report, Time stam
     return agent.reason = why;
   }
   // Gaps begin the time anew that a lagging agent has to be in time.
-  if (!known || seconds(stamp - agent.stamp) > settings_.stale_s) agent.in_time_since = now;
+  if (!known || to_seconds(stamp - agent.stamp) > settings_.stale_s) agent.in_time_since = now;
   agent.report = report;
   agent.stamp = stamp;
   agent.fresh = true;
@@ -85,7 +84,7 @@ void ExternalAgents::leave(int index) {
 
 void ExternalAgents::judge(Agent& agent, Time now) const {
   if (agent.trust == Trust::absent) return;
-  const double age_s = seconds(now - agent.stamp);
+  const double age_s = to_seconds(now - agent.stamp);
   if (agent.left) {
     agent.trust = Trust::absent;
     agent.reason = "it left";
@@ -99,7 +98,7 @@ void ExternalAgents::judge(Agent& agent, Time now) const {
     }
     agent.trust = Trust::lagging;
   } else if (agent.trust == Trust::lagging &&
-             seconds(now - agent.in_time_since) >= settings_.return_s) {
+             to_seconds(now - agent.in_time_since) >= settings_.return_s) {
     agent.trust = Trust::trusted;
     agent.reason = "it is in time again";
   }
@@ -124,6 +123,8 @@ AgentReport ExternalAgents::believed(int agent, Time now) const {
   return extrapolated(at(agent).report, age_s(agent, now));
 }
 
-double ExternalAgents::age_s(int agent, Time now) const { return seconds(now - at(agent).stamp); }
+double ExternalAgents::age_s(int agent, Time now) const {
+  return to_seconds(now - at(agent).stamp);
+}
 
 }  // namespace mimesis::crowd

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "common/math/circle.h"
+#include "common/time.h"
 
 namespace mimesis::crowd {
 namespace {
@@ -21,8 +22,6 @@ constexpr double kRests = 0.03;                   // a length that differs by le
 constexpr double kLateCycles = 0.8;   // half a cycle of the mean walked, and till a step is done
 constexpr double kTrimCycles = 4.0;   // in which a heading is
 constexpr double kFollows_rad = 0.1;  // a body farther from the heading asked for is still turning
-
-double seconds_of(std::chrono::nanoseconds t) { return std::chrono::duration<double>(t).count(); }
 
 /// ∫(g − ⟨g⟩) dφ without its mean.
 double sway(const SpeedFunction& gait, double phase_rad) {
@@ -42,7 +41,7 @@ void PathFilter::take(const AgentReport& body, Time stamp) {
   advance_ = 0.0;
   if (!samples_.empty()) {
     const Sample& last = samples_.back();
-    const double by_s = seconds_of(stamp - last.stamp);
+    const double by_s = to_seconds(stamp - last.stamp);
     const double turn = math::wrap_pi(body.phase_rad - phase_rad_);
     if (by_s > kGap_s || std::abs(turn) > kMost_rad ||
         (body.p_W_m - last.p_W_m).norm() > kMost_m_s * std::max(by_s, 0.02)) {
@@ -57,7 +56,7 @@ void PathFilter::take(const AgentReport& body, Time stamp) {
   phase_rad_ = body.phase_rad;
   samples_.push_back({turned, stamp, body.p_W_m, heading});
   while (samples_.size() > 1 && (samples_[1].turned_rad <= turned - math::kTwoPi ||
-                                 seconds_of(stamp - samples_[0].stamp) > kLongest_s)) {
+                                 to_seconds(stamp - samples_[0].stamp) > kLongest_s)) {
     samples_.pop_front();
   }
 }

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "common/error.h"
+#include "common/time.h"
 
 namespace mimesis::crowd {
 
@@ -31,6 +32,41 @@ double outside(const std::vector<double>& cuts, int i, double x) {
   const double low = k == 0 ? -kInfinity : cuts[k - 1];
   const double high = k == cuts.size() ? kInfinity : cuts[k];
   return std::max({low - x, x - high, 0.0});
+}
+
+/// Where an agent is `ahead_s` later at its rates.
+AgentState later(AgentState state, double ahead_s) {
+  if (ahead_s == 0.0) return state;
+  state.position_W_m += ahead_s * state.velocity_W_m_s;
+  if (std::isfinite(state.phase_rate_rad_s)) state.phase_rad += ahead_s * state.phase_rate_rad_s;
+  return state;
+}
+
+GroupSums later(const FarSums& far, double ahead_s) {
+  GroupSums sums = far.sums;
+  if (ahead_s == 0.0 || sums.count == 0.0) return sums;
+  const double turn = ahead_s * far.phase_rate_rad_s / sums.count;
+  sums.cos_phase = far.sums.cos_phase * std::cos(turn) - far.sums.sin_phase * std::sin(turn);
+  sums.sin_phase = far.sums.cos_phase * std::sin(turn) + far.sums.sin_phase * std::cos(turn);
+  sums.error_m += ahead_s * far.speed_m_s;
+  sums.leader_phase_rad += turn;
+  return sums;
+}
+
+GroupSums sums_of_one(const ScenarioRun& run, const FarAgent& agent) {
+  const Group& group = run.scenario().groups[static_cast<std::size_t>(agent.group)];
+  const Eigen::Vector2d origin(group.origin_x_m, group.origin_y_m);
+  const Eigen::Vector2d ahead(std::cos(group.heading_rad), std::sin(group.heading_rad));
+  const AgentState& s = agent.state;
+  return {
+      .count = 1.0,
+      .cos_phase = std::cos(s.phase_rad),
+      .sin_phase = std::sin(s.phase_rad),
+      .error_m = (s.position_W_m - origin).dot(ahead) - run.roster().start(agent.id).traits.place_m,
+      .cos_heading = std::cos(s.heading_rad),
+      .sin_heading = std::sin(s.heading_rad),
+      .leader = agent.id,
+      .leader_phase_rad = s.phase_rad};
 }
 
 }  // namespace
@@ -71,47 +107,6 @@ int RegionMap::heir(int region, const std::vector<bool>& there) const {
 int RegionMap::owner(int region, const Eigen::Vector2d& p, double margin_m) const {
   return outside_m(region, p) > margin_m ? of(p) : region;
 }
-
-namespace {
-
-double seconds(std::chrono::nanoseconds t) { return std::chrono::duration<double>(t).count(); }
-
-/// Where an agent is `ahead_s` later at its rates.
-AgentState later(AgentState state, double ahead_s) {
-  if (ahead_s == 0.0) return state;
-  state.position_W_m += ahead_s * state.velocity_W_m_s;
-  if (std::isfinite(state.phase_rate_rad_s)) state.phase_rad += ahead_s * state.phase_rate_rad_s;
-  return state;
-}
-
-GroupSums later(const FarSums& far, double ahead_s) {
-  GroupSums sums = far.sums;
-  if (ahead_s == 0.0 || sums.count == 0.0) return sums;
-  const double turn = ahead_s * far.phase_rate_rad_s / sums.count;
-  sums.cos_phase = far.sums.cos_phase * std::cos(turn) - far.sums.sin_phase * std::sin(turn);
-  sums.sin_phase = far.sums.cos_phase * std::sin(turn) + far.sums.sin_phase * std::cos(turn);
-  sums.error_m += ahead_s * far.speed_m_s;
-  sums.leader_phase_rad += turn;
-  return sums;
-}
-
-GroupSums sums_of_one(const ScenarioRun& run, const FarAgent& agent) {
-  const Group& group = run.scenario().groups[static_cast<std::size_t>(agent.group)];
-  const Eigen::Vector2d origin(group.origin_x_m, group.origin_y_m);
-  const Eigen::Vector2d ahead(std::cos(group.heading_rad), std::sin(group.heading_rad));
-  const AgentState& s = agent.state;
-  return {
-      .count = 1.0,
-      .cos_phase = std::cos(s.phase_rad),
-      .sin_phase = std::sin(s.phase_rad),
-      .error_m = (s.position_W_m - origin).dot(ahead) - run.roster().start(agent.id).traits.place_m,
-      .cos_heading = std::cos(s.heading_rad),
-      .sin_heading = std::sin(s.heading_rad),
-      .leader = agent.id,
-      .leader_phase_rad = s.phase_rad};
-}
-
-}  // namespace
 
 FarSums own_sums(const ScenarioRun& run, int group) {
   const Crowd& crowd = run.crowd();
@@ -170,7 +165,7 @@ std::optional<Traveller> FarCrowd::give(ScenarioRun& run, AgentId id, int to, Ti
 
 void FarCrowd::take(ScenarioRun& run, Traveller traveller, Time stamp, Time now) {
   AgentState& state = traveller.agent.state;
-  state = later(state, seconds(now - stamp));
+  state = later(state, to_seconds(now - stamp));
   imported_.erase(traveller.agent.id);
   run.admit(traveller);
   since_[traveller.agent.id] = stamp;
@@ -188,12 +183,12 @@ std::vector<FarCrowd::Orphans> FarCrowd::take_orphans(const ScenarioRun& run, Ti
     for (const FarAgent& agent : report.agents) {
       if (agent.external || ours(agent.id)) continue;
       orphans.agents.push_back(
-          run.traveller(agent.id, agent.group, later(agent.state, seconds(now - report.stamp))));
+          run.traveller(agent.id, agent.group, later(agent.state, to_seconds(now - report.stamp))));
     }
     for (const Passing& passing : passing_) {
       if (passing.to != c || ours(passing.agent.id)) continue;
       Traveller traveller = passing.traveller;
-      traveller.agent.state = later(traveller.agent.state, seconds(now - passing.stamp));
+      traveller.agent.state = later(traveller.agent.state, to_seconds(now - passing.stamp));
       orphans.agents.push_back(traveller);
     }
     std::erase_if(passing_, [c](const Passing& p) { return p.to == c; });
@@ -219,7 +214,7 @@ void FarCrowd::abandon(ScenarioRun& run) {
 
 bool FarCrowd::heard(int coordinator, Time now) const {
   const Time stamp = reports_[static_cast<std::size_t>(coordinator)].stamp;
-  return stamp != Time{} && seconds(now - stamp) <= settings_.stale_s;
+  return stamp != Time{} && to_seconds(now - stamp) <= settings_.stale_s;
 }
 
 /// Everybody who is moved elsewhere, once. Our own run knows better whom it moves itself.
@@ -231,7 +226,7 @@ void FarCrowd::collect(const ScenarioRun& run, Time now) {
   for (int c = 0; c < settings_.coordinators; ++c) {
     if (c == settings_.own || !heard(c, now)) continue;
     const FarReport& report = reports_[static_cast<std::size_t>(c)];
-    const double ahead_s = seconds(now - report.stamp);
+    const double ahead_s = to_seconds(now - report.stamp);
     for (FarAgent agent : report.agents) {
       if (!run.roster().known(agent.id)) continue;
       if (ours(agent.id)) {
@@ -247,7 +242,7 @@ void FarCrowd::collect(const ScenarioRun& run, Time now) {
   for (const Passing& passing : passing_) {
     if (ours(passing.agent.id)) continue;
     FarAgent agent = passing.agent;
-    agent.state = later(agent.state, seconds(now - passing.stamp));
+    agent.state = later(agent.state, to_seconds(now - passing.stamp));
     agents_.push_back(agent);
   }
   std::ranges::stable_sort(agents_, {}, &FarAgent::id);
@@ -261,12 +256,12 @@ void FarCrowd::add_sums(const ScenarioRun& run, Time now, std::vector<GroupSums>
     const FarReport& report = reports_[static_cast<std::size_t>(c)];
     for (const FarSums& far : report.sums) {
       GroupSums& sum = sums[static_cast<std::size_t>(far.group)];
-      sum = sum + later(far, seconds(now - report.stamp));
+      sum = sum + later(far, to_seconds(now - report.stamp));
     }
   }
   for (const Passing& passing : passing_) {
     FarAgent agent = passing.agent;
-    agent.state = later(agent.state, seconds(now - passing.stamp));
+    agent.state = later(agent.state, to_seconds(now - passing.stamp));
     GroupSums& sum = sums[static_cast<std::size_t>(agent.group)];
     sum = sum + sums_of_one(run, agent);
   }
@@ -276,7 +271,7 @@ void FarCrowd::add_sums(const ScenarioRun& run, Time now, std::vector<GroupSums>
 void FarCrowd::forget_arrived(Time now) {
   std::erase_if(passing_, [&](const Passing& p) {
     const FarReport& report = reports_[static_cast<std::size_t>(p.to)];
-    return seconds(now - p.stamp) > settings_.stale_s ||
+    return to_seconds(now - p.stamp) > settings_.stale_s ||
            std::ranges::find(report.agents, p.agent.id, &FarAgent::id) != report.agents.end();
   });
 }

@@ -12,15 +12,8 @@
 namespace mimesis::crowd {
 namespace {
 
-constexpr std::array<std::pair<Topology, std::string_view>, 7> kNames{{
-    {Topology::none, "none"},
-    {Topology::chain, "chain"},
-    {Topology::ring, "ring"},
-    {Topology::star, "star"},
-    {Topology::wheel, "wheel"},
-    {Topology::all_to_all, "all_to_all"},
-    {Topology::weighted, "weighted"},
-}};
+constexpr std::array<std::string_view, 7> kNames = {"none",  "chain",      "ring",    "star",
+                                                    "wheel", "all_to_all", "weighted"};
 
 std::vector<Edge> unit_edges(Topology topology, int n) {
   std::vector<Edge> edges;
@@ -42,17 +35,7 @@ std::vector<Edge> unit_edges(Topology topology, int n) {
 }  // namespace
 
 std::string_view to_string(Topology topology) {
-  return std::ranges::find(kNames, topology, &std::pair<Topology, std::string_view>::first)->second;
-}
-
-Topology topology_from(std::string_view text) {
-  std::string known;
-  for (const auto& [topology, name] : kNames) {
-    if (topology == Topology::weighted) continue;
-    if (name == text) return topology;
-    known += (known.empty() ? "" : ", ") + std::string(name);
-  }
-  throw ConfigError("no coupling graph '" + std::string(text) + "'; there are: " + known);
+  return kNames.at(static_cast<std::size_t>(topology));
 }
 
 CouplingGraph CouplingGraph::make(Topology topology, int n) {

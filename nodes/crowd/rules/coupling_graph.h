@@ -10,9 +10,6 @@ enum class Topology { none, chain, ring, star, wheel, all_to_all, weighted };
 
 /// "chain", "ring", ... as scenario files write them.
 std::string_view to_string(Topology topology);
-/// @throws ConfigError naming the known ones, for any other text. `weighted` has no text: its edges
-///         are listed instead.
-Topology topology_from(std::string_view text);
 
 /// Undirected edge; i ≠ j, from 0.
 struct Edge {

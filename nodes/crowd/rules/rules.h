@@ -63,6 +63,20 @@ struct HeadingRule {
   bool avoid = false;
 };
 
+/// Constants of the navigation dynamics but for the goal's gain, which is the heading rule's.
+/// Angles are wrapped before they enter.
+struct NavigationParams {
+  double avoid_1_s = 2.0;         ///< of eq. 3.26
+  double predict_1_s = 2.0;       ///< of eq. 3.27
+  double sigma_angle_rad = 0.6;   ///< σ_φ
+  double sigma_distance_m = 0.8;  ///< σ_d
+  /// Predicted collisions count less the further ahead they are: exp(−t/horizon).
+  double horizon_s = 3.0;
+  /// Two characters that meet head on are exactly between left and right, where the sines are zero.
+  /// So each adds this angle to the left to the other's direction, and passes on the right.
+  double keep_right_rad = 0.1;
+};
+
 /// Rules by which agents of one group react to each other.
 struct Rules {
   FrequencyRule frequency{};

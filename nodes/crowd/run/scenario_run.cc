@@ -71,6 +71,18 @@ bool along_a_graph(const Rules& rules) {
          sparse(rules.heading.graph);
 }
 
+constexpr double kOnTheSpot = 1e-3;  // of the stride of who waits
+
+bool inside(const Zone& zone, const Eigen::Vector2d& p) {
+  return p.x() >= zone.least_x_m && p.x() <= zone.most_x_m && p.y() >= zone.least_y_m &&
+         p.y() <= zone.most_y_m;
+}
+
+Eigen::Vector2d point(const std::vector<double>& xy, int i) {
+  const auto k = 2 * static_cast<std::size_t>(i);
+  return {xy[k], xy[k + 1]};
+}
+
 }  // namespace
 
 ScenarioRun::ScenarioRun(const Scenario& scenario, const Mine& mine)
@@ -270,22 +282,6 @@ void ScenarioRun::admit(const Traveller& traveller) {
   course.leg = traveller.leg;
   if (traveller.waiting) wait(id, true);
 }
-
-namespace {
-
-constexpr double kOnTheSpot = 1e-3;  // of the stride of who waits
-
-bool inside(const Zone& zone, const Eigen::Vector2d& p) {
-  return p.x() >= zone.least_x_m && p.x() <= zone.most_x_m && p.y() >= zone.least_y_m &&
-         p.y() <= zone.most_y_m;
-}
-
-Eigen::Vector2d point(const std::vector<double>& xy, int i) {
-  const auto k = 2 * static_cast<std::size_t>(i);
-  return {xy[k], xy[k + 1]};
-}
-
-}  // namespace
 
 /// Ours, or an external agent that we look after.
 bool ScenarioRun::moved_here(int row) const {

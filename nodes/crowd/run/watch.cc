@@ -53,6 +53,33 @@ double heading_error(const Group& group, HeadingKind kind, std::span<const doubl
   return most;
 }
 
+// Largest share of avoidance in the turning by the rule. A lane is given up for it but not the way
+// back: a constant push shifts the lane and leaves headings as they are.
+constexpr double kFreeGoal = 0.05, kFreeLane = 0.1;
+constexpr double kNearLane_rad = 0.1;  // where the slow mode is left, that of the lane
+
+constexpr double kLost = 10.0;  // times the tolerance: bodies are disturbed
+
+std::size_t at(int i) { return static_cast<std::size_t>(i); }
+
+bool hears_beat(const ScenarioRun& run, int group) {
+  return run.scenario().groups[at(group)].beat_gain_1_s > 0.0;
+}
+
+bool has_zone(const Scenario& scenario, const std::string& group) {
+  return std::ranges::any_of(scenario.zones, [&](const Zone& zone) {
+    return zone.from == group || zone.from.empty() || zone.to == group;
+  });
+}
+
+/// People gather between these groups.
+bool is_gate(const Scenario& scenario, int from, int to) {
+  return std::ranges::any_of(scenario.zones, [&](const Zone& zone) {
+    return zone.gather > 1 && zone.to == scenario.groups[at(to)].name &&
+           (zone.from.empty() || zone.from == scenario.groups[at(from)].name);
+  });
+}
+
 }  // namespace
 
 GroupOrder Observer::measure(const Group& group, const Rules& rules,
@@ -138,15 +165,6 @@ void Closeness::observe(std::span<const Disc> discs) {
   }
 }
 
-namespace {
-
-// Largest share of avoidance in the turning by the rule. A lane is given up for it but not the way
-// back: a constant push shifts the lane and leaves headings as they are.
-constexpr double kFreeGoal = 0.05, kFreeLane = 0.1;
-constexpr double kNearLane_rad = 0.1;  // where the slow mode is left, that of the lane
-
-}  // namespace
-
 double turn_error(const Group& group, const HeadingRule& rule, const RuleCertificate& certificate,
                   double omega_rad_s, const Observed& agent) {
   const bool to_goal = rule.kind == HeadingKind::goal;
@@ -168,32 +186,6 @@ void measure_turns(Monitor& monitor, const Group& group, const HeadingRule& rule
     monitor.turn(a.id, t_s, turn_error(group, rule, monitor.certificate().heading, omega_rad_s, a));
   }
 }
-
-namespace {
-
-constexpr double kLost = 10.0;  // times the tolerance: bodies are disturbed
-
-std::size_t at(int i) { return static_cast<std::size_t>(i); }
-
-bool hears_beat(const ScenarioRun& run, int group) {
-  return run.scenario().groups[at(group)].beat_gain_1_s > 0.0;
-}
-
-bool has_zone(const Scenario& scenario, const std::string& group) {
-  return std::ranges::any_of(scenario.zones, [&](const Zone& zone) {
-    return zone.from == group || zone.from.empty() || zone.to == group;
-  });
-}
-
-/// People gather between these groups.
-bool is_gate(const Scenario& scenario, int from, int to) {
-  return std::ranges::any_of(scenario.zones, [&](const Zone& zone) {
-    return zone.gather > 1 && zone.to == scenario.groups[at(to)].name &&
-           (zone.from.empty() || zone.from == scenario.groups[at(from)].name);
-  });
-}
-
-}  // namespace
 
 Watch::Watch(const ScenarioRun& run) : groups_(run.scenario().groups.size()) {
   const Roster& roster = run.roster();

@@ -141,8 +141,6 @@ class RuleFaults {
   std::vector<Fault>& faults_;
 };
 
-}  // namespace
-
 void add_rule_faults(const std::string& path, const Rules& rules, const Group& group, bool grows,
                      std::vector<Fault>& faults) {
   RuleFaults check(path, group, grows, faults);
@@ -151,8 +149,6 @@ void add_rule_faults(const std::string& path, const Rules& rules, const Group& g
   check.check(rules.phase);
   check.check(rules.heading);
 }
-
-namespace {
 
 std::string at(const char* list, std::size_t i) {
   return std::string(list) + "." + std::to_string(i);

@@ -223,6 +223,18 @@ void visit_switches(ParamVisitor& v, Scenario& s) {
   });
 }
 
+/// Names of the scenarios in a folder.
+std::string known(const std::filesystem::path& folder) {
+  std::vector<std::string> names;
+  for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+    if (entry.path().extension() == ".yaml") names.push_back(entry.path().stem().string());
+  }
+  std::ranges::sort(names);
+  std::string text;
+  for (const std::string& name : names) text += (text.empty() ? "" : ", ") + name;
+  return text;
+}
+
 }  // namespace
 
 void visit(ParamVisitor& v, Scenario& s) {
@@ -250,22 +262,6 @@ void visit(ParamVisitor& v, Scenario& s) {
     g("radius_m", external.radius_m, 0.01, 10.0);
   });
 }
-
-namespace {
-
-/// Names of the scenarios in a folder.
-std::string known(const std::filesystem::path& folder) {
-  std::vector<std::string> names;
-  for (const auto& entry : std::filesystem::directory_iterator(folder)) {
-    if (entry.path().extension() == ".yaml") names.push_back(entry.path().stem().string());
-  }
-  std::ranges::sort(names);
-  std::string text;
-  for (const std::string& name : names) text += (text.empty() ? "" : ", ") + name;
-  return text;
-}
-
-}  // namespace
 
 Scenario read_scenario(const std::string& file, const std::vector<std::string>& sets) {
   const runtime::ParamSource source(file, {}, sets);

@@ -21,6 +21,26 @@ bool gets_somewhere(const Repertoire& repertoire) {
   });
 }
 
+/// Place and heading of one, relative to the centre and to the formation's heading.
+CharacterStart place(int i, int count, const Formation& f) {
+  CharacterStart start;
+  if (f.arrangement == Arrangement::circle) {
+    const double radius = f.spacing_m / (2.0 * std::sin(std::numbers::pi / std::max(count, 2)));
+    const double angle = math::kTwoPi * i / count;
+    start.position_W_m = count > 1 ? radius * Eigen::Vector2d(std::cos(angle), std::sin(angle))
+                                   : Eigen::Vector2d(0.0, 0.0);
+    start.heading_rad = count > 1 ? math::wrap_pi(angle + std::numbers::pi) : 0.0;
+    return start;
+  }
+  const int columns = f.arrangement == Arrangement::row
+                          ? count
+                          : static_cast<int>(std::ceil(std::sqrt(static_cast<double>(count))));
+  const int rows = (count + columns - 1) / columns;
+  start.position_W_m = {f.spacing_m * (0.5 * (rows - 1) - i / columns),
+                        f.spacing_m * (0.5 * (columns - 1) - i % columns)};
+  return start;
+}
+
 }  // namespace
 
 Characters::Characters(const motion::MotionModel& model, std::span<const CharacterStart> starts,
@@ -160,30 +180,6 @@ void Characters::set_motion(int i, const WalkControl& walk) {
   blend(parts_, walk.beta(), mixed_);
   batch_.set_parameters(i, mixed_.mean_rad, mixed_.weight_rad, mixed_.delay_rad);
 }
-
-namespace {
-
-/// Place and heading of one, relative to the centre and to the formation's heading.
-CharacterStart place(int i, int count, const Formation& f) {
-  CharacterStart start;
-  if (f.arrangement == Arrangement::circle) {
-    const double radius = f.spacing_m / (2.0 * std::sin(std::numbers::pi / std::max(count, 2)));
-    const double angle = math::kTwoPi * i / count;
-    start.position_W_m = count > 1 ? radius * Eigen::Vector2d(std::cos(angle), std::sin(angle))
-                                   : Eigen::Vector2d(0.0, 0.0);
-    start.heading_rad = count > 1 ? math::wrap_pi(angle + std::numbers::pi) : 0.0;
-    return start;
-  }
-  const int columns = f.arrangement == Arrangement::row
-                          ? count
-                          : static_cast<int>(std::ceil(std::sqrt(static_cast<double>(count))));
-  const int rows = (count + columns - 1) / columns;
-  start.position_W_m = {f.spacing_m * (0.5 * (rows - 1) - i / columns),
-                        f.spacing_m * (0.5 * (columns - 1) - i % columns)};
-  return start;
-}
-
-}  // namespace
 
 std::vector<CharacterStart> form(int count, const Formation& formation) {
   std::vector<CharacterStart> starts;

@@ -18,12 +18,12 @@ struct CharacterStart {
 };
 
 struct CharactersSettings {
-  WalkSettings walk{};  ///< its dt_s is that of the characters
-  std::string style{};  ///< at the start; empty: the model's first
-  bool walking = false;
-  bool foot_lock = true;
-  double beat_alpha_1_s = 2.0;   ///< α of [M18 eq. 3.18] to the beat
-  double crowd_alpha_1_s = 2.0;  ///< and to the phase of a gait command
+  WalkSettings walk{};           ///< its dt_s is that of the characters
+  std::string style{};           ///< at the start; empty: the model's first
+  bool walking = false;          ///< from the first moment; else they stand until told
+  bool foot_lock = true;         ///< standing feet stay where they are
+  double beat_alpha_1_s = 2.0;   ///< coupling α to the beat [M18 eq. 3.18] [1/s]
+  double crowd_alpha_1_s = 2.0;  ///< and to phases of crowd commands [1/s]
 };
 
 /// What a character does in one instant. H: heading frame of the pelvis, W: world.
@@ -106,10 +106,10 @@ enum class Arrangement { row, circle, grid };
 /// Where characters stand at the start.
 struct Formation {
   Arrangement arrangement = Arrangement::grid;
-  double spacing_m = 1.2;  ///< between neighbours
-  Eigen::Vector2d centre_W_m = Eigen::Vector2d::Zero();
-  double heading_rad = 0.0;
-  bool spread_phases = false;  ///< else all begin at phase 0
+  double spacing_m = 1.2;                                ///< between neighbours [m]
+  Eigen::Vector2d centre_W_m = Eigen::Vector2d::Zero();  ///< [m]
+  double heading_rad = 0.0;                              ///< in W, + to the left [rad]
+  bool spread_phases = false;                            ///< else all begin at left heel strike
 };
 
 /// Row: side by side, across the heading. Circle: facing the centre. Grid: rows of ⌈√count⌉, one

@@ -16,6 +16,20 @@ struct Plane {
 inline Plane operator+(Plane a, Plane b) { return {a.x + b.x, a.y + b.y}; }
 inline Plane operator*(double s, Plane a) { return {s * a.x, s * a.y}; }
 
+struct Turn {  // cos and sin of an angle, 16 times
+  HopfLanes::Lane c, s;
+};
+
+inline double larger(double a, double b) { return a > b ? a : b; }
+
+inline void turn_on(Turn& a, const HopfLanes::Lane& cosine, const HopfLanes::Lane& sine) {
+  for (int l = 0; l < 16; ++l) {
+    const double c = a.c[l] * cosine[l] - a.s[l] * sine[l];
+    a.s[l] = a.s[l] * cosine[l] + a.c[l] * sine[l];
+    a.c[l] = c;
+  }
+}
+
 }  // namespace
 
 MIMESIS_VECTOR_CLONES
@@ -47,24 +61,6 @@ void directions(const HopfLanes& h, HopfLanes::Lane& cosine, HopfLanes::Lane& si
     sine[l] = r > 1e-9 ? h.x2[l] / r : 0.0;
   }
 }
-
-namespace {
-
-struct Turn {  // cos and sin of an angle, 16 times
-  HopfLanes::Lane c, s;
-};
-
-inline double larger(double a, double b) { return a > b ? a : b; }
-
-inline void turn_on(Turn& a, const HopfLanes::Lane& cosine, const HopfLanes::Lane& sine) {
-  for (int l = 0; l < 16; ++l) {
-    const double c = a.c[l] * cosine[l] - a.s[l] * sine[l];
-    a.s[l] = a.s[l] * cosine[l] + a.c[l] * sine[l];
-    a.c[l] = c;
-  }
-}
-
-}  // namespace
 
 MIMESIS_VECTOR_CLONES
 void basis_values(const HopfLanes::Lane& cosine, const HopfLanes::Lane& sine, int harmonics,

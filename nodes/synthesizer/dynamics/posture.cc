@@ -14,23 +14,6 @@ Vec3 to_lane(const Eigen::Vector3d& v) {
   return {static_cast<float>(v.x()), static_cast<float>(v.y()), static_cast<float>(v.z())};
 }
 
-}  // namespace
-
-BodyLanes::BodyLanes(const mocap::Body& body) {
-  for (std::size_t j = 0; j < mocap::kBodyJoints; ++j) offset[j] = to_lane(body.offset_m[j]);
-  for (std::size_t side = 0; side < 2; ++side) {
-    foot[2 * side] = to_lane(body.heel_m[side]);
-    foot[2 * side + 1] = to_lane(body.toe_m[side]);
-  }
-}
-
-MIMESIS_VECTOR_CLONES
-void posture(const BodyLanes& body, const Lane* angle, RotationLanes& rotation, PointLanes& point) {
-  posture_lanes(body, angle, rotation, point);
-}
-
-namespace {
-
 constexpr float kFlat = 0.02F;         // m: heel and toe this near in height both carry
 constexpr float kHeightScale = 0.02F;  // m
 constexpr float kSpeedScale = 0.5F;    // m/s
@@ -76,7 +59,29 @@ inline void settle(float& e, float& v, float lambda, float dt_s, float fade) {
   e = next;
 }
 
+constexpr float kLow = 0.02F, kHigh = 0.03F;     // m
+constexpr float kSlow = 0.4F, kFast = 0.6F;      // m/s
+constexpr float kFarthest = 0.1F;                // m
+constexpr float kStop = 0.02F, kReturn = 25.0F;  // s, 1/s
+
+inline Vec3 choose(bool condition, Vec3 a, Vec3 b) {
+  return {condition ? a.x : b.x, condition ? a.y : b.y, condition ? a.z : b.z};
+}
+
 }  // namespace
+
+BodyLanes::BodyLanes(const mocap::Body& body) {
+  for (std::size_t j = 0; j < mocap::kBodyJoints; ++j) offset[j] = to_lane(body.offset_m[j]);
+  for (std::size_t side = 0; side < 2; ++side) {
+    foot[2 * side] = to_lane(body.heel_m[side]);
+    foot[2 * side + 1] = to_lane(body.toe_m[side]);
+  }
+}
+
+MIMESIS_VECTOR_CLONES
+void posture(const BodyLanes& body, const Lane* angle, RotationLanes& rotation, PointLanes& point) {
+  posture_lanes(body, angle, rotation, point);
+}
 
 RootLanes::RootLanes() {
   std::fill_n(fresh, kLanes, 1.0F);
@@ -166,19 +171,6 @@ void root_motion(const PointLanes& point, float dt_s, RootLanes& r) {
     r.fresh[l] = 0.0F;
   }
 }
-
-namespace {
-
-constexpr float kLow = 0.02F, kHigh = 0.03F;     // m
-constexpr float kSlow = 0.4F, kFast = 0.6F;      // m/s
-constexpr float kFarthest = 0.1F;                // m
-constexpr float kStop = 0.02F, kReturn = 25.0F;  // s, 1/s
-
-inline Vec3 choose(bool condition, Vec3 a, Vec3 b) {
-  return {condition ? a.x : b.x, condition ? a.y : b.y, condition ? a.z : b.z};
-}
-
-}  // namespace
 
 MIMESIS_VECTOR_CLONES
 void foot_contact(RootLanes& root, float dt_s, LockLanes& lock) {

@@ -15,6 +15,15 @@ namespace {
 constexpr double kMoved_m = 0.003;     // of a drawer that is seen
 constexpr double kMargin_rad = 0.005;  // from the joints' limits
 
+constexpr double kSideBySide_m = 0.05;  // feet that may stand so
+
+mocap::Side other(mocap::Side side) { return side == mocap::kLeft ? mocap::kRight : mocap::kLeft; }
+
+constexpr double kFade_s = 0.8, kAhead_s = 0.1;
+constexpr double kLambda_1_s = 20.0;  // of the low-pass of the joints
+constexpr double kJump_rad = 0.1;     // of the phase: a robot that begins with the other foot
+constexpr double kAcceleration_m_s2 = 0.6;
+
 }  // namespace
 
 BipedDrawer make_biped_drawer(const robot::Biped& biped, const DrawerData& data,
@@ -168,14 +177,6 @@ const BipedSequenceState& BipedDrawerSequence::step(const RobotFeedback* robot,
   return state_;
 }
 
-namespace {
-
-constexpr double kSideBySide_m = 0.05;  // feet that may stand so
-
-mocap::Side other(mocap::Side side) { return side == mocap::kLeft ? mocap::kRight : mocap::kLeft; }
-
-}  // namespace
-
 /// Index of the last step of the action that step `first` belongs to.
 std::size_t BipedDrawerSequence::end_of_action(std::size_t first) const {
   while (first + 1 < plan_.steps.size() && plan_.steps[first].side != mocap::kLeft) ++first;
@@ -321,15 +322,6 @@ void BipedDrawerSequence::wish_landings() {
     state_.landing[1] = robot_.feet[support];
   }
 }
-
-namespace {
-
-constexpr double kFade_s = 0.8, kAhead_s = 0.1;
-constexpr double kLambda_1_s = 20.0;  // of the low-pass of the joints
-constexpr double kJump_rad = 0.1;     // of the phase: a robot that begins with the other foot
-constexpr double kAcceleration_m_s2 = 0.6;
-
-}  // namespace
 
 /// The learned action that is played for the one that begins with this step: arms do not reach in
 /// an action 2 after which another one follows; it is a short action 1.

@@ -27,38 +27,6 @@ bool in_leg(const robot::RobotTree& tree, const retarget::RobotFigure& figure, i
   return false;
 }
 
-}  // namespace
-
-std::vector<std::string> upper_body_joints(const robot::RobotTree& tree,
-                                           const retarget::RobotFigure& figure) {
-  return upper_body_tree(tree, figure).joint_names();
-}
-
-robot::RobotTree upper_body_tree(const robot::RobotTree& tree,
-                                 const retarget::RobotFigure& figure) {
-  std::vector<robot::Link> links;
-  std::vector<int> number(tree.links().size(), -1);
-  for (std::size_t i = 0; i < tree.links().size(); ++i) {
-    if (in_leg(tree, figure, static_cast<int>(i))) continue;
-    robot::Link link = tree.links()[i];
-    if (link.parent >= 0) link.parent = number[static_cast<std::size_t>(link.parent)];
-    number[i] = static_cast<int>(links.size());
-    links.push_back(std::move(link));
-  }
-  return {tree.name(), std::move(links)};
-}
-
-double easy_pelvis_height(const robot::RobotTree& tree, const retarget::RobotFigure& figure) {
-  robot::Kinematics kinematics(tree);
-  Eigen::VectorXd q = Eigen::VectorXd::Zero(tree.dof());
-  for (const auto& [joint, angle] : figure.start_rad) q[tree.require_joint(joint)] = angle;
-  kinematics.update(Eigen::Isometry3d::Identity(), q);
-  const auto& X = kinematics.X_WL(tree.require_link(figure.ankle[0]));
-  return -(X * figure.heel_m[0]).z();
-}
-
-namespace {
-
 using Eigen::Matrix3d, Eigen::MatrixXd, Eigen::Vector3d;
 
 // Standard library generators give the same bits everywhere, its distributions do not.
@@ -281,7 +249,51 @@ void append(DrawerData& data, const TrialPlan& p, const Recorded& r, const Paces
   }
 }
 
+constexpr double kLeg_m = 0.602, kArmsPull_m = 0.20;  // biped.urdf's
+
+/// Scales a length, to the millimetre.
+class Scale {
+ public:
+  explicit Scale(double share) : share_(share) {}
+  void operator()(double& length_m) const { length_m = std::round(1e3 * share_ * length_m) / 1e3; }
+
+ private:
+  double share_;
+};
+
+Scale steps_of(const robot::Biped& biped) {
+  return Scale(std::min(1.0, robot::leg_length_m(biped) / kLeg_m));
+}
+
 }  // namespace
+
+std::vector<std::string> upper_body_joints(const robot::RobotTree& tree,
+                                           const retarget::RobotFigure& figure) {
+  return upper_body_tree(tree, figure).joint_names();
+}
+
+robot::RobotTree upper_body_tree(const robot::RobotTree& tree,
+                                 const retarget::RobotFigure& figure) {
+  std::vector<robot::Link> links;
+  std::vector<int> number(tree.links().size(), -1);
+  for (std::size_t i = 0; i < tree.links().size(); ++i) {
+    if (in_leg(tree, figure, static_cast<int>(i))) continue;
+    robot::Link link = tree.links()[i];
+    if (link.parent >= 0) link.parent = number[static_cast<std::size_t>(link.parent)];
+    number[i] = static_cast<int>(links.size());
+    links.push_back(std::move(link));
+  }
+  return {tree.name(), std::move(links)};
+}
+
+double easy_pelvis_height(const robot::RobotTree& tree, const retarget::RobotFigure& figure) {
+  robot::Kinematics kinematics(tree);
+  Eigen::VectorXd q = Eigen::VectorXd::Zero(tree.dof());
+  for (const auto& [joint, angle] : figure.start_rad) q[tree.require_joint(joint)] = angle;
+  kinematics.update(Eigen::Isometry3d::Identity(), q);
+  const auto& X = kinematics.X_WL(tree.require_link(figure.ankle[0]));
+  return -(X * figure.heel_m[0]).z();
+}
 
 DrawerData generate_robot_data(const robot::Biped& biped, const RobotTrialSettings& settings,
                                RobotTrialReport* report) {
@@ -314,26 +326,6 @@ DrawerData generate_robot_data(const robot::Biped& biped, const RobotTrialSettin
   if (report != nullptr) *report = seen;
   return data;
 }
-
-namespace {
-
-constexpr double kLeg_m = 0.602, kArmsPull_m = 0.20;  // biped.urdf's
-
-/// Scales a length, to the millimetre.
-class Scale {
- public:
-  explicit Scale(double share) : share_(share) {}
-  void operator()(double& length_m) const { length_m = std::round(1e3 * share_ * length_m) / 1e3; }
-
- private:
-  double share_;
-};
-
-Scale steps_of(const robot::Biped& biped) {
-  return Scale(std::min(1.0, robot::leg_length_m(biped) / kLeg_m));
-}
-
-}  // namespace
 
 Drawer robot_drawer(const robot::Biped& biped) {
   const robot::DrawerSize size = robot::drawer_size(biped);

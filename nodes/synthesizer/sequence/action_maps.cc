@@ -84,6 +84,34 @@ double explained(const std::array<mocap::Trials, kActions>& sets,
   return 1.0 - missing / all;
 }
 
+ActionRanges learned_ranges(const DrawerModel& model) {
+  std::array<mocap::Trials, kActions> trials;
+  for (std::size_t a = 0; a < kActions; ++a)
+    for (const motion::Pattern& p : model.action[a].patterns) trials[a].trials.push_back(p.trial);
+  return ranges_of(trials);
+}
+
+constexpr int kLegRows = 3 * (mocap::kRightAnkle - mocap::kLeftHip + 1);
+constexpr double kWide = 4.0, kSmallRidge = 1e-3;  // standard deviations of the inputs; relative
+
+// Means, then weights column by column.
+Eigen::RowVectorXd flat(const motion::Pattern& p) {
+  Eigen::RowVectorXd y(p.mean_rad.size() + p.weight_rad.size());
+  y << p.mean_rad.transpose(), p.weight_rad.reshaped().transpose();
+  return y;
+}
+
+Eigen::VectorXi clips_of(const motion::MotionModel& model) {
+  std::map<std::string, int> number;
+  Eigen::VectorXi group(static_cast<Eigen::Index>(model.patterns.size()));
+  for (Eigen::Index i = 0; i < group.size(); ++i)
+    group(i) = number
+                   .emplace(model.patterns[static_cast<std::size_t>(i)].trial.clip,
+                            static_cast<int>(number.size()))
+                   .first->second;
+  return group;
+}
+
 }  // namespace
 
 Eigen::MatrixXd drawer_ramp(Eigen::Index samples) {
@@ -115,38 +143,6 @@ DrawerModel learn_drawer_model(const DrawerData& data, const DrawerModelOptions&
       .quality_squared = explained(data.action, {&one.mixture, &two, &three}),
       .first_quality_squared = one.quality_squared};
 }
-
-namespace {
-
-ActionRanges learned_ranges(const DrawerModel& model) {
-  std::array<mocap::Trials, kActions> trials;
-  for (std::size_t a = 0; a < kActions; ++a)
-    for (const motion::Pattern& p : model.action[a].patterns) trials[a].trials.push_back(p.trial);
-  return ranges_of(trials);
-}
-
-constexpr int kLegRows = 3 * (mocap::kRightAnkle - mocap::kLeftHip + 1);
-constexpr double kWide = 4.0, kSmallRidge = 1e-3;  // standard deviations of the inputs; relative
-
-// Means, then weights column by column.
-Eigen::RowVectorXd flat(const motion::Pattern& p) {
-  Eigen::RowVectorXd y(p.mean_rad.size() + p.weight_rad.size());
-  y << p.mean_rad.transpose(), p.weight_rad.reshaped().transpose();
-  return y;
-}
-
-Eigen::VectorXi clips_of(const motion::MotionModel& model) {
-  std::map<std::string, int> number;
-  Eigen::VectorXi group(static_cast<Eigen::Index>(model.patterns.size()));
-  for (Eigen::Index i = 0; i < group.size(); ++i)
-    group(i) = number
-                   .emplace(model.patterns[static_cast<std::size_t>(i)].trial.clip,
-                            static_cast<int>(number.size()))
-                   .first->second;
-  return group;
-}
-
-}  // namespace
 
 Eigen::VectorXd ActionMaps::inputs(Action action, const ActionTask& t) {
   switch (action) {

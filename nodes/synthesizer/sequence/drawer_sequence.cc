@@ -18,6 +18,11 @@ constexpr double kLetGo = 0.4;    // s, after an interrupted stand
 constexpr double kFollow = 0.06;  // s, of a hand's aim after its target
 constexpr double kEdge = 0.15;    // share of an action at whose ends the learned course fades out
 
+Eigen::Vector2d rotated(const Eigen::Vector2d& p, double angle_rad) {
+  const double c = std::cos(angle_rad), s = std::sin(angle_rad);
+  return {c * p.x() - s * p.y(), s * p.x() + c * p.y()};
+}
+
 }  // namespace
 
 tl::expected<DrawerSequence, Status> DrawerSequence::start(const ActionMaps& maps,
@@ -227,15 +232,6 @@ const SequenceState& DrawerSequence::step() {
   move_hands();
   return state_;
 }
-
-namespace {
-
-Eigen::Vector2d rotated(const Eigen::Vector2d& p, double angle_rad) {
-  const double c = std::cos(angle_rad), s = std::sin(angle_rad);
-  return {c * p.x() - s * p.y(), s * p.x() + c * p.y()};
-}
-
-}  // namespace
 
 tl::expected<PlacedSequence, Status> PlacedSequence::start(const ActionMaps& maps,
                                                            const DrawerPlace& place,

@@ -60,6 +60,42 @@ void settle(const Eigen::MatrixXd& points, const Eigen::VectorXd& x, std::vector
   }
 }
 
+/// The local line at x, with the points of weight zero in `use` left out.
+Eigen::VectorXd line_at(const Eigen::MatrixXd& x_data, const Eigen::MatrixXd& y_data,
+                        const Eigen::VectorXd& x, double bandwidth, double ridge,
+                        const Eigen::VectorXd& use) {
+  Eigen::VectorXd exponent =
+      (x_data.rowwise() - x.transpose()).rowwise().squaredNorm() / (2.0 * bandwidth * bandwidth);
+  // relative to the nearest used point: far away the weights do not underflow
+  double nearest = std::numeric_limits<double>::infinity();
+  for (Index i = 0; i < exponent.size(); ++i) {
+    if (use[i] > 0.0) nearest = std::min(nearest, exponent[i]);
+  }
+  const Eigen::VectorXd k = use.array() * (nearest - exponent.array()).min(0.0).exp();
+  const double sum = k.sum();
+  const Eigen::RowVectorXd x_mean = k.transpose() * x_data / sum;
+  const Eigen::RowVectorXd y_mean = k.transpose() * y_data / sum;
+  const Eigen::MatrixXd dx = x_data.rowwise() - x_mean;
+  Eigen::MatrixXd gram = dx.transpose() * k.asDiagonal() * dx;
+  gram.diagonal().array() += ridge * sum;
+  const Eigen::MatrixXd slope =
+      gram.ldlt().solve(dx.transpose() * k.asDiagonal() * (y_data.rowwise() - y_mean));
+  return (y_mean + (x.transpose() - x_mean) * slope).transpose();
+}
+
+double left_out_error(const Eigen::MatrixXd& x, const Eigen::MatrixXd& y,
+                      const Eigen::VectorXi& group, double bandwidth, double ridge) {
+  double error = 0.0;
+  for (Index i = 0; i < x.rows(); ++i) {
+    Eigen::VectorXd use = Eigen::VectorXd::Ones(x.rows());
+    for (Index j = 0; j < x.rows(); ++j) use[j] = group[j] == group[i] ? 0.0 : 1.0;
+    if (use.sum() == 0.0) continue;
+    const Eigen::VectorXd at = line_at(x, y, x.row(i), bandwidth, ridge, use);
+    error += (at.transpose() - y.row(i)).squaredNorm();
+  }
+  return error;
+}
+
 }  // namespace
 
 Eigen::VectorXd nearest_in_hull(const Eigen::MatrixXd& points, const Eigen::VectorXd& x) {
@@ -107,48 +143,6 @@ InputDomain::Point InputDomain::bring_in(const Eigen::Ref<const Eigen::VectorXd>
   if (distance <= margin_ + 1e-9) return {x, 0.0};
   return {inside + (margin_ / distance) * (x - inside), distance - margin_};
 }
-
-namespace {
-
-using Eigen::Index;
-
-/// The local line at x, with the points of weight zero in `use` left out.
-Eigen::VectorXd line_at(const Eigen::MatrixXd& x_data, const Eigen::MatrixXd& y_data,
-                        const Eigen::VectorXd& x, double bandwidth, double ridge,
-                        const Eigen::VectorXd& use) {
-  Eigen::VectorXd exponent =
-      (x_data.rowwise() - x.transpose()).rowwise().squaredNorm() / (2.0 * bandwidth * bandwidth);
-  // relative to the nearest used point: far away the weights do not underflow
-  double nearest = std::numeric_limits<double>::infinity();
-  for (Index i = 0; i < exponent.size(); ++i) {
-    if (use[i] > 0.0) nearest = std::min(nearest, exponent[i]);
-  }
-  const Eigen::VectorXd k = use.array() * (nearest - exponent.array()).min(0.0).exp();
-  const double sum = k.sum();
-  const Eigen::RowVectorXd x_mean = k.transpose() * x_data / sum;
-  const Eigen::RowVectorXd y_mean = k.transpose() * y_data / sum;
-  const Eigen::MatrixXd dx = x_data.rowwise() - x_mean;
-  Eigen::MatrixXd gram = dx.transpose() * k.asDiagonal() * dx;
-  gram.diagonal().array() += ridge * sum;
-  const Eigen::MatrixXd slope =
-      gram.ldlt().solve(dx.transpose() * k.asDiagonal() * (y_data.rowwise() - y_mean));
-  return (y_mean + (x.transpose() - x_mean) * slope).transpose();
-}
-
-double left_out_error(const Eigen::MatrixXd& x, const Eigen::MatrixXd& y,
-                      const Eigen::VectorXi& group, double bandwidth, double ridge) {
-  double error = 0.0;
-  for (Index i = 0; i < x.rows(); ++i) {
-    Eigen::VectorXd use = Eigen::VectorXd::Ones(x.rows());
-    for (Index j = 0; j < x.rows(); ++j) use[j] = group[j] == group[i] ? 0.0 : 1.0;
-    if (use.sum() == 0.0) continue;
-    const Eigen::VectorXd at = line_at(x, y, x.row(i), bandwidth, ridge, use);
-    error += (at.transpose() - y.row(i)).squaredNorm();
-  }
-  return error;
-}
-
-}  // namespace
 
 LocalRegression::LocalRegression(const Eigen::MatrixXd& inputs, const Eigen::MatrixXd& outputs,
                                  const LocalRegressionOptions& options,

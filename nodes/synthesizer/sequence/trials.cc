@@ -97,6 +97,53 @@ void check(const GeneratorSettings& s) {
       refuse("pace " + std::to_string(pace) + " is outside [0.5, 1.25]");
 }
 
+constexpr double kNever = std::numeric_limits<double>::infinity();
+
+// Where the feet end: apart, left in front, since the left hand pulls, and more so after a longer
+// step. A short action 2 leaves the left foot nearly where it is and the right one behind.
+struct LastPrints {
+  double left, right;
+  explicit LastPrints(const TrialPlan& p) {
+    constexpr double kLeast = 0.03, kSoftness = 0.05;  // m
+    const double apart = 0.04 + 0.30 * std::max(0.0, p.reaching_length_m - 0.2);
+    const double end = p.normal_length_m + p.reaching_length_m;
+    const double front =
+        0.5 * (1.0 - p.manner.first_step_share) * p.normal_length_m + p.normal_length_m;
+    left = front + kLeast +
+           kSoftness * std::log1p(std::exp((end + apart - front - kLeast) / kSoftness));
+    right = 2.0 * end - left;
+  }
+};
+
+using Eigen::Vector3d;
+constexpr double kHoldAfter = 0.5;  // s
+
+Eigen::VectorXd sample_times(const TrialTimes& t, int samples) {
+  const double starts[] = {-t.t1, 0.0, t.t1, t.reached, t.done, t.done + kHoldAfter};
+  Eigen::VectorXd times(5 * samples);
+  for (int a = 0; a < 5; ++a)
+    for (int k = 0; k < samples; ++k)
+      times(a * samples + k) = starts[a] + (starts[a + 1] - starts[a]) * k / samples;
+  return times;
+}
+
+// The pelvis rises and falls as the legs allow: the lower envelope of what they allow, rounded, but
+// never above it (the mean over a window of the least over the same window).
+Eigen::VectorXd rounded_below(const Eigen::VectorXd& highest, int window) {
+  const auto n = highest.size();
+  auto over_window = [n](const Eigen::VectorXd& x, int half, bool least) {
+    Eigen::VectorXd y(n);
+    for (Eigen::Index i = 0; i < n; ++i) {
+      const auto from = std::max<Eigen::Index>(0, i - half), to = std::min(n - 1, i + half);
+      const auto part = x.segment(from, to - from + 1);
+      y(i) = least ? part.minCoeff() : part.mean();
+    }
+    return y;
+  };
+  return over_window(over_window(over_window(highest, 2 * window, true), window, false), window,
+                     false);
+}
+
 }  // namespace
 
 std::vector<TrialPlan> draw_plans(const GeneratorSettings& settings) {
@@ -130,28 +177,6 @@ std::vector<TrialPlan> draw_plans(const GeneratorSettings& settings) {
     for (int i = 0; i < n; ++i) plans.push_back(at_pace(plans[static_cast<std::size_t>(i)], pace));
   return plans;
 }
-
-namespace {
-
-constexpr double kNever = std::numeric_limits<double>::infinity();
-
-// Where the feet end: apart, left in front, since the left hand pulls, and more so after a longer
-// step. A short action 2 leaves the left foot nearly where it is and the right one behind.
-struct LastPrints {
-  double left, right;
-  explicit LastPrints(const TrialPlan& p) {
-    constexpr double kLeast = 0.03, kSoftness = 0.05;  // m
-    const double apart = 0.04 + 0.30 * std::max(0.0, p.reaching_length_m - 0.2);
-    const double end = p.normal_length_m + p.reaching_length_m;
-    const double front =
-        0.5 * (1.0 - p.manner.first_step_share) * p.normal_length_m + p.normal_length_m;
-    left = front + kLeast +
-           kSoftness * std::log1p(std::exp((end + apart - front - kLeast) / kSoftness));
-    right = 2.0 * end - left;
-  }
-};
-
-}  // namespace
 
 std::vector<Footprint> prints_of(mocap::Side side, const TrialPlan& p, const TrialTimes& t) {
   const double length = p.normal_length_m, t1 = t.t1;
@@ -193,39 +218,6 @@ std::vector<Footprint> prints_of(mocap::Side side, const TrialPlan& p, const Tri
   }
   return prints;
 }
-
-namespace {
-
-using Eigen::Vector3d;
-constexpr double kHoldAfter = 0.5;  // s
-
-Eigen::VectorXd sample_times(const TrialTimes& t, int samples) {
-  const double starts[] = {-t.t1, 0.0, t.t1, t.reached, t.done, t.done + kHoldAfter};
-  Eigen::VectorXd times(5 * samples);
-  for (int a = 0; a < 5; ++a)
-    for (int k = 0; k < samples; ++k)
-      times(a * samples + k) = starts[a] + (starts[a + 1] - starts[a]) * k / samples;
-  return times;
-}
-
-// The pelvis rises and falls as the legs allow: the lower envelope of what they allow, rounded, but
-// never above it (the mean over a window of the least over the same window).
-Eigen::VectorXd rounded_below(const Eigen::VectorXd& highest, int window) {
-  const auto n = highest.size();
-  auto over_window = [n](const Eigen::VectorXd& x, int half, bool least) {
-    Eigen::VectorXd y(n);
-    for (Eigen::Index i = 0; i < n; ++i) {
-      const auto from = std::max<Eigen::Index>(0, i - half), to = std::min(n - 1, i + half);
-      const auto part = x.segment(from, to - from + 1);
-      y(i) = least ? part.minCoeff() : part.mean();
-    }
-    return y;
-  };
-  return over_window(over_window(over_window(highest, 2 * window, true), window, false), window,
-                     false);
-}
-
-}  // namespace
 
 RenderedTrial render(const mocap::Body& body, const TrialPlan& plan, const Drawer& drawer,
                      int samples) {

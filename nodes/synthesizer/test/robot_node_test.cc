@@ -22,7 +22,7 @@ SynthesizerParams robot_params() {
   SynthesizerParams p;
   p.model = std::string(MIMESIS_SOURCE_DIR) + "/models/biped_walk.motion.json";
   p.robot.description = "biped.yaml";
-  p.style = "slow";
+  p.character.style = "slow";
   return p;
 }
 

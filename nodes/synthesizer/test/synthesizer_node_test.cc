@@ -231,7 +231,7 @@ TEST(SynthesizerNode, TheLastGoalCountsAndStopStops) {
 
 TEST(SynthesizerNode, ChangesItsStyle) {
   SynthesizerParams p = params();
-  p.start.walking = true;
+  p.character.walking = true;
   Rig rig(p);
   rig.run(1500ms);
   EXPECT_NEAR(rig.motion.phase_rate_rad_s(), 2.0 * std::numbers::pi, 0.01);
@@ -247,7 +247,7 @@ TEST(SynthesizerNode, ChangesItsStyle) {
 
 TEST(SynthesizerNode, FollowsABeatUntilItEnds) {
   SynthesizerParams p = params();
-  p.start.walking = true;
+  p.character.walking = true;
   Rig rig(p);
   rig.before_step = [&](Time now) {  // twice a second, with a delay of 30 ms on the way
     if (now.count() % 500'000'000 != 0) return;
@@ -268,7 +268,7 @@ TEST(SynthesizerNode, FollowsABeatUntilItEnds) {
 
 TEST(SynthesizerNode, ABeatThatFallsSilentIsLeft) {
   SynthesizerParams p = params();
-  p.start.walking = true;
+  p.character.walking = true;
   p.beat_stale_s = 1.0;
   Rig rig(p);
   v1::Beat beat;
@@ -403,7 +403,7 @@ TEST(SynthesizerNode, RefusesToStart) {
     }
     return {};
   };
-  EXPECT_EQ(why([](SynthesizerParams& p) { p.style = "happy"; }),
+  EXPECT_EQ(why([](SynthesizerParams& p) { p.character.style = "happy"; }),
             "style: 'happy' is none of the model's: walk, slow, brisk");
   EXPECT_NE(why([](SynthesizerParams& p) {
               p.model = "none.motion.json";

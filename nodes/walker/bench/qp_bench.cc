@@ -40,19 +40,6 @@ void mpc_warm(benchmark::State& state) { linear_mpc(state, qp::DualQp::Start::kW
 BENCHMARK(mpc_cold)->Name("qp/mpc_like_tick/cold")->Unit(benchmark::kMillisecond);
 BENCHMARK(mpc_warm)->Name("qp/mpc_like_tick/warm")->Unit(benchmark::kMillisecond);
 
-/// Nothing but the solver, H the same at every call: what a weighted inverse kinematics asks for.
-void same_hessian(benchmark::State& state) {
-  MpcProblem mpc;
-  qp::DualQp qp(MpcProblem::kVariables, MpcProblem::kRows);
-  for (int tick = 0; tick < 400; ++tick) {
-    mpc.build();
-    if (qp.solve(mpc.view()) != qp::Outcome::kSolved) state.SkipWithError("not solved");
-    mpc.advance(qp.x());
-  }
-  for (auto _ : state) benchmark::DoNotOptimize(qp.solve_same_hessian(mpc.view()));
-}
-BENCHMARK(same_hessian)->Name("qp/solve_same_hessian/warm")->Unit(benchmark::kMicrosecond);
-
 #ifdef MIMESIS_ALGLIB
 void mpc_alglib(benchmark::State& state) {
   Percentiles ticks;

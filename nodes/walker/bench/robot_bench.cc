@@ -31,13 +31,6 @@ void ground_wrench(benchmark::State& state) {
 }
 BENCHMARK(ground_wrench)->Name("dynamics/ground_wrench");
 
-void momentum(benchmark::State& state) {
-  Dynamics dynamics(biped().tree);
-  const RobotMotion motion = random_motion(biped().tree, 1);
-  for (auto _ : state) benchmark::DoNotOptimize(dynamics.momentum(motion));
-}
-BENCHMARK(momentum)->Name("dynamics/momentum");
-
 /// With the links' poses, as DART's is.
 void com_jacobian(benchmark::State& state) {
   const Dynamics dynamics(biped().tree);

@@ -56,6 +56,30 @@ MatrixXd interpolation(int ticks, int samples, int ticks_a_sample) {
   return W;
 }
 
+const FilterSettings& checked(const FilterSettings& s) {
+  const auto refuse = [](const std::string& what) { throw ConfigError("dynamic filter: " + what); };
+  if (s.samples < 2 || s.samples > kPreviewTicks) {
+    refuse("samples " + std::to_string(s.samples) + ", expected 2 to " +
+           std::to_string(kPreviewTicks));
+  }
+  if (!(s.window_s >= s.samples * kTick_s) || !(s.window_s < kPreviewTicks * kTick_s)) {
+    refuse("window_s " + std::to_string(s.window_s) +
+           ", expected at least a tick a sample and below " +
+           std::to_string(kPreviewTicks * kTick_s));
+  }
+  if (s.iterations < 1 || s.iterations > 5) {
+    refuse("iterations " + std::to_string(s.iterations) + ", expected 1 to 5");
+  }
+  return s;
+}
+
+UpperBody at_rest(const robot::Biped& biped) {
+  const auto n = static_cast<Eigen::Index>(biped.upper_body.size());
+  return {.q = biped.half_sitting(biped.upper_body),
+          .dq = Eigen::VectorXd::Zero(n),
+          .ddq = Eigen::VectorXd::Zero(n)};
+}
+
 }  // namespace
 
 Correction::Correction(double com_height_m, int samples, int ticks_a_sample) {
@@ -120,34 +144,6 @@ ComState Correction::at_in_next_tick(int sample, const State& now, const Errors&
 ComState to_com(const Correction::State& state) {
   return {.p_W_m = state.row(0), .v_W = state.row(1), .a_W = state.row(2)};
 }
-
-namespace {
-
-const FilterSettings& checked(const FilterSettings& s) {
-  const auto refuse = [](const std::string& what) { throw ConfigError("dynamic filter: " + what); };
-  if (s.samples < 2 || s.samples > kPreviewTicks) {
-    refuse("samples " + std::to_string(s.samples) + ", expected 2 to " +
-           std::to_string(kPreviewTicks));
-  }
-  if (!(s.window_s >= s.samples * kTick_s) || !(s.window_s < kPreviewTicks * kTick_s)) {
-    refuse("window_s " + std::to_string(s.window_s) +
-           ", expected at least a tick a sample and below " +
-           std::to_string(kPreviewTicks * kTick_s));
-  }
-  if (s.iterations < 1 || s.iterations > 5) {
-    refuse("iterations " + std::to_string(s.iterations) + ", expected 1 to 5");
-  }
-  return s;
-}
-
-UpperBody at_rest(const robot::Biped& biped) {
-  const auto n = static_cast<Eigen::Index>(biped.upper_body.size());
-  return {.q = biped.half_sitting(biped.upper_body),
-          .dq = Eigen::VectorXd::Zero(n),
-          .ddq = Eigen::VectorXd::Zero(n)};
-}
-
-}  // namespace
 
 DynamicFilter::DynamicFilter(const robot::Biped& biped, const GaitSettings& gait,
                              const FilterSettings& settings)

@@ -13,6 +13,11 @@ constexpr int kCrossingTicks = kSampleTicks;  // time in which the ZMP crosses f
 // Length of the reference: predictions for the end of the preview look as far ahead as today's.
 constexpr int kWindowTicks = 2 * kPreviewTicks;
 
+constexpr double kLandingMet_m = 1e-3, kYawMet_rad = 1e-3;
+// The plan ends 1.6 s ahead with a CoM that one more step can catch. The stopper must take over
+// while two steps of the plan are left.
+constexpr int kPatienceTicks = 40;
+
 }  // namespace
 
 PreviewPattern::PreviewPattern(const GaitSettings& settings)
@@ -125,15 +130,6 @@ void PreviewPattern::shift(const Eigen::Vector2d& shift_W_m) {
   steps_.shift(shift_W_m);
   sample_ = ahead(0);
 }
-
-namespace {
-
-constexpr double kLandingMet_m = 1e-3, kYawMet_rad = 1e-3;
-// The plan ends 1.6 s ahead with a CoM that one more step can catch. The stopper must take over
-// while two steps of the plan are left.
-constexpr int kPatienceTicks = 40;
-
-}  // namespace
 
 MpcPattern::MpcPattern(const GaitSettings& settings, bool yaw_free, const MpcWeights& weights)
     : settings_((check(settings), settings)),

@@ -13,6 +13,23 @@ double cross(const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
   return a.x() * b.y() - a.y() * b.x();
 }
 
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr double kSample_s = kSampleTicks * kTick_s;
+
+// A swing foot with D seconds left may still be moved by A D² in all, that is by 2 A D per second:
+// this bounds its acceleration. With less than kFrozen_s left its landing stays.
+constexpr double kSteer_m_s2 = 1.2, kSteer_rad_s2 = 2.0, kFrozen_s = 0.1;
+
+// κ: share of the ZMP's rectangle that may be used to catch the capture point on the next foot.
+constexpr double kCaught = 0.4;
+// Factor on a limit at the end of the horizon, so that it can be kept one sample later too.
+constexpr double kKept = 0.98;
+
+double steer_s2(const Steps& steps) {
+  const double left = steps.free_time_s();
+  return left <= kFrozen_s ? 0.0 : 2.0 * left * kTick_s;
+}
+
 }  // namespace
 
 void support_polygon(const Footprint& a, const Footprint& b, const Eigen::Vector2d& half,
@@ -42,13 +59,6 @@ void support_polygon(const Footprint& a, const Footprint& b, const Eigen::Vector
     from = to;
   } while (from != start && sides.size() < 8);
 }
-
-namespace {
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr double kSample_s = kSampleTicks * kTick_s;
-
-}  // namespace
 
 MpcProblem::MpcProblem(const GaitSettings& settings, bool yaw_free, const MpcWeights& weights)
     : settings_(settings),
@@ -192,24 +202,6 @@ void MpcProblem::set_feet_cost(const MpcInput& in) {
     g_(2 * axis_ + i) = eta * (foot.plan.yaw_rad - foot.wished_yaw_rad);
   }
 }
-
-namespace {
-
-// A swing foot with D seconds left may still be moved by A D² in all, that is by 2 A D per second:
-// this bounds its acceleration. With less than kFrozen_s left its landing stays.
-constexpr double kSteer_m_s2 = 1.2, kSteer_rad_s2 = 2.0, kFrozen_s = 0.1;
-
-// κ: share of the ZMP's rectangle that may be used to catch the capture point on the next foot.
-constexpr double kCaught = 0.4;
-// Factor on a limit at the end of the horizon, so that it can be kept one sample later too.
-constexpr double kKept = 0.98;
-
-double steer_s2(const Steps& steps) {
-  const double left = steps.free_time_s();
-  return left <= kFrozen_s ? 0.0 : 2.0 * left * kTick_s;
-}
-
-}  // namespace
 
 double MpcProblem::yaw_freedom_rad(const Steps& steps) const {
   return kSteer_rad_s2 * steer_s2(steps);

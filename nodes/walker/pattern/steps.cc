@@ -30,17 +30,6 @@ SwingHeight glide(double left) {
           2.0 * kGlideHeight / (kGlide * kGlide)};
 }
 
-}  // namespace
-
-SwingHeight swing_height(double u) {
-  if (u < kRise) return between({}, kTop, kRise, std::max(0.0, u));
-  if (u < 1.0 - kGlide) return between(kTop, glide(1.0), 1.0 - kGlide - kRise, u - kRise);
-  if (u < 1.0) return glide((1.0 - u) / kGlide);
-  return {};
-}
-
-namespace {
-
 constexpr int kEndless = 1 << 28;
 constexpr int kStopLandings = 2;
 
@@ -61,7 +50,23 @@ FootState on_ground(const PlanarState& s) {
   return foot;
 }
 
+constexpr double kInside_m = 0.004;  // margin to the narrowest step and the limits
+
+double clamp_to(double value, double most, bool& clipped) {
+  clipped = clipped || std::abs(value) > most * (1.0 + 1e-12);
+  return std::clamp(value, -most, most);
+}
+
+bool finite(const Footprint& foot) { return foot.p_W_m.allFinite() && std::isfinite(foot.yaw_rad); }
+
 }  // namespace
+
+SwingHeight swing_height(double u) {
+  if (u < kRise) return between({}, kTop, kRise, std::max(0.0, u));
+  if (u < 1.0 - kGlide) return between(kTop, glide(1.0), 1.0 - kGlide - kRise, u - kRise);
+  if (u < 1.0) return glide((1.0 - u) / kGlide);
+  return {};
+}
 
 PlanarState quintic(const PlanarState& s, const Eigen::Vector3d& goal, double D, double t) {
   if (t >= D) return {goal, Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};
@@ -254,19 +259,6 @@ void Steps::shift(const Eigen::Vector2d& d) {
   for (Footprint& foot : next_) foot.p_W_m += d;
   air_.p.head<2>() += d;
 }
-
-namespace {
-
-constexpr double kInside_m = 0.004;  // margin to the narrowest step and the limits
-
-double clamp_to(double value, double most, bool& clipped) {
-  clipped = clipped || std::abs(value) > most * (1.0 + 1e-12);
-  return std::clamp(value, -most, most);
-}
-
-bool finite(const Footprint& foot) { return foot.p_W_m.allFinite() && std::isfinite(foot.yaw_rad); }
-
-}  // namespace
 
 Side first_swing(const FeasibleWish& wish) {
   if (wish.landing[0]) return wish.landing[0]->side;

@@ -25,6 +25,30 @@ Eigen::Vector2d nearest_on_edge(const Eigen::Vector2d& a, const Eigen::Vector2d&
   return a + std::clamp((p - a).dot(along) / length2, 0.0, 1.0) * along;
 }
 
+Eigen::Vector2d to_sole(const FootState& foot, const Eigen::Vector2d& v_W) {
+  const double yaw = std::atan2(foot.X_WS(1, 0), foot.X_WS(0, 0));
+  return Eigen::Rotation2Dd(-yaw) * v_W;
+}
+
+Eigen::Vector2d to_world(const FootState& foot, const Eigen::Vector2d& p_S) {
+  const double yaw = std::atan2(foot.X_WS(1, 0), foot.X_WS(0, 0));
+  return foot.X_WS.translation().head<2>() + Eigen::Rotation2Dd(yaw) * p_S;
+}
+
+constexpr double kLetGo_s = 0.1;     ///< decay of the tilt of a lifted foot
+constexpr double kFeltShare = 0.05;  ///< share of the weight at which a foot counts as felt
+/// A foot that lands early goes up no faster than this multiple of the reach's speed. The impact of
+/// a stiff leg is over before the leg follows; a foot that followed all of it would be in the air
+/// again.
+constexpr double kGiveSpeed = 4.0;
+constexpr double kShareStep = 0.05;  ///< change of a foot's share per tick; the plan's is no faster
+constexpr double kShareFade_s = 0.3;  ///< decay of the height difference in single support
+
+Eigen::Vector3d at_most(const Eigen::Vector3d& v, double length) {
+  const double n = v.norm();
+  return n > length ? Eigen::Vector3d(v * (length / n)) : v;
+}
+
 }  // namespace
 
 Polygon::Polygon(std::span<const Eigen::Vector2d> points) {
@@ -70,20 +94,6 @@ Eigen::Vector2d Polygon::nearest(const Eigen::Vector2d& p) const {
   }
   return best;
 }
-
-namespace {
-
-Eigen::Vector2d to_sole(const FootState& foot, const Eigen::Vector2d& v_W) {
-  const double yaw = std::atan2(foot.X_WS(1, 0), foot.X_WS(0, 0));
-  return Eigen::Rotation2Dd(-yaw) * v_W;
-}
-
-Eigen::Vector2d to_world(const FootState& foot, const Eigen::Vector2d& p_S) {
-  const double yaw = std::atan2(foot.X_WS(1, 0), foot.X_WS(0, 0));
-  return foot.X_WS.translation().head<2>() + Eigen::Rotation2Dd(yaw) * p_S;
-}
-
-}  // namespace
 
 Eigen::Vector2d Ground::on_sole(Side side, const Eigen::Vector2d& p_S_m) const {
   const robot::Biped::Leg& leg = biped_->leg[side];
@@ -136,24 +146,6 @@ std::optional<Eigen::Vector2d> measured_zmp(const PatternSample& plan,
   if (normal < least_n) return std::nullopt;
   return sum / normal;
 }
-
-namespace {
-
-constexpr double kLetGo_s = 0.1;     ///< decay of the tilt of a lifted foot
-constexpr double kFeltShare = 0.05;  ///< share of the weight at which a foot counts as felt
-/// A foot that lands early goes up no faster than this multiple of the reach's speed. The impact of
-/// a stiff leg is over before the leg follows; a foot that followed all of it would be in the air
-/// again.
-constexpr double kGiveSpeed = 4.0;
-constexpr double kShareStep = 0.05;  ///< change of a foot's share per tick; the plan's is no faster
-constexpr double kShareFade_s = 0.3;  ///< decay of the height difference in single support
-
-Eigen::Vector3d at_most(const Eigen::Vector3d& v, double length) {
-  const double n = v.norm();
-  return n > length ? Eigen::Vector3d(v * (length / n)) : v;
-}
-
-}  // namespace
 
 Feet::Feet(const robot::Biped& biped, const StabilizerSettings& settings)
     : settings_(&settings),

@@ -25,6 +25,16 @@ double rise_to(double length_m2, const Eigen::Vector3d& way) {
   return std::sqrt(std::max(0.0, length_m2 - way.head<2>().squaredNorm())) - way.z();
 }
 
+// The base is no joint; this keeps absurd goals from throwing it about.
+constexpr double kBase_m_s = 3.0, kBase_rad_s = 10.0;
+constexpr double kApproach_1_s = 50.0;  // rate of approach to a limit
+
+void check(bool good, const char* key, double value, const char* expected) {
+  if (good) return;
+  throw ConfigError("stack." + std::string(key) + ": " + std::to_string(value) + ", expected " +
+                    expected);
+}
+
 }  // namespace
 
 LegRoom::LegRoom(const robot::Biped& biped) {
@@ -113,20 +123,6 @@ double LegRoom::bend_rad(const Tick& tick, Side side) const {
 Side LegRoom::straighter(const Tick& tick) const {
   return bend_rad(tick, kLeft) < bend_rad(tick, kRight) ? kLeft : kRight;
 }
-
-namespace {
-
-// The base is no joint; this keeps absurd goals from throwing it about.
-constexpr double kBase_m_s = 3.0, kBase_rad_s = 10.0;
-constexpr double kApproach_1_s = 50.0;  // rate of approach to a limit
-
-void check(bool good, const char* key, double value, const char* expected) {
-  if (good) return;
-  throw ConfigError("stack." + std::string(key) + ": " + std::to_string(value) + ", expected " +
-                    expected);
-}
-
-}  // namespace
 
 Limits::Limits(const robot::Biped& biped, const StackSettings& settings)
     : lower_(biped.tree.lower()),

@@ -89,6 +89,40 @@ void take_axes(const TaskSpec& spec, Task& task) {
   if (has_axes && task.axes.empty()) refuse(spec, "axes: none counts, expected at least one");
 }
 
+using Eigen::Matrix3d, Eigen::Vector3d;
+
+// Longest steps within a tick for which the Jacobian is valid.
+constexpr double kFarthest_m = 0.02, kFarthest_rad = 0.2;
+// At most a tenth of an error beyond this is removed per tick, whatever the gain.
+constexpr double kAtOnce_m = 0.004, kAtOnce_rad = 0.02, kLeastShare = 0.1;
+// A goal that moves faster has jumped; its rate is ignored.
+constexpr double kJump_m_s = 3.0, kJump_rad_s = 8.0;
+// A missing height returns by this share per tick.
+constexpr double kReturn = 0.25, kHeightIsBack_m = 1e-6;
+// Factor on the weight of a hand with share 1, against the posture of its level.
+constexpr double kWhole = 1e6;
+
+/// Step of a task within a tick: the goal's own movement plus a share of the error.
+Vector3d step_of(const Task& task, const Vector3d& way, const Vector3d& rate, double dt_s,
+                 double at_once) {
+  const Vector3d lag = way - dt_s * rate;
+  const double most = std::max(kLeastShare, at_once / std::max(at_once, lag.norm()));
+  return dt_s * rate + std::min({1.0, task.gain_1_s * dt_s, most}) * lag;
+}
+
+/// Factor on a hand's weight: about its share at first, far above the posture at share 1. The
+/// posture's weights stay constant: if they were lowered for one hand, the other one would move the
+/// joints that both share as soon as its own share is above 0.
+double strength(double share) {
+  const double left = 1.0 - share;
+  return share / (left * left + 1.0 / kWhole);
+}
+
+Vector3d shorter(const Vector3d& v, double most) {
+  const double length = v.norm();
+  return length > most ? Vector3d(v * (most / length)) : v;
+}
+
 }  // namespace
 
 std::vector<Task> make_tasks(const robot::Biped& biped, const StackSettings& settings) {
@@ -162,44 +196,6 @@ StackSettings walking_stack(const robot::Biped& biped) {
   tasks.push_back({.name = "rest", .kind = TaskKind::kRegularisation, .priority = 4});
   return settings;
 }
-
-namespace {
-
-using Eigen::Matrix3d, Eigen::Vector3d;
-
-// Longest steps within a tick for which the Jacobian is valid.
-constexpr double kFarthest_m = 0.02, kFarthest_rad = 0.2;
-// At most a tenth of an error beyond this is removed per tick, whatever the gain.
-constexpr double kAtOnce_m = 0.004, kAtOnce_rad = 0.02, kLeastShare = 0.1;
-// A goal that moves faster has jumped; its rate is ignored.
-constexpr double kJump_m_s = 3.0, kJump_rad_s = 8.0;
-// A missing height returns by this share per tick.
-constexpr double kReturn = 0.25, kHeightIsBack_m = 1e-6;
-// Factor on the weight of a hand with share 1, against the posture of its level.
-constexpr double kWhole = 1e6;
-
-/// Step of a task within a tick: the goal's own movement plus a share of the error.
-Vector3d step_of(const Task& task, const Vector3d& way, const Vector3d& rate, double dt_s,
-                 double at_once) {
-  const Vector3d lag = way - dt_s * rate;
-  const double most = std::max(kLeastShare, at_once / std::max(at_once, lag.norm()));
-  return dt_s * rate + std::min({1.0, task.gain_1_s * dt_s, most}) * lag;
-}
-
-/// Factor on a hand's weight: about its share at first, far above the posture at share 1. The
-/// posture's weights stay constant: if they were lowered for one hand, the other one would move the
-/// joints that both share as soon as its own share is above 0.
-double strength(double share) {
-  const double left = 1.0 - share;
-  return share / (left * left + 1.0 / kWhole);
-}
-
-Vector3d shorter(const Vector3d& v, double most) {
-  const double length = v.norm();
-  return length > most ? Vector3d(v * (most / length)) : v;
-}
-
-}  // namespace
 
 TaskRows::TaskRows(const robot::Biped& biped, std::vector<Task> tasks)
     : biped_(&biped),

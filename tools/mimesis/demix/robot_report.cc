@@ -42,9 +42,9 @@ void print_retargeting(const std::vector<RetargetedClip>& clips) {
                "figure's ankles [mm]", "speed/limit", "fastest"});
   for (const RetargetedClip& c : clips) {
     const retarget::RobotReport& r = c.report;
-    table.row({c.file, fmt::format("{:.3f}", r.unconstrained.scale), text(r.foot_m, 1e3),
-               text(r.foot_rad, 1e3), text(r.hand_m, 1e3), text(r.chest_rad, 1e3),
-               text(c.ankle_m, 1e3), fmt::format("{:.2f}", r.speed_share), r.fastest_joint});
+    table.row({c.file, fmt::format("{:.3f}", r.scale), text(r.foot_m, 1e3), text(r.foot_rad, 1e3),
+               text(r.hand_m, 1e3), text(r.chest_rad, 1e3), text(c.ankle_m, 1e3),
+               fmt::format("{:.2f}", r.speed_share), r.fastest_joint});
   }
   table.print(std::cout, bold);
   for (const RetargetedClip& c : clips) {
@@ -74,7 +74,7 @@ ordered_json retargeting_json(const std::vector<RetargetedClip>& clips) {
     const retarget::RobotReport& r = c.report;
     out.push_back({{"file", c.file},
                    {"frames", c.frames},
-                   {"scale", r.unconstrained.scale},
+                   {"scale", r.scale},
                    {"foot_m", json(r.foot_m)},
                    {"foot_rad", json(r.foot_rad)},
                    {"hand_m", json(r.hand_m)},
@@ -89,7 +89,7 @@ ordered_json retargeting_json(const std::vector<RetargetedClip>& clips) {
                    {"fastest_joint", r.fastest_joint},
                    {"roughness_before", r.roughness_before},
                    {"roughness_after", r.roughness_after},
-                   {"stance_speed_m_s", r.unconstrained.stance_speed_m_s}});
+                   {"stance_speed_m_s", r.stance_speed_m_s}});
   }
   return out;
 }

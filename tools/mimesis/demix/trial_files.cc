@@ -36,10 +36,6 @@ mocap::Body mean_of(const std::vector<mocap::Body>& bodies) {
   if (bodies.size() == 1) return bodies.front();
   mocap::Body mean;
   mean.name = fmt::format("mean of {} figures", bodies.size());
-  for (auto* points : {&mean.toe_m, &mean.heel_m, &mean.hand_m}) {
-    points->fill(Eigen::Vector3d::Zero());
-  }
-  mean.offset_m.fill(Eigen::Vector3d::Zero());
   for (const mocap::Body& body : bodies) add(body, 1.0 / static_cast<double>(bodies.size()), mean);
   return mean;
 }
@@ -54,10 +50,8 @@ tl::expected<mocap::BodyClip, Status> read_body(const std::string& file,
                                                 const TrialFileOptions& options) {
   if (!ends_with(file, ".c3d")) return mocap::to_body(mocap::read_clip(file, options.read));
   const mocap::Markers markers = mocap::read_c3d(file);
-  mocap::MarkerBodyOptions how;
-  how.legs_only = options.markers_legs_only;
   try {
-    return mocap::body_from_markers(markers, how).clip;
+    return mocap::body_from_markers(markers, options.markers_legs_only);
   } catch (const ConfigError& e) {
     return tl::unexpected(Status{e.what()});
   }

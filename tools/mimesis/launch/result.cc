@@ -10,6 +10,7 @@
 
 #include "common/error.h"
 #include "common/runtime/own_topics.h"
+#include "common/time.h"
 #include "tools/mimesis/message_json.h"
 
 namespace mimesis::launch {
@@ -35,8 +36,6 @@ constexpr std::chrono::milliseconds kTurn{50};
 // A rare topic need not speak again after the end: this long, messages from before it may still
 // arrive.
 constexpr std::chrono::milliseconds kLastMessages{300};
-
-double to_s(std::chrono::nanoseconds t) { return std::chrono::duration<double>(t).count(); }
 
 }  // namespace
 
@@ -128,7 +127,9 @@ void ResultWatcher::stop() {
   if (thread_.joinable()) thread_.join();
 }
 
-double ResultWatcher::graph_s() const { return to_s(collector_.end().value_or(newest_) - epoch_); }
+double ResultWatcher::graph_s() const {
+  return to_seconds(collector_.end().value_or(newest_) - epoch_);
+}
 
 void ResultWatcher::take(const runtime::Tapped& tapped) {
   newest_ = std::max(newest_, tapped.message.stamp);
@@ -155,10 +156,10 @@ void ResultWatcher::follow() {
       last_messages = std::min(last_messages, Clock::now() + kLastMessages);
     } else if (newest_ - epoch_ > spec_.timeout) {
       failure_ = fmt::format("nothing on {} within {:g} s of graph time", spec_.until.text,
-                             to_s(spec_.timeout));
+                             to_seconds(spec_.timeout));
     } else if (Clock::now() > give_up) {
       failure_ = fmt::format("nothing on {} within {:g} s of wall time", spec_.until.text,
-                             to_s(spec_.wall_timeout));
+                             to_seconds(spec_.wall_timeout));
     }
   }
   const std::uint64_t one = 1;

@@ -19,6 +19,7 @@
 
 #include "common/runtime/raw.h"
 #include "common/runtime/registry.h"
+#include "common/time.h"
 #include "tools/mimesis/launch/graph_file.h"
 #include "tools/mimesis/launch/managed_node.h"
 #include "tools/mimesis/launch/process.h"
@@ -114,8 +115,6 @@ void say(fmt::format_string<Args...> format, Args&&... args) {
   std::fprintf(stderr, "mimesis: %s\n", line.c_str());
 }
 
-double seconds(Clock::duration d) { return std::chrono::duration<double>(d).count(); }
-
 Fd open_signals() {
   sigset_t set;
   sigemptyset(&set);
@@ -206,7 +205,7 @@ class Supervisor {
                                             : static_cast<pid_t>(info.pid()) == node->child().pid;
         if (!same || !info.ready() || node->state() != State::starting) continue;
         node->set_ready();
-        say("{} is ready ({:.2f} s)", node->name(), seconds(Clock::now() - node->started()));
+        say("{} is ready ({:.2f} s)", node->name(), to_seconds(Clock::now() - node->started()));
       }
     }
   }
@@ -229,7 +228,7 @@ class Supervisor {
   void failed(ManagedNode& node, const Ending& ending) {
     if (node.state() == State::delayed) {
       say("{} {}; starting it again in {:.2f} s", node.name(), ending.text(),
-          seconds(node.due() - Clock::now()));
+          to_seconds(node.due() - Clock::now()));
       return;
     }
     const std::string what = fmt::format("node '{}' {}", node.name(), ending.text());
@@ -252,7 +251,7 @@ class Supervisor {
       if (node->state() == State::starting && node->due() <= now &&
           (node->spec().required || awaited(*node))) {
         end_run(1, fmt::format("node '{}' was not ready within {:g} s", node->name(),
-                               seconds(node->spec().ready_within)));
+                               to_seconds(node->spec().ready_within)));
       }
       if (node->state() == State::stopping && node->due() <= now && node->alive() &&
           !node->killed()) {

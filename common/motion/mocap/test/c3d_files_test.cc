@@ -14,14 +14,12 @@ namespace {
 void expect_same(const Markers& a, const Markers& b, double step_m) {
   ASSERT_EQ(a.labels, b.labels);
   ASSERT_EQ(a.position_m.cols(), b.position_m.cols());
-  ASSERT_EQ(a.analog.cols(), b.analog.cols());
   for (Eigen::Index i = 0; i < a.position_m.size(); ++i) {
     const double x = a.position_m.data()[i], y = b.position_m.data()[i];
     ASSERT_EQ(std::isnan(x), std::isnan(y)) << b.name << ' ' << i;
     if (std::isnan(x)) continue;
     ASSERT_NEAR(x, y, step_m) << b.name << ' ' << i;
   }
-  EXPECT_LT((a.analog - b.analog).cwiseAbs().maxCoeff(), 1e-9 * a.analog.cwiseAbs().maxCoeff());
 }
 
 TEST(C3dFiles, EncodingsOfOneTrialAgree) {
@@ -47,23 +45,20 @@ TEST(C3dFiles, AllAreReadOrRefusedWithALine) {
   struct Expected {
     const char* file;
     long frames, first;
-    int points, channels, samples;
+    int points;
     double rate_hz;
   };
   // The last two are damaged: parameters overwritten by the data, a section stated too short. Their
   // markers are whole.
-  for (const Expected& e : {Expected{"FunctionalWalk.c3d", 438, 480, 146, 36, 9, 120.0},
-                            Expected{"Gait.c3d", 487, 1, 33, 28, 10, 100.0},
-                            Expected{"bad_parameter_section.c3d", 332, 1, 45, 32, 10, 120.0},
-                            Expected{"parameterOverflow.c3d", 101, 1, 142, 36, 1, 100.0}}) {
+  for (const Expected& e : {Expected{"FunctionalWalk.c3d", 438, 480, 146, 120.0},
+                            Expected{"Gait.c3d", 487, 1, 33, 100.0},
+                            Expected{"bad_parameter_section.c3d", 332, 1, 45, 120.0},
+                            Expected{"parameterOverflow.c3d", 101, 1, 142, 100.0}}) {
     const Markers m = read_c3d(folder + e.file);
     EXPECT_EQ(m.frames(), e.frames) << e.file;
     EXPECT_EQ(m.first_frame, e.first) << e.file;
     EXPECT_EQ(m.position_m.rows(), 3 * e.points) << e.file;
-    EXPECT_EQ(m.analog.rows(), e.channels) << e.file;
-    EXPECT_EQ(m.analog.cols(), e.frames * e.samples) << e.file;
     EXPECT_EQ(m.rate_hz, e.rate_hz) << e.file;
-    EXPECT_TRUE(m.analog.allFinite()) << e.file;
     for (Eigen::Index i = 0; i < m.position_m.size(); ++i) {  // the laboratory is no larger
       const double x = m.position_m.data()[i];
       ASSERT_TRUE(std::isnan(x) || std::abs(x) < 6.0) << e.file << ' ' << i;

@@ -41,10 +41,6 @@ C3dBytes whole(C3dProcessor processor, bool real) {
   c.texts_of(1, "UNITS", {"mm"}, 4);
   c.words_of(2, "USED", {3});
   c.reals_of(2, "RATE", {100.0});
-  c.reals_of(2, "GEN_SCALE", {0.25});
-  c.reals_of(2, "SCALE", {1.0, -2.0, 4.0});
-  c.words_of(2, "OFFSET", {0, 1, 0xFFFF});
-  c.texts_of(2, "LABELS", {"FX", "FY", "FZ"}, 4);
   add_data(c);
   return c;
 }
@@ -58,9 +54,7 @@ TEST(C3d, EveryProcessorWholeAndReal) {
       const Markers m = read(whole(processor, real));
       EXPECT_EQ(m.name, "t.c3d");
       EXPECT_EQ(m.labels, (std::vector<std::string>{"LKNE", "RKNE"}));
-      EXPECT_EQ(m.analog_labels, (std::vector<std::string>{"FX", "FY", "FZ"}));
       EXPECT_EQ(m.rate_hz, 50.0);
-      EXPECT_EQ(m.analog_rate_hz, 100.0);
       EXPECT_EQ(m.first_frame, 5);
       ASSERT_EQ(m.position_m.rows(), 6);
       ASSERT_EQ(m.frames(), 3);
@@ -74,11 +68,6 @@ TEST(C3d, EveryProcessorWholeAndReal) {
           }
         }
       }
-      ASSERT_EQ(m.analog.rows(), 3);
-      ASSERT_EQ(m.analog.cols(), 6);
-      EXPECT_EQ(m.analog(0, 0), 0.25 * 0.0);
-      EXPECT_EQ(m.analog(1, 1), 0.25 * -2.0 * (4.0 - 1.0));   // sample 1 of frame 5
-      EXPECT_EQ(m.analog(2, 4), 0.25 * 4.0 * (22.0 - -1.0));  // sample 0 of frame 7
     }
   }
 }
@@ -101,12 +90,9 @@ TEST(C3d, HeaderHoldsWhereParametersAreMissing) {
   add_data(c);
   const Markers m = read(c);
   EXPECT_EQ(m.labels, (std::vector<std::string>{"point 1", "point 2"}));
-  EXPECT_EQ(m.analog_labels.back(), "analog 3");
   EXPECT_EQ(m.rate_hz, 50.0);
-  EXPECT_EQ(m.analog_rate_hz, 100.0);
   EXPECT_EQ(m.frames(), 3);
   EXPECT_NEAR(m.position_m(5, 2), raw(2, 1, 2) * 0.5e-3, 1e-12);
-  EXPECT_EQ(m.analog(2, 5), 25.0);
 }
 
 TEST(C3d, ParametersHoldWhereTheHeaderDiffers) {
@@ -121,7 +107,6 @@ TEST(C3d, ParametersHoldWhereTheHeaderDiffers) {
   const Markers a = parse_c3d(bytes_of(honest), "t"), b = parse_c3d(bytes_of(lying), "t");
   ASSERT_EQ(a.frames(), b.frames());
   EXPECT_EQ(a.position_m.col(2), b.position_m.col(2));
-  EXPECT_EQ(a.analog, b.analog);
   EXPECT_EQ(a.rate_hz, b.rate_hz);
 }
 
@@ -141,18 +126,14 @@ TEST(C3d, DataAreFoundWhateverTheHeaderSays) {
   EXPECT_NEAR(read_with(2, 3, true), wanted, 1e-9);  // within the parameters
 }
 
-TEST(C3d, UnitsAndUnsignedAnalog) {
+TEST(C3d, Units) {
   for (const auto& [unit, metres] : {std::pair{"cm", 1e-2}, {"m", 1.0}, {"MM", 1e-3}, {"", 1e-3}}) {
     C3dBytes c;
     c.group(1, "POINT");
-    c.group(2, "ANALOG");
     c.texts_of(1, "UNITS", {unit}, 4);
-    c.texts_of(2, "FORMAT", {"UNSIGNED"}, 8);
-    c.words_of(2, "OFFSET", {0x8000, 0x8000, 0x8000});
     add_data(c);
     const Markers m = read(c);
     EXPECT_NEAR(m.position_m(0, 0), -52.5 * metres, 1e-12) << unit;
-    EXPECT_EQ(m.analog(1, 0), 1.0 - 32768.0);
   }
   C3dBytes c;
   c.group(1, "POINT");
@@ -177,7 +158,6 @@ TEST(C3d, MoreThan255Labels) {
   ASSERT_EQ(m.labels.size(), 300u);
   EXPECT_EQ(m.labels[254], "M254");
   EXPECT_EQ(m.labels[299], "M299");
-  EXPECT_EQ(m.analog.size(), 0);
 }
 
 // 70 000 frames: the words of the header and POINT:FRAMES cannot say so.

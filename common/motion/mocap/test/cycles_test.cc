@@ -61,14 +61,6 @@ TEST(Cycles, OfTheMadeUpWalkerStartAtTheLeftHeelStrike) {
   EXPECT_EQ(trials->trials[0].last_frame, trials->trials[1].first_frame);
 }
 
-TEST(Cycles, TheHeadingCanStay) {
-  CycleOptions options;
-  options.keep_heading = true;
-  const auto trials = cut_cycles(walk({.turn_rad_s = 0.5}), options);
-  ASSERT_TRUE(trials);
-  EXPECT_NEAR(trials->samples(2, 50) - trials->samples(2, 0), 0.5 * 0.55, 0.01);
-}
-
 TEST(Cycles, FramesAreCountedAsInTheFile) {
   BodyClip clip = walk({});
   const auto from_0 = cut_cycles(clip);
@@ -91,7 +83,7 @@ TEST(Cycles, SayWhyThereIsNone) {
   EXPECT_FALSE(cut_cycles(walk({.seconds = 2.0 / 120})));
 }
 
-TEST(Cycles, WholeClipsAndRangesForWhatDoesNotRepeat) {
+TEST(Cycles, WholeClipsForWhatDoesNotRepeat) {
   const BodyClip clip = walk({.seconds = 3.0});
   CycleOptions options;
   options.cut = CycleOptions::Cut::kWholeClip;
@@ -104,19 +96,6 @@ TEST(Cycles, WholeClipsAndRangesForWhatDoesNotRepeat) {
   EXPECT_EQ(whole->trials[0].last_frame, 359);
   EXPECT_EQ(whole->samples.cols(), 50);
   EXPECT_NEAR(whole->samples(3 * kLeftHip + 1, 25), clip.angles_rad(3 * kLeftHip + 1, 179), 0.02);
-
-  options.cut = CycleOptions::Cut::kRanges;
-  options.ranges = {{10, 70}, {60, 359}};
-  const auto ranges = cut_cycles(clip, options);
-  ASSERT_TRUE(ranges);
-  EXPECT_EQ(ranges->trials[1].first_frame, 60);
-  EXPECT_NEAR(ranges->trials[0].duration_s, 0.5, 1e-12);
-  for (const auto& bad : {std::pair{-1L, 20L}, {5L, 360L}, {20L, 20L}}) {
-    options.ranges = {bad};
-    EXPECT_THROW((void)cut_cycles(clip, options), ConfigError);
-  }
-  options.ranges = {};
-  EXPECT_THROW((void)cut_cycles(clip, options), ConfigError);
   options.samples = 1;
   EXPECT_THROW((void)cut_cycles(clip, options), ConfigError);
 }

@@ -67,7 +67,6 @@ TEST(RigidFit, RecoversAPoseAndIsNoReflection) {
   ASSERT_TRUE(fit);
   EXPECT_LT((fit->R_WB - R).norm(), 1e-12);
   EXPECT_LT((fit->p_WB - p).norm(), 1e-12);
-  EXPECT_LT(fit->rms_m, 1e-12);
   world(0, 3) = NAN;
   EXPECT_TRUE(fit_rigid(body, world));
   world(1, 2) = NAN;
@@ -81,10 +80,7 @@ TEST(GapFilling, AGroupPutsItsMarkerBack) {
   Markers m = whole;
   m.position_m.block(3, 20, 3, 90).setConstant(NAN);
   m.position_m.block(15, 0, 3, 40).setConstant(NAN);  // from the start on
-  const GapReport report = fill_gaps(m, std::array{kA, kB});
-  EXPECT_EQ(report.by_group, 130);
-  EXPECT_EQ(report.by_spline, 0);
-  EXPECT_EQ(report.left, 0);
+  fill_gaps(m, std::array{kA, kB});
   EXPECT_LT((m.position_m - whole.position_m).cwiseAbs().maxCoeff(), 1e-9);
 }
 
@@ -107,25 +103,18 @@ TEST(GapFilling, SplinesBridgeShortGapsOnly) {
   m.position_m.block(6, 50, 3, 60).setConstant(NAN);   // too long
   m.position_m.block(9, 190, 3, 10).setConstant(NAN);  // has no end
   m.position_m.bottomRows(3).setConstant(NAN);
-  const GapReport report = fill_gaps(m, {}, 0.3);
-  EXPECT_EQ(report.by_group, 0);
-  EXPECT_EQ(report.by_spline, 10);
-  EXPECT_EQ(report.left, 60 + 10 + 200);
-  ASSERT_EQ(report.notes.size(), 1u);
-  EXPECT_EQ(report.notes[0], "made.c3d: marker B4 is never seen");
+  fill_gaps(m, {}, 0.3);
+  EXPECT_EQ(m.position_m.array().isNaN().count(), 3 * (60 + 10 + 200));
   EXPECT_LT((m.position_m - whole.position_m).topRows(3).cwiseAbs().maxCoeff(), 1e-4);
   EXPECT_TRUE(std::isnan(m.position_m(6, 80)));
 }
 
-TEST(GapFilling, SaysWhichGroupHasNoGeometry) {
+TEST(GapFilling, LeavesAGroupWithoutGeometryToTheSplines) {
   Markers m = linked_segments(false, 0.0);
   m.position_m.block(0, 0, 3, 100).setConstant(NAN);
   m.position_m.block(3, 100, 3, 100).setConstant(NAN);
-  const GapReport report = fill_gaps(m, std::array{kA});
-  ASSERT_EQ(report.notes.size(), 1u);
-  EXPECT_NE(report.notes[0].find("group A: its markers are never seen all together"),
-            std::string::npos);
-  EXPECT_EQ(report.left, 200);
+  fill_gaps(m, std::array{kA});
+  EXPECT_EQ(m.position_m.array().isNaN().count(), 3 * 200);
 }
 
 }  // namespace

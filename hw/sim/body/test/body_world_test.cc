@@ -4,6 +4,7 @@
 
 #include <filesystem>
 
+#include "common/robot/testing/momentum.h"
 #include "common/shared_data.h"
 #include "hw/sim/body/test/bodies.h"
 
@@ -54,7 +55,6 @@ TEST_P(Plants, ZmpOfContactsIsThatOfMomenta) {
   BodyWorld world(robot.biped, robot.urdf, {.plant = GetParam()});
   stand(world, robot, 0.5);
   world.push({.at_s = 0.5, .impulse_W_ns = {5.0, 0.0, 0.0}});
-  robot::Dynamics dynamics(robot.biped.tree);
   robot::RobotMotion motion(robot.biped.tree.dof());
   const double mass = robot.biped.tree.mass_kg();
   robot::Momentum before{Vector3d::Zero(), Vector3d::Zero(), Vector3d::Zero()};
@@ -74,7 +74,7 @@ TEST_P(Plants, ZmpOfContactsIsThatOfMomenta) {
     const Eigen::AngleAxisd turn(X_WB_now.linear() * X_WB.linear().transpose());
     motion.omega_W = turn.angle() * turn.axis() / kTick_s;
     motion.X_WB.translation() = 0.5 * (X_WB_now.translation() + X_WB.translation());
-    const robot::Momentum now = dynamics.momentum(motion);
+    const robot::Momentum now = robot::momentum(robot.biped.tree, motion);
     if (world.time_s() > 0.65) {  // the push is over
       const Vector3d com = 0.5 * (now.com_W_m + before.com_W_m);
       const Vector3d force =

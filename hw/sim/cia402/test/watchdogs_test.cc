@@ -1,7 +1,7 @@
 // When a drive stops by itself, and what it needs to go on.
 #include <gtest/gtest.h>
 
-#include "hw/can/bus.h"
+#include "hw/can/testing/memory_wire.h"
 #include "hw/sim/cia402/drive.h"
 #include "hw/sim/cia402/test/one_drive.h"
 

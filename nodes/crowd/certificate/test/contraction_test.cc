@@ -73,6 +73,19 @@ TEST(Theorem6, BoundaryAt45Degrees) {  // shared/reference/crowd.md: z = .6, eta
   }
 }
 
+/// Least eigenvalue of (AB + BA)/2 that spectra of A and B in these ranges allow (0 < least <=
+/// most); attained by some pair of 2×2 matrices. With centres a, b and half ranges ζ, η:
+///   a b (1 − ζ)(1 − η)      if ζ + η <= 1,
+///   a b (1 − ζ² − η²)/2     otherwise; its sign is that of theorem 6.
+/// From (Au, Bu) >= min (p, q) over |p − u| <= ζ, |q − u| <= η, |u| = 1. The 45 degrees of
+/// [M18 B.3.1] give a b (1 − √(ζ² + η²)), which is larger except on the boundary.
+double least_anticommutator(double a_least, double a_most, double b_least, double b_most) {
+  const double centre = 0.25 * (a_least + a_most) * (b_least + b_most);
+  const double zeta = half_range(a_least / a_most), eta = half_range(b_least / b_most);
+  if (zeta + eta <= 1.0) return centre * (1.0 - zeta) * (1.0 - eta);
+  return 0.5 * centre * (1.0 - zeta * zeta - eta * eta);
+}
+
 TEST(Theorem6, BoundIsAttainedAndNeverPassedInThePlane) {
   for (const double z : {0.2, 0.5, 0.6, 0.9}) {
     for (const double eta : {0.1, 0.45, 0.79, 0.95}) {
@@ -97,6 +110,16 @@ MatrixXd random_spectrum(int n, double least, double most, std::mt19937& random)
   VectorXd d = VectorXd::NullaryExpr(n, [&] { return uniform(random); });
   d[0] = least, d[n - 1] = most;
   return q * d.asDiagonal() * q.transpose();
+}
+
+/// β > ((1 − α)/(1 + 3α))² or the same with both exchanged [M18 B.18, B.19]: between the weak
+/// condition and theorem 6.
+bool stronger_condition(double alpha, double beta) {
+  const auto between = [](double ratio, double other) {
+    const double root = (1.0 - ratio) / (1.0 + 3.0 * ratio);
+    return other > root * root;
+  };
+  return between(alpha, beta) || between(beta, alpha);
 }
 
 TEST(Theorem6, NoViolationInRandomPairs) {

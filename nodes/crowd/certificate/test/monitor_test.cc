@@ -70,7 +70,6 @@ TEST(RateFit, SeesGrowthAndLeavesOutNan) {
 TEST(Monitor, PutsMeasuredBesideGuaranteed) {
   Monitor monitor;
   EXPECT_FALSE(monitor.report().valid);
-  EXPECT_EQ(monitor.report().void_reason, "not certified");
   const Certificate certificate = certify(phase_rules(), 6, gait());
   const double rate = certificate.phase.guaranteed_1_s;
   EXPECT_NEAR(rate, 1.5, 1e-12);  // ring of six: lambda+ = 1
@@ -103,17 +102,13 @@ TEST(Monitor, SaysWhenARateIsBelowItsGuarantee) {
   EXPECT_TRUE(monitor.report().phase.broken());
 }
 
-TEST(Monitor, ChangeOfTopologyVoidsUntilCertifiedAnew) {
+TEST(Monitor, MeasuresAnewWhenCertifiedAnew) {
   Monitor monitor;
   monitor.certify(certify(phase_rules(), 6, gait()));
   for (int i = 0; i < 400; ++i) monitor.step(0.01 * i, {.dispersion = 2e-2 * std::exp(-0.02 * i)});
-  monitor.void_by("agent 3 left");
-  EXPECT_FALSE(monitor.report().valid);
-  EXPECT_EQ(monitor.report().void_reason, "agent 3 left");
   monitor.certify(certify(phase_rules(), 5, gait()));
   const MonitorReport report = monitor.report();
   EXPECT_TRUE(report.valid);
-  EXPECT_TRUE(report.void_reason.empty());
   EXPECT_FALSE(report.phase.measured_1_s);  // of the group as it is: nothing yet
   EXPECT_GT(report.phase.guaranteed_1_s, 1.5);
 }

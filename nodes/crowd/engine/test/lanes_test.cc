@@ -8,10 +8,10 @@
 #include <random>
 #include <vector>
 
-#include "common/dmp/navigation.h"
 #include "common/math/circle.h"
 #include "nodes/crowd/engine/contact.h"
 #include "nodes/crowd/engine/steer.h"
+#include "nodes/crowd/engine/testing/navigation.h"
 #include "nodes/crowd/engine/walk_rows.h"
 
 namespace mimesis::crowd {
@@ -38,24 +38,24 @@ TEST(Steer, SumsTheTermsOfTheNavigationDynamics) {
   std::uniform_real_distribution<double> place(-6.0, 6.0), heading(-4.0, 4.0), speed(0.0, 1.6);
   const auto around = std::make_unique<Surroundings>();
   for (int trial = 0; trial < 2000; ++trial) {
-    dmp::NavigationParams p;
+    NavigationParams p;
     p.avoid_1_s = speed(random);
     p.sigma_angle_rad = 0.3 + speed(random);
     p.sigma_distance_m = 0.3 + speed(random);
     p.horizon_s = 1.0 + speed(random);
     p.keep_right_rad = 0.2 * speed(random);
-    const dmp::Pedestrian self{{place(random), place(random)}, heading(random), speed(random)};
+    const Pedestrian self{{place(random), place(random)}, heading(random), speed(random)};
     const double reach = 5.0;
     around->count = 0;
     double sum = 0.0;
-    const auto meet = [&](const dmp::Pedestrian& other) {
+    const auto meet = [&](const Pedestrian& other) {
       const double c = std::cos(other.heading_rad), s = std::sin(other.heading_rad);
       around->add(other.position_W_m.x(), other.position_W_m.y(),
                   static_cast<float>(other.speed_m_s * c), static_cast<float>(other.speed_m_s * s));
       const double d = (other.position_W_m - self.position_W_m).norm();
       if (d > reach || d == 0.0) return;
-      sum += p.avoid_1_s * dmp::avoidance_term(self, other, p) +
-             p.predict_1_s * dmp::prediction_term(self, other, p);
+      sum += p.avoid_1_s * avoidance_term(self, other, p) +
+             p.predict_1_s * prediction_term(self, other, p);
     };
     const int others = trial % 40;
     for (int i = 0; i < others; ++i) {

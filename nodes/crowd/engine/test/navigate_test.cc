@@ -10,6 +10,7 @@
 #include "common/parallel/team.h"
 #include "common/testing/no_malloc.h"
 #include "nodes/crowd/engine/test/walkers.h"
+#include "nodes/crowd/engine/testing/navigation.h"
 
 namespace mimesis::crowd {
 namespace {
@@ -25,11 +26,10 @@ TEST(Navigate, SaysWhatAvoidanceAddedToAHeading) {
   crowd.add(1, std::vector<Agent>{walker(3, {50.0, 0.0}, {60.0, 0.0})});
   EXPECT_TRUE(std::isnan(crowd.avoidance_rad_s(0)));
   crowd.step();
-  const dmp::NavigationParams p{};
-  const dmp::Pedestrian from{{0.0, 0.0}, 0.0, 0.0};
-  const dmp::Pedestrian to{
-      {1.0, 0.4}, other.state.heading_rad, 0.0};  // both stand at the beginning
-  EXPECT_NEAR(crowd.avoidance_rad_s(0), p.avoid_1_s * dmp::avoidance_term(from, to, p), 1e-3);
+  const NavigationParams p{};
+  const Pedestrian from{{0.0, 0.0}, 0.0, 0.0};
+  const Pedestrian to{{1.0, 0.4}, other.state.heading_rad, 0.0};  // both stand at the beginning
+  EXPECT_NEAR(crowd.avoidance_rad_s(0), p.avoid_1_s * avoidance_term(from, to, p), 1e-3);
   EXPECT_LT(crowd.avoidance_rad_s(0), -0.1);
   EXPECT_EQ(crowd.avoidance_rad_s(2), 0.0);
   crowd.remove(2);
@@ -45,9 +45,9 @@ TEST(Navigate, APillarTurnsAsAnAgentJustBehindItsSurfaceWould) {
   crowd.step();
   const Eigen::Vector2d n = pillar.position_W_m.normalized();
   const double surface = pillar.position_W_m.norm() - pillar.radius_m;
-  const dmp::NavigationParams p{};
-  const dmp::Pedestrian from{{0.0, 0.0}, 0.0, 0.0}, felt{(surface + 0.3) * n, 0.0, 0.0};
-  EXPECT_NEAR(crowd.avoidance_rad_s(0), p.avoid_1_s * dmp::avoidance_term(from, felt, p), 1e-3);
+  const NavigationParams p{};
+  const Pedestrian from{{0.0, 0.0}, 0.0, 0.0}, felt{(surface + 0.3) * n, 0.0, 0.0};
+  EXPECT_NEAR(crowd.avoidance_rad_s(0), p.avoid_1_s * avoidance_term(from, felt, p), 1e-3);
   EXPECT_LT(crowd.avoidance_rad_s(0), -0.1);
 }
 

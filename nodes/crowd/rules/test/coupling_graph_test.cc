@@ -120,18 +120,5 @@ TEST(CouplingGraph, RefusesWhatIsNoGraph) {
   EXPECT_THROW((void)CouplingGraph::make(Topology::weighted, 3), ConfigError);
 }
 
-TEST(Topology, HasANameAndComesBackFromIt) {
-  for (const Topology topology : kNamed) EXPECT_EQ(topology_from(to_string(topology)), topology);
-  try {
-    (void)topology_from("rings");
-    FAIL();
-  } catch (const ConfigError& e) {
-    EXPECT_STREQ(e.what(),
-                 "no coupling graph 'rings'; there are: none, chain, ring, star, wheel, "
-                 "all_to_all");
-  }
-  EXPECT_THROW((void)topology_from("weighted"), ConfigError);
-}
-
 }  // namespace
 }  // namespace mimesis::crowd

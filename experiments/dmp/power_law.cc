@@ -1,4 +1,4 @@
-#include "common/dmp/power_law.h"
+#include "experiments/dmp/power_law.h"
 
 #include <Eigen/Dense>
 #include <algorithm>

@@ -1,10 +1,10 @@
-#include "common/dmp/navigation.h"
+#include "nodes/crowd/engine/testing/navigation.h"
 
 #include <cmath>
 
 #include "common/math/circle.h"
 
-namespace mimesis::dmp {
+namespace mimesis::crowd {
 namespace {
 
 double direction(const Eigen::Vector2d& v) { return std::atan2(v.y(), v.x()); }
@@ -54,9 +54,9 @@ double prediction_term(const Pedestrian& self, const Pedestrian& other, const Na
          std::exp(-c.time_s / p.horizon_s);
 }
 
-double heading_rate(const Pedestrian& self, const Eigen::Vector2d& goal,
+double heading_rate(const Pedestrian& self, const Eigen::Vector2d& goal, double goal_1_s,
                     std::span<const Pedestrian> others, const NavigationParams& p) {
-  double rate = p.goal_1_s * goal_term(self, goal);
+  double rate = goal_1_s * goal_term(self, goal);
   for (const Pedestrian& other : others) {
     rate += p.avoid_1_s * avoidance_term(self, other, p) +
             p.predict_1_s * prediction_term(self, other, p);
@@ -64,4 +64,4 @@ double heading_rate(const Pedestrian& self, const Eigen::Vector2d& goal,
   return rate;
 }
 
-}  // namespace mimesis::dmp
+}  // namespace mimesis::crowd

@@ -1,4 +1,4 @@
-#include "common/dmp/navigation.h"
+#include "nodes/crowd/engine/testing/navigation.h"
 
 #include <gtest/gtest.h>
 
@@ -10,7 +10,7 @@
 
 #include "common/testing/no_malloc.h"
 
-namespace mimesis::dmp {
+namespace mimesis::crowd {
 namespace {
 
 using Eigen::Vector2d;
@@ -91,7 +91,7 @@ struct Scene {
         for (const Pedestrian& o : pillars) {
           closest = std::min(closest, (walkers[i].position_W_m - o.position_W_m).norm());
         }
-        rate[i] = heading_rate(walkers[i], goals[i], others);
+        rate[i] = heading_rate(walkers[i], goals[i], 1.0, others);
       }
       for (std::size_t i = 0; i < walkers.size(); ++i) {
         Pedestrian& w = walkers[i];
@@ -147,8 +147,8 @@ TEST(Navigation, DoesNotAllocate) {
   const std::vector<Pedestrian> others(10, Pedestrian{{1, 1}, 2.0, 1.0});
   const Pedestrian self{{0, 0}, 0.0, 1.0};
   const mimesis::testing::NoMalloc guard;
-  EXPECT_TRUE(std::isfinite(heading_rate(self, {5, 5}, others)));
+  EXPECT_TRUE(std::isfinite(heading_rate(self, {5, 5}, 1.0, others)));
 }
 
 }  // namespace
-}  // namespace mimesis::dmp
+}  // namespace mimesis::crowd

@@ -2,27 +2,17 @@
 #include <Eigen/Core>
 #include <span>
 
-namespace mimesis::dmp {
+#include "nodes/crowd/rules/rules.h"
+
+// The heading dynamics as the equations are printed, one pair of walkers at a time: what the
+// engine's sums over lanes are compared with.
+namespace mimesis::crowd {
 
 /// A moving character, or an obstacle with speed zero. W: world, z up.
 struct Pedestrian {
   Eigen::Vector2d position_W_m = Eigen::Vector2d::Zero();
   double heading_rad = 0.0;  ///< φ, + to the left
   double speed_m_s = 0.0;
-};
-
-/// Constants of the heading dynamics. Angles are wrapped before they enter.
-struct NavigationParams {
-  double goal_1_s = 1.0;          ///< strength of eq. 3.25
-  double avoid_1_s = 2.0;         ///< of eq. 3.26
-  double predict_1_s = 2.0;       ///< of eq. 3.27
-  double sigma_angle_rad = 0.6;   ///< σ_φ
-  double sigma_distance_m = 0.8;  ///< σ_d
-  /// Predicted collisions count less the further ahead they are: exp(−t/horizon).
-  double horizon_s = 3.0;
-  /// Two characters that meet head on are exactly between left and right, where the sines are zero.
-  /// So each adds this angle to the left to the other's direction, and passes on the right.
-  double keep_right_rad = 0.1;
 };
 
 /// Closest approach of two walkers who go straight on.
@@ -42,8 +32,9 @@ double avoidance_term(const Pedestrian& self, const Pedestrian& other, const Nav
 /// would pass: so it acts early, and not where they would miss each other anyway.
 double prediction_term(const Pedestrian& self, const Pedestrian& other, const NavigationParams& p);
 
-/// dφ/dt [rad/s, M18 eq. 3.24]. `others` may contain obstacles. O(others), does not allocate.
-double heading_rate(const Pedestrian& self, const Eigen::Vector2d& goal_W_m,
+/// dφ/dt [rad/s, M18 eq. 3.24] with `goal_1_s` as the strength of eq. 3.25. `others` may contain
+/// obstacles. O(others), does not allocate.
+double heading_rate(const Pedestrian& self, const Eigen::Vector2d& goal_W_m, double goal_1_s,
                     std::span<const Pedestrian> others, const NavigationParams& p = {});
 
-}  // namespace mimesis::dmp
+}  // namespace mimesis::crowd

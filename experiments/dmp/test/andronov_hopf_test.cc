@@ -1,4 +1,4 @@
-#include "common/dmp/andronov_hopf.h"
+#include "experiments/dmp/andronov_hopf.h"
 
 #include <gtest/gtest.h>
 
