@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "tools/mimesis/log/field_text.h"
-#include "tools/mimesis/log/verb_options.h"
+#include "tools/mimesis/log/open_log.h"
 
 namespace mimesis::tool {
 

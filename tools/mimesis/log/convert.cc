@@ -2,10 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <CLI/App.hpp>
-#include <CLI/Config.hpp>
-#include <CLI/Formatter.hpp>
-#include <CLI/Validators.hpp>
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
@@ -13,7 +9,6 @@
 #include <iostream>
 #include <map>
 #include <memory>
-#include <nlohmann/json.hpp>
 #include <set>
 
 #include "common/error.h"
@@ -92,19 +87,19 @@ ConvertResult from_candump(const log::Source& source, const ConvertOptions& opti
     time_ns = (*line)->time_ns.value_or(time_ns);
     OutChannel& bus = buses[frame.bus()];
     if (bus.id == 0) {
-      bus.id = required(file.channel({.topic = "can/" + frame.bus(),
-                                      .message_encoding = "protobuf",
-                                      .metadata = {{"source", "candump"}}},
-                                     &schema));
+      bus.id = file.channel({.topic = "can/" + frame.bus(),
+                             .message_encoding = "protobuf",
+                             .metadata = {{"source", "candump"}}},
+                            &schema);
     }
     frame.mutable_header()->set_stamp_ns(time_ns);
     frame.mutable_header()->set_seq(++bus.sequence);
     const std::string payload = frame.SerializeAsString();
-    required(file.write({bus.id, bus.sequence, time_ns, time_ns, payload}));
+    file.write({bus.id, bus.sequence, time_ns, time_ns, payload});
     ++result.messages;
   });
   say_more(result.damages);
-  required(file.finish());
+  file.finish();
   return result;
 }
 
@@ -125,13 +120,12 @@ ConvertResult from_lcm(const log::Source& source, const ConvertOptions& options)
     }
     OutChannel& channel = channels[{name, fingerprint}];
     if (channel.id == 0) {
-      channel.id = required(file.channel({.topic = name,
-                                          .message_encoding = "lcm",
-                                          .metadata = {{"lcm_fingerprint", fingerprint}}},
-                                         nullptr));
+      channel.id = file.channel({.topic = name,
+                                 .message_encoding = "lcm",
+                                 .metadata = {{"lcm_fingerprint", fingerprint}}},
+                                nullptr);
     }
-    required(
-        file.write({channel.id, ++channel.sequence, event->time_ns, event->time_ns, event->data}));
+    file.write({channel.id, ++channel.sequence, event->time_ns, event->time_ns, event->data});
     ++result.messages;
   }
   for (const log::Damage& d : reader.damages()) {
@@ -139,7 +133,7 @@ ConvertResult from_lcm(const log::Source& source, const ConvertOptions& options)
   }
   say_more(result.damages);
   result.lost = reader.lost();
-  required(file.finish());
+  file.finish();
   return result;
 }
 
@@ -241,7 +235,11 @@ ConvertResult convert_log(const log::Source& source, const ConvertOptions& optio
                                                  : detect_kind(source, options.input);
   if (kind == LogKind::mcap) return to_candump(options);
   if (options.output == "-") throw ConfigError("-: MCAP needs a file");
-  return kind == LogKind::lcm ? from_lcm(source, options) : from_candump(source, options);
+  try {
+    return kind == LogKind::lcm ? from_lcm(source, options) : from_candump(source, options);
+  } catch (const NotWritten& failure) {
+    throw ConfigError(failure.reason);
+  }
 }
 
 void add_convert(CLI::App& verb, int& exit_code) {
