@@ -67,7 +67,7 @@ std::string with_changed(std::string bytes, log::Opcode opcode, Change change) {
 
 TEST(Check, AWholeLogIsWithoutFindings) {
   EXPECT_EQ(kinds(log_bytes(sample(), {.attachment = "x"})), Kinds{});
-  EXPECT_EQ(check(log_bytes(sample())).messages, 40u);
+  EXPECT_EQ(check(log_bytes(sample())).statistics.message_count, 40u);
 }
 
 TEST(Check, NumbersAndTimesOfChannels) {
