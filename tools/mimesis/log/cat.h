@@ -5,7 +5,7 @@
 #include <string_view>
 #include <vector>
 
-#include "tools/mimesis/log/field_text.h"
+#include "tools/mimesis/field_text.h"
 #include "tools/mimesis/log/open_log.h"
 
 namespace mimesis::tool {

@@ -15,7 +15,7 @@
 
 #include "common/error.h"
 #include "common/runtime/raw.h"
-#include "tools/mimesis/log/field_text.h"
+#include "tools/mimesis/field_text.h"
 #include "tools/mimesis/log/verb_options.h"
 #include "tools/mimesis/progress.h"
 

@@ -13,8 +13,8 @@
 #include <set>
 
 #include "common/image/image_file.h"
+#include "tools/mimesis/field_text.h"
 #include "tools/mimesis/log/field_columns.h"
-#include "tools/mimesis/log/field_text.h"
 #include "tools/mimesis/log/verb_options.h"
 
 namespace mimesis::tool {

@@ -7,7 +7,7 @@
 
 #include "common/error.h"
 #include "common/runtime/value_text.h"
-#include "tools/mimesis/log/field_text.h"
+#include "tools/mimesis/field_text.h"
 
 namespace mimesis::tool {
 namespace {

@@ -14,8 +14,8 @@
 
 #include "common/error.h"
 #include "common/plot/gnuplot.h"
+#include "tools/mimesis/field_text.h"
 #include "tools/mimesis/log/field_columns.h"
-#include "tools/mimesis/log/field_text.h"
 #include "tools/mimesis/log/verb_options.h"
 #include "tools/mimesis/message_json.h"
 

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "tools/mimesis/log/field_text.h"
+#include "tools/mimesis/field_text.h"
 
 namespace mimesis::tool {
 namespace {

@@ -1,4 +1,4 @@
-#include "tools/mimesis/log/field_text.h"
+#include "tools/mimesis/field_text.h"
 
 #include <fmt/format.h>
 #include <google/protobuf/descriptor.h>
@@ -161,8 +161,8 @@ void JsonText::scalar(const Message& m, const FieldDescriptor& f, int i) {
   });
 }
 
-void JsonText::value(const Message& m, const FieldDescriptor& f) {
-  if (!f.is_repeated()) return scalar(m, f, kWholeField);
+void JsonText::value(const Message& m, const FieldDescriptor& f, int index) {
+  if (!f.is_repeated() || index != kWholeField) return scalar(m, f, index);
   out_ += '[';
   const int size = m.GetReflection()->FieldSize(m, &f);
   for (int i = 0; i < size; ++i) {
@@ -196,8 +196,7 @@ void JsonText::field(const Message& message, const FieldPath& path) {
     const auto& [f, index] = path.steps_[k];
     const auto& r = *m->GetReflection();
     if (index != kWholeField && index >= r.FieldSize(*m, f)) return raw("null");
-    if (k + 1 == path.steps_.size())
-      return index == kWholeField ? value(*m, *f) : scalar(*m, *f, index);
+    if (k + 1 == path.steps_.size()) return value(*m, *f, index);
     m = index == kWholeField ? &r.GetMessage(*m, f) : &r.GetRepeatedMessage(*m, f, index);
   }
 }
