@@ -86,6 +86,15 @@ double field_number(const Message& m, const FieldDescriptor& f, int i) {
   });
 }
 
+const FieldDescriptor& field_named(const Descriptor& type, const std::string& name,
+                                   const std::string& where) {
+  if (const FieldDescriptor* f = type.FindFieldByName(name)) return *f;
+  std::vector<std::string> known;
+  for (int i = 0; i < type.field_count(); ++i) known.push_back(type.field(i)->name());
+  throw ConfigError(where + type.full_name() + " has no field '" + name + "'" +
+                    runtime::did_you_mean(name, known));
+}
+
 bool is_number(const FieldDescriptor& f) {
   return f.cpp_type() != FieldDescriptor::CPPTYPE_STRING &&
          f.cpp_type() != FieldDescriptor::CPPTYPE_MESSAGE;
@@ -215,13 +224,7 @@ FieldPath::FieldPath(const Descriptor& type, const std::string& path) : text_(pa
       throw ConfigError(path + ": " + steps_.back().field->name() + " of " + type.full_name() +
                         " has no fields");
     }
-    const FieldDescriptor* f = at->FindFieldByName(name);
-    if (f == nullptr) {
-      std::vector<std::string> known;
-      for (int i = 0; i < at->field_count(); ++i) known.push_back(at->field(i)->name());
-      throw ConfigError(at->full_name() + " has no field '" + name + "'" +
-                        runtime::did_you_mean(name, known));
-    }
+    const FieldDescriptor* f = &field_named(*at, name);
     int index = kWholeField;
     if (f->is_repeated() && start <= path.size()) {
       const auto number = runtime::to_int(word());

@@ -57,6 +57,11 @@ std::string field_text(const google::protobuf::Message& message,
 double field_number(const google::protobuf::Message& message,
                     const google::protobuf::FieldDescriptor& field, int index = kWholeField);
 
+/// Field of a type by its name. @throws ConfigError with a suggestion, behind `where`.
+const google::protobuf::FieldDescriptor& field_named(const google::protobuf::Descriptor& type,
+                                                     const std::string& name,
+                                                     const std::string& where = "");
+
 /// True if `field_number` has something to say.
 bool is_number(const google::protobuf::FieldDescriptor& field);
 

@@ -36,15 +36,7 @@ Json value(const Message& m, const FieldDescriptor& f, int index, bool words) {
 Json at_path(const Message& m, const std::string& path, bool words) {
   const std::size_t dot = path.find('.');
   const std::string name = path.substr(0, dot);
-  const FieldDescriptor* f = m.GetDescriptor()->FindFieldByName(name);
-  if (f == nullptr) {
-    std::vector<std::string> known;
-    for (int i = 0; i < m.GetDescriptor()->field_count(); ++i) {
-      known.push_back(m.GetDescriptor()->field(i)->name());
-    }
-    throw ConfigError(m.GetTypeName() + " has no field '" + name + "'" +
-                      runtime::did_you_mean(name, known));
-  }
+  const FieldDescriptor* f = &field_named(*m.GetDescriptor(), name);
   const bool optional = f->has_presence() && f->cpp_type() != FieldDescriptor::CPPTYPE_MESSAGE;
   if (optional && !m.GetReflection()->HasField(m, f)) return nullptr;
   if (dot == std::string::npos) return value(m, *f, kWholeField, words);

@@ -241,13 +241,9 @@ class CsvWriter {
   void find_columns() {
     result_.failures += scan("columns", false, [&](const Item& item) {
       TopicTable& table = tables_[index_of(item)];
-      const auto* message = decoder_.decode(item);
-      if (message == nullptr) {
-        ++result_.failures;
-        std::cerr << fmt::format("{}: the message at log time {} ns is not a valid {}\n",
-                                 table.topic, item.message->log_time, item.schema->name);
-        return;
-      }
+      const auto* message = decoder_.decode_or_tell(item);
+      result_.failures += message == nullptr ? 1 : 0;
+      if (message == nullptr) return;
       for (std::size_t q = 0; q < table.queries.size(); ++q) {
         table.queries[q].visit(*message, [&](const FieldColumns::Key& key, const auto&) {
           table.columns.try_emplace({q, key});

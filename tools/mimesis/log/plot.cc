@@ -98,12 +98,8 @@ class CurveReader {
   }
 
   bool take(const Item& item) {
-    const auto* message = decoder_.decode(item);
-    if (message == nullptr) {
-      std::cerr << fmt::format("{}: the message at log time {} ns is not a valid {}\n",
-                               item.channel->topic, item.message->log_time, item.schema->name);
-      return false;
-    }
+    const auto* message = decoder_.decode_or_tell(item);
+    if (message == nullptr) return false;
     const std::string node = sender_of(*item.channel);
     for (std::size_t q = 0; q < queries_.size(); ++q) {
       if (queries_[q].topic() != item.channel->topic) continue;
