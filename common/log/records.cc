@@ -39,42 +39,128 @@ void sized(std::string& out, Body body) {
   std::memcpy(out.data() + start, &bytes, sizeof bytes);
 }
 
-void append_strings(std::string& out, const std::map<std::string, std::string>& map) {
-  sized(out, [&] {
-    Encoder e(out);
-    for (const auto& [key, value] : map) {
-      e.string(key);
-      e.string(value);
-    }
-  });
-}
+// --- Values on the wire: integers, strings, maps and lists of pairs
 
-void append_numbers(std::string& out, const std::map<std::uint16_t, std::uint64_t>& map) {
-  sized(out, [&] {
-    Encoder e(out);
-    for (const auto& [key, value] : map) {
-      e.integer(key);
-      e.integer(value);
-    }
-  });
-}
-
-bool decode_strings(Decoder& d, std::map<std::string, std::string>& map) {
-  Decoder elements(d.string());
-  while (elements.left() > 0 && elements.ok()) {
-    std::string key(elements.string());
-    map.insert_or_assign(std::move(key), std::string(elements.string()));
+template <class T>
+void put(std::string& out, const T& value) {
+  if constexpr (requires {
+                  value.size();
+                  value.substr(0);
+                }) {
+    Encoder(out).string(value);
+  } else if constexpr (requires { value.begin(); }) {
+    sized(out, [&] {
+      for (const auto& [first, second] : value) {
+        put(out, first);
+        put(out, second);
+      }
+    });
+  } else {
+    Encoder(out).integer(value);
   }
-  return d.ok() && elements.ok();
 }
 
-bool decode_numbers(Decoder& d, std::map<std::uint16_t, std::uint64_t>& map) {
-  Decoder elements(d.string());
-  while (elements.left() > 0 && elements.ok()) {
-    const auto key = elements.integer<std::uint16_t>();
-    map.insert_or_assign(key, elements.integer<std::uint64_t>());
+/// False if the value does not end where it should.
+template <class T>
+bool take(Decoder& d, T& value) {
+  if constexpr (requires { value.substr(0); }) {
+    value = d.string();
+  } else if constexpr (requires { value.clear(); }) {
+    value.clear();
+    Decoder elements(d.string());
+    while (elements.left() > 0 && elements.ok()) {
+      typename T::key_type key;
+      take(elements, key);
+      take(elements, value[key]);
+    }
+    return elements.ok();
+  } else {
+    value = d.integer<T>();
   }
-  return d.ok() && elements.ok();
+  return true;
+}
+
+// --- Records: their fields in the order of the file
+
+template <class T>
+struct Layout;
+template <Opcode kCode, auto... kMembers>
+struct Fields {
+  static constexpr Opcode kOpcode = kCode;
+  template <class T>
+  static void append(std::string& out, const T& r) {
+    (put(out, r.*kMembers), ...);
+  }
+  template <class T>
+  static bool decode(Decoder& d, T& r) {
+    bool ok = true;
+    ((ok = take(d, r.*kMembers) && ok), ...);
+    return ok && d.ok();
+  }
+};
+template <>
+struct Layout<Header> : Fields<Opcode::header, &Header::profile, &Header::library> {};
+template <>
+struct Layout<Schema>
+    : Fields<Opcode::schema, &Schema::id, &Schema::name, &Schema::encoding, &Schema::data> {};
+template <>
+struct Layout<Channel> : Fields<Opcode::channel, &Channel::id, &Channel::schema_id, &Channel::topic,
+                                &Channel::message_encoding, &Channel::metadata> {};
+template <>
+struct Layout<Message> : Fields<Opcode::message, &Message::channel_id, &Message::sequence,
+                                &Message::log_time, &Message::publish_time> {};
+template <>
+struct Layout<Chunk>
+    : Fields<Opcode::chunk, &Chunk::message_start_time, &Chunk::message_end_time,
+             &Chunk::uncompressed_size, &Chunk::uncompressed_crc, &Chunk::compression> {};
+template <>
+struct Layout<MessageIndex>
+    : Fields<Opcode::message_index, &MessageIndex::channel_id, &MessageIndex::records> {};
+template <>
+struct Layout<ChunkIndex> : Fields<Opcode::chunk_index, &ChunkIndex::message_start_time,
+                                   &ChunkIndex::message_end_time, &ChunkIndex::chunk_start_offset,
+                                   &ChunkIndex::chunk_length, &ChunkIndex::message_index_offsets,
+                                   &ChunkIndex::message_index_length, &ChunkIndex::compression,
+                                   &ChunkIndex::compressed_size, &ChunkIndex::uncompressed_size> {};
+template <>
+struct Layout<Attachment>
+    : Fields<Opcode::attachment, &Attachment::log_time, &Attachment::create_time, &Attachment::name,
+             &Attachment::media_type> {};
+template <>
+struct Layout<AttachmentIndex>
+    : Fields<Opcode::attachment_index, &AttachmentIndex::offset, &AttachmentIndex::length,
+             &AttachmentIndex::log_time, &AttachmentIndex::create_time, &AttachmentIndex::data_size,
+             &AttachmentIndex::name, &AttachmentIndex::media_type> {};
+template <>
+struct Layout<Statistics>
+    : Fields<Opcode::statistics, &Statistics::message_count, &Statistics::schema_count,
+             &Statistics::channel_count, &Statistics::attachment_count, &Statistics::metadata_count,
+             &Statistics::chunk_count, &Statistics::message_start_time,
+             &Statistics::message_end_time, &Statistics::channel_message_counts> {};
+template <>
+struct Layout<Metadata> : Fields<Opcode::metadata, &Metadata::name, &Metadata::metadata> {};
+template <>
+struct Layout<MetadataIndex> : Fields<Opcode::metadata_index, &MetadataIndex::offset,
+                                      &MetadataIndex::length, &MetadataIndex::name> {};
+template <>
+struct Layout<SummaryOffset> : Fields<Opcode::summary_offset, &SummaryOffset::group_opcode,
+                                      &SummaryOffset::group_start, &SummaryOffset::group_length> {};
+template <>
+struct Layout<DataEnd> : Fields<Opcode::data_end, &DataEnd::data_section_crc> {};
+template <>
+struct Layout<Footer> : Fields<Opcode::footer, &Footer::summary_start,
+                               &Footer::summary_offset_start, &Footer::summary_crc> {};
+
+template <class T>
+void append_record(std::string& out, const T& r) {
+  const Frame frame(out, Layout<T>::kOpcode);
+  Layout<T>::append(out, r);
+}
+
+template <class T>
+bool decode_record(std::string_view content, T& r) {
+  Decoder d(content);
+  return Layout<T>::decode(d, r);
 }
 
 }  // namespace
@@ -90,31 +176,18 @@ void Statistics::count(std::uint64_t log_time) {
   ++message_count;
 }
 
-void append(std::string& out, const Header& r) {
-  const Frame frame(out, Opcode::header);
-  Encoder e(out);
-  e.string(r.profile);
-  e.string(r.library);
-}
-
-void append(std::string& out, const Schema& r) {
-  const Frame frame(out, Opcode::schema);
-  Encoder e(out);
-  e.integer(r.id);
-  e.string(r.name);
-  e.string(r.encoding);
-  e.string(r.data);
-}
-
-void append(std::string& out, const Channel& r) {
-  const Frame frame(out, Opcode::channel);
-  Encoder e(out);
-  e.integer(r.id);
-  e.integer(r.schema_id);
-  e.string(r.topic);
-  e.string(r.message_encoding);
-  append_strings(out, r.metadata);
-}
+void append(std::string& out, const Header& r) { append_record(out, r); }
+void append(std::string& out, const Schema& r) { append_record(out, r); }
+void append(std::string& out, const Channel& r) { append_record(out, r); }
+void append(std::string& out, const MessageIndex& r) { append_record(out, r); }
+void append(std::string& out, const ChunkIndex& r) { append_record(out, r); }
+void append(std::string& out, const AttachmentIndex& r) { append_record(out, r); }
+void append(std::string& out, const Statistics& r) { append_record(out, r); }
+void append(std::string& out, const Metadata& r) { append_record(out, r); }
+void append(std::string& out, const MetadataIndex& r) { append_record(out, r); }
+void append(std::string& out, const SummaryOffset& r) { append_record(out, r); }
+void append(std::string& out, const DataEnd& r) { append_record(out, r); }
+void append(std::string& out, const Footer& r) { append_record(out, r); }
 
 void append(std::string& out, const Message& r) {
   // The one that is written millions of times: its head in one piece.
@@ -136,155 +209,36 @@ void append(std::string& out, const Message& r) {
 
 void append_head(std::string& out, const Chunk& r) {
   const Frame frame(out, Opcode::chunk, r.records.size());
-  Encoder e(out);
-  e.integer(r.message_start_time);
-  e.integer(r.message_end_time);
-  e.integer(r.uncompressed_size);
-  e.integer(r.uncompressed_crc);
-  e.string(r.compression);
-  e.integer(std::uint64_t{r.records.size()});
-}
-
-void append(std::string& out, const MessageIndex& r) {
-  const Frame frame(out, Opcode::message_index);
-  Encoder e(out);
-  e.integer(r.channel_id);
-  sized(out, [&] {
-    for (const auto& [time, offset] : r.records) {
-      e.integer(time);
-      e.integer(offset);
-    }
-  });
-}
-
-void append(std::string& out, const ChunkIndex& r) {
-  const Frame frame(out, Opcode::chunk_index);
-  Encoder e(out);
-  e.integer(r.message_start_time);
-  e.integer(r.message_end_time);
-  e.integer(r.chunk_start_offset);
-  e.integer(r.chunk_length);
-  append_numbers(out, r.message_index_offsets);
-  e.integer(r.message_index_length);
-  e.string(r.compression);
-  e.integer(r.compressed_size);
-  e.integer(r.uncompressed_size);
+  Layout<Chunk>::append(out, r);
+  put(out, std::uint64_t{r.records.size()});
 }
 
 void append_head(std::string& out, const Attachment& r) {
   const Frame frame(out, Opcode::attachment, r.data.size() + sizeof r.crc);
-  Encoder e(out);
-  e.integer(r.log_time);
-  e.integer(r.create_time);
-  e.string(r.name);
-  e.string(r.media_type);
-  e.integer(std::uint64_t{r.data.size()});
+  Layout<Attachment>::append(out, r);
+  put(out, std::uint64_t{r.data.size()});
 }
 
-void append(std::string& out, const AttachmentIndex& r) {
-  const Frame frame(out, Opcode::attachment_index);
-  Encoder e(out);
-  e.integer(r.offset);
-  e.integer(r.length);
-  e.integer(r.log_time);
-  e.integer(r.create_time);
-  e.integer(r.data_size);
-  e.string(r.name);
-  e.string(r.media_type);
-}
-
-void append(std::string& out, const Statistics& r) {
-  const Frame frame(out, Opcode::statistics);
-  Encoder e(out);
-  e.integer(r.message_count);
-  e.integer(r.schema_count);
-  e.integer(r.channel_count);
-  e.integer(r.attachment_count);
-  e.integer(r.metadata_count);
-  e.integer(r.chunk_count);
-  e.integer(r.message_start_time);
-  e.integer(r.message_end_time);
-  append_numbers(out, r.channel_message_counts);
-}
-
-void append(std::string& out, const Metadata& r) {
-  const Frame frame(out, Opcode::metadata);
-  Encoder(out).string(r.name);
-  append_strings(out, r.metadata);
-}
-
-void append(std::string& out, const MetadataIndex& r) {
-  const Frame frame(out, Opcode::metadata_index);
-  Encoder e(out);
-  e.integer(r.offset);
-  e.integer(r.length);
-  e.string(r.name);
-}
-
-void append(std::string& out, const SummaryOffset& r) {
-  const Frame frame(out, Opcode::summary_offset);
-  Encoder e(out);
-  e.integer(r.group_opcode);
-  e.integer(r.group_start);
-  e.integer(r.group_length);
-}
-
-void append(std::string& out, const DataEnd& r) {
-  const Frame frame(out, Opcode::data_end);
-  Encoder(out).integer(r.data_section_crc);
-}
-
-void append(std::string& out, const Footer& r) {
-  const Frame frame(out, Opcode::footer);
-  Encoder e(out);
-  e.integer(r.summary_start);
-  e.integer(r.summary_offset_start);
-  e.integer(r.summary_crc);
-}
-
-bool decode(std::string_view content, Header& r) {
-  Decoder d(content);
-  r.profile = d.string();
-  r.library = d.string();
-  return d.ok();
-}
-
-bool decode(std::string_view content, Schema& r) {
-  Decoder d(content);
-  r.id = d.integer<std::uint16_t>();
-  r.name = d.string();
-  r.encoding = d.string();
-  r.data = d.string();
-  return d.ok();
-}
-
-bool decode(std::string_view content, Channel& r) {
-  Decoder d(content);
-  r.id = d.integer<std::uint16_t>();
-  r.schema_id = d.integer<std::uint16_t>();
-  r.topic = d.string();
-  r.message_encoding = d.string();
-  r.metadata.clear();
-  return decode_strings(d, r.metadata);
-}
+bool decode(std::string_view content, Header& r) { return decode_record(content, r); }
+bool decode(std::string_view content, Schema& r) { return decode_record(content, r); }
+bool decode(std::string_view content, Channel& r) { return decode_record(content, r); }
+bool decode(std::string_view content, ChunkIndex& r) { return decode_record(content, r); }
+bool decode(std::string_view content, AttachmentIndex& r) { return decode_record(content, r); }
+bool decode(std::string_view content, Statistics& r) { return decode_record(content, r); }
+bool decode(std::string_view content, Metadata& r) { return decode_record(content, r); }
+bool decode(std::string_view content, MetadataIndex& r) { return decode_record(content, r); }
+bool decode(std::string_view content, SummaryOffset& r) { return decode_record(content, r); }
 
 bool decode(std::string_view content, Message& r) {
   Decoder d(content);
-  r.channel_id = d.integer<std::uint16_t>();
-  r.sequence = d.integer<std::uint32_t>();
-  r.log_time = d.integer<std::uint64_t>();
-  r.publish_time = d.integer<std::uint64_t>();
+  const bool ok = Layout<Message>::decode(d, r);
   r.data = d.rest();
-  return d.ok();
+  return ok;
 }
 
 bool decode_head(std::string_view content, Chunk& r, std::uint64_t& size) {
   Decoder d(content);
-  r.message_start_time = d.integer<std::uint64_t>();
-  r.message_end_time = d.integer<std::uint64_t>();
-  r.uncompressed_size = d.integer<std::uint64_t>();
-  r.uncompressed_crc = d.integer<std::uint32_t>();
-  r.compression = d.string();
+  Layout<Chunk>::decode(d, r);
   size = d.integer<std::uint64_t>();
   r.records = d.rest();
   return d.ok();
@@ -297,27 +251,9 @@ bool decode(std::string_view content, Chunk& r) {
   return true;
 }
 
-bool decode(std::string_view content, ChunkIndex& r) {
-  Decoder d(content);
-  r.message_start_time = d.integer<std::uint64_t>();
-  r.message_end_time = d.integer<std::uint64_t>();
-  r.chunk_start_offset = d.integer<std::uint64_t>();
-  r.chunk_length = d.integer<std::uint64_t>();
-  r.message_index_offsets.clear();
-  const bool map_ok = decode_numbers(d, r.message_index_offsets);
-  r.message_index_length = d.integer<std::uint64_t>();
-  r.compression = d.string();
-  r.compressed_size = d.integer<std::uint64_t>();
-  r.uncompressed_size = d.integer<std::uint64_t>();
-  return map_ok && d.ok();
-}
-
 bool decode(std::string_view content, Attachment& r) {
   Decoder d(content);
-  r.log_time = d.integer<std::uint64_t>();
-  r.create_time = d.integer<std::uint64_t>();
-  r.name = d.string();
-  r.media_type = d.string();
+  Layout<Attachment>::decode(d, r);
   r.data = d.raw(d.integer<std::uint64_t>());
   const std::size_t covered = content.size() - d.left();
   r.crc = d.integer<std::uint32_t>();
@@ -326,67 +262,12 @@ bool decode(std::string_view content, Attachment& r) {
   return true;
 }
 
-bool decode(std::string_view content, AttachmentIndex& r) {
-  Decoder d(content);
-  r.offset = d.integer<std::uint64_t>();
-  r.length = d.integer<std::uint64_t>();
-  r.log_time = d.integer<std::uint64_t>();
-  r.create_time = d.integer<std::uint64_t>();
-  r.data_size = d.integer<std::uint64_t>();
-  r.name = d.string();
-  r.media_type = d.string();
-  return d.ok();
-}
-
-bool decode(std::string_view content, Statistics& r) {
-  Decoder d(content);
-  r.message_count = d.integer<std::uint64_t>();
-  r.schema_count = d.integer<std::uint16_t>();
-  r.channel_count = d.integer<std::uint32_t>();
-  r.attachment_count = d.integer<std::uint32_t>();
-  r.metadata_count = d.integer<std::uint32_t>();
-  r.chunk_count = d.integer<std::uint32_t>();
-  r.message_start_time = d.integer<std::uint64_t>();
-  r.message_end_time = d.integer<std::uint64_t>();
-  r.channel_message_counts.clear();
-  return decode_numbers(d, r.channel_message_counts);
-}
-
-bool decode(std::string_view content, Metadata& r) {
-  Decoder d(content);
-  r.name = d.string();
-  r.metadata.clear();
-  return decode_strings(d, r.metadata);
-}
-
-bool decode(std::string_view content, MetadataIndex& r) {
-  Decoder d(content);
-  r.offset = d.integer<std::uint64_t>();
-  r.length = d.integer<std::uint64_t>();
-  r.name = d.string();
-  return d.ok();
-}
-
-bool decode(std::string_view content, SummaryOffset& r) {
-  Decoder d(content);
-  r.group_opcode = d.integer<Opcode>();
-  r.group_start = d.integer<std::uint64_t>();
-  r.group_length = d.integer<std::uint64_t>();
-  return d.ok();
-}
-
 bool decode(std::string_view content, DataEnd& r) {
-  Decoder d(content);
-  r.data_section_crc = d.integer<std::uint32_t>();
-  return d.ok() && d.left() == 0;
+  return decode_record(content, r) && content.size() == sizeof r.data_section_crc;
 }
 
 bool decode(std::string_view content, Footer& r) {
-  Decoder d(content);
-  r.summary_start = d.integer<std::uint64_t>();
-  r.summary_offset_start = d.integer<std::uint64_t>();
-  r.summary_crc = d.integer<std::uint32_t>();
-  return d.ok() && d.left() == 0;
+  return decode_record(content, r) && content.size() == 8 + 8 + 4;
 }
 
 std::string_view name(Opcode opcode) {

@@ -7,16 +7,11 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include <CLI/App.hpp>
-#include <CLI/Config.hpp>
-#include <CLI/Formatter.hpp>
-#include <CLI/Validators.hpp>
 #include <cerrno>
 #include <cstring>
 #include <iostream>
 #include <map>
 #include <memory>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <set>
 #include <unordered_map>
@@ -24,6 +19,7 @@
 #include "common/error.h"
 #include "common/runtime/value_text.h"
 #include "tools/mimesis/log/field_columns.h"
+#include "tools/mimesis/log/verb_options.h"
 #include "tools/mimesis/number_check.h"
 
 namespace mimesis::tool {

@@ -5,8 +5,8 @@
 #include <string_view>
 #include <vector>
 
-#include "tools/mimesis/log/field_text.h"
-#include "tools/mimesis/log/verb_options.h"
+#include "tools/mimesis/field_text.h"
+#include "tools/mimesis/log/open_log.h"
 
 namespace mimesis::tool {
 

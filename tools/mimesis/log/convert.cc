@@ -2,41 +2,209 @@
 
 #include <fmt/format.h>
 
-#include <CLI/App.hpp>
-#include <CLI/Config.hpp>
-#include <CLI/Formatter.hpp>
-#include <CLI/Validators.hpp>
 #include <algorithm>
 #include <cerrno>
+#include <charconv>
 #include <cstring>
 #include <fstream>
 #include <iostream>
 #include <map>
 #include <memory>
-#include <nlohmann/json.hpp>
 #include <set>
+#include <span>
 
 #include "common/error.h"
 #include "common/runtime/raw.h"
-#include "tools/mimesis/log/convert_lcm.h"
-#include "tools/mimesis/log/new_log.h"
-#include "tools/mimesis/log/open_log.h"
+#include "tools/mimesis/field_text.h"
 #include "tools/mimesis/log/verb_options.h"
 #include "tools/mimesis/progress.h"
 
 namespace mimesis::tool {
 namespace {
 
+// --- Lines of can-utils
+
+constexpr std::uint32_t kErrorFlag = 0x20000000;  // as in linux/can.h
+constexpr std::uint32_t kErrorMask = 0x1fffffff;
+constexpr std::size_t kLongestBus = 15;  // as the kernel has it
+constexpr std::size_t kClassicLength = 8, kFdLength = 64;
+constexpr std::uint64_t kNanosecondsPerSecond = 1'000'000'000;
+
+/// The line has no frame.
+template <class... Args>
+[[noreturn]] void no_frame(fmt::format_string<Args...> reason, Args&&... args) {
+  throw Status{fmt::format(reason, std::forward<Args>(args)...)};
+}
+
+std::vector<std::string_view> line_words(std::string_view line) {
+  std::vector<std::string_view> words;
+  while (true) {
+    const std::size_t from = line.find_first_not_of(" \t\r");
+    if (from == line.npos) return words;
+    const std::size_t to = std::min(line.find_first_of(" \t\r", from), line.size());
+    words.push_back(line.substr(from, to - from));
+    line.remove_prefix(to);
+  }
+}
+
+/// The whole text as a number; nothing if it is none.
+template <class Integer>
+std::optional<Integer> whole_number(std::string_view text, int base = 10) {
+  Integer value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value, base);
+  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
+  return value;
+}
+std::optional<std::uint32_t> hex_number(std::string_view text) {
+  return whole_number<std::uint32_t>(text, 16);
+}
+
+/// "2A366C" or "2A.36.6C"
+std::optional<std::string> hex_bytes(std::string_view text) {
+  std::string bytes;
+  for (std::size_t i = 0; i < text.size();) {
+    if (text[i] == '.' && i > 0) {
+      ++i;
+      continue;
+    }
+    const auto byte = hex_number(text.substr(i, 2));
+    if (!byte || i + 1 >= text.size()) return std::nullopt;
+    bytes += static_cast<char>(*byte);
+    i += 2;
+  }
+  return bytes;
+}
+
+/// "(1436509052.249713)"
+std::optional<std::uint64_t> candump_time(std::string_view word) {
+  if (!word.starts_with('(') || !word.ends_with(')')) return std::nullopt;
+  word = word.substr(1, word.size() - 2);
+  const std::size_t dot = word.find('.');
+  if (dot == word.npos || word.size() - dot - 1 > 9 || dot == word.size() - 1) return std::nullopt;
+  std::string fraction(word.substr(dot + 1));
+  fraction.resize(9, '0');
+  const auto seconds = whole_number<std::uint64_t>(word.substr(0, dot));
+  const auto nanoseconds = whole_number<std::uint64_t>(fraction);
+  const std::uint64_t most = std::numeric_limits<std::uint64_t>::max() / kNanosecondsPerSecond - 1;
+  if (!seconds || !nanoseconds || *seconds > most) return std::nullopt;
+  return *seconds * kNanosecondsPerSecond + *nanoseconds;
+}
+
+/// Three digits: 11 bits; eight: 29 bits, or an error frame.
+void set_id(std::string_view text, v1::CanFrame& frame) {
+  const auto id = hex_number(text);
+  const std::uint32_t most = text.size() == 3 ? 0x7ff : kErrorMask | kErrorFlag;
+  if (!id || (text.size() != 3 && text.size() != 8) || *id > most) {
+    no_frame("'{}' is no identifier: expected 3 or 8 hexadecimal digits", text);
+  }
+  frame.set_error((*id & kErrorFlag) != 0);
+  frame.set_extended(text.size() == 8 && !frame.error());
+  frame.set_id(*id & kErrorMask);
+}
+
+/// What stands behind "#" of a classic frame: data and "_E" for a raw length code, or "R4".
+void set_classic(std::string_view text, v1::CanFrame& frame) {
+  const std::size_t underscore = text.find('_');
+  if (underscore != text.npos) {
+    const auto code = hex_number(text.substr(underscore + 1));
+    if (!code || *code < 9 || *code > 15) {
+      no_frame("'{}': expected a length code of 9 to F behind the _", text);
+    }
+    frame.set_raw_length(*code);
+    text = text.substr(0, underscore);
+  }
+  if (text.starts_with('R') || text.starts_with('r')) {
+    const auto length = text.size() == 1 ? 0 : hex_number(text.substr(1));
+    if (!length || *length > kClassicLength) {
+      no_frame("'{}': expected a length of 0 to 8 behind the R", text);
+    }
+    frame.set_remote(true);
+    return frame.set_remote_length(*length);
+  }
+  const auto data = hex_bytes(text);
+  if (!data || data->size() > kClassicLength) {
+    no_frame("'{}' is no data: expected up to 8 bytes of two digits", text);
+  }
+  frame.set_data(*data);
+}
+
+/// "044#2A366C2BBA"
+void set_frame(std::string_view text, v1::CanFrame& frame) {
+  const std::size_t sharp = text.find('#');
+  if (sharp == text.npos) no_frame("'{}': expected ID#DATA", text);
+  set_id(text.substr(0, sharp), frame);
+  text.remove_prefix(sharp + 1);
+  if (!text.starts_with('#')) return set_classic(text, frame);
+  const auto flags = hex_number(text.substr(1, 1));
+  const auto data = hex_bytes(text.substr(std::min<std::size_t>(2, text.size())));
+  if (!flags || !data || data->size() > kFdLength) {
+    no_frame("'#{}': expected ##, a digit of flags and up to 64 bytes", text);
+  }
+  frame.set_fd(true);
+  frame.set_fd_flags(*flags);
+  frame.set_data(*data);
+}
+
+/// "044   [5]  2A 36 6C 2B BA", from the word with the length on; two digits: CAN FD.
+void set_shown(std::span<const std::string_view> words, v1::CanFrame& frame) {
+  set_id(words[0], frame);
+  const std::string_view brackets = words[1].substr(1, words[1].size() - 2);
+  frame.set_fd(brackets.size() == 2);
+  const auto length = whole_number<std::uint32_t>(brackets);
+  if (!length || *length > (frame.fd() ? kFdLength : kClassicLength)) {
+    no_frame("'{}': expected the length in brackets", words[1]);
+  }
+  words = words.subspan(2);
+  if (!words.empty() && words[0] == "remote") {
+    frame.set_remote(true);
+    return frame.set_remote_length(*length);
+  }
+  std::string data;
+  for (const std::string_view word : words.first(std::min<std::size_t>(words.size(), *length))) {
+    const auto byte = word.size() == 2 ? hex_number(word) : std::nullopt;
+    if (!byte) no_frame("'{}' is no byte", word);
+    data += static_cast<char>(*byte);
+  }
+  if (data.size() != *length) {
+    no_frame("expected {} bytes of data, found {}", *length, data.size());
+  }
+  frame.set_data(data);
+}
+
+CandumpLine parse_words(std::span<const std::string_view> words) {
+  CandumpLine out;
+  if (words[0].starts_with('(')) {
+    out.time_ns = candump_time(words[0]);
+    if (!out.time_ns) {
+      no_frame("'{}' is no time: expected (SECONDS.MICROSECONDS)", words[0]);
+    }
+    words = words.subspan(1);
+  }
+  if (words.size() < 2) no_frame("expected (TIME) INTERFACE ID#DATA");
+  const std::string_view bus = words[0];
+  const bool is_name = bus.size() <= kLongestBus && std::ranges::all_of(bus, [](unsigned char c) {
+                         return c > ' ' && c < 0x7f;
+                       });
+  if (!is_name) no_frame("the name of the interface is none");
+  out.frame.set_bus(std::string(bus));
+  words = words.subspan(1);
+  const auto brackets = std::ranges::find_if(
+      words, [](auto w) { return w.size() > 2 && w.starts_with('[') && w.ends_with(']'); });
+  if (brackets != words.end() && brackets != words.begin()) {
+    set_shown(words.subspan(static_cast<std::size_t>(brackets - words.begin()) - 1), out.frame);
+  } else if (out.time_ns) {
+    set_frame(words[0], out.frame);
+  } else {
+    no_frame("expected (TIME) INTERFACE ID#DATA, or INTERFACE ID [LENGTH] DATA");
+  }
+  return out;
+}
+
+// --- Conversions
+
 constexpr std::size_t kShownDamages = 20;
 constexpr std::size_t kLongestLine = 4096;
 constexpr std::size_t kFingerprint = 8;  // bytes at the start of LCM data
-
-/// Failure to write is final, and the user's to mend.
-template <class T>
-T required(tl::expected<T, Status> result) {
-  if (!result) throw ConfigError(result.error().reason);
-  if constexpr (!std::is_void_v<T>) return std::move(*result);
-}
 
 OutputOptions output_of(const ConvertOptions& options) {
   return {.path = options.output, .force = options.force, .compression = options.compression};
@@ -53,11 +221,15 @@ template <class Take>
 void each_line(const log::Source& source, const Take& take) {
   log::Window window(source);
   std::uint64_t offset = 0, number = 1;
-  for (std::string_view ahead; !(ahead = required(window.view(offset, kLongestLine))).empty();) {
-    const std::size_t end = std::min(ahead.find('\n'), ahead.size());
-    take(number, ahead.substr(0, end));
-    if (end < ahead.size()) ++number;  // else the last line, or one that is too long
-    offset += end + (end < ahead.size() ? 1 : 0);
+  while (true) {
+    const auto ahead = window.view(offset, kLongestLine);
+    if (!ahead) throw ConfigError(ahead.error().reason);
+    if (ahead->empty()) return;
+    const std::size_t end = std::min(ahead->find('\n'), ahead->size());
+    const bool line_end = end < ahead->size();  // else the last line, or one that is too long
+    take(number, ahead->substr(0, end));
+    if (line_end) ++number;
+    offset += end + (line_end ? 1 : 0);
   }
 }
 
@@ -92,19 +264,19 @@ ConvertResult from_candump(const log::Source& source, const ConvertOptions& opti
     time_ns = (*line)->time_ns.value_or(time_ns);
     OutChannel& bus = buses[frame.bus()];
     if (bus.id == 0) {
-      bus.id = required(file.channel({.topic = "can/" + frame.bus(),
-                                      .message_encoding = "protobuf",
-                                      .metadata = {{"source", "candump"}}},
-                                     &schema));
+      bus.id = file.channel({.topic = "can/" + frame.bus(),
+                             .message_encoding = "protobuf",
+                             .metadata = {{"source", "candump"}}},
+                            &schema);
     }
     frame.mutable_header()->set_stamp_ns(time_ns);
     frame.mutable_header()->set_seq(++bus.sequence);
     const std::string payload = frame.SerializeAsString();
-    required(file.write({bus.id, bus.sequence, time_ns, time_ns, payload}));
+    file.write({bus.id, bus.sequence, time_ns, time_ns, payload});
     ++result.messages;
   });
   say_more(result.damages);
-  required(file.finish());
+  file.finish();
   return result;
 }
 
@@ -117,21 +289,16 @@ ConvertResult from_lcm(const log::Source& source, const ConvertOptions& options)
   while (const auto event = reader.next()) {
     progress.at(reader.position());
     const std::string name(event->channel);
-    std::string fingerprint;
-    if (event->data.size() >= kFingerprint) {
-      for (const char c : event->data.substr(0, kFingerprint)) {
-        fingerprint += fmt::format("{:02x}", static_cast<unsigned char>(c));
-      }
-    }
+    const std::string fingerprint =
+        event->data.size() < kFingerprint ? "" : hex(event->data, 0, kFingerprint, "");
     OutChannel& channel = channels[{name, fingerprint}];
     if (channel.id == 0) {
-      channel.id = required(file.channel({.topic = name,
-                                          .message_encoding = "lcm",
-                                          .metadata = {{"lcm_fingerprint", fingerprint}}},
-                                         nullptr));
+      channel.id = file.channel({.topic = name,
+                                 .message_encoding = "lcm",
+                                 .metadata = {{"lcm_fingerprint", fingerprint}}},
+                                nullptr);
     }
-    required(
-        file.write({channel.id, ++channel.sequence, event->time_ns, event->time_ns, event->data}));
+    file.write({channel.id, ++channel.sequence, event->time_ns, event->time_ns, event->data});
     ++result.messages;
   }
   for (const log::Damage& d : reader.damages()) {
@@ -139,7 +306,7 @@ ConvertResult from_lcm(const log::Source& source, const ConvertOptions& options)
   }
   say_more(result.damages);
   result.lost = reader.lost();
-  required(file.finish());
+  file.finish();
   return result;
 }
 
@@ -207,6 +374,36 @@ int convert_file(const ConvertOptions& options, bool json) {
 
 }  // namespace
 
+tl::expected<std::optional<CandumpLine>, Status> parse_candump(std::string_view line) {
+  const auto words = line_words(line);
+  if (words.empty() || line.starts_with('\t')) return std::nullopt;
+  try {
+    return parse_words(words);
+  } catch (const Status& status) {
+    return tl::unexpected(status);
+  }
+}
+
+std::string candump_line(std::uint64_t time_ns, const v1::CanFrame& frame) {
+  std::string out = fmt::format("({:010}.{:06}) {} ", time_ns / kNanosecondsPerSecond,
+                                time_ns % kNanosecondsPerSecond / 1000, frame.bus());
+  if (frame.error()) {
+    out += fmt::format("{:08X}", frame.id() | kErrorFlag);
+  } else {
+    out += frame.extended() ? fmt::format("{:08X}", frame.id()) : fmt::format("{:03X}", frame.id());
+  }
+  out += '#';
+  if (frame.fd()) out += fmt::format("#{:X}", frame.fd_flags() & 0xf);
+  if (frame.remote()) {
+    out += 'R';
+    if (frame.remote_length() > 0) out += fmt::format("{:X}", frame.remote_length());
+  } else {
+    for (const char c : frame.data()) out += fmt::format("{:02X}", static_cast<unsigned char>(c));
+  }
+  if (frame.raw_length() > 0) out += fmt::format("_{:X}", frame.raw_length());
+  return out;
+}
+
 LogKind detect_kind(const log::Source& source, const std::string& path) {
   struct Foreign {
     std::string_view start, says;
@@ -241,7 +438,11 @@ ConvertResult convert_log(const log::Source& source, const ConvertOptions& optio
                                                  : detect_kind(source, options.input);
   if (kind == LogKind::mcap) return to_candump(options);
   if (options.output == "-") throw ConfigError("-: MCAP needs a file");
-  return kind == LogKind::lcm ? from_lcm(source, options) : from_candump(source, options);
+  try {
+    return kind == LogKind::lcm ? from_lcm(source, options) : from_candump(source, options);
+  } catch (const NotWritten& failure) {
+    throw ConfigError(failure.reason);
+  }
 }
 
 void add_convert(CLI::App& verb, int& exit_code) {

@@ -3,16 +3,11 @@
 #include <fmt/format.h>
 #include <google/protobuf/descriptor.h>
 
-#include <CLI/App.hpp>
-#include <CLI/Config.hpp>
-#include <CLI/Formatter.hpp>
 #include <algorithm>
 #include <cmath>
 #include <deque>
 #include <iostream>
 #include <memory>
-#include <nlohmann/json.hpp>
-#include <set>
 
 #include "common/error.h"
 #include "common/runtime/own_topics.h"
@@ -39,52 +34,6 @@ std::string rule_path(const std::string& path) {
   for (std::size_t at; (at = out.find(".*")) != std::string::npos;) out.erase(at, 2);
   return out;
 }
-
-/// The fields that options name, by topic.
-class RuleReader {
- public:
-  RuleReader(const OpenLog& a, const OpenLog& b) {
-    for (const OpenLog* log : {&a, &b}) {
-      for (const OpenChannel& c : channels_of(*log)) {
-        topics_.insert(c.channel->topic);
-        const auto* type = c.schema == nullptr ? nullptr : decoder_.make(*c.schema);
-        if (type != nullptr) types_.emplace(c.channel->topic, type->GetDescriptor());
-      }
-    }
-  }
-
-  /// Calls `take(topic, path)` for what `text` names.
-  template <class Take>
-  void field(const std::string& text, const Take& take) {
-    if (text.starts_with(kEveryTopic)) return every_topic(text.substr(kEveryTopic.size()), take);
-    const FieldQuery query = parse_field_query(text, {topics_.begin(), topics_.end()});
-    if (query.path.empty()) throw ConfigError(text + ": expected TOPIC.FIELD; see also --exclude");
-    const auto [first, last] = types_.equal_range(query.topic);
-    for (auto type = first; type != last; ++type) FieldColumns(query).check(*type->second);
-    take(query.topic, rule_path(query.path));
-  }
-
- private:
-  template <class Take>
-  void every_topic(const std::string& path, const Take& take) {
-    bool found = false;
-    std::optional<ConfigError> why;
-    for (const auto& [topic, type] : types_) {
-      try {
-        FieldColumns({topic, path}).check(*type);
-        found = true;
-        take(topic, rule_path(path));
-      } catch (const ConfigError& error) {
-        why = error;
-      }
-    }
-    if (!found && why) throw ConfigError(*why);
-  }
-
-  LogDecoder decoder_;
-  std::set<std::string> topics_;
-  std::multimap<std::string, const google::protobuf::Descriptor*> types_;  ///< by topic
-};
 
 /// A message, or a copy of one that waits for its counterpart.
 struct HeldMessage {
@@ -124,7 +73,7 @@ class LogComparison {
     open(1, b);
   }
 
-  void run() {
+  std::vector<StreamDiff> run(std::uint64_t& damages) {
     const OpenLog& a = *sides_[0].log;
     Progress progress("diff", a.source->size());
     const log::Statistics& s = a.summary.statistics;
@@ -139,9 +88,9 @@ class LogComparison {
       take(from_b ? 1 : 0, *side.next);
       side.next = side.reader->next();
     }
-  }
-
-  std::vector<StreamDiff> result() {
+    for (const DiffSide& side : sides_) {
+      damages += report_damages(*side.log, side.reader->damages());
+    }
     std::vector<StreamDiff> all;
     for (auto& [key, stream] : streams_) {
       stream.diff.only_a += stream.waiting[0].size();
@@ -149,13 +98,6 @@ class LogComparison {
       if (stream.diff.a + stream.diff.b > 0) all.push_back(std::move(stream.diff));
     }
     return all;
-  }
-
-  std::uint64_t report() const {
-    std::uint64_t damages = 0;
-    for (const DiffSide& side : sides_)
-      damages += report_damages(*side.log, side.reader->damages());
-    return damages;
   }
 
  private:
@@ -242,22 +184,20 @@ class LogComparison {
 
 using Json = nlohmann::ordered_json;
 
-Json first_difference_json(const StreamDiff::First& first, const OpenLog& a) {
-  Json fields = Json::array();
-  for (const FieldDifference& f : first.difference.fields) {
-    fields.push_back({{"path", f.path}, {"a", f.a}, {"b", f.b}});
-  }
-  const std::uint64_t start = a.summary.statistics.message_start_time;
-  return {{"seq", first.sequence},
-          {"time_s", static_cast<double>(first.time_a_ns - start) * 1e-9},
-          {"log_time_a_ns", first.time_a_ns},
-          {"log_time_b_ns", first.time_b_ns},
-          {"fields", fields},
-          {"differing_fields", first.difference.count}};
-}
-
 Json stream_json(const StreamDiff& s, const OpenLog& a) {
-  Json worst = Json::array();
+  Json worst = Json::array(), fields = worst, first;
+  if (s.first) {
+    for (const FieldDifference& f : s.first->difference.fields) {
+      fields.push_back({{"path", f.path}, {"a", f.a}, {"b", f.b}});
+    }
+    const std::uint64_t start = a.summary.statistics.message_start_time;
+    first = {{"seq", s.first->sequence},
+             {"time_s", static_cast<double>(s.first->time_a_ns - start) * 1e-9},
+             {"log_time_a_ns", s.first->time_a_ns},
+             {"log_time_b_ns", s.first->time_b_ns},
+             {"fields", fields},
+             {"differing_fields", s.first->difference.count}};
+  }
   for (const auto& [field, w] : s.worst) {
     worst.push_back(
         {{"field", field},
@@ -266,18 +206,10 @@ Json stream_json(const StreamDiff& s, const OpenLog& a) {
          {"a", w.a},
          {"b", w.b}});
   }
-  return {{"topic", s.topic},
-          {"node", s.node},
-          {"type_a", s.type_a},
-          {"type_b", s.type_b},
-          {"messages_a", s.a},
-          {"messages_b", s.b},
-          {"equal", s.equal},
-          {"differing", s.differing},
-          {"only_a", s.only_a},
-          {"only_b", s.only_b},
-          {"first", s.first ? first_difference_json(*s.first, a) : Json(nullptr)},
-          {"worst", worst}};
+  return {{"topic", s.topic},   {"node", s.node},           {"type_a", s.type_a},
+          {"type_b", s.type_b}, {"messages_a", s.a},        {"messages_b", s.b},
+          {"equal", s.equal},   {"differing", s.differing}, {"only_a", s.only_a},
+          {"only_b", s.only_b}, {"first", first},           {"worst", worst}};
 }
 
 void print_stream(const StreamDiff& s, const OpenLog& a) {
@@ -347,8 +279,45 @@ int compare_files(const std::string& path_a, const std::string& path_b, const Di
 
 std::map<std::string, DiffRules> diff_rules(const DiffOptions& options, const OpenLog& a,
                                             const OpenLog& b) {
-  RuleReader reader(a, b);
-  std::map<std::string, DiffRules> rules;
+  std::map<std::string, DiffRules> rules;  // of every topic
+  std::multimap<std::string, const google::protobuf::Descriptor*> types;
+  std::vector<std::string> topics;
+  LogDecoder decoder;
+  for (const OpenLog* log : {&a, &b}) {
+    for (const OpenChannel& c : channels_of(*log)) {
+      const std::string& topic = c.channel->topic;
+      if (rules.try_emplace(topic, DiffRules{.tolerance = options.tolerance}).second) {
+        topics.push_back(topic);
+      }
+      const auto* type = c.schema == nullptr ? nullptr : decoder.make(*c.schema);
+      if (type != nullptr) types.emplace(topic, type->GetDescriptor());
+    }
+  }
+  std::ranges::sort(topics);
+  /// Calls `take` with the rules and the path of each field that `text` names.
+  const auto each_field = [&](const std::string& text, const auto& take) {
+    const bool every = text.starts_with(kEveryTopic);
+    const FieldQuery query =
+        every ? FieldQuery{"", text.substr(kEveryTopic.size())} : parse_field_query(text, topics);
+    if (!every && query.path.empty()) {
+      throw ConfigError(text + ": expected TOPIC.FIELD; see also --exclude");
+    }
+    bool found = false;
+    std::optional<ConfigError> why;
+    for (const auto& [topic, type] : types) {
+      if (!every && topic != query.topic) continue;
+      try {
+        FieldColumns({topic, query.path}).check(*type);
+        found = true;
+        take(rules[topic], rule_path(query.path));
+      } catch (const ConfigError& error) {
+        if (!every) throw;
+        why = error;
+      }
+    }
+    if (every && !found && why) throw ConfigError(*why);
+    if (!every) take(rules[query.topic], rule_path(query.path));  // no type: by its name
+  };
   for (const std::string& text : options.field_tolerances) {
     const std::size_t equals = text.rfind('=');
     const auto value = equals == std::string::npos
@@ -357,19 +326,13 @@ std::map<std::string, DiffRules> diff_rules(const DiffOptions& options, const Op
     if (!value || *value < 0.0) {
       throw ConfigError("--field-tolerance " + text + ": expected TOPIC.FIELD=NUMBER, 0 or more");
     }
-    reader.field(text.substr(0, equals), [&](const std::string& topic, const std::string& path) {
-      rules[topic].field_tolerance[path] = *value;
+    each_field(text.substr(0, equals), [&](DiffRules& of_topic, const std::string& path) {
+      of_topic.field_tolerance[path] = *value;
     });
   }
   for (const std::string& text : options.ignore) {
-    reader.field(text, [&](const std::string& topic, const std::string& path) {
-      rules[topic].ignore.insert(path);
-    });
-  }
-  for (const OpenLog* log : {&a, &b}) {
-    for (const auto& [id, channel] : log->summary.channels) {
-      rules[channel.topic].tolerance = options.tolerance;
-    }
+    each_field(text,
+               [](DiffRules& of_topic, const std::string& path) { of_topic.ignore.insert(path); });
   }
   return rules;
 }
@@ -380,10 +343,7 @@ bool is_runtime_topic(const std::string& topic) {
 
 std::vector<StreamDiff> diff_logs(const OpenLog& a, const OpenLog& b, const DiffOptions& options,
                                   std::uint64_t& damages) {
-  LogComparison comparison(a, b, options);
-  comparison.run();
-  damages += comparison.report();
-  return comparison.result();
+  return LogComparison(a, b, options).run(damages);
 }
 
 void add_diff(CLI::App& verb, int& exit_code) {

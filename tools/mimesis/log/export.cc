@@ -1,25 +1,341 @@
-// `mimesis log export`: its options, and attachments.
 #include "tools/mimesis/log/export.h"
 
 #include <fmt/format.h>
+#include <google/protobuf/descriptor.h>
 
-#include <CLI/App.hpp>
-#include <CLI/Config.hpp>
-#include <CLI/Formatter.hpp>
-#include <CLI/Validators.hpp>
 #include <cerrno>
+#include <cmath>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <iostream>
 #include <map>
-#include <memory>
-#include <nlohmann/json.hpp>
+#include <set>
 
+#include "common/image/image_file.h"
+#include "tools/mimesis/field_text.h"
+#include "tools/mimesis/log/field_columns.h"
 #include "tools/mimesis/log/verb_options.h"
 
 namespace mimesis::tool {
 namespace {
+
+namespace fs = std::filesystem;
+
+// --- Files
+
+/// Names of files in one folder, whatever a log calls things.
+class FileNames {
+ public:
+  /// Makes the folder. @throws ConfigError if it cannot, unless files are to say so (`lazy`).
+  explicit FileNames(const std::string& folder, bool lazy = false) : folder_(folder) {
+    std::error_code error;
+    fs::create_directories(folder, error);
+    if (error && !lazy) {
+      throw ConfigError("cannot make folder '" + folder + "': " + error.message());
+    }
+  }
+  /// "bridge/arm" -> "FOLDER/bridge_arm.csv", and "FOLDER/bridge_arm_2.csv" the next time.
+  std::string unique(const std::string& name, const std::string& extension) {
+    std::string stem;
+    for (const char c : name) stem += c == '/' || c == '\\' || c == '\0' ? '_' : c;
+    if (stem.empty() || stem.starts_with('.')) stem = "_" + stem;  // no hidden file, no ".."
+    std::string file = stem + extension;
+    for (int i = 2; !taken_.insert(file).second; ++i)
+      file = fmt::format("{}_{}{}", stem, i, extension);
+    return (folder_ / file).string();
+  }
+
+ private:
+  fs::path folder_;
+  std::set<std::string> taken_;
+};
+
+tl::unexpected<Status> no_image(std::string reason) {
+  return tl::unexpected(Status{std::move(reason)});
+}
+
+tl::expected<void, Status> write_file(const std::string& path, std::string_view bytes) {
+  errno = 0;
+  std::ofstream file(path, std::ios::binary);
+  file << bytes;
+  file.close();
+  if (!file) return tl::unexpected(Status{std::strerror(errno)});
+  return {};
+}
+
+// --- CSV
+
+/// A cell as RFC 4180 wants it: quoted if it has commas, quotes or line ends.
+std::string csv_cell(const std::string& text) {
+  if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
+  std::string out = "\"";
+  for (const char c : text) {
+    out += c;
+    if (c == '"') out += c;
+  }
+  return out + '"';
+}
+
+/// The columns of one topic.
+struct TopicTable {
+  std::string topic;
+  std::vector<FieldColumns> queries;
+  std::map<std::pair<std::size_t, FieldColumns::Key>, std::size_t> columns;  ///< by query and key
+  bool several_nodes = false;
+
+  std::size_t width() const { return 1 + (several_nodes ? 1 : 0) + columns.size(); }
+};
+
+/// "bridge/arm.position_rad,velocity_rad_s" -> both with their topic.
+std::vector<FieldQuery> csv_fields(const std::string& text,
+                                   const std::vector<std::string>& topics) {
+  std::vector<FieldQuery> queries;
+  for (std::size_t from = 0; from <= text.size();) {
+    const std::size_t comma = std::min(text.find(',', from), text.size());
+    const std::string part = text.substr(from, comma - from);
+    from = comma + 1;
+    const bool has_topic = std::ranges::any_of(topics, [&](const std::string& topic) {
+      return part == topic || part.starts_with(topic + ".");
+    });
+    if (!queries.empty() && !has_topic) {
+      if (part.empty()) throw ConfigError("--csv " + text + ": expected a field behind the comma");
+      queries.push_back({queries.back().topic, part});
+    } else {
+      queries.push_back(parse_field_query(part, topics));
+    }
+  }
+  return queries;
+}
+
+/// A file, or standard output.
+class CsvFile {
+ public:
+  explicit CsvFile(const std::string& path) : path_(path) {
+    if (path == "-") return;
+    errno = 0;
+    file_.open(path, std::ios::binary);
+    if (!file_) throw ConfigError("cannot write '" + path + "': " + std::strerror(errno));
+  }
+  void row(std::string line, const Cells& cells) {
+    for (const std::string& cell : cells) line += "," + cell;
+    (path_ == "-" ? std::cout : file_) << line << '\n';
+  }
+  void close() {
+    errno = 0;
+    std::ostream& out = path_ == "-" ? std::cout : file_;
+    out.flush();
+    if (!out) throw ConfigError("cannot write '" + path_ + "': " + std::strerror(errno));
+  }
+
+ private:
+  std::string path_;
+  std::ofstream file_;
+};
+
+class CsvWriter {
+ public:
+  CsvWriter(const std::vector<OpenLog>& logs, const CsvOptions& options)
+      : logs_(logs),
+        options_(options),
+        times_(resolve(options.range, span_of(logs))),
+        origin_ns_(options.absolute ? 0 : span_of(logs).start_ns) {
+    const auto topics = topics_of(logs);
+    for (const std::string& text : options.fields) {
+      for (FieldQuery& query : csv_fields(text, topics)) {
+        auto table = std::ranges::find(tables_, query.topic, &TopicTable::topic);
+        if (table == tables_.end()) {
+          tables_.push_back({query.topic, {}, {}, false});
+          table = std::prev(tables_.end());
+        }
+        table->queries.emplace_back(std::move(query));
+      }
+    }
+    for (TopicTable& table : tables_) check(table);
+  }
+
+  ExportResult run() {
+    find_columns();
+    const bool together = tables_.size() == 1 || options_.join;
+    if (!together && options_.output == "-") {
+      throw ConfigError("several topics: say -o FOLDER, or --join nearest, previous or outer");
+    }
+    std::vector<const TopicTable*> all;
+    for (const TopicTable& table : tables_) all.push_back(&table);
+    std::vector<std::unique_ptr<Sheet>> sheets;
+    if (together) {
+      sheets.push_back(std::make_unique<Sheet>(*this, options_.output, all));
+    } else {
+      FileNames names(options_.output, /*lazy=*/true);
+      for (const TopicTable* table : all) {
+        sheets.push_back(
+            std::make_unique<Sheet>(*this, names.unique(table->topic, ".csv"), std::vector{table}));
+      }
+    }
+    scan("export", true, [&](const Item& item) {
+      const std::size_t index = index_of(item);
+      const auto* message = decoder_.decode(item);
+      if (message == nullptr) return;
+      sheets[together ? 0 : index]->join.add(together ? index : 0, item.message->log_time,
+                                             cells(tables_[index], item, *message));
+    });
+    for (auto& sheet : sheets) {
+      sheet->join.finish();
+      sheet->file.close();
+    }
+    return std::move(result_);
+  }
+
+ private:
+  /// A file with the tables of some topics, side by side.
+  struct Sheet {
+    Sheet(CsvWriter& writer, const std::string& path, const std::vector<const TopicTable*>& tables)
+        : file(path),
+          join(writer.options_.join.value_or(Join::previous), widths(tables),
+               [&](std::uint64_t time_ns, const Cells& row) {
+                 file.row(seconds_text(time_ns, writer.origin_ns_), row);
+                 ++writer.result_.items;
+               }) {
+      Cells first;
+      for (const TopicTable* table : tables) {
+        const Cells columns = heading(*table, tables.size() > 1);
+        first.insert(first.end(), columns.begin(), columns.end());
+      }
+      file.row("log_time_s", first);
+      if (path != "-") writer.result_.files.push_back(path);
+    }
+    static std::vector<std::size_t> widths(const std::vector<const TopicTable*>& tables) {
+      std::vector<std::size_t> all;
+      for (const TopicTable* table : tables) all.push_back(table->width());
+      return all;
+    }
+    CsvFile file;
+    RowJoin join;
+  };
+
+  /// What is wrong with the fields is said before anything is read.
+  void check(TopicTable& table) {
+    std::set<std::string> nodes;
+    for (const OpenChannel& c : channels_of(logs_)) {
+      if (c.channel->topic != table.topic) continue;
+      nodes.insert(sender_of(*c.channel));
+      for (FieldColumns& query : table.queries) query.check(decoder_.type(c));
+    }
+    table.several_nodes = nodes.size() > 1;
+  }
+
+  template <class Take>
+  std::uint64_t scan(const std::string& what, bool silent, const Take& take) {
+    const auto wanted = [this](const log::Channel& c) {
+      return std::ranges::find(tables_, c.topic, &TopicTable::topic) != tables_.end();
+    };
+    return scan_logs(logs_, {wanted, times_.start, times_.end}, what, take, silent);
+  }
+
+  std::size_t index_of(const Item& item) const {
+    return static_cast<std::size_t>(
+        std::ranges::find(tables_, item.channel->topic, &TopicTable::topic) - tables_.begin());
+  }
+
+  /// How many elements the repeated fields have is known when all messages were read.
+  void find_columns() {
+    result_.failures += scan("columns", false, [&](const Item& item) {
+      TopicTable& table = tables_[index_of(item)];
+      const auto* message = decoder_.decode_or_tell(item);
+      result_.failures += message == nullptr ? 1 : 0;
+      if (message == nullptr) return;
+      for (std::size_t q = 0; q < table.queries.size(); ++q) {
+        table.queries[q].visit(*message, [&](const FieldColumns::Key& key, const auto&) {
+          table.columns.try_emplace({q, key});
+        });
+      }
+    });
+    for (TopicTable& table : tables_) {
+      std::size_t next = table.several_nodes ? 2 : 1;
+      for (auto& [key, column] : table.columns) column = next++;
+    }
+  }
+
+  static Cells heading(const TopicTable& table, bool with_topic) {
+    const std::string prefix = with_topic ? table.topic + "." : "";
+    Cells cells{csv_cell(prefix + "publish_time_s")};
+    if (table.several_nodes) cells.push_back(csv_cell(prefix + "node"));
+    for (const auto& [key, column] : table.columns) {
+      cells.push_back(csv_cell(prefix + table.queries[key.first].name(key.second)));
+    }
+    return cells;
+  }
+
+  Cells cells(TopicTable& table, const Item& item, const google::protobuf::Message& message) const {
+    Cells out(table.width());
+    out[0] = seconds_text(item.message->publish_time, origin_ns_);
+    if (table.several_nodes) out[1] = csv_cell(sender_of(*item.channel));
+    for (std::size_t q = 0; q < table.queries.size(); ++q) {
+      table.queries[q].visit(message, [&](const FieldColumns::Key& key, const auto& v) {
+        out[table.columns.at({q, key})] = csv_cell(field_text(v.message, v.field, v.index));
+      });
+    }
+    return out;
+  }
+
+  const std::vector<OpenLog>& logs_;
+  const CsvOptions& options_;
+  LogTimes times_;
+  std::uint64_t origin_ns_;
+  LogDecoder decoder_;
+  std::vector<TopicTable> tables_;
+  ExportResult result_;
+};
+
+// --- Images
+
+constexpr std::uint32_t kLargestSide = 16384;
+
+/// Pixels in groups: their places of blue, green and red, or of the first luminance, U, the second
+/// luminance and V.
+struct PixelLayout {
+  std::string_view name;
+  std::uint32_t bytes;  ///< of a group
+  int at[4];
+  std::uint32_t pixels = 1;  ///< of a group; 2: YUV
+};
+constexpr PixelLayout kLayouts[] = {
+    {"bgr8", 3, {0, 1, 2}},       {"8UC3", 3, {0, 1, 2}},
+    {"rgb8", 3, {2, 1, 0}},       {"bgra8", 4, {0, 1, 2}},
+    {"8UC4", 4, {0, 1, 2}},       {"rgba8", 4, {2, 1, 0}},
+    {"mono8", 1, {0, 0, 0}},      {"8UC1", 1, {0, 0, 0}},
+    {"uyvy", 4, {1, 0, 3, 2}, 2}, {"yuv422", 4, {1, 0, 3, 2}, 2},
+    {"yuyv", 4, {0, 1, 2, 3}, 2}, {"yuv422_yuy2", 4, {0, 1, 2, 3}, 2}};
+
+void put_yuv(double y, double u, double v, std::uint8_t* bgr) {
+  const auto clamped = [](double value) {
+    return static_cast<std::uint8_t>(std::clamp(std::lround(value), 0l, 255l));
+  };
+  bgr[0] = clamped(y + 1.772 * (u - 128.0));
+  bgr[1] = clamped(y - 0.344136 * (u - 128.0) - 0.714136 * (v - 128.0));
+  bgr[2] = clamped(y + 1.402 * (v - 128.0));
+}
+
+/// A file NAME.png or the like of the image in a message.
+tl::expected<void, Status> write_image(const Item& item, const ImageOptions& options,
+                                       const std::string& name, FileNames& names) {
+  const auto size = static_cast<int>(item.message->data.size());
+  if (item.schema->name == "foxglove.CompressedImage") {
+    foxglove::CompressedImage image;
+    if (!image.ParseFromArray(item.message->data.data(), size)) return no_image("no valid message");
+    const std::string& format = image.format();
+    const bool plain = !format.empty() && format.size() < 8 &&
+                       std::ranges::all_of(format, [](unsigned char c) { return std::isalnum(c); });
+    if (!plain) return no_image("format '" + format + "': expected jpeg, png or the like");
+    return write_file(names.unique(name, format == "jpeg" ? ".jpg" : "." + format), image.data());
+  }
+  foxglove::RawImage raw;
+  if (!raw.ParseFromArray(item.message->data.data(), size)) return no_image("no valid message");
+  const auto image = raw_image(raw);
+  if (!image) return tl::unexpected(image.error());
+  return options.jpeg ? image::write_jpeg(names.unique(name, ".jpg"), *image, options.quality)
+                      : image::write_png(names.unique(name, ".png"), *image);
+}
 
 struct ExportChoice {
   std::vector<std::string> files;
@@ -75,26 +391,91 @@ int run_export(ExportChoice& o) {
 
 }  // namespace
 
-std::string FileNames::unique(const std::string& name, const std::string& extension) {
-  std::string stem;
-  for (const char c : name) stem += c == '/' || c == '\\' || c == '\0' ? '_' : c;
-  if (stem.empty() || stem.starts_with('.')) stem = "_" + stem;  // no hidden file, no ".."
-  std::string file = stem + extension;
-  for (int i = 2; !taken_.insert(file).second; ++i)
-    file = fmt::format("{}_{}{}", stem, i, extension);
-  return file;
+ExportResult export_csv(const std::vector<OpenLog>& logs, const CsvOptions& options) {
+  return CsvWriter(logs, options).run();
 }
 
-void make_folder(const std::string& folder) {
-  std::error_code error;
-  std::filesystem::create_directories(folder, error);
-  if (error) throw ConfigError("cannot make folder '" + folder + "': " + error.message());
+tl::expected<image::Image, Status> raw_image(const foxglove::RawImage& raw) {
+  const auto* layout = std::ranges::find(kLayouts, raw.encoding(), &PixelLayout::name);
+  // A plane of luminance, then one of U and V by turns with half as many rows.
+  const bool nv12 = raw.encoding() == "nv12";
+  if (!nv12 && layout == std::end(kLayouts)) {
+    return no_image(
+        "encoding '" + raw.encoding() +
+        "': expected one of bgr8, rgb8, bgra8, rgba8, mono8, 8UC1, 8UC3, 8UC4, uyvy, yuyv, "
+        "yuv422, yuv422_yuy2, nv12");
+  }
+  const std::uint64_t width = raw.width(), height = raw.height();
+  if (nv12 && (width % 2 != 0 || height % 2 != 0)) return no_image("nv12: an odd side");
+  const std::uint64_t group = nv12 ? 1 : layout->pixels;
+  if (width % group != 0) return no_image(raw.encoding() + ": the width is odd");
+  if (width == 0 || height == 0 || width > kLargestSide || height > kLargestSide) {
+    return no_image(fmt::format("{} x {} px is no size of an image", width, height));
+  }
+  const std::uint64_t row_bytes = nv12 ? width : width / group * layout->bytes;
+  const std::uint64_t rows = nv12 ? height * 3 / 2 : height;
+  const std::uint64_t step = raw.step() != 0 ? raw.step() : row_bytes;
+  if (step < row_bytes || raw.data().size() < step * (rows - 1) + row_bytes) {
+    return no_image(fmt::format("{} x {} px {} need {} bytes in rows of {}, found {} in rows of {}",
+                                width, height, raw.encoding(), row_bytes * rows, row_bytes,
+                                raw.data().size(), step));
+  }
+  image::Image out(static_cast<int>(width), static_cast<int>(height));
+  const auto* data = reinterpret_cast<const std::uint8_t*>(raw.data().data());
+  for (std::uint64_t v = 0; v < height; ++v) {
+    const std::uint8_t* row = data + step * v;
+    const std::uint8_t* uv = data + step * (height + v / 2);  // of nv12
+    for (std::uint64_t u = 0; u < width; ++u) {
+      std::uint8_t* to = out.at(static_cast<int>(u), static_cast<int>(v));
+      if (nv12) {
+        put_yuv(row[u], uv[u / 2 * 2], uv[u / 2 * 2 + 1], to);
+        continue;
+      }
+      const std::uint8_t* from = row + u / group * layout->bytes;
+      if (group == 2) {
+        put_yuv(from[layout->at[u % 2 * 2]], from[layout->at[1]], from[layout->at[3]], to);
+      } else {
+        for (int i = 0; i < 3; ++i) to[i] = from[layout->at[i]];
+      }
+    }
+  }
+  return out;
+}
+
+ExportResult export_images(const std::vector<OpenLog>& logs, const ImageOptions& options) {
+  require_topic(logs, options.topic);
+  for (const OpenChannel& c : channels_of(logs)) {
+    const bool images = c.type() == "foxglove.RawImage" || c.type() == "foxglove.CompressedImage";
+    if (c.channel->topic != options.topic || images) continue;
+    throw ConfigError(options.topic + ": expected foxglove.RawImage or foxglove.CompressedImage" +
+                      ", found '" + c.type() + "'");
+  }
+  FileNames names(options.folder);
+  const Span span = span_of(logs);
+  const LogTimes times = resolve(options.range, span);
+  const auto wanted = [&](const log::Channel& c) { return c.topic == options.topic; };
+  ExportResult result{.files = {options.folder}};
+  std::uint64_t count = 0;
+  const auto take = [&](const Item& item) {
+    if (count++ % static_cast<std::uint64_t>(options.every) != 0) return;
+    const log::Message& m = *item.message;
+    const std::string name = fmt::format("{:06}_{}", m.sequence != 0 ? m.sequence : count,
+                                         seconds_text(m.log_time, span.start_ns));
+    if (const auto written = write_image(item, options, name, names)) {
+      ++result.items;
+    } else {
+      ++result.failures;
+      std::cerr << fmt::format("{}: seq {}: {}\n", options.topic, m.sequence,
+                               written.error().reason);
+    }
+  };
+  result.failures += scan_logs(logs, {wanted, times.start, times.end}, "images", take);
+  return result;
 }
 
 ExportResult export_attachments(const std::vector<OpenLog>& logs, const std::string& folder) {
-  make_folder(folder);
+  FileNames names(folder);
   ExportResult result;
-  FileNames names;
   for (const OpenLog& log : logs) {
     for (const log::AttachmentIndex& index : log.summary.attachments) {
       std::string data;
@@ -105,16 +486,13 @@ ExportResult export_attachments(const std::vector<OpenLog>& logs, const std::str
                                  attachment.error().reason);
         continue;
       }
-      const std::filesystem::path name = std::filesystem::path(index.name).filename();
-      const auto path = std::filesystem::path(folder) /
-                        names.unique(name.stem().string(), name.extension().string());
-      errno = 0;
-      std::ofstream file(path, std::ios::binary);
-      file << data;
-      file.close();
-      if (!file) throw ConfigError("cannot write '" + path.string() + "': " + std::strerror(errno));
+      const fs::path name = fs::path(index.name).filename();
+      const std::string path = names.unique(name.stem().string(), name.extension().string());
+      if (const auto written = write_file(path, data); !written) {
+        throw ConfigError("cannot write '" + path + "': " + written.error().reason);
+      }
       ++result.items;
-      result.files.push_back(path.string());
+      result.files.push_back(path);
     }
   }
   return result;

@@ -4,10 +4,11 @@
 #include <google/protobuf/descriptor.h>
 
 #include <algorithm>
+#include <iostream>
 
 #include "common/error.h"
 #include "common/runtime/value_text.h"
-#include "tools/mimesis/log/field_text.h"
+#include "tools/mimesis/field_text.h"
 
 namespace mimesis::tool {
 namespace {
@@ -75,6 +76,15 @@ const Message* LogDecoder::decode(const Item& item) {
   return message;
 }
 
+const Message* LogDecoder::decode_or_tell(const Item& item) {
+  const Message* message = decode(item);
+  if (message == nullptr) {
+    std::cerr << fmt::format("{}: the message at log time {} ns is not a valid {}\n",
+                             item.channel->topic, item.message->log_time, item.schema->name);
+  }
+  return message;
+}
+
 FieldQuery parse_field_query(const std::string& text, const std::vector<std::string>& topics) {
   const std::string* best = nullptr;
   for (const std::string& topic : topics) {
@@ -104,12 +114,7 @@ const std::vector<FieldColumns::Leaf>& FieldColumns::leaves(const Descriptor& ty
 void FieldColumns::find(const Descriptor& type, std::size_t part, std::vector<Step>& steps,
                         std::vector<Leaf>& out) {
   if (part < parts_.size()) {
-    const FieldDescriptor* f = type.FindFieldByName(parts_[part]);
-    if (f != nullptr) return add_field(*f, part + 1, steps, out);
-    std::vector<std::string> known;
-    for (int i = 0; i < type.field_count(); ++i) known.push_back(type.field(i)->name());
-    throw ConfigError(query_.topic + ": " + type.full_name() + " has no field '" + parts_[part] +
-                      "'" + runtime::did_you_mean(parts_[part], known));
+    return add_field(field_named(type, parts_[part], query_.topic + ": "), part + 1, steps, out);
   }
   for (int i = 0; i < type.field_count(); ++i) {
     const FieldDescriptor& f = *type.field(i);

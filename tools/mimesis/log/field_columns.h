@@ -18,6 +18,8 @@ class LogDecoder {
  public:
   /// Null if the message is not Protobuf, or not a valid one. Lives until the next of its type.
   const google::protobuf::Message* decode(const Item& item);
+  /// As `decode`; standard error tells a message that is not valid.
+  const google::protobuf::Message* decode_or_tell(const Item& item);
   /// An empty one; null if the schema is not Protobuf's, or does not define its type.
   google::protobuf::Message* make(const log::Schema& schema);
   /// Type of a channel. @throws ConfigError if that has no Protobuf with a schema.

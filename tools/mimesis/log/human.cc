@@ -41,10 +41,6 @@ std::string bytes_text(std::uint64_t bytes) {
   return fmt::format("{:.1f} {}", value, kNames[name]);
 }
 
-namespace {
-constexpr std::uint64_t kYear2000 = 946684800ull * 1'000'000'000;  // later ones are wall time
-}
-
 std::string human_time(std::uint64_t ns) {
   constexpr std::uint64_t kYear2000 = 946684800ull * 1'000'000'000;  // later ones are wall time
   if (ns < kYear2000) return fmt::format("{:.3f} s", static_cast<double>(ns) * 1e-9);

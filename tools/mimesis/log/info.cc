@@ -2,21 +2,16 @@
 
 #include <fmt/format.h>
 
-#include <CLI/App.hpp>
-#include <CLI/Config.hpp>
-#include <CLI/Formatter.hpp>
 #include <algorithm>
 #include <iostream>
 #include <memory>
-#include <nlohmann/json.hpp>
+#include <set>
 #include <sstream>
 #include <tuple>
 #include <unordered_map>
 
 #include "tools/mimesis/log/human.h"
-#include "tools/mimesis/log/new_log.h"
 #include "tools/mimesis/log/verb_options.h"
-#include "tools/mimesis/progress.h"
 #include "tools/mimesis/table.h"
 
 namespace mimesis::tool {
@@ -24,51 +19,79 @@ namespace {
 
 using nlohmann::ordered_json;
 
-std::uint64_t count_of(const log::Summary& summary, std::uint16_t id) {
-  const auto it = summary.statistics.channel_message_counts.find(id);
-  return it == summary.statistics.channel_message_counts.end() ? 0 : it->second;
+/// One topic of one node, in all files together.
+struct TopicSummary {
+  std::string encoding;
+  std::map<std::string, std::string> metadata;  ///< of its first channel
+  std::set<std::string> starts;                 ///< of the node, by start_id
+  std::uint64_t messages = 0, bytes = 0;        ///< bytes of payload
+  std::optional<std::uint64_t> lost = {};       ///< what the recorder counted
+};
+
+struct NodeSummary {
+  std::set<std::string> topics, starts;
+  std::uint64_t messages = 0;
+};
+
+double seconds_between(std::uint64_t start_ns, std::uint64_t end_ns) {
+  return static_cast<double>(end_ns - start_ns) * 1e-9;
 }
 
-void add_chunks(const log::Summary& from, LogSummary& out) {
-  for (const log::Segment& segment : from.segments) {
-    out.chunks += segment.bare ? 0 : 1;
-    out.compressed += segment.index.compressed_size;
-    out.uncompressed += segment.index.uncompressed_size;
-    out.compressions.insert(segment.index.compression.empty() ? "none" : segment.index.compression);
+/// Members "lost", "topics" and "nodes". `bytes`: of payload by channel, if they are known.
+void add_topics(const std::vector<OpenLog>& logs, double duration_s,
+                const std::optional<std::unordered_map<const log::Channel*, std::uint64_t>>& bytes,
+                ordered_json& out) {
+  std::map<std::tuple<std::string, std::string, std::string>, TopicSummary> topics;
+  std::map<std::string, NodeSummary> nodes;
+  const auto losses = read_losses(logs);
+  for (const OpenChannel& c : channels_of(logs)) {
+    const log::Channel& channel = *c.channel;
+    const std::string node = sender_of(channel), start = start_of(channel);
+    TopicSummary& topic =
+        topics
+            .try_emplace({channel.topic, node, c.type()},
+                         TopicSummary{channel.message_encoding, channel.metadata, {}})
+            .first->second;
+    const auto& counts = c.log->summary.statistics.channel_message_counts;
+    const auto count = counts.find(channel.id);
+    const std::uint64_t messages = count == counts.end() ? 0 : count->second;
+    topic.messages += messages;
+    if (bytes && bytes->contains(&channel)) topic.bytes += bytes->at(&channel);
+    const std::string key = loss_key(channel);
+    if (losses && losses->contains(key)) topic.lost = losses->at(key).lost;
+    NodeSummary& sender = nodes[node];
+    sender.topics.insert(channel.topic);
+    sender.messages += messages;
+    if (start.empty()) continue;
+    topic.starts.insert(start);
+    sender.starts.insert(start);
   }
-}
-
-double file_duration_s(const log::Statistics& s) {
-  return static_cast<double>(s.message_end_time - s.message_start_time) * 1e-9;
-}
-
-ordered_json info_files_json(const std::vector<OpenLog>& logs) {
-  ordered_json files = ordered_json::array();
-  for (const OpenLog& log : logs) {
-    const log::Statistics& s = log.summary.statistics;
-    files.push_back({{"file", log.path},
-                     {"size", log.source->size()},
-                     {"library", log.summary.header.library},
-                     {"closed", log.summary.from_file},
-                     {"messages", s.message_count},
-                     {"start_ns", s.message_start_time},
-                     {"end_ns", s.message_end_time}});
+  if (losses) {
+    std::uint64_t lost = 0;
+    for (const auto& [key, count] : *losses) lost += count.lost;
+    out["lost"] = lost;
   }
-  return files;
-}
-
-ordered_json info_topics_json(const LogSummary& summary) {
-  ordered_json topics = ordered_json::array();
-  for (const TopicSummary& t : summary.topics) {
-    ordered_json topic{
-        {"topic", t.topic},          {"type", t.type},         {"node", t.node},
-        {"encoding", t.encoding},    {"messages", t.messages}, {"rate_hz", summary.rate_hz(t)},
-        {"starts", t.starts.size()}, {"metadata", t.metadata}};
-    topic["lost"] = t.losses ? ordered_json(t.losses->lost) : ordered_json(nullptr);
-    topic["bytes"] = t.bytes ? ordered_json(*t.bytes) : ordered_json(nullptr);
-    topics.push_back(std::move(topic));
+  for (const auto& [key, t] : topics) {
+    const auto& [topic, node, type] = key;
+    out["topics"].push_back(
+        {{"topic", topic},
+         {"type", type},
+         {"node", node},
+         {"encoding", t.encoding},
+         {"messages", t.messages},
+         {"rate_hz", duration_s > 0.0 ? static_cast<double>(t.messages) / duration_s : 0.0},
+         {"starts", t.starts.size()},
+         {"metadata", t.metadata},
+         {"lost", json_or_null(t.lost)},
+         {"bytes", bytes ? ordered_json(t.bytes) : ordered_json(nullptr)}});
   }
-  return topics;
+  for (const auto& [name, node] : nodes) {
+    if (name.empty()) continue;
+    out["nodes"].push_back({{"node", name},
+                            {"topics", node.topics},
+                            {"messages", node.messages},
+                            {"starts", node.starts}});
+  }
 }
 
 void print_info_files(const std::vector<OpenLog>& logs, bool colour, std::ostream& out) {
@@ -76,33 +99,32 @@ void print_info_files(const std::vector<OpenLog>& logs, bool colour, std::ostrea
   for (const OpenLog& log : logs) {
     const log::Statistics& s = log.summary.statistics;
     table.row({log.path, bytes_text(log.source->size()), std::to_string(s.message_count),
-               human_time(s.message_start_time), fmt::format("{:.3f}", file_duration_s(s)),
+               human_time(s.message_start_time),
+               fmt::format("{:.3f}", seconds_between(s.message_start_time, s.message_end_time)),
                log.summary.from_file ? "" : "not closed"});
   }
   table.print(out, colour);
   out << '\n';
 }
 
-void print_info_topics(const LogSummary& summary, bool colour, std::ostream& out) {
-  const bool sizes = !summary.topics.empty() && summary.topics.front().bytes.has_value();
+void print_info_topics(const ordered_json& topics, bool colour, std::ostream& out) {
+  const bool sizes = !topics.empty() && !topics[0]["bytes"].is_null();
   std::vector<std::string> heading{"TOPIC", "TYPE", "NODE", "MESSAGES", "LOST", "HZ"};
   if (sizes) heading.insert(heading.end(), {"BYTES", "SHARE"});
-  std::uint64_t total = 0;
-  for (const TopicSummary& t : summary.topics) total += t.bytes.value_or(0);
+  double total = 0.0;
+  for (const ordered_json& t : topics) total += sizes ? t["bytes"].get<double>() : 0.0;
   Table table(std::move(heading));
-  for (const TopicSummary& t : summary.topics) {
-    std::vector<std::string> cells{t.topic,
-                                   t.type,
-                                   t.node,
-                                   std::to_string(t.messages),
-                                   t.losses ? std::to_string(t.losses->lost) : "?",
-                                   fmt::format("{:.1f}", summary.rate_hz(t))};
+  for (const ordered_json& t : topics) {
+    std::vector<std::string> cells{t["topic"],
+                                   t["type"],
+                                   t["node"],
+                                   t["messages"].dump(),
+                                   t["lost"].is_null() ? "?" : t["lost"].dump(),
+                                   fmt::format("{:.1f}", t["rate_hz"].get<double>())};
     if (sizes) {
-      const std::uint64_t bytes = t.bytes.value_or(0);
-      cells.push_back(bytes_text(bytes));
-      cells.push_back(fmt::format(
-          "{:.1f} %",
-          total == 0 ? 0.0 : 100.0 * static_cast<double>(bytes) / static_cast<double>(total)));
+      cells.push_back(bytes_text(t["bytes"]));
+      cells.push_back(
+          fmt::format("{:.1f} %", total > 0.0 ? 100.0 * t["bytes"].get<double>() / total : 0.0));
     }
     table.row(std::move(cells));
   }
@@ -119,168 +141,128 @@ std::string in_one_line(const std::string& text) {
   return text.size() > kLongest ? fmt::format("{} ... ({} bytes)", line, text.size()) : line;
 }
 
-std::string nodes_text(const LogSummary& summary) {
+std::string nodes_text(const ordered_json& nodes) {
   std::string text;
-  for (const auto& [name, node] : summary.nodes) {
-    if (name.empty()) continue;
-    text += (text.empty() ? "" : ", ") + name;
-    if (node.starts.size() > 1) text += fmt::format(" (started {} times)", node.starts.size());
+  for (const ordered_json& node : nodes) {
+    text += (text.empty() ? "" : ", ") + node["node"].get<std::string>();
+    if (const auto starts = node["starts"].size(); starts > 1) {
+      text += fmt::format(" (started {} times)", starts);
+    }
   }
   return text;
 }
 
 }  // namespace
 
-double LogSummary::duration_s() const {
-  return static_cast<double>(span.end_ns - span.start_ns) * 1e-9;
-}
-
-double LogSummary::rate_hz(const TopicSummary& topic) const {
-  return duration_s() > 0.0 ? static_cast<double>(topic.messages) / duration_s() : 0.0;
-}
-
-LogSummary summarize_logs(const std::vector<OpenLog>& logs, bool sizes) {
-  LogSummary out;
-  out.span = span_of(logs);
-  const auto losses = read_losses(logs);
-  std::unordered_map<const log::Channel*, std::uint64_t> bytes;  // of payload
-  const auto add_size = [&](const Item& item) { bytes[item.channel] += item.message->data.size(); };
-  if (sizes) scan_logs(logs, {}, "info", add_size);
-  for (const OpenLog& log : logs) {
-    out.size += log.source->size();
-    out.messages += log.summary.statistics.message_count;
-    add_chunks(log.summary, out);
-  }
-  each_metadata(logs, "", [&](const log::Metadata& record) {
-    std::pair entry{record.name, record.metadata};
-    if (std::ranges::find(out.metadata, entry) == out.metadata.end()) {
-      out.metadata.push_back(std::move(entry));
-    }
-  });
-  std::map<std::tuple<std::string, std::string, std::string>, std::size_t> places;
-  for (const OpenChannel& c : channels_of(logs)) {
-    const log::Channel& channel = *c.channel;
-    const std::string node = sender_of(channel), start = start_of(channel);
-    const auto [place, fresh] =
-        places.try_emplace({channel.topic, node, c.type()}, out.topics.size());
-    if (fresh) {
-      out.topics.push_back({channel.topic,
-                            c.type(),
-                            node,
-                            channel.message_encoding,
-                            channel.metadata,
-                            {},
-                            0,
-                            {},
-                            {}});
-    }
-    TopicSummary& topic = out.topics[place->second];
-    const std::uint64_t count = count_of(c.log->summary, channel.id);
-    topic.messages += count;
-    if (sizes) topic.bytes = topic.bytes.value_or(0) + bytes[c.channel];
-    const std::string key = loss_key(channel);
-    if (losses && losses->contains(key)) topic.losses = losses->at(key);
-    NodeSummary& sender = out.nodes[node];
-    sender.topics.insert(channel.topic);
-    sender.messages += count;
-    if (start.empty()) continue;
-    topic.starts.insert(start);
-    sender.starts.insert(start);
-  }
-  std::ranges::sort(out.topics, {},
-                    [](const TopicSummary& t) { return std::tie(t.topic, t.node); });
-  if (losses) {
-    out.lost = 0;
-    for (const auto& [key, count] : *losses) *out.lost += count.lost;
-  }
-  return out;
-}
-
-ordered_json info_json(const std::vector<OpenLog>& logs, const LogSummary& summary) {
+ordered_json info_json(const std::vector<OpenLog>& logs, bool sizes) {
   const OpenLog& first = logs.front();
-  ordered_json out{
-      {"file", first.path},
-      {"size", summary.size},
-      {"library", first.summary.header.library},
-      {"closed", std::ranges::all_of(logs, [](const OpenLog& l) { return l.summary.from_file; })},
-      {"messages", summary.messages},
-      {"start_ns", summary.span.start_ns},
-      {"end_ns", summary.span.end_ns},
-      {"duration_s", summary.duration_s()},
-      {"chunks", summary.chunks},
-      {"compression", summary.compressions},
-      {"compressed_size", summary.compressed},
-      {"uncompressed_size", summary.uncompressed},
-      {"files", info_files_json(logs)},
-      {"topics", info_topics_json(summary)},
-      {"nodes", ordered_json::array()},
-      {"attachments", ordered_json::array()},
-      {"metadata", ordered_json::array()},
-      {"damages", ordered_json::array()}};
-  out["lost"] = summary.lost ? ordered_json(*summary.lost) : ordered_json(nullptr);
-  for (const auto& [name, node] : summary.nodes) {
-    if (name.empty()) continue;
-    out["nodes"].push_back({{"node", name},
-                            {"topics", node.topics},
-                            {"messages", node.messages},
-                            {"starts", node.starts}});
+  const Span span = span_of(logs);
+  const double duration_s = seconds_between(span.start_ns, span.end_ns);
+  std::optional<std::unordered_map<const log::Channel*, std::uint64_t>> bytes;
+  if (sizes) {
+    bytes.emplace();
+    scan_logs(logs, {}, "info",
+              [&](const Item& item) { (*bytes)[item.channel] += item.message->data.size(); });
   }
-  for (const auto& [name, values] : summary.metadata) {
-    out["metadata"].push_back({{"name", name}, {"values", values}});
-  }
+  std::uint64_t size = 0, messages = 0, chunks = 0, compressed = 0, uncompressed = 0;
+  std::set<std::string> compressions;
+  ordered_json files = ordered_json::array(), metadata = files, attachments = files,
+               damages = files;
   for (const OpenLog& log : logs) {
+    const log::Statistics& s = log.summary.statistics;
+    size += log.source->size();
+    messages += s.message_count;
+    for (const log::Segment& segment : log.summary.segments) {
+      chunks += segment.bare ? 0 : 1;
+      compressed += segment.index.compressed_size;
+      uncompressed += segment.index.uncompressed_size;
+      const std::string& compression = segment.index.compression;
+      compressions.insert(compression.empty() ? "none" : compression);
+    }
+    files.push_back({{"file", log.path},
+                     {"size", log.source->size()},
+                     {"library", log.summary.header.library},
+                     {"closed", log.summary.from_file},
+                     {"messages", s.message_count},
+                     {"start_ns", s.message_start_time},
+                     {"end_ns", s.message_end_time}});
     for (const auto& a : log.summary.attachments) {
-      out["attachments"].push_back({{"file", log.path},
-                                    {"name", a.name},
-                                    {"media_type", a.media_type},
-                                    {"size", a.data_size}});
+      attachments.push_back({{"file", log.path},
+                             {"name", a.name},
+                             {"media_type", a.media_type},
+                             {"size", a.data_size}});
     }
     for (const auto& d : log.summary.damages) {
-      out["damages"].push_back({{"file", log.path}, {"offset", d.offset}, {"what", d.what}});
+      damages.push_back({{"file", log.path}, {"offset", d.offset}, {"what", d.what}});
     }
   }
+  each_metadata(logs, "", [&](const log::Metadata& record) {  // each once
+    ordered_json entry{{"name", record.name}, {"values", record.metadata}};
+    if (std::ranges::find(metadata, entry) == metadata.end()) metadata.push_back(std::move(entry));
+  });
+  ordered_json out{
+      {"file", first.path},
+      {"size", size},
+      {"library", first.summary.header.library},
+      {"closed", std::ranges::all_of(logs, [](const OpenLog& l) { return l.summary.from_file; })},
+      {"messages", messages},
+      {"start_ns", span.start_ns},
+      {"end_ns", span.end_ns},
+      {"duration_s", duration_s},
+      {"chunks", chunks},
+      {"compression", compressions},
+      {"compressed_size", compressed},
+      {"uncompressed_size", uncompressed},
+      {"files", files},
+      {"topics", ordered_json::array()},
+      {"nodes", ordered_json::array()},
+      {"attachments", attachments},
+      {"metadata", metadata},
+      {"damages", damages},
+      {"lost", nullptr}};
+  add_topics(logs, duration_s, bytes, out);
   return out;
 }
 
-std::string info_text(const std::vector<OpenLog>& logs, const LogSummary& summary, bool colour) {
+std::string info_text(const std::vector<OpenLog>& logs, const ordered_json& info, bool colour) {
   std::ostringstream out;
   const auto line = [&](std::string_view label, const std::string& value) {
     out << fmt::format("{:<12} {}\n", label, value);
   };
-  if (logs.size() > 1) print_info_files(logs, colour, out);
-  const OpenLog& first = logs.front();
-  if (logs.size() == 1) {
-    line("file",
-         fmt::format("{} ({}{})", first.path, bytes_text(summary.size),
-                     first.summary.from_file ? "" : ", without a summary: read as a whole"));
+  if (logs.size() > 1) {
+    print_info_files(logs, colour, out);
+    line("files", fmt::format("{} ({})", logs.size(), bytes_text(info["size"])));
   } else {
-    line("files", fmt::format("{} ({})", logs.size(), bytes_text(summary.size)));
+    line("file", fmt::format("{} ({}{})", logs.front().path, bytes_text(info["size"]),
+                             info["closed"] ? "" : ", without a summary: read as a whole"));
   }
-  line("library", first.summary.header.library);
-  line("messages", fmt::format("{} on {} topics", summary.messages, summary.topics.size()));
-  line("lost", summary.lost ? std::to_string(*summary.lost) : "not counted");
-  line("time", fmt::format("{} to {} ({:.3f} s)", human_time(summary.span.start_ns),
-                           human_time(summary.span.end_ns), summary.duration_s()));
-  line("chunks",
-       fmt::format("{}, {}, {} of {} ({:.2f} : 1)", summary.chunks,
-                   fmt::join(summary.compressions, ", "), bytes_text(summary.compressed),
-                   bytes_text(summary.uncompressed),
-                   summary.compressed == 0 ? 1.0
-                                           : static_cast<double>(summary.uncompressed) /
-                                                 static_cast<double>(summary.compressed)));
-  if (const std::string nodes = nodes_text(summary); !nodes.empty()) line("nodes", nodes);
-  for (const OpenLog& log : logs) {
-    for (const auto& a : log.summary.attachments) {
-      line("attachment", fmt::format("{} ({}, {})", a.name, a.media_type, bytes_text(a.data_size)));
-    }
+  line("library", info["library"]);
+  line("messages", fmt::format("{} on {} topics", info["messages"].dump(), info["topics"].size()));
+  line("lost", info["lost"].is_null() ? "not counted" : info["lost"].dump());
+  line("time", fmt::format("{} to {} ({:.3f} s)", human_time(info["start_ns"]),
+                           human_time(info["end_ns"]), info["duration_s"].get<double>()));
+  const std::uint64_t compressed = info["compressed_size"],
+                      uncompressed = info["uncompressed_size"];
+  line("chunks", fmt::format("{}, {}, {} of {} ({:.2f} : 1)", info["chunks"].dump(),
+                             fmt::join(info["compression"].get<std::vector<std::string>>(), ", "),
+                             bytes_text(compressed), bytes_text(uncompressed),
+                             compressed == 0 ? 1.0
+                                             : static_cast<double>(uncompressed) /
+                                                   static_cast<double>(compressed)));
+  if (const std::string nodes = nodes_text(info["nodes"]); !nodes.empty()) line("nodes", nodes);
+  for (const ordered_json& a : info["attachments"]) {
+    line("attachment", fmt::format("{} ({}, {})", a["name"].get<std::string>(),
+                                   a["media_type"].get<std::string>(), bytes_text(a["size"])));
   }
-  for (const auto& [name, values] : summary.metadata) {
+  for (const ordered_json& record : info["metadata"]) {
+    const std::string name = record["name"];
     if (name.starts_with(kCountsName)) continue;  // column LOST
     line("metadata", name);
-    for (const auto& [key, value] : values) line("", key + ": " + in_one_line(value));
+    for (const auto& [key, value] : record["values"].items())
+      line("", key + ": " + in_one_line(value));
   }
   out << '\n';
-  print_info_topics(summary, colour, out);
+  print_info_topics(info["topics"], colour, out);
   return out.str();
 }
 
@@ -300,11 +282,11 @@ void add_info(CLI::App& verb, int& exit_code) {
       "  mimesis log info run_*.mcap --sizes");
   on_run(*info, exit_code, [options] {
     const auto logs = opened(options->files);
-    const LogSummary summary = summarize_logs(logs, options->sizes);
+    const ordered_json found = info_json(logs, options->sizes);
     if (options->json) {
-      print_json(info_json(logs, summary));
+      print_json(found);
     } else {
-      std::cout << info_text(logs, summary, use_colour(1));
+      std::cout << info_text(logs, found, use_colour(1));
     }
     for (const OpenLog& log : logs) {
       if (!options->sizes) report_damages(log, {});  // else told by the reading

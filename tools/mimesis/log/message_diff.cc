@@ -14,7 +14,7 @@
 #include <type_traits>
 #include <utility>
 
-#include "tools/mimesis/log/field_text.h"
+#include "tools/mimesis/field_text.h"
 
 namespace mimesis::tool {
 namespace {

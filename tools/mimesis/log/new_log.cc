@@ -11,16 +11,16 @@
 
 #include "common/error.h"
 #include "common/log/crc32.h"
-#include "common/log/stream_reader.h"
 #include "tools/mimesis/log/human.h"
 #include "tools/mimesis/log/verb_options.h"
+#include "tools/mimesis/stop_signals.h"
 
 namespace mimesis::tool {
 namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kInterrupted = 130;
+constexpr std::uint64_t kMostOverlap = 2ull << 30;   // held unpacked at once [bytes]
 constexpr const char* kNodesName = "mimesis.nodes";  // name -> clock
 /// Where a part stands in a split recording: void for what is made of several parts.
 constexpr const char *kPlaceName = "mimesis.split", *kWholeName = "mimesis.counts.whole";
@@ -41,6 +41,33 @@ std::uint32_t digest(std::uint32_t digest, const log::Message& m) {
   return log::crc32(digest, m.data);
 }
 
+std::vector<std::string> paths_of(const std::vector<OpenLog>& logs) {
+  std::vector<std::string> paths;
+  for (const OpenLog& log : logs) paths.push_back(log.path);
+  return paths;
+}
+
+/// Profile that all logs share, or "".
+std::string common_profile(const std::vector<OpenLog>& logs) {
+  std::set<std::string> profiles;
+  for (const OpenLog& log : logs) profiles.insert(log.summary.header.profile);
+  return profiles.size() == 1 ? *profiles.begin() : "";
+}
+
+/// Signals while an output is written.
+class WritingStop {
+ public:
+  explicit WritingStop(const std::string& path) : path_(path) {}
+  /// @throws VerbEnd
+  void check() const {
+    if (stop_.requested()) throw VerbEnd{"interrupted: '" + path_ + "' was not written", 130};
+  }
+
+ private:
+  const std::string& path_;
+  const StopSignals stop_;
+};
+
 }  // namespace
 
 void check_output(const OutputOptions& options, const std::vector<std::string>& inputs) {
@@ -59,98 +86,166 @@ void check_output(const OutputOptions& options, const std::vector<std::string>& 
   }
 }
 
-NewLog::NewLog(const OutputOptions& options, const std::vector<std::string>& inputs)
+NewLog::NewLog(const OutputOptions& options, const std::vector<OpenLog>& inputs)
+    : NewLog(options, paths_of(inputs), common_profile(inputs)) {}
+
+NewLog::NewLog(const OutputOptions& options, const std::vector<std::string>& inputs,
+               const std::string& profile)
     : options_(options) {
   check_output(options_, inputs);
   written_to_ = options_.path + (is_device(options_.path) ? "" : ".part");
   auto sink = log::create_file(written_to_);
   if (!sink) throw ConfigError(sink.error().reason);
   sink_ = std::move(*sink);
-  log::WriterOptions writer_options;
-  writer_options.profile = options_.profile;
-  writer_options.library = "mimesis " MIMESIS_VERSION;
-  writer_options.compression = options_.compression;
-  writer_options.zstd_level = options_.zstd_level;
-  writer_options.chunk_size = options_.chunk_size;
-  writer_ = std::make_unique<log::Writer>(*sink_, writer_options);
+  writer_ = std::make_unique<log::Writer>(*sink_,
+                                          log::WriterOptions{.profile = profile,
+                                                             .library = "mimesis " MIMESIS_VERSION,
+                                                             .compression = options_.compression,
+                                                             .zstd_level = options_.zstd_level,
+                                                             .chunk_size = options_.chunk_size});
 }
 
 NewLog::~NewLog() {
   if (!finished_ && written_to_ != options_.path) std::remove(written_to_.c_str());
 }
 
-tl::expected<std::uint16_t, Status> NewLog::channel(const log::Channel& channel,
-                                                    const log::Schema* schema) {
+template <class T>
+T NewLog::written(tl::expected<T, Status> result) const {
+  if (!result) {
+    const std::string& reason = result.error().reason;
+    throw NotWritten{{fmt::format("{}; '{}' was not written", reason, options_.path), 1}, reason};
+  }
+  if constexpr (!std::is_void_v<T>) return *result;
+}
+
+std::uint16_t NewLog::channel(const log::Channel& channel, const log::Schema* schema) {
   std::uint16_t schema_id = 0;
   if (schema != nullptr) {
-    std::tuple key{schema->name, schema->encoding, schema->data};
-    const auto known = schemas_.find(key);
-    if (known == schemas_.end()) {
-      const auto id = writer_->add_schema(schema->name, schema->encoding, schema->data);
-      if (!id) return id;
+    const auto [known, fresh] =
+        schemas_.try_emplace({schema->name, schema->encoding, schema->data}, 0);
+    if (fresh) {
+      known->second = written(writer_->add_schema(schema->name, schema->encoding, schema->data));
       if (!schema_names_.insert(schema->name).second) conflicts_.insert(schema->name);
-      schema_id = schemas_.emplace(std::move(key), *id).first->second;
-    } else {
-      schema_id = known->second;
     }
+    schema_id = known->second;
   }
-  ChannelKey key{schema_id, channel.topic, channel.message_encoding, channel.metadata};
-  if (const auto known = channels_.find(key); known != channels_.end()) return known->second;
-  const auto id =
-      writer_->add_channel(schema_id, channel.topic, channel.message_encoding, channel.metadata);
-  if (id) channels_.emplace(std::move(key), *id);
-  return id;
+  const auto [known, fresh] = channels_.try_emplace(
+      {schema_id, channel.topic, channel.message_encoding, channel.metadata}, 0);
+  if (fresh) {
+    known->second = written(
+        writer_->add_channel(schema_id, channel.topic, channel.message_encoding, channel.metadata));
+  }
+  return known->second;
 }
 
-log::Result NewLog::write(const log::Message& message) {
+void NewLog::write(const log::Message& message) {
   digest_ = digest(digest_, message);
-  return writer_->write(message);
+  written(writer_->write(message));
 }
 
-log::Result NewLog::copy(const Item& item) {
-  auto known = known_.find(item.channel);
-  if (known == known_.end()) {
-    const auto id = channel(*item.channel, item.schema);
-    if (!id) return tl::unexpected(id.error());
-    known = known_.emplace(item.channel, *id).first;
-  }
+void NewLog::copy(const Item& item) {
+  const auto [known, fresh] = known_.try_emplace(item.channel, 0);
+  if (fresh) known->second = channel(*item.channel, item.schema);
   log::Message message = *item.message;
   message.channel_id = known->second;
-  return write(message);
+  write(message);
 }
 
-log::Result NewLog::attach(const log::Attachment& attachment) {
-  if (!attachments_
-           .emplace(attachment.name, attachment.media_type, attachment.log_time,
-                    attachment.create_time, attachment.data.size(), log::crc32(0, attachment.data))
-           .second) {
-    return {};
+void NewLog::attach(const log::Attachment& a) {
+  const bool fresh = attachments_
+                         .emplace(a.name, a.media_type, a.log_time, a.create_time, a.data.size(),
+                                  log::crc32(0, a.data))
+                         .second;
+  if (fresh) written(writer_->attach(a));
+}
+
+void NewLog::add_metadata(const log::Metadata& metadata) {
+  if (!metadata_.emplace(metadata.name, metadata.metadata).second) return;
+  written(writer_->add_metadata(metadata));
+}
+
+void NewLog::count_damages(const OpenLog& log) {
+  damages_ += report_losses(log, log.summary.damages, log.summary.damage_count);
+}
+
+void NewLog::read(const std::string& what, const std::vector<OpenLog>& logs,
+                  const log::Selection& selection, const std::function<void(const Item&)>& take,
+                  const std::vector<std::int64_t>& offsets_ns) {
+  for (const OpenLog& log : logs) {
+    if (const auto bytes = overlap_bytes(log.summary); bytes > kMostOverlap) {
+      throw ConfigError(
+          fmt::format("{}: its messages are so far out of order that {} would be held "
+                      "in memory: run 'mimesis log sort' first",
+                      log.path, bytes_text(bytes)));
+    }
+    count_damages(log);
   }
-  return writer_->attach(attachment);
-}
-
-log::Result NewLog::add_metadata(const log::Metadata& metadata) {
-  if (!metadata_.emplace(metadata.name, metadata.metadata).second) return {};
-  return writer_->add_metadata(metadata);
-}
-
-log::Result NewLog::finish(bool verify) {
-  if (auto done = writer_->finish(); !done) return done;
-  if (verify) {
-    if (auto done = read_back(); !done) return done;
+  const WritingStop stop(options_.path);
+  LogProgress progress(what, logs, selection);
+  auto reader = merged(logs, selection, offsets_ns);
+  while (const Item* item = reader.next()) {
+    stop.check();
+    take(*item);
+    progress.at(item->message->log_time);
   }
+  for (std::size_t i = 0; i < logs.size(); ++i) {
+    damages_ += report_losses(logs[i], reader.damages(i), reader.damages(i).size());
+  }
+}
+
+void NewLog::read(const std::string& what, const log::Source& source, log::StreamReader& reader,
+                  const std::function<void(const log::Record&)>& take) {
+  const WritingStop stop(options_.path);
+  Progress progress(what, source.size());
+  while (const log::Record* record = reader.next()) {
+    stop.check();
+    take(*record);
+    progress.at(reader.offset());
+  }
+}
+
+void NewLog::copy_attachments(const std::vector<OpenLog>& logs) {
+  for (const OpenLog& log : logs) {
+    for (const log::AttachmentIndex& index : log.summary.attachments) {
+      std::string data;
+      if (const auto attachment = log::read_attachment(*log.source, index, data)) {
+        attach(*attachment);
+      } else {
+        std::cerr << log.path << ": " << attachment.error().reason << '\n';
+        ++damages_;
+      }
+    }
+  }
+}
+
+void NewLog::copy_metadata(const std::vector<OpenLog>& logs,
+                           const std::optional<LossCounts>& losses) {
+  log::Metadata nodes{kNodesName, {}};
+  damages_ += each_metadata(logs, "", [&](const log::Metadata& m) {
+    if (m.name == kNodesName) return nodes.metadata.insert(m.metadata.begin(), m.metadata.end());
+    const bool void_now = (losses && m.name == kCountsName) ||
+                          (logs.size() > 1 && (m.name == kPlaceName || m.name == kWholeName));
+    if (!void_now) add_metadata(m);
+  });
+  if (!nodes.metadata.empty()) add_metadata(nodes);
+  if (losses) add_metadata(losses_metadata(*losses));
+}
+
+void NewLog::finish(bool verify) {
+  written(writer_->finish());
+  if (verify) read_back();
   if (written_to_ != options_.path &&
       std::rename(written_to_.c_str(), options_.path.c_str()) != 0) {
-    return tl::unexpected(
-        Status{fmt::format("cannot rename '{}': {}", written_to_, std::strerror(errno))});
+    written(log::Result(tl::unexpected(
+        Status{fmt::format("cannot rename '{}': {}", written_to_, std::strerror(errno))})));
   }
   finished_ = true;
-  return {};
 }
 
-log::Result NewLog::read_back() const {
+void NewLog::read_back() const {
   const auto failed = [&](const std::string& why) {
-    return tl::unexpected(Status{fmt::format("'{}' reads back wrong: {}", written_to_, why)});
+    written(log::Result(
+        tl::unexpected(Status{fmt::format("'{}' reads back wrong: {}", written_to_, why)})));
   };
   const auto source = log::open_file(written_to_);
   if (!source) return failed(source.error().reason);
@@ -165,9 +260,8 @@ log::Result NewLog::read_back() const {
   }
   if (reader.damage_count() > 0) return failed(reader.damages().front().what);
   if (messages != statistics().message_count || read_digest != digest_) {
-    return failed("its messages are not those that were written");
+    failed("its messages are not those that were written");
   }
-  return {};
 }
 
 nlohmann::ordered_json NewLog::json() const {
@@ -186,65 +280,16 @@ std::string NewLog::line() const {
                      bytes_text(writer_->bytes_written()));
 }
 
-std::string common_profile(const std::vector<OpenLog>& logs) {
-  if (logs.empty()) return "";
-  const std::string& first = logs.front().summary.header.profile;
-  const bool same = std::ranges::all_of(
-      logs, [&](const OpenLog& log) { return log.summary.header.profile == first; });
-  return same ? first : "";
-}
-
-void copy_attachments(const std::vector<OpenLog>& logs, NewLog& out, Pass& pass) {
-  for (const OpenLog& log : logs) {
-    for (const log::AttachmentIndex& index : log.summary.attachments) {
-      if (!pass.done || pass.interrupted) return;
-      std::string data;
-      if (const auto attachment = log::read_attachment(*log.source, index, data)) {
-        pass.done = out.attach(*attachment);
-      } else {
-        std::cerr << log.path << ": " << attachment.error().reason << '\n';
-        ++pass.damages;
-      }
-    }
-  }
-}
-
-void copy_metadata(const std::vector<OpenLog>& logs, NewLog& out, Pass& pass,
-                   const std::optional<LossCounts>& losses) {
-  if (!pass.done || pass.interrupted) return;
-  log::Metadata nodes{kNodesName, {}};
-  pass.damages += each_metadata(logs, "", [&](const log::Metadata& m) {
-    const bool void_now = (losses && m.name == kCountsName) ||
-                          (logs.size() > 1 && (m.name == kPlaceName || m.name == kWholeName));
-    if (!pass.done || void_now) return;
-    if (m.name == kNodesName) {
-      nodes.metadata.insert(m.metadata.begin(), m.metadata.end());
-    } else {
-      pass.done = out.add_metadata(m);
-    }
-  });
-  if (pass.done && !nodes.metadata.empty()) pass.done = out.add_metadata(nodes);
-  if (pass.done && losses) pass.done = out.add_metadata(losses_metadata(*losses));
-}
-
-int conclude(NewLog& out, Pass& pass, bool json, const nlohmann::ordered_json& more) {
-  if (pass.interrupted) {
-    std::cerr << "interrupted: '" << out.path() << "' was not written\n";
-    return kInterrupted;
-  }
-  if (pass.done) pass.done = out.finish();
-  if (!pass.done) {
-    std::cerr << pass.done.error().reason << "; '" << out.path() << "' was not written\n";
-    return 1;
-  }
-  std::cerr << out.line() << '\n';
+int NewLog::conclude(bool json, const nlohmann::ordered_json& more) {
+  finish();
+  std::cerr << line() << '\n';
   if (json) {
-    auto object = out.json();
-    object["damages"] = pass.damages;
+    auto object = this->json();
+    object["damages"] = damages_;
     object.update(more);
     print_json(object);
   }
-  return pass.damages == 0 ? 0 : 1;
+  return damages_ == 0 ? 0 : 1;
 }
 
 }  // namespace mimesis::tool

@@ -16,16 +16,13 @@
 #include "common/error.h"
 #include "common/log/crc32.h"
 #include "common/runtime/value_text.h"
-#include "tools/mimesis/log/human.h"
-#include "tools/mimesis/stop_signals.h"
 
 namespace mimesis::tool {
 namespace {
 
 constexpr double kLatest_s = 1e10;  // 300 years: no time in a log is later
 constexpr std::uint64_t kSecond_ns = 1'000'000'000;
-constexpr std::uint64_t kMostOverlap = 2ull << 30;  // held unpacked at once [bytes]
-constexpr const char* kTotal = "total";             // of loss counts
+constexpr const char* kTotal = "total";  // of loss counts
 
 std::string metadata_value(const log::Channel& channel, const std::string& key) {
   const auto it = channel.metadata.find(key);
@@ -307,34 +304,6 @@ std::uint64_t overlap_bytes(const log::Summary& summary) {
   std::int64_t now = 0, most = 0;
   for (const auto& [time, change] : edges) most = std::max(most, now += change);
   return static_cast<std::uint64_t>(most);
-}
-
-Pass each_message(const std::string& what, const std::vector<OpenLog>& logs,
-                  const log::Selection& selection,
-                  const std::function<log::Result(const Item&)>& take,
-                  const std::vector<std::int64_t>& offsets_ns) {
-  Pass pass;
-  for (const OpenLog& log : logs) {
-    if (const auto bytes = overlap_bytes(log.summary); bytes > kMostOverlap) {
-      throw ConfigError(
-          fmt::format("{}: its messages are so far out of order that {} would be held "
-                      "in memory: run 'mimesis log sort' first",
-                      log.path, bytes_text(bytes)));
-    }
-    pass.damages += report_losses(log, log.summary.damages, log.summary.damage_count);
-  }
-  const StopSignals stop;
-  LogProgress progress(what, logs, selection);
-  auto reader = merged(logs, selection, offsets_ns);
-  while (const Item* item = reader.next()) {
-    pass.interrupted = stop.requested();
-    if (pass.interrupted || !(pass.done = take(*item))) return pass;
-    progress.at(item->message->log_time);
-  }
-  for (std::size_t i = 0; i < logs.size(); ++i) {
-    pass.damages += report_losses(logs[i], reader.damages(i), reader.damages(i).size());
-  }
-  return pass;
 }
 
 bool LatchedRepeats::repeated(const Item& item) {

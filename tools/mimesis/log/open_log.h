@@ -12,6 +12,7 @@
 #include "common/log/merged_reader.h"
 #include "common/log/summary.h"
 #include "tools/mimesis/progress.h"
+#include "tools/mimesis/topic_filter.h"
 
 // The source of every verb: one or several logs, read as one in the order of log time.
 namespace mimesis::tool {
@@ -74,6 +75,16 @@ std::uint64_t each_metadata(const std::vector<OpenLog>& logs, const std::string&
                             const std::function<void(const log::Metadata&)>& take,
                             bool silent = false);
 
+/// The topics that --topic, --regex and --exclude choose.
+struct TopicOptions {
+  std::vector<std::string> topics = {};
+  std::string regex = {}, exclude = {};
+};
+/// @throws ConfigError
+inline TopicFilter filter_of(const TopicOptions& options) {
+  return {options.topics, options.regex, options.exclude};
+}
+
 // --- Times
 
 /// Log time that people mean [ns]: "12.5" (seconds from the first message), "1795275600250000000ns"
@@ -135,21 +146,6 @@ using Item = log::MergedReader::Item;
 std::uint64_t scan_logs(const std::vector<OpenLog>& logs, const log::Selection& selection,
                         const std::string& what, const std::function<void(const Item&)>& take,
                         bool silent = false);
-
-/// How reading one or several logs went.
-struct Pass {
-  log::Result done;           ///< a failure to write
-  bool interrupted = false;   ///< by a signal
-  std::uint64_t damages = 0;  ///< of the inputs, that cost messages; each was told
-};
-
-/// For verbs that write: hands every selected message to `take`, with bar, signals and damage.
-/// `offsets_ns` are added to the times of the logs.
-/// @throws ConfigError if the messages are so far out of order that memory would not be bounded.
-Pass each_message(const std::string& what, const std::vector<OpenLog>& logs,
-                  const log::Selection& selection,
-                  const std::function<log::Result(const Item&)>& take,
-                  const std::vector<std::int64_t>& offsets_ns = {});
 
 /// Most unpacked bytes that a reader in the order of log time holds at once.
 std::uint64_t overlap_bytes(const log::Summary& summary);

@@ -3,22 +3,19 @@
 #include <fmt/format.h>
 #include <google/protobuf/descriptor.h>
 
-#include <CLI/App.hpp>
-#include <CLI/Config.hpp>
-#include <CLI/Formatter.hpp>
-#include <CLI/Validators.hpp>
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <iostream>
 #include <map>
 #include <memory>
-#include <nlohmann/json.hpp>
 #include <set>
+#include <utility>
 
 #include "common/error.h"
+#include "common/plot/gnuplot.h"
+#include "tools/mimesis/field_text.h"
 #include "tools/mimesis/log/field_columns.h"
-#include "tools/mimesis/log/field_text.h"
 #include "tools/mimesis/log/verb_options.h"
 #include "tools/mimesis/message_json.h"
 
@@ -69,12 +66,11 @@ class CurveReader {
     const auto wanted = [this](const log::Channel& c) {
       return std::ranges::find(queries_, c.topic, &FieldColumns::topic) != queries_.end();
     };
-    std::uint64_t failures = 0;
+    std::uint64_t invalid = 0;
     const log::Selection selection{wanted, times_.start, times_.end};
-    failures += scan_logs(logs_, selection, "plot", [&](const Item& item) {
-      if (!take(item)) ++failures;
-    });
-    return failures;
+    const std::uint64_t damages = scan_logs(
+        logs_, selection, "plot", [&](const Item& item) { invalid += take(item) ? 0 : 1; });
+    return damages + invalid;
   }
 
   std::vector<Curve> curves() {
@@ -88,8 +84,7 @@ class CurveReader {
   using Key = std::tuple<std::size_t, std::string, FieldColumns::Key>;
   struct State {
     Curve curve;
-    bool started = false;
-    double stamp_s = 0.0, value = 0.0;  ///< of the sample before
+    std::optional<CurveThinning::Point> before = {};  ///< sample before, by its sender's stamp
   };
 
   void check(const std::string& text, FieldColumns& query) {
@@ -103,12 +98,8 @@ class CurveReader {
   }
 
   bool take(const Item& item) {
-    const auto* message = decoder_.decode(item);
-    if (message == nullptr) {
-      std::cerr << fmt::format("{}: the message at log time {} ns is not a valid {}\n",
-                               item.channel->topic, item.message->log_time, item.schema->name);
-      return false;
-    }
+    const auto* message = decoder_.decode_or_tell(item);
+    if (message == nullptr) return false;
     const std::string node = sender_of(*item.channel);
     for (std::size_t q = 0; q < queries_.size(); ++q) {
       if (queries_[q].topic() != item.channel->topic) continue;
@@ -129,16 +120,11 @@ class CurveReader {
     if (curve.discrete) {
       curve.words.try_emplace(static_cast<int>(value), value_word(v, static_cast<int>(value)));
     }
-    if (options_.derivative) {
-      // By the sender's stamps: the receipt jitters.
-      const double stamp_s = seconds(m.publish_time), change = value - state.value;
-      const double step_s = stamp_s - state.stamp_s;
-      const bool first = !state.started;
-      state.started = true;
-      state.stamp_s = stamp_s;
-      state.value = value;
-      if (first || step_s <= 0.0) return;
-      value = change / step_s;
+    if (options_.derivative) {  // by the sender's stamps: the receipt jitters
+      const CurveThinning::Point now{seconds(m.publish_time), value};
+      const auto before = std::exchange(state.before, now);
+      if (!before || now.time_s <= before->time_s) return;
+      value = (now.value - before->value) / (now.time_s - before->time_s);
     }
     curve.thinning.add({seconds(m.log_time), value});
     ++curve.samples;
@@ -179,45 +165,154 @@ class CurveReader {
   std::map<Key, State> states_;
 };
 
-nlohmann::ordered_json finite_or_null(double value) {
-  return std::isfinite(value) ? nlohmann::ordered_json(value) : nlohmann::ordered_json(nullptr);
+// --- Pictures
+
+constexpr std::size_t kLineTypes = 8;  // that the style of gnuplot.cc tells apart
+constexpr int kPanelHeight = 320, kFirstPanelHeight = 460;  // [px]
+
+using Panel = std::vector<std::size_t>;  ///< indexes of curves that share an axis
+
+/// Of curves with one panel; what has words is apart.
+std::string axis_of(const Curve& curve) {
+  if (!curve.discrete) return "unit " + curve.quantity.unit;
+  std::string words = "words";
+  for (const auto& [value, word] : curve.words) {
+    words = word == "true" || word == "false" ? "boolean" : "words " + curve.quantity.name;
+  }
+  return words;
 }
 
-int plot_files(const std::vector<std::string>& files, const PlotOptions& options, bool json) {
-  const auto logs = opened(files);
-  std::uint64_t failures = 0;
-  const auto curves = read_curves(logs, options, failures);
-  if (curves.empty()) throw VerbEnd{"nothing to plot: no messages in this part of the log", 3};
-  try {
-    draw_curves(curves, options);
-  } catch (const ConfigError&) {
-    throw;
-  } catch (const std::runtime_error& error) {
-    throw VerbEnd{error.what(), 1};
+std::vector<Panel> panels_of(const std::vector<Curve>& curves) {
+  std::vector<Panel> panels;
+  std::vector<std::string> axes;
+  for (std::size_t i = 0; i < curves.size(); ++i) {
+    const std::string axis = axis_of(curves[i]);
+    const auto at = static_cast<std::size_t>(std::ranges::find(axes, axis) - axes.begin());
+    if (at == axes.size()) {
+      axes.push_back(axis);
+      panels.emplace_back();
+    }
+    panels[at].push_back(i);
   }
-  std::uint64_t samples = 0;
-  nlohmann::ordered_json list = nlohmann::ordered_json::array();
-  for (const Curve& c : curves) {
-    samples += c.samples;
-    list.push_back({{"field", c.label},
-                    {"unit", c.quantity.unit},
-                    {"samples", c.samples},
-                    {"min", finite_or_null(c.least)},
-                    {"max", finite_or_null(c.greatest)}});
-  }
-  if (json) {
-    print_json({{"file", options.output}, {"curves", list}});
-  } else {
-    std::cerr << fmt::format("{}: {} curves of {} samples\n", options.output, curves.size(),
-                             samples);
-  }
-  return failures == 0 ? 0 : 1;
+  return panels;
 }
+
+std::string y_label(const std::vector<Curve>& curves, const Panel& panel, bool derivative) {
+  std::set<std::string> names;
+  for (const std::size_t i : panel) names.insert(curves[i].quantity.name);
+  const std::string& unit = curves[panel.front()].quantity.unit;
+  std::string name = names.size() == 1 ? *names.begin() : "";
+  if (derivative && !name.empty()) name = "d/dt " + name;
+  if (unit.empty()) return name;
+  return name.empty() ? unit : name + " [" + unit + "]";
+}
+
+/// What all labels have in common stands in the title: "bridge/arm.".
+std::string common_topic(const std::vector<Curve>& curves) {
+  const std::string& first = curves.front().label;
+  const std::size_t slash = first.rfind('/');
+  const std::string topic = first.substr(0, first.find('.', slash == first.npos ? 0 : slash) + 1);
+  const bool all = std::ranges::all_of(
+      curves, [&](const Curve& curve) { return curve.label.starts_with(topic); });
+  return all ? topic : "";
+}
+
+/// Values of an axis with names, and room above and below.
+std::string word_tics(const std::vector<Curve>& curves, const Panel& panel) {
+  std::map<int, std::string> words;
+  for (const std::size_t i : panel) words.insert(curves[i].words.begin(), curves[i].words.end());
+  std::string tics;
+  for (const auto& [value, word] : words) {
+    tics += fmt::format("{}{} {}", tics.empty() ? "" : ", ", plot::quoted(word), value);
+  }
+  return fmt::format("set ytics ({})\nset yrange [{}:{}]\n", tics, words.begin()->first - 0.3,
+                     words.rbegin()->first + 0.3);
+}
+
+/// Equal ones for all panels, so that their times stand above each other [characters].
+std::size_t left_margin(const std::vector<Curve>& curves) {
+  std::size_t longest = 8;  // of numbers
+  for (const Curve& curve : curves) {
+    for (const auto& [value, word] : curve.words) longest = std::max(longest, word.size());
+  }
+  return longest + 4;
+}
+std::size_t right_margin(const std::vector<Curve>& curves, const std::string& topic) {
+  std::size_t longest = 0;
+  for (const Curve& curve : curves) longest = std::max(longest, curve.label.size() - topic.size());
+  return longest + 8;
+}
+
+/// Look of the curves of a panel. Where fields have several elements, equal ones of each have one
+/// colour, and each field has its dashes: set-points lie upon what followed them.
+struct Look {
+  std::size_t colour, dash;
+};
+std::vector<Look> looks(const std::vector<Curve>& curves, const Panel& panel) {
+  std::map<std::size_t, std::size_t> sizes;  // of fields
+  for (const std::size_t i : panel) ++sizes[curves[i].field];
+  const bool by_field =
+      sizes.size() > 1 && std::ranges::any_of(sizes, [](const auto& s) { return s.second > 1; });
+  std::map<std::size_t, std::size_t> dashes, elements;
+  std::vector<Look> all;
+  for (std::size_t n = 0; n < panel.size(); ++n) {
+    const std::size_t field = curves[panel[n]].field;
+    const std::size_t dash = dashes.try_emplace(field, dashes.size()).first->second;
+    const std::size_t element = elements[field]++;
+    all.push_back(by_field ? Look{element % kLineTypes, dash}
+                           : Look{n % kLineTypes, n / kLineTypes});
+  }
+  return all;
+}
+
+std::string curve_style(const Curve& curve, const std::string& style, const Look& look) {
+  if (style == "dots" || curve.samples < 2) {
+    return fmt::format("points linetype {} pointtype 7 pointsize 0.4", look.colour + 1);
+  }
+  return fmt::format("{} linetype {} linewidth 1.4 dashtype {}",
+                     style == "steps" || curve.discrete ? "steps" : "lines", look.colour + 1,
+                     look.dash + 1);
+}
+
+/// gnuplot chooses it, but for curves that are constant.
+std::string value_range(const std::vector<Curve>& curves, const Panel& panel) {
+  double least = std::numeric_limits<double>::infinity(), greatest = -least;
+  for (const std::size_t i : panel) {
+    least = std::min(least, curves[i].least);
+    greatest = std::max(greatest, curves[i].greatest);
+  }
+  if (least < greatest) return "set autoscale y\n";
+  const double middle = least == greatest ? least : 0.0;
+  const double half = std::max(1.0, 0.1 * std::abs(middle));
+  return fmt::format("set yrange [{}:{}]\n", middle - half, middle + half);
+}
+
+std::string draw_panel(const std::vector<Curve>& curves, const Panel& panel,
+                       const PlotOptions& options, const std::string& topic) {
+  std::string script =
+      "set ylabel " + plot::quoted(y_label(curves, panel, options.derivative)) + "\n";
+  if (curves[panel.front()].discrete) {
+    script += word_tics(curves, panel);
+  } else {
+    script += value_range(curves, panel);
+    script += "set ytics autofreq\nset offsets 0, 0, graph 0.05, graph 0.05\n";
+  }
+  const auto look = looks(curves, panel);
+  std::string plots;
+  for (std::size_t n = 0; n < panel.size(); ++n) {
+    const Curve& curve = curves[panel[n]];
+    plots += fmt::format("{} $curve{} using 1:2 with {} title {}", n == 0 ? "" : ", \\\n ",
+                         panel[n], curve_style(curve, options.style, look[n]),
+                         plot::quoted(curve.label.substr(topic.size())));
+  }
+  return script + "plot" + plots + "\n";
+}
+
+// --- The verb
 
 struct PlotChoice {
   std::vector<std::string> words;  ///< files, then fields
   PlotOptions plot;
-  std::string style = "lines";
   bool json = false;
 };
 
@@ -235,10 +330,33 @@ int run_plot(PlotChoice& o) {
   if (files.empty() || o.plot.fields.empty()) {
     throw ConfigError("expected FILE... TOPIC.FIELD..., as in run.mcap bridge/arm.position_rad[*]");
   }
-  static const std::map<std::string, PlotStyle> kStyles{
-      {"lines", PlotStyle::lines}, {"steps", PlotStyle::steps}, {"dots", PlotStyle::dots}};
-  o.plot.style = kStyles.at(o.style);
-  return plot_files(files, o.plot, o.json);
+  std::uint64_t failures = 0, samples = 0;
+  const auto curves = read_curves(opened(files), o.plot, failures);
+  if (curves.empty()) throw VerbEnd{"nothing to plot: no messages in this part of the log", 3};
+  try {
+    draw_curves(curves, o.plot);
+  } catch (const ConfigError&) {
+    throw;
+  } catch (const std::runtime_error& error) {
+    throw VerbEnd{error.what(), 1};
+  }
+  auto list = nlohmann::ordered_json::array();
+  for (const Curve& c : curves) {
+    samples += c.samples;
+    const bool finite = c.least <= c.greatest;  // has a finite sample
+    list.push_back({{"field", c.label},
+                    {"unit", c.quantity.unit},
+                    {"samples", c.samples},
+                    {"min", finite ? nlohmann::ordered_json(c.least) : nullptr},
+                    {"max", finite ? nlohmann::ordered_json(c.greatest) : nullptr}});
+  }
+  if (o.json) {
+    print_json({{"file", o.plot.output}, {"curves", list}});
+  } else {
+    std::cerr << fmt::format("{}: {} curves of {} samples\n", o.plot.output, curves.size(),
+                             samples);
+  }
+  return failures == 0 ? 0 : 1;
 }
 
 }  // namespace
@@ -273,25 +391,20 @@ void CurveThinning::add(const Point& point) {
   const Numbered numbered{count_++, point};
   if (!std::isfinite(point.value)) {
     column.gap = {numbered.number, {point.time_s, std::numeric_limits<double>::quiet_NaN()}};
-    column.has_gap = true;
     return;
   }
-  if (!column.any) column.first = column.least = column.greatest = numbered;
-  if (point.value < column.least.point.value) column.least = numbered;
-  if (point.value > column.greatest.point.value) column.greatest = numbered;
+  if (!column.first) column.first = column.least = column.greatest = numbered;
+  if (point.value < column.least->point.value) column.least = numbered;
+  if (point.value > column.greatest->point.value) column.greatest = numbered;
   column.last = numbered;
-  column.any = true;
 }
 
 std::vector<CurveThinning::Point> CurveThinning::points() const {
   std::vector<Point> all;
   for (const Column& c : columns_) {
     std::map<std::uint64_t, Point> in_order;
-    if (c.has_gap) in_order[c.gap.number] = c.gap.point;
-    if (c.any) {
-      for (const Numbered* n : {&c.first, &c.least, &c.greatest, &c.last}) {
-        in_order[n->number] = n->point;
-      }
+    for (const auto* n : {&c.gap, &c.first, &c.least, &c.greatest, &c.last}) {
+      if (*n) in_order[(*n)->number] = (*n)->point;
     }
     for (const auto& [number, point] : in_order) all.push_back(point);
   }
@@ -303,6 +416,43 @@ std::vector<Curve> read_curves(const std::vector<OpenLog>& logs, const PlotOptio
   CurveReader reader(logs, options);
   failures += reader.read();
   return reader.curves();
+}
+
+void draw_curves(const std::vector<Curve>& curves, const PlotOptions& options) {
+  const auto panels = panels_of(curves);
+  const std::string topic = common_topic(curves);
+  std::vector<plot::Data> data;
+  double first_s = std::numeric_limits<double>::infinity(), last_s = -first_s;
+  for (std::size_t i = 0; i < curves.size(); ++i) {
+    plot::Data d{fmt::format("curve{}", i), {}};
+    for (const auto& p : curves[i].thinning.points()) {
+      d.rows.push_back({p.time_s, p.value});
+      first_s = std::min(first_s, p.time_s);
+      last_s = std::max(last_s, p.time_s);
+    }
+    if (d.rows.empty()) d.rows.push_back({0.0, std::numeric_limits<double>::quiet_NaN()});
+    data.push_back(std::move(d));
+  }
+  const std::string title =
+      !options.title.empty() || topic.empty() ? options.title : topic.substr(0, topic.size() - 1);
+  std::string script = fmt::format(
+      "set key at graph 1.01, graph 1.02 left top Left reverse\n"
+      "set grid back linetype 1 linecolor rgb '#e0e0e0' linewidth 1 dashtype 1\n"
+      "set lmargin {}\nset rmargin {}\n{}",
+      left_margin(curves), right_margin(curves, topic),
+      first_s < last_s ? fmt::format("set xrange [{}:{}]\n", first_s, last_s) : "");
+  script += fmt::format("set multiplot layout {},1{}\n", panels.size(),
+                        title.empty() ? "" : " title " + plot::quoted(title));
+  for (const Panel& panel : panels) {
+    if (&panel == &panels.back()) script += "set xlabel 'time from the start of the log [s]'\n";
+    script += draw_panel(curves, panel, options, topic);
+  }
+  script += "unset multiplot\n";
+  const int height = options.height_px > 0
+                         ? options.height_px
+                         : kFirstPanelHeight + kPanelHeight * (static_cast<int>(panels.size()) - 1);
+  const bool svg = std::filesystem::path(options.output).extension() == ".svg";
+  (svg ? plot::plot_svg : plot::plot_png)(options.output, options.width_px, height, data, script);
 }
 
 void add_plot(CLI::App& verb, int& exit_code) {
@@ -320,7 +470,7 @@ void add_plot(CLI::App& verb, int& exit_code) {
       ->capture_default_str();
   sub->add_option("--height", o->plot.height_px, "[px]; by the number of panels")
       ->check(CLI::Range(100, 10'000));
-  sub->add_option("--style", o->style, "lines, steps or dots")
+  sub->add_option("--style", o->plot.style, "lines, steps or dots")
       ->check(CLI::IsMember({"lines", "steps", "dots"}))
       ->capture_default_str();
   sub->add_flag("--derivative", o->plot.derivative, "Change per second instead of the value");

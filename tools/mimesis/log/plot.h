@@ -1,8 +1,8 @@
 #pragma once
-#include <array>
 #include <cstdint>
 #include <limits>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -39,8 +39,7 @@ class CurveThinning {
     Point point{};
   };
   struct Column {
-    Numbered first, least, greatest, last, gap;
-    bool any = false, has_gap = false;
+    std::optional<Numbered> first, least, greatest, last, gap;
   };
   double start_s_, columns_per_s_;
   std::uint64_t count_ = 0;
@@ -60,16 +59,14 @@ struct Curve {
   double greatest = -std::numeric_limits<double>::infinity();  ///< finite ones alone
 };
 
-enum class PlotStyle { lines, steps, dots };
-
 struct PlotOptions {
   std::vector<std::string> fields = {};  ///< "TOPIC.FIELD"
   TimeRange range = {};
   std::string output = {};  ///< *.png or *.svg
   std::string title = {};
   int width_px = 1200;
-  int height_px = 0;  ///< 0: by the number of panels
-  PlotStyle style = PlotStyle::lines;
+  int height_px = 0;            ///< 0: by the number of panels
+  std::string style = "lines";  ///< lines, steps or dots
   bool derivative = false;
 };
 

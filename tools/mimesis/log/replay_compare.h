@@ -1,5 +1,5 @@
 #pragma once
-#include "tools/mimesis/log/field_text.h"
+#include "tools/mimesis/field_text.h"
 #include "tools/mimesis/log/message_diff.h"
 #include "tools/mimesis/log/replay_log.h"
 

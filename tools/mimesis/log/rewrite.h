@@ -5,10 +5,16 @@
 #include <string>
 #include <vector>
 
-#include "tools/mimesis/log/verb_options.h"
+#include "tools/mimesis/log/new_log.h"
 
-// The verbs that make a log of others: filter, merge, sort, recover.
+// The verbs that make a log of others. Each returns the exit code. @throws ConfigError, VerbEnd
 namespace mimesis::tool {
+
+struct RewriteOptions {
+  std::vector<std::string> inputs;
+  OutputOptions output;
+  bool json = false;
+};
 
 /// Keeps every Nth message, or at most so many per second of log time, of each topic of each node.
 /// Latched topics are thinned only if they are named: their last value is the state.
@@ -17,22 +23,17 @@ class Thinning {
   /// `every`: "[TOPIC=]N"; `max_rate`: "[TOPIC=]HZ". @throws ConfigError
   Thinning(const std::vector<std::string>& every, const std::vector<std::string>& max_rate);
   bool keep(const log::Channel& channel, std::uint64_t log_time);
-  bool any() const { return !every_.empty() || !period_ns_.empty(); }
 
  private:
   struct State {
-    std::uint64_t every = 1, seen = 0;
-    std::uint64_t period_ns = 0, due_ns = 0;
+    std::uint64_t every = 1, period_ns = 0;
+    std::uint64_t seen = 0, due_ns = 0;
   };
-  State state_of(const log::Channel& channel) const;
-
   std::map<std::string, std::uint64_t> every_, period_ns_;  ///< by topic; "" is for all others
   std::map<const log::Channel*, State> states_;
 };
 
-struct FilterOptions : TopicOptions {
-  std::vector<std::string> inputs;
-  OutputOptions output;
+struct FilterOptions : RewriteOptions, TopicOptions {
   std::vector<std::string> nodes;  ///< only what these published; empty: all
   std::string inputs_of;           ///< what a replay of this node needs
   TimeRange range;
@@ -40,36 +41,22 @@ struct FilterOptions : TopicOptions {
   std::vector<std::string> every, max_rate;  ///< as in Thinning
   bool attachments = true, metadata = true;
   std::vector<std::string> notes;  ///< KEY=VALUE, for metadata "mimesis.notes"
-  bool json = false;
 };
-
-/// `mimesis log filter`. Returns the exit code. @throws ConfigError, VerbEnd
 int log_filter(FilterOptions options);
 
-struct MergeOptions {
-  std::vector<std::string> inputs;
-  OutputOptions output;
+struct MergeOptions : RewriteOptions {
   std::vector<std::string> offsets = {};  ///< FILE=SECONDS, added to all times of the file
-  bool json = false;
 };
-
 /// "run.mcap=-0.5" -> run.mcap, -0.5. @throws ConfigError
 std::pair<std::string, double> parse_offset(const std::string& text);
-
-/// `mimesis log merge`. Returns the exit code. @throws ConfigError, VerbEnd
 int log_merge(const MergeOptions& options);
 
-struct SortOptions {
-  std::string input;
-  OutputOptions output;
+struct SortOptions : RewriteOptions {
   /// So many unpacked bytes are held at most; a log that is further out of order is sorted in
   /// pieces, which stand beside the output meanwhile.
   std::size_t memory = std::size_t{512} << 20;
-  bool json = false;
 };
-
-/// `mimesis log sort`: by log time, equal times in the order of the file. Reads the data, not the
-/// index. Returns the exit code. @throws ConfigError, VerbEnd
+/// By log time, equal times in the order of the file. Reads the data, not the index.
 int log_sort(const SortOptions& options);
 
 /// A run of sequence numbers of one publisher that is not in the log.
@@ -84,7 +71,7 @@ struct MissingRun {
 struct RecoveredTopic {
   std::string topic, node;
   std::uint64_t messages = 0;
-  /// That the file held by its own counts; nothing if these are gone.
+  /// Message count according to the file's own statistics; nothing if these are gone.
   std::optional<std::uint64_t> expected;
   std::vector<MissingRun> missing;
   std::uint64_t last_ns = 0;
@@ -99,28 +86,16 @@ struct Recovered {
   std::map<std::uint16_t, RecoveredTopic> topics;  ///< by id of the channel in the input
   std::vector<log::Damage> damages;
   std::uint64_t damage_count = 0;
-  std::uint64_t attachments = 0, metadata = 0;
   bool complete = false;  ///< the input ends as a log does
   bool lost = false;      ///< something that the file held is not in the output
-  bool interrupted = false;
 };
 
 /// Copies all that can be read from `in` to `out`, in the order of the file. `summary`: of `in`,
 /// has definitions that the data may have lost.
-tl::expected<Recovered, Status> recover(const log::Source& in, const log::Summary& summary,
-                                        NewLog& out);
-
-struct RecoverOptions {
-  std::string input;
-  OutputOptions output;
-  bool json = false;
-};
-
-/// `mimesis log recover`. Exit code 0: the output holds all that was in the file; 1: it is good,
-/// but something is missing, or it could not be written. @throws ConfigError, VerbEnd
-int log_recover(RecoverOptions options);
-
+Recovered recover(const log::Source& in, const log::Summary& summary, NewLog& out);
 /// What is missing, one line each: damaged places, then gaps by topic.
 std::string recovery_text(const std::string& input, const Recovered& recovered);
+/// Exit code 0: the output holds all that was in the file; 1: something is missing.
+int log_recover(const RewriteOptions& options);
 
 }  // namespace mimesis::tool

@@ -2,10 +2,7 @@
 
 #include <fmt/format.h>
 
-#include <CLI/App.hpp>
-#include <CLI/Validators.hpp>
 #include <iostream>
-#include <nlohmann/json.hpp>
 
 #include "common/error.h"
 #include "tools/mimesis/log/human.h"
@@ -16,10 +13,6 @@ void add_topic_options(CLI::App& verb, TopicOptions& options) {
       ->allow_extra_args(false);
   verb.add_option("--regex", options.regex, "Only topics that match as a whole");
   verb.add_option("--exclude", options.exclude, "Not those that match as a whole");
-}
-
-TopicFilter filter_of(const TopicOptions& options) {
-  return {options.topics, options.regex, options.exclude};
 }
 
 void add_time_options(CLI::App& verb, TimeRange& range) {

@@ -1,20 +1,20 @@
 #pragma once
+#include <CLI/App.hpp>
+#include <CLI/Config.hpp>
+#include <CLI/Formatter.hpp>
+#include <CLI/Validators.hpp>
 #include <cstddef>
 #include <functional>
-#include <nlohmann/json_fwd.hpp>
+#include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "tools/mimesis/log/new_log.h"
 #include "tools/mimesis/log/open_log.h"
-#include "tools/mimesis/topic_filter.h"
 
-namespace CLI {
-class App;
-class Option;
-}  // namespace CLI
-
-// What the sub-verbs of `mimesis log` share: options, how they run, JSON on standard output.
+// What the sources of the sub-verbs of `mimesis log` share: options, how they run, JSON on standard
+// output.
 namespace mimesis::tool {
 
 // Each adds one sub-verb; exit codes as in verb.h.
@@ -34,14 +34,8 @@ void add_convert(CLI::App& log, int& exit_code);
 void add_plot(CLI::App& log, int& exit_code);
 void add_view(CLI::App& log, int& exit_code);
 
-struct TopicOptions {
-  std::vector<std::string> topics;
-  std::string regex, exclude;
-};
+/// --topic, --regex, --exclude.
 void add_topic_options(CLI::App& verb, TopicOptions& options);
-/// @throws ConfigError
-TopicFilter filter_of(const TopicOptions& options);
-
 /// --start and --end.
 void add_time_options(CLI::App& verb, TimeRange& range);
 
@@ -65,5 +59,9 @@ void on_run(CLI::App& verb, int& exit_code, std::function<int()> run);
 
 /// One line on standard output; what is no UTF-8 is replaced.
 void print_json(const nlohmann::ordered_json& object);
+template <class T>
+nlohmann::ordered_json json_or_null(const std::optional<T>& value) {
+  return value ? nlohmann::ordered_json(*value) : nlohmann::ordered_json(nullptr);
+}
 
 }  // namespace mimesis::tool

@@ -261,17 +261,13 @@ class DrawingWriter {
 
   /// Log time of the drawings that follow.
   void set_time(std::uint64_t log_time) { log_time_ = log_time; }
-  log::Result write(const std::string& topic, const google::protobuf::Message& message,
-                    std::chrono::nanoseconds stamp) {
-    auto channel = channels_.find(topic);
-    if (channel == channels_.end()) {
-      const auto id = add_channel(topic, *message.GetDescriptor());
-      if (!id) return tl::unexpected(id.error());
-      channel = channels_.emplace(topic, Channel{*id}).first;
-    }
+  void write(const std::string& topic, const google::protobuf::Message& message,
+             std::chrono::nanoseconds stamp) {
+    Channel& channel = channels_[topic];
+    if (channel.id == 0) channel.id = add_channel(topic, *message.GetDescriptor());
     message.SerializeToString(&payload_);
-    return log_.write({channel->second.id, ++channel->second.sequence, log_time_,
-                       static_cast<std::uint64_t>(stamp.count()), payload_});
+    log_.write({channel.id, ++channel.sequence, log_time_,
+                static_cast<std::uint64_t>(stamp.count()), payload_});
   }
   /// Messages by topic.
   nlohmann::ordered_json counts() const {
@@ -286,8 +282,7 @@ class DrawingWriter {
     std::uint32_t sequence = 0;
   };
   /// Each message is whole: the last one is all that somebody who comes later needs.
-  tl::expected<std::uint16_t, Status> add_channel(const std::string& topic,
-                                                  const google::protobuf::Descriptor& type) {
+  std::uint16_t add_channel(const std::string& topic, const google::protobuf::Descriptor& type) {
     const log::Schema schema{0, type.full_name(), "protobuf", runtime::descriptor_set(type)};
     return log_.channel({0,
                          0,
@@ -312,34 +307,30 @@ struct ViewOptions {
   bool json = false;
 };
 
-/// Returns the exit code. @throws ConfigError
+/// Returns the exit code. @throws ConfigError, VerbEnd
 int log_view(const ViewOptions& options) {
   const std::vector<OpenLog> logs = opened(options.inputs);
   require_topics(options.layers, logs);
   LayerPainter painter(options.layers, logs);
-  OutputOptions output = options.output;
-  output.profile = common_profile(logs);
-  NewLog out(output, options.inputs);
+  NewLog out(options.output, logs);
   DrawingWriter drawings(out);
-  log::Result drawn;
   const Draw draw = [&](const std::string& topic, const auto& message, auto stamp) {
-    if (drawn) drawn = drawings.write(topic, message, stamp);
+    drawings.write(topic, message, stamp);
   };
   LatchedRepeats repeats;
   bool begun = false;
-  Pass pass = each_message("view", logs, {}, [&](const log::MergedReader::Item& item) {
+  out.read("view", logs, {}, [&](const Item& item) {
     drawings.set_time(item.message->log_time);
     if (!begun) painter.begin(std::chrono::nanoseconds(item.message->log_time), draw);
     begun = true;
-    if (repeats.repeated(item)) return log::Result{};
-    if (auto copied = out.copy(item); !copied) return copied;
+    if (repeats.repeated(item)) return;
+    out.copy(item);
     painter.see(item, draw);
-    return drawn;
   });
-  copy_attachments(logs, out, pass);
-  copy_metadata(logs, out, pass, read_losses(logs));
+  out.copy_attachments(logs);
+  out.copy_metadata(logs, read_losses(logs));
   for (const std::string& line : painter.problems()) std::cerr << line << '\n';
-  return conclude(out, pass, options.json, {{"drawn", drawings.counts()}});
+  return out.conclude(options.json, {{"drawn", drawings.counts()}});
 }
 
 }  // namespace

@@ -145,7 +145,7 @@ TEST_F(Cat, InfoOfPartsIsOneLog) {
       log_bytes({{"a/out", "a", 1, 1'000'000'000}, {"a/out", "a", 2, 2'000'000'000}}, options))));
   logs.push_back(*open_log(
       save("1.mcap", log_bytes({{"a/out", "a", 6, 5'000'000'000, "x", false, "7"}}, options))));
-  const auto json = info_json(logs, summarize_logs(logs, true));
+  const auto json = info_json(logs, true);
   EXPECT_EQ(json["messages"], 3);
   EXPECT_EQ(json["lost"], 6);
   EXPECT_EQ(json["duration_s"], 4.0);
@@ -156,7 +156,7 @@ TEST_F(Cat, InfoOfPartsIsOneLog) {
   EXPECT_EQ(json["topics"][0]["bytes"], 15);  // field, length, "x"; field, number
   EXPECT_EQ(json["nodes"][0]["starts"].size(), 1u);
   EXPECT_EQ(json["metadata"].size(), 2u);  // each once
-  const std::string text = info_text(logs, summarize_logs(logs, false), false);
+  const std::string text = info_text(logs, info_json(logs, false), false);
   EXPECT_NE(text.find("host: h"), std::string::npos);
   EXPECT_NE(text.find("a/out  mimesis.v1.Publication  a     3         6     0.8"),
             std::string::npos)

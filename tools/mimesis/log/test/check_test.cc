@@ -29,7 +29,7 @@ CheckedLog check(const std::string& bytes) {
 /// "error seq-gap" ...
 Kinds kinds(const CheckedLog& checked) {
   Kinds all;
-  for (const Finding& f : checked.findings.list()) {
+  for (const Finding& f : checked.findings) {
     all.insert(std::string(word(f.severity)) + " " + std::string(f.kind));
   }
   return all;
@@ -67,7 +67,7 @@ std::string with_changed(std::string bytes, log::Opcode opcode, Change change) {
 
 TEST(Check, AWholeLogIsWithoutFindings) {
   EXPECT_EQ(kinds(log_bytes(sample(), {.attachment = "x"})), Kinds{});
-  EXPECT_EQ(check(log_bytes(sample())).messages, 40u);
+  EXPECT_EQ(check(log_bytes(sample())).statistics.message_count, 40u);
 }
 
 TEST(Check, NumbersAndTimesOfChannels) {
@@ -75,7 +75,7 @@ TEST(Check, NumbersAndTimesOfChannels) {
   gap.erase(gap.begin() + 10, gap.begin() + 13);
   const CheckedLog checked = check(log_bytes(gap));
   EXPECT_EQ(kinds(checked), Kinds{"warning seq-gap"});
-  EXPECT_EQ(checked.findings.list()[0].what,
+  EXPECT_EQ(checked.findings[0].what,
             "a/out (a): 3 messages are missing in 1 gaps, first seq 14 after 10");
   auto repeated = sample();
   repeated[5].seq = 5;
@@ -155,7 +155,7 @@ TEST(Check, DamageCutsAndCounts) {
   EXPECT_TRUE(kinds(bytes.substr(0, bytes.size() / 2)).contains("error damage"));
   bytes[300] = static_cast<char>(bytes[300] ^ 1);
   const CheckedLog damaged = check(bytes);
-  EXPECT_EQ(damaged.findings.list().front().kind, "damage");
+  EXPECT_EQ(damaged.findings.front().kind, "damage");
   EXPECT_EQ(kinds("what is this"), Kinds{"error damage"});
 
   const auto counts = [](const std::string& text, std::vector<log::Metadata> more = {}) {

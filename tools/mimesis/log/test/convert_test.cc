@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 
 #include "common/error.h"
-#include "tools/mimesis/log/convert_lcm.h"
 #include "tools/mimesis/log/test/log_builder.h"
 
 namespace mimesis::tool {

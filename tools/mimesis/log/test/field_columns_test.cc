@@ -7,7 +7,7 @@
 #include "proto/bridge.pb.h"
 #include "proto/foxglove/image.pb.h"
 #include "proto/steps.pb.h"
-#include "tools/mimesis/log/field_text.h"
+#include "tools/mimesis/field_text.h"
 
 namespace mimesis::tool {
 namespace {

@@ -138,7 +138,7 @@ TEST_F(PlotTest, PicturesOfEverythingThatCanBeInALog) {
   all.back().thinning = CurveThinning(0.0, 1.0, 1);  // without a point
   for (const std::string name : {"a.svg", "b.svg", "a.png"}) {
     options.output = folder.file(name);
-    options.style = name == "a.png" ? PlotStyle::dots : PlotStyle::lines;
+    options.style = name == "a.png" ? "dots" : "lines";
     try {
       draw_curves(all, options);
     } catch (const std::runtime_error& error) {

@@ -28,8 +28,8 @@ class Recover : public testlogs::ToolLogs {
   }
   /// Exit code.
   int run(const std::string& bytes) try {
-    RecoverOptions options;
-    options.input = save("in.mcap", bytes);
+    RewriteOptions options;
+    options.inputs = {save("in.mcap", bytes)};
     options.output.path = path("out.mcap");
     options.output.force = true;
     return log_recover(options);
@@ -38,8 +38,8 @@ class Recover : public testlogs::ToolLogs {
   }
   Recovered report(const std::string& bytes) {
     const log::MemorySource source(bytes);
-    NewLog out({.path = path("report.mcap"), .force = true}, {});
-    return recover(source, *log::summarize(source), out).value();
+    NewLog out({.path = path("report.mcap"), .force = true}, std::vector<OpenLog>());
+    return recover(source, *log::summarize(source), out);
   }
 };
 

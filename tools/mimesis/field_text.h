@@ -57,6 +57,11 @@ std::string field_text(const google::protobuf::Message& message,
 double field_number(const google::protobuf::Message& message,
                     const google::protobuf::FieldDescriptor& field, int index = kWholeField);
 
+/// Field of a type by its name. @throws ConfigError with a suggestion, behind `where`.
+const google::protobuf::FieldDescriptor& field_named(const google::protobuf::Descriptor& type,
+                                                     const std::string& name,
+                                                     const std::string& where = "");
+
 /// True if `field_number` has something to say.
 bool is_number(const google::protobuf::FieldDescriptor& field);
 
@@ -67,12 +72,15 @@ std::string hex(std::string_view bytes, std::size_t from, std::size_t count,
 /// How fields of type bytes look: {"bytes": LENGTH}, or a string.
 enum class BytesText { length, base64, hex };
 
-/// Appends JSON text to a buffer, in the shape of message_json.h but ten times as fast: for logs.
+/// Appends JSON text to a buffer, in the shape of message_json.h.
 class JsonText {
  public:
   JsonText(std::string& out, BytesText bytes) : out_(out), bytes_(bytes) {}
 
   void message(const google::protobuf::Message& message);
+  /// A field, or element `index` of a repeated one.
+  void value(const google::protobuf::Message& m, const google::protobuf::FieldDescriptor& f,
+             int index = kWholeField);
   /// Value at the end of a path; null for an element that is not there.
   void field(const google::protobuf::Message& message, const class FieldPath& path);
   void string(std::string_view text);  ///< escaped; what is no UTF-8 becomes U+FFFD
@@ -85,7 +93,6 @@ class JsonText {
   void bytes(std::string_view data);
 
  private:
-  void value(const google::protobuf::Message& m, const google::protobuf::FieldDescriptor& f);
   void scalar(const google::protobuf::Message& m, const google::protobuf::FieldDescriptor& f,
               int i);
   template <class Float>

@@ -1,7 +1,8 @@
-#include "tools/mimesis/log/field_text.h"
+#include "tools/mimesis/field_text.h"
 
 #include <fmt/format.h>
 #include <google/protobuf/descriptor.h>
+#include <google/protobuf/stubs/strutil.h>
 
 #include <algorithm>
 #include <charconv>
@@ -21,8 +22,6 @@ using google::protobuf::FieldDescriptor;
 using google::protobuf::Message;
 
 constexpr std::string_view kHexDigits = "0123456789abcdef";
-constexpr std::string_view kBase64Digits =
-    "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
 
 unsigned byte_at(std::string_view text, std::size_t i) {
   return static_cast<unsigned char>(text[i]);
@@ -46,29 +45,15 @@ std::size_t utf8_length(std::string_view text, std::size_t i) {
   return forbidden ? 0 : length;
 }
 
-void append_base64(std::string& out, std::string_view data) {
-  for (std::size_t i = 0; i < data.size(); i += 3) {
-    const std::size_t n = std::min<std::size_t>(3, data.size() - i);
-    unsigned bits = byte_at(data, i) << 16;
-    if (n > 1) bits |= byte_at(data, i + 1) << 8;
-    if (n > 2) bits |= byte_at(data, i + 2);
-    for (std::size_t k = 0; k < 4; ++k) {
-      out += k <= n ? kBase64Digits[(bits >> (18 - 6 * k)) & 63] : '=';
-    }
-  }
-}
-
 }  // namespace
 
 std::string hex(std::string_view bytes, std::size_t from, std::size_t count,
                 std::string_view separator) {
-  std::string out;
-  const std::size_t end = std::min(bytes.size(), from + std::min(count, bytes.size()));
-  for (std::size_t i = from; i < end; ++i) {
-    if (i > from) out += separator;
-    out += fmt::format("{:02x}", static_cast<unsigned char>(bytes[i]));
-  }
-  return out;
+  const auto* data = reinterpret_cast<const unsigned char*>(bytes.data());
+  from = std::min(from, bytes.size());
+  return fmt::format(
+      "{:02x}",
+      fmt::join(data + from, data + from + std::min(count, bytes.size() - from), separator));
 }
 
 std::string field_text(const Message& m, const FieldDescriptor& f, int i) {
@@ -99,6 +84,15 @@ double field_number(const Message& m, const FieldDescriptor& f, int i) {
       return std::numeric_limits<double>::quiet_NaN();
     }
   });
+}
+
+const FieldDescriptor& field_named(const Descriptor& type, const std::string& name,
+                                   const std::string& where) {
+  if (const FieldDescriptor* f = type.FindFieldByName(name)) return *f;
+  std::vector<std::string> known;
+  for (int i = 0; i < type.field_count(); ++i) known.push_back(type.field(i)->name());
+  throw ConfigError(where + type.full_name() + " has no field '" + name + "'" +
+                    runtime::did_you_mean(name, known));
 }
 
 bool is_number(const FieldDescriptor& f) {
@@ -147,16 +141,13 @@ void JsonText::bytes(std::string_view data) {
     integer(data.size());
     return raw("}");
   }
-  out_ += '"';
+  std::string text;
   if (bytes_ == BytesText::base64) {
-    append_base64(out_, data);
+    google::protobuf::Base64Escape(google::protobuf::StringPiece(data.data(), data.size()), &text);
   } else {
-    for (std::size_t i = 0; i < data.size(); ++i) {
-      out_ += kHexDigits[byte_at(data, i) >> 4];
-      out_ += kHexDigits[byte_at(data, i) & 15];
-    }
+    text = hex(data, 0, data.size(), "");
   }
-  out_ += '"';
+  out_ += '"' + text + '"';
 }
 
 /// One value: of a singular field (index kWholeField), or element `i` of a repeated one.
@@ -179,8 +170,8 @@ void JsonText::scalar(const Message& m, const FieldDescriptor& f, int i) {
   });
 }
 
-void JsonText::value(const Message& m, const FieldDescriptor& f) {
-  if (!f.is_repeated()) return scalar(m, f, kWholeField);
+void JsonText::value(const Message& m, const FieldDescriptor& f, int index) {
+  if (!f.is_repeated() || index != kWholeField) return scalar(m, f, index);
   out_ += '[';
   const int size = m.GetReflection()->FieldSize(m, &f);
   for (int i = 0; i < size; ++i) {
@@ -214,8 +205,7 @@ void JsonText::field(const Message& message, const FieldPath& path) {
     const auto& [f, index] = path.steps_[k];
     const auto& r = *m->GetReflection();
     if (index != kWholeField && index >= r.FieldSize(*m, f)) return raw("null");
-    if (k + 1 == path.steps_.size())
-      return index == kWholeField ? value(*m, *f) : scalar(*m, *f, index);
+    if (k + 1 == path.steps_.size()) return value(*m, *f, index);
     m = index == kWholeField ? &r.GetMessage(*m, f) : &r.GetRepeatedMessage(*m, f, index);
   }
 }
@@ -234,13 +224,7 @@ FieldPath::FieldPath(const Descriptor& type, const std::string& path) : text_(pa
       throw ConfigError(path + ": " + steps_.back().field->name() + " of " + type.full_name() +
                         " has no fields");
     }
-    const FieldDescriptor* f = at->FindFieldByName(name);
-    if (f == nullptr) {
-      std::vector<std::string> known;
-      for (int i = 0; i < at->field_count(); ++i) known.push_back(at->field(i)->name());
-      throw ConfigError(at->full_name() + " has no field '" + name + "'" +
-                        runtime::did_you_mean(name, known));
-    }
+    const FieldDescriptor* f = &field_named(*at, name);
     int index = kWholeField;
     if (f->is_repeated() && start <= path.size()) {
       const auto number = runtime::to_int(word());

@@ -1,0 +1,672 @@
+#include "tools/mimesis/log/rewrite.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <iostream>
+#include <memory>
+
+#include "common/error.h"
+#include "common/runtime/value_text.h"
+#include "proto/steps.pb.h"
+#include "tools/mimesis/log/human.h"
+#include "tools/mimesis/log/verb_options.h"
+
+namespace mimesis::tool {
+namespace {
+
+using nlohmann::ordered_json;
+
+// --- filter
+
+constexpr std::string_view kStart = "/start";  // of a node: v1.NodeStart
+
+/// "TOPIC=X" -> TOPIC, X; "X" -> "", X.
+std::pair<std::string, std::string> topic_and_number(const std::string& text) {
+  const std::size_t equals = text.rfind('=');
+  if (equals == std::string::npos) return {"", text};
+  return {text.substr(0, equals), text.substr(equals + 1)};
+}
+
+std::function<bool(const log::Channel&)> channel_filter(const FilterOptions& options) {
+  const TopicFilter topics = filter_of(options);
+  const std::set<std::string> nodes(options.nodes.begin(), options.nodes.end());
+  return [topics, nodes](const log::Channel& channel) {
+    return topics(channel.topic) && (nodes.empty() || nodes.contains(sender_of(channel)));
+  };
+}
+
+/// A selection that chooses no channel is a mistake.
+void check_selection(const std::vector<OpenLog>& logs, const FilterOptions& options,
+                     const log::Selection& selection) {
+  const auto channels = channels_of(logs);
+  const auto chosen = [&](const OpenChannel& c) { return selection.channel(*c.channel); };
+  if (channels.empty() || std::ranges::any_of(channels, chosen)) return;
+  std::vector<std::string> nodes;
+  for (const OpenChannel& c : channels) nodes.push_back(sender_of(*c.channel));
+  std::string hint;
+  if (!options.topics.empty())
+    hint = runtime::did_you_mean(options.topics.front(), topics_of(logs));
+  if (hint.empty() && !options.nodes.empty()) {
+    hint = runtime::did_you_mean(options.nodes.front(), nodes);
+  }
+  throw ConfigError("no topic of the log is chosen" + hint);
+}
+
+/// Writes the last latched values before `start` as if they had come at that time: a player that
+/// begins there knows the state.
+void write_latched(const std::vector<OpenLog>& logs, const log::Selection& selection, NewLog& out) {
+  struct Last {
+    std::string key;
+    log::Message message;
+    std::string data;
+  };
+  std::vector<Last> last;  // of each topic and node
+  log::MergedReader reader =
+      merged(logs, {[&](const log::Channel& channel) {
+                      return is_latched(channel) && selection.channel(channel);
+                    },
+                    0, selection.start_time});
+  while (const Item* item = reader.next()) {
+    const std::string key = loss_key(*item->channel);
+    std::erase_if(last, [&](const Last& value) { return value.key == key; });
+    last.push_back({key, *item->message, std::string(item->message->data)});
+    last.back().message.channel_id = out.channel(*item->channel, item->schema);
+    last.back().message.log_time = selection.start_time;
+  }
+  for (Last& value : last) {
+    value.message.data = value.data;
+    out.write(value.message);
+  }
+}
+
+/// What the recorder said about losses, for the part that is kept.
+class KeptLosses {
+ public:
+  explicit KeptLosses(const std::vector<OpenLog>& logs) : recorded_(read_losses(logs)) {}
+  void add(const Item& item, bool kept) {
+    LossCount& count = counted_[loss_key(*item.channel)];
+    count.received += kept ? 1 : 0;
+    if (item.message->sequence != 0) {
+      count.lost += sequences_[item.channel].next(item.message->sequence).missing;
+    }
+  }
+  /// Nothing if the recorder did not count. In a part of the time what was lost is known from the
+  /// gaps alone.
+  std::optional<LossCounts> result(bool all_times) {
+    if (!recorded_) return std::nullopt;
+    for (auto& [key, count] : counted_) {
+      const auto recorded = recorded_->find(key);
+      if (all_times && recorded != recorded_->end()) count.lost = recorded->second.lost;
+    }
+    return counted_;
+  }
+
+ private:
+  std::optional<LossCounts> recorded_;
+  LossCounts counted_;
+  std::map<const log::Channel*, Sequence> sequences_;
+};
+
+/// @throws ConfigError
+log::Metadata notes_of(const std::vector<std::string>& notes) {
+  log::Metadata metadata{"mimesis.notes", {}};
+  for (const std::string& note : notes) {
+    const std::size_t equals = note.find('=');
+    if (equals == std::string::npos || equals == 0) {
+      throw ConfigError("--note '" + note + "': expected KEY=VALUE");
+    }
+    metadata.metadata[note.substr(0, equals)] = note.substr(equals + 1);
+  }
+  return metadata;
+}
+
+/// Topics that a replay of `node` needs, from the messages on NODE/start: what it reads and writes,
+/// NODE/start and NODE/steps. @throws VerbEnd if the logs have no such message.
+std::set<std::string> topics_for_replay(const std::vector<OpenLog>& logs, const std::string& node) {
+  std::set<std::string> topics;
+  const std::string start = node + std::string(kStart);
+  log::MergedReader reader =
+      merged(logs, {[&](const log::Channel& channel) { return channel.topic == start; }});
+  while (const Item* item = reader.next()) {
+    v1::NodeStart described;
+    const std::string_view data = item->message->data;
+    if (!described.ParseFromArray(data.data(), static_cast<int>(data.size()))) continue;
+    topics.insert({start, node + "/steps"});
+    for (const auto& input : described.inputs()) topics.insert(input.topic());
+    for (const auto& output : described.outputs()) topics.insert(output.topic());
+  }
+  if (!topics.empty()) return topics;
+  std::vector<std::string> nodes;
+  for (const std::string& topic : topics_of(logs)) {
+    if (topic.ends_with(kStart)) nodes.push_back(topic.substr(0, topic.size() - kStart.size()));
+  }
+  throw VerbEnd{fmt::format("--inputs-of: the log has no {}/start{}", node,
+                            runtime::did_you_mean(node, nodes)),
+                3};
+}
+
+// --- merge
+
+constexpr double kLargestOffset_s = 1e9;
+
+/// By input. @throws ConfigError
+std::vector<std::int64_t> offsets_ns(const MergeOptions& options) {
+  std::vector<std::int64_t> offsets(options.inputs.size(), 0);
+  for (const std::string& text : options.offsets) {
+    const auto [file, seconds] = parse_offset(text);
+    const auto input = std::ranges::find(options.inputs, file);
+    if (input == options.inputs.end()) {
+      throw ConfigError(fmt::format("--offset: '{}' is not among the files to merge{}", file,
+                                    runtime::did_you_mean(file, options.inputs)));
+    }
+    offsets[static_cast<std::size_t>(input - options.inputs.begin())] = std::llround(seconds * 1e9);
+  }
+  return offsets;
+}
+
+// --- sort
+
+constexpr std::uint64_t kHeldPerMessage = 64;  // held besides its payload [bytes]
+constexpr std::size_t kRunChunk = 64 * 1024;   // of a run that is read back [bytes]
+
+/// A log cut into runs of messages that fit into memory, each sorted: logs beside the output.
+class SortedRuns {
+ public:
+  SortedRuns(const SortOptions& options, const OpenLog& log) : options_(options), log_(log) {}
+  ~SortedRuns() {
+    for (const std::string& path : paths_) std::remove(path.c_str());
+  }
+  SortedRuns(const SortedRuns&) = delete;
+  SortedRuns& operator=(const SortedRuns&) = delete;
+
+  /// Equal times stay in the order of the runs: that of the file.
+  void write_to(NewLog& out) {
+    log::StreamReader reader(*log_.source);
+    out.read("sort, first pass", *log_.source, reader, [&](const log::Record& record) {
+      const auto* message = std::get_if<log::Message>(&record);
+      if (message == nullptr) return;
+      held_.push_back({*message, std::string(message->data)});
+      held_bytes_ += message->data.size() + kHeldPerMessage;
+      if (held_bytes_ >= options_.memory) write_run();
+    });
+    write_run();
+    out.read("sort", opened(paths_), {}, [&](const Item& item) { out.copy(item); });
+    out.count_damages(log_);
+  }
+
+ private:
+  struct Held {
+    log::Message message;
+    std::string data;
+  };
+  void write_run() {
+    std::ranges::stable_sort(held_, {}, [](const Held& h) { return h.message.log_time; });
+    paths_.push_back(fmt::format("{}.run{}", options_.output.path, paths_.size()));
+    NewLog run({paths_.back(), true, log::Compression::none, 1, kRunChunk},
+               std::vector<std::string>());
+    for (Held& held : held_) {
+      const auto channel = log_.summary.channels.find(held.message.channel_id);
+      if (channel == log_.summary.channels.end()) continue;  // told as damage
+      const auto schema = log_.summary.schemas.find(channel->second.schema_id);
+      held.message.data = held.data;
+      run.copy({0, &channel->second,
+                schema == log_.summary.schemas.end() ? nullptr : &schema->second, &held.message});
+    }
+    run.finish();
+    held_.clear();
+    held_bytes_ = 0;
+  }
+
+  const SortOptions& options_;
+  const OpenLog& log_;
+  std::vector<std::string> paths_;
+  std::vector<Held> held_;
+  std::uint64_t held_bytes_ = 0;
+};
+
+// --- recover
+
+class Recovery {
+ public:
+  Recovery(const log::Source& in, const log::Summary& summary, NewLog& out)
+      : in_(in), summary_(summary), reader_(in), out_(out) {}
+
+  Recovered run() {
+    out_.read("recover", in_, reader_, [this](const log::Record& record) { take(record); });
+    conclude();
+    if (result_.lost) out_.add_metadata(losses());
+    return std::move(result_);
+  }
+
+ private:
+  void take(const log::Record& record) {
+    if (const auto* message = std::get_if<log::Message>(&record)) {
+      log::Message copy = *message;
+      copy.channel_id = channel(message->channel_id);
+      follow(*message);
+      out_.write(copy);
+    } else if (std::holds_alternative<log::Schema>(record) ||
+               std::holds_alternative<log::Channel>(record)) {
+      ids_.clear();
+    } else if (const auto* attachment = std::get_if<log::Attachment>(&record)) {
+      out_.attach(*attachment);
+    } else if (const auto* metadata = std::get_if<log::Metadata>(&record)) {
+      out_.add_metadata(*metadata);
+    } else if (std::holds_alternative<log::DataEnd>(record)) {
+      data_end_ = reader_.offset();
+    } else if (const auto* statistics = std::get_if<log::Statistics>(&record)) {
+      statistics_ = *statistics;
+    }
+  }
+
+  /// Id in the output. A channel whose definition is nowhere in the file gets a name from its id.
+  std::uint16_t channel(std::uint16_t id) {
+    const auto [known, fresh] = ids_.try_emplace(id, 0);
+    if (!fresh) return known->second;
+    const auto find = [](const auto& first, const auto& second, std::uint16_t key) {
+      const auto it = first.find(key);
+      if (it != first.end()) return &it->second;
+      const auto other = second.find(key);
+      return other == second.end() ? nullptr : &other->second;
+    };
+    const log::Channel* defined = find(reader_.channels(), summary_.channels, id);
+    const log::Channel& chosen = name(result_.topics[id], id, defined);
+    return known->second =
+               out_.channel(chosen, find(reader_.schemas(), summary_.schemas, chosen.schema_id));
+  }
+
+  /// `defined` null: the definition is gone. Returns it, or what stands in for it.
+  const log::Channel& name(RecoveredTopic& topic, std::uint16_t id, const log::Channel* defined) {
+    placeholder_.topic = fmt::format("unknown/channel_{}", id);
+    const log::Channel& chosen = defined == nullptr ? placeholder_ : *defined;
+    topic.topic = chosen.topic;
+    topic.node = sender_of(chosen);
+    topic.placeholder = defined == nullptr;
+    return chosen;
+  }
+
+  void follow(const log::Message& message) {
+    RecoveredTopic& topic = result_.topics.at(message.channel_id);
+    const std::uint64_t damages = reader_.damage_count();
+    const Sequence::Step step =
+        message.sequence == 0 ? Sequence::Step{} : topic.sequence.next(message.sequence);
+    if (step.missing > 0) {
+      topic.missing.push_back({message.sequence - step.missing, step.missing, topic.last_ns,
+                               message.log_time, damages > topic.damages_before});
+    }
+    ++topic.messages;
+    topic.last_ns = message.log_time;
+    topic.damages_before = damages;
+  }
+
+  void conclude() {
+    result_.damages = reader_.damages();
+    result_.damage_count = reader_.damage_count();
+    result_.complete = reader_.complete();
+    for (const auto& [id, count] : statistics_.channel_message_counts) {
+      if (count == 0) continue;
+      RecoveredTopic& topic = result_.topics[id];
+      topic.expected = count;
+      result_.lost |= topic.messages != count;
+      if (!topic.topic.empty()) continue;  // else: not one message could be read
+      const auto channel = summary_.channels.find(id);
+      name(topic, id, channel == summary_.channels.end() ? nullptr : &channel->second);
+    }
+    // Behind the data stands only what can be made again; a file may end where a record does. A
+    // damage at the end of the data is its sum.
+    const std::uint64_t data_end = data_end_ ? *data_end_ + 1 : in_.size();
+    result_.lost |= result_.damage_count > result_.damages.size();
+    for (const log::Damage& d : result_.damages) result_.lost |= d.offset < data_end;
+  }
+
+  /// For the output: whoever checks it later knows why its counts do not fit.
+  log::Metadata losses() const {
+    log::Metadata note{kRecoveredName, {{"damages", std::to_string(result_.damage_count)}}};
+    for (const auto& [id, topic] : result_.topics) {
+      if (topic.expected.value_or(0) <= topic.messages) continue;
+      note.metadata[fmt::format("{} ({})", topic.topic, topic.node)] =
+          fmt::format("missing={}", *topic.expected - topic.messages);
+    }
+    return note;
+  }
+
+  const log::Source& in_;
+  const log::Summary& summary_;  ///< definitions that stand behind the messages that need them
+  log::StreamReader reader_;
+  NewLog& out_;
+  Recovered result_;
+  log::Channel placeholder_;
+  std::map<std::uint16_t, std::uint16_t> ids_;  ///< input -> output; void after a new definition
+  std::optional<std::uint64_t> data_end_;
+  log::Statistics statistics_;
+};
+
+constexpr std::size_t kRunsShown = 10;  // per topic; all are in the JSON
+
+std::string recovered_text(const RecoveredTopic& topic) {
+  std::string text;
+  if (topic.placeholder) {
+    text += fmt::format("{}: the definition of this channel is gone: without topic and type\n",
+                        topic.topic);
+  }
+  const std::string name =
+      topic.node.empty() ? topic.topic : fmt::format("{} ({})", topic.topic, topic.node);
+  if (topic.expected && *topic.expected != topic.messages) {
+    text += fmt::format("{}: {} of {} messages\n", name, topic.messages, *topic.expected);
+  }
+  for (std::size_t i = 0; i < topic.missing.size() && i < kRunsShown; ++i) {
+    const MissingRun& run = topic.missing[i];
+    text += fmt::format("{}: missing seq {} to {} ({}), between {} and {}{}\n", name, run.first_seq,
+                        run.first_seq + run.messages - 1, run.messages, human_time(run.after_ns),
+                        human_time(run.before_ns),
+                        run.damaged ? "" : ": never recorded, the file is whole there");
+  }
+  if (topic.missing.size() > kRunsShown) {
+    text += fmt::format("{}: and {} more gaps\n", name, topic.missing.size() - kRunsShown);
+  }
+  return text;
+}
+
+ordered_json recovery_json(const std::string& input, const Recovered& recovered) {
+  ordered_json out{{"input", input},
+                   {"complete", recovered.complete},
+                   {"lost", recovered.lost},
+                   {"topics", ordered_json::array()},
+                   {"damages", ordered_json::array()}};
+  for (const auto& [id, topic] : recovered.topics) {
+    ordered_json missing = ordered_json::array();
+    for (const MissingRun& run : topic.missing) {
+      missing.push_back({{"first_seq", run.first_seq},
+                         {"messages", run.messages},
+                         {"after_ns", run.after_ns},
+                         {"before_ns", run.before_ns},
+                         {"damaged", run.damaged}});
+    }
+    out["topics"].push_back({{"topic", topic.topic},
+                             {"node", topic.node},
+                             {"messages", topic.messages},
+                             {"expected", json_or_null(topic.expected)},
+                             {"last_ns", topic.last_ns},
+                             {"missing", missing}});
+  }
+  for (const log::Damage& d : recovered.damages) {
+    out["damages"].push_back({{"offset", d.offset}, {"what", d.what}});
+  }
+  return out;
+}
+
+}  // namespace
+
+Thinning::Thinning(const std::vector<std::string>& every,
+                   const std::vector<std::string>& max_rate) {
+  for (const std::string& text : every) {
+    const auto [topic, number] = topic_and_number(text);
+    const auto n = runtime::to_int(number);
+    if (!n || *n < 1) {
+      throw ConfigError(fmt::format("--every: expected N or TOPIC=N from 1, found '{}'", text));
+    }
+    every_[topic] = static_cast<std::uint64_t>(*n);
+  }
+  for (const std::string& text : max_rate) {
+    const auto [topic, number] = topic_and_number(text);
+    const auto hz = runtime::to_double(number);
+    if (!hz || *hz < 1e-6 || *hz > 1e9) {
+      throw ConfigError(
+          fmt::format("--max-rate: expected HZ or TOPIC=HZ above 0, found '{}'", text));
+    }
+    period_ns_[topic] = static_cast<std::uint64_t>(std::llround(1e9 / *hz));
+  }
+}
+
+bool Thinning::keep(const log::Channel& channel, std::uint64_t log_time) {
+  const auto [it, fresh] = states_.try_emplace(&channel);
+  State& s = it->second;
+  if (fresh) {
+    const auto given = [&](const auto& map, std::uint64_t otherwise) {
+      auto value = map.find(channel.topic);
+      if (value == map.end() && !is_latched(channel)) value = map.find("");
+      return value == map.end() ? otherwise : value->second;
+    };
+    s = {given(every_, 1), given(period_ns_, 0)};
+  }
+  if (s.seen++ % s.every != 0) return false;
+  if (s.period_ns == 0) return true;
+  if (log_time < s.due_ns) return false;
+  // The times that are due form a grid, so that 100 Hz become 30 on average, not 25; after a pause
+  // the grid begins anew.
+  s.due_ns = std::max(s.due_ns, log_time - std::min(log_time, s.period_ns)) + s.period_ns;
+  if (s.due_ns <= log_time) s.due_ns = log_time + s.period_ns;
+  return true;
+}
+
+int log_filter(FilterOptions options) {
+  Thinning thinning(options.every, options.max_rate);
+  const log::Metadata notes = notes_of(options.notes);
+  const auto logs = opened(options.inputs);
+  if (!options.inputs_of.empty()) {
+    const auto needed = topics_for_replay(logs, options.inputs_of);
+    options.topics.insert(options.topics.end(), needed.begin(), needed.end());
+  }
+  const LogTimes times = resolve(options.range, span_of(logs));
+  const log::Selection selection{channel_filter(options), times.start, times.end};
+  check_selection(logs, options, selection);
+
+  NewLog out(options.output, logs);
+  KeptLosses losses(logs);
+  LatchedRepeats repeats;
+  if (options.latched && times.start > 0) write_latched(logs, selection, out);
+  out.read("filter", logs, selection, [&](const Item& item) {
+    if (repeats.repeated(item)) return;
+    const bool keep = thinning.keep(*item.channel, item.message->log_time);
+    losses.add(item, keep);
+    if (keep) out.copy(item);
+  });
+  if (options.attachments) out.copy_attachments(logs);
+  if (options.metadata) out.copy_metadata(logs, losses.result(options.range.whole()));
+  if (!notes.metadata.empty()) out.add_metadata(notes);
+  return out.conclude(options.json);
+}
+
+std::pair<std::string, double> parse_offset(const std::string& text) {
+  const auto [file, number] = topic_and_number(text);
+  const auto seconds = runtime::to_double(number);
+  if (!file.empty() && seconds && std::abs(*seconds) <= kLargestOffset_s) return {file, *seconds};
+  throw ConfigError(fmt::format("--offset: expected FILE=SECONDS, found '{}'", text));
+}
+
+int log_merge(const MergeOptions& options) {
+  const auto offsets = offsets_ns(options);
+  const auto logs = opened(options.inputs);
+  NewLog out(options.output, logs);
+  LatchedRepeats repeats;
+  out.read(
+      "merge", logs, {},
+      [&](const Item& item) {
+        if (!repeats.repeated(item)) out.copy(item);
+      },
+      offsets);
+  out.copy_attachments(logs);
+  out.copy_metadata(logs, read_losses(logs));
+  for (const std::string& schema : out.conflicts()) {
+    std::cerr << fmt::format("{} is defined differently in the inputs: kept apart\n", schema);
+  }
+  return out.conclude(options.json, {{"conflicts", ordered_json(out.conflicts())}});
+}
+
+int log_sort(const SortOptions& options) {
+  auto logs = opened(options.inputs);
+  OpenLog& log = logs.front();
+  if (log.summary.from_file) {  // an index that is wrong must not spoil the order
+    auto scanned = log::scan(*log.source);
+    if (!scanned) throw VerbEnd{log.path + ": " + scanned.error().reason, 1};
+    log.summary = std::move(*scanned);
+  }
+  NewLog out(options.output, logs);
+  if (overlap_bytes(log.summary) <= options.memory) {
+    out.read("sort", logs, {}, [&](const Item& item) { out.copy(item); });
+  } else {
+    SortedRuns(options, log).write_to(out);
+  }
+  out.copy_attachments(logs);
+  out.copy_metadata(logs, std::nullopt);
+  return out.conclude(options.json);
+}
+
+Recovered recover(const log::Source& in, const log::Summary& summary, NewLog& out) {
+  return Recovery(in, summary, out).run();
+}
+
+std::string recovery_text(const std::string& input, const Recovered& recovered) {
+  std::string text;
+  for (const log::Damage& d : recovered.damages) {
+    text += fmt::format("{}: byte {}: {}\n", input, d.offset, d.what);
+  }
+  if (recovered.damage_count > recovered.damages.size()) {
+    text +=
+        fmt::format("{}: and {} more\n", input, recovered.damage_count - recovered.damages.size());
+  }
+  std::uint64_t last = 0;
+  for (const auto& [id, topic] : recovered.topics) {
+    text += recovered_text(topic);
+    last = std::max(last, topic.last_ns);
+  }
+  if (!recovered.complete) {
+    text += fmt::format("{}: was not closed: what came after {} is not in the file\n", input,
+                        human_time(last));
+  }
+  return text;
+}
+
+int log_recover(const RewriteOptions& options) {
+  const std::string& input = options.inputs.front();
+  const auto source = log::open_file(input);
+  if (!source) throw VerbEnd{source.error().reason, 3};
+  const auto summary = log::summarize(**source);
+  if (!summary) throw VerbEnd{input + ": " + summary.error().reason, 1};
+  NewLog out(options.output, options.inputs, summary->header.profile);
+  const Recovered recovered = recover(**source, *summary, out);
+  out.finish(/*verify=*/true);
+  std::cerr << recovery_text(input, recovered) << out.line() << ", read back: whole\n";
+  if (options.json) {
+    auto object = out.json();
+    object.update(recovery_json(input, recovered));
+    print_json(object);
+  }
+  return recovered.lost ? 1 : 0;
+}
+
+void add_filter(CLI::App& verb, int& exit_code) {
+  CLI::App* filter = verb.add_subcommand(
+      "filter",
+      "Writes a part of logs into a new one (like ros2 bag convert, mcap filter|compress|"
+      "decompress)");
+  auto o = std::make_shared<FilterOptions>();
+  add_input_output(*filter, o->inputs, o->output);
+  add_topic_options(*filter, *o);
+  filter->add_option("--node", o->nodes, "Only what this node published (repeatable)")
+      ->allow_extra_args(false);
+  filter->add_option("--inputs-of", o->inputs_of,
+                     "What a replay of this node needs: the topics that it reads and writes by its "
+                     "NODE/start, NODE/start and NODE/steps");
+  add_time_options(*filter, o->range);
+  filter->add_option("--duration", o->range.duration, "So many seconds from --start on");
+  filter->add_flag("--latched,!--no-latched", o->latched,
+                   "Begin with the last values of latched topics before --start (default)");
+  filter
+      ->add_option("--every", o->every,
+                   "Keep every Nth message of each topic, or TOPIC=N (repeatable)")
+      ->allow_extra_args(false);
+  filter
+      ->add_option("--max-rate", o->max_rate,
+                   "Keep at most so many a second of each topic, or TOPIC=HZ (repeatable)")
+      ->allow_extra_args(false);
+  filter->add_flag("!--no-attachments", o->attachments, "Leave attachments out");
+  filter->add_flag("!--no-metadata", o->metadata, "Leave metadata out");
+  filter
+      ->add_option("--note", o->notes, "Stores KEY=VALUE in the log: where it is from (repeatable)")
+      ->type_name("KEY=VALUE")
+      ->allow_extra_args(false);
+  add_output_options(*filter, o->output);
+  filter->add_flag("--json", o->json, "Print what was written as one JSON object");
+  filter->footer(
+      "Thinning leaves latched topics alone unless they are named. Exit code 1 if an input is "
+      "damaged.\n"
+      "Examples:\n  mimesis log filter run.mcap images.mcap --topic camera/image --max-rate 5\n"
+      "  mimesis log filter run.mcap -o part.mcap --start 12.5 --duration 3\n"
+      "  mimesis log filter run.mcap -o planner.mcap --inputs-of planner\n"
+      "  mimesis log filter run.mcap -o small.mcap --compression zstd --level 19   (compress)\n"
+      "  mimesis log filter run.mcap -o plain.mcap --compression none   (decompress)");
+  on_run(*filter, exit_code, [o] {
+    take_output(o->inputs, o->output);
+    return log_filter(*o);
+  });
+}
+
+void add_merge(CLI::App& verb, int& exit_code) {
+  CLI::App* merge = verb.add_subcommand(
+      "merge", "Joins logs into one, in the order of log time (like mcap merge)");
+  auto o = std::make_shared<MergeOptions>();
+  merge->add_option("FILE", o->inputs, "MCAP files to read")->required();
+  merge->add_option("--output,-o", o->output.path, "File to write")->required();
+  merge
+      ->add_option("--offset", o->offsets,
+                   "FILE=SECONDS, added to the log and publish times of a file whose host had "
+                   "another clock (repeatable)")
+      ->allow_extra_args(false);
+  add_output_options(*merge, o->output);
+  merge->add_flag("--json", o->json, "Print what was written as one JSON object");
+  merge->footer(
+      "Channels of one topic, type and metadata become one. Latched values that parts of a split\n"
+      "recording repeat are written once. Stamps inside of messages stay as they are.\n"
+      "Examples:\n  mimesis log merge run_000.mcap run_001.mcap -o run.mcap\n"
+      "  mimesis log merge robot.mcap vision.mcap -o both.mcap --offset vision.mcap=-0.012");
+  on_run(*merge, exit_code, [o] { return log_merge(*o); });
+}
+
+void add_sort(CLI::App& verb, int& exit_code) {
+  CLI::App* sort =
+      verb.add_subcommand("sort", "Writes a log in the order of log time (like mcap sort)");
+  auto o = std::make_shared<SortOptions>();
+  add_input_output(*sort, o->inputs, o->output);
+  add_output_options(*sort, o->output);
+  add_size_option(*sort, "--memory", o->memory, {std::size_t{1} << 16, std::size_t{1} << 40},
+                  "Most unpacked bytes to hold (default 512MiB); what is further out of order is "
+                  "sorted in files beside the output");
+  sort->add_flag("--json", o->json, "Print what was written as one JSON object");
+  sort->footer(
+      "Equal times stay in the order of the file. Every sum of the file is checked; exit code 1 if "
+      "it is damaged.\nExample: mimesis log sort run.mcap -o sorted.mcap");
+  on_run(*sort, exit_code, [o] {
+    take_output(o->inputs, o->output);
+    if (o->inputs.size() != 1) throw ConfigError("expected one log to sort: merge joins several");
+    return log_sort(*o);
+  });
+}
+
+void add_recover(CLI::App& verb, int& exit_code) {
+  CLI::App* recover = verb.add_subcommand(
+      "recover",
+      "Writes all that can be read of a damaged log into a new one (like mcap recover, ros2 bag "
+      "reindex)");
+  auto o = std::make_shared<RewriteOptions>();
+  add_input_output(*recover, o->inputs, o->output);
+  add_output_options(*recover, o->output);
+  recover->add_flag("--json", o->json, "Print what is missing as one JSON object");
+  recover->footer(
+      "The output is read back and compared before it gets its name; the input is never changed.\n"
+      "Exit code 0: nothing that was in the file is missing (a log that was not closed ends "
+      "early,\n"
+      "that is all); 1: the output is good, but something is missing: standard error says what.\n"
+      "Logs of a killed recorder open without this.\n"
+      "Example: mimesis log recover broken.mcap -o whole.mcap");
+  on_run(*recover, exit_code, [o] {
+    take_output(o->inputs, o->output);
+    if (o->inputs.size() != 1) throw ConfigError("expected one log to recover");
+    return log_recover(*o);
+  });
+}
+
+}  // namespace mimesis::tool
