@@ -3,6 +3,9 @@
 #include <fmt/format.h>
 #include <google/protobuf/descriptor.h>
 
+#include <CLI/App.hpp>
+#include <CLI/Config.hpp>
+#include <CLI/Formatter.hpp>
 #include <algorithm>
 #include <cmath>
 #include <deque>

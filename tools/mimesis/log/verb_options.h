@@ -1,8 +1,4 @@
 #pragma once
-#include <CLI/App.hpp>
-#include <CLI/Config.hpp>
-#include <CLI/Formatter.hpp>
-#include <CLI/Validators.hpp>
 #include <cstddef>
 #include <functional>
 #include <nlohmann/json.hpp>
@@ -12,6 +8,10 @@
 
 #include "tools/mimesis/log/new_log.h"
 #include "tools/mimesis/log/open_log.h"
+
+namespace CLI {
+class App;
+}  // namespace CLI
 
 // What the sources of the sub-verbs of `mimesis log` share: options, how they run, JSON on standard
 // output.
