@@ -1,3 +1,4 @@
+#include <fmt/core.h>
 #include <unistd.h>
 
 #include <CLI/App.hpp>
@@ -6,7 +7,6 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <cstdio>
 #include <cstdlib>
 #include <future>
 #include <iostream>
@@ -54,12 +54,7 @@ struct Options {
   double timeout_s = 0.0;
 };
 
-std::string number(double v) {
-  if (std::isnan(v)) return "-";
-  char text[32];
-  std::snprintf(text, sizeof text, "%.5g", v);
-  return text;
-}
+std::string number(double v) { return std::isnan(v) ? "-" : fmt::format("{:.5g}", v); }
 
 Json to_json(const Row& row) {
   // JSON has no NaN: a quantity that never came about is null

@@ -1,9 +1,10 @@
 #include "experiments/motion/film.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <iterator>
 #include <limits>
 #include <opencv2/imgproc.hpp>
@@ -295,11 +296,7 @@ FilmCamera FilmCamera::moved(const Vector3d& by_m) const {
   return out;
 }
 
-std::string film_time(double seconds) {
-  char text[32];
-  std::snprintf(text, sizeof text, "t = %.2f s", seconds);
-  return text;
-}
+std::string film_time(double seconds) { return fmt::format("t = {:.2f} s", seconds); }
 
 FilmCamera side_view(std::span<const FilmFrame> frames, int width_px, int height_px) {
   MIMESIS_ASSERT(!frames.empty());
@@ -383,9 +380,7 @@ std::vector<std::filesystem::path> write_film(std::span<const FilmFrame> frames,
   std::filesystem::create_directories(pictures, failed);
   if (failed) throw std::runtime_error(pictures.string() + ": " + failed.message());
   for (std::size_t i = 0; i < frames.size(); ++i) {
-    char file[32];
-    std::snprintf(file, sizeof file, "frame_%04zu.png", i);
-    write(pictures / file, draw(frames[i]));
+    write(pictures / fmt::format("frame_{:04}.png", i), draw(frames[i]));
   }
   write(sheet, options.along_path ? poses_along_path(frames, options.count, *options.along_path)
                                   : strip(frames, options.count, options.cell_width_px));

@@ -1,22 +1,13 @@
 #include "hw/bridge/command_gate.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
+
+#include "common/time.h"
 
 namespace mimesis::hw::bridge {
-namespace {
-
-double seconds(Time t) { return std::chrono::duration<double>(t).count(); }
-
-template <class... Args>
-std::string line(const char* format, Args... args) {
-  char buffer[160];
-  std::snprintf(buffer, sizeof(buffer), format, args...);
-  return buffer;
-}
-
-}  // namespace
 
 CommandGate::CommandGate(GateLimits limits)
     : limits_(std::move(limits)), command_(limits_.v_max_rad_s.size(), 0.0) {}
@@ -28,24 +19,27 @@ std::string CommandGate::name_of(std::size_t joint) const {
 std::string CommandGate::why_not(Time now, Time stamp, std::span<const double> position_rad,
                                  const Reading& arm) const {
   if (position_rad.size() != command_.size()) {
-    return line("command for %zu joints, the arm has %zu", position_rad.size(), command_.size());
+    return fmt::format("command for {} joints, the arm has {}", position_rad.size(),
+                       command_.size());
   }
-  if (now - stamp > limits_.silence) return line("command is %.3f s old", seconds(now - stamp));
+  if (now - stamp > limits_.silence)
+    return fmt::format("command is {:.3f} s old", to_seconds(now - stamp));
   if (needs_silence_) {
-    return line("after a fault a new stream is needed: one that comes after %.3g s of silence",
-                seconds(limits_.silence));
+    return fmt::format(
+        "after a fault a new stream is needed: one that comes after {:.3g} s of silence",
+        to_seconds(limits_.silence));
   }
   if (!arm.posture_known) return "the arm's posture is not known yet";
   for (std::size_t i = 0; i < command_.size(); ++i) {
     const double from = open_ ? command_[i] : arm.joints[i].position_rad;
-    const double elapsed = open_ ? std::max(0.0, seconds(stamp - accepted_)) : 0.0;
+    const double elapsed = open_ ? std::max(0.0, to_seconds(stamp - accepted_)) : 0.0;
     const double allowed =
         open_ ? limits_.jump_rad + limits_.v_max_rad_s[i] * elapsed : limits_.start_tolerance_rad;
     const double distance = std::abs(position_rad[i] - from);
     if (distance > allowed) {
-      return line(open_ ? "%s jumps by %.3f rad, allowed are %.3f"
-                        : "%s starts %.3f rad from its actual position, allowed are %.3f",
-                  name_of(i).c_str(), distance, allowed);
+      return fmt::format("{} {:.3f} rad{}, allowed are {:.3f}",
+                         name_of(i) + (open_ ? " jumps by" : " starts"), distance,
+                         open_ ? "" : " from its actual position", allowed);
     }
   }
   return {};
@@ -81,9 +75,8 @@ Setpoint CommandGate::decide(Time now, const Reading& arm) {
   if (age > limits_.silence) {
     open_ = false;
     rest_ = limits_.hold_on_silence ? Mode::hold : Mode::idle;
-    reason_ =
-        line(limits_.hold_on_silence ? "no command for %.3g s: holding" : "no command for %.3g s",
-             seconds(limits_.silence));
+    reason_ = fmt::format("no command for {:.3g} s{}", to_seconds(limits_.silence),
+                          limits_.hold_on_silence ? ": holding" : "");
     return {.mode = rest_};
   }
   if (age > limits_.hold_after) {

@@ -1,8 +1,9 @@
 #include "hw/cia402/axis.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 #include <utility>
 
@@ -72,11 +73,7 @@ using std::chrono::milliseconds;
 constexpr milliseconds kSdoTimeout(100);
 constexpr int kSdoAttempts = 3;
 
-std::string hex(std::uint32_t value) {
-  char buffer[16];
-  std::snprintf(buffer, sizeof(buffer), "0x%04X", value);
-  return buffer;
-}
+std::string hex(std::uint32_t value) { return fmt::format("0x{:04X}", value); }
 
 }  // namespace
 

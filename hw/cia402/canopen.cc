@@ -1,7 +1,8 @@
 #include "hw/cia402/canopen.h"
 
+#include <fmt/core.h>
+
 #include <array>
-#include <cstdio>
 
 #include "common/error.h"
 
@@ -99,8 +100,7 @@ constexpr std::array kEmergencies = {
 
 template <std::size_t N>
 std::string find(const std::array<Text, N>& table, std::uint32_t code, int digits) {
-  char number[16];
-  std::snprintf(number, sizeof(number), "0x%0*X", digits, code);
+  const std::string number = fmt::format("0x{:0{}X}", code, digits);
   for (const Text& t : table) {
     if (t.code == code) return std::string(t.text) + " (" + number + ")";
   }
@@ -154,11 +154,7 @@ Frame emergency(int node, std::uint16_t code, std::uint8_t error_register) {
   return f;
 }
 
-std::string text(Object object) {
-  char buffer[16];
-  std::snprintf(buffer, sizeof(buffer), "%04X:%02X", object.index, object.sub);
-  return buffer;
-}
+std::string text(Object object) { return fmt::format("{:04X}:{:02X}", object.index, object.sub); }
 
 Frame sdo_upload(int node, Object object) { return sdo(kSdoRequest, node, 0x40, object, 0); }
 Frame sdo_download(int node, Object object, std::uint32_t value, int bytes) {

@@ -1,8 +1,9 @@
 #include "hw/cia402/joint_driver.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <array>
-#include <cstdio>
 #include <utility>
 
 #include "common/error.h"
@@ -16,11 +17,7 @@ using std::chrono::milliseconds;
 constexpr milliseconds kRetry(1000);  // between attempts to set up, and after bus-off
 constexpr milliseconds kLongestStop(2000);
 
-std::string seconds(double s) {
-  char buffer[32];
-  std::snprintf(buffer, sizeof(buffer), "%g s", s);
-  return buffer;
-}
+std::string seconds(double s) { return fmt::format("{:g} s", s); }
 
 bool powered(DriveState state) {
   return state == DriveState::operation_enabled || state == DriveState::quick_stop_active ||

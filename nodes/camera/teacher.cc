@@ -1,8 +1,9 @@
 #include "nodes/camera/teacher.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <numbers>
 #include <vector>
 
@@ -75,12 +76,9 @@ void check_passable(const Lesson& lesson, const TeacherTable& table) {
   if (table.bridge_removed || lesson.transport == Transport::above) return;
   const double needed = lesson.grip == Grip::precision ? kHeadroomPrecision : kHeadroomFull;
   if (table.bridge_height_m >= needed) return;
-  char line[160];
-  std::snprintf(
-      line, sizeof line,
-      "bridge_height_m: %g is too low for a hand in %s grip below the bridge, at least %g",
-      table.bridge_height_m, lesson.grip == Grip::precision ? "precision" : "full", needed);
-  throw ConfigError(line);
+  throw ConfigError(fmt::format(
+      "bridge_height_m: {:g} is too low for a hand in {} grip below the bridge, at least {:g}",
+      table.bridge_height_m, lesson.grip == Grip::precision ? "precision" : "full", needed));
 }
 
 TeacherMotion::TeacherMotion(const TeacherScript& script, const TeacherTable& table)

@@ -1,8 +1,9 @@
 #include "nodes/walker/walk_wish.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
 #include "common/math/circle.h"
 #include "common/math/minimum_jerk.h"
@@ -37,9 +38,7 @@ void WalkWish::reset() {
 
 void WalkWish::cut(const char* what, double wished, double most) {
   if (!clipped_.empty()) return;  // the first one is told
-  char line[160];
-  std::snprintf(line, sizeof line, "%s: %.4g is wished, the robot can %.4g", what, wished, most);
-  clipped_ = line;
+  clipped_ = fmt::format("{}: {:.4g} is wished, the robot can {:.4g}", what, wished, most);
 }
 
 const WalkerWish& WalkWish::step(const MotionWish* motion, const GroundPose& robot, double dt_s) {

@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <iostream>
 
+#include "common/time.h"
+
 namespace mimesis::tool {
 namespace {
 constexpr std::size_t kWidth = 30;
@@ -35,7 +37,7 @@ void Progress::at(std::uint64_t done) {
     line += fmt::format("  {} MB", done / 1'000'000);
   }
   if (unit_ == Unit::bytes) {
-    const double seconds = std::max(1e-3, std::chrono::duration<double>(now - started_).count());
+    const double seconds = std::max(1e-3, to_seconds(now - started_));
     line += fmt::format("  {:.0f} MB/s", amount / seconds * 1e-6);
   }
   std::cerr << "\r\033[K" << line << std::flush;

@@ -1,8 +1,8 @@
 #include "nodes/crowd/external/external_agents.h"
 
-#include <array>
+#include <fmt/core.h>
+
 #include <cmath>
-#include <cstdio>
 
 #include "common/math/circle.h"
 #include "common/time.h"
@@ -10,11 +10,7 @@
 namespace mimesis::crowd {
 namespace {
 
-std::string text(double number) {
-  std::array<char, 32> digits{};
-  std::snprintf(digits.data(), digits.size(), "%.3g", number);
-  return digits.data();
-}
+std::string text(double number) { return fmt::format("{:.3g}", number); }
 
 }  // namespace
 

@@ -1,9 +1,9 @@
 #include "nodes/crowd/run/watch.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 #include <numbers>
 #include <utility>
@@ -361,9 +361,8 @@ std::string Watch::disorder(const ScenarioRun& run) const {
     const auto add = [&](bool wanted, double error, double tolerance, const char* what,
                          const char* unit) {
       if (!wanted || error <= tolerance) return;
-      std::array<char, 120> line{};
-      std::snprintf(line.data(), line.size(), "%s %.3g of %.3g %s", what, error, tolerance, unit);
-      text += (text.empty() ? "" : ", ") + group.name + ": " + line.data();
+      text += (text.empty() ? "" : ", ") + group.name +
+              fmt::format(": {} {:.3g} of {:.3g} {}", what, error, tolerance, unit);
     };
     add(kept.wanted.phases, o.phase_most_rad, kInOrder_rad, "phases", "rad");
     add(kept.wanted.leader, o.errors.tracking_rad, kInOrder_rad, "phases to the leader", "rad");

@@ -1,9 +1,10 @@
 #include "nodes/synthesizer/robot/step_plan.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 #include <optional>
 
@@ -167,11 +168,9 @@ tl::expected<StepPlan, Status> plan_steps(const FeetAlongWay& feet, double front
                     : way > settings.most_normal * settings.normal_m
                         ? "that is farther than the longest plan"
                         : "no sequence of trained steps ends there";
-  char text[200];
-  std::snprintf(text, sizeof text,
-                "drawer %.2f m ahead of the feet: %s; expected to stand at %.2f to %.2f m", way,
-                why, comfortable_m - settings.stand_nearer_m, most);
-  return tl::make_unexpected(Status{text});
+  return tl::make_unexpected(Status{
+      fmt::format("drawer {:.2f} m ahead of the feet: {}; expected to stand at {:.2f} to {:.2f} m",
+                  way, why, comfortable_m - settings.stand_nearer_m, most)});
 }
 
 }  // namespace mimesis::synthesizer

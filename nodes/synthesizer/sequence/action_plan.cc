@@ -1,8 +1,9 @@
 #include "nodes/synthesizer/sequence/action_plan.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 #include <optional>
 #include <string>
@@ -62,14 +63,13 @@ class Search {
   }
 
   tl::unexpected<Status> unreachable(double distance) const {
-    char text[200];
     const char* why = distance < nearest() ? "that is too near, and steps back were not trained"
                       : distance > s_.most_normal * r_.normal.most_m
                           ? "that is farther than the longest plan"
                           : "no sequence of trained steps ends there";
-    std::snprintf(text, sizeof text, "drawer %.2f m ahead: %s; expected to stand at %.2f to %.2f m",
-                  distance, why, nearest(), farthest());
-    return tl::make_unexpected(Status{text});
+    return tl::make_unexpected(
+        Status{fmt::format("drawer {:.2f} m ahead: {}; expected to stand at {:.2f} to {:.2f} m",
+                           distance, why, nearest(), farthest())});
   }
 
  private:

@@ -18,6 +18,7 @@
 #include "common/motion/mocap/clip_file.h"
 #include "common/motion/mocap/trials_file.h"
 #include "common/motion/model/motion_model.h"
+#include "common/time.h"
 #include "tools/mimesis/demix/demix_report.h"
 #include "tools/mimesis/number_check.h"
 #include "tools/mimesis/progress.h"
@@ -186,8 +187,7 @@ int run(Options& o) {
   if (!o.plot_dir.empty()) {
     plots = plot_demixing(o.plot_dir, o.name, files.set, result.mixture, o.sisa, o.up_to);
   }
-  const double seconds =
-      std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
+  const double seconds = to_seconds(std::chrono::steady_clock::now() - started);
   if (!o.json) {
     if (!files.retargeted.empty()) print_retargeting(files.retargeted);
     print(report);

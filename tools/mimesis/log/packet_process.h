@@ -19,6 +19,7 @@
 
 #include "common/error.h"
 #include "common/runtime/replay.h"
+#include "common/time.h"
 #include "tools/mimesis/launch/process.h"
 #include "tools/mimesis/stop_signals.h"
 
@@ -152,7 +153,7 @@ class PacketProcess {
   }
   std::string too_long(std::string_view what) const {
     return fmt::format("{} took longer than {} s (--timeout): {} was killed", what,
-                       std::chrono::duration<double>(timeout_).count(), name_);
+                       to_seconds(timeout_), name_);
   }
   std::string describe() {
     const std::string words = process_->last_words();

@@ -170,7 +170,7 @@ class PlayScreen {
     constexpr double kRecent_s = 1.0;  // window of MB/s and lateness
     if (!shown_ || now < next_) return;
     next_ = now + kRedraw;
-    const double window_s = std::chrono::duration<double>(now - since_).count();
+    const double window_s = to_seconds(now - since_);
     if (window_s >= kRecent_s) {
       mb_s_ = static_cast<double>(bytes - bytes_) * 1e-6 / window_s;
       worst_ = std::exchange(late_, {});

@@ -8,6 +8,7 @@
 #include <sstream>
 #include <vector>
 
+#include "common/time.h"
 #include "tools/mimesis/log/human.h"
 #include "tools/mimesis/log/recording.h"
 #include "tools/mimesis/table.h"
@@ -111,7 +112,7 @@ class CountsDisplay {
   /// If it is time. `terminal`: its size, or nothing if there is none.
   void show(const RecordState& state, const std::optional<TerminalSize>& terminal, WallTime now) {
     if (now < shown_ + (terminal ? kTablePeriod : kLinePeriod)) return;
-    const double seconds = std::chrono::duration<double>(now - shown_).count();
+    const double seconds = to_seconds(now - shown_);
     const std::string text = terminal ? table(state, *terminal, seconds) : line(state, seconds);
     clear();
     out_ << text << std::flush;

@@ -18,6 +18,7 @@
 #include <set>
 
 #include "common/runtime/value_text.h"
+#include "common/time.h"
 #include "tools/mimesis/launch/command.h"
 #include "tools/mimesis/log/open_log.h"
 #include "tools/mimesis/log/packet_process.h"
@@ -90,8 +91,7 @@ class LifeReplay {
         options_.timeout_s);
     while (advance(node)) progress(reader_.log_time_ns());
     finish(node);
-    report_.wall_s =
-        std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
+    report_.wall_s = to_seconds(std::chrono::steady_clock::now() - started);
     return std::move(report_);
   }
 

@@ -11,6 +11,7 @@
 
 #include "common/runtime/own_topics.h"
 #include "common/runtime/raw.h"
+#include "common/time.h"
 #include "tools/mimesis/launch/command.h"
 #include "tools/mimesis/launch/graph_file.h"
 #include "tools/mimesis/log/packet_process.h"
@@ -256,8 +257,7 @@ class LaunchReplay {
                       [](const std::string& topic) { return !runtime::is_own_topic(topic); });
     while (!stop.requested() && listen(graph)) progress(recorded_.log_time_ns());
     finish(stop);
-    report_.wall_s =
-        std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
+    report_.wall_s = to_seconds(std::chrono::steady_clock::now() - started);
     return std::move(report_);
   }
 
@@ -272,7 +272,7 @@ class LaunchReplay {
       return !enough() && !recorded_.finished();
     }
     if (ended) return report_end(graph.launch());
-    if (std::chrono::duration<double>(now - heard_).count() < options_.timeout_s) return true;
+    if (to_seconds(now - heard_) < options_.timeout_s) return true;
     report_.result = ReplayResult::kTimedOut;
     report_.problem =
         fmt::format("no message came for {} s, the last one at {:.6f} s of graph time",
