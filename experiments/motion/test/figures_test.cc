@@ -26,7 +26,7 @@ std::vector<std::string> names(bool slow) {
   return out;
 }
 
-class FigureRows : public testing::TestWithParam<std::string> {};
+class FigureRows : public ::testing::TestWithParam<std::string> {};
 
 TEST_P(FigureRows, Hold) {
   if (kFromRecordings.contains(GetParam()) && !std::filesystem::exists(mocap::shared_mocap())) {
@@ -43,15 +43,15 @@ TEST_P(FigureRows, Hold) {
   EXPECT_TRUE(report.plots.empty());
 }
 
-std::string as_word(const testing::TestParamInfo<std::string>& info) {
+std::string as_word(const ::testing::TestParamInfo<std::string>& info) {
   std::string word = info.param;
   std::ranges::replace_if(
       word, [](char c) { return c == '-' || c == '.'; }, '_');
   return word;
 }
 
-INSTANTIATE_TEST_SUITE_P(Quick, FigureRows, testing::ValuesIn(names(false)), as_word);
-INSTANTIATE_TEST_SUITE_P(DISABLED_Slow, FigureRows, testing::ValuesIn(names(true)), as_word);
+INSTANTIATE_TEST_SUITE_P(Quick, FigureRows, ::testing::ValuesIn(names(false)), as_word);
+INSTANTIATE_TEST_SUITE_P(DISABLED_Slow, FigureRows, ::testing::ValuesIn(names(true)), as_word);
 
 TEST(Figures, HaveNamesOfTheirOwn) {
   std::set<std::string> seen;

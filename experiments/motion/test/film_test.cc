@@ -15,8 +15,8 @@ using mocap::kBodyRows;
 
 std::filesystem::path fresh_folder() {
   const auto folder =
-      std::filesystem::path(testing::TempDir()) /
-      ("film_" + std::string(testing::UnitTest::GetInstance()->current_test_info()->name()));
+      std::filesystem::path(::testing::TempDir()) /
+      ("film_" + std::string(::testing::UnitTest::GetInstance()->current_test_info()->name()));
   std::filesystem::remove_all(folder);
   return folder;
 }

@@ -12,8 +12,8 @@
 namespace mimesis::synthesizer {
 namespace {
 
-constexpr double kPi = std::numbers::pi, kBeta = Sequencer::kBeta;
-constexpr Eigen::Index kSamples = 40;
+constexpr double kLeastJerkPi = std::numbers::pi, kBeta = Sequencer::kBeta;
+constexpr Eigen::Index kLeastJerkSamples = 40;
 
 /// One row of a ramp cos(φ/2) and a wave cos φ + ½ sin 3φ.
 motion::MotionModel model_of_one_row() {
@@ -21,9 +21,9 @@ motion::MotionModel model_of_one_row() {
   model.rows = {"knee.y"};
   model.fixed = 1;
   model.tied = true;
-  model.sources.resize(2, kSamples);
-  for (Eigen::Index t = 0; t < kSamples; ++t) {
-    const double phase = 2.0 * kPi * static_cast<double>(t) / kSamples;
+  model.sources.resize(2, kLeastJerkSamples);
+  for (Eigen::Index t = 0; t < kLeastJerkSamples; ++t) {
+    const double phase = 2.0 * kLeastJerkPi * static_cast<double>(t) / kLeastJerkSamples;
     model.sources.col(t) << std::cos(0.5 * phase), std::cos(phase) + 0.5 * std::sin(3.0 * phase);
   }
   motion::Pattern pattern;
@@ -55,10 +55,10 @@ struct Frames {
 };
 Frames play(Sequencer& s, double dt) {
   Frames out;
-  for (double phase = 1.0; phase < 2.0 * kPi + 1.0;) {
+  for (double phase = 1.0; phase < 2.0 * kLeastJerkPi + 1.0;) {
     const MotionParameters& p = s.at(phase);
     out.phase.push_back(phase);
-    out.angle.push_back(angle(p, std::fmod(phase, 2.0 * kPi)));
+    out.angle.push_back(angle(p, std::fmod(phase, 2.0 * kLeastJerkPi)));
     // midpoint rule: the interval's ends are where they belong
     const double half = s.at(phase + 0.5 * dt * p.frequency_rad_s).frequency_rad_s;
     phase += dt * half;
@@ -95,8 +95,8 @@ TEST(LeastJerk, IsAQuinticInTime) {
   MotionParameters p = kBefore;
   // by time: the phase at equal steps, with the frequencies handed out
   std::vector<double> x;
-  double phase = -kBeta * kPi;
-  while (phase < kBeta * kPi) {
+  double phase = -kBeta * kLeastJerkPi;
+  while (phase < kBeta * kLeastJerkPi) {
     t.at(phase, p);
     EXPECT_TRUE(p.weight_rad.isZero(0.0));
     x.push_back(p.mean_rad[0]);
@@ -121,17 +121,17 @@ TEST(LeastJerk, EndsAreTheActions) {
   LeastJerkTransition t(model_of_one_row(), kBeta);
   t.prepare(kBefore, kAfter);
   MotionParameters p = kBefore;
-  t.at(-kBeta * kPi, p);
-  EXPECT_NEAR(p.mean_rad[0], angle(kBefore, 2.0 * kPi - kBeta * kPi), 1e-6);
+  t.at(-kBeta * kLeastJerkPi, p);
+  EXPECT_NEAR(p.mean_rad[0], angle(kBefore, 2.0 * kLeastJerkPi - kBeta * kLeastJerkPi), 1e-6);
   EXPECT_NEAR(p.frequency_rad_s, 5.0, 1e-9);
-  t.at(kBeta * kPi, p);
-  EXPECT_NEAR(p.mean_rad[0], angle(kAfter, kBeta * kPi), 1e-6);
+  t.at(kBeta * kLeastJerkPi, p);
+  EXPECT_NEAR(p.mean_rad[0], angle(kAfter, kBeta * kLeastJerkPi), 1e-6);
   EXPECT_NEAR(p.frequency_rad_s, 8.0, 1e-9);
   t.at(0.0, p);
   EXPECT_NEAR(p.frequency_rad_s, 6.5, 1e-9);
   // at one frequency time is phase
   t.prepare(one_row(0.0, 0.0, 0.1, 4.0), one_row(0.0, 0.0, 0.2, 4.0));
-  EXPECT_NEAR(t.duration_s(), 2.0 * kBeta * kPi / 4.0, 1e-12);
+  EXPECT_NEAR(t.duration_s(), 2.0 * kBeta * kLeastJerkPi / 4.0, 1e-12);
 }
 
 TEST(LeastJerk, HasLessThanEquation3_23) {
@@ -146,7 +146,7 @@ TEST(LeastJerk, HasLessThanEquation3_23) {
       const double third =
           f.angle[i + 1] - 3.0 * f.angle[i] + 3.0 * f.angle[i - 1] - f.angle[i - 2];
       // with the jumps of eq. 3.23's acceleration at the ends
-      const bool inside = std::abs(f.phase[i] - 2.0 * kPi) < kBeta * kPi + 0.03;
+      const bool inside = std::abs(f.phase[i] - 2.0 * kLeastJerkPi) < kBeta * kLeastJerkPi + 0.03;
       if (inside) total += third * third;
     }
     return total;
@@ -160,9 +160,9 @@ TEST(LeastJerk, FollowsOneAnotherWithTheWidestInterval) {
   s.use_least_jerk(model_of_one_row());
   ASSERT_TRUE(s.announce(one_row(1.0, 0.0, 0.0, 6.0)));
   double last = s.at(1.0).mean_rad[0];
-  for (double phase = 1.0; phase < 6.5 * kPi; phase += 0.01) {
+  for (double phase = 1.0; phase < 6.5 * kLeastJerkPi; phase += 0.01) {
     if (!s.announced() && s.transitions() == 1) {
-      ASSERT_TRUE(s.announce(one_row(2.0, 0.0, 0.0, 6.0)) || phase < 3.0 * kPi);
+      ASSERT_TRUE(s.announce(one_row(2.0, 0.0, 0.0, 6.0)) || phase < 3.0 * kLeastJerkPi);
     }
     const double now = s.at(phase).mean_rad[0];
     EXPECT_LT(std::abs(now - last), 0.01);

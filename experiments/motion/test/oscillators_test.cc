@@ -10,7 +10,7 @@
 namespace mimesis::synthesizer {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
+constexpr double kOscillatorsPi = std::numbers::pi;
 using VdpNetwork = OscillatorNetwork<VanDerPol>;
 using HopfNetwork = OscillatorNetwork<AndronovHopf>;
 
@@ -48,7 +48,7 @@ TEST(VanDerPol, SmallDampingGivesAmplitudeAndPeriodOfPerturbationTheory) {
     EXPECT_NEAR(amplitude, 2.0 * std::sqrt(0.5), 0.01);
     // ω/ω₀ = 1 − µ²/16 + 17µ⁴/3072
     const double expected = 1.0 - mu * mu / 16.0 + 17.0 * std::pow(mu, 4) / 3072.0;
-    EXPECT_NEAR(2.0 * kPi / period(network, kDt, 30'000) / 5.0, expected, 1e-5);
+    EXPECT_NEAR(2.0 * kOscillatorsPi / period(network, kDt, 30'000) / 5.0, expected, 1e-5);
   }
 }
 
@@ -108,7 +108,7 @@ TEST(AndronovHopf, RadiusAndPhaseFollowTheClosedForm) {
       const double t = n * kDt;
       const double r = 1.0 / std::sqrt(1.0 + (1.0 / (kR0 * kR0) - 1.0) * std::exp(-2.0 * t));
       ASSERT_NEAR(network.state(0).norm(), r, 2e-5) << t;
-      ASSERT_NEAR(math::wrap_pi(network.phase(0) - 0.5 * kPi - 7.0 * t), 0.0, 1e-4) << t;
+      ASSERT_NEAR(math::wrap_pi(network.phase(0) - 0.5 * kOscillatorsPi - 7.0 * t), 0.0, 1e-4) << t;
     }
   }
 }

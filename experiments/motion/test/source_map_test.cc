@@ -12,7 +12,7 @@
 namespace mimesis::synthesizer {
 namespace {
 
-Eigen::Vector2d at(double phase) { return {std::cos(phase), std::sin(phase)}; }
+Eigen::Vector2d source_map_at(double phase) { return {std::cos(phase), std::sin(phase)}; }
 
 TEST(SourceMap, LearnsASourceOverTheCircle) {
   const motion::MotionModel model = testing::random_model(4);
@@ -21,7 +21,8 @@ TEST(SourceMap, LearnsASourceOverTheCircle) {
   EXPECT_EQ(::testing::internal::GetCapturedStdout(), "");
   for (int k = 0; k < 4; ++k) {
     for (int t = 0; t < 100; ++t) {
-      EXPECT_NEAR(maps[std::size_t(k)](at(math::kTwoPi * t / 100.0)), model.sources(k, t), 3e-4);
+      EXPECT_NEAR(maps[std::size_t(k)](source_map_at(math::kTwoPi * t / 100.0)),
+                  model.sources(k, t), 3e-4);
     }
   }
   EXPECT_EQ(tabulate(maps, 0, 100), tabulate(learn_source_maps(model), 0, 100));
@@ -32,8 +33,9 @@ TEST(SourceMap, DelaysAreRotations) {  // s(t − τ), not s(t + τ)
   const std::vector<SourceMap> maps = learn_source_maps(model);
   const double phi = math::kTwoPi * 13.0 / 100.0;
   for (int t = 13; t < 100; ++t) {
-    EXPECT_NEAR(maps[0](delayed(at(math::kTwoPi * t / 100.0), std::cos(phi), std::sin(phi))),
-                model.sources(0, t - 13), 3e-4);
+    EXPECT_NEAR(
+        maps[0](delayed(source_map_at(math::kTwoPi * t / 100.0), std::cos(phi), std::sin(phi))),
+        model.sources(0, t - 13), 3e-4);
   }
 }
 

@@ -14,9 +14,9 @@
 namespace mimesis::synthesizer {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
+constexpr double kStylesPi = std::numbers::pi;
 
-Eigen::RowVectorXd wave(std::vector<std::pair<int, double>> harmonics, int length = 100) {
+Eigen::RowVectorXd styles_wave(std::vector<std::pair<int, double>> harmonics, int length = 100) {
   Eigen::RowVectorXd s(length);
   for (int t = 0; t < length; ++t) {
     s[t] = 0.0;
@@ -35,10 +35,10 @@ Eigen::MatrixXd motion(const Eigen::MatrixXd& sources, const MotionParameters& p
 /// turn with the sign.
 Eigen::MatrixXd ambiguous_sources() {
   Eigen::MatrixXd s(4, 100);
-  s.row(0) = wave({{1, 1.0}, {2, 0.4}});
-  s.row(1) = wave({{1, 1.0}, {3, 0.3}});
-  s.row(2) = wave({{3, 1.0}, {6, 0.5}});
-  s.row(3) = wave({{2, 1.0}, {6, 0.2}});
+  s.row(0) = styles_wave({{1, 1.0}, {2, 0.4}});
+  s.row(1) = styles_wave({{1, 1.0}, {3, 0.3}});
+  s.row(2) = styles_wave({{3, 1.0}, {6, 0.5}});
+  s.row(3) = styles_wave({{2, 1.0}, {6, 0.2}});
   return s;
 }
 
@@ -59,10 +59,10 @@ MotionParameters disguised(MotionParameters p, int variant) {
   for (int r = 0; r < 5; ++r) {
     const int q = r + variant;
     p.delay_rad(r, 0) += math::kTwoPi * (q % 3 - 1);
-    p.delay_rad(r, 1) += kPi * q;
+    p.delay_rad(r, 1) += kStylesPi * q;
     if (q % 2) p.weight_rad(r, 1) *= -1.0;
     p.delay_rad(r, 2) += math::kTwoPi / 3.0 * q;
-    p.delay_rad(r, 3) += kPi / 2.0 * q;
+    p.delay_rad(r, 3) += kStylesPi / 2.0 * q;
     if (q % 2) p.weight_rad(r, 3) *= -1.0;
   }
   return p;
@@ -86,7 +86,7 @@ TEST(Styles, AverageThePatternsOfANameAfterTheAmbiguitiesAreGone) {
   ASSERT_EQ(styles.names, (std::vector<std::string>{"happy", "sad"}));
   EXPECT_LT((motion(model.sources, styles.parameters[0]) - motion(model.sources, happy)).norm(),
             1e-7);
-  EXPECT_NEAR(styles.parameters[1].frequency_rad_s, kPi, 1e-12);
+  EXPECT_NEAR(styles.parameters[1].frequency_rad_s, kStylesPi, 1e-12);
   EXPECT_EQ(styles.index("sad"), 1u);
   try {
     (void)styles.index("angry");

@@ -7,7 +7,7 @@
 namespace mimesis::synthesizer {
 namespace {
 
-mocap::Trial turning(double turn, double duration) {
+mocap::Trial turn_at(double turn, double duration) {
   mocap::Trial t;
   t.turn_rad = turn;
   t.duration_s = duration;
@@ -15,7 +15,7 @@ mocap::Trial turning(double turn, double duration) {
 }
 
 TEST(Turning, SharesTurnAtTheRate) {
-  const TurnRates r = turn_rates(turning(0.9, 1.2), turning(0.05, 1.0), turning(-0.8, 1.0));
+  const TurnRates r = turn_rates(turn_at(0.9, 1.2), turn_at(0.05, 1.0), turn_at(-0.8, 1.0));
   EXPECT_NEAR(r.left, 0.75, 1e-12);
   for (const double rate : {-0.8, -0.3, 0.05, 0.2, 0.75}) {
     const auto a = turn_shares(r, rate);
@@ -26,8 +26,8 @@ TEST(Turning, SharesTurnAtTheRate) {
   }
   EXPECT_EQ(turn_shares(r, 5.0)[0], 1.0);
   EXPECT_EQ(turn_shares(r, -5.0)[2], 1.0);
-  EXPECT_THROW(turn_rates(turning(-0.8, 1.0), turning(0.0, 1.0), turning(0.9, 1.0)), ConfigError);
-  EXPECT_THROW(turn_rates(turning(0.8, 0.0), turning(0.0, 1.0), turning(-0.9, 1.0)), ConfigError);
+  EXPECT_THROW(turn_rates(turn_at(-0.8, 1.0), turn_at(0.0, 1.0), turn_at(0.9, 1.0)), ConfigError);
+  EXPECT_THROW(turn_rates(turn_at(0.8, 0.0), turn_at(0.0, 1.0), turn_at(-0.9, 1.0)), ConfigError);
 }
 
 TEST(Turning, BalancedMixtureGoesStraight) {

@@ -10,13 +10,14 @@ namespace {
 const HandShape kHand;
 constexpr double kRadius = 0.022, kHeight = 0.12;
 
-Cylinder object(double lean = 0.0) {
+Cylinder grasp_object(double lean = 0.0) {
   Cylinder c{.radius = kRadius, .height = kHeight};
   c.X_WO = Eigen::Translation3d(0.4, 0.0, 0.1) * Eigen::AngleAxisd(lean, Eigen::Vector3d::UnitX());
   return c;
 }
 
-/// E with z along `approach` and x along `across`, `offset` (in E) away from `point` of the object.
+/// E with z along `approach` and x along `across`, `offset` (in E) away from `point` of the
+/// object.
 Eigen::Isometry3d hand_at(const Eigen::Vector3d& point, const Eigen::Vector3d& approach,
                           const Eigen::Vector3d& across, const Eigen::Vector3d& offset) {
   Eigen::Isometry3d X_WE = Eigen::Isometry3d::Identity();
@@ -29,13 +30,13 @@ Eigen::Isometry3d hand_at(const Eigen::Vector3d& point, const Eigen::Vector3d& a
 bool precision(const Eigen::Vector3d& p) {
   const auto X_WE =
       hand_at({0.4, 0.0, 0.16}, -Eigen::Vector3d::UnitZ(), Eigen::Vector3d::UnitY(), p);
-  return grasp_contact(kHand, Grip::precision, X_WE, object()).reachable;
+  return grasp_contact(kHand, Grip::precision, X_WE, grasp_object()).reachable;
 }
 
 /// The centre of the object is at `p` in E, the hand comes along +y of W.
 bool full(const Eigen::Vector3d& p) {
   const auto X_WE = hand_at({0.4, 0.0, 0.1}, Eigen::Vector3d::UnitY(), Eigen::Vector3d::UnitX(), p);
-  return grasp_contact(kHand, Grip::full, X_WE, object()).reachable;
+  return grasp_contact(kHand, Grip::full, X_WE, grasp_object()).reachable;
 }
 
 TEST(GraspContact, PrecisionGripHoldsWithinItsTolerances) {
@@ -72,25 +73,25 @@ TEST(GraspContact, TheHandMustComeFromTheGripsSide) {
       hand_at({0.4, 0.0, 0.1}, Eigen::Vector3d::UnitY(), Eigen::Vector3d::UnitX(), {0, 0, 0});
   const auto pinched =
       hand_at({0.4, 0.0, 0.1}, Eigen::Vector3d::UnitY(), Eigen::Vector3d::UnitZ(), {0, 0, 0});
-  EXPECT_FALSE(grasp_contact(kHand, Grip::full, down, object()).reachable);
-  EXPECT_FALSE(grasp_contact(kHand, Grip::precision, side, object()).reachable);
-  EXPECT_FALSE(grasp_contact(kHand, Grip::precision, up, object()).reachable);
-  EXPECT_FALSE(grasp_contact(kHand, Grip::full, pinched, object()).reachable);
-  EXPECT_FALSE(grasp_contact(kHand, Grip::none, down, object()).reachable);
+  EXPECT_FALSE(grasp_contact(kHand, Grip::full, down, grasp_object()).reachable);
+  EXPECT_FALSE(grasp_contact(kHand, Grip::precision, side, grasp_object()).reachable);
+  EXPECT_FALSE(grasp_contact(kHand, Grip::precision, up, grasp_object()).reachable);
+  EXPECT_FALSE(grasp_contact(kHand, Grip::full, pinched, grasp_object()).reachable);
+  EXPECT_FALSE(grasp_contact(kHand, Grip::none, down, grasp_object()).reachable);
 }
 
 TEST(GraspContact, LeaningTooFarIsNoGrasp) {
   const auto down =
       hand_at({0.4, 0.0, 0.16}, -Eigen::Vector3d::UnitZ(), Eigen::Vector3d::UnitX(), {0, 0, 0});
-  EXPECT_TRUE(grasp_contact(kHand, Grip::precision, down, object(0.15)).reachable);
-  EXPECT_FALSE(grasp_contact(kHand, Grip::precision, down, object(0.25)).reachable);
+  EXPECT_TRUE(grasp_contact(kHand, Grip::precision, down, grasp_object(0.15)).reachable);
+  EXPECT_FALSE(grasp_contact(kHand, Grip::precision, down, grasp_object(0.25)).reachable);
 }
 
 TEST(GraspContact, ClosureIsWhereTheApertureEqualsTheDiameter) {
   const double closure =
-      grasp_contact(kHand, Grip::none, Eigen::Isometry3d::Identity(), object()).closure;
+      grasp_contact(kHand, Grip::none, Eigen::Isometry3d::Identity(), grasp_object()).closure;
   EXPECT_NEAR(kHand.aperture * (1.0 - closure), 2 * kRadius, 1e-12);
-  Cylinder thick = object();
+  Cylinder thick = grasp_object();
   thick.radius = 0.03;  // wider than the open hand
   const auto X_WE =
       hand_at({0.4, 0.0, 0.1}, Eigen::Vector3d::UnitY(), Eigen::Vector3d::UnitX(), {0, 0, 0});

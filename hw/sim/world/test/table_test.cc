@@ -10,18 +10,18 @@ namespace {
 constexpr double kClearance = 0.004;  // [m]
 constexpr int kAttempts = 400;
 
-kin::ArmModel arm() {
+kin::ArmModel table_arm() {
   return model::load_arm(std::string(MIMESIS_SOURCE_DIR) + "/models/lwr4.yaml");
 }
 
 /// With every ball that much larger, free means free with clearance.
 kin::ArmModel grown_arm() {
-  kin::ArmModel grown = arm();
+  kin::ArmModel grown = table_arm();
   for (kin::SafetyBall& ball : grown.balls) ball.radius += kClearance;
   return grown;
 }
 
-kin::Table table(std::optional<double> bridge_height = {}) {
+kin::Table low_table(std::optional<double> bridge_height = {}) {
   return model::load_table(std::string(MIMESIS_SOURCE_DIR) + "/models/bridge_table.yaml",
                            bridge_height);
 }
@@ -36,7 +36,7 @@ std::size_t places(const kin::Table& t, Grip grip, const std::string& name) {
 }
 
 TEST(BridgeTable, BothGripsReachTheObjectAndTheJudgeAgrees) {
-  const kin::Table t = table();
+  const kin::Table t = low_table();
   const Cylinder object{.X_WO = Eigen::Isometry3d(Eigen::Translation3d(t.object)),
                         .radius = t.object_radius,
                         .height = t.object_height};
@@ -44,30 +44,31 @@ TEST(BridgeTable, BothGripsReachTheObjectAndTheJudgeAgrees) {
     const std::vector<Reach> reaches = PostureSearch(grown_arm(), t).grasps(grip, kAttempts);
     EXPECT_GE(reaches.size(), 10u);
     for (const Reach& reach : reaches) {
-      EXPECT_TRUE(grasp_contact({}, grip, kin::end_effector(arm(), reach.at), object).reachable);
+      EXPECT_TRUE(
+          grasp_contact({}, grip, kin::end_effector(table_arm(), reach.at), object).reachable);
       EXPECT_FALSE(
-          grasp_contact({}, grip, kin::end_effector(arm(), reach.before), object).reachable);
+          grasp_contact({}, grip, kin::end_effector(table_arm(), reach.before), object).reachable);
     }
   }
 }
 
 TEST(BridgeTable, TheHighGoalIsReachedFromAbove) {
-  EXPECT_GE(places(table(), Grip::precision, "high"), 10u);
+  EXPECT_GE(places(low_table(), Grip::precision, "high"), 10u);
 }
 
 TEST(BridgeTable, TheLowGoalIsReachedWithAFullGripOnly) {
-  EXPECT_GE(places(table(), Grip::full, "low"), 10u);
-  EXPECT_EQ(places(table(), Grip::precision, "low"), 0u);
+  EXPECT_GE(places(low_table(), Grip::full, "low"), 10u);
+  EXPECT_EQ(places(low_table(), Grip::precision, "low"), 0u);
 }
 
 TEST(BridgeTable, ALowBridgeTurnsThatAround) {
-  EXPECT_GE(places(table(0.20), Grip::precision, "low"), 10u);
-  EXPECT_EQ(places(table(0.20), Grip::full, "low"), 0u);
+  EXPECT_GE(places(low_table(0.20), Grip::precision, "low"), 10u);
+  EXPECT_EQ(places(low_table(0.20), Grip::full, "low"), 0u);
 }
 
 TEST(BridgeTable, HomeIsFreeAndFarFromTheObject) {
-  const PostureSearch search(grown_arm(), table());
-  EXPECT_TRUE(search.is_free(arm().home, {}, false, false));
+  const PostureSearch search(grown_arm(), low_table());
+  EXPECT_TRUE(search.is_free(table_arm().home, {}, false, false));
 }
 
 }  // namespace

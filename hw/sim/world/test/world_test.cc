@@ -9,7 +9,7 @@
 namespace mimesis::world {
 namespace {
 
-constexpr double kDt = 0.01;
+constexpr double kWorldDt = 0.01;
 constexpr double kClosed = 0.25;  // beyond the contact at 1 − 44/58 = 0.241
 
 /// The real arm and table, moved through postures that inverse kinematics found.
@@ -22,7 +22,7 @@ class WorldTest : public ::testing::Test {
         search_(arm_, table_) {}
 
   void step(const Eigen::VectorXd& q, const Hand& hand, int steps = 1) {
-    for (int i = 0; i < steps; ++i) world_.step(kDt, q, hand);
+    for (int i = 0; i < steps; ++i) world_.step(kWorldDt, q, hand);
   }
   Reach some_grasp(Grip grip) {
     const std::vector<Reach> reaches = search_.grasps(grip, 200);
@@ -118,7 +118,7 @@ TEST_F(WorldTest, SweepingThroughTheObjectKnocksItOver) {
 }
 
 TEST_F(WorldTest, WithoutAPostureNothingHappens) {
-  for (int i = 0; i < 10; ++i) world_.step(kDt);
+  for (int i = 0; i < 10; ++i) world_.step(kWorldDt);
   EXPECT_TRUE(world_.frames().empty());
   EXPECT_EQ(world_.object().state(), ObjectState::resting);
   EXPECT_FALSE(world_.contact().reachable);
