@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include "common/math/circle.h"
 #include "common/math/minimum_jerk.h"
@@ -38,7 +39,9 @@ void WalkWish::reset() {
 
 void WalkWish::cut(const char* what, double wished, double most) {
   if (!clipped_.empty()) return;  // the first one is told
-  clipped_ = fmt::format("{}: {:.4g} is wished, the robot can {:.4g}", what, wished, most);
+  // Into the string that is there: a tick does not allocate.
+  fmt::format_to(std::back_inserter(clipped_), "{}: {:.4g} is wished, the robot can {:.4g}", what,
+                 wished, most);
 }
 
 const WalkerWish& WalkWish::step(const MotionWish* motion, const GroundPose& robot, double dt_s) {
