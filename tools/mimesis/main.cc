@@ -105,9 +105,11 @@ int main(int argc, char** argv) {
   for (const auto& [name, file] : verbs) known.push_back(name);
   for (const auto& [name, about] : mimesis::tool::kKnownVerbs) {
     if (name != verb) continue;
-    return mistake(fmt::format(
-        "the program of verb '{}' is missing: mimesis-{} is neither beside this one nor in PATH",
-        verb, verb));
+    return mistake(
+        fmt::format("the program of verb '{}' is missing: mimesis-{} is neither beside this one "
+                    "nor in PATH; in a "
+                    "source tree: cmake --build build --target mimesis-{}",
+                    verb, verb, verb));
   }
   return mistake("unknown verb '" + verb + "'" + mimesis::runtime::did_you_mean(verb, known));
 }

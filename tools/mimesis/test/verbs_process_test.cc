@@ -92,7 +92,8 @@ TEST_F(Verbs, AMissingProgramIsNamed) {
   EXPECT_EQ(run(alone.string(), {"topic", "list"}), 2);
   EXPECT_EQ(err_,
             "mimesis: the program of verb 'topic' is missing: mimesis-topic is neither beside this "
-            "one nor in PATH\nSee: mimesis --help\n");
+            "one nor in PATH; in a source tree: cmake --build build --target mimesis-topic\nSee: "
+            "mimesis --help\n");
   EXPECT_EQ(out_, "");
   EXPECT_EQ(run(alone.string(), {"--help"}), 0);
   EXPECT_EQ(out_.find("  topic "), std::string::npos) << out_;
