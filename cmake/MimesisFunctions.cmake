@@ -13,12 +13,21 @@
 # What runs on a robot or in a demo: everything but tests and benchmarks.
 add_custom_target(programs)
 
+# Precompiled headers of this tree (MimesisTargets.cmake); a target with other options than theirs sets
+# DISABLE_PRECOMPILE_HEADERS. Nodes outside of this tree have none.
+function(mimesis_reuse_headers name headers)
+  if(TARGET ${headers})
+    target_precompile_headers(${name} REUSE_FROM ${headers})
+  endif()
+endfunction()
+
 # Libraries of common/ and proto/ are installed with their headers: what nodes outside of this tree are made of.
 function(mimesis_library name)
   cmake_parse_arguments(arg "" "" "SOURCES;LINK;PRIVATE_LINK" ${ARGN})
   add_library(${name} STATIC ${arg_SOURCES})
   target_include_directories(${name} PUBLIC $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}> $<INSTALL_INTERFACE:include/mimesis>)
   target_link_libraries(${name} PUBLIC ${arg_LINK} PRIVATE $<BUILD_INTERFACE:mimesis_warnings> ${arg_PRIVATE_LINK})
+  mimesis_reuse_headers(${name} mimesis_headers)
   cmake_path(IS_PREFIX MIMESIS_INSTALLED_SOURCES ${CMAKE_CURRENT_SOURCE_DIR} installed)
   if(installed)
     install(TARGETS ${name} EXPORT MimesisExport ARCHIVE DESTINATION lib COMPONENT library)
@@ -26,10 +35,14 @@ function(mimesis_library name)
 endfunction()
 
 function(mimesis_executable name)
-  cmake_parse_arguments(arg "" "" "SOURCES;LINK" ${ARGN})
+  cmake_parse_arguments(arg "" "HEADERS" "SOURCES;LINK" ${ARGN})
+  if(NOT arg_HEADERS)
+    set(arg_HEADERS mimesis_headers)
+  endif()
   add_executable(${name} ${arg_SOURCES})
   target_include_directories(${name} PRIVATE ${PROJECT_SOURCE_DIR})
   target_link_libraries(${name} PRIVATE mimesis_warnings ${arg_LINK})
+  mimesis_reuse_headers(${name} ${arg_HEADERS})
 endfunction()
 
 # A program of build/bin.
@@ -47,11 +60,10 @@ function(mimesis_test name)
   if(NOT arg_TIMEOUT)
     set(arg_TIMEOUT 120)
   endif()
-  mimesis_executable(${name} SOURCES ${arg_SOURCES} LINK ${arg_LINK} GTest::gtest_main)
+  mimesis_executable(${name} SOURCES ${arg_SOURCES} LINK ${arg_LINK} GTest::gtest_main HEADERS mimesis_test_headers)
   set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/test)
   if(TARGET mimesis_test_headers)
     target_compile_options(${name} PRIVATE $<$<CONFIG:Release>:-Og>)
-    target_precompile_headers(${name} REUSE_FROM mimesis_test_headers)
   endif()
   target_compile_definitions(${name} PRIVATE
     MIMESIS_SOURCE_DIR="${PROJECT_SOURCE_DIR}" MIMESIS_BIN_DIR="${CMAKE_BINARY_DIR}/bin")

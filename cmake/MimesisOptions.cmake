@@ -48,3 +48,4 @@ set(CMAKE_UNITY_BUILD_BATCH_SIZE 8)
 # Everything of ours links this; generated code does not.
 add_library(mimesis_warnings INTERFACE)
 target_compile_options(mimesis_warnings INTERFACE -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Werror)
+target_link_libraries(mimesis_warnings INTERFACE fmt::fmt)  # its macro must be the same in all that share headers
