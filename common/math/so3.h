@@ -38,6 +38,24 @@ inline Eigen::Vector3d log_so3(const Eigen::Matrix3d& rotation) {
   return log_so3(Eigen::Quaterniond(rotation));
 }
 
+/// Rotation by the smallest angle that turns `from` into the direction of `to`, neither zero; a
+/// half turn is about an axis perpendicular to `from`. Eigen's FromTwoVectors finds that axis by a
+/// singular value decomposition, which costs 10 s to compile.
+inline Eigen::Matrix3d rotation_onto(const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
+  const Eigen::Vector3d a = from.normalized(), b = to.normalized();
+  const double cosine = b.dot(a);
+  Eigen::Quaterniond q;
+  if (cosine < -1.0 + 1e-12) {
+    q.w() = 0.0;
+    q.vec() = a.cross(Eigen::Vector3d::Unit(std::abs(a.y()) < 0.9 ? 1 : 0)).normalized();
+  } else {
+    const double s = std::sqrt((1.0 + cosine) * 2.0);
+    q.w() = s * 0.5;
+    q.vec() = a.cross(b) * (1.0 / s);
+  }
+  return q.toRotationMatrix();
+}
+
 /// Heading: angle about z from x to where the x axis of the rotation points, in [−π, π] rad.
 inline double yaw_of(const Eigen::Matrix3d& R) { return std::atan2(R(1, 0), R(0, 0)); }
 

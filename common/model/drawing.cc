@@ -1,5 +1,7 @@
 #include "common/model/drawing.h"
 
+#include "common/math/so3.h"
+
 namespace mimesis::model {
 namespace {
 
@@ -76,8 +78,7 @@ void add_rod(foxglove::SceneEntity& entity, const Eigen::Vector3d& from, const E
   const double length = (to - from).norm();
   if (length < 1e-9) return;
   Eigen::Isometry3d pose = at(0.5 * (from + to));
-  pose.linear() =
-      Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), to - from).toRotationMatrix();
+  pose.linear() = math::rotation_onto(Eigen::Vector3d::UnitZ(), to - from);
   foxglove::CylinderPrimitive& rod =
       fill(entity.add_cylinders(), pose, {2.0 * radius, 2.0 * radius, length}, color);
   rod.set_bottom_scale(1.0);

@@ -22,7 +22,7 @@ Matrix3d frame_with_z(const Vector3d& axis) {
     R << Vector3d::Unit((k + 1) % 3), Vector3d::Unit((k + 2) % 3), axis;
     return R;
   }
-  return Eigen::Quaterniond::FromTwoVectors(Vector3d::UnitZ(), axis).toRotationMatrix();
+  return math::rotation_onto(Vector3d::UnitZ(), axis);
 }
 
 void add_inertia(const Inertia& inertia, const Isometry3d& X_BodyLink, Body& body) {

@@ -44,7 +44,9 @@ void check_inertia(const Inertia& inertia, const std::string& where) {
     throw ConfigError(where + "inertia, expected finite, and zero without a mass");
   }
   if (inertia.mass_kg == 0.0) return;
-  const Eigen::Vector3d moments = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(I).eigenvalues();
+  const Eigen::Vector3d moments = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>()
+                                      .computeDirect(I, Eigen::EigenvaluesOnly)
+                                      .eigenvalues();
   // No principal moment of a body exceeds the sum of the other two
   if (!(moments[0] > 0.0) || moments[2] > (moments[0] + moments[1]) * (1.0 + 1e-6)) {
     throw ConfigError(where + "inertia with principal moments " + number(moments[0]) + ", " +

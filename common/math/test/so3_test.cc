@@ -4,6 +4,7 @@
 
 #include <Eigen/LU>
 #include <numbers>
+#include <random>
 
 #include "common/math/circle.h"
 
@@ -26,6 +27,23 @@ TEST(So3, LogarithmInvertsAtAllAngles) {
     EXPECT_LT((log_so3(exp_so3(theta * axis)) - theta * axis).norm(), 1e-9) << theta;
   }
   EXPECT_LT((exp_so3(log_so3(exp_so3(kPi * axis))) - exp_so3(kPi * axis)).norm(), 1e-9);
+}
+
+TEST(So3, RotationOntoIsTheShortestTurn) {
+  std::mt19937 random(7);
+  std::normal_distribution<double> normal;
+  for (int i = 0; i < 1000; ++i) {
+    const Vector3d from(normal(random), normal(random), normal(random));
+    Vector3d to(normal(random), normal(random), normal(random));
+    if (i % 4 == 0) to = -2.0 * from;
+    if (i % 4 == 1) to = -from + 1e-7 * to;
+    const Matrix3d R = rotation_onto(from, to);
+    EXPECT_LT((R * from.normalized() - to.normalized()).norm(), 1e-7) << i;
+    EXPECT_LT((R * R.transpose() - Matrix3d::Identity()).norm(), 1e-12) << i;
+    EXPECT_GT(R.determinant(), 0.0) << i;
+    // The angle of the turn is that between the vectors: trace R = 1 + 2 cos θ.
+    EXPECT_NEAR(R.trace(), 1.0 + 2.0 * from.normalized().dot(to.normalized()), 1e-9) << i;
+  }
 }
 
 TEST(So3, NearestAxisAngleFollowsATurnBeyondPi) {

@@ -210,7 +210,7 @@ Matrix3d upright(const Markers& markers, const std::array<Index, kGaitMarkers>& 
                       " m from the toes, expected the markers of a person");
   }
   const Vector3d up = Vector3d::Unit(axis) * (leg[axis] < 0.0 ? -1.0 : 1.0);
-  return Eigen::Quaterniond::FromTwoVectors(up, Vector3d::UnitZ()).toRotationMatrix();
+  return math::rotation_onto(up, Vector3d::UnitZ());
 }
 
 std::vector<MarkerGroup> rigid_groups(const Markers& markers,

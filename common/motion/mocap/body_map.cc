@@ -129,10 +129,10 @@ Matrix3d axes_of(const std::string& text, const BodyMap& map) {
   return axes;
 }
 
-/// Rotation by the smallest angle that turns `from` into the direction `to`.
+/// Turns `from`, which may be missing (zero), into the direction `to`.
 Matrix3d turn_onto(const Vector3d& from, const Vector3d& to) {
   if (from.norm() < 1e-9) return Matrix3d::Identity();
-  return Eigen::Quaterniond::FromTwoVectors(from, to).toRotationMatrix();
+  return math::rotation_onto(from, to);
 }
 
 /// Index in the file by body joint, of the toes and hands, and the orientation of all file joints'

@@ -324,8 +324,7 @@ LimbPosture reach(const TwoSegments& limb, const Eigen::Matrix3d& R_upper,
   LimbPosture out;
   out.R_lower = math::exp_so3(bend * axis) * R_lower;
   const Eigen::Vector3d end = a + out.R_lower * limb.lower_m;
-  const Eigen::Matrix3d turn =
-      Eigen::Quaterniond::FromTwoVectors(end, goal_W - hip_W).toRotationMatrix();
+  const Eigen::Matrix3d turn = math::rotation_onto(end, goal_W - hip_W);
   out.R_upper = turn * R_upper;
   out.R_lower = turn * out.R_lower;
   out.miss_m = (hip_W + turn * end - goal_W).norm();

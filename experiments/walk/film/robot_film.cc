@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "common/error.h"
+#include "common/math/so3.h"
 #include "common/robot/kinematics.h"
 
 namespace mimesis::film {
@@ -91,8 +92,7 @@ void RobotFigure::make_rods() {
                 .half_length_m = 0.5 * bone.norm(),
                 .colour = colour_of(static_cast<int>(i))};
     piece.X_LP.translation() = 0.5 * bone;
-    piece.X_LP.linear() =
-        Eigen::Quaterniond::FromTwoVectors(Vector3d::UnitZ(), bone).toRotationMatrix();
+    piece.X_LP.linear() = math::rotation_onto(Vector3d::UnitZ(), bone);
     pieces_.push_back(piece);
   }
   for (const robot::Biped::Leg& leg : biped_.leg) {

@@ -66,8 +66,7 @@ void bend_leg(const mocap::Body& body, int hip, const FootPath& foot, double pel
   const double knee = std::numbers::pi - std::acos((l1 * l1 + l2 * l2 - d * d) / (2.0 * l1 * l2));
   const double at_hip = std::acos((l1 * l1 + d * d - l2 * l2) / (2.0 * l1 * d));
   // thigh's −z towards `to`, then forward by the angle at the hip; flexion is about −y
-  const Eigen::Matrix3d R_aim =
-      Eigen::Quaterniond::FromTwoVectors(-Eigen::Vector3d::UnitZ(), to).toRotationMatrix();
+  const Eigen::Matrix3d R_aim = math::rotation_onto(-Eigen::Vector3d::UnitZ(), to);
   const Eigen::Matrix3d R_hip = R_aim * math::exp_so3({0.0, -at_hip, 0.0});
   const Eigen::Matrix3d R_knee = math::exp_so3({0.0, knee, 0.0});
   const Eigen::Matrix3d R_foot = math::exp_so3({0.0, 0.0, foot.yaw});
