@@ -1,4 +1,6 @@
 // Power laws all over the phase plane of a morphed oscillator [M18 4.5.1, fig. 4.14].
+#include <fmt/format.h>
+
 #include <Eigen/Core>
 #include <algorithm>
 #include <array>
@@ -124,7 +126,7 @@ void plot(const std::filesystem::path& png) {
     data.push_back(
         panel("p" + std::to_string(i + 2),
               traces([&](const Vector2d& p) { return f.velocity(p); }, kLong_m, kShort_m)));
-    titles[i + 2] = std::string(1, char('c' + i)) + ") power law, β = " + kNames[i];
+    titles[i + 2] = fmt::format("{}) power law, β = {}", char('c' + i), kNames[i]);
   }
   std::string script =
       "set multiplot layout 2,3 title 'Phase portraits of Andronov-Hopf oscillators; colour: "

@@ -1,5 +1,4 @@
 // Sources of the drawer task: how many, how well, and what they look like [M18 3.3].
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -8,6 +7,7 @@
 #include "common/plot/gnuplot.h"
 #include "experiments/motion/drawer_training.h"
 #include "experiments/motion/figures.h"
+#include "experiments/motion/svd.h"
 
 namespace mimesis::synthesizer {
 namespace {
@@ -60,7 +60,7 @@ std::vector<double> pca_q2(const mocap::Trials& set, int most) {
   Eigen::RowVectorXd ramp = drawer_ramp(set.samples.cols());
   ramp.array() -= ramp.mean();
   const MatrixXd rest = centred - (centred * ramp.transpose()) * ramp / ramp.squaredNorm();
-  const VectorXd energy = Eigen::BDCSVD<MatrixXd>(rest).singularValues().cwiseAbs2();
+  const VectorXd energy = thin_svd(rest).s.cwiseAbs2();
   std::vector<double> q2;
   for (int k = 1; k <= most; ++k)
     q2.push_back(1.0 - energy.tail(energy.size() - k).sum() / centred.squaredNorm());

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "common/error.h"
+#include "experiments/motion/svd.h"
 
 namespace mimesis::synthesizer {
 namespace {
@@ -33,8 +34,8 @@ Eigen::MatrixXd grid(int per_axis, Index axes) {
 
 /// The matrix with orthonormal columns nearest to v (for one column v/|v|).
 Eigen::MatrixXd orthonormal(const Eigen::MatrixXd& v) {
-  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(v, Eigen::ComputeThinU | Eigen::ComputeThinV);
-  return svd.matrixU() * svd.matrixV().transpose();
+  const Svd svd = thin_svd(v);
+  return svd.U * svd.V.transpose();
 }
 
 void check(const Eigen::MatrixXd& goals, const Eigen::MatrixXd& features,

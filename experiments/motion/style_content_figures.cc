@@ -12,6 +12,7 @@
 #include "experiments/motion/figures.h"
 #include "experiments/motion/planar_arm.h"
 #include "experiments/motion/style_content.h"
+#include "experiments/motion/svd.h"
 #include "nodes/synthesizer/sequence/local_regression.h"
 
 namespace mimesis::synthesizer {
@@ -87,9 +88,8 @@ struct Pursuit {
 Pursuit pursue(int trained) {
   const Reaches r = reaches(trained);
   const Eigen::RowVectorXd mean = r.motions.colwise().mean();
-  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(r.motions.rowwise() - mean, Eigen::ComputeThinV);
   constexpr int kPrimitives = 6;
-  const Eigen::MatrixXd primitives = svd.matrixV().leftCols(kPrimitives);
+  const Eigen::MatrixXd primitives = thin_svd(r.motions.rowwise() - mean).V.leftCols(kPrimitives);
   const Eigen::MatrixXd weights = (r.motions.rowwise() - mean) * primitives;
   StyleContentOptions options;
   options.centres = 3;
@@ -281,8 +281,8 @@ Report distributions(const PlotDir& dir) {
     double bent = 0.0;
     for (int g = 0; g < kGoals; ++g) {
       const auto x = d.features.middleRows(g * kStyles, kStyles);
-      const Eigen::JacobiSVD<Eigen::MatrixXd> svd(x.rowwise() - x.colwise().mean());
-      bent = std::max(bent, svd.singularValues()[1] / svd.singularValues()[0]);
+      const Eigen::VectorXd s = thin_svd(x.rowwise() - x.colwise().mean()).s;
+      bent = std::max(bent, s[1] / s[0]);
       if (g % 4) continue;
       for (const int end : {0, kStyles - 1}) {
         lines.rows.push_back({d.goals(g * kStyles, 0), x(end, 0), x(end, 1)});

@@ -19,11 +19,11 @@ std::optional<RigidFit> fit_rigid(const Eigen::Ref<const Eigen::Matrix3Xd>& body
   const Eigen::Matrix3Xd b = body(Eigen::all, seen), w = world(Eigen::all, seen);
   const Eigen::Vector3d b_mean = b.rowwise().mean(), w_mean = w.rowwise().mean();
   const Eigen::Matrix3Xd b0 = b.colwise() - b_mean, w0 = w.colwise() - w_mean;
-  const double width = Eigen::JacobiSVD<Eigen::Matrix3Xd>(b0).singularValues()[1];
-  if (width < 1e-3 * std::sqrt(static_cast<double>(seen.size()))) return std::nullopt;
+  using Svd = Eigen::JacobiSVD<Eigen::Matrix3d>;
+  const double width2 = Svd(b0 * b0.transpose()).singularValues()[1];  // squared, of all markers
+  if (width2 < 1e-6 * static_cast<double>(seen.size())) return std::nullopt;
 
-  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(w0 * b0.transpose(),
-                                              Eigen::ComputeFullU | Eigen::ComputeFullV);
+  const Svd svd(w0 * b0.transpose(), Eigen::ComputeFullU | Eigen::ComputeFullV);
   Eigen::Vector3d signs = Eigen::Vector3d::Ones();
   if (svd.matrixU().determinant() * svd.matrixV().determinant() < 0.0) signs.z() = -1.0;
   RigidFit fit;

@@ -8,6 +8,7 @@
 
 #include "common/error.h"
 #include "experiments/motion/planar_arm.h"
+#include "experiments/motion/svd.h"
 
 namespace mimesis::synthesizer {
 namespace {
@@ -78,9 +79,8 @@ TEST(StyleContent, TwoStylesAndTwoGoalInputs) {
   options.centres = 4;
   const StyleContent model(goals, features, options);
   // up to a rotation of the two styles, which is the same everywhere
-  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(styles.transpose() * model.styles(),
-                                              Eigen::ComputeFullU | Eigen::ComputeFullV);
-  const Eigen::Matrix2d turn = svd.matrixU() * svd.matrixV().transpose();
+  const Svd svd = thin_svd(styles.transpose() * model.styles());
+  const Eigen::Matrix2d turn = svd.U * svd.V.transpose();
   EXPECT_LT((styles * turn - model.styles()).cwiseAbs().maxCoeff(), 0.1);
 }
 

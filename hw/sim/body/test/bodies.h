@@ -1,4 +1,6 @@
 #pragma once
+#include <fmt/format.h>
+
 #include <span>
 #include <string>
 
@@ -21,7 +23,7 @@ struct TestRobot {
 
 /// @throws ConfigError if the file or what it names is not there
 inline TestRobot test_robot(const std::string& name = "biped.yaml") {
-  const std::string file = std::string(MIMESIS_SOURCE_DIR) + "/models/" + name;
+  const std::string file = fmt::format("{}/models/{}", MIMESIS_SOURCE_DIR, name);
   return {model::load_biped(file), model::urdf_of_biped(file)};
 }
 
