@@ -41,7 +41,7 @@ enum class Phase : std::uint8_t {
   following,  ///< every drive is enabled and follows
   stopping,   ///< quick stop
   fault,      ///< quick stop, or no longer reachable, because of `reason`
-  holding,    ///< as idle, but powered: stopped by a quick stop that keeps the posture
+  holding,    ///< not following, but powered: stopped by a quick stop that keeps the posture
 };
 
 const char* name(Phase phase);
@@ -50,17 +50,18 @@ struct Reading {
   Phase phase = Phase::starting;
   bool posture_known = false;  ///< every joint was heard of since the start
   std::vector<JointReading> joints;
-  std::string reason;  ///< of starting and fault: one line with axis, expected and actual state
+  /// reason of starting and fault: one line with axis, expected and actual state
+  std::string reason;
   std::uint64_t limited = 0;  ///< cycles in which a set-point was changed to respect a limit
 };
 
-/// What passed between us and the actuators since the start: frames, packets or whatever they are.
+/// Frames, packets or registers exchanged with the actuators since the start.
 struct Traffic {
   std::uint64_t sent = 0, received = 0;
   std::uint64_t errors = 0;  ///< not sent, or reported by the medium
 };
 
-/// What the actuators shall do from now on.
+/// Task of the actuators from now on.
 enum class Mode : std::uint8_t {
   idle,    ///< quick stop; afterwards no power, or the posture is kept (the robot's kind decides)
   follow,  ///< track `position_rad`; from rest or fault: enable, starting at the actual posture
@@ -69,7 +70,7 @@ enum class Mode : std::uint8_t {
 
 struct Setpoint {
   Mode mode = Mode::idle;
-  std::span<const double> position_rad{};  ///< of Mode::follow, one per joint
+  std::span<const double> position_rad{};  ///< targets of Mode::follow, one per joint
 };
 
 /// Seam between the bridge and whatever moves the joints. Per cycle: read, write. Never blocks.

@@ -17,14 +17,14 @@ struct AxisGoal {
 /// Where the end effector shall be. Without axes only its position counts; two axes fix its
 /// orientation.
 struct IkGoal {
-  Eigen::Vector3d position_in_W = Eigen::Vector3d::Zero();  ///< of E [m]
+  Eigen::Vector3d position_in_W = Eigen::Vector3d::Zero();  ///< wished position of E [m]
   std::vector<AxisGoal> axes;
 };
 
 struct IkOptions {
   int max_iterations = 100;
   double position_tolerance = 1e-5;  ///< [m]
-  double angle_tolerance = 1e-4;     ///< of every axis [rad]
+  double angle_tolerance = 1e-4;     ///< largest error of each axis [rad]
   double limit_margin = 0.01;        ///< solutions stay this far inside the joint limits [rad]
 };
 

@@ -25,7 +25,7 @@ class ChunkWorker {
   Result put(ChunkBuffer& chunk, bool flush);
   /// Waits until all is written; the body is the caller's until the next `put`.
   Result wait();
-  /// What was met so far.
+  /// Errors so far.
   Result status();
 
  private:

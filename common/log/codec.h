@@ -42,8 +42,8 @@ class Decompressor {
   /// it is `bytes` itself. Memory is taken only as far as data arrives, whatever `size` claims.
   tl::expected<std::string_view, Status> run(Compression compression, std::string_view bytes,
                                              std::size_t size);
-  /// What the beginning of compressed bytes unpacks to: whole blocks (zstd: 128 kB, our lz4: 64
-  /// kB), at most `size` bytes. Lives until the next call.
+  /// Unpacks the beginning of compressed bytes: whole blocks (zstd: 128 kB, our lz4: 64 kB), at
+  /// most `size` bytes. The result is valid until the next call.
   std::string_view run_beginning(Compression compression, std::string_view bytes, std::size_t size);
 
  private:

@@ -25,10 +25,10 @@ struct Piece {
   Kind kind = Kind::nothing;
   std::uint64_t offset = 0, length = 0;  ///< in the file [bytes]
   std::vector<Damage> damages;           ///< before it
-  bool cut = false;                      ///< of the chunk only the beginning is there
+  bool cut = false;                      ///< only the beginning of the chunk is there
   // Known when it was read.
-  std::string_view bytes;        ///< of a piece of records
-  std::uint32_t crc = 0;         ///< of all its bytes in the file
+  std::string_view bytes;        ///< bytes of a piece of records
+  std::uint32_t crc = 0;         ///< sum of all its bytes in the file
   Chunk chunk;                   ///< `records` is void
   std::string_view unpacked;     ///< the chunk's records; of a cut one as far as they go, unchecked
   std::string skipped;           ///< why the chunk is not delivered; empty: it is
@@ -70,10 +70,10 @@ class PieceReader {
 
   const Source& source_;
   ReaderLimits limits_;
-  std::uint64_t size_;  ///< of the file
+  std::uint64_t size_;  ///< size of the file
   Window window_;
   Section section_ = Section::start;
-  std::uint64_t position_ = 0;  ///< of the next record
+  std::uint64_t position_ = 0;  ///< position of the next record
 };
 
 }  // namespace mimesis::log

@@ -15,12 +15,12 @@ namespace mimesis::log {
 struct Segment {
   ChunkIndex index;
   bool bare = false;  ///< not a chunk: the records themselves, `chunk_length` bytes
-  /// Of a chunk whose end is missing at the end of the file: so much of it is good, unpacked; else
-  /// 0 [bytes].
+  /// Unpacked size that is usable from a chunk whose end is missing at the end of the file; else 0
+  /// [bytes].
   std::size_t salvaged = 0;
 };
 
-/// What a file holds and where.
+/// Contents of a file, and their positions.
 struct Summary {
   Header header;
   std::map<std::uint16_t, Schema> schemas;

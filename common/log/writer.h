@@ -18,7 +18,7 @@ class FileBody;
 
 struct WriterOptions {
   std::string profile = {};         ///< "" unless the file follows a published profile
-  std::string library = "mimesis";  ///< who wrote it
+  std::string library = "mimesis";  ///< name of the writing program
   Compression compression = Compression::zstd;
   int zstd_level = kZstdLevel;  ///< 1 (fast) to 19 (small)
   /// A chunk is closed when its records reach this size [bytes]; 0: no chunks.
@@ -61,7 +61,7 @@ class Writer {
   /// killed later leaves it readable. Does not wait for that, but for room among the chunks on
   /// their way.
   [[nodiscard]] Result flush();
-  /// The same, and waits until all is on the disk: what was written survives a power cut.
+  /// Flushes and waits until all is on the disk: written data survives a power cut.
   [[nodiscard]] Result sync();
 
   /// Attachments and metadata stand between chunks; the open one is closed first and written. The

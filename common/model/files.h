@@ -21,10 +21,10 @@ robot::Biped load_biped(const std::string& file);
 /// Path of the URDF that a biped's file names, which exists. @throws ConfigError as above.
 std::string urdf_of_biped(const std::string& file);
 
-/// What moves a biped's joints, and what the URDF does not say about that.
+/// Actuators of a biped's joints, and limits that the URDF does not contain.
 struct BipedDrives {
-  std::string kind = "cia402";  ///< of actuators, as the bridge knows them
-  double rate_hz = 200.0;       ///< of commands to the joints
+  std::string kind = "cia402";  ///< kind of actuators, as named in the bridge
+  double rate_hz = 200.0;       ///< rate of commands to the joints
   /// Bound on the accelerations of all set-points: several times what a walk needs, so that its
   /// stream passes unchanged.
   double a_max_rad_s2 = 300.0;
@@ -42,9 +42,10 @@ double rate_of_robot(const std::string& file);
 /// [m], instead of the file's. @throws ConfigError as above.
 kin::Table load_table(const std::string& file, std::optional<double> bridge_height = {});
 
-/// The same table as a message, without header.
+/// The table as a message, without header.
 v1::Scene to_proto(const kin::Table& table);
-/// And back. Positions are taken as they are; the caller has checked that they are finite.
+/// The table of a message. Positions are taken as they are; the caller has checked that they are
+/// finite.
 kin::Table from_proto(const v1::Scene& scene);
 
 }  // namespace mimesis::model

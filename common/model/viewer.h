@@ -9,7 +9,7 @@
 
 namespace mimesis::model {
 
-/// What viewers of logs draw: the table in frame "world", the arm's safety balls in "arm/0" ..
+/// Scene for viewers of logs: the table in frame "world", the arm's safety balls in "arm/0" ..
 /// "arm/n", the object in "object". Entities are locked to their frames, so they are sent once and
 /// moved by transforms.
 foxglove::SceneUpdate to_entities(const kin::Table& table, const kin::ArmModel& arm,

@@ -33,7 +33,7 @@ class ActiveSet {
   void find_step();                                   ///< fills step()
   const double* step() const { return z_.data(); }    ///< z = J₂J₂ᵀa
   const double* dual_step();                          ///< r = R⁻¹J₁ᵀa, q numbers
-  void add();  ///< what was looked at becomes active; needs find_step()
+  void add();  ///< activates the constraint of the last find_step()
   /// Jᵀa of what was looked at: q numbers, then, if it was added, R's new diagonal element at q
   /// − 1.
   const double* coordinates() const { return d_.data(); }

@@ -25,7 +25,7 @@ struct BipedNames {
   double sole_back_m = 0.0, sole_front_m = 0.0;   ///< x in S; back < 0 < front
   double sole_inner_m = 0.0, sole_outer_m = 0.0;  ///< distance of the edges from S's x axis, > 0
   std::vector<std::pair<std::string, double>> half_sitting;  ///< joint, [rad]; others 0
-  double step_s = 0.8;                                       ///< of one step of a walk
+  double step_s = 0.8;                                       ///< duration of one step of a walk
 };
 
 /// Joints of a leg by their place in Biped::Leg::dof: three in the hip, the knee, two in the ankle.
@@ -53,11 +53,11 @@ struct Biped {
   std::vector<int> upper_body;          ///< joints that are in no leg
   Eigen::VectorXd half_sitting;         ///< dof [rad]; soles level and side by side
   Eigen::Isometry3d X_WB_half_sitting;  ///< pelvis, soles at z = 0, their middle at the origin
-  double com_height_m = 0.0;            ///< of the half-sitting robot above the soles
+  double com_height_m = 0.0;            ///< height of the half-sitting robot's CoM above the soles
   double feet_distance_m = 0.0;         ///< between the soles' origins, half-sitting
-  std::array<Gripper, 2> gripper{};     ///< of the hands
+  std::array<Gripper, 2> gripper{};     ///< grippers of the hands
   int head = -1;                        ///< link; -1: none
-  double step_s = 0.8;                  ///< of one step of a walk
+  double step_s = 0.8;                  ///< duration of one step of a walk
 };
 
 /// @throws ConfigError that names robot and joint or link: a leg has not six revolute joints, does

@@ -27,7 +27,7 @@ enum class Policy {
 
 struct InOptions {
   Policy policy = Policy::latest;
-  std::size_t depth = 1;  ///< of Policy::queue
+  std::size_t depth = 1;  ///< length of the queue of Policy::queue
 };
 
 struct OutOptions {
@@ -38,7 +38,7 @@ struct OutOptions {
 struct Received {
   std::string payload;         ///< Protobuf wire format
   Time stamp{};                ///< graph time at which it was published
-  std::uint64_t seq = 0;       ///< of its publisher and topic, from 1
+  std::uint64_t seq = 0;       ///< number within its publisher and topic, from 1
   std::string source;          ///< name of the publishing node
   std::uint64_t start_id = 0;  ///< tells that node from its predecessors; 0 in memory
 };
@@ -150,8 +150,8 @@ std::string read_outside(Bus& bus, std::string_view name, Read read) {
   return bytes;
 }
 
-/// As read_outside, for a plain value: a duration on the wall clock, whether a thread is done. Zero
-/// where a replay has nothing that fits.
+/// Like read_outside, for a plain value: a duration on the wall clock, whether a thread is done.
+/// Zero where a replay has nothing that fits.
 template <class T, class Read>
 requires std::is_trivially_copyable_v<T> T read_outside_value(Bus& bus, std::string_view name,
                                                               Read read) {

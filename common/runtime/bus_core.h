@@ -62,8 +62,8 @@ struct ZmqBus::Impl {
   std::set<std::pair<std::uint64_t, std::string>> said;  ///< mismatches, once per start
   std::vector<v1::Publication> published;
   Time tick{};
-  std::vector<int> served_fds;     ///< of the sockets that are always served
-  std::vector<pollfd> waiting_on;  ///< of the current wait
+  std::vector<int> served_fds;     ///< file descriptors of the sockets that are always served
+  std::vector<pollfd> waiting_on;  ///< descriptors of the current wait
   bool info_changed = true;
   bool drains_while_waiting = false;  ///< a queue could overflow in the socket between slow steps
   bool behind = false;                ///< flush() gave up

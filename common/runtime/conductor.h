@@ -25,7 +25,7 @@ class Conductor {
   Conductor(std::vector<std::string> participants, Time until);
 
   struct Go {
-    std::uint64_t start_id = 0;  ///< of the node it is for
+    std::uint64_t start_id = 0;  ///< id of the node it is for
     v1::StepGo message;
   };
 
@@ -38,7 +38,7 @@ class Conductor {
   /// The next steps; none while a step is running, a participant is missing or nobody is there.
   std::vector<Go> advance();
 
-  Time time() const { return time_; }  ///< of the steps last let go
+  Time time() const { return time_; }  ///< time of the steps last released
   bool ended() const { return ended_; }
   /// Names of participants that have not joined yet.
   std::vector<std::string> missing() const;
@@ -65,7 +65,7 @@ class Conductor {
   std::uint64_t generation_ = 0;
   std::map<std::string, v1::LockstepJoin> joining_;  // by name
   std::map<std::uint64_t, Member> members_;          // by start_id
-  std::map<std::string, Published> reported_;        // of the running step, by name
+  std::map<std::string, Published> reported_;        // reports of the running step, by name
   std::map<std::pair<std::string, std::uint64_t>, v1::Publication> latched_;  // by topic, publisher
 };
 

@@ -23,7 +23,7 @@ class InPort {
   const google::protobuf::Message* newest();
   /// Next valid message in order of arrival, moved into `out`; false if there is none.
   bool next(google::protobuf::Message& out);
-  Time newest_stamp_{};  ///< of newest()
+  Time newest_stamp_{};  ///< stamp of newest()
   bool unseen_ = false;  ///< newest() changed since the last take
 
  private:

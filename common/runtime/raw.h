@@ -50,7 +50,7 @@ struct Tapped {
   Received message;
   Time tick{};  ///< graph time of the publishing step; 0 outside lock-step
   const v1::NodeInfo* publisher =
-      nullptr;  ///< as it described itself last; valid until the next call
+      nullptr;  ///< the node's latest description; valid until the next call
 };
 
 /// Receives topics without compiled types: tools, recorder, results of a launch. Follows nodes that

@@ -78,7 +78,7 @@ class ReplayBus final : public Bus {
   ReplayedOutside outside_;
   std::map<std::string, std::shared_ptr<Pending>, std::less<>> inputs_;  ///< by port
   std::map<std::string, Handler, std::less<>> services_;
-  std::deque<v1::OutsideBytes> reads_;  ///< of this step, not yet read
+  std::deque<v1::OutsideBytes> reads_;  ///< bytes of this step, not yet read
   v1::ReplayOutcome outcome_;
 };
 

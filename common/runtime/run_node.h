@@ -31,7 +31,7 @@ class AnyNode {
     return 0.0;
   }                                     ///< 0: moves no robot; may throw ConfigError
   virtual void set_rate_hz(double) {}   ///< to that of the robot
-  virtual double offset_s() const = 0;  ///< of the first step within the period
+  virtual double offset_s() const = 0;  ///< time of the first step within the period
 };
 
 /// Parses the command line, loads parameters, joins the graph, steps at the node's rate on the

@@ -67,7 +67,7 @@ class Subscriber {
  private:
   struct Known {
     std::string name;
-    bool member = false;  ///< of the lock-step
+    bool member = false;  ///< member of the lock-step
   };
   bool drain(SubSocket& socket, bool reliable);
   void dispatch(const Incoming& incoming, Frame& payload, bool reliable);

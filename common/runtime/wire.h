@@ -15,10 +15,10 @@ namespace mimesis::runtime {
 /// Header before every payload on the wire, after the topic and a NUL: five little-endian 64-bit
 /// words.
 struct WireHeader {
-  std::uint64_t seq = 0;        ///< of this publisher and topic, from 1 [1]
+  std::uint64_t seq = 0;        ///< number within this publisher and topic, from 1 [1]
   Time stamp{};                 ///< graph time of the content
   std::uint64_t type_hash = 0;  ///< type_hash() of the payload's type
-  std::uint64_t start_id = 0;   ///< of the publishing process
+  std::uint64_t start_id = 0;   ///< start id of the publishing process
   std::uint64_t tick = 0;       ///< graph time of the publishing step [ns], 0 outside lock-step
 };
 

@@ -24,10 +24,10 @@ struct Yaml {
 
   Kind kind = Kind::empty;
   Place place;
-  std::string text;            ///< of a scalar
+  std::string text;            ///< text of a scalar
   bool quoted = false;         ///< scalar in quotes, or a block of text
-  std::vector<Yaml> items;     ///< of a sequence
-  std::vector<Entry> entries;  ///< of a map, in the order of the file
+  std::vector<Yaml> items;     ///< items of a sequence
+  std::vector<Entry> entries;  ///< entries of a map, in the order of the file
 
   /// Value of `key` in a map; null if absent or if this is no map.
   const Yaml* find(std::string_view key) const;
@@ -39,7 +39,7 @@ struct Yaml {
 
 struct Yaml::Entry {
   std::string key;
-  Place place;  ///< of the key
+  Place place;  ///< position of the key
   Yaml value;
 };
 

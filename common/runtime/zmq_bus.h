@@ -16,7 +16,7 @@ namespace mimesis::runtime {
 enum class ClockKind { wall, sim, lockstep };
 
 struct BusOptions {
-  std::string name;   ///< of the node: letters, digits, _ and -
+  std::string name;   ///< name of the node: letters, digits, _ and -
   std::string graph;  ///< empty: graph_name()
   ClockKind clock = ClockKind::wall;
   std::map<std::string, std::string, std::less<>> in, out;  ///< wiring: port -> topic
@@ -28,7 +28,7 @@ struct BusOptions {
 class RawOut {
  public:
   virtual ~RawOut() = default;
-  /// As OutChannel::send.
+  /// Like OutChannel::send.
   virtual void send_raw(std::string_view payload, Time stamp) = 0;
   virtual std::size_t subscribers() const = 0;
 };
@@ -72,7 +72,7 @@ class ZmqBus final : public Bus {
   /// Serves discovery, services and late joiners until `deadline` or until one of `fds` is
   /// readable; true in the second case.
   bool wait(WallTime deadline, std::span<const int> fds = {});
-  /// As `wait`, but until a message can be drained; true then.
+  /// Like `wait`, but only until a message can be drained; true then.
   bool wait_message(WallTime deadline);
   /// Moves what has arrived to the inputs. In lock-step use `deliver`.
   void drain();
@@ -89,11 +89,11 @@ class ZmqBus final : public Bus {
   void flush();
 
   std::vector<v1::NodeInfo> known_nodes() const;  ///< alive, without this one, by name
-  const v1::NodeInfo& info() const;               ///< of this node
+  const v1::NodeInfo& info() const;               ///< description of this node
   std::vector<v1::InputHealth> input_health(Time now) const;
   std::uint64_t sent() const;           ///< messages since the start
   std::uint64_t backlog() const;        ///< messages waiting for reliable subscribers
-  std::uint64_t backlog_bytes() const;  ///< of their payloads
+  std::uint64_t backlog_bytes() const;  ///< size of their payloads
   std::uint64_t overflow() const;       ///< messages a stuck reliable subscriber has missed
   std::uint64_t malformed() const;      ///< received frames that were no messages of ours
 

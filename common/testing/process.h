@@ -95,7 +95,7 @@ class TestNode {
     return until([&] { return out.subscribers() > 0; }, timeout);
   }
   static runtime::Time now();        ///< wall time
-  runtime::Time graph_time() const;  ///< of the step in lock-step, else wall time
+  runtime::Time graph_time() const;  ///< time of the step in lock-step, else wall time
 
  private:
   bool until_in_lockstep(const std::function<bool()>& done, runtime::Time timeout);

@@ -49,7 +49,8 @@ struct Figure {
   /// Optional: draws the motion as a film into the folder. Returns what to look at. @throws
   /// std::runtime_error if a picture cannot be written.
   std::function<std::vector<std::filesystem::path>(const std::filesystem::path& dir)> film{};
-  double cpu_minutes = 0.0;  ///< of a processor of 2020, all threads, if it is a minute or more
+  /// CPU time on a processor of 2020, all threads, if it is a minute or more
+  double cpu_minutes = 0.0;
 };
 
 }  // namespace mimesis::reproduce

@@ -35,7 +35,7 @@ struct BlendingJerk {
 std::vector<BlendingJerk> blending_jerk(const motion::MotionModel& model, const Styles& styles,
                                         const BlendingCase& what);
 
-/// Of one member of all pairs, e.g. &BlendingJerk::ratio.
+/// Spread of one member over all pairs, e.g. &BlendingJerk::ratio.
 struct Spread {
   double median = 0.0, worst = 0.0;
   std::size_t worst_pair = 0;

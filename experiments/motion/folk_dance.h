@@ -81,10 +81,10 @@ struct Dancer {
   double frequency_rad_s = 0.0;      ///< eigenfrequency
   double happy = 0.0, length = 1.0;  ///< share of the happy style; scale of the steps
   double turn_rad_s = 0.0;           ///< wished
-  double own_pace = 1.0;             ///< of its eigenfrequency where nobody else counts
+  double own_pace = 1.0;             ///< factor of the eigenfrequency where no neighbour counts
 };
 
-/// What a dance must keep, since the start.
+/// Measures that a dance must keep, since the start.
 struct DanceNumbers {
   double beat_error_rad = 0.0;        ///< largest in the corridor, one cycle after the entrance
   double couple_error_rad = 0.0;      ///< between partners, likewise
@@ -122,7 +122,8 @@ class FolkDance {
 
  private:
   struct Gait {
-    double stride_m = 0.0, turn_rad = 0.0, duration_s = 0.0;  ///< of a cycle
+    /// travel, turn and duration of a cycle
+    double stride_m = 0.0, turn_rad = 0.0, duration_s = 0.0;
   };
   Gait measure(int pattern) const;
   DanceTrack lay_out() const;
@@ -143,7 +144,7 @@ class FolkDance {
   DanceSteps steps_;
   motion::MotionModel model_;
   Gait happy_, normal_, left_, right_;
-  double omega_;  // of the music
+  double omega_;  // angular frequency of the music
   DanceTrack track_;
   CharacterBatch batch_;
   double time_ = 0.0;

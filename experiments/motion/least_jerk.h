@@ -28,7 +28,7 @@ class LeastJerkTransition {
   /// weights are 0. Whoever plays parameters plays this. Does not allocate if `out` has the size.
   void at(double phase_rad, MotionParameters& out) const;
 
-  double duration_s() const { return duration_s_; }  ///< of the interval
+  double duration_s() const { return duration_s_; }  ///< duration of the interval
 
  private:
   double time_s(double phase_rad) const;  ///< since the beginning of the interval

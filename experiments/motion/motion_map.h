@@ -13,7 +13,7 @@ namespace mimesis::synthesizer {
 struct TaskInput {
   enum class Kind { duration_s, step_length_m, turn_rad, task };
   Kind kind = Kind::duration_s;
-  std::string name = "duration";  ///< of motion::MotionModel::task_names for Kind::task
+  std::string name = "duration";  ///< one of motion::MotionModel::task_names for Kind::task
 
   static TaskInput duration() { return {Kind::duration_s, "duration"}; }
   static TaskInput step_length() { return {Kind::step_length_m, "step length"}; }

@@ -15,7 +15,7 @@ struct PlanarArm {
   Eigen::Matrix2Xd jacobian(const Eigen::VectorXd& q_rad) const;  ///< 2×n [m/rad]
 };
 
-/// What the arm would rather do, where the first task leaves it free.
+/// Preferred posture of the arm, where the first task leaves it free.
 struct ArmStyle {
   Eigen::VectorXd preferred_rad;  ///< n, only the joints with weight count
   Eigen::VectorXd weight;         ///< n, >= 0

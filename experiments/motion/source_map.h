@@ -6,7 +6,8 @@
 
 namespace mimesis::synthesizer {
 
-/// Of the ε-insensitive support vector regression. Values are in units of the source (rms 1).
+/// Settings of the ε-insensitive support vector regression. Values are in units of the source (rms
+/// 1).
 struct SvrSettings {
   double gamma = 5.0;       ///< kernel exp(−γ|x − y|²); states lie on the unit circle
   double cost = 1000.0;     ///< C: weight of errors beyond ε

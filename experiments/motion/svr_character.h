@@ -21,7 +21,7 @@ class SvrCharacter {
                const SvrSettings& settings = {});
 
   void set_pattern(const motion::Pattern& pattern);  ///< sizes as in the model
-  void set_frequency(double omega_rad_s);            ///< of all oscillators
+  void set_frequency(double omega_rad_s);            ///< sets the frequency of all oscillators
   void step();                                       ///< by dt; does not allocate
 
   const Eigen::VectorXd& angles() const { return angles_; }  ///< R [rad]

@@ -12,16 +12,18 @@
 namespace mimesis::hw::bridge {
 
 struct BridgeParams {
-  double rate_hz = 200.0;             ///< of SYNC and of steps: the robot's [Hz]
-  double offset_s = 0.0;              ///< of the first step within the period [s]
-  std::string robot = "lwr4.yaml";    ///< model file: joints, their limits, rate
-  std::string can = "embedded:arm";   ///< bus of the drives, see hw/can/bus.h
-  std::vector<BusShare> buses{};      ///< several buses, instead of `can`
-  std::string hand = "unix:hand";     ///< tcp:HOST:PORT, unix:NAME, or empty for no hand
-  bool readonly = false;              ///< listens to the drives and sends nothing; no hand
-  double silence_s = 0.1;             ///< no command for longer: the stream has ended [s]
-  std::string on_silence = "auto";    ///< then: quick_stop, hold; auto: hold if the robot walks
-  double start_tolerance_rad = 0.02;  ///< of a stream's first command from the actual posture [rad]
+  double rate_hz = 200.0;            ///< rate of SYNC and of steps: the robot's [Hz]
+  double offset_s = 0.0;             ///< time of the first step within the period [s]
+  std::string robot = "lwr4.yaml";   ///< model file: joints, their limits, rate
+  std::string can = "embedded:arm";  ///< bus of the drives, see hw/can/bus.h
+  std::vector<BusShare> buses{};     ///< several buses, instead of `can`
+  std::string hand = "unix:hand";    ///< tcp:HOST:PORT, unix:NAME, or empty for no hand
+  bool readonly = false;             ///< listens to the drives and sends nothing; no hand
+  double silence_s = 0.1;            ///< no command for longer: the stream has ended [s]
+  /// reaction to silence: quick_stop, hold; auto: hold if the robot walks
+  std::string on_silence = "auto";
+  /// largest distance of a stream's first command from the actual posture [rad]
+  double start_tolerance_rad = 0.02;
   double jump_rad = 0.1;              ///< largest jump within a stream beyond v_max [rad]
   double boot_timeout_s = 2.0;        ///< until missing drives are reported [s]
   double transition_timeout_s = 0.5;  ///< per change of a drive's state [s]
@@ -48,10 +50,10 @@ struct BridgeParams {
   double robot_rate_hz() const;  ///< see run_node
 };
 
-/// What actuators are made from.
+/// Settings that actuators are made from.
 struct ActuatorsRequest {
   const BridgeParams& params;
-  const Joints& joints;  ///< of the robot's file: order, limits, home posture
+  const Joints& joints;  ///< joints of the robot's file: order, limits, home posture
   bool stays_powered;    ///< a stop leaves the joints powered, because the robot would fall
   runtime::Bus& graph;   ///< talk to devices through its outside(), or a log cannot be replayed
 };

@@ -27,7 +27,7 @@ struct Frame {
 };
 static_assert(sizeof(Frame) == 72);
 
-/// What happened on a bus since it was opened.
+/// Traffic of a bus since it was opened.
 struct Counters {
   std::uint64_t sent = 0;      ///< frames taken by the wire
   std::uint64_t received = 0;  ///< frames, without error frames

@@ -11,7 +11,7 @@
 
 namespace mimesis::hw::cia402 {
 
-/// What lies between a joint of the robot's model and its drive on the bus. `visit` lets the bridge
+/// Relation between a joint of the robot's model and its drive on the bus. `visit` lets the bridge
 /// and the simulated drives read the same table.
 struct Axis {
   int node_id = 0;                        ///< CANopen node, 1..126 [1]
@@ -69,7 +69,7 @@ struct Period {
 /// @throws ConfigError if 1/rate is no whole number of 0.1 ms up to 255
 Period period_of(double rate_hz);
 
-/// What makes a drive follow positions synchronously and stop by itself when we are gone.
+/// Setup of a drive: follow positions synchronously, and stop if the bridge is lost.
 /// Afterwards:
 ///   RPDO1 controlword 6040h (2 B), target position 607Ah (4 B), taken with SYNC
 ///   TPDO1 statusword 6041h (2 B), position 6064h (4 B), torque 6077h (2 B), sent on SYNC
@@ -120,7 +120,7 @@ class AxisMaster {
   const std::string& name() const { return name_; }
   const Axis& axis() const { return axis_; }
 
-  // What we tell the drive; kept here because a fault reset is an edge.
+  // controlword of the next frame; kept here because a fault reset is an edge
   std::uint16_t controlword = 0;
   double target_rad = 0.0;
 

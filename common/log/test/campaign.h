@@ -21,7 +21,7 @@ void flip_bytes(const Victim& victim, int flips, unsigned seed);
 /// that was recovered; of a compressed chunk as many count as complete as its share of bytes says.
 double truncate(const Victim& victim, int cuts, unsigned seed);
 
-/// The same, but zeros stand where bytes are missing: a power cut.
+/// Like the function above, but zeros stand where bytes are missing: a power cut.
 void blank_the_end(const Victim& victim, int cuts, unsigned seed);
 
 }  // namespace mimesis::log

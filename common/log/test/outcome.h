@@ -7,7 +7,7 @@
 
 namespace mimesis::log {
 
-/// What a reader made of a file with sample messages.
+/// Result of reading a file with sample messages.
 struct Outcome {
   std::vector<std::uint32_t> messages;  ///< which samples, in the order delivered
   std::uint32_t altered = 0;            ///< messages that were never written so

@@ -53,7 +53,7 @@ class Alternation {
   struct Layout {
     Eigen::Index groups = 1, group_size = 1, frozen = 0;
     bool nonnegative = false;
-    std::uint32_t seed = 1;  ///< of random delays
+    std::uint32_t seed = 1;  ///< seed of the random delays
   };
   /// @param data  2·half × N
   Alternation(Eigen::MatrixXd data, const Layout& layout);
@@ -70,7 +70,7 @@ class Alternation {
   /// does not lower the error is undone. `trace`, if given, gets Q after each turn.
   struct Limits {
     int turns;         ///< at most
-    int restarts;      ///< of each search for delays
+    int restarts;      ///< number of starts of each search for delays
     double tolerance;  ///< a turn that gains less of Q is the last
   };
   void run(const Limits& limits, std::vector<double>* trace);

@@ -32,15 +32,15 @@ class GridSearch {
 
   Eigen::Index half_, k_, p_, frozen_, grid_;
   bool nonnegative_;
-  Eigen::VectorXd angles_;           ///< as correlate() has them
-  Eigen::MatrixXd table_;            ///< of correlate()
-  std::vector<Eigen::Index> order_;  ///< of these angles, rising
+  Eigen::VectorXd angles_;           ///< angles in the order of correlate()
+  Eigen::MatrixXd table_;            ///< table of correlate()
+  std::vector<Eigen::Index> order_;  ///< rising order of these angles
   Eigen::MatrixXd sources_;
   Eigen::VectorXd product_, mirrored_;
   Eigen::MatrixXf between_;          ///< 2·grid × K², of τₖ − τₗ
   Eigen::MatrixXf with_data_;        ///< grid × K·p
-  Eigen::VectorXf scratch_;          ///< of best_gain()
-  Eigen::MatrixXf factor_, weight_;  ///< of the others: Cholesky factor, L⁻¹y
+  Eigen::VectorXf scratch_;          ///< scratch memory of best_gain()
+  Eigen::MatrixXf factor_, weight_;  ///< Cholesky factor of the other sources, L⁻¹y
   std::vector<const float*> others_;
   Eigen::VectorXi place_, best_;
   std::uint32_t random_;

@@ -26,10 +26,10 @@ struct SisaOptions {
   /// Stepwise regression: these follow the fixed ones, as they are; their weights are estimated
   /// anew and the other sources are learned from what they leave. @see known_sources()
   KnownSources known = {};
-  int turns = 40;           ///< of (τ, W, S) at most, for each start
+  int turns = 40;           ///< largest number of alternations (τ, W, S), for each start
   int restarts = 2;         ///< random delays each row starts from in every turn, beside its own
   double tolerance = 1e-4;  ///< a turn that gains less of Q is the last
-  /// Of those random delays: another one may end in another local minimum.
+  /// Seed of the random delays: another seed may end in another local minimum.
   std::uint32_t seed = 1;
   /// Tied delays have many local minima: so many starts are followed up to their ends.
   int finalists = 2;

@@ -10,16 +10,16 @@ namespace mimesis::mocap {
 
 /// A skeleton of an ASF file and what an AMC file needs of it.
 struct AcclaimSkeleton {
-  /// What a number of an AMC line means: a shift along or a turn about an axis of the house.
+  /// Meaning of a number of an AMC line: a shift along or a turn about an axis of this project.
   struct Freedom {
     int axis = 0;
-    bool position = false;  ///< of the root only
+    bool position = false;  ///< a position; only the root has one
   };
   /// Bone j of the file is joint j: it turns about its upper end.
   struct Bone {
     Eigen::Quaterniond axes = Eigen::Quaterniond::Identity();  ///< C: its own axes, zero posture
     std::vector<Freedom> freedoms;  ///< in the order of the AMC's numbers
-    /// Of the rotations among `freedoms`, in the order in which they are applied.
+    /// Indices of the rotations among `freedoms`, in the order in which they are applied.
     std::vector<std::size_t> turns;
   };
   Skeleton skeleton;        ///< joints depth first, "root" first

@@ -27,14 +27,14 @@ struct BodyMap {
 /// Skeletons that to_body() knows: CMU as BVH and as ASF, Bandai-Namco.
 std::span<const BodyMap> known_body_maps();
 
-/// What the angles are counted from.
+/// Posture in which all angles are zero.
 enum class ZeroPosture {
   kT,     ///< standing upright, legs down, feet flat and forward, arms sideways [M18 3.3.2]
   kFile,  ///< the file's own zero posture, whatever it looks like
 };
 
 struct ToBodyOptions {
-  std::optional<BodyMap> map;  ///< none: the known one whose joints the skeleton has
+  std::optional<BodyMap> map;  ///< none: the built-in map whose joints the skeleton has
   ZeroPosture zero = ZeroPosture::kT;
 };
 

@@ -36,7 +36,7 @@ double vax_float(std::uint32_t bits);
 /// @param file  named in errors; its base name becomes the recording's
 /// @throws ConfigError "file: byte N: ..." or "file: GROUP:PARAMETER ..."
 Markers parse_c3d(std::span<const std::byte> bytes, const std::string& file);
-/// The same from a file. @throws ConfigError also if it cannot be read
+/// Reads a file. @throws ConfigError also if it cannot be read
 Markers read_c3d(const std::string& file);
 
 }  // namespace mimesis::mocap

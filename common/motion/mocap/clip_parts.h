@@ -19,7 +19,7 @@ inline Eigen::Vector3d to_file_axes(const Eigen::Vector3d& v) { return {v.y(), v
 /// 0, 1, 2 = x, y, z of the file -> the same axis in the house.
 inline int from_file_axis(int axis) { return (axis + 1) % 3; }
 
-inline constexpr double kRadians = std::numbers::pi / 180.0;  ///< of a degree
+inline constexpr double kRadians = std::numbers::pi / 180.0;  ///< one degree in radians
 
 /// Rotation by an angle [rad] about coordinate axis 0, 1 or 2.
 inline Eigen::Quaterniond turn_about(int axis, double angle_rad) {
@@ -69,8 +69,8 @@ inline void append_exact(std::string& text, double value) {
   text.append(digits, std::to_chars(digits, digits + sizeof digits, value).ptr);
 }
 
-/// That a clip can be written: joints with parents before them, sizes that fit, finite numbers.
-/// @throws ConfigError
+/// Checks that a clip can be written: joints with parents before them, sizes that fit, finite
+/// numbers. @throws ConfigError
 void check_writable(const Clip& clip);
 
 }  // namespace mimesis::mocap

@@ -52,7 +52,7 @@ struct CycleOptions {
   Cut cut = Cut::kGaitCycles;
   int samples = 100;                         ///< T
   double cutoff_hz = 8.0;                    ///< zero-phase low-pass of the angles; 0: none
-  double shortest_s = 0.4, longest_s = 3.0;  ///< of a gait cycle; others are left out
+  double shortest_s = 0.4, longest_s = 3.0;  ///< duration of a gait cycle; others are left out
   std::string style;                         ///< empty: style_of(file name)
 };
 

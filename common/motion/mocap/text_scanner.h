@@ -20,7 +20,7 @@ class TextScanner {
   std::string_view word();
   /// Next word on this line, empty at its end; does not go on to the next line.
   std::string_view word_in_line();
-  /// What is left of this line, without the blanks around it, up to '{' if there is one.
+  /// The rest of this line, trimmed, up to '{' if there is one.
   std::string_view rest_of_line();
   /// Goes to the next line that holds a word; false at the end of the file.
   bool next_line();

@@ -17,7 +17,7 @@ Posture advance(const Posture& posture, const Eigen::Ref<const Eigen::VectorXd>&
 /// The step that leads from one posture to the other.
 Eigen::VectorXd difference(const Posture& from, const Posture& to);
 
-/// What a frame fixed in a link shall do. E is that frame.
+/// Goal of a frame E that is fixed in a link.
 struct Goal {
   int link = 0;
   Eigen::Isometry3d X_LE = Eigen::Isometry3d::Identity();
@@ -69,9 +69,9 @@ class LimitBarrier {
 
 struct IkOptions {
   int max_iterations = 60;
-  double exact_tolerance = 1e-9;  ///< of the weighted errors of the exact goals
+  double exact_tolerance = 1e-9;  ///< largest weighted error of the exact goals
   double still = 1e-5;            ///< ends when no component of a step is larger [m, rad]
-  double barrier_weight = 2e-3;   ///< of LimitBarrier against the squared errors of wishes
+  double barrier_weight = 2e-3;   ///< weight of LimitBarrier against the squared errors of wishes
   /// Against change from the start, per squared radian or metre: decides what goals leave open,
   /// such as which of two aligned joints turns.
   double stay_weight = 1e-3;
@@ -97,7 +97,7 @@ double roughness(std::span<const Posture> postures);
 
 struct SmoothingOptions {
   int sweeps = 30;
-  double barrier_weight = 1e-5;  ///< of LimitBarrier against E
+  double barrier_weight = 1e-5;  ///< weight of LimitBarrier against E
 };
 
 /// Lowers E by steps along its gradient and the barrier's, projected into the null space of the

@@ -22,7 +22,7 @@ struct RobotFigure {
   std::map<std::string, double> start_rad;  ///< joints of an easy posture; others 0
 };
 
-/// What a robot's description says: hips, knees and ankles are the third, fourth and last link of a
+/// Figure of a robot's description: hips, knees and ankles are the third, fourth and last link of a
 /// leg, the spine is the first link that moves below the trunk, which is the chest, the neck the
 /// first one above it; arms as robot::arm_of(). The easy posture is half-sitting, but for what
 /// hangs on the hands.

@@ -27,8 +27,9 @@ class RobotFigure {
   struct Piece {
     int link = 0;
     Eigen::Isometry3d X_LP = Eigen::Isometry3d::Identity();
-    Eigen::Vector3d half_extent_m = Eigen::Vector3d::Zero();  ///< of a box
-    double radius_m = 0.0, half_length_m = 0.0;               ///< of a rod along z of P, or a ball
+    Eigen::Vector3d half_extent_m = Eigen::Vector3d::Zero();  ///< half side lengths of a box
+    /// size of a rod along z of P, or of a ball
+    double radius_m = 0.0, half_length_m = 0.0;
     Colour colour;
   };
   void read_shapes(const std::string& urdf_file);
@@ -41,7 +42,7 @@ class RobotFigure {
 
 /// A drawer in its furniture; axes as hw::sim::Drawer has them.
 struct FilmDrawer {
-  Eigen::Vector3d front_W_m, handle_W_m, object_W_m;  ///< as v1.DrawerState
+  Eigen::Vector3d front_W_m, handle_W_m, object_W_m;  ///< positions, as in v1.DrawerState
   double yaw_rad = 0.0;                               ///< its axis, away from the robot
   double depth_m = 0.45, width_m = 0.50;
 };

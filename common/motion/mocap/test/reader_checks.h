@@ -8,7 +8,7 @@
 
 namespace mimesis::mocap {
 
-/// What a call refuses its input with, "" if it takes it.
+/// Message with which a call refuses its input, "" if it accepts it.
 template <typename Call>
 std::string message_of(const Call& call) {
   try {
