@@ -13,7 +13,7 @@ class PerfectActuators final : public Actuators {
   struct Options {
     JointLimits limits;
     std::vector<double> home_rad;  ///< where the joints stand at first, one per joint
-    double rate_hz = 200.0;        ///< of read and write
+    double rate_hz = 200.0;        ///< rate of read and write
     bool stays_powered = false;    ///< a stop leaves the joints powered
     bool readonly = false;         ///< set-points are ignored
   };

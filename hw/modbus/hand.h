@@ -77,7 +77,7 @@ class HandClient {
   std::uint64_t transactions_ = 0, errors_ = 0;
 };
 
-/// What the hand shall do.
+/// Set-point of the hand.
 struct HandSetpoint {
   bool move = false;  ///< false: stand still
   HandMode mode = HandMode::basic;
@@ -106,8 +106,8 @@ class HandDriver {
  public:
   struct Options {
     bool threaded = true;
-    std::chrono::milliseconds timeout{50};  ///< of each Modbus answer, wall time
-    std::chrono::milliseconds period{10};   ///< of exchanges on the thread, wall time
+    std::chrono::milliseconds timeout{50};  ///< longest wait for each Modbus answer, wall time
+    std::chrono::milliseconds period{10};   ///< period of exchanges on the thread, wall time
   };
   HandDriver(Address address, const Options& options);
   ~HandDriver();

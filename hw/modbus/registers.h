@@ -47,14 +47,16 @@ struct HandInput {
   std::uint8_t fault = 0;                                 ///< gFLT, see fault_text
   std::uint8_t requested = 0;                             ///< echo of the requested position
   std::uint8_t position = 0;                              ///< 0 open .. 255 closed
-  std::uint8_t current = 0;                               ///< of the motors, in tenths of mA
+  /// current of the motors, in tenths of mA
+  std::uint8_t current = 0;
   friend bool operator==(const HandInput&, const HandInput&) = default;
 };
 
 Registers encode(const HandOutput& output);
 HandOutput decode_output(const Registers& registers);
 Registers encode(const HandInput& input);
-/// Of the three fingers A, B, C the one that stopped first decides `contact`, the mean `position`.
+/// `contact` is that of the finger (A, B or C) that stopped first, `position` the mean of the
+/// three.
 HandInput decode_input(const Registers& registers);
 
 /// Empty for 0, else words and number.

@@ -34,13 +34,13 @@ class RecordedHand {
   RecordedHand(const std::string& address, const modbus::HandDriver::Options& options,
                runtime::Bus& graph);
 
-  /// As of modbus::HandDriver.
+  /// Like modbus::HandDriver::exchange.
   const modbus::HandReading& exchange(Time now, const modbus::HandSetpoint& setpoint);
   void stop() noexcept;
 
  private:
   runtime::Bus& graph_;
-  std::unique_ptr<modbus::HandDriver> driver_;  // none in a replay
+  std::unique_ptr<modbus::HandDriver> driver_;  // null in a replay
   modbus::HandReading reading_;
 };
 

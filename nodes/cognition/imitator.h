@@ -13,7 +13,7 @@ namespace mimesis::cognition {
 struct Peaks {
   int count = 0;
   int site = -1;       ///< nearest to the most active neuron; -1 without a peak
-  double max_u = 0.0;  ///< of the whole field [1]
+  double max_u = 0.0;  ///< maximum of the whole field [1]
 };
 
 template <class Real>

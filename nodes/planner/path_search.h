@@ -49,7 +49,7 @@ struct FoundPath {
   int goal = 0;                            ///< which of the goals it ends in
   int waves = 0;                           ///< 0: the straight line was free
   int links_checked = 0;
-  int nodes = 0;  ///< of the network at the end
+  int nodes = 0;  ///< number of nodes of the network at the end
 };
 
 /// Link cost of postures: 1, or less in regions that F5 prefers (see wave.h). May be empty.

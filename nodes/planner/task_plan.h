@@ -83,8 +83,8 @@ struct TaskSettings {
       0.5;  ///< link cost where the hand passes the bridge as decided; 1: no preference [1]
   double corner_rad = 0.15;    ///< largest rounding of corners [rad]
   double speed = 0.6;          ///< share of the model's velocity and acceleration limits in use [1]
-  double contact_speed = 0.3;  ///< the same for straight motions to and from contact [1]
-  double period_s = 0.005;     ///< of the trajectories [s]
+  double contact_speed = 0.3;  ///< share of the limits for straight motions to and from contact [1]
+  double period_s = 0.005;     ///< period of the trajectories [s]
 };
 
 enum class Phase { reach, approach, grasp, transport, release, retreat };
@@ -92,7 +92,7 @@ enum class Phase { reach, approach, grasp, transport, release, retreat };
 struct PlannedMotion {
   Phase phase = Phase::reach;
   std::vector<Eigen::MatrixXd> curves;  ///< the path: Bézier control points (see SmoothPath) [rad]
-  Obstacles obstacles;                  ///< what `curves` are certified against
+  Obstacles obstacles;                  ///< obstacles that `curves` are certified against
   JointTrajectory trajectory;
 };
 

@@ -18,16 +18,17 @@ struct Progress {
   double distance_m = 0.0;
 };
 
-/// What a figure does, or a robot is wished to do, in one instant.
+/// Motion of a figure, or wished motion of a robot, at one instant.
 struct DirectedMotion {
   double phase_rad = 0.0, phase_rate_rad_s = 0.0;
   Eigen::Vector3d velocity = Eigen::Vector3d::Zero();         ///< forward, left [m/s], turn [rad/s]
-  Eigen::Vector3d smooth_velocity = Eigen::Vector3d::Zero();  ///< as a robot can follow it
+  Eigen::Vector3d smooth_velocity = Eigen::Vector3d::Zero();  ///< velocity that a robot can follow
   Eigen::Vector3d pelvis_W_m = Eigen::Vector3d::Zero();
   double heading_rad = 0.0;
   mocap::Side support = mocap::kLeft;
-  bool stands = false;                          ///< of a robot: steps shall end
-  Landings landing;                             ///< of the next swing foot, the one after it
+  bool stands = false;  ///< for a robot: it shall end stepping
+  /// landings of the next swing foot and of the one after it
+  Landings landing;
   std::array<std::optional<HandWish>, 2> hand;  ///< left, right
   const char* action = "stand";
 };

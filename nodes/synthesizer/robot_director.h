@@ -61,7 +61,7 @@ class RobotDirector : public Director {
   std::optional<BipedDrawerSequence> sequence_;
   std::vector<PlannedAction> actions_;
   DirectedMotion motion_;
-  std::vector<std::size_t> row_;  // of the model, for each joint of the sequence
+  std::vector<std::size_t> row_;  // row of the model, for each joint of the sequence
   Eigen::VectorXd left_rad_,
       left_rate_;  // joints' difference to the walk when the sequence was left
   double left_s_ = kFade_s;

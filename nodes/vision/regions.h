@@ -152,7 +152,7 @@ class RegionFinder {
   int root(int i);
 
   std::vector<Run> runs_;
-  std::vector<int> parent_;  ///< of each run
+  std::vector<int> parent_;  ///< parent of each run
   std::vector<Region> regions_;
 };
 

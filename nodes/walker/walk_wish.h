@@ -7,12 +7,13 @@ namespace mimesis::walker {
 
 /// A wished motion in terms of the robot, without limits.
 struct MotionWish {
-  Eigen::Vector2d velocity_m_s = Eigen::Vector2d::Zero();  ///< of the pelvis: forward, left
-  double yaw_rate_rad_s = 0.0;                             ///< + to the left
-  Eigen::Vector2d pelvis_W_m = Eigen::Vector2d::Zero();    ///< place of the motion
-  double heading_rad = 0.0;                                ///< of the pelvis in W
-  bool stands = false;                                     ///< the motion asks to stand
-  std::array<std::optional<Footprint>, 2> landing;         ///< next swing foot, the one after it
+  /// velocity of the pelvis: forward, left
+  Eigen::Vector2d velocity_m_s = Eigen::Vector2d::Zero();
+  double yaw_rate_rad_s = 0.0;                           ///< + to the left
+  Eigen::Vector2d pelvis_W_m = Eigen::Vector2d::Zero();  ///< place of the motion
+  double heading_rad = 0.0;                              ///< heading of the pelvis in W
+  bool stands = false;                                   ///< the motion asks to stand
+  std::array<std::optional<Footprint>, 2> landing;       ///< next swing foot, the one after it
   /// [rad], [rad/s], in the order of Biped::upper_body; empty: no wish.
   Eigen::VectorXd upper_body, upper_body_rate;
   std::array<TaskGoals::Hand, 2> hand;  ///< left, right

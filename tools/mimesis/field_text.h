@@ -113,7 +113,7 @@ class FieldPath {
   friend class JsonText;
   struct Step {
     const google::protobuf::FieldDescriptor* field;
-    int index;  ///< of a repeated field, or kWholeField
+    int index;  ///< index in a repeated field, or kWholeField
   };
   std::string text_;
   std::vector<Step> steps_;

@@ -18,17 +18,17 @@ struct DrawerJump {
 /// "left" and "in front" are those of a robot that faces it.
 struct DrawerSettings {
   Eigen::Vector2d front_W_m{2.6, 0.0};  ///< middle of the closed front
-  double yaw_rad = 0.0;                 ///< of the axis
+  double yaw_rad = 0.0;                 ///< direction of the axis
   double handle_height_m = 0.92, handle_left_m = 0.14;
   double object_height_m = 0.90, object_left_m = 0.0, object_depth_m = 0.25;
   double longest_m = 0.40;                       ///< it opens so far
-  double friction_n = 7.0, viscous_n_s_m = 5.0;  ///< of the rail
+  double friction_n = 7.0, viscous_n_s_m = 5.0;  ///< Coulomb and viscous friction of the rail
   double near_m = 0.03, dwell_s = 0.1;           ///< a hand grips what it is so near, for so long
   double slips_n = 40.0;                         ///< pulls the handle out of the hand
   std::vector<DrawerJump> jumps = {};
 };
 
-/// What v1.DrawerState tells.
+/// State of the drawer, as in v1.DrawerState.
 struct DrawerNow {
   Eigen::Vector3d front_W_m, handle_W_m, object_W_m;
   double opened_m = 0.0;
@@ -54,7 +54,8 @@ class Drawer {
   Eigen::Vector3d step(double time_s, double dt_s, const DrawerHands& hands);
 
   const DrawerNow& now() const { return now_; }
-  /// Of the hands when they gripped [m]: left to the handle, right to the object. Nothing: not yet.
+  /// Errors of the hands when they gripped [m]: left to the handle, right to the object. Empty: not
+  /// yet.
   std::optional<double> handle_error_m() const { return error_m_[robot::kLeft]; }
   std::optional<double> reach_error_m() const { return error_m_[robot::kRight]; }
   double farthest_opened_m() const { return farthest_m_; }

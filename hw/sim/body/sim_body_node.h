@@ -46,12 +46,12 @@ class SimBodyNode {
   std::optional<Drawer> drawer_;
   std::array<robot::Biped::Gripper, 2> gripper_{};
   std::vector<std::unique_ptr<Rack>> racks_;
-  std::vector<Drive*> drives_;  // of all racks, in the model's order
+  std::vector<Drive*> drives_;  // drives of all racks, in the model's order
   std::vector<double> motors_;  // set-points [rad]
   std::optional<runtime::Time> last_;
   std::uint64_t steps_ = 0;
   std::size_t faults_made_ = 0;
-  std::string trouble_;  // of the world, reported last
+  std::string trouble_;  // trouble of the world, reported last
   runtime::Throttle lags_{std::chrono::seconds(1)};
 
   runtime::Queue<v1::BodyTrouble, 16> troubles_;

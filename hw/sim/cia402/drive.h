@@ -80,7 +80,7 @@ class Drive {
   void handle(const can::Frame& frame, Time now, std::vector<can::Frame>& out);
   void inject(Trouble trouble);
 
-  /// Of the joint: the truth, or what a world's sensors say.
+  /// State of the joint: the truth, or readings of a world's sensors.
   double position_rad() const;
   double velocity_rad_s() const;
   double torque_n_m() const;

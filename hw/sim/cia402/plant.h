@@ -4,8 +4,8 @@ namespace mimesis::hw::sim {
 /// One simulated joint with its drive's position loop.
 struct PlantParams {
   double bandwidth_rad_s = 150.0;  ///< ω of the position loop [rad/s]
-  double v_max_rad_s = 4.0;        ///< of the motor, seen at the joint [rad/s]
-  double a_max_rad_s2 = 40.0;      ///< of the motor, seen at the joint [rad/s²]
+  double v_max_rad_s = 4.0;        ///< largest speed of the motor, at the joint [rad/s]
+  double a_max_rad_s2 = 40.0;      ///< largest acceleration of the motor, at the joint [rad/s²]
   double inertia_kg_m2 = 0.5;      ///< at the joint, for the torque estimate [kg m²]
   double friction_n_m_s = 2.0;     ///< viscous, for the torque estimate [N m s/rad]
 };

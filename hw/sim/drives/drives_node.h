@@ -12,13 +12,14 @@
 namespace mimesis::hw::sim {
 
 struct DrivesParams {
-  double rate_hz = 200.0;            ///< of steps: the robot's [Hz]
-  double offset_s = 0.0025;          ///< of the first step: after the bridge's [s]
+  double rate_hz = 200.0;  ///< rate of steps: the robot's [Hz]
+  /// time of the first step within the period: after the bridge's [s]
+  double offset_s = 0.0025;
   std::string bus = "embedded:arm";  ///< see hw/can/bus.h
   std::string robot = "lwr4.yaml";   ///< model file: number of joints, home posture, dynamics
   double v_margin = 1.2;             ///< motor's top speed over the model's v_max [1]
   double a_margin = 2.0;             ///< motor's top acceleration over the model's a_max [1]
-  double bandwidth_rad_s = 150.0;    ///< of the position loops [rad/s]
+  double bandwidth_rad_s = 150.0;    ///< bandwidth of the position loops [rad/s]
   double following_window_rad =
       0.05;  ///< larger following error for longer than following_time_s: fault [rad]
   double following_time_s = 0.05;          ///< [s]

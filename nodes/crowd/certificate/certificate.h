@@ -22,18 +22,21 @@ const char* to_string(Guarantee guarantee);
 /// agents (of angles, of distances to places).
 struct RuleCertificate {
   Guarantee guarantee = Guarantee::off;
-  double guaranteed_1_s = 0.0;    ///< bound from below on the rate; 0 unless contracting
-  double expected_1_s = 0.0;      ///< rate near the goal, averaged over a gait cycle
-  double within = 0.0;            ///< the bound holds for errors up to this [m or rad]; 0: all
-  double beyond_m = 0.0;          ///< and while goals are farther than this; 0: wherever
+  double guaranteed_1_s = 0.0;  ///< bound from below on the rate; 0 unless contracting
+  double expected_1_s = 0.0;    ///< rate near the goal, averaged over a gait cycle
+  double within = 0.0;          ///< the bound holds for errors up to this [m or rad]; 0: all
+  /// the bound holds while goals are farther than this; 0: everywhere
+  double beyond_m = 0.0;
   double overshoot = 1.0;         ///< factor by which differences may grow before they decay [1]
-  Extremes extremes{};            ///< of the coupling graph, if there is one
+  Extremes extremes{};            ///< eigenvalues of the coupling graph, if there is one
   double without_link_1_s = 0.0;  ///< the bound when the worst of its links has broken; 0: none
   double theorem6 = 0.0;  ///< ζ² + η² of graph and gait, rules I and II; below 1: no overshoot
   std::optional<int>
-      largest_agents{};               ///< that meet theorem 6 with this graph; nothing: any number
-  std::string why{};                  ///< one sentence
-  std::vector<std::string> change{};  ///< what would make it better; none: nothing needs to
+      /// largest number of agents that meets theorem 6 with this graph; empty: any number
+      largest_agents{};
+  std::string why{};  ///< one sentence
+  /// changes that would improve the guarantee; empty: none is needed
+  std::vector<std::string> change{};
 };
 
 struct Certificate {

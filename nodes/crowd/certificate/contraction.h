@@ -10,7 +10,7 @@ namespace mimesis::crowd {
 struct Extremes {
   double least = 0.0;  ///< λ⁺, the algebraic connectivity; 0 exactly where parts are not connected
   double most = 0.0;  ///< λ_max
-  bool exact = true;  ///< else bounds from below and above
+  bool exact = true;  ///< false: bounds from below and above
   /// α = λ⁺/λ_max in [0, 1]; 1 for fewer than two agents.
   double ratio() const { return most > 0.0 ? least / most : 1.0; }
 };

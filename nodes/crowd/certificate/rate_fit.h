@@ -60,7 +60,7 @@ class TurnFit {
   void end(LogLine& turn);
 
   double least_, most_;
-  double var_t_ = 0.0, cov_ = 0.0;  // of turns that ended
+  double var_t_ = 0.0, cov_ = 0.0;  // sums over the turns that ended
   std::unordered_map<std::uint64_t, LogLine> turns_;
 };
 

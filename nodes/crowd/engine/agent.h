@@ -13,8 +13,8 @@ enum class Role : std::uint8_t {
   own,       ///< moved by `Crowd::step`
   external,  ///< a robot, another program: coupled, but others must yield alone
   mirror,    ///< another coordinator's: coupled on sparse graphs, in that one's sums, and yields
-  ghost,     ///< as a mirror, not coupled
-  seen       ///< as external, not coupled: a passer-by, or who is not trusted any more
+  ghost,     ///< like a mirror, but not coupled
+  seen       ///< like an external agent, but not coupled: a passer-by, or no longer trusted
 };
 constexpr bool is_summed(Role r) { return r <= Role::external; }
 constexpr bool is_coupled(Role r) { return r <= Role::mirror; }
@@ -35,7 +35,7 @@ struct AgentState {
   double phase_rad = 0.0;
   double length = 0.0;                ///< μ in the step before; steps are 1 + μ as long
   double phase_rate_rad_s = kNone;    ///< φ̇ at the step before; none: just begun
-  double heading_rate_rad_s = kNone;  ///< the same of ψ̇
+  double heading_rate_rad_s = kNone;  ///< ψ̇ at the step before; none: just begun
   double smoothed_error_m = 0.0;      ///< ε of rule I's low-pass
   /// 10: inside of others, or stepping back; less by one from neighbour to neighbour, who make
   /// room.
@@ -46,11 +46,11 @@ struct AgentState {
 /// Constants of an agent, set from outside.
 struct AgentTraits {
   double omega_rad_s = 0.0;  ///< eigenfrequency of the gait (two steps), >= 0
-  double stride = 1.0;       ///< of its style, multiplies the steps, > 0
-  double radius_m = 0.3;     ///< of the disc that nobody enters, >= 0
+  double stride = 1.0;       ///< factor of the steps, from the agent's style, > 0
+  double radius_m = 0.3;     ///< radius of the disc that nobody enters, >= 0
   double place_m = 0.0;      ///< dᵢ: its place along the group's path; dᵢⱼ = dᵢ − dⱼ
   double lane_m = 0.0;       ///< its line across the path, + to the left
-  Eigen::Vector2d goal_W_m = Eigen::Vector2d::Zero();  ///< of HeadingKind::goal
+  Eigen::Vector2d goal_W_m = Eigen::Vector2d::Zero();  ///< goal of HeadingKind::goal
 };
 
 struct Agent {

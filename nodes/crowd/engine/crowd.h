@@ -25,7 +25,7 @@ struct GroupSettings {
   Rules rules{};
   SpeedFunction gait;
   Path path{};
-  HeadingSway sway{};  ///< of lane and consensus headings
+  HeadingSway sway{};  ///< sway of lane and consensus headings
 };
 
 struct Pillar {

@@ -23,7 +23,7 @@ struct GroupRows {
   int summed_rows = 0;         // own and external
   int leader_row = -1;         // the first of them
   std::vector<int> members;    // coupled rows, by id
-  std::vector<AgentId> names;  // of the members: edges of weighted graphs are between them
+  std::vector<AgentId> names;  // ids of the members: edges of weighted graphs are between them
   std::vector<int> followers;  // those without the leader, for the phases of a sparse graph
   CouplingGraph frequency = CouplingGraph::make(Topology::none, 0), length = frequency,
                 phase = frequency, heading = frequency;

@@ -30,7 +30,7 @@ struct SteerParams {
   float avoid, predict;   // gains
   float angle, distance;  // 1/(2σ²)
   float per_horizon;
-  float cos_right, sin_right;  // of the angle by which others are taken to stand to the left
+  float cos_right, sin_right;  // angle by which others are assumed to stand to the left
   float reach2;
 
   SteerParams(const NavigationParams& p, double reach_m);
@@ -101,7 +101,7 @@ MIMESIS_PART float steer_around(const Surroundings& around, const Steered& self,
       // sin(φ − φᵢⱼ) exp(−(φᵢⱼ − φ)²/2σ_φ²) exp(−d²/2σ_d²) [M18 eq. 3.26]
       const float avoid = sine * exp_lane(-(squared_angle(cosine) * per_angle + d2 * per_distance));
 
-      // the same at the closest approach of two who go straight on [M18 eq. 3.27]
+      // avoidance at the closest approach of two agents that go straight on [M18 eq. 3.27]
       const float wx = ovx[l] - vx, wy = ovy[l] - vy;
       const float w2 = wx * wx + wy * wy, rw = rx * wx + ry * wy;
       const bool ahead = (w2 > 1e-12F) & (rw < 0.0F);

@@ -11,7 +11,7 @@ namespace mimesis::crowd {
 struct AgentReport {
   Eigen::Vector2d p_W_m = Eigen::Vector2d::Zero();
   double heading_rad = 0.0;
-  double phase_rad = 0.0;  ///< of the gait cycle, 0 at left heel strike
+  double phase_rad = 0.0;  ///< phase of the gait cycle, 0 at left heel strike
   double phase_rate_rad_s = 0.0;
   double speed_m_s = 0.0;  ///< along its heading
 };
@@ -20,9 +20,10 @@ struct AgentReport {
 AgentReport extrapolated(const AgentReport& report, double ahead_s);
 
 struct TrustSettings {
-  double stale_s = 0.3;      ///< an older report is not trusted
-  double forget_s = 2.0;     ///< without a fresh one for so long the agent is gone
-  double return_s = 0.5;     ///< who lagged is trusted again after so long in time
+  double stale_s = 0.3;   ///< an older report is not trusted
+  double forget_s = 2.0;  ///< without a fresh one for so long the agent is gone
+  /// an agent that lagged is trusted again after this time without delay
+  double return_s = 0.5;
   double most_m_s = 4.0;     ///< faster than any walker
   double most_rad_s = 20.0;  ///< phase rates beyond are none of a gait
   double far_m = 1e5;        ///< places beyond are none
@@ -69,14 +70,14 @@ class ExternalAgents {
   void taken(int agent) { agents_[static_cast<std::size_t>(agent)].fresh = false; }
   /// Extrapolated from the last believed report. Precondition: not absent.
   AgentReport believed(int agent, Time now) const;
-  double age_s(int agent, Time now) const;  ///< of the last believed report
+  double age_s(int agent, Time now) const;  ///< age of the last believed report
 
  private:
   struct Agent {
     Trust trust = Trust::absent, told = Trust::absent;
     AgentReport report;
-    Time stamp{};          // of the report
-    Time in_time_since{};  // of reports while lagging
+    Time stamp{};          // stamp of the report
+    Time in_time_since{};  // start of timely reports while lagging
     bool fresh = false, left = false;
     std::string reason;
   };

@@ -42,14 +42,14 @@ class PathFilter {
   struct Mean {
     Eigen::Vector2d p_W_m = Eigen::Vector2d::Zero(), moved_m = Eigen::Vector2d::Zero();
     double heading_rad = 0.0, turned_rad = 0.0;
-    double range = 0.0;  // of a cycle
-    double share = 0.0;  // that counts, the rest is the body as it is
+    double range = 0.0;  // length of the averaged part, in cycles
+    double share = 0.0;  // weight of the mean; the rest is the body's own state
   };
   Sample at(double turned_rad) const;
   void take(const AgentReport& body, Time stamp);
   Mean mean() const;
 
-  std::deque<Sample> samples_;  // of the last cycle, and one before it
+  std::deque<Sample> samples_;  // samples of the last cycle, and one before it
   double phase_rad_ = 0.0, yaw_rad_ = 0.0, cycle_m_ = 0.0, advance_ = 0.0;
   bool yaw_known_ = false;
 };

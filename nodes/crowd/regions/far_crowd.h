@@ -54,7 +54,7 @@ struct FarSums {
 /// Report of a coordinator about one instant.
 struct FarReport {
   std::chrono::nanoseconds stamp{};
-  double time_s = 0.0;  ///< of its run; 0: it has not begun
+  double time_s = 0.0;  ///< time of its run; 0: it has not begun
   std::vector<FarAgent> agents{};
   std::vector<FarSums> sums{};
 };
@@ -66,7 +66,7 @@ struct FarSettings {
   int coordinators = 1;
   int own = 0;           ///< number of this one, from 0
   double sight_m = 6.0;  ///< agents of others so near to one of ours are avoided
-  double stale_s = 0.5;  ///< who was not heard for so long is gone, with its agents
+  double stale_s = 0.5;  ///< a coordinator not heard for this long is gone, with its agents
 };
 
 /// The agents of other coordinators, as one coordinator's crowd needs them: near ones as ghosts and

@@ -32,7 +32,8 @@ class Roster {
   int external(AgentId id) const;
   bool known(AgentId id) const { return id >= 1 && id <= agents_.size(); }
 
-  /// As it begins; an external agent with the traits that it will have. Precondition: known(id).
+  /// State at the start; an external agent with the traits that it will have. Precondition:
+  /// known(id).
   const Agent& start(AgentId id) const { return agents_[id - 1]; }
   int home(AgentId id) const { return homes_[id - 1]; }  ///< group that it begins in
 
@@ -46,7 +47,7 @@ class Roster {
 struct Traveller {
   Agent agent{};
   int group = 0;
-  int leg = 0;           ///< of its group's route
+  int leg = 0;           ///< leg of its group's route
   bool waiting = false;  ///< in a zone, for others
 };
 
@@ -142,7 +143,7 @@ class ScenarioRun {
   Crowd crowd_;
   std::vector<GroupSums> outside_;
   std::vector<bool> whole_;
-  std::vector<int> gaits_;     // that groups have
+  std::vector<int> gaits_;     // gaits of the groups
   std::vector<double> omega_;  // their ω₀
   std::unordered_map<AgentId, Course> courses_;
   std::size_t next_change_ = 0;
@@ -150,7 +151,7 @@ class ScenarioRun {
   double beat_from_rad_ = 0.0, beat_from_s_ = 0.0;
   std::vector<Switch> switches_;
   std::vector<int> changed_;
-  std::string trouble_;                       // of this step
+  std::string trouble_;                       // trouble of this step
   std::vector<std::pair<double, int>> by_x_;  // scratch: rows of a group, by x
 };
 

@@ -141,13 +141,14 @@ class Watch {
   std::vector<RuleLine> lines() const;
   /// The rule in force with the least guaranteed rate; one without guarantee goes before all.
   std::optional<RuleLine> weakest() const;
-  int number() const { return number_; }  ///< of certificates, from 1
+  int number() const { return number_; }  ///< number of certificates made, from 1
   /// Why the certificates before the present ones do not hold any more, since the last call.
   std::string take_voided();
 
   bool in_order() const { return since_s_ >= 0.0; }
   double in_order_since_s() const { return since_s_; }  ///< negative: it is not
-  int agents(int group) const;                          ///< that its certificate is for
+  /// number of agents that its certificate is for
+  int agents(int group) const;
   /// Names what is not in order, group by group.
   std::string disorder(const ScenarioRun& run) const;
   double place_most_m() const;  ///< farthest from its place, of groups with a formation
@@ -180,7 +181,7 @@ class Watch {
   std::string change_of(const ScenarioRun& run, int group, int agents) const;
 
   std::vector<Kept> groups_;
-  std::vector<int> last_group_;  // of every id
+  std::vector<int> last_group_;  // group of every id
   std::vector<Observed> members_;
   Observer observer_;
   std::string voided_;

@@ -15,7 +15,8 @@ struct Gait {
   double eigenfrequency_rad_s = 5.7;                 ///< ω₀ of the gait phase
   double mean_m_rad = 0.2;                           ///< ⟨g⟩ of the speed function
   std::vector<double> cosine_m_rad{}, sine_m_rad{};  ///< its harmonics
-  std::vector<double> sway_cosine{}, sway_sine{};    ///< of g^ψ, how headings sway [1]
+  /// coefficients of g^ψ, the sway of headings [1]
+  std::vector<double> sway_cosine{}, sway_sine{};
 
   /// @throws ConfigError where g touches zero
   SpeedFunction speed() const { return {mean_m_rad, cosine_m_rad, sine_m_rad}; }
@@ -39,9 +40,9 @@ struct Start {
   Arrangement arrangement = Arrangement::grid;
   double spacing_m = 1.2;  ///< along the path
   double across_m = 1.2;
-  int columns = 0;         ///< of a grid; 0: ⌈√count⌉
-  double radius_m = 5.0;   ///< of a circle
-  double length_m = 10.0;  ///< of a box along the path; its middle is the path's origin
+  int columns = 0;         ///< columns of a grid; 0: ⌈√count⌉
+  double radius_m = 5.0;   ///< radius of a circle
+  double length_m = 10.0;  ///< length of a box along the path; its middle is the path's origin
   double width_m = 10.0;
   double jitter_m = 0.0;                  ///< every coordinate moved at random by up to ±this
   std::vector<double> position_m{};       ///< listed: z, ξ of one agent after the other
@@ -70,7 +71,7 @@ struct Formation {
   Shape shape = Shape::none;
   double spacing_m = 1.2;
   double across_m = 1.2;
-  int columns = 0;  ///< of a grid; 0: ⌈√count⌉
+  int columns = 0;  ///< columns of a grid; 0: ⌈√count⌉
   std::vector<double> place_m{}, lane_m{};
   std::vector<Distance> distances{};
 };
@@ -95,8 +96,8 @@ struct Group {
   int count = 0;
   std::string gait = "neutral";
   double spread_rad_s = 0.0;  ///< eigenfrequencies are drawn from ω₀ ± this
-  double radius_m = 0.25;     ///< of an agent
-  double origin_x_m = 0.0, origin_y_m = 0.0, heading_rad = 0.0;  ///< of P in W
+  double radius_m = 0.25;     ///< radius of an agent
+  double origin_x_m = 0.0, origin_y_m = 0.0, heading_rad = 0.0;  ///< place and direction of P in W
   Start start{};
   Formation formation{};
   Goals goals{};
@@ -152,7 +153,7 @@ struct External {
 struct Scenario {
   std::string name = "crowd", about;
   int seed = 1;
-  double step_s = 0.02;    ///< of the simulation
+  double step_s = 0.02;    ///< step of the simulation
   double until_s = 60.0;   ///< length of the run
   double formed_m = 0.01;  ///< a formation stands when nobody is farther from its place
   double stale_s = 0.3;    ///< older states of external agents are not trusted

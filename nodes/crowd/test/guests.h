@@ -25,7 +25,7 @@ groups:
          "externals:\n  - {name: robot, group: square}\n" + more;
 }
 
-/// What the robot says after `t_s` beside the others at their speed, from `x_m` and a phase on.
+/// Report of a robot after `t_s` beside the others at their speed, from `x_m` and a phase on.
 inline v1::CrowdStates robot_beside(double t_s, double phase_rad, double x_m = 0.0) {
   v1::CrowdStates s;
   s.add_id(kRobot);

@@ -33,7 +33,7 @@ class RoadmapDrawer {
  private:
   kin::ArmModel arm_;
   TaskSettings settings_;
-  std::string scene_;  ///< of `roadmap_`, without its header
+  std::string scene_;  ///< scene of `roadmap_`, without its header
   std::optional<Roadmap> roadmap_;
 };
 

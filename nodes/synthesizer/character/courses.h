@@ -35,7 +35,7 @@ class StepCourse {
   Stage stage_;
   bool fresh_ = true;
   double phase_rad_ = 0.0;     // at the last advance
-  double progress_rad_ = 0.0;  // of opening and closing
+  double progress_rad_ = 0.0;  // progress of opening and closing
 };
 
 /// The shares of styles of one character over time. A wish with a duration goes there on a quintic
@@ -67,10 +67,10 @@ class StyleCourse {
 
   double beta_;
   std::vector<double> share_, rate_;           // now; rate [1/s]
-  std::vector<double> from_, from_rate_, to_;  // of the course in time
-  double time_s_ = 0.0, duration_s_ = 0.0;     // of that course
+  std::vector<double> from_, from_rate_, to_;  // ends of the course in time
+  double time_s_ = 0.0, duration_s_ = 0.0;     // time and duration of that course
   Event event_ = Event::none;
-  std::vector<double> next_;                    // of the event
+  std::vector<double> next_;                    // shares after the event
   double event_phase_rad_ = 0.0, alpha_ = 0.0;  // since the event; α
   double phase_rad_ = 0.0;                      // at the last advance
 };

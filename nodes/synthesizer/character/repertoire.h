@@ -8,7 +8,7 @@
 
 namespace mimesis::synthesizer {
 
-/// What one style offers; numbers are motions of the repertoire, −1: there is none.
+/// Motions of one style; numbers are indices of the repertoire, −1: there is none.
 struct StyleMotions {
   std::string name;
   int straight = -1;          ///< walks on; of a style that only turns, one of its turns
@@ -24,7 +24,7 @@ struct RepertoireMotion {
   int delays = 0;  ///< motions with the same number have the same delays
   // measured on a character that moves so, and nothing but so
   double step_length_m = 0.0;  ///< travel of the pelvis in half a cycle
-  double turn_rad = 0.0;       ///< of a cycle, + to the left
+  double turn_rad = 0.0;       ///< turn in a cycle, + to the left
 };
 
 /// The motions of a model in the form that characters blend online: one per style and direction of

@@ -11,7 +11,7 @@ namespace mimesis::synthesizer {
 struct WalkSettings {
   double dt_s = 1.0 / 60.0;
   double style_beta = 0.2;      ///< β of event-based transitions [M18 eq. 3.23] [1]
-  double turn_gain_1_s = 1.5;   ///< of the goal-finding term [M18 eq. 3.25]
+  double turn_gain_1_s = 1.5;   ///< gain of the goal-finding term [M18 eq. 3.25]
   double turn_max_rad_s = 0.8;  ///< largest yaw rate
   /// A goal this near is reached; twice as far by who has stopped on the way to it.
   double goal_tolerance_m = 0.15;
@@ -21,7 +21,7 @@ struct WalkSettings {
   double give_up_s = 20.0;      ///< a goal that came no nearer for so long is told
 };
 
-/// What a coordinator or a rhythm wishes of a character's gait; what is absent is its own affair.
+/// Gait that a coordinator or a rhythm wishes; the character decides itself on absent values.
 struct GaitWish {
   std::optional<double> phase_rate_rad_s{}, step_length_m{}, heading_rad{};
 };
@@ -79,7 +79,7 @@ class WalkControl {
   void step(const Eigen::Vector2d& position_W_m, double heading_rad, double phase_rad,
             std::optional<double> rhythm_rad);
 
-  // what comes of it
+  // results of the step
   std::span<const double> beta() const { return beta_; }  ///< one share per motion, sum 1
   bool blending() const { return blending_; }             ///< β is new, by 1e-5 or more
   double frequency_rad_s() const { return step_.moves() ? frequency_.value() : 0.0; }
@@ -95,7 +95,7 @@ class WalkControl {
   double goal_distance_m() const { return distance_m_; }
 
  private:
-  struct Style {  // of the shares as they are
+  struct Style {  // mean style for the present shares
     double step_length_m, turn_rad, frequency_rad_s, closing;
   };
   Style mixed() const;

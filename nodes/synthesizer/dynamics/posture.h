@@ -81,14 +81,15 @@ struct alignas(64) RootLanes {
   Lane support = {};                            ///< 0 left, 1 right
   Lane ease[3] = {}, ease_rate[3] = {};  ///< p and ṗ: x, y of H [m, m/s], turn [rad, rad/s]
   Lane fresh;                            ///< 1: there is no step before; the pelvis stays
-  /// Of each foot by the foot lock, in H [m]; 0 without. The pelvis goes after the standing foot's
-  /// with a time constant of 0.12 s, and so brings the leg back to what was synthesized.
+  /// Displacement of each foot by the foot lock, in H [m]; 0 without. The pelvis follows the
+  /// standing foot's displacement with a time constant of 0.12 s, which returns the leg to the
+  /// synthesized posture.
   Lane displaced[2][2] = {};
   // the last step
   Lane dx = {}, dy = {};         ///< ΔP in H before the step [m]
-  Lane cos_turn, sin_turn = {};  ///< of Δψ
+  Lane cos_turn, sin_turn = {};  ///< cosine and sine of Δψ
   Lane turn = {};                ///< Δψ [rad]
-  Lane height = {};              ///< of the pelvis above the ground [m]
+  Lane height = {};              ///< height of the pelvis above the ground [m]
   Lane slip[2][2] = {};    ///< velocity in W of each foot's lower point, in H after the step [m/s]
   Lane clearance[2] = {};  ///< height of each foot's lower point above the ground [m]
 
@@ -111,7 +112,8 @@ void root_motion(const PointLanes& point, float dt_s, RootLanes& root);
 struct alignas(64) LockLanes {
   Lane contact[2] = {};                ///< 1: the foot stands; [mocap::Side]
   Lane d[2][2] = {}, rate[2][2] = {};  ///< displacement [m] and its rate [m/s], in H
-  Lane velocity[2][2] = {};            ///< of the lower point in W after the lock, in H [m/s]
+  /// velocity of the lower point in W after the lock, in H [m/s]
+  Lane velocity[2][2] = {};
 };
 
 /// Advances contact and displacement by a step of root_motion(), and tells the root.

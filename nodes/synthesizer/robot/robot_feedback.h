@@ -21,7 +21,7 @@ enum class RobotGait { waiting, standing, starting, walking, stopping, safe };
 struct RobotFeedback {
   RobotGait gait = RobotGait::standing;
   Eigen::Vector3d pelvis_W_m = Eigen::Vector3d::Zero();
-  double heading_rad = 0.0;           ///< of the pelvis in W
+  double heading_rad = 0.0;           ///< heading of the pelvis in W
   mocap::Side swing = mocap::kRight;  ///< foot that moves, or will next
   double to_landing_s = 0.0;          ///< 0 while standing
   SolePrint landing;                  ///< planned
@@ -52,7 +52,7 @@ class GaitClock {
   double phase_rad() const { return phase_rad_; }  ///< [0, 2π)
   double rate_rad_s() const { return rate_rad_s_; }
   bool moves() const { return moves_; }  ///< the robot steps, as far as is known
-  /// Of the step under way, [0, step_s]; what a robot on this clock would report.
+  /// Time to the landing of the current step, [0, step_s]; a robot on this clock would report it.
   double to_landing_s() const;
   mocap::Side swing() const { return phase_rad_ < half() ? mocap::kRight : mocap::kLeft; }
   /// The foot that landed in the last step of time, by this clock.

@@ -5,11 +5,11 @@
 
 namespace mimesis::synthesizer {
 
-/// What a robot can be asked for. Defaults: below what biped.urdf's pattern generator walks.
+/// Limits of requests to a robot. Defaults: below the limits of biped.urdf's pattern generator.
 struct RobotLimits {
   double forward_m_s = 0.30, left_m_s = 0.10, turn_rad_s = 0.15;
   double acceleration_m_s2 = 0.25, turn_acceleration_rad_s2 = 0.25;
-  double step_s = 0.8;  ///< of one step
+  double step_s = 0.8;  ///< duration of one step
 };
 
 /// Leads a robot to a goal by velocities of its pelvis, from where it says it is; without feedback,

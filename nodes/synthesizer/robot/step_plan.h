@@ -11,10 +11,10 @@ namespace mimesis::synthesizer {
 struct StepPlanSettings {
   /// Comfortable lengths: mean and half range, action 1 and action 2.
   double normal_m = 0.533, normal_half_m = 0.028, reaching_m = 0.261, reaching_half_m = 0.098;
-  double least_normal_m = 0.34;   ///< of action 1, as trained
-  double longest_step_m = 0.28;   ///< of one foot from the other
-  double shortest_step_m = 0.03;  ///< of the right foot in action 2
-  double most_reaching_m = 0.36;  ///< of action 2, as trained
+  double least_normal_m = 0.34;   ///< length of action 1, as trained
+  double longest_step_m = 0.28;   ///< longest distance of one foot from the other
+  double shortest_step_m = 0.03;  ///< shortest step of the right foot in action 2
+  double most_reaching_m = 0.36;  ///< longest travel of action 2, as trained
   double stand_half_m = 0.03;     ///< about the comfortable final distance
   /// So much nearer or farther it may stand: steps back were not trained, and arms reach 0.10 m
   /// nearer. Farther, the right arm is too short: it steps again.
@@ -41,7 +41,7 @@ struct FeetAlongWay {
   double support_m = 0.0, other_m = 0.0;  ///< the foot that the next step is counted from
   mocap::Side swing = mocap::kRight;      ///< next
   Action action = kNormalStep;            ///< under way, if `swing` is its second foot
-  bool stands = true;                     ///< none is under way
+  bool stands = true;                     ///< no step is under way
 };
 
 /// Steps that lead to the front at `front_m`. Actions are gait cycles of two steps, the right foot

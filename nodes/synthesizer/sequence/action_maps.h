@@ -43,11 +43,11 @@ Eigen::MatrixXd drawer_ramp(Eigen::Index samples);
 /// @throws ConfigError from demix::sisa, or for fewer than 1 source of each kind.
 DrawerModel learn_drawer_model(const DrawerData& data, const DrawerModelOptions& options = {});
 
-/// What an action has to do. Inputs of the maps: of action 1 the first two; of action 2 the first
-/// three; of action 3 all but length and duration.
+/// Task of an action. Inputs of the maps: for action 1 the first two; for action 2 the first three;
+/// for action 3 all but length and duration.
 struct ActionTask {
   double length_m = 0.0, duration_s = 1.0;
-  double previous_length_m = 0.0;  ///< of the action before: where the feet are
+  double previous_length_m = 0.0;  ///< length of the action before: place of the feet
   double final_distance_m = 0.60;
   double object_depth_m = 0.25, object_lateral_m = 0.0;
 };
@@ -71,7 +71,7 @@ class ActionMaps {
   const LocalRegression& map(Action action) const { return maps_[action]; }
 
   static Eigen::VectorXd inputs(Action action, const ActionTask& task);
-  /// What trial i was.
+  /// Task of trial i.
   ActionTask task_of(Action action, std::size_t i) const;
 
  private:
@@ -101,7 +101,7 @@ class LearnedActions {
           Eigen::Ref<Eigen::VectorXd> out) const;
   /// The mixture of a training trial, rows × samples (as many as were learned from).
   Eigen::MatrixXd reconstruct(Action action, std::size_t trial) const;
-  /// What the maps say for a task that was not in the training, rows × samples.
+  /// Result of the maps for a task that was not in the training, rows × samples.
   Eigen::MatrixXd infer(Action action, const ActionTask& task) const;
 
  private:

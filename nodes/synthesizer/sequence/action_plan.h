@@ -8,7 +8,7 @@
 
 namespace mimesis::synthesizer {
 
-/// What was trained of one stepping action.
+/// Trained range of one stepping action.
 struct StepRange {
   double least_m = 0.0, mean_m = 0.0, most_m = 0.0;  ///< travel of the pelvis
   /// Duration by least squares on the length, within the trained durations.
@@ -19,7 +19,7 @@ struct StepRange {
   bool holds(double length_m) const;  ///< within the trained lengths (1 µm for rounding)
 };
 
-/// What the planner knows of the actions.
+/// Ranges of the actions, for the planner.
 struct ActionRanges {
   StepRange normal, reaching;
   double nearest_stand_m = 0.0, farthest_stand_m = 0.0;  ///< trained final distances
@@ -65,12 +65,12 @@ tl::expected<std::vector<PlannedAction>, Status> plan_actions(double distance_m,
 struct Underway {
   Action action = kNormalStep;
   double planned_length_m = 0.0;
-  double walked_m = 0.0;  ///< of this action
-  double share = 0.0;     ///< of its duration that is over, [0, 1)
+  double walked_m = 0.0;  ///< distance walked in this action
+  double share = 0.0;     ///< share of its duration that is over, [0, 1)
 };
 
-/// The same in the midst of an action: the first action of the plan is the current one with its new
-/// whole length, which what is left of it can still give: at each instant the pelvis moves no
+/// Plans again in the middle of an action: the first action of the plan is the current one with its
+/// new whole length, which what is left of it can still give: at each instant the pelvis moves no
 /// slower than in the shortest and no faster than in the longest trained step. `distance_m`: from
 /// the pelvis now. If the goal cannot be reached the reason is returned and the old plan may be
 /// kept.

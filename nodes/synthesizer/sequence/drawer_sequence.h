@@ -15,7 +15,7 @@ namespace mimesis::synthesizer {
 /// Where the task is. The drawer's front is the plane x = front_W_m; the way is along x of W.
 struct DrawerGoal {
   double front_W_m = 2.6;
-  double object_depth_m = 0.25, object_lateral_m = 0.0;  ///< as in TrialPlan
+  double object_depth_m = 0.25, object_lateral_m = 0.0;  ///< place of the object, as in TrialPlan
   bool operator==(const DrawerGoal&) const = default;
 };
 
@@ -26,20 +26,20 @@ struct SequenceOptions {
   double settle_s = 0.08;  ///< how fast the action under way takes new parameters
 };
 
-/// What there is after a step. W: pelvis starts above x = y = 0.
+/// State after a step. W: pelvis starts above x = y = 0.
 struct SequenceState {
   double time_s = 0.0;
   Action action = kNormalStep;
-  int number = 0;             ///< of the action, from 0
-  double phase_rad = 0.0;     ///< of the leading oscillator in the action, [0, 2π)
+  int number = 0;             ///< number of the action, from 0
+  double phase_rad = 0.0;     ///< phase of the leading oscillator in the action, [0, 2π)
   Eigen::VectorXd angle_rad;  ///< 51, rows of the body
   Eigen::Vector3d pelvis_W_m = Eigen::Vector3d::Zero();
   Eigen::Vector3d handle_W_m = Eigen::Vector3d::Zero(), object_W_m = Eigen::Vector3d::Zero();
   double left_error_m = 0.0, right_error_m = 0.0;  ///< finger tips to handle and object
-  /// The same before the arm reaches: what the mixture alone would miss them by.
+  /// Errors before the arm's correction: of the mixture alone.
   double left_without_m = 0.0, right_without_m = 0.0;
   std::array<bool, 2> stands{};
-  double correction_m = 0.0;  ///< of the feet, against the mixture
+  double correction_m = 0.0;  ///< correction of the feet, against the mixture
   bool done = false;          ///< the object is in the hand
   std::string refused;        ///< why the last goal could not be followed; empty if it is
 };
@@ -62,7 +62,7 @@ class DrawerSequence {
   /// Advances by dt. Nothing but the clock moves after `done`.
   const SequenceState& step();
   const SequenceState& state() const { return state_; }
-  /// What is left to do, the action under way first.
+  /// Remaining actions, the current one first.
   const std::vector<PlannedAction>& plan() const { return plan_; }
   /// Actions begun so far with the lengths that they came to have.
   const std::vector<PlannedAction>& history() const { return history_; }
@@ -88,12 +88,12 @@ class DrawerSequence {
   bool goal_changed_ = false;
   ActionCourse course_;
   double previous_length_m_ = 0.0;
-  double start_x_m_ = 0.0, even_m_ = 0.0;       // of the action; even progress in it
+  double start_x_m_ = 0.0, even_m_ = 0.0;       // start of the action; even progress in it
   std::optional<Eigen::VectorXd> left_behind_;  // posture that fades after an interrupted stand
   double left_behind_s_ = 0.0;
   FootHold feet_;
   ArmReach left_, right_;
-  // what the hands are drawn to, and how far that is yet from a target that has jumped
+  // Targets of the hands, and their remaining distance from a target that has jumped.
   Eigen::Vector3d left_aim_W_m_ = Eigen::Vector3d::Zero(), left_gap_m_ = Eigen::Vector3d::Zero();
   Eigen::Vector3d right_aim_W_m_ = Eigen::Vector3d::Zero(), right_gap_m_ = Eigen::Vector3d::Zero();
   bool left_started_ = false, right_started_ = false;
@@ -140,7 +140,7 @@ class PlacedSequence {
   DrawerSequence sequence_;
   DrawerPlace place_;
   Eigen::Vector2d from_;  // where its way begins, W
-  double heading_rad_;    // of its way
+  double heading_rad_;    // heading of its way
 };
 
 }  // namespace mimesis::synthesizer

@@ -39,7 +39,7 @@ Eigen::Matrix3d foot_rotation(const FootPose& foot);
 
 /// One stand of a foot on the ground: heel first, then the whole sole, then the toes.
 struct Footprint {
-  double x_m = 0.0, y_m = 0.0;    ///< of the ankle while the sole is flat, W
+  double x_m = 0.0, y_m = 0.0;    ///< place of the ankle while the sole is flat, W
   double strike_s = 0.0;          ///< the heel touches
   double flat_s = 0.0;            ///< the sole is down
   double heel_off_s = 0.0;        ///< the heel leaves; infinity if the foot stays
@@ -110,7 +110,7 @@ class FootHold {
              Eigen::Ref<Eigen::VectorXd> angles_rad);
 
   bool stands(mocap::Side side) const { return foot_[side].stands; }
-  /// Of the held point, after the correction [m].
+  /// Place of the held point, after the correction [m].
   const Eigen::Vector3d& held(mocap::Side side) const { return foot_[side].held_W_m; }
   /// Largest correction of a foot in the last call [m], and by how much a leg was too short for it.
   double correction_m() const { return correction_m_; }

@@ -23,17 +23,17 @@ struct Drawer {
 
 /// How one person moves in one trial: what varies beside the lengths.
 struct Manner {
-  double half_width_m = 0.09;  ///< of the track, at the ankles
-  double sway_m = 0.022;       ///< of the pelvis, to the standing foot
+  double half_width_m = 0.09;  ///< half width of the track, at the ankles
+  double sway_m = 0.022;       ///< sway of the pelvis, to the standing foot
   double pelvis_turn_rad = 0.08, pelvis_list_rad = 0.04;
   double arm_swing_rad = 0.38, elbow_rad = 0.40;
   double lean_rad = 0.05,
-         extra_lean_rad = 0.0;  ///< of the walking trunk; beyond need at the drawer
+         extra_lean_rad = 0.0;  ///< lean of the walking trunk; additional lean at the drawer
   double toe_out_rad = 0.10;
   double clearance_m = 0.05;
   double drift_rad = 0.010;  ///< slow wandering of trunk and head
   double drift_phase_rad = 0.0;
-  double first_step_share = 0.5;  ///< of the normal cycle's length
+  double first_step_share = 0.5;  ///< share of the normal cycle's length
 };
 
 /// One trial: what is walked, where the drawer is, in which time.
@@ -94,7 +94,8 @@ struct DrawerData {
 };
 inline constexpr int kPelvisRows = 3;
 inline constexpr int kDrawerRows = mocap::kBodyRows + kPelvisRows;
-/// Of Trial::task: at the start of the action, at the end of action 2, of the object.
+/// Names of Trial::task: distances at the start of the action and at the end of action 2, place of
+/// the object.
 inline constexpr std::array<const char*, 4> kTaskNames = {"distance_m", "final_distance_m",
                                                           "object_depth_m", "object_lateral_m"};
 
@@ -104,7 +105,7 @@ DrawerData generate_drawer_data(const mocap::Body& body, const Drawer& drawer,
 /// When things happen in one generated trial [s]; action 1 starts at 0.
 struct TrialTimes {
   double t1, t2, t3;                 ///< durations of the actions
-  double right_strike, left_strike;  ///< of action 2
+  double right_strike, left_strike;  ///< strikes of action 2
   double reached, done;              ///< ends of actions 2 and 3
   explicit TrialTimes(const TrialPlan& p)
       : t1(p.duration_s[0]),

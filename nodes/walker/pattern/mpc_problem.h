@@ -18,7 +18,7 @@ struct MpcWeights {
 /// Everything that one problem is made from, all in W.
 struct MpcInput {
   ComState com;
-  double yaw_rad = 0.0;  ///< of the waist
+  double yaw_rad = 0.0;  ///< yaw of the waist
   FeasibleWish wish;
   struct Foot {
     Footprint plan;  ///< last plan; linear form: its yaw is decided, nonlinear: linearised about it
@@ -117,8 +117,8 @@ class MpcProblem {
   std::array<Footprint, 3> feet_;  // standing foot and F̄₁, F̄₂ of the last plan, from the origin
   std::vector<Support> support_;
   Eigen::MatrixXd free_zmp_;     // N × 2: z⁰
-  std::vector<HalfPlane> hull_;  // of the ZMP while both feet stand
-  Eigen::Vector2d middle_;       // of the feet that stand
+  std::vector<HalfPlane> hull_;  // bounds of the ZMP while both feet stand
+  Eigen::Vector2d middle_;       // middle of the feet that stand
   Eigen::RowVectorXd coast_;     // (E Pξ − w Pz) / (E − w): ξ one sample after the horizon
   Eigen::MatrixXd H_;
   Eigen::VectorXd g_, lower_, upper_, x_lower_, x_upper_;

@@ -50,11 +50,11 @@ enum class Gait { kStanding, kStarting, kWalking, kStopping };
 /// Plan of the pattern generator for one tick.
 struct PatternSample {
   ComState com;
-  Eigen::Vector2d zmp_W_m = Eigen::Vector2d::Zero();  ///< of the cart-table model
+  Eigen::Vector2d zmp_W_m = Eigen::Vector2d::Zero();  ///< ZMP of the cart-table model
   std::array<FootState, 2> foot;                      ///< left, right
   std::array<bool, 2> contact{true, true};            ///< on the ground
-  double left_share = 0.5;                            ///< of the weight on the left foot
-  double yaw_rad = 0.0, yaw_rate_rad_s = 0.0;         ///< of the waist: mean of the feet
+  double left_share = 0.5;                            ///< share of the weight on the left foot
+  double yaw_rad = 0.0, yaw_rate_rad_s = 0.0;         ///< yaw of the waist: mean of the feet
   Gait gait = Gait::kStanding;
   Side swing = kLeft;           ///< foot that moves or that will move next
   double to_landing_s = 0.0;    ///< time until it lands; 0 while standing
@@ -76,7 +76,7 @@ struct GaitSettings {
   double step_s = 0.8;  ///< a step: first `double_support_s`, then swing
   double double_support_s = 0.1;
   double first_double_support_s = 0.8;  ///< before the first step
-  double step_height_m = 0.05;          ///< of the sole at the top of a swing
+  double step_height_m = 0.05;          ///< height of the sole at the top of a swing
   double feet_distance_m = 0.19;        ///< wished between the soles
   /// Half sizes, along and across the foot, of the rectangle around the ankle that must contain the
   /// ZMP.

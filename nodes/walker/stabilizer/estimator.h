@@ -57,7 +57,7 @@ class Estimator {
   robot::Kinematics kinematics_;  ///< with the base at the origin
   double velocity_share_;
   bool first_ = true;
-  std::array<Eigen::Vector3d, 2> last_com_;  ///< as seen from each foot
+  std::array<Eigen::Vector3d, 2> last_com_;  ///< CoM seen from each foot
   BodyEstimate now_;
 };
 

@@ -55,7 +55,8 @@ class LegRoom {
   std::array<Eigen::Vector3d, 2> hip_before_W_m_;  // in the last tick
   Eigen::Vector3d com_before_W_m_;
   bool has_before_ = false;
-  double missing_m_ = 0.0, bending_rad_ = 0.0;  // of the straighter knee, in the last tick
+  // distance and bend of the straighter knee, in the last tick
+  double missing_m_ = 0.0, bending_rad_ = 0.0;
 };
 
 /// How far base and joints may move within one tick. A joint approaches a limit, or returns from
@@ -70,7 +71,7 @@ class Limits {
   void bounds(const Eigen::Ref<const Eigen::VectorXd>& q, double dt_s,
               Eigen::Ref<Eigen::VectorXd> lower, Eigen::Ref<Eigen::VectorXd> upper) const;
   const Eigen::VectorXd& lower() const { return lower_; }  ///< positions with margins, dof [rad]
-  const Eigen::VectorXd& upper() const { return upper_; }  ///< likewise
+  const Eigen::VectorXd& upper() const { return upper_; }  ///< positions with margins, dof [rad]
 
  private:
   void keep_knees_bent(const robot::Biped& biped, double margin_rad);

@@ -27,7 +27,7 @@ class ClosedLoop {
     sensors.q = sensors.dq = Eigen::VectorXd::Zero(biped.tree.dof());
   }
 
-  /// What the robot measures before a tick.
+  /// Sensor readings before a tick.
   const Sensors& sense() {
     if (std::string why = read_body(robot.sensors(), sensors); !why.empty()) fault = why;
     if (std::string why = read_joints(robot.joints(), sensors); !why.empty()) fault = why;
@@ -45,7 +45,7 @@ class ClosedLoop {
   Walker walker;
   PerfectRobot robot;
   Sensors sensors;
-  std::string fault;  ///< of the sensors: none is expected
+  std::string fault;  ///< fault of the sensors: none is expected
 
  private:
   v1::WalkFeedback feedback_;

@@ -82,7 +82,7 @@ class PerfectRobot {
 
   Eigen::VectorXd q;
   bool operational = true;
-  double load_share = 1.0;  ///< of the weight on the feet: 0 in the air
+  double load_share = 1.0;  ///< share of the weight on the feet: 0 in the air
   Eigen::Quaterniond tilt = Eigen::Quaterniond::Identity();
 
  private:

@@ -85,7 +85,7 @@ class ManagedNode {
   State state() const { return state_; }
   void give_up() { state_ = State::ended; }  ///< will not be started (again)
   void hurry(WallTime due) { due_ = std::min(due_, due); }
-  WallTime due() const { return due_; }  ///< of starting, delayed and stopping
+  WallTime due() const { return due_; }  ///< end of the states starting, delayed and stopping
   WallTime started() const { return started_; }
   bool was_ready() const { return was_ready_; }
   bool killed() const { return killed_; }

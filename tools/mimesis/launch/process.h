@@ -28,7 +28,7 @@ class Fd {
 /// How a process ended.
 struct Ending {
   int code = 0;    ///< exit code, if signal is 0
-  int signal = 0;  ///< that killed it
+  int signal = 0;  ///< signal that killed it
   bool good() const { return code == 0 && signal == 0; }
   std::string text() const;  ///< "ended with exit code 3", "was killed by SIGSEGV"
   int exit_code() const { return signal != 0 ? 1 : code; }

@@ -32,7 +32,7 @@ using Sequences = std::map<std::tuple<std::string, std::string, std::string>, Se
 struct CheckedLog {
   std::string path;
   std::uint64_t size = 0;
-  log::Statistics statistics = {};                ///< of what was read
+  log::Statistics statistics = {};                ///< statistics of the records read
   std::map<std::string, std::string> split = {};  ///< metadata "mimesis.split"
   std::vector<Finding> findings = {};
 

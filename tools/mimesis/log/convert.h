@@ -14,7 +14,7 @@
 
 namespace mimesis::tool {
 
-/// What a file holds, told by its first bytes.
+/// Kind of a file, by its first bytes.
 enum class LogKind { mcap, candump, lcm };
 
 /// @throws ConfigError for other kinds: it names what they are and who converts them.

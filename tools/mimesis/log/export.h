@@ -111,7 +111,7 @@ class RowJoin {
   std::deque<Row> rows_;      ///< not yet complete
 };
 
-/// What was written.
+/// Files written.
 struct ExportResult {
   std::vector<std::string> files;
   std::uint64_t items = 0;     ///< rows, images or attachments
@@ -120,7 +120,7 @@ struct ExportResult {
 
 struct CsvOptions {
   std::vector<std::string> fields = {};  ///< "TOPIC.FIELD[,FIELD...]"
-  std::optional<Join> join = {};         ///< of several topics; without: a file for each
+  std::optional<Join> join = {};         ///< joins several topics; without: a file for each
   bool absolute = false;                 ///< times as they are; else from the start of the log
   std::string output = {};  ///< file, folder for several files, or "-": standard output
   TimeRange range = {};
@@ -135,7 +135,7 @@ struct ImageOptions {
   std::string topic = {};
   std::string folder = {};
   bool jpeg = false;  ///< instead of PNG, for raw images
-  int quality = 90;   ///< of JPEG, 1..100
+  int quality = 90;   ///< quality of JPEG, 1..100
   int every = 1;      ///< only each so-manieth image
   TimeRange range = {};
 };

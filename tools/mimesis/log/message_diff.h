@@ -37,7 +37,7 @@ struct FieldDifference {
 
 struct MessageDifference {
   std::vector<FieldDifference> fields;  ///< the first ones, in the order of the .proto file
-  std::uint64_t count = 0;              ///< of all
+  std::uint64_t count = 0;              ///< number of all differences
   bool equal() const { return count == 0; }
 };
 

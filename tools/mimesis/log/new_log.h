@@ -73,8 +73,8 @@ class NewLog {
             const std::function<void(const log::Record&)>& take);
   /// Each content once. What cannot be read is told and counted as damage.
   void copy_attachments(const std::vector<OpenLog>& logs);
-  /// As `copy_attachments`. Several logs become one: "mimesis.nodes" are united, and what tells the
-  /// place of a part among others is left out. `losses` replaces "mimesis.counts".
+  /// Like `copy_attachments`. Several logs become one: "mimesis.nodes" are united, and entries
+  /// about the place of a part among others are left out. `losses` replaces "mimesis.counts".
   void copy_metadata(const std::vector<OpenLog>& logs, const std::optional<LossCounts>& losses);
 
   /// Closes the log, reads it back whole if `verify`, and gives it its name. Last call.
@@ -86,11 +86,11 @@ class NewLog {
   const log::Statistics& statistics() const { return writer_->statistics(); }
   /// Names of schemas that differ between the inputs: they are kept apart.
   const std::set<std::string>& conflicts() const { return conflicts_; }
-  nlohmann::ordered_json json() const;  ///< what it holds
-  std::string line() const;             ///< as `json`, for people
+  nlohmann::ordered_json json() const;  ///< contents of the new log
+  std::string line() const;             ///< contents in one line, for people
 
  private:
-  /// What `result` holds. @throws NotWritten
+  /// Value of `result`. @throws NotWritten
   template <class T>
   T written(tl::expected<T, Status> result) const;
   void read_back() const;
@@ -105,13 +105,13 @@ class NewLog {
   using ChannelKey =
       std::tuple<std::uint16_t, std::string, std::string, std::map<std::string, std::string>>;
   std::map<ChannelKey, std::uint16_t> channels_;
-  std::map<const log::Channel*, std::uint16_t> known_;  ///< of `copy`
+  std::map<const log::Channel*, std::uint16_t> known_;  ///< ids of the channels of `copy`
   std::set<std::tuple<std::string, std::string, std::uint64_t, std::uint64_t, std::size_t,
                       std::uint32_t>>
       attachments_;
   std::set<std::pair<std::string, std::map<std::string, std::string>>> metadata_;
   std::uint32_t digest_ = 0;   ///< CRC-32 of all messages in their order
-  std::uint64_t damages_ = 0;  ///< of the inputs, that cost messages; each was told
+  std::uint64_t damages_ = 0;  ///< damages of the inputs that cost messages; each was reported
 };
 
 }  // namespace mimesis::tool

@@ -37,7 +37,7 @@ tl::expected<OpenLog, VerbEnd> open_log(const std::string& path);
 /// Opens several files as one log: the parts of a split recording, or logs of several hosts. Fails
 /// with the first that cannot be opened.
 tl::expected<std::vector<OpenLog>, VerbEnd> open_logs(const std::vector<std::string>& paths);
-/// As `open_logs`. @throws VerbEnd
+/// Like `open_logs`. @throws VerbEnd
 std::vector<OpenLog> opened(const std::vector<std::string>& paths);
 
 /// Earliest and latest log time of all [ns]; both 0 without a message.
@@ -158,7 +158,7 @@ class Sequence {
  public:
   struct Step {
     std::uint32_t missing = 0;  ///< between the one before and this one
-    bool repeated = false;      ///< the same number again
+    bool repeated = false;      ///< the number is that of the message before
     bool back = false;          ///< a lower one
   };
   Step next(std::uint32_t number) {
@@ -185,14 +185,14 @@ class LatchedRepeats {
   struct Last {
     std::uint32_t sequence = 0;
     std::uint64_t publish_time = 0;
-    std::uint32_t crc = 0;  ///< of the payload: nodes restart, numbers repeat
+    std::uint32_t crc = 0;  ///< sum of the payload: nodes restart, numbers repeat
     bool operator==(const Last&) const = default;
   };
   std::map<const log::Channel*, Last*> channels_;
   std::map<std::tuple<std::string, std::string, std::string>, Last> last_;
 };
 
-/// What a recorder received of one topic of one node, and how many did not come.
+/// Number of messages that a recorder received on one topic of one node, and of lost ones.
 struct LossCount {
   std::uint64_t received = 0, lost = 0;
   bool operator==(const LossCount&) const = default;
@@ -210,9 +210,9 @@ inline constexpr const char* kRecoveredName = "mimesis.recovered";
 std::string loss_key(const log::Channel& channel);
 /// Adds what a metadata record says; what it says otherwise is left out.
 void add_losses(const std::map<std::string, std::string>& metadata, LossCounts& counts);
-/// Of all logs; nothing if none has counts (killed recorder, foreign log).
+/// Counts of all logs; empty if none has counts (killed recorder, foreign log).
 std::optional<LossCounts> read_losses(const std::vector<OpenLog>& logs);
-/// As the recorder writes it, with the total.
+/// Record with the total, as the recorder writes it.
 log::Metadata losses_metadata(const LossCounts& counts);
 
 }  // namespace mimesis::tool

@@ -61,7 +61,7 @@ class PlayRemap {
 
  private:
   struct Rule {
-    std::string text, from, to;  ///< of a prefix: with the slash; "" is the root
+    std::string text, from, to;  ///< parts of a prefix: with the slash; "" is the root
     bool prefix = false;
   };
   const Rule* rule_for(const std::string& topic) const {
@@ -80,7 +80,7 @@ class PlayRemap {
 /// Selects the part of a log that is played, and the names. Positions: seconds of log time from the
 /// first message of the log.
 struct PlaybackOptions {
-  TopicFilter filter{{}, "", ""};  ///< of recorded names
+  TopicFilter filter{{}, "", ""};  ///< filter of recorded names
   PlayRemap remap{};
   /// Also what recorded nodes said about themselves (NODE/start, steps, health, log). Those that
   /// the filter has by name are played anyway.
@@ -296,7 +296,7 @@ class PlayAhead {
         arrived_(std::move(arrived)),
         seconds_(limits.seconds > 0.0 ? limits.seconds : kFirstSeconds) {}
 
-  /// As Playback::seek.
+  /// Like Playback::seek.
   std::vector<Played> seek(std::uint64_t log_time_ns) {
     stop();
     queue_.clear();

@@ -21,9 +21,9 @@ namespace mimesis::tool {
 
 /// Space that a recording may take. 0: no limit.
 struct DiskLimits {
-  std::uint64_t max_size = 0;     ///< of all files of the recording [bytes]
+  std::uint64_t max_size = 0;     ///< largest size of all files of the recording [bytes]
   std::uint64_t min_free = 0;     ///< on the disk [bytes]
-  double min_free_percent = 0.0;  ///< of the disk's size [%]
+  double min_free_percent = 0.0;  ///< least free share of the disk [%]
   bool delete_oldest = false;     ///< when full: the recording's own oldest file; else stop
 
   bool any() const { return max_size > 0 || min_free > 0 || min_free_percent > 0.0; }
@@ -214,7 +214,7 @@ class RecordFile {
   std::uint64_t schema_bytes_ = 0, channel_bytes_ = 0;  ///< the summary repeats them
   std::uint64_t chunk_messages_ = 0;                    ///< in the open chunk
   std::deque<std::uint64_t> under_way_;  ///< sizes of closed chunks that may not be written yet
-  std::map<std::string, std::string> clocks_;  ///< of nodes
+  std::map<std::string, std::string> clocks_;  ///< clocks of nodes
   Counts counts_;
   WallTime chunk_opened_{}, synced_{};
   bool closed_ = false;
@@ -272,7 +272,7 @@ inline void remove_if_empty(const std::string& path) {
 /// When to go on in the next file. 0: never for this reason.
 struct SplitOptions {
   std::uint64_t size = 0;                ///< no file becomes larger [bytes]
-  std::chrono::nanoseconds duration{0};  ///< of log time
+  std::chrono::nanoseconds duration{0};  ///< length in log time
   bool on() const { return size > 0 || duration.count() > 0; }
 };
 
@@ -380,7 +380,7 @@ class SplitLog {
   std::unique_ptr<RecordFile> file_;
   OwnFiles files_;
   std::uint64_t index_ = 0, messages_ = 0;
-  Counts whole_;  ///< of the files that are closed
+  Counts whole_;  ///< counts of the files that are closed
   /// Last value of each latched topic; kept only if there may be a next file.
   std::map<TopicAndNode, Recorded> latched_;
   bool graph_time_ = false;  ///< a message with a time of the graph was there: only these split

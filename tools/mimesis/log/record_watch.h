@@ -86,7 +86,7 @@ class SilenceWatch {
 struct RecordState {
   const Counts& counts;
   std::string file;              ///< being written, or what is going on instead
-  std::uint64_t bytes = 0;       ///< of all files of the recording
+  std::uint64_t bytes = 0;       ///< size of all files of the recording
   std::uint64_t free_bytes = 0;  ///< on the disk
 };
 
@@ -162,7 +162,7 @@ class CountsDisplay {
 
   std::ostream& out_;
   WallTime shown_;
-  std::size_t lines_ = 0;  ///< of the table on the screen
+  std::size_t lines_ = 0;  ///< lines of the table on the screen
   Counts before_;          ///< when last shown
 };
 

@@ -30,8 +30,8 @@ T written(tl::expected<T, Status> result) {
 /// A message on its way into a log.
 struct Recorded {
   std::string topic, type;
-  std::string node;   ///< that published it
-  std::string clock;  ///< of that node: wall, sim or lockstep
+  std::string node;   ///< node that published it
+  std::string clock;  ///< clock of that node: wall, sim or lockstep
   std::uint64_t type_hash = 0;
   bool latched = false;
   std::uint64_t start_id = 0;  ///< tells a restarted node from its predecessor

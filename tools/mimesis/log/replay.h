@@ -20,8 +20,9 @@ namespace mimesis::tool {
 struct ReplayOptions {
   std::vector<std::string> nodes;  ///< empty: all that the logs tell enough of
   std::vector<std::string> logs;
-  std::string launch;             ///< a launch file to run again instead of single nodes
-  std::string program;            ///< or a folder of programs, instead of the recorded one
+  std::string launch;  ///< a launch file to run again instead of single nodes
+  /// a program, or a folder of programs, instead of the recorded one
+  std::string program;
   std::vector<std::string> sets;  ///< KEY=VALUE; for a launch file NODE.KEY=VALUE
   std::vector<std::string> args;  ///< NAME=VALUE of the launch file's arguments
   double tolerance = 0.0;         ///< see ReplayCompare
@@ -60,7 +61,7 @@ using ReplayProgress = std::function<void(std::uint64_t log_time_ns)>;
 /// Up to when a recorded run is the same in every run.
 struct RunLimit {
   std::uint64_t until_ns = 0;  ///< last log time to be compared
-  std::string why;             ///< what happened then
+  std::string why;             ///< reason of the end
   bool cut_off = false;        ///< just the end of the log: its last messages may be incomplete
 };
 

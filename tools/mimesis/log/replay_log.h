@@ -33,7 +33,7 @@ struct KeptMessage {
   std::string payload;
   std::uint64_t seq = 0;
   std::uint64_t publish_time_ns = 0, log_time_ns = 0;
-  const log::Schema* schema = nullptr;  ///< of the log
+  const log::Schema* schema = nullptr;  ///< schema of the log
 
   explicit KeptMessage(const Item& item)
       : payload(item.message->data),
@@ -50,7 +50,7 @@ constexpr std::uint64_t logged_seq(std::uint64_t seq) { return seq & 0xFFFF'FFFF
 /// A node from its start to its end, as logs tell it. A restarted node has several lives.
 struct Life {
   v1::NodeStart start;
-  std::uint64_t log_time_ns = 0;  ///< of its first message
+  std::uint64_t log_time_ns = 0;  ///< log time of its first message
   std::uint64_t step_logs = 0;    ///< messages on NODE/steps [1]
   std::uint64_t other_steps = 0;  ///< on this topic of starts unknown: old logs do not tell [1]
 
@@ -113,7 +113,7 @@ inline std::vector<Life> find_lives(const std::vector<OpenLog>& logs) {
 struct RecordedStep {
   std::uint64_t number = 0;  ///< 0: the constructor
   v1::StepRecord record;
-  std::vector<v1::InputSource> sources;  ///< of record.taken
+  std::vector<v1::InputSource> sources;  ///< sources of record.taken
 };
 
 /// Reads the steps of one life, front to back in one pass. Holds only what steps still to come may
@@ -377,13 +377,14 @@ class LifeReader {
   }
 
   const Life& life_;
-  std::size_t most_bytes_, bytes_ = 0;  ///< of inputs
+  std::size_t most_bytes_, bytes_ = 0;  ///< bytes of the inputs
   std::map<Key, Track> tracks_;
   std::unordered_map<const log::Channel*, Use> uses_;
   std::deque<std::pair<std::uint64_t, v1::StepLog>> waiting_;  ///< read ahead, with log times
-  v1::StepLog step_log_;                                       ///< whose steps are being returned
-  std::uint64_t step_log_time_ns_ = 0;                         ///< when it was received
-  int next_step_ = 0;                                          ///< in it
+  /// step log whose steps are being returned
+  v1::StepLog step_log_;
+  std::uint64_t step_log_time_ns_ = 0;  ///< when it was received
+  int next_step_ = 0;                   ///< in it
   std::uint64_t next_number_ = 0;
   std::uint64_t step_logs_read_ = 0, step_logs_unreadable_ = 0;
   std::uint64_t last_step_log_seq_ = 0;

@@ -8,10 +8,10 @@
 namespace mimesis::tool {
 
 struct SnapshotOptions {
-  std::chrono::nanoseconds duration{0};  ///< of wall time, kept in memory; 0: no snapshots
+  std::chrono::nanoseconds duration{0};  ///< wall time that is kept in memory; 0: no snapshots
   std::uint64_t size = 256'000'000;      ///< kept in memory at most [bytes]
   std::chrono::nanoseconds after{0};     ///< goes on for so long behind the trigger
-  std::vector<std::string> topics = {};  ///< whose messages trigger one
+  std::vector<std::string> topics = {};  ///< topics whose messages trigger one
   bool on() const { return duration.count() > 0; }
 };
 

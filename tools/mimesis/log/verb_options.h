@@ -13,8 +13,7 @@ namespace CLI {
 class App;
 }  // namespace CLI
 
-// What the sources of the sub-verbs of `mimesis log` share: options, how they run, JSON on standard
-// output.
+// Shared by the sub-verbs of `mimesis log`: options, how they run, JSON on standard output.
 namespace mimesis::tool {
 
 // Each adds one sub-verb; exit codes as in verb.h.

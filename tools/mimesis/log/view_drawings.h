@@ -65,8 +65,8 @@ class RobotView {
 
   kin::ArmModel arm_;
   std::vector<Eigen::Isometry3d> X_;
-  std::optional<std::chrono::nanoseconds> due_;  ///< of the next poses; none before the first
-  std::optional<double> closure_;                ///< as drawn last
+  std::optional<std::chrono::nanoseconds> due_;  ///< time of the next poses; empty before the first
+  std::optional<double> closure_;                ///< closure drawn last
 };
 
 /// The camera's calibration in frame "camera".
@@ -123,7 +123,7 @@ inline model::Rgba activity_color(double u) {
 /// plane y = 1.25 m of W: x along the board, the first field on top, a grey line at u = 0. One
 /// entity, replaced by every message.
 inline foxglove::SceneUpdate to_board(const v1::FieldActivity& fields) {
-  constexpr double kLeft = -0.2, kWidth = 1.2;    // of the curves along x of W [m]
+  constexpr double kLeft = -0.2, kWidth = 1.2;    // place of the curves along x of W [m]
   constexpr double kPlane = 1.25, kBoard = 1.26;  // y of the curves and of the board behind [m]
   constexpr double kBottom = 0.15, kRow = 0.17;   // z of the lower edge, height of a field [m]
   constexpr double kMargin = 0.25;                // left of the curves, for their names [m]
@@ -266,7 +266,7 @@ class PathView {
   }
 
   kin::ArmModel arm_;
-  std::vector<Motion> motions_;  ///< of the plan
+  std::vector<Motion> motions_;  ///< motions of the plan
 };
 
 }  // namespace mimesis::tool

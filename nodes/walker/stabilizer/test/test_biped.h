@@ -35,7 +35,7 @@ inline PatternSample standing(double com_x_m = 0.0) {
   return plan;
 }
 
-/// What a robot with its pelvis at X_WB measures; nothing presses on its feet.
+/// Sensor readings of a robot with its pelvis at X_WB; nothing presses on its feet.
 inline Sensors sensors_at(const robot::Biped& biped, const Eigen::Isometry3d& X_WB,
                           const Eigen::VectorXd& q) {
   robot::Kinematics kinematics(biped.tree);

@@ -74,7 +74,7 @@ struct Sender {
   std::uint64_t sent = 0;
 };
 
-/// What a file holds.
+/// Contents of a file.
 struct LogContents {
   explicit LogContents(const std::string& path) {
     const auto source = log::open_file(path);
