@@ -87,7 +87,7 @@ struct Decompressor::Impl {
   LZ4F_dctx* lz4 = nullptr;
   Buffer out;
   std::size_t produced = 0;
-  std::string_view reason;  // of the last failure
+  std::string_view reason;  // reason of the last failure
 
   Result start(Compression compression) {
     produced = 0;

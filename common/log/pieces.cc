@@ -13,7 +13,7 @@ namespace mimesis::log {
 namespace {
 
 constexpr std::size_t kRun = 256 * 1024;   // small records taken together [bytes]
-constexpr std::size_t kPart = 256 * 1024;  // of what is summed without being looked at [bytes]
+constexpr std::size_t kPart = 256 * 1024;  // bytes that are summed at once without being parsed
 constexpr std::size_t kChunkHead = 4096;   // with room for any name of a codec [bytes]
 constexpr std::size_t kZeroRun = 512;      // a sector: what a power cut leaves unwritten [bytes]
 
@@ -253,7 +253,7 @@ void PieceReader::unpack(Piece& piece) const {
   if (zeros >= kZeroRun && zeros_follow(piece.offset + piece.length)) unpack_cut(piece);
 }
 
-/// Of a chunk whose end is missing, or was never written: what its beginning unpacks to.
+/// Unpacks the beginning of a chunk whose end is missing, or was never written.
 void PieceReader::unpack_cut(Piece& piece) const {
   Chunk& chunk = piece.chunk;
   std::uint64_t size = 0;

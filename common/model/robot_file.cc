@@ -56,7 +56,7 @@ struct PairEntry {
 };
 
 struct ArmFile {
-  kin::ArmModel arm;  // what needs no check; the rest is added to it
+  kin::ArmModel arm;  // figures that need no check; the others are added to it
   std::vector<double> base_m{0.0, 0.0, 0.0};
   std::vector<double> tool_m{0.0, 0.0, 0.0};
   std::vector<JointEntry> joints;

@@ -134,7 +134,7 @@ void DualQp::settle() {
   keep_multipliers_right();
 }
 
-void DualQp::keep_multipliers_right() {  // of what rounding has left
+void DualQp::keep_multipliers_right() {  // multipliers may be negative by rounding
   for (std::size_t k = equalities_; k < u_.size(); ++k) u_[k] = std::max(u_[k], 0.0);
 }
 

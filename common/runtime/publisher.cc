@@ -149,7 +149,7 @@ void Publisher::on_subscription(std::string_view message, bool reliable) {
   Frame payload = topic.last.payload.share();
   if (!reliable) {
     send_frames(data_, header, payload);
-  } else if (topic.waiting.empty()) {  // else it comes anyway
+  } else if (topic.waiting.empty()) {  // otherwise it is sent later
     enqueue(topic, std::move(header), std::move(payload));
   }
 }

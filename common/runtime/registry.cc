@@ -186,7 +186,7 @@ RegistryEntry::RegistryEntry(std::string directory, std::string name) {
     }
     std::this_thread::sleep_for(2ms);
   }
-  unlink(path_.c_str());  // of a predecessor that died
+  unlink(path_.c_str());  // file of a predecessor that died
 }
 
 RegistryEntry::~RegistryEntry() {

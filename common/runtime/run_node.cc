@@ -98,7 +98,7 @@ int step_until_stopped(AnyNode& node, NodeClock& clock, SelfReport& report, Step
 }
 
 struct EffectiveParams {
-  std::string all;      ///< as YAML
+  std::string all;      ///< all parameters as YAML
   std::string changed;  ///< one line: what differs from the defaults
 };
 

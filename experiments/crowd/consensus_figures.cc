@@ -61,7 +61,7 @@ State start(std::mt19937_64& draw) {
 }
 
 struct Seen {
-  double share = 0.0;     ///< of 500 starts that agree
+  double share = 0.0;     ///< share of 500 starts that agree
   double rate_1_s = 0.0;  ///< median of the first 60
 };
 

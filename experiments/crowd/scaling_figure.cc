@@ -19,7 +19,7 @@ using Clock = std::chrono::steady_clock;
 using plot::Data;
 using reproduce::Report;
 
-constexpr double kBegin_s = 0.5, kEnd_s = 3.5;  // of simulated time
+constexpr double kBegin_s = 0.5, kEnd_s = 3.5;  // simulated time
 constexpr double kGoal = 1.2;                   // agent-steps/s of ours over those of RVO2
 
 double since_s(Clock::time_point begin) {

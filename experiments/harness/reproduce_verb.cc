@@ -84,7 +84,7 @@ void print_json(const Figure& figure, const Report& report, const Paths& films, 
 void print_text(const Figure& figure, const Report& report, const Paths& films, double seconds) {
   std::cout << figure.name << " [" << figure.source << "]: " << figure.title << '\n';
   Table table({"", "what", "ours", "reference", "tolerance", "unit", "note"});
-  std::vector<std::string> notes;  // what several rows say is said once
+  std::vector<std::string> notes;  // notes of several rows appear once
   for (const Row& row : report.rows) {
     std::string note;
     if (!row.why.empty()) {

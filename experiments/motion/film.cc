@@ -250,7 +250,8 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kFromAbove = 0.16;  // of a side view [rad]: shows the lines on the ground
+// elevation of a side view [rad]: shows the lines on the ground
+constexpr double kFromAbove = 0.16;
 
 template <class Visit>
 void for_each_point(const FilmFrame& frame, const Visit& visit) {

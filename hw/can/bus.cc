@@ -62,7 +62,7 @@ class EmbeddedBus final : public Bus {
       fail("cannot watch " + folder_);
     }
     socket_ = ::socket(AF_UNIX, SOCK_DGRAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
-    unlink(path_.c_str());  // of a dead process that had our number
+    unlink(path_.c_str());  // socket of a dead process that had our number
     if (socket_ < 0 ||
         bind(socket_, reinterpret_cast<const sockaddr*>(&address), sizeof(address)) < 0) {
       fail("cannot bind " + path_);

@@ -10,7 +10,7 @@ namespace {
 
 constexpr std::string_view kCan = "can";
 
-/// What the wire did with a batch.
+/// Result of sending a batch.
 struct Outcome {
   std::uint32_t taken = 0, errors = 0;
 };

@@ -168,7 +168,7 @@ void CrowdNode::step(Time now) {
   }
   ++steps_;
   const auto begin = std::chrono::steady_clock::now();
-  const Time state_time = now - period_;  // of the run and of what others sent last
+  const Time state_time = now - period_;  // time of the run's state and of the others' last reports
   take_peers(now);
   take_handovers(state_time);
   take_agents(now);

@@ -19,7 +19,7 @@ constexpr double kFar = 2.0;                 // beyond the reach of the arm [m]
 
 using Way = std::vector<Eigen::VectorXd>;
 
-constexpr double kStraightStep = 0.01;  // of straight hand motions [m]
+constexpr double kStraightStep = 0.01;  // step of straight hand motions [m]
 constexpr std::size_t kGraspTries = 6;  // grasps for which a transport is searched
 
 Obstacles table_obstacles(const kin::Table& table) { return {table.balls, table.boxes, {}, {}}; }

@@ -163,7 +163,7 @@ void FigureDirector::read(int i, const Act& act, Values& values) const {
   std::copy(angles.begin(), angles.end(), values.begin() + kRows);
 }
 
-/// What is shown: the motion and what is left of the difference to the one before it.
+/// Composes the shown motion: the motion and the rest of the difference to the one before it.
 void FigureDirector::compose(int i, Act& act) {
   std::swap(act.shown, act.shown_before);
   const bool begins = act.fade_s == 0.0;

@@ -153,7 +153,7 @@ TEST_P(BadInput, IsReportedAndSurvived) {
   const std::string said = node.errors();
   EXPECT_NE(said.find(" rejected: "), std::string::npos) << said;
   EXPECT_NE(said.find(victim.complaint), std::string::npos) << said;
-  EXPECT_LT(std::ranges::count(said, '\n'), 100) << said;  // of thousands of messages
+  EXPECT_LT(std::ranges::count(said, '\n'), 100) << said;  // lines for thousands of messages
 }
 
 INSTANTIATE_TEST_SUITE_P(

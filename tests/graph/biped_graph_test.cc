@@ -47,7 +47,7 @@ TEST(BipedGraph, WalksToAGoalAndStandsThere) {
                                                v1::WALK_STATE_STARTING, v1::WALK_STATE_WALKING,
                                                v1::WALK_STATE_STOPPING, v1::WALK_STATE_STANDING};
   EXPECT_EQ(states(run), expected);
-  // what the walker believes is where the robot is
+  // the walker's estimate agrees with the robot's place
   const auto truth = all<v1::BodyTruth>(run, "sim_body/truth");
   const auto believed = all<v1::WalkFeedback>(run, "walker/feedback");
   ASSERT_FALSE(truth.empty());

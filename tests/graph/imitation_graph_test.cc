@@ -14,8 +14,7 @@ json without_times(json result) {
   return result;
 }
 
-/// What was published on `topic` until the verdict; after it the launcher stops the nodes in wall
-/// time.
+/// Messages on `topic` until the verdict; after it the launcher stops the nodes in wall time.
 std::vector<Scenario::Logged> until_verdict(const Scenario& run, const std::string& topic) {
   const auto verdicts = run.messages("world/outcome");
   if (verdicts.size() != 1) return {};
@@ -26,7 +25,7 @@ std::vector<Scenario::Logged> until_verdict(const Scenario& run, const std::stri
 
 struct Case {
   const char* teacher;
-  const char *grip, *transport, *goal;  ///< what the robot shall do
+  const char *grip, *transport, *goal;  ///< decision that the robot shall make
 };
 
 class Imitation : public ::testing::TestWithParam<Case> {};

@@ -93,14 +93,14 @@ struct EchoOptions {
   bool once = false;
   int count = 0;  ///< 0: without end
   bool reliable = false;
-  double timeout_s = 0.0;  ///< of the wait for each message [s]; 0: none
+  double timeout_s = 0.0;  ///< longest wait for each message [s]; 0: none
 };
 
 struct HzOptions {
   std::string topic;
   int window = 1000;       ///< messages
   int reports = 0;         ///< 0: without end
-  double timeout_s = 0.0;  ///< as above
+  double timeout_s = 0.0;  ///< longest wait for each message [s]; 0: none
 };
 
 using Clock = std::chrono::steady_clock;

@@ -15,13 +15,13 @@ using Eigen::MatrixXf;
 using Eigen::VectorXd;
 using Eigen::VectorXi;
 
-constexpr float kGridRidge = 1e-6f;  // of a source's energy: two sources may coincide
+constexpr float kGridRidge = 1e-6f;  // share of a source's energy: two sources may coincide
 constexpr float kLeastRoom = 1e-3f;  // a source that is nearly another one gains nothing
 constexpr int kSweeps = 4;
 constexpr Index kGrid = 64;  // places a period: Levenberg steps go on from there
 
-constexpr double kRidge = 1e-9;   // of a source's energy: two sources may coincide
-constexpr double kMaxStep = 0.5;  // of a Levenberg step [rad]
+constexpr double kRidge = 1e-9;   // share of a source's energy: two sources may coincide
+constexpr double kMaxStep = 0.5;  // longest Levenberg step [rad]
 constexpr int kStepsAfterSearch = 2;
 
 /// min ½wᵀGw − yᵀw, w ≥ 0, by coordinate descent from the unconstrained solution, clipped.

@@ -23,7 +23,7 @@ struct FileBone {
   std::string name;
   Eigen::Vector3d direction = Eigen::Vector3d::Zero();
   double length = -1.0;
-  std::array<double, 3> angles{};  // of `axis`, in the order of its letters
+  std::array<double, 3> angles{};  // angles of `axis`, in the order of its letters
   std::string axis_order;          // "XYZ"; empty: not given
   AcclaimSkeleton::Bone bone;
   int line = 0;
@@ -260,7 +260,7 @@ class Tree {
   const std::string& file_;
   double unit_m_;
   std::map<std::string_view, const FileBone*> by_name_;  // those not yet in the tree
-  std::vector<Eigen::Vector3d> tips_;                    // of the joints [m]
+  std::vector<Eigen::Vector3d> tips_;                    // tips of the joints [m]
 };
 
 bool starts_number(std::string_view word) {

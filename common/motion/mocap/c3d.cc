@@ -128,7 +128,7 @@ class C3dParameters {
  private:
   struct Parameter {
     int type = 0;                               // -1 characters, 1 bytes, 2 words, 4 floats
-    std::size_t at = 0, count = 0, length = 0;  // of the data; length: the first dimension
+    std::size_t at = 0, count = 0, length = 0;  // place of the data; length: the first dimension
   };
   void read_record(std::size_t at, std::size_t limit) {
     const auto length = static_cast<std::size_t>(std::abs(words_.i8(at)));
@@ -222,7 +222,7 @@ struct Layout {
   std::size_t start = 0;  // byte
   std::size_t frames = 0, points = 0, channels = 0, samples = 0;
   std::size_t word = 2;  // bytes of a number
-  double scale = 1.0;    // of whole numbers, in the file's unit
+  double scale = 1.0;    // scale of whole numbers, in the file's unit
   std::size_t frame_bytes() const { return word * (4 * points + channels * samples); }
 };
 

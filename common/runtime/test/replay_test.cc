@@ -181,7 +181,7 @@ TEST(ReplayBus, SaysWhatTheRecordedStepDidMore) {
   EXPECT_EQ(bus.end().problem(), "the step reads 'dice' from outside, the log has 'coin' here");
 }
 
-/// What NodeAdapter would be for Adder, which has no parameters.
+/// Adapter of Adder like NodeAdapter; Adder has no parameters.
 class AdderNode final : public AnyNode {
  public:
   void visit(ParamVisitor&) override {}

@@ -12,7 +12,7 @@
 namespace mimesis::crowd {
 namespace {
 
-constexpr double kBegin_s = 0.5, kEnd_s = 3.5;  // of simulated time
+constexpr double kBegin_s = 0.5, kEnd_s = 3.5;  // simulated time
 
 /// Times steps of what `make` makes, a pointer; returns the last one.
 template <class Make, class Step>

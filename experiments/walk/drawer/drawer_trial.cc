@@ -188,7 +188,7 @@ class Task {
   std::optional<RobotFeedback> feedback_;
   synthesizer::DrawerSeen seen_;
   std::size_t begun_ = 0;  ///< actions
-  double start_m_ = 0.0;   ///< of the feet when the last one began
+  double start_m_ = 0.0;   ///< place of the feet when the last action began
 };
 
 }  // namespace

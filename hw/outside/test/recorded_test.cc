@@ -1,4 +1,4 @@
-// What a recorded bus and hand give to a node, live and from a record.
+// Tests of the data that a recorded bus and hand give to a node, live and from a record.
 #include "hw/outside/recorded.h"
 
 #include <gtest/gtest.h>

@@ -24,7 +24,7 @@ constexpr double kEncoderSpan_s = 0.01;
 struct BodyWorld::Impl {
   struct RunningPush {
     LinkForce force;
-    long first_step, last_step;  ///< of the world, the last one excluded
+    long first_step, last_step;  ///< steps of the world, the last one excluded
   };
 
   Impl(const robot::Biped& robot, const std::string& file, const BodyOptions& wanted)
@@ -59,7 +59,7 @@ struct BodyWorld::Impl {
   Motors motors;
   JointLoads loads;
   Noise noise;
-  robot::Kinematics wished;                         ///< of the set-points
+  robot::Kinematics wished;                         ///< kinematics of the set-points
   Eigen::VectorXd start, goal, set_point, between;  ///< dof [rad]
   std::vector<RunningPush> pushes;
   std::vector<LinkForce> pulls, forces;  ///< forces: all that act in this step

@@ -195,7 +195,7 @@ RuleCertificate certify_coupled_heading(const HeadingRule& r, int n) {
   RuleCertificate c;
   c.extremes = extremes_of(r.graph, n, refusal);
   if (refusal) return *refusal;
-  double zero = 0.5 * kPi;  // of the slope
+  double zero = 0.5 * kPi;  // zero of the slope
   for (double delta = 0.0; delta < 0.5 * kPi; delta += 1e-3) {
     if (pull_slope(delta, r.spread_rad) > 0.0) continue;
     zero = delta;
@@ -268,8 +268,8 @@ RuleCertificate certify_heading(const HeadingRule& r, int n, const GaitRange& ga
   c.expected_1_s = r.gain * gait.eigenfrequency_rad_s;
   c.why = "contracts up to pi from its attractor in the metric 1/(1 + cos), rate ";
   if (r.kind == HeadingKind::goal) {
-    // Who walks beside the direction of its goal turns that: with e = ψ − ψ_goal at the distance r
-    // ė = −(k − v/r) sin e, so tan(e/2) decays at k − v/r.
+    // A walker beside the direction to its goal turns that direction: with e = ψ − ψ_goal at the
+    // distance r ė = −(k − v/r) sin e, so tan(e/2) decays at k − v/r.
     const double fastest =
         stretch * (gait.eigenfrequency_rad_s + gait.spread_rad_s) * gait.gait.most();
     c.expected_1_s = r.gain;
@@ -465,7 +465,7 @@ std::optional<double> formation_time_s(const Certificate& certificate, const Rul
     return std::nullopt;
   }
   const SpeedFunction& g = gait.gait;
-  const double stretch = 1.0 + rules.length.limit;  // of the longest steps
+  const double stretch = 1.0 + rules.length.limit;  // stretch of the longest steps
   // First phases, until what they are off moves nobody by a quarter of the tolerance; on the way
   // two agents part by one longest cycle at most.
   const double rate =

@@ -40,13 +40,13 @@ constexpr float kObstacleDepth = 0.3F;  // an obstacle is felt as an agent that 
 
 constexpr double kSkin = 1e-4;  // gaps are taken smaller by this, for rounding [m]
 constexpr double kClear =
-    1e-3;  // who leaves another's disc aims at this gap, or it would never be out [m]
+    1e-3;  // gap at which an agent leaves another's disc; without it, it would never be out [m]
 constexpr double kTouch = 0.1;  // gap of those who feel each other [m]
 // An agent at rest makes room for one that touches it and wants to pass, or rings of those who have
 // arrived would lock others out.
 constexpr double kIdle = 2.0;  // the other wants to go this much faster
 
-constexpr double kStill = 0.3;  // who goes slower than this part of its wish is held
+constexpr double kStill = 0.3;  // an agent slower than this share of its wish counts as held
 constexpr double kAside = 0.1;  // less of a step aside than this part is no room
 
 /// A direction for two who stand at the same point; the other's is opposite.
@@ -135,7 +135,7 @@ class Meeting {
     const Eigen::Vector2d right(facing_.y(), -facing_.x()), held = bounds_.nearest(wish);
     const double fast = std::sqrt(wish.squaredNorm());
     const double still = 1.0 - std::sqrt(held.squaredNorm()) / (kStill * fast);
-    if (!(still > 0.0)) return held;  // or nothing is wished
+    if (!(still > 0.0)) return held;  // or no motion is wished
     const double side = still * std::min(blocked_, settings_.separate_m_s);
     const Eigen::Vector2d within = bounds_.nearest(with_length_up_to(wish + side * right, fast));
     if (goes_first_ || within.dot(right) > kAside * side) return within;
@@ -289,7 +289,8 @@ Eigen::Vector2d Crowd::Impl::parted(std::size_t at, const Eigen::Vector2d& wish,
       const bool first = table.id[row] < table.id[other];
       if (table.role[other] == Role::own) {
         meeting.face(n, gap, its, first);
-      } else if (yields(table.role[other])) {  // what another coordinator's wants is not known
+        // the wishes of another coordinator's agents are unknown
+      } else if (yields(table.role[other])) {
         const CosSin h = cos_sin_lane(table.heading[other]);
         meeting.face(n, gap, meeting.fast() * Eigen::Vector2d(h.cos, h.sin), first);
       }

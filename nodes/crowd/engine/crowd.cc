@@ -307,7 +307,7 @@ void Crowd::set_obstacles(std::span<const Pillar> pillars, std::span<const Wall>
 
 void Crowd::set_outside(int group, const GroupSums& sums) {
   GroupRows& g = impl_->groups.at(static_cast<std::size_t>(group));
-  g.changed = g.changed || sums.leader != g.outside.leader;  // who follows may have changed
+  g.changed = g.changed || sums.leader != g.outside.leader;  // the followers may have changed
   g.outside = sums;
 }
 

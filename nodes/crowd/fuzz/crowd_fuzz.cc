@@ -22,7 +22,7 @@ namespace {
 using namespace mimesis;
 using namespace mimesis::crowd;
 
-constexpr int kMostAgents = 200;  // of a scenario that is run here
+constexpr int kMostAgents = 200;  // limit for a scenario that is run here
 constexpr runtime::Time kPeriod = std::chrono::milliseconds(20);
 
 /// Text as a file without a place.

@@ -71,7 +71,7 @@ bool along_a_graph(const Rules& rules) {
          sparse(rules.heading.graph);
 }
 
-constexpr double kOnTheSpot = 1e-3;  // of the stride of who waits
+constexpr double kOnTheSpot = 1e-3;  // share of the stride of an agent that waits
 
 bool inside(const Zone& zone, const Eigen::Vector2d& p) {
   return p.x() >= zone.least_x_m && p.x() <= zone.most_x_m && p.y() >= zone.least_y_m &&

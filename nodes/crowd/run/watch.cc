@@ -320,7 +320,7 @@ std::vector<RuleLine> Watch::lines() const {
     const auto add = [&](Rule rule, const RuleCertificate& rule_certificate, RuleReport measured,
                          double disorder) {
       if (rule_certificate.guarantee == Guarantee::off) return;
-      if (c.agents == 0 && !kept.passes) return;  // else what those did who were here stays
+      if (c.agents == 0 && !kept.passes) return;  // otherwise the counts of agents that left stay
       lines.push_back(
           {g, rule, rule_certificate, measured, std::isfinite(disorder) ? disorder : 0.0});
     };
@@ -338,7 +338,8 @@ std::vector<RuleLine> Watch::lines() const {
 std::optional<RuleLine> Watch::weakest() const {
   const std::vector<RuleLine> all = lines();
   const auto least = std::ranges::min_element(all, {}, [](const RuleLine& l) {
-    return std::pair(l.report.guaranteed_1_s, !l.report.measured_1_s);  // of equals, one measured
+    // of equal rates, a measured one
+    return std::pair(l.report.guaranteed_1_s, !l.report.measured_1_s);
   });
   return least == all.end() ? std::nullopt : std::optional(*least);
 }

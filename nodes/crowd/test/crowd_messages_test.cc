@@ -1,4 +1,4 @@
-// What a coordinator must not be told, by whomever.
+// Messages that a coordinator must refuse, whoever sends them.
 #include <gtest/gtest.h>
 
 #include <cmath>

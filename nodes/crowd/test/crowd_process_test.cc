@@ -61,7 +61,7 @@ class AgentProcess {
   pid_t pid_;
 };
 
-/// What the crowd says of itself.
+/// Messages of the crowd.
 struct Listener {
   explicit Listener(const TestGraph& graph)
       : peer(graph,

@@ -11,7 +11,8 @@ namespace {
 
 using namespace testing;
 
-/// Of those whom both have: who is on the way between two coordinators is in its handover.
+/// Largest distance between agents that both have: an agent on the way between two coordinators is
+/// in its handover.
 double farthest(const Coordinators& a, const Coordinators& b) {
   const auto left = a.agents(), right = b.agents();
   double most = 0.0;

@@ -9,13 +9,13 @@
 namespace mimesis::synthesizer {
 namespace {
 
-constexpr double kShortestStep = 0.1;  // of the style's: shorter ones only shuffle
+constexpr double kShortestStep = 0.1;  // share of the style's step: shorter ones only shuffle
 constexpr double kTurningStep = 0.15;  // while the goal lies aside
 constexpr double kAhead = 0.4;         // rad: so far aside, steps are whole ...
 constexpr double kAside = 1.2;         // ... and from here as short as kTurningStep
 constexpr double kNearer_m = 0.1;
 constexpr double kNear = 3.0;  // steps
-constexpr double kMiss = 0.7;  // of the tolerance: by so much one may pass the goal
+constexpr double kMiss = 0.7;  // share of the tolerance by which a character may pass the goal
 constexpr double kFollow_1_s = 8.0;
 constexpr double kSameShare = 1e-5;  // some 1e-5 rad at the joints
 

@@ -134,7 +134,7 @@ void MotionSeries::make(const Eigen::Ref<const Eigen::VectorXd>& mean_rad,
     for (Eigen::Index k = 0; k < source_.rows(); ++k) {
       const double w = weight_rad(r, k);
       const double c1 = std::cos(delay_rad(r, k)), s1 = std::sin(delay_rad(r, k));
-      double c = 1.0, s = 0.0;  // of h·φᵣₖ
+      double c = 1.0, s = 0.0;  // cosine and sine of h·φᵣₖ
       sum[0] += w * source_(k, 0);
       for (int h = 1; h <= harmonics_; ++h) {
         const double next = c * c1 - s * s1;

@@ -13,7 +13,7 @@ namespace {
 constexpr double kNear_m = 0.4;  // from here on without turning
 constexpr double kGo_1_s = 0.8, kTurn_1_s = 0.8;
 constexpr double kAhead = 0.2, kAside = 0.8;  // rad: full speed below, none above
-constexpr double kThereShare = 0.4;           // of the tolerance: steps shall end
+constexpr double kThereShare = 0.4;           // share of the tolerance: steps shall end
 constexpr double kFaced_rad = 0.03;
 constexpr double kNearer_m = 0.1;
 constexpr double kStill = 1e-3;

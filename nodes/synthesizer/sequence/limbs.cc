@@ -12,7 +12,7 @@ namespace {
 
 struct TwoLinks {
   Eigen::Vector3d upper, lower;  // unit directions
-  Eigen::Vector3d normal;        // of their plane: straight direction × bend direction
+  Eigen::Vector3d normal;        // normal of their plane: straight direction × bend direction
   double bend_rad;               // between them
   double short_by_m;
 };
@@ -186,8 +186,8 @@ namespace {
 constexpr double kNear = 0.045, kFar = 0.060;   // m
 constexpr double kSlow = 0.70, kFast = 1.00;    // m/s
 constexpr double kSwitch = 0.004;               // m: the other end is lower by so much
-constexpr double kPull = 0.985;                 // of the leg: the foot has to go along
-constexpr double kSoft = 0.978, kMost = 0.999;  // of the leg: a straight knee would snap
+constexpr double kPull = 0.985;                 // share of the leg: the foot has to go along
+constexpr double kSoft = 0.978, kMost = 0.999;  // share of the leg: a straight knee would snap
 constexpr double kFade = 0.10, kSettle = 0.04;  // s
 
 double softly_limited(double stretch) {

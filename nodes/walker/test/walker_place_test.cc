@@ -1,4 +1,4 @@
-// What the node makes of its own place, time and past.
+// Tests of the node's own place, time and past.
 #include <gtest/gtest.h>
 
 #include "nodes/walker/test/node_rig.h"

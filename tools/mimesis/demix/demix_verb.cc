@@ -59,7 +59,7 @@ TrialFiles read_files(const Options& o) {
   return read_trial_files(o.files, o.trials, [&bar](std::size_t done) { bar.at(done); });
 }
 
-/// What the methods cannot do together.
+/// Refuses options that the methods cannot combine.
 void check(const Options& o) {
   if (o.average && !o.sisa.tied) {
     throw ConfigError("--average: needs --tied (free delays have no mean)");

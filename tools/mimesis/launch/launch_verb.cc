@@ -31,7 +31,7 @@ struct Options {
   std::vector<std::string> args;  ///< NAME=VALUE
   std::vector<std::string> sets;  ///< NODE.KEY=VALUE
   std::string graph;              ///< empty: the environment's
-  std::string name;               ///< of the run; empty: made from the time
+  std::string name;               ///< name of the run; empty: made from the time
   bool check = false, dry_run = false, json = false;
   bool keep_running = false;  ///< the result does not end the run
 };

@@ -141,7 +141,7 @@ void Child::send(int signal) const {
 std::optional<Ending> Child::reap() {
   int status = 0;
   if (pid <= 0 || waitpid(pid, &status, WNOHANG) != pid) return std::nullopt;
-  kill(-pid, SIGKILL);  // what it started itself
+  kill(-pid, SIGKILL);  // processes that it started itself
   pid = -1;
   pidfd.reset();
   if (WIFSIGNALED(status)) return Ending{.signal = WTERMSIG(status)};

@@ -337,7 +337,7 @@ class Supervisor {
   Fd signals_ = open_signals();
   Outcome outcome_;
   bool stopping_ = false, done_ = false;
-  std::size_t group_ = 0;  ///< of `groups_`, being stopped
+  std::size_t group_ = 0;  ///< index in `groups_` of the group being stopped
   int interrupts_ = 0;
 };
 

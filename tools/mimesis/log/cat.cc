@@ -134,7 +134,7 @@ class MessagePrinter {
   }
 
   const CatOptions& options_;
-  google::protobuf::LogSilencer silence_;  // what is wrong with a message is told here
+  google::protobuf::LogSilencer silence_;  // errors of a message are reported here
   LogDecoder decoder_;
   std::unordered_map<const log::Channel*, ChannelPrinter> printers_;
   std::set<std::string> found_;
@@ -147,7 +147,7 @@ void to_standard_output(std::string_view text) {
   while (!text.empty()) {
     const ssize_t n = ::write(STDOUT_FILENO, text.data(), text.size());
     if (n < 0 && errno == EINTR) continue;
-    if (n < 0 && errno == EPIPE) throw VerbEnd{"", 0};  // whoever read the pipe has had enough
+    if (n < 0 && errno == EPIPE) throw VerbEnd{"", 0};  // the reader of the pipe has closed it
     if (n < 0) {
       throw VerbEnd{std::string("cannot write to standard output: ") + std::strerror(errno), 1};
     }

@@ -110,7 +110,7 @@ class MessageCheck {
     check_losses();
   }
 
-  struct Tally {  ///< of one kind of finding on one channel
+  struct Tally {  ///< one kind of finding on one channel
     std::uint64_t times = 0, sum = 0;
     std::uint64_t first_offset = 0;
     std::string first;
@@ -245,7 +245,7 @@ class MessageCheck {
       checked_.add(severity, kind, tally.first_offset, "{}: {}, first {}", s.name, what,
                    tally.first);
     };
-    // What the numbers of foreign logs mean is not known.
+    // The meaning of numbers in foreign logs is unknown.
     const Severity numbers = s.ours ? warning : info;
     tell(s.gap, numbers, "seq-gap",
          fmt::format("{} messages are missing in {} gaps", s.gap.sum, s.gap.times));
@@ -320,7 +320,7 @@ class MessageCheck {
   runtime::TypePool types_;  // before the messages that it makes
   std::map<std::uint16_t, std::unique_ptr<google::protobuf::Message>> prototypes_;  ///< by schema
   std::map<std::uint16_t, ChannelState> states_;
-  std::map<std::string, std::string> definitions_;  ///< of schemas, by name
+  std::map<std::string, std::string> definitions_;  ///< definitions of schemas, by name
   std::uint64_t last_time_ = 0;
   Tally disorder_;
   LossCounts losses_;
@@ -371,10 +371,10 @@ class StructureCheck {
   }
 
  private:
-  using Place = std::pair<std::uint64_t, std::uint64_t>;  ///< of a message: log time, offset
-  /// What is known of a chunk from the data.
+  using Place = std::pair<std::uint64_t, std::uint64_t>;  ///< place of a message: log time, offset
+  /// Facts about a chunk from the data.
   struct Facts {
-    log::ChunkIndex index;                                 ///< as it should be
+    log::ChunkIndex index;                                 ///< the index as it should be
     std::map<std::uint16_t, std::vector<Place>> messages;  ///< by channel, while it is open
     bool readable = false;
   };
@@ -486,7 +486,7 @@ class StructureCheck {
           index.channel_id, bad.size(), bad.front().first, bad.front().second);
   }
 
-  /// What comes now no longer belongs to the last chunk.
+  /// The next records no longer belong to the last chunk.
   void leave_chunk() {
     if (open_ == nullptr) return;
     const auto& offsets = open_->index.message_index_offsets;
@@ -609,7 +609,7 @@ class StructureCheck {
   CheckedLog& checked_;
   log::Window window_;
   log::Decompressor decompressor_;
-  std::uint64_t at_ = log::kMagic.size();  ///< of the current record
+  std::uint64_t at_ = log::kMagic.size();  ///< position of the current record
   std::uint64_t length_ = 0;               ///< with its head
 
   std::map<std::uint64_t, Facts> chunks_;  ///< by offset
@@ -619,7 +619,7 @@ class StructureCheck {
   bool any_chunk_index_ = false;
   Indexed attachments_{"attachment", "attachment"}, metadata_{"metadata", "metadata record"};
   std::optional<std::uint64_t> data_end_;  ///< behind it
-  std::map<Opcode, Group> groups_;         ///< of the summary
+  std::map<Opcode, Group> groups_;         ///< groups of the summary
   std::vector<std::pair<std::uint64_t, log::SummaryOffset>> offsets_;
 };
 
@@ -672,7 +672,7 @@ int check_files(const std::vector<std::string>& paths, bool json) {
 }  // namespace
 
 CheckedLog check_log(const std::string& path, const log::Source& source, Sequences& sequences) {
-  const google::protobuf::LogSilencer silence;  // what is wrong with a schema is told here
+  const google::protobuf::LogSilencer silence;  // errors of a schema are reported here
   CheckedLog checked{path, source.size()};
   Progress progress("check", 2 * source.size());
   if (MessageCheck(source, sequences, checked).run(progress)) {

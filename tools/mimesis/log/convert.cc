@@ -30,7 +30,7 @@ namespace {
 
 constexpr std::uint32_t kErrorFlag = 0x20000000;  // as in linux/can.h
 constexpr std::uint32_t kErrorMask = 0x1fffffff;
-constexpr std::size_t kLongestBus = 15;  // as the kernel has it
+constexpr std::size_t kLongestBus = 15;  // the kernel's limit
 constexpr std::size_t kClassicLength = 8, kFdLength = 64;
 constexpr std::uint64_t kNanosecondsPerSecond = 1'000'000'000;
 
@@ -106,7 +106,7 @@ void set_id(std::string_view text, v1::CanFrame& frame) {
   frame.set_id(*id & kErrorMask);
 }
 
-/// What stands behind "#" of a classic frame: data and "_E" for a raw length code, or "R4".
+/// Reads the text after "#" of a classic frame: data and "_E" for a raw length code, or "R4".
 void set_classic(std::string_view text, v1::CanFrame& frame) {
   const std::size_t underscore = text.find('_');
   if (underscore != text.npos) {
@@ -230,7 +230,7 @@ void each_line(const log::Source& source, const Take& take) {
     if (!ahead) throw ConfigError(ahead.error().reason);
     if (ahead->empty()) return;
     const std::size_t end = std::min(ahead->find('\n'), ahead->size());
-    const bool line_end = end < ahead->size();  // else the last line, or one that is too long
+    const bool line_end = end < ahead->size();  // otherwise the last line, or one that is too long
     take(number, ahead->substr(0, end));
     if (line_end) ++number;
     offset += end + (line_end ? 1 : 0);

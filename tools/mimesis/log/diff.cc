@@ -51,7 +51,7 @@ struct DiffStream {
   const DiffRules* rules = nullptr;
   bool in_a = false, in_b = false;
   std::uint64_t read[2] = {0, 0};
-  std::deque<HeldMessage> waiting[2];  ///< of the log that is ahead
+  std::deque<HeldMessage> waiting[2];  ///< messages of the log that is ahead
 };
 
 /// Topic, node, and how often that node had been started before: the ids of its starts differ
@@ -282,7 +282,7 @@ int compare_files(const std::string& path_a, const std::string& path_b, const Di
 
 std::map<std::string, DiffRules> diff_rules(const DiffOptions& options, const OpenLog& a,
                                             const OpenLog& b) {
-  std::map<std::string, DiffRules> rules;  // of every topic
+  std::map<std::string, DiffRules> rules;  // rules of every topic
   std::multimap<std::string, const google::protobuf::Descriptor*> types;
   std::vector<std::string> topics;
   LogDecoder decoder;

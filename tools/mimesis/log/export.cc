@@ -217,7 +217,7 @@ class CsvWriter {
     RowJoin join;
   };
 
-  /// What is wrong with the fields is said before anything is read.
+  /// Reports errors in the fields before anything is read.
   void check(TopicTable& table) {
     std::set<std::string> nodes;
     for (const OpenChannel& c : channels_of(logs_)) {
@@ -299,9 +299,9 @@ constexpr std::uint32_t kLargestSide = 16384;
 /// luminance and V.
 struct PixelLayout {
   std::string_view name;
-  std::uint32_t bytes;  ///< of a group
+  std::uint32_t bytes;  ///< bytes of a group
   int at[4];
-  std::uint32_t pixels = 1;  ///< of a group; 2: YUV
+  std::uint32_t pixels = 1;  ///< pixels of a group; 2: YUV
 };
 constexpr PixelLayout kLayouts[] = {
     {"bgr8", 3, {0, 1, 2}},       {"8UC3", 3, {0, 1, 2}},
@@ -428,7 +428,7 @@ tl::expected<image::Image, Status> raw_image(const foxglove::RawImage& raw) {
   const auto* data = reinterpret_cast<const std::uint8_t*>(raw.data().data());
   for (std::uint64_t v = 0; v < height; ++v) {
     const std::uint8_t* row = data + step * v;
-    const std::uint8_t* uv = data + step * (height + v / 2);  // of nv12
+    const std::uint8_t* uv = data + step * (height + v / 2);  // plane of nv12
     for (std::uint64_t u = 0; u < width; ++u) {
       std::uint8_t* to = out.at(static_cast<int>(u), static_cast<int>(v));
       if (nv12) {

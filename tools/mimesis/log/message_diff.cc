@@ -58,7 +58,8 @@ struct FieldValue {
 
   std::string text() const { return shortened(field_text(message, field, index)); }
   double number() const { return field_number(message, field, index); }
-  /// Of any width, without loss: long double has at least 64 bits of mantissa where we run.
+  /// Integer of any width, without loss: long double has at least 64 bits of mantissa on our
+  /// platforms.
   long double integer() const {
     static_assert(std::numeric_limits<long double>::digits >= 64);
     return with_field_value(message, field, index, [](const auto& v) {

@@ -22,7 +22,7 @@ namespace {
 
 constexpr double kLatest_s = 1e10;  // 300 years: no time in a log is later
 constexpr std::uint64_t kSecond_ns = 1'000'000'000;
-constexpr const char* kTotal = "total";  // of loss counts
+constexpr const char* kTotal = "total";  // key of the total in loss counts
 
 std::string metadata_value(const log::Channel& channel, const std::string& key) {
   const auto it = channel.metadata.find(key);

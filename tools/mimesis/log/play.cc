@@ -45,7 +45,7 @@ struct PlayOptions {
   std::vector<std::string> files;
   TopicOptions topics;
   std::vector<std::string> remaps;
-  PlaybackOptions playback;  ///< of these
+  PlaybackOptions playback;  ///< options of the player
   PlayAheadLimits ahead;
   double read_ahead_mb = 0.0;   ///< 0: as `ahead` says
   std::string name = "player";  ///< in the graph
@@ -125,7 +125,7 @@ class PlayOutput {
     clock_->send(message, log_time);
   }
   bool clock() const { return clock_ != nullptr; }
-  std::uint64_t bytes() const { return bytes_; }  ///< of payloads sent
+  std::uint64_t bytes() const { return bytes_; }  ///< size of the payloads sent
 
  private:
   static constexpr std::string_view kPort = "time";
@@ -469,7 +469,7 @@ class PacedPlayer {
                  if (!request.ParseFromString(bytes)) {
                    return tl::unexpected(Status{"not a " + Request::descriptor()->full_name()});
                  }
-                 ring();  // what is due may be otherwise then
+                 ring();  // the next due message may be another one then
                  try {
                    act(request);
                  } catch (const Refusal& refusal) {

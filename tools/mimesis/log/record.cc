@@ -43,7 +43,7 @@ struct RecordOptions {
   std::vector<std::string> topics;
   std::string regex, exclude, output;
   std::string compression = "zstd";
-  double duration_s = 0.0;          ///< of wall time; 0: until stopped
+  double duration_s = 0.0;          ///< duration in wall time; 0: until stopped
   std::vector<std::string> attach;  ///< files that are stored in the log
   SplitOptions split;               ///< not together with snapshots
   SnapshotOptions snapshot;

@@ -129,7 +129,7 @@ class ReplayGraph {
 
   TemporaryFolder folder_;  ///< for the run's own logs
   std::string graph_;
-  std::string directory_;  ///< of the graph's sockets
+  std::string directory_;  ///< directory of the graph's sockets
   std::optional<runtime::Tap> tap_;
   OwnProcess launch_;
 };

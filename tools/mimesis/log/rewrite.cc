@@ -24,7 +24,7 @@ using nlohmann::ordered_json;
 
 // --- filter
 
-constexpr std::string_view kStart = "/start";  // of a node: v1.NodeStart
+constexpr std::string_view kStart = "/start";  // topic of a node with v1.NodeStart
 
 /// "TOPIC=X" -> TOPIC, X; "X" -> "", X.
 std::pair<std::string, std::string> topic_and_number(const std::string& text) {
@@ -66,7 +66,7 @@ void write_latched(const std::vector<OpenLog>& logs, const log::Selection& selec
     log::Message message;
     std::string data;
   };
-  std::vector<Last> last;  // of each topic and node
+  std::vector<Last> last;  // last message of each topic and node
   log::MergedReader reader =
       merged(logs, {[&](const log::Channel& channel) {
                       return is_latched(channel) && selection.channel(channel);
@@ -85,7 +85,7 @@ void write_latched(const std::vector<OpenLog>& logs, const log::Selection& selec
   }
 }
 
-/// What the recorder said about losses, for the part that is kept.
+/// The recorder's counts of losses, for the part that is kept.
 class KeptLosses {
  public:
   explicit KeptLosses(const std::vector<OpenLog>& logs) : recorded_(read_losses(logs)) {}
@@ -173,7 +173,7 @@ std::vector<std::int64_t> offsets_ns(const MergeOptions& options) {
 // --- sort
 
 constexpr std::uint64_t kHeldPerMessage = 64;  // held besides its payload [bytes]
-constexpr std::size_t kRunChunk = 64 * 1024;   // of a run that is read back [bytes]
+constexpr std::size_t kRunChunk = 64 * 1024;   // size of a run that is read back [bytes]
 
 /// A log cut into runs of messages that fit into memory, each sorted: logs beside the output.
 class SortedRuns {
@@ -314,7 +314,7 @@ class Recovery {
       RecoveredTopic& topic = result_.topics[id];
       topic.expected = count;
       result_.lost |= topic.messages != count;
-      if (!topic.topic.empty()) continue;  // else: not one message could be read
+      if (!topic.topic.empty()) continue;  // otherwise no message could be read
       const auto channel = summary_.channels.find(id);
       name(topic, id, channel == summary_.channels.end() ? nullptr : &channel->second);
     }

@@ -30,7 +30,7 @@ namespace {
 /// The layers to draw.
 struct ViewLayers {
   bool robot = false, fields = false, roadmap = false, table = false;
-  bool all = false;  ///< of these, whatever the log has the topics for
+  bool all = false;  ///< all drawings that the log has the topics for
 };
 
 /// Announcements of the nodes of a log at their start, by name.
@@ -97,7 +97,7 @@ std::optional<std::string> robot_in(const v1::NodeStart& start) {
 
 /// The arm that `node` moves: its parameter `robot`, else the planner's.
 kin::ArmModel arm_of(const Setups& setups, const std::string& node) {
-  constexpr const char* kDefaultRobot = "lwr4.yaml";  // as the planner's
+  constexpr const char* kDefaultRobot = "lwr4.yaml";  // the planner's default
   std::optional<std::string> file;
   if (const auto it = setups.find(node); it != setups.end()) file = robot_in(it->second);
   if (!file) file = robot_in(planner_of(setups));

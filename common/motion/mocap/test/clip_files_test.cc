@@ -123,7 +123,7 @@ struct Expected {
   const char* file;
   long frames;
   double rate_hz;
-  Vector3d travel_m;  // of the root, roughly; x forward
+  Vector3d travel_m;  // travel of the root, roughly; x forward
 };
 
 TEST(ClipFiles, RecordingsOfThreeSourcesAreReadAsTheyAre) {

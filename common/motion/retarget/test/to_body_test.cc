@@ -69,7 +69,7 @@ TEST(ToBody, ABodyOfTheSameShapeMovesTheSame) {
   for (const double by : {1.0, 0.6}) {
     const BodyMotion motion = retarget(walk, scaled(walk.body, by));
     EXPECT_NEAR(motion.scale, by, 1e-12);
-    // What remains is what the feet had to be held back and lifted
+    // the remaining difference: feet are held back and lifted
     EXPECT_LT((motion.clip.angles_rad - walk.angles_rad).norm(),
               0.5 * (walk.angles_rad - raw.angles_rad).norm());
     EXPECT_NEAR(motion.clip.root_position_W_m(0, 150), by * walk.root_position_W_m(0, 150), 1e-12);
@@ -120,7 +120,7 @@ TEST(ToBody, FeetOfAnotherFigureStandStill) {
     }
   }
   EXPECT_LT(worst, 1e-9);
-  // and nothing jumps: no joint turns faster than 12 rad/s
+  // no joint jumps: none turns faster than 12 rad/s
   const Eigen::MatrixXd& q = motion.clip.angles_rad;
   EXPECT_LT((q.rightCols(199) - q.leftCols(199)).cwiseAbs().maxCoeff() * 100.0, 12.0);
 }

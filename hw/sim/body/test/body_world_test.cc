@@ -276,7 +276,7 @@ TEST_P(Plants, APullIsInTheLoadOfTheArm) {
   EXPECT_NEAR(world.sensors().torque[elbow], expected, 0.05);
 }
 
-/// The same bits, whatever else this process simulates.
+/// Equal bits, whatever else this process simulates.
 TEST_P(Plants, AreDeterministicAndApart) {
   const TestRobot robot = test_robot();
   const BodyOptions options{.plant = GetParam(), .seed = 7, .encoder_noise_rad = 1e-4};

@@ -89,7 +89,7 @@ TEST_F(InAWorld, OnlyALongFollowingErrorIsAFault) {
   enable();
   for (int k = 0; k < 3; ++k) {
     measure(0.18);
-    pass(40ms);  // of 50
+    pass(40ms);  // 40 of the 50 ms
     EXPECT_EQ(drive.state(), DriveState::operation_enabled);
     measure(0.25);
     pass(1ms);

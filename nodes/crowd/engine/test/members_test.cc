@@ -45,7 +45,7 @@ Rules all_rules(Topology topology) {
   return rules;
 }
 
-/// What two coordinators tell each other before each step.
+/// Messages between two coordinators before each step.
 void exchange(Crowd& a, Crowd& b) {
   const GroupSums of_a = a.sums(0), of_b = b.sums(0);
   a.set_outside(0, of_b);

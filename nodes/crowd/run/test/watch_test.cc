@@ -43,7 +43,7 @@ const RuleLine* line(const std::vector<RuleLine>& lines, Rule rule) {
   return nullptr;
 }
 
-/// Who sways by some millimetres keeps its distances no better than that.
+/// A body that sways by some millimetres keeps its distances no better than that.
 TEST(Watch, RatesOfBodiesAreMeasuredUntilTheirGroupIsFormed) {
   Scenario s = scenario({squad("a", 6, Topology::all_to_all)});
   s.groups[0].start.phase = PhaseStart::equal;

@@ -62,7 +62,7 @@ TEST(RootMotion, TheSupportingPointRestsInTheWorld) {  // whatever the figure do
 
 /// Largest change of a velocity from one step to the next, at 200 Hz.
 struct Changes {
-  double velocity_m_s = 0.0, yaw_rad_s = 0.0;  ///< as moved
+  double velocity_m_s = 0.0, yaw_rad_s = 0.0;  ///< velocities as moved
   double travelled_m = 0.0;
 };
 Changes changes(const motion::MotionModel& model) {

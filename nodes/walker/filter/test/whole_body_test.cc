@@ -79,7 +79,7 @@ TEST(WholeBody, WalksAsPlanned) {
 TEST(WholeBody, LegsReachTheLongestStepsOfTheDrawerTask) {
   const robot::Biped biped = robot::hrp2_like();
   GaitSettings gait = gait_settings(biped);
-  gait.com_height_m = 0.807;  // of models/biped.yaml
+  gait.com_height_m = 0.807;  // height of models/biped.yaml
   LinearMpc pattern(gait);
   pattern.reset(stance(biped));
   WholeBody body(biped, gait.com_height_m);

@@ -173,7 +173,7 @@ TEST_F(StabilizerTest, StepIsAdjustedAndThePatternFollowsWithoutAJump) {
             2e-3);
 }
 
-/// What encoders say of legs that are shorter than their set-points is made up for.
+/// Encoders that show shorter legs than the set-points are compensated.
 TEST_F(StabilizerTest, LegsThatGiveWayAreMadeLonger) {
   settings.leg_give_share = 0.5;
   Stabilizer stabilizer(biped, gait, settings);

@@ -206,7 +206,7 @@ TEST(Stack, ReachesWithAHandWhileAFootMoves) {
     const Eigen::Vector3d wished = reach(Reference(biped), 3.5).hand[kRight].p_W_m;
     EXPECT_LT((kinematics.X_WL(biped.hand[kRight]).translation() - wished).norm(), 1e-3)
         << biped.tree.name();
-    // And back to the posture when the hand is let go.
+    // The arm returns to the posture when the hand is released.
     const Trial back = trial_of(biped, 8.0, reach);
     EXPECT_LT(back.sharpest_rad_s, 1.0) << biped.tree.name();
     for (const int dof : biped.upper_body) {
@@ -217,7 +217,7 @@ TEST(Stack, ReachesWithAHandWhileAFootMoves) {
 
 }  // namespace
 
-// What limits of joints and legs leave of the goals.
+// Goals under limits of joints and legs.
 namespace {
 
 TEST(Stack, KeepsTheUpperBodyWithinItsLimitsAndTheFeetWhereTheyAre) {
@@ -368,7 +368,7 @@ TEST(Stack, BringsJointsBackFromBeyondTheirLimits) {
 
 namespace {
 
-constexpr double kDt = 0.005, kKnee = 0.01;  // what knees may go within a tick [rad]
+constexpr double kDt = 0.005, kKnee = 0.01;  // largest motion of the knees within a tick [rad]
 
 /// A robot that sits half with its knees bent by so much more or less.
 class LegRoomTest : public ::testing::TestWithParam<robot::Biped> {

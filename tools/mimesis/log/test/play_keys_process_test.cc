@@ -119,7 +119,7 @@ class LogPlayKeys : public ::testing::Test {
 TEST_F(LogPlayKeys, DoWhatTheHelpSays) {
   PlayerOnTerminal player(file_, {"--paused"});
   EXPECT_TRUE(player.shows("0.0 / 900.0 s"));
-  EXPECT_TRUE(player.shows("PAUSED\r"));  // and waits for nothing but keys
+  EXPECT_TRUE(player.shows("PAUSED\r"));  // the player waits only for keys
   EXPECT_FALSE(player.cooked());
   player.type("ss");
   EXPECT_TRUE(player.shows("100.0 / 900.0 s"));

@@ -141,7 +141,7 @@ TEST_P(PlayAheadOf, DeliversAllInOrderAndAgainAfterASeek) {
     EXPECT_EQ(expected, 5000U);
     EXPECT_EQ(ahead.front(), nullptr);
   }
-  ahead.seek(0);  // and goes away in the middle of it
+  ahead.seek(0);  // seeks while reading
 }
 
 INSTANTIATE_TEST_SUITE_P(

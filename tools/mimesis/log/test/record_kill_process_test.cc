@@ -28,7 +28,7 @@ struct Stream {
   runtime::Out<v1::Publication> out;
   std::string topic;
   std::size_t size;
-  std::vector<Clock::time_point> times;  ///< of seq 1, 2, ...
+  std::vector<Clock::time_point> times;  ///< times of seq 1, 2, ...
 };
 
 /// 2000 small messages a second: chunks are closed by time. Heavy: with 1000 of 4 kB and 30 of 300

@@ -1,4 +1,4 @@
-// What a log tells of a node's steps, and what it does not.
+// Steps of a node in a log, and missing ones.
 #include <random>
 
 #include "tools/mimesis/log/replay_log.h"

@@ -24,7 +24,7 @@ using testing::TestNode;
 namespace fs = std::filesystem;
 
 constexpr const char* kCounter = MIMESIS_COUNTER;
-constexpr std::uint64_t kSteps = 50;  // of node `a` at least
+constexpr std::uint64_t kSteps = 50;  // least number of steps of node `a`
 
 bool has_recorder(const TestGraph& graph) {
   for (const auto& node : runtime::GraphView(graph.name()).nodes()) {

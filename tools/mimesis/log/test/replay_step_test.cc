@@ -53,7 +53,7 @@ class Comparison : public ::testing::Test {
     missing_ = comparison.missing();
     return found;
   }
-  /// Of the only difference.
+  /// Text of the only difference.
   std::string what(double tolerance = 0.0) {
     const auto found = compare(tolerance);
     EXPECT_EQ(found.size(), 1U);

@@ -99,7 +99,7 @@ TEST_F(LogView, KeepsEveryMessageAndPutsDrawingsBesideThem) {
       continue;
     }
     EXPECT_EQ(entry.sequence, static_cast<std::uint32_t>(++drawn[entry.topic]));
-    EXPECT_EQ(entry.publish_time, entry.log_time);  // as the messages they show
+    EXPECT_EQ(entry.publish_time, entry.log_time);  // times of the messages they show
   }
   const std::vector<Entry> before = entries(in_);
   ASSERT_EQ(kept.size(), before.size());

@@ -1,4 +1,4 @@
-// What `mimesis log view` draws, against closed forms.
+// Drawings of `mimesis log view`, against closed forms.
 #include <gtest/gtest.h>
 
 #include <cmath>
