@@ -10,7 +10,7 @@
 # mimesis_test(NAME SOURCES ... [LINK ...] [LABEL unit|node|launch|...] [TIMEOUT s])
 # mimesis_benchmark(SUBJECT SOURCES ... [LINK ...])    build/bench/bench_SUBJECT
 
-# What runs on a robot or in a demo: everything but tests and benchmarks.
+# Programs for a robot or a demo: everything but tests and benchmarks.
 add_custom_target(programs)
 
 # Precompiled headers of this tree (MimesisTargets.cmake); a target with other options than theirs sets

@@ -30,9 +30,9 @@ class ServiceError(Exception):
 @dataclasses.dataclass(frozen=True)
 class Received:
     topic: str
-    message: typing.Any  # of the type that the publisher announced
+    message: typing.Any  # has the type that the publisher announced
     stamp_ns: int  # graph time of the content
-    seq: int  # of this publisher and topic, from 1, without gaps
+    seq: int  # number within this publisher and topic, from 1, without gaps
     source: str  # name of the publishing node
 
 
