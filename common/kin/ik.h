@@ -30,8 +30,8 @@ struct IkOptions {
 
 /// Solves for `goal` from posture `start` (n, [rad]), within the joint limits. Levenberg-Marquardt
 /// with the damping of Sugihara (IEEE T-RO 27(5), 2011, eq. 20): Δq = (JᵀJ + (½eᵀe + w̄)I)⁻¹ Jᵀe, e
-/// in m and rad, which needs no line search and no care near singularities. Nothing if it does not
-/// converge: unreachable, or a bad start.
+/// in m and rad, which needs no line search and no special case near singularities. Empty if it
+/// does not converge: unreachable, or a bad start.
 std::optional<Eigen::VectorXd> solve_ik(const ArmModel& arm, const IkGoal& goal,
                                         const Eigen::Ref<const Eigen::VectorXd>& start,
                                         const IkOptions& options = {});

@@ -16,7 +16,7 @@ inline constexpr int kZstdLevel = 1;  ///< eight times as fast as lz4 at its lev
 
 /// Name in a file ("" for none).
 std::string_view wire_name(Compression compression);
-/// Inverse; "none" is also understood. Nothing for an unknown name.
+/// Inverse; "none" is also accepted. Empty for an unknown name.
 std::optional<Compression> parse_compression(std::string_view name);
 
 /// Compresses whole buffers; keeps its context and buffer between calls.

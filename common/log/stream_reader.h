@@ -15,9 +15,9 @@
 namespace mimesis::log {
 
 /// Reads a log from front to back. Every sum in the file is checked: a chunk that fails is skipped
-/// whole, never delivered in part. After a record that cannot be, reading goes on at the next chunk
-/// that can be. Of a chunk whose end is missing at the end of the file those messages are delivered
-/// that are whole; that their sum could not be checked is told as a damage.
+/// whole, never delivered in part. After an impossible record reading continues at the next
+/// possible chunk. From a chunk whose end is missing at the end of the file the whole messages are
+/// delivered; a damage reports that their sum could not be checked.
 ///
 /// Two threads read, sum and unpack ahead in all but small files. Memory is bounded by the records
 /// and chunks on their way: 64 MiB, or one larger record or chunk within the limits; and the

@@ -13,11 +13,11 @@
 
 namespace mimesis::runtime {
 
-/// Decides in lock-step who steps when and what the step sees. Time stands still until every
-/// participant has joined; then it advances to the earliest due time, all nodes due then step in
-/// parallel, and only when all have reported does it go on. What was published at time t is visible
-/// to steps after t, in the order (t, name of the publisher, publication): a function of the nodes
-/// alone, whatever the machine's speed. Pure: no sockets, no clock.
+/// Decides in lock-step which node steps when, and which messages the step sees. Time stands still
+/// until every participant has joined; then it advances to the earliest due time, all nodes due
+/// then step in parallel, and only when all have reported does it go on. Messages published at time
+/// t are visible to steps after t, in the order (t, name of the publisher, publication): a function
+/// of the nodes alone, whatever the machine's speed. Pure: no sockets, no clock.
 class Conductor {
  public:
   /// @param participants  names of the nodes without which time does not begin

@@ -31,7 +31,7 @@ struct WireMessage {
 std::string encode_frame(std::string_view topic, const WireHeader& header);
 /// Overwrites the header in a frame of encode_frame: no allocation per message.
 void rewrite_header(std::string& frame, const WireHeader& header);
-/// Nothing if `frame` is not what encode_frame makes (any bytes are safe to pass).
+/// Empty if `frame` is not a result of encode_frame (any bytes are safe to pass).
 std::optional<WireMessage> decode_frame(std::string_view frame);
 
 /// Exactly `message.ByteSizeLong()` bytes, asked before; maps in sorted order, so that equal runs

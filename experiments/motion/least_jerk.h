@@ -25,7 +25,8 @@ class LeastJerkTransition {
   void prepare(const MotionParameters& previous, const MotionParameters& next);
 
   /// The parameters at a phase in [−βπ, βπ] after prepare(): the means are the joint angles, the
-  /// weights are 0. Whoever plays parameters plays this. Does not allocate if `out` has the size.
+  /// weights are 0. Every player of parameters can play this. Does not allocate if `out` has the
+  /// size.
   void at(double phase_rad, MotionParameters& out) const;
 
   double duration_s() const { return duration_s_; }  ///< duration of the interval

@@ -34,8 +34,7 @@ struct Counters {
   std::uint64_t errors = 0;    ///< frames not taken, and error frames
 };
 
-/// Moves frames, knows nothing of their meaning. Whoever is on the bus receives every frame but its
-/// own.
+/// Moves frames, knows nothing of their meaning. Every participant receives all frames but its own.
 class Bus {
  public:
   virtual ~Bus() = default;

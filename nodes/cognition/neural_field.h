@@ -75,7 +75,7 @@ extern template class NeuralField<double>;
 /// Both rules act between the active populations only, u > local_above: the text requires that a
 /// pattern leaves the synapses of the other patterns as they are, while eq. 2.3 alone would let
 /// them decay. The weights are dense; rows outside the learned span of a column are exact zeros and
-/// are skipped, which changes no bit of the result. Nothing allocates after construction.
+/// are skipped, which changes no bit of the result. No allocation after construction.
 template <class Real>
 class Link {
  public:

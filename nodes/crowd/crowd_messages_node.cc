@@ -59,7 +59,7 @@ bool possible(const v1::CrowdTraveller& t, const Group& group) {
          (!on_route || t.leg() < group.goals.position_m.size() / 2);
 }
 
-/// Nothing for "not a number": ports take none.
+/// Empty for "not a number": ports accept none.
 double or_none(bool has, double value) { return has ? value : AgentState::kNone; }
 
 using model::Rgba;

@@ -16,10 +16,9 @@
 
 namespace mimesis::planner {
 
-/// Messages <-> the planner's own types. Nothing: not settled, or a part of the decision is
-/// unknown.
+/// Messages <-> the planner's own types. Empty: not settled, or a part of the decision is unknown.
 std::optional<DecidedTask> to_decided(const v1::Decision& decision);
-/// Nothing if the number of joints is not `dof`.
+/// Empty if the number of joints is not `dof`.
 std::optional<ArmReading> to_reading(const v1::JointState& state, int dof);
 HandReading to_reading(const v1::HandState& state);
 

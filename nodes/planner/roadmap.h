@@ -14,7 +14,7 @@ namespace mimesis::planner {
 /// drawn from `seed`: even coverage at any count, another set for another seed. Columns are points.
 Eigen::MatrixXd halton(int n, int count, std::uint64_t seed);
 
-/// Those points, scaled to [lo, hi] per coordinate.
+/// The points of halton(), scaled to [lo, hi] per coordinate.
 Eigen::MatrixXd sample_box(const Eigen::VectorXd& lo, const Eigen::VectorXd& hi, int count,
                            std::uint64_t seed);
 
@@ -66,8 +66,8 @@ struct Roadmap {
   std::vector<double> inhibited_share;  ///< per iteration of the off-line refinement [1]
 };
 
-/// Samples, adds `more` postures (columns; from inverse kinematics), refines against what `checker`
-/// knows, connects. The same arguments give the same bits.
+/// Samples, adds `more` postures (columns; from inverse kinematics), refines against the obstacles
+/// of `checker`, connects. Equal arguments give equal bits.
 Roadmap build_roadmap(CollisionChecker& checker, const Eigen::MatrixXd& more,
                       const RoadmapSettings& settings);
 

@@ -16,8 +16,8 @@ namespace mimesis::planner {
 
 /// Joint path along which the hand moves on the straight line from where it is at `start` to
 /// `goal`, a posture every `step_m`, with goal.axes kept all the way. Each posture is the inverse
-/// kinematics from the one before. Nothing if there is a joint limit or a singularity in the way.
-/// Knows nothing of obstacles.
+/// kinematics from the one before. Empty if there is a joint limit or a singularity in the way.
+/// Ignores obstacles.
 std::optional<std::vector<Eigen::VectorXd>> straight_way(const kin::ArmModel& arm,
                                                          const Eigen::VectorXd& start,
                                                          const kin::IkGoal& goal, double step_m);
@@ -51,7 +51,7 @@ std::vector<kin::Ball> cylinder_balls(const Eigen::Vector3d& center, double radi
                                       double height_m);
 
 /// Which ball or box of the table an upright cylinder at `center` would be in, in words; standing
-/// on a box is allowed. Nothing if its place is free.
+/// on a box is allowed. Empty if its place is free.
 std::optional<std::string> place_blocked(const kin::Table& table, const Eigen::Vector3d& center);
 
 /// Boxes that close the plane of the bridge except for the decided passage: `above` leaves open

@@ -61,7 +61,7 @@ struct Palm {
 };
 
 /// Finds the hand at the end of an arm: along the blob's major axis, at the end that points towards
-/// `reach`, the part within `length_px` of the foremost pixel. Nothing if no pixel is there.
+/// `reach`, the part within `length_px` of the foremost pixel. Empty if no pixel is there.
 /// @param reach     direction in the picture away from the teacher's body
 std::optional<Palm> find_palm(std::span<const Run> runs, const Blob& blob,
                               const Eigen::Vector2d& reach, double length_px);

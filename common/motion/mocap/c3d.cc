@@ -19,7 +19,7 @@
 namespace mimesis::mocap {
 namespace {
 
-/// Numbers of a C3D file at byte offsets. Who reads has seen to it that they are inside.
+/// Numbers of a C3D file at byte offsets. The caller has checked that the offsets are inside.
 struct C3dWords {
   std::span<const std::byte> bytes;
   C3dProcessor processor = C3dProcessor::kIntel;

@@ -12,8 +12,8 @@
 
 namespace mimesis::mocap {
 
-/// Motion files are y up, facing +z, left +x; the house is z up, facing +x, left +y. So the axes
-/// permute, (x, y, z)_house = (z, x, y)_file, for points, axes and axis-angle vectors alike.
+/// Motion files are y up, facing +z, left +x; this project is z up, facing +x, left +y. So the axes
+/// permute, (x, y, z)_project = (z, x, y)_file, for points, axes and axis-angle vectors alike.
 inline Eigen::Vector3d from_file_axes(const Eigen::Vector3d& v) { return {v.z(), v.x(), v.y()}; }
 inline Eigen::Vector3d to_file_axes(const Eigen::Vector3d& v) { return {v.y(), v.z(), v.x()}; }
 /// 0, 1, 2 = x, y, z of the file -> the same axis in the house.
@@ -48,7 +48,7 @@ void put_rotation(Matrix& rotation_rad, Eigen::Index joint, Eigen::Index frame,
 void check_clip_size(const std::string& file, std::size_t file_bytes, std::size_t joints,
                      std::size_t frames);
 
-/// Nobody is as large or goes as far as 10 km: such lengths overflow what is computed from them.
+/// No person is as large or goes as far as 10 km: such lengths overflow in later computations.
 /// @throws ConfigError
 void check_lengths(const std::string& file, const Clip& clip);
 

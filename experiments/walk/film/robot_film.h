@@ -12,8 +12,8 @@ namespace mimesis::film {
 using synthesizer::Colour;
 using synthesizer::FilmFrame;
 
-/// A robot's links as its URDF draws them: boxes, balls and cylinders. What a file draws with
-/// meshes becomes rods between the joints, and soles of the biped's size.
+/// A robot's links as its URDF draws them: boxes, balls and cylinders. Meshes of a file become rods
+/// between the joints, and soles of the biped's size.
 class RobotFigure {
  public:
   /// @throws ConfigError if the URDF cannot be read

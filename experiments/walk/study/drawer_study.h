@@ -128,7 +128,7 @@ class DrawerStudy {
   /// walks of novel_goals(): timing and start of naive ones
   const std::vector<Recording>& walks();
   Outcome played(const JointTrack& track) const;  ///< with kOwn feedback
-  /// Those of `numbers` that are not known yet are computed, on all processors.
+  /// Computes the missing ones of `numbers`, on all processors.
   template <class Run>
   Outcomes known_or(const std::string& experiment, const std::vector<std::size_t>& numbers,
                     const Run& run);

@@ -40,7 +40,7 @@ enum class Feedback {
 };
 
 /// Plays angles on the springs plant until the robot falls or they end, with the delays and gains
-/// of launched_walker(). Of the result: figures and fell_at_s. Deterministic.
+/// of launched_walker(). Sets figures and fell_at_s of the result. Deterministic.
 TrialResult play(const Robot& robot, const JointTrack& track, Feedback feedback);
 
 }  // namespace mimesis::walk

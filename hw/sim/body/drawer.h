@@ -36,7 +36,7 @@ struct DrawerNow {
   bool taken = false;  ///< the right hand has the object
 };
 
-/// The hands near it. What a hand is not told to grip it does not, and lets go.
+/// The hands near it. A hand grips only when told to, and otherwise lets go.
 struct DrawerHands {
   std::array<Eigen::Vector3d, 2> p_W_m{Eigen::Vector3d::Zero(),
                                        Eigen::Vector3d::Zero()};  ///< left, right

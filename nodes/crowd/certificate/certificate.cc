@@ -341,11 +341,11 @@ double way_m(const RuleCertificate& c, const LengthRule& rule, int n, double err
     const double linear = std::min(apart, limit / (m * n));
     return (apart - linear) / limit + std::log(std::max(1.0, linear / tolerance)) / (m * n);
   }
-  // V = xᵀLx/2, √V a norm, so at most that of the start and that of the shift. With e = L x,
-  // dV/ds = −Σ |eᵢ| min(m |eᵢ|, limit) <= −‖e‖ min(m ‖e‖, limit): where somebody is clamped,
-  // E = √(Σ eᵢ²) of those who are is limit/m or more, and E limit + m r² >= limit √(E² + r²) with r
-  // that of the others. As ‖e‖² >= 2 λ⁺ V, √V falls by limit √(λ⁺/2) per way at least, and once
-  // √(2 λ⁺ V) <= limit/m as exp(−m λ⁺ s). Then ‖x‖ <= √(2 V/λ⁺).
+  // V = xᵀLx/2, √V a norm, so at most that of the start and that of the shift. With e = L x, dV/ds
+  // = −Σ |eᵢ| min(m |eᵢ|, limit) <= −‖e‖ min(m ‖e‖, limit): where agents are clamped, E = √(Σ eᵢ²)
+  // over them is limit/m or more, and E limit + m r² >= limit √(E² + r²) with r the root over the
+  // others. As ‖e‖² >= 2 λ⁺ V, √V falls by limit √(λ⁺/2) per way at least, and once √(2 λ⁺ V) <=
+  // limit/m as exp(−m λ⁺ s). Then ‖x‖ <= √(2 V/λ⁺).
   const double begin =
       begin_of(c, rule, n, error, ahead) + std::sqrt(c.extremes.most * n / 8.0) * shift;
   const double linear = std::min(begin, limit / m / std::sqrt(2.0 * c.extremes.least));

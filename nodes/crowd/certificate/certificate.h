@@ -70,9 +70,9 @@ Certificate certify(const Rules& rules, int n, const GaitRange& gait);
 
 /// Time after which no agent of a group with rules II and III, and IV or keep, is farther than
 /// `tolerance_m` from its place relative to any other, from every start of phases and from places
-/// that are off by up to `error_m` (max − min of z − d) and lanes by `lane_m`: a bound, long before
-/// which the formation stands. Nothing without rules II and III contracting, or where `tolerance_m`
-/// is not positive.
+/// that are off by up to `error_m` (max − min of z − d) and lanes by `lane_m`: an upper bound;
+/// formations stand much earlier. Empty without rules II and III contracting, or where
+/// `tolerance_m` is not positive.
 /// @param ahead_m  z − d of every agent at the start, for a tighter bound on graphs other than
 ///                 all-to-all; none: anywhere within error_m
 std::optional<double> formation_time_s(const Certificate& certificate, const Rules& rules,

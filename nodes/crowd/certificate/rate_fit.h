@@ -39,9 +39,9 @@ class RateFit {
   LogLine line_;
 };
 
-/// Rate at which headings of many agents come to where each wants to go, one slope of the logarithm
-/// for all of their turns: each is a line of its own, pooled by least squares. What disturbs a turn
-/// ends it. O(1) a sample; allocates for an agent that is seen for the first time.
+/// Rate at which headings of many agents converge to their wished ones, one slope of the logarithm
+/// for all of their turns: each is a line of its own, pooled by least squares. A disturbance ends a
+/// turn. O(1) a sample; allocates for an agent that is seen for the first time.
 class TurnFit {
  public:
   /// 0 < least < most, of the errors that are taken

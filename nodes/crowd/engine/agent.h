@@ -60,7 +60,7 @@ struct Agent {
   AgentTraits traits{};
 };
 
-/// Sums over a group's own and external agents: all that all-to-all rules need of them. Those of
+/// Sums over a group's own and external agents: all that all-to-all rules need of them. The sums of
 /// other coordinators are added.
 struct GroupSums {
   double count = 0.0;

@@ -128,9 +128,9 @@ class Meeting {
   int pressed() const { return inside_ || retreats_ ? AgentState::kMostPressed : pressed_; }
 
  private:
-  /// Steering may balance between obstacles with two face to face, whose bounds hold both. Who is
-  /// held so steps to its right, round the other; where there is no room for that, one of them
-  /// steps back until there is.
+  /// Steering may balance between obstacles with two agents face to face, whose bounds hold both.
+  /// Such an agent steps to its right, round the other; without room for that, one of them steps
+  /// back until there is.
   Eigen::Vector2d past(const Eigen::Vector2d& wish) const {
     const Eigen::Vector2d right(facing_.y(), -facing_.x()), held = bounds_.nearest(wish);
     const double fast = std::sqrt(wish.squaredNorm());

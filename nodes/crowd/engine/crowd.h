@@ -37,7 +37,8 @@ struct Wall {
 };
 
 /// Navigation [M18 eq. 3.24-3.27] of groups whose heading rule says `avoid`, and the bounds of
-/// their velocities that keep discs apart. Who is held back marks time: its phase goes on.
+/// their velocities that keep discs apart. An agent that is held back marks time: its phase goes
+/// on.
 struct AvoidSettings {
   NavigationParams navigation{};
   double reach_m = 5.0;    ///< others further away are not seen
@@ -135,7 +136,7 @@ class Crowd {
   struct Wish {
     double phase_rate_rad_s, length, heading_rate_rad_s;  ///< φ̇, μ, ψ̇
   };
-  /// Nothing before the first step with it.
+  /// Empty before the first step with it.
   std::optional<Wish> wish(AgentId id) const;
 
   /// Addend of ψ̇ by navigation in the last step, before it was shared with the goal;

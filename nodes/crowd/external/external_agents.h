@@ -60,8 +60,8 @@ class ExternalAgents {
   std::string hear(int agent, const AgentReport& report, Time stamp, Time now);
   /// The agent says that it takes part no longer.
   void leave(int agent);
-  /// Judges everybody at `now`. What changed since the last call, in the order of agents; valid
-  /// until the next call.
+  /// Judges all agents at `now`. Returns the changes since the last call, in the order of agents;
+  /// valid until the next call.
   const std::vector<Change>& update(Time now);
 
   Trust trust(int agent) const { return at(agent).trust; }

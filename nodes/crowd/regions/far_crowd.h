@@ -71,8 +71,8 @@ struct FarSettings {
 
 /// The agents of other coordinators, as one coordinator's crowd needs them: near ones as ghosts and
 /// the rest in sums; all of them, as mirrors, in groups that are coupled along graphs
-/// (ScenarioRun::whole). Whoever is on the way from one coordinator to another counts as far until
-/// the new one speaks of it.
+/// (ScenarioRun::whole). An agent on the way from one coordinator to another counts as far until
+/// the new one reports it.
 class FarCrowd {
  public:
   using Time = std::chrono::nanoseconds;

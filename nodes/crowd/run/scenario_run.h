@@ -77,8 +77,8 @@ class ScenarioRun {
   double time_s() const { return from_s_ + crowd_.time_s(); }
   /// The run goes on from this time, where others have come to. Before the first step.
   void join(double time_s) { from_s_ = time_s; }
-  /// Phase of the scenario's beat at the present time, not wrapped [rad]. That of an agent goes on
-  /// at the beat's rate where the agent is not trusted any more.
+  /// Phase of the scenario's beat at the present time, not wrapped [rad]. If an agent is the beat
+  /// and no longer trusted, the phase continues at the beat's rate.
   double beat_rad() const;
   /// ω₀ of the gait that the group has at present.
   double eigenfrequency_rad_s(int group) const { return omega_[static_cast<std::size_t>(group)]; }
@@ -91,8 +91,8 @@ class ScenarioRun {
 
   /// Sums over agents that other coordinators have; kept until set again.
   void set_outside(int group, const GroupSums& sums);
-  /// Somebody wishes that agents walk like this: they go over to the first group that does. None:
-  /// all groups take the gait. Text: why not, or empty.
+  /// A wish that agents walk in this style: they change to the first group with that gait. Without
+  /// ids: all groups take the gait. Returns why not, or an empty text.
   std::string wish_gait(std::span<const AgentId> ids, const std::string& name);
   /// Changes of groups, then a step of the crowd.
   /// @throws ConfigError as Crowd where somebody cannot join a group: it stays in its own, and the
@@ -104,7 +104,7 @@ class ScenarioRun {
   std::span<const int> changed_groups() const { return changed_; }
 
   /// Another coordinator moves the agent from now on, from this state; here it stays as a mirror.
-  /// Nothing if it is none of ours.
+  /// No effect if the agent is not ours.
   std::optional<Traveller> release(AgentId id);
   /// An agent of which only its state is known: it has the traits of its start in the gait of its
   /// group, and begins its group's route anew. Precondition: roster().known(id).

@@ -118,10 +118,10 @@ struct Formation {
 /// neighbours differ.
 std::vector<CharacterStart> form(int count, const Formation& formation);
 
-/// The pelvis' velocity as a walking robot can follow it. What the standing foot makes of it has
-/// ripples, of the roll from heel to toe and of changes of support; this is that through a
-/// critically damped low-pass, v̈ = λ²(u − v) − 2λv̇ with λ = 20 1/s: 0.1 s behind, an oscillation of
-/// ω reduced by 1/(1 + (ω/λ)²).
+/// The pelvis' velocity as a walking robot can follow it. The velocity from the standing foot has
+/// ripples, because of the roll from heel to toe and of changes of support; this is the result of a
+/// critically damped low-pass, v̈ = λ²(u − v) − 2λv̇ with λ = 20 1/s: 0.1 s behind, an oscillation
+/// of ω reduced by 1/(1 + (ω/λ)²).
 class PelvisVelocity {
  public:
   explicit PelvisVelocity(double dt_s);

@@ -47,8 +47,8 @@ class Follower {
 };
 
 /// Decides what one character does next: the shares of the repertoire's motions in it, its
-/// frequency and its turn. It sees where the character is and knows nothing of how it is drawn.
-/// Nothing here allocates after construction.
+/// frequency and its turn. It gets the character's place and does not depend on how it is drawn. No
+/// allocation after construction.
 ///
 /// Heading [M18 eq. 3.24, 3.25]: ψ̇ = k sin(ψ_goal − ψ), ±k beyond a right angle, at most
 /// turn_max. The turn is made of the style's turning motions, as far as it has any, the rest by

@@ -39,8 +39,8 @@ struct DrawerSeen {
   Eigen::Vector3d handle_W_m = Eigen::Vector3d::Zero(), object_W_m = Eigen::Vector3d::Zero();
   double opened_m = 0.0;
   bool held = false, taken = false;
-  /// The robot's hands as the same eyes see them: how far they are from handle and object is right
-  /// whatever the robot believes of its own place. Nothing: not seen.
+  /// The robot's hands, measured by the same sensor: their distance from handle and object does not
+  /// depend on the robot's estimate of its own place. Empty: not seen.
   std::optional<std::array<Eigen::Vector3d, 2>> hand_W_m = {};
 };
 
@@ -86,13 +86,12 @@ struct BipedSequenceState {
 ///
 /// Loop: actions begin and end with the landings that the robot reports, and their phase is that of
 /// its steps (GaitClock). At every landing, and when the drawer jumps, the steps are planned anew
-/// from where the feet are (plan_steps()). What the mixture's arms leave to handle and object is
-/// drawn in by ArmReach; a hand that the robot reports elsewhere than wished is led back slowly.
-/// A hand closes when it is there, with its gripper if it has one.
-/// The drawer opens on as long as it is held, and beyond the trials' 0.2 m while the right hand at
-/// its end still lacks something to the object. Without feedback the robot is believed to obey. If
-/// no plan leads to where the drawer has jumped, the robot stops and says why, until it jumps
-/// again.
+/// from where the feet are (plan_steps()). ArmReach corrects the distance of the mixture's hands
+/// from handle and object; a hand that the robot reports elsewhere than wished is led back slowly.
+/// A hand closes when it is there, with its gripper if it has one. The drawer opens on as long as
+/// it is held, and beyond the trials' 0.2 m while the right hand at its end does not reach the
+/// object. Without feedback the robot is assumed to obey. If no plan leads to the drawer after a
+/// jump, the robot stops with the reason, until the drawer jumps again.
 ///
 /// step() does not allocate but at the beginning of actions and after jumps.
 class BipedDrawerSequence {

@@ -87,8 +87,8 @@ void RobotWalk::see(const RobotFeedback* feedback) {
   }
 }
 
-/// Whether to step. Who walks goes on until it is well within the tolerance; who stands begins if
-/// it is without.
+/// Whether to step. A walking robot continues until it is well within the tolerance; a standing one
+/// begins if it is outside.
 void RobotWalk::decide(bool robot_stands) {
   switch (task_) {
     case Task::none:

@@ -46,11 +46,11 @@ struct FeetAlongWay {
 
 /// Steps that lead to the front at `front_m`. Actions are gait cycles of two steps, the right foot
 /// first: action 1 is two steps of the same length, action 2 one of the right foot and the left
-/// closes beside it; standing ends the plan. Of what the robot can do, the plan with the least
+/// closes beside it; standing ends the plan. Among the possible plans, the one with the least
 ///   Σ ((length − mean)/half range)² over actions, + the same of the final distance, + 1 for every
-/// action 2 but the last, + 1 for an action under way that is made another one
-/// is taken [cf. plan_actions()]. A robot that begins with its left foot begins in the middle of an
-/// action. Deterministic; some 10 µs. Fails with the reason if nothing leads there.
+/// action 2 but the last, + 1 for changing the current action is taken [cf. plan_actions()]. A
+/// robot that begins with its left foot begins in the middle of an action. Deterministic; some 10
+/// µs. Fails with the reason if no plan leads there.
 tl::expected<StepPlan, Status> plan_steps(const FeetAlongWay& feet, double front_m,
                                           double comfortable_m,
                                           const StepPlanSettings& settings = {});

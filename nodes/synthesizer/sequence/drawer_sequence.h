@@ -59,7 +59,7 @@ class DrawerSequence {
 
   /// The drawer (or the object) is elsewhere from now on.
   void set_goal(const DrawerGoal& goal);
-  /// Advances by dt. Nothing but the clock moves after `done`.
+  /// Advances by dt. After `done` only the clock moves.
   const SequenceState& step();
   const SequenceState& state() const { return state_; }
   /// Remaining actions, the current one first.
@@ -116,8 +116,8 @@ class PlacedSequence {
                                                     const DrawerPlace& place,
                                                     const Eigen::Vector2d& from_W_m, double dt_s);
 
-  /// The drawer is elsewhere. What it moved across the way is made up for by the reach of the arm,
-  /// up to kAcross_m: farther aside it is refused with the reason, and the old place stays.
+  /// The drawer is elsewhere. The reach of the arm compensates its move across the way, up to
+  /// kAcross_m: farther aside the new place is refused with the reason, and the old one stays.
   std::string move(const DrawerPlace& place);
   /// Advances by dt. Allocates.
   void step();

@@ -55,9 +55,9 @@ struct FootState {
   Contact contact = Contact::kSwing;
 };
 
-/// The way of one foot over its footprints. What touches the ground neither slides nor sinks: the
-/// foot rolls about the heel point, then about the toe point; between, a cubic with the velocities
-/// of both ends and a clearance of `clearance_m` added in the middle.
+/// The way of one foot over its footprints. Points on the ground neither slide nor sink: the foot
+/// rolls about the heel point, then about the toe point; between, a cubic with the velocities of
+/// both ends and a clearance of `clearance_m` added in the middle.
 class FootPath {
  public:
   /// Footprints in order of time, at least one. `body` gives heel, toe and the sole's height.

@@ -85,8 +85,8 @@ RenderedTrial render(const mocap::Body& body, const TrialPlan& plan, const Drawe
                      int samples);
 
 /// The training data of the task: trials of each action, all with the same rows: 51 of the body and
-/// "pelvis.x" (progress less the even one), "pelvis.y", "pelvis.z" (height) [m]. Whatever gives
-/// these, recorded or not, can be learned from. Task parameters: kTaskNames.
+/// "pelvis.x" (progress less the even one), "pelvis.y", "pelvis.z" (height) [m]. Any source of such
+/// data can be used, recorded or not. Task parameters: kTaskNames.
 struct DrawerData {
   mocap::Body body;
   Drawer drawer;

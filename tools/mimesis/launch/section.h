@@ -43,7 +43,7 @@ class Section {
   /// Value of `key`, null if absent. The key counts as known.
   const runtime::Yaml* take(const std::string& key);
 
-  // Nothing if the key is absent or, with a mistake noted, if the value is wrong.
+  // Empty if the key is absent or, with a mistake noted, if the value is wrong.
   std::optional<Text> text(const std::string& key);
   std::optional<std::string> choice(const std::string& key,
                                     const std::vector<std::string>& choices);

@@ -51,8 +51,8 @@ struct CandumpLine {
   v1::CanFrame frame;
 };
 
-/// Nothing for lines without a frame: empty ones, and what `candump -e` explains. The reason of a
-/// failure says what was expected where.
+/// Empty for lines without a frame: empty ones, and explanations of `candump -e`. The reason of a
+/// failure names the place and the expected text.
 tl::expected<std::optional<CandumpLine>, Status> parse_candump(std::string_view line);
 
 /// A line of a log, as `candump -l` writes it, without its end. Times are cut to microseconds.

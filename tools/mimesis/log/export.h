@@ -145,7 +145,7 @@ struct ImageOptions {
 ExportResult export_images(const std::vector<OpenLog>& logs, const ImageOptions& options);
 
 /// A raw image in colour. Encodings: bgr8 8UC3 rgb8 bgra8 8UC4 rgba8 mono8 8UC1 and full-range
-/// BT.601 uyvy yuv422 yuyv yuv422_yuy2 nv12. What the size does not agree with is refused.
+/// BT.601 uyvy yuv422 yuyv yuv422_yuy2 nv12. Data of another size is refused.
 tl::expected<image::Image, Status> raw_image(const foxglove::RawImage& raw);
 
 /// Attachments under their names, without folders. @throws ConfigError if one cannot be written.

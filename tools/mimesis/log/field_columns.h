@@ -42,8 +42,8 @@ FieldQuery parse_field_query(const std::string& text, const std::vector<std::str
 
 /// The scalar values a path names in the messages of a topic. Elements of a repeated field are
 /// chosen as "position_rad[2]" or "position_rad.2"; "position_rad[*]" or "position_rad" is all of
-/// them, and a message stands for all its fields (but those of type bytes). What a message does not
-/// have gives no value.
+/// them, and a message stands for all its fields (but those of type bytes). A field that a message
+/// does not have gives no value.
 class FieldColumns {
  public:
   explicit FieldColumns(FieldQuery query);

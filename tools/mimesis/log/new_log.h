@@ -71,7 +71,7 @@ class NewLog {
   /// Hands every record of a file to `take`, with a bar named `what`. @throws VerbEnd on a signal
   void read(const std::string& what, const log::Source& source, log::StreamReader& reader,
             const std::function<void(const log::Record&)>& take);
-  /// Each content once. What cannot be read is told and counted as damage.
+  /// Each content once. An attachment that cannot be read is reported and counted as damage.
   void copy_attachments(const std::vector<OpenLog>& logs);
   /// Like `copy_attachments`. Several logs become one: "mimesis.nodes" are united, and entries
   /// about the place of a part among others are left out. `losses` replaces "mimesis.counts".

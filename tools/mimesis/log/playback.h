@@ -82,8 +82,8 @@ class PlayRemap {
 struct PlaybackOptions {
   TopicFilter filter{{}, "", ""};  ///< filter of recorded names
   PlayRemap remap{};
-  /// Also what recorded nodes said about themselves (NODE/start, steps, health, log). Those that
-  /// the filter has by name are played anyway.
+  /// Plays also the messages of recorded nodes about themselves (NODE/start, steps, health, log).
+  /// Those that the filter names are played anyway.
   bool about_nodes = false;
   TimeRange range{};  ///< its end is played, too
 };

@@ -126,7 +126,7 @@ class LifeReplay {
     report_.result = ReplayResult::kInterrupted;
     return false;
   }
-  /// The node threw in the step before this one. So did the recorded one if it was stopped then.
+  /// The node threw in the step before this one, like the recorded one if it was stopped then.
   bool throws_no_more(const RecordedStep& step) {
     if (step.record.kind() != v1::STEP_KIND_STOP) keep({only_replay_failed()});
     return false;

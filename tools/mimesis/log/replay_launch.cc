@@ -326,7 +326,7 @@ class LaunchReplay {
             std::move(fields));
   }
 
-  /// Those to be shown are the earliest in graph time, in whatever order they come from the nodes.
+  /// The earliest differences in graph time are shown, in whatever order they come from the nodes.
   void differs(const runtime::Tapped& live, std::uint64_t time_ns, std::string what,
                MessageDifference fields) {
     ++report_.difference_count;
@@ -344,7 +344,7 @@ class LaunchReplay {
     if (shown.size() > options_.differences) shown.pop_back();
   }
 
-  /// Nothing that is still under way can come before what is to be shown.
+  /// No step still running can come before the messages to be shown.
   bool enough() {
     if (report_.difference_count < options_.differences) return false;
     if (recorded_.finished()) return true;

@@ -96,8 +96,8 @@ class KeptLosses {
       count.lost += sequences_[item.channel].next(item.message->sequence).missing;
     }
   }
-  /// Nothing if the recorder did not count. In a part of the time what was lost is known from the
-  /// gaps alone.
+  /// Empty if the recorder did not count. For a part of the time, losses are known only from the
+  /// gaps.
   std::optional<LossCounts> result(bool all_times) {
     if (!recorded_) return std::nullopt;
     for (auto& [key, count] : counted_) {

@@ -87,8 +87,9 @@ inline foxglove::CameraCalibration to_calibration(const image::View& view,
   return out;
 }
 
-/// The teacher's table T as frame "teacher" in "world", the camera as "camera" in "teacher". Nobody
-/// measures where the teacher's table is: it is shown 2.6 m in front of the robot, facing it.
+/// The teacher's table T as frame "teacher" in "world", the camera as "camera" in "teacher". The
+/// place of the teacher's table is not measured: it is shown 2.6 m in front of the robot, facing
+/// it.
 inline foxglove::FrameTransforms to_camera_frames(const image::View& view,
                                                   std::chrono::nanoseconds stamp) {
   constexpr double kTeacher = 2.6;  // x of T in W [m]

@@ -51,7 +51,7 @@ TEST(LegIk, ReachesGoalsWithTheKneeForwardAndTheFootWhereItWas) {
       EXPECT_LT(std::hypot(bend.x(), bend.z()), 0.2 * bend.norm());  // about its own axis
     }
   }
-  // Nothing changes where nothing needs to
+  // frames without need of correction stay unchanged
   const Matrix3d upper = math::exp_so3({0.0, -0.4, 0.0});
   const Matrix3d lower = upper * math::exp_so3({0.0, 0.8, 0.0});
   const Vector3d goal = hip + upper * leg.upper_m + lower * leg.lower_m;
