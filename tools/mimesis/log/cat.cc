@@ -252,16 +252,16 @@ void add_cat(CLI::App& verb, int& exit_code) {
   cat->add_option("--field", o->fields,
                   "Only this field, such as header.seq or blobs.0.u_px (repeatable)")
       ->allow_extra_args(false);
-  cat->add_option("--bytes", o->bytes_text, "How fields of type bytes look")
+  cat->add_option("--bytes", o->bytes_text, "Format of fields of type bytes")
       ->check(CLI::IsMember({"length", "base64", "hex"}))
       ->capture_default_str();
-  cat->add_option("--limit", o->limit, "So many messages, then end")->check(number_above_zero);
-  CLI::Option* attachment = cat->add_option("--attachment", o->attachment,
-                                            "Instead: this attachment (like mcap get attachment)");
+  cat->add_option("--limit", o->limit, "Stop after N messages")->check(number_above_zero);
+  CLI::Option* attachment = cat->add_option(
+      "--attachment", o->attachment, "Print this attachment instead (like mcap get attachment)");
   cat->add_option("--metadata", o->metadata,
-                  "Instead: this metadata record (like mcap get metadata)")
+                  "Print this metadata record instead (like mcap get metadata)")
       ->excludes(attachment);
-  cat->add_flag("--json", o->json, "JSON is what it prints anyway");
+  cat->add_flag("--json", o->json, "No effect: the output is always JSON");
   cat->footer(
       "Examples:\n  mimesis log cat run.mcap --topic planner/status --limit 10 | jq .message\n"
       "  mimesis log cat run.mcap --topic bridge/arm --start 12.5 --end 13 --field position_rad\n"

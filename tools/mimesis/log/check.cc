@@ -710,8 +710,8 @@ std::string_view word(Severity severity) {
 }
 
 void add_check(CLI::App& verb, int& exit_code) {
-  CLI::App* check = verb.add_subcommand(
-      "check", "Looks for everything that can be wrong with logs (like mcap doctor)");
+  CLI::App* check =
+      verb.add_subcommand("check", "Checks logs for all kinds of errors (like mcap doctor)");
   struct Options {
     std::vector<std::string> files;
     bool json = false;

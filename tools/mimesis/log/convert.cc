@@ -459,15 +459,15 @@ void add_convert(CLI::App& verb, int& exit_code) {
   };
   auto o = std::make_shared<Options>();
   sub->add_option("IN", o->convert.input,
-                  "candump -l (or what candump shows), an LCM log, or MCAP; told by its content")
+                  "candump -l (or output of candump), an LCM log, or MCAP; found by its content")
       ->required();
   sub->add_option("OUT", o->convert.output,
-                  "MCAP file; of MCAP: log for canplayer, - for standard output")
+                  "MCAP file; from MCAP: log for canplayer, - for standard output")
       ->required();
   sub->add_option("--from", o->convert.from, "candump or lcm, whatever the content looks like")
       ->check(CLI::IsMember({"candump", "lcm"}));
   sub->add_flag("--force", o->convert.force, "Replace OUT if it exists");
-  sub->add_option("--compression", o->compression, "Of MCAP: none, lz4 or zstd")
+  sub->add_option("--compression", o->compression, "For MCAP: none, lz4 or zstd")
       ->check(CLI::IsMember({"none", "lz4", "zstd"}))
       ->capture_default_str();
   sub->add_flag("--json", o->json, "Print one JSON object at the end");

@@ -515,21 +515,21 @@ void add_export(CLI::App& verb, int& exit_code) {
                   "Several topics in one table: the last value before each message of the first "
                   "topic, the nearest, or a row per time; without: a file per topic")
       ->check(CLI::IsMember({"previous", "nearest", "outer"}));
-  sub->add_option("--time", o->time, "relative to the start of the log, or absolute")
+  sub->add_option("--time", o->time, "Times relative to the start of the log, or absolute")
       ->check(CLI::IsMember({"relative", "absolute"}))
       ->capture_default_str();
   sub->add_option("--images", o->images.topic, "Images of this topic as files SEQ_TIME.png");
-  sub->add_option("--format", o->format, "Of raw images: png or jpeg")
+  sub->add_option("--format", o->format, "Format of raw images: png or jpeg")
       ->check(CLI::IsMember({"png", "jpeg"}))
       ->capture_default_str();
-  sub->add_option("--quality", o->images.quality, "Of JPEG")
+  sub->add_option("--quality", o->images.quality, "Quality of JPEG")
       ->check(CLI::Range(1, 100))
       ->capture_default_str();
-  sub->add_option("--every", o->images.every, "Only each so-manieth image")
+  sub->add_option("--every", o->images.every, "Every Nth image only")
       ->check(CLI::Range(1, 1'000'000))
       ->capture_default_str();
-  sub->add_option("--attachments", o->attachments, "Attachments into this folder");
-  sub->add_option("-o,--output", o->output, "File or folder; CSV goes to standard output without");
+  sub->add_option("--attachments", o->attachments, "Write attachments into this folder");
+  sub->add_option("-o,--output", o->output, "File or folder; default for CSV: standard output");
   add_time_options(*sub, o->range);
   sub->add_flag("--json", o->json, "Print one JSON object at the end; needs -o for CSV");
   sub->footer(

@@ -628,7 +628,7 @@ void add_play_choice(CLI::App& play, PlayOptions& o) {
   play.add_option("FILE", o.files, "MCAP files: one log, or its parts")->required();
   add_topic_options(play, o.topics);
   play.add_flag("--all-topics", o.playback.about_nodes,
-                "Also what the recorded nodes said about themselves: NODE/start, steps, health, "
+                "Also the recorded nodes' messages about themselves: NODE/start, steps, health, "
                 "log");
   play.add_option("--remap", o.remaps,
                   "OLD:=NEW publishes topic OLD as NEW, OLD/:=NEW/ all below OLD/ (repeatable)")
@@ -637,7 +637,7 @@ void add_play_choice(CLI::App& play, PlayOptions& o) {
   play.add_option("--start", range.start,
                   "From this log time on: seconds from the first message (12.5), absolute "
                   "(12500000000ns) or UTC (2026-11-21T15:40:00.5Z)");
-  CLI::Option* duration = play.add_option("--duration", range.duration, "So many recorded seconds");
+  CLI::Option* duration = play.add_option("--duration", range.duration, "Length of log time");
   play.add_option("--end", range.end, "To this log time")->excludes(duration);
 }
 
@@ -645,29 +645,29 @@ void add_play_manner(CLI::App& play, PlayOptions& o) {
   CLI::Option* rate = play.add_option("--rate", o.rate, "Recorded seconds per second")
                           ->check(CLI::Range(kSlowestPlay, kFastestPlay))
                           ->capture_default_str();
-  CLI::Option* loop = play.add_option("--loop", o.loops, "So many times; 0: until stopped")
+  CLI::Option* loop = play.add_option("--loop", o.loops, "Number of passes; 0: until stopped")
                           ->check(number_not_below_zero)
                           ->capture_default_str();
   CLI::Option* paused = play.add_flag("--paused", o.paused, "Start paused");
   play.add_flag("--stay", o.stay,
-                "At the end: stay, paused, for seeks and late subscribers; in lock-step: stay a "
+                "Stay at the end, paused, for seeks and late subscribers; in lock-step: stay a "
                 "member");
   CLI::Option* clock =
       play.add_flag("--clock", o.clock, "Drive the clock of a graph that runs on simulated time");
   play.add_flag("--lockstep", o.lockstep,
-                "Step with a lock-step graph, in it at the recorded times; leaves it at the end")
+                "Step with a lock-step graph at the recorded times; leave it at the end")
       ->excludes(clock)
       ->excludes(loop)
       ->excludes(paused)
       ->excludes(rate);
   play.add_option("--read-ahead", o.ahead.seconds,
-                  "Read so many recorded seconds ahead [s]; default: 0.5, more when that is too "
+                  "Recorded time to read ahead [s]; default: 0.5, more when that is too "
                   "little")
       ->check(number_above_zero);
-  play.add_option("--read-ahead-mb", o.read_ahead_mb, "But not more than this [MB]; default: 134")
+  play.add_option("--read-ahead-mb", o.read_ahead_mb, "Largest read-ahead [MB]; default: 134")
       ->check(number_above_zero);
   play.add_option("--name", o.name, "Name of the player in the graph")->capture_default_str();
-  play.add_flag("--no-keys", o.no_keys, "Leave the keyboard alone");
+  play.add_flag("--no-keys", o.no_keys, "Ignore the keyboard");
   play.add_flag("--json", o.json, "Print one JSON object at the end");
 }
 

@@ -468,11 +468,11 @@ void add_plot(CLI::App& verb, int& exit_code) {
       ->required();
   sub->add_option("-o,--output", o->plot.output, "Picture: NAME.png or NAME.svg")->required();
   add_time_options(*sub, o->plot.range);
-  sub->add_option("--title", o->plot.title, "Above the picture");
-  sub->add_option("--width", o->plot.width_px, "[px]")
+  sub->add_option("--title", o->plot.title, "Title above the picture");
+  sub->add_option("--width", o->plot.width_px, "Width of the picture [px]")
       ->check(CLI::Range(100, 10'000))
       ->capture_default_str();
-  sub->add_option("--height", o->plot.height_px, "[px]; by the number of panels")
+  sub->add_option("--height", o->plot.height_px, "Height [px]; default: by the number of panels")
       ->check(CLI::Range(100, 10'000));
   sub->add_option("--style", o->plot.style, "lines, steps or dots")
       ->check(CLI::IsMember({"lines", "steps", "dots"}))

@@ -572,10 +572,10 @@ void add_filter(CLI::App& verb, int& exit_code) {
   filter->add_option("--node", o->nodes, "Only what this node published (repeatable)")
       ->allow_extra_args(false);
   filter->add_option("--inputs-of", o->inputs_of,
-                     "What a replay of this node needs: the topics that it reads and writes by its "
-                     "NODE/start, NODE/start and NODE/steps");
+                     "Messages for a replay of this node: the topics that its NODE/start names, "
+                     "NODE/start and NODE/steps");
   add_time_options(*filter, o->range);
-  filter->add_option("--duration", o->range.duration, "So many seconds from --start on");
+  filter->add_option("--duration", o->range.duration, "Length of log time from --start on");
   filter->add_flag("--latched,!--no-latched", o->latched,
                    "Begin with the last values of latched topics before --start (default)");
   filter
@@ -584,16 +584,15 @@ void add_filter(CLI::App& verb, int& exit_code) {
       ->allow_extra_args(false);
   filter
       ->add_option("--max-rate", o->max_rate,
-                   "Keep at most so many a second of each topic, or TOPIC=HZ (repeatable)")
+                   "Keep at most HZ messages a second of each topic, or TOPIC=HZ (repeatable)")
       ->allow_extra_args(false);
   filter->add_flag("!--no-attachments", o->attachments, "Leave attachments out");
   filter->add_flag("!--no-metadata", o->metadata, "Leave metadata out");
-  filter
-      ->add_option("--note", o->notes, "Stores KEY=VALUE in the log: where it is from (repeatable)")
+  filter->add_option("--note", o->notes, "Stores KEY=VALUE in the log, say its source (repeatable)")
       ->type_name("KEY=VALUE")
       ->allow_extra_args(false);
   add_output_options(*filter, o->output);
-  filter->add_flag("--json", o->json, "Print what was written as one JSON object");
+  filter->add_flag("--json", o->json, "Print the result as one JSON object");
   filter->footer(
       "Thinning leaves latched topics alone unless they are named. Exit code 1 if an input is "
       "damaged.\n"
@@ -620,7 +619,7 @@ void add_merge(CLI::App& verb, int& exit_code) {
                    "another clock (repeatable)")
       ->allow_extra_args(false);
   add_output_options(*merge, o->output);
-  merge->add_flag("--json", o->json, "Print what was written as one JSON object");
+  merge->add_flag("--json", o->json, "Print the result as one JSON object");
   merge->footer(
       "Channels of one topic, type and metadata become one. Latched values that parts of a split\n"
       "recording repeat are written once. Stamps inside of messages stay as they are.\n"
@@ -638,7 +637,7 @@ void add_sort(CLI::App& verb, int& exit_code) {
   add_size_option(*sort, "--memory", o->memory, {std::size_t{1} << 16, std::size_t{1} << 40},
                   "Most unpacked bytes to hold (default 512MiB); what is further out of order is "
                   "sorted in files beside the output");
-  sort->add_flag("--json", o->json, "Print what was written as one JSON object");
+  sort->add_flag("--json", o->json, "Print the result as one JSON object");
   sort->footer(
       "Equal times stay in the order of the file. Every sum of the file is checked; exit code 1 if "
       "it is damaged.\nExample: mimesis log sort run.mcap -o sorted.mcap");
@@ -652,12 +651,12 @@ void add_sort(CLI::App& verb, int& exit_code) {
 void add_recover(CLI::App& verb, int& exit_code) {
   CLI::App* recover = verb.add_subcommand(
       "recover",
-      "Writes all that can be read of a damaged log into a new one (like mcap recover, ros2 bag "
+      "Writes the readable part of a damaged log into a new one (like mcap recover, ros2 bag "
       "reindex)");
   auto o = std::make_shared<RewriteOptions>();
   add_input_output(*recover, o->inputs, o->output);
   add_output_options(*recover, o->output);
-  recover->add_flag("--json", o->json, "Print what is missing as one JSON object");
+  recover->add_flag("--json", o->json, "Print the missing parts as one JSON object");
   recover->footer(
       "The output is read back and compared before it gets its name; the input is never changed.\n"
       "Exit code 0: nothing that was in the file is missing (a log that was not closed ends "
