@@ -16,19 +16,19 @@ struct BridgeParams {
   double offset_s = 0.0;             ///< time of the first step within the period [s]
   std::string robot = "lwr4.yaml";   ///< model file: joints, their limits, rate
   std::string can = "embedded:arm";  ///< bus of the drives, see hw/can/bus.h
-  std::vector<BusShare> buses{};     ///< several buses, instead of `can`
-  std::string hand = "unix:hand";    ///< tcp:HOST:PORT, unix:NAME, or empty for no hand
+  std::vector<BusShare> buses{};     ///< several buses instead of `can`
+  std::string hand = "unix:hand";    ///< tcp:HOST:PORT, unix:NAME, or empty: no hand
   bool readonly = false;             ///< listens to the drives and sends nothing; no hand
-  double silence_s = 0.1;            ///< no command for longer: the stream has ended [s]
+  double silence_s = 0.1;            ///< the stream ends after this time without a command [s]
   /// reaction to silence: quick_stop, hold; auto: hold if the robot walks
   std::string on_silence = "auto";
   /// largest distance of a stream's first command from the actual posture [rad]
   double start_tolerance_rad = 0.02;
   double jump_rad = 0.1;              ///< largest jump within a stream beyond v_max [rad]
-  double boot_timeout_s = 2.0;        ///< until missing drives are reported [s]
-  double transition_timeout_s = 0.5;  ///< per change of a drive's state [s]
-  double feedback_timeout_s = 0.1;    ///< without feedback a drive is lost [s]
-  std::vector<cia402::Axis> axes{};   ///< empty: nodes 1..n with defaults
+  double boot_timeout_s = 2.0;        ///< time until missing drives are reported [s]
+  double transition_timeout_s = 0.5;  ///< time limit of a change of a drive's state [s]
+  double feedback_timeout_s = 0.1;    ///< a drive is lost after this time without feedback [s]
+  std::vector<cia402::Axis> axes{};   ///< drives of the joints; empty: nodes 1..n with defaults
 
   void visit(runtime::ParamVisitor& v) {
     v("rate_hz", rate_hz, 10.0, 1000.0);

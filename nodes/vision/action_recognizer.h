@@ -37,7 +37,7 @@ struct RecognizerLimits {
   double bridge_margin_m = 0.012;  ///< abstain this close to the bar's middle height
   double moved_m = 0.03;           ///< the object has left its place
   double still_m = 0.006;          ///< motion within a rest
-  double goal_radius_m = 0.05;     ///< at rest this close to a goal counts
+  double goal_radius_m = 0.05;     ///< recognizer: rest this close counts; sizes: a cap
   double light_luma = 115.0;       ///< boundary between a light and a dark object
 
   template <class Visitor>

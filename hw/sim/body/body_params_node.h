@@ -110,11 +110,11 @@ struct SimBodyParams {
   double offset_s = 0.0025;
   std::string robot = "biped.yaml";   ///< model file
   std::string can = "embedded:body";  ///< bus of all drives, see hw/can/bus.h
-  std::vector<BusShare> buses{};      ///< several buses, instead of `can`; as the bridge's
+  std::vector<BusShare> buses{};      ///< several buses instead of `can`, as in the bridge
   std::vector<cia402::Axis> axes{};   ///< empty: nodes 1..n with defaults
-  double v_margin = 1.2;              ///< top speed that the drives claim over the model's [1]
-  double following_window_rad = 0.2;  ///< larger following error for longer: fault [rad]
-  double following_time_s = 0.1;      ///< [s]
+  double v_margin = 1.2;  ///< largest speed claimed by the drives, relative to the model's [1]
+  double following_window_rad = 0.2;  ///< larger following errors are a fault [rad]
+  double following_time_s = 0.1;      ///< time beyond following_window_rad until a fault [s]
 
   std::string plant = "springs";      ///< how joints follow: springs, servo
   double friction = 0.8;              ///< friction of the ground [1]
@@ -128,14 +128,14 @@ struct SimBodyParams {
   double motor_torque_share = 1.0;
   int seed = 0;                       ///< seed of the sensors' noise [1]
   double imu_tilt_rad = 0.0;          ///< slowly wandering error of the attitude [rad]
-  double encoder_noise_rad = 0.0;     ///< [rad]
+  double encoder_noise_rad = 0.0;     ///< noise of the encoders [rad]
   double force_noise_n = 0.0;         ///< noise of the feet's force sensors [N]
   std::vector<PushParams> pushes{};   ///< impulses on links at given times
   std::vector<FaultParams> faults{};  ///< drives that fail at given times
   DrawerParams drawer{};
 
   double time_limit_s = 0.0;  ///< the outcome is a failure after this time; 0: no limit [s]
-  double settle_s = 1.0;      ///< stands at the goal for so long: the outcome is a success [s]
+  double settle_s = 1.0;  ///< the outcome is a success after standing at the goal for this time [s]
 
   void visit(runtime::ParamVisitor& v) {
     v("rate_hz", rate_hz, 10.0, 1000.0);

@@ -21,13 +21,13 @@ AgentReport extrapolated(const AgentReport& report, double ahead_s);
 
 struct TrustSettings {
   double stale_s = 0.3;   ///< an older report is not trusted
-  double forget_s = 2.0;  ///< without a fresh one for so long the agent is gone
+  double forget_s = 2.0;  ///< an agent without a fresh report for this long is gone
   /// an agent that lagged is trusted again after this time without delay
   double return_s = 0.5;
-  double most_m_s = 4.0;     ///< faster than any walker
-  double most_rad_s = 20.0;  ///< phase rates beyond are none of a gait
-  double far_m = 1e5;        ///< places beyond are none
-  double slack_m = 0.3;      ///< a report may differ from what the last one made expect
+  double most_m_s = 4.0;     ///< faster reports are not believed
+  double most_rad_s = 20.0;  ///< larger phase rates are not believed
+  double far_m = 1e5;        ///< places farther away are not believed
+  double slack_m = 0.3;      ///< allowed deviation of a report from the prediction of the last one
 };
 
 enum class Trust {

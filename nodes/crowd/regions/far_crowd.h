@@ -65,7 +65,7 @@ FarSums own_sums(const ScenarioRun& run, int group);
 struct FarSettings {
   int coordinators = 1;
   int own = 0;           ///< number of this one, from 0
-  double sight_m = 6.0;  ///< agents of others so near to one of ours are avoided
+  double sight_m = 6.0;  ///< distance within which agents of others are avoided
   double stale_s = 0.5;  ///< a coordinator not heard for this long is gone, with its agents
 };
 

@@ -19,8 +19,8 @@ struct CharacterStart {
 
 struct CharactersSettings {
   WalkSettings walk{};           ///< its dt_s is that of the characters
-  std::string style{};           ///< at the start; empty: the model's first
-  bool walking = false;          ///< from the first moment; else they stand until told
+  std::string style{};           ///< style at the start; empty: the model's first
+  bool walking = false;          ///< walks from the start; false: stands until told
   bool foot_lock = true;         ///< standing feet stay where they are
   double beat_alpha_1_s = 2.0;   ///< coupling α to the beat [M18 eq. 3.18] [1/s]
   double crowd_alpha_1_s = 2.0;  ///< coupling α to phases of crowd commands [1/s]

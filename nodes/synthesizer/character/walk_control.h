@@ -18,7 +18,7 @@ struct WalkSettings {
   double longest_step = 1.15;   ///< longest step, in steps of the style [1]
   double shortest_cycle = 0.6;  ///< fastest rhythm: share of the style's cycle [1]
   double longest_cycle = 1.8;   ///< slowest rhythm [1]
-  double give_up_s = 20.0;      ///< a goal that came no nearer for so long is told
+  double give_up_s = 20.0;      ///< reports a goal that came no nearer for this long
 };
 
 /// Gait that a coordinator or a rhythm wishes; the character decides itself on absent values.

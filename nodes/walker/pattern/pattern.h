@@ -73,11 +73,11 @@ struct PatternTrouble {
 /// Dimensions of robot and gait. Defaults: biped.urdf [docs/walking.md 2.6, 4, 8.1].
 struct GaitSettings {
   double com_height_m = 0.807;
-  double step_s = 0.8;  ///< a step: first `double_support_s`, then swing
-  double double_support_s = 0.1;
-  double first_double_support_s = 0.8;  ///< before the first step
+  double step_s = 0.8;            ///< duration of a step: first `double_support_s`, then swing
+  double double_support_s = 0.1;  ///< double support at the begin of each step
+  double first_double_support_s = 0.8;  ///< double support before the first step
   double step_height_m = 0.05;          ///< height of the sole at the top of a swing
-  double feet_distance_m = 0.19;        ///< wished between the soles
+  double feet_distance_m = 0.19;        ///< wished distance of the soles
   /// Half sizes, along and across the foot, of the rectangle around the ankle that must contain the
   /// ZMP.
   Eigen::Vector2d zmp_half_m{0.06, 0.03};
@@ -85,8 +85,9 @@ struct GaitSettings {
   /// narrowest), (±5/7 longest, widest), (0, 4/3 widest) (forward, outward). At the wished distance
   /// of the feet a step can be 0.29 m long.
   double longest_step_m = 0.31, widest_step_m = 0.30, narrowest_step_m = 0.162;
+  /// largest velocities; faster wishes are limited
   double most_forward_m_s = 0.35, most_sideways_m_s = 0.15, most_turn_rad_s = 0.2;
-  double most_foot_yaw_rad = 0.17;  ///< between the feet
+  double most_foot_yaw_rad = 0.17;  ///< largest angle between the feet
 };
 /// @throws ConfigError "gait.KEY: VALUE, expected ..." for the first setting that no robot can have
 ///         or that is no multiple of the MPC's sampling time.
