@@ -73,13 +73,13 @@ struct Setpoint {
   std::span<const double> position_rad{};  ///< targets of Mode::follow, one per joint
 };
 
-/// Seam between the bridge and whatever moves the joints. Per cycle: read, write. Never blocks.
+/// Interface between the bridge and the actuators. Per cycle: read, write. Never blocks.
 class Actuators {
  public:
   virtual ~Actuators() = default;
   /// Takes in what arrived up to `now`, advances the state machine.
   virtual const Reading& read(Time now) = 0;
-  /// Sends the set-point of this cycle, limited to what the robot may do.
+  /// Sends the set-point of this cycle, limited to the robot's limits.
   virtual void write(Time now, const Setpoint& setpoint) = 0;
   /// Quick stop of all joints, at once; the first and the last thing sent. Nothing is sent after it
   /// until the next write.

@@ -20,8 +20,9 @@ class ChunkWorker {
   /// Everything handed over is written before.
   ~ChunkWorker();
 
-  /// Takes the chunk (nothing, if it is empty) and gives back a cleared one. `flush`: all so far
-  /// goes out of this process as soon as it is written. Returns what earlier ones met.
+  /// Takes the chunk (nothing, if it is empty) and gives back a cleared one. `flush`: the data so
+  /// far is handed to the operating system as soon as it is written. Returns errors of earlier
+  /// chunks.
   Result put(ChunkBuffer& chunk, bool flush);
   /// Waits until all is written; the body is the caller's until the next `put`.
   Result wait();

@@ -33,13 +33,14 @@ class Compressor {
   std::unique_ptr<Impl> impl_;
 };
 
-/// Decompresses what it does not trust.
+/// Decompresses untrusted data.
 class Decompressor {
  public:
   Decompressor();
   ~Decompressor();
-  /// Exactly `size` bytes, or why not. The result lives until the next call; for Compression::none
-  /// it is `bytes` itself. Memory is taken only as far as data arrives, whatever `size` claims.
+  /// Exactly `size` bytes, or the reason of the failure. The result is valid until the next call;
+  /// for Compression::none it is `bytes` itself. Memory is taken only as far as data arrives,
+  /// whatever `size` claims.
   tl::expected<std::string_view, Status> run(Compression compression, std::string_view bytes,
                                              std::size_t size);
   /// Unpacks the beginning of compressed bytes: whole blocks (zstd: 128 kB, our lz4: 64 kB), at

@@ -14,8 +14,9 @@ struct Damage {
 struct ReaderLimits {
   std::uint64_t record_size = 1ull << 30;  ///< larger records are skipped and reported [bytes]
   std::uint64_t chunk_size = 1ull << 30;   ///< largest unpacked size that a chunk may claim [bytes]
-  std::size_t damages = 1000;              ///< so many are described, the rest is counted
-  bool threads = true;                     ///< read and unpack ahead; false: in the caller's thread
+  /// largest number of damages that are described; more are counted
+  std::size_t damages = 1000;
+  bool threads = true;  ///< read and unpack ahead; false: in the caller's thread
 };
 
 }  // namespace mimesis::log

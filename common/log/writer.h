@@ -57,9 +57,8 @@ class Writer {
       std::map<std::string, std::string> metadata);
   /// Precondition: the channel was added.
   [[nodiscard]] Result write(const Message& message);
-  /// Closes the open chunk. As soon as it is compressed it is out of this process: whoever is
-  /// killed later leaves it readable. Does not wait for that, but for room among the chunks on
-  /// their way.
+  /// Closes the open chunk. As soon as it is compressed it is handed to the operating system and
+  /// survives a kill. Does not wait for that, but for room among the pending chunks.
   [[nodiscard]] Result flush();
   /// Flushes and waits until all is on the disk: written data survives a power cut.
   [[nodiscard]] Result sync();
@@ -73,7 +72,7 @@ class Writer {
   [[nodiscard]] Result finish();
 
   const Statistics& statistics() const { return statistics_; }
-  std::uint64_t bytes_written() const;  ///< so far; chunks on their way come later
+  std::uint64_t bytes_written() const;  ///< so far, without pending chunks
   std::size_t open_chunk_bytes() const { return chunk_.records.size(); }  ///< not yet closed
 
  private:

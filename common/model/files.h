@@ -25,7 +25,7 @@ std::string urdf_of_biped(const std::string& file);
 struct BipedDrives {
   std::string kind = "cia402";  ///< kind of actuators, as named in the bridge
   double rate_hz = 200.0;       ///< rate of commands to the joints
-  /// Bound on the accelerations of all set-points: several times what a walk needs, so that its
+  /// Bound on the accelerations of all set-points: several times the need of a walk, so that its
   /// stream passes unchanged.
   double a_max_rad_s2 = 300.0;
 };

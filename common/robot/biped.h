@@ -13,7 +13,7 @@ inline Side other(Side side) { return side == kLeft ? kRight : kLeft; }
 /// +1 for the left, −1 for the right: y of the foot in the pelvis.
 inline double sign(Side side) { return side == kLeft ? 1.0 : -1.0; }
 
-/// Names and figures that make a robot a biped: what a file says (model::load_biped).
+/// Names and figures that make a robot a biped, as in its file (model::load_biped).
 struct BipedNames {
   std::array<std::string, 2> sole;          ///< links, left and right: frame S on the ground
   std::array<std::string, 2> hand;          ///< links between the fingers; empty: none

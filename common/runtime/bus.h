@@ -22,7 +22,7 @@ namespace mimesis::runtime {
 enum class Policy {
   latest,    ///< only the newest message; older ones are dropped and counted
   queue,     ///< the newest `depth`; older ones are dropped and counted
-  reliable,  ///< all of them; the publisher keeps what does not fit, and says so
+  reliable,  ///< all messages; the publisher keeps those that do not fit, and reports it
 };
 
 struct InOptions {
@@ -85,18 +85,18 @@ using Handler = std::function<tl::expected<std::string, Status>(const std::strin
 class Outside {
  public:
   virtual ~Outside() = default;
-  /// True: there is no outside; open no device, and take what was recorded.
+  /// True in a replay: open no device, and take the recorded data.
   virtual bool replaying() const = 0;
-  /// Live: keeps what was just read; `name` says of what ("can"), for messages and tools.
+  /// Live: records data just read; `name` is its source ("can"), for messages and tools.
   virtual void record(std::string_view name, std::string_view bytes) = 0;
-  /// Replay: what was read at this place. Empty, and the replay stops with a line that says so, if
-  /// the log holds something else here.
+  /// Replay: data read at this place. Empty if the log holds something else here; the replay then
+  /// stops with a line.
   virtual std::string replay(std::string_view name) = 0;
   /// Bytes that go out, in both cases: recorded live, compared with the record in a replay.
   virtual void written(std::string_view name, std::string_view bytes) = 0;
 };
 
-/// Where nobody records.
+/// Implementation without a recorder.
 class LiveOutside final : public Outside {
  public:
   bool replaying() const override { return false; }
@@ -108,7 +108,7 @@ class LiveOutside final : public Outside {
 /// The node's connection to its graph: ZeroMQ in processes (`zmq_bus.h`), memory in tests
 /// (`common/testing/loopback.h`). A port's name is local to the node; the launch file (or --in,
 /// --out) wires it to a topic. Unwired outputs publish on NODE/PORT; unwired inputs receive nothing
-/// and say so.
+/// and log it.
 class Bus {
  public:
   virtual ~Bus() = default;
@@ -140,7 +140,7 @@ class Bus {
   virtual const std::string& directory() const = 0;
 };
 
-/// Bytes that `read()` brings from outside, or what it brought when the log was recorded.
+/// Bytes that `read()` reads from outside, or the recorded ones.
 template <class Read>
 std::string read_outside(Bus& bus, std::string_view name, Read read) {
   Outside& outside = bus.outside();

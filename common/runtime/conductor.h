@@ -31,11 +31,12 @@ class Conductor {
 
   /// A node wants to take part; it does from the next `advance` on.
   void join(const v1::LockstepJoin& join);
-  /// A node is gone: nobody waits for it any more.
+  /// A node has gone: the conductor no longer waits for it.
   void leave(std::uint64_t start_id);
   void report(std::uint64_t start_id, const v1::StepReport& report);
 
-  /// The next steps; none while a step is running, a participant is missing or nobody is there.
+  /// The next steps; none while a step is running, a participant is missing or there is no
+  /// participant.
   std::vector<Go> advance();
 
   Time time() const { return time_; }  ///< time of the steps last released

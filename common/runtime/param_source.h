@@ -71,8 +71,7 @@ class ParamReader final : public ParamVisitor {
 
 using VisitParams = std::function<void(ParamVisitor&)>;
 
-/// Where a node's parameters come from: a section of a YAML file, then --set, the last of which
-/// wins.
+/// Source of a node's parameters: a section of a YAML file, then --set; the last one wins.
 class ParamSource {
  public:
   /// @param reference "" (defaults only), "FILE", or "FILE#KEY.KEY" for a section of a file, such

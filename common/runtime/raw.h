@@ -42,7 +42,7 @@ class GraphView {
   std::unique_ptr<Impl> impl_;
 };
 
-/// A message of any topic with what is needed to decode it.
+/// A message of any topic with the data needed to decode it.
 struct Tapped {
   std::string topic;
   std::string type;  ///< full Protobuf name

@@ -21,8 +21,8 @@ void check_topic(std::string_view topic);
 /// Random, never 0.
 std::uint64_t new_start_id();
 
-/// A node's claim to its name: a lock on GRAPH/nodes/.NAME for the life of the process, whatever
-/// ends it, and its NodeInfo in GRAPH/nodes/NAME, replaced atomically.
+/// A node's claim to its name: a lock on GRAPH/nodes/.NAME for the life of the process, however it
+/// ends, and its NodeInfo in GRAPH/nodes/NAME, replaced atomically.
 class RegistryEntry {
  public:
   /// @throws ConfigError if a live process holds the name.

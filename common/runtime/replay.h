@@ -26,7 +26,7 @@ bool write_packet(int fd, const google::protobuf::MessageLite& message);
 /// False at the end of the stream, or if what arrives is no such message.
 bool read_packet(int fd, google::protobuf::MessageLite& message);
 
-/// A bus that gives a node what a recorded step took and collects what the node makes of it. No
+/// A bus that gives a node the recorded inputs of a step and collects the node's outputs. No
 /// sockets, no other nodes, no outside.
 class ReplayBus final : public Bus {
  public:

@@ -14,7 +14,7 @@
 
 namespace mimesis::runtime {
 
-/// One input port: applies the policy, counts what is lost and dropped.
+/// One input port: applies the policy, counts lost and dropped messages.
 class Input {
  public:
   Input(std::string topic, std::uint64_t type_hash, const InOptions& options)

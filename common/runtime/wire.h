@@ -42,8 +42,8 @@ void serialise(const google::protobuf::Message& message, void* out, std::size_t 
 std::string subscription(std::string_view topic);
 
 /// Subscription by which a subscriber names itself to publishers. It sorts behind every topic, and
-/// ZeroMQ sends subscriptions to a new connection in sorted order: who has seen it has seen them
-/// all.
+/// ZeroMQ sends subscriptions to a new connection in sorted order: a publisher that has seen it has
+/// seen them all.
 std::string hello(std::uint64_t start_id);
 /// start_id of a hello, or nothing.
 std::optional<std::uint64_t> decode_hello(std::string_view subscription);

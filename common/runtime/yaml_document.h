@@ -16,8 +16,8 @@ struct Place {
 /// "file:line:col", or the file alone if the line is 0.
 std::string to_string(const Place& place);
 
-/// One value of a YAML file with its position. Scalars stay text until somebody who knows the
-/// expected type reads them: so `no` can be a word, and `010` never becomes 8.
+/// One value of a YAML file with its position. Scalars stay text until they are read with an
+/// expected type: so `no` can be a word, and `010` never becomes 8.
 struct Yaml {
   enum class Kind { empty, scalar, sequence, map };
   struct Entry;

@@ -34,7 +34,7 @@ class RawOut {
 };
 
 /// The bus of real processes, over ZeroMQ (docs/architecture.md). Single-threaded: everything
-/// happens inside the calls below, so whoever owns it must call `wait` or `drain` regularly.
+/// happens inside the calls below, so its owner must call `wait` or `drain` regularly.
 class ZmqBus final : public Bus {
  public:
   using WallTime = std::chrono::system_clock::time_point;
@@ -78,12 +78,12 @@ class ZmqBus final : public Bus {
   void drain();
 
   /// Lock-step: the step at `tick` begins. Makes exactly `visible` appear at the inputs, in this
-  /// order; waits for what is still on its way, but not for publishers that died.
+  /// order; waits for messages in transit, but not for publishers that died.
   void deliver(Time tick, const google::protobuf::RepeatedPtrField<v1::Publication>& visible);
   /// Lock-step: waits (at most 2 s) until every live lock-step node wired to this one's outputs has
   /// connected, and lets held messages go.
   void connect_members();
-  /// Lock-step: what was published since the last call.
+  /// Lock-step: messages published since the last call.
   std::vector<v1::Publication> take_published();
   /// Lock-step: waits until no reliable subscriber is behind; gives up after 5 s without progress.
   void flush();
@@ -95,7 +95,7 @@ class ZmqBus final : public Bus {
   std::uint64_t backlog() const;        ///< messages waiting for reliable subscribers
   std::uint64_t backlog_bytes() const;  ///< size of their payloads
   std::uint64_t overflow() const;       ///< messages a stuck reliable subscriber has missed
-  std::uint64_t malformed() const;      ///< received frames that were no messages of ours
+  std::uint64_t malformed() const;      ///< received frames that were no messages of Mimesis
 
  private:
   LiveOutside outside_;

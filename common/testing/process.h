@@ -89,7 +89,7 @@ class TestNode {
     until([&] { return (message = port.pop()).has_value(); }, timeout);
     return message;
   }
-  /// Until somebody listens to `out`: what is sent before is lost, as on any publisher.
+  /// Waits until `out` has a subscriber: earlier messages are lost, as on any publisher.
   template <class Out>
   bool wait_subscriber(Out& out, std::chrono::milliseconds timeout = 10s) {
     return until([&] { return out.subscribers() > 0; }, timeout);

@@ -39,8 +39,8 @@ class Bus {
  public:
   virtual ~Bus() = default;
 
-  /// Hands frames to the wire in one batch. Never blocks and keeps nothing for later: what the wire
-  /// does not take now is dropped and counted, so that no stale command waits in a queue of ours.
+  /// Hands frames to the wire in one batch. Never blocks and keeps nothing for later: frames that
+  /// the wire does not take now are dropped and counted, so that no stale command waits in a queue.
   virtual void send(std::span<const Frame> frames) = 0;
 
   /// Takes frames that have arrived, oldest first; never blocks. Error frames are among them.

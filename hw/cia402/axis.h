@@ -45,7 +45,7 @@ inline constexpr int kDriveHeartbeatMs = 100;          ///< drives send
 inline constexpr int kDriveHeartbeatTimeoutMs = 250;   ///< we stop after
 inline constexpr int kRpdoDeadlineMs = 100;            ///< drives stop without set-points after
 
-/// One SDO access on the way to a configured drive.
+/// One SDO access of the configuration of a drive.
 struct SetupStep {
   enum class Kind : std::uint8_t {
     expect,         ///< upload; value under `mask` must be equal
@@ -80,8 +80,8 @@ std::vector<SetupStep> setup_steps(const Axis& axis, double q_min, double q_max,
                                    double a_max, Period period,
                                    QuickStop quick_stop = QuickStop::disables);
 
-/// Our side of one drive: finds it, configures it by SDO (one access per cycle), takes in what it
-/// says. Pure: frames in, frames out, time as argument.
+/// Our side of one drive: finds it, configures it by SDO (one access per cycle), reads its
+/// messages. Pure: frames in, frames out, time as argument.
 class AxisMaster {
  public:
   /// @param name "A3 (node 3)", for reasons
@@ -98,7 +98,7 @@ class AxisMaster {
 
   bool found() const { return step_ > 0; }
   bool configured() const { return step_ == steps_.size(); }
-  /// Empty, or why the configuration cannot go on.
+  /// Empty, or the reason why the configuration cannot continue.
   const std::string& failure() const { return failure_; }
   /// True once if the drive has rebooted since it was configured.
   bool take_rebooted() { return std::exchange(rebooted_, false); }

@@ -10,7 +10,7 @@
 /// Settings that bridge and simulated drives share: a robot's joints and the buses of their drives.
 namespace mimesis::hw {
 
-/// The joints of a robot, whatever kind of file it is described in.
+/// The joints of a robot, from any kind of model file.
 struct Joints {
   std::vector<std::string> names{};  ///< names of the joints; of an arm A1 ... An
   JointLimits limits;
@@ -24,8 +24,8 @@ struct Joints {
 };
 
 /// Reads an arm (models/lwr4.yaml) or a walking robot (models/biped.yaml, or a bare .urdf: then
-/// home is zero and what a URDF cannot say is as in model::BipedDrives). The file alone owns rate
-/// and limits; the bridge enforces these once, in the SetpointLimiter of its actuators.
+/// home is zero and the rest has the defaults of model::BipedDrives). The file alone owns rate and
+/// limits; the bridge enforces these once, in the SetpointLimiter of its actuators.
 /// @throws ConfigError that names the file
 Joints load_joints(const std::string& file);
 

@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <string>
 
-/// Register map of a three-finger adaptive gripper in the manner of the Robotiq 3F: what is written
+/// Register map of a three-finger adaptive gripper like that of the Robotiq 3F: registers written
 /// to and read from the hand. Pure. Byte 2k of the manual is the high byte of register k.
 namespace mimesis::hw::modbus {
 

@@ -8,11 +8,11 @@
 
 namespace mimesis::hw::outside {
 
-/// A CAN bus as a node of the graph uses it: all that passes goes through `graph.outside()` under
-/// the name "can". Layout, little-endian; logs rely on it:
+/// A CAN bus for a node of the graph: all traffic goes through `graph.outside()` under the name
+/// "can". Layout, little-endian; logs rely on it:
 ///   FRAMES  u32 count, then per frame: u32 id with its flags, u8 length, u8 flags of CAN FD,
 ///           `length` bytes of data
-///   send     writes FRAMES, then reads what became of them: u32 taken by the wire, u32 errors
+///   send     writes FRAMES, then reads the result: u32 taken by the wire, u32 errors
 ///   receive  reads u32 errors since the last call, FRAMES
 /// A node sees nothing but what is recorded, in a live run too: unused bytes of a frame are zero.
 /// @param wire not used in a replay, may be null then

@@ -37,7 +37,7 @@ struct CameraParams {
   double rate_hz = 30.0;            ///< rate of looking for frames [Hz]
   std::string source = "renderer";  ///< source of images: renderer, v4l2, video or folder
   std::string path;                 ///< device, film or folder
-  bool record_frames = false;       ///< v4l2: keeps what the device delivers, for replays
+  bool record_frames = false;       ///< v4l2: keeps the device's frames, for replays
   int repeat = 1;  ///< number of demonstrations, or of passes of a film or folder [1]
   std::string teacher = "precision,above,high";  ///< renderer: grip,transport,goal
   std::string color = "light";                   ///< renderer: colour of the object

@@ -143,8 +143,7 @@ Stimulus task_stimulus(const TaskInput& task);
 /// Adds what vision saw; unknown symbols add nothing.
 void add_vision(const VisionInput& vision, const Demonstration& shown, Stimulus& to);
 
-/// Seven coupled fields that match what is seen with what the robot can do and with its goals [M18
-/// fig. 2.2]:
+/// Seven coupled fields that match observations with the robot's actions and goals [M18 fig. 2.2]:
 ///
 ///   STSg ──┬──> F5g <──┐        COL          STS->PF, STS->F5, PF->F5: innate (eq. 2.4 at
 ///   construction)

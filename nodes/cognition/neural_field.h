@@ -34,7 +34,7 @@ class NeuralField {
   /// @throws ConfigError if a constant is out of its range.
   NeuralField(const FieldParams& params, double dt_s);
 
-  /// External input S of the next step; whoever drives the field adds to it, step() clears it.
+  /// External input S of the next step; inputs are added to it, step() clears it.
   std::span<Real> input() { return {input_.data(), size_}; }
   /// Advances u by dt with the input collected since the last step.
   void step();

@@ -146,7 +146,7 @@ class CrowdNode {
   std::vector<Observed> everybody_;
   std::vector<Peer> peers_;
   std::map<int, Body> bodies_;  // by number of the external agent
-  std::map<int, int> styles_;   // gait that a character was told, likewise
+  std::map<int, int> styles_;   // gait last sent to a character, by number of the external agent
   std::vector<std::string> external_reasons_;
 
   bool runs_ = false, ended_ = false;

@@ -83,7 +83,7 @@ struct PlannerParams {
   double robot_rate_hz() const;  ///< see run_node
 };
 
-/// How the node plans with these parameters: who has them can make the same roadmap.
+/// Settings of the plan from these parameters: with them another program can make the same roadmap.
 TaskSettings task_settings(const PlannerParams& params);
 
 /// Plans the decided task and streams it to the bridge. Its ports are its interface.

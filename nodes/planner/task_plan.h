@@ -54,11 +54,11 @@ std::vector<kin::Ball> cylinder_balls(const Eigen::Vector3d& center, double radi
 /// on a box is allowed. Empty if its place is free.
 std::optional<std::string> place_blocked(const kin::Table& table, const Eigen::Vector3d& center);
 
-/// Boxes that close the plane of the bridge except for the decided passage: `above` leaves open
-/// what is above the bar, `below` the opening under it. They are the pre-selection P_F5
-/// [M18 2.3.2]: a posture is pre-selected if no safety ball enters them, so that P_F5 ∩ P_free is
-/// the set of postures that are free of real and of closed space, and the certificate of motions
-/// covers both.
+/// Boxes that close the plane of the bridge except for the decided passage: `above` leaves the
+/// space above the bar open, `below` the opening under it. They are the pre-selection P_F5 [M18
+/// 2.3.2]: a posture is pre-selected if no safety ball enters them, so that P_F5 ∩ P_free is the
+/// set of postures that are free of real and of closed space, and the certificate of motions covers
+/// both.
 std::vector<kin::Box> closed_passages(const kin::Table& table, Transport transport);
 
 /// The decisions to be planned for.

@@ -135,7 +135,7 @@ class TaskSequence {
   Playback playback_;
   std::size_t motion_ = 0;
   std::optional<Stop> stop_;  // why the motion brakes
-  double waited_s_ = 0.0;     // since the last change of what is waited for
+  double waited_s_ = 0.0;     // time since the awaited condition changed
 };
 
 }  // namespace mimesis::planner

@@ -59,8 +59,8 @@ class Director {
   virtual void release(int i) = 0;
 
   /// Advances all by dt.
-  /// @param robot  where the robot is; null: unknown, it is believed to do as it is told
-  /// @param seen  the drawer; null: it is where the goal says
+  /// @param robot  where the robot is; null: unknown, it is assumed to obey
+  /// @param seen  the drawer; null: it is at the goal's place
   virtual void step(const RobotFeedback* robot, const DrawerSeen* seen) = 0;
 
   virtual const CharacterState& state(int i) const { return characters_.state(i); }

@@ -64,7 +64,7 @@ class ColorTable {
  public:
   explicit ColorTable(const ColorBoxes& boxes);
 
-  /// Fills the table anew for light under which a colour c of the boxes appears as c / gain (per
+  /// Refills the table for light under which a colour c of the boxes appears as c / gain (per
   /// channel).
   void set_gain(const Eigen::Vector3d& gain_bgr);
   const Eigen::Vector3d& gain() const { return gain_; }

@@ -83,7 +83,7 @@ class JsonText {
              int index = kWholeField);
   /// Value at the end of a path; null for an element that is not there.
   void field(const google::protobuf::Message& message, const class FieldPath& path);
-  void string(std::string_view text);  ///< escaped; what is no UTF-8 becomes U+FFFD
+  void string(std::string_view text);  ///< escaped; invalid UTF-8 becomes U+FFFD
   void raw(std::string_view text) { out_ += text; }
   template <class Integer>
   void integer(Integer value) {

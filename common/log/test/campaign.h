@@ -12,8 +12,8 @@ struct Victim {
   std::uint32_t messages;
 };
 
-/// Flips one byte at a time, anywhere in the file, and expects of both readers: reported, or what
-/// is delivered is identical; from chunks nothing altered. Prints the counts.
+/// Flips one byte at a time, anywhere in the file, and expects of both readers a report or
+/// identical messages; no altered message from chunks. Prints the counts.
 void flip_bytes(const Victim& victim, int flips, unsigned seed);
 
 /// Cuts the file anywhere and expects of both readers: the messages up to some place and no other,

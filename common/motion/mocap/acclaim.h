@@ -8,7 +8,7 @@
 
 namespace mimesis::mocap {
 
-/// A skeleton of an ASF file and what an AMC file needs of it.
+/// Skeleton of an ASF file, with the data that an AMC file needs.
 struct AcclaimSkeleton {
   /// Meaning of a number of an AMC line: a shift along or a turn about an axis of this project.
   struct Freedom {

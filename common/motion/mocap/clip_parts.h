@@ -55,7 +55,7 @@ void check_lengths(const std::string& file, const Clip& clip);
 /// @throws ConfigError
 void check_options(const ReadOptions& options);
 
-/// Appends a number with so many decimals, the same bytes in every locale.
+/// Appends a number with this number of decimals, with equal bytes in every locale.
 inline void append_fixed(std::string& text, double value, int decimals) {
   char digits[400];
   const auto end =

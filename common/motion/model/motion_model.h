@@ -48,7 +48,7 @@ struct MotionModel {
   int fixed = 0;            ///< the first are non-periodic (demix::Mixture)
   bool tied = false;        ///< one delay per row and source
   std::vector<Pattern> patterns;
-  double quality = 0.0, quality_squared = 0.0;  ///< Q and Q2 over what was learned from
+  double quality = 0.0, quality_squared = 0.0;  ///< Q and Q2 over the training data
 };
 
 /// @throws ConfigError "file: what (where), expected ...": damaged, another version, sizes that do
@@ -75,7 +75,7 @@ int clamp_to_limits(const MotionModel& model, std::span<double> values);
 /// How near to its limits a row comes, over all patterns and the T phases of the sources.
 struct LimitExcess {
   std::string row;
-  double beyond_rad = 0.0;  ///< largest; negative: what is left to the nearer limit
+  double beyond_rad = 0.0;  ///< largest excess; negative: distance to the nearer limit
   std::size_t pattern = 0;  ///< where that is
   double phase_rad = 0.0;
 };

@@ -34,7 +34,7 @@ struct GoalErrors {
 };
 GoalErrors errors(const robot::Kinematics& kinematics, const std::vector<Goal>& goals);
 
-/// Steps that do not move what a Jacobian describes. [M18 3.3.2]
+/// Projects steps into the null space of a Jacobian. [M18 3.3.2]
 class NullSpace {
  public:
   /// `jacobian` rows×n. Components marked in `locked` (n) stay zero in everything below.
@@ -53,9 +53,9 @@ class NullSpace {
   Eigen::MatrixXd basis_;
 };
 
-/// Keeps joints away from their limits: for the distance d to a limit within `margin` of it,
-/// m = margin: b(d) = d/m − 1 − ln(d/m), summed. Smooth, zero further away, infinite at the limit;
-/// below m/50 it goes on with the slope there.
+/// Keeps joints away from their limits: for the distance d to a limit within `margin` of it, m =
+/// margin: b(d) = d/m − 1 − ln(d/m), summed. Smooth, zero further away, infinite at the limit;
+/// below m/50 it continues with the slope there.
 class LimitBarrier {
  public:
   explicit LimitBarrier(const robot::RobotTree& tree);
@@ -86,8 +86,8 @@ struct IkResult {
 /// Posture that fulfils `exact` goals as far as the joint limits permit, and among those comes
 /// nearest to the `wishes` (least squares) and stays away from the limits: wishes and the barrier's
 /// gradient are projected into the null space of the exact goals' Jacobian [M18 3.3.2]. A joint
-/// that would leave its limits stops there and the others go on without it.
-/// Precondition: `start` within the limits.
+/// that would leave its limits stops there; the others continue without it. Precondition: `start`
+/// within the limits.
 IkResult solve(robot::Kinematics& kinematics, const Posture& start, const std::vector<Goal>& exact,
                const std::vector<Goal>& wishes, const IkOptions& options = {});
 
@@ -103,8 +103,8 @@ struct SmoothingOptions {
 /// Lowers E by steps along its gradient and the barrier's, projected into the null space of the
 /// exact goals' Jacobian, over the whole motion: first and last posture stay, end effectors stay
 /// where each posture has them (to 1e-10), joints stay within their limits. `exact[t]`: the goals
-/// of posture t, of which only link, frame and what counts is used. A step that does not lower
-/// E plus barrier is not taken.
+/// of posture t, of which only link, frame and axes are used. A step that does not lower E plus
+/// barrier is not taken.
 void smooth(robot::Kinematics& kinematics, const std::vector<std::vector<Goal>>& exact,
             std::vector<Posture>& postures, const SmoothingOptions& options = {});
 

@@ -44,7 +44,7 @@ struct RobotOptions {
   SmoothingOptions smoothing;
 };
 
-/// One frame of what a robot shall do.
+/// One frame of a robot's goals.
 struct FrameGoals {
   std::vector<Goal> exact, wishes;
 };

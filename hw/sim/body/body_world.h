@@ -103,9 +103,9 @@ class BodyWorld {
   BodyWorld(const BodyWorld&) = delete;
   BodyWorld& operator=(const BodyWorld&) = delete;
 
-  /// Moves on by `duration_s` (rounded to steps of dt, at least one) while the set-points go
-  /// linearly to `target` (dof [rad], cut to the limits). A target that is no number leaves its
-  /// joint's set-point, one of the wrong size all of them; trouble() says so.
+  /// Advances by `duration_s` (rounded to steps of dt, at least one) while the set-points go
+  /// linearly to `target` (dof [rad], cut to the limits). A target that is not a number leaves its
+  /// joint's set-point unchanged, one of the wrong size all of them; trouble() reports it.
   void step(std::span<const double> target, double duration_s);
   void push(const Push& push);  ///< at_s: time of this world; past: at once
   void fail(int joint, MotorFault fault);

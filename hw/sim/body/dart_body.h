@@ -19,7 +19,7 @@ struct DartLink {
   Eigen::Isometry3d X_NL = Eigen::Isometry3d::Identity();
 };
 
-/// A biped and the ground as DART has them. Private to BodyWorld: nobody else includes it.
+/// A biped and the ground in DART. Private to BodyWorld.
 struct DartBody {
   std::shared_ptr<dart::simulation::World> world;
   std::shared_ptr<dart::dynamics::Skeleton> robot;
@@ -86,7 +86,7 @@ class JointLoads {
   Eigen::VectorXd torque_;
 };
 
-/// The motors of all joints: how they follow set-points, what they cannot do, how they fail.
+/// The motors of all joints: how they follow set-points, their limits and failures.
 class Motors {
  public:
   Motors(const robot::Biped& biped, const DartBody& body, const BodyOptions& options);
@@ -94,7 +94,7 @@ class Motors {
   void fail(int joint, MotorFault fault);
   /// Before every step of the world. `set_point`: dof [rad].
   void drive(const Eigen::VectorXd& set_point);
-  /// After it: what the joints really bore (JointLoads), dof [N m].
+  /// After it: the true loads of the joints (JointLoads), dof [N m].
   void feel(const Eigen::VectorXd& torque);
 
  private:

@@ -21,10 +21,11 @@ struct DrawerSettings {
   double yaw_rad = 0.0;                 ///< direction of the axis
   double handle_height_m = 0.92, handle_left_m = 0.14;
   double object_height_m = 0.90, object_left_m = 0.0, object_depth_m = 0.25;
-  double longest_m = 0.40;                       ///< it opens so far
+  double longest_m = 0.40;                       ///< longest opening
   double friction_n = 7.0, viscous_n_s_m = 5.0;  ///< Coulomb and viscous friction of the rail
-  double near_m = 0.03, dwell_s = 0.1;           ///< a hand grips what it is so near, for so long
-  double slips_n = 40.0;                         ///< pulls the handle out of the hand
+  /// a hand grips within this distance after this time
+  double near_m = 0.03, dwell_s = 0.1;
+  double slips_n = 40.0;  ///< pulls the handle out of the hand
   std::vector<DrawerJump> jumps = {};
 };
 
@@ -47,7 +48,7 @@ struct DrawerHands {
 /// and carries the object for the right one. Deterministic.
 class Drawer {
  public:
-  /// @throws ConfigError that names what is no number or out of range
+  /// @throws ConfigError that names the value that is no number or out of range
   explicit Drawer(const DrawerSettings& settings);
 
   /// Moves on by dt to `time_s`. @return force on the left hand in W [N], at the hand's point.
@@ -72,7 +73,7 @@ class Drawer {
   Eigen::Vector3d axis_W_, left_W_;
   DrawerNow now_;
   std::array<std::optional<double>, 2> error_m_;
-  std::array<double, 2> near_s_{};  ///< for so long
+  std::array<double, 2> near_s_{};  ///< time near the target
   bool lost_ = false;  ///< out of a closed hand, which has to open before it grips again
   Eigen::Vector3d handle_to_hand_W_m_ = Eigen::Vector3d::Zero();  ///< when it gripped
   double hand_m_ = 0.0, speed_m_s_ = 0.0;                         ///< along the axis, low-passed

@@ -20,13 +20,13 @@
 namespace mimesis::hw::sim {
 
 /// A biped in a physics world behind simulated drives on CAN buses. Per step: the drives move their
-/// motors' set-points, the world moves on by as much, the drives answer with what it says.
+/// motors' set-points, the world advances, the drives answer with its sensor readings.
 class SimBodyNode {
  public:
   using Params = SimBodyParams;
   SimBodyNode(const Params& params, runtime::Bus& bus);
   void step(runtime::Time now);
-  /// No motor is commanded any more: whoever stops a simulation sees how the robot stopped.
+  /// Motors get no more commands: the end of the simulation shows how the robot stopped.
   bool at_rest() const;
 
  private:

@@ -6,12 +6,12 @@
 
 namespace mimesis::hw::sim {
 
-/// How well a walk went, so far: the figures of v1.WalkOutcome.
+/// Quality of a walk so far: the figures of v1.WalkOutcome.
 struct WalkFigures {
   bool fell = false;
   std::string how;  ///< it fell
   int steps = 0;    ///< set down by the plan
-  /// Where feet stand against the plan, relative to the other foot: what the walker can do about.
+  /// Foot placement error relative to the other foot, the part that the walker controls.
   double step_error_max_m = 0.0, step_error_rms_m = 0.0;
   /// Along the other foot, against the wished length; 0 if none was wished.
   double step_length_error_max_m = 0.0;

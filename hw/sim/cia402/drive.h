@@ -26,7 +26,7 @@ class Dictionary {
   std::uint32_t get(cia402::Object object) const;  ///< precondition: exists
   std::int32_t get_signed(cia402::Object object) const;
   void set(cia402::Object object,
-           std::uint32_t value);  ///< from inside the node, whatever the access
+           std::uint32_t value);  ///< from inside the node, regardless of the access type
   bool contains(cia402::Object object) const { return entries_.contains(key(object)); }
   int bytes(cia402::Object object) const { return entries_.at(key(object)).bytes; }
 
@@ -68,7 +68,7 @@ class Drive {
  public:
   explicit Drive(const DriveConfig& config);
 
-  /// Motion and watchdogs from the last call up to `now`; appends what the drive says by itself.
+  /// Motion and watchdogs from the last call up to `now`; appends the drive's own messages.
   void advance(Time now, std::vector<can::Frame>& out) {
     move(now, out);
     watch(now, out);

@@ -52,7 +52,7 @@ class DrivesNode {
   using Params = DrivesParams;
   DrivesNode(const Params& params, runtime::Bus& bus);
   void step(runtime::Time now);
-  /// No joint moves and no drive is enabled: whoever stops a simulation sees how the arm stopped.
+  /// No joint moves and no drive is enabled: the end of the simulation shows how the arm stopped.
   bool at_rest() const;
 
  private:

@@ -22,8 +22,8 @@ struct Hand {
   double closure = 0.0;  ///< 0 open .. 1 closed [1]
 };
 
-/// Arm, hand, object and table as they really are: what a robot's world would do, and what a judge
-/// sees.
+/// True state of arm, hand, object and table: the role of the robot's world, and the view of a
+/// judge.
 class World {
  public:
   World(kin::ArmModel arm, const kin::Table& table, const WorldShape& shape);

@@ -47,7 +47,7 @@ struct WorldParams {
   }
 };
 
-/// The robot's world: tells the hand what is between its fingers, and judges the trial.
+/// The robot's world: tells the hand which object is between its fingers, and judges the trial.
 class WorldNode {
  public:
   using Params = WorldParams;

@@ -45,9 +45,9 @@ double connectivity_without_link(const CouplingGraph& graph);
 /// (1 − r)/(1 + r): ζ of α, η of β.
 inline double half_range(double ratio) { return (1.0 - ratio) / (1.0 + ratio); }
 
-/// ζ² + η² [M18 B.10]: below 1 the anticommutator is positive definite, whatever the eigenvectors;
-/// at and above 1 there are eigenvectors for which it is not (theorem 6). For a Laplacian and a
-/// diagonal D the condition is sufficient only.
+/// ζ² + η² [M18 B.10]: below 1 the anticommutator is positive definite for all eigenvectors; at and
+/// above 1 there are eigenvectors for which it is not (theorem 6). For a Laplacian and a diagonal D
+/// the condition is sufficient only.
 double theorem6_sum(double alpha, double beta);
 /// β > (1 − α)/(1 + α) [M18 B.13], narrower.
 inline bool weak_condition(double alpha, double beta) { return beta > half_range(alpha); }

@@ -40,8 +40,8 @@ class Monitor {
   /// Without a certificate.
   Monitor();
 
-  /// A certificate of the group as it is: measures anew, but for what is told by agent and has the
-  /// same rate as before.
+  /// Starts a new measurement with this certificate, except for values per agent that have the same
+  /// rate as before.
   void certify(Certificate certificate);
   /// @param t_s  of the simulation, increasing
   void step(double t_s, const GroupErrors& errors);

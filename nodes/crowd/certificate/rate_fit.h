@@ -21,8 +21,8 @@ class RateFit {
   /// 0 < least < most
   RateFit(double least, double most) : least_(least), most_(most) {}
 
-  /// Samples in the order of time. One above the band begins anew, one below it or that is no
-  /// number is left out.
+  /// Samples in the order of time. A sample above the band starts again; one below it, or not a
+  /// number, is left out.
   void add(double t_s, double value);
   void restart();
 

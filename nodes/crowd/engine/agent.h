@@ -8,7 +8,7 @@ namespace mimesis::crowd {
 /// Name of an agent, stable for its life, the same in every process. 0 is none: see GroupSums.
 using AgentId = std::uint64_t;
 
-/// Tells which process moves an agent, and what others may expect of it.
+/// Tells which process moves an agent, and how it reacts to others.
 enum class Role : std::uint8_t {
   own,       ///< moved by `Crowd::step`
   external,  ///< a robot, another program: coupled, but others must yield alone
@@ -21,8 +21,8 @@ constexpr bool is_coupled(Role r) { return r <= Role::mirror; }
 constexpr bool yields(Role r) { return r == Role::own || r == Role::mirror || r == Role::ghost; }
 
 /// State that changes in a step, and all that the next step needs: handed to another coordinator,
-/// the agent goes on as it would have here, up to rounding: sums over a group are added in another
-/// order there, and turns of phases may be taken off. W: world, z up.
+/// the agent continues as here, up to rounding: sums over a group are added in another order there,
+/// and turns of phases may be taken off. W: world, z up.
 struct AgentState {
   static constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
@@ -37,8 +37,8 @@ struct AgentState {
   double phase_rate_rad_s = kNone;    ///< φ̇ at the step before; none: just begun
   double heading_rate_rad_s = kNone;  ///< ψ̇ at the step before; none: just begun
   double smoothed_error_m = 0.0;      ///< ε of rule I's low-pass
-  /// 10: inside of others, or stepping back; less by one from neighbour to neighbour, who make
-  /// room.
+  /// 10: inside of others, or stepping back; decreases by one from neighbour to neighbour, which
+  /// make room.
   static constexpr int kMostPressed = 10;
   int pressed = 0;
 };
@@ -47,7 +47,7 @@ struct AgentState {
 struct AgentTraits {
   double omega_rad_s = 0.0;  ///< eigenfrequency of the gait (two steps), >= 0
   double stride = 1.0;       ///< factor of the steps, from the agent's style, > 0
-  double radius_m = 0.3;     ///< radius of the disc that nobody enters, >= 0
+  double radius_m = 0.3;     ///< radius of the disc that no other agent enters, >= 0
   double place_m = 0.0;      ///< dᵢ: its place along the group's path; dᵢⱼ = dᵢ − dⱼ
   double lane_m = 0.0;       ///< its line across the path, + to the left
   Eigen::Vector2d goal_W_m = Eigen::Vector2d::Zero();  ///< goal of HeadingKind::goal

@@ -5,7 +5,7 @@
 
 namespace mimesis::crowd {
 
-/// v·n ≤ limit. Limits are not negative: who stands still breaks none.
+/// v·n ≤ limit. Limits are not negative: an agent at rest breaks none.
 struct Bound {
   Eigen::Vector2d n;  ///< unit vector to the other
   double limit_m_s;

@@ -37,8 +37,8 @@ struct Wall {
 };
 
 /// Navigation [M18 eq. 3.24-3.27] of groups whose heading rule says `avoid`, and the bounds of
-/// their velocities that keep discs apart. An agent that is held back marks time: its phase goes
-/// on.
+/// their velocities that keep discs apart. An agent that is held back marks time: its phase
+/// continues.
 struct AvoidSettings {
   NavigationParams navigation{};
   double reach_m = 5.0;    ///< others further away are not seen
@@ -83,8 +83,9 @@ class Crowd {
   const GroupSettings& group(int group) const;
   int groups() const;
 
-  /// @throws ConfigError for an id that is there already, values that are not finite or out of
-  ///         range, and where gains are too large for dt with so many; nothing has changed then.
+  /// @throws ConfigError for an id that exists already, values that are not finite or out of
+  ///         range, and if gains are too large for dt with this number of agents; then nothing
+  /// changes.
   void add(int group, std::span<const Agent> agents);
   /// Number of those that were there.
   int remove(std::span<const AgentId> ids);
@@ -139,9 +140,9 @@ class Crowd {
   /// Empty before the first step with it.
   std::optional<Wish> wish(AgentId id) const;
 
-  /// Addend of ψ̇ by navigation in the last step, before it was shared with the goal;
-  /// NaN: not known, as before the first step and since somebody came or left. 0 in groups that do
-  /// not avoid.
+  /// Addend of ψ̇ by navigation in the last step, before it was shared with the goal; NaN: not
+  /// known, as before the first step and after an agent came or left. 0 in groups that do not
+  /// avoid.
   double avoidance_rad_s(int row) const;
 
   /// zᵢ − dᵢ of all rows of a group [m], into as many values.
@@ -151,7 +152,8 @@ class Crowd {
   struct Contacts {
     int held = 0;         ///< agents whose velocity was bounded by others or obstacles
     int overlapping = 0;  ///< agents in another's disc, or in an obstacle, at the step's begin
-    double least_gap_m = std::numeric_limits<double>::infinity();  ///< between discs, likewise
+    /// between discs, since the start
+    double least_gap_m = std::numeric_limits<double>::infinity();
   };
   Contacts contacts() const;
 

@@ -22,7 +22,7 @@ struct Surroundings {
     vx[count] = vx_m_s;
     vy[count++] = vy_m_s;
   }
-  /// Fills the last lanes up to a multiple of 16 with somebody who is out of reach.
+  /// Fills the last lanes up to a multiple of 16 with an agent out of reach.
   void pad();
 };
 
@@ -41,10 +41,9 @@ struct Steered {
   float x, y, vx, vy, cos_heading, sin_heading;
 };
 
-/// Sum of the terms of avoidance and of predicted collisions over all others within reach
-/// [rad/s; M18 eq. 3.26, 3.27]; whoever stands at the same point is the agent itself. Agrees with
-/// avoidance_term and prediction_term (engine/testing) to 2e-4 of the gains. Same bits on every
-/// instruction set.
+/// Sum of the terms of avoidance and of predicted collisions over all others within reach [rad/s;
+/// M18 eq. 3.26, 3.27]; an agent at the same point is the agent itself. Agrees with avoidance_term
+/// and prediction_term (engine/testing) to 2e-4 of the gains. Same bits on every instruction set.
 float steer(const Surroundings& around, const Steered& self, const SteerParams& p);
 
 /// Parts of `steer`, compiled for the instruction set of their caller.

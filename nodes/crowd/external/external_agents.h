@@ -36,8 +36,8 @@ enum class Trust {
   lagging   ///< late or implausible: an obstacle that goes straight on, coupled to nobody
 };
 
-/// Agents that others move: who of them takes part, and what is believed of them. Pure: times are
-/// given, and the same reports give the same trust.
+/// Agents that other programs move: which of them take part, and their trusted state. Pure: times
+/// are given, and the same reports give the same trust.
 ///
 ///   absent ──report──> trusted ──older than stale, or implausible──> lagging ──in time──> trusted
 ///      ^                  │ leaves                                       │ forget_s

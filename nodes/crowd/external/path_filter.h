@@ -8,10 +8,10 @@
 
 namespace mimesis::crowd {
 
-/// The walker of the theory in a body that walks. A pelvis sways, turns and hurries with every step
-/// (walk.motion.json: 3.5 cm, 0.13 rad, 30 %), and its mean heading is not quite the way it goes.
-/// Means over the last gait cycle, by the phase, are free of all that has its period; half of the
-/// change over the cycle brings them to the present:
+/// Estimates the walker of the theory from a walking body. A pelvis sways, turns and hurries with
+/// every step (walk.motion.json: 3.5 cm, 0.13 rad, 30 %), and its mean heading is not quite the way
+/// it goes. Means over the last gait cycle, by the phase, are free of all that has its period; half
+/// of the change over the cycle brings them to the present:
 ///   p = ⟨p⟩ + Δp/2 + W(φ) |Δp| / (2π ⟨g⟩),  ψ = ⟨ψ⟩ + Δψ/2 − β,  v = φ̇ g(φ) |Δp| / (2π ⟨g⟩),
 /// W = ∫(g − ⟨g⟩) dφ without its mean, what the theory's walker itself sways along its way; β is
 /// what headings are from the ways, learned in some cycles. Exact for steady walking. Where less
@@ -21,8 +21,7 @@ class PathFilter {
  public:
   using Time = std::chrono::nanoseconds;
 
-  /// @param body  in the order of time; who moves faster than any walker, or was not heard of for
-  ///              long, begins anew
+  /// @param body  in the order of time; after an impossible speed or a long silence it starts again
   AgentReport step(const AgentReport& body, Time stamp, const SpeedFunction& gait);
 
   /// β: add it to the heading of a way for the body's [rad].
@@ -54,8 +53,8 @@ class PathFilter {
   bool yaw_known_ = false;
 };
 
-/// How much longer steps are than what was asked for: bodies have shares of movements, not metres.
-/// A body follows what is asked of it late; learned in some cycles while both change little.
+/// Ratio of actual to requested length of steps: bodies have shares of movements, not metres. A
+/// body follows requests late; learned in some cycles while both change little.
 class StepGain {
  public:
   /// @param asked_m, walked_m  length of a step
@@ -67,8 +66,7 @@ class StepGain {
   double value_ = 1.0, asked_late_m_ = 0.0, walked_smooth_m_ = 0.0;
 };
 
-/// Correction of the heading asked for, so that the body's way has it: the integral of
-/// what is left.
+/// Correction of the requested heading, so that the body's way has it: the integral of the error.
 class HeadingTrim {
  public:
   /// @param asked_rad, walked_rad  headings of the way
@@ -79,8 +77,8 @@ class HeadingTrim {
   double value_rad_ = 0.0;
 };
 
-/// In what time a heading rule turns to where it wants to; infinity: it wants nowhere. A heading
-/// asked for so far ahead is the one wanted, whatever is believed of the present one.
+/// Time in which a heading rule turns to its goal; infinity: it has none. A heading requested so
+/// far ahead is the goal, independent of the estimate of the present one.
 double settling_s(const HeadingRule& rule, double phase_rate_rad_s);
 
 }  // namespace mimesis::crowd

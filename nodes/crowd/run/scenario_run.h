@@ -75,7 +75,7 @@ class ScenarioRun {
   Crowd& crowd() { return crowd_; }
   const Crowd& crowd() const { return crowd_; }
   double time_s() const { return from_s_ + crowd_.time_s(); }
-  /// The run goes on from this time, where others have come to. Before the first step.
+  /// The run continues from this time of the others. Before the first step.
   void join(double time_s) { from_s_ = time_s; }
   /// Phase of the scenario's beat at the present time, not wrapped [rad]. If an agent is the beat
   /// and no longer trusted, the phase continues at the beat's rate.
@@ -95,7 +95,7 @@ class ScenarioRun {
   /// ids: all groups take the gait. Returns why not, or an empty text.
   std::string wish_gait(std::span<const AgentId> ids, const std::string& name);
   /// Changes of groups, then a step of the crowd.
-  /// @throws ConfigError as Crowd where somebody cannot join a group: it stays in its own, and the
+  /// @throws ConfigError as Crowd if an agent cannot join a group: it stays in its own, and the
   ///         step was made
   void step(parallel::Team* team = nullptr);
   /// Switches in the last step, in the order in which they happened.
@@ -107,7 +107,7 @@ class ScenarioRun {
   /// No effect if the agent is not ours.
   std::optional<Traveller> release(AgentId id);
   /// An agent of which only its state is known: it has the traits of its start in the gait of its
-  /// group, and begins its group's route anew. Precondition: roster().known(id).
+  /// group, and starts its group's route again. Precondition: roster().known(id).
   Traveller traveller(AgentId id, int group, const AgentState& state) const;
   /// The agent is ours from now on, in this state.
   /// @throws ConfigError as Crowd::add

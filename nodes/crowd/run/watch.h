@@ -81,8 +81,9 @@ class Closeness {
   void observe(std::span<const Disc> discs);
 
   double least_gap_m() const { return least_gap_m_; }  ///< between two discs, since the start
-  double least_distance_m() const { return least_distance_m_; }  ///< between two middles, likewise
-  std::uint64_t collisions() const { return collisions_; }       ///< overlaps that began
+  /// between two middles, since the start
+  double least_distance_m() const { return least_distance_m_; }
+  std::uint64_t collisions() const { return collisions_; }  ///< overlaps that began
   /// Pairs that overlap, smaller id first, ascending.
   std::span<const std::pair<AgentId, AgentId>> overlapping() const { return overlapping_; }
 
@@ -95,11 +96,11 @@ class Closeness {
   std::vector<std::pair<AgentId, AgentId>> overlapping_, before_;
 };
 
-/// How far an agent's heading is from what its rule wants, where headings are disturbed by
-/// avoidance: in the coordinates in which that decays exponentially, 2 tan(e/2) of the angle e to a
-/// goal, e itself to the direction of a lane. NaN where the rate is not to be measured: avoidance
-/// turns it (by more than a twentieth of what the rule does, a tenth for lanes, or by an unknown
-/// amount), the goal is nearer than the certificate holds for, or the rule has none.
+/// Error of an agent's heading against its rule, where headings are disturbed by avoidance: in the
+/// coordinates in which that decays exponentially, 2 tan(e/2) of the angle e to a goal, e itself to
+/// the direction of a lane. NaN where the rate is not to be measured: avoidance turns it (by more
+/// than a twentieth of what the rule does, a tenth for lanes, or by an unknown amount), the goal is
+/// nearer than the certificate holds for, or the rule has none.
 /// @param omega_rad_s  of the group's gait
 double turn_error(const Group& group, const HeadingRule& rule, const RuleCertificate& certificate,
                   double omega_rad_s, const Observed& agent);
@@ -129,13 +130,13 @@ class Watch {
   /// With the groups as the scenario begins them.
   explicit Watch(const ScenarioRun& run);
 
-  /// Everybody at one time, by group and id. A group that has other members or rules than its
-  /// certificate says is certified anew.
+  /// All agents at one time, by group and id. A group with other members or rules than in its
+  /// certificate gets a new one.
   void observe(const ScenarioRun& run, double time_s, std::span<const Observed> everybody);
   /// Why the next change of a group's members will be; else they just changed.
   void expect_change(int group, std::string reason);
 
-  /// A group was disturbed: its certificate is made anew.
+  /// A group was disturbed: it gets a new certificate.
   void disturb(const ScenarioRun& run, int group, const std::string& reason);
 
   std::vector<RuleLine> lines() const;
@@ -149,7 +150,7 @@ class Watch {
   double in_order_since_s() const { return since_s_; }  ///< negative: it is not
   /// number of agents that its certificate is for
   int agents(int group) const;
-  /// Names what is not in order, group by group.
+  /// Names the groups and rules that are not in order.
   std::string disorder(const ScenarioRun& run) const;
   double place_most_m() const;  ///< farthest from its place, of groups with a formation
   bool broken() const;          ///< something was measured to be slower than guaranteed

@@ -86,8 +86,8 @@ enum class Aim {
 struct Goals {
   Aim aim = Aim::none;
   std::vector<double> position_m{};  ///< x, y in W of one after the other
-  bool loop = false;                 ///< a route begins anew
-  double reached_m = 0.5;            ///< so near is there
+  bool loop = false;                 ///< a route starts again
+  double reached_m = 0.5;            ///< distance within which a place is reached
 };
 
 /// Agents with the same rules and gait. z runs from `origin` along `heading`.
@@ -108,7 +108,7 @@ struct Group {
 /// An external rhythm, such as music: phase at time 0 and rate; rate 0: none.
 struct Rhythm {
   double phase_rad = 0.0, rate_rad_s = 0.0;
-  std::string agent{};  ///< external agent whose gait it is, such as a robot; goes on without it
+  std::string agent{};  ///< external agent whose gait it is, such as a robot; continues without it
 };
 
 struct PillarSpec {
@@ -127,8 +127,8 @@ struct Change {
   Rules rules{};
 };
 
-/// An agent of `from` ("": of any group) in the rectangle goes over to group `to`; those who must
-/// gather wait there until so many have come.
+/// An agent of `from` ("": of any group) in the rectangle changes to group `to`; with gathering,
+/// agents wait there until this number has come.
 struct Zone {
   std::string name, from, to;
   double least_x_m = 0.0, least_y_m = 0.0, most_x_m = 0.0, most_y_m = 0.0;
@@ -155,7 +155,7 @@ struct Scenario {
   int seed = 1;
   double step_s = 0.02;    ///< step of the simulation
   double until_s = 60.0;   ///< length of the run
-  double formed_m = 0.01;  ///< a formation stands when nobody is farther from its place
+  double formed_m = 0.01;  ///< largest distance of an agent from its place in a formation in order
   double stale_s = 0.3;    ///< older states of external agents are not trusted
   Rhythm beat{};
   std::vector<Gait> gaits{};
@@ -183,7 +183,7 @@ struct Fault {
   std::string path, what;
 };
 
-/// All of them, whatever wrote the scenario; none: it can run.
+/// All faults, whatever the source of the scenario; none: it can run.
 std::vector<Fault> faults(const Scenario& scenario);
 
 /// The coupling graph that settings ask for among n agents. @throws ConfigError

@@ -8,8 +8,8 @@ namespace mimesis::crowd::testing {
 
 inline constexpr std::uint64_t kRobot = 5;  ///< the agent after the four of the square
 
-/// Four that walk in a square, and a robot that belongs to them and lives elsewhere. `more` goes on
-/// with the list of externals.
+/// Four agents that walk in a square, and a robot of their group in another process. `more`
+/// continues the list of externals.
 inline std::string square_with_robot(const std::string& name, const std::string& stale_s,
                                      const std::string& more_groups = "",
                                      const std::string& more = "") {

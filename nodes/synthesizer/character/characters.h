@@ -54,7 +54,7 @@ class Characters {
   /// False: the rows move no pelvis, so no goal can be reached.
   bool moves() const { return moves_; }
 
-  /// A rhythm for all, now at this phase; goes on by itself.
+  /// A rhythm for all, now at this phase; continues by itself.
   void set_beat(double phase_rad, double rate_rad_s);
   void end_beat() { beat_.on = false; }
   /// A coordinator's wish for one character, from now until release(); it has priority over the

@@ -40,8 +40,8 @@ class Repertoire {
   /// sizes.
   explicit Repertoire(const motion::MotionModel& model);
 
-  /// Its patterns are the motions: what a CharacterBatch is made of. It says `tied`, so that the
-  /// batch blends patterns; see same_delays().
+  /// Its patterns are the motions, for a CharacterBatch. It is marked `tied`, so that the batch
+  /// blends patterns; see same_delays().
   const motion::MotionModel& model() const { return model_; }
   /// All motions with a share have the same delays (of a tied model: all motions), so that their
   /// blend is a blend of weights and means.
@@ -51,7 +51,7 @@ class Repertoire {
   const std::vector<StyleMotions>& styles() const { return styles_; }
   const StyleMotions& style(int s) const { return styles_[static_cast<std::size_t>(s)]; }
   int style_count() const { return static_cast<int>(styles_.size()); }
-  /// −1: there is none of that name.
+  /// −1: no motion has that name.
   int find(const std::string& style) const;
   /// "happy, sad, neutral"
   std::string known() const;

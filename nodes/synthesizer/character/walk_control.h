@@ -7,13 +7,14 @@
 
 namespace mimesis::synthesizer {
 
-/// How a character walks where it is told to.
+/// Settings of a character's walk to a goal.
 struct WalkSettings {
   double dt_s = 1.0 / 60.0;
   double style_beta = 0.2;      ///< β of event-based transitions [M18 eq. 3.23] [1]
   double turn_gain_1_s = 1.5;   ///< gain of the goal-finding term [M18 eq. 3.25]
   double turn_max_rad_s = 0.8;  ///< largest yaw rate
-  /// A goal this near is reached; twice as far by who has stopped on the way to it.
+  /// A goal within this distance is reached; twice the distance if the character has stopped on its
+  /// way.
   double goal_tolerance_m = 0.15;
   double longest_step = 1.15;   ///< longest step, in steps of the style [1]
   double shortest_cycle = 0.6;  ///< fastest rhythm: share of the style's cycle [1]

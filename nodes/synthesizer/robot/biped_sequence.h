@@ -51,9 +51,9 @@ struct BipedSequenceOptions {
   double step_s = 0.8, shift_s = 0.8;
   double beta = 0.2;        ///< half width of a transition, of π [M18 eq. 3.23]
   double settle_s = 0.08;   ///< how fast the action under way takes new parameters
-  double fixed_s = 0.3;     ///< so long before it lands a foot's landing changes no more
+  double fixed_s = 0.3;     ///< time before a landing in which it is no longer changed
   double aside_m = 0.04;    ///< sideways part of a step, to a drawer that is not straight ahead
-  double patience_s = 4.0;  ///< for a hand that does not get hold of what it shall
+  double patience_s = 4.0;  ///< time limit of a hand that does not get its object
 };
 
 /// A wish for one hand: the point between its fingers.
@@ -85,7 +85,7 @@ struct BipedSequenceState {
 /// actions, and goals of the hands.
 ///
 /// Loop: actions begin and end with the landings that the robot reports, and their phase is that of
-/// its steps (GaitClock). At every landing, and when the drawer jumps, the steps are planned anew
+/// its steps (GaitClock). At every landing, and when the drawer jumps, the steps are planned again
 /// from where the feet are (plan_steps()). ArmReach corrects the distance of the mixture's hands
 /// from handle and object; a hand that the robot reports elsewhere than wished is led back slowly.
 /// A hand closes when it is there, with its gripper if it has one. The drawer opens on as long as
@@ -204,7 +204,7 @@ class BipedDrawerSequence {
     Eigen::Vector3d gap_m = Eigen::Vector3d::Zero(), gap_rate = Eigen::Vector3d::Zero(),
                     led_m = Eigen::Vector3d::Zero(), last_target_m = Eigen::Vector3d::Zero();
     bool has_target = false, closes = false;
-    double near_s = 0.0;  // its target, for so long
+    double near_s = 0.0;  // time at its target
     int gripper = -1;     // joint
     double open_rad = 0.0, closed_rad = 0.0, gripper_rad = 0.0;
   };

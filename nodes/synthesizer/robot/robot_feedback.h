@@ -16,8 +16,8 @@ struct SolePrint {
 
 enum class RobotGait { waiting, standing, starting, walking, stopping, safe };
 
-/// Where a walking robot believes to be and what it plans: the feedback to whoever wishes its
-/// motion [M18 3.8.1].
+/// Estimated place and plan of a walking robot: feedback to the node that wishes its motion [M18
+/// 3.8.1].
 struct RobotFeedback {
   RobotGait gait = RobotGait::standing;
   Eigen::Vector3d pelvis_W_m = Eigen::Vector3d::Zero();
@@ -71,15 +71,15 @@ class GaitClock {
 /// Landings that are wished: of the next swing foot and the one after it.
 using Landings = std::array<std::optional<SolePrint>, 2>;
 
-/// A robot that walks exactly as it is wished: what is believed while none says where it is. Shifts
-/// its weight first, then a step every `step_s`, as long as landings are wished; the middle of the
-/// feet carries the pelvis.
+/// A robot that walks exactly as wished: assumed while there is no feedback. Shifts its weight
+/// first, then a step every `step_s`, as long as landings are wished; the middle of the feet
+/// carries the pelvis.
 class BelievedRobot {
  public:
   BelievedRobot(double step_s, double shift_s, double dt_s)
       : step_s_(step_s), shift_s_(shift_s), dt_s_(dt_s) {}
 
-  /// It goes on from here.
+  /// It continues from here.
   void place(const RobotFeedback& robot);
   /// @param walk  steps are wished; else it ends with the step under way
   void step(const Landings& landing, bool walk);

@@ -21,8 +21,8 @@ double easy_pelvis_height(const robot::RobotTree& tree, const retarget::RobotFig
 /// Factors of the pelvis' velocity in actions 1 and 2.
 using Paces = std::array<double, 2>;
 
-/// How a robot does the drawer task. Defaults: biped.urdf, two steps of 0.8 s an action. Lengths
-/// are so that the fastest trials come up to what the robot can walk [M18 3.8.4].
+/// Training data of a robot's drawer task. Defaults: biped.urdf, two steps of 0.8 s an action.
+/// Lengths are chosen so that the fastest trials reach the robot's limit of walking [M18 3.8.4].
 struct RobotTrialSettings {
   std::uint64_t seed = 1;
   int trials = 10;
@@ -47,8 +47,7 @@ struct RobotTrialReport {
 
 /// Names of rows: upper-body joints [rad], then these: forward and left [m/s] in the heading frame,
 /// turn [rad/s], each the mean from its sample to the next, so that their sum is the travel. They
-/// are what a step's mean velocity shall be; the sway of the pelvis is the walker's affair and not
-/// in them.
+/// are the wished mean velocity of a step; the walker adds the sway of the pelvis.
 inline constexpr std::array<const char*, 3> kVelocityRows = {
     "pelvis.forward_m_s", "pelvis.left_m_s", "pelvis.turn_rad_s"};
 

@@ -36,7 +36,7 @@ struct StepPlan {
   double cost = 0.0;
 };
 
-/// Where the feet are along the way, and what they are at.
+/// Places of the feet along the way, and the current action.
 struct FeetAlongWay {
   double support_m = 0.0, other_m = 0.0;  ///< the foot that the next step is counted from
   mocap::Side swing = mocap::kRight;      ///< next

@@ -37,9 +37,9 @@ struct DrawerModel {
 Eigen::MatrixXd drawer_ramp(Eigen::Index samples);
 
 /// Learns the model: action 1 with tied delays; then actions 2 and 3 with those sources and delays,
-/// weights estimated anew, and the further sources from what they leave of both. (The text takes
-/// the residuals of action 2 for the further sources and only new weights for action 3: its
-/// residuals are then the largest of all.) Some seconds for 40 trials.
+/// weights estimated again, and the further sources from the residual of both. (The text takes the
+/// residuals of action 2 for the further sources and only new weights for action 3: its residuals
+/// are then the largest of all.) Some seconds for 40 trials.
 /// @throws ConfigError from demix::sisa, or for fewer than 1 source of each kind.
 DrawerModel learn_drawer_model(const DrawerData& data, const DrawerModelOptions& options = {});
 
@@ -52,9 +52,9 @@ struct ActionTask {
   double object_depth_m = 0.25, object_lateral_m = 0.0;
 };
 
-/// Nonlinear maps from what an action has to do to the parameters of its mixture: weights and means
-/// by locally weighted linear regression, one map for each action, clamped to what was trained
-/// [M18 3.4.2].
+/// Nonlinear maps from the task of an action to the parameters of its mixture: weights and means by
+/// locally weighted linear regression, one map for each action, clamped to the trained range [M18
+/// 3.4.2].
 class ActionMaps {
  public:
   /// `model`'s patterns of all actions are the same trials in the same order; those of one clip
@@ -82,10 +82,10 @@ class ActionMaps {
 };
 
 /// The drawer task's actions as learned from trials with any rows: upper body and pelvis velocity
-/// (robot_trials.h, or what a pattern generator made feasible of them), or, for comparison, the
-/// angles of all joints. Sources are learned stepwise, n₁ periodic ones from action 1 and n₂ more
-/// from what those leave of the others, beside the non-periodic one [M18 3.3.3, 3.8.3]; maps lead
-/// from what an action has to do to weights and means [M18 3.4.2].
+/// (robot_trials.h, or trials made feasible by a pattern generator), or, for comparison, the angles
+/// of all joints. Sources are learned stepwise, n₁ periodic ones from action 1 and n₂ more from the
+/// residual of the others, beside the non-periodic one [M18 3.3.3, 3.8.3]; maps lead from the task
+/// of an action to weights and means [M18 3.4.2].
 class LearnedActions {
  public:
   /// Some seconds for 40 trials. @throws ConfigError from learn_drawer_model() and ActionMaps

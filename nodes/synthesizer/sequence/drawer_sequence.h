@@ -64,7 +64,7 @@ class DrawerSequence {
   const SequenceState& state() const { return state_; }
   /// Remaining actions, the current one first.
   const std::vector<PlannedAction>& plan() const { return plan_; }
-  /// Actions begun so far with the lengths that they came to have.
+  /// Actions begun so far, with their final lengths.
   const std::vector<PlannedAction>& history() const { return history_; }
   double distance_m() const { return goal_.front_W_m - state_.pelvis_W_m.x(); }
 
@@ -100,7 +100,7 @@ class DrawerSequence {
   double opened_m_ = 0.0;
 };
 
-/// A drawer in the world: the middle of its closed front, which faces who comes.
+/// A drawer in the world: the middle of its closed front, which faces the character.
 struct DrawerPlace {
   Eigen::Vector2d front_W_m = Eigen::Vector2d::Zero();
   double object_depth_m = 0.2;

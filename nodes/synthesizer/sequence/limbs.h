@@ -89,8 +89,8 @@ class ArmReach {
   /// x, scaled so that it is 0 before and 1 after the reach.
   double share() const;
   /// Changes shoulder, elbow and wrist of `angles_rad` so that the finger tips are `share()` of the
-  /// way nearer to `p_W_target`; the elbow keeps its side. Returns how far the hand stays away from
-  /// where it ought to be [m]: not 0 only if the arm is too short.
+  /// way nearer to `p_W_target`; the elbow keeps its side. Returns the remaining error of the hand
+  /// [m]: not 0 only if the arm is too short.
   double apply(const mocap::Body& body, mocap::Side side, const Eigen::Vector3d& p_W_pelvis,
                const Eigen::Vector3d& p_W_target, Eigen::Ref<Eigen::VectorXd> angles_rad) const;
 

@@ -46,7 +46,7 @@ class SmoothCurve {
 };
 
 /// Trunk, limbs and furniture of one generated trial as functions of the time t [s], W. Keeps
-/// references to what it is made from.
+/// references to its arguments.
 class Performer {
  public:
   Performer(const mocap::Body& body, const TrialPlan& plan, const Drawer& drawer);

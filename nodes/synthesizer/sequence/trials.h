@@ -36,7 +36,7 @@ struct Manner {
   double first_step_share = 0.5;  ///< share of the normal cycle's length
 };
 
-/// One trial: what is walked, where the drawer is, in which time.
+/// One trial: the steps, the place of the drawer, the time.
 struct TrialPlan {
   double normal_length_m = 1.57,
          reaching_length_m = 0.47;  ///< travel of the pelvis in actions 1, 2
@@ -78,7 +78,7 @@ struct RenderedTrial {
   Eigen::MatrixXd angle_rad;                    ///< 51×5·samples, rows of the body
   Eigen::Matrix3Xd pelvis_W_m;                  ///< 3×5·samples
   std::vector<std::array<Contact, 2>> contact;  ///< left, right
-  Eigen::Matrix3Xd handle_W_m, object_W_m;      ///< where hands ought to be at the end of actions
+  Eigen::Matrix3Xd handle_W_m, object_W_m;      ///< targets of the hands at the end of actions
   double short_by_m = 0.0;                      ///< worst miss of any limb's target
 };
 RenderedTrial render(const mocap::Body& body, const TrialPlan& plan, const Drawer& drawer,

@@ -141,7 +141,7 @@ class Footsteps {
   /// Footprint beside `stance`.
   Footprint beside(const Footprint& stance) const;
 
-  /// Cuts a wish to the limits of the robot and reports in `trouble` what was wrong.
+  /// Cuts a wish to the limits of the robot and reports the excess in `trouble`.
   FeasibleWish feasible(const Wish& wish, PatternTrouble& trouble) const;
 
  private:

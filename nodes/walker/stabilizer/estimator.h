@@ -43,7 +43,7 @@ class Estimator {
   const Eigen::Isometry3d& X_BS(Side side) const {
     return kinematics_.X_WL(biped_->leg[side].sole);
   }
-  /// nullptr, or what is wrong with the sensors: size or a value that is not finite.
+  /// nullptr, or the fault of the sensors: size or a value that is not finite.
   const char* unusable(const Sensors& sensors) const;
 
  private:

@@ -8,8 +8,8 @@
 
 namespace mimesis::walker::testing {
 
-/// A robot that does what it is told within a tick: its loaded foot stands flat where the walker
-/// plans it, and the ground gives the planned zero moment point.
+/// An ideal robot that reaches its set-points within a tick: its loaded foot stands flat where the
+/// walker plans it, and the ground gives the planned zero moment point.
 class PerfectRobot {
  public:
   explicit PerfectRobot(const robot::Biped& biped)

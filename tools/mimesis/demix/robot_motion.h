@@ -11,8 +11,8 @@ namespace mimesis::tool {
 
 struct RobotChoice {
   std::string file;  ///< its description, such as biped.yaml; empty: no robot
-  /// Kept free at both ends of every joint when clips are retargeted, a quarter of its range at
-  /// most: for what the mixture adds [rad].
+  /// Margin at both ends of every joint when clips are retargeted, a quarter of its range at most:
+  /// for the overshoot of the mixture [rad].
   double limit_margin_rad = 0.05;
 };
 

@@ -101,7 +101,7 @@ struct GraphFile {
   const NodeSpec* find(const std::string& node) const;
 };
 
-/// Reads `file`. Mistakes are collected; what is returned is usable if there are none.
+/// Reads `file`. Mistakes are collected; the result is usable if there are none.
 /// @param args "NAME=VALUE" from the command line
 /// @param run_log folder that `${run:log}` stands for
 /// @throws ConfigError if the file cannot be read as YAML.

@@ -42,7 +42,7 @@ struct Child {
 
   /// To its whole process group; nothing if it has been reaped.
   void send(int signal) const;
-  /// Its ending if it has ended; reaps it and kills what is left of its process group.
+  /// Its ending if it has ended; reaps it and kills the rest of its process group.
   std::optional<Ending> reap();
 };
 

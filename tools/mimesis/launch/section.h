@@ -9,7 +9,7 @@
 
 namespace mimesis::launch {
 
-/// All that is wrong with a launch file: a check goes on after the first mistake.
+/// All mistakes of a launch file: a check continues after the first one.
 class Mistakes {
  public:
   void add(const runtime::Place& place, const std::string& what);
@@ -34,7 +34,7 @@ struct Text {
 };
 
 /// Reads one map of a launch file: each value by its expected type, with variables replaced. Call
-/// `finish` when all known keys were asked for; what was not asked for is unknown.
+/// `finish` after reading all known keys; keys not read are unknown.
 class Section {
  public:
   Section(const runtime::Yaml& map, const runtime::Variables& variables, Mistakes& mistakes);

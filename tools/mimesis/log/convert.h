@@ -17,7 +17,7 @@ namespace mimesis::tool {
 /// Kind of a file, by its first bytes.
 enum class LogKind { mcap, candump, lcm };
 
-/// @throws ConfigError for other kinds: it names what they are and who converts them.
+/// @throws ConfigError for other kinds: it names the kind and its converter.
 LogKind detect_kind(const log::Source& source, const std::string& path);
 
 struct ConvertOptions {

@@ -35,9 +35,9 @@ struct NotWritten : VerbEnd {
 };
 
 /// A log that is made from others. It stands under PATH.part until it is complete and is removed if
-/// that never happens: whatever ends the program, PATH is the old file or the whole new one.
-/// Schemas and channels are added when a message needs them; equal ones of several logs are one.
-/// All that writes throws NotWritten when it cannot.
+/// that never happens: however the program ends, PATH is the old file or the whole new one. Schemas
+/// and channels are added when a message needs them; equal ones of several logs are one. All that
+/// writes throws NotWritten when it cannot.
 class NewLog {
  public:
   /// @throws ConfigError as `check_output`, or if the file cannot be created.
@@ -79,8 +79,8 @@ class NewLog {
 
   /// Closes the log, reads it back whole if `verify`, and gives it its name. Last call.
   void finish(bool verify = false);
-  /// Finishes, says what the log holds (standard error; with `json` one object on standard output,
-  /// `more` behind the usual members) and gives the exit code: 1 after damage.
+  /// Finishes, prints the contents of the log (standard error; with `json` one object on standard
+  /// output, `more` behind the usual members) and gives the exit code: 1 after damage.
   int conclude(bool json, const nlohmann::ordered_json& more = nlohmann::ordered_json::object());
 
   const log::Statistics& statistics() const { return writer_->statistics(); }

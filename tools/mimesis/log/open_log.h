@@ -24,8 +24,8 @@ struct VerbEnd {
   int exit_code;
 };
 
-/// One file with what it holds. A file without a summary that serves is read as a whole (and
-/// `summary.damages` says what that found).
+/// One file with what it holds. A file without a usable summary is read as a whole (its damages are
+/// in `summary.damages`).
 struct OpenLog {
   std::string path;
   std::unique_ptr<log::Source> source;
@@ -48,7 +48,7 @@ Span span_of(const std::vector<OpenLog>& logs);
 
 // --- Channels and metadata
 
-/// "node" of a channel's metadata: who published; empty in foreign logs.
+/// "node" of a channel's metadata: the publisher; empty in foreign logs.
 std::string sender_of(const log::Channel& channel);
 /// "start_id" of a channel's metadata: which start of that node; empty in older logs.
 std::string start_of(const log::Channel& channel);
@@ -114,7 +114,7 @@ std::string seconds_text(std::uint64_t ns, std::uint64_t origin_ns = 0);
 log::MergedReader merged(const std::vector<OpenLog>& logs, const log::Selection& selection = {},
                          const std::vector<std::int64_t>& offsets_ns = {});
 
-/// A bar for logs that are read by time: bytes are told from the share of their time.
+/// A bar for logs that are read by time: bytes are estimated from the share of their time.
 class LogProgress {
  public:
   LogProgress(const std::string& what, const std::vector<OpenLog>& logs,
@@ -130,8 +130,8 @@ class LogProgress {
 /// One line per damage on standard error, "FILE: byte N: what"; returns how many there are.
 std::uint64_t report_damages(const std::string& path, const std::vector<log::Damage>& damages,
                              std::uint64_t count);
-/// The damages of a log, those that a reader `met` included. A file that was read as a whole has
-/// found already what the reader meets again.
+/// The damages of a log, those that a reader `met` included. For a file that was read as a whole,
+/// the reader's damages are known already.
 std::uint64_t report_damages(const OpenLog& log, const std::vector<log::Damage>& met);
 /// The damages that cost messages. A log that only lacks its footer (killed recorder) lost nothing
 /// that ever was in the file.
@@ -208,7 +208,7 @@ inline constexpr const char* kRecoveredName = "mimesis.recovered";
 
 /// "TOPIC (NODE)".
 std::string loss_key(const log::Channel& channel);
-/// Adds what a metadata record says; what it says otherwise is left out.
+/// Adds the counts of a metadata record; other entries are left out.
 void add_losses(const std::map<std::string, std::string>& metadata, LossCounts& counts);
 /// Counts of all logs; empty if none has counts (killed recorder, foreign log).
 std::optional<LossCounts> read_losses(const std::vector<OpenLog>& logs);

@@ -48,7 +48,7 @@ class PlayRemap {
     const Rule* rule = rule_for(topic);
     return rule == nullptr ? topic : rule->to + topic.substr(rule->from.size());
   }
-  /// The rules that concern none of these topics: spelt wrong, most likely.
+  /// The rules that match none of these topics: probably misspelt.
   std::vector<std::string> unused(const std::vector<std::string>& topics) const {
     std::set<const Rule*> used;
     for (const std::string& topic : topics) used.insert(rule_for(topic));
@@ -104,8 +104,8 @@ struct Played {
 
 /// The messages of a log (several files: the parts of one) in the order of their log times, equal
 /// ones in the order of the files. A seek gives for each latched topic the last value before, so
-/// that who starts late shows what a late subscriber would see. The values that a recorder repeats
-/// at the head of every part are left out.
+/// that a late start shows the values that a late subscriber would get. The values that a recorder
+/// repeats at the head of every part are left out.
 class Playback {
  public:
   /// @throws ConfigError if nothing is selected, a topic has two types, or nothing lies in the
@@ -125,7 +125,7 @@ class Playback {
   Playback& operator=(const Playback&) = delete;
 
   const std::deque<PlayedTopic>& topics() const { return topics_; }
-  /// Lines about what was asked for and is not played: no such topic, or not Protobuf.
+  /// Lines about requested topics that are not played: no such topic, or not Protobuf.
   const std::vector<std::string>& notes() const { return notes_; }
   std::uint64_t log_start_ns() const { return span_.start_ns; }  ///< log time of position 0
   std::uint64_t start_ns() const { return start_ns_; }           ///< log times [start_ns, end_ns]
@@ -140,7 +140,7 @@ class Playback {
     return std::min(ns, kLast - span_.start_ns) + span_.start_ns;
   }
 
-  /// `next` goes on with the first message at or after this time, not before start_ns. The last
+  /// `next` continues with the first message at or after this time, not before start_ns. The last
   /// values of latched topics before it, in their order. Reads only chunks that hold such.
   std::vector<Played> seek(std::uint64_t log_time_ns) {
     constexpr std::uint64_t kFirstLook = 1'000'000'000;  // back [ns]; then four times as far
@@ -188,7 +188,7 @@ class Playback {
     return false;
   }
 
-  /// Lines on standard error for what could not be read so far; their number.
+  /// Prints lines on standard error for parts that could not be read so far; returns their number.
   std::uint64_t report_damages() {
     keep_damages();
     std::uint64_t total = 0;

@@ -80,7 +80,7 @@ class Recording {
  public:
   using Output = std::function<void(Recorded message, WallTime now)>;
 
-  /// A message is held for so long: until all of its graph time are there to be sorted.
+  /// Time that messages are held, until all of that graph time have arrived to be sorted.
   static constexpr std::chrono::milliseconds kHold{30};
 
   explicit Recording(Output output) : output_(std::move(output)) {}
@@ -100,7 +100,7 @@ class Recording {
     std::pair key{message.log_time_ns, message.node};
     held_.emplace(std::move(key), Held{std::move(message), now});
   }
-  /// Hands on what was held long enough.
+  /// Passes on messages that were held long enough.
   void advance(WallTime now) {
     // The first one held is the earliest of the graph, not the first to have come: it alone
     // decides.

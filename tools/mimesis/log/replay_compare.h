@@ -19,7 +19,7 @@ inline void compare_numbers(MessageDifference& d, const char* what, std::uint64_
 /// Compares messages of a replay with recorded ones.
 class ReplayCompare {
  public:
-  /// @param tolerance  floating-point fields may differ by so much; 0: all bytes must be equal
+  /// @param tolerance  floating-point fields may differ by this; 0: all bytes must be equal
   /// @param ignored    fields that may differ, by type
   explicit ReplayCompare(double tolerance,
                          std::map<std::string, std::set<std::string>> ignored = {})
@@ -51,7 +51,7 @@ class ReplayCompare {
   Tolerated tolerated_;
 };
 
-/// Where a replay is not what the log says.
+/// A difference between a replay and the log.
 struct ReplayDifference {
   std::optional<std::uint64_t> step;  ///< step of one node; empty in the replay of a graph
   double time_s = 0.0;                ///< graph time

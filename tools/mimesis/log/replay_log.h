@@ -25,7 +25,7 @@ namespace mimesis::tool {
 /// time]. In lock-step there is no such delay; between hosts a second was never seen.
 constexpr std::uint64_t kLate = 5'000'000'000;
 
-/// Untaken inputs that are kept at most [bytes]: minutes of images that nobody looks at.
+/// Largest size of untaken inputs [bytes]: minutes of images that no step takes.
 constexpr std::size_t kMostInputBytes = 256'000'000;
 
 /// A message that waits for the step that took or made it.
@@ -116,11 +116,11 @@ struct RecordedStep {
   std::vector<v1::InputSource> sources;  ///< sources of record.taken
 };
 
-/// Reads the steps of one life, front to back in one pass. Holds only what steps still to come may
+/// Reads the steps of one life, front to back in one pass. Holds only the data that later steps may
 /// need: outputs until they are asked for; an input that keeps the latest message until a newer one
-/// has replaced it; queues may lag behind as far as they like, so it is bytes that limit what is
-/// kept of inputs, and what was let go for that is known. Messages may stand some seconds behind
-/// the step they belong to: others received them first.
+/// has replaced it; queues may lag behind without limit, so bytes limit the kept inputs; discarded
+/// ones are known. Messages may stand some seconds behind the step they belong to: others received
+/// them first.
 class LifeReader {
  public:
   /// Both outlive the reader.
@@ -205,7 +205,7 @@ class LifeReader {
   }
   Key output_key(const std::string& topic) const { return {topic, life_.start.start_id(), ""}; }
 
-  /// Also makes the tracks, so that what is in the log at all can be told from what is missing.
+  /// Also makes the tracks, so that missing topics differ from missing messages.
   log::Selection selection(const std::vector<OpenLog>& logs) {
     for (const OpenChannel& c : channels_of(logs)) {
       const log::Channel& channel = *c.channel;
@@ -286,7 +286,8 @@ class LifeReader {
       if (log_time_ns_ > step_log_time_ns_ + kLate || !read()) return nullptr;
     }
   }
-  /// The next steps were received later than `step_log_time_ns_`: lets go what none can take.
+  /// The next steps were received later than `step_log_time_ns_`: drops inputs that no step can
+  /// take.
   void forget() {
     for (auto& [key, track] : tracks_) {
       const auto late = [this](const auto& kept) {

@@ -16,8 +16,8 @@ struct RewriteOptions {
   bool json = false;
 };
 
-/// Keeps every Nth message, or at most so many per second of log time, of each topic of each node.
-/// Latched topics are thinned only if they are named: their last value is the state.
+/// Keeps every Nth message, or at most a rate in log time, of each topic of each node. Latched
+/// topics are thinned only if they are named: their last value is the state.
 class Thinning {
  public:
   /// `every`: "[TOPIC=]N"; `max_rate`: "[TOPIC=]HZ". @throws ConfigError

@@ -159,7 +159,7 @@ inline foxglove::SceneUpdate to_board(const v1::FieldActivity& fields) {
   return update;
 }
 
-/// Draws what the planner knew on view/roadmap: its roadmap when the scene is first seen, and for
+/// Draws the planner's knowledge on view/roadmap: its roadmap when the scene is first seen, and for
 /// every plan that finds a scene or a decision changed.
 class RoadmapView {
  public:
@@ -215,7 +215,7 @@ class RoadmapView {
   std::pair<std::string, v1::Transport> shown_;  ///< scene without its header, decision
 };
 
-/// Draws the way of the hand in all motions of the plan so far on view/path, with the hand's pose
+/// Draws the path of the hand in all motions of the plan so far on view/path, with the hand's pose
 /// at grasp and release.
 class PathView {
  public:

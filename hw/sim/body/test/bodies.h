@@ -19,7 +19,7 @@ struct TestRobot {
   double weight_n() const { return biped.tree.mass_kg() * robot::kGravity; }
 };
 
-/// @throws ConfigError if the file or what it names is not there
+/// @throws ConfigError if the file or one that it names does not exist
 inline TestRobot test_robot(const std::string& name = "biped.yaml") {
   const std::string file = std::string(MIMESIS_SOURCE_DIR) + "/models/" + name;
   return {model::load_biped(file), model::urdf_of_biped(file)};

@@ -95,7 +95,7 @@ class FakeRobot {
   Trouble trouble_;
   RobotFeedback robot_;
   std::vector<RobotFeedback> sent_;
-  int more_ = 2;  // steps until it stands, once it is told to stop
+  int more_ = 2;  // steps until it stands, after the order to stop
 };
 
 /// A drawer that is held and emptied by hands that come near enough.
@@ -126,7 +126,7 @@ class FakeDrawer {
     }
   }
   double near_m = 0.030, reach_error_m = 1.0;
-  double taken_from_m = 0.15;  ///< open so far, the object can be taken
+  double taken_from_m = 0.15;  ///< opening at which the object can be taken
 
  private:
   void show() {

@@ -14,7 +14,7 @@ struct Feasibility {
   double joint_speed_rad_s = 0.0;  ///< norm of a joint's axis-angle velocity
   double pelvis_speed_m_s = 0.0;
   double backwards_m_s = 0.0;  ///< speed of the pelvis against the way; 0 if it never goes back
-  double hand_error_m = 0.0;   ///< left at the handle and right at the object, when they ought
+  double hand_error_m = 0.0;   ///< error left at the handle and right at the object
 
   /// Within the ranges of a healthy adult. A rocking foot point counts as still below 1 mm.
   bool feasible() const;

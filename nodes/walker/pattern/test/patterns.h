@@ -14,7 +14,7 @@ namespace mimesis::walker::testing {
 
 inline constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
-/// One way of making patterns, and what it is allowed.
+/// One way of making patterns, with its tolerances.
 struct Kind {
   const char* name;
   std::function<std::unique_ptr<PatternGenerator>(const GaitSettings&)> make;

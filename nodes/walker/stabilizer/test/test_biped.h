@@ -5,7 +5,7 @@
 
 namespace mimesis::walker {
 
-/// models/biped.urdf with what the stabilizer needs to know of a biped.
+/// models/biped.urdf with the names that make it a biped for the stabilizer.
 inline robot::Biped test_biped() {
   robot::Biped biped{
       robot::read_urdf(MIMESIS_SOURCE_DIR "/models/biped.urdf"), {}, {}, 0, 0, {}, {}, {}};
