@@ -20,7 +20,7 @@ using plot::Data;
 using reproduce::Report;
 
 constexpr double kBegin_s = 0.5, kEnd_s = 3.5;  // simulated time
-constexpr double kGoal = 1.2;                   // agent-steps/s of ours over those of RVO2
+constexpr double kGoal = 1.2;                   // our agent-steps/s over those of RVO2
 
 double since_s(Clock::time_point begin) {
   return std::chrono::duration<double>(Clock::now() - begin).count();

@@ -11,7 +11,7 @@ namespace mimesis::reproduce {
 struct Row {
   std::string what;
   double ours = 0.0;
-  std::optional<double> reference;  ///< nothing: `why` says why
+  std::optional<double> reference;  ///< unset: `why` has the reason
   double tolerance = 0.0;           ///< NaN: nothing is asserted, see beside()
   std::string unit;                 ///< "1" if dimensionless
   bool passed = false;

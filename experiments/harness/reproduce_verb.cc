@@ -129,7 +129,7 @@ struct Outcome {
   Paths films;
 };
 
-/// Ten minutes, or what a figure takes on one thread of a machine that others keep busy too.
+/// Ten minutes, or the time of a figure on one thread of a busy machine.
 double patience_s(const Figure& figure, const Options& options) {
   if (options.timeout_s > 0.0) return options.timeout_s;
   return std::max(600.0, 10.0 * 60.0 * figure.cpu_minutes);

@@ -57,7 +57,7 @@ void mixture_rows(const DrawerRun& run, const std::string& what, Report& report)
 }
 
 // The interval of distances around the published one that n normal cycles and one shortened step
-// reach without leaving what was trained.
+// reach within the trained range.
 double reachable_range(int cycles) {
   const ActionRanges& r = drawer_maps().ranges();
   return cycles * (r.normal.most_m - r.normal.least_m) + r.reaching.most_m - r.reaching.least_m;

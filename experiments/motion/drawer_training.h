@@ -17,7 +17,7 @@ struct DrawerJump {
   double at_s, by_m;
 };
 
-/// A run with what is measured at it.
+/// A run with its measures.
 struct DrawerRun {
   std::vector<SequenceState> states;  ///< all steps
   std::vector<double> front_W_m;      ///< the closed drawer's front, of all steps

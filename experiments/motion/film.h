@@ -40,7 +40,7 @@ struct FilmBox {
 struct FilmCamera {
   Eigen::Vector3d eye_m{1.5, -4.0, 1.6}, target_m{0.0, 0.0, 0.85};  ///< W
   double field_of_view_rad = 0.6;  ///< from the upper to the lower edge of the picture
-  double height_m = 0.0;           ///< > 0: orthographic, so many metres from upper to lower edge
+  double height_m = 0.0;           ///< > 0: orthographic, height of the picture [m]
   int width_px = 640, height_px = 480;
 
   /// The view moved along: for figures that travel.

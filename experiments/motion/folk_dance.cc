@@ -9,7 +9,7 @@ namespace mimesis::synthesizer {
 namespace {
 
 constexpr double kHurry = 1.2;        // frequency outside, of the neutral one, if all goes well
-constexpr double kLookAhead_m = 1.0;  // where on the way the goal is
+constexpr double kLookAhead_m = 1.0;  // the goal's place on the way
 constexpr double kSight_m = 3.0;
 constexpr double kFarthestPull = 1.0;                           // rad; see Walkers
 constexpr double kStyle_s = 0.4, kTurn_s = 0.2, kPace_s = 0.4;  // time constants

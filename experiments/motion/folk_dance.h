@@ -87,8 +87,8 @@ struct Dancer {
 /// Measures that a dance must keep, since the start.
 struct DanceNumbers {
   double beat_error_rad = 0.0;        ///< largest in the corridor, one cycle after the entrance
-  double couple_error_rad = 0.0;      ///< between partners, likewise
-  double apart_m = 0.0;               ///< between partners along the corridor, likewise
+  double couple_error_rad = 0.0;      ///< between partners, since the start
+  double apart_m = 0.0;               ///< between partners along the corridor, since the start
   int entrances = 0, wrong_foot = 0;  ///< with more than a quarter of a cycle of phase error
   double entrance_error_rad = 0.0;    ///< largest phase error at an entrance
   double least_distance_m = 1e9;      ///< between pelvises

@@ -9,7 +9,7 @@
 
 namespace mimesis::synthesizer {
 
-/// One parameter of the task that motion depends on: a column of what is known of the trials.
+/// One parameter of the task that motion depends on: a column of the trials' data.
 struct TaskInput {
   enum class Kind { duration_s, step_length_m, turn_rad, task };
   Kind kind = Kind::duration_s;

@@ -334,7 +334,8 @@ bool GroupDriver::any(Phase phase) const {
 }
 
 void GroupDriver::combine() {
-  // The first of these that a bus is in is what the robot is in. Followed is only what all follow.
+  // The robot's phase is the first of these that any bus is in; it follows only if all buses
+  // follow.
   constexpr std::array kWorstFirst = {Phase::fault,    Phase::starting, Phase::stopping,
                                       Phase::enabling, Phase::holding,  Phase::idle};
   const auto* worst = std::ranges::find_if(kWorstFirst, [&](Phase p) { return any(p); });
@@ -362,7 +363,7 @@ const Reading& GroupDriver::read(Time now) {
 }
 
 Mode GroupDriver::mode_of(const Reading& part, Mode asked, bool ready) const {
-  if (part.phase == Phase::fault) return asked;  // it knows whether it was told to rest since
+  if (part.phase == Phase::fault) return asked;  // the part knows whether it was told to rest since
   if (any(Phase::fault)) return Mode::idle;
   if (asked != Mode::follow || ready) return asked;
   // A drive that is ready waits for the others; no joint starts while one cannot.

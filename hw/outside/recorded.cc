@@ -25,7 +25,7 @@ void put(log::Encoder& out, std::span<const can::Frame> frames) {
   }
 }
 
-/// False if that is no frame of ours.
+/// False if that is no frame of this layout.
 bool get(log::Decoder& in, can::Frame& frame) {
   frame = {};
   frame.id = in.integer<std::uint32_t>();

@@ -1,4 +1,4 @@
-// The conductor's sockets: packets from and to the nodes, clock/time for those who only watch.
+// The conductor's sockets: packets from and to the nodes, clock/time for observers.
 #include <poll.h>
 
 #include <cmath>

@@ -253,7 +253,7 @@ void CrowdNode::observe() {
   count_near();
 }
 
-/// Pairs with an agent of ours; each pair is counted by one coordinator.
+/// Pairs with one of our agents; each pair is counted by one coordinator.
 void CrowdNode::count_near() {
   discs_.clear();
   for (const Observed& o : everybody_) {

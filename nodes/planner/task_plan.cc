@@ -14,7 +14,7 @@ namespace {
 constexpr double kJump = 0.35;
 
 constexpr double kGateHalfThickness = 0.01;  // [m]
-constexpr double kStanding = 0.002;          // overlap of an object and what it stands on [m]
+constexpr double kStanding = 0.002;          // overlap of an object and its support [m]
 constexpr double kFar = 2.0;                 // beyond the reach of the arm [m]
 
 using Way = std::vector<Eigen::VectorXd>;

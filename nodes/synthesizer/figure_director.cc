@@ -9,8 +9,9 @@
 namespace mimesis::synthesizer {
 namespace {
 
-constexpr double kFacing = 0.15;                // rad: a drawer less aside is faced
-constexpr double kBeforeFront_m = 0.6;          // where one walks to that cannot begin on the way
+constexpr double kFacing = 0.15;  // rad: a drawer less aside is faced
+// distance to walk to if the drawer's sequence cannot begin on the way
+constexpr double kBeforeFront_m = 0.6;
 constexpr std::size_t kHeading = 3, kRows = 4;  // in Values
 
 }  // namespace

@@ -137,7 +137,7 @@ class Demixing {
     return run;
   }
 
-  /// Groups for the trial runs: of many only so many, evenly from all rows and trials.
+  /// Groups for the trial runs: a limited number, evenly from all rows and trials.
   std::vector<Index> sample_of_groups() const {
     Index stride = std::max<Index>(1, groups_.groups / kTrialGroups);
     while (std::gcd(stride, set_.rows_per_trial()) != 1) ++stride;

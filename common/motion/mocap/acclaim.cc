@@ -167,7 +167,8 @@ Eigen::Quaterniond axes_of(const FileBone& bone, bool degrees) {
   return C;
 }
 
-// The order in which the root's turns are applied is that of `axis`, whatever the columns' order.
+// The order in which the root's turns are applied is that of `axis`, independent of the columns'
+// order.
 void order_root_turns(FileBone& root) {
   const auto rank = [&](std::size_t freedom) {
     const int axis = root.bone.freedoms[freedom].axis;

@@ -16,9 +16,9 @@ struct BodyMap {
   /// By body joint, the name in the file. Joints between two of them are composed into the outer.
   std::array<std::string, kBodyJoints> joints;
   std::array<std::string, 2> toes;  ///< joint at the ball of the foot
-  /// By body joint: which of the file joint's axes (in house order: x forward, y left, z up in the
-  /// file's zero posture) point forward, left and up in the T-posture. Empty: "+x+y+z". Limbs that
-  /// are then not yet as in the T-posture are straightened by the smallest rotation.
+  /// By body joint: which of the file joint's axes (in the project's order: x forward, y left, z up
+  /// in the file's zero posture) point forward, left and up in the T-posture. Empty: "+x+y+z".
+  /// Limbs that are then not yet as in the T-posture are straightened by the smallest rotation.
   std::array<std::string, kBodyJoints> axes;
   /// Elevation of the line from the ankle to the ball of the foot when the sole is flat [rad].
   double sole_rad = 0.0;

@@ -13,11 +13,11 @@ namespace mimesis::mocap {
 namespace {
 
 struct Channel {
-  int joint = 0, axis = 0;  // axis of the house
+  int joint = 0, axis = 0;  // axis of this project
   bool position = false;
 };
 
-// Offsets and positions are in house axes and the file's unit until the end.
+// Offsets and positions are in this project's axes and the file's unit until the end.
 struct Bvh {
   Skeleton skeleton;
   std::vector<Channel> channels;  // in the order of the columns of MOTION
@@ -76,7 +76,7 @@ int open_joint(TextScanner& in, Bvh& bvh, int parent) {
 }
 
 void read_end(TextScanner& in, Bvh& bvh, int parent) {
-  in.rest_of_line();  // "Site", whatever is behind it
+  in.rest_of_line();  // "Site", followed by any text
   in.expect("{");
   const std::string name = bvh.skeleton.joints[static_cast<std::size_t>(parent)].name + "_end";
   bvh.skeleton.ends.push_back({name, parent, read_offset(in)});

@@ -16,9 +16,9 @@ enum class C3dProcessor { kIntel = 84, kDec = 85, kMips = 86 };
 double vax_float(std::uint32_t bits);
 
 /// Reads the bytes of a C3D file (c3d.org's description). Intel, DEC and SGI/MIPS; integer and
-/// real. Where header and parameters differ, the parameters hold; missing ones are taken from:  -
-/// points, scale, rate: the header. Without any rate the file is refused.  - frames: the first of
-/// POINT:LONG_FRAMES, TRIAL:ACTUAL_START/END_FIELD, POINT:FRAMES (unsigned)
+/// real. Where header and parameters differ, the parameters hold; missing ones are taken from:
+///  - points, scale, rate: the header. Without any rate the file is refused.
+///  - frames: the first of POINT:LONG_FRAMES, TRIAL:ACTUAL_START/END_FIELD, POINT:FRAMES (unsigned)
 ///    and the header for which the file is long enough; if it is for none, it is refused as cut
 ///    off.
 ///  - first frame: TRIAL:ACTUAL_START_FIELD, or else the header

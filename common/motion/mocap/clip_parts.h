@@ -16,7 +16,7 @@ namespace mimesis::mocap {
 /// permute, (x, y, z)_project = (z, x, y)_file, for points, axes and axis-angle vectors alike.
 inline Eigen::Vector3d from_file_axes(const Eigen::Vector3d& v) { return {v.z(), v.x(), v.y()}; }
 inline Eigen::Vector3d to_file_axes(const Eigen::Vector3d& v) { return {v.y(), v.z(), v.x()}; }
-/// 0, 1, 2 = x, y, z of the file -> the same axis in the house.
+/// 0, 1, 2 = x, y, z of the file -> the same axis in this project.
 inline int from_file_axis(int axis) { return (axis + 1) % 3; }
 
 inline constexpr double kRadians = std::numbers::pi / 180.0;  ///< one degree in radians
@@ -70,7 +70,8 @@ inline void append_exact(std::string& text, double value) {
 }
 
 /// Checks that a clip can be written: joints with parents before them, sizes that fit, finite
-/// numbers. @throws ConfigError
+/// numbers.
+/// @throws ConfigError
 void check_writable(const Clip& clip);
 
 }  // namespace mimesis::mocap

@@ -127,7 +127,7 @@ using mocap::Body, mocap::BodyClip, mocap::BodyPose;
 
 // share of a leg's length: straight legs cannot be controlled
 constexpr double kStraightest = 0.9995;
-constexpr double kEase_s = 0.1;  // the pelvis begins to come down so long before it must
+constexpr double kEase_s = 0.1;  // the pelvis begins to come down this long before it must
 
 std::size_t body_index(int joint) { return static_cast<std::size_t>(joint); }
 int hip(std::size_t side) { return side == 0 ? mocap::kLeftHip : mocap::kRightHip; }
@@ -170,7 +170,7 @@ void check(const BodyClip& recorded, const Body& to) {
 }
 
 /// Puts the middle between the hips, which bodies have in common, where the recorded one is,
-/// scaled; what is called the root may be anywhere in the pelvis.
+/// scaled; the root may be anywhere in the pelvis.
 void place_root(const BodyClip& recorded, const Ground& ground, double scale, BodyClip& clip) {
   const auto middle = [](const Body& b) {
     return Vector3d(0.5 * (b.offset_m[mocap::kLeftHip] + b.offset_m[mocap::kRightHip]));

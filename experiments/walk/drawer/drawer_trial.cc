@@ -22,7 +22,7 @@ using synthesizer::RobotGait;
 using walker::kTick_s;
 using walker::Side;
 
-constexpr double kHold_s = 1.0;  // the object is held for so long: done
+constexpr double kHold_s = 1.0;  // holding the object for this time ends the trial
 
 mocap::Side to_person(Side side) { return side == robot::kLeft ? mocap::kLeft : mocap::kRight; }
 

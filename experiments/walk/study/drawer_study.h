@@ -121,7 +121,7 @@ class DrawerStudy {
   Outcomes extremes();  ///< extreme_goals() online, 4+3 sources
   Outcomes naive_resynthesis(Sources sources, std::size_t model = 0);
   Outcomes naive_inference(Sources sources, Goals which, std::size_t model = 0);
-  /// The recorded angles of originals, played: what the way of playing alone does.
+  /// The recorded angles of originals, played: the effect of the way of playing alone.
   Outcomes played_originals();
 
  private:

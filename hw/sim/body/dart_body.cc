@@ -34,7 +34,7 @@ constexpr double kSoleThickness_m = 0.04;
 /// Mass of a link without inertia: DART needs one, and the robot must not feel it.
 constexpr double kNoMass_kg = 1e-9;
 
-/// The URDF without shapes: meshes may be anywhere, and contacts are none of the file's business.
+/// The URDF without shapes: meshes may be anywhere, and contacts do not come from the file.
 std::string without_shapes(const std::string& file) {
   tinyxml2::XMLDocument document;
   if (document.LoadFile(file.c_str()) != tinyxml2::XML_SUCCESS) {

@@ -243,7 +243,7 @@ TEST(CognitionNode, SuccessBeforeTheDecisionRewardsNothing) {
   rig.show(kPreferred);
   rig.planner_says(v1::TASK_STATE_EXECUTING, true);
   rig.seen = {};
-  rig.run(100ms);  // the planner still carries out what was decided for the last demonstration
+  rig.run(100ms);  // the planner still executes the decision for the last demonstration
   rig.task.Clear();
   ASSERT_FALSE(rig.ever_learned());
   rig.seen = kPreferred;

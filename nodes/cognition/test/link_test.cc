@@ -105,7 +105,7 @@ TEST(Link, TransmitsTheIntegral) {
     link.transmit(rate, input);
   }
   for (std::size_t x = 0; x < kN; ++x) {
-    double s = 1.0;  // adds to what is there
+    double s = 1.0;  // adds to the present input
     for (std::size_t y = 0; y < kN; ++y) s += link.weight(x, y) * rate[y] * dy;
     EXPECT_NEAR(input[x], s, 1e-12);
   }

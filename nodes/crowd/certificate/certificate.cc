@@ -227,7 +227,7 @@ void certify_phase(const PhaseRule& r, int n, double beat_gain_1_s, Certificate&
                 {"k > 0", "alpha >= 0"});
     return;
   }
-  const int coupled = alpha > 0.0 && !beat ? n - 1 : n;  // the leader hears nobody
+  const int coupled = alpha > 0.0 && !beat ? n - 1 : n;  // the leader is coupled to no agent
   std::optional<RuleCertificate> refusal;
   if (k > 0.0 && coupled > 1) c.extremes = extremes_of(r.graph, coupled, refusal);
   if (refusal && alpha == 0.0) {
@@ -466,8 +466,8 @@ std::optional<double> formation_time_s(const Certificate& certificate, const Rul
   }
   const SpeedFunction& g = gait.gait;
   const double stretch = 1.0 + rules.length.limit;  // stretch of the longest steps
-  // First phases, until what they are off moves nobody by a quarter of the tolerance; on the way
-  // two agents part by one longest cycle at most.
+  // First phases, until their errors move no agent by a quarter of the tolerance; meanwhile two
+  // agents part by one longest cycle at most.
   const double rate =
       certificate.tracking.guarantee == Guarantee::contracting
           ? std::min(certificate.tracking.guaranteed_1_s, certificate.phase.guaranteed_1_s)

@@ -10,8 +10,8 @@
 namespace mimesis::crowd {
 namespace {
 
-constexpr double kLongest_s = 3.0;  // a cycle; who takes longer stands
-constexpr double kGap_s = 0.5;      // without a word: begins anew
+constexpr double kLongest_s = 3.0;  // longest cycle; a slower body stands
+constexpr double kGap_s = 0.5;      // longest gap of reports; then it starts again
 constexpr double kMost_m_s = 5.0;   // faster bodies are not believed either
 // larger jumps of the phase are not believed either
 constexpr double kMost_rad = 1.0;

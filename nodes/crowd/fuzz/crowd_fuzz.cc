@@ -66,7 +66,7 @@ void run(std::string_view text) {
     for (int k = 0; k < 5; ++k) {
       try {
         one.step();
-      } catch (const ConfigError&) {  // somebody cannot join a group
+      } catch (const ConfigError&) {  // an agent cannot join a group
       }
       check(one.crowd());
     }
@@ -74,7 +74,7 @@ void run(std::string_view text) {
   }
 }
 
-/// Coordinator 1 of two, the other of which is there.
+/// Coordinator 1 of two; the other one is present.
 class Told {
  public:
   Told() : file_(kFuzzScenario), node_(params(file_), bus_) {

@@ -289,7 +289,7 @@ bool ScenarioRun::moved_here(int row) const {
   return role == Role::own || role == Role::external;
 }
 
-/// Along routes: who is near its goal gets the next one.
+/// Along routes: an agent near its goal gets the next one.
 void ScenarioRun::follow_goals() {
   for (std::size_t g = 0; g < scenario_.groups.size(); ++g) {
     const Goals& goals = scenario_.groups[g].goals;

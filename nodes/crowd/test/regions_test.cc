@@ -100,7 +100,7 @@ TEST(Regions, WhoDiesIsSucceededByItsNeighbour) {
     four.until(145.0);
     EXPECT_EQ(four.agents().size(), 16u);
     EXPECT_TRUE(four[first].status.in_order());
-    // Started again it is empty, and gets who is in its region.
+    // After a restart it is empty, and gets the agents in its region.
     const std::size_t heirs = four.agents().size();
     four.start(dead, file.params());
     four.until(146.0);

@@ -13,7 +13,7 @@ using namespace testing;
 
 TEST(CrowdNode, TheCrowdFollowsARobotAndTheWishBringsItBack) {
   Alone crowd(kGuests);
-  crowd.walk_with_robot(40.0);  // it obeys nobody
+  crowd.walk_with_robot(40.0);  // it obeys no rule
   for (int i = 0; i < 4; ++i) {
     EXPECT_NEAR(math::wrap_pi(crowd.states.phase_rad(i) - crowd.states.phase_rad(4)), 0.0, 0.01);
   }

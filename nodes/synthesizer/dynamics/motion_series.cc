@@ -103,7 +103,7 @@ MotionSeries::MotionSeries(const motion::MotionModel& model, int harmonics, doub
 double MotionSeries::truncation(const motion::Pattern& pattern, int harmonics) const {
   double worst = 0.0;
   for (Eigen::Index r = 0; r < rows_; ++r) {
-    double sum = 0.0;  // Σₕ |Σₖ wₖ Cₖₕ e^{−ihφₖ}| of what is cut off
+    double sum = 0.0;  // Σₕ |Σₖ wₖ Cₖₕ e^{−ihφₖ}| of the omitted terms
     for (int h = harmonics + 1; 2 * h < source_.cols(); ++h) {
       double a = 0.0, b = 0.0;
       for (Eigen::Index k = 0; k < source_.rows(); ++k) {

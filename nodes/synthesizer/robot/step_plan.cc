@@ -14,7 +14,7 @@ namespace {
 constexpr double kRounding = 1e-6;
 double squared(double x) { return x * x; }
 
-/// `count` equal lengths that are `wished` to be so long.
+/// `count` equal lengths with a wished length.
 struct Length {
   double count = 0.0, wished = 0.0, half = 1.0, least = 0.0, most = 0.0, value = 0.0;
   bool at_bound = false;

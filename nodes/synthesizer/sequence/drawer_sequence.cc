@@ -156,8 +156,8 @@ Eigen::VectorXd DrawerSequence::mixed() {
   return rows;
 }
 
-// Along the way by the action's length, evenly but for the learned course; what a changed length
-// leaves is spread over the rest of the action.
+// Along the way by the action's length, evenly except for the learned course; a changed length is
+// spread over the rest of the action.
 void DrawerSequence::move_pelvis(const Eigen::VectorXd& rows) {
   const double share = state_.phase_rad / math::kTwoPi;
   const double edge =

@@ -127,7 +127,7 @@ Eigen::VectorXd sample_times(const TrialTimes& t, int samples) {
   return times;
 }
 
-// The pelvis rises and falls as the legs allow: the lower envelope of what they allow, rounded, but
+// The pelvis rises and falls as the legs allow: the lower envelope of their limits, rounded, but
 // never above it (the mean over a window of the least over the same window).
 Eigen::VectorXd rounded_below(const Eigen::VectorXd& highest, int window) {
   const auto n = highest.size();

@@ -34,7 +34,7 @@ BodyClip body_of(const std::string& clip, ZeroPosture zero = ZeroPosture::kT) {
   return to_body(read_clip(path_of(clip)), options);
 }
 
-/// A cycle of the reference sets, in the files' own zero postures, house axes.
+/// A cycle of the reference sets, in the files' own zero postures, project axes.
 struct ReferenceCycle {
   long first = 0, last = 0;
   Eigen::MatrixXd x = Eigen::MatrixXd::Zero(kBodyRows, 100);

@@ -238,7 +238,7 @@ TEST_F(Robot, LengthsOfStepsAreHeldAgainstTheWish) {
 TEST_F(Robot, AWorldThatIsLateLeavesOutWhatItCannotSimulate) {
   start_body({.time_limit_s = 1.5});
   run(1s, false);
-  now += 1s;  // a second of the clock without a step: the world goes on by 0.05 s
+  now += 1s;  // a second of the clock without a step: the world advances by 0.05 s
   tick(false);
   EXPECT_FALSE(truth.fell()) << truth.how();
   run(450ms, false);  // its time is 0.995 s + 0.05 s + 0.45 s

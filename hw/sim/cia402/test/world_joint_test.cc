@@ -24,7 +24,7 @@ TEST_F(InAWorld, MovesEvenlyOverThePeriod) {
   aim(0.26);
   sync();
   pass(5ms);
-  EXPECT_NEAR(motor(), 0.255, 1e-5);  // 10 ms unless it is told otherwise
+  EXPECT_NEAR(motor(), 0.255, 1e-5);  // 10 ms by default
   pass(5ms);
   EXPECT_NEAR(motor(), 0.26, 1e-5);
   pass(5ms);

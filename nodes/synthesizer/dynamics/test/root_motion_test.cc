@@ -34,7 +34,7 @@ TEST(RootMotion, ATurningWalkerTurns) {
   EXPECT_NEAR(root.position_W_m.y(), radius * (1.0 - std::cos(2.0)), 0.05);
 }
 
-TEST(RootMotion, TheSupportingPointRestsInTheWorld) {  // whatever the figure does
+TEST(RootMotion, TheSupportingPointRestsInTheWorld) {  // for every motion of the figure
   CharacterBatch batch(testing::random_model(2), 1, {.dt_s = 1.0 / 200.0});
   batch.set_root(0, {2.0, 1.0}, 0.7);
   batch.set_frequency(0, 0.5);

@@ -76,7 +76,7 @@ TEST(BipedSequence, JointsMoveAsInTheTrials) {
     const Eigen::MatrixXd& samples = data.action[state.action].samples;
     for (Eigen::Index j = 0; j < joints; ++j) {
       if (drawer().upper.moved(static_cast<int>(j)).joint.find("gripper") != std::string::npos) {
-        continue;  // opens and closes with what it finds
+        continue;  // opens and closes from its present state
       }
       double least = 1e3, most = -1e3;
       const double of = static_cast<double>(samples.cols()) * state.phase_rad / math::kTwoPi;
@@ -98,7 +98,7 @@ TEST(BipedSequence, JointsMoveAsInTheTrials) {
 TEST(BipedSequence, RightHandDoesNotShakeWithTheDrawer) {
   FakeRobot walker({});
   FakeDrawer furniture(0.51, 0.2);
-  furniture.taken_from_m = 1.0;  // nobody takes it
+  furniture.taken_from_m = 1.0;  // not taken
   auto sequence = BipedDrawerSequence::start(drawer(), {{0.51, 0.0}, 0.2}, walker.now());
   ASSERT_TRUE(sequence.has_value());
   double least = 1e3, most = -1e3;

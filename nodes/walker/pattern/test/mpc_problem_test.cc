@@ -1,4 +1,4 @@
-// The MPC's program against what it stands for: jerks rolled out, squares summed, places measured.
+// The MPC's program against its definition: jerks rolled out, squares summed, places measured.
 #include "nodes/walker/pattern/mpc_problem.h"
 
 #include <gtest/gtest.h>

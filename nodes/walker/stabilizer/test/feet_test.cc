@@ -227,7 +227,7 @@ TEST_F(FeetTest, FootThatIsDueAndNotFeltGoesOnDownUntilItIs) {
   measured.foot_S[kLeft].force.z() = 0.1 * weight;
   run(1);
   const double found = height(kLeft);
-  measured.foot_S[kLeft].force.z() = 0.0;  // felt once: what it carries now is not the ground's say
+  measured.foot_S[kLeft].force.z() = 0.0;  // felt once: its load now is not the ground's reaction
   run(10);
   EXPECT_NEAR(height(kLeft), found * std::pow(1.0 - kTick_s / settings.force_leak_s, 10), 1e-9);
   single_support_on_right(0.5);
@@ -328,7 +328,7 @@ TEST_F(FeetTest, FootThatTouchesEarlyGoesDownNoMore) {
   measured.foot_S[kLeft].force.z() = 0.0;  // it has touched; a short bounce is no lower ground
   glide(10);
   EXPECT_NEAR(height(kLeft), 0.005 - 10 * kTick_s * settings.landing_m_s_n * 0.05 * weight, 1e-9);
-  // it stands on what it has found, which is forgotten over a step
+  // it stands on the found ground, which is forgotten over a step
   const double found = height(kLeft) - planned.X_WS.translation().z();
   plan.contact[kLeft] = true;
   wished.left = 0.0;

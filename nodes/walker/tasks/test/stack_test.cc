@@ -164,7 +164,7 @@ namespace {
 TEST(Stack, HandsComeInGradually) {
   for (const robot::Biped& biped : robots()) {
     if (biped.hand[kRight] < 0) continue;
-    // The left hand pulls with its whole share; the right one is far from what it shall take.
+    // The left hand pulls with its whole share; the right one is far from its target.
     const auto reach = [&](const Reference& r, double t, double share) {
       TaskGoals goals = r.walk(t, 0.0);
       goals.hand[kLeft].p_W_m += Eigen::Vector3d(0.12, 0.05, 0.15);
@@ -307,7 +307,7 @@ TEST(Stack, StaysWithinLimitsWhateverTheGoal) {
     });
     expect_within_limits(absurd, biped.tree.name());
     EXPECT_GT(absurd.limited, 100) << biped.tree.name();
-    EXPECT_LT(absurd.last_com_error_m, 1e-6) << biped.tree.name();  // back at what it can do
+    EXPECT_LT(absurd.last_com_error_m, 1e-6) << biped.tree.name();  // back within its limits
     EXPECT_LT(absurd.last_foot_error_m, 1e-6) << biped.tree.name();
   }
 }
