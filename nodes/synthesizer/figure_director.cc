@@ -10,7 +10,7 @@ namespace mimesis::synthesizer {
 namespace {
 
 constexpr double kFacing = 0.15;  // rad: a drawer less aside is faced
-// distance to walk to if the drawer's sequence cannot begin on the way
+// distance of the place to walk to if the sequence cannot begin on the way
 constexpr double kBeforeFront_m = 0.6;
 constexpr std::size_t kHeading = 3, kRows = 4;  // in Values
 

@@ -1,6 +1,5 @@
-// Every input of every node is fed what no sender of ours would send: bytes that are no message,
-// NaN, infinity, empty messages, lists of absurd length. The node says so, in few lines, and lives
-// on.
+// Every input of every node gets data that no node sends: bytes that are no message, NaN, infinity,
+// empty messages, lists of absurd length. The node reports it, in few lines, and continues.
 #include <google/protobuf/descriptor.h>
 #include <google/protobuf/message.h>
 #include <gtest/gtest.h>

@@ -58,7 +58,7 @@ TEST(CrowdGraph, DancersComeInOnTheRightFoot) {
 
 using Places = std::map<std::uint64_t, std::pair<double, double>>;
 
-/// Where everybody is in the step of the outcome.
+/// Places of all agents in the step of the outcome.
 Places at_the_end(const Scenario& run) {
   Places places;
   const auto outcome = run.messages("crowd/outcome");

@@ -1,4 +1,5 @@
-// The whole chain of launch/imitation.yaml: what the teacher shows is what the world finds done.
+// The whole chain of launch/imitation.yaml: the world's verdict agrees with the teacher's
+// demonstration.
 #include <gtest/gtest.h>
 
 #include "proto/planner.pb.h"

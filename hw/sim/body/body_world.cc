@@ -13,8 +13,9 @@
 namespace mimesis::hw::sim {
 namespace {
 
-// A fall [docs/walking.md 7.1]: of this share of the standing height, or this tilt of the trunk
-// from where the set-points have it on level soles: who bends for a low drawer has not fallen.
+// A fall [docs/walking.md 7.1]: the CoM below this share of the standing height, or this tilt of
+// the trunk from the set-points' tilt on level soles: a robot that bends for a low drawer has not
+// fallen.
 constexpr double kFallenShare = 0.6, kFallenTilt_rad = 0.9;
 /// Speed of a joint by differences of its encoder over this time.
 constexpr double kEncoderSpan_s = 0.01;

@@ -13,7 +13,7 @@
 namespace mimesis::walker {
 namespace {
 
-/// Reads what is set, or says in one line why it cannot.
+/// Reads parameters, or returns in one line why it cannot.
 std::string read(const std::vector<std::string>& sets, StackSettings& settings) {
   try {
     runtime::ParamSource("", {}, sets).read("stack", [&](runtime::ParamVisitor& v) {

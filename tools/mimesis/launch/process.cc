@@ -102,7 +102,7 @@ void set_schedule(Prepared& p, const Sched& sched) {
 
 constexpr std::size_t kMaxText = 65536;
 
-/// Reads what is there; closes at the end of the stream.
+/// Reads the available bytes; closes at the end of the stream.
 void drain(Fd& fd, std::string& into) {
   std::array<char, 4096> buffer;
   while (fd.open()) {

@@ -155,7 +155,7 @@ void to_standard_output(std::string_view text) {
   }
 }
 
-/// The bar belongs on the terminal only if nobody else writes there.
+/// The bar belongs on the terminal only if nothing else is written there.
 bool writes_a_file() {
   struct stat info {};
   return fstat(STDOUT_FILENO, &info) == 0 && S_ISREG(info.st_mode);
@@ -270,7 +270,7 @@ void add_cat(CLI::App& verb, int& exit_code) {
     o->bytes = o->bytes_text == "hex"      ? BytesText::hex
                : o->bytes_text == "base64" ? BytesText::base64
                                            : BytesText::length;
-    static_cast<void>(filter_of(o->topics));  // says what is wrong with it first
+    static_cast<void>(filter_of(o->topics));  // reports its errors first
     const auto logs = opened(o->files);
     if (!o->attachment.empty()) return cat_attachment(logs, o->attachment);
     if (!o->metadata.empty()) return cat_metadata(logs, o->metadata);

@@ -324,7 +324,7 @@ class MessageCheck {
   std::uint64_t last_time_ = 0;
   Tally disorder_;
   LossCounts losses_;
-  bool recovered_ = false;  ///< from a damaged log: what is missing is known
+  bool recovered_ = false;  ///< from a damaged log: missing parts are known
   bool in_summary_ = false;
 };
 
@@ -341,9 +341,9 @@ bool decode_index(std::string_view content, log::MessageIndex& index) {
   return d.ok() && entries.ok();
 }
 
-/// Follows the records of a log by their lengths and holds every index against what it points at:
-/// message indexes, chunk index, attachment and metadata indexes, offsets of the summary. Sums were
-/// checked before; behind a record that cannot be it stops and says so.
+/// Follows the records of a log by their lengths and compares every index with its target: message
+/// indexes, chunk index, attachment and metadata indexes, offsets of the summary. Sums were checked
+/// before; after an impossible record it stops and reports it.
 class StructureCheck {
  public:
   StructureCheck(const log::Source& source, CheckedLog& checked)
@@ -439,7 +439,7 @@ class StructureCheck {
     if (!compression || chunk.uncompressed_size > log::ReaderLimits{}.chunk_size) return;
     const auto records = decompressor_.run(*compression, chunk.records,
                                            static_cast<std::size_t>(chunk.uncompressed_size));
-    if (!records) return;  // told by whoever checks the sums
+    if (!records) return;  // reported by the check of the sums
     open_->readable = true;
     log::Statistics times;
     log::Decoder d(*records);

@@ -28,10 +28,10 @@ namespace fs = std::filesystem;
 
 // --- Files
 
-/// Names of files in one folder, whatever a log calls things.
+/// Names of files in one folder, for any names in a log.
 class FileNames {
  public:
-  /// Makes the folder. @throws ConfigError if it cannot, unless files are to say so (`lazy`).
+  /// Makes the folder. @throws ConfigError if it cannot; with `lazy` the files report it.
   explicit FileNames(const std::string& folder, bool lazy = false) : folder_(folder) {
     std::error_code error;
     fs::create_directories(folder, error);

@@ -290,7 +290,8 @@ std::uint64_t scan_logs(const std::vector<OpenLog>& logs, const log::Selection& 
 }
 
 std::uint64_t overlap_bytes(const log::Summary& summary) {
-  std::vector<std::pair<std::uint64_t, std::int64_t>> edges;  // at a time: so much more or less
+  // step of the number of records at a time
+  std::vector<std::pair<std::uint64_t, std::int64_t>> edges;
   for (const log::Segment& s : summary.segments) {
     const auto size = static_cast<std::int64_t>(
         std::min<std::uint64_t>(s.index.uncompressed_size, log::ReaderLimits{}.chunk_size));

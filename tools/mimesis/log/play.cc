@@ -138,8 +138,8 @@ class PlayOutput {
 };
 
 /// Plays on the wall clock; steered by services (proto/player.proto), keys and signals. Late or
-/// slow subscribers do not change what is played: reliable ones are waited for, and recorded time
-/// stands meanwhile.
+/// slow subscribers do not change the played messages: the player waits for reliable ones, and
+/// recorded time stands meanwhile.
 class PacedPlayer {
  public:
   PacedPlayer(const PlayOptions& options, Playback& playback)
@@ -256,7 +256,7 @@ class PacedPlayer {
   /// Loses nothing at reliable subscribers that are slower than the log: recorded time stands until
   /// they have caught up by half.
   void hold_for_slow() {
-    // Half of what the bus keeps for slow reliable subscribers before it lets them miss messages.
+    // Half of the messages that the bus keeps for slow reliable subscribers before they miss some.
     constexpr std::uint64_t kBacklogMessages = 50'000, kBacklogBytes = 64 << 20;
     const auto behind = [this](std::uint64_t share) {
       return bus_.backlog() > kBacklogMessages / share ||
@@ -455,7 +455,7 @@ class PacedPlayer {
     for (const PlayKey key : keys_->read()) {
       try {
         press(key);
-      } catch (const Refusal&) {  // at the log's end: nobody to tell it
+      } catch (const Refusal&) {  // at the log's end: no subscriber to tell
       }
     }
   }
@@ -506,7 +506,7 @@ class PacedPlayer {
     return s;
   }
 
-  /// Says what was played; returns the exit code.
+  /// Prints the played messages; returns the exit code.
   int report() {
     ahead_.stop();
     const std::uint64_t missed = bus_.overflow() + (quit_ ? 0 : bus_.backlog());
@@ -553,7 +553,7 @@ class PacedPlayer {
   PlayLateness lateness_;
 
   bool paused_, quit_ = false, given_up_ = false;
-  bool holding_ = true;  ///< time stands, whatever is asked for: subscribers are not there yet
+  bool holding_ = true;                 ///< time stands in any case: subscribers are not there yet
   std::optional<std::string> step_to_;  ///< play up to a message of this topic; empty: of any
   std::string last_topic_;
   int pass_ = 1;

@@ -81,7 +81,7 @@ Recorded recorded(runtime::Tapped tapped, std::uint64_t now_ns) {
   m.publish_time_ns = static_cast<std::uint64_t>(tapped.message.stamp.count());
   if (tapped.publisher != nullptr) {
     m.clock = tapped.publisher->clock();
-    // The clock node itself steps on the wall clock, but what it says is graph time.
+    // The clock node itself steps on the wall clock, but its messages have graph time.
     m.ordered = m.clock == "sim" || m.clock == "lockstep" ||
                 m.type == v1::ClockTime::descriptor()->full_name();
     for (const auto& output : tapped.publisher->outputs()) {
@@ -214,7 +214,7 @@ class Recorder {
     }
   }
 
-  /// Takes a message if one comes soon, and writes what is due.
+  /// Takes a message if one comes soon, and writes data that is due.
   void take() {
     auto tapped = tap_->next(kPoll);
     const auto now = steady_clock::now();
@@ -365,7 +365,7 @@ void refuse_older_parts(const std::string& output) {
   }
 }
 
-/// For CLI::Option::check: what is wrong, or nothing.
+/// For CLI::Option::check: the error, or empty.
 std::string size_check(const std::string& text) {
   const auto bytes = to_bytes(text);
   return bytes && *bytes > 0 ? "" : "expected a size such as 500MB or 2GiB, found '" + text + "'";
@@ -516,7 +516,7 @@ void add_record(CLI::App& log, int& exit_code) {
   record->callback([o, &exit_code] {
     o->limits.delete_oldest = o->when_full == "delete-oldest";
     check_options(*o);
-    std::error_code ignored;  // opening the file says what is wrong
+    std::error_code ignored;  // opening the file reports the error
     fs::create_directories(fs::path(o->output).parent_path(), ignored);
     if (o->split.on()) refuse_older_parts(o->output);
     exit_code = Recorder(*o).run();

@@ -1,4 +1,4 @@
-// `mimesis log replay`: chooses what is replayed, runs nodes again, repeats it, and reports.
+// `mimesis log replay`: chooses nodes, runs them again, repeats that, and reports.
 #include "tools/mimesis/log/replay.h"
 
 #include <fmt/format.h>
@@ -65,8 +65,8 @@ std::string missing_input(const LifeReader& reader, const RecordedStep& step,
                      source.topic(), seq, source.node(), source.port(), why);
 }
 
-/// One life of a node, run again step by step: the program steps with what the recorded node took,
-/// and all it does is compared.
+/// One life of a node, run again step by step: the program steps with the recorded inputs, and all
+/// outputs are compared.
 class LifeReplay {
  public:
   LifeReplay(const std::vector<OpenLog>& logs, const Life& life, const ReplayOptions& options,

@@ -126,7 +126,7 @@ log::Metadata notes_of(const std::vector<std::string>& notes) {
   return metadata;
 }
 
-/// Topics that a replay of `node` needs, from the messages on NODE/start: what it reads and writes,
+/// Topics that a replay of `node` needs, from the messages on NODE/start: its inputs and outputs,
 /// NODE/start and NODE/steps. @throws VerbEnd if the logs have no such message.
 std::set<std::string> topics_for_replay(const std::vector<OpenLog>& logs, const std::string& node) {
   std::set<std::string> topics;
@@ -325,7 +325,7 @@ class Recovery {
     for (const log::Damage& d : result_.damages) result_.lost |= d.offset < data_end;
   }
 
-  /// For the output: whoever checks it later knows why its counts do not fit.
+  /// For the output: a later check shows why its counts do not fit.
   log::Metadata losses() const {
     log::Metadata note{kRecoveredName, {{"damages", std::to_string(result_.damage_count)}}};
     for (const auto& [id, topic] : result_.topics) {
@@ -438,8 +438,8 @@ bool Thinning::keep(const log::Channel& channel, std::uint64_t log_time) {
   if (s.seen++ % s.every != 0) return false;
   if (s.period_ns == 0) return true;
   if (log_time < s.due_ns) return false;
-  // The times that are due form a grid, so that 100 Hz become 30 on average, not 25; after a pause
-  // the grid begins anew.
+  // The due times form a grid, so that 100 Hz become 30 on average, not 25; after a pause the grid
+  // starts again.
   s.due_ns = std::max(s.due_ns, log_time - std::min(log_time, s.period_ns)) + s.period_ns;
   if (s.due_ns <= log_time) s.due_ns = log_time + s.period_ns;
   return true;

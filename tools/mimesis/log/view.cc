@@ -281,7 +281,7 @@ class DrawingWriter {
     std::uint16_t id = 0;
     std::uint32_t sequence = 0;
   };
-  /// Each message is whole: the last one is all that somebody who comes later needs.
+  /// Each message is complete: a late subscriber needs only the last one.
   std::uint16_t add_channel(const std::string& topic, const google::protobuf::Descriptor& type) {
     const log::Schema schema{0, type.full_name(), "protobuf", runtime::descriptor_set(type)};
     return log_.channel({0,

@@ -119,8 +119,7 @@ TEST_F(RecordKill, EveryFileOpensWithAllButTheLastTenthOfASecond) {
       kills, kills, static_cast<unsigned long long>(messages),
       static_cast<unsigned long long>(missing_messages), lost_ms.front(), quantile(0.5),
       quantile(0.9), quantile(0.99), lost_ms.back(), static_cast<long>(within));
-  // The few of every test run, on whatever machine, only find a recorder that does not close chunks
-  // by time.
+  // The few kills of every test run only find a recorder that does not close chunks by time.
   EXPECT_LE(lost_ms.back(), wanted != nullptr ? 100.0 : 400.0);
 }
 

@@ -86,7 +86,7 @@ TEST(Drain, QuietOrTooLong) {
   for (; !endless.over(now); now += 10ms) endless.received(now, false, 1);
   EXPECT_EQ(now, kStart + 2s);
   EXPECT_TRUE(endless.gave_up(now));
-  Drain unknown(kStart, 1000);  // nobody says when it was published
+  Drain unknown(kStart, 1000);  // no publish time
   unknown.received(kStart + 90ms, false, 0);
   EXPECT_TRUE(unknown.over(kStart + 100ms));
 }

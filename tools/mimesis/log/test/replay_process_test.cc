@@ -153,7 +153,7 @@ TEST_F(Replay, EveryNodeIsEqualEveryTime) {
     // Each step publishes one message; the constructor and the stop publish none.
     EXPECT_EQ(node["outputs"].get<int>(), node["steps"].get<int>() - 2);
     EXPECT_GE(node["outputs"].get<int>(), nodes == 0 ? 50 : 25);
-    // `a` takes what b says twice, but for the last one.
+    // `a` takes every message of b twice, except the last one.
     EXPECT_GT(node["inputs"].get<int>(), 40);
     EXPECT_EQ(node["notes"], json::array());
     EXPECT_EQ(node["problem"], "");

@@ -1,4 +1,4 @@
-// All that a step does is compared with what the log says of it.
+// All actions of a step are compared with the log.
 #include "tools/mimesis/log/replay_compare.h"
 #include "tools/mimesis/log/test/life_log.h"
 

@@ -171,7 +171,7 @@ TEST_F(LogView, SaysWhatItCannotDo) {
 
   const std::string before = bytes_of(out_);
   EXPECT_EQ(view({in_, "-o", out_, "--all"}), 2);     // exists
-  EXPECT_EQ(view({out_, "-o", out_, "--force"}), 2);  // would read what it writes
+  EXPECT_EQ(view({out_, "-o", out_, "--force"}), 2);  // would read its own output
   EXPECT_EQ(bytes_of(out_), before);
   EXPECT_EQ(view({(folder_ / "none.mcap").string(), "-o", out_, "--force"}), 3);
   EXPECT_EQ(view({MIMESIS_SOURCE_DIR "/LICENSE", "-o", out_, "--force"}), 1);
