@@ -290,7 +290,7 @@ std::uint64_t scan_logs(const std::vector<OpenLog>& logs, const log::Selection& 
 }
 
 std::uint64_t overlap_bytes(const log::Summary& summary) {
-  // step of the number of records at a time
+  // time, change of the bytes in use
   std::vector<std::pair<std::uint64_t, std::int64_t>> edges;
   for (const log::Segment& s : summary.segments) {
     const auto size = static_cast<std::int64_t>(
