@@ -21,7 +21,7 @@ function(mimesis_reuse_headers name headers)
   endif()
 endfunction()
 
-# Libraries of common/ and proto/ are installed with their headers: what nodes outside of this tree are made of.
+# Libraries of common/ and proto/ are installed with their headers, for nodes outside of this tree.
 function(mimesis_library name)
   cmake_parse_arguments(arg "" "" "SOURCES;LINK;PRIVATE_LINK" ${ARGN})
   add_library(${name} STATIC ${arg_SOURCES})
