@@ -165,7 +165,7 @@ std::vector<std::string> suites() {
 void add_walk_trials(CLI::App& program, int& exit_code) {
   auto o = std::make_shared<Options>();
   CLI::App* verb = program.add_subcommand(
-      "walk-trials", "Walks of the biped in the physics, many at once: falls, forces, errors");
+      "walk-trials", "Walks of the biped in a physics world, many at once: falls, forces, errors");
   verb->add_option("--suite", o->suite, "Set of trials")
       ->check(CLI::IsMember(suites()))
       ->capture_default_str();
