@@ -48,7 +48,7 @@ const char* name(Phase phase);
 
 struct Reading {
   Phase phase = Phase::starting;
-  bool posture_known = false;  ///< every joint was heard of since the start
+  bool posture_known = false;  ///< every joint has reported since the start
   std::vector<JointReading> joints;
   /// reason of starting and fault: one line with axis, expected and actual state
   std::string reason;

@@ -7,7 +7,7 @@
 namespace mimesis::hw {
 
 /// Joints without hardware that are at once where the limited set-point is. A stop takes effect at
-/// once. Pure; for trying a robot and for tests. The robot file asks for it by `drives: perfect`.
+/// once. Pure; for trying a robot and for tests. The robot file selects it by `drives: perfect`.
 class PerfectActuators final : public Actuators {
  public:
   struct Options {

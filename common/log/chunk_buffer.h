@@ -7,8 +7,8 @@
 
 namespace mimesis::log {
 
-/// The records of a chunk that is being filled, and what its indexes will say. Memory is kept when
-/// it is cleared.
+/// The records of a chunk that is being filled, and the contents of its indexes. Memory is kept
+/// when it is cleared.
 struct ChunkBuffer {
   std::string records;
   /// first and last log time of the messages; 0 if there is none

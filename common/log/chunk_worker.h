@@ -11,7 +11,7 @@
 namespace mimesis::log {
 
 /// Writes closed chunks into the file on a thread of its own, in the order they are handed over. At
-/// most kInFlight are on their way: then the caller waits. Their memory goes round.
+/// most kInFlight are pending: then the caller waits. Their memory is reused.
 class ChunkWorker {
  public:
   static constexpr std::size_t kInFlight = 3;

@@ -19,7 +19,7 @@ struct Piece {
     nothing,  ///< only damages
     records,  ///< whole records that are no chunks
     chunk,
-    gap,  ///< bytes that are summed and not looked at
+    gap,  ///< bytes that are summed but not parsed
   };
   // Known from the heads of the records.
   Kind kind = Kind::nothing;
@@ -44,8 +44,8 @@ class PieceReader {
  public:
   PieceReader(const Source& source, const ReaderLimits& limits);
 
-  /// The next piece: looks at the heads of records only. After a record that cannot be, the next
-  /// one begins at the next chunk that can be. False: there are no more.
+  /// The next piece: looks at the heads of records only. After an impossible record, the next one
+  /// begins at the next possible chunk. False: there are no more.
   bool claim(Piece& piece);
   /// Reads it, checks its sums, unpacks it.
   void work(Piece& piece) const;

@@ -35,7 +35,7 @@ struct Summary {
   std::uint64_t damage_count = 0;
 };
 
-/// Reads the summary at the end of the file; if there is none that serves (a killed recorder, a
+/// Reads the summary at the end of the file; if there is no usable one (a killed recorder, a
 /// damaged end, no index), reads the whole file and makes one. Fails only if the file is no log at
 /// all.
 tl::expected<Summary, Status> summarize(const Source& source, const ReaderLimits& limits = {});

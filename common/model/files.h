@@ -16,7 +16,7 @@ kin::ArmModel load_arm(const std::string& file);
 /// Reads a biped (models/biped.yaml). Its `urdf` is a path from the file's folder, or
 /// "shared:data/robots/NAME.urdf" for a robot that the repository may not carry
 /// (common/shared_data). `frames` are links without mass that the URDF lacks. @throws ConfigError
-/// as above, or what robot::read_urdf and robot::make_biped say.
+/// as above, or as robot::read_urdf and robot::make_biped.
 robot::Biped load_biped(const std::string& file);
 /// Path of the URDF that a biped's file names, which exists. @throws ConfigError as above.
 std::string urdf_of_biped(const std::string& file);
@@ -34,8 +34,8 @@ BipedDrives drives_of_biped(const std::string& file);
 
 /// Whether the file is a biped's, which names its URDF; an arm's has joints of its own.
 bool is_biped(const std::string& file);
-/// Rate of the commands to a robot's joints [Hz]: of an arm, a biped or a bare .urdf, which cannot
-/// say and has that of BipedDrives. @throws ConfigError as above.
+/// Rate of the commands to a robot's joints [Hz]: of an arm, a biped or a bare .urdf, which has the
+/// default of BipedDrives. @throws ConfigError as above.
 double rate_of_robot(const std::string& file);
 
 /// Reads a table (models/bridge_table.yaml). `bridge_height`: lower edge of the bar above the table

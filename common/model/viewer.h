@@ -23,7 +23,7 @@ foxglove::FrameTransforms to_transforms(const kin::ArmModel& arm,
                                         const std::vector<kin::GoalPlace>& goals,
                                         std::chrono::nanoseconds stamp);
 
-/// The table with the object where it is said to stand, all in frame "world".
+/// The table with the object at its given place, all in frame "world".
 foxglove::SceneUpdate to_table(const kin::Table& table, std::chrono::nanoseconds stamp);
 
 /// The arm as it looks: link i as a rod from joint to joint in frame "robot/i", the hand in frame

@@ -13,7 +13,7 @@ namespace mimesis::robot {
 /// each: the hip above the ankle and least turned, or the other if that alone keeps the limits.
 class LegIk {
  public:
-  /// @throws ConfigError that says which joint does not fit
+  /// @throws ConfigError that names the joint that does not fit
   LegIk(const Biped& biped, Side side);
 
   using Vector6d = Eigen::Matrix<double, 6, 1>;

@@ -40,7 +40,7 @@ struct Received {
   Time stamp{};                ///< graph time at which it was published
   std::uint64_t seq = 0;       ///< number within its publisher and topic, from 1
   std::string source;          ///< name of the publishing node
-  std::uint64_t start_id = 0;  ///< tells that node from its predecessors; 0 in memory
+  std::uint64_t start_id = 0;  ///< distinguishes that node from its predecessors; 0 in memory
 };
 
 /// Counters of one input since the start.

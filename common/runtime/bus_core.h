@@ -20,12 +20,11 @@ namespace mimesis::runtime {
 struct ZmqBus::Impl {
   explicit Impl(BusOptions o);
 
-  /// Everything that others may want from this node now.
+  /// Serves all pending subscriptions and requests of other nodes.
   void serve();
   /// Waits for `deadline`, for a readable fd, or (`messages`) for a message to drain.
   enum class Woken { deadline, fd, message };
-  std::chrono::nanoseconds patience(
-      bool messages);  ///< how long one may sleep before looking again
+  std::chrono::nanoseconds patience(bool messages);  ///< longest sleep before the next look
   void serve_arrived();
   Woken wait(WallTime deadline, std::span<const int> fds, bool messages, void* reply = nullptr);
   void discover();

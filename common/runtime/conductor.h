@@ -29,7 +29,7 @@ class Conductor {
     v1::StepGo message;
   };
 
-  /// A node wants to take part; it does from the next `advance` on.
+  /// A node joins; it takes part from the next `advance` on.
   void join(const v1::LockstepJoin& join);
   /// A node has gone: the conductor no longer waits for it.
   void leave(std::uint64_t start_id);

@@ -53,7 +53,7 @@ class Registry {
   Registry(const Registry&) = delete;
   Registry& operator=(const Registry&) = delete;
 
-  /// Changes since the last call. Removes what dead nodes left behind.
+  /// Changes since the last call. Removes files of dead nodes.
   std::vector<RegistryChange> poll();
   /// Readable when `poll` has work; -1 without inotify.
   int fd() const { return inotify_; }

@@ -16,7 +16,7 @@ class MessageLite;
 
 namespace mimesis::runtime {
 
-/// Runs `node` step by step as the process at the other end of the stream socket `fd` says
+/// Runs `node` step by step on commands of the process at the other end of the stream socket `fd`
 /// (v1.ReplayStep in, v1.ReplayOutcome out). Returns the exit code: 0 at the end of the stream.
 int run_replay(const BusOptions& options, int fd, AnyNode& node);
 
@@ -37,7 +37,7 @@ class ReplayBus final : public Bus {
 
   /// The step to come: its messages wait at the inputs, its requests are answered now.
   void begin(const v1::ReplayStep& step);
-  /// The node's actions since `begin`; says if it took or read less than the record holds.
+  /// The node's actions since `begin`, with a note if it took or read less than the record holds.
   v1::ReplayOutcome end();
 
   std::unique_ptr<InChannel> subscribe(std::string_view port,

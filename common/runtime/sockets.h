@@ -14,7 +14,7 @@
 
 namespace mimesis::runtime {
 
-/// A Unix socket that keeps packets whole and tells at once when the other process dies:
+/// A Unix socket that keeps packets whole and reports at once when the other process dies:
 /// lock-step's path, four times faster than ZeroMQ's (reference/transport.md).
 class PacketSocket {
  public:
@@ -121,8 +121,8 @@ class SubSocket {
 
   void subscribe(const std::string& topic);  ///< idempotent
   void connect(std::uint64_t publisher, const std::string& endpoint);
-  /// The publisher is gone. The connection is closed a little later: its last words may be on their
-  /// way.
+  /// The publisher has ended. The connection is closed a little later, because its last messages
+  /// may be in transit.
   void retire(std::uint64_t publisher);
   bool connected(std::uint64_t publisher) const { return endpoints_.contains(publisher); }
 

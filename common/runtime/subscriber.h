@@ -73,7 +73,7 @@ class Subscriber {
   void dispatch(const Incoming& incoming, Frame& payload, bool reliable);
   bool uses_reliable_socket(const Input& input) const;
 
-  std::uint64_t own_;  // start_id of this node, which does not hear itself
+  std::uint64_t own_;  // start_id of this node, whose own messages are ignored
   SubSocket data_, reliable_;
   bool lockstep_;
   std::map<std::string, std::vector<std::shared_ptr<Input>>, std::less<>> inputs_;

@@ -79,7 +79,7 @@ class TestNode {
   /// Instead of `open`, for a TestNode constructed with `lockstep`: time (node mimesis_clock, with
   /// this node among its participants) then stands still but in `until`, however busy the machine.
   void open_lockstep(double rate_hz, double offset_s = 0.0);
-  /// Serves the bus until `done()`; false after `timeout`, of graph time. `done` is asked whenever
+  /// Serves the bus until `done()`; false after `timeout`, of graph time. `done` is called whenever
   /// messages have arrived and at least every 2 ms; in lock-step once a step.
   bool until(const std::function<bool()>& done, std::chrono::milliseconds timeout = 10s);
   /// Next message of a Queue or Reliable port.

@@ -61,10 +61,9 @@ struct ActuatorsRequest {
 /// Returns actuators that respect `joints.limits` (SetpointLimiter). @throws ConfigError
 using MakeActuators = std::function<std::unique_ptr<Actuators>(const ActuatorsRequest&)>;
 
-/// Makes `kind` known to the nodes that are made from now on: a robot whose file says
-/// `drives: kind` gets what `make` returns. To be called by main() before run_node(), on one
-/// thread. Known from the start: "cia402" (CANopen drives on the buses of the parameters) and
-/// "perfect".
+/// Makes `kind` known to nodes constructed later: a robot with `drives: kind` in its file gets the
+/// result of `make`. To be called by main() before run_node(), on one thread. Known from the start:
+/// "cia402" (CANopen drives on the buses of the parameters) and "perfect".
 void add_actuators(const std::string& kind, MakeActuators make);
 
 /// The actuators of `request.joints.drives`. @throws ConfigError that lists the known kinds

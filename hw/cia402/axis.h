@@ -107,7 +107,7 @@ class AxisMaster {
   Time feedback_age(Time now) const { return now - feedback_seen_; }
   Time heartbeat_age(Time now) const { return now - heartbeat_seen_; }
   const JointReading& reading() const { return reading_; }
-  /// Where the drive holds its motor, if it tells; else where the joint is [rad].
+  /// Position at which the drive holds its motor, if reported; else the joint's [rad].
   double demand_rad() const { return demand_rad_.value_or(reading_.position_rad); }
   /// The drive still moves that, as on a quick stop's ramp.
   bool demand_moves() const { return demand_moves_; }

@@ -26,8 +26,7 @@ struct JointDriverOptions {
 
 /// CiA 402 drives on one CAN bus as the joints of an arm, or some joints of a robot. Per cycle one
 /// batch of frames out (set-points, then SYNC) and one in. After any fault all axes get a quick
-/// stop; a set-point is obeyed again only after Mode::idle has been asked for, and starts at the
-/// actual posture.
+/// stop; a set-point is obeyed again only after Mode::idle, and starts at the actual posture.
 class JointDriver final : public Actuators {
  public:
   /// Sends a quick stop first. @throws ConfigError if the rate gives no interpolation period
@@ -74,7 +73,7 @@ class JointDriver final : public Actuators {
   Time retry_at_{};          // after a failed set-up
   bool begun_ = false;       // first cycle seen
   bool configured_ = false;  // every drive is configured and started
-  bool may_enable_ = true;   // idle was asked for since the last fault
+  bool may_enable_ = true;   // Mode::idle was set since the last fault
 };
 
 /// The joints of one robot on several buses: an JointDriver each, its joints after those of the one

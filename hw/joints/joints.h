@@ -15,7 +15,7 @@ struct Joints {
   std::vector<std::string> names{};  ///< names of the joints; of an arm A1 ... An
   JointLimits limits;
   Eigen::VectorXd home;        ///< where a simulation starts [rad]
-  Eigen::VectorXd effort_n_m;  ///< largest torque; 0: the file does not say
+  Eigen::VectorXd effort_n_m;  ///< largest torque; 0: not in the file
   bool walks = false;          ///< would fall without power
   std::string drives;          ///< kind of its actuators, see hw/bridge/actuators_node.h
   double rate_hz = 200.0;      ///< rate of commands and readings

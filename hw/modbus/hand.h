@@ -95,7 +95,7 @@ struct HandReading {
   std::uint64_t transactions = 0, errors = 0;
 };
 
-/// Set-point to registers: activates the hand, and again after a fault that asks for it. Pure.
+/// Set-point to registers: activates the hand, and again after a fault that requires it. Pure.
 HandOutput to_output(const HandSetpoint& setpoint, const HandInput& last);
 /// Registers to reading; `reachable` false: `failure` has the reason, other values are old.
 HandReading to_reading(const HandInput& input);

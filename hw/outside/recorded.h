@@ -22,9 +22,9 @@ std::unique_ptr<can::Bus> record_can(std::unique_ptr<can::Bus> wire, runtime::Bu
 /// @throws ConfigError as can::open
 std::unique_ptr<can::Bus> open_can(const std::string& address, runtime::Bus& graph);
 
-/// A hand as a node of the graph uses it: what goes to the driver and comes from it passes
-/// `graph.outside()` under the name "hand". In a replay there is neither driver nor thread.
-/// Layout, little-endian; logs rely on it:
+/// A hand for a node of the graph: data to the driver and from it pass `graph.outside()` under the
+/// name "hand". In a replay there is neither driver nor thread. Layout, little-endian; logs rely on
+/// it:
 ///   written  u8 move, u8 mode, f64 closure, f64 force
 ///   read     u8 active + 2 moving + 4 object detected, u8 mode, f64 closure, u64 transactions,
 ///            u64 errors, the fault's text

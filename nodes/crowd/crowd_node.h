@@ -27,7 +27,7 @@ struct RegionParams {
   std::vector<double> x_m{}, y_m{};  ///< cuts of the plane; none: one coordinator
   double margin_m = 0.5;             ///< an agent this far beyond the border is handed over
   double sight_m = 6.0;              ///< distance within which agents of others are avoided
-  double stale_s = 0.5;              ///< a coordinator not heard for this long is gone
+  double stale_s = 0.5;              ///< a coordinator silent for this long is gone
 
   void visit(runtime::ParamVisitor& v);
   RegionMap map() const { return {x_m, y_m}; }
@@ -35,7 +35,7 @@ struct RegionParams {
 
 /// A walking robot on port `robot`.
 struct RobotParams {
-  int agent = -1;       ///< number of the robot's external agent; -1: the port is not heard
+  int agent = -1;       ///< number of the robot's external agent; -1: the port is ignored
   double step_s = 0.8;  ///< duration of one of its steps
 
   void visit(runtime::ParamVisitor& v);
@@ -62,7 +62,7 @@ struct CrowdParams {
 };
 
 /// Runs the crowd of a scenario, or one region of it: ScenarioRun between messages. Number 1 of the
-/// coordinators looks after external agents, watches the whole and says how it ended.
+/// coordinators looks after external agents, watches the whole and publishes the outcome.
 class CrowdNode {
  public:
   using Params = CrowdParams;

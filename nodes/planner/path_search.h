@@ -69,7 +69,8 @@ tl::expected<FoundPath, Status> find_path(const Roadmap& roadmap, CollisionCheck
 /// Σ |qᵢ₊₁ − qᵢ| [rad].
 double path_length(std::span<const Eigen::VectorXd> waypoints);
 
-/// A roadmap in use for one query: nodes come, links are certified when a path wants them, or cut.
+/// A roadmap in use for one query: nodes are added; links are certified when a path needs them, or
+/// cut.
 class Network {
  public:
   Network(CollisionChecker& checker, const PostureCost& cost) : checker_(checker), cost_(cost) {}

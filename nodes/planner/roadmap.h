@@ -59,7 +59,7 @@ struct RoadmapSettings {
 };
 
 /// Network of postures that covers the joint space [M18 2.3.2]. Every node was free when it was
-/// built; its links are not checked until a path wants them.
+/// built; its links are not checked until a path needs them.
 struct Roadmap {
   Eigen::MatrixXd nodes;  ///< n × N [rad]
   Linkage links;

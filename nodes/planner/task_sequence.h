@@ -82,7 +82,7 @@ class TaskSequence {
 
   void step(const SequenceInput& input);
 
-  /// Once after the step that wants a plan.
+  /// Call once after a step that needs a plan.
   std::optional<PlanRequest> take_request() { return std::exchange(request_, std::nullopt); }
   /// The answer, before the next step.
   void set_plan(tl::expected<TaskPlan, Status> plan);

@@ -46,7 +46,7 @@ class Director {
   Characters& characters() { return characters_; }
   const Characters& characters() const { return characters_; }
   int size() const { return characters_.size(); }
-  /// It wants to know where its robot is.
+  /// It needs the place of its robot.
   virtual bool leads_robot() const = 0;
 
   virtual void walk_to(int i, const Eigen::Vector2d& goal_W_m) = 0;

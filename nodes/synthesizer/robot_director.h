@@ -9,10 +9,10 @@
 
 namespace mimesis::synthesizer {
 
-/// Leads a walking robot. To a goal, RobotWalk says where it goes, and the model's motion gives it
-/// arms and trunk in the rhythm of its own steps: the leading oscillator is coupled to the robot's
-/// clock [M18 eq. 3.18], and the shares of walk and stand are those of the length of its steps. To
-/// a drawer, the robot stops, turns to it, and BipedDrawerSequence takes over; out of it again when
+/// Leads a walking robot. RobotWalk leads it to a goal, and the model's motion gives it arms and
+/// trunk in the rhythm of its own steps: the leading oscillator is coupled to the robot's clock
+/// [M18 eq. 3.18], and the shares of walk and stand are those of the length of its steps. To a
+/// drawer, the robot stops, turns to it, and BipedDrawerSequence takes over; out of it again when
 /// it has another goal. Arms and trunk go from one to the other within kFade_s.
 class RobotDirector : public Director {
  public:

@@ -12,7 +12,7 @@
 namespace mimesis::synthesizer {
 
 /// Generates the motion of one robot or of many characters, steered by goals, styles, a beat and
-/// the commands of a crowd. A robot is led from where its feedback says that it is.
+/// the commands of a crowd. A robot is led from the place in its feedback.
 class SynthesizerNode {
  public:
   using Params = SynthesizerParams;

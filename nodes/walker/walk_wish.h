@@ -34,8 +34,9 @@ struct WalkWishSettings {
 
 /// Turns a wished motion into a wish within the robot's limits, tick by tick:
 /// - velocities plus clamp(k (p_motion − p_robot)) in the heading frame; a motion with footprints
-///   gets no such correction. The pattern cuts them to what the robot can; here it is only told;
-/// - the upper body within the joints' limits. When a motion begins or ends, the difference to the
+///   gets no such correction. The pattern limits them to the robot's limits; here it is only
+/// reported; - the upper body within the joints' limits. When a motion begins or ends, the
+/// difference to the
 ///   posture before fades as 1 − (10 s³ − 15 s⁴ + 6 s⁵). Walker keeps the joints' speeds.
 class WalkWish {
  public:

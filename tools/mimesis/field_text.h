@@ -62,7 +62,7 @@ const google::protobuf::FieldDescriptor& field_named(const google::protobuf::Des
                                                      const std::string& name,
                                                      const std::string& where = "");
 
-/// True if `field_number` has something to say.
+/// True if `field_number` has a value for this field.
 bool is_number(const google::protobuf::FieldDescriptor& field);
 
 /// "0a ff 03" of the bytes [from, from + count), as far as there are any.

@@ -12,7 +12,7 @@ namespace mimesis::demix {
 /// Where an alternation may begin.
 struct Start {
   Eigen::MatrixXd sources;  ///< spectra, 2·half × count, unit columns
-  bool search = true;       ///< delays are looked for; else they begin at 0
+  bool search = true;       ///< delays are searched; false: they begin at 0
 };
 
 /// Starts for `count` sources of `data`. Free delays: harmonics 1..count [M18 3.3.3]: starts with
@@ -100,7 +100,7 @@ class Alternation {
   Eigen::MatrixXd pair_, right_;  ///< normal equations of the S-update: 2·half × K², 2·half × K
 };
 
-/// A mixture says the same if a source is scaled, negated or shifted and its weights and delays are
+/// A mixture is equivalent if a source is scaled, negated or shifted and its weights and delays are
 /// changed accordingly, or if sources change places. Among these equivalents, the sources after the
 /// first `given` ones are normalised to: unit rms; the crest of the strongest harmonic at t = 0 (if
 /// there are several, the one with the highest s(0)); signs with Σₙ wₙₖ ≥ 0, unless `keep_signs`;

@@ -31,15 +31,15 @@ struct AcclaimSkeleton {
 
 /// Reads the text of an ASF file. Lengths are in inches over `length` of :units (CMU's 0.45); bones
 /// without `dof` become joints that never turn; the tip of a bone without children is an end,
-/// "ltoes_end". Unknown sections and bone properties are passed over, as the format wants it.
-/// @throws ConfigError "file:line: ..."; for what cannot be held: dof tx ty tz l of a bone, a
+/// "ltoes_end". Unknown sections and bone properties are skipped, as the format requires.
+/// @throws ConfigError "file:line: ..."; for unsupported properties: dof tx ty tz l of a bone, a
 /// turned root (`orientation`)
 AcclaimSkeleton parse_asf(std::string_view text, const std::string& file,
                           const ReadOptions& options = {});
 
 /// Reads the text of an AMC file: the rotation of a bone is C·M·C⁻¹, M = R_last·…·R_first of its
-/// dof. Angles as the file says (:DEGREES, :RADIANS), or else as the ASF. Frames count up by one;
-/// each has the root and every bone with dof.
+/// dof. Angles in the file's unit (:DEGREES, :RADIANS), or else in that of the ASF. Frames count up
+/// by one; each has the root and every bone with dof.
 /// @param file  named in errors; its base name becomes the clip's
 /// @throws ConfigError "file:line: ..."
 Clip parse_amc(std::string_view text, const std::string& file, const AcclaimSkeleton& asf,

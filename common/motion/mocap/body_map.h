@@ -42,9 +42,9 @@ struct ToBodyOptions {
 /// which the figure lacks (the collar bone) takes its mean over the clip. The toe point is on the
 /// ground 4 cm under the ball of the foot; the heel point, which no file has, is as low with a flat
 /// sole, and as far behind the ankle as 0.3 of the ball's distance before it. Where the file has no
-/// hand or head end: 0.65 of the forearm, 0.46 of the thigh.
-/// Up to three first frames that are no part of the motion, because the figure leaps out of them
-/// (the T-posture that the CMU conversion puts there), are left out; `first_frame` tells.
+/// hand or head end: 0.65 of the forearm, 0.46 of the thigh. Up to three first frames that are no
+/// part of the motion, because the figure leaps out of them (the T-posture that the CMU conversion
+/// puts there), are left out (see `first_frame`).
 /// @throws ConfigError with the names of missing joints; if the clip has no frame
 BodyClip to_body(const Clip& clip, const ToBodyOptions& options = {});
 

@@ -45,7 +45,7 @@ class NullSpace {
   Eigen::VectorXd project(const Eigen::VectorXd& step) const {
     return basis_ * (basis_.transpose() * step);
   }
-  /// The shortest step s with J s = wanted, or nearest to it: (JᵀJ + damping I)⁻¹ Jᵀ wanted.
+  /// The shortest step s with J s = wanted, or closest to it: (JᵀJ + damping I)⁻¹ Jᵀ wanted.
   Eigen::VectorXd reach(const Eigen::VectorXd& wanted, double damping) const;
 
  private:

@@ -49,7 +49,7 @@ class RobotGoals {
   std::vector<Goal> exact(const mocap::BodyPose& pose) const;
   /// Pelvis, chest, head, elbows, knees, and the hands' orientation if that is not exact.
   std::vector<Goal> wishes(const mocap::BodyPose& pose) const;
-  /// The easy posture with the pelvis where the pose has it.
+  /// The easy posture with the pelvis of the pose.
   Posture start(const mocap::BodyPose& pose) const;
 
  private:

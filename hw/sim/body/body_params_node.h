@@ -65,7 +65,7 @@ struct JumpParams {
 
 /// The joint of a gripper and the angle beyond which it counts as closed.
 struct GripperParams {
-  std::string joint{};  ///< empty: as the robot's description says; none: the hand is always closed
+  std::string joint{};  ///< empty: as in the robot's description; none: the hand is always closed
   double closed_rad = 0.25;  ///< closed if abs(angle) exceeds this, with the same sign
 
   void visit(runtime::ParamVisitor& v) {

@@ -46,7 +46,7 @@ struct BodyOptions {
   /// drives that get positions only would let the hands sink by 10 mm.
   double arm_stiffness_n_m_rad = 3000.0;
   /// Plant C with servos in the knees too, as in docs/walking.md 7.3. Two legs of one rigid length
-  /// on rigid ground share the weight by chance: any feedback of foot forces rocks from foot to
+  /// on rigid ground share the weight at random: any feedback of foot forces rocks from foot to
   /// foot in double support (10 Hz, ZMP ±0.09 m, measured).
   bool rigid_knees = false;
   /// Slope of the ground, first about y, then about x; the robot starts square on it.
@@ -97,7 +97,7 @@ struct BodyTruth {
 class BodyWorld {
  public:
   /// Reads the same URDF as RobotTree did (shapes are ignored); half-sitting on the ground.
-  /// @throws ConfigError if DART cannot read it, it is another robot, or an option makes no sense
+  /// @throws ConfigError if DART cannot read it, it is another robot, or an option is invalid
   BodyWorld(const robot::Biped& biped, const std::string& urdf_file, const BodyOptions& options);
   ~BodyWorld();
   BodyWorld(const BodyWorld&) = delete;

@@ -45,7 +45,8 @@ struct GroundContact {
   double vertical_n = 0.0;                               ///< sum of f_z
 };
 
-/// Reads the contacts of the last step. `X_WS`: soles before that step, where DART looked for them.
+/// Reads the contacts of the last step. `X_WS`: soles before that step, at which DART computed
+/// them.
 GroundContact read_contacts(const DartBody& body, const robot::Biped& biped,
                             const std::array<Eigen::Isometry3d, 2>& X_WS);
 

@@ -55,7 +55,7 @@ class WalkJudge {
  public:
   explicit WalkJudge(const JudgeSettings& settings = {}) : settings_(settings) {}
 
-  /// After every tick. `plan`: nothing while there is none.
+  /// After every tick. `plan`: empty while there is none.
   void tick(const BodyTruth& truth, const std::optional<PlannedGround>& plan);
   /// The plan puts this foot on the ground at the tick that was last reported.
   void step(const JudgedStep& step);

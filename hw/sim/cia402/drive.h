@@ -17,8 +17,8 @@ namespace mimesis::hw::sim {
 
 enum class Access : std::uint8_t { read_only, read_write };
 
-/// Object dictionary of a simulated CANopen node: numbers of 1, 2 or 4 bytes. Answers as CiA 301
-/// asks for: 0, or the SDO abort code.
+/// Object dictionary of a simulated CANopen node: numbers of 1, 2 or 4 bytes. Answers according to
+/// CiA 301: 0, or the SDO abort code.
 class Dictionary {
  public:
   void add(cia402::Object object, int bytes, Access access, std::uint32_t value);
@@ -48,7 +48,7 @@ class Dictionary {
 /// Trouble on command.
 enum class Trouble : std::uint8_t {
   overcurrent,  ///< the drive finds an error: fault
-  mute,         ///< its bus cable is cut: it neither hears nor speaks
+  mute,         ///< its bus cable is cut: it neither receives nor sends
   jam,          ///< the joint meets an obstacle: following error
 };
 

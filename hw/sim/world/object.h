@@ -100,7 +100,7 @@ class ObjectModel {
   std::string will_topple_;  // why, on landing; empty if not
 };
 
-/// How the planner says it ended.
+/// End of the task according to the planner.
 struct TaskEnd {
   bool done = false;   ///< false: failed
   std::string goal;    ///< "high", "low", or empty if none was decided

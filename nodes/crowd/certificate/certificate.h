@@ -50,7 +50,7 @@ struct Certificate {
   /// Every rule in force is contracting.
   bool holds() const;
   /// The slowest guaranteed rate of the rules in force, that of the whole hierarchy [M18 4.4.2, 3];
-  /// nothing if there are none or one has no guarantee.
+  /// empty if there are none or one has no guarantee.
   std::optional<double> rate_1_s() const;
 };
 
@@ -63,9 +63,9 @@ struct GaitRange {
   HeadingSway sway{};                 ///< g^ψ of lane and consensus headings
 };
 
-/// Guarantees for n agents with these rules: at which rate, how many there may be at most, and
-/// what to change. Never throws: a graph that does not exist or is not connected is a guarantee of
-/// `none` with the reason. n < 2: nothing to agree on.
+/// Guarantees for n agents with these rules: rates, largest number of agents, and advice. Never
+/// throws: a graph that does not exist or is not connected is a guarantee of `none` with the
+/// reason. n < 2: nothing to agree on.
 Certificate certify(const Rules& rules, int n, const GaitRange& gait);
 
 /// Time after which no agent of a group with rules II and III, and IV or keep, is farther than

@@ -31,7 +31,7 @@ struct TrustSettings {
 };
 
 enum class Trust {
-  absent,   ///< not heard yet, has left, or was forgotten
+  absent,   ///< no report yet, has left, or was forgotten
   trusted,  ///< takes part
   lagging   ///< late or implausible: an obstacle that goes straight on, coupled to nobody
 };
@@ -55,10 +55,10 @@ class ExternalAgents {
   ExternalAgents(int count, const TrustSettings& settings);
 
   int size() const { return static_cast<int>(agents_.size()); }
-  /// A report of time `stamp`, heard at `now`. Text: why it is not believed, or empty. Reports
-  /// older than one heard before are passed over.
+  /// A report of time `stamp`, received at `now`. Returns why it is not trusted, or empty. Reports
+  /// older than an earlier one are skipped.
   std::string hear(int agent, const AgentReport& report, Time stamp, Time now);
-  /// The agent says that it takes part no longer.
+  /// The agent reports that it takes part no longer.
   void leave(int agent);
   /// Judges all agents at `now`. Returns the changes since the last call, in the order of agents;
   /// valid until the next call.
@@ -68,9 +68,9 @@ class ExternalAgents {
   /// A report came since the last `taken`.
   bool fresh(int agent) const { return at(agent).fresh; }
   void taken(int agent) { agents_[static_cast<std::size_t>(agent)].fresh = false; }
-  /// Extrapolated from the last believed report. Precondition: not absent.
+  /// Extrapolated from the last trusted report. Precondition: not absent.
   AgentReport believed(int agent, Time now) const;
-  double age_s(int agent, Time now) const;  ///< age of the last believed report
+  double age_s(int agent, Time now) const;  ///< age of the last trusted report
 
  private:
   struct Agent {

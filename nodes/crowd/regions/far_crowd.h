@@ -66,7 +66,7 @@ struct FarSettings {
   int coordinators = 1;
   int own = 0;           ///< number of this one, from 0
   double sight_m = 6.0;  ///< distance within which agents of others are avoided
-  double stale_s = 0.5;  ///< a coordinator not heard for this long is gone, with its agents
+  double stale_s = 0.5;  ///< a coordinator silent for this long is gone, with its agents
 };
 
 /// The agents of other coordinators, as one coordinator's crowd needs them: near ones as ghosts and

@@ -105,8 +105,8 @@ class Closeness {
 double turn_error(const Group& group, const HeadingRule& rule, const RuleCertificate& certificate,
                   double omega_rad_s, const Observed& agent);
 
-/// Tells a monitor of all agents of a group in which each has turns of its own: some avoid, or
-/// agents come and go.
+/// Gives a monitor the state of all agents of a group in which each has turns of its own: some
+/// avoid, or agents come and go.
 void measure_turns(Monitor& monitor, const Group& group, const HeadingRule& rule,
                    double omega_rad_s, std::span<const Observed> agents, double t_s);
 

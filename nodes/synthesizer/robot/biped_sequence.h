@@ -118,7 +118,7 @@ class BipedDrawerSequence {
   const BipedSequenceState& state() const { return state_; }
   const DrawerPlace& task() const { return task_; }
   double heading_rad() const { return heading_; }  ///< heading of the way
-  /// Where the robot is, or is believed to be.
+  /// Place of the robot, reported or assumed.
   const RobotFeedback& robot() const { return robot_; }
   const std::vector<PlannedStep>& steps() const { return plan_.steps; }  ///< left to do
   /// Remaining actions, the current one first, with travels of the middle of the feet.

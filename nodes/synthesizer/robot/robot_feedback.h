@@ -36,7 +36,7 @@ struct RobotFeedback {
 };
 
 /// Phase of the gait cycle of a robot whose steps take a fixed time: 0 when its left foot lands, π
-/// when its right one does. It is drawn to where the feedback says that the robot is,
+/// when its right one does. It is pulled towards the phase in the feedback,
 ///   φ̇ = π/T + clamp(k (φ_robot − φ)), k = 10 1/s,
 /// never runs backwards, and stands while the robot stands. Without feedback it runs by itself as
 /// long as steps are wished, and ends with the end of a step.

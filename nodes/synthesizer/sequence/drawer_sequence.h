@@ -45,12 +45,12 @@ struct SequenceState {
 };
 
 /// Walks to a drawer, opens it and takes what is in it [M18 3.7], online: the plan's actions one
-/// after the other over the phase of the leading oscillator (on its limit cycle: φ̇ = ω),
-/// weights and means from the maps of lengths and durations, transitions by eq. 3.23, arm reaches
-/// started by events. The pelvis travels each action's length exactly; the learned rows pelvis.x,
-/// .y and .z say how. A goal that jumps is followed at once: the action under way takes the length
-/// that the new plan gives it, further actions follow. Deterministic. A step takes some 20 µs, and
-/// some tenths of a ms more when the maps are asked: at a boundary of actions and after a jump.
+/// after the other over the phase of the leading oscillator (on its limit cycle: φ̇ = ω), weights
+/// and means from the maps of lengths and durations, transitions by eq. 3.23, arm reaches started
+/// by events. The pelvis travels each action's length exactly; the learned rows pelvis.x, .y and .z
+/// shape it. A goal that jumps is followed at once: the action under way takes the length that the
+/// new plan gives it, further actions follow. Deterministic. A step takes some 20 µs, and some
+/// tenths of a ms more when the maps are asked: at a boundary of actions and after a jump.
 class DrawerSequence {
  public:
   /// The reason if no plan leads to the goal. `maps` must outlive the sequence.

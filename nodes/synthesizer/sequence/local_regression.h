@@ -3,7 +3,7 @@
 
 namespace mimesis::synthesizer {
 
-/// Where a map that was learned from points is asked: inputs are scaled to the spread of the data,
+/// Query point of a map that was learned from points: inputs are scaled to the spread of the data,
 /// and points outside are brought back, so that a far goal gives the motion of the nearest learned
 /// ones and not an extrapolation.
 ///

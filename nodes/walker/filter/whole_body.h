@@ -37,9 +37,9 @@ class WholeBody {
   const robot::RobotMotion& motion(const PatternSample& sample, const ComState& com,
                                    const UpperBody& upper, const Moments& moments,
                                    Lever* lever = nullptr);
-  /// Zero moment point of motion() on the ground z = 0 by the full dynamics [m; docs/walking.md
-  /// eq. 5.1]. Place and acceleration of the centre of mass are the plan's, f = m (c̈ + g ẑ), even
-  /// where the search is not exact or a leg does not move: the pelvis is assumed to make up for the
+  /// Zero moment point of motion() on the ground z = 0 by the full dynamics [m; docs/walking.md eq.
+  /// 5.1]. Place and acceleration of the centre of mass are the plan's, f = m (c̈ + g ẑ), even
+  /// where the search is not exact or a leg does not move: the pelvis is assumed to compensate the
   /// rest, so that the ground always carries the weight.
   Eigen::Vector2d zmp(const PatternSample& sample, const ComState& com, const UpperBody& upper,
                       const Moments& moments, Lever* lever = nullptr);

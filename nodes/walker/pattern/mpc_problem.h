@@ -10,7 +10,7 @@ namespace mimesis::walker {
 struct MpcWeights {
   double velocity = 5.0, zmp = 1e3, jerk = 1e-8;  ///< α, β, γ
   double foot = 1e-6;                             ///< δ: distance of a landing from the last plan
-  double spacing = 2000.0;  ///< σ: distance of a step from the one that the velocity asks for
+  double spacing = 2000.0;  ///< σ: distance of a step from the one that belongs to the velocity
   double landing = 1e6;     ///< λ: distance of a landing from the wished one
   double yaw = 1e6;         ///< η: yaw of the feet; nonlinear form only
 };

@@ -29,7 +29,7 @@ struct Wish {
   /// Wished landings of the next swing foot and of the one after it. Without one the velocity alone
   /// decides [Herdt 2010, Naveau 2017].
   std::array<std::optional<Footprint>, 2> landing;
-  bool walk = true;  ///< false: stop within two steps whatever the velocity says
+  bool walk = true;  ///< false: stop within two steps, independent of the velocity
 };
 
 /// Centre of mass along the ground: x and y in W.

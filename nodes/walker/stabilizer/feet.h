@@ -100,8 +100,8 @@ class Feet {
   struct Foot {
     Eigen::Vector2d tilt_rad = Eigen::Vector2d::Zero();  ///< θ_x, θ_y
     double landing_m = 0.0, reach_m = 0.0;
-    bool touched = false;  ///< felt ground in this swing, before due
-    bool felt = true;      ///< felt ground since it was due
+    bool touched = false;  ///< ground contact in this swing, before due
+    bool felt = true;      ///< ground contact since it was due
     Eigen::Vector3d swing_tilt_W = Eigen::Vector3d::Zero();  ///< axis-angle
     Eigen::Vector3d swing_shift_W = Eigen::Vector3d::Zero();
   };

@@ -44,7 +44,7 @@ struct StabilizerSettings {
                                 ///< back and tilts the robot
   double landing_limit_m = 0.03;
   double landing_window_s = 0.25;  ///< the law begins this long before the planned landing
-  double reach_m_s = 0.045;        ///< least speed down until ground is felt: half of the glide's
+  double reach_m_s = 0.045;        ///< least speed down until ground contact: half of the glide's
   double reach_limit_m = 0.01;
   // correction of the swing foot for the error of the base
   double swing_filter_s = 0.05, swing_fade_s = 0.3;

@@ -29,7 +29,7 @@ class LegRoom {
     std::array<Eigen::Vector3d, 2> feet_way_m;  ///< wished displacements in W
     double dt_s;
   };
-  /// The feasible rise closest to the wished one. Two cases are looked at, hips that follow the CoM
+  /// The feasible rise closest to the wished one. Two cases are compared, hips that follow the CoM
   /// and hips that keep moving against it as in the last tick; the better one counts. No
   /// allocation.
   double rise_m(const Tick& tick);

@@ -52,7 +52,7 @@ struct Shared {
   int output = -1;  ///< for its standard output and error, instead of the pipes of `Child`
 };
 
-/// Starts a program. Call from the main thread: the child is told when that thread ends.
+/// Starts a program. Call from the main thread: the child gets a signal when that thread ends.
 /// @throws std::runtime_error "NAME: why" if it cannot be started or scheduled as `sched` says.
 Child spawn(const Command& command, const Sched& sched, const Shared& shared = {});
 

@@ -31,8 +31,8 @@ struct ConvertOptions {
 struct ConvertResult {
   LogKind from = LogKind::mcap;
   std::uint64_t messages = 0;
-  std::uint64_t damages = 0;  ///< lines or places that could not be read; each was said
-  std::uint64_t lost = 0;     ///< LCM: events dropped by the logger, told by their numbers
+  std::uint64_t damages = 0;  ///< lines or places that could not be read; each was reported
+  std::uint64_t lost = 0;     ///< LCM: events dropped by the logger, found by their numbers
   std::uint64_t untimed = 0;  ///< candump: lines without a time, which took that of the line before
 };
 
@@ -68,8 +68,8 @@ struct LcmEvent {
 };
 
 /// Reads an LCM log from front to back. LCM has no sums: an event is delivered only if another one,
-/// or the end of the file, follows where its lengths say. After damage reading goes on at the next
-/// event of which that holds.
+/// or the end of the file, follows at the place given by its lengths. After damage reading
+/// continues at the next such event.
 class LcmReader {
  public:
   explicit LcmReader(const log::Source& source) : source_(source), window_(source) {}

@@ -114,8 +114,9 @@ class RowJoin {
 /// Files written.
 struct ExportResult {
   std::vector<std::string> files;
-  std::uint64_t items = 0;     ///< rows, images or attachments
-  std::uint64_t failures = 0;  ///< messages that could not be decoded, and damages; each was said
+  std::uint64_t items = 0;  ///< rows, images or attachments
+  /// messages that could not be decoded, and damages; each was reported
+  std::uint64_t failures = 0;
 };
 
 struct CsvOptions {

@@ -70,7 +70,7 @@ std::vector<std::string> topics_of(const std::vector<OpenLog>& logs);
 void require_topic(const std::vector<OpenLog>& logs, const std::string& topic);
 
 /// Hands on the metadata records called `name`, or all of them for "". Returns how many could not
-/// be read; standard error says which, unless `silent`.
+/// be read; standard error names them, unless `silent`.
 std::uint64_t each_metadata(const std::vector<OpenLog>& logs, const std::string& name,
                             const std::function<void(const log::Metadata&)>& take,
                             bool silent = false);
@@ -141,8 +141,8 @@ std::uint64_t report_losses(const OpenLog& log, const std::vector<log::Damage>& 
 using Item = log::MergedReader::Item;
 
 /// For verbs that look: hands every selected message to `take`, with a bar named `what` on a
-/// terminal. Returns the number of damages, which standard error tells unless `silent` (a second
-/// pass need not say the same again).
+/// terminal. Returns the number of damages, which are reported on standard error unless `silent` (a
+/// second pass need not repeat them).
 std::uint64_t scan_logs(const std::vector<OpenLog>& logs, const log::Selection& selection,
                         const std::string& what, const std::function<void(const Item&)>& take,
                         bool silent = false);

@@ -113,7 +113,7 @@ class PlayKeys {
   // Signals that kill at once. SIGINT and SIGTERM only end the loop (StopSignal).
   static constexpr std::array kDeadly{SIGHUP, SIGQUIT, SIGABRT, SIGSEGV, SIGBUS, SIGFPE, SIGILL};
 
-  // Async-signal-safe, as POSIX says.
+  // Async-signal-safe [POSIX].
   static void restore() { tcsetattr(STDIN_FILENO, TCSANOW, &before_); }
   static void handle(int signal, void (*handler)(int), int flags) {
     struct sigaction action {};

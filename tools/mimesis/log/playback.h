@@ -345,7 +345,7 @@ class PlayAhead {
 
  private:
   static constexpr double kFirstSeconds = 0.5, kMostSeconds = 8.0;
-  static constexpr double kRefill = 0.75;  ///< reads on when no more than this share is left
+  static constexpr double kRefill = 0.75;  ///< reads on when at most this share is left
   static constexpr std::size_t kWorthBytes = 256 * 1024, kWorthMessages = 1024;  ///< to `arrive`
 
   void read(const std::stop_token& stop) {

@@ -30,7 +30,7 @@ struct DiskLimits {
 };
 
 /// Space on the disk that holds a file [bytes]. `path` or its folder must exist; all zero if the
-/// system does not tell.
+/// system does not report it.
 inline std::filesystem::space_info disk_space(const std::filesystem::path& path) {
   std::error_code error;
   auto space = std::filesystem::space(path, error);

@@ -77,7 +77,7 @@ class SilenceWatch {
   struct Met {
     bool graph_time;
     std::chrono::nanoseconds since;
-    bool settled;  ///< told, or heard
+    bool settled;  ///< reported as silent, or received
   };
   std::map<TopicAndNode, Met> met_;
 };

@@ -34,7 +34,7 @@ struct Recorded {
   std::string clock;  ///< clock of that node: wall, sim or lockstep
   std::uint64_t type_hash = 0;
   bool latched = false;
-  std::uint64_t start_id = 0;  ///< tells a restarted node from its predecessor
+  std::uint64_t start_id = 0;  ///< distinguishes a restarted node from its predecessor
   std::uint64_t seq = 0;
   std::uint64_t lost_before = 0;  ///< missing between the one before and this one
   std::uint64_t log_time_ns = 0, publish_time_ns = 0;

@@ -18,7 +18,7 @@
 namespace mimesis::tool {
 
 struct ReplayOptions {
-  std::vector<std::string> nodes;  ///< empty: all that the logs tell enough of
+  std::vector<std::string> nodes;  ///< empty: all nodes with complete records in the logs
   std::vector<std::string> logs;
   std::string launch;  ///< a launch file to run again instead of single nodes
   /// a program, or a folder of programs, instead of the recorded one
@@ -28,7 +28,7 @@ struct ReplayOptions {
   double tolerance = 0.0;         ///< see ReplayCompare
   /// Used instead if this machine does not compute as the one that recorded (arithmetic.h).
   std::optional<double> tolerance_elsewhere;
-  std::string tolerance_note;     ///< which of the two counts, and why; for the report
+  std::string tolerance_note;     ///< chosen one of two, and why; for the report
   double timeout_s = 60.0;        ///< wall time for a step; with a launch file between messages
   std::uint64_t differences = 1;  ///< shown at most; then a replay stops
   std::uint64_t repeat = 1;
@@ -50,7 +50,7 @@ struct ReplayReport {
   double graph_s = 0.0, wall_s = 0.0;
   std::uint64_t difference_count = 0;
   std::vector<ReplayDifference> differences;  ///< those to be shown
-  std::string problem;                        ///< why it did not come to its end
+  std::string problem;                        ///< reason why it did not come to its end
   std::vector<std::string> notes;             ///< further lines for the reader
   Tolerated tolerated;
 };

@@ -18,7 +18,7 @@
 #include "proto/steps.pb.h"
 #include "tools/mimesis/log/open_log.h"
 
-// The steps of a node as a log tells them.
+// The recorded steps of a node.
 namespace mimesis::tool {
 
 /// How much later than the step that took it a message may have reached the recorder [ns of log
@@ -47,12 +47,12 @@ struct KeptMessage {
 /// Logs keep the lower half of the sequence number.
 constexpr std::uint64_t logged_seq(std::uint64_t seq) { return seq & 0xFFFF'FFFFu; }
 
-/// A node from its start to its end, as logs tell it. A restarted node has several lives.
+/// A node from its start to its end, from the logs. A restarted node has several lives.
 struct Life {
   v1::NodeStart start;
   std::uint64_t log_time_ns = 0;  ///< log time of its first message
   std::uint64_t step_logs = 0;    ///< messages on NODE/steps [1]
-  std::uint64_t other_steps = 0;  ///< on this topic of starts unknown: old logs do not tell [1]
+  std::uint64_t other_steps = 0;  ///< messages on this topic of unknown starts: in old logs [1]
 
   const std::string& node() const { return start.node(); }
   std::string steps_topic() const { return node() + "/" + std::string(runtime::kStepsPort); }
@@ -165,8 +165,8 @@ class LifeReader {
     return it != tracks_.end() && logged_seq(seq) > it->second.done &&
            logged_seq(seq) <= it->second.let_go;
   }
-  /// The first recorded output that no step has asked for up to now, if it is not later than the
-  /// step just returned; null if there is none.
+  /// The first recorded output that no step has read so far, if it is not later than the step just
+  /// returned; null if there is none.
   const KeptMessage* unclaimed(std::string& topic) const {
     const KeptMessage* first = nullptr;
     for (const auto& [key, track] : tracks_) {
@@ -189,7 +189,7 @@ class LifeReader {
     Role role = Role::output;
     std::map<std::uint64_t, KeptMessage> messages;  ///< by seq
     std::size_t bytes = 0;
-    std::uint64_t asked = 0;   ///< up to this seq nothing is asked for any more
+    std::uint64_t asked = 0;   ///< no output up to this seq is needed any more
     std::uint64_t done = 0;    ///< `asked` before this step log: nothing of it is kept
     std::uint64_t let_go = 0;  ///< up to this seq nothing is kept, needed or not
   };
@@ -309,7 +309,7 @@ class LifeReader {
 
   void read_step_log(const Item& item) {
     ++step_logs_read_;
-    if (item.message->sequence <= last_step_log_seq_) return;  // two recorders heard it
+    if (item.message->sequence <= last_step_log_seq_) return;  // two recorders received it
     last_step_log_seq_ = item.message->sequence;
     v1::StepLog log;
     if (parse(item, log)) {

@@ -17,8 +17,8 @@ struct SnapshotOptions {
 
 /// Keeps the last messages, bounded in time and bytes, and for each latched topic the value it had
 /// before them. Writes these to a file when something triggers it, in slices between which messages
-/// are received. Files NAME_YYYYMMDD-HHMMSS; metadata "mimesis.snapshot" says why. All calls that
-/// write throw WriteFailure.
+/// are received. Files NAME_YYYYMMDD-HHMMSS; metadata "mimesis.snapshot" has the reason. All calls
+/// that write throw WriteFailure.
 class Snapshots {
  public:
   /// Messages under way when the trigger came have arrived after this time.

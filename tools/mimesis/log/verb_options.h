@@ -38,9 +38,9 @@ void add_topic_options(CLI::App& verb, TopicOptions& options);
 /// --start and --end.
 void add_time_options(CLI::App& verb, TimeRange& range);
 
-/// IN... and OUT, or IN... -o OUT. Behind the parsing `take_output` tells them apart.
+/// IN... and OUT, or IN... -o OUT. After parsing `take_output` distinguishes them.
 void add_input_output(CLI::App& verb, std::vector<std::string>& inputs, OutputOptions& output);
-/// @throws ConfigError if one of the two is missing.
+/// @throws ConfigError if one of them is missing.
 void take_output(std::vector<std::string>& inputs, OutputOptions& output);
 
 /// A number of bytes: 4096, 512kB, 4MiB.

@@ -28,7 +28,7 @@ namespace mimesis::tool {
 using Draw = std::function<void(const std::string& topic, const google::protobuf::Message& message,
                                 std::chrono::nanoseconds stamp)>;
 
-/// Draws the arm and its hand where their states say they are: shapes on view/robot, poses on
+/// Draws the arm and its hand at their recorded states: shapes on view/robot, poses on
 /// view/robot_frames at 25 Hz. Every message on view/robot is whole, so that a viewer may seek.
 class RobotView {
  public:
