@@ -40,7 +40,7 @@ class Decompressor {
   ~Decompressor();
   /// Exactly `size` bytes, or the reason of the failure. The result is valid until the next call;
   /// for Compression::none it is `bytes` itself. Memory is taken only as far as data arrives,
-  /// whatever `size` claims.
+  /// independent of `size`.
   tl::expected<std::string_view, Status> run(Compression compression, std::string_view bytes,
                                              std::size_t size);
   /// Unpacks the beginning of compressed bytes: whole blocks (zstd: 128 kB, our lz4: 64 kB), at

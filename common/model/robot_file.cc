@@ -195,7 +195,7 @@ struct BipedEntry {
   std::vector<std::string> soles, hands;
   std::vector<GripperEntry> grippers;
   std::vector<PostureEntry> half_sitting;
-  robot::BipedNames names;  // without what is above
+  robot::BipedNames names;  // without the part above
   BipedDrives drives;
 
   void visit(ParamVisitor& v) {

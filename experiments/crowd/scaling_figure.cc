@@ -33,7 +33,7 @@ struct Stepping {
 };
 
 /// Seconds of a step of what `make` makes, the best of some tries: of processor time on one thread,
-/// else of wall time. Every try begins anew, so that all see the crowd in the same seconds.
+/// else of wall time. Every try starts again, so that all measure the same seconds of the crowd.
 double step_s(const std::function<Stepping()>& make, int agents, int threads) {
   const int most = std::max(1, 200'000 / agents);
   const auto begin = Clock::now();

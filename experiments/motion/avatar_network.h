@@ -49,7 +49,7 @@ struct Avatar {
 
   motion::MotionModel model;
   std::vector<SourceMap> maps;
-  double drift_rad_s = 0.0;   ///< its gait turns by so much, as the recorded one did
+  double drift_rad_s = 0.0;   ///< its gait turns at this rate, like the recorded one
   Eigen::MatrixXd cycle_rad;  ///< motion without coupling, R×(steps of a cycle)
 };
 

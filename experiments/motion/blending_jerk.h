@@ -19,7 +19,7 @@ struct BlendingCase {
 /// Denominator of `ratio`, the one that goals are held to: the same of both styles in the same
 /// place, rms over the two. A half-way share of both is what a blend consists of; and a heel
 /// strike, which is at φ = 0 in gait, is in both. It gives less than 1 for a transition that is
-/// smoother than what it connects, exactly 1 between equal styles. The others: `of_cycle` takes the
+/// smoother than the two styles, exactly 1 between equal styles. The others: `of_cycle` takes the
 /// steady styles' whole cycles, which hides what is special to φ = 0; `of_larger` the larger of the
 /// two styles in the same place, which lets a rough style excuse the change to a smooth one.
 ///

@@ -68,7 +68,7 @@ struct DanceSettings {
   double dt_s = 1.0 / 60.0;
   double radius_m = 1.6, half_width_m = 0.55;  ///< see DanceTrack
   double beat_1_s = 2.0;                       ///< α to the music in the corridor [M18 eq. 3.18]
-  double partner_1_s = 1.0;                    ///< α to the partner, and to who goes in front
+  double partner_1_s = 1.0;                    ///< α to the partner, and to the dancer in front
 };
 
 struct Dancer {
@@ -96,8 +96,8 @@ struct DanceNumbers {
 };
 
 /// The folk dance of [M18 fig. 3.33]: couples walk through a corridor in step with the music and
-/// with each other; at its end the partners part, walk back outside and enter again. Everybody
-/// decides alone, from its own state, the music, its partner and whom it sees:
+/// with each other; at its end the partners part, walk back outside and enter again. Every dancer
+/// decides alone, from its own state, the music, its partner and the dancers it sees:
 ///   1 corridor  happy steps; the oscillator coupled to music, partner and the dancer in front
 ///   2 parting   couplings off, neutral style, curve by the navigation dynamics (nodes/crowd)
 ///   3 outside   straight, at the higher frequency that brings it back in time

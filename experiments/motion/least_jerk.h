@@ -12,7 +12,7 @@ namespace mimesis::synthesizer {
 /// ends. Of all motions with these ends it has the least ∫jerk² (Flash and Hogan). The frequency
 /// goes with α(φ), as in transition(); time follows from it.
 ///
-/// Eq. 3.23 adds up two motions that go on, and α''s jumps at both ends; this one goes over from
+/// Eq. 3.23 adds two motions that continue, and α''s jumps at both ends; this one goes over from
 /// one to the other without following either, so that what both do within the interval is lost. It
 /// is for actions that differ much, and it needs the sources.
 class LeastJerkTransition {

@@ -27,7 +27,7 @@ struct TaskInput {
 /// Learned map from parameters of the task, as step length and duration, to the parameters of the
 /// mixture: weights, means and frequency [M18 3.4.2], one output each. Delays are those of the
 /// model, which must be tied (a map of free delays would average over their ambiguities). Inputs
-/// outside of what was recorded are brought in (InputDomain), and the result says so.
+/// outside of the recorded range are moved into it (InputDomain), and the result reports it.
 ///
 /// On the cycles of one person (CMU 07, clips left out one by one) both kinds beat the nearest and
 /// the mean trial; the Gaussian process is somewhat better in the middle, the local regression at

@@ -54,8 +54,8 @@ class Bus {
 };
 
 /// Opens the bus at `address`:
-///   embedded:NAME     Unix datagram sockets below `directory` (the graph's), without CAN in the
-///   kernel socketcan:IFACE   the kernel's CAN interface
+///   embedded:NAME    Unix datagram sockets below `directory` (the graph's), no CAN in the kernel
+///   socketcan:IFACE  the kernel's CAN interface
 /// @throws ConfigError with one line: unknown kind, no such interface, interface down, no CAN in
 /// the kernel
 std::unique_ptr<Bus> open(const std::string& address, const std::string& directory);

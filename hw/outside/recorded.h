@@ -14,7 +14,7 @@ namespace mimesis::hw::outside {
 ///           `length` bytes of data
 ///   send     writes FRAMES, then reads the result: u32 taken by the wire, u32 errors
 ///   receive  reads u32 errors since the last call, FRAMES
-/// A node sees nothing but what is recorded, in a live run too: unused bytes of a frame are zero.
+/// A node sees only recorded data, in a live run too: unused bytes of a frame are zero.
 /// @param wire not used in a replay, may be null then
 std::unique_ptr<can::Bus> record_can(std::unique_ptr<can::Bus> wire, runtime::Bus& graph);
 

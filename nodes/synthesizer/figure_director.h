@@ -9,7 +9,7 @@
 
 namespace mimesis::synthesizer {
 
-/// Directs the characters: they walk (Characters), and may go to a drawer and take what is in it
+/// Directs the characters: they walk (Characters), and may go to a drawer and take the object in it
 /// (PlacedSequence). One motion follows the other without a jump: at the change the difference of
 /// root and rows fades within kFade_s (smooth.h); feet on the ground may slide meanwhile.
 ///

@@ -10,8 +10,8 @@
 
 namespace mimesis::walker {
 
-/// Makes a biped walk as a motion asks and keeps it balanced: Walker between messages. Conduct
-/// decides what it may do at a tick.
+/// Makes a biped follow a wished motion and keeps it balanced: Walker between messages. Conduct
+/// decides the phase at every tick.
 class WalkerNode {
  public:
   using Params = WalkerParams;

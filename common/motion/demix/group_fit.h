@@ -8,9 +8,9 @@ namespace mimesis::demix {
 /// Looks for delays over the whole period, on a grid: the τ-update [M18 3.3.3] for a group of p
 /// trajectories. Correlations of the data with each source and of the sources with each other are
 /// formed once; after that each trial of K delays is looked up: source after source takes the place
-/// where, with the weights of all fitted anew, it explains most, Σᵢ⟨rᵢ, sₖ(τ)⟩² / ‖P⊥sₖ(τ)‖²,
-/// pooled over the group; from the present delays and from random ones. The look-up is in single
-/// precision. Allocates in the constructor only.
+/// where, with all weights fitted again, it explains most, Σᵢ⟨rᵢ, sₖ(τ)⟩² / ‖P⊥sₖ(τ)‖², pooled over
+/// the group; from the present delays and from random ones. The look-up is in single precision.
+/// Allocates in the constructor only.
 class GridSearch {
  public:
   /// @param seed  of the random delays
@@ -54,7 +54,7 @@ class GridSearch {
 class GroupFit {
  public:
   /// @param half    of the spectra, a multiple of 4
-  /// @param frozen  the first so many delays stay
+  /// @param frozen  number of first delays that stay
   /// @param seed    of search()'s random delays
   GroupFit(Eigen::Index half, Eigen::Index sources, Eigen::Index group, Eigen::Index frozen,
            bool nonnegative, std::uint32_t seed = 1);

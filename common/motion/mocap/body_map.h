@@ -30,7 +30,7 @@ std::span<const BodyMap> known_body_maps();
 /// Posture in which all angles are zero.
 enum class ZeroPosture {
   kT,     ///< standing upright, legs down, feet flat and forward, arms sideways [M18 3.3.2]
-  kFile,  ///< the file's own zero posture, whatever it looks like
+  kFile,  ///< the file's own zero posture
 };
 
 struct ToBodyOptions {

@@ -73,11 +73,11 @@ bool printable(const std::string& text) {
 /// The parameter section of a C3D file. Names are upper case, "POINT:RATE".
 class C3dParameters {
  public:
-  /// Reads the records from `begin` on. The chain ends where it says so, where it leaves
-  /// [begin, limit) or at what is no record (a name that is not printable).
+  /// Reads the records from `begin` on. The chain ends at its end mark, where it leaves [begin,
+  /// limit) or at an invalid record (a name that is not printable).
   /// @throws ConfigError where the data of a record leave the file's parameters
-  // A record: length of the name (negative: locked), group (negative: defines it), name, way to the
-  // next record from here, then what the kind of record needs.
+  /// A record: length of the name (negative: locked), group (negative: defines it), name, way to
+  /// the next record from here, then what the kind of record needs.
   C3dParameters(const C3dWords& words, std::size_t begin, std::size_t limit)
       : words_(words), end_(begin) {
     for (std::size_t at = begin; at + 4 <= limit;) {

@@ -307,7 +307,7 @@ Report zmp_spread(const PlotDir& plot_dir) {
 }
 
 // Falls of thirty walks to novel goals: joint angles that are learned and played, and our method,
-// whose forces and errors are told besides [M18 3.8.4, table 3.1].
+// also with its forces and errors [M18 3.8.4, table 3.1].
 namespace {
 
 /// Table 3.1, of HRP-2 in OpenHRP: slow, middle, fast.

@@ -51,7 +51,7 @@ void add_drawer(FilmFrame& frame, const FilmDrawer& drawer);
 void add_push(FilmFrame& frame, const Eigen::Vector3d& p_W_m, const Eigen::Vector3d& impulse_W_ns);
 
 /// Looks from a side, a little from above and without perspective, at a place on the ground: a
-/// robot of so much height fills the picture of 2:3. `from_rad`: where the camera stands, seen from
+/// robot of this height fills the picture of 2:3. `from_rad`: where the camera stands, seen from
 /// the robot; −0.9: in front to its right, 2.3: behind to its left, which shows what hands do.
 synthesizer::FilmCamera camera_beside(const Eigen::Vector2d& p_W_m, double yaw_rad,
                                       double from_rad = -0.9, double height_m = 1.9,

@@ -44,8 +44,8 @@ inline constexpr double kScript_s = kBegin_s + kStep_s + 6 * kStep_s + kStanding
 
 /// Actions 1, 1, 2, 3 of given rows as a walker's wishes, without a synthesizer: the first action
 /// is action 1 from standing (one and a half steps long). Feet land where `goal` has them; in
-/// action 3 the hands are where the joints have them from a pelvis above the feet, plus what is
-/// left to handle and object, growing in [M18 eq. 3.12].
+/// action 3 the hands are where the joints have them from a pelvis above the feet, plus the
+/// remaining distance to handle and object, growing in [M18 eq. 3.12].
 class Script {
  public:
   Script(const ScriptRobot& robot, ActionRows rows, const DrawerGoal& goal);

@@ -31,7 +31,7 @@ struct AgentState {
   double heading_rad = 0.0;                                  ///< ψ, + to the left
   /// φ of the gait, left foot at 0; not wrapped. When agents join a group or its rules change, its
   /// phases are lifted by turns to within π of their circular mean; when a state is set, to within
-  /// π of what it was.
+  /// π of its last value.
   double phase_rad = 0.0;
   double length = 0.0;                ///< μ in the step before; steps are 1 + μ as long
   double phase_rate_rad_s = kNone;    ///< φ̇ at the step before; none: just begun

@@ -58,10 +58,10 @@ struct CrowdSettings {
 /// step, so one exchange between coordinators); the way along a step is the exact integral of g.
 ///
 /// Within a group, agents are ordered by id: the i-th coupled one is node i of the coupling graphs,
-/// the first leads. A graph by name is made anew when agents join or leave; of a weighted graph the
-/// edges of who leaves go, and who joins has none.
-/// All-to-all rules cost O(N): phases follow the circular mean, φ̇ᵢ += k N wrap(arg Σ e^{iφ} − φᵢ).
-/// On other graphs phases are not wrapped, so that they synchronise from every start.
+/// the first leads. A named graph is rebuilt when agents join or leave; a weighted graph loses the
+/// edges of an agent that leaves, and one that joins has none. All-to-all rules cost O(N): phases
+/// follow the circular mean, φ̇ᵢ += k N wrap(arg Σ e^{iφ} − φᵢ). On other graphs phases are not
+/// wrapped, so that they synchronise from every start.
 ///
 /// The result depends neither on the order in which agents were added nor on the number of threads
 /// nor on the instruction set. A step does not allocate, once one has run.

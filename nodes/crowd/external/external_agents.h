@@ -33,7 +33,7 @@ struct TrustSettings {
 enum class Trust {
   absent,   ///< no report yet, has left, or was forgotten
   trusted,  ///< takes part
-  lagging   ///< late or implausible: an obstacle that goes straight on, coupled to nobody
+  lagging   ///< late or implausible: an obstacle that goes straight on, not coupled
 };
 
 /// Agents that other programs move: which of them take part, and their trusted state. Pure: times

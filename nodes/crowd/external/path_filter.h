@@ -13,10 +13,10 @@ namespace mimesis::crowd {
 /// it goes. Means over the last gait cycle, by the phase, are free of all that has its period; half
 /// of the change over the cycle brings them to the present:
 ///   p = ⟨p⟩ + Δp/2 + W(φ) |Δp| / (2π ⟨g⟩),  ψ = ⟨ψ⟩ + Δψ/2 − β,  v = φ̇ g(φ) |Δp| / (2π ⟨g⟩),
-/// W = ∫(g − ⟨g⟩) dφ without its mean, what the theory's walker itself sways along its way; β is
-/// what headings are from the ways, learned in some cycles. Exact for steady walking. Where less
-/// than a cycle is known, where steps become longer or shorter, and where a body stands, shares of
-/// it: a body that rests, or begins, is where it is.
+/// W = ∫(g − ⟨g⟩) dφ without its mean, the sway of the theory's walker along its way; β is the
+/// angle from the ways to the headings, learned in some cycles. Exact for steady walking. Where
+/// less than a cycle is known, where steps become longer or shorter, and where a body stands,
+/// shares of it: a body that rests, or begins, is where it is.
 class PathFilter {
  public:
   using Time = std::chrono::nanoseconds;

@@ -1,6 +1,6 @@
 // Any bytes as a scenario file, or as what others tell a coordinator: states of another one, a
-// handover, states of external agents, characters, a style. It must go on, everybody at a place
-// that is a number. The first byte chooses.
+// handover, states of external agents, characters, a style. It must continue, every agent at a
+// finite place. The first byte chooses.
 //   cmake --preset fuzz && ninja -C build-fuzz crowd_fuzz crowd_fuzz_seeds
 //   build-fuzz/bin/crowd_fuzz_seeds CORPUS && build-fuzz/bin/crowd_fuzz -rss_limit_mb=1024 \
 //     -close_fd_mask=2 CORPUS       (what a node says of bad input is no news)

@@ -120,7 +120,7 @@ void root_motion(const PointLanes& point, float dt_s, RootLanes& r) {
     const bool is_right = ahead > (was_right ? -keep : keep);
     r.support[l] = is_right ? 1.0F : 0.0F;
 
-    // where that takes the pelvis; what the feet differ by when the support changes is eased
+    // the pelvis by each foot; their difference at a change of support is eased
     const float changed = fresh ? 0.0F : (is_right ? 1.0F : 0.0F) - (was_right ? 1.0F : 0.0F);
     auto ease = [&](float difference, int axis) {
       float e = r.ease[axis][l], v = r.ease_rate[axis][l] + changed * difference * rate;
@@ -194,7 +194,7 @@ void foot_contact(RootLanes& root, float dt_s, LockLanes& lock) {
       const float speed2 = gx * gx + gy * gy, high = root.clearance[f][l];
       const bool stood = lock.contact[f][l] > 0.5F;
       const float height_limit = stood ? kHigh : kLow, speed_limit = stood ? kFast : kSlow;
-      // one after the other, as numbers: what the compiler makes vectors of
+      // one after the other, as numbers: the compiler makes vectors of them
       const float low = high < height_limit ? 1.0F : 0.0F;
       const float slow = speed2 < speed_limit * speed_limit ? low : 0.0F;
       const bool stands = (dx * dx + dy * dy < kFarthest * kFarthest ? slow : 0.0F) > 0.5F;

@@ -65,15 +65,15 @@ void posture(const BodyLanes& body, const Lane* angle, RotationLanes& rotation, 
 /// Height: the lowest of the four foot points touches the ground.
 ///
 /// Which foot stands: the one with the smaller
-///   Jf = (zf − min z)/2 cm + |vf − v̄|/0.5 m/s, zf the height of its lowest point, vf the pelvis
-/// velocity it would mean, v̄ the velocity of the last 0.3 s; it changes when the other's J is
-/// smaller by 0.3. So the swinging foot is recognised by its speed, forwards, backwards and
-/// sideways, and changes happen where both agree about the pelvis. The two feet still differ by up
-/// to 1 m/s then. So that the pelvis' velocity has no jump, its place goes on from where the old
-/// foot would have taken it, p₀ = 0, ṗ₀ = difference, and returns to the place by the new foot, p̈
-/// = −2λṗ − λ²p with λ = 20 1/s: 1.8 cm away at most for a difference of 1 m/s, all of it forgotten
-/// after 0.3 s, no travel lost. That foot slides by as much (foot_lock() holds it). Turns are
-/// treated in the same way.
+///   Jf = (zf − min z)/2 cm + |vf − v̄|/0.5 m/s,
+/// zf the height of its lowest point, vf the pelvis velocity it would mean, v̄ the velocity of the
+/// last 0.3 s; it changes when the other's J is smaller by 0.3. So the swinging foot is recognised
+/// by its speed, forwards, backwards and sideways, and changes happen where both agree about the
+/// pelvis. The two feet still differ by up to 1 m/s then. So that the pelvis' velocity has no jump,
+/// its place continues from the place by the old foot, p₀ = 0, ṗ₀ = difference, and returns to the
+/// place by the new foot, p̈ = −2λṗ − λ²p with λ = 20 1/s: 1.8 cm away at most for a difference of 1
+/// m/s, all of it forgotten after 0.3 s, no travel lost. That foot slides by as much (foot_lock()
+/// holds it). Turns are treated in the same way.
 struct alignas(64) RootLanes {
   // state
   Lane foot[4][3] = {};                         ///< the points of the step before, in its H [m]

@@ -62,7 +62,7 @@ DrawerData generate_robot_data(const robot::Biped& biped, const RobotTrialSettin
 
 /// Settings for biped.urdf scaled to a robot's size: furniture and reaches by its arms
 /// (robot::drawer_size()), lengths of steps by its legs, but no longer than biped.urdf's: a step
-/// takes equally long whatever the legs, and forces grow with speed.
+/// takes equally long for all legs, and forces grow with speed.
 /// @throws ConfigError as robot::drawer_size()
 Drawer robot_drawer(const robot::Biped& biped);
 RobotTrialSettings robot_trial_settings(const robot::Biped& biped);

@@ -44,7 +44,7 @@ struct SequenceState {
   std::string refused;        ///< why the last goal could not be followed; empty if it is
 };
 
-/// Walks to a drawer, opens it and takes what is in it [M18 3.7], online: the plan's actions one
+/// Walks to a drawer, opens it and takes the object in it [M18 3.7], online: the plan's actions one
 /// after the other over the phase of the leading oscillator (on its limit cycle: φ̇ = ω), weights
 /// and means from the maps of lengths and durations, transitions by eq. 3.23, arm reaches started
 /// by events. The pelvis travels each action's length exactly; the learned rows pelvis.x, .y and .z

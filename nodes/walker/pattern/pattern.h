@@ -63,7 +63,7 @@ struct PatternSample {
   int steps = 0;                ///< number of landings since the start
 };
 
-/// Trouble of the last tick; the last good plan goes on.
+/// Trouble of the last tick; the last good plan continues.
 struct PatternTrouble {
   int failed_solves = 0;  ///< in a row
   std::string reason;     ///< empty, or why the last one failed

@@ -7,7 +7,7 @@
 
 namespace mimesis::walker {
 
-/// Limits the wished rise of the CoM to what the knees can give. Otherwise trunk and arms would be
+/// Limits the wished rise of the CoM to the range of the knees. Otherwise trunk and arms would be
 /// thrown up instead, and the lower tasks, which want them back, would never come to rest. Hip and
 /// ankle are l apart, l² = m + a cos(q − q₀), with q₀ the stretched knee. The CoM never has to sink
 /// for this. A leg that was too short bends again with a bounded acceleration of its knee, because

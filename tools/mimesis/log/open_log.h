@@ -24,7 +24,7 @@ struct VerbEnd {
   int exit_code;
 };
 
-/// One file with what it holds. A file without a usable summary is read as a whole (its damages are
+/// One file with its contents. A file without a usable summary is read as a whole (its damages are
 /// in `summary.damages`).
 struct OpenLog {
   std::string path;

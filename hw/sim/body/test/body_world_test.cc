@@ -276,7 +276,7 @@ TEST_P(Plants, APullIsInTheLoadOfTheArm) {
   EXPECT_NEAR(world.sensors().torque[elbow], expected, 0.05);
 }
 
-/// Equal bits, whatever else this process simulates.
+/// Equal bits, independent of other simulations in this process.
 TEST_P(Plants, AreDeterministicAndApart) {
   const TestRobot robot = test_robot();
   const BodyOptions options{.plant = GetParam(), .seed = 7, .encoder_noise_rad = 1e-4};

@@ -112,7 +112,7 @@ TEST(PhaseCoupling, LeaderPullsAtAlphaAndTheGroupAtKNPlusAlpha) {  // not kN + Î
   EXPECT_NEAR((rate[0] - rate[1]) / 2e-4, -(0.35 * 3 + 0.25), 1e-6);
 }
 
-TEST(PhaseCoupling, AllToAllLeavesTheMeanAlone) {  // but for what the circle takes
+TEST(PhaseCoupling, AllToAllLeavesTheMeanAlone) {  // except for the wrapping on the circle
   const auto graph = CouplingGraph::make(Topology::all_to_all, 4);
   const Phases phi = Eigen::Vector4d(0.1, -0.1, 6.3, -6.2);  // turns do not count
   Phases rate = Phases::Zero(4);

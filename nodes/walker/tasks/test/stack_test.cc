@@ -370,7 +370,7 @@ namespace {
 
 constexpr double kDt = 0.005, kKnee = 0.01;  // largest motion of the knees within a tick [rad]
 
-/// A robot that sits half with its knees bent by so much more or less.
+/// A robot in half-sitting with its knees bent more or less by an angle.
 class LegRoomTest : public ::testing::TestWithParam<robot::Biped> {
  protected:
   LegRoomTest() : kinematics(GetParam().tree), q(GetParam().half_sitting), room(GetParam()) {
