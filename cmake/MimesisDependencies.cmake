@@ -44,7 +44,7 @@ set_target_properties(libsvm::libsvm PROPERTIES
   IMPORTED_LOCATION ${LIBSVM_LIBRARY}
   INTERFACE_INCLUDE_DIRECTORIES ${LIBSVM_INCLUDE})
 
-# Physics of the simulated biped: group walking. Without it hw/sim/body and what needs it are not built.
+# Physics of the simulated biped: group walking. Without it hw/sim/body and its users are not built.
 find_package(DART 6.12 QUIET COMPONENTS utils-urdf)
 if(NOT DART_FOUND)
   message(STATUS "no DART: the simulated biped is left out (tools/setup walking)")

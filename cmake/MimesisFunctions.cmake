@@ -10,7 +10,7 @@
 # mimesis_test(NAME SOURCES ... [LINK ...] [LABEL unit|node|launch|...] [TIMEOUT s])
 # mimesis_benchmark(SUBJECT SOURCES ... [LINK ...])    build/bench/bench_SUBJECT
 
-# What runs on a robot or in a demo: everything but tests and benchmarks.
+# Programs for a robot or a demo: everything but tests and benchmarks.
 add_custom_target(programs)
 
 # Precompiled headers of this tree (MimesisTargets.cmake); a target with other options than theirs sets
@@ -21,7 +21,7 @@ function(mimesis_reuse_headers name headers)
   endif()
 endfunction()
 
-# Libraries of common/ and proto/ are installed with their headers: what nodes outside of this tree are made of.
+# Libraries of common/ and proto/ are installed with their headers, for nodes outside of this tree.
 function(mimesis_library name)
   cmake_parse_arguments(arg "" "" "SOURCES;LINK;PRIVATE_LINK" ${ARGN})
   add_library(${name} STATIC ${arg_SOURCES})

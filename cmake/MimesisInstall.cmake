@@ -1,4 +1,4 @@
-# What `cmake --install` brings, by component: programs and python (their folders say so), data, and library: headers,
+# Files that `cmake --install` installs, by component: programs and python (their folders say so), data, and library: headers,
 # messages, static libraries and the CMake package of common/.
 include(CMakePackageConfigHelpers)
 set(package lib/cmake/Mimesis)

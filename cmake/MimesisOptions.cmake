@@ -28,7 +28,7 @@ endif()
 
 find_program(MIMESIS_CCACHE ccache)
 if(MIMESIS_CCACHE)
-  # ccache asks for this before it keeps what was compiled with precompiled headers.
+  # ccache needs this to keep objects compiled with precompiled headers.
   set(CMAKE_CXX_COMPILER_LAUNCHER ${CMAKE_COMMAND} -E env CCACHE_SLOPPINESS=pch_defines,time_macros ${MIMESIS_CCACHE})
 endif()
 # mold 1 (Debian 12's) now and then ends the RELRO segment behind the last mapped page: such a program does not start.
@@ -40,12 +40,12 @@ if(MIMESIS_MOLD)
   endif()
 endif()
 
-# Libraries compile in batches of so many files: most of the cost of a file is its headers.
+# Libraries compile in batches of this number of files: most of the cost of a file is its headers.
 option(MIMESIS_BATCHES "Compile libraries in batches (unity builds)" ON)
 set(CMAKE_UNITY_BUILD ${MIMESIS_BATCHES})
 set(CMAKE_UNITY_BUILD_BATCH_SIZE 8)
 
-# Everything of ours links this; generated code does not.
+# All targets of this project link this; generated code does not.
 add_library(mimesis_warnings INTERFACE)
 target_compile_options(mimesis_warnings INTERFACE -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Werror)
 target_link_libraries(mimesis_warnings INTERFACE fmt::fmt)  # its macro must be the same in all that share headers

@@ -3,7 +3,7 @@
 # mimesis_verb(NAME SOURCES ... [LINK ...])            build/bin/mimesis-NAME, the verb `mimesis NAME`: add_NAME of verb.h
 # mimesis_verb(VERB-SUB OF VERB SOURCES ... [LINK ...])  build/bin/mimesis-VERB-SUB: an add_VERB with `mimesis VERB SUB` alone
 # mimesis_replay_test(NAME NODE node LOG file [SET KEY=VALUE ...] [TOLERANCE_ELSEWHERE x])
-#   The node runs again what a log says, and must do the same (`mimesis log replay`). The tolerance is for machines that
+#   The node repeats the steps of a log, and must do the same (`mimesis log replay`). The tolerance is for machines that
 #   compute otherwise than the one that recorded.
 # mimesis_node_part(NODE FOLDER [LINK ...] [PRIVATE_LINK ...])
 #   A part of a node: FOLDER/*.cc -> library NODE_FOLDER, FOLDER/test/*.cc -> NODE_FOLDER_test. Parts compute; the node
@@ -13,7 +13,7 @@ set(MIMESIS_PROTO_PATH ${PROJECT_SOURCE_DIR})
 set(MIMESIS_INSTALLED_SOURCES ${PROJECT_SOURCE_DIR}/common)
 
 # Most of the cost of a file is its headers, so those of the standard library and of the packages used most are parsed
-# once for all libraries and programs, and once for all tests. What only a test runs is optimised little (a third less time
+# once for all libraries and programs, and once for all tests. Test code is optimised little (a third less time
 # to compile). Each source still includes what it uses: clang-tidy (tools/test
 # --lint) and -DCMAKE_DISABLE_PRECOMPILE_HEADERS=ON compile without them.
 if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")

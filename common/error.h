@@ -4,9 +4,8 @@
 
 namespace mimesis {
 
-/// The user's mistake: a bad file, parameter or argument. One line that says where, what, and what
-/// was expected. Thrown before the first step only; `run_node` and `mimesis` turn it into exit
-/// code 2.
+/// The user's mistake: a bad file, parameter or argument. One line with place, error and expected
+/// value. Thrown before the first step only; `run_node` and `mimesis` turn it into exit code 2.
 class ConfigError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;

@@ -41,26 +41,27 @@ enum class Phase : std::uint8_t {
   following,  ///< every drive is enabled and follows
   stopping,   ///< quick stop
   fault,      ///< quick stop, or no longer reachable, because of `reason`
-  holding,    ///< as idle, but powered: stopped by a quick stop that keeps the posture
+  holding,    ///< not following, but powered: stopped by a quick stop that keeps the posture
 };
 
 const char* name(Phase phase);
 
 struct Reading {
   Phase phase = Phase::starting;
-  bool posture_known = false;  ///< every joint was heard of since the start
+  bool posture_known = false;  ///< every joint has reported since the start
   std::vector<JointReading> joints;
-  std::string reason;  ///< of starting and fault: one line with axis, expected and actual state
+  /// reason of starting and fault: one line with axis, expected and actual state
+  std::string reason;
   std::uint64_t limited = 0;  ///< cycles in which a set-point was changed to respect a limit
 };
 
-/// What passed between us and the actuators since the start: frames, packets or whatever they are.
+/// Frames, packets or registers exchanged with the actuators since the start.
 struct Traffic {
   std::uint64_t sent = 0, received = 0;
   std::uint64_t errors = 0;  ///< not sent, or reported by the medium
 };
 
-/// What the actuators shall do from now on.
+/// Task of the actuators from now on.
 enum class Mode : std::uint8_t {
   idle,    ///< quick stop; afterwards no power, or the posture is kept (the robot's kind decides)
   follow,  ///< track `position_rad`; from rest or fault: enable, starting at the actual posture
@@ -69,16 +70,16 @@ enum class Mode : std::uint8_t {
 
 struct Setpoint {
   Mode mode = Mode::idle;
-  std::span<const double> position_rad{};  ///< of Mode::follow, one per joint
+  std::span<const double> position_rad{};  ///< targets of Mode::follow, one per joint
 };
 
-/// Seam between the bridge and whatever moves the joints. Per cycle: read, write. Never blocks.
+/// Interface between the bridge and the actuators. Per cycle: read, write. Never blocks.
 class Actuators {
  public:
   virtual ~Actuators() = default;
   /// Takes in what arrived up to `now`, advances the state machine.
   virtual const Reading& read(Time now) = 0;
-  /// Sends the set-point of this cycle, limited to what the robot may do.
+  /// Sends the set-point of this cycle, limited to the robot's limits.
   virtual void write(Time now, const Setpoint& setpoint) = 0;
   /// Quick stop of all joints, at once; the first and the last thing sent. Nothing is sent after it
   /// until the next write.

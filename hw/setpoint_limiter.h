@@ -4,7 +4,7 @@
 
 namespace mimesis::hw {
 
-/// What the joints may do, from the robot's model; n elements each.
+/// Limits of the joints, from the robot's model; n elements each.
 struct JointLimits {
   Eigen::VectorXd q_min, q_max;  ///< [rad]
   Eigen::VectorXd v_max;         ///< [rad/s]
@@ -34,7 +34,7 @@ class SetpointLimiter {
   void hold();
 
   const Eigen::VectorXd& position() const { return q_; }  ///< set-point [rad]
-  const Eigen::VectorXd& velocity() const { return v_; }  ///< of the set-point [rad/s]
+  const Eigen::VectorXd& velocity() const { return v_; }  ///< velocity of the set-point [rad/s]
 
  private:
   void advance(Eigen::Index i, double wanted);

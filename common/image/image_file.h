@@ -9,7 +9,7 @@
 
 namespace mimesis::image {
 
-/// Reads a PNG or JPEG file, told apart by its first bytes; grey and palette images become colour,
+/// Reads a PNG or JPEG file, recognised by its first bytes; grey and palette images become colour,
 /// alpha is dropped. Refuses images wider or higher than 16384 px. The reason names the file.
 tl::expected<Image, Status> read_image(const std::filesystem::path& path);
 

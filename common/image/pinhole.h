@@ -10,8 +10,8 @@ struct View {
   std::vector<double> eye_m{0.40, 0.50, 1.00};      ///< p_TC, position of the camera
   std::vector<double> target_m{-0.01, 0.125, 0.0};  ///< point in T in the middle of the image
   double focal_px = 740.0;                          ///< focal length
-  int width_px = 640;                               ///< of the image
-  int height_px = 480;                              ///< of the image
+  int width_px = 640;                               ///< width of the image
+  int height_px = 480;                              ///< height of the image
 
   template <class Visitor>
   void visit(Visitor& v) {

@@ -34,7 +34,7 @@ struct ArmModel {
   Eigen::VectorXd v_max;                                   ///< n [rad/s]
   Eigen::VectorXd a_max;                                   ///< n [rad/s²]
   std::string drives = "cia402";                           ///< kind of its actuators: hw/bridge
-  double rate_hz = 200.0;                                  ///< of commands to its joints
+  double rate_hz = 200.0;                                  ///< rate of commands to the joints
   Eigen::VectorXd home;                                    ///< n [rad]
   std::vector<std::string> groups;                         ///< names: base, upper, fore, hand
   std::vector<SafetyBall> balls;

@@ -17,21 +17,21 @@ struct AxisGoal {
 /// Where the end effector shall be. Without axes only its position counts; two axes fix its
 /// orientation.
 struct IkGoal {
-  Eigen::Vector3d position_in_W = Eigen::Vector3d::Zero();  ///< of E [m]
+  Eigen::Vector3d position_in_W = Eigen::Vector3d::Zero();  ///< wished position of E [m]
   std::vector<AxisGoal> axes;
 };
 
 struct IkOptions {
   int max_iterations = 100;
   double position_tolerance = 1e-5;  ///< [m]
-  double angle_tolerance = 1e-4;     ///< of every axis [rad]
+  double angle_tolerance = 1e-4;     ///< largest error of each axis [rad]
   double limit_margin = 0.01;        ///< solutions stay this far inside the joint limits [rad]
 };
 
 /// Solves for `goal` from posture `start` (n, [rad]), within the joint limits. Levenberg-Marquardt
 /// with the damping of Sugihara (IEEE T-RO 27(5), 2011, eq. 20): Δq = (JᵀJ + (½eᵀe + w̄)I)⁻¹ Jᵀe, e
-/// in m and rad, which needs no line search and no care near singularities. Nothing if it does not
-/// converge: unreachable, or a bad start.
+/// in m and rad, which needs no line search and no special case near singularities. Empty if it
+/// does not converge: unreachable, or a bad start.
 std::optional<Eigen::VectorXd> solve_ik(const ArmModel& arm, const IkGoal& goal,
                                         const Eigen::Ref<const Eigen::VectorXd>& start,
                                         const IkOptions& options = {});

@@ -14,8 +14,8 @@ struct Ball {
 /// The obstacle of the bridge paradigm [M18 2.1.1]: two posts and a bar across them, all of one
 /// thickness, in the plane x = const of W.
 struct BridgeShape {
-  double x = 0.0;            ///< of the plane [m]
-  double surface_z = 0.0;    ///< of the table top [m]
+  double x = 0.0;            ///< the bridge stands in the plane x = this [m]
+  double surface_z = 0.0;    ///< height of the table top [m]
   double half_width = 0.0;   ///< posts stand at y = ±half_width [m]
   double height = 0.0;       ///< lower edge of the bar above the table top [m]
   double ball_radius = 0.0;  ///< half the thickness [m]

@@ -7,11 +7,12 @@
 
 namespace mimesis::log {
 
-/// The records of a chunk that is being filled, and what its indexes will say. Memory is kept when
-/// it is cleared.
+/// The records of a chunk that is being filled, and the contents of its indexes. Memory is kept
+/// when it is cleared.
 struct ChunkBuffer {
   std::string records;
-  std::uint64_t start_time = 0, end_time = 0;  ///< of its messages; 0 without
+  /// first and last log time of the messages; 0 if there is none
+  std::uint64_t start_time = 0, end_time = 0;
   bool has_messages = false;
   std::vector<MessageIndex> messages;  ///< by channel id; most may be empty
 

@@ -11,7 +11,7 @@
 namespace mimesis::log {
 
 /// Writes closed chunks into the file on a thread of its own, in the order they are handed over. At
-/// most kInFlight are on their way: then the caller waits. Their memory goes round.
+/// most kInFlight are pending: then the caller waits. Their memory is reused.
 class ChunkWorker {
  public:
   static constexpr std::size_t kInFlight = 3;
@@ -20,12 +20,13 @@ class ChunkWorker {
   /// Everything handed over is written before.
   ~ChunkWorker();
 
-  /// Takes the chunk (nothing, if it is empty) and gives back a cleared one. `flush`: all so far
-  /// goes out of this process as soon as it is written. Returns what earlier ones met.
+  /// Takes the chunk (nothing, if it is empty) and gives back a cleared one. `flush`: the data so
+  /// far is handed to the operating system as soon as it is written. Returns errors of earlier
+  /// chunks.
   Result put(ChunkBuffer& chunk, bool flush);
   /// Waits until all is written; the body is the caller's until the next `put`.
   Result wait();
-  /// What was met so far.
+  /// Errors so far.
   Result status();
 
  private:

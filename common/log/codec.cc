@@ -87,7 +87,7 @@ struct Decompressor::Impl {
   LZ4F_dctx* lz4 = nullptr;
   Buffer out;
   std::size_t produced = 0;
-  std::string_view reason;  // of the last failure
+  std::string_view reason;  // reason of the last failure
 
   Result start(Compression compression) {
     produced = 0;
@@ -127,7 +127,7 @@ struct Decompressor::Impl {
     return {};
   }
 
-  /// One call of the codec: `from` and `to` become what it consumed and produced.
+  /// One call of the codec: `from` and `to` become the bytes consumed and produced.
   std::size_t step(Compression compression, const char* in, std::size_t& from, std::size_t& to) {
     char* const at = out.reserve(0) + produced;
     if (compression == Compression::lz4) {
@@ -167,7 +167,7 @@ tl::expected<std::string_view, Status> Decompressor::run(Compression compression
     return wrong_size(bytes.size());
   }
   Impl& d = *impl_;
-  // Rarely so much comes of so little: then memory grows with what arrives.
+  // Such ratios are rare: memory then grows with the arriving data.
   const bool doubtful = size > kEager && size / 256 > bytes.size();
   if (doubtful) {
     if (auto done = d.stream(compression, bytes, kEager, size); !done)

@@ -16,7 +16,7 @@ inline constexpr int kZstdLevel = 1;  ///< eight times as fast as lz4 at its lev
 
 /// Name in a file ("" for none).
 std::string_view wire_name(Compression compression);
-/// Inverse; "none" is also understood. Nothing for an unknown name.
+/// Inverse; "none" is also accepted. Empty for an unknown name.
 std::optional<Compression> parse_compression(std::string_view name);
 
 /// Compresses whole buffers; keeps its context and buffer between calls.
@@ -33,17 +33,18 @@ class Compressor {
   std::unique_ptr<Impl> impl_;
 };
 
-/// Decompresses what it does not trust.
+/// Decompresses untrusted data.
 class Decompressor {
  public:
   Decompressor();
   ~Decompressor();
-  /// Exactly `size` bytes, or why not. The result lives until the next call; for Compression::none
-  /// it is `bytes` itself. Memory is taken only as far as data arrives, whatever `size` claims.
+  /// Exactly `size` bytes, or the reason of the failure. The result is valid until the next call;
+  /// for Compression::none it is `bytes` itself. Memory is taken only as far as data arrives,
+  /// independent of `size`.
   tl::expected<std::string_view, Status> run(Compression compression, std::string_view bytes,
                                              std::size_t size);
-  /// What the beginning of compressed bytes unpacks to: whole blocks (zstd: 128 kB, our lz4: 64
-  /// kB), at most `size` bytes. Lives until the next call.
+  /// Unpacks the beginning of compressed bytes: whole blocks (zstd: 128 kB, our lz4: 64 kB), at
+  /// most `size` bytes. The result is valid until the next call.
   std::string_view run_beginning(Compression compression, std::string_view bytes, std::size_t size);
 
  private:

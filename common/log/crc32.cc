@@ -20,8 +20,8 @@ constexpr long long power(int n) {
   return static_cast<long long>(r) << 1;
 }
 
-/// What stands `Bits` bits before `next`, brought there: x^Bits · a + next (mod P), for each 128
-/// bits of a. [Gopal et al. 2009, "Fast CRC computation using PCLMULQDQ", eq. for folding]
+/// Folds the remainder over `Bits` bits onto `next`: x^Bits · a + next (mod P), for each 128 bits
+/// of a. [Gopal et al. 2009, "Fast CRC computation using PCLMULQDQ", eq. for folding]
 template <int Bits>
 __attribute__((target("avx512f,vpclmulqdq"))) __m512i fold(__m512i a, __m512i next) {
   const __m512i k =

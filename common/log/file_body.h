@@ -40,7 +40,7 @@ class FileBody {
   Compressor compressor_;
   Result status_;
   std::atomic<std::uint64_t> position_ = 0;
-  std::uint32_t crc_ = 0;  ///< of all bytes so far; of the summary once that has begun
+  std::uint32_t crc_ = 0;  ///< sum of all bytes so far; of the summary's bytes once it has begun
   std::string record_;     ///< scratch
 
   Spill chunk_indexes_;  ///< records: all that grows with the file

@@ -17,7 +17,7 @@ namespace mimesis::log {
 struct IndexedReader::Loaded {
   struct Entry {
     std::uint64_t log_time;
-    std::size_t offset, size;  ///< of the content of the record
+    std::size_t offset, size;  ///< place of the record's content
   };
   const Segment* segment = nullptr;
   Buffer packed;

@@ -16,9 +16,10 @@ class Sink {
  public:
   virtual ~Sink() = default;
   [[nodiscard]] virtual Result write(std::string_view bytes) = 0;
-  /// What was written is out of this process: it survives the process's death.
+  /// Hands everything written to the operating system: it survives the process's death.
   [[nodiscard]] virtual Result flush() = 0;
-  /// The same, and it is on the disk: it survives a power cut. Sinks without a disk only flush.
+  /// Flushes and waits until the data is on the disk: it survives a power cut. Sinks without a disk
+  /// only flush.
   [[nodiscard]] virtual Result sync() { return flush(); }
   /// Folder on the disk that the bytes go to; empty: none.
   virtual std::string folder() const { return {}; }

@@ -29,7 +29,7 @@ class MergedReader {
 
   /// Next message, or null at the end. Messages of undefined channels are left out.
   const Item* next();
-  /// Of one log: chunks that could not be read.
+  /// Chunks of one log that could not be read.
   const std::vector<Damage>& damages(std::size_t log) const { return readers_[log]->damages(); }
 
  private:
@@ -45,7 +45,7 @@ class MergedReader {
   std::vector<Input> inputs_;
   std::vector<std::unique_ptr<IndexedReader>> readers_;
   std::vector<Item> items_;       ///< next of each log
-  std::vector<Message> shifted_;  ///< of logs with an offset
+  std::vector<Message> shifted_;  ///< messages of logs with a time offset
   std::priority_queue<Head, std::vector<Head>, std::greater<>> heads_;
   std::size_t delivered_ = 0;  ///< log of the last delivered, or readers_.size()
 };

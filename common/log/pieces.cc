@@ -13,9 +13,10 @@ namespace mimesis::log {
 namespace {
 
 constexpr std::size_t kRun = 256 * 1024;   // small records taken together [bytes]
-constexpr std::size_t kPart = 256 * 1024;  // of what is summed without being looked at [bytes]
+constexpr std::size_t kPart = 256 * 1024;  // bytes that are summed at once without being parsed
 constexpr std::size_t kChunkHead = 4096;   // with room for any name of a codec [bytes]
-constexpr std::size_t kZeroRun = 512;      // a sector: what a power cut leaves unwritten [bytes]
+// a sector: unit of missing data after a power cut [bytes]
+constexpr std::size_t kZeroRun = 512;
 
 }  // namespace
 
@@ -120,7 +121,7 @@ bool PieceReader::claim_record(Piece& piece) {
   return alone(opcode, length) || piece.length >= kRun;
 }
 
-/// Always complete: a chunk, or what is left of it up to a place where reading goes on.
+/// Always complete: a chunk, or the rest of it up to a place where reading continues.
 bool PieceReader::claim_chunk(Piece& piece, std::uint64_t length) {
   const auto wanted = std::min<std::uint64_t>(length, kChunkHead);
   const std::string_view head =
@@ -158,8 +159,8 @@ bool PieceReader::claim_cut_chunk(Piece& piece) {
   return true;
 }
 
-/// The record at the piece's offset cannot be: reports `why` and goes on where a chunk, or the end
-/// of the data, is again certain.
+/// The record at the piece's offset is impossible: reports `why` and continues where a chunk, or
+/// the end of the data, is certain again.
 void PieceReader::recover(Piece& piece, std::string why) {
   const std::uint64_t from = piece.offset;
   if (section_ == Section::summary) {
@@ -253,7 +254,7 @@ void PieceReader::unpack(Piece& piece) const {
   if (zeros >= kZeroRun && zeros_follow(piece.offset + piece.length)) unpack_cut(piece);
 }
 
-/// Of a chunk whose end is missing, or was never written: what its beginning unpacks to.
+/// Unpacks the beginning of a chunk whose end is missing, or was never written.
 void PieceReader::unpack_cut(Piece& piece) const {
   Chunk& chunk = piece.chunk;
   std::uint64_t size = 0;

@@ -19,16 +19,16 @@ struct Piece {
     nothing,  ///< only damages
     records,  ///< whole records that are no chunks
     chunk,
-    gap,  ///< bytes that are summed and not looked at
+    gap,  ///< bytes that are summed but not parsed
   };
   // Known from the heads of the records.
   Kind kind = Kind::nothing;
   std::uint64_t offset = 0, length = 0;  ///< in the file [bytes]
   std::vector<Damage> damages;           ///< before it
-  bool cut = false;                      ///< of the chunk only the beginning is there
+  bool cut = false;                      ///< only the beginning of the chunk is there
   // Known when it was read.
-  std::string_view bytes;        ///< of a piece of records
-  std::uint32_t crc = 0;         ///< of all its bytes in the file
+  std::string_view bytes;        ///< bytes of a piece of records
+  std::uint32_t crc = 0;         ///< sum of all its bytes in the file
   Chunk chunk;                   ///< `records` is void
   std::string_view unpacked;     ///< the chunk's records; of a cut one as far as they go, unchecked
   std::string skipped;           ///< why the chunk is not delivered; empty: it is
@@ -44,8 +44,8 @@ class PieceReader {
  public:
   PieceReader(const Source& source, const ReaderLimits& limits);
 
-  /// The next piece: looks at the heads of records only. After a record that cannot be, the next
-  /// one begins at the next chunk that can be. False: there are no more.
+  /// The next piece: looks at the heads of records only. After an impossible record, the next one
+  /// begins at the next possible chunk. False: there are no more.
   bool claim(Piece& piece);
   /// Reads it, checks its sums, unpacks it.
   void work(Piece& piece) const;
@@ -70,10 +70,10 @@ class PieceReader {
 
   const Source& source_;
   ReaderLimits limits_;
-  std::uint64_t size_;  ///< of the file
+  std::uint64_t size_;  ///< size of the file
   Window window_;
   Section section_ = Section::start;
-  std::uint64_t position_ = 0;  ///< of the next record
+  std::uint64_t position_ = 0;  ///< position of the next record
 };
 
 }  // namespace mimesis::log

@@ -10,10 +10,10 @@
 
 namespace mimesis::log {
 
-/// Prepares the items of a sequence before they are asked for: `claim` says what the next one is
-/// (in order, one thread at a time), `work` does what takes long (threads side by side), `take`
-/// gives them out in order. Small sequences never start a thread: the first items are prepared when
-/// they are asked for. Bounded: kDepth items, and no further one above kMemory bytes.
+/// Prepares the items of a sequence before they are requested: `claim` names the next one (in
+/// order, one thread at a time), `work` does the slow part (threads in parallel), `take` returns
+/// them in order. Small sequences start no thread: the first items are prepared on request.
+/// Bounded: kDepth items, and no further one above kMemory bytes.
 template <class Item>
 class ReadAhead {
  public:

@@ -8,7 +8,7 @@
 namespace mimesis::log {
 namespace {
 
-/// Writes opcode and length around what is appended during its life; `beyond` bytes follow later.
+/// Writes opcode and length around the data appended during its life; `beyond` bytes follow later.
 class Frame {
  public:
   Frame(std::string& out, Opcode opcode, std::uint64_t beyond = 0)

@@ -54,7 +54,7 @@ struct Channel {
 };
 struct Message {
   std::uint16_t channel_id = 0;
-  std::uint32_t sequence = 0;      ///< of the publisher, 0: unknown
+  std::uint32_t sequence = 0;      ///< the publisher's count, 0: unknown
   std::uint64_t log_time = 0;      ///< receipt by the recorder
   std::uint64_t publish_time = 0;  ///< the sender's stamp
   std::string_view data;           ///< not owned
@@ -86,7 +86,7 @@ struct Attachment {
   std::uint64_t log_time = 0, create_time = 0;
   std::string name, media_type;
   std::string_view data;  ///< not owned
-  std::uint32_t crc = 0;  ///< as stored; 0: none
+  std::uint32_t crc = 0;  ///< the stored sum; 0: none
   bool crc_valid = true;  ///< set by decode
 };
 struct AttachmentIndex {
@@ -119,7 +119,7 @@ struct SummaryOffset {
   std::uint64_t group_start = 0, group_length = 0;
 };
 struct DataEnd {
-  std::uint32_t data_section_crc = 0;  ///< of all bytes before this record; 0: none
+  std::uint32_t data_section_crc = 0;  ///< sum of all bytes before this record; 0: none
 };
 struct Footer {
   std::uint64_t summary_start = 0, summary_offset_start = 0;  ///< 0: there is none
@@ -127,7 +127,7 @@ struct Footer {
       0;  ///< from summary_start (or DataEnd's end) up to this field; 0: none
 };
 
-/// What a reader delivers. Chunks are unpacked, message indexes serve the reader alone.
+/// Records that a reader delivers. Chunks are unpacked; message indexes serve only the reader.
 using Record =
     std::variant<Header, Schema, Channel, Message, Attachment, Metadata, DataEnd, Statistics,
                  MetadataIndex, AttachmentIndex, ChunkIndex, SummaryOffset, Footer>;

@@ -38,7 +38,7 @@ bool data_end_starts(std::string_view bytes, std::uint64_t left) {
   d.integer<std::uint32_t>();
   const std::uint64_t behind = left - std::min(left, std::uint64_t{kDataEnd});
   if (!d.ok() || behind < kRecordHead) return d.ok() && behind == 0;
-  const auto opcode = d.integer<Opcode>();  // of the summary, or the footer
+  const auto opcode = d.integer<Opcode>();  // opcode of the summary, or the footer
   return opcode >= Opcode::footer && opcode <= Opcode::summary_offset &&
          opcode != Opcode::message && opcode != Opcode::chunk &&
          d.integer<std::uint64_t>() <= behind - kRecordHead;

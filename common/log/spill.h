@@ -18,7 +18,7 @@ class Spill {
   Spill(const Spill&) = delete;
   Spill& operator=(const Spill&) = delete;
 
-  /// Never fails: what the disk does not take stays in memory.
+  /// Never fails: data that the disk does not take stays in memory.
   void append(std::string_view bytes);
   std::uint64_t size() const { return on_disk_ + memory_.size(); }
   std::size_t in_memory() const { return memory_.size(); }
@@ -32,7 +32,7 @@ class Spill {
   std::size_t limit_;
   int fd_ = -1;
   std::uint64_t on_disk_ = 0;
-  std::string memory_;  ///< behind what is on the disk
+  std::string memory_;  ///< data that follows the part on the disk
 };
 
 }  // namespace mimesis::log

@@ -11,7 +11,7 @@
 namespace mimesis::log {
 namespace {
 constexpr std::size_t kIds = 1 << 16;
-constexpr std::uint64_t kPart = 256 * 1024;  // of the summary, summed at once [bytes]
+constexpr std::uint64_t kPart = 256 * 1024;  // bytes of the summary that are summed at once
 }  // namespace
 
 StreamReader::StreamReader(const Source& source, const ReaderLimits& limits)
@@ -150,7 +150,8 @@ bool StreamReader::read_content(Opcode opcode, std::string_view content) {
                                   std::get<Attachment>(record_).name));
       return false;
     default:
-      return false;  // of a later version of the format, private, or an index for readers that seek
+      // opcode of a later version of the format, a private one, or an index for readers that seek
+      return false;
   }
 }
 

@@ -15,9 +15,9 @@
 namespace mimesis::log {
 
 /// Reads a log from front to back. Every sum in the file is checked: a chunk that fails is skipped
-/// whole, never delivered in part. After a record that cannot be, reading goes on at the next chunk
-/// that can be. Of a chunk whose end is missing at the end of the file those messages are delivered
-/// that are whole; that their sum could not be checked is told as a damage.
+/// whole, never delivered in part. After an impossible record reading continues at the next
+/// possible chunk. From a chunk whose end is missing at the end of the file the whole messages are
+/// delivered; a damage reports that their sum could not be checked.
 ///
 /// Two threads read, sum and unpack ahead in all but small files. Memory is bounded by the records
 /// and chunks on their way: 64 MiB, or one larger record or chunk within the limits; and the
@@ -31,10 +31,11 @@ class StreamReader {
 
   /// Offset of the record just returned, or of the chunk that holds it.
   std::uint64_t offset() const { return offset_; }
-  std::uint64_t length() const { return length_; }  ///< of that record or chunk, with its head
+  /// length of that record or chunk, with its head
+  std::uint64_t length() const { return length_; }
   /// The head of the chunk that holds the record, or null; `records` in it is void.
   const Chunk* chunk() const { return in_chunk_ ? &piece_->chunk : nullptr; }
-  /// Of a chunk whose end is missing: size of what is delivered of it, unpacked; else 0 [bytes].
+  /// Unpacked size that is delivered from a chunk whose end is missing; else 0 [bytes].
   std::size_t salvaged() const { return in_chunk_ && piece_->cut ? inner_size_ : 0; }
 
   const std::map<std::uint16_t, Schema>& schemas() const { return schemas_; }     ///< seen so far
@@ -70,13 +71,13 @@ class StreamReader {
   std::unique_ptr<Piece> piece_;  ///< the current one
 
   std::uint64_t offset_ = 0,
-                length_ = 0;    ///< of the current record outside of chunks, or the chunk
-  std::uint32_t data_crc_ = 0;  ///< of the bytes before the piece
+                length_ = 0;    ///< length of the current record outside of chunks, or of the chunk
+  std::uint32_t data_crc_ = 0;  ///< sum of the bytes before the piece
   std::uint64_t data_end_ = 0;  ///< first byte behind DataEnd; 0: not yet there
   bool complete_ = false;
 
   bool in_chunk_ = false;
-  std::string_view rest_;  ///< of the unpacked chunk, or of the piece's records
+  std::string_view rest_;  ///< rest of the unpacked chunk, or of the piece's records
   std::size_t inner_size_ = 0;
 
   std::map<std::uint16_t, Schema> schemas_;

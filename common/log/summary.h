@@ -15,12 +15,12 @@ namespace mimesis::log {
 struct Segment {
   ChunkIndex index;
   bool bare = false;  ///< not a chunk: the records themselves, `chunk_length` bytes
-  /// Of a chunk whose end is missing at the end of the file: so much of it is good, unpacked; else
-  /// 0 [bytes].
+  /// Unpacked size that is usable from a chunk whose end is missing at the end of the file; else 0
+  /// [bytes].
   std::size_t salvaged = 0;
 };
 
-/// What a file holds and where.
+/// Contents of a file, and their positions.
 struct Summary {
   Header header;
   std::map<std::uint16_t, Schema> schemas;
@@ -35,7 +35,7 @@ struct Summary {
   std::uint64_t damage_count = 0;
 };
 
-/// Reads the summary at the end of the file; if there is none that serves (a killed recorder, a
+/// Reads the summary at the end of the file; if there is no usable one (a killed recorder, a
 /// damaged end, no index), reads the whole file and makes one. Fails only if the file is no log at
 /// all.
 tl::expected<Summary, Status> summarize(const Source& source, const ReaderLimits& limits = {});

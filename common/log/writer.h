@@ -18,7 +18,7 @@ class FileBody;
 
 struct WriterOptions {
   std::string profile = {};         ///< "" unless the file follows a published profile
-  std::string library = "mimesis";  ///< who wrote it
+  std::string library = "mimesis";  ///< name of the writing program
   Compression compression = Compression::zstd;
   int zstd_level = kZstdLevel;  ///< 1 (fast) to 19 (small)
   /// A chunk is closed when its records reach this size [bytes]; 0: no chunks.
@@ -57,11 +57,10 @@ class Writer {
       std::map<std::string, std::string> metadata);
   /// Precondition: the channel was added.
   [[nodiscard]] Result write(const Message& message);
-  /// Closes the open chunk. As soon as it is compressed it is out of this process: whoever is
-  /// killed later leaves it readable. Does not wait for that, but for room among the chunks on
-  /// their way.
+  /// Closes the open chunk. As soon as it is compressed it is handed to the operating system and
+  /// survives a kill. Does not wait for that, but for room among the pending chunks.
   [[nodiscard]] Result flush();
-  /// The same, and waits until all is on the disk: what was written survives a power cut.
+  /// Flushes and waits until all is on the disk: written data survives a power cut.
   [[nodiscard]] Result sync();
 
   /// Attachments and metadata stand between chunks; the open one is closed first and written. The
@@ -73,7 +72,7 @@ class Writer {
   [[nodiscard]] Result finish();
 
   const Statistics& statistics() const { return statistics_; }
-  std::uint64_t bytes_written() const;  ///< so far; chunks on their way come later
+  std::uint64_t bytes_written() const;  ///< so far, without pending chunks
   std::size_t open_chunk_bytes() const { return chunk_.records.size(); }  ///< not yet closed
 
  private:

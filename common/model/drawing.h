@@ -32,7 +32,7 @@ void add_rod(foxglove::SceneEntity& entity, const Eigen::Vector3d& from, const E
 /// Text that faces the viewer. `height`: of a line.
 void add_label(foxglove::SceneEntity& entity, const Eigen::Vector3d& center, double height,
                const std::string& text, const Rgba& color);
-/// Points are added with `add_point`. `thickness_px`: on the screen, whatever the distance.
+/// Points are added with `add_point`. `thickness_px`: on the screen, independent of the distance.
 foxglove::LinePrimitive& add_line(foxglove::SceneEntity& entity, foxglove::LinePrimitive::Type type,
                                   double thickness_px, const Rgba& color);
 void add_point(foxglove::LinePrimitive& line, const Eigen::Vector3d& point);

@@ -16,16 +16,16 @@ kin::ArmModel load_arm(const std::string& file);
 /// Reads a biped (models/biped.yaml). Its `urdf` is a path from the file's folder, or
 /// "shared:data/robots/NAME.urdf" for a robot that the repository may not carry
 /// (common/shared_data). `frames` are links without mass that the URDF lacks. @throws ConfigError
-/// as above, or what robot::read_urdf and robot::make_biped say.
+/// as above, or as robot::read_urdf and robot::make_biped.
 robot::Biped load_biped(const std::string& file);
 /// Path of the URDF that a biped's file names, which exists. @throws ConfigError as above.
 std::string urdf_of_biped(const std::string& file);
 
-/// What moves a biped's joints, and what the URDF does not say about that.
+/// Actuators of a biped's joints, and limits that the URDF does not contain.
 struct BipedDrives {
-  std::string kind = "cia402";  ///< of actuators, as the bridge knows them
-  double rate_hz = 200.0;       ///< of commands to the joints
-  /// Bound on the accelerations of all set-points: several times what a walk needs, so that its
+  std::string kind = "cia402";  ///< kind of actuators, as named in the bridge
+  double rate_hz = 200.0;       ///< rate of commands to the joints
+  /// Bound on the accelerations of all set-points: several times the need of a walk, so that its
   /// stream passes unchanged.
   double a_max_rad_s2 = 300.0;
 };
@@ -34,17 +34,18 @@ BipedDrives drives_of_biped(const std::string& file);
 
 /// Whether the file is a biped's, which names its URDF; an arm's has joints of its own.
 bool is_biped(const std::string& file);
-/// Rate of the commands to a robot's joints [Hz]: of an arm, a biped or a bare .urdf, which cannot
-/// say and has that of BipedDrives. @throws ConfigError as above.
+/// Rate of the commands to a robot's joints [Hz]: of an arm, a biped or a bare .urdf, which has the
+/// default of BipedDrives. @throws ConfigError as above.
 double rate_of_robot(const std::string& file);
 
 /// Reads a table (models/bridge_table.yaml). `bridge_height`: lower edge of the bar above the table
 /// [m], instead of the file's. @throws ConfigError as above.
 kin::Table load_table(const std::string& file, std::optional<double> bridge_height = {});
 
-/// The same table as a message, without header.
+/// The table as a message, without header.
 v1::Scene to_proto(const kin::Table& table);
-/// And back. Positions are taken as they are; the caller has checked that they are finite.
+/// The table of a message. Positions are taken as they are; the caller has checked that they are
+/// finite.
 kin::Table from_proto(const v1::Scene& scene);
 
 }  // namespace mimesis::model

@@ -56,7 +56,7 @@ struct PairEntry {
 };
 
 struct ArmFile {
-  kin::ArmModel arm;  // what needs no check; the rest is added to it
+  kin::ArmModel arm;  // figures that need no check; the others are added to it
   std::vector<double> base_m{0.0, 0.0, 0.0};
   std::vector<double> tool_m{0.0, 0.0, 0.0};
   std::vector<JointEntry> joints;
@@ -195,7 +195,7 @@ struct BipedEntry {
   std::vector<std::string> soles, hands;
   std::vector<GripperEntry> grippers;
   std::vector<PostureEntry> half_sitting;
-  robot::BipedNames names;  // without what is above
+  robot::BipedNames names;  // without the part above
   BipedDrives drives;
 
   void visit(ParamVisitor& v) {

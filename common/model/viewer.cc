@@ -16,7 +16,7 @@ constexpr Rgba kTable{0.75, 0.72, 0.68, 1.0}, kBridge{0.25, 0.35, 0.55, 1.0},
 constexpr double kAperture = 0.058;  // between the inner faces of the open fingers
 constexpr double kFinger = 0.012;    // radius of a finger
 constexpr double kTips = 0.026, kPalm = -0.05;
-constexpr double kSlim = 0.8;  // of a link, compared with its safety balls [1]
+constexpr double kSlim = 0.8;  // width of a link, relative to its safety balls [1]
 
 std::string frame_name(const std::string& prefix, std::size_t i) {
   return prefix + "/" + std::to_string(i);
@@ -102,7 +102,7 @@ foxglove::SceneUpdate to_table(const kin::Table& table, std::chrono::nanoseconds
 foxglove::SceneUpdate to_robot(const kin::ArmModel& arm, double closure,
                                std::chrono::nanoseconds stamp) {
   foxglove::SceneUpdate update;
-  double radius = 0.05;  // of a frame without balls: that of the frame before
+  double radius = 0.05;  // radius of a frame; without balls: that of the frame before
   for (std::size_t frame = 1; frame < arm.links.size() + 1; ++frame) {
     const std::string name = frame_name("robot", frame);
     foxglove::SceneEntity& entity = add_entity(update, name, name, stamp);

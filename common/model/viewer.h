@@ -9,7 +9,7 @@
 
 namespace mimesis::model {
 
-/// What viewers of logs draw: the table in frame "world", the arm's safety balls in "arm/0" ..
+/// Scene for viewers of logs: the table in frame "world", the arm's safety balls in "arm/0" ..
 /// "arm/n", the object in "object". Entities are locked to their frames, so they are sent once and
 /// moved by transforms.
 foxglove::SceneUpdate to_entities(const kin::Table& table, const kin::ArmModel& arm,
@@ -23,7 +23,7 @@ foxglove::FrameTransforms to_transforms(const kin::ArmModel& arm,
                                         const std::vector<kin::GoalPlace>& goals,
                                         std::chrono::nanoseconds stamp);
 
-/// The table with the object where it is said to stand, all in frame "world".
+/// The table with the object at its given place, all in frame "world".
 foxglove::SceneUpdate to_table(const kin::Table& table, std::chrono::nanoseconds stamp);
 
 /// The arm as it looks: link i as a rod from joint to joint in frame "robot/i", the hand in frame

@@ -5,9 +5,10 @@
 
 namespace mimesis::qp {
 
-/// Factors of the active constraints' normals N (n × q) in the metric of H = L Lᵀ: J = L⁻ᵀQ with
-/// Jᵀ N = [R; 0], R an upper triangle [Goldfarb, Idnani 1983, section 4]. J = [J₁ J₂]: J₂ spans
-/// what the active constraints leave free. Vectors have stride() numbers, zeros behind the n-th.
+/// Factors of the active constraints' normals N (n × q) in the metric of H = L Lᵀ: J = L⁻ᵀQ with Jᵀ
+/// N = [R; 0], R an upper triangle [Goldfarb, Idnani 1983, section 4]. J = [J₁ J₂]: J₂ spans the
+/// directions that the active constraints leave free. Vectors have stride() numbers, zeros behind
+/// the n-th.
 class ActiveSet {
  public:
   void reserve(std::size_t n);
@@ -33,9 +34,9 @@ class ActiveSet {
   void find_step();                                   ///< fills step()
   const double* step() const { return z_.data(); }    ///< z = J₂J₂ᵀa
   const double* dual_step();                          ///< r = R⁻¹J₁ᵀa, q numbers
-  void add();  ///< what was looked at becomes active; needs find_step()
-  /// Jᵀa of what was looked at: q numbers, then, if it was added, R's new diagonal element at q
-  /// − 1.
+  void add();  ///< activates the constraint of the last find_step()
+  /// Jᵀa of the constraint last passed to look_at(): q numbers, then, if it was added, R's new
+  /// diagonal element at q − 1.
   const double* coordinates() const { return d_.data(); }
   void drop(std::size_t position);
 

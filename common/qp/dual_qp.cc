@@ -134,11 +134,11 @@ void DualQp::settle() {
   keep_multipliers_right();
 }
 
-void DualQp::keep_multipliers_right() {  // of what rounding has left
+void DualQp::keep_multipliers_right() {  // multipliers may be negative by rounding
   for (std::size_t k = equalities_; k < u_.size(); ++k) u_[k] = std::max(u_[k], 0.0);
 }
 
-/// x and u anew from the active set, so that the rounding of the steps does not stay.
+/// Recomputes x and u from the active set, so that the rounding of the steps does not stay.
 void DualQp::polish() {
   const std::size_t q = working_.size();
   side_.resize(q);
@@ -178,7 +178,7 @@ DualQp::Violation DualQp::worst() {
   return worst;
 }
 
-/// Steps in x and u until the constraint holds, dropping those whose multipliers vanish on the way.
+/// Steps in x and u until the constraint holds; drops constraints whose multipliers vanish.
 DualQp::Step DualQp::add(Violation violation) {
   const int row = violation.row,
             most = most_iterations_ > 0 ? most_iterations_ : 50 + 10 * static_cast<int>(rows_ + n_);

@@ -58,7 +58,7 @@ class DualQp {
  private:
   struct Violation {
     int row = -1;
-    double sign = 0.0, amount = 0.0;  // of sign·row·x ≥ sign·bound
+    double sign = 0.0, amount = 0.0;  // constraint sign·row·x ≥ sign·bound
   };
   enum class Step { kAdded, kIgnored, kInfeasible, kTooMany };
 
@@ -85,10 +85,10 @@ class DualQp {
   ActiveSet set_;
   std::size_t n_ = 0, m_ = 0, rows_ = 0;  // rows_: m and the bounds on x
   std::vector<double> A_, norm_;          // m padded rows, and their lengths
-  std::vector<double> lower_, upper_;     // of rows and bounds
+  std::vector<double> lower_, upper_;     // limits of rows and bounds
   std::vector<char> taken_;               // active or, till the next drop, redundant
   std::vector<int> working_;              // active rows
-  std::vector<double> sign_, u_, side_;   // of working_
+  std::vector<double> sign_, u_, side_;   // signs, multipliers and sides of working_
   std::vector<double> g_, work_x_, value_, normal_, residual_;
   std::size_t equalities_ = 0;  // the first of working_
   double x_size_ = 0.0;

@@ -11,7 +11,7 @@ namespace {
 // Four doubles anywhere in memory; every instruction set adds them in the same order.
 typedef double Lanes4 __attribute__((vector_size(32), aligned(8), may_alias));
 
-constexpr double kRounding = 1e-14;  // of a pivot against its diagonal element: nothing is left
+constexpr double kRounding = 1e-14;  // a pivot below this share of its diagonal element is zero
 
 #define MIMESIS_QP_AT(p) (*reinterpret_cast<Lanes4*>(p))
 #define MIMESIS_QP_OF(p) (*reinterpret_cast<const Lanes4*>(p))
@@ -91,7 +91,7 @@ bool invert_cholesky(double* lower, std::size_t stride, std::size_t n, double* i
   for (std::size_t j = 0; j < n; ++j) inverse[j] = kRounding * lower[j * stride + j];
   for (std::size_t j = 0; j < n; ++j) {
     double* column = lower + j * stride;
-    const std::size_t from = j / 4 * 4;  // what lies above the diagonal is not read
+    const std::size_t from = j / 4 * 4;  // elements above the diagonal are not read
     if (!(column[j] > inverse[j]) || !std::isfinite(column[j])) return false;
     const double scale = 1.0 / std::sqrt(column[j]);
     for (std::size_t i = from; i < stride; i += 4) MIMESIS_QP_AT(column + i) *= scale;

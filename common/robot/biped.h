@@ -13,7 +13,7 @@ inline Side other(Side side) { return side == kLeft ? kRight : kLeft; }
 /// +1 for the left, −1 for the right: y of the foot in the pelvis.
 inline double sign(Side side) { return side == kLeft ? 1.0 : -1.0; }
 
-/// Names and figures that make a robot a biped: what a file says (model::load_biped).
+/// Names and figures that make a robot a biped, as in its file (model::load_biped).
 struct BipedNames {
   std::array<std::string, 2> sole;          ///< links, left and right: frame S on the ground
   std::array<std::string, 2> hand;          ///< links between the fingers; empty: none
@@ -25,7 +25,7 @@ struct BipedNames {
   double sole_back_m = 0.0, sole_front_m = 0.0;   ///< x in S; back < 0 < front
   double sole_inner_m = 0.0, sole_outer_m = 0.0;  ///< distance of the edges from S's x axis, > 0
   std::vector<std::pair<std::string, double>> half_sitting;  ///< joint, [rad]; others 0
-  double step_s = 0.8;                                       ///< of one step of a walk
+  double step_s = 0.8;                                       ///< duration of one step of a walk
 };
 
 /// Joints of a leg by their place in Biped::Leg::dof: three in the hip, the knee, two in the ankle.
@@ -53,11 +53,11 @@ struct Biped {
   std::vector<int> upper_body;          ///< joints that are in no leg
   Eigen::VectorXd half_sitting;         ///< dof [rad]; soles level and side by side
   Eigen::Isometry3d X_WB_half_sitting;  ///< pelvis, soles at z = 0, their middle at the origin
-  double com_height_m = 0.0;            ///< of the half-sitting robot above the soles
+  double com_height_m = 0.0;            ///< height of the half-sitting robot's CoM above the soles
   double feet_distance_m = 0.0;         ///< between the soles' origins, half-sitting
-  std::array<Gripper, 2> gripper{};     ///< of the hands
+  std::array<Gripper, 2> gripper{};     ///< grippers of the hands
   int head = -1;                        ///< link; -1: none
-  double step_s = 0.8;                  ///< of one step of a walk
+  double step_s = 0.8;                  ///< duration of one step of a walk
 };
 
 /// @throws ConfigError that names robot and joint or link: a leg has not six revolute joints, does

@@ -17,9 +17,10 @@ struct Body {
   double mass = 0.0;                                   ///< [kg]
   Eigen::Vector3d first = Eigen::Vector3d::Zero();     ///< mass · CoM [kg m]
   Eigen::Matrix3d inertia = Eigen::Matrix3d::Zero();   ///< about the frame's origin [kg m²]
-  double subtree_mass = 0.0;                           ///< of it and all it carries [kg]
-  Eigen::Vector3d first_L = Eigen::Vector3d::Zero();   ///< mass · CoM in the link's frame [kg m]
-  Eigen::Vector3d axis_L = Eigen::Vector3d::UnitZ();   ///< of the joint in the link's frame
+  /// mass of the link and of all links it carries [kg]
+  double subtree_mass = 0.0;
+  Eigen::Vector3d first_L = Eigen::Vector3d::Zero();  ///< mass · CoM in the link's frame [kg m]
+  Eigen::Vector3d axis_L = Eigen::Vector3d::UnitZ();  ///< axis of the joint in the link's frame
 };
 
 /// The root as body 0, then one a joint: joint d moves body d + 1. Parents come first.
@@ -37,7 +38,7 @@ class PartMass {
 
  private:
   std::vector<Body> bodies_;         ///< parent: index here, or −1: the root
-  std::vector<Eigen::Index> joint_;  ///< of every body, index into q
+  std::vector<Eigen::Index> joint_;  ///< index into q, for every body
   std::vector<Eigen::Vector3d> moment_;
   Eigen::Vector3d root_ = Eigen::Vector3d::Zero();
   double mass_ = 0.0;

@@ -10,7 +10,7 @@ struct DrawerSize {
   double handle_height_m = 0.92, handle_left_m = 0.14;  ///< + to the left
   double object_height_m = 0.90;
   double pull_m = 0.20;                                ///< how far the left hand opens it
-  double least_depth_m = 0.124, most_depth_m = 0.273;  ///< of objects behind its front
+  double least_depth_m = 0.124, most_depth_m = 0.273;  ///< depth of objects behind its front
   /// From pelvis to object, along the ground, when the robot stands before it and it is closed:
   /// comfortable for the least and for the most depth.
   double least_reach_m = 0.663, most_reach_m = 0.755;

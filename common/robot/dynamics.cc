@@ -98,7 +98,7 @@ void Dynamics::com_jacobian(const Kinematics& kinematics, Eigen::Ref<Eigen::Matr
   MIMESIS_ASSERT(&kinematics.tree() == tree_ && out.cols() == 6 + tree_->dof());
   MIMESIS_ASSERT(bodies_[0].subtree_mass > 0.0);
   const double per_mass = 1.0 / bodies_[0].subtree_mass;
-  // Until a body's turn comes its column holds the first moment of what it carries, about the
+  // Until a body is processed, its column holds the first moment of the links it carries, about the
   // origin of W; the base's is column 5.
   const auto column = [&](std::size_t i) { return out.col(static_cast<Eigen::Index>(i) + 5); };
   for (std::size_t i = 0; i < bodies_.size(); ++i) {

@@ -35,9 +35,9 @@ class Dynamics {
  public:
   explicit Dynamics(const RobotTree& tree);
 
-  /// Joint torques and the wrench on the base that make the robot move so under gravity.
-  /// `torque`: dof [N m] or [N]. @return wrench on the base about the origin of W, in W: what the
-  /// ground has to give.
+  /// Joint torques and the wrench on the base that cause this motion under gravity. `torque`: dof
+  /// [N m] or [N]. @return wrench on the base about the origin of W, in W: the ground must apply
+  /// it.
   Wrench inverse_dynamics(const RobotMotion& motion, Eigen::Ref<Eigen::VectorXd> torque);
   /// inverse_dynamics() without joint torques, enough for a zero moment point.
   Wrench ground_wrench(const RobotMotion& motion);

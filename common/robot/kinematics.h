@@ -30,7 +30,7 @@ class Kinematics {
  private:
   const RobotTree* tree_;
   std::vector<Eigen::Isometry3d> X_WL_;
-  Eigen::Matrix3Xd axis_W_;  ///< of every dof
+  Eigen::Matrix3Xd axis_W_;  ///< axis of every dof
 };
 
 /// A joint's axis as a line in space.

@@ -31,7 +31,7 @@ double wrapped(double angle) { return std::remainder(angle, 2.0 * kPi); }
 /// Angles about x that bring a vector to a given y.
 struct Rolls {
   double lesser, other;
-  bool exist;  ///< else both are the nearest
+  bool exist;  ///< false: both are the nearest
 };
 
 Rolls rolls_to(const Vector3d& v, double y) {
@@ -138,7 +138,7 @@ void LegIk::turn_ankle(const Vector3d& hip_F, const Vector3d& hip_K, bool lesser
 
 void LegIk::turn_hip(const Matrix3d& R_BT, Result& out) const {
   const int i = axis_[0], j = axis_[1], k = axis_[2];
-  const double even = (i + 1) % 3 == j ? 1.0 : -1.0;  // of x, y, z in turn
+  const double even = (i + 1) % 3 == j ? 1.0 : -1.0;  // sign of the permutation of x, y, z
   const double c = std::hypot(R_BT(i, i), R_BT(i, j));
   Vector3d angle;
   angle[1] = std::atan2(even * R_BT(i, k), c);

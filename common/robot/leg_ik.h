@@ -13,7 +13,7 @@ namespace mimesis::robot {
 /// each: the hip above the ankle and least turned, or the other if that alone keeps the limits.
 class LegIk {
  public:
-  /// @throws ConfigError that says which joint does not fit
+  /// @throws ConfigError that names the joint that does not fit
   LegIk(const Biped& biped, Side side);
 
   using Vector6d = Eigen::Matrix<double, 6, 1>;
@@ -23,7 +23,7 @@ class LegIk {
     /// with the knee at `least_knee_bend_rad` from straight or its limit, the sole turned as asked.
     bool stretched = false;
     bool limited = false;   ///< a joint was cut to its limit
-    double bend_rad = 0.0;  ///< of the knee from straight, ≥ 0
+    double bend_rad = 0.0;  ///< angle of the knee from straight, ≥ 0
   };
   /// `X_BS`: sole in the pelvis.
   Result solve(const Eigen::Isometry3d& X_BS, double least_knee_bend_rad = 0.01) const;
@@ -51,7 +51,7 @@ class LegIk {
   double bends_ = 1.0;       ///< sense of bending, ±1
   double most_bend_ = 0.0;   ///< from straight to the limit [rad]
   double lengths_2_ = 0.0;   ///< squares of thigh and shank across the knee's axis [m²]
-  double product_ = 0.0;     ///< of thigh and shank across the knee's axis [m²]
+  double product_ = 0.0;     ///< product of thigh and shank, both across the knee's axis [m²]
 };
 
 }  // namespace mimesis::robot

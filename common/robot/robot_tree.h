@@ -57,7 +57,7 @@ class RobotTree {
 
   int find_link(std::string_view name) const;   ///< index, or -1
   int find_joint(std::string_view name) const;  ///< index into q, or -1
-  /// @throws ConfigError that names the robot and what is missing
+  /// @throws ConfigError that names the robot and the missing part
   int require_link(std::string_view name) const;
   int require_joint(std::string_view name) const;
   /// True if link `ancestor` is `link` or carries it.

@@ -20,8 +20,8 @@ extern "C" const char* __lsan_default_suppressions() { return "leak:liburdfdom\n
 namespace mimesis::robot {
 namespace {
 
-/// urdfdom reports what is wrong as log lines only: keeps its errors while it lives. The first
-/// says what is wrong, the later ones where.
+/// urdfdom reports errors as log lines only: this object keeps them while it lives. The first one
+/// is the error, the later ones its place.
 class Errors final : public console_bridge::OutputHandler {
  public:
   Errors() : previous_(console_bridge::getOutputHandler()) {

@@ -22,12 +22,12 @@ namespace mimesis::runtime {
 enum class Policy {
   latest,    ///< only the newest message; older ones are dropped and counted
   queue,     ///< the newest `depth`; older ones are dropped and counted
-  reliable,  ///< all of them; the publisher keeps what does not fit, and says so
+  reliable,  ///< all messages; the publisher keeps those that do not fit, and reports it
 };
 
 struct InOptions {
   Policy policy = Policy::latest;
-  std::size_t depth = 1;  ///< of Policy::queue
+  std::size_t depth = 1;  ///< length of the queue of Policy::queue
 };
 
 struct OutOptions {
@@ -38,9 +38,9 @@ struct OutOptions {
 struct Received {
   std::string payload;         ///< Protobuf wire format
   Time stamp{};                ///< graph time at which it was published
-  std::uint64_t seq = 0;       ///< of its publisher and topic, from 1
+  std::uint64_t seq = 0;       ///< number within its publisher and topic, from 1
   std::string source;          ///< name of the publishing node
-  std::uint64_t start_id = 0;  ///< tells that node from its predecessors; 0 in memory
+  std::uint64_t start_id = 0;  ///< distinguishes that node from its predecessors; 0 in memory
 };
 
 /// Counters of one input since the start.
@@ -85,18 +85,18 @@ using Handler = std::function<tl::expected<std::string, Status>(const std::strin
 class Outside {
  public:
   virtual ~Outside() = default;
-  /// True: there is no outside; open no device, and take what was recorded.
+  /// True in a replay: open no device, and take the recorded data.
   virtual bool replaying() const = 0;
-  /// Live: keeps what was just read; `name` says of what ("can"), for messages and tools.
+  /// Live: records data just read; `name` is its source ("can"), for messages and tools.
   virtual void record(std::string_view name, std::string_view bytes) = 0;
-  /// Replay: what was read at this place. Empty, and the replay stops with a line that says so, if
-  /// the log holds something else here.
+  /// Replay: data read at this place. Empty if the log holds something else here; the replay then
+  /// stops with a line.
   virtual std::string replay(std::string_view name) = 0;
   /// Bytes that go out, in both cases: recorded live, compared with the record in a replay.
   virtual void written(std::string_view name, std::string_view bytes) = 0;
 };
 
-/// Where nobody records.
+/// Implementation without a recorder.
 class LiveOutside final : public Outside {
  public:
   bool replaying() const override { return false; }
@@ -108,7 +108,7 @@ class LiveOutside final : public Outside {
 /// The node's connection to its graph: ZeroMQ in processes (`zmq_bus.h`), memory in tests
 /// (`common/testing/loopback.h`). A port's name is local to the node; the launch file (or --in,
 /// --out) wires it to a topic. Unwired outputs publish on NODE/PORT; unwired inputs receive nothing
-/// and say so.
+/// and log it.
 class Bus {
  public:
   virtual ~Bus() = default;
@@ -140,7 +140,7 @@ class Bus {
   virtual const std::string& directory() const = 0;
 };
 
-/// Bytes that `read()` brings from outside, or what it brought when the log was recorded.
+/// Bytes that `read()` reads from outside, or the recorded ones.
 template <class Read>
 std::string read_outside(Bus& bus, std::string_view name, Read read) {
   Outside& outside = bus.outside();
@@ -150,8 +150,8 @@ std::string read_outside(Bus& bus, std::string_view name, Read read) {
   return bytes;
 }
 
-/// As read_outside, for a plain value: a duration on the wall clock, whether a thread is done. Zero
-/// where a replay has nothing that fits.
+/// Like read_outside, for a plain value: a duration on the wall clock, whether a thread is done.
+/// Zero where a replay has nothing that fits.
 template <class T, class Read>
 requires std::is_trivially_copyable_v<T> T read_outside_value(Bus& bus, std::string_view name,
                                                               Read read) {

@@ -122,7 +122,7 @@ ZmqBus::Impl::Impl(BusOptions o)
     served_fds.push_back(zmq_fd(socket->handle()));
   }
   for (void* handle : peers.handles()) served_fds.push_back(zmq_fd(handle));
-  // Names of a start are unique: nobody reconnects to the socket of a predecessor.
+  // Names of a start are unique: no process reconnects to the socket of a predecessor.
   const std::string stem = "ipc://" + directory + "/" + options.name + "-" +
                            std::to_string(info.start_id() % 100'000'000);
   const auto bind = [&](ZmqSocket& socket, const char* suffix, int port_offset, auto& endpoints) {

@@ -20,12 +20,11 @@ namespace mimesis::runtime {
 struct ZmqBus::Impl {
   explicit Impl(BusOptions o);
 
-  /// Everything that others may want from this node now.
+  /// Serves all pending subscriptions and requests of other nodes.
   void serve();
   /// Waits for `deadline`, for a readable fd, or (`messages`) for a message to drain.
   enum class Woken { deadline, fd, message };
-  std::chrono::nanoseconds patience(
-      bool messages);  ///< how long one may sleep before looking again
+  std::chrono::nanoseconds patience(bool messages);  ///< longest sleep before the next look
   void serve_arrived();
   Woken wait(WallTime deadline, std::span<const int> fds, bool messages, void* reply = nullptr);
   void discover();
@@ -62,8 +61,8 @@ struct ZmqBus::Impl {
   std::set<std::pair<std::uint64_t, std::string>> said;  ///< mismatches, once per start
   std::vector<v1::Publication> published;
   Time tick{};
-  std::vector<int> served_fds;     ///< of the sockets that are always served
-  std::vector<pollfd> waiting_on;  ///< of the current wait
+  std::vector<int> served_fds;     ///< file descriptors of the sockets that are always served
+  std::vector<pollfd> waiting_on;  ///< descriptors of the current wait
   bool info_changed = true;
   bool drains_while_waiting = false;  ///< a queue could overflow in the socket between slow steps
   bool behind = false;                ///< flush() gave up

@@ -13,11 +13,11 @@
 
 namespace mimesis::runtime {
 
-/// Decides in lock-step who steps when and what the step sees. Time stands still until every
-/// participant has joined; then it advances to the earliest due time, all nodes due then step in
-/// parallel, and only when all have reported does it go on. What was published at time t is visible
-/// to steps after t, in the order (t, name of the publisher, publication): a function of the nodes
-/// alone, whatever the machine's speed. Pure: no sockets, no clock.
+/// Decides in lock-step which node steps when, and which messages the step sees. Time stands still
+/// until every participant has joined; then it advances to the earliest due time, all nodes due
+/// then step in parallel, and only when all have reported does it go on. Messages published at time
+/// t are visible to steps after t, in the order (t, name of the publisher, publication): a function
+/// of the nodes alone, whatever the machine's speed. Pure: no sockets, no clock.
 class Conductor {
  public:
   /// @param participants  names of the nodes without which time does not begin
@@ -25,20 +25,21 @@ class Conductor {
   Conductor(std::vector<std::string> participants, Time until);
 
   struct Go {
-    std::uint64_t start_id = 0;  ///< of the node it is for
+    std::uint64_t start_id = 0;  ///< id of the node it is for
     v1::StepGo message;
   };
 
-  /// A node wants to take part; it does from the next `advance` on.
+  /// A node joins; it takes part from the next `advance` on.
   void join(const v1::LockstepJoin& join);
-  /// A node is gone: nobody waits for it any more.
+  /// A node has gone: the conductor no longer waits for it.
   void leave(std::uint64_t start_id);
   void report(std::uint64_t start_id, const v1::StepReport& report);
 
-  /// The next steps; none while a step is running, a participant is missing or nobody is there.
+  /// The next steps; none while a step is running, a participant is missing or there is no
+  /// participant.
   std::vector<Go> advance();
 
-  Time time() const { return time_; }  ///< of the steps last let go
+  Time time() const { return time_; }  ///< time of the steps last released
   bool ended() const { return ended_; }
   /// Names of participants that have not joined yet.
   std::vector<std::string> missing() const;
@@ -65,7 +66,7 @@ class Conductor {
   std::uint64_t generation_ = 0;
   std::map<std::string, v1::LockstepJoin> joining_;  // by name
   std::map<std::uint64_t, Member> members_;          // by start_id
-  std::map<std::string, Published> reported_;        // of the running step, by name
+  std::map<std::string, Published> reported_;        // reports of the running step, by name
   std::map<std::pair<std::string, std::uint64_t>, v1::Publication> latched_;  // by topic, publisher
 };
 

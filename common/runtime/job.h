@@ -9,7 +9,7 @@ namespace mimesis::runtime {
 
 /// A long pure computation beside the steps. In lock-step it runs to its end inside `start`, so
 /// that the result does not depend on the machine's speed; otherwise on a thread of its own, and
-/// whether it is ready is recorded. A replay computes it when the record says that it was ready.
+/// whether it is ready is recorded. A replay computes it when it was ready in the record.
 template <class T>
 class Job {
  public:

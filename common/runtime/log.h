@@ -28,7 +28,7 @@ void error(fmt::format_string<Args...> format, Args&&... args) {
   log(Level::error, fmt::format(format, std::forward<Args>(args)...));
 }
 
-/// Lets one line through per period; counts what it held back. One per place that can flood.
+/// Passes one line per period and counts the suppressed ones. One per place that can flood.
 class Throttle {
  public:
   explicit Throttle(std::chrono::milliseconds period) : period_(period) {}

@@ -119,7 +119,8 @@ class SimClock final : public NodeClock {
   std::uint64_t overruns_ = 0;
 };
 
-/// A participant of lock-step time: the conductor says when to step and what the step sees.
+/// A participant of lock-step time: the conductor decides when it steps and which messages the step
+/// sees.
 class LockstepClock final : public NodeClock {
  public:
   LockstepClock(ZmqBus& bus, double rate_hz, double offset_s, int stop_fd)

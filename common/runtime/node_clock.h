@@ -10,7 +10,7 @@ namespace mimesis::runtime {
 /// Wiring that a node on the simulated clock needs, beside its own; before the bus is constructed.
 void add_clock_wiring(BusOptions& options);
 
-/// The graph's clock as one node sees it: tells when to step.
+/// The graph's clock for one node: decides when to step.
 class NodeClock {
  public:
   virtual ~NodeClock() = default;

@@ -5,8 +5,8 @@
 
 namespace mimesis::runtime {
 
-// Topics NODE/PORT on which the runtime tells about the process of a node, beside what the node
-// itself makes. They differ between runs that are equal otherwise.
+// Topics NODE/PORT on which the runtime reports about the process of a node, beside the node's own
+// outputs. They differ between runs that are equal otherwise.
 
 inline constexpr std::string_view kHealthPort = "health";  ///< v1.Health, once a second
 inline constexpr std::string_view kLogPort = "log";        ///< foxglove.Log

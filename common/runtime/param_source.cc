@@ -78,7 +78,7 @@ std::string flow(const std::vector<std::string>& values) {
   return "[" + out + "]";
 }
 
-/// Base of the two writers: the value as text and what is allowed, for a key.
+/// Base of the two writers: the value and its range as text, for a key.
 class Writer : public ParamVisitor {
  public:
   void operator()(std::string_view key, double& value, double lo, double hi) override {

@@ -61,7 +61,7 @@ class ParamReader final : public ParamVisitor {
   const Variables& variables_;
   std::map<std::string, Yaml, std::less<>> sets_;  // by path; scalars
   std::set<std::string, std::less<>> used_sets_;
-  std::vector<std::string> paths_;  // of all keys visited
+  std::vector<std::string> paths_;  // paths of all keys visited
   std::vector<Mistake> mistakes_;
   // The map being read:
   const Yaml* map_ = nullptr;
@@ -71,8 +71,7 @@ class ParamReader final : public ParamVisitor {
 
 using VisitParams = std::function<void(ParamVisitor&)>;
 
-/// Where a node's parameters come from: a section of a YAML file, then --set, the last of which
-/// wins.
+/// Source of a node's parameters: a section of a YAML file, then --set; the last one wins.
 class ParamSource {
  public:
   /// @param reference "" (defaults only), "FILE", or "FILE#KEY.KEY" for a section of a file, such
@@ -105,7 +104,7 @@ class ParamSource {
 
  private:
   Yaml document_;
-  const Yaml* section_ = nullptr;  // of document_, null if empty
+  const Yaml* section_ = nullptr;  // part of document_, null if empty
   std::vector<std::string> args_;
   std::vector<std::pair<std::string, std::string>> sets_;
 };

@@ -8,8 +8,8 @@
 
 namespace mimesis::runtime {
 
-/// Untyped half of the input ports: parses, rejects what is malformed or not finite, remembers the
-/// newest.
+/// Untyped half of the input ports: parses, rejects malformed and non-finite messages, remembers
+/// the newest.
 class InPort {
  public:
   InPort(Bus& bus, std::string_view port, const google::protobuf::Message& prototype,
@@ -23,7 +23,7 @@ class InPort {
   const google::protobuf::Message* newest();
   /// Next valid message in order of arrival, moved into `out`; false if there is none.
   bool next(google::protobuf::Message& out);
-  Time newest_stamp_{};  ///< of newest()
+  Time newest_stamp_{};  ///< stamp of newest()
   bool unseen_ = false;  ///< newest() changed since the last take
 
  private:
@@ -72,7 +72,7 @@ class Queue : private InPort {
   }
 };
 
-/// Events none of which may be lost.
+/// Events that must not be lost.
 template <class M>
 class Reliable : private InPort {
  public:

@@ -13,7 +13,7 @@ constexpr int kReliableHighWater = 64;
 // Per topic; whichever is reached first.
 constexpr std::size_t kBacklogMessages = 100'000;
 constexpr std::size_t kBacklogBytes = std::size_t{128} << 20U;
-// A subscriber that takes nothing for so long, once the bound was reached, is stuck.
+// A subscriber that takes nothing for this long, once the bound was reached, is stuck.
 constexpr std::chrono::milliseconds kStuck(500);
 // Long enough for the last words of a node that stops, short enough for one whose peer is stuck.
 constexpr int kLinger_ms = 1000;
@@ -149,7 +149,7 @@ void Publisher::on_subscription(std::string_view message, bool reliable) {
   Frame payload = topic.last.payload.share();
   if (!reliable) {
     send_frames(data_, header, payload);
-  } else if (topic.waiting.empty()) {  // else it comes anyway
+  } else if (topic.waiting.empty()) {  // otherwise it is sent later
     enqueue(topic, std::move(header), std::move(payload));
   }
 }

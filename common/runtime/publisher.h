@@ -23,7 +23,7 @@ class Publisher {
   struct Topic {
     struct Waiting {
       Frame header, payload;
-      std::size_t size = 0;  ///< of the payload, which sending takes away [bytes]
+      std::size_t size = 0;  ///< size of the payload, which sending takes away [bytes]
     };
     std::string frame;  ///< first frame, its header rewritten for every message
     std::uint64_t hash = 0, seq = 0;

@@ -42,7 +42,7 @@ class GraphView {
   std::unique_ptr<Impl> impl_;
 };
 
-/// A message of any topic with what is needed to decode it.
+/// A message of any topic with the data needed to decode it.
 struct Tapped {
   std::string topic;
   std::string type;  ///< full Protobuf name
@@ -50,7 +50,7 @@ struct Tapped {
   Received message;
   Time tick{};  ///< graph time of the publishing step; 0 outside lock-step
   const v1::NodeInfo* publisher =
-      nullptr;  ///< as it described itself last; valid until the next call
+      nullptr;  ///< the node's latest description; valid until the next call
 };
 
 /// Receives topics without compiled types: tools, recorder, results of a launch. Follows nodes that

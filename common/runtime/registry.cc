@@ -25,8 +25,8 @@ namespace {
 
 constexpr std::size_t kMaxName = 64;
 
-/// Creates `path` for this user alone, or checks that it is: whoever can write there can command
-/// the robot.
+/// Creates `path` for this user alone, or checks that it is: write access there is command of the
+/// robot.
 void private_directory(const std::string& path) {
   if (mkdir(path.c_str(), 0700) != 0 && errno != EEXIST) {
     throw ConfigError("cannot create " + path + ": " + std::strerror(errno));
@@ -99,8 +99,8 @@ std::optional<v1::NodeInfo> read_info(const std::string& path, const std::string
   return info;
 }
 
-/// Removes the entry of a dead node and its sockets; whoever takes the name meanwhile is left
-/// alone.
+/// Removes the entry of a dead node and its sockets; a process that takes the name meanwhile keeps
+/// it.
 void clean(const std::string& directory, const std::string& name) {
   const int fd = open((directory + "/." + name).c_str(), O_RDWR | O_CLOEXEC);
   if (fd < 0) return;
@@ -186,7 +186,7 @@ RegistryEntry::RegistryEntry(std::string directory, std::string name) {
     }
     std::this_thread::sleep_for(2ms);
   }
-  unlink(path_.c_str());  // of a predecessor that died
+  unlink(path_.c_str());  // file of a predecessor that died
 }
 
 RegistryEntry::~RegistryEntry() {

@@ -21,8 +21,8 @@ void check_topic(std::string_view topic);
 /// Random, never 0.
 std::uint64_t new_start_id();
 
-/// A node's claim to its name: a lock on GRAPH/nodes/.NAME for the life of the process, whatever
-/// ends it, and its NodeInfo in GRAPH/nodes/NAME, replaced atomically.
+/// A node's claim to its name: a lock on GRAPH/nodes/.NAME for the life of the process, however it
+/// ends, and its NodeInfo in GRAPH/nodes/NAME, replaced atomically.
 class RegistryEntry {
  public:
   /// @throws ConfigError if a live process holds the name.
@@ -53,7 +53,7 @@ class Registry {
   Registry(const Registry&) = delete;
   Registry& operator=(const Registry&) = delete;
 
-  /// Changes since the last call. Removes what dead nodes left behind.
+  /// Changes since the last call. Removes files of dead nodes.
   std::vector<RegistryChange> poll();
   /// Readable when `poll` has work; -1 without inotify.
   int fd() const { return inotify_; }

@@ -135,7 +135,7 @@ int run_replay(const BusOptions& options, int fd, AnyNode& node) {
     v1::ReplayOutcome outcome = bus.end();
     outcome.set_failed(failed);
     if (failed) outcome.set_problem(failure);
-    take_log_lines();  // nobody publishes them here
+    take_log_lines();  // not published here
     if (!write_packet(fd, outcome)) break;
   }
   node.stop(Time(0));  // before the bus that its ports refer to

@@ -16,7 +16,7 @@ class MessageLite;
 
 namespace mimesis::runtime {
 
-/// Runs `node` step by step as the process at the other end of the stream socket `fd` says
+/// Runs `node` step by step on commands of the process at the other end of the stream socket `fd`
 /// (v1.ReplayStep in, v1.ReplayOutcome out). Returns the exit code: 0 at the end of the stream.
 int run_replay(const BusOptions& options, int fd, AnyNode& node);
 
@@ -26,7 +26,7 @@ bool write_packet(int fd, const google::protobuf::MessageLite& message);
 /// False at the end of the stream, or if what arrives is no such message.
 bool read_packet(int fd, google::protobuf::MessageLite& message);
 
-/// A bus that gives a node what a recorded step took and collects what the node makes of it. No
+/// A bus that gives a node the recorded inputs of a step and collects the node's outputs. No
 /// sockets, no other nodes, no outside.
 class ReplayBus final : public Bus {
  public:
@@ -37,7 +37,7 @@ class ReplayBus final : public Bus {
 
   /// The step to come: its messages wait at the inputs, its requests are answered now.
   void begin(const v1::ReplayStep& step);
-  /// The node's actions since `begin`; says if it took or read less than the record holds.
+  /// The node's actions since `begin`, with a note if it took or read less than the record holds.
   v1::ReplayOutcome end();
 
   std::unique_ptr<InChannel> subscribe(std::string_view port,
@@ -78,7 +78,7 @@ class ReplayBus final : public Bus {
   ReplayedOutside outside_;
   std::map<std::string, std::shared_ptr<Pending>, std::less<>> inputs_;  ///< by port
   std::map<std::string, Handler, std::less<>> services_;
-  std::deque<v1::OutsideBytes> reads_;  ///< of this step, not yet read
+  std::deque<v1::OutsideBytes> reads_;  ///< bytes of this step, not yet read
   v1::ReplayOutcome outcome_;
 };
 

@@ -19,7 +19,7 @@ class SelfReport {
   explicit SelfReport(ZmqBus& bus);
 
   void step_begins() { began_ = std::chrono::steady_clock::now(); }
-  /// Publishes what is due. `overruns`: since the start.
+  /// Publishes reports that are due. `overruns`: since the start.
   void step_ended(Time now, std::uint64_t overruns);
   /// The lines logged since the last step.
   void publish_log(Time now);

@@ -67,7 +67,7 @@ std::unique_ptr<NodeClock> make_clock(ClockKind kind, ZmqBus& bus, const AnyNode
   return nullptr;
 }
 
-/// How long a node that moves something may go on stepping after it was asked to stop.
+/// Longest time that a node that moves something may continue to step after it was asked to stop.
 constexpr std::chrono::milliseconds kRestGrace(1500);
 
 /// Steps until asked to stop and at rest; the exit code.
@@ -98,7 +98,7 @@ int step_until_stopped(AnyNode& node, NodeClock& clock, SelfReport& report, Step
 }
 
 struct EffectiveParams {
-  std::string all;      ///< as YAML
+  std::string all;      ///< all parameters as YAML
   std::string changed;  ///< one line: what differs from the defaults
 };
 

@@ -31,7 +31,7 @@ class AnyNode {
     return 0.0;
   }                                     ///< 0: moves no robot; may throw ConfigError
   virtual void set_rate_hz(double) {}   ///< to that of the robot
-  virtual double offset_s() const = 0;  ///< of the first step within the period
+  virtual double offset_s() const = 0;  ///< time of the first step within the period
 };
 
 /// Parses the command line, loads parameters, joins the graph, steps at the node's rate on the
@@ -41,7 +41,7 @@ int run(int argc, char** argv, const NodeAbout& about, AnyNode& node);
 
 /// `Node` has: `using Params` (with `rate_hz`, optionally `offset_s`, and `visit`), a constructor
 /// `(const Params&, Bus&)`, `step(Time)`, optionally `stop(Time) noexcept`, and `bool at_rest()
-/// const` if it should go on stepping (for 1.5 s at most) after a stop request until it is.
+/// const` if it should continue to step (for 1.5 s at most) after a stop request until it is.
 /// `Params` of a node that moves a robot also has `double robot_rate_hz() const`: the robot's file
 /// owns the rate, so `rate_hz` becomes it, and another one that is given is refused.
 template <class Node>

@@ -49,15 +49,15 @@ class ServiceClient {
   std::uint64_t number_ = 0;
 };
 
-/// Nodes on other hosts, reached by the address of their service socket. Each is asked for its
-/// NodeInfo until it answers, and then twice a second: silence means that it is gone, a new
+/// Nodes on other hosts, reached by the address of their service socket. Each gets requests of its
+/// NodeInfo until it answers, and then twice a second: silence means that it has ended, a new
 /// start_id that it has restarted.
 class Peers {
  public:
   /// @throws ConfigError unless every address is tcp://HOST:PORT.
   Peers(ZmqContext& context, const std::vector<std::string>& addresses);
 
-  /// Changes since the last call; asks again where it is time. `self`: this node, told to the
+  /// Changes since the last call; sends requests that are due. `self`: this node, announced to the
   /// peers.
   std::vector<RegistryChange> poll(const v1::NodeInfo& self);
   std::vector<void*> handles() const;

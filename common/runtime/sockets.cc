@@ -70,7 +70,7 @@ bool PacketSocket::send(std::string_view packet) const {
 }
 
 PacketSocket::Result PacketSocket::receive(std::string& packet) const {
-  // The length first: packets are not limited by a buffer of ours.
+  // The length first: packets are not limited by a buffer of this process.
   ssize_t size = 0;
   do {
     size = recv(fd_, nullptr, 0, MSG_PEEK | MSG_TRUNC | MSG_DONTWAIT);
@@ -78,7 +78,7 @@ PacketSocket::Result PacketSocket::receive(std::string& packet) const {
   if (size < 0) {
     return errno == EAGAIN || errno == EWOULDBLOCK ? Result::nothing : Result::closed;
   }
-  if (size == 0) return Result::closed;  // packets of ours are never empty
+  if (size == 0) return Result::closed;  // packets of Mimesis are never empty
   packet.resize(static_cast<std::size_t>(size));
   return recv(fd_, packet.data(), packet.size(), MSG_DONTWAIT) == size ? Result::packet
                                                                        : Result::closed;

@@ -14,7 +14,7 @@
 
 namespace mimesis::runtime {
 
-/// A Unix socket that keeps packets whole and tells at once when the other process dies:
+/// A Unix socket that keeps packets whole and reports at once when the other process dies:
 /// lock-step's path, four times faster than ZeroMQ's (reference/transport.md).
 class PacketSocket {
  public:
@@ -24,9 +24,9 @@ class PacketSocket {
   PacketSocket(PacketSocket&& other) noexcept : fd_(other.fd_) { other.fd_ = -1; }
   PacketSocket& operator=(PacketSocket&& other) noexcept;
 
-  /// Replaces what is at `path`. @throws ConfigError naming the path.
+  /// Replaces a file at `path`. @throws ConfigError naming the path.
   static PacketSocket listen(const std::string& path);
-  /// Not valid() if nobody listens there.
+  /// Not valid() if no process listens there.
   static PacketSocket connect(const std::string& path);
   /// Next connection of a listener; not valid() if there is none.
   PacketSocket accept() const;
@@ -97,10 +97,10 @@ class ZmqSocket {
   void connect(const std::string& endpoint);
   void disconnect(const std::string& endpoint);
 
-  /// False if it would block (or nobody is there to take it).
+  /// False if it would block (or there is no receiver).
   bool send(Frame& frame, bool more);
   bool receive(Frame& frame);
-  /// Discards the remaining frames of a message of which `frame` was read.
+  /// Discards the remaining frames of a message whose `frame` was read.
   void skip_rest(const Frame& frame);
   void* handle() const { return handle_; }
 
@@ -121,12 +121,12 @@ class SubSocket {
 
   void subscribe(const std::string& topic);  ///< idempotent
   void connect(std::uint64_t publisher, const std::string& endpoint);
-  /// The publisher is gone. The connection is closed a little later: its last words may be on their
-  /// way.
+  /// The publisher has ended. The connection is closed a little later, because its last messages
+  /// may be in transit.
   void retire(std::uint64_t publisher);
   bool connected(std::uint64_t publisher) const { return endpoints_.contains(publisher); }
 
-  /// Next well-formed message; false if none is there now.
+  /// Next well-formed message; false if there is none now.
   bool receive(Incoming& incoming);
   std::uint64_t malformed() const { return malformed_; }
   void* handle() const { return socket_.handle(); }

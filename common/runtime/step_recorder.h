@@ -10,7 +10,7 @@
 
 namespace mimesis::runtime {
 
-/// Collects what the steps of a node consume and do, for NODE/steps. Allocates nothing once its
+/// Collects inputs and actions of a node's steps, for NODE/steps. Allocates nothing once its
 /// buffers have grown.
 class StepRecorder {
  public:

@@ -7,7 +7,7 @@ namespace {
 constexpr int kDataHighWater = 32;
 constexpr int kReliableHighWater = 64;
 constexpr int kDrainMessages = 20'000;           // at most, so that a flood cannot stop the node
-constexpr std::size_t kReliableDepth = 200'000;  // of an input nobody reads
+constexpr std::size_t kReliableDepth = 200'000;  // limit for an input that nobody reads
 }  // namespace
 
 bool Input::fresh(std::uint64_t start_id, std::uint64_t seq) {

@@ -14,7 +14,7 @@
 
 namespace mimesis::runtime {
 
-/// One input port: applies the policy, counts what is lost and dropped.
+/// One input port: applies the policy, counts lost and dropped messages.
 class Input {
  public:
   Input(std::string topic, std::uint64_t type_hash, const InOptions& options)
@@ -67,13 +67,13 @@ class Subscriber {
  private:
   struct Known {
     std::string name;
-    bool member = false;  ///< of the lock-step
+    bool member = false;  ///< member of the lock-step
   };
   bool drain(SubSocket& socket, bool reliable);
   void dispatch(const Incoming& incoming, Frame& payload, bool reliable);
   bool uses_reliable_socket(const Input& input) const;
 
-  std::uint64_t own_;  // start_id of this node, which does not hear itself
+  std::uint64_t own_;  // start_id of this node, whose own messages are ignored
   SubSocket data_, reliable_;
   bool lockstep_;
   std::map<std::string, std::vector<std::shared_ptr<Input>>, std::less<>> inputs_;

@@ -15,10 +15,10 @@ namespace mimesis::runtime {
 /// Header before every payload on the wire, after the topic and a NUL: five little-endian 64-bit
 /// words.
 struct WireHeader {
-  std::uint64_t seq = 0;        ///< of this publisher and topic, from 1 [1]
+  std::uint64_t seq = 0;        ///< number within this publisher and topic, from 1 [1]
   Time stamp{};                 ///< graph time of the content
   std::uint64_t type_hash = 0;  ///< type_hash() of the payload's type
-  std::uint64_t start_id = 0;   ///< of the publishing process
+  std::uint64_t start_id = 0;   ///< start id of the publishing process
   std::uint64_t tick = 0;       ///< graph time of the publishing step [ns], 0 outside lock-step
 };
 
@@ -31,7 +31,7 @@ struct WireMessage {
 std::string encode_frame(std::string_view topic, const WireHeader& header);
 /// Overwrites the header in a frame of encode_frame: no allocation per message.
 void rewrite_header(std::string& frame, const WireHeader& header);
-/// Nothing if `frame` is not what encode_frame makes (any bytes are safe to pass).
+/// Empty if `frame` is not a result of encode_frame (any bytes are safe to pass).
 std::optional<WireMessage> decode_frame(std::string_view frame);
 
 /// Exactly `message.ByteSizeLong()` bytes, asked before; maps in sorted order, so that equal runs
@@ -42,8 +42,8 @@ void serialise(const google::protobuf::Message& message, void* out, std::size_t 
 std::string subscription(std::string_view topic);
 
 /// Subscription by which a subscriber names itself to publishers. It sorts behind every topic, and
-/// ZeroMQ sends subscriptions to a new connection in sorted order: who has seen it has seen them
-/// all.
+/// ZeroMQ sends subscriptions to a new connection in sorted order: a publisher that has seen it has
+/// seen them all.
 std::string hello(std::uint64_t start_id);
 /// start_id of a hello, or nothing.
 std::optional<std::uint64_t> decode_hello(std::string_view subscription);

@@ -16,18 +16,18 @@ struct Place {
 /// "file:line:col", or the file alone if the line is 0.
 std::string to_string(const Place& place);
 
-/// One value of a YAML file with its position. Scalars stay text until somebody who knows the
-/// expected type reads them: so `no` can be a word, and `010` never becomes 8.
+/// One value of a YAML file with its position. Scalars stay text until they are read with an
+/// expected type: so `no` can be a word, and `010` never becomes 8.
 struct Yaml {
   enum class Kind { empty, scalar, sequence, map };
   struct Entry;
 
   Kind kind = Kind::empty;
   Place place;
-  std::string text;            ///< of a scalar
+  std::string text;            ///< text of a scalar
   bool quoted = false;         ///< scalar in quotes, or a block of text
-  std::vector<Yaml> items;     ///< of a sequence
-  std::vector<Entry> entries;  ///< of a map, in the order of the file
+  std::vector<Yaml> items;     ///< items of a sequence
+  std::vector<Entry> entries;  ///< entries of a map, in the order of the file
 
   /// Value of `key` in a map; null if absent or if this is no map.
   const Yaml* find(std::string_view key) const;
@@ -39,7 +39,7 @@ struct Yaml {
 
 struct Yaml::Entry {
   std::string key;
-  Place place;  ///< of the key
+  Place place;  ///< position of the key
   Yaml value;
 };
 

@@ -16,7 +16,7 @@ namespace mimesis::runtime {
 enum class ClockKind { wall, sim, lockstep };
 
 struct BusOptions {
-  std::string name;   ///< of the node: letters, digits, _ and -
+  std::string name;   ///< name of the node: letters, digits, _ and -
   std::string graph;  ///< empty: graph_name()
   ClockKind clock = ClockKind::wall;
   std::map<std::string, std::string, std::less<>> in, out;  ///< wiring: port -> topic
@@ -28,13 +28,13 @@ struct BusOptions {
 class RawOut {
  public:
   virtual ~RawOut() = default;
-  /// As OutChannel::send.
+  /// Like OutChannel::send.
   virtual void send_raw(std::string_view payload, Time stamp) = 0;
   virtual std::size_t subscribers() const = 0;
 };
 
 /// The bus of real processes, over ZeroMQ (docs/architecture.md). Single-threaded: everything
-/// happens inside the calls below, so whoever owns it must call `wait` or `drain` regularly.
+/// happens inside the calls below, so its owner must call `wait` or `drain` regularly.
 class ZmqBus final : public Bus {
  public:
   using WallTime = std::chrono::system_clock::time_point;
@@ -72,30 +72,30 @@ class ZmqBus final : public Bus {
   /// Serves discovery, services and late joiners until `deadline` or until one of `fds` is
   /// readable; true in the second case.
   bool wait(WallTime deadline, std::span<const int> fds = {});
-  /// As `wait`, but until a message can be drained; true then.
+  /// Like `wait`, but only until a message can be drained; true then.
   bool wait_message(WallTime deadline);
   /// Moves what has arrived to the inputs. In lock-step use `deliver`.
   void drain();
 
   /// Lock-step: the step at `tick` begins. Makes exactly `visible` appear at the inputs, in this
-  /// order; waits for what is still on its way, but not for publishers that died.
+  /// order; waits for messages in transit, but not for publishers that died.
   void deliver(Time tick, const google::protobuf::RepeatedPtrField<v1::Publication>& visible);
   /// Lock-step: waits (at most 2 s) until every live lock-step node wired to this one's outputs has
   /// connected, and lets held messages go.
   void connect_members();
-  /// Lock-step: what was published since the last call.
+  /// Lock-step: messages published since the last call.
   std::vector<v1::Publication> take_published();
   /// Lock-step: waits until no reliable subscriber is behind; gives up after 5 s without progress.
   void flush();
 
   std::vector<v1::NodeInfo> known_nodes() const;  ///< alive, without this one, by name
-  const v1::NodeInfo& info() const;               ///< of this node
+  const v1::NodeInfo& info() const;               ///< description of this node
   std::vector<v1::InputHealth> input_health(Time now) const;
   std::uint64_t sent() const;           ///< messages since the start
   std::uint64_t backlog() const;        ///< messages waiting for reliable subscribers
-  std::uint64_t backlog_bytes() const;  ///< of their payloads
+  std::uint64_t backlog_bytes() const;  ///< size of their payloads
   std::uint64_t overflow() const;       ///< messages a stuck reliable subscriber has missed
-  std::uint64_t malformed() const;      ///< received frames that were no messages of ours
+  std::uint64_t malformed() const;      ///< received frames that were no messages of Mimesis
 
  private:
   LiveOutside outside_;

@@ -18,7 +18,7 @@ class Loopback final : public runtime::Bus {
   /// Settings that a test may change.
   struct Options {
     bool lockstep;
-    runtime::Outside* outside;  ///< null: nobody records
+    runtime::Outside* outside;  ///< null: nothing is recorded
   };
   Loopback() : Loopback({.lockstep = true, .outside = nullptr}) {}
   explicit Loopback(const Options& options);

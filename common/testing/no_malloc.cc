@@ -15,7 +15,7 @@ extern "C" void* __libc_realloc(void*, std::size_t);
 
 void refuse() {
   if (guards == 0) return;
-  guards = 0;  // so that the abort itself may allocate
+  guards = 0;  // the abort itself may allocate
   static constexpr char kLine[] = "NoMalloc: an allocation where none is allowed\n";
   [[maybe_unused]] const auto written = write(STDERR_FILENO, kLine, sizeof kLine - 1);
   std::abort();

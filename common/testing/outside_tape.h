@@ -7,8 +7,8 @@
 
 namespace mimesis::testing {
 
-/// Keeps what a node exchanges with the outside; after `rewind` gives it back to a second instance
-/// of the node.
+/// Keeps the data that a node exchanges with the outside; after `rewind` gives it to a second
+/// instance of the node.
 class OutsideTape final : public runtime::Outside {
  public:
   struct Entry {

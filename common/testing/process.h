@@ -79,7 +79,7 @@ class TestNode {
   /// Instead of `open`, for a TestNode constructed with `lockstep`: time (node mimesis_clock, with
   /// this node among its participants) then stands still but in `until`, however busy the machine.
   void open_lockstep(double rate_hz, double offset_s = 0.0);
-  /// Serves the bus until `done()`; false after `timeout`, of graph time. `done` is asked whenever
+  /// Serves the bus until `done()`; false after `timeout`, of graph time. `done` is called whenever
   /// messages have arrived and at least every 2 ms; in lock-step once a step.
   bool until(const std::function<bool()>& done, std::chrono::milliseconds timeout = 10s);
   /// Next message of a Queue or Reliable port.
@@ -89,13 +89,13 @@ class TestNode {
     until([&] { return (message = port.pop()).has_value(); }, timeout);
     return message;
   }
-  /// Until somebody listens to `out`: what is sent before is lost, as on any publisher.
+  /// Waits until `out` has a subscriber: earlier messages are lost, as on any publisher.
   template <class Out>
   bool wait_subscriber(Out& out, std::chrono::milliseconds timeout = 10s) {
     return until([&] { return out.subscribers() > 0; }, timeout);
   }
   static runtime::Time now();        ///< wall time
-  runtime::Time graph_time() const;  ///< of the step in lock-step, else wall time
+  runtime::Time graph_time() const;  ///< time of the step in lock-step, else wall time
 
  private:
   bool until_in_lockstep(const std::function<bool()>& done, runtime::Time timeout);

@@ -28,7 +28,7 @@ using State = Eigen::Matrix<double, kAgents + 1, 1>;
 
 std::span<const double> headings(const State& x) { return {x.data(), kAgents}; }
 
-/// No common step cycle: everybody has a frequency of their own, of ±`uneven`.
+/// No common step cycle: every agent has its own frequency, within ±`uneven`.
 struct Group {
   HeadingRule rule;
   double uneven = 0.0;
@@ -61,7 +61,7 @@ State start(std::mt19937_64& draw) {
 }
 
 struct Seen {
-  double share = 0.0;     ///< of 500 starts that agree
+  double share = 0.0;     ///< share of 500 starts that agree
   double rate_1_s = 0.0;  ///< median of the first 60
 };
 
@@ -87,7 +87,7 @@ Seen agree(const Group& group) {
   return {double(agreed) / kStarts, median(rates)};
 }
 
-/// Rows: t, then ψᵢ (unwrapped), then x, y of everybody, then χ.
+/// Rows: t, then ψᵢ (unwrapped), then x, y of every agent, then χ.
 Data course(const std::string& name, const Group& group, double seconds) {
   std::mt19937_64 draw(29);
   State x = start(draw);

@@ -3,8 +3,9 @@
 
 namespace mimesis::crowd {
 
-/// Two streams that cross at right angles, 0.25 agents/m², everybody on a lane, steps in synchrony
-/// by mean field, spacing by step frequency and length: every rule at once. Steps of 1/60 s.
+/// Two streams that cross at right angles, 0.25 agents/m², every agent on a lane, steps in
+/// synchrony by mean field, spacing by step frequency and length: every rule at once. Steps of 1/60
+/// s.
 Crowd crossing_crowd(int n);
 
 /// Everybody to the opposite place of a disc, 0.25 agents/m².
@@ -13,10 +14,10 @@ Crowd circle_crowd(int n);
 /// A formation without navigation: rules I, II and III by mean fields.
 Crowd formation_crowd(int n);
 
-/// On a circle of 40 m, everybody to the opposite place. Steps of 20 ms, as of the next.
+/// On a circle of 40 m, every agent to the opposite place. Steps of 20 ms, like the next ones.
 Crowd ring_crowd(int n);
 
-/// Pairs 10 m apart who want to change places, exactly head on.
+/// Pairs 10 m apart that change places, exactly head on.
 Crowd head_on_crowd(int pairs);
 
 /// Agents within a distance of their goals.

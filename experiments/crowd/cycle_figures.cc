@@ -118,7 +118,7 @@ void plot(const std::filesystem::path& png, const std::string& title, const Cycl
           r + "$cycle using 3:4 with lines lc 2 lw 3 title 'attractor'\nunset multiplot");
 }
 
-/// What remains of a distance after the upper half, the lower half, and a turn.
+/// Rows for the factors of a distance over the upper half, the lower half, and a turn.
 void rows_of(const Cycle& cycle, Report& report) {
   double worst = 0.0;
   for (const double from : kFrom) {

@@ -1,4 +1,4 @@
-// Nobody overlaps, everybody arrives.
+// No agents overlap, all arrive.
 #include <algorithm>
 #include <string>
 

@@ -46,7 +46,7 @@ Rules ordering(int n, double length_1_m, double phase_1_s) {
   return rules;
 }
 
-/// Out of disorder: who is in whose way gets around him first.
+/// From disorder: agents in each other's way walk round each other first.
 FormationRun sixteen() {
   FormationRun run{square(4), walk(), {}, 90.0, 3};
   run.group.start = {.arrangement = Arrangement::box, .length_m = 9.0, .width_m = 7.0};

@@ -35,7 +35,7 @@ std::vector<Agent> agents_of(const FormationRun& run) {
   return agents;
 }
 
-/// The crowd and what is measured of it; the path is W's x axis.
+/// The crowd and its measured quantities; the path is W's x axis.
 class Watch {
  public:
   explicit Watch(const FormationRun& run)

@@ -38,8 +38,8 @@ struct FormationOutcome {
   double formed_s = 0.0;              ///< from when on they were, NaN if not at the end
   double certified_error_m = 0.0;     ///< largest error from the certified time on
   double length_rate_1_s = 0.0;       ///< measured decay of the formation error at the end
-  double phase_rate_1_s = 0.0;        ///< of the dispersion
-  double expected_length_1_s = 0.0;   ///< of the certificate
+  double phase_rate_1_s = 0.0;        ///< decay rate of the dispersion
+  double expected_length_1_s = 0.0;   ///< expected rate of the step lengths, from the certificate
   double expected_phase_1_s = 0.0;
   double least_distance_m = 0.0;  ///< between centres, while a stage avoids
   int overlapping = 0;            ///< agent-steps with overlap, while a stage avoids

@@ -188,7 +188,7 @@ Report divergence(const PlotDir& dir) {
               (data.empty() ? " title 'exp(|m_d|⟨g⟩λ_max t)'" : " notitle");
     data.push_back(std::move(d));
   }
-  // the same start with the other sign comes together
+  // with the other sign the agents of this start come together
   report.rows.push_back(near("all_to_all of 5, m_d⟨g⟩ = +0.5/s: rate, m_d⟨g⟩λ⁺",
                              measured(Topology::all_to_all, 5, 0.5 / kMean_m_rad, 8.0, 1.0), 2.5,
                              0.025, "1/s"));

@@ -23,7 +23,7 @@ struct FrequencyRun {
   State tied(const std::vector<double>& phi_rad) const;
   void step(State& x, double dt_s) const;  ///< RK4
   double error_m(const State& x) const;    ///< max − min of z − d
-  /// max − min of φ. Of tied agents it decays as the error does, without g's swing in front.
+  /// max − min of φ. For tied agents it decays like the error, without the swing of g in front.
   static double phase_error_rad(const State& x) {
     return x.col(0).maxCoeff() - x.col(0).minCoeff();
   }

@@ -16,16 +16,16 @@ struct HopfTrials {
   double k_1_s = 1.0;
   int trials = 60;
   double until_s = 30.0;     ///< longest; a trial ends when R has left the window
-  double dt_s = 0.02;        ///< of RK4, smaller where the coupling is stiff
-  double omega_rad_s = 6.0;  ///< of every oscillator
+  double dt_s = 0.02;        ///< step of RK4, smaller where the coupling is stiff
+  double omega_rad_s = 6.0;  ///< angular frequency of every oscillator
   double sample_s = 0.1;     ///< between points of the mean curve
   bool curve = false;        ///< keep it; all trials then last `until_s`
 };
 
 struct HopfOutcome {
-  std::vector<double> rate_1_s;    ///< of those trials that decayed
+  std::vector<double> rate_1_s;    ///< rates of the trials that decayed
   int synchronised = 0;            ///< R < 1e-3 at some time
-  std::vector<double> time_s;      ///< of the curve
+  std::vector<double> time_s;      ///< times of the curve
   std::vector<double> mean_log_r;  ///< mean over trials of ln R
   std::vector<double> mean_r;      ///< mean over trials of R, as M18 has it
 };

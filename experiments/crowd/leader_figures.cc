@@ -108,7 +108,7 @@ double dispersion_after(double k, double alpha, int cycles) {
   return sum;
 }
 
-/// As in the movies: uncoupled, coupled, the leader is pushed, a member is pushed.
+/// Stages as in the movies: uncoupled, coupled, the leader is pushed, a member is pushed.
 constexpr double kCoupled_s = 6.0, kLeader_s = 36.0, kMember_s = 66.0, kEnd_s = 90.0;
 
 Data scene() {

@@ -27,7 +27,7 @@ constexpr double kFactors[] = {0.05, 0.1, 0.25, 1.0, 2.0};
 struct Case {
   Topology topology;
   int n;
-  double amplitude;  ///< of g
+  double amplitude;  ///< amplitude of g
 };
 
 double most_lambda(const Case& c) { return extremes(c.topology, c.n).most; }
@@ -58,7 +58,7 @@ FrequencyRun::State start(const FrequencyRun& run, std::mt19937_64& draw) {
 }
 
 struct Seen {
-  double share = 0.0;   ///< of starts whose error has fallen to a thousandth
+  double share = 0.0;   ///< share of starts whose error has fallen to a thousandth
   double time_s = 0.0;  ///< mean time until then, of those that have
 };
 

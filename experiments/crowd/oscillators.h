@@ -46,8 +46,8 @@ struct WarpedCycle {
 
 /// ρ̇ of an Andronov-Hopf oscillator in inverted squared radius ρ = 1/r², warped to another cycle:
 /// ρ̇ = α(φ) (F(φ) − ρ) + φ̇ dF/dφ [M18 eq. 4.48, 4.49, 4.51; 4.48 is dρ/dφ, where its ω belongs to
-/// the first term]. Then ρ − F decays as exp(−∫α dt), whatever φ does: the phases may be coupled by
-/// rule III and the whole contracts if they do.
+/// the first term]. Then ρ − F decays as exp(−∫α dt), for any φ: the phases may be coupled by rule
+/// III and the whole contracts if they do.
 inline double warped_rate(const WarpedCycle& cycle, double phi_rate_rad_s, double rho) {
   return cycle.gain_1_s * (cycle.rho - rho) + phi_rate_rad_s * cycle.slope;
 }

@@ -23,7 +23,8 @@ using reproduce::near;
 using reproduce::Report;
 using PlotDir = std::optional<std::filesystem::path>;
 
-constexpr double kLong_m = 1.25, kShort_m = 0.8;  // of area π: the circle's, by an equi-affine map
+// ellipse of area π: an equi-affine map of the circle
+constexpr double kLong_m = 1.25, kShort_m = 0.8;
 constexpr std::array kBetas{-1.0 / 3.0, 0.0, 1.0 / 3.0, 2.0 / 3.0};
 constexpr std::array kNames{"-1/3", "0", "1/3", "2/3"};
 constexpr double kDt_s = 0.005;

@@ -16,9 +16,9 @@ class Rvo2 {
   static constexpr int kNeighbours = 10;
   static constexpr double kReach_m = 5.0, kHorizon_s = 2.0, kMost_m_s = 2.0;
 
-  /// Agents of a crowd as they are: positions, discs, goals, or the direction of their lanes. They
-  /// wish to go as fast as ours would alone. Nothing where RVO2 was not built in
-  /// (`cmake --build build --target peers` fetches it).
+  /// Agents of a crowd as they are: positions, discs, goals, or the direction of their lanes. Their
+  /// wished speed is that of our agents alone. Empty if RVO2 was not built in (`cmake --build build
+  /// --target peers` fetches it).
   static std::unique_ptr<Rvo2> make(const Crowd& start, int threads);
   /// Whether `make` makes any.
   static bool built();

@@ -19,8 +19,8 @@ using Clock = std::chrono::steady_clock;
 using plot::Data;
 using reproduce::Report;
 
-constexpr double kBegin_s = 0.5, kEnd_s = 3.5;  // of simulated time
-constexpr double kGoal = 1.2;                   // agent-steps/s of ours over those of RVO2
+constexpr double kBegin_s = 0.5, kEnd_s = 3.5;  // simulated time
+constexpr double kGoal = 1.2;                   // our agent-steps/s over those of RVO2
 
 double since_s(Clock::time_point begin) {
   return std::chrono::duration<double>(Clock::now() - begin).count();
@@ -33,7 +33,7 @@ struct Stepping {
 };
 
 /// Seconds of a step of what `make` makes, the best of some tries: of processor time on one thread,
-/// else of wall time. Every try begins anew, so that all see the crowd in the same seconds.
+/// else of wall time. Every try starts again, so that all measure the same seconds of the crowd.
 double step_s(const std::function<Stepping()>& make, int agents, int threads) {
   const int most = std::max(1, 200'000 / agents);
   const auto begin = Clock::now();

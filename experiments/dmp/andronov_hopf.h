@@ -7,7 +7,7 @@
 namespace mimesis::dmp {
 
 /// Andronov-Hopf oscillator [M18 eq. 3.16, 4.14]; its limit cycle is the unit circle, attracting as
-/// r(t) = (1 + (1/r₀² − 1) e^{−2t})^{−1/2}, its phase runs at ω whatever r is.
+/// r(t) = (1 + (1/r₀² − 1) e^{−2t})^{−1/2}, its phase runs at ω for every r.
 struct AndronovHopf {
   double omega_rad_s = 6.0;  ///< ω
 

@@ -35,18 +35,20 @@ class PowerLawField {
 
   double gain() const { return gain_; }          ///< γ, [m^(1−β)/s]
   double lap_s() const { return lap_s_; }        ///< time of one lap on the ellipse
-  double length_m() const { return length_m_; }  ///< of the ellipse
+  double length_m() const { return length_m_; }  ///< circumference of the ellipse
 
  private:
   struct Flow {
-    Eigen::Vector2d rate, acceleration;  ///< of the trajectory, in the oscillator's time, W
+    /// derivatives of the trajectory, in the oscillator's time, W
+    Eigen::Vector2d rate, acceleration;
   };
   Flow flow(const Eigen::Vector2d& p_W_m) const;
 
   PowerLawPath path_;
   Eigen::Matrix2d map_, inverse_;  ///< unit circle to ellipse and back
   double gain_ = 1.0, lap_s_ = 0.0, length_m_ = 0.0;
-  double least_curvature_ = 0.0, most_curvature_ = 0.0;  ///< of the ellipse [1/m]
+  /// bounds of the ellipse's curvature [1/m]
+  double least_curvature_ = 0.0, most_curvature_ = 0.0;
 };
 
 }  // namespace mimesis::dmp

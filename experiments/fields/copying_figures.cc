@@ -79,7 +79,7 @@ Report copying(const Demonstration& shown, int pf, int site, const std::string& 
 }
 
 struct Strength {
-  double factor, pfc_ms;  // of the task input to PFC; reference crossing time
+  double factor, pfc_ms;  // factor of the task input to PFC; reference crossing time
 };
 constexpr std::array<Strength, 6> kStrengths = {
     {{1.0, 25}, {0.75, 30}, {0.5, 36}, {0.25, 43}, {0.1, 49}, {0.0, 54}}};

@@ -11,7 +11,7 @@ namespace mimesis::reproduce {
 struct Row {
   std::string what;
   double ours = 0.0;
-  std::optional<double> reference;  ///< nothing: `why` says why
+  std::optional<double> reference;  ///< unset: `why` has the reason
   double tolerance = 0.0;           ///< NaN: nothing is asserted, see beside()
   std::string unit;                 ///< "1" if dimensionless
   bool passed = false;
@@ -26,9 +26,9 @@ Row holds(std::string what, bool ours, std::string why = {});
 /// A bound that is published: ours <= reference.
 Row within(std::string what, double ours, double published, std::string unit, std::string why);
 /// A published value to look at beside ours: nothing is asserted, `why` says why not. Fails for NaN
-/// alone. Another row has to judge what the figure claims.
+/// only. Another row has to check the claim of the figure.
 Row beside(std::string what, double ours, double published, std::string unit, std::string why);
-/// A bound of our own where nothing is published; `why` tells what the bound stands for.
+/// A bound of our own where nothing is published; `why` has the meaning of the bound.
 Row at_least(std::string what, double ours, double bound, std::string unit, std::string why);
 Row at_most(std::string what, double ours, double bound, std::string unit, std::string why);
 
@@ -49,7 +49,8 @@ struct Figure {
   /// Optional: draws the motion as a film into the folder. Returns what to look at. @throws
   /// std::runtime_error if a picture cannot be written.
   std::function<std::vector<std::filesystem::path>(const std::filesystem::path& dir)> film{};
-  double cpu_minutes = 0.0;  ///< of a processor of 2020, all threads, if it is a minute or more
+  /// CPU time on a processor of 2020, all threads, if it is a minute or more
+  double cpu_minutes = 0.0;
 };
 
 }  // namespace mimesis::reproduce

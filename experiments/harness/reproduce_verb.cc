@@ -84,7 +84,7 @@ void print_json(const Figure& figure, const Report& report, const Paths& films, 
 void print_text(const Figure& figure, const Report& report, const Paths& films, double seconds) {
   std::cout << figure.name << " [" << figure.source << "]: " << figure.title << '\n';
   Table table({"", "what", "ours", "reference", "tolerance", "unit", "note"});
-  std::vector<std::string> notes;  // what several rows say is said once
+  std::vector<std::string> notes;  // notes of several rows appear once
   for (const Row& row : report.rows) {
     std::string note;
     if (!row.why.empty()) {
@@ -129,7 +129,7 @@ struct Outcome {
   Paths films;
 };
 
-/// Ten minutes, or what a figure takes on one thread of a machine that others keep busy too.
+/// Ten minutes, or the time of a figure on one thread of a busy machine.
 double patience_s(const Figure& figure, const Options& options) {
   if (options.timeout_s > 0.0) return options.timeout_s;
   return std::max(600.0, 10.0 * 60.0 * figure.cpu_minutes);
@@ -196,7 +196,7 @@ int reproduce_all(const Options& options) {
 void add_reproduce(CLI::App& program, int& exit_code) {
   auto options = std::make_shared<Options>();
   CLI::App* verb = program.add_subcommand(
-      "reproduce", "Computes a published figure anew and compares it with its reference");
+      "reproduce", "Recomputes a published figure and compares it with its reference");
   verb->add_option("NAME", options->names, "fig-CHAPTER.NUMBER, table-CHAPTER.NUMBER or a word");
   verb->add_flag("--list", options->list, "Name all reproductions");
   verb->add_option("--plot", options->plot_dir, "Write PNG plots into this folder (needs gnuplot)")
@@ -208,8 +208,8 @@ void add_reproduce(CLI::App& program, int& exit_code) {
       "--json", options->json,
       "One object per figure and line: name, source, passed, rows, plots, seconds, films");
   verb->add_option("--timeout", options->timeout_s,
-                   "Give up on a figure after so many seconds (exit 3) [600, or ten times what "
-                   "--list says]")
+                   "Time limit of a figure in seconds (exit code 3) [600, or ten times the time "
+                   "in --list]")
       ->check(number_above_zero);
   verb->footer(
       "Exit codes: 0 all rows within tolerance, 1 a row or a plot failed, 2 usage, 3 no such "

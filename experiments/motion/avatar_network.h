@@ -35,7 +35,7 @@ class AvatarNetwork {
   Eigen::VectorXd mix(const Eigen::Matrix2Xd& circle) const;
 
   motion::Pattern pattern_;
-  Eigen::MatrixXd cos_, sin_;  ///< of the delays, R×K
+  Eigen::MatrixXd cos_, sin_;  ///< cosine and sine of the delays, R×K
   OscillatorNetwork<VanDerPol> network_;
   std::vector<SourceMap> maps_;
 };
@@ -49,14 +49,14 @@ struct Avatar {
 
   motion::MotionModel model;
   std::vector<SourceMap> maps;
-  double drift_rad_s = 0.0;   ///< its gait turns by so much, as the recorded one did
-  Eigen::MatrixXd cycle_rad;  ///< what it does left alone, R×(steps of a cycle)
+  double drift_rad_s = 0.0;   ///< its gait turns at this rate, like the recorded one
+  Eigen::MatrixXd cycle_rad;  ///< motion without coupling, R×(steps of a cycle)
 };
 
 /// How a follower comes into step with its leader.
 struct TransientSettings {
   double internal_1_s = 1.0;  ///< within each avatar, the leader too; see AvatarNetwork
-  double external_1_s = 1.0;  ///< of the leader's oscillator 0 on the follower's
+  double external_1_s = 1.0;  ///< coupling of the leader's oscillator 0 to the follower's
   double offset_rad = 2.0;    ///< the follower's phases at the start; the leader's are 0
   double duration_s = 20.0;
   bool poses = false;  ///< keep them, of both
@@ -65,8 +65,9 @@ struct TransientSettings {
 /// One instant, every kSample_s.
 struct TransientInstant {
   double time_s;
-  std::vector<double> phase_rad;  ///< of the follower's oscillators relative to the leader's first
-  double artifact;                ///< see Transient
+  /// phases of the follower's oscillators relative to the leader's first
+  std::vector<double> phase_rad;
+  double artifact;  ///< see Transient
   Eigen::Vector2d position_W_m;
   double heading_rad;  ///< from the start, without the steady drift of its gait
 };

@@ -121,7 +121,7 @@ void add_prototype(Report& report, const char* what, const std::vector<BlendingJ
   }
 }
 
-/// What was seen where the goal is missed, with some room; else the goal.
+/// Bounds of a measure: observed values with some room where the goal is missed, else the goal.
 struct Bounds {
   double worst, median, above;
 };

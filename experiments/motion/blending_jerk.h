@@ -19,7 +19,7 @@ struct BlendingCase {
 /// Denominator of `ratio`, the one that goals are held to: the same of both styles in the same
 /// place, rms over the two. A half-way share of both is what a blend consists of; and a heel
 /// strike, which is at φ = 0 in gait, is in both. It gives less than 1 for a transition that is
-/// smoother than what it connects, exactly 1 between equal styles. The others: `of_cycle` takes the
+/// smoother than the two styles, exactly 1 between equal styles. The others: `of_cycle` takes the
 /// steady styles' whole cycles, which hides what is special to φ = 0; `of_larger` the larger of the
 /// two styles in the same place, which lets a rough style excuse the change to a smooth one.
 ///
@@ -35,7 +35,7 @@ struct BlendingJerk {
 std::vector<BlendingJerk> blending_jerk(const motion::MotionModel& model, const Styles& styles,
                                         const BlendingCase& what);
 
-/// Of one member of all pairs, e.g. &BlendingJerk::ratio.
+/// Spread of one member over all pairs, e.g. &BlendingJerk::ratio.
 struct Spread {
   double median = 0.0, worst = 0.0;
   std::size_t worst_pair = 0;

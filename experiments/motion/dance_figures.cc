@@ -42,7 +42,7 @@ FolkDance dance() {
 struct Seen {
   std::vector<Data> paths, errors;  ///< by sector; by dancer
   double fastest = 0.0;             ///< largest frequency outside, of the neutral one
-  double slide_m_s = 0.0;           ///< of standing feet, mean over the dancers
+  double slide_m_s = 0.0;           ///< sliding of standing feet, mean over the dancers
   int least_laps = 0;
 };
 

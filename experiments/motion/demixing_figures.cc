@@ -234,7 +234,7 @@ Report accuracy(const PlotDir& dir) {
     const char* set;
     double free3, free4, tied4;  ///< measured with a reference implementation
   };
-  constexpr double kMoreThanReference = 0.02;  // of tied delays
+  constexpr double kMoreThanReference = 0.02;  // excess of tied delays
   Report report;
   for (const Goal& goal : {Goal{"A", 0.917, 0.944, 0.834}, Goal{"B", 0.925, 0.953, 0.850}}) {
     const std::string name = goal.set;

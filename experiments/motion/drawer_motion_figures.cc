@@ -41,7 +41,7 @@ void quality_rows(const DrawerRun& run, const std::string& what, Report& report)
                                 "recorded feet slide as fast"));
 }
 
-// What the learned mixture misses before feet are held and arms reach.
+// Rows for the errors of the learned mixture, before feet are held and arms reach.
 void mixture_rows(const DrawerRun& run, const std::string& what, Report& report) {
   const SequenceState& end = run.states.back();
   const auto stand =
@@ -57,13 +57,13 @@ void mixture_rows(const DrawerRun& run, const std::string& what, Report& report)
 }
 
 // The interval of distances around the published one that n normal cycles and one shortened step
-// reach without leaving what was trained.
+// reach within the trained range.
 double reachable_range(int cycles) {
   const ActionRanges& r = drawer_maps().ranges();
   return cycles * (r.normal.most_m - r.normal.least_m) + r.reaching.most_m - r.reaching.least_m;
 }
 
-// The same with the lengths as they were drawn, before the paces were changed.
+// Range of the lengths as drawn, before the paces were changed.
 double drawn_range(int cycles) {
   double least[2] = {9.0, 9.0}, most[2] = {0.0, 0.0};
   for (const int a : {0, 1})

@@ -1,4 +1,4 @@
-// How the drawer task is planned: what was generated to be learned from [M18 3.3].
+// Planning of the drawer task: the generated training data [M18 3.3].
 #include <algorithm>
 #include <cmath>
 

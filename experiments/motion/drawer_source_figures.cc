@@ -1,4 +1,4 @@
-// Sources of the drawer task: how many, how well, and what they look like [M18 3.3].
+// Sources of the drawer task: their number, quality and shape [M18 3.3].
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -54,7 +54,7 @@ double sisa_q2(const mocap::Trials& set, int periodic, bool tied) {
   return demix::sisa(set, options).quality_squared;
 }
 
-// The ramp and the first K principal components of what it leaves: the same stepwise regression.
+// The ramp and the first K principal components of the residual: the same stepwise regression.
 std::vector<double> pca_q2(const mocap::Trials& set, int most) {
   const MatrixXd centred = set.samples.colwise() - set.samples.rowwise().mean();
   Eigen::RowVectorXd ramp = drawer_ramp(set.samples.cols());

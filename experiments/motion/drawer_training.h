@@ -17,14 +17,14 @@ struct DrawerJump {
   double at_s, by_m;
 };
 
-/// A run with what is measured at it.
+/// A run with its measures.
 struct DrawerRun {
   std::vector<SequenceState> states;  ///< all steps
   std::vector<double> front_W_m;      ///< the closed drawer's front, of all steps
   std::vector<PlannedAction> history;
   double final_distance_m = 0.0;
-  double foot_speed_m_s = 0.0;     ///< of the lowest point of standing feet, largest
-  double joint_speed_rad_s = 0.0;  ///< of one axis-angle component, largest
+  double foot_speed_m_s = 0.0;     ///< largest speed of the lowest point of standing feet
+  double joint_speed_rad_s = 0.0;  ///< largest speed of one axis-angle component
 
   double foot_correction_m = 0.0;  ///< rms of the larger of both feet's, against the mixture
 

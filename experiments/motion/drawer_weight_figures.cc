@@ -146,7 +146,7 @@ std::vector<LeftOut> left_out(Action action) {
                          .delay_rad = model.patterns[0].delay_rad,
                          .means = parameters.head(rows),
                          .fixed = model.fixed};
-      // means count as well: what is compared is motion, around the mean posture of the others
+      // means count as well: motions are compared around the mean posture of the others
       const VectorXd around = y.leftCols(rows).colwise().mean().transpose();
       const MatrixXd truth = drawer_data()
                                  .action[action]

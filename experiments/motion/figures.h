@@ -6,7 +6,7 @@
 namespace mimesis::synthesizer {
 
 /// Figures of M18 chapter 3, kinematic part. Those that need recorded motion find it in
-/// $MIMESIS_SHARED/data/mocap (or ../shared) and say so where it is absent. The dissertation's own
+/// $MIMESIS_SHARED/data/mocap (or ../shared) and report if it is absent. The dissertation's own
 /// recordings are not published: references are its printed numbers, on other data.
 std::vector<reproduce::Figure> figures();
 

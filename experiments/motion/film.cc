@@ -24,7 +24,7 @@ using Eigen::Vector2d, Eigen::Vector3d;
 
 constexpr int kZoom = 2;
 constexpr int kShift = 4;            // OpenCV's pixel fractions: 1/16
-constexpr double kGridReach = 12.0;  // lines fade out so far from what is looked at [m]
+constexpr double kGridReach = 12.0;  // lines fade out at this distance from the viewed point [m]
 const cv::Scalar kPaper(250, 248, 246);
 const Vector3d kLight = Vector3d(-0.30, -0.42, 1.0).normalized();  // towards the lamp, W
 
@@ -250,7 +250,8 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kFromAbove = 0.16;  // of a side view [rad]: shows the lines on the ground
+// elevation of a side view [rad]: shows the lines on the ground
+constexpr double kFromAbove = 0.16;
 
 template <class Visit>
 void for_each_point(const FilmFrame& frame, const Visit& visit) {

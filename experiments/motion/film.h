@@ -40,15 +40,15 @@ struct FilmBox {
 struct FilmCamera {
   Eigen::Vector3d eye_m{1.5, -4.0, 1.6}, target_m{0.0, 0.0, 0.85};  ///< W
   double field_of_view_rad = 0.6;  ///< from the upper to the lower edge of the picture
-  double height_m = 0.0;           ///< > 0: orthographic, so many metres from upper to lower edge
+  double height_m = 0.0;           ///< > 0: orthographic, height of the picture [m]
   int width_px = 640, height_px = 480;
 
-  /// The same view moved along: for figures that travel.
+  /// The view moved along: for figures that travel.
   FilmCamera moved(const Eigen::Vector3d& by_m) const;
 };
 
-/// What one picture shows: limbs and boxes hide each other as they should and cast shadows on the
-/// ground z = 0; what is below the ground shows through palely.
+/// Contents of one picture: limbs and boxes hide each other as they should and cast shadows on the
+/// ground z = 0; parts below the ground show through palely.
 struct FilmFrame {
   std::vector<FilmLimb> limbs;
   std::vector<FilmBox> boxes;
@@ -92,7 +92,7 @@ image::Image poses_along_path(std::span<const FilmFrame> frames, int count,
 
 struct StripOptions {
   int count = 6;
-  int cell_width_px = 320;                 ///< of pictures side by side
+  int cell_width_px = 320;                 ///< width of pictures side by side
   std::optional<FilmCamera> along_path{};  ///< poses in one picture, seen by this camera, instead
 };
 

@@ -9,7 +9,7 @@ namespace mimesis::synthesizer {
 namespace {
 
 constexpr double kHurry = 1.2;        // frequency outside, of the neutral one, if all goes well
-constexpr double kLookAhead_m = 1.0;  // where on the way the goal is
+constexpr double kLookAhead_m = 1.0;  // the goal's place on the way
 constexpr double kSight_m = 3.0;
 constexpr double kFarthestPull = 1.0;                           // rad; see Walkers
 constexpr double kStyle_s = 0.4, kTurn_s = 0.2, kPace_s = 0.4;  // time constants
@@ -164,7 +164,7 @@ void FolkDance::dance(Dancer& d) {
            kPace_s);
 }
 
-/// As fast as leaves the usual time for the curve to the entrance.
+/// Sets the pace so that the usual time for the curve to the entrance remains.
 void FolkDance::hurry(Dancer& d) {
   const double out = normal_.stride_m / normal_.duration_s;
   const double for_curve = track_.curve_m() / (curve_speed_m_s());
@@ -179,7 +179,7 @@ void FolkDance::hurry(Dancer& d) {
 /// is left: whole cycles are added so that the steps keep their length.
 void FolkDance::arrive(int i, Dancer& d) {
   const double time = d.entrance_s - time_, way = track_.length_m() - d.track_m;
-  if (time < 0.3) return;  // what is left is the coupling's
+  if (time < 0.3) return;  // the coupling corrects the rest
   const double stride = curve_speed_m_s() * normal_.duration_s;
   const double part = math::wrap_two_pi(-batch_.phase(i));
   // −1: the foot strikes already, and the phase waits

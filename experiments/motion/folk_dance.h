@@ -68,7 +68,7 @@ struct DanceSettings {
   double dt_s = 1.0 / 60.0;
   double radius_m = 1.6, half_width_m = 0.55;  ///< see DanceTrack
   double beat_1_s = 2.0;                       ///< α to the music in the corridor [M18 eq. 3.18]
-  double partner_1_s = 1.0;                    ///< α to the partner, and to who goes in front
+  double partner_1_s = 1.0;                    ///< α to the partner, and to the dancer in front
 };
 
 struct Dancer {
@@ -81,14 +81,14 @@ struct Dancer {
   double frequency_rad_s = 0.0;      ///< eigenfrequency
   double happy = 0.0, length = 1.0;  ///< share of the happy style; scale of the steps
   double turn_rad_s = 0.0;           ///< wished
-  double own_pace = 1.0;             ///< of its eigenfrequency where nobody else counts
+  double own_pace = 1.0;             ///< factor of the eigenfrequency where no neighbour counts
 };
 
-/// What a dance must keep, since the start.
+/// Measures that a dance must keep, since the start.
 struct DanceNumbers {
   double beat_error_rad = 0.0;        ///< largest in the corridor, one cycle after the entrance
-  double couple_error_rad = 0.0;      ///< between partners, likewise
-  double apart_m = 0.0;               ///< between partners along the corridor, likewise
+  double couple_error_rad = 0.0;      ///< between partners, since the start
+  double apart_m = 0.0;               ///< between partners along the corridor, since the start
   int entrances = 0, wrong_foot = 0;  ///< with more than a quarter of a cycle of phase error
   double entrance_error_rad = 0.0;    ///< largest phase error at an entrance
   double least_distance_m = 1e9;      ///< between pelvises
@@ -96,8 +96,8 @@ struct DanceNumbers {
 };
 
 /// The folk dance of [M18 fig. 3.33]: couples walk through a corridor in step with the music and
-/// with each other; at its end the partners part, walk back outside and enter again. Everybody
-/// decides alone, from its own state, the music, its partner and whom it sees:
+/// with each other; at its end the partners part, walk back outside and enter again. Every dancer
+/// decides alone, from its own state, the music, its partner and the dancers it sees:
 ///   1 corridor  happy steps; the oscillator coupled to music, partner and the dancer in front
 ///   2 parting   couplings off, neutral style, curve by the navigation dynamics (nodes/crowd)
 ///   3 outside   straight, at the higher frequency that brings it back in time
@@ -122,7 +122,8 @@ class FolkDance {
 
  private:
   struct Gait {
-    double stride_m = 0.0, turn_rad = 0.0, duration_s = 0.0;  ///< of a cycle
+    /// travel, turn and duration of a cycle
+    double stride_m = 0.0, turn_rad = 0.0, duration_s = 0.0;
   };
   Gait measure(int pattern) const;
   DanceTrack lay_out() const;
@@ -143,7 +144,7 @@ class FolkDance {
   DanceSteps steps_;
   motion::MotionModel model_;
   Gait happy_, normal_, left_, right_;
-  double omega_;  // of the music
+  double omega_;  // angular frequency of the music
   DanceTrack track_;
   CharacterBatch batch_;
   double time_ = 0.0;

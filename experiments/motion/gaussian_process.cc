@@ -14,7 +14,7 @@ namespace mimesis::synthesizer {
 namespace {
 
 using Eigen::Index;
-using Logs = std::array<double, 3>;  // of ℓ, linear, noise
+using Logs = std::array<double, 3>;  // logarithms of ℓ, linear, noise
 
 constexpr Logs kLow = {-1.609, -9.21, -6.91}, kHigh = {2.303, 2.303, 3.401};
 

@@ -8,14 +8,14 @@ namespace mimesis::synthesizer {
 /// Shape of the covariance, in scaled inputs and relative to the variance of the smooth part.
 struct Covariance {
   double length = 1.0;  ///< ℓ of the radial part [standard deviations of the inputs]
-  double linear = 0.1;  ///< of a linear trend
-  double noise = 0.3;   ///< of single trials
+  double linear = 0.1;  ///< variance of a linear trend
+  double noise = 0.3;   ///< noise of single trials
 };
 
 struct GaussianProcessOptions {
   enum class Fit { marginal_likelihood, leave_one_out, given };
   Fit fit = Fit::marginal_likelihood;
-  Covariance start;      ///< of the search, or given
+  Covariance start;      ///< start of the search, or the given covariance
   double margin = 0.25;  ///< InputDomain
 };
 
@@ -29,7 +29,7 @@ struct GaussianProcessOptions {
 /// ℓ 0.2..10, linear 1e-4..10, noise 1e-3..30: same data, same bits. O(n³) per evaluation.
 class GaussianProcess {
  public:
-  /// As LocalRegression.
+  /// Like LocalRegression.
   GaussianProcess(const Eigen::MatrixXd& inputs, const Eigen::MatrixXd& outputs,
                   const GaussianProcessOptions& options = {}, const Eigen::VectorXi& group = {});
 

@@ -30,7 +30,8 @@ constexpr std::array kWalks = {"dataset-1_walk-left_normal_001.bvh",
                                "dataset-2_walk-turn-left_normal_001.bvh",
                                "dataset-2_walk-turn-right_normal_001.bvh",
                                "dataset-2_walk_normal_001.bvh"};
-constexpr const char* kLegs = "dataset-2_walk_normal_001.bvh";  // of the actor who raises hands
+// clip of the actor who raises hands
+constexpr const char* kLegs = "dataset-2_walk_normal_001.bvh";
 constexpr std::array kOnsets = {0.0, 0.1, 0.2, 0.3};
 constexpr double kCutoff_hz = 8.0;
 

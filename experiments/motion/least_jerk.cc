@@ -76,7 +76,7 @@ void LeastJerkTransition::prepare(const MotionParameters& previous, const Motion
   ends(next, beta_ * kPi, end_);
   auto c = coefficient_.leftCols(3);
   c = begin_;
-  // what is left to go in angle, velocity and half the acceleration
+  // remaining angle, velocity and half the acceleration
   end_.col(0) -= begin_.col(0) + begin_.col(1) + begin_.col(2);
   end_.col(1) -= begin_.col(1) + 2.0 * begin_.col(2);
   end_.col(2) -= begin_.col(2);

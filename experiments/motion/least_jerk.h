@@ -12,7 +12,7 @@ namespace mimesis::synthesizer {
 /// ends. Of all motions with these ends it has the least ∫jerk² (Flash and Hogan). The frequency
 /// goes with α(φ), as in transition(); time follows from it.
 ///
-/// Eq. 3.23 adds up two motions that go on, and α''s jumps at both ends; this one goes over from
+/// Eq. 3.23 adds two motions that continue, and α''s jumps at both ends; this one goes over from
 /// one to the other without following either, so that what both do within the interval is lost. It
 /// is for actions that differ much, and it needs the sources.
 class LeastJerkTransition {
@@ -25,10 +25,11 @@ class LeastJerkTransition {
   void prepare(const MotionParameters& previous, const MotionParameters& next);
 
   /// The parameters at a phase in [−βπ, βπ] after prepare(): the means are the joint angles, the
-  /// weights are 0. Whoever plays parameters plays this. Does not allocate if `out` has the size.
+  /// weights are 0. Every player of parameters can play this. Does not allocate if `out` has the
+  /// size.
   void at(double phase_rad, MotionParameters& out) const;
 
-  double duration_s() const { return duration_s_; }  ///< of the interval
+  double duration_s() const { return duration_s_; }  ///< duration of the interval
 
  private:
   double time_s(double phase_rad) const;  ///< since the beginning of the interval

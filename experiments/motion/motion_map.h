@@ -9,11 +9,11 @@
 
 namespace mimesis::synthesizer {
 
-/// One parameter of the task that motion depends on: a column of what is known of the trials.
+/// One parameter of the task that motion depends on: a column of the trials' data.
 struct TaskInput {
   enum class Kind { duration_s, step_length_m, turn_rad, task };
   Kind kind = Kind::duration_s;
-  std::string name = "duration";  ///< of motion::MotionModel::task_names for Kind::task
+  std::string name = "duration";  ///< one of motion::MotionModel::task_names for Kind::task
 
   static TaskInput duration() { return {Kind::duration_s, "duration"}; }
   static TaskInput step_length() { return {Kind::step_length_m, "step length"}; }
@@ -27,7 +27,7 @@ struct TaskInput {
 /// Learned map from parameters of the task, as step length and duration, to the parameters of the
 /// mixture: weights, means and frequency [M18 3.4.2], one output each. Delays are those of the
 /// model, which must be tied (a map of free delays would average over their ambiguities). Inputs
-/// outside of what was recorded are brought in (InputDomain), and the result says so.
+/// outside of the recorded range are moved into it (InputDomain), and the result reports it.
 ///
 /// On the cycles of one person (CMU 07, clips left out one by one) both kinds beat the nearest and
 /// the mean trial; the Gaussian process is somewhat better in the middle, the local regression at

@@ -59,7 +59,7 @@ class OscillatorNetwork {
 extern template class OscillatorNetwork<VanDerPol>;
 extern template class OscillatorNetwork<AndronovHopf>;
 
-/// Everybody with everybody, K = k [M18 eq. 3.13].
+/// All-to-all, K = k [M18 eq. 3.13].
 Eigen::MatrixXd all_to_all(int n, double k_1_s);
 /// Oscillator 0 leads, one-way to all others [M18 fig. 3.19].
 Eigen::MatrixXd star(int n, double k_1_s);

@@ -15,7 +15,7 @@ struct PlanarArm {
   Eigen::Matrix2Xd jacobian(const Eigen::VectorXd& q_rad) const;  ///< 2×n [m/rad]
 };
 
-/// What the arm would rather do, where the first task leaves it free.
+/// Preferred posture of the arm, where the first task leaves it free.
 struct ArmStyle {
   Eigen::VectorXd preferred_rad;  ///< n, only the joints with weight count
   Eigen::VectorXd weight;         ///< n, >= 0
@@ -25,10 +25,9 @@ struct ArmStyle {
 /// Prioritised inverse kinematics [M18 3.4.3, fig. 3.22; Nakamura 1987, Siciliano 1991]:
 ///   q̇ = J⁺(ẋ_d + K(x_d − x)) + (I − J⁺J) · gain · weight∘(q_pref − q),
 /// the second task in the null space of the first, so it never disturbs the end effector. Steps by
-/// Runge-Kutta 4; K corrects what they leave.
-/// `path` 2×T of the end effector at a period of dt. Returns n×T joint angles, the first of which
-/// is q_start (whose end must be at path's begin). @throws ConfigError for sizes that do not fit or
-/// a path that begins more than 1e-6 m from the hand.
+/// Runge-Kutta 4; K corrects their error. `path` 2×T of the end effector at a period of dt. Returns
+/// n×T joint angles, the first of which is q_start (whose end must be at path's begin). @throws
+/// ConfigError for sizes that do not fit or a path that begins more than 1e-6 m from the hand.
 Eigen::MatrixXd follow(const PlanarArm& arm, const Eigen::VectorXd& q_start,
                        const Eigen::Matrix2Xd& path, double dt_s, const ArmStyle& style);
 

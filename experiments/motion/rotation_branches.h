@@ -3,7 +3,7 @@
 
 namespace mimesis::synthesizer {
 
-/// The same rotation has the axis-angle vectors θw and (θ − 2π)w. Within a trajectory jumps between
+/// A rotation has two axis-angle vectors, θw and (θ − 2π)w. Within a trajectory jumps between
 /// them are removed when it is read [M18 3.3.2]; here the trials of a set are brought to the same
 /// branch, joint by joint, for where one trial has +3.1 rad about an axis and another −3.1 rad the
 /// mean of the two is no posture between them. To do before anything is learned that will be

@@ -21,9 +21,9 @@ class Sequencer {
   /// played or has another number of rows or sources.
   void use_least_jerk(const motion::MotionModel& model);
 
-  /// Announces what follows at the next crossing of phase 0, in place of what was announced before.
-  /// Returns false and changes nothing if that transition has begun already (the phase is within βπ
-  /// before the crossing): announce again after it. Does not allocate.
+  /// Announces the action that follows at the next crossing of phase 0, in place of one announced
+  /// before. Returns false and changes nothing if that transition has begun already (the phase is
+  /// within βπ before the crossing): announce again after it. Does not allocate.
   [[nodiscard]] bool announce(const MotionParameters& next);
 
   /// The parameters at a phase of the leading oscillator (any whole turns). Successive phases
@@ -48,7 +48,7 @@ class Sequencer {
   int transitions_ = 0;
   MotionParameters previous_, current_, next_, out_;
   std::optional<LeastJerkTransition> least_jerk_;
-  bool prepared_ = false;  // least_jerk_, for the transition that goes on
+  bool prepared_ = false;  // least_jerk_, for the current transition
 };
 
 }  // namespace mimesis::synthesizer

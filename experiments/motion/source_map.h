@@ -6,7 +6,8 @@
 
 namespace mimesis::synthesizer {
 
-/// Of the ε-insensitive support vector regression. Values are in units of the source (rms 1).
+/// Settings of the ε-insensitive support vector regression. Values are in units of the source (rms
+/// 1).
 struct SvrSettings {
   double gamma = 5.0;       ///< kernel exp(−γ|x − y|²); states lie on the unit circle
   double cost = 1000.0;     ///< C: weight of errors beyond ε
@@ -16,8 +17,8 @@ struct SvrSettings {
 
 /// f(x) = Σᵢ aᵢ exp(−γ|x − xᵢ|²) + b: the map from an oscillator's state to a source's value,
 /// learned by support vector regression [M18 3.3.4; LIBSVM]. It is defined by the state: off the
-/// limit cycle it interpolates and, far away, falls to b. What is tabulated from it (tabulate(),
-/// MotionSeries) is defined by the phase alone, the same on the whole ray.
+/// limit cycle it interpolates and, far away, falls to b. A table of it (tabulate(), MotionSeries)
+/// is defined by the phase alone, the same on the whole ray.
 class SourceMap {
  public:
   /// @param states  2×n, near the unit circle (Θx of the uncoupled oscillator's limit cycle);

@@ -44,7 +44,7 @@ class StyleContent {
   /// Which style to use at a goal, given the one of the last time step with its standard deviation
   /// [M18 3.4.3]: the mean of p(s | g)·N(s; prior), with p(s | g) a kernel density over the
   /// training motions of similar goals. Without prior (infinite deviation) it is the plain mean,
-  /// which may lie between two ways to move where nobody moves. `kernel`: width in style values
+  /// which may lie between two ways to move, where no motion is. `kernel`: width in style values
   /// and, relative to the range of the goals, in goals.
   struct Kernel {
     double style = 0.1, goal = 0.15;

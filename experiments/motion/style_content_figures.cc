@@ -30,8 +30,8 @@ inline ArmStyle elbow_style(double side) {
   return {Eigen::Vector3d(0.9 * side, -1.5 * side, 0.0), Eigen::Vector3d(1.0, 1.0, 0.0), 4.0};
 }
 
-/// What M18 fig. 3.27 claims, on this arm: how far the hand ends from a moving target when motions
-/// are mapped from goal and style, and from the goal alone.
+/// Claim of M18 fig. 3.27, on this arm: how far the hand ends from a moving target when motions are
+/// mapped from goal and style, and from the goal alone.
 reproduce::Report style_preserving_reach(const std::optional<std::filesystem::path>& plot_dir);
 
 namespace {

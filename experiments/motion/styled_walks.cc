@@ -110,7 +110,7 @@ mocap::BodyPose GroundedFigure::pose() const {
 
 namespace {
 
-constexpr double kFirst = 0.04, kLast = 0.55;  // of the cycle: a foot stands
+constexpr double kFirst = 0.04, kLast = 0.55;  // part of the cycle in which a foot stands
 
 /// Where a style turns, the cycle that turns most; elsewhere all.
 mocap::Trials without_straight_ends(const mocap::Trials& all) {

@@ -17,7 +17,7 @@ namespace mimesis::synthesizer {
 /// no part of the repository.
 
 struct RecordedWalks {
-  mocap::Body body;      ///< of the first clip
+  mocap::Body body;      ///< body of the first clip
   mocap::Trials trials;  ///< gait cycles of all clips, in their order
 };
 
@@ -27,7 +27,7 @@ std::string absent_clip(const std::vector<std::string>& clips);
 /// Gait cycles, cut with their heading taken out. @throws ConfigError, and std::runtime_error for a
 /// clip without a cycle
 RecordedWalks recorded_walks(const std::vector<std::string>& clips);
-/// What a figure says instead of numbers: one row that does not hold.
+/// Report of a figure that cannot be made without this clip: one row that fails.
 reproduce::Report report_absent(const std::string& clip);
 
 /// One figure whose angles come from anywhere, on the ground: root motion from its standing foot
@@ -63,9 +63,9 @@ mocap::BodyPose figure_pose(const mocap::Body& body,
 /// By row of the model the body's row. @throws ConfigError if one is none.
 std::vector<int> body_rows(const motion::MotionModel& model);
 
-/// One pattern a style (the mean of its cycles), with tied delays: what characters blend. Rotations
-/// are brought to common branches first. Of styles that turn ("walk-turn-left_normal") the cycle
-/// that turns most stands for all: the others go straight again.
+/// One pattern a style (the mean of its cycles), with tied delays: the input of blends. Rotations
+/// are brought to common branches first. For styles that turn ("walk-turn-left_normal") the cycle
+/// that turns most is used: the others go straight again.
 motion::MotionModel styled_walks(const RecordedWalks& walks, int sources);
 
 /// Number of the pattern of a style. @throws ConfigError if there is none.

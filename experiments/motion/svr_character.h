@@ -11,9 +11,8 @@ namespace mimesis::synthesizer {
 /// one oscillator per periodic source coupled to it, and each row's value from the states:
 ///   ξᵣ = mᵣ + Σₖ wᵣₖ fₖ(M(φᵣₖ) xₖ),
 /// one evaluation of a learned map for every row and source; fixed sources take the leader's phase.
-/// It shows what the sources do while their oscillators are not synchronized, and is the
-/// yardstick for CharacterBatch, which computes the same a few hundred times faster in the
-/// synchronized state.
+/// It shows the sources while their oscillators are not synchronized, and is the yardstick for
+/// CharacterBatch, which computes the same a few hundred times faster in the synchronized state.
 class SvrCharacter {
  public:
   /// @param coupling_1_s  strength of the star, > 0;  @throws ConfigError as its parts do.
@@ -21,7 +20,7 @@ class SvrCharacter {
                const SvrSettings& settings = {});
 
   void set_pattern(const motion::Pattern& pattern);  ///< sizes as in the model
-  void set_frequency(double omega_rad_s);            ///< of all oscillators
+  void set_frequency(double omega_rad_s);            ///< sets the frequency of all oscillators
   void step();                                       ///< by dt; does not allocate
 
   const Eigen::VectorXd& angles() const { return angles_; }  ///< R [rad]

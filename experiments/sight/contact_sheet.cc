@@ -1,5 +1,5 @@
 // vision_contact_sheet FOLDER SHEET.png [COLUMNS]: finds hands in unrelated pictures, writes them
-// with what was found as one sheet, and a JSON summary on standard output.
+// with the results as one sheet, and a JSON summary on standard output.
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>

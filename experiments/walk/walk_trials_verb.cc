@@ -165,8 +165,8 @@ std::vector<std::string> suites() {
 void add_walk_trials(CLI::App& program, int& exit_code) {
   auto o = std::make_shared<Options>();
   CLI::App* verb = program.add_subcommand(
-      "walk-trials", "Walks of the biped in the physics, many at once: falls, forces, errors");
-  verb->add_option("--suite", o->suite, "What is walked")
+      "walk-trials", "Walks of the biped in a physics world, many at once: falls, forces, errors");
+  verb->add_option("--suite", o->suite, "Set of trials")
       ->check(CLI::IsMember(suites()))
       ->capture_default_str();
   verb->add_option("--plant", o->plant,
@@ -186,10 +186,10 @@ void add_walk_trials(CLI::App& program, int& exit_code) {
       ->capture_default_str();
   verb->add_option("--set", o->set, "A setting of the stabilizer")->type_name("KEY=NUMBER");
   verb->add_option("--only", o->only, "Number of one trial")->check(number_not_below_zero);
-  verb->add_option("-j,--jobs", o->jobs, "Trials at a time")
+  verb->add_option("-j,--jobs", o->jobs, "Number of trials in parallel")
       ->check(CLI::Range(1, 256))
       ->capture_default_str();
-  verb->add_option("-o,--out", o->out, "JSON lines: one a trial, then a summary");
+  verb->add_option("-o,--out", o->out, "Write JSON lines: one per trial, then a summary");
   verb->add_flag("--json", o->json, "JSON lines on standard output instead of a table");
   verb->footer(
       "Deterministic except for its times. Exit codes: 0 no fall, 1 a fall (or a drawer task that\n"

@@ -12,21 +12,23 @@
 namespace mimesis::hw::bridge {
 
 struct BridgeParams {
-  double rate_hz = 200.0;             ///< of SYNC and of steps: the robot's [Hz]
-  double offset_s = 0.0;              ///< of the first step within the period [s]
-  std::string robot = "lwr4.yaml";    ///< model file: joints, their limits, rate
-  std::string can = "embedded:arm";   ///< bus of the drives, see hw/can/bus.h
-  std::vector<BusShare> buses{};      ///< several buses, instead of `can`
-  std::string hand = "unix:hand";     ///< tcp:HOST:PORT, unix:NAME, or empty for no hand
-  bool readonly = false;              ///< listens to the drives and sends nothing; no hand
-  double silence_s = 0.1;             ///< no command for longer: the stream has ended [s]
-  std::string on_silence = "auto";    ///< then: quick_stop, hold; auto: hold if the robot walks
-  double start_tolerance_rad = 0.02;  ///< of a stream's first command from the actual posture [rad]
+  double rate_hz = 200.0;            ///< rate of SYNC and of steps: the robot's [Hz]
+  double offset_s = 0.0;             ///< time of the first step within the period [s]
+  std::string robot = "lwr4.yaml";   ///< model file: joints, their limits, rate
+  std::string can = "embedded:arm";  ///< bus of the drives, see hw/can/bus.h
+  std::vector<BusShare> buses{};     ///< several buses instead of `can`
+  std::string hand = "unix:hand";    ///< tcp:HOST:PORT, unix:NAME, or empty: no hand
+  bool readonly = false;             ///< listens to the drives and sends nothing; no hand
+  double silence_s = 0.1;            ///< the stream ends after this time without a command [s]
+  /// reaction to silence: quick_stop, hold; auto: hold if the robot walks
+  std::string on_silence = "auto";
+  /// largest distance of a stream's first command from the actual posture [rad]
+  double start_tolerance_rad = 0.02;
   double jump_rad = 0.1;              ///< largest jump within a stream beyond v_max [rad]
-  double boot_timeout_s = 2.0;        ///< until missing drives are reported [s]
-  double transition_timeout_s = 0.5;  ///< per change of a drive's state [s]
-  double feedback_timeout_s = 0.1;    ///< without feedback a drive is lost [s]
-  std::vector<cia402::Axis> axes{};   ///< empty: nodes 1..n with defaults
+  double boot_timeout_s = 2.0;        ///< time until missing drives are reported [s]
+  double transition_timeout_s = 0.5;  ///< time limit of a change of a drive's state [s]
+  double feedback_timeout_s = 0.1;    ///< a drive is lost after this time without feedback [s]
+  std::vector<cia402::Axis> axes{};   ///< drives of the joints; empty: nodes 1..n with defaults
 
   void visit(runtime::ParamVisitor& v) {
     v("rate_hz", rate_hz, 10.0, 1000.0);
@@ -48,10 +50,10 @@ struct BridgeParams {
   double robot_rate_hz() const;  ///< see run_node
 };
 
-/// What actuators are made from.
+/// Settings that actuators are made from.
 struct ActuatorsRequest {
   const BridgeParams& params;
-  const Joints& joints;  ///< of the robot's file: order, limits, home posture
+  const Joints& joints;  ///< joints of the robot's file: order, limits, home posture
   bool stays_powered;    ///< a stop leaves the joints powered, because the robot would fall
   runtime::Bus& graph;   ///< talk to devices through its outside(), or a log cannot be replayed
 };
@@ -59,10 +61,9 @@ struct ActuatorsRequest {
 /// Returns actuators that respect `joints.limits` (SetpointLimiter). @throws ConfigError
 using MakeActuators = std::function<std::unique_ptr<Actuators>(const ActuatorsRequest&)>;
 
-/// Makes `kind` known to the nodes that are made from now on: a robot whose file says
-/// `drives: kind` gets what `make` returns. To be called by main() before run_node(), on one
-/// thread. Known from the start: "cia402" (CANopen drives on the buses of the parameters) and
-/// "perfect".
+/// Makes `kind` known to nodes constructed later: a robot with `drives: kind` in its file gets the
+/// result of `make`. To be called by main() before run_node(), on one thread. Known from the start:
+/// "cia402" (CANopen drives on the buses of the parameters) and "perfect".
 void add_actuators(const std::string& kind, MakeActuators make);
 
 /// The actuators of `request.joints.drives`. @throws ConfigError that lists the known kinds

@@ -20,8 +20,7 @@ class BridgeNode {
   using Params = BridgeParams;
   BridgeNode(const Params& params, runtime::Bus& bus);
   void step(runtime::Time now);
-  void stop(
-      runtime::Time now) noexcept;  ///< quick stop of all joints; the hand keeps what it holds
+  void stop(runtime::Time now) noexcept;  ///< quick stop of all joints; the hand keeps its object
 
  private:
   BridgeNode(const Params& params, const Joints& joints, runtime::Bus& bus);

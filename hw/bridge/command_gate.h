@@ -15,7 +15,7 @@ struct GateLimits {
       0.0;                ///< largest distance of a stream's start from the actual posture
   double jump_rad = 0.0;  ///< largest jump beyond what v_max explains
   std::vector<double> v_max_rad_s;   ///< one per joint
-  std::vector<std::string> names{};  ///< of the joints, for reasons; empty: A1, A2 ...
+  std::vector<std::string> names{};  ///< names of the joints, for reasons; empty: A1, A2 ...
   bool hold_on_silence = false;      ///< instead of a quick stop: come to rest, powered
 };
 
@@ -29,7 +29,7 @@ class CommandGate {
   /// A command that has arrived. @return empty, or why it is refused: one line
   std::string offer(Time now, Time stamp, std::span<const double> position_rad, const Reading& arm);
 
-  /// What to do in this cycle; valid until the next call of either function.
+  /// Set-point of this cycle; valid until the next call of either function.
   Setpoint decide(Time now, const Reading& arm);
 
   /// Why the arm is not following, or empty.

@@ -62,7 +62,7 @@ class EmbeddedBus final : public Bus {
       fail("cannot watch " + folder_);
     }
     socket_ = ::socket(AF_UNIX, SOCK_DGRAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
-    unlink(path_.c_str());  // of a dead process that had our number
+    unlink(path_.c_str());  // socket of a dead process that had our number
     if (socket_ < 0 ||
         bind(socket_, reinterpret_cast<const sockaddr*>(&address), sizeof(address)) < 0) {
       fail("cannot bind " + path_);
@@ -99,7 +99,7 @@ class EmbeddedBus final : public Bus {
         if (bytes < 0) break;
         const std::size_t whole = static_cast<std::size_t>(bytes) / sizeof(Frame);
         const bool sound = whole <= kBatch && static_cast<std::size_t>(bytes) % sizeof(Frame) == 0;
-        if (!sound) ++counters_.errors;  // not one of ours
+        if (!sound) ++counters_.errors;  // not a socket of this program
         count_ = sound ? whole : 0;
         next_ = 0;
         continue;
@@ -125,7 +125,7 @@ class EmbeddedBus final : public Bus {
     for (const auto& entry : fs::directory_iterator(folder_, error)) {
       if (entry.path() != path_) paths.push_back(entry.path().string());
     }
-    std::sort(paths.begin(), paths.end());  // one order of delivery, whatever the file system says
+    std::sort(paths.begin(), paths.end());  // one order of delivery, independent of the file system
     for (const std::string& path : paths) peers_.push_back(socket_address(path));
   }
 
@@ -135,7 +135,7 @@ class EmbeddedBus final : public Bus {
   }
 
   bool send_to_all(std::span<const Frame> batch) {
-    bool taken = !peers_.empty();  // a frame that nobody acknowledges is not sent: as on a wire
+    bool taken = !peers_.empty();  // a frame without an acknowledgement is not sent: as on a wire
     for (std::size_t i = 0; i < peers_.size();) {
       const auto* to = reinterpret_cast<const sockaddr*>(&peers_[i]);
       if (sendto(socket_, batch.data(), batch.size_bytes(), MSG_NOSIGNAL, to,
@@ -154,7 +154,7 @@ class EmbeddedBus final : public Bus {
 
   std::string folder_, path_;
   int socket_ = -1;
-  int watch_ = -1;  // inotify on the folder: who comes and goes
+  int watch_ = -1;  // inotify on the folder: participants that come and go
   std::vector<sockaddr_un> peers_;
   std::vector<Frame> arrived_;  // last datagram, consumed from `next_`
   std::size_t count_ = 0, next_ = 0;

@@ -27,21 +27,20 @@ struct Frame {
 };
 static_assert(sizeof(Frame) == 72);
 
-/// What happened on a bus since it was opened.
+/// Traffic of a bus since it was opened.
 struct Counters {
   std::uint64_t sent = 0;      ///< frames taken by the wire
   std::uint64_t received = 0;  ///< frames, without error frames
   std::uint64_t errors = 0;    ///< frames not taken, and error frames
 };
 
-/// Moves frames, knows nothing of their meaning. Whoever is on the bus receives every frame but its
-/// own.
+/// Moves frames, knows nothing of their meaning. Every participant receives all frames but its own.
 class Bus {
  public:
   virtual ~Bus() = default;
 
-  /// Hands frames to the wire in one batch. Never blocks and keeps nothing for later: what the wire
-  /// does not take now is dropped and counted, so that no stale command waits in a queue of ours.
+  /// Hands frames to the wire in one batch. Never blocks and keeps nothing for later: frames that
+  /// the wire does not take now are dropped and counted, so that no stale command waits in a queue.
   virtual void send(std::span<const Frame> frames) = 0;
 
   /// Takes frames that have arrived, oldest first; never blocks. Error frames are among them.
@@ -55,8 +54,8 @@ class Bus {
 };
 
 /// Opens the bus at `address`:
-///   embedded:NAME     Unix datagram sockets below `directory` (the graph's), without CAN in the
-///   kernel socketcan:IFACE   the kernel's CAN interface
+///   embedded:NAME    Unix datagram sockets below `directory` (the graph's), no CAN in the kernel
+///   socketcan:IFACE  the kernel's CAN interface
 /// @throws ConfigError with one line: unknown kind, no such interface, interface down, no CAN in
 /// the kernel
 std::unique_ptr<Bus> open(const std::string& address, const std::string& directory);

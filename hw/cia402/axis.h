@@ -11,7 +11,7 @@
 
 namespace mimesis::hw::cia402 {
 
-/// What lies between a joint of the robot's model and its drive on the bus. `visit` lets the bridge
+/// Relation between a joint of the robot's model and its drive on the bus. `visit` lets the bridge
 /// and the simulated drives read the same table.
 struct Axis {
   int node_id = 0;                        ///< CANopen node, 1..126 [1]
@@ -45,7 +45,7 @@ inline constexpr int kDriveHeartbeatMs = 100;          ///< drives send
 inline constexpr int kDriveHeartbeatTimeoutMs = 250;   ///< we stop after
 inline constexpr int kRpdoDeadlineMs = 100;            ///< drives stop without set-points after
 
-/// One SDO access on the way to a configured drive.
+/// One SDO access of the configuration of a drive.
 struct SetupStep {
   enum class Kind : std::uint8_t {
     expect,         ///< upload; value under `mask` must be equal
@@ -69,7 +69,7 @@ struct Period {
 /// @throws ConfigError if 1/rate is no whole number of 0.1 ms up to 255
 Period period_of(double rate_hz);
 
-/// What makes a drive follow positions synchronously and stop by itself when we are gone.
+/// Setup of a drive: follow positions synchronously, and stop if the bridge is lost.
 /// Afterwards:
 ///   RPDO1 controlword 6040h (2 B), target position 607Ah (4 B), taken with SYNC
 ///   TPDO1 statusword 6041h (2 B), position 6064h (4 B), torque 6077h (2 B), sent on SYNC
@@ -80,8 +80,8 @@ std::vector<SetupStep> setup_steps(const Axis& axis, double q_min, double q_max,
                                    double a_max, Period period,
                                    QuickStop quick_stop = QuickStop::disables);
 
-/// Our side of one drive: finds it, configures it by SDO (one access per cycle), takes in what it
-/// says. Pure: frames in, frames out, time as argument.
+/// Our side of one drive: finds it, configures it by SDO (one access per cycle), reads its
+/// messages. Pure: frames in, frames out, time as argument.
 class AxisMaster {
  public:
   /// @param name "A3 (node 3)", for reasons
@@ -98,7 +98,7 @@ class AxisMaster {
 
   bool found() const { return step_ > 0; }
   bool configured() const { return step_ == steps_.size(); }
-  /// Empty, or why the configuration cannot go on.
+  /// Empty, or the reason why the configuration cannot continue.
   const std::string& failure() const { return failure_; }
   /// True once if the drive has rebooted since it was configured.
   bool take_rebooted() { return std::exchange(rebooted_, false); }
@@ -107,7 +107,7 @@ class AxisMaster {
   Time feedback_age(Time now) const { return now - feedback_seen_; }
   Time heartbeat_age(Time now) const { return now - heartbeat_seen_; }
   const JointReading& reading() const { return reading_; }
-  /// Where the drive holds its motor, if it tells; else where the joint is [rad].
+  /// Position at which the drive holds its motor, if reported; else the joint's [rad].
   double demand_rad() const { return demand_rad_.value_or(reading_.position_rad); }
   /// The drive still moves that, as on a quick stop's ramp.
   bool demand_moves() const { return demand_moves_; }
@@ -120,7 +120,7 @@ class AxisMaster {
   const std::string& name() const { return name_; }
   const Axis& axis() const { return axis_; }
 
-  // What we tell the drive; kept here because a fault reset is an edge.
+  // controlword of the next frame; kept here because a fault reset is an edge
   std::uint16_t controlword = 0;
   double target_rad = 0.0;
 

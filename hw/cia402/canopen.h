@@ -57,7 +57,7 @@ struct Sdo {
   Kind kind = Kind::unsupported;
   Object object;
   std::uint32_t value = 0;  ///< data, or abort code
-  int bytes = 0;            ///< of data
+  int bytes = 0;            ///< bytes of data
 };
 Sdo parse_sdo_request(const can::Frame& frame);
 Sdo parse_sdo_response(const can::Frame& frame);
@@ -78,7 +78,7 @@ std::optional<std::uint32_t> unsigned_at(const can::Frame& frame, int offset, in
 /// Two's complement number at byte `offset`; nothing if the frame is too short.
 std::optional<std::int32_t> signed_at(const can::Frame& frame, int offset, int bytes);
 
-/// What a frame is, from its identifier (predefined connection set).
+/// Identity of a frame, from its identifier (predefined connection set).
 struct Identity {
   enum class Kind : std::uint8_t {
     nmt,
@@ -93,7 +93,7 @@ struct Identity {
   };
   Kind kind = Kind::other;
   int node = 0;
-  int n = 0;  ///< of PDOs: 1..4
+  int n = 0;  ///< number of a PDO: 1..4
 };
 Identity identify(const can::Frame& frame);
 

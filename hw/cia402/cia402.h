@@ -19,7 +19,7 @@ inline constexpr std::uint16_t kDisableVoltage = 0x00, kQuickStop = 0x02, kShutd
                                kSwitchOn = 0x07, kEnableOperation = 0x0F, kFaultReset = 0x80;
 }
 
-/// What a drive does at the end of its quick stop (605Ah).
+/// End of a drive's quick stop (605Ah).
 enum class QuickStop : std::uint8_t {
   disables = 2,       ///< slow down on the quick stop ramp, then switch on disabled
   stays_powered = 6,  ///< slow down on the quick stop ramp, then stay in quick stop active

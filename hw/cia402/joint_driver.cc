@@ -269,8 +269,9 @@ void JointDriver::obey(const Setpoint& setpoint) {
 
 void JointDriver::enable(AxisMaster& axis) {
   const DriveState state = axis.reading().drive;
-  const bool braking = state == DriveState::quick_stop_active &&  // or disables itself at rest
-                       !(stays_powered() && stopped(axis));
+  // a drive may also disable itself at rest
+  const bool braking =
+      state == DriveState::quick_stop_active && !(stays_powered() && stopped(axis));
   const bool held = axis.controlword == controlword::kEnableOperation;
   axis.controlword = braking ? controlword::kQuickStop
                              : towards_enabled(state, axis.controlword, options_.quick_stop);
@@ -333,12 +334,13 @@ bool GroupDriver::any(Phase phase) const {
 }
 
 void GroupDriver::combine() {
-  // The first of these that a bus is in is what the robot is in. Followed is only what all follow.
+  // The robot's phase is the first of these that any bus is in; it follows only if all buses
+  // follow.
   constexpr std::array kWorstFirst = {Phase::fault,    Phase::starting, Phase::stopping,
                                       Phase::enabling, Phase::holding,  Phase::idle};
   const auto* worst = std::ranges::find_if(kWorstFirst, [&](Phase p) { return any(p); });
   reading_.phase = worst != kWorstFirst.end() ? *worst : Phase::following;
-  if (readings_[speaker_]->phase != reading_.phase) {  // else: the first cause goes on to count
+  if (readings_[speaker_]->phase != reading_.phase) {  // otherwise the first cause stays
     const auto is_it = [&](const Reading* r) { return r->phase == reading_.phase; };
     speaker_ = static_cast<std::size_t>(std::ranges::find_if(readings_, is_it) - readings_.begin());
   }
@@ -361,10 +363,10 @@ const Reading& GroupDriver::read(Time now) {
 }
 
 Mode GroupDriver::mode_of(const Reading& part, Mode asked, bool ready) const {
-  if (part.phase == Phase::fault) return asked;  // it knows whether it was told to rest since
+  if (part.phase == Phase::fault) return asked;  // the part knows whether it was told to rest since
   if (any(Phase::fault)) return Mode::idle;
   if (asked != Mode::follow || ready) return asked;
-  // Who is there already waits for the others; nobody sets out while one of them cannot.
+  // A drive that is ready waits for the others; no joint starts while one cannot.
   if (part.phase == Phase::following) return Mode::hold;
   const bool incomplete = any(Phase::starting) || any(Phase::stopping);
   return part.phase != Phase::enabling && incomplete ? Mode::idle : Mode::follow;
@@ -393,7 +395,7 @@ void GroupDriver::write(Time now, const Setpoint& setpoint) {
 
 void GroupDriver::stop() noexcept {
   for (const auto& part : parts_) part->stop();
-  // What changed shows with the next read: to copy a reason could throw.
+  // The change shows with the next read: copying a reason could throw.
 }
 
 Traffic GroupDriver::traffic() const {

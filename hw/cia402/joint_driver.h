@@ -11,21 +11,22 @@
 namespace mimesis::hw::cia402 {
 
 struct JointDriverOptions {
-  std::vector<Axis> axes;                      ///< one per joint, in the model's order
-  std::vector<std::string> names{};            ///< of the joints, for reasons; empty: A1, A2 ...
-  JointLimits limits;                          ///< of the model; enforced on every set-point
-  double rate_hz = 200.0;                      ///< of read and write
-  double boot_timeout_s = 2.0;                 ///< until missing drives are reported
-  double transition_timeout_s = 0.5;           ///< per change of a drive's state
-  double feedback_timeout_s = 0.1;             ///< without TPDO: the axis is lost
-  bool readonly = false;                       ///< listens, never sends
-  QuickStop quick_stop = QuickStop::disables;  ///< of the drives, also by their own watchdogs
+  std::vector<Axis> axes;  ///< one per joint, in the model's order
+  /// names of the joints, for reasons; empty: A1, A2 ...
+  std::vector<std::string> names{};
+  JointLimits limits;                 ///< limits of the model; enforced on every set-point
+  double rate_hz = 200.0;             ///< rate of read and write
+  double boot_timeout_s = 2.0;        ///< until missing drives are reported
+  double transition_timeout_s = 0.5;  ///< per change of a drive's state
+  double feedback_timeout_s = 0.1;    ///< without TPDO: the axis is lost
+  bool readonly = false;              ///< listens, never sends
+  /// reaction of the drives, also to their own watchdogs
+  QuickStop quick_stop = QuickStop::disables;
 };
 
 /// CiA 402 drives on one CAN bus as the joints of an arm, or some joints of a robot. Per cycle one
 /// batch of frames out (set-points, then SYNC) and one in. After any fault all axes get a quick
-/// stop; a set-point is obeyed again only after Mode::idle has been asked for, and starts at the
-/// actual posture.
+/// stop; a set-point is obeyed again only after Mode::idle, and starts at the actual posture.
 class JointDriver final : public Actuators {
  public:
   /// Sends a quick stop first. @throws ConfigError if the rate gives no interpolation period
@@ -65,14 +66,14 @@ class JointDriver final : public Actuators {
   std::vector<double> posture_;
   Reading reading_;
 
-  Time now_{};      // of the last read or write
+  Time now_{};      // time of the last read or write
   Time entered_{};  // when the phase began
   Time heartbeat_due_{};
   Time silent_until_{};      // after bus-off
   Time retry_at_{};          // after a failed set-up
   bool begun_ = false;       // first cycle seen
   bool configured_ = false;  // every drive is configured and started
-  bool may_enable_ = true;   // idle was asked for since the last fault
+  bool may_enable_ = true;   // Mode::idle was set since the last fault
 };
 
 /// The joints of one robot on several buses: an JointDriver each, its joints after those of the one
@@ -94,8 +95,8 @@ class GroupDriver final : public Actuators {
   Mode mode_of(const Reading& part, Mode asked, bool ready) const;
 
   std::vector<std::unique_ptr<JointDriver>> parts_;
-  std::vector<const Reading*> readings_;  // of the parts
-  std::vector<Mode> modes_;               // of this cycle
+  std::vector<const Reading*> readings_;  // readings of the parts
+  std::vector<Mode> modes_;               // modes of this cycle
   std::size_t speaker_ = 0;               // the part whose reason is ours
   std::uint64_t limited_ = 0;             // sum of the parts
   Reading reading_;

@@ -7,25 +7,25 @@
 #include "hw/cia402/axis.h"
 #include "hw/setpoint_limiter.h"
 
-/// What bridge and simulated drives must agree on: a robot's joints and the buses of their drives.
+/// Settings that bridge and simulated drives share: a robot's joints and the buses of their drives.
 namespace mimesis::hw {
 
-/// The joints of a robot, whatever kind of file it is described in.
+/// The joints of a robot, from any kind of model file.
 struct Joints {
-  std::vector<std::string> names{};  ///< of an arm: A1 ... An
+  std::vector<std::string> names{};  ///< names of the joints; of an arm A1 ... An
   JointLimits limits;
   Eigen::VectorXd home;        ///< where a simulation starts [rad]
-  Eigen::VectorXd effort_n_m;  ///< largest torque; 0: the file does not say
+  Eigen::VectorXd effort_n_m;  ///< largest torque; 0: not in the file
   bool walks = false;          ///< would fall without power
   std::string drives;          ///< kind of its actuators, see hw/bridge/actuators_node.h
-  double rate_hz = 200.0;      ///< of commands and readings
+  double rate_hz = 200.0;      ///< rate of commands and readings
 
   int count() const { return static_cast<int>(names.size()); }
 };
 
 /// Reads an arm (models/lwr4.yaml) or a walking robot (models/biped.yaml, or a bare .urdf: then
-/// home is zero and what a URDF cannot say is as in model::BipedDrives). The file alone owns rate
-/// and limits; the bridge enforces these once, in the SetpointLimiter of its actuators.
+/// home is zero and the rest has the defaults of model::BipedDrives). The file alone owns rate and
+/// limits; the bridge enforces these once, in the SetpointLimiter of its actuators.
 /// @throws ConfigError that names the file
 Joints load_joints(const std::string& file);
 

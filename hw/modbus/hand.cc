@@ -151,7 +151,7 @@ void HandDriver::stop() noexcept {
     if (stopping_.exchange(true)) return;
     if (thread_.joinable()) thread_.join();
     client_.exchange(Time::max() / 2, to_output({.mode = last_.mode}, last_));
-  } catch (...) {  // the hand stands still by itself when nobody moves it
+  } catch (...) {  // the hand stands still by itself without commands
   }
 }
 

@@ -20,7 +20,7 @@ namespace mimesis::hw::modbus {
 template <class T>
 class LatestSlot {
  public:
-  /// Writer: replaces whatever the reader has not taken.
+  /// Writer: replaces the value that the reader has not taken yet.
   void put(const T& value) {
     buffers_[back_] = value;
     back_ = middle_.exchange(static_cast<std::uint8_t>(back_ | kFresh), std::memory_order_acq_rel) &
@@ -77,7 +77,7 @@ class HandClient {
   std::uint64_t transactions_ = 0, errors_ = 0;
 };
 
-/// What the hand shall do.
+/// Set-point of the hand.
 struct HandSetpoint {
   bool move = false;  ///< false: stand still
   HandMode mode = HandMode::basic;
@@ -95,9 +95,9 @@ struct HandReading {
   std::uint64_t transactions = 0, errors = 0;
 };
 
-/// Set-point to registers: activates the hand, and again after a fault that asks for it. Pure.
+/// Set-point to registers: activates the hand, and again after a fault that requires it. Pure.
 HandOutput to_output(const HandSetpoint& setpoint, const HandInput& last);
-/// Registers to reading; `reachable` false: `failure` says why, all else is old.
+/// Registers to reading; `reachable` false: `failure` has the reason, other values are old.
 HandReading to_reading(const HandInput& input);
 
 /// The hand, either inside the step (lock-step: nothing may depend on threads) or on a thread of
@@ -106,8 +106,8 @@ class HandDriver {
  public:
   struct Options {
     bool threaded = true;
-    std::chrono::milliseconds timeout{50};  ///< of each Modbus answer, wall time
-    std::chrono::milliseconds period{10};   ///< of exchanges on the thread, wall time
+    std::chrono::milliseconds timeout{50};  ///< longest wait for each Modbus answer, wall time
+    std::chrono::milliseconds period{10};   ///< period of exchanges on the thread, wall time
   };
   HandDriver(Address address, const Options& options);
   ~HandDriver();
@@ -117,7 +117,7 @@ class HandDriver {
   /// Newest reading, after an exchange of this set-point (inside the step) or of an earlier one
   /// (thread).
   const HandReading& exchange(Time now, const HandSetpoint& setpoint);
-  /// The fingers stand still; what they hold, they hold.
+  /// The fingers stand still and keep the object.
   void stop() noexcept;
 
  private:

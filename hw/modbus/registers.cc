@@ -36,7 +36,7 @@ unsigned two_bits(std::uint8_t value, int lowest) { return value >> lowest & 3u;
 Registers encode(const HandOutput& o) {
   Bytes b{};
   b[0] = byte(flag(o.activate, 0) | static_cast<unsigned>(o.mode) << 1 | flag(o.go, 3));
-  b[3] = o.position;  // of finger A; the others follow it while rICF (byte 1, bit 2) is 0
+  b[3] = o.position;  // position of finger A; the others follow it while rICF (byte 1, bit 2) is 0
   b[4] = o.speed;
   b[5] = o.force;
   return pack(b);

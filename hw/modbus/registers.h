@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <string>
 
-/// Register map of a three-finger adaptive gripper in the manner of the Robotiq 3F: what is written
+/// Register map of a three-finger adaptive gripper like that of the Robotiq 3F: registers written
 /// to and read from the hand. Pure. Byte 2k of the manual is the high byte of register k.
 namespace mimesis::hw::modbus {
 
@@ -47,14 +47,16 @@ struct HandInput {
   std::uint8_t fault = 0;                                 ///< gFLT, see fault_text
   std::uint8_t requested = 0;                             ///< echo of the requested position
   std::uint8_t position = 0;                              ///< 0 open .. 255 closed
-  std::uint8_t current = 0;                               ///< of the motors, in tenths of mA
+  /// current of the motors, in tenths of mA
+  std::uint8_t current = 0;
   friend bool operator==(const HandInput&, const HandInput&) = default;
 };
 
 Registers encode(const HandOutput& output);
 HandOutput decode_output(const Registers& registers);
 Registers encode(const HandInput& input);
-/// Of the three fingers A, B, C the one that stopped first decides `contact`, the mean `position`.
+/// `contact` is that of the finger (A, B or C) that stopped first, `position` the mean of the
+/// three.
 HandInput decode_input(const Registers& registers);
 
 /// Empty for 0, else words and number.

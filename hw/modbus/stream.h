@@ -11,10 +11,10 @@ namespace mimesis::hw::modbus {
 /// directory.
 struct Address {
   bool local = false;
-  std::string host;  ///< of tcp
-  std::string port;  ///< of tcp
-  std::string path;  ///< of unix
-  std::string text;  ///< as written
+  std::string host;  ///< host of a tcp address
+  std::string port;  ///< port of a tcp address
+  std::string path;  ///< path of a unix address
+  std::string text;  ///< the address as written
 };
 
 /// @throws ConfigError if it is neither, or the socket's path is too long

@@ -10,7 +10,7 @@ namespace {
 
 constexpr std::string_view kCan = "can";
 
-/// What the wire did with a batch.
+/// Result of sending a batch.
 struct Outcome {
   std::uint32_t taken = 0, errors = 0;
 };
@@ -25,7 +25,7 @@ void put(log::Encoder& out, std::span<const can::Frame> frames) {
   }
 }
 
-/// False if that is no frame of ours.
+/// False if that is no frame of this layout.
 bool get(log::Decoder& in, can::Frame& frame) {
   frame = {};
   frame.id = in.integer<std::uint32_t>();

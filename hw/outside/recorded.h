@@ -8,13 +8,13 @@
 
 namespace mimesis::hw::outside {
 
-/// A CAN bus as a node of the graph uses it: all that passes goes through `graph.outside()` under
-/// the name "can". Layout, little-endian; logs rely on it:
+/// A CAN bus for a node of the graph: all traffic goes through `graph.outside()` under the name
+/// "can". Layout, little-endian; logs rely on it:
 ///   FRAMES  u32 count, then per frame: u32 id with its flags, u8 length, u8 flags of CAN FD,
 ///           `length` bytes of data
-///   send     writes FRAMES, then reads what became of them: u32 taken by the wire, u32 errors
+///   send     writes FRAMES, then reads the result: u32 taken by the wire, u32 errors
 ///   receive  reads u32 errors since the last call, FRAMES
-/// A node sees nothing but what is recorded, in a live run too: unused bytes of a frame are zero.
+/// A node sees only recorded data, in a live run too: unused bytes of a frame are zero.
 /// @param wire not used in a replay, may be null then
 std::unique_ptr<can::Bus> record_can(std::unique_ptr<can::Bus> wire, runtime::Bus& graph);
 
@@ -22,9 +22,9 @@ std::unique_ptr<can::Bus> record_can(std::unique_ptr<can::Bus> wire, runtime::Bu
 /// @throws ConfigError as can::open
 std::unique_ptr<can::Bus> open_can(const std::string& address, runtime::Bus& graph);
 
-/// A hand as a node of the graph uses it: what goes to the driver and comes from it passes
-/// `graph.outside()` under the name "hand". In a replay there is neither driver nor thread.
-/// Layout, little-endian; logs rely on it:
+/// A hand for a node of the graph: data to the driver and from it pass `graph.outside()` under the
+/// name "hand". In a replay there is neither driver nor thread. Layout, little-endian; logs rely on
+/// it:
 ///   written  u8 move, u8 mode, f64 closure, f64 force
 ///   read     u8 active + 2 moving + 4 object detected, u8 mode, f64 closure, u64 transactions,
 ///            u64 errors, the fault's text
@@ -34,13 +34,13 @@ class RecordedHand {
   RecordedHand(const std::string& address, const modbus::HandDriver::Options& options,
                runtime::Bus& graph);
 
-  /// As of modbus::HandDriver.
+  /// Like modbus::HandDriver::exchange.
   const modbus::HandReading& exchange(Time now, const modbus::HandSetpoint& setpoint);
   void stop() noexcept;
 
  private:
   runtime::Bus& graph_;
-  std::unique_ptr<modbus::HandDriver> driver_;  // none in a replay
+  std::unique_ptr<modbus::HandDriver> driver_;  // null in a replay
   modbus::HandReading reading_;
 };
 

@@ -34,21 +34,21 @@ class Rendered final : public Source {
 };
 
 struct CameraParams {
-  double rate_hz = 30.0;            ///< frames looked for [Hz]
-  std::string source = "renderer";  ///< renderer, v4l2, video or folder
+  double rate_hz = 30.0;            ///< rate of looking for frames [Hz]
+  std::string source = "renderer";  ///< source of images: renderer, v4l2, video or folder
   std::string path;                 ///< device, film or folder
-  bool record_frames = false;       ///< v4l2: keeps what the device delivers, for replays
-  int repeat = 1;                   ///< demonstrations, or passes of a film or folder [1]
+  bool record_frames = false;       ///< v4l2: keeps the device's frames, for replays
+  int repeat = 1;  ///< number of demonstrations, or of passes of a film or folder [1]
   std::string teacher = "precision,above,high";  ///< renderer: grip,transport,goal
-  std::string color = "light";                   ///< renderer: of the object
-  std::string shown = "all";  ///< renderer: all, or grasp (the teacher stops there)
-  int seed = 1;               ///< renderer: of noise and clutter [1]
-  Picture picture;            ///< renderer: all else
+  std::string color = "light";                   ///< renderer: colour of the object
+  std::string shown = "all";  ///< renderer: all, or grasp (the teacher stops after it)
+  int seed = 1;               ///< renderer: seed of noise and clutter [1]
+  Picture picture;            ///< renderer: scene and light
 
   void visit(runtime::ParamVisitor& v);
 };
 
-/// Publishes what a camera sees of the teacher's table; with the renderer also what is true.
+/// Publishes images of the teacher's table; with the renderer also the truth.
 class CameraNode {
  public:
   using Params = CameraParams;

@@ -13,7 +13,7 @@ namespace {
 using Eigen::Vector3d;
 
 struct Finger {
-  double side;                   // of the knuckle, + towards the thumb [m]
+  double side;                   // side of the knuckle, + towards the thumb [m]
   std::array<double, 3> length;  // proximal, middle, distal [m]
   double radius;                 // at the knuckle [m]
 };

@@ -13,7 +13,7 @@ namespace mimesis::camera {
 struct Capsule {
   Eigen::Vector3d a, b;
   double radius_a, radius_b;
-  bool skin;  ///< else: cloth of the sleeve
+  bool skin;  ///< false: cloth of the sleeve
 };
 
 /// A left arm: 5 of the palm, 15 of the fingers, forearm and

@@ -51,7 +51,7 @@ struct Picture {
   image::View view;
   Faults faults;
   int clutter = 12;        ///< coloured things lying about [1]
-  std::uint64_t seed = 1;  ///< of clutter and noise
+  std::uint64_t seed = 1;  ///< seed of clutter and noise
 };
 
 /// Draws the teacher at his table: a pure function of (picture, time).

@@ -103,7 +103,7 @@ void TeacherMotion::add(const Vector2d& to, double begin, double end) {
 }
 
 void TeacherMotion::add_chain(const std::vector<Vector2d>& points, double begin, double end) {
-  constexpr double kOverlap = 0.4;  // of a stroke's duration
+  constexpr double kOverlap = 0.4;  // share of a stroke's duration
   const double n = static_cast<double>(points.size());
   const double length = (end - begin) / (n - kOverlap * (n - 1.0));
   for (const Vector2d& p : points) {

@@ -24,9 +24,9 @@ Lesson parse_lesson(const std::string& text);
 /// When and how often it is shown.
 struct TeacherScript {
   Lesson lesson;
-  Color color = Color::light;  ///< of the object
+  Color color = Color::light;  ///< colour of the object
   double start_s = 0.5;        ///< rest before the first motion
-  double duration_s = 6.0;     ///< of one demonstration, from reaching to having withdrawn
+  double duration_s = 6.0;     ///< duration of one demonstration, from reaching to having withdrawn
   double pause_s = 1.5;        ///< rest after each, before the object is back at its start
   int repeat = 1;              ///< number of demonstrations
   bool only_grasp = false;     ///< the teacher stops after grasping [M18 Fig. 2.20]

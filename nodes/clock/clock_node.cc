@@ -80,7 +80,7 @@ int run_clock(int argc, char** argv) {
     if (options.check) return 0;
     runtime::StopSignal stop;
     runtime::set_log_name(options.bus.name);
-    options.bus.clock = runtime::ClockKind::wall;  // it waits for nobody's time
+    options.bus.clock = runtime::ClockKind::wall;  // it waits for no participant
     options.bus.out.emplace("time", "clock/time");
     runtime::ZmqBus bus(options.bus);
     params.mode == "sim" ? publish_time(params, bus, stop.fd()) : conduct(params, bus, stop.fd());

@@ -29,7 +29,7 @@ void conduct(const ClockParams& params, runtime::ZmqBus& bus, int stop_fd);
 /// @throws ConfigError if factor is 0: free-running nodes need a pace.
 void publish_time(const ClockParams& params, runtime::ZmqBus& bus, int stop_fd);
 
-/// The program: as runtime::run, but time is not told to this node, it tells.
+/// The program: like runtime::run, but this node is the source of time.
 int run_clock(int argc, char** argv);
 
 }  // namespace mimesis::clock

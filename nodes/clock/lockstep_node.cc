@@ -1,4 +1,4 @@
-// The conductor's sockets: packets from and to the nodes, clock/time for those who only watch.
+// The conductor's sockets: packets from and to the nodes, clock/time for observers.
 #include <poll.h>
 
 #include <cmath>
@@ -22,8 +22,8 @@ using runtime::PacketSocket;
 using runtime::Time;
 using Wall = std::chrono::steady_clock;
 
-constexpr auto kServePeriod = 5ms;     // of the bus: discovery, late joiners
-constexpr Time kPublishPeriod = 10ms;  // of clock/time, in simulated time
+constexpr auto kServePeriod = 5ms;     // period of serving the bus: discovery, late joiners
+constexpr Time kPublishPeriod = 10ms;  // period of clock/time, in simulated time
 constexpr auto kStopPatience = 2s;     // for nodes to stop after the end of time
 
 struct Connection {

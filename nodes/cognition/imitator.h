@@ -13,7 +13,7 @@ namespace mimesis::cognition {
 struct Peaks {
   int count = 0;
   int site = -1;       ///< nearest to the most active neuron; -1 without a peak
-  double max_u = 0.0;  ///< of the whole field [1]
+  double max_u = 0.0;  ///< maximum of the whole field [1]
 };
 
 template <class Real>
@@ -45,8 +45,7 @@ struct ImitatorParams {
   /// Sequences rehearsed with reward before the first demonstration (parse_sequence): the robot "is
   /// familiar with the task" [M18 2.4.2]. Empty: it must learn from its own successes.
   std::vector<std::string> practice = {"precision,above,high", "full,below,low"};
-  /// A demonstration of which part stays hidden counts as over when nothing new was seen for so
-  /// long [s].
+  /// A demonstration with hidden parts counts as over when nothing new was seen for this time [s].
   double patience_s = 5.0;
 };
 
@@ -75,8 +74,8 @@ class Imitator {
   void advance(double period_s, bool success);
 
   Stage stage() const { return stage_; }
-  /// Before Stage::decided: what the fields show now, not settled. After: the decision, which
-  /// stays.
+  /// Before Stage::decided: the present activity of the fields, not settled. After: the decision,
+  /// which stays.
   const Decision& decision() const { return decision_; }
   const Demonstration& shown() const { return seen_; }
   bool learning() const { return learning_; }  ///< links changed in the last advance()

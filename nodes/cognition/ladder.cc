@@ -92,7 +92,7 @@ Ladder<Real>::Ladder(const LadderParams& params) : params_(params) {
   for (std::size_t c = 0; c < kConnections; ++c) {
     const auto n = static_cast<std::size_t>(params.field.neurons);
     links_.emplace_back(n, n, dx);
-    double m = 0.0;  // ∫ f₂² of the source's pattern: what the target gets per unit of η
+    double m = 0.0;  // ∫ f₂² of the source's pattern: input of the target per unit of η
     for (const Real r : pattern(kEnds[c].source, 0)) m += static_cast<double>(r * r) * dx;
     eta_[c] = gain(params.gain, static_cast<Connection>(c)) / m;
   }

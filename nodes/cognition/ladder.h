@@ -15,9 +15,9 @@ struct LinkGains {
   double sts_to_pf = 1.3524804441964529;  ///< grip and transport each; only both together ignite PF
   double sts_to_f5 = 1.0;                 ///< direct matching, preshapes
   double pf_to_f5 = 4.5;                  ///< an ignited combination ignites its means
-  double pf_to_pfc = 2.036942294512025;   ///< learned
-  double pfc_to_pf = 3.061595294290408;   ///< learned
-  double color = 4.5;                     ///< COL to PFC and back, learned
+  double pf_to_pfc = 2.036942294512025;   ///< from PF to PFC, learned
+  double pfc_to_pf = 3.061595294290408;   ///< from PFC to PF, learned
+  double color = 4.5;                     ///< gain: COL to PFC and back, learned; vision: to COL
 
   template <class V>
   void visit(V& v) {
@@ -32,11 +32,11 @@ struct LinkGains {
 
 /// Gaussian inputs from vision at full confidence: amplitudes [1], width [1], duration [s].
 struct VisionInput {
-  double sts = 3.339890871576646;  ///< to STSg and STSt, each
+  double sts = 3.339890871576646;  ///< amplitude to STSg and STSt, each
   double pfc = 2.7001747339679403;
   double color = 4.5;
-  double width = 5.0;     ///< σ on the feature axis [1]; of the task input too
-  double window_s = 0.6;  ///< how long a demonstration drives the fields
+  double width = 5.0;     ///< σ on the feature axis [1]; vision: of the task input too
+  double window_s = 0.6;  ///< vision: input of a demonstration; learning: reward of a success
 
   template <class V>
   void visit(V& v) {
@@ -51,8 +51,8 @@ struct VisionInput {
 /// Knowledge of a familiar task: constant input that preshapes [M18 2.2.2], amplitudes
 /// [1].
 struct TaskInput {
-  double pf = 1.4629668328708365;   ///< to PG-AT and FG-BT
-  double pfc = 0.7369377837296097;  ///< to both goals
+  double pf = 1.4629668328708365;   ///< amplitude to PG-AT and FG-BT
+  double pfc = 0.7369377837296097;  ///< amplitude to both goals
 
   template <class V>
   void visit(V& v) {
@@ -63,8 +63,8 @@ struct TaskInput {
 
 /// Learning by eq. 2.3.
 struct Learning {
-  double tau_s = 0.4;         ///< τ_s, much longer than the τ of the fields [s]
-  double window_s = 2.0;      ///< how long a success rewards [s]
+  double tau_s = 0.4;         ///< learning: τ_s, much longer than τ; field: τ [s]
+  double window_s = 2.0;      ///< duration of the reward of a success [s]
   double local_above = -1.5;  ///< activity that makes a neuron part of a population [1]
 
   template <class V>
@@ -143,8 +143,7 @@ Stimulus task_stimulus(const TaskInput& task);
 /// Adds what vision saw; unknown symbols add nothing.
 void add_vision(const VisionInput& vision, const Demonstration& shown, Stimulus& to);
 
-/// Seven coupled fields that match what is seen with what the robot can do and with its goals [M18
-/// fig. 2.2]:
+/// Seven coupled fields that match observations with the robot's actions and goals [M18 fig. 2.2]:
 ///
 ///   STSg ──┬──> F5g <──┐        COL          STS->PF, STS->F5, PF->F5: innate (eq. 2.4 at
 ///   construction)

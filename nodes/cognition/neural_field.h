@@ -34,7 +34,7 @@ class NeuralField {
   /// @throws ConfigError if a constant is out of its range.
   NeuralField(const FieldParams& params, double dt_s);
 
-  /// External input S of the next step; whoever drives the field adds to it, step() clears it.
+  /// External input S of the next step; inputs are added to it, step() clears it.
   std::span<Real> input() { return {input_.data(), size_}; }
   /// Advances u by dt with the input collected since the last step.
   void step();
@@ -75,7 +75,7 @@ extern template class NeuralField<double>;
 /// Both rules act between the active populations only, u > local_above: the text requires that a
 /// pattern leaves the synapses of the other patterns as they are, while eq. 2.3 alone would let
 /// them decay. The weights are dense; rows outside the learned span of a column are exact zeros and
-/// are skipped, which changes no bit of the result. Nothing allocates after construction.
+/// are skipped, which changes no bit of the result. No allocation after construction.
 template <class Real>
 class Link {
  public:

@@ -29,7 +29,7 @@ bool all_within(const Values& values, double most) {
   return true;
 }
 
-/// Sums of no more agents than there are, each within what one may add.
+/// Sums of no more agents than exist, each within the largest possible value.
 bool possible(const v1::CrowdSums& sums, const Scenario& scenario) {
   double most = static_cast<double>(scenario.externals.size());
   for (const Group& group : scenario.groups) most += group.count;
@@ -44,7 +44,7 @@ bool possible(const v1::CrowdSums& sums, const Scenario& scenario) {
          within(sums.leader_phase_rad(), kTurns_rad);
 }
 
-/// Checks that a group can go on with this traveller.
+/// Checks that a group can continue with this traveller.
 bool possible(const v1::CrowdTraveller& t, const Group& group) {
   const bool on_route = group.goals.aim == Aim::route;
   return all_within(
@@ -59,7 +59,7 @@ bool possible(const v1::CrowdTraveller& t, const Group& group) {
          (!on_route || t.leg() < group.goals.position_m.size() / 2);
 }
 
-/// Nothing for "not a number": ports take none.
+/// Empty for "not a number": ports accept none.
 double or_none(bool has, double value) { return has ? value : AgentState::kNone; }
 
 using model::Rgba;

@@ -168,7 +168,7 @@ void CrowdNode::step(Time now) {
   }
   ++steps_;
   const auto begin = std::chrono::steady_clock::now();
-  const Time state_time = now - period_;  // of the run and of what others sent last
+  const Time state_time = now - period_;  // time of the run's state and of the others' last reports
   take_peers(now);
   take_handovers(state_time);
   take_agents(now);
@@ -253,7 +253,7 @@ void CrowdNode::observe() {
   count_near();
 }
 
-/// Pairs with an agent of ours; each pair is counted by one coordinator.
+/// Pairs with one of our agents; each pair is counted by one coordinator.
 void CrowdNode::count_near() {
   discs_.clear();
   for (const Observed& o : everybody_) {

@@ -21,13 +21,13 @@
 
 namespace mimesis::crowd {
 
-/// Which part of the plane is whose. All coordinators of a crowd have the same cuts.
+/// Division of the plane among coordinators. All coordinators of a crowd have the same cuts.
 struct RegionParams {
   int own = 1;                       ///< number of this coordinator, from 1
   std::vector<double> x_m{}, y_m{};  ///< cuts of the plane; none: one coordinator
-  double margin_m = 0.5;             ///< who is so far beyond the border is handed over
-  double sight_m = 6.0;              ///< others so near to one of ours are avoided
-  double stale_s = 0.5;              ///< a coordinator not heard for so long is gone
+  double margin_m = 0.5;             ///< an agent this far beyond the border is handed over
+  double sight_m = 6.0;              ///< distance within which agents of others are avoided
+  double stale_s = 0.5;              ///< a coordinator silent for this long is gone
 
   void visit(runtime::ParamVisitor& v);
   RegionMap map() const { return {x_m, y_m}; }
@@ -35,25 +35,25 @@ struct RegionParams {
 
 /// A walking robot on port `robot`.
 struct RobotParams {
-  int agent = -1;       ///< number of the external agent that it is; none: the port is not heard
-  double step_s = 0.8;  ///< of one of its steps
+  int agent = -1;       ///< number of the robot's external agent; -1: the port is ignored
+  double step_s = 0.8;  ///< duration of one of its steps
 
   void visit(runtime::ParamVisitor& v);
 };
 
 struct CrowdParams {
-  double rate_hz = 50.0;  ///< of steps, and of the simulation [Hz]
-  double offset_s = 0.0;  ///< of the first step within the period [s]
-  std::string scenario = "formation";
-  std::vector<std::string> set{};  ///< "KEY=VALUE" over what the scenario's file says
-  double until_s = 0.0;            ///< length of the run; 0: the scenario's [s]
+  double rate_hz = 50.0;               ///< rate of steps, and of the simulation [Hz]
+  double offset_s = 0.0;               ///< time of the first step within the period [s]
+  std::string scenario = "formation";  ///< name in launch/crowd, or a file
+  std::vector<std::string> set{};      ///< "KEY=VALUE" replaces a value of the scenario's file
+  double until_s = 0.0;                ///< length of the run; 0: the scenario's [s]
   RegionParams regions;
-  TrustSettings trust;  ///< of external agents; its stale_s is the scenario's
+  TrustSettings trust;  ///< trust in external agents; its stale_s is the scenario's
   RobotParams robot;
-  int first_character = 0;  ///< external agent that is character 0 of the synthesizer [1]
-  double ahead_s = 0.6;     ///< headings wished of external agents are those after so long [s]
-  double scene_hz = 10.0;   ///< of the picture for viewers; 0: none [Hz]
-  int threads = 1;          ///< [1]
+  int first_character = 0;  ///< number of the external agent of the synthesizer's character 0 [1]
+  double ahead_s = 0.6;     ///< look-ahead of the headings wished of external agents [s]
+  double scene_hz = 10.0;   ///< rate of the scene for viewers; 0: none [Hz]
+  int threads = 1;          ///< number of threads [1]
 
   void visit(runtime::ParamVisitor& v);
   /// The scenario at this rate. @throws ConfigError
@@ -62,7 +62,7 @@ struct CrowdParams {
 };
 
 /// Runs the crowd of a scenario, or one region of it: ScenarioRun between messages. Number 1 of the
-/// coordinators looks after external agents, watches the whole and says how it ended.
+/// coordinators looks after external agents, watches the whole and publishes the outcome.
 class CrowdNode {
  public:
   using Params = CrowdParams;
@@ -146,11 +146,11 @@ class CrowdNode {
   std::vector<Observed> everybody_;
   std::vector<Peer> peers_;
   std::map<int, Body> bodies_;  // by number of the external agent
-  std::map<int, int> styles_;   // gait that a character was told, likewise
+  std::map<int, int> styles_;   // gait last sent to a character, by number of the external agent
   std::vector<std::string> external_reasons_;
 
   bool runs_ = false, ended_ = false;
-  bool first_ = false;       // of the coordinators that are there
+  bool first_ = false;       // first of the coordinators that are present
   std::vector<bool> there_;  // by number
   std::string reason_, trouble_;
   std::uint64_t steps_ = 0, given_ = 0, taken_ = 0;

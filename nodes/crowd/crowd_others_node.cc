@@ -9,7 +9,7 @@
 
 namespace mimesis::crowd {
 
-// Agents that other processes move: port `agents`, who of them is trusted, what is wished of them.
+// Agents that other processes move: port `agents`, their trust, and their commands.
 
 void CrowdNode::take_agents(Time now) {
   while (const auto states = agents_in_.pop()) {
@@ -242,8 +242,8 @@ void CrowdNode::take_robot(Time now) {
             steps ? kPi / params_.robot.step_s : 0.0);
 }
 
-/// A body's steps are asked to be so long that they come out as long as the rules want them, and
-/// its heading so that its way is the rules'.
+/// A body's steps are requested with a length that results in the length of the rules, and its
+/// heading so that its path is the rules'.
 v1::GaitCommand CrowdNode::command_for(int external, const Crowd::Wish& wish) {
   const AgentId id = run_.roster().external_id(external);
   const Agent agent = *run_.crowd().find(id);
@@ -267,8 +267,8 @@ v1::GaitCommand CrowdNode::command_for(int external, const Crowd::Wish& wish) {
   return command;
 }
 
-// Several coordinators share the plane: what they say, who walks from one to another, who is
-// missed.
+// Several coordinators share the plane: their reports, agents that walk from one to another,
+// missing coordinators.
 
 void CrowdNode::take_peers(Time now) {
   while (auto states = peers_in_.pop()) {

@@ -5,5 +5,5 @@ int main(int argc, char** argv) {
   return mimesis::runtime::run_node<mimesis::crowd::CrowdNode>(
       argc, argv,
       {.name = "crowd",
-       .about = "Walkers that coordinate, with the guarantees of contraction theory (thesis 4.4)"});
+       .about = "Coordinates walkers, with guarantees of contraction theory (thesis 4.4)"});
 }

@@ -9,7 +9,7 @@ namespace mimesis::planner {
 namespace {
 
 /// Parts whose joints move less are not halved further: no ball moves by more than some hundredths
-/// of a millimetre there, and what is still not decided counts as touching [rad].
+/// of a millimetre there, and an undecided part counts as touching [rad].
 constexpr double kUndecided = 1e-5;
 
 int group_of_last_frame(const kin::ArmModel& arm) {

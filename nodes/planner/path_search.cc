@@ -58,8 +58,7 @@ std::vector<Eigen::VectorXd> postures_of(const Network& network, std::span<const
   return postures;
 }
 
-/// Nodes of `postures` that are free, connected anew; the path's ends are nodes `start` and `goal`
-/// of it.
+/// Free nodes of `postures`, connected again; the path's ends are nodes `start` and `goal` of it.
 Roadmap local_roadmap(CollisionChecker& checker, const std::vector<Eigen::VectorXd>& postures,
                       std::size_t path_size, int k) {
   Roadmap local;
@@ -73,7 +72,7 @@ Roadmap local_roadmap(CollisionChecker& checker, const std::vector<Eigen::Vector
   return local;
 }
 
-/// Plans again in the refined neighbourhood of the path; keeps what is shorter.
+/// Plans again in the refined neighbourhood of the path; keeps the shorter one.
 std::vector<Eigen::VectorXd> refine_online(const Network& whole, std::vector<int> path,
                                            CollisionChecker& checker, const PostureCost& cost,
                                            const SearchSettings& settings) {

@@ -49,7 +49,7 @@ struct FoundPath {
   int goal = 0;                            ///< which of the goals it ends in
   int waves = 0;                           ///< 0: the straight line was free
   int links_checked = 0;
-  int nodes = 0;  ///< of the network at the end
+  int nodes = 0;  ///< number of nodes of the network at the end
 };
 
 /// Link cost of postures: 1, or less in regions that F5 prefers (see wave.h). May be empty.
@@ -69,7 +69,8 @@ tl::expected<FoundPath, Status> find_path(const Roadmap& roadmap, CollisionCheck
 /// Σ |qᵢ₊₁ − qᵢ| [rad].
 double path_length(std::span<const Eigen::VectorXd> waypoints);
 
-/// A roadmap in use for one query: nodes come, links are certified when a path wants them, or cut.
+/// A roadmap in use for one query: nodes are added; links are certified when a path needs them, or
+/// cut.
 class Network {
  public:
   Network(CollisionChecker& checker, const PostureCost& cost) : checker_(checker), cost_(cost) {}

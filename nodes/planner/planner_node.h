@@ -16,10 +16,9 @@
 
 namespace mimesis::planner {
 
-/// Messages <-> the planner's own types. Nothing: not settled, or a part of the decision is
-/// unknown.
+/// Messages <-> the planner's own types. Empty: not settled, or a part of the decision is unknown.
 std::optional<DecidedTask> to_decided(const v1::Decision& decision);
-/// Nothing if the number of joints is not `dof`.
+/// Empty if the number of joints is not `dof`.
 std::optional<ArmReading> to_reading(const v1::JointState& state, int dof);
 HandReading to_reading(const v1::HandState& state);
 
@@ -31,29 +30,30 @@ v1::TaskStatus to_status(const TaskSequence& sequence);
 v1::Trajectory to_proto(const PlannedMotion& motion);
 
 struct PlannerParams {
-  double rate_hz = 200.0;           ///< set-points per second: the robot's [Hz]
-  double offset_s = 0.0;            ///< of the first step within the period [s]
+  double rate_hz = 200.0;           ///< rate of set-points: the robot's [Hz]
+  double offset_s = 0.0;            ///< time of the first step within the period [s]
   std::string robot = "lwr4.yaml";  ///< model file of the arm
-  int roadmap_nodes = 2500;         ///< sampled over the joint limits [1]
-  int neighbours = 4;               ///< k [1]
-  int seed = 1;                     ///< of all sampling [1]
+  int roadmap_nodes = 2500;         ///< number of nodes sampled within the joint limits [1]
+  int neighbours = 4;               ///< links of a node, k [1]
+  int seed = 1;                     ///< seed of all sampling [1]
   double window_rad = 1.3;          ///< half testing window of the off-line refinement [rad]
-  double inhibited_share = 0.02;    ///< where that refinement stops [1]
-  int online_refinements = 2;       ///< around a found path [1]
+  double inhibited_share = 0.02;    ///< share of inhibited nodes at which that refinement stops [1]
+  int online_refinements = 2;       ///< number of refinements around a found path [1]
   double margin_m = 0.002;          ///< least distance of safety balls [m]
-  double approach_m = 0.09;         ///< straight way to and from the object [m]
-  double lift_m = 0.05;             ///< straight up and down with the object [m]
+  double approach_m = 0.09;         ///< length of the straight motion to and from the object [m]
+  double lift_m = 0.05;             ///< height of the straight lift and lowering of the object [m]
   double precision_depth_m = 0.02;  ///< object's top above the grasp centre in a precision grip [m]
-  double preference = 0.5;          ///< link cost where the hand passes as decided [1]
+  double preference = 0.5;          ///< cost factor of links where the hand passes as decided [1]
   double corner_rad = 0.15;         ///< largest rounding of corners [rad]
   double speed = 0.6;               ///< share of the arm's velocity and acceleration limits [1]
-  double contact_speed = 0.3;       ///< the same for straight motions to and from contact [1]
-  double stale_s = 0.1;             ///< older states of arm or hand stop the task [s]
-  double ready_s = 10.0;            ///< time for scene, arm and hand to be there [s]
-  double hand_s = 5.0;              ///< time for the hand to open or close [s]
-  double tracking_rad = 0.25;       ///< largest allowed following error [rad]
-  double object_moved_m = 0.005;    ///< farther than this: plan again [m]
-  double grip_force = 0.5;          ///< 0 .. 1 [1]
+  /// share of the limits for straight motions to and from contact [1]
+  double contact_speed = 0.3;
+  double stale_s = 0.1;           ///< older states of arm or hand stop the task [s]
+  double ready_s = 10.0;          ///< longest wait for scene, arm and hand [s]
+  double hand_s = 5.0;            ///< longest time of the hand to open or close [s]
+  double tracking_rad = 0.25;     ///< largest allowed following error [rad]
+  double object_moved_m = 0.005;  ///< motion of the object that causes a new plan [m]
+  double grip_force = 0.5;        ///< commanded force, 0 .. 1 [1]
 
   void visit(runtime::ParamVisitor& v) {
     v("rate_hz", rate_hz, 10.0, 1000.0);
@@ -83,7 +83,7 @@ struct PlannerParams {
   double robot_rate_hz() const;  ///< see run_node
 };
 
-/// How the node plans with these parameters: who has them can make the same roadmap.
+/// Settings of the plan from these parameters: with them another program can make the same roadmap.
 TaskSettings task_settings(const PlannerParams& params);
 
 /// Plans the decided task and streams it to the bridge. Its ports are its interface.
@@ -115,7 +115,7 @@ class PlannerNode {
   TaskSequence sequence_;
   runtime::Job<Planned> job_;
   std::optional<PlanRequest> waiting_request_;
-  std::shared_ptr<const Roadmap> roadmap_;  // of scene_of_roadmap_
+  std::shared_ptr<const Roadmap> roadmap_;  // roadmap of scene_of_roadmap_
   std::string scene_of_roadmap_;
   double compute_s_ = 0.0;
 

@@ -14,7 +14,7 @@ namespace mimesis::planner {
 /// drawn from `seed`: even coverage at any count, another set for another seed. Columns are points.
 Eigen::MatrixXd halton(int n, int count, std::uint64_t seed);
 
-/// Those points, scaled to [lo, hi] per coordinate.
+/// The points of halton(), scaled to [lo, hi] per coordinate.
 Eigen::MatrixXd sample_box(const Eigen::VectorXd& lo, const Eigen::VectorXd& hi, int count,
                            std::uint64_t seed);
 
@@ -59,15 +59,15 @@ struct RoadmapSettings {
 };
 
 /// Network of postures that covers the joint space [M18 2.3.2]. Every node was free when it was
-/// built; its links are not checked until a path wants them.
+/// built; its links are not checked until a path needs them.
 struct Roadmap {
   Eigen::MatrixXd nodes;  ///< n × N [rad]
   Linkage links;
   std::vector<double> inhibited_share;  ///< per iteration of the off-line refinement [1]
 };
 
-/// Samples, adds `more` postures (columns; from inverse kinematics), refines against what `checker`
-/// knows, connects. The same arguments give the same bits.
+/// Samples, adds `more` postures (columns; from inverse kinematics), refines against the obstacles
+/// of `checker`, connects. Equal arguments give equal bits.
 Roadmap build_roadmap(CollisionChecker& checker, const Eigen::MatrixXd& more,
                       const RoadmapSettings& settings);
 

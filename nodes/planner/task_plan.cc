@@ -14,12 +14,12 @@ namespace {
 constexpr double kJump = 0.35;
 
 constexpr double kGateHalfThickness = 0.01;  // [m]
-constexpr double kStanding = 0.002;          // overlap of an object and what it stands on [m]
+constexpr double kStanding = 0.002;          // overlap of an object and its support [m]
 constexpr double kFar = 2.0;                 // beyond the reach of the arm [m]
 
 using Way = std::vector<Eigen::VectorXd>;
 
-constexpr double kStraightStep = 0.01;  // of straight hand motions [m]
+constexpr double kStraightStep = 0.01;  // step of straight hand motions [m]
 constexpr std::size_t kGraspTries = 6;  // grasps for which a transport is searched
 
 Obstacles table_obstacles(const kin::Table& table) { return {table.balls, table.boxes, {}, {}}; }

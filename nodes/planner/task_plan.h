@@ -16,8 +16,8 @@ namespace mimesis::planner {
 
 /// Joint path along which the hand moves on the straight line from where it is at `start` to
 /// `goal`, a posture every `step_m`, with goal.axes kept all the way. Each posture is the inverse
-/// kinematics from the one before. Nothing if there is a joint limit or a singularity in the way.
-/// Knows nothing of obstacles.
+/// kinematics from the one before. Empty if there is a joint limit or a singularity in the way.
+/// Ignores obstacles.
 std::optional<std::vector<Eigen::VectorXd>> straight_way(const kin::ArmModel& arm,
                                                          const Eigen::VectorXd& start,
                                                          const kin::IkGoal& goal, double step_m);
@@ -51,14 +51,14 @@ std::vector<kin::Ball> cylinder_balls(const Eigen::Vector3d& center, double radi
                                       double height_m);
 
 /// Which ball or box of the table an upright cylinder at `center` would be in, in words; standing
-/// on a box is allowed. Nothing if its place is free.
+/// on a box is allowed. Empty if its place is free.
 std::optional<std::string> place_blocked(const kin::Table& table, const Eigen::Vector3d& center);
 
-/// Boxes that close the plane of the bridge except for the decided passage: `above` leaves open
-/// what is above the bar, `below` the opening under it. They are the pre-selection P_F5
-/// [M18 2.3.2]: a posture is pre-selected if no safety ball enters them, so that P_F5 ∩ P_free is
-/// the set of postures that are free of real and of closed space, and the certificate of motions
-/// covers both.
+/// Boxes that close the plane of the bridge except for the decided passage: `above` leaves the
+/// space above the bar open, `below` the opening under it. They are the pre-selection P_F5 [M18
+/// 2.3.2]: a posture is pre-selected if no safety ball enters them, so that P_F5 ∩ P_free is the
+/// set of postures that are free of real and of closed space, and the certificate of motions covers
+/// both.
 std::vector<kin::Box> closed_passages(const kin::Table& table, Transport transport);
 
 /// The decisions to be planned for.
@@ -83,8 +83,8 @@ struct TaskSettings {
       0.5;  ///< link cost where the hand passes the bridge as decided; 1: no preference [1]
   double corner_rad = 0.15;    ///< largest rounding of corners [rad]
   double speed = 0.6;          ///< share of the model's velocity and acceleration limits in use [1]
-  double contact_speed = 0.3;  ///< the same for straight motions to and from contact [1]
-  double period_s = 0.005;     ///< of the trajectories [s]
+  double contact_speed = 0.3;  ///< share of the limits for straight motions to and from contact [1]
+  double period_s = 0.005;     ///< period of the trajectories [s]
 };
 
 enum class Phase { reach, approach, grasp, transport, release, retreat };
@@ -92,7 +92,7 @@ enum class Phase { reach, approach, grasp, transport, release, retreat };
 struct PlannedMotion {
   Phase phase = Phase::reach;
   std::vector<Eigen::MatrixXd> curves;  ///< the path: Bézier control points (see SmoothPath) [rad]
-  Obstacles obstacles;                  ///< what `curves` are certified against
+  Obstacles obstacles;                  ///< obstacles that `curves` are certified against
   JointTrajectory trajectory;
 };
 

@@ -10,7 +10,7 @@
 namespace mimesis::planner {
 
 struct SequenceSettings {
-  double period_s = 0.005;  ///< of step(), and of the trajectories [s]
+  double period_s = 0.005;  ///< period of step() and of the trajectories [s]
   double ready_s = 10.0;    ///< scene, arm and hand must be there, the arm operational, by then [s]
   double hand_s = 5.0;      ///< the hand must have opened or closed by then [s]
   double settle_s = 2.0;    ///< the arm must have arrived this long after a motion's end [s]
@@ -82,7 +82,7 @@ class TaskSequence {
 
   void step(const SequenceInput& input);
 
-  /// Once after the step that wants a plan.
+  /// Call once after a step that needs a plan.
   std::optional<PlanRequest> take_request() { return std::exchange(request_, std::nullopt); }
   /// The answer, before the next step.
   void set_plan(tl::expected<TaskPlan, Status> plan);
@@ -95,10 +95,10 @@ class TaskSequence {
   const std::optional<TaskPlan>& plan() const { return plan_; }
   const std::optional<SetPoint>& set_point() const {
     return set_point_;
-  }  ///< of this step; none: be silent
+  }  ///< set-point of this step; empty: none is sent
   const std::optional<HandOrder>& hand_order() const {
     return hand_;
-  }  ///< none before the first decision
+  }  ///< empty before the first decision
   /// Index into plan().motions that this step started.
   std::optional<std::size_t> started_motion() const { return started_; }
 
@@ -135,7 +135,7 @@ class TaskSequence {
   Playback playback_;
   std::size_t motion_ = 0;
   std::optional<Stop> stop_;  // why the motion brakes
-  double waited_s_ = 0.0;     // since the last change of what is waited for
+  double waited_s_ = 0.0;     // time since the awaited condition changed
 };
 
 }  // namespace mimesis::planner

@@ -18,16 +18,17 @@ struct Progress {
   double distance_m = 0.0;
 };
 
-/// What a figure does, or a robot is wished to do, in one instant.
+/// Motion of a figure, or wished motion of a robot, at one instant.
 struct DirectedMotion {
   double phase_rad = 0.0, phase_rate_rad_s = 0.0;
   Eigen::Vector3d velocity = Eigen::Vector3d::Zero();         ///< forward, left [m/s], turn [rad/s]
-  Eigen::Vector3d smooth_velocity = Eigen::Vector3d::Zero();  ///< as a robot can follow it
+  Eigen::Vector3d smooth_velocity = Eigen::Vector3d::Zero();  ///< velocity that a robot can follow
   Eigen::Vector3d pelvis_W_m = Eigen::Vector3d::Zero();
   double heading_rad = 0.0;
   mocap::Side support = mocap::kLeft;
-  bool stands = false;                          ///< of a robot: steps shall end
-  Landings landing;                             ///< of the next swing foot, the one after it
+  bool stands = false;  ///< for a robot: it shall end stepping
+  /// landings of the next swing foot and of the one after it
+  Landings landing;
   std::array<std::optional<HandWish>, 2> hand;  ///< left, right
   const char* action = "stand";
 };
@@ -45,7 +46,7 @@ class Director {
   Characters& characters() { return characters_; }
   const Characters& characters() const { return characters_; }
   int size() const { return characters_.size(); }
-  /// It wants to know where its robot is.
+  /// It needs the place of its robot.
   virtual bool leads_robot() const = 0;
 
   virtual void walk_to(int i, const Eigen::Vector2d& goal_W_m) = 0;
@@ -58,8 +59,8 @@ class Director {
   virtual void release(int i) = 0;
 
   /// Advances all by dt.
-  /// @param robot  where the robot is; null: unknown, it is believed to do as it is told
-  /// @param seen  the drawer; null: it is where the goal says
+  /// @param robot  where the robot is; null: unknown, it is assumed to obey
+  /// @param seen  the drawer; null: it is at the goal's place
   virtual void step(const RobotFeedback* robot, const DrawerSeen* seen) = 0;
 
   virtual const CharacterState& state(int i) const { return characters_.state(i); }

@@ -9,8 +9,9 @@
 namespace mimesis::synthesizer {
 namespace {
 
-constexpr double kFacing = 0.15;                // rad: a drawer less aside is faced
-constexpr double kBeforeFront_m = 0.6;          // where one walks to that cannot begin on the way
+constexpr double kFacing = 0.15;  // rad: a drawer less aside is faced
+// distance of the place to walk to if the sequence cannot begin on the way
+constexpr double kBeforeFront_m = 0.6;
 constexpr std::size_t kHeading = 3, kRows = 4;  // in Values
 
 }  // namespace
@@ -163,7 +164,7 @@ void FigureDirector::read(int i, const Act& act, Values& values) const {
   std::copy(angles.begin(), angles.end(), values.begin() + kRows);
 }
 
-/// What is shown: the motion and what is left of the difference to the one before it.
+/// Composes the shown motion: the motion and the rest of the difference to the one before it.
 void FigureDirector::compose(int i, Act& act) {
   std::swap(act.shown, act.shown_before);
   const bool begins = act.fade_s == 0.0;

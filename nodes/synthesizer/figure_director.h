@@ -9,7 +9,7 @@
 
 namespace mimesis::synthesizer {
 
-/// What the characters do: they walk (Characters), and may go to a drawer and take what is in it
+/// Directs the characters: they walk (Characters), and may go to a drawer and take the object in it
 /// (PlacedSequence). One motion follows the other without a jump: at the change the difference of
 /// root and rows fades within kFade_s (smooth.h); feet on the ground may slide meanwhile.
 ///
@@ -52,13 +52,13 @@ class FigureDirector : public Director {
     std::optional<DrawerPlace> wished;  // until its sequence begins
     std::string refused;                // why it did not
     std::optional<PlacedSequence> run;
-    double phase_rad = 0.0;  // of the walk at the last step
-    CharacterState state;    // of this instant, with the fade
+    double phase_rad = 0.0;  // phase of the walk at the last step
+    CharacterState state;    // state at this instant, with the fade
     std::vector<float> angles;
-    Values shown, shown_before;  // of this and the last instant
+    Values shown, shown_before;  // values of this and the last instant
     double fade_s = kFade_s;     // since the change
     bool from_now = true;        // `motion` is of the instant of the change; else of the next one
-    Values offset, offset_rate;  // of the old motion to the new one, at the change
+    Values offset, offset_rate;  // offset from the new motion to the old one, at the change
     Values motion;               // the new one, without fade
   };
   Act& act(int i);
@@ -72,9 +72,9 @@ class FigureDirector : public Director {
 
   const ActionMaps* drawer_;
   double dt_s_;
-  PelvisVelocity pelvis_;      // of a single character
-  bool body_rows_ = true;      // of the model: all are rows of a body
-  std::vector<int> body_row_;  // of each row of the model
+  PelvisVelocity pelvis_;      // velocity of a single character
+  bool body_rows_ = true;      // all rows of the model are rows of a body
+  std::vector<int> body_row_;  // row of the body, for each row of the model
   std::vector<std::unique_ptr<Act>> acts_;
 };
 

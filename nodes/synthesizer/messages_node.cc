@@ -13,7 +13,7 @@ namespace mimesis::synthesizer {
 namespace {
 
 constexpr double kFar_m = 1e4;           // from the origin: beyond it floats of batches get coarse
-constexpr double kFastest_rad_s = 50.0;  // of any rhythm
+constexpr double kFastest_rad_s = 50.0;  // largest rate of any rhythm
 constexpr double kLongestStep_m = 5.0;
 constexpr double kLongestChange_s = 600.0;
 

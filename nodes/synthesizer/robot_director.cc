@@ -11,7 +11,8 @@ namespace {
 
 constexpr double kFacing_rad = 0.08;  // a drawer less aside is faced
 constexpr double kStep_m = 0.2;
-constexpr double kFar_m = 5.0, kBeforeFar_m = 3.0;  // who is farther walks up to there first
+// a robot farther away walks up to the drawer first
+constexpr double kFar_m = 5.0, kBeforeFar_m = 3.0;
 
 std::vector<std::size_t> rows_of(const std::vector<std::string>& joints,
                                  const std::vector<std::string>& rows) {

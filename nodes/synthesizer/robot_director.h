@@ -9,10 +9,10 @@
 
 namespace mimesis::synthesizer {
 
-/// Leads a walking robot. To a goal, RobotWalk says where it goes, and the model's motion gives it
-/// arms and trunk in the rhythm of its own steps: the leading oscillator is coupled to the robot's
-/// clock [M18 eq. 3.18], and the shares of walk and stand are those of the length of its steps. To
-/// a drawer, the robot stops, turns to it, and BipedDrawerSequence takes over; out of it again when
+/// Leads a walking robot. RobotWalk leads it to a goal, and the model's motion gives it arms and
+/// trunk in the rhythm of its own steps: the leading oscillator is coupled to the robot's clock
+/// [M18 eq. 3.18], and the shares of walk and stand are those of the length of its steps. To a
+/// drawer, the robot stops, turns to it, and BipedDrawerSequence takes over; out of it again when
 /// it has another goal. Arms and trunk go from one to the other within kFade_s.
 class RobotDirector : public Director {
  public:
@@ -61,7 +61,7 @@ class RobotDirector : public Director {
   std::optional<BipedDrawerSequence> sequence_;
   std::vector<PlannedAction> actions_;
   DirectedMotion motion_;
-  std::vector<std::size_t> row_;  // of the model, for each joint of the sequence
+  std::vector<std::size_t> row_;  // row of the model, for each joint of the sequence
   Eigen::VectorXd left_rad_,
       left_rate_;  // joints' difference to the walk when the sequence was left
   double left_s_ = kFade_s;

@@ -326,7 +326,7 @@ void SynthesizerNode::publish_status(Time now) {
   }
 }
 
-/// Who wished hears why not, even of a character that is not there.
+/// The sender gets the reason, even for a character that does not exist.
 void SynthesizerNode::refuse(std::uint32_t character, const std::string& why, Time now) {
   v1::MotionStatus status;
   status.set_character(character);

@@ -12,7 +12,7 @@
 namespace mimesis::synthesizer {
 
 /// Generates the motion of one robot or of many characters, steered by goals, styles, a beat and
-/// the commands of a crowd. A robot is led from where its feedback says that it is.
+/// the commands of a crowd. A robot is led from the place in its feedback.
 class SynthesizerNode {
  public:
   using Params = SynthesizerParams;
@@ -23,13 +23,13 @@ class SynthesizerNode {
   void step(runtime::Time now);
 
  private:
-  /// What others were told of a character.
+  /// Last status published about a character.
   struct Told {
     GoalKind kind = GoalKind::none;
     bool reached = false;
     std::string reason;
-    std::size_t actions = 0;  // of a plan
-    runtime::Time due{};      // of the next repetition
+    std::size_t actions = 0;  // number of actions of a plan
+    runtime::Time due{};      // time of the next repetition
   };
 
   std::string set_goal(const v1::MotionGoal& goal);
@@ -60,7 +60,7 @@ class SynthesizerNode {
   runtime::Time beat_stamp_{}, feedback_stamp_{}, seen_stamp_{};
   std::vector<runtime::Time> commanded_;  // per character: stamp of the command it obeys, or 0
   std::vector<Told> told_;
-  // of a single character
+  // rates of a single character
   std::vector<double> velocity_rad_s_;
   std::vector<float> angles_, last_angles_;
   runtime::Throttle bad_goal_{std::chrono::seconds(1)}, bad_style_{std::chrono::seconds(1)},

@@ -78,7 +78,7 @@ CharactersSettings SynthesizerParams::character_settings() const {
   s.walk.dt_s = 1.0 / rate_hz;
   if (robot.description.empty()) return s;
   s.walk.longest_cycle = std::max(s.walk.longest_cycle, 5.0);  // robots step slower than people
-  s.foot_lock = false;                                         // and have feet of their own
+  s.foot_lock = false;                                         // robots have feet of their own
   return s;
 }
 

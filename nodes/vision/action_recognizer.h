@@ -10,7 +10,7 @@ enum class Transport { unknown, above, below };
 enum class Goal { unknown, high, low };
 enum class Color { unknown, light, dark };
 
-/// Evidence of one picture, frame T [m]; what is not seen is absent.
+/// Evidence of one picture, frame T [m]; things not seen are absent.
 struct Sight {
   std::optional<Eigen::Vector2d> object, palm;         ///< centres
   std::optional<Eigen::Vector2d> bar;                  ///< middle of the bridge's bar
@@ -37,7 +37,7 @@ struct RecognizerLimits {
   double bridge_margin_m = 0.012;  ///< abstain this close to the bar's middle height
   double moved_m = 0.03;           ///< the object has left its place
   double still_m = 0.006;          ///< motion within a rest
-  double goal_radius_m = 0.05;     ///< at rest this close to a goal counts
+  double goal_radius_m = 0.05;     ///< recognizer: rest this close counts; sizes: a cap
   double light_luma = 115.0;       ///< boundary between a light and a dark object
 
   template <class Visitor>
@@ -58,10 +58,10 @@ struct RecognizerLimits {
   }
 };
 
-/// Turns what is seen into symbols [M18 2.2.1]: grip from the palm's orientation towards the object
-/// up to contact, transport from wrist and object beside the bridge, goal from where the object
-/// comes to rest. A symbol, once decided, stays until a new demonstration begins: the object back
-/// before the bridge, at rest and alone, or the hand back at it after having been away.
+/// Turns observations into symbols [M18 2.2.1]: grip from the palm's orientation towards the object
+/// up to contact, transport from wrist and object beside the bridge, goal from the place where the
+/// object comes to rest. A symbol, once decided, stays until a new demonstration begins: the object
+/// back before the bridge, at rest and alone, or the hand back at it after having been away.
 class ActionRecognizer {
  public:
   explicit ActionRecognizer(const RecognizerLimits& limits) : limits_(limits) {}

@@ -5,5 +5,5 @@ int main(int argc, char** argv) {
   return mimesis::runtime::run_node<mimesis::vision::VisionNode>(
       argc, argv,
       {.name = "vision",
-       .about = "Tells what the teacher does, from images of his table (M18 2.2.1)"});
+       .about = "Recognises the teacher's action in images of the table (M18 2.2.1)"});
 }

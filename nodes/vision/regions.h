@@ -64,7 +64,7 @@ class ColorTable {
  public:
   explicit ColorTable(const ColorBoxes& boxes);
 
-  /// Fills the table anew for light under which a colour c of the boxes appears as c / gain (per
+  /// Refills the table for light under which a colour c of the boxes appears as c / gain (per
   /// channel).
   void set_gain(const Eigen::Vector3d& gain_bgr);
   const Eigen::Vector3d& gain() const { return gain_; }
@@ -152,7 +152,7 @@ class RegionFinder {
   int root(int i);
 
   std::vector<Run> runs_;
-  std::vector<int> parent_;  ///< of each run
+  std::vector<int> parent_;  ///< parent of each run
   std::vector<Region> regions_;
 };
 

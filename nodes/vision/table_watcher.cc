@@ -17,7 +17,8 @@ void SteadyPlace::update(const std::optional<Vector2d>& place_m, double area) {
   if (absent_ >= kGone) *this = {};
   if (!place_m) return;
   elsewhere_ = mean_ && (*place_m - *mean_).norm() > kMoved ? elsewhere_ + 1 : 0;
-  if (elsewhere_ >= kGone) *this = {};  // it was moved, or what was seen first was something else
+  // it was moved, or the first observation was of another thing
+  if (elsewhere_ >= kGone) *this = {};
   area_ = std::max(area_, area);
   if (area < kWhole * area_ && mean_) return;
   if (elsewhere_ > 0) return;

@@ -11,13 +11,13 @@ namespace mimesis::vision {
 
 /// Sizes of the things on the teacher's table [m]: with them one calibrated view gives positions.
 struct TableSizes {
-  double object_radius_m = 0.024;  ///< of the cylinder
-  double object_height_m = 0.085;  ///< of the cylinder
-  double bar_thickness_m = 0.03;   ///< along y
-  double bar_width_m = 0.035;      ///< along x
-  double bar_span_m = 0.26;        ///< along z
-  double goal_radius_m = 0.046;    ///< of a stand's coloured cap
-  double goal_cap_m = 0.02;        ///< its height
+  double object_radius_m = 0.024;  ///< radius of the cylinder
+  double object_height_m = 0.085;  ///< height of the cylinder
+  double bar_thickness_m = 0.03;   ///< thickness of the bar along y
+  double bar_width_m = 0.035;      ///< width of the bar along x
+  double bar_span_m = 0.26;        ///< span of the bar along z
+  double goal_radius_m = 0.046;    ///< radius of a stand's coloured cap
+  double goal_cap_m = 0.02;        ///< height of that cap
   double hand_length_m = 0.15;     ///< finger tips to wrist, fingers half bent
 
   template <class Visitor>

@@ -16,7 +16,7 @@ v1::TeacherScene scene_message(const TableWatcher& watcher);
 foxglove::ImageAnnotations annotations_message(const TableWatcher& watcher);
 
 struct VisionParams {
-  double rate_hz = 60.0;  ///< looks for a new image this often [Hz]
+  double rate_hz = 60.0;  ///< rate of looking for a new image [Hz]
   std::vector<double> reference_bgr{145.0, 151.0,
                                     155.0};  ///< see WatcherSetup; zeros: no correction
   WatcherSetup setup;

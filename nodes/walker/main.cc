@@ -5,5 +5,5 @@ int main(int argc, char** argv) {
   return mimesis::runtime::run_node<mimesis::walker::WalkerNode>(
       argc, argv,
       {.name = "walker",
-       .about = "Makes a wished motion one that a biped can walk without falling (thesis 3.8)"});
+       .about = "Turns a wished motion into a balanced walk of a biped (thesis 3.8)"});
 }

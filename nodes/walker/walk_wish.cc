@@ -38,7 +38,7 @@ void WalkWish::reset() {
 }
 
 void WalkWish::cut(const char* what, double wished, double most) {
-  if (!clipped_.empty()) return;  // the first one is told
+  if (!clipped_.empty()) return;  // the first one is reported
   // Into the string that is there: a tick does not allocate.
   fmt::format_to(std::back_inserter(clipped_), "{}: {:.4g} is wished, the robot can {:.4g}", what,
                  wished, most);

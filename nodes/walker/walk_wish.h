@@ -7,12 +7,13 @@ namespace mimesis::walker {
 
 /// A wished motion in terms of the robot, without limits.
 struct MotionWish {
-  Eigen::Vector2d velocity_m_s = Eigen::Vector2d::Zero();  ///< of the pelvis: forward, left
-  double yaw_rate_rad_s = 0.0;                             ///< + to the left
-  Eigen::Vector2d pelvis_W_m = Eigen::Vector2d::Zero();    ///< place of the motion
-  double heading_rad = 0.0;                                ///< of the pelvis in W
-  bool stands = false;                                     ///< the motion asks to stand
-  std::array<std::optional<Footprint>, 2> landing;         ///< next swing foot, the one after it
+  /// velocity of the pelvis: forward, left
+  Eigen::Vector2d velocity_m_s = Eigen::Vector2d::Zero();
+  double yaw_rate_rad_s = 0.0;                           ///< + to the left
+  Eigen::Vector2d pelvis_W_m = Eigen::Vector2d::Zero();  ///< place of the motion
+  double heading_rad = 0.0;                              ///< heading of the pelvis in W
+  bool stands = false;                                   ///< the motion asks to stand
+  std::array<std::optional<Footprint>, 2> landing;       ///< next swing foot, the one after it
   /// [rad], [rad/s], in the order of Biped::upper_body; empty: no wish.
   Eigen::VectorXd upper_body, upper_body_rate;
   std::array<TaskGoals::Hand, 2> hand;  ///< left, right
@@ -33,8 +34,9 @@ struct WalkWishSettings {
 
 /// Turns a wished motion into a wish within the robot's limits, tick by tick:
 /// - velocities plus clamp(k (p_motion − p_robot)) in the heading frame; a motion with footprints
-///   gets no such correction. The pattern cuts them to what the robot can; here it is only told;
-/// - the upper body within the joints' limits. When a motion begins or ends, the difference to the
+///   gets no such correction. The pattern limits them to the robot's limits; here it is only
+/// reported; - the upper body within the joints' limits. When a motion begins or ends, the
+/// difference to the
 ///   posture before fades as 1 − (10 s³ − 15 s⁴ + 6 s⁵). Walker keeps the joints' speeds.
 class WalkWish {
  public:

@@ -85,9 +85,9 @@ struct Walker::Impl {
   Stabilizer stabilizer;
   Stack stack;
   UpperBodyFollower upper_body;
-  robot::Kinematics kinematics;    ///< of the wished upper body
+  robot::Kinematics kinematics;    ///< kinematics of the wished upper body
   Eigen::VectorXd q_upper;         ///< dof [rad]; legs half-sitting
-  Eigen::Vector3d start_offset_m;  ///< of half-sitting's CoM from the pattern's, in W
+  Eigen::Vector3d start_offset_m;  ///< offset of half-sitting's CoM from the pattern's, in W
   double time_s = 0.0;
   bool stay = false;  ///< the walk ends because of trouble
   StabilizerPlan planned;

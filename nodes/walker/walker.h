@@ -41,7 +41,7 @@ struct WalkerOutput {
   Eigen::Isometry3d X_WB;  ///< planned pelvis
   std::string trouble;     ///< first trouble of the tick in one line; empty: none
   // Deviations from the wish at this tick:
-  bool failed = false;   ///< a solve of pattern or stack failed; the last good plan goes on
+  bool failed = false;   ///< a solve of pattern or stack failed; the last good plan continues
   bool clipped = false;  ///< the wish was beyond the robot and was cut
   bool limited = false;  ///< a joint limit keeps feet or CoM from their goals
 };

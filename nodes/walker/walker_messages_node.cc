@@ -10,7 +10,7 @@
 namespace mimesis::walker {
 namespace {
 
-constexpr double kUnitTolerance = 0.05;  // of a quaternion's length
+constexpr double kUnitTolerance = 0.05;  // error of a quaternion's length
 
 std::optional<Side> side_of(v1::Foot foot) {
   if (foot == v1::FOOT_LEFT) return kLeft;

@@ -25,10 +25,10 @@ class MotionReader {
  private:
   std::string read_upper_body(const v1::Motion& message, double age_s, MotionWish& out) const;
 
-  std::vector<std::string> joints_;  // of the upper body
+  std::vector<std::string> joints_;  // joints of the upper body
   std::vector<int> row_;             // row of each joint
   int rows_ = -1;                    // number of rows of a motion; -1: not known yet
-  std::string fault_;                // of the rows
+  std::string fault_;                // fault of the rows
 };
 
 /// Fill `sensors`. Values are finite, because ports reject others.

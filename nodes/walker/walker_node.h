@@ -10,8 +10,8 @@
 
 namespace mimesis::walker {
 
-/// Makes a biped walk as a motion asks and keeps it balanced: Walker between messages. Conduct
-/// decides what it may do at a tick.
+/// Makes a biped follow a wished motion and keeps it balanced: Walker between messages. Conduct
+/// decides the phase at every tick.
 class WalkerNode {
  public:
   using Params = WalkerParams;
@@ -60,13 +60,13 @@ class WalkerNode {
   Conduct conduct_;
   Approach approach_;
   MotionReader reader_;
-  robot::Kinematics kinematics_;  // of the set-points
+  robot::Kinematics kinematics_;  // kinematics of the set-points
   Eigen::Vector3d up_I_;          // half-sitting
 
   Sensors sensors_, blind_;
   std::string body_fault_ = "nothing heard of IMU and foot forces",
               joints_fault_ = "nothing heard of encoders", drives_fault_ = "no bridge heard";
-  std::string sensors_line_, posture_line_, refusal_;  // of this tick
+  std::string sensors_line_, posture_line_, refusal_;  // log lines of this tick
   MotionWish motion_;
   bool motion_heard_ = false;
   Eigen::VectorXd q_, dq_;              // set-points

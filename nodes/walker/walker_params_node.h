@@ -27,8 +27,8 @@ struct GaitParams {
 
 /// Place of the robot at the start: middle of its feet in W.
 struct PlaceParams {
-  double x_m = 0.0, y_m = 0.0;  ///< [m]
-  double heading_rad = 0.0;     ///< + to the left [rad]
+  double x_m = 0.0, y_m = 0.0;  ///< place in W [m]
+  double heading_rad = 0.0;     ///< heading, + to the left [rad]
 
   void visit(runtime::ParamVisitor& v);
 };
@@ -51,7 +51,7 @@ struct WalkerParams {
   std::string robot = "biped.yaml";   ///< model file
   std::string pattern = "nonlinear";  ///< pattern generator: nonlinear, linear (MPC) or preview
   bool filter = true;                 ///< dynamic filter
-  int filter_iterations = 1;          ///< per tick [1]
+  int filter_iterations = 1;          ///< iterations per tick [1]
   bool filter_legs_only = false;      ///< takes the upper body as at rest in half-sitting
   bool stabilize = true;
   StabilizerSettings stabilizer;

@@ -30,9 +30,9 @@ class ServiceError(Exception):
 @dataclasses.dataclass(frozen=True)
 class Received:
     topic: str
-    message: typing.Any  # of the type that the publisher announced
+    message: typing.Any  # has the type that the publisher announced
     stamp_ns: int  # graph time of the content
-    seq: int  # of this publisher and topic, from 1, without gaps
+    seq: int  # number within this publisher and topic, from 1, without gaps
     source: str  # name of the publishing node
 
 
@@ -162,14 +162,14 @@ class Graph:
         return publication
 
     def wait_for_subscriber(self, topic, timeout_s=5.0):
-        """True once somebody's subscription to `topic` is in force."""
+        """True once a subscription to `topic` is in force."""
         for _ in self._until(timeout_s):
             if self._subscribers[topic] > 0:
                 return True
         return False
 
     def subscribe(self, *topics, policy="latest", timeout_s=None):
-        """Yields what is Received on the topics; ends after timeout_s without a message (None: never).
+        """Yields Received messages on the topics; ends after timeout_s without a message (None: never).
 
         policy "latest" may lose messages when this process is slow (lost() counts them), "reliable" holds the
         publisher's backlog instead. Subscription begins with the call."""
@@ -194,7 +194,7 @@ class Graph:
         raise ServiceError(f"no node offers service {service} within {timeout_s} s")
 
     def serve(self):
-        """Repeats latched messages to those who have just subscribed; send() and subscribe() call it."""
+        """Repeats latched messages to new subscribers; send() and subscribe() call it."""
         for out in self.outputs:
             while out.poll(0):
                 subscription = out.recv()

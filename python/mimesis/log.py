@@ -12,7 +12,7 @@ SCHEMA, CHANNEL, MESSAGE, CHUNK, DATA_END = 0x03, 0x04, 0x05, 0x06, 0x0F
 
 
 class LogError(Exception):
-    """A file that is no MCAP log, or is damaged; says where."""
+    """A file that is no MCAP log, or is damaged; names the place."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -97,7 +97,7 @@ def _records(data, inside):
 def read_log(path, *topics):
     """Yields Logged messages of an MCAP log with Protobuf schemas: all, or those of the topics.
 
-    A log that was cut off (a killed recorder) ends where it ends. Raises LogError for what is no log or is damaged."""
+    A log that was cut off (a killed recorder) ends where it ends. Raises LogError for a file that is no log or is damaged."""
     with open(path, "rb") as file:
         data = memoryview(file.read())
     if bytes(data[:len(MAGIC)]) != MAGIC:

@@ -43,7 +43,7 @@ def layers(files):
 
 class Layers(unittest.TestCase):
     def expect(self, path, line, finding):
-        """GOOD with `line` put at the beginning of `path` has mistakes, the first of which says `finding`."""
+        """GOOD with `line` put at the beginning of `path` has mistakes; the first one is `finding`."""
         code, out = layers({**GOOD, path: line + "\n" + GOOD.get(path, "")})
         self.assertEqual(code, 1, out)
         self.assertIn(f"{path}:1: {finding}", out)

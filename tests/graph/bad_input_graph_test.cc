@@ -1,6 +1,5 @@
-// Every input of every node is fed what no sender of ours would send: bytes that are no message,
-// NaN, infinity, empty messages, lists of absurd length. The node says so, in few lines, and lives
-// on.
+// Every input of every node gets data that no node sends: bytes that are no message, NaN, infinity,
+// empty messages, lists of absurd length. The node reports it, in few lines, and continues.
 #include <google/protobuf/descriptor.h>
 #include <google/protobuf/message.h>
 #include <gtest/gtest.h>
@@ -153,7 +152,7 @@ TEST_P(BadInput, IsReportedAndSurvived) {
   const std::string said = node.errors();
   EXPECT_NE(said.find(" rejected: "), std::string::npos) << said;
   EXPECT_NE(said.find(victim.complaint), std::string::npos) << said;
-  EXPECT_LT(std::ranges::count(said, '\n'), 100) << said;  // of thousands of messages
+  EXPECT_LT(std::ranges::count(said, '\n'), 100) << said;  // lines for thousands of messages
 }
 
 INSTANTIATE_TEST_SUITE_P(

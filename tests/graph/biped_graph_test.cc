@@ -47,7 +47,7 @@ TEST(BipedGraph, WalksToAGoalAndStandsThere) {
                                                v1::WALK_STATE_STARTING, v1::WALK_STATE_WALKING,
                                                v1::WALK_STATE_STOPPING, v1::WALK_STATE_STANDING};
   EXPECT_EQ(states(run), expected);
-  // what the walker believes is where the robot is
+  // the walker's estimate agrees with the robot's place
   const auto truth = all<v1::BodyTruth>(run, "sim_body/truth");
   const auto believed = all<v1::WalkFeedback>(run, "walker/feedback");
   ASSERT_FALSE(truth.empty());
@@ -113,8 +113,8 @@ pid_t pid_of(const Scenario& run, const std::string& name) {
   return -1;
 }
 
-// Nobody balances any more. The bridge keeps the joints powered, where they are: a robot on both
-// feet stands on, one on a single foot falls as one piece. Either is said.
+// No node balances any more. The bridge keeps the joints powered at their posture: a robot on both
+// feet stays standing, one on a single foot falls as one piece. Both end the run with a reason.
 TEST(BipedGraph, TheBridgeHoldsARobotWhoseWalkerWasKilled) {
   Scenario run("biped", {"--arg", "x=3", "--arg", "whole=false", "--arg", "time_limit=14"});
   ASSERT_TRUE(wait_walking(run, 2)) << run.process().errors();

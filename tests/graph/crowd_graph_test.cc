@@ -58,7 +58,7 @@ TEST(CrowdGraph, DancersComeInOnTheRightFoot) {
 
 using Places = std::map<std::uint64_t, std::pair<double, double>>;
 
-/// Where everybody is in the step of the outcome.
+/// Places of all agents in the step of the outcome.
 Places at_the_end(const Scenario& run) {
   Places places;
   const auto outcome = run.messages("crowd/outcome");
@@ -145,7 +145,8 @@ TEST_P(Figures, OfTheSynthesizerTakeTheirPlaces) {
 
 INSTANTIATE_TEST_SUITE_P(Number, Figures, ::testing::Values(2, 3));
 
-/// What the crowd says of its first external agent; empty text: the run ended before.
+/// Waits until the crowd reports `wanted` for its first external agent; false: the run ended
+/// before.
 bool wait_trust(Scenario& run, runtime::Tap& tap, v1::CrowdTrust wanted) {
   for (int i = 0; i < 600 && !run.process().wait(0ms); ++i) {
     const auto item = tap.next(100ms);
@@ -165,7 +166,7 @@ pid_t pid_of(const Scenario& run, const std::string& name) {
   return -1;
 }
 
-/// Of the certificates of the run, those that say why the one before is void.
+/// Reasons of the run's certificates that void the one before.
 std::string voided(const Scenario& run) {
   std::string all;
   for (const auto& message : run.messages("crowd/certificate")) {

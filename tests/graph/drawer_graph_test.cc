@@ -1,5 +1,5 @@
-// launch/drawer.yaml: the biped walks to a drawer, opens it and takes what is in it, also if the
-// drawer is moved while it comes.
+// launch/drawer.yaml: the biped walks to a drawer, opens it and takes its object, also if the
+// drawer is moved meanwhile.
 #include <gtest/gtest.h>
 
 #include <cmath>

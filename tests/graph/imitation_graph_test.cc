@@ -1,4 +1,5 @@
-// The whole chain of launch/imitation.yaml: what the teacher shows is what the world finds done.
+// The whole chain of launch/imitation.yaml: the world's verdict agrees with the teacher's
+// demonstration.
 #include <gtest/gtest.h>
 
 #include "proto/planner.pb.h"
@@ -14,8 +15,7 @@ json without_times(json result) {
   return result;
 }
 
-/// What was published on `topic` until the verdict; after it the launcher stops the nodes in wall
-/// time.
+/// Messages on `topic` until the verdict; after it the launcher stops the nodes in wall time.
 std::vector<Scenario::Logged> until_verdict(const Scenario& run, const std::string& topic) {
   const auto verdicts = run.messages("world/outcome");
   if (verdicts.size() != 1) return {};
@@ -26,7 +26,7 @@ std::vector<Scenario::Logged> until_verdict(const Scenario& run, const std::stri
 
 struct Case {
   const char* teacher;
-  const char *grip, *transport, *goal;  ///< what the robot shall do
+  const char *grip, *transport, *goal;  ///< decision that the robot shall make
 };
 
 class Imitation : public ::testing::TestWithParam<Case> {};

@@ -1,6 +1,6 @@
-// What the planner plans is what the judge of the world accepts: plans, played without any error of
-// drives or hand, grasp, pass the bridge as decided, place, and touch nothing. The two share models
-// and kinematics only.
+// The judge of the world accepts the planner's plans: played without any error of drives or hand,
+// they grasp, pass the bridge as decided, place, and touch nothing. The two share models and
+// kinematics only.
 #include <gtest/gtest.h>
 
 #include "common/model/files.h"

@@ -1,5 +1,5 @@
 #pragma once
-// What tests against programs of npm share.
+// Functions of the tests against programs of npm.
 #include <gtest/gtest.h>
 #include <stdlib.h>
 #include <sys/wait.h>
@@ -75,7 +75,7 @@ class Foreign : public ::testing::Test {
   void TearDown() override {
     if (!folder_.empty()) fs::remove_all(folder_);
   }
-  /// What the reference reader finds in each of the files.
+  /// Contents of each file according to the reference reader.
   static nlohmann::json read_with_peer(const std::vector<fs::path>& files) {
     std::string arguments;
     for (const fs::path& file : files) arguments += " '" + file.string() + "'";

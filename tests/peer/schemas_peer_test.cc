@@ -15,7 +15,7 @@ namespace {
 using google::protobuf::DescriptorProto;
 using google::protobuf::EnumDescriptorProto;
 using google::protobuf::FileDescriptorSet;
-/// What the wire and the readers know of a type, by its full name.
+/// Fields of a type, by its full name, as the wire and the readers know them.
 using Types = std::map<std::string, std::string>;
 
 void describe(const EnumDescriptorProto& type, const std::string& scope, Types& types) {

@@ -8,7 +8,7 @@ namespace mimesis {
 
 inline constexpr double kFrame = 1.0 / 30.0;  ///< [s]
 
-/// What came out of one demonstration.
+/// Result of one demonstration.
 struct Verdict {
   bool grip = false, transport = false, goal = false, color = false, complete = false;  ///< right
   int abstained = 0;       ///< pictures without a vote for the grip

@@ -62,7 +62,7 @@ const google::protobuf::FieldDescriptor& field_named(const google::protobuf::Des
                                                      const std::string& name,
                                                      const std::string& where = "");
 
-/// True if `field_number` has something to say.
+/// True if `field_number` has a value for this field.
 bool is_number(const google::protobuf::FieldDescriptor& field);
 
 /// "0a ff 03" of the bytes [from, from + count), as far as there are any.
@@ -83,7 +83,7 @@ class JsonText {
              int index = kWholeField);
   /// Value at the end of a path; null for an element that is not there.
   void field(const google::protobuf::Message& message, const class FieldPath& path);
-  void string(std::string_view text);  ///< escaped; what is no UTF-8 becomes U+FFFD
+  void string(std::string_view text);  ///< escaped; invalid UTF-8 becomes U+FFFD
   void raw(std::string_view text) { out_ += text; }
   template <class Integer>
   void integer(Integer value) {
@@ -113,7 +113,7 @@ class FieldPath {
   friend class JsonText;
   struct Step {
     const google::protobuf::FieldDescriptor* field;
-    int index;  ///< of a repeated field, or kWholeField
+    int index;  ///< index in a repeated field, or kWholeField
   };
   std::string text_;
   std::vector<Step> steps_;

@@ -21,7 +21,7 @@ nlohmann::ordered_json field_json(const google::protobuf::Message& message,
 /// UNSPECIFIED.
 nlohmann::ordered_json short_word(const google::protobuf::EnumValueDescriptor& value);
 
-/// As `field_json`, with enum values as short words.
+/// Like `field_json`, with enum values as short words.
 nlohmann::ordered_json field_word(const google::protobuf::Message& message,
                                   const std::string& path);
 

@@ -5,8 +5,8 @@
 
 namespace mimesis::tool {
 
-/// For CLI::Option::check: what is wrong, or nothing. CLI11's own PositiveNumber answers "abc" with
-/// the 309 digits of the largest double.
+/// For CLI::Option::check: the error, or empty. CLI11's own PositiveNumber answers "abc" with the
+/// 309 digits of the largest double.
 inline std::string number_above_zero(const std::string& text) {
   const auto number = runtime::to_double(text);
   return number && *number > 0.0 ? "" : "expected a number above 0, found '" + text + "'";

@@ -28,7 +28,7 @@ std::optional<RateWindow::Rate> RateWindow::rate() const {
     rate.min_s = std::min(rate.min_s, gap);
     rate.max_s = std::max(rate.max_s, gap);
   }
-  if (rate.max_s == 0.0) rate.min_s = 0.0;  // none followed another directly
+  if (rate.max_s == 0.0) rate.min_s = 0.0;  // no message followed another directly
   return rate;
 }
 

@@ -11,7 +11,7 @@ namespace mimesis::tool {
 class RateWindow {
  public:
   using Time = std::chrono::steady_clock::time_point;
-  /// @param size messages that are looked at, >= 2
+  /// @param size number of messages in the window, >= 2
   explicit RateWindow(std::size_t size) : size_(size) {}
 
   void add(Time arrival, std::uint64_t seq);

@@ -10,7 +10,7 @@ namespace mimesis::tool {
 class Table {
  public:
   explicit Table(std::vector<std::string> heading) : rows_{std::move(heading)} {}
-  /// As many cells as the heading has.
+  /// Number of cells: that of the heading.
   void row(std::vector<std::string> cells);
   void print(std::ostream& out, bool bold_heading) const;
 

@@ -12,7 +12,7 @@ namespace mimesis::tool {
 class TopicFilter {
  public:
   /// `include`, `exclude`: extended regular expressions (POSIX) for the whole topic, empty: none.
-  /// @throws ConfigError if one of them is none.
+  /// @throws ConfigError if one of them is invalid.
   TopicFilter(std::vector<std::string> topics, const std::string& include,
               const std::string& exclude);
   bool operator()(const std::string& topic) const;

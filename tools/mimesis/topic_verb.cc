@@ -93,14 +93,14 @@ struct EchoOptions {
   bool once = false;
   int count = 0;  ///< 0: without end
   bool reliable = false;
-  double timeout_s = 0.0;  ///< of the wait for each message [s]; 0: none
+  double timeout_s = 0.0;  ///< longest wait for each message [s]; 0: none
 };
 
 struct HzOptions {
   std::string topic;
   int window = 1000;       ///< messages
   int reports = 0;         ///< 0: without end
-  double timeout_s = 0.0;  ///< as above
+  double timeout_s = 0.0;  ///< longest wait for each message [s]; 0: none
 };
 
 using Clock = std::chrono::steady_clock;
@@ -226,21 +226,21 @@ void add_topic(CLI::App& program, int& exit_code) {
     return common->graph.empty() ? runtime::graph_name() : common->graph;
   };
 
-  CLI::App* list = topic->add_subcommand("list", "Topics with their types and ends");
+  CLI::App* list =
+      topic->add_subcommand("list", "Topics with their types, publishers and subscribers");
   add_common(list);
   list->footer("Examples:\n  mimesis topic list\n  mimesis topic list --json --graph demo");
   list->callback([=, &exit_code] { exit_code = list_topics(graph(), common->json); });
 
   auto echo_options = std::make_shared<EchoOptions>();
-  CLI::App* echo = topic->add_subcommand("echo", "Prints messages as they come");
+  CLI::App* echo = topic->add_subcommand("echo", "Prints messages as they arrive");
   echo->add_option("topic", echo_options->topic, "Name of the topic")->required();
-  echo->add_flag("--once", echo_options->once, "One message, then end");
-  echo->add_option("-n", echo_options->count, "Number of messages, then end")
-      ->check(number_above_zero);
+  echo->add_flag("--once", echo_options->once, "Stop after one message");
+  echo->add_option("-n", echo_options->count, "Stop after N messages")->check(number_above_zero);
   echo->add_option("--field", echo_options->field,
                    "Only this field, such as header.seq or blobs.0.u_px");
   echo->add_flag("--reliable", echo_options->reliable,
-                 "Lose none: the publisher waits with what does not fit");
+                 "Receive all messages: the publisher keeps those that do not fit");
   echo->add_option("--timeout", echo_options->timeout_s,
                    "Longest wait for a message [s]; then exit code 3")
       ->check(number_above_zero);
@@ -256,9 +256,9 @@ void add_topic(CLI::App& program, int& exit_code) {
   auto hz_options = std::make_shared<HzOptions>();
   CLI::App* hz = topic->add_subcommand("hz", "Rate of a topic, once a second");
   hz->add_option("topic", hz_options->topic, "Name of the topic")->required();
-  hz->add_option("-w,--window", hz_options->window, "Messages to look at")
+  hz->add_option("-w,--window", hz_options->window, "Number of messages in the window")
       ->check(CLI::Range(2, 1'000'000));
-  hz->add_option("-n", hz_options->reports, "Number of lines, then end")->check(number_above_zero);
+  hz->add_option("-n", hz_options->reports, "Stop after N lines")->check(number_above_zero);
   hz->add_option("--timeout", hz_options->timeout_s,
                  "Longest wait for a message [s]; then exit code 3")
       ->check(number_above_zero);

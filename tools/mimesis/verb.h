@@ -25,8 +25,8 @@ void add_walk_trials(CLI::App& program, int& exit_code);  ///< only where DART i
 /// exceptions into one line on standard error. Returns the exit code.
 int run_verb(const std::string& verb, int argc, char** argv, void (*add)(CLI::App&, int&));
 
-/// Prints help (standard output) or what is wrong with the command line, with a suggestion
-/// (standard error). Returns the exit code: 0 for help, 2 for a mistake.
+/// Prints help (standard output) or the error of the command line, with a suggestion (standard
+/// error). Returns the exit code: 0 for help, 2 for a mistake.
 int report_usage(const CLI::App& program, const CLI::ParseError& error);
 
 }  // namespace mimesis::tool

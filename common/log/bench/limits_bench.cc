@@ -1,4 +1,4 @@
-// What bounds the figures of log_bench: the system's write() and pread(), the codecs alone on the
+// Limits of the figures of log_bench: the system's write() and pread(), the codecs alone on the
 // records of a chunk of 1 MiB, the sum, and copying in memory. One thread each.
 #include <benchmark/benchmark.h>
 #include <fcntl.h>

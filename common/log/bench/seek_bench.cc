@@ -10,7 +10,7 @@
 namespace mimesis::log {
 namespace {
 
-constexpr std::size_t kSize = 921'600;  // of a message [bytes]
+constexpr std::size_t kSize = 921'600;  // size of a message [bytes]
 
 /// Log times 0 ... count - 1.
 std::uint32_t message_count(Compression codec) {

@@ -12,8 +12,8 @@ struct Victim {
   std::uint32_t messages;
 };
 
-/// Flips one byte at a time, anywhere in the file, and expects of both readers: reported, or what
-/// is delivered is identical; from chunks nothing altered. Prints the counts.
+/// Flips one byte at a time, anywhere in the file, and expects of both readers a report or
+/// identical messages; no altered message from chunks. Prints the counts.
 void flip_bytes(const Victim& victim, int flips, unsigned seed);
 
 /// Cuts the file anywhere and expects of both readers: the messages up to some place and no other,
@@ -21,7 +21,7 @@ void flip_bytes(const Victim& victim, int flips, unsigned seed);
 /// that was recovered; of a compressed chunk as many count as complete as its share of bytes says.
 double truncate(const Victim& victim, int cuts, unsigned seed);
 
-/// The same, but zeros stand where bytes are missing: a power cut.
+/// Like the function above, but zeros stand where bytes are missing: a power cut.
 void blank_the_end(const Victim& victim, int cuts, unsigned seed);
 
 }  // namespace mimesis::log

@@ -10,7 +10,7 @@ namespace mimesis::log {
 /// numbers as decimal strings, bytes as lists of them, fields sorted by name.
 nlohmann::json to_json(const Record& record);
 
-/// The same for one field of such a record.
+/// Value of one field of such a record.
 const nlohmann::json& field(const nlohmann::json& record, const std::string& name);
 std::uint64_t number(const nlohmann::json& record, const std::string& name);
 std::string text(const nlohmann::json& record, const std::string& name);

@@ -1,4 +1,4 @@
-// Whatever happens to a file: what is delivered was written, and what is missing is told.
+// Damaged files: every delivered message was written, and every missing one is reported.
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -7,7 +7,7 @@
 
 namespace mimesis::log {
 
-/// What a reader made of a file with sample messages.
+/// Result of reading a file with sample messages.
 struct Outcome {
   std::vector<std::uint32_t> messages;  ///< which samples, in the order delivered
   std::uint32_t altered = 0;            ///< messages that were never written so
@@ -21,8 +21,8 @@ struct Outcome {
 };
 
 Outcome read_streamed(const std::string& file, const ReaderLimits& limits = {});
-/// By the summary, or by what a scan makes of the file. Metadata is left out: without the sum over
-/// the whole file nobody can check it.
+/// Result by the summary, or by a scan of the file. Metadata is left out: it cannot be checked
+/// without the sum over the whole file.
 Outcome read_indexed(const std::string& file);
 
 }  // namespace mimesis::log

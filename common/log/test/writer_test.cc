@@ -100,7 +100,7 @@ TEST(Writer, AfterFlushEverythingIsReadableWithoutAnEnd) {
   ASSERT_TRUE(writer.flush());
   EXPECT_EQ(writer.open_chunk_bytes(), 0u);
   ASSERT_TRUE(writer.sync());      // flush alone does not wait
-  const MemorySource source(out);  // as after kill -9
+  const MemorySource source(out);  // the file as after kill -9
   const auto summary = summarize(source);
   ASSERT_TRUE(summary);
   EXPECT_FALSE(summary->from_file);

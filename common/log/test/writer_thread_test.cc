@@ -10,7 +10,7 @@
 namespace mimesis::log {
 namespace {
 
-/// Has room for so many bytes.
+/// Has room for this number of bytes.
 class SmallDisk final : public Sink {
  public:
   explicit SmallDisk(std::size_t room) : room_(room) {}
@@ -60,7 +60,7 @@ TEST(WriterThread, AFailureOfTheLastChunkIsReportedByFinish) {
   EXPECT_EQ(done.error().reason, "no space left");
 }
 
-/// Opens its gate for so many calls.
+/// Opens its gate for this number of calls.
 class SlowSink final : public Sink {
  public:
   explicit SlowSink(std::string& bytes) : bytes_(bytes) {}

@@ -14,7 +14,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-/// What load_biped says of biped.yaml with `from` replaced by `to`; empty: nothing.
+/// Error of load_biped for biped.yaml with `from` replaced by `to`; empty: none.
 std::string refusal(const std::string& from, const std::string& to) {
   std::string text = slurp(kModels + "biped.yaml");
   const std::size_t at = text.find(from);

@@ -12,7 +12,7 @@ namespace mimesis::demix {
 /// Where an alternation may begin.
 struct Start {
   Eigen::MatrixXd sources;  ///< spectra, 2·half × count, unit columns
-  bool search = true;       ///< delays are looked for; else they begin at 0
+  bool search = true;       ///< delays are searched; false: they begin at 0
 };
 
 /// Starts for `count` sources of `data`. Free delays: harmonics 1..count [M18 3.3.3]: starts with
@@ -53,7 +53,7 @@ class Alternation {
   struct Layout {
     Eigen::Index groups = 1, group_size = 1, frozen = 0;
     bool nonnegative = false;
-    std::uint32_t seed = 1;  ///< of random delays
+    std::uint32_t seed = 1;  ///< seed of the random delays
   };
   /// @param data  2·half × N
   Alternation(Eigen::MatrixXd data, const Layout& layout);
@@ -70,7 +70,7 @@ class Alternation {
   /// does not lower the error is undone. `trace`, if given, gets Q after each turn.
   struct Limits {
     int turns;         ///< at most
-    int restarts;      ///< of each search for delays
+    int restarts;      ///< number of starts of each search for delays
     double tolerance;  ///< a turn that gains less of Q is the last
   };
   void run(const Limits& limits, std::vector<double>* trace);
@@ -100,11 +100,12 @@ class Alternation {
   Eigen::MatrixXd pair_, right_;  ///< normal equations of the S-update: 2·half × K², 2·half × K
 };
 
-/// A mixture says the same if a source is scaled, negated or shifted and its weights and delays are
-/// changed accordingly, or if sources change places. Of all these the sources behind the first
-/// `given` ones get: unit rms; the crest of the strongest harmonic at t = 0 (of several, the one
-/// with the highest s(0)); signs with Σₙ wₙₖ ≥ 0, unless `keep_signs`; the order of the energy they
-/// carry, most first. Delays are wrapped to [−π, π]; those without weight are 0.
+/// A mixture is equivalent if a source is scaled, negated or shifted and its weights and delays are
+/// changed accordingly, or if sources change places. Among these equivalents, the sources after the
+/// first `given` ones are normalised to: unit rms; the crest of the strongest harmonic at t = 0 (if
+/// there are several, the one with the highest s(0)); signs with Σₙ wₙₖ ≥ 0, unless `keep_signs`;
+/// the order of the energy they carry, most first. Delays are wrapped to [−π, π]; those without
+/// weight are 0.
 void fix_gauge(Mixture& mixture, Eigen::Index given, bool keep_signs);
 
 }  // namespace mimesis::demix

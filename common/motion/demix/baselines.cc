@@ -26,7 +26,7 @@ Mixture without_delays(const mocap::Trials& set, const MatrixXd& sources) {
   m.sources = sources * rms;
   m.weights = (set.samples.colwise() - m.means) * sources.transpose() / rms;
   m.delay_rad = MatrixXd::Zero(m.weights.rows(), m.weights.cols());
-  for (Index k = 0; k < m.sources.rows(); ++k) {  // as sisa(): weights sum up to >= 0
+  for (Index k = 0; k < m.sources.rows(); ++k) {  // Like sisa(): weights have sums >= 0.
     if (m.weights.col(k).sum() >= 0.0) continue;
     m.weights.col(k) *= -1.0;
     m.sources.row(k) *= -1.0;

@@ -4,8 +4,8 @@
 #include "common/motion/demix/mixture.h"
 #include "common/motion/mocap/trials.h"
 
-/// What anechoic demixing is held against. All are mixtures over the set's rows, means removed; all
-/// throw ConfigError as sisa() does for sets and counts that cannot be.
+/// Methods that anechoic demixing is compared with. All are mixtures over the set's rows, means
+/// removed; all throw ConfigError as sisa() does for impossible sets and counts.
 namespace mimesis::demix {
 
 /// Principal component analysis of the trajectories: the best mixture without delays. Sources are

@@ -15,13 +15,13 @@ using Eigen::MatrixXf;
 using Eigen::VectorXd;
 using Eigen::VectorXi;
 
-constexpr float kGridRidge = 1e-6f;  // of a source's energy: two sources may coincide
+constexpr float kGridRidge = 1e-6f;  // share of a source's energy: two sources may coincide
 constexpr float kLeastRoom = 1e-3f;  // a source that is nearly another one gains nothing
 constexpr int kSweeps = 4;
-constexpr Index kGrid = 64;  // places a period: Levenberg steps go on from there
+constexpr Index kGrid = 64;  // places per period: Levenberg steps continue from there
 
-constexpr double kRidge = 1e-9;   // of a source's energy: two sources may coincide
-constexpr double kMaxStep = 0.5;  // of a Levenberg step [rad]
+constexpr double kRidge = 1e-9;   // share of a source's energy: two sources may coincide
+constexpr double kMaxStep = 0.5;  // longest Levenberg step [rad]
 constexpr int kStepsAfterSearch = 2;
 
 /// min ½wᵀGw − yᵀw, w ≥ 0, by coordinate descent from the unconstrained solution, clipped.
@@ -109,7 +109,7 @@ void GridSearch::set_sources(const MatrixXd& sources) {
 }
 
 void GridSearch::correlate_data(const double* x) {
-  // the data at unit norm: what is looked up does not depend on its unit, and floats hold it
+  // the data at unit norm: results do not depend on its unit, and floats hold it
   const double norm = Eigen::Map<const VectorXd>(x, p_ * 2 * half_).norm();
   const double scale = norm > 0.0 ? 1.0 / norm : 0.0;
   for (Index i = 0; i < p_; ++i) {

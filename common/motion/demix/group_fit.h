@@ -8,9 +8,9 @@ namespace mimesis::demix {
 /// Looks for delays over the whole period, on a grid: the τ-update [M18 3.3.3] for a group of p
 /// trajectories. Correlations of the data with each source and of the sources with each other are
 /// formed once; after that each trial of K delays is looked up: source after source takes the place
-/// where, with the weights of all fitted anew, it explains most, Σᵢ⟨rᵢ, sₖ(τ)⟩² / ‖P⊥sₖ(τ)‖²,
-/// pooled over the group; from the present delays and from random ones. The look-up is in single
-/// precision. Allocates in the constructor only.
+/// where, with all weights fitted again, it explains most, Σᵢ⟨rᵢ, sₖ(τ)⟩² / ‖P⊥sₖ(τ)‖², pooled over
+/// the group; from the present delays and from random ones. The look-up is in single precision.
+/// Allocates in the constructor only.
 class GridSearch {
  public:
   /// @param seed  of the random delays
@@ -32,15 +32,15 @@ class GridSearch {
 
   Eigen::Index half_, k_, p_, frozen_, grid_;
   bool nonnegative_;
-  Eigen::VectorXd angles_;           ///< as correlate() has them
-  Eigen::MatrixXd table_;            ///< of correlate()
-  std::vector<Eigen::Index> order_;  ///< of these angles, rising
+  Eigen::VectorXd angles_;           ///< angles in the order of correlate()
+  Eigen::MatrixXd table_;            ///< table of correlate()
+  std::vector<Eigen::Index> order_;  ///< rising order of these angles
   Eigen::MatrixXd sources_;
   Eigen::VectorXd product_, mirrored_;
   Eigen::MatrixXf between_;          ///< 2·grid × K², of τₖ − τₗ
   Eigen::MatrixXf with_data_;        ///< grid × K·p
-  Eigen::VectorXf scratch_;          ///< of best_gain()
-  Eigen::MatrixXf factor_, weight_;  ///< of the others: Cholesky factor, L⁻¹y
+  Eigen::VectorXf scratch_;          ///< scratch memory of best_gain()
+  Eigen::MatrixXf factor_, weight_;  ///< Cholesky factor of the other sources, L⁻¹y
   std::vector<const float*> others_;
   Eigen::VectorXi place_, best_;
   std::uint32_t random_;
@@ -54,7 +54,7 @@ class GridSearch {
 class GroupFit {
  public:
   /// @param half    of the spectra, a multiple of 4
-  /// @param frozen  the first so many delays stay
+  /// @param frozen  number of first delays that stay
   /// @param seed    of search()'s random delays
   GroupFit(Eigen::Index half, Eigen::Index sources, Eigen::Index group, Eigen::Index frozen,
            bool nonnegative, std::uint32_t seed = 1);

@@ -40,7 +40,7 @@ Index harmonics_that_matter(const MatrixXd& spectrum, Index harmonics) {
   return count;
 }
 
-constexpr Index kTrialGroups = 220;  // of free rows in trial runs
+constexpr Index kTrialGroups = 220;  // number of free rows in trial runs
 constexpr int kTrialTurns = 10;
 
 Index rounded_up(Index harmonics) { return (harmonics + 3) / 4 * 4; }
@@ -56,7 +56,7 @@ MatrixXd with_half(const MatrixXd& spectrum, Index half) {
 /// Where a set's rows go: groups of trajectories that share their delays, side by side.
 struct Grouping {
   Index groups, size;
-  std::vector<Index> row;  ///< of the set, for each column
+  std::vector<Index> row;  ///< row of the set, for each column
 };
 
 Grouping grouping(const mocap::Trials& set, bool tied) {
@@ -137,7 +137,7 @@ class Demixing {
     return run;
   }
 
-  /// Groups for the trial runs: of many only so many, evenly from all rows and trials.
+  /// Groups for the trial runs: a limited number, evenly from all rows and trials.
   std::vector<Index> sample_of_groups() const {
     Index stride = std::max<Index>(1, groups_.groups / kTrialGroups);
     while (std::gcd(stride, set_.rows_per_trial()) != 1) ++stride;
@@ -146,7 +146,7 @@ class Demixing {
     return out;
   }
 
-  /// What the fixed and known sources leave.
+  /// Residual of the data without the fixed and known sources.
   MatrixXd left_by_given(const MatrixXd& data) const {
     if (given_ == 0) return data;
     Alternation known(data, layout());
@@ -221,7 +221,7 @@ class Demixing {
   Grouping groups_;
   Index samples_, fixed_, given_;
   MatrixXd full_, given_spectra_;
-  VectorXd scale_;  ///< of the given spectra, as given
+  VectorXd scale_;  ///< scales of the given spectra, as given
   Index kept_ = 0;
   double left_out_ = 0.0;  ///< energy of the harmonics above those
 };
@@ -251,7 +251,7 @@ Mixture Demixing::mixture(const Alternation& from) const {
   return out;
 }
 
-/// What each of the 2h + 1 samples counts for the value in their middle.
+/// Weights of the 2h + 1 samples for the value in their middle.
 VectorXd filter(int half_window, int order) {
   MatrixXd powers(2 * half_window + 1, order + 1);
   for (Index i = 0; i < powers.rows(); ++i) {

@@ -9,7 +9,7 @@
 
 namespace mimesis::demix {
 
-/// Sources that are given with their delays: what an earlier action was learned to need.
+/// Sources that are given with their delays, learned from an earlier action.
 struct KnownSources {
   Eigen::MatrixXd sources;    ///< K₀×T, periodic
   Eigen::MatrixXd delay_rad;  ///< R×K₀, one per row of a trial and source
@@ -23,15 +23,15 @@ struct SisaOptions {
   bool nonnegative = false;
   /// Non-periodic sources, rows of T samples: given, not shifted. [M18 3.3.3]: non_periodic().
   Eigen::MatrixXd fixed = {};
-  /// Stepwise regression: these follow the fixed ones, as they are; their weights are estimated
-  /// anew and the other sources are learned from what they leave. @see known_sources()
+  /// Stepwise regression: these follow the fixed ones unchanged; their weights are estimated again
+  /// and the other sources are learned from the residual. @see known_sources()
   KnownSources known = {};
-  int turns = 40;           ///< of (τ, W, S) at most, for each start
+  int turns = 40;           ///< largest number of alternations (τ, W, S), for each start
   int restarts = 2;         ///< random delays each row starts from in every turn, beside its own
   double tolerance = 1e-4;  ///< a turn that gains less of Q is the last
-  /// Of those random delays: another one may end in another local minimum.
+  /// Seed of the random delays: another seed may end in another local minimum.
   std::uint32_t seed = 1;
-  /// Tied delays have many local minima: so many starts are followed up to their ends.
+  /// Tied delays have many local minima: number of starts that are followed to their ends.
   int finalists = 2;
   /// Called with the share of the work done, 0..1; may be empty.
   std::function<void(double)> progress = {};
@@ -76,8 +76,8 @@ struct SmoothOptions {
 };
 
 /// Learned sources are continuous, but may have kinks. They are smoothed by savitzky_golay(), get
-/// unit rms again, and the weights are estimated anew; delays and the fixed sources stay [M18
-/// 3.3.3]. Q falls a little: it is what smoothness costs. The trace is empty.
+/// unit rms again, and the weights are estimated again; delays and the fixed sources stay [M18
+/// 3.3.3]. Q falls a little. The trace is empty.
 /// @throws ConfigError for the window, as sisa() for the set, or if the mixture is not of the set
 SisaResult smooth_sources(const mocap::Trials& set, const Mixture& mixture,
                           const SmoothOptions& options);

@@ -10,8 +10,8 @@ namespace mimesis::demix {
 inline Eigen::Index harmonic_count(Eigen::Index samples) { return (samples - 1) / 2; }
 
 /// Real spectra of the rows of `x` (N×T), one column each: cosine parts of harmonics 1..H, zeros up
-/// to `half`, then sine parts likewise (2·half × N), scaled by √(2/T): inner products of columns
-/// are those of the signals. The part at harmonic f is aᶠ + i·bᶠ = Σₜ x(t) e^{−2πift/T}.
+/// to `half`, then sine parts in the same order (2·half × N), scaled by √(2/T): inner products of
+/// columns are those of the signals. The part at harmonic f is aᶠ + i·bᶠ = Σₜ x(t) e^{−2πift/T}.
 Eigen::MatrixXd to_spectrum(const Eigen::MatrixXd& x, Eigen::Index harmonics, Eigen::Index half);
 /// Its inverse, rows of T samples. @param spectrum 2·half × N
 Eigen::MatrixXd from_spectrum(const Eigen::MatrixXd& spectrum, Eigen::Index samples);
@@ -24,7 +24,7 @@ void shift_spectrum(const double* source, double phi, Eigen::Index half, double*
 /// out(i, j) = aᵢ·bⱼ, column-major na×nb, for columns of `length` (a multiple of 8).
 void inner_products(const double* a, Eigen::Index na, const double* b, Eigen::Index nb,
                     Eigen::Index length, double* out);
-/// The same for a = b, n×n.
+/// Gram matrix of one set of rows (a = b), n×n.
 void gram_matrix(const double* a, Eigen::Index n, Eigen::Index length, double* out);
 
 /// A correlation over the whole period: cⱼ = Re Σ_f u(f) e^{ifθⱼ}, u a spectrum, at 4q angles that
@@ -34,18 +34,18 @@ void gram_matrix(const double* a, Eigen::Index n, Eigen::Index length, double* o
 void correlate(const double* table, const double* u, Eigen::Index quarter, Eigen::Index half,
                double* out);
 
-/// What a source gains at each place of a grid, beside others whose weights follow. Single
-/// precision: it only proposes.
+/// Gain of a source at each place of a grid, beside other sources whose weights follow. Single
+/// precision, because it only proposes.
 struct GainTerms {
   const float* const* others;  ///< per other source: its inner product with this one, each place
-  Eigen::Index count;          ///< of others, n
+  Eigen::Index count;          ///< number of other sources, n
   const float* factor;         ///< Cholesky factor L of their Gram matrix, column-major, its
                                ///< diagonal inverted
-  Eigen::Index stride;         ///< of its columns, and of those of `weight`
+  Eigen::Index stride;         ///< stride of its columns, and of the columns of `weight`
   const float* weight;         ///< L⁻¹ZᵀX, n×p
   const float* data;           ///< grid×p: inner products of this source with the data
   Eigen::Index group, grid;    ///< p; places, a multiple of 16
-  float energy, least_room;    ///< of the source; of what the others leave of it, at least
+  float energy, least_room;    ///< energy of the source; least energy that the others leave of it
   bool nonnegative;            ///< negative weights gain nothing
 };
 /// The place where Σᵢ ⟨xᵢ, P⊥s⟩² / ‖P⊥s‖² is largest; `place` unless another one has more, then the

@@ -16,7 +16,7 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr double kTiny = 1e-12;  // of the mean power: factors stay above 0
+constexpr double kTiny = 1e-12;  // share of the mean power: factors stay above 0
 
 class Wigner {
  public:

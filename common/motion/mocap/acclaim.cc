@@ -23,7 +23,7 @@ struct FileBone {
   std::string name;
   Eigen::Vector3d direction = Eigen::Vector3d::Zero();
   double length = -1.0;
-  std::array<double, 3> angles{};  // of `axis`, in the order of its letters
+  std::array<double, 3> angles{};  // angles of `axis`, in the order of its letters
   std::string axis_order;          // "XYZ"; empty: not given
   AcclaimSkeleton::Bone bone;
   int line = 0;
@@ -167,7 +167,8 @@ Eigen::Quaterniond axes_of(const FileBone& bone, bool degrees) {
   return C;
 }
 
-// The order in which the root's turns are applied is that of `axis`, whatever the columns' order.
+// The order in which the root's turns are applied is that of `axis`, independent of the columns'
+// order.
 void order_root_turns(FileBone& root) {
   const auto rank = [&](std::size_t freedom) {
     const int axis = root.bone.freedoms[freedom].axis;
@@ -260,7 +261,7 @@ class Tree {
   const std::string& file_;
   double unit_m_;
   std::map<std::string_view, const FileBone*> by_name_;  // those not yet in the tree
-  std::vector<Eigen::Vector3d> tips_;                    // of the joints [m]
+  std::vector<Eigen::Vector3d> tips_;                    // tips of the joints [m]
 };
 
 bool starts_number(std::string_view word) {

@@ -80,7 +80,7 @@ struct BodyClip {
   std::string name;  ///< file name without folder
   double rate_hz = 0.0;
   long first_frame = 0;                ///< number of column 0 in the file, from 0
-  Eigen::Matrix3Xd root_position_W_m;  ///< of the root joint, 3×frames
+  Eigen::Matrix3Xd root_position_W_m;  ///< position of the root joint, 3×frames
   Eigen::MatrixXd angles_rad;          ///< 51×frames, axis-angle as in forward_kinematics()
 
   Eigen::Index frames() const { return angles_rad.cols(); }

@@ -41,7 +41,7 @@ void set_pelvis(const GaitMarkerSet& m, BodyPose& pose) {
   pose.p_WJ[kRoot] = 0.5 * (asis + psis);
 }
 
-/// What is above the pelvis, stiff in the T-posture and of standard size.
+/// Sets the trunk above the pelvis: stiff in the T-posture and of standard size.
 void set_standard_trunk(MarkerPose& out) {
   static const Body body = standard_body();
   const Matrix3d R = out.pose.R_WJ[kRoot];
@@ -243,7 +243,7 @@ MarkerPoses find_poses(Markers markers, bool legs_only) {
   auto at = [&](Index f) {
     GaitMarkerSet m = GaitMarkerSet::Zero();
     for (std::size_t i = 0; i < kGaitMarkers; ++i) {
-      if (set[i] < 0) continue;  // of the upper body, not used
+      if (set[i] < 0) continue;  // marker of the upper body, not used
       m.col(static_cast<Index>(i)) = R_WF * markers.position_m.block<3, 1>(3 * set[i], f);
     }
     return m;

@@ -19,7 +19,7 @@ inline constexpr double kShoulderDrop_m = 0.05;  ///< joint centre below the sho
 /// The 17-joint figure from the PluginGait marker set (labels LASI, LKNE, ... with or without
 /// "subject:" before). The up axis of the file is the one along which pelvis and toes are farthest
 /// apart. Gaps are filled; the clip is the longest run of frames with all markers.
-/// @param legs_only  pelvis and legs alone are used; what is above stands stiff, of standard size,
+/// @param legs_only  pelvis and legs alone are used; the part above stands stiff, of standard size,
 ///        arms sideways
 ///
 /// Conventions, left side (w = distance of LASI and RASI; lateral = outwards):

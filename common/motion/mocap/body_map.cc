@@ -51,12 +51,12 @@ BodyMap find_map(const Clip& clip, const std::optional<BodyMap>& own) {
                     " these joints are missing: " + list);
 }
 
-// What files lack. The ball of the foot is 3 to 5.5 cm above the ground in the stances of all CMU
-// and Bandai-Namco clips at hand; heels, hands and heads have usual proportions.
+// Lengths that files lack. The ball of the foot is 3 to 5.5 cm above the ground in the stances of
+// all CMU and Bandai-Namco clips at hand; heels, hands and heads have usual proportions.
 constexpr double kBallHeight_m = 0.04;
 constexpr double kHeelShare = 0.3;   // behind the ankle, of the ball's distance before it
-constexpr double kHandShare = 0.65;  // of the forearm
-constexpr double kHeadShare = 0.46;  // of the thigh
+constexpr double kHandShare = 0.65;  // share of the forearm
+constexpr double kHeadShare = 0.46;  // share of the thigh
 
 /// Where every joint of the file's skeleton is in one frame.
 struct FilePose {
@@ -140,7 +140,7 @@ Matrix3d turn_onto(const Vector3d& from, const Vector3d& to) {
 struct Correspondence {
   std::array<std::size_t, kBodyJoints> joint;
   std::array<std::size_t, 2> toe;
-  std::array<Matrix3d, kBodyJoints> R_WJ_zero;  ///< as options.zero says
+  std::array<Matrix3d, kBodyJoints> R_WJ_zero;  ///< zero posture of options.zero
   std::array<Matrix3d, kBodyJoints> R_WJ_T;     ///< in the T-posture
 };
 

@@ -16,9 +16,9 @@ struct BodyMap {
   /// By body joint, the name in the file. Joints between two of them are composed into the outer.
   std::array<std::string, kBodyJoints> joints;
   std::array<std::string, 2> toes;  ///< joint at the ball of the foot
-  /// By body joint: which of the file joint's axes (in house order: x forward, y left, z up in the
-  /// file's zero posture) point forward, left and up in the T-posture. Empty: "+x+y+z". Limbs that
-  /// are then not yet as in the T-posture are straightened by the smallest rotation.
+  /// By body joint: which of the file joint's axes (in the project's order: x forward, y left, z up
+  /// in the file's zero posture) point forward, left and up in the T-posture. Empty: "+x+y+z".
+  /// Limbs that are then not yet as in the T-posture are straightened by the smallest rotation.
   std::array<std::string, kBodyJoints> axes;
   /// Elevation of the line from the ankle to the ball of the foot when the sole is flat [rad].
   double sole_rad = 0.0;
@@ -27,14 +27,14 @@ struct BodyMap {
 /// Skeletons that to_body() knows: CMU as BVH and as ASF, Bandai-Namco.
 std::span<const BodyMap> known_body_maps();
 
-/// What the angles are counted from.
+/// Posture in which all angles are zero.
 enum class ZeroPosture {
   kT,     ///< standing upright, legs down, feet flat and forward, arms sideways [M18 3.3.2]
-  kFile,  ///< the file's own zero posture, whatever it looks like
+  kFile,  ///< the file's own zero posture
 };
 
 struct ToBodyOptions {
-  std::optional<BodyMap> map;  ///< none: the known one whose joints the skeleton has
+  std::optional<BodyMap> map;  ///< none: the built-in map whose joints the skeleton has
   ZeroPosture zero = ZeroPosture::kT;
 };
 
@@ -42,9 +42,9 @@ struct ToBodyOptions {
 /// which the figure lacks (the collar bone) takes its mean over the clip. The toe point is on the
 /// ground 4 cm under the ball of the foot; the heel point, which no file has, is as low with a flat
 /// sole, and as far behind the ankle as 0.3 of the ball's distance before it. Where the file has no
-/// hand or head end: 0.65 of the forearm, 0.46 of the thigh.
-/// Up to three first frames that are no part of the motion, because the figure leaps out of them
-/// (the T-posture that the CMU conversion puts there), are left out; `first_frame` tells.
+/// hand or head end: 0.65 of the forearm, 0.46 of the thigh. Up to three first frames that are no
+/// part of the motion, because the figure leaps out of them (the T-posture that the CMU conversion
+/// puts there), are left out (see `first_frame`).
 /// @throws ConfigError with the names of missing joints; if the clip has no frame
 BodyClip to_body(const Clip& clip, const ToBodyOptions& options = {});
 

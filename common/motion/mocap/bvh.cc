@@ -13,15 +13,15 @@ namespace mimesis::mocap {
 namespace {
 
 struct Channel {
-  int joint = 0, axis = 0;  // axis of the house
+  int joint = 0, axis = 0;  // axis of this project
   bool position = false;
 };
 
-// Offsets and positions are in house axes and the file's unit until the end.
+// Offsets and positions are in this project's axes and the file's unit until the end.
 struct Bvh {
   Skeleton skeleton;
-  std::vector<Channel> channels;  // as the columns of MOTION
-  std::vector<int> position_row;  // of a joint in `positions`, -1: none
+  std::vector<Channel> channels;  // in the order of the columns of MOTION
+  std::vector<int> position_row;  // row of a joint in `positions`, -1: none
   Eigen::MatrixXd positions;      // 3 rows for a joint that has position channels
   Clip clip;
 };
@@ -76,7 +76,7 @@ int open_joint(TextScanner& in, Bvh& bvh, int parent) {
 }
 
 void read_end(TextScanner& in, Bvh& bvh, int parent) {
-  in.rest_of_line();  // "Site", whatever is behind it
+  in.rest_of_line();  // "Site", followed by any text
   in.expect("{");
   const std::string name = bvh.skeleton.joints[static_cast<std::size_t>(parent)].name + "_end";
   bvh.skeleton.ends.push_back({name, parent, read_offset(in)});
@@ -237,14 +237,14 @@ void settle_positions(Bvh& bvh, double unit_m, const std::string& file) {
   }
 }
 
-constexpr int kDecimals = 7;  // of ° and of the file's unit: 2e-9 rad, 1e-8 m or less
+constexpr int kDecimals = 7;  // decimals in ° and in the file's unit: 2e-9 rad, 1e-8 m or less
 constexpr double kDegrees = 180.0 / std::numbers::pi;
 
 struct Writer {
   const Skeleton& skeleton;
   double unit_m;
   std::string text;
-  std::vector<std::size_t> order;  // of the columns: joints depth first
+  std::vector<std::size_t> order;  // order of the columns: joints depth first
 
   void number(double value) {
     text += ' ';

@@ -11,10 +11,9 @@ namespace mimesis::mocap {
 double bvh_unit_m(const Skeleton& skeleton);
 
 /// Reads the text of a BVH file. Any order of channels, per joint; a position channel stands in
-/// place of the joint's OFFSET. Joints other than the root may have position channels if
-///  - they keep still (to 0.1 mm): their offset is then what frame 0 says, or
-///  - it is the only child of the root: if it moves, or the root stays at the origin, the two
-///  become
+/// place of the joint's OFFSET. Joints other than the root may have position channels if  - they
+/// keep still (to 0.1 mm): their offset is then that of frame 0, or  - it is the only child of the
+/// root: if it moves, or the root stays at the origin, the two  become
 ///    one root, which carries both motions (Bandai: joint_Root over Hips becomes Hips).
 /// Ends are named after their joint, "LeftToeBase_end". A frame time within 1e-4 of that of a whole
 /// rate means that rate (.0083333 s: 120 Hz).

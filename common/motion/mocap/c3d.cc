@@ -19,7 +19,7 @@
 namespace mimesis::mocap {
 namespace {
 
-/// Numbers of a C3D file at byte offsets. Who reads has seen to it that they are inside.
+/// Numbers of a C3D file at byte offsets. The caller has checked that the offsets are inside.
 struct C3dWords {
   std::span<const std::byte> bytes;
   C3dProcessor processor = C3dProcessor::kIntel;
@@ -73,11 +73,11 @@ bool printable(const std::string& text) {
 /// The parameter section of a C3D file. Names are upper case, "POINT:RATE".
 class C3dParameters {
  public:
-  /// Reads the records from `begin` on. The chain ends where it says so, where it leaves
-  /// [begin, limit) or at what is no record (a name that is not printable).
+  /// Reads the records from `begin` on. The chain ends at its end mark, where it leaves [begin,
+  /// limit) or at an invalid record (a name that is not printable).
   /// @throws ConfigError where the data of a record leave the file's parameters
-  // A record: length of the name (negative: locked), group (negative: defines it), name, way to the
-  // next record from here, then what the kind of record needs.
+  /// A record: length of the name (negative: locked), group (negative: defines it), name, way to
+  /// the next record from here, then what the kind of record needs.
   C3dParameters(const C3dWords& words, std::size_t begin, std::size_t limit)
       : words_(words), end_(begin) {
     for (std::size_t at = begin; at + 4 <= limit;) {
@@ -128,7 +128,7 @@ class C3dParameters {
  private:
   struct Parameter {
     int type = 0;                               // -1 characters, 1 bytes, 2 words, 4 floats
-    std::size_t at = 0, count = 0, length = 0;  // of the data; length: the first dimension
+    std::size_t at = 0, count = 0, length = 0;  // place of the data; length: the first dimension
   };
   void read_record(std::size_t at, std::size_t limit) {
     const auto length = static_cast<std::size_t>(std::abs(words_.i8(at)));
@@ -222,7 +222,7 @@ struct Layout {
   std::size_t start = 0;  // byte
   std::size_t frames = 0, points = 0, channels = 0, samples = 0;
   std::size_t word = 2;  // bytes of a number
-  double scale = 1.0;    // of whole numbers, in the file's unit
+  double scale = 1.0;    // scale of whole numbers, in the file's unit
   std::size_t frame_bytes() const { return word * (4 * points + channels * samples); }
 };
 

@@ -8,7 +8,7 @@
 
 namespace mimesis::mocap {
 
-/// The processors whose numbers a C3D file may hold, by the byte that says so.
+/// Processors whose number formats a C3D file may have, by the byte that names them.
 enum class C3dProcessor { kIntel = 84, kDec = 85, kMips = 86 };
 
 /// The number of a VAX F float: sign, 8 bits of exponent with bias 128, 23 of a mantissa 0.1f. Its
@@ -16,8 +16,7 @@ enum class C3dProcessor { kIntel = 84, kDec = 85, kMips = 86 };
 double vax_float(std::uint32_t bits);
 
 /// Reads the bytes of a C3D file (c3d.org's description). Intel, DEC and SGI/MIPS; integer and
-/// real. Where header and parameters differ, the parameters hold; what they leave out is taken
-/// from:
+/// real. Where header and parameters differ, the parameters hold; missing ones are taken from:
 ///  - points, scale, rate: the header. Without any rate the file is refused.
 ///  - frames: the first of POINT:LONG_FRAMES, TRIAL:ACTUAL_START/END_FIELD, POINT:FRAMES (unsigned)
 ///    and the header for which the file is long enough; if it is for none, it is refused as cut
@@ -36,7 +35,7 @@ double vax_float(std::uint32_t bits);
 /// @param file  named in errors; its base name becomes the recording's
 /// @throws ConfigError "file: byte N: ..." or "file: GROUP:PARAMETER ..."
 Markers parse_c3d(std::span<const std::byte> bytes, const std::string& file);
-/// The same from a file. @throws ConfigError also if it cannot be read
+/// Reads a file. @throws ConfigError also if it cannot be read
 Markers read_c3d(const std::string& file);
 
 }  // namespace mimesis::mocap

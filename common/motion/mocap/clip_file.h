@@ -5,7 +5,7 @@
 
 namespace mimesis::mocap {
 
-/// How a motion file is to be understood where it does not say so itself.
+/// Interpretation of a motion file where the file itself is not explicit.
 struct ReadOptions {
   /// Length of the file's unit. 0: by the kind of file: BVH 1 cm or, with joints named as CMU's
   /// conversion names them, CMU's 2.54/0.45 cm; ASF its own `length` (CMU: 1/0.45 inch).

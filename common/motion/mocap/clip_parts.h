@@ -12,14 +12,14 @@
 
 namespace mimesis::mocap {
 
-/// Motion files are y up, facing +z, left +x; the house is z up, facing +x, left +y. So the axes
-/// permute, (x, y, z)_house = (z, x, y)_file, for points, axes and axis-angle vectors alike.
+/// Motion files are y up, facing +z, left +x; this project is z up, facing +x, left +y. So the axes
+/// permute, (x, y, z)_project = (z, x, y)_file, for points, axes and axis-angle vectors alike.
 inline Eigen::Vector3d from_file_axes(const Eigen::Vector3d& v) { return {v.z(), v.x(), v.y()}; }
 inline Eigen::Vector3d to_file_axes(const Eigen::Vector3d& v) { return {v.y(), v.z(), v.x()}; }
-/// 0, 1, 2 = x, y, z of the file -> the same axis in the house.
+/// 0, 1, 2 = x, y, z of the file -> the same axis in this project.
 inline int from_file_axis(int axis) { return (axis + 1) % 3; }
 
-inline constexpr double kRadians = std::numbers::pi / 180.0;  ///< of a degree
+inline constexpr double kRadians = std::numbers::pi / 180.0;  ///< one degree in radians
 
 /// Rotation by an angle [rad] about coordinate axis 0, 1 or 2.
 inline Eigen::Quaterniond turn_about(int axis, double angle_rad) {
@@ -48,14 +48,14 @@ void put_rotation(Matrix& rotation_rad, Eigen::Index joint, Eigen::Index frame,
 void check_clip_size(const std::string& file, std::size_t file_bytes, std::size_t joints,
                      std::size_t frames);
 
-/// Nobody is as large or goes as far as 10 km: such lengths overflow what is computed from them.
+/// No person is as large or goes as far as 10 km: such lengths overflow in later computations.
 /// @throws ConfigError
 void check_lengths(const std::string& file, const Clip& clip);
 
 /// @throws ConfigError
 void check_options(const ReadOptions& options);
 
-/// Appends a number with so many decimals, the same bytes in every locale.
+/// Appends a number with this number of decimals, with equal bytes in every locale.
 inline void append_fixed(std::string& text, double value, int decimals) {
   char digits[400];
   const auto end =
@@ -69,7 +69,8 @@ inline void append_exact(std::string& text, double value) {
   text.append(digits, std::to_chars(digits, digits + sizeof digits, value).ptr);
 }
 
-/// That a clip can be written: joints with parents before them, sizes that fit, finite numbers.
+/// Checks that a clip can be written: joints with parents before them, sizes that fit, finite
+/// numbers.
 /// @throws ConfigError
 void check_writable(const Clip& clip);
 

@@ -48,7 +48,8 @@ VectorXd ahead_of_pelvis(const Matrix3Xd& path, const BodyClip& clip, const Vect
 }
 
 /// Maxima from which x falls by `drop` on both sides before it rises as high again; half of it
-/// where x begins or ends before that. The first and the last value are none: x may go on rising.
+/// where x begins or ends before that. The first and the last value do not count: x may continue to
+/// rise.
 std::vector<Index> maxima(const VectorXd& x, double drop) {
   std::vector<Index> found;
   Index high = 0, low = 0, lowest_before = 0;

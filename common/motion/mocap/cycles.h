@@ -52,7 +52,7 @@ struct CycleOptions {
   Cut cut = Cut::kGaitCycles;
   int samples = 100;                         ///< T
   double cutoff_hz = 8.0;                    ///< zero-phase low-pass of the angles; 0: none
-  double shortest_s = 0.4, longest_s = 3.0;  ///< of a gait cycle; others are left out
+  double shortest_s = 0.4, longest_s = 3.0;  ///< duration of a gait cycle; others are left out
   std::string style;                         ///< empty: style_of(file name)
 };
 
@@ -64,9 +64,9 @@ struct MoreRows {
 };
 
 /// Trials of a clip: angles filtered, heading removed, cut, resampled to T samples. The period's
-/// last frame is phase 2π, i.e. sample 0 of the next; a whole clip ends there likewise.
-/// Status: why the clip gives no trial (fewer than two left heel strikes, standing, ...).
-/// The rows are the body's, then `more`.
+/// last frame is phase 2π, i.e. sample 0 of the next; a whole clip ends there too. Status: why the
+/// clip gives no trial (fewer than two left heel strikes, standing, ...). The rows are the body's,
+/// then `more`.
 /// @throws ConfigError if options do not fit (T < 2, the cutoff), or
 /// `more` has not the clip's frames
 tl::expected<Trials, Status> cut_cycles(const BodyClip& clip, const CycleOptions& options = {},

@@ -64,7 +64,7 @@ std::vector<Gap> gaps_of(const Eigen::Ref<const Eigen::MatrixXd>& path) {
   return gaps;
 }
 
-/// Fills from what the group predicts, NaN where it says nothing.
+/// Fills gaps from the prediction of the group, NaN where there is none.
 void fill_from(const Matrix3Xd& predicted, Eigen::Ref<Eigen::MatrixXd> path) {
   const Matrix3Xd measured = path;
   auto deviation = [&](Index f, Vector3d& d) {

@@ -23,7 +23,7 @@ class Spline {
   /// @param values  R×knots
   Spline(std::span<const double> knots, const Eigen::Ref<const Eigen::MatrixXd>& values);
 
-  /// The rows at `x`; outside the knots the first or last cubic goes on.
+  /// The rows at `x`; outside the knots the first or last cubic is extended.
   Eigen::VectorXd at(double x) const;
 
  private:

@@ -18,9 +18,9 @@ class TextScanner {
 
   /// Next word, over line ends; '{' and '}' are words of their own. Empty at the end of the file.
   std::string_view word();
-  /// Next word on this line, empty at its end; does not go on to the next line.
+  /// Next word on this line, empty at its end.
   std::string_view word_in_line();
-  /// What is left of this line, without the blanks around it, up to '{' if there is one.
+  /// The rest of this line, trimmed, up to '{' if there is one.
   std::string_view rest_of_line();
   /// Goes to the next line that holds a word; false at the end of the file.
   bool next_line();

@@ -5,7 +5,7 @@
 
 namespace mimesis::mocap {
 
-/// What one trial (a gait cycle, or one action of a sequence) is and where it comes from.
+/// Meaning and source of one trial (a gait cycle, or one action of a sequence).
 struct Trial {
   std::string clip;   ///< file name
   std::string style;  ///< "happy", "slow", or an action's name; may be empty

@@ -153,7 +153,7 @@ class Reader {
     ++row_;
   }
 
-  /// From the sets' axes to the house's: names, and the order within a joint.
+  /// From the sets' axes to the project's: names, and the order within a joint.
   void turn_axes() {
     const auto joint = [](const std::string& name) { return name.substr(0, name.rfind('.')); };
     for (std::string& name : set_.rows) {

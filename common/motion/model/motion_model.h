@@ -14,7 +14,7 @@ namespace mimesis::motion {
 
 /// One learned way to move: the parameters of the mixture for the R rows of the model.
 struct Pattern {
-  mocap::Trial trial;          ///< what it was learned from: style, duration, step length, turn
+  mocap::Trial trial;          ///< trial it was learned from: style, duration, step length, turn
   Eigen::VectorXd mean_rad;    ///< m, R
   Eigen::MatrixXd weight_rad;  ///< w, R×K
   Eigen::MatrixXd delay_rad;   ///< φ, R×K; with tied delays the same in all patterns
@@ -29,7 +29,7 @@ struct RowLimits {
 struct Source {
   std::string file;     ///< name without folder
   std::string sha256;   ///< hex
-  std::string licence;  ///< as the user stated it, or empty
+  std::string licence;  ///< licence as stated by the user, or empty
 };
 
 /// Everything a synthesizer needs, as `mimesis demix` learns it. A file of format
@@ -39,7 +39,7 @@ struct MotionModel {
   std::vector<Source> learned_from;
   mocap::Body body;
   std::vector<std::string> rows;        ///< R names: body rows "lhip.x", or joints of a robot
-  std::vector<std::string> task_names;  ///< of Trial::task
+  std::vector<std::string> task_names;  ///< names of the values of Trial::task
   /// By row, limits that must not be passed (clamp_to_limits()); empty: no row has any. In the file
   /// "limits_rad", [lower, upper] or null by row, and absent if empty: version 1 without it is read
   /// as before, and programs that do not know it read files that have it.
@@ -48,13 +48,13 @@ struct MotionModel {
   int fixed = 0;            ///< the first are non-periodic (demix::Mixture)
   bool tied = false;        ///< one delay per row and source
   std::vector<Pattern> patterns;
-  double quality = 0.0, quality_squared = 0.0;  ///< Q and Q2 over what was learned from
+  double quality = 0.0, quality_squared = 0.0;  ///< Q and Q2 over the training data
 };
 
 /// @throws ConfigError "file: what (where), expected ...": damaged, another version, sizes that do
 /// not fit, a number that is not finite.
 MotionModel load_motion_model(const std::string& file);
-/// The same from memory; `file` names it in errors.
+/// Parses text in memory; `file` names it in errors.
 MotionModel parse_motion_model(std::string_view text, const std::string& file);
 /// @throws ConfigError if the file cannot be written; whole or not at all.
 void save_motion_model(const MotionModel& model, const std::string& file);
@@ -75,11 +75,11 @@ int clamp_to_limits(const MotionModel& model, std::span<double> values);
 /// How near to its limits a row comes, over all patterns and the T phases of the sources.
 struct LimitExcess {
   std::string row;
-  double beyond_rad = 0.0;  ///< largest; negative: what is left to the nearer limit
+  double beyond_rad = 0.0;  ///< largest excess; negative: distance to the nearer limit
   std::size_t pattern = 0;  ///< where that is
   double phase_rad = 0.0;
 };
-/// Of all rows with limits, in the model's order.
+/// Excess of every row with limits, in the model's order.
 std::vector<LimitExcess> limit_excess(const MotionModel& model);
 
 /// The model of a mixture over a set: one pattern a trial. Name and provenance stay empty.

@@ -72,7 +72,7 @@ NullSpace::NullSpace(const MatrixXd& jacobian, const std::vector<bool>& locked)
   for (Index i = 0; i < count; ++i) {
     transposed.row(i) = jacobian.col(free[static_cast<std::size_t>(i)]).transpose();
   }
-  // What is perpendicular to all rows of J: the last columns of Q of Jᵀ = Q R
+  // space perpendicular to all rows of J: the last columns of Q of Jᵀ = Q R
   Eigen::ColPivHouseholderQR<MatrixXd> qr(transposed);
   qr.setThreshold(1e-10);
   const Index rank = qr.rank();
@@ -98,7 +98,7 @@ LimitBarrier::LimitBarrier(const robot::RobotTree& tree)
 
 namespace {
 
-constexpr double kNearest = 0.02;  // of the margin
+constexpr double kNearest = 0.02;  // share of the margin
 
 double barrier(double share) {
   const double d = std::max(share, kNearest);
@@ -122,7 +122,7 @@ VectorXd step_towards(const GoalErrors& exact, const GoalErrors& wishes, const V
   return main + Z * H.ldlt().solve(downhill);
 }
 
-constexpr double kTooFar = 1e-10;  // of an end effector from its place [m, rad]
+constexpr double kTooFar = 1e-10;  // distance of an end effector from its place [m, rad]
 
 /// aₜ = 2qₜ − qₜ₋₁ − qₜ₊₁
 VectorXd bend(std::span<const Posture> p, std::size_t t) {

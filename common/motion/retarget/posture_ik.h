@@ -17,7 +17,7 @@ Posture advance(const Posture& posture, const Eigen::Ref<const Eigen::VectorXd>&
 /// The step that leads from one posture to the other.
 Eigen::VectorXd difference(const Posture& from, const Posture& to);
 
-/// What a frame fixed in a link shall do. E is that frame.
+/// Goal of a frame E that is fixed in a link.
 struct Goal {
   int link = 0;
   Eigen::Isometry3d X_LE = Eigen::Isometry3d::Identity();
@@ -34,7 +34,7 @@ struct GoalErrors {
 };
 GoalErrors errors(const robot::Kinematics& kinematics, const std::vector<Goal>& goals);
 
-/// Steps that do not move what a Jacobian describes. [M18 3.3.2]
+/// Projects steps into the null space of a Jacobian. [M18 3.3.2]
 class NullSpace {
  public:
   /// `jacobian` rows×n. Components marked in `locked` (n) stay zero in everything below.
@@ -45,7 +45,7 @@ class NullSpace {
   Eigen::VectorXd project(const Eigen::VectorXd& step) const {
     return basis_ * (basis_.transpose() * step);
   }
-  /// The shortest step s with J s = wanted, or nearest to it: (JᵀJ + damping I)⁻¹ Jᵀ wanted.
+  /// The shortest step s with J s = wanted, or closest to it: (JᵀJ + damping I)⁻¹ Jᵀ wanted.
   Eigen::VectorXd reach(const Eigen::VectorXd& wanted, double damping) const;
 
  private:
@@ -53,9 +53,9 @@ class NullSpace {
   Eigen::MatrixXd basis_;
 };
 
-/// Keeps joints away from their limits: for the distance d to a limit within `margin` of it,
-/// m = margin: b(d) = d/m − 1 − ln(d/m), summed. Smooth, zero further away, infinite at the limit;
-/// below m/50 it goes on with the slope there.
+/// Keeps joints away from their limits: for the distance d to a limit within `margin` of it, m =
+/// margin: b(d) = d/m − 1 − ln(d/m), summed. Smooth, zero further away, infinite at the limit;
+/// below m/50 it continues with the slope there.
 class LimitBarrier {
  public:
   explicit LimitBarrier(const robot::RobotTree& tree);
@@ -69,9 +69,9 @@ class LimitBarrier {
 
 struct IkOptions {
   int max_iterations = 60;
-  double exact_tolerance = 1e-9;  ///< of the weighted errors of the exact goals
+  double exact_tolerance = 1e-9;  ///< largest weighted error of the exact goals
   double still = 1e-5;            ///< ends when no component of a step is larger [m, rad]
-  double barrier_weight = 2e-3;   ///< of LimitBarrier against the squared errors of wishes
+  double barrier_weight = 2e-3;   ///< weight of LimitBarrier against the squared errors of wishes
   /// Against change from the start, per squared radian or metre: decides what goals leave open,
   /// such as which of two aligned joints turns.
   double stay_weight = 1e-3;
@@ -86,8 +86,8 @@ struct IkResult {
 /// Posture that fulfils `exact` goals as far as the joint limits permit, and among those comes
 /// nearest to the `wishes` (least squares) and stays away from the limits: wishes and the barrier's
 /// gradient are projected into the null space of the exact goals' Jacobian [M18 3.3.2]. A joint
-/// that would leave its limits stops there and the others go on without it.
-/// Precondition: `start` within the limits.
+/// that would leave its limits stops there; the others continue without it. Precondition: `start`
+/// within the limits.
 IkResult solve(robot::Kinematics& kinematics, const Posture& start, const std::vector<Goal>& exact,
                const std::vector<Goal>& wishes, const IkOptions& options = {});
 
@@ -97,14 +97,14 @@ double roughness(std::span<const Posture> postures);
 
 struct SmoothingOptions {
   int sweeps = 30;
-  double barrier_weight = 1e-5;  ///< of LimitBarrier against E
+  double barrier_weight = 1e-5;  ///< weight of LimitBarrier against E
 };
 
 /// Lowers E by steps along its gradient and the barrier's, projected into the null space of the
 /// exact goals' Jacobian, over the whole motion: first and last posture stay, end effectors stay
 /// where each posture has them (to 1e-10), joints stay within their limits. `exact[t]`: the goals
-/// of posture t, of which only link, frame and what counts is used. A step that does not lower
-/// E plus barrier is not taken.
+/// of posture t, of which only link, frame and axes are used. A step that does not lower E plus
+/// barrier is not taken.
 void smooth(robot::Kinematics& kinematics, const std::vector<std::vector<Goal>>& exact,
             std::vector<Posture>& postures, const SmoothingOptions& options = {});
 

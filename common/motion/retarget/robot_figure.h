@@ -22,11 +22,11 @@ struct RobotFigure {
   std::map<std::string, double> start_rad;  ///< joints of an easy posture; others 0
 };
 
-/// What a robot's description says: hips, knees and ankles are the third, fourth and last link of a
+/// Figure of a robot's description: hips, knees and ankles are the third, fourth and last link of a
 /// leg, the spine is the first link that moves below the trunk, which is the chest, the neck the
-/// first one above it; arms as robot::arm_of(). The easy posture is half-sitting, but for what
-/// hangs on the hands.
-/// @throws ConfigError that names what is missing, or a link that is turned in the zero posture
+/// first one above it; arms as robot::arm_of(). The easy posture is half-sitting, except for links
+/// on the hands.
+/// @throws ConfigError that names the missing part, or a link that is turned in the zero posture
 RobotFigure figure_of(const robot::Biped& biped);
 
 /// The robot's skeleton without its limits: a person with the robot's segments [M18 3.3.2, fig.
@@ -49,7 +49,7 @@ class RobotGoals {
   std::vector<Goal> exact(const mocap::BodyPose& pose) const;
   /// Pelvis, chest, head, elbows, knees, and the hands' orientation if that is not exact.
   std::vector<Goal> wishes(const mocap::BodyPose& pose) const;
-  /// The easy posture with the pelvis where the pose has it.
+  /// The easy posture with the pelvis of the pose.
   Posture start(const mocap::BodyPose& pose) const;
 
  private:

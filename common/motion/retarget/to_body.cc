@@ -70,7 +70,7 @@ Foot make_foot(const mocap::BodyClip& recorded, const Ground& ground, double sca
   return foot;
 }
 
-/// What a stance from `first` to before `end` adds to the free path so that its points stay.
+/// Offset of the free path during a stance from `first` to before `end`, so that its points stay.
 Matrix3Xd stance_offsets(const Foot& foot, Index first, Index end) {
   Matrix3Xd offsets(3, end - first);
   std::size_t pivot = foot.stands[kHeel][first] ? kHeel : kToe;
@@ -125,8 +125,9 @@ constexpr double kOwnAxis = 0.2;
 using Eigen::Index, Eigen::Matrix3d, Eigen::Vector3d;
 using mocap::Body, mocap::BodyClip, mocap::BodyPose;
 
-constexpr double kStraightest = 0.9995;  // of a leg's length: straight legs cannot be controlled
-constexpr double kEase_s = 0.1;          // the pelvis begins to come down so long before it must
+// share of a leg's length: straight legs cannot be controlled
+constexpr double kStraightest = 0.9995;
+constexpr double kEase_s = 0.1;  // the pelvis begins to come down this long before it must
 
 std::size_t body_index(int joint) { return static_cast<std::size_t>(joint); }
 int hip(std::size_t side) { return side == 0 ? mocap::kLeftHip : mocap::kRightHip; }
@@ -169,7 +170,7 @@ void check(const BodyClip& recorded, const Body& to) {
 }
 
 /// Puts the middle between the hips, which bodies have in common, where the recorded one is,
-/// scaled; what is called the root may be anywhere in the pelvis.
+/// scaled; the root may be anywhere in the pelvis.
 void place_root(const BodyClip& recorded, const Ground& ground, double scale, BodyClip& clip) {
   const auto middle = [](const Body& b) {
     return Vector3d(0.5 * (b.offset_m[mocap::kLeftHip] + b.offset_m[mocap::kRightHip]));
@@ -262,7 +263,7 @@ Ground find_ground(const mocap::BodyClip& clip) {
     if (slow(points, low, t, clip.rate_hz)) feet.emplace_back(points.block<3, 1>(3 * low, t));
   }
   Ground ground;
-  ground.height_m = lowest_of_all;  // of somebody who never stands
+  ground.height_m = lowest_of_all;  // height for a person who never stands
   if (feet.empty()) return ground;
   const auto count = static_cast<double>(feet.size());
   Eigen::Vector3d mean = Eigen::Vector3d::Zero();

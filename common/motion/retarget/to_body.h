@@ -19,7 +19,7 @@ Eigen::Matrix<double, 12, Eigen::Dynamic> ground_points(const mocap::BodyClip& c
 /// The plane that a clip was recorded on. Recordings put it some centimetres beside z = 0, and
 /// slightly tilted: 4 cm over 3 m in CMU 07_01.
 struct Ground {
-  Eigen::Vector2d centre = Eigen::Vector2d::Zero();  ///< of the feet's places in W [m]
+  Eigen::Vector2d centre = Eigen::Vector2d::Zero();  ///< centre of the feet's places in W [m]
   double height_m = 0.0;                             ///< there
   Eigen::Vector2d slope = Eigen::Vector2d::Zero();   ///< [1]
 

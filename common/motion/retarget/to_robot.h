@@ -10,16 +10,17 @@ struct Deviation {
   double rms = 0.0, max = 0.0;
 };
 
-/// What a robot's motion differs in from the one that was asked for.
+/// Difference between a robot's motion and the requested one.
 struct RobotReport {
   Deviation foot_m, foot_rad, hand_m, hand_rad;  ///< hand_rad: asked for exactly only if chosen
   Deviation chest_rad, head_rad;
-  std::vector<std::string> joints_at_limits;             ///< that stand at a limit in some frame
+  /// joints that reach a limit in some frame
+  std::vector<std::string> joints_at_limits;
   int frames_at_limits = 0;                              ///< in which some joint does
   double roughness_before = 0.0, roughness_after = 0.0;  ///< E of roughness()
   double speed_share = 0.0;  ///< largest joint speed as a share of its limit [1]
   std::string fastest_joint;
-  // Of the first step, to the robot's skeleton without limits:
+  // The first step, to the robot's skeleton without limits:
   double scale = 1.0;             ///< length of the legs, robot : person
   double stance_speed_m_s = 0.0;  ///< see stance_speed()
 };
@@ -27,9 +28,9 @@ struct RobotReport {
 /// A motion of a robot. Never outside the joint limits.
 struct RobotClip {
   double rate_hz = 0.0;
-  std::vector<std::string> joints;       ///< as RobotTree::joint_names()
+  std::vector<std::string> joints;       ///< names, as RobotTree::joint_names()
   Eigen::MatrixXd q;                     ///< joints×frames, [rad] or [m]
-  Eigen::Matrix3Xd pelvis_position_W_m;  ///< of the root link
+  Eigen::Matrix3Xd pelvis_position_W_m;  ///< position of the root link
   Eigen::Matrix3Xd pelvis_rotation_rad;  ///< axis-angle in W, without jumps by 2π
   RobotReport report;
 
@@ -43,7 +44,7 @@ struct RobotOptions {
   SmoothingOptions smoothing;
 };
 
-/// One frame of what a robot shall do.
+/// One frame of a robot's goals.
 struct FrameGoals {
   std::vector<Goal> exact, wishes;
 };

@@ -214,7 +214,7 @@ TEST(DualQp, DoesNotAllocateAndIsDeterministic) {
     }
   }
   ASSERT_EQ(again.solve(large_view, Start::kCold), Outcome::kSolved);
-  EXPECT_EQ(Eigen::VectorXd(again.x()), x);  // whatever was solved before
+  EXPECT_EQ(Eigen::VectorXd(again.x()), x);  // independent of earlier problems
   DualQp tiny(1, 0);
   ASSERT_EQ(tiny.solve(large_view, Start::kCold), Outcome::kSolved);  // grows
   EXPECT_EQ(Eigen::VectorXd(tiny.x()), x);

@@ -22,7 +22,7 @@ struct Shape {
   int n = 4, m = 6, equalities = 0;
   bool bounds = false;
   bool dependent = false;       ///< rows that others imply: copies, sums, zeros
-  double conditioning = 100.0;  ///< of H
+  double conditioning = 100.0;  ///< condition number of H
 };
 
 /// Feasible by construction: all constraints hold at some point, half of them tightly.
@@ -67,9 +67,9 @@ inline OwnProblem random_problem(std::mt19937& random, const Shape& shape) {
 
 /// How far a solution is from the conditions of Karush, Kuhn and Tucker.
 struct Kkt {
-  double violation = 0.0;      ///< of constraints
+  double violation = 0.0;      ///< largest violation of a constraint
   double gradient = 0.0;       ///< |Hx + g − Σ λ·row|
-  double wrong_sign = 0.0;     ///< of a multiplier
+  double wrong_sign = 0.0;     ///< largest multiplier with a wrong sign
   double complementary = 0.0;  ///< distance of an active row from its bound
   double worst() const {
     return std::max(std::max(violation, gradient), std::max(wrong_sign, complementary));

@@ -66,7 +66,7 @@ TEST(RobotTree, RefusesWhatIsNoRobotInOneLineThatNamesIt) {
       {"type=\"prismatic\"", "type=\"planar\"", "joint 'slide'"},
       {"type=\"prismatic\"", "type=\"bent\"", "slide"},
       {"mass value=\"2\"", "mass value=\"-2\"", "link 'arm'"},
-      {"ixx=\"0.02\"", "ixx=\"0.2\"", "link 'arm'"},  // of no body
+      {"ixx=\"0.02\"", "ixx=\"0.2\"", "link 'arm'"},  // inertia of no real body
       {"ixx=\"0.02\"", "ixx=\"nan\"", "arm"},
       {"lower=\"-1\"", "lower=\"nan\"", "shoulder"},
       {"<child link=\"rod\"/>", "<child link=\"rot\"/>", "slide"},

@@ -101,7 +101,8 @@ void ours_throughput(benchmark::State& state) {
   std::uint64_t sent = 0;
   for ([[maybe_unused]] auto _ : state) {
     out.send(m, Time(1));
-    // Not more under way than the sockets hold: the backlog is for those who stop, not for floods.
+    // No more messages in flight than the sockets hold: the backlog is for stopped subscribers, not
+    // for floods.
     for (++sent; node.bus().backlog() > 32; std::this_thread::yield()) {
       node.bus().wait(std::chrono::system_clock::now());
     }

@@ -60,7 +60,8 @@ TEST(Conductor, AMemberMaySayWhenItIsDueNext) {
   Conductor c({"player", "node"}, kNoEnd);
   c.join(join("player", 1, 1000.0));
   c.join(join("node", 2, 100.0));
-  const auto steps = [&](std::optional<Time> next) {  // who steps now; the player then says when
+  // nodes that step now; the player then reports its next time
+  const auto steps = [&](std::optional<Time> next) {
     std::string who;
     for (const Conductor::Go& go : c.advance()) {
       who += std::to_string(go.start_id);
@@ -74,7 +75,7 @@ TEST(Conductor, AMemberMaySayWhenItIsDueNext) {
   EXPECT_EQ(steps({}), "2@10000000");
   EXPECT_EQ(steps(5ns), "1@10000001");  // in the past: at once
   EXPECT_EQ(steps(20ms), "1@10000002");
-  EXPECT_EQ(steps({}), "12@20000000");  // and now at its rate again
+  EXPECT_EQ(steps({}), "12@20000000");  // now at its rate again
   EXPECT_EQ(steps({}), "1@21000000");
 }
 
@@ -113,7 +114,7 @@ TEST(Conductor, ShowsWhatWasPublishedBeforeInOneOrder) {
   c.join(join("m", 2, 10.0));
   c.join(join("reader", 3, 5.0, 0.0, {"z/out", "m/out"}));
   EXPECT_EQ(c.advance().size(), 3U);
-  c.report(1, published(1, "z/out", {1, 2}));  // whoever reports first
+  c.report(1, published(1, "z/out", {1, 2}));  // the order of reports does not matter
   c.report(3, {});
   c.report(2, published(2, "m/out", {1}));
   EXPECT_EQ(c.advance().size(), 2U);  // 0.1 s: without the reader

@@ -7,11 +7,11 @@ namespace mimesis::runtime {
 
 struct CounterParams {
   double rate_hz = 100.0;  ///< step rate [Hz]
-  double offset_s = 0.0;   ///< of the first step within the period [s]
+  double offset_s = 0.0;   ///< time of the first step within the period [s]
   int work = 0;            ///< square roots per step: load [1]
   int fail_at_step = 0;    ///< throws in this step; 0: never [1]
   int hang_at_step = 0;    ///< this step never ends; 0: none [1]
-  int salt = 0;            ///< of the hash [1]
+  int salt = 0;            ///< start value of the hash [1]
   std::string mode = "mix";
 
   void visit(ParamVisitor& v) {

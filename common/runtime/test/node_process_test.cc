@@ -62,7 +62,7 @@ TEST(NodeProcess, MessagesReachItAndItsHealthCountsThem) {
   EXPECT_GE(h->worst_step_s(), h->mean_step_s());
 }
 
-/// What a recorder that was there first hears of counter/log. A node waits for recorders only.
+/// Lines of counter/log for a recorder that was there first. A node waits for recorders only.
 class LogLines {
  public:
   explicit LogLines(const TestGraph& graph)

@@ -1,4 +1,4 @@
-// Seeded mistakes: each must be found at its line and column, with what was expected.
+// Seeded mistakes: each must be found at its line and column, with the expected value.
 #include <gtest/gtest.h>
 #include <unistd.h>
 

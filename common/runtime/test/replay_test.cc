@@ -16,7 +16,7 @@ namespace {
 
 using testing::Loopback;
 
-/// Adds what it hears, what it reads from outside and what it is asked.
+/// Adds its inputs, its readings from outside and its requests.
 class Adder {
  public:
   explicit Adder(Bus& bus)
@@ -171,7 +171,7 @@ TEST(ReplayBus, SaysWhatTheRecordedStepDidMore) {
   bus.begin(step_of(recording, 0));
   Adder adder(bus);
   EXPECT_EQ(bus.end().problem(), "");
-  bus.begin(step_of(recording, 3));  // nobody steps
+  bus.begin(step_of(recording, 3));  // no step runs
   EXPECT_NE(bus.end().problem().find("took 3 more message(s) from input 'in'"), std::string::npos);
 
   v1::ReplayStep other = step_of(recording, 3);
@@ -181,7 +181,7 @@ TEST(ReplayBus, SaysWhatTheRecordedStepDidMore) {
   EXPECT_EQ(bus.end().problem(), "the step reads 'dice' from outside, the log has 'coin' here");
 }
 
-/// What NodeAdapter would be for Adder, which has no parameters.
+/// Adapter of Adder like NodeAdapter; Adder has no parameters.
 class AdderNode final : public AnyNode {
  public:
   void visit(ParamVisitor&) override {}

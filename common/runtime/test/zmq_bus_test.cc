@@ -157,7 +157,7 @@ TEST(ZmqBus, AStuckSubscriberNeitherFillsTheMemoryNorStopsTheOthers) {
     out.send(m, Time(i));
     ASSERT_LT(sender.bus().backlog(), 300U);
     ASSERT_TRUE(both(well, sender,
-                     [&] {  // who is well keeps up
+                     [&] {  // the fast subscriber keeps up
                        while (in_well.pop()) ++received;
                        return received + sender.bus().backlog() + 8 >= i;
                      }))
@@ -283,7 +283,7 @@ TEST(ZmqBus, BytesThatAreNoMessagesAreCounted) {
     std::string bytes("t/x\0", 4);
     bytes.resize(4 + random() % 80);
     for (std::size_t i = 4; i < bytes.size(); ++i) bytes[i] = static_cast<char>(random());
-    if (bytes.size() == 44) continue;  // that would be a header
+    if (bytes.size() == 44) continue;  // a header has 44 bytes
     Frame first{std::string_view(bytes)}, second(std::size_t{random() % 10}), third(std::size_t{1});
     const auto parts = random() % 3;
     if (liar.send(first, parts > 0)) ++sent;

@@ -1,6 +1,6 @@
 // Steps of crowds, and of RVO2 on the same agents. items_per_second is agent-steps per second, of
 // processor time on one thread and of wall time on several; hz how often a step can be made. All
-// begin anew after some seconds of theirs, so that crowds are as dense in both.
+// start again after some simulated seconds, so that crowds are equally dense in both.
 #include <benchmark/benchmark.h>
 
 #include <memory>
@@ -12,7 +12,7 @@
 namespace mimesis::crowd {
 namespace {
 
-constexpr double kBegin_s = 0.5, kEnd_s = 3.5;  // of simulated time
+constexpr double kBegin_s = 0.5, kEnd_s = 3.5;  // simulated time
 
 /// Times steps of what `make` makes, a pointer; returns the last one.
 template <class Make, class Step>

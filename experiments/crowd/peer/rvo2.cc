@@ -28,7 +28,7 @@ class Built : public Rvo2 {
     for (std::size_t i = 0; i < wishes_.size(); ++i) {
       const Wish& w = wishes_[i];
       RVO::Vector2 v = w.speed * w.to;
-      if (w.is_goal) {  // as in RVO2's example of a circle
+      if (w.is_goal) {  // preferred velocity as in RVO2's example of a circle
         const RVO::Vector2 way = w.to - simulator_.getAgentPosition(i);
         v = RVO::absSq(way) > 1.0F ? w.speed * RVO::normalize(way) : w.speed * way;
       }

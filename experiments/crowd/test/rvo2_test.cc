@@ -1,4 +1,4 @@
-// The peer does what it is measured at: the same agents, on their way.
+// The peer does the measured work: it moves the same agents.
 #include "experiments/crowd/rvo2.h"
 
 #include <gtest/gtest.h>

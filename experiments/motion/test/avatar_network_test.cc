@@ -45,7 +45,7 @@ TEST(AvatarNetwork, LeftAloneItKeepsItsPace) {
   const double duration = walk().patterns.front().trial.duration_s;
   const int steps = static_cast<int>(std::lround(10.0 * duration / kDt));
   for (int i = 0; i < steps; ++i) avatar.step();
-  // of a van der Pol oscillator: ω (1 − (νρ/ω)²/16), νρ/ω = 0.1
+  // frequency of a van der Pol oscillator: ω (1 − (νρ/ω)²/16), νρ/ω = 0.1
   EXPECT_NEAR(math::wrap_pi(avatar.phase(0) - 0.5), -10.0 * math::kTwoPi * 0.01 / 16.0, 0.06);
   for (int k = 1; k < avatar.size(); ++k) EXPECT_NEAR(avatar.phase(k), avatar.phase(0), 1e-9);
 }

@@ -1,5 +1,5 @@
-// All rows of all figures. Those that take longer than some seconds are the slow suite: ctest runs
-// it under the label `slow`, and here --gtest_also_run_disabled_tests --gtest_filter='*Slow*'.
+// All rows of all figures. Figures that take longer than some seconds are the slow suite: ctest
+// runs it under the label `slow`, and here --gtest_also_run_disabled_tests --gtest_filter='*Slow*'.
 #include "experiments/motion/figures.h"
 
 #include <gtest/gtest.h>

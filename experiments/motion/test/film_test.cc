@@ -110,7 +110,7 @@ TEST(Film, ASideViewHoldsTheWholeWayFromLeftToRight) {
   for (const Vector2d& p : {first, last}) {
     EXPECT_TRUE(p.x() > 0 && p.x() < 800 && p.y() > 0 && p.y() < 300) << p.transpose();
   }
-  EXPECT_GT(last.x() - first.x(), 600);  // and fills it
+  EXPECT_GT(last.x() - first.x(), 600);  // the curve fills the picture
 }
 
 TEST(Film, ChoosesFramesEvenly) {

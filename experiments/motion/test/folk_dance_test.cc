@@ -65,7 +65,7 @@ TEST(FolkDance, KeepsTheBeatAndTheFeetRight) {
   EXPECT_LT(n.couple_error_rad, 0.15);
   EXPECT_LT(n.apart_m, 0.3);
   EXPECT_GT(n.least_distance_m, 0.5);
-  EXPECT_GT(n.spread_rad, 1.0);  // outside nobody is in step
+  EXPECT_GT(n.spread_rad, 1.0);  // outside no dancer is in step
   for (int i = 0; i < d.size(); ++i) EXPECT_GE(d.dancer(i).laps, 3) << i;
 }
 

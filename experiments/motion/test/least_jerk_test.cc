@@ -87,7 +87,7 @@ TEST(LeastJerk, JoinsTheActionsWithVelocityAndAcceleration) {
   EXPECT_GT(acceleration, 100.0 * dt);
 }
 
-/// Third derivatives by equal times of what is played within the interval, jumps not among them.
+/// Third derivatives by equal times of the motion within the interval, without jumps.
 TEST(LeastJerk, IsAQuinticInTime) {
   const double dt = 1e-3;
   LeastJerkTransition t(model_of_one_row(), kBeta);

@@ -82,7 +82,7 @@ TEST(VanDerPol, VelocityCouplingSynchronizesThree) {  // eq. 3.13
 TEST(VanDerPol, DifferentFrequenciesLockToOne) {
   std::vector<VanDerPol> two{{.nu = 1.0, .rho = 0.25, .omega_rad_s = 6.0},
                              {.nu = 1.0, .rho = 0.25, .omega_rad_s = 6.3}};
-  auto drift = [&](double k) {  // of the phase difference, over 20 s after 20 s [rad]
+  auto drift = [&](double k) {  // drift of the phase difference, over 20 s after 20 s [rad]
     VdpNetwork network(two, all_to_all(2, k), 0.005);
     double from = 0.0, turned = 0.0, before = 0.0;
     for (int n = 0; n < 8000; ++n) {

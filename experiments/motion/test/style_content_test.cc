@@ -86,7 +86,7 @@ TEST(StyleContent, TwoStylesAndTwoGoalInputs) {
 
 TEST(StyleContent, ThePriorDecidesBetweenTwoWaysToMove) {
   Set s = turning();
-  // nobody moves in between
+  // no motion in between
   for (int i = 0; i < 210; ++i) {
     s.style[i] = s.style[i] > 0.0 ? 0.8 + 0.2 * s.style[i] : -0.8 + 0.2 * s.style[i];
     s.features.row(i) =

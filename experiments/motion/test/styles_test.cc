@@ -54,7 +54,7 @@ MotionParameters some_motion() {
   return p;
 }
 
-/// The same motion written otherwise.
+/// An equal motion with other parameters.
 MotionParameters disguised(MotionParameters p, int variant) {
   for (int r = 0; r < 5; ++r) {
     const int q = r + variant;

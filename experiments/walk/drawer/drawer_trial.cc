@@ -22,7 +22,7 @@ using synthesizer::RobotGait;
 using walker::kTick_s;
 using walker::Side;
 
-constexpr double kHold_s = 1.0;  // the object is held for so long: done
+constexpr double kHold_s = 1.0;  // holding the object for this time ends the trial
 
 mocap::Side to_person(Side side) { return side == robot::kLeft ? mocap::kLeft : mocap::kRight; }
 
@@ -188,7 +188,7 @@ class Task {
   std::optional<RobotFeedback> feedback_;
   synthesizer::DrawerSeen seen_;
   std::size_t begun_ = 0;  ///< actions
-  double start_m_ = 0.0;   ///< of the feet when the last one began
+  double start_m_ = 0.0;   ///< place of the feet when the last action began
 };
 
 }  // namespace

@@ -28,8 +28,8 @@ struct DrawerTrialSpec {
   walker::WalkerSettings walker;
   std::vector<hw::sim::Push> pushes;
   double stand_s = 1.0;        ///< before it begins
-  double time_limit_s = 30.0;  ///< of the whole trial
-  int delay_ticks = 1;         ///< of sensors on their way to the walker
+  double time_limit_s = 30.0;  ///< time limit of the whole trial
+  int delay_ticks = 1;         ///< delay of sensor readings on their way to the walker
 };
 
 /// One tick, for figures.
@@ -44,7 +44,7 @@ struct DrawerResult {
   bool taken = false;
   std::string refused;                               ///< why the task could not be done
   double done_s = 0.0;                               ///< when the object was taken
-  double reach_error_m = 0.0, handle_error_m = 0.0;  ///< of the hands when they gripped
+  double reach_error_m = 0.0, handle_error_m = 0.0;  ///< errors of the hands when they gripped
   /// Travel of the middle of the true feet and the plan when the action began, for each action
   /// except the standing one.
   struct ActionLength {

@@ -33,7 +33,7 @@ std::vector<double> sizes_of(const std::vector<Outcome>& outcomes, const Quantit
   return values_of(outcomes, [&](const Outcome& o) { return std::abs(q.error_m(o)); });
 }
 
-/// Trials per millimetre of error; the last bin holds what is larger, or never came about.
+/// Trials per millimetre of error; the last bin holds larger errors and failed reaches.
 std::vector<double> histogram(const std::vector<double>& errors_m) {
   std::vector<double> count(static_cast<std::size_t>(kMost_mm / kBin_mm), 0.0);
   for (const double e : errors_m) {
@@ -307,7 +307,7 @@ Report zmp_spread(const PlotDir& plot_dir) {
 }
 
 // Falls of thirty walks to novel goals: joint angles that are learned and played, and our method,
-// whose forces and errors are told besides [M18 3.8.4, table 3.1].
+// also with its forces and errors [M18 3.8.4, table 3.1].
 namespace {
 
 /// Table 3.1, of HRP-2 in OpenHRP: slow, middle, fast.
@@ -368,7 +368,7 @@ std::array<double, 3> add_naive(DrawerStudy& study, Report& report) {
   return all;
 }
 
-/// A row of its own for what the printed numbers are an example of.
+/// A row of its own for the case of the printed numbers.
 reproduce::Row at_least_of_printed(const std::string& what, double ours, double bound,
                                    double printed, const std::string& why) {
   reproduce::Row row = reproduce::at_least(what, ours, bound, "1", why);

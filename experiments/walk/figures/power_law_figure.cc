@@ -25,9 +25,9 @@ constexpr double kLong_m = 2.4, kShort_m = 1.5, kSpeed_m_s = 0.15;
 
 struct Lap {
   TrialResult result;
-  double exponent = 0.0;            // of what was walked
+  double exponent = 0.0;            // exponent of the walked path
   double off_path_m = 0.0;          // mean of the feet, largest
-  double work_j_m = 0.0;            // of all joints, per metre
+  double work_j_m = 0.0;            // work of all joints, per metre
   std::vector<Vector2d> track_W_m;  // middle of the feet at every landing
 };
 

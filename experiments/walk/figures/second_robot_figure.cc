@@ -1,5 +1,5 @@
-// A robot that nothing was made for walks with what was found for biped.urdf: JVRC-1, 62 kg, legs a
-// quarter longer, soles of 204 mm × 90 mm, and takes things out of a drawer of its size.
+// A second robot walks with the settings of biped.urdf: JVRC-1, 62 kg, legs a quarter longer, soles
+// of 204 mm × 90 mm, and takes things out of a drawer of its size.
 #include <fmt/format.h>
 
 #include "experiments/walk/figures.h"

@@ -27,7 +27,7 @@ void add_balance(const TrialResult& result, Report& report) {
                                 "m", "half of a sole's length; nothing is published"));
 }
 
-/// Starts, walks a while and goes on: 16 s, of which the middle is filmed.
+/// Starts, walks a while and continues: 16 s, of which the middle is filmed.
 TrialSpec arms_trial(const Robot& robot) {
   return from_suite("speeds", "arms 1.5 rad, 0.3", robot);
 }

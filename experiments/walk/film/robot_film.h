@@ -12,8 +12,8 @@ namespace mimesis::film {
 using synthesizer::Colour;
 using synthesizer::FilmFrame;
 
-/// A robot's links as its URDF draws them: boxes, balls and cylinders. What a file draws with
-/// meshes becomes rods between the joints, and soles of the biped's size.
+/// A robot's links as its URDF draws them: boxes, balls and cylinders. Meshes of a file become rods
+/// between the joints, and soles of the biped's size.
 class RobotFigure {
  public:
   /// @throws ConfigError if the URDF cannot be read
@@ -27,8 +27,9 @@ class RobotFigure {
   struct Piece {
     int link = 0;
     Eigen::Isometry3d X_LP = Eigen::Isometry3d::Identity();
-    Eigen::Vector3d half_extent_m = Eigen::Vector3d::Zero();  ///< of a box
-    double radius_m = 0.0, half_length_m = 0.0;               ///< of a rod along z of P, or a ball
+    Eigen::Vector3d half_extent_m = Eigen::Vector3d::Zero();  ///< half side lengths of a box
+    /// size of a rod along z of P, or of a ball
+    double radius_m = 0.0, half_length_m = 0.0;
     Colour colour;
   };
   void read_shapes(const std::string& urdf_file);
@@ -41,7 +42,7 @@ class RobotFigure {
 
 /// A drawer in its furniture; axes as hw::sim::Drawer has them.
 struct FilmDrawer {
-  Eigen::Vector3d front_W_m, handle_W_m, object_W_m;  ///< as v1.DrawerState
+  Eigen::Vector3d front_W_m, handle_W_m, object_W_m;  ///< positions, as in v1.DrawerState
   double yaw_rad = 0.0;                               ///< its axis, away from the robot
   double depth_m = 0.45, width_m = 0.50;
 };
@@ -50,7 +51,7 @@ void add_drawer(FilmFrame& frame, const FilmDrawer& drawer);
 void add_push(FilmFrame& frame, const Eigen::Vector3d& p_W_m, const Eigen::Vector3d& impulse_W_ns);
 
 /// Looks from a side, a little from above and without perspective, at a place on the ground: a
-/// robot of so much height fills the picture of 2:3. `from_rad`: where the camera stands, seen from
+/// robot of this height fills the picture of 2:3. `from_rad`: where the camera stands, seen from
 /// the robot; −0.9: in front to its right, 2.3: behind to its left, which shows what hands do.
 synthesizer::FilmCamera camera_beside(const Eigen::Vector2d& p_W_m, double yaw_rad,
                                       double from_rad = -0.9, double height_m = 1.9,

@@ -50,8 +50,9 @@ void GroundMarks::add_to(synthesizer::FilmFrame& frame) const {
 
 namespace {
 
-constexpr double kShown_s = 0.3;    // a push is over too soon to be seen
-constexpr double kBeside_m = 0.33;  // of the trunk's centre of mass, beside the arm: arrows end
+constexpr double kShown_s = 0.3;  // a push is over too soon to be seen
+// distance from the trunk's centre of mass, beside the arm: arrows end there
+constexpr double kBeside_m = 0.33;
 constexpr int kHeight_px = 600;
 
 }  // namespace

@@ -34,7 +34,7 @@ class Scene {
   struct Options {
     double from_s = 0.0, until_s = 1e9;  ///< filmed time
     double camera_rad = -0.9;            ///< see film::camera_beside()
-    double height_m = 1.9;               ///< of the picture
+    double height_m = 1.9;               ///< height of the picture
     double aspect = 2.0 / 3.0;           ///< width over height
     /// Place that the camera looks at; empty: it follows the robot.
     std::optional<Eigen::Vector2d> fixed_W_m{};
@@ -45,7 +45,7 @@ class Scene {
 
   /// Call at every tick; takes a picture when it is due. `drawer`: may be null.
   void see(const TrialTick& tick, const film::FilmDrawer* drawer = nullptr);
-  /// As synthesizer::write_film(). @throws std::runtime_error if nothing was filmed
+  /// Like synthesizer::write_film(). @throws std::runtime_error if nothing was filmed
   std::vector<std::filesystem::path> write(const std::filesystem::path& dir,
                                            const std::string& name, int count) const;
   /// Only `count` pictures side by side, evenly chosen, half as large. @throws std::runtime_error
@@ -55,7 +55,7 @@ class Scene {
  private:
   film::RobotFigure figure_;
   int trunk_;
-  Eigen::Vector3d com_L_m_;  ///< of the trunk, where pushes act
+  Eigen::Vector3d com_L_m_;  ///< CoM of the trunk, where pushes act
   robot::Kinematics kinematics_;
   Options options_;
   double next_s_;

@@ -147,7 +147,7 @@ namespace {
 
 using synthesizer::kNormalStep, synthesizer::kReachingStep, synthesizer::kStanding;
 
-constexpr std::size_t kNovelGoals = 30, kChosen = 8;  // of the training trials
+constexpr std::size_t kNovelGoals = 30, kChosen = 8;  // numbers of training trials
 
 synthesizer::RobotTrialSettings trial_settings() {
   synthesizer::RobotTrialSettings s;

@@ -36,7 +36,7 @@ class StanceZmp {
 
  private:
   long count_ = 0;
-  double mean_ = 0.0, squares_ = 0.0;  // of the differences from it [Welford]
+  double mean_ = 0.0, squares_ = 0.0;  // mean, and sum of the squared differences from it [Welford]
 };
 
 /// Result of one walk to the drawer. Errors that it did not come to are NaN.
@@ -46,10 +46,11 @@ struct Outcome {
   double fell_at_s = 0.0;
   double ankle_n_m = 0.0, normal_n = 0.0;  ///< peaks until a fall, low-passed by 20 ms
   double zmp_std_m = std::nan("");         ///< see StanceZmp
-  double step_error_m = std::nan("");      ///< of soles against the plan, largest of all steps
+  /// largest error of the soles against the plan, over all steps
+  double step_error_m = std::nan("");
   /// Error of the actions' lengths, walked − wished; the largest of several of a kind.
   double normal_error_m = std::nan(""), reaching_error_m = std::nan("");
-  double reach_error_m = std::nan("");  ///< of the right hand when it has the object
+  double reach_error_m = std::nan("");  ///< error of the right hand when it has the object
 
   /// Notes the error of a finished action; the larger one of its kind stays.
   void note_length(synthesizer::Action action, double error_m);
@@ -74,7 +75,7 @@ walker::WalkerSettings launched_walker();
 DrawerTrialSpec online_spec(const Robot& robot, const synthesizer::BipedDrawer& actions,
                             const DrawerGoal& goal,
                             hw::sim::Plant plant = hw::sim::Plant::kSprings);
-/// As run_drawer_trial(), with the watch of it.
+/// Like run_drawer_trial(), observed by a watch.
 Outcome run_online(const DrawerTrialSpec& spec,
                    const std::function<void(const DrawerTick&)>& watch = {});
 Outcome run_script(const ScriptRobot& robot, const ActionRows& rows, const DrawerGoal& goal,
@@ -120,13 +121,14 @@ class DrawerStudy {
   Outcomes extremes();  ///< extreme_goals() online, 4+3 sources
   Outcomes naive_resynthesis(Sources sources, std::size_t model = 0);
   Outcomes naive_inference(Sources sources, Goals which, std::size_t model = 0);
-  /// The recorded angles of originals, played: what the way of playing alone does.
+  /// The recorded angles of originals, played: the effect of the way of playing alone.
   Outcomes played_originals();
 
  private:
-  const std::vector<Recording>& walks();  ///< of novel_goals(): timing and start of naive ones
+  /// walks of novel_goals(): timing and start of naive ones
+  const std::vector<Recording>& walks();
   Outcome played(const JointTrack& track) const;  ///< with kOwn feedback
-  /// Those of `numbers` that are not known yet are computed, on all processors.
+  /// Computes the missing ones of `numbers`, on all processors.
   template <class Run>
   Outcomes known_or(const std::string& experiment, const std::vector<std::size_t>& numbers,
                     const Run& run);

@@ -214,7 +214,7 @@ walker::Sensors to_walker(const hw::sim::BodySensors& s) {
   return {s.q, s.dq, s.R_WI, s.gyro_I, s.specific_force_I, s.foot_S};
 }
 
-/// Legs anew for what the stabilizer wants different.
+/// Recomputes the legs for the stabilizer's corrections.
 class Corrected {
  public:
   Corrected(const robot::Biped& biped, const walker::StabilizerSettings& settings)

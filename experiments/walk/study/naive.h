@@ -25,8 +25,8 @@ JointActions reconstructed(const synthesizer::LearnedActions& joints, std::size_
 JointActions inferred(const synthesizer::LearnedActions& joints, const DrawerGoal& goal);
 
 /// The naive approach [M18 3.8.4, table 3.1]: angles of all joints from their mixture, actions
-/// joined by eq. 3.23. The start from standing, which was not learned, is that of `walk`: what the
-/// pattern generator makes of the same goal; the mixture takes over in its second action, the
+/// joined by eq. 3.23. The start from standing, which was not learned, is that of `walk`, from the
+/// pattern generator with the same goal; the mixture takes over in its second action, the
 /// difference fading within half a step. Timing of steps as there, too.
 JointTrack naive_track(const synthesizer::LearnedActions& joints, const JointActions& actions,
                        const Recording& walk);
@@ -40,7 +40,7 @@ enum class Feedback {
 };
 
 /// Plays angles on the springs plant until the robot falls or they end, with the delays and gains
-/// of launched_walker(). Of the result: figures and fell_at_s. Deterministic.
+/// of launched_walker(). Sets figures and fell_at_s of the result. Deterministic.
 TrialResult play(const Robot& robot, const JointTrack& track, Feedback feedback);
 
 }  // namespace mimesis::walk

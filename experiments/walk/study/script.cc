@@ -14,9 +14,10 @@ using synthesizer::Action;
 using synthesizer::minimum_jerk;
 using walker::kTick_s;
 
-constexpr double kLambda_1_s = 20.0, kFade_s = 0.8;  // as BipedDrawerSequence moves its joints
-constexpr double kGrowFrom = 0.0, kGrowTo = 0.15;    // of the hands' shares: of action 3
-constexpr double kPullTo = 0.65;                     // as in the trials
+constexpr double kLambda_1_s = 20.0, kFade_s = 0.8;  // as in BipedDrawerSequence
+// part of action 3 in which the hands' shares grow
+constexpr double kGrowFrom = 0.0, kGrowTo = 0.15;
+constexpr double kPullTo = 0.65;  // as in the trials
 
 Action action_of(int number) {
   return number < 2    ? synthesizer::kNormalStep
@@ -126,7 +127,7 @@ void Script::find_phase(const walker::PatternSample* plan) {
   since_s_ = 0.0;
 }
 
-/// As BipedDrawerSequence does: what differs fades, then q̈ = λ²(u − q) − 2λq̇.
+/// Moves the joints like BipedDrawerSequence: differences fade, then q̈ = λ²(u − q) − 2λq̇.
 void Script::move_upper_body() {
   const Eigen::Index joints = aim_.size();
   const Eigen::VectorXd u_rows = at_phase(rows_[action_of(number_)], phase_).head(joints);

@@ -9,7 +9,8 @@ namespace mimesis::walk {
 /// Goal of a sequence of actions 1, 1, 2, 3 from standing [M18 3.8.4].
 struct DrawerGoal {
   double normal_m = 0.533, reaching_m = 0.261;  ///< travels of the middle of the feet
-  double final_distance_m = 0.51;               ///< of the middle of the feet to the closed front
+  /// distance from the middle of the feet to the closed front
+  double final_distance_m = 0.51;
   double object_depth_m = 0.2, object_lateral_m = 0.0;
   bool operator==(const DrawerGoal&) const = default;
 
@@ -31,7 +32,7 @@ struct ScriptRobot {
   const Robot* robot;
   retarget::RobotFigure figure;
   robot::RobotTree upper;
-  std::vector<Eigen::Index> joint;  ///< of `upper`, for each of Biped::upper_body
+  std::vector<Eigen::Index> joint;  ///< indices in `upper`, for each of Biped::upper_body
   synthesizer::Drawer drawer;
   double pelvis_height_m;
 };
@@ -43,8 +44,8 @@ inline constexpr double kScript_s = kBegin_s + kStep_s + 6 * kStep_s + kStanding
 
 /// Actions 1, 1, 2, 3 of given rows as a walker's wishes, without a synthesizer: the first action
 /// is action 1 from standing (one and a half steps long). Feet land where `goal` has them; in
-/// action 3 the hands are where the joints have them from a pelvis above the feet, plus what is
-/// left to handle and object, growing in [M18 eq. 3.12].
+/// action 3 the hands are where the joints have them from a pelvis above the feet, plus the
+/// remaining distance to handle and object, growing in [M18 eq. 3.12].
 class Script {
  public:
   Script(const ScriptRobot& robot, ActionRows rows, const DrawerGoal& goal);
@@ -81,7 +82,7 @@ Eigen::VectorXd at_phase(const Eigen::MatrixXd& rows, double phase);
 /// Output of a walker for a script, tick by tick.
 struct Recording {
   struct Tick {
-    int number = -1;     ///< of the action, see Script
+    int number = -1;     ///< number of the action, see Script
     double phase = 0.0;  ///< share of it
     Eigen::VectorXd q;   ///< set-points of all joints
     Eigen::Isometry3d X_WB = Eigen::Isometry3d::Identity();

@@ -49,7 +49,7 @@ struct Arms {
     }
   }
   static constexpr double kMoment_m =
-      0.0193;  ///< of biped.urdf, rounded up: it swings as far as is asked
+      0.0193;  ///< lag of biped.urdf, rounded up: it swings as far as asked
   static int first_of_arm(const robot::Biped& biped, robot::Side side) {
     for (std::size_t i = 0; i < biped.upper_body.size(); ++i) {
       const int link = biped.tree.moved_link(biped.upper_body[i]);
@@ -79,7 +79,7 @@ struct Arms {
 struct Walk {
   Eigen::Vector2d velocity_m_s = Eigen::Vector2d::Zero();
   double turn_rad_s = 0.0;
-  double until_s = 12.0;                    ///< then it stops
+  double until_s = 12.0;                    ///< it stops then
   double change_at_s = 1e9, change_to = 1;  ///< share of the forward speed from then on
 };
 
@@ -281,7 +281,7 @@ ordered_json summary_json(std::span<const TrialResult> results) {
     const hw::sim::WalkFigures& f = r.figures;
     if (f.fell) {
       falls.push_back({{"name", r.name}, {"how", f.how}, {"at_s", r.fell_at_s}});
-      continue;  // what a falling robot does says nothing of walking
+      continue;  // measures of a falling robot do not describe walking
     }
     step = std::max(step, f.step_error_max_m);
     dcm = std::max(dcm, r.dcm_max_m);

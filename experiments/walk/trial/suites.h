@@ -66,7 +66,7 @@ const std::vector<std::string>& suite_names();
 
 struct SuiteOptions {
   hw::sim::Plant plant = hw::sim::Plant::kSprings;
-  std::uint64_t seed = 1;  ///< of everything that is drawn
+  std::uint64_t seed = 1;  ///< seed of all random numbers
   int delay_ticks = 1;     ///< 5 ms each
   walker::WalkerSettings walker;
 };

@@ -26,13 +26,13 @@ struct TrialSpec {
   std::function<walker::WalkerWish(double)> wish;
   std::vector<hw::sim::Push> pushes;
   double duration_s = 10.0;
-  int delay_ticks = 1;  ///< of sensors on their way to the walker
+  int delay_ticks = 1;  ///< delay of sensor readings on their way to the walker
 };
 
 /// One tick, for plots and for worlds with more than a robot in them.
 struct TrialTick {
   double time_s;
-  const walker::WalkerOutput& out;  ///< of the walker
+  const walker::WalkerOutput& out;  ///< output of the walker
   const hw::sim::BodyTruth& truth;  ///< after it
   const hw::sim::BodySensors& sensors;
   hw::sim::BodyWorld& world;
@@ -44,16 +44,16 @@ struct TrialResult {
   std::string name;
   hw::sim::WalkFigures figures;
   double fell_at_s = 0.0;
-  double walked_m = 0.0;  ///< of the pelvis along the ground, from start to end
+  double walked_m = 0.0;  ///< distance walked by the pelvis along the ground, from start to end
   /// Divergent component in truth against the plan, seen from the standing foot [m].
   Eigen::Vector2d dcm_rms_m = Eigen::Vector2d::Zero();
   double dcm_max_m = 0.0;
-  double reach_error_m = 0.0;  ///< of a wished hand at the end; 0 without one
+  double reach_error_m = 0.0;  ///< error of a wished hand at the end; 0 without one
   int limited_ticks = 0, clipped_ticks = 0, failed_ticks = 0, saturated_ticks = 0;
   std::string trouble;  ///< first one that the walker told
   /// Times of Walker::step on this machine; not reproducible.
   double tick_p50_s = 0.0, tick_p99_s = 0.0, tick_max_s = 0.0;
-  double real_time_factor = 0.0;  ///< of the physics
+  double real_time_factor = 0.0;  ///< simulated seconds per second, for the physics
 };
 
 /// Deterministic except for its times. `watch`: called every tick.

@@ -154,7 +154,7 @@ std::string stream_at(const Eigen::VectorXd& home, int steps, BridgeNode& node,
   return graph.take_last<v1::BridgeStatus>("status").value_or(v1::BridgeStatus{}).state();
 }
 
-/// What a puppet was told, which outlives it.
+/// Commands to a puppet; they outlive it.
 struct Strings {
   std::vector<Mode> modes;
   int stops = 0;

@@ -170,7 +170,7 @@ TEST_F(Robot, SigtermSendsQuickStopLastAndExitsWell) {
   start_bridge();
   follow();
   const auto tap = can::open(can_address(), graph.directory());
-  std::array<std::uint8_t, 128> controlword{};  // of the last set-point to each node
+  std::array<std::uint8_t, 128> controlword{};  // controlword of the last set-point to each node
   int late = 0;                                 // set-points after the quick stop
   const auto listen = [&] {
     std::array<can::Frame, 256> frames;

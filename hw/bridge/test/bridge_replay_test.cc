@@ -1,4 +1,4 @@
-// The node's outputs are a function of its inputs and of what it recorded of drives and hand.
+// The node's outputs are a function of its inputs and of the recorded data of drives and hand.
 #include <gtest/gtest.h>
 
 #include <cmath>

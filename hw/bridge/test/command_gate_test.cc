@@ -133,7 +133,7 @@ TEST_F(Gate, AfterAFaultOnlyANewStreamCounts) {
   arm.reason = "A1 is broken";
   EXPECT_EQ(mode(), Mode::idle);
   EXPECT_EQ(gate.reason(), "A1 is broken");
-  for (int i = 0; i < 60; ++i) {  // goes on as if nothing had happened
+  for (int i = 0; i < 60; ++i) {  // continues without interruption
     now += 5ms;
     EXPECT_NE(offer(0.0, 0.0), "");
     EXPECT_EQ(mode(), Mode::idle);

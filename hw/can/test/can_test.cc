@@ -106,7 +106,7 @@ TEST(EmbeddedBus, NeverBlocksOnAFullReceiverAndCounts) {
   EXPECT_GT(a->counters().sent, 0u);
   EXPECT_EQ(a->counters().sent + a->counters().errors, 10'000u);
   EXPECT_EQ(receive_all(*deaf).size(), a->counters().sent);
-  a->send(std::array{frame(2)});  // and recovers
+  a->send(std::array{frame(2)});  // the bus recovers
   EXPECT_EQ(receive_all(*deaf).size(), 1u);
 }
 

@@ -185,7 +185,7 @@ TEST_F(Bench, ADriveFaultStopsAllAxes) {
             std::string::npos)
       << reading().reason;
   EXPECT_NE(reading().reason.find("continuous over-current (0x2310)"), std::string::npos);
-  follow(100ms);  // who goes on asking gets nothing
+  follow(100ms);  // repeated requests have no effect
   EXPECT_FALSE(any_enabled());
   idle(10ms);
   follow(100ms);

@@ -1,4 +1,4 @@
-// What a recorded bus and hand give to a node, live and from a record.
+// Tests of the data that a recorded bus and hand give to a node, live and from a record.
 #include "hw/outside/recorded.h"
 
 #include <gtest/gtest.h>
@@ -89,7 +89,7 @@ TEST_F(RecordedCan, GivesFramesAndCountersBack) {
   EXPECT_EQ(receive(*bus, 2), std::vector(sent.begin() + 2, sent.end()));
   bus->send(sent);
   peer.reset();
-  bus->send(sent);  // nobody is there
+  bus->send(sent);  // no device is there
   const can::Counters counted = bus->counters();
   EXPECT_EQ(counted.received, 2u);
   EXPECT_EQ(counted.sent, 3u);

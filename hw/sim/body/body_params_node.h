@@ -25,7 +25,7 @@ struct PlateParams {
 
 /// A push on a link.
 struct PushParams {
-  double at_s = 0.0, duration_s = 0.1;           ///< of the world's time [s]
+  double at_s = 0.0, duration_s = 0.1;           ///< start, in the world's time, and duration [s]
   double x_n_s = 0.0, y_n_s = 0.0, z_n_s = 0.0;  ///< impulse along W [N s]
   std::string link{};                            ///< empty: the trunk
 
@@ -65,7 +65,7 @@ struct JumpParams {
 
 /// The joint of a gripper and the angle beyond which it counts as closed.
 struct GripperParams {
-  std::string joint{};  ///< empty: as the robot's description says; none: the hand is always closed
+  std::string joint{};  ///< empty: as in the robot's description; none: the hand is always closed
   double closed_rad = 0.25;  ///< closed if abs(angle) exceeds this, with the same sign
 
   void visit(runtime::ParamVisitor& v) {
@@ -105,34 +105,37 @@ struct DrawerParams {
 };
 
 struct SimBodyParams {
-  double rate_hz = 200.0;             ///< of steps: the robot's [Hz]
-  double offset_s = 0.0025;           ///< of the first step: after the bridge's [s]
+  double rate_hz = 200.0;  ///< rate of steps: the robot's [Hz]
+  /// time of the first step within the period: after the bridge's [s]
+  double offset_s = 0.0025;
   std::string robot = "biped.yaml";   ///< model file
   std::string can = "embedded:body";  ///< bus of all drives, see hw/can/bus.h
-  std::vector<BusShare> buses{};      ///< several buses, instead of `can`; as the bridge's
+  std::vector<BusShare> buses{};      ///< several buses instead of `can`, as in the bridge
   std::vector<cia402::Axis> axes{};   ///< empty: nodes 1..n with defaults
-  double v_margin = 1.2;              ///< top speed that the drives claim over the model's [1]
-  double following_window_rad = 0.2;  ///< larger following error for longer: fault [rad]
-  double following_time_s = 0.1;      ///< [s]
+  double v_margin = 1.2;  ///< largest speed claimed by the drives, relative to the model's [1]
+  double following_window_rad = 0.2;  ///< larger following errors are a fault [rad]
+  double following_time_s = 0.1;      ///< time beyond following_window_rad until a fault [s]
 
   std::string plant = "springs";      ///< how joints follow: springs, servo
-  double friction = 0.8;              ///< of the ground [1]
-  double slope_forward_rad = 0.0;     ///< of the ground, + rises forward [rad]
-  double slope_left_rad = 0.0;        ///< of the ground, + rises to the left [rad]
+  double friction = 0.8;              ///< friction of the ground [1]
+  double slope_forward_rad = 0.0;     ///< slope of the ground, + rises forward [rad]
+  double slope_left_rad = 0.0;        ///< slope of the ground, + rises to the left [rad]
   std::vector<PlateParams> plates{};  ///< boxes on the ground
   double payload_kg = 0.0;            ///< unknown mass in the trunk [kg]
-  double motor_speed_share = 1.0;     ///< of the model's limits that the motors reach [1]
-  double motor_torque_share = 1.0;    ///< likewise [1]
-  int seed = 0;                       ///< of the sensors' noise [1]
+  /// share of the model's speed limits that the motors reach [1]
+  double motor_speed_share = 1.0;
+  /// share of the model's torque limits that the motors reach [1]
+  double motor_torque_share = 1.0;
+  int seed = 0;                       ///< seed of the sensors' noise [1]
   double imu_tilt_rad = 0.0;          ///< slowly wandering error of the attitude [rad]
-  double encoder_noise_rad = 0.0;     ///< [rad]
-  double force_noise_n = 0.0;         ///< of the feet's force sensors [N]
+  double encoder_noise_rad = 0.0;     ///< noise of the encoders [rad]
+  double force_noise_n = 0.0;         ///< noise of the feet's force sensors [N]
   std::vector<PushParams> pushes{};   ///< impulses on links at given times
   std::vector<FaultParams> faults{};  ///< drives that fail at given times
   DrawerParams drawer{};
 
-  double time_limit_s = 0.0;  ///< then the outcome is a failure; 0: none [s]
-  double settle_s = 1.0;      ///< stands at the goal for so long: the outcome is a success [s]
+  double time_limit_s = 0.0;  ///< the outcome is a failure after this time; 0: no limit [s]
+  double settle_s = 1.0;  ///< the outcome is a success after standing at the goal for this time [s]
 
   void visit(runtime::ParamVisitor& v) {
     v("rate_hz", rate_hz, 10.0, 1000.0);

@@ -13,10 +13,11 @@
 namespace mimesis::hw::sim {
 namespace {
 
-// A fall [docs/walking.md 7.1]: of this share of the standing height, or this tilt of the trunk
-// from where the set-points have it on level soles: who bends for a low drawer has not fallen.
+// A fall [docs/walking.md 7.1]: the CoM below this share of the standing height, or this tilt of
+// the trunk from the set-points' tilt on level soles: a robot that bends for a low drawer has not
+// fallen.
 constexpr double kFallenShare = 0.6, kFallenTilt_rad = 0.9;
-/// Speed of a joint by differences of its encoder over so long.
+/// Speed of a joint by differences of its encoder over this time.
 constexpr double kEncoderSpan_s = 0.01;
 
 }  // namespace
@@ -24,7 +25,7 @@ constexpr double kEncoderSpan_s = 0.01;
 struct BodyWorld::Impl {
   struct RunningPush {
     LinkForce force;
-    long first_step, last_step;  ///< of the world, the last one excluded
+    long first_step, last_step;  ///< steps of the world, the last one excluded
   };
 
   Impl(const robot::Biped& robot, const std::string& file, const BodyOptions& wanted)
@@ -59,7 +60,7 @@ struct BodyWorld::Impl {
   Motors motors;
   JointLoads loads;
   Noise noise;
-  robot::Kinematics wished;                         ///< of the set-points
+  robot::Kinematics wished;                         ///< kinematics of the set-points
   Eigen::VectorXd start, goal, set_point, between;  ///< dof [rad]
   std::vector<RunningPush> pushes;
   std::vector<LinkForce> pulls, forces;  ///< forces: all that act in this step

@@ -46,15 +46,15 @@ struct BodyOptions {
   /// drives that get positions only would let the hands sink by 10 mm.
   double arm_stiffness_n_m_rad = 3000.0;
   /// Plant C with servos in the knees too, as in docs/walking.md 7.3. Two legs of one rigid length
-  /// on rigid ground share the weight by chance: any feedback of foot forces rocks from foot to
+  /// on rigid ground share the weight at random: any feedback of foot forces rocks from foot to
   /// foot in double support (10 Hz, ZMP ±0.09 m, measured).
   bool rigid_knees = false;
-  /// Of the ground, first about y, then about x; the robot starts square on it.
+  /// Slope of the ground, first about y, then about x; the robot starts square on it.
   Eigen::Vector2d slope_rad = Eigen::Vector2d::Zero();
   std::vector<Plate> plates =
       {};                   ///< on the ground; the robot starts on the highest below its soles
   double payload_kg = 0.0;  ///< unknown mass in the trunk, at the trunk's own centre
-  double motor_speed_share = 1.0, motor_torque_share = 1.0;  ///< of the URDF's limits
+  double motor_speed_share = 1.0, motor_torque_share = 1.0;  ///< shares of the URDF's limits
   // noise of sensors, seeded
   std::uint64_t seed = 0;
   double imu_tilt_rad = 0.0;  ///< slow wandering error of the attitude
@@ -62,7 +62,7 @@ struct BodyOptions {
   double force_noise_n = 0.0;
 };
 
-/// What encoders, IMU and foot force sensors say. The same layout as walker::Sensors.
+/// Readings of encoders, IMU and foot force sensors. The same layout as walker::Sensors.
 struct BodySensors {
   Eigen::VectorXd q, dq;   ///< dof; [rad], [rad/s]
   Eigen::VectorXd torque;  ///< dof; of the motors, mean of the step [N m]
@@ -71,7 +71,7 @@ struct BodySensors {
   std::array<robot::Wrench, 2> foot_S;  ///< about the sole's origin, in S, mean of the step
 };
 
-/// What really happens.
+/// True state of the world.
 struct BodyTruth {
   double time_s = 0.0;
   Eigen::Isometry3d X_WB = Eigen::Isometry3d::Identity();
@@ -81,7 +81,7 @@ struct BodyTruth {
   Eigen::Vector3d com_W_m = Eigen::Vector3d::Zero(), com_v_W = Eigen::Vector3d::Zero();
   Eigen::Vector2d zmp_W_m =
       Eigen::Vector2d::Zero();       ///< from the contact forces; the last one while in the air
-  std::array<double, 2> normal_n{};  ///< of each foot, mean over the step
+  std::array<double, 2> normal_n{};  ///< normal force on each foot, mean over the step
   std::array<double, 2> ankle_pitch_n_m{};  ///< from the foot's wrench [docs/walking.md 7.2]
   double most_normal_n = 0.0;               ///< sum of both feet, raw, highest of the step
   /// CoM below 60 % of its height, or trunk tilted by 0.9 rad from where the set-points have it on
@@ -97,15 +97,15 @@ struct BodyTruth {
 class BodyWorld {
  public:
   /// Reads the same URDF as RobotTree did (shapes are ignored); half-sitting on the ground.
-  /// @throws ConfigError if DART cannot read it, it is another robot, or an option makes no sense
+  /// @throws ConfigError if DART cannot read it, it is another robot, or an option is invalid
   BodyWorld(const robot::Biped& biped, const std::string& urdf_file, const BodyOptions& options);
   ~BodyWorld();
   BodyWorld(const BodyWorld&) = delete;
   BodyWorld& operator=(const BodyWorld&) = delete;
 
-  /// Moves on by `duration_s` (rounded to steps of dt, at least one) while the set-points go
-  /// linearly to `target` (dof [rad], cut to the limits). A target that is no number leaves its
-  /// joint's set-point, one of the wrong size all of them; trouble() says so.
+  /// Advances by `duration_s` (rounded to steps of dt, at least one) while the set-points go
+  /// linearly to `target` (dof [rad], cut to the limits). A target that is not a number leaves its
+  /// joint's set-point unchanged, one of the wrong size all of them; trouble() reports it.
   void step(std::span<const double> target, double duration_s);
   void push(const Push& push);  ///< at_s: time of this world; past: at once
   void fail(int joint, MotorFault fault);

@@ -31,10 +31,10 @@ using dart::dynamics::SkeletonPtr;
 
 constexpr double kGroundHalf_m = 50.0, kGroundDepth_m = 1.0;
 constexpr double kSoleThickness_m = 0.04;
-/// Of a link without inertia: DART wants some, the robot must not feel it.
+/// Mass of a link without inertia: DART needs one, and the robot must not feel it.
 constexpr double kNoMass_kg = 1e-9;
 
-/// The URDF without shapes: meshes may be anywhere, and contacts are none of the file's business.
+/// The URDF without shapes: meshes may be anywhere, and contacts do not come from the file.
 std::string without_shapes(const std::string& file) {
   tinyxml2::XMLDocument document;
   if (document.LoadFile(file.c_str()) != tinyxml2::XML_SUCCESS) {
@@ -221,9 +221,9 @@ robot::RobotTree with_payload(const robot::Biped& biped, double payload_kg) {
 // do not know the springs: a strong damper would make loaded joints soft [docs/walking.md 7.2].
 constexpr double kStrong_n_m_rad = 6000.0;  ///< legs and trunk
 constexpr double kAnkleBush_n_m_rad = 1500.0;
-constexpr double kDamping_s = 0.003;  ///< of the stiffness
+constexpr double kDamping_s = 0.003;  ///< share of the stiffness
 constexpr double kServoGain_1_s = 200.0;
-constexpr double kWeak = 0.2;  ///< of its torque
+constexpr double kWeak = 0.2;  ///< share of its torque
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
 
 /// Between the root and the trunk: bears the upper body.

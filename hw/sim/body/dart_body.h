@@ -19,17 +19,17 @@ struct DartLink {
   Eigen::Isometry3d X_NL = Eigen::Isometry3d::Identity();
 };
 
-/// A biped and the ground as DART has them. Private to BodyWorld: nobody else includes it.
+/// A biped and the ground in DART. Private to BodyWorld.
 struct DartBody {
   std::shared_ptr<dart::simulation::World> world;
   std::shared_ptr<dart::dynamics::Skeleton> robot;
   std::vector<dart::dynamics::DegreeOfFreedom*> dof;   ///< in the order of RobotTree
-  std::vector<DartLink> link;                          ///< likewise
+  std::vector<DartLink> link;                          ///< in the order of RobotTree
   Eigen::Matrix3d R_WG = Eigen::Matrix3d::Identity();  ///< z of the ground is its normal
 
   const DartLink& at(int index) const { return link[static_cast<std::size_t>(index)]; }
   Eigen::Isometry3d X_WL(int index) const;
-  /// Of the link's origin, in W.
+  /// Velocity of the link's origin, in W.
   Eigen::Vector3d velocity(int index) const;
   Eigen::Isometry3d X_WB() const;
 };
@@ -38,14 +38,15 @@ struct DartBody {
 DartBody make_dart_body(const robot::Biped& biped, const std::string& urdf_file,
                         const BodyOptions& options);
 
-/// What the ground does to the soles in one step of the world.
+/// Forces of the ground on the soles in one step of the world.
 struct GroundContact {
   std::array<robot::Wrench, 2> foot_S;                   ///< about the sole's origin, in S
   Eigen::Vector2d weighted_W = Eigen::Vector2d::Zero();  ///< sum of p·f_z over the contacts
   double vertical_n = 0.0;                               ///< sum of f_z
 };
 
-/// Reads the contacts of the last step. `X_WS`: soles before that step, where DART looked for them.
+/// Reads the contacts of the last step. `X_WS`: soles before that step, at which DART computed
+/// them.
 GroundContact read_contacts(const DartBody& body, const robot::Biped& biped,
                             const std::array<Eigen::Isometry3d, 2>& X_WS);
 
@@ -55,8 +56,8 @@ struct LinkForce {
   Eigen::Vector3d point_L_m, force_W_n;
 };
 
-/// What the joints really bear in a step of the world: inverse dynamics of the motion that came
-/// out. DART's spring equation is no measure of it, as contact impulses come on top of the step
+/// True loads of the joints in a step of the world: inverse dynamics of the resulting motion.
+/// DART's spring equation does not measure them, because contact impulses are added after the step
 /// that the springs have seen [docs/walking.md 7.2].
 class JointLoads {
  public:
@@ -86,7 +87,7 @@ class JointLoads {
   Eigen::VectorXd torque_;
 };
 
-/// The motors of all joints: how they follow set-points, what they cannot do, how they fail.
+/// The motors of all joints: how they follow set-points, their limits and failures.
 class Motors {
  public:
   Motors(const robot::Biped& biped, const DartBody& body, const BodyOptions& options);
@@ -94,7 +95,7 @@ class Motors {
   void fail(int joint, MotorFault fault);
   /// Before every step of the world. `set_point`: dof [rad].
   void drive(const Eigen::VectorXd& set_point);
-  /// After it: what the joints really bore (JointLoads), dof [N m].
+  /// After it: the true loads of the joints (JointLoads), dof [N m].
   void feel(const Eigen::VectorXd& torque);
 
  private:
@@ -104,11 +105,11 @@ class Motors {
     double stiffness_n_m_rad = 0.0, damping_n_m_s_rad = 0.0;
     double speed_rad_s = 0.0, torque_n_m = 0.0;  ///< most
     double lower_rad = 0.0, upper_rad = 0.0;
-    double wanted_rad = 0.0;  ///< what the motor's own ramp has come to
-    /// What the joint bears beyond its spring's equation (see JointLoads): the torque limit is of
+    double wanted_rad = 0.0;  ///< set-point that the motor's own ramp has reached
+    /// Load of the joint beyond its spring's equation (see JointLoads): the torque limit applies to
     /// the real torque.
     double beyond_spring_n_m = 0.0;
-    double stretch_rad = 0.0;  ///< of the spring, before the step
+    double stretch_rad = 0.0;  ///< stretch of the spring, before the step
     bool off = false, locked = false;
   };
   void set_up(Motor& motor);

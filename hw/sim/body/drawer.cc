@@ -89,7 +89,7 @@ void Drawer::grip(robot::Side side, double dt_s, const DrawerHands& hands) {
   bool& has = left ? now_.held : now_.taken;
   if (!hands.grips[side]) {
     near_s_[side] = 0.0;
-    if (left) has = lost_ = false;  // the object stays with whoever took it
+    if (left) has = lost_ = false;  // the object stays with the hand that took it
     return;
   }
   if (has || (left && lost_)) return;

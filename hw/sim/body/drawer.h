@@ -18,17 +18,18 @@ struct DrawerJump {
 /// "left" and "in front" are those of a robot that faces it.
 struct DrawerSettings {
   Eigen::Vector2d front_W_m{2.6, 0.0};  ///< middle of the closed front
-  double yaw_rad = 0.0;                 ///< of the axis
+  double yaw_rad = 0.0;                 ///< direction of the axis
   double handle_height_m = 0.92, handle_left_m = 0.14;
   double object_height_m = 0.90, object_left_m = 0.0, object_depth_m = 0.25;
-  double longest_m = 0.40;                       ///< it opens so far
-  double friction_n = 7.0, viscous_n_s_m = 5.0;  ///< of the rail
-  double near_m = 0.03, dwell_s = 0.1;           ///< a hand grips what it is so near, for so long
-  double slips_n = 40.0;                         ///< pulls the handle out of the hand
+  double longest_m = 0.40;                       ///< longest opening
+  double friction_n = 7.0, viscous_n_s_m = 5.0;  ///< Coulomb and viscous friction of the rail
+  /// a hand grips within this distance after this time
+  double near_m = 0.03, dwell_s = 0.1;
+  double slips_n = 40.0;  ///< pulls the handle out of the hand
   std::vector<DrawerJump> jumps = {};
 };
 
-/// What v1.DrawerState tells.
+/// State of the drawer, as in v1.DrawerState.
 struct DrawerNow {
   Eigen::Vector3d front_W_m, handle_W_m, object_W_m;
   double opened_m = 0.0;
@@ -36,7 +37,7 @@ struct DrawerNow {
   bool taken = false;  ///< the right hand has the object
 };
 
-/// The hands near it. What a hand is not told to grip it does not, and lets go.
+/// The hands near it. A hand grips only when told to, and otherwise lets go.
 struct DrawerHands {
   std::array<Eigen::Vector3d, 2> p_W_m{Eigen::Vector3d::Zero(),
                                        Eigen::Vector3d::Zero()};  ///< left, right
@@ -47,14 +48,15 @@ struct DrawerHands {
 /// and carries the object for the right one. Deterministic.
 class Drawer {
  public:
-  /// @throws ConfigError that names what is no number or out of range
+  /// @throws ConfigError that names the value that is no number or out of range
   explicit Drawer(const DrawerSettings& settings);
 
   /// Moves on by dt to `time_s`. @return force on the left hand in W [N], at the hand's point.
   Eigen::Vector3d step(double time_s, double dt_s, const DrawerHands& hands);
 
   const DrawerNow& now() const { return now_; }
-  /// Of the hands when they gripped [m]: left to the handle, right to the object. Nothing: not yet.
+  /// Errors of the hands when they gripped [m]: left to the handle, right to the object. Empty: not
+  /// yet.
   std::optional<double> handle_error_m() const { return error_m_[robot::kLeft]; }
   std::optional<double> reach_error_m() const { return error_m_[robot::kRight]; }
   double farthest_opened_m() const { return farthest_m_; }
@@ -71,7 +73,7 @@ class Drawer {
   Eigen::Vector3d axis_W_, left_W_;
   DrawerNow now_;
   std::array<std::optional<double>, 2> error_m_;
-  std::array<double, 2> near_s_{};  ///< for so long
+  std::array<double, 2> near_s_{};  ///< time near the target
   bool lost_ = false;  ///< out of a closed hand, which has to open before it grips again
   Eigen::Vector3d handle_to_hand_W_m_ = Eigen::Vector3d::Zero();  ///< when it gripped
   double hand_m_ = 0.0, speed_m_s_ = 0.0;                         ///< along the axis, low-passed

@@ -21,7 +21,7 @@ OutcomeJudge::OutcomeJudge(const Settings& settings, runtime::Bus& bus)
       wish_(bus, "wish"),
       outcome_(bus, "outcome") {}
 
-/// Where the next foot shall land: what was wished last before it did.
+/// Wished landing of the next foot, as last received before it landed.
 void OutcomeJudge::watch_wishes() {
   while (const auto motion = wish_.pop()) {
     if (motion->landings().empty()) continue;

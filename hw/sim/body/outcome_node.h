@@ -15,7 +15,7 @@ namespace mimesis::hw::sim {
 class OutcomeJudge {
  public:
   struct Settings {
-    double settle_s;      ///< stands at the goal for so long
+    double settle_s;      ///< time of standing at the goal
     double time_limit_s;  ///< 0: none
   };
   OutcomeJudge(const Settings& settings, runtime::Bus& bus);

@@ -105,8 +105,7 @@ foxglove::FrameTransform to_transform(const Eigen::Isometry3d& X_WB, const std::
 }
 
 constexpr double kTransformsRateHz = 50.0;
-constexpr double kMotorAcceleration_rad_s2 =
-    1e4;  // that the drives claim: the world has the motors
+constexpr double kMotorAcceleration_rad_s2 = 1e4;  // claim of the drives: the world has the motors
 // A machine that is slower than the clock must not make steps ever longer.
 constexpr double kLongestStep_s = 0.05;
 

@@ -20,13 +20,13 @@
 namespace mimesis::hw::sim {
 
 /// A biped in a physics world behind simulated drives on CAN buses. Per step: the drives move their
-/// motors' set-points, the world moves on by as much, the drives answer with what it says.
+/// motors' set-points, the world advances, the drives answer with its sensor readings.
 class SimBodyNode {
  public:
   using Params = SimBodyParams;
   SimBodyNode(const Params& params, runtime::Bus& bus);
   void step(runtime::Time now);
-  /// No motor is commanded any more: whoever stops a simulation sees how the robot stopped.
+  /// Motors get no more commands: the end of the simulation shows how the robot stopped.
   bool at_rest() const;
 
  private:
@@ -46,12 +46,12 @@ class SimBodyNode {
   std::optional<Drawer> drawer_;
   std::array<robot::Biped::Gripper, 2> gripper_{};
   std::vector<std::unique_ptr<Rack>> racks_;
-  std::vector<Drive*> drives_;  // of all racks, in the model's order
+  std::vector<Drive*> drives_;  // drives of all racks, in the model's order
   std::vector<double> motors_;  // set-points [rad]
   std::optional<runtime::Time> last_;
   std::uint64_t steps_ = 0;
   std::size_t faults_made_ = 0;
-  std::string trouble_;  // of the world, reported last
+  std::string trouble_;  // trouble of the world, reported last
   runtime::Throttle lags_{std::chrono::seconds(1)};
 
   runtime::Queue<v1::BodyTrouble, 16> troubles_;

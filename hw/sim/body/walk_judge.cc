@@ -38,7 +38,7 @@ Eigen::Isometry2d truth_to_plan(const PlannedGround& plan, const BodyTruth& trut
 }
 
 void WalkJudge::tick(const BodyTruth& truth, const std::optional<PlannedGround>& plan) {
-  if (figures_.fell) return;  // what lies there does not walk any more
+  if (figures_.fell) return;  // a fallen robot does not walk any more
   const double normal = truth.normal_n[0] + truth.normal_n[1];
   const double share =
       started_ ? 1.0 - std::exp(-(truth.time_s - time_s_) / settings_.low_pass_s) : 1.0;

@@ -6,25 +6,26 @@
 
 namespace mimesis::hw::sim {
 
-/// How well a walk went, so far: the figures of v1.WalkOutcome.
+/// Quality of a walk so far: the figures of v1.WalkOutcome.
 struct WalkFigures {
   bool fell = false;
   std::string how;  ///< it fell
   int steps = 0;    ///< set down by the plan
-  /// Where feet stand against the plan, relative to the other foot: what the walker can do about.
+  /// Foot placement error relative to the other foot, the part that the walker controls.
   double step_error_max_m = 0.0, step_error_rms_m = 0.0;
   /// Along the other foot, against the wished length; 0 if none was wished.
   double step_length_error_max_m = 0.0;
   double place_error_max_m = 0.0;     ///< where feet stand against the plan, in W: drift counts
-  double ankle_pitch_peak_n_m = 0.0;  ///< of the means over the ticks
+  double ankle_pitch_peak_n_m = 0.0;  ///< peak of the means over the ticks
   double ankle_pitch_slow_peak_n_m = 0.0;  ///< low-passed
   double normal_peak_n = 0.0;              ///< both feet, low-passed
   double raw_normal_peak_n = 0.0;          ///< both feet, of single steps of the physics
-  /// Of the contact forces against the plan, relative to the feet: drift does not count.
+  /// Error of the ZMP of the contact forces against the plan, relative to the feet: drift does not
+  /// count.
   Eigen::Vector2d zmp_error_rms_m = Eigen::Vector2d::Zero();
 };
 
-/// What the plan says of the ground at one tick: left, right.
+/// ZMP and feet of the plan at one tick: left, right.
 struct PlannedGround {
   Eigen::Vector2d zmp_W_m = Eigen::Vector2d::Zero();
   std::array<Eigen::Vector2d, 2> foot_W_m{Eigen::Vector2d::Zero(), Eigen::Vector2d::Zero()};
@@ -39,13 +40,13 @@ Eigen::Isometry2d truth_to_plan(const PlannedGround& plan, const BodyTruth& trut
 struct JudgedStep {
   robot::Side side = robot::kLeft;
   Eigen::Vector2d planned_W_m = Eigen::Vector2d::Zero();        ///< origin of its sole
-  Eigen::Vector2d planned_other_W_m = Eigen::Vector2d::Zero();  ///< of the other foot's
+  Eigen::Vector2d planned_other_W_m = Eigen::Vector2d::Zero();  ///< origin of the other foot's sole
   double planned_other_yaw_rad = 0.0;
   std::optional<double> wished_length_m = {};  ///< forward from the other foot, along its heading
 };
 
 struct JudgeSettings {
-  double low_pass_s = 0.02;  ///< of forces and torques: time constant, first order
+  double low_pass_s = 0.02;  ///< time constant of the first-order low pass of forces and torques
   double settle_s = 0.08;    ///< from a planned landing until the foot's place is read
 };
 
@@ -54,7 +55,7 @@ class WalkJudge {
  public:
   explicit WalkJudge(const JudgeSettings& settings = {}) : settings_(settings) {}
 
-  /// After every tick. `plan`: nothing while there is none.
+  /// After every tick. `plan`: empty while there is none.
   void tick(const BodyTruth& truth, const std::optional<PlannedGround>& plan);
   /// The plan puts this foot on the ground at the tick that was last reported.
   void step(const JudgedStep& step);

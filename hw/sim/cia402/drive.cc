@@ -340,7 +340,7 @@ void Drive::on_nmt(const Frame& frame, std::vector<Frame>& out) {
       boot(out);
       break;
   }
-  // Without PDOs nobody steers any more.
+  // Without PDOs there is no command.
   if (state_ == DriveState::operation_enabled) state_ = DriveState::quick_stop_active;
 }
 

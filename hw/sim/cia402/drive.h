@@ -17,8 +17,8 @@ namespace mimesis::hw::sim {
 
 enum class Access : std::uint8_t { read_only, read_write };
 
-/// Object dictionary of a simulated CANopen node: numbers of 1, 2 or 4 bytes. Answers as CiA 301
-/// asks for: 0, or the SDO abort code.
+/// Object dictionary of a simulated CANopen node: numbers of 1, 2 or 4 bytes. Answers according to
+/// CiA 301: 0, or the SDO abort code.
 class Dictionary {
  public:
   void add(cia402::Object object, int bytes, Access access, std::uint32_t value);
@@ -26,7 +26,7 @@ class Dictionary {
   std::uint32_t get(cia402::Object object) const;  ///< precondition: exists
   std::int32_t get_signed(cia402::Object object) const;
   void set(cia402::Object object,
-           std::uint32_t value);  ///< from inside the node, whatever the access
+           std::uint32_t value);  ///< from inside the node, regardless of the access type
   bool contains(cia402::Object object) const { return entries_.contains(key(object)); }
   int bytes(cia402::Object object) const { return entries_.at(key(object)).bytes; }
 
@@ -48,7 +48,7 @@ class Dictionary {
 /// Trouble on command.
 enum class Trouble : std::uint8_t {
   overcurrent,  ///< the drive finds an error: fault
-  mute,         ///< its bus cable is cut: it neither hears nor speaks
+  mute,         ///< its bus cable is cut: it neither receives nor sends
   jam,          ///< the joint meets an obstacle: following error
 };
 
@@ -68,7 +68,7 @@ class Drive {
  public:
   explicit Drive(const DriveConfig& config);
 
-  /// Motion and watchdogs from the last call up to `now`; appends what the drive says by itself.
+  /// Motion and watchdogs from the last call up to `now`; appends the drive's own messages.
   void advance(Time now, std::vector<can::Frame>& out) {
     move(now, out);
     watch(now, out);
@@ -80,7 +80,7 @@ class Drive {
   void handle(const can::Frame& frame, Time now, std::vector<can::Frame>& out);
   void inject(Trouble trouble);
 
-  /// Of the joint: the truth, or what a world's sensors say.
+  /// State of the joint: the truth, or readings of a world's sensors.
   double position_rad() const;
   double velocity_rad_s() const;
   double torque_n_m() const;

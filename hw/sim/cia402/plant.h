@@ -4,8 +4,8 @@ namespace mimesis::hw::sim {
 /// One simulated joint with its drive's position loop.
 struct PlantParams {
   double bandwidth_rad_s = 150.0;  ///< ω of the position loop [rad/s]
-  double v_max_rad_s = 4.0;        ///< of the motor, seen at the joint [rad/s]
-  double a_max_rad_s2 = 40.0;      ///< of the motor, seen at the joint [rad/s²]
+  double v_max_rad_s = 4.0;        ///< largest speed of the motor, at the joint [rad/s]
+  double a_max_rad_s2 = 40.0;      ///< largest acceleration of the motor, at the joint [rad/s²]
   double inertia_kg_m2 = 0.5;      ///< at the joint, for the torque estimate [kg m²]
   double friction_n_m_s = 2.0;     ///< viscous, for the torque estimate [N m s/rad]
 };
@@ -32,7 +32,7 @@ class AxisPlant {
     return params_.inertia_kg_m2 * a_ + params_.friction_n_m_s * v_;
   }  ///< [N m]
   bool at_rest() const { return v_ == 0.0; }
-  double held() const { return q_; }  ///< where a powered motor goes on from [rad]
+  double held() const { return q_; }  ///< position from which a powered motor continues [rad]
 
  private:
   PlantParams params_;
@@ -41,7 +41,7 @@ class AxisPlant {
 };
 
 /// A joint whose motion a physics world computes. The drive moves the motor's set-point; the world
-/// takes it and says what the joint's sensors measure.
+/// takes it and returns the readings of the joint's sensors.
 class WorldJoint {
  public:
   explicit WorldJoint(double q_rad) : motor_(q_rad), position_(q_rad) {}
@@ -56,7 +56,7 @@ class WorldJoint {
   double velocity() const { return velocity_; }  ///< [rad/s]
   double torque() const { return torque_; }      ///< [N m]
   bool at_rest() const { return rate_ == 0.0; }
-  double held() const { return motor_; }  ///< where a powered motor goes on from [rad]
+  double held() const { return motor_; }  ///< position from which a powered motor continues [rad]
 
   // From and to the world.
   void measure(double position_rad, double velocity_rad_s, double torque_n_m);

@@ -12,19 +12,20 @@
 namespace mimesis::hw::sim {
 
 struct DrivesParams {
-  double rate_hz = 200.0;            ///< of steps: the robot's [Hz]
-  double offset_s = 0.0025;          ///< of the first step: after the bridge's [s]
-  std::string bus = "embedded:arm";  ///< see hw/can/bus.h
+  double rate_hz = 200.0;  ///< rate of steps: the robot's [Hz]
+  /// time of the first step within the period: after the bridge's [s]
+  double offset_s = 0.0025;
+  std::string bus = "embedded:arm";  ///< address of the bus, see hw/can/bus.h
   std::string robot = "lwr4.yaml";   ///< model file: number of joints, home posture, dynamics
-  double v_margin = 1.2;             ///< motor's top speed over the model's v_max [1]
-  double a_margin = 2.0;             ///< motor's top acceleration over the model's a_max [1]
-  double bandwidth_rad_s = 150.0;    ///< of the position loops [rad/s]
+  double v_margin = 1.2;             ///< motor's largest speed relative to the model's v_max [1]
+  double a_margin = 2.0;  ///< motor's largest acceleration relative to the model's a_max [1]
+  double bandwidth_rad_s = 150.0;  ///< bandwidth of the position loops [rad/s]
   double following_window_rad =
       0.05;  ///< larger following error for longer than following_time_s: fault [rad]
-  double following_time_s = 0.05;          ///< [s]
-  int fault_axis = 0;                      ///< joint 1..n that gets trouble, 0: none [1]
-  double fault_at_s = 0.0;                 ///< when, after the first step [s]
-  std::string fault_kind = "overcurrent";  ///< overcurrent, mute (no answers) or jam
+  double following_time_s = 0.05;          ///< time beyond following_window_rad until a fault [s]
+  int fault_axis = 0;                      ///< joint 1..n that fails, 0: none [1]
+  double fault_at_s = 0.0;                 ///< time of the fault after the first step [s]
+  std::string fault_kind = "overcurrent";  ///< kind of fault: overcurrent, mute (no answers) or jam
   std::vector<cia402::Axis> axes{};        ///< empty: nodes 1..n with defaults
 
   void visit(runtime::ParamVisitor& v) {
@@ -51,7 +52,7 @@ class DrivesNode {
   using Params = DrivesParams;
   DrivesNode(const Params& params, runtime::Bus& bus);
   void step(runtime::Time now);
-  /// No joint moves and no drive is enabled: whoever stops a simulation sees how the arm stopped.
+  /// No joint moves and no drive is enabled: the end of the simulation shows how the arm stopped.
   bool at_rest() const;
 
  private:

@@ -31,7 +31,7 @@ using modbus::Registers;
 
 constexpr std::size_t kMostClients = 8;
 constexpr unsigned kIndex =
-    kInputAddress - kOutputAddress;  // of the input within the holding registers
+    kInputAddress - kOutputAddress;  // offset of the input within the holding registers
 
 }  // namespace
 

@@ -35,11 +35,11 @@ class HandPlant {
   HandParams params_;
   modbus::HandInput input_;
   double closure_ = 0.0;
-  double left_s_ = 0.0;  // of activation or change of mode
+  double left_s_ = 0.0;  // time left of activation or change of mode
 };
 
-/// Modbus TCP server of a hand on a thread of its own (libmodbus). What clients read changes only
-/// in `exchange`, so that in lock-step the thread's timing shows nowhere.
+/// Modbus TCP server of a hand on a thread of its own (libmodbus). Values that clients read change
+/// only in `exchange`, so that in lock-step the thread's timing has no effect.
 class HandServer {
  public:
   /// @throws ConfigError if the address cannot be served

@@ -10,7 +10,7 @@ HandNode::HandNode(const Params& params, runtime::Bus& bus)
   server_ = std::make_unique<HandServer>(modbus::parse_address(params.address, bus.directory()));
 }
 
-/// Shows `input` to clients; what they have written last. Both are recorded as registers.
+/// Shows `input` to clients and returns their last output. Both are recorded as registers.
 modbus::HandOutput HandNode::exchange(const modbus::HandInput& input) {
   const modbus::Registers shown = modbus::encode(input);
   bus_.outside().written("hand", {reinterpret_cast<const char*>(shown.data()), sizeof shown});

@@ -12,8 +12,9 @@
 namespace mimesis::hw::sim {
 
 struct HandNodeParams {
-  double rate_hz = 100.0;             ///< of steps [Hz]
-  double offset_s = 0.0025;           ///< of the first step: after the bridge's [s]
+  double rate_hz = 100.0;  ///< rate of steps [Hz]
+  /// time of the first step within the period: after the bridge's [s]
+  double offset_s = 0.0025;
   std::string address = "unix:hand";  ///< served: tcp:HOST:PORT or unix:NAME
   HandParams hand{};
 
@@ -39,7 +40,7 @@ class HandNode {
 
   runtime::Bus& bus_;
   HandPlant plant_;
-  std::unique_ptr<HandServer> server_;  // none in a replay
+  std::unique_ptr<HandServer> server_;  // null in a replay
   std::optional<runtime::Time> last_step_;
   runtime::Latest<v1::HandContact> contact_;
   runtime::Out<v1::HandState> hand_;

@@ -40,15 +40,15 @@ struct CollisionTolerance {
 /// The object as the collision check sees it.
 struct ObjectInScene {
   Cylinder cylinder;
-  bool held = false;             ///< then it belongs to the hand
-  bool between_fingers = false;  ///< then the hand may touch it
-  bool falling = false;          ///< then nobody is to blame
+  bool held = false;             ///< if so, the object belongs to the hand
+  bool between_fingers = false;  ///< if so, the hand may touch it
+  bool falling = false;          ///< if so, contacts do not count
 };
 
 /// One body overlaps another.
 struct Contact {
   std::string name;    ///< "fore ball 8 with bridge"
-  double depth = 0.0;  ///< of the deepest pair of balls, > tolerance [m]
+  double depth = 0.0;  ///< depth of the deepest pair of balls, > tolerance [m]
 };
 
 /// Counts collisions of arm and object with the table, with each other and of the arm with itself,

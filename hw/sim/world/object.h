@@ -23,7 +23,7 @@ struct HandShape {
   double tips = 0.026;      ///< fingers end this far beyond E [m]
   double palm = 0.038;      ///< the palm ends this far before E [m]
   double pad = 0.016;       ///< half the width of a finger [m]
-  double overlap = 0.005;   ///< fingers must reach this far past what they hold [m]
+  double overlap = 0.005;   ///< fingers must reach this far past the held object [m]
   double max_tilt = 0.2;    ///< between the hand and the ideal grasp [rad]
 };
 
@@ -47,12 +47,12 @@ GraspContact grasp_contact(const HandShape& hand, Grip grip, const Eigen::Isomet
 struct FallLimits {
   double gravity = 9.81;   ///< [m/s²]
   double max_drop = 0.02;  ///< from higher the object topples on landing [m]
-  double floor_z = -0.76;  ///< of the room, beside the table [m]
+  double floor_z = -0.76;  ///< height of the room's floor, beside the table [m]
   double sink_tolerance =
       0.005;  ///< a support this far above the object's lowest point still carries it [m]
 };
 
-/// What became of the object so far.
+/// State of the object.
 enum class ObjectState { resting, held, falling };
 
 /// The object to be grasped, without dynamics of its own: it rests, moves with the hand, or falls
@@ -96,26 +96,26 @@ class ObjectModel {
   bool upright_ = true, moved_ = false, was_held_ = false;
   std::string mishap_;
   double velocity_ = 0.0;    // downwards [m/s]
-  double landing_z_ = 0.0;   // of the support's surface
+  double landing_z_ = 0.0;   // height of the support's surface
   std::string will_topple_;  // why, on landing; empty if not
 };
 
-/// How the planner says it ended.
+/// End of the task according to the planner.
 struct TaskEnd {
   bool done = false;   ///< false: failed
   std::string goal;    ///< "high", "low", or empty if none was decided
-  std::string reason;  ///< of a failure
+  std::string reason;  ///< reason of a failure
 };
 
 struct Verdict {
   bool placed = false;  ///< at rest, upright and released within the goal's radius, after a grasp
   double placement_error =
       -1.0;            ///< distance of the object's centre from the goal [m], -1 without goal
-  std::string reason;  ///< what went wrong; empty if nothing did
+  std::string reason;  ///< reason of a failure; empty otherwise
 };
 
-/// Judges by what happened to the object, not by what the planner says; the planner's reason
-/// explains a failure. Precondition: the object does not fall.
+/// Judges by the state of the object, not by the planner's report; the planner's reason explains a
+/// failure. Precondition: the object does not fall.
 Verdict judge(const TaskEnd& end, const ObjectModel& object,
               const std::vector<kin::GoalPlace>& goals);
 

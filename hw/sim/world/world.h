@@ -22,15 +22,15 @@ struct Hand {
   double closure = 0.0;  ///< 0 open .. 1 closed [1]
 };
 
-/// Arm, hand, object and table as they really are: what a robot's world would do, and what a judge
-/// sees.
+/// True state of arm, hand, object and table: the role of the robot's world, and the view of a
+/// judge.
 class World {
  public:
   World(kin::ArmModel arm, const kin::Table& table, const WorldShape& shape);
 
   /// Advances by `dt` > 0 [s]. `q`: true joint positions (dof, [rad]).
   void step(double dt, const Eigen::Ref<const Eigen::VectorXd>& q, const Hand& hand);
-  /// The same while the arm's posture is not known: only gravity acts.
+  /// A step while the arm's posture is not known: only gravity acts.
   void step(double dt);
 
   const GraspContact& contact() const { return contact_; }
@@ -38,7 +38,7 @@ class World {
   const CollisionMonitor& collisions() const { return collisions_; }
   const std::vector<Eigen::Isometry3d>& frames() const {
     return X_;
-  }  ///< of the arm, empty before the first
+  }  ///< frames of the arm, empty before the first step
   Eigen::Isometry3d tool() const {
     return X_.back() * arm_.X_LE;
   }  ///< precondition: frames() not empty

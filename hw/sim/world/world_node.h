@@ -19,17 +19,18 @@ namespace mimesis::world {
 
 struct WorldParams {
   double rate_hz = 100.0;                   ///< step rate [Hz]
-  double offset_s = 0.0;                    ///< of the first step within the period [s]
+  double offset_s = 0.0;                    ///< time of the first step within the period [s]
   std::string robot = "lwr4.yaml";          ///< arm, in models/
   std::string table = "bridge_table.yaml";  ///< table, in models/
   double bridge_height_m = 0.0;       ///< lower edge of the bar above the table; 0: the file's [m]
   std::string goal_blocked = "none";  ///< puts a box on that goal: none, high or low
   std::vector<double> object_offset_m{
-      0.0, 0.0};                       ///< moves the object from its place in the file, x y [m]
-  double measurement_sigma_m = 0.001;  ///< of the measured places in the scene, x and y each [m]
-  int seed = 1;                        ///< of the measurement errors
-  double settle_s = 0.5;               ///< from the task's end to the verdict [s]
-  double stale_s = 0.2;                ///< older states of arm or hand silence the contact [s]
+      0.0, 0.0};  ///< moves the object from its place in the file, x y [m]
+  /// standard deviation of measured places in the scene, x and y each [m]
+  double measurement_sigma_m = 0.001;
+  int seed = 1;           ///< seed of the measurement errors
+  double settle_s = 0.5;  ///< from the task's end to the verdict [s]
+  double stale_s = 0.2;   ///< older states of arm or hand silence the contact [s]
 
   void visit(runtime::ParamVisitor& v) {
     v("rate_hz", rate_hz, 1.0, 1000.0);
@@ -46,7 +47,7 @@ struct WorldParams {
   }
 };
 
-/// The robot's world: tells the hand what is between its fingers, and judges the trial.
+/// The robot's world: tells the hand which object is between its fingers, and judges the trial.
 class WorldNode {
  public:
   using Params = WorldParams;

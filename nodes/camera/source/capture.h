@@ -17,7 +17,7 @@ enum class PixelFormat { yuyv, mjpeg };
 struct RawFrame {
   PixelFormat format = PixelFormat::yuyv;
   int width = 0, height = 0;
-  int row_bytes = 0;  ///< of yuyv
+  int row_bytes = 0;  ///< bytes of a row, for yuyv
   std::vector<std::uint8_t> bytes;
   std::chrono::nanoseconds captured{};  ///< on the monotonic clock, by the driver
 };

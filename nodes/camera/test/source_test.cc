@@ -143,7 +143,7 @@ class Path {
 
 TEST_F(Files, AnyFilmIsReadThroughTheProgramFfmpeg) {
   film(3, "YUV4MPEG2 W16 H8 F25:1 C420jpeg");
-  const std::filesystem::path program = folder_ / "ffmpeg";  // writes that film, whatever is asked
+  const std::filesystem::path program = folder_ / "ffmpeg";  // writes that film for any arguments
   std::ofstream(program) << "#!/bin/sh\nexec cat '" << folder_.string() << "/film.y4m'\n";
   std::filesystem::permissions(program, std::filesystem::perms::owner_all);
   std::ofstream(folder_ / "film.mp4") << "x";
@@ -175,7 +175,7 @@ TEST_F(Files, WithoutTheProgramFfmpegThereIsOneLine) {
   EXPECT_NE(why.find("needs the program ffmpeg"), std::string::npos) << why;
 }
 
-/// A camera made of what the test says.
+/// A camera with frames from the test.
 struct FakeCamera {
   bool present = true;
   bool gone = false;

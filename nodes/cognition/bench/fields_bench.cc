@@ -42,7 +42,7 @@ void field_step(benchmark::State& state) {
 BENCHMARK(field_step<float>)->Name("field_step/float")->Arg(101)->Arg(128)->Arg(256)->Arg(512);
 BENCHMARK(field_step<double>)->Name("field_step/double")->Arg(101)->Arg(128)->Arg(256)->Arg(512);
 
-/// The same equation as one would write it with Eigen: dense kernel matrix, array expressions.
+/// The field equation in plain Eigen: dense kernel matrix, array expressions.
 template <class Real>
 void eigen_dense(benchmark::State& state) {
   using Vector = Eigen::Array<Real, Eigen::Dynamic, 1>;

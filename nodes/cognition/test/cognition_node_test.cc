@@ -210,11 +210,11 @@ TEST(CognitionNode, LearnsOnlyWhileThePlanSucceeds) {
   EXPECT_TRUE(rig.decision().learned());
   EXPECT_EQ(text(rig.decision()), "GRIP_FULL TRANSPORT_BELOW GOAL_LOW");
 
-  rig.task.Clear();  // what it learned lets it infer the goal from the grip
+  rig.task.Clear();  // the learned links infer the goal from the grip
   rig.show(observation(v1::GRIP_FULL, v1::TRANSPORT_UNSPECIFIED, v1::GOAL_UNSPECIFIED, false));
   rig.run(1s);
   EXPECT_EQ(text(rig.decision()), "GRIP_FULL TRANSPORT_BELOW GOAL_LOW");
-  EXPECT_FALSE(rig.decision().learned());  // of this decision
+  EXPECT_FALSE(rig.decision().learned());  // not yet for this decision
 }
 
 TEST(CognitionNode, DoesNotLearnFromOtherStatus) {
@@ -222,7 +222,7 @@ TEST(CognitionNode, DoesNotLearnFromOtherStatus) {
   rig.show(kPreferred);
   rig.planner_says(v1::TASK_STATE_FAILED, false);
   rig.run(1s);
-  rig.planner_says(v1::TASK_STATE_DONE, true);  // of an earlier decision for the same means
+  rig.planner_says(v1::TASK_STATE_DONE, true);  // success of an earlier decision for the same means
   rig.run(1s);
   rig.planner_says(v1::TASK_STATE_EXECUTING, true);
   rig.task.set_grip(v1::GRIP_FULL);  // success of other means
@@ -243,7 +243,7 @@ TEST(CognitionNode, SuccessBeforeTheDecisionRewardsNothing) {
   rig.show(kPreferred);
   rig.planner_says(v1::TASK_STATE_EXECUTING, true);
   rig.seen = {};
-  rig.run(100ms);  // the planner still carries out what was decided for the last demonstration
+  rig.run(100ms);  // the planner still executes the decision for the last demonstration
   rig.task.Clear();
   ASSERT_FALSE(rig.ever_learned());
   rig.seen = kPreferred;

@@ -54,7 +54,7 @@ TEST(Link, LearningEndsInEquation24) {  // 2 s at τ_s = 400 ms leave exp(−5) 
     link.learn(target, source, kEta, 0.001 / 0.4, kLocal);
   }
   EXPECT_LT(error_of_24(link, target, source), 0.01);
-  EXPECT_GT(error_of_24(link, target, source), 0.005);  // and it did take its time
+  EXPECT_GT(error_of_24(link, target, source), 0.005);  // learning took its time
 
   Link<double> closed(kN, kN, 1.0);
   closed.install(target, source, kEta, kLocal);
@@ -105,7 +105,7 @@ TEST(Link, TransmitsTheIntegral) {
     link.transmit(rate, input);
   }
   for (std::size_t x = 0; x < kN; ++x) {
-    double s = 1.0;  // adds to what is there
+    double s = 1.0;  // adds to the present input
     for (std::size_t y = 0; y < kN; ++y) s += link.weight(x, y) * rate[y] * dy;
     EXPECT_NEAR(input[x], s, 1e-12);
   }

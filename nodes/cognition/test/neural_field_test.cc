@@ -122,7 +122,7 @@ TEST(NeuralField, IgnitesAboveAThresholdOnly) {
 }
 
 TEST(NeuralField, PreshapeSpeedsTheDecisionUp) {
-  constexpr double kThreshold = 2.18;  // of constant input
+  constexpr double kThreshold = 2.18;  // level of constant input
   EXPECT_TRUE(std::isnan(crossing_s(0.5 * kThreshold, 0.0)));
   const double alone = crossing_s(0.0, 1.25 * kThreshold);
   const double preshaped = crossing_s(0.5 * kThreshold, 1.25 * kThreshold);

@@ -86,7 +86,7 @@ double normal(std::mt19937& random) {
 
 struct Survivors {
   int imitation = 0;  ///< sets that keep the decisions of figs. 2.17, 2.18, 2.20 and 2.21
-  int all = 0;        ///< and both ends of fig. 2.19
+  int all = 0;        ///< sets in which also both ends of fig. 2.19 hold
 };
 
 /// Tries `sets` sets of constants with ten gains jittered by `spread`.

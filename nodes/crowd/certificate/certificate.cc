@@ -195,7 +195,7 @@ RuleCertificate certify_coupled_heading(const HeadingRule& r, int n) {
   RuleCertificate c;
   c.extremes = extremes_of(r.graph, n, refusal);
   if (refusal) return *refusal;
-  double zero = 0.5 * kPi;  // of the slope
+  double zero = 0.5 * kPi;  // zero of the slope
   for (double delta = 0.0; delta < 0.5 * kPi; delta += 1e-3) {
     if (pull_slope(delta, r.spread_rad) > 0.0) continue;
     zero = delta;
@@ -227,7 +227,7 @@ void certify_phase(const PhaseRule& r, int n, double beat_gain_1_s, Certificate&
                 {"k > 0", "alpha >= 0"});
     return;
   }
-  const int coupled = alpha > 0.0 && !beat ? n - 1 : n;  // the leader hears nobody
+  const int coupled = alpha > 0.0 && !beat ? n - 1 : n;  // the leader is coupled to no agent
   std::optional<RuleCertificate> refusal;
   if (k > 0.0 && coupled > 1) c.extremes = extremes_of(r.graph, coupled, refusal);
   if (refusal && alpha == 0.0) {
@@ -268,8 +268,8 @@ RuleCertificate certify_heading(const HeadingRule& r, int n, const GaitRange& ga
   c.expected_1_s = r.gain * gait.eigenfrequency_rad_s;
   c.why = "contracts up to pi from its attractor in the metric 1/(1 + cos), rate ";
   if (r.kind == HeadingKind::goal) {
-    // Who walks beside the direction of its goal turns that: with e = ψ − ψ_goal at the distance r
-    // ė = −(k − v/r) sin e, so tan(e/2) decays at k − v/r.
+    // A walker beside the direction to its goal turns that direction: with e = ψ − ψ_goal at the
+    // distance r ė = −(k − v/r) sin e, so tan(e/2) decays at k − v/r.
     const double fastest =
         stretch * (gait.eigenfrequency_rad_s + gait.spread_rad_s) * gait.gait.most();
     c.expected_1_s = r.gain;
@@ -341,11 +341,11 @@ double way_m(const RuleCertificate& c, const LengthRule& rule, int n, double err
     const double linear = std::min(apart, limit / (m * n));
     return (apart - linear) / limit + std::log(std::max(1.0, linear / tolerance)) / (m * n);
   }
-  // V = xᵀLx/2, √V a norm, so at most that of the start and that of the shift. With e = L x,
-  // dV/ds = −Σ |eᵢ| min(m |eᵢ|, limit) <= −‖e‖ min(m ‖e‖, limit): where somebody is clamped,
-  // E = √(Σ eᵢ²) of those who are is limit/m or more, and E limit + m r² >= limit √(E² + r²) with r
-  // that of the others. As ‖e‖² >= 2 λ⁺ V, √V falls by limit √(λ⁺/2) per way at least, and once
-  // √(2 λ⁺ V) <= limit/m as exp(−m λ⁺ s). Then ‖x‖ <= √(2 V/λ⁺).
+  // V = xᵀLx/2, √V a norm, so at most that of the start and that of the shift. With e = L x, dV/ds
+  // = −Σ |eᵢ| min(m |eᵢ|, limit) <= −‖e‖ min(m ‖e‖, limit): where agents are clamped, E = √(Σ eᵢ²)
+  // over them is limit/m or more, and E limit + m r² >= limit √(E² + r²) with r the root over the
+  // others. As ‖e‖² >= 2 λ⁺ V, √V falls by limit √(λ⁺/2) per way at least, and once √(2 λ⁺ V) <=
+  // limit/m as exp(−m λ⁺ s). Then ‖x‖ <= √(2 V/λ⁺).
   const double begin =
       begin_of(c, rule, n, error, ahead) + std::sqrt(c.extremes.most * n / 8.0) * shift;
   const double linear = std::min(begin, limit / m / std::sqrt(2.0 * c.extremes.least));
@@ -465,9 +465,9 @@ std::optional<double> formation_time_s(const Certificate& certificate, const Rul
     return std::nullopt;
   }
   const SpeedFunction& g = gait.gait;
-  const double stretch = 1.0 + rules.length.limit;  // of the longest steps
-  // First phases, until what they are off moves nobody by a quarter of the tolerance; on the way
-  // two agents part by one longest cycle at most.
+  const double stretch = 1.0 + rules.length.limit;  // stretch of the longest steps
+  // First phases, until their errors move no agent by a quarter of the tolerance; meanwhile two
+  // agents part by one longest cycle at most.
   const double rate =
       certificate.tracking.guarantee == Guarantee::contracting
           ? std::min(certificate.tracking.guaranteed_1_s, certificate.phase.guaranteed_1_s)

@@ -22,18 +22,21 @@ const char* to_string(Guarantee guarantee);
 /// agents (of angles, of distances to places).
 struct RuleCertificate {
   Guarantee guarantee = Guarantee::off;
-  double guaranteed_1_s = 0.0;    ///< bound from below on the rate; 0 unless contracting
-  double expected_1_s = 0.0;      ///< rate near the goal, averaged over a gait cycle
-  double within = 0.0;            ///< the bound holds for errors up to this [m or rad]; 0: all
-  double beyond_m = 0.0;          ///< and while goals are farther than this; 0: wherever
+  double guaranteed_1_s = 0.0;  ///< bound from below on the rate; 0 unless contracting
+  double expected_1_s = 0.0;    ///< rate near the goal, averaged over a gait cycle
+  double within = 0.0;          ///< the bound holds for errors up to this [m or rad]; 0: all
+  /// the bound holds while goals are farther than this; 0: everywhere
+  double beyond_m = 0.0;
   double overshoot = 1.0;         ///< factor by which differences may grow before they decay [1]
-  Extremes extremes{};            ///< of the coupling graph, if there is one
+  Extremes extremes{};            ///< eigenvalues of the coupling graph, if there is one
   double without_link_1_s = 0.0;  ///< the bound when the worst of its links has broken; 0: none
   double theorem6 = 0.0;  ///< ζ² + η² of graph and gait, rules I and II; below 1: no overshoot
   std::optional<int>
-      largest_agents{};               ///< that meet theorem 6 with this graph; nothing: any number
-  std::string why{};                  ///< one sentence
-  std::vector<std::string> change{};  ///< what would make it better; none: nothing needs to
+      /// largest number of agents that meets theorem 6 with this graph; empty: any number
+      largest_agents{};
+  std::string why{};  ///< one sentence
+  /// changes that would improve the guarantee; empty: none is needed
+  std::vector<std::string> change{};
 };
 
 struct Certificate {
@@ -47,7 +50,7 @@ struct Certificate {
   /// Every rule in force is contracting.
   bool holds() const;
   /// The slowest guaranteed rate of the rules in force, that of the whole hierarchy [M18 4.4.2, 3];
-  /// nothing if there are none or one has no guarantee.
+  /// empty if there are none or one has no guarantee.
   std::optional<double> rate_1_s() const;
 };
 
@@ -60,16 +63,16 @@ struct GaitRange {
   HeadingSway sway{};                 ///< g^ψ of lane and consensus headings
 };
 
-/// Guarantees for n agents with these rules: at which rate, how many there may be at most, and
-/// what to change. Never throws: a graph that does not exist or is not connected is a guarantee of
-/// `none` with the reason. n < 2: nothing to agree on.
+/// Guarantees for n agents with these rules: rates, largest number of agents, and advice. Never
+/// throws: a graph that does not exist or is not connected is a guarantee of `none` with the
+/// reason. n < 2: nothing to agree on.
 Certificate certify(const Rules& rules, int n, const GaitRange& gait);
 
 /// Time after which no agent of a group with rules II and III, and IV or keep, is farther than
 /// `tolerance_m` from its place relative to any other, from every start of phases and from places
-/// that are off by up to `error_m` (max − min of z − d) and lanes by `lane_m`: a bound, long before
-/// which the formation stands. Nothing without rules II and III contracting, or where `tolerance_m`
-/// is not positive.
+/// that are off by up to `error_m` (max − min of z − d) and lanes by `lane_m`: an upper bound;
+/// formations stand much earlier. Empty without rules II and III contracting, or where
+/// `tolerance_m` is not positive.
 /// @param ahead_m  z − d of every agent at the start, for a tighter bound on graphs other than
 ///                 all-to-all; none: anywhere within error_m
 std::optional<double> formation_time_s(const Certificate& certificate, const Rules& rules,

@@ -16,7 +16,7 @@ namespace {
 
 using std::numbers::pi;
 constexpr int kMostExact = 600, kMostTried = 30;
-constexpr double kZero = 1e-12;  // of λ_max: rounding of Eigen's zero eigenvalue
+constexpr double kZero = 1e-12;  // share of λ_max: rounding of Eigen's zero eigenvalue
 
 double squared_sine4(double angle) { return 4.0 * std::sin(angle) * std::sin(angle); }
 
@@ -63,7 +63,8 @@ Extremes bounds(const CouplingGraph& graph) {
   return {least, most, false};
 }
 
-constexpr int kMostAgents = 1 << 24;  // of a search; a graph of more is none of one crowd
+// limit of the search; larger graphs do not occur in one crowd
+constexpr int kMostAgents = 1 << 24;
 
 bool meets(Condition condition, double alpha, double beta) {
   return condition == Condition::weak ? weak_condition(alpha, beta)

@@ -10,7 +10,7 @@ namespace mimesis::crowd {
 struct Extremes {
   double least = 0.0;  ///< λ⁺, the algebraic connectivity; 0 exactly where parts are not connected
   double most = 0.0;  ///< λ_max
-  bool exact = true;  ///< else bounds from below and above
+  bool exact = true;  ///< false: bounds from below and above
   /// α = λ⁺/λ_max in [0, 1]; 1 for fewer than two agents.
   double ratio() const { return most > 0.0 ? least / most : 1.0; }
 };
@@ -27,9 +27,9 @@ Eigen::VectorXd spectrum(const CouplingGraph& graph);
 Extremes extremes(Topology topology, int n);
 Extremes extremes(const CouplingGraph& graph);
 
-/// λ⁺ when the link has broken whose loss is worst: 0 for chains and stars, that of a chain for a
-/// ring, n − 2 for all-to-all [M18 B.3.4]. Of wheels and weighted graphs of up to 30 nodes by
-/// Eigen; of larger ones, where a link of weight w goes, Weyl's bound λ⁺ − 2w [M18 A.6], or 0.
+/// λ⁺ after the worst loss of one link: 0 for chains and stars, the chain's value for a ring, n − 2
+/// for all-to-all [M18 B.3.4]. For wheels and weighted graphs of up to 30 nodes by Eigen; for
+/// larger ones, where a link of weight w goes, Weyl's bound λ⁺ − 2w [M18 A.6], or 0.
 double connectivity_without_link(const CouplingGraph& graph);
 
 // Contraction of φ̇ = −m L G(φ), m > 0, on the complement of synchrony: its Jacobian there is
@@ -45,9 +45,9 @@ double connectivity_without_link(const CouplingGraph& graph);
 /// (1 − r)/(1 + r): ζ of α, η of β.
 inline double half_range(double ratio) { return (1.0 - ratio) / (1.0 + ratio); }
 
-/// ζ² + η² [M18 B.10]: below 1 the anticommutator is positive definite, whatever the eigenvectors;
-/// at and above 1 there are eigenvectors for which it is not (theorem 6). For a Laplacian and a
-/// diagonal D the condition is sufficient only.
+/// ζ² + η² [M18 B.10]: below 1 the anticommutator is positive definite for all eigenvectors; at and
+/// above 1 there are eigenvectors for which it is not (theorem 6). For a Laplacian and a diagonal D
+/// the condition is sufficient only.
 double theorem6_sum(double alpha, double beta);
 /// β > (1 − α)/(1 + α) [M18 B.13], narrower.
 inline bool weak_condition(double alpha, double beta) { return beta > half_range(alpha); }
@@ -55,7 +55,7 @@ inline bool weak_condition(double alpha, double beta) { return beta > half_range
 enum class Condition { theorem6, weak };
 
 /// Largest N whose graph of this kind meets the condition with β = g_min/g_max; at least 2, a ring
-/// 3, a wheel 4, which are all-to-all. Nothing if every N does. @pre 0 < beta <= 1, named topology
+/// 3, a wheel 4, which are all-to-all. Empty if every N does. @pre 0 < beta <= 1, named topology
 std::optional<int> largest_agents(Topology topology, double beta, Condition condition);
 
 /// Bound from above on β: the least β = g_min/g_max with which a graph of this α meets theorem 6.

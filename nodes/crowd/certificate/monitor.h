@@ -20,7 +20,7 @@ struct GroupErrors {
 struct RuleReport {
   Guarantee guarantee = Guarantee::off;
   double guaranteed_1_s = 0.0, expected_1_s = 0.0;
-  std::optional<double> measured_1_s{};  ///< since the last disturbance, once it can be said
+  std::optional<double> measured_1_s{};  ///< since the last disturbance, once it is known
   /// Measured, and slower than guaranteed by more than 5 %.
   bool broken() const {
     return guarantee == Guarantee::contracting && measured_1_s &&
@@ -34,14 +34,15 @@ struct MonitorReport {
   RuleReport phase, tracking, spacing, heading;  ///< spacing: rule II, or I if that is off
 };
 
-/// Watches one group while it runs. Pure: told of time, errors and changes. Steps do not allocate.
+/// Watches one group while it runs. Pure: gets time, errors and changes as arguments. Steps do not
+/// allocate.
 class Monitor {
  public:
   /// Without a certificate.
   Monitor();
 
-  /// A certificate of the group as it is: measures anew, but for what is told by agent and has the
-  /// same rate as before.
+  /// Starts a new measurement with this certificate, except for values per agent that have the same
+  /// rate as before.
   void certify(Certificate certificate);
   /// @param t_s  of the simulation, increasing
   void step(double t_s, const GroupErrors& errors);

@@ -6,10 +6,10 @@ namespace mimesis::crowd {
 
 namespace {
 
-constexpr double kFallOfDecay = 2.0;  // of log R
+constexpr double kFallOfDecay = 2.0;  // fall of log R
 constexpr double kLeastSamples = 8.0;
 
-constexpr double kFallOfTurn = 1.0;  // of the logarithm
+constexpr double kFallOfTurn = 1.0;  // fall of the logarithm
 constexpr double kPause_s = 1.0;
 
 }  // namespace

@@ -21,8 +21,8 @@ class RateFit {
   /// 0 < least < most
   RateFit(double least, double most) : least_(least), most_(most) {}
 
-  /// Samples in the order of time. One above the band begins anew, one below it or that is no
-  /// number is left out.
+  /// Samples in the order of time. A sample above the band starts again; one below it, or not a
+  /// number, is left out.
   void add(double t_s, double value);
   void restart();
 
@@ -39,9 +39,9 @@ class RateFit {
   LogLine line_;
 };
 
-/// Rate at which headings of many agents come to where each wants to go, one slope of the logarithm
-/// for all of their turns: each is a line of its own, pooled by least squares. What disturbs a turn
-/// ends it. O(1) a sample; allocates for an agent that is seen for the first time.
+/// Rate at which headings of many agents converge to their wished ones, one slope of the logarithm
+/// for all of their turns: each is a line of its own, pooled by least squares. A disturbance ends a
+/// turn. O(1) a sample; allocates for an agent that is seen for the first time.
 class TurnFit {
  public:
   /// 0 < least < most, of the errors that are taken
@@ -60,7 +60,7 @@ class TurnFit {
   void end(LogLine& turn);
 
   double least_, most_;
-  double var_t_ = 0.0, cov_ = 0.0;  // of turns that ended
+  double var_t_ = 0.0, cov_ = 0.0;  // sums over the turns that ended
   std::unordered_map<std::uint64_t, LogLine> turns_;
 };
 

@@ -8,21 +8,21 @@ namespace mimesis::crowd {
 /// Name of an agent, stable for its life, the same in every process. 0 is none: see GroupSums.
 using AgentId = std::uint64_t;
 
-/// Tells which process moves an agent, and what others may expect of it.
+/// Tells which process moves an agent, and how it reacts to others.
 enum class Role : std::uint8_t {
   own,       ///< moved by `Crowd::step`
   external,  ///< a robot, another program: coupled, but others must yield alone
   mirror,    ///< another coordinator's: coupled on sparse graphs, in that one's sums, and yields
-  ghost,     ///< as a mirror, not coupled
-  seen       ///< as external, not coupled: a passer-by, or who is not trusted any more
+  ghost,     ///< like a mirror, but not coupled
+  seen       ///< like an external agent, but not coupled: a passer-by, or no longer trusted
 };
 constexpr bool is_summed(Role r) { return r <= Role::external; }
 constexpr bool is_coupled(Role r) { return r <= Role::mirror; }
 constexpr bool yields(Role r) { return r == Role::own || r == Role::mirror || r == Role::ghost; }
 
 /// State that changes in a step, and all that the next step needs: handed to another coordinator,
-/// the agent goes on as it would have here, up to rounding: sums over a group are added in another
-/// order there, and turns of phases may be taken off. W: world, z up.
+/// the agent continues as here, up to rounding: sums over a group are added in another order there,
+/// and turns of phases may be taken off. W: world, z up.
 struct AgentState {
   static constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
@@ -31,14 +31,14 @@ struct AgentState {
   double heading_rad = 0.0;                                  ///< ψ, + to the left
   /// φ of the gait, left foot at 0; not wrapped. When agents join a group or its rules change, its
   /// phases are lifted by turns to within π of their circular mean; when a state is set, to within
-  /// π of what it was.
+  /// π of its last value.
   double phase_rad = 0.0;
   double length = 0.0;                ///< μ in the step before; steps are 1 + μ as long
   double phase_rate_rad_s = kNone;    ///< φ̇ at the step before; none: just begun
-  double heading_rate_rad_s = kNone;  ///< the same of ψ̇
+  double heading_rate_rad_s = kNone;  ///< ψ̇ at the step before; none: just begun
   double smoothed_error_m = 0.0;      ///< ε of rule I's low-pass
-  /// 10: inside of others, or stepping back; less by one from neighbour to neighbour, who make
-  /// room.
+  /// 10: inside of others, or stepping back; decreases by one from neighbour to neighbour, which
+  /// make room.
   static constexpr int kMostPressed = 10;
   int pressed = 0;
 };
@@ -46,11 +46,11 @@ struct AgentState {
 /// Constants of an agent, set from outside.
 struct AgentTraits {
   double omega_rad_s = 0.0;  ///< eigenfrequency of the gait (two steps), >= 0
-  double stride = 1.0;       ///< of its style, multiplies the steps, > 0
-  double radius_m = 0.3;     ///< of the disc that nobody enters, >= 0
+  double stride = 1.0;       ///< factor of the steps, from the agent's style, > 0
+  double radius_m = 0.3;     ///< radius of the disc that no other agent enters, >= 0
   double place_m = 0.0;      ///< dᵢ: its place along the group's path; dᵢⱼ = dᵢ − dⱼ
   double lane_m = 0.0;       ///< its line across the path, + to the left
-  Eigen::Vector2d goal_W_m = Eigen::Vector2d::Zero();  ///< of HeadingKind::goal
+  Eigen::Vector2d goal_W_m = Eigen::Vector2d::Zero();  ///< goal of HeadingKind::goal
 };
 
 struct Agent {
@@ -60,7 +60,7 @@ struct Agent {
   AgentTraits traits{};
 };
 
-/// Sums over a group's own and external agents: all that all-to-all rules need of them. Those of
+/// Sums over a group's own and external agents: all that all-to-all rules need of them. The sums of
 /// other coordinators are added.
 struct GroupSums {
   double count = 0.0;

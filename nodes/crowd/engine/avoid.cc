@@ -40,16 +40,16 @@ constexpr float kObstacleDepth = 0.3F;  // an obstacle is felt as an agent that 
 
 constexpr double kSkin = 1e-4;  // gaps are taken smaller by this, for rounding [m]
 constexpr double kClear =
-    1e-3;  // who leaves another's disc aims at this gap, or it would never be out [m]
-constexpr double kTouch = 0.1;  // gap of those who feel each other [m]
-// An agent at rest makes room for one that touches it and wants to pass, or rings of those who have
-// arrived would lock others out.
+    1e-3;  // gap at which an agent leaves another's disc; without it, it would never be out [m]
+constexpr double kTouch = 0.1;  // gap at which agents push each other [m]
+// An agent at rest makes room for one that touches it and wants to pass, or rings of agents that
+// have arrived would lock others out.
 constexpr double kIdle = 2.0;  // the other wants to go this much faster
 
-constexpr double kStill = 0.3;  // who goes slower than this part of its wish is held
+constexpr double kStill = 0.3;  // an agent slower than this share of its wish counts as held
 constexpr double kAside = 0.1;  // less of a step aside than this part is no room
 
-/// A direction for two who stand at the same point; the other's is opposite.
+/// A direction for two agents at the same point; the other's is opposite.
 Eigen::Vector2d apart(AgentId self, AgentId other) {
   constexpr double kGolden = 2.39996322972865332;
   const CosSin d = cos_sin_lane(kGolden * static_cast<double>((self + other) % 100'000));
@@ -98,7 +98,7 @@ class Meeting {
     aside_ -= n;
   }
 
-  /// Somebody that it nearly touches: they may want to go through each other.
+  /// An agent that it nearly touches: they may want to go through each other.
   /// @param first  where only one of them can go on, it is this one
   void face(const Eigen::Vector2d& n, double gap, const Eigen::Vector2d& wish, bool first) {
     const double onward =
@@ -128,14 +128,14 @@ class Meeting {
   int pressed() const { return inside_ || retreats_ ? AgentState::kMostPressed : pressed_; }
 
  private:
-  /// Steering may balance between obstacles with two face to face, whose bounds hold both. Who is
-  /// held so steps to its right, round the other; where there is no room for that, one of them
-  /// steps back until there is.
+  /// Steering may balance between obstacles with two agents face to face, whose bounds hold both.
+  /// Such an agent steps to its right, round the other; without room for that, one of them steps
+  /// back until there is.
   Eigen::Vector2d past(const Eigen::Vector2d& wish) const {
     const Eigen::Vector2d right(facing_.y(), -facing_.x()), held = bounds_.nearest(wish);
     const double fast = std::sqrt(wish.squaredNorm());
     const double still = 1.0 - std::sqrt(held.squaredNorm()) / (kStill * fast);
-    if (!(still > 0.0)) return held;  // or nothing is wished
+    if (!(still > 0.0)) return held;  // or no motion is wished
     const double side = still * std::min(blocked_, settings_.separate_m_s);
     const Eigen::Vector2d within = bounds_.nearest(with_length_up_to(wish + side * right, fast));
     if (goes_first_ || within.dot(right) > kAside * side) return within;
@@ -150,7 +150,7 @@ class Meeting {
   bool inside_ = false, retreats_ = false;
   Eigen::Vector2d out_ = Eigen::Vector2d::Zero(), pushed_ = out_, aside_ = out_;
   double strongest_ = 0.0;
-  double blocked_ = 0.0;  // how fast it would go into who faces it most
+  double blocked_ = 0.0;  // speed of the agent towards the one that faces it most
   Eigen::Vector2d facing_ = Eigen::Vector2d::Zero();
   bool goes_first_ = false;
   int pressed_ = 0;
@@ -263,7 +263,7 @@ Eigen::Vector2d Crowd::Impl::parted(std::size_t at, const Eigen::Vector2d& wish,
   const Eigen::Vector2d u(static_cast<double>(grid.vx[at]), static_cast<double>(grid.vy[at]));
   const double radius = static_cast<double>(grid.radius[at]);
   Meeting meeting(s, wish);
-  // Further away, no bound is tighter than what anybody wants to go.
+  // Farther away, no bound is tighter than any wished speed.
   const double fast = std::max(meeting.fast(), s.separate_m_s) + grid.fastest();
   const double range =
       std::min(s.reach_m, radius + grid.largest_radius() + kSkin + 2.0 * s.headway_s * fast);
@@ -289,7 +289,8 @@ Eigen::Vector2d Crowd::Impl::parted(std::size_t at, const Eigen::Vector2d& wish,
       const bool first = table.id[row] < table.id[other];
       if (table.role[other] == Role::own) {
         meeting.face(n, gap, its, first);
-      } else if (yields(table.role[other])) {  // what another coordinator's wants is not known
+        // the wishes of another coordinator's agents are unknown
+      } else if (yields(table.role[other])) {
         const CosSin h = cos_sin_lane(table.heading[other]);
         meeting.face(n, gap, meeting.fast() * Eigen::Vector2d(h.cos, h.sin), first);
       }

@@ -73,7 +73,7 @@ void check(const Rules& r, const std::string& what) {
     if (graph->topology != Topology::weighted) continue;
     int nodes = 0;
     for (const Edge& e : graph->edges) nodes = std::max({nodes, e.i + 1, e.j + 1});
-    (void)CouplingGraph::weighted(nodes, graph->edges);  // refuses what is none
+    (void)CouplingGraph::weighted(nodes, graph->edges);  // refuses an unknown id
   }
   need(std::isfinite(r.frequency.gain_rad_m_s), what + "rule I, gain m_d", r.frequency.gain_rad_m_s,
        "a finite number");
@@ -307,7 +307,7 @@ void Crowd::set_obstacles(std::span<const Pillar> pillars, std::span<const Wall>
 
 void Crowd::set_outside(int group, const GroupSums& sums) {
   GroupRows& g = impl_->groups.at(static_cast<std::size_t>(group));
-  g.changed = g.changed || sums.leader != g.outside.leader;  // who follows may have changed
+  g.changed = g.changed || sums.leader != g.outside.leader;  // the followers may have changed
   g.outside = sums;
 }
 

@@ -25,7 +25,7 @@ struct GroupSettings {
   Rules rules{};
   SpeedFunction gait;
   Path path{};
-  HeadingSway sway{};  ///< of lane and consensus headings
+  HeadingSway sway{};  ///< sway of lane and consensus headings
 };
 
 struct Pillar {
@@ -37,7 +37,8 @@ struct Wall {
 };
 
 /// Navigation [M18 eq. 3.24-3.27] of groups whose heading rule says `avoid`, and the bounds of
-/// their velocities that keep discs apart. Who is held back marks time: its phase goes on.
+/// their velocities that keep discs apart. An agent that is held back marks time: its phase
+/// continues.
 struct AvoidSettings {
   NavigationParams navigation{};
   double reach_m = 5.0;    ///< others further away are not seen
@@ -57,10 +58,10 @@ struct CrowdSettings {
 /// step, so one exchange between coordinators); the way along a step is the exact integral of g.
 ///
 /// Within a group, agents are ordered by id: the i-th coupled one is node i of the coupling graphs,
-/// the first leads. A graph by name is made anew when agents join or leave; of a weighted graph the
-/// edges of who leaves go, and who joins has none.
-/// All-to-all rules cost O(N): phases follow the circular mean, φ̇ᵢ += k N wrap(arg Σ e^{iφ} − φᵢ).
-/// On other graphs phases are not wrapped, so that they synchronise from every start.
+/// the first leads. A named graph is rebuilt when agents join or leave; a weighted graph loses the
+/// edges of an agent that leaves, and one that joins has none. All-to-all rules cost O(N): phases
+/// follow the circular mean, φ̇ᵢ += k N wrap(arg Σ e^{iφ} − φᵢ). On other graphs phases are not
+/// wrapped, so that they synchronise from every start.
 ///
 /// The result depends neither on the order in which agents were added nor on the number of threads
 /// nor on the instruction set. A step does not allocate, once one has run.
@@ -82,8 +83,9 @@ class Crowd {
   const GroupSettings& group(int group) const;
   int groups() const;
 
-  /// @throws ConfigError for an id that is there already, values that are not finite or out of
-  ///         range, and where gains are too large for dt with so many; nothing has changed then.
+  /// @throws ConfigError for an id that exists already, values that are not finite or out of
+  ///         range, and if gains are too large for dt with this number of agents; then nothing
+  /// changes.
   void add(int group, std::span<const Agent> agents);
   /// Number of those that were there.
   int remove(std::span<const AgentId> ids);
@@ -135,12 +137,12 @@ class Crowd {
   struct Wish {
     double phase_rate_rad_s, length, heading_rate_rad_s;  ///< φ̇, μ, ψ̇
   };
-  /// Nothing before the first step with it.
+  /// Empty before the first step with it.
   std::optional<Wish> wish(AgentId id) const;
 
-  /// Addend of ψ̇ by navigation in the last step, before it was shared with the goal;
-  /// NaN: not known, as before the first step and since somebody came or left. 0 in groups that do
-  /// not avoid.
+  /// Addend of ψ̇ by navigation in the last step, before it was shared with the goal; NaN: not
+  /// known, as before the first step and after an agent came or left. 0 in groups that do not
+  /// avoid.
   double avoidance_rad_s(int row) const;
 
   /// zᵢ − dᵢ of all rows of a group [m], into as many values.
@@ -150,7 +152,8 @@ class Crowd {
   struct Contacts {
     int held = 0;         ///< agents whose velocity was bounded by others or obstacles
     int overlapping = 0;  ///< agents in another's disc, or in an obstacle, at the step's begin
-    double least_gap_m = std::numeric_limits<double>::infinity();  ///< between discs, likewise
+    /// between discs, since the start
+    double least_gap_m = std::numeric_limits<double>::infinity();
   };
   Contacts contacts() const;
 

@@ -16,14 +16,14 @@ struct GroupRows {
   GroupSettings settings;
   int first = 0, count = 0;
   GroupSums outside{};
-  // Made anew when members or rules change.
+  // Rebuilt when members or rules change.
   bool changed = true;
   bool lift = true;            // phases are compared for the first time
   bool mixed = false;          // not all are own
   int summed_rows = 0;         // own and external
   int leader_row = -1;         // the first of them
   std::vector<int> members;    // coupled rows, by id
-  std::vector<AgentId> names;  // of the members: edges of weighted graphs are between them
+  std::vector<AgentId> names;  // ids of the members: edges of weighted graphs are between them
   std::vector<int> followers;  // those without the leader, for the phases of a sparse graph
   CouplingGraph frequency = CouplingGraph::make(Topology::none, 0), length = frequency,
                 phase = frequency, heading = frequency;
@@ -69,10 +69,10 @@ struct Crowd::Impl {
   void couple_spacing(const GroupRows& group, const CouplingGraph& graph,
                       std::vector<double>& error);
   void couple_headings(GroupRows& group, const GroupSums& total, WalkField& field);
-  /// ψ̇ of navigation, added to `turn` of who avoids.
+  /// ψ̇ of navigation, added to `turn` of agents that avoid.
   void steer_all(parallel::Team* team);
   void steer_row(int grid_row);
-  /// Velocities within bounds, and the step of who avoids.
+  /// Velocities within bounds, and the step of agents that avoid.
   void part_all(parallel::Team* team);
   void part_row(int grid_row);
   void part(std::size_t place, Contacts& contacts);

@@ -71,7 +71,7 @@ Obstacles::Obstacles(std::span<const Pillar> pillars, std::span<const Wall> wall
     }
     shapes_.push_back({w.from_W_m, w.to_W_m, 0.0});
   }
-  // Every cell that the box around what is within reach of the shape meets.
+  // All cells that meet the box around the shape and its reach.
   std::vector<std::pair<Cell, int>> places;
   std::int64_t total = 0;
   for (std::size_t s = 0; s < shapes_.size(); ++s) {

@@ -22,15 +22,15 @@ inline Cell cell_of(double x_m, double y_m, double per_cell_1_m) {
 
 /// Agents sorted by square cells of the plane, by counting; cells are those of a torus of 2^k × 2^k
 /// cells, so that the crowd may be anywhere and spread far. Within a cell agents keep the order of
-/// their rows: what is summed over neighbours does not depend on who was added first.
+/// their rows: sums over neighbours do not depend on the order of adding agents.
 class Grid {
  public:
-  static constexpr int kPad = 16;  ///< columns may be read so far beyond their end
+  static constexpr int kPad = 16;  ///< padding of the columns, which may be read
 
   /// A copy of what neighbours see, in the order of the cells.
   std::vector<double> x, y;
   std::vector<float> vx, vy, radius;
-  std::vector<std::uint8_t> yields;  ///< takes half of what is needed to keep apart
+  std::vector<std::uint8_t> yields;  ///< half of the distance needed to keep apart
   std::vector<std::uint8_t> pressed;
   std::vector<int> row;
 
@@ -45,7 +45,7 @@ class Grid {
   int begin(int cell) const { return start_[static_cast<std::size_t>(cell)]; }
   int end(int cell) const { return start_[static_cast<std::size_t>(cell) + 1]; }
 
-  /// Calls f(begin, end) for what is in the cells within `around` of a cell, row by row; at most
+  /// Calls f(begin, end) for the agents in the cells within `around` of a cell, row by row; at most
   /// two ranges a row. Others may be among them whose cell is the same on the torus.
   template <class F>
   void for_each_range(Cell centre, int around, F&& f) const {

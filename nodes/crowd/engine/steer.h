@@ -22,7 +22,7 @@ struct Surroundings {
     vx[count] = vx_m_s;
     vy[count++] = vy_m_s;
   }
-  /// Fills the last lanes up to a multiple of 16 with somebody who is out of reach.
+  /// Fills the last lanes up to a multiple of 16 with an agent out of reach.
   void pad();
 };
 
@@ -30,7 +30,7 @@ struct SteerParams {
   float avoid, predict;   // gains
   float angle, distance;  // 1/(2σ²)
   float per_horizon;
-  float cos_right, sin_right;  // of the angle by which others are taken to stand to the left
+  float cos_right, sin_right;  // angle by which others are assumed to stand to the left
   float reach2;
 
   SteerParams(const NavigationParams& p, double reach_m);
@@ -41,10 +41,9 @@ struct Steered {
   float x, y, vx, vy, cos_heading, sin_heading;
 };
 
-/// Sum of the terms of avoidance and of predicted collisions over all others within reach
-/// [rad/s; M18 eq. 3.26, 3.27]; whoever stands at the same point is the agent itself. Agrees with
-/// avoidance_term and prediction_term (engine/testing) to 2e-4 of the gains. Same bits on every
-/// instruction set.
+/// Sum of the terms of avoidance and of predicted collisions over all others within reach [rad/s;
+/// M18 eq. 3.26, 3.27]; an agent at the same point is the agent itself. Agrees with avoidance_term
+/// and prediction_term (engine/testing) to 2e-4 of the gains. Same bits on every instruction set.
 float steer(const Surroundings& around, const Steered& self, const SteerParams& p);
 
 /// Parts of `steer`, compiled for the instruction set of their caller.
@@ -101,7 +100,7 @@ MIMESIS_PART float steer_around(const Surroundings& around, const Steered& self,
       // sin(φ − φᵢⱼ) exp(−(φᵢⱼ − φ)²/2σ_φ²) exp(−d²/2σ_d²) [M18 eq. 3.26]
       const float avoid = sine * exp_lane(-(squared_angle(cosine) * per_angle + d2 * per_distance));
 
-      // the same at the closest approach of two who go straight on [M18 eq. 3.27]
+      // avoidance at the closest approach of two agents that go straight on [M18 eq. 3.27]
       const float wx = ovx[l] - vx, wy = ovy[l] - vy;
       const float w2 = wx * wx + wy * wy, rw = rx * wx + ry * wy;
       const bool ahead = (w2 > 1e-12F) & (rw < 0.0F);

@@ -336,7 +336,7 @@ void Crowd::spacing(int group, std::span<double> error_m) const {
 }
 
 double Crowd::bytes_per_agent() const {
-  // Columns of rows, scratch, and what the groups list.
+  // Columns of rows, scratch memory, and the lists of the groups.
   return static_cast<double>(impl_->table.bytes_per_row() + 12 * sizeof(double) + 2 * sizeof(int) +
                              sizeof(AgentId));
 }

@@ -31,7 +31,7 @@ struct WalkField {
   const double* turn = nullptr;  // added to ψ̇: navigation, coupled headings
   // Receives velocities that others may bound before the step is made; else the step is made here.
   double *wish_x = nullptr, *wish_y = nullptr;
-  // Some rows are not our own; what the rules ask of every row.
+  // Rows that are not all our own, and the demands of the rules on every row.
   bool mixed = false;
   double *wished_rate = nullptr, *wished_length = nullptr, *wished_turn = nullptr;
   double mean_g = 0.0;

@@ -10,7 +10,7 @@
 /// loop writes, the compiler asks before. The equations in them are functions of rules/.
 namespace mimesis::crowd::rows {
 
-constexpr int kBlock = 64;  // rows at a time: what is computed of them stays in the first cache
+constexpr int kBlock = 64;  // rows at a time: their values stay in the first-level cache
 using Column = double[kBlock];
 
 /// Increments of one step, and directions after it, for the rows at hand.
@@ -143,7 +143,7 @@ MIMESIS_PART void turn_to_goals(const WalkField& f, const Table& t, int row, int
     const Turn to = goal_turn(f.heading_gain, cos_sin_lane(heading[l]), dx, dy, per_r);
     turn[l] = to.rate_rad_s;
     // At full speed an agent could only circle round a goal that is beside it, v/gain away: there
-    // it goes on the slower the less it faces the goal.
+    // it walks the slower the less it faces the goal.
     const double near = r / f.arrive;
     const double circle = 2.0 * s.way[l] / (f.dt * f.heading_gain + 1e-9) + 1e-9;
     const double free = r < circle ? r / circle : 1.0;

@@ -63,7 +63,7 @@ std::string ExternalAgents::hear(int index, const AgentReport& report, Time stam
     }
     return agent.reason = why;
   }
-  // Gaps begin the time anew that a lagging agent has to be in time.
+  // Gaps restart the time that a lagging agent has to be timely.
   if (!known || to_seconds(stamp - agent.stamp) > settings_.stale_s) agent.in_time_since = now;
   agent.report = report;
   agent.stamp = stamp;

@@ -11,7 +11,7 @@ namespace mimesis::crowd {
 struct AgentReport {
   Eigen::Vector2d p_W_m = Eigen::Vector2d::Zero();
   double heading_rad = 0.0;
-  double phase_rad = 0.0;  ///< of the gait cycle, 0 at left heel strike
+  double phase_rad = 0.0;  ///< phase of the gait cycle, 0 at left heel strike
   double phase_rate_rad_s = 0.0;
   double speed_m_s = 0.0;  ///< along its heading
 };
@@ -20,23 +20,24 @@ struct AgentReport {
 AgentReport extrapolated(const AgentReport& report, double ahead_s);
 
 struct TrustSettings {
-  double stale_s = 0.3;      ///< an older report is not trusted
-  double forget_s = 2.0;     ///< without a fresh one for so long the agent is gone
-  double return_s = 0.5;     ///< who lagged is trusted again after so long in time
-  double most_m_s = 4.0;     ///< faster than any walker
-  double most_rad_s = 20.0;  ///< phase rates beyond are none of a gait
-  double far_m = 1e5;        ///< places beyond are none
-  double slack_m = 0.3;      ///< a report may differ from what the last one made expect
+  double stale_s = 0.3;   ///< an older report is not trusted
+  double forget_s = 2.0;  ///< an agent without a fresh report for this long is gone
+  /// an agent that lagged is trusted again after this time without delay
+  double return_s = 0.5;
+  double most_m_s = 4.0;     ///< faster reports are not believed
+  double most_rad_s = 20.0;  ///< larger phase rates are not believed
+  double far_m = 1e5;        ///< places farther away are not believed
+  double slack_m = 0.3;      ///< allowed deviation of a report from the prediction of the last one
 };
 
 enum class Trust {
-  absent,   ///< not heard yet, has left, or was forgotten
+  absent,   ///< no report yet, has left, or was forgotten
   trusted,  ///< takes part
-  lagging   ///< late or implausible: an obstacle that goes straight on, coupled to nobody
+  lagging   ///< late or implausible: an obstacle that goes straight on, not coupled
 };
 
-/// Agents that others move: who of them takes part, and what is believed of them. Pure: times are
-/// given, and the same reports give the same trust.
+/// Agents that other programs move: which of them take part, and their trusted state. Pure: times
+/// are given, and the same reports give the same trust.
 ///
 ///   absent ──report──> trusted ──older than stale, or implausible──> lagging ──in time──> trusted
 ///      ^                  │ leaves                                       │ forget_s
@@ -54,29 +55,29 @@ class ExternalAgents {
   ExternalAgents(int count, const TrustSettings& settings);
 
   int size() const { return static_cast<int>(agents_.size()); }
-  /// A report of time `stamp`, heard at `now`. Text: why it is not believed, or empty. Reports
-  /// older than one heard before are passed over.
+  /// A report of time `stamp`, received at `now`. Returns why it is not trusted, or empty. Reports
+  /// older than an earlier one are skipped.
   std::string hear(int agent, const AgentReport& report, Time stamp, Time now);
-  /// The agent says that it takes part no longer.
+  /// The agent reports that it takes part no longer.
   void leave(int agent);
-  /// Judges everybody at `now`. What changed since the last call, in the order of agents; valid
-  /// until the next call.
+  /// Judges all agents at `now`. Returns the changes since the last call, in the order of agents;
+  /// valid until the next call.
   const std::vector<Change>& update(Time now);
 
   Trust trust(int agent) const { return at(agent).trust; }
   /// A report came since the last `taken`.
   bool fresh(int agent) const { return at(agent).fresh; }
   void taken(int agent) { agents_[static_cast<std::size_t>(agent)].fresh = false; }
-  /// Extrapolated from the last believed report. Precondition: not absent.
+  /// Extrapolated from the last trusted report. Precondition: not absent.
   AgentReport believed(int agent, Time now) const;
-  double age_s(int agent, Time now) const;  ///< of the last believed report
+  double age_s(int agent, Time now) const;  ///< age of the last trusted report
 
  private:
   struct Agent {
     Trust trust = Trust::absent, told = Trust::absent;
     AgentReport report;
-    Time stamp{};          // of the report
-    Time in_time_since{};  // of reports while lagging
+    Time stamp{};          // stamp of the report
+    Time in_time_since{};  // start of timely reports while lagging
     bool fresh = false, left = false;
     std::string reason;
   };

@@ -10,11 +10,12 @@
 namespace mimesis::crowd {
 namespace {
 
-constexpr double kLongest_s = 3.0;                // a cycle; who takes longer stands
-constexpr double kGap_s = 0.5;                    // without a word: begins anew
-constexpr double kMost_m_s = 5.0;                 // likewise a body that moves faster
-constexpr double kMost_rad = 1.0;                 // likewise a phase that jumps
-constexpr double kSteady = 0.05, kChanges = 0.2;  // of a step, from one to the next
+constexpr double kLongest_s = 3.0;  // longest cycle; a slower body stands
+constexpr double kGap_s = 0.5;      // longest gap of reports; then it starts again
+constexpr double kMost_m_s = 5.0;   // faster bodies are not believed either
+// larger jumps of the phase are not believed either
+constexpr double kMost_rad = 1.0;
+constexpr double kSteady = 0.05, kChanges = 0.2;  // change of a step, from one to the next
 constexpr double kWay_m = 0.1;                    // a cycle that gets no farther has no direction
 constexpr double kYawCycles = 2.0;                // in which β is learned
 constexpr double kStepCycles = 3.0;               // in which the length of steps is

@@ -1,6 +1,6 @@
 // Any bytes as a scenario file, or as what others tell a coordinator: states of another one, a
-// handover, states of external agents, characters, a style. It must go on, everybody at a place
-// that is a number. The first byte chooses.
+// handover, states of external agents, characters, a style. It must continue, every agent at a
+// finite place. The first byte chooses.
 //   cmake --preset fuzz && ninja -C build-fuzz crowd_fuzz crowd_fuzz_seeds
 //   build-fuzz/bin/crowd_fuzz_seeds CORPUS && build-fuzz/bin/crowd_fuzz -rss_limit_mb=1024 \
 //     -close_fd_mask=2 CORPUS       (what a node says of bad input is no news)
@@ -22,7 +22,7 @@ namespace {
 using namespace mimesis;
 using namespace mimesis::crowd;
 
-constexpr int kMostAgents = 200;  // of a scenario that is run here
+constexpr int kMostAgents = 200;  // limit for a scenario that is run here
 constexpr runtime::Time kPeriod = std::chrono::milliseconds(20);
 
 /// Text as a file without a place.
@@ -66,7 +66,7 @@ void run(std::string_view text) {
     for (int k = 0; k < 5; ++k) {
       try {
         one.step();
-      } catch (const ConfigError&) {  // somebody cannot join a group
+      } catch (const ConfigError&) {  // an agent cannot join a group
       }
       check(one.crowd());
     }
@@ -74,7 +74,7 @@ void run(std::string_view text) {
   }
 }
 
-/// Coordinator 1 of two, the other of which is there.
+/// Coordinator 1 of two; the other one is present.
 class Told {
  public:
   Told() : file_(kFuzzScenario), node_(params(file_), bus_) {

@@ -2,7 +2,7 @@
 
 namespace mimesis::crowd {
 
-/// Of the coordinator that is told anything: routes, a graph, all-to-all, avoidance, an external
+/// Scenario of the coordinator under test: routes, a graph, all-to-all, avoidance, an external
 /// agent, a character.
 inline constexpr const char* kFuzzScenario = R"(
 name: fuzz

@@ -142,7 +142,7 @@ void FarCrowd::hear(int coordinator, FarReport report) {
   if (report.stamp < reports_[c].stamp) return;
   if (report.time_s > 0.0) {
     ran_[c] = true;
-  } else if (ran_[c]) {  // started again: what it begins with is not there
+  } else if (ran_[c]) {  // restarted: it does not have its initial agents
     report.agents.clear();
     report.sums.clear();
   }
@@ -217,7 +217,8 @@ bool FarCrowd::heard(int coordinator, Time now) const {
   return stamp != Time{} && to_seconds(now - stamp) <= settings_.stale_s;
 }
 
-/// Everybody who is moved elsewhere, once. Our own run knows better whom it moves itself.
+/// Every agent that is moved elsewhere, once. Our own run knows better which agents it moves
+/// itself.
 void FarCrowd::collect(const ScenarioRun& run, Time now) {
   agents_.clear();
   const auto ours = [&](AgentId id) {

@@ -24,7 +24,7 @@ class RegionMap {
   /// How far p is outside of a region; 0 inside.
   double outside_m(int region, const Eigen::Vector2d& p_W_m) const;
   /// Region that should move an agent at p that `region` moves: it keeps the agent up to `margin_m`
-  /// beyond its border, so that who walks along a cut is not handed to and fro.
+  /// beyond its border, so that an agent that walks along a cut is not handed to and fro.
   int owner(int region, const Eigen::Vector2d& p_W_m, double margin_m) const;
   /// Coordinator of a region: its own; if that is gone, that of the nearest region
   /// (in columns and rows) that is there, of several the first. Precondition: one is there.
@@ -34,13 +34,13 @@ class RegionMap {
   std::vector<double> cuts_x_, cuts_y_;
 };
 
-/// Somebody whom another coordinator has.
+/// An agent of another coordinator.
 struct FarAgent {
   AgentId id = 0;
   int group = 0;
   AgentState state{};
   bool external = false;  ///< neither its coordinator moves it
-  bool trusted = true;    ///< false: coupled to nobody
+  bool trusted = true;    ///< false: not coupled
 };
 
 /// Sums over one group of another coordinator, with the rates at which they change.
@@ -54,7 +54,7 @@ struct FarSums {
 /// Report of a coordinator about one instant.
 struct FarReport {
   std::chrono::nanoseconds stamp{};
-  double time_s = 0.0;  ///< of its run; 0: it has not begun
+  double time_s = 0.0;  ///< time of its run; 0: it has not begun
   std::vector<FarAgent> agents{};
   std::vector<FarSums> sums{};
 };
@@ -65,14 +65,14 @@ FarSums own_sums(const ScenarioRun& run, int group);
 struct FarSettings {
   int coordinators = 1;
   int own = 0;           ///< number of this one, from 0
-  double sight_m = 6.0;  ///< agents of others so near to one of ours are avoided
-  double stale_s = 0.5;  ///< who was not heard for so long is gone, with its agents
+  double sight_m = 6.0;  ///< distance within which agents of others are avoided
+  double stale_s = 0.5;  ///< a coordinator silent for this long is gone, with its agents
 };
 
 /// The agents of other coordinators, as one coordinator's crowd needs them: near ones as ghosts and
 /// the rest in sums; all of them, as mirrors, in groups that are coupled along graphs
-/// (ScenarioRun::whole). Whoever is on the way from one coordinator to another counts as far until
-/// the new one speaks of it.
+/// (ScenarioRun::whole). An agent on the way from one coordinator to another counts as far until
+/// the new one reports it.
 class FarCrowd {
  public:
   using Time = std::chrono::nanoseconds;
@@ -91,8 +91,8 @@ class FarCrowd {
   bool heard(int coordinator, Time now) const;
 
   /// Coordinators that fell silent since the last call, and the agents they had, those on the way
-  /// to it too: as it last spoke of them, at `now`. It is forgotten; external agents are none of
-  /// its.
+  /// to it too: in their last reported state, extrapolated to `now`. The coordinator is forgotten;
+  /// external agents do not belong to it.
   struct Orphans {
     int coordinator;
     std::vector<Traveller> agents;
@@ -102,12 +102,12 @@ class FarCrowd {
   void adopt(ScenarioRun& run, const Traveller& traveller, Time now);
   /// Our run begins where others are at work: all that it began with is theirs.
   void abandon(ScenarioRun& run);
-  /// Where two claim an agent, the first coordinator has it: after silence on the way, not death.
-  /// Number of those that we had and gave back since the start.
+  /// If two coordinators claim an agent, after an interrupted connection, the first one keeps it.
+  /// Returns the number of agents given back since the start.
   std::uint64_t given_back() const { return given_back_; }
 
-  /// Brings what others said to time `now`, that of the run's present state, and into the run. Why
-  /// a group cannot take them, or empty: it goes on without.
+  /// Extrapolates the others' reports to `now`, the time of the run's present state, and adds them
+  /// to the run. Returns why a group cannot take them, or empty: it continues without.
   std::string import(ScenarioRun& run, Time now);
   /// All agents of others as of the last import.
   std::span<const FarAgent> agents() const { return agents_; }

@@ -51,7 +51,7 @@ class CouplingGraph {
 
   int n_;
   Topology topology_;
-  std::vector<int> first_;  // of the neighbours of i, n + 1 values
+  std::vector<int> first_;  // index of the first neighbour of i, n + 1 values
   std::vector<Neighbour> neighbours_;
 };
 

@@ -11,8 +11,8 @@
 namespace mimesis::crowd {
 namespace {
 
-constexpr int kSamples = 720;        // of a cycle; between them extremes are refined
-constexpr double kTouching = 1e-12;  // of the mean: what is zero but for rounding
+constexpr int kSamples = 720;        // samples of a cycle; between them extremes are refined
+constexpr double kTouching = 1e-12;  // share of the mean: smaller values are zero up to rounding
 
 }  // namespace
 

@@ -66,8 +66,8 @@ struct HeadingRule {
 /// Constants of the navigation dynamics but for the goal's gain, which is the heading rule's.
 /// Angles are wrapped before they enter.
 struct NavigationParams {
-  double avoid_1_s = 2.0;         ///< of eq. 3.26
-  double predict_1_s = 2.0;       ///< of eq. 3.27
+  double avoid_1_s = 2.0;         ///< gain of eq. 3.26
+  double predict_1_s = 2.0;       ///< gain of eq. 3.27
   double sigma_angle_rad = 0.6;   ///< σ_φ
   double sigma_distance_m = 0.8;  ///< σ_d
   /// Predicted collisions count less the further ahead they are: exp(−t/horizon).

@@ -71,7 +71,7 @@ bool along_a_graph(const Rules& rules) {
          sparse(rules.heading.graph);
 }
 
-constexpr double kOnTheSpot = 1e-3;  // of the stride of who waits
+constexpr double kOnTheSpot = 1e-3;  // share of the stride of an agent that waits
 
 bool inside(const Zone& zone, const Eigen::Vector2d& p) {
   return p.x() >= zone.least_x_m && p.x() <= zone.most_x_m && p.y() >= zone.least_y_m &&
@@ -289,7 +289,7 @@ bool ScenarioRun::moved_here(int row) const {
   return role == Role::own || role == Role::external;
 }
 
-/// Along routes: who is near its goal gets the next one.
+/// Along routes: an agent near its goal gets the next one.
 void ScenarioRun::follow_goals() {
   for (std::size_t g = 0; g < scenario_.groups.size(); ++g) {
     const Goals& goals = scenario_.groups[g].goals;

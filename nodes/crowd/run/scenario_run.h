@@ -32,7 +32,8 @@ class Roster {
   int external(AgentId id) const;
   bool known(AgentId id) const { return id >= 1 && id <= agents_.size(); }
 
-  /// As it begins; an external agent with the traits that it will have. Precondition: known(id).
+  /// State at the start; an external agent with the traits that it will have. Precondition:
+  /// known(id).
   const Agent& start(AgentId id) const { return agents_[id - 1]; }
   int home(AgentId id) const { return homes_[id - 1]; }  ///< group that it begins in
 
@@ -46,7 +47,7 @@ class Roster {
 struct Traveller {
   Agent agent{};
   int group = 0;
-  int leg = 0;           ///< of its group's route
+  int leg = 0;           ///< leg of its group's route
   bool waiting = false;  ///< in a zone, for others
 };
 
@@ -74,10 +75,10 @@ class ScenarioRun {
   Crowd& crowd() { return crowd_; }
   const Crowd& crowd() const { return crowd_; }
   double time_s() const { return from_s_ + crowd_.time_s(); }
-  /// The run goes on from this time, where others have come to. Before the first step.
+  /// The run continues from this time of the others. Before the first step.
   void join(double time_s) { from_s_ = time_s; }
-  /// Phase of the scenario's beat at the present time, not wrapped [rad]. That of an agent goes on
-  /// at the beat's rate where the agent is not trusted any more.
+  /// Phase of the scenario's beat at the present time, not wrapped [rad]. If an agent is the beat
+  /// and no longer trusted, the phase continues at the beat's rate.
   double beat_rad() const;
   /// ω₀ of the gait that the group has at present.
   double eigenfrequency_rad_s(int group) const { return omega_[static_cast<std::size_t>(group)]; }
@@ -90,11 +91,11 @@ class ScenarioRun {
 
   /// Sums over agents that other coordinators have; kept until set again.
   void set_outside(int group, const GroupSums& sums);
-  /// Somebody wishes that agents walk like this: they go over to the first group that does. None:
-  /// all groups take the gait. Text: why not, or empty.
+  /// A wish that agents walk in this style: they change to the first group with that gait. Without
+  /// ids: all groups take the gait. Returns why not, or an empty text.
   std::string wish_gait(std::span<const AgentId> ids, const std::string& name);
   /// Changes of groups, then a step of the crowd.
-  /// @throws ConfigError as Crowd where somebody cannot join a group: it stays in its own, and the
+  /// @throws ConfigError as Crowd if an agent cannot join a group: it stays in its own, and the
   ///         step was made
   void step(parallel::Team* team = nullptr);
   /// Switches in the last step, in the order in which they happened.
@@ -103,10 +104,10 @@ class ScenarioRun {
   std::span<const int> changed_groups() const { return changed_; }
 
   /// Another coordinator moves the agent from now on, from this state; here it stays as a mirror.
-  /// Nothing if it is none of ours.
+  /// No effect if the agent is not ours.
   std::optional<Traveller> release(AgentId id);
   /// An agent of which only its state is known: it has the traits of its start in the gait of its
-  /// group, and begins its group's route anew. Precondition: roster().known(id).
+  /// group, and starts its group's route again. Precondition: roster().known(id).
   Traveller traveller(AgentId id, int group, const AgentState& state) const;
   /// The agent is ours from now on, in this state.
   /// @throws ConfigError as Crowd::add
@@ -142,7 +143,7 @@ class ScenarioRun {
   Crowd crowd_;
   std::vector<GroupSums> outside_;
   std::vector<bool> whole_;
-  std::vector<int> gaits_;     // that groups have
+  std::vector<int> gaits_;     // gaits of the groups
   std::vector<double> omega_;  // their ω₀
   std::unordered_map<AgentId, Course> courses_;
   std::size_t next_change_ = 0;
@@ -150,7 +151,7 @@ class ScenarioRun {
   double beat_from_rad_ = 0.0, beat_from_s_ = 0.0;
   std::vector<Switch> switches_;
   std::vector<int> changed_;
-  std::string trouble_;                       // of this step
+  std::string trouble_;                       // trouble of this step
   std::vector<std::pair<double, int>> by_x_;  // scratch: rows of a group, by x
 };
 

@@ -36,8 +36,7 @@ void measure_places(const Group& group, bool lanes, std::span<const Observed> ag
   }
 }
 
-/// Largest distance of a heading from that which the rule is for; of those who are at their goals
-/// there is none.
+/// Largest distance of a heading from the one of its rule; agents at their goals do not count.
 double heading_error(const Group& group, HeadingKind kind, std::span<const double> headings,
                      std::span<const Observed> agents) {
   if (kind == HeadingKind::consensus || kind == HeadingKind::coupled) return spread(headings);
@@ -245,7 +244,7 @@ void Watch::expect_change(int group, std::string reason) {
   expected += (expected.empty() ? "" : ", ") + std::move(reason);
 }
 
-/// How well in step somebody is who comes through a gate into a group that hears the beat.
+/// Phase error of an agent that comes through a gate into a group that hears the beat.
 void Watch::greet(const ScenarioRun& run, const Observed& agent, double beat_rad) {
   int& last = last_group_[agent.id];
   const bool came = last >= 0 && last != agent.group && hears_beat(run, agent.group) &&
@@ -320,7 +319,7 @@ std::vector<RuleLine> Watch::lines() const {
     const auto add = [&](Rule rule, const RuleCertificate& rule_certificate, RuleReport measured,
                          double disorder) {
       if (rule_certificate.guarantee == Guarantee::off) return;
-      if (c.agents == 0 && !kept.passes) return;  // else what those did who were here stays
+      if (c.agents == 0 && !kept.passes) return;  // otherwise the counts of agents that left stay
       lines.push_back(
           {g, rule, rule_certificate, measured, std::isfinite(disorder) ? disorder : 0.0});
     };
@@ -338,7 +337,8 @@ std::vector<RuleLine> Watch::lines() const {
 std::optional<RuleLine> Watch::weakest() const {
   const std::vector<RuleLine> all = lines();
   const auto least = std::ranges::min_element(all, {}, [](const RuleLine& l) {
-    return std::pair(l.report.guaranteed_1_s, !l.report.measured_1_s);  // of equals, one measured
+    // of equal rates, a measured one
+    return std::pair(l.report.guaranteed_1_s, !l.report.measured_1_s);
   });
   return least == all.end() ? std::nullopt : std::optional(*least);
 }

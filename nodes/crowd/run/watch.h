@@ -81,8 +81,9 @@ class Closeness {
   void observe(std::span<const Disc> discs);
 
   double least_gap_m() const { return least_gap_m_; }  ///< between two discs, since the start
-  double least_distance_m() const { return least_distance_m_; }  ///< between two middles, likewise
-  std::uint64_t collisions() const { return collisions_; }       ///< overlaps that began
+  /// between two middles, since the start
+  double least_distance_m() const { return least_distance_m_; }
+  std::uint64_t collisions() const { return collisions_; }  ///< overlaps that began
   /// Pairs that overlap, smaller id first, ascending.
   std::span<const std::pair<AgentId, AgentId>> overlapping() const { return overlapping_; }
 
@@ -95,17 +96,17 @@ class Closeness {
   std::vector<std::pair<AgentId, AgentId>> overlapping_, before_;
 };
 
-/// How far an agent's heading is from what its rule wants, where headings are disturbed by
-/// avoidance: in the coordinates in which that decays exponentially, 2 tan(e/2) of the angle e to a
-/// goal, e itself to the direction of a lane. NaN where the rate is not to be measured: avoidance
-/// turns it (by more than a twentieth of what the rule does, a tenth for lanes, or by an unknown
-/// amount), the goal is nearer than the certificate holds for, or the rule has none.
+/// Error of an agent's heading against its rule, where headings are disturbed by avoidance: in the
+/// coordinates in which that decays exponentially, 2 tan(e/2) of the angle e to a goal, e itself to
+/// the direction of a lane. NaN where the rate is not to be measured: avoidance turns it (by more
+/// than a twentieth of what the rule does, a tenth for lanes, or by an unknown amount), the goal is
+/// nearer than the certificate holds for, or the rule has none.
 /// @param omega_rad_s  of the group's gait
 double turn_error(const Group& group, const HeadingRule& rule, const RuleCertificate& certificate,
                   double omega_rad_s, const Observed& agent);
 
-/// Tells a monitor of all agents of a group in which each has turns of its own: some avoid, or
-/// agents come and go.
+/// Gives a monitor the state of all agents of a group in which each has turns of its own: some
+/// avoid, or agents come and go.
 void measure_turns(Monitor& monitor, const Group& group, const HeadingRule& rule,
                    double omega_rad_s, std::span<const Observed> agents, double t_s);
 
@@ -129,26 +130,27 @@ class Watch {
   /// With the groups as the scenario begins them.
   explicit Watch(const ScenarioRun& run);
 
-  /// Everybody at one time, by group and id. A group that has other members or rules than its
-  /// certificate says is certified anew.
+  /// All agents at one time, by group and id. A group with other members or rules than in its
+  /// certificate gets a new one.
   void observe(const ScenarioRun& run, double time_s, std::span<const Observed> everybody);
   /// Why the next change of a group's members will be; else they just changed.
   void expect_change(int group, std::string reason);
 
-  /// A group was disturbed: its certificate is made anew.
+  /// A group was disturbed: it gets a new certificate.
   void disturb(const ScenarioRun& run, int group, const std::string& reason);
 
   std::vector<RuleLine> lines() const;
   /// The rule in force with the least guaranteed rate; one without guarantee goes before all.
   std::optional<RuleLine> weakest() const;
-  int number() const { return number_; }  ///< of certificates, from 1
+  int number() const { return number_; }  ///< number of certificates made, from 1
   /// Why the certificates before the present ones do not hold any more, since the last call.
   std::string take_voided();
 
   bool in_order() const { return since_s_ >= 0.0; }
   double in_order_since_s() const { return since_s_; }  ///< negative: it is not
-  int agents(int group) const;                          ///< that its certificate is for
-  /// Names what is not in order, group by group.
+  /// number of agents that its certificate is for
+  int agents(int group) const;
+  /// Names the groups and rules that are not in order.
   std::string disorder(const ScenarioRun& run) const;
   double place_most_m() const;  ///< farthest from its place, of groups with a formation
   bool broken() const;          ///< something was measured to be slower than guaranteed
@@ -180,7 +182,7 @@ class Watch {
   std::string change_of(const ScenarioRun& run, int group, int agents) const;
 
   std::vector<Kept> groups_;
-  std::vector<int> last_group_;  // of every id
+  std::vector<int> last_group_;  // group of every id
   std::vector<Observed> members_;
   Observer observer_;
   std::string voided_;

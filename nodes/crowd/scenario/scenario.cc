@@ -51,7 +51,7 @@ class RuleFaults {
     gain("phase.leader_gain_1_s", "alpha", r.leader_gain_1_s, "the leader repels (4.26)");
     if (r.leader_gain_1_s != 0.0) {
       if (group_.count == 1 && !grows_) add("phase.leader_gain_1_s", "a leader without followers");
-      // Followers alone are coupled; the leader holds together whatever parts they fall into.
+      // Only followers are coupled; the leader holds all their parts together.
       if (r.graph.topology != Topology::none) made(r.graph, "phase", group_.count - 1);
     } else if (r.gain_1_s != 0.0) {
       graph("phase", r.graph, group_.count);
@@ -115,7 +115,7 @@ class RuleFaults {
       return coupling(settings, std::max(n, 0)).connected();
     } catch (const ConfigError& e) {
       if (!grows_) add(rule + (settings.edges.empty() ? ".graph" : ".edges"), e.what());
-      return std::nullopt;  // a group that grows may have too few agents for it so far
+      return std::nullopt;  // a group that grows may have too few agents at the start
     }
   }
 

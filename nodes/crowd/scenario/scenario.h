@@ -15,7 +15,8 @@ struct Gait {
   double eigenfrequency_rad_s = 5.7;                 ///< ω₀ of the gait phase
   double mean_m_rad = 0.2;                           ///< ⟨g⟩ of the speed function
   std::vector<double> cosine_m_rad{}, sine_m_rad{};  ///< its harmonics
-  std::vector<double> sway_cosine{}, sway_sine{};    ///< of g^ψ, how headings sway [1]
+  /// coefficients of g^ψ, the sway of headings [1]
+  std::vector<double> sway_cosine{}, sway_sine{};
 
   /// @throws ConfigError where g touches zero
   SpeedFunction speed() const { return {mean_m_rad, cosine_m_rad, sine_m_rad}; }
@@ -39,9 +40,9 @@ struct Start {
   Arrangement arrangement = Arrangement::grid;
   double spacing_m = 1.2;  ///< along the path
   double across_m = 1.2;
-  int columns = 0;         ///< of a grid; 0: ⌈√count⌉
-  double radius_m = 5.0;   ///< of a circle
-  double length_m = 10.0;  ///< of a box along the path; its middle is the path's origin
+  int columns = 0;         ///< columns of a grid; 0: ⌈√count⌉
+  double radius_m = 5.0;   ///< radius of a circle
+  double length_m = 10.0;  ///< length of a box along the path; its middle is the path's origin
   double width_m = 10.0;
   double jitter_m = 0.0;                  ///< every coordinate moved at random by up to ±this
   std::vector<double> position_m{};       ///< listed: z, ξ of one agent after the other
@@ -70,7 +71,7 @@ struct Formation {
   Shape shape = Shape::none;
   double spacing_m = 1.2;
   double across_m = 1.2;
-  int columns = 0;  ///< of a grid; 0: ⌈√count⌉
+  int columns = 0;  ///< columns of a grid; 0: ⌈√count⌉
   std::vector<double> place_m{}, lane_m{};
   std::vector<Distance> distances{};
 };
@@ -85,8 +86,8 @@ enum class Aim {
 struct Goals {
   Aim aim = Aim::none;
   std::vector<double> position_m{};  ///< x, y in W of one after the other
-  bool loop = false;                 ///< a route begins anew
-  double reached_m = 0.5;            ///< so near is there
+  bool loop = false;                 ///< a route starts again
+  double reached_m = 0.5;            ///< distance within which a place is reached
 };
 
 /// Agents with the same rules and gait. z runs from `origin` along `heading`.
@@ -95,8 +96,8 @@ struct Group {
   int count = 0;
   std::string gait = "neutral";
   double spread_rad_s = 0.0;  ///< eigenfrequencies are drawn from ω₀ ± this
-  double radius_m = 0.25;     ///< of an agent
-  double origin_x_m = 0.0, origin_y_m = 0.0, heading_rad = 0.0;  ///< of P in W
+  double radius_m = 0.25;     ///< radius of an agent
+  double origin_x_m = 0.0, origin_y_m = 0.0, heading_rad = 0.0;  ///< place and direction of P in W
   Start start{};
   Formation formation{};
   Goals goals{};
@@ -107,7 +108,7 @@ struct Group {
 /// An external rhythm, such as music: phase at time 0 and rate; rate 0: none.
 struct Rhythm {
   double phase_rad = 0.0, rate_rad_s = 0.0;
-  std::string agent{};  ///< external agent whose gait it is, such as a robot; goes on without it
+  std::string agent{};  ///< external agent whose gait it is, such as a robot; continues without it
 };
 
 struct PillarSpec {
@@ -126,8 +127,8 @@ struct Change {
   Rules rules{};
 };
 
-/// An agent of `from` ("": of any group) in the rectangle goes over to group `to`; those who must
-/// gather wait there until so many have come.
+/// An agent of `from` ("": of any group) in the rectangle changes to group `to`; with gathering,
+/// agents wait there until this number has come.
 struct Zone {
   std::string name, from, to;
   double least_x_m = 0.0, least_y_m = 0.0, most_x_m = 0.0, most_y_m = 0.0;
@@ -152,9 +153,9 @@ struct External {
 struct Scenario {
   std::string name = "crowd", about;
   int seed = 1;
-  double step_s = 0.02;    ///< of the simulation
+  double step_s = 0.02;    ///< step of the simulation
   double until_s = 60.0;   ///< length of the run
-  double formed_m = 0.01;  ///< a formation stands when nobody is farther from its place
+  double formed_m = 0.01;  ///< largest distance of an agent from its place in a formation in order
   double stale_s = 0.3;    ///< older states of external agents are not trusted
   Rhythm beat{};
   std::vector<Gait> gaits{};
@@ -182,7 +183,7 @@ struct Fault {
   std::string path, what;
 };
 
-/// All of them, whatever wrote the scenario; none: it can run.
+/// All faults, whatever the source of the scenario; none: it can run.
 std::vector<Fault> faults(const Scenario& scenario);
 
 /// The coupling graph that settings ask for among n agents. @throws ConfigError

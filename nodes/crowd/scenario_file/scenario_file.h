@@ -9,7 +9,7 @@ namespace mimesis::crowd {
 
 /// Reads launch/crowd/NAME.yaml; keys are the members of Scenario. `graph` and `edges` of a rule
 /// are keys of the rule itself; with edges the graph is weighted.
-/// @param sets "KEY=VALUE" over what the file says: "groups.0.count=8"
+/// @param sets "KEY=VALUE" replaces a value of the file: "groups.0.count=8"
 /// @throws ConfigError with one line "file:line:col: key: what" for every unknown key, bad value
 /// and
 ///         fault of the scenario

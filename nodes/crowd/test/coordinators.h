@@ -69,7 +69,7 @@ class Coordinators {
   std::size_t size() const { return all_.size(); }
   Time now() const { return now_; }
   int handovers() const { return handovers_; }
-  /// As a process that is killed, and one that is started again.
+  /// Kills a coordinator's process; `start` starts it again.
   void kill(std::size_t c) {
     all_[c]->alive = false;
     all_[c]->agents.clear();

@@ -1,4 +1,4 @@
-// What a coordinator must not be told, by whomever.
+// Messages that a coordinator must refuse, from any sender.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -111,7 +111,7 @@ TEST_F(Messages, OnlyWhoIsMovedByCoordinatorsTravels) {
   EXPECT_EQ(told([](v1::CrowdTraveller& t) { t.set_group(2); }), "agent 1 of group 2: unknown");
 }
 
-/// Σ cos φ of n agents is n at most: more would move everybody's phase, or be no number.
+/// Σ cos φ of n agents is n at most: more would move all phases, or be no number.
 TEST_F(Messages, SumsThatNobodyCanAddUpToAreRefused) {
   const std::string why = "sums of group 0: what 3 agents cannot add up to";
   EXPECT_EQ(summed([](v1::CrowdSums& s) { s.set_cos_phase(-3.0); }), "");

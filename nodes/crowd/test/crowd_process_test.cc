@@ -20,7 +20,7 @@ using mimesis::testing::TestNode;
 constexpr const char* kCrowd = MIMESIS_BIN_DIR "/mimesis_crowd";
 const std::string kGuest = testing::square_with_robot("guest", "0.5");
 
-/// A process that walks beside the crowd and says so every 20 ms.
+/// A process that walks beside the crowd and reports every 20 ms.
 class AgentProcess {
  public:
   explicit AgentProcess(const TestGraph& graph) : pid_(fork()) {
@@ -61,7 +61,7 @@ class AgentProcess {
   pid_t pid_;
 };
 
-/// What the crowd says of itself.
+/// Messages of the crowd.
 struct Listener {
   explicit Listener(const TestGraph& graph)
       : peer(graph,

@@ -8,8 +8,8 @@ namespace mimesis::crowd::testing {
 
 inline constexpr std::uint64_t kRobot = 5;  ///< the agent after the four of the square
 
-/// Four that walk in a square, and a robot that belongs to them and lives elsewhere. `more` goes on
-/// with the list of externals.
+/// Four agents that walk in a square, and a robot of their group in another process. `more`
+/// continues the list of externals.
 inline std::string square_with_robot(const std::string& name, const std::string& stale_s,
                                      const std::string& more_groups = "",
                                      const std::string& more = "") {
@@ -25,7 +25,7 @@ groups:
          "externals:\n  - {name: robot, group: square}\n" + more;
 }
 
-/// What the robot says after `t_s` beside the others at their speed, from `x_m` and a phase on.
+/// Report of a robot after `t_s` beside the others at their speed, from `x_m` and a phase on.
 inline v1::CrowdStates robot_beside(double t_s, double phase_rad, double x_m = 0.0) {
   v1::CrowdStates s;
   s.add_id(kRobot);

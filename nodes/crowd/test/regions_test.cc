@@ -11,7 +11,8 @@ namespace {
 
 using namespace testing;
 
-/// Of those whom both have: who is on the way between two coordinators is in its handover.
+/// Largest distance between agents that both have: an agent on the way between two coordinators is
+/// in its handover.
 double farthest(const Coordinators& a, const Coordinators& b) {
   const auto left = a.agents(), right = b.agents();
   double most = 0.0;
@@ -99,7 +100,7 @@ TEST(Regions, WhoDiesIsSucceededByItsNeighbour) {
     four.until(145.0);
     EXPECT_EQ(four.agents().size(), 16u);
     EXPECT_TRUE(four[first].status.in_order());
-    // Started again it is empty, and gets who is in its region.
+    // After a restart it is empty, and gets the agents in its region.
     const std::size_t heirs = four.agents().size();
     four.start(dead, file.params());
     four.until(146.0);

@@ -13,7 +13,7 @@ using namespace testing;
 
 TEST(CrowdNode, TheCrowdFollowsARobotAndTheWishBringsItBack) {
   Alone crowd(kGuests);
-  crowd.walk_with_robot(40.0);  // it obeys nobody
+  crowd.walk_with_robot(40.0);  // it obeys no rule
   for (int i = 0; i < 4; ++i) {
     EXPECT_NEAR(math::wrap_pi(crowd.states.phase_rad(i) - crowd.states.phase_rad(4)), 0.0, 0.01);
   }
@@ -71,7 +71,7 @@ TEST(CrowdNode, ARobotTakesPartAndLeadsTheStep) {
   EXPECT_NEAR(math::wrap_pi(crowd.states.phase_rad(row) - phase), 0.0, 0.1);
   EXPECT_NEAR(crowd.states.position_in_world_m(2 * row + 1), 8.0, 0.005) << "without its sway";
   EXPECT_NEAR(crowd.states.position_in_world_m(2 * row), 0.25 * crowd.t(), 0.02);
-  const double lag = 5.7 - 3.927;  // of the others' own rhythm, over a gain of 1 1/s
+  const double lag = 5.7 - 3.927;  // difference of the others' own rhythm, over a gain of 1 1/s
   for (int i = 0; i < 3; ++i) {
     EXPECT_NEAR(math::wrap_pi(crowd.states.phase_rad(i) - crowd.states.phase_rad(row)), lag, 0.05);
   }

@@ -34,7 +34,7 @@ void posture(benchmark::State& state) {  // 22 balls against bridge and boxes, 1
 }
 BENCHMARK(posture);
 
-void free_posture(benchmark::State& state) {  // none of the pairs ends the check early
+void free_posture(benchmark::State& state) {  // no pair ends the check early
   const Demo& d = demo();
   CollisionChecker checker(d.arm, d.obstacles, d.settings.margin_m);
   for (auto _ : state) benchmark::DoNotOptimize(checker.free(d.arm.home));

@@ -11,10 +11,10 @@
 
 namespace mimesis::planner {
 
-/// The roadmap in W: every node a small ball where it puts the end effector, every link a line
-/// between two of them (the hand's true way is curved). Entities by what they are good for with an
-/// empty hand: "usable", links proven free; "closed", free but in the passage that was not decided
-/// [M18 2.3.2, P_F5]; "blocked", links not proven free.
+/// The roadmap in W: every node a small ball at its place of the end effector, every link a line
+/// between two of them (the hand's true path is curved). Entities by their use with an empty hand:
+/// "usable", links proven free; "closed", free but in the passage that was not decided [M18 2.3.2,
+/// P_F5]; "blocked", links not proven free.
 /// @param decided  closes the other passage
 foxglove::SceneUpdate to_drawing(const kin::ArmModel& arm, const kin::Table& table,
                                  const Roadmap& roadmap, double margin_m,
@@ -23,7 +23,7 @@ foxglove::SceneUpdate to_drawing(const kin::ArmModel& arm, const kin::Table& tab
 /// Makes the roadmaps again that a recorded planner had, and draws them.
 class RoadmapDrawer {
  public:
-  /// @param start  what the planner said at its start; without parameters its defaults hold
+  /// @param start  the planner's record of its start; without parameters its defaults hold
   /// @throws ConfigError if it names a robot or parameters that this version does not know.
   explicit RoadmapDrawer(const v1::NodeStart& start);
 
@@ -33,7 +33,7 @@ class RoadmapDrawer {
  private:
   kin::ArmModel arm_;
   TaskSettings settings_;
-  std::string scene_;  ///< of `roadmap_`, without its header
+  std::string scene_;  ///< scene of `roadmap_`, without its header
   std::optional<Roadmap> roadmap_;
 };
 

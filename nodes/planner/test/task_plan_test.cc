@@ -56,7 +56,7 @@ void expect_whole(const TaskPlan& plan, const Eigen::Vector3d& goal) {
     EXPECT_LT((q.col(0) - at).norm(), 1e-9) << "each motion begins where the one before ends";
     at = q.rightCols(1);
     if (phases.empty() || phases.back() != motion.phase) phases.push_back(motion.phase);
-    // Judged by a checker of its own, on the curves and on what is streamed.
+    // Checked by a separate checker, on the curves and on the streamed set-points.
     CollisionChecker judge(d.arm, motion.obstacles, d.settings.margin_m - 1e-5);
     for (const auto& curve : motion.curves) EXPECT_TRUE(judge.certify_curve(curve));
     for (Eigen::Index k = 0; k < q.cols(); ++k) EXPECT_TRUE(judge.free(q.col(k)));

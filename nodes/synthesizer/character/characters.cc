@@ -12,7 +12,7 @@ namespace mimesis::synthesizer {
 namespace {
 
 constexpr double kFarthestPull = 1.0;  // rad: of the coupled phase from the own one
-constexpr double kRateChange = 0.5;    // of the eigenfrequency, by coupling
+constexpr double kRateChange = 0.5;    // share of the eigenfrequency, by coupling
 constexpr double kMoves_m = 0.05;      // a step longer than this gets somewhere
 
 bool gets_somewhere(const Repertoire& repertoire) {

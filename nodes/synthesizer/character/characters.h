@@ -19,14 +19,14 @@ struct CharacterStart {
 
 struct CharactersSettings {
   WalkSettings walk{};           ///< its dt_s is that of the characters
-  std::string style{};           ///< at the start; empty: the model's first
-  bool walking = false;          ///< from the first moment; else they stand until told
+  std::string style{};           ///< style at the start; empty: the model's first
+  bool walking = false;          ///< walks from the start; false: stands until told
   bool foot_lock = true;         ///< standing feet stay where they are
   double beat_alpha_1_s = 2.0;   ///< coupling α to the beat [M18 eq. 3.18] [1/s]
-  double crowd_alpha_1_s = 2.0;  ///< and to phases of crowd commands [1/s]
+  double crowd_alpha_1_s = 2.0;  ///< coupling α to phases of crowd commands [1/s]
 };
 
-/// What a character does in one instant. H: heading frame of the pelvis, W: world.
+/// State of a character at one instant. H: heading frame of the pelvis, W: world.
 struct CharacterState {
   RootPose root;  ///< velocities with the pivoting
   double phase_rad = 0.0, phase_rate_rad_s = 0.0;
@@ -54,10 +54,11 @@ class Characters {
   /// False: the rows move no pelvis, so no goal can be reached.
   bool moves() const { return moves_; }
 
-  /// A rhythm for all, now at this phase; goes on by itself.
+  /// A rhythm for all, now at this phase; continues by itself.
   void set_beat(double phase_rad, double rate_rad_s);
   void end_beat() { beat_.on = false; }
-  /// What a coordinator wishes of one, from now until release(); goes before the beat.
+  /// A coordinator's wish for one character, from now until release(); it has priority over the
+  /// beat.
   void set_gait(int i, const GaitWish& wish, std::optional<double> phase_rad);
   void release(int i);
 
@@ -96,7 +97,7 @@ class Characters {
   std::vector<One> each_;
   Rhythm beat_;
   bool moves_;
-  // of models with free delays
+  // parts of the mixture, for models with free delays
   std::vector<MotionParameters> parts_;
   MotionParameters mixed_;
 };
@@ -109,7 +110,7 @@ struct Formation {
   double spacing_m = 1.2;                                ///< between neighbours [m]
   Eigen::Vector2d centre_W_m = Eigen::Vector2d::Zero();  ///< [m]
   double heading_rad = 0.0;                              ///< in W, + to the left [rad]
-  bool spread_phases = false;                            ///< else all begin at left heel strike
+  bool spread_phases = false;                            ///< false: all begin at left heel strike
 };
 
 /// Row: side by side, across the heading. Circle: facing the centre. Grid: rows of ⌈√count⌉, one
@@ -117,10 +118,10 @@ struct Formation {
 /// neighbours differ.
 std::vector<CharacterStart> form(int count, const Formation& formation);
 
-/// The pelvis' velocity as a walking robot can follow it. What the standing foot makes of it has
-/// ripples, of the roll from heel to toe and of changes of support; this is that through a
-/// critically damped low-pass, v̈ = λ²(u − v) − 2λv̇ with λ = 20 1/s: 0.1 s behind, an oscillation of
-/// ω reduced by 1/(1 + (ω/λ)²).
+/// The pelvis' velocity as a walking robot can follow it. The velocity from the standing foot has
+/// ripples, because of the roll from heel to toe and of changes of support; this is the result of a
+/// critically damped low-pass, v̈ = λ²(u − v) − 2λv̇ with λ = 20 1/s: 0.1 s behind, an oscillation
+/// of ω reduced by 1/(1 + (ω/λ)²).
 class PelvisVelocity {
  public:
   explicit PelvisVelocity(double dt_s);

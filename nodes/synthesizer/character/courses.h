@@ -8,11 +8,11 @@ namespace mimesis::synthesizer {
 enum class Strike { none, left, right };
 Strike strike_between(double before_rad, double after_rad);
 
-/// Starts and stops a walk at the ends of steps: its share g in what the character does, the rest
-/// is standing. Standing, the phase rests. The opening step lasts half a cycle in which g rises
-/// from 0 to 1 as α of [M18 eq. 3.23] with β = 1/2: the foot that swings leaves from beside the
-/// other one. A walk that is to end goes on to the end of its step, and closes the feet in the half
-/// cycle after it, g falling to 0.
+/// Starts and stops a walk at the ends of steps: its share g in the motion, the rest is standing.
+/// Standing, the phase rests. The opening step lasts half a cycle in which g rises from 0 to 1 as α
+/// of [M18 eq. 3.23] with β = 1/2: the foot that swings leaves from beside the other one. A walk
+/// that is to end continues to the end of its step, and closes the feet in the half cycle after it,
+/// g falling to 0.
 class StepCourse {
  public:
   enum class Stage { standing, opening, walking, closing };
@@ -21,7 +21,7 @@ class StepCourse {
   explicit StepCourse(bool walking) : stage_(walking ? Stage::walking : Stage::standing) {}
 
   /// @param phase_rad  of the leading oscillator now
-  /// @param walk  what is wanted; counts at the end of a step, and while standing
+  /// @param walk  the wish; counts at the end of a step, and while standing
   /// @return the foot that lands in this step of time
   Strike advance(double phase_rad, bool walk);
 
@@ -35,7 +35,7 @@ class StepCourse {
   Stage stage_;
   bool fresh_ = true;
   double phase_rad_ = 0.0;     // at the last advance
-  double progress_rad_ = 0.0;  // of opening and closing
+  double progress_rad_ = 0.0;  // progress of opening and closing
 };
 
 /// The shares of styles of one character over time. A wish with a duration goes there on a quintic
@@ -67,10 +67,10 @@ class StyleCourse {
 
   double beta_;
   std::vector<double> share_, rate_;           // now; rate [1/s]
-  std::vector<double> from_, from_rate_, to_;  // of the course in time
-  double time_s_ = 0.0, duration_s_ = 0.0;     // of that course
+  std::vector<double> from_, from_rate_, to_;  // ends of the course in time
+  double time_s_ = 0.0, duration_s_ = 0.0;     // time and duration of that course
   Event event_ = Event::none;
-  std::vector<double> next_;                    // of the event
+  std::vector<double> next_;                    // shares after the event
   double event_phase_rad_ = 0.0, alpha_ = 0.0;  // since the event; α
   double phase_rad_ = 0.0;                      // at the last advance
 };

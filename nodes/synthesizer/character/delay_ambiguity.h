@@ -18,7 +18,7 @@ struct SelfSimilarity {
 std::vector<SelfSimilarity> self_similarities(const Eigen::Ref<const Eigen::RowVectorXd>& source,
                                               double min_similarity);
 
-/// What the removal of ambiguities did.
+/// Effect of removing the ambiguities.
 struct Disambiguation {
   int changed = 0;               ///< delays that now stand elsewhere, but for whole turns
   double worst_error_rad = 0.0;  ///< largest rms change of a row's component, |w|·√(1−ρ²)

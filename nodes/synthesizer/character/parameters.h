@@ -5,8 +5,8 @@
 
 namespace mimesis::synthesizer {
 
-/// What a character plays at one instant: the mixture's parameters for R rows and K sources, and
-/// the pace. A `Pattern` is where they come from; between patterns they are blended.
+/// Motion of a character at one instant: the mixture's parameters for R rows and K sources, and the
+/// pace. They come from a `Pattern`; between patterns they are blended.
 struct MotionParameters {
   Eigen::VectorXd mean_rad;      ///< m, R
   Eigen::MatrixXd weight_rad;    ///< w, R×K

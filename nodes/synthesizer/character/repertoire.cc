@@ -14,7 +14,7 @@ namespace mimesis::synthesizer {
 namespace {
 
 constexpr double kTurning = 0.2;            // rad a cycle: a pattern that turns by more is a turn
-constexpr double kMinSimilarity = 0.95;     // of sources, see remove_delay_ambiguities
+constexpr double kMinSimilarity = 0.95;     // similarity of sources, see remove_delay_ambiguities
 constexpr double kBentKnee = 0.2;           // rad: straight legs leave the foot lock no room
 constexpr double kMeasureDt = 1.0 / 120.0;  // s
 

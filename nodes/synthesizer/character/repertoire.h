@@ -8,7 +8,7 @@
 
 namespace mimesis::synthesizer {
 
-/// What one style offers; numbers are motions of the repertoire, −1: there is none.
+/// Motions of one style; numbers are indices of the repertoire, −1: there is none.
 struct StyleMotions {
   std::string name;
   int straight = -1;          ///< walks on; of a style that only turns, one of its turns
@@ -24,7 +24,7 @@ struct RepertoireMotion {
   int delays = 0;  ///< motions with the same number have the same delays
   // measured on a character that moves so, and nothing but so
   double step_length_m = 0.0;  ///< travel of the pelvis in half a cycle
-  double turn_rad = 0.0;       ///< of a cycle, + to the left
+  double turn_rad = 0.0;       ///< turn in a cycle, + to the left
 };
 
 /// The motions of a model in the form that characters blend online: one per style and direction of
@@ -40,8 +40,8 @@ class Repertoire {
   /// sizes.
   explicit Repertoire(const motion::MotionModel& model);
 
-  /// Its patterns are the motions: what a CharacterBatch is made of. It says `tied`, so that the
-  /// batch blends patterns; see same_delays().
+  /// Its patterns are the motions, for a CharacterBatch. It is marked `tied`, so that the batch
+  /// blends patterns; see same_delays().
   const motion::MotionModel& model() const { return model_; }
   /// All motions with a share have the same delays (of a tied model: all motions), so that their
   /// blend is a blend of weights and means.
@@ -51,7 +51,7 @@ class Repertoire {
   const std::vector<StyleMotions>& styles() const { return styles_; }
   const StyleMotions& style(int s) const { return styles_[static_cast<std::size_t>(s)]; }
   int style_count() const { return static_cast<int>(styles_.size()); }
-  /// −1: there is none of that name.
+  /// −1: no motion has that name.
   int find(const std::string& style) const;
   /// "happy, sad, neutral"
   std::string known() const;

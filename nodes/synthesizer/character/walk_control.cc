@@ -9,13 +9,13 @@
 namespace mimesis::synthesizer {
 namespace {
 
-constexpr double kShortestStep = 0.1;  // of the style's: shorter ones only shuffle
+constexpr double kShortestStep = 0.1;  // share of the style's step: shorter ones only shuffle
 constexpr double kTurningStep = 0.15;  // while the goal lies aside
-constexpr double kAhead = 0.4;         // rad: so far aside, steps are whole ...
+constexpr double kAhead = 0.4;         // rad: at this angle aside, steps are whole ...
 constexpr double kAside = 1.2;         // ... and from here as short as kTurningStep
 constexpr double kNearer_m = 0.1;
 constexpr double kNear = 3.0;  // steps
-constexpr double kMiss = 0.7;  // of the tolerance: by so much one may pass the goal
+constexpr double kMiss = 0.7;  // share of the tolerance by which a character may pass the goal
 constexpr double kFollow_1_s = 8.0;
 constexpr double kSameShare = 1e-5;  // some 1e-5 rad at the joints
 
@@ -98,7 +98,7 @@ void WalkControl::plan(const Style& style) {
   length_ = 1.0;
   if (task_ == WalkTask::walk_to) {
     const bool begins = step_.standing();
-    // the smallest steps do not carry as their share says: who has stopped so near lets it be
+    // the smallest steps do not carry their share: a character that has stopped this near stays
     const double near_enough = (begins && stopped_ ? 2.0 : 1.0) * settings_.goal_tolerance_m;
     if (distance_m_ <= near_enough) {
       walk_ = false;
@@ -168,7 +168,7 @@ void WalkControl::step(const Eigen::Vector2d& position_W_m, double heading_rad, 
   mix(style);
 }
 
-/// β, and what the motions do not turn.
+/// β, and the part of the turn that the motions do not make.
 void WalkControl::mix(const Style& style) {
   std::ranges::fill(beta_, 0.0);
   const auto add = [this](int motion, double share) {

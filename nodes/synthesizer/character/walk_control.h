@@ -7,21 +7,22 @@
 
 namespace mimesis::synthesizer {
 
-/// How a character walks where it is told to.
+/// Settings of a character's walk to a goal.
 struct WalkSettings {
   double dt_s = 1.0 / 60.0;
   double style_beta = 0.2;      ///< β of event-based transitions [M18 eq. 3.23] [1]
-  double turn_gain_1_s = 1.5;   ///< of the goal-finding term [M18 eq. 3.25]
+  double turn_gain_1_s = 1.5;   ///< gain of the goal-finding term [M18 eq. 3.25]
   double turn_max_rad_s = 0.8;  ///< largest yaw rate
-  /// A goal this near is reached; twice as far by who has stopped on the way to it.
+  /// A goal within this distance is reached; twice the distance if the character has stopped on its
+  /// way.
   double goal_tolerance_m = 0.15;
   double longest_step = 1.15;   ///< longest step, in steps of the style [1]
   double shortest_cycle = 0.6;  ///< fastest rhythm: share of the style's cycle [1]
   double longest_cycle = 1.8;   ///< slowest rhythm [1]
-  double give_up_s = 20.0;      ///< a goal that came no nearer for so long is told
+  double give_up_s = 20.0;      ///< reports a goal that came no nearer for this long
 };
 
-/// What a coordinator or a rhythm wishes of a character's gait; what is absent is its own affair.
+/// Gait that a coordinator or a rhythm wishes; the character decides itself on absent values.
 struct GaitWish {
   std::optional<double> phase_rate_rad_s{}, step_length_m{}, heading_rad{};
 };
@@ -47,8 +48,8 @@ class Follower {
 };
 
 /// Decides what one character does next: the shares of the repertoire's motions in it, its
-/// frequency and its turn. It sees where the character is and knows nothing of how it is drawn.
-/// Nothing here allocates after construction.
+/// frequency and its turn. It gets the character's place and does not depend on how it is drawn. No
+/// allocation after construction.
 ///
 /// Heading [M18 eq. 3.24, 3.25]: ψ̇ = k sin(ψ_goal − ψ), ±k beyond a right angle, at most
 /// turn_max. The turn is made of the style's turning motions, as far as it has any, the rest by
@@ -79,7 +80,7 @@ class WalkControl {
   void step(const Eigen::Vector2d& position_W_m, double heading_rad, double phase_rad,
             std::optional<double> rhythm_rad);
 
-  // what comes of it
+  // results of the step
   std::span<const double> beta() const { return beta_; }  ///< one share per motion, sum 1
   bool blending() const { return blending_; }             ///< β is new, by 1e-5 or more
   double frequency_rad_s() const { return step_.moves() ? frequency_.value() : 0.0; }
@@ -95,7 +96,7 @@ class WalkControl {
   double goal_distance_m() const { return distance_m_; }
 
  private:
-  struct Style {  // of the shares as they are
+  struct Style {  // mean style for the present shares
     double step_length_m, turn_rad, frequency_rad_s, closing;
   };
   Style mixed() const;

@@ -34,7 +34,7 @@ struct CharacterBatch::Tile {
   RootLanes root;
   LockLanes lock;
   PointLanes point;
-  // of H in W
+  // place and heading of H in W
   double x[kLanes] = {}, y[kLanes] = {}, cos_heading[kLanes], sin_heading[kLanes] = {};
   double heading[kLanes] = {};  // for the turns; the rotation itself is the pair above
 
@@ -80,18 +80,18 @@ struct CharacterBatch::Data {
   CharacterOptions options;
   int count, parts = 1;
   MotionSeries maker;
-  int samples;  ///< of a table, a period
+  int samples;  ///< samples of a table, a period
   int patterns;
   bool tied;
   BodyLanes body;
   std::array<int, mocap::kBodyRows> rows{};  ///< the model's row of a body row, or -1
-  std::vector<float> tables;                 ///< of the patterns
+  std::vector<float> tables;                 ///< tables of the patterns
   std::vector<float> own;                    ///< series of the characters, if individual
   std::vector<int> from;                     ///< pattern of each character, or kBlend, kOwn
   std::vector<float> beta;                   ///< shares of the patterns, of each character
   std::vector<float> angles;                 ///< row_stride() a character
   std::vector<Tile> tiles;
-  // of the tile at work
+  // buffers of the tile at work
   std::vector<float> basis;  ///< basis_count() a character
   int cell[kLanes] = {};
   alignas(64) float taps[4 * kLanes] = {};

@@ -25,7 +25,7 @@ struct CharacterOptions {
 struct RootPose {
   Eigen::Vector2d position_W_m = Eigen::Vector2d::Zero();
   double height_m = 0.0;     ///< above the ground, so that the lowest foot point touches it
-  double heading_rad = 0.0;  ///< of H in W, + to the left; not wrapped
+  double heading_rad = 0.0;  ///< heading of H in W, + to the left; not wrapped
   Eigen::Vector2d velocity_H_m_s = Eigen::Vector2d::Zero();  ///< forward, left
   double yaw_rate_rad_s = 0.0;
   int support = 0;  ///< mocap::Side of the standing foot

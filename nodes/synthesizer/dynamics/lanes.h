@@ -141,7 +141,7 @@ struct LegLane {
 
 /// Moves the ankle by (dx, dy) horizontally; the foot keeps its orientation, the knee its side of
 /// the line from hip to ankle. A leg that would have to stretch over 99.95 % of its length (or over
-/// what it had) stays that short.
+/// its present length) stays that short.
 [[gnu::always_inline]] inline void move_ankle(float dx, float dy, LegLane& leg) {
   const float moved = std::sqrt(dx * dx + dy * dy);
   const Vec3 k = leg.knee - leg.hip, a = leg.ankle - leg.knee, old = leg.ankle - leg.hip;

@@ -103,7 +103,7 @@ MotionSeries::MotionSeries(const motion::MotionModel& model, int harmonics, doub
 double MotionSeries::truncation(const motion::Pattern& pattern, int harmonics) const {
   double worst = 0.0;
   for (Eigen::Index r = 0; r < rows_; ++r) {
-    double sum = 0.0;  // Σₕ |Σₖ wₖ Cₖₕ e^{−ihφₖ}| of what is cut off
+    double sum = 0.0;  // Σₕ |Σₖ wₖ Cₖₕ e^{−ihφₖ}| of the omitted terms
     for (int h = harmonics + 1; 2 * h < source_.cols(); ++h) {
       double a = 0.0, b = 0.0;
       for (Eigen::Index k = 0; k < source_.rows(); ++k) {
@@ -134,7 +134,7 @@ void MotionSeries::make(const Eigen::Ref<const Eigen::VectorXd>& mean_rad,
     for (Eigen::Index k = 0; k < source_.rows(); ++k) {
       const double w = weight_rad(r, k);
       const double c1 = std::cos(delay_rad(r, k)), s1 = std::sin(delay_rad(r, k));
-      double c = 1.0, s = 0.0;  // of h·φᵣₖ
+      double c = 1.0, s = 0.0;  // cosine and sine of h·φᵣₖ
       sum[0] += w * source_(k, 0);
       for (int h = 1; h <= harmonics_; ++h) {
         const double next = c * c1 - s * s1;

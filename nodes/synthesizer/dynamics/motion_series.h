@@ -32,7 +32,7 @@ class MotionSeries {
   int row_stride() const { return stride_; }                 ///< R rounded up to a multiple of 16
   int size() const { return basis_ * stride_; }              ///< floats of one series
   /// Largest error of a joint-level value against the untruncated sources, over the model's
-  /// patterns [rad]: an upper bound, the sum of what was cut off.
+  /// patterns [rad]: an upper bound, the sum of the omitted terms.
   double truncation_rad() const { return truncation_rad_; }
 
   /// Writes the series of one parameter set to `series`, size() floats. Some µs; does not allocate.

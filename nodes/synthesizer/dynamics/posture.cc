@@ -25,12 +25,12 @@ constexpr float kEase = 20.0F;    // 1/s
 inline float smaller(float a, float b) { return a < b ? a : b; }
 inline float larger(float a, float b) { return a > b ? a : b; }
 
-/// What one foot at rest would mean for the pelvis.
+/// Motion of the pelvis if one foot were at rest.
 struct FootMotion {
   float z;       ///< height of its lower point below the pelvis (negative) [m]
   Vec3 q0, q1;   ///< its resting point before and after
   float dx, dy;  ///< ΔP in H before the step [m]
-  float c, s;    ///< of Δψ
+  float c, s;    ///< cosine and sine of Δψ
   float heel;    ///< share of the heel in the resting point
 };
 
@@ -104,7 +104,7 @@ void root_motion(const PointLanes& point, float dt_s, RootLanes& r) {
     const float lowest = smaller(left.z, right.z);
     const bool fresh = r.fresh[l] > 0.5F;
 
-    // who stands
+    // standing foot
     const float known = larger(r.known[l], 1e-6F);
     const float mean_x = r.mean_vx[l] / known, mean_y = r.mean_vy[l] / known;
     const float lx = left.dx * rate - mean_x, ly = left.dy * rate - mean_y;
@@ -116,11 +116,11 @@ void root_motion(const PointLanes& point, float dt_s, RootLanes& r) {
         (right.z - lowest) * (1.0F / kHeightScale) + trust * std::sqrt(rx * rx + ry * ry);
     const float keep = fresh ? 0.0F : kHysteresis;
     const bool was_right = r.support[l] > 0.5F;
-    const float ahead = cost_left - cost_right;  // of the right foot
+    const float ahead = cost_left - cost_right;  // lead of the right foot
     const bool is_right = ahead > (was_right ? -keep : keep);
     r.support[l] = is_right ? 1.0F : 0.0F;
 
-    // where that takes the pelvis; what the feet differ by when the support changes is eased
+    // the pelvis by each foot; their difference at a change of support is eased
     const float changed = fresh ? 0.0F : (is_right ? 1.0F : 0.0F) - (was_right ? 1.0F : 0.0F);
     auto ease = [&](float difference, int axis) {
       float e = r.ease[axis][l], v = r.ease_rate[axis][l] + changed * difference * rate;
@@ -155,7 +155,7 @@ void root_motion(const PointLanes& point, float dt_s, RootLanes& r) {
     r.mean_vy[l] += fill * (dy * rate - r.mean_vy[l]);
     r.known[l] += fill * (1.0F - r.known[l]);
 
-    // what the feet do then: velocity of a point = Rz(−Δψ)(ΔP − q₀) + q₁ over dt
+    // resulting motion of the feet: velocity of a point = Rz(−Δψ)(ΔP − q₀) + q₁ over dt
     auto foot = [&](const FootMotion& m, int f) {
       const float x = dx - m.q0.x, y = dy - m.q0.y;
       r.slip[f][0][l] = fresh ? 0.0F : (c * x + s * y + m.q1.x) * rate;
@@ -194,7 +194,7 @@ void foot_contact(RootLanes& root, float dt_s, LockLanes& lock) {
       const float speed2 = gx * gx + gy * gy, high = root.clearance[f][l];
       const bool stood = lock.contact[f][l] > 0.5F;
       const float height_limit = stood ? kHigh : kLow, speed_limit = stood ? kFast : kSlow;
-      // one after the other, as numbers: what the compiler makes vectors of
+      // one after the other, as numbers: the compiler makes vectors of them
       const float low = high < height_limit ? 1.0F : 0.0F;
       const float slow = speed2 < speed_limit * speed_limit ? low : 0.0F;
       const bool stands = (dx * dx + dy * dy < kFarthest * kFarthest ? slow : 0.0F) > 0.5F;

@@ -67,13 +67,13 @@ void posture(const BodyLanes& body, const Lane* angle, RotationLanes& rotation, 
 /// Which foot stands: the one with the smaller
 ///   Jf = (zf − min z)/2 cm + |vf − v̄|/0.5 m/s,
 /// zf the height of its lowest point, vf the pelvis velocity it would mean, v̄ the velocity of the
-/// last 0.3 s; it changes when the other's J is smaller by 0.3. So the foot that swings is told
-/// by its speed, forwards, backwards and sideways, and changes happen where both agree about
-/// the pelvis. The two feet still differ by up to 1 m/s then. So that the pelvis' velocity has no
-/// jump, its place goes on from where the old foot would have taken it, p₀ = 0, ṗ₀ = difference,
-/// and comes back to what the new foot says, p̈ = −2λṗ − λ²p with λ = 20 1/s: 1.8 cm away at most
-/// for a difference of 1 m/s, all of it forgotten after 0.3 s, no travel lost. That foot slides by
-/// as much (foot_lock() holds it). Turns likewise.
+/// last 0.3 s; it changes when the other's J is smaller by 0.3. So the swinging foot is recognised
+/// by its speed, forwards, backwards and sideways, and changes happen where both agree about the
+/// pelvis. The two feet still differ by up to 1 m/s then. So that the pelvis' velocity has no jump,
+/// its place continues from the place by the old foot, p₀ = 0, ṗ₀ = difference, and returns to the
+/// place by the new foot, p̈ = −2λṗ − λ²p with λ = 20 1/s: 1.8 cm away at most for a difference of 1
+/// m/s, all of it forgotten after 0.3 s, no travel lost. That foot slides by as much (foot_lock()
+/// holds it). Turns are treated in the same way.
 struct alignas(64) RootLanes {
   // state
   Lane foot[4][3] = {};                         ///< the points of the step before, in its H [m]
@@ -81,14 +81,15 @@ struct alignas(64) RootLanes {
   Lane support = {};                            ///< 0 left, 1 right
   Lane ease[3] = {}, ease_rate[3] = {};  ///< p and ṗ: x, y of H [m, m/s], turn [rad, rad/s]
   Lane fresh;                            ///< 1: there is no step before; the pelvis stays
-  /// Of each foot by the foot lock, in H [m]; 0 without. The pelvis goes after the standing foot's
-  /// with a time constant of 0.12 s, and so brings the leg back to what was synthesized.
+  /// Displacement of each foot by the foot lock, in H [m]; 0 without. The pelvis follows the
+  /// standing foot's displacement with a time constant of 0.12 s, which returns the leg to the
+  /// synthesized posture.
   Lane displaced[2][2] = {};
   // the last step
   Lane dx = {}, dy = {};         ///< ΔP in H before the step [m]
-  Lane cos_turn, sin_turn = {};  ///< of Δψ
+  Lane cos_turn, sin_turn = {};  ///< cosine and sine of Δψ
   Lane turn = {};                ///< Δψ [rad]
-  Lane height = {};              ///< of the pelvis above the ground [m]
+  Lane height = {};              ///< height of the pelvis above the ground [m]
   Lane slip[2][2] = {};    ///< velocity in W of each foot's lower point, in H after the step [m/s]
   Lane clearance[2] = {};  ///< height of each foot's lower point above the ground [m]
 
@@ -111,10 +112,11 @@ void root_motion(const PointLanes& point, float dt_s, RootLanes& root);
 struct alignas(64) LockLanes {
   Lane contact[2] = {};                ///< 1: the foot stands; [mocap::Side]
   Lane d[2][2] = {}, rate[2][2] = {};  ///< displacement [m] and its rate [m/s], in H
-  Lane velocity[2][2] = {};            ///< of the lower point in W after the lock, in H [m/s]
+  /// velocity of the lower point in W after the lock, in H [m/s]
+  Lane velocity[2][2] = {};
 };
 
-/// Advances contact and displacement by a step of root_motion(), and tells the root.
+/// Advances contact and displacement by a step of root_motion(), and passes them to the root.
 void foot_contact(RootLanes& root, float dt_s, LockLanes& lock);
 
 /// Displaces the feet: changes `angle` (kBodyRows lanes of axis-angle components [rad]) of hips,

@@ -9,19 +9,21 @@ namespace {
 
 using Eigen::Vector3d;
 // Shares of an action at which events happen; as people did in the trials.
-constexpr double kLeftReaches = 0.30;  // of action 2, until its end
+constexpr double kLeftReaches = 0.30;  // share of action 2 until its end
 constexpr double kRightReaches = 0.20, kRightArrives = 0.95;
 constexpr double kLeastReach_s = 0.8, kLetGo_s = 0.6;
-constexpr double kTurn_s = 0.4;                       // a hand that turns back brakes for so long
-constexpr double kJump_m = 0.02, kFollow_1_s = 10.0;  // of a target, and how fast a hand follows
+constexpr double kTurn_s = 0.4;  // braking time of a hand that turns back
+// jump of a target, and rate at which a hand follows
+constexpr double kJump_m = 0.02, kFollow_1_s = 10.0;
 constexpr double kLead_1_s = 1.5, kMostLead_m = 0.04;
-constexpr double kGrip_m = 0.005, kGrip_s = 0.1;  // so near for so long, and it grips
+constexpr double kGrip_m = 0.005, kGrip_s = 0.1;  // distance and time after which a hand grips
 constexpr double kThere = 0.95, kAtIt = 0.995;    // share of a reach
 constexpr double kEdge_m = 0.10;                  // over the edge of the drawer, not through it
 constexpr double kGripper_rad_s = 2.0;
 constexpr double kSteady_s = 0.15;  // mean of the opening that is seen
 // The right arm may be too short for the object in a drawer that is open as in the trials.
-constexpr double kDraw_1_s = 2.0, kMostDrawn_m = 0.08;  // of what it lacks, and beyond the trials
+// rate of drawing the hand to its missing distance, and limit beyond the trials
+constexpr double kDraw_1_s = 2.0, kMostDrawn_m = 0.08;
 
 }  // namespace
 
@@ -109,9 +111,9 @@ void BipedDrawerSequence::move_hands(const DrawerSeen* seen) {
   move_hand(mocap::kRight, object, kEdge_m);
 }
 
-/// The object in a drawer that is open as wished, but for what it differs in the mean of some time.
-/// A left hand that shakes shakes the object too: a right hand that followed it at once would
-/// reach with the trunk, and shake the left one through it.
+/// The object in a drawer that is open as wished, corrected by the mean difference over some time.
+/// A left hand that shakes shakes the object too: a right hand that followed it at once would reach
+/// with the trunk, and shake the left one through it.
 Vector3d BipedDrawerSequence::steady_object(const DrawerSeen& seen, const Vector3d& way) const {
   return seen.object_W_m + (seen.opened_m - state_.opened_m - opened_off_m_) * way;
 }

@@ -12,7 +12,7 @@ namespace mimesis::synthesizer {
 
 namespace {
 
-constexpr double kMoved_m = 0.003;     // of a drawer that is seen
+constexpr double kMoved_m = 0.003;     // move of the measured drawer
 constexpr double kMargin_rad = 0.005;  // from the joints' limits
 
 constexpr double kSideBySide_m = 0.05;  // feet that may stand so
@@ -20,8 +20,8 @@ constexpr double kSideBySide_m = 0.05;  // feet that may stand so
 mocap::Side other(mocap::Side side) { return side == mocap::kLeft ? mocap::kRight : mocap::kLeft; }
 
 constexpr double kFade_s = 0.8, kAhead_s = 0.1;
-constexpr double kLambda_1_s = 20.0;  // of the low-pass of the joints
-constexpr double kJump_rad = 0.1;     // of the phase: a robot that begins with the other foot
+constexpr double kLambda_1_s = 20.0;  // bandwidth of the joints' low-pass
+constexpr double kJump_rad = 0.1;     // jump of the phase: a robot that begins with the other foot
 constexpr double kAcceleration_m_s2 = 0.6;
 
 }  // namespace
@@ -272,7 +272,7 @@ void BipedDrawerSequence::replan() {
   if (state_.number < 0) return;
   const bool stood = state_.action == kStanding, stands = plan_.steps.empty();
   const bool last = plan_.steps.size() <= 2 && !stands && plan_.steps[0].action == kReachingStep;
-  const bool anew = stood && elsewhere;  // what was done of the stand is in vain
+  const bool anew = stood && elsewhere;  // the drawer has moved since the robot stood
   if (anew || (!stands && !last)) release();
   if (stood != stands || halted_ || anew) {
     from_stand_ = !moving;
@@ -331,7 +331,7 @@ Action BipedDrawerSequence::played(std::size_t first) const {
   return end + 1 == plan_.steps.size() ? plan_.steps[end].action : kNormalStep;
 }
 
-/// Of the action that begins with step `first` of the plan, from `start_m`.
+/// Parameters of the action that begins with step `first` of the plan, from `start_m`.
 MotionParameters BipedDrawerSequence::parameters(std::size_t first, double start_m,
                                                  double previous_m) const {
   const LearnedActions& learned = drawer_->actions;
@@ -440,11 +440,11 @@ void BipedDrawerSequence::move_upper_body() {
   if (fade_begins_) {
     fade_begins_ = false;
     offset_ = aim_ - rows_.head(joints);
-    // of the joints, not of their aims: learned rows ripple where actions meet, at several rad/s
-    // for some hundredths of a second, and a rate that is taken there would swing the arms for
-    // kFade_s
+    // rate of the joints, not of their targets: learned rows ripple where actions meet, at several
+    // rad/s for some hundredths of a second, and a rate that is taken there would swing the arms
+    // for kFade_s
     offset_rate_.setZero();
-    if (!course_.has_previous()) {  // else the transition goes on as it was
+    if (!course_.has_previous()) {  // otherwise the transition continues as it was
       const double ahead = kAhead_s * state_.phase_rate_rad_s;
       const double soon = std::min(state_.phase_rad + ahead, std::nextafter(math::kTwoPi, 0.0));
       learned.at(mixed, soon, soon_);

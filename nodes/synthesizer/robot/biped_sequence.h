@@ -12,7 +12,7 @@
 
 namespace mimesis::synthesizer {
 
-/// What a robot needs to do the drawer task: its learned actions, its skeleton, its size.
+/// Knowledge of a robot for the drawer task: its learned actions, its skeleton, its size.
 struct BipedDrawer {
   robot::RobotTree upper;  ///< upper_body_tree()
   retarget::RobotFigure figure;
@@ -27,32 +27,33 @@ inline constexpr DrawerModelOptions kSevenSources{.first_sources = 4, .further_s
 /// Trials, learning and maps: 2 s. @throws ConfigError as generate_robot_data(), LearnedActions
 BipedDrawer make_biped_drawer(const robot::Biped& biped, const RobotTrialSettings& settings,
                               const DrawerModelOptions& options = kSevenSources);
-/// Of trials as robot_trial_settings() has them.
+/// Learns from trials with the settings of robot_trial_settings().
 BipedDrawer make_biped_drawer(const robot::Biped& biped);
-/// The same from given training data, such as trajectories made feasible by a pattern generator.
+/// Learns from given training data, such as trajectories made feasible by a pattern generator.
 BipedDrawer make_biped_drawer(const robot::Biped& biped, const DrawerData& data,
                               const DrawerModelOptions& options = kSevenSources);
 
-/// What is seen of the drawer while the task is done.
+/// Measured state of the drawer during the task.
 struct DrawerSeen {
   Eigen::Vector2d front_W_m = Eigen::Vector2d::Zero();  ///< middle of the closed front
   Eigen::Vector3d handle_W_m = Eigen::Vector3d::Zero(), object_W_m = Eigen::Vector3d::Zero();
   double opened_m = 0.0;
   bool held = false, taken = false;
-  /// The robot's hands as the same eyes see them: how far they are from handle and object is right
-  /// whatever the robot believes of its own place. Nothing: not seen.
+  /// The robot's hands, measured by the same sensor: their distance from handle and object does not
+  /// depend on the robot's estimate of its own place. Empty: not seen.
   std::optional<std::array<Eigen::Vector3d, 2>> hand_W_m = {};
 };
 
 struct BipedSequenceOptions {
   double dt_s = 1.0 / 200.0;
   std::optional<StepPlanSettings> plan;  ///< instead of BipedDrawer::plan
-  double step_s = 0.8, shift_s = 0.8;    ///< of one step; of the weight before the first one
-  double beta = 0.2;                     ///< half width of a transition, of π [M18 eq. 3.23]
-  double settle_s = 0.08;                ///< how fast the action under way takes new parameters
-  double fixed_s = 0.3;     ///< so long before it lands a foot's landing changes no more
-  double aside_m = 0.04;    ///< of a step, to a drawer that is not straight ahead
-  double patience_s = 4.0;  ///< for a hand that does not get hold of what it shall
+  /// duration of one step; of the weight shift before the first one
+  double step_s = 0.8, shift_s = 0.8;
+  double beta = 0.2;        ///< half width of a transition, of π [M18 eq. 3.23]
+  double settle_s = 0.08;   ///< how fast the action under way takes new parameters
+  double fixed_s = 0.3;     ///< time before a landing in which it is no longer changed
+  double aside_m = 0.04;    ///< sideways part of a step, to a drawer that is not straight ahead
+  double patience_s = 4.0;  ///< time limit of a hand that does not get its object
 };
 
 /// A wish for one hand: the point between its fingers.
@@ -65,14 +66,14 @@ struct HandWish {
 struct BipedSequenceState {
   double time_s = 0.0;
   Action action = kNormalStep;
-  int number = 0;                                      ///< of the action, from 0
+  int number = 0;                                      ///< number of the action, from 0
   double phase_rad = 0.0, phase_rate_rad_s = 0.0;      ///< in the action, [0, 2π)
   Eigen::Vector3d velocity = Eigen::Vector3d::Zero();  ///< forward, left [m/s], turn [rad/s]
   Landings landing;
   bool stands = false;    ///< steps shall end
   Eigen::VectorXd q, dq;  ///< joints of BipedDrawer::upper [rad], [rad/s]
   std::array<std::optional<HandWish>, 2> hand;
-  double opened_m = 0.0;    ///< that the drawer is wished to be open
+  double opened_m = 0.0;    ///< wished opening of the drawer
   double distance_m = 0.0;  ///< middle of the feet to the closed front
   bool done = false;        ///< the object is in the hand
   std::string refused;      ///< why the task cannot be followed as it is; empty if it is
@@ -84,14 +85,13 @@ struct BipedSequenceState {
 /// actions, and goals of the hands.
 ///
 /// Loop: actions begin and end with the landings that the robot reports, and their phase is that of
-/// its steps (GaitClock). At every landing, and when the drawer jumps, the steps are planned anew
-/// from where the feet are (plan_steps()). What the mixture's arms leave to handle and object is
-/// drawn in by ArmReach; a hand that the robot reports elsewhere than wished is led back slowly.
-/// A hand closes when it is there, with its gripper if it has one.
-/// The drawer opens on as long as it is held, and beyond the trials' 0.2 m while the right hand at
-/// its end still lacks something to the object. Without feedback the robot is believed to obey. If
-/// no plan leads to where the drawer has jumped, the robot stops and says why, until it jumps
-/// again.
+/// its steps (GaitClock). At every landing, and when the drawer jumps, the steps are planned again
+/// from where the feet are (plan_steps()). ArmReach corrects the distance of the mixture's hands
+/// from handle and object; a hand that the robot reports elsewhere than wished is led back slowly.
+/// A hand closes when it is there, with its gripper if it has one. The drawer opens on as long as
+/// it is held, and beyond the trials' 0.2 m while the right hand at its end does not reach the
+/// object. Without feedback the robot is assumed to obey. If no plan leads to the drawer after a
+/// jump, the robot stops with the reason, until the drawer jumps again.
 ///
 /// step() does not allocate but at the beginning of actions and after jumps.
 class BipedDrawerSequence {
@@ -117,11 +117,11 @@ class BipedDrawerSequence {
   const BipedSequenceState& step(const RobotFeedback* robot, const DrawerSeen* seen);
   const BipedSequenceState& state() const { return state_; }
   const DrawerPlace& task() const { return task_; }
-  double heading_rad() const { return heading_; }  ///< of the way
-  /// Where the robot is, or is believed to be.
+  double heading_rad() const { return heading_; }  ///< heading of the way
+  /// Place of the robot, reported or assumed.
   const RobotFeedback& robot() const { return robot_; }
   const std::vector<PlannedStep>& steps() const { return plan_.steps; }  ///< left to do
-  /// What is left to do, the action under way first, with travels of the middle of the feet.
+  /// Remaining actions, the current one first, with travels of the middle of the feet.
   std::vector<PlannedAction> plan() const;
   /// Actions that were walked, with the lengths that they came to have.
   const std::vector<PlannedAction>& history() const { return history_; }
@@ -175,7 +175,7 @@ class BipedDrawerSequence {
   StepPlanSettings plan_settings_;
   Eigen::Vector2d origin_;
   double heading_ = 0.0, front_m_ = 0.0, front_across_m_ = 0.0, across_m_ = 0.0;
-  RobotFeedback robot_;  // as reported or believed
+  RobotFeedback robot_;  // feedback as reported, or as assumed
   BelievedRobot believed_;
   GaitClock clock_;
   robot::Kinematics kinematics_;
@@ -189,21 +189,22 @@ class BipedDrawerSequence {
   double action_start_m_ = 0.0, previous_length_m_ = 0.0;
 
   ActionCourse course_;
-  Eigen::VectorXd aim_;  // of the joints, before the low-pass
+  Eigen::VectorXd aim_;  // targets of the joints, before the low-pass
   Eigen::VectorXd rows_, soon_, offset_, offset_rate_, lower_, upper_;
   double fade_s_ = 0.0, waited_s_ = 0.0;
-  double opened_off_m_ = 0.0;  // of the drawer that is seen, open − wished, low-passed
+  double opened_off_m_ = 0.0;  // opened − wished of the measured drawer, low-passed
   bool fade_begins_ = true, halted_ = false, waiting_ = false;
-  Action kind_ = kNormalStep;  // that is played
+  Action kind_ = kNormalStep;  // action that is played
 
   struct Hand {
     ArmReach reach;
-    double turn_rate_1_s = 0.0, turned_s = 1e3;  // of the share: how fast it went otherwise, since
+    // rate of the share before it turned; time since then
+    double turn_rate_1_s = 0.0, turned_s = 1e3;
     bool started = false;
     Eigen::Vector3d gap_m = Eigen::Vector3d::Zero(), gap_rate = Eigen::Vector3d::Zero(),
                     led_m = Eigen::Vector3d::Zero(), last_target_m = Eigen::Vector3d::Zero();
     bool has_target = false, closes = false;
-    double near_s = 0.0;  // its target, for so long
+    double near_s = 0.0;  // time at its target
     int gripper = -1;     // joint
     double open_rad = 0.0, closed_rad = 0.0, gripper_rad = 0.0;
   };

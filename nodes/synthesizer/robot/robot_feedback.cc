@@ -11,7 +11,7 @@ namespace mimesis::synthesizer {
 
 namespace {
 constexpr double kPull_1_s = 10.0;
-constexpr double kNever = 0.9;  // of the clock's rate: what the pull may add or take
+constexpr double kNever = 0.9;  // share of the clock's rate that the pull may add or take
 }  // namespace
 
 double GaitClock::half() { return std::numbers::pi; }

@@ -16,12 +16,12 @@ struct SolePrint {
 
 enum class RobotGait { waiting, standing, starting, walking, stopping, safe };
 
-/// Where a walking robot believes to be and what it plans: the feedback to whoever wishes its
-/// motion [M18 3.8.1].
+/// Estimated place and plan of a walking robot: feedback to the node that wishes its motion [M18
+/// 3.8.1].
 struct RobotFeedback {
   RobotGait gait = RobotGait::standing;
   Eigen::Vector3d pelvis_W_m = Eigen::Vector3d::Zero();
-  double heading_rad = 0.0;           ///< of the pelvis in W
+  double heading_rad = 0.0;           ///< heading of the pelvis in W
   mocap::Side swing = mocap::kRight;  ///< foot that moves, or will next
   double to_landing_s = 0.0;          ///< 0 while standing
   SolePrint landing;                  ///< planned
@@ -36,7 +36,7 @@ struct RobotFeedback {
 };
 
 /// Phase of the gait cycle of a robot whose steps take a fixed time: 0 when its left foot lands, π
-/// when its right one does. It is drawn to where the feedback says that the robot is,
+/// when its right one does. It is pulled towards the phase in the feedback,
 ///   φ̇ = π/T + clamp(k (φ_robot − φ)), k = 10 1/s,
 /// never runs backwards, and stands while the robot stands. Without feedback it runs by itself as
 /// long as steps are wished, and ends with the end of a step.
@@ -52,7 +52,7 @@ class GaitClock {
   double phase_rad() const { return phase_rad_; }  ///< [0, 2π)
   double rate_rad_s() const { return rate_rad_s_; }
   bool moves() const { return moves_; }  ///< the robot steps, as far as is known
-  /// Of the step under way, [0, step_s]; what a robot on this clock would report.
+  /// Time to the landing of the current step, [0, step_s]; a robot on this clock would report it.
   double to_landing_s() const;
   mocap::Side swing() const { return phase_rad_ < half() ? mocap::kRight : mocap::kLeft; }
   /// The foot that landed in the last step of time, by this clock.
@@ -71,15 +71,15 @@ class GaitClock {
 /// Landings that are wished: of the next swing foot and the one after it.
 using Landings = std::array<std::optional<SolePrint>, 2>;
 
-/// A robot that walks exactly as it is wished: what is believed while none says where it is. Shifts
-/// its weight first, then a step every `step_s`, as long as landings are wished; the middle of the
-/// feet carries the pelvis.
+/// A robot that walks exactly as wished: assumed while there is no feedback. Shifts its weight
+/// first, then a step every `step_s`, as long as landings are wished; the middle of the feet
+/// carries the pelvis.
 class BelievedRobot {
  public:
   BelievedRobot(double step_s, double shift_s, double dt_s)
       : step_s_(step_s), shift_s_(shift_s), dt_s_(dt_s) {}
 
-  /// It goes on from here.
+  /// It continues from here.
   void place(const RobotFeedback& robot);
   /// @param walk  steps are wished; else it ends with the step under way
   void step(const Landings& landing, bool walk);

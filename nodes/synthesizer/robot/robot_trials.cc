@@ -123,7 +123,7 @@ class Retargeting {
     start_.X_WB.translation().z() = height_m;
   }
 
-  /// What the robot shall do when a person's posture is this; the pelvis is above the origin.
+  /// Goals of the robot for a person's posture; the pelvis is above the origin.
   retarget::FrameGoals goals(const mocap::BodyPose& pose) const {
     const Vector3d shift = Vector3d(0.0, 0.0, height_m_) - pose.p_WJ[mocap::kRoot];
     const auto at = [&](int joint) {

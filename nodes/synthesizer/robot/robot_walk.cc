@@ -13,7 +13,7 @@ namespace {
 constexpr double kNear_m = 0.4;  // from here on without turning
 constexpr double kGo_1_s = 0.8, kTurn_1_s = 0.8;
 constexpr double kAhead = 0.2, kAside = 0.8;  // rad: full speed below, none above
-constexpr double kThereShare = 0.4;           // of the tolerance: steps shall end
+constexpr double kThereShare = 0.4;           // share of the tolerance: steps shall end
 constexpr double kFaced_rad = 0.03;
 constexpr double kNearer_m = 0.1;
 constexpr double kStill = 1e-3;
@@ -87,8 +87,8 @@ void RobotWalk::see(const RobotFeedback* feedback) {
   }
 }
 
-/// Whether to step. Who walks goes on until it is well within the tolerance; who stands begins if
-/// it is without.
+/// Whether to step. A walking robot continues until it is well within the tolerance; a standing one
+/// begins if it is outside.
 void RobotWalk::decide(bool robot_stands) {
   switch (task_) {
     case Task::none:

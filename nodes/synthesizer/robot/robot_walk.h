@@ -5,19 +5,19 @@
 
 namespace mimesis::synthesizer {
 
-/// What a robot can be asked for. Defaults: below what biped.urdf's pattern generator walks.
+/// Limits of requests to a robot. Defaults: below the limits of biped.urdf's pattern generator.
 struct RobotLimits {
   double forward_m_s = 0.30, left_m_s = 0.10, turn_rad_s = 0.15;
   double acceleration_m_s2 = 0.25, turn_acceleration_rad_s2 = 0.25;
-  double step_s = 0.8;  ///< of one step
+  double step_s = 0.8;  ///< duration of one step
 };
 
-/// Leads a robot to a goal by velocities of its pelvis, from where it says it is; without feedback,
-/// from where it would be if it had obeyed.
+/// Leads a robot to a goal by velocities of its pelvis, from its reported place; without feedback,
+/// from the place where it would be if it had obeyed.
 ///
 /// Far from the goal it turns to it, ψ̇ = k sin(ψ_goal − ψ) [M18 eq. 3.24], and goes forward the
 /// slower, the more the goal lies aside; within 0.4 m it keeps its heading and goes straight to the
-/// goal, forward and sideways, v = k·(what is left). Nothing here allocates.
+/// goal, forward and sideways, v = k·(remaining distance). No allocation.
 class RobotWalk {
  public:
   RobotWalk(const RobotLimits& limits, double tolerance_m, double give_up_s, double dt_s);

@@ -14,7 +14,7 @@ namespace {
 constexpr double kRounding = 1e-6;
 double squared(double x) { return x * x; }
 
-/// `count` equal lengths that are `wished` to be so long.
+/// `count` equal lengths with a wished length.
 struct Length {
   double count = 0.0, wished = 0.0, half = 1.0, least = 0.0, most = 0.0, value = 0.0;
   bool at_bound = false;
@@ -39,7 +39,7 @@ bool share_out(std::array<Length, 3>& lengths, double total) {
     }
     if (give == 0.0) return std::abs(left) < 1e-3;
     const double lambda = left / give;
-    // of those beyond, only the ones on the side that the others have to make up for
+    // beyond the limits counts only the side that the others have to compensate
     double beyond = 0.0;
     for (Length& l : lengths) {
       if (l.at_bound) continue;
@@ -127,7 +127,7 @@ class Search {
     found_->final_distance_m = l[2].value;
   }
 
-  /// What it costs to make the action under way another one, or to step on the spot.
+  /// Cost of making the current action another one, or of stepping on the spot.
   double change(const Kinds& k) const {
     if (feet_.swing == mocap::kRight) return 0.0;
     if (k.close) return feet_.stands || feet_.action == kNormalStep ? 1.0 : 0.0;

@@ -11,10 +11,10 @@ namespace mimesis::synthesizer {
 struct StepPlanSettings {
   /// Comfortable lengths: mean and half range, action 1 and action 2.
   double normal_m = 0.533, normal_half_m = 0.028, reaching_m = 0.261, reaching_half_m = 0.098;
-  double least_normal_m = 0.34;   ///< of action 1, as trained
-  double longest_step_m = 0.28;   ///< of one foot from the other
-  double shortest_step_m = 0.03;  ///< of the right foot in action 2
-  double most_reaching_m = 0.36;  ///< of action 2, as trained
+  double least_normal_m = 0.34;   ///< length of action 1, as trained
+  double longest_step_m = 0.28;   ///< longest distance of one foot from the other
+  double shortest_step_m = 0.03;  ///< shortest step of the right foot in action 2
+  double most_reaching_m = 0.36;  ///< longest travel of action 2, as trained
   double stand_half_m = 0.03;     ///< about the comfortable final distance
   /// So much nearer or farther it may stand: steps back were not trained, and arms reach 0.10 m
   /// nearer. Farther, the right arm is too short: it steps again.
@@ -36,21 +36,21 @@ struct StepPlan {
   double cost = 0.0;
 };
 
-/// Where the feet are along the way, and what they are at.
+/// Places of the feet along the way, and the current action.
 struct FeetAlongWay {
   double support_m = 0.0, other_m = 0.0;  ///< the foot that the next step is counted from
   mocap::Side swing = mocap::kRight;      ///< next
   Action action = kNormalStep;            ///< under way, if `swing` is its second foot
-  bool stands = true;                     ///< none is under way
+  bool stands = true;                     ///< no step is under way
 };
 
 /// Steps that lead to the front at `front_m`. Actions are gait cycles of two steps, the right foot
 /// first: action 1 is two steps of the same length, action 2 one of the right foot and the left
-/// closes beside it; standing ends the plan. Of what the robot can do, the plan with the least
+/// closes beside it; standing ends the plan. Among the possible plans, the one with the least
 ///   Σ ((length − mean)/half range)² over actions, + the same of the final distance, + 1 for every
-/// action 2 but the last, + 1 for an action under way that is made another one
-/// is taken [cf. plan_actions()]. A robot that begins with its left foot begins in the middle of an
-/// action. Deterministic; some 10 µs. Fails with the reason if nothing leads there.
+/// action 2 but the last, + 1 for changing the current action is taken [cf. plan_actions()]. A
+/// robot that begins with its left foot begins in the middle of an action. Deterministic; some 10
+/// µs. Fails with the reason if no plan leads there.
 tl::expected<StepPlan, Status> plan_steps(const FeetAlongWay& feet, double front_m,
                                           double comfortable_m,
                                           const StepPlanSettings& settings = {});

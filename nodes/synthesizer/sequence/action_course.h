@@ -26,7 +26,7 @@ class ActionCourse {
   /// The action under way has the wanted parameters at once, without a transition.
   void restart();
 
-  /// The phase is so near the end that the next action must be known.
+  /// The phase is near the end: the next action must be known.
   bool near_end(double phase_rad) const;
   bool has_next() const { return has_next_; }
   void set_next(MotionParameters next);

@@ -181,8 +181,9 @@ ActionMaps::ActionMaps(DrawerModel model, const LocalRegressionOptions& options)
       x.row(i) = inputs(a, task_of(a, static_cast<std::size_t>(i)));
       y.row(i) = flat(patterns[static_cast<std::size_t>(i)]);
     }
-    // objects stood at few places, so that trials left out are told by others of the same place and
-    // a narrow kernel wins, which knows nothing of places between: there the kernel has to be wide
+    // objects stood at few places, so that trials left out are predicted by others of the same
+    // place and a narrow kernel wins, which has no data between places: there the kernel has to be
+    // wide
     LocalRegressionOptions chosen = options;
     if (a == kStanding && options.bandwidth == 0.0) chosen.bandwidth = kWide;
     if (a == kStanding && options.ridge == 0.0) chosen.ridge = kSmallRidge;

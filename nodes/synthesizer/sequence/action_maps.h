@@ -37,24 +37,24 @@ struct DrawerModel {
 Eigen::MatrixXd drawer_ramp(Eigen::Index samples);
 
 /// Learns the model: action 1 with tied delays; then actions 2 and 3 with those sources and delays,
-/// weights estimated anew, and the further sources from what they leave of both. (The text takes
-/// the residuals of action 2 for the further sources and only new weights for action 3: its
-/// residuals are then the largest of all.) Some seconds for 40 trials.
+/// weights estimated again, and the further sources from the residual of both. (The text takes the
+/// residuals of action 2 for the further sources and only new weights for action 3: its residuals
+/// are then the largest of all.) Some seconds for 40 trials.
 /// @throws ConfigError from demix::sisa, or for fewer than 1 source of each kind.
 DrawerModel learn_drawer_model(const DrawerData& data, const DrawerModelOptions& options = {});
 
-/// What an action has to do. Inputs of the maps: of action 1 the first two; of action 2 the first
-/// three; of action 3 all but length and duration.
+/// Task of an action. Inputs of the maps: for action 1 the first two; for action 2 the first three;
+/// for action 3 all but length and duration.
 struct ActionTask {
   double length_m = 0.0, duration_s = 1.0;
-  double previous_length_m = 0.0;  ///< of the action before: where the feet are
+  double previous_length_m = 0.0;  ///< length of the action before: place of the feet
   double final_distance_m = 0.60;
   double object_depth_m = 0.25, object_lateral_m = 0.0;
 };
 
-/// Nonlinear maps from what an action has to do to the parameters of its mixture: weights and means
-/// by locally weighted linear regression, one map for each action, clamped to what was trained
-/// [M18 3.4.2].
+/// Nonlinear maps from the task of an action to the parameters of its mixture: weights and means by
+/// locally weighted linear regression, one map for each action, clamped to the trained range [M18
+/// 3.4.2].
 class ActionMaps {
  public:
   /// `model`'s patterns of all actions are the same trials in the same order; those of one clip
@@ -71,7 +71,7 @@ class ActionMaps {
   const LocalRegression& map(Action action) const { return maps_[action]; }
 
   static Eigen::VectorXd inputs(Action action, const ActionTask& task);
-  /// What trial i was.
+  /// Task of trial i.
   ActionTask task_of(Action action, std::size_t i) const;
 
  private:
@@ -82,10 +82,10 @@ class ActionMaps {
 };
 
 /// The drawer task's actions as learned from trials with any rows: upper body and pelvis velocity
-/// (robot_trials.h, or what a pattern generator made feasible of them), or, for comparison, the
-/// angles of all joints. Sources are learned stepwise, n₁ periodic ones from action 1 and n₂ more
-/// from what those leave of the others, beside the non-periodic one [M18 3.3.3, 3.8.3]; maps lead
-/// from what an action has to do to weights and means [M18 3.4.2].
+/// (robot_trials.h, or trials made feasible by a pattern generator), or, for comparison, the angles
+/// of all joints. Sources are learned stepwise, n₁ periodic ones from action 1 and n₂ more from the
+/// residual of the others, beside the non-periodic one [M18 3.3.3, 3.8.3]; maps lead from the task
+/// of an action to weights and means [M18 3.4.2].
 class LearnedActions {
  public:
   /// Some seconds for 40 trials. @throws ConfigError from learn_drawer_model() and ActionMaps
@@ -101,7 +101,7 @@ class LearnedActions {
           Eigen::Ref<Eigen::VectorXd> out) const;
   /// The mixture of a training trial, rows × samples (as many as were learned from).
   Eigen::MatrixXd reconstruct(Action action, std::size_t trial) const;
-  /// What the maps say for a task that was not in the training, rows × samples.
+  /// Result of the maps for a task that was not in the training, rows × samples.
   Eigen::MatrixXd infer(Action action, const ActionTask& task) const;
 
  private:

@@ -19,7 +19,7 @@ double discomfort(const StepRange& range, double length_m) {
   return squared((length_m - range.mean_m) / (0.5 * (range.most_m - range.least_m)));
 }
 
-// Steps of one kind and length each, and what they cost.
+// Steps of one kind and length each, and their cost.
 struct Steps {
   int normal = 0, reaching = 0;
   double normal_m = 0.0, reaching_m = 0.0;
@@ -156,7 +156,7 @@ tl::expected<std::vector<PlannedAction>, Status> replan_actions(const Underway& 
                                                                 const ActionRanges& ranges,
                                                                 const PlanSettings& settings) {
   const Search search(ranges, settings);
-  if (now.action == kStanding) {  // goes on standing, or walks on
+  if (now.action == kStanding) {  // continues to stand, or to walk
     if (search.may_stand(distance_m)) return search.spelled(Steps{});
     if (const auto steps = search.best(distance_m, false)) return search.spelled(*steps);
     return search.unreachable(distance_m);

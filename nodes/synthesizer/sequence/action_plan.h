@@ -8,7 +8,7 @@
 
 namespace mimesis::synthesizer {
 
-/// What was trained of one stepping action.
+/// Trained range of one stepping action.
 struct StepRange {
   double least_m = 0.0, mean_m = 0.0, most_m = 0.0;  ///< travel of the pelvis
   /// Duration by least squares on the length, within the trained durations.
@@ -19,7 +19,7 @@ struct StepRange {
   bool holds(double length_m) const;  ///< within the trained lengths (1 µm for rounding)
 };
 
-/// What the planner knows of the actions.
+/// Ranges of the actions, for the planner.
 struct ActionRanges {
   StepRange normal, reaching;
   double nearest_stand_m = 0.0, farthest_stand_m = 0.0;  ///< trained final distances
@@ -36,8 +36,8 @@ struct PlanSettings {
   /// 2.94 m, as fig. 3.38 has it (0.39 and 0.53 m), and a cycle 1.34 .. 1.80 m, as people walk;
   /// read as whole actions, the shortened one would be 1.07 .. 1.44 m long, twice the normal one.
   double gamma = 0.385;
-  /// Arms and trunk make up for so much beyond the trained final distances. About half the
-  /// shortest trained step, so that no goal falls between standing and stepping.
+  /// Distance beyond the trained final ones that arms and trunk compensate. About half the shortest
+  /// trained step, so that no goal falls between standing and stepping.
   double reach_margin_m = 0.06;
   int most_normal = 10;   ///< cycles in one plan
   int most_reaching = 4;  ///< shortened ones
@@ -51,12 +51,12 @@ struct PlannedAction {
 };
 
 /// Predictive plan of the actions that lead from a pelvis `distance_m` before the front panel to
-/// the grasp: n normal cycles, m shortened ones, standing last. One of each (n = m = 1) is
-/// [M18 3.4.2]; with n more cycles the lengths keep the proportion 2γ : 1 − 2γ; near goals are
-/// reached by shortened steps alone. Lengths stay within what was trained; of what is possible the
-/// plan with least Σ((length − trained mean)/half trained range)² + the same of the final distance
-/// + 1 for every shortened step but one (it interrupts the walk) is taken. Deterministic; some 10
-/// µs (replanning: 100). Fails with the reason if no trained sequence leads there.
+/// the grasp: n normal cycles, m shortened ones, standing last. One of each (n = m = 1) is [M18
+/// 3.4.2]; with n more cycles the lengths keep the proportion 2γ : 1 − 2γ; near goals are reached
+/// by shortened steps alone. Lengths stay within the trained range; among the possible plans the
+/// one with least Σ((length − trained mean)/half trained range)² + the same of the final distance +
+/// 1 for every shortened step but one (it interrupts the walk) is taken. Deterministic; some 10 µs
+/// (replanning: 100). Fails with the reason if no trained sequence leads there.
 tl::expected<std::vector<PlannedAction>, Status> plan_actions(double distance_m,
                                                               const ActionRanges& ranges,
                                                               const PlanSettings& settings = {});
@@ -65,12 +65,12 @@ tl::expected<std::vector<PlannedAction>, Status> plan_actions(double distance_m,
 struct Underway {
   Action action = kNormalStep;
   double planned_length_m = 0.0;
-  double walked_m = 0.0;  ///< of this action
-  double share = 0.0;     ///< of its duration that is over, [0, 1)
+  double walked_m = 0.0;  ///< distance walked in this action
+  double share = 0.0;     ///< share of its duration that is over, [0, 1)
 };
 
-/// The same in the midst of an action: the first action of the plan is the current one with its new
-/// whole length, which what is left of it can still give: at each instant the pelvis moves no
+/// Plans again in the middle of an action: the first action of the plan is the current one with its
+/// new whole length, which its remaining part can still reach: at each instant the pelvis moves no
 /// slower than in the shortest and no faster than in the longest trained step. `distance_m`: from
 /// the pelvis now. If the goal cannot be reached the reason is returned and the old plan may be
 /// kept.

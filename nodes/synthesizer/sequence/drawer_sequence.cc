@@ -11,8 +11,8 @@ namespace mimesis::synthesizer {
 namespace {
 
 // Shares of an action at which events happen; as people did in the trials.
-constexpr double kLeftReaches = 0.30;               // of action 2, until its end
-constexpr double kPullFrom = 0.05, kPullTo = 0.65;  // of action 3
+constexpr double kLeftReaches = 0.30;               // share of action 2 until its end
+constexpr double kPullFrom = 0.05, kPullTo = 0.65;  // part of action 3
 constexpr double kRightReaches = 0.20, kRightArrives = 0.95;
 constexpr double kLetGo = 0.4;    // s, after an interrupted stand
 constexpr double kFollow = 0.06;  // s, of a hand's aim after its target
@@ -156,8 +156,8 @@ Eigen::VectorXd DrawerSequence::mixed() {
   return rows;
 }
 
-// Along the way by the action's length, evenly but for the learned course; what a changed length
-// leaves is spread over the rest of the action.
+// Along the way by the action's length, evenly except for the learned course; a changed length is
+// spread over the rest of the action.
 void DrawerSequence::move_pelvis(const Eigen::VectorXd& rows) {
   const double share = state_.phase_rad / math::kTwoPi;
   const double edge =

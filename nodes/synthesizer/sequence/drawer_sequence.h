@@ -15,7 +15,7 @@ namespace mimesis::synthesizer {
 /// Where the task is. The drawer's front is the plane x = front_W_m; the way is along x of W.
 struct DrawerGoal {
   double front_W_m = 2.6;
-  double object_depth_m = 0.25, object_lateral_m = 0.0;  ///< as in TrialPlan
+  double object_depth_m = 0.25, object_lateral_m = 0.0;  ///< place of the object, as in TrialPlan
   bool operator==(const DrawerGoal&) const = default;
 };
 
@@ -26,31 +26,31 @@ struct SequenceOptions {
   double settle_s = 0.08;  ///< how fast the action under way takes new parameters
 };
 
-/// What there is after a step. W: pelvis starts above x = y = 0.
+/// State after a step. W: pelvis starts above x = y = 0.
 struct SequenceState {
   double time_s = 0.0;
   Action action = kNormalStep;
-  int number = 0;             ///< of the action, from 0
-  double phase_rad = 0.0;     ///< of the leading oscillator in the action, [0, 2π)
+  int number = 0;             ///< number of the action, from 0
+  double phase_rad = 0.0;     ///< phase of the leading oscillator in the action, [0, 2π)
   Eigen::VectorXd angle_rad;  ///< 51, rows of the body
   Eigen::Vector3d pelvis_W_m = Eigen::Vector3d::Zero();
   Eigen::Vector3d handle_W_m = Eigen::Vector3d::Zero(), object_W_m = Eigen::Vector3d::Zero();
   double left_error_m = 0.0, right_error_m = 0.0;  ///< finger tips to handle and object
-  /// The same before the arm reaches: what the mixture alone would miss them by.
+  /// Errors before the arm's correction: of the mixture alone.
   double left_without_m = 0.0, right_without_m = 0.0;
   std::array<bool, 2> stands{};
-  double correction_m = 0.0;  ///< of the feet, against the mixture
+  double correction_m = 0.0;  ///< correction of the feet, against the mixture
   bool done = false;          ///< the object is in the hand
   std::string refused;        ///< why the last goal could not be followed; empty if it is
 };
 
-/// Walks to a drawer, opens it and takes what is in it [M18 3.7], online: the plan's actions one
-/// after the other over the phase of the leading oscillator (on its limit cycle: φ̇ = ω),
-/// weights and means from the maps of lengths and durations, transitions by eq. 3.23, arm reaches
-/// started by events. The pelvis travels each action's length exactly; the learned rows pelvis.x,
-/// .y and .z say how. A goal that jumps is followed at once: the action under way takes the length
-/// that the new plan gives it, further actions follow. Deterministic. A step takes some 20 µs, and
-/// some tenths of a ms more when the maps are asked: at a boundary of actions and after a jump.
+/// Walks to a drawer, opens it and takes the object in it [M18 3.7], online: the plan's actions one
+/// after the other over the phase of the leading oscillator (on its limit cycle: φ̇ = ω), weights
+/// and means from the maps of lengths and durations, transitions by eq. 3.23, arm reaches started
+/// by events. The pelvis travels each action's length exactly; the learned rows pelvis.x, .y and .z
+/// shape it. A goal that jumps is followed at once: the action under way takes the length that the
+/// new plan gives it, further actions follow. Deterministic. A step takes some 20 µs, and some
+/// tenths of a ms more when the maps are asked: at a boundary of actions and after a jump.
 class DrawerSequence {
  public:
   /// The reason if no plan leads to the goal. `maps` must outlive the sequence.
@@ -59,12 +59,12 @@ class DrawerSequence {
 
   /// The drawer (or the object) is elsewhere from now on.
   void set_goal(const DrawerGoal& goal);
-  /// Advances by dt. Nothing but the clock moves after `done`.
+  /// Advances by dt. After `done` only the clock moves.
   const SequenceState& step();
   const SequenceState& state() const { return state_; }
-  /// What is left to do, the action under way first.
+  /// Remaining actions, the current one first.
   const std::vector<PlannedAction>& plan() const { return plan_; }
-  /// Actions begun so far with the lengths that they came to have.
+  /// Actions begun so far, with their final lengths.
   const std::vector<PlannedAction>& history() const { return history_; }
   double distance_m() const { return goal_.front_W_m - state_.pelvis_W_m.x(); }
 
@@ -88,19 +88,19 @@ class DrawerSequence {
   bool goal_changed_ = false;
   ActionCourse course_;
   double previous_length_m_ = 0.0;
-  double start_x_m_ = 0.0, even_m_ = 0.0;       // of the action; even progress in it
+  double start_x_m_ = 0.0, even_m_ = 0.0;       // start of the action; even progress in it
   std::optional<Eigen::VectorXd> left_behind_;  // posture that fades after an interrupted stand
   double left_behind_s_ = 0.0;
   FootHold feet_;
   ArmReach left_, right_;
-  // what the hands are drawn to, and how far that is yet from a target that has jumped
+  // Targets of the hands, and their remaining distance from a target that has jumped.
   Eigen::Vector3d left_aim_W_m_ = Eigen::Vector3d::Zero(), left_gap_m_ = Eigen::Vector3d::Zero();
   Eigen::Vector3d right_aim_W_m_ = Eigen::Vector3d::Zero(), right_gap_m_ = Eigen::Vector3d::Zero();
   bool left_started_ = false, right_started_ = false;
   double opened_m_ = 0.0;
 };
 
-/// A drawer in the world: the middle of its closed front, which faces who comes.
+/// A drawer in the world: the middle of its closed front, which faces the character.
 struct DrawerPlace {
   Eigen::Vector2d front_W_m = Eigen::Vector2d::Zero();
   double object_depth_m = 0.2;
@@ -116,8 +116,8 @@ class PlacedSequence {
                                                     const DrawerPlace& place,
                                                     const Eigen::Vector2d& from_W_m, double dt_s);
 
-  /// The drawer is elsewhere. What it moved across the way is made up for by the reach of the arm,
-  /// up to kAcross_m: farther aside it is refused with the reason, and the old place stays.
+  /// The drawer is elsewhere. The reach of the arm compensates its move across the way, up to
+  /// kAcross_m: farther aside the new place is refused with the reason, and the old one stays.
   std::string move(const DrawerPlace& place);
   /// Advances by dt. Allocates.
   void step();
@@ -140,7 +140,7 @@ class PlacedSequence {
   DrawerSequence sequence_;
   DrawerPlace place_;
   Eigen::Vector2d from_;  // where its way begins, W
-  double heading_rad_;    // of its way
+  double heading_rad_;    // heading of its way
 };
 
 }  // namespace mimesis::synthesizer

@@ -12,7 +12,7 @@ namespace {
 
 struct TwoLinks {
   Eigen::Vector3d upper, lower;  // unit directions
-  Eigen::Vector3d normal;        // of their plane: straight direction × bend direction
+  Eigen::Vector3d normal;        // normal of their plane: straight direction × bend direction
   double bend_rad;               // between them
   double short_by_m;
 };
@@ -140,7 +140,7 @@ FootState FootPath::at(double t) const {
 }
 
 namespace {
-constexpr double kRest = 0.004;  // where x starts and what it leaves: 0 and 1 are never reached
+constexpr double kRest = 0.004;  // offset and range of x: 0 and 1 are never reached
 }
 
 void ArmReach::start(bool to_target, double duration_s) {
@@ -185,9 +185,9 @@ namespace {
 // less than 0.4 m/s [reference/motion.md, skating of few sources].
 constexpr double kNear = 0.045, kFar = 0.060;   // m
 constexpr double kSlow = 0.70, kFast = 1.00;    // m/s
-constexpr double kSwitch = 0.004;               // m: the other end is lower by so much
-constexpr double kPull = 0.985;                 // of the leg: the foot has to go along
-constexpr double kSoft = 0.978, kMost = 0.999;  // of the leg: a straight knee would snap
+constexpr double kSwitch = 0.004;               // m: height of the other end below
+constexpr double kPull = 0.985;                 // share of the leg: the foot has to go along
+constexpr double kSoft = 0.978, kMost = 0.999;  // share of the leg: a straight knee would snap
 constexpr double kFade = 0.10, kSettle = 0.04;  // s
 
 double softly_limited(double stretch) {

@@ -39,7 +39,7 @@ Eigen::Matrix3d foot_rotation(const FootPose& foot);
 
 /// One stand of a foot on the ground: heel first, then the whole sole, then the toes.
 struct Footprint {
-  double x_m = 0.0, y_m = 0.0;    ///< of the ankle while the sole is flat, W
+  double x_m = 0.0, y_m = 0.0;    ///< place of the ankle while the sole is flat, W
   double strike_s = 0.0;          ///< the heel touches
   double flat_s = 0.0;            ///< the sole is down
   double heel_off_s = 0.0;        ///< the heel leaves; infinity if the foot stays
@@ -55,9 +55,9 @@ struct FootState {
   Contact contact = Contact::kSwing;
 };
 
-/// The way of one foot over its footprints. What touches the ground neither slides nor sinks: the
-/// foot rolls about the heel point, then about the toe point; between, a cubic with the velocities
-/// of both ends and a clearance of `clearance_m` added in the middle.
+/// The way of one foot over its footprints. Points on the ground neither slide nor sink: the foot
+/// rolls about the heel point, then about the toe point; between, a cubic with the velocities of
+/// both ends and a clearance of `clearance_m` added in the middle.
 class FootPath {
  public:
   /// Footprints in order of time, at least one. `body` gives heel, toe and the sole's height.
@@ -89,8 +89,8 @@ class ArmReach {
   /// x, scaled so that it is 0 before and 1 after the reach.
   double share() const;
   /// Changes shoulder, elbow and wrist of `angles_rad` so that the finger tips are `share()` of the
-  /// way nearer to `p_W_target`; the elbow keeps its side. Returns how far the hand stays away from
-  /// where it ought to be [m]: not 0 only if the arm is too short.
+  /// way nearer to `p_W_target`; the elbow keeps its side. Returns the remaining error of the hand
+  /// [m]: not 0 only if the arm is too short.
   double apply(const mocap::Body& body, mocap::Side side, const Eigen::Vector3d& p_W_pelvis,
                const Eigen::Vector3d& p_W_target, Eigen::Ref<Eigen::VectorXd> angles_rad) const;
 
@@ -110,7 +110,7 @@ class FootHold {
              Eigen::Ref<Eigen::VectorXd> angles_rad);
 
   bool stands(mocap::Side side) const { return foot_[side].stands; }
-  /// Of the held point, after the correction [m].
+  /// Place of the held point, after the correction [m].
   const Eigen::Vector3d& held(mocap::Side side) const { return foot_[side].held_W_m; }
   /// Largest correction of a foot in the last call [m], and by how much a leg was too short for it.
   double correction_m() const { return correction_m_; }

@@ -3,7 +3,7 @@
 
 namespace mimesis::synthesizer {
 
-/// Where a map that was learned from points is asked: inputs are scaled to the spread of the data,
+/// Query point of a map that was learned from points: inputs are scaled to the spread of the data,
 /// and points outside are brought back, so that a far goal gives the motion of the nearest learned
 /// ones and not an extrapolation.
 ///
@@ -38,7 +38,7 @@ class InputDomain {
 /// within 1e-9 of the exact distance.
 Eigen::VectorXd nearest_in_hull(const Eigen::MatrixXd& points, const Eigen::VectorXd& x);
 
-/// What a map says at a point.
+/// Value of a map at a point.
 struct MapValue {
   Eigen::VectorXd value;
   double outside = 0.0;  ///< how far the input was moved into the domain, in standard deviations
@@ -49,8 +49,8 @@ struct LocalRegressionOptions {
   /// Width of the Gaussian weights, in standard deviations of the inputs; 0: the best of
   /// leave-one-out over 0.2 .. 6.
   double bandwidth = 0.0;
-  /// Of the slopes, relative to the sum of the weights: > 0 keeps a line through two neighbours
-  /// from turning wild; 0: the best of leave-one-out over 1e-3 .. 1e2.
+  /// Ridge penalty of the slopes, relative to the sum of the weights: > 0 keeps a line through two
+  /// neighbours from extreme slopes; 0: the best of leave-one-out over 1e-3 .. 1e2.
   double ridge = 0.0;
   double margin = 0.25;  ///< InputDomain
 };

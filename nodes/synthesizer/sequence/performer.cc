@@ -11,9 +11,9 @@ namespace {
 
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
-constexpr double kStretch = 0.990;       // of the leg, at most: a knee is never quite straight
-constexpr double kStandStretch = 0.985;  // of the leg that carries
-constexpr double kArmStretch = 0.93;     // of the arm at a grasp
+constexpr double kStretch = 0.990;       // largest share of the leg: a knee is never quite straight
+constexpr double kStandStretch = 0.985;  // share of the leg that carries
+constexpr double kArmStretch = 0.93;     // share of the arm at a grasp
 
 SmoothCurve progress(const TrialPlan& p, const TrialTimes& t) {
   const double length = p.normal_length_m, v = length / t.t1;

@@ -46,7 +46,7 @@ class SmoothCurve {
 };
 
 /// Trunk, limbs and furniture of one generated trial as functions of the time t [s], W. Keeps
-/// references to what it is made from.
+/// references to its arguments.
 class Performer {
  public:
   Performer(const mocap::Body& body, const TrialPlan& plan, const Drawer& drawer);
@@ -59,7 +59,7 @@ class Performer {
   double highest_pelvis(double t) const;
   /// Leans as far as both grasps need. `height_m(t)`: of the pelvis.
   void lean_to_reach(const std::function<double(double)>& height_m);
-  /// Of the pelvis, z = 0.
+  /// Track of the pelvis on the ground, z = 0.
   Eigen::Vector3d ground_track(double t) const;
   /// All 17 joints, 51 rows; raises `short_by_m` to the worst miss of a limb's target.
   Eigen::VectorXd posture(double t, double height_m, double* short_by_m) const;
@@ -68,8 +68,8 @@ class Performer {
 
  private:
   double gait(double t) const;    // how much walking is left in the movement: 1 to 0
-  double reach(double t) const;   // of the left hand: 0 to 1
-  double grasp(double t) const;   // of the right hand
+  double reach(double t) const;   // share of the left hand's reach: 0 to 1
+  double grasp(double t) const;   // share of the right hand's reach: 0 to 1
   double pulled(double t) const;  // m
   double lean(double t) const;    // rad
   double drift(double t, int row) const;

@@ -36,7 +36,7 @@ class Draw {
 
 constexpr double kMeanNormalLength = 1.57;   // m: two of three steps of 0.385 (2.64 m − 0.6 m)
 constexpr double kNormalDeviation = 0.042;   // m
-constexpr double kPublishedR2 = 0.08;        // of action 1's length on the initial distance
+constexpr double kPublishedR2 = 0.08;        // R² of action 1's length on the initial distance
 constexpr double kMeanFinalDistance = 0.60;  // m
 constexpr double kFrontObject = 0.15, kBackObject = 0.33, kSideObject = 0.11;  // m
 
@@ -127,7 +127,7 @@ Eigen::VectorXd sample_times(const TrialTimes& t, int samples) {
   return times;
 }
 
-// The pelvis rises and falls as the legs allow: the lower envelope of what they allow, rounded, but
+// The pelvis rises and falls as the legs allow: the lower envelope of their limits, rounded, but
 // never above it (the mean over a window of the least over the same window).
 Eigen::VectorXd rounded_below(const Eigen::VectorXd& highest, int window) {
   const auto n = highest.size();

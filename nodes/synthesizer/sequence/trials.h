@@ -23,20 +23,20 @@ struct Drawer {
 
 /// How one person moves in one trial: what varies beside the lengths.
 struct Manner {
-  double half_width_m = 0.09;  ///< of the track, at the ankles
-  double sway_m = 0.022;       ///< of the pelvis, to the standing foot
+  double half_width_m = 0.09;  ///< half width of the track, at the ankles
+  double sway_m = 0.022;       ///< sway of the pelvis, to the standing foot
   double pelvis_turn_rad = 0.08, pelvis_list_rad = 0.04;
   double arm_swing_rad = 0.38, elbow_rad = 0.40;
   double lean_rad = 0.05,
-         extra_lean_rad = 0.0;  ///< of the walking trunk; beyond need at the drawer
+         extra_lean_rad = 0.0;  ///< lean of the walking trunk; additional lean at the drawer
   double toe_out_rad = 0.10;
   double clearance_m = 0.05;
   double drift_rad = 0.010;  ///< slow wandering of trunk and head
   double drift_phase_rad = 0.0;
-  double first_step_share = 0.5;  ///< of the normal cycle's length
+  double first_step_share = 0.5;  ///< share of the normal cycle's length
 };
 
-/// One trial: what is walked, where the drawer is, in which time.
+/// One trial: the steps, the place of the drawer, the time.
 struct TrialPlan {
   double normal_length_m = 1.57,
          reaching_length_m = 0.47;  ///< travel of the pelvis in actions 1, 2
@@ -78,15 +78,15 @@ struct RenderedTrial {
   Eigen::MatrixXd angle_rad;                    ///< 51×5·samples, rows of the body
   Eigen::Matrix3Xd pelvis_W_m;                  ///< 3×5·samples
   std::vector<std::array<Contact, 2>> contact;  ///< left, right
-  Eigen::Matrix3Xd handle_W_m, object_W_m;      ///< where hands ought to be at the end of actions
+  Eigen::Matrix3Xd handle_W_m, object_W_m;      ///< targets of the hands at the end of actions
   double short_by_m = 0.0;                      ///< worst miss of any limb's target
 };
 RenderedTrial render(const mocap::Body& body, const TrialPlan& plan, const Drawer& drawer,
                      int samples);
 
 /// The training data of the task: trials of each action, all with the same rows: 51 of the body and
-/// "pelvis.x" (progress less the even one), "pelvis.y", "pelvis.z" (height) [m]. Whatever gives
-/// these, recorded or not, can be learned from. Task parameters: kTaskNames.
+/// "pelvis.x" (progress less the even one), "pelvis.y", "pelvis.z" (height) [m]. Any source of such
+/// data can be used, recorded or not. Task parameters: kTaskNames.
 struct DrawerData {
   mocap::Body body;
   Drawer drawer;
@@ -94,7 +94,8 @@ struct DrawerData {
 };
 inline constexpr int kPelvisRows = 3;
 inline constexpr int kDrawerRows = mocap::kBodyRows + kPelvisRows;
-/// Of Trial::task: at the start of the action, at the end of action 2, of the object.
+/// Names of Trial::task: distances at the start of the action and at the end of action 2, place of
+/// the object.
 inline constexpr std::array<const char*, 4> kTaskNames = {"distance_m", "final_distance_m",
                                                           "object_depth_m", "object_lateral_m"};
 
@@ -104,7 +105,7 @@ DrawerData generate_drawer_data(const mocap::Body& body, const Drawer& drawer,
 /// When things happen in one generated trial [s]; action 1 starts at 0.
 struct TrialTimes {
   double t1, t2, t3;                 ///< durations of the actions
-  double right_strike, left_strike;  ///< of action 2
+  double right_strike, left_strike;  ///< strikes of action 2
   double reached, done;              ///< ends of actions 2 and 3
   explicit TrialTimes(const TrialPlan& p)
       : t1(p.duration_s[0]),

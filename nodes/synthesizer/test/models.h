@@ -6,7 +6,7 @@ namespace mimesis::synthesizer::testing {
 /// Three styles of synthetic walkers with the same sources: "walk" (1 m/s, 1 s), "slow" (0.5 m/s,
 /// 1.3 s), "brisk" (1.2 m/s, 0.9 s). `turns`: "walk" has turns of ±0.8 rad/s too.
 inline motion::MotionModel three_styles(bool turns = false) {
-  constexpr int kHarmonics = 8;  // of 24: enough to walk, and quick to load
+  constexpr int kHarmonics = 8;  // harmonics used, of 24: enough to walk, and quick to load
   motion::MotionModel model = walking_model({.harmonics = kHarmonics});
   const auto add = [&model](const char* style, WalkSettings settings) {
     settings.harmonics = kHarmonics;
@@ -23,7 +23,7 @@ inline motion::MotionModel three_styles(bool turns = false) {
   return model;
 }
 
-/// The same kind of model for a robot: rows are joints, nothing moves a pelvis.
+/// A model for a robot: rows are joints, nothing moves a pelvis.
 inline motion::MotionModel robot_model() {
   motion::MotionModel model = random_model(3);
   model.name = "robot";

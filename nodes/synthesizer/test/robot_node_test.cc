@@ -263,7 +263,7 @@ TEST(RobotNode, GoesToADrawerByLandings) {
   EXPECT_TRUE(rig.motion.stands());
   ASSERT_EQ(rig.reached.size(), 1U);
   EXPECT_EQ(rig.reached[0].kind(), v1::MOTION_GOAL_KIND_DRAWER);
-  rig.go(0.0, 0.0);  // and away again: the arms come back without a jump
+  rig.go(0.0, 0.0);  // the goal leaves again: the arms come back without a jump
   rig.run(2s);
   EXPECT_EQ(rig.motion.hands_size(), 0);
 }

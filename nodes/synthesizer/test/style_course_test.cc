@@ -91,7 +91,7 @@ TEST(StyleCourse, WishesThatFollowEachOtherMakeNoJumps) {
   rig.run(0.3);
   rig.course.wish(kSecond, 0.0);  // an event takes over from a course
   rig.run(0.3);
-  rig.course.wish(kThird, 0.7);  // and a course from an event
+  rig.course.wish(kThird, 0.7);  // a course that starts from an event
   rig.run(0.3);
   rig.course.wish(kSecond, 0.0);
   rig.run(0.65);

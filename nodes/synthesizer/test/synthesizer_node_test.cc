@@ -331,7 +331,7 @@ TEST(SynthesizerNode, RefusesWhatItCannotDoAndGoesOn) {
     const double before = rig.x();
     rig.run(100ms);
     EXPECT_EQ(rig.last_reason(), why);
-    EXPECT_GT(rig.x(), before);  // it goes on
+    EXPECT_GT(rig.x(), before);  // it continues
   };
   rig.wish("happy");
   refused("style 'happy' is unknown; known: walk, slow, brisk");

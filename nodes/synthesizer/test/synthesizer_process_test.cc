@@ -24,7 +24,7 @@ const testing::ModelFile& file() {
   return three;
 }
 
-/// Who wishes and watches, on the wall clock.
+/// Sends wishes and listens, on the wall clock.
 class Partner {
  public:
   explicit Partner(const TestGraph& graph)

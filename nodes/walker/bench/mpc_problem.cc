@@ -21,8 +21,8 @@ MpcProblem::MpcProblem()
       upper_(kRows),
       A_(kRows, kVariables) {}
 
-/// Positions of the samples for jerks that are constant in between; the first interval is what is
-/// left to the grid.
+/// Positions of the samples for jerks that are constant in between; the first interval is the rest
+/// to the grid.
 void MpcProblem::predict(double first_s) {
   for (int i = 0; i < kN; ++i) {
     const double t = first_s + i * kSample_s;

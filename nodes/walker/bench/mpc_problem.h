@@ -6,8 +6,8 @@
 namespace mimesis::walker {
 
 /// A linear MPC of the form of Herdt [2010], closed loop: 16 jerks and 2 foot places an axis, 74
-/// one-sided rows, a tick every 5 ms [docs/walking.md 2]. Only what a solver sees of it; the
-/// walker's own is in pattern/.
+/// one-sided rows, a tick every 5 ms [docs/walking.md 2]. Only the part for a solver; the walker's
+/// own program is in pattern/.
 class MpcProblem {
  public:
   static constexpr int kVariables = 36, kRows = 74;

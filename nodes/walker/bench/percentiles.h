@@ -7,9 +7,9 @@
 
 namespace mimesis::walker {
 
-/// Times of single calls on the processor, for what a mean does not say: median, 99th percentile
-/// and longest [µs] as counters of a benchmark. What else the machine does does not count, the
-/// reading of the clock (0.3 µs) does.
+/// Times of single calls on the processor, beyond the mean: median, 99th percentile and longest
+/// [µs] as counters of a benchmark. Other processes do not count, the reading of the clock (0.3 µs)
+/// does.
 class Percentiles {
  public:
   Percentiles() { us_.reserve(1 << 20); }

@@ -101,11 +101,11 @@ class DynamicFilter {
   WholeBody body_;
   Correction correction_;
   UpperBody rest_;                   ///< half-sitting
-  WholeBody::Moments rest_moments_;  ///< of rest_
+  WholeBody::Moments rest_moments_;  ///< moments of rest_
   std::array<Stage, 2> stage_;       ///< a third leaves 1.0 mm instead of 1.2 mm in x at 0.3 m/s
   // One element per sample:
   std::vector<PatternSample> plan_;
-  std::vector<ComState> shift_;  ///< as the last iteration found it
+  std::vector<ComState> shift_;  ///< shift found by the last iteration
   std::vector<WholeBody::Moments> moments_;
   std::vector<WholeBody::Lever> lever_;  ///< one per sample and iteration
   int unreachable_ = 0;

@@ -37,9 +37,9 @@ class WholeBody {
   const robot::RobotMotion& motion(const PatternSample& sample, const ComState& com,
                                    const UpperBody& upper, const Moments& moments,
                                    Lever* lever = nullptr);
-  /// Zero moment point of motion() on the ground z = 0 by the full dynamics [m; docs/walking.md
-  /// eq. 5.1]. Place and acceleration of the centre of mass are the plan's, f = m (c̈ + g ẑ), even
-  /// where the search is not exact or a leg does not move: the pelvis is assumed to make up for the
+  /// Zero moment point of motion() on the ground z = 0 by the full dynamics [m; docs/walking.md eq.
+  /// 5.1]. Place and acceleration of the centre of mass are the plan's, f = m (c̈ + g ẑ), even
+  /// where the search is not exact or a leg does not move: the pelvis is assumed to compensate the
   /// rest, so that the ground always carries the weight.
   Eigen::Vector2d zmp(const PatternSample& sample, const ComState& com, const UpperBody& upper,
                       const Moments& moments, Lever* lever = nullptr);
@@ -54,9 +54,10 @@ class WholeBody {
     Eigen::Vector3d com_W;  ///< wished
     std::array<Eigen::Isometry3d, 2> X_WS;
     Eigen::Isometry3d X_WB = Eigen::Isometry3d::Identity();
-    Eigen::Vector3d lever_B;  ///< of the CoM
+    Eigen::Vector3d lever_B;  ///< lever of the CoM
     std::array<Vector6d, 2> leg;
-    std::array<double, 2> freedom{1.0, 1.0};  ///< of a leg to move: 1, to 0 when it is straight
+    /// mobility of a leg: 1, down to 0 when it is straight
+    std::array<double, 2> freedom{1.0, 1.0};
   };
   void aim(double t, const PatternSample& sample, const ComState& com, Posture& out);
   void stand(const Eigen::Vector3d& lever_B, Posture& out);
@@ -77,7 +78,7 @@ class WholeBody {
   robot::PartMass upper_mass_;
   std::array<robot::PartMass, 2> leg_mass_;
   double mass_;
-  Eigen::Vector3d com_B_;  ///< of half-sitting
+  Eigen::Vector3d com_B_;  ///< CoM in half-sitting
   /// Pelvis shift needed per CoM shift above standing feet (the legs lag behind), by axis.
   Eigen::Vector3d gain_ = Eigen::Vector3d::Ones();
   Eigen::VectorXd upper_q_;

@@ -173,7 +173,7 @@ void MpcPattern::step(const Wish& wish) {
   const Steps before = steps_;
   steps_.decide(feasible.walk, first_swing(feasible), Standing::settled(com_, steps_.middle_W_m()));
   if (steps_.phase() != Steps::Phase::kStand && !plan(feasible, true)) {
-    // Too late to stop, to go on or to turn the feet so: this tick goes on as planned.
+    // Too late to stop, to continue or to turn the feet so: this tick follows the plan.
     steps_ = before;
     FeasibleWish unchanged;
     unchanged.walk = !before.stopping();

@@ -363,7 +363,7 @@ void MpcProblem::set_limits_of_zmp(const MpcInput& in, const Horizon& h) {
     const auto i = static_cast<std::size_t>(s.i), j = static_cast<std::size_t>(s.j);
     const double yaw = feet_[j].yaw_rad;
     const Eigen::Vector2d fixed = part(s, 0) * feet_[0].p_W_m;
-    Eigen::Vector2d from_foot = Eigen::Vector2d::Zero();  // of the last plan's ZMP
+    Eigen::Vector2d from_foot = Eigen::Vector2d::Zero();  // distance of the last plan's ZMP
     if (yaw_free_)
       from_foot = in.zmp_plan_W_m[static_cast<std::size_t>(k)] - origin_ -
                   0.5 * (feet_[i].p_W_m + feet_[j].p_W_m);

@@ -10,7 +10,7 @@ namespace mimesis::walker {
 struct MpcWeights {
   double velocity = 5.0, zmp = 1e3, jerk = 1e-8;  ///< α, β, γ
   double foot = 1e-6;                             ///< δ: distance of a landing from the last plan
-  double spacing = 2000.0;  ///< σ: distance of a step from the one that the velocity asks for
+  double spacing = 2000.0;  ///< σ: distance of a step from the one that belongs to the velocity
   double landing = 1e6;     ///< λ: distance of a landing from the wished one
   double yaw = 1e6;         ///< η: yaw of the feet; nonlinear form only
 };
@@ -18,7 +18,7 @@ struct MpcWeights {
 /// Everything that one problem is made from, all in W.
 struct MpcInput {
   ComState com;
-  double yaw_rad = 0.0;  ///< of the waist
+  double yaw_rad = 0.0;  ///< yaw of the waist
   FeasibleWish wish;
   struct Foot {
     Footprint plan;  ///< last plan; linear form: its yaw is decided, nonlinear: linearised about it
@@ -31,7 +31,7 @@ struct MpcInput {
 };
 
 /// Sides of the convex hull of the rectangles with half sizes `half_m` about two feet, n · z ≤ b,
-/// at most 8. Replaces what is in `sides`; does not allocate if that has room for 8.
+/// at most 8. Replaces the contents of `sides`; does not allocate if that has room for 8.
 void support_polygon(const Footprint& a, const Footprint& b, const Eigen::Vector2d& half_m,
                      std::vector<HalfPlane>& sides);
 
@@ -117,8 +117,8 @@ class MpcProblem {
   std::array<Footprint, 3> feet_;  // standing foot and F̄₁, F̄₂ of the last plan, from the origin
   std::vector<Support> support_;
   Eigen::MatrixXd free_zmp_;     // N × 2: z⁰
-  std::vector<HalfPlane> hull_;  // of the ZMP while both feet stand
-  Eigen::Vector2d middle_;       // of the feet that stand
+  std::vector<HalfPlane> hull_;  // bounds of the ZMP while both feet stand
+  Eigen::Vector2d middle_;       // middle of the feet that stand
   Eigen::RowVectorXd coast_;     // (E Pξ − w Pz) / (E − w): ξ one sample after the horizon
   Eigen::MatrixXd H_;
   Eigen::VectorXd g_, lower_, upper_, x_lower_, x_upper_;

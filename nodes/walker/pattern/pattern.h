@@ -29,7 +29,7 @@ struct Wish {
   /// Wished landings of the next swing foot and of the one after it. Without one the velocity alone
   /// decides [Herdt 2010, Naveau 2017].
   std::array<std::optional<Footprint>, 2> landing;
-  bool walk = true;  ///< false: stop within two steps whatever the velocity says
+  bool walk = true;  ///< false: stop within two steps, independent of the velocity
 };
 
 /// Centre of mass along the ground: x and y in W.
@@ -50,11 +50,11 @@ enum class Gait { kStanding, kStarting, kWalking, kStopping };
 /// Plan of the pattern generator for one tick.
 struct PatternSample {
   ComState com;
-  Eigen::Vector2d zmp_W_m = Eigen::Vector2d::Zero();  ///< of the cart-table model
+  Eigen::Vector2d zmp_W_m = Eigen::Vector2d::Zero();  ///< ZMP of the cart-table model
   std::array<FootState, 2> foot;                      ///< left, right
   std::array<bool, 2> contact{true, true};            ///< on the ground
-  double left_share = 0.5;                            ///< of the weight on the left foot
-  double yaw_rad = 0.0, yaw_rate_rad_s = 0.0;         ///< of the waist: mean of the feet
+  double left_share = 0.5;                            ///< share of the weight on the left foot
+  double yaw_rad = 0.0, yaw_rate_rad_s = 0.0;         ///< yaw of the waist: mean of the feet
   Gait gait = Gait::kStanding;
   Side swing = kLeft;           ///< foot that moves or that will move next
   double to_landing_s = 0.0;    ///< time until it lands; 0 while standing
@@ -63,7 +63,7 @@ struct PatternSample {
   int steps = 0;                ///< number of landings since the start
 };
 
-/// Trouble of the last tick; the last good plan goes on.
+/// Trouble of the last tick; the last good plan continues.
 struct PatternTrouble {
   int failed_solves = 0;  ///< in a row
   std::string reason;     ///< empty, or why the last one failed
@@ -73,11 +73,11 @@ struct PatternTrouble {
 /// Dimensions of robot and gait. Defaults: biped.urdf [docs/walking.md 2.6, 4, 8.1].
 struct GaitSettings {
   double com_height_m = 0.807;
-  double step_s = 0.8;  ///< a step: first `double_support_s`, then swing
-  double double_support_s = 0.1;
-  double first_double_support_s = 0.8;  ///< before the first step
-  double step_height_m = 0.05;          ///< of the sole at the top of a swing
-  double feet_distance_m = 0.19;        ///< wished between the soles
+  double step_s = 0.8;            ///< duration of a step: first `double_support_s`, then swing
+  double double_support_s = 0.1;  ///< double support at the begin of each step
+  double first_double_support_s = 0.8;  ///< double support before the first step
+  double step_height_m = 0.05;          ///< height of the sole at the top of a swing
+  double feet_distance_m = 0.19;        ///< wished distance of the soles
   /// Half sizes, along and across the foot, of the rectangle around the ankle that must contain the
   /// ZMP.
   Eigen::Vector2d zmp_half_m{0.06, 0.03};
@@ -85,8 +85,9 @@ struct GaitSettings {
   /// narrowest), (±5/7 longest, widest), (0, 4/3 widest) (forward, outward). At the wished distance
   /// of the feet a step can be 0.29 m long.
   double longest_step_m = 0.31, widest_step_m = 0.30, narrowest_step_m = 0.162;
+  /// largest velocities; faster wishes are limited
   double most_forward_m_s = 0.35, most_sideways_m_s = 0.15, most_turn_rad_s = 0.2;
-  double most_foot_yaw_rad = 0.17;  ///< between the feet
+  double most_foot_yaw_rad = 0.17;  ///< largest angle between the feet
 };
 /// @throws ConfigError "gait.KEY: VALUE, expected ..." for the first setting that no robot can have
 ///         or that is no multiple of the MPC's sampling time.

@@ -58,18 +58,19 @@ class Steps {
   double free_time_s() const;
   /// Fills all of PatternSample except CoM, ZMP and share of weight.
   void describe(PatternSample& sample) const;
-  Eigen::Vector2d middle_W_m() const;  ///< of the feet on the ground
+  Eigen::Vector2d middle_W_m() const;  ///< middle of the feet on the ground
   double yaw_rad() const;              ///< mean yaw of the feet now
   void shift(const Eigen::Vector2d& shift_W_m);
 
  private:
   void enter(Phase phase, int landings_left);
   void finish_phase();
-  int length() const;  ///< of the phase; endless: a large number
+  int length() const;  ///< ticks of the phase; endless: a large number
   PlanarState swing_after(int ticks) const;
 
   int step_, double_, first_double_, sample_;  // ticks
-  int lift_, touch_;                           // of a step: moving along the ground between them
+  // ticks of a step between which the foot moves along the ground
+  int lift_, touch_;
   double height_m_;
   Change change_;
   Phase phase_ = Phase::kStand;
@@ -77,7 +78,7 @@ class Steps {
   Side swing_ = kLeft;
   std::array<Footprint, 2> ground_;
   std::array<Footprint, 3> next_;
-  PlanarState air_;  // of the swing foot
+  PlanarState air_;  // state of the swing foot
 };
 
 /// Ticks between the samples of the horizon: 0.1 s.
@@ -140,7 +141,7 @@ class Footsteps {
   /// Footprint beside `stance`.
   Footprint beside(const Footprint& stance) const;
 
-  /// Cuts a wish to the limits of the robot and reports in `trouble` what was wrong.
+  /// Cuts a wish to the limits of the robot and reports the excess in `trouble`.
   FeasibleWish feasible(const Wish& wish, PatternTrouble& trouble) const;
 
  private:

@@ -43,7 +43,7 @@ class Estimator {
   const Eigen::Isometry3d& X_BS(Side side) const {
     return kinematics_.X_WL(biped_->leg[side].sole);
   }
-  /// nullptr, or what is wrong with the sensors: size or a value that is not finite.
+  /// nullptr, or the fault of the sensors: size or a value that is not finite.
   const char* unusable(const Sensors& sensors) const;
 
  private:
@@ -57,7 +57,7 @@ class Estimator {
   robot::Kinematics kinematics_;  ///< with the base at the origin
   double velocity_share_;
   bool first_ = true;
-  std::array<Eigen::Vector3d, 2> last_com_;  ///< as seen from each foot
+  std::array<Eigen::Vector3d, 2> last_com_;  ///< CoM seen from each foot
   BodyEstimate now_;
 };
 

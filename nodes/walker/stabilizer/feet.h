@@ -64,21 +64,19 @@ std::optional<Eigen::Vector2d> measured_zmp(const PatternSample& plan,
 ///    is felt as a ZMP on stiff legs. In double support the rates of both feet are blended towards
 ///    their mean by load, because soles that turn against each other strain stiff legs.
 ///  - difference, in double support, for the wished left share λ:
-///    ḋ = A ((F_L − F_R) − (2λ − 1) mg) − d/T [eq. 6.4] The left sole goes up by d/2, the right one
-///    down. The law acts for a while after a landing, then d is held: on stiff legs d rolls the
+///    ḋ = A ((F_L − F_R) − (2λ − 1) mg) − d/T [eq. 6.4]. The left sole goes up by d/2, the right
+///    one down. The law acts for a while after a landing, then d is held: on stiff legs d rolls the
 ///    body and moves the CoM by c = 4.1 d, whose c̈/ω² the force sensors feel as a gain that grows
 ///    with the frequency.
 ///  - landing: a foot that touches before it is due stops going down and gives way to its force
-///  above
-///    F₀, a twentieth of the weight: l̇ = v_down + A (max(0, F_z) − F₀), the sole goes up by l
+///    above F₀, a twentieth of the weight: l̇ = v_down + A (max(0, F_z) − F₀), the sole goes up by l
 ///    [eq. 6.5]. The height of the ground that it has found is forgotten slowly.
-///  - reach: a foot that is down by the plan and not felt goes on down; once it is due, difference
-///  and
-///    give wait for it.
+///  - reach: a foot that is down by the plan without ground contact moves on down; once it is due,
+///    difference and give wait for it.
 ///  - swing: the sole stays at its planned place although the base is off.
 ///  - give: legs that are c F shorter under load F (LegGive) are made longer by c (F − mg/2) for
-///  the
-///    wished F, so that the pelvis keeps its height and stays level while the weight changes feet.
+///    the wished F, so that the pelvis keeps its height and stays level while the weight changes
+///    feet.
 class Feet {
  public:
   Feet(const robot::Biped& biped, const StabilizerSettings& settings);
@@ -100,8 +98,8 @@ class Feet {
   struct Foot {
     Eigen::Vector2d tilt_rad = Eigen::Vector2d::Zero();  ///< θ_x, θ_y
     double landing_m = 0.0, reach_m = 0.0;
-    bool touched = false;  ///< felt ground in this swing, before due
-    bool felt = true;      ///< felt ground since it was due
+    bool touched = false;  ///< ground contact in this swing, before due
+    bool felt = true;      ///< ground contact since it was due
     Eigen::Vector3d swing_tilt_W = Eigen::Vector3d::Zero();  ///< axis-angle
     Eigen::Vector3d swing_shift_W = Eigen::Vector3d::Zero();
   };

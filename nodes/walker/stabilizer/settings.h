@@ -22,29 +22,29 @@ struct StabilizerSettings {
   double edge_margin_m =
       0.002;  ///< wished ZMPs stay this far inside the soles; 10 mm: falls at 10 N s
 
-  // measurement
+  // time constants of low passes of the measurement
   double velocity_filter_s = 0.01;  ///< low pass of the differentiated CoM
   double wrench_filter_s = 0.005;
   int delay_ticks = 2;  ///< age of a sensor reading: one tick of the control, one of the bus
 
-  // feet
-  double cop_rad_s_n_m = 0.03;  ///< ankle against centre of pressure [K10, C19: 0.01]
+  // feet: gain, leak and limit of each law
+  double cop_rad_s_n_m = 0.03;  ///< gain of the centre of pressure [K10, C19: 0.01]
   double cop_alone =
       0.1;  ///< share of a foot's own rate in double support, the rest is the mean [1]
   double cop_leak_s = 0.5, cop_limit_rad = 0.25;
   double cop_pivot = 0.5;        ///< point about which a sole turns: 0 its origin, 1 the ankle
-  double force_m_s_n = 8e-5;     ///< difference of the feet's heights [K10; C19: 1e-4]
+  double force_m_s_n = 8e-5;     ///< gain of the difference of the feet's heights [K10; C19: 1e-4]
   double force_window_s = 0.15;  ///< the law acts for this time after a landing
   double force_leak_s = 1.0, force_limit_m = 0.05;
   /// A foot that lands early gives way. With k = 3e5 N/m (LegGive on servos) and τ = 20 ms from
   /// command to measurement the loop A k e^(−τs)/s is stable up to A = π/(2 k τ) = 2.6e-4; at 5e-4
   /// a foot on servos jumped 3 mm off the ground and came down again at 0.1 m/s.
   double landing_m_s_n = 2e-4;
-  double landing_leak_s =
-      0.8;  ///< one step; at 0.2 s a foot on a plate is pushed back and tilts the robot
+  double landing_leak_s = 0.8;  ///< leak of about one step; at 0.2 s a foot on a plate is pushed
+                                ///< back and tilts the robot
   double landing_limit_m = 0.03;
-  double landing_window_s = 0.25;  ///< before the planned landing
-  double reach_m_s = 0.045;        ///< least speed down until ground is felt: half of the glide's
+  double landing_window_s = 0.25;  ///< the law begins this long before the planned landing
+  double reach_m_s = 0.045;        ///< least speed down until ground contact: half of the glide's
   double reach_limit_m = 0.01;
   // correction of the swing foot for the error of the base
   double swing_filter_s = 0.05, swing_fade_s = 0.3;
@@ -64,8 +64,8 @@ struct StabilizerSettings {
   double adjust_filter_s = 0.03, adjust_speed_m_s = 1.0;
 
   // falling
-  double fall_tilt_rad = 0.6;  ///< tilt of the base from the commanded attitude
-  double fall_dcm_m = 0.35;    ///< error of the divergent component
+  double fall_tilt_rad = 0.6;  ///< tilt from the commanded attitude that counts as a fall
+  double fall_dcm_m = 0.35;    ///< error of the divergent component that counts as a fall
 
   template <class V>
   void visit(V& v) {

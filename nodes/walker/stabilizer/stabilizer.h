@@ -71,7 +71,7 @@ class Stabilizer {
   int at_ = 0, remembered_ = 0;
   bool blind_ = true;  ///< no measurement in the last tick
   std::array<robot::Wrench, 2> wrench_S_;
-  StabilizerPlan plan_;  ///< of this tick, with adjusted feet
+  StabilizerPlan plan_;  ///< plan of this tick, with adjusted feet
   StabilizerCommand command_;
 };
 

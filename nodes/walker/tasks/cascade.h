@@ -73,9 +73,9 @@ class Cascade {
   qp::ActiveSet basis_;
   std::vector<Level> levels_;
   Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> L_;  // weighted
-  Eigen::VectorXd weight_, slope_;  // of rows: √weight; new diagonal element against its length
-  std::vector<bool> bends_;         // of rows
-  std::vector<double> unreached_;   // of levels: damping for the next solves
+  Eigen::VectorXd weight_, slope_;  // per row: √weight; new diagonal element against its length
+  std::vector<bool> bends_;         // per row
+  std::vector<double> unreached_;   // per level: damping for the next solves
   Eigen::VectorXd row_, b_, rest_, z_, x_, factor_side_;
   Eigen::MatrixXd normal_;
   // Bounded levels
@@ -84,7 +84,7 @@ class Cascade {
   Eigen::VectorXd g_, fixed_, least_, most_, none_;
   std::vector<qp::DualQp> programs_;
 
-  double wider_ = 0.0;  // of the bounds, a level
+  double wider_ = 0.0;  // widening of the bounds, per level
   bool bounded_ = false;
   double first_residual_ = 0.0;
   qp::Outcome outcome_ = qp::Outcome::kSolved;

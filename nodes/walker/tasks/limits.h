@@ -7,7 +7,7 @@
 
 namespace mimesis::walker {
 
-/// Limits the wished rise of the CoM to what the knees can give. Otherwise trunk and arms would be
+/// Limits the wished rise of the CoM to the range of the knees. Otherwise trunk and arms would be
 /// thrown up instead, and the lower tasks, which want them back, would never come to rest. Hip and
 /// ankle are l apart, l² = m + a cos(q − q₀), with q₀ the stretched knee. The CoM never has to sink
 /// for this. A leg that was too short bends again with a bounded acceleration of its knee, because
@@ -29,7 +29,7 @@ class LegRoom {
     std::array<Eigen::Vector3d, 2> feet_way_m;  ///< wished displacements in W
     double dt_s;
   };
-  /// The feasible rise closest to the wished one. Two cases are looked at, hips that follow the CoM
+  /// The feasible rise closest to the wished one. Two cases are compared, hips that follow the CoM
   /// and hips that keep moving against it as in the last tick; the better one counts. No
   /// allocation.
   double rise_m(const Tick& tick);
@@ -55,14 +55,15 @@ class LegRoom {
   std::array<Eigen::Vector3d, 2> hip_before_W_m_;  // in the last tick
   Eigen::Vector3d com_before_W_m_;
   bool has_before_ = false;
-  double missing_m_ = 0.0, bending_rad_ = 0.0;  // of the straighter knee, in the last tick
+  // distance and bend of the straighter knee, in the last tick
+  double missing_m_ = 0.0, bending_rad_ = 0.0;
 };
 
 /// How far base and joints may move within one tick. A joint approaches a limit, or returns from
 /// beyond it, with a time constant of 20 ms at most.
 class Limits {
  public:
-  /// @throws ConfigError that names the setting and what was expected
+  /// @throws ConfigError that names the setting and the expected value
   Limits(const robot::Biped& biped, const StackSettings& settings);
 
   /// Bounds of the displacements within dt from the joint positions q (dof [rad]): `lower` ≤
@@ -70,7 +71,7 @@ class Limits {
   void bounds(const Eigen::Ref<const Eigen::VectorXd>& q, double dt_s,
               Eigen::Ref<Eigen::VectorXd> lower, Eigen::Ref<Eigen::VectorXd> upper) const;
   const Eigen::VectorXd& lower() const { return lower_; }  ///< positions with margins, dof [rad]
-  const Eigen::VectorXd& upper() const { return upper_; }  ///< likewise
+  const Eigen::VectorXd& upper() const { return upper_; }  ///< positions with margins, dof [rad]
 
  private:
   void keep_knees_bent(const robot::Biped& biped, double margin_rad);

@@ -31,7 +31,7 @@ struct StackSettings {
   double damping = 1e-3;            ///< damping of singular directions [1]
   double knee_margin_rad = 0.02;    ///< kept from the stretched leg
   double limit_margin_rad = 0.005;  ///< kept from the joints' limits
-  double speed_share = 0.98;        ///< of the joints' speed limits that may be used [1]
+  double speed_share = 0.98;        ///< used share of the joints' speed limits [1]
 };
 
 /// Goals at the end of one tick.

@@ -93,7 +93,7 @@ using Eigen::Matrix3d, Eigen::Vector3d;
 
 // Longest steps within a tick for which the Jacobian is valid.
 constexpr double kFarthest_m = 0.02, kFarthest_rad = 0.2;
-// At most a tenth of an error beyond this is removed per tick, whatever the gain.
+// At most a tenth of an error beyond this is removed per tick, for any gain.
 constexpr double kAtOnce_m = 0.004, kAtOnce_rad = 0.02, kLeastShare = 0.1;
 // A goal that moves faster has jumped; its rate is ignored.
 constexpr double kJump_m_s = 3.0, kJump_rad_s = 8.0;

@@ -18,8 +18,8 @@ inline const robot::Biped& biped() {
 
 inline int ticks(double seconds) { return static_cast<int>(std::lround(seconds / kTick_s)); }
 
-/// A Walker and a robot that does as told, without a node around it: for what a tick costs and
-/// what its outputs are. `step` of the walker is the caller's, so that nothing else is measured.
+/// A Walker and an ideal robot without a node: for the cost and the outputs of a tick. `step` of
+/// the walker is the caller's, so that nothing else is measured.
 class ClosedLoop {
  public:
   ClosedLoop(const robot::Biped& biped, const WalkerSettings& settings)
@@ -27,7 +27,7 @@ class ClosedLoop {
     sensors.q = sensors.dq = Eigen::VectorXd::Zero(biped.tree.dof());
   }
 
-  /// What the robot measures before a tick.
+  /// Sensor readings before a tick.
   const Sensors& sense() {
     if (std::string why = read_body(robot.sensors(), sensors); !why.empty()) fault = why;
     if (std::string why = read_joints(robot.joints(), sensors); !why.empty()) fault = why;
@@ -45,7 +45,7 @@ class ClosedLoop {
   Walker walker;
   PerfectRobot robot;
   Sensors sensors;
-  std::string fault;  ///< of the sensors: none is expected
+  std::string fault;  ///< fault of the sensors: none expected
 
  private:
   v1::WalkFeedback feedback_;

@@ -69,7 +69,7 @@ TEST(Conduct, LostSensorsWhileStandingAreSafeUntilTheyAreBack) {
   rig.now.sensors = "IMU is silent";
   rig.run(kTick_s);
   rig.now.sensors = {};
-  EXPECT_EQ(rig.run(0.45), Phase::kSafe);  // counted anew
+  EXPECT_EQ(rig.run(0.45), Phase::kSafe);  // the count starts again
   EXPECT_EQ(rig.run(0.1), Phase::kApproaching);
 }
 
@@ -87,7 +87,7 @@ TEST(Conduct, LostSensorsWhileWalkingEndTheStepsFirst) {
   EXPECT_EQ(rig.conduct.reason(), "");
   rig.now.sensors = "IMU is silent";
   EXPECT_EQ(rig.run(2.9), Phase::kBalancing);
-  EXPECT_EQ(rig.run(0.2), Phase::kSafe);  // whatever the plan says
+  EXPECT_EQ(rig.run(0.2), Phase::kSafe);  // independent of the plan
 }
 
 TEST(Conduct, WhoFellStaysSafeUntilTheDrivesWereOff) {

@@ -76,7 +76,7 @@ class Rig {
   runtime::Time now = 1s;
   bool sends_body = true, sends_joints = true;
   std::optional<v1::Motion> motion;
-  std::optional<v1::JointCommand> command;  // of the last step
+  std::optional<v1::JointCommand> command;  // command of the last step
   v1::WalkFeedback feedback;
   v1::WalkBalance balance;
   v1::WalkerStatus status;

@@ -8,8 +8,8 @@
 
 namespace mimesis::walker::testing {
 
-/// A robot that does what it is told within a tick: its loaded foot stands flat where the walker
-/// plans it, and the ground gives the planned zero moment point.
+/// An ideal robot that reaches its set-points within a tick: its loaded foot stands flat where the
+/// walker plans it, and the ground gives the planned zero moment point.
 class PerfectRobot {
  public:
   explicit PerfectRobot(const robot::Biped& biped)
@@ -82,7 +82,7 @@ class PerfectRobot {
 
   Eigen::VectorXd q;
   bool operational = true;
-  double load_share = 1.0;  ///< of the weight on the feet: 0 in the air
+  double load_share = 1.0;  ///< share of the weight on the feet: 0 in the air
   Eigen::Quaterniond tilt = Eigen::Quaterniond::Identity();
 
  private:

@@ -79,7 +79,7 @@ TEST_F(WalkWishTest, ComesBackToWhereTheMotionIs) {
   motion.velocity_m_s = {0.2, 0.0};
   robot.yaw_rad = 0.5 * kPi;
   motion.heading_rad = robot.yaw_rad + 0.1;
-  motion.pelvis_W_m = {-0.1, 0.05};  // 5 cm ahead, 10 cm to the left of who looks along y
+  motion.pelvis_W_m = {-0.1, 0.05};  // 5 cm ahead, 10 cm to the left of a robot that looks along y
   const WalkerWish& w = step(&motion);
   EXPECT_NEAR(w.walk.velocity_m_s.x(), 0.2 + 0.3 * 0.05, 1e-12);
   EXPECT_NEAR(w.walk.velocity_m_s.y(), 0.3 * 0.1, 1e-12);
@@ -92,7 +92,7 @@ TEST_F(WalkWishTest, ComesBackToWhereTheMotionIs) {
   EXPECT_NEAR(w.walk.yaw_rate_rad_s, -0.05, 1e-12);
   motion.velocity_m_s.x() = 0.34;
   EXPECT_NEAR(step(&motion).walk.velocity_m_s.x(), 0.38, 1e-12);
-  EXPECT_EQ(wish.clipped(), "");  // nobody wished too much
+  EXPECT_EQ(wish.clipped(), "");  // no wish is beyond the limits
 }
 
 TEST_F(WalkWishTest, FootprintsAreWalkedAsTheyAre) {

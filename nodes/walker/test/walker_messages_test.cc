@@ -1,5 +1,5 @@
-// What messages say in terms of the robot, and the other way round: every figure in its place, of
-// its side, with its sign.
+// Messages in terms of the robot, and the other way round: every figure in its place, on its side,
+// with its sign.
 #include <gtest/gtest.h>
 
 #include "nodes/walker/test/node_rig.h"

@@ -148,7 +148,7 @@ TEST(WalkerNode, WalksNoFasterThanItCanAndCounts) {
 TEST(WalkerNode, FiguresOfTheStackHoldForTheRobotsOwnTasks) {
   const auto room_rad = [](double margin_rad) {
     WalkerParams p = params();
-    p.stack.limit_margin_rad = margin_rad;  // and no task is named
+    p.stack.limit_margin_rad = margin_rad;  // no task is named
     Rig rig(p);
     rig.ready();
     const double limit = biped().tree.upper()[biped().tree.require_joint("left_shoulder_roll")];

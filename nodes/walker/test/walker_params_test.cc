@@ -13,7 +13,7 @@
 namespace mimesis::walker {
 namespace {
 
-/// Reads what is set, or says in one line why it cannot.
+/// Reads parameters, or returns in one line why it cannot.
 std::string read(const std::vector<std::string>& sets, StackSettings& settings) {
   try {
     runtime::ParamSource("", {}, sets).read("stack", [&](runtime::ParamVisitor& v) {
@@ -48,7 +48,7 @@ TEST(StackParams, ReadsAStack) {
   EXPECT_EQ(settings.tasks[1].joints, std::vector<std::string>{"left_elbow"});
 }
 
-/// What is logged as the effective set is the same stack when it is read.
+/// The logged effective set is read back as the same stack.
 TEST(StackParams, SaysEveryKindAsItIsRead) {
   const std::vector<std::pair<TaskKind, std::string>> kinds = {
       {TaskKind::kCom, "com"},
@@ -81,7 +81,7 @@ TEST(StackParams, SaysInOneLineWhatIsWrong) {
 
 }  // namespace
 
-// What parameters of the walker reach.
+// Effects of the walker's parameters.
 namespace {
 
 WalkerParams with(const std::vector<std::string>& sets) {

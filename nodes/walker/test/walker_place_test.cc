@@ -1,4 +1,4 @@
-// What the node makes of its own place, time and past.
+// Tests of the node's own place, time and past.
 #include <gtest/gtest.h>
 
 #include "nodes/walker/test/node_rig.h"
@@ -62,7 +62,7 @@ void walk_with_the_motion(Rig& rig, runtime::Time duration) {
 
 TEST(WalkerPlace, GoesAsWishedWhileTheMotionIsWhereTheRobotIs) {
   // A robot without inertia swings by 95 mm from tick to tick under the feedback of the divergent
-  // component: steps that are placed anew for this are no one's wish.
+  // component: steps must not be placed again because of this.
   WalkerParams p = params();
   p.stabilizer.step_adjustment = false;
   Rig rig(p);
@@ -96,7 +96,7 @@ TEST(WalkerPlace, IsAtRestWhenItDoesNotStep) {
   EXPECT_FALSE(rig.node.at_rest());
 }
 
-/// A motion is the state at its stamp: until the next one it goes on at its rates.
+/// A motion is the state at its stamp: until the next one it is extrapolated at its rates.
 TEST(WalkerPlace, AMotionThatIsLateGoesOnAtItsRates) {
   Rig rig;
   rig.ready();
@@ -119,7 +119,7 @@ TEST(WalkerPlace, FollowsAJointThatSagsUntilTheDrivesFollow) {
   ASSERT_TRUE(rig.command.has_value());
   const int elbow = biped().tree.require_joint("left_elbow");
   const double before = rig.command->position_rad(elbow);
-  rig.robot.q[elbow] = before - 0.005;  // less than what the bridge would refuse
+  rig.robot.q[elbow] = before - 0.005;  // below the bridge's limit of jumps
   rig.run(5ms);
   EXPECT_EQ(rig.command->position_rad(elbow), before);
   rig.robot.q[elbow] = before - 0.05;

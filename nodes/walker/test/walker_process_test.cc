@@ -19,7 +19,7 @@ using mimesis::testing::TestNode;
 
 constexpr const char* kWalker = MIMESIS_BIN_DIR "/mimesis_walker";
 
-/// The rest of the graph on the wall clock: a robot that does as told, and who wishes.
+/// The rest of the graph on the wall clock: an ideal robot, and a sender of wishes.
 struct Rest {
   explicit Rest(const TestGraph& graph)
       : biped(model::load_biped("biped.yaml")),
@@ -73,7 +73,7 @@ struct Rest {
   runtime::Out<v1::Motion> motion;
 };
 
-// The machine may be busy: what is late is not what is tested here.
+// The machine may be busy: delays are not tested here.
 std::vector<std::string> options() {
   return {"--in",  "sensors=test/sensors", "--in",  "joints=test/joints",
           "--in",  "motion=test/motion",   "--set", "sensors_stale_s=1",

@@ -1,4 +1,4 @@
-// What the node does with what it cannot use, and when things around it fail.
+// Tests of the node with unusable input, and with failures around it.
 #include <gtest/gtest.h>
 
 #include <functional>

@@ -52,7 +52,7 @@ class SwingingArms {
   double size_;
 };
 
-/// A straight walk with moving arms, planned, filtered, and looked at with the full dynamics.
+/// A straight walk with moving arms, planned, filtered, and evaluated with the full dynamics.
 struct FilteredWalk {
   struct Tick {
     double time_s = 0.0;

@@ -6,8 +6,8 @@
 
 namespace mimesis::tool {
 
-/// Prints what is guaranteed in every group and stage, at which rate, the largest N of each kind of
-/// graph, and what to change. Returns whether every rule in force is guaranteed.
+/// Prints the guarantees of every group and stage, their rates, the largest N of each kind of
+/// graph, and advice. Returns whether every rule in force is guaranteed.
 bool print_certificates(const crowd::Scenario& scenario, std::ostream& out, bool colour);
 
 /// Report as one JSON object on a line, see tools/mimesis/README.md.

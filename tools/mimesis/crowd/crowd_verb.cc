@@ -94,7 +94,7 @@ void add_crowd(CLI::App& program, int& exit_code) {
 
   auto certify_options = std::make_shared<CertifyOptions>();
   CLI::App* sub = verb->add_subcommand(
-      "certify", "What contraction theory guarantees for a scenario, and what to change");
+      "certify", "Guarantees of contraction theory for a scenario, and advice");
   sub->add_option("FILE", certify_options->file, "Scenario file, or its name in launch/crowd")
       ->required();
   sub->add_option("--set", certify_options->sets,
@@ -113,8 +113,8 @@ void add_crowd(CLI::App& program, int& exit_code) {
       "gait",
       "Speed function g and sway g^psi of a motion model's styles, as scenario files write them");
   sub->add_option("MODEL", gait_options->model, "*.motion.json, here or in models/")->required();
-  sub->add_option("--style", gait_options->style, "This one alone");
-  sub->add_option("--harmonics", gait_options->harmonics, "Of the series over a gait cycle")
+  sub->add_option("--style", gait_options->style, "Only this style");
+  sub->add_option("--harmonics", gait_options->harmonics, "Harmonics over a gait cycle")
       ->check(CLI::Range(0, crowd::SpeedFunction::kHarmonics))
       ->capture_default_str();
   sub->add_flag("--json", gait_options->json, "One object: model, gaits");

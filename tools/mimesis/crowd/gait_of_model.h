@@ -11,8 +11,8 @@ namespace mimesis::tool {
 struct MeasuredGait {
   crowd::Gait gait;
   double step_length_m = 0.0;
-  double rms_m_rad = 0.0;                      ///< of what the harmonics leave out
-  double least_m_rad = 0.0, most_m_rad = 0.0;  ///< of the series
+  double rms_m_rad = 0.0;                      ///< error of the harmonics
+  double least_m_rad = 0.0, most_m_rad = 0.0;  ///< range of the series
 };
 
 /// Walks straight with each style for some cycles and takes the Fourier series of the pelvis'

@@ -18,7 +18,7 @@ struct QualityCurve {
   bool dashed = false;
 };
 
-/// Curves as in [M18 fig. 3.10, 3.13]. @param measure "Q" or "Q2": what the axis says
+/// Curves as in [M18 fig. 3.10, 3.13]. @param measure "Q" or "Q2": label of the axis
 void plot_quality(const std::filesystem::path& png, const std::vector<QualityCurve>& curves,
                   const std::string& measure, const std::string& title);
 

@@ -59,7 +59,7 @@ TrialFiles read_files(const Options& o) {
   return read_trial_files(o.files, o.trials, [&bar](std::size_t done) { bar.at(done); });
 }
 
-/// What the methods cannot do together.
+/// Refuses options that the methods cannot combine.
 void check(const Options& o) {
   if (o.average && !o.sisa.tied) {
     throw ConfigError("--average: needs --tied (free delays have no mean)");
@@ -223,22 +223,22 @@ void add_learning_options(CLI::App& verb, Options& o) {
       ->check(CLI::Range(0, 3))
       ->capture_default_str();
   verb.add_option("--smooth", o.smooth,
-                  "Smooth sources by cubics over so many samples on either side, then fit the "
-                  "weights anew; 0: no")
+                  "Smooth sources by cubics over N samples on either side, then fit the "
+                  "weights again; 0: off")
       ->check(CLI::Range(0, 1000))
       ->capture_default_str();
   verb.add_option("--method", o.method,
-                  "sisa, or wigner: marginals of Wigner-Ville spectra, of free delays and any "
-                  "weights alone; its plot of Q is that of sisa")
+                  "sisa, or wigner: marginals of Wigner-Ville spectra, for free delays and any "
+                  "weights only; its plot of Q is that of sisa")
       ->check(CLI::IsMember({"sisa", "wigner"}))
       ->capture_default_str();
-  verb.add_flag("--average", o.average, "One pattern a style in the model instead of one a trial");
+  verb.add_flag("--average", o.average, "One pattern per style in the model, not one per trial");
 }
 
 void add_reading_options(CLI::App& verb, Options& o) {
   verb.add_flag("--whole-clips", o.whole_clips,
                 "Each clip is one trial; otherwise gait cycles are cut");
-  verb.add_option("--samples", o.trials.cut.samples, "Of a trial")
+  verb.add_option("--samples", o.trials.cut.samples, "Number of samples of a trial")
       ->check(CLI::Range(8, 2000))
       ->capture_default_str();
   verb.add_option("--cutoff-hz", o.trials.cut.cutoff_hz, "Low-pass of the angles; 0: none")
@@ -252,7 +252,7 @@ void add_reading_options(CLI::App& verb, Options& o) {
                 "C3D: markers of pelvis and legs are enough, the rest stands stiff");
   verb.add_option("--style", o.styles, "Name of a file's style; otherwise from its name")
       ->type_name("FILE=NAME");
-  verb.add_option("--licence", o.trials.licence, "Of the files, for the model's provenance");
+  verb.add_option("--licence", o.trials.licence, "Licence of the files, kept in the model");
 }
 
 void add_robot_options(CLI::App& verb, Options& o) {
@@ -262,7 +262,7 @@ void add_robot_options(CLI::App& verb, Options& o) {
                   "those of its figure, then its joints")
       ->type_name("YAML");
   verb.add_option("--limit-margin-rad", robot.limit_margin_rad,
-                  "Kept free before joint limits when retargeting: the mixture overshoots")
+                  "Margin to joint limits when retargeting: the mixture overshoots")
       ->check(number_not_below_zero)
       ->capture_default_str();
 }
@@ -279,7 +279,7 @@ void add_demix(CLI::App& program, int& exit_code) {
   add_learning_options(*verb, *o);
   add_reading_options(*verb, *o);
   add_robot_options(*verb, *o);
-  verb->add_option("--name", o->name, "Of the model; otherwise from --out");
+  verb->add_option("--name", o->name, "Name of the model; otherwise from --out");
   verb->add_option("--trials-out", o->trials_out, "Write the trials as CSV");
   verb->add_option("--export", o->export_to,
                    "Write the first pattern's motion as the model has it: .bvh or .csv")

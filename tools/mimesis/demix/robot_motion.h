@@ -11,17 +11,17 @@ namespace mimesis::tool {
 
 struct RobotChoice {
   std::string file;  ///< its description, such as biped.yaml; empty: no robot
-  /// Kept free at both ends of every joint when clips are retargeted, a quarter of its range at
-  /// most: for what the mixture adds [rad].
+  /// Margin at both ends of every joint when clips are retargeted, a quarter of its range at most:
+  /// for the overshoot of the mixture [rad].
   double limit_margin_rad = 0.05;
 };
 
-/// What retargeting did to a clip.
+/// Result of retargeting a clip.
 struct RetargetedClip {
   std::string file;
   long frames = 0;
   retarget::RobotReport report;          ///< limits are those with the margin, speeds the robot's
-  retarget::Deviation ankle_m, wrist_m;  ///< of the figure in the model (figure_clip())
+  retarget::Deviation ankle_m, wrist_m;  ///< deviations of the figure in the model (figure_clip())
 };
 
 /// A robot that clips are retargeted to.
@@ -36,14 +36,14 @@ class Robot {
                                           const mocap::CycleOptions& options);
 
   mocap::Body body() const { return retarget::robot_body(tree_, figure_); }
-  /// Of rows named as the robot's joints its limits, none of others.
+  /// Limits of the robot's joints for the rows named as they are; empty for other rows.
   std::vector<std::optional<motion::RowLimits>> limits(const std::vector<std::string>& rows) const;
   const std::vector<RetargetedClip>& clips() const { return clips_; }
 
  private:
   explicit Robot(const robot::Biped& biped, double limit_margin_rad);
 
-  robot::RobotTree tree_, narrow_;  ///< as in the file; with the margin
+  robot::RobotTree tree_, narrow_;  ///< tree as in the file; with the margin
   retarget::RobotFigure figure_;
   std::vector<RetargetedClip> clips_;
 };

@@ -15,12 +15,12 @@ struct TrialFileOptions {
   mocap::ReadOptions read;
   mocap::CycleOptions cut;
   std::map<std::string, std::string> styles;  ///< by file name without folder, for all its trials
-  std::string licence;                        ///< of the files, as the user states it
+  std::string licence;                        ///< licence of the files, as stated by the user
   bool markers_legs_only = false;             ///< C3D: the legs' markers are enough
   RobotChoice robot;
 };
 
-/// What the files of a command line hold.
+/// Contents of the files of a command line.
 struct TrialFiles {
   mocap::Trials set;
   /// Mean over the clips; the robot's; the standard body if there is no clip.

@@ -43,8 +43,8 @@ std::string shell_line(const Command& command);
 /// are wired to topics that a node of the file can publish, --set names nodes.
 void check_graph(const GraphFile& graph, const Run& run, Mistakes& mistakes);
 
-/// Starts every local node with --check, which reads its parameters and exits, and collects what
-/// they say.
+/// Starts every local node with --check, which reads its parameters and exits, and collects their
+/// output.
 void check_parameters(const GraphFile& graph, const Run& run, Mistakes& mistakes);
 
 }  // namespace mimesis::launch

@@ -24,7 +24,7 @@ struct Restart {
 struct Stop {
   bool last = false;    ///< `order: last`: after all others, for actuators
   int signal = SIGINT;  ///< SIGINT or SIGTERM
-  nanoseconds timeout = std::chrono::seconds(3);  ///< then SIGKILL
+  nanoseconds timeout = std::chrono::seconds(3);  ///< SIGKILL follows after this time
 };
 
 /// Scheduling of the process, inherited by its threads.
@@ -83,7 +83,7 @@ struct ResultField {
 
 struct ResultSpec {
   Text until;                                           ///< topic whose first message ends the run
-  nanoseconds timeout = std::chrono::seconds(60);       ///< of graph time
+  nanoseconds timeout = std::chrono::seconds(60);       ///< longest graph time
   nanoseconds wall_timeout = std::chrono::minutes(10);  ///< guard, of wall time
   std::optional<FieldPath> success;                     ///< a bool
   std::vector<ResultField> fields;
@@ -101,7 +101,7 @@ struct GraphFile {
   const NodeSpec* find(const std::string& node) const;
 };
 
-/// Reads `file`. Mistakes are collected; what is returned is usable if there are none.
+/// Reads `file`. Mistakes are collected; the result is usable if there are none.
 /// @param args "NAME=VALUE" from the command line
 /// @param run_log folder that `${run:log}` stands for
 /// @throws ConfigError if the file cannot be read as YAML.

@@ -31,7 +31,7 @@ struct Options {
   std::vector<std::string> args;  ///< NAME=VALUE
   std::vector<std::string> sets;  ///< NODE.KEY=VALUE
   std::string graph;              ///< empty: the environment's
-  std::string name;               ///< of the run; empty: made from the time
+  std::string name;               ///< name of the run; empty: made from the time
   bool check = false, dry_run = false, json = false;
   bool keep_running = false;  ///< the result does not end the run
 };
@@ -212,7 +212,7 @@ void add_launch(CLI::App& program, int& exit_code) {
   verb->add_option("--name", options->name,
                    "Name of the run and its log folder (default: date and time)");
   verb->add_flag("--keep-running", options->keep_running,
-                 "Runs until it is stopped, whatever `result:` of the file says");
+                 "Run until stopped, even if `result:` of the file is reached");
   verb->add_flag("--json", options->json, "Machine-readable output (tools/mimesis/README.md)");
   verb->footer(
       "Examples:\n"

@@ -18,14 +18,14 @@ class LineLog {
   /// @throws std::runtime_error if the file cannot be opened.
   LineLog(const std::string& name, const std::string& file);
 
-  /// Takes what is readable (at most 256 KiB, so that others get their turn); closes `from` at its
-  /// end.
+  /// Takes the readable bytes (at most 256 KiB, so that others get their turn); closes `from` at
+  /// its end.
   void pump(Fd& from, std::string& partial);
   /// Streams of one child; their lines do not mix.
   void pump(Child& child);
   /// Writes out a last line without its end.
   void flush();
-  /// The last line on standard error, empty before there is one: why a node ended, if it says so.
+  /// The last line on standard error, empty before there is one: often the reason why a node ended.
   const std::string& last_error() const { return last_error_; }
 
  private:
@@ -85,7 +85,7 @@ class ManagedNode {
   State state() const { return state_; }
   void give_up() { state_ = State::ended; }  ///< will not be started (again)
   void hurry(WallTime due) { due_ = std::min(due_, due); }
-  WallTime due() const { return due_; }  ///< of starting, delayed and stopping
+  WallTime due() const { return due_; }  ///< end of the states starting, delayed and stopping
   WallTime started() const { return started_; }
   bool was_ready() const { return was_ready_; }
   bool killed() const { return killed_; }

@@ -102,7 +102,7 @@ void set_schedule(Prepared& p, const Sched& sched) {
 
 constexpr std::size_t kMaxText = 65536;
 
-/// Reads what is there; closes at the end of the stream.
+/// Reads the available bytes; closes at the end of the stream.
 void drain(Fd& fd, std::string& into) {
   std::array<char, 4096> buffer;
   while (fd.open()) {
@@ -141,7 +141,7 @@ void Child::send(int signal) const {
 std::optional<Ending> Child::reap() {
   int status = 0;
   if (pid <= 0 || waitpid(pid, &status, WNOHANG) != pid) return std::nullopt;
-  kill(-pid, SIGKILL);  // what it started itself
+  kill(-pid, SIGKILL);  // processes that it started itself
   pid = -1;
   pidfd.reset();
   if (WIFSIGNALED(status)) return Ending{.signal = WTERMSIG(status)};

@@ -28,7 +28,7 @@ class Fd {
 /// How a process ended.
 struct Ending {
   int code = 0;    ///< exit code, if signal is 0
-  int signal = 0;  ///< that killed it
+  int signal = 0;  ///< signal that killed it
   bool good() const { return code == 0 && signal == 0; }
   std::string text() const;  ///< "ended with exit code 3", "was killed by SIGSEGV"
   int exit_code() const { return signal != 0 ? 1 : code; }
@@ -42,7 +42,7 @@ struct Child {
 
   /// To its whole process group; nothing if it has been reaped.
   void send(int signal) const;
-  /// Its ending if it has ended; reaps it and kills what is left of its process group.
+  /// Its ending if it has ended; reaps it and kills the rest of its process group.
   std::optional<Ending> reap();
 };
 
@@ -52,7 +52,7 @@ struct Shared {
   int output = -1;  ///< for its standard output and error, instead of the pipes of `Child`
 };
 
-/// Starts a program. Call from the main thread: the child is told when that thread ends.
+/// Starts a program. Call from the main thread: the child gets a signal when that thread ends.
 /// @throws std::runtime_error "NAME: why" if it cannot be started or scheduled as `sched` says.
 Child spawn(const Command& command, const Sched& sched, const Shared& shared = {});
 

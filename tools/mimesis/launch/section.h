@@ -9,7 +9,7 @@
 
 namespace mimesis::launch {
 
-/// All that is wrong with a launch file: a check goes on after the first mistake.
+/// All mistakes of a launch file: a check continues after the first one.
 class Mistakes {
  public:
   void add(const runtime::Place& place, const std::string& what);
@@ -34,7 +34,7 @@ struct Text {
 };
 
 /// Reads one map of a launch file: each value by its expected type, with variables replaced. Call
-/// `finish` when all known keys were asked for; what was not asked for is unknown.
+/// `finish` after reading all known keys; keys not read are unknown.
 class Section {
  public:
   Section(const runtime::Yaml& map, const runtime::Variables& variables, Mistakes& mistakes);
@@ -43,7 +43,7 @@ class Section {
   /// Value of `key`, null if absent. The key counts as known.
   const runtime::Yaml* take(const std::string& key);
 
-  // Nothing if the key is absent or, with a mistake noted, if the value is wrong.
+  // Empty if the key is absent or, with a mistake noted, if the value is wrong.
   std::optional<Text> text(const std::string& key);
   std::optional<std::string> choice(const std::string& key,
                                     const std::vector<std::string>& choices);

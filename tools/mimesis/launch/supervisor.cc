@@ -92,7 +92,7 @@ int wait_for(pid_t worker, const sigset_t& set) {
       kill(worker, info.si_signo);
       continue;
     }
-    // Only the worker is waited for: what it leaves behind is ended together afterwards.
+    // Only the worker is waited for: its remaining processes are ended together afterwards.
     int status = 0;
     if (waitpid(worker, &status, WNOHANG) != worker) continue;
     if (WIFEXITED(status)) {
@@ -232,7 +232,7 @@ class Supervisor {
       return;
     }
     const std::string what = fmt::format("node '{}' {}", node.name(), ending.text());
-    // The last words of a node that could not begin say why.
+    // The last output of a node that could not start is the reason.
     const std::string why =
         node.was_ready() || node.last_error().empty() ? "" : ": " + node.last_error();
     if (node.spec().required) {
@@ -273,7 +273,7 @@ class Supervisor {
     }
   }
 
-  /// Asks the current group to stop; goes on to the next when all of it has ended.
+  /// Asks the current group to stop; continues with the next when all of it has ended.
   void stop_group(WallTime now) {
     while (!done_) {
       bool alive = false;
@@ -337,7 +337,7 @@ class Supervisor {
   Fd signals_ = open_signals();
   Outcome outcome_;
   bool stopping_ = false, done_ = false;
-  std::size_t group_ = 0;  ///< of `groups_`, being stopped
+  std::size_t group_ = 0;  ///< index in `groups_` of the group being stopped
   int interrupts_ = 0;
 };
 

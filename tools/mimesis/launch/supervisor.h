@@ -18,7 +18,7 @@ int keep(const std::function<int()>& work);
 /// How a node fared.
 struct NodeOutcome {
   std::string name;
-  int exit_code = 0;  ///< of its last run; 128 + signal if it was killed
+  int exit_code = 0;  ///< exit code of its last run; 128 + signal if it was killed
   int restarts = 0;
   bool killed = false;  ///< did not stop in time
 };

@@ -134,7 +134,7 @@ class MessagePrinter {
   }
 
   const CatOptions& options_;
-  google::protobuf::LogSilencer silence_;  // what is wrong with a message is told here
+  google::protobuf::LogSilencer silence_;  // errors of a message are reported here
   LogDecoder decoder_;
   std::unordered_map<const log::Channel*, ChannelPrinter> printers_;
   std::set<std::string> found_;
@@ -147,7 +147,7 @@ void to_standard_output(std::string_view text) {
   while (!text.empty()) {
     const ssize_t n = ::write(STDOUT_FILENO, text.data(), text.size());
     if (n < 0 && errno == EINTR) continue;
-    if (n < 0 && errno == EPIPE) throw VerbEnd{"", 0};  // whoever read the pipe has had enough
+    if (n < 0 && errno == EPIPE) throw VerbEnd{"", 0};  // the reader of the pipe has closed it
     if (n < 0) {
       throw VerbEnd{std::string("cannot write to standard output: ") + std::strerror(errno), 1};
     }
@@ -155,7 +155,7 @@ void to_standard_output(std::string_view text) {
   }
 }
 
-/// The bar belongs on the terminal only if nobody else writes there.
+/// The bar belongs on the terminal only if nothing else is written there.
 bool writes_a_file() {
   struct stat info {};
   return fstat(STDOUT_FILENO, &info) == 0 && S_ISREG(info.st_mode);
@@ -252,16 +252,16 @@ void add_cat(CLI::App& verb, int& exit_code) {
   cat->add_option("--field", o->fields,
                   "Only this field, such as header.seq or blobs.0.u_px (repeatable)")
       ->allow_extra_args(false);
-  cat->add_option("--bytes", o->bytes_text, "How fields of type bytes look")
+  cat->add_option("--bytes", o->bytes_text, "Format of fields of type bytes")
       ->check(CLI::IsMember({"length", "base64", "hex"}))
       ->capture_default_str();
-  cat->add_option("--limit", o->limit, "So many messages, then end")->check(number_above_zero);
-  CLI::Option* attachment = cat->add_option("--attachment", o->attachment,
-                                            "Instead: this attachment (like mcap get attachment)");
+  cat->add_option("--limit", o->limit, "Stop after N messages")->check(number_above_zero);
+  CLI::Option* attachment = cat->add_option(
+      "--attachment", o->attachment, "Print this attachment instead (like mcap get attachment)");
   cat->add_option("--metadata", o->metadata,
-                  "Instead: this metadata record (like mcap get metadata)")
+                  "Print this metadata record instead (like mcap get metadata)")
       ->excludes(attachment);
-  cat->add_flag("--json", o->json, "JSON is what it prints anyway");
+  cat->add_flag("--json", o->json, "No effect: the output is always JSON");
   cat->footer(
       "Examples:\n  mimesis log cat run.mcap --topic planner/status --limit 10 | jq .message\n"
       "  mimesis log cat run.mcap --topic bridge/arm --start 12.5 --end 13 --field position_rad\n"
@@ -270,7 +270,7 @@ void add_cat(CLI::App& verb, int& exit_code) {
     o->bytes = o->bytes_text == "hex"      ? BytesText::hex
                : o->bytes_text == "base64" ? BytesText::base64
                                            : BytesText::length;
-    static_cast<void>(filter_of(o->topics));  // says what is wrong with it first
+    static_cast<void>(filter_of(o->topics));  // reports its errors first
     const auto logs = opened(o->files);
     if (!o->attachment.empty()) return cat_attachment(logs, o->attachment);
     if (!o->metadata.empty()) return cat_metadata(logs, o->metadata);

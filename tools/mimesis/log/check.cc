@@ -110,7 +110,7 @@ class MessageCheck {
     check_losses();
   }
 
-  struct Tally {  ///< of one kind of finding on one channel
+  struct Tally {  ///< one kind of finding on one channel
     std::uint64_t times = 0, sum = 0;
     std::uint64_t first_offset = 0;
     std::string first;
@@ -245,7 +245,7 @@ class MessageCheck {
       checked_.add(severity, kind, tally.first_offset, "{}: {}, first {}", s.name, what,
                    tally.first);
     };
-    // What the numbers of foreign logs mean is not known.
+    // The meaning of numbers in foreign logs is unknown.
     const Severity numbers = s.ours ? warning : info;
     tell(s.gap, numbers, "seq-gap",
          fmt::format("{} messages are missing in {} gaps", s.gap.sum, s.gap.times));
@@ -320,11 +320,11 @@ class MessageCheck {
   runtime::TypePool types_;  // before the messages that it makes
   std::map<std::uint16_t, std::unique_ptr<google::protobuf::Message>> prototypes_;  ///< by schema
   std::map<std::uint16_t, ChannelState> states_;
-  std::map<std::string, std::string> definitions_;  ///< of schemas, by name
+  std::map<std::string, std::string> definitions_;  ///< definitions of schemas, by name
   std::uint64_t last_time_ = 0;
   Tally disorder_;
   LossCounts losses_;
-  bool recovered_ = false;  ///< from a damaged log: what is missing is known
+  bool recovered_ = false;  ///< from a damaged log: missing parts are known
   bool in_summary_ = false;
 };
 
@@ -341,9 +341,9 @@ bool decode_index(std::string_view content, log::MessageIndex& index) {
   return d.ok() && entries.ok();
 }
 
-/// Follows the records of a log by their lengths and holds every index against what it points at:
-/// message indexes, chunk index, attachment and metadata indexes, offsets of the summary. Sums were
-/// checked before; behind a record that cannot be it stops and says so.
+/// Follows the records of a log by their lengths and compares every index with its target: message
+/// indexes, chunk index, attachment and metadata indexes, offsets of the summary. Sums were checked
+/// before; after an impossible record it stops and reports it.
 class StructureCheck {
  public:
   StructureCheck(const log::Source& source, CheckedLog& checked)
@@ -371,10 +371,10 @@ class StructureCheck {
   }
 
  private:
-  using Place = std::pair<std::uint64_t, std::uint64_t>;  ///< of a message: log time, offset
-  /// What is known of a chunk from the data.
+  using Place = std::pair<std::uint64_t, std::uint64_t>;  ///< place of a message: log time, offset
+  /// Facts about a chunk from the data.
   struct Facts {
-    log::ChunkIndex index;                                 ///< as it should be
+    log::ChunkIndex index;                                 ///< the index as it should be
     std::map<std::uint16_t, std::vector<Place>> messages;  ///< by channel, while it is open
     bool readable = false;
   };
@@ -439,7 +439,7 @@ class StructureCheck {
     if (!compression || chunk.uncompressed_size > log::ReaderLimits{}.chunk_size) return;
     const auto records = decompressor_.run(*compression, chunk.records,
                                            static_cast<std::size_t>(chunk.uncompressed_size));
-    if (!records) return;  // told by whoever checks the sums
+    if (!records) return;  // reported by the check of the sums
     open_->readable = true;
     log::Statistics times;
     log::Decoder d(*records);
@@ -486,7 +486,7 @@ class StructureCheck {
           index.channel_id, bad.size(), bad.front().first, bad.front().second);
   }
 
-  /// What comes now no longer belongs to the last chunk.
+  /// The next records no longer belong to the last chunk.
   void leave_chunk() {
     if (open_ == nullptr) return;
     const auto& offsets = open_->index.message_index_offsets;
@@ -609,7 +609,7 @@ class StructureCheck {
   CheckedLog& checked_;
   log::Window window_;
   log::Decompressor decompressor_;
-  std::uint64_t at_ = log::kMagic.size();  ///< of the current record
+  std::uint64_t at_ = log::kMagic.size();  ///< position of the current record
   std::uint64_t length_ = 0;               ///< with its head
 
   std::map<std::uint64_t, Facts> chunks_;  ///< by offset
@@ -619,7 +619,7 @@ class StructureCheck {
   bool any_chunk_index_ = false;
   Indexed attachments_{"attachment", "attachment"}, metadata_{"metadata", "metadata record"};
   std::optional<std::uint64_t> data_end_;  ///< behind it
-  std::map<Opcode, Group> groups_;         ///< of the summary
+  std::map<Opcode, Group> groups_;         ///< groups of the summary
   std::vector<std::pair<std::uint64_t, log::SummaryOffset>> offsets_;
 };
 
@@ -672,7 +672,7 @@ int check_files(const std::vector<std::string>& paths, bool json) {
 }  // namespace
 
 CheckedLog check_log(const std::string& path, const log::Source& source, Sequences& sequences) {
-  const google::protobuf::LogSilencer silence;  // what is wrong with a schema is told here
+  const google::protobuf::LogSilencer silence;  // errors of a schema are reported here
   CheckedLog checked{path, source.size()};
   Progress progress("check", 2 * source.size());
   if (MessageCheck(source, sequences, checked).run(progress)) {
@@ -710,8 +710,8 @@ std::string_view word(Severity severity) {
 }
 
 void add_check(CLI::App& verb, int& exit_code) {
-  CLI::App* check = verb.add_subcommand(
-      "check", "Looks for everything that can be wrong with logs (like mcap doctor)");
+  CLI::App* check =
+      verb.add_subcommand("check", "Checks logs for all kinds of errors (like mcap doctor)");
   struct Options {
     std::vector<std::string> files;
     bool json = false;

@@ -17,7 +17,7 @@ namespace mimesis::tool {
 enum class Severity { info, warning, error };
 std::string_view word(Severity severity);
 
-/// Something in a log that somebody should know.
+/// A finding in a log.
 struct Finding {
   Severity severity = Severity::info;
   std::string_view kind;                ///< stable word for scripts: "seq-gap"
@@ -25,14 +25,14 @@ struct Finding {
   std::string what;
 };
 
-/// Sequence numbers by topic, node and start of the node: they go on in the next part of a split
+/// Sequence numbers by topic, node and start of the node: they continue in the next part of a split
 /// recording.
 using Sequences = std::map<std::tuple<std::string, std::string, std::string>, Sequence>;
 
 struct CheckedLog {
   std::string path;
   std::uint64_t size = 0;
-  log::Statistics statistics = {};                ///< of what was read
+  log::Statistics statistics = {};                ///< statistics of the records read
   std::map<std::string, std::string> split = {};  ///< metadata "mimesis.split"
   std::vector<Finding> findings = {};
 
@@ -43,7 +43,7 @@ struct CheckedLog {
   }
 };
 
-/// All findings in one file, errors first. `sequences` go on from the parts before.
+/// All findings in one file, errors first. `sequences` continue from the parts before.
 CheckedLog check_log(const std::string& path, const log::Source& source, Sequences& sequences);
 /// Whether the parts follow each other; findings are added to the later one.
 void check_parts(std::vector<CheckedLog>& logs);

@@ -30,7 +30,7 @@ namespace {
 
 constexpr std::uint32_t kErrorFlag = 0x20000000;  // as in linux/can.h
 constexpr std::uint32_t kErrorMask = 0x1fffffff;
-constexpr std::size_t kLongestBus = 15;  // as the kernel has it
+constexpr std::size_t kLongestBus = 15;  // the kernel's limit
 constexpr std::size_t kClassicLength = 8, kFdLength = 64;
 constexpr std::uint64_t kNanosecondsPerSecond = 1'000'000'000;
 
@@ -106,7 +106,7 @@ void set_id(std::string_view text, v1::CanFrame& frame) {
   frame.set_id(*id & kErrorMask);
 }
 
-/// What stands behind "#" of a classic frame: data and "_E" for a raw length code, or "R4".
+/// Reads the text after "#" of a classic frame: data and "_E" for a raw length code, or "R4".
 void set_classic(std::string_view text, v1::CanFrame& frame) {
   const std::size_t underscore = text.find('_');
   if (underscore != text.npos) {
@@ -230,7 +230,7 @@ void each_line(const log::Source& source, const Take& take) {
     if (!ahead) throw ConfigError(ahead.error().reason);
     if (ahead->empty()) return;
     const std::size_t end = std::min(ahead->find('\n'), ahead->size());
-    const bool line_end = end < ahead->size();  // else the last line, or one that is too long
+    const bool line_end = end < ahead->size();  // otherwise the last line, or one that is too long
     take(number, ahead->substr(0, end));
     if (line_end) ++number;
     offset += end + (line_end ? 1 : 0);
@@ -459,15 +459,15 @@ void add_convert(CLI::App& verb, int& exit_code) {
   };
   auto o = std::make_shared<Options>();
   sub->add_option("IN", o->convert.input,
-                  "candump -l (or what candump shows), an LCM log, or MCAP; told by its content")
+                  "candump -l (or output of candump), an LCM log, or MCAP; found by its content")
       ->required();
   sub->add_option("OUT", o->convert.output,
-                  "MCAP file; of MCAP: log for canplayer, - for standard output")
+                  "MCAP file; from MCAP: log for canplayer, - for standard output")
       ->required();
   sub->add_option("--from", o->convert.from, "candump or lcm, whatever the content looks like")
       ->check(CLI::IsMember({"candump", "lcm"}));
   sub->add_flag("--force", o->convert.force, "Replace OUT if it exists");
-  sub->add_option("--compression", o->compression, "Of MCAP: none, lz4 or zstd")
+  sub->add_option("--compression", o->compression, "For MCAP: none, lz4 or zstd")
       ->check(CLI::IsMember({"none", "lz4", "zstd"}))
       ->capture_default_str();
   sub->add_flag("--json", o->json, "Print one JSON object at the end");

@@ -14,10 +14,10 @@
 
 namespace mimesis::tool {
 
-/// What a file holds, told by its first bytes.
+/// Kind of a file, by its first bytes.
 enum class LogKind { mcap, candump, lcm };
 
-/// @throws ConfigError for other kinds: it names what they are and who converts them.
+/// @throws ConfigError for other kinds: it names the kind and its converter.
 LogKind detect_kind(const log::Source& source, const std::string& path);
 
 struct ConvertOptions {
@@ -31,8 +31,8 @@ struct ConvertOptions {
 struct ConvertResult {
   LogKind from = LogKind::mcap;
   std::uint64_t messages = 0;
-  std::uint64_t damages = 0;  ///< lines or places that could not be read; each was said
-  std::uint64_t lost = 0;     ///< LCM: events dropped by the logger, told by their numbers
+  std::uint64_t damages = 0;  ///< lines or places that could not be read; each was reported
+  std::uint64_t lost = 0;     ///< LCM: events dropped by the logger, found by their numbers
   std::uint64_t untimed = 0;  ///< candump: lines without a time, which took that of the line before
 };
 
@@ -51,8 +51,8 @@ struct CandumpLine {
   v1::CanFrame frame;
 };
 
-/// Nothing for lines without a frame: empty ones, and what `candump -e` explains. The reason of a
-/// failure says what was expected where.
+/// Empty for lines without a frame: empty ones, and explanations of `candump -e`. The reason of a
+/// failure names the place and the expected text.
 tl::expected<std::optional<CandumpLine>, Status> parse_candump(std::string_view line);
 
 /// A line of a log, as `candump -l` writes it, without its end. Times are cut to microseconds.
@@ -68,8 +68,8 @@ struct LcmEvent {
 };
 
 /// Reads an LCM log from front to back. LCM has no sums: an event is delivered only if another one,
-/// or the end of the file, follows where its lengths say. After damage reading goes on at the next
-/// event of which that holds.
+/// or the end of the file, follows at the place given by its lengths. After damage reading
+/// continues at the next such event.
 class LcmReader {
  public:
   explicit LcmReader(const log::Source& source) : source_(source), window_(source) {}

@@ -51,7 +51,7 @@ struct DiffStream {
   const DiffRules* rules = nullptr;
   bool in_a = false, in_b = false;
   std::uint64_t read[2] = {0, 0};
-  std::deque<HeldMessage> waiting[2];  ///< of the log that is ahead
+  std::deque<HeldMessage> waiting[2];  ///< messages of the log that is ahead
 };
 
 /// Topic, node, and how often that node had been started before: the ids of its starts differ
@@ -282,7 +282,7 @@ int compare_files(const std::string& path_a, const std::string& path_b, const Di
 
 std::map<std::string, DiffRules> diff_rules(const DiffOptions& options, const OpenLog& a,
                                             const OpenLog& b) {
-  std::map<std::string, DiffRules> rules;  // of every topic
+  std::map<std::string, DiffRules> rules;  // rules of every topic
   std::multimap<std::string, const google::protobuf::Descriptor*> types;
   std::vector<std::string> topics;
   LogDecoder decoder;
@@ -362,17 +362,17 @@ void add_diff(CLI::App& verb, int& exit_code) {
   diff->add_option("B", o->b, "Another one")->required();
   add_topic_options(*diff, o->topics);
   diff->add_flag("--all-topics", o->all_topics,
-                 "Also */health, */log, */steps, */start and clock/time, which differ between "
+                 "Compare also */health, */log, */steps, */start and clock/time, which differ in "
                  "equal runs");
   diff->add_option("--tolerance", o->diff.tolerance,
                    "Largest difference of floating-point numbers that counts as equal")
       ->check(number_not_below_zero)
       ->capture_default_str();
   diff->add_option("--field-tolerance", o->diff.field_tolerances,
-                   "TOPIC.FIELD=X: instead for one field, integers included (repeatable)")
+                   "TOPIC.FIELD=X: tolerance of one field, also of integers (repeatable)")
       ->allow_extra_args(false);
   diff->add_option("--ignore", o->diff.ignore,
-                   "TOPIC.FIELD with all below it; *.FIELD: of every topic (repeatable)")
+                   "TOPIC.FIELD with all below it; *.FIELD: in every topic (repeatable)")
       ->allow_extra_args(false);
   diff->add_flag("--times", o->diff.times, "Log and publish times must be equal, too");
   diff->add_flag("--json", o->json, "One JSON object");

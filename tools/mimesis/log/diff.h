@@ -22,8 +22,8 @@ struct DiffOptions {
 /// Topics that differ between equal runs, or that describe the run: those of the runtime.
 bool is_runtime_topic(const std::string& topic);
 
-/// What one publisher said on one topic in two logs. Its messages are matched by sequence number,
-/// or by their order if they have none.
+/// Messages of one publisher on one topic in two logs. They are matched by sequence number, or by
+/// their order if they have none.
 struct StreamDiff {
   std::string topic, node;
   std::string type_a, type_b;  ///< empty: not there, or without a schema
@@ -35,7 +35,7 @@ struct StreamDiff {
     std::uint64_t time_a_ns = 0, time_b_ns = 0;  ///< log times
     MessageDifference difference;
   };
-  std::optional<First> first = {};  ///< of the differing pairs
+  std::optional<First> first = {};  ///< first of the differing pairs
   WorstDifferences worst = {};
 
   bool same() const {

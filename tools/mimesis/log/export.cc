@@ -28,10 +28,10 @@ namespace fs = std::filesystem;
 
 // --- Files
 
-/// Names of files in one folder, whatever a log calls things.
+/// Names of files in one folder, for any names in a log.
 class FileNames {
  public:
-  /// Makes the folder. @throws ConfigError if it cannot, unless files are to say so (`lazy`).
+  /// Makes the folder. @throws ConfigError if it cannot; with `lazy` the files report it.
   explicit FileNames(const std::string& folder, bool lazy = false) : folder_(folder) {
     std::error_code error;
     fs::create_directories(folder, error);
@@ -217,7 +217,7 @@ class CsvWriter {
     RowJoin join;
   };
 
-  /// What is wrong with the fields is said before anything is read.
+  /// Reports errors in the fields before anything is read.
   void check(TopicTable& table) {
     std::set<std::string> nodes;
     for (const OpenChannel& c : channels_of(logs_)) {
@@ -299,9 +299,9 @@ constexpr std::uint32_t kLargestSide = 16384;
 /// luminance and V.
 struct PixelLayout {
   std::string_view name;
-  std::uint32_t bytes;  ///< of a group
+  std::uint32_t bytes;  ///< bytes of a group
   int at[4];
-  std::uint32_t pixels = 1;  ///< of a group; 2: YUV
+  std::uint32_t pixels = 1;  ///< pixels of a group; 2: YUV
 };
 constexpr PixelLayout kLayouts[] = {
     {"bgr8", 3, {0, 1, 2}},       {"8UC3", 3, {0, 1, 2}},
@@ -428,7 +428,7 @@ tl::expected<image::Image, Status> raw_image(const foxglove::RawImage& raw) {
   const auto* data = reinterpret_cast<const std::uint8_t*>(raw.data().data());
   for (std::uint64_t v = 0; v < height; ++v) {
     const std::uint8_t* row = data + step * v;
-    const std::uint8_t* uv = data + step * (height + v / 2);  // of nv12
+    const std::uint8_t* uv = data + step * (height + v / 2);  // plane of nv12
     for (std::uint64_t u = 0; u < width; ++u) {
       std::uint8_t* to = out.at(static_cast<int>(u), static_cast<int>(v));
       if (nv12) {
@@ -515,21 +515,21 @@ void add_export(CLI::App& verb, int& exit_code) {
                   "Several topics in one table: the last value before each message of the first "
                   "topic, the nearest, or a row per time; without: a file per topic")
       ->check(CLI::IsMember({"previous", "nearest", "outer"}));
-  sub->add_option("--time", o->time, "relative to the start of the log, or absolute")
+  sub->add_option("--time", o->time, "Times relative to the start of the log, or absolute")
       ->check(CLI::IsMember({"relative", "absolute"}))
       ->capture_default_str();
   sub->add_option("--images", o->images.topic, "Images of this topic as files SEQ_TIME.png");
-  sub->add_option("--format", o->format, "Of raw images: png or jpeg")
+  sub->add_option("--format", o->format, "Format of raw images: png or jpeg")
       ->check(CLI::IsMember({"png", "jpeg"}))
       ->capture_default_str();
-  sub->add_option("--quality", o->images.quality, "Of JPEG")
+  sub->add_option("--quality", o->images.quality, "Quality of JPEG")
       ->check(CLI::Range(1, 100))
       ->capture_default_str();
-  sub->add_option("--every", o->images.every, "Only each so-manieth image")
+  sub->add_option("--every", o->images.every, "Every Nth image only")
       ->check(CLI::Range(1, 1'000'000))
       ->capture_default_str();
-  sub->add_option("--attachments", o->attachments, "Attachments into this folder");
-  sub->add_option("-o,--output", o->output, "File or folder; CSV goes to standard output without");
+  sub->add_option("--attachments", o->attachments, "Write attachments into this folder");
+  sub->add_option("-o,--output", o->output, "File or folder; default for CSV: standard output");
   add_time_options(*sub, o->range);
   sub->add_flag("--json", o->json, "Print one JSON object at the end; needs -o for CSV");
   sub->footer(

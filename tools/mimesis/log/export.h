@@ -111,16 +111,17 @@ class RowJoin {
   std::deque<Row> rows_;      ///< not yet complete
 };
 
-/// What was written.
+/// Files written.
 struct ExportResult {
   std::vector<std::string> files;
-  std::uint64_t items = 0;     ///< rows, images or attachments
-  std::uint64_t failures = 0;  ///< messages that could not be decoded, and damages; each was said
+  std::uint64_t items = 0;  ///< rows, images or attachments
+  /// messages that could not be decoded, and damages; each was reported
+  std::uint64_t failures = 0;
 };
 
 struct CsvOptions {
   std::vector<std::string> fields = {};  ///< "TOPIC.FIELD[,FIELD...]"
-  std::optional<Join> join = {};         ///< of several topics; without: a file for each
+  std::optional<Join> join = {};         ///< joins several topics; without: a file for each
   bool absolute = false;                 ///< times as they are; else from the start of the log
   std::string output = {};  ///< file, folder for several files, or "-": standard output
   TimeRange range = {};
@@ -135,7 +136,7 @@ struct ImageOptions {
   std::string topic = {};
   std::string folder = {};
   bool jpeg = false;  ///< instead of PNG, for raw images
-  int quality = 90;   ///< of JPEG, 1..100
+  int quality = 90;   ///< quality of JPEG, 1..100
   int every = 1;      ///< only each so-manieth image
   TimeRange range = {};
 };
@@ -145,7 +146,7 @@ struct ImageOptions {
 ExportResult export_images(const std::vector<OpenLog>& logs, const ImageOptions& options);
 
 /// A raw image in colour. Encodings: bgr8 8UC3 rgb8 bgra8 8UC4 rgba8 mono8 8UC1 and full-range
-/// BT.601 uyvy yuv422 yuyv yuv422_yuy2 nv12. What the size does not agree with is refused.
+/// BT.601 uyvy yuv422 yuyv yuv422_yuy2 nv12. Data of another size is refused.
 tl::expected<image::Image, Status> raw_image(const foxglove::RawImage& raw);
 
 /// Attachments under their names, without folders. @throws ConfigError if one cannot be written.

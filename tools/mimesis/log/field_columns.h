@@ -18,7 +18,7 @@ class LogDecoder {
  public:
   /// Null if the message is not Protobuf, or not a valid one. Lives until the next of its type.
   const google::protobuf::Message* decode(const Item& item);
-  /// As `decode`; standard error tells a message that is not valid.
+  /// Like `decode`; reports an invalid message on standard error.
   const google::protobuf::Message* decode_or_tell(const Item& item);
   /// An empty one; null if the schema is not Protobuf's, or does not define its type.
   google::protobuf::Message* make(const log::Schema& schema);
@@ -30,7 +30,7 @@ class LogDecoder {
   std::map<const log::Schema*, std::unique_ptr<google::protobuf::Message>> messages_;
 };
 
-/// What people ask for: "bridge/arm.position_rad[*]".
+/// Query of the user: "bridge/arm.position_rad[*]".
 struct FieldQuery {
   std::string topic;
   std::string path;  ///< empty: all fields
@@ -42,8 +42,8 @@ FieldQuery parse_field_query(const std::string& text, const std::vector<std::str
 
 /// The scalar values a path names in the messages of a topic. Elements of a repeated field are
 /// chosen as "position_rad[2]" or "position_rad.2"; "position_rad[*]" or "position_rad" is all of
-/// them, and a message stands for all its fields (but those of type bytes). What a message does not
-/// have gives no value.
+/// them, and a message stands for all its fields (but those of type bytes). A field that a message
+/// does not have gives no value.
 class FieldColumns {
  public:
   explicit FieldColumns(FieldQuery query);
@@ -55,7 +55,7 @@ class FieldColumns {
     auto operator<=>(const Key&) const = default;
   };
   struct Value {
-    const google::protobuf::Message& message;  ///< that has the field
+    const google::protobuf::Message& message;  ///< message that has the field
     const google::protobuf::FieldDescriptor& field;
     int index;  ///< kWholeField, or of the element
   };
@@ -74,7 +74,7 @@ class FieldColumns {
  private:
   struct Step {
     const google::protobuf::FieldDescriptor* field;
-    int index;  ///< of a repeated field, kEach, or kWholeField
+    int index;  ///< index in a repeated field, kEach, or kWholeField
   };
   struct Leaf {
     std::size_t id;
@@ -91,7 +91,7 @@ class FieldColumns {
              const std::function<void(const Key&, const Value&)>& take) const;
 
   FieldQuery query_;
-  std::vector<std::string> parts_;               ///< of the path
+  std::vector<std::string> parts_;               ///< parts of the path
   std::map<std::string, std::size_t> leaf_ids_;  ///< by name with [*]
   std::vector<std::string> leaf_names_;          ///< by id
   std::map<const google::protobuf::Descriptor*, std::vector<Leaf>> by_type_;

@@ -25,10 +25,10 @@ using nlohmann::ordered_json;
 /// One topic of one node, in all files together.
 struct TopicSummary {
   std::string encoding;
-  std::map<std::string, std::string> metadata;  ///< of its first channel
-  std::set<std::string> starts;                 ///< of the node, by start_id
+  std::map<std::string, std::string> metadata;  ///< metadata of its first channel
+  std::set<std::string> starts;                 ///< starts of the node, by start_id
   std::uint64_t messages = 0, bytes = 0;        ///< bytes of payload
-  std::optional<std::uint64_t> lost = {};       ///< what the recorder counted
+  std::optional<std::uint64_t> lost = {};       ///< losses that the recorder counted
 };
 
 struct NodeSummary {
@@ -292,7 +292,7 @@ void add_info(CLI::App& verb, int& exit_code) {
       std::cout << info_text(logs, found, use_colour(1));
     }
     for (const OpenLog& log : logs) {
-      if (!options->sizes) report_damages(log, {});  // else told by the reading
+      if (!options->sizes) report_damages(log, {});  // otherwise reading has reported them
     }
     return 0;
   });

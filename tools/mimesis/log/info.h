@@ -7,7 +7,7 @@
 
 namespace mimesis::tool {
 
-/// What one or several logs hold, in the shape of README.md. `sizes`: reads all messages to sum
+/// Contents of one or several logs, in the shape of README.md. `sizes`: reads all messages to sum
 /// their payloads per topic.
 nlohmann::ordered_json info_json(const std::vector<OpenLog>& logs, bool sizes);
 /// `info`, what `info_json` gave, for people.

@@ -25,7 +25,7 @@ using google::protobuf::Message;
 constexpr std::size_t kShownBytes = 16;
 constexpr std::size_t kShownText = 100;
 
-/// Fields of one kind can be compared whatever their wire type.
+/// Fields of one kind can be compared for any wire type.
 enum class FieldKind { kFloating, kInteger, kOtherNumber, kText, kBytes, kMessage };
 
 FieldKind kind_of(const FieldDescriptor& f) {
@@ -58,7 +58,8 @@ struct FieldValue {
 
   std::string text() const { return shortened(field_text(message, field, index)); }
   double number() const { return field_number(message, field, index); }
-  /// Of any width, without loss: long double has at least 64 bits of mantissa where we run.
+  /// Integer of any width, without loss: long double has at least 64 bits of mantissa on our
+  /// platforms.
   long double integer() const {
     static_assert(std::numeric_limits<long double>::digits >= 64);
     return with_field_value(message, field, index, [](const auto& v) {
@@ -134,7 +135,7 @@ class MessageComparison {
   MessageDifference result;
 
  private:
-  /// Runs `compare` one level down, unless what is there is ignored.
+  /// Runs `compare` one level down, unless the field is ignored.
   template <class Compare>
   void enter(const std::string& name, bool is_field, const Compare& compare) {
     const std::size_t path_size = path_.size(), field_size = field_.size();

@@ -15,7 +15,7 @@
 namespace mimesis::tool {
 
 /// Which differences between two messages count. Fields are named as "arm.position_rad", for all
-/// elements of what is repeated on the way, or as "arm.position_rad.3" for one; with all below
+/// elements of repeated fields in the path, or as "arm.position_rad.3" for one; with all below
 /// them.
 struct DiffRules {
   double tolerance = 0.0;  ///< largest |a - b| of a float or double that counts as equal
@@ -25,7 +25,7 @@ struct DiffRules {
   /// their bits are, and payloads if all their bytes are (unless fields are ignored); tolerances
   /// play no part.
   bool exact = false;
-  std::size_t limit = 20;  ///< so many are described, the rest is counted
+  std::size_t limit = 20;  ///< largest number of differences that are described; more are counted
 };
 
 /// A value that differs, as text: "0.25" and "0.26", "unset" and "0", bytes from the first that
@@ -37,7 +37,7 @@ struct FieldDifference {
 
 struct MessageDifference {
   std::vector<FieldDifference> fields;  ///< the first ones, in the order of the .proto file
-  std::uint64_t count = 0;              ///< of all
+  std::uint64_t count = 0;              ///< number of all differences
   bool equal() const { return count == 0; }
 };
 
@@ -64,7 +64,7 @@ struct Payload {
 };
 
 /// Compares payloads by the descriptor sets of their schemas. Equal bytes are equal without
-/// decoding; what is no Protobuf message differs in its bytes (path "").
+/// decoding; data that is no Protobuf message differs in its bytes (path "").
 class PayloadDiff {
  public:
   MessageDifference diff(const Payload& a, const Payload& b, const DiffRules& rules,

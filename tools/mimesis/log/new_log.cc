@@ -22,7 +22,7 @@ namespace fs = std::filesystem;
 
 constexpr std::uint64_t kMostOverlap = 2ull << 30;   // held unpacked at once [bytes]
 constexpr const char* kNodesName = "mimesis.nodes";  // name -> clock
-/// Where a part stands in a split recording: void for what is made of several parts.
+/// Position of a part in a split recording: void for logs made of several parts.
 constexpr const char *kPlaceName = "mimesis.split", *kWholeName = "mimesis.counts.whole";
 
 /// A device or pipe (/dev/null) is written to as it is.

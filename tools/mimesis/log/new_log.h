@@ -35,9 +35,9 @@ struct NotWritten : VerbEnd {
 };
 
 /// A log that is made from others. It stands under PATH.part until it is complete and is removed if
-/// that never happens: whatever ends the program, PATH is the old file or the whole new one.
-/// Schemas and channels are added when a message needs them; equal ones of several logs are one.
-/// All that writes throws NotWritten when it cannot.
+/// that never happens: however the program ends, PATH is the old file or the whole new one. Schemas
+/// and channels are added when a message needs them; equal ones of several logs are one. All that
+/// writes throws NotWritten when it cannot.
 class NewLog {
  public:
   /// @throws ConfigError as `check_output`, or if the file cannot be created.
@@ -71,26 +71,26 @@ class NewLog {
   /// Hands every record of a file to `take`, with a bar named `what`. @throws VerbEnd on a signal
   void read(const std::string& what, const log::Source& source, log::StreamReader& reader,
             const std::function<void(const log::Record&)>& take);
-  /// Each content once. What cannot be read is told and counted as damage.
+  /// Each content once. An attachment that cannot be read is reported and counted as damage.
   void copy_attachments(const std::vector<OpenLog>& logs);
-  /// As `copy_attachments`. Several logs become one: "mimesis.nodes" are united, and what tells the
-  /// place of a part among others is left out. `losses` replaces "mimesis.counts".
+  /// Like `copy_attachments`. Several logs become one: "mimesis.nodes" are united, and entries
+  /// about the place of a part among others are left out. `losses` replaces "mimesis.counts".
   void copy_metadata(const std::vector<OpenLog>& logs, const std::optional<LossCounts>& losses);
 
   /// Closes the log, reads it back whole if `verify`, and gives it its name. Last call.
   void finish(bool verify = false);
-  /// Finishes, says what the log holds (standard error; with `json` one object on standard output,
-  /// `more` behind the usual members) and gives the exit code: 1 after damage.
+  /// Finishes, prints the contents of the log (standard error; with `json` one object on standard
+  /// output, `more` behind the usual members) and gives the exit code: 1 after damage.
   int conclude(bool json, const nlohmann::ordered_json& more = nlohmann::ordered_json::object());
 
   const log::Statistics& statistics() const { return writer_->statistics(); }
   /// Names of schemas that differ between the inputs: they are kept apart.
   const std::set<std::string>& conflicts() const { return conflicts_; }
-  nlohmann::ordered_json json() const;  ///< what it holds
-  std::string line() const;             ///< as `json`, for people
+  nlohmann::ordered_json json() const;  ///< contents of the new log
+  std::string line() const;             ///< contents in one line, for people
 
  private:
-  /// What `result` holds. @throws NotWritten
+  /// Value of `result`. @throws NotWritten
   template <class T>
   T written(tl::expected<T, Status> result) const;
   void read_back() const;
@@ -105,13 +105,13 @@ class NewLog {
   using ChannelKey =
       std::tuple<std::uint16_t, std::string, std::string, std::map<std::string, std::string>>;
   std::map<ChannelKey, std::uint16_t> channels_;
-  std::map<const log::Channel*, std::uint16_t> known_;  ///< of `copy`
+  std::map<const log::Channel*, std::uint16_t> known_;  ///< ids of the channels of `copy`
   std::set<std::tuple<std::string, std::string, std::uint64_t, std::uint64_t, std::size_t,
                       std::uint32_t>>
       attachments_;
   std::set<std::pair<std::string, std::map<std::string, std::string>>> metadata_;
   std::uint32_t digest_ = 0;   ///< CRC-32 of all messages in their order
-  std::uint64_t damages_ = 0;  ///< of the inputs, that cost messages; each was told
+  std::uint64_t damages_ = 0;  ///< damages of the inputs that cost messages; each was reported
 };
 
 }  // namespace mimesis::tool

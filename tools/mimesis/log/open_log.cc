@@ -22,7 +22,7 @@ namespace {
 
 constexpr double kLatest_s = 1e10;  // 300 years: no time in a log is later
 constexpr std::uint64_t kSecond_ns = 1'000'000'000;
-constexpr const char* kTotal = "total";  // of loss counts
+constexpr const char* kTotal = "total";  // key of the total in loss counts
 
 std::string metadata_value(const log::Channel& channel, const std::string& key) {
   const auto it = channel.metadata.find(key);
@@ -290,7 +290,8 @@ std::uint64_t scan_logs(const std::vector<OpenLog>& logs, const log::Selection& 
 }
 
 std::uint64_t overlap_bytes(const log::Summary& summary) {
-  std::vector<std::pair<std::uint64_t, std::int64_t>> edges;  // at a time: so much more or less
+  // time, change of the bytes in use
+  std::vector<std::pair<std::uint64_t, std::int64_t>> edges;
   for (const log::Segment& s : summary.segments) {
     const auto size = static_cast<std::int64_t>(
         std::min<std::uint64_t>(s.index.uncompressed_size, log::ReaderLimits{}.chunk_size));

@@ -24,8 +24,8 @@ struct VerbEnd {
   int exit_code;
 };
 
-/// One file with what it holds. A file without a summary that serves is read as a whole (and
-/// `summary.damages` says what that found).
+/// One file with its contents. A file without a usable summary is read as a whole (its damages are
+/// in `summary.damages`).
 struct OpenLog {
   std::string path;
   std::unique_ptr<log::Source> source;
@@ -37,7 +37,7 @@ tl::expected<OpenLog, VerbEnd> open_log(const std::string& path);
 /// Opens several files as one log: the parts of a split recording, or logs of several hosts. Fails
 /// with the first that cannot be opened.
 tl::expected<std::vector<OpenLog>, VerbEnd> open_logs(const std::vector<std::string>& paths);
-/// As `open_logs`. @throws VerbEnd
+/// Like `open_logs`. @throws VerbEnd
 std::vector<OpenLog> opened(const std::vector<std::string>& paths);
 
 /// Earliest and latest log time of all [ns]; both 0 without a message.
@@ -48,7 +48,7 @@ Span span_of(const std::vector<OpenLog>& logs);
 
 // --- Channels and metadata
 
-/// "node" of a channel's metadata: who published; empty in foreign logs.
+/// "node" of a channel's metadata: the publisher; empty in foreign logs.
 std::string sender_of(const log::Channel& channel);
 /// "start_id" of a channel's metadata: which start of that node; empty in older logs.
 std::string start_of(const log::Channel& channel);
@@ -70,7 +70,7 @@ std::vector<std::string> topics_of(const std::vector<OpenLog>& logs);
 void require_topic(const std::vector<OpenLog>& logs, const std::string& topic);
 
 /// Hands on the metadata records called `name`, or all of them for "". Returns how many could not
-/// be read; standard error says which, unless `silent`.
+/// be read; standard error names them, unless `silent`.
 std::uint64_t each_metadata(const std::vector<OpenLog>& logs, const std::string& name,
                             const std::function<void(const log::Metadata&)>& take,
                             bool silent = false);
@@ -114,7 +114,7 @@ std::string seconds_text(std::uint64_t ns, std::uint64_t origin_ns = 0);
 log::MergedReader merged(const std::vector<OpenLog>& logs, const log::Selection& selection = {},
                          const std::vector<std::int64_t>& offsets_ns = {});
 
-/// A bar for logs that are read by time: bytes are told from the share of their time.
+/// A bar for logs that are read by time: bytes are estimated from the share of their time.
 class LogProgress {
  public:
   LogProgress(const std::string& what, const std::vector<OpenLog>& logs,
@@ -130,8 +130,8 @@ class LogProgress {
 /// One line per damage on standard error, "FILE: byte N: what"; returns how many there are.
 std::uint64_t report_damages(const std::string& path, const std::vector<log::Damage>& damages,
                              std::uint64_t count);
-/// The damages of a log, those that a reader `met` included. A file that was read as a whole has
-/// found already what the reader meets again.
+/// The damages of a log, those that a reader `met` included. For a file that was read as a whole,
+/// the reader's damages are known already.
 std::uint64_t report_damages(const OpenLog& log, const std::vector<log::Damage>& met);
 /// The damages that cost messages. A log that only lacks its footer (killed recorder) lost nothing
 /// that ever was in the file.
@@ -141,8 +141,8 @@ std::uint64_t report_losses(const OpenLog& log, const std::vector<log::Damage>& 
 using Item = log::MergedReader::Item;
 
 /// For verbs that look: hands every selected message to `take`, with a bar named `what` on a
-/// terminal. Returns the number of damages, which standard error tells unless `silent` (a second
-/// pass need not say the same again).
+/// terminal. Returns the number of damages, which are reported on standard error unless `silent` (a
+/// second pass need not repeat them).
 std::uint64_t scan_logs(const std::vector<OpenLog>& logs, const log::Selection& selection,
                         const std::string& what, const std::function<void(const Item&)>& take,
                         bool silent = false);
@@ -158,7 +158,7 @@ class Sequence {
  public:
   struct Step {
     std::uint32_t missing = 0;  ///< between the one before and this one
-    bool repeated = false;      ///< the same number again
+    bool repeated = false;      ///< the number is that of the message before
     bool back = false;          ///< a lower one
   };
   Step next(std::uint32_t number) {
@@ -185,14 +185,14 @@ class LatchedRepeats {
   struct Last {
     std::uint32_t sequence = 0;
     std::uint64_t publish_time = 0;
-    std::uint32_t crc = 0;  ///< of the payload: nodes restart, numbers repeat
+    std::uint32_t crc = 0;  ///< sum of the payload: nodes restart, numbers repeat
     bool operator==(const Last&) const = default;
   };
   std::map<const log::Channel*, Last*> channels_;
   std::map<std::tuple<std::string, std::string, std::string>, Last> last_;
 };
 
-/// What a recorder received of one topic of one node, and how many did not come.
+/// Number of messages that a recorder received on one topic of one node, and of lost ones.
 struct LossCount {
   std::uint64_t received = 0, lost = 0;
   bool operator==(const LossCount&) const = default;
@@ -208,11 +208,11 @@ inline constexpr const char* kRecoveredName = "mimesis.recovered";
 
 /// "TOPIC (NODE)".
 std::string loss_key(const log::Channel& channel);
-/// Adds what a metadata record says; what it says otherwise is left out.
+/// Adds the counts of a metadata record; other entries are left out.
 void add_losses(const std::map<std::string, std::string>& metadata, LossCounts& counts);
-/// Of all logs; nothing if none has counts (killed recorder, foreign log).
+/// Counts of all logs; empty if none has counts (killed recorder, foreign log).
 std::optional<LossCounts> read_losses(const std::vector<OpenLog>& logs);
-/// As the recorder writes it, with the total.
+/// Record with the total, as the recorder writes it.
 log::Metadata losses_metadata(const LossCounts& counts);
 
 }  // namespace mimesis::tool

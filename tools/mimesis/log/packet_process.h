@@ -26,8 +26,7 @@
 // Programs that a verb runs for itself.
 namespace mimesis::tool {
 
-/// A program whose words are kept: what it writes to standard output and error. It is killed with
-/// this object.
+/// A program whose standard output and error are kept. It is killed with this object.
 class OwnProcess {
  public:
   /// `kept`: a file descriptor that the program gets, too; -1: none.
@@ -77,7 +76,7 @@ class OwnProcess {
 /// A program that answers packets on a socket (common/runtime/replay.h).
 class PacketProcess {
  public:
-  /// The program is gone; says why in one line, then its last words.
+  /// Reports the end of the program in one line, then its last output.
   class Gone : public std::runtime_error {
    public:
     using std::runtime_error::runtime_error;
@@ -125,7 +124,7 @@ class PacketProcess {
     }
     throw Gone(why.empty() ? describe() : why);
   }
-  /// Closes the socket and waits for the end. Returns what was wrong with that, or nothing.
+  /// Closes the socket and waits for the end. Returns an error, or nothing.
   std::string finish() {
     socket_.reset();
     timed_out_ = !process_->wait(timeout_) || timed_out_;

@@ -45,7 +45,7 @@ struct PlayOptions {
   std::vector<std::string> files;
   TopicOptions topics;
   std::vector<std::string> remaps;
-  PlaybackOptions playback;  ///< of these
+  PlaybackOptions playback;  ///< options of the player
   PlayAheadLimits ahead;
   double read_ahead_mb = 0.0;   ///< 0: as `ahead` says
   std::string name = "player";  ///< in the graph
@@ -125,7 +125,7 @@ class PlayOutput {
     clock_->send(message, log_time);
   }
   bool clock() const { return clock_ != nullptr; }
-  std::uint64_t bytes() const { return bytes_; }  ///< of payloads sent
+  std::uint64_t bytes() const { return bytes_; }  ///< size of the payloads sent
 
  private:
   static constexpr std::string_view kPort = "time";
@@ -138,8 +138,8 @@ class PlayOutput {
 };
 
 /// Plays on the wall clock; steered by services (proto/player.proto), keys and signals. Late or
-/// slow subscribers do not change what is played: reliable ones are waited for, and recorded time
-/// stands meanwhile.
+/// slow subscribers do not change the played messages: the player waits for reliable ones, and
+/// recorded time stands meanwhile.
 class PacedPlayer {
  public:
   PacedPlayer(const PlayOptions& options, Playback& playback)
@@ -256,7 +256,7 @@ class PacedPlayer {
   /// Loses nothing at reliable subscribers that are slower than the log: recorded time stands until
   /// they have caught up by half.
   void hold_for_slow() {
-    // Half of what the bus keeps for slow reliable subscribers before it lets them miss messages.
+    // Half of the messages that the bus keeps for slow reliable subscribers before they miss some.
     constexpr std::uint64_t kBacklogMessages = 50'000, kBacklogBytes = 64 << 20;
     const auto behind = [this](std::uint64_t share) {
       return bus_.backlog() > kBacklogMessages / share ||
@@ -455,7 +455,7 @@ class PacedPlayer {
     for (const PlayKey key : keys_->read()) {
       try {
         press(key);
-      } catch (const Refusal&) {  // at the log's end: nobody to tell it
+      } catch (const Refusal&) {  // at the log's end: no subscriber to tell
       }
     }
   }
@@ -469,7 +469,7 @@ class PacedPlayer {
                  if (!request.ParseFromString(bytes)) {
                    return tl::unexpected(Status{"not a " + Request::descriptor()->full_name()});
                  }
-                 ring();  // what is due may be otherwise then
+                 ring();  // the next due message may be another one then
                  try {
                    act(request);
                  } catch (const Refusal& refusal) {
@@ -506,7 +506,7 @@ class PacedPlayer {
     return s;
   }
 
-  /// Says what was played; returns the exit code.
+  /// Prints the played messages; returns the exit code.
   int report() {
     ahead_.stop();
     const std::uint64_t missed = bus_.overflow() + (quit_ ? 0 : bus_.backlog());
@@ -553,7 +553,7 @@ class PacedPlayer {
   PlayLateness lateness_;
 
   bool paused_, quit_ = false, given_up_ = false;
-  bool holding_ = true;  ///< time stands, whatever is asked for: subscribers are not there yet
+  bool holding_ = true;                 ///< time stands in any case: subscribers are not there yet
   std::optional<std::string> step_to_;  ///< play up to a message of this topic; empty: of any
   std::string last_topic_;
   int pass_ = 1;
@@ -628,7 +628,7 @@ void add_play_choice(CLI::App& play, PlayOptions& o) {
   play.add_option("FILE", o.files, "MCAP files: one log, or its parts")->required();
   add_topic_options(play, o.topics);
   play.add_flag("--all-topics", o.playback.about_nodes,
-                "Also what the recorded nodes said about themselves: NODE/start, steps, health, "
+                "Also the recorded nodes' messages about themselves: NODE/start, steps, health, "
                 "log");
   play.add_option("--remap", o.remaps,
                   "OLD:=NEW publishes topic OLD as NEW, OLD/:=NEW/ all below OLD/ (repeatable)")
@@ -637,7 +637,7 @@ void add_play_choice(CLI::App& play, PlayOptions& o) {
   play.add_option("--start", range.start,
                   "From this log time on: seconds from the first message (12.5), absolute "
                   "(12500000000ns) or UTC (2026-11-21T15:40:00.5Z)");
-  CLI::Option* duration = play.add_option("--duration", range.duration, "So many recorded seconds");
+  CLI::Option* duration = play.add_option("--duration", range.duration, "Length of log time");
   play.add_option("--end", range.end, "To this log time")->excludes(duration);
 }
 
@@ -645,29 +645,29 @@ void add_play_manner(CLI::App& play, PlayOptions& o) {
   CLI::Option* rate = play.add_option("--rate", o.rate, "Recorded seconds per second")
                           ->check(CLI::Range(kSlowestPlay, kFastestPlay))
                           ->capture_default_str();
-  CLI::Option* loop = play.add_option("--loop", o.loops, "So many times; 0: until stopped")
+  CLI::Option* loop = play.add_option("--loop", o.loops, "Number of passes; 0: until stopped")
                           ->check(number_not_below_zero)
                           ->capture_default_str();
   CLI::Option* paused = play.add_flag("--paused", o.paused, "Start paused");
   play.add_flag("--stay", o.stay,
-                "At the end: stay, paused, for seeks and late subscribers; in lock-step: stay a "
+                "Stay at the end, paused, for seeks and late subscribers; in lock-step: stay a "
                 "member");
   CLI::Option* clock =
       play.add_flag("--clock", o.clock, "Drive the clock of a graph that runs on simulated time");
   play.add_flag("--lockstep", o.lockstep,
-                "Step with a lock-step graph, in it at the recorded times; leaves it at the end")
+                "Step with a lock-step graph at the recorded times; leave it at the end")
       ->excludes(clock)
       ->excludes(loop)
       ->excludes(paused)
       ->excludes(rate);
   play.add_option("--read-ahead", o.ahead.seconds,
-                  "Read so many recorded seconds ahead [s]; default: 0.5, more when that is too "
+                  "Recorded time to read ahead [s]; default: 0.5, more when that is too "
                   "little")
       ->check(number_above_zero);
-  play.add_option("--read-ahead-mb", o.read_ahead_mb, "But not more than this [MB]; default: 134")
+  play.add_option("--read-ahead-mb", o.read_ahead_mb, "Largest read-ahead [MB]; default: 134")
       ->check(number_above_zero);
   play.add_option("--name", o.name, "Name of the player in the graph")->capture_default_str();
-  play.add_flag("--no-keys", o.no_keys, "Leave the keyboard alone");
+  play.add_flag("--no-keys", o.no_keys, "Ignore the keyboard");
   play.add_flag("--json", o.json, "Print one JSON object at the end");
 }
 

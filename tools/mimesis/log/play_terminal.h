@@ -22,8 +22,8 @@ namespace mimesis::tool {
 
 enum class PlayKey { kPause, kStep, kBack, kForward, kFaster, kSlower, kQuit };
 
-/// Takes the keys off the front of what a terminal sent; an unfinished escape sequence stays,
-/// unknown keys are dropped.
+/// Takes the keys off the front of a terminal's input; an unfinished escape sequence stays, unknown
+/// keys are dropped.
 inline std::vector<PlayKey> take_keys(std::string& typed) {
   using enum PlayKey;
   constexpr char kEscape = '\x1b';
@@ -70,7 +70,7 @@ class PlayKeys {
     during_.c_cc[VTIME] = 0;
     const auto on_deadly = [](int signal) {
       restore();
-      raise(signal);  // SA_RESETHAND: now it does what it does
+      raise(signal);  // SA_RESETHAND: now it has its default effect
     };
     for (const int signal : kDeadly) handle(signal, on_deadly, SA_RESETHAND | SA_NODEFER);
     const auto on_suspend = [](int) {
@@ -113,7 +113,7 @@ class PlayKeys {
   // Signals that kill at once. SIGINT and SIGTERM only end the loop (StopSignal).
   static constexpr std::array kDeadly{SIGHUP, SIGQUIT, SIGABRT, SIGSEGV, SIGBUS, SIGFPE, SIGILL};
 
-  // Async-signal-safe, as POSIX says.
+  // Async-signal-safe [POSIX].
   static void restore() { tcsetattr(STDIN_FILENO, TCSANOW, &before_); }
   static void handle(int signal, void (*handler)(int), int flags) {
     struct sigaction action {};

@@ -48,7 +48,7 @@ class PlayRemap {
     const Rule* rule = rule_for(topic);
     return rule == nullptr ? topic : rule->to + topic.substr(rule->from.size());
   }
-  /// The rules that concern none of these topics: spelt wrong, most likely.
+  /// The rules that match none of these topics: probably misspelt.
   std::vector<std::string> unused(const std::vector<std::string>& topics) const {
     std::set<const Rule*> used;
     for (const std::string& topic : topics) used.insert(rule_for(topic));
@@ -61,7 +61,7 @@ class PlayRemap {
 
  private:
   struct Rule {
-    std::string text, from, to;  ///< of a prefix: with the slash; "" is the root
+    std::string text, from, to;  ///< parts of a prefix: with the slash; "" is the root
     bool prefix = false;
   };
   const Rule* rule_for(const std::string& topic) const {
@@ -80,10 +80,10 @@ class PlayRemap {
 /// Selects the part of a log that is played, and the names. Positions: seconds of log time from the
 /// first message of the log.
 struct PlaybackOptions {
-  TopicFilter filter{{}, "", ""};  ///< of recorded names
+  TopicFilter filter{{}, "", ""};  ///< filter of recorded names
   PlayRemap remap{};
-  /// Also what recorded nodes said about themselves (NODE/start, steps, health, log). Those that
-  /// the filter has by name are played anyway.
+  /// Plays also the messages of recorded nodes about themselves (NODE/start, steps, health, log).
+  /// Those that the filter names are played anyway.
   bool about_nodes = false;
   TimeRange range{};  ///< its end is played, too
 };
@@ -104,8 +104,8 @@ struct Played {
 
 /// The messages of a log (several files: the parts of one) in the order of their log times, equal
 /// ones in the order of the files. A seek gives for each latched topic the last value before, so
-/// that who starts late shows what a late subscriber would see. The values that a recorder repeats
-/// at the head of every part are left out.
+/// that a late start shows the values that a late subscriber would get. The values that a recorder
+/// repeats at the head of every part are left out.
 class Playback {
  public:
   /// @throws ConfigError if nothing is selected, a topic has two types, or nothing lies in the
@@ -125,7 +125,7 @@ class Playback {
   Playback& operator=(const Playback&) = delete;
 
   const std::deque<PlayedTopic>& topics() const { return topics_; }
-  /// Lines about what was asked for and is not played: no such topic, or not Protobuf.
+  /// Lines about requested topics that are not played: no such topic, or not Protobuf.
   const std::vector<std::string>& notes() const { return notes_; }
   std::uint64_t log_start_ns() const { return span_.start_ns; }  ///< log time of position 0
   std::uint64_t start_ns() const { return start_ns_; }           ///< log times [start_ns, end_ns]
@@ -140,7 +140,7 @@ class Playback {
     return std::min(ns, kLast - span_.start_ns) + span_.start_ns;
   }
 
-  /// `next` goes on with the first message at or after this time, not before start_ns. The last
+  /// `next` continues with the first message at or after this time, not before start_ns. The last
   /// values of latched topics before it, in their order. Reads only chunks that hold such.
   std::vector<Played> seek(std::uint64_t log_time_ns) {
     constexpr std::uint64_t kFirstLook = 1'000'000'000;  // back [ns]; then four times as far
@@ -188,7 +188,7 @@ class Playback {
     return false;
   }
 
-  /// Lines on standard error for what could not be read so far; their number.
+  /// Prints lines on standard error for parts that could not be read so far; returns their number.
   std::uint64_t report_damages() {
     keep_damages();
     std::uint64_t total = 0;
@@ -296,7 +296,7 @@ class PlayAhead {
         arrived_(std::move(arrived)),
         seconds_(limits.seconds > 0.0 ? limits.seconds : kFirstSeconds) {}
 
-  /// As Playback::seek.
+  /// Like Playback::seek.
   std::vector<Played> seek(std::uint64_t log_time_ns) {
     stop();
     queue_.clear();
@@ -345,7 +345,7 @@ class PlayAhead {
 
  private:
   static constexpr double kFirstSeconds = 0.5, kMostSeconds = 8.0;
-  static constexpr double kRefill = 0.75;  ///< reads on when no more than this share is left
+  static constexpr double kRefill = 0.75;  ///< reads on when at most this share is left
   static constexpr std::size_t kWorthBytes = 256 * 1024, kWorthMessages = 1024;  ///< to `arrive`
 
   void read(const std::stop_token& stop) {

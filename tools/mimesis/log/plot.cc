@@ -38,7 +38,7 @@ constexpr WireUnit kUnits[] = {
 
 using google::protobuf::FieldDescriptor;
 
-constexpr double kNanosecondsOfPlot = 1e9;   // of log times, in ns
+constexpr double kNanosecondsOfPlot = 1e9;   // log times are in ns
 constexpr std::size_t kColumnsPerPixel = 2;  // a vector picture can be enlarged a little
 
 /// "planning" of TASK_STATE_PLANNING.
@@ -171,12 +171,12 @@ class CurveReader {
 
 // --- Pictures
 
-constexpr std::size_t kLineTypes = 8;  // that the style of gnuplot.cc tells apart
+constexpr std::size_t kLineTypes = 8;  // line types that the style of gnuplot.cc distinguishes
 constexpr int kPanelHeight = 320, kFirstPanelHeight = 460;  // [px]
 
 using Panel = std::vector<std::size_t>;  ///< indexes of curves that share an axis
 
-/// Of curves with one panel; what has words is apart.
+/// Axis of curves that share a panel; curves of words have their own.
 std::string axis_of(const Curve& curve) {
   if (!curve.discrete) return "unit " + curve.quantity.unit;
   std::string words = "words";
@@ -211,7 +211,7 @@ std::string y_label(const std::vector<Curve>& curves, const Panel& panel, bool d
   return name.empty() ? unit : name + " [" + unit + "]";
 }
 
-/// What all labels have in common stands in the title: "bridge/arm.".
+/// Common part of all labels, for the title: "bridge/arm.".
 std::string common_topic(const std::vector<Curve>& curves) {
   const std::string& first = curves.front().label;
   const std::size_t slash = first.rfind('/');
@@ -235,7 +235,7 @@ std::string word_tics(const std::vector<Curve>& curves, const Panel& panel) {
 
 /// Equal ones for all panels, so that their times stand above each other [characters].
 std::size_t left_margin(const std::vector<Curve>& curves) {
-  std::size_t longest = 8;  // of numbers
+  std::size_t longest = 8;  // longest number
   for (const Curve& curve : curves) {
     for (const auto& [value, word] : curve.words) longest = std::max(longest, word.size());
   }
@@ -253,7 +253,7 @@ struct Look {
   std::size_t colour, dash;
 };
 std::vector<Look> looks(const std::vector<Curve>& curves, const Panel& panel) {
-  std::map<std::size_t, std::size_t> sizes;  // of fields
+  std::map<std::size_t, std::size_t> sizes;  // sizes of fields
   for (const std::size_t i : panel) ++sizes[curves[i].field];
   const bool by_field =
       sizes.size() > 1 && std::ranges::any_of(sizes, [](const auto& s) { return s.second > 1; });
@@ -468,11 +468,11 @@ void add_plot(CLI::App& verb, int& exit_code) {
       ->required();
   sub->add_option("-o,--output", o->plot.output, "Picture: NAME.png or NAME.svg")->required();
   add_time_options(*sub, o->plot.range);
-  sub->add_option("--title", o->plot.title, "Above the picture");
-  sub->add_option("--width", o->plot.width_px, "[px]")
+  sub->add_option("--title", o->plot.title, "Title above the picture");
+  sub->add_option("--width", o->plot.width_px, "Width of the picture [px]")
       ->check(CLI::Range(100, 10'000))
       ->capture_default_str();
-  sub->add_option("--height", o->plot.height_px, "[px]; by the number of panels")
+  sub->add_option("--height", o->plot.height_px, "Height [px]; default: by the number of panels")
       ->check(CLI::Range(100, 10'000));
   sub->add_option("--style", o->plot.style, "lines, steps or dots")
       ->check(CLI::IsMember({"lines", "steps", "dots"}))

@@ -27,7 +27,7 @@ class CurveThinning {
   struct Point {
     double time_s, value;
   };
-  /// Of [start_s, end_s] into `columns` > 0.
+  /// Thins [start_s, end_s] into `columns` > 0.
   CurveThinning(double start_s, double end_s, std::size_t columns);
   /// In any order of time; points of one column keep theirs.
   void add(const Point& point);
@@ -48,11 +48,12 @@ class CurveThinning {
 
 /// Values of one field, or of one element, over time.
 struct Curve {
-  std::size_t field = 0;  ///< of PlotOptions::fields
+  std::size_t field = 0;  ///< index in PlotOptions::fields
   std::string label;      ///< "bridge/arm.position_rad[0]"
   Quantity quantity;
-  std::map<int, std::string> words;  ///< of an enum or a boolean that occur, by value
-  bool discrete = false;             ///< enum or boolean
+  /// names of the values that occur in an enum or a boolean field
+  std::map<int, std::string> words;
+  bool discrete = false;  ///< enum or boolean
   CurveThinning thinning;
   std::uint64_t samples = 0;
   double least = std::numeric_limits<double>::infinity();

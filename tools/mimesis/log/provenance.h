@@ -22,9 +22,9 @@ struct Provenance {
 Provenance provenance(const std::string& graph, const std::vector<std::string>& command,
                       std::uint64_t started_ns, const std::string& launch_json);
 
-/// What decides the last bits of floating-point results here: the machine, whether glibc takes its
-/// variants of sin, exp, pow with FMA (as GLIBC_TUNABLES leaves it), the version of glibc and the
-/// compiler. "x86_64, FMA AVX2, glibc 2.36, g++ 12.2.0"
+/// Properties that decide the last bits of floating-point results: the machine, whether glibc takes
+/// its variants of sin, exp, pow with FMA (as GLIBC_TUNABLES leaves it), the version of glibc and
+/// the compiler. "x86_64, FMA AVX2, glibc 2.36, g++ 12.2.0"
 std::string arithmetic();
 
 }  // namespace mimesis::tool

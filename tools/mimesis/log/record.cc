@@ -43,7 +43,7 @@ struct RecordOptions {
   std::vector<std::string> topics;
   std::string regex, exclude, output;
   std::string compression = "zstd";
-  double duration_s = 0.0;          ///< of wall time; 0: until stopped
+  double duration_s = 0.0;          ///< duration in wall time; 0: until stopped
   std::vector<std::string> attach;  ///< files that are stored in the log
   SplitOptions split;               ///< not together with snapshots
   SnapshotOptions snapshot;
@@ -81,7 +81,7 @@ Recorded recorded(runtime::Tapped tapped, std::uint64_t now_ns) {
   m.publish_time_ns = static_cast<std::uint64_t>(tapped.message.stamp.count());
   if (tapped.publisher != nullptr) {
     m.clock = tapped.publisher->clock();
-    // The clock node itself steps on the wall clock, but what it says is graph time.
+    // The clock node itself steps on the wall clock, but its messages have graph time.
     m.ordered = m.clock == "sim" || m.clock == "lockstep" ||
                 m.type == v1::ClockTime::descriptor()->full_name();
     for (const auto& output : tapped.publisher->outputs()) {
@@ -214,7 +214,7 @@ class Recorder {
     }
   }
 
-  /// Takes a message if one comes soon, and writes what is due.
+  /// Takes a message if one comes soon, and writes data that is due.
   void take() {
     auto tapped = tap_->next(kPoll);
     const auto now = steady_clock::now();
@@ -365,7 +365,7 @@ void refuse_older_parts(const std::string& output) {
   }
 }
 
-/// For CLI::Option::check: what is wrong, or nothing.
+/// For CLI::Option::check: the error, or empty.
 std::string size_check(const std::string& text) {
   const auto bytes = to_bytes(text);
   return bytes && *bytes > 0 ? "" : "expected a size such as 500MB or 2GiB, found '" + text + "'";
@@ -436,17 +436,17 @@ void add_recorded(CLI::App& record, RecordOptions& o) {
   record.add_flag("--all", o.all, "All topics");
   record.add_option("--topic", o.topics, "This topic (repeatable)")->allow_extra_args(false);
   record.add_option("--regex", o.regex, "Topics that match as a whole");
-  record.add_option("--exclude", o.exclude, "Not those that match as a whole");
+  record.add_option("--exclude", o.exclude, "Exclude topics that match as a whole");
   record.add_option("--output,-o", o.output, "File to write; replaced if it exists")->required();
-  record.add_option("--compression", o.compression, "Of chunks")
+  record.add_option("--compression", o.compression, "Compression of chunks")
       ->check(CLI::IsMember({"zstd", "lz4", "none"}))
       ->capture_default_str();
-  record.add_option("--duration", o.duration_s, "Stop after so many seconds of wall time")
+  record.add_option("--duration", o.duration_s, "Stop after this wall time [s]")
       ->check(number_above_zero);
   record.add_option("--attach", o.attach, "Store this file in the log (repeatable)")
       ->allow_extra_args(false);
   add_duration(record, "--sync", o.sync,
-               "Bring the file to the disk so often, against power cuts (default: never)");
+               "Period of syncing the file to the disk, against power cuts (default: never)");
   record.add_flag("--quiet", o.quiet, "No counts while recording, no table at the end");
   record.add_flag("--json", o.json, "Print the counts as one JSON object at the end");
 }
@@ -454,25 +454,25 @@ void add_recorded(CLI::App& record, RecordOptions& o) {
 void add_files(CLI::App& record, RecordOptions& o) {
   constexpr auto kSplit = "Several files (run.mcap: run_000.mcap, run_001.mcap, ...)";
   add_size(record, "--split-size", o.split.size, "No file becomes larger than this")->group(kSplit);
-  add_duration(record, "--split-duration", o.split.duration, "A new file after so much log time")
+  add_duration(record, "--split-duration", o.split.duration, "Start a new file after this log time")
       ->group(kSplit);
 
   constexpr auto kSnapshot = "Snapshots (run.mcap: run_20261121-153000.mcap, ...)";
   add_duration(record, "--snapshot", o.snapshot.duration,
-               "Keep so much of the last time in memory; write it on SIGUSR1")
+               "Period kept in memory; SIGUSR1 writes it to a file")
       ->group(kSnapshot);
-  add_size(record, "--snapshot-size", o.snapshot.size, "At most so much memory (default: 256MB)")
+  add_size(record, "--snapshot-size", o.snapshot.size, "Largest memory (default: 256MB)")
       ->group(kSnapshot);
   record
       .add_option("--snapshot-on", o.snapshot.topics,
-                  "Write it, too, on a message on this topic (repeatable)")
+                  "Also write a snapshot at a message on this topic (repeatable)")
       ->allow_extra_args(false)
       ->group(kSnapshot);
-  add_duration(record, "--snapshot-after", o.snapshot.after, "With what follows for so long")
+  add_duration(record, "--snapshot-after", o.snapshot.after, "Period after the trigger")
       ->group(kSnapshot);
 
   constexpr auto kLimits = "Limits of the disk";
-  add_size(record, "--max-size", o.limits.max_size, "Of all files of the recording")
+  add_size(record, "--max-size", o.limits.max_size, "Size of all files of the recording")
       ->group(kLimits);
   record
       .add_option_function<std::string>(
@@ -482,7 +482,7 @@ void add_files(CLI::App& record, RecordOptions& o) {
             o.limits.min_free_percent = percent.value_or(0.0);
             o.limits.min_free = percent ? 0 : *to_bytes(text);
           },
-          "Left on the disk: a size or a percentage")
+          "Free space to leave on the disk: a size or a percentage")
       ->check(free_check)
       ->group(kLimits);
   record
@@ -516,7 +516,7 @@ void add_record(CLI::App& log, int& exit_code) {
   record->callback([o, &exit_code] {
     o->limits.delete_oldest = o->when_full == "delete-oldest";
     check_options(*o);
-    std::error_code ignored;  // opening the file says what is wrong
+    std::error_code ignored;  // opening the file reports the error
     fs::create_directories(fs::path(o->output).parent_path(), ignored);
     if (o->split.on()) refuse_older_parts(o->output);
     exit_code = Recorder(*o).run();

@@ -16,21 +16,21 @@
 #include "tools/mimesis/log/provenance.h"
 #include "tools/mimesis/log/recording.h"
 
-// The files of a recording: what they may take, one of them, several after each other.
+// The files of a recording: their limits, one of them, several after each other.
 namespace mimesis::tool {
 
 /// Space that a recording may take. 0: no limit.
 struct DiskLimits {
-  std::uint64_t max_size = 0;     ///< of all files of the recording [bytes]
+  std::uint64_t max_size = 0;     ///< largest size of all files of the recording [bytes]
   std::uint64_t min_free = 0;     ///< on the disk [bytes]
-  double min_free_percent = 0.0;  ///< of the disk's size [%]
+  double min_free_percent = 0.0;  ///< least free share of the disk [%]
   bool delete_oldest = false;     ///< when full: the recording's own oldest file; else stop
 
   bool any() const { return max_size > 0 || min_free > 0 || min_free_percent > 0.0; }
 };
 
 /// Space on the disk that holds a file [bytes]. `path` or its folder must exist; all zero if the
-/// system does not tell.
+/// system does not report it.
 inline std::filesystem::space_info disk_space(const std::filesystem::path& path) {
   std::error_code error;
   auto space = std::filesystem::space(path, error);
@@ -38,7 +38,7 @@ inline std::filesystem::space_info disk_space(const std::filesystem::path& path)
   return error ? std::filesystem::space_info{} : space;
 }
 
-/// Which limit is reached, in words with its figures; empty if none is.
+/// The limit that is reached, in words with its figures; empty if none is.
 /// @param recorded  size of the recording once its open file is closed [bytes]
 inline std::string reached_limit(const DiskLimits& limits, std::uint64_t recorded,
                                  const std::filesystem::space_info& disk) {
@@ -93,7 +93,7 @@ class OwnFiles {
 };
 
 /// One file of a recording, whole in itself: a channel per topic, node and start of the node,
-/// chunks closed by size and by time, counts of what it holds. All calls that write throw
+/// chunks closed by size and by time, counts of its contents. All calls that write throw
 /// WriteFailure.
 class RecordFile {
  public:
@@ -105,7 +105,7 @@ class RecordFile {
     std::chrono::nanoseconds sync{0};
   };
 
-  /// A message stays in an open chunk for so long; a killed recorder loses as much.
+  /// Longest time of a message in an open chunk; a killed recorder loses as much.
   static constexpr std::chrono::milliseconds kChunkPeriod{40};
 
   RecordFile(std::unique_ptr<log::Sink> sink, Options options)
@@ -214,7 +214,7 @@ class RecordFile {
   std::uint64_t schema_bytes_ = 0, channel_bytes_ = 0;  ///< the summary repeats them
   std::uint64_t chunk_messages_ = 0;                    ///< in the open chunk
   std::deque<std::uint64_t> under_way_;  ///< sizes of closed chunks that may not be written yet
-  std::map<std::string, std::string> clocks_;  ///< of nodes
+  std::map<std::string, std::string> clocks_;  ///< clocks of nodes
   Counts counts_;
   WallTime chunk_opened_{}, synced_{};
   bool closed_ = false;
@@ -224,7 +224,7 @@ class RecordFile {
 using OpenRecordFile = std::function<std::unique_ptr<RecordFile>(const std::string& path)>;
 
 /// Files that begin with provenance and attachments, written through: a disk that is full already
-/// is told. The launch file of `provenance` may be missing (it is on another host).
+/// is reported. The launch file of `provenance` may be missing (it is on another host).
 /// @throws ConfigError if a file of `attach` cannot be read.
 inline OpenRecordFile with_head(std::vector<std::string> attach, Provenance provenance,
                                 RecordFile::Options options) {
@@ -269,10 +269,10 @@ inline void remove_if_empty(const std::string& path) {
   if (std::filesystem::file_size(path, gone) == 0 && !gone) std::filesystem::remove(path, gone);
 }
 
-/// When to go on in the next file. 0: never for this reason.
+/// Limits at which the next file begins. 0: no limit.
 struct SplitOptions {
   std::uint64_t size = 0;                ///< no file becomes larger [bytes]
-  std::chrono::nanoseconds duration{0};  ///< of log time
+  std::chrono::nanoseconds duration{0};  ///< length in log time
   bool on() const { return size > 0 || duration.count() > 0; }
 };
 
@@ -380,7 +380,7 @@ class SplitLog {
   std::unique_ptr<RecordFile> file_;
   OwnFiles files_;
   std::uint64_t index_ = 0, messages_ = 0;
-  Counts whole_;  ///< of the files that are closed
+  Counts whole_;  ///< counts of the files that are closed
   /// Last value of each latched topic; kept only if there may be a next file.
   std::map<TopicAndNode, Recorded> latched_;
   bool graph_time_ = false;  ///< a message with a time of the graph was there: only these split

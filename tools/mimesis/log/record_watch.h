@@ -16,11 +16,11 @@
 // A recorder watches its own end, publishers that are silent, and how the recording stands.
 namespace mimesis::tool {
 
-/// When to stop listening after the signal to stop: as soon as nothing that was published before it
-/// has come for a while, however much the graph goes on talking.
+/// Decides when to stop listening after the signal to stop: when no message published before it has
+/// come for a while, even if the graph continues to publish.
 class Drain {
  public:
-  /// Without an old message for so long, none is under way any more.
+  /// After this time without an old message no more are expected.
   static constexpr std::chrono::milliseconds kQuiet{100};
   /// Publishers that are further behind are not waited for.
   static constexpr std::chrono::seconds kAtMost{2};
@@ -77,7 +77,7 @@ class SilenceWatch {
   struct Met {
     bool graph_time;
     std::chrono::nanoseconds since;
-    bool settled;  ///< told, or heard
+    bool settled;  ///< reported as silent, or received
   };
   std::map<TopicAndNode, Met> met_;
 };
@@ -85,8 +85,8 @@ class SilenceWatch {
 /// How a recording stands.
 struct RecordState {
   const Counts& counts;
-  std::string file;              ///< being written, or what is going on instead
-  std::uint64_t bytes = 0;       ///< of all files of the recording
+  std::string file;              ///< file being written, or another state
+  std::uint64_t bytes = 0;       ///< size of all files of the recording
   std::uint64_t free_bytes = 0;  ///< on the disk
 };
 
@@ -162,7 +162,7 @@ class CountsDisplay {
 
   std::ostream& out_;
   WallTime shown_;
-  std::size_t lines_ = 0;  ///< of the table on the screen
+  std::size_t lines_ = 0;  ///< lines of the table on the screen
   Counts before_;          ///< when last shown
 };
 

@@ -30,11 +30,11 @@ T written(tl::expected<T, Status> result) {
 /// A message on its way into a log.
 struct Recorded {
   std::string topic, type;
-  std::string node;   ///< that published it
-  std::string clock;  ///< of that node: wall, sim or lockstep
+  std::string node;   ///< node that published it
+  std::string clock;  ///< clock of that node: wall, sim or lockstep
   std::uint64_t type_hash = 0;
   bool latched = false;
-  std::uint64_t start_id = 0;  ///< tells a restarted node from its predecessor
+  std::uint64_t start_id = 0;  ///< distinguishes a restarted node from its predecessor
   std::uint64_t seq = 0;
   std::uint64_t lost_before = 0;  ///< missing between the one before and this one
   std::uint64_t log_time_ns = 0, publish_time_ns = 0;
@@ -80,7 +80,7 @@ class Recording {
  public:
   using Output = std::function<void(Recorded message, WallTime now)>;
 
-  /// A message is held for so long: until all of its graph time are there to be sorted.
+  /// Time that messages are held, until all of that graph time have arrived to be sorted.
   static constexpr std::chrono::milliseconds kHold{30};
 
   explicit Recording(Output output) : output_(std::move(output)) {}
@@ -100,7 +100,7 @@ class Recording {
     std::pair key{message.log_time_ns, message.node};
     held_.emplace(std::move(key), Held{std::move(message), now});
   }
-  /// Hands on what was held long enough.
+  /// Passes on messages that were held long enough.
   void advance(WallTime now) {
     // The first one held is the earliest of the graph, not the first to have come: it alone
     // decides.

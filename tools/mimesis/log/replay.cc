@@ -1,4 +1,4 @@
-// `mimesis log replay`: chooses what is replayed, runs nodes again, repeats it, and reports.
+// `mimesis log replay`: chooses nodes, runs them again, repeats that, and reports.
 #include "tools/mimesis/log/replay.h"
 
 #include <fmt/format.h>
@@ -65,8 +65,8 @@ std::string missing_input(const LifeReader& reader, const RecordedStep& step,
                      source.topic(), seq, source.node(), source.port(), why);
 }
 
-/// One life of a node, run again step by step: the program steps with what the recorded node took,
-/// and all it does is compared.
+/// One life of a node, run again step by step: the program steps with the recorded inputs, and all
+/// outputs are compared.
 class LifeReplay {
  public:
   LifeReplay(const std::vector<OpenLog>& logs, const Life& life, const ReplayOptions& options,
@@ -126,7 +126,7 @@ class LifeReplay {
     report_.result = ReplayResult::kInterrupted;
     return false;
   }
-  /// The node threw in the step before this one. So did the recorded one if it was stopped then.
+  /// The node threw in the step before this one, like the recorded one if it was stopped then.
   bool throws_no_more(const RecordedStep& step) {
     if (step.record.kind() != v1::STEP_KIND_STOP) keep({only_replay_failed()});
     return false;
@@ -542,7 +542,7 @@ void sort_words(const std::vector<std::string>& words, ReplayOptions& options) {
 
 void add_replay(CLI::App& log, int& exit_code) {
   CLI::App* verb = log.add_subcommand(
-      "replay", "Runs recorded nodes again, step by step, and compares all they do");
+      "replay", "Runs recorded nodes again, step by step, and compares their outputs");
   struct Options {
     ReplayOptions replay;
     std::vector<std::string> words;
@@ -550,18 +550,18 @@ void add_replay(CLI::App& log, int& exit_code) {
   };
   auto o = std::make_shared<Options>();
   verb->add_option("WORDS", o->words,
-                   "Nodes (default: all that the log tells enough of) or a launch file, then logs")
+                   "Nodes (default: all with complete records) or a launch file, then logs")
       ->required()
       ->type_name("[NODE ...|LAUNCH_FILE] LOG ...");
   verb->add_option("--exec", o->replay.program,
                    "Program of the node, or a folder of programs: another build")
       ->type_name("PATH");
   verb->add_option("--set", o->replay.sets,
-                   "Sets a parameter otherwise than recorded (repeatable); NODE.KEY=VALUE with a "
+                   "Replaces a recorded parameter (repeatable); NODE.KEY=VALUE with a "
                    "launch file")
       ->type_name("KEY=VALUE")
       ->allow_extra_args(false);
-  verb->add_option("--arg", o->replay.args, "Argument of the launch file, otherwise than recorded")
+  verb->add_option("--arg", o->replay.args, "Replaces a recorded argument of the launch file")
       ->type_name("NAME=VALUE")
       ->allow_extra_args(false);
   verb->add_option("--tolerance", o->replay.tolerance,
@@ -569,7 +569,7 @@ void add_replay(CLI::App& log, int& exit_code) {
       ->type_name("X")
       ->check(number_not_below_zero);
   verb->add_option("--tolerance-elsewhere", o->replay.tolerance_elsewhere,
-                   "The same, but only if this machine does not compute as the one that recorded "
+                   "Tolerance only if this machine computes differently from the recording one "
                    "(CPU, libm, compiler)")
       ->type_name("X")
       ->check(number_not_below_zero)
@@ -581,9 +581,9 @@ void add_replay(CLI::App& log, int& exit_code) {
       ->capture_default_str();
   CLI::Option* keep_going =
       verb->add_flag("--keep-going{0}", o->keep_going,
-                     "Do not stop at the first difference but after N (--keep-going=N)")
+                     "Stop after N differences instead of the first (--keep-going=N)")
           ->type_name("N");
-  verb->add_option("--repeat", o->replay.repeat, "Replay so many times: n of N are equal")
+  verb->add_option("--repeat", o->replay.repeat, "Number of replays: n of N are equal")
       ->type_name("N")
       ->check(CLI::Range(1, 1'000'000))
       ->capture_default_str();

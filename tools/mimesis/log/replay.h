@@ -18,16 +18,17 @@
 namespace mimesis::tool {
 
 struct ReplayOptions {
-  std::vector<std::string> nodes;  ///< empty: all that the logs tell enough of
+  std::vector<std::string> nodes;  ///< empty: all nodes with complete records in the logs
   std::vector<std::string> logs;
-  std::string launch;             ///< a launch file to run again instead of single nodes
-  std::string program;            ///< or a folder of programs, instead of the recorded one
+  std::string launch;  ///< a launch file to run again instead of single nodes
+  /// a program, or a folder of programs, instead of the recorded one
+  std::string program;
   std::vector<std::string> sets;  ///< KEY=VALUE; for a launch file NODE.KEY=VALUE
   std::vector<std::string> args;  ///< NAME=VALUE of the launch file's arguments
   double tolerance = 0.0;         ///< see ReplayCompare
   /// Used instead if this machine does not compute as the one that recorded (arithmetic.h).
   std::optional<double> tolerance_elsewhere;
-  std::string tolerance_note;     ///< which of the two counts, and why; for the report
+  std::string tolerance_note;     ///< chosen one of two, and why; for the report
   double timeout_s = 60.0;        ///< wall time for a step; with a launch file between messages
   std::uint64_t differences = 1;  ///< shown at most; then a replay stops
   std::uint64_t repeat = 1;
@@ -49,7 +50,7 @@ struct ReplayReport {
   double graph_s = 0.0, wall_s = 0.0;
   std::uint64_t difference_count = 0;
   std::vector<ReplayDifference> differences;  ///< those to be shown
-  std::string problem;                        ///< why it did not come to its end
+  std::string problem;                        ///< reason why it did not come to its end
   std::vector<std::string> notes;             ///< further lines for the reader
   Tolerated tolerated;
 };
@@ -60,7 +61,7 @@ using ReplayProgress = std::function<void(std::uint64_t log_time_ns)>;
 /// Up to when a recorded run is the same in every run.
 struct RunLimit {
   std::uint64_t until_ns = 0;  ///< last log time to be compared
-  std::string why;             ///< what happened then
+  std::string why;             ///< reason of the end
   bool cut_off = false;        ///< just the end of the log: its last messages may be incomplete
 };
 

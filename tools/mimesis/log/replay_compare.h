@@ -19,7 +19,7 @@ inline void compare_numbers(MessageDifference& d, const char* what, std::uint64_
 /// Compares messages of a replay with recorded ones.
 class ReplayCompare {
  public:
-  /// @param tolerance  floating-point fields may differ by so much; 0: all bytes must be equal
+  /// @param tolerance  floating-point fields may differ by this; 0: all bytes must be equal
   /// @param ignored    fields that may differ, by type
   explicit ReplayCompare(double tolerance,
                          std::map<std::string, std::set<std::string>> ignored = {})
@@ -29,7 +29,7 @@ class ReplayCompare {
   MessageDifference compare(const std::string& topic, const log::Schema* schema,
                             std::string_view recorded, std::string_view replayed) {
     if (recorded == replayed) return {};
-    constexpr std::size_t kFieldsKept = 100;  // of an array, the first hundred say enough
+    constexpr std::size_t kFieldsKept = 100;  // the first hundred elements of an array are enough
     DiffRules rules{.tolerance = tolerance_, .exact = tolerance_ == 0.0, .limit = kFieldsKept};
     const auto ignored = ignored_.find(schema == nullptr ? "" : schema->name);
     if (ignored != ignored_.end()) rules.ignore = ignored->second;
@@ -51,12 +51,12 @@ class ReplayCompare {
   Tolerated tolerated_;
 };
 
-/// Where a replay is not what the log says.
+/// A difference between a replay and the log.
 struct ReplayDifference {
-  std::optional<std::uint64_t> step;  ///< of one node; nothing in the replay of a graph
+  std::optional<std::uint64_t> step;  ///< step of one node; empty in the replay of a graph
   double time_s = 0.0;                ///< graph time
   std::string what;                   ///< one line: "planner/command #83: 2 fields differ"
-  std::string topic;                  ///< of a message, else empty
+  std::string topic;                  ///< topic of a message, else empty
   std::uint64_t seq = 0;
   MessageDifference fields;  ///< recorded and replayed values
 };
@@ -64,7 +64,7 @@ struct ReplayDifference {
 /// Counts of all that was compared.
 struct ReplayCounts {
   std::uint64_t steps = 0, inputs = 0, outputs = 0, writes = 0, responses = 0;
-  std::uint64_t bytes = 0;  ///< of these messages
+  std::uint64_t bytes = 0;  ///< bytes of these messages
 };
 
 /// Compares what replayed steps of one life did with the record.

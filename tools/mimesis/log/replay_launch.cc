@@ -54,7 +54,7 @@ bool read_launch_metadata(const std::vector<OpenLog>& logs, LaunchPlan& plan) {
   return told;
 }
 
-/// The launch would write over what it is compared with.
+/// The launch would overwrite the log that it is compared with.
 void refuse_overwriting(const launch::GraphFile& graph, const std::vector<OpenLog>& logs) {
   for (const launch::NodeSpec& node : graph.nodes) {
     for (const launch::Text& word : node.args) {
@@ -81,7 +81,7 @@ launch::Run as_run(const std::vector<std::string>& sets) {
   return run;
 }
 
-/// A graph that `mimesis launch` runs, every message of which is heard. It is stopped, and its
+/// A graph run by `mimesis launch`, all of whose messages are received. It is stopped, and its
 /// files are removed, with this object.
 class ReplayGraph {
  public:
@@ -129,7 +129,7 @@ class ReplayGraph {
 
   TemporaryFolder folder_;  ///< for the run's own logs
   std::string graph_;
-  std::string directory_;  ///< of the graph's sockets
+  std::string directory_;  ///< directory of the graph's sockets
   std::optional<runtime::Tap> tap_;
   OwnProcess launch_;
 };
@@ -280,7 +280,7 @@ class LaunchReplay {
     return false;
   }
 
-  /// The launch ended, nothing of it is under way any more, and the log goes on.
+  /// The launch ended, no message is in transit any more, and the log continues.
   bool report_end(OwnProcess& launch) {
     const launch::Ending& how = *launch.ending();
     if (report_.counts.outputs == 0 && how.exit_code() == 2) throw ConfigError(launch.last_words());
@@ -326,7 +326,7 @@ class LaunchReplay {
             std::move(fields));
   }
 
-  /// Those to be shown are the earliest in graph time, in whatever order they come from the nodes.
+  /// The earliest differences in graph time are shown, in any order of arrival from the nodes.
   void differs(const runtime::Tapped& live, std::uint64_t time_ns, std::string what,
                MessageDifference fields) {
     ++report_.difference_count;
@@ -344,7 +344,7 @@ class LaunchReplay {
     if (shown.size() > options_.differences) shown.pop_back();
   }
 
-  /// Nothing that is still under way can come before what is to be shown.
+  /// No step still running can come before the messages to be shown.
   bool enough() {
     if (report_.difference_count < options_.differences) return false;
     if (recorded_.finished()) return true;

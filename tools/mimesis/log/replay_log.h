@@ -18,14 +18,14 @@
 #include "proto/steps.pb.h"
 #include "tools/mimesis/log/open_log.h"
 
-// The steps of a node as a log tells them.
+// The recorded steps of a node.
 namespace mimesis::tool {
 
 /// How much later than the step that took it a message may have reached the recorder [ns of log
 /// time]. In lock-step there is no such delay; between hosts a second was never seen.
 constexpr std::uint64_t kLate = 5'000'000'000;
 
-/// Untaken inputs that are kept at most [bytes]: minutes of images that nobody looks at.
+/// Largest size of untaken inputs [bytes]: minutes of images that no step takes.
 constexpr std::size_t kMostInputBytes = 256'000'000;
 
 /// A message that waits for the step that took or made it.
@@ -33,7 +33,7 @@ struct KeptMessage {
   std::string payload;
   std::uint64_t seq = 0;
   std::uint64_t publish_time_ns = 0, log_time_ns = 0;
-  const log::Schema* schema = nullptr;  ///< of the log
+  const log::Schema* schema = nullptr;  ///< schema of the log
 
   explicit KeptMessage(const Item& item)
       : payload(item.message->data),
@@ -47,12 +47,12 @@ struct KeptMessage {
 /// Logs keep the lower half of the sequence number.
 constexpr std::uint64_t logged_seq(std::uint64_t seq) { return seq & 0xFFFF'FFFFu; }
 
-/// A node from its start to its end, as logs tell it. A restarted node has several lives.
+/// A node from its start to its end, from the logs. A restarted node has several lives.
 struct Life {
   v1::NodeStart start;
-  std::uint64_t log_time_ns = 0;  ///< of its first message
+  std::uint64_t log_time_ns = 0;  ///< log time of its first message
   std::uint64_t step_logs = 0;    ///< messages on NODE/steps [1]
-  std::uint64_t other_steps = 0;  ///< on this topic of starts unknown: old logs do not tell [1]
+  std::uint64_t other_steps = 0;  ///< messages on this topic of unknown starts: in old logs [1]
 
   const std::string& node() const { return start.node(); }
   std::string steps_topic() const { return node() + "/" + std::string(runtime::kStepsPort); }
@@ -113,14 +113,14 @@ inline std::vector<Life> find_lives(const std::vector<OpenLog>& logs) {
 struct RecordedStep {
   std::uint64_t number = 0;  ///< 0: the constructor
   v1::StepRecord record;
-  std::vector<v1::InputSource> sources;  ///< of record.taken
+  std::vector<v1::InputSource> sources;  ///< sources of record.taken
 };
 
-/// Reads the steps of one life, front to back in one pass. Holds only what steps still to come may
+/// Reads the steps of one life, front to back in one pass. Holds only the data that later steps may
 /// need: outputs until they are asked for; an input that keeps the latest message until a newer one
-/// has replaced it; queues may lag behind as far as they like, so it is bytes that limit what is
-/// kept of inputs, and what was let go for that is known. Messages may stand some seconds behind
-/// the step they belong to: others received them first.
+/// has replaced it; queues may lag behind without limit, so bytes limit the kept inputs; discarded
+/// ones are known. Messages may stand some seconds behind the step they belong to: others received
+/// them first.
 class LifeReader {
  public:
   /// Both outlive the reader.
@@ -165,8 +165,8 @@ class LifeReader {
     return it != tracks_.end() && logged_seq(seq) > it->second.done &&
            logged_seq(seq) <= it->second.let_go;
   }
-  /// The first recorded output that no step has asked for up to now, if it is not later than the
-  /// step just returned; null if there is none.
+  /// The first recorded output that no step has read so far, if it is not later than the step just
+  /// returned; null if there is none.
   const KeptMessage* unclaimed(std::string& topic) const {
     const KeptMessage* first = nullptr;
     for (const auto& [key, track] : tracks_) {
@@ -189,7 +189,7 @@ class LifeReader {
     Role role = Role::output;
     std::map<std::uint64_t, KeptMessage> messages;  ///< by seq
     std::size_t bytes = 0;
-    std::uint64_t asked = 0;   ///< up to this seq nothing is asked for any more
+    std::uint64_t asked = 0;   ///< no output up to this seq is needed any more
     std::uint64_t done = 0;    ///< `asked` before this step log: nothing of it is kept
     std::uint64_t let_go = 0;  ///< up to this seq nothing is kept, needed or not
   };
@@ -205,7 +205,7 @@ class LifeReader {
   }
   Key output_key(const std::string& topic) const { return {topic, life_.start.start_id(), ""}; }
 
-  /// Also makes the tracks, so that what is in the log at all can be told from what is missing.
+  /// Also makes the tracks, so that missing topics differ from missing messages.
   log::Selection selection(const std::vector<OpenLog>& logs) {
     for (const OpenChannel& c : channels_of(logs)) {
       const log::Channel& channel = *c.channel;
@@ -286,7 +286,8 @@ class LifeReader {
       if (log_time_ns_ > step_log_time_ns_ + kLate || !read()) return nullptr;
     }
   }
-  /// The next steps were received later than `step_log_time_ns_`: lets go what none can take.
+  /// The next steps were received later than `step_log_time_ns_`: drops inputs that no step can
+  /// take.
   void forget() {
     for (auto& [key, track] : tracks_) {
       const auto late = [this](const auto& kept) {
@@ -308,7 +309,7 @@ class LifeReader {
 
   void read_step_log(const Item& item) {
     ++step_logs_read_;
-    if (item.message->sequence <= last_step_log_seq_) return;  // two recorders heard it
+    if (item.message->sequence <= last_step_log_seq_) return;  // two recorders received it
     last_step_log_seq_ = item.message->sequence;
     v1::StepLog log;
     if (parse(item, log)) {
@@ -377,13 +378,14 @@ class LifeReader {
   }
 
   const Life& life_;
-  std::size_t most_bytes_, bytes_ = 0;  ///< of inputs
+  std::size_t most_bytes_, bytes_ = 0;  ///< bytes of the inputs
   std::map<Key, Track> tracks_;
   std::unordered_map<const log::Channel*, Use> uses_;
   std::deque<std::pair<std::uint64_t, v1::StepLog>> waiting_;  ///< read ahead, with log times
-  v1::StepLog step_log_;                                       ///< whose steps are being returned
-  std::uint64_t step_log_time_ns_ = 0;                         ///< when it was received
-  int next_step_ = 0;                                          ///< in it
+  /// step log whose steps are being returned
+  v1::StepLog step_log_;
+  std::uint64_t step_log_time_ns_ = 0;  ///< when it was received
+  int next_step_ = 0;                   ///< in it
   std::uint64_t next_number_ = 0;
   std::uint64_t step_logs_read_ = 0, step_logs_unreadable_ = 0;
   std::uint64_t last_step_log_seq_ = 0;

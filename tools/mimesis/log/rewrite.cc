@@ -24,7 +24,7 @@ using nlohmann::ordered_json;
 
 // --- filter
 
-constexpr std::string_view kStart = "/start";  // of a node: v1.NodeStart
+constexpr std::string_view kStart = "/start";  // topic of a node with v1.NodeStart
 
 /// "TOPIC=X" -> TOPIC, X; "X" -> "", X.
 std::pair<std::string, std::string> topic_and_number(const std::string& text) {
@@ -66,7 +66,7 @@ void write_latched(const std::vector<OpenLog>& logs, const log::Selection& selec
     log::Message message;
     std::string data;
   };
-  std::vector<Last> last;  // of each topic and node
+  std::vector<Last> last;  // last message of each topic and node
   log::MergedReader reader =
       merged(logs, {[&](const log::Channel& channel) {
                       return is_latched(channel) && selection.channel(channel);
@@ -85,7 +85,7 @@ void write_latched(const std::vector<OpenLog>& logs, const log::Selection& selec
   }
 }
 
-/// What the recorder said about losses, for the part that is kept.
+/// The recorder's counts of losses, for the part that is kept.
 class KeptLosses {
  public:
   explicit KeptLosses(const std::vector<OpenLog>& logs) : recorded_(read_losses(logs)) {}
@@ -96,8 +96,8 @@ class KeptLosses {
       count.lost += sequences_[item.channel].next(item.message->sequence).missing;
     }
   }
-  /// Nothing if the recorder did not count. In a part of the time what was lost is known from the
-  /// gaps alone.
+  /// Empty if the recorder did not count. For a part of the time, losses are known only from the
+  /// gaps.
   std::optional<LossCounts> result(bool all_times) {
     if (!recorded_) return std::nullopt;
     for (auto& [key, count] : counted_) {
@@ -126,7 +126,7 @@ log::Metadata notes_of(const std::vector<std::string>& notes) {
   return metadata;
 }
 
-/// Topics that a replay of `node` needs, from the messages on NODE/start: what it reads and writes,
+/// Topics that a replay of `node` needs, from the messages on NODE/start: its inputs and outputs,
 /// NODE/start and NODE/steps. @throws VerbEnd if the logs have no such message.
 std::set<std::string> topics_for_replay(const std::vector<OpenLog>& logs, const std::string& node) {
   std::set<std::string> topics;
@@ -173,7 +173,7 @@ std::vector<std::int64_t> offsets_ns(const MergeOptions& options) {
 // --- sort
 
 constexpr std::uint64_t kHeldPerMessage = 64;  // held besides its payload [bytes]
-constexpr std::size_t kRunChunk = 64 * 1024;   // of a run that is read back [bytes]
+constexpr std::size_t kRunChunk = 64 * 1024;   // size of a run that is read back [bytes]
 
 /// A log cut into runs of messages that fit into memory, each sorted: logs beside the output.
 class SortedRuns {
@@ -314,7 +314,7 @@ class Recovery {
       RecoveredTopic& topic = result_.topics[id];
       topic.expected = count;
       result_.lost |= topic.messages != count;
-      if (!topic.topic.empty()) continue;  // else: not one message could be read
+      if (!topic.topic.empty()) continue;  // otherwise no message could be read
       const auto channel = summary_.channels.find(id);
       name(topic, id, channel == summary_.channels.end() ? nullptr : &channel->second);
     }
@@ -325,7 +325,7 @@ class Recovery {
     for (const log::Damage& d : result_.damages) result_.lost |= d.offset < data_end;
   }
 
-  /// For the output: whoever checks it later knows why its counts do not fit.
+  /// For the output: a later check shows why its counts do not fit.
   log::Metadata losses() const {
     log::Metadata note{kRecoveredName, {{"damages", std::to_string(result_.damage_count)}}};
     for (const auto& [id, topic] : result_.topics) {
@@ -438,8 +438,8 @@ bool Thinning::keep(const log::Channel& channel, std::uint64_t log_time) {
   if (s.seen++ % s.every != 0) return false;
   if (s.period_ns == 0) return true;
   if (log_time < s.due_ns) return false;
-  // The times that are due form a grid, so that 100 Hz become 30 on average, not 25; after a pause
-  // the grid begins anew.
+  // The due times form a grid, so that 100 Hz become 30 on average, not 25; after a pause the grid
+  // starts again.
   s.due_ns = std::max(s.due_ns, log_time - std::min(log_time, s.period_ns)) + s.period_ns;
   if (s.due_ns <= log_time) s.due_ns = log_time + s.period_ns;
   return true;
@@ -572,10 +572,10 @@ void add_filter(CLI::App& verb, int& exit_code) {
   filter->add_option("--node", o->nodes, "Only what this node published (repeatable)")
       ->allow_extra_args(false);
   filter->add_option("--inputs-of", o->inputs_of,
-                     "What a replay of this node needs: the topics that it reads and writes by its "
-                     "NODE/start, NODE/start and NODE/steps");
+                     "Messages for a replay of this node: the topics that its NODE/start names, "
+                     "NODE/start and NODE/steps");
   add_time_options(*filter, o->range);
-  filter->add_option("--duration", o->range.duration, "So many seconds from --start on");
+  filter->add_option("--duration", o->range.duration, "Length of log time from --start on");
   filter->add_flag("--latched,!--no-latched", o->latched,
                    "Begin with the last values of latched topics before --start (default)");
   filter
@@ -584,16 +584,15 @@ void add_filter(CLI::App& verb, int& exit_code) {
       ->allow_extra_args(false);
   filter
       ->add_option("--max-rate", o->max_rate,
-                   "Keep at most so many a second of each topic, or TOPIC=HZ (repeatable)")
+                   "Keep at most HZ messages a second of each topic, or TOPIC=HZ (repeatable)")
       ->allow_extra_args(false);
   filter->add_flag("!--no-attachments", o->attachments, "Leave attachments out");
   filter->add_flag("!--no-metadata", o->metadata, "Leave metadata out");
-  filter
-      ->add_option("--note", o->notes, "Stores KEY=VALUE in the log: where it is from (repeatable)")
+  filter->add_option("--note", o->notes, "Stores KEY=VALUE in the log, say its source (repeatable)")
       ->type_name("KEY=VALUE")
       ->allow_extra_args(false);
   add_output_options(*filter, o->output);
-  filter->add_flag("--json", o->json, "Print what was written as one JSON object");
+  filter->add_flag("--json", o->json, "Print the result as one JSON object");
   filter->footer(
       "Thinning leaves latched topics alone unless they are named. Exit code 1 if an input is "
       "damaged.\n"
@@ -620,7 +619,7 @@ void add_merge(CLI::App& verb, int& exit_code) {
                    "another clock (repeatable)")
       ->allow_extra_args(false);
   add_output_options(*merge, o->output);
-  merge->add_flag("--json", o->json, "Print what was written as one JSON object");
+  merge->add_flag("--json", o->json, "Print the result as one JSON object");
   merge->footer(
       "Channels of one topic, type and metadata become one. Latched values that parts of a split\n"
       "recording repeat are written once. Stamps inside of messages stay as they are.\n"
@@ -638,7 +637,7 @@ void add_sort(CLI::App& verb, int& exit_code) {
   add_size_option(*sort, "--memory", o->memory, {std::size_t{1} << 16, std::size_t{1} << 40},
                   "Most unpacked bytes to hold (default 512MiB); what is further out of order is "
                   "sorted in files beside the output");
-  sort->add_flag("--json", o->json, "Print what was written as one JSON object");
+  sort->add_flag("--json", o->json, "Print the result as one JSON object");
   sort->footer(
       "Equal times stay in the order of the file. Every sum of the file is checked; exit code 1 if "
       "it is damaged.\nExample: mimesis log sort run.mcap -o sorted.mcap");
@@ -652,12 +651,12 @@ void add_sort(CLI::App& verb, int& exit_code) {
 void add_recover(CLI::App& verb, int& exit_code) {
   CLI::App* recover = verb.add_subcommand(
       "recover",
-      "Writes all that can be read of a damaged log into a new one (like mcap recover, ros2 bag "
+      "Writes the readable part of a damaged log into a new one (like mcap recover, ros2 bag "
       "reindex)");
   auto o = std::make_shared<RewriteOptions>();
   add_input_output(*recover, o->inputs, o->output);
   add_output_options(*recover, o->output);
-  recover->add_flag("--json", o->json, "Print what is missing as one JSON object");
+  recover->add_flag("--json", o->json, "Print the missing parts as one JSON object");
   recover->footer(
       "The output is read back and compared before it gets its name; the input is never changed.\n"
       "Exit code 0: nothing that was in the file is missing (a log that was not closed ends "

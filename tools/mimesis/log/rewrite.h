@@ -16,8 +16,8 @@ struct RewriteOptions {
   bool json = false;
 };
 
-/// Keeps every Nth message, or at most so many per second of log time, of each topic of each node.
-/// Latched topics are thinned only if they are named: their last value is the state.
+/// Keeps every Nth message, or at most a rate in log time, of each topic of each node. Latched
+/// topics are thinned only if they are named: their last value is the state.
 class Thinning {
  public:
   /// `every`: "[TOPIC=]N"; `max_rate`: "[TOPIC=]HZ". @throws ConfigError
@@ -35,10 +35,10 @@ class Thinning {
 
 struct FilterOptions : RewriteOptions, TopicOptions {
   std::vector<std::string> nodes;  ///< only what these published; empty: all
-  std::string inputs_of;           ///< what a replay of this node needs
+  std::string inputs_of;           ///< node: only the messages that its replay needs
   TimeRange range;
   bool latched = true;                       ///< last values before the start, at its time
-  std::vector<std::string> every, max_rate;  ///< as in Thinning
+  std::vector<std::string> every, max_rate;  ///< KEY=VALUE, see Thinning
   bool attachments = true, metadata = true;
   std::vector<std::string> notes;  ///< KEY=VALUE, for metadata "mimesis.notes"
 };
@@ -81,7 +81,7 @@ struct RecoveredTopic {
   std::uint64_t damages_before = 0;  ///< when its last message was read
 };
 
-/// What could be read of a log, and what not.
+/// Readable and unreadable parts of a log.
 struct Recovered {
   std::map<std::uint16_t, RecoveredTopic> topics;  ///< by id of the channel in the input
   std::vector<log::Damage> damages;
@@ -93,7 +93,7 @@ struct Recovered {
 /// Copies all that can be read from `in` to `out`, in the order of the file. `summary`: of `in`,
 /// has definitions that the data may have lost.
 Recovered recover(const log::Source& in, const log::Summary& summary, NewLog& out);
-/// What is missing, one line each: damaged places, then gaps by topic.
+/// Missing parts, one line each: damaged places, then gaps by topic.
 std::string recovery_text(const std::string& input, const Recovered& recovered);
 /// Exit code 0: the output holds all that was in the file; 1: something is missing.
 int log_recover(const RewriteOptions& options);

@@ -8,17 +8,17 @@
 namespace mimesis::tool {
 
 struct SnapshotOptions {
-  std::chrono::nanoseconds duration{0};  ///< of wall time, kept in memory; 0: no snapshots
+  std::chrono::nanoseconds duration{0};  ///< wall time that is kept in memory; 0: no snapshots
   std::uint64_t size = 256'000'000;      ///< kept in memory at most [bytes]
-  std::chrono::nanoseconds after{0};     ///< goes on for so long behind the trigger
-  std::vector<std::string> topics = {};  ///< whose messages trigger one
+  std::chrono::nanoseconds after{0};     ///< period after the trigger that is written too
+  std::vector<std::string> topics = {};  ///< topics whose messages trigger one
   bool on() const { return duration.count() > 0; }
 };
 
 /// Keeps the last messages, bounded in time and bytes, and for each latched topic the value it had
 /// before them. Writes these to a file when something triggers it, in slices between which messages
-/// are received. Files NAME_YYYYMMDD-HHMMSS; metadata "mimesis.snapshot" says why. All calls that
-/// write throw WriteFailure.
+/// are received. Files NAME_YYYYMMDD-HHMMSS; metadata "mimesis.snapshot" has the reason. All calls
+/// that write throw WriteFailure.
 class Snapshots {
  public:
   /// Messages under way when the trigger came have arrived after this time.
@@ -40,7 +40,7 @@ class Snapshots {
     while (kept_bytes_ > options_.size && kept_.size() > 1) drop_oldest();
     if (file_ != nullptr && now <= until_) wait(m);
     if (std::ranges::find(options_.topics, m->topic) == options_.topics.end()) return;
-    // A topic that goes on and on would write the same again and again.
+    // A topic with frequent messages would write the same again and again.
     const auto [last, is_first] = triggered_.try_emplace(m->topic, now);
     if (!is_first && now < last->second + options_.duration) return;
     last->second = now;
@@ -55,13 +55,13 @@ class Snapshots {
   void advance(WallTime now) {
     forget(now);
     if (file_ == nullptr) return;
-    // Never more in memory than twice what was asked for, however slow the disk.
+    // At most twice the requested memory, however slow the disk.
     const std::uint64_t excess = waiting_bytes_ - std::min(waiting_bytes_, options_.size);
     write_waiting(std::max(excess, kSlice), now);
     file_->advance(now);
     if (waiting_.empty() && now > until_) complete(now);
   }
-  /// Completes what is under way.
+  /// Completes pending writes.
   void finish(WallTime now) {
     while (file_ != nullptr) {
       write_waiting(waiting_bytes_, now);

@@ -14,7 +14,7 @@ void add_topic_options(CLI::App& verb, TopicOptions& options) {
   verb.add_option("--topic", options.topics, "Only this topic (repeatable)")
       ->allow_extra_args(false);
   verb.add_option("--regex", options.regex, "Only topics that match as a whole");
-  verb.add_option("--exclude", options.exclude, "Not those that match as a whole");
+  verb.add_option("--exclude", options.exclude, "Exclude topics that match as a whole");
 }
 
 void add_time_options(CLI::App& verb, TimeRange& range) {
@@ -57,9 +57,9 @@ void add_output_options(CLI::App& verb, OutputOptions& options) {
           [&options](const std::string& name) {
             options.compression = *log::parse_compression(name);
           },
-          "Of chunks (default zstd)")
+          "Compression of chunks (default zstd)")
       ->check(CLI::IsMember({"zstd", "lz4", "none"}));
-  verb.add_option("--level", options.zstd_level, "Of zstd: 1 fast, 19 small")
+  verb.add_option("--level", options.zstd_level, "Level of zstd: 1 fast, 19 small")
       ->check(CLI::Range(1, 19))
       ->capture_default_str();
   add_size_option(verb, "--chunk-size", options.chunk_size,

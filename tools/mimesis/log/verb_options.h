@@ -13,8 +13,7 @@ namespace CLI {
 class App;
 }  // namespace CLI
 
-// What the sources of the sub-verbs of `mimesis log` share: options, how they run, JSON on standard
-// output.
+// Shared by the sub-verbs of `mimesis log`: options, how they run, JSON on standard output.
 namespace mimesis::tool {
 
 // Each adds one sub-verb; exit codes as in verb.h.
@@ -39,9 +38,9 @@ void add_topic_options(CLI::App& verb, TopicOptions& options);
 /// --start and --end.
 void add_time_options(CLI::App& verb, TimeRange& range);
 
-/// IN... and OUT, or IN... -o OUT. Behind the parsing `take_output` tells them apart.
+/// IN... and OUT, or IN... -o OUT. After parsing `take_output` distinguishes them.
 void add_input_output(CLI::App& verb, std::vector<std::string>& inputs, OutputOptions& output);
-/// @throws ConfigError if one of the two is missing.
+/// @throws ConfigError if one of them is missing.
 void take_output(std::vector<std::string>& inputs, OutputOptions& output);
 
 /// A number of bytes: 4096, 512kB, 4MiB.
@@ -57,7 +56,7 @@ void add_output_options(CLI::App& verb, OutputOptions& options);
 /// Calls `run` when the verb is chosen; a VerbEnd becomes its line and its exit code.
 void on_run(CLI::App& verb, int& exit_code, std::function<int()> run);
 
-/// One line on standard output; what is no UTF-8 is replaced.
+/// One line on standard output; invalid UTF-8 is replaced.
 void print_json(const nlohmann::ordered_json& object);
 template <class T>
 nlohmann::ordered_json json_or_null(const std::optional<T>& value) {

@@ -30,7 +30,7 @@ namespace {
 /// The layers to draw.
 struct ViewLayers {
   bool robot = false, fields = false, roadmap = false, table = false;
-  bool all = false;  ///< of these, whatever the log has the topics for
+  bool all = false;  ///< all drawings that the log has the topics for
 };
 
 /// Announcements of the nodes of a log at their start, by name.
@@ -97,7 +97,7 @@ std::optional<std::string> robot_in(const v1::NodeStart& start) {
 
 /// The arm that `node` moves: its parameter `robot`, else the planner's.
 kin::ArmModel arm_of(const Setups& setups, const std::string& node) {
-  constexpr const char* kDefaultRobot = "lwr4.yaml";  // as the planner's
+  constexpr const char* kDefaultRobot = "lwr4.yaml";  // the planner's default
   std::optional<std::string> file;
   if (const auto it = setups.find(node); it != setups.end()) file = robot_in(it->second);
   if (!file) file = robot_in(planner_of(setups));
@@ -281,7 +281,7 @@ class DrawingWriter {
     std::uint16_t id = 0;
     std::uint32_t sequence = 0;
   };
-  /// Each message is whole: the last one is all that somebody who comes later needs.
+  /// Each message is complete: a late subscriber needs only the last one.
   std::uint16_t add_channel(const std::string& topic, const google::protobuf::Descriptor& type) {
     const log::Schema schema{0, type.full_name(), "protobuf", runtime::descriptor_set(type)};
     return log_.channel({0,
@@ -340,14 +340,14 @@ void add_view(CLI::App& verb, int& exit_code) {
       "view", "Writes a log for viewers: robot, fields, roadmap in 3-D beside the messages");
   auto o = std::make_shared<ViewOptions>();
   add_input_output(*view, o->inputs, o->output);
-  view->add_flag("--robot", o->layers.robot, "Arm and hand, where their states say they are");
+  view->add_flag("--robot", o->layers.robot, "Arm and hand, at their recorded states");
   view->add_flag("--fields", o->layers.fields, "Activity of the neural fields, on a board");
   view->add_flag("--roadmap", o->layers.roadmap,
-                 "The planner's roadmap, and the way of the hand in its motions");
+                 "The planner's roadmap, and the path of the hand in its motions");
   view->add_flag("--table", o->layers.table, "The table as the planner knows it");
-  view->add_flag("--all", o->layers.all, "All of these that the log has the topics for");
+  view->add_flag("--all", o->layers.all, "All of these for which the log has topics");
   add_output_options(*view, o->output);
-  view->add_flag("--json", o->json, "Print what was written as one JSON object");
+  view->add_flag("--json", o->json, "Print the result as one JSON object");
   view->footer(
       "For Foxglove, Lichtblick and Rerun: see docs/viewers.md. Exit code 3 if what is asked for "
       "has no topic.\n"

@@ -28,7 +28,7 @@ namespace mimesis::tool {
 using Draw = std::function<void(const std::string& topic, const google::protobuf::Message& message,
                                 std::chrono::nanoseconds stamp)>;
 
-/// Draws the arm and its hand where their states say they are: shapes on view/robot, poses on
+/// Draws the arm and its hand at their recorded states: shapes on view/robot, poses on
 /// view/robot_frames at 25 Hz. Every message on view/robot is whole, so that a viewer may seek.
 class RobotView {
  public:
@@ -65,8 +65,8 @@ class RobotView {
 
   kin::ArmModel arm_;
   std::vector<Eigen::Isometry3d> X_;
-  std::optional<std::chrono::nanoseconds> due_;  ///< of the next poses; none before the first
-  std::optional<double> closure_;                ///< as drawn last
+  std::optional<std::chrono::nanoseconds> due_;  ///< time of the next poses; empty before the first
+  std::optional<double> closure_;                ///< closure drawn last
 };
 
 /// The camera's calibration in frame "camera".
@@ -87,8 +87,9 @@ inline foxglove::CameraCalibration to_calibration(const image::View& view,
   return out;
 }
 
-/// The teacher's table T as frame "teacher" in "world", the camera as "camera" in "teacher". Nobody
-/// measures where the teacher's table is: it is shown 2.6 m in front of the robot, facing it.
+/// The teacher's table T as frame "teacher" in "world", the camera as "camera" in "teacher". The
+/// place of the teacher's table is not measured: it is shown 2.6 m in front of the robot, facing
+/// it.
 inline foxglove::FrameTransforms to_camera_frames(const image::View& view,
                                                   std::chrono::nanoseconds stamp) {
   constexpr double kTeacher = 2.6;  // x of T in W [m]
@@ -123,7 +124,7 @@ inline model::Rgba activity_color(double u) {
 /// plane y = 1.25 m of W: x along the board, the first field on top, a grey line at u = 0. One
 /// entity, replaced by every message.
 inline foxglove::SceneUpdate to_board(const v1::FieldActivity& fields) {
-  constexpr double kLeft = -0.2, kWidth = 1.2;    // of the curves along x of W [m]
+  constexpr double kLeft = -0.2, kWidth = 1.2;    // place of the curves along x of W [m]
   constexpr double kPlane = 1.25, kBoard = 1.26;  // y of the curves and of the board behind [m]
   constexpr double kBottom = 0.15, kRow = 0.17;   // z of the lower edge, height of a field [m]
   constexpr double kMargin = 0.25;                // left of the curves, for their names [m]
@@ -158,7 +159,7 @@ inline foxglove::SceneUpdate to_board(const v1::FieldActivity& fields) {
   return update;
 }
 
-/// Draws what the planner knew on view/roadmap: its roadmap when the scene is first seen, and for
+/// Draws the planner's knowledge on view/roadmap: its roadmap when the scene is first seen, and for
 /// every plan that finds a scene or a decision changed.
 class RoadmapView {
  public:
@@ -214,7 +215,7 @@ class RoadmapView {
   std::pair<std::string, v1::Transport> shown_;  ///< scene without its header, decision
 };
 
-/// Draws the way of the hand in all motions of the plan so far on view/path, with the hand's pose
+/// Draws the path of the hand in all motions of the plan so far on view/path, with the hand's pose
 /// at grasp and release.
 class PathView {
  public:
@@ -266,7 +267,7 @@ class PathView {
   }
 
   kin::ArmModel arm_;
-  std::vector<Motion> motions_;  ///< of the plan
+  std::vector<Motion> motions_;  ///< motions of the plan
 };
 
 }  // namespace mimesis::tool

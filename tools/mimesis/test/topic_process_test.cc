@@ -81,7 +81,7 @@ TEST_F(Topic, SaysWhatItWaitsForAndTimesOutWithThree) {
   EXPECT_EQ(run({"topic", "hz", "a/uot", "--timeout", "0.1"}).second, 3);
 }
 
-TEST_F(Topic, HzMeasuresTheRate) {  // of 100 Hz; generous, for machines under load
+TEST_F(Topic, HzMeasuresTheRate) {  // rate of 100 Hz; generous, for machines under load
   const auto [out, code] = run({"topic", "hz", "a/out", "-n", "1", "--json"});
   EXPECT_EQ(code, 0);
   const double hz = json::parse(out)["rate_hz"];

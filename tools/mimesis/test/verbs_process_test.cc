@@ -30,7 +30,7 @@ class Verbs : public ::testing::Test {
     std::ofstream(folder_ / name) << "#!/bin/sh\n" << text << '\n';
     if (executable) fs::permissions(folder_ / name, fs::perms::owner_all);
   }
-  /// Exit code; what was printed is in `out_` and `err_`.
+  /// Exit code; the output is in `out_` and `err_`.
   int run(const std::string& program, const std::vector<std::string>& words) {
     testing::Process process(program, words);
     const int code = process.wait().value_or(-1);

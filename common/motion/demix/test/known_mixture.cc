@@ -13,7 +13,7 @@ using Eigen::Index;
 class Random {
  public:
   explicit Random(unsigned seed) : engine_(seed) {}
-  double in(double low, double high) {  // the same everywhere, unlike std's distributions
+  double in(double low, double high) {  // equal on all platforms, unlike std's distributions
     return low + (high - low) * static_cast<double>(engine_()) / 4294967296.0;
   }
 

@@ -11,7 +11,7 @@ namespace {
 
 TEST(Body, WhatIsNotSetIsTheOriginWhateverTheMemoryWas) {
   alignas(Body) std::byte memory[sizeof(Body)];
-  std::memset(memory, 0xFF, sizeof memory);  // of doubles: NaN
+  std::memset(memory, 0xFF, sizeof memory);  // as doubles: NaN
   const auto* body = new (memory) Body;
   for (const Eigen::Vector3d& offset : body->offset_m) EXPECT_EQ(offset.norm(), 0.0);
   for (const Side side : {kLeft, kRight}) {

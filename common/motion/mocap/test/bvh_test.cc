@@ -77,7 +77,7 @@ TEST(Bvh, UnitIsCmusByTheNamesOrAsAsked) {
 TEST(Bvh, TurnsGoOnBeyondHalfATurn) {
   std::string text = kTwo.substr(0, kTwo.find("MOTION")) + "MOTION\nFrames: 9\nFrame Time: 0.01\n";
   for (int deg = 0; deg <= 720; deg += 90) {
-    const int shown = deg > 180 && deg < 540 ? deg - 360 : deg;  // as writers wrap it
+    const int shown = deg > 180 && deg < 540 ? deg - 360 : deg;  // wrapped, as writers do it
     text += "0 0 0 0 0 " + std::to_string(shown) + " " + std::to_string(-shown) + " 0 0\n";
   }
   const Clip clip = parse_bvh(text, "turns");

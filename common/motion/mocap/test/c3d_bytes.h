@@ -83,7 +83,7 @@ struct C3dBytes {
     parameter(group, name, -1, {static_cast<int>(length), static_cast<int>(values.size())}, text);
   }
 
-  /// All blocks. Whatever is not in `records` is told by the header alone.
+  /// All blocks. Values that are not in `records` are only in the header.
   std::string file() const {
     std::string section{1, 'P'};
     section.append({'\0', static_cast<char>(processor)});

@@ -10,7 +10,7 @@
 namespace mimesis::mocap {
 namespace {
 
-// The same trial in several encodings: equal to the step of the whole numbers.
+// Expects equal trials in several encodings, to the step of the whole numbers.
 void expect_same(const Markers& a, const Markers& b, double step_m) {
   ASSERT_EQ(a.labels, b.labels);
   ASSERT_EQ(a.position_m.cols(), b.position_m.cols());

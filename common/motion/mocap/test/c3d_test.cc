@@ -160,7 +160,7 @@ TEST(C3d, MoreThan255Labels) {
   EXPECT_EQ(m.labels[299], "M299");
 }
 
-// 70 000 frames: the words of the header and POINT:FRAMES cannot say so.
+// 70 000 frames: too many for the words of the header and POINT:FRAMES.
 TEST(C3d, MoreThan65535Frames) {
   constexpr unsigned kFrames = 70000;
   for (const bool trial : {true, false}) {

@@ -81,7 +81,7 @@ Eigen::Matrix3d of_zyx(const double (&zyx)[3]) {
 TEST(ClipFiles, AmcAgreesWithTheBvhOfTheSameClip) {
   SKIP_WITHOUT_SHARED();
   const Clip amc = read_clip(shared_mocap() + "cmu_amc/35_07.amc");
-  Eigen::Matrix3d P;  // file axes -> house
+  Eigen::Matrix3d P;  // file axes -> project axes
   P << 0, 0, 1, 1, 0, 0, 0, 1, 0;
   for (const Angles& figures : k3507) {
     const int j = amc.skeleton.find(figures.bone);
@@ -123,7 +123,7 @@ struct Expected {
   const char* file;
   long frames;
   double rate_hz;
-  Vector3d travel_m;  // of the root, roughly; x forward
+  Vector3d travel_m;  // travel of the root, roughly; x forward
 };
 
 TEST(ClipFiles, RecordingsOfThreeSourcesAreReadAsTheyAre) {

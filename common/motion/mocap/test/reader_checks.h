@@ -8,7 +8,7 @@
 
 namespace mimesis::mocap {
 
-/// What a call refuses its input with, "" if it takes it.
+/// Message with which a call refuses its input, "" if it accepts it.
 template <typename Call>
 std::string message_of(const Call& call) {
   try {
@@ -25,7 +25,7 @@ inline Eigen::Matrix3d rotation(const Clip& clip, int joint, Eigen::Index frame)
   return math::exp_so3(clip.rotation_rad.block<3, 1>(3 * joint, frame));
 }
 
-// About the axes of the file, which are y, z, x of the house.
+// Axes of the file: y, z, x of this project.
 inline Eigen::Matrix3d rx(double deg) { return math::exp_so3(Eigen::Vector3d(0, deg * kDeg, 0)); }
 inline Eigen::Matrix3d ry(double deg) { return math::exp_so3(Eigen::Vector3d(0, 0, deg * kDeg)); }
 inline Eigen::Matrix3d rz(double deg) { return math::exp_so3(Eigen::Vector3d(deg * kDeg, 0, 0)); }

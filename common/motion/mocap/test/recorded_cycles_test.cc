@@ -34,7 +34,7 @@ BodyClip body_of(const std::string& clip, ZeroPosture zero = ZeroPosture::kT) {
   return to_body(read_clip(path_of(clip)), options);
 }
 
-/// A cycle of the reference sets, in the files' own zero postures, house axes.
+/// A cycle of the reference sets, in the files' own zero postures, project axes.
 struct ReferenceCycle {
   long first = 0, last = 0;
   Eigen::MatrixXd x = Eigen::MatrixXd::Zero(kBodyRows, 100);
@@ -83,8 +83,9 @@ TEST_F(RecordedCycles, TheCyclesAreThoseOfTheReferenceSets) {
   }
 }
 
-// The reference sampled between frames by straight lines, in the frames it found; so do we here.
-// What is left is rounding and, for the root, whether the heading is removed before the filter.
+// The reference is sampled between frames by straight lines, in the frames it found; so is ours.
+// The remaining difference is rounding and, for the root, whether the heading is removed before the
+// filter.
 TEST_F(RecordedCycles, InTheReferencesFramesTheRotationsAreTheSame) {
   for (const std::string set : {"A", "B"}) {
     double sum = 0.0, spline_sum = 0.0, count = 0.0;

@@ -100,7 +100,7 @@ TEST_F(TrialsFile, SaysWhichLineIsWrong) {
             "set.csv:2: 10 columns, expected 11 as the header");
   EXPECT_EQ(refusal(kHead + "a,0,1,9,0,hip,x,1,2,3,4\n"),
             "set.csv:2: duration_s: expected more than 0");
-  EXPECT_EQ(refusal(kHead + "a,0,1,9,1.5,hip,x,1,2\r,3,4\n"),  // one line, whatever is in it
+  EXPECT_EQ(refusal(kHead + "a,0,1,9,1.5,hip,x,1,2\r,3,4\n"),  // one line, with any content
             "set.csv:2: column 9: '2?', expected a finite number");
   EXPECT_EQ(refusal("").substr(0, 36), "set.csv:0: not a header of trials, e");
   EXPECT_THROW(read_trials(file_ + ".none"), ConfigError);

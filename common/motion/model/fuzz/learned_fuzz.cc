@@ -1,5 +1,5 @@
-// Any bytes as a CSV of trials or as a motion model: both readers must survive them, and what they
-// accept must fit together. The first byte chooses the reader.
+// Any bytes as a CSV of trials or as a motion model: both readers must survive them, and accepted
+// data must be consistent. The first byte chooses the reader.
 //   cmake --preset fuzz && ninja -C build-fuzz model_fuzz model_fuzz_seeds
 //   build-fuzz/bin/model_fuzz_seeds CORPUS && build-fuzz/bin/model_fuzz -rss_limit_mb=512 CORPUS
 #include <algorithm>

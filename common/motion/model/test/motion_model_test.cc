@@ -58,7 +58,7 @@ class MotionModelFile : public ::testing::Test {
   }
   ~MotionModelFile() override { fs::remove_all(folder_); }
 
-  /// What loading says about the file after `change`; empty if it is taken.
+  /// Error of loading the file after `change`; empty if it is accepted.
   std::string complaint(const std::function<void(Json&)>& change, bool tied = true) {
     save_motion_model(small_model(tied), file_);
     Json json;
@@ -185,7 +185,7 @@ TEST_F(MotionModelFile, LimitsAreOptional) {
   save_motion_model(m, file_);
   Json json;
   std::ifstream(file_) >> json;
-  EXPECT_FALSE(json.contains("limits_rad"));  // as files were before there were limits
+  EXPECT_FALSE(json.contains("limits_rad"));  // older files have no limits
   EXPECT_EQ(json["version"], 1);
   EXPECT_TRUE(load_motion_model(file_).limits_rad.empty());
   m.limits_rad = {std::nullopt, RowLimits{-0.5, 1.0 / 3.0}, std::nullopt};

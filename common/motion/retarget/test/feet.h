@@ -9,7 +9,7 @@ namespace mimesis::retarget {
 /// Heights above z = 0 of the lower point of a foot [m].
 struct FootHeights {
   double standing_most = 0.0;  ///< largest |height| of a foot that stands
-  double lowest = 1e9;         ///< of any foot
+  double lowest = 1e9;         ///< height of the lowest foot
 };
 inline FootHeights foot_heights(const BodyMotion& motion) {
   const auto points = ground_points(motion.clip);

@@ -51,7 +51,7 @@ TEST(LegIk, ReachesGoalsWithTheKneeForwardAndTheFootWhereItWas) {
       EXPECT_LT(std::hypot(bend.x(), bend.z()), 0.2 * bend.norm());  // about its own axis
     }
   }
-  // Nothing changes where nothing needs to
+  // frames without need of correction stay unchanged
   const Matrix3d upper = math::exp_so3({0.0, -0.4, 0.0});
   const Matrix3d lower = upper * math::exp_so3({0.0, 0.8, 0.0});
   const Vector3d goal = hip + upper * leg.upper_m + lower * leg.lower_m;
@@ -69,7 +69,7 @@ TEST(ToBody, ABodyOfTheSameShapeMovesTheSame) {
   for (const double by : {1.0, 0.6}) {
     const BodyMotion motion = retarget(walk, scaled(walk.body, by));
     EXPECT_NEAR(motion.scale, by, 1e-12);
-    // What remains is what the feet had to be held back and lifted
+    // the remaining difference: feet are held back and lifted
     EXPECT_LT((motion.clip.angles_rad - walk.angles_rad).norm(),
               0.5 * (walk.angles_rad - raw.angles_rad).norm());
     EXPECT_NEAR(motion.clip.root_position_W_m(0, 150), by * walk.root_position_W_m(0, 150), 1e-12);
@@ -120,7 +120,7 @@ TEST(ToBody, FeetOfAnotherFigureStandStill) {
     }
   }
   EXPECT_LT(worst, 1e-9);
-  // and nothing jumps: no joint turns faster than 12 rad/s
+  // no joint jumps: none turns faster than 12 rad/s
   const Eigen::MatrixXd& q = motion.clip.angles_rad;
   EXPECT_LT((q.rightCols(199) - q.leftCols(199)).cwiseAbs().maxCoeff() * 100.0, 12.0);
 }

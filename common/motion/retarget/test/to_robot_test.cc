@@ -195,7 +195,7 @@ TEST(Smoothing, LowersRoughnessAndDoesNotMoveTheHand) {
     EXPECT_LT(roughness(smoothed), last);
     last = roughness(smoothed);
   }
-  EXPECT_LT(last, 0.26 * before);  // what the hands' own noise leaves
+  EXPECT_LT(last, 0.26 * before);  // the hands' own noise remains
   double moved = 0.0;
   for (std::size_t t = 0; t < exact.size(); ++t) {
     k.update(smoothed[t].X_WB, smoothed[t].q);

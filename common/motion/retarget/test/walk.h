@@ -7,7 +7,7 @@
 namespace mimesis::retarget {
 
 /// Two seconds of a made-up walk at 100 Hz: sines in hips, knees, ankles and arms, travel at
-/// `speed_m_s`. Its feet slide a little: nobody locked them.
+/// `speed_m_s`. Its feet slide a little: they are not locked.
 inline mocap::BodyClip made_up_walk(double speed_m_s = 1.1) {
   mocap::BodyClip clip;
   clip.body = mocap::standard_body();

@@ -29,7 +29,7 @@ TEST(DualQp, AgreesWithAnInteriorPointMethod) {
     const Eigen::VectorXd peer = alglib_minimum(p.view());
     if (peer.size() == 0) continue;
     const double theirs = 0.5 * peer.dot(p.H * peer) + p.g.dot(peer);
-    // What the peer's own violation may have gained it.
+    // Gain that the peer's own violation may have brought.
     double slack = 0.0;
     for (const double lambda : qp.multipliers()) slack += std::abs(lambda) * violation(p, peer);
     const double ours = 0.5 * qp.x().dot(p.H * qp.x()) + p.g.dot(qp.x());

@@ -27,7 +27,7 @@ std::string without_shapes(const std::string& urdf) {
   return text;
 }
 
-/// The same robot in DART.
+/// The robot in DART.
 class Peer {
  public:
   Peer(const std::string& urdf, const RobotTree& tree) : tree_(tree) {
@@ -64,7 +64,7 @@ class Peer {
     for (int i = 0; i < tree_.dof(); ++i) {
       torque[i] = skeleton_->getJoint(tree_.moved(i).joint)->getForce(0);
     }
-    // Of the root's joint: moment, then force, about the base's origin and in its axes
+    // wrench of the root's joint: moment, then force, about the base's origin and in its axes
     const Eigen::Matrix<double, 6, 1> f = skeleton_->getRootJoint()->getForces();
     Wrench ground;
     ground.force = m.X_WB.linear() * f.tail<3>();

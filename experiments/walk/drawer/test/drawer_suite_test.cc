@@ -72,7 +72,7 @@ TEST(DrawerSuite, EveryEndIsAccountedFor) {
   results[1].refused = "that is too near";
   results[2].walk.figures.fell = true;
   results[2].walk.figures.how = "it lies";
-  results[2].taken = true;  // and fell with it
+  results[2].taken = true;  // the robot fell with the object
   results[2].lengths = {{synthesizer::kNormalStep, 0.50, 0.10}};
   EXPECT_EQ(end_of(results[0]), DrawerEnd::kTaken);
   EXPECT_EQ(end_of(results[1]), DrawerEnd::kRefused);

@@ -3,7 +3,7 @@
 
 namespace mimesis::walk {
 
-/// models/biped.yaml and what it has learned, once a program.
+/// models/biped.yaml and its learned actions, loaded once a program.
 struct Setting {
   Robot robot = load_robot("biped");
   synthesizer::BipedDrawer actions = synthesizer::make_biped_drawer(robot.biped);

@@ -1,4 +1,4 @@
-// What rows and bars of the study's figures are made of.
+// Tests of the values behind rows and bars of the study's figures.
 #include <gtest/gtest.h>
 
 #include <cmath>

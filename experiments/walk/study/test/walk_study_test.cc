@@ -135,7 +135,7 @@ TEST(OutcomeOf, KeepsTheLargestErrorOfAKind) {
   EXPECT_EQ(o.reaching_error_m, -0.003);
 }
 
-/// Errors are of what was wished, whatever was walked: a wish that is off is seen as such.
+/// Errors refer to the wish, not to the walked path: a wrong wish shows.
 TEST(RunScript, ErrorsAreOfTheWish) {
   synthesizer::RobotTrialSettings few;
   few.trials = 4;

@@ -1,4 +1,4 @@
-// What the simulated body does to itself and says of itself: trouble, ground, outcome.
+// Tests of the simulated body: its trouble, ground and outcome.
 #include "common/error.h"
 #include "common/model/files.h"
 #include "hw/bridge/test/body/robot.h"
@@ -60,7 +60,7 @@ TEST_F(Robot, ReachesTheGoalOnceItStandsThere) {
   start_body({.time_limit_s = 5.0, .settle_s = 0.5});
   start_bridge();
   run(1s);
-  v1::WalkBalance old;  // of a plan that nobody goes on with
+  v1::WalkBalance old;  // balance of an old plan
   old.mutable_zmp_planned_in_world_m()->set_x_m(0.5);
   body_graph.send("balance", old, now);
   run(100ms);
@@ -140,7 +140,7 @@ TEST(DrawerSettingsOf, HeightsThatAreNotGivenAreTheRobots) {
   EXPECT_EQ(given.object_height_m, 0.7);
 }
 
-/// What is within reach of the hands in half-sitting, and who grips it.
+/// Objects within reach of the hands in half-sitting, and gripping.
 class Grip : public Robot {
  protected:
   /// With the object at the right hand, or the handle at the left one.
@@ -216,7 +216,8 @@ TEST_F(Robot, LengthsOfStepsAreHeldAgainstTheWish) {
   body_graph.send("wish", wish, now);
   *wish.mutable_landings(0) = footprint(v1::FOOT_LEFT, 0.05, left_y);
   body_graph.send("wish", wish, now);
-  wish.mutable_landings(0)->set_foot(v1::FOOT_UNSPECIFIED);  // of no foot: not counted
+  // a landing without a foot does not count
+  wish.mutable_landings(0)->set_foot(v1::FOOT_UNSPECIFIED);
   body_graph.send("wish", wish, now);
   v1::WalkFeedback walk;
   walk.set_state(v1::WALK_STATE_WALKING);
@@ -237,7 +238,7 @@ TEST_F(Robot, LengthsOfStepsAreHeldAgainstTheWish) {
 TEST_F(Robot, AWorldThatIsLateLeavesOutWhatItCannotSimulate) {
   start_body({.time_limit_s = 1.5});
   run(1s, false);
-  now += 1s;  // a second of the clock without a step: the world goes on by 0.05 s
+  now += 1s;  // a second of the clock without a step: the world advances by 0.05 s
   tick(false);
   EXPECT_FALSE(truth.fell()) << truth.how();
   run(450ms, false);  // its time is 0.995 s + 0.05 s + 0.45 s

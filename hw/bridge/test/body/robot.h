@@ -49,7 +49,7 @@ class Robot : public ::testing::Test {
     }
     bridge.emplace(params, *bridge_graph);
   }
-  /// What the bridge does at a tick, and what it is told if somebody speaks to it.
+  /// A step of the bridge, with a command if `speak`.
   void step_bridge(bool speak = true) {
     if (!bridge) return;
     if (speak) {
@@ -113,7 +113,8 @@ class Robot : public ::testing::Test {
   }
 
   mimesis::testing::Loopback body_graph;
-  std::optional<mimesis::testing::Loopback> bridge_graph;  // of the bridge that runs, or ran last
+  // graph of the bridge that runs, or ran last
+  std::optional<mimesis::testing::Loopback> bridge_graph;
   std::optional<SimBodyNode> body;
   std::optional<bridge::BridgeNode> bridge;
   Time now = 1s;

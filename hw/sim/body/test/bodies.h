@@ -21,7 +21,7 @@ struct TestRobot {
   double weight_n() const { return biped.tree.mass_kg() * robot::kGravity; }
 };
 
-/// @throws ConfigError if the file or what it names is not there
+/// @throws ConfigError if the file or one that it names does not exist
 inline TestRobot test_robot(const std::string& name = "biped.yaml") {
   const std::string file = fmt::format("{}/models/{}", MIMESIS_SOURCE_DIR, name);
   return {model::load_biped(file), model::urdf_of_biped(file)};

@@ -160,7 +160,7 @@ TEST_F(BodySensorsTest, NoiseIsSeeded) {
         (one.sensors().foot_S[0].moment - clean.sensors().foot_S[0].moment).squaredNorm();
   }
   EXPECT_NEAR(std::sqrt(squares / (50.0 * 30.0)), 1e-3, 1e-4);
-  EXPECT_NEAR(std::sqrt(rate_squares / (50.0 * 30.0)), 0.1, 0.01);  // of 10 ms
+  EXPECT_NEAR(std::sqrt(rate_squares / (50.0 * 30.0)), 0.1, 0.01);  // time constant of 10 ms
   EXPECT_NEAR(std::sqrt(force_squares / 150.0), 5.0, 1.0);
   EXPECT_NEAR(std::sqrt(moment_squares / 150.0), 0.5, 0.1);  // at 0.1 m
   EXPECT_EQ(one.truth().com_W_m, clean.truth().com_W_m);     // sensors do not move the robot

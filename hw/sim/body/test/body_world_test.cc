@@ -44,7 +44,7 @@ TEST_P(Plants, StandStillOnAnotherRobot) {
   stand(world, robot, 3.0);
   const BodyTruth& truth = world.truth();
   EXPECT_NEAR(truth.normal_n[0] + truth.normal_n[1], robot.weight_n(), 2e-3 * robot.weight_n());
-  EXPECT_LT((truth.com_W_m - start).norm(), 0.02);  // it sways, as nobody balances it
+  EXPECT_LT((truth.com_W_m - start).norm(), 0.02);  // it sways, because it is not balanced
   EXPECT_FALSE(truth.fell) << truth.how;
 }
 
@@ -206,8 +206,8 @@ TEST(BodyWorld, PayloadWeighs) {
   EXPECT_NEAR(world.truth().normal_n[0] + world.truth().normal_n[1], weight, 1e-3 * weight);
 }
 
-/// Torque with which a joint of a robot at rest holds what it carries: weights, a payload in the
-/// trunk, a pull on the left hand.
+/// Torque with which a joint of a robot at rest holds its loads: weights, a payload in the trunk, a
+/// pull on the left hand.
 double held_n_m(const BodyWorld& world, const TestRobot& robot, int joint, double payload_kg,
                 const Vector3d& pull_W_n) {
   const robot::RobotTree& tree = robot.biped.tree;
@@ -276,7 +276,7 @@ TEST_P(Plants, APullIsInTheLoadOfTheArm) {
   EXPECT_NEAR(world.sensors().torque[elbow], expected, 0.05);
 }
 
-/// The same bits, whatever else this process simulates.
+/// Equal bits, independent of other simulations in this process.
 TEST_P(Plants, AreDeterministicAndApart) {
   const TestRobot robot = test_robot();
   const BodyOptions options{.plant = GetParam(), .seed = 7, .encoder_noise_rad = 1e-4};

@@ -20,7 +20,7 @@ const Vector3d kFar(0.0, 0.0, 1.0);
 class DrawerTest : public testing::Test {
  protected:
   void make(const DrawerSettings& settings) { drawer_ = std::make_unique<Drawer>(settings); }
-  /// The hands go to their places with constant speed in so many ticks.
+  /// The hands go to their places with constant speed in this number of ticks.
   Vector3d move(const Vector3d& left, const Vector3d& right, int ticks) {
     const std::array from = hands_.p_W_m;
     Vector3d force = Vector3d::Zero();
@@ -44,7 +44,7 @@ TEST_F(DrawerTest, IsWhereItsFiguresSay) {
   EXPECT_TRUE(drawer_->now().handle_W_m.isApprox(Vector3d(1.0, 0.64, 0.92)));
   EXPECT_TRUE(drawer_->now().object_W_m.isApprox(Vector3d(1.25, 0.5, 0.90)));
   settings_.yaw_rad = 0.5 * std::numbers::pi;
-  make(settings_);  // faces someone who comes along y
+  make(settings_);  // faces a robot that comes along y
   EXPECT_TRUE(drawer_->now().handle_W_m.isApprox(Vector3d(0.86, 0.5, 0.92)));
   EXPECT_TRUE(drawer_->now().object_W_m.isApprox(Vector3d(1.0, 0.75, 0.90)));
 }

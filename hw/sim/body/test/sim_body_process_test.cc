@@ -101,7 +101,7 @@ TEST_F(RobotProcess, StandsWhateverHappensToTheBridge) {
   ASSERT_TRUE(stream([&] { return truth.stamp() > half_a_second; }));
   EXPECT_NEAR(truth.get()->normal_n(0) + truth.get()->normal_n(1), 58.0 * 9.81, 5.7);
 
-  // The walker dies: held, powered, for as long as nobody says otherwise.
+  // The walker dies: the joints are held, powered, until a new stream.
   ASSERT_TRUE(peer.until([&] { return status.get()->reason() == "no command for 0.5 s: holding"; }))
       << bridge->errors();
   EXPECT_EQ(drives_in(v1::DRIVE_STATE_OPERATION_ENABLED), 30);

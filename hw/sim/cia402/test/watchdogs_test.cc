@@ -1,4 +1,4 @@
-// When a drive stops by itself, and what it needs to go on.
+// When a drive stops by itself, and how it can continue.
 #include <gtest/gtest.h>
 
 #include "hw/can/testing/memory_wire.h"

@@ -24,7 +24,7 @@ TEST_F(InAWorld, MovesEvenlyOverThePeriod) {
   aim(0.26);
   sync();
   pass(5ms);
-  EXPECT_NEAR(motor(), 0.255, 1e-5);  // 10 ms unless it is told otherwise
+  EXPECT_NEAR(motor(), 0.255, 1e-5);  // 10 ms by default
   pass(5ms);
   EXPECT_NEAR(motor(), 0.26, 1e-5);
   pass(5ms);
@@ -89,7 +89,7 @@ TEST_F(InAWorld, OnlyALongFollowingErrorIsAFault) {
   enable();
   for (int k = 0; k < 3; ++k) {
     measure(0.18);
-    pass(40ms);  // of 50
+    pass(40ms);  // 40 of the 50 ms
     EXPECT_EQ(drive.state(), DriveState::operation_enabled);
     measure(0.25);
     pass(1ms);

@@ -11,7 +11,7 @@ namespace mimesis::world {
 /// height.
 struct HandPose {
   Grip grip = Grip::precision;
-  double azimuth = 0.0;  ///< of the full grip's approach about z of W [rad]
+  double azimuth = 0.0;  ///< direction of the full grip's approach about z of W [rad]
   bool flipped = false;  ///< y_E down instead of up
 
   /// Where E shall be for an object at `object`, `back` along the approach and `up` in W [m].

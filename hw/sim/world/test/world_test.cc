@@ -114,7 +114,7 @@ TEST_F(WorldTest, SweepingThroughTheObjectKnocksItOver) {
       << world_.object().mishap();
   EXPECT_GE(world_.collisions().count(), 1);
   step(grasp.at, {Grip::precision, kClosed}, 3);
-  EXPECT_EQ(world_.object().state(), ObjectState::resting);  // what lies is not grasped
+  EXPECT_EQ(world_.object().state(), ObjectState::resting);  // a lying object is not grasped
 }
 
 TEST_F(WorldTest, WithoutAPostureNothingHappens) {

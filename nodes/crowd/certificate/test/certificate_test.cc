@@ -186,7 +186,7 @@ TEST(Certificate, NotesWhereRulesAreAtOdds) {
   Rules rules;
   rules.frequency = {.graph = {Topology::all_to_all}, .gain_rad_m_s = 0.3};
   const Certificate alone = certify(rules, 5, gait());
-  EXPECT_NEAR(alone.residual_m, 0.08, 1e-4);  // of −(.08/2) cos 2φ
+  EXPECT_NEAR(alone.residual_m, 0.08, 1e-4);  // amplitude of −(.08/2) cos 2φ
   rules.phase = {.graph = {Topology::ring}, .gain_1_s = 1.0};
   const Certificate odds = certify(rules, 5, gait());
   EXPECT_EQ(odds.residual_m, 0.0);

@@ -1,4 +1,4 @@
-// What is guaranteed of headings: lanes, each other, goals.
+// Guarantees for headings: lanes, each other, goals.
 #include <gtest/gtest.h>
 
 #include <Eigen/Core>
@@ -66,7 +66,8 @@ TEST(Certificate, HeadingsComeToTheirGoalsAsFastAsGuaranteedWhileThoseAreFar) {
   const double fastest = kOmega * 0.28;
   EXPECT_DOUBLE_EQ(c.expected_1_s, 1.5);
   EXPECT_NEAR(c.guaranteed_1_s, 1.5 - fastest / c.beyond_m, 1e-12);
-  // Who goes straight to its goal, off by e, at the largest speed: tan(e/2) never decays slower.
+  // An agent goes straight to its goal, off by e, at the largest speed: tan(e/2) never decays
+  // slower.
   Eigen::Vector2d p(0.0, 0.0);
   const Eigen::Vector2d goal(c.beyond_m + 4.0, 0.0);
   double psi = 1.0, before = 1.0;

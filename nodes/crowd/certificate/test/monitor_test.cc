@@ -109,7 +109,7 @@ TEST(Monitor, MeasuresAnewWhenCertifiedAnew) {
   monitor.certify(certify(phase_rules(), 5, gait()));
   const MonitorReport report = monitor.report();
   EXPECT_TRUE(report.valid);
-  EXPECT_FALSE(report.phase.measured_1_s);  // of the group as it is: nothing yet
+  EXPECT_FALSE(report.phase.measured_1_s);  // no rate yet for the group as it is
   EXPECT_GT(report.phase.guaranteed_1_s, 1.5);
 }
 

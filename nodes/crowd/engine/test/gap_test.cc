@@ -1,4 +1,4 @@
-// Two who meet where there is hardly room for both.
+// Two agents that meet where there is hardly room for both.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -9,7 +9,7 @@
 namespace mimesis::crowd {
 namespace {
 
-/// In the middle between two who come head on; side by side they are 1.2 m wide.
+/// In the middle between two agents that come head on; side by side they are 1.2 m wide.
 struct Narrow {
   std::vector<Pillar> pillars{};
   std::vector<Wall> walls{};

@@ -173,7 +173,7 @@ TEST(Contact, NearestWithinBoundsIsFeasibleAndNearest) {
 TEST(Contact, MoreBoundsThanHaveRoomAreKeptToo) {
   Bounds bounds;
   for (int i = 0; i < 400; ++i) {
-    const double a = 0.1 + 0.015 * i;  // none behind, the loosest first
+    const double a = 0.1 + 0.015 * i;  // the loosest first, with no agent behind
     bounds.add({{std::cos(a), std::sin(a)}, 1.2 - 0.002 * i});
   }
   const Eigen::Vector2d v = bounds.nearest({2.0, 0.5});

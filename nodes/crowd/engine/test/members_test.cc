@@ -45,7 +45,7 @@ Rules all_rules(Topology topology) {
   return rules;
 }
 
-/// What two coordinators tell each other before each step.
+/// Messages between two coordinators before each step.
 void exchange(Crowd& a, Crowd& b) {
   const GroupSums of_a = a.sums(0), of_b = b.sums(0);
   a.set_outside(0, of_b);
@@ -144,7 +144,7 @@ TEST(Members, EdgesOfAWeightedGraphStayBetweenTheSameAgents) {
   EXPECT_NEAR(phase(4), phase(5), 1e-6);
   EXPECT_NEAR(math::wrap_pi(phase(1) - alone - 6.0 * 20.0), 0.0, 1e-9);
   EXPECT_GT(std::abs(math::wrap_pi(phase(1) - phase(3))), 0.01);
-  // Edges that name nobody are refused before anything changes.
+  // Edges to unknown agents are refused before anything changes.
   rules.phase.graph.edges = {{0, 7, 1.0}};
   EXPECT_THROW(crowd.set_rules(0, rules), ConfigError);
   EXPECT_EQ(crowd.group(0).rules.phase.graph.edges.size(), 2U);
@@ -178,7 +178,7 @@ TEST(Members, WhoIsNotTrustedIsSeenButNotCoupled) {
   crowd.add(0, all);
   EXPECT_EQ(crowd.sums(0).count, 4.0);
   crowd.step();
-  // It is not moved by the rules, but they say what it should do.
+  // The rules do not move it, but compute its command.
   EXPECT_NEAR(crowd.find(3)->state.phase_rate_rad_s, 5.0, 0.0);
   const auto wish = crowd.wish(3);
   ASSERT_TRUE(wish.has_value());
@@ -186,7 +186,7 @@ TEST(Members, WhoIsNotTrustedIsSeenButNotCoupled) {
   ASSERT_TRUE(crowd.set_role(3, Role::seen));
   EXPECT_EQ(crowd.sums(0).count, 3.0);
   for (int i = 0; i < 1000; ++i) crowd.step();
-  EXPECT_NEAR(crowd.find(1)->state.phase_rate_rad_s, 6.0, 1e-4);  // 5 rad/s pulls nobody
+  EXPECT_NEAR(crowd.find(1)->state.phase_rate_rad_s, 6.0, 1e-4);  // 5 rad/s has no pull
   EXPECT_FALSE(crowd.set_role(77, Role::own));
   EXPECT_FALSE(crowd.wish(77).has_value());
 }

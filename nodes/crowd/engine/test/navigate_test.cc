@@ -198,7 +198,7 @@ TEST(Navigate, WhoBeginsInOthersLeavesThemSlowly) {
     }
     far = std::max(far, std::abs(crowd.find(99)->state.position_W_m.x() - 6.0));
   }
-  EXPECT_LT(fastest, 6.0 * gait().most());  // nobody ever, but by walking
+  EXPECT_LT(fastest, 6.0 * gait().most());  // only by walking
   EXPECT_LT(far, 0.5);
   EXPECT_EQ(crowd.contacts().overlapping, 0);
   EXPECT_GE(least_distance(crowd), 0.6 - 1e-9);

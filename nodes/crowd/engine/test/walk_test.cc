@@ -112,7 +112,7 @@ TEST(Walk, FollowersAgreeAtKnAlphaAndReachTheLeaderAtAlpha) {
     const double lambda = topology == Topology::ring ? ring : 5.0;
     EXPECT_NEAR(decay(crowd, 4.0, 6.0, followers), 0.2 * lambda + 0.25, 0.02);
     EXPECT_NEAR(decay(crowd, 25.0, 35.0, behind), 0.25, 0.005);
-    EXPECT_DOUBLE_EQ(crowd.phase_rate_rad_s()[0], 6.0);  // nobody pulls the leader
+    EXPECT_DOUBLE_EQ(crowd.phase_rate_rad_s()[0], 6.0);  // the leader is not pulled
   }
 }
 

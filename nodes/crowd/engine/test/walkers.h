@@ -5,7 +5,7 @@
 
 #include "nodes/crowd/engine/crowd.h"
 
-/// Walkers to goals, who avoid each other.
+/// Walkers to goals that avoid each other.
 namespace mimesis::crowd {
 
 inline SpeedFunction gait() {

@@ -4,8 +4,8 @@
 
 #include "nodes/crowd/rules/rules.h"
 
-// The heading dynamics as the equations are printed, one pair of walkers at a time: what the
-// engine's sums over lanes are compared with.
+// The heading dynamics as the equations are printed, one pair of walkers at a time: the reference
+// for the engine's sums over lanes.
 namespace mimesis::crowd {
 
 /// A moving character, or an obstacle with speed zero. W: world, z up.
@@ -15,7 +15,7 @@ struct Pedestrian {
   double speed_m_s = 0.0;
 };
 
-/// Closest approach of two walkers who go straight on.
+/// Closest approach of two walkers that go straight on.
 struct ClosestApproach {
   bool ahead = false;          ///< false: in the past, or they keep their distance
   double time_s = 0.0;         ///< until then

@@ -80,7 +80,7 @@ TEST(ExternalAgents, WhoLagsComesBackAfterAWhileInTime) {
   ExternalAgents agents(1, {.stale_s = 0.3, .forget_s = 2.0, .return_s = 0.5});
   Course course{agents};
   course.walk(10s, 11s);
-  course.walk(11s, 12s, 400ms);  // messages go on, their content is old
+  course.walk(11s, 12s, 400ms);  // messages continue, their content is old
   EXPECT_EQ(agents.trust(0), Trust::lagging);
   course.walk(12s, 12s + 400ms);
   EXPECT_EQ(agents.trust(0), Trust::lagging) << "not at once";

@@ -108,11 +108,11 @@ TEST(PhaseCoupling, LeaderPullsAtAlphaAndTheGroupAtKNPlusAlpha) {  // not kN + Î
   const Phases phi = Phases::Constant(3, 0.3) + 1e-4 * Eigen::Vector3d(3.0, 1.0, 2.0);
   Phases rate = Phases::Zero(3);
   add_phase_coupling(graph, 0.35, view(phi), {0.25, 0.3}, view(rate));
-  EXPECT_NEAR(rate.mean(), -0.25 * 2e-4, 1e-11);  // of the mean, 2e-4 ahead
+  EXPECT_NEAR(rate.mean(), -0.25 * 2e-4, 1e-11);  // reaction to the mean, 2e-4 ahead
   EXPECT_NEAR((rate[0] - rate[1]) / 2e-4, -(0.35 * 3 + 0.25), 1e-6);
 }
 
-TEST(PhaseCoupling, AllToAllLeavesTheMeanAlone) {  // but for what the circle takes
+TEST(PhaseCoupling, AllToAllLeavesTheMeanAlone) {  // except for the wrapping on the circle
   const auto graph = CouplingGraph::make(Topology::all_to_all, 4);
   const Phases phi = Eigen::Vector4d(0.1, -0.1, 6.3, -6.2);  // turns do not count
   Phases rate = Phases::Zero(4);

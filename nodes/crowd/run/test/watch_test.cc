@@ -43,7 +43,7 @@ const RuleLine* line(const std::vector<RuleLine>& lines, Rule rule) {
   return nullptr;
 }
 
-/// Who sways by some millimetres keeps its distances no better than that.
+/// A body that sways by some millimetres keeps its distances no better than that.
 TEST(Watch, RatesOfBodiesAreMeasuredUntilTheirGroupIsFormed) {
   Scenario s = scenario({squad("a", 6, Topology::all_to_all)});
   s.groups[0].start.phase = PhaseStart::equal;
@@ -121,7 +121,7 @@ TEST(Watch, WhoGoesMakesTheCertificateVoidAndANewOneIsMade) {
   EXPECT_EQ(watch.take_voided(), "");
   EXPECT_EQ(watch.agents(0), 5);
   EXPECT_NEAR(watch.weakest()->certificate.expected_1_s, 1.0, 1e-12);
-  // Somebody who is not trusted is no node of the graph.
+  // An agent that is not trusted is no node of the graph.
   ASSERT_TRUE(run.crowd().set_role(1, Role::seen));
   watch.observe(run, run.time_s(), everybody(run));
   EXPECT_EQ(watch.agents(0), 4);
@@ -157,7 +157,7 @@ TEST(Watch, CountsWhoComesInOnTheWrongFoot) {
             .most_x_m = 9.0,
             .most_y_m = 9.0,
             .gather = 2};
-  Zone back = gate;  // nobody gathers there
+  Zone back = gate;  // no agent gathers there
   back.from = "yard", back.gather = 1, back.least_y_m = 10.0, back.most_y_m = 30.0;
   s.zones = {gate, back};
   ScenarioRun run(s);

@@ -1,4 +1,4 @@
-// Walkers who meet between pillars: nobody stands there for ever.
+// Walkers that meet between pillars: none stands there for ever.
 #include <gtest/gtest.h>
 
 #include <cmath>

@@ -26,8 +26,7 @@ struct ProblemSet {
   std::vector<ProblemScene> scenes;
 };
 
-/// Nothing if the file is absent. The robots with modified DH are not read: kin::ArmModel is
-/// standard DH.
+/// Empty if the file is absent. Robots with modified DH are not read: kin::ArmModel is standard DH.
 std::optional<ProblemSet> load_problem_set(const std::string& robot);
 
 }  // namespace mimesis::planner

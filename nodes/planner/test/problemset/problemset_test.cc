@@ -23,7 +23,7 @@ double quantile(std::vector<double> values, double p) {
   return values[static_cast<std::size_t>(p * static_cast<double>(values.size() - 1))];
 }
 
-/// Plans the queries that `wanted` picks. Every path returned is judged anew.
+/// Plans the queries that `wanted` picks. Every path returned is checked again.
 template <class Wanted>
 Score plan_scene(const kin::ArmModel& arm, const ProblemScene& scene, const Wanted& wanted) {
   using Clock = std::chrono::steady_clock;

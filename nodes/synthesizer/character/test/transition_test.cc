@@ -47,12 +47,12 @@ TEST(Transition, JointAngleAndItsTwoDerivativesAreContinuousAtTheBoundary) {
     const double h = 1e-3;
     const double before = at(-1e-9), after = at(0.0);
     EXPECT_NEAR(before, after, 1e-8);
-    // what [M18] calls W_trans, but for the periodic source
+    // W_trans of [M18], without the periodic source
     EXPECT_NEAR(after, (0.2 - 0.1) / 2.0 + (ramp - 0.4) / 2.0 + 0.2 * std::cos(0.4), 1e-12);
     EXPECT_NEAR((at(-1e-9) - at(-h)) / h, (at(h) - at(0.0)) / h, 5e-3);
     const auto curvature = [&](double x) { return (at(x + h) - 2 * at(x) + at(x - h)) / (h * h); };
     EXPECT_NEAR(curvature(-2 * h), curvature(2 * h), 5e-2);
-    // and the actions themselves at the ends
+    // the pure actions at the ends
     EXPECT_NEAR(at(-kBeta * std::numbers::pi),
                 angle(a, 2.0 * std::numbers::pi - kBeta * std::numbers::pi), 1e-12);
     EXPECT_NEAR(at(kBeta * std::numbers::pi), angle(b, kBeta * std::numbers::pi), 1e-12);

@@ -71,7 +71,7 @@ TEST(FootLock, FeetStandInTurnsToo) {  // the displacement stays where it is in 
     batch.step();
     const Eigen::Vector3d toe = batch.toe_W_m(0, mocap::kLeft),
                           heel = batch.heel_W_m(0, mocap::kLeft);
-    const Eigen::Vector3d middle = 0.5 * (toe + heel);  // of the flat foot: what is locked
+    const Eigen::Vector3d middle = 0.5 * (toe + heel);  // middle of the flat foot: the locked point
     if (n > 200 && batch.phase(0) > 0.8 && batch.phase(0) < 3.4) {
       path += (middle - before).head<2>().norm();
       ++count;

@@ -121,7 +121,7 @@ TEST(Lanes, AllInstructionSetsGiveTheSameBits) {
   const BodyLanes body(mocap::standard_body());
   RotationLanes widest, plain;
   PointLanes widest_points, plain_points;
-  posture(body, angle, widest, widest_points);      // what this machine chooses
+  posture(body, angle, widest, widest_points);      // the width that this machine chooses
   posture_lanes(body, angle, plain, plain_points);  // the test's own instruction set
   EXPECT_EQ(std::memcmp(&widest, &plain, sizeof plain), 0);
   EXPECT_EQ(std::memcmp(&widest_points, &plain_points, sizeof plain_points), 0);

@@ -17,8 +17,8 @@ using Eigen::Vector3d;
 constexpr int kAnkle[2] = {mocap::kLeftAnkle, mocap::kRightAnkle};
 constexpr double kRate = 120.0;  // Hz, of the recording and the synthesis
 
-/// What a foot does in a recorded clip: whether the toe stands (less than 2 cm above its lowest
-/// place, slower than 0.3 m/s), and where it is.
+/// A foot in a recorded clip: whether the toe stands (less than 2 cm above its lowest place, slower
+/// than 0.3 m/s), and where it is.
 struct RecordedToe {
   std::vector<Vector3d> p_W, p_H;  ///< in the world; relative to the pelvis in its heading frame
   std::vector<bool> stands;
@@ -86,7 +86,7 @@ Walks read_walks(const std::string& folder) {
   return walks;
 }
 
-/// Of all toes while their recorded twins stand.
+/// Motion of all toes while their recorded twins stand.
 struct Standing {
   double speed_m_s = 0.0;   ///< mean, in the world
   double place_m = 0.0;     ///< rms deviation from the recorded toe's path, each stance's mean off

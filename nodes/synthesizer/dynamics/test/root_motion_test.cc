@@ -34,7 +34,7 @@ TEST(RootMotion, ATurningWalkerTurns) {
   EXPECT_NEAR(root.position_W_m.y(), radius * (1.0 - std::cos(2.0)), 0.05);
 }
 
-TEST(RootMotion, TheSupportingPointRestsInTheWorld) {  // whatever the figure does
+TEST(RootMotion, TheSupportingPointRestsInTheWorld) {  // for every motion of the figure
   CharacterBatch batch(testing::random_model(2), 1, {.dt_s = 1.0 / 200.0});
   batch.set_root(0, {2.0, 1.0}, 0.7);
   batch.set_frequency(0, 0.5);
@@ -62,7 +62,7 @@ TEST(RootMotion, TheSupportingPointRestsInTheWorld) {  // whatever the figure do
 
 /// Largest change of a velocity from one step to the next, at 200 Hz.
 struct Changes {
-  double velocity_m_s = 0.0, yaw_rad_s = 0.0;  ///< as moved
+  double velocity_m_s = 0.0, yaw_rad_s = 0.0;  ///< velocities as moved
   double travelled_m = 0.0;
 };
 Changes changes(const motion::MotionModel& model) {

@@ -1,4 +1,4 @@
-// What the body does meanwhile: hands, joints, pelvis, feet that are about to land.
+// Tests of the body during the task: hands, joints, pelvis, feet that are about to land.
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
@@ -76,7 +76,7 @@ TEST(BipedSequence, JointsMoveAsInTheTrials) {
     const Eigen::MatrixXd& samples = data.action[state.action].samples;
     for (Eigen::Index j = 0; j < joints; ++j) {
       if (drawer().upper.moved(static_cast<int>(j)).joint.find("gripper") != std::string::npos) {
-        continue;  // opens and closes with what it finds
+        continue;  // opens and closes from its present state
       }
       double least = 1e3, most = -1e3;
       const double of = static_cast<double>(samples.cols()) * state.phase_rad / math::kTwoPi;
@@ -98,7 +98,7 @@ TEST(BipedSequence, JointsMoveAsInTheTrials) {
 TEST(BipedSequence, RightHandDoesNotShakeWithTheDrawer) {
   FakeRobot walker({});
   FakeDrawer furniture(0.51, 0.2);
-  furniture.taken_from_m = 1.0;  // nobody takes it
+  furniture.taken_from_m = 1.0;  // not taken
   auto sequence = BipedDrawerSequence::start(drawer(), {{0.51, 0.0}, 0.2}, walker.now());
   ASSERT_TRUE(sequence.has_value());
   double least = 1e3, most = -1e3;
@@ -167,7 +167,7 @@ TEST(BipedSequence, AHandThatIsCalledBackBrakes) {
     FakeDrawer furniture(1.7, 0.2);
     auto sequence = BipedDrawerSequence::start(drawer(), {{1.7, 0.0}, 0.2}, walker.now());
     ASSERT_TRUE(sequence.has_value());
-    std::array<std::optional<Eigen::Vector3d>, 2> last;  // of the left hand
+    std::array<std::optional<Eigen::Vector3d>, 2> last;  // last places of the left hand
     double hardest = 0.0, fastest = 0.0;
     for (double t = 0.0; t < 7.0; t += 0.005) {
       if (std::abs(t - at) < 0.0025) furniture.jump(0.6);
@@ -206,7 +206,7 @@ TEST(BipedSequence, ADrawerAcrossTheWayIsNotFollowed) {
 }
 
 TEST(BipedSequence, AFootThatIsAboutToLandDoesNotGoElsewhere) {
-  for (const double left_s : {0.45, 0.325, 0.275, 0.21}) {  // of its swing
+  for (const double left_s : {0.45, 0.325, 0.275, 0.21}) {  // time left of its swing
     FakeRobot walker({});
     FakeDrawer furniture(1.9, 0.2);
     auto sequence = BipedDrawerSequence::start(drawer(), {{1.9, 0.0}, 0.2}, walker.now());

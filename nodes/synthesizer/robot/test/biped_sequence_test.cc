@@ -27,7 +27,7 @@ TEST(BipedSequence, DoesTheTaskAtEveryDistance) {
     const double comfort = 0.663 + 0.617 * (scene.depth_m - 0.124) - scene.depth_m;
     EXPECT_NEAR(out.final_m, comfort, 0.055) << "front at " << scene.front_m;
     EXPECT_LT(out.reach_error_m, 0.005);
-    EXPECT_LT(out.most_speed, 0.6);      // of what the joints can
+    EXPECT_LT(out.most_speed, 0.6);      // share of the joints' largest speed
     EXPECT_LT(out.most_rate_jump, 0.4);  // rad/s in a step of 5 ms: 80 rad/s²
     for (std::size_t i = 1; i < out.landed.size(); ++i) {
       const SolePrint &a = out.landed[i - 1], &b = out.landed[i];
@@ -125,7 +125,7 @@ TEST(BipedSequence, ADrawerThatJumpsNearerIsReachedOrTheRobotStops) {
       ++stopped;
       EXPECT_NE(out.refused.find("too near"), std::string::npos) << out.refused;
       EXPECT_TRUE(out.stands);
-      EXPECT_FALSE(out.hands);  // none is stretched out to what cannot be reached
+      EXPECT_FALSE(out.hands);  // the hands are not stretched out to an object out of reach
     }
   }
   EXPECT_GT(reached, 4);

@@ -12,9 +12,9 @@ namespace mimesis::synthesizer::testing {
 class FakeRobot {
  public:
   struct Trouble {
-    double along_m = 0.0, across_m = 0.0;  ///< of every landing, the left foot's the other way
+    double along_m = 0.0, across_m = 0.0;  ///< errors of every landing, mirrored for the left foot
     bool same_way = false;                 ///< both feet's the same way
-    int late_ticks = 0;                    ///< of the feedback
+    int late_ticks = 0;                    ///< delay of the feedback
     double pace = 1.0;                     ///< duration of a step, of 0.8 s
     Eigen::Vector3d hand_error_m = Eigen::Vector3d::Zero();
     bool left_first = false;
@@ -29,7 +29,7 @@ class FakeRobot {
   }
 
   const RobotFeedback& now() const { return robot_; }
-  /// As reported.
+  /// Feedback as reported.
   const RobotFeedback* feedback() {
     sent_.push_back(robot_);
     const auto late = static_cast<std::size_t>(trouble_.late_ticks);
@@ -95,7 +95,7 @@ class FakeRobot {
   Trouble trouble_;
   RobotFeedback robot_;
   std::vector<RobotFeedback> sent_;
-  int more_ = 2;  // steps until it stands, once it is told to stop
+  int more_ = 2;  // steps until it stands, after the order to stop
 };
 
 /// A drawer that is held and emptied by hands that come near enough.
@@ -126,7 +126,7 @@ class FakeDrawer {
     }
   }
   double near_m = 0.030, reach_error_m = 1.0;
-  double taken_from_m = 0.15;  ///< open so far, the object can be taken
+  double taken_from_m = 0.15;  ///< opening at which the object can be taken
 
  private:
   void show() {

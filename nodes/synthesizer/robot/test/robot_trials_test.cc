@@ -62,7 +62,7 @@ TEST(RobotTrials, HandsAreWhereTheTaskIs) {
   const robot::RobotTree upper =
       upper_body_tree(biped_tree(), retarget::figure_of(described_biped()));
   const double height = easy_pelvis_height(biped_tree(), retarget::figure_of(described_biped()));
-  EXPECT_NEAR(height, 0.6487, 0.001);  // of the half-sitting robot
+  EXPECT_NEAR(height, 0.6487, 0.001);  // pelvis height of the half-sitting robot
   robot::Kinematics kinematics(upper);
   Eigen::Isometry3d X_WB = Eigen::Isometry3d::Identity();
   X_WB.translation().z() = height;
@@ -77,7 +77,7 @@ TEST(RobotTrials, HandsAreWhereTheTaskIs) {
   }
 }
 
-/// What the second robot's arms are asked for before furniture of its size.
+/// Loads of the second robot's arms before furniture of its size.
 TEST(RobotTrials, OfAnotherRobotAreWithinWhatItCanToo) {
   if (!std::filesystem::exists(shared_data("data/robots/jvrc1.urdf"))) {
     GTEST_SKIP() << "needs data/robots/jvrc1.urdf of the shared folder";
@@ -127,7 +127,7 @@ TEST(RobotSize, StepsGoWithTheLegsUpToTheBipeds) {
     const double share = std::min(1.0, factor);
     EXPECT_NEAR(robot_step_plan(biped).longest_step_m, share * 0.28, 0.6e-3);
     EXPECT_NEAR(robot_trial_settings(biped).most_normal_m, share * 0.467, 0.6e-3);
-    EXPECT_EQ(robot_step_plan(biped).stand_nearer_m, 0.08);  // that is the arms'
+    EXPECT_EQ(robot_step_plan(biped).stand_nearer_m, 0.08);  // this follows the arms
   }
 }
 
@@ -207,7 +207,7 @@ TEST(LearnedActions, InferLengthsThatWereNotTrained) {
 }
 
 TEST(LearnedActions, LearnAnyRows) {
-  // what is compared with: angles of all joints, no velocities
+  // compared are the angles of all joints, no velocities
   DrawerData data = biped_data();
   constexpr Eigen::Index kAll = kJoints + 12;
   for (mocap::Trials& set : data.action) {

@@ -13,7 +13,7 @@ namespace {
 
 constexpr double kDt = 0.005;
 
-/// A robot that takes over the wished velocities at each step, and stops a step after it is told.
+/// A robot that takes over the wished velocities at each step, and stops a step after the order.
 class SlowRobot {
  public:
   RobotFeedback feedback() const {

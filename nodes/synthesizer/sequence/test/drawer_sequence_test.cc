@@ -22,7 +22,7 @@ struct Played {
   std::vector<PlannedAction> history;
   double distance_m = 0.0;
   double joint_speed_rad_s = 0.0;  // largest of any angle
-  double slide_m_s = 0.0;          // of held foot points, largest
+  double slide_m_s = 0.0;          // largest sliding of held foot points
   double below_ground_m = 0.0, pelvis_jump_m = 0.0;
 };
 
@@ -84,7 +84,7 @@ void expect_natural(const Played& p) {
   EXPECT_TRUE(p.last.done);
   EXPECT_LT(p.last.left_error_m, 0.005);
   EXPECT_LT(p.last.right_error_m, 0.005);
-  EXPECT_LT(p.slide_m_s, 0.083);  // what recorded feet slide
+  EXPECT_LT(p.slide_m_s, 0.083);  // recorded feet slide as much
   EXPECT_LT(p.below_ground_m, 0.005);
   EXPECT_LT(p.joint_speed_rad_s, 22.0);
   EXPECT_LT(p.pelvis_jump_m, 0.02);  // 4 m/s
@@ -202,7 +202,7 @@ TEST(DrawerSequence, PlaysTheMappedMixture) {
     EXPECT_GT(compared, 50);
     while (sequence->state().action == action) sequence->step();
   }
-  EXPECT_GT(most_delay, 0.1);  // else the test says nothing of delays
+  EXPECT_GT(most_delay, 0.1);  // otherwise the test does not check delays
 }
 
 // The sources' delays and the ramp are played as they were learned: before arms reach, the mixture

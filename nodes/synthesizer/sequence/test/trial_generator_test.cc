@@ -64,8 +64,8 @@ TEST(DrawerTrials, AreTheSameForTheSameSeed) {
   }
 }
 
-// What is learned from must say what was walked: rows of the pelvis and the step length agree with
-// the way of the standing foot in the pelvis' frame.
+// Training data must agree with the walk: rows of the pelvis and the step length agree with the way
+// of the standing foot in the pelvis' frame.
 TEST(DrawerTrials, LegsWalkTheLengthThatTheTrialStates) {
   const auto data = generate_drawer_data(mocap::standard_body(), {}, {.trials = 4, .paces = {0.8}});
   ASSERT_EQ(data.action[0].trials.size(), 8U);

@@ -42,8 +42,8 @@ TEST(Correction, ZmpOfTheShiftIsTheWishedChange) {
     worst = std::max(worst, (zmp(to_com(state), kHeight) - bump(t).transpose()).norm());
     state = correction.next(state, wishes(t));
   }
-  EXPECT_LT(worst, 0.0015);       // of 0.036
-  EXPECT_LT(state.norm(), 1e-3);  // and it ends where it began, once the sum is forgotten
+  EXPECT_LT(worst, 0.0015);       // 0.036 before
+  EXPECT_LT(state.norm(), 1e-3);  // the shift ends at its start, once the sum is forgotten
 }
 
 TEST(Correction, PredictsWhatItDoes) {
@@ -132,7 +132,7 @@ TEST(DynamicFilter, OneIterationTakesAwayMostOfTheError) {
     const Eigen::Vector2d ratio = walk.rms_before_m().cwiseQuotient(walk.rms_after_m());
     EXPECT_GT(ratio.x(), 6.0);
     EXPECT_GT(ratio.y(), 3.0);
-    EXPECT_GT(walk.rms_before_m().x(), 0.02);  // and there is one to take away
+    EXPECT_GT(walk.rms_before_m().x(), 0.02);  // there is an error to reduce
     EXPECT_GT(walk.rms_before_m().y(), 0.005);
     EXPECT_EQ(walk.unreachable, 0);
   }

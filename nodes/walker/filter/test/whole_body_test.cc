@@ -79,7 +79,7 @@ TEST(WholeBody, WalksAsPlanned) {
 TEST(WholeBody, LegsReachTheLongestStepsOfTheDrawerTask) {
   const robot::Biped biped = robot::hrp2_like();
   GaitSettings gait = gait_settings(biped);
-  gait.com_height_m = 0.807;  // of models/biped.yaml
+  gait.com_height_m = 0.807;  // height of models/biped.yaml
   LinearMpc pattern(gait);
   pattern.reset(stance(biped));
   WholeBody body(biped, gait.com_height_m);
@@ -197,7 +197,7 @@ TEST(WholeBody, GroundCarriesTheWeightWhateverTheArmsDo) {
     upper.ddq.setConstant(acceleration);
     return body.zmp(pattern.now(), pattern.now().com, upper, body.moments(upper));
   };
-  // m (c × (c̈ + g)) is the plan's, the rest grows with what the arms do
+  // m (c × (c̈ + g)) is the plan's, the rest grows with the motion of the arms
   const Eigen::Vector2d rest = zmp_with(0.0), little = zmp_with(1.0), much = zmp_with(400.0);
   EXPECT_GT((little - rest).norm(), 1e-4);
   EXPECT_LT((much - rest - 400.0 * (little - rest)).norm(), 0.1 * (much - rest).norm());

@@ -1,4 +1,4 @@
-// The MPC's program against what it stands for: jerks rolled out, squares summed, places measured.
+// The MPC's program against its definition: jerks rolled out, squares summed, places measured.
 #include "nodes/walker/pattern/mpc_problem.h"
 
 #include <gtest/gtest.h>
@@ -63,7 +63,7 @@ class Case {
   Vector2d foot_W_m(const VectorXd& x, int i) const {
     return i == 0 ? steps_.stance().p_W_m : mpc_.landing_W_m(x, i - 1);
   }
-  /// What the ZMP of a sample is compared with.
+  /// Centre that the ZMP of a sample is compared with.
   Vector2d centre_W_m(const VectorXd& x, int k) const {
     const Support s = support(k);
     if (s.both) return steps_.middle_W_m();
@@ -177,7 +177,7 @@ TEST(MpcProblem, LandingsAreWithinTheStepPolygonAndNearTheirPlan) {
         const double yaw = c.planned(i).yaw_rad;
         EXPECT_NEAR(p.A.row(row).dot(x) - p.upper(row),
                     beyond(yaw, c.foot_W_m(x, i + 1) - c.foot_W_m(x, i)), 1e-12);
-        if (yaw_free) {  // as the polygon turns with its foot, about the planned step
+        if (yaw_free) {  // the polygon turns with its foot, about the planned step
           const Vector2d step = c.planned(i + 1).p_W_m - c.planned(i).p_W_m;
           const double slope =
               i == 0 ? 0.0 : (beyond(yaw + 1e-6, step) - beyond(yaw - 1e-6, step)) / 2e-6;
@@ -280,7 +280,7 @@ TEST(MpcProblem, AtTheEndTheCapturePointCanBeHeldASampleLonger) {
       }
     }
     const double wT = kSample_s * std::sqrt(kGravity_m_s2 / c.gait_.com_height_m);
-    const double scale = wT / (std::exp(wT) - 1.0);  // of the rows
+    const double scale = wT / (std::exp(wT) - 1.0);  // scale of the rows
     int row = static_cast<int>(p.A.rows()) - static_cast<int>(edges.size());
     for (const HalfPlane& side : edges) {
       const Vector2d edge = centre + side.offset * side.normal;

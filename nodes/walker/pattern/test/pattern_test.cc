@@ -30,7 +30,7 @@ TEST(GaitSettingsOfARobot, OurBipedHasTheDefaults) {
   EXPECT_LT((s.zmp_half_m - standard.zmp_half_m).norm(), 1e-6);
 }
 
-/// What must hold of any robot: the ZMP stays on the sole, feet do not touch each other, steps are
+/// Conditions for any robot: the ZMP stays on the sole, feet do not touch each other, steps are
 /// shorter than legs.
 void expect_sane(const robot::Biped& biped) {
   const GaitSettings s = gait_settings(biped);
@@ -303,7 +303,7 @@ INSTANTIATE_TEST_SUITE_P(
 
 }  // namespace
 
-// What patterns make of wishes: landings, changes at any time, too much, no numbers.
+// Patterns for wishes: landings, changes at any time, too much, no numbers.
 namespace {
 
 TEST_P(Patterns, MeetWishedLandings) {
@@ -456,7 +456,7 @@ TEST_P(Patterns, WalkWithOtherSettings) {
 
 }  // namespace
 
-// What is walked without a solution.
+// Walking without a solution of the MPC.
 namespace {
 
 using mimesis::testing::NoMalloc;

@@ -14,12 +14,12 @@ namespace mimesis::walker::testing {
 
 inline constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
-/// One way of making patterns, and what it is allowed.
+/// One way of making patterns, with its tolerances.
 struct Kind {
   const char* name;
   std::function<std::unique_ptr<PatternGenerator>(const GaitSettings&)> make;
-  double zmp_beyond_m;  // of the ZMP beyond its rectangle, between samples or for lack of limits
-  double preview_m;     // of the CoM against its preview 0.7 s before
+  double zmp_beyond_m;       // ZMP beyond its rectangle, between samples or for lack of limits
+  double preview_m;          // error of the CoM against its preview 0.7 s before
   bool places_feet_in_time;  // a landing may change after its swing has begun
 };
 
@@ -42,7 +42,7 @@ inline Footprint ground_pose(const FootState& foot, Side side) {
   return {side, foot.X_WS.translation().head<2>(), std::atan2(R(1, 0), R(0, 0))};
 }
 
-/// What must hold at every tick whatever is wished.
+/// Conditions that hold at every tick for every wish.
 class Watch {
  public:
   explicit Watch(const GaitSettings& gait) : gait_(gait), footsteps_(gait) { sides_.reserve(8); }
@@ -81,7 +81,7 @@ class Watch {
  private:
   void compare(const PatternSample& before, const PatternSample& s) {
     const auto keep = [](double& worst, double value) { worst = std::max(worst, value); };
-    // what constant acceleration over a tick does not explain
+    // difference from constant acceleration over a tick
     keep(com_jump_m,
          (s.com.p_W_m - before.com.p_W_m - kTick_s / 2.0 * (before.com.v_W + s.com.v_W)).norm());
     keep(com_speed_jump,

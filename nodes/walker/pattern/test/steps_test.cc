@@ -121,7 +121,7 @@ TEST(Steps, SupportIsBothFeetThenOneAfterTheOther) {
     EXPECT_EQ(s.both, both) << ticks;
     EXPECT_EQ(s.i, foot) << ticks;
     EXPECT_EQ(s.j, foot) << ticks;
-    Steps later = steps;  // what is foreseen is what comes
+    Steps later = steps;  // the prediction equals the later state
     later.advance(ticks);
     if (!both) {
       EXPECT_EQ(later.support_after(1).i + (later.phase() == Steps::Phase::kStep ? foot : 0), foot);
@@ -440,7 +440,7 @@ TEST(Footsteps, CutsAWishThatDoesNotTurnToAWalkOfItsDirection) {
     const FeasibleWish cut = kFootsteps.feasible(wish, trouble);
     EXPECT_TRUE(trouble.clipped);
     EXPECT_NEAR(cut.velocity_m_s.dot(v), cut.velocity_m_s.norm() * v.norm(), 1e-12);
-    double beyond = -1.0;  // of the worse foot
+    double beyond = -1.0;  // excess of the worse foot
     for (const Side side : robot::kSides) {
       const Footprint next = kFootsteps.next({.side = side}, cut);
       beyond = std::max(beyond, kFootsteps.beyond(next.side, next.p_W_m));

@@ -227,7 +227,7 @@ TEST_F(FeetTest, FootThatIsDueAndNotFeltGoesOnDownUntilItIs) {
   measured.foot_S[kLeft].force.z() = 0.1 * weight;
   run(1);
   const double found = height(kLeft);
-  measured.foot_S[kLeft].force.z() = 0.0;  // felt once: what it carries now is not the ground's say
+  measured.foot_S[kLeft].force.z() = 0.0;  // felt once: its load now is not the ground's reaction
   run(10);
   EXPECT_NEAR(height(kLeft), found * std::pow(1.0 - kTick_s / settings.force_leak_s, 10), 1e-9);
   single_support_on_right(0.5);
@@ -262,7 +262,7 @@ TEST_F(FeetTest, LegsKeepTheirLengthsForAFootThatIsNotFelt) {
   EXPECT_NEAR(height(kRight), stance, 1e-9);
   EXPECT_NEAR(height(kLeft), swing, 1e-9);
   measured.foot_S[kLeft].force.z() = 0.6 * weight;
-  measured.foot_S[kRight].force.z() = 0.4 * weight;  // as wished: only the give moves
+  measured.foot_S[kRight].force.z() = 0.4 * weight;  // force as wished: only the give moves
   run(1);
   EXPECT_NEAR(height(kRight), stance + 0.05 * 3e-6 * weight, 1e-9) << "and then not at once";
   run(20);
@@ -328,13 +328,13 @@ TEST_F(FeetTest, FootThatTouchesEarlyGoesDownNoMore) {
   measured.foot_S[kLeft].force.z() = 0.0;  // it has touched; a short bounce is no lower ground
   glide(10);
   EXPECT_NEAR(height(kLeft), 0.005 - 10 * kTick_s * settings.landing_m_s_n * 0.05 * weight, 1e-9);
-  // it stands on what it has found, which is forgotten over a step
+  // it stands on the found ground, which is forgotten over a step
   const double found = height(kLeft) - planned.X_WS.translation().z();
   plan.contact[kLeft] = true;
   wished.left = 0.0;
   planned.X_WS.translation().z() = planned.v_W.z() = 0.0;
   measured.foot_S[kLeft].force.z() = 0.1 * weight;
-  measured.foot_S[kRight].force.z() = 1.1 * weight;  // as wished: nothing for the difference
+  measured.foot_S[kRight].force.z() = 1.1 * weight;  // force as wished: the difference does not act
   plan.foot[kLeft].v_W.setZero();
   EXPECT_GT(found, 0.002);
   run(20);
@@ -427,7 +427,7 @@ TEST_F(FeetTest, SwingFootIsWhereItIsPlannedThoughTheBaseIsNot) {
   measured.X_WB.translation() += Eigen::Vector3d(0.004, -0.003, 0.0);
   run(200);
   const Eigen::Isometry3d X_BS = measured.X_WB_planned.inverse() * X_WS[kLeft];
-  const Eigen::Isometry3d truth = measured.X_WB * X_BS;  // what the leg does on the true base
+  const Eigen::Isometry3d truth = measured.X_WB * X_BS;  // motion of the leg on the true base
   const Eigen::Isometry3d& wish = plan.foot[kLeft].X_WS;
   EXPECT_LT((truth.translation() - wish.translation()).norm(), 1e-4);
   EXPECT_LT(math::log_so3(Eigen::Matrix3d(truth.linear() * wish.linear().transpose())).norm(),

@@ -129,7 +129,7 @@ TEST_F(StabilizerTest, DoesNotAllocate) {
   for (int i = 0; i < 100; ++i) stabilizer.step(plan, i % 7 == 0 ? bad : s);
 }
 
-/// A push sideways that the right sole is too small for; the pattern does as it is told.
+/// A push sideways that the right sole is too small for; the pattern follows it.
 TEST_F(StabilizerTest, StepIsAdjustedAndThePatternFollowsWithoutAJump) {
   settings.step_adjustment = true;
   Stabilizer stabilizer(biped, gait, settings);
@@ -173,7 +173,7 @@ TEST_F(StabilizerTest, StepIsAdjustedAndThePatternFollowsWithoutAJump) {
             2e-3);
 }
 
-/// What encoders say of legs that are shorter than their set-points is made up for.
+/// Encoders that show shorter legs than the set-points are compensated.
 TEST_F(StabilizerTest, LegsThatGiveWayAreMadeLonger) {
   settings.leg_give_share = 0.5;
   Stabilizer stabilizer(biped, gait, settings);

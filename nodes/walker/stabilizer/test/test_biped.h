@@ -5,7 +5,7 @@
 
 namespace mimesis::walker {
 
-/// models/biped.urdf with what the stabilizer needs to know of a biped.
+/// models/biped.urdf with the names that make it a biped for the stabilizer.
 inline robot::Biped test_biped() {
   robot::Biped biped{
       robot::read_urdf(MIMESIS_SOURCE_DIR "/models/biped.urdf"), {}, {}, 0, 0, {}, {}, {}};
@@ -35,7 +35,7 @@ inline PatternSample standing(double com_x_m = 0.0) {
   return plan;
 }
 
-/// What a robot with its pelvis at X_WB measures; nothing presses on its feet.
+/// Sensor readings of a robot with its pelvis at X_WB; nothing presses on its feet.
 inline Sensors sensors_at(const robot::Biped& biped, const Eigen::Isometry3d& X_WB,
                           const Eigen::VectorXd& q) {
   robot::Kinematics kinematics(biped.tree);

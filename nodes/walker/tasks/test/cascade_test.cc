@@ -55,9 +55,9 @@ Tasks random_tasks(std::mt19937& random, int n, const std::vector<int>& rows, do
   return tasks;
 }
 
-/// The same optimum found level by level in the full space: every level a quadratic program with
-/// the values that the levels above have reached as equalities. What is squared is made definite
-/// by 1e-10, so its accuracy is limited.
+/// Reference optimum, found level by level in the full space: every level is a quadratic program
+/// with the values that the levels above have reached as equalities. Squares are made definite by
+/// 1e-10, so the accuracy is limited.
 std::vector<VectorXd> values_by_equalities(const Tasks& tasks) {
   const int n = tasks.n();
   std::vector<VectorXd> values;

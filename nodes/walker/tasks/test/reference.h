@@ -52,7 +52,7 @@ class Reference {
   TaskGoals walk(double t, double speed_m_s) const {
     constexpr double kStep = 0.8, kDouble = 0.1, kHeight = 0.05;
     TaskGoals goals = stand();
-    const Ramp on = ramp(t, 0.0, 2.0);  // of the walk: smooth start
+    const Ramp on = ramp(t, 0.0, 2.0);  // ramp of the walk: smooth start
     const double way = speed_m_s * on.integral, rate = speed_m_s * on.value;
     goals.com_W_m.x() += way;
     goals.com_v_W.x() = rate;

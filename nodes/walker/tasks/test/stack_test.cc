@@ -164,7 +164,7 @@ namespace {
 TEST(Stack, HandsComeInGradually) {
   for (const robot::Biped& biped : robots()) {
     if (biped.hand[kRight] < 0) continue;
-    // The left hand pulls with its whole share; the right one is far from what it shall take.
+    // The left hand pulls with its whole share; the right one is far from its target.
     const auto reach = [&](const Reference& r, double t, double share) {
       TaskGoals goals = r.walk(t, 0.0);
       goals.hand[kLeft].p_W_m += Eigen::Vector3d(0.12, 0.05, 0.15);
@@ -206,7 +206,7 @@ TEST(Stack, ReachesWithAHandWhileAFootMoves) {
     const Eigen::Vector3d wished = reach(Reference(biped), 3.5).hand[kRight].p_W_m;
     EXPECT_LT((kinematics.X_WL(biped.hand[kRight]).translation() - wished).norm(), 1e-3)
         << biped.tree.name();
-    // And back to the posture when the hand is let go.
+    // The arm returns to the posture when the hand is released.
     const Trial back = trial_of(biped, 8.0, reach);
     EXPECT_LT(back.sharpest_rad_s, 1.0) << biped.tree.name();
     for (const int dof : biped.upper_body) {
@@ -217,7 +217,7 @@ TEST(Stack, ReachesWithAHandWhileAFootMoves) {
 
 }  // namespace
 
-// What limits of joints and legs leave of the goals.
+// Goals under limits of joints and legs.
 namespace {
 
 TEST(Stack, KeepsTheUpperBodyWithinItsLimitsAndTheFeetWhereTheyAre) {
@@ -307,7 +307,7 @@ TEST(Stack, StaysWithinLimitsWhateverTheGoal) {
     });
     expect_within_limits(absurd, biped.tree.name());
     EXPECT_GT(absurd.limited, 100) << biped.tree.name();
-    EXPECT_LT(absurd.last_com_error_m, 1e-6) << biped.tree.name();  // back at what it can do
+    EXPECT_LT(absurd.last_com_error_m, 1e-6) << biped.tree.name();  // back within its limits
     EXPECT_LT(absurd.last_foot_error_m, 1e-6) << biped.tree.name();
   }
 }
@@ -368,9 +368,9 @@ TEST(Stack, BringsJointsBackFromBeyondTheirLimits) {
 
 namespace {
 
-constexpr double kDt = 0.005, kKnee = 0.01;  // what knees may go within a tick [rad]
+constexpr double kDt = 0.005, kKnee = 0.01;  // largest motion of the knees within a tick [rad]
 
-/// A robot that sits half with its knees bent by so much more or less.
+/// A robot in half-sitting with its knees bent more or less by an angle.
 class LegRoomTest : public ::testing::TestWithParam<robot::Biped> {
  protected:
   LegRoomTest() : kinematics(GetParam().tree), q(GetParam().half_sitting), room(GetParam()) {

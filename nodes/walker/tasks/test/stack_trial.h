@@ -10,11 +10,11 @@ namespace mimesis::walker {
 inline constexpr double kDt = 0.005;
 using Goals = std::function<TaskGoals(const Reference&, double t)>;
 
-/// What a run of a stack was like.
+/// Results of a run of a stack.
 struct Trial {
   double com_error_m = 0.0, foot_error_m = 0.0;  ///< worst
   double last_com_error_m = 0.0, last_foot_error_m = 0.0;
-  double fastest = 0.0;       ///< of the limits [1]
+  double fastest = 0.0;       ///< largest share of the speed limits [1]
   double closest_rad = 1e9;   ///< to a limit
   double sharpest_rad_s = 0;  ///< greatest change of a velocity within a tick
   int limited = 0, ticks = 0;

@@ -82,7 +82,7 @@ TEST_F(TaskList, AnySetOfTasksMoves) {
         some.tasks = {all.tasks[i]};
       } else {
         some.tasks.erase(some.tasks.begin() + static_cast<std::ptrdiff_t>(i));
-        some.tasks.push_back(some.tasks.front());  // the same wish again, at another priority
+        some.tasks.push_back(some.tasks.front());  // an equal wish again, at another priority
         some.tasks.back().name = "again";
         some.tasks.back().priority = 7;
       }

@@ -69,7 +69,7 @@ TEST_F(BipedWalk, KeepsTheLimitsOverACycleOfEachPattern) {
       }
       before = now;
     }
-    EXPECT_LT(share, 1.0) << p;  // of the joints' largest speeds
+    EXPECT_LT(share, 1.0) << p;  // share of the joints' largest speeds
   }
 }
 

@@ -195,7 +195,7 @@ TEST_F(Demix, ExportsTheLearnedMotion) {
           "expected .bvh or .csv");
 }
 
-/// What a report on clips retargeted to the biped has to fulfil, and the model.
+/// Checks a report on clips retargeted to the biped, and the model.
 void check_robot(const json& report, const std::string& file, std::size_t clips) {
   ASSERT_EQ(report["retargeting"].size(), clips);
   for (const json& clip : report["retargeting"]) {
@@ -233,7 +233,7 @@ TEST_F(Demix, RetargetsClipsToARobot) {
   check_robot(report, out, 1);
   EXPECT_EQ(report["trials"], 2);
   EXPECT_EQ(report["retargeting"][0]["frames"], 200);
-  // what the robot's figure travels a cycle is what the walker does, by the length of the legs
+  // the travel of the robot's figure per cycle is the walker's, scaled by the length of the legs
   const auto model = motion::load_motion_model(out);
   EXPECT_NEAR(model.patterns[0].trial.step_length_m,
               0.9 * 1.1 * report["retargeting"][0]["scale"].get<double>(), 0.05);

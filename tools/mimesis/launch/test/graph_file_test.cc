@@ -72,7 +72,7 @@ result:
 
 struct Mistake {
   const char* name;
-  const char* nodes;  ///< what follows "version: 1\n", from line 2
+  const char* nodes;  ///< text after "version: 1\n", from line 2
   const char* expected;
 };
 

@@ -268,7 +268,7 @@ TEST_F(Launch, ResultWithoutConditionSucceedsWithTheFirstMessage) {
             "}\nresult: {until: a/out, fields: {n: {from: a/out.seq, scale: 0.5, digits: 1}}}\n");
   EXPECT_EQ(launch->wait(), 0) << launch->errors();
   const json line = last_line(*launch);
-  EXPECT_EQ(line["n"], 0.5);  // none was lost: it is the first
+  EXPECT_EQ(line["n"], 0.5);  // the first message: none was lost
   EXPECT_EQ(line["success"], true);
 }
 

@@ -1,4 +1,4 @@
-// cat and info: what they say about a log.
+// cat and info: their output for a log.
 #include "tools/mimesis/log/cat.h"
 
 #include <nlohmann/json.hpp>

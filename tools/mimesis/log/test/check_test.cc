@@ -36,7 +36,7 @@ Kinds kinds(const CheckedLog& checked) {
 }
 Kinds kinds(const std::string& bytes) { return kinds(check(bytes)); }
 
-/// Writes a record of the summary anew with other contents, and its sum.
+/// Rewrites a record of the summary with other contents, and its sum.
 template <class T, class Change>
 std::string with_changed(std::string bytes, log::Opcode opcode, Change change) {
   log::Footer footer;

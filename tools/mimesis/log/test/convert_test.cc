@@ -252,7 +252,7 @@ TEST(LcmReader, EveryDamagedLengthOrSyncWordIsReportedAndCostsTwoEventsAtMost) {
   const std::size_t event = lcm_event(0, 0, "POSE", lcm_data(0)).size();
   for (std::size_t in_event = 0; in_event < 28; ++in_event) {
     if (in_event >= 4 && in_event < 20) continue;  // number and time: nothing covers them
-    const std::size_t at = event + in_event;       // of the second event
+    const std::size_t at = event + in_event;       // position in the second event
     for (const char bit : {'\x01', '\x10', '\x80'}) {
       std::string bytes = whole;
       bytes[at] = static_cast<char>(bytes[at] ^ bit);

@@ -26,7 +26,7 @@ class LogTools : public ::testing::Test {
       builder.add("x/arm", static_cast<std::uint64_t>(i) * 100'000'000, m);
     }
     v1::JointState health;
-    health.set_fault(name);  // of the runtime: differs between runs
+    health.set_fault(name);  // reason from the runtime: differs between runs
     builder.add("x/health", 2'000'000'000, health);
     foxglove::RawImage image;
     image.set_encoding("mono8");

@@ -72,7 +72,7 @@ TEST(LogDiff, ARestartedNodeIsMatchedWithItsOwnRestart) {
   for (std::uint16_t log = 0; log < 2; ++log) {
     log::Writer& writer = logs[log].writer();
     for (std::uint16_t start = 0; start < 2; ++start) {
-      const std::string id = std::to_string(100 * log + 7 * start + 1);  // of no meaning
+      const std::string id = std::to_string(100 * log + 7 * start + 1);  // a number without meaning
       const auto channel =
           writer.add_channel(0, "x/y", "raw", {{"node", "x"}, {"start_id", id}}).value();
       const std::string bytes = start == 0 ? "first" : "second";

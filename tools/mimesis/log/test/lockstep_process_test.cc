@@ -25,7 +25,7 @@ struct Line {
   bool operator==(const Line&) const = default;
 };
 
-/// What a node says about its own process: differs from run to run.
+/// Topics about a node's own process: they differ from run to run.
 bool about_process(std::string_view topic) {
   return runtime::is_own_topic(topic) || topic.starts_with("clock/");
 }

@@ -1,5 +1,5 @@
-// `mimesis log play` on a terminal: keys, the progress line, and what is left of the terminal
-// after.
+// `mimesis log play` on a terminal: keys, the progress line, and the state of the terminal
+// afterwards.
 #include <gtest/gtest.h>
 #include <poll.h>
 #include <pty.h>
@@ -51,7 +51,7 @@ class PlayerOnTerminal {
   void type(const std::string& keys) const {
     ASSERT_EQ(write(terminal_, keys.data(), keys.size()), static_cast<ssize_t>(keys.size()));
   }
-  /// Until the screen has shown `text` behind what was seen before; what it showed if not.
+  /// Waits until the screen shows `text` after the text seen before; returns the screen if not.
   ::testing::AssertionResult shows(const std::string& text) {
     const auto deadline = std::chrono::steady_clock::now() + 10s;
     for (;;) {
@@ -119,7 +119,7 @@ class LogPlayKeys : public ::testing::Test {
 TEST_F(LogPlayKeys, DoWhatTheHelpSays) {
   PlayerOnTerminal player(file_, {"--paused"});
   EXPECT_TRUE(player.shows("0.0 / 900.0 s"));
-  EXPECT_TRUE(player.shows("PAUSED\r"));  // and waits for nothing but keys
+  EXPECT_TRUE(player.shows("PAUSED\r"));  // the player waits only for keys
   EXPECT_FALSE(player.cooked());
   player.type("ss");
   EXPECT_TRUE(player.shows("100.0 / 900.0 s"));

@@ -129,7 +129,7 @@ TEST_P(PlayAheadOf, DeliversAllInOrderAndAgainAfterASeek) {
       const int seen = arrivals;
       const Played* next = ahead.front();
       if (next == nullptr) {
-        if (!ahead.ended()) arrivals.wait(seen);  // it would hang if nobody called
+        if (!ahead.ended()) arrivals.wait(seen);  // it would hang without a call
         continue;
       }
       ASSERT_EQ(next->payload.size(), size);
@@ -141,7 +141,7 @@ TEST_P(PlayAheadOf, DeliversAllInOrderAndAgainAfterASeek) {
     EXPECT_EQ(expected, 5000U);
     EXPECT_EQ(ahead.front(), nullptr);
   }
-  ahead.seek(0);  // and goes away in the middle of it
+  ahead.seek(0);  // seeks while reading
 }
 
 INSTANTIATE_TEST_SUITE_P(
@@ -151,7 +151,7 @@ INSTANTIATE_TEST_SUITE_P(
                       std::pair{std::size_t{2000}, PlayAheadLimits{.seconds = 0.001}},
                       std::pair{std::size_t{2000}, PlayAheadLimits{.bytes = 1}}));
 
-/// Counts what is read of it.
+/// Counts the bytes read from it.
 class CountingSource final : public log::Source {
  public:
   explicit CountingSource(std::string_view bytes) : source_(bytes) {}

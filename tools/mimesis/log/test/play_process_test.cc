@@ -86,7 +86,7 @@ class LogPlay : public ::testing::Test {
     arguments.insert(arguments.end(), options.begin(), options.end());
     return std::make_unique<Process>("mimesis", arguments);
   }
-  /// The same, until it has found `node`, which is served meanwhile.
+  /// Plays until the player has found `node`, which is served meanwhile.
   std::unique_ptr<Process> play_to(TestNode& node, const std::vector<std::string>& options) const {
     auto process = play(options);
     EXPECT_TRUE(node.until([&] { return !status(node).holding(); })) << process->errors();

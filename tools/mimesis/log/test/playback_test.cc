@@ -1,4 +1,4 @@
-// What is played in which order, without a graph: logs in memory.
+// Order of played messages, without a graph: logs in memory.
 #include "tools/mimesis/log/playback.h"
 
 #include <fmt/format.h>

@@ -28,7 +28,7 @@ class RecordProcess : public ::testing::Test {
 
   std::string path(const std::string& name) const { return (folder_ / name).string(); }
 
-  /// A recorder that is ready: whoever starts now waits for it.
+  /// A recorder that is ready: nodes started now wait for it.
   std::unique_ptr<Process> record(std::vector<std::string> options,
                                   const std::string& output = "run.mcap") {
     options.insert(options.begin(), {"log", "record", "--json", "-o", path(output)});
@@ -74,7 +74,7 @@ struct Sender {
   std::uint64_t sent = 0;
 };
 
-/// What a file holds.
+/// Contents of a file.
 struct LogContents {
   explicit LogContents(const std::string& path) {
     const auto source = log::open_file(path);

@@ -28,7 +28,7 @@ struct Stream {
   runtime::Out<v1::Publication> out;
   std::string topic;
   std::size_t size;
-  std::vector<Clock::time_point> times;  ///< of seq 1, 2, ...
+  std::vector<Clock::time_point> times;  ///< times of seq 1, 2, ...
 };
 
 /// 2000 small messages a second: chunks are closed by time. Heavy: with 1000 of 4 kB and 30 of 300
@@ -119,8 +119,7 @@ TEST_F(RecordKill, EveryFileOpensWithAllButTheLastTenthOfASecond) {
       kills, kills, static_cast<unsigned long long>(messages),
       static_cast<unsigned long long>(missing_messages), lost_ms.front(), quantile(0.5),
       quantile(0.9), quantile(0.99), lost_ms.back(), static_cast<long>(within));
-  // The few of every test run, on whatever machine, only find a recorder that does not close chunks
-  // by time.
+  // The few kills of every test run only find a recorder that does not close chunks by time.
   EXPECT_LE(lost_ms.back(), wanted != nullptr ? 100.0 : 400.0);
 }
 

@@ -86,7 +86,7 @@ TEST(Drain, QuietOrTooLong) {
   for (; !endless.over(now); now += 10ms) endless.received(now, false, 1);
   EXPECT_EQ(now, kStart + 2s);
   EXPECT_TRUE(endless.gave_up(now));
-  Drain unknown(kStart, 1000);  // nobody says when it was published
+  Drain unknown(kStart, 1000);  // no publish time
   unknown.received(kStart + 90ms, false, 0);
   EXPECT_TRUE(unknown.over(kStart + 100ms));
 }
@@ -95,7 +95,7 @@ TEST(Drain, SimulatedTimeOfTheSignalIsTheLatestSeenRightBehindIt) {
   Drain drain(kStart, 1'800'000'000'000'000'000);
   drain.received(kStart + 10ms, true, 5000);
   drain.received(kStart + 80ms, true, 6000);
-  drain.received(kStart + 120ms, true, 6000);  // the same step still
+  drain.received(kStart + 120ms, true, 6000);  // within the same step
   drain.received(kStart + 160ms, true, 7000);
   EXPECT_FALSE(drain.over(kStart + 219ms));
   EXPECT_TRUE(drain.over(kStart + 220ms));

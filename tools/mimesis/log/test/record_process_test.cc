@@ -47,7 +47,7 @@ TEST_F(RecordProcess, EverySignalLeavesABusyGraphWithAllThatWasPublishedBefore) 
     const std::uint64_t before = sender.sent;
     std::optional<int> code;
     ASSERT_TRUE(sender.node.until([&] {
-      sender.send(1);  // the graph goes on
+      sender.send(1);  // the graph continues
       return (code = recorder->wait(0ms)).has_value();
     }));
     EXPECT_EQ(code, 0) << recorder->errors();
@@ -194,7 +194,7 @@ TEST_F(RecordProcess, TheOldestOwnFilesMakeRoom) {
 }
 
 TEST_F(RecordProcess, AFullDiskLeavesAFileThatOpensUpToTheFailure) {
-  // A disk of 8 MB that nobody else sees; what is on it afterwards is copied out.
+  // A disk of 8 MB that only this process sees; its files are copied out afterwards.
   const std::string script =
       "mount -t tmpfs -o size=8m none \"$1\" || exit 77\n"
       "shift\n\"$0\" log record --all -o disk/run.mcap \"$@\"\ncode=$?\n"

@@ -26,7 +26,7 @@ struct MemoryFiles {
   std::string refused;  ///< this one cannot be opened
 };
 
-/// What a file holds.
+/// Contents of a file.
 struct Contents {
   explicit Contents(const std::string& bytes) {
     const log::MemorySource source(bytes);

@@ -106,7 +106,7 @@ TEST(Recording, CountsWhatIsMissing) {
   ASSERT_TRUE(counts);
   EXPECT_EQ(counts->metadata.at("a/out (a)"), "received=4 lost=3");
   EXPECT_EQ(counts->metadata.at("total"), "received=5 lost=5");
-  // Who started again has a channel of its own.
+  // A node that restarted has a channel of its own.
   std::vector<std::string> starts;
   for (const auto& [id, channel] : summary->channels) {
     if (channel.topic == "a/out") starts.push_back(channel.metadata.at("start_id"));

@@ -1,4 +1,4 @@
-// recover: all that can be read, and exactly what is missing.
+// recover: all readable data, and exactly the missing parts.
 #include <random>
 #include <set>
 
@@ -99,7 +99,8 @@ TEST_F(Recover, DefinitionsComeFromTheSummaryWhereTheDataLostThem) {
   const auto recovered = read_log(path("out.mcap"));
   EXPECT_GT(recovered.size(), 250u);
   EXPECT_EQ(recovered.back(), sample().back());
-  // Without the summary nobody knows the topics: the messages are kept under the number of theirs.
+  // Without the summary the topics are unknown: the messages are kept under the number of their
+  // channel.
   bytes.resize(bytes.size() - 20);
   const std::uint64_t end = summary->segments.back().index.chunk_start_offset;
   EXPECT_EQ(run(bytes.substr(0, end)), 1);

@@ -1,4 +1,4 @@
-// What a log tells of a node's steps, and what it does not.
+// Steps of a node in a log, and missing ones.
 #include <random>
 
 #include "tools/mimesis/log/replay_log.h"
@@ -70,7 +70,7 @@ TEST(LifeReader, WhatIsNotInTheLogIsNotInvented) {
   LifeLog log;
   log.input(1, 1).input(3, 3).output(1, 4).output(3, 6);
   log.steps(10, 0, {step_record(kCreate, 0), step_record(kStep, 8, {1, 2, 3}, 3)});
-  log.output(4, 11 + kLate).input(2, 12 + kLate);  // nobody waits so long
+  log.output(4, 11 + kLate).input(2, 12 + kLate);  // no queue waits so long
   EXPECT_EQ(read_all(log).inputs, (Inputs{{}, {1, 0, 3}}));
   const Life life = log.life();
   LifeReader reader(log.logs(), life);

@@ -24,7 +24,7 @@ using testing::TestNode;
 namespace fs = std::filesystem;
 
 constexpr const char* kCounter = MIMESIS_COUNTER;
-constexpr std::uint64_t kSteps = 50;  // of node `a` at least
+constexpr std::uint64_t kSteps = 50;  // least number of steps of node `a`
 
 bool has_recorder(const TestGraph& graph) {
   for (const auto& node : runtime::GraphView(graph.name()).nodes()) {
@@ -153,7 +153,7 @@ TEST_F(Replay, EveryNodeIsEqualEveryTime) {
     // Each step publishes one message; the constructor and the stop publish none.
     EXPECT_EQ(node["outputs"].get<int>(), node["steps"].get<int>() - 2);
     EXPECT_GE(node["outputs"].get<int>(), nodes == 0 ? 50 : 25);
-    // `a` takes what b says twice, but for the last one.
+    // `a` takes every message of b twice, except the last one.
     EXPECT_GT(node["inputs"].get<int>(), 40);
     EXPECT_EQ(node["notes"], json::array());
     EXPECT_EQ(node["problem"], "");

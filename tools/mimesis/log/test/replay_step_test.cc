@@ -1,4 +1,4 @@
-// All that a step does is compared with what the log says of it.
+// All actions of a step are compared with the log.
 #include "tools/mimesis/log/replay_compare.h"
 #include "tools/mimesis/log/test/life_log.h"
 
@@ -53,7 +53,7 @@ class Comparison : public ::testing::Test {
     missing_ = comparison.missing();
     return found;
   }
-  /// Of the only difference.
+  /// Text of the only difference.
   std::string what(double tolerance = 0.0) {
     const auto found = compare(tolerance);
     EXPECT_EQ(found.size(), 1U);

@@ -35,7 +35,7 @@ class RobotLog {
     const std::string data = message.SerializeAsString();
     EXPECT_TRUE(writer_.write({channel.id, ++channel.sequence, time_ns, time_ns, data}));
   }
-  /// The same for messages with a header.
+  /// Sends a message with a header.
   template <class T>
   void stamped(const std::string& node, const std::string& topic, T message,
                std::uint64_t time_ns) {

@@ -99,7 +99,7 @@ TEST_F(LogView, KeepsEveryMessageAndPutsDrawingsBesideThem) {
       continue;
     }
     EXPECT_EQ(entry.sequence, static_cast<std::uint32_t>(++drawn[entry.topic]));
-    EXPECT_EQ(entry.publish_time, entry.log_time);  // as the messages they show
+    EXPECT_EQ(entry.publish_time, entry.log_time);  // times of the messages they show
   }
   const std::vector<Entry> before = entries(in_);
   ASSERT_EQ(kept.size(), before.size());
@@ -171,7 +171,7 @@ TEST_F(LogView, SaysWhatItCannotDo) {
 
   const std::string before = bytes_of(out_);
   EXPECT_EQ(view({in_, "-o", out_, "--all"}), 2);     // exists
-  EXPECT_EQ(view({out_, "-o", out_, "--force"}), 2);  // would read what it writes
+  EXPECT_EQ(view({out_, "-o", out_, "--force"}), 2);  // would read its own output
   EXPECT_EQ(bytes_of(out_), before);
   EXPECT_EQ(view({(folder_ / "none.mcap").string(), "-o", out_, "--force"}), 3);
   EXPECT_EQ(view({MIMESIS_SOURCE_DIR "/LICENSE", "-o", out_, "--force"}), 1);

@@ -1,4 +1,4 @@
-// What `mimesis log view` draws, against closed forms.
+// Drawings of `mimesis log view`, against closed forms.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -51,7 +51,7 @@ TEST(ViewRobot, MovesAt25HzAndIsDrawnAnewWhenTheHandMoves) {
   EXPECT_EQ(sheet.count("view/robot_frames"), 25u);
   EXPECT_EQ(sheet.count("view/robot"), 1u);
   v1::HandState hand;
-  for (int i = 0; i <= 100; ++i) {  // a change below what is visible, then one in all
+  for (int i = 0; i <= 100; ++i) {  // a change below the visible one, then one in all
     hand.set_closure(i < 100 ? 0.005 : 0.7);
     EXPECT_TRUE(view.see(hand, sheet.draw));
   }
