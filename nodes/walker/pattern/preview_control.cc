@@ -68,7 +68,7 @@ PreviewGains preview_gains(const PreviewSettings& s) {
   const CartTableAxis axis(s.dt_s, s.height_m);
   PreviewGains gains;
   const double Q = s.zmp_weight, R = s.jerk_weight;
-  if (s.form == PreviewForm::kPosition) {
+  if (s.form == PreviewForm::position) {
     // d = R + bᵀP b,   K = bᵀP A / d,   Fᵢ = bᵀ/d ((A − b K)ᵀ)ⁱ cᵀQ                      [eq. 3.4]
     const Eigen::MatrixXd P = riccati(axis.A, axis.b, axis.c.transpose() * Q * axis.c, R);
     const double d = R + axis.b.dot(P * axis.b);
@@ -108,8 +108,8 @@ Eigen::Vector2d PreviewControl::feedback(const ComState& x) const {
 }
 
 Eigen::Vector2d PreviewControl::jerk(std::span<const Eigen::Vector2d> zmp_ref) const {
-  if (settings_.form == PreviewForm::kIntegral) {
-    // Difference of two ticks of kIntegral's law, so that no sum has to be kept:
+  if (settings_.form == PreviewForm::integral) {
+    // Difference of two ticks of the integral law, so that no sum has to be kept:
     // u = u⁻ + Ks (z_ref − z) − K (x − x⁻) + Σᵢ Fᵢ (z_ref(k+1+i) − z_ref(k+i))           [eq. 3.7]
     Eigen::Vector2d u =
         last_jerk_ + gains_.Ks * (zmp_ref[0] - zmp_W_m()) - feedback(com_) + feedback(last_com_);
@@ -140,7 +140,7 @@ void PreviewControl::shift(const Eigen::Vector2d& shift_W_m) {
 }
 
 void PreviewControl::roll_out(std::span<const Eigen::Vector2d> zmp_ref, std::span<ComState> coms) {
-  const bool integral = settings_.form == PreviewForm::kIntegral;
+  const bool integral = settings_.form == PreviewForm::integral;
   const std::size_t n = std::min(zmp_ref.size(), coms.size());
   if (n == 0) return;
   const Eigen::Vector2d hold = zmp_ref.back();

@@ -161,7 +161,7 @@ int run(Options& o) {
   const auto started = std::chrono::steady_clock::now();
   read_styles(o);
   check(o);
-  if (o.whole_clips) o.trials.cut.cut = mocap::CycleOptions::Cut::kWholeClip;
+  if (o.whole_clips) o.trials.cut.cut = mocap::CycleOptions::Cut::whole_clip;
   if (o.name.empty()) {
     o.name = fs::path(o.out).filename().string();
     o.name = o.name.substr(0, o.name.find('.'));
@@ -177,7 +177,7 @@ int run(Options& o) {
         << "no clip tells the lengths of the figure's limbs: a standard one of 1.70 m is taken\n";
   }
   const motion::MotionModel model = save(o, files, result.mixture);
-  const auto delays = o.sisa.tied ? demix::Delays::kTied : demix::Delays::kFree;
+  const auto delays = o.sisa.tied ? demix::Delays::tied : demix::Delays::free;
   const DemixReport report = make_report(files.set, result.mixture,
                                          o.method == "wigner" ? "anechoic (Wigner-Ville)"
                                          : o.sisa.tied        ? "anechoic, tied delays (SISA)"
