@@ -119,7 +119,7 @@ Eigen::Vector2d PreviewControl::jerk(std::span<const Eigen::Vector2d> zmp_ref) c
     return u;
   }
   const std::size_t n = std::min(static_cast<std::size_t>(gains_.F.size()), zmp_ref.size());
-  const Eigen::Vector2d hold = zmp_ref[n - 1];
+  const Eigen::Vector2d& hold = zmp_ref[n - 1];
   // From the last reference z∞, which stays for ever; Σ Fᵢ = K₀ over an infinite preview:
   // u = K₀ z∞ − K x + Σᵢ Fᵢ (z_ref(k+i) − z∞)                                             [eq. 3.8]
   Eigen::Vector2d u = gains_.K(0) * hold - feedback(com_);
@@ -143,7 +143,7 @@ void PreviewControl::roll_out(std::span<const Eigen::Vector2d> zmp_ref, std::spa
   const bool integral = settings_.form == PreviewForm::integral;
   const std::size_t n = std::min(zmp_ref.size(), coms.size());
   if (n == 0) return;
-  const Eigen::Vector2d hold = zmp_ref.back();
+  const Eigen::Vector2d& hold = zmp_ref.back();
   if (previewed_.size() < zmp_ref.size()) previewed_.resize(zmp_ref.size());
   // Σᵢ Fᵢ r(k+i) = input · s(k) with s(k) = output · r(k) + closed_loop · s(k+1), from the end
   Eigen::Matrix<double, Eigen::Dynamic, 2, 0, 4, 2> s, carried;

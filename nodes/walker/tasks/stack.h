@@ -65,7 +65,7 @@ class Stack {
  public:
   /// Starts half-sitting. The biped outlives it.
   /// @throws ConfigError for unknown links or joints, or values that contradict each other
-  Stack(const robot::Biped& biped, StackSettings settings);
+  Stack(const robot::Biped& biped, const StackSettings& settings);
   ~Stack();
   void reset(const Eigen::Isometry3d& X_WB, const Eigen::Ref<const Eigen::VectorXd>& q);
   /// Advances by one tick of dt [s]. No allocation.

@@ -48,8 +48,9 @@ void read_styles(Options& o) {
     o.trials.styles[fs::path(word.substr(0, at)).filename().string()] = word.substr(at + 1);
   }
   for (const auto& [file, style] : o.trials.styles) {
-    const bool known = std::ranges::any_of(
-        o.files, [&](const std::string& f) { return fs::path(f).filename() == fs::path(file); });
+    const bool known = std::ranges::any_of(o.files, [&file = file](const std::string& f) {
+      return fs::path(f).filename() == fs::path(file);
+    });
     if (!known) throw ConfigError("--style: " + file + " is none of the files");
   }
 }
