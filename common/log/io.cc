@@ -59,7 +59,7 @@ class FileSink final : public Sink {
     return {};
   }
   Result flush() override {
-    const Result done = put(buffer_);
+    Result done = put(buffer_);
     buffer_.clear();
     return done;
   }

@@ -32,19 +32,19 @@ Outcome DualQp::solve(const Problem& problem, Start start) {
   reserve(n, static_cast<std::size_t>(problem.A.rows()));
   iterations_ = 0;
   violated_row_ = -1;
-  if (!problem.H.allFinite()) return Outcome::kNotFinite;
+  if (!problem.H.allFinite()) return Outcome::not_finite;
   if (!set_.factor(problem.H.data(), static_cast<std::size_t>(problem.H.outerStride()), n)) {
-    return Outcome::kNotConvex;
+    return Outcome::not_convex;
   }
   n_ = n;
-  if (!load(problem)) return Outcome::kNotFinite;
-  if (const Outcome outcome = begin(start); outcome != Outcome::kSolved) return outcome;
+  if (!load(problem)) return Outcome::not_finite;
+  if (const Outcome outcome = begin(start); outcome != Outcome::solved) return outcome;
   for (bool polished = set_.size() == 0;;) {
     const Violation violation = worst();
     if (violation.row < 0) {
       if (polished) {
         accept();
-        return Outcome::kSolved;
+        return Outcome::solved;
       }
       settle();
       polished = true;
@@ -52,15 +52,15 @@ Outcome DualQp::solve(const Problem& problem, Start start) {
     }
     polished = false;
     switch (add(violation)) {
-      case Step::kAdded:
-      case Step::kIgnored:
+      case Step::added:
+      case Step::ignored:
         break;
-      case Step::kInfeasible:
+      case Step::infeasible:
         violated_row_ = violation.row;
-        return Outcome::kInfeasible;
-      case Step::kTooMany:
+        return Outcome::infeasible;
+      case Step::too_many:
         violated_row_ = violation.row;
-        return Outcome::kTooManyIterations;
+        return Outcome::too_many_iterations;
     }
   }
 }
@@ -77,7 +77,7 @@ Outcome DualQp::begin(Start start) {
     if (lower_[i] == upper_[i]) try_add(static_cast<int>(i), 1.0);
   }
   equalities_ = working_.size();
-  if (start == Start::kWarm) {
+  if (start == Start::warm) {
     for (std::size_t k = 0; k < wanted_.size(); ++k) {
       const auto row = static_cast<std::size_t>(wanted_[k]);
       const double sign = multipliers_[k] < 0.0 ? -1.0 : 1.0;
@@ -91,11 +91,11 @@ Outcome DualQp::begin(Start start) {
     const int row = static_cast<int>(i);
     if (std::abs(value(row) - lower_[i]) > kLoose * (scale(row) + std::abs(lower_[i]))) {
       violated_row_ = row;
-      return Outcome::kInfeasible;
+      return Outcome::infeasible;
     }
     taken_[i] = 1;
   }
-  return Outcome::kSolved;
+  return Outcome::solved;
 }
 
 /// Makes a row active without a step.
@@ -187,7 +187,7 @@ DualQp::Step DualQp::add(Violation violation) {
   const double* a = is_row ? normal(row, violation.sign) : nullptr;
   double u_new = 0.0, missing = violation.amount;
   for (;;) {
-    if (iterations_++ >= most) return Step::kTooMany;
+    if (iterations_++ >= most) return Step::too_many;
     if (is_row) {
       set_.look_at(a);
     } else {
@@ -196,7 +196,7 @@ DualQp::Step DualQp::add(Violation violation) {
     if (!set_.independent() && missing <= kLoose * (scale(row) + std::abs(bound))) {
       if (u_new > 0.0) settle();
       taken_[static_cast<std::size_t>(row)] = 1;
-      return Step::kIgnored;
+      return Step::ignored;
     }
     const double* r = set_.dual_step();
     double t_dual = kInf;
@@ -206,7 +206,7 @@ DualQp::Step DualQp::add(Violation violation) {
     }
     const double t_primal = set_.independent() ? missing / set_.curvature() : kInf;
     const double t = std::min(t_dual, t_primal);
-    if (t == kInf) return Step::kInfeasible;
+    if (t == kInf) return Step::infeasible;
     for (std::size_t k = 0; k < u_.size(); ++k) u_[k] -= t * r[k];
     keep_multipliers_right();
     u_new += t;
@@ -224,7 +224,7 @@ DualQp::Step DualQp::add(Violation violation) {
   sign_.push_back(violation.sign);
   u_.push_back(u_new);
   taken_[static_cast<std::size_t>(row)] = 1;
-  return Step::kAdded;
+  return Step::added;
 }
 
 void DualQp::drop(std::size_t position) {

@@ -19,11 +19,11 @@ struct Problem {
 };
 
 enum class Outcome {
-  kSolved,
-  kInfeasible,  ///< no x fulfils the constraints; `violated_row()` contradicts the others
-  kTooManyIterations,
-  kNotConvex,  ///< H is not positive definite
-  kNotFinite,  ///< NaN in the problem, or lower > upper
+  solved,
+  infeasible,  ///< no x fulfils the constraints; `violated_row()` contradicts the others
+  too_many_iterations,
+  not_convex,  ///< H is not positive definite
+  not_finite,  ///< NaN in the problem, or lower > upper
 };
 const char* name(Outcome outcome);
 
@@ -36,8 +36,8 @@ class DualQp {
  public:
   DualQp(int most_variables, int most_rows);
 
-  enum class Start { kCold, kWarm };
-  Outcome solve(const Problem& problem, Start start = Start::kWarm);
+  enum class Start { cold, warm };
+  Outcome solve(const Problem& problem, Start start = Start::warm);
 
   /// Solution of the last solved problem; zeros before the first. Valid until the next solve.
   Eigen::Map<const Eigen::VectorXd> x() const {
@@ -60,7 +60,7 @@ class DualQp {
     int row = -1;
     double sign = 0.0, amount = 0.0;  // constraint sign·row·x ≥ sign·bound
   };
-  enum class Step { kAdded, kIgnored, kInfeasible, kTooMany };
+  enum class Step { added, ignored, infeasible, too_many };
 
   void reserve(std::size_t n, std::size_t m);
   bool load(const Problem& problem);

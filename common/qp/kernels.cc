@@ -9,7 +9,7 @@ namespace mimesis::qp {
 namespace {
 
 // Four doubles anywhere in memory; every instruction set adds them in the same order.
-typedef double Lanes4 __attribute__((vector_size(32), aligned(8), may_alias));
+using Lanes4 [[gnu::vector_size(32), gnu::aligned(8), gnu::may_alias]] = double;
 
 constexpr double kRounding = 1e-14;  // a pivot below this share of its diagonal element is zero
 

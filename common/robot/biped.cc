@@ -21,7 +21,7 @@ Biped::Leg make_leg(const RobotTree& tree, const std::string& sole) {
   for (int l = leg.sole; l > 0; l = tree.link(l).parent) {
     const Link& link = tree.link(l);
     if (link.dof < 0) continue;
-    if (link.type != JointType::kRevolute) {
+    if (link.type != JointType::revolute) {
       throw ConfigError(where + "joint '" + link.joint + "' slides, expected one that turns");
     }
     if (dofs.empty()) leg.foot = l;

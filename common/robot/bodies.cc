@@ -52,7 +52,7 @@ std::vector<Body> bodies_of(const RobotTree& tree) {
       const Matrix3d R_LJ = frame_with_z(link.axis);
       body.link = static_cast<int>(l);
       body.parent = body_of[l];
-      body.slides = link.type == JointType::kPrismatic;
+      body.slides = link.type == JointType::prismatic;
       body.R_PJ = X_BodyLink[l].linear() * R_LJ;
       body.p_PJ = X_BodyLink[l].translation();
       body.axis_L = link.axis;

@@ -25,7 +25,7 @@ void Kinematics::update(const Eigen::Isometry3d& X_WB, const Eigen::Ref<const Ei
     X = X_WL_[static_cast<std::size_t>(link.parent)] * link.X_PJ;
     if (link.dof < 0) continue;
     axis_W_.col(link.dof) = X.linear() * link.axis;
-    if (link.type == JointType::kRevolute) {
+    if (link.type == JointType::revolute) {
       X.linear() = X.linear() * math::exp_so3(q[link.dof] * link.axis);
     } else {
       X.translation() += q[link.dof] * axis_W_.col(link.dof);
@@ -55,7 +55,7 @@ void Kinematics::jacobian(int link, const Eigen::Vector3d& p_W, Eigen::Ref<Jacob
     if (carrier.dof < 0) continue;
     const Eigen::Vector3d axis = axis_W_.col(carrier.dof);
     auto column = out.col(6 + carrier.dof);
-    if (carrier.type == JointType::kRevolute) {
+    if (carrier.type == JointType::revolute) {
       column.head<3>() = axis.cross(p_W - X_WL(i).translation());
       column.tail<3>() = axis;
     } else {

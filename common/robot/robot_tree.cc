@@ -22,7 +22,7 @@ void check_joint(const Link& link, int index, const std::string& where) {
                       ", expected one before link " + std::to_string(index));
   }
   if (!link.X_PJ.matrix().allFinite()) throw ConfigError(where + "its place is not finite");
-  if (link.type == JointType::kFixed) return;
+  if (link.type == JointType::fixed) return;
   if (!(std::abs(link.axis.norm() - 1.0) < 1e-9)) {
     throw ConfigError(where + "axis, expected a unit vector");
   }
@@ -67,7 +67,7 @@ RobotTree::RobotTree(std::string name, std::vector<Link> links)
                 name_ + ": joint '" + link.joint + "' of link '" + link.name + "': ");
     check_inertia(link.inertia, name_ + ": link '" + link.name + "': ");
     link.dof = -1;
-    if (link.type != JointType::kFixed) {
+    if (link.type != JointType::fixed) {
       link.dof = dof();
       moved_.push_back(static_cast<int>(i));
     }

@@ -7,7 +7,7 @@
 namespace mimesis::robot {
 
 /// How a link moves against its parent.
-enum class JointType { kFixed, kRevolute, kPrismatic };
+enum class JointType { fixed, revolute, prismatic };
 
 /// Mass distribution of a link. A link without mass (a frame) has zeros.
 struct Inertia {
@@ -21,7 +21,7 @@ struct Link {
   std::string name;
   std::string joint;  ///< name of the joint; empty for the root
   int parent = -1;    ///< index, below this link's own; -1 for the root
-  JointType type = JointType::kFixed;
+  JointType type = JointType::fixed;
   Eigen::Isometry3d X_PJ = Eigen::Isometry3d::Identity();  ///< in the parent link's frame at q = 0
   Eigen::Vector3d axis = Eigen::Vector3d::UnitX();         ///< unit vector, in J
   double lower = 0.0, upper = 0.0;  ///< [rad] or [m]; ±infinity for a joint without limits

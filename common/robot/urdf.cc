@@ -103,10 +103,10 @@ void set_joint(const urdf::Joint& joint, const std::string& where, Link& out) {
       return;
     case urdf::Joint::REVOLUTE:
     case urdf::Joint::CONTINUOUS:
-      out.type = JointType::kRevolute;
+      out.type = JointType::revolute;
       break;
     case urdf::Joint::PRISMATIC:
-      out.type = JointType::kPrismatic;
+      out.type = JointType::prismatic;
       break;
     default:
       throw ConfigError(where + "type, expected revolute, continuous, prismatic or fixed");

@@ -26,7 +26,7 @@ struct GraphView::Impl {
   bool changed = false;  ///< since the last wait
 };
 
-GraphView::GraphView(std::string graph) : impl_(std::make_unique<Impl>(graph)) {
+GraphView::GraphView(const std::string& graph) : impl_(std::make_unique<Impl>(graph)) {
   impl_->registry.poll();
 }
 GraphView::~GraphView() = default;
@@ -212,7 +212,8 @@ struct Tap::Impl {
   std::deque<Tapped> pending;
 };
 
-Tap::Tap(std::string graph, std::function<bool(const std::string& topic)> accept, Policy policy)
+Tap::Tap(const std::string& graph, std::function<bool(const std::string& topic)> accept,
+         Policy policy)
     : impl_(std::make_unique<Impl>(graph, std::move(accept), policy)) {}
 Tap::~Tap() = default;
 

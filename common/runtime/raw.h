@@ -31,7 +31,7 @@ std::string graph_directory(const std::string& graph);
 /// The nodes that run in a graph now, read from its directory. No daemon, no cache.
 class GraphView {
  public:
-  explicit GraphView(std::string graph = graph_name());
+  explicit GraphView(const std::string& graph = graph_name());
   ~GraphView();
   std::vector<v1::NodeInfo> nodes() const;  ///< alive, by name
   /// Until the directory changes or `timeout` of wall time has passed; true on a change.
@@ -59,7 +59,8 @@ struct Tapped {
 class Tap {
  public:
   /// `accept(topic)` chooses the topics; `policy` reliable or latest (per topic).
-  Tap(std::string graph, std::function<bool(const std::string& topic)> accept, Policy policy);
+  Tap(const std::string& graph, std::function<bool(const std::string& topic)> accept,
+      Policy policy);
   ~Tap();
   /// Next message in order of arrival; nothing after `timeout` of wall time.
   std::optional<Tapped> next(std::chrono::milliseconds timeout);

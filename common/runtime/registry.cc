@@ -167,7 +167,7 @@ std::string graph_directory(const std::string& graph) {
   return base + "/" + graph;
 }
 
-RegistryEntry::RegistryEntry(std::string directory, std::string name) {
+RegistryEntry::RegistryEntry(const std::string& directory, const std::string& name) {
   check_name("node name", name);
   const std::string nodes = nodes_directory(directory);
   path_ = nodes + "/" + name;
@@ -207,7 +207,7 @@ void RegistryEntry::publish(const v1::NodeInfo& info) {
   }
 }
 
-Registry::Registry(std::string directory)
+Registry::Registry(const std::string& directory)
     : directory_(nodes_directory(directory)), inotify_(inotify_init1(IN_NONBLOCK | IN_CLOEXEC)) {
   if (inotify_ >= 0 &&
       inotify_add_watch(inotify_, directory_.c_str(),

@@ -26,7 +26,7 @@ std::uint64_t new_start_id();
 class RegistryEntry {
  public:
   /// @throws ConfigError if a live process holds the name.
-  RegistryEntry(std::string directory, std::string name);
+  RegistryEntry(const std::string& directory, const std::string& name);
   ~RegistryEntry();
   RegistryEntry(const RegistryEntry&) = delete;
   RegistryEntry& operator=(const RegistryEntry&) = delete;
@@ -48,7 +48,7 @@ struct RegistryChange {
 /// read every 20 ms.
 class Registry {
  public:
-  explicit Registry(std::string directory);
+  explicit Registry(const std::string& directory);
   ~Registry();
   Registry(const Registry&) = delete;
   Registry& operator=(const Registry&) = delete;

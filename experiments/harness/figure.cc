@@ -16,7 +16,8 @@ Row holds(std::string what, bool ours, std::string why) {
   return {std::move(what), ours ? 1.0 : 0.0, 1.0, 0.0, "1", ours, std::move(why)};
 }
 
-Row within(std::string what, double ours, double published, std::string unit, std::string why) {
+Row within(std::string what, double ours, double published, std::string unit,
+           const std::string& why) {
   return {std::move(what),
           ours,
           published,
@@ -26,12 +27,14 @@ Row within(std::string what, double ours, double published, std::string unit, st
           "at most the reference: " + why};
 }
 
-Row beside(std::string what, double ours, double published, std::string unit, std::string why) {
+Row beside(std::string what, double ours, double published, std::string unit,
+           const std::string& why) {
   return {std::move(what),       ours, published, std::nan(""), std::move(unit), !std::isnan(ours),
           "not asserted: " + why};
 }
 
-Row at_least(std::string what, double ours, double bound, std::string unit, std::string why) {
+Row at_least(std::string what, double ours, double bound, std::string unit,
+             const std::string& why) {
   return {std::move(what),
           ours,
           std::nullopt,
@@ -41,7 +44,7 @@ Row at_least(std::string what, double ours, double bound, std::string unit, std:
           "at least the tolerance: " + why};
 }
 
-Row at_most(std::string what, double ours, double bound, std::string unit, std::string why) {
+Row at_most(std::string what, double ours, double bound, std::string unit, const std::string& why) {
   return {std::move(what),
           ours,
           std::nullopt,

@@ -24,13 +24,15 @@ Row near(std::string what, double ours, double reference, double tolerance, std:
 /// A statement that must hold; ours and reference are 1 or 0.
 Row holds(std::string what, bool ours, std::string why = {});
 /// A bound that is published: ours <= reference.
-Row within(std::string what, double ours, double published, std::string unit, std::string why);
+Row within(std::string what, double ours, double published, std::string unit,
+           const std::string& why);
 /// A published value to look at beside ours: nothing is asserted, `why` says why not. Fails for NaN
 /// only. Another row has to check the claim of the figure.
-Row beside(std::string what, double ours, double published, std::string unit, std::string why);
+Row beside(std::string what, double ours, double published, std::string unit,
+           const std::string& why);
 /// A bound of our own where nothing is published; `why` has the meaning of the bound.
-Row at_least(std::string what, double ours, double bound, std::string unit, std::string why);
-Row at_most(std::string what, double ours, double bound, std::string unit, std::string why);
+Row at_least(std::string what, double ours, double bound, std::string unit, const std::string& why);
+Row at_most(std::string what, double ours, double bound, std::string unit, const std::string& why);
 
 struct Report {
   std::vector<Row> rows;

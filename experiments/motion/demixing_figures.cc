@@ -64,7 +64,7 @@ class Comparison {
   double pca_of_equal_size(int sources, int& components) const {
     const Mixture mixture = demix::sisa(set_, {.sources = sources}).mixture;
     components = demix::components_of_equal_size(
-        set_, demix::parameter_count(mixture, set_, demix::Delays::kFree));
+        set_, demix::parameter_count(mixture, set_, demix::Delays::free));
     return q_of(set_, demix::principal_components(set_, components));
   }
 

@@ -18,7 +18,7 @@ void check(std::size_t n, const Eigen::MatrixXd& k, double dt_s, Integrator inte
   need(k.allFinite() && k.minCoeff() >= 0.0 && k.diagonal().isZero(0.0),
        "couplings must be finite, not negative, with a zero diagonal");
   need(dt_s > 0.0, "dt must be positive");
-  const double limit = integrator == Integrator::kRk4 ? 2.7 : 0.16;
+  const double limit = integrator == Integrator::rk4 ? 2.7 : 0.16;
   const double worst = k.rowwise().sum().maxCoeff() * dt_s;
   need(worst < limit,
        "coupling times dt is " + std::to_string(worst) + ", stable below " + std::to_string(limit));
@@ -89,7 +89,7 @@ typename OscillatorNetwork<Kind>::States OscillatorNetwork<Kind>::rate(const Sta
 template <class Kind>
 void OscillatorNetwork<Kind>::step() {
   auto f = [this](double, const States& x) { return rate(x); };
-  if (integrator_ == Integrator::kRk4) {
+  if (integrator_ == Integrator::rk4) {
     x_ = math::rk4_step(f, 0.0, x_, dt_);
   } else {
     adams_.step(f, 0.0, x_);

@@ -8,7 +8,7 @@
 
 namespace mimesis::synthesizer {
 
-enum class Integrator { kRk4, kAdamsBashforth5 };
+enum class Integrator { rk4, adams_bashforth5 };
 
 /// Oscillators of one kind with couplings, K(i, j) [1/s] of the influence of j on i:
 ///   ẋᵢ = f(xᵢ) + Σⱼ Kᵢⱼ pull(xᵢ, xⱼ) + αᵢ pull(xᵢ, yᵢ),
@@ -26,7 +26,7 @@ class OscillatorNetwork {
   ///                      limit on the negative axis: 2.7 for RK4, 0.16 for Adams-Bashforth
   /// @throws ConfigError if one of these conditions fails (α: 0), or N is outside [1, 32].
   OscillatorNetwork(std::vector<Kind> oscillators, Eigen::MatrixXd coupling_1_s, double dt_s,
-                    Integrator integrator = Integrator::kRk4);
+                    Integrator integrator = Integrator::rk4);
 
   int size() const { return static_cast<int>(kinds_.size()); }
 

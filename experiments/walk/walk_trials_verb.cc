@@ -88,12 +88,12 @@ void set(walker::StabilizerSettings& settings, const std::string& word) {
 
 walk::SuiteOptions suite_options(const Options& o) {
   walk::SuiteOptions suite;
-  suite.plant = o.plant == "servo" ? hw::sim::Plant::kServo : hw::sim::Plant::kSprings;
+  suite.plant = o.plant == "servo" ? hw::sim::Plant::servo : hw::sim::Plant::springs;
   suite.seed = o.seed;
   suite.delay_ticks = o.delay;
-  suite.walker.pattern = o.pattern == "linear"    ? walker::PatternKind::kLinear
-                         : o.pattern == "preview" ? walker::PatternKind::kPreview
-                                                  : walker::PatternKind::kNonlinear;
+  suite.walker.pattern = o.pattern == "linear"    ? walker::PatternKind::linear
+                         : o.pattern == "preview" ? walker::PatternKind::preview
+                                                  : walker::PatternKind::nonlinear;
   suite.walker.stabilizer.delay_ticks = o.delay + 1;  // the control's own tick
   for (const std::string& word : o.set) set(suite.walker.stabilizer, word);
   return suite;

@@ -182,29 +182,29 @@ Frame rpdo(int n, int node) { return frame(kRpdo1 + 0x100u * static_cast<unsigne
 Frame tpdo(int n, int node) { return frame(kTpdo1 + 0x100u * static_cast<unsigned>(n - 1), node); }
 
 Identity identify(const Frame& f) {
-  using Kind = Identity::Kind;
+  using enum Identity::Kind;
   if ((f.id & (can::kErrorFlag | can::kExtendedFlag | can::kRemoteFlag)) != 0) return {};
   const int node = static_cast<int>(f.id & 0x7F);
   const std::uint32_t base = f.id & 0x780;
-  if (f.id == kNmt) return {Kind::nmt};
-  if (f.id == kSync) return {Kind::sync};
+  if (f.id == kNmt) return {nmt};
+  if (f.id == kSync) return {sync};
   if (node == 0) return {};
   switch (base) {
     case kEmergency:
-      return {Kind::emergency, node};
+      return {emergency, node};
     case kSdoResponse:
-      return {Kind::sdo_response, node};
+      return {sdo_response, node};
     case kSdoRequest:
-      return {Kind::sdo_request, node};
+      return {sdo_request, node};
     case kHeartbeat:
-      return {Kind::heartbeat, node};
+      return {heartbeat, node};
     default:
       break;
   }
   if (base >= 0x180 && base <= 0x500) {  // 180 TPDO1, 200 RPDO1, 280 TPDO2, ... 500 RPDO4
     const bool receive = (base & 0x80) == 0;
     const int n = static_cast<int>(receive ? base >> 8 : (base + 0x80) >> 8);
-    return {receive ? Kind::rpdo : Kind::tpdo, node, n - 1};
+    return {receive ? rpdo : tpdo, node, n - 1};
   }
   return {};
 }

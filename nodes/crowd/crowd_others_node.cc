@@ -379,7 +379,7 @@ void CrowdNode::look_after_orphans(Time now, Time state_time) {
       }
     }
     std::ranges::sort(groups);
-    groups.erase(std::ranges::unique(groups).begin(), groups.end());
+    groups.erase(std::unique(groups.begin(), groups.end()), groups.end());
     for (const int g : groups) watch_.disturb(run_, g, what);
   }
   if (first_ && !was_first) status_changed_ = true;

@@ -269,7 +269,7 @@ void Network::cut(int a, int b) {
 
 std::vector<int> Network::search(int start, std::span<const int> goals, int& waves) {
   for (; waves > 0; --waves) {
-    const std::vector<int> path =
+    std::vector<int> path =
         follow_wave(links_, expand_wave(links_, inhibited_, node_cost_, start, goals), start);
     if (path.empty()) return {};
     bool whole = true;

@@ -21,26 +21,26 @@ void Conduct::enter(Phase phase, std::string_view reason) {
 }
 
 Phase Conduct::step(const Condition& now, double dt_s) {
-  const bool powered = phase_ != Phase::kWaiting && phase_ != Phase::kArming;
+  const bool powered = phase_ != Phase::waiting && phase_ != Phase::arming;
   if (powered && !now.actuators.empty()) {
     fell_ = false;
-    enter(Phase::kWaiting, now.actuators);
+    enter(Phase::waiting, now.actuators);
     return phase_;
   }
   switch (phase_) {
-    case Phase::kWaiting:
+    case Phase::waiting:
       wait(now, dt_s);
       break;
-    case Phase::kArming:
+    case Phase::arming:
       arm(now);
       break;
-    case Phase::kApproaching:
+    case Phase::approaching:
       approach(now);
       break;
-    case Phase::kBalancing:
+    case Phase::balancing:
       balance(now, dt_s);
       break;
-    case Phase::kSafe:
+    case Phase::safe:
       hold(now, dt_s);
       break;
   }
@@ -53,16 +53,16 @@ void Conduct::wait(const Condition& now, double dt_s) {
   if (!why.empty()) {
     reason_ = why;
   } else if (waited_s_ >= settings_.silence_s) {
-    enter(Phase::kArming, now.actuators);
+    enter(Phase::arming, now.actuators);
   }
 }
 
 void Conduct::arm(const Condition& now) {
   const std::string_view why = first(now.sensors, now.posture);
   if (!why.empty()) {
-    enter(Phase::kWaiting, why);
+    enter(Phase::waiting, why);
   } else if (now.actuators.empty()) {
-    enter(Phase::kApproaching, kOnTheWay);
+    enter(Phase::approaching, kOnTheWay);
   } else {
     reason_ = now.actuators;
   }
@@ -71,15 +71,15 @@ void Conduct::arm(const Condition& now) {
 void Conduct::approach(const Condition& now) {
   const std::string_view why = first(now.sensors, now.posture);
   if (!why.empty()) {
-    enter(Phase::kSafe, why);
+    enter(Phase::safe, why);
   } else if (now.approached) {
-    enter(Phase::kBalancing, {});
+    enter(Phase::balancing, {});
   }
 }
 
 void Conduct::balance(const Condition& now, double dt_s) {
   if (!now.falling.empty()) {
-    enter(Phase::kSafe, now.falling);
+    enter(Phase::safe, now.falling);
     fell_ = true;
     return;
   }
@@ -91,14 +91,14 @@ void Conduct::balance(const Condition& now, double dt_s) {
   blind_for_s_ += dt_s;
   reason_ = now.sensors;
   if (now.stands || blind_for_s_ > settings_.blind_s) {
-    enter(Phase::kSafe, std::string(reason_));
+    enter(Phase::safe, std::string(reason_));
   }
 }
 
 void Conduct::hold(const Condition& now, double dt_s) {
   if (fell_) return;
   well_for_s_ = first(now.sensors, now.posture).empty() ? well_for_s_ + dt_s : 0.0;
-  if (well_for_s_ >= settings_.recovery_s) enter(Phase::kApproaching, kOnTheWay);
+  if (well_for_s_ >= settings_.recovery_s) enter(Phase::approaching, kOnTheWay);
 }
 
 void Approach::start(const Eigen::VectorXd& from, const Eigen::VectorXd& to,

@@ -6,11 +6,11 @@
 namespace mimesis::walker {
 
 enum class Phase {
-  kWaiting,      ///< sends nothing
-  kArming,       ///< sends the robot's present posture until the drives follow
-  kApproaching,  ///< moves slowly to half-sitting
-  kBalancing,    ///< stands or walks by plan and feedback
-  kSafe,         ///< holds its posture
+  waiting,      ///< sends nothing
+  arming,       ///< sends the robot's present posture until the drives follow
+  approaching,  ///< moves slowly to half-sitting
+  balancing,    ///< stands or walks by plan and feedback
+  safe,         ///< holds its posture
 };
 
 /// Condition of the robot at a tick. An empty line means that all is well.
@@ -29,7 +29,7 @@ struct ConductSettings {
   double silence_s = 0.25;  ///< silence after the drives stopped; the bridge asks for 0.1 s
 };
 
-/// Decides what the walker may do from the condition of its robot. After a fall the phase is kSafe
+/// Decides what the walker may do from the condition of its robot. After a fall the phase is safe
 /// until the drives were disabled, after lost sensors until they are back.
 class Conduct {
  public:
@@ -38,7 +38,7 @@ class Conduct {
   Phase step(const Condition& now, double dt_s);
   Phase phase() const { return phase_; }
   /// Balancing without sensors, by plan alone and without new steps.
-  bool blind() const { return phase_ == Phase::kBalancing && blind_for_s_ > 0.0; }
+  bool blind() const { return phase_ == Phase::balancing && blind_for_s_ > 0.0; }
   /// Reason of the phase or of blindness; empty if it balances and all is well.
   const std::string& reason() const { return reason_; }
 
@@ -51,7 +51,7 @@ class Conduct {
   void hold(const Condition& now, double dt_s);
 
   ConductSettings settings_;
-  Phase phase_ = Phase::kWaiting;
+  Phase phase_ = Phase::waiting;
   std::string reason_;
   bool fell_ = false;
   double waited_s_ = 1e9, blind_for_s_ = 0.0, well_for_s_ = 0.0;

@@ -33,11 +33,11 @@ bool usable(const Wish& wish) {
 
 std::unique_ptr<PatternGenerator> make_generator(PatternKind kind, const GaitSettings& gait) {
   switch (kind) {
-    case PatternKind::kLinear:
+    case PatternKind::linear:
       return std::make_unique<LinearMpc>(gait);
-    case PatternKind::kPreview:
+    case PatternKind::preview:
       return std::make_unique<PreviewPattern>(gait);
-    case PatternKind::kNonlinear:
+    case PatternKind::nonlinear:
       break;
   }
   return std::make_unique<NonlinearMpc>(gait);

@@ -12,10 +12,10 @@
 
 namespace mimesis::walker {
 
-enum class PatternKind { kNonlinear, kLinear, kPreview };
+enum class PatternKind { nonlinear, linear, preview };
 
 struct WalkerSettings {
-  PatternKind pattern = PatternKind::kNonlinear;
+  PatternKind pattern = PatternKind::nonlinear;
   bool filter = true;     ///< dynamic filter; false: the cart-table's CoM unchanged
   bool stabilize = true;  ///< feedback; false: by plan alone
   FilterSettings filter_settings;

@@ -189,13 +189,13 @@ void to_proto(const WalkerOutput& tick, v1::WalkBalance& out) {
 
 v1::WalkState to_proto(Gait gait) {
   switch (gait) {
-    case Gait::kStanding:
+    case Gait::standing:
       return v1::WALK_STATE_STANDING;
-    case Gait::kStarting:
+    case Gait::starting:
       return v1::WALK_STATE_STARTING;
-    case Gait::kWalking:
+    case Gait::walking:
       return v1::WALK_STATE_WALKING;
-    case Gait::kStopping:
+    case Gait::stopping:
       return v1::WALK_STATE_STOPPING;
   }
   return v1::WALK_STATE_UNSPECIFIED;

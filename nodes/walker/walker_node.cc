@@ -84,20 +84,20 @@ void WalkerNode::step(runtime::Time now) {
   const Phase phase = conduct_.step(condition(), kTick_s);
   if (phase != before) enter(phase);
   switch (phase) {
-    case Phase::kWaiting:
+    case Phase::waiting:
       break;
-    case Phase::kArming:
+    case Phase::arming:
       hold_actual_posture();
       break;
-    case Phase::kApproaching:
+    case Phase::approaching:
       approach_.step(kTick_s);
       q_ = approach_.q();
       dq_ = approach_.dq();
       break;
-    case Phase::kBalancing:
+    case Phase::balancing:
       balance();
       break;
-    case Phase::kSafe:
+    case Phase::safe:
       dq_.setZero();
       break;
   }
@@ -106,8 +106,8 @@ void WalkerNode::step(runtime::Time now) {
 }
 
 bool WalkerNode::at_rest() const {
-  return conduct_.phase() != Phase::kBalancing || tick_ == nullptr ||
-         tick_->pattern.gait == Gait::kStanding;
+  return conduct_.phase() != Phase::balancing || tick_ == nullptr ||
+         tick_->pattern.gait == Gait::standing;
 }
 
 void WalkerNode::take_sensors(runtime::Time now) {
@@ -176,7 +176,7 @@ std::string WalkerNode::posture_fault() const {
 }
 
 Condition WalkerNode::condition() {
-  const bool balances = conduct_.phase() == Phase::kBalancing;
+  const bool balances = conduct_.phase() == Phase::balancing;
   posture_line_ = balances || !sensors_line_.empty() ? std::string() : posture_fault();
   Condition now{.sensors = sensors_line_,
                 .actuators = drives_fault_,
@@ -185,7 +185,7 @@ Condition WalkerNode::condition() {
                 .stands = true,
                 .approached = approach_.done()};
   if (balances && tick_ != nullptr) {
-    now.stands = tick_->pattern.gait == Gait::kStanding;
+    now.stands = tick_->pattern.gait == Gait::standing;
     if (tick_->stabilizer.falling) now.falling = tick_->stabilizer.reason;
   }
   return now;
@@ -193,21 +193,21 @@ Condition WalkerNode::condition() {
 
 void WalkerNode::enter(Phase phase) {
   switch (phase) {
-    case Phase::kArming:
+    case Phase::arming:
       q_ = sensors_.q;
       dq_.setZero();
       break;
-    case Phase::kApproaching:
+    case Phase::approaching:
       approach_.start(q_, biped_.half_sitting, biped_.tree.max_speed(),
                       params_.ready.approach_share, params_.ready.approach_s);
       break;
-    case Phase::kBalancing:
+    case Phase::balancing:
       walker_.reset(place_.p_W_m, place_.yaw_rad);
       wish_.reset();
       tick_ = nullptr;
       break;
-    case Phase::kWaiting:
-    case Phase::kSafe:
+    case Phase::waiting:
+    case Phase::safe:
       break;
   }
 }
@@ -241,9 +241,9 @@ void WalkerNode::balance() {
 // Messages that the node publishes at a step.
 v1::WalkState WalkerNode::state() const {
   switch (conduct_.phase()) {
-    case Phase::kBalancing:
+    case Phase::balancing:
       return to_proto(tick_->pattern.gait);
-    case Phase::kSafe:
+    case Phase::safe:
       return v1::WALK_STATE_SAFE;
     default:
       return v1::WALK_STATE_WAITING;
@@ -251,13 +251,13 @@ v1::WalkState WalkerNode::state() const {
 }
 
 void WalkerNode::publish(runtime::Time now) {
-  if (conduct_.phase() != Phase::kWaiting) {  // silence stops the drives
+  if (conduct_.phase() != Phase::waiting) {  // silence stops the drives
     command_message_.mutable_position_rad()->Assign(q_.begin(), q_.end());
     command_message_.mutable_velocity_rad_s()->Assign(dq_.begin(), dq_.end());
     command_.send(command_message_, now);
   }
   publish_feedback(now);
-  if (conduct_.phase() == Phase::kBalancing) {
+  if (conduct_.phase() == Phase::balancing) {
     to_proto(*tick_, balance_message_);
     balance_.send(balance_message_, now);
   }

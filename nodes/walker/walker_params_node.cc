@@ -13,12 +13,12 @@ namespace mimesis::walker {
 namespace {
 
 constexpr std::array<std::pair<TaskKind, const char*>, 6> kKinds = {{
-    {TaskKind::kCom, "com"},
-    {TaskKind::kFoot, "foot"},
-    {TaskKind::kOrientation, "orientation"},
-    {TaskKind::kPosition, "position"},
-    {TaskKind::kPosture, "posture"},
-    {TaskKind::kRegularisation, "regularisation"},
+    {TaskKind::com, "com"},
+    {TaskKind::foot, "foot"},
+    {TaskKind::orientation, "orientation"},
+    {TaskKind::position, "position"},
+    {TaskKind::posture, "posture"},
+    {TaskKind::regularisation, "regularisation"},
 }};
 
 /// Visits a kind by its name.
@@ -55,8 +55,8 @@ void visit_task(runtime::ParamVisitor& v, TaskSpec& task) {
 constexpr double kPi = std::numbers::pi, kFar_m = 1e4;
 
 PatternKind kind_of(const std::string& name) {
-  if (name == "linear") return PatternKind::kLinear;
-  return name == "preview" ? PatternKind::kPreview : PatternKind::kNonlinear;
+  if (name == "linear") return PatternKind::linear;
+  return name == "preview" ? PatternKind::preview : PatternKind::nonlinear;
 }
 
 }  // namespace

@@ -118,8 +118,8 @@ Mixture sinusoids(const mocap::Trials& set, int harmonics) {
 std::int64_t parameter_count(const Mixture& mixture, const mocap::Trials& set, Delays delays) {
   const std::int64_t k = mixture.sources.rows();
   std::int64_t count = mixture.sources.size() + mixture.weights.size();
-  if (delays == Delays::kFree) count += mixture.weights.size();
-  if (delays == Delays::kTied) count += k * set.rows_per_trial();
+  if (delays == Delays::free) count += mixture.weights.size();
+  if (delays == Delays::tied) count += k * set.rows_per_trial();
   return count;
 }
 

@@ -23,7 +23,7 @@ Mixture sinusoids(const mocap::Trials& set, int harmonics);
 
 /// Numbers that describe the mixture, means apart: sources, weights and free delays. With tied
 /// delays one per row of a trial and source.
-enum class Delays { kNone, kTied, kFree };
+enum class Delays { none, tied, free };
 std::int64_t parameter_count(const Mixture& mixture, const mocap::Trials& set, Delays delays);
 /// Principal components that come nearest to `parameters` numbers, at least 1, at most the set's T.
 int components_of_equal_size(const mocap::Trials& set, std::int64_t parameters);

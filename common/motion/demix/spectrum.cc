@@ -51,10 +51,10 @@ namespace {
 using Index = Eigen::Index;
 // Eight lanes with every instruction set: the same bits. GNU vectors keep their alignment only as
 // typedefs written out.
-typedef double Lanes8 __attribute__((vector_size(64), aligned(8), may_alias));
-typedef double Lanes4 __attribute__((vector_size(32), aligned(8), may_alias));
-typedef float Floats16 __attribute__((vector_size(64), aligned(4), may_alias));
-typedef int Ints16 __attribute__((vector_size(64), aligned(4), may_alias));
+using Lanes8 [[gnu::vector_size(64), gnu::aligned(8), gnu::may_alias]] = double;
+using Lanes4 [[gnu::vector_size(32), gnu::aligned(8), gnu::may_alias]] = double;
+using Floats16 [[gnu::vector_size(64), gnu::aligned(4), gnu::may_alias]] = float;
+using Ints16 [[gnu::vector_size(64), gnu::aligned(4), gnu::may_alias]] = int;
 
 /// Inlined by force: it is compiled for the instruction set of the clone that calls it.
 [[gnu::always_inline]] inline double dot(const double* p, const double* q, Index length) {

@@ -180,7 +180,7 @@ Correspondence correspond(const Clip& clip, const BodyMap& map, ZeroPosture zero
   straighten(clip, std::array{kLeftShoulder, kLeftElbow, kLeftWrist}, left_arm, 0, c);
   straighten(clip, std::array{kRightShoulder, kRightElbow, kRightWrist}, right_arm, 0, c);
   c.R_WJ_zero = c.R_WJ_T;
-  if (zero == ZeroPosture::kFile) c.R_WJ_zero.fill(Matrix3d::Identity());
+  if (zero == ZeroPosture::file) c.R_WJ_zero.fill(Matrix3d::Identity());
   return c;
 }
 

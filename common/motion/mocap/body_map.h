@@ -29,13 +29,13 @@ std::span<const BodyMap> known_body_maps();
 
 /// Posture in which all angles are zero.
 enum class ZeroPosture {
-  kT,     ///< standing upright, legs down, feet flat and forward, arms sideways [M18 3.3.2]
-  kFile,  ///< the file's own zero posture
+  t_pose,  ///< standing upright, legs down, feet flat and forward, arms sideways [M18 3.3.2]
+  file,    ///< the file's own zero posture
 };
 
 struct ToBodyOptions {
   std::optional<BodyMap> map;  ///< none: the built-in map whose joints the skeleton has
-  ZeroPosture zero = ZeroPosture::kT;
+  ZeroPosture zero = ZeroPosture::t_pose;
 };
 
 /// The motion of the 17-joint figure. Its segments are the file's; a segment that spans a joint

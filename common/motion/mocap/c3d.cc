@@ -22,23 +22,23 @@ namespace {
 /// Numbers of a C3D file at byte offsets. The caller has checked that the offsets are inside.
 struct C3dWords {
   std::span<const std::byte> bytes;
-  C3dProcessor processor = C3dProcessor::kIntel;
+  C3dProcessor processor = C3dProcessor::intel;
   std::string file;
 
   unsigned u8(std::size_t at) const { return std::to_integer<unsigned>(bytes[at]); }
   int i8(std::size_t at) const { return static_cast<std::int8_t>(u8(at)); }
   unsigned u16(std::size_t at) const {
-    return processor == C3dProcessor::kMips ? u8(at) << 8 | u8(at + 1) : u8(at + 1) << 8 | u8(at);
+    return processor == C3dProcessor::mips ? u8(at) << 8 | u8(at + 1) : u8(at + 1) << 8 | u8(at);
   }
   int i16(std::size_t at) const { return static_cast<std::int16_t>(u16(at)); }
   double f32(std::size_t at) const {
     const std::uint32_t first = u16(at), second = u16(at + 2);
     switch (processor) {
-      case C3dProcessor::kDec:
+      case C3dProcessor::dec:
         return vax_float(first << 16 | second);
-      case C3dProcessor::kMips:
+      case C3dProcessor::mips:
         return std::bit_cast<float>(first << 16 | second);
-      case C3dProcessor::kIntel:
+      case C3dProcessor::intel:
         break;
     }
     return std::bit_cast<float>(second << 16 | first);
@@ -229,7 +229,7 @@ struct Layout {
 bool positive(double x) { return std::isfinite(x) && x > 0.0; }
 
 C3dWords open_words(std::span<const std::byte> bytes, const std::string& file) {
-  C3dWords words{bytes, C3dProcessor::kIntel, file};
+  C3dWords words{bytes, C3dProcessor::intel, file};
   if (bytes.size() < 2 * kBlock) {
     words.fail(std::to_string(bytes.size()) + " bytes, expected a C3D file of 1024 or more");
   }

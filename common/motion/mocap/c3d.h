@@ -9,7 +9,7 @@
 namespace mimesis::mocap {
 
 /// Processors whose number formats a C3D file may have, by the byte that names them.
-enum class C3dProcessor { kIntel = 84, kDec = 85, kMips = 86 };
+enum class C3dProcessor { intel = 84, dec = 85, mips = 86 };
 
 /// The number of a VAX F float: sign, 8 bits of exponent with bias 128, 23 of a mantissa 0.1f. Its
 /// two words are swapped: the high one first. NaN for the reserved operand.

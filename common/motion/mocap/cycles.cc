@@ -207,7 +207,7 @@ tl::expected<Trials, Status> cut_cycles(const BodyClip& clip, const CycleOptions
   const Eigen::VectorXd heading = heading_rad(smooth);
 
   std::vector<FrameInterval> intervals;
-  if (options.cut == CycleOptions::Cut::kGaitCycles) {
+  if (options.cut == CycleOptions::Cut::gait_cycles) {
     auto cycles = gait_cycles(smooth, options);
     if (!cycles) return tl::unexpected(cycles.error());
     intervals = *cycles;

@@ -46,10 +46,10 @@ struct FrameInterval {
 
 struct CycleOptions {
   enum class Cut {
-    kGaitCycles,  ///< from left heel strike to left heel strike
-    kWholeClip    ///< the whole clip is one trial, for motions that do not repeat
+    gait_cycles,  ///< from left heel strike to left heel strike
+    whole_clip    ///< the whole clip is one trial, for motions that do not repeat
   };
-  Cut cut = Cut::kGaitCycles;
+  Cut cut = Cut::gait_cycles;
   int samples = 100;                         ///< T
   double cutoff_hz = 8.0;                    ///< zero-phase low-pass of the angles; 0: none
   double shortest_s = 0.4, longest_s = 3.0;  ///< duration of a gait cycle; others are left out

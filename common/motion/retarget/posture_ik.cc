@@ -112,7 +112,7 @@ VectorXd step_towards(const GoalErrors& exact, const GoalErrors& wishes, const V
                       const VectorXd& curvature, const std::vector<bool>& locked) {
   const NullSpace null_space(exact.jacobian, locked);
   // Damped by the error itself (Sugihara 2011): sure far away, exact at the goal
-  const VectorXd main = null_space.reach(exact.error, 1e-3 * exact.error.squaredNorm() + 1e-13);
+  VectorXd main = null_space.reach(exact.error, 1e-3 * exact.error.squaredNorm() + 1e-13);
   const MatrixXd& Z = null_space.basis();
   if (Z.cols() == 0) return main;
   const MatrixXd JZ = wishes.jacobian * Z;

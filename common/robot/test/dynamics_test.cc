@@ -36,7 +36,7 @@ RobotTree pendulum(double mass, double length, double inertia) {
   rod.name = "rod";
   rod.joint = "swing";
   rod.parent = 0;
-  rod.type = JointType::kRevolute;
+  rod.type = JointType::revolute;
   rod.axis = Vector3d::UnitY();
   rod.lower = -10.0;
   rod.upper = rod.max_speed = 10.0;

@@ -23,7 +23,7 @@ TEST(RobotTree, ReadsLinksJointsAndMasses) {
   ASSERT_EQ(tree.dof(), 3);
   EXPECT_EQ(tree.joint_names(), (std::vector<std::string>{"shoulder", "slide", "turn"}));
   const Link& arm = tree.link(tree.require_link("arm"));
-  EXPECT_EQ(arm.type, JointType::kRevolute);
+  EXPECT_EQ(arm.type, JointType::revolute);
   EXPECT_EQ(tree.link(arm.parent).name, "base");
   EXPECT_LT((arm.X_PJ.translation() - Vector3d(0.1, 0.2, 0.3)).norm(), 1e-15);
   EXPECT_LT((arm.X_PJ.linear() * Vector3d::UnitX() - Vector3d::UnitY()).norm(), 1e-9);  // yaw 90°
@@ -37,7 +37,7 @@ TEST(RobotTree, ReadsLinksJointsAndMasses) {
   // given about axes turned by 90° about z: xx and yy change places
   EXPECT_LT((arm.inertia.about_com_kg_m2.diagonal() - Vector3d(0.03, 0.02, 0.04)).norm(), 1e-9);
   EXPECT_EQ(tree.mass_kg(), 3.5);
-  EXPECT_EQ(tree.moved(tree.require_joint("slide")).type, JointType::kPrismatic);
+  EXPECT_EQ(tree.moved(tree.require_joint("slide")).type, JointType::prismatic);
   EXPECT_EQ(tree.moved(2).upper, std::numeric_limits<double>::infinity());  // continuous
   EXPECT_EQ(tree.link(tree.require_link("tip")).dof, -1);
   EXPECT_TRUE(tree.carries(tree.find_link("arm"), tree.find_link("tip")));

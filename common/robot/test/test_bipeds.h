@@ -83,7 +83,7 @@ inline Biped odd_biped(const std::string& changed = "",
       link.name = side + "link_" + std::to_string(i);
       link.joint = side + std::to_string(i);
       link.parent = i == 0 ? 0 : static_cast<int>(links.size()) - 1;
-      link.type = JointType::kRevolute;
+      link.type = JointType::revolute;
       link.axis = axes[i];
       link.X_PJ.translation() = places[i];
       // frames of joints 0 .. 2 are turned by 90° about x of the pelvis: their z is its −y, y its z

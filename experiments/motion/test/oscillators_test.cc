@@ -34,7 +34,7 @@ double period(Network& network, double dt, int steps) {
 
 TEST(VanDerPol, SmallDampingGivesAmplitudeAndPeriodOfPerturbationTheory) {
   constexpr double kDt = 1e-3;
-  for (const Integrator method : {Integrator::kRk4, Integrator::kAdamsBashforth5}) {
+  for (const Integrator method : {Integrator::rk4, Integrator::adams_bashforth5}) {
     const VanDerPol oscillator{.nu = 4.0, .rho = 0.5, .omega_rad_s = 5.0};
     VdpNetwork network({oscillator}, Eigen::MatrixXd::Zero(1, 1), kDt, method);
     network.set_state(0, {0.3, 0.0});
@@ -100,7 +100,7 @@ TEST(VanDerPol, DifferentFrequenciesLockToOne) {
 
 TEST(AndronovHopf, RadiusAndPhaseFollowTheClosedForm) {
   constexpr double kDt = 0.01, kR0 = 0.2;
-  for (const Integrator method : {Integrator::kRk4, Integrator::kAdamsBashforth5}) {
+  for (const Integrator method : {Integrator::rk4, Integrator::adams_bashforth5}) {
     HopfNetwork network({AndronovHopf{7.0}}, Eigen::MatrixXd::Zero(1, 1), kDt, method);
     network.set_state(0, {0.0, kR0});
     for (int n = 1; n <= 300; ++n) {
@@ -148,7 +148,7 @@ TEST(OscillatorNetwork, AnExternalLeaderPullsAnyOscillator) {
 TEST(OscillatorNetwork, StepsWithoutAllocation) {
   HopfNetwork hopf(std::vector<AndronovHopf>(8), star(8, 2.0), 0.005);
   VdpNetwork vdp(std::vector<VanDerPol>(7), all_to_all(7, 1.0), 0.005,
-                 Integrator::kAdamsBashforth5);
+                 Integrator::adams_bashforth5);
   const mimesis::testing::NoMalloc guard;
   for (int n = 0; n < 10; ++n) {
     hopf.step();
@@ -162,7 +162,7 @@ TEST(OscillatorNetwork, RefusesWhatItCannotIntegrate) {
   EXPECT_THROW(HopfNetwork(two, all_to_all(3, 1.0), 0.01), ConfigError);
   EXPECT_THROW(HopfNetwork(two, -all_to_all(2, 1.0), 0.01), ConfigError);
   EXPECT_THROW(HopfNetwork(two, Eigen::MatrixXd::Identity(2, 2), 0.01), ConfigError);
-  EXPECT_THROW(HopfNetwork(two, all_to_all(2, 20.0), 0.01, Integrator::kAdamsBashforth5),
+  EXPECT_THROW(HopfNetwork(two, all_to_all(2, 20.0), 0.01, Integrator::adams_bashforth5),
                ConfigError);
   EXPECT_NO_THROW(HopfNetwork(two, all_to_all(2, 20.0), 0.01));
 }

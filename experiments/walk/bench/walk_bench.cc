@@ -31,8 +31,8 @@ void walking(benchmark::State& state, hw::sim::Plant plant) {
   if (result.figures.fell) state.SkipWithError("fell");
 }
 
-BENCHMARK_CAPTURE(walking, biped_springs, hw::sim::Plant::kSprings)->Iterations(1);
-BENCHMARK_CAPTURE(walking, biped_servos, hw::sim::Plant::kServo)->Iterations(1);
+BENCHMARK_CAPTURE(walking, biped_springs, hw::sim::Plant::springs)->Iterations(1);
+BENCHMARK_CAPTURE(walking, biped_servos, hw::sim::Plant::servo)->Iterations(1);
 
 }  // namespace
 }  // namespace mimesis::walk

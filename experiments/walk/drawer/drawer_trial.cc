@@ -28,13 +28,13 @@ mocap::Side to_person(Side side) { return side == robot::kLeft ? mocap::kLeft : 
 
 RobotGait to_gait(walker::Gait gait) {
   switch (gait) {
-    case walker::Gait::kStanding:
+    case walker::Gait::standing:
       return RobotGait::standing;
-    case walker::Gait::kStarting:
+    case walker::Gait::starting:
       return RobotGait::starting;
-    case walker::Gait::kWalking:
+    case walker::Gait::walking:
       return RobotGait::walking;
-    case walker::Gait::kStopping:
+    case walker::Gait::stopping:
       return RobotGait::stopping;
   }
   return RobotGait::safe;
@@ -226,7 +226,7 @@ DrawerResult run_drawer_trial(const DrawerTrialSpec& spec,
 namespace {
 
 constexpr double kStep_s = 0.8;
-enum Jumps { kStays, kOnTheWay, kBeforeIt };
+enum class Jumps { stays, on_the_way, before_it };
 
 /// Time until the robot stands before a front at this distance: from a stand, two steps per 0.45 m.
 double arrives_s(double front_m) { return 1.0 + kStep_s + 2.0 * kStep_s * (front_m - 0.5) / 0.45; }
@@ -237,7 +237,7 @@ std::vector<DrawerTrialSpec> drawers30(const Robot& robot, const synthesizer::Bi
                                        const SuiteOptions& options) {
   std::vector<DrawerTrialSpec> trials;
   Draw draw(options.seed);
-  for (const Jumps jumps : {kStays, kOnTheWay, kBeforeIt}) {
+  for (const Jumps jumps : {Jumps::stays, Jumps::on_the_way, Jumps::before_it}) {
     for (int i = 0; i < 10; ++i) {
       DrawerTrialSpec spec;
       spec.robot = &robot;
@@ -253,8 +253,8 @@ std::vector<DrawerTrialSpec> drawers30(const Robot& robot, const synthesizer::Bi
       const double there_s = arrives_s(spec.front_m);
       spec.name = fmt::format("{:.2f} m, {:+.2f} left, {:.2f} deep", spec.front_m, spec.left_m,
                               spec.object_depth_m);
-      if (jumps != kStays) {
-        const double at_s = jumps == kOnTheWay
+      if (jumps != Jumps::stays) {
+        const double at_s = jumps == Jumps::on_the_way
                                 ? std::lerp(1.0, there_s - 2.0 * kStep_s, when)
                                 : std::lerp(there_s - 2.0 * kStep_s, there_s + 2.0, when);
         spec.jumps.push_back({.at_s = at_s, .by_m = by_m});
@@ -267,9 +267,9 @@ std::vector<DrawerTrialSpec> drawers30(const Robot& robot, const synthesizer::Bi
 }
 
 DrawerEnd end_of(const DrawerResult& result) {
-  if (result.walk.figures.fell) return DrawerEnd::kFell;
-  if (result.taken) return DrawerEnd::kTaken;
-  return result.refused.empty() ? DrawerEnd::kSilent : DrawerEnd::kRefused;
+  if (result.walk.figures.fell) return DrawerEnd::fell;
+  if (result.taken) return DrawerEnd::taken;
+  return result.refused.empty() ? DrawerEnd::silent : DrawerEnd::refused;
 }
 
 void run_drawer_trials(std::span<const DrawerTrialSpec> trials, int jobs,
@@ -284,13 +284,13 @@ using nlohmann::ordered_json;
 
 const char* name_of(DrawerEnd end) {
   switch (end) {
-    case DrawerEnd::kTaken:
+    case DrawerEnd::taken:
       return "taken";
-    case DrawerEnd::kRefused:
+    case DrawerEnd::refused:
       return "refused";
-    case DrawerEnd::kFell:
+    case DrawerEnd::fell:
       return "fell";
-    case DrawerEnd::kSilent:
+    case DrawerEnd::silent:
       break;
   }
   return "silent";
@@ -298,9 +298,9 @@ const char* name_of(DrawerEnd end) {
 
 std::string reason_of(const DrawerResult& r) {
   switch (end_of(r)) {
-    case DrawerEnd::kTaken:
+    case DrawerEnd::taken:
       return "";
-    case DrawerEnd::kFell:
+    case DrawerEnd::fell:
       return fmt::format("{} at {:.1f} s", r.walk.figures.how, r.walk.fell_at_s);
     default:
       return r.refused;
@@ -328,15 +328,15 @@ ordered_json summary_json(std::span<const DrawerResult> results) {
   for (const DrawerResult& r : results) {
     walks.push_back(r.walk);
     const DrawerEnd end = end_of(r);
-    silent += end == DrawerEnd::kSilent;
-    if (end == DrawerEnd::kTaken) {
+    silent += end == DrawerEnd::silent;
+    if (end == DrawerEnd::taken) {
       ++taken;
       object = std::max(object, r.reach_error_m);
       handle = std::max(handle, r.handle_error_m);
     } else {
       ends.push_back({{"name", r.walk.name}, {"end", name_of(end)}, {"reason", reason_of(r)}});
     }
-    if (end != DrawerEnd::kFell) length = std::max(length, r.length_error_max_m());
+    if (end != DrawerEnd::fell) length = std::max(length, r.length_error_max_m());
   }
   ordered_json j = summary_json(walks);
   j["taken"] = taken;

@@ -69,10 +69,10 @@ std::vector<DrawerTrialSpec> drawers30(const Robot& robot, const synthesizer::Bi
 
 /// Result of a task.
 enum class DrawerEnd {
-  kTaken,
-  kRefused,  ///< the robot stands, with a reason
-  kFell,
-  kSilent,  ///< not taken, without a reason
+  taken,
+  refused,  ///< the robot stands, with a reason
+  fell,
+  silent,  ///< not taken, without a reason
 };
 DrawerEnd end_of(const DrawerResult& result);
 

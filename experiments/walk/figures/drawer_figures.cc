@@ -267,7 +267,7 @@ std::vector<Bar> zmp_bars(DrawerStudy& study) {
   add("WPG", study.originals(), 8);
   for (const Sources& s : kSources) add("resynth. " + s.text(), study.resynthesis(s), 1);
   for (const Sources& s : kSources) {
-    add("novel " + s.text(), study.inference(s, Goals::kEveryThird), 3);
+    add("novel " + s.text(), study.inference(s, Goals::every_third), 3);
   }
   return out;
 }
@@ -287,7 +287,7 @@ Report zmp_spread(const PlotDir& plot_dir) {
   const double bound = 1.0 + std::max(0.2, original.std / original.mean);
   for (const Sources& s : kSources) {
     const Spread again = spread_of(values_of(study.resynthesis(s), zmp_std));
-    const Spread novel = spread_of(values_of(study.inference(s, Goals::kEveryThird), zmp_std));
+    const Spread novel = spread_of(values_of(study.inference(s, Goals::every_third), zmp_std));
     report.rows.push_back(
         reproduce::at_most(s.text() + " sources, resynthesis: mean STD / originals'",
                            again.mean / original.mean, bound, "1", why));
@@ -345,7 +345,7 @@ void add_ours(const std::string& name, const std::vector<Outcome>& all, Report& 
 std::vector<double> naive_falls(DrawerStudy& study, Sources sources, std::size_t speed) {
   std::vector<double> out;
   for (std::size_t model = 0; model < kNaiveModels; ++model) {
-    const auto all = study.naive_inference(sources, Goals::kAll, model);
+    const auto all = study.naive_inference(sources, Goals::all, model);
     out.push_back(falls(speed_class(all, speed)));
   }
   return out;
@@ -389,7 +389,7 @@ std::filesystem::path plot_falls(const std::filesystem::path& dir, DrawerStudy& 
       const double x = static_cast<double>(c) + 0.2 * (static_cast<double>(m) - 1.5);
       std::vector<double> fell{0.0};
       if (own) {
-        fell[0] = falls(speed_class(study.inference(kSources[1], Goals::kAll), c));
+        fell[0] = falls(speed_class(study.inference(kSources[1], Goals::all), c));
       } else {
         fell = naive_falls(study, kSources[m], c);
       }
@@ -433,8 +433,8 @@ Report falls_table(const PlotDir& plot_dir) {
   report.rows.push_back(
       at_least_of_printed("ML, fast: falls of 30", naive[2], 3, 19,
                           "\"a significant number of cases\" [M18 3.8.4]: a tenth at the least"));
-  add_ours("ours, springs", study.inference(kSources[1], Goals::kAll), report);
-  add_ours("ours, servos", study.inference(kSources[1], Goals::kAll, Plant::kServo), report);
+  add_ours("ours, springs", study.inference(kSources[1], Goals::all), report);
+  add_ours("ours, servos", study.inference(kSources[1], Goals::all, Plant::servo), report);
   const std::string alone = "controls: the way of playing alone, with the WPG's own angles; ";
   report.rows.push_back(reproduce::near("WPG's angles played with feedback: falls of 8",
                                         falls(study.played_originals()), 0, 0, "1",
@@ -456,11 +456,11 @@ std::vector<Bar> peak_bars(DrawerStudy& study, double (*value)(const Outcome&)) 
   for (const Sources& s : kSources)
     add("naive resynth. " + s.text(), study.naive_resynthesis(s), 5);
   for (const Sources& s : kSources) {
-    add("naive novel " + s.text(), study.naive_inference(s, Goals::kEveryThird), 5);
+    add("naive novel " + s.text(), study.naive_inference(s, Goals::every_third), 5);
   }
   for (const Sources& s : kSources) add("ours resynth. " + s.text(), study.resynthesis(s), 1);
   for (const Sources& s : kSources) {
-    add("ours novel " + s.text(), study.inference(s, Goals::kEveryThird), 1);
+    add("ours novel " + s.text(), study.inference(s, Goals::every_third), 1);
   }
   return out;
 }
@@ -487,9 +487,9 @@ Report peaks(const PlotDir& plot_dir) {
   std::vector<Outcome> again, novel;
   for (const Sources& s : kSources) {
     add_limits("ours, resynthesis " + s.text(), study.resynthesis(s), report);
-    add_limits("ours, novel goals " + s.text(), study.inference(s, Goals::kEveryThird), report);
+    add_limits("ours, novel goals " + s.text(), study.inference(s, Goals::every_third), report);
     std::ranges::copy(study.naive_resynthesis(s), std::back_inserter(again));
-    std::ranges::copy(study.naive_inference(s, Goals::kEveryThird), std::back_inserter(novel));
+    std::ranges::copy(study.naive_inference(s, Goals::every_third), std::back_inserter(novel));
   }
   report.rows.push_back(reproduce::at_least(
       "naive, novel goals: share of walks beyond the ankle's limit",

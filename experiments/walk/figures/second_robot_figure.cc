@@ -121,7 +121,7 @@ reproduce::Report second_robot(const PlotDir&) {
   const synthesizer::BipedDrawer actions = synthesizer::make_biped_drawer(robot.biped);
   Rows rows(robot);
   for (const auto& [plant, name] :
-       {std::pair{Plant::kSprings, "springs"}, std::pair{Plant::kServo, "servos"}}) {
+       {std::pair{Plant::springs, "springs"}, std::pair{Plant::servo, "servos"}}) {
     for (const Part& part : kParts) {
       const std::vector<TrialResult> results = run(robot, plant, part);
       const std::string what = std::string(name) + ", " + part.what + ": ";

@@ -158,7 +158,7 @@ synthesizer::RobotTrialSettings trial_settings() {
 
 std::vector<std::size_t> numbers_of(Goals which) {
   std::vector<std::size_t> out;
-  if (which == Goals::kAll) {
+  if (which == Goals::all) {
     for (std::size_t i = 0; i < kNovelGoals; ++i) out.push_back(i);
   } else {
     for (std::size_t i = 1; i < kNovelGoals; i += 3) out.push_back(i);
@@ -255,7 +255,7 @@ DrawerStudy::Outcomes DrawerStudy::inference(Sources s, Goals which, hw::sim::Pl
   const synthesizer::BipedDrawer& learned = actions(s);
   const auto goals = novel_goals();
   const std::string name =
-      "inference " + s.text() + (plant == hw::sim::Plant::kServo ? " servo" : "");
+      "inference " + s.text() + (plant == hw::sim::Plant::servo ? " servo" : "");
   return known_or(name, numbers_of(which), [&](std::size_t i) {
     return run_online(online_spec(biped_, learned, goals[i], plant));
   });
@@ -264,7 +264,7 @@ DrawerStudy::Outcomes DrawerStudy::inference(Sources s, Goals which, hw::sim::Pl
 DrawerStudy::Outcomes DrawerStudy::extremes() {
   const synthesizer::BipedDrawer& learned = actions(kSources[1]);
   const auto goals = extreme_goals();
-  return known_or("extremes", numbers_of(Goals::kAll), [&](std::size_t i) {
+  return known_or("extremes", numbers_of(Goals::all), [&](std::size_t i) {
     return run_online(online_spec(biped_, learned, goals[i]));
   });
 }
@@ -312,7 +312,7 @@ DrawerStudy::Outcomes DrawerStudy::played_originals() {
 }
 
 Outcome DrawerStudy::played(const JointTrack& track) const {
-  return outcome_of(play(biped_, track, Feedback::kOwn), {});
+  return outcome_of(play(biped_, track, Feedback::own), {});
 }
 
 }  // namespace mimesis::walk

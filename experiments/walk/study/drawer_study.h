@@ -73,8 +73,7 @@ walker::WalkerSettings launched_walker();
 
 /// The online task whose plan is that of the goal.
 DrawerTrialSpec online_spec(const Robot& robot, const synthesizer::BipedDrawer& actions,
-                            const DrawerGoal& goal,
-                            hw::sim::Plant plant = hw::sim::Plant::kSprings);
+                            const DrawerGoal& goal, hw::sim::Plant plant = hw::sim::Plant::springs);
 /// Like run_drawer_trial(), observed by a watch.
 Outcome run_online(const DrawerTrialSpec& spec,
                    const std::function<void(const DrawerTick&)>& watch = {});
@@ -95,7 +94,7 @@ inline constexpr std::array kSources = {Sources{3, 2}, Sources{4, 3}, Sources{5,
 inline constexpr std::size_t kNaiveModels = 3;
 
 /// Selection of the thirty goals: a third of each speed class is enough for means and ranges.
-enum class Goals { kAll, kEveryThird };
+enum class Goals { all, every_third };
 
 /// The experiments of [M18 3.8.3-3.8.4] on models/biped.yaml, each walk computed when it is first
 /// asked for and kept: several figures are made of the same walks. Not for several threads.
@@ -117,7 +116,7 @@ class DrawerStudy {
   Outcomes originals();                   ///< chosen trials, straight into the walker
   Outcomes resynthesis(Sources sources);  ///< their mixtures
   Outcomes inference(Sources sources, Goals which,
-                     hw::sim::Plant plant = hw::sim::Plant::kSprings);  ///< novel_goals() online
+                     hw::sim::Plant plant = hw::sim::Plant::springs);  ///< novel_goals() online
   Outcomes extremes();  ///< extreme_goals() online, 4+3 sources
   Outcomes naive_resynthesis(Sources sources, std::size_t model = 0);
   Outcomes naive_inference(Sources sources, Goals which, std::size_t model = 0);
@@ -127,7 +126,7 @@ class DrawerStudy {
  private:
   /// walks of novel_goals(): timing and start of naive ones
   const std::vector<Recording>& walks();
-  Outcome played(const JointTrack& track) const;  ///< with kOwn feedback
+  Outcome played(const JointTrack& track) const;  ///< with Feedback::own
   /// Computes the missing ones of `numbers`, on all processors.
   template <class Run>
   Outcomes known_or(const std::string& experiment, const std::vector<std::size_t>& numbers,

@@ -254,12 +254,12 @@ TrialResult play(const Robot& robot, const JointTrack& track, Feedback feedback)
   hw::sim::WalkJudge judge;
   Corrected corrected(robot.biped, launched_walker().stabilizer);
   std::vector<walker::StabilizerPlan> reference;
-  if (feedback == Feedback::kOwn) reference = implied_reference(robot.biped, track);
+  if (feedback == Feedback::own) reference = implied_reference(robot.biped, track);
   std::deque<walker::Sensors> on_their_way(kSensorDelayTicks, to_walker(world.sensors()));
   TrialResult result;
   for (std::size_t k = 0; k < track.q.size() && !world.truth().fell; ++k) {
     on_their_way.push_back(to_walker(world.sensors()));
-    const Eigen::VectorXd q = feedback == Feedback::kOwn
+    const Eigen::VectorXd q = feedback == Feedback::own
                                   ? corrected.step(reference[k], track.q[k], on_their_way.front())
                                   : track.q[k];
     on_their_way.pop_front();

@@ -35,8 +35,8 @@ JointTrack naive_track(const synthesizer::LearnedActions& joints, const JointAct
 JointTrack track_of(const Recording& walk);
 
 enum class Feedback {
-  kNone,  ///< set-points as they are
-  kOwn,   ///< the walker's stabilizer around the reference that the angles imply
+  none,  ///< set-points as they are
+  own,   ///< the walker's stabilizer around the reference that the angles imply
 };
 
 /// Plays angles on the springs plant until the robot falls or they end, with the delays and gains

@@ -113,7 +113,7 @@ void Script::find_phase(const walker::PatternSample* plan) {
     stood_s_ += last == 3 ? kTick_s : 0.0;
     phase_ = std::min(stood_s_ / kStanding_s, 1.0);
   } else {
-    const bool begins = plan->gait == walker::Gait::kStanding;
+    const bool begins = plan->gait == walker::Gait::standing;
     const double done = begins ? 0.0 : std::clamp(1.0 - plan->to_landing_s / kStep_s, 0.0, 1.0);
     phase_ = 0.5 * (steps_ % 2 + done);
   }
@@ -158,7 +158,7 @@ void Script::wish_feet(const walker::PatternSample& plan) {
   if (steps_ < 6) w.landing[1] = print(steps_ < 5 ? steps_ + 1 : 4);
   w.walk = steps_ < 4;
   w.velocity_m_s.setZero();
-  if (steps_ < 6 && plan.gait != walker::Gait::kStanding) {
+  if (steps_ < 6 && plan.gait != walker::Gait::standing) {
     w.velocity_m_s.x() = at_phase(rows_[action_of(number_)], phase_)[aim_.size()];
   }
 }

@@ -12,10 +12,10 @@ namespace mimesis::hw::sim {
 
 /// How joints follow their set-points [docs/walking.md 7.3].
 enum class Plant {
-  kSprings,  ///< B: joint springs of 6000 N m/rad in legs and trunk
+  springs,  ///< B: joint springs of 6000 N m/rad in legs and trunk
   /// C: velocity servos in legs and trunk, rubber bushes in the ankles: 1500 N m/rad where they
   /// turn; where they give along the leg, knees of 6000 N m/rad stand for them (see rigid_knees).
-  kServo,
+  servo,
 };
 
 /// A plate on the ground, unknown to the robot.
@@ -32,13 +32,13 @@ struct Push {
 };
 
 enum class MotorFault {
-  kOff,     ///< gives no torque: the joint is limp
-  kLocked,  ///< its brake holds where it is
-  kWeak,    ///< has a fifth of its torque
+  off,     ///< gives no torque: the joint is limp
+  locked,  ///< its brake holds where it is
+  weak,    ///< has a fifth of its torque
 };
 
 struct BodyOptions {
-  Plant plant = Plant::kSprings;
+  Plant plant = Plant::springs;
   double dt_s = 0.001;
   double friction = 0.8;
   /// Springs of arms and neck in both plants: nothing of balance depends on them, a servo each

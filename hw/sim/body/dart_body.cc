@@ -96,7 +96,7 @@ void map_links(const robot::RobotTree& tree, const std::string& file, DartBody& 
   const std::vector<robot::Link>& links = tree.links();
   std::vector<bool> body_needed(links.size(), false);
   for (std::size_t i = links.size(); i-- > 0;) {
-    const bool moves = links[i].type != robot::JointType::kFixed;
+    const bool moves = links[i].type != robot::JointType::fixed;
     if (moves || links[i].parent < 0 || links[i].inertia.mass_kg > 0.0) body_needed[i] = true;
     if (body_needed[i] && links[i].parent >= 0) {
       body_needed[static_cast<std::size_t>(links[i].parent)] = true;
@@ -377,9 +377,9 @@ Motors::Motors(const robot::Biped& biped, const DartBody& body, const BodyOption
     Motor& motor = motors_[i];
     motor.dof = body.dof[i];
     const bool strong = in_leg(biped, joint) || bears_trunk(biped, joint);
-    const bool bush = options.plant == Plant::kServo && in_ankle(biped, joint);
+    const bool bush = options.plant == Plant::servo && in_ankle(biped, joint);
     const bool knee = in_knee(biped, joint) && !options.rigid_knees;
-    motor.servo = options.plant == Plant::kServo && strong && !bush && !knee;
+    motor.servo = options.plant == Plant::servo && strong && !bush && !knee;
     motor.stiffness_n_m_rad =
         bush ? kAnkleBush_n_m_rad : (strong ? kStrong_n_m_rad : options.arm_stiffness_n_m_rad);
     motor.damping_n_m_s_rad = kDamping_s * motor.stiffness_n_m_rad;
@@ -409,9 +409,9 @@ void Motors::set_up(Motor& motor) {
 
 void Motors::fail(int joint, MotorFault fault) {
   Motor& motor = motors_[static_cast<std::size_t>(joint)];
-  if (fault == MotorFault::kOff) motor.off = true;
-  if (fault == MotorFault::kWeak) motor.torque_n_m *= kWeak;
-  if (fault == MotorFault::kLocked) {
+  if (fault == MotorFault::off) motor.off = true;
+  if (fault == MotorFault::weak) motor.torque_n_m *= kWeak;
+  if (fault == MotorFault::locked) {
     motor.locked = true;
     motor.wanted_rad = motor.dof->getPosition();
     motor.torque_n_m = kInfinite;

@@ -126,9 +126,7 @@ std::vector<DriveConfig> configs(const SimBodyParams& p, const Joints& joints) {
 }
 
 MotorFault motor_fault(const std::string& kind) {
-  return kind == "off"      ? MotorFault::kOff
-         : kind == "locked" ? MotorFault::kLocked
-                            : MotorFault::kWeak;
+  return kind == "off" ? MotorFault::off : kind == "locked" ? MotorFault::locked : MotorFault::weak;
 }
 
 bool is_motor_fault(const std::string& kind) {

@@ -11,7 +11,7 @@
 namespace mimesis::synthesizer {
 namespace {
 
-enum Load { kWalking, kSteered };
+enum class Load { walking, steered };
 
 void node_step(benchmark::State& state, Load load) {
   const int count = static_cast<int>(state.range(0));
@@ -24,7 +24,7 @@ void node_step(benchmark::State& state, Load load) {
   double t = 0.0;
   const double step_m = director.characters().repertoire().motion(0).step_length_m;
   for (auto _ : state) {
-    for (int i = 0; load == kSteered && i < count; ++i) {  // every character, in every frame
+    for (int i = 0; load == Load::steered && i < count; ++i) {  // every character, in every frame
       const GaitWish wish{.phase_rate_rad_s = 6.0,
                           .step_length_m = step_m * (0.8 + 0.2 * std::sin(3.0 * t)),
                           .heading_rad = 3.0 * t};
@@ -41,8 +41,8 @@ void node_step(benchmark::State& state, Load load) {
       benchmark::Counter(static_cast<double>(count), benchmark::Counter::kIsIterationInvariantRate |
                                                          benchmark::Counter::kInvert);
 }
-BENCHMARK_CAPTURE(node_step, walking, kWalking)->Arg(1)->Arg(300)->Arg(1000)->Arg(10000);
-BENCHMARK_CAPTURE(node_step, steered, kSteered)->Arg(300)->Arg(1000)->Arg(10000);
+BENCHMARK_CAPTURE(node_step, walking, Load::walking)->Arg(1)->Arg(300)->Arg(1000)->Arg(10000);
+BENCHMARK_CAPTURE(node_step, steered, Load::steered)->Arg(300)->Arg(1000)->Arg(10000);
 
 }  // namespace
 }  // namespace mimesis::synthesizer

@@ -41,9 +41,9 @@ void mixture_at(const motion::MotionModel& model, const MotionParameters& p, dou
     for (Eigen::Index r = 0; r < rows.size(); ++r) {
       if (p.weight_rad(r, k) == 0.0) continue;
       const double phase = phase_rad - p.delay_rad(r, k);
-      const double source = k < model.fixed               ? std::cos(0.5 * phase)
-                            : between == Between::kLinear ? linear(model, k, phase)
-                                                          : cubic(model, k, phase);
+      const double source = k < model.fixed              ? std::cos(0.5 * phase)
+                            : between == Between::linear ? linear(model, k, phase)
+                                                         : cubic(model, k, phase);
       rows[r] += p.weight_rad(r, k) * source;
     }
   }

@@ -4,7 +4,7 @@
 namespace mimesis::synthesizer {
 
 /// How a periodic source is read between its samples.
-enum class Between { kLinear, kCubic };
+enum class Between { linear, cubic };
 
 /// ξᵣ = mᵣ + Σₖ wᵣₖ sₖ(φ − φᵣₖ) [M18 eq. 3.3, 3.14] at phase φ ∈ [0, 2π) of an action. The model's
 /// fixed source is the ramp cos(φ/2) in closed form. Zero weights are skipped.

@@ -215,7 +215,7 @@ LearnedActions::LearnedActions(const DrawerData& data, const DrawerModelOptions&
 
 void LearnedActions::at(const MotionParameters& p, double phase_rad,
                         Eigen::Ref<Eigen::VectorXd> out) const {
-  mixture_at(maps_.model().action[0], p, phase_rad, Between::kCubic, out);
+  mixture_at(maps_.model().action[0], p, phase_rad, Between::cubic, out);
 }
 
 Eigen::MatrixXd LearnedActions::played(const MotionParameters& parameters) const {

@@ -147,7 +147,7 @@ void DrawerSequence::advance_phase() {
 Eigen::VectorXd DrawerSequence::mixed() {
   Eigen::VectorXd rows(kDrawerRows);
   mixture_at(maps_->model().action[0], course_.at(state_.phase_rad), state_.phase_rad,
-             Between::kLinear, rows);
+             Between::linear, rows);
   if (left_behind_) {
     const double in = minimum_jerk(state_.time_s - left_behind_s_, 0.0, kLetGo);
     rows = (1.0 - in) * *left_behind_ + in * rows;

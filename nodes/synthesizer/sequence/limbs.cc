@@ -107,11 +107,11 @@ FootPose FootPath::rolled(const Footprint& print, const Eigen::Vector3d& pivot,
 FootState FootPath::standing(const Footprint& print, double t) const {
   if (t < print.flat_s) {
     const double u = (print.flat_s - t) / (print.flat_s - print.strike_s);
-    return {rolled(print, heel_, print.strike_pitch_rad * u * u), Contact::kHeel};
+    return {rolled(print, heel_, print.strike_pitch_rad * u * u), Contact::heel};
   }
-  if (t <= print.heel_off_s) return {rolled(print, heel_, 0.0), Contact::kFlat};
+  if (t <= print.heel_off_s) return {rolled(print, heel_, 0.0), Contact::flat};
   const double u = (t - print.heel_off_s) / (print.lift_s - print.heel_off_s);
-  return {rolled(print, toe_, print.lift_pitch_rad * u * u), Contact::kToe};
+  return {rolled(print, toe_, print.lift_pitch_rad * u * u), Contact::toe};
 }
 
 FootState FootPath::at(double t) const {

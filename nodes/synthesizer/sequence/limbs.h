@@ -48,11 +48,11 @@ struct Footprint {
   double lift_pitch_rad = 0.0;    ///< > 0: heel up
 };
 
-enum class Contact { kSwing, kHeel, kFlat, kToe };
+enum class Contact { swing, heel, flat, toe };
 
 struct FootState {
   FootPose pose;
-  Contact contact = Contact::kSwing;
+  Contact contact = Contact::swing;
 };
 
 /// The way of one foot over its footprints. Points on the ground neither slide nor sink: the foot

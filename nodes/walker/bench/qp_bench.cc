@@ -21,7 +21,7 @@ void linear_mpc(benchmark::State& state, qp::DualQp::Start start) {
       ticks.time([&] {
         mpc.build();
         const qp::Outcome outcome = qp.solve(mpc.view(), start);
-        if (outcome != qp::Outcome::kSolved) state.SkipWithError(qp::name(outcome));
+        if (outcome != qp::Outcome::solved) state.SkipWithError(qp::name(outcome));
       });
       iterations += qp.iterations();
       active += static_cast<double>(qp.active_rows().size());
@@ -35,8 +35,8 @@ void linear_mpc(benchmark::State& state, qp::DualQp::Start start) {
   state.SetItemsProcessed(state.iterations() * kTicks);
 }
 
-void mpc_cold(benchmark::State& state) { linear_mpc(state, qp::DualQp::Start::kCold); }
-void mpc_warm(benchmark::State& state) { linear_mpc(state, qp::DualQp::Start::kWarm); }
+void mpc_cold(benchmark::State& state) { linear_mpc(state, qp::DualQp::Start::cold); }
+void mpc_warm(benchmark::State& state) { linear_mpc(state, qp::DualQp::Start::warm); }
 BENCHMARK(mpc_cold)->Name("qp/mpc_like_tick/cold")->Unit(benchmark::kMillisecond);
 BENCHMARK(mpc_warm)->Name("qp/mpc_like_tick/warm")->Unit(benchmark::kMillisecond);
 

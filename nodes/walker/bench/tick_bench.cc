@@ -77,14 +77,14 @@ void strain(benchmark::State& state, PatternKind pattern, int iterations) {
       ->Unit(benchmark::kMillisecond)        \
       ->Iterations(2)
 
-MIMESIS_TICK(walk, linear_filter_1, PatternKind::kLinear, 1);
-MIMESIS_TICK(walk, linear_filter_2, PatternKind::kLinear, 2);
-MIMESIS_TICK(walk, nonlinear_filter_1, PatternKind::kNonlinear, 1);
-MIMESIS_TICK(walk, nonlinear_filter_2, PatternKind::kNonlinear, 2);
-MIMESIS_TICK(walk, preview_filter_1, PatternKind::kPreview, 1);
-MIMESIS_TICK(reach, linear_filter_2, PatternKind::kLinear, 2);
-MIMESIS_TICK(reach, nonlinear_filter_2, PatternKind::kNonlinear, 2);
-MIMESIS_TICK(strain, nonlinear_filter_2, PatternKind::kNonlinear, 2);
+MIMESIS_TICK(walk, linear_filter_1, PatternKind::linear, 1);
+MIMESIS_TICK(walk, linear_filter_2, PatternKind::linear, 2);
+MIMESIS_TICK(walk, nonlinear_filter_1, PatternKind::nonlinear, 1);
+MIMESIS_TICK(walk, nonlinear_filter_2, PatternKind::nonlinear, 2);
+MIMESIS_TICK(walk, preview_filter_1, PatternKind::preview, 1);
+MIMESIS_TICK(reach, linear_filter_2, PatternKind::linear, 2);
+MIMESIS_TICK(reach, nonlinear_filter_2, PatternKind::nonlinear, 2);
+MIMESIS_TICK(strain, nonlinear_filter_2, PatternKind::nonlinear, 2);
 
 }  // namespace
 }  // namespace mimesis::walker

@@ -23,8 +23,8 @@ constexpr int kPatienceTicks = 40;
 PreviewPattern::PreviewPattern(const GaitSettings& settings)
     : settings_((check(settings), settings)),
       footsteps_(settings),
-      steps_(settings, Steps::Change::kAfterLanding),
-      control_({.form = PreviewForm::kIntegral,
+      steps_(settings, Steps::Change::after_landing),
+      control_({.form = PreviewForm::integral,
                 .height_m = settings.com_height_m,
                 .samples = kWindowTicks,
                 .jerk_weight = 1e-6}),
@@ -71,8 +71,8 @@ void PreviewPattern::step(const Wish& wish) {
 }
 
 void PreviewPattern::place_feet(const FeasibleWish& wish) {
-  const bool stepping = steps_.phase() == Steps::Phase::kStep;
-  if (!stepping && steps_.phase() != Steps::Phase::kStart) return;
+  const bool stepping = steps_.phase() == Steps::Phase::step;
+  if (!stepping && steps_.phase() != Steps::Phase::start) return;
   const int left = steps_.landings_left();
   Footprint stance = steps_.stance();
   for (int i = 0; i < 3; ++i) {
@@ -135,7 +135,7 @@ MpcPattern::MpcPattern(const GaitSettings& settings, bool yaw_free, const MpcWei
     : settings_((check(settings), settings)),
       yaw_free_(yaw_free),
       footsteps_(settings),
-      steps_(settings, Steps::Change::kAtOnce),
+      steps_(settings, Steps::Change::at_once),
       standing_(settings.com_height_m),
       mpc_(settings, yaw_free, weights),
       qp_(mpc_.variables(), mpc_.most_rows()),
@@ -172,14 +172,14 @@ void MpcPattern::step(const Wish& wish) {
   const FeasibleWish feasible = footsteps_.feasible(wish, trouble_);
   const Steps before = steps_;
   steps_.decide(feasible.walk, first_swing(feasible), Standing::settled(com_, steps_.middle_W_m()));
-  if (steps_.phase() != Steps::Phase::kStand && !plan(feasible, true)) {
+  if (steps_.phase() != Steps::Phase::stand && !plan(feasible, true)) {
     // Too late to stop, to continue or to turn the feet so: this tick follows the plan.
     steps_ = before;
     FeasibleWish unchanged;
     unchanged.walk = !before.stopping();
-    if (before.phase() != Steps::Phase::kStand && plan(unchanged, false)) trouble_.reason.clear();
+    if (before.phase() != Steps::Phase::stand && plan(unchanged, false)) trouble_.reason.clear();
   }
-  const bool walks = steps_.phase() != Steps::Phase::kStand;
+  const bool walks = steps_.phase() != Steps::Phase::stand;
   failed_ticks_ = walks && trouble_.failed_solves > 0 ? failed_ticks_ + 1 : 0;
   if (failed_ticks_ > kPatienceTicks) {
     gave_up_ = true;
@@ -196,7 +196,7 @@ void MpcPattern::stop_without_programs() {
   stop.walk = false;
   stopper_.step(stop);
   sample_ = stopper_.now();
-  if (sample_.gait != Gait::kStanding) return;
+  if (sample_.gait != Gait::standing) return;
   gave_up_ = false;
   steps_ = stopper_.steps();
   com_ = sample_.com;
@@ -221,7 +221,7 @@ bool MpcPattern::plan(const FeasibleWish& wish, bool turn_feet) {
           zmp(com_after(r + k * kSampleTicks), settings_.com_height_m);
   problem_.emplace(mpc_.build(input_, steps_));
   const qp::Outcome outcome = qp_.solve(*problem_);
-  if (outcome == qp::Outcome::kSolved && qp_.x().allFinite()) {
+  if (outcome == qp::Outcome::solved && qp_.x().allFinite()) {
     trouble_.failed_solves = 0;
     take_solution(wish);
     return true;
@@ -281,7 +281,7 @@ void MpcPattern::take_solution(const FeasibleWish& wish) {
 }
 
 void MpcPattern::advance_tick() {
-  if (steps_.phase() == Steps::Phase::kStand) {
+  if (steps_.phase() == Steps::Phase::stand) {
     com_ = standing_.after(com_, steps_.middle_W_m(), 1);
     last_jerk_.setZero();
   } else {
@@ -307,7 +307,7 @@ void MpcPattern::predict() {
 }
 
 ComState MpcPattern::com_after(int ticks) const {
-  if (steps_.phase() == Steps::Phase::kStand)
+  if (steps_.phase() == Steps::Phase::stand)
     return standing_.after(com_, steps_.middle_W_m(), ticks);
   if (ticks <= first_ticks_) return advance(com_, jerk_[0], ticks * kTick_s);
   ticks -= first_ticks_;

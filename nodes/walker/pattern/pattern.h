@@ -45,7 +45,7 @@ struct FootState {
   double yaw_rate_rad_s = 0.0, yaw_acceleration = 0.0;
 };
 
-enum class Gait { kStanding, kStarting, kWalking, kStopping };
+enum class Gait { standing, starting, walking, stopping };
 
 /// Plan of the pattern generator for one tick.
 struct PatternSample {
@@ -55,7 +55,7 @@ struct PatternSample {
   std::array<bool, 2> contact{true, true};            ///< on the ground
   double left_share = 0.5;                            ///< share of the weight on the left foot
   double yaw_rad = 0.0, yaw_rate_rad_s = 0.0;         ///< yaw of the waist: mean of the feet
-  Gait gait = Gait::kStanding;
+  Gait gait = Gait::standing;
   Side swing = kLeft;           ///< foot that moves or that will move next
   double to_landing_s = 0.0;    ///< time until it lands; 0 while standing
   double since_change_s = 0.0;  ///< time since the support changed

@@ -68,7 +68,7 @@ PreviewGains preview_gains(const PreviewSettings& s) {
   const CartTableAxis axis(s.dt_s, s.height_m);
   PreviewGains gains;
   const double Q = s.zmp_weight, R = s.jerk_weight;
-  if (s.form == PreviewForm::kPosition) {
+  if (s.form == PreviewForm::position) {
     // d = R + bᵀP b,   K = bᵀP A / d,   Fᵢ = bᵀ/d ((A − b K)ᵀ)ⁱ cᵀQ                      [eq. 3.4]
     const Eigen::MatrixXd P = riccati(axis.A, axis.b, axis.c.transpose() * Q * axis.c, R);
     const double d = R + axis.b.dot(P * axis.b);
@@ -108,8 +108,8 @@ Eigen::Vector2d PreviewControl::feedback(const ComState& x) const {
 }
 
 Eigen::Vector2d PreviewControl::jerk(std::span<const Eigen::Vector2d> zmp_ref) const {
-  if (settings_.form == PreviewForm::kIntegral) {
-    // Difference of two ticks of kIntegral's law, so that no sum has to be kept:
+  if (settings_.form == PreviewForm::integral) {
+    // Difference of two ticks of the integral law, so that no sum has to be kept:
     // u = u⁻ + Ks (z_ref − z) − K (x − x⁻) + Σᵢ Fᵢ (z_ref(k+1+i) − z_ref(k+i))           [eq. 3.7]
     Eigen::Vector2d u =
         last_jerk_ + gains_.Ks * (zmp_ref[0] - zmp_W_m()) - feedback(com_) + feedback(last_com_);
@@ -119,7 +119,7 @@ Eigen::Vector2d PreviewControl::jerk(std::span<const Eigen::Vector2d> zmp_ref) c
     return u;
   }
   const std::size_t n = std::min(static_cast<std::size_t>(gains_.F.size()), zmp_ref.size());
-  const Eigen::Vector2d hold = zmp_ref[n - 1];
+  const Eigen::Vector2d& hold = zmp_ref[n - 1];
   // From the last reference z∞, which stays for ever; Σ Fᵢ = K₀ over an infinite preview:
   // u = K₀ z∞ − K x + Σᵢ Fᵢ (z_ref(k+i) − z∞)                                             [eq. 3.8]
   Eigen::Vector2d u = gains_.K(0) * hold - feedback(com_);
@@ -140,10 +140,10 @@ void PreviewControl::shift(const Eigen::Vector2d& shift_W_m) {
 }
 
 void PreviewControl::roll_out(std::span<const Eigen::Vector2d> zmp_ref, std::span<ComState> coms) {
-  const bool integral = settings_.form == PreviewForm::kIntegral;
+  const bool integral = settings_.form == PreviewForm::integral;
   const std::size_t n = std::min(zmp_ref.size(), coms.size());
   if (n == 0) return;
-  const Eigen::Vector2d hold = zmp_ref.back();
+  const Eigen::Vector2d& hold = zmp_ref.back();
   if (previewed_.size() < zmp_ref.size()) previewed_.resize(zmp_ref.size());
   // Σᵢ Fᵢ r(k+i) = input · s(k) with s(k) = output · r(k) + closed_loop · s(k+1), from the end
   Eigen::Matrix<double, Eigen::Dynamic, 2, 0, 4, 2> s, carried;

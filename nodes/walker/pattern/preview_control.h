@@ -59,12 +59,12 @@ Eigen::MatrixXd riccati(const Eigen::MatrixXd& A, const Eigen::VectorXd& b,
                         const Eigen::MatrixXd& Q, double R);
 
 enum class PreviewForm {
-  kPosition,  ///< u = −K x + Σᵢ₌₀ Fᵢ z_ref(k+i): three states
-  kIntegral,  ///< u = −K x + Ks Σ (z_ref − z) + Σᵢ₌₁ Fᵢ z_ref(k+i): four, the sum of errors first
+  position,  ///< u = −K x + Σᵢ₌₀ Fᵢ z_ref(k+i): three states
+  integral,  ///< u = −K x + Ks Σ (z_ref − z) + Σᵢ₌₁ Fᵢ z_ref(k+i): four, the sum of errors first
 };
 
 struct PreviewSettings {
-  PreviewForm form = PreviewForm::kPosition;
+  PreviewForm form = PreviewForm::position;
   double height_m = 0.807;
   double dt_s = kTick_s;
   int samples = 320;                            ///< length of the preview
@@ -74,12 +74,12 @@ struct PreviewSettings {
 /// Gains of both forms [Katayama 1985; docs/walking.md 3].
 struct PreviewGains {
   Eigen::RowVector3d K;
-  double Ks = 0.0;    ///< kIntegral only
-  Eigen::VectorXd F;  ///< samples; F(0) belongs to z_ref(k) (kPosition) or z_ref(k+1) (kIntegral)
+  double Ks = 0.0;    ///< integral only
+  Eigen::VectorXd F;  ///< samples; F(0) belongs to z_ref(k) (position) or z_ref(k+1) (integral)
   /// Fᵢ = input · closed_loopⁱ · output, in the form's three or four states.
   Eigen::MatrixXd closed_loop;  ///< (A − b K)ᵀ
   Eigen::RowVectorXd input;     ///< bᵀ / (R + bᵀPb)
-  Eigen::VectorXd output;       ///< cᵀQ (kPosition), P c̃ᵀQ (kIntegral)
+  Eigen::VectorXd output;       ///< cᵀQ (position), P c̃ᵀQ (integral)
 };
 
 /// @throws ConfigError that names height, dt, samples or weight out of range

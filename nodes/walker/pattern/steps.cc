@@ -101,7 +101,7 @@ void Steps::reset(const std::array<Footprint, 2>& feet) {
   swing_ = kLeft;
   landed_ = 0;
   next_ = {ground_[kLeft], ground_[kRight], ground_[kLeft]};
-  enter(Phase::kStand, -1);
+  enter(Phase::stand, -1);
 }
 
 void Steps::enter(Phase phase, int landings_left) {
@@ -113,22 +113,22 @@ void Steps::enter(Phase phase, int landings_left) {
 
 void Steps::decide(bool walk, Side first_swing, bool settled) {
   switch (phase_) {
-    case Phase::kStand:
-    case Phase::kSettle:
+    case Phase::stand:
+    case Phase::settle:
       if (walk) {
         swing_ = first_swing;
         next_ = {ground_[swing_], ground_[robot::other(swing_)], ground_[swing_]};
         landed_ = 0;
-        enter(Phase::kStart, -1);
-      } else if (phase_ == Phase::kSettle && settled) {
-        enter(Phase::kStand, -1);
+        enter(Phase::start, -1);
+      } else if (phase_ == Phase::settle && settled) {
+        enter(Phase::stand, -1);
       }
       break;
-    case Phase::kStart:
-      if (!walk && change_ == Change::kAtOnce) enter(Phase::kSettle, 0);
+    case Phase::start:
+      if (!walk && change_ == Change::at_once) enter(Phase::settle, 0);
       break;
-    case Phase::kStep:
-      if (walk && (landings_left_ != 1 || change_ == Change::kAtOnce))
+    case Phase::step:
+      if (walk && (landings_left_ != 1 || change_ == Change::at_once))
         landings_left_ = -1;
       else if (!walk && landings_left_ < 0)
         landings_left_ = kStopLandings;
@@ -144,9 +144,9 @@ void Steps::plan(int ahead, const Footprint& landing) {
 
 int Steps::length() const {
   switch (phase_) {
-    case Phase::kStart:
+    case Phase::start:
       return first_double_;
-    case Phase::kStep:
+    case Phase::step:
       return step_;
     default:
       return kEndless;
@@ -155,7 +155,7 @@ int Steps::length() const {
 
 PlanarState Steps::swing_after(int n) const {
   const int from = std::max(tick_, lift_), to = tick_ + n;
-  if (phase_ != Phase::kStep || to <= from) return air_;
+  if (phase_ != Phase::step || to <= from) return air_;
   return quintic(air_, pose(next_[0]), kTick_s * std::max(1, touch_ - from), kTick_s * (to - from));
 }
 
@@ -169,8 +169,8 @@ void Steps::advance(int n) {
 }
 
 void Steps::finish_phase() {
-  if (phase_ == Phase::kStart) {
-    enter(Phase::kStep, landings_left_);
+  if (phase_ == Phase::start) {
+    enter(Phase::step, landings_left_);
     return;
   }
   ground_[swing_] = next_[0];
@@ -178,14 +178,14 @@ void Steps::finish_phase() {
   swing_ = robot::other(swing_);
   next_ = {next_[1], next_[2], next_[1]};
   if (landings_left_ > 0) --landings_left_;
-  enter(landings_left_ == 0 ? Phase::kSettle : Phase::kStep, landings_left_);
+  enter(landings_left_ == 0 ? Phase::settle : Phase::step, landings_left_);
 }
 
 int Steps::ticks_to_sample() const { return sample_ - tick_ % sample_; }
 
 Support Steps::support_after(int n) const {
   int alone = 0;
-  if (phase_ != Phase::kStep) {
+  if (phase_ != Phase::step) {
     if (n <= length() - tick_) return {.both = true};
     alone = (n - (length() - tick_) - 1) / step_;
   } else if (n > length() - tick_) {
@@ -198,12 +198,12 @@ Support Steps::support_after(int n) const {
 
 double Steps::until_next_landing_s(double ahead_s) const {
   const int to_step = length() - tick_, n = ticks(ahead_s);
-  if (n <= to_step && phase_ == Phase::kStep) return kTick_s * (to_step - n);
+  if (n <= to_step && phase_ == Phase::step) return kTick_s * (to_step - n);
   return kTick_s * (step_ - 1 - (n - to_step - 1) % step_);
 }
 
 double Steps::free_time_s() const {
-  if (phase_ != Phase::kStep) return 1e3;
+  if (phase_ != Phase::step) return 1e3;
   return kTick_s * std::max(0, touch_ - std::max(tick_, lift_));
 }
 
@@ -218,7 +218,7 @@ void Steps::describe(PatternSample& s) const {
   s.foot[swing_] = on_ground(air_);
   s.foot[robot::other(swing_)] = on_ground(still);
   s.contact = {true, true};
-  if (phase_ == Phase::kStep && tick_ > double_) {
+  if (phase_ == Phase::step && tick_ > double_) {
     const double rate = 1.0 / (kTick_s * (step_ - double_));
     const SwingHeight height = swing_height((tick_ - double_) * kTick_s * rate);
     FootState& foot = s.foot[swing_];
@@ -235,20 +235,20 @@ void Steps::describe(PatternSample& s) const {
   s.landing = next_[0];
   s.to_landing_s = 0.0;
   switch (phase_) {
-    case Phase::kStand:
-      s.gait = Gait::kStanding;
+    case Phase::stand:
+      s.gait = Gait::standing;
       s.landing = ground_[swing_];
       break;
-    case Phase::kSettle:
-      s.gait = Gait::kStopping;
+    case Phase::settle:
+      s.gait = Gait::stopping;
       s.landing = ground_[swing_];
       break;
-    case Phase::kStart:
-      s.gait = Gait::kStarting;
+    case Phase::start:
+      s.gait = Gait::starting;
       s.to_landing_s = (length() - tick_ + step_) * kTick_s;
       break;
-    case Phase::kStep:
-      s.gait = landings_left_ < 0 ? Gait::kWalking : Gait::kStopping;
+    case Phase::step:
+      s.gait = landings_left_ < 0 ? Gait::walking : Gait::stopping;
       s.to_landing_s = (length() - tick_) * kTick_s;
       break;
   }

@@ -26,10 +26,10 @@ struct Support {
 /// is higher than planned. Steps is a value: an advanced copy is the preview.
 class Steps {
  public:
-  enum class Phase { kStand, kStart, kStep, kSettle };
+  enum class Phase { stand, start, step, settle };
 
   /// When a change of mind takes effect: at once, or after the next landing.
-  enum class Change { kAtOnce, kAfterLanding };
+  enum class Change { at_once, after_landing };
   Steps(const GaitSettings& settings, Change change);
   void reset(const std::array<Footprint, 2>& feet);
 
@@ -48,7 +48,7 @@ class Steps {
   const Footprint& landing(int ahead) const { return next_[static_cast<std::size_t>(ahead)]; }
   /// Landings until the robot stands; −1: it keeps walking.
   int landings_left() const { return landings_left_; }
-  bool stopping() const { return phase_ == Phase::kSettle || landings_left_ >= 0; }
+  bool stopping() const { return phase_ == Phase::settle || landings_left_ >= 0; }
   int ticks_to_sample() const;  ///< to the next multiple of the sampling time, ≥ 1
   int tick() const { return tick_; }
   Support support_after(int ticks) const;
@@ -73,7 +73,7 @@ class Steps {
   int lift_, touch_;
   double height_m_;
   Change change_;
-  Phase phase_ = Phase::kStand;
+  Phase phase_ = Phase::stand;
   int tick_ = 0, landings_left_ = -1, landed_ = 0;
   Side swing_ = kLeft;
   std::array<Footprint, 2> ground_;

@@ -107,7 +107,7 @@ bool Cascade::solve(const Eigen::Ref<const Eigen::VectorXd>& b,
   MIMESIS_ASSERT(b.size() == rows_ && lower.size() == n_ && upper.size() == n_ && x.size() == n_);
   b_.head(rows_) = b.cwiseProduct(weight_.head(rows_));
   close_levels();
-  outcome_ = qp::Outcome::kSolved;
+  outcome_ = qp::Outcome::solved;
   z_.setZero();
   for (const Level& level : levels_) {
     solve_free(level, level.damping_squared + (level.column > 0 ? level.unreached : 0.0));
@@ -149,7 +149,7 @@ bool Cascade::solve_levels_bounded(const Eigen::Ref<const Eigen::VectorXd>& lowe
     }
   }
   const Level left{.row = rows_, .column = static_cast<int>(basis_.size())};
-  if (outcome_ == qp::Outcome::kSolved) solve_bounded(left, depth, lower, upper);
+  if (outcome_ == qp::Outcome::solved) solve_bounded(left, depth, lower, upper);
   compose();
   return true;
 }
@@ -246,7 +246,7 @@ bool Cascade::solve_bounded(const Level& level, int depth,
   }
   qp::DualQp& program = programs_[static_cast<std::size_t>(depth)];
   outcome_ = program.solve({H, g, Y, least_, most_, none_, none_});
-  if (outcome_ != qp::Outcome::kSolved) return false;
+  if (outcome_ != qp::Outcome::solved) return false;
   z_.tail(n) = program.x();
   return true;
 }

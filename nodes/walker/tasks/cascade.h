@@ -87,7 +87,7 @@ class Cascade {
   double wider_ = 0.0;  // widening of the bounds, per level
   bool bounded_ = false;
   double first_residual_ = 0.0;
-  qp::Outcome outcome_ = qp::Outcome::kSolved;
+  qp::Outcome outcome_ = qp::Outcome::solved;
 };
 
 }  // namespace mimesis::walker

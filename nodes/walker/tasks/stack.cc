@@ -48,7 +48,7 @@ struct Stack::Parts {
   bool kept = false;  ///< in the last tick a bound kept the first level from its aim
 };
 
-Stack::Stack(const robot::Biped& biped, StackSettings settings)
+Stack::Stack(const robot::Biped& biped, const StackSettings& settings)
     : parts_(std::make_unique<Parts>(biped, settings)) {
   state_.reason.reserve(kLine);
   state_.q.resize(biped.tree.dof());
@@ -160,9 +160,9 @@ bool Stack::move(const TaskGoals& goals, double dt_s) {
 /// While a limit keeps the first level from its goal, Newton's method does not come to rest: bounds
 /// the joints' accelerations, as far as their limits permit.
 void Stack::ease(double dt_s) {
-  constexpr double kAcceleration_rad_s2 = 100.0;
+  constexpr double kEased_rad_s2 = 100.0;
   Parts& p = *parts_;
-  const double most = kAcceleration_rad_s2 * dt_s * dt_s;
+  const double most = kEased_rad_s2 * dt_s * dt_s;
   for (Eigen::Index i = 0; i < state_.dq.size(); ++i) {
     const double way = state_.dq[i] * dt_s, lower = p.lower[6 + i], upper = p.upper[6 + i];
     p.lower[6 + i] = std::clamp(way - most, lower, upper);

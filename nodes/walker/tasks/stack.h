@@ -9,20 +9,20 @@
 
 namespace mimesis::walker {
 
-enum class TaskKind { kCom, kFoot, kOrientation, kPosition, kPosture, kRegularisation };
+enum class TaskKind { com, foot, orientation, position, posture, regularisation };
 
 /// One task of a stack, as in a YAML file.
 struct TaskSpec {
   std::string name;  ///< "left foot"
-  TaskKind kind = TaskKind::kPosture;
+  TaskKind kind = TaskKind::posture;
   int priority = 1;        ///< 1 comes first; equal ones share a level
   double weight = 1.0;     ///< within the level
   double gain_1_s = 20.0;  ///< gain of the error; from 1/dt on all of it at every tick
-  std::string link = {};   ///< kFoot: a sole, kOrientation: any, kPosition: a hand
-  std::vector<std::string> joints =
-      {};  ///< kPosture; empty: the upper body. Legs go to half-sitting
-  /// Axes x y z in W that count; empty: all. kFoot also takes 6, position then rotation; with 3 all
-  /// rotations count.
+  std::string link = {};   ///< foot: a sole, orientation: any, position: a hand
+  /// posture; empty: the upper body. Legs go to half-sitting.
+  std::vector<std::string> joints = {};
+  /// Axes x y z in W that count; empty: all. A foot also takes 6, position then rotation; with 3
+  /// all rotations count.
   std::vector<bool> axes = {};
 };
 
@@ -38,7 +38,7 @@ struct StackSettings {
 struct TaskGoals {
   Eigen::Vector3d com_W_m, com_v_W;  ///< [m], [m/s]
   std::array<FootState, 2> foot;     ///< left, right
-  Eigen::Matrix3d R_W_trunk;         ///< goal of every kOrientation
+  Eigen::Matrix3d R_W_trunk;         ///< goal of every orientation task
   Eigen::VectorXd upper_body;        ///< Biped::upper_body order [rad]
   Eigen::VectorXd upper_body_rate;   ///< [rad/s]; empty: 0
   struct Hand {
@@ -65,7 +65,7 @@ class Stack {
  public:
   /// Starts half-sitting. The biped outlives it.
   /// @throws ConfigError for unknown links or joints, or values that contradict each other
-  Stack(const robot::Biped& biped, StackSettings settings);
+  Stack(const robot::Biped& biped, const StackSettings& settings);
   ~Stack();
   void reset(const Eigen::Isometry3d& X_WB, const Eigen::Ref<const Eigen::VectorXd>& q);
   /// Advances by one tick of dt [s]. No allocation.

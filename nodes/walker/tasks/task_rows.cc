@@ -27,7 +27,7 @@ void check_numbers(const TaskSpec& spec) {
 }
 
 bool has_link(TaskKind kind) {
-  return kind == TaskKind::kFoot || kind == TaskKind::kOrientation || kind == TaskKind::kPosition;
+  return kind == TaskKind::foot || kind == TaskKind::orientation || kind == TaskKind::position;
 }
 
 /// @return the side whose link this is. @throws ConfigError if it is neither.
@@ -47,14 +47,14 @@ void take_link(const robot::Biped& biped, const TaskSpec& spec, Task& task) {
   if (task.link < 0) {
     refuse(spec, "robot " + biped.tree.name() + " has no link '" + spec.link + "'");
   }
-  if (spec.kind == TaskKind::kFoot) {
+  if (spec.kind == TaskKind::foot) {
     task.side = side_of(spec, task.link, {biped.leg[0].sole, biped.leg[1].sole}, "sole");
   }
-  if (spec.kind == TaskKind::kPosition) task.side = side_of(spec, task.link, biped.hand, "hand");
+  if (spec.kind == TaskKind::position) task.side = side_of(spec, task.link, biped.hand, "hand");
 }
 
 void take_joints(const robot::Biped& biped, const TaskSpec& spec, Task& task) {
-  if (spec.kind != TaskKind::kPosture) {
+  if (spec.kind != TaskKind::posture) {
     if (!spec.joints.empty()) refuse(spec, "joints, expected none for its kind");
     return;
   }
@@ -75,8 +75,8 @@ void take_joints(const robot::Biped& biped, const TaskSpec& spec, Task& task) {
 }
 
 void take_axes(const TaskSpec& spec, Task& task) {
-  const bool foot = spec.kind == TaskKind::kFoot;
-  const bool has_axes = has_link(spec.kind) || spec.kind == TaskKind::kCom;
+  const bool foot = spec.kind == TaskKind::foot;
+  const bool has_axes = has_link(spec.kind) || spec.kind == TaskKind::com;
   const std::size_t n = spec.axes.size();
   if (!has_axes && n > 0) refuse(spec, "axes, expected none for its kind");
   if (n != 0 && n != 3 && !(foot && n == 6)) {
@@ -160,25 +160,25 @@ StackSettings walking_stack(const robot::Biped& biped) {
   for (const Side side : robot::kSides) {
     const std::string name = side == kLeft ? "left" : "right";
     tasks.push_back({.name = name + " foot",
-                     .kind = TaskKind::kFoot,
+                     .kind = TaskKind::foot,
                      .priority = 1,
                      .weight = 100.0,
                      .gain_1_s = kAtOnce_1_s,
                      .link = link(biped.leg[static_cast<std::size_t>(side)].sole)});
   }
   tasks.push_back({.name = "com",
-                   .kind = TaskKind::kCom,
+                   .kind = TaskKind::com,
                    .priority = 1,
                    .weight = 10.0,
                    .gain_1_s = kAtOnce_1_s,
                    .axes = {true, true, false}});
   tasks.push_back({.name = "com height",
-                   .kind = TaskKind::kCom,
+                   .kind = TaskKind::com,
                    .priority = 1,
                    .gain_1_s = kAtOnce_1_s,
                    .axes = {false, false, true}});
   tasks.push_back({.name = "trunk",
-                   .kind = TaskKind::kOrientation,
+                   .kind = TaskKind::orientation,
                    .priority = 2,
                    .gain_1_s = 50.0,
                    .link = link(biped.trunk)});
@@ -186,14 +186,14 @@ StackSettings walking_stack(const robot::Biped& biped) {
     const int hand = biped.hand[static_cast<std::size_t>(side)];
     if (hand < 0) continue;
     tasks.push_back({.name = side == kLeft ? "left hand" : "right hand",
-                     .kind = TaskKind::kPosition,
+                     .kind = TaskKind::position,
                      .priority = 3,
                      .weight = 10.0,
                      .gain_1_s = 50.0,
                      .link = link(hand)});
   }
-  tasks.push_back({.name = "upper body", .kind = TaskKind::kPosture, .priority = 3});
-  tasks.push_back({.name = "rest", .kind = TaskKind::kRegularisation, .priority = 4});
+  tasks.push_back({.name = "upper body", .kind = TaskKind::posture, .priority = 3});
+  tasks.push_back({.name = "rest", .kind = TaskKind::regularisation, .priority = 4});
   return settings;
 }
 
@@ -208,12 +208,12 @@ TaskRows::TaskRows(const robot::Biped& biped, std::vector<Task> tasks)
       com_jacobian_(3, 6 + biped.tree.dof()) {
   for (const Task& task : tasks_) {
     levels_ = std::max(levels_, task.level + 1);
-    most_rows_ += task.kind == TaskKind::kRegularisation
+    most_rows_ += task.kind == TaskKind::regularisation
                       ? 6 + biped.tree.dof()
                       : static_cast<int>(task.axes.size() + task.dofs.size());
   }
   const auto last = std::ranges::count(tasks_, levels_ - 1, &Task::level);
-  rest_is_last_ = last == 1 && tasks_.back().kind == TaskKind::kRegularisation;
+  rest_is_last_ = last == 1 && tasks_.back().kind == TaskKind::regularisation;
 }
 
 void TaskRows::forget() {
@@ -231,23 +231,23 @@ void TaskRows::aim(const Posture& posture, const TaskGoals& goals, double dt_s,
     const Task& task = tasks_[i];
     Aim& aim = aims_[i];
     switch (task.kind) {
-      case TaskKind::kCom:
+      case TaskKind::com:
         aim_at_com(task, aim, posture, goals, dt_s, lower, upper);
         break;
-      case TaskKind::kFoot:
+      case TaskKind::foot:
         aim_at_foot(task, aim, posture, goals, dt_s);
         break;
-      case TaskKind::kOrientation:
+      case TaskKind::orientation:
         aim_at_rotation(task, aim, posture.kinematics.X_WL(task.link).linear(), goals.R_W_trunk,
                         trunk_rate, dt_s);
         break;
-      case TaskKind::kPosition:
+      case TaskKind::position:
         aim_at_hand(task, aim, posture, goals, dt_s);
         break;
-      case TaskKind::kPosture:
+      case TaskKind::posture:
         aim_at_posture(task, posture, goals, dt_s);
         break;
-      case TaskKind::kRegularisation:
+      case TaskKind::regularisation:
         break;
     }
   }
@@ -360,24 +360,24 @@ void TaskRows::fill(const Posture& posture, Cascade& cascade) {
 void TaskRows::fill_task(const Task& task, const Aim& aim, const Posture& posture,
                          Cascade& cascade) {
   switch (task.kind) {
-    case TaskKind::kCom:
+    case TaskKind::com:
       for (const int axis : task.axes) cascade.add_row(com_jacobian_.row(axis), task.weight);
       break;
-    case TaskKind::kFoot:
-    case TaskKind::kOrientation:
-    case TaskKind::kPosition: {
+    case TaskKind::foot:
+    case TaskKind::orientation:
+    case TaskKind::position: {
       posture.kinematics.jacobian(task.link, posture.kinematics.X_WL(task.link).translation(),
                                   jacobian_);
-      const int from = task.kind == TaskKind::kOrientation ? 3 : 0;
+      const int from = task.kind == TaskKind::orientation ? 3 : 0;
       for (const int axis : task.axes) {
         cascade.add_row(jacobian_.row(from + axis), task.weight * aim.strength);
       }
       break;
     }
-    case TaskKind::kPosture:
+    case TaskKind::posture:
       for (const int dof : task.dofs) cascade.add_axis(6 + dof, task.weight);
       break;
-    case TaskKind::kRegularisation:
+    case TaskKind::regularisation:
       for (int i = 0; i < 6 + biped_->tree.dof(); ++i) cascade.add_axis(i, task.weight);
       break;
   }
@@ -391,26 +391,26 @@ void TaskRows::missing(const Posture& posture, Eigen::Ref<Eigen::VectorXd> b) co
     if (!aim.used) continue;
     Eigen::Matrix<double, 6, 1> error = Eigen::Matrix<double, 6, 1>::Zero();
     switch (task.kind) {
-      case TaskKind::kCom:
+      case TaskKind::com:
         error.head<3>() = aim.p_W - posture.com_W;
         break;
-      case TaskKind::kFoot:
+      case TaskKind::foot:
         error.tail<3>() =
             math::log_so3(aim.R_W * posture.kinematics.X_WL(task.link).linear().transpose());
         [[fallthrough]];
-      case TaskKind::kPosition:
+      case TaskKind::position:
         error.head<3>() = aim.p_W - posture.kinematics.X_WL(task.link).translation();
         break;
-      case TaskKind::kOrientation:
+      case TaskKind::orientation:
         error.head<3>() =
             math::log_so3(aim.R_W * posture.kinematics.X_WL(task.link).linear().transpose());
         break;
-      case TaskKind::kPosture:
+      case TaskKind::posture:
         for (const int dof : task.dofs) {
           b[row++] = joint_goal_[static_cast<std::size_t>(dof)] - posture.q[dof];
         }
         break;
-      case TaskKind::kRegularisation:
+      case TaskKind::regularisation:
         for (int k = 0; k < 6 + biped_->tree.dof(); ++k) b[row++] = 0.0;
         break;
     }

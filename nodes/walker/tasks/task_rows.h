@@ -9,14 +9,14 @@ namespace mimesis::walker {
 
 /// A task of the stack with the robot's indices instead of names.
 struct Task {
-  TaskKind kind = TaskKind::kPosture;
+  TaskKind kind = TaskKind::posture;
   int level = 0;  ///< 0 comes first; no gaps
   double weight = 1.0, gain_1_s = 20.0;
   int link = -1;
   int side = 0;                 ///< foot or hand
-  std::vector<int> dofs = {};   ///< kPosture: joints
+  std::vector<int> dofs = {};   ///< posture: joints
   std::vector<int> upper = {};  ///< per joint: index in Biped::upper_body, or −1
-  std::vector<int> axes = {};   ///< axes that count, of 3 (kFoot: 6)
+  std::vector<int> axes = {};   ///< axes that count, of 3 (foot: 6)
 };
 
 /// Tasks in the order of their priorities.

@@ -24,7 +24,7 @@ struct ConductRig {
     run(kTick_s);
     now.approached = true;
     run(kTick_s);
-    ASSERT_EQ(conduct.phase(), Phase::kBalancing);
+    ASSERT_EQ(conduct.phase(), Phase::balancing);
   }
 
   Condition now{.sensors = {},
@@ -39,21 +39,21 @@ struct ConductRig {
 TEST(Conduct, GoesFromWaitingOverArmingAndApproachingToBalance) {
   ConductRig rig;
   rig.now.sensors = "no IMU";
-  EXPECT_EQ(rig.run(1.0), Phase::kWaiting);
+  EXPECT_EQ(rig.run(1.0), Phase::waiting);
   EXPECT_EQ(rig.conduct.reason(), "no IMU");
   rig.now.sensors = {};
   rig.now.posture = "lies on its side";
-  EXPECT_EQ(rig.run(1.0), Phase::kWaiting);
+  EXPECT_EQ(rig.run(1.0), Phase::waiting);
   EXPECT_EQ(rig.conduct.reason(), "lies on its side");
   rig.now.posture = {};
-  EXPECT_EQ(rig.run(kTick_s), Phase::kArming);
-  EXPECT_EQ(rig.run(1.0), Phase::kArming);
+  EXPECT_EQ(rig.run(kTick_s), Phase::arming);
+  EXPECT_EQ(rig.run(1.0), Phase::arming);
   EXPECT_EQ(rig.conduct.reason(), "drives are off");
   rig.now.actuators = {};
-  EXPECT_EQ(rig.run(kTick_s), Phase::kApproaching);
-  EXPECT_EQ(rig.run(1.0), Phase::kApproaching);
+  EXPECT_EQ(rig.run(kTick_s), Phase::approaching);
+  EXPECT_EQ(rig.run(1.0), Phase::approaching);
   rig.now.approached = true;
-  EXPECT_EQ(rig.run(kTick_s), Phase::kBalancing);
+  EXPECT_EQ(rig.run(kTick_s), Phase::balancing);
   EXPECT_EQ(rig.conduct.reason(), "");
 }
 
@@ -61,16 +61,16 @@ TEST(Conduct, LostSensorsWhileStandingAreSafeUntilTheyAreBack) {
   ConductRig rig({.blind_s = 3.0, .recovery_s = 0.5, .silence_s = 0.25});
   rig.balance();
   rig.now.sensors = "IMU is silent";
-  EXPECT_EQ(rig.run(kTick_s), Phase::kSafe);
+  EXPECT_EQ(rig.run(kTick_s), Phase::safe);
   EXPECT_EQ(rig.conduct.reason(), "IMU is silent");
   rig.now.sensors = {};
   rig.now.approached = false;
-  EXPECT_EQ(rig.run(0.45), Phase::kSafe);
+  EXPECT_EQ(rig.run(0.45), Phase::safe);
   rig.now.sensors = "IMU is silent";
   rig.run(kTick_s);
   rig.now.sensors = {};
-  EXPECT_EQ(rig.run(0.45), Phase::kSafe);  // the count starts again
-  EXPECT_EQ(rig.run(0.1), Phase::kApproaching);
+  EXPECT_EQ(rig.run(0.45), Phase::safe);  // the count starts again
+  EXPECT_EQ(rig.run(0.1), Phase::approaching);
 }
 
 TEST(Conduct, LostSensorsWhileWalkingEndTheStepsFirst) {
@@ -78,16 +78,16 @@ TEST(Conduct, LostSensorsWhileWalkingEndTheStepsFirst) {
   rig.balance();
   rig.now.stands = false;
   rig.now.sensors = "IMU is silent";
-  EXPECT_EQ(rig.run(1.0), Phase::kBalancing);
+  EXPECT_EQ(rig.run(1.0), Phase::balancing);
   EXPECT_TRUE(rig.conduct.blind());
   EXPECT_EQ(rig.conduct.reason(), "IMU is silent");
   rig.now.sensors = {};
-  EXPECT_EQ(rig.run(kTick_s), Phase::kBalancing);  // back in time
+  EXPECT_EQ(rig.run(kTick_s), Phase::balancing);  // back in time
   EXPECT_FALSE(rig.conduct.blind());
   EXPECT_EQ(rig.conduct.reason(), "");
   rig.now.sensors = "IMU is silent";
-  EXPECT_EQ(rig.run(2.9), Phase::kBalancing);
-  EXPECT_EQ(rig.run(0.2), Phase::kSafe);  // independent of the plan
+  EXPECT_EQ(rig.run(2.9), Phase::balancing);
+  EXPECT_EQ(rig.run(0.2), Phase::safe);  // independent of the plan
 }
 
 TEST(Conduct, WhoFellStaysSafeUntilTheDrivesWereOff) {
@@ -95,16 +95,16 @@ TEST(Conduct, WhoFellStaysSafeUntilTheDrivesWereOff) {
   rig.balance();
   rig.now.stands = false;
   rig.now.falling = "tilted by 0.7 rad";
-  EXPECT_EQ(rig.run(kTick_s), Phase::kSafe);
+  EXPECT_EQ(rig.run(kTick_s), Phase::safe);
   EXPECT_EQ(rig.conduct.reason(), "tilted by 0.7 rad");
   rig.now.falling = {};
   rig.now.approached = false;
-  EXPECT_EQ(rig.run(10.0), Phase::kSafe);
+  EXPECT_EQ(rig.run(10.0), Phase::safe);
   rig.now.actuators = "drives are off";
-  EXPECT_EQ(rig.run(kTick_s), Phase::kWaiting);
+  EXPECT_EQ(rig.run(kTick_s), Phase::waiting);
   rig.now.actuators = {};
-  EXPECT_EQ(rig.run(0.2), Phase::kWaiting);  // silent: the bridge asks for that
-  EXPECT_EQ(rig.run(0.1), Phase::kApproaching);
+  EXPECT_EQ(rig.run(0.2), Phase::waiting);  // silent: the bridge asks for that
+  EXPECT_EQ(rig.run(0.1), Phase::approaching);
 }
 
 TEST(Conduct, DrivesThatStopEndEverything) {
@@ -114,9 +114,9 @@ TEST(Conduct, DrivesThatStopEndEverything) {
     rig.now.actuators = {};
     rig.now.approached = approached;
     rig.run(3 * kTick_s);
-    EXPECT_EQ(rig.conduct.phase(), approached ? Phase::kBalancing : Phase::kApproaching);
+    EXPECT_EQ(rig.conduct.phase(), approached ? Phase::balancing : Phase::approaching);
     rig.now.actuators = "following error";
-    EXPECT_EQ(rig.run(kTick_s), Phase::kWaiting);
+    EXPECT_EQ(rig.run(kTick_s), Phase::waiting);
     EXPECT_EQ(rig.conduct.reason(), "following error");
   }
 }
@@ -127,10 +127,10 @@ TEST(Conduct, AnApproachThatGoesWrongIsHeld) {
   rig.now.actuators = {};
   rig.run(kTick_s);
   rig.now.posture = "tilted";
-  EXPECT_EQ(rig.run(kTick_s), Phase::kSafe);
+  EXPECT_EQ(rig.run(kTick_s), Phase::safe);
   EXPECT_EQ(rig.conduct.reason(), "tilted");
   rig.now.posture = {};
-  EXPECT_EQ(rig.run(0.6), Phase::kApproaching);
+  EXPECT_EQ(rig.run(0.6), Phase::approaching);
 }
 
 }  // namespace

@@ -139,7 +139,7 @@ class WalkerBody : public ::testing::Test {
   bool swings_arms = false;
   double swung_s = 0.0;
   double feet_led_m = 0.0, com_led_m = 0.0, filter_m = 0.0;  // most
-  Gait gait = Gait::kStanding;
+  Gait gait = Gait::standing;
 };
 
 TEST_F(WalkerBody, IsWhereThePlanAndItsFilterAskForItInAWalk) {
@@ -152,7 +152,7 @@ TEST_F(WalkerBody, IsWhereThePlanAndItsFilterAskForItInAWalk) {
   swings_arms = true;
   wish.walk = {.velocity_m_s = {0.2, 0.0}, .yaw_rate_rad_s = 0.1, .landing = {}, .walk = true};
   go(loop, 6.0);
-  EXPECT_EQ(gait, Gait::kWalking);
+  EXPECT_EQ(gait, Gait::walking);
   EXPECT_LT(feet_led_m + com_led_m, 1e-7);
   EXPECT_GT(filter_m, 0.001) << "the filter has no say";
 }

@@ -39,7 +39,7 @@ TEST(StackParams, ReadsAStack) {
   EXPECT_EQ(settings.speed_share, 0.5);
   ASSERT_EQ(settings.tasks.size(), 2U);
   EXPECT_EQ(settings.tasks[0].name, "left foot");
-  EXPECT_EQ(settings.tasks[0].kind, TaskKind::kFoot);
+  EXPECT_EQ(settings.tasks[0].kind, TaskKind::foot);
   EXPECT_EQ(settings.tasks[0].link, "left_sole");
   EXPECT_EQ(settings.tasks[0].weight, 100.0);
   EXPECT_EQ(settings.tasks[0].gain_1_s, 200.0);
@@ -51,12 +51,12 @@ TEST(StackParams, ReadsAStack) {
 /// The logged effective set is read back as the same stack.
 TEST(StackParams, SaysEveryKindAsItIsRead) {
   const std::vector<std::pair<TaskKind, std::string>> kinds = {
-      {TaskKind::kCom, "com"},
-      {TaskKind::kFoot, "foot"},
-      {TaskKind::kOrientation, "orientation"},
-      {TaskKind::kPosition, "position"},
-      {TaskKind::kPosture, "posture"},
-      {TaskKind::kRegularisation, "regularisation"}};
+      {TaskKind::com, "com"},
+      {TaskKind::foot, "foot"},
+      {TaskKind::orientation, "orientation"},
+      {TaskKind::position, "position"},
+      {TaskKind::posture, "posture"},
+      {TaskKind::regularisation, "regularisation"}};
   for (const auto& [kind, word] : kinds) {
     StackSettings settings;
     EXPECT_EQ(read({"tasks=[{name: a, kind: " + word + "}]"}, settings), "");
@@ -216,19 +216,19 @@ TEST(WalkerParams, FiguresOfTheGaitMustNotContradictEachOther) {
 
 TEST(WalkerParams, SettingsOfTheChainAreThoseOfTheFile) {
   WalkerSettings s = with({}).settings(biped());
-  EXPECT_EQ(s.pattern, PatternKind::kNonlinear);
+  EXPECT_EQ(s.pattern, PatternKind::nonlinear);
   EXPECT_TRUE(s.filter && s.stabilize);
   EXPECT_TRUE(s.stack.tasks.empty());
   s = with({"pattern=linear", "filter=false", "filter_iterations=3", "filter_legs_only=true",
             "stabilize=false", "stabilizer.kd_1_s=7", "stack.tasks=[{name: a, kind: com}]"})
           .settings(biped());
-  EXPECT_EQ(s.pattern, PatternKind::kLinear);
+  EXPECT_EQ(s.pattern, PatternKind::linear);
   EXPECT_FALSE(s.filter || s.stabilize);
   EXPECT_EQ(s.filter_settings.iterations, 3);
   EXPECT_TRUE(s.filter_settings.legs_only);
   EXPECT_EQ(s.stabilizer.kd_1_s, 7.0);
   ASSERT_EQ(s.stack.tasks.size(), 1U);
-  EXPECT_EQ(with({"pattern=preview"}).settings(biped()).pattern, PatternKind::kPreview);
+  EXPECT_EQ(with({"pattern=preview"}).settings(biped()).pattern, PatternKind::preview);
 }
 
 TEST(WalkerParams, TheRobotMayStandAnywhere) {

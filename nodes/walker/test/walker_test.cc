@@ -73,7 +73,7 @@ TEST_P(WholeTick, DoesNotAllocate) {
       out = &loop.walker.step(wish.step(&motion, place, kTick_s), sensors);
     }
     clipped = clipped || !wish.clipped().empty();
-    walked = walked || out->pattern.gait == Gait::kWalking;
+    walked = walked || out->pattern.gait == Gait::walking;
     limited_posture = limited_posture || out->clipped;
     EXPECT_FALSE(out->failed) << t_s << ": " << out->trouble;
     if (t_s < 9.5) {
@@ -85,7 +85,7 @@ TEST_P(WholeTick, DoesNotAllocate) {
                                 .head<2>(),
              .yaw_rad = out->pattern.yaw_rad};
     if (i == ticks(9.4)) {
-      EXPECT_EQ(out->pattern.gait, Gait::kStanding);
+      EXPECT_EQ(out->pattern.gait, Gait::standing);
     }
     if (i == ticks(9.6)) {
       EXPECT_NE(out->trouble, "");
@@ -99,11 +99,11 @@ TEST_P(WholeTick, DoesNotAllocate) {
 }
 
 INSTANTIATE_TEST_SUITE_P(All, WholeTick,
-                         ::testing::Values(Chain{PatternKind::kLinear, 1, "linear_1"},
-                                           Chain{PatternKind::kLinear, 2, "linear_2"},
-                                           Chain{PatternKind::kNonlinear, 1, "nonlinear_1"},
-                                           Chain{PatternKind::kNonlinear, 2, "nonlinear_2"},
-                                           Chain{PatternKind::kPreview, 1, "preview_1"}),
+                         ::testing::Values(Chain{PatternKind::linear, 1, "linear_1"},
+                                           Chain{PatternKind::linear, 2, "linear_2"},
+                                           Chain{PatternKind::nonlinear, 1, "nonlinear_1"},
+                                           Chain{PatternKind::nonlinear, 2, "nonlinear_2"},
+                                           Chain{PatternKind::preview, 1, "preview_1"}),
                          [](const auto& chain) { return chain.param.name; });
 
 /// Where links are after `seconds` of standing with one wished upper body.

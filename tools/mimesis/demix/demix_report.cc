@@ -74,15 +74,15 @@ DemixReport make_report(const mocap::Trials& set, const Mixture& mixture, const 
   r.method = measure(name, set, mixture, delays);
   const int k = r.method.sources, most = static_cast<int>(demix::rank(set));
   r.others.push_back(measure("principal components (PCA)", set,
-                             demix::principal_components(set, std::min(k, most)), Delays::kNone));
+                             demix::principal_components(set, std::min(k, most)), Delays::none));
   r.others.push_back(measure("independent components (FastICA)", set,
-                             demix::independent_components(set, std::min(k, most)), Delays::kNone));
+                             demix::independent_components(set, std::min(k, most)), Delays::none));
   r.others.push_back(measure("sinusoids, free phases", set,
                              demix::sinusoids(set, std::min(k, most_harmonics(set))),
-                             Delays::kFree));
+                             Delays::free));
   const int equal = std::min(demix::components_of_equal_size(set, r.method.parameters), most);
   r.others.push_back(measure("PCA of about as many parameters", set,
-                             demix::principal_components(set, equal), Delays::kNone));
+                             demix::principal_components(set, equal), Delays::none));
   r.joints = joint_errors(set, mixture);
   return r;
 }

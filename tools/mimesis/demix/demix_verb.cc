@@ -48,8 +48,9 @@ void read_styles(Options& o) {
     o.trials.styles[fs::path(word.substr(0, at)).filename().string()] = word.substr(at + 1);
   }
   for (const auto& [file, style] : o.trials.styles) {
-    const bool known = std::ranges::any_of(
-        o.files, [&](const std::string& f) { return fs::path(f).filename() == fs::path(file); });
+    const bool known = std::ranges::any_of(o.files, [&file = file](const std::string& f) {
+      return fs::path(f).filename() == fs::path(file);
+    });
     if (!known) throw ConfigError("--style: " + file + " is none of the files");
   }
 }
@@ -161,7 +162,7 @@ int run(Options& o) {
   const auto started = std::chrono::steady_clock::now();
   read_styles(o);
   check(o);
-  if (o.whole_clips) o.trials.cut.cut = mocap::CycleOptions::Cut::kWholeClip;
+  if (o.whole_clips) o.trials.cut.cut = mocap::CycleOptions::Cut::whole_clip;
   if (o.name.empty()) {
     o.name = fs::path(o.out).filename().string();
     o.name = o.name.substr(0, o.name.find('.'));
@@ -177,7 +178,7 @@ int run(Options& o) {
         << "no clip tells the lengths of the figure's limbs: a standard one of 1.70 m is taken\n";
   }
   const motion::MotionModel model = save(o, files, result.mixture);
-  const auto delays = o.sisa.tied ? demix::Delays::kTied : demix::Delays::kFree;
+  const auto delays = o.sisa.tied ? demix::Delays::tied : demix::Delays::free;
   const DemixReport report = make_report(files.set, result.mixture,
                                          o.method == "wigner" ? "anechoic (Wigner-Ville)"
                                          : o.sisa.tied        ? "anechoic, tied delays (SISA)"

@@ -26,22 +26,22 @@ constexpr std::size_t kShownBytes = 16;
 constexpr std::size_t kShownText = 100;
 
 /// Fields of one kind can be compared for any wire type.
-enum class FieldKind { kFloating, kInteger, kOtherNumber, kText, kBytes, kMessage };
+enum class FieldKind { floating, integer, other_number, text, bytes, message };
 
 FieldKind kind_of(const FieldDescriptor& f) {
   switch (f.cpp_type()) {
     case FieldDescriptor::CPPTYPE_DOUBLE:
     case FieldDescriptor::CPPTYPE_FLOAT:
-      return FieldKind::kFloating;
+      return FieldKind::floating;
     case FieldDescriptor::CPPTYPE_BOOL:
     case FieldDescriptor::CPPTYPE_ENUM:
-      return FieldKind::kOtherNumber;
+      return FieldKind::other_number;
     case FieldDescriptor::CPPTYPE_STRING:
-      return f.type() == FieldDescriptor::TYPE_BYTES ? FieldKind::kBytes : FieldKind::kText;
+      return f.type() == FieldDescriptor::TYPE_BYTES ? FieldKind::bytes : FieldKind::text;
     case FieldDescriptor::CPPTYPE_MESSAGE:
-      return FieldKind::kMessage;
+      return FieldKind::message;
     default:
-      return FieldKind::kInteger;
+      return FieldKind::integer;
   }
 }
 
@@ -235,7 +235,7 @@ class MessageComparison {
 
   void values(const FieldValue& a, const FieldValue& b) {
     switch (kind_of(a.field)) {
-      case FieldKind::kFloating: {
+      case FieldKind::floating: {
         const double x = a.number(), y = b.number();
         const bool same = rules_.exact
                               ? std::bit_cast<std::uint64_t>(x) == std::bit_cast<std::uint64_t>(y)
@@ -243,21 +243,21 @@ class MessageComparison {
         if (!same) numbers(a, b, distance_of(x, y), rules_.exact ? -1.0 : tolerance_);
         break;
       }
-      case FieldKind::kInteger: {
+      case FieldKind::integer: {
         const auto d = static_cast<double>(std::abs(a.integer() - b.integer()));
         if (d > 0.0) numbers(a, b, d, tolerance_given_ ? tolerance_ : 0.0);
         break;
       }
-      case FieldKind::kOtherNumber:
+      case FieldKind::other_number:
         if (a.number() != b.number()) differ({path_, a.text(), b.text()});
         break;
-      case FieldKind::kText:
+      case FieldKind::text:
         if (a.string() != b.string()) differ(text_difference(path_, a.string(), b.string()));
         break;
-      case FieldKind::kBytes:
+      case FieldKind::bytes:
         if (a.string() != b.string()) differ(byte_difference(path_, a.string(), b.string()));
         break;
-      case FieldKind::kMessage:
+      case FieldKind::message:
         messages(a.inner(), b.inner());
         break;
     }

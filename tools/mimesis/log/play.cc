@@ -434,19 +434,19 @@ class PacedPlayer {
     constexpr double kSeek_s = 5.0, kFaster = 1.1;
     const double rate = timeline_.rate();
     switch (key) {
-      case PlayKey::kPause:
+      case PlayKey::pause:
         return paused_ ? resume() : pause();
-      case PlayKey::kStep:
+      case PlayKey::step:
         return step("");
-      case PlayKey::kForward:
+      case PlayKey::forward:
         return paused_ ? step("") : seek_by(kSeek_s);
-      case PlayKey::kBack:
+      case PlayKey::back:
         return seek_by(-kSeek_s);
-      case PlayKey::kFaster:
+      case PlayKey::faster:
         return set_rate(std::min(rate * kFaster, kFastestPlay));
-      case PlayKey::kSlower:
+      case PlayKey::slower:
         return set_rate(std::max(rate / kFaster, kSlowestPlay));
-      case PlayKey::kQuit:
+      case PlayKey::quit:
         quit_ = true;
     }
   }

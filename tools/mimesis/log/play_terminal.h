@@ -20,7 +20,7 @@
 // The player's side of the terminal: keys in, a line of progress out.
 namespace mimesis::tool {
 
-enum class PlayKey { kPause, kStep, kBack, kForward, kFaster, kSlower, kQuit };
+enum class PlayKey { pause, step, back, forward, faster, slower, quit };
 
 /// Takes the keys off the front of a terminal's input; an unfinished escape sequence stays, unknown
 /// keys are dropped.
@@ -37,7 +37,7 @@ inline std::vector<PlayKey> take_keys(std::string& typed) {
   while (at < typed.size()) {
     std::optional<PlayKey> key;
     if (typed[at] != kEscape) {
-      key = key_of(typed[at++], " sq+-", {kPause, kStep, kQuit, kFaster, kSlower});
+      key = key_of(typed[at++], " sq+-", {pause, step, quit, faster, slower});
     } else if (at + 1 == typed.size()) {
       break;
     } else if (typed[at + 1] != '[' && typed[at + 1] != 'O') {
@@ -46,7 +46,7 @@ inline std::vector<PlayKey> take_keys(std::string& typed) {
       std::size_t end = at + 2;  // parameters, then one letter or '~'
       while (end < typed.size() && (typed[end] < '@' || typed[end] > '~')) ++end;
       if (end == typed.size()) break;
-      if (end == at + 2) key = key_of(typed[end], "ABCD", {kFaster, kSlower, kForward, kBack});
+      if (end == at + 2) key = key_of(typed[end], "ABCD", {faster, slower, forward, back});
       at = end + 1;
     }
     if (key) keys.push_back(*key);

@@ -355,7 +355,7 @@ class PlayAhead {
       std::unique_lock lock(mutex_);
       if (more) {
         bytes_ += next.payload.size();
-        queue_.push_back(std::move(next));
+        queue_.push_back(std::exchange(next, {}));
       }
       if (!spare_.empty()) {  // fresh memory costs more than a copy
         next.payload = std::move(spare_.back());

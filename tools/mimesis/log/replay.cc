@@ -123,7 +123,7 @@ class LifeReplay {
   }
 
   bool interrupted() {
-    report_.result = ReplayResult::kInterrupted;
+    report_.result = ReplayResult::interrupted;
     return false;
   }
   /// The node threw in the step before this one, like the recorded one if it was stopped then.
@@ -184,17 +184,17 @@ class LifeReplay {
     report_.counts = comparison_.counts();
     report_.graph_s = end_s_ - begin_s_;
     report_.tolerated = messages_.tolerated();
-    if (report_.result == ReplayResult::kInterrupted) return;
+    if (report_.result == ReplayResult::interrupted) return;
     const bool stopped_early = report_.difference_count > 0 || !report_.problem.empty();
     if (!stopped_early && !failed_) report_.problem = node.finish();
-    if (node.timed_out()) report_.result = ReplayResult::kTimedOut;
+    if (node.timed_out()) report_.result = ReplayResult::timed_out;
     if (report_.problem.empty() && !stopped_early) report_.problem = reader_.problem();
     note_missing();
     if (!stopped_early && reader_.problem().empty()) note_end();
-    if (report_.result == ReplayResult::kEqual && !report_.problem.empty()) {
-      report_.result = ReplayResult::kIncomplete;
+    if (report_.result == ReplayResult::equal && !report_.problem.empty()) {
+      report_.result = ReplayResult::incomplete;
     }
-    if (report_.difference_count > 0) report_.result = ReplayResult::kDifferent;
+    if (report_.difference_count > 0) report_.result = ReplayResult::different;
   }
 
   void note_missing() {
@@ -243,12 +243,12 @@ RunCount repeat(const std::string& what, const std::vector<OpenLog>& logs,
                 const std::function<ReplayReport(const ReplayProgress&)>& replay) {
   LogProgress progress(what, logs);
   RunCount count;
-  while (count.runs < options.repeat && count.shown.result != ReplayResult::kInterrupted) {
+  while (count.runs < options.repeat && count.shown.result != ReplayResult::interrupted) {
     ReplayReport report = replay([&](std::uint64_t log_time) { progress.at(log_time); });
     const bool all_equal = count.equal == count.runs;
     ++count.runs;
-    if (report.result == ReplayResult::kEqual) ++count.equal;
-    if (all_equal || report.result == ReplayResult::kInterrupted) count.shown = std::move(report);
+    if (report.result == ReplayResult::equal) ++count.equal;
+    if (all_equal || report.result == ReplayResult::interrupted) count.shown = std::move(report);
   }
   if (!options.tolerance_note.empty()) count.shown.notes.push_back(options.tolerance_note);
   return count;
@@ -343,9 +343,9 @@ int report(ReportHead head, const RunCount& count, bool json, const StopSignals&
   } else {
     print_text(head, count);
   }
-  if (r.result == ReplayResult::kInterrupted) return 128 + stop.signal();
-  if (r.result == ReplayResult::kTimedOut) return kReplayTimedOut;
-  return r.result == ReplayResult::kEqual ? 0 : 1;
+  if (r.result == ReplayResult::interrupted) return 128 + stop.signal();
+  if (r.result == ReplayResult::timed_out) return kReplayTimedOut;
+  return r.result == ReplayResult::equal ? 0 : 1;
 }
 
 /// Prints one line per node that was asked for and cannot be replayed; returns their number.
@@ -435,7 +435,7 @@ int replay_nodes(const std::vector<OpenLog>& logs, const ReplayOptions& options,
                                       {"bytes", n.bytes}},
                           .words = words};
     const int code = report(head, count, options.json, stop);
-    if (r.result == ReplayResult::kInterrupted) return code;
+    if (r.result == ReplayResult::interrupted) return code;
     exit_code = std::max(exit_code, code);
   }
   return exit_code;

@@ -36,16 +36,16 @@ struct ReplayOptions {
 };
 
 enum class ReplayResult {
-  kEqual,
-  kDifferent,
-  kIncomplete,   ///< equal as far as it went, but something needed is not there
-  kTimedOut,     ///< a step did not end
-  kInterrupted,  ///< by a signal
+  equal,
+  different,
+  incomplete,   ///< equal as far as it went, but something needed is not there
+  timed_out,    ///< a step did not end
+  interrupted,  ///< by a signal
 };
 
 /// The result of one replay.
 struct ReplayReport {
-  ReplayResult result = ReplayResult::kEqual;
+  ReplayResult result = ReplayResult::equal;
   ReplayCounts counts;
   double graph_s = 0.0, wall_s = 0.0;
   std::uint64_t difference_count = 0;

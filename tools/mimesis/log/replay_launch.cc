@@ -273,7 +273,7 @@ class LaunchReplay {
     }
     if (ended) return report_end(graph.launch());
     if (to_seconds(now - heard_) < options_.timeout_s) return true;
-    report_.result = ReplayResult::kTimedOut;
+    report_.result = ReplayResult::timed_out;
     report_.problem =
         fmt::format("no message came for {} s, the last one at {:.6f} s of graph time",
                     options_.timeout_s, last_s_);
@@ -365,11 +365,11 @@ class LaunchReplay {
           fmt::format("{} of node '{}' is not in the log: {} messages were not compared", key.first,
                       key.second, count));
     }
-    if (report_.result == ReplayResult::kEqual && !report_.problem.empty()) {
-      report_.result = ReplayResult::kIncomplete;
+    if (report_.result == ReplayResult::equal && !report_.problem.empty()) {
+      report_.result = ReplayResult::incomplete;
     }
-    if (report_.difference_count > 0) report_.result = ReplayResult::kDifferent;
-    if (stop.requested()) report_.result = ReplayResult::kInterrupted;
+    if (report_.difference_count > 0) report_.result = ReplayResult::different;
+    if (stop.requested()) report_.result = ReplayResult::interrupted;
   }
 
   const LaunchPlan& plan_;

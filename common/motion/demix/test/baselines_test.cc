@@ -74,9 +74,9 @@ TEST(Baselines, ParametersAreCountedAsInTheReference) {
   set.rows.resize(51);
   set.trials.resize(34);
   set.samples = Eigen::MatrixXd::Random(34 * 51, 100);
-  EXPECT_EQ(parameter_count(sinusoids(set, 4), set, Delays::kFree), 14272);
-  EXPECT_EQ(parameter_count(principal_components(set, 8), set, Delays::kNone), 14672);
-  EXPECT_EQ(parameter_count(sinusoids(set, 4), set, Delays::kTied), 400 + 4 * 1734 + 4 * 51);
+  EXPECT_EQ(parameter_count(sinusoids(set, 4), set, Delays::free), 14272);
+  EXPECT_EQ(parameter_count(principal_components(set, 8), set, Delays::none), 14672);
+  EXPECT_EQ(parameter_count(sinusoids(set, 4), set, Delays::tied), 400 + 4 * 1734 + 4 * 51);
   EXPECT_EQ(components_of_equal_size(set, 14272), 8);
 }
 

@@ -67,7 +67,7 @@ int main(int argc, char** argv) {
   put(1, kAsf);
   put(1, kAsf + '\0' + kAmc);
   for (const C3dProcessor processor :
-       {C3dProcessor::kIntel, C3dProcessor::kDec, C3dProcessor::kMips}) {
+       {C3dProcessor::intel, C3dProcessor::dec, C3dProcessor::mips}) {
     for (const bool real : {false, true}) put(2, c3d(processor, real));
   }
   return 0;

@@ -126,7 +126,7 @@ std::string path_of(const std::string& clip) {
   return shared_mocap() + kind + clip;
 }
 
-BodyClip body_of(const std::string& clip, ZeroPosture zero = ZeroPosture::kT) {
+BodyClip body_of(const std::string& clip, ZeroPosture zero = ZeroPosture::t_pose) {
   ToBodyOptions options;
   options.zero = zero;
   return to_body(read_clip(path_of(clip)), options);
@@ -188,7 +188,7 @@ TEST_F(BodyMapOf, TheLeftHandIsTheLeftHand) {
 
 TEST_F(BodyMapOf, BothZeroPosturesShowTheSameFigure) {
   for (const std::string name : {"07_01.bvh", "35_02.amc", "dataset-1_walk_happy_001.bvh"}) {
-    const BodyClip a = body_of(name), b = body_of(name, ZeroPosture::kFile);
+    const BodyClip a = body_of(name), b = body_of(name, ZeroPosture::file);
     for (const Eigen::Index f : {Eigen::Index{0}, a.frames() / 2}) {
       const BodyPose p = a.pose(f), q = b.pose(f);
       for (std::size_t j = 0; j < kBodyJoints; ++j) {

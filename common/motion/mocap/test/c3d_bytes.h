@@ -12,7 +12,7 @@ namespace mimesis::mocap {
 
 /// Builds C3D files in memory, for tests and as seeds of the fuzzer.
 struct C3dBytes {
-  C3dProcessor processor = C3dProcessor::kIntel;
+  C3dProcessor processor = C3dProcessor::intel;
   bool real = false;
   unsigned points = 2, channels = 3, samples = 2, first = 5, last = 7;
   double scale = 0.5, rate_hz = 50.0;
@@ -23,14 +23,14 @@ struct C3dBytes {
 
   void word(std::string& out, unsigned value) const {
     const char low = static_cast<char>(value & 0xFF), high = static_cast<char>(value >> 8 & 0xFF);
-    out += processor == C3dProcessor::kMips ? high : low;
-    out += processor == C3dProcessor::kMips ? low : high;
+    out += processor == C3dProcessor::mips ? high : low;
+    out += processor == C3dProcessor::mips ? low : high;
   }
   void real_number(std::string& out, double value) const {
     auto bits = std::bit_cast<std::uint32_t>(static_cast<float>(value));
-    if (processor == C3dProcessor::kDec && value != 0.0) bits += 2u << 23;  // bias 128, 0.1f
+    if (processor == C3dProcessor::dec && value != 0.0) bits += 2u << 23;  // bias 128, 0.1f
     const unsigned high = bits >> 16, low = bits & 0xFFFF;
-    const bool high_first = processor != C3dProcessor::kIntel;
+    const bool high_first = processor != C3dProcessor::intel;
     word(out, high_first ? high : low);
     word(out, high_first ? low : high);
   }

@@ -10,8 +10,7 @@
 namespace mimesis::mocap {
 namespace {
 
-constexpr C3dProcessor kProcessors[] = {C3dProcessor::kIntel, C3dProcessor::kDec,
-                                        C3dProcessor::kMips};
+constexpr C3dProcessor kProcessors[] = {C3dProcessor::intel, C3dProcessor::dec, C3dProcessor::mips};
 
 // Coordinate k of marker m in frame t, as the file's number.
 double raw(unsigned t, unsigned m, unsigned k) { return 100.0 * t + 10.0 * m + k - 105.0; }
@@ -96,11 +95,11 @@ TEST(C3d, HeaderHoldsWhereParametersAreMissing) {
 }
 
 TEST(C3d, ParametersHoldWhereTheHeaderDiffers) {
-  C3dBytes c = whole(C3dProcessor::kIntel, false);
+  C3dBytes c = whole(C3dProcessor::intel, false);
   c.last = 6;
   c.scale = 7.0;
   c.rate_hz = 60.0;
-  const std::string honest = whole(C3dProcessor::kIntel, false).file();
+  const std::string honest = whole(C3dProcessor::intel, false).file();
   std::string lying = c.file();
   lying[2] = 9;   // points
   lying[18] = 1;  // samples a frame
@@ -112,7 +111,7 @@ TEST(C3d, ParametersHoldWhereTheHeaderDiffers) {
 
 TEST(C3d, DataAreFoundWhateverTheHeaderSays) {
   const auto read_with = [](unsigned parameter, unsigned header, bool in_header) {
-    C3dBytes c = whole(C3dProcessor::kMips, true);
+    C3dBytes c = whole(C3dProcessor::mips, true);
     if (parameter > 0) c.words_of(1, "DATA_START", {parameter});
     c.data_start = header;
     c.header_data_start = in_header;
@@ -197,7 +196,7 @@ TEST(C3d, MoreThan65535Frames) {
 }
 
 TEST(C3d, RefusesDamage) {
-  const std::string good = whole(C3dProcessor::kIntel, false).file();
+  const std::string good = whole(C3dProcessor::intel, false).file();
   const auto says = [&](std::size_t at, int byte) {
     std::string bad = good;
     bad[at] = static_cast<char>(byte);
@@ -209,10 +208,10 @@ TEST(C3d, RefusesDamage) {
   EXPECT_EQ(says(0, 99), "t.c3d: byte 0: parameters in block 99, expected block 2 to 3");
   EXPECT_EQ(says(515, 83),
             "t.c3d: byte 515: processor 83, expected 84 (Intel), 85 (DEC) or 86 (SGI/MIPS)");
-  C3dBytes c = whole(C3dProcessor::kIntel, false);
+  C3dBytes c = whole(C3dProcessor::intel, false);
   c.data.resize(40);
-  C3dBytes many = whole(C3dProcessor::kIntel, false);
-  many.records = whole(C3dProcessor::kIntel, false).records;
+  C3dBytes many = whole(C3dProcessor::intel, false);
+  many.records = whole(C3dProcessor::intel, false).records;
   many.words_of(1, "USED", {60000});  // the first of a name holds, as in the file's own order
   EXPECT_EQ(read(many).position_m.rows(), 6);
   C3dBytes cut;
@@ -236,7 +235,7 @@ TEST(C3d, RefusesDamage) {
 }
 
 TEST(C3d, RealNumbersThatAreNotFiniteAreMissing) {
-  C3dBytes c = whole(C3dProcessor::kIntel, true);
+  C3dBytes c = whole(C3dProcessor::intel, true);
   c.data.clear();
   for (int i = 0; i < 3 * 14; ++i) c.number(c.data, i == 1 ? NAN : i == 16 ? INFINITY : 1.0);
   const Markers m = read(c);

@@ -86,7 +86,7 @@ TEST(Cycles, SayWhyThereIsNone) {
 TEST(Cycles, WholeClipsForWhatDoesNotRepeat) {
   const BodyClip clip = walk({.seconds = 3.0});
   CycleOptions options;
-  options.cut = CycleOptions::Cut::kWholeClip;
+  options.cut = CycleOptions::Cut::whole_clip;
   options.style = "raise";
   options.samples = 50;
   const auto whole = cut_cycles(clip, options);

@@ -28,7 +28,7 @@ std::string path_of(const std::string& clip) {
   return shared_mocap() + kind + clip;
 }
 
-BodyClip body_of(const std::string& clip, ZeroPosture zero = ZeroPosture::kT) {
+BodyClip body_of(const std::string& clip, ZeroPosture zero = ZeroPosture::t_pose) {
   ToBodyOptions options;
   options.zero = zero;
   return to_body(read_clip(path_of(clip)), options);
@@ -90,7 +90,7 @@ TEST_F(RecordedCycles, InTheReferencesFramesTheRotationsAreTheSame) {
   for (const std::string set : {"A", "B"}) {
     double sum = 0.0, spline_sum = 0.0, count = 0.0;
     for (const auto& [name, cycles] : reference(set)) {
-      BodyClip clip = body_of(name, ZeroPosture::kFile);
+      BodyClip clip = body_of(name, ZeroPosture::file);
       clip.angles_rad = low_pass(clip.angles_rad, clip.rate_hz, 8.0);
       remove_heading(clip);
       const long shift = reference_shift(name) - clip.first_frame;

@@ -16,7 +16,7 @@ robot::RobotTree arm() {
     link.joint = "joint" + std::to_string(i);
     link.X_PJ.translation().x() = i == 1 ? 0.0 : 0.3;
     if (i == 5) continue;  // the hand
-    link.type = robot::JointType::kRevolute;
+    link.type = robot::JointType::revolute;
     link.axis = Eigen::Vector3d::UnitY();
     link.upper = i == 2 ? 0.5 : 3.0;
     link.lower = -link.upper;

@@ -24,7 +24,7 @@ TEST(DualQp, AgreesWithAnInteriorPointMethod) {
     shape.equalities = trial % 5 == 0 ? std::min(shape.m, shape.n / 3) : 0;
     shape.bounds = trial % 2 == 0;
     const OwnProblem p = random_problem(random, shape);
-    ASSERT_EQ(qp.solve(p.view()), Outcome::kSolved) << trial;
+    ASSERT_EQ(qp.solve(p.view()), Outcome::solved) << trial;
     EXPECT_LE(violation(p, qp.x()), 1e-9) << trial;
     const Eigen::VectorXd peer = alglib_minimum(p.view());
     if (peer.size() == 0) continue;

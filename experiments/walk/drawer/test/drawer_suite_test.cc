@@ -74,10 +74,10 @@ TEST(DrawerSuite, EveryEndIsAccountedFor) {
   results[2].walk.figures.how = "it lies";
   results[2].taken = true;  // the robot fell with the object
   results[2].lengths = {{synthesizer::kNormalStep, 0.50, 0.10}};
-  EXPECT_EQ(end_of(results[0]), DrawerEnd::kTaken);
-  EXPECT_EQ(end_of(results[1]), DrawerEnd::kRefused);
-  EXPECT_EQ(end_of(results[2]), DrawerEnd::kFell);
-  EXPECT_EQ(end_of(results[3]), DrawerEnd::kSilent);
+  EXPECT_EQ(end_of(results[0]), DrawerEnd::taken);
+  EXPECT_EQ(end_of(results[1]), DrawerEnd::refused);
+  EXPECT_EQ(end_of(results[2]), DrawerEnd::fell);
+  EXPECT_EQ(end_of(results[3]), DrawerEnd::silent);
   const auto summary = summary_json(results);
   EXPECT_EQ(summary["taken"], 1);
   EXPECT_EQ(summary["falls"], 1);

@@ -203,13 +203,13 @@ TEST(ImpliedReference, OfAPlannedWalkIsThatPlan) {
 }
 
 TEST(Playback, FeasibleAnglesStandWithTheirOwnFeedbackAndWrongOnesFall) {
-  EXPECT_FALSE(play(biped(), walked(), Feedback::kOwn).figures.fell);
+  EXPECT_FALSE(play(biped(), walked(), Feedback::own).figures.fell);
   JointTrack wrong = walked();
   for (std::size_t k = 300; k < wrong.q.size(); ++k) {
     wrong.q[k][biped().biped.leg[0].dof[2]] -= 0.5;  // hip
     wrong.q[k][biped().biped.leg[1].dof[2]] -= 0.5;
   }
-  EXPECT_TRUE(play(biped(), wrong, Feedback::kNone).figures.fell);
+  EXPECT_TRUE(play(biped(), wrong, Feedback::none).figures.fell);
 }
 
 }  // namespace

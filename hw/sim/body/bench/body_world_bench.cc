@@ -18,8 +18,8 @@ void stand(benchmark::State& state, const std::string& file, Plant plant) {
   if (world.truth().fell) state.SkipWithError(world.truth().how.c_str());
 }
 
-BENCHMARK_CAPTURE(stand, biped_springs, "biped.yaml", Plant::kSprings);
-BENCHMARK_CAPTURE(stand, biped_servos, "biped.yaml", Plant::kServo);
+BENCHMARK_CAPTURE(stand, biped_springs, "biped.yaml", Plant::springs);
+BENCHMARK_CAPTURE(stand, biped_servos, "biped.yaml", Plant::servo);
 
 }  // namespace
 }  // namespace mimesis::hw::sim

@@ -29,7 +29,7 @@ class BodyTroubleTest : public testing::TestWithParam<Plant> {
   Eigen::VectorXd target_ = robot_.biped.half_sitting;
   const BodyOptions plant_{.plant = GetParam()};
 };
-INSTANTIATE_TEST_SUITE_P(Plants, BodyTroubleTest, testing::Values(Plant::kSprings, Plant::kServo));
+INSTANTIATE_TEST_SUITE_P(Plants, BodyTroubleTest, testing::Values(Plant::springs, Plant::servo));
 
 TEST_P(BodyTroubleTest, JointsFollowTheirTargets) {
   BodyWorld world(robot_.biped, robot_.urdf, plant_);
@@ -45,7 +45,7 @@ TEST_P(BodyTroubleTest, JointsFollowTheirTargets) {
 TEST_P(BodyTroubleTest, MotorThatIsOffGivesNoTorque) {
   BodyWorld world(robot_.biped, robot_.urdf, plant_);
   const int elbow = joint("left_elbow");
-  world.fail(elbow, MotorFault::kOff);
+  world.fail(elbow, MotorFault::off);
   double most = 0.0;
   for (int i = 0; i < 200; ++i) {  // it swings
     step(world, 1);
@@ -54,8 +54,8 @@ TEST_P(BodyTroubleTest, MotorThatIsOffGivesNoTorque) {
   }
   EXPECT_GT(most, 0.2);
   EXPECT_FALSE(world.truth().fell);
-  world.fail(joint("left_knee"), MotorFault::kOff);
-  world.fail(joint("right_knee"), MotorFault::kOff);
+  world.fail(joint("left_knee"), MotorFault::off);
+  world.fail(joint("right_knee"), MotorFault::off);
   step(world, 300);
   EXPECT_TRUE(world.truth().fell);
 }
@@ -64,8 +64,8 @@ TEST_P(BodyTroubleTest, LockedMotorStaysWhereItIs) {
   BodyWorld world(robot_.biped, robot_.urdf, plant_);
   step(world, 100);
   const int shoulder = joint("right_shoulder_pitch"), waist = joint("waist_yaw");
-  world.fail(shoulder, MotorFault::kLocked);
-  world.fail(waist, MotorFault::kLocked);
+  world.fail(shoulder, MotorFault::locked);
+  world.fail(waist, MotorFault::locked);
   const Eigen::VectorXd before = world.sensors().q;
   target_[shoulder] += 0.5;
   target_[waist] += 0.3;
@@ -80,7 +80,7 @@ TEST_P(BodyTroubleTest, LockedMotorHoldsWhateverItBears) {
   step(world, 100);
   const int elbow = joint("left_elbow");
   const double before = world.sensors().q[elbow];
-  for (const MotorFault fault : {MotorFault::kWeak, MotorFault::kWeak, MotorFault::kLocked}) {
+  for (const MotorFault fault : {MotorFault::weak, MotorFault::weak, MotorFault::locked}) {
     world.fail(elbow, fault);
   }
   world.pull(robot_.biped.hand[0], Eigen::Vector3d::Zero(), {0.0, 0.0, -15.0});
@@ -95,7 +95,7 @@ TEST_P(BodyTroubleTest, WeakMotorGivesAFifth) {
   step(world, 100);
   // a load at the trunk that the waist holds, but not with a fifth: 60 N at 0.7 m are 42 N m
   const int chest = robot_.biped.tree.require_link("chest"), waist = joint("waist_pitch");
-  world.fail(waist, MotorFault::kWeak);
+  world.fail(waist, MotorFault::weak);
   const double most = 0.2 * robot_.biped.tree.moved(waist).max_effort;
   world.pull(chest, {0.0, 0.0, 0.3}, {0.0, 0.0, 0.0});
   for (int i = 0; i < 100; ++i) {
@@ -155,7 +155,7 @@ TEST_P(BodyTroubleTest, BadTargetsHoldTheSetPoint) {
 TEST(BodyTrouble, NonsenseIsRefusedWithAReason) {
   const TestRobot robot = test_robot();
   BodyWorld world(robot.biped, robot.urdf, {});
-  world.fail(99, MotorFault::kOff);
+  world.fail(99, MotorFault::off);
   EXPECT_NE(world.trouble().find("joint 99, expected 0 to 29"), std::string::npos);
   world.push({.link = "tail"});
   EXPECT_NE(world.trouble().find("'tail'"), std::string::npos);

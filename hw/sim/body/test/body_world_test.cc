@@ -19,7 +19,7 @@ void stand(BodyWorld& world, const TestRobot& robot, double duration_s) {
 }
 
 class Plants : public testing::TestWithParam<Plant> {};
-INSTANTIATE_TEST_SUITE_P(BodyWorld, Plants, testing::Values(Plant::kSprings, Plant::kServo));
+INSTANTIATE_TEST_SUITE_P(BodyWorld, Plants, testing::Values(Plant::springs, Plant::servo));
 
 TEST_P(Plants, StandStill) {
   const TestRobot robot = test_robot();
@@ -230,7 +230,7 @@ double held_n_m(const BodyWorld& world, const TestRobot& robot, int joint, doubl
 /// give, but for the springs of the knees and the soft bushes of the ankles.
 TEST_P(Plants, GiveUnderTheirLoads) {
   const TestRobot robot = test_robot();
-  const bool servos = GetParam() == Plant::kServo;
+  const bool servos = GetParam() == Plant::servo;
   BodyWorld world(robot.biped, robot.urdf, {.plant = GetParam()});
   stand(world, robot, 3.0);
   const auto gives = [&](const std::string& name) {

@@ -65,10 +65,10 @@ Feasibility assess(const mocap::Body& body, const RenderedTrial& trial) {
       const int ankle = left ? mocap::kLeftAnkle : mocap::kRightAnkle,
                 wrist = left ? mocap::kLeftWrist : mocap::kRightWrist;
       const Contact c = trial.contact[static_cast<std::size_t>(i)][side];
-      heel[side].sample(c == Contact::kHeel || c == Contact::kFlat,
+      heel[side].sample(c == Contact::heel || c == Contact::flat,
                         pose.point(ankle, body.heel_m[side]), &f);
-      toe[side].sample(c == Contact::kToe || c == Contact::kFlat,
-                       pose.point(ankle, body.toe_m[side]), &f);
+      toe[side].sample(c == Contact::toe || c == Contact::flat, pose.point(ankle, body.toe_m[side]),
+                       &f);
       // the left hand holds the handle from the end of action 2 on, the right one the object at
       // last
       const auto holds_from = (left ? 3 : 4) * samples;

@@ -97,7 +97,7 @@ TEST(FootPath, RollsOverHeelAndToeWithoutSlidingOrSinking) {
                    after = (point(t + h, toe) - point(t, toe)) / h;
     EXPECT_LT((after - before).norm(), 0.3) << t;
   }
-  EXPECT_EQ(path.at(0.9).contact, Contact::kSwing);
+  EXPECT_EQ(path.at(0.9).contact, Contact::swing);
 }
 
 }  // namespace

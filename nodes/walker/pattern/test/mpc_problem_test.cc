@@ -20,7 +20,7 @@ constexpr double kSample_s = kSampleTicks * kTick_s;
 class Case {
  public:
   Case(unsigned seed, int ticks, bool walk, bool yaw_free)
-      : random_(seed), steps_(gait_, Steps::Change::kAtOnce), mpc_(gait_, yaw_free, weights_) {
+      : random_(seed), steps_(gait_, Steps::Change::at_once), mpc_(gait_, yaw_free, weights_) {
     steps_.reset({Footprint{kLeft, {5.0, 0.1}, 0.05}, Footprint{kRight, {5.02, -0.09}, 0.0}});
     steps_.decide(true, kLeft, true);
     for (int i = 0; i < ticks; ++i) {

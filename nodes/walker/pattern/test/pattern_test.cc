@@ -65,7 +65,7 @@ TEST(GaitSettingsOfARobot, AreSaneForJvrc1) {
     pattern.step(wish);
     ASSERT_EQ(pattern.trouble().failed_solves, 0) << i;
   }
-  EXPECT_EQ(pattern.now().gait, Gait::kWalking);
+  EXPECT_EQ(pattern.now().gait, Gait::walking);
   EXPECT_FALSE(pattern.trouble().clipped);
 }
 
@@ -88,7 +88,7 @@ TEST_P(Patterns, StandInTheMiddleAfterReset) {
   pattern->reset({Footprint{kLeft, {1.0, 2.1}, 0.1}, Footprint{kRight, {1.02, 1.9}, 0.1}});
   run(*pattern, stop(), 100);
   const PatternSample& s = pattern->now();
-  EXPECT_EQ(s.gait, Gait::kStanding);
+  EXPECT_EQ(s.gait, Gait::standing);
   EXPECT_LT((s.com.p_W_m - Eigen::Vector2d(1.01, 2.0)).norm(), 1e-12);
   EXPECT_DOUBLE_EQ(s.yaw_rad, 0.1);
   EXPECT_TRUE(s.contact[kLeft] && s.contact[kRight]);
@@ -104,18 +104,18 @@ TEST_P(Patterns, StartWalkStopInTime) {
   }
   EXPECT_EQ(lifted, 160 + 20 + 1);  // the first tick in the air
   EXPECT_EQ(landed, 160 + 160);
-  EXPECT_EQ(pattern->now().gait, Gait::kWalking);
+  EXPECT_EQ(pattern->now().gait, Gait::walking);
   EXPECT_EQ(pattern->now().steps, 1);
   run(*pattern, forward(0.2), 5 * 160 + 50);
   EXPECT_EQ(pattern->now().steps, 6);
   EXPECT_NEAR(pattern->now().to_landing_s, 0.55, 1e-9);
   run(*pattern, stop(), 110);
-  EXPECT_EQ(pattern->now().gait, Gait::kStopping);
+  EXPECT_EQ(pattern->now().gait, Gait::stopping);
   run(*pattern, stop(), 160);
   EXPECT_EQ(pattern->now().steps, 8) << "two more landings";
   run(*pattern, stop(), 600);
   const PatternSample& s = pattern->now();
-  EXPECT_EQ(s.gait, Gait::kStanding);
+  EXPECT_EQ(s.gait, Gait::standing);
   EXPECT_EQ(s.steps, 8);
   const Eigen::Vector3d left = s.foot[kLeft].X_WS.translation(),
                         right = s.foot[kRight].X_WS.translation();
@@ -405,7 +405,7 @@ TEST_P(Patterns, StopAndStartAgainAtEveryInstant) {
     go(stop(), at);
     go(forward(-0.2), 400);
     go(stop(), 900);
-    EXPECT_EQ(pattern->now().gait, Gait::kStanding);
+    EXPECT_EQ(pattern->now().gait, Gait::standing);
     SCOPED_TRACE(at);
     expect_all_right(watch, GetParam(), gait);
   }
@@ -418,11 +418,11 @@ TEST_P(Patterns, StopForAWishThatIsNoNumber) {
   run(*pattern, wish, 1);
   EXPECT_NE(pattern->trouble().reason.find("not a number"), std::string::npos);
   run(*pattern, wish, 1200);
-  EXPECT_EQ(pattern->now().gait, Gait::kStanding);
+  EXPECT_EQ(pattern->now().gait, Gait::standing);
   wish = forward(0.2);
   wish.landing[0] = Footprint{kLeft, {kNan, 0.0}, 0.0};
   run(*pattern, wish, 500);
-  EXPECT_EQ(pattern->now().gait, Gait::kWalking);
+  EXPECT_EQ(pattern->now().gait, Gait::walking);
   EXPECT_TRUE(pattern->now().com.p_W_m.allFinite());
   EXPECT_FALSE(pattern->trouble().reason.empty());
 }
@@ -451,7 +451,7 @@ TEST_P(Patterns, WalkWithOtherSettings) {
     watch.look(pattern->now());
   }
   expect_all_right(watch, GetParam(), gait);
-  EXPECT_EQ(pattern->now().gait, Gait::kStanding);
+  EXPECT_EQ(pattern->now().gait, Gait::standing);
 }
 
 }  // namespace
@@ -488,13 +488,13 @@ void stop_without_plans() {
       pattern.step(wish);
       told = told || pattern.trouble().reason.find("stops") != std::string::npos;
       if (i > 100 && pattern.trouble().failed_solves > 0 && !pattern.trouble().reason.empty() &&
-          pattern.now().gait != Gait::kStanding) {
+          pattern.now().gait != Gait::standing) {
         EXPECT_LT((pattern.now().com.p_W_m - soon.com.p_W_m).norm(), 1e-4) << i;
       }
       watch.look(pattern.now());
     }
     EXPECT_TRUE(told);
-    EXPECT_EQ(pattern.now().gait, Gait::kStanding);
+    EXPECT_EQ(pattern.now().gait, Gait::standing);
     EXPECT_LE(pattern.now().steps, steps + 3);
     EXPECT_LT(pattern.now().com.v_W.norm(), 1e-6);
     EXPECT_LT((pattern.now().com.p_W_m - from).norm(), 1.2);
@@ -505,7 +505,7 @@ void stop_without_plans() {
       watch.look(pattern.now());
       ASSERT_EQ(pattern.trouble().failed_solves, 0) << i;
       if (i == 499) {
-        EXPECT_EQ(pattern.now().gait, Gait::kWalking);
+        EXPECT_EQ(pattern.now().gait, Gait::walking);
       }
     }
     expect_all_right(watch, kind, gait);
@@ -532,7 +532,7 @@ TEST(LinearMpc, GoesOnWithTheLastPlanForAMoment) {
     ASSERT_LT((pattern.now().zmp_W_m - soon.zmp_W_m).norm(), 1e-12) << i;
   }
   EXPECT_GT(failed, 50);
-  EXPECT_EQ(pattern.now().gait, Gait::kWalking);
+  EXPECT_EQ(pattern.now().gait, Gait::walking);
 }
 
 TEST(LinearMpc, StopsFromTheJerkThatItHad) {

@@ -31,9 +31,9 @@ PreviewSettings reference_settings(PreviewForm form) {
   PreviewSettings settings;
   settings.form = form;
   settings.height_m = 0.814 * kGravity_m_s2 / 9.8;
-  settings.dt_s = form == PreviewForm::kPosition ? 0.01 : 0.005;
-  settings.samples = form == PreviewForm::kPosition ? 160 : 320;
-  settings.jerk_weight = form == PreviewForm::kPosition ? 1e-5 : 1e-6;
+  settings.dt_s = form == PreviewForm::position ? 0.01 : 0.005;
+  settings.samples = form == PreviewForm::position ? 160 : 320;
+  settings.jerk_weight = form == PreviewForm::position ? 1e-5 : 1e-6;
   return settings;
 }
 
@@ -58,7 +58,7 @@ TEST(PreviewGains, EqualTheReferenceWithInitialPosition) {
   const std::vector<double> reference =
       read_numbers("TestRiccatiEquationWeightsWithInitialPose.datref.cmake");
   if (reference.empty()) GTEST_SKIP() << "no ../shared/data/walking";
-  const PreviewGains gains = preview_gains(reference_settings(PreviewForm::kPosition));
+  const PreviewGains gains = preview_gains(reference_settings(PreviewForm::position));
   ASSERT_EQ(reference.size(), 161u);
   EXPECT_NEAR(gains.K(0), reference[0], sixth_digit(reference[0]));
   for (int i = 0; i < 160; ++i) {
@@ -71,7 +71,7 @@ TEST(PreviewGains, EqualTheReferenceWithIntegralError) {
   const std::vector<double> reference =
       read_numbers("TestRiccatiEquationWeightsWithoutInitialPose.datref.cmake");
   if (reference.empty()) GTEST_SKIP() << "no ../shared/data/walking";
-  const PreviewGains gains = preview_gains(reference_settings(PreviewForm::kIntegral));
+  const PreviewGains gains = preview_gains(reference_settings(PreviewForm::integral));
   ASSERT_EQ(reference.size(), 321u);
   EXPECT_NEAR(gains.Ks, reference[0], sixth_digit(reference[0]));
   for (int i = 0; i < 320; ++i) {
@@ -83,7 +83,7 @@ TEST(PreviewGains, EqualTheReferenceWithIntegralError) {
 TEST(PreviewGains, EqualTheParameterFileOfTheRobot) {
   const std::vector<double> reference = read_numbers("PreviewControlParameters.ini");
   if (reference.empty()) GTEST_SKIP() << "no ../shared/data/walking";
-  PreviewSettings settings = reference_settings(PreviewForm::kIntegral);
+  PreviewSettings settings = reference_settings(PreviewForm::integral);
   settings.height_m = reference[0];
   ASSERT_EQ(reference[1], settings.dt_s);
   const PreviewGains gains = preview_gains(settings);
@@ -183,7 +183,7 @@ TEST_P(PreviewControlForms, StandsAnywhereAndTakesAShortReference) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Both, PreviewControlForms,
-                         ::testing::Values(PreviewForm::kPosition, PreviewForm::kIntegral));
+                         ::testing::Values(PreviewForm::position, PreviewForm::integral));
 
 }  // namespace
 }  // namespace mimesis::walker

@@ -108,7 +108,7 @@ Steps walking(Steps::Change change) {
 }
 
 TEST(Steps, SupportIsBothFeetThenOneAfterTheOther) {
-  const Steps steps = walking(Steps::Change::kAtOnce);
+  const Steps steps = walking(Steps::Change::at_once);
   const int first = 160, step = 160;  // 0.8 s each
   for (const auto& [ticks, both, foot] : {std::tuple{0, true, 0},
                                           {first, true, 0},
@@ -124,13 +124,13 @@ TEST(Steps, SupportIsBothFeetThenOneAfterTheOther) {
     Steps later = steps;  // the prediction equals the later state
     later.advance(ticks);
     if (!both) {
-      EXPECT_EQ(later.support_after(1).i + (later.phase() == Steps::Phase::kStep ? foot : 0), foot);
+      EXPECT_EQ(later.support_after(1).i + (later.phase() == Steps::Phase::step ? foot : 0), foot);
     }
   }
 }
 
 TEST(Steps, AfterTheLastLandingBothFeetCarry) {
-  Steps steps = walking(Steps::Change::kAtOnce);
+  Steps steps = walking(Steps::Change::at_once);
   steps.advance(161);
   steps.decide(false, kLeft, true);
   EXPECT_EQ(steps.landings_left(), 2);
@@ -138,20 +138,20 @@ TEST(Steps, AfterTheLastLandingBothFeetCarry) {
   EXPECT_EQ(s.i, 1);
   EXPECT_EQ(s.j, 2);
   steps.advance(2 * 160);
-  EXPECT_EQ(steps.phase(), Steps::Phase::kSettle);
+  EXPECT_EQ(steps.phase(), Steps::Phase::settle);
   steps.decide(false, kLeft, false);
-  EXPECT_EQ(steps.phase(), Steps::Phase::kSettle);
+  EXPECT_EQ(steps.phase(), Steps::Phase::settle);
   steps.decide(false, kLeft, true);
-  EXPECT_EQ(steps.phase(), Steps::Phase::kStand);
+  EXPECT_EQ(steps.phase(), Steps::Phase::stand);
 }
 
 TEST(Steps, ALateChangeOfMindWaitsForTheLandingUnlessItMayBeAtOnce) {
-  for (const Steps::Change change : {Steps::Change::kAtOnce, Steps::Change::kAfterLanding}) {
-    const bool at_once = change == Steps::Change::kAtOnce;
+  for (const Steps::Change change : {Steps::Change::at_once, Steps::Change::after_landing}) {
+    const bool at_once = change == Steps::Change::at_once;
     Steps starts = walking(change);
     starts.advance(50);
     starts.decide(false, kLeft, false);
-    EXPECT_EQ(starts.phase(), at_once ? Steps::Phase::kSettle : Steps::Phase::kStart);
+    EXPECT_EQ(starts.phase(), at_once ? Steps::Phase::settle : Steps::Phase::start);
     Steps stops = walking(change);
     stops.advance(161);
     stops.decide(false, kLeft, false);
@@ -163,10 +163,10 @@ TEST(Steps, ALateChangeOfMindWaitsForTheLandingUnlessItMayBeAtOnce) {
 }
 
 TEST(Steps, TellTimeAndRatesOfTheFeetAsTheyMove) {
-  Steps steps = walking(Steps::Change::kAtOnce);
+  Steps steps = walking(Steps::Change::at_once);
   PatternSample before;
   steps.describe(before);
-  EXPECT_EQ(before.gait, Gait::kStarting);
+  EXPECT_EQ(before.gait, Gait::starting);
   EXPECT_NEAR(before.to_landing_s, 1.6, 1e-12);
   steps.advance(1);
   double turned = 0.0;
@@ -192,7 +192,7 @@ TEST(Steps, TellTimeAndRatesOfTheFeetAsTheyMove) {
 }
 
 TEST(Steps, MoveAsAWhole) {
-  const Steps steps = walking(Steps::Change::kAtOnce);
+  const Steps steps = walking(Steps::Change::at_once);
   const Vector2d by(0.03, -0.02);
   for (const int ticks : {0, 200, 300, 500}) {
     Steps a = steps, b = steps;
@@ -294,7 +294,7 @@ TEST(SwingHeight, IsSlowerThanAPlainSwingWhereItMayTouchEarly) {
 
 TEST(SwingHeight, FootIsAtItsPlaceWhileItGlides) {
   const GaitSettings gait;
-  Steps steps(gait, Steps::Change::kAtOnce);
+  Steps steps(gait, Steps::Change::at_once);
   steps.decide(true, kLeft, true);
   Footprint landing = steps.ground()[kLeft];
   landing.p_W_m.x() += 0.4;
@@ -306,7 +306,7 @@ TEST(SwingHeight, FootIsAtItsPlaceWhileItGlides) {
     steps.describe(sample);
     const double left_s = sample.to_landing_s,
                  to_go_m = landing.p_W_m.x() - sample.foot[kLeft].X_WS.translation().x();
-    if (steps.phase() == Steps::Phase::kStep && left_s < 0.95 * swing_s / 7.0) {
+    if (steps.phase() == Steps::Phase::step && left_s < 0.95 * swing_s / 7.0) {
       EXPECT_NEAR(to_go_m, 0.0, 1e-12) << left_s;
       ++gliding;
     } else if (left_s > 1.3 * swing_s / 7.0) {

@@ -69,7 +69,7 @@ std::vector<VectorXd> values_by_equalities(const Tasks& tasks) {
     const VectorXd low = reached.array() - 1e-9, high = reached.array() + 1e-9;
     qp::DualQp qp(n, 200);
     const auto outcome = qp.solve({H, g, above, low, high, tasks.lower, tasks.upper});
-    EXPECT_EQ(outcome, qp::Outcome::kSolved) << k;
+    EXPECT_EQ(outcome, qp::Outcome::solved) << k;
     values.push_back(tasks.A[k] * VectorXd(qp.x()));
     above.conservativeResize(above.rows() + tasks.A[k].rows(), n);
     above.bottomRows(tasks.A[k].rows()) = tasks.A[k];

@@ -141,7 +141,7 @@ TEST(Stack, APostureTaskTakesLegsToHalfSitting) {
   const robot::Biped biped = model::load_biped("biped.yaml");
   StackSettings settings;
   settings.tasks = {
-      {.name = "some", .kind = TaskKind::kPosture, .joints = {"left_knee", "left_elbow"}}};
+      {.name = "some", .kind = TaskKind::posture, .joints = {"left_knee", "left_elbow"}}};
   Stack stack(biped, settings);
   const int knee = biped.tree.require_joint("left_knee"),
             elbow = biped.tree.require_joint("left_elbow");

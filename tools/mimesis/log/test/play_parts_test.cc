@@ -70,13 +70,13 @@ TEST(PlayKeys, WhatATerminalSends) {
     return found;
   };
   using enum PlayKey;
-  EXPECT_EQ(keys(" sq"), (std::vector{kPause, kStep, kQuit}));
-  EXPECT_EQ(keys("\x1b[A\x1b[B\x1b[C\x1b[D"), (std::vector{kFaster, kSlower, kForward, kBack}));
-  EXPECT_EQ(keys("\x1bOC"), (std::vector{kForward}));  // application mode
-  EXPECT_EQ(keys("x\x1b[15~\x1b[1;5Cs"), (std::vector{kStep}));
-  EXPECT_EQ(keys("s\x1b[1;", "\x1b[1;"), (std::vector{kStep}));
+  EXPECT_EQ(keys(" sq"), (std::vector{pause, step, quit}));
+  EXPECT_EQ(keys("\x1b[A\x1b[B\x1b[C\x1b[D"), (std::vector{faster, slower, forward, back}));
+  EXPECT_EQ(keys("\x1bOC"), (std::vector{forward}));  // application mode
+  EXPECT_EQ(keys("x\x1b[15~\x1b[1;5Cs"), (std::vector{step}));
+  EXPECT_EQ(keys("s\x1b[1;", "\x1b[1;"), (std::vector{step}));
   EXPECT_EQ(keys("\x1b", "\x1b"), std::vector<PlayKey>());
-  EXPECT_EQ(keys("\x1bq"), (std::vector{kQuit}));
+  EXPECT_EQ(keys("\x1bq"), (std::vector{quit}));
 }
 
 TEST(PlayScreen, OneLine) {
