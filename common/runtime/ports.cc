@@ -78,7 +78,13 @@ bool InPort::next(Message& out) {
       impl_->channel->reject(*received, "field " + bad);
       continue;
     }
+    if (received->stamp < Time::zero()) {
+      impl_->channel->reject(*received, "its stamp is " + std::to_string(received->stamp.count()) +
+                                            " ns, expected 0 to 2^63 - 1");
+      continue;
+    }
     newest_stamp_ = received->stamp;
+    ++valid_;
     return true;
   }
   return false;

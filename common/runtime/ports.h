@@ -1,4 +1,6 @@
 #pragma once
+#include <algorithm>
+#include <cstdint>
 #include <deque>
 #include <memory>
 #include <optional>
@@ -23,8 +25,9 @@ class InPort {
   const google::protobuf::Message* newest();
   /// Next valid message in order of arrival, moved into `out`; false if there is none.
   bool next(google::protobuf::Message& out);
-  Time newest_stamp_{};  ///< stamp of newest()
-  bool unseen_ = false;  ///< newest() changed since the last take
+  Time newest_stamp_{};      ///< stamp of newest()
+  bool unseen_ = false;      ///< newest() changed since the last take
+  std::uint64_t valid_ = 0;  ///< valid messages so far
 
  private:
   struct Impl;
@@ -39,10 +42,16 @@ class Latest : private InPort {
 
   /// Newest message, or null before the first.
   const M* get() { return static_cast<const M*>(newest()); }
-  /// Newest message if its stamp is at most `max_age` before `now`, else null.
+  /// Newest message if its stamp is at most `max_age` from `now`, else null. A stamp ahead of `now`
+  /// counts as the time of the first call that saw the message, so that no sender, whatever its
+  /// clock says, stays fresh for longer than `max_age` after it fell silent. To be called in every
+  /// step.
   const M* fresh(Time now, Time max_age) {
     const M* m = get();
-    return m != nullptr && now - newest_stamp_ <= max_age ? m : nullptr;
+    if (m == nullptr || newest_stamp_ - now > max_age) return nullptr;
+    if (aged_ != valid_) since_ = std::min(newest_stamp_, now);
+    aged_ = valid_;
+    return now - since_ <= max_age ? m : nullptr;
   }
   /// Newest message if it was not taken before, else null.
   const M* take() {
@@ -56,6 +65,10 @@ class Latest : private InPort {
     get();
     return newest_stamp_;
   }
+
+ private:
+  std::uint64_t aged_ = 0;  ///< message whose age counts since
+  Time since_{};
 };
 
 /// Events: up to N between two steps, the oldest are dropped and counted.

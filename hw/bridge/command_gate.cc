@@ -22,8 +22,15 @@ std::string CommandGate::why_not(Time now, Time stamp, std::span<const double> p
     return fmt::format("command for {} joints, the arm has {}", position_rad.size(),
                        command_.size());
   }
+  if (!std::ranges::all_of(position_rad, [](double q) { return std::isfinite(q); })) {
+    return "command holds a position that is not a finite number";
+  }
   if (now - stamp > limits_.silence)
     return fmt::format("command is {:.3f} s old", to_seconds(now - stamp));
+  if (stamp - now > limits_.hold_after) {
+    return fmt::format("command is stamped {:.3f} s ahead of the bridge's clock",
+                       to_seconds(stamp - now));
+  }
   if (needs_silence_) {
     return fmt::format(
         "after a fault a new stream is needed: one that comes after {:.3g} s of silence",
@@ -32,7 +39,8 @@ std::string CommandGate::why_not(Time now, Time stamp, std::span<const double> p
   if (!arm.posture_known) return "the arm's posture is not known yet";
   for (std::size_t i = 0; i < command_.size(); ++i) {
     const double from = open_ ? command_[i] : arm.joints[i].position_rad;
-    const double elapsed = open_ ? std::max(0.0, to_seconds(stamp - accepted_)) : 0.0;
+    const double elapsed =
+        open_ ? std::max(0.0, to_seconds(std::min(stamp, now) - accepted_)) : 0.0;
     const double allowed =
         open_ ? limits_.jump_rad + limits_.v_max_rad_s[i] * elapsed : limits_.start_tolerance_rad;
     const double distance = std::abs(position_rad[i] - from);
@@ -48,13 +56,15 @@ std::string CommandGate::why_not(Time now, Time stamp, std::span<const double> p
 std::string CommandGate::offer(Time now, Time stamp, std::span<const double> position_rad,
                                const Reading& arm) {
   std::string refusal = why_not(now, stamp, position_rad, arm);
-  heard_ = std::max(heard_, stamp);
+  // Silence counts from a time that has passed, whatever the sender's clock says.
+  const Time sent = std::min(stamp, now);
+  heard_ = std::max(heard_, sent);
   if (!refusal.empty()) {
     if (!open_) reason_ = refusal;
     return refusal;
   }
   std::ranges::copy(position_rad, command_.begin());
-  accepted_ = stamp;
+  accepted_ = sent;
   open_ = true;
   return {};
 }

@@ -26,7 +26,9 @@ class CommandGate {
  public:
   explicit CommandGate(GateLimits limits);
 
-  /// A command that has arrived. @return empty, or why it is refused: one line
+  /// A command that has arrived. One that is older than `silence` or stamped more than `hold_after`
+  /// ahead of `now` is refused. Both times are those of the graph, since its start.
+  /// @return empty, or why it is refused: one line
   std::string offer(Time now, Time stamp, std::span<const double> position_rad, const Reading& arm);
 
   /// Set-point of this cycle; valid until the next call of either function.

@@ -120,7 +120,7 @@ void WalkerNode::take_sensors(runtime::Time now) {
   }
   const auto old = [&](auto& port) {
     return port.get() != nullptr &&
-           now - port.stamp() > runtime::from_seconds(params_.sensors_stale_s);
+           port.fresh(now, runtime::from_seconds(params_.sensors_stale_s)) == nullptr;
   };
   sensors_line_ = !joints_fault_.empty() ? joints_fault_
                   : old(joints_in_)      ? "encoders are silent"

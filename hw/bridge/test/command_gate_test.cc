@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <limits>
+
 #include "common/testing/no_malloc.h"
 
 namespace mimesis::hw::bridge {
@@ -125,6 +128,43 @@ TEST_F(Gate, RefusesWrongSizeOldAndUnknownPosture) {
   EXPECT_EQ(gate.offer(now, now - 200ms, std::array{0.0, 0.0}, arm), "command is 0.200 s old");
   arm.posture_known = false;
   EXPECT_EQ(offer(0.0, 0.0), "the arm's posture is not known yet");
+}
+
+TEST_F(Gate, RefusesNumbersThatAreNotFinite) {
+  follow();
+  for (const double q : {std::nan(""), std::numeric_limits<double>::infinity()}) {
+    EXPECT_EQ(offer(0.0, q), "command holds a position that is not a finite number");
+  }
+  EXPECT_EQ(gate.decide(now, arm).position_rad[1], 0.0);
+}
+
+TEST_F(Gate, NoStampPutsTheWatchdogOff) {
+  constexpr Time kMost = Time::max();
+  for (const Time ahead : {Time(10s), Time(3600s), kMost - Time(2s)}) {
+    follow();
+    EXPECT_NE(gate.offer(now, now + ahead, std::array{0.0, 0.0}, arm), "");
+    now += 100ms;
+    EXPECT_EQ(mode(), Mode::hold);
+    now += 1ns;
+    EXPECT_EQ(mode(), Mode::idle);
+    arm.phase = Phase::idle;
+    now += 1s;
+  }
+  follow();
+  EXPECT_EQ(gate.offer(now, now + 10s, std::array{0.0, 0.0}, arm),
+            "command is stamped 10.000 s ahead of the bridge's clock");
+  EXPECT_EQ(gate.offer(now, now + 17ms, std::array{0.0, 0.0}, arm), "") << "within the tolerance";
+  now += 100ms + 1ns;
+  EXPECT_EQ(mode(), Mode::idle) << "counted from when it came, not from its stamp";
+}
+
+TEST_F(Gate, StampsDoNotStretchTheAllowedJump) {
+  follow();
+  for (int i = 1; i <= 20; ++i) {
+    now += 5ms;
+    EXPECT_NE(gate.offer(now, now + 17ms, std::array{0.12, 0.0}, arm), "");
+    EXPECT_EQ(offer(0.0, 0.0), "");
+  }
 }
 
 TEST_F(Gate, AfterAFaultOnlyANewStreamCounts) {
