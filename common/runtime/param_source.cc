@@ -199,6 +199,7 @@ class HelpWriter final : public Writer {
 ParamReader::ParamReader(std::string_view owner, const Yaml* section, const Variables& variables,
                          const std::vector<std::pair<std::string, std::string>>& sets)
     : owner_(owner.empty() ? "" : std::string(owner) + "."), variables_(variables), map_(section) {
+  here_ = section != nullptr ? section->place : Place{"parameters"};
   for (const auto& [path, text] : sets) sets_[path] = scalar_at(text, {kSet});
 }
 
@@ -208,6 +209,12 @@ std::string ParamReader::path_of(std::string_view key) const {
 
 void ParamReader::mistake(const Place& place, const std::string& path, const std::string& what) {
   mistakes_.push_back({place, fmt::format("{}: {}{}: {}", to_string(place), owner_, path, what)});
+}
+
+void ParamReader::demand(const Found& found, bool has_default, const std::string& expected) {
+  if (found.yaml == nullptr && !has_default) {
+    mistake(here_, found.path, "is missing, expected " + expected);
+  }
 }
 
 ParamReader::Found ParamReader::look_up(std::string_view key) {
@@ -242,6 +249,7 @@ std::string ParamReader::scalar(const Found& found, std::string_view expected, b
 
 void ParamReader::operator()(std::string_view key, double& value, double lo, double hi) {
   const Found found = look_up(key);
+  demand(found, lo <= value && value <= hi, fmt::format("a number in [{}, {}]", lo, hi));
   bool ok = false;
   const std::string text = scalar(found, "a number", ok);
   if (!ok) return;
@@ -257,6 +265,7 @@ void ParamReader::operator()(std::string_view key, double& value, double lo, dou
 
 void ParamReader::operator()(std::string_view key, int& value, int lo, int hi) {
   const Found found = look_up(key);
+  demand(found, lo <= value && value <= hi, fmt::format("a whole number in [{}, {}]", lo, hi));
   bool ok = false;
   const std::string text = scalar(found, "a whole number", ok);
   if (!ok) return;
@@ -295,6 +304,7 @@ void ParamReader::operator()(std::string_view key, std::string& value,
   const Found found = look_up(key);
   const std::vector<std::string> known(choices.begin(), choices.end());
   const std::string expected = fmt::format("one of {}", fmt::join(known, ", "));
+  demand(found, std::ranges::find(known, value) != known.end(), expected);
   bool ok = false;
   std::string text = scalar(found, expected, ok);
   if (!ok) return;
@@ -336,6 +346,7 @@ std::vector<Yaml> ParamReader::sequence(const Found& found, bool& ok) {
 void ParamReader::operator()(std::string_view key, std::vector<double>& value, double lo, double hi,
                              std::size_t size) {
   const Found found = look_up(key);
+  demand(found, size == 0 || value.size() == size, fmt::format("{} numbers", size));
   bool ok = false;
   const std::vector<Yaml> items = sequence(found, ok);
   if (!ok) return;
@@ -386,11 +397,13 @@ void ParamReader::report_unknown_keys() {
 
 void ParamReader::enter(const std::string& path, const Yaml* map, const VisitParams& visit) {
   const Yaml* outer_map = std::exchange(map_, map);
+  const Place outer_here = std::exchange(here_, map != nullptr ? map->place : here_);
   const std::string outer_prefix = std::exchange(prefix_, path);
   std::vector<std::string> outer_keys = std::exchange(keys_, {});
   visit(*this);
   report_unknown_keys();
   map_ = outer_map;
+  here_ = outer_here;
   prefix_ = outer_prefix;
   keys_ = std::move(outer_keys);
 }

@@ -48,6 +48,7 @@ class ParamReader final : public ParamVisitor {
   std::string scalar(const Found& found, std::string_view expected, bool& ok);
   std::vector<Yaml> sequence(const Found& found, bool& ok);
   void report_unknown_keys();
+  void demand(const Found& found, bool has_default, const std::string& expected);
   void mistake(const Place& place, const std::string& path, const std::string& what);
   void enter(const std::string& path, const Yaml* map, const VisitParams& visit);
   std::string path_of(std::string_view key) const;
@@ -65,6 +66,7 @@ class ParamReader final : public ParamVisitor {
   std::vector<Mistake> mistakes_;
   // The map being read:
   const Yaml* map_ = nullptr;
+  Place here_;  // of the innermost map that the file has
   std::string prefix_;
   std::vector<std::string> keys_;
 };

@@ -9,7 +9,9 @@
 namespace mimesis::runtime {
 
 /// Walks through a struct of parameters. One `visit` per struct serves reading (YAML, --set),
-/// ranges, the effective set in the log, and --help. Keys end in their unit. Ranges are closed.
+/// ranges, the effective set in the log, and --help. Keys end in their unit. Ranges are closed. A
+/// default that is itself out of range, not among the choices or of another size means that the
+/// key must be given.
 class ParamVisitor {
  public:
   virtual ~ParamVisitor() = default;

@@ -1,5 +1,6 @@
 #include "common/runtime/yaml_document.h"
 
+#include <yaml-cpp/eventhandler.h>
 #include <yaml-cpp/yaml.h>
 
 #include <algorithm>
@@ -95,6 +96,49 @@ class Converter {
   int nodes_ = 0;
 };
 
+/// Walks through a text before it becomes a tree: yaml-cpp 0.7 makes documents without end of some
+/// texts, of a comma outside of brackets for instance, and keeps them all.
+class OneDocument : public YAML::EventHandler {
+ public:
+  OneDocument(const std::string& text, const Converter& places) : text_(text), places_(places) {}
+
+  void OnDocumentStart(const YAML::Mark& mark) override {
+    if (++documents_ == 1) return;
+    const auto at = static_cast<std::size_t>(std::max(mark.pos, 0));
+    throw ConfigError(to_string(places_.place(mark)) +
+                      (text_.compare(at, 1, ",") == 0 ? ": a comma outside of brackets"
+                                                      : ": a second document (---) is not read"));
+  }
+  void OnNull(const YAML::Mark& mark, YAML::anchor_t) override { count(mark); }
+  void OnAlias(const YAML::Mark& mark, YAML::anchor_t) override { count(mark); }
+  void OnScalar(const YAML::Mark& mark, const std::string&, YAML::anchor_t,
+                const std::string&) override {
+    count(mark);
+  }
+  void OnSequenceStart(const YAML::Mark& mark, const std::string&, YAML::anchor_t,
+                       YAML::EmitterStyle::value) override {
+    count(mark);
+  }
+  void OnMapStart(const YAML::Mark& mark, const std::string&, YAML::anchor_t,
+                  YAML::EmitterStyle::value) override {
+    count(mark);
+  }
+  void OnDocumentEnd() override {}
+  void OnSequenceEnd() override {}
+  void OnMapEnd() override {}
+
+ private:
+  void count(const YAML::Mark& mark) {
+    if (++nodes_ > kMaxNodes) {
+      throw ConfigError(to_string(places_.place(mark)) + ": more than " +
+                        std::to_string(kMaxNodes) + " values");
+    }
+  }
+  const std::string& text_;
+  const Converter& places_;
+  int documents_ = 0, nodes_ = 0;
+};
+
 constexpr int kMaxDepth = 16;  // defaults may name other arguments, but not in a circle
 
 std::string upper(std::string text) {
@@ -149,17 +193,12 @@ std::string Yaml::described() const {
 Yaml parse_yaml(const std::string& text, const std::string& name) {
   Converter converter(text, name);
   try {
-    const std::vector<YAML::Node> documents = YAML::LoadAll(text);
-    if (documents.empty()) {
-      Yaml nothing;
-      nothing.place = {name, 1, 1};
-      return nothing;
+    std::istringstream in(text);
+    YAML::Parser parser(in);
+    OneDocument one(text, converter);
+    while (parser.HandleNextDocument(one)) {
     }
-    if (documents.size() > 1) {
-      throw ConfigError(to_string(converter.place(documents[1].Mark())) +
-                        ": a second document (---) is not read");
-    }
-    return converter.convert(documents[0], 0);
+    return converter.convert(YAML::Load(text), 0);
   } catch (const YAML::Exception& e) {
     throw ConfigError(to_string(converter.place(e.mark)) + ": " + e.msg);
   }

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <sstream>
 
 #include "common/error.h"
 #include "common/model/test/model_texts.h"
@@ -148,6 +149,30 @@ TEST(TableFile, MistakesAreNamedInOneLine) {
       std::string::npos);
   const EditedCopy goal("bridge_table.yaml", "{name: low,", "{name: middle,");
   EXPECT_NE(message_of([&] { load_table(goal.file()); }).find("middle"), std::string::npos);
+  const EditedCopy object("bridge_table.yaml", "position_m: [0.40", "# position_m: [0.40");
+  EXPECT_EQ(message_of([&] { load_table(object.file()); }),
+            object.file() + ":23:3: object.position_m: is missing, expected 3 numbers");
+}
+
+TEST(ModelFiles, EachLineIsEitherNotNeededOrMissedByName) {
+  const auto load = [](const std::string& model, const std::string& file) {
+    if (model == "bridge_table.yaml") load_table(file);
+    if (model == "lwr4.yaml") load_arm(file);
+    if (model == "biped.yaml") load_biped(file);
+  };
+  for (const std::string model : {"bridge_table.yaml", "lwr4.yaml", "biped.yaml"}) {
+    std::istringstream lines(slurp(kModels + model));
+    int refused = 0;
+    for (std::string line; std::getline(lines, line);) {
+      if (line.empty()) continue;
+      const EditedCopy without(model, line + "\n", "");
+      const std::string message = message_of([&] { load(model, without.file()); });
+      if (message == "no error") continue;
+      ++refused;
+      EXPECT_TRUE(message.starts_with(without.file())) << line << ": " << message;
+    }
+    EXPECT_GT(refused, 5) << model;
+  }
 }
 
 }  // namespace
