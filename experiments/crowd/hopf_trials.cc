@@ -66,7 +66,7 @@ HopfOutcome run(const HopfTrials& t) {
   const int per_sample =
       static_cast<int>(std::ceil(t.sample_s / std::min(t.dt_s, 1.0 / stiff) - 1e-9));
   const double dt = t.sample_s / per_sample;
-  const auto samples = static_cast<std::size_t>(t.until_s / t.sample_s + 0.5);
+  const auto samples = static_cast<std::size_t>(std::lround(t.until_s / t.sample_s));
 
   HopfOutcome out;
   if (t.curve) {

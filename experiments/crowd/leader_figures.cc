@@ -119,8 +119,8 @@ Data scene() {
   };
   for (int n = 0; n * kDt < kEnd_s; ++n) {
     const double t = n * kDt;
-    if (n == int(kLeader_s / kDt + 0.5)) push(kFollowers, 2.0);
-    if (n == int(kMember_s / kDt + 0.5)) push(1, 2.0);
+    if (n == std::lround(kLeader_s / kDt)) push(kFollowers, 2.0);
+    if (n == std::lround(kMember_s / kDt)) push(1, 2.0);
     const Angles off = to_leader(x);
     if (n % 5 == 0) {
       out.rows.push_back({t, off[0], off[1], off[2], off[3], dispersion(off),

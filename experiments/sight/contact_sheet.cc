@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
+#include <exception>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <opencv2/imgproc.hpp>
@@ -120,7 +121,7 @@ int main(int argc, char** argv) {
     const int columns = argc > 3 ? std::atoi(argv[3]) : 10;
     if (columns < 1 || columns > 100) throw ConfigError("COLUMNS: expected 1..100");
     run(argv[1], argv[2], columns);
-  } catch (const ConfigError& e) {
+  } catch (const std::exception& e) {
     std::fprintf(stderr, "%s\n", e.what());
     return 2;
   }

@@ -1,5 +1,7 @@
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "common/testing/loopback.h"
 #include "hw/modbus/hand.h"
 #include "hw/sim/hand/hand.h"
@@ -19,7 +21,7 @@ constexpr HandOutput kClose{
 
 void run(HandPlant& plant, double seconds, const HandOutput& output,
          std::optional<double> contact = {}) {
-  for (int i = 0; i < static_cast<int>(seconds * 100 + 0.5); ++i) plant.step(0.01, output, contact);
+  for (int i = 0; i < std::lround(seconds * 100); ++i) plant.step(0.01, output, contact);
 }
 
 TEST(HandPlant, MustBeActivatedFirst) {
