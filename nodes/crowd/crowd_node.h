@@ -29,7 +29,6 @@ struct RegionParams {
   double sight_m = 6.0;              ///< others so near to one of ours are avoided
   double stale_s = 0.5;              ///< a coordinator not heard for so long is gone
 
-  void visit(runtime::ParamVisitor& v);
   RegionMap map() const { return {x_m, y_m}; }
 };
 
@@ -37,8 +36,6 @@ struct RegionParams {
 struct RobotParams {
   int agent = -1;       ///< number of the external agent that it is; none: the port is not heard
   double step_s = 0.8;  ///< of one of its steps
-
-  void visit(runtime::ParamVisitor& v);
 };
 
 struct CrowdParams {

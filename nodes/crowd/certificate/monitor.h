@@ -37,7 +37,6 @@ struct MonitorReport {
 /// Watches one group while it runs. Pure: told of time, errors and changes. Steps do not allocate.
 class Monitor {
  public:
-  /// Without a certificate.
   Monitor();
 
   /// A certificate of the group as it is: measures anew, but for what is told by agent and has the

@@ -102,10 +102,8 @@ class FarCrowd {
   void adopt(ScenarioRun& run, const Traveller& traveller, Time now);
   /// Our run begins where others are at work: all that it began with is theirs.
   void abandon(ScenarioRun& run);
-  /// Where two claim an agent, the first coordinator has it: after silence on the way, not death.
-  /// Number of those that we had and gave back since the start.
-  std::uint64_t given_back() const { return given_back_; }
 
+  /// Where two claim an agent, the first coordinator has it: after silence on the way, not death.
   /// Brings what others said to time `now`, that of the run's present state, and into the run. Why
   /// a group cannot take them, or empty: it goes on without.
   std::string import(ScenarioRun& run, Time now);
@@ -138,7 +136,6 @@ class FarCrowd {
   std::vector<bool> ran_;                    // had begun, by number
   std::unordered_map<AgentId, Time> since_;  // agents are ours that were not at the start
   std::vector<AgentId> claimed_;
-  std::uint64_t given_back_ = 0;
   std::vector<Passing> passing_;
   std::vector<FarAgent> agents_;
   std::unordered_map<AgentId, Imported> imported_;
