@@ -7,21 +7,11 @@
 
 namespace mimesis::synthesizer {
 
-/// Where characters stand at the start.
-struct StartParams {
-  std::string arrangement = "grid";  ///< grid, row or circle
-  Formation formation{};             ///< all else
-
-  Formation arranged() const;
-};
-
 /// What is to be done before the first message on port `goal`.
 struct FirstGoalParams {
   std::string kind = "none";    ///< none, walk_to, drawer
   double x_m = 0.0, y_m = 0.0;  ///< in W [m]
   double object_depth_m = 0.2;  ///< of drawer: behind its front [m]
-
-  void visit(runtime::ParamVisitor& v);
 };
 
 /// The motion is one that a walking robot shall follow.
@@ -31,7 +21,6 @@ struct RobotParams {
   double step_s = 0.0;      ///< of one step; 0: the robot's own [s]
   double stale_s = 0.25;    ///< feedback not heard for so long is none [s]
 
-  void visit(runtime::ParamVisitor& v);
   RobotLimits asked() const;  ///< `limits` with this or the robot's step_s. @throws ConfigError
 };
 
@@ -40,7 +29,7 @@ struct SynthesizerParams {
   double offset_s = 0.0;                   ///< of the first step within the period [s]
   std::string model = "walk.motion.json";  ///< file of the motion model
   int characters = 1;                      ///< [1]
-  StartParams start;
+  Formation start;                         ///< where characters stand
   FirstGoalParams goal;
   bool drawer = false;           ///< learn the actions for drawers at the start (some seconds)
   int drawer_seed = 1;           ///< of the trials they are learned from [1]

@@ -7,7 +7,6 @@
 
 namespace mimesis::synthesizer {
 
-/// How a character walks where it is told to.
 struct WalkSettings {
   double dt_s = 1.0 / 60.0;
   double style_beta = 0.2;      ///< β of event-based transitions [M18 eq. 3.23] [1]

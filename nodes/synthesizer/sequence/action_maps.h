@@ -40,7 +40,7 @@ Eigen::MatrixXd drawer_ramp(Eigen::Index samples);
 /// weights estimated anew, and the further sources from what they leave of both. (The text takes
 /// the residuals of action 2 for the further sources and only new weights for action 3: its
 /// residuals are then the largest of all.) Some seconds for 40 trials.
-/// @throws ConfigError from demix::sisa, or for fewer than 1 source of each kind.
+/// @throws ConfigError from demix::sisa.
 DrawerModel learn_drawer_model(const DrawerData& data, const DrawerModelOptions& options = {});
 
 /// What an action has to do. Inputs of the maps: of action 1 the first two; of action 2 the first
@@ -71,7 +71,6 @@ class ActionMaps {
   const LocalRegression& map(Action action) const { return maps_[action]; }
 
   static Eigen::VectorXd inputs(Action action, const ActionTask& task);
-  /// What trial i was.
   ActionTask task_of(Action action, std::size_t i) const;
 
  private:
