@@ -257,7 +257,7 @@ MIMESIS_PART void add_sums(const WalkField& f, const Table& t, int row, int m, C
   add_to(sums.count, one, m);
   add_to(sums.cos_phase, cp, m);
   add_to(sums.sin_phase, sp, m);
-  add_to(sums.error_m, ahead, m);
+  add_to(sums.error, ahead, m);
   add_to(sums.cos_heading, ch, m);
   add_to(sums.sin_heading, sh, m);
 }
