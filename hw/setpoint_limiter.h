@@ -28,7 +28,6 @@ class SetpointLimiter {
   /// Moves one cycle towards `target` [rad]. Does not allocate. @return true if a limit changed the
   /// set-point
   bool follow(std::span<const double> target);
-  /// Stands still where it is.
   void rest() noexcept;
   /// Moves one cycle while coming to rest at a_max.
   void hold();

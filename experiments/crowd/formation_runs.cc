@@ -10,7 +10,7 @@
 #include "nodes/crowd/certificate/rate_fit.h"
 #include "nodes/crowd/engine/crowd.h"
 #include "nodes/crowd/rules/rules.h"
-#include "nodes/crowd/scenario/arrangement.h"
+#include "nodes/crowd/scenario/scenario.h"
 
 namespace mimesis::crowd {
 namespace {

@@ -3,7 +3,7 @@
 
 #include "common/motion/demix/sisa.h"
 #include "common/motion/mocap/cycles.h"
-#include "common/motion/mocap/trials_file.h"
+#include "common/motion/mocap/trials.h"
 #include "common/motion/model/motion_model.h"
 #include "common/plot/gnuplot.h"
 #include "common/shared_data.h"

@@ -12,7 +12,6 @@ namespace mimesis::hw::cia402 {
 
 inline constexpr int kLastNode = 127;  ///< node ids are 1..127
 
-/// Network management commands.
 enum class Nmt : std::uint8_t {
   start = 0x01,
   stop = 0x02,
@@ -35,7 +34,6 @@ can::Frame heartbeat(int node, NmtState state);
 /// Emergency: error code, error register 1001h, five bytes of the manufacturer (zero).
 can::Frame emergency(int node, std::uint16_t code, std::uint8_t error_register);
 
-/// Object of a dictionary.
 struct Object {
   std::uint16_t index = 0;
   std::uint8_t sub = 0;
@@ -62,9 +60,7 @@ struct Sdo {
 Sdo parse_sdo_request(const can::Frame& frame);
 Sdo parse_sdo_response(const can::Frame& frame);
 
-/// Reason in words for an SDO abort code.
 std::string abort_text(std::uint32_t code);
-/// Reason in words for an emergency's error code.
 std::string emergency_text(std::uint16_t code);
 
 /// Process data object n = 1..4.

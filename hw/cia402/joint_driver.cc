@@ -58,15 +58,8 @@ void JointDriver::stop() noexcept {
   if (options_.readonly) return;
   try {
     outbox_.clear();
-    for (AxisMaster& axis : axes_) {
-      axis.controlword = controlword::kQuickStop;
-      can::Frame frame = rpdo(1, axis.axis().node_id);
-      append(frame, axis.controlword, 2);
-      append(frame, static_cast<std::uint32_t>(axis.axis().to_increments(axis.target_rad)), 4);
-      outbox_.push_back(frame);
-    }
-    outbox_.push_back(sync());
-    bus_->send(outbox_);
+    for (AxisMaster& axis : axes_) axis.controlword = controlword::kQuickStop;
+    send_setpoints();
   } catch (...) {  // the drives' own watchdogs are left
   }
   outbox_.clear();
@@ -297,11 +290,7 @@ void JointDriver::command_axes() {
   }
 }
 
-void JointDriver::send_cycle() {
-  if (now_ >= heartbeat_due_) {
-    outbox_.push_back(heartbeat(kMasterNode, NmtState::operational));
-    heartbeat_due_ = now_ + milliseconds(kMasterHeartbeatMs);
-  }
+void JointDriver::send_setpoints() {
   for (const AxisMaster& axis : axes_) {
     can::Frame frame = rpdo(1, axis.axis().node_id);
     append(frame, axis.controlword, 2);
@@ -318,7 +307,11 @@ void JointDriver::write(Time now, const Setpoint& setpoint) {
   if (options_.readonly || now < silent_until_) return;
   obey(setpoint);
   command_axes();
-  send_cycle();
+  if (now_ >= heartbeat_due_) {
+    outbox_.push_back(heartbeat(kMasterNode, NmtState::operational));
+    heartbeat_due_ = now_ + milliseconds(kMasterHeartbeatMs);
+  }
+  send_setpoints();
 }
 
 GroupDriver::GroupDriver(std::vector<std::unique_ptr<JointDriver>> parts)

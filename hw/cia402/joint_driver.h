@@ -51,7 +51,7 @@ class JointDriver final : public Actuators {
   void obey(const Setpoint& setpoint);
   void command_axes();
   void enable(AxisMaster& axis);
-  void send_cycle();
+  void send_setpoints();
   bool all_are(DriveState state) const;
   bool stopped(const AxisMaster& axis) const;
   Phase rest() const;

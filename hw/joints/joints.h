@@ -51,7 +51,6 @@ std::vector<BusShare> complete(std::vector<BusShare> buses, const std::string& c
 /// @throws ConfigError as cia402::complete
 std::vector<cia402::Axis> complete(std::vector<cia402::Axis> axes, const Joints& joints);
 
-/// Rows `first` .. `first + count` of `limits`.
 JointLimits part_of(const JointLimits& limits, int first, int count);
 
 }  // namespace mimesis::hw

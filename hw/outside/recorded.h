@@ -34,7 +34,6 @@ class RecordedHand {
   RecordedHand(const std::string& address, const modbus::HandDriver::Options& options,
                runtime::Bus& graph);
 
-  /// Like modbus::HandDriver::exchange.
   const modbus::HandReading& exchange(Time now, const modbus::HandSetpoint& setpoint);
   void stop() noexcept;
 

@@ -23,7 +23,6 @@ class Rendered final : public Source {
     return Frame{&image_, now};
   }
   std::string news() override { return {}; }
-  /// Truth about the frame returned last.
   Truth truth() const { return renderer_.truth(shown_s_); }
 
  private:

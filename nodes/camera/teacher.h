@@ -21,7 +21,6 @@ struct Lesson {
 /// @throws ConfigError naming the word that is not understood and the words that are.
 Lesson parse_lesson(const std::string& text);
 
-/// When and how often it is shown.
 struct TeacherScript {
   Lesson lesson;
   Color color = Color::light;  ///< colour of the object

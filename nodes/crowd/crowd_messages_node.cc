@@ -15,10 +15,6 @@ namespace {
 
 constexpr double kFar_m = 1e6, kFast = 1e3, kTurns_rad = 1e9, kLarge_m = 100.0;
 
-std::uint64_t group_faults(int group, const Scenario& scenario) {
-  return group >= 0 && group < static_cast<int>(scenario.groups.size()) ? 0 : 1;
-}
-
 bool within(double value, double most) { return std::abs(value) <= most; }
 
 template <class Values>
@@ -59,9 +55,6 @@ bool possible(const v1::CrowdTraveller& t, const Group& group) {
          (!on_route || t.leg() < group.goals.position_m.size() / 2);
 }
 
-/// Empty for "not a number": ports accept none.
-double or_none(bool has, double value) { return has ? value : AgentState::kNone; }
-
 using model::Rgba;
 
 constexpr std::array<Rgba, 8> kGroups{{{0.20, 0.45, 0.85, 1.0},
@@ -77,11 +70,13 @@ constexpr double kTall_m = 1.7, kStroke_m = 0.5, kStroke_px = 3.0;
 constexpr std::size_t kMostDiscs = 500;
 
 void paint_still(const Scenario& scenario, foxglove::SceneEntity& entity) {
-  for (const PillarSpec& p : scenario.pillars) {
-    model::add_rod(entity, {p.x_m, p.y_m, 0.0}, {p.x_m, p.y_m, kTall_m}, p.radius_m, kStone);
+  for (const Pillar& p : scenario.pillars) {
+    model::add_rod(entity, {p.position_W_m.x(), p.position_W_m.y(), 0.0},
+                   {p.position_W_m.x(), p.position_W_m.y(), kTall_m}, p.radius_m, kStone);
   }
-  for (const WallSpec& w : scenario.walls) {
-    model::add_rod(entity, {w.from_x_m, w.from_y_m, 0.1}, {w.to_x_m, w.to_y_m, 0.1}, 0.05, kStone);
+  for (const Wall& w : scenario.walls) {
+    model::add_rod(entity, {w.from_W_m.x(), w.from_W_m.y(), 0.1}, {w.to_W_m.x(), w.to_W_m.y(), 0.1},
+                   0.05, kStone);
   }
   for (const Group& group : scenario.groups) {
     const std::vector<double>& xy = group.goals.position_m;
@@ -109,12 +104,12 @@ std::string fault(const v1::CrowdStates& states, const Scenario& scenario) {
     return "a place, speed, angle or rate that no walker has";
   }
   for (const std::uint32_t group : states.group()) {
-    if (group_faults(static_cast<int>(group), scenario) != 0) {
+    if (group >= scenario.groups.size()) {
       return fmt::format("group {}: there are {}", group, scenario.groups.size());
     }
   }
   for (const v1::CrowdSums& sums : states.sums()) {
-    if (group_faults(static_cast<int>(sums.group()), scenario) != 0) {
+    if (sums.group() >= scenario.groups.size()) {
       return fmt::format("sums of group {}: there are {}", sums.group(), scenario.groups.size());
     }
     if (!possible(sums, scenario)) {
@@ -135,7 +130,7 @@ std::string fault(const v1::CrowdHandover& handover, const ScenarioRun& run, int
   }
   for (const v1::CrowdTraveller& t : handover.agents()) {
     const bool moved_by_us = run.roster().known(t.id()) && run.roster().external(t.id()) < 0;
-    if (!moved_by_us || group_faults(static_cast<int>(t.group()), run.scenario()) != 0) {
+    if (!moved_by_us || t.group() >= run.scenario().groups.size()) {
       return fmt::format("agent {} of group {}: unknown", t.id(), t.group());
     }
     if (!possible(t, run.scenario().groups[t.group()])) {
@@ -287,8 +282,9 @@ Traveller from_proto(const v1::CrowdTraveller& in) {
   s.heading_rad = in.heading_rad();
   s.phase_rad = in.phase_rad();
   s.length = in.length();
-  s.phase_rate_rad_s = or_none(in.has_phase_rate_rad_s(), in.phase_rate_rad_s());
-  s.heading_rate_rad_s = or_none(in.has_heading_rate_rad_s(), in.heading_rate_rad_s());
+  // Absent for "not a number", which ports do not take.
+  if (in.has_phase_rate_rad_s()) s.phase_rate_rad_s = in.phase_rate_rad_s();
+  if (in.has_heading_rate_rad_s()) s.heading_rate_rad_s = in.heading_rate_rad_s();
   s.smoothed_error_m = in.smoothed_error_m();
   s.pressed = static_cast<int>(std::min<std::uint32_t>(in.pressed(), AgentState::kMostPressed));
   AgentTraits& t = traveller.agent.traits;

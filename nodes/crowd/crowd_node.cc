@@ -26,13 +26,6 @@ TrustSettings trust_of(TrustSettings settings, const Scenario& scenario) {
   return settings;
 }
 
-/// The agent that a robot is, if there is one.
-void check(const RobotParams& robot, const Roster& roster) {
-  if (robot.agent < roster.externals()) return;
-  throw ConfigError(fmt::format("crowd.robot.agent: {} of {} external agents, they count from 0",
-                                robot.agent, roster.externals()));
-}
-
 ScenarioRun start(const CrowdParams& params, const RegionMap& map) {
   return ScenarioRun(params.read_scenario(),
                      [&, own = params.regions.own - 1](const auto& p) { return map.of(p) == own; });
@@ -65,34 +58,30 @@ void to_proto(const RuleLine& line, int agents, v1::CrowdGuarantee& out) {
 
 }  // namespace
 
-void RegionParams::visit(runtime::ParamVisitor& v) {
-  v("own", own, 1, 1024);
-  v("x_m", x_m, -kFarCut_m, kFarCut_m, 0);
-  v("y_m", y_m, -kFarCut_m, kFarCut_m, 0);
-  v("margin_m", margin_m, 0.0, 100.0);
-  v("sight_m", sight_m, 0.5, 1000.0);
-  v("stale_s", stale_s, 0.02, 60.0);
-}
-
-void RobotParams::visit(runtime::ParamVisitor& v) {
-  v("agent", agent, -1, 1'000'000);
-  v("step_s", step_s, 0.1, 5.0);
-}
-
 void CrowdParams::visit(runtime::ParamVisitor& v) {
   v("rate_hz", rate_hz, 1.0, 1000.0);
   v("offset_s", offset_s, 0.0, 1.0);
   v("scenario", scenario);
   v("set", set);
   v("until_s", until_s, 0.0, 1e6);
-  v.group("regions", [this](runtime::ParamVisitor& g) { regions.visit(g); });
+  v.group("regions", [this](runtime::ParamVisitor& g) {
+    g("own", regions.own, 1, 1024);
+    g("x_m", regions.x_m, -kFarCut_m, kFarCut_m, 0);
+    g("y_m", regions.y_m, -kFarCut_m, kFarCut_m, 0);
+    g("margin_m", regions.margin_m, 0.0, 100.0);
+    g("sight_m", regions.sight_m, 0.5, 1000.0);
+    g("stale_s", regions.stale_s, 0.02, 60.0);
+  });
   v.group("trust", [this](runtime::ParamVisitor& g) {
     g("forget_s", trust.forget_s, 0.02, 600.0);
     g("return_s", trust.return_s, 0.0, 60.0);
     g("most_m_s", trust.most_m_s, 0.1, 100.0);
     g("slack_m", trust.slack_m, 0.0, 100.0);
   });
-  v.group("robot", [this](runtime::ParamVisitor& g) { robot.visit(g); });
+  v.group("robot", [this](runtime::ParamVisitor& g) {
+    g("agent", robot.agent, -1, 1'000'000);
+    g("step_s", robot.step_s, 0.1, 5.0);
+  });
   v("first_character", first_character, 0, 1'000'000);
   v("ahead_s", ahead_s, 0.0, 10.0);
   v("scene_hz", scene_hz, 0.0, 100.0);
@@ -153,7 +142,10 @@ CrowdNode::CrowdNode(const Params& params, runtime::Bus& bus)
       info_(bus, "info", {.latched = true}),
       scene_(bus, "scene") {
   if (params.threads > 1) team_.emplace(params.threads);
-  check(params.robot, run_.roster());
+  if (params.robot.agent >= run_.roster().externals()) {
+    throw ConfigError(fmt::format("crowd.robot.agent: {} of {} external agents, they count from 0",
+                                  params.robot.agent, run_.roster().externals()));
+  }
   const Scenario& scenario = run_.scenario();
   to_proto(run_, states_message_);
   runtime::info("scenario '{}': {} agents in {} groups, {} may come from outside; {} begin here",

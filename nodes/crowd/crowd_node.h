@@ -29,16 +29,13 @@ struct RegionParams {
   double sight_m = 6.0;              ///< distance within which agents of others are avoided
   double stale_s = 0.5;              ///< a coordinator silent for this long is gone
 
-  void visit(runtime::ParamVisitor& v);
   RegionMap map() const { return {x_m, y_m}; }
 };
 
 /// A walking robot on port `robot`.
 struct RobotParams {
-  int agent = -1;       ///< number of the robot's external agent; -1: the port is ignored
-  double step_s = 0.8;  ///< duration of one of its steps
-
-  void visit(runtime::ParamVisitor& v);
+  int agent = -1;       ///< number of the external agent that it is; none: the port is not heard
+  double step_s = 0.8;  ///< of one of its steps
 };
 
 struct CrowdParams {

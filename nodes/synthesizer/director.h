@@ -10,7 +10,6 @@ namespace mimesis::synthesizer {
 
 enum class GoalKind { none, walk_to, drawer, stop };
 
-/// How far a character is.
 struct Progress {
   GoalKind kind = GoalKind::none;
   bool reached = false;

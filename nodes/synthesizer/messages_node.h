@@ -14,6 +14,8 @@ std::string fault(const v1::MotionGoal& goal, const Characters& characters);
 std::string fault(const v1::StyleWish& wish, const Characters& characters);
 std::string fault(const v1::Beat& beat);
 std::string fault(const v1::GaitCommand& gait, const Characters& characters);
+std::string fault(const v1::WalkFeedback& feedback);
+std::string fault(const v1::DrawerState& drawer);
 
 /// Shares of all styles of the repertoire, sum 1. The wish has no fault.
 std::vector<double> to_shares(const v1::StyleWish& wish, const Repertoire& repertoire);
@@ -31,14 +33,8 @@ void to_proto(const Director& director, v1::MotionBatch& batch);
 /// Without header. `plan`: null if there is none.
 v1::MotionStatus to_proto(int i, const Progress& progress, const std::vector<PlannedAction>* plan);
 
-/// Why feedback cannot be used; empty if it can.
-std::string fault(const v1::WalkFeedback& feedback);
-/// The feedback has no fault.
+/// Of messages without fault.
 RobotFeedback to_feedback(const v1::WalkFeedback& message);
-
-/// Why it cannot be used; empty if it can.
-std::string fault(const v1::DrawerState& drawer);
-/// The message has no fault.
 DrawerSeen to_seen(const v1::DrawerState& message);
 
 }  // namespace mimesis::synthesizer

@@ -42,7 +42,7 @@ std::unique_ptr<Director> make_director(const SynthesizerParams& params, const A
                                         const BipedDrawer* robot_drawer) {
   const motion::MotionModel model =
       motion::load_motion_model(runtime::find_model_file(params.model));
-  const auto starts = form(params.characters, params.start.arranged());
+  const auto starts = form(params.characters, params.start);
   const CharactersSettings settings = params.character_settings();
   if (params.robot.description.empty()) {
     return std::make_unique<FigureDirector>(model, starts, settings, drawer);

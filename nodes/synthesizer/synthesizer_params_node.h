@@ -7,21 +7,11 @@
 
 namespace mimesis::synthesizer {
 
-/// Where characters stand at the start.
-struct StartParams {
-  std::string arrangement = "grid";  ///< grid, row or circle
-  Formation formation{};             ///< all else
-
-  Formation arranged() const;
-};
-
-/// Goal that is set before the first message on port `goal`.
+/// What is to be done before the first message on port `goal`.
 struct FirstGoalParams {
-  std::string kind = "none";    ///< kind of goal: none, walk_to, drawer
-  double x_m = 0.0, y_m = 0.0;  ///< place in W [m]
-  double object_depth_m = 0.2;  ///< distance of a drawer's object behind its front [m]
-
-  void visit(runtime::ParamVisitor& v);
+  std::string kind = "none";    ///< none, walk_to, drawer
+  double x_m = 0.0, y_m = 0.0;  ///< in W [m]
+  double object_depth_m = 0.2;  ///< of drawer: behind its front [m]
 };
 
 /// Settings of motion for a walking robot.
@@ -31,7 +21,6 @@ struct RobotParams {
   double step_s = 0.0;      ///< duration of one step; 0: the robot's own [s]
   double stale_s = 0.25;    ///< older feedback is ignored [s]
 
-  void visit(runtime::ParamVisitor& v);
   RobotLimits asked() const;  ///< `limits` with this or the robot's step_s. @throws ConfigError
 };
 
@@ -40,8 +29,8 @@ struct SynthesizerParams {
   double rate_hz = 200.0;
   double offset_s = 0.0;                   ///< time of the first step within the period [s]
   std::string model = "walk.motion.json";  ///< file of the motion model
-  int characters = 1;                      ///< number of characters [1]
-  StartParams start;
+  int characters = 1;                      ///< [1]
+  Formation start;                         ///< where characters stand
   FirstGoalParams goal;
   bool drawer = false;           ///< learns the actions for drawers at the start (some seconds)
   int drawer_seed = 1;           ///< seed of the trials of the drawer actions [1]

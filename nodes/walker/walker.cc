@@ -121,7 +121,6 @@ void Walker::Impl::reset(const Eigen::Vector2d& p_W_m, double yaw_rad) {
   out.X_WB = X_WB;
 }
 
-/// Keeps the first trouble of a tick.
 void Walker::Impl::note(std::string_view reason) {
   if (out.trouble.empty()) out.trouble.assign(reason);
 }

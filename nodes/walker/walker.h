@@ -25,7 +25,6 @@ struct WalkerSettings {
   std::optional<GaitSettings> gait{};  ///< empty: gait_settings(biped)
 };
 
-/// Wish for one tick.
 struct WalkerWish {
   Wish walk;
   /// [rad], [rad/s], in the order of Biped::upper_body; both empty: half-sitting.

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "common/math/so3.h"
+#include "common/model/drawing.h"
 
 namespace mimesis::walker {
 namespace {
@@ -206,20 +207,8 @@ void to_proto(const robot::Kinematics& kinematics, runtime::Time stamp,
   out.clear_transforms();
   const std::vector<robot::Link>& links = kinematics.tree().links();
   for (std::size_t i = 0; i < links.size(); ++i) {
-    const Eigen::Isometry3d& X_WL = kinematics.X_WL(static_cast<int>(i));
-    const Eigen::Quaterniond R(X_WL.linear());
-    auto& frame = *out.add_transforms();
-    frame.mutable_timestamp()->set_seconds(stamp.count() / 1'000'000'000);
-    frame.mutable_timestamp()->set_nanos(static_cast<int>(stamp.count() % 1'000'000'000));
-    frame.set_parent_frame_id("world");
-    frame.set_child_frame_id("robot/" + links[i].name);
-    frame.mutable_translation()->set_x(X_WL.translation().x());
-    frame.mutable_translation()->set_y(X_WL.translation().y());
-    frame.mutable_translation()->set_z(X_WL.translation().z());
-    frame.mutable_rotation()->set_w(R.w());
-    frame.mutable_rotation()->set_x(R.x());
-    frame.mutable_rotation()->set_y(R.y());
-    frame.mutable_rotation()->set_z(R.z());
+    model::add_frame(out, "world", "robot/" + links[i].name, kinematics.X_WL(static_cast<int>(i)),
+                     stamp);
   }
 }
 

@@ -31,7 +31,6 @@ class WalkerNode {
       worst_s = std::max(worst_s, s);
     }
   };
-  /// Last published status.
   struct Told {
     v1::WalkState state = v1::WALK_STATE_UNSPECIFIED;
     std::string reason;

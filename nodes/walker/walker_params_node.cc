@@ -21,7 +21,6 @@ constexpr std::array<std::pair<TaskKind, const char*>, 6> kKinds = {{
     {TaskKind::regularisation, "regularisation"},
 }};
 
-/// Visits a kind by its name.
 void visit_kind(runtime::ParamVisitor& v, TaskKind& kind) {
   std::string text;
   for (const auto& [known, word] : kKinds) {
@@ -33,7 +32,6 @@ void visit_kind(runtime::ParamVisitor& v, TaskKind& kind) {
   }
 }
 
-/// Visits axes as a list of 0 and 1.
 void visit_axes(runtime::ParamVisitor& v, std::vector<bool>& axes) {
   std::vector<double> numbers(axes.begin(), axes.end());
   v("axes", numbers, 0.0, 1.0, 0);
@@ -54,6 +52,26 @@ void visit_task(runtime::ParamVisitor& v, TaskSpec& task) {
 
 constexpr double kPi = std::numbers::pi, kFar_m = 1e4;
 
+struct GaitKey {
+  const char* key;
+  double GaitSettings::*figure;
+  double most;
+};
+constexpr std::array<GaitKey, GaitParams::kCount> kGait = {{
+    {"step_s", &GaitSettings::step_s, 2.0},
+    {"double_support_s", &GaitSettings::double_support_s, 1.0},
+    {"first_double_support_s", &GaitSettings::first_double_support_s, 3.0},
+    {"step_height_m", &GaitSettings::step_height_m, 0.2},
+    {"feet_distance_m", &GaitSettings::feet_distance_m, 0.6},
+    {"longest_step_m", &GaitSettings::longest_step_m, 1.0},
+    {"widest_step_m", &GaitSettings::widest_step_m, 1.0},
+    {"narrowest_step_m", &GaitSettings::narrowest_step_m, 0.6},
+    {"most_forward_m_s", &GaitSettings::most_forward_m_s, 1.0},
+    {"most_sideways_m_s", &GaitSettings::most_sideways_m_s, 0.5},
+    {"most_turn_rad_s", &GaitSettings::most_turn_rad_s, 1.0},
+    {"most_foot_yaw_rad", &GaitSettings::most_foot_yaw_rad, 0.5},
+}};
+
 PatternKind kind_of(const std::string& name) {
   if (name == "linear") return PatternKind::linear;
   return name == "preview" ? PatternKind::preview : PatternKind::nonlinear;
@@ -72,36 +90,13 @@ void visit_stack(runtime::ParamVisitor& v, StackSettings& settings) {
 }
 
 void GaitParams::visit(runtime::ParamVisitor& v) {
-  v("step_s", step_s, 0.0, 2.0);
-  v("double_support_s", double_support_s, 0.0, 1.0);
-  v("first_double_support_s", first_double_support_s, 0.0, 3.0);
-  v("step_height_m", step_height_m, 0.0, 0.2);
-  v("feet_distance_m", feet_distance_m, 0.0, 0.6);
-  v("longest_step_m", longest_step_m, 0.0, 1.0);
-  v("widest_step_m", widest_step_m, 0.0, 1.0);
-  v("narrowest_step_m", narrowest_step_m, 0.0, 0.6);
-  v("most_forward_m_s", most_forward_m_s, 0.0, 1.0);
-  v("most_sideways_m_s", most_sideways_m_s, 0.0, 0.5);
-  v("most_turn_rad_s", most_turn_rad_s, 0.0, 1.0);
-  v("most_foot_yaw_rad", most_foot_yaw_rad, 0.0, 0.5);
+  for (std::size_t i = 0; i < kCount; ++i) v(kGait[i].key, figures[i], 0.0, kGait[i].most);
 }
 
 GaitSettings GaitParams::over(GaitSettings robot) const {
-  const auto given = [](double figure, double& out) {
-    if (figure > 0.0) out = figure;
-  };
-  given(step_s, robot.step_s);
-  given(double_support_s, robot.double_support_s);
-  given(first_double_support_s, robot.first_double_support_s);
-  given(step_height_m, robot.step_height_m);
-  given(feet_distance_m, robot.feet_distance_m);
-  given(longest_step_m, robot.longest_step_m);
-  given(widest_step_m, robot.widest_step_m);
-  given(narrowest_step_m, robot.narrowest_step_m);
-  given(most_forward_m_s, robot.most_forward_m_s);
-  given(most_sideways_m_s, robot.most_sideways_m_s);
-  given(most_turn_rad_s, robot.most_turn_rad_s);
-  given(most_foot_yaw_rad, robot.most_foot_yaw_rad);
+  for (std::size_t i = 0; i < kCount; ++i) {
+    if (figures[i] > 0.0) robot.*kGait[i].figure = figures[i];
+  }
   if (robot.double_support_s > 0.5 * robot.step_s) {
     throw ConfigError("walker.gait.double_support_s: more than half of step_s leaves no swing");
   }
@@ -110,21 +105,6 @@ GaitSettings GaitParams::over(GaitSettings robot) const {
     throw ConfigError("walker.gait: expected narrowest_step_m <= feet_distance_m <= widest_step_m");
   }
   return robot;
-}
-
-void PlaceParams::visit(runtime::ParamVisitor& v) {
-  v("x_m", x_m, -kFar_m, kFar_m);
-  v("y_m", y_m, -kFar_m, kFar_m);
-  v("heading_rad", heading_rad, -kPi, kPi);
-}
-
-void ReadyParams::visit(runtime::ParamVisitor& v) {
-  v("near_rad", near_rad, 0.01, 1.0);
-  v("tilt_rad", tilt_rad, 0.01, 0.5);
-  v("weight_share", weight_share, 0.0, 0.9);
-  v("start_rad", start_rad, 0.001, 0.2);
-  v("approach_s", approach_s, 0.1, 60.0);
-  v("approach_share", approach_share, 0.01, 0.5);
 }
 
 void WalkerParams::visit(runtime::ParamVisitor& v) {
@@ -139,8 +119,19 @@ void WalkerParams::visit(runtime::ParamVisitor& v) {
   v.group("stabilizer", [this](runtime::ParamVisitor& g) { stabilizer.visit(g); });
   v.group("stack", [this](runtime::ParamVisitor& g) { visit_stack(g, stack); });
   v.group("gait", [this](runtime::ParamVisitor& g) { gait.visit(g); });
-  v.group("start", [this](runtime::ParamVisitor& g) { start.visit(g); });
-  v.group("ready", [this](runtime::ParamVisitor& g) { ready.visit(g); });
+  v.group("start", [this](runtime::ParamVisitor& g) {
+    g("x_m", start.x_m, -kFar_m, kFar_m);
+    g("y_m", start.y_m, -kFar_m, kFar_m);
+    g("heading_rad", start.heading_rad, -kPi, kPi);
+  });
+  v.group("ready", [this](runtime::ParamVisitor& g) {
+    g("near_rad", ready.near_rad, 0.01, 1.0);
+    g("tilt_rad", ready.tilt_rad, 0.01, 0.5);
+    g("weight_share", ready.weight_share, 0.0, 0.9);
+    g("start_rad", ready.start_rad, 0.001, 0.2);
+    g("approach_s", ready.approach_s, 0.1, 60.0);
+    g("approach_share", ready.approach_share, 0.01, 0.5);
+  });
   v("motion_stale_s", motion_stale_s, 0.01, 10.0);
   v("use_smooth_velocity", use_smooth_velocity);
   v("sensors_stale_s", sensors_stale_s, 0.006, 1.0);

@@ -1,4 +1,5 @@
 #pragma once
+#include <array>
 #include <string>
 
 #include "common/runtime/params.h"
@@ -13,11 +14,8 @@ void visit_stack(runtime::ParamVisitor& v, StackSettings& settings);
 
 /// Settings of the gait; 0: the robot's own value (gait_settings of its description).
 struct GaitParams {
-  double step_s = 0.0, double_support_s = 0.0, first_double_support_s = 0.0;  ///< [s]
-  double step_height_m = 0.0, feet_distance_m = 0.0;                          ///< [m]
-  double longest_step_m = 0.0, widest_step_m = 0.0, narrowest_step_m = 0.0;   ///< [m]
-  double most_forward_m_s = 0.0, most_sideways_m_s = 0.0;                     ///< [m/s]
-  double most_turn_rad_s = 0.0, most_foot_yaw_rad = 0.0;                      ///< [rad/s], [rad]
+  static constexpr std::size_t kCount = 12;
+  std::array<double, kCount> figures{};  ///< in the order of the .cc file's table
 
   void visit(runtime::ParamVisitor& v);
   /// @return `robot` with the values that are not 0. @throws ConfigError if they contradict each
@@ -27,10 +25,8 @@ struct GaitParams {
 
 /// Place of the robot at the start: middle of its feet in W.
 struct PlaceParams {
-  double x_m = 0.0, y_m = 0.0;  ///< place in W [m]
-  double heading_rad = 0.0;     ///< heading, + to the left [rad]
-
-  void visit(runtime::ParamVisitor& v);
+  double x_m = 0.0, y_m = 0.0;  ///< [m]
+  double heading_rad = 0.0;     ///< + to the left [rad]
 };
 
 /// Conditions for balance to begin, and the movement to half-sitting.
@@ -41,8 +37,6 @@ struct ReadyParams {
   double start_rad = 0.01;      ///< largest distance of the sent posture from the actual one [rad]
   double approach_s = 2.0;      ///< least time to half-sitting [s]
   double approach_share = 0.1;  ///< used share of the joints' largest speeds [1]
-
-  void visit(runtime::ParamVisitor& v);
 };
 
 struct WalkerParams {

@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 
 #include "common/model/files.h"
-#include "hw/sim/world/object.h"
 #include "hw/sim/world/world.h"
 #include "nodes/planner/task_plan.h"
 
@@ -44,7 +43,7 @@ TEST_P(PlanInWorld, PlacesTheObjectAndTouchesNothing) {
                                        arm.home, GetParam().task, settings);
   ASSERT_TRUE(plan) << plan.error().reason;
 
-  world::World world(arm, table, {});
+  world::World world(arm, table);
   double closure = 0.0;
   std::optional<double> bar_crossed_at;  // height of the object's centre where it passes the bridge
   for (const planner::PlannedMotion& motion : plan->motions) {

@@ -9,7 +9,6 @@
 
 namespace mimesis::demix {
 
-/// Where an alternation may begin.
 struct Start {
   Eigen::MatrixXd sources;  ///< spectra, 2·half × count, unit columns
   bool search = true;       ///< delays are searched; false: they begin at 0

@@ -71,7 +71,7 @@ Mixture independent_components(const mocap::Trials& set, int components, int tur
     w = next;
     if (change < 1e-9) break;
   }
-  MatrixXd sources = w * rows;
+  const MatrixXd sources = w * rows;
   const Eigen::VectorXd energy =
       ((set.samples.colwise() - set.samples.rowwise().mean()) * sources.transpose())
           .colwise()
@@ -79,11 +79,7 @@ Mixture independent_components(const mocap::Trials& set, int components, int tur
   std::vector<Index> order(static_cast<std::size_t>(components));
   std::iota(order.begin(), order.end(), Index{0});
   std::ranges::stable_sort(order, [&](Index a, Index b) { return energy[a] > energy[b]; });
-  MatrixXd sorted(sources.rows(), sources.cols());
-  for (Index k = 0; k < sources.rows(); ++k) {
-    sorted.row(k) = sources.row(order[static_cast<std::size_t>(k)]);
-  }
-  return without_delays(set, sorted);
+  return without_delays(set, sources(order, Eigen::all));
 }
 
 Mixture sinusoids(const mocap::Trials& set, int harmonics) {

@@ -279,6 +279,32 @@ void fit_weights(const mocap::Trials& set, bool nonnegative, Mixture& m) {
             m.weights.leftCols(m.fixed) * m.sources.topRows(m.fixed).rowwise().mean();
 }
 
+/// `sources` (named `what` in the message) have the set's period and are finite and not constant.
+void check_given(const MatrixXd& sources, const char* what, Index samples) {
+  if (sources.rows() == 0) return;
+  const std::string name = std::string("demix: ") + what + " source";
+  if (sources.cols() != samples) {
+    throw ConfigError(name + "s have " + std::to_string(sources.cols()) + " samples, expected " +
+                      std::to_string(samples) + " as the set");
+  }
+  for (Index k = 0; k < sources.rows(); ++k) {
+    const auto centred = (sources.row(k).array() - sources.row(k).mean()).eval();
+    if (sources.row(k).allFinite() && centred.abs().maxCoeff() > 0.0) continue;
+    throw ConfigError(name + " " + std::to_string(k) + " is constant or not finite");
+  }
+}
+
+/// One finite delay for each row of a trial and known source.
+void check_known(const mocap::Trials& set, const KnownSources& known) {
+  if (known.delay_rad.rows() == set.rows_per_trial() &&
+      known.delay_rad.cols() == known.sources.rows() && known.delay_rad.allFinite()) {
+    return;
+  }
+  throw ConfigError("demix: delays of the known sources: expected " +
+                    std::to_string(set.rows_per_trial()) + "x" +
+                    std::to_string(known.sources.rows()) + " finite numbers");
+}
+
 }  // namespace
 
 void check_set(const mocap::Trials& set) {
@@ -302,30 +328,6 @@ void check_set(const mocap::Trials& set) {
     }
   }
   if (rank(set) == 0) throw ConfigError("demix: all rows are constant, expected motion");
-}
-
-void check_given(const Eigen::MatrixXd& sources, const char* what, Index samples) {
-  if (sources.rows() == 0) return;
-  const std::string name = std::string("demix: ") + what + " source";
-  if (sources.cols() != samples) {
-    throw ConfigError(name + "s have " + std::to_string(sources.cols()) + " samples, expected " +
-                      std::to_string(samples) + " as the set");
-  }
-  for (Index k = 0; k < sources.rows(); ++k) {
-    const auto centred = (sources.row(k).array() - sources.row(k).mean()).eval();
-    if (sources.row(k).allFinite() && centred.abs().maxCoeff() > 0.0) continue;
-    throw ConfigError(name + " " + std::to_string(k) + " is constant or not finite");
-  }
-}
-
-void check_known(const mocap::Trials& set, const KnownSources& known) {
-  if (known.delay_rad.rows() == set.rows_per_trial() &&
-      known.delay_rad.cols() == known.sources.rows() && known.delay_rad.allFinite()) {
-    return;
-  }
-  throw ConfigError("demix: delays of the known sources: expected " +
-                    std::to_string(set.rows_per_trial()) + "x" +
-                    std::to_string(known.sources.rows()) + " finite numbers");
 }
 
 Index rank(const mocap::Trials& set) {
@@ -405,13 +407,8 @@ MatrixXd savitzky_golay(const MatrixXd& rows, int half_window, int order) {
 SisaResult smooth_sources(const mocap::Trials& set, const Mixture& mixture,
                           const SmoothOptions& options) {
   check_set(set);
-  if (mixture.weights.rows() != set.samples.rows() ||
-      mixture.sources.cols() != set.samples.cols()) {
-    throw ConfigError("smoothing: a mixture of " + std::to_string(mixture.weights.rows()) +
-                      " rows and " + std::to_string(mixture.sources.cols()) +
-                      " samples, expected those of the set: " + std::to_string(set.samples.rows()) +
-                      " and " + std::to_string(set.samples.cols()));
-  }
+  MIMESIS_ASSERT(mixture.weights.rows() == set.samples.rows() &&
+                 mixture.sources.cols() == set.samples.cols());
   SisaResult out{mixture, {}, 0.0, 0.0};
   Mixture& m = out.mixture;
   const Index learned = m.source_count() - m.fixed;

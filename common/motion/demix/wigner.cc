@@ -1,5 +1,3 @@
-#include "common/motion/demix/wigner.h"
-
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>

@@ -1,5 +1,3 @@
-#include "common/motion/mocap/acclaim.h"
-
 #include <algorithm>
 #include <array>
 #include <cctype>
@@ -10,8 +8,8 @@
 #include <unordered_map>
 
 #include "common/error.h"
-#include "common/motion/mocap/clip_parts.h"
-#include "common/motion/mocap/text_scanner.h"
+#include "common/motion/mocap/clip_file.h"
+#include "common/motion/mocap/readers.h"
 
 namespace mimesis::mocap {
 namespace {
@@ -228,7 +226,6 @@ class Tree {
   [[noreturn]] void fail(int line, const std::string& what) const {
     throw ConfigError(one_line(file_ + ':' + std::to_string(line) + ": " + what));
   }
-
   int add(AcclaimSkeleton& out, std::string_view name, int parent) {
     const FileBone* bone = &asf_.root;
     if (parent >= 0) {
@@ -240,15 +237,14 @@ class Tree {
       bone = found->second;
       by_name_.erase(found);  // once only: neither two parents nor a ring
     }
-    const Eigen::Vector3d offset = parent < 0 ? Eigen::Vector3d(Eigen::Vector3d::Zero())
-                                              : tips_[static_cast<std::size_t>(parent)];
-    out.skeleton.joints.push_back({std::string(name), parent, offset});
+    Joint& joint = out.skeleton.joints.emplace_back(std::string(name), parent);
+    if (parent >= 0) joint.offset_m = tips_[static_cast<std::size_t>(parent)];
     out.bones.push_back(bone->bone);
     out.bones.back().axes = axes_of(*bone, asf_.degrees);
-    tips_.push_back(bone->length > 0.0
-                        ? Eigen::Vector3d(from_file_axes(bone->direction.normalized()) *
-                                          (bone->length * unit_m_))
-                        : Eigen::Vector3d(Eigen::Vector3d::Zero()));
+    tips_.emplace_back(Eigen::Vector3d::Zero());
+    if (bone->length > 0.0) {
+      tips_.back() = from_file_axes(bone->direction.normalized()) * (bone->length * unit_m_);
+    }
     return static_cast<int>(out.bones.size()) - 1;
   }
 
@@ -264,10 +260,6 @@ class Tree {
   std::vector<Eigen::Vector3d> tips_;                    // tips of the joints [m]
 };
 
-bool starts_number(std::string_view word) {
-  return !word.empty() && word.front() >= '0' && word.front() <= '9';
-}
-
 class AmcReader {
  public:
   AmcReader(std::string_view text, const std::string& file, const AcclaimSkeleton& asf)
@@ -282,11 +274,11 @@ class AmcReader {
   void read(Clip& clip) {
     while (in_.next_line()) {
       const std::string_view word = in_.word_in_line();
-      if (word.front() == '#') {
+      if (word.front() == '#' || word.front() == ':') {
+        if (same_word(word, ":DEGREES")) degrees_ = true;
+        if (same_word(word, ":RADIANS")) degrees_ = false;
         in_.skip_line();
-      } else if (word.front() == ':') {
-        keyword(word);
-      } else if (starts_number(word)) {
+      } else if (word.front() >= '0' && word.front() <= '9') {
         begin_frame(word);
       } else {
         read_bone(word);
@@ -299,19 +291,13 @@ class AmcReader {
   }
 
  private:
-  void keyword(std::string_view word) {
-    if (same_word(word, ":DEGREES")) degrees_ = true;
-    if (same_word(word, ":RADIANS")) degrees_ = false;
-    in_.skip_line();
-  }
-
   void begin_frame(std::string_view word) {
     long number = 0;
     const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), number);
     if (error != std::errc() || end != word.data() + word.size() || number < 0) {
       in_.fail_found(word, "a bone or the number of a frame");
     }
-    expect_line_end();
+    in_.expect_line_end();
     if (frames_ > 0) end_frame();
     if (frames_ > 0 && number != number_ + 1) {
       in_.fail_found(word, "frame " + std::to_string(number_ + 1));
@@ -354,7 +340,7 @@ class AmcReader {
       if (!bone.freedoms[k].position) continue;
       position_(bone.freedoms[k].axis, frames_ - 1) += value[k] * asf_.unit_m;
     }
-    expect_line_end();
+    in_.expect_line_end();
     Eigen::Quaterniond M = Eigen::Quaterniond::Identity();
     for (const std::size_t k : bone.turns) {  // about the bone's fixed axes, one after the other
       const double angle = degrees_ ? std::remainder(value[k], 360.0) * kRadians : value[k];
@@ -362,11 +348,6 @@ class AmcReader {
     }
     put_rotation(rotation_, static_cast<Eigen::Index>(j), frames_ - 1,
                  bone.axes * M * bone.axes.conjugate());
-  }
-
-  void expect_line_end() {
-    const std::string_view more = in_.word_in_line();
-    if (!more.empty()) in_.fail_found(more, "the end of the line");
   }
 
   TextScanner in_;

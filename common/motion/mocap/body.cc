@@ -1,8 +1,23 @@
 #include "common/motion/mocap/body.h"
 
+#include <algorithm>
+
 #include "common/math/so3.h"
 
 namespace mimesis::mocap {
+
+int Skeleton::find(std::string_view name) const {
+  const auto found = std::find_if(joints.begin(), joints.end(),
+                                  [name](const Joint& joint) { return joint.name == name; });
+  return found == joints.end() ? -1 : static_cast<int>(found - joints.begin());
+}
+
+std::string one_line(std::string text) {
+  for (char& c : text) {
+    if ((c >= 0 && c < ' ') || c == '\x7f') c = '?';
+  }
+  return text;
+}
 
 std::string body_row_name(int row) {
   return std::string(kBodyJointNames[static_cast<std::size_t>(row / 3)]) + '.' + "xyz"[row % 3];
@@ -24,6 +39,20 @@ BodyPose forward_kinematics(const Body& body, std::span<const double, kBodyRows>
     pose.p_WJ[j] = pose.p_WJ[parent] + pose.R_WJ[parent] * body.offset_m[j];
   }
   return pose;
+}
+
+void put_angles(const BodyPose& pose, Eigen::Index column, Eigen::MatrixXd& angles_rad) {
+  for (std::size_t j = 0; j < kBodyJoints; ++j) {
+    Eigen::Matrix3d R_PJ = pose.R_WJ[j];
+    if (kBodyParents[j] >= 0) {
+      R_PJ = pose.R_WJ[static_cast<std::size_t>(kBodyParents[j])].transpose() * R_PJ;
+    }
+    const auto row = static_cast<Eigen::Index>(3 * j);
+    const Eigen::Vector3d before = column > 0
+                                       ? Eigen::Vector3d(angles_rad.block<3, 1>(row, column - 1))
+                                       : Eigen::Vector3d(Eigen::Vector3d::Zero());
+    angles_rad.block<3, 1>(row, column) = math::nearest_axis_angle(math::log_so3(R_PJ), before);
+  }
 }
 
 BodyPose BodyClip::pose(Eigen::Index frame) const {

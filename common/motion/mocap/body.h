@@ -4,8 +4,43 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace mimesis::mocap {
+
+/// One joint of a recorded skeleton.
+struct Joint {
+  std::string name;  ///< as in the file
+  int parent = -1;   ///< index, below this joint's own; -1 for the root
+  /// Joint centre in the parent's frame in the zero posture [m].
+  Eigen::Vector3d offset_m = Eigen::Vector3d::Zero();
+};
+
+/// A tree of ball joints. Frames of all joints are parallel in the zero posture: x forward, y left,
+/// z up, whatever the file's axes (readers convert).
+struct Skeleton {
+  std::vector<Joint> joints;  ///< parents first; 0 is the root
+  /// Ends of the chains (BVH "End Site", ASF bone tips): `parent` is the joint that carries them.
+  std::vector<Joint> ends;
+  int find(std::string_view name) const;  ///< index, or -1
+};
+
+/// A recorded motion. `W`: world, z up.
+struct Clip {
+  std::string name;  ///< file name without folder
+  Skeleton skeleton;
+  double rate_hz = 0.0;
+  Eigen::Matrix3Xd root_position_W_m;  ///< of the root joint, 3×frames
+  /// Rotation of every joint relative to its parent (of the root: to W) as axis-angle θw [rad],
+  /// without jumps by 2π: rows 3j..3j+2 of joint j, one column a frame.
+  Eigen::MatrixXd rotation_rad;
+
+  Eigen::Index frames() const { return rotation_rad.cols(); }
+};
+
+/// The text with '?' in place of control characters: names from files as they may stand in a
+/// message of one line.
+std::string one_line(std::string text);
 
 /// The human figure that motion is learned for: 17 ball joints [M18 3.3.1].
 inline constexpr int kBodyJoints = 17;
@@ -73,6 +108,9 @@ struct BodyPose {
 /// relative to W. Does not allocate.
 BodyPose forward_kinematics(const Body& body, std::span<const double, kBodyRows> angles_rad,
                             const Eigen::Vector3d& p_W_root);
+/// Its inverse: writes the axis-angle vectors of a pose into a column (51 rows), each the one
+/// nearest to that of the column before.
+void put_angles(const BodyPose& pose, Eigen::Index column, Eigen::MatrixXd& angles_rad);
 
 /// A recorded motion of the 17-joint figure. `W`: world, z up.
 struct BodyClip {

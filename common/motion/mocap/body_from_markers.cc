@@ -215,31 +215,23 @@ Matrix3d upright(const Markers& markers, const std::array<Index, kGaitMarkers>& 
 
 std::vector<MarkerGroup> rigid_groups(const Markers& markers,
                                       const std::array<Index, kGaitMarkers>& set) {
-  MarkerGroup pelvis{"pelvis", {set[kLASI], set[kRASI], set[kLPSI]}};
-  if (set[kRPSI] != set[kLPSI]) pelvis.markers.push_back(set[kRPSI]);
+  MarkerGroup pelvis = {set[kLASI], set[kRASI], set[kLPSI]};
+  if (set[kRPSI] != set[kLPSI]) pelvis.push_back(set[kRPSI]);
   const Index sacrum = find_label(markers, "SACR");
-  if (sacrum >= 0 && sacrum != set[kLPSI] && seen(markers, sacrum))
-    pelvis.markers.push_back(sacrum);
+  if (sacrum >= 0 && sacrum != set[kLPSI] && seen(markers, sacrum)) pelvis.push_back(sacrum);
   std::vector<MarkerGroup> groups = {pelvis};
   if (set[kC7] >= 0) {
-    groups.push_back({"head", {set[kLFHD], set[kRFHD], set[kLBHD], set[kRBHD]}});
-    groups.push_back({"chest", {set[kC7], set[kT10], set[kCLAV], set[kSTRN]}});
+    groups.push_back({set[kLFHD], set[kRFHD], set[kLBHD], set[kRBHD]});  // head
+    groups.push_back({set[kC7], set[kT10], set[kCLAV], set[kSTRN]});     // chest
   }
   return groups;
 }
 
-struct MarkerPoses {
-  std::vector<MarkerPose> poses;
-  Index first = 0;
-};
-
-/// Poses of the longest run of frames that show the whole set.
-MarkerPoses find_poses(Markers markers, bool legs_only) {
+/// Poses of the longest run of frames that show the whole set, and the first of these frames.
+std::pair<std::vector<MarkerPose>, Index> find_poses(Markers markers, bool legs_only) {
   const std::array<Index, kGaitMarkers> set = find_set(markers, legs_only);
   const Matrix3d R_WF = upright(markers, set);
-  MarkerPoses out;
   fill_gaps(markers, rigid_groups(markers, set));
-
   auto at = [&](Index f) {
     GaitMarkerSet m = GaitMarkerSet::Zero();
     for (std::size_t i = 0; i < kGaitMarkers; ++i) {
@@ -248,20 +240,21 @@ MarkerPoses find_poses(Markers markers, bool legs_only) {
     }
     return m;
   };
-  Index start = 0, longest = 0;
+  Index first = 0, start = 0, longest = 0;
   for (Index f = 0; f <= markers.frames(); ++f) {
     if (f < markers.frames() && at(f).allFinite()) continue;
     if (f - start > longest) {
       longest = f - start;
-      out.first = start;
+      first = start;
     }
     start = f + 1;
   }
   if (longest == 0) throw ConfigError(markers.name + ": no frame shows all markers of the set");
-  for (Index f = 0; f < longest; ++f) {
-    out.poses.push_back(pose_from_markers(at(out.first + f), legs_only));
+  std::vector<MarkerPose> poses;
+  for (Index f = first; f < first + longest; ++f) {
+    poses.push_back(pose_from_markers(at(f), legs_only));
   }
-  return out;
+  return {poses, first};
 }
 
 }  // namespace
@@ -282,34 +275,26 @@ MarkerPose pose_from_markers(const GaitMarkerSet& m, bool legs_only) {
 }
 
 BodyClip body_from_markers(const Markers& markers, bool legs_only) {
-  const MarkerPoses found = find_poses(markers, legs_only);
+  const auto [poses, first] = find_poses(markers, legs_only);
   BodyClip clip;
   clip.name = clip.body.name = markers.name;
   clip.rate_hz = markers.rate_hz;
-  clip.first_frame = markers.first_frame + static_cast<long>(found.first);
-  const auto frames = static_cast<Index>(found.poses.size());
+  clip.first_frame = markers.first_frame + static_cast<long>(first);
+  const auto frames = static_cast<Index>(poses.size());
   clip.root_position_W_m.resize(3, frames);
   clip.angles_rad.resize(kBodyRows, frames);
   Body& body = clip.body;
 
   const double share = 1.0 / static_cast<double>(frames);
   for (Index f = 0; f < frames; ++f) {
-    const MarkerPose& p = found.poses[static_cast<std::size_t>(f)];
+    const MarkerPose& p = poses[static_cast<std::size_t>(f)];
     auto local = [&](std::size_t joint, const Vector3d& point) -> Vector3d {
       return share * p.pose.R_WJ[joint].transpose() * (point - p.pose.p_WJ[joint]);
     };
     clip.root_position_W_m.col(f) = p.pose.p_WJ[kRoot];
-    for (std::size_t j = 0; j < kBodyJoints; ++j) {
-      Matrix3d R_PJ = p.pose.R_WJ[j];
-      if (kBodyParents[j] >= 0) {
-        const auto parent = static_cast<std::size_t>(kBodyParents[j]);
-        R_PJ = p.pose.R_WJ[parent].transpose() * R_PJ;
-        body.offset_m[j] += local(parent, p.pose.p_WJ[j]);
-      }
-      const auto row = static_cast<Index>(3 * j);
-      const Vector3d before =
-          f > 0 ? Vector3d(clip.angles_rad.block<3, 1>(row, f - 1)) : Vector3d(Vector3d::Zero());
-      clip.angles_rad.block<3, 1>(row, f) = math::nearest_axis_angle(math::log_so3(R_PJ), before);
+    put_angles(p.pose, f, clip.angles_rad);
+    for (std::size_t j = 1; j < kBodyJoints; ++j) {
+      body.offset_m[j] += local(static_cast<std::size_t>(kBodyParents[j]), p.pose.p_WJ[j]);
     }
     for (std::size_t s = 0; s < 2; ++s) {
       const std::size_t ankle = s == kLeft ? kLeftAnkle : kRightAnkle;

@@ -18,37 +18,24 @@ using Eigen::Index;
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-std::vector<std::string> missing_joints(const Skeleton& skeleton, const BodyMap& map) {
-  std::vector<std::string> missing;
-  auto need = [&](const std::string& name) {
-    if (skeleton.find(name) < 0) missing.push_back(name);
-  };
-  for (const std::string& name : map.joints) need(name);
-  for (const std::string& name : map.toes) need(name);
-  return missing;
-}
-
-BodyMap find_map(const Clip& clip, const std::optional<BodyMap>& own) {
-  std::vector<BodyMap> candidates;
-  if (own) {
-    candidates.push_back(*own);
-  } else {
-    candidates.assign(known_body_maps().begin(), known_body_maps().end());
+/// The known map whose joints the skeleton has.
+const BodyMap& find_map(const Clip& clip) {
+  std::size_t fewest = 2 * kBodyJoints;
+  std::string nearest;
+  for (const BodyMap& map : known_body_maps()) {
+    std::size_t count = 0;
+    std::string missing;
+    auto need = [&](const std::string& name) {
+      if (clip.skeleton.find(name) < 0) missing += (count++ == 0 ? "" : ", ") + name;
+    };
+    for (const std::string& name : map.joints) need(name);
+    for (const std::string& name : map.toes) need(name);
+    if (count == 0) return map;
+    if (count >= fewest) continue;
+    fewest = count;
+    nearest = map.name + " these joints are missing: " + missing;
   }
-  const BodyMap* nearest = nullptr;
-  std::vector<std::string> missing;
-  for (const BodyMap& map : candidates) {
-    std::vector<std::string> m = missing_joints(clip.skeleton, map);
-    if (nearest == nullptr || m.size() < missing.size()) {
-      nearest = &map;
-      missing = std::move(m);
-    }
-  }
-  if (missing.empty()) return *nearest;
-  std::string list;
-  for (const std::string& name : missing) list += (list.empty() ? "" : ", ") + name;
-  throw ConfigError(clip.name + ": no known skeleton; for " + nearest->name +
-                    " these joints are missing: " + list);
+  throw ConfigError(clip.name + ": no known skeleton; for " + nearest);
 }
 
 // Lengths that files lack. The ball of the foot is 3 to 5.5 cm above the ground in the stances of
@@ -112,36 +99,22 @@ Index frames_apart(const Clip& clip) {
   return apart;
 }
 
-/// Rows: the local axes that point forward, left and up. @throws ConfigError
-Matrix3d axes_of(const std::string& text, const BodyMap& map) {
+/// Rows: the local axes that point forward, left and up.
+Matrix3d axes_of(const std::string& text) {
   if (text.empty()) return Matrix3d::Identity();
   Matrix3d axes = Matrix3d::Zero();
-  bool good = text.size() == 6;
-  for (std::size_t i = 0; good && i < 3; ++i) {
-    const char sign = text[2 * i], axis = text[2 * i + 1];
-    good = (sign == '+' || sign == '-') && axis >= 'x' && axis <= 'z';
-    if (good) axes(static_cast<Index>(i), axis - 'x') = sign == '+' ? 1.0 : -1.0;
-  }
-  if (!good || std::abs(axes.determinant() - 1.0) > 1e-9) {
-    throw ConfigError("body map " + map.name + ": axes \"" + text +
-                      "\", expected a right-handed triple like \"+x+y+z\"");
+  for (std::size_t i = 0; i < 3; ++i) {
+    axes(static_cast<Index>(i), text[2 * i + 1] - 'x') = text[2 * i] == '+' ? 1.0 : -1.0;
   }
   return axes;
 }
 
-/// Turns `from`, which may be missing (zero), into the direction `to`.
-Matrix3d turn_onto(const Vector3d& from, const Vector3d& to) {
-  if (from.norm() < 1e-9) return Matrix3d::Identity();
-  return math::rotation_onto(from, to);
-}
-
-/// Index in the file by body joint, of the toes and hands, and the orientation of all file joints'
-/// frames in the posture from which the angles are counted.
+/// Index in the file by body joint and of the toes, and the orientation of all file joints' frames
+/// in the T-posture.
 struct Correspondence {
   std::array<std::size_t, kBodyJoints> joint;
   std::array<std::size_t, 2> toe;
-  std::array<Matrix3d, kBodyJoints> R_WJ_zero;  ///< zero posture of options.zero
-  std::array<Matrix3d, kBodyJoints> R_WJ_T;     ///< in the T-posture
+  std::array<Matrix3d, kBodyJoints> R_WJ_T;
 };
 
 /// Straightens a limb to the T-posture: the frames turn with the segments that they carry.
@@ -154,20 +127,21 @@ void straighten(const Clip& clip, std::span<const BodyJoint> limb,
     if (i >= directions.size()) continue;
     const std::size_t next = i + 1 < limb.size() ? c.joint[limb[i + 1]] : end;
     const Vector3d bone = c.R_WJ_T[joint] * clip.skeleton.joints[next].offset_m;
-    const Matrix3d more = turn_onto(bone, directions[i]);
+    if (bone.norm() < 1e-9) continue;
+    const Matrix3d more = math::rotation_onto(bone, directions[i]);
     c.R_WJ_T[joint] = more * c.R_WJ_T[joint];
     turn = more * turn;
   }
 }
 
-Correspondence correspond(const Clip& clip, const BodyMap& map, ZeroPosture zero) {
+Correspondence correspond(const Clip& clip, const BodyMap& map) {
   Correspondence c;
   auto index = [&](const std::string& name) {
     return static_cast<std::size_t>(clip.skeleton.find(name));
   };
   for (std::size_t j = 0; j < kBodyJoints; ++j) {
     c.joint[j] = index(map.joints[j]);
-    c.R_WJ_T[j] = axes_of(map.axes[j], map);
+    c.R_WJ_T[j] = axes_of(map.axes[j]);
   }
   c.toe = {index(map.toes[kLeft]), index(map.toes[kRight])};
 
@@ -179,8 +153,6 @@ Correspondence correspond(const Clip& clip, const BodyMap& map, ZeroPosture zero
   straighten(clip, std::array{kRightHip, kRightKnee, kRightAnkle}, leg, c.toe[kRight], c);
   straighten(clip, std::array{kLeftShoulder, kLeftElbow, kLeftWrist}, left_arm, 0, c);
   straighten(clip, std::array{kRightShoulder, kRightElbow, kRightWrist}, right_arm, 0, c);
-  c.R_WJ_zero = c.R_WJ_T;
-  if (zero == ZeroPosture::file) c.R_WJ_zero.fill(Matrix3d::Identity());
   return c;
 }
 
@@ -223,18 +195,15 @@ void set_end_points(const Clip& clip, const Correspondence& c, Body& body) {
   for (std::size_t s = 0; s < 2; ++s) {
     const BodyJoint ankle = ankles[s], wrist = wrists[s];
     const Vector3d ball = c.R_WJ_T[ankle] * ball_of_foot(clip, c.joint[ankle], c.toe[s]);
-    const Vector3d toe(ball.x(), ball.y(), ball.z() - kBallHeight_m);
-    const Vector3d heel(-kHeelShare * ball.x(), -kHeelShare * ball.y(), toe.z());
-    const Matrix3d from_T = c.R_WJ_zero[ankle] * c.R_WJ_T[ankle].transpose();
-    body.toe_m[s] = from_T * toe;
-    body.heel_m[s] = from_T * heel;
-    body.hand_m[s] = c.R_WJ_zero[wrist] * chain_end(clip.skeleton, c.joint[wrist]);
+    const double ground = ball.z() - kBallHeight_m;
+    body.toe_m[s] = {ball.x(), ball.y(), ground};
+    body.heel_m[s] = {-kHeelShare * ball.x(), -kHeelShare * ball.y(), ground};
+    body.hand_m[s] = c.R_WJ_T[wrist] * chain_end(clip.skeleton, c.joint[wrist]);
     if (body.hand_m[s].norm() < 0.01) body.hand_m[s] = kHandShare * body.offset_m[wrist];
   }
-  body.head_top_m = c.R_WJ_zero[kHead] * chain_end(clip.skeleton, c.joint[kHead]);
+  body.head_top_m = c.R_WJ_T[kHead] * chain_end(clip.skeleton, c.joint[kHead]);
   if (body.head_top_m.norm() < 0.01) {
-    const Vector3d up = c.R_WJ_zero[kHead] * c.R_WJ_T[kHead].transpose() * Vector3d::UnitZ();
-    body.head_top_m = kHeadShare * body.offset_m[kLeftKnee].norm() * up;
+    body.head_top_m = kHeadShare * body.offset_m[kLeftKnee].norm() * Vector3d::UnitZ();
   }
 }
 
@@ -271,36 +240,30 @@ std::span<const BodyMap> known_body_maps() {
   return maps;
 }
 
-BodyClip to_body(const Clip& clip, const ToBodyOptions& options) {
-  const BodyMap map = find_map(clip, options.map);
-  const Correspondence c = correspond(clip, map, options.zero);
+BodyClip to_body(const Clip& clip) {
+  const Correspondence c = correspond(clip, find_map(clip));
   const Index first = frames_apart(clip), frames = clip.frames() - first;
   if (frames < 1) throw ConfigError(clip.name + ": no frame, expected at least one");
 
   BodyClip out;
   out.name = out.body.name = clip.name;
-  out.body.offset_m.fill(Vector3d::Zero());
   out.rate_hz = clip.rate_hz;
   out.first_frame = first;
   out.root_position_W_m.resize(3, frames);
   out.angles_rad.resize(kBodyRows, frames);
   for (Index f = 0; f < frames; ++f) {
-    const FilePose pose = file_pose(clip, f + first);
-    out.root_position_W_m.col(f) = pose.p_WJ[c.joint[kRoot]];
+    const FilePose file = file_pose(clip, f + first);
+    BodyPose pose;
     for (std::size_t j = 0; j < kBodyJoints; ++j) {
-      const Matrix3d R_WJ = pose.R_WJ[c.joint[j]] * c.R_WJ_zero[j].transpose();
-      Matrix3d R_PJ = R_WJ;
-      if (kBodyParents[j] >= 0) {
-        const auto p = static_cast<std::size_t>(kBodyParents[j]);
-        const Matrix3d R_WP = pose.R_WJ[c.joint[p]] * c.R_WJ_zero[p].transpose();
-        R_PJ = R_WP.transpose() * R_WJ;
-        const Vector3d segment = pose.p_WJ[c.joint[j]] - pose.p_WJ[c.joint[p]];
-        out.body.offset_m[j] += R_WP.transpose() * segment / static_cast<double>(frames);
-      }
-      const auto row = static_cast<Index>(3 * j);
-      const Vector3d before =
-          f > 0 ? Vector3d(out.angles_rad.block<3, 1>(row, f - 1)) : Vector3d::Zero();
-      out.angles_rad.block<3, 1>(row, f) = math::nearest_axis_angle(math::log_so3(R_PJ), before);
+      pose.R_WJ[j] = file.R_WJ[c.joint[j]] * c.R_WJ_T[j].transpose();
+      pose.p_WJ[j] = file.p_WJ[c.joint[j]];
+    }
+    out.root_position_W_m.col(f) = pose.p_WJ[kRoot];
+    put_angles(pose, f, out.angles_rad);
+    for (std::size_t j = 1; j < kBodyJoints; ++j) {
+      const auto p = static_cast<std::size_t>(kBodyParents[j]);
+      const Vector3d segment = pose.p_WJ[j] - pose.p_WJ[p];
+      out.body.offset_m[j] += pose.R_WJ[p].transpose() * segment / static_cast<double>(frames);
     }
   }
   set_end_points(clip, c, out.body);

@@ -1,12 +1,10 @@
 #pragma once
 #include <Eigen/Core>
 #include <array>
-#include <optional>
 #include <span>
 #include <string>
 
 #include "common/motion/mocap/body.h"
-#include "common/motion/mocap/skeleton.h"
 
 namespace mimesis::mocap {
 
@@ -27,26 +25,16 @@ struct BodyMap {
 /// Skeletons that to_body() knows: CMU as BVH and as ASF, Bandai-Namco.
 std::span<const BodyMap> known_body_maps();
 
-/// Posture in which all angles are zero.
-enum class ZeroPosture {
-  t_pose,  ///< standing upright, legs down, feet flat and forward, arms sideways [M18 3.3.2]
-  file,    ///< the file's own zero posture
-};
-
-struct ToBodyOptions {
-  std::optional<BodyMap> map;  ///< none: the built-in map whose joints the skeleton has
-  ZeroPosture zero = ZeroPosture::t_pose;
-};
-
-/// The motion of the 17-joint figure. Its segments are the file's; a segment that spans a joint
-/// which the figure lacks (the collar bone) takes its mean over the clip. The toe point is on the
-/// ground 4 cm under the ball of the foot; the heel point, which no file has, is as low with a flat
-/// sole, and as far behind the ankle as 0.3 of the ball's distance before it. Where the file has no
-/// hand or head end: 0.65 of the forearm, 0.46 of the thigh. Up to three first frames that are no
-/// part of the motion, because the figure leaps out of them (the T-posture that the CMU conversion
-/// puts there), are left out (see `first_frame`).
+/// The motion of the 17-joint figure. Angles are counted from the T-posture: standing upright, legs
+/// down, feet flat and forward, arms sideways [M18 3.3.2]. Segments are the file's; one that spans
+/// a joint which the figure lacks (the collar bone) takes its mean over the clip. The toe point is
+/// on the ground 4 cm under the ball of the foot; the heel point, which no file has, is as low with
+/// a flat sole, and as far behind the ankle as 0.3 of the ball's distance before it. Where the file
+/// has no hand or head end: 0.65 of the forearm, 0.46 of the thigh. Up to three first frames that
+/// are no part of the motion, because the figure leaps out of them (the T-posture that the CMU
+/// conversion puts there), are left out; `first_frame` tells.
 /// @throws ConfigError with the names of missing joints; if the clip has no frame
-BodyClip to_body(const Clip& clip, const ToBodyOptions& options = {});
+BodyClip to_body(const Clip& clip);
 
 /// The figure's motion with its own skeleton: joints by the names of the body, hands, toes and the
 /// head's top as ends.

@@ -1,13 +1,11 @@
-#include "common/motion/mocap/bvh.h"
-
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <numbers>
 
 #include "common/error.h"
-#include "common/motion/mocap/clip_parts.h"
-#include "common/motion/mocap/text_scanner.h"
+#include "common/motion/mocap/clip_file.h"
+#include "common/motion/mocap/readers.h"
 
 namespace mimesis::mocap {
 namespace {
@@ -153,11 +151,7 @@ void read_frame(TextScanner& in, Bvh& bvh, Eigen::Index frame) {
     }
     put_rotation(bvh.clip.rotation_rad, static_cast<Eigen::Index>(j), frame, rotation);
   }
-  const std::string_view more = in.word_in_line();
-  if (!more.empty()) {
-    in.fail_found(more, "the end of the line after " + std::to_string(bvh.channels.size()) +
-                            " numbers, one a channel");
-  }
+  in.expect_line_end(" after " + std::to_string(bvh.channels.size()) + " numbers, one a channel");
 }
 
 void read_motion(TextScanner& in, Bvh& bvh, const std::string& file) {
@@ -313,16 +307,6 @@ Eigen::Vector3d angles_zyx(const Eigen::Matrix3d& R) {
   return Eigen::Vector3d(std::atan2(R(1, 0), R(0, 0)), y, std::atan2(R(2, 1), R(2, 2))) * kDegrees;
 }
 
-void check_names(const Clip& clip) {
-  for (const Joint& joint : clip.skeleton.joints) {
-    const std::string& n = joint.name;
-    if (n.empty() || n.find_first_of("{}\r\n") != n.npos || n.front() <= ' ' || n.back() <= ' ') {
-      throw ConfigError(
-          one_line(clip.name + ": joint '" + n + "', expected a name that BVH can hold"));
-    }
-  }
-}
-
 }  // namespace
 
 double bvh_unit_m(const Skeleton& skeleton) {
@@ -349,8 +333,6 @@ Clip parse_bvh(std::string_view text, const std::string& file, const ReadOptions
 }
 
 std::string bvh_text(const Clip& clip) {
-  check_writable(clip);
-  check_names(clip);
   Writer out{clip.skeleton, bvh_unit_m(clip.skeleton), {}, {}};
   out.hierarchy();
   out.text += "MOTION\nFrames: " + std::to_string(clip.frames()) + "\nFrame Time: ";

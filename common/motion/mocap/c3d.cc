@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "common/error.h"
-#include "common/motion/mocap/text_scanner.h"
+#include "common/motion/mocap/readers.h"
 
 namespace mimesis::mocap {
 namespace {

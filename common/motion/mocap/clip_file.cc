@@ -4,10 +4,7 @@
 #include <filesystem>
 
 #include "common/error.h"
-#include "common/motion/mocap/acclaim.h"
-#include "common/motion/mocap/bvh.h"
-#include "common/motion/mocap/clip_parts.h"
-#include "common/motion/mocap/text_scanner.h"
+#include "common/motion/mocap/readers.h"
 
 namespace mimesis::mocap {
 
@@ -22,26 +19,13 @@ Clip read_clip(const std::string& file, const ReadOptions& options) {
   throw ConfigError(file + ": ending '" + ending + "', expected .bvh or .amc");
 }
 
-namespace {
-
-// In quotes where the format needs them (RFC 4180).
-std::string cell(const std::string& text) {
-  if (text.find_first_of(",\"\r\n") == text.npos) return text;
-  std::string quoted = "\"";
-  for (const char c : text) quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
-  return quoted + '"';
-}
-
-}  // namespace
-
 std::string csv_text(const Clip& clip) {
-  check_writable(clip);
   std::string text = "time_s";
   for (const char axis : {'x', 'y', 'z'}) {
-    text += ',' + cell(clip.skeleton.joints[0].name + ".p" + axis + "_m");
+    text += ',' + clip.skeleton.joints[0].name + ".p" + axis + "_m";
   }
   for (const Joint& joint : clip.skeleton.joints) {
-    for (const char axis : {'x', 'y', 'z'}) text += ',' + cell(joint.name + '.' + axis + "_rad");
+    for (const char axis : {'x', 'y', 'z'}) text += ',' + joint.name + '.' + axis + "_rad";
   }
   text += '\n';
   for (Eigen::Index t = 0; t < clip.frames(); ++t) {

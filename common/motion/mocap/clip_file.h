@@ -1,7 +1,10 @@
 #pragma once
+#include <Eigen/Geometry>
 #include <string>
+#include <string_view>
+#include <vector>
 
-#include "common/motion/mocap/skeleton.h"
+#include "common/motion/mocap/body.h"
 
 namespace mimesis::mocap {
 
@@ -19,10 +22,74 @@ Clip read_clip(const std::string& file, const ReadOptions& options = {});
 /// The clip as a table, one row a frame, numbers exact, axes x forward, y left, z up. Columns:
 /// time_s; position of the root, ROOT.px_m ROOT.py_m ROOT.pz_m; then of every joint its axis-angle
 /// vector relative to the parent, JOINT.x_rad JOINT.y_rad JOINT.z_rad.
-/// @throws ConfigError as bvh_text does, but names may be any
+/// Preconditions as of bvh_text().
 std::string csv_text(const Clip& clip);
 
 /// Writes a .bvh or .csv file, by its ending. @throws ConfigError also if it cannot be written
 void write_clip(const Clip& clip, const std::string& file);
+
+/// Length of the unit of a BVH file whose joints have these names [m]: CMU's 2.54/0.45 cm where the
+/// root is "Hips" over "LHipJoint" and "RHipJoint", as CMU's conversions have it; 1 cm otherwise.
+double bvh_unit_m(const Skeleton& skeleton);
+
+/// Reads the text of a BVH file. Any order of channels, per joint; a position channel stands in
+/// place of the joint's OFFSET. Joints other than the root may have position channels if
+///  - they keep still (to 0.1 mm): their offset is then what frame 0 says, or
+///  - it is the only child of the root: if it moves, or the root stays at the origin, the two
+///  become
+///    one root, which carries both motions (Bandai: joint_Root over Hips becomes Hips).
+/// Ends are named after their joint, "LeftToeBase_end". A frame time within 1e-4 of that of a whole
+/// rate means that rate (.0083333 s: 120 Hz).
+/// @param file  named in errors; its base name becomes the clip's.
+/// @throws ConfigError "file:line: found ..., expected ..."
+Clip parse_bvh(std::string_view text, const std::string& file, const ReadOptions& options = {});
+
+/// The clip as a BVH file: y up, unit `bvh_unit_m`, joints depth first, the root's channels
+/// Xposition Yposition Zposition Zrotation Yrotation Xrotation, the others' Zrotation Yrotation
+/// Xrotation [°]. A last joint without an end gets one at its centre, which the format demands.
+/// Read again it is the same motion to 1e-6 rad and 1e-6 m.
+/// Precondition: at least one frame, a rate, names without braces, commas or line ends.
+std::string bvh_text(const Clip& clip);
+
+/// A skeleton of an ASF file and what an AMC file needs of it.
+struct AcclaimSkeleton {
+  /// What a number of an AMC line means: a shift along or a turn about an axis of the house.
+  struct Freedom {
+    int axis = 0;
+    bool position = false;  ///< of the root only
+  };
+  /// Bone j of the file is joint j: it turns about its upper end.
+  struct Bone {
+    Eigen::Quaterniond axes = Eigen::Quaterniond::Identity();  ///< C: its own axes, zero posture
+    std::vector<Freedom> freedoms;  ///< in the order of the AMC's numbers
+    /// Of the rotations among `freedoms`, in the order in which they are applied.
+    std::vector<std::size_t> turns;
+  };
+  Skeleton skeleton;        ///< joints depth first, "root" first
+  std::vector<Bone> bones;  ///< one a joint
+  double unit_m = 0.0;
+  bool degrees = true;  ///< the file's `angle`
+  Eigen::Vector3d root_position_m = Eigen::Vector3d::Zero();
+};
+
+/// Reads the text of an ASF file. Lengths are in inches over `length` of :units (CMU's 0.45); bones
+/// without `dof` become joints that never turn; the tip of a bone without children is an end,
+/// "ltoes_end". Unknown sections and bone properties are passed over, as the format wants it.
+/// @throws ConfigError "file:line: ..."; for what cannot be held: dof tx ty tz l of a bone, a
+/// turned root (`orientation`)
+AcclaimSkeleton parse_asf(std::string_view text, const std::string& file,
+                          const ReadOptions& options = {});
+
+/// Reads the text of an AMC file: the rotation of a bone is C·M·C⁻¹, M = R_last·…·R_first of its
+/// dof. Angles as the file says (:DEGREES, :RADIANS), or else as the ASF. Frames count up by one;
+/// each has the root and every bone with dof.
+/// @param file  named in errors; its base name becomes the clip's
+/// @throws ConfigError "file:line: ..."
+Clip parse_amc(std::string_view text, const std::string& file, const AcclaimSkeleton& asf,
+               const ReadOptions& options = {});
+
+/// The skeleton's file of an AMC: "35_01.amc" -> "35_01.asf" or "35.asf" in the same folder.
+/// @throws ConfigError if there is none
+std::string find_asf(const std::string& amc);
 
 }  // namespace mimesis::mocap

@@ -121,6 +121,16 @@ tl::expected<std::vector<FrameInterval>, Status> gait_cycles(const BodyClip& cli
   return cycles;
 }
 
+/// Way of the pelvis along its heading over an interval [m].
+double travel(const BodyClip& clip, const VectorXd& heading, Index first, Index last) {
+  double sum = 0.0;
+  for (Index f = first; f < last; ++f) {
+    const Vector3d d = clip.root_position_W_m.col(f + 1) - clip.root_position_W_m.col(f);
+    sum += d.x() * std::cos(heading[f]) + d.y() * std::sin(heading[f]);
+  }
+  return sum;
+}
+
 Trial describe(const BodyClip& clip, const FrameInterval& interval, const Eigen::VectorXd& heading,
                const std::string& style) {
   Trial trial;
@@ -130,10 +140,7 @@ Trial describe(const BodyClip& clip, const FrameInterval& interval, const Eigen:
   trial.last_frame = clip.first_frame + interval.last;
   trial.duration_s = static_cast<double>(interval.last - interval.first) / clip.rate_hz;
   trial.turn_rad = heading[interval.last] - heading[interval.first];
-  for (Index f = interval.first; f < interval.last; ++f) {
-    const Eigen::Vector3d d = clip.root_position_W_m.col(f + 1) - clip.root_position_W_m.col(f);
-    trial.step_length_m += d.x() * std::cos(heading[f]) + d.y() * std::sin(heading[f]);
-  }
+  trial.step_length_m = travel(clip, heading, interval.first, interval.last);
   return trial;
 }
 
@@ -166,12 +173,7 @@ GaitEvents find_gait_events(const BodyClip& clip) {
   const FootPaths paths = foot_paths(clip);
   const VectorXd heading = heading_rad(clip);
 
-  double travel = 0.0;
-  for (Index f = 0; f + 1 < clip.frames(); ++f) {
-    const Vector3d d = clip.root_position_W_m.col(f + 1) - clip.root_position_W_m.col(f);
-    travel += d.x() * std::cos(heading[f]) + d.y() * std::sin(heading[f]);
-  }
-  events.backward = travel < -kLeastSwing_m;
+  events.backward = travel(clip, heading, 0, clip.frames() - 1) < -kLeastSwing_m;
   const double sign = events.backward ? -1.0 : 1.0;
 
   for (std::size_t s = 0; s < 2; ++s) {

@@ -36,17 +36,35 @@ namespace {
 
 using Eigen::Index;
 using Eigen::Matrix3Xd;
-
+using Eigen::Vector3d;
 Matrix3Xd points(const Markers& markers, const MarkerGroup& group, Index frame) {
-  Matrix3Xd p(3, static_cast<Index>(group.markers.size()));
-  for (std::size_t i = 0; i < group.markers.size(); ++i) {
-    p.col(static_cast<Index>(i)) = markers.position_m.block<3, 1>(3 * group.markers[i], frame);
+  Matrix3Xd p(3, static_cast<Index>(group.size()));
+  for (std::size_t i = 0; i < group.size(); ++i) {
+    p.col(static_cast<Index>(i)) = markers.position_m.block<3, 1>(3 * group[i], frame);
   }
   return p;
 }
 
-using Eigen::Vector3d;
-
+/// The group's markers in a frame of its own [m], 3×N: mean over the frames that show them all,
+/// each turned onto the first of them (the nominal geometry [M18 3.3.2]).
+std::optional<Matrix3Xd> nominal_geometry(const Markers& markers, const MarkerGroup& group) {
+  Matrix3Xd first, sum;
+  int count = 0;
+  for (Index f = 0; f < markers.frames(); ++f) {
+    const Matrix3Xd p = points(markers, group, f);
+    if (!p.allFinite()) continue;
+    if (count == 0) {
+      first = p.colwise() - Vector3d(p.rowwise().mean());
+      sum = Matrix3Xd::Zero(3, p.cols());
+    }
+    const auto fit = fit_rigid(first, p);
+    if (!fit) return std::nullopt;
+    sum += fit->R_WB.transpose() * (p.colwise() - fit->p_WB);
+    ++count;
+  }
+  if (count == 0) return std::nullopt;
+  return sum / count;
+}
 struct Gap {
   Index first, last;
 };
@@ -108,57 +126,22 @@ void fill_by_spline(Eigen::Ref<Eigen::MatrixXd> path, Index longest) {
 
 }  // namespace
 
-tl::expected<Matrix3Xd, Status> nominal_geometry(const Markers& markers, const MarkerGroup& group) {
-  auto refuse = [&](const std::string& reason) {
-    return tl::unexpected(Status{markers.name + ": marker group " + group.name + ": " + reason});
-  };
-  if (group.markers.size() < 3) {
-    return refuse(std::to_string(group.markers.size()) + " markers, expected at least 3");
-  }
-  Matrix3Xd first, sum;
-  int count = 0;
-  for (Index f = 0; f < markers.frames(); ++f) {
-    const Matrix3Xd p = points(markers, group, f);
-    if (!p.allFinite()) continue;
-    if (count == 0) {
-      first = p.colwise() - Eigen::Vector3d(p.rowwise().mean());
-      sum = Matrix3Xd::Zero(3, p.cols());
-    }
-    const auto fit = fit_rigid(first, p);
-    if (!fit) return refuse("its markers lie on a line");
-    sum += fit->R_WB.transpose() * (p.colwise() - fit->p_WB);
-    ++count;
-  }
-  if (count == 0) return refuse("its markers are never seen all together");
-  return Matrix3Xd(sum / count);
-}
-
-std::vector<std::optional<RigidFit>> group_motion(const Markers& markers, const MarkerGroup& group,
-                                                  const Matrix3Xd& nominal) {
-  std::vector<std::optional<RigidFit>> motion;
-  for (Index f = 0; f < markers.frames(); ++f) {
-    motion.push_back(fit_rigid(nominal, points(markers, group, f)));
-  }
-  return motion;
-}
-
 void fill_gaps(Markers& markers, std::span<const MarkerGroup> groups, double longest_s) {
   const Markers recorded = markers;
   for (const MarkerGroup& group : groups) {
     const auto nominal = nominal_geometry(recorded, group);
     if (!nominal) continue;
-    for (std::size_t i = 0; i < group.markers.size(); ++i) {
+    for (std::size_t i = 0; i < group.size(); ++i) {
       // by the others alone, in all frames: a marker that drops out must not shift its prediction
       Matrix3Xd others = *nominal;
       others.col(static_cast<Index>(i)).setConstant(NAN);
-      const auto motion = group_motion(recorded, group, others);
       Matrix3Xd predicted = Matrix3Xd::Constant(3, markers.frames(), NAN);
       for (Index f = 0; f < markers.frames(); ++f) {
-        const auto& fit = motion[static_cast<std::size_t>(f)];
+        const auto fit = fit_rigid(others, points(recorded, group, f));
         if (!fit) continue;
         predicted.col(f) = fit->R_WB * nominal->col(static_cast<Index>(i)) + fit->p_WB;
       }
-      fill_from(predicted, markers.position_m.middleRows(3 * group.markers[i], 3));
+      fill_from(predicted, markers.position_m.middleRows(3 * group[i], 3));
     }
   }
   const auto longest = static_cast<Index>(std::floor(longest_s * markers.rate_hz));

@@ -1,13 +1,9 @@
 #pragma once
 #include <Eigen/Core>
-#include <map>
 #include <optional>
 #include <span>
 #include <string>
-#include <tl/expected.hpp>
 #include <vector>
-
-#include "common/error.h"
 
 namespace mimesis::mocap {
 
@@ -35,28 +31,16 @@ struct RigidFit {
 std::optional<RigidFit> fit_rigid(const Eigen::Ref<const Eigen::Matrix3Xd>& body,
                                   const Eigen::Ref<const Eigen::Matrix3Xd>& world);
 
-/// Markers that sit on one rigid segment.
-struct MarkerGroup {
-  std::string name;
-  std::vector<Eigen::Index> markers;  ///< indices in Markers::labels; may sit in several groups
-};
-
-/// The group's markers in a frame of its own [m], 3×N: mean over the frames that show them all,
-/// each turned onto the first of them (the nominal geometry [M18 3.3.2]).
-/// Status: fewer than three markers, on one line, or never seen together.
-tl::expected<Eigen::Matrix3Xd, Status> nominal_geometry(const Markers& markers,
-                                                        const MarkerGroup& group);
-
-/// Motion of a group, frame by frame; nothing where fewer than three of its markers are seen.
-std::vector<std::optional<RigidFit>> group_motion(const Markers& markers, const MarkerGroup& group,
-                                                  const Eigen::Matrix3Xd& nominal);
+/// Markers that sit on one rigid segment: indices in Markers::labels, may sit in several groups.
+using MarkerGroup = std::vector<Eigen::Index>;
 
 /// Fills missing (NaN) marker positions in place. A marker of a group of which three others are
 /// seen is put at its place in the group's nominal geometry [M18 3.3.2]; the deviation of its own
 /// positions from there at the ends of the gap fades linearly through it, so that nothing jumps.
-/// Remaining gaps of at most `longest_s` are bridged by a natural cubic spline through the marker's
-/// own positions. Longer gaps, and those at the ends of the recording, stay NaN; groups without a
-/// geometry are left to the splines.
+/// What remains and is no longer than `longest_s` is bridged by a natural cubic spline through the
+/// marker's own positions. Longer gaps, and those at the ends of the recording, stay NaN; groups
+/// without a geometry (fewer than three markers, on one line, or never seen together) are left to
+/// the splines.
 void fill_gaps(Markers& markers, std::span<const MarkerGroup> groups, double longest_s = 0.3);
 
 }  // namespace mimesis::mocap

@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "common/error.h"
-#include "common/motion/mocap/skeleton.h"
+#include "common/motion/mocap/body.h"
 #include "common/motion/model/motion_model.h"
 
 namespace mimesis::motion {
@@ -35,15 +35,12 @@ class Node {
     return {*it, path};
   }
 
-  /// Element of an array of at least that size.
   Node at(std::size_t index) const {
     return {value_.at(index), path_ + '[' + std::to_string(index) + ']'};
   }
 
-  /// True for an object that has the key.
   bool has(std::string_view key) const { return value_.is_object() && value_.contains(key); }
   bool is_null() const { return value_.is_null(); }
-  /// Size of an array.
   std::size_t size() const {
     if (!value_.is_array()) fail(value_.type_name(), "an array");
     return value_.size();
@@ -71,7 +68,6 @@ class Node {
     return value_.get<long>();
   }
 
-  /// A finite number.
   double number() const {
     if (!value_.is_number()) fail(value_.type_name(), "a number");
     const auto x = value_.get<double>();

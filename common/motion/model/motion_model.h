@@ -25,7 +25,6 @@ struct RowLimits {
   double lower = 0.0, upper = 0.0;  ///< lower < upper
 };
 
-/// A file a model was learned from.
 struct Source {
   std::string file;     ///< name without folder
   std::string sha256;   ///< hex

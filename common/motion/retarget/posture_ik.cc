@@ -22,6 +22,16 @@ Posture advance(const Posture& posture, const Eigen::Ref<const VectorXd>& step) 
   return out;
 }
 
+Goal goal(int link, const Eigen::Matrix3d& R_WE, const Eigen::Vector3d& p_WE,
+          double position_weight, double orientation_weight, const Eigen::Vector3d& p_LE) {
+  Goal g{
+      .link = link, .position_weight = position_weight, .orientation_weight = orientation_weight};
+  g.X_LE.translation() = p_LE;
+  g.X_WE.linear() = R_WE;
+  g.X_WE.translation() = p_WE;
+  return g;
+}
+
 VectorXd difference(const Posture& from, const Posture& to) {
   VectorXd step(6 + from.q.size());
   step << to.X_WB.translation() - from.X_WB.translation(),
@@ -105,7 +115,13 @@ double barrier(double share) {
   return d >= 1.0 ? 0.0 : d - 1.0 - std::log(d) + (1.0 - 1.0 / d) * (share - d);
 }
 
-constexpr double kLargestStep = 0.25;  // [m], [rad]: linearisation holds
+constexpr double kLargestStep = 0.25;     // [m], [rad]: linearisation holds
+constexpr double kExactTolerance = 1e-9;  // of the weighted errors of the exact goals
+constexpr double kStill = 1e-5;  // the search ends when no component of a step is larger [m, rad]
+constexpr double kBarrierWeight = 2e-3;  // of LimitBarrier against the squared errors of wishes
+// Against change from the start, per squared radian or metre: decides what goals leave open, such
+// as which of two aligned joints turns.
+constexpr double kStayWeight = 1e-3;
 
 /// One step towards the goals without the locked components.
 VectorXd step_towards(const GoalErrors& exact, const GoalErrors& wishes, const VectorXd& slope,
@@ -122,7 +138,8 @@ VectorXd step_towards(const GoalErrors& exact, const GoalErrors& wishes, const V
   return main + Z * H.ldlt().solve(downhill);
 }
 
-constexpr double kTooFar = 1e-10;  // distance of an end effector from its place [m, rad]
+constexpr double kTooFar = 1e-10;           // of an end effector from its place [m, rad]
+constexpr double kSmoothingBarrier = 1e-5;  // weight of LimitBarrier against E
 
 /// aₜ = 2qₜ − qₜ₋₁ − qₜ₊₁
 VectorXd bend(std::span<const Posture> p, std::size_t t) {
@@ -132,11 +149,10 @@ VectorXd bend(std::span<const Posture> p, std::size_t t) {
 class Smoother {
  public:
   Smoother(robot::Kinematics& kinematics, const std::vector<std::vector<Goal>>& exact,
-           std::vector<Posture>& postures, const SmoothingOptions& options)
+           std::vector<Posture>& postures)
       : kinematics_(kinematics),
         exact_(exact),
         postures_(postures),
-        options_(options),
         barrier_(kinematics.tree()),
         lower_(kinematics.tree().lower()),
         upper_(kinematics.tree().upper()) {}
@@ -160,7 +176,7 @@ class Smoother {
 
   /// The part of E plus barrier that posture t changes.
   double cost(std::size_t t) const {
-    double sum = options_.barrier_weight * barrier_.value(postures_[t].q);
+    double sum = kSmoothingBarrier * barrier_.value(postures_[t].q);
     for (std::size_t s = t - 1; s <= t + 1; ++s) {
       if (inner(s)) sum += bend(postures_, s).squaredNorm();
     }
@@ -179,9 +195,9 @@ class Smoother {
     VectorXd first, second;
     barrier_.derivatives(postures_[t].q, first, second);
     const Index joints = first.size();
-    gradient.tail(joints) += options_.barrier_weight * first;
+    gradient.tail(joints) += kSmoothingBarrier * first;
     VectorXd scale = VectorXd::Constant(gradient.size(), curvature);
-    scale.tail(joints) += options_.barrier_weight * second;
+    scale.tail(joints) += kSmoothingBarrier * second;
     return -gradient.cwiseQuotient(scale);
   }
 
@@ -221,7 +237,6 @@ class Smoother {
   robot::Kinematics& kinematics_;
   const std::vector<std::vector<Goal>>& exact_;
   std::vector<Posture>& postures_;
-  SmoothingOptions options_;
   LimitBarrier barrier_;
   VectorXd lower_, upper_;
 };
@@ -251,7 +266,7 @@ void LimitBarrier::derivatives(const VectorXd& q, VectorXd& first, VectorXd& sec
 }
 
 IkResult solve(robot::Kinematics& kinematics, const Posture& start, const std::vector<Goal>& exact,
-               const std::vector<Goal>& wishes, const IkOptions& options) {
+               const std::vector<Goal>& wishes, int max_iterations) {
   const VectorXd lower = kinematics.tree().lower(), upper = kinematics.tree().upper();
   MIMESIS_ASSERT(((start.q - lower).array() >= 0.0).all() &&
                  ((upper - start.q).array() >= 0.0).all());
@@ -263,12 +278,12 @@ IkResult solve(robot::Kinematics& kinematics, const Posture& start, const std::v
     kinematics.update(out.posture.X_WB, out.posture.q);
     const GoalErrors now = errors(kinematics, exact), wanted = errors(kinematics, wishes);
     out.exact_error = now.error.norm();
-    if (out.iterations == options.max_iterations) return out;
+    if (out.iterations == max_iterations) return out;
     barrier.derivatives(out.posture.q, first, second);
-    slope << VectorXd::Zero(6), options.barrier_weight * first;
-    curvature << VectorXd::Zero(6), options.barrier_weight * second;
-    slope += options.stay_weight * difference(start, out.posture);
-    curvature.array() += options.stay_weight;
+    slope << VectorXd::Zero(6), kBarrierWeight * first;
+    curvature << VectorXd::Zero(6), kBarrierWeight * second;
+    slope += kStayWeight * difference(start, out.posture);
+    curvature.array() += kStayWeight;
     std::vector<bool> locked(static_cast<std::size_t>(6 + joints), false);
     VectorXd step;
     for (bool more = true; more;) {
@@ -285,9 +300,8 @@ IkResult solve(robot::Kinematics& kinematics, const Posture& start, const std::v
     out.posture = advance(out.posture, step);
     out.posture.q = out.posture.q.cwiseMax(lower).cwiseMin(upper);
     // An exact goal is fulfilled to its tolerance before the wishes may end the search
-    const bool fulfilled = out.exact_error < options.exact_tolerance;
-    const double still = fulfilled ? options.still : 1e-3 * options.still;
-    if (step.cwiseAbs().maxCoeff() < still) {
+    const bool fulfilled = out.exact_error < kExactTolerance;
+    if (step.cwiseAbs().maxCoeff() < (fulfilled ? kStill : 1e-3 * kStill)) {
       kinematics.update(out.posture.X_WB, out.posture.q);
       out.exact_error = errors(kinematics, exact).error.norm();
       return out;
@@ -302,10 +316,10 @@ double roughness(std::span<const Posture> postures) {
 }
 
 void smooth(robot::Kinematics& kinematics, const std::vector<std::vector<Goal>>& exact,
-            std::vector<Posture>& postures, const SmoothingOptions& options) {
+            std::vector<Posture>& postures, int sweeps) {
   MIMESIS_ASSERT(exact.size() == postures.size());
-  Smoother smoother(kinematics, exact, postures, options);
-  for (int sweep = 0; sweep < options.sweeps; ++sweep) {
+  Smoother smoother(kinematics, exact, postures);
+  for (int sweep = 0; sweep < sweeps; ++sweep) {
     for (std::size_t t = 1; t + 1 < postures.size(); ++t) smoother.improve(t);
   }
 }

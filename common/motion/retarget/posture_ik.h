@@ -14,7 +14,6 @@ struct Posture {
 /// The posture after a step of 6 + dof: shift and turn of the base in W, then the joints (columns
 /// as in robot::Jacobian).
 Posture advance(const Posture& posture, const Eigen::Ref<const Eigen::VectorXd>& step);
-/// The step that leads from one posture to the other.
 Eigen::VectorXd difference(const Posture& from, const Posture& to);
 
 /// Goal of a frame E that is fixed in a link.
@@ -25,6 +24,9 @@ struct Goal {
   double position_weight = 1.0;     ///< [1/m]; 0: the position does not count
   double orientation_weight = 1.0;  ///< [1/rad]; 0: the orientation does not count
 };
+Goal goal(int link, const Eigen::Matrix3d& R_WE, const Eigen::Vector3d& p_WE,
+          double position_weight, double orientation_weight,
+          const Eigen::Vector3d& p_LE = Eigen::Vector3d::Zero());
 
 /// Errors of goals, weighted: position in W, then orientation as the axis-angle vector in W that
 /// turns E to its goal. `jacobian`: of the negative error, rows as in `error`.
@@ -67,16 +69,6 @@ class LimitBarrier {
   Eigen::VectorXd lower_, upper_, margin_;
 };
 
-struct IkOptions {
-  int max_iterations = 60;
-  double exact_tolerance = 1e-9;  ///< largest weighted error of the exact goals
-  double still = 1e-5;            ///< ends when no component of a step is larger [m, rad]
-  double barrier_weight = 2e-3;   ///< weight of LimitBarrier against the squared errors of wishes
-  /// Against change from the start, per squared radian or metre: decides what goals leave open,
-  /// such as which of two aligned joints turns.
-  double stay_weight = 1e-3;
-};
-
 struct IkResult {
   Posture posture;           ///< within the joint limits
   double exact_error = 0.0;  ///< length of the weighted errors of the exact goals that is left
@@ -89,16 +81,11 @@ struct IkResult {
 /// that would leave its limits stops there; the others continue without it. Precondition: `start`
 /// within the limits.
 IkResult solve(robot::Kinematics& kinematics, const Posture& start, const std::vector<Goal>& exact,
-               const std::vector<Goal>& wishes, const IkOptions& options = {});
+               const std::vector<Goal>& wishes, int max_iterations = 60);
 
 /// E = Σ_t ‖2qₜ − qₜ₋₁ − qₜ₊₁‖² over all but the first and the last posture [M18 3.3.2]; the base's
 /// place and orientation count with the joints [rad², m²].
 double roughness(std::span<const Posture> postures);
-
-struct SmoothingOptions {
-  int sweeps = 30;
-  double barrier_weight = 1e-5;  ///< weight of LimitBarrier against E
-};
 
 /// Lowers E by steps along its gradient and the barrier's, projected into the null space of the
 /// exact goals' Jacobian, over the whole motion: first and last posture stay, end effectors stay
@@ -106,6 +93,6 @@ struct SmoothingOptions {
 /// of posture t, of which only link, frame and axes are used. A step that does not lower E plus
 /// barrier is not taken.
 void smooth(robot::Kinematics& kinematics, const std::vector<std::vector<Goal>>& exact,
-            std::vector<Posture>& postures, const SmoothingOptions& options = {});
+            std::vector<Posture>& postures, int sweeps);
 
 }  // namespace mimesis::retarget

@@ -43,18 +43,6 @@ void require_parallel(const robot::RobotTree& tree, const RobotFigure& f) {
   }
 }
 
-Goal goal(int link, const Vector3d& p_LE, const Matrix3d& R_WE, const Vector3d& p_WE,
-          double position, double orientation) {
-  Goal g;
-  g.link = link;
-  g.X_LE.translation() = p_LE;
-  g.X_WE.linear() = R_WE;
-  g.X_WE.translation() = p_WE;
-  g.position_weight = position;
-  g.orientation_weight = orientation;
-  return g;
-}
-
 }  // namespace
 
 RobotFigure figure_of(const robot::Biped& biped) {
@@ -161,10 +149,8 @@ mocap::BodyPose body_pose(const robot::Kinematics& kinematics, const RobotFigure
   return pose;
 }
 
-RobotGoals::RobotGoals(const robot::RobotTree& tree, const RobotFigure& figure,
-                       bool exact_hand_orientation)
-    : exact_hand_orientation_(exact_hand_orientation),
-      start_(Eigen::VectorXd::Zero(tree.dof())),
+RobotGoals::RobotGoals(const robot::RobotTree& tree, const RobotFigure& figure)
+    : start_(Eigen::VectorXd::Zero(tree.dof())),
       pelvis_(tree.require_link(figure.pelvis)),
       chest_(tree.require_link(figure.chest)),
       head_(tree.require_link(figure.head)) {
@@ -184,23 +170,21 @@ std::vector<Goal> RobotGoals::exact(const mocap::BodyPose& pose) const {
   std::vector<Goal> goals;
   for (const std::size_t side : {0u, 1u}) {
     const int ankle = side == 0 ? mocap::kLeftAnkle : mocap::kRightAnkle;
-    goals.push_back(goal(ankle_[side], sole_m_[side], pose.R_WJ[at(ankle)],
-                         pose.point(ankle, sole_m_[side]), kFootWeight, kFootWeight));
+    goals.push_back(goal(ankle_[side], pose.R_WJ[at(ankle)], pose.point(ankle, sole_m_[side]),
+                         kFootWeight, kFootWeight, sole_m_[side]));
   }
   for (const std::size_t side : {0u, 1u}) {
     const int wrist = side == 0 ? mocap::kLeftWrist : mocap::kRightWrist;
     const Matrix3d R_WE = pose.R_WJ[at(wrist)] * sideways(side);
-    goals.push_back(goal(wrist_[side], hand_m_[side], R_WE,
-                         pose.p_WJ[at(wrist)] + R_WE * hand_m_[side], 1.0,
-                         exact_hand_orientation_ ? 1.0 : 0.0));
+    goals.push_back(goal(wrist_[side], R_WE, pose.p_WJ[at(wrist)] + R_WE * hand_m_[side], 1.0, 0.0,
+                         hand_m_[side]));
   }
   return goals;
 }
 
 std::vector<Goal> RobotGoals::wishes(const mocap::BodyPose& pose) const {
   const auto joint = [&](int link, int j, const Matrix3d& R, double position, double orientation) {
-    return goal(link, Vector3d::Zero(), pose.R_WJ[at(j)] * R, pose.p_WJ[at(j)], position,
-                orientation);
+    return goal(link, pose.R_WJ[at(j)] * R, pose.p_WJ[at(j)], position, orientation);
   };
   const Matrix3d I = Matrix3d::Identity();
   std::vector<Goal> goals = {joint(pelvis_, mocap::kRoot, I, 3.0, 0.6),
@@ -211,9 +195,7 @@ std::vector<Goal> RobotGoals::wishes(const mocap::BodyPose& pose) const {
     const int wrist = side == 0 ? mocap::kLeftWrist : mocap::kRightWrist;
     goals.push_back(joint(knee_[side], knee, I, 1.0, 0.0));
     goals.push_back(joint(elbow_[side], wrist - 1, I, 1.0, 0.0));
-    if (!exact_hand_orientation_) {
-      goals.push_back(joint(wrist_[side], wrist, sideways(side), 0.0, 0.15));
-    }
+    goals.push_back(joint(wrist_[side], wrist, sideways(side), 0.0, 0.15));
   }
   return goals;
 }

@@ -39,21 +39,18 @@ mocap::BodyPose body_pose(const robot::Kinematics& kinematics, const RobotFigure
 /// Links and goals of one robot, looked up once.
 class RobotGoals {
  public:
-  /// @param exact_hand_orientation  hands shall have the person's orientation exactly, not only if
-  ///        nothing else suffers
   /// @throws ConfigError if the robot lacks a link or a joint of the easy posture
-  RobotGoals(const robot::RobotTree& tree, const RobotFigure& figure, bool exact_hand_orientation);
+  RobotGoals(const robot::RobotTree& tree, const RobotFigure& figure);
 
-  /// Feet and hands, in this order: left foot, right foot, left hand, right hand. Feet weigh ten
-  /// times as much where limits forbid both.
+  /// Feet and places of hands, in this order: left foot, right foot, left hand, right hand. Feet
+  /// weigh ten times as much where limits forbid both.
   std::vector<Goal> exact(const mocap::BodyPose& pose) const;
-  /// Pelvis, chest, head, elbows, knees, and the hands' orientation if that is not exact.
+  /// Pelvis, chest, head, then knees, elbows and the hands' orientation.
   std::vector<Goal> wishes(const mocap::BodyPose& pose) const;
   /// The easy posture with the pelvis of the pose.
   Posture start(const mocap::BodyPose& pose) const;
 
  private:
-  bool exact_hand_orientation_;
   Eigen::VectorXd start_;
   int pelvis_, chest_, head_;
   std::array<int, 2> ankle_, wrist_, elbow_, knee_;

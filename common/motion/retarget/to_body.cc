@@ -143,7 +143,6 @@ double longest(const TwoSegments& l) {
       std::hypot(l.upper_m.x(), l.upper_m.z()) + std::hypot(l.lower_m.x(), l.lower_m.z()), across);
 }
 
-/// From the hip to the sole, stretched.
 double leg_length(const Body& body) {
   return leg(body, 0).upper_m.norm() + leg(body, 0).lower_m.norm() +
          std::max(0.0, -std::min(body.heel_m[0].z(), body.toe_m[0].z()));

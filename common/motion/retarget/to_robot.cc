@@ -14,9 +14,9 @@ namespace {
 
 using Eigen::Index, Eigen::Isometry3d, Eigen::VectorXd;
 
-constexpr double kMissed = 1e-3;   // weighted error of exact goals [m, rad]
-constexpr double kAtLimit = 1e-9;  // [rad]
-constexpr int kFirstSearch = 400;  // iterations: the easy posture may be far away
+constexpr double kMissed = 1e-3;                 // weighted error of exact goals [m, rad]
+constexpr double kAtLimit = 1e-9;                // [rad]
+constexpr int kFirstSearch = 400, kSearch = 60;  // iterations: the easy posture may be far away
 
 class Sum {
  public:
@@ -72,20 +72,19 @@ void report_speed(const robot::RobotTree& tree, const std::vector<Posture>& post
   }
 }
 
-/// `strict`: goals with all weights above zero, of feet, hands, chest and head in this order.
 void report_deviations(robot::Kinematics& k, const std::vector<Posture>& postures,
-                       const std::vector<std::vector<Goal>>& strict, RobotReport& report) {
+                       const std::vector<FrameGoals>& goals, RobotReport& report) {
   Sum foot_m, foot_rad, hand_m, hand_rad, chest, head;
   for (std::size_t t = 0; t < postures.size(); ++t) {
     k.update(postures[t].X_WB, postures[t].q);
     for (const std::size_t side : {0u, 1u}) {
-      foot_m.add(distance(k, strict[t][side]));
-      foot_rad.add(angle(k, strict[t][side]));
-      hand_m.add(distance(k, strict[t][2 + side]));
-      hand_rad.add(angle(k, strict[t][2 + side]));
+      foot_m.add(distance(k, goals[t].exact[side]));
+      foot_rad.add(angle(k, goals[t].exact[side]));
+      hand_m.add(distance(k, goals[t].exact[2 + side]));
+      hand_rad.add(angle(k, goals[t].exact[2 + side]));
     }
-    chest.add(angle(k, strict[t][4]));
-    head.add(angle(k, strict[t][5]));
+    chest.add(angle(k, goals[t].wishes[1]));
+    head.add(angle(k, goals[t].wishes[2]));
   }
   report.foot_m = foot_m.result();
   report.foot_rad = foot_rad.result();
@@ -115,7 +114,7 @@ RobotClip to_clip(const robot::RobotTree& tree, const std::vector<Posture>& post
   return clip;
 }
 
-using Eigen::Index, Eigen::Vector3d;
+using Eigen::Vector3d;
 
 std::size_t joint_index(int i) { return static_cast<std::size_t>(i); }
 
@@ -132,18 +131,6 @@ void bend_legs(const mocap::Body& body, mocap::BodyPose& pose) {
   }
 }
 
-/// Writes the rotations relative to the parents into a column, each next to the one before.
-void put_angles(const mocap::BodyPose& pose, Index t, Eigen::MatrixXd& angles_rad) {
-  for (int j = 0; j < mocap::kBodyJoints; ++j) {
-    const int parent = mocap::kBodyParents[joint_index(j)];
-    const Eigen::Matrix3d R =
-        parent < 0 ? pose.R_WJ[joint_index(j)]
-                   : pose.R_WJ[joint_index(parent)].transpose() * pose.R_WJ[joint_index(j)];
-    const Vector3d before = t == 0 ? Vector3d::Zero() : angles_rad.block<3, 1>(3 * j, t - 1).eval();
-    angles_rad.block<3, 1>(3 * j, t) = math::nearest_axis_angle(math::log_so3(R), before);
-  }
-}
-
 }  // namespace
 
 Posture RobotClip::posture(Index frame) const {
@@ -155,57 +142,51 @@ Posture RobotClip::posture(Index frame) const {
 }
 
 std::vector<Posture> follow(const robot::RobotTree& tree, const Posture& start,
-                            const std::vector<FrameGoals>& goals, const RobotOptions& options,
-                            RobotReport& report) {
+                            const std::vector<FrameGoals>& goals, RobotReport& report,
+                            int smoothing_sweeps) {
   robot::Kinematics kinematics(tree);
   std::vector<Posture> postures;
   std::vector<std::vector<Goal>> exact;
   Posture now = start;
   now.q = now.q.cwiseMax(tree.lower()).cwiseMin(tree.upper());
   const VectorXd easy = now.q;
-  IkOptions ik = options.ik;
-  ik.max_iterations = std::max(ik.max_iterations, kFirstSearch);
+  int iterations = kFirstSearch;
   for (const FrameGoals& frame : goals) {
-    IkResult found = solve(kinematics, now, frame.exact, frame.wishes, ik);
+    IkResult found = solve(kinematics, now, frame.exact, frame.wishes, iterations);
     if (found.exact_error > kMissed) {
       // Limits may hold a posture where an easier one would do: once more from the easy joints
       const Posture fresh{found.posture.X_WB, easy};
-      const IkResult other = solve(kinematics, fresh, frame.exact, frame.wishes, ik);
+      const IkResult other = solve(kinematics, fresh, frame.exact, frame.wishes, iterations);
       if (other.exact_error < 0.5 * found.exact_error) found = other;
     }
     now = found.posture;
-    ik = options.ik;
+    iterations = kSearch;
     postures.push_back(now);
     exact.push_back(frame.exact);
   }
   report.roughness_before = roughness(postures);
-  smooth(kinematics, exact, postures, options.smoothing);
+  smooth(kinematics, exact, postures, smoothing_sweeps);
   report.roughness_after = roughness(postures);
   report_limits(tree, postures, report);
   return postures;
 }
 
 RobotClip retarget(const mocap::BodyClip& recorded, const robot::RobotTree& tree,
-                   const RobotFigure& figure, const RobotOptions& options) {
+                   const RobotFigure& figure, int smoothing_sweeps) {
   const BodyMotion motion = retarget(recorded, robot_body(tree, figure));
-  const RobotGoals robot_goals(tree, figure, options.exact_hand_orientation);
-  const RobotGoals strict_goals(tree, figure, true);
+  const RobotGoals robot_goals(tree, figure);
   std::vector<FrameGoals> goals;
-  std::vector<std::vector<Goal>> strict;
   Posture start;
   for (Index t = 0; t < motion.clip.frames(); ++t) {
     const mocap::BodyPose pose = motion.clip.pose(t);
     if (t == 0) start = robot_goals.start(pose);
     goals.push_back({robot_goals.exact(pose), robot_goals.wishes(pose)});
-    strict.push_back(strict_goals.exact(pose));
-    const std::vector<Goal> wishes = strict_goals.wishes(pose);
-    strict.back().insert(strict.back().end(), {wishes[1], wishes[2]});  // chest and head
   }
   RobotReport report;
-  const std::vector<Posture> postures = follow(tree, start, goals, options, report);
+  const std::vector<Posture> postures = follow(tree, start, goals, report, smoothing_sweeps);
   RobotClip clip = to_clip(tree, postures, recorded.rate_hz);
   robot::Kinematics kinematics(tree);
-  report_deviations(kinematics, postures, strict, report);
+  report_deviations(kinematics, postures, goals, report);
   report_speed(tree, postures, recorded.rate_hz, report);
   report.scale = motion.scale;
   report.stance_speed_m_s = stance_speed(motion.clip, motion.contacts);

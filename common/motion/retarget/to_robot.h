@@ -12,7 +12,7 @@ struct Deviation {
 
 /// Difference between a robot's motion and the requested one.
 struct RobotReport {
-  Deviation foot_m, foot_rad, hand_m, hand_rad;  ///< hand_rad: asked for exactly only if chosen
+  Deviation foot_m, foot_rad, hand_m, hand_rad;  ///< hand_rad is only wished for
   Deviation chest_rad, head_rad;
   /// joints that reach a limit in some frame
   std::vector<std::string> joints_at_limits;
@@ -38,13 +38,7 @@ struct RobotClip {
   Posture posture(Eigen::Index frame) const;
 };
 
-struct RobotOptions {
-  bool exact_hand_orientation = false;
-  IkOptions ik;
-  SmoothingOptions smoothing;
-};
-
-/// One frame of a robot's goals.
+/// One frame of what a robot shall do.
 struct FrameGoals {
   std::vector<Goal> exact, wishes;
 };
@@ -53,15 +47,15 @@ struct FrameGoals {
 /// that comes nearer to goals that are missed), then smoothed.
 /// @param start  where the search for the first frame begins; moved into the limits
 std::vector<Posture> follow(const robot::RobotTree& tree, const Posture& start,
-                            const std::vector<FrameGoals>& goals, const RobotOptions& options,
-                            RobotReport& report);
+                            const std::vector<FrameGoals>& goals, RobotReport& report,
+                            int smoothing_sweeps = 30);
 
 /// The motion on a robot with joint limits [M18 3.3.2]: to its skeleton without limits first
 /// (to_body.h: feet stand still), then posture by posture to its joints (solve()), then
 /// smoothed (smooth()). 5 to 10 ms a frame.
 /// @throws ConfigError as retarget() to a body, and if the robot lacks a link of the figure
 RobotClip retarget(const mocap::BodyClip& recorded, const robot::RobotTree& tree,
-                   const RobotFigure& figure, const RobotOptions& options = {});
+                   const RobotFigure& figure, int smoothing_sweeps = 30);
 
 /// A robot's motion as that of its skeleton (robot_body()), whose feet move the pelvis.
 struct FigureClip {

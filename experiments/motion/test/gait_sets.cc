@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "common/motion/demix/sisa.h"
-#include "common/motion/mocap/trials_file.h"
+#include "common/motion/mocap/trials.h"
 #include "common/shared_data.h"
 
 namespace mimesis::synthesizer::testing {

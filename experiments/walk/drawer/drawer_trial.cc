@@ -137,7 +137,8 @@ class Task {
  private:
   static hw::sim::DrawerSettings settings(const DrawerTrialSpec& spec) {
     hw::sim::DrawerSettings out;
-    out.front_W_m = {spec.front_m, spec.left_m};
+    out.front_x_m = spec.front_m;
+    out.front_y_m = spec.left_m;
     const synthesizer::Drawer& drawer = spec.actions->drawer;
     out.handle_height_m = drawer.handle_height_m;
     out.handle_left_m = drawer.handle_lateral_m;

@@ -6,9 +6,10 @@
 #include <dart/dynamics/DegreeOfFreedom.hpp>
 #include <dart/dynamics/Skeleton.hpp>
 #include <dart/simulation/World.hpp>
+#include <numbers>
 
+#include "common/error.h"
 #include "hw/sim/body/dart_body.h"
-#include "hw/sim/body/noise.h"
 
 namespace mimesis::hw::sim {
 namespace {
@@ -21,6 +22,29 @@ constexpr double kFallenShare = 0.6, kFallenTilt_rad = 0.9;
 constexpr double kEncoderSpan_s = 0.01;
 
 }  // namespace
+
+Noise::Noise(std::uint64_t seed, double tilt_rad) : random_(seed), tilt_rad_(tilt_rad) {
+  std::uniform_real_distribution<double> phase(0.0, 2.0 * std::numbers::pi), slow(0.05, 0.15),
+      fast(0.2, 0.4);
+  for (auto& axis : wave_) {
+    axis[0] = {slow(random_), phase(random_)};
+    axis[1] = {fast(random_), phase(random_)};
+  }
+}
+
+double Noise::normal() { return normal_(random_); }
+
+Eigen::Quaterniond Noise::tilt(double time_s) const {
+  Eigen::Vector3d error = Eigen::Vector3d::Zero();
+  for (int axis = 0; axis < 2; ++axis) {
+    for (const Wave& wave : wave_[axis]) {
+      error[axis] += 0.5 * tilt_rad_ *
+                     std::sin(2.0 * std::numbers::pi * wave.frequency_hz * time_s + wave.phase_rad);
+    }
+  }
+  return Eigen::AngleAxisd(error.y(), Eigen::Vector3d::UnitY()) *
+         Eigen::AngleAxisd(error.x(), Eigen::Vector3d::UnitX());
+}
 
 struct BodyWorld::Impl {
   struct RunningPush {
@@ -241,11 +265,7 @@ void BodyWorld::step(std::span<const double> target, double duration_s) {
 
 void BodyWorld::push(const Push& push) {
   Impl& my = *impl_;
-  const int link = push.link.empty() ? my.biped.trunk : my.biped.tree.find_link(push.link);
-  if (link < 0) {
-    my.trouble = "push: no link '" + push.link + "', expected one of the robot: not pushed";
-    return;
-  }
+  const int link = push.link.empty() ? my.biped.trunk : my.biped.tree.require_link(push.link);
   if (!push.impulse_W_ns.allFinite() || !std::isfinite(push.at_s) ||
       !std::isfinite(push.duration_s)) {
     my.trouble = "push: not finite, expected numbers: not pushed";
@@ -259,23 +279,11 @@ void BodyWorld::push(const Push& push) {
       {{link, my.biped.tree.link(link).inertia.com_m, force}, first, first + steps});
 }
 
-void BodyWorld::fail(int joint, MotorFault fault) {
-  if (joint < 0 || joint >= impl_->biped.tree.dof()) {
-    impl_->trouble = "motor fault: joint " + std::to_string(joint) + ", expected 0 to " +
-                     std::to_string(impl_->biped.tree.dof() - 1) + ": nothing fails";
-    return;
-  }
-  impl_->motors.fail(joint, fault);
-}
+void BodyWorld::fail(int joint, MotorFault fault) { impl_->motors.fail(joint, fault); }
 
 void BodyWorld::pull(int link, const Eigen::Vector3d& point_L_m, const Eigen::Vector3d& force_W_n) {
   Impl& my = *impl_;
-  if (link < 0 || link >= static_cast<int>(my.body.link.size()) || !point_L_m.allFinite() ||
-      !force_W_n.allFinite()) {
-    my.trouble = "pull: link " + std::to_string(link) +
-                 " or a number that is none, expected a link of the robot: not pulled";
-    return;
-  }
+  MIMESIS_ASSERT(link >= 0 && point_L_m.allFinite() && force_W_n.allFinite());
   for (LinkForce& pull : my.pulls) {
     if (pull.link != link) continue;
     pull = {link, point_L_m, force_W_n};

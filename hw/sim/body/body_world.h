@@ -1,6 +1,7 @@
 #pragma once
 #include <array>
 #include <memory>
+#include <random>
 #include <span>
 #include <string>
 #include <vector>
@@ -22,13 +23,32 @@ enum class Plant {
 struct Plate {
   Eigen::Vector2d center_W_m = Eigen::Vector2d::Zero(), half_m{0.25, 0.5};
   double height_m = 0.005;
+
+  template <class Visitor>
+  void visit(Visitor& v) {
+    v("x_m", center_W_m.x(), -100.0, 100.0);
+    v("y_m", center_W_m.y(), -100.0, 100.0);
+    v("half_x_m", half_m.x(), 0.01, 10.0);
+    v("half_y_m", half_m.y(), 0.01, 10.0);
+    v("height_m", height_m, 0.0, 0.1);
+  }
 };
 
 /// A push: constant force for a while.
 struct Push {
-  double at_s = 0.0, duration_s = 0.1;
+  double at_s = 0.0, duration_s = 0.1;  ///< of the world's time [s]
   Eigen::Vector3d impulse_W_ns = Eigen::Vector3d::Zero();
   std::string link = {};  ///< empty: the trunk
+
+  template <class Visitor>
+  void visit(Visitor& v) {
+    v("at_s", at_s, 0.0, 1e6);
+    v("duration_s", duration_s, 0.001, 10.0);
+    v("x_n_s", impulse_W_ns.x(), -1000.0, 1000.0);
+    v("y_n_s", impulse_W_ns.y(), -1000.0, 1000.0);
+    v("z_n_s", impulse_W_ns.z(), -1000.0, 1000.0);
+    v("link", link);
+  }
 };
 
 enum class MotorFault {
@@ -40,7 +60,7 @@ enum class MotorFault {
 struct BodyOptions {
   Plant plant = Plant::springs;
   double dt_s = 0.001;
-  double friction = 0.8;
+  double friction = 0.8;  ///< of the ground [1]
   /// Springs of arms and neck in both plants: nothing of balance depends on them, a servo each
   /// would cost a third of the speed. 600 in docs/walking.md 7.3, where gravity was fed forward;
   /// drives that get positions only would let the hands sink by 10 mm.
@@ -51,15 +71,14 @@ struct BodyOptions {
   bool rigid_knees = false;
   /// Slope of the ground, first about y, then about x; the robot starts square on it.
   Eigen::Vector2d slope_rad = Eigen::Vector2d::Zero();
-  std::vector<Plate> plates =
-      {};                   ///< on the ground; the robot starts on the highest below its soles
-  double payload_kg = 0.0;  ///< unknown mass in the trunk, at the trunk's own centre
-  double motor_speed_share = 1.0, motor_torque_share = 1.0;  ///< shares of the URDF's limits
+  std::vector<Plate> plates = {};  ///< boxes on the ground; the robot starts on the highest below
+  double payload_kg = 0.0;         ///< unknown mass in the trunk, at its own centre [kg]
+  double motor_speed_share = 1.0, motor_torque_share = 1.0;  ///< of the model's limits [1]
   // noise of sensors, seeded
   std::uint64_t seed = 0;
-  double imu_tilt_rad = 0.0;  ///< slow wandering error of the attitude
-  double encoder_noise_rad = 0.0;
-  double force_noise_n = 0.0;
+  double imu_tilt_rad = 0.0;       ///< slowly wandering error of the attitude [rad]
+  double encoder_noise_rad = 0.0;  ///< [rad]
+  double force_noise_n = 0.0;      ///< of the feet's force sensors [N]
 };
 
 /// Readings of encoders, IMU and foot force sensors. The same layout as walker::Sensors.
@@ -90,6 +109,28 @@ struct BodyTruth {
   std::string how;  ///< it fell
 };
 
+/// Errors of sensors; the same for the same seed.
+class Noise {
+ public:
+  /// `tilt_rad`: bound of the attitude's error
+  Noise(std::uint64_t seed, double tilt_rad);
+
+  /// Normal with deviation 1.
+  double normal();
+  /// Error of the attitude at a time: about x and y of W, slow and smooth (0.05 to 0.4 Hz), at most
+  /// `tilt_rad` about each.
+  Eigen::Quaterniond tilt(double time_s) const;
+
+ private:
+  struct Wave {
+    double frequency_hz, phase_rad;
+  };
+  std::mt19937_64 random_;
+  std::normal_distribution<double> normal_;
+  double tilt_rad_;
+  Wave wave_[2][2];
+};
+
 /// The biped in DART: contacts, joints, sensors, trouble. W: origin on the ground between the first
 /// soles, x forward, z up against gravity. The soles are boxes made of the biped's rectangles; the
 /// robot does not collide with itself, and its other links not with the ground. Deterministic:
@@ -97,7 +138,7 @@ struct BodyTruth {
 class BodyWorld {
  public:
   /// Reads the same URDF as RobotTree did (shapes are ignored); half-sitting on the ground.
-  /// @throws ConfigError if DART cannot read it, it is another robot, or an option is invalid
+  /// @throws ConfigError if DART cannot read it, it is another robot, or a plate has no size
   BodyWorld(const robot::Biped& biped, const std::string& urdf_file, const BodyOptions& options);
   ~BodyWorld();
   BodyWorld(const BodyWorld&) = delete;
@@ -107,7 +148,9 @@ class BodyWorld {
   /// linearly to `target` (dof [rad], cut to the limits). A target that is not a number leaves its
   /// joint's set-point unchanged, one of the wrong size all of them; trouble() reports it.
   void step(std::span<const double> target, double duration_s);
-  void push(const Push& push);  ///< at_s: time of this world; past: at once
+  /// at_s: time of this world; past: at once. Numbers that are none: not pushed, see trouble().
+  /// Precondition: a link of the robot.
+  void push(const Push& push);
   void fail(int joint, MotorFault fault);
   /// Constant force on a link's point from now on, until it is set again; in W.
   void pull(int link, const Eigen::Vector3d& point_L_m, const Eigen::Vector3d& force_W_n);

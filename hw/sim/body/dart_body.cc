@@ -182,30 +182,6 @@ void place(const robot::Biped& biped, const BodyOptions& options, DartBody& body
   root->setTransform(X_WG * Eigen::Translation3d(0.0, 0.0, height) * biped.X_WB_half_sitting);
 }
 
-void require(bool ok, const std::string& what) {
-  if (!ok) throw ConfigError("simulated body: " + what);
-}
-
-void check(const BodyOptions& options) {
-  require(options.dt_s >= 1e-4 && options.dt_s <= 0.005,
-          "dt_s " + std::to_string(options.dt_s) + ", expected 0.0001 to 0.005");
-  require(options.friction >= 0.0 && std::isfinite(options.friction),
-          "friction " + std::to_string(options.friction) + ", expected 0 or more");
-  require(options.slope_rad.allFinite() && options.slope_rad.cwiseAbs().maxCoeff() < 0.8,
-          "slope_rad, expected less than 0.8");
-  require(options.payload_kg > -1.0 && options.payload_kg < 1e3,
-          "payload_kg " + std::to_string(options.payload_kg) + ", expected −1 to 1000");
-  require(options.motor_speed_share > 0.0 && options.motor_torque_share > 0.0,
-          "share of a motor's speed or torque, expected more than 0");
-  require(options.imu_tilt_rad >= 0.0 && options.encoder_noise_rad >= 0.0 &&
-              options.force_noise_n >= 0.0,
-          "noise of a sensor, expected 0 or more");
-  for (const Plate& plate : options.plates) {
-    require(plate.height_m > 0.0 && plate.half_m.minCoeff() > 0.0 && plate.center_W_m.allFinite(),
-            "a plate has no size, expected half_m and height_m above 0");
-  }
-}
-
 const dart::dynamics::BodyNode* body_of(const dart::collision::CollisionObject* object) {
   const auto* node = object->getShapeFrame()->asShapeNode();
   return node != nullptr ? node->getBodyNodePtr().get() : nullptr;
@@ -266,7 +242,10 @@ Eigen::Isometry3d DartBody::X_WB() const { return robot->getBodyNode(0)->getWorl
 
 DartBody make_dart_body(const robot::Biped& biped, const std::string& urdf_file,
                         const BodyOptions& options) {
-  check(options);
+  for (const Plate& plate : options.plates) {
+    if (plate.height_m > 0.0) continue;
+    throw ConfigError("simulated body: a plate has no size, expected half_m and height_m above 0");
+  }
   DartBody body;
   body.robot = load(urdf_file);
   map_joints(biped.tree, urdf_file, body);

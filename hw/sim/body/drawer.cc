@@ -2,9 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <string>
-
-#include "common/error.h"
 
 namespace mimesis::hw::sim {
 namespace {
@@ -16,62 +13,26 @@ constexpr double kFrictionFrom_m_s = 0.05;
 constexpr double kSpeedFilter_s = 0.02;
 constexpr double kEndStop_n_m = 2000.0;
 
-void require(bool ok, const std::string& what, double value, const std::string& expected) {
-  if (!ok) {
-    throw ConfigError("drawer." + what + ": " + std::to_string(value) + ", expected " + expected);
-  }
-}
-
-void check(const DrawerSettings& s) {
-  require(s.front_W_m.allFinite(), "front_W_m", s.front_W_m.sum(), "two numbers");
-  require(std::isfinite(s.yaw_rad), "yaw_rad", s.yaw_rad, "a number");
-  require(std::isfinite(s.handle_left_m), "handle_left_m", s.handle_left_m, "a number");
-  require(std::isfinite(s.object_left_m), "object_left_m", s.object_left_m, "a number");
-  const std::pair<const char*, double> positive[] = {
-      {"handle_height_m", s.handle_height_m},
-      {"object_height_m", s.object_height_m},
-      {"longest_m", s.longest_m},
-      {"near_m", s.near_m},
-      {"slips_n", s.slips_n},
-  };
-  for (const auto& [name, value] : positive) {
-    require(value > 0.0 && std::isfinite(value), name, value, "more than 0");
-  }
-  const std::pair<const char*, double> not_negative[] = {
-      {"object_depth_m", s.object_depth_m},
-      {"friction_n", s.friction_n},
-      {"viscous_n_s_m", s.viscous_n_s_m},
-      {"dwell_s", s.dwell_s},
-  };
-  for (const auto& [name, value] : not_negative) {
-    require(value >= 0.0 && std::isfinite(value), name, value, "0 or more");
-  }
-  for (const DrawerJump& jump : s.jumps) {
-    require(std::isfinite(jump.at_s), "jumps.at_s", jump.at_s, "a number");
-    require(std::isfinite(jump.by_m), "jumps.by_m", jump.by_m, "a number");
-  }
-}
-
 }  // namespace
 
 Drawer::Drawer(const DrawerSettings& settings)
     : settings_(settings),
       axis_W_(std::cos(settings.yaw_rad), std::sin(settings.yaw_rad), 0.0),
       left_W_(-axis_W_.y(), axis_W_.x(), 0.0) {
-  check(settings_);
   std::stable_sort(settings_.jumps.begin(), settings_.jumps.end(),
                    [](const DrawerJump& a, const DrawerJump& b) { return a.at_s < b.at_s; });
   show({});
 }
 
 Vector3d Drawer::place(double depth_m, double left_m, double height_m) const {
-  return Vector3d(settings_.front_W_m.x(), settings_.front_W_m.y(), height_m) +
+  return Vector3d(settings_.front_x_m, settings_.front_y_m, height_m) +
          (depth_m - now_.opened_m) * axis_W_ + left_m * left_W_;
 }
 
 void Drawer::jump(double time_s) {
   while (jumped_ < settings_.jumps.size() && time_s >= settings_.jumps[jumped_].at_s) {
-    settings_.front_W_m += settings_.jumps[jumped_].by_m * axis_W_.head<2>();
+    settings_.front_x_m += settings_.jumps[jumped_].by_m * axis_W_.x();
+    settings_.front_y_m += settings_.jumps[jumped_].by_m * axis_W_.y();
     now_.opened_m = 0.0;
     lose();
     ++jumped_;
@@ -114,7 +75,6 @@ Vector3d Drawer::follow(double dt_s, const Vector3d& hand_W_m) {
   const Vector3d pulled = hand_W_m - handle_to_hand_W_m_ - now_.handle_W_m;
   const double wanted = now_.opened_m - axis_W_.dot(pulled);
   now_.opened_m = std::clamp(wanted, 0.0, settings_.longest_m);
-  farthest_m_ = std::max(farthest_m_, now_.opened_m);
   const double stop = kEndStop_n_m * (wanted - now_.opened_m);
   if (std::abs(stop) > settings_.slips_n) {
     lose();
@@ -126,7 +86,7 @@ Vector3d Drawer::follow(double dt_s, const Vector3d& hand_W_m) {
 }
 
 void Drawer::show(const DrawerHands& hands) {
-  now_.front_W_m = {settings_.front_W_m.x(), settings_.front_W_m.y(), 0.0};
+  now_.front_W_m = {settings_.front_x_m, settings_.front_y_m, 0.0};
   now_.handle_W_m = place(0.0, settings_.handle_left_m, settings_.handle_height_m);
   now_.object_W_m = now_.taken ? hands.p_W_m[robot::kRight]
                                : place(settings_.object_depth_m, settings_.object_left_m,

@@ -12,21 +12,27 @@ namespace mimesis::hw::sim {
 struct DrawerJump {
   double at_s = 0.0;
   double by_m = 0.0;  ///< along its axis, + away from the robot
+
+  template <class Visitor>
+  void visit(Visitor& v) {
+    v("at_s", at_s, 0.0, 1e6);
+    v("by_m", by_m, -2.0, 2.0);
+  }
 };
 
 /// A piece of furniture with one drawer [M18 fig. 3.12]. Its axis points into it, along the ground;
 /// "left" and "in front" are those of a robot that faces it.
 struct DrawerSettings {
-  Eigen::Vector2d front_W_m{2.6, 0.0};  ///< middle of the closed front
-  double yaw_rad = 0.0;                 ///< direction of the axis
-  double handle_height_m = 0.92, handle_left_m = 0.14;
-  double object_height_m = 0.90, object_left_m = 0.0, object_depth_m = 0.25;
-  double longest_m = 0.40;                       ///< longest opening
+  /// closed front, direction into it, in W
+  double front_x_m = 2.6, front_y_m = 0.0, yaw_rad = 0.0;
+  /// Heights 0: those of a drawer for a robot of this size, then handle_left_m is too.
+  double handle_height_m = 0.0, handle_left_m = 0.14;
+  double object_height_m = 0.0, object_left_m = 0.0, object_depth_m = 0.25;
+  double longest_m = 0.40;                       ///< it opens so far
   double friction_n = 7.0, viscous_n_s_m = 5.0;  ///< Coulomb and viscous friction of the rail
-  /// a hand grips within this distance after this time
-  double near_m = 0.03, dwell_s = 0.1;
-  double slips_n = 40.0;  ///< pulls the handle out of the hand
-  std::vector<DrawerJump> jumps = {};
+  double near_m = 0.03, dwell_s = 0.1;           ///< a hand grips what it is so near, for so long
+  double slips_n = 40.0;                         ///< pulls the handle out of the hand
+  std::vector<DrawerJump> jumps = {};            ///< moves of the front at given times
 };
 
 /// State of the drawer, as in v1.DrawerState.
@@ -48,7 +54,7 @@ struct DrawerHands {
 /// and carries the object for the right one. Deterministic.
 class Drawer {
  public:
-  /// @throws ConfigError that names the value that is no number or out of range
+  /// Heights are given.
   explicit Drawer(const DrawerSettings& settings);
 
   /// Moves on by dt to `time_s`. @return force on the left hand in W [N], at the hand's point.
@@ -59,7 +65,6 @@ class Drawer {
   /// yet.
   std::optional<double> handle_error_m() const { return error_m_[robot::kLeft]; }
   std::optional<double> reach_error_m() const { return error_m_[robot::kRight]; }
-  double farthest_opened_m() const { return farthest_m_; }
 
  private:
   void jump(double time_s);
@@ -77,7 +82,6 @@ class Drawer {
   bool lost_ = false;  ///< out of a closed hand, which has to open before it grips again
   Eigen::Vector3d handle_to_hand_W_m_ = Eigen::Vector3d::Zero();  ///< when it gripped
   double hand_m_ = 0.0, speed_m_s_ = 0.0;                         ///< along the axis, low-passed
-  double farthest_m_ = 0.0;
   std::size_t jumped_ = 0;
 };
 

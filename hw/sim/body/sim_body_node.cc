@@ -5,6 +5,7 @@
 
 #include "common/error.h"
 #include "common/math/so3.h"
+#include "common/model/drawing.h"
 #include "common/model/files.h"
 #include "hw/outside/recorded.h"
 
@@ -89,21 +90,6 @@ void to_proto(const DrawerNow& drawer, const BodyTruth& truth, v1::DrawerState& 
   for (const Eigen::Vector3d& hand : truth.hand_W_m) set(out.add_hands_in_world_m(), hand);
 }
 
-foxglove::FrameTransform to_transform(const Eigen::Isometry3d& X_WB, const std::string& child) {
-  foxglove::FrameTransform out;
-  out.set_parent_frame_id("world");
-  out.set_child_frame_id(child);
-  out.mutable_translation()->set_x(X_WB.translation().x());
-  out.mutable_translation()->set_y(X_WB.translation().y());
-  out.mutable_translation()->set_z(X_WB.translation().z());
-  const Eigen::Quaterniond R(X_WB.linear());
-  out.mutable_rotation()->set_x(R.x());
-  out.mutable_rotation()->set_y(R.y());
-  out.mutable_rotation()->set_z(R.z());
-  out.mutable_rotation()->set_w(R.w());
-  return out;
-}
-
 constexpr double kTransformsRateHz = 50.0;
 constexpr double kMotorAcceleration_rad_s2 = 1e4;  // claim of the drives: the world has the motors
 // A machine that is slower than the clock must not make steps ever longer.
@@ -148,20 +134,14 @@ SimBodyNode::SimBodyNode(const Params& params, runtime::Bus& bus)
       arm_(bus, "arm"),
       drawer_state_(bus, "drawer"),
       transforms_(bus, "transforms") {
-  for (const PushParams& p : params.pushes) {
-    if (!p.link.empty()) biped_.tree.require_link(p.link);
-    world_.push({.at_s = p.at_s,
-                 .duration_s = p.duration_s,
-                 .impulse_W_ns = {p.x_n_s, p.y_n_s, p.z_n_s},
-                 .link = p.link});
-  }
+  for (const Push& push : params.pushes) world_.push(push);
   if (params.drawer.present) {
     for (const robot::Side side : robot::kSides) {
       if (biped_.hand[side] < 0) {
         throw ConfigError("drawer.present: '" + biped_.tree.name() + "' has not two hands");
       }
     }
-    drawer_.emplace(drawer_settings(params.drawer, biped_));
+    drawer_.emplace(drawer_settings(params.drawer.drawer, biped_));
     gripper_ = {gripper_of(params.drawer.left_gripper, robot::kLeft),
                 gripper_of(params.drawer.right_gripper, robot::kRight)};
   }
@@ -294,7 +274,8 @@ void SimBodyNode::publish(runtime::Time now) {
       static_cast<std::uint64_t>(std::max(1.0, std::round(params_.rate_hz / kTransformsRateHz)));
   if (steps_ % every != 0) return;
   foxglove::FrameTransforms transforms;
-  *transforms.add_transforms() = to_transform(world_.truth().X_WB, biped_.tree.link(0).name);
+  model::add_frame(transforms, "world", biped_.tree.link(0).name, world_.truth().X_WB, now);
+  transforms.mutable_transforms(0)->clear_timestamp();  // logs have it on the message alone
   transforms_.send(transforms, now);
 }
 

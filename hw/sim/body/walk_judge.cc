@@ -4,13 +4,13 @@
 #include <cmath>
 
 #include "common/math/circle.h"
+#include "common/math/so3.h"
 
 namespace mimesis::hw::sim {
 namespace {
 
-double yaw_of(const Eigen::Isometry3d& X_WS) {
-  return std::atan2(X_WS.linear()(1, 0), X_WS.linear()(0, 0));
-}
+constexpr double kLowPass_s = 0.02;  // of forces and torques: time constant, first order
+constexpr double kSettle_s = 0.08;   // from a planned landing until the foot's place is read
 
 /// A foot's place as the other one sees it.
 Eigen::Vector2d seen_from(const Eigen::Vector2d& foot_W_m, const Eigen::Vector2d& other_W_m,
@@ -26,7 +26,7 @@ Eigen::Isometry2d truth_to_plan(const PlannedGround& plan, const BodyTruth& trut
   const std::array share{left, 1.0 - left};
   double turn = 0.0;
   for (const robot::Side s : robot::kSides) {
-    turn += share[s] * math::wrap_pi(plan.foot_yaw_rad[s] - yaw_of(truth.X_WS[s]));
+    turn += share[s] * math::wrap_pi(plan.foot_yaw_rad[s] - math::yaw_of(truth.X_WS[s].linear()));
   }
   Eigen::Isometry2d X = Eigen::Isometry2d::Identity();
   X.linear() = Eigen::Rotation2Dd(turn).toRotationMatrix();
@@ -40,8 +40,7 @@ Eigen::Isometry2d truth_to_plan(const PlannedGround& plan, const BodyTruth& trut
 void WalkJudge::tick(const BodyTruth& truth, const std::optional<PlannedGround>& plan) {
   if (figures_.fell) return;  // a fallen robot does not walk any more
   const double normal = truth.normal_n[0] + truth.normal_n[1];
-  const double share =
-      started_ ? 1.0 - std::exp(-(truth.time_s - time_s_) / settings_.low_pass_s) : 1.0;
+  const double share = started_ ? 1.0 - std::exp(-(truth.time_s - time_s_) / kLowPass_s) : 1.0;
   started_ = true;
   time_s_ = truth.time_s;
   figures_.fell = truth.fell;
@@ -71,21 +70,20 @@ void WalkJudge::tick(const BodyTruth& truth, const std::optional<PlannedGround>&
 void WalkJudge::step(const JudgedStep& step) {
   if (figures_.fell) return;
   ++figures_.steps;
-  landed_.push_back({step, time_s_ + settings_.settle_s});
+  landed_.push_back({step, time_s_ + kSettle_s});
 }
 
 void WalkJudge::read(const JudgedStep& step, const BodyTruth& truth) {
   const Eigen::Isometry3d& X_WO = truth.X_WS[robot::other(step.side)];
   const Eigen::Vector2d foot = truth.X_WS[step.side].translation().head<2>();
-  const Eigen::Vector2d real = seen_from(foot, X_WO.translation().head<2>(), yaw_of(X_WO));
+  const Eigen::Vector2d real =
+      seen_from(foot, X_WO.translation().head<2>(), math::yaw_of(X_WO.linear()));
   const double error =
       (real - seen_from(step.planned_W_m, step.planned_other_W_m, step.planned_other_yaw_rad))
           .norm();
   step_squares_ += error * error;
   figures_.step_error_max_m = std::max(figures_.step_error_max_m, error);
   figures_.step_error_rms_m = std::sqrt(step_squares_ / ++steps_read_);
-  figures_.place_error_max_m =
-      std::max(figures_.place_error_max_m, (foot - step.planned_W_m).norm());
   if (step.wished_length_m) {
     figures_.step_length_error_max_m =
         std::max(figures_.step_length_error_max_m, std::abs(real.x() - *step.wished_length_m));

@@ -15,8 +15,7 @@ struct WalkFigures {
   double step_error_max_m = 0.0, step_error_rms_m = 0.0;
   /// Along the other foot, against the wished length; 0 if none was wished.
   double step_length_error_max_m = 0.0;
-  double place_error_max_m = 0.0;     ///< where feet stand against the plan, in W: drift counts
-  double ankle_pitch_peak_n_m = 0.0;  ///< peak of the means over the ticks
+  double ankle_pitch_peak_n_m = 0.0;       ///< of the means over the ticks
   double ankle_pitch_slow_peak_n_m = 0.0;  ///< low-passed
   double normal_peak_n = 0.0;              ///< both feet, low-passed
   double raw_normal_peak_n = 0.0;          ///< both feet, of single steps of the physics
@@ -45,17 +44,10 @@ struct JudgedStep {
   std::optional<double> wished_length_m = {};  ///< forward from the other foot, along its heading
 };
 
-struct JudgeSettings {
-  double low_pass_s = 0.02;  ///< time constant of the first-order low pass of forces and torques
-  double settle_s = 0.08;    ///< from a planned landing until the foot's place is read
-};
-
 /// Watches a walk in simulation. Call in the order of time.
 class WalkJudge {
  public:
-  explicit WalkJudge(const JudgeSettings& settings = {}) : settings_(settings) {}
-
-  /// After every tick. `plan`: empty while there is none.
+  /// After every tick. `plan`: nothing while there is none.
   void tick(const BodyTruth& truth, const std::optional<PlannedGround>& plan);
   /// The plan puts this foot on the ground at the tick that was last reported.
   void step(const JudgedStep& step);
@@ -69,7 +61,6 @@ class WalkJudge {
   };
   void read(const JudgedStep& step, const BodyTruth& truth);
 
-  JudgeSettings settings_;
   WalkFigures figures_;
   std::vector<Landed> landed_;  ///< not read yet
   bool started_ = false;

@@ -45,7 +45,6 @@ class Dictionary {
   std::map<std::uint32_t, Entry> entries_;
 };
 
-/// Trouble on command.
 enum class Trouble : std::uint8_t {
   overcurrent,  ///< the drive finds an error: fault
   mute,         ///< its bus cable is cut: it neither receives nor sends

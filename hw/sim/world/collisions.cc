@@ -6,6 +6,9 @@
 namespace mimesis::world {
 namespace {
 
+constexpr double kSupport_m = 0.003;  // the held object may be pressed this deep into a box
+constexpr double kRelease_m = 0.001;  // a contact ends when the bodies are this far apart
+
 /// From the distances along independent directions, each negative inside.
 double combine(double a, double b) {
   if (a <= 0.0 && b <= 0.0) return std::max(a, b);
@@ -54,11 +57,9 @@ std::vector<kin::Ball> covering_balls(const Cylinder& cylinder) {
   return balls;
 }
 
-CollisionMonitor::CollisionMonitor(const kin::ArmModel& arm, const kin::Table& table,
-                                   const CollisionTolerance& tolerance)
+CollisionMonitor::CollisionMonitor(const kin::ArmModel& arm, const kin::Table& table)
     : arm_(arm),
       table_(table),
-      tolerance_(tolerance),
       object_(static_cast<int>(arm.groups.size())),
       bridge_(object_ + 1),
       first_box_(object_ + 2) {
@@ -108,8 +109,8 @@ void CollisionMonitor::meet_table(const Part& part) {
   for (std::size_t k = 0; k < table_.boxes.size(); ++k) {
     const kin::Box& box = table_.boxes[k];
     const double depth = part.radius - signed_distance(box, part.center);
-    note(part.body, first_box_ + static_cast<int>(k),
-         depth - (is_object ? tolerance_.support : 0.0), part.name, box.name);
+    note(part.body, first_box_ + static_cast<int>(k), depth - (is_object ? kSupport_m : 0.0),
+         part.name, box.name);
   }
 }
 
@@ -139,9 +140,8 @@ void CollisionMonitor::meet_object(const ObjectInScene& object) {
 
 void CollisionMonitor::note(int body, int other, double depth, const std::string& name,
                             const std::string& other_name) {
-  if (depth < -tolerance_.release) return;
-  Overlap& overlap =
-      now_.try_emplace({body, other}, Overlap{-tolerance_.release, {}}).first->second;
+  if (depth < -kRelease_m) return;
+  Overlap& overlap = now_.try_emplace({body, other}, Overlap{-kRelease_m, {}}).first->second;
   if (depth >= overlap.depth) overlap = {depth, name + " with " + other_name};
 }
 

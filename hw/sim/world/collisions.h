@@ -32,11 +32,6 @@ double lowest_point(const Cylinder& cylinder);
 /// 15°).
 std::vector<kin::Ball> covering_balls(const Cylinder& cylinder);
 
-struct CollisionTolerance {
-  double support = 0.003;  ///< the held object may be pressed this deep into a box [m]
-  double release = 0.001;  ///< a contact ends when the bodies are this far apart [m]
-};
-
 /// The object as the collision check sees it.
 struct ObjectInScene {
   Cylinder cylinder;
@@ -48,7 +43,7 @@ struct ObjectInScene {
 /// One body overlaps another.
 struct Contact {
   std::string name;    ///< "fore ball 8 with bridge"
-  double depth = 0.0;  ///< depth of the deepest pair of balls, > tolerance [m]
+  double depth = 0.0;  ///< of the deepest pair of balls [m]
 };
 
 /// Counts collisions of arm and object with the table, with each other and of the arm with itself,
@@ -57,8 +52,7 @@ struct Contact {
 /// each box. A contact of two bodies counts once, from the first overlap until they part.
 class CollisionMonitor {
  public:
-  CollisionMonitor(const kin::ArmModel& arm, const kin::Table& table,
-                   const CollisionTolerance& tolerance);
+  CollisionMonitor(const kin::ArmModel& arm, const kin::Table& table);
 
   /// `X`: frames of the arm (kin::forward). O(balls of the arm × balls and boxes of the table).
   void update(const std::vector<Eigen::Isometry3d>& X, const ObjectInScene& object);
@@ -91,7 +85,6 @@ class CollisionMonitor {
 
   kin::ArmModel arm_;
   kin::Table table_;
-  CollisionTolerance tolerance_;
   int object_, bridge_, first_box_;  // numbers of the bodies after the arm's groups
   int hand_ = -1;                    // the group that the last link carries
   std::vector<Part> parts_;          // arm, then the held object

@@ -1,22 +1,114 @@
 #pragma once
-#include <optional>
+#include <cmath>
+#include <cstdlib>
+#include <string>
 
 #include "hw/sim/world/collisions.h"
-#include "hw/sim/world/object.h"
 
 namespace mimesis::world {
 
-struct WorldShape {
-  HandShape hand;
-  FallLimits fall;
-  CollisionTolerance collision;
-  double closing_tolerance =
-      0.008;              ///< below the contact's closure that still holds, two steps of 8 bits [1]
-  double opening = 0.03;  ///< below the contact's closure at which the object is let go [1]
-  double knock = 0.005;   ///< a push deeper than this knocks the object over [m]
+/// Length [m] for people: "34.2 mm".
+inline std::string millimetres(double m) {
+  const long tenths = std::lround(m * 1e4);
+  return std::to_string(tenths / 10) + "." + std::to_string(std::labs(tenths % 10)) + " mm";
+}
+
+enum class Grip { none, precision, full };
+
+/// The open hand around frame E (z approach, x across the fingers), as the arm's safety balls draw
+/// it.
+struct HandShape {
+  double aperture = 0.058;  ///< between the inner faces of the open fingers [m]
+  double tips = 0.026;      ///< fingers end this far beyond E [m]
+  double palm = 0.038;      ///< the palm ends this far before E [m]
+  double pad = 0.016;       ///< half the width of a finger [m]
+  double overlap = 0.005;   ///< fingers must reach this far past what they hold [m]
+  double max_tilt = 0.2;    ///< between the hand and the ideal grasp [rad]
 };
 
-/// True state of the hand.
+/// Where the fingers would meet the object.
+struct GraspContact {
+  bool reachable = false;  ///< the object is between the fingers, in the manner of the grip
+  double closure = 0.0;    ///< at which they hold it: 0 open .. 1 closed [1]
+};
+
+/// Geometry of a grasp of an upright cylinder. With p = the held point in E:
+/// precision: fingers from above, z_E = −z_O, p = middle of the top: |p_x| ≤ ½aperture − r, |p_y| ≤
+/// pad,
+///   −palm ≤ p_z ≤ tips − overlap;
+/// full: from the side, y_E = ±z_O, p = centre: |p_x| ≤ ½aperture − r, |p_y| ≤ ½h − pad,
+///   −palm + r ≤ p_z ≤ tips − overlap.
+/// Both fingers close evenly, aperture·(1 − closure), and push the object to the middle: they hold
+/// it at closure = 1 − 2r / aperture. An object that lies cannot be grasped.
+GraspContact grasp_contact(const HandShape& hand, Grip grip, const Eigen::Isometry3d& X_WE,
+                           const Cylinder& object);
+
+/// What became of the object so far.
+enum class ObjectState { resting, held, falling };
+
+/// The object to be grasped, without dynamics of its own: it rests, moves with the hand, or falls
+/// straight down on the highest box below its centre. It stays upright if it fell from at most
+/// 2 cm, met nothing else on its way, and leaned by less than atan(r / ½h), where its centre
+/// passes its rim; else it topples.
+class ObjectModel {
+ public:
+  /// `table` gives the object, and what can carry it.
+  explicit ObjectModel(const kin::Table& table);
+
+  /// Fixes the object to the hand, centred between the fingers (x_E). Precondition: not held.
+  void grasp(const Eigen::Isometry3d& X_WE);
+  /// Moves it with the hand. Precondition: held.
+  void carry(const Eigen::Isometry3d& X_WE);
+  /// Lets it go. Precondition: held.
+  void release();
+  /// Falls: v ← v + g·dt, z ← z − v·dt − ½g·dt². `dt` > 0 [s].
+  void step(double dt);
+  /// Pushed by something else than the fingers: topples where it stands. Precondition: not held.
+  void knock_over(const std::string& by);
+
+  ObjectState state() const { return state_; }
+  const Cylinder& cylinder() const { return cylinder_; }
+  bool upright() const { return upright_; }
+  bool moved() const { return moved_; }  ///< was held or knocked over since the start
+  bool was_held() const { return was_held_; }
+  /// Why it does not stand as it was meant to; empty while nothing went wrong.
+  const std::string& mishap() const { return mishap_; }
+
+ private:
+  void plan_landing();
+  void land();
+
+  std::vector<kin::Box> boxes_;
+  std::vector<kin::Ball> balls_;
+  Cylinder cylinder_;
+  Eigen::Isometry3d X_EO_ = Eigen::Isometry3d::Identity();
+  ObjectState state_ = ObjectState::resting;
+  bool upright_ = true, moved_ = false, was_held_ = false;
+  std::string mishap_;
+  double velocity_ = 0.0;    // downwards [m/s]
+  double landing_z_ = 0.0;   // of the support's surface
+  std::string will_topple_;  // why, on landing; empty if not
+};
+
+/// How the planner says it ended.
+struct TaskEnd {
+  bool done = false;   ///< false: failed
+  std::string goal;    ///< "high", "low", or empty if none was decided
+  std::string reason;  ///< of a failure
+};
+
+struct Verdict {
+  bool placed = false;  ///< at rest, upright and released within the goal's radius, after a grasp
+  double placement_error =
+      -1.0;            ///< distance of the object's centre from the goal [m], -1 without goal
+  std::string reason;  ///< what went wrong; empty if nothing did
+};
+
+/// Judges by what happened to the object, not by what the planner says; the planner's reason
+/// explains a failure. Precondition: the object does not fall.
+Verdict judge(const TaskEnd& end, const ObjectModel& object,
+              const std::vector<kin::GoalPlace>& goals);
+
 struct Hand {
   Grip grip = Grip::none;
   double closure = 0.0;  ///< 0 open .. 1 closed [1]
@@ -26,7 +118,7 @@ struct Hand {
 /// judge.
 class World {
  public:
-  World(kin::ArmModel arm, const kin::Table& table, const WorldShape& shape);
+  World(kin::ArmModel arm, const kin::Table& table);
 
   /// Advances by `dt` > 0 [s]. `q`: true joint positions (dof, [rad]).
   void step(double dt, const Eigen::Ref<const Eigen::VectorXd>& q, const Hand& hand);
@@ -47,7 +139,6 @@ class World {
   void handle_object(const Eigen::Isometry3d& X_WE, const Hand& hand);
 
   kin::ArmModel arm_;
-  WorldShape shape_;
   ObjectModel object_;
   CollisionMonitor collisions_;
   GraspContact contact_;

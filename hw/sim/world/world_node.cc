@@ -48,7 +48,7 @@ WorldNode::WorldNode(const Params& params, runtime::Bus& bus)
     : params_(params),
       arm_model_(model::load_arm(params.robot)),
       table_(table_for(params)),
-      world_(arm_model_, table_, {}),
+      world_(arm_model_, table_),
       random_(static_cast<std::uint64_t>(params.seed)),
       arm_(bus, "arm"),
       hand_(bus, "hand"),

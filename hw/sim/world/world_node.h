@@ -7,7 +7,6 @@
 #include "common/runtime/log.h"
 #include "common/runtime/params.h"
 #include "common/runtime/ports.h"
-#include "hw/sim/world/object.h"
 #include "hw/sim/world/world.h"
 #include "proto/bridge.pb.h"
 #include "proto/foxglove/scene.pb.h"

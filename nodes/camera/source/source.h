@@ -19,7 +19,6 @@ struct Frame {
   std::chrono::nanoseconds stamp;  ///< capture, on the graph's clock
 };
 
-/// Where images come from.
 class Source {
  public:
   virtual ~Source() = default;

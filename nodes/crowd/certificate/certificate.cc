@@ -16,7 +16,6 @@
 #include "common/math/circle.h"
 #include "nodes/crowd/certificate/contraction.h"
 #include "nodes/crowd/rules/rules.h"
-#include "nodes/crowd/scenario/arrangement.h"
 #include "nodes/crowd/scenario/scenario.h"
 
 namespace mimesis::crowd {

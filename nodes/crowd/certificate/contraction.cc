@@ -73,45 +73,6 @@ bool meets(Condition condition, double alpha, double beta) {
 
 }  // namespace
 
-Eigen::VectorXd spectrum(Topology topology, int n) {
-  if (n < 1) throw ConfigError("the spectrum of " + std::to_string(n) + " agents");
-  Eigen::VectorXd values = Eigen::VectorXd::Zero(n);
-  switch (topology) {
-    case Topology::none:
-      break;
-    case Topology::chain:
-      for (int k = 0; k < n; ++k) values[k] = squared_sine4(pi * k / (2.0 * n));
-      break;
-    case Topology::ring:
-      if (n == 2) return spectrum(Topology::chain, n);
-      for (int k = 1; k < n; ++k) values[k] = squared_sine4(pi * k / n);
-      break;
-    case Topology::star:
-      values.tail(n - 1).setOnes();
-      if (n > 1) values[n - 1] = n;
-      break;
-    case Topology::wheel:
-      if (n < 4) throw ConfigError("a wheel has at least 4 nodes, not " + std::to_string(n));
-      for (int k = 1; k < n - 1; ++k) values[k] = 1.0 + squared_sine4(pi * k / (n - 1));
-      values[n - 1] = n;
-      break;
-    case Topology::all_to_all:
-      values.tail(n - 1).setConstant(n);
-      break;
-    case Topology::weighted:
-      throw ConfigError("the spectrum of a weighted graph needs its edges");
-  }
-  std::ranges::sort(values);
-  return values;
-}
-
-Eigen::VectorXd spectrum(const CouplingGraph& graph) {
-  if (graph.topology() != Topology::weighted) return spectrum(graph.topology(), graph.size());
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(graph.laplacian(),
-                                                              Eigen::EigenvaluesOnly);
-  return solver.eigenvalues();
-}
-
 Extremes extremes(Topology topology, int n) {
   if (n < 2 || topology == Topology::none) return {};
   switch (topology) {
@@ -136,7 +97,9 @@ Extremes extremes(const CouplingGraph& graph) {
   if (graph.topology() != Topology::weighted) return extremes(graph.topology(), graph.size());
   if (graph.size() < 2) return {};
   if (graph.size() > kMostExact) return bounds(graph);
-  const Eigen::VectorXd values = spectrum(graph);
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(graph.laplacian(),
+                                                              Eigen::EigenvaluesOnly);
+  const Eigen::VectorXd& values = solver.eigenvalues();
   const double most = values[values.size() - 1];
   return {values[1] > kZero * most ? values[1] : 0.0, most};
 }

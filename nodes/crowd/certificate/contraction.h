@@ -15,15 +15,10 @@ struct Extremes {
   double ratio() const { return most > 0.0 ? least / most : 1.0; }
 };
 
-/// Eigenvalues of the Laplacian of a named graph of n ≥ 1 nodes, ascending: closed forms, O(n)
-/// [M18 A.2]. @throws ConfigError for Topology::weighted, n < 1 and a wheel of fewer than four
-Eigen::VectorXd spectrum(Topology topology, int n);
-/// Eigenvalues of any graph; a weighted one is solved by Eigen, O(n³).
-Eigen::VectorXd spectrum(const CouplingGraph& graph);
-
-/// λ⁺ and λ_max, O(1) for named graphs. A weighted graph of more than 600 nodes gets bounds
-/// instead: λ⁺ ≥ 4 w/(n diam) [M18 A.1, Mohar], diam at most twice the eccentricity of node 0, w
-/// the least weight; λ_max ≤ max (dᵢ + dⱼ) over edges [Anderson, Morley].
+/// λ⁺ and λ_max: closed forms for named graphs, O(1) [M18 A.2]; a weighted one is solved by Eigen,
+/// O(n³), and of more than 600 nodes gets bounds instead: λ⁺ ≥ 4 w/(n diam) [M18 A.1, Mohar], diam
+/// at most twice the eccentricity of node 0, w the least weight; λ_max ≤ max (dᵢ + dⱼ) over edges
+/// [Anderson, Morley].
 Extremes extremes(Topology topology, int n);
 Extremes extremes(const CouplingGraph& graph);
 

@@ -38,7 +38,6 @@ struct MonitorReport {
 /// allocate.
 class Monitor {
  public:
-  /// Without a certificate.
   Monitor();
 
   /// Starts a new measurement with this certificate, except for values per agent that have the same

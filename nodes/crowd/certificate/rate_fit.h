@@ -32,7 +32,6 @@ class RateFit {
   /// When the fitted line is at `value` > 0, if there is a rate [s]. At 1 it ends the offset time
   /// before the decay [M18 4.3.6].
   std::optional<double> reaches_s(double value) const;
-  int samples() const { return static_cast<int>(line_.count); }
 
  private:
   double least_, most_;

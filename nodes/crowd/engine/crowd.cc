@@ -13,20 +13,6 @@
 namespace mimesis::crowd {
 namespace {
 
-void need(bool good, const std::string& what, double value, const std::string& expected) {
-  if (!good) {
-    throw ConfigError(what + ": " + std::to_string(value) + ", expected " + expected);
-  }
-}
-
-void not_negative(double value, const std::string& what) {
-  need(std::isfinite(value) && value >= 0.0, what, value, "a finite number, not negative");
-}
-
-void positive(double value, const std::string& what) {
-  need(std::isfinite(value) && value > 0.0, what, value, "a finite number above 0");
-}
-
 /// Bound of the largest eigenvalue of the Laplacian [M18 A.2; Gershgorin].
 double largest_eigenvalue(const GraphSettings& graph, double n) {
   switch (graph.topology) {
@@ -51,43 +37,15 @@ double largest_eigenvalue(const GraphSettings& graph, double n) {
   return 2.0 * most;
 }
 
-void check(const CrowdSettings& s) {
-  positive(s.dt_s, "crowd: dt [s]");
-  const AvoidSettings& a = s.avoid;
-  const NavigationParams& n = a.navigation;
-  not_negative(n.avoid_1_s, "crowd: gain of avoidance [1/s]");
-  not_negative(n.predict_1_s, "crowd: gain of predicted collisions [1/s]");
-  positive(n.sigma_angle_rad, "crowd: sigma of angles [rad]");
-  positive(n.sigma_distance_m, "crowd: sigma of distances [m]");
-  positive(n.horizon_s, "crowd: horizon of predictions [s]");
-  need(std::isfinite(n.keep_right_rad), "crowd: keep right [rad]", n.keep_right_rad, "a number");
-  positive(a.reach_m, "crowd: reach [m]");
-  need(a.headway_s >= 2.0 * s.dt_s, "crowd: headway [s]", a.headway_s, "at least 2 dt");
-  not_negative(a.separate_m_s, "crowd: speed of separation [m/s]");
-  positive(a.arrive_m, "crowd: arrival [m]");
-}
-
-void check(const Rules& r, const std::string& what) {
+/// Refuses edges that are none.
+void check_edges(const Rules& r) {
   for (const GraphSettings* graph :
        {&r.frequency.graph, &r.length.graph, &r.phase.graph, &r.heading.graph}) {
     if (graph->topology != Topology::weighted) continue;
     int nodes = 0;
     for (const Edge& e : graph->edges) nodes = std::max({nodes, e.i + 1, e.j + 1});
-    (void)CouplingGraph::weighted(nodes, graph->edges);  // refuses an unknown id
+    (void)CouplingGraph::weighted(nodes, graph->edges);
   }
-  need(std::isfinite(r.frequency.gain_rad_m_s), what + "rule I, gain m_d", r.frequency.gain_rad_m_s,
-       "a finite number");
-  not_negative(r.frequency.saturation_m, what + "rule I, saturation [m]");
-  not_negative(r.frequency.low_pass_rad_s, what + "rule I, low-pass [rad/s]");
-  not_negative(r.length.gain_1_m, what + "rule II, gain m_z");
-  need(r.length.limit > 0.0 && r.length.limit < 1.0, what + "rule II, limit of the step length",
-       r.length.limit, "within (0, 1)");
-  not_negative(r.phase.gain_1_s, what + "rule III, gain k");
-  not_negative(r.phase.leader_gain_1_s, what + "rule III, gain alpha to the leader");
-  not_negative(r.heading.gain, what + "rule IV, gain");
-  positive(r.heading.ahead_m, what + "rule IV, distance of the sliding goal [m]");
-  not_negative(r.heading.low_pass_s, what + "rule IV, low-pass [s]");
-  not_negative(r.heading.spread_rad, what + "rule IV, spread [rad]");
 }
 
 /// Checks that steps of dt follow the fastest error of n coupled agents.
@@ -149,10 +107,7 @@ double fastest(const Table& t, int first, int count) {
 
 }  // namespace
 
-Crowd::Crowd(const CrowdSettings& settings) {
-  check(settings);
-  impl_ = std::make_unique<Impl>(settings);
-}
+Crowd::Crowd(const CrowdSettings& settings) : impl_(std::make_unique<Impl>(settings)) {}
 Crowd::~Crowd() = default;
 Crowd::Crowd(Crowd&&) noexcept = default;
 Crowd& Crowd::operator=(Crowd&&) noexcept = default;
@@ -173,7 +128,7 @@ GroupRows& Crowd::Impl::group_at(int row) {
 
 int Crowd::add_group(const GroupSettings& settings) {
   const int number = groups();
-  check(settings.rules, name_of(number));
+  check_edges(settings.rules);
   GroupRows g{settings};
   g.first = size();
   impl_->groups.push_back(std::move(g));
@@ -182,7 +137,7 @@ int Crowd::add_group(const GroupSettings& settings) {
 
 void Crowd::set_rules(int group, const Rules& rules) {
   GroupRows& g = impl_->groups.at(static_cast<std::size_t>(group));
-  check(rules, name_of(group));
+  check_edges(rules);
   const GroupSettings next{rules, g.settings.gait, g.settings.path, g.settings.sway};
   check_stiffness(next, dt_s(), g.count + g.outside.count, fastest(impl_->table, g.first, g.count),
                   name_of(group));
@@ -332,5 +287,96 @@ std::span<const float> Crowd::length() const { return impl_->table.length; }
 Agent Crowd::agent(int row) const { return impl_->table.get(row); }
 
 Crowd::Contacts Crowd::contacts() const { return impl_->contacts; }
+
+GroupSums operator+(const GroupSums& a, const GroupSums& b) {
+  const GroupSums& first = a.leader <= b.leader ? a : b;
+  return {a.count + b.count,     a.cos_phase + b.cos_phase,     a.sin_phase + b.sin_phase,
+          a.error_m + b.error_m, a.cos_heading + b.cos_heading, a.sin_heading + b.sin_heading,
+          first.leader,          first.leader_phase_rad};
+}
+
+std::size_t Table::bytes_per_row() const {
+  std::size_t bytes = 0;
+  for_each_column(const_cast<Table&>(*this), [&](auto& column) { bytes += sizeof(column[0]); });
+  return bytes;
+}
+
+Agent Table::get(int row) const {
+  const auto i = static_cast<std::size_t>(row);
+  Agent a{id[i], role[i], {}, {}};
+  a.state = {{x[i], y[i]},  {vx[i], vy[i]},  heading[i],  phase[i],  length[i],
+             phase_rate[i], heading_rate[i], smoothed[i], pressed[i]};
+  a.traits = {omega[i], stride[i], radius[i], place[i], lane[i], {goal_x[i], goal_y[i]}};
+  return a;
+}
+
+void Table::set(int row, const Agent& agent) {
+  const auto i = static_cast<std::size_t>(row);
+  id[i] = agent.id;
+  role[i] = agent.role;
+  set_state(row, agent.state);
+  set_traits(row, agent.traits);
+}
+
+void Table::set_state(int row, const AgentState& s) {
+  const auto i = static_cast<std::size_t>(row);
+  x[i] = s.position_W_m.x();
+  y[i] = s.position_W_m.y();
+  vx[i] = static_cast<float>(s.velocity_W_m_s.x());
+  vy[i] = static_cast<float>(s.velocity_W_m_s.y());
+  heading[i] = s.heading_rad;
+  phase[i] = s.phase_rad;
+  length[i] = static_cast<float>(s.length);
+  phase_rate[i] = s.phase_rate_rad_s;
+  heading_rate[i] = s.heading_rate_rad_s;
+  pressed[i] = static_cast<std::uint8_t>(std::clamp(s.pressed, 0, AgentState::kMostPressed));
+  smoothed[i] = s.smoothed_error_m;
+}
+
+void Table::set_traits(int row, const AgentTraits& t) {
+  const auto i = static_cast<std::size_t>(row);
+  omega[i] = t.omega_rad_s;
+  stride[i] = static_cast<float>(t.stride);
+  radius[i] = static_cast<float>(t.radius_m);
+  place[i] = t.place_m;
+  lane[i] = t.lane_m;
+  goal_x[i] = t.goal_W_m.x();
+  goal_y[i] = t.goal_W_m.y();
+}
+
+void Table::merge(int first, int count, std::span<const Agent> sorted) {
+  const int more = static_cast<int>(sorted.size()), n = size();
+  const auto wide = static_cast<std::size_t>(n + more);
+  for_each_column(*this, [&](auto& column) {
+    column.resize(wide);
+    const auto end = column.begin() + first + count;
+    std::copy_backward(end, column.begin() + n, column.end());
+  });
+  // From the back, so that no row is overwritten before it has moved.
+  int old = first + count - 1, fresh = more - 1;
+  for (int to = first + count + more - 1; fresh >= 0; --to) {
+    const auto t = static_cast<std::size_t>(to);
+    if (old >= first &&
+        id[static_cast<std::size_t>(old)] > sorted[static_cast<std::size_t>(fresh)].id) {
+      for_each_column(*this, [&](auto& c) { c[t] = c[static_cast<std::size_t>(old)]; });
+      --old;
+    } else {
+      set(to, sorted[static_cast<std::size_t>(fresh--)]);
+    }
+  }
+}
+
+void Table::erase(std::span<const int> rows) {
+  if (rows.empty()) return;
+  for_each_column(*this, [&](auto& column) {
+    auto to = static_cast<std::size_t>(rows[0]);
+    for (std::size_t k = 0; k < rows.size(); ++k) {
+      const auto from = static_cast<std::size_t>(rows[k]) + 1;
+      const auto end = k + 1 < rows.size() ? static_cast<std::size_t>(rows[k + 1]) : column.size();
+      for (std::size_t i = from; i < end; ++i) column[to++] = column[i];
+    }
+    column.resize(to);
+  });
+}
 
 }  // namespace mimesis::crowd

@@ -28,14 +28,6 @@ struct GroupSettings {
   HeadingSway sway{};  ///< sway of lane and consensus headings
 };
 
-struct Pillar {
-  Eigen::Vector2d position_W_m;
-  double radius_m;
-};
-struct Wall {
-  Eigen::Vector2d from_W_m, to_W_m;
-};
-
 /// Navigation [M18 eq. 3.24-3.27] of groups whose heading rule says `avoid`, and the bounds of
 /// their velocities that keep discs apart. An agent that is held back marks time: its phase
 /// continues.
@@ -67,14 +59,14 @@ struct CrowdSettings {
 /// nor on the instruction set. A step does not allocate, once one has run.
 class Crowd {
  public:
-  /// @throws ConfigError for values out of range
+  /// @pre faults(Scenario) finds none in the rules, here and below
   explicit Crowd(const CrowdSettings& settings);
   ~Crowd();
   Crowd(Crowd&&) noexcept;
   Crowd& operator=(Crowd&&) noexcept;
 
   /// Number of the new group, from 0.
-  /// @throws ConfigError for rules out of range
+  /// @throws ConfigError for edges that are none
   int add_group(const GroupSettings& settings);
   /// At run time. @throws ConfigError as `add_group`, and where a gain is too large for dt; nothing
   /// has changed then.
@@ -100,8 +92,7 @@ class Crowd {
   std::optional<Agent> find(AgentId id) const;
   std::optional<int> group_of(AgentId id) const;
 
-  /// Replaces all.
-  /// @throws ConfigError for values that are not finite or a radius that is not positive
+  /// Replaces all. @throws ConfigError if they are too large
   void set_obstacles(std::span<const Pillar> pillars, std::span<const Wall> walls);
 
   /// Sums over own and external agents of a group, of the present state.

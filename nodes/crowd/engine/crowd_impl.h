@@ -29,7 +29,7 @@ struct GroupRows {
                 phase = frequency, heading = frequency;
   // Sums of the present state, if they are known.
   bool summed = false;
-  WalkSums sums{};
+  GroupSums sums{};
   // χ of the consensus.
   bool has_chi = false;
   double chi_rad = 0.0;
@@ -43,9 +43,8 @@ struct Crowd::Impl {
   // Scratch, by row.
   std::vector<double> pull, frequency_error, length_error, turn, nodes_a, nodes_b, nodes_out;
   std::vector<double> wished_rate, wished_length, wished_turn, wish_x, wish_y;
-  std::vector<WalkSums> parts;
+  std::vector<GroupSums> parts;
   std::vector<WalkField> fields;  // by group
-  // Navigation.
   Obstacles obstacles;
   Grid grid;
   bool avoiding = false;               // some group does
@@ -62,9 +61,8 @@ struct Crowd::Impl {
   void prepare(GroupRows& group);
   bool leads_from_outside(const GroupRows& group) const;
   void resize_scratch();
-  const WalkSums& sums_of(GroupRows& group, parallel::Team* team);
-  GroupSums group_sums(const GroupRows& group, const WalkSums& sums) const;
-  WalkField field(GroupRows& group, parallel::Team* team);
+  GroupSums sums_of(GroupRows& group);
+  WalkField field(GroupRows& group);
   void couple_phases(const GroupRows& group, const GroupSums& total, WalkField& field);
   void couple_spacing(const GroupRows& group, const CouplingGraph& graph,
                       std::vector<double>& error);

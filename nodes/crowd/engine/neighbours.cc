@@ -49,29 +49,12 @@ void Grid::build(const Table& t, const std::vector<std::uint8_t>& avoids, double
   fastest_ = std::sqrt(static_cast<double>(fastest));
 }
 
-namespace {
-
-constexpr std::int64_t kMostCells = 10'000'000;
-
-}  // namespace
-
 Obstacles::Obstacles(std::span<const Pillar> pillars, std::span<const Wall> walls, double reach_m)
     : cell_m_(reach_m) {
-  for (const Pillar& p : pillars) {
-    if (!p.position_W_m.allFinite() || !std::isfinite(p.radius_m) || p.radius_m <= 0.0) {
-      throw ConfigError("crowd: pillar " + std::to_string(shapes_.size()) +
-                        ": expected a finite position and a radius above 0");
-    }
-    shapes_.push_back({p.position_W_m, p.position_W_m, p.radius_m});
-  }
-  for (const Wall& w : walls) {
-    if (!w.from_W_m.allFinite() || !w.to_W_m.allFinite()) {
-      throw ConfigError("crowd: wall " + std::to_string(shapes_.size() - pillars.size()) +
-                        ": expected finite ends");
-    }
-    shapes_.push_back({w.from_W_m, w.to_W_m, 0.0});
-  }
-  // All cells that meet the box around the shape and its reach.
+  for (const Pillar& p : pillars) shapes_.push_back({p.position_W_m, p.position_W_m, p.radius_m});
+  for (const Wall& w : walls) shapes_.push_back({w.from_W_m, w.to_W_m, 0.0});
+  constexpr std::int64_t kMostCells = 10'000'000;
+  // Every cell that the box around what is within reach of the shape meets.
   std::vector<std::pair<Cell, int>> places;
   std::int64_t total = 0;
   for (std::size_t s = 0; s < shapes_.size(); ++s) {

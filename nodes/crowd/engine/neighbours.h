@@ -69,7 +69,7 @@ class Grid {
 /// Pillars and walls, by the cells from which they are within reach.
 class Obstacles {
  public:
-  /// @throws ConfigError for values that are not finite, and radii that are not positive
+  /// @throws ConfigError if they are too large
   Obstacles(std::span<const Pillar> pillars, std::span<const Wall> walls, double reach_m);
   Obstacles() = default;
 

@@ -4,8 +4,10 @@
 #include <utility>
 
 #include "common/math/circle.h"
+#include "common/math/vector_clones.h"
 #include "common/parallel/team.h"
 #include "nodes/crowd/engine/crowd_impl.h"
+#include "nodes/crowd/engine/walk_rows.h"
 #include "nodes/crowd/rules/rules.h"
 
 namespace mimesis::crowd {
@@ -45,6 +47,24 @@ std::span<double> first_of(std::vector<double>& values, int n) {
 }
 
 }  // namespace
+
+void WalkField::set_gait(const SpeedFunction& gait, const HeadingSway& of_heading) {
+  mean_g = gait.mean();
+  std::copy_n(gait.cosine().begin(), cosine.size(), cosine.begin());
+  std::copy_n(gait.sine().begin(), sine.size(), sine.begin());
+  sway = of_heading;
+  sways = !sway.none();
+}
+
+MIMESIS_VECTOR_CLONES
+GroupSums walk_sums(const WalkField& field, const Table& table, int first, int last) {
+  return rows::sum_rows(field, table, first, last);
+}
+
+MIMESIS_VECTOR_CLONES
+GroupSums walk(const WalkField& field, Table& table, int first, int last) {
+  return rows::walk_rows(field, table, first, last);
+}
 
 void Crowd::Impl::resize_scratch() {
   const auto n = static_cast<std::size_t>(table.size());
@@ -114,24 +134,21 @@ bool Crowd::Impl::leads_from_outside(const GroupRows& g) const {
   return g.outside.leader < own;
 }
 
-const WalkSums& Crowd::Impl::sums_of(GroupRows& g, parallel::Team*) {
-  if (g.summed) return g.sums;
-  WalkField f;
-  f.origin_x = g.settings.path.origin_W_m.x();
-  f.origin_y = g.settings.path.origin_W_m.y();
-  f.along_x = std::cos(g.settings.path.direction_rad);
-  f.along_y = std::sin(g.settings.path.direction_rad);
-  f.mixed = g.mixed;
-  g.sums = {};
-  for (int row = g.first; row < g.first + g.count; row += kChunk) {
-    g.sums.add(walk_sums(f, table, row, std::min(row + kChunk, g.first + g.count)));
+GroupSums Crowd::Impl::sums_of(GroupRows& g) {
+  if (!g.summed) {
+    WalkField f;
+    f.origin_x = g.settings.path.origin_W_m.x();
+    f.origin_y = g.settings.path.origin_W_m.y();
+    f.along_x = std::cos(g.settings.path.direction_rad);
+    f.along_y = std::sin(g.settings.path.direction_rad);
+    f.mixed = g.mixed;
+    g.sums = {};
+    for (int row = g.first; row < g.first + g.count; row += kChunk) {
+      g.sums = g.sums + walk_sums(f, table, row, std::min(row + kChunk, g.first + g.count));
+    }
+    g.summed = true;
   }
-  g.summed = true;
-  return g.sums;
-}
-
-GroupSums Crowd::Impl::group_sums(const GroupRows& g, const WalkSums& s) const {
-  GroupSums sums{s.count, s.cos_phase, s.sin_phase, s.error, s.cos_heading, s.sin_heading};
+  GroupSums sums = g.sums;
   if (g.leader_row >= 0) {
     sums.leader = table.id[static_cast<std::size_t>(g.leader_row)];
     sums.leader_phase_rad = table.phase[static_cast<std::size_t>(g.leader_row)];
@@ -226,8 +243,8 @@ void Crowd::Impl::couple_headings(GroupRows& g, const GroupSums& total, WalkFiel
   f.turn = turn.data();
 }
 
-WalkField Crowd::Impl::field(GroupRows& g, parallel::Team* team) {
-  const GroupSums total = group_sums(g, sums_of(g, team)) + g.outside;
+WalkField Crowd::Impl::field(GroupRows& g) {
+  const GroupSums total = sums_of(g) + g.outside;
   const Rules& r = g.settings.rules;
   WalkField f;
   f.dt = settings.dt_s;
@@ -281,7 +298,7 @@ void Crowd::Impl::walk_group(GroupRows& g, const WalkField& f, parallel::Team* t
   };
   parallel::for_each(team, chunks, walk_chunk);
   g.sums = {};
-  for (int c = 0; c < chunks; ++c) g.sums.add(parts[static_cast<std::size_t>(c)]);
+  for (int c = 0; c < chunks; ++c) g.sums = g.sums + parts[static_cast<std::size_t>(c)];
   g.summed = f.wish_x == nullptr;
 }
 
@@ -291,7 +308,7 @@ void Crowd::step(parallel::Team* team) {
       c.groups, [](const GroupRows& g) { return g.settings.rules.heading.avoid && g.count > 0; });
   c.resize_scratch();
   for (GroupRows& g : c.groups) c.prepare(g);
-  for (std::size_t k = 0; k < c.groups.size(); ++k) c.fields[k] = c.field(c.groups[k], team);
+  for (std::size_t k = 0; k < c.groups.size(); ++k) c.fields[k] = c.field(c.groups[k]);
   if (c.avoiding) c.steer_all(team);
   for (std::size_t k = 0; k < c.groups.size(); ++k) c.walk_group(c.groups[k], c.fields[k], team);
   c.contacts = {};
@@ -302,7 +319,7 @@ void Crowd::step(parallel::Team* team) {
 GroupSums Crowd::sums(int group) const {
   GroupRows& g = impl_->groups.at(static_cast<std::size_t>(group));
   impl_->prepare(g);
-  return impl_->group_sums(g, impl_->sums_of(g, nullptr));
+  return impl_->sums_of(g);
 }
 
 std::optional<Crowd::Wish> Crowd::wish(AgentId id) const {

@@ -43,17 +43,11 @@ struct WalkField {
   void set_gait(const SpeedFunction& gait, const HeadingSway& of_heading);
 };
 
-/// Sums over own and external rows; lanes are added in a fixed order.
-struct WalkSums {
-  double count = 0.0, cos_phase = 0.0, sin_phase = 0.0, error = 0.0, cos_heading = 0.0,
-         sin_heading = 0.0;
-  void add(const WalkSums& other);
-};
-
 /// Rows [first, last) one step on. All pointers of the field are indexed by row. Returns the sums
-/// of the new state; with wishes nothing.
-WalkSums walk(const WalkField& field, Table& table, int first, int last);
+/// of the new state over own and external rows, lanes added in a fixed order, without a leader;
+/// with wishes nothing.
+GroupSums walk(const WalkField& field, Table& table, int first, int last);
 /// The sums without a step.
-WalkSums walk_sums(const WalkField& field, const Table& table, int first, int last);
+GroupSums walk_sums(const WalkField& field, const Table& table, int first, int last);
 
 }  // namespace mimesis::crowd

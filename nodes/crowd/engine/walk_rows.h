@@ -262,13 +262,12 @@ MIMESIS_PART void add_sums(const WalkField& f, const Table& t, int row, int m, C
   add_to(sums.sin_heading, sh, m);
 }
 
-MIMESIS_PART WalkSums totals(const Lanes& sums) {
+MIMESIS_PART GroupSums totals(const Lanes& sums) {
   return {total(sums.count), total(sums.cos_phase),   total(sums.sin_phase),
           total(sums.error), total(sums.cos_heading), total(sums.sin_heading)};
 }
 
-/// Body of `walk_sums`.
-MIMESIS_PART WalkSums sum_rows(const WalkField& f, const Table& t, int first, int last) {
+MIMESIS_PART GroupSums sum_rows(const WalkField& f, const Table& t, int first, int last) {
   Lanes sums;
   for (int row = first; row < last; row += kBlock) {
     const int m = std::min(kBlock, last - row);
@@ -327,8 +326,7 @@ MIMESIS_PART void store(Table& t, int row, int m, const Column& rate, const Colu
   for (int l = 0; l < m; ++l) heading[l] += s.heading[l];
 }
 
-/// Body of `walk`.
-MIMESIS_PART WalkSums walk_rows(const WalkField& f, Table& t, int first, int last) {
+MIMESIS_PART GroupSums walk_rows(const WalkField& f, Table& t, int first, int last) {
   Lanes sums;
   const double per_step = 1.0 / f.dt;
   const bool turns = f.heading != HeadingKind::keep || f.turn != nullptr;

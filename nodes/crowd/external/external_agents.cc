@@ -14,14 +14,6 @@ std::string text(double number) { return fmt::format("{:.3g}", number); }
 
 }  // namespace
 
-AgentReport extrapolated(const AgentReport& report, double ahead_s) {
-  AgentReport later = report;
-  later.p_W_m += ahead_s * report.speed_m_s *
-                 Eigen::Vector2d(std::cos(report.heading_rad), std::sin(report.heading_rad));
-  later.phase_rad = math::wrap_two_pi(report.phase_rad + ahead_s * report.phase_rate_rad_s);
-  return later;
-}
-
 ExternalAgents::ExternalAgents(int count, const TrustSettings& settings)
     : settings_(settings), agents_(static_cast<std::size_t>(count)) {}
 
@@ -115,8 +107,14 @@ const std::vector<ExternalAgents::Change>& ExternalAgents::update(Time now) {
   return changes_;
 }
 
+/// Goes straight on at its rates.
 AgentReport ExternalAgents::believed(int agent, Time now) const {
-  return extrapolated(at(agent).report, age_s(agent, now));
+  const double ahead_s = age_s(agent, now);
+  AgentReport report = at(agent).report;
+  report.p_W_m += ahead_s * report.speed_m_s *
+                  Eigen::Vector2d(std::cos(report.heading_rad), std::sin(report.heading_rad));
+  report.phase_rad = math::wrap_two_pi(report.phase_rad + ahead_s * report.phase_rate_rad_s);
+  return report;
 }
 
 double ExternalAgents::age_s(int agent, Time now) const {

@@ -16,9 +16,6 @@ struct AgentReport {
   double speed_m_s = 0.0;  ///< along its heading
 };
 
-/// The report `ahead_s` later, if the agent goes straight on at its rates.
-AgentReport extrapolated(const AgentReport& report, double ahead_s);
-
 struct TrustSettings {
   double stale_s = 0.3;   ///< an older report is not trusted
   double forget_s = 2.0;  ///< an agent without a fresh report for this long is gone

@@ -62,7 +62,6 @@ void PathFilter::take(const AgentReport& body, Time stamp) {
   }
 }
 
-/// Between two samples.
 PathFilter::Sample PathFilter::at(double turned_rad) const {
   const auto next = std::ranges::lower_bound(samples_, turned_rad, {}, &Sample::turned_rad);
   if (next == samples_.begin()) return samples_.front();

@@ -34,7 +34,6 @@ double outside(const std::vector<double>& cuts, int i, double x) {
   return std::max({low - x, x - high, 0.0});
 }
 
-/// Where an agent is `ahead_s` later at its rates.
 AgentState later(AgentState state, double ahead_s) {
   if (ahead_s == 0.0) return state;
   state.position_W_m += ahead_s * state.velocity_W_m_s;
@@ -318,7 +317,6 @@ std::string FarCrowd::import(ScenarioRun& run, Time now) {
     if (!traveller) continue;
     imported_[id] = {traveller->group, Role::mirror, round_};
     since_.erase(id);
-    ++given_back_;
   }
   mark_cells(crowd);
   joining_.resize(static_cast<std::size_t>(crowd.groups()));
@@ -350,7 +348,6 @@ std::string FarCrowd::import(ScenarioRun& run, Time now) {
   return trouble;
 }
 
-/// Refreshes an agent that is here already, or lets it join.
 void FarCrowd::import(ScenarioRun& run, const FarAgent& agent) {
   Crowd& crowd = run.crowd();
   const Role role = role_of(agent, run.whole(agent.group));

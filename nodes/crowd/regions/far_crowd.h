@@ -102,12 +102,10 @@ class FarCrowd {
   void adopt(ScenarioRun& run, const Traveller& traveller, Time now);
   /// Our run begins where others are at work: all that it began with is theirs.
   void abandon(ScenarioRun& run);
-  /// If two coordinators claim an agent, after an interrupted connection, the first one keeps it.
-  /// Returns the number of agents given back since the start.
-  std::uint64_t given_back() const { return given_back_; }
 
-  /// Extrapolates the others' reports to `now`, the time of the run's present state, and adds them
-  /// to the run. Returns why a group cannot take them, or empty: it continues without.
+  /// Where two claim an agent, the first coordinator has it: after silence on the way, not death.
+  /// Brings what others said to time `now`, that of the run's present state, and into the run. Why
+  /// a group cannot take them, or empty: it goes on without.
   std::string import(ScenarioRun& run, Time now);
   /// All agents of others as of the last import.
   std::span<const FarAgent> agents() const { return agents_; }
@@ -138,7 +136,6 @@ class FarCrowd {
   std::vector<bool> ran_;                    // had begun, by number
   std::unordered_map<AgentId, Time> since_;  // agents are ours that were not at the start
   std::vector<AgentId> claimed_;
-  std::uint64_t given_back_ = 0;
   std::vector<Passing> passing_;
   std::vector<FarAgent> agents_;
   std::unordered_map<AgentId, Imported> imported_;

@@ -77,6 +77,15 @@ struct NavigationParams {
   double keep_right_rad = 0.1;
 };
 
+/// What stands in the way of all.
+struct Pillar {
+  Eigen::Vector2d position_W_m = Eigen::Vector2d::Zero();
+  double radius_m = 0.3;
+};
+struct Wall {
+  Eigen::Vector2d from_W_m = Eigen::Vector2d::Zero(), to_W_m = from_W_m;
+};
+
 /// Rules by which agents of one group react to each other.
 struct Rules {
   FrequencyRule frequency{};

@@ -50,7 +50,6 @@ int Roster::external(AgentId id) const {
 
 namespace {
 
-/// The scenario, if it can run.
 const Scenario& sound(const Scenario& scenario) {
   const std::vector<Fault> found = faults(scenario);
   if (found.empty()) return scenario;
@@ -90,13 +89,7 @@ ScenarioRun::ScenarioRun(const Scenario& scenario, const Mine& mine)
   beat_from_rad_ = scenario_.beat.phase_rad;
   for (const Group& group : scenario_.groups) add_group(group);
   outside_.resize(scenario_.groups.size());
-  std::vector<Pillar> pillars;
-  for (const PillarSpec& p : scenario_.pillars) pillars.push_back({{p.x_m, p.y_m}, p.radius_m});
-  std::vector<Wall> walls;
-  for (const WallSpec& w : scenario_.walls) {
-    walls.push_back({{w.from_x_m, w.from_y_m}, {w.to_x_m, w.to_y_m}});
-  }
-  crowd_.set_obstacles(pillars, walls);
+  crowd_.set_obstacles(scenario_.pillars, scenario_.walls);
   populate(mine);
   hear_beat();
 }

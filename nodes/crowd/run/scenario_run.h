@@ -9,7 +9,6 @@
 
 #include "nodes/crowd/engine/agent.h"
 #include "nodes/crowd/engine/crowd.h"
-#include "nodes/crowd/scenario/arrangement.h"
 #include "nodes/crowd/scenario/scenario.h"
 
 namespace mimesis::crowd {
@@ -59,7 +58,6 @@ struct Traveller {
 class ScenarioRun {
  public:
   using Mine = std::function<bool(const Eigen::Vector2d& p_W_m)>;
-  /// Agent `id` went over from one group to another.
   struct Switch {
     AgentId id;
     int from, to;

@@ -71,7 +71,6 @@ bool has_zone(const Scenario& scenario, const std::string& group) {
   });
 }
 
-/// People gather between these groups.
 bool is_gate(const Scenario& scenario, int from, int to) {
   return std::ranges::any_of(scenario.zones, [&](const Zone& zone) {
     return zone.gather > 1 && zone.to == scenario.groups[at(to)].name &&
@@ -281,7 +280,6 @@ void Watch::observe(const ScenarioRun& run, double time_s, std::span<const Obser
   if (order && since_s_ < 0.0) since_s_ = time_s;
 }
 
-/// Errors of one group, with its members at hand.
 void Watch::measure(const ScenarioRun& run, int group, double time_s) {
   Kept& kept = groups_[at(group)];
   GroupErrors errors = kept.order.errors;

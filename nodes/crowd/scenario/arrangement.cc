@@ -1,5 +1,3 @@
-#include "nodes/crowd/scenario/arrangement.h"
-
 #include <Eigen/Geometry>
 #include <cmath>
 #include <numbers>
@@ -9,6 +7,7 @@
 
 #include "common/error.h"
 #include "common/math/circle.h"
+#include "nodes/crowd/scenario/scenario.h"
 
 namespace mimesis::crowd {
 namespace {
@@ -147,12 +146,13 @@ FormationPlace place_of(const Formation& f, int i, int count) {
   return {};
 }
 
-}  // namespace
-
+/// A point of the path's frame P in W.
 Eigen::Vector2d in_world(const Group& group, double z_m, double lane_m) {
   return Eigen::Vector2d(group.origin_x_m, group.origin_y_m) +
          Eigen::Rotation2Dd(group.heading_rad) * Eigen::Vector2d(z_m, lane_m);
 }
+
+}  // namespace
 
 std::vector<AgentStart> starts(const Group& group, double eigenfrequency_rad_s,
                                std::uint64_t seed) {

@@ -6,7 +6,6 @@
 #include <sstream>
 
 #include "common/error.h"
-#include "nodes/crowd/scenario/arrangement.h"
 
 namespace mimesis::crowd {
 
@@ -323,10 +322,8 @@ class Checker {
       if (!(s_.pillars[i].radius_m > 0.0)) add(at("pillars", i) + ".radius_m", "not above 0");
     }
     for (std::size_t i = 0; i < s_.walls.size(); ++i) {
-      const WallSpec& w = s_.walls[i];
-      if (w.from_x_m == w.to_x_m && w.from_y_m == w.to_y_m) {
-        add(at("walls", i), "ends where it begins; a pillar is round");
-      }
+      if (s_.walls[i].from_W_m != s_.walls[i].to_W_m) continue;
+      add(at("walls", i), "ends where it begins; a pillar is round");
     }
   }
 

@@ -1,4 +1,5 @@
 #pragma once
+#include <Eigen/Core>
 #include <cstdint>
 #include <string>
 #include <string_view>
@@ -111,14 +112,6 @@ struct Rhythm {
   std::string agent{};  ///< external agent whose gait it is, such as a robot; continues without it
 };
 
-struct PillarSpec {
-  double x_m = 0.0, y_m = 0.0, radius_m = 0.3;
-};
-
-struct WallSpec {
-  double from_x_m = 0.0, from_y_m = 0.0, to_x_m = 0.0, to_y_m = 0.0;
-};
-
 /// From `at_s` on the group has these rules, and this gait if it names one.
 struct Change {
   double at_s = 0.0;
@@ -160,8 +153,8 @@ struct Scenario {
   Rhythm beat{};
   std::vector<Gait> gaits{};
   std::vector<Group> groups{};
-  std::vector<PillarSpec> pillars{};
-  std::vector<WallSpec> walls{};
+  std::vector<Pillar> pillars{};
+  std::vector<Wall> walls{};
   std::vector<Change> schedule{};  ///< in the order of time
   std::vector<Zone> zones{};
   std::vector<Encounter> encounters{};
@@ -176,6 +169,34 @@ struct Scenario {
   /// Agents may come to this group while it runs: through zones, encounters or from outside.
   bool grows(std::string_view wanted) const;
 };
+
+/// State of an agent at time 0.
+struct AgentStart {
+  Eigen::Vector2d p_W_m = Eigen::Vector2d::Zero();
+  double heading_rad = 0.0;  ///< in W, (-π, π]
+  double phase_rad = 0.0;    ///< [0, 2π)
+  double eigenfrequency_rad_s = 0.0;
+};
+
+/// Place of an agent in its formation: dᵢ ahead of agents with d = 0, ξᵢ to the left of the path.
+struct FormationPlace {
+  double place_m = 0.0;
+  double lane_m = 0.0;
+};
+
+/// How the group begins. Same seed, same bits; agents drawn one after the other, so that a larger
+/// group begins like a smaller one unless its grid is wider.
+/// @param eigenfrequency_rad_s  ω₀ of the group's gait
+/// @throws ConfigError if a box is too small for its agents
+std::vector<AgentStart> starts(const Group& group, double eigenfrequency_rad_s, std::uint64_t seed);
+
+/// Places of the group's agents; zeros for Shape::none. Distances of pairs are summed along a tree
+/// from agent 0, whose place is 0. @throws ConfigError for distances that are inconsistent or leave
+/// an agent without a place
+std::vector<FormationPlace> places(const Group& group);
+
+/// First goal of each agent in W [m]; empty for Aim::none.
+std::vector<Eigen::Vector2d> first_goals(const Group& group, const std::vector<AgentStart>& from);
 
 /// Something a scenario must not be, where ("groups.0.rules.frequency.gain_rad_m_s") and why, in
 /// the terms of the theory.

@@ -20,60 +20,15 @@ constexpr double kFar_m = 1e5, kLong_s = 1e5, kAngle_rad = 6.3;
 // Gains may be negative here: theory refuses them, with its reason (faults).
 constexpr double kGain = 1e4;
 
-template <class Enum, std::size_t N>
-using Names = std::array<std::pair<Enum, std::string_view>, N>;
-
-/// A visited word that stands for an enum.
-template <class Enum, std::size_t N, std::size_t... I>
-void word(ParamVisitor& v, std::string_view key, Enum& value, const Names<Enum, N>& names,
-          std::index_sequence<I...>) {
-  std::string text;
-  for (const auto& [meaning, name] : names) {
-    if (meaning == value) text = name;
-  }
-  v(key, text, {names[I].second...});
-  for (const auto& [meaning, name] : names) {
-    if (name == text) value = meaning;
-  }
+/// A visited word that stands for an enum, by the names of its values in their order.
+template <class Enum, class... Name>
+void word(ParamVisitor& v, std::string_view key, Enum& value, const Name&... names) {
+  const std::array<std::string_view, sizeof...(names)> all{names...};
+  std::string text(all.at(static_cast<std::size_t>(value)));
+  v(key, text, {names...});
+  const auto found = std::ranges::find(all, text);
+  if (found != all.end()) value = static_cast<Enum>(found - all.begin());
 }
-
-template <class Enum, std::size_t N>
-void word(ParamVisitor& v, std::string_view key, Enum& value, const Names<Enum, N>& names) {
-  word(v, key, value, names, std::make_index_sequence<N>{});
-}
-
-constexpr Names<Topology, 6> kTopologies{{{Topology::none, "none"},
-                                          {Topology::chain, "chain"},
-                                          {Topology::ring, "ring"},
-                                          {Topology::star, "star"},
-                                          {Topology::wheel, "wheel"},
-                                          {Topology::all_to_all, "all_to_all"}}};
-constexpr Names<HeadingKind, 5> kHeadings{{{HeadingKind::keep, "keep"},
-                                           {HeadingKind::lane, "lane"},
-                                           {HeadingKind::consensus, "consensus"},
-                                           {HeadingKind::coupled, "coupled"},
-                                           {HeadingKind::goal, "goal"}}};
-constexpr Names<Arrangement, 6> kArrangements{{{Arrangement::line, "line"},
-                                               {Arrangement::row, "row"},
-                                               {Arrangement::grid, "grid"},
-                                               {Arrangement::circle, "circle"},
-                                               {Arrangement::box, "box"},
-                                               {Arrangement::listed, "listed"}}};
-constexpr Names<PhaseStart, 4> kPhases{{{PhaseStart::equal, "equal"},
-                                        {PhaseStart::spread, "spread"},
-                                        {PhaseStart::random, "random"},
-                                        {PhaseStart::listed, "listed"}}};
-constexpr Names<Shape, 7> kShapes{{{Shape::none, "none"},
-                                   {Shape::line, "line"},
-                                   {Shape::row, "row"},
-                                   {Shape::grid, "grid"},
-                                   {Shape::wedge, "wedge"},
-                                   {Shape::listed, "listed"},
-                                   {Shape::distances, "distances"}}};
-constexpr Names<Aim, 4> kAims{{{Aim::none, "none"},
-                               {Aim::opposite, "opposite"},
-                               {Aim::places, "places"},
-                               {Aim::route, "route"}}};
 
 /// A list of structs through a function for one.
 template <class T, class Function>
@@ -85,7 +40,7 @@ void each(ParamVisitor& v, std::string_view key, std::vector<T>& items, const Fu
 
 void visit_graph(ParamVisitor& v, GraphSettings& graph) {
   Topology named = graph.topology == Topology::weighted ? Topology::none : graph.topology;
-  word(v, "graph", named, kTopologies);
+  word(v, "graph", named, "none", "chain", "ring", "star", "wheel", "all_to_all");
   each(v, "edges", graph.edges, [](ParamVisitor& g, Edge& edge) {
     g("i", edge.i, 0, 1'000'000);
     g("j", edge.j, 0, 1'000'000);
@@ -113,7 +68,7 @@ void visit_rules(ParamVisitor& v, Rules& rules) {
     g("leader_gain_1_s", rules.phase.leader_gain_1_s, -kGain, kGain);
   });
   v.group("heading", [&](ParamVisitor& g) {
-    word(g, "kind", rules.heading.kind, kHeadings);
+    word(g, "kind", rules.heading.kind, "keep", "lane", "consensus", "coupled", "goal");
     visit_graph(g, rules.heading.graph);
     g("gain", rules.heading.gain, -kGain, kGain);
     g("ahead_m", rules.heading.ahead_m, 0.0, kFar_m);
@@ -134,7 +89,7 @@ void visit_gait(ParamVisitor& v, Gait& gait) {
 }
 
 void visit_start(ParamVisitor& v, Start& start) {
-  word(v, "arrangement", start.arrangement, kArrangements);
+  word(v, "arrangement", start.arrangement, "line", "row", "grid", "circle", "box", "listed");
   v("spacing_m", start.spacing_m, 0.0, kFar_m);
   v("across_m", start.across_m, 0.0, kFar_m);
   v("columns", start.columns, 0, 1'000'000);
@@ -143,12 +98,12 @@ void visit_start(ParamVisitor& v, Start& start) {
   v("width_m", start.width_m, 0.0, kFar_m);
   v("jitter_m", start.jitter_m, 0.0, kFar_m);
   v("position_m", start.position_m, -kFar_m, kFar_m, 0);
-  word(v, "phase", start.phase, kPhases);
+  word(v, "phase", start.phase, "equal", "spread", "random", "listed");
   v("phase_rad", start.phase_rad, -kAngle_rad, kAngle_rad, 0);
 }
 
 void visit_formation(ParamVisitor& v, Formation& formation) {
-  word(v, "shape", formation.shape, kShapes);
+  word(v, "shape", formation.shape, "none", "line", "row", "grid", "wedge", "listed", "distances");
   v("spacing_m", formation.spacing_m, 0.0, kFar_m);
   v("across_m", formation.across_m, 0.0, kFar_m);
   v("columns", formation.columns, 0, 1'000'000);
@@ -162,7 +117,7 @@ void visit_formation(ParamVisitor& v, Formation& formation) {
 }
 
 void visit_goals(ParamVisitor& v, Goals& goals) {
-  word(v, "aim", goals.aim, kAims);
+  word(v, "aim", goals.aim, "none", "opposite", "places", "route");
   v("position_m", goals.position_m, -kFar_m, kFar_m, 0);
   v("loop", goals.loop);
   v("reached_m", goals.reached_m, 0.01, 100.0);
@@ -185,16 +140,16 @@ void visit_group(ParamVisitor& v, Group& group) {
 }
 
 void visit_obstacles(ParamVisitor& v, Scenario& s) {
-  each(v, "pillars", s.pillars, [](ParamVisitor& g, PillarSpec& pillar) {
-    g("x_m", pillar.x_m, -kFar_m, kFar_m);
-    g("y_m", pillar.y_m, -kFar_m, kFar_m);
+  each(v, "pillars", s.pillars, [](ParamVisitor& g, Pillar& pillar) {
+    g("x_m", pillar.position_W_m.x(), -kFar_m, kFar_m);
+    g("y_m", pillar.position_W_m.y(), -kFar_m, kFar_m);
     g("radius_m", pillar.radius_m, 0.0, kFar_m);
   });
-  each(v, "walls", s.walls, [](ParamVisitor& g, WallSpec& wall) {
-    g("from_x_m", wall.from_x_m, -kFar_m, kFar_m);
-    g("from_y_m", wall.from_y_m, -kFar_m, kFar_m);
-    g("to_x_m", wall.to_x_m, -kFar_m, kFar_m);
-    g("to_y_m", wall.to_y_m, -kFar_m, kFar_m);
+  each(v, "walls", s.walls, [](ParamVisitor& g, Wall& wall) {
+    g("from_x_m", wall.from_W_m.x(), -kFar_m, kFar_m);
+    g("from_y_m", wall.from_W_m.y(), -kFar_m, kFar_m);
+    g("to_x_m", wall.to_W_m.x(), -kFar_m, kFar_m);
+    g("to_y_m", wall.to_W_m.y(), -kFar_m, kFar_m);
   });
 }
 
@@ -223,7 +178,6 @@ void visit_switches(ParamVisitor& v, Scenario& s) {
   });
 }
 
-/// Names of the scenarios in a folder.
 std::string known(const std::filesystem::path& folder) {
   std::vector<std::string> names;
   for (const auto& entry : std::filesystem::directory_iterator(folder)) {

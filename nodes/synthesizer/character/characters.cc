@@ -24,7 +24,7 @@ bool gets_somewhere(const Repertoire& repertoire) {
 /// Place and heading of one, relative to the centre and to the formation's heading.
 CharacterStart place(int i, int count, const Formation& f) {
   CharacterStart start;
-  if (f.arrangement == Arrangement::circle) {
+  if (f.arrangement == "circle") {
     const double radius = f.spacing_m / (2.0 * std::sin(std::numbers::pi / std::max(count, 2)));
     const double angle = math::kTwoPi * i / count;
     start.position_W_m = count > 1 ? radius * Eigen::Vector2d(std::cos(angle), std::sin(angle))
@@ -32,7 +32,7 @@ CharacterStart place(int i, int count, const Formation& f) {
     start.heading_rad = count > 1 ? math::wrap_pi(angle + std::numbers::pi) : 0.0;
     return start;
   }
-  const int columns = f.arrangement == Arrangement::row
+  const int columns = f.arrangement == "row"
                           ? count
                           : static_cast<int>(std::ceil(std::sqrt(static_cast<double>(count))));
   const int rows = (count + columns - 1) / columns;

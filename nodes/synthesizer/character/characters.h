@@ -10,7 +10,6 @@
 
 namespace mimesis::synthesizer {
 
-/// Where and how a character begins.
 struct CharacterStart {
   Eigen::Vector2d position_W_m = Eigen::Vector2d::Zero();
   double heading_rad = 0.0;
@@ -102,11 +101,9 @@ class Characters {
   MotionParameters mixed_;
 };
 
-enum class Arrangement { row, circle, grid };
-
 /// Where characters stand at the start.
 struct Formation {
-  Arrangement arrangement = Arrangement::grid;
+  std::string arrangement = "grid";                      ///< row, circle or grid
   double spacing_m = 1.2;                                ///< between neighbours [m]
   Eigen::Vector2d centre_W_m = Eigen::Vector2d::Zero();  ///< [m]
   double heading_rad = 0.0;                              ///< in W, + to the left [rad]

@@ -11,8 +11,6 @@
 
 namespace mimesis::synthesizer {
 
-namespace {}  // namespace
-
 Strike strike_between(double before_rad, double after_rad) {
   const double a = math::wrap_two_pi(before_rad), turn = math::wrap_pi(after_rad - before_rad);
   if (turn <= 0.0) return Strike::none;

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <limits>
 
-#include "common/error.h"
 #include "common/math/circle.h"
 
 namespace mimesis::synthesizer {
@@ -101,22 +100,6 @@ std::vector<Choice> most_compact(const std::vector<SelfSimilarity>& same,
   return best;
 }
 
-void check(const Eigen::MatrixXd& sources, std::span<const MotionParameters> patterns,
-           double min_similarity) {
-  if (!(min_similarity > 0.0 && min_similarity <= 1.0)) {
-    throw ConfigError("delay ambiguities: min_similarity is " + std::to_string(min_similarity) +
-                      ", expected one in (0, 1]");
-  }
-  for (const MotionParameters& p : patterns) {
-    if (p.weight_rad.cols() != sources.rows() ||
-        p.weight_rad.rows() != patterns[0].weight_rad.rows() ||
-        p.delay_rad.rows() != p.weight_rad.rows() || p.delay_rad.cols() != p.weight_rad.cols()) {
-      throw ConfigError("delay ambiguities: patterns of " + std::to_string(p.weight_rad.cols()) +
-                        " sources, expected those of the model, " + std::to_string(sources.rows()));
-    }
-  }
-}
-
 }  // namespace
 
 std::vector<SelfSimilarity> self_similarities(const Eigen::Ref<const Eigen::RowVectorXd>& source,
@@ -149,7 +132,6 @@ std::vector<SelfSimilarity> self_similarities(const Eigen::Ref<const Eigen::RowV
 Disambiguation remove_delay_ambiguities(const Eigen::MatrixXd& sources, int fixed,
                                         std::span<MotionParameters> patterns,
                                         double min_similarity) {
-  check(sources, patterns, min_similarity);
   Disambiguation done;
   if (patterns.empty()) return done;
   for (Eigen::Index k = fixed; k < sources.rows(); ++k) {

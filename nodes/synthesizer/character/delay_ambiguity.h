@@ -18,7 +18,6 @@ struct SelfSimilarity {
 std::vector<SelfSimilarity> self_similarities(const Eigen::Ref<const Eigen::RowVectorXd>& source,
                                               double min_similarity);
 
-/// Effect of removing the ambiguities.
 struct Disambiguation {
   int changed = 0;               ///< delays that now stand elsewhere, but for whole turns
   double worst_error_rad = 0.0;  ///< largest rms change of a row's component, |w|·√(1−ρ²)
@@ -32,7 +31,7 @@ struct Disambiguation {
 /// a row and source is then moved by whole turns to a mean in [−π, π]. Sources below `fixed` and
 /// rows whose delays agree (tied delays) stay as they are.
 /// `sources`: K×T, of the model. O(R·K·P²·E) for P patterns and E equivalents.
-/// @throws ConfigError if the sizes do not fit or min_similarity is outside (0, 1].
+/// @pre sizes that fit, min_similarity within (0, 1]
 Disambiguation remove_delay_ambiguities(const Eigen::MatrixXd& sources, int fixed,
                                         std::span<MotionParameters> patterns,
                                         double min_similarity = 0.95);

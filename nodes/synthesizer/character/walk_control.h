@@ -7,7 +7,6 @@
 
 namespace mimesis::synthesizer {
 
-/// Settings of a character's walk to a goal.
 struct WalkSettings {
   double dt_s = 1.0 / 60.0;
   double style_beta = 0.2;      ///< β of event-based transitions [M18 eq. 3.23] [1]

@@ -51,7 +51,6 @@ struct CharacterBatch::Data {
         tied(model.tied),
         body(model.body) {}
 
-  /// The series of character i.
   float* series(int i) {
     MIMESIS_ASSERT(options.individual && i >= 0 && i < count);
     return own.data() + static_cast<std::size_t>(i) * static_cast<std::size_t>(maker.size());
@@ -101,11 +100,7 @@ struct CharacterBatch::Data {
 
 CharacterBatch::CharacterBatch(const motion::MotionModel& model, int count,
                                const CharacterOptions& options) {
-  if (count < 1)
-    throw ConfigError("characters: " + std::to_string(count) + ", expected at least 1");
-  if (!(options.dt_s > 0.0 && options.dt_s <= 0.1)) {
-    throw ConfigError("dt_s: " + std::to_string(options.dt_s) + " is outside (0, 0.1]");
-  }
+  MIMESIS_ASSERT(count >= 1 && options.dt_s > 0.0 && options.dt_s <= 0.1);
   data_ = std::make_unique<Data>(model, count, options);
   Data& d = *data_;
   d.parts = static_cast<int>(std::ceil(options.dt_s / kLongestPart - 1e-9));

@@ -52,7 +52,7 @@ class CharacterBatch {
  public:
   /// All characters start with pattern 0, its duration's frequency (1 s if it has none), phase 0,
   /// at the origin, heading along x.
-  /// @throws ConfigError for a model that does not fit together, count < 1, dt out of range.
+  /// @throws ConfigError for a model that does not fit together. @pre count >= 1
   CharacterBatch(const motion::MotionModel& model, int count, const CharacterOptions& options = {});
   ~CharacterBatch();
   CharacterBatch(CharacterBatch&&) noexcept;
@@ -81,7 +81,6 @@ class CharacterBatch {
   void set_external(int i, double phase_rad, double alpha_1_s);
   void set_root(int i, const Eigen::Vector2d& position_W_m, double heading_rad);
 
-  /// Advances all characters by dt.
   void step();
 
   double phase(int i) const;                   ///< [0, 2π)

@@ -70,11 +70,7 @@ MotionSeries::MotionSeries(const motion::MotionModel& model, int harmonics, doub
   check(model);
   const Eigen::Index k = model.sources.rows(), length = model.sources.cols();
   const int most = static_cast<int>((length - 1) / 2);
-  if (harmonics < 0 || harmonics > most) {
-    throw ConfigError("harmonics: " + std::to_string(harmonics) + " is outside [1, " +
-                      std::to_string(most) + "] for sources of " + std::to_string(length) +
-                      " samples (0 chooses)");
-  }
+  MIMESIS_ASSERT(harmonics >= 0 && harmonics <= most);
   rows_ = static_cast<int>(model.rows.size());
   fixed_ = model.fixed;
   source_ = Eigen::MatrixXd::Zero(k, 1 + 2 * most);

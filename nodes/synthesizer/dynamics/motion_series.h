@@ -20,8 +20,8 @@ class MotionSeries {
  public:
   /// @param harmonics  H in [1, (T − 1)/2]; 0: the smallest H whose truncation_rad() is below
   ///                   tolerance_rad for all patterns of the model
-  /// @throws ConfigError for a model without sources, rows or patterns, with sizes that do not fit
-  ///         or with an H out of range.
+  /// @throws ConfigError for a model without sources, rows or patterns, or with sizes that do not
+  ///         fit.
   MotionSeries(const motion::MotionModel& model, int harmonics, double tolerance_rad);
 
   int rows() const { return rows_; }                         ///< R

@@ -177,13 +177,11 @@ const BipedSequenceState& BipedDrawerSequence::step(const RobotFeedback* robot,
   return state_;
 }
 
-/// Index of the last step of the action that step `first` belongs to.
 std::size_t BipedDrawerSequence::end_of_action(std::size_t first) const {
   while (first + 1 < plan_.steps.size() && plan_.steps[first].side != mocap::kLeft) ++first;
   return first;
 }
 
-/// Middle of the feet after a step of the plan.
 double BipedDrawerSequence::middle_after(std::size_t step) const {
   const PlannedStep& s = plan_.steps[step];
   return 0.5 * (s.x_m + (step > 0 ? plan_.steps[step - 1].x_m : foot_m(other(s.side))));

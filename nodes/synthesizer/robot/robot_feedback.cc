@@ -14,8 +14,6 @@ constexpr double kPull_1_s = 10.0;
 constexpr double kNever = 0.9;  // share of the clock's rate that the pull may add or take
 }  // namespace
 
-double GaitClock::half() { return std::numbers::pi; }
-
 double GaitClock::to_landing_s() const {
   return moves_ ? step_s_ * (1.0 - std::fmod(phase_rad_, std::numbers::pi) / std::numbers::pi)
                 : 0.0;
@@ -41,10 +39,10 @@ void GaitClock::step(const RobotFeedback* feedback, bool walk) {
   rate_rad_s_ = wished_rate(feedback, walk);
   const double before = phase_rad_;
   phase_rad_ += dt_s_ * rate_rad_s_;
-  right_landed_ = before < std::numbers::pi && phase_rad_ >= std::numbers::pi;
-  left_landed_ = phase_rad_ >= math::kTwoPi;
-  if (left_landed_) phase_rad_ -= math::kTwoPi;
-  if (feedback == nullptr && !walk && (left_landed_ || right_landed_)) moves_ = false;
+  const bool right_lands = before < std::numbers::pi && phase_rad_ >= std::numbers::pi;
+  const bool left_lands = phase_rad_ >= math::kTwoPi;
+  if (left_lands) phase_rad_ -= math::kTwoPi;
+  if (feedback == nullptr && !walk && (left_lands || right_lands)) moves_ = false;
 }
 
 void BelievedRobot::place(const RobotFeedback& robot) {

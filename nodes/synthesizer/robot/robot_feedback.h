@@ -1,6 +1,7 @@
 #pragma once
 #include <Eigen/Core>
 #include <array>
+#include <numbers>
 #include <optional>
 
 #include "common/motion/mocap/body.h"
@@ -54,18 +55,14 @@ class GaitClock {
   bool moves() const { return moves_; }  ///< the robot steps, as far as is known
   /// Time to the landing of the current step, [0, step_s]; a robot on this clock would report it.
   double to_landing_s() const;
-  mocap::Side swing() const { return phase_rad_ < half() ? mocap::kRight : mocap::kLeft; }
-  /// The foot that landed in the last step of time, by this clock.
-  bool left_landed() const { return left_landed_; }
-  bool right_landed() const { return right_landed_; }
+  mocap::Side swing() const { return phase_rad_ < std::numbers::pi ? mocap::kRight : mocap::kLeft; }
 
  private:
-  static double half();
   double wished_rate(const RobotFeedback* feedback, bool walk);
 
   double step_s_, dt_s_;
   double phase_rad_ = 0.0, rate_rad_s_ = 0.0;
-  bool moves_ = false, left_landed_ = false, right_landed_ = false;
+  bool moves_ = false;
 };
 
 /// Landings that are wished: of the next swing foot and the one after it.

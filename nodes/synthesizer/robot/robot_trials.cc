@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <random>
 
 #include "common/error.h"
 #include "common/motion/retarget/to_robot.h"
@@ -28,30 +27,6 @@ bool in_leg(const robot::RobotTree& tree, const retarget::RobotFigure& figure, i
 }
 
 using Eigen::Matrix3d, Eigen::MatrixXd, Eigen::Vector3d;
-
-// Standard library generators give the same bits everywhere, its distributions do not.
-class Draw {
- public:
-  explicit Draw(std::uint64_t seed) : random_(seed) {}
-  double between(double low, double high) {
-    return low + (high - low) * ((static_cast<double>(random_() >> 11) + 0.5) * 0x1.0p-53);
-  }
-
- private:
-  std::mt19937_64 random_;
-};
-
-void check(const RobotTrialSettings& s) {
-  const auto refuse = [](const std::string& what) { throw ConfigError("robot trials: " + what); };
-  if (s.trials < 4) refuse(std::to_string(s.trials) + " trials, expected at least 4");
-  if (s.samples < 20) refuse(std::to_string(s.samples) + " samples an action, expected 20");
-  if (!(s.least_normal_m > 0.0 && s.least_normal_m < s.most_normal_m && s.least_reaching_m > 0.0 &&
-        s.least_reaching_m < s.most_reaching_m && s.least_depth_m < s.most_depth_m &&
-        s.least_reach_m < s.most_reach_m)) {
-    refuse("a range of lengths is empty");
-  }
-  if (!(s.cycle_s > 0.2 && s.standing_s > 0.2)) refuse("an action of no duration");
-}
 
 /// Values spread evenly over a range, in an order that keeps them apart from the trials' number.
 double spread(int i, int n, int stride, double low, double high) {
@@ -87,25 +62,12 @@ std::vector<TrialPlan> draw_robot_plans(const RobotTrialSettings& s) {
   return plans;
 }
 
-retarget::Goal goal(int link, const Matrix3d& R_WE, const Vector3d& p_WE, double position,
-                    double orientation, const Vector3d& p_LE = Vector3d::Zero()) {
-  retarget::Goal g;
-  g.link = link;
-  g.X_LE.translation() = p_LE;
-  g.X_WE.linear() = R_WE;
-  g.X_WE.translation() = p_WE;
-  g.position_weight = position;
-  g.orientation_weight = orientation;
-  return g;
-}
-
 /// From a person's arms, sideways at zero, to the robot's, hanging.
 Matrix3d hanging(std::size_t side) {
   const double angle = (side == 0 ? 0.5 : -0.5) * std::numbers::pi;
   return Eigen::AngleAxisd(angle, Vector3d::UnitX()).toRotationMatrix();
 }
 
-/// Postures of the upper body for one trial.
 class Retargeting {
  public:
   Retargeting(const robot::RobotTree& tree, const retarget::RobotFigure& figure, double height_m)
@@ -131,16 +93,17 @@ class Retargeting {
     };
     const auto R = [&](int joint) { return pose.R_WJ[static_cast<std::size_t>(joint)]; };
     retarget::FrameGoals g;
-    g.exact.push_back(goal(0, Matrix3d::Identity(), {0.0, 0.0, height_m_}, 10.0, 10.0));
-    g.wishes.push_back(goal(chest_, R(mocap::kChest), at(mocap::kChest), 0.0, 1.0));
-    g.wishes.push_back(goal(head_, R(mocap::kHead), at(mocap::kHead), 0.0, 0.6));
+    g.exact.push_back(retarget::goal(0, Matrix3d::Identity(), {0.0, 0.0, height_m_}, 10.0, 10.0));
+    g.wishes.push_back(retarget::goal(chest_, R(mocap::kChest), at(mocap::kChest), 0.0, 1.0));
+    g.wishes.push_back(retarget::goal(head_, R(mocap::kHead), at(mocap::kHead), 0.0, 0.6));
     for (const std::size_t side : {0u, 1u}) {
       const int wrist = side == 0 ? mocap::kLeftWrist : mocap::kRightWrist;
       const Matrix3d R_WE = R(wrist) * hanging(side);
-      g.exact.push_back(goal(wrist_[side], R_WE, at(wrist) + R_WE * figure_.hand_m[side], 1.0, 0.0,
-                             figure_.hand_m[side]));
-      g.wishes.push_back(goal(elbow_[side], Matrix3d::Identity(), at(wrist - 1), 1.0, 0.0));
-      g.wishes.push_back(goal(wrist_[side], R_WE, Vector3d::Zero(), 0.0, 0.15));
+      g.exact.push_back(retarget::goal(wrist_[side], R_WE, at(wrist) + R_WE * figure_.hand_m[side],
+                                       1.0, 0.0, figure_.hand_m[side]));
+      g.wishes.push_back(
+          retarget::goal(elbow_[side], Matrix3d::Identity(), at(wrist - 1), 1.0, 0.0));
+      g.wishes.push_back(retarget::goal(wrist_[side], R_WE, Vector3d::Zero(), 0.0, 0.15));
     }
     return g;
   }
@@ -148,7 +111,7 @@ class Retargeting {
   /// dof × frames.
   MatrixXd follow(const std::vector<retarget::FrameGoals>& goals, RobotTrialReport& report) const {
     retarget::RobotReport ignored;
-    const auto postures = retarget::follow(tree_, start_, goals, {}, ignored);
+    const auto postures = retarget::follow(tree_, start_, goals, ignored);
     robot::Kinematics kinematics(tree_);
     MatrixXd q(tree_.dof(), static_cast<Eigen::Index>(postures.size()));
     for (std::size_t t = 0; t < postures.size(); ++t) {
@@ -234,17 +197,7 @@ void append(DrawerData& data, const TrialPlan& p, const Recorded& r, const Paces
     set.samples.conservativeResize(first + rows, samples);
     set.samples.middleRows(first, joints) = r.q.middleCols(a * samples, samples);
     set.samples.bottomRows(3) = pace[a == 0 ? 0 : 1] * r.velocity.middleCols(a * samples, samples);
-    set.trials.push_back(
-        {.clip = "generated " + std::to_string(seed) + "/" + std::to_string(p.recording),
-         .style =
-             std::array{"normal step", "reaching step", "standing"}[static_cast<std::size_t>(a)],
-         .cycle = a,
-         .first_frame = a * samples,
-         .last_frame = (a + 1) * samples - 1,
-         .duration_s = p.duration_s[a],
-         .step_length_m = lengths[a],
-         .turn_rad = 0.0,
-         .task = {distance, p.final_distance_m, p.object_depth_m, p.object_lateral_m}});
+    set.trials.push_back(action_trial(p, a, lengths[a], distance, seed, a * samples, samples));
     distance -= lengths[a];
   }
 }
@@ -266,11 +219,6 @@ Scale steps_of(const robot::Biped& biped) {
 }
 
 }  // namespace
-
-std::vector<std::string> upper_body_joints(const robot::RobotTree& tree,
-                                           const retarget::RobotFigure& figure) {
-  return upper_body_tree(tree, figure).joint_names();
-}
 
 robot::RobotTree upper_body_tree(const robot::RobotTree& tree,
                                  const retarget::RobotFigure& figure) {
@@ -297,7 +245,7 @@ double easy_pelvis_height(const robot::RobotTree& tree, const retarget::RobotFig
 
 DrawerData generate_robot_data(const robot::Biped& biped, const RobotTrialSettings& settings,
                                RobotTrialReport* report) {
-  check(settings);
+  if (!(settings.cycle_s > 0.2)) throw ConfigError("robot trials: an action of no duration");
   const robot::RobotTree& tree = biped.tree;
   const retarget::RobotFigure figure = retarget::figure_of(biped);
   const Drawer drawer = robot_drawer(biped);

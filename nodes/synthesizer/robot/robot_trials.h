@@ -9,9 +9,6 @@
 
 namespace mimesis::synthesizer {
 
-/// Joints that are in no leg, in the order of the robot's.
-std::vector<std::string> upper_body_joints(const robot::RobotTree& tree,
-                                           const retarget::RobotFigure& figure);
 /// The robot without its legs: the same root, links and joints of the upper body.
 robot::RobotTree upper_body_tree(const robot::RobotTree& tree, const retarget::RobotFigure& figure);
 
@@ -56,7 +53,7 @@ inline constexpr std::array<const char*, 3> kVelocityRows = {
 /// and elbows as near as the joints allow; the pelvis stays upright at the height of the robot's
 /// easy posture. Rows: upper-body joints, then kVelocityRows. Task parameters as kTaskNames.
 /// Deterministic.
-/// @throws ConfigError for settings out of range, and as retarget::figure_of(), robot_drawer()
+/// @throws ConfigError for actions of no duration, and as retarget::figure_of(), robot_drawer()
 DrawerData generate_robot_data(const robot::Biped& biped, const RobotTrialSettings& settings,
                                RobotTrialReport* report = nullptr);
 

@@ -37,7 +37,6 @@ class RobotWalk {
   /// Wished: forward, left [m/s], turn to the left [rad/s].
   const Eigen::Vector3d& velocity() const { return v_; }
   bool stands() const { return !walk_; }  ///< steps shall end
-  bool has_goal() const { return task_ == Task::go; }
   bool reached() const { return reached_; }
   double distance_m() const { return distance_m_; }
   bool stuck() const { return no_nearer_s_ > give_up_s_; }

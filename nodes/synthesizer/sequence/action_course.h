@@ -20,7 +20,6 @@ class ActionCourse {
   /// @param beta  half width of a transition, in units of π
   ActionCourse(double beta, double settle_s, double dt_s);
 
-  /// The action under way shall have these parameters.
   void want(MotionParameters wanted) { wanted_ = std::move(wanted); }
   const MotionParameters& wanted() const { return wanted_; }
   /// The action under way has the wanted parameters at once, without a transition.
@@ -32,7 +31,6 @@ class ActionCourse {
   void set_next(MotionParameters next);
   void drop_next() { has_next_ = false; }
   bool has_previous() const { return has_previous_; }
-  void drop_previous() { has_previous_ = false; }
   /// The next action is under way, or the wanted parameters if no next one was set.
   void cross();
   /// Delays go over at once.
@@ -40,7 +38,6 @@ class ActionCourse {
 
   /// Moves the parameters under way towards the wanted ones for one dt.
   void settle();
-  /// The parameters at this phase of the action under way.
   const MotionParameters& at(double phase_rad);
   const MotionParameters& mixed() const { return mixed_; }  ///< result of the last at()
 

@@ -122,10 +122,7 @@ Eigen::MatrixXd drawer_ramp(Eigen::Index samples) {
 }
 
 DrawerModel learn_drawer_model(const DrawerData& data, const DrawerModelOptions& options) {
-  if (options.first_sources < 1 || options.further_sources < 1)
-    throw ConfigError("drawer model: " + std::to_string(options.first_sources) + " + " +
-                      std::to_string(options.further_sources) +
-                      " sources, expected at least 1 of each kind");
+  MIMESIS_ASSERT(options.first_sources >= 1 && options.further_sources >= 1);
   const auto rows = data.action[0].rows_per_trial();
   const int first = 1 + options.first_sources, all = first + options.further_sources;
   const auto one = demixed(data.action[kNormalStep], first, {}, options);

@@ -37,10 +37,10 @@ struct DrawerModel {
 Eigen::MatrixXd drawer_ramp(Eigen::Index samples);
 
 /// Learns the model: action 1 with tied delays; then actions 2 and 3 with those sources and delays,
-/// weights estimated again, and the further sources from the residual of both. (The text takes the
-/// residuals of action 2 for the further sources and only new weights for action 3: its residuals
-/// are then the largest of all.) Some seconds for 40 trials.
-/// @throws ConfigError from demix::sisa, or for fewer than 1 source of each kind.
+/// weights estimated anew, and the further sources from what they leave of both. (The text takes
+/// the residuals of action 2 for the further sources and only new weights for action 3: its
+/// residuals are then the largest of all.) Some seconds for 40 trials.
+/// @throws ConfigError from demix::sisa.
 DrawerModel learn_drawer_model(const DrawerData& data, const DrawerModelOptions& options = {});
 
 /// Task of an action. Inputs of the maps: for action 1 the first two; for action 2 the first three;
@@ -71,7 +71,6 @@ class ActionMaps {
   const LocalRegression& map(Action action) const { return maps_[action]; }
 
   static Eigen::VectorXd inputs(Action action, const ActionTask& task);
-  /// Task of trial i.
   ActionTask task_of(Action action, std::size_t i) const;
 
  private:

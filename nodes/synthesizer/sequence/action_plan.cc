@@ -185,9 +185,4 @@ tl::expected<std::vector<PlannedAction>, Status> replan_actions(const Underway& 
   return plan;
 }
 
-double final_distance(double distance_m, std::span<const PlannedAction> plan) {
-  for (const auto& action : plan) distance_m -= action.length_m;
-  return distance_m;
-}
-
 }  // namespace mimesis::synthesizer

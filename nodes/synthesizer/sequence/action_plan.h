@@ -8,7 +8,6 @@
 
 namespace mimesis::synthesizer {
 
-/// Trained range of one stepping action.
 struct StepRange {
   double least_m = 0.0, mean_m = 0.0, most_m = 0.0;  ///< travel of the pelvis
   /// Duration by least squares on the length, within the trained durations.
@@ -19,7 +18,6 @@ struct StepRange {
   bool holds(double length_m) const;  ///< within the trained lengths (1 µm for rounding)
 };
 
-/// Ranges of the actions, for the planner.
 struct ActionRanges {
   StepRange normal, reaching;
   double nearest_stand_m = 0.0, farthest_stand_m = 0.0;  ///< trained final distances
@@ -61,7 +59,6 @@ tl::expected<std::vector<PlannedAction>, Status> plan_actions(double distance_m,
                                                               const ActionRanges& ranges,
                                                               const PlanSettings& settings = {});
 
-/// Where the walker is within an action.
 struct Underway {
   Action action = kNormalStep;
   double planned_length_m = 0.0;
@@ -78,8 +75,5 @@ tl::expected<std::vector<PlannedAction>, Status> replan_actions(const Underway& 
                                                                 double distance_m,
                                                                 const ActionRanges& ranges,
                                                                 const PlanSettings& settings = {});
-
-/// Where the plan ends: distance_m less all lengths.
-double final_distance(double distance_m, std::span<const PlannedAction> plan);
 
 }  // namespace mimesis::synthesizer

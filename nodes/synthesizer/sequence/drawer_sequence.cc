@@ -61,7 +61,6 @@ MotionParameters DrawerSequence::parameters(std::size_t index) const {
                  .object_lateral_m = goal_.object_lateral_m});
 }
 
-// The first action of the plan becomes the one under way.
 void DrawerSequence::begin_action() {
   state_.action = plan_.front().action;
   ++state_.number;

@@ -152,14 +152,8 @@ LocalRegression::LocalRegression(const Eigen::MatrixXd& inputs, const Eigen::Mat
       bandwidth_(options.bandwidth),
       ridge_(options.ridge) {
   const Index n = inputs.rows();
-  if (outputs.rows() != n || n < 2 || (group.size() != 0 && group.size() != n)) {
-    throw ConfigError("map: " + std::to_string(n) + " inputs and " +
-                      std::to_string(outputs.rows()) + " outputs, expected as many, at least two");
-  }
-  if (!outputs.allFinite()) throw ConfigError("map: an output is not a finite number");
-  if (!(bandwidth_ >= 0.0) || !(ridge_ >= 0.0)) {
-    throw ConfigError("map: bandwidth and ridge may not be negative");
-  }
+  MIMESIS_ASSERT(outputs.rows() == n && n >= 2 && (group.size() == 0 || group.size() == n));
+  MIMESIS_ASSERT(outputs.allFinite() && bandwidth_ >= 0.0 && ridge_ >= 0.0);
   const Eigen::VectorXi groups =
       group.size() ? group : Eigen::VectorXi::LinSpaced(n, 0, static_cast<int>(n) - 1);
   constexpr std::array kBandwidths = {0.2, 0.3, 0.45, 0.7, 1.0, 1.5, 2.2, 3.5, 6.0};

@@ -38,7 +38,6 @@ class InputDomain {
 /// within 1e-9 of the exact distance.
 Eigen::VectorXd nearest_in_hull(const Eigen::MatrixXd& points, const Eigen::VectorXd& x);
 
-/// Value of a map at a point.
 struct MapValue {
   Eigen::VectorXd value;
   double outside = 0.0;  ///< how far the input was moved into the domain, in standard deviations
@@ -63,7 +62,7 @@ class LocalRegression {
  public:
   /// `inputs` n×d, `outputs` n×q; `group` (n, or empty): points of one group are left out together
   /// where options are searched (cycles of one clip resemble each other).
-  /// @throws ConfigError for sizes that do not fit, fewer than two points, options out of range.
+  /// @throws ConfigError as InputDomain. @pre sizes that fit, two points or more
   LocalRegression(const Eigen::MatrixXd& inputs, const Eigen::MatrixXd& outputs,
                   const LocalRegressionOptions& options = {}, const Eigen::VectorXi& group = {});
 

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
-#include <random>
 #include <string>
 
 #include "common/error.h"
@@ -14,25 +13,6 @@
 namespace mimesis::synthesizer {
 
 namespace {
-
-// Standard library generators give the same bits everywhere, its distributions do not.
-class Draw {
- public:
-  explicit Draw(std::uint64_t seed) : random_(seed) {}
-  double uniform() { return (static_cast<double>(random_() >> 11) + 0.5) * 0x1.0p-53; }  // (0, 1)
-  // normal, cut at two standard deviations
-  double normal() {
-    for (;;) {
-      const double r = std::sqrt(-2.0 * std::log(uniform()));
-      const double x = r * std::cos(2.0 * std::numbers::pi * uniform());
-      if (std::abs(x) <= 2.0) return x;
-    }
-  }
-  double around(double mean, double deviation) { return mean + deviation * normal(); }
-
- private:
-  std::mt19937_64 random_;
-};
 
 constexpr double kMeanNormalLength = 1.57;   // m: two of three steps of 0.385 (2.64 m − 0.6 m)
 constexpr double kNormalDeviation = 0.042;   // m
@@ -77,24 +57,6 @@ TrialPlan at_pace(TrialPlan plan, double pace) {
   plan.normal_length_m *= pace;
   plan.reaching_length_m *= pace;
   return plan;
-}
-
-void check(const GeneratorSettings& s) {
-  auto refuse = [](const std::string& what) { throw ConfigError("drawer trials: " + what); };
-  if (s.trials < 4)
-    refuse(std::to_string(s.trials) + " trials, expected at least 4 (the places of the object)");
-  if (s.samples < 20)
-    refuse(std::to_string(s.samples) + " samples an action, expected at least 20");
-  if (!(s.nearest_m < s.farthest_m)) refuse("nearest distance is not below the farthest");
-  if (!(s.nearest_m >= 2.3))
-    refuse("nearest distance " + std::to_string(s.nearest_m) +
-           " m leaves nothing for action 2, expected at least 2.3 m");
-  if (!(s.farthest_m <= 3.2))
-    refuse("farthest distance " + std::to_string(s.farthest_m) +
-           " m asks action 2 for a jump, expected at most 3.2 m");
-  for (double pace : s.paces)
-    if (!(pace >= 0.5 && pace <= 1.25))
-      refuse("pace " + std::to_string(pace) + " is outside [0.5, 1.25]");
 }
 
 constexpr double kNever = std::numeric_limits<double>::infinity();
@@ -146,8 +108,29 @@ Eigen::VectorXd rounded_below(const Eigen::VectorXd& highest, int window) {
 
 }  // namespace
 
+double Draw::normal() {
+  for (;;) {
+    const double r = std::sqrt(-2.0 * std::log(uniform()));
+    const double x = r * std::cos(2.0 * std::numbers::pi * uniform());
+    if (std::abs(x) <= 2.0) return x;
+  }
+}
+
+mocap::Trial action_trial(const TrialPlan& p, int a, double length_m, double distance_m,
+                          std::uint64_t seed, Eigen::Index first_frame, Eigen::Index samples) {
+  return {
+      .clip = "generated " + std::to_string(seed) + "/" + std::to_string(p.recording),
+      .style = std::array{"normal step", "reaching step", "standing"}[static_cast<std::size_t>(a)],
+      .cycle = a,
+      .first_frame = first_frame,
+      .last_frame = first_frame + samples - 1,
+      .duration_s = p.duration_s[a],
+      .step_length_m = length_m,
+      .turn_rad = 0.0,
+      .task = {distance_m, p.final_distance_m, p.object_depth_m, p.object_lateral_m}};
+}
+
 std::vector<TrialPlan> draw_plans(const GeneratorSettings& settings) {
-  check(settings);
   Draw draw(settings.seed);
   const int n = settings.trials;
   const Eigen::VectorXd distance =
@@ -285,17 +268,7 @@ DrawerData generate_drawer_data(const mocap::Body& body, const Drawer& drawer,
       for (Eigen::Index k = 0; k < samples; ++k)
         block(mocap::kBodyRows, k) -=
             start + length * static_cast<double>(k) / static_cast<double>(samples);
-      set.trials.push_back(
-          {.clip = "generated " + std::to_string(settings.seed) + "/" + std::to_string(p.recording),
-           .style =
-               std::array{"normal step", "reaching step", "standing"}[static_cast<std::size_t>(a)],
-           .cycle = a,
-           .first_frame = first,
-           .last_frame = first + samples - 1,
-           .duration_s = p.duration_s[a],
-           .step_length_m = length,
-           .turn_rad = 0.0,
-           .task = {distance, p.final_distance_m, p.object_depth_m, p.object_lateral_m}});
+      set.trials.push_back(action_trial(p, a, length, distance, settings.seed, first, samples));
       distance -= length;
     }
   }

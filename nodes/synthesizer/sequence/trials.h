@@ -1,5 +1,7 @@
 #pragma once
 #include <cstdint>
+#include <random>
+#include <string>
 #include <vector>
 
 #include "common/motion/mocap/body.h"
@@ -67,8 +69,8 @@ struct GeneratorSettings {
 /// spread evenly; the object stands front or back, left or right in turn; the length of action 1 is
 /// drawn apart from the distance but for a share that gives R² = 0.08, the final distance rises
 /// with the object's depth, action 2 takes the rest: what fig. 3.7 reports of the human.
-/// Variations are normal, cut at two standard deviations. @throws ConfigError for settings that
-/// give fewer than 4 trials or a distance that leaves nothing for action 2.
+/// Variations are normal, cut at two standard deviations. @pre at least 4 trials, distances within
+/// [2.3, 3.2] m, paces within [0.5, 1.25]
 std::vector<TrialPlan> draw_plans(const GeneratorSettings& settings);
 
 /// One trial as motion. Sample k of block a (0: the cycle before, 1..3: the actions, 4: 0.5 s of
@@ -101,6 +103,24 @@ inline constexpr std::array<const char*, 4> kTaskNames = {"distance_m", "final_d
 
 DrawerData generate_drawer_data(const mocap::Body& body, const Drawer& drawer,
                                 const GeneratorSettings& settings);
+
+/// Random numbers. Standard library generators give the same bits everywhere, its distributions do
+/// not.
+class Draw {
+ public:
+  explicit Draw(std::uint64_t seed) : random_(seed) {}
+  double between(double low, double high) { return low + (high - low) * uniform(); }
+  double uniform() { return (static_cast<double>(random_() >> 11) + 0.5) * 0x1.0p-53; }  ///< (0, 1)
+  double normal();  ///< cut at two standard deviations
+  double around(double mean, double deviation) { return mean + deviation * normal(); }
+
+ private:
+  std::mt19937_64 random_;
+};
+
+/// Action `a` of a trial, `length_m` long and begun `distance_m` before the front.
+mocap::Trial action_trial(const TrialPlan& plan, int a, double length_m, double distance_m,
+                          std::uint64_t seed, Eigen::Index first_frame, Eigen::Index samples);
 
 /// When things happen in one generated trial [s]; action 1 starts at 0.
 struct TrialTimes {

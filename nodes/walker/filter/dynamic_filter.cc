@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <string>
 
 #include "common/error.h"
 #include "nodes/walker/pattern/preview_control.h"
@@ -54,23 +53,6 @@ MatrixXd interpolation(int ticks, int samples, int ticks_a_sample) {
     W(i, samples - 1) += fade;
   }
   return W;
-}
-
-const FilterSettings& checked(const FilterSettings& s) {
-  const auto refuse = [](const std::string& what) { throw ConfigError("dynamic filter: " + what); };
-  if (s.samples < 2 || s.samples > kPreviewTicks) {
-    refuse("samples " + std::to_string(s.samples) + ", expected 2 to " +
-           std::to_string(kPreviewTicks));
-  }
-  if (!(s.window_s >= s.samples * kTick_s) || !(s.window_s < kPreviewTicks * kTick_s)) {
-    refuse("window_s " + std::to_string(s.window_s) +
-           ", expected at least a tick a sample and below " +
-           std::to_string(kPreviewTicks * kTick_s));
-  }
-  if (s.iterations < 1 || s.iterations > 5) {
-    refuse("iterations " + std::to_string(s.iterations) + ", expected 1 to 5");
-  }
-  return s;
 }
 
 UpperBody at_rest(const robot::Biped& biped) {
@@ -147,7 +129,7 @@ ComState to_com(const Correction::State& state) {
 
 DynamicFilter::DynamicFilter(const robot::Biped& biped, const GaitSettings& gait,
                              const FilterSettings& settings)
-    : settings_(checked(settings)),
+    : settings_(settings),
       ticks_a_sample_(
           static_cast<int>(std::lround(settings.window_s / settings.samples / kTick_s))),
       com_height_(gait.com_height_m),
@@ -224,7 +206,6 @@ void DynamicFilter::share_wish() {
   }
 }
 
-/// Fills shift_ with the sum of the stages' forecasts.
 void DynamicFilter::forecast(Look look) {
   for (std::size_t k = 0; k < shift_.size(); ++k) {
     shift_[k] = {};

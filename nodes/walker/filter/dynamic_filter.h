@@ -25,7 +25,6 @@ class Correction {
 
   Correction(double com_height_m, int samples, int ticks_a_sample);
 
-  /// State one tick later.
   State next(const State& now, const Errors& wished) const;
   /// Shift at a sample ahead if nothing changes.
   ComState at(int sample, const State& now, const Errors& wished) const;
@@ -66,7 +65,7 @@ struct FilterSettings {
 /// dynamics, halves it.
 class DynamicFilter {
  public:
-  /// The biped outlives it. @throws ConfigError that names window, samples or iterations
+  /// The biped outlives it.
   DynamicFilter(const robot::Biped& biped, const GaitSettings& gait,
                 const FilterSettings& settings);
 
@@ -81,7 +80,6 @@ class DynamicFilter {
   int unreachable() const { return unreachable_; }
 
  private:
-  /// A stage of preview control.
   struct Stage {
     Correction::State state;
     Correction::Errors wished;  ///< Δz by sample

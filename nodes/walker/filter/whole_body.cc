@@ -131,7 +131,6 @@ void WholeBody::stand(const Vector3d& lever_B, Posture& out) {
   }
 }
 
-/// Centre of mass of the posture.
 Vector3d WholeBody::own_com_B(const Posture& posture, const Vector3d& upper_moment) {
   Vector3d moment = upper_moment;
   for (const Side side : robot::kSides) {

@@ -18,16 +18,23 @@ constexpr double kLandingMet_m = 1e-3, kYawMet_rad = 1e-3;
 // while two steps of the plan are left.
 constexpr int kPatienceTicks = 40;
 
+PatternSample sample_of(Steps steps, int ticks_ahead, const ComState& com, double com_height_m) {
+  steps.advance(ticks_ahead);
+  PatternSample sample;
+  steps.describe(sample);
+  sample.com = com;
+  sample.zmp_W_m = zmp(com, com_height_m);
+  sample.left_share = left_share(sample);
+  return sample;
+}
+
 }  // namespace
 
 PreviewPattern::PreviewPattern(const GaitSettings& settings)
     : settings_((check(settings), settings)),
       footsteps_(settings),
-      steps_(settings, Steps::Change::after_landing),
-      control_({.form = PreviewForm::integral,
-                .height_m = settings.com_height_m,
-                .samples = kWindowTicks,
-                .jerk_weight = 1e-6}),
+      steps_(settings, Steps::Change::kAfterLanding),
+      control_({.height_m = settings.com_height_m, .samples = kWindowTicks, .jerk_weight = 1e-6}),
       centre_(kCrossingTicks + kWindowTicks),
       reference_(kWindowTicks),
       coms_(kPreviewTicks + 1) {
@@ -113,14 +120,10 @@ void PreviewPattern::refer() {
 }
 
 PatternSample PreviewPattern::ahead(int ticks_ahead) const {
-  Steps steps = steps_;
-  steps.advance(ticks_ahead);
-  PatternSample sample;
-  steps.describe(sample);
-  sample.com = ticks_ahead == 0 ? control_.com() : coms_[static_cast<std::size_t>(ticks_ahead) + 1];
-  sample.zmp_W_m = zmp(sample.com, settings_.com_height_m);
-  sample.left_share = left_share(sample);
-  return sample;
+  return sample_of(
+      steps_, ticks_ahead,
+      ticks_ahead == 0 ? control_.com() : coms_[static_cast<std::size_t>(ticks_ahead) + 1],
+      settings_.com_height_m);
 }
 
 void PreviewPattern::shift(const Eigen::Vector2d& shift_W_m) {
@@ -319,14 +322,7 @@ ComState MpcPattern::com_after(int ticks) const {
 
 PatternSample MpcPattern::ahead(int ticks_ahead) const {
   if (gave_up_) return stopper_.ahead(ticks_ahead);
-  Steps steps = steps_;
-  steps.advance(ticks_ahead);
-  PatternSample sample;
-  steps.describe(sample);
-  sample.com = com_after(ticks_ahead);
-  sample.zmp_W_m = zmp(sample.com, settings_.com_height_m);
-  sample.left_share = left_share(sample);
-  return sample;
+  return sample_of(steps_, ticks_ahead, com_after(ticks_ahead), settings_.com_height_m);
 }
 
 void MpcPattern::shift(const Eigen::Vector2d& shift_W_m) {

@@ -20,9 +20,7 @@ class PreviewPattern final : public PatternGenerator {
   void take_over(const Steps& steps, const ComState& com, const Eigen::Vector2d& last_jerk);
   const Steps& steps() const { return steps_; }
   void step(const Wish& wish) override;
-  const PatternSample& now() const override { return sample_; }
   PatternSample ahead(int ticks_ahead) const override;
-  const PatternTrouble& trouble() const override { return trouble_; }
   void shift(const Eigen::Vector2d& shift_W_m) override;
 
  private:
@@ -37,8 +35,6 @@ class PreviewPattern final : public PatternGenerator {
   std::vector<Eigen::Vector2d> centre_;     // middle of the support: past ticks, now, coming ticks
   std::vector<Eigen::Vector2d> reference_;  // ZMP from now on
   std::vector<ComState> coms_;              // prediction, beginning one tick before now
-  PatternSample sample_;
-  PatternTrouble trouble_;
 };
 
 /// Walking by model predictive control: every tick a quadratic program gives the jerk of the CoM
@@ -49,9 +45,7 @@ class MpcPattern : public PatternGenerator {
  public:
   void reset(const std::array<Footprint, 2>& feet) override;
   void step(const Wish& wish) override;
-  const PatternSample& now() const override { return sample_; }
   PatternSample ahead(int ticks_ahead) const override;
-  const PatternTrouble& trouble() const override { return trouble_; }
   void shift(const Eigen::Vector2d& shift_W_m) override;
 
   /// The quadratic program of the last tick that had one, and how it was solved.
@@ -91,8 +85,6 @@ class MpcPattern : public PatternGenerator {
   int failed_ticks_ = 0;    // consecutive ones
   bool gave_up_ = false;    // the stopper is in charge
   PreviewPattern stopper_;  // takes over after too many failed ticks
-  PatternSample sample_;
-  PatternTrouble trouble_;
 };
 
 /// MPC of Herdt 2010: the yaw of the feet is decided from the wished yaw rate before the program.

@@ -33,8 +33,6 @@ void check(const GaitSettings& s) {
   demand_gait(on_grid(s.first_double_support_s) && s.first_double_support_s > 0.35 &&
                   s.first_double_support_s < 5.05,
               "first_double_support_s", s.first_double_support_s, "a multiple of 0.1 in [0.4, 5]");
-  demand_gait(s.step_height_m >= 0.0 && s.step_height_m < 0.5, "step_height_m", s.step_height_m,
-              "in [0, 0.5)");
   for (const double half : s.zmp_half_m) {
     demand_gait(half > 0.0 && half < 0.5, "zmp_half_m", half, "between 0 and 0.5");
   }
@@ -43,13 +41,6 @@ void check(const GaitSettings& s) {
               "above narrowest_step_m");
   demand_gait(s.widest_step_m > s.feet_distance_m && s.widest_step_m < 2.0, "widest_step_m",
               s.widest_step_m, "above feet_distance_m, below 2");
-  demand_gait(s.longest_step_m > 0.0 && s.longest_step_m < 2.0, "longest_step_m", s.longest_step_m,
-              "between 0 and 2");
-  demand_gait(s.most_forward_m_s >= 0.0, "most_forward_m_s", s.most_forward_m_s, "0 or more");
-  demand_gait(s.most_sideways_m_s >= 0.0, "most_sideways_m_s", s.most_sideways_m_s, "0 or more");
-  demand_gait(s.most_turn_rad_s >= 0.0, "most_turn_rad_s", s.most_turn_rad_s, "0 or more");
-  demand_gait(s.most_foot_yaw_rad >= 0.0 && s.most_foot_yaw_rad < 1.0, "most_foot_yaw_rad",
-              s.most_foot_yaw_rad, "in [0, 1)");
 }
 
 GaitSettings gait_settings(const robot::Biped& biped) {

@@ -105,13 +105,17 @@ class PatternGenerator {
   virtual void reset(const std::array<Footprint, 2>& feet) = 0;
   /// Advances by one tick. Never throws, never allocates.
   virtual void step(const Wish& wish) = 0;
-  virtual const PatternSample& now() const = 0;
+  const PatternSample& now() const { return sample_; }
   /// Plan for `ticks_ahead` ticks from now, in [0, kPreviewTicks): CoM and ZMP from the horizon,
   /// feet from the coming steps.
   virtual PatternSample ahead(int ticks_ahead) const = 0;
-  virtual const PatternTrouble& trouble() const = 0;
+  const PatternTrouble& trouble() const { return trouble_; }
   /// Moves the whole plan, the standing feet included, to where an adjusted step has put them.
   virtual void shift(const Eigen::Vector2d& shift_W_m) = 0;
+
+ protected:
+  PatternSample sample_;
+  PatternTrouble trouble_;
 };
 
 }  // namespace mimesis::walker

@@ -3,17 +3,12 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
-#include <string>
 
 #include "common/error.h"
 
 // Equation numbers are those of docs/walking.md.
 namespace mimesis::walker {
 namespace {
-
-void demand(bool fulfilled, const std::string& what) {
-  if (!fulfilled) throw ConfigError("preview control: " + what);
-}
 
 /// Fᵢ = bᵀ/d (closed_loopᵀ)ⁱ output for i < samples.
 void set_preview(PreviewGains& gains, const Eigen::MatrixXd& closed_loop, const Eigen::VectorXd& b,
@@ -61,41 +56,39 @@ Eigen::MatrixXd riccati(const Eigen::MatrixXd& A, const Eigen::VectorXd& b,
 }
 
 PreviewGains preview_gains(const PreviewSettings& s) {
-  demand(s.height_m > 0.0 && s.height_m < 10.0, "height is not in (0, 10) m");
-  demand(s.dt_s > 0.0 && s.dt_s <= 0.1, "dt is not in (0, 0.1] s");
-  demand(s.samples > 0 && s.samples <= 100000, "samples are not in [1, 100000]");
-  demand(s.zmp_weight > 0.0 && s.jerk_weight > 0.0, "weights are not positive");
   const CartTableAxis axis(s.dt_s, s.height_m);
+  // d = R + bᵀP b,   K = bᵀP A / d,   Fᵢ = bᵀ/d ((A − b K)ᵀ)ⁱ cᵀ                         [eq. 3.4]
+  const Eigen::MatrixXd P = riccati(axis.A, axis.b, axis.c.transpose() * axis.c, s.jerk_weight);
+  const double d = s.jerk_weight + axis.b.dot(P * axis.b);
   PreviewGains gains;
-  const double Q = s.zmp_weight, R = s.jerk_weight;
-  if (s.form == PreviewForm::position) {
-    // d = R + bᵀP b,   K = bᵀP A / d,   Fᵢ = bᵀ/d ((A − b K)ᵀ)ⁱ cᵀQ                      [eq. 3.4]
-    const Eigen::MatrixXd P = riccati(axis.A, axis.b, axis.c.transpose() * Q * axis.c, R);
-    const double d = R + axis.b.dot(P * axis.b);
-    gains.K = axis.b.transpose() * P * axis.A / d;
-    set_preview(gains, axis.A - axis.b * gains.K, axis.b, d, axis.c.transpose() * Q, s.samples);
-    return gains;
-  }
+  gains.K = axis.b.transpose() * P * axis.A / d;
+  set_preview(gains, axis.A - axis.b * gains.K, axis.b, d, axis.c.transpose(), s.samples);
+  return gains;
+}
+
+PreviewGains integral_gains(const PreviewSettings& s) {
+  const CartTableAxis axis(s.dt_s, s.height_m);
   // With the sum of errors as first state: Ã = [1 cA; 0 A], b̃ = [cb; b], c̃ = [1 0 0 0]  [eq. 3.5]
-  Eigen::Matrix4d A = Eigen::Matrix4d::Zero(), cQc = Eigen::Matrix4d::Zero();
+  Eigen::Matrix4d A = Eigen::Matrix4d::Zero(), cc = Eigen::Matrix4d::Zero();
   A(0, 0) = 1.0;
   A.block<1, 3>(0, 1) = axis.c * axis.A;
   A.block<3, 3>(1, 1) = axis.A;
   Eigen::Vector4d b;
   b << axis.c.dot(axis.b), axis.b;
-  cQc(0, 0) = Q;
-  // d = R + b̃ᵀP b̃,   (Ks, K) = b̃ᵀP Ã / d,   Fᵢ = b̃ᵀ/d ((Ã − b̃ (Ks, K))ᵀ)ⁱ P c̃ᵀQ         [eq. 3.6]
-  const Eigen::MatrixXd P = riccati(A, b, cQc, R);
-  const double d = R + b.dot(P * b);
+  cc(0, 0) = 1.0;
+  // d = R + b̃ᵀP b̃,   (Ks, K) = b̃ᵀP Ã / d,   Fᵢ = b̃ᵀ/d ((Ã − b̃ (Ks, K))ᵀ)ⁱ P c̃ᵀ          [eq. 3.6]
+  const Eigen::MatrixXd P = riccati(A, b, cc, s.jerk_weight);
+  const double d = s.jerk_weight + b.dot(P * b);
   const Eigen::RowVector4d K = b.transpose() * P * A / d;
+  PreviewGains gains;
   gains.Ks = K(0);
   gains.K = K.tail<3>();
-  set_preview(gains, A - b * K, b, d, P.col(0) * Q, s.samples);
+  set_preview(gains, A - b * K, b, d, P.col(0), s.samples);
   return gains;
 }
 
 PreviewControl::PreviewControl(const PreviewSettings& settings)
-    : settings_(settings), gains_(preview_gains(settings)) {}
+    : settings_(settings), gains_(integral_gains(settings)) {}
 
 void PreviewControl::reset(const ComState& com, const Eigen::Vector2d& last_jerk) {
   com_ = com;
@@ -108,23 +101,13 @@ Eigen::Vector2d PreviewControl::feedback(const ComState& x) const {
 }
 
 Eigen::Vector2d PreviewControl::jerk(std::span<const Eigen::Vector2d> zmp_ref) const {
-  if (settings_.form == PreviewForm::integral) {
-    // Difference of two ticks of the integral law, so that no sum has to be kept:
-    // u = u⁻ + Ks (z_ref − z) − K (x − x⁻) + Σᵢ Fᵢ (z_ref(k+1+i) − z_ref(k+i))           [eq. 3.7]
-    Eigen::Vector2d u =
-        last_jerk_ + gains_.Ks * (zmp_ref[0] - zmp_W_m()) - feedback(com_) + feedback(last_com_);
-    const std::size_t n = std::min(static_cast<std::size_t>(gains_.F.size()), zmp_ref.size() - 1);
-    for (std::size_t i = 0; i < n; ++i)
-      u += gains_.F[static_cast<Eigen::Index>(i)] * (zmp_ref[i + 1] - zmp_ref[i]);
-    return u;
-  }
-  const std::size_t n = std::min(static_cast<std::size_t>(gains_.F.size()), zmp_ref.size());
-  const Eigen::Vector2d& hold = zmp_ref[n - 1];
-  // From the last reference z∞, which stays for ever; Σ Fᵢ = K₀ over an infinite preview:
-  // u = K₀ z∞ − K x + Σᵢ Fᵢ (z_ref(k+i) − z∞)                                             [eq. 3.8]
-  Eigen::Vector2d u = gains_.K(0) * hold - feedback(com_);
+  // Difference of two ticks of the law, so that no sum has to be kept:
+  // u = u⁻ + Ks (z_ref − z) − K (x − x⁻) + Σᵢ Fᵢ (z_ref(k+1+i) − z_ref(k+i))             [eq. 3.7]
+  Eigen::Vector2d u =
+      last_jerk_ + gains_.Ks * (zmp_ref[0] - zmp_W_m()) - feedback(com_) + feedback(last_com_);
+  const std::size_t n = std::min(static_cast<std::size_t>(gains_.F.size()), zmp_ref.size() - 1);
   for (std::size_t i = 0; i < n; ++i)
-    u += gains_.F[static_cast<Eigen::Index>(i)] * (zmp_ref[i] - hold);
+    u += gains_.F[static_cast<Eigen::Index>(i)] * (zmp_ref[i + 1] - zmp_ref[i]);
   return u;
 }
 
@@ -140,31 +123,25 @@ void PreviewControl::shift(const Eigen::Vector2d& shift_W_m) {
 }
 
 void PreviewControl::roll_out(std::span<const Eigen::Vector2d> zmp_ref, std::span<ComState> coms) {
-  const bool integral = settings_.form == PreviewForm::integral;
   const std::size_t n = std::min(zmp_ref.size(), coms.size());
   if (n == 0) return;
-  const Eigen::Vector2d& hold = zmp_ref.back();
   if (previewed_.size() < zmp_ref.size()) previewed_.resize(zmp_ref.size());
   // Σᵢ Fᵢ r(k+i) = input · s(k) with s(k) = output · r(k) + closed_loop · s(k+1), from the end
   Eigen::Matrix<double, Eigen::Dynamic, 2, 0, 4, 2> s, carried;
   s.setZero(gains_.output.size(), 2);
   for (std::size_t k = zmp_ref.size(); k-- > 0;) {
-    const Eigen::Vector2d next = k + 1 < zmp_ref.size() ? zmp_ref[k + 1] : hold;
-    const Eigen::Vector2d r = integral ? next - zmp_ref[k] : zmp_ref[k] - hold;
+    const Eigen::Vector2d next = zmp_ref[std::min(k + 1, zmp_ref.size() - 1)];
     carried.noalias() = gains_.closed_loop * s;
     s = carried;
-    s.noalias() += gains_.output * r.transpose();
+    s.noalias() += gains_.output * (next - zmp_ref[k]).transpose();
     previewed_[k] = (gains_.input * s).transpose();
   }
   ComState com = com_, last = last_com_;
   Eigen::Vector2d u = last_jerk_;
   for (std::size_t k = 0; k < n; ++k) {
     coms[k] = com;
-    if (integral)
-      u += gains_.Ks * (zmp_ref[k] - zmp(com, settings_.height_m)) - feedback(com) +
-           feedback(last) + previewed_[k];
-    else
-      u = gains_.K(0) * hold - feedback(com) + previewed_[k];
+    u += gains_.Ks * (zmp_ref[k] - zmp(com, settings_.height_m)) - feedback(com) + feedback(last) +
+         previewed_[k];
     last = com;
     com = advance(com, u, settings_.dt_s);
   }

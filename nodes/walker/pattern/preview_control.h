@@ -58,35 +58,31 @@ struct CartTableAxis {
 Eigen::MatrixXd riccati(const Eigen::MatrixXd& A, const Eigen::VectorXd& b,
                         const Eigen::MatrixXd& Q, double R);
 
-enum class PreviewForm {
-  position,  ///< u = −K x + Σᵢ₌₀ Fᵢ z_ref(k+i): three states
-  integral,  ///< u = −K x + Ks Σ (z_ref − z) + Σᵢ₌₁ Fᵢ z_ref(k+i): four, the sum of errors first
-};
-
 struct PreviewSettings {
-  PreviewForm form = PreviewForm::position;
   double height_m = 0.807;
   double dt_s = kTick_s;
-  int samples = 320;                            ///< length of the preview
-  double zmp_weight = 1.0, jerk_weight = 1e-5;  ///< Q, R: cost Σ Q (z − z_ref)² + R u²
+  int samples = 320;          ///< length of the preview
+  double jerk_weight = 1e-5;  ///< R: cost Σ (z − z_ref)² + R u²
 };
 
-/// Gains of both forms [Katayama 1985; docs/walking.md 3].
+/// Gains of preview control [Katayama 1985; docs/walking.md 3].
 struct PreviewGains {
   Eigen::RowVector3d K;
-  double Ks = 0.0;    ///< integral only
-  Eigen::VectorXd F;  ///< samples; F(0) belongs to z_ref(k) (position) or z_ref(k+1) (integral)
-  /// Fᵢ = input · closed_loopⁱ · output, in the form's three or four states.
+  double Ks = 0.0;    ///< of integral_gains()
+  Eigen::VectorXd F;  ///< samples
+  /// Fᵢ = input · closed_loopⁱ · output, in three or four states.
   Eigen::MatrixXd closed_loop;  ///< (A − b K)ᵀ
   Eigen::RowVectorXd input;     ///< bᵀ / (R + bᵀPb)
-  Eigen::VectorXd output;       ///< cᵀQ (position), P c̃ᵀQ (integral)
+  Eigen::VectorXd output;       ///< cᵀ, or P c̃ᵀ
 };
 
-/// @throws ConfigError that names height, dt, samples or weight out of range
+/// u = −K x + Σᵢ₌₀ Fᵢ z_ref(k+i): three states.
 PreviewGains preview_gains(const PreviewSettings& settings);
+/// u = −K x + Ks Σ (z_ref − z) + Σᵢ₌₁ Fᵢ₋₁ z_ref(k+i): four states, the sum of errors first.
+PreviewGains integral_gains(const PreviewSettings& settings);
 
-/// Moves a cart-table so that its ZMP follows a reference that is known some time ahead
-/// [Kajita 2003].
+/// Moves a cart-table so that its ZMP follows a reference that is known some time ahead, by
+/// integral_gains() [Kajita 2003].
 class PreviewControl {
  public:
   explicit PreviewControl(const PreviewSettings& settings);

@@ -348,6 +348,7 @@ double Footsteps::fastest_share(const Eigen::Vector2d& v, double yaw_rate) const
 
 FeasibleWish Footsteps::feasible(const Wish& wish, PatternTrouble& trouble) const {
   FeasibleWish result;
+  result.walk = false;
   if (!wish.velocity_m_s.allFinite() || !std::isfinite(wish.yaw_rate_rad_s)) {
     trouble.reason = "wished velocity is not a number: stopping";
     return result;

@@ -107,12 +107,7 @@ struct HalfPlane {
 inline constexpr int kStepSides = 5;
 
 /// A wish within the limits of the robot.
-struct FeasibleWish {
-  Eigen::Vector2d velocity_m_s = Eigen::Vector2d::Zero();
-  double yaw_rate_rad_s = 0.0;
-  bool walk = false;
-  std::array<std::optional<Footprint>, 2> landing;
-};
+using FeasibleWish = Wish;
 
 /// Foot of the first step: the one whose landing is wished, else the one on the side to which the
 /// walk goes or turns.
@@ -138,7 +133,6 @@ class Footsteps {
   /// `landing` if it can be reached from `stance`, else the last reachable point on the way to it
   /// from the place beside `stance`.
   Footprint reachable(const Footprint& stance, const Footprint& landing) const;
-  /// Footprint beside `stance`.
   Footprint beside(const Footprint& stance) const;
 
   /// Cuts a wish to the limits of the robot and reports the excess in `trouble`.

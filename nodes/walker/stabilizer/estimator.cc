@@ -1,11 +1,9 @@
 #include "nodes/walker/stabilizer/estimator.h"
 
-#include "nodes/walker/stabilizer/settings.h"
+#include "common/math/so3.h"
 
 namespace mimesis::walker {
 namespace {
-
-double heading(const Eigen::Matrix3d& R) { return std::atan2(R(1, 0), R(0, 0)); }
 
 Eigen::Matrix3d about_z(double angle_rad) {
   return Eigen::AngleAxisd(angle_rad, Eigen::Vector3d::UnitZ()).toRotationMatrix();
@@ -46,7 +44,8 @@ Estimator::Anchored Estimator::anchor(Side side, const PatternSample& plan,
   const Eigen::Isometry3d& X_WS = plan.foot[side].X_WS;
   const Eigen::Isometry3d& X_BS = kinematics_.X_WL(biped_->leg[side].sole);
   Anchored a;
-  a.yaw_rad = std::remainder(heading(X_WS.linear()) - heading(R_IB * X_BS.linear()), 2.0 * M_PI);
+  a.yaw_rad =
+      std::remainder(math::yaw_of(X_WS.linear()) - math::yaw_of(R_IB * X_BS.linear()), 2.0 * M_PI);
   const Eigen::Matrix3d R_WB = about_z(a.yaw_rad) * R_IB;
   a.p_WB_m = X_WS.translation() - R_WB * X_BS.translation();
   a.com_W_m = a.p_WB_m + R_WB * kinematics_.com();

@@ -26,13 +26,12 @@ Eigen::Vector2d nearest_on_edge(const Eigen::Vector2d& a, const Eigen::Vector2d&
 }
 
 Eigen::Vector2d to_sole(const FootState& foot, const Eigen::Vector2d& v_W) {
-  const double yaw = std::atan2(foot.X_WS(1, 0), foot.X_WS(0, 0));
-  return Eigen::Rotation2Dd(-yaw) * v_W;
+  return Eigen::Rotation2Dd(-math::yaw_of(foot.X_WS.linear())) * v_W;
 }
 
 Eigen::Vector2d to_world(const FootState& foot, const Eigen::Vector2d& p_S) {
-  const double yaw = std::atan2(foot.X_WS(1, 0), foot.X_WS(0, 0));
-  return foot.X_WS.translation().head<2>() + Eigen::Rotation2Dd(yaw) * p_S;
+  return foot.X_WS.translation().head<2>() +
+         Eigen::Rotation2Dd(math::yaw_of(foot.X_WS.linear())) * p_S;
 }
 
 constexpr double kLetGo_s = 0.1;     ///< decay of the tilt of a lifted foot

@@ -4,8 +4,6 @@
 #include <cmath>
 #include <numbers>
 
-#include "common/error.h"
-
 namespace mimesis::walker {
 namespace {
 
@@ -15,7 +13,6 @@ constexpr double kAcceleration_rad_s2 = 100.0;
 constexpr double kShort_m = 1e-6;
 constexpr double kAny_m = 1.0;
 
-/// Link that begins at a joint of a leg.
 int begins_at(const robot::Biped& biped, Side side, robot::LegJoint joint) {
   return biped.tree.moved_link(biped.leg[side].dof[joint]);
 }
@@ -28,12 +25,6 @@ double rise_to(double length_m2, const Eigen::Vector3d& way) {
 // The base is no joint; this keeps absurd goals from throwing it about.
 constexpr double kBase_m_s = 3.0, kBase_rad_s = 10.0;
 constexpr double kApproach_1_s = 50.0;  // rate of approach to a limit
-
-void check(bool good, const char* key, double value, const char* expected) {
-  if (good) return;
-  throw ConfigError("stack." + std::string(key) + ": " + std::to_string(value) + ", expected " +
-                    expected);
-}
 
 }  // namespace
 
@@ -128,15 +119,8 @@ Limits::Limits(const robot::Biped& biped, const StackSettings& settings)
     : lower_(biped.tree.lower()),
       upper_(biped.tree.upper()),
       speed_(settings.speed_share * biped.tree.max_speed()) {
-  const double margin = settings.limit_margin_rad, share = settings.speed_share;
-  check(margin >= 0.0 && margin <= 0.2, "limit_margin_rad", margin, "0 .. 0.2");
-  check(share > 0.0 && share <= 1.0, "speed_share", share, "above 0, at most 1");
-  check(settings.knee_margin_rad >= 0.0 && settings.knee_margin_rad <= 0.5, "knee_margin_rad",
-        settings.knee_margin_rad, "0 .. 0.5");
-  check(settings.damping >= 1e-6 && settings.damping <= 1.0, "damping", settings.damping,
-        "1e-6 .. 1");
   for (Eigen::Index i = 0; i < lower_.size(); ++i) {
-    const double room = std::min(margin, 0.5 * (upper_[i] - lower_[i]));
+    const double room = std::min(settings.limit_margin_rad, 0.5 * (upper_[i] - lower_[i]));
     lower_[i] += room;
     upper_[i] -= room;
   }

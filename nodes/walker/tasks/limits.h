@@ -63,7 +63,6 @@ class LegRoom {
 /// beyond it, with a time constant of 20 ms at most.
 class Limits {
  public:
-  /// @throws ConfigError that names the setting and the expected value
   Limits(const robot::Biped& biped, const StackSettings& settings);
 
   /// Bounds of the displacements within dt from the joint positions q (dof [rad]): `lower` ≤

@@ -170,7 +170,6 @@ void Stack::ease(double dt_s) {
   }
 }
 
-/// Applies the displacement x.
 void Stack::advance() {
   Parts& p = *parts_;
   p.sum += p.x;

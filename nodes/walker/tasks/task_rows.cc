@@ -14,18 +14,6 @@ namespace {
   throw ConfigError("stack.tasks: '" + spec.name + "': " + what);
 }
 
-void check_numbers(const TaskSpec& spec) {
-  if (spec.priority < 1) {
-    refuse(spec, "priority " + std::to_string(spec.priority) + ", expected 1 or more");
-  }
-  if (!(spec.weight > 0.0 && spec.weight <= 1e6)) {
-    refuse(spec, "weight " + std::to_string(spec.weight) + ", expected above 0, at most 1e6");
-  }
-  if (!(spec.gain_1_s > 0.0 && spec.gain_1_s <= 1e4)) {
-    refuse(spec, "gain_1_s " + std::to_string(spec.gain_1_s) + ", expected above 0, at most 1e4");
-  }
-}
-
 bool has_link(TaskKind kind) {
   return kind == TaskKind::foot || kind == TaskKind::orientation || kind == TaskKind::position;
 }
@@ -132,7 +120,6 @@ std::vector<Task> make_tasks(const robot::Biped& biped, const StackSettings& set
   for (const TaskSpec& spec : settings.tasks) {
     if (spec.name.empty()) throw ConfigError("stack.tasks: a task without a name");
     if (!names.insert(spec.name).second) refuse(spec, "name twice");
-    check_numbers(spec);
     priorities.insert(spec.priority);
   }
   std::vector<Task> tasks;

@@ -260,8 +260,6 @@ TEST(WalkerNode, BadParametersNameTheirKey) {
     }
   };
   refused([](WalkerParams& p) { p.robot = "lwr4.yaml"; }, "lwr4.yaml");
-  refused([](WalkerParams& p) { p.gait.double_support_s = 0.6; }, "walker.gait.double_support_s");
-  refused([](WalkerParams& p) { p.gait.narrowest_step_m = 0.5; }, "narrowest_step_m");
 }
 
 }  // namespace

@@ -13,10 +13,9 @@
 
 #include "common/error.h"
 #include "common/motion/demix/sisa.h"
-#include "common/motion/demix/wigner.h"
 #include "common/motion/mocap/body_map.h"
 #include "common/motion/mocap/clip_file.h"
-#include "common/motion/mocap/trials_file.h"
+#include "common/motion/mocap/trials.h"
 #include "common/motion/model/motion_model.h"
 #include "common/time.h"
 #include "tools/mimesis/demix/demix_report.h"

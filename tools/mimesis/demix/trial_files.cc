@@ -13,7 +13,7 @@
 #include "common/motion/mocap/body_from_markers.h"
 #include "common/motion/mocap/body_map.h"
 #include "common/motion/mocap/c3d.h"
-#include "common/motion/mocap/trials_file.h"
+#include "common/motion/mocap/trials.h"
 
 namespace mimesis::tool {
 namespace {

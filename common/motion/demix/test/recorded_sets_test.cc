@@ -5,8 +5,7 @@
 
 #include "common/motion/demix/baselines.h"
 #include "common/motion/demix/sisa.h"
-#include "common/motion/demix/wigner.h"
-#include "common/motion/mocap/trials_file.h"
+#include "common/motion/mocap/trials.h"
 #include "common/shared_data.h"
 
 namespace mimesis::demix {

@@ -10,7 +10,6 @@
 #include "common/math/circle.h"
 #include "common/motion/demix/baselines.h"
 #include "common/motion/demix/test/known_mixture.h"
-#include "common/motion/demix/wigner.h"
 
 namespace mimesis::demix {
 namespace {

@@ -115,11 +115,5 @@ TEST(SmoothSources, NonNegativeWeightsStaySo) {
   EXPECT_GE(smooth.mixture.weights.minCoeff(), 0.0);
 }
 
-TEST(SmoothSources, RefusesAMixtureOfAnotherSet) {
-  const Known known = known_mixture({.trials = 2, .rows = 4, .sources = 1});
-  const Known other = known_mixture({.trials = 3, .rows = 4, .sources = 1});
-  EXPECT_THROW(smooth_sources(known.set, other.mixture, {}), ConfigError);
-}
-
 }  // namespace
 }  // namespace mimesis::demix

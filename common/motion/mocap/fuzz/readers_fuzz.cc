@@ -6,9 +6,8 @@
 #include <cstdint>
 
 #include "common/error.h"
-#include "common/motion/mocap/acclaim.h"
-#include "common/motion/mocap/bvh.h"
 #include "common/motion/mocap/c3d.h"
+#include "common/motion/mocap/clip_file.h"
 
 namespace {
 

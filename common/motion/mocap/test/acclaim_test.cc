@@ -1,5 +1,3 @@
-#include "common/motion/mocap/acclaim.h"
-
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -7,6 +5,7 @@
 #include <numbers>
 
 #include "common/math/so3.h"
+#include "common/motion/mocap/clip_file.h"
 #include "common/motion/mocap/test/reader_checks.h"
 
 namespace mimesis::mocap {

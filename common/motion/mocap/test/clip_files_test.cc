@@ -4,8 +4,8 @@
 #include <numbers>
 
 #include "common/math/so3.h"
-#include "common/motion/mocap/bvh.h"
-#include "common/motion/mocap/clip_parts.h"
+#include "common/motion/mocap/clip_file.h"
+#include "common/motion/mocap/readers.h"
 #include "common/motion/mocap/test/reader_checks.h"
 #include "common/motion/mocap/test/shared_folder.h"
 

@@ -55,7 +55,7 @@ Markers linked_segments(bool hinge, double noise_m, Index frames = 200) {
   return m;
 }
 
-const MarkerGroup kA{"A", {0, 1, 2, 3}}, kB{"B", {4, 5, 6, 7}};
+const MarkerGroup kA = {0, 1, 2, 3}, kB = {4, 5, 6, 7};
 
 TEST(RigidFit, RecoversAPoseAndIsNoReflection) {
   Matrix3Xd body(3, 4);

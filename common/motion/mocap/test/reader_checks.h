@@ -4,7 +4,7 @@
 
 #include "common/error.h"
 #include "common/math/so3.h"
-#include "common/motion/mocap/skeleton.h"
+#include "common/motion/mocap/body.h"
 
 namespace mimesis::mocap {
 

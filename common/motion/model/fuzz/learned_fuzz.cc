@@ -6,7 +6,7 @@
 #include <cstdint>
 
 #include "common/error.h"
-#include "common/motion/mocap/trials_file.h"
+#include "common/motion/mocap/trials.h"
 #include "common/motion/model/motion_model.h"
 
 namespace {

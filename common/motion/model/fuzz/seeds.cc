@@ -4,7 +4,7 @@
 #include <iostream>
 #include <sstream>
 
-#include "common/motion/mocap/trials_file.h"
+#include "common/motion/mocap/trials.h"
 #include "common/motion/model/motion_model.h"
 
 namespace {

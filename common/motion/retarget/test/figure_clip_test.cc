@@ -13,9 +13,7 @@ TEST(FigureClip, ItsFeetAreTheRobots) {
   const RobotFigure names = figure_of(biped);
   mocap::BodyClip recorded = made_up_walk();
   recorded.first_frame = 7;
-  RobotOptions options;
-  options.smoothing.sweeps = 1;
-  const RobotClip motion = retarget(recorded, tree, names, options);
+  const RobotClip motion = retarget(recorded, tree, names, 1);
   const FigureClip figure = figure_clip(motion, recorded, tree, names);
   EXPECT_EQ(figure.clip.name, "made-up");
   EXPECT_EQ(figure.clip.first_frame, 7);

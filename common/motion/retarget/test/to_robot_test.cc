@@ -146,10 +146,8 @@ TEST(ToRobot, ItsOwnMotionIsFoundAgain) {
   const std::vector<FrameGoals> goals = own_goals(own);
   RobotReport report;
   Posture start = own[0];
-  start.q = RobotGoals(biped(), biped_figure(), true).start({}).q;  // not the solution
-  RobotOptions options;
-  options.smoothing.sweeps = 5;
-  const std::vector<Posture> found = follow(biped(), start, goals, options, report);
+  start.q = RobotGoals(biped(), biped_figure()).start({}).q;  // not the solution
+  const std::vector<Posture> found = follow(biped(), start, goals, report, 5);
   EXPECT_LT(worst_error(found, goals), 1e-6);
   EXPECT_TRUE(within_limits(found));
   EXPECT_TRUE(report.joints_at_limits.empty());
@@ -164,7 +162,7 @@ TEST(ToRobot, WhatItCannotReachItMissesWithinTheLimitsAndSaysSo) {
     for (const std::size_t hand : {2u, 3u}) goals[t].exact[hand].X_WE.translation().x() += 1.6;
   }
   RobotReport report;
-  const std::vector<Posture> found = follow(biped(), own[0], goals, {}, report);
+  const std::vector<Posture> found = follow(biped(), own[0], goals, report);
   EXPECT_TRUE(within_limits(found));
   EXPECT_GT(worst_error(found, goals), 0.05);
   EXPECT_FALSE(report.joints_at_limits.empty());
@@ -191,7 +189,7 @@ TEST(Smoothing, LowersRoughnessAndDoesNotMoveTheHand) {
   const double before = roughness(rough);
   double last = before;
   for (int sweep = 0; sweep < 4; ++sweep) {
-    smooth(k, exact, smoothed, {.sweeps = 3});
+    smooth(k, exact, smoothed, 3);
     EXPECT_LT(roughness(smoothed), last);
     last = roughness(smoothed);
   }
@@ -265,7 +263,7 @@ TEST(RobotBody, StandsWhereTheRobotStands) {
   EXPECT_NEAR(same.point(mocap::kRightAnkle, body.toe_m[1]).z(), 0.0, 1e-12);
   EXPECT_GT(same.p_WJ[mocap::kLeftElbow].y(), 0.2);
   // Its goals are fulfilled where it stands already
-  const RobotGoals goals(biped(), figure, true);
+  const RobotGoals goals(biped(), figure);
   EXPECT_LT(errors(k, goals.exact(same)).error.norm(), 1e-9);
   EXPECT_LT(errors(k, goals.wishes(same)).error.norm(), 1e-9);
 }
@@ -282,13 +280,11 @@ TEST(ToRobot, RecordedWalksKeepFeetAndHandsOnTwoRobots) {
   const std::string shared = shared_data("data/").string();
   if (!std::filesystem::exists(shared + "mocap")) GTEST_SKIP() << "needs the shared folder's mocap";
   const robot::Biped jvrc1 = model::load_biped("jvrc1.yaml");
-  RobotOptions options;
-  options.smoothing.sweeps = 5;  // 30 are slow
   for (const char* file : {"cmu_bvh/07_01.bvh", "cmu_amc/16_15.amc", "cmu_amc/35_02.amc"}) {
     const mocap::BodyClip walk = recorded(shared + "mocap/" + file);
     for (const robot::Biped* robot : {&described(), &jvrc1}) {
       const robot::RobotTree* tree = &robot->tree;
-      const RobotClip clip = retarget(walk, *tree, figure_of(*robot), options);
+      const RobotClip clip = retarget(walk, *tree, figure_of(*robot), 5);
       const RobotReport& r = clip.report;
       SCOPED_TRACE(std::string(file) + " " + tree->name());
       EXPECT_LT(r.foot_m.max, 1e-6);
@@ -313,7 +309,7 @@ TEST(ToRobot, RefusesARobotWithoutTheFiguresLinks) {
   EXPECT_THROW(retarget(made_up_walk(), biped(), figure), ConfigError);
   figure = biped_figure();
   figure.start_rad["fin"] = 0.1;
-  EXPECT_THROW(RobotGoals(biped(), figure, false), ConfigError);
+  EXPECT_THROW(RobotGoals(biped(), figure), ConfigError);
 }
 
 }  // namespace

@@ -34,7 +34,7 @@ TEST_F(Robot, TakesPushesAndMotorFaultsAsMessages) {
 }
 
 TEST_F(Robot, APushToTheLeftLoadsTheLeftFoot) {
-  start_body({.pushes = {{.at_s = 0.5, .y_n_s = 8.0}}});
+  start_body({.pushes = {{.at_s = 0.5, .impulse_W_ns = {0.0, 8.0, 0.0}}}});
   run(500ms, false);
   double left = 0.0, right = 0.0;
   for (int k = 0; k < 40; ++k) {
@@ -82,8 +82,8 @@ TEST_F(Robot, ReachesTheGoalOnceItStandsThere) {
 }
 
 TEST_F(Robot, TellsOfTheDrawerAndWantsItsObject) {
-  start_body(
-      {.drawer = {.present = true, .front_x_m = 3.0, .jumps = {{1.2, 0.5}}}, .settle_s = 0.2});
+  start_body({.drawer = {.present = true, .drawer = {.front_x_m = 3.0, .jumps = {{1.2, 0.5}}}},
+              .settle_s = 0.2});
   start_bridge();
   run(1s);
   EXPECT_DOUBLE_EQ(body_graph.take_last<v1::DrawerState>("drawer")->front_in_world_m().x_m(), 3.0);
@@ -108,10 +108,10 @@ TEST_F(Robot, TakesTheObjectThatIsAtItsHand) {
   for (Time t = 1s; t < 1100ms; t += kTick) twin.step(t);
   const v1::Vector3 hand = elsewhere.take_last<v1::BodyTruth>("truth")->hands_in_world_m(1);
   start_body({.drawer = {.present = true,
-                         .front_x_m = hand.x_m() - 0.1,
-                         .object_height_m = hand.z_m(),
-                         .object_left_m = hand.y_m(),
-                         .object_depth_m = 0.1,
+                         .drawer = {.front_x_m = hand.x_m() - 0.1,
+                                    .object_height_m = hand.z_m(),
+                                    .object_left_m = hand.y_m(),
+                                    .object_depth_m = 0.1},
                          .right_gripper = {.joint = "none"}},
               .settle_s = 0.2});
   v1::WalkFeedback walk;
@@ -151,12 +151,12 @@ class Grip : public Robot {
     const v1::BodyTruth at = *elsewhere.take_last<v1::BodyTruth>("truth");
     const v1::Vector3 &l = at.hands_in_world_m(0), &r = at.hands_in_world_m(1);
     start_body({.drawer = {.present = true,
-                           .front_x_m = l.x_m(),
-                           .handle_height_m = l.z_m(),
-                           .handle_left_m = l.y_m(),
-                           .object_height_m = r.z_m(),
-                           .object_left_m = r.y_m(),
-                           .object_depth_m = r.x_m() - l.x_m(),
+                           .drawer = {.front_x_m = l.x_m(),
+                                      .handle_height_m = l.z_m(),
+                                      .handle_left_m = l.y_m(),
+                                      .object_height_m = r.z_m(),
+                                      .object_left_m = r.y_m(),
+                                      .object_depth_m = r.x_m() - l.x_m()},
                            .left_gripper = left,
                            .right_gripper = right}});
     run(500ms, false);

@@ -1,7 +1,6 @@
 #include <gtest/gtest.h>
 
 #include "hw/sim/body/body_world.h"
-#include "hw/sim/body/noise.h"
 #include "hw/sim/body/test/bodies.h"
 
 namespace mimesis::hw::sim {

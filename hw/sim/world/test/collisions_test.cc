@@ -41,7 +41,7 @@ class Scene {
     kin::forward(arm(), Eigen::VectorXd::Constant(1, q), X_);
     monitor.update(X_, o);
   }
-  CollisionMonitor monitor{arm(), table(), {}};
+  CollisionMonitor monitor{arm(), table()};
 
  private:
   std::vector<Eigen::Isometry3d> X_;
@@ -86,7 +86,7 @@ TEST(Collisions, AllBallsOfTheBridgeAreOneBody) {
 TEST(Collisions, SelfContactsCount) {
   kin::ArmModel folded = arm();
   folded.links[0].a = 0.1;  // the hand inside the base
-  CollisionMonitor monitor(folded, {}, {});
+  CollisionMonitor monitor(folded, {});
   std::vector<Eigen::Isometry3d> X;
   kin::forward(folded, Eigen::VectorXd::Zero(1), X);
   monitor.update(X, object());

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "hw/sim/world/object.h"
+#include "hw/sim/world/world.h"
 
 namespace mimesis::world {
 namespace {

@@ -1,8 +1,8 @@
-#include "hw/sim/world/object.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
+
+#include "hw/sim/world/world.h"
 
 namespace mimesis::world {
 namespace {
@@ -22,7 +22,7 @@ kin::Table object_table() {
 
 /// The object held by a hand that carried it to `center`, leaning by `lean` about y.
 ObjectModel held_at(const Eigen::Vector3d& center, double lean = 0.0) {
-  ObjectModel object(object_table(), {});
+  ObjectModel object(object_table());
   const Eigen::Isometry3d X_WE(Eigen::Translation3d(0, 0, 0.06));
   object.grasp(X_WE);
   object.carry(Eigen::Translation3d(center) * Eigen::AngleAxisd(lean, Eigen::Vector3d::UnitY()));
@@ -36,7 +36,7 @@ int steps_until_rest(ObjectModel& object) {
 }
 
 TEST(Object, MovesRigidlyWithTheHand) {
-  ObjectModel object(object_table(), {});
+  ObjectModel object(object_table());
   // x of E is vertical here: centring between the fingers moves nothing that this test looks at.
   const Eigen::Isometry3d X_WE = Eigen::Translation3d(0.0, -0.05, 0.06) *
                                  Eigen::AngleAxisd(M_PI / 2, Eigen::Vector3d::UnitY());
@@ -50,7 +50,7 @@ TEST(Object, MovesRigidlyWithTheHand) {
 }
 
 TEST(Object, ClosingFingersCentreIt) {
-  ObjectModel object(object_table(), {});
+  ObjectModel object(object_table());
   Eigen::Isometry3d X_WE(
       Eigen::Translation3d(0.005, 0.003, 0.06));  // x across the fingers, 5 mm off
   object.grasp(X_WE);
@@ -131,7 +131,7 @@ TEST(Object, BelowAStandItDoesNotJumpUp) {
 TEST(Object, AboveTheBridgeItTopples) {
   kin::Table t = object_table();
   t.balls = {{{0.0, 0.3, 0.2}, 0.03}};
-  ObjectModel object(t, {});
+  ObjectModel object(t);
   object.grasp(Eigen::Isometry3d(Eigen::Translation3d(0, 0, 0.06)));
   object.carry(Eigen::Isometry3d(Eigen::Translation3d(0.0, 0.3, 0.35)));
   object.release();
@@ -140,7 +140,7 @@ TEST(Object, AboveTheBridgeItTopples) {
 }
 
 TEST(Object, KnockedOverItLiesWhereItStood) {
-  ObjectModel object(object_table(), {});
+  ObjectModel object(object_table());
   object.knock_over("fore ball 8");
   EXPECT_EQ(object.mishap(), "knocked over by fore ball 8");
   EXPECT_FALSE(object.upright());

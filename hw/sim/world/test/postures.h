@@ -62,7 +62,7 @@ class PostureSearch {
           pose.goal({0, 0, 0}, table_.object_height, 0, 0).position_in_W;
       object.cylinder.X_WO.translation() = X_WE.translation() - from_center;
     }
-    CollisionMonitor monitor(arm_, table_, {});
+    CollisionMonitor monitor(arm_, table_);
     monitor.update(X, object);
     return monitor.count() == 0;
   }

@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "hw/sim/world/object.h"
+#include "hw/sim/world/world.h"
 
 namespace mimesis::world {
 namespace {
@@ -18,7 +18,7 @@ kin::Table verdict_table() {
 }
 
 ObjectModel carried_to(const Eigen::Vector3d& center) {
-  ObjectModel object(verdict_table(), {});
+  ObjectModel object(verdict_table());
   object.grasp(Eigen::Isometry3d(Eigen::Translation3d(0, 0, 0.06)));
   object.carry(Eigen::Isometry3d(Eigen::Translation3d(center)));
   return object;
@@ -64,19 +64,19 @@ TEST(Verdict, HeldInTheAirAtTheGoalIsNotPlaced) {
 TEST(Verdict, AnUntouchedObjectIsNotPlaced) {
   kin::Table t = verdict_table();
   t.object = t.goals[0].position;  // it stood there from the start
-  const Verdict verdict = judge(kDoneHigh, ObjectModel(t, {}), t.goals);
+  const Verdict verdict = judge(kDoneHigh, ObjectModel(t), t.goals);
   EXPECT_FALSE(verdict.placed);
   EXPECT_EQ(verdict.reason, "object not grasped");
 }
 
 TEST(Verdict, AFailureKeepsThePlannersReason) {
   const TaskEnd failed{.done = false, .goal = "high", .reason = "goal high is blocked"};
-  const Verdict verdict = judge(failed, ObjectModel(verdict_table(), {}), verdict_table().goals);
+  const Verdict verdict = judge(failed, ObjectModel(verdict_table()), verdict_table().goals);
   EXPECT_FALSE(verdict.placed);
   EXPECT_EQ(verdict.reason, "goal high is blocked");
   EXPECT_NEAR(verdict.placement_error, 0.3, 1e-12);
   const TaskEnd silent{.done = false, .goal = "high", .reason = ""};
-  EXPECT_EQ(judge(silent, ObjectModel(verdict_table(), {}), verdict_table().goals).reason,
+  EXPECT_EQ(judge(silent, ObjectModel(verdict_table()), verdict_table().goals).reason,
             "the planner failed without a reason");
 }
 

@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include "common/model/files.h"
-#include "hw/sim/world/object.h"
 #include "hw/sim/world/test/postures.h"
 
 namespace mimesis::world {
@@ -18,7 +17,7 @@ class WorldTest : public ::testing::Test {
   WorldTest()
       : arm_(model::load_arm(std::string(MIMESIS_SOURCE_DIR) + "/models/lwr4.yaml")),
         table_(model::load_table(std::string(MIMESIS_SOURCE_DIR) + "/models/bridge_table.yaml")),
-        world_(arm_, table_, {}),
+        world_(arm_, table_),
         search_(arm_, table_) {}
 
   void step(const Eigen::VectorXd& q, const Hand& hand, int steps = 1) {

@@ -23,9 +23,7 @@ TEST(Spectrum, ClosedFormsAreEigenvaluesOfTheLaplacian) {
   for (const Topology topology : kNamed) {
     for (int n = topology == Topology::wheel ? 4 : 1; n <= 17; ++n) {
       const CouplingGraph graph = CouplingGraph::make(topology, n);
-      const Eigen::VectorXd closed = spectrum(graph), exact = by_eigen(graph.laplacian());
-      EXPECT_LT((closed - exact).cwiseAbs().maxCoeff(), 1e-12 * (1 + n))
-          << to_string(topology) << ' ' << n;
+      const Eigen::VectorXd exact = by_eigen(graph.laplacian());
       if (n < 2) continue;
       const Extremes e = extremes(graph);
       EXPECT_NEAR(e.least, exact[1], 1e-12 * n) << to_string(topology) << ' ' << n;
@@ -45,19 +43,11 @@ TEST(Spectrum, ConnectivityOfTable41) {
   }
 }
 
-TEST(Spectrum, SumOfEigenvaluesIsTwiceTheLinks) {  // [M18 A.8]
-  EXPECT_NEAR(spectrum(Topology::chain, 9).sum(), 16.0, 1e-12);
-  EXPECT_NEAR(spectrum(Topology::ring, 9).sum(), 18.0, 1e-12);
-  EXPECT_NEAR(spectrum(Topology::star, 9).sum(), 16.0, 1e-12);
-  EXPECT_NEAR(spectrum(Topology::wheel, 9).sum(), 32.0, 1e-12);
-  EXPECT_NEAR(spectrum(Topology::all_to_all, 9).sum(), 72.0, 1e-12);
-}
-
 TEST(Spectrum, DisconnectedGraphHasNoConnectivity) {
   const Edge edges[] = {{0, 1}, {2, 3}};
   EXPECT_EQ(extremes(CouplingGraph::weighted(4, edges)).least, 0.0);
   EXPECT_GT(extremes(CouplingGraph::weighted(4, edges)).most, 1.9);
-  EXPECT_THROW((void)spectrum(Topology::weighted, 4), ConfigError);
+  EXPECT_THROW((void)extremes(Topology::weighted, 4), ConfigError);
   EXPECT_THROW((void)extremes(Topology::wheel, 3), ConfigError);
 }
 

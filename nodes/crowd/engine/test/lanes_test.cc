@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "common/math/circle.h"
-#include "nodes/crowd/engine/contact.h"
 #include "nodes/crowd/engine/steer.h"
 #include "nodes/crowd/engine/testing/navigation.h"
 #include "nodes/crowd/engine/walk_rows.h"
@@ -118,9 +117,9 @@ TEST(Walk, IsTheSameBitsOnThePlainestInstructionSet) {
     a.merge(0, 0, agents);
     Table b = a;
     for (int step = 0; step < 5; ++step) {
-      const WalkSums s = walk(f, a, 3, 997), t = rows::walk_rows(f, b, 3, 997);
+      const GroupSums s = walk(f, a, 3, 997), t = rows::walk_rows(f, b, 3, 997);
       EXPECT_EQ(s.cos_phase, t.cos_phase);
-      EXPECT_EQ(s.error, t.error);
+      EXPECT_EQ(s.error_m, t.error_m);
       EXPECT_EQ(s.sin_heading, t.sin_heading);
       EXPECT_EQ(walk_sums(f, a, 0, 1000).sin_phase, rows::sum_rows(f, b, 0, 1000).sin_phase);
     }

@@ -1,5 +1,3 @@
-#include "nodes/crowd/scenario/arrangement.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -8,6 +6,7 @@
 
 #include "common/error.h"
 #include "common/math/circle.h"
+#include "nodes/crowd/scenario/scenario.h"
 
 namespace mimesis::crowd {
 namespace {

@@ -33,7 +33,7 @@ Scenario sound() {
   s.encounters = {{.group = "four", .other = "four", .to = "guests"}};
   s.externals = {{.name = "robot", .group = "guests"}};
   s.pillars = {{.radius_m = 0.3}};
-  s.walls = {{.to_x_m = 1.0}};
+  s.walls = {{.to_W_m = {1.0, 0.0}}};
   return s;
 }
 
@@ -127,7 +127,7 @@ TEST(Faults, AreFoundAndNamed) {
       {"externals.1.name", "there twice",
        [](Scenario& s) { s.externals.push_back(s.externals[0]); }},
       {"pillars.0.radius_m", "not above 0", [](Scenario& s) { s.pillars[0].radius_m = 0.0; }},
-      {"walls.0", "ends where it begins", [](Scenario& s) { s.walls[0].to_x_m = 0.0; }},
+      {"walls.0", "ends where it begins", [](Scenario& s) { s.walls[0].to_W_m.setZero(); }},
       {"groups", "N = 0", [](Scenario& s) { s = Scenario(); }},
   };
   for (const Case& c : cases) {

@@ -9,7 +9,7 @@
 #include "nodes/crowd/certificate/monitor.h"
 #include "nodes/crowd/engine/crowd.h"
 #include "nodes/crowd/rules/rules.h"
-#include "nodes/crowd/scenario/arrangement.h"
+#include "nodes/crowd/scenario/scenario.h"
 #include "nodes/crowd/scenario_file/scenario_file.h"
 
 namespace mimesis::crowd {

@@ -148,8 +148,6 @@ TEST(Disambiguation, TiedDelaysAndFixedSourcesStay) {
   EXPECT_EQ(p[1].delay_rad, before[1].delay_rad);
   p[1] = disguised(p[1], 1);
   EXPECT_EQ(remove_delay_ambiguities(s, 4, p).changed, 0);
-  EXPECT_THROW(remove_delay_ambiguities(s, 0, p, 0.0), ConfigError);
-  EXPECT_THROW(remove_delay_ambiguities(s.topRows(2), 0, p), ConfigError);
 }
 
 TEST(Blend, GoesFromOneToTheOtherWithoutAllocation) {

@@ -160,16 +160,8 @@ TEST(RobotTrials, AreTheSameWithTheSameSeedAndOthersWithAnother) {
   EXPECT_NE(first, make());
 }
 
-TEST(RobotTrials, RefuseSettingsThatGiveNone) {
-  const auto refused = [](auto change) {
-    RobotTrialSettings settings;
-    change(settings);
-    EXPECT_THROW(generate_robot_data(described_biped(), settings), ConfigError);
-  };
-  refused([](RobotTrialSettings& s) { s.trials = 3; });
-  refused([](RobotTrialSettings& s) { s.samples = 10; });
-  refused([](RobotTrialSettings& s) { s.least_normal_m = 0.5; });
-  refused([](RobotTrialSettings& s) { s.cycle_s = 0.0; });
+TEST(RobotTrials, RefuseActionsOfNoDuration) {
+  EXPECT_THROW(generate_robot_data(described_biped(), {.cycle_s = 0.0}), ConfigError);
 }
 
 TEST(LearnedActions, ReconstructWhatTheyLearned) {

@@ -36,6 +36,12 @@ void expect_trained(const std::vector<PlannedAction>& plan) {
 }
 
 // [M18 3.4.2] in closed form, and 3.7: no additional steps between 2.34 and 2.94 m
+/// Where the plan ends.
+double final_distance(double distance_m, const std::vector<PlannedAction>& plan) {
+  for (const PlannedAction& action : plan) distance_m -= action.length_m;
+  return distance_m;
+}
+
 TEST(ActionPlan, ThreeActionsShareTheWayByGamma) {
   for (double d = 2.34; d <= 2.9401; d += 0.05) {
     const auto plan = plan_actions(d, trained());

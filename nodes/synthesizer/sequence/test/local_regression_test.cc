@@ -93,11 +93,6 @@ TEST(LocalRegression, RidgeHalvesTheSlopeWhereItEqualsTheSpread) {
 
 TEST(LocalRegression, ConfigurationErrors) {
   const Samples s = grid(plane);
-  EXPECT_THROW(LocalRegression(s.x, s.y.topRows(3)), ConfigError);
-  EXPECT_THROW(LocalRegression(s.x.topRows(1), s.y.topRows(1)), ConfigError);
-  Eigen::MatrixXd bad = s.y;
-  bad(3, 1) = std::nan("");
-  EXPECT_THROW(LocalRegression(s.x, bad), ConfigError);
   const LocalRegression map(s.x, s.y);
   EXPECT_THROW((void)map.at(Eigen::Vector3d(0, 0, 0)), ConfigError);
   EXPECT_THROW((void)map.at(Eigen::Vector2d(0, std::nan(""))), ConfigError);

@@ -104,13 +104,5 @@ TEST(DrawerTrials, LegsWalkTheLengthThatTheTrialStates) {
     }
 }
 
-TEST(DrawerTrials, RefuseSettingsThatNobodyCanWalk) {
-  EXPECT_THROW(draw_plans({.trials = 3}), ConfigError);
-  EXPECT_THROW(draw_plans({.nearest_m = 1.0}), ConfigError);
-  EXPECT_THROW(draw_plans({.nearest_m = 2.9, .farthest_m = 2.8}), ConfigError);
-  EXPECT_THROW(draw_plans({.paces = {2.0}}), ConfigError);
-  EXPECT_THROW(draw_plans({.samples = 3}), ConfigError);
-}
-
 }  // namespace
 }  // namespace mimesis::synthesizer

@@ -253,16 +253,6 @@ TEST(DynamicFilter, DoesNotAllocate) {
   (void)filter.step(pattern, {&upper, 1});
 }
 
-TEST(DynamicFilter, RefusesSettingsThatMakeNoSense) {
-  const robot::Biped biped = robot::hrp2_like();
-  const GaitSettings gait = gait_settings(biped);
-  for (const FilterSettings& wrong :
-       {FilterSettings{.samples = 1}, FilterSettings{.window_s = 0.05},
-        FilterSettings{.window_s = 1.7}, FilterSettings{.iterations = 0}}) {
-    EXPECT_THROW(DynamicFilter(biped, gait, wrong), ConfigError);
-  }
-}
-
 }  // namespace
 
 }  // namespace mimesis::walker

@@ -31,7 +31,7 @@ class Case {
     plan_steps();
     in_.com = {.p_W_m = steps_.middle_W_m() + some(0.05), .v_W = some(0.3), .a_W = some(0.5)};
     in_.yaw_rad = 0.1;
-    in_.wish = {.velocity_m_s = {0.2, -0.05}, .yaw_rate_rad_s = 0.15, .walk = true, .landing = {}};
+    in_.wish = {.velocity_m_s = {0.2, -0.05}, .yaw_rate_rad_s = 0.15, .landing = {}, .walk = true};
     for (std::size_t i = 0; i < 2; ++i) {
       in_.foot[i] = {steps_.landing(static_cast<int>(i)), 0.12, {}, some(0.2)};
     }

@@ -27,15 +27,11 @@ double fifth_digit(double x) { return 10.0 * sixth_digit(x); }
 
 /// The regression data of the Riccati solver take g = 9.8 m/s², the robot's file 9.81: the gains
 /// depend on h/g alone. The form with the position was sampled at 10 ms.
-PreviewSettings reference_settings(PreviewForm form) {
-  PreviewSettings settings;
-  settings.form = form;
-  settings.height_m = 0.814 * kGravity_m_s2 / 9.8;
-  settings.dt_s = form == PreviewForm::position ? 0.01 : 0.005;
-  settings.samples = form == PreviewForm::position ? 160 : 320;
-  settings.jerk_weight = form == PreviewForm::position ? 1e-5 : 1e-6;
-  return settings;
-}
+constexpr double kReferenceHeight_m = 0.814 * kGravity_m_s2 / 9.8;
+constexpr PreviewSettings kWithPosition{
+    .height_m = kReferenceHeight_m, .dt_s = 0.01, .samples = 160, .jerk_weight = 1e-5};
+constexpr PreviewSettings kWithIntegral{
+    .height_m = kReferenceHeight_m, .dt_s = 0.005, .samples = 320, .jerk_weight = 1e-6};
 
 TEST(Riccati, FulfilsItsEquation) {
   const CartTableAxis axis(0.005, 0.807);
@@ -58,7 +54,7 @@ TEST(PreviewGains, EqualTheReferenceWithInitialPosition) {
   const std::vector<double> reference =
       read_numbers("TestRiccatiEquationWeightsWithInitialPose.datref.cmake");
   if (reference.empty()) GTEST_SKIP() << "no ../shared/data/walking";
-  const PreviewGains gains = preview_gains(reference_settings(PreviewForm::position));
+  const PreviewGains gains = preview_gains(kWithPosition);
   ASSERT_EQ(reference.size(), 161u);
   EXPECT_NEAR(gains.K(0), reference[0], sixth_digit(reference[0]));
   for (int i = 0; i < 160; ++i) {
@@ -71,7 +67,7 @@ TEST(PreviewGains, EqualTheReferenceWithIntegralError) {
   const std::vector<double> reference =
       read_numbers("TestRiccatiEquationWeightsWithoutInitialPose.datref.cmake");
   if (reference.empty()) GTEST_SKIP() << "no ../shared/data/walking";
-  const PreviewGains gains = preview_gains(reference_settings(PreviewForm::integral));
+  const PreviewGains gains = integral_gains(kWithIntegral);
   ASSERT_EQ(reference.size(), 321u);
   EXPECT_NEAR(gains.Ks, reference[0], sixth_digit(reference[0]));
   for (int i = 0; i < 320; ++i) {
@@ -83,10 +79,10 @@ TEST(PreviewGains, EqualTheReferenceWithIntegralError) {
 TEST(PreviewGains, EqualTheParameterFileOfTheRobot) {
   const std::vector<double> reference = read_numbers("PreviewControlParameters.ini");
   if (reference.empty()) GTEST_SKIP() << "no ../shared/data/walking";
-  PreviewSettings settings = reference_settings(PreviewForm::integral);
+  PreviewSettings settings = kWithIntegral;
   settings.height_m = reference[0];
   ASSERT_EQ(reference[1], settings.dt_s);
-  const PreviewGains gains = preview_gains(settings);
+  const PreviewGains gains = integral_gains(settings);
   for (int i = 0; i < 3; ++i) {
     const double expected = reference[static_cast<std::size_t>(i) + 3];
     EXPECT_NEAR(gains.K(i), expected, fifth_digit(expected)) << i;
@@ -98,23 +94,8 @@ TEST(PreviewGains, EqualTheParameterFileOfTheRobot) {
   }
 }
 
-TEST(PreviewGains, RefuseWhatMakesNoSense) {
+TEST(PreviewControl, FollowsStepsThatItSeesComing) {
   PreviewSettings settings;
-  settings.height_m = -1.0;
-  EXPECT_THROW((void)preview_gains(settings), ConfigError);
-  settings = {};
-  settings.dt_s = std::nan("");
-  EXPECT_THROW((void)preview_gains(settings), ConfigError);
-  settings = {};
-  settings.samples = 0;
-  EXPECT_THROW((void)preview_gains(settings), ConfigError);
-}
-
-class PreviewControlForms : public ::testing::TestWithParam<PreviewForm> {};
-
-TEST_P(PreviewControlForms, FollowsStepsThatItSeesComing) {
-  PreviewSettings settings;
-  settings.form = GetParam();
   settings.jerk_weight = 1e-6;
   PreviewControl control(settings);
   std::vector<Eigen::Vector2d> reference(2000);
@@ -133,9 +114,8 @@ TEST_P(PreviewControlForms, FollowsStepsThatItSeesComing) {
   EXPECT_LT(worst, 0.03);  // rounded corners of the ramps
 }
 
-TEST_P(PreviewControlForms, RollsOutWhatStepsDo) {
+TEST(PreviewControl, RollsOutWhatStepsDo) {
   PreviewSettings settings;
-  settings.form = GetParam();
   settings.samples = 1000;  // the gains in steps end there, those of the roll-out nowhere
   PreviewControl control(settings);
   std::vector<Eigen::Vector2d> reference(400);
@@ -153,9 +133,8 @@ TEST_P(PreviewControlForms, RollsOutWhatStepsDo) {
   control.roll_out(reference, coms);
 }
 
-TEST_P(PreviewControlForms, GoOnFromAnyStateThatIsTakenOver) {
+TEST(PreviewControl, GoOnFromAnyStateThatIsTakenOver) {
   PreviewSettings settings;
-  settings.form = GetParam();
   PreviewControl control(settings), other(settings);
   std::vector<Eigen::Vector2d> reference(600, Eigen::Vector2d(0.1, -0.05));
   std::fill(reference.begin(), reference.begin() + 200, Eigen::Vector2d::Zero());
@@ -172,18 +151,14 @@ TEST_P(PreviewControlForms, GoOnFromAnyStateThatIsTakenOver) {
   }
 }
 
-TEST_P(PreviewControlForms, StandsAnywhereAndTakesAShortReference) {
+TEST(PreviewControl, StandsAnywhereAndTakesAShortReference) {
   PreviewSettings settings;
-  settings.form = GetParam();
   PreviewControl control(settings);
   const std::vector<Eigen::Vector2d> here{{100.0, -50.0}};
   control.reset({.p_W_m = here[0]});
   for (int i = 0; i < 2000; ++i) control.step(here);
   EXPECT_LT((control.com().p_W_m - here[0]).norm(), 1e-6);
 }
-
-INSTANTIATE_TEST_SUITE_P(Both, PreviewControlForms,
-                         ::testing::Values(PreviewForm::position, PreviewForm::integral));
 
 }  // namespace
 }  // namespace mimesis::walker

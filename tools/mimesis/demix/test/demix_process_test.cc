@@ -10,7 +10,7 @@
 #include "common/model/files.h"
 #include "common/motion/mocap/clip_file.h"
 #include "common/motion/mocap/test/shared_folder.h"
-#include "common/motion/mocap/trials_file.h"
+#include "common/motion/mocap/trials.h"
 #include "common/motion/model/motion_model.h"
 #include "common/testing/process.h"
 #include "nodes/synthesizer/dynamics/character_batch.h"

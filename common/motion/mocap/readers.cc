@@ -1,4 +1,4 @@
-#include "common/motion/mocap/text_scanner.h"
+#include "common/motion/mocap/readers.h"
 
 #include <algorithm>
 #include <charconv>
@@ -113,6 +113,11 @@ void TextScanner::expect(std::string_view wanted) {
   if (!same_word(found, wanted)) fail_found(found, "'" + std::string(wanted) + "'");
 }
 
+void TextScanner::expect_line_end(const std::string& expected) {
+  const std::string_view more = word_in_line();
+  if (!more.empty()) fail_found(more, "the end of the line" + expected);
+}
+
 void TextScanner::fail(const std::string& what) const {
   throw ConfigError(one_line(std::string(file_) + ':' + std::to_string(line_) + ": " + what));
 }
@@ -145,6 +150,38 @@ void write_bytes(const std::string& file, std::string_view bytes) {
 
 std::string base_name(const std::string& file) {
   return std::filesystem::path(file).filename().string();
+}
+
+void check_clip_size(const std::string& file, std::size_t file_bytes, std::size_t joints,
+                     std::size_t frames) {
+  constexpr std::size_t kMost = 256;  // bytes of clip for one of the file
+  if (frames > 0 && 24 * (joints + 1) > kMost * file_bytes / frames) {
+    throw ConfigError(file + ": " + std::to_string(frames) + " frames of " +
+                      std::to_string(joints) + " joints, expected a file of more than " +
+                      std::to_string(file_bytes) + " bytes");
+  }
+}
+
+void check_lengths(const std::string& file, const Clip& clip) {
+  constexpr double kMost_m = 1e4;
+  const auto check = [&](const Eigen::Vector3d& length_m, const std::string& what) {
+    if (length_m.cwiseAbs().maxCoeff() < kMost_m) return;
+    throw ConfigError(one_line(file + ": " + what + ", expected less than 10 km"));
+  };
+  for (const auto* joints : {&clip.skeleton.joints, &clip.skeleton.ends}) {
+    for (const Joint& j : *joints) check(j.offset_m, "'" + j.name + "' is too far from its parent");
+  }
+  for (Eigen::Index f = 0; f < clip.frames(); ++f) {
+    check(clip.root_position_W_m.col(f),
+          "the root is too far away in frame " + std::to_string(f + 1));
+  }
+}
+
+void check_options(const ReadOptions& options) {
+  if (!std::isfinite(options.unit_m) || options.unit_m < 0.0) {
+    throw ConfigError("unit_m " + std::to_string(options.unit_m) +
+                      ", expected a length above zero, or 0 for the file's own");
+  }
 }
 
 }  // namespace mimesis::mocap

@@ -6,14 +6,75 @@
 #include <cstddef>
 #include <numbers>
 #include <string>
+#include <string_view>
 
 #include "common/math/so3.h"
 #include "common/motion/mocap/clip_file.h"
 
 namespace mimesis::mocap {
 
-/// Motion files are y up, facing +z, left +x; this project is z up, facing +x, left +y. So the axes
-/// permute, (x, y, z)_project = (z, x, y)_file, for points, axes and axis-angle vectors alike.
+/// Walks over a text file that is in memory, word by word or line by line, and knows the line
+/// number for messages. Blanks are space, tab, CR, vertical tab and form feed.
+class TextScanner {
+ public:
+  /// Both are kept as views; `file` is named in errors.
+  TextScanner(std::string_view text, std::string_view file) : text_(text), file_(file) {
+    if (text_.substr(0, 3) == "\xEF\xBB\xBF") at_ = 3;  // byte order mark of UTF-8
+  }
+
+  /// Next word, over line ends; '{' and '}' are words of their own. Empty at the end of the file.
+  std::string_view word();
+  /// Next word on this line, empty at its end; does not go on to the next line.
+  std::string_view word_in_line();
+  /// What is left of this line, without the blanks around it, up to '{' if there is one.
+  std::string_view rest_of_line();
+  /// Goes to the next line that holds a word; false at the end of the file.
+  bool next_line();
+  void skip_line();
+  /// A finite number, the next word on this line or (`number`) of the file. @throws ConfigError
+  double number_in_line();
+  double number();
+  long integer();
+
+  /// Takes the next word and compares, letter case aside. @throws ConfigError
+  void expect(std::string_view wanted);
+  /// Refuses another word on this line; `expected` goes on "the end of the line". @throws
+  /// ConfigError
+  void expect_line_end(const std::string& expected = "");
+  /// The next word is not taken.
+  std::string_view peek();
+
+  /// "file:line: what". Line of the word last taken. @throws ConfigError always
+  [[noreturn]] void fail(const std::string& what) const;
+  /// "file:line: found 'x', expected ..."; an empty word is the end of line or file.
+  [[noreturn]] void fail_found(std::string_view found, const std::string& expected) const;
+
+  int line() const { return line_; }
+  std::size_t bytes_left() const { return text_.size() - at_; }
+  std::size_t size() const { return text_.size(); }
+
+ private:
+  void skip_blanks();
+  std::string_view take_word();
+  double to_number(std::string_view word) const;
+
+  std::string_view text_, file_;
+  std::size_t at_ = 0;
+  int line_ = 1;
+};
+
+/// Equal but for the case of ASCII letters.
+bool same_word(std::string_view a, std::string_view b);
+
+/// The whole file. @throws ConfigError if it cannot be read
+std::string read_bytes(const std::string& file);
+/// Writes the whole file. @throws ConfigError if it cannot be written
+void write_bytes(const std::string& file, std::string_view bytes);
+/// Without the folder.
+std::string base_name(const std::string& file);
+
+/// Motion files are y up, facing +z, left +x; the house is z up, facing +x, left +y. So the axes
+/// permute, (x, y, z)_house = (z, x, y)_file, for points, axes and axis-angle vectors alike.
 inline Eigen::Vector3d from_file_axes(const Eigen::Vector3d& v) { return {v.z(), v.x(), v.y()}; }
 inline Eigen::Vector3d to_file_axes(const Eigen::Vector3d& v) { return {v.y(), v.z(), v.x()}; }
 /// 0, 1, 2 = x, y, z of the file -> the same axis in this project.
@@ -68,10 +129,5 @@ inline void append_exact(std::string& text, double value) {
   char digits[32];
   text.append(digits, std::to_chars(digits, digits + sizeof digits, value).ptr);
 }
-
-/// Checks that a clip can be written: joints with parents before them, sizes that fit, finite
-/// numbers.
-/// @throws ConfigError
-void check_writable(const Clip& clip);
 
 }  // namespace mimesis::mocap

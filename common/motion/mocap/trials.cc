@@ -1,4 +1,4 @@
-#include "common/motion/mocap/trials_file.h"
+#include "common/motion/mocap/trials.h"
 
 #include <fmt/format.h>
 
@@ -10,7 +10,7 @@
 
 #include "common/error.h"
 #include "common/motion/mocap/body.h"
-#include "common/motion/mocap/text_scanner.h"
+#include "common/motion/mocap/readers.h"
 
 namespace mimesis::mocap {
 namespace {

@@ -1,4 +1,4 @@
-#include "common/motion/mocap/trials_file.h"
+#include "common/motion/mocap/trials.h"
 
 #include <gtest/gtest.h>
 
