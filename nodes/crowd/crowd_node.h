@@ -34,8 +34,8 @@ struct RegionParams {
 
 /// A walking robot on port `robot`.
 struct RobotParams {
-  int agent = -1;       ///< number of the external agent that it is; none: the port is not heard
-  double step_s = 0.8;  ///< of one of its steps
+  int agent = -1;       ///< number of the robot's external agent; -1: the port is ignored
+  double step_s = 0.8;  ///< duration of one of its steps
 };
 
 struct CrowdParams {

@@ -7,11 +7,11 @@
 
 namespace mimesis::synthesizer {
 
-/// What is to be done before the first message on port `goal`.
+/// Goal that is set before the first message on port `goal`.
 struct FirstGoalParams {
-  std::string kind = "none";    ///< none, walk_to, drawer
-  double x_m = 0.0, y_m = 0.0;  ///< in W [m]
-  double object_depth_m = 0.2;  ///< of drawer: behind its front [m]
+  std::string kind = "none";    ///< kind of goal: none, walk_to, drawer
+  double x_m = 0.0, y_m = 0.0;  ///< place in W [m]
+  double object_depth_m = 0.2;  ///< distance of a drawer's object behind its front [m]
 };
 
 /// Settings of motion for a walking robot.

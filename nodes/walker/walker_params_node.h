@@ -26,7 +26,7 @@ struct GaitParams {
 /// Place of the robot at the start: middle of its feet in W.
 struct PlaceParams {
   double x_m = 0.0, y_m = 0.0;  ///< [m]
-  double heading_rad = 0.0;     ///< + to the left [rad]
+  double heading_rad = 0.0;     ///< heading, + to the left [rad]
 };
 
 /// Conditions for balance to begin, and the movement to half-sitting.

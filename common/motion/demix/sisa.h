@@ -84,7 +84,7 @@ SisaResult smooth_sources(const mocap::Trials& set, const Mixture& mixture,
 
 struct WignerOptions {
   int sources = 4;                            ///< K
-  int turns = 12;                             ///< of (3.6), (3.7) and cross-correlation
+  int turns = 12;                             ///< iterations of (3.6), (3.7) and cross-correlation
   int factor_turns = 200;                     ///< multiplicative updates of (3.6) in each
   std::function<void(double)> progress = {};  ///< share of the work done; may be empty
 };

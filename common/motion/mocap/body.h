@@ -17,7 +17,7 @@ struct Joint {
 };
 
 /// A tree of ball joints. Frames of all joints are parallel in the zero posture: x forward, y left,
-/// z up, whatever the file's axes (readers convert).
+/// z up, for all files (readers convert).
 struct Skeleton {
   std::vector<Joint> joints;  ///< parents first; 0 is the root
   /// Ends of the chains (BVH "End Site", ASF bone tips): `parent` is the joint that carries them.

@@ -33,10 +33,9 @@ void write_clip(const Clip& clip, const std::string& file);
 double bvh_unit_m(const Skeleton& skeleton);
 
 /// Reads the text of a BVH file. Any order of channels, per joint; a position channel stands in
-/// place of the joint's OFFSET. Joints other than the root may have position channels if
-///  - they keep still (to 0.1 mm): their offset is then what frame 0 says, or
-///  - it is the only child of the root: if it moves, or the root stays at the origin, the two
-///  become
+/// place of the joint's OFFSET. Joints other than the root may have position channels if  - they
+/// keep still (to 0.1 mm): their offset is then that of frame 0, or  - it is the only child of the
+/// root: if it moves, or the root stays at the origin, the two  become
 ///    one root, which carries both motions (Bandai: joint_Root over Hips becomes Hips).
 /// Ends are named after their joint, "LeftToeBase_end". A frame time within 1e-4 of that of a whole
 /// rate means that rate (.0083333 s: 120 Hz).
@@ -51,9 +50,9 @@ Clip parse_bvh(std::string_view text, const std::string& file, const ReadOptions
 /// Precondition: at least one frame, a rate, names without braces, commas or line ends.
 std::string bvh_text(const Clip& clip);
 
-/// A skeleton of an ASF file and what an AMC file needs of it.
+/// Skeleton of an ASF file, with the data that an AMC file needs.
 struct AcclaimSkeleton {
-  /// What a number of an AMC line means: a shift along or a turn about an axis of the house.
+  /// Meaning of a number of an AMC line: a shift along or a turn about an axis of this project.
   struct Freedom {
     int axis = 0;
     bool position = false;  ///< of the root only
@@ -62,7 +61,7 @@ struct AcclaimSkeleton {
   struct Bone {
     Eigen::Quaterniond axes = Eigen::Quaterniond::Identity();  ///< C: its own axes, zero posture
     std::vector<Freedom> freedoms;  ///< in the order of the AMC's numbers
-    /// Of the rotations among `freedoms`, in the order in which they are applied.
+    /// Indices of the rotations among `freedoms`, in the order in which they are applied.
     std::vector<std::size_t> turns;
   };
   Skeleton skeleton;        ///< joints depth first, "root" first
@@ -74,15 +73,15 @@ struct AcclaimSkeleton {
 
 /// Reads the text of an ASF file. Lengths are in inches over `length` of :units (CMU's 0.45); bones
 /// without `dof` become joints that never turn; the tip of a bone without children is an end,
-/// "ltoes_end". Unknown sections and bone properties are passed over, as the format wants it.
-/// @throws ConfigError "file:line: ..."; for what cannot be held: dof tx ty tz l of a bone, a
+/// "ltoes_end". Unknown sections and bone properties are skipped, as the format requires.
+/// @throws ConfigError "file:line: ..."; for unsupported properties: dof tx ty tz l of a bone, a
 /// turned root (`orientation`)
 AcclaimSkeleton parse_asf(std::string_view text, const std::string& file,
                           const ReadOptions& options = {});
 
 /// Reads the text of an AMC file: the rotation of a bone is C·M·C⁻¹, M = R_last·…·R_first of its
-/// dof. Angles as the file says (:DEGREES, :RADIANS), or else as the ASF. Frames count up by one;
-/// each has the root and every bone with dof.
+/// dof. Angles in the file's unit (:DEGREES, :RADIANS), or else in that of the ASF. Frames count up
+/// by one; each has the root and every bone with dof.
 /// @param file  named in errors; its base name becomes the clip's
 /// @throws ConfigError "file:line: ..."
 Clip parse_amc(std::string_view text, const std::string& file, const AcclaimSkeleton& asf,

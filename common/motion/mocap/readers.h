@@ -24,9 +24,9 @@ class TextScanner {
 
   /// Next word, over line ends; '{' and '}' are words of their own. Empty at the end of the file.
   std::string_view word();
-  /// Next word on this line, empty at its end; does not go on to the next line.
+  /// Next word on this line, empty at its end.
   std::string_view word_in_line();
-  /// What is left of this line, without the blanks around it, up to '{' if there is one.
+  /// The rest of this line, trimmed, up to '{' if there is one.
   std::string_view rest_of_line();
   /// Goes to the next line that holds a word; false at the end of the file.
   bool next_line();
@@ -73,8 +73,8 @@ void write_bytes(const std::string& file, std::string_view bytes);
 /// Without the folder.
 std::string base_name(const std::string& file);
 
-/// Motion files are y up, facing +z, left +x; the house is z up, facing +x, left +y. So the axes
-/// permute, (x, y, z)_house = (z, x, y)_file, for points, axes and axis-angle vectors alike.
+/// Motion files are y up, facing +z, left +x; this project is z up, facing +x, left +y. So the axes
+/// permute, (x, y, z)_project = (z, x, y)_file, for points, axes and axis-angle vectors alike.
 inline Eigen::Vector3d from_file_axes(const Eigen::Vector3d& v) { return {v.z(), v.x(), v.y()}; }
 inline Eigen::Vector3d to_file_axes(const Eigen::Vector3d& v) { return {v.y(), v.z(), v.x()}; }
 /// 0, 1, 2 = x, y, z of the file -> the same axis in this project.

@@ -41,7 +41,7 @@ struct Trials {
 /// @throws ConfigError "file:line: what, expected ...": no trials, other columns, a number that is
 /// not finite, rows that are missing, twice, or of another trial
 Trials read_trials(const std::string& file);
-/// The same from memory; `file` names it in errors.
+/// Parses text in memory; `file` names it in errors.
 Trials parse_trials(std::string_view text, const std::string& file);
 
 /// Writes the same form, with the line of axes. Numbers are read back as the same bits.

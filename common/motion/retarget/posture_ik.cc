@@ -138,7 +138,7 @@ VectorXd step_towards(const GoalErrors& exact, const GoalErrors& wishes, const V
   return main + Z * H.ldlt().solve(downhill);
 }
 
-constexpr double kTooFar = 1e-10;           // of an end effector from its place [m, rad]
+constexpr double kTooFar = 1e-10;           // distance of an end effector from its place [m, rad]
 constexpr double kSmoothingBarrier = 1e-5;  // weight of LimitBarrier against E
 
 /// aₜ = 2qₜ − qₜ₋₁ − qₜ₊₁

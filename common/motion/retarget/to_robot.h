@@ -38,7 +38,7 @@ struct RobotClip {
   Posture posture(Eigen::Index frame) const;
 };
 
-/// One frame of what a robot shall do.
+/// One frame of a robot's goals.
 struct FrameGoals {
   std::vector<Goal> exact, wishes;
 };

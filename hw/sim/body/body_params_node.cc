@@ -9,7 +9,7 @@ double SimBodyParams::robot_rate_hz() const { return model::rate_of_robot(robot)
 
 BodyOptions body_options(const SimBodyParams& p) {
   BodyOptions options = p.body;
-  options.plant = p.plant == "servo" ? Plant::kServo : Plant::kSprings;
+  options.plant = p.plant == "servo" ? Plant::servo : Plant::springs;
   // A turn by the right hand about y lowers what lies ahead.
   options.slope_rad = {-p.slope_forward_rad, p.slope_left_rad};
   options.seed = static_cast<std::uint64_t>(p.seed);

@@ -72,8 +72,8 @@ struct SimBodyParams {
   double following_time_s = 0.1;      ///< time beyond following_window_rad until a fault [s]
 
   std::string plant = "springs";      ///< how joints follow: springs, servo
-  double slope_forward_rad = 0.0;     ///< of the ground, + rises forward [rad]
-  double slope_left_rad = 0.0;        ///< of the ground, + rises to the left [rad]
+  double slope_forward_rad = 0.0;     ///< slope of the ground, + rises forward [rad]
+  double slope_left_rad = 0.0;        ///< slope of the ground, + rises to the left [rad]
   int seed = 0;                       ///< of the sensors' noise [1]
   BodyOptions body{};                 ///< what else there is to say of robot and ground
   std::vector<Push> pushes{};         ///< impulses on links at given times

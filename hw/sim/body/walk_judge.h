@@ -15,7 +15,7 @@ struct WalkFigures {
   double step_error_max_m = 0.0, step_error_rms_m = 0.0;
   /// Along the other foot, against the wished length; 0 if none was wished.
   double step_length_error_max_m = 0.0;
-  double ankle_pitch_peak_n_m = 0.0;       ///< of the means over the ticks
+  double ankle_pitch_peak_n_m = 0.0;       ///< peak of the means over the ticks
   double ankle_pitch_slow_peak_n_m = 0.0;  ///< low-passed
   double normal_peak_n = 0.0;              ///< both feet, low-passed
   double raw_normal_peak_n = 0.0;          ///< both feet, of single steps of the physics
@@ -47,7 +47,7 @@ struct JudgedStep {
 /// Watches a walk in simulation. Call in the order of time.
 class WalkJudge {
  public:
-  /// After every tick. `plan`: nothing while there is none.
+  /// After every tick. `plan`: empty while there is none.
   void tick(const BodyTruth& truth, const std::optional<PlannedGround>& plan);
   /// The plan puts this foot on the ground at the tick that was last reported.
   void step(const JudgedStep& step);

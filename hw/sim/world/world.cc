@@ -200,7 +200,7 @@ void World::handle_object(const Eigen::Isometry3d& X_WE, const Hand& hand) {
   if (object_.state() == ObjectState::held) {
     object_.carry(X_WE);
     if (hand.closure < contact_.closure - kOpening) object_.release();
-    return;  // what is held stays between the fingers
+    return;  // a held object stays between the fingers
   }
   contact_ = grasp_contact({}, hand.grip, X_WE, object_.cylinder());
   if (contact_.reachable && object_.state() == ObjectState::resting &&

@@ -22,7 +22,7 @@ struct HandShape {
   double tips = 0.026;      ///< fingers end this far beyond E [m]
   double palm = 0.038;      ///< the palm ends this far before E [m]
   double pad = 0.016;       ///< half the width of a finger [m]
-  double overlap = 0.005;   ///< fingers must reach this far past what they hold [m]
+  double overlap = 0.005;   ///< fingers must reach this far past the held object [m]
   double max_tilt = 0.2;    ///< between the hand and the ideal grasp [rad]
 };
 
@@ -101,11 +101,11 @@ struct Verdict {
   bool placed = false;  ///< at rest, upright and released within the goal's radius, after a grasp
   double placement_error =
       -1.0;            ///< distance of the object's centre from the goal [m], -1 without goal
-  std::string reason;  ///< what went wrong; empty if nothing did
+  std::string reason;  ///< reason of a failure; empty otherwise
 };
 
-/// Judges by what happened to the object, not by what the planner says; the planner's reason
-/// explains a failure. Precondition: the object does not fall.
+/// Judges by the state of the object, not by the planner's report; the planner's reason explains a
+/// failure. Precondition: the object does not fall.
 Verdict judge(const TaskEnd& end, const ObjectModel& object,
               const std::vector<kin::GoalPlace>& goals);
 

@@ -72,7 +72,7 @@ bool on_line(const Eigen::Vector2d& wish, std::span<const Bound> bounds, std::si
   return true;
 }
 
-/// A direction for two who stand at the same point; the other's is opposite.
+/// A direction for two agents at the same point; the other's is opposite.
 Eigen::Vector2d apart(AgentId self, AgentId other) {
   constexpr double kGolden = 2.39996322972865332;
   const CosSin d = cos_sin_lane(kGolden * static_cast<double>((self + other) % 100'000));

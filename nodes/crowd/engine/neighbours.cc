@@ -54,7 +54,7 @@ Obstacles::Obstacles(std::span<const Pillar> pillars, std::span<const Wall> wall
   for (const Pillar& p : pillars) shapes_.push_back({p.position_W_m, p.position_W_m, p.radius_m});
   for (const Wall& w : walls) shapes_.push_back({w.from_W_m, w.to_W_m, 0.0});
   constexpr std::int64_t kMostCells = 10'000'000;
-  // Every cell that the box around what is within reach of the shape meets.
+  // All cells that meet the box around the shape and its reach.
   std::vector<std::pair<Cell, int>> places;
   std::int64_t total = 0;
   for (std::size_t s = 0; s < shapes_.size(); ++s) {

@@ -49,17 +49,18 @@ struct Steered {
 /// and prediction_term (engine/testing) to 2e-4 of the gains. Same bits on every instruction set.
 float steer(const Surroundings& around, const Steered& self, const SteerParams& p);
 
-/// v·n ≤ limit. Limits are not negative: who stands still breaks none.
+/// v·n ≤ limit. Limits are not negative: an agent at rest breaks none.
 struct Bound {
   Eigen::Vector2d n;  ///< unit vector to the other
   double limit_m_s;
 };
 
-/// How fast an agent may come closer to another: with h = gap/(2 headway) and m the mean of both
+/// Largest speed of an agent towards another: with h = gap/(2 headway) and m the mean of both
 /// velocities along n, v·n ≤ h + clamp(m, ±h). The other has n and m with the opposite sign, so
 /// together they close at most gap/headway: the gap never gets negative, in steps shorter than the
-/// headway. Who follows somebody may go as fast as that one. Barrier functions of this form are in
-/// [Ames et al., ECC 2019], halves of the velocity in RVO [van den Berg et al., ICRA 2008].
+/// headway. An agent that follows another may go as fast as that one. Barrier functions of this
+/// form are in [Ames et al., ECC 2019], halves of the velocity in RVO [van den Berg et al., ICRA
+/// 2008].
 inline double shared_limit(double gap_m, double headway_s, double mean_m_s) {
   const double h = gap_m > 0.0 ? gap_m / (2.0 * headway_s) : 0.0;
   const double m = mean_m_s < h ? mean_m_s : h;

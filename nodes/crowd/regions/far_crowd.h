@@ -104,8 +104,8 @@ class FarCrowd {
   void abandon(ScenarioRun& run);
 
   /// Where two claim an agent, the first coordinator has it: after silence on the way, not death.
-  /// Brings what others said to time `now`, that of the run's present state, and into the run. Why
-  /// a group cannot take them, or empty: it goes on without.
+  /// Extrapolates the others' reports to `now`, the time of the run's present state, and adds them
+  /// to the run. Returns why a group cannot take them, or empty: it continues without.
   std::string import(ScenarioRun& run, Time now);
   /// All agents of others as of the last import.
   std::span<const FarAgent> agents() const { return agents_; }

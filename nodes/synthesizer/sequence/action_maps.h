@@ -37,9 +37,9 @@ struct DrawerModel {
 Eigen::MatrixXd drawer_ramp(Eigen::Index samples);
 
 /// Learns the model: action 1 with tied delays; then actions 2 and 3 with those sources and delays,
-/// weights estimated anew, and the further sources from what they leave of both. (The text takes
-/// the residuals of action 2 for the further sources and only new weights for action 3: its
-/// residuals are then the largest of all.) Some seconds for 40 trials.
+/// weights estimated again, and the further sources from the residual of both. (The text takes the
+/// residuals of action 2 for the further sources and only new weights for action 3: its residuals
+/// are then the largest of all.) Some seconds for 40 trials.
 /// @throws ConfigError from demix::sisa.
 DrawerModel learn_drawer_model(const DrawerData& data, const DrawerModelOptions& options = {});
 

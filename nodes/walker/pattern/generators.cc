@@ -33,7 +33,7 @@ PatternSample sample_of(Steps steps, int ticks_ahead, const ComState& com, doubl
 PreviewPattern::PreviewPattern(const GaitSettings& settings)
     : settings_((check(settings), settings)),
       footsteps_(settings),
-      steps_(settings, Steps::Change::kAfterLanding),
+      steps_(settings, Steps::Change::after_landing),
       control_({.height_m = settings.com_height_m, .samples = kWindowTicks, .jerk_weight = 1e-6}),
       centre_(kCrossingTicks + kWindowTicks),
       reference_(kWindowTicks),
