@@ -11,7 +11,7 @@
 namespace mimesis::log {
 namespace {
 constexpr std::size_t kIds = 1 << 16;
-constexpr std::uint64_t kPart = 256 * 1024;  // of the summary, summed at once [bytes]
+constexpr std::uint64_t kSummaryPart = 256 * 1024;  // of the summary, summed at once [bytes]
 }  // namespace
 
 StreamReader::StreamReader(const Source& source, const ReaderLimits& limits)
@@ -226,7 +226,7 @@ void StreamReader::check_summary(const Footer& footer) {
   Window window(source_);
   while (at < end) {
     const auto part =
-        window.view(at, static_cast<std::size_t>(std::min<std::uint64_t>(end - at, kPart)));
+        window.view(at, static_cast<std::size_t>(std::min<std::uint64_t>(end - at, kSummaryPart)));
     if (!part || part->empty()) {
       damage(at, part ? "the file became shorter while it was read" : part.error().reason);
       return;

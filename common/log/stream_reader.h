@@ -6,7 +6,6 @@
 #include <string_view>
 #include <vector>
 
-#include "common/log/damage.h"
 #include "common/log/io.h"
 #include "common/log/pieces.h"
 #include "common/log/read_ahead.h"
