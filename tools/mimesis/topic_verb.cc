@@ -2,9 +2,7 @@
 #include <google/protobuf/message.h>
 #include <unistd.h>
 
-#include <CLI/App.hpp>
-#include <CLI/Config.hpp>
-#include <CLI/Formatter.hpp>
+#include <CLI/CLI.hpp>
 #include <chrono>
 #include <iostream>
 #include <map>
@@ -14,7 +12,7 @@
 #include "common/error.h"
 #include "common/runtime/raw.h"
 #include "common/runtime/value_text.h"
-#include "tools/mimesis/message_json.h"
+#include "tools/mimesis/field_text.h"
 #include "tools/mimesis/number_check.h"
 #include "tools/mimesis/rate_window.h"
 #include "tools/mimesis/table.h"

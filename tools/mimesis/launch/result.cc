@@ -11,7 +11,7 @@
 #include "common/error.h"
 #include "common/runtime/own_topics.h"
 #include "common/time.h"
-#include "tools/mimesis/message_json.h"
+#include "tools/mimesis/field_text.h"
 
 namespace mimesis::launch {
 namespace {
@@ -50,7 +50,7 @@ void ResultCollector::add(const std::string& topic, Stamp stamp,
   Sample sample{stamp, {}};
   for (const FieldPath& path : paths_.at(topic)) {
     try {
-      sample.values[path.field] = tool::field_word(message, path.field);
+      sample.values[path.field] = tool::field_json(message, path.field, /*words=*/true);
     } catch (const ConfigError& e) {
       throw ConfigError(to_string(path.place) + ": " + e.what());
     }

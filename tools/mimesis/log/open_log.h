@@ -7,18 +7,20 @@
 #include <optional>
 #include <string>
 #include <tuple>
+#include <utility>
 #include <vector>
 
+#include "common/log/crc32.h"
 #include "common/log/merged_reader.h"
 #include "common/log/summary.h"
+#include "tools/mimesis/log/provenance.h"
 #include "tools/mimesis/progress.h"
 #include "tools/mimesis/topic_filter.h"
 
 // The source of every verb: one or several logs, read as one in the order of log time.
 namespace mimesis::tool {
 
-/// Ends a verb: a line for standard error, or none, and the exit code. Thrown, or returned as an
-/// error.
+/// Thrown to end a verb: a line for standard error, or none, and the exit code.
 struct VerbEnd {
   std::string line;
   int exit_code;
@@ -32,13 +34,11 @@ struct OpenLog {
   log::Summary summary;
 };
 
-/// Opens a file: exit code 3 if it is not there, 1 if it is no log.
-tl::expected<OpenLog, VerbEnd> open_log(const std::string& path);
-/// Opens several files as one log: the parts of a split recording, or logs of several hosts. Fails
-/// with the first that cannot be opened.
-tl::expected<std::vector<OpenLog>, VerbEnd> open_logs(const std::vector<std::string>& paths);
-/// As `open_logs`. @throws VerbEnd
-std::vector<OpenLog> opened(const std::vector<std::string>& paths);
+/// Opens a file. @throws VerbEnd with exit code 3 if it is not there, 1 if it is no log
+OpenLog open_log(const std::string& path);
+/// Opens several files as one log: the parts of a split recording, or logs of several hosts.
+/// @throws VerbEnd with the first that cannot be opened
+std::vector<OpenLog> open_logs(const std::vector<std::string>& paths);
 
 /// Earliest and latest log time of all [ns]; both 0 without a message.
 struct Span {
@@ -179,7 +179,17 @@ class Sequence {
 class LatchedRepeats {
  public:
   /// True if the message before it of this topic, node and start was the same.
-  bool repeated(const Item& item);
+  bool repeated(const Item& item) {
+    const auto [known, fresh] = channels_.try_emplace(item.channel, nullptr);
+    if (fresh && is_latched(*item.channel)) {
+      const log::Channel& channel = *item.channel;
+      known->second = &last_[{channel.topic, sender_of(channel), start_of(channel)}];
+    }
+    const log::Message& m = *item.message;
+    if (known->second == nullptr || m.sequence == 0) return false;
+    const Last now{m.sequence, m.publish_time, log::crc32(0, m.data)};
+    return std::exchange(*known->second, now) == now;
+  }
 
  private:
   struct Last {
@@ -192,17 +202,6 @@ class LatchedRepeats {
   std::map<std::tuple<std::string, std::string, std::string>, Last> last_;
 };
 
-/// What a recorder received of one topic of one node, and how many did not come.
-struct LossCount {
-  std::uint64_t received = 0, lost = 0;
-  bool operator==(const LossCount&) const = default;
-};
-
-/// The content of metadata "mimesis.counts" of one log or the sum of several: by "TOPIC (NODE)",
-/// without the total.
-using LossCounts = std::map<std::string, LossCount>;
-
-inline constexpr const char* kCountsName = "mimesis.counts";
 /// Metadata of a recovered log: "TOPIC (NODE)" -> "missing=N" where that is known.
 inline constexpr const char* kRecoveredName = "mimesis.recovered";
 
@@ -212,7 +211,4 @@ std::string loss_key(const log::Channel& channel);
 void add_losses(const std::map<std::string, std::string>& metadata, LossCounts& counts);
 /// Of all logs; nothing if none has counts (killed recorder, foreign log).
 std::optional<LossCounts> read_losses(const std::vector<OpenLog>& logs);
-/// As the recorder writes it, with the total.
-log::Metadata losses_metadata(const LossCounts& counts);
-
 }  // namespace mimesis::tool

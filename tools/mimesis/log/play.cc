@@ -4,10 +4,7 @@
 #include <sys/eventfd.h>
 #include <sys/prctl.h>
 
-#include <CLI/App.hpp>
-#include <CLI/Config.hpp>
-#include <CLI/Formatter.hpp>
-#include <CLI/Validators.hpp>
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -28,8 +25,7 @@
 #include "proto/player.pb.h"
 #include "proto/runtime.pb.h"
 #include "tools/mimesis/launch/process.h"
-#include "tools/mimesis/log/play_terminal.h"
-#include "tools/mimesis/log/play_timing.h"
+#include "tools/mimesis/log/play_parts.h"
 #include "tools/mimesis/log/playback.h"
 #include "tools/mimesis/log/verb_options.h"
 #include "tools/mimesis/number_check.h"
@@ -581,7 +577,7 @@ int play_in_lockstep(const PlayOptions& options, Playback& playback) {
   bus_options.clock = runtime::ClockKind::lockstep;
   runtime::ZmqBus bus(bus_options);
   RawOuts outs = advertise(bus, playback.topics());
-  const auto clock = runtime::make_lockstep_clock(bus, kFirstRate_hz, 0.0, stop.fd());
+  const auto clock = runtime::make_clock(bus_options.clock, bus, kFirstRate_hz, 0.0, stop.fd());
   bus.ready();
   runtime::notify_ready();
   bool begun = false, more = true, leave = false;
@@ -618,7 +614,7 @@ int log_play(PlayOptions& options) {
   if (options.read_ahead_mb > 0.0) {
     options.ahead.bytes = static_cast<std::size_t>(options.read_ahead_mb * kMegabyte);
   }
-  Playback playback(opened(options.files), options.playback);
+  Playback playback(open_logs(options.files), options.playback);
   for (const std::string& line : playback.notes()) std::cerr << line << '\n';
   return options.lockstep ? play_in_lockstep(options, playback)
                           : PacedPlayer(options, playback).run();

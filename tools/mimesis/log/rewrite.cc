@@ -2,9 +2,7 @@
 
 #include <fmt/format.h>
 
-#include <CLI/App.hpp>
-#include <CLI/Config.hpp>
-#include <CLI/Formatter.hpp>
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -196,7 +194,7 @@ class SortedRuns {
       if (held_bytes_ >= options_.memory) write_run();
     });
     write_run();
-    out.read("sort", opened(paths_), {}, [&](const Item& item) { out.copy(item); });
+    out.read("sort", open_logs(paths_), {}, [&](const Item& item) { out.copy(item); });
     out.count_damages(log_);
   }
 
@@ -448,7 +446,7 @@ bool Thinning::keep(const log::Channel& channel, std::uint64_t log_time) {
 int log_filter(FilterOptions options) {
   Thinning thinning(options.every, options.max_rate);
   const log::Metadata notes = notes_of(options.notes);
-  const auto logs = opened(options.inputs);
+  const auto logs = open_logs(options.inputs);
   if (!options.inputs_of.empty()) {
     const auto needed = topics_for_replay(logs, options.inputs_of);
     options.topics.insert(options.topics.end(), needed.begin(), needed.end());
@@ -482,7 +480,7 @@ std::pair<std::string, double> parse_offset(const std::string& text) {
 
 int log_merge(const MergeOptions& options) {
   const auto offsets = offsets_ns(options);
-  const auto logs = opened(options.inputs);
+  const auto logs = open_logs(options.inputs);
   NewLog out(options.output, logs);
   LatchedRepeats repeats;
   out.read(
@@ -500,7 +498,7 @@ int log_merge(const MergeOptions& options) {
 }
 
 int log_sort(const SortOptions& options) {
-  auto logs = opened(options.inputs);
+  auto logs = open_logs(options.inputs);
   OpenLog& log = logs.front();
   if (log.summary.from_file) {  // an index that is wrong must not spoil the order
     auto scanned = log::scan(*log.source);
