@@ -23,17 +23,14 @@ constexpr std::size_t kLeastChunkHead =
 
 bool chunk_starts(std::string_view bytes, std::uint64_t left) {
   Decoder d(bytes);
-  const auto opcode = d.integer<Opcode>();
+  if (d.integer<Opcode>() != Opcode::chunk) return false;
   const auto length = d.integer<std::uint64_t>();
-  if (opcode != Opcode::chunk || length > left - kRecordHead) return false;
-  const auto start = d.integer<std::uint64_t>();
-  const auto end = d.integer<std::uint64_t>();
-  d.integer<std::uint64_t>();
-  d.integer<std::uint32_t>();
-  const std::string_view compression = d.string();
-  const auto size = d.integer<std::uint64_t>();
-  return d.ok() && start <= end && parse_compression(compression) &&
-         length == 3 * 8 + 4 + 4 + compression.size() + 8 + size;
+  Chunk chunk;
+  std::uint64_t size = 0;
+  return length <= left - kRecordHead && decode_head(d.rest(), chunk, size) &&
+         chunk.message_start_time <= chunk.message_end_time &&
+         parse_compression(chunk.compression) &&
+         length == 3 * 8 + 4 + 4 + chunk.compression.size() + 8 + size;
 }
 
 bool data_end_starts(std::string_view bytes, std::uint64_t left) {

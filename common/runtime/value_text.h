@@ -2,6 +2,7 @@
 #include <charconv>
 #include <chrono>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -20,6 +21,12 @@ std::optional<Integer> to_whole(std::string_view text, int base = 10) {
 }
 std::optional<int> to_int(std::string_view text);    ///< "010" is nothing: octal or ten?
 std::optional<bool> to_bool(std::string_view text);  ///< "true" or "false"
+/// A number of at least 0 in these units, in the smallest: "1.5 min" -> 90e9 ns; below 9e18.
+struct TextUnit {
+  std::string_view name;
+  double size;
+};
+std::optional<double> to_amount(std::string_view text, std::span<const TextUnit> units);
 /// "2s", "500ms", "1.5 min": not negative; units ns us ms s min h.
 std::optional<std::chrono::nanoseconds> to_duration(std::string_view text);
 

@@ -98,19 +98,6 @@ void set_schedule(Prepared& p, const Sched& sched) {
 
 }  // namespace
 
-Fd& Fd::operator=(Fd&& other) noexcept {
-  if (this != &other) {
-    reset();
-    std::swap(fd_, other.fd_);
-  }
-  return *this;
-}
-
-void Fd::reset() {
-  if (fd_ >= 0) close(fd_);
-  fd_ = -1;
-}
-
 std::string Ending::text() const {
   if (signal == 0) return "ended with exit code " + std::to_string(code);
   const char* name = sigabbrev_np(signal);

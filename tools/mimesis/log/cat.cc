@@ -105,7 +105,7 @@ class MessagePrinter {
     const std::string_view data = item.message->data;
     text.raw(printer.fields.empty() ? ",\"message\":" : ",\"fields\":{");
     if (printer.message != nullptr) {
-      if (printer.message->ParseFromArray(data.data(), static_cast<int>(data.size()))) {
+      if (parse(data, *printer.message)) {
         if (printer.fields.empty()) return text.message(*printer.message);
         for (const FieldPath& path : printer.fields) {
           if (&path != &printer.fields.front()) text.raw(",");

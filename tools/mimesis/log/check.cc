@@ -175,7 +175,7 @@ class MessageCheck {
       return;
     }
     Message& decoded = *prototype->second;
-    if (!decoded.ParseFromArray(message.data.data(), static_cast<int>(message.data.size()))) {
+    if (!parse(message.data, decoded)) {
       state.invalid.add(reader_.offset(), 1, fmt::format("no {}", decoded.GetTypeName()));
     } else if (!state.unknown_fields) {
       state.unknown_fields = has_unknown_fields(decoded);

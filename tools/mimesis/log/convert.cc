@@ -320,8 +320,7 @@ ConvertResult to_candump(const ConvertOptions& options) {
   const log::Selection selection{[&](const log::Channel& c) { return wanted.contains(&c); }};
   const std::uint64_t damages = scan_logs(logs, selection, "convert", [&](const Item& item) {
     v1::CanFrame frame;
-    const std::string_view data = item.message->data;
-    if (!frame.ParseFromArray(data.data(), static_cast<int>(data.size()))) {
+    if (!parse(item, frame)) {
       return say_damage(result.damages, item.channel->topic,
                         fmt::format("seq {} is no valid CanFrame", item.message->sequence));
     }

@@ -326,10 +326,9 @@ void put_yuv(double y, double u, double v, std::uint8_t* bgr) {
 /// A file NAME.png or the like of the image in a message.
 tl::expected<void, Status> write_image(const Item& item, const ExportOptions& options,
                                        const std::string& name, FileNames& names) {
-  const auto size = static_cast<int>(item.message->data.size());
   if (item.schema->name == "foxglove.CompressedImage") {
     foxglove::CompressedImage image;
-    if (!image.ParseFromArray(item.message->data.data(), size)) return no_image("no valid message");
+    if (!parse(item, image)) return no_image("no valid message");
     const std::string& format = image.format();
     const bool plain = !format.empty() && format.size() < 8 &&
                        std::ranges::all_of(format, [](unsigned char c) { return std::isalnum(c); });
@@ -337,7 +336,7 @@ tl::expected<void, Status> write_image(const Item& item, const ExportOptions& op
     return write_file(names.unique(name, format == "jpeg" ? ".jpg" : "." + format), image.data());
   }
   foxglove::RawImage raw;
-  if (!raw.ParseFromArray(item.message->data.data(), size)) return no_image("no valid message");
+  if (!parse(item, raw)) return no_image("no valid message");
   const auto image = raw_image(raw);
   if (!image) return tl::unexpected(image.error());
   return options.format == "jpeg"

@@ -1,4 +1,6 @@
 #pragma once
+#include <google/protobuf/message_lite.h>
+
 #include <cstdint>
 #include <functional>
 #include <limits>
@@ -139,6 +141,14 @@ std::uint64_t report_losses(const OpenLog& log, const std::vector<log::Damage>& 
                             std::uint64_t count);
 
 using Item = log::MergedReader::Item;
+
+/// False if `data` holds something else.
+inline bool parse(std::string_view data, google::protobuf::MessageLite& message) {
+  return message.ParseFromArray(data.data(), static_cast<int>(data.size()));
+}
+inline bool parse(const Item& item, google::protobuf::MessageLite& message) {
+  return parse(item.message->data, message);
+}
 
 /// For verbs that look: hands every selected message to `take`, with a bar named `what` on a
 /// terminal. Returns the number of damages, which standard error tells unless `silent` (a second

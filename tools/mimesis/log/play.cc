@@ -43,7 +43,6 @@ struct PlayOptions {
   std::vector<std::string> remaps;
   PlaybackOptions playback;  ///< of these
   PlayAheadLimits ahead;
-  double read_ahead_mb = 0.0;   ///< 0: as `ahead` says
   std::string name = "player";  ///< in the graph
   double rate = 1.0;            ///< recorded seconds per second of wall time [1]
   int loops = 1;                ///< 0: until stopped
@@ -608,12 +607,8 @@ int play_in_lockstep(const PlayOptions& options, Playback& playback) {
 /// Returns the exit code: 0, 1 if something could not be read or reached no subscriber, 130 if
 /// interrupted. @throws ConfigError, VerbEnd
 int log_play(PlayOptions& options) {
-  constexpr double kMegabyte = 1e6;
   options.playback.filter = filter_of(options.topics);
   options.playback.remap = PlayRemap(options.remaps);
-  if (options.read_ahead_mb > 0.0) {
-    options.ahead.bytes = static_cast<std::size_t>(options.read_ahead_mb * kMegabyte);
-  }
   Playback playback(open_logs(options.files), options.playback);
   for (const std::string& line : playback.notes()) std::cerr << line << '\n';
   return options.lockstep ? play_in_lockstep(options, playback)
@@ -660,7 +655,10 @@ void add_play_manner(CLI::App& play, PlayOptions& o) {
                   "Read so many recorded seconds ahead [s]; default: 0.5, more when that is too "
                   "little")
       ->check(number_above_zero);
-  play.add_option("--read-ahead-mb", o.read_ahead_mb, "But not more than this [MB]; default: 134")
+  play.add_option_function<double>(
+          "--read-ahead-mb",
+          [&o](double mb) { o.ahead.bytes = static_cast<std::size_t>(mb * 1e6); },
+          "But not more than this [MB]; default: 134")
       ->check(number_above_zero);
   play.add_option("--name", o.name, "Name of the player in the graph")->capture_default_str();
   play.add_flag("--no-keys", o.no_keys, "Leave the keyboard alone");

@@ -68,12 +68,6 @@ inline std::uint64_t start_id_of(const log::Channel& channel) {
   return runtime::to_whole<std::uint64_t>(start_of(channel)).value_or(0);
 }
 
-/// False if `item` holds something else.
-inline bool parse(const Item& item, google::protobuf::MessageLite& message) {
-  const std::string_view data = item.message->data;
-  return message.ParseFromArray(data.data(), static_cast<int>(data.size()));
-}
-
 /// Every life in the logs that left a NODE/start, in order of time.
 inline std::vector<Life> find_lives(const std::vector<OpenLog>& logs) {
   std::vector<Life> lives;

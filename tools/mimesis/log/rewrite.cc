@@ -133,8 +133,7 @@ std::set<std::string> topics_for_replay(const std::vector<OpenLog>& logs, const 
       merged(logs, {[&](const log::Channel& channel) { return channel.topic == start; }});
   while (const Item* item = reader.next()) {
     v1::NodeStart described;
-    const std::string_view data = item->message->data;
-    if (!described.ParseFromArray(data.data(), static_cast<int>(data.size()))) continue;
+    if (!parse(*item, described)) continue;
     topics.insert({start, node + "/steps"});
     for (const auto& input : described.inputs()) topics.insert(input.topic());
     for (const auto& output : described.outputs()) topics.insert(output.topic());

@@ -235,8 +235,7 @@ class LayerPainter {
     if (!source) return;
     painters_.emplace(source->topic, [see](std::string_view payload, const Draw& draw) {
       T message;
-      return message.ParseFromArray(payload.data(), static_cast<int>(payload.size())) &&
-             see(message, draw);
+      return parse(payload, message) && see(message, draw);
     });
   }
   template <class T, class View>
