@@ -6,7 +6,6 @@
 
 #include <algorithm>
 
-#include "common/log/buffer.h"
 #include "common/log/io.h"
 
 namespace mimesis::log {

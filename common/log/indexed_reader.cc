@@ -6,7 +6,6 @@
 #include <optional>
 #include <tuple>
 
-#include "common/log/buffer.h"
 #include "common/log/crc32.h"
 #include "common/log/salvage.h"
 #include "common/log/wire.h"

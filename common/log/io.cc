@@ -162,23 +162,17 @@ tl::expected<std::string_view, Status> Window::view(std::uint64_t offset, std::s
     const bool keep = offset >= start_ && offset < start_ + filled_;
     const std::size_t kept = keep ? static_cast<std::size_t>(start_ + filled_ - offset) : 0;
     const std::size_t need = std::max(wanted, kReadAhead);
-    const char* from = keep ? buffer_.get() + (offset - start_) : nullptr;
-    if (need > capacity_) {
-      auto larger = std::make_unique_for_overwrite<char[]>(need);
-      if (keep) std::memcpy(larger.get(), from, kept);
-      buffer_ = std::move(larger);
-      capacity_ = need;
-    } else if (keep) {
-      std::memmove(buffer_.get(), from, kept);
-    }
+    char* bytes = buffer_.reserve(0);
+    if (keep) std::memmove(bytes, bytes + (offset - start_), kept);
+    bytes = buffer_.reserve(need, kept);
     start_ = offset;
     filled_ = kept;
-    auto n = source_.read(offset + kept, buffer_.get() + kept, need - kept);
+    auto n = source_.read(offset + kept, bytes + kept, need - kept);
     if (!n) return tl::unexpected(n.error());
     filled_ += *n;
   }
   const auto at = static_cast<std::size_t>(offset - start_);
-  return std::string_view(buffer_.get() + at, std::min(wanted, filled_ - at));
+  return std::string_view(buffer_.reserve(0) + at, std::min(wanted, filled_ - at));
 }
 
 }  // namespace mimesis::log

@@ -1,5 +1,6 @@
 #pragma once
 #include <cstdint>
+#include <cstring>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -64,6 +65,25 @@ class MemorySource final : public Source {
   std::string_view bytes_;
 };
 
+/// Memory that is not cleared before use, and kept: untouched parts cost nothing.
+class Buffer {
+ public:
+  /// At least `size` bytes; the first `kept` of the former ones stay.
+  char* reserve(std::size_t size, std::size_t kept = 0) {
+    if (size > capacity_) {
+      auto larger = std::make_unique_for_overwrite<char[]>(size);
+      if (kept > 0) std::memcpy(larger.get(), bytes_.get(), kept);
+      bytes_ = std::move(larger);
+      capacity_ = size;
+    }
+    return bytes_.get();
+  }
+
+ private:
+  std::unique_ptr<char[]> bytes_;
+  std::size_t capacity_ = 0;
+};
+
 /// A window that slides over a Source, reading ahead.
 class Window {
  public:
@@ -73,8 +93,8 @@ class Window {
 
  private:
   const Source& source_;
-  std::unique_ptr<char[]> buffer_;
-  std::size_t capacity_ = 0, filled_ = 0;
+  Buffer buffer_;
+  std::size_t filled_ = 0;
   std::uint64_t start_ = 0;
 };
 

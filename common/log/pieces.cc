@@ -5,7 +5,6 @@
 #include <algorithm>
 
 #include "common/log/crc32.h"
-#include "common/log/resync.h"
 #include "common/log/salvage.h"
 #include "common/log/wire.h"
 
@@ -17,6 +16,59 @@ constexpr std::size_t kPart = 256 * 1024;  // bytes that are summed at once with
 constexpr std::size_t kChunkHead = 4096;   // with room for any name of a codec [bytes]
 // a sector: unit of missing data after a power cut [bytes]
 constexpr std::size_t kZeroRun = 512;
+
+constexpr std::size_t kSearchPiece = 64 * 1024;
+constexpr std::size_t kDataEnd = kRecordHead + sizeof(std::uint32_t);
+constexpr std::size_t kLeastChunkHead =
+    kRecordHead + 3 * 8 + 4 + 4 + 4 + 8;  // with the longest name, "lz4"/"zstd"
+
+bool chunk_starts(std::string_view bytes, std::uint64_t left) {
+  Decoder d(bytes);
+  if (d.integer<Opcode>() != Opcode::chunk) return false;
+  const auto length = d.integer<std::uint64_t>();
+  Chunk chunk;
+  std::uint64_t size = 0;
+  return length <= left - kRecordHead && decode_head(d.rest(), chunk, size) &&
+         chunk.message_start_time <= chunk.message_end_time &&
+         parse_compression(chunk.compression) &&
+         length == 3 * 8 + 4 + 4 + chunk.compression.size() + 8 + size;
+}
+
+bool data_end_starts(std::string_view bytes, std::uint64_t left) {
+  Decoder d(bytes);
+  if (d.integer<Opcode>() != Opcode::data_end ||
+      d.integer<std::uint64_t>() != sizeof(std::uint32_t)) {
+    return false;
+  }
+  d.integer<std::uint32_t>();
+  const std::uint64_t behind = left - std::min(left, std::uint64_t{kDataEnd});
+  if (!d.ok() || behind < kRecordHead) return d.ok() && behind == 0;
+  const auto opcode = d.integer<Opcode>();  // of the summary, or the footer
+  return opcode >= Opcode::footer && opcode <= Opcode::summary_offset &&
+         opcode != Opcode::message && opcode != Opcode::chunk &&
+         d.integer<std::uint64_t>() <= behind - kRecordHead;
+}
+
+/// The first offset >= `from` where a Chunk or DataEnd record certainly starts: all lengths in its
+/// head agree with each other and with the size of the file. O(size) once.
+std::optional<std::uint64_t> find_record(Window& window, std::uint64_t file_size,
+                                         std::uint64_t from) {
+  while (from < file_size) {
+    const auto bytes = window.view(from, kSearchPiece + kLeastChunkHead);
+    if (!bytes || bytes->empty()) return std::nullopt;
+    const std::size_t starts = bytes->size() <= kSearchPiece ? bytes->size() : kSearchPiece;
+    for (std::size_t i = 0; i < starts; ++i) {
+      const auto opcode = static_cast<Opcode>((*bytes)[i]);
+      if (opcode != Opcode::chunk && opcode != Opcode::data_end) continue;
+      const std::uint64_t left = file_size - from - i;
+      if (left < kRecordHead) return std::nullopt;
+      const std::string_view here = bytes->substr(i, kLeastChunkHead);
+      if (chunk_starts(here, left) || data_end_starts(here, left)) return from + i;
+    }
+    from += starts;
+  }
+  return std::nullopt;
+}
 
 }  // namespace
 

@@ -10,10 +10,11 @@
 /// The records of an MCAP file. A record on the wire: opcode (1 byte), length of the content (8),
 /// content. Times are nanoseconds, offsets and lengths bytes, offsets count from the start of the
 /// file.
+#include "common/log/wire.h"
+
 namespace mimesis::log {
 
 inline constexpr std::string_view kMagic{"\x89MCAP0\r\n", 8};
-inline constexpr std::size_t kRecordHead = 9;                     ///< opcode and length
 inline constexpr std::size_t kMessageHead = 2 + 4 + 8 + 8;        ///< fields before its payload
 inline constexpr std::size_t kFooterSize = kRecordHead + 20 + 8;  ///< with the closing magic
 
@@ -132,20 +133,84 @@ using Record =
     std::variant<Header, Schema, Channel, Message, Attachment, Metadata, DataEnd, Statistics,
                  MetadataIndex, AttachmentIndex, ChunkIndex, SummaryOffset, Footer>;
 
+// --- Records: their fields in the order of the file
+
+template <class T>
+struct Layout;
+template <Opcode kCode, auto... kMembers>
+struct Fields {
+  static constexpr Opcode kOpcode = kCode;
+  template <class T>
+  static void append(std::string& out, const T& r) {
+    (put(out, r.*kMembers), ...);
+  }
+  template <class T>
+  static bool decode(Decoder& d, T& r) {
+    bool ok = true;
+    ((ok = take(d, r.*kMembers) && ok), ...);
+    return ok && d.ok();
+  }
+};
+template <>
+struct Layout<Header> : Fields<Opcode::header, &Header::profile, &Header::library> {};
+template <>
+struct Layout<Schema>
+    : Fields<Opcode::schema, &Schema::id, &Schema::name, &Schema::encoding, &Schema::data> {};
+template <>
+struct Layout<Channel> : Fields<Opcode::channel, &Channel::id, &Channel::schema_id, &Channel::topic,
+                                &Channel::message_encoding, &Channel::metadata> {};
+template <>
+struct Layout<Message> : Fields<Opcode::message, &Message::channel_id, &Message::sequence,
+                                &Message::log_time, &Message::publish_time> {};
+template <>
+struct Layout<Chunk>
+    : Fields<Opcode::chunk, &Chunk::message_start_time, &Chunk::message_end_time,
+             &Chunk::uncompressed_size, &Chunk::uncompressed_crc, &Chunk::compression> {};
+template <>
+struct Layout<MessageIndex>
+    : Fields<Opcode::message_index, &MessageIndex::channel_id, &MessageIndex::records> {};
+template <>
+struct Layout<ChunkIndex> : Fields<Opcode::chunk_index, &ChunkIndex::message_start_time,
+                                   &ChunkIndex::message_end_time, &ChunkIndex::chunk_start_offset,
+                                   &ChunkIndex::chunk_length, &ChunkIndex::message_index_offsets,
+                                   &ChunkIndex::message_index_length, &ChunkIndex::compression,
+                                   &ChunkIndex::compressed_size, &ChunkIndex::uncompressed_size> {};
+template <>
+struct Layout<Attachment>
+    : Fields<Opcode::attachment, &Attachment::log_time, &Attachment::create_time, &Attachment::name,
+             &Attachment::media_type> {};
+template <>
+struct Layout<AttachmentIndex>
+    : Fields<Opcode::attachment_index, &AttachmentIndex::offset, &AttachmentIndex::length,
+             &AttachmentIndex::log_time, &AttachmentIndex::create_time, &AttachmentIndex::data_size,
+             &AttachmentIndex::name, &AttachmentIndex::media_type> {};
+template <>
+struct Layout<Statistics>
+    : Fields<Opcode::statistics, &Statistics::message_count, &Statistics::schema_count,
+             &Statistics::channel_count, &Statistics::attachment_count, &Statistics::metadata_count,
+             &Statistics::chunk_count, &Statistics::message_start_time,
+             &Statistics::message_end_time, &Statistics::channel_message_counts> {};
+template <>
+struct Layout<Metadata> : Fields<Opcode::metadata, &Metadata::name, &Metadata::metadata> {};
+template <>
+struct Layout<MetadataIndex> : Fields<Opcode::metadata_index, &MetadataIndex::offset,
+                                      &MetadataIndex::length, &MetadataIndex::name> {};
+template <>
+struct Layout<SummaryOffset> : Fields<Opcode::summary_offset, &SummaryOffset::group_opcode,
+                                      &SummaryOffset::group_start, &SummaryOffset::group_length> {};
+template <>
+struct Layout<DataEnd> : Fields<Opcode::data_end, &DataEnd::data_section_crc> {};
+template <>
+struct Layout<Footer> : Fields<Opcode::footer, &Footer::summary_start,
+                               &Footer::summary_offset_start, &Footer::summary_crc> {};
+
 /// Appends a whole record.
-void append(std::string& out, const Header& r);
-void append(std::string& out, const Schema& r);
-void append(std::string& out, const Channel& r);
+template <class T>
+void append(std::string& out, const T& r) {
+  const RecordFrame frame(out, static_cast<char>(Layout<T>::kOpcode));
+  Layout<T>::append(out, r);
+}
 void append(std::string& out, const Message& r);
-void append(std::string& out, const MessageIndex& r);
-void append(std::string& out, const ChunkIndex& r);
-void append(std::string& out, const AttachmentIndex& r);
-void append(std::string& out, const Statistics& r);
-void append(std::string& out, const Metadata& r);
-void append(std::string& out, const MetadataIndex& r);
-void append(std::string& out, const SummaryOffset& r);
-void append(std::string& out, const DataEnd& r);
-void append(std::string& out, const Footer& r);
 /// The two with a large payload: everything up to it; for an attachment its CRC goes after the
 /// data.
 void append_head(std::string& out, const Chunk& r);
@@ -153,21 +218,17 @@ void append_head(std::string& out, const Attachment& r);
 
 /// Decodes the content of a record; views point into `content`. False if it is too short for its
 /// fields. Bytes behind the known fields are skipped: later versions of the format append fields.
-bool decode(std::string_view content, Header& r);
-bool decode(std::string_view content, Schema& r);
-bool decode(std::string_view content, Channel& r);
+template <class T>
+bool decode(std::string_view content, T& r) {
+  Decoder d(content);
+  return Layout<T>::decode(d, r);
+}
 bool decode(std::string_view content, Message& r);
 bool decode(std::string_view content, Chunk& r);
 /// The fields before its records; `r.records`: all behind them, `size`: how many of these bytes
 /// they should be.
 bool decode_head(std::string_view content, Chunk& r, std::uint64_t& size);
-bool decode(std::string_view content, ChunkIndex& r);
 bool decode(std::string_view content, Attachment& r);
-bool decode(std::string_view content, AttachmentIndex& r);
-bool decode(std::string_view content, Statistics& r);
-bool decode(std::string_view content, Metadata& r);
-bool decode(std::string_view content, MetadataIndex& r);
-bool decode(std::string_view content, SummaryOffset& r);
 bool decode(std::string_view content, DataEnd& r);
 bool decode(std::string_view content, Footer& r);
 

@@ -1,14 +1,275 @@
 #include "common/log/writer.h"
 
+#include <atomic>
+#include <condition_variable>
 #include <limits>
+#include <mutex>
+#include <queue>
+#include <thread>
 
-#include "common/log/chunk_worker.h"
-#include "common/log/file_body.h"
+#include "common/log/crc32.h"
+#include "common/log/spill.h"
 
 namespace mimesis::log {
 namespace {
 constexpr std::size_t kMaxIds = std::numeric_limits<std::uint16_t>::max();
 }
+
+/// The file as it grows: compresses, sums, writes and remembers where things stand. Used by one
+/// thread at a time; `position` by any. A failure is final: all later calls return it.
+class FileBody {
+ public:
+  FileBody(Sink& sink, const WriterOptions& options)
+      : sink_(sink),
+        options_(options),
+        compressor_(options.compression, options.zstd_level),
+        chunk_indexes_(sink.folder()) {
+    append(record_, Header{options.profile, options.library});
+    record_.insert(0, kMagic);
+    status_ = emit(record_);
+  }
+
+  Result record(std::string_view bytes) { return emit(bytes); }
+  Result chunk(ChunkBuffer& closed) {
+    if (!status_) return status_;
+    const auto compressed = compressor_.run(closed.records);
+    if (!compressed) return status_ = tl::unexpected(compressed.error());
+    const std::uint32_t crc = crc32(0, closed.records);
+    const Chunk head{closed.start_time,
+                     closed.end_time,
+                     closed.records.size(),
+                     crc,
+                     std::string(wire_name(options_.compression)),
+                     *compressed};
+    ChunkIndex index{.message_start_time = closed.start_time,
+                     .message_end_time = closed.end_time,
+                     .chunk_start_offset = position(),
+                     .chunk_length = 0,
+                     .message_index_offsets = {},
+                     .message_index_length = 0,
+                     .compression = head.compression,
+                     .compressed_size = compressed->size(),
+                     .uncompressed_size = closed.records.size()};
+    record_.clear();
+    append_head(record_, head);
+    if (auto done = emit(record_); !done) return done;
+    const bool as_is = options_.compression == Compression::none;
+    if (auto done = emit(*compressed, as_is ? crc : crc32(0, *compressed)); !done) return done;
+    index.chunk_length = position() - index.chunk_start_offset;
+
+    record_.clear();
+    for (std::size_t id = 0; id < closed.messages.size(); ++id) {
+      MessageIndex& messages = closed.messages[id];
+      if (messages.records.empty()) continue;
+      messages.channel_id = static_cast<std::uint16_t>(id);
+      index.message_index_offsets[messages.channel_id] = position() + record_.size();
+      append(record_, messages);
+    }
+    index.message_index_length = record_.size();
+    if (auto done = emit(record_); !done) return done;
+    record_.clear();
+    append(record_, index);
+    chunk_indexes_.append(record_);
+    return status_;
+  }
+  Result attachment(const Attachment& attachment) {
+    AttachmentIndex index{position(),
+                          0,
+                          attachment.log_time,
+                          attachment.create_time,
+                          attachment.data.size(),
+                          attachment.name,
+                          attachment.media_type};
+    record_.clear();
+    append_head(record_, attachment);
+    const std::uint32_t head_crc = crc32(0, std::string_view(record_).substr(kRecordHead));
+    const std::uint32_t data_crc = crc32(0, attachment.data);
+    const std::uint32_t crc = crc32_join(head_crc, data_crc, attachment.data.size());
+    if (auto done = emit(record_); !done) return done;
+    if (auto done = emit(attachment.data, data_crc); !done) return done;
+    if (auto done = emit({reinterpret_cast<const char*>(&crc), sizeof crc}); !done) return done;
+    index.length = position() - index.offset;
+    attachment_indexes_.push_back(std::move(index));
+    return status_;
+  }
+  Result metadata(const Metadata& metadata) {
+    record_.clear();
+    append(record_, metadata);
+    metadata_indexes_.push_back({position(), record_.size(), metadata.name});
+    return emit(record_);
+  }
+  Result flush() {
+    if (!status_) return status_;
+    return status_ = sink_.flush();
+  }
+  Result sync() {
+    if (!status_) return status_;
+    return status_ = sink_.sync();
+  }
+  /// Ends the data, writes the summary and closes the sink.
+  Result finish(const std::vector<Schema>& schemas, const std::vector<Channel>& channels,
+                const Statistics& statistics) {
+    record_.clear();
+    append(record_, DataEnd{crc_});
+    if (auto done = emit(record_); !done) return done;
+    if (auto done = write_summary(schemas, channels, statistics); !done) return done;
+    return status_ = sink_.close();
+  }
+
+  std::uint64_t position() const { return position_.load(std::memory_order_relaxed); }
+  const Result& status() const { return status_; }
+
+ private:
+  Result emit(std::string_view bytes) { return emit(bytes, crc32(0, bytes)); }
+  Result emit(std::string_view bytes, std::uint32_t crc_of_bytes) {
+    if (!status_) return status_;
+    crc_ = crc32_join(crc_, crc_of_bytes, bytes.size());
+    position_.store(position() + bytes.size(), std::memory_order_relaxed);
+    return status_ = sink_.write(bytes);
+  }
+  Result write_summary(const std::vector<Schema>& schemas, const std::vector<Channel>& channels,
+                       const Statistics& statistics) {
+    crc_ = 0;
+    const std::uint64_t start = position();
+    std::vector<SummaryOffset> groups;
+    const auto group = [&](Opcode opcode, bool wanted, const auto& records) {
+      if (!wanted || records.empty()) return;
+      record_.clear();
+      for (const auto& r : records) append(record_, r);
+      groups.push_back({opcode, position(), record_.size()});
+      static_cast<void>(emit(record_));  // status_ keeps a failure
+    };
+    // The order of the reference writer.
+    group(Opcode::schema, options_.repeat_schemas, schemas);
+    group(Opcode::channel, options_.repeat_channels, channels);
+    group(Opcode::statistics, options_.statistics, std::vector{statistics});
+    group(Opcode::metadata_index, options_.metadata_index, metadata_indexes_);
+    group(Opcode::attachment_index, options_.attachment_index, attachment_indexes_);
+    if (options_.chunk_index && chunk_indexes_.size() > 0) {
+      groups.push_back({Opcode::chunk_index, position(), chunk_indexes_.size()});
+      const Result done =
+          chunk_indexes_.read([this](std::string_view piece) { return emit(piece); });
+      if (status_ && !done) status_ = done;
+    }
+
+    Footer footer{};
+    if (position() > start) footer.summary_start = start;
+    record_.clear();
+    if (options_.summary_offsets && !groups.empty()) {
+      footer.summary_offset_start = position();
+      for (const SummaryOffset& g : groups) append(record_, g);
+    }
+    append(record_, footer);
+    const std::size_t covered = record_.size() - sizeof footer.summary_crc;
+    footer.summary_crc = crc32(crc_, std::string_view(record_).substr(0, covered));
+    record_.resize(covered);
+    record_.append(reinterpret_cast<const char*>(&footer.summary_crc), sizeof footer.summary_crc);
+    record_.append(kMagic);
+    return emit(record_);
+  }
+
+  Sink& sink_;
+  const WriterOptions& options_;
+  Compressor compressor_;
+  Result status_;
+  std::atomic<std::uint64_t> position_ = 0;
+  std::uint32_t crc_ = 0;  ///< of all bytes so far; of the summary once that has begun
+  std::string record_;     ///< scratch
+
+  Spill chunk_indexes_;  ///< records: all that grows with the file
+  std::vector<AttachmentIndex> attachment_indexes_;
+  std::vector<MetadataIndex> metadata_indexes_;
+};
+
+/// Writes closed chunks into the file on a thread of its own, in the order they are handed over. At
+/// most kInFlight are on their way: then the caller waits. Their memory goes round.
+class ChunkWorker {
+ public:
+  static constexpr std::size_t kInFlight = 3;
+
+  explicit ChunkWorker(FileBody& body) : body_(body), status_(body.status()), failed_(!status_) {
+    for (std::size_t i = 0; i < kInFlight; ++i) spare_.push_back(std::make_unique<ChunkBuffer>());
+    thread_ = std::thread([this] { run(); });
+  }
+  /// Everything handed over is written before.
+  ~ChunkWorker() {
+    {
+      const std::scoped_lock lock(mutex_);
+      stopping_ = true;
+    }
+    to_do_.notify_one();
+    thread_.join();
+  }
+
+  /// Takes the chunk (nothing, if it is empty) and gives back a cleared one. `flush`: all so far
+  /// goes out of this process as soon as it is written. Returns what earlier ones met.
+  Result put(ChunkBuffer& chunk, bool flush) {
+    std::unique_lock lock(mutex_);
+    done_.wait(lock, [this] { return jobs_.size() < kInFlight; });
+    if (!status_) return status_;
+    std::unique_ptr<ChunkBuffer> taken;
+    if (!chunk.records.empty()) {
+      taken = std::move(spare_.back());
+      spare_.pop_back();
+      std::swap(*taken, chunk);
+    }
+    jobs_.push({std::move(taken), flush});
+    lock.unlock();
+    to_do_.notify_one();
+    return {};
+  }
+  /// Waits until all is written; the body is the caller's until the next `put`.
+  Result wait() {
+    std::unique_lock lock(mutex_);
+    done_.wait(lock, [this] { return jobs_.empty(); });
+    return status_;
+  }
+  /// What was met so far.
+  Result status() {
+    if (!failed_.load(std::memory_order_relaxed)) return {};
+    const std::scoped_lock lock(mutex_);
+    return status_;
+  }
+
+ private:
+  struct Job {
+    std::unique_ptr<ChunkBuffer> chunk;
+    bool flush;
+  };
+  void run() {
+    std::unique_lock lock(mutex_);
+    while (true) {
+      to_do_.wait(lock, [this] { return stopping_ || !jobs_.empty(); });
+      if (jobs_.empty()) return;
+      Job& job = jobs_.front();
+      lock.unlock();
+      Result done;
+      if (job.chunk) {
+        done = body_.chunk(*job.chunk);
+        job.chunk->clear();
+      }
+      if (done && job.flush) done = body_.flush();
+      lock.lock();
+      if (job.chunk) spare_.push_back(std::move(job.chunk));
+      jobs_.pop();
+      if (!done) {
+        status_ = done;
+        failed_.store(true, std::memory_order_relaxed);
+      }
+      done_.notify_one();
+    }
+  }
+
+  FileBody& body_;
+  std::mutex mutex_;
+  std::condition_variable to_do_, done_;
+  std::queue<Job> jobs_;  ///< the first one is in work
+  std::vector<std::unique_ptr<ChunkBuffer>> spare_;
+  bool stopping_ = false;
+  Result status_;  ///< copy of the body's
+  std::atomic<bool> failed_ = false;
+  std::thread thread_;
+};
 
 Writer::Writer(Sink& sink, WriterOptions options)
     : options_(std::move(options)), body_(std::make_unique<FileBody>(sink, options_)) {

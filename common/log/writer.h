@@ -1,4 +1,5 @@
 #pragma once
+#include <algorithm>
 #include <cstdint>
 #include <map>
 #include <memory>
@@ -6,7 +7,6 @@
 #include <string_view>
 #include <vector>
 
-#include "common/log/chunk_buffer.h"
 #include "common/log/codec.h"
 #include "common/log/io.h"
 #include "common/log/records.h"
@@ -15,6 +15,32 @@ namespace mimesis::log {
 
 class ChunkWorker;
 class FileBody;
+
+/// The records of a chunk that is being filled, and what its indexes will say. Memory is kept when
+/// it is cleared.
+struct ChunkBuffer {
+  std::string records;
+  std::uint64_t start_time = 0, end_time = 0;  ///< of its messages; 0 without
+  bool has_messages = false;
+  std::vector<MessageIndex> messages;  ///< by channel id; most may be empty
+
+  void add(const Message& message, bool indexed) {
+    start_time = has_messages ? std::min(start_time, message.log_time) : message.log_time;
+    end_time = std::max(end_time, message.log_time);
+    has_messages = true;
+    if (indexed) {
+      if (message.channel_id >= messages.size()) messages.resize(message.channel_id + 1u);
+      messages[message.channel_id].records.emplace_back(message.log_time, records.size());
+    }
+    append(records, message);
+  }
+  void clear() {
+    records.clear();
+    start_time = end_time = 0;
+    has_messages = false;
+    for (MessageIndex& index : messages) index.records.clear();
+  }
+};
 
 struct WriterOptions {
   std::string profile = {};         ///< "" unless the file follows a published profile

@@ -1,4 +1,5 @@
 #pragma once
+#include <algorithm>
 #include <cstdint>
 #include <map>
 #include <optional>
@@ -22,27 +23,79 @@ class Conductor {
  public:
   /// @param participants  names of the nodes without which time does not begin
   /// @param until         last time of a step; later than any due time: no end
-  Conductor(std::vector<std::string> participants, Time until);
+  Conductor(std::vector<std::string> participants, Time until)
+      : awaited_(participants.begin(), participants.end()), until_(until) {}
 
   struct Go {
     std::uint64_t start_id = 0;  ///< id of the node it is for
     v1::StepGo message;
   };
 
-  /// A node joins; it takes part from the next `advance` on.
-  void join(const v1::LockstepJoin& join);
-  /// A node has gone: the conductor no longer waits for it.
-  void leave(std::uint64_t start_id);
-  void report(std::uint64_t start_id, const v1::StepReport& report);
+  /// A node wants to take part; it does from the next `advance` on.
+  void join(const v1::LockstepJoin& join) {
+    if (!(join.rate_hz() > 0.0)) return;
+    joining_[join.node()] = join;
+    awaited_.erase(join.node());
+    if (!begun_) time_ = std::max(time_, Time(static_cast<std::int64_t>(join.resume_ns())));
+  }
+  /// A node is gone: nobody waits for it any more.
+  void leave(std::uint64_t start_id) {
+    std::erase_if(joining_, [&](const auto& entry) { return entry.second.start_id() == start_id; });
+    std::erase_if(latched_, [&](const auto& entry) { return entry.first.second == start_id; });
+    members_.erase(start_id);
+  }
+  void report(std::uint64_t start_id, const v1::StepReport& report) {
+    const auto it = members_.find(start_id);
+    if (it == members_.end() || !it->second.stepping) return;
+    it->second.stepping = false;
+    if (report.next_ns() > 0) {
+      it->second.next =
+          std::max(Time(static_cast<std::int64_t>(report.next_ns())), time_ + Time(1));
+    }
+    reported_[it->second.name] = report.published();
+  }
 
-  /// The next steps; none while a step is running, a participant is missing or there is no
-  /// participant.
-  std::vector<Go> advance();
+  /// The next steps; none while a step is running, a participant is missing or nobody is there.
+  std::vector<Go> advance() {
+    const auto stepping = [](const auto& entry) { return entry.second.stepping; };
+    if (ended_ || !awaited_.empty() || std::any_of(members_.begin(), members_.end(), stepping))
+      return {};
+    for (const auto& [name, published] : reported_) distribute(published);
+    reported_.clear();
+    admit();
+    if (members_.empty()) return {};
+    begun_ = true;
+
+    const auto earlier = [](const auto& a, const auto& b) {
+      return a.second.due() < b.second.due();
+    };
+    const Time due = std::min_element(members_.begin(), members_.end(), earlier)->second.due();
+    ended_ = due > until_;
+    if (!ended_) time_ = due;
+    std::vector<Go> gos;
+    for (auto& [start_id, member] : members_) {
+      if (!ended_ && member.due() != due) continue;
+      Go& go = gos.emplace_back();
+      go.start_id = start_id;
+      go.message.set_time_ns(static_cast<std::uint64_t>(time_.count()));
+      go.message.set_generation(generation_);
+      go.message.set_ended(ended_);
+      go.message.mutable_visible()->Swap(&member.pending);
+      member.pending.Clear();
+      if (std::exchange(member.next, std::nullopt)) {
+        member.schedule.skip_past(time_);
+      } else {
+        member.schedule.advance();
+      }
+      member.stepping = true;
+    }
+    return gos;
+  }
 
   Time time() const { return time_; }  ///< time of the steps last released
   bool ended() const { return ended_; }
   /// Names of participants that have not joined yet.
-  std::vector<std::string> missing() const;
+  std::vector<std::string> missing() const { return {awaited_.begin(), awaited_.end()}; }
   std::size_t members() const { return members_.size(); }
 
  private:
@@ -57,8 +110,31 @@ class Conductor {
     Time due() const { return next ? *next : schedule.due(); }
   };
 
-  void admit();
-  void distribute(const Published& published);
+  void admit() {
+    for (const auto& [name, join] : joining_) {
+      Member member{.name = name,
+                    .schedule = Schedule(join.rate_hz(), join.offset_s(), Time(0)),
+                    .inputs = {join.inputs().begin(), join.inputs().end()},
+                    .pending = {}};
+      if (begun_ || time_ > Time(0)) member.schedule.skip_past(time_);
+      for (const auto& [key, publication] : latched_) {
+        if (member.inputs.contains(key.first)) *member.pending.Add() = publication;
+      }
+      members_.insert_or_assign(join.start_id(), std::move(member));
+    }
+    if (!joining_.empty()) ++generation_;
+    for (const auto& [name, join] : joining_) distribute(join.published());
+    joining_.clear();
+  }
+  void distribute(const Published& published) {
+    for (const v1::Publication& publication : published) {
+      if (publication.latched())
+        latched_[{publication.topic(), publication.start_id()}] = publication;
+      for (auto& [start_id, member] : members_) {
+        if (member.inputs.contains(publication.topic())) *member.pending.Add() = publication;
+      }
+    }
+  }
 
   std::set<std::string> awaited_;
   Time until_, time_{};

@@ -41,13 +41,11 @@ class WallClock final : public NodeClock {
     }
   }
   Time now() const override { return wall_now(); }
-  std::uint64_t overruns() const override { return overruns_; }
 
  private:
   ZmqBus& bus_;
   std::array<int, 1> stop_;
   Schedule schedule_;
-  std::uint64_t overruns_ = 0;
 };
 
 using namespace std::chrono_literals;
@@ -84,7 +82,6 @@ class SimClock final : public NodeClock {
   Time now() const override {
     return time_ + Time(std::llround(factor_ * static_cast<double>((wall_now() - wall_).count())));
   }
-  std::uint64_t overruns() const override { return overruns_; }
 
  private:
   Time wall_of(Time t) const {
@@ -116,7 +113,6 @@ class SimClock final : public NodeClock {
   Time time_{}, wall_{};
   double factor_ = 0.0;
   std::optional<Schedule> schedule_;
-  std::uint64_t overruns_ = 0;
 };
 
 /// A participant of lock-step time: the conductor decides when it steps and which messages the step
@@ -167,7 +163,6 @@ class LockstepClock final : public NodeClock {
   }
 
   Time now() const override { return time_; }
-  std::uint64_t overruns() const override { return 0; }
 
  private:
   Time begin() {
@@ -214,23 +209,21 @@ class LockstepClock final : public NodeClock {
 
 }  // namespace
 
-std::unique_ptr<NodeClock> make_wall_clock(ZmqBus& bus, double rate_hz, double offset_s,
-                                           int stop_fd) {
-  return std::make_unique<WallClock>(bus, rate_hz, offset_s, stop_fd);
-}
-
 void add_clock_wiring(BusOptions& options) {
   if (options.clock == ClockKind::sim) options.in.emplace(kPort, "clock/time");
 }
 
-std::unique_ptr<NodeClock> make_sim_clock(ZmqBus& bus, double rate_hz, double offset_s,
-                                          int stop_fd) {
-  return std::make_unique<SimClock>(bus, rate_hz, offset_s, stop_fd);
-}
-
-std::unique_ptr<NodeClock> make_lockstep_clock(ZmqBus& bus, double rate_hz, double offset_s,
-                                               int stop_fd) {
-  return std::make_unique<LockstepClock>(bus, rate_hz, offset_s, stop_fd);
+std::unique_ptr<NodeClock> make_clock(ClockKind kind, ZmqBus& bus, double rate_hz, double offset_s,
+                                      int stop_fd) {
+  switch (kind) {
+    case ClockKind::wall:
+      return std::make_unique<WallClock>(bus, rate_hz, offset_s, stop_fd);
+    case ClockKind::sim:
+      return std::make_unique<SimClock>(bus, rate_hz, offset_s, stop_fd);
+    case ClockKind::lockstep:
+      return std::make_unique<LockstepClock>(bus, rate_hz, offset_s, stop_fd);
+  }
+  return nullptr;
 }
 
 }  // namespace mimesis::runtime

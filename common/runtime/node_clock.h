@@ -23,15 +23,14 @@ class NodeClock {
   virtual void done() = 0;
   virtual Time now() const = 0;
   /// Steps that ended after the next one was due.
-  virtual std::uint64_t overruns() const = 0;
+  std::uint64_t overruns() const { return overruns_; }
+
+ protected:
+  std::uint64_t overruns_ = 0;
 };
 
 /// @param stop_fd  readable when the node shall stop
-std::unique_ptr<NodeClock> make_wall_clock(ZmqBus& bus, double rate_hz, double offset_s,
-                                           int stop_fd);
-std::unique_ptr<NodeClock> make_sim_clock(ZmqBus& bus, double rate_hz, double offset_s,
-                                          int stop_fd);
-std::unique_ptr<NodeClock> make_lockstep_clock(ZmqBus& bus, double rate_hz, double offset_s,
-                                               int stop_fd);
+std::unique_ptr<NodeClock> make_clock(ClockKind kind, ZmqBus& bus, double rate_hz, double offset_s,
+                                      int stop_fd);
 
 }  // namespace mimesis::runtime

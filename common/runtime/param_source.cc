@@ -107,14 +107,14 @@ class Writer : public ParamVisitor {
     leaf(key, flow(value), "list of text");
   }
 
-  std::string out;
-
- protected:
+ private:
   virtual void leaf(std::string_view key, const std::string& value, const std::string& allowed) = 0;
 };
 
 class YamlWriter final : public Writer {
  public:
+  std::string out;
+
   void group(std::string_view key, const VisitParams& visit) override {
     line(fmt::format("{}:", key));
     indent_ += 2;
@@ -146,9 +146,15 @@ class YamlWriter final : public Writer {
   bool dash_ = false;  // the next line starts an element of a list
 };
 
-/// One entry per value: "view.focal_px=740", "axes.0.node=1".
+/// One entry per value: "view.focal_px", "axes.0.node".
 class FlatWriter final : public Writer {
  public:
+  struct Entry {
+    std::string path, value, allowed;
+  };
+  /// `lists`: their elements have entries; else the whole list has one.
+  FlatWriter(const VisitParams& visit, bool lists) : lists_(lists) { visit(*this); }
+
   void group(std::string_view key, const VisitParams& visit) override {
     const std::string outer = std::exchange(prefix_, prefix_ + std::string(key) + ".");
     visit(*this);
@@ -156,41 +162,20 @@ class FlatWriter final : public Writer {
   }
   void elements(std::string_view key, std::size_t size, const std::function<void(std::size_t)>&,
                 const std::function<void(ParamVisitor&, std::size_t)>& visit) override {
+    if (!lists_) return leaf(key, fmt::format("({})", size), "list");
     for (std::size_t i = 0; i < size; ++i) {
       group(fmt::format("{}.{}", key, i), [&](ParamVisitor& v) { visit(v, i); });
     }
   }
 
-  std::vector<std::string> entries;
-
- private:
-  void leaf(std::string_view key, const std::string& value, const std::string&) override {
-    const bool bare = value.starts_with('"') && value.find_first_of(" \\") == std::string::npos;
-    entries.push_back(
-        fmt::format("{}{}={}", prefix_, key, bare ? value.substr(1, value.size() - 2) : value));
-  }
-
-  std::string prefix_;
-};
-
-class HelpWriter final : public Writer {
- public:
-  void group(std::string_view key, const VisitParams& visit) override {
-    const std::string outer = prefix_;
-    prefix_ += std::string(key) + ".";
-    visit(*this);
-    prefix_ = outer;
-  }
-  void elements(std::string_view key, std::size_t size, const std::function<void(std::size_t)>&,
-                const std::function<void(ParamVisitor&, std::size_t)>&) override {
-    leaf(key, fmt::format("({})", size), "list");
-  }
+  std::vector<Entry> entries;
 
  private:
   void leaf(std::string_view key, const std::string& value, const std::string& allowed) override {
-    out += fmt::format("  {:<28} {:<16} {}\n", prefix_ + std::string(key), value, allowed);
+    entries.push_back({prefix_ + std::string(key), value, allowed});
   }
 
+  bool lists_;
   std::string prefix_;
 };
 
@@ -229,74 +214,64 @@ ParamReader::Found ParamReader::look_up(std::string_view key) {
   return found;
 }
 
-std::string ParamReader::scalar(const Found& found, std::string_view expected, bool& ok) {
-  ok = false;
-  if (found.yaml == nullptr) return {};
+std::optional<std::string> ParamReader::scalar(const Found& found, std::string_view expected) {
+  if (found.yaml == nullptr) return std::nullopt;
   if (found.yaml->kind != Yaml::Kind::scalar) {
     mistake(found.yaml->place, found.path,
             fmt::format("expected {}, found {}", expected, found.yaml->described()));
-    return {};
+    return std::nullopt;
   }
   try {
-    std::string text = variables_.expand(*found.yaml);
-    ok = true;
-    return text;
+    return variables_.expand(*found.yaml);
   } catch (const ConfigError& e) {
     mistakes_.push_back({found.yaml->place, e.what()});
-    return {};
+    return std::nullopt;
   }
+}
+
+template <class T>
+std::optional<T> ParamReader::number(const Found& found, T lo, T hi) {
+  constexpr bool kWhole = std::is_integral_v<T>;
+  const std::string_view expected = kWhole ? "a whole number" : "a number";
+  const auto text = scalar(found, expected);
+  if (!text) return std::nullopt;
+  std::optional<T> value;
+  if constexpr (kWhole) {
+    value = to_int(*text);
+  } else {
+    value = to_double(*text);
+  }
+  if (!value) {
+    mistake(found.yaml->place, found.path, fmt::format("expected {}, found '{}'", expected, *text));
+  } else if (*value < lo || *value > hi) {
+    mistake(found.yaml->place, found.path, fmt::format("{} is outside [{}, {}]", *text, lo, hi));
+    value.reset();
+  }
+  return value;
 }
 
 void ParamReader::operator()(std::string_view key, double& value, double lo, double hi) {
-  const Found found = look_up(key);
-  demand(found, lo <= value && value <= hi, fmt::format("a number in [{}, {}]", lo, hi));
-  bool ok = false;
-  const std::string text = scalar(found, "a number", ok);
-  if (!ok) return;
-  const auto number = to_double(text);
-  if (!number) {
-    mistake(found.yaml->place, found.path, fmt::format("expected a number, found '{}'", text));
-  } else if (*number < lo || *number > hi) {
-    mistake(found.yaml->place, found.path, fmt::format("{} is outside [{}, {}]", text, lo, hi));
-  } else {
-    value = *number;
-  }
+  value = number(look_up(key), lo, hi).value_or(value);
 }
 
 void ParamReader::operator()(std::string_view key, int& value, int lo, int hi) {
-  const Found found = look_up(key);
-  demand(found, lo <= value && value <= hi, fmt::format("a whole number in [{}, {}]", lo, hi));
-  bool ok = false;
-  const std::string text = scalar(found, "a whole number", ok);
-  if (!ok) return;
-  const auto number = to_int(text);
-  if (!number) {
-    mistake(found.yaml->place, found.path,
-            fmt::format("expected a whole number, found '{}'", text));
-  } else if (*number < lo || *number > hi) {
-    mistake(found.yaml->place, found.path, fmt::format("{} is outside [{}, {}]", text, lo, hi));
-  } else {
-    value = *number;
-  }
+  value = number(look_up(key), lo, hi).value_or(value);
 }
 
 void ParamReader::operator()(std::string_view key, bool& value) {
   const Found found = look_up(key);
-  bool ok = false;
-  const std::string text = scalar(found, "true or false", ok);
-  if (!ok) return;
-  if (const auto flag = to_bool(text)) {
+  const auto text = scalar(found, "true or false");
+  if (!text) return;
+  if (const auto flag = to_bool(*text)) {
     value = *flag;
   } else {
-    mistake(found.yaml->place, found.path, fmt::format("expected true or false, found '{}'", text));
+    mistake(found.yaml->place, found.path,
+            fmt::format("expected true or false, found '{}'", *text));
   }
 }
 
 void ParamReader::operator()(std::string_view key, std::string& value) {
-  const Found found = look_up(key);
-  bool ok = false;
-  std::string text = scalar(found, "text", ok);
-  if (ok) value = std::move(text);
+  value = scalar(look_up(key), "text").value_or(value);
 }
 
 void ParamReader::operator()(std::string_view key, std::string& value,
@@ -304,25 +279,19 @@ void ParamReader::operator()(std::string_view key, std::string& value,
   const Found found = look_up(key);
   const std::vector<std::string> known(choices.begin(), choices.end());
   const std::string expected = fmt::format("one of {}", fmt::join(known, ", "));
-  demand(found, std::ranges::find(known, value) != known.end(), expected);
-  bool ok = false;
-  std::string text = scalar(found, expected, ok);
-  if (!ok) return;
-  if (std::find(known.begin(), known.end(), text) == known.end()) {
+  const auto text = scalar(found, expected);
+  if (!text) return;
+  if (std::ranges::find(known, *text) == known.end()) {
     mistake(found.yaml->place, found.path,
-            fmt::format("expected {}, found '{}'{}", expected, text, did_you_mean(text, known)));
+            fmt::format("expected {}, found '{}'{}", expected, *text, did_you_mean(*text, known)));
   } else {
-    value = std::move(text);
+    value = *text;
   }
 }
 
-std::vector<Yaml> ParamReader::sequence(const Found& found, bool& ok) {
-  ok = false;
-  if (found.yaml == nullptr) return {};
-  if (found.yaml->kind == Yaml::Kind::sequence) {
-    ok = true;
-    return found.yaml->items;
-  }
+std::optional<std::vector<Yaml>> ParamReader::sequence(const Found& found) {
+  if (found.yaml == nullptr) return std::nullopt;
+  if (found.yaml->kind == Yaml::Kind::sequence) return found.yaml->items;
   // A list can come as text only from outside the file: --set, or a variable that is the whole
   // value.
   const bool variable =
@@ -330,65 +299,51 @@ std::vector<Yaml> ParamReader::sequence(const Found& found, bool& ok) {
   if (found.yaml->place.file != kSet && !variable) {
     mistake(found.yaml->place, found.path,
             fmt::format("expected a list, found {}", found.yaml->described()));
-    return {};
+    return std::nullopt;
   }
-  const std::string text = scalar(found, "a list", ok);
-  if (!ok || !text.starts_with('[')) return split_at_commas(text, found.yaml->place);
+  const auto text = scalar(found, "a list");
+  if (!text) return std::nullopt;
+  if (!text->starts_with('[')) return split_at_commas(*text, found.yaml->place);
   try {
-    return parse_yaml(text, kSet).items;
+    return parse_yaml(*text, kSet).items;
   } catch (const ConfigError& e) {
-    ok = false;
     mistake(found.yaml->place, found.path, e.what());
-    return {};
+    return std::nullopt;
   }
+}
+
+/// `read`: nothing, with a mistake noted, if an element is wrong; then the list stays as it is.
+template <class T, class Read>
+void ParamReader::read_list(std::string_view key, std::vector<T>& value, std::size_t size,
+                            const Read& read) {
+  const Found found = look_up(key);
+  const auto items = sequence(found);
+  if (!items) return;
+  if (size != 0 && items->size() != size) {
+    return mistake(found.yaml->place, found.path,
+                   fmt::format("expected {} numbers, found {}", size, items->size()));
+  }
+  std::vector<T> read_items;
+  for (std::size_t i = 0; i < items->size(); ++i) {
+    auto item = read(Found{&(*items)[i], fmt::format("{}.{}", found.path, i)});
+    if (item) read_items.push_back(*std::move(item));
+  }
+  if (read_items.size() == items->size()) value = std::move(read_items);
 }
 
 void ParamReader::operator()(std::string_view key, std::vector<double>& value, double lo, double hi,
                              std::size_t size) {
-  const Found found = look_up(key);
-  demand(found, size == 0 || value.size() == size, fmt::format("{} numbers", size));
-  bool ok = false;
-  const std::vector<Yaml> items = sequence(found, ok);
-  if (!ok) return;
-  if (size != 0 && items.size() != size) {
-    mistake(found.yaml->place, found.path,
-            fmt::format("expected {} numbers, found {}", size, items.size()));
-    return;
-  }
-  std::vector<double> numbers;
-  for (std::size_t i = 0; i < items.size(); ++i) {
-    const Found item{&items[i], fmt::format("{}.{}", found.path, i)};
-    const std::string text = scalar(item, "a number", ok);
-    if (!ok) continue;
-    const auto number = to_double(text);
-    if (!number) {
-      mistake(items[i].place, item.path, fmt::format("expected a number, found '{}'", text));
-    } else if (*number < lo || *number > hi) {
-      mistake(items[i].place, item.path, fmt::format("{} is outside [{}, {}]", text, lo, hi));
-    } else {
-      numbers.push_back(*number);
-    }
-  }
-  if (numbers.size() == items.size()) value = std::move(numbers);
+  read_list(key, value, size, [&](const Found& item) { return number(item, lo, hi); });
 }
 
 void ParamReader::operator()(std::string_view key, std::vector<std::string>& value) {
-  const Found found = look_up(key);
-  bool ok = false;
-  const std::vector<Yaml> items = sequence(found, ok);
-  if (!ok) return;
-  std::vector<std::string> texts;
-  for (std::size_t i = 0; i < items.size(); ++i) {
-    std::string text = scalar({&items[i], fmt::format("{}.{}", found.path, i)}, "text", ok);
-    if (ok) texts.push_back(std::move(text));
-  }
-  if (texts.size() == items.size()) value = std::move(texts);
+  read_list(key, value, 0, [&](const Found& item) { return scalar(item, "text"); });
 }
 
 void ParamReader::report_unknown_keys() {
   if (map_ == nullptr) return;
   for (const Yaml::Entry& entry : map_->entries) {
-    if (std::find(keys_.begin(), keys_.end(), entry.key) == keys_.end()) {
+    if (std::ranges::find(keys_, entry.key) == keys_.end()) {
       mistake(entry.place, path_of(entry.key),
               "unknown parameter" + did_you_mean(entry.key, keys_));
     }
@@ -425,12 +380,11 @@ void ParamReader::elements(std::string_view key, std::size_t size,
                            const std::function<void(std::size_t)>& resize,
                            const std::function<void(ParamVisitor&, std::size_t)>& visit) {
   const Found found = look_up(key);
-  bool listed = false;
-  const std::vector<Yaml> items = sequence(found, listed);
-  if (listed) resize(items.size());
-  for (std::size_t i = 0; i < (listed ? items.size() : size); ++i) {
+  const auto items = sequence(found);
+  if (items) resize(items->size());
+  for (std::size_t i = 0; i < (items ? items->size() : size); ++i) {
     const std::string path = fmt::format("{}.{}", found.path, i);
-    const Yaml* item = listed ? &items[i] : nullptr;
+    const Yaml* item = items ? &(*items)[i] : nullptr;
     if (item != nullptr && item->kind != Yaml::Kind::map) {
       mistake(item->place, path,
               fmt::format("expected a map of parameters, found {}", item->described()));
@@ -448,9 +402,8 @@ void ParamReader::finish() {
     }
   }
   if (mistakes_.empty()) return;
-  std::stable_sort(mistakes_.begin(), mistakes_.end(), [](const Mistake& a, const Mistake& b) {
-    return std::pair(a.place.line, a.place.column) < std::pair(b.place.line, b.place.column);
-  });
+  std::ranges::stable_sort(
+      mistakes_, {}, [](const Mistake& m) { return std::pair(m.place.line, m.place.column); });
   std::string lines;
   for (const Mistake& m : mistakes_) lines += (lines.empty() ? "" : "\n") + m.line;
   throw ConfigError(lines);
@@ -540,15 +493,20 @@ std::string dump_params(const VisitParams& visit) {
 }
 
 std::vector<std::string> flat_params(const VisitParams& visit) {
-  FlatWriter writer;
-  visit(writer);
-  return std::move(writer.entries);
+  std::vector<std::string> lines;
+  for (const auto& [path, value, allowed] : FlatWriter(visit, true).entries) {
+    const bool bare = value.starts_with('"') && value.find_first_of(" \\") == std::string::npos;
+    lines.push_back(path + "=" + (bare ? value.substr(1, value.size() - 2) : value));
+  }
+  return lines;
 }
 
 std::string describe_params(const VisitParams& visit) {
-  HelpWriter writer;
-  visit(writer);
-  return writer.out;
+  std::string lines;
+  for (const auto& [path, value, allowed] : FlatWriter(visit, false).entries) {
+    lines += fmt::format("  {:<28} {:<16} {}\n", path, value, allowed);
+  }
+  return lines;
 }
 
 }  // namespace mimesis::runtime

@@ -1,6 +1,7 @@
 #pragma once
 #include <functional>
 #include <map>
+#include <optional>
 #include <set>
 #include <string>
 #include <string_view>
@@ -45,8 +46,13 @@ class ParamReader final : public ParamVisitor {
   };
 
   Found look_up(std::string_view key);
-  std::string scalar(const Found& found, std::string_view expected, bool& ok);
-  std::vector<Yaml> sequence(const Found& found, bool& ok);
+  // Nothing if it is absent or, with a mistake noted, wrong.
+  std::optional<std::string> scalar(const Found& found, std::string_view expected);
+  template <class T>
+  std::optional<T> number(const Found& found, T lo, T hi);
+  std::optional<std::vector<Yaml>> sequence(const Found& found);
+  template <class T, class Read>
+  void read_list(std::string_view key, std::vector<T>& value, std::size_t size, const Read& read);
   void report_unknown_keys();
   void demand(const Found& found, bool has_default, const std::string& expected);
   void mistake(const Place& place, const std::string& path, const std::string& what);

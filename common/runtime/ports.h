@@ -71,12 +71,12 @@ class Latest : private InPort {
   Time since_{};
 };
 
-/// Events: up to N between two steps, the oldest are dropped and counted.
-template <class M, std::size_t N>
-class Queue : private InPort {
+/// Events, each for itself.
+template <class M>
+class EventPort : private InPort {
  public:
-  Queue(Bus& bus, std::string_view port)
-      : InPort(bus, port, M::default_instance(), {.policy = Policy::queue, .depth = N}) {}
+  EventPort(Bus& bus, std::string_view port, const InOptions& options)
+      : InPort(bus, port, M::default_instance(), options) {}
   /// Oldest message not yet popped.
   std::optional<M> pop() {
     M m;
@@ -85,18 +85,18 @@ class Queue : private InPort {
   }
 };
 
-/// Events that must not be lost.
+/// Events: up to N between two steps, the oldest are dropped and counted.
+template <class M, std::size_t N>
+struct Queue : EventPort<M> {
+  Queue(Bus& bus, std::string_view port)
+      : EventPort<M>(bus, port, {.policy = Policy::queue, .depth = N}) {}
+};
+
+/// Events none of which may be lost.
 template <class M>
-class Reliable : private InPort {
- public:
+struct Reliable : EventPort<M> {
   Reliable(Bus& bus, std::string_view port)
-      : InPort(bus, port, M::default_instance(), {.policy = Policy::reliable}) {}
-  /// Oldest message not yet popped.
-  std::optional<M> pop() {
-    M m;
-    if (!next(m)) return std::nullopt;
-    return m;
-  }
+      : EventPort<M>(bus, port, {.policy = Policy::reliable}) {}
 };
 
 /// Output port. Fills `header` (or the `timestamp` of foxglove.* messages) and publishes.

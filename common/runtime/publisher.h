@@ -1,4 +1,5 @@
 #pragma once
+#include <algorithm>
 #include <chrono>
 #include <cstdint>
 #include <deque>
@@ -8,6 +9,7 @@
 #include <unordered_map>
 #include <vector>
 
+#include "common/error.h"
 #include "common/runtime/sockets.h"
 #include "common/runtime/wire.h"
 
@@ -25,6 +27,7 @@ class Publisher {
       Frame header, payload;
       std::size_t size = 0;  ///< size of the payload, which sending takes away [bytes]
     };
+    std::string name;
     std::string frame;  ///< first frame, its header rewritten for every message
     std::uint64_t hash = 0, seq = 0;
     bool latched = false;
@@ -35,42 +38,177 @@ class Publisher {
     std::size_t waiting_bytes = 0;
     std::chrono::steady_clock::time_point last_progress{};
 
-    void pop();  ///< the oldest waiting
+    void pop() {  ///< the oldest waiting
+      waiting_bytes -= waiting.front().size;
+      waiting.pop_front();
+    }
   };
 
-  Publisher(ZmqContext& context, std::uint64_t start_id);
+  Publisher(ZmqContext& context, std::uint64_t start_id)
+      : start_id_(start_id), data_(context, ZMQ_XPUB), reliable_(context, ZMQ_XPUB) {
+    for (ZmqSocket* socket : {&data_, &reliable_}) {
+      socket->set(ZMQ_XPUB_VERBOSER, 1);
+      socket->set(ZMQ_LINGER, kLinger_ms);
+    }
+    data_.set(ZMQ_SNDHWM, kDataHighWater);
+    reliable_.set(ZMQ_SNDHWM, kReliableHighWater);
+    reliable_.set(ZMQ_XPUB_NODROP, 1);
+  }
 
   ZmqSocket& data_socket() { return data_; }
   ZmqSocket& reliable_socket() { return reliable_; }
 
   /// Stable reference for the life of the publisher. Precondition: !has(topic).
-  Topic& add(const std::string& topic, std::uint64_t type_hash, bool latched);
+  Topic& add(const std::string& topic, std::uint64_t type_hash, bool latched) {
+    auto [it, fresh] = topics_.emplace(topic, std::make_unique<Topic>());
+    MIMESIS_ASSERT(fresh);
+    it->second->name = topic;
+    it->second->frame = encode_frame(topic, {});
+    it->second->hash = type_hash;
+    it->second->latched = latched;
+    return *it->second;
+  }
   bool has(const std::string& topic) const { return topics_.contains(topic); }
 
   /// Publishes; never blocks. Returns the message's seq.
-  std::uint64_t send(Topic& topic, Frame payload, Time stamp, std::uint64_t tick);
+  std::uint64_t send(Topic& topic, Frame payload, Time stamp, std::uint64_t tick) {
+    ++topic.seq;
+    ++sent_;
+    rewrite_header(topic.frame, {.seq = topic.seq,
+                                 .stamp = stamp,
+                                 .type_hash = topic.hash,
+                                 .start_id = start_id_,
+                                 .tick = tick});
+    Frame header{std::string_view(topic.frame)};
+    if (topic.latched) topic.last = {header.share(), payload.share(), payload.size()};
+    Frame data_header = header.share();
+    Frame data_payload = payload.share();
+    send_frames(data_, data_header, data_payload);
+    enqueue(topic, std::move(header), std::move(payload));
+    return topic.seq;
+  }
 
   /// Late joiners get latched messages, waiting messages are tried again.
-  void serve();
+  void serve() {
+    for (ZmqSocket* socket : {&data_, &reliable_}) {
+      for (Frame message; socket->receive(message);) {
+        on_subscription(message.view(), socket == &reliable_);
+        socket->skip_rest(message);
+      }
+    }
+    for (auto& [name, topic] : topics_) {
+      if (!topic->waiting.empty()) flush(*topic);
+    }
+  }
   /// Reliable messages are held back until this is called: subscribers are still connecting.
-  void release();
+  void release() {
+    held_ = false;
+    serve();
+  }
   /// A reliable subscriber with this start_id is connected, its subscriptions are in force.
   bool greeted_by(std::uint64_t start_id) const { return greetings_.contains(start_id); }
 
   std::uint64_t sent() const { return sent_; }
-  std::uint64_t backlog() const;
-  std::uint64_t backlog_bytes() const;
+  std::uint64_t backlog() const {
+    std::uint64_t n = 0;
+    for (const auto& [name, topic] : topics_) n += topic->waiting.size();
+    return n;
+  }
+  std::uint64_t backlog_bytes() const {
+    std::uint64_t n = 0;
+    for (const auto& [name, topic] : topics_) n += topic->waiting_bytes;
+    return n;
+  }
   std::uint64_t overflow() const { return overflow_; }
 
-  static std::uint64_t next_seq(const Topic& topic);
-  static std::size_t subscribers(const Topic& topic);
+  static std::size_t subscribers(const Topic& topic) {
+    return topic.data_subscribers + topic.reliable_subscribers;
+  }
 
  private:
-  void on_subscription(std::string_view message, bool reliable);
-  bool send_frames(ZmqSocket& socket, Frame& header, Frame& payload);
-  void enqueue(Topic& topic, Frame header, Frame payload);
-  void flush(Topic& topic);
-  void force(Topic& topic);
+  // Messages per subscriber and side. Small: with 64 KiB messages a slow subscriber costs 4 MB, not
+  // 130.
+  static constexpr int kDataHighWater = 32;
+  static constexpr int kReliableHighWater = 64;
+  // Per topic; whichever is reached first.
+  static constexpr std::size_t kBacklogMessages = 100'000;
+  static constexpr std::size_t kBacklogBytes = std::size_t{128} << 20U;
+  // A subscriber that takes nothing for so long, once the bound was reached, is stuck.
+  static constexpr std::chrono::milliseconds kStuck{500};
+  // Long enough for the last words of a node that stops, short enough for one whose peer is stuck.
+  static constexpr int kLinger_ms = 1000;
+
+  void on_subscription(std::string_view message, bool reliable) {
+    if (message.size() < 2) return;
+    const bool joined = message.front() == 1;
+    message.remove_prefix(1);
+    if (const auto start_id = decode_hello(message)) {
+      if (reliable && (greetings_[*start_id] += joined ? 1 : -1) <= 0) greetings_.erase(*start_id);
+      return;
+    }
+    message.remove_suffix(1);  // the NUL
+    const auto it = topics_.find(message);
+    if (it == topics_.end()) return;
+    Topic& topic = *it->second;
+    std::size_t& count = reliable ? topic.reliable_subscribers : topic.data_subscribers;
+    if (!joined) {
+      count -= std::min<std::size_t>(count, 1);
+      return;
+    }
+    ++count;
+    if (!topic.latched || topic.seq == 0) return;
+    // To all subscribers; those that have it already recognise its seq.
+    Frame header = topic.last.header.share();
+    Frame payload = topic.last.payload.share();
+    if (!reliable) {
+      send_frames(data_, header, payload);
+    } else if (topic.waiting.empty()) {  // else it comes anyway
+      enqueue(topic, std::move(header), std::move(payload));
+    }
+  }
+  bool send_frames(ZmqSocket& socket, Frame& header, Frame& payload) {
+    // XPUB decides on the first frame for the whole message.
+    return socket.send(header, true) && socket.send(payload, false);
+  }
+  void enqueue(Topic& topic, Frame header, Frame payload) {
+    if (!held_ && topic.waiting.empty() && send_frames(reliable_, header, payload)) {
+      topic.overflowing = false;
+      return;
+    }
+    topic.waiting_bytes += payload.size();
+    const std::size_t size = payload.size();
+    topic.waiting.push_back({std::move(header), std::move(payload), size});
+    flush(topic);
+  }
+  void flush(Topic& topic) {
+    const auto full = [&topic] {
+      return topic.waiting.size() > kBacklogMessages || topic.waiting_bytes > kBacklogBytes;
+    };
+    const auto now = std::chrono::steady_clock::now();
+    for (;;) {
+      while (!held_ && !topic.waiting.empty() &&
+             send_frames(reliable_, topic.waiting.front().header, topic.waiting.front().payload)) {
+        topic.pop();
+        topic.last_progress = now;
+      }
+      if (topic.waiting.empty()) topic.overflowing = false;
+      if (full()) topic.overflowing = true;
+      if (!topic.overflowing || (!full() && now - topic.last_progress < kStuck)) return;
+      force(topic);
+      topic.last_progress = now;
+    }
+  }
+  void force(Topic& topic) {
+    // Without NODROP the socket delivers to all that have room, and from then on does not ask those
+    // that had none until they have read something: one message frees the way for the others.
+    ++overflow_;
+    if (!held_) {
+      reliable_.set(ZMQ_XPUB_NODROP, 0);
+      send_frames(reliable_, topic.waiting.front().header, topic.waiting.front().payload);
+      reliable_.set(ZMQ_XPUB_NODROP, 1);
+    }
+    topic.pop();
+  }
 
   std::uint64_t start_id_;
   ZmqSocket data_, reliable_;

@@ -20,33 +20,28 @@
 
 namespace mimesis::runtime {
 
-struct GraphView::Impl {
-  explicit Impl(const std::string& graph) : registry(graph_directory(graph)) {}
-  Registry registry;
-  bool changed = false;  ///< since the last wait
-};
-
-GraphView::GraphView(const std::string& graph) : impl_(std::make_unique<Impl>(graph)) {
-  impl_->registry.poll();
+GraphView::GraphView(std::string graph)
+    : registry_(std::make_unique<Registry>(graph_directory(graph))) {
+  registry_->poll();
 }
 GraphView::~GraphView() = default;
 
 std::vector<v1::NodeInfo> GraphView::nodes() const {
-  if (!impl_->registry.poll().empty()) impl_->changed = true;
+  if (!registry_->poll().empty()) changed_ = true;
   std::vector<v1::NodeInfo> nodes;
-  for (const auto& [name, node] : impl_->registry.nodes()) nodes.push_back(node);
+  for (const auto& [name, node] : registry_->nodes()) nodes.push_back(node);
   return nodes;
 }
 
 bool GraphView::wait(std::chrono::milliseconds timeout) {
   const auto deadline = std::chrono::steady_clock::now() + timeout;
   for (;;) {
-    if (!impl_->registry.poll().empty() || std::exchange(impl_->changed, false)) return true;
+    if (!registry_->poll().empty() || std::exchange(changed_, false)) return true;
     const auto left =
         std::chrono::ceil<std::chrono::milliseconds>(deadline - std::chrono::steady_clock::now());
     if (left.count() <= 0) return false;
-    pollfd item{impl_->registry.fd(), POLLIN, 0};
-    const auto patience = std::min(left, impl_->registry.patience());
+    pollfd item{registry_->fd(), POLLIN, 0};
+    const auto patience = std::min(left, registry_->patience());
     poll(&item, item.fd >= 0 ? 1 : 0, static_cast<int>(patience.count()));
   }
 }

@@ -38,8 +38,8 @@ class GraphView {
   bool wait(std::chrono::milliseconds timeout);
 
  private:
-  struct Impl;
-  std::unique_ptr<Impl> impl_;
+  std::unique_ptr<class Registry> registry_;
+  mutable bool changed_ = false;  ///< since the last wait
 };
 
 /// A message of any topic with the data needed to decode it.

@@ -19,20 +19,11 @@ namespace {
 
 constexpr std::uint32_t kLargestPacket = 1U << 30U;
 
-bool send_all(int fd, const char* data, std::size_t size) {
+/// Calls `pass(data, size)` until all of it has passed.
+template <class Pass>
+bool all_passes(char* data, std::size_t size, const Pass& pass) {
   while (size > 0) {
-    const ssize_t n = ::send(fd, data, size, MSG_NOSIGNAL);
-    if (n < 0 && errno == EINTR) continue;
-    if (n <= 0) return false;
-    data += n;
-    size -= static_cast<std::size_t>(n);
-  }
-  return true;
-}
-
-bool receive_all(int fd, char* data, std::size_t size) {
-  while (size > 0) {
-    const ssize_t n = ::recv(fd, data, size, 0);
+    const ssize_t n = pass(data, size);
     if (n < 0 && errno == EINTR) continue;
     if (n <= 0) return false;
     data += n;
@@ -103,17 +94,20 @@ bool write_packet(int fd, const google::protobuf::MessageLite& message) {
   const auto size = static_cast<std::uint32_t>(message.ByteSizeLong());
   std::string bytes(sizeof size, '\0');
   std::memcpy(bytes.data(), &size, sizeof size);
-  return message.AppendToString(&bytes) && send_all(fd, bytes.data(), bytes.size());
+  return message.AppendToString(&bytes) &&
+         all_passes(bytes.data(), bytes.size(),
+                    [fd](char* data, std::size_t n) { return ::send(fd, data, n, MSG_NOSIGNAL); });
 }
 
 bool read_packet(int fd, google::protobuf::MessageLite& message) {
+  const auto receive = [fd](char* data, std::size_t n) { return ::recv(fd, data, n, 0); };
   std::uint32_t size = 0;
   std::array<char, sizeof size> head{};
-  if (!receive_all(fd, head.data(), head.size())) return false;
+  if (!all_passes(head.data(), head.size(), receive)) return false;
   std::memcpy(&size, head.data(), sizeof size);
   if (size > kLargestPacket) return false;
   std::string bytes(size, '\0');
-  return receive_all(fd, bytes.data(), bytes.size()) && message.ParseFromString(bytes);
+  return all_passes(bytes.data(), bytes.size(), receive) && message.ParseFromString(bytes);
 }
 
 int run_replay(const BusOptions& options, int fd, AnyNode& node) {

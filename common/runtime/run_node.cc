@@ -2,11 +2,11 @@
 
 #include <fmt/format.h>
 
-#include <CLI/App.hpp>
-#include <CLI/Config.hpp>
-#include <CLI/Formatter.hpp>
+#include <CLI/CLI.hpp>
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <filesystem>
 #include <iostream>
 #include <map>
 
@@ -14,11 +14,14 @@
 #include "common/runtime/command_line.h"
 #include "common/runtime/log.h"
 #include "common/runtime/node_clock.h"
+#include "common/runtime/own_topics.h"
 #include "common/runtime/param_source.h"
+#include "common/runtime/ports.h"
 #include "common/runtime/replay.h"
-#include "common/runtime/reports.h"
+#include "common/runtime/step_recorder.h"
 #include "common/runtime/stop_signal.h"
 #include "common/runtime/value_text.h"
+#include "proto/foxglove/log.pb.h"
 
 namespace mimesis::runtime {
 namespace {
@@ -54,20 +57,130 @@ int report(const CLI::App& app, const CLI::ParseError& error) {
   return 2;
 }
 
-std::unique_ptr<NodeClock> make_clock(ClockKind kind, ZmqBus& bus, const AnyNode& node,
-                                      int stop_fd) {
-  switch (kind) {
-    case ClockKind::wall:
-      return make_wall_clock(bus, node.rate_hz(), node.offset_s(), stop_fd);
-    case ClockKind::sim:
-      return make_sim_clock(bus, node.rate_hz(), node.offset_s(), stop_fd);
-    case ClockKind::lockstep:
-      return make_lockstep_clock(bus, node.rate_hz(), node.offset_s(), stop_fd);
-  }
-  return nullptr;
+constexpr Time kPeriod = std::chrono::seconds(1);
+
+foxglove::Log::Level to_foxglove(Level level) {
+  constexpr std::array kLevels{foxglove::Log::DEBUG, foxglove::Log::INFO, foxglove::Log::WARNING,
+                               foxglove::Log::ERROR};
+  return kLevels.at(static_cast<std::size_t>(level));
 }
 
-/// Longest time that a node that moves something may continue to step after it was asked to stop.
+/// A node's report about itself: NODE/health once per second of graph time, its log lines on
+/// NODE/log.
+class SelfReport {
+ public:
+  explicit SelfReport(ZmqBus& bus) : bus_(bus), health_(bus, kHealthPort), log_(bus, kLogPort) {}
+
+  void step_begins() { began_ = std::chrono::steady_clock::now(); }
+  /// Publishes what is due. `overruns`: since the start.
+  void step_ended(Time now, std::uint64_t overruns) {
+    const double took_s = to_seconds(std::chrono::steady_clock::now() - began_);
+    ++steps_;
+    ++steps_in_period_;
+    worst_s_ = std::max(worst_s_, took_s);
+    sum_s_ += took_s;
+    publish_log(now);
+    if (next_ == Time(0) || now < next_ - 2 * kPeriod)
+      next_ = now + kPeriod;  // first, or the clock went back
+    if (now >= next_) publish_health(now, overruns);
+  }
+  /// The lines logged since the last step.
+  void publish_log(Time now) {
+    for (LogLine& line : take_log_lines()) {
+      foxglove::Log message;
+      message.set_level(to_foxglove(line.level));
+      message.set_message(std::move(line.text));
+      message.set_name(bus_.node());
+      log_.send(message, now);
+    }
+  }
+
+ private:
+  void publish_health(Time now, std::uint64_t overruns) {
+    v1::Health health;
+    health.set_node(bus_.node());
+    health.set_steps(steps_);
+    health.set_overruns(overruns);
+    health.set_worst_step_s(worst_s_);
+    health.set_mean_step_s(sum_s_ / static_cast<double>(steps_in_period_));
+    for (v1::InputHealth& input : bus_.input_health(now)) *health.add_inputs() = std::move(input);
+    health.set_sent(bus_.sent());
+    health.set_backlog(bus_.backlog());
+    health.set_overflow(bus_.overflow());
+    health.set_malformed(bus_.malformed());
+    health_.send(health, now);
+    worst_s_ = sum_s_ = 0.0;
+    steps_in_period_ = 0;
+    while (next_ <= now) next_ += kPeriod;
+  }
+
+  ZmqBus& bus_;
+  Out<v1::Health> health_;
+  Out<foxglove::Log> log_;
+  std::chrono::steady_clock::time_point began_{};
+  std::uint64_t steps_ = 0, steps_in_period_ = 0;
+  double worst_s_ = 0.0, sum_s_ = 0.0;
+  Time next_{};
+};
+
+/// Records that make a node's run replayable: NODE/start (latched) at its first step, NODE/steps
+/// ten times a second of graph time.
+class StepReport {
+ public:
+  /// @param parameters  effective ones, YAML
+  StepReport(ZmqBus& bus, const BusOptions& options, const std::string& parameters)
+      : bus_(bus),
+        parameters_(parameters),
+        recorded_bus_(bus, recorder_, options.in),
+        start_(bus, kStartPort, {.latched = true}),
+        steps_(bus, kStepsPort) {}
+
+  /// For the node.
+  Bus& bus() { return recorded_bus_; }
+  void begin(v1::StepKind kind, Time now) {
+    if (kind == v1::STEP_KIND_STEP && !started_) publish_start(now);
+    recorder_.begin(kind, now);
+    open_ = now;
+  }
+  void end() {
+    if (!open_) return;
+    recorder_.end();
+    if (recorder_.due(*open_)) publish(*open_);
+    open_.reset();
+  }
+  /// Publishes the steps that are still held.
+  void publish(Time now) {
+    v1::StepLog& log = recorder_.take();
+    if (!log.steps().empty()) steps_.send(log, now);
+  }
+
+ private:
+  void publish_start(Time now) {
+    started_ = true;
+    const v1::NodeInfo& info = bus_.info();
+    v1::NodeStart start;
+    start.set_node(info.name());
+    start.set_executable(std::filesystem::path(info.executable()).filename());
+    start.set_start_id(info.start_id());
+    start.set_clock(info.clock());
+    start.set_parameters(parameters_);
+    *start.mutable_inputs() = info.inputs();
+    *start.mutable_outputs() = info.outputs();
+    start.set_version(MIMESIS_VERSION);
+    start_.send(start, now);
+  }
+
+  ZmqBus& bus_;
+  std::string parameters_;
+  StepRecorder recorder_;
+  RecordedBus recorded_bus_;
+  Out<v1::NodeStart> start_;
+  Out<v1::StepLog> steps_;
+  bool started_ = false;
+  std::optional<Time> open_;  ///< time of the step that runs
+};
+
+/// How long a node that moves something may go on stepping after it was asked to stop.
 constexpr std::chrono::milliseconds kRestGrace(1500);
 
 /// Steps until asked to stop and at rest; the exit code.
@@ -150,7 +263,8 @@ int run_configured(const NodeOptions& options, const EffectiveParams& effective,
     steps.begin(v1::STEP_KIND_CREATE, Time(0));
     named(options.bus.name, [&] { node.create(steps.bus()); });
     steps.end();
-    const auto clock = make_clock(options.bus.clock, bus, node, stop.fd());
+    const auto clock =
+        make_clock(options.bus.clock, bus, node.rate_hz(), node.offset_s(), stop.fd());
     bus.ready();
     info("ready: {}", effective.changed);
     record("parameters:\n" + effective.all);

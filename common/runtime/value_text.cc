@@ -1,7 +1,6 @@
 #include "common/runtime/value_text.h"
 
 #include <algorithm>
-#include <array>
 #include <charconv>
 #include <cmath>
 
@@ -38,24 +37,24 @@ std::optional<bool> to_bool(std::string_view text) {
   return std::nullopt;
 }
 
-std::optional<std::chrono::nanoseconds> to_duration(std::string_view text) {
-  struct Unit {
-    std::string_view name;
-    double ns;
-  };
-  static constexpr std::array kUnits = {Unit{"ns", 1.0}, Unit{"us", 1e3},   Unit{"ms", 1e6},
-                                        Unit{"s", 1e9},  Unit{"min", 6e10}, Unit{"h", 3.6e12}};
+std::optional<double> to_amount(std::string_view text, std::span<const TextUnit> units) {
   const std::size_t split = text.find_last_of("0123456789.");
   if (split == std::string_view::npos) return std::nullopt;
   const auto value = to_double(text.substr(0, split + 1));
   std::string_view name = text.substr(split + 1);
   while (name.starts_with(' ')) name.remove_prefix(1);
-  for (const Unit& unit : kUnits) {
-    if (value && unit.name == name && *value >= 0.0 && *value * unit.ns < 9e18) {
-      return std::chrono::nanoseconds(std::llround(*value * unit.ns));
-    }
+  const auto unit = std::ranges::find(units, name, &TextUnit::name);
+  if (!value || unit == units.end() || *value < 0.0 || *value * unit->size >= 9e18) {
+    return std::nullopt;
   }
-  return std::nullopt;
+  return *value * unit->size;
+}
+
+std::optional<std::chrono::nanoseconds> to_duration(std::string_view text) {
+  static constexpr TextUnit kUnits[] = {{"ns", 1.0}, {"us", 1e3},   {"ms", 1e6},
+                                        {"s", 1e9},  {"min", 6e10}, {"h", 3.6e12}};
+  const auto ns = to_amount(text, kUnits);
+  return ns ? std::optional(std::chrono::nanoseconds(std::llround(*ns))) : std::nullopt;
 }
 
 std::size_t edit_distance(std::string_view a, std::string_view b) {

@@ -1,6 +1,8 @@
 #pragma once
+#include <charconv>
 #include <chrono>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -9,8 +11,22 @@ namespace mimesis::runtime {
 
 /// Text to values, strictly: the whole text must fit, decimal only, no locale, no octal, no "yes".
 std::optional<double> to_double(std::string_view text);  ///< finite numbers only
-std::optional<int> to_int(std::string_view text);        ///< "010" is nothing: octal or ten?
-std::optional<bool> to_bool(std::string_view text);      ///< "true" or "false"
+/// Digits alone, in this base.
+template <class Integer>
+std::optional<Integer> to_whole(std::string_view text, int base = 10) {
+  Integer value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value, base);
+  return error == std::errc{} && end == text.data() + text.size() ? std::optional(value)
+                                                                  : std::nullopt;
+}
+std::optional<int> to_int(std::string_view text);    ///< "010" is nothing: octal or ten?
+std::optional<bool> to_bool(std::string_view text);  ///< "true" or "false"
+/// A number of at least 0 in these units, in the smallest: "1.5 min" -> 90e9 ns; below 9e18.
+struct TextUnit {
+  std::string_view name;
+  double size;
+};
+std::optional<double> to_amount(std::string_view text, std::span<const TextUnit> units);
 /// "2s", "500ms", "1.5 min": not negative; units ns us ms s min h.
 std::optional<std::chrono::nanoseconds> to_duration(std::string_view text);
 

@@ -2,15 +2,22 @@
 
 #include <google/protobuf/descriptor.h>
 #include <google/protobuf/descriptor.pb.h>
+#include <poll.h>
+#include <unistd.h>
 
+#include <algorithm>
 #include <array>
+#include <climits>
+#include <set>
 #include <thread>
 
 #include "common/error.h"
-#include "common/runtime/bus_core.h"
 #include "common/runtime/log.h"
+#include "common/runtime/publisher.h"
 #include "common/runtime/raw.h"
 #include "common/runtime/registry.h"
+#include "common/runtime/services.h"
+#include "common/runtime/subscriber.h"
 
 namespace mimesis::runtime {
 namespace {
@@ -58,37 +65,323 @@ std::string within(std::chrono::milliseconds timeout) {
   return " within " + std::to_string(timeout.count()) + " ms";
 }
 
+void compare(const v1::NodeInfo& publisher, const v1::NodeInfo& subscriber,
+             std::vector<std::string>& lines) {
+  for (const v1::TopicInfo& out : publisher.outputs()) {
+    for (const v1::TopicInfo& in : subscriber.inputs()) {
+      if (in.topic() != out.topic() || in.type_hash() == out.type_hash()) continue;
+      std::string line = "topic " + out.topic() + ": node " + publisher.name() + " publishes " +
+                         out.type() + ", node " + subscriber.name() + " expects " + in.type();
+      if (in.type() == out.type()) line += " with other fields (different builds)";
+      lines.push_back(line + "; its messages are ignored");
+    }
+  }
+}
+
+constexpr auto kGreetingPatience = 2s;
+constexpr auto kDrainPeriod = 20ms;
+constexpr auto kPeerPeriod = 50ms;
+constexpr auto kSettled = 1min;  // a registry more patient than this waits for its descriptor only
+constexpr int kHeartbeat_ms = 500, kHeartbeatTimeout_ms = 2000;
+
+std::string_view clock_name(ClockKind clock) {
+  constexpr std::array kNames = {"wall", "sim", "lockstep"};
+  return kNames.at(static_cast<std::size_t>(clock));
+}
+
+/// tcp://ADDRESS:PORT + n; a wildcard port stays one.
+std::string port_after(const std::string& address, int n) {
+  const std::size_t colon = address.rfind(':');
+  if (!address.starts_with("tcp://") || colon <= 5 || colon + 1 == address.size()) {
+    throw ConfigError("--bind '" + address + "': expected tcp://ADDRESS:PORT");
+  }
+  const std::string port = address.substr(colon + 1);
+  if (port == "*" || port == "0") return address.substr(0, colon) + ":*";
+  const bool digits =
+      std::all_of(port.begin(), port.end(), [](char c) { return c >= '0' && c <= '9'; });
+  const long number = digits && port.size() < 6 ? std::stol(port) : 0;
+  if (number < 1 || number + 2 > 65535) {
+    throw ConfigError("--bind '" + address + "': expected a port in [1, 65533]");
+  }
+  return address.substr(0, colon + 1) + std::to_string(number + n);
+}
+
+bool readable(void* socket) {
+  int events = 0;
+  std::size_t size = sizeof events;
+  return zmq_getsockopt(socket, ZMQ_EVENTS, &events, &size) == 0 && (events & ZMQ_POLLIN) != 0;
+}
+
+int zmq_fd(void* socket) {
+  int fd = -1;
+  std::size_t size = sizeof fd;
+  zmq_getsockopt(socket, ZMQ_FD, &fd, &size);
+  return fd;
+}
+
+v1::NodeInfo describe(const BusOptions& options) {
+  v1::NodeInfo info;
+  info.set_name(options.name);
+  std::array<char, HOST_NAME_MAX + 1> host{};
+  gethostname(host.data(), host.size() - 1);
+  info.set_host(host.data());
+  info.set_pid(static_cast<std::uint32_t>(getpid()));
+  info.set_start_id(new_start_id());
+  std::array<char, PATH_MAX> executable{};
+  if (readlink("/proc/self/exe", executable.data(), executable.size() - 1) > 0) {
+    info.set_executable(executable.data());
+  }
+  info.set_clock(std::string(clock_name(options.clock)));
+  info.set_started_ns(static_cast<std::uint64_t>(
+      std::chrono::nanoseconds(std::chrono::system_clock::now().time_since_epoch()).count()));
+  return info;
+}
+
+BusOptions complete(BusOptions options) {
+  if (options.graph.empty()) options.graph = graph_name();
+  for (const auto* wiring : {&options.in, &options.out}) {
+    for (const auto& [port, topic] : *wiring) check_topic(topic);
+  }
+  return options;
+}
+
 }  // namespace
+
+/// The parts of ZmqBus put together: its sockets, its entry in the graph, the other nodes.
+struct ZmqBus::Impl {
+  explicit Impl(BusOptions o);
+
+  /// Everything that others may want from this node now.
+  void serve();
+  /// Waits for `deadline`, for a readable fd, or (`messages`) for a message to drain.
+  enum class Woken { deadline, fd, message };
+  /// How long one may sleep before looking again.
+  std::chrono::nanoseconds patience(bool messages);
+  void serve_arrived();
+  Woken wait(WallTime deadline, std::span<const int> fds, bool messages, void* reply = nullptr);
+  void discover();
+  void meet(const v1::NodeInfo& node);
+  /// One line for every topic that wires this node and `other` together with different types. Both
+  /// nodes find the same.
+  void tell_mismatches(const v1::NodeInfo& other);
+  void forget(const v1::NodeInfo& node);
+  void publish_info();
+  /// Waits (at most 2 s) until all that `selects` chooses among the living have greeted the
+  /// reliable socket.
+  void await_greetings(const std::function<bool(const v1::NodeInfo&)>& selects);
+  void check_wiring() const;
+  std::string topic_of_output(std::string_view port) const;
+  /// @throws ConfigError if the node publishes the topic already.
+  Publisher::Topic& add_output(std::string_view port, const std::string& topic,
+                               const std::string& type, std::uint64_t hash, std::string descriptors,
+                               bool latched);
+  void send(Publisher::Topic& topic, Frame payload, Time stamp);
+  const v1::NodeInfo* server_of(std::string_view service) const;
+
+  BusOptions options;
+  std::string directory;
+  RegistryEntry entry;
+  v1::NodeInfo info;
+  ZmqContext context;  // before the sockets: destroyed after them
+  Publisher publisher;
+  Subscriber subscriber;
+  ServiceServer server;
+  Peers peers;
+  Registry registry;
+  std::map<std::uint64_t, v1::NodeInfo> known;  ///< alive, without this one, by start_id
+  std::map<std::uint64_t, std::unique_ptr<ServiceClient>> clients;
+  std::map<std::string, std::shared_ptr<Input>, std::less<>> inputs;  ///< wired ones, by port
+  std::set<std::string, std::less<>> in_ports, out_ports;
+  std::set<std::pair<std::uint64_t, std::string>> said;  ///< mismatches, once per start
+  std::vector<v1::Publication> published;
+  Time tick{};
+  std::vector<int> served_fds;     ///< of the sockets that are always served
+  std::vector<pollfd> waiting_on;  ///< of the current wait
+  bool info_changed = true;
+  bool drains_while_waiting = false;  ///< a queue could overflow in the socket between slow steps
+  bool behind = false;                ///< flush() gave up
+};
+
+ZmqBus::Impl::Impl(BusOptions o)
+    : options(complete(std::move(o))),
+      directory(graph_directory(options.graph)),
+      entry(directory, options.name),
+      info(describe(options)),
+      publisher(context, info.start_id()),
+      subscriber(context, info.start_id(), options.clock == ClockKind::lockstep),
+      server(context),
+      peers(context, options.peers),
+      registry(directory) {
+  for (ZmqSocket* socket :
+       {&server.socket(), &publisher.data_socket(), &publisher.reliable_socket()}) {
+    served_fds.push_back(zmq_fd(socket->handle()));
+  }
+  for (void* handle : peers.handles()) served_fds.push_back(zmq_fd(handle));
+  // Names of a start are unique: nobody reconnects to the socket of a predecessor.
+  const std::string stem = "ipc://" + directory + "/" + options.name + "-" +
+                           std::to_string(info.start_id() % 100'000'000);
+  const auto bind = [&](ZmqSocket& socket, const char* suffix, int port_offset, auto& endpoints) {
+    socket.bind(stem + suffix);
+    *endpoints.Add() = stem + suffix;
+    if (options.bind.empty()) return;
+    socket.set(ZMQ_HEARTBEAT_IVL, kHeartbeat_ms);  // a host may vanish without a word
+    socket.set(ZMQ_HEARTBEAT_TIMEOUT, kHeartbeatTimeout_ms);
+    socket.bind(port_after(options.bind, port_offset));
+    *endpoints.Add() = socket.bound_endpoint();
+  };
+  bind(server.socket(), ".s", 0, *info.mutable_service_endpoints());
+  bind(publisher.data_socket(), ".d", 1, *info.mutable_data_endpoints());
+  bind(publisher.reliable_socket(), ".r", 2, *info.mutable_reliable_endpoints());
+  server.add("", [this](const std::string& request) -> tl::expected<std::string, Status> {
+    v1::NodeInfo asking;
+    if (!asking.ParseFromString(request)) return tl::unexpected(Status{"no NodeInfo"});
+    tell_mismatches(asking);
+    return info.SerializeAsString();
+  });
+}
+
+void ZmqBus::Impl::tell_mismatches(const v1::NodeInfo& other) {
+  std::vector<std::string> lines;
+  compare(info, other, lines);
+  compare(other, info, lines);
+  for (const std::string& line : lines) {
+    if (said.emplace(other.start_id(), line).second) log(Level::error, line);
+  }
+}
+
+void ZmqBus::Impl::publish_info() {
+  if (!info_changed) return;
+  info_changed = false;
+  entry.publish(info);
+}
+
+void ZmqBus::Impl::serve() {
+  publish_info();
+  discover();
+  publisher.serve();
+  server.serve();
+}
+
+void ZmqBus::Impl::discover() {
+  for (const RegistryChange& change : registry.poll()) {
+    if (change.node.start_id() == info.start_id()) continue;
+    change.alive ? meet(change.node) : forget(change.node);
+  }
+  for (const RegistryChange& change : peers.poll(info)) {
+    if (registry.nodes().contains(change.node.name()) ||
+        change.node.start_id() == info.start_id()) {
+      continue;  // a peer on this host is met in the directory
+    }
+    change.alive ? meet(change.node) : forget(change.node);
+  }
+}
+
+void ZmqBus::Impl::meet(const v1::NodeInfo& node) {
+  known[node.start_id()] = node;
+  tell_mismatches(node);
+  subscriber.meet(node);
+}
+
+void ZmqBus::Impl::forget(const v1::NodeInfo& node) {
+  subscriber.forget(node);
+  clients.erase(node.start_id());
+  known.erase(node.start_id());
+}
+
+void ZmqBus::Impl::serve_arrived() {
+  publish_info();
+  if (!peers.empty()) discover();
+  if (readable(publisher.data_socket().handle()) ||
+      readable(publisher.reliable_socket().handle()) || publisher.backlog() > 0) {
+    publisher.serve();
+  }
+  if (readable(server.socket().handle())) server.serve();
+}
+
+// ZeroMQ's descriptors tell only that something has changed since its events were last looked at:
+// so look before every sleep. Cheaper than zmq_poll, and with a deadline in nanoseconds.
+ZmqBus::Impl::Woken ZmqBus::Impl::wait(WallTime deadline, std::span<const int> fds, bool messages,
+                                       void* reply) {
+  waiting_on.clear();
+  const auto watch = [this](int fd) { waiting_on.push_back({fd, POLLIN, 0}); };
+  for (const int fd : fds) watch(fd);
+  watch(registry.fd());  // -1 is ignored
+  for (const int fd : served_fds) watch(fd);
+  if (messages) {
+    watch(zmq_fd(subscriber.data_handle()));
+    watch(zmq_fd(subscriber.reliable_handle()));
+  }
+  if (reply != nullptr) watch(zmq_fd(reply));
+  const auto arrived = [&] {
+    return (messages &&
+            (readable(subscriber.data_handle()) || readable(subscriber.reliable_handle()))) ||
+           (reply != nullptr && readable(reply));
+  };
+  for (;;) {
+    serve_arrived();
+    if (arrived()) return Woken::message;
+    const auto left = std::chrono::nanoseconds(deadline - std::chrono::system_clock::now());
+    const auto pause = std::clamp(left, std::chrono::nanoseconds(0), patience(messages));
+    const timespec ts{pause.count() / 1'000'000'000, pause.count() % 1'000'000'000};
+    const int ready = ppoll(waiting_on.data(), waiting_on.size(), &ts, nullptr);
+    if ((ready > 0 && waiting_on[fds.size()].revents != 0) || registry.patience() < kSettled)
+      discover();
+    for (std::size_t i = 0; ready > 0 && i < fds.size(); ++i) {
+      if (waiting_on[i].revents != 0) return Woken::fd;
+    }
+    if (left.count() <= 0) return Woken::deadline;
+  }
+}
+
+std::chrono::nanoseconds ZmqBus::Impl::patience(bool messages) {
+  auto patience = registry.patience();
+  if (publisher.backlog() > 0) patience = std::min(patience, 1ms);
+  if (!peers.empty()) patience = std::min<std::chrono::milliseconds>(patience, kPeerPeriod);
+  if (drains_while_waiting && !messages) {
+    subscriber.drain();
+    patience = std::min<std::chrono::milliseconds>(patience, kDrainPeriod);
+  }
+  return patience;
+}
+
+void ZmqBus::Impl::await_greetings(const std::function<bool(const v1::NodeInfo&)>& selects) {
+  const auto deadline = std::chrono::system_clock::now() + kGreetingPatience;
+  for (;;) {
+    serve();
+    std::string missing;
+    for (const auto& [start_id, node] : known) {
+      if (!publisher.greeted_by(start_id) && selects(node)) missing += " " + node.name();
+    }
+    if (missing.empty()) return;
+    if (std::chrono::system_clock::now() >= deadline) {
+      warn("still without a connection to{}: first messages may be missing there", missing);
+      return;
+    }
+    wait(std::min(deadline, std::chrono::system_clock::now() + 1ms), {}, false);
+  }
+}
 
 /// Both kinds of sending ends.
 template <class Base>
-class ZmqOut : public Base {
- public:
-  ZmqOut(ZmqBus::Impl& bus, Publisher::Topic& topic, std::string name, bool latched)
-      : bus_(bus), topic_(topic), name_(std::move(name)), latched_(latched) {}
-  std::size_t subscribers() const override { return Publisher::subscribers(topic_); }
-
- protected:
-  ZmqBus::Impl& bus_;
-  Publisher::Topic& topic_;
-  std::string name_;
-  bool latched_;
+struct ZmqOut : Base {
+  ZmqOut(ZmqBus::Impl& b, Publisher::Topic& t) : bus(b), topic(t) {}
+  std::size_t subscribers() const override { return Publisher::subscribers(topic); }
+  ZmqBus::Impl& bus;
+  Publisher::Topic& topic;
 };
 
-class ZmqTypedOut final : public ZmqOut<OutChannel> {
- public:
+struct ZmqTypedOut final : ZmqOut<OutChannel> {
   using ZmqOut::ZmqOut;
   void send(const Message& message, Time stamp) override {
-    bus_.send(topic_, name_, latched_, serialised(message), stamp);
+    bus.send(topic, serialised(message), stamp);
   }
-  std::uint64_t next_seq() const override { return Publisher::next_seq(topic_); }
+  std::uint64_t next_seq() const override { return topic.seq + 1; }
 };
 
-class ZmqRawOut final : public ZmqOut<RawOut> {
- public:
+struct ZmqRawOut final : ZmqOut<RawOut> {
   using ZmqOut::ZmqOut;
   void send_raw(std::string_view payload, Time stamp) override {
-    bus_.send(topic_, name_, latched_, Frame(payload), stamp);
+    bus.send(topic, Frame(payload), stamp);
   }
 };
 
@@ -131,7 +424,7 @@ std::unique_ptr<OutChannel> ZmqBus::advertise(std::string_view port, const Messa
   const std::string topic = impl_->topic_of_output(port);
   Publisher::Topic& added = impl_->add_output(port, topic, type.full_name(), type_hash(type),
                                               descriptor_set(type), options.latched);
-  return std::make_unique<ZmqTypedOut>(*impl_, added, topic, options.latched);
+  return std::make_unique<ZmqTypedOut>(*impl_, added);
 }
 
 std::unique_ptr<RawOut> ZmqBus::advertise_raw(std::string_view topic, std::string_view type,
@@ -151,7 +444,7 @@ std::unique_ptr<RawOut> ZmqBus::advertise_raw(std::string_view topic, std::strin
   Publisher::Topic& added =
       impl_->add_output(topic, std::string(topic), std::string(type), type_hash(*descriptor),
                         std::string(descriptor_set), options.latched);
-  return std::make_unique<ZmqRawOut>(*impl_, added, std::string(topic), options.latched);
+  return std::make_unique<ZmqRawOut>(*impl_, added);
 }
 
 std::string ZmqBus::Impl::topic_of_output(std::string_view port) const {
@@ -177,17 +470,16 @@ Publisher::Topic& ZmqBus::Impl::add_output(std::string_view port, const std::str
   return publisher.add(topic, hash, latched);
 }
 
-void ZmqBus::Impl::send(Publisher::Topic& topic, const std::string& name, bool latched,
-                        Frame payload, Time stamp) {
+void ZmqBus::Impl::send(Publisher::Topic& topic, Frame payload, Time stamp) {
   const bool lockstep = options.clock == ClockKind::lockstep;
   const std::uint64_t seq = publisher.send(topic, std::move(payload), stamp,
                                            lockstep ? static_cast<std::uint64_t>(tick.count()) : 0);
   if (!lockstep) return;
   v1::Publication& publication = published.emplace_back();
-  publication.set_topic(name);
+  publication.set_topic(topic.name);
   publication.set_start_id(info.start_id());
   publication.set_seq(seq);
-  publication.set_latched(latched);
+  publication.set_latched(topic.latched);
 }
 
 void ZmqBus::Impl::check_wiring() const {

@@ -38,7 +38,7 @@ class RawOut {
 class ZmqBus final : public Bus {
  public:
   using WallTime = std::chrono::system_clock::time_point;
-  struct Impl;  ///< bus_core.h
+  struct Impl;
 
   /// Takes the name in the graph and binds the sockets.
   /// @throws ConfigError if the name is taken, the directory unsafe, or an address cannot be bound.

@@ -153,7 +153,7 @@ TestNode::TestNode(const TestGraph& graph, Wiring in, Wiring out, std::string na
 void TestNode::open_lockstep(double rate_hz, double offset_s) {
   MIMESIS_ASSERT(bus_->lockstep());
   bus_->ready();
-  clock_ = runtime::make_lockstep_clock(*bus_, rate_hz, offset_s, -1);
+  clock_ = runtime::make_clock(runtime::ClockKind::lockstep, *bus_, rate_hz, offset_s, -1);
 }
 
 bool TestNode::until_in_lockstep(const std::function<bool()>& done, runtime::Time timeout) {

@@ -5,10 +5,12 @@
 #include <google/protobuf/stubs/strutil.h>
 
 #include <algorithm>
+#include <cctype>
 #include <charconv>
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <nlohmann/json.hpp>
 
 #include "common/error.h"
 #include "common/runtime/value_text.h"
@@ -20,30 +22,7 @@ using google::protobuf::Descriptor;
 using google::protobuf::EnumValueDescriptor;
 using google::protobuf::FieldDescriptor;
 using google::protobuf::Message;
-
-constexpr std::string_view kHexDigits = "0123456789abcdef";
-
-unsigned byte_at(std::string_view text, std::size_t i) {
-  return static_cast<unsigned char>(text[i]);
-}
-
-/// Length of the UTF-8 sequence at `i`; 0 if it is none.
-std::size_t utf8_length(std::string_view text, std::size_t i) {
-  const unsigned first = byte_at(text, i);
-  if (first < 0x80) return 1;
-  const std::size_t length = first >= 0xC2 && first < 0xE0   ? 2
-                             : first >= 0xE0 && first < 0xF0 ? 3
-                             : first >= 0xF0 && first < 0xF5 ? 4
-                                                             : 0;
-  if (length == 0 || i + length > text.size()) return 0;
-  for (std::size_t k = 1; k < length; ++k) {
-    if ((byte_at(text, i + k) & 0xC0) != 0x80) return 0;
-  }
-  const unsigned second = byte_at(text, i + 1);
-  const bool forbidden = (first == 0xE0 && second < 0xA0) || (first == 0xED && second >= 0xA0) ||
-                         (first == 0xF0 && second < 0x90) || (first == 0xF4 && second >= 0x90);
-  return forbidden ? 0 : length;
-}
+using Json = nlohmann::ordered_json;
 
 }  // namespace
 
@@ -112,27 +91,7 @@ void JsonText::floating(Float value) {
 }
 
 void JsonText::string(std::string_view text) {
-  out_ += '"';
-  for (std::size_t i = 0; i < text.size();) {
-    const unsigned c = byte_at(text, i);
-    const std::size_t length = utf8_length(text, i);
-    if (c == '"' || c == '\\') {
-      out_ += '\\';
-      out_ += text[i];
-    } else if (c == '\n') {
-      out_ += "\\n";
-    } else if (c < 0x20) {
-      out_ += "\\u00";
-      out_ += kHexDigits[c >> 4];
-      out_ += kHexDigits[c & 15];
-    } else if (length == 0) {
-      out_ += "\xEF\xBF\xBD";
-    } else {
-      out_ += text.substr(i, length);
-    }
-    i += std::max<std::size_t>(length, 1);
-  }
-  out_ += '"';
+  out_ += Json(text).dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 
 void JsonText::bytes(std::string_view data) {
@@ -161,7 +120,7 @@ void JsonText::scalar(const Message& m, const FieldDescriptor& f, int i) {
     } else if constexpr (std::is_floating_point_v<Value>) {
       floating(v);
     } else if constexpr (std::is_same_v<Value, EnumValueDescriptor>) {
-      string(v.name());
+      words_ ? raw(short_word(v).dump()) : string(v.name());
     } else if constexpr (std::is_same_v<Value, std::string>) {
       f.type() == FieldDescriptor::TYPE_BYTES ? bytes(v) : string(v);
     } else {
@@ -205,7 +164,11 @@ void JsonText::field(const Message& message, const FieldPath& path) {
     const auto& [f, index] = path.steps_[k];
     const auto& r = *m->GetReflection();
     if (index != kWholeField && index >= r.FieldSize(*m, f)) return raw("null");
-    if (k + 1 == path.steps_.size()) return value(*m, *f, index);
+    if (k + 1 == path.steps_.size()) {
+      const bool unset =
+          unset_is_null_ && f->has_presence() && f->message_type() == nullptr && !r.HasField(*m, f);
+      return unset ? raw("null") : value(*m, *f, index);
+    }
     m = index == kWholeField ? &r.GetMessage(*m, f) : &r.GetRepeatedMessage(*m, f, index);
   }
 }
@@ -221,7 +184,8 @@ FieldPath::FieldPath(const Descriptor& type, const std::string& path) : text_(pa
     };
     const std::string name = word();
     if (at == nullptr) {
-      throw ConfigError(path + ": " + steps_.back().field->name() + " of " + type.full_name() +
+      const FieldDescriptor& last = *steps_.back().field;
+      throw ConfigError(path + ": " + last.name() + " of " + last.containing_type()->full_name() +
                         " has no fields");
     }
     const FieldDescriptor* f = &field_named(*at, name);
@@ -234,6 +198,35 @@ FieldPath::FieldPath(const Descriptor& type, const std::string& path) : text_(pa
     steps_.push_back({f, index});
     at = f->message_type();
   }
+}
+
+Json to_json(const Message& message) {
+  std::string text;
+  JsonText(text, BytesText::length).message(message);
+  return Json::parse(text);
+}
+
+Json short_word(const EnumValueDescriptor& value) {
+  std::string prefix;  // of the enum's values: TaskState -> task_state_
+  for (const char c : value.type()->name()) {
+    if (std::isupper(static_cast<unsigned char>(c)) != 0 && !prefix.empty()) prefix += '_';
+    prefix += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  }
+  prefix += '_';
+  std::string word;
+  for (const char c : value.name())
+    word += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  if (word.starts_with(prefix)) word.erase(0, prefix.size());
+  if (word == "unspecified") return nullptr;
+  return word;
+}
+
+Json field_json(const Message& message, const std::string& path, bool words) {
+  const FieldPath at(*message.GetDescriptor(), path);
+  std::string text;
+  JsonText(text, BytesText::length, words && at.leaf().enum_type() != nullptr, true)
+      .field(message, at);
+  return Json::parse(text);
 }
 
 }  // namespace mimesis::tool

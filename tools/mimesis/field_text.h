@@ -2,6 +2,7 @@
 #include <google/protobuf/message.h>
 
 #include <charconv>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -72,10 +73,14 @@ std::string hex(std::string_view bytes, std::size_t from, std::size_t count,
 /// How fields of type bytes look: {"bytes": LENGTH}, or a string.
 enum class BytesText { length, base64, hex };
 
-/// Appends JSON text to a buffer, in the shape of message_json.h.
+/// Appends JSON text to a buffer: messages with the field names of their .proto files. All fields
+/// without presence are there; enum values by name, 64-bit integers as numbers, NaN and infinity as
+/// null.
 class JsonText {
  public:
-  JsonText(std::string& out, BytesText bytes) : out_(out), bytes_(bytes) {}
+  /// `words`: enum values as `short_word`. `unset_is_null`: `field` tells an unset field from 0.
+  JsonText(std::string& out, BytesText bytes, bool words = false, bool unset_is_null = false)
+      : out_(out), bytes_(bytes), words_(words), unset_is_null_(unset_is_null) {}
 
   void message(const google::protobuf::Message& message);
   /// A field, or element `index` of a repeated one.
@@ -100,6 +105,7 @@ class JsonText {
 
   std::string& out_;
   BytesText bytes_;
+  bool words_, unset_is_null_;
 };
 
 /// "blobs.0.u_px" resolved once for a type.
@@ -108,6 +114,7 @@ class FieldPath {
   /// @throws ConfigError with a suggestion if the type has no such field.
   FieldPath(const google::protobuf::Descriptor& type, const std::string& path);
   const std::string& text() const { return text_; }
+  const google::protobuf::FieldDescriptor& leaf() const { return *steps_.back().field; }
 
  private:
   friend class JsonText;
@@ -118,5 +125,17 @@ class FieldPath {
   std::string text_;
   std::vector<Step> steps_;
 };
+
+/// A message as JSON, as JsonText writes it.
+nlohmann::ordered_json to_json(const google::protobuf::Message& message);
+
+/// Value at "object_position_in_world_m.x_m" or "blobs.0.u_px"; null for what is not there.
+/// `words`: enum values as short words. @throws ConfigError as FieldPath
+nlohmann::ordered_json field_json(const google::protobuf::Message& message, const std::string& path,
+                                  bool words = false);
+
+/// Value of an enum as people write it: GRIP_PRECISION of enum Grip -> "precision"; null for
+/// UNSPECIFIED.
+nlohmann::ordered_json short_word(const google::protobuf::EnumValueDescriptor& value);
 
 }  // namespace mimesis::tool

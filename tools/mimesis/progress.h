@@ -1,7 +1,14 @@
 #pragma once
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
 #include <chrono>
 #include <cstdint>
+#include <iostream>
 #include <string>
+
+#include "common/time.h"
 
 namespace mimesis::tool {
 
@@ -11,13 +18,39 @@ class Progress {
  public:
   enum class Unit { bytes, none };
   /// @param total  of the work; 0: unknown. A rate is shown for bytes only.
-  Progress(std::string what, std::uint64_t total, Unit unit = Unit::bytes);
-  ~Progress();
+  Progress(std::string what, std::uint64_t total, Unit unit = Unit::bytes)
+      : what_(std::move(what)), total_(total), unit_(unit), shown_(isatty(STDERR_FILENO) == 1) {}
+  ~Progress() {
+    if (drawn_) std::cerr << "\r\033[K" << std::flush;
+  }
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
-  void at(std::uint64_t done);
+  void at(std::uint64_t done) {
+    if (!shown_) return;
+    const auto now = Clock::now();
+    if (now < next_) return;
+    next_ = now + kPeriod;
+    const auto amount = static_cast<double>(done);
+    std::string line = what_;
+    if (total_ > 0) {
+      const double share = std::clamp(amount / static_cast<double>(total_), 0.0, 1.0);
+      const auto full = static_cast<std::size_t>(share * kWidth);
+      line += fmt::format("  [{}{}]  {:.0f} %", std::string(full, '#'),
+                          std::string(kWidth - full, ' '), 100.0 * share);
+    } else if (unit_ == Unit::bytes) {
+      line += fmt::format("  {} MB", done / 1'000'000);
+    }
+    if (unit_ == Unit::bytes) {
+      const double seconds = std::max(1e-3, to_seconds(now - started_));
+      line += fmt::format("  {:.0f} MB/s", amount / seconds * 1e-6);
+    }
+    std::cerr << "\r\033[K" << line << std::flush;
+    drawn_ = true;
+  }
 
  private:
+  static constexpr std::size_t kWidth = 30;
+  static constexpr std::chrono::milliseconds kPeriod{100};
   using Clock = std::chrono::steady_clock;
   std::string what_;
   std::uint64_t total_;

@@ -18,6 +18,9 @@ class Table {
   std::vector<std::vector<std::string>> rows_;
 };
 
+/// As a shell takes it: with quotes where it needs them.
+std::string shell_word(const std::string& word);
+
 /// True if `fd` is a terminal and the user wants colour (https://no-color.org).
 bool use_colour(int fd);
 

@@ -2,9 +2,7 @@
 #include <google/protobuf/message.h>
 #include <unistd.h>
 
-#include <CLI/App.hpp>
-#include <CLI/Config.hpp>
-#include <CLI/Formatter.hpp>
+#include <CLI/CLI.hpp>
 #include <chrono>
 #include <iostream>
 #include <map>
@@ -14,7 +12,7 @@
 #include "common/error.h"
 #include "common/runtime/raw.h"
 #include "common/runtime/value_text.h"
-#include "tools/mimesis/message_json.h"
+#include "tools/mimesis/field_text.h"
 #include "tools/mimesis/number_check.h"
 #include "tools/mimesis/rate_window.h"
 #include "tools/mimesis/table.h"
@@ -50,9 +48,18 @@ std::map<std::string, Topic> topics_of(const std::string& graph) {
   return topics;
 }
 
-int list_topics(const std::string& graph, bool json) {
-  const auto topics = topics_of(graph);
-  if (json) {
+struct Options {
+  std::string graph, topic;
+  std::string field;  ///< empty: the whole message
+  bool once = false, reliable = false, json = false;
+  int count = 0;           ///< of messages or reports; 0: without end
+  int window = 1000;       ///< messages
+  double timeout_s = 0.0;  ///< of the wait for each message [s]; 0: none
+};
+
+int list_topics(const Options& options) {
+  const auto topics = topics_of(options.graph);
+  if (options.json) {
     nlohmann::ordered_json list = nlohmann::ordered_json::array();
     for (const auto& [name, topic] : topics) {
       list.push_back({{"topic", name},
@@ -65,7 +72,7 @@ int list_topics(const std::string& graph, bool json) {
     return 0;
   }
   if (topics.empty()) {
-    std::cerr << "graph '" << graph << "' has no topics\n";
+    std::cerr << "graph '" << options.graph << "' has no topics\n";
     return 0;
   }
   Table table({"TOPIC", "TYPE", "PUBLISHERS", "SUBSCRIBERS"});
@@ -86,22 +93,6 @@ void note_if_unknown(const std::string& graph, const std::string& topic) {
   std::cerr << "nobody publishes " << topic << " in graph '" << graph << "' yet"
             << runtime::did_you_mean(topic, known) << '\n';
 }
-
-struct EchoOptions {
-  std::string topic;
-  std::string field;  ///< empty: the whole message
-  bool once = false;
-  int count = 0;  ///< 0: without end
-  bool reliable = false;
-  double timeout_s = 0.0;  ///< longest wait for each message [s]; 0: none
-};
-
-struct HzOptions {
-  std::string topic;
-  int window = 1000;       ///< messages
-  int reports = 0;         ///< 0: without end
-  double timeout_s = 0.0;  ///< longest wait for each message [s]; 0: none
-};
 
 using Clock = std::chrono::steady_clock;
 using Json = nlohmann::ordered_json;
@@ -144,9 +135,9 @@ void print(const runtime::Tapped& tapped, const Json& value, bool field, bool js
 }
 
 /// Prints messages; returns the exit code.
-int echo_topic(const std::string& graph, const EchoOptions& options, bool json) {
+int echo_topic(const Options& options) {
   runtime::Tap tap(
-      graph, [&](const std::string& topic) { return topic == options.topic; },
+      options.graph, [&](const std::string& topic) { return topic == options.topic; },
       options.reliable ? runtime::Policy::reliable : runtime::Policy::latest);
   runtime::TypePool types;
   const int count = options.once ? 1 : options.count;
@@ -163,7 +154,8 @@ int echo_topic(const std::string& graph, const EchoOptions& options, bool json) 
       return 1;
     }
     const bool field = !options.field.empty();
-    print(*tapped, field ? field_json(*message, options.field) : to_json(*message), field, json);
+    print(*tapped, field ? field_json(*message, options.field) : to_json(*message), field,
+          options.json);
     ++printed;
     limit = deadline(options.timeout_s);
   }
@@ -171,14 +163,14 @@ int echo_topic(const std::string& graph, const EchoOptions& options, bool json) 
 }
 
 /// Prints the rate of a topic once a second; returns the exit code.
-int topic_rate(const std::string& graph, const HzOptions& options, bool json) {
+int topic_rate(const Options& options) {
   runtime::Tap tap(
-      graph, [&](const std::string& topic) { return topic == options.topic; },
+      options.graph, [&](const std::string& topic) { return topic == options.topic; },
       runtime::Policy::latest);
   RateWindow window(static_cast<std::size_t>(options.window));
   auto report = Clock::now() + std::chrono::seconds(1);
   auto limit = deadline(options.timeout_s);
-  for (int reports = 0; options.reports == 0 || reports < options.reports;) {
+  for (int reports = 0; options.count == 0 || reports < options.count;) {
     if (const auto tapped = tap.next(turn(std::min(limit, report)))) {
       window.add(Clock::now(), tapped->message.seq);
       limit = deadline(options.timeout_s);
@@ -188,7 +180,7 @@ int topic_rate(const std::string& graph, const HzOptions& options, bool json) {
     report += std::chrono::seconds(1);
     const auto rate = window.rate();
     if (!rate) continue;
-    if (json) {
+    if (options.json) {
       std::cout << Json{{"topic", options.topic},
                         {"rate_hz", rate->hz},
                         {"min_s", rate->min_s},
@@ -206,70 +198,56 @@ int topic_rate(const std::string& graph, const HzOptions& options, bool json) {
   return 0;
 }
 
-struct CommonOptions {
-  std::string graph;
-  bool json = false;
-};
-
 }  // namespace
 
 void add_topic(CLI::App& program, int& exit_code) {
   CLI::App* topic = program.add_subcommand("topic");
   topic->require_subcommand(1);
-  auto common = std::make_shared<CommonOptions>();
-  const auto add_common = [common](CLI::App* verb) {
-    verb->add_option("--graph", common->graph,
-                     "Name of the graph (default: MIMESIS_GRAPH, or default)");
-    verb->add_flag("--json", common->json, "Machine-readable output (tools/mimesis/README.md)");
+  auto o = std::make_shared<Options>();
+  const auto add_common = [o](CLI::App* verb) {
+    verb->add_option("--graph", o->graph, "Name of the graph (default: MIMESIS_GRAPH, or default)");
+    verb->add_flag("--json", o->json, "Machine-readable output (tools/mimesis/README.md)");
   };
-  const auto graph = [common] {
-    return common->graph.empty() ? runtime::graph_name() : common->graph;
+  const auto on = [o, &exit_code](CLI::App* verb, int (*run)(const Options&)) {
+    verb->callback([=, &exit_code] {
+      if (o->graph.empty()) o->graph = runtime::graph_name();
+      if (!o->topic.empty()) note_if_unknown(o->graph, o->topic);
+      exit_code = run(*o);
+    });
   };
 
   CLI::App* list =
       topic->add_subcommand("list", "Topics with their types, publishers and subscribers");
   add_common(list);
   list->footer("Examples:\n  mimesis topic list\n  mimesis topic list --json --graph demo");
-  list->callback([=, &exit_code] { exit_code = list_topics(graph(), common->json); });
+  on(list, list_topics);
 
-  auto echo_options = std::make_shared<EchoOptions>();
-  CLI::App* echo = topic->add_subcommand("echo", "Prints messages as they arrive");
-  echo->add_option("topic", echo_options->topic, "Name of the topic")->required();
-  echo->add_flag("--once", echo_options->once, "Stop after one message");
-  echo->add_option("-n", echo_options->count, "Stop after N messages")->check(number_above_zero);
-  echo->add_option("--field", echo_options->field,
-                   "Only this field, such as header.seq or blobs.0.u_px");
-  echo->add_flag("--reliable", echo_options->reliable,
-                 "Receive all messages: the publisher keeps those that do not fit");
-  echo->add_option("--timeout", echo_options->timeout_s,
-                   "Longest wait for a message [s]; then exit code 3")
+  CLI::App* echo = topic->add_subcommand("echo", "Prints messages as they come");
+  echo->add_option("topic", o->topic, "Name of the topic")->required();
+  echo->add_flag("--once", o->once, "One message, then end");
+  echo->add_option("-n", o->count, "Number of messages, then end")->check(number_above_zero);
+  echo->add_option("--field", o->field, "Only this field, such as header.seq or blobs.0.u_px");
+  echo->add_flag("--reliable", o->reliable,
+                 "Lose none: the publisher waits with what does not fit");
+  echo->add_option("--timeout", o->timeout_s, "Longest wait for a message [s]; then exit code 3")
       ->check(number_above_zero);
   add_common(echo);
   echo->footer(
       "Examples:\n  mimesis topic echo planner/status --once\n"
       "  mimesis topic echo bridge/arm --field position_rad --json -n 10");
-  echo->callback([=, &exit_code] {
-    note_if_unknown(graph(), echo_options->topic);
-    exit_code = echo_topic(graph(), *echo_options, common->json);
-  });
+  on(echo, echo_topic);
 
-  auto hz_options = std::make_shared<HzOptions>();
   CLI::App* hz = topic->add_subcommand("hz", "Rate of a topic, once a second");
-  hz->add_option("topic", hz_options->topic, "Name of the topic")->required();
-  hz->add_option("-w,--window", hz_options->window, "Number of messages in the window")
-      ->check(CLI::Range(2, 1'000'000));
-  hz->add_option("-n", hz_options->reports, "Stop after N lines")->check(number_above_zero);
-  hz->add_option("--timeout", hz_options->timeout_s,
-                 "Longest wait for a message [s]; then exit code 3")
+  hz->add_option("topic", o->topic, "Name of the topic")->required();
+  hz->add_option("-w,--window", o->window, "Messages to look at")->check(CLI::Range(2, 1'000'000));
+  hz->add_option("-n", o->count, "Number of lines, then end")->check(number_above_zero);
+  hz->add_option("--timeout", o->timeout_s, "Longest wait for a message [s]; then exit code 3")
       ->check(number_above_zero);
   add_common(hz);
   hz->footer(
       "Examples:\n  mimesis topic hz camera/image\n  mimesis topic hz bridge/arm -w 200 -n 1 "
       "--json");
-  hz->callback([=, &exit_code] {
-    note_if_unknown(graph(), hz_options->topic);
-    exit_code = topic_rate(graph(), *hz_options, common->json);
-  });
+  on(hz, topic_rate);
 }
 
 }  // namespace mimesis::tool

@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "common/log/damage.h"
+#include "common/log/pieces.h"
 
 namespace mimesis::log {
 

@@ -2,24 +2,33 @@
 #include <fmt/ranges.h>
 #include <unistd.h>
 
-#include <CLI/App.hpp>
-#include <CLI/Config.hpp>
-#include <CLI/Formatter.hpp>
-#include <CLI/Validators.hpp>
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <array>
+#include <cmath>
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <sstream>
 
+#include "common/error.h"
+#include "common/math/circle.h"
+#include "common/motion/model/motion_model.h"
 #include "common/runtime/param_source.h"
+#include "nodes/crowd/certificate/certificate.h"
 #include "nodes/crowd/scenario_file/scenario_file.h"
-#include "tools/mimesis/crowd/certify_report.h"
-#include "tools/mimesis/crowd/gait_of_model.h"
+#include "nodes/synthesizer/character/repertoire.h"
+#include "nodes/synthesizer/dynamics/character_batch.h"
 #include "tools/mimesis/table.h"
 #include "tools/mimesis/verb.h"
 
 namespace mimesis::tool {
 namespace {
 
+using crowd::Certificate;
+using crowd::Guarantee;
+using crowd::RuleCertificate;
+using crowd::Stage;
 using Json = nlohmann::ordered_json;
 
 struct CertifyOptions {
@@ -34,12 +43,274 @@ struct GaitOptions {
   bool json = false;
 };
 
+// --- certify
+
+std::array<std::pair<const char*, const RuleCertificate*>, 5> rules_of(const Certificate& c) {
+  return {{{"I frequency", &c.frequency},
+           {"II length", &c.length},
+           {"III phase", &c.phase},
+           {"III leader", &c.tracking},
+           {"IV heading", &c.heading}}};
+}
+
+std::string number(double v) { return fmt::format("{:.4g}", v); }
+
+std::string limit(const std::optional<int>& n) { return n ? std::to_string(*n) : "any"; }
+
+void print_stage(const Stage& stage, std::ostream& out, bool colour) {
+  const Certificate& c = stage.certificate;
+  Table table({"rule", "guarantee", "rate >= 1/s", "expected 1/s", "a link lost", "lambda+",
+               "lambda_max", "theorem 6", "largest N"});
+  for (const auto& [name, r] : rules_of(c)) {
+    if (r->guarantee == Guarantee::off) continue;
+    const bool graph = r->extremes.most > 0.0;
+    table.row({name, crowd::to_string(r->guarantee), number(r->guaranteed_1_s),
+               number(r->expected_1_s), graph ? number(r->without_link_1_s) : "-",
+               graph ? number(r->extremes.least) : "-", graph ? number(r->extremes.most) : "-",
+               r->theorem6 > 0.0 ? number(r->theorem6) : "-",
+               graph && r->theorem6 > 0.0 ? limit(r->largest_agents) : "any"});
+  }
+  table.print(out, colour);
+  for (const auto& [name, r] : rules_of(c)) {
+    if (r->guarantee == Guarantee::off && stage.agents == 0) continue;
+    if (!r->why.empty()) out << "  " << name << ": " << r->why << '\n';
+    for (const std::string& change : r->change)
+      out << "  " << name << ": change: " << change << '\n';
+  }
+  for (const std::string& note : c.notes) out << "  note: " << note << '\n';
+  if (const auto rate = c.rate_1_s()) out << "  guaranteed: " << number(*rate) << " 1/s\n";
+  if (stage.formation_s) {
+    out << "  formation stands after " << number(*stage.formation_s) << " s at the latest\n";
+  }
+}
+
+/// Groups of which the same is to be said are together.
+void print_stages(const std::vector<Stage>& stages, std::ostream& out, bool colour) {
+  struct Said {
+    std::vector<std::string> groups;
+    std::string rest, body;
+  };
+  std::vector<Said> all;
+  for (const Stage& stage : stages) {
+    std::ostringstream body;
+    print_stage(stage, body, colour);
+    const std::string agents =
+        stage.agents > 0 ? fmt::format("{} agents", stage.agents) : "nobody, others may come";
+    const std::string rest =
+        fmt::format(" from {:g} s: {}, gait {}\n", stage.from_s, agents, stage.gait);
+    const auto same = std::ranges::find_if(
+        all, [&](const Said& s) { return s.rest == rest && s.body == body.str(); });
+    if (same == all.end()) {
+      all.push_back({{stage.group}, rest, body.str()});
+    } else {
+      same->groups.push_back(stage.group);
+    }
+  }
+  for (const Said& s : all) {
+    out << (s.groups.size() > 1 ? "groups " : "group ")
+        << fmt::format("{}", fmt::join(s.groups, ", ")) << s.rest << s.body;
+  }
+}
+
+Json to_json(const char* name, const RuleCertificate& r) {
+  Json out = {
+      {"rule", name},
+      {"guarantee", crowd::to_string(r.guarantee)},
+      {"guaranteed_1_s", r.guaranteed_1_s},
+      {"expected_1_s", r.expected_1_s},
+      {"without_link_1_s", r.extremes.most > 0.0 ? Json(r.without_link_1_s) : Json(nullptr)},
+      {"within", r.within > 0.0 ? Json(r.within) : Json(nullptr)},
+      {"overshoot", r.overshoot},
+      {"connectivity", r.extremes.least},
+      {"lambda_max", r.extremes.most},
+      {"theorem6", r.theorem6 > 0.0 ? Json(r.theorem6) : Json(nullptr)},
+      {"largest_agents", r.largest_agents ? Json(*r.largest_agents) : Json(nullptr)},
+      {"why", r.why},
+      {"change", r.change}};
+  return out;
+}
+
+Json to_json(const Stage& stage) {
+  const Certificate& c = stage.certificate;
+  Json rules = Json::array();
+  for (const auto& [name, r] : rules_of(c)) {
+    if (r->guarantee != Guarantee::off || !r->why.empty()) rules.push_back(to_json(name, *r));
+  }
+  const auto rate = c.rate_1_s();
+  return {{"group", stage.group},
+          {"from_s", stage.from_s},
+          {"gait", stage.gait},
+          {"agents", stage.agents},
+          {"holds", c.holds()},
+          {"rate_1_s", rate ? Json(*rate) : Json(nullptr)},
+          {"formation_s", stage.formation_s ? Json(*stage.formation_s) : Json(nullptr)},
+          {"residual_m", c.residual_m},
+          {"rules", rules},
+          {"notes", c.notes}};
+}
+
+bool all_hold(const std::vector<Stage>& stages) {
+  return std::ranges::all_of(stages, [](const Stage& s) { return s.certificate.holds(); });
+}
+
+/// What is guaranteed in every group and stage, at which rate, the largest N of each kind of graph,
+/// and what to change. Returns whether every rule in force is guaranteed.
+bool print_certificates(const crowd::Scenario& scenario, std::ostream& out, bool colour) {
+  const std::vector<Stage> stages = crowd::certify(scenario);
+  print_stages(stages, out, colour);
+  out << "most agents that rules I and II lead to their places without overshoot, by graph and "
+         "gait (beta = g_min/g_max):\n";
+  Table table({"largest N", "beta", "chain", "ring", "star", "wheel", "all_to_all"});
+  for (const crowd::Gait& gait : scenario.gaits) {
+    const crowd::SpeedFunction g = gait.speed();
+    for (const bool weak : {false, true}) {
+      std::vector<std::string> cells{gait.name + (weak ? ", weak (B.14)" : ", theorem 6"),
+                                     number(g.least() / g.most())};
+      for (const crowd::TopologyLimit& l : crowd::topology_limits(g)) {
+        cells.push_back(limit(weak ? l.weak : l.theorem6));
+      }
+      table.row(cells);
+    }
+  }
+  table.print(out, colour);
+  const bool holds = all_hold(stages);
+  out << (holds ? "every rule in force is guaranteed\n" : "NOT every rule is guaranteed\n");
+  return holds;
+}
+
+bool print_certificates_json(const std::string& file, const crowd::Scenario& scenario,
+                             std::ostream& out) {
+  const std::vector<Stage> stages = crowd::certify(scenario);
+  Json groups = Json::array(), limits = Json::array();
+  for (const Stage& stage : stages) groups.push_back(to_json(stage));
+  for (const crowd::Gait& gait : scenario.gaits) {
+    const crowd::SpeedFunction g = gait.speed();
+    Json theorem6, weak;
+    for (const crowd::TopologyLimit& l : crowd::topology_limits(g)) {
+      const std::string name(crowd::to_string(l.topology));
+      theorem6[name] = l.theorem6 ? Json(*l.theorem6) : Json(nullptr);
+      weak[name] = l.weak ? Json(*l.weak) : Json(nullptr);
+    }
+    limits.push_back({{"gait", gait.name},
+                      {"beta", g.least() / g.most()},
+                      {"theorem6", theorem6},
+                      {"weak", weak}});
+  }
+  const bool holds = all_hold(stages);
+  out << Json{{"file", file},
+              {"name", scenario.name},
+              {"holds", holds},
+              {"stages", groups},
+              {"largest_agents", limits}}
+             .dump()
+      << '\n';
+  return holds;
+}
+
 int certify(const CertifyOptions& o) {
   const std::string file = crowd::find_scenario(o.file);
   const crowd::Scenario scenario = crowd::read_scenario(file, o.sets);
   const bool holds = o.json ? print_certificates_json(file, scenario, std::cout)
                             : print_certificates(scenario, std::cout, use_colour(STDOUT_FILENO));
   return holds ? 0 : 1;
+}
+
+// --- gait
+
+/// The speed function g and the sway g^psi of one style of a motion model.
+struct MeasuredGait {
+  crowd::Gait gait;
+  double step_length_m = 0.0;
+  double rms_m_rad = 0.0;                      ///< of what the harmonics leave out
+  double least_m_rad = 0.0, most_m_rad = 0.0;  ///< of the series
+};
+
+constexpr int kStepsPerCycle = 256, kCycles = 4;
+constexpr int kHarmonicsOfMotion = 12;  // smoother velocities than all of them
+constexpr double kShortestStep_m = 0.1;
+
+struct Sample {
+  double phase_rad, g_m_rad, turn;  // turn: ψ̇/φ̇ [1]
+};
+
+std::vector<Sample> walk(const synthesizer::Repertoire& repertoire, int motion) {
+  const double omega = repertoire.motion(motion).parameters.frequency_rad_s;
+  const double dt = math::kTwoPi / (omega * kStepsPerCycle);
+  synthesizer::CharacterBatch batch(repertoire.model(), 1,
+                                    {.dt_s = dt, .harmonics = kHarmonicsOfMotion});
+  batch.set_pattern(0, motion);
+  batch.set_frequency(0, omega);
+  batch.set_phase(0, 0.0);
+  for (int k = 0; k < kStepsPerCycle; ++k) batch.step();  // the standing foot is found
+  std::vector<Sample> samples;
+  const double per_step = math::kTwoPi / kStepsPerCycle;
+  for (int k = 0; k < kCycles * kStepsPerCycle; ++k) {
+    const double phase = batch.phase(0) + 0.5 * per_step;
+    batch.step();
+    samples.push_back(
+        {phase, batch.root(0).velocity_H_m_s.x() / omega, batch.root(0).yaw_rate_rad_s / omega});
+  }
+  return samples;
+}
+
+MeasuredGait fitted(const std::vector<Sample>& samples, int harmonics) {
+  MeasuredGait m;
+  const double n = static_cast<double>(samples.size());
+  crowd::Gait& g = m.gait;
+  g.mean_m_rad = 0.0;
+  for (const Sample& s : samples) g.mean_m_rad += s.g_m_rad / n;
+  for (int k = 1; k <= harmonics; ++k) {
+    double c = 0.0, d = 0.0, sway_c = 0.0, sway_d = 0.0;
+    for (const Sample& s : samples) {
+      c += 2.0 / n * s.g_m_rad * std::cos(k * s.phase_rad);
+      d += 2.0 / n * s.g_m_rad * std::sin(k * s.phase_rad);
+      sway_c += 2.0 / n * s.turn * std::cos(k * s.phase_rad);
+      sway_d += 2.0 / n * s.turn * std::sin(k * s.phase_rad);
+    }
+    g.cosine_m_rad.push_back(c);
+    g.sine_m_rad.push_back(d);
+    g.sway_cosine.push_back(sway_c);
+    g.sway_sine.push_back(sway_d);
+  }
+  const crowd::SpeedFunction speed = g.speed();
+  for (const Sample& s : samples) {
+    const double left = s.g_m_rad - speed(s.phase_rad);
+    m.rms_m_rad += left * left / n;
+  }
+  m.rms_m_rad = std::sqrt(m.rms_m_rad);
+  m.least_m_rad = speed.least();
+  m.most_m_rad = speed.most();
+  m.step_length_m = 0.5 * speed.cycle_m();
+  return m;
+}
+
+/// Walks straight with each style for some cycles and takes the Fourier series of the pelvis'
+/// propagation along its heading, and of its turning, per radian of phase: ż/φ̇, ψ̇/φ̇ [M18 4.4.1,
+/// fig. 4.9a, eq. 4.32].
+/// @param style      "": all that walk on, by a tenth of a metre a step at least
+/// @param harmonics  [0, 4]
+/// @throws ConfigError for an unknown style, and where g touches zero
+std::vector<MeasuredGait> measure_gaits(const motion::MotionModel& model, const std::string& style,
+                                        int harmonics) {
+  const synthesizer::Repertoire repertoire(model);
+  if (!style.empty() && repertoire.find(style) < 0) {
+    throw ConfigError("no style '" + style + "'; the model has: " + repertoire.known());
+  }
+  std::vector<MeasuredGait> all;
+  for (const synthesizer::StyleMotions& motions : repertoire.styles()) {
+    if (!style.empty() && motions.name != style) continue;
+    const synthesizer::RepertoireMotion& motion = repertoire.motion(motions.straight);
+    if (style.empty() && motion.step_length_m < kShortestStep_m) continue;
+    try {
+      MeasuredGait measured = fitted(walk(repertoire, motions.straight), harmonics);
+      measured.gait.name = motions.name;
+      measured.gait.eigenfrequency_rad_s = motion.parameters.frequency_rad_s;
+      all.push_back(measured);
+    } catch (const ConfigError& e) {
+      throw ConfigError("style " + motions.name + ": " + e.what());
+    }
+  }
+  return all;
 }
 
 void print_yaml(const std::vector<MeasuredGait>& gaits) {

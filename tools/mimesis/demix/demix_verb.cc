@@ -1,32 +1,241 @@
 #include <fmt/format.h>
+#include <unistd.h>
 
-#include <CLI/App.hpp>
-#include <CLI/Config.hpp>
-#include <CLI/Formatter.hpp>
-#include <CLI/Validators.hpp>
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <filesystem>
 #include <iostream>
 #include <memory>
+#include <nlohmann/json.hpp>
 
 #include "common/error.h"
+#include "common/motion/demix/baselines.h"
 #include "common/motion/demix/sisa.h"
+#include "common/motion/demix/spectrum.h"
+#include "common/motion/demix/wigner.h"
 #include "common/motion/mocap/body_map.h"
 #include "common/motion/mocap/clip_file.h"
 #include "common/motion/mocap/trials.h"
 #include "common/motion/model/motion_model.h"
 #include "common/time.h"
-#include "tools/mimesis/demix/demix_report.h"
+#include "tools/mimesis/demix/demix_plots.h"
+#include "tools/mimesis/demix/trial_files.h"
 #include "tools/mimesis/number_check.h"
 #include "tools/mimesis/progress.h"
+#include "tools/mimesis/table.h"
 #include "tools/mimesis/verb.h"
 
 namespace mimesis::tool {
 namespace {
 
 namespace fs = std::filesystem;
+
+// --- Report
+
+using demix::Delays;
+using demix::Mixture;
+using nlohmann::ordered_json;
+
+/// How well one way to describe the set does; parameters without the means.
+ordered_json measure(const std::string& name, const mocap::Trials& set, const Mixture& mixture,
+                     Delays delays) {
+  const Eigen::MatrixXd fit = mixture.reconstruct();
+  return {{"name", name},
+          {"sources", mixture.sources.rows()},
+          {"parameters", demix::parameter_count(mixture, set, delays)},
+          {"Q", demix::quality(set.samples, fit)},
+          {"Q2", demix::quality_squared(set.samples, fit)}};
+}
+
+/// "lhip" of "lhip.x".
+std::string joint_of(const std::string& row) { return row.substr(0, row.rfind('.')); }
+
+ordered_json joint_errors(const mocap::Trials& set, const Mixture& mixture) {
+  const Eigen::MatrixXd error = mixture.reconstruct() - set.samples;
+  const auto rows = static_cast<std::size_t>(set.rows_per_trial());
+  ordered_json out = ordered_json::array();
+  for (std::size_t first = 0; first < rows;) {
+    std::size_t last = first + 1;
+    while (last < rows && joint_of(set.rows[last]) == joint_of(set.rows[first])) ++last;
+    double squares = 0.0;
+    for (std::size_t i = 0; i < set.trials.size(); ++i) {
+      const auto block = static_cast<Eigen::Index>(i * rows + first);
+      squares += error.middleRows(block, static_cast<Eigen::Index>(last - first)).squaredNorm();
+    }
+    const auto values =
+        static_cast<double>(set.trials.size() * (last - first)) * static_cast<double>(error.cols());
+    out.push_back({{"joint", joint_of(set.rows[first])}, {"rms_rad", std::sqrt(squares / values)}});
+    first = last;
+  }
+  return out;
+}
+
+/// A short period has fewer of them than sources may be asked for.
+int most_harmonics(const mocap::Trials& set) {
+  return static_cast<int>(demix::harmonic_count(set.samples.cols()));
+}
+
+/// Q and Q2 of a mixture, beside principal components, sinusoids, and as many principal components
+/// as have the same number of parameters.
+ordered_json make_report(const mocap::Trials& set, const Mixture& mixture, const std::string& name,
+                         Delays delays) {
+  ordered_json report{
+      {"trials", set.trials.size()}, {"rows", set.rows.size()}, {"samples", set.samples.cols()}};
+  report.update(measure(name, set, mixture, delays));
+  const int k = report["sources"], most = static_cast<int>(demix::rank(set));
+  const int equal = std::min(
+      demix::components_of_equal_size(set, report["parameters"].get<std::int64_t>()), most);
+  report["others"] = {
+      measure("principal components (PCA)", set,
+              demix::principal_components(set, std::min(k, most)), Delays::kNone),
+      measure("independent components (FastICA)", set,
+              demix::independent_components(set, std::min(k, most)), Delays::kNone),
+      measure("sinusoids, free phases", set,
+              demix::sinusoids(set, std::min(k, most_harmonics(set))), Delays::kFree),
+      measure("PCA of about as many parameters", set, demix::principal_components(set, equal),
+              Delays::kNone)};
+  report["joints"] = joint_errors(set, mixture);
+  return report;
+}
+
+void print(const ordered_json& report) {
+  std::cout << fmt::format("{} trials of {} rows, {} samples a period\n", report["trials"].dump(),
+                           report["rows"].dump(), report["samples"].dump());
+  const bool bold = use_colour(STDOUT_FILENO);
+  Table table({"method", "sources", "parameters", "Q", "Q2"});
+  const auto row = [&table](const ordered_json& m) {
+    table.row({m["name"], m["sources"].dump(), m["parameters"].dump(),
+               fmt::format("{:.4f}", m["Q"].get<double>()),
+               fmt::format("{:.4f}", m["Q2"].get<double>())});
+  };
+  row(report);
+  for (const ordered_json& m : report["others"]) row(m);
+  table.print(std::cout, bold);
+  std::cout << '\n';
+  Table joints({"joint", "rms error [rad]"});
+  for (const ordered_json& j : report["joints"]) {
+    joints.row({j["joint"], fmt::format("{:.4f}", j["rms_rad"].get<double>())});
+  }
+  joints.print(std::cout, bold);
+}
+
+/// NAME-sources.png and NAME-quality.png in the folder: Q against K for 1..up_to sources of the
+/// method and the others. Returns the files. @param options  sources is not used
+std::vector<std::string> plot_demixing(const std::string& folder, const std::string& name,
+                                       const mocap::Trials& set, const Mixture& mixture,
+                                       demix::SisaOptions options, int up_to) {
+  std::filesystem::create_directories(folder);
+  const auto path = [&](const char* what) {
+    return (std::filesystem::path(folder) / (name + what)).string();
+  };
+  std::vector<std::string> files = {path("-sources.png"), path("-quality.png")};
+  synthesizer::plot_sources(files[0], mixture.sources, mixture.fixed, name + ": sources");
+  synthesizer::QualityCurve ours{options.tied ? "anechoic, tied delays" : "anechoic", {}, {}},
+      pca{"PCA", {}, {}, true}, sines{"sinusoids, free phases", {}, {}, true};
+  const auto add = [&set](synthesizer::QualityCurve& curve, int k, const Mixture& m) {
+    curve.sources.push_back(k);
+    curve.quality.push_back(demix::quality(set.samples, m.reconstruct()));
+  };
+  const int given = static_cast<int>(options.fixed.rows());
+  for (int k = 1; k <= std::min(up_to, static_cast<int>(demix::rank(set))); ++k) {
+    options.sources = k;
+    if (k > given) add(ours, k, demix::sisa(set, options).mixture);
+    add(pca, k, demix::principal_components(set, k));
+    if (k <= most_harmonics(set)) add(sines, k, demix::sinusoids(set, k));
+  }
+  synthesizer::plot_quality(files[1], {ours, pca, sines}, "Q", name + ": quality and sources");
+  return files;
+}
+
+// --- Report on the robot
+
+constexpr std::size_t kNearest = 8;  // rows in the table
+
+std::string text(const retarget::Deviation& d, double unit) {
+  return fmt::format("{:.1f} / {:.1f}", unit * d.rms, unit * d.max);
+}
+
+ordered_json json(const retarget::Deviation& d) { return {{"rms", d.rms}, {"max", d.max}}; }
+
+void print_retargeting(const std::vector<RetargetedClip>& clips) {
+  const bool bold = use_colour(STDOUT_FILENO);
+  Table table({"clip", "scale", "feet rms/max [mm]", "feet [mrad]", "hands [mm]", "chest [mrad]",
+               "figure's ankles [mm]", "speed/limit", "fastest"});
+  for (const RetargetedClip& c : clips) {
+    const retarget::RobotReport& r = c.report;
+    table.row({c.file, fmt::format("{:.3f}", r.scale), text(r.foot_m, 1e3), text(r.foot_rad, 1e3),
+               text(r.hand_m, 1e3), text(r.chest_rad, 1e3), text(c.ankle_m, 1e3),
+               fmt::format("{:.2f}", r.speed_share), r.fastest_joint});
+  }
+  table.print(std::cout, bold);
+  for (const RetargetedClip& c : clips) {
+    std::cout << fmt::format("{}: at their limits in {} of {} frames: {}\n", c.file,
+                             c.report.frames_at_limits, c.frames,
+                             c.report.joints_at_limits.empty()
+                                 ? "none"
+                                 : fmt::format("{}", fmt::join(c.report.joints_at_limits, " ")));
+  }
+  std::cout << '\n';
+}
+
+ordered_json retargeting_json(const std::vector<RetargetedClip>& clips) {
+  ordered_json out = ordered_json::array();
+  for (const RetargetedClip& c : clips) {
+    const retarget::RobotReport& r = c.report;
+    out.push_back({{"file", c.file},
+                   {"frames", c.frames},
+                   {"scale", r.scale},
+                   {"foot_m", json(r.foot_m)},
+                   {"foot_rad", json(r.foot_rad)},
+                   {"hand_m", json(r.hand_m)},
+                   {"hand_rad", json(r.hand_rad)},
+                   {"chest_rad", json(r.chest_rad)},
+                   {"head_rad", json(r.head_rad)},
+                   {"figure_ankle_m", json(c.ankle_m)},
+                   {"figure_wrist_m", json(c.wrist_m)},
+                   {"joints_at_limits", r.joints_at_limits},
+                   {"frames_at_limits", r.frames_at_limits},
+                   {"speed_share", r.speed_share},
+                   {"fastest_joint", r.fastest_joint},
+                   {"roughness_before", r.roughness_before},
+                   {"roughness_after", r.roughness_after},
+                   {"stance_speed_m_s", r.stance_speed_m_s}});
+  }
+  return out;
+}
+
+/// The rows that come nearest to their limits or pass them, worst first.
+ordered_json limits_json(const motion::MotionModel& model) {
+  std::vector<motion::LimitExcess> rows = motion::limit_excess(model);
+  std::ranges::stable_sort(rows, std::greater{}, &motion::LimitExcess::beyond_rad);
+  ordered_json out = ordered_json::array();
+  for (const motion::LimitExcess& row : rows) {
+    out.push_back({{"row", row.row},
+                   {"beyond_rad", row.beyond_rad},
+                   {"pattern", row.pattern},
+                   {"phase_rad", row.phase_rad}});
+  }
+  return out;
+}
+
+void print_limits(const ordered_json& rows) {
+  const auto beyond = std::ranges::count_if(
+      rows, [](const ordered_json& r) { return r["beyond_rad"].get<double>() > 0.0; });
+  std::cout << fmt::format(
+      "\n{} of {} rows with limits pass them in some pattern (blends: see motion_model.h)\n",
+      beyond, rows.size());
+  Table table({"nearest to limits", "beyond [rad]", "pattern", "phase [rad]"});
+  for (std::size_t i = 0; i < std::min(kNearest, rows.size()); ++i) {
+    table.row({rows[i]["row"], fmt::format("{:.4f}", rows[i]["beyond_rad"].get<double>()),
+               rows[i]["pattern"].dump(),
+               fmt::format("{:.2f}", rows[i]["phase_rad"].get<double>())});
+  }
+  table.print(std::cout, use_colour(STDOUT_FILENO));
+}
+
+// --- The verb
 
 struct Options {
   std::vector<std::string> files, styles;
@@ -177,12 +386,11 @@ int run(Options& o) {
         << "no clip tells the lengths of the figure's limbs: a standard one of 1.70 m is taken\n";
   }
   const motion::MotionModel model = save(o, files, result.mixture);
-  const auto delays = o.sisa.tied ? demix::Delays::tied : demix::Delays::free;
-  const DemixReport report = make_report(files.set, result.mixture,
-                                         o.method == "wigner" ? "anechoic (Wigner-Ville)"
-                                         : o.sisa.tied        ? "anechoic, tied delays (SISA)"
-                                                              : "anechoic (SISA)",
-                                         delays);
+  ordered_json report = make_report(files.set, result.mixture,
+                                    o.method == "wigner" ? "anechoic (Wigner-Ville)"
+                                    : o.sisa.tied        ? "anechoic, tied delays (SISA)"
+                                                         : "anechoic (SISA)",
+                                    o.sisa.tied ? Delays::kTied : Delays::kFree);
   std::vector<std::string> plots;
   if (!o.plot_dir.empty()) {
     plots = plot_demixing(o.plot_dir, o.name, files.set, result.mixture, o.sisa, o.up_to);
@@ -191,24 +399,23 @@ int run(Options& o) {
   if (!o.json) {
     if (!files.retargeted.empty()) print_retargeting(files.retargeted);
     print(report);
-    if (!model.limits_rad.empty()) print_limits(model);
+    if (!model.limits_rad.empty()) print_limits(limits_json(model));
     for (const std::string& plot : plots) std::cout << "plot: " << plot << '\n';
     std::cout << fmt::format("model: {} ({:.1f} s)\n", o.out, seconds);
     return 0;
   }
-  nlohmann::ordered_json json = to_json(report);
-  json["model"] = o.out;
-  json["plots"] = plots;
+  report["model"] = o.out;
+  report["plots"] = plots;
   if (!files.retargeted.empty()) {
-    json["retargeting"] = retargeting_json(files.retargeted);
-    json["limits"] = limits_json(model);
+    report["retargeting"] = retargeting_json(files.retargeted);
+    report["limits"] = limits_json(model);
   }
-  json["left_out"] = nlohmann::ordered_json::array();
+  report["left_out"] = ordered_json::array();
   for (const auto& [file, reason] : files.left_out) {
-    json["left_out"].push_back({{"file", file}, {"reason", reason}});
+    report["left_out"].push_back({{"file", file}, {"reason", reason}});
   }
-  json["seconds"] = seconds;
-  std::cout << json.dump() << '\n';
+  report["seconds"] = seconds;
+  std::cout << report.dump() << '\n';
   return 0;
 }
 

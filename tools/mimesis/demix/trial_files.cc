@@ -6,10 +6,12 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 
 #include "common/error.h"
+#include "common/model/files.h"
 #include "common/motion/mocap/body_from_markers.h"
 #include "common/motion/mocap/body_map.h"
 #include "common/motion/mocap/c3d.h"
@@ -67,6 +69,69 @@ void check_rows(const mocap::Trials& set, const mocap::Trials& first, const std:
                                 theirs == first.rows.end() ? "no more rows" : *theirs));
 }
 
+/// The robot with limits moved inwards.
+robot::RobotTree narrowed(const robot::RobotTree& tree, double margin_rad) {
+  std::vector<robot::Link> links = tree.links();
+  for (robot::Link& link : links) {
+    if (link.type == robot::JointType::kPrismatic) {
+      throw ConfigError(tree.name() + ": joint " + link.joint + " slides, expected joints that " +
+                        "turn: a motion model holds angles");
+    }
+    if (link.type != robot::JointType::kRevolute || !std::isfinite(link.upper - link.lower)) {
+      continue;
+    }
+    const double margin = std::min(margin_rad, 0.25 * (link.upper - link.lower));
+    link.lower += margin;
+    link.upper -= margin;
+  }
+  return {tree.name(), std::move(links)};
+}
+
+/// A robot that clips are retargeted to.
+class Robot {
+ public:
+  /// @throws ConfigError as model::load_biped(), retarget::figure_of(); for a joint that slides
+  explicit Robot(const RobotChoice& choice)
+      : biped_(model::load_biped(choice.file)),
+        narrow_(narrowed(biped_.tree, choice.limit_margin_rad)),
+        figure_(retarget::figure_of(biped_)) {}
+
+  /// Trials of the robot's figure (its rows move the pelvis by the standing foot), then of its
+  /// joints by name. Adds to `clips`.
+  tl::expected<mocap::Trials, Status> cut(const mocap::BodyClip& recorded,
+                                          const mocap::CycleOptions& options,
+                                          std::vector<RetargetedClip>& clips) const {
+    const retarget::RobotClip motion = retarget::retarget(recorded, narrow_, figure_);
+    const retarget::FigureClip figure =
+        retarget::figure_clip(motion, recorded, biped_.tree, figure_);
+    clips.push_back({.file = recorded.name,
+                     .frames = static_cast<long>(motion.frames()),
+                     .report = motion.report,
+                     .ankle_m = figure.ankle_m,
+                     .wrist_m = figure.wrist_m});
+    return mocap::cut_cycles(figure.clip, options, {motion.joints, motion.q});
+  }
+  mocap::Body body() const { return retarget::robot_body(biped_.tree, figure_); }
+  /// Of rows named as the robot's joints its limits, none of others.
+  std::vector<std::optional<motion::RowLimits>> limits(const std::vector<std::string>& rows) const {
+    std::vector<std::optional<motion::RowLimits>> out;
+    for (const std::string& row : rows) {
+      const int joint = biped_.tree.find_joint(row);
+      out.emplace_back();
+      if (joint < 0) continue;
+      const robot::Link& link = biped_.tree.moved(joint);
+      if (std::isfinite(link.lower) && std::isfinite(link.upper))
+        out.back() = {link.lower, link.upper};
+    }
+    return out;
+  }
+
+ private:
+  robot::Biped biped_;
+  robot::RobotTree narrow_;  ///< with the margin
+  retarget::RobotFigure figure_;
+};
+
 }  // namespace
 
 std::string sha256_of(const std::string& file) {
@@ -82,9 +147,7 @@ std::string sha256_of(const std::string& file) {
   if (!in.eof()) throw ConfigError(file + ": cannot be read");
   std::array<unsigned char, crypto_hash_sha256_BYTES> digest;
   crypto_hash_sha256_final(&state, digest.data());
-  std::string hex;
-  for (const unsigned char byte : digest) hex += fmt::format("{:02x}", byte);
-  return hex;
+  return fmt::format("{:02x}", fmt::join(digest, ""));
 }
 
 TrialFiles read_trial_files(const std::vector<std::string>& files, const TrialFileOptions& options,
@@ -105,7 +168,7 @@ TrialFiles read_trial_files(const std::vector<std::string>& files, const TrialFi
     } else {
       const auto clip = read_body(file, options);
       auto trials = !clip   ? tl::unexpected(clip.error())
-                    : robot ? robot->cut(*clip, options.cut)
+                    : robot ? robot->cut(*clip, options.cut, out.retargeted)
                             : mocap::cut_cycles(*clip, options.cut);
       if (!trials) {
         out.left_out.push_back({file, trials.error().reason});
@@ -126,10 +189,7 @@ TrialFiles read_trial_files(const std::vector<std::string>& files, const TrialFi
   out.set = mocap::merge(sets);
   out.standard_body = bodies.empty();
   out.body = bodies.empty() ? mocap::standard_body() : robot ? bodies[0] : mean_of(bodies);
-  if (robot) {
-    out.retargeted = robot->clips();
-    out.limits_rad = robot->limits(out.set.rows);
-  }
+  if (robot) out.limits_rad = robot->limits(out.set.rows);
   return out;
 }
 

@@ -1,15 +1,31 @@
 #pragma once
 #include <functional>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "common/motion/mocap/clip_file.h"
 #include "common/motion/mocap/cycles.h"
 #include "common/motion/model/motion_model.h"
-#include "tools/mimesis/demix/robot_motion.h"
+#include "common/motion/retarget/to_robot.h"
 
 namespace mimesis::tool {
+
+struct RobotChoice {
+  std::string file;  ///< its description, such as biped.yaml; empty: no robot
+  /// Kept free at both ends of every joint when clips are retargeted, a quarter of its range at
+  /// most: for what the mixture adds [rad].
+  double limit_margin_rad = 0.05;
+};
+
+/// What retargeting did to a clip.
+struct RetargetedClip {
+  std::string file;
+  long frames = 0;
+  retarget::RobotReport report;          ///< limits are those with the margin, speeds the robot's
+  retarget::Deviation ankle_m, wrist_m;  ///< of the figure in the model (figure_clip())
+};
 
 struct TrialFileOptions {
   mocap::ReadOptions read;

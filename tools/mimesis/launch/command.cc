@@ -11,31 +11,18 @@
 
 #include "common/runtime/value_text.h"
 #include "tools/mimesis/launch/process.h"
+#include "tools/mimesis/table.h"
 
 namespace mimesis::launch {
 namespace {
 
 namespace fs = std::filesystem;
 
+constexpr std::chrono::milliseconds kCheck{10'000};  // for a node that reads its parameters
+
 bool executable(const fs::path& path) {
   std::error_code ignored;
   return fs::is_regular_file(path, ignored) && access(path.c_str(), X_OK) == 0;
-}
-
-std::string quoted(const std::string& word) {
-  const auto plain = [](unsigned char c) {
-    return std::isalnum(c) != 0 ||
-           std::string_view("_-+=:,./@%").find(static_cast<char>(c)) != std::string_view::npos;
-  };
-  if (!word.empty() && std::all_of(word.begin(), word.end(), plain)) return word;
-  std::string out = "'";
-  for (const char c : word) out += c == '\'' ? std::string("'\\''") : std::string(1, c);
-  return out + "'";
-}
-
-void add(std::vector<std::string>& argv, const std::string& option, const std::string& value) {
-  argv.push_back(option);
-  argv.push_back(value);
 }
 
 /// File, arguments and sets of the run, which a recorder keeps so that the run can be started
@@ -62,9 +49,7 @@ class Published {
 
   void demand(const Text& topic, Mistakes& mistakes) const {
     if (topic.text.empty()) return;  // reported as missing
-    for (const std::string& known : known_) {
-      if (known == topic.text) return;
-    }
+    if (std::ranges::find(known_, topic.text) != known_.end()) return;
     const std::size_t slash = topic.text.find('/');
     const std::string publisher = topic.text.substr(0, slash);
     if (slash != std::string::npos && graph_.find(publisher) != nullptr) return;
@@ -86,20 +71,22 @@ class Published {
   std::vector<std::string> known_;
 };
 
+/// The host that a node names; null: none that is declared.
+const Host* host_of(const GraphFile& graph, const NodeSpec& node) {
+  const auto host = std::ranges::find_if(
+      graph.hosts, [&](const Host& h) { return node.host && h.name.text == node.host->text; });
+  return host == graph.hosts.end() ? nullptr : &*host;
+}
+
 bool remote(const GraphFile& graph, const NodeSpec& node) {
-  for (const Host& host : graph.hosts) {
-    if (node.host && host.name.text == node.host->text) return host.address != "localhost";
-  }
-  return false;
+  const Host* host = host_of(graph, node);
+  return host != nullptr && host->address != "localhost";
 }
 
 void check_host(const GraphFile& graph, const NodeSpec& node, Mistakes& mistakes) {
-  if (!node.host) return;
+  if (!node.host || host_of(graph, node) != nullptr) return;
   std::vector<std::string> known;
   for (const Host& host : graph.hosts) known.push_back(host.name.text);
-  for (const std::string& name : known) {
-    if (name == node.host->text) return;
-  }
   mistakes.add(node.host->place, fmt::format("there is no host '{}'{}", node.host->text,
                                              runtime::did_you_mean(node.host->text, known)));
 }
@@ -108,7 +95,7 @@ void check_sets(const GraphFile& graph, const Run& run, Mistakes& mistakes) {
   std::vector<std::string> known = {"clock"};
   for (const NodeSpec& node : graph.nodes) known.push_back(node.name.text);
   for (const auto& [target, set] : run.sets) {
-    if (std::find(known.begin(), known.end(), target) != known.end()) continue;
+    if (std::ranges::find(known, target) != known.end()) continue;
     mistakes.add({"--set"}, fmt::format("{}.{}: there is no node '{}'{}", target, set, target,
                                         runtime::did_you_mean(target, known)));
   }
@@ -122,12 +109,9 @@ std::string find_executable(const std::string& exec) {
   const fs::path beside = fs::read_symlink("/proc/self/exe", ignored).parent_path() / exec;
   if (executable(beside)) return beside.string();
   const char* path = std::getenv("PATH");
-  const std::string folders = path != nullptr ? path : "";
-  for (std::size_t begin = 0; begin < folders.size();) {
-    const std::size_t end = std::min(folders.find(':', begin), folders.size());
-    const fs::path candidate = fs::path(folders.substr(begin, end - begin)) / exec;
-    if (executable(candidate)) return candidate.string();
-    begin = end + 1;
+  std::istringstream folders(path != nullptr ? path : "");
+  for (std::string folder; std::getline(folders, folder, ':');) {
+    if (const fs::path file = fs::path(folder) / exec; executable(file)) return file.string();
   }
   return "";
 }
@@ -144,33 +128,34 @@ Command local_command(const GraphFile& graph, const NodeSpec& node, const Run& r
     c.env.emplace_back("MIMESIS_LAUNCH", launch_json(graph, run));
     return c;
   }
-  add(c.argv, "--name", node.name.text);
-  add(c.argv, "--graph", run.graph);
-  add(c.argv, "--clock", graph.clock);
+  const auto add = [&c](const std::string& option, const std::string& value) {
+    c.argv.insert(c.argv.end(), {option, value});
+  };
+  add("--name", node.name.text);
+  add("--graph", run.graph);
+  add("--clock", graph.clock);
   if (node.name.place.line > 0) {  // the clock is written in no file
-    add(c.argv, "--params", graph.file + "#nodes." + node.name.text + ".params");
-    for (const auto& [name, value] : graph.args) add(c.argv, "--arg", name + "=" + value);
+    add("--params", graph.file + "#nodes." + node.name.text + ".params");
+    for (const auto& [name, value] : graph.args) add("--arg", name + "=" + value);
   }
   for (const auto& [target, set] : run.sets) {
-    if (target == node.name.text) add(c.argv, "--set", set);
+    if (target == node.name.text) add("--set", set);
   }
-  for (const Wire& wire : node.in) add(c.argv, "--in", wire.port + "=" + wire.topic.text);
-  for (const Wire& wire : node.out) add(c.argv, "--out", wire.port + "=" + wire.topic.text);
+  for (const Wire& wire : node.in) add("--in", wire.port + "=" + wire.topic.text);
+  for (const Wire& wire : node.out) add("--out", wire.port + "=" + wire.topic.text);
   return c;
 }
 
 Command command(const GraphFile& graph, const NodeSpec& node, const Run& run) {
   Command local = local_command(graph, node, run);
-  const auto host = std::find_if(graph.hosts.begin(), graph.hosts.end(), [&](const Host& h) {
-    return node.host && h.name.text == node.host->text;
-  });
-  if (host == graph.hosts.end() || host->address == "localhost") return local;
-  std::string remote = "exec env";
-  for (const auto& [name, value] : local.env) remote += " " + name + "=" + quoted(value);
+  if (!remote(graph, node)) return local;
+  const Host* host = host_of(graph, node);
+  std::string line = "exec env";
+  for (const auto& [name, value] : local.env) line += " " + name + "=" + tool::shell_word(value);
   local.argv[0] = host->prefix + "/bin/" + fs::path(node.exec.text).filename().string();
-  for (const std::string& word : local.argv) remote += " " + quoted(word);
+  for (const std::string& word : local.argv) line += " " + tool::shell_word(word);
   const std::string target = host->user.empty() ? host->address : host->user + "@" + host->address;
-  return {{"ssh", "-tt", "-o", "BatchMode=yes", target, "--", remote}, {}};
+  return {{"ssh", "-tt", "-o", "BatchMode=yes", target, "--", line}, {}};
 }
 
 GraphFile with_clock(GraphFile graph) {
@@ -199,9 +184,9 @@ GraphFile with_clock(GraphFile graph) {
 
 std::string shell_line(const Command& command) {
   std::string line;
-  for (const auto& [name, value] : command.env) line += name + "=" + quoted(value) + " ";
+  for (const auto& [name, value] : command.env) line += name + "=" + tool::shell_word(value) + " ";
   for (std::size_t i = 0; i < command.argv.size(); ++i)
-    line += (i > 0 ? " " : "") + quoted(command.argv[i]);
+    line += (i > 0 ? " " : "") + tool::shell_word(command.argv[i]);
   return line;
 }
 
@@ -241,17 +226,23 @@ void check_parameters(const GraphFile& graph, const Run& run, Mistakes& mistakes
     Command c = local_command(graph, node, run);
     if (find_executable(c.argv[0]).empty()) continue;
     c.argv.push_back("--check");
-    const Captured captured = capture(c, std::chrono::seconds(10));
-    if (captured.exit_code == 0) continue;
-    std::istringstream lines(captured.err);
+    OwnProcess check(c);
+    const bool answered = check.wait(kCheck);
+    if (check.ending()->good()) continue;
+    std::istringstream lines(check.last_words(1 << 16));
     bool any = false;
     for (std::string line; std::getline(lines, line);) {
       any = any || !line.empty();
       if (!line.empty()) mistakes.add_line(node.name.place, line);
     }
-    if (!any) {
-      mistakes.add(node.name.place, fmt::format("node '{}': its check ended with exit code {}",
-                                                node.name.text, captured.exit_code));
+    const std::string how = check.ending()->text();
+    if (!answered) {
+      mistakes.add_line(node.name.place, fmt::format("no answer within {} ms", kCheck.count()));
+    }
+    if (check.ending()->signal != 0) {
+      mistakes.add_line(node.name.place, c.argv[0] + ": " + how);
+    } else if (!any) {
+      mistakes.add(node.name.place, fmt::format("node '{}': its check {}", node.name.text, how));
     }
   }
 }

@@ -14,17 +14,6 @@ namespace {
 
 using runtime::Yaml;
 
-/// The settings of a node that does not say otherwise: the section `defaults:`, or our own.
-struct Defaults {
-  Restart restart;
-  Stop stop;
-  Sched sched;
-  nanoseconds ready_within = NodeSpec{}.ready_within;
-  bool ready_when_started = false;
-  std::optional<Text> host;
-  std::vector<std::pair<std::string, std::string>> env;
-};
-
 void read_restart(Section& node, Restart& restart) {
   const Yaml* value = node.take("restart");
   if (value == nullptr) return;
@@ -44,8 +33,7 @@ void read_restart(Section& node, Restart& restart) {
 }
 
 /// The keys that `defaults:` and a node share.
-template <class T>
-void read_common(Section& s, T& t) {
+void read_common(Section& s, NodeSpec& t) {
   read_restart(s, t.restart);
   s.section("stop", [&](Section& stop) {
     if (const auto order = stop.choice("order", {"reverse", "last"}))
@@ -85,16 +73,9 @@ std::vector<Wire> read_wires(Section& node, const std::string& key) {
   return wires;
 }
 
-NodeSpec read_node(const Text& name, Section& s, const Defaults& defaults) {
-  NodeSpec node;
+/// `node`: the settings of one that does not say otherwise.
+NodeSpec read_node(const Text& name, Section& s, NodeSpec node) {
   node.name = name;
-  node.restart = defaults.restart;
-  node.stop = defaults.stop;
-  node.sched = defaults.sched;
-  node.ready_within = defaults.ready_within;
-  node.ready_when_started = defaults.ready_when_started;
-  node.host = defaults.host;
-  node.env = defaults.env;
   if (auto exec = s.text("exec")) {
     node.exec = std::move(*exec);
   } else if (!s.has("exec")) {
@@ -164,7 +145,7 @@ void read_hosts(Section& top, GraphFile& graph) {
   });
 }
 
-void read_nodes(Section& top, GraphFile& graph, const Defaults& defaults) {
+void read_nodes(Section& top, GraphFile& graph, const NodeSpec& defaults) {
   const Yaml* nodes = top.take("nodes");
   if (nodes == nullptr || nodes->entries.empty()) {
     top.mistakes().add(nodes != nullptr ? nodes->place : top.place(), "there are no nodes");
@@ -204,12 +185,6 @@ std::optional<ResultField> result_field(const Text& name, const Yaml& value, Sec
   if (!path) return std::nullopt;
   field.from = *path;
   return field;
-}
-
-std::vector<std::string> names(const GraphFile& graph) {
-  std::vector<std::string> all;
-  for (const NodeSpec& node : graph.nodes) all.push_back(node.name.text);
-  return all;
 }
 
 /// Depth-first search along `after`; a node met twice on one path closes a circle.
@@ -262,8 +237,8 @@ void add_with_all_before(const GraphFile& graph, const NodeSpec& node,
 }  // namespace
 
 const NodeSpec* GraphFile::find(const std::string& node) const {
-  const auto it = std::find_if(nodes.begin(), nodes.end(),
-                               [&](const NodeSpec& spec) { return spec.name.text == node; });
+  const auto it =
+      std::ranges::find(nodes, node, [](const NodeSpec& spec) { return spec.name.text; });
   return it != nodes.end() ? &*it : nullptr;
 }
 
@@ -291,7 +266,7 @@ GraphFile read_graph_file(const std::string& file, const std::vector<std::string
   graph.clock = top.choice("clock", {"wall", "sim", "lockstep"}).value_or("wall");
   read_args(top, graph);
   read_hosts(top, graph);
-  Defaults defaults;
+  NodeSpec defaults;
   top.section("defaults", [&](Section& s) { read_common(s, defaults); });
   read_nodes(top, graph, defaults);
   if (const Yaml* result = top.take("result");
@@ -325,7 +300,8 @@ ResultSpec read_result(Section& section) {
 }
 
 void check_order(const GraphFile& graph, Mistakes& mistakes) {
-  const std::vector<std::string> known = names(graph);
+  std::vector<std::string> known;
+  for (const NodeSpec& node : graph.nodes) known.push_back(node.name.text);
   for (const NodeSpec& node : graph.nodes) {
     for (const Text& before : node.after) {
       if (graph.find(before.text) == nullptr) {
@@ -349,10 +325,8 @@ void drop_disabled(GraphFile& graph) {
 void sort_by_start(GraphFile& graph) {
   std::map<std::string, int> levels;
   for (const NodeSpec& node : graph.nodes) levels[node.name.text] = level(graph, node);
-  std::stable_sort(graph.nodes.begin(), graph.nodes.end(),
-                   [&](const NodeSpec& a, const NodeSpec& b) {
-                     return levels[a.name.text] < levels[b.name.text];
-                   });
+  std::ranges::stable_sort(graph.nodes, {},
+                           [&](const NodeSpec& node) { return levels[node.name.text]; });
 }
 
 std::vector<std::vector<std::string>> stop_order(const GraphFile& graph) {

@@ -1,7 +1,11 @@
 #pragma once
-#include <sys/types.h>
+#include <poll.h>
+#include <sys/mman.h>
+#include <unistd.h>
 
+#include <algorithm>
 #include <chrono>
+#include <csignal>
 #include <optional>
 #include <string>
 
@@ -16,10 +20,16 @@ class Fd {
   explicit Fd(int fd) : fd_(fd) {}
   ~Fd() { reset(); }
   Fd(Fd&& other) noexcept : fd_(other.fd_) { other.fd_ = -1; }
-  Fd& operator=(Fd&& other) noexcept;
+  Fd& operator=(Fd&& other) noexcept {
+    std::swap(fd_, other.fd_);  // the other one closes ours
+    return *this;
+  }
   int get() const { return fd_; }
   bool open() const { return fd_ >= 0; }
-  void reset();
+  void reset() {
+    if (fd_ >= 0) close(fd_);
+    fd_ = -1;
+  }
 
  private:
   int fd_ = -1;
@@ -56,13 +66,52 @@ struct Shared {
 /// @throws std::runtime_error "NAME: why" if it cannot be started or scheduled as `sched` says.
 Child spawn(const Command& command, const Sched& sched, const Shared& shared = {});
 
-/// Exit code and words of a program that ran to its end.
-struct Captured {
-  int exit_code = 1;
-  std::string err;  ///< standard error, at most 64 KiB
-};
+/// A program whose words are kept: what it writes to standard output and error. It is killed with
+/// this object.
+class OwnProcess {
+ public:
+  /// `kept`: a file descriptor that the program gets, too; -1: none.
+  /// @throws std::runtime_error if it cannot be started.
+  explicit OwnProcess(const Command& command, int kept = -1)
+      : words_(memfd_create("output", MFD_CLOEXEC)),
+        child_(spawn(command, {}, {.kept = kept, .output = words_.get()})) {}
+  ~OwnProcess() { wait({}); }
+  OwnProcess(const OwnProcess&) = delete;
+  OwnProcess& operator=(const OwnProcess&) = delete;
 
-/// Runs `command`; kills it after `timeout`.
-Captured capture(const Command& command, std::chrono::milliseconds timeout);
+  /// How it ended, once it has.
+  const std::optional<Ending>& ending() {
+    if (!ending_) ending_ = child_.reap();
+    return ending_;
+  }
+  void send(int signal) const { child_.send(signal); }
+  /// Waits for the end; false if it had to be killed after this time.
+  bool wait(std::chrono::milliseconds most) {
+    const auto deadline = std::chrono::steady_clock::now() + most;
+    bool alone = true;
+    while (!ending()) {
+      alone = alone && std::chrono::steady_clock::now() < deadline;
+      if (!alone) send(SIGKILL);
+      pollfd ended{child_.pidfd.get(), POLLIN, 0};
+      poll(&ended, 1, 10);
+    }
+    return alone;
+  }
+  /// `most`: [bytes]
+  std::string last_words(off_t most = 2000) const {
+    const off_t size = lseek(words_.get(), 0, SEEK_END);
+    std::string words(static_cast<std::size_t>(std::min(size, most)), '\0');
+    const ssize_t n =
+        pread(words_.get(), words.data(), words.size(), std::max<off_t>(0, size - most));
+    words.resize(n > 0 ? static_cast<std::size_t>(n) : 0);
+    while (words.ends_with('\n')) words.pop_back();
+    return words;
+  }
+
+ private:
+  Fd words_;
+  Child child_;
+  std::optional<Ending> ending_;
+};
 
 }  // namespace mimesis::launch

@@ -1,10 +1,16 @@
 #pragma once
+#include <fmt/format.h>
+
+#include <algorithm>
 #include <chrono>
 #include <functional>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "common/error.h"
+#include "common/runtime/value_text.h"
 #include "common/runtime/yaml_document.h"
 
 namespace mimesis::launch {
@@ -12,12 +18,25 @@ namespace mimesis::launch {
 /// All mistakes of a launch file: a check continues after the first one.
 class Mistakes {
  public:
-  void add(const runtime::Place& place, const std::string& what);
+  void add(const runtime::Place& place, const std::string& what) {
+    all_.push_back({place.line, place.column, to_string(place) + ": " + what});
+  }
   /// A line that has its place already (from a ConfigError, or from a node's own check).
-  void add_line(const runtime::Place& near, const std::string& line);
+  void add_line(const runtime::Place& near, const std::string& line) {
+    all_.push_back({near.line, near.column, line});
+  }
   bool empty() const { return all_.empty(); }
   /// "file:line:col: what", in the order of the file, each once.
-  std::vector<std::string> lines() const;
+  std::vector<std::string> lines() const {
+    std::vector<Mistake> sorted = all_;
+    std::ranges::stable_sort(sorted, {},
+                             [](const Mistake& m) { return std::pair(m.line, m.column); });
+    std::vector<std::string> lines;
+    for (const Mistake& m : sorted) {
+      if (std::find(lines.begin(), lines.end(), m.text) == lines.end()) lines.push_back(m.text);
+    }
+    return lines;
+  }
 
  private:
   struct Mistake {
@@ -37,38 +56,145 @@ struct Text {
 /// `finish` after reading all known keys; keys not read are unknown.
 class Section {
  public:
-  Section(const runtime::Yaml& map, const runtime::Variables& variables, Mistakes& mistakes);
+  Section(const runtime::Yaml& map, const runtime::Variables& variables, Mistakes& mistakes)
+      : map_(map), variables_(variables), mistakes_(mistakes) {
+    if (map.kind != runtime::Yaml::Kind::empty) expect(map, runtime::Yaml::Kind::map, "a map");
+  }
 
   bool has(const std::string& key) const { return map_.find(key) != nullptr; }
   /// Value of `key`, null if absent. The key counts as known.
-  const runtime::Yaml* take(const std::string& key);
+  const runtime::Yaml* take(const std::string& key) {
+    known_.push_back(key);
+    return map_.find(key);
+  }
 
-  // Empty if the key is absent or, with a mistake noted, if the value is wrong.
-  std::optional<Text> text(const std::string& key);
+  // Nothing if the key is absent or, with a mistake noted, if the value is wrong.
+  std::optional<Text> text(const std::string& key) {
+    const runtime::Yaml* value = take(key);
+    return value != nullptr ? expand(*value, key + " as text") : std::nullopt;
+  }
   std::optional<std::string> choice(const std::string& key,
-                                    const std::vector<std::string>& choices);
-  std::optional<bool> flag(const std::string& key);  ///< also "!true", for `if: "!${arg:sim}"`
-  std::optional<int> whole(const std::string& key, int lo, int hi);
-  std::optional<double> number(const std::string& key, double lo, double hi);
-  std::optional<std::chrono::nanoseconds> duration(const std::string& key);
-  std::vector<Text> texts(const std::string& key);  ///< a list
-  std::vector<int> wholes(const std::string& key, int lo, int hi);
+                                    const std::vector<std::string>& choices) {
+    const auto found = text(key);
+    if (!found) return std::nullopt;
+    if (std::find(choices.begin(), choices.end(), found->text) != choices.end()) return found->text;
+    mistakes_.add(found->place,
+                  fmt::format("{}: expected one of {}, found '{}'{}", key, fmt::join(choices, ", "),
+                              found->text, runtime::did_you_mean(found->text, choices)));
+    return std::nullopt;
+  }
+  /// Also "!true", for `if: "!${arg:sim}"`.
+  std::optional<bool> flag(const std::string& key) {
+    return parsed(key, "true or false", [](const std::string& text) {
+      const bool inverted = text.starts_with('!');
+      auto value = runtime::to_bool(inverted ? text.substr(1) : text);
+      if (value) value = *value != inverted;
+      return value;
+    });
+  }
+  std::optional<int> whole(const std::string& key, int lo, int hi) {
+    return parsed(key, fmt::format("a whole number in [{}, {}]", lo, hi),
+                  [&](const std::string& text) { return within(runtime::to_int(text), lo, hi); });
+  }
+  std::optional<double> number(const std::string& key, double lo, double hi) {
+    return parsed(key, fmt::format("a number in [{}, {}]", lo, hi), [&](const std::string& text) {
+      return within(runtime::to_double(text), lo, hi);
+    });
+  }
+  std::optional<std::chrono::nanoseconds> duration(const std::string& key) {
+    return parsed(key, "a time such as 500ms or 2s",
+                  [](const std::string& text) { return runtime::to_duration(text); });
+  }
+  /// A list.
+  std::vector<Text> texts(const std::string& key) {
+    std::vector<Text> all;
+    const runtime::Yaml* list = take(key);
+    if (list == nullptr || !expect(*list, runtime::Yaml::Kind::sequence, key + " as a list"))
+      return all;
+    for (const runtime::Yaml& item : list->items) {
+      if (auto text = expand(item, "text")) all.push_back(std::move(*text));
+    }
+    return all;
+  }
+  std::vector<int> wholes(const std::string& key, int lo, int hi) {
+    std::vector<int> all;
+    for (const Text& item : texts(key)) {
+      if (const auto value = within(runtime::to_int(item.text), lo, hi)) {
+        all.push_back(*value);
+      } else {
+        mistakes_.add(item.place, fmt::format("{}: expected a whole number in [{}, {}], found '{}'",
+                                              key, lo, hi, item.text));
+      }
+    }
+    return all;
+  }
 
   /// A nested section; nothing happens if it is absent.
-  void section(const std::string& key, const std::function<void(Section&)>& read);
+  void section(const std::string& key, const std::function<void(Section&)>& read) {
+    const runtime::Yaml* map = take(key);
+    if (map == nullptr || map->kind == runtime::Yaml::Kind::empty) return;
+    Section inner(*map, variables_, mistakes_);
+    if (map->kind != runtime::Yaml::Kind::map) return;
+    read(inner);
+    inner.finish();
+  }
   /// Each entry of a map with free keys.
   void entries(const std::string& key,
-               const std::function<void(const Text& name, const runtime::Yaml& value)>& read);
+               const std::function<void(const Text&, const runtime::Yaml&)>& read) {
+    const runtime::Yaml* map = take(key);
+    if (map == nullptr || map->kind == runtime::Yaml::Kind::empty) return;
+    if (!expect(*map, runtime::Yaml::Kind::map, key + " as a map")) return;
+    for (const runtime::Yaml::Entry& entry : map->entries)
+      read({entry.key, entry.place}, entry.value);
+  }
 
-  void finish();
+  void finish() {
+    for (const runtime::Yaml::Entry& entry : map_.entries) {
+      if (std::find(known_.begin(), known_.end(), entry.key) == known_.end()) {
+        mistakes_.add(entry.place,
+                      "unknown key '" + entry.key + "'" + runtime::did_you_mean(entry.key, known_));
+      }
+    }
+  }
 
-  std::optional<Text> expand(const runtime::Yaml& value, const std::string& expected);
+  std::optional<Text> expand(const runtime::Yaml& value, const std::string& expected) {
+    if (!expect(value, runtime::Yaml::Kind::scalar, expected)) return std::nullopt;
+    try {
+      return Text{variables_.expand(value), value.place};
+    } catch (const ConfigError& e) {
+      mistakes_.add_line(value.place, e.what());
+      return std::nullopt;
+    }
+  }
   Mistakes& mistakes() { return mistakes_; }
   const runtime::Variables& variables() const { return variables_; }
   const runtime::Place& place() const { return map_.place; }
 
  private:
-  bool expect(const runtime::Yaml& value, runtime::Yaml::Kind kind, const std::string& expected);
+  /// `parse` of the text at `key`; a mistake if that is nothing.
+  template <class Parse>
+  auto parsed(const std::string& key, const std::string& expected, const Parse& parse)
+      -> decltype(parse(key)) {
+    const auto found = text(key);
+    if (!found) return std::nullopt;
+    const auto value = parse(found->text);
+    if (!value) {
+      mistakes_.add(found->place,
+                    fmt::format("{}: expected {}, found '{}'", key, expected, found->text));
+    }
+    return value;
+  }
+
+  template <class T>
+  static std::optional<T> within(std::optional<T> value, T lo, T hi) {
+    return value && *value >= lo && *value <= hi ? value : std::nullopt;
+  }
+
+  bool expect(const runtime::Yaml& value, runtime::Yaml::Kind kind, const std::string& expected) {
+    if (value.kind == kind) return true;
+    mistakes_.add(value.place, fmt::format("expected {}, found {}", expected, value.described()));
+    return false;
+  }
 
   const runtime::Yaml& map_;
   const runtime::Variables& variables_;

@@ -1,5 +1,6 @@
 #include "tools/mimesis/launch/supervisor.h"
 
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <poll.h>
 #include <signal.h>
@@ -8,8 +9,12 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <chrono>
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cmath>
 #include <cstdio>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <set>
@@ -21,13 +26,11 @@
 #include "common/runtime/registry.h"
 #include "common/time.h"
 #include "tools/mimesis/launch/graph_file.h"
-#include "tools/mimesis/launch/managed_node.h"
 #include "tools/mimesis/launch/process.h"
 
 namespace mimesis::launch {
 namespace {
 
-using State = ManagedNode::State;
 using Clock = std::chrono::steady_clock;
 
 constexpr int kGraceMs = 3000;
@@ -54,10 +57,10 @@ std::vector<pid_t> children() {
   return all;
 }
 
-sigset_t signals_of_keeper() {
+sigset_t set_of(std::initializer_list<int> signals) {
   sigset_t set;
   sigemptyset(&set);
-  for (const int s : {SIGINT, SIGTERM, SIGHUP, SIGCHLD}) sigaddset(&set, s);
+  for (const int s : signals) sigaddset(&set, s);
   return set;
 }
 
@@ -65,9 +68,7 @@ sigset_t signals_of_keeper() {
 /// after `grace_ms`. Returns how many there were. Precondition: SIGCHLD is blocked.
 int end_descendants(int grace_ms) {
   const auto deadline = Clock::now() + std::chrono::milliseconds(grace_ms);
-  sigset_t child_signal;
-  sigemptyset(&child_signal);
-  sigaddset(&child_signal, SIGCHLD);
+  const sigset_t child_signal = set_of({SIGCHLD});
   std::set<pid_t> told;
   while (true) {
     while (waitpid(-1, nullptr, WNOHANG) > 0) {
@@ -116,13 +117,168 @@ void say(fmt::format_string<Args...> format, Args&&... args) {
 }
 
 Fd open_signals() {
-  sigset_t set;
-  sigemptyset(&set);
-  for (const int s : {SIGINT, SIGTERM, SIGHUP}) sigaddset(&set, s);
+  const sigset_t set = set_of({SIGINT, SIGTERM, SIGHUP});
   Fd fd(signalfd(-1, &set, SFD_NONBLOCK | SFD_CLOEXEC));
   if (!fd.open()) throw std::runtime_error("signalfd failed");
   return fd;
 }
+
+constexpr std::size_t kMaxLine = 4096;
+constexpr std::size_t kMaxFile = std::size_t{64} << 20;
+constexpr int kReadsPerTurn = 16;
+
+/// Gives up silently: a log on a full disk or a closed terminal must not stop the robot's launcher.
+void write_all(int fd, std::string_view text) {
+  while (!text.empty()) {
+    const ssize_t n = write(fd, text.data(), text.size());
+    if (n < 0 && errno == EINTR) continue;
+    if (n <= 0) return;
+    text.remove_prefix(static_cast<std::size_t>(n));
+  }
+}
+
+/// Copies the standard output and error of a node line by line to a file, and with the node's
+/// name in front to our standard error. Bounded: a line of more than 4 KiB is broken, the file ends
+/// at 64 MiB.
+class LineLog {
+ public:
+  /// @throws std::runtime_error if the file cannot be opened.
+  LineLog(const std::string& name, const std::string& file)
+      : prefix_("[" + name + "] "),
+        file_(open(file.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0644)) {
+    if (!file_.open()) throw std::runtime_error(file + ": " + std::strerror(errno));
+  }
+
+  /// Takes what is readable (at most 256 KiB a stream, so that others get their turn); closes
+  /// streams at their end. The lines of the two do not mix.
+  void pump(Child& child) {
+    pump(child.out, out_);
+    pump(child.err, err_);
+  }
+  /// Writes out a last line without its end.
+  void flush() {
+    for (std::string* partial : {&out_, &err_}) {
+      if (!partial->empty()) take(*partial);
+    }
+  }
+  /// The last line on standard error, empty before there is one: why a node ended, if it says so.
+  const std::string& last_error() const { return last_error_; }
+
+ private:
+  void pump(Fd& from, std::string& partial) {
+    std::array<char, 16384> buffer;
+    for (int turn = 0; turn < kReadsPerTurn && from.open(); ++turn) {
+      const ssize_t n = read(from.get(), buffer.data(), buffer.size());
+      if (n < 0) return;
+      if (n == 0) return from.reset();
+      std::string_view bytes(buffer.data(), static_cast<std::size_t>(n));
+      while (!bytes.empty()) {
+        const std::size_t room = kMaxLine - partial.size();
+        const std::size_t end = std::min({bytes.find('\n'), bytes.size(), room});
+        partial.append(bytes.substr(0, end));
+        const bool newline = end < bytes.size() && bytes[end] == '\n';
+        bytes.remove_prefix(newline ? end + 1 : end);
+        if (newline || partial.size() == kMaxLine) take(partial);
+      }
+    }
+  }
+
+  void take(std::string& partial) {
+    line(partial);
+    if (&partial == &err_) last_error_ = partial;
+    partial.clear();
+  }
+
+  void line(std::string_view text) {
+    write_all(STDERR_FILENO, prefix_ + std::string(text) + "\n");
+    if (written_ > kMaxFile) return;
+    written_ += text.size() + 1;
+    write_all(file_.get(), std::string(text) + "\n");
+    if (written_ > kMaxFile) write_all(file_.get(), "(64 MiB written: the rest is not kept)\n");
+  }
+
+  std::string prefix_;
+  Fd file_;
+  std::size_t written_ = 0;
+  std::string out_, err_;  ///< begun lines
+  std::string last_error_;
+};
+
+/// One node of a run: its process, its output, and where it stands.
+struct ManagedNode {
+  enum class State {
+    waiting,   ///< for those it comes after
+    starting,  ///< runs, is not ready
+    ready,
+    delayed,   ///< failed, will be started again at `due`
+    stopping,  ///< was asked to stop, will be killed at `due`
+    ended,
+  };
+
+  ManagedNode(const NodeSpec& node, Command how, const std::string& log_file)
+      : spec(node), command(std::move(how)), log(name(), log_file), backoff(spec.restart) {}
+
+  /// @throws std::runtime_error if it cannot be started.
+  void start(WallTime now) {
+    child = spawn(command, spec.sched);
+    if (state == State::delayed) ++restarts;
+    ending.reset();
+    started = now;
+    due = now + spec.ready_within;
+    state = State::starting;
+    if (spec.ready_when_started) set_ready();
+  }
+  void set_ready() {
+    state = State::ready;
+    was_ready = true;
+  }
+  /// Asks it to stop; `due` is `timeout` later.
+  void stop(WallTime now, nanoseconds timeout) {
+    child.send(spec.stop.signal);
+    state = State::stopping;
+    due = now + timeout;
+  }
+  void kill() {
+    child.send(SIGKILL);
+    killed = true;
+  }
+  /// Reads its output, and its ending if it has one.
+  std::optional<Ending> poll() {
+    if (!alive()) return std::nullopt;
+    log.pump(child);
+    auto end = child.reap();
+    if (!end) return std::nullopt;
+    log.pump(child);
+    log.flush();
+    child = {};
+    return ending = end;
+  }
+  /// Decides what follows an ending: `delayed` or `ended`.
+  void ended(const Ending& how, WallTime now) {
+    const bool by_itself = state == State::starting || state == State::ready;
+    state = State::ended;
+    if (!by_itself || how.good()) return;
+    if (const auto again = backoff.next(now)) {
+      state = State::delayed;
+      due = *again;
+    }
+  }
+  bool alive() const { return child.pid > 0; }
+  const std::string& name() const { return spec.name.text; }
+
+  const NodeSpec spec;
+  const Command command;
+  LineLog log;
+  Child child;
+  Backoff backoff;
+  State state = State::waiting;
+  WallTime due{}, started{};  ///< due: of starting, delayed and stopping
+  bool was_ready = false, killed = false;
+  int restarts = 0;
+  std::optional<Ending> ending;
+};
+
+using State = ManagedNode::State;
 
 /// Starts the nodes of a graph, watches them, stops them in reverse.
 class Supervisor {
@@ -151,10 +307,10 @@ class Supervisor {
     if (const int left = end_descendants(0); left > 0)
       say("ended {} processes that nodes had left", left);
     for (const auto& node : nodes_) {
-      const Ending ending = node->ending().value_or(Ending{});
+      const Ending ending = node->ending.value_or(Ending{});
       outcome_.nodes.push_back({node->name(),
                                 ending.signal != 0 ? 128 + ending.signal : ending.code,
-                                node->restarts(), node->killed()});
+                                node->restarts, node->killed});
     }
     return outcome_;
   }
@@ -162,7 +318,7 @@ class Supervisor {
  private:
   bool is_ready(const std::string& name) const {
     for (const auto& node : nodes_) {
-      if (node->name() == name) return node->was_ready();
+      if (node->name() == name) return node->was_ready;
     }
     return true;
   }
@@ -170,8 +326,8 @@ class Supervisor {
   /// A node that has not started waits for this one to become ready.
   bool awaited(const ManagedNode& node) const {
     for (const auto& other : nodes_) {
-      if (other->state() != State::waiting) continue;
-      for (const Text& before : other->spec().after) {
+      if (other->state != State::waiting) continue;
+      for (const Text& before : other->spec.after) {
         if (before.text == node.name()) return true;
       }
     }
@@ -180,16 +336,16 @@ class Supervisor {
 
   void start_what_can() {
     for (auto& node : nodes_) {
-      bool due = node->state() == State::delayed && node->due() <= Clock::now();
-      if (node->state() == State::waiting) {
+      bool due = node->state == State::delayed && node->due <= Clock::now();
+      if (node->state == State::waiting) {
         due = true;
-        for (const Text& before : node->spec().after) due = due && is_ready(before.text);
+        for (const Text& before : node->spec.after) due = due && is_ready(before.text);
       }
       if (!due || stopping_) continue;
       try {
         node->start(Clock::now());
       } catch (const std::runtime_error& e) {
-        node->give_up();
+        node->state = State::ended;
         end_run(1, fmt::format("node '{}' cannot be started: {}", node->name(), e.what()));
       }
     }
@@ -201,11 +357,11 @@ class Supervisor {
       for (auto& node : nodes_) {
         // By pid: the name a program has in the graph may differ from the one in the file
         // (recorder).
-        const bool same = node->spec().host ? name == node->name()
-                                            : static_cast<pid_t>(info.pid()) == node->child().pid;
-        if (!same || !info.ready() || node->state() != State::starting) continue;
+        const bool same = node->spec.host ? name == node->name()
+                                          : static_cast<pid_t>(info.pid()) == node->child.pid;
+        if (!same || !info.ready() || node->state != State::starting) continue;
         node->set_ready();
-        say("{} is ready ({:.2f} s)", node->name(), to_seconds(Clock::now() - node->started()));
+        say("{} is ready ({:.2f} s)", node->name(), to_seconds(Clock::now() - node->started));
       }
     }
   }
@@ -216,7 +372,7 @@ class Supervisor {
       if (!ending) continue;
       node->ended(*ending, Clock::now());
       if (stopping_) {
-        node->give_up();
+        node->state = State::ended;
         if (!ending->good()) say("{} {}", node->name(), ending->text());
       } else {
         failed(*node, *ending);
@@ -226,18 +382,18 @@ class Supervisor {
 
   /// A node has ended by itself.
   void failed(ManagedNode& node, const Ending& ending) {
-    if (node.state() == State::delayed) {
+    if (node.state == State::delayed) {
       say("{} {}; starting it again in {:.2f} s", node.name(), ending.text(),
-          to_seconds(node.due() - Clock::now()));
+          to_seconds(node.due - Clock::now()));
       return;
     }
     const std::string what = fmt::format("node '{}' {}", node.name(), ending.text());
     // The last output of a node that could not start is the reason.
     const std::string why =
-        node.was_ready() || node.last_error().empty() ? "" : ": " + node.last_error();
-    if (node.spec().required) {
+        node.was_ready || node.log.last_error().empty() ? "" : ": " + node.log.last_error();
+    if (node.spec.required) {
       end_run(ending.exit_code(), what + why);
-    } else if (!node.was_ready() && awaited(node)) {
+    } else if (!node.was_ready && awaited(node)) {
       end_run(ending.good() ? 1 : ending.exit_code(), what + " before it was ready" + why);
     } else {
       say("{}", what);
@@ -247,14 +403,13 @@ class Supervisor {
   void follow_clock(WallTime now) {
     bool any = false;
     for (auto& node : nodes_) {
-      any = any || (node->state() != State::ended && node->state() != State::waiting);
-      if (node->state() == State::starting && node->due() <= now &&
-          (node->spec().required || awaited(*node))) {
+      any = any || (node->state != State::ended && node->state != State::waiting);
+      if (node->state == State::starting && node->due <= now &&
+          (node->spec.required || awaited(*node))) {
         end_run(1, fmt::format("node '{}' was not ready within {:g} s", node->name(),
-                               to_seconds(node->spec().ready_within)));
+                               to_seconds(node->spec.ready_within)));
       }
-      if (node->state() == State::stopping && node->due() <= now && node->alive() &&
-          !node->killed()) {
+      if (node->state == State::stopping && node->due <= now && node->alive() && !node->killed) {
         say("{} did not stop in time: killed", node->name());
         node->kill();
       }
@@ -269,7 +424,7 @@ class Supervisor {
     outcome_.reason = why;
     if (!why.empty()) say("{}: stopping", why);
     for (auto& node : nodes_) {
-      if (!node->alive()) node->give_up();
+      if (!node->alive()) node->state = State::ended;
     }
   }
 
@@ -281,8 +436,8 @@ class Supervisor {
         for (auto& node : nodes_) {
           if (node->name() != name || !node->alive()) continue;
           alive = true;
-          if (node->state() == State::stopping) continue;
-          const nanoseconds timeout = node->spec().stop.timeout;
+          if (node->state == State::stopping) continue;
+          const nanoseconds timeout = node->spec.stop.timeout;
           node->stop(now, interrupts_ > 1 ? std::min<nanoseconds>(timeout, kHurry) : timeout);
         }
       }
@@ -299,7 +454,7 @@ class Supervisor {
       if (interrupts_ == 1)
         end_run(128 + number, fmt::format("interrupted by SIG{}", sigabbrev_np(number)));
       for (auto& node : nodes_) {
-        if (interrupts_ == 2) node->hurry(Clock::now() + kHurry);
+        if (interrupts_ == 2) node->due = std::min(node->due, Clock::now() + kHurry);
         if (interrupts_ > 2 && node->alive()) node->kill();
       }
     }
@@ -308,9 +463,9 @@ class Supervisor {
   WallTime next_due(WallTime now) const {
     WallTime next = now + registry_.patience();
     for (const auto& node : nodes_) {
-      const bool timed = node->state() == State::delayed || node->state() == State::starting ||
-                         (node->state() == State::stopping && !node->killed());
-      if (timed && node->due() > now) next = std::min(next, node->due());
+      const bool timed = node->state == State::delayed || node->state == State::starting ||
+                         (node->state == State::stopping && !node->killed);
+      if (timed && node->due > now) next = std::min(next, node->due);
     }
     return next;
   }
@@ -319,7 +474,7 @@ class Supervisor {
     std::vector<pollfd> fds = {{signals_.get(), POLLIN, 0}, {registry_.fd(), POLLIN, 0}};
     if (end_ >= 0 && !stopping_) fds.push_back({end_, POLLIN, 0});
     for (const auto& node : nodes_) {
-      const Child& child = node->child();
+      const Child& child = node->child;
       for (const Fd* fd : {&child.pidfd, &child.out, &child.err}) {
         if (fd->open()) fds.push_back({fd->get(), POLLIN, 0});
       }
@@ -345,7 +500,7 @@ class Supervisor {
 
 int keep(const std::function<int()>& work) {
   std::fflush(nullptr);
-  const sigset_t set = signals_of_keeper();
+  const sigset_t set = set_of({SIGINT, SIGTERM, SIGHUP, SIGCHLD});
   sigset_t before;
   sigprocmask(SIG_BLOCK, &set, &before);
   prctl(PR_SET_CHILD_SUBREAPER, 1);
@@ -364,6 +519,21 @@ int keep(const std::function<int()>& work) {
   prctl(PR_SET_CHILD_SUBREAPER, 1);
   if (getppid() != keeper) return 1;
   return work();  // with the signals still blocked: the supervisor reads them from a descriptor
+}
+
+std::optional<WallTime> Backoff::next(WallTime now) {
+  if (!restart_.on_failure) return std::nullopt;
+  while (!restarts_.empty() && now - restarts_.front() > restart_.window) restarts_.pop_front();
+  if (restarts_.size() >= static_cast<std::size_t>(restart_.max)) return std::nullopt;
+  const double factor = std::pow(restart_.backoff, static_cast<double>(restarts_.size()));
+  const auto delay = std::chrono::duration<double, std::nano>(
+      static_cast<double>(restart_.delay.count()) * factor);
+  // Longer than the window makes no sense: by then the count starts anew.
+  const nanoseconds bounded = delay < restart_.window
+                                  ? std::chrono::duration_cast<nanoseconds>(delay)
+                                  : std::max(restart_.window, restart_.delay);
+  restarts_.push_back(now);
+  return now + bounded;
 }
 
 Outcome supervise(const GraphFile& graph, const Run& run, int end_fd) {

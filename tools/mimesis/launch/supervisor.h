@@ -1,5 +1,8 @@
 #pragma once
+#include <chrono>
+#include <deque>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -14,6 +17,20 @@ namespace mimesis::launch {
 /// SIGINT, SIGTERM and SIGHUP are passed on. Returns the exit code of `work`, 1 if it was killed.
 /// In the child it returns, too, with the result of `work`.
 int keep(const std::function<int()>& work);
+
+using WallTime = std::chrono::steady_clock::time_point;
+
+/// When a failed node may be started again: a delay that grows with every restart in the window.
+class Backoff {
+ public:
+  explicit Backoff(const Restart& restart) : restart_(restart) {}
+  /// Time of the next start after a failure at `now`; nothing if it has failed too often.
+  std::optional<WallTime> next(WallTime now);
+
+ private:
+  Restart restart_;
+  std::deque<WallTime> restarts_;  // within the window
+};
 
 /// How a node fared.
 struct NodeOutcome {

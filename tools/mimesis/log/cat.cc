@@ -7,10 +7,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include <CLI/App.hpp>
-#include <CLI/Config.hpp>
-#include <CLI/Formatter.hpp>
-#include <CLI/Validators.hpp>
+#include <CLI/CLI.hpp>
 #include <cerrno>
 #include <cstring>
 #include <iostream>
@@ -22,6 +19,7 @@
 
 #include "common/error.h"
 #include "common/runtime/value_text.h"
+#include "tools/mimesis/field_text.h"
 #include "tools/mimesis/log/field_columns.h"
 #include "tools/mimesis/log/verb_options.h"
 #include "tools/mimesis/number_check.h"
@@ -44,7 +42,10 @@ class MessagePrinter {
  public:
   MessagePrinter(const std::vector<OpenLog>& logs, const CatOptions& options,
                  const TopicFilter& filter)
-      : options_(options) {
+      : bytes_(options.bytes == "hex"      ? BytesText::hex
+               : options.bytes == "base64" ? BytesText::base64
+                                           : BytesText::length),
+        fields_(options.fields) {
     for (const OpenChannel& c : channels_of(logs)) {
       if (filter(c.channel->topic)) add(c);
     }
@@ -61,7 +62,7 @@ class MessagePrinter {
   bool line(const Item& item, std::string& out) {
     ChannelPrinter& printer = printers_.at(item.channel);
     if (printer.skipped) return false;
-    JsonText text(out, options_.bytes);
+    JsonText text(out, bytes_);
     const log::Message& m = *item.message;
     text.raw(printer.head);
     text.integer(m.sequence);
@@ -78,7 +79,7 @@ class MessagePrinter {
  private:
   void add(const OpenChannel& c) {
     ChannelPrinter& printer = printers_[c.channel];
-    JsonText head(printer.head, options_.bytes);
+    JsonText head(printer.head, bytes_);
     head.raw("{\"topic\":");
     head.string(c.channel->topic);
     head.raw(",\"node\":");
@@ -88,7 +89,7 @@ class MessagePrinter {
     if (c.channel->message_encoding == "protobuf" && c.schema != nullptr) {
       printer.message = decoder_.make(*c.schema);
     }
-    for (const std::string& path : options_.fields) {
+    for (const std::string& path : fields_) {
       if (printer.message == nullptr) continue;
       try {
         printer.fields.emplace_back(*printer.message->GetDescriptor(), path);
@@ -97,14 +98,14 @@ class MessagePrinter {
         misses_[path].insert(e.what());
       }
     }
-    printer.skipped = !options_.fields.empty() && printer.fields.empty();
+    printer.skipped = !fields_.empty() && printer.fields.empty();
   }
 
   void payload(ChannelPrinter& printer, const Item& item, JsonText& text) {
     const std::string_view data = item.message->data;
     text.raw(printer.fields.empty() ? ",\"message\":" : ",\"fields\":{");
     if (printer.message != nullptr) {
-      if (printer.message->ParseFromArray(data.data(), static_cast<int>(data.size()))) {
+      if (parse(data, *printer.message)) {
         if (printer.fields.empty()) return text.message(*printer.message);
         for (const FieldPath& path : printer.fields) {
           if (&path != &printer.fields.front()) text.raw(",");
@@ -133,8 +134,9 @@ class MessagePrinter {
                              item.schema == nullptr ? "no schema" : item.schema->name, what);
   }
 
-  const CatOptions& options_;
-  google::protobuf::LogSilencer silence_;  // errors of a message are reported here
+  BytesText bytes_;
+  const std::vector<std::string>& fields_;
+  google::protobuf::LogSilencer silence_;  // what is wrong with a message is told here
   LogDecoder decoder_;
   std::unordered_map<const log::Channel*, ChannelPrinter> printers_;
   std::set<std::string> found_;
@@ -193,15 +195,7 @@ int cat_metadata(const std::vector<OpenLog>& logs, const std::string& name) {
   }
   if (std::ranges::find(known, name) == known.end()) throw not_in_log("metadata", name, known);
   const std::uint64_t failures = each_metadata(logs, name, [](const log::Metadata& record) {
-    std::string line = "{";
-    JsonText text(line, BytesText::length);
-    for (const auto& [key, value] : record.metadata) {
-      if (line.size() > 1) line += ',';
-      text.string(key);
-      line += ':';
-      text.string(value);
-    }
-    to_standard_output(line + "}\n");
+    to_standard_output(json_line(record.metadata));
   });
   return failures == 0 ? 0 : 1;
 }
@@ -240,11 +234,7 @@ int cat_messages(const std::vector<OpenLog>& logs, const CatOptions& options,
 void add_cat(CLI::App& verb, int& exit_code) {
   CLI::App* cat = verb.add_subcommand(
       "cat", "Prints the messages of logs as JSON, one per line (like mcap cat --json)");
-  struct Options : CatOptions {
-    std::string bytes_text = "length";
-    bool json = true;
-  };
-  auto o = std::make_shared<Options>();
+  auto o = std::make_shared<CatOptions>();
   cat->add_option("FILE", o->files, "MCAP files: several are one, in the order of log time")
       ->required();
   add_topic_options(*cat, o->topics);
@@ -252,7 +242,7 @@ void add_cat(CLI::App& verb, int& exit_code) {
   cat->add_option("--field", o->fields,
                   "Only this field, such as header.seq or blobs.0.u_px (repeatable)")
       ->allow_extra_args(false);
-  cat->add_option("--bytes", o->bytes_text, "Format of fields of type bytes")
+  cat->add_option("--bytes", o->bytes, "How fields of type bytes look")
       ->check(CLI::IsMember({"length", "base64", "hex"}))
       ->capture_default_str();
   cat->add_option("--limit", o->limit, "Stop after N messages")->check(number_above_zero);
@@ -261,17 +251,14 @@ void add_cat(CLI::App& verb, int& exit_code) {
   cat->add_option("--metadata", o->metadata,
                   "Print this metadata record instead (like mcap get metadata)")
       ->excludes(attachment);
-  cat->add_flag("--json", o->json, "No effect: the output is always JSON");
+  cat->add_flag("--json")->description("JSON is what it prints anyway");
   cat->footer(
       "Examples:\n  mimesis log cat run.mcap --topic planner/status --limit 10 | jq .message\n"
       "  mimesis log cat run.mcap --topic bridge/arm --start 12.5 --end 13 --field position_rad\n"
       "  mimesis log cat run.mcap --attachment imitation.yaml > imitation.yaml");
   on_run(*cat, exit_code, [o] {
-    o->bytes = o->bytes_text == "hex"      ? BytesText::hex
-               : o->bytes_text == "base64" ? BytesText::base64
-                                           : BytesText::length;
-    static_cast<void>(filter_of(o->topics));  // reports its errors first
-    const auto logs = opened(o->files);
+    static_cast<void>(filter_of(o->topics));  // says what is wrong with it first
+    const auto logs = open_logs(o->files);
     if (!o->attachment.empty()) return cat_attachment(logs, o->attachment);
     if (!o->metadata.empty()) return cat_metadata(logs, o->metadata);
     return cat_messages(logs, *o, to_standard_output);

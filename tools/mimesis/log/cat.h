@@ -5,7 +5,6 @@
 #include <string_view>
 #include <vector>
 
-#include "tools/mimesis/field_text.h"
 #include "tools/mimesis/log/open_log.h"
 
 namespace mimesis::tool {
@@ -14,8 +13,8 @@ struct CatOptions {
   std::vector<std::string> files;
   TopicOptions topics;
   TimeRange range;
-  std::vector<std::string> fields;  ///< only these; empty: the whole message
-  BytesText bytes = BytesText::length;
+  std::vector<std::string> fields;   ///< only these; empty: the whole message
+  std::string bytes = "length";      ///< how these look: length, base64 or hex
   std::uint64_t limit = 0;           ///< messages; 0: all
   std::string attachment, metadata;  ///< print these instead of messages
 };

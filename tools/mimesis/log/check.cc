@@ -4,9 +4,7 @@
 #include <google/protobuf/stubs/logging.h>
 #include <google/protobuf/unknown_field_set.h>
 
-#include <CLI/App.hpp>
-#include <CLI/Config.hpp>
-#include <CLI/Formatter.hpp>
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <array>
 #include <filesystem>
@@ -177,7 +175,7 @@ class MessageCheck {
       return;
     }
     Message& decoded = *prototype->second;
-    if (!decoded.ParseFromArray(message.data.data(), static_cast<int>(message.data.size()))) {
+    if (!parse(message.data, decoded)) {
       state.invalid.add(reader_.offset(), 1, fmt::format("no {}", decoded.GetTypeName()));
     } else if (!state.unknown_fields) {
       state.unknown_fields = has_unknown_fields(decoded);
@@ -328,22 +326,9 @@ class MessageCheck {
   bool in_summary_ = false;
 };
 
-bool decode_index(std::string_view content, log::MessageIndex& index) {
-  log::Decoder d(content);
-  index.channel_id = d.integer<std::uint16_t>();
-  log::Decoder entries(d.string());
-  index.records.clear();
-  while (entries.left() > 0 && entries.ok()) {
-    const auto time = entries.integer<std::uint64_t>();
-    const auto offset = entries.integer<std::uint64_t>();
-    index.records.emplace_back(time, offset);
-  }
-  return d.ok() && entries.ok();
-}
-
-/// Follows the records of a log by their lengths and compares every index with its target: message
-/// indexes, chunk index, attachment and metadata indexes, offsets of the summary. Sums were checked
-/// before; after an impossible record it stops and reports it.
+/// Follows the records of a log by their lengths and holds every index against what it points at:
+/// message indexes, chunk index, attachment and metadata indexes, offsets of the summary. Sums were
+/// checked before; behind a record that cannot be it stops and says so.
 class StructureCheck {
  public:
   StructureCheck(const log::Source& source, CheckedLog& checked)
@@ -465,7 +450,7 @@ class StructureCheck {
     constexpr std::string_view kKind = "message-index";
     if (open_ == nullptr) return wrong(kKind, at_, "a message index without a chunk before it");
     log::MessageIndex index;
-    if (!decode_index(content, index)) {
+    if (!log::decode(content, index)) {
       return wrong(kKind, at_, "a message index is too short for its entries");
     }
     open_->index.message_index_offsets[index.channel_id] = at_;

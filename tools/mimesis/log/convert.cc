@@ -2,13 +2,9 @@
 
 #include <fmt/format.h>
 
-#include <CLI/App.hpp>
-#include <CLI/Config.hpp>
-#include <CLI/Formatter.hpp>
-#include <CLI/Validators.hpp>
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cerrno>
-#include <charconv>
 #include <cstring>
 #include <fstream>
 #include <iostream>
@@ -19,6 +15,7 @@
 
 #include "common/error.h"
 #include "common/runtime/raw.h"
+#include "common/runtime/value_text.h"
 #include "tools/mimesis/field_text.h"
 #include "tools/mimesis/log/verb_options.h"
 #include "tools/mimesis/progress.h"
@@ -51,16 +48,8 @@ std::vector<std::string_view> line_words(std::string_view line) {
   }
 }
 
-/// The whole text as a number; nothing if it is none.
-template <class Integer>
-std::optional<Integer> whole_number(std::string_view text, int base = 10) {
-  Integer value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value, base);
-  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
-  return value;
-}
 std::optional<std::uint32_t> hex_number(std::string_view text) {
-  return whole_number<std::uint32_t>(text, 16);
+  return runtime::to_whole<std::uint32_t>(text, 16);
 }
 
 /// "2A366C" or "2A.36.6C"
@@ -87,8 +76,8 @@ std::optional<std::uint64_t> candump_time(std::string_view word) {
   if (dot == word.npos || word.size() - dot - 1 > 9 || dot == word.size() - 1) return std::nullopt;
   std::string fraction(word.substr(dot + 1));
   fraction.resize(9, '0');
-  const auto seconds = whole_number<std::uint64_t>(word.substr(0, dot));
-  const auto nanoseconds = whole_number<std::uint64_t>(fraction);
+  const auto seconds = runtime::to_whole<std::uint64_t>(word.substr(0, dot));
+  const auto nanoseconds = runtime::to_whole<std::uint64_t>(fraction);
   const std::uint64_t most = std::numeric_limits<std::uint64_t>::max() / kNanosecondsPerSecond - 1;
   if (!seconds || !nanoseconds || *seconds > most) return std::nullopt;
   return *seconds * kNanosecondsPerSecond + *nanoseconds;
@@ -154,7 +143,7 @@ void set_shown(std::span<const std::string_view> words, v1::CanFrame& frame) {
   set_id(words[0], frame);
   const std::string_view brackets = words[1].substr(1, words[1].size() - 2);
   frame.set_fd(brackets.size() == 2);
-  const auto length = whole_number<std::uint32_t>(brackets);
+  const auto length = runtime::to_whole<std::uint32_t>(brackets);
   if (!length || *length > (frame.fd() ? kFdLength : kClassicLength)) {
     no_frame("'{}': expected the length in brackets", words[1]);
   }
@@ -210,10 +199,6 @@ constexpr std::size_t kShownDamages = 20;
 constexpr std::size_t kLongestLine = 4096;
 constexpr std::size_t kFingerprint = 8;  // bytes at the start of LCM data
 
-OutputOptions output_of(const ConvertOptions& options) {
-  return {.path = options.output, .force = options.force, .compression = options.compression};
-}
-
 /// A channel of the log that is written.
 struct OutChannel {
   std::uint16_t id = 0;
@@ -248,7 +233,7 @@ void say_more(std::uint64_t count) {
 
 ConvertResult from_candump(const log::Source& source, const ConvertOptions& options) {
   ConvertResult result{.from = LogKind::candump};
-  NewLog file(output_of(options), {options.input});
+  NewLog file(options.output, {options.input});
   const log::Schema schema{.name = "mimesis.v1.CanFrame",
                            .encoding = "protobuf",
                            .data = runtime::descriptor_set(*v1::CanFrame::descriptor())};
@@ -286,7 +271,7 @@ ConvertResult from_candump(const log::Source& source, const ConvertOptions& opti
 
 ConvertResult from_lcm(const log::Source& source, const ConvertOptions& options) {
   ConvertResult result{.from = LogKind::lcm};
-  NewLog file(output_of(options), {options.input});
+  NewLog file(options.output, {options.input});
   std::map<std::pair<std::string, std::string>, OutChannel> channels;  // by name and fingerprint
   LcmReader reader(source);
   Progress progress("convert", source.size());
@@ -316,17 +301,17 @@ ConvertResult from_lcm(const log::Source& source, const ConvertOptions& options)
 
 ConvertResult to_candump(const ConvertOptions& options) {
   ConvertResult result{.from = LogKind::mcap};
-  const auto logs = opened({options.input});
+  const auto logs = open_logs({options.input});
   const auto is_can = [](const OpenChannel& c) { return c.type() == "mimesis.v1.CanFrame"; };
   if (std::ranges::none_of(channels_of(logs), is_can)) {
     throw ConfigError(options.input +
                       ": no topic of type mimesis.v1.CanFrame, which is all that candump can show");
   }
-  const bool to_file = options.output != "-";
-  if (to_file) check_output(output_of(options), {options.input});
+  const bool to_file = options.output.path != "-";
+  if (to_file) check_output(options.output, {options.input});
   std::ofstream file;
   errno = 0;
-  if (to_file) file.open(options.output, std::ios::binary);
+  if (to_file) file.open(options.output.path, std::ios::binary);
   std::ostream& out = to_file ? file : std::cout;
   std::set<const log::Channel*> wanted;
   for (const OpenChannel& c : channels_of(logs)) {
@@ -335,8 +320,7 @@ ConvertResult to_candump(const ConvertOptions& options) {
   const log::Selection selection{[&](const log::Channel& c) { return wanted.contains(&c); }};
   const std::uint64_t damages = scan_logs(logs, selection, "convert", [&](const Item& item) {
     v1::CanFrame frame;
-    const std::string_view data = item.message->data;
-    if (!frame.ParseFromArray(data.data(), static_cast<int>(data.size()))) {
+    if (!parse(item, frame)) {
       return say_damage(result.damages, item.channel->topic,
                         fmt::format("seq {} is no valid CanFrame", item.message->sequence));
     }
@@ -345,27 +329,28 @@ ConvertResult to_candump(const ConvertOptions& options) {
   });
   result.damages += damages;
   out.flush();
-  if (!out) throw ConfigError("cannot write '" + options.output + "': " + std::strerror(errno));
+  if (!out)
+    throw ConfigError("cannot write '" + options.output.path + "': " + std::strerror(errno));
   return result;
 }
 
 /// Exit code 0, or 1 if something could not be read.
-int convert_file(const ConvertOptions& options, bool json) {
+int convert_file(const ConvertOptions& options) {
   const auto source = log::open_file(options.input);
   if (!source) throw VerbEnd{source.error().reason, 3};
   const ConvertResult r = convert_log(**source, options);
   static constexpr const char* kNames[] = {"mcap", "candump", "lcm"};
   const char* from = kNames[static_cast<int>(r.from)];
   const char* to = r.from == LogKind::mcap ? "candump" : "mcap";
-  if (json) {
+  if (options.json) {
     const nlohmann::ordered_json object{{"from", from},
                                         {"to", to},
-                                        {"output", options.output},
+                                        {"output", options.output.path},
                                         {"messages", r.messages},
                                         {"damages", r.damages},
                                         {"lost", r.lost},
                                         {"untimed", r.untimed}};
-    (options.output == "-" ? std::cerr : std::cout) << object.dump() << '\n';
+    (options.output.path == "-" ? std::cerr : std::cout) << object.dump() << '\n';
   } else {
     std::cerr << fmt::format(
         "{} -> {}: {} messages{}{}{}\n", from, to, r.messages,
@@ -441,7 +426,7 @@ ConvertResult convert_log(const log::Source& source, const ConvertOptions& optio
                        : options.from == "lcm"   ? LogKind::lcm
                                                  : detect_kind(source, options.input);
   if (kind == LogKind::mcap) return to_candump(options);
-  if (options.output == "-") throw ConfigError("-: MCAP needs a file");
+  if (options.output.path == "-") throw ConfigError("-: MCAP needs a file");
   try {
     return kind == LogKind::lcm ? from_lcm(source, options) : from_candump(source, options);
   } catch (const NotWritten& failure) {
@@ -452,22 +437,17 @@ ConvertResult convert_log(const log::Source& source, const ConvertOptions& optio
 void add_convert(CLI::App& verb, int& exit_code) {
   CLI::App* sub =
       verb.add_subcommand("convert", "Logs of candump and LCM to MCAP, and MCAP to candump");
-  struct Options {
-    ConvertOptions convert;
-    std::string compression = "zstd";
-    bool json = false;
-  };
-  auto o = std::make_shared<Options>();
-  sub->add_option("IN", o->convert.input,
-                  "candump -l (or output of candump), an LCM log, or MCAP; found by its content")
+  auto o = std::make_shared<ConvertOptions>();
+  sub->add_option("IN", o->input,
+                  "candump -l (or what candump shows), an LCM log, or MCAP; told by its content")
       ->required();
-  sub->add_option("OUT", o->convert.output,
-                  "MCAP file; from MCAP: log for canplayer, - for standard output")
+  sub->add_option("OUT", o->output.path,
+                  "MCAP file; of MCAP: log for canplayer, - for standard output")
       ->required();
-  sub->add_option("--from", o->convert.from, "candump or lcm, whatever the content looks like")
+  sub->add_option("--from", o->from, "candump or lcm, whatever the content looks like")
       ->check(CLI::IsMember({"candump", "lcm"}));
-  sub->add_flag("--force", o->convert.force, "Replace OUT if it exists");
-  sub->add_option("--compression", o->compression, "For MCAP: none, lz4 or zstd")
+  sub->add_flag("--force", o->output.force, "Replace OUT if it exists");
+  sub->add_option("--compression", o->compression, "Of MCAP: none, lz4 or zstd")
       ->check(CLI::IsMember({"none", "lz4", "zstd"}))
       ->capture_default_str();
   sub->add_flag("--json", o->json, "Print one JSON object at the end");
@@ -480,8 +460,8 @@ void add_convert(CLI::App& verb, int& exit_code) {
       "Examples: mimesis log convert candump-2026-11-21.log can.mcap\n"
       "          mimesis log convert lcmlog-2026-11-21.00 lcm.mcap");
   on_run(*sub, exit_code, [o] {
-    o->convert.compression = *log::parse_compression(o->compression);
-    return convert_file(o->convert, o->json);
+    o->output.compression = *log::parse_compression(o->compression);
+    return convert_file(*o);
   });
 }
 

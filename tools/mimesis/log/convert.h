@@ -22,10 +22,10 @@ LogKind detect_kind(const log::Source& source, const std::string& path);
 
 struct ConvertOptions {
   std::string input = {};
-  std::string output = {};  ///< "-": standard output, for candump
-  std::string from = {};    ///< "candump" or "lcm" instead of detection
-  bool force = false;       ///< replace the output if it exists
-  log::Compression compression = log::Compression::zstd;
+  OutputOptions output = {};  ///< path "-": standard output, for candump
+  std::string from = {};      ///< "candump" or "lcm" instead of detection
+  std::string compression = "zstd";
+  bool json = false;
 };
 
 struct ConvertResult {

@@ -3,9 +3,7 @@
 #include <fmt/format.h>
 #include <google/protobuf/descriptor.h>
 
-#include <CLI/App.hpp>
-#include <CLI/Config.hpp>
-#include <CLI/Formatter.hpp>
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
 #include <deque>
@@ -259,7 +257,7 @@ void print_streams(const std::vector<StreamDiff>& streams, const OpenLog& a) {
 /// Exit code 0 if the logs are equal, 1 if not or if one is damaged.
 int compare_files(const std::string& path_a, const std::string& path_b, const DiffOptions& options,
                   bool json) {
-  const auto logs = opened({path_a, path_b});
+  const auto logs = open_logs({path_a, path_b});
   std::uint64_t damages = 0;
   const OpenLog& a = logs.front();
   const auto streams = diff_logs(a, logs.back(), options, damages);

@@ -3,10 +3,7 @@
 #include <fmt/format.h>
 #include <google/protobuf/descriptor.h>
 
-#include <CLI/App.hpp>
-#include <CLI/Config.hpp>
-#include <CLI/Formatter.hpp>
-#include <CLI/Validators.hpp>
+#include <CLI/CLI.hpp>
 #include <cerrno>
 #include <cmath>
 #include <cstring>
@@ -112,6 +109,11 @@ std::vector<FieldQuery> csv_fields(const std::string& text,
   return queries;
 }
 
+const std::map<std::string, Join> kJoins{{"", Join::previous},
+                                         {"previous", Join::previous},
+                                         {"nearest", Join::nearest},
+                                         {"outer", Join::outer}};
+
 /// A file, or standard output.
 class CsvFile {
  public:
@@ -139,13 +141,13 @@ class CsvFile {
 
 class CsvWriter {
  public:
-  CsvWriter(const std::vector<OpenLog>& logs, const CsvOptions& options)
+  CsvWriter(const std::vector<OpenLog>& logs, const ExportOptions& options)
       : logs_(logs),
         options_(options),
         times_(resolve(options.range, span_of(logs))),
-        origin_ns_(options.absolute ? 0 : span_of(logs).start_ns) {
+        origin_ns_(options.time == "absolute" ? 0 : span_of(logs).start_ns) {
     const auto topics = topics_of(logs);
-    for (const std::string& text : options.fields) {
+    for (const std::string& text : options.csv) {
       for (FieldQuery& query : csv_fields(text, topics)) {
         auto table = std::ranges::find(tables_, query.topic, &TopicTable::topic);
         if (table == tables_.end()) {
@@ -160,17 +162,18 @@ class CsvWriter {
 
   ExportResult run() {
     find_columns();
-    const bool together = tables_.size() == 1 || options_.join;
-    if (!together && options_.output == "-") {
+    const bool together = tables_.size() == 1 || !options_.join.empty();
+    const std::string output = options_.output.empty() ? "-" : options_.output;
+    if (!together && output == "-") {
       throw ConfigError("several topics: say -o FOLDER, or --join nearest, previous or outer");
     }
     std::vector<const TopicTable*> all;
     for (const TopicTable& table : tables_) all.push_back(&table);
     std::vector<std::unique_ptr<Sheet>> sheets;
     if (together) {
-      sheets.push_back(std::make_unique<Sheet>(*this, options_.output, all));
+      sheets.push_back(std::make_unique<Sheet>(*this, output, all));
     } else {
-      FileNames names(options_.output, /*lazy=*/true);
+      FileNames names(output, /*lazy=*/true);
       for (const TopicTable* table : all) {
         sheets.push_back(
             std::make_unique<Sheet>(*this, names.unique(table->topic, ".csv"), std::vector{table}));
@@ -195,7 +198,7 @@ class CsvWriter {
   struct Sheet {
     Sheet(CsvWriter& writer, const std::string& path, const std::vector<const TopicTable*>& tables)
         : file(path),
-          join(writer.options_.join.value_or(Join::previous), widths(tables),
+          join(kJoins.at(writer.options_.join), widths(tables),
                [&](std::uint64_t time_ns, const Cells& row) {
                  file.row(seconds_text(time_ns, writer.origin_ns_), row);
                  ++writer.result_.items;
@@ -283,7 +286,7 @@ class CsvWriter {
   }
 
   const std::vector<OpenLog>& logs_;
-  const CsvOptions& options_;
+  const ExportOptions& options_;
   LogTimes times_;
   std::uint64_t origin_ns_;
   LogDecoder decoder_;
@@ -321,12 +324,11 @@ void put_yuv(double y, double u, double v, std::uint8_t* bgr) {
 }
 
 /// A file NAME.png or the like of the image in a message.
-tl::expected<void, Status> write_image(const Item& item, const ImageOptions& options,
+tl::expected<void, Status> write_image(const Item& item, const ExportOptions& options,
                                        const std::string& name, FileNames& names) {
-  const auto size = static_cast<int>(item.message->data.size());
   if (item.schema->name == "foxglove.CompressedImage") {
     foxglove::CompressedImage image;
-    if (!image.ParseFromArray(item.message->data.data(), size)) return no_image("no valid message");
+    if (!parse(item, image)) return no_image("no valid message");
     const std::string& format = image.format();
     const bool plain = !format.empty() && format.size() < 8 &&
                        std::ranges::all_of(format, [](unsigned char c) { return std::isalnum(c); });
@@ -334,60 +336,38 @@ tl::expected<void, Status> write_image(const Item& item, const ImageOptions& opt
     return write_file(names.unique(name, format == "jpeg" ? ".jpg" : "." + format), image.data());
   }
   foxglove::RawImage raw;
-  if (!raw.ParseFromArray(item.message->data.data(), size)) return no_image("no valid message");
+  if (!parse(item, raw)) return no_image("no valid message");
   const auto image = raw_image(raw);
   if (!image) return tl::unexpected(image.error());
-  return options.jpeg ? image::write_jpeg(names.unique(name, ".jpg"), *image, options.quality)
-                      : image::write_png(names.unique(name, ".png"), *image);
+  return options.format == "jpeg"
+             ? image::write_jpeg(names.unique(name, ".jpg"), *image, options.quality)
+             : image::write_png(names.unique(name, ".png"), *image);
 }
 
-struct ExportChoice {
-  std::vector<std::string> files;
-  CsvOptions csv;
-  ImageOptions images;
-  std::string attachments, join, output, time = "relative", format = "png";
-  TimeRange range;
-  bool json = false;
-};
-
-int run_export(ExportChoice& o) {
-  const int kinds = (o.csv.fields.empty() ? 0 : 1) + (o.images.topic.empty() ? 0 : 1) +
-                    (o.attachments.empty() ? 0 : 1);
+int run_export(const ExportOptions& o) {
+  const int kinds =
+      (o.csv.empty() ? 0 : 1) + (o.images.empty() ? 0 : 1) + (o.attachments.empty() ? 0 : 1);
   if (kinds != 1) {
     throw ConfigError(
         "say what to export: --csv TOPIC.FIELD, --images TOPIC or --attachments FOLDER (JSON "
         "lines: mimesis log cat)");
   }
-  if (o.output.empty() && !o.images.topic.empty()) throw ConfigError("--images: say -o FOLDER");
-  if (o.output.empty() && !o.csv.fields.empty() && o.json) {
+  if (o.output.empty() && !o.images.empty()) throw ConfigError("--images: say -o FOLDER");
+  if (o.output.empty() && !o.csv.empty() && o.json) {
     throw ConfigError("--json: standard output has the CSV; say -o FILE");
   }
-  const auto logs = opened(o.files);
-  ExportResult result;
-  std::string what = "rows";
-  if (!o.csv.fields.empty()) {
-    static const std::map<std::string, Join> kJoins{
-        {"previous", Join::previous}, {"nearest", Join::nearest}, {"outer", Join::outer}};
-    if (!o.join.empty()) o.csv.join = kJoins.at(o.join);
-    o.csv.absolute = o.time == "absolute";
-    o.csv.output = o.output.empty() ? "-" : o.output;
-    o.csv.range = o.range;
-    result = export_csv(logs, o.csv);
-  } else if (!o.images.topic.empty()) {
-    what = "images";
-    o.images.folder = o.output;
-    o.images.jpeg = o.format == "jpeg";
-    o.images.range = o.range;
-    result = export_images(logs, o.images);
-  } else {
-    what = "attachments";
-    result = export_attachments(logs, o.attachments);
-  }
+  const auto logs = open_logs(o.files);
+  const ExportResult result = !o.csv.empty()      ? export_csv(logs, o)
+                              : !o.images.empty() ? export_images(logs, o)
+                                                  : export_attachments(logs, o.attachments);
   if (o.json) {
     print_json({{"files", result.files}, {"items", result.items}, {"failures", result.failures}});
   } else {
     std::cerr << fmt::format(
-        "{} {}{}\n", result.items, what,
+        "{} {}{}\n", result.items,
+        !o.csv.empty()      ? "rows"
+        : !o.images.empty() ? "images"
+                            : "attachments",
         result.failures == 0 ? "" : fmt::format(", {} failures", result.failures));
   }
   return result.failures == 0 ? 0 : 1;
@@ -395,7 +375,7 @@ int run_export(ExportChoice& o) {
 
 }  // namespace
 
-ExportResult export_csv(const std::vector<OpenLog>& logs, const CsvOptions& options) {
+ExportResult export_csv(const std::vector<OpenLog>& logs, const ExportOptions& options) {
   return CsvWriter(logs, options).run();
 }
 
@@ -446,19 +426,19 @@ tl::expected<image::Image, Status> raw_image(const foxglove::RawImage& raw) {
   return out;
 }
 
-ExportResult export_images(const std::vector<OpenLog>& logs, const ImageOptions& options) {
-  require_topic(logs, options.topic);
+ExportResult export_images(const std::vector<OpenLog>& logs, const ExportOptions& options) {
+  require_topic(logs, options.images);
   for (const OpenChannel& c : channels_of(logs)) {
     const bool images = c.type() == "foxglove.RawImage" || c.type() == "foxglove.CompressedImage";
-    if (c.channel->topic != options.topic || images) continue;
-    throw ConfigError(options.topic + ": expected foxglove.RawImage or foxglove.CompressedImage" +
+    if (c.channel->topic != options.images || images) continue;
+    throw ConfigError(options.images + ": expected foxglove.RawImage or foxglove.CompressedImage" +
                       ", found '" + c.type() + "'");
   }
-  FileNames names(options.folder);
+  FileNames names(options.output);
   const Span span = span_of(logs);
   const LogTimes times = resolve(options.range, span);
-  const auto wanted = [&](const log::Channel& c) { return c.topic == options.topic; };
-  ExportResult result{.files = {options.folder}};
+  const auto wanted = [&](const log::Channel& c) { return c.topic == options.images; };
+  ExportResult result{.files = {options.output}};
   std::uint64_t count = 0;
   const auto take = [&](const Item& item) {
     if (count++ % static_cast<std::uint64_t>(options.every) != 0) return;
@@ -469,7 +449,7 @@ ExportResult export_images(const std::vector<OpenLog>& logs, const ImageOptions&
       ++result.items;
     } else {
       ++result.failures;
-      std::cerr << fmt::format("{}: seq {}: {}\n", options.topic, m.sequence,
+      std::cerr << fmt::format("{}: seq {}: {}\n", options.images, m.sequence,
                                written.error().reason);
     }
   };
@@ -505,9 +485,9 @@ ExportResult export_attachments(const std::vector<OpenLog>& logs, const std::str
 void add_export(CLI::App& verb, int& exit_code) {
   CLI::App* sub = verb.add_subcommand(
       "export", "Fields as CSV (spreadsheets, pandas, PlotJuggler), images, attachments of a log");
-  auto o = std::make_shared<ExportChoice>();
+  auto o = std::make_shared<ExportOptions>();
   sub->add_option("FILE", o->files, "MCAP files: bags, or the parts of one")->required();
-  sub->add_option("--csv", o->csv.fields,
+  sub->add_option("--csv", o->csv,
                   "TOPIC.FIELD[,FIELD...]: fields over time (repeatable); FIELD[2] is one element, "
                   "FIELD[*] a column for each, TOPIC alone all fields")
       ->allow_extra_args(false);
@@ -518,14 +498,14 @@ void add_export(CLI::App& verb, int& exit_code) {
   sub->add_option("--time", o->time, "Times relative to the start of the log, or absolute")
       ->check(CLI::IsMember({"relative", "absolute"}))
       ->capture_default_str();
-  sub->add_option("--images", o->images.topic, "Images of this topic as files SEQ_TIME.png");
-  sub->add_option("--format", o->format, "Format of raw images: png or jpeg")
+  sub->add_option("--images", o->images, "Images of this topic as files SEQ_TIME.png");
+  sub->add_option("--format", o->format, "Of raw images: png or jpeg")
       ->check(CLI::IsMember({"png", "jpeg"}))
       ->capture_default_str();
-  sub->add_option("--quality", o->images.quality, "Quality of JPEG")
+  sub->add_option("--quality", o->quality, "Of JPEG")
       ->check(CLI::Range(1, 100))
       ->capture_default_str();
-  sub->add_option("--every", o->images.every, "Every Nth image only")
+  sub->add_option("--every", o->every, "Only each so-manieth image")
       ->check(CLI::Range(1, 1'000'000))
       ->capture_default_str();
   sub->add_option("--attachments", o->attachments, "Write attachments into this folder");

@@ -119,31 +119,29 @@ struct ExportResult {
   std::uint64_t failures = 0;
 };
 
-struct CsvOptions {
-  std::vector<std::string> fields = {};  ///< "TOPIC.FIELD[,FIELD...]"
-  std::optional<Join> join = {};         ///< joins several topics; without: a file for each
-  bool absolute = false;                 ///< times as they are; else from the start of the log
-  std::string output = {};  ///< file, folder for several files, or "-": standard output
+struct ExportOptions {
+  std::vector<std::string> files = {};
+  std::vector<std::string> csv = {};  ///< "TOPIC.FIELD[,FIELD...]"
+  std::string join = {};              ///< of several topics, as Join; empty: a file for each
+  std::string time = "relative";      ///< to the start of the log, or absolute
+  std::string images = {};            ///< a topic
+  std::string format = "png";         ///< of raw images, or jpeg
+  int quality = 90;                   ///< of JPEG, 1..100
+  int every = 1;                      ///< only each so-manieth image
+  std::string attachments = {};       ///< a folder
+  std::string output = {};            ///< file or folder; CSV: "" or "-" is standard output
   TimeRange range = {};
+  bool json = false;
 };
 
 /// Fields over time: columns log_time_s, publish_time_s, node (where a topic has several), then the
 /// fields in the order given, elements by their index. Numbers read back as the same bits.
 /// @throws ConfigError for a topic or field that is not there, or a file that cannot be written.
-ExportResult export_csv(const std::vector<OpenLog>& logs, const CsvOptions& options);
-
-struct ImageOptions {
-  std::string topic = {};
-  std::string folder = {};
-  bool jpeg = false;  ///< instead of PNG, for raw images
-  int quality = 90;   ///< quality of JPEG, 1..100
-  int every = 1;      ///< only each so-manieth image
-  TimeRange range = {};
-};
+ExportResult export_csv(const std::vector<OpenLog>& logs, const ExportOptions& options);
 
 /// foxglove.RawImage and CompressedImage as files SEQ_TIME.png; compressed ones as they are.
 /// @throws ConfigError if there is no such topic, or no images on it.
-ExportResult export_images(const std::vector<OpenLog>& logs, const ImageOptions& options);
+ExportResult export_images(const std::vector<OpenLog>& logs, const ExportOptions& options);
 
 /// A raw image in colour. Encodings: bgr8 8UC3 rgb8 bgra8 8UC4 rgba8 mono8 8UC1 and full-range
 /// BT.601 uyvy yuv422 yuyv yuv422_yuy2 nv12. Data of another size is refused.

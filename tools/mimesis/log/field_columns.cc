@@ -68,12 +68,7 @@ const Descriptor& LogDecoder::type(const OpenChannel& channel) {
 
 const Message* LogDecoder::decode(const Item& item) {
   Message* message = item.schema == nullptr ? nullptr : make(*item.schema);
-  const std::string_view bytes = item.message->data;
-  if (message == nullptr ||
-      !message->ParseFromArray(bytes.data(), static_cast<int>(bytes.size()))) {
-    return nullptr;
-  }
-  return message;
+  return message != nullptr && parse(item, *message) ? message : nullptr;
 }
 
 const Message* LogDecoder::decode_or_tell(const Item& item) {

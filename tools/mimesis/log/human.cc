@@ -11,25 +11,11 @@
 namespace mimesis::tool {
 
 std::optional<std::uint64_t> to_bytes(std::string_view text) {
-  struct Unit {
-    std::string_view name;
-    double bytes;
-  };
-  static constexpr std::array kUnits = {
-      Unit{"", 1.0},       Unit{"B", 1.0},     Unit{"kB", 1e3},     Unit{"MB", 1e6},
-      Unit{"GB", 1e9},     Unit{"TB", 1e12},   Unit{"KiB", 1024.0}, Unit{"MiB", 1048576.0},
-      Unit{"GiB", 0x1p30}, Unit{"TiB", 0x1p40}};
-  const std::size_t split = text.find_last_of("0123456789.");
-  if (split == std::string_view::npos) return std::nullopt;
-  const auto value = runtime::to_double(text.substr(0, split + 1));
-  std::string_view name = text.substr(split + 1);
-  while (name.starts_with(' ')) name.remove_prefix(1);
-  for (const Unit& unit : kUnits) {
-    if (value && unit.name == name && *value >= 0.0 && *value * unit.bytes < 9e18) {
-      return static_cast<std::uint64_t>(std::llround(*value * unit.bytes));
-    }
-  }
-  return std::nullopt;
+  static constexpr runtime::TextUnit kUnits[] = {
+      {"", 1.0},    {"B", 1.0},      {"kB", 1e3},        {"MB", 1e6},     {"GB", 1e9},
+      {"TB", 1e12}, {"KiB", 1024.0}, {"MiB", 1048576.0}, {"GiB", 0x1p30}, {"TiB", 0x1p40}};
+  const auto bytes = runtime::to_amount(text, kUnits);
+  return bytes ? std::optional(static_cast<std::uint64_t>(std::llround(*bytes))) : std::nullopt;
 }
 
 std::string bytes_text(std::uint64_t bytes) {

@@ -2,9 +2,7 @@
 
 #include <fmt/format.h>
 
-#include <CLI/App.hpp>
-#include <CLI/Config.hpp>
-#include <CLI/Formatter.hpp>
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <iostream>
 #include <memory>
@@ -284,7 +282,7 @@ void add_info(CLI::App& verb, int& exit_code) {
       "Examples:\n  mimesis log info run.mcap --json | jq '.topics[].topic'\n"
       "  mimesis log info run_*.mcap --sizes");
   on_run(*info, exit_code, [options] {
-    const auto logs = opened(options->files);
+    const auto logs = open_logs(options->files);
     const ordered_json found = info_json(logs, options->sizes);
     if (options->json) {
       print_json(found);

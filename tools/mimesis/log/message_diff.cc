@@ -22,7 +22,6 @@ namespace {
 using google::protobuf::FieldDescriptor;
 using google::protobuf::Message;
 
-constexpr std::size_t kShownBytes = 16;
 constexpr std::size_t kShownText = 100;
 
 /// Fields of one kind can be compared for any wire type.
@@ -87,17 +86,6 @@ double distance_of(double a, double b) {
   if (a == b || (std::isnan(a) && std::isnan(b))) return 0.0;
   const double d = std::abs(a - b);
   return std::isnan(d) ? std::numeric_limits<double>::infinity() : d;
-}
-
-/// Both sides from the first byte that differs.
-FieldDifference byte_difference(std::string path, std::string_view a, std::string_view b) {
-  const auto at = static_cast<std::size_t>(std::ranges::mismatch(a, b).in1 - a.begin());
-  const auto side = [&](std::string_view bytes) {
-    const std::string shown = hex(bytes, at, kShownBytes);
-    return fmt::format("{} bytes, at {}: {}{}", bytes.size(), at, shown.empty() ? "end" : shown,
-                       at + kShownBytes < bytes.size() ? " ..." : "");
-  };
-  return {std::move(path), side(a), side(b)};
 }
 
 /// Both sides quoted; long ones from shortly before the first character that differs.
@@ -293,6 +281,18 @@ class MessageComparison {
 };
 
 }  // namespace
+
+FieldDifference byte_difference(std::string path, std::string_view a, std::string_view b,
+                                const char* more) {
+  constexpr std::size_t kShownBytes = 16;  // a CAN frame
+  const auto at = static_cast<std::size_t>(std::ranges::mismatch(a, b).in1 - a.begin());
+  const auto side = [&](std::string_view bytes) {
+    const std::string shown = hex(bytes, at, kShownBytes);
+    return fmt::format("{} bytes, at {}: {}{}", bytes.size(), at, shown.empty() ? "end" : shown,
+                       at + kShownBytes < bytes.size() ? more : "");
+  };
+  return {std::move(path), side(a), side(b)};
+}
 
 MessageDifference diff_messages(const Message& a, const Message& b, const DiffRules& rules,
                                 WorstDifferences* worst) {

@@ -35,6 +35,10 @@ struct FieldDifference {
   std::string a, b;
 };
 
+/// Both sides from the first byte that differs; `more` behind a side that goes on.
+FieldDifference byte_difference(std::string path, std::string_view a, std::string_view b,
+                                const char* more = " ...");
+
 struct MessageDifference {
   std::vector<FieldDifference> fields;  ///< the first ones, in the order of the .proto file
   std::uint64_t count = 0;              ///< number of all differences

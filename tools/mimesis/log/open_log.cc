@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <chrono>
 #include <cinttypes>
 #include <cmath>
@@ -22,18 +21,10 @@ namespace {
 
 constexpr double kLatest_s = 1e10;  // 300 years: no time in a log is later
 constexpr std::uint64_t kSecond_ns = 1'000'000'000;
-constexpr const char* kTotal = "total";  // key of the total in loss counts
 
 std::string metadata_value(const log::Channel& channel, const std::string& key) {
   const auto it = channel.metadata.find(key);
   return it == channel.metadata.end() ? "" : it->second;
-}
-
-std::optional<std::uint64_t> absolute_ns(std::string_view digits) {
-  std::uint64_t value = 0;
-  const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
-  if (error != std::errc{} || end != digits.data() + digits.size()) return std::nullopt;
-  return value;
 }
 
 /// "2026-11-21T15:40:00.25Z", with ' ' for T, without fraction or Z.
@@ -86,31 +77,21 @@ std::uint64_t payload_bytes(const std::vector<OpenLog>& logs, const log::Selecti
 
 }  // namespace
 
-tl::expected<OpenLog, VerbEnd> open_log(const std::string& path) {
+OpenLog open_log(const std::string& path) {
   auto source = log::open_file(path);
   if (!source) {
     const bool there = std::filesystem::exists(std::filesystem::status(path));
-    return tl::unexpected(VerbEnd{source.error().reason, there ? 1 : 3});
+    throw VerbEnd{source.error().reason, there ? 1 : 3};
   }
   auto summary = log::summarize(**source);
   if (summary && !summary->counted) summary = log::scan(**source);
-  if (!summary) return tl::unexpected(VerbEnd{path + ": " + summary.error().reason, 1});
-  return OpenLog{path, std::move(*source), std::move(*summary)};
+  if (!summary) throw VerbEnd{path + ": " + summary.error().reason, 1};
+  return {path, std::move(*source), std::move(*summary)};
 }
 
-std::vector<OpenLog> opened(const std::vector<std::string>& paths) {
-  auto logs = open_logs(paths);
-  if (!logs) throw VerbEnd(logs.error());
-  return std::move(*logs);
-}
-
-tl::expected<std::vector<OpenLog>, VerbEnd> open_logs(const std::vector<std::string>& paths) {
+std::vector<OpenLog> open_logs(const std::vector<std::string>& paths) {
   std::vector<OpenLog> logs;
-  for (const std::string& path : paths) {
-    auto log = open_log(path);
-    if (!log) return tl::unexpected(log.error());
-    logs.push_back(std::move(*log));
-  }
+  for (const std::string& path : paths) logs.push_back(open_log(path));
   return logs;
 }
 
@@ -185,7 +166,8 @@ std::uint64_t each_metadata(const std::vector<OpenLog>& logs, const std::string&
 
 std::uint64_t parse_log_time(const std::string& option, const std::string& text, const Span& span) {
   if (text.ends_with("ns")) {
-    if (const auto ns = absolute_ns(std::string_view(text).substr(0, text.size() - 2))) return *ns;
+    const std::string_view digits = std::string_view(text).substr(0, text.size() - 2);
+    if (const auto ns = runtime::to_whole<std::uint64_t>(digits)) return *ns;
   } else if (const auto ns = relative_ns(text)) {
     return span.start_ns + *ns;
   } else if (const auto utc = utc_ns(text)) {
@@ -307,18 +289,6 @@ std::uint64_t overlap_bytes(const log::Summary& summary) {
   return static_cast<std::uint64_t>(most);
 }
 
-bool LatchedRepeats::repeated(const Item& item) {
-  const auto [known, fresh] = channels_.try_emplace(item.channel, nullptr);
-  if (fresh && is_latched(*item.channel)) {
-    const log::Channel& channel = *item.channel;
-    known->second = &last_[{channel.topic, sender_of(channel), start_of(channel)}];
-  }
-  const log::Message& m = *item.message;
-  if (known->second == nullptr || m.sequence == 0) return false;
-  const Last now{m.sequence, m.publish_time, log::crc32(0, m.data)};
-  return std::exchange(*known->second, now) == now;
-}
-
 std::string loss_key(const log::Channel& channel) {
   return fmt::format("{} ({})", channel.topic, sender_of(channel));
 }
@@ -329,7 +299,7 @@ void add_losses(const std::map<std::string, std::string>& metadata, LossCounts& 
     int used = 0;
     const int found = std::sscanf(text.c_str(), "received=%" SCNu64 " lost=%" SCNu64 "%n",
                                   &count.received, &count.lost, &used);
-    if (found != 2 || static_cast<std::size_t>(used) != text.size() || key == kTotal) continue;
+    if (found != 2 || static_cast<std::size_t>(used) != text.size() || key == "total") continue;
     counts[key].received += count.received;
     counts[key].lost += count.lost;
   }
@@ -343,21 +313,6 @@ std::optional<LossCounts> read_losses(const std::vector<OpenLog>& logs) {
   };
   each_metadata(logs, kCountsName, add, /*silent=*/true);
   return counts;
-}
-
-log::Metadata losses_metadata(const LossCounts& counts) {
-  const auto text = [](const LossCount& count) {
-    return fmt::format("received={} lost={}", count.received, count.lost);
-  };
-  log::Metadata metadata{kCountsName, {}};
-  LossCount total;
-  for (const auto& [key, count] : counts) {
-    metadata.metadata[key] = text(count);
-    total.received += count.received;
-    total.lost += count.lost;
-  }
-  metadata.metadata[kTotal] = text(total);
-  return metadata;
 }
 
 }  // namespace mimesis::tool

@@ -1,4 +1,6 @@
 #pragma once
+#include <google/protobuf/message_lite.h>
+
 #include <cstdint>
 #include <functional>
 #include <limits>
@@ -7,18 +9,20 @@
 #include <optional>
 #include <string>
 #include <tuple>
+#include <utility>
 #include <vector>
 
+#include "common/log/crc32.h"
 #include "common/log/merged_reader.h"
 #include "common/log/summary.h"
+#include "tools/mimesis/log/provenance.h"
 #include "tools/mimesis/progress.h"
 #include "tools/mimesis/topic_filter.h"
 
 // The source of every verb: one or several logs, read as one in the order of log time.
 namespace mimesis::tool {
 
-/// Ends a verb: a line for standard error, or none, and the exit code. Thrown, or returned as an
-/// error.
+/// Thrown to end a verb: a line for standard error, or none, and the exit code.
 struct VerbEnd {
   std::string line;
   int exit_code;
@@ -32,13 +36,11 @@ struct OpenLog {
   log::Summary summary;
 };
 
-/// Opens a file: exit code 3 if it is not there, 1 if it is no log.
-tl::expected<OpenLog, VerbEnd> open_log(const std::string& path);
-/// Opens several files as one log: the parts of a split recording, or logs of several hosts. Fails
-/// with the first that cannot be opened.
-tl::expected<std::vector<OpenLog>, VerbEnd> open_logs(const std::vector<std::string>& paths);
-/// Like `open_logs`. @throws VerbEnd
-std::vector<OpenLog> opened(const std::vector<std::string>& paths);
+/// Opens a file. @throws VerbEnd with exit code 3 if it is not there, 1 if it is no log
+OpenLog open_log(const std::string& path);
+/// Opens several files as one log: the parts of a split recording, or logs of several hosts.
+/// @throws VerbEnd with the first that cannot be opened
+std::vector<OpenLog> open_logs(const std::vector<std::string>& paths);
 
 /// Earliest and latest log time of all [ns]; both 0 without a message.
 struct Span {
@@ -140,6 +142,14 @@ std::uint64_t report_losses(const OpenLog& log, const std::vector<log::Damage>& 
 
 using Item = log::MergedReader::Item;
 
+/// False if `data` holds something else.
+inline bool parse(std::string_view data, google::protobuf::MessageLite& message) {
+  return message.ParseFromArray(data.data(), static_cast<int>(data.size()));
+}
+inline bool parse(const Item& item, google::protobuf::MessageLite& message) {
+  return parse(item.message->data, message);
+}
+
 /// For verbs that look: hands every selected message to `take`, with a bar named `what` on a
 /// terminal. Returns the number of damages, which are reported on standard error unless `silent` (a
 /// second pass need not repeat them).
@@ -179,7 +189,17 @@ class Sequence {
 class LatchedRepeats {
  public:
   /// True if the message before it of this topic, node and start was the same.
-  bool repeated(const Item& item);
+  bool repeated(const Item& item) {
+    const auto [known, fresh] = channels_.try_emplace(item.channel, nullptr);
+    if (fresh && is_latched(*item.channel)) {
+      const log::Channel& channel = *item.channel;
+      known->second = &last_[{channel.topic, sender_of(channel), start_of(channel)}];
+    }
+    const log::Message& m = *item.message;
+    if (known->second == nullptr || m.sequence == 0) return false;
+    const Last now{m.sequence, m.publish_time, log::crc32(0, m.data)};
+    return std::exchange(*known->second, now) == now;
+  }
 
  private:
   struct Last {
@@ -192,17 +212,6 @@ class LatchedRepeats {
   std::map<std::tuple<std::string, std::string, std::string>, Last> last_;
 };
 
-/// Number of messages that a recorder received on one topic of one node, and of lost ones.
-struct LossCount {
-  std::uint64_t received = 0, lost = 0;
-  bool operator==(const LossCount&) const = default;
-};
-
-/// The content of metadata "mimesis.counts" of one log or the sum of several: by "TOPIC (NODE)",
-/// without the total.
-using LossCounts = std::map<std::string, LossCount>;
-
-inline constexpr const char* kCountsName = "mimesis.counts";
 /// Metadata of a recovered log: "TOPIC (NODE)" -> "missing=N" where that is known.
 inline constexpr const char* kRecoveredName = "mimesis.recovered";
 
@@ -212,7 +221,4 @@ std::string loss_key(const log::Channel& channel);
 void add_losses(const std::map<std::string, std::string>& metadata, LossCounts& counts);
 /// Counts of all logs; empty if none has counts (killed recorder, foreign log).
 std::optional<LossCounts> read_losses(const std::vector<OpenLog>& logs);
-/// Record with the total, as the recorder writes it.
-log::Metadata losses_metadata(const LossCounts& counts);
-
 }  // namespace mimesis::tool

@@ -2,7 +2,6 @@
 #include <fmt/format.h>
 #include <google/protobuf/message_lite.h>
 #include <poll.h>
-#include <sys/mman.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
@@ -10,7 +9,6 @@
 #include <cerrno>
 #include <chrono>
 #include <cmath>
-#include <csignal>
 #include <cstring>
 #include <functional>
 #include <optional>
@@ -23,55 +21,7 @@
 #include "tools/mimesis/launch/process.h"
 #include "tools/mimesis/stop_signals.h"
 
-// Programs that a verb runs for itself.
 namespace mimesis::tool {
-
-/// A program whose standard output and error are kept. It is killed with this object.
-class OwnProcess {
- public:
-  /// `kept`: a file descriptor that the program gets, too; -1: none.
-  /// @throws std::runtime_error if it cannot be started.
-  explicit OwnProcess(const launch::Command& command, int kept = -1)
-      : words_(memfd_create("output", MFD_CLOEXEC)),
-        child_(launch::spawn(command, {}, {.kept = kept, .output = words_.get()})) {}
-  ~OwnProcess() { wait({}); }
-  OwnProcess(const OwnProcess&) = delete;
-  OwnProcess& operator=(const OwnProcess&) = delete;
-
-  /// How it ended, once it has.
-  const std::optional<launch::Ending>& ending() {
-    if (!ending_) ending_ = child_.reap();
-    return ending_;
-  }
-  void send(int signal) const { child_.send(signal); }
-  /// Waits for the end; false if it had to be killed after this time.
-  bool wait(std::chrono::milliseconds most) {
-    const auto deadline = std::chrono::steady_clock::now() + most;
-    bool alone = true;
-    while (!ending()) {
-      alone = alone && std::chrono::steady_clock::now() < deadline;
-      if (!alone) send(SIGKILL);
-      pollfd ended{child_.pidfd.get(), POLLIN, 0};
-      poll(&ended, 1, 10);
-    }
-    return alone;
-  }
-  std::string last_words() const {
-    constexpr off_t kKept = 2000;  // [bytes]
-    const off_t size = lseek(words_.get(), 0, SEEK_END);
-    std::string words(static_cast<std::size_t>(std::min(size, kKept)), '\0');
-    const ssize_t n =
-        pread(words_.get(), words.data(), words.size(), std::max<off_t>(0, size - kKept));
-    words.resize(n > 0 ? static_cast<std::size_t>(n) : 0);
-    while (words.ends_with('\n')) words.pop_back();
-    return words;
-  }
-
- private:
-  launch::Fd words_;
-  launch::Child child_;
-  std::optional<launch::Ending> ending_;
-};
 
 /// A program that answers packets on a socket (common/runtime/replay.h).
 class PacketProcess {
@@ -161,7 +111,7 @@ class PacketProcess {
 
   std::string name_;
   launch::Fd socket_;
-  std::optional<OwnProcess> process_;
+  std::optional<launch::OwnProcess> process_;
   std::chrono::milliseconds timeout_{};
   bool answered_ = false, timed_out_ = false;
 };

@@ -4,10 +4,7 @@
 #include <sys/eventfd.h>
 #include <sys/prctl.h>
 
-#include <CLI/App.hpp>
-#include <CLI/Config.hpp>
-#include <CLI/Formatter.hpp>
-#include <CLI/Validators.hpp>
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -28,8 +25,7 @@
 #include "proto/player.pb.h"
 #include "proto/runtime.pb.h"
 #include "tools/mimesis/launch/process.h"
-#include "tools/mimesis/log/play_terminal.h"
-#include "tools/mimesis/log/play_timing.h"
+#include "tools/mimesis/log/play_parts.h"
 #include "tools/mimesis/log/playback.h"
 #include "tools/mimesis/log/verb_options.h"
 #include "tools/mimesis/number_check.h"
@@ -47,7 +43,6 @@ struct PlayOptions {
   std::vector<std::string> remaps;
   PlaybackOptions playback;  ///< options of the player
   PlayAheadLimits ahead;
-  double read_ahead_mb = 0.0;   ///< 0: as `ahead` says
   std::string name = "player";  ///< in the graph
   double rate = 1.0;            ///< recorded seconds per second of wall time [1]
   int loops = 1;                ///< 0: until stopped
@@ -581,7 +576,7 @@ int play_in_lockstep(const PlayOptions& options, Playback& playback) {
   bus_options.clock = runtime::ClockKind::lockstep;
   runtime::ZmqBus bus(bus_options);
   RawOuts outs = advertise(bus, playback.topics());
-  const auto clock = runtime::make_lockstep_clock(bus, kFirstRate_hz, 0.0, stop.fd());
+  const auto clock = runtime::make_clock(bus_options.clock, bus, kFirstRate_hz, 0.0, stop.fd());
   bus.ready();
   runtime::notify_ready();
   bool begun = false, more = true, leave = false;
@@ -612,13 +607,9 @@ int play_in_lockstep(const PlayOptions& options, Playback& playback) {
 /// Returns the exit code: 0, 1 if something could not be read or reached no subscriber, 130 if
 /// interrupted. @throws ConfigError, VerbEnd
 int log_play(PlayOptions& options) {
-  constexpr double kMegabyte = 1e6;
   options.playback.filter = filter_of(options.topics);
   options.playback.remap = PlayRemap(options.remaps);
-  if (options.read_ahead_mb > 0.0) {
-    options.ahead.bytes = static_cast<std::size_t>(options.read_ahead_mb * kMegabyte);
-  }
-  Playback playback(opened(options.files), options.playback);
+  Playback playback(open_logs(options.files), options.playback);
   for (const std::string& line : playback.notes()) std::cerr << line << '\n';
   return options.lockstep ? play_in_lockstep(options, playback)
                           : PacedPlayer(options, playback).run();
@@ -664,7 +655,10 @@ void add_play_manner(CLI::App& play, PlayOptions& o) {
                   "Recorded time to read ahead [s]; default: 0.5, more when that is too "
                   "little")
       ->check(number_above_zero);
-  play.add_option("--read-ahead-mb", o.read_ahead_mb, "Largest read-ahead [MB]; default: 134")
+  play.add_option_function<double>(
+          "--read-ahead-mb",
+          [&o](double mb) { o.ahead.bytes = static_cast<std::size_t>(mb * 1e6); },
+          "But not more than this [MB]; default: 134")
       ->check(number_above_zero);
   play.add_option("--name", o.name, "Name of the player in the graph")->capture_default_str();
   play.add_flag("--no-keys", o.no_keys, "Ignore the keyboard");

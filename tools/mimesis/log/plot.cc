@@ -3,10 +3,7 @@
 #include <fmt/format.h>
 #include <google/protobuf/descriptor.h>
 
-#include <CLI/App.hpp>
-#include <CLI/Config.hpp>
-#include <CLI/Formatter.hpp>
-#include <CLI/Validators.hpp>
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
@@ -21,7 +18,6 @@
 #include "tools/mimesis/field_text.h"
 #include "tools/mimesis/log/field_columns.h"
 #include "tools/mimesis/log/verb_options.h"
-#include "tools/mimesis/message_json.h"
 
 namespace mimesis::tool {
 namespace {
@@ -314,31 +310,25 @@ std::string draw_panel(const std::vector<Curve>& curves, const Panel& panel,
 
 // --- The verb
 
-struct PlotChoice {
-  std::vector<std::string> words;  ///< files, then fields
-  PlotOptions plot;
-  bool json = false;
-};
-
-int run_plot(PlotChoice& o) {
-  const std::string extension = std::filesystem::path(o.plot.output).extension().string();
+int run_plot(PlotOptions& o) {
+  const std::string extension = std::filesystem::path(o.output).extension().string();
   if (extension != ".png" && extension != ".svg") {
-    throw ConfigError("-o " + o.plot.output + ": expected a name that ends in .png or .svg");
+    throw ConfigError("-o " + o.output + ": expected a name that ends in .png or .svg");
   }
   std::vector<std::string> files;
   for (const std::string& word : o.words) {
     std::error_code ignored;
     const bool is_file = word.ends_with(".mcap") || std::filesystem::exists(word, ignored);
-    (o.plot.fields.empty() && is_file ? files : o.plot.fields).push_back(word);
+    (o.fields.empty() && is_file ? files : o.fields).push_back(word);
   }
-  if (files.empty() || o.plot.fields.empty()) {
+  if (files.empty() || o.fields.empty()) {
     throw ConfigError("expected FILE... TOPIC.FIELD..., as in run.mcap bridge/arm.position_rad[*]");
   }
   std::uint64_t failures = 0, samples = 0;
-  const auto curves = read_curves(opened(files), o.plot, failures);
+  const auto curves = read_curves(open_logs(files), o, failures);
   if (curves.empty()) throw VerbEnd{"nothing to plot: no messages in this part of the log", 3};
   try {
-    draw_curves(curves, o.plot);
+    draw_curves(curves, o);
   } catch (const ConfigError&) {
     throw;
   } catch (const std::runtime_error& error) {
@@ -355,10 +345,9 @@ int run_plot(PlotChoice& o) {
                     {"max", finite ? nlohmann::ordered_json(c.greatest) : nullptr}});
   }
   if (o.json) {
-    print_json({{"file", o.plot.output}, {"curves", list}});
+    print_json({{"file", o.output}, {"curves", list}});
   } else {
-    std::cerr << fmt::format("{}: {} curves of {} samples\n", o.plot.output, curves.size(),
-                             samples);
+    std::cerr << fmt::format("{}: {} curves of {} samples\n", o.output, curves.size(), samples);
   }
   return failures == 0 ? 0 : 1;
 }
@@ -381,38 +370,6 @@ std::string derivative_unit(const std::string& unit) {
   if (unit == "s") return "";
   if (unit.ends_with("/s")) return unit + "²";
   return unit + "/s";
-}
-
-CurveThinning::CurveThinning(double start_s, double end_s, std::size_t columns)
-    : start_s_(start_s),
-      columns_per_s_(end_s > start_s ? static_cast<double>(columns) / (end_s - start_s) : 0.0),
-      columns_(columns) {}
-
-void CurveThinning::add(const Point& point) {
-  const double at = std::floor((point.time_s - start_s_) * columns_per_s_);
-  const double last = static_cast<double>(columns_.size() - 1);
-  Column& column = columns_[static_cast<std::size_t>(std::clamp(at, 0.0, last))];
-  const Numbered numbered{count_++, point};
-  if (!std::isfinite(point.value)) {
-    column.gap = {numbered.number, {point.time_s, std::numeric_limits<double>::quiet_NaN()}};
-    return;
-  }
-  if (!column.first) column.first = column.least = column.greatest = numbered;
-  if (point.value < column.least->point.value) column.least = numbered;
-  if (point.value > column.greatest->point.value) column.greatest = numbered;
-  column.last = numbered;
-}
-
-std::vector<CurveThinning::Point> CurveThinning::points() const {
-  std::vector<Point> all;
-  for (const Column& c : columns_) {
-    std::map<std::uint64_t, Point> in_order;
-    for (const auto* n : {&c.gap, &c.first, &c.least, &c.greatest, &c.last}) {
-      if (*n) in_order[(*n)->number] = (*n)->point;
-    }
-    for (const auto& [number, point] : in_order) all.push_back(point);
-  }
-  return all;
 }
 
 std::vector<Curve> read_curves(const std::vector<OpenLog>& logs, const PlotOptions& options,
@@ -461,23 +418,23 @@ void draw_curves(const std::vector<Curve>& curves, const PlotOptions& options) {
 
 void add_plot(CLI::App& verb, int& exit_code) {
   CLI::App* sub = verb.add_subcommand("plot", "Fields over time as a picture (as rqt_plot)");
-  auto o = std::make_shared<PlotChoice>();
+  auto o = std::make_shared<PlotOptions>();
   sub->add_option("FILE... TOPIC.FIELD...", o->words,
                   "MCAP files (bags), then fields; FIELD[2] is one element, FIELD[*] a curve for "
                   "each")
       ->required();
-  sub->add_option("-o,--output", o->plot.output, "Picture: NAME.png or NAME.svg")->required();
-  add_time_options(*sub, o->plot.range);
-  sub->add_option("--title", o->plot.title, "Title above the picture");
-  sub->add_option("--width", o->plot.width_px, "Width of the picture [px]")
+  sub->add_option("-o,--output", o->output, "Picture: NAME.png or NAME.svg")->required();
+  add_time_options(*sub, o->range);
+  sub->add_option("--title", o->title, "Above the picture");
+  sub->add_option("--width", o->width_px, "[px]")
       ->check(CLI::Range(100, 10'000))
       ->capture_default_str();
-  sub->add_option("--height", o->plot.height_px, "Height [px]; default: by the number of panels")
+  sub->add_option("--height", o->height_px, "[px]; by the number of panels")
       ->check(CLI::Range(100, 10'000));
-  sub->add_option("--style", o->plot.style, "lines, steps or dots")
+  sub->add_option("--style", o->style, "lines, steps or dots")
       ->check(CLI::IsMember({"lines", "steps", "dots"}))
       ->capture_default_str();
-  sub->add_flag("--derivative", o->plot.derivative, "Change per second instead of the value");
+  sub->add_flag("--derivative", o->derivative, "Change per second instead of the value");
   sub->add_flag("--json", o->json, "Print one JSON object at the end");
   sub->footer(
       "Fields of different units get a panel each, with a common axis of time. Needs gnuplot.\n"

@@ -1,4 +1,6 @@
 #pragma once
+#include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <limits>
 #include <map>
@@ -27,11 +29,37 @@ class CurveThinning {
   struct Point {
     double time_s, value;
   };
-  /// Thins [start_s, end_s] into `columns` > 0.
-  CurveThinning(double start_s, double end_s, std::size_t columns);
+  /// Of [start_s, end_s] into `columns` > 0.
+  CurveThinning(double start_s, double end_s, std::size_t columns)
+      : start_s_(start_s),
+        columns_per_s_(end_s > start_s ? static_cast<double>(columns) / (end_s - start_s) : 0.0),
+        columns_(columns) {}
   /// In any order of time; points of one column keep theirs.
-  void add(const Point& point);
-  std::vector<Point> points() const;
+  void add(const Point& point) {
+    const double at = std::floor((point.time_s - start_s_) * columns_per_s_);
+    const double last = static_cast<double>(columns_.size() - 1);
+    Column& column = columns_[static_cast<std::size_t>(std::clamp(at, 0.0, last))];
+    const Numbered numbered{count_++, point};
+    if (!std::isfinite(point.value)) {
+      column.gap = {numbered.number, {point.time_s, std::numeric_limits<double>::quiet_NaN()}};
+      return;
+    }
+    if (!column.first) column.first = column.least = column.greatest = numbered;
+    if (point.value < column.least->point.value) column.least = numbered;
+    if (point.value > column.greatest->point.value) column.greatest = numbered;
+    column.last = numbered;
+  }
+  std::vector<Point> points() const {
+    std::vector<Point> all;
+    for (const Column& c : columns_) {
+      std::map<std::uint64_t, Point> in_order;
+      for (const auto* n : {&c.gap, &c.first, &c.least, &c.greatest, &c.last}) {
+        if (*n) in_order[(*n)->number] = (*n)->point;
+      }
+      for (const auto& [number, point] : in_order) all.push_back(point);
+    }
+    return all;
+  }
 
  private:
   struct Numbered {
@@ -61,6 +89,7 @@ struct Curve {
 };
 
 struct PlotOptions {
+  std::vector<std::string> words = {};   ///< files, then fields
   std::vector<std::string> fields = {};  ///< "TOPIC.FIELD"
   TimeRange range = {};
   std::string output = {};  ///< *.png or *.svg
@@ -68,7 +97,7 @@ struct PlotOptions {
   int width_px = 1200;
   int height_px = 0;            ///< 0: by the number of panels
   std::string style = "lines";  ///< lines, steps or dots
-  bool derivative = false;
+  bool derivative = false, json = false;
 };
 
 /// Reads the curves, in the order of the options. Times are from the start of the log.

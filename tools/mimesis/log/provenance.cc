@@ -13,6 +13,8 @@
 #include <sys/platform/x86.h>
 #endif
 
+#include "tools/mimesis/table.h"
+
 namespace mimesis::tool {
 namespace {
 
@@ -36,15 +38,6 @@ std::string compiler_name() {
 std::string host_name() {
   std::array<char, 256> name{};
   return gethostname(name.data(), name.size() - 1) == 0 ? name.data() : "";
-}
-
-std::string shell_word(const std::string& word) {
-  static constexpr std::string_view kPlain =
-      "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-+=:,./@%";
-  if (!word.empty() && word.find_first_not_of(kPlain) == std::string::npos) return word;
-  std::string out = "'";
-  for (const char c : word) out += c == '\'' ? std::string("'\\''") : std::string(1, c);
-  return out + "'";
 }
 
 std::string lines_of(const nlohmann::json& array) {
@@ -93,6 +86,21 @@ Provenance provenance(const std::string& graph, const std::vector<std::string>& 
                   .launch_file = {}};
   if (from.launch) from.launch_file = from.launch->metadata.at("file");
   return from;
+}
+
+log::Metadata losses_metadata(const LossCounts& counts, const std::string& name) {
+  const auto text = [](const LossCount& count) {
+    return fmt::format("received={} lost={}", count.received, count.lost);
+  };
+  log::Metadata metadata{name, {}};
+  LossCount total;
+  for (const auto& [key, count] : counts) {
+    metadata.metadata[key] = text(count);
+    total.received += count.received;
+    total.lost += count.lost;
+  }
+  metadata.metadata["total"] = text(total);
+  return metadata;
 }
 
 }  // namespace mimesis::tool

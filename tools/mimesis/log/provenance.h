@@ -1,4 +1,6 @@
 #pragma once
+#include <cstdint>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -26,5 +28,20 @@ Provenance provenance(const std::string& graph, const std::vector<std::string>& 
 /// its variants of sin, exp, pow with FMA (as GLIBC_TUNABLES leaves it), the version of glibc and
 /// the compiler. "x86_64, FMA AVX2, glibc 2.36, g++ 12.2.0"
 std::string arithmetic();
+
+inline constexpr const char* kCountsName = "mimesis.counts";
+
+/// What a recorder received of one topic of one node, and how many did not come.
+struct LossCount {
+  std::uint64_t received = 0, lost = 0;
+  bool operator==(const LossCount&) const = default;
+};
+
+/// The content of metadata "mimesis.counts" of one log or the sum of several: by "TOPIC (NODE)",
+/// without the total.
+using LossCounts = std::map<std::string, LossCount>;
+
+/// As the recorder writes it, with the total.
+log::Metadata losses_metadata(const LossCounts& counts, const std::string& name = kCountsName);
 
 }  // namespace mimesis::tool

@@ -2,10 +2,7 @@
 #include <fmt/chrono.h>
 #include <fmt/format.h>
 
-#include <CLI/App.hpp>
-#include <CLI/Config.hpp>
-#include <CLI/Formatter.hpp>
-#include <CLI/Validators.hpp>
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <csignal>
 #include <cstdlib>
@@ -24,7 +21,6 @@
 #include "common/runtime/value_text.h"
 #include "tools/mimesis/log/record_file.h"
 #include "tools/mimesis/log/record_watch.h"
-#include "tools/mimesis/log/snapshot.h"
 #include "tools/mimesis/log/verb_options.h"
 #include "tools/mimesis/number_check.h"
 #include "tools/mimesis/stop_signals.h"
@@ -96,31 +92,7 @@ Recorded recorded(runtime::Tapped tapped, std::uint64_t now_ns) {
   return m;
 }
 
-volatile std::sig_atomic_t snapshot_wanted = 0;
-
-/// While one lives, SIGUSR1 asks for a snapshot instead of killing.
-class SnapshotSignal {
- public:
-  SnapshotSignal() {
-    snapshot_wanted = 0;
-    struct sigaction action {};
-    action.sa_handler = [](int) { snapshot_wanted = 1; };  // no SA_RESTART: sleeping calls return
-    sigemptyset(&action.sa_mask);
-    sigaction(SIGUSR1, &action, &previous_);
-  }
-  ~SnapshotSignal() { sigaction(SIGUSR1, &previous_, nullptr); }
-  SnapshotSignal(const SnapshotSignal&) = delete;
-  SnapshotSignal& operator=(const SnapshotSignal&) = delete;
-  /// One has come since the last call.
-  bool take() {
-    const bool wanted = snapshot_wanted != 0;
-    snapshot_wanted = 0;
-    return wanted;
-  }
-
- private:
-  struct sigaction previous_ {};
-};
+volatile std::sig_atomic_t snapshot_wanted = 0;  // SIGUSR1 has come
 
 class Recorder {
  public:
@@ -132,6 +104,7 @@ class Recorder {
         recording_([this](Recorded message, WallTime now) {
           std::visit([&](auto& output) { output.write(std::move(message), now); }, output_);
         }) {
+    std::signal(SIGUSR1, [](int) { snapshot_wanted = 1; });
     std::signal(SIGPIPE, SIG_IGN);  // the reader of our lines may go away, the log is to be closed
     tap_.emplace(runtime::graph_name(), filter_, runtime::Policy::reliable);
     graph_.emplace(runtime::graph_name());
@@ -201,7 +174,9 @@ class Recorder {
       take();
       const auto now = steady_clock::now();
       auto* snapshots = std::get_if<Snapshots>(&output_);
-      if (snapshot_signal_.take() && snapshots != nullptr) snapshots->trigger("SIGUSR1", now);
+      const bool wanted = snapshot_wanted != 0;
+      snapshot_wanted = 0;
+      if (wanted && snapshots != nullptr) snapshots->trigger("SIGUSR1", now);
       if (now >= next_look_ || bytes_received_ > kLookBytes) keep_house(now);
     }
     display_.clear();
@@ -330,7 +305,6 @@ class Recorder {
   const RecordOptions& options_;
   const TopicFilter filter_;
   const StopSignals stop_;  // to the end: the file is to be closed
-  SnapshotSignal snapshot_signal_;
   std::optional<runtime::Tap> tap_;
   std::optional<runtime::GraphView> graph_;
   std::uint64_t ready_ns_ = 0;  ///< nodes that start later wait for the recorder

@@ -1,23 +1,141 @@
 #pragma once
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <chrono>
+#include <cstdint>
 #include <deque>
 #include <filesystem>
 #include <fstream>
+#include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <sstream>
+#include <stdexcept>
+#include <string>
 #include <tuple>
+#include <type_traits>
+#include <utility>
 #include <vector>
 
 #include "common/error.h"
+#include "common/log/io.h"
 #include "common/log/writer.h"
+#include "common/runtime/raw.h"
 #include "tools/mimesis/log/human.h"
 #include "tools/mimesis/log/provenance.h"
-#include "tools/mimesis/log/recording.h"
 
-// The files of a recording: their limits, one of them, several after each other.
+// A recording: messages on their way into it, its files, and snapshots.
 namespace mimesis::tool {
+
+/// Why a recording cannot be written on. Ends the recording, not the program: its other files are
+/// to be closed well.
+class WriteFailure : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+/// The result of writing. @throws WriteFailure
+template <class T>
+T written(tl::expected<T, Status> result) {
+  if (!result) throw WriteFailure(result.error().reason);
+  if constexpr (!std::is_void_v<T>) return *std::move(result);
+}
+
+/// A message on its way into a log.
+struct Recorded {
+  std::string topic, type;
+  std::string node;   ///< that published it
+  std::string clock;  ///< of that node: wall, sim or lockstep
+  std::uint64_t type_hash = 0;
+  bool latched = false;
+  std::uint64_t start_id = 0;  ///< tells a restarted node from its predecessor
+  std::uint64_t seq = 0;
+  std::uint64_t lost_before = 0;  ///< missing between the one before and this one
+  std::uint64_t log_time_ns = 0, publish_time_ns = 0;
+  bool ordered = false;  ///< log_time is a time of the graph: equal ones are sorted by node
+  std::string payload;
+};
+
+using TopicAndNode = std::pair<std::string, std::string>;
+
+/// Numbers of messages received and lost.
+struct Counts {
+  std::map<TopicAndNode, LossCount> topics;
+  LossCount total;
+
+  void add(const TopicAndNode& key, const LossCount& more) {
+    for (LossCount* count : {&topics[key], &total}) {
+      count->received += more.received;
+      count->lost += more.lost;
+    }
+  }
+  void add(const Recorded& m) { add({m.topic, m.node}, {1, m.lost_before}); }
+  log::Metadata metadata(const std::string& name) const {
+    LossCounts counts;
+    for (const auto& [key, count] : topics) counts[key.first + " (" + key.second + ")"] = count;
+    return losses_metadata(counts, name);
+  }
+};
+
+using WallTime = std::chrono::steady_clock::time_point;
+
+/// Takes messages as they arrive: leaves out repeated ones, counts gaps in seq, and hands them on
+/// in an order that does not depend on their way here: those of one graph time sorted by node.
+class Recording {
+ public:
+  using Output = std::function<void(Recorded message, WallTime now)>;
+
+  /// A message is held for so long: until all of its graph time are there to be sorted.
+  static constexpr std::chrono::milliseconds kHold{30};
+
+  explicit Recording(Output output) : output_(std::move(output)) {}
+
+  /// Takes a message received at `now`. `from_first`: its publisher started after the recorder, so
+  /// that everything before its first message counts as lost.
+  void add(Recorded message, WallTime now, bool from_first) {
+    const auto [last, is_first] = last_.try_emplace({message.topic, message.node});
+    const bool goes_on = !is_first && last->second.start_id == message.start_id;
+    if (goes_on && message.seq <= last->second.seq) return;  // a latched message, repeated
+    if (goes_on || from_first) {
+      message.lost_before = message.seq - (goes_on ? last->second.seq : 0) - 1;
+    }
+    last->second = {message.start_id, message.seq};
+    counts_.add(message);
+    if (!message.ordered) return output_(std::move(message), now);
+    std::pair key{message.log_time_ns, message.node};
+    held_.emplace(std::move(key), Held{std::move(message), now});
+  }
+  /// Hands on what was held long enough.
+  void advance(WallTime now) {
+    // The first one held is the earliest of the graph, not the first to have come: it alone
+    // decides.
+    while (!held_.empty() && held_.begin()->second.received + kHold <= now) release(now);
+  }
+  /// Hands on everything that is held.
+  void finish(WallTime now) {
+    while (!held_.empty()) release(now);
+  }
+
+  const Counts& counts() const { return counts_; }
+
+ private:
+  struct Held {
+    Recorded message;
+    WallTime received;
+  };
+  struct Last {
+    std::uint64_t start_id = 0, seq = 0;
+  };
+  void release(WallTime now) {
+    output_(std::move(held_.extract(held_.begin()).mapped().message), now);
+  }
+
+  Output output_;
+  Counts counts_;
+  std::map<TopicAndNode, Last> last_;
+  std::multimap<std::pair<std::uint64_t, std::string>, Held> held_;  ///< by log time and node
+};
 
 /// Space that a recording may take. 0: no limit.
 struct DiskLimits {
@@ -139,13 +257,11 @@ class RecordFile {
     synced_ = now;
     written(writer_.sync());
   }
-  void add_metadata(const std::string& name, std::map<std::string, std::string> values) {
-    written(writer_.add_metadata({name, std::move(values)}));
-  }
+  void add_metadata(const log::Metadata& metadata) { written(writer_.add_metadata(metadata)); }
   /// Writes metadata "mimesis.counts" and "mimesis.nodes" (name -> clock) and closes the file.
   void finish() {
-    add_metadata("mimesis.counts", counts_.metadata());
-    add_metadata("mimesis.nodes", clocks_);
+    add_metadata(counts_.metadata(kCountsName));
+    add_metadata({"mimesis.nodes", clocks_});
     closed_ = true;
     written(writer_.finish());
   }
@@ -290,7 +406,7 @@ class SplitLog {
       : output_(std::move(output)), options_(options), open_(std::move(open)) {
     files_.add(options_.on() ? path(0) : output_);
     file_ = open_(files_.last());
-    if (options_.on()) file_->add_metadata("mimesis.split", neighbours(0));
+    if (options_.on()) file_->add_metadata({"mimesis.split", neighbours(0)});
   }
 
   void write(const Recorded& message, WallTime now) {
@@ -345,7 +461,7 @@ class SplitLog {
     std::unique_ptr<RecordFile> file;
     try {
       file = open_(next_path);
-      file->add_metadata("mimesis.split", neighbours(index_ + 1));
+      file->add_metadata({"mimesis.split", neighbours(index_ + 1)});
     } catch (const WriteFailure&) {
       file.reset();
       remove_if_empty(next_path);
@@ -368,8 +484,8 @@ class SplitLog {
     if (options_.on()) {
       auto metadata = neighbours(index);
       metadata["next"] = next_name;
-      file.add_metadata("mimesis.split", std::move(metadata));
-      file.add_metadata("mimesis.counts.whole", whole_.metadata());
+      file.add_metadata({"mimesis.split", std::move(metadata)});
+      file.add_metadata(whole_.metadata("mimesis.counts.whole"));
     }
     file.finish();
   }
@@ -385,6 +501,167 @@ class SplitLog {
   std::map<TopicAndNode, Recorded> latched_;
   bool graph_time_ = false;  ///< a message with a time of the graph was there: only these split
   std::optional<std::uint64_t> first_time_ns_;  ///< log time at which this file began
+};
+
+struct SnapshotOptions {
+  std::chrono::nanoseconds duration{0};  ///< of wall time, kept in memory; 0: no snapshots
+  std::uint64_t size = 256'000'000;      ///< kept in memory at most [bytes]
+  std::chrono::nanoseconds after{0};     ///< goes on for so long behind the trigger
+  std::vector<std::string> topics = {};  ///< whose messages trigger one
+  bool on() const { return duration.count() > 0; }
+};
+
+/// Keeps the last messages, bounded in time and bytes, and for each latched topic the value it had
+/// before them. Writes these to a file when something triggers it, in slices between which messages
+/// are received. Files NAME_YYYYMMDD-HHMMSS; metadata "mimesis.snapshot" says why. All calls that
+/// write throw WriteFailure.
+class Snapshots {
+ public:
+  /// Messages under way when the trigger came have arrived after this time.
+  static constexpr std::chrono::milliseconds kTail{100};
+
+  /// `stamp()`: date and time for names. `report` gets one line per snapshot.
+  Snapshots(SnapshotOptions options, std::string output, OpenRecordFile open,
+            std::function<std::string()> stamp, std::function<void(const std::string&)> report)
+      : options_(std::move(options)),
+        output_(std::move(output)),
+        open_(std::move(open)),
+        stamp_(std::move(stamp)),
+        report_(std::move(report)) {}
+
+  void write(Recorded message, WallTime now) {
+    const auto m = std::make_shared<const Recorded>(std::move(message));
+    kept_bytes_ += size_of(*m);
+    kept_.push_back({m, now});
+    while (kept_bytes_ > options_.size && kept_.size() > 1) drop_oldest();
+    if (file_ != nullptr && now <= until_) wait(m);
+    if (std::ranges::find(options_.topics, m->topic) == options_.topics.end()) return;
+    // A topic that goes on and on would write the same again and again.
+    const auto [last, is_first] = triggered_.try_emplace(m->topic, now);
+    if (!is_first && now < last->second + options_.duration) return;
+    last->second = now;
+    trigger("a message on " + m->topic, now);
+  }
+  /// One that comes while a snapshot still collects belongs to it; while one is being written it
+  /// gives the next.
+  void trigger(const std::string& why, WallTime now) {
+    if (file_ == nullptr) return begin(why, now);
+    if (now > until_) next_ = why;
+  }
+  void advance(WallTime now) {
+    forget(now);
+    if (file_ == nullptr) return;
+    // Never more in memory than twice what was asked for, however slow the disk.
+    const std::uint64_t excess = waiting_bytes_ - std::min(waiting_bytes_, options_.size);
+    write_waiting(std::max(excess, kSlice), now);
+    file_->advance(now);
+    if (waiting_.empty() && now > until_) complete(now);
+  }
+  /// Completes what is under way.
+  void finish(WallTime now) {
+    while (file_ != nullptr) {
+      write_waiting(waiting_bytes_, now);
+      complete(now);
+    }
+  }
+
+  /// With their sizes, the open one's as if it were closed now.
+  OwnFiles& files() {
+    if (file_ != nullptr) files_.set_size(file_->size_if_closed());
+    return files_;
+  }
+  std::uint64_t messages() const { return messages_; }  ///< written
+  std::uint64_t bytes_in_memory() const { return kept_bytes_ + waiting_bytes_; }
+  /// Where messages go, for people.
+  std::string place() const { return "in memory " + bytes_text(bytes_in_memory()); }
+
+ private:
+  using Message = std::shared_ptr<const Recorded>;
+  struct Kept {
+    Message message;
+    WallTime received;
+  };
+  static constexpr std::uint64_t kSlice = 4'000'000;  ///< some 20 ms of compression [bytes]
+
+  /// With names and bookkeeping [bytes].
+  static std::uint64_t size_of(const Recorded& m) {
+    return sizeof(Recorded) + sizeof(Kept) + m.topic.size() + m.type.size() + m.node.size() +
+           m.payload.size();
+  }
+  void forget(WallTime now) {
+    while (!kept_.empty() && kept_.front().received + options_.duration < now) drop_oldest();
+  }
+  void drop_oldest() {
+    const Message message = std::move(kept_.front().message);
+    kept_.pop_front();
+    kept_bytes_ -= size_of(*message);
+    if (message->latched) latched_[{message->topic, message->node}] = message;
+  }
+  void wait(const Message& message) {
+    waiting_bytes_ += size_of(*message);
+    waiting_.push_back(message);
+  }
+  std::string new_path() const {
+    const std::filesystem::path path(output_);
+    const std::string stem = fmt::format("{}_{}", path.stem().string(), stamp_());
+    const std::vector<std::string> own = files_.paths();
+    for (int n = 1;; ++n) {
+      const std::string number = n == 1 ? "" : fmt::format("-{}", n);
+      std::string name = path.parent_path() / (stem + number + path.extension().string());
+      if (!std::filesystem::exists(name) && std::ranges::find(own, name) == own.end()) return name;
+    }
+  }
+  void begin(const std::string& why, WallTime now) {
+    forget(now);
+    const std::string path = new_path();
+    file_ = open_(path);
+    files_.add(path);
+    why_ = why;
+    until_ = now + std::max<std::chrono::nanoseconds>(options_.after, kTail);
+    file_->add_metadata({"mimesis.snapshot", {{"trigger", why}}});
+    for (const auto& [key, m] : latched_) {
+      file_->repeat(*m, kept_.empty() ? m->log_time_ns : kept_.front().message->log_time_ns, now);
+    }
+    for (const Kept& kept : kept_) wait(kept.message);
+  }
+  void write_waiting(std::uint64_t at_least, WallTime now) {
+    for (std::uint64_t done = 0; done < at_least && !waiting_.empty(); waiting_.pop_front()) {
+      const std::uint64_t size = size_of(*waiting_.front());
+      file_->write(*waiting_.front(), now);
+      done += size;
+      waiting_bytes_ -= size;
+      ++messages_;
+    }
+  }
+  void complete(WallTime now) {
+    file_->finish();
+    const std::uint64_t bytes = file_->writer().bytes_written();
+    report_(fmt::format("{}: {} messages, {} ({})", files_.last(),
+                        file_->writer().statistics().message_count, bytes_text(bytes), why_));
+    files_.set_size(bytes);
+    file_.reset();
+    if (!next_.empty()) begin(std::exchange(next_, {}), now);
+  }
+
+  SnapshotOptions options_;
+  std::string output_;
+  OpenRecordFile open_;
+  std::function<std::string()> stamp_;
+  std::function<void(const std::string&)> report_;
+  std::deque<Kept> kept_;
+  std::uint64_t kept_bytes_ = 0;
+  std::map<TopicAndNode, Message> latched_;
+  OwnFiles files_;
+  std::uint64_t messages_ = 0;
+  std::map<std::string, WallTime> triggered_;  ///< by topic: when last
+
+  // The snapshot under way.
+  std::unique_ptr<RecordFile> file_;
+  std::string why_;
+  WallTime until_{};
+  std::deque<Message> waiting_;
+  std::uint64_t waiting_bytes_ = 0;
+  std::string next_;  ///< why another one follows, or empty
 };
 
 }  // namespace mimesis::tool

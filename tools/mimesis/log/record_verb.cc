@@ -1,7 +1,5 @@
 // The program mimesis-log-record: `mimesis log record` alone, for launches that need no other verb.
-#include <CLI/App.hpp>
-#include <CLI/Config.hpp>
-#include <CLI/Formatter.hpp>
+#include <CLI/CLI.hpp>
 
 #include "tools/mimesis/log/verb_options.h"
 #include "tools/mimesis/verb.h"

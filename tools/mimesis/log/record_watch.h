@@ -10,7 +10,7 @@
 
 #include "common/time.h"
 #include "tools/mimesis/log/human.h"
-#include "tools/mimesis/log/recording.h"
+#include "tools/mimesis/log/record_file.h"
 #include "tools/mimesis/table.h"
 
 // A recorder watches its own end, publishers that are silent, and how the recording stands.
@@ -128,7 +128,7 @@ class CountsDisplay {
 
  private:
   std::string line(const RecordState& state, double seconds) const {
-    const Counts::Count& total = state.counts.total;
+    const LossCount& total = state.counts.total;
     return fmt::format("{}: {} messages ({:.0f}/s), {} lost, {}, {} free\n", state.file,
                        total.received,
                        static_cast<double>(total.received - before_.total.received) / seconds,

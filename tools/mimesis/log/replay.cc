@@ -3,10 +3,7 @@
 
 #include <fmt/format.h>
 
-#include <CLI/App.hpp>
-#include <CLI/Config.hpp>
-#include <CLI/Formatter.hpp>
-#include <CLI/Validators.hpp>
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <array>
 #include <chrono>
@@ -486,7 +483,7 @@ void choose_tolerance(const std::vector<OpenLog>& logs, ReplayOptions& options) 
 /// Returns the exit code.
 int log_replay(ReplayOptions& options) {
   const StopSignals stop;
-  const std::vector<OpenLog> logs = opened(options.logs);
+  const std::vector<OpenLog> logs = open_logs(options.logs);
   for (const OpenLog& log : logs) report_damages(log, {});
   choose_tolerance(logs, options);
   return options.launch.empty() ? replay_nodes(logs, options, stop)

@@ -1,5 +1,4 @@
 #pragma once
-#include "tools/mimesis/field_text.h"
 #include "tools/mimesis/log/message_diff.h"
 #include "tools/mimesis/log/replay_log.h"
 
@@ -103,18 +102,10 @@ class StepComparison {
     d.what = std::move(what);
     return d;
   }
-  /// Adds both from the first byte that differs, if one does.
   static void compare_bytes(MessageDifference& d, const std::string& name, const std::string& a,
                             const std::string& b) {
-    constexpr std::size_t kShown = 16;  // a CAN frame
     if (a == b) return;
-    const auto at = static_cast<std::size_t>(
-        std::mismatch(a.begin(), a.end(), b.begin(), b.end()).first - a.begin());
-    const auto shown = [at](const std::string& bytes) {
-      const std::string text = hex(bytes, at, kShown);
-      return fmt::format("{} bytes, at {}: {}", bytes.size(), at, text.empty() ? "end" : text);
-    };
-    d.fields.push_back({name, shown(a), shown(b)});
+    d.fields.push_back(byte_difference(name, a, b, ""));
     ++d.count;
   }
 

@@ -108,7 +108,7 @@ class ReplayGraph {
   std::optional<runtime::Tapped> next(std::chrono::milliseconds timeout) {
     return tap_->next(timeout);
   }
-  OwnProcess& launch() { return launch_; }
+  launch::OwnProcess& launch() { return launch_; }
 
  private:
   static std::string new_name() {
@@ -131,7 +131,7 @@ class ReplayGraph {
   std::string graph_;
   std::string directory_;  ///< directory of the graph's sockets
   std::optional<runtime::Tap> tap_;
-  OwnProcess launch_;
+  launch::OwnProcess launch_;
 };
 
 /// Topic and node that publishes on it.
@@ -280,10 +280,10 @@ class LaunchReplay {
     return false;
   }
 
-  /// The launch ended, no message is in transit any more, and the log continues.
-  bool report_end(OwnProcess& launch) {
-    const launch::Ending& how = *launch.ending();
-    if (report_.counts.outputs == 0 && how.exit_code() == 2) throw ConfigError(launch.last_words());
+  /// The launch ended, nothing of it is under way any more, and the log goes on.
+  bool report_end(launch::OwnProcess& run) {
+    const launch::Ending& how = *run.ending();
+    if (report_.counts.outputs == 0 && how.exit_code() == 2) throw ConfigError(run.last_words());
     TopicOfNode key;
     const KeptMessage* next = recorded_.earliest(key);
     report_.problem = fmt::format("the launch {} at {:.6f} s of graph time", how.text(), last_s_);
@@ -291,7 +291,7 @@ class LaunchReplay {
       report_.problem += fmt::format(", before {} #{} of node '{}' at {:.6f} s", key.first,
                                      next->seq, key.second, ns_to_s(next->log_time_ns));
     }
-    if (!how.good()) report_.problem += ":\n" + launch.last_words();
+    if (!how.good()) report_.problem += ":\n" + run.last_words();
     return false;
   }
 

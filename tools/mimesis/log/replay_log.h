@@ -2,7 +2,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <deque>
 #include <functional>
 #include <map>
@@ -15,6 +14,7 @@
 #include <vector>
 
 #include "common/runtime/own_topics.h"
+#include "common/runtime/value_text.h"
 #include "proto/steps.pb.h"
 #include "tools/mimesis/log/open_log.h"
 
@@ -65,16 +65,7 @@ struct Life {
 
 /// `start_of` as a number; 0 in older logs.
 inline std::uint64_t start_id_of(const log::Channel& channel) {
-  const std::string text = start_of(channel);
-  std::uint64_t id = 0;
-  const auto parsed = std::from_chars(text.data(), text.data() + text.size(), id);
-  return parsed.ec == std::errc() && parsed.ptr == text.data() + text.size() ? id : 0;
-}
-
-/// False if `item` holds something else.
-inline bool parse(const Item& item, google::protobuf::MessageLite& message) {
-  const std::string_view data = item.message->data;
-  return message.ParseFromArray(data.data(), static_cast<int>(data.size()));
+  return runtime::to_whole<std::uint64_t>(start_of(channel)).value_or(0);
 }
 
 /// Every life in the logs that left a NODE/start, in order of time.

@@ -2,9 +2,7 @@
 
 #include <fmt/format.h>
 
-#include <CLI/App.hpp>
-#include <CLI/Config.hpp>
-#include <CLI/Formatter.hpp>
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -135,8 +133,7 @@ std::set<std::string> topics_for_replay(const std::vector<OpenLog>& logs, const 
       merged(logs, {[&](const log::Channel& channel) { return channel.topic == start; }});
   while (const Item* item = reader.next()) {
     v1::NodeStart described;
-    const std::string_view data = item->message->data;
-    if (!described.ParseFromArray(data.data(), static_cast<int>(data.size()))) continue;
+    if (!parse(*item, described)) continue;
     topics.insert({start, node + "/steps"});
     for (const auto& input : described.inputs()) topics.insert(input.topic());
     for (const auto& output : described.outputs()) topics.insert(output.topic());
@@ -196,7 +193,7 @@ class SortedRuns {
       if (held_bytes_ >= options_.memory) write_run();
     });
     write_run();
-    out.read("sort", opened(paths_), {}, [&](const Item& item) { out.copy(item); });
+    out.read("sort", open_logs(paths_), {}, [&](const Item& item) { out.copy(item); });
     out.count_damages(log_);
   }
 
@@ -448,7 +445,7 @@ bool Thinning::keep(const log::Channel& channel, std::uint64_t log_time) {
 int log_filter(FilterOptions options) {
   Thinning thinning(options.every, options.max_rate);
   const log::Metadata notes = notes_of(options.notes);
-  const auto logs = opened(options.inputs);
+  const auto logs = open_logs(options.inputs);
   if (!options.inputs_of.empty()) {
     const auto needed = topics_for_replay(logs, options.inputs_of);
     options.topics.insert(options.topics.end(), needed.begin(), needed.end());
@@ -482,7 +479,7 @@ std::pair<std::string, double> parse_offset(const std::string& text) {
 
 int log_merge(const MergeOptions& options) {
   const auto offsets = offsets_ns(options);
-  const auto logs = opened(options.inputs);
+  const auto logs = open_logs(options.inputs);
   NewLog out(options.output, logs);
   LatchedRepeats repeats;
   out.read(
@@ -500,7 +497,7 @@ int log_merge(const MergeOptions& options) {
 }
 
 int log_sort(const SortOptions& options) {
-  auto logs = opened(options.inputs);
+  auto logs = open_logs(options.inputs);
   OpenLog& log = logs.front();
   if (log.summary.from_file) {  // an index that is wrong must not spoil the order
     auto scanned = log::scan(*log.source);

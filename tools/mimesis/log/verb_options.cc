@@ -2,8 +2,7 @@
 
 #include <fmt/format.h>
 
-#include <CLI/App.hpp>
-#include <CLI/Validators.hpp>
+#include <CLI/CLI.hpp>
 #include <iostream>
 
 #include "common/error.h"
@@ -78,9 +77,10 @@ void on_run(CLI::App& verb, int& exit_code, std::function<int()> run) {
   });
 }
 
-void print_json(const nlohmann::ordered_json& object) {
-  std::cout << object.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace)
-            << '\n';
+std::string json_line(const nlohmann::ordered_json& object) {
+  return object.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + '\n';
 }
+
+void print_json(const nlohmann::ordered_json& object) { std::cout << json_line(object); }
 
 }  // namespace mimesis::tool

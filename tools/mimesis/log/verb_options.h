@@ -56,7 +56,9 @@ void add_output_options(CLI::App& verb, OutputOptions& options);
 /// Calls `run` when the verb is chosen; a VerbEnd becomes its line and its exit code.
 void on_run(CLI::App& verb, int& exit_code, std::function<int()> run);
 
-/// One line on standard output; invalid UTF-8 is replaced.
+/// With its end; what is no UTF-8 is replaced.
+std::string json_line(const nlohmann::ordered_json& object);
+/// One line on standard output.
 void print_json(const nlohmann::ordered_json& object);
 template <class T>
 nlohmann::ordered_json json_or_null(const std::optional<T>& value) {

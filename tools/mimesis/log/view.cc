@@ -2,9 +2,7 @@
 // it.
 #include <fmt/format.h>
 
-#include <CLI/App.hpp>
-#include <CLI/Config.hpp>
-#include <CLI/Formatter.hpp>
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <array>
 #include <iostream>
@@ -237,8 +235,7 @@ class LayerPainter {
     if (!source) return;
     painters_.emplace(source->topic, [see](std::string_view payload, const Draw& draw) {
       T message;
-      return message.ParseFromArray(payload.data(), static_cast<int>(payload.size())) &&
-             see(message, draw);
+      return parse(payload, message) && see(message, draw);
     });
   }
   template <class T, class View>
@@ -254,52 +251,6 @@ class LayerPainter {
   std::map<std::string, std::uint64_t> failed_;   ///< messages by topic
 };
 
-/// Puts drawings into a log beside the messages that they were made from.
-class DrawingWriter {
- public:
-  explicit DrawingWriter(NewLog& log) : log_(log) {}
-
-  /// Log time of the drawings that follow.
-  void set_time(std::uint64_t log_time) { log_time_ = log_time; }
-  void write(const std::string& topic, const google::protobuf::Message& message,
-             std::chrono::nanoseconds stamp) {
-    Channel& channel = channels_[topic];
-    if (channel.id == 0) channel.id = add_channel(topic, *message.GetDescriptor());
-    message.SerializeToString(&payload_);
-    log_.write({channel.id, ++channel.sequence, log_time_,
-                static_cast<std::uint64_t>(stamp.count()), payload_});
-  }
-  /// Messages by topic.
-  nlohmann::ordered_json counts() const {
-    auto counts = nlohmann::ordered_json::object();
-    for (const auto& [topic, channel] : channels_) counts[topic] = channel.sequence;
-    return counts;
-  }
-
- private:
-  struct Channel {
-    std::uint16_t id = 0;
-    std::uint32_t sequence = 0;
-  };
-  /// Each message is complete: a late subscriber needs only the last one.
-  std::uint16_t add_channel(const std::string& topic, const google::protobuf::Descriptor& type) {
-    const log::Schema schema{0, type.full_name(), "protobuf", runtime::descriptor_set(type)};
-    return log_.channel({0,
-                         0,
-                         topic,
-                         "protobuf",
-                         {{"node", "view"},
-                          {"latched", "true"},
-                          {"type_hash", fmt::format("{:016x}", runtime::type_hash(type))}}},
-                        &schema);
-  }
-
-  NewLog& log_;
-  std::uint64_t log_time_ = 0;
-  std::string payload_;
-  std::map<std::string, Channel> channels_;  ///< by topic
-};
-
 struct ViewOptions {
   std::vector<std::string> inputs;  ///< logs, taken as one
   OutputOptions output;
@@ -309,19 +260,40 @@ struct ViewOptions {
 
 /// Returns the exit code. @throws ConfigError, VerbEnd
 int log_view(const ViewOptions& options) {
-  const std::vector<OpenLog> logs = opened(options.inputs);
+  const std::vector<OpenLog> logs = open_logs(options.inputs);
   require_topics(options.layers, logs);
   LayerPainter painter(options.layers, logs);
   NewLog out(options.output, logs);
-  DrawingWriter drawings(out);
+  struct Channel {
+    std::uint16_t id = 0;
+    std::uint32_t sequence = 0;
+  };
+  std::map<std::string, Channel> channels;  // by topic
+  std::uint64_t log_time = 0;               // of the drawings that follow
+  std::string payload;
   const Draw draw = [&](const std::string& topic, const auto& message, auto stamp) {
-    drawings.write(topic, message, stamp);
+    Channel& channel = channels[topic];
+    if (channel.id == 0) {
+      const auto& type = *message.GetDescriptor();
+      const log::Schema schema{0, type.full_name(), "protobuf", runtime::descriptor_set(type)};
+      // Latched: each message is whole, and the last is all that somebody who comes later needs.
+      channel.id = out.channel(
+          {.topic = topic,
+           .message_encoding = "protobuf",
+           .metadata = {{"node", "view"},
+                        {"latched", "true"},
+                        {"type_hash", fmt::format("{:016x}", runtime::type_hash(type))}}},
+          &schema);
+    }
+    message.SerializeToString(&payload);
+    out.write({channel.id, ++channel.sequence, log_time, static_cast<std::uint64_t>(stamp.count()),
+               payload});
   };
   LatchedRepeats repeats;
   bool begun = false;
   out.read("view", logs, {}, [&](const Item& item) {
-    drawings.set_time(item.message->log_time);
-    if (!begun) painter.begin(std::chrono::nanoseconds(item.message->log_time), draw);
+    log_time = item.message->log_time;
+    if (!begun) painter.begin(std::chrono::nanoseconds(log_time), draw);
     begun = true;
     if (repeats.repeated(item)) return;
     out.copy(item);
@@ -330,7 +302,9 @@ int log_view(const ViewOptions& options) {
   out.copy_attachments(logs);
   out.copy_metadata(logs, read_losses(logs));
   for (const std::string& line : painter.problems()) std::cerr << line << '\n';
-  return out.conclude(options.json, {{"drawn", drawings.counts()}});
+  auto drawn = nlohmann::ordered_json::object();  // messages by topic
+  for (const auto& [topic, channel] : channels) drawn[topic] = channel.sequence;
+  return out.conclude(options.json, {{"drawn", drawn}});
 }
 
 }  // namespace

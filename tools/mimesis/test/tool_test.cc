@@ -1,8 +1,6 @@
 #include <gtest/gtest.h>
 
-#include <CLI/App.hpp>
-#include <CLI/Config.hpp>
-#include <CLI/Formatter.hpp>
+#include <CLI/CLI.hpp>
 #include <sstream>
 
 #include "tools/mimesis/rate_window.h"

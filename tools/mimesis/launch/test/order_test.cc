@@ -2,7 +2,7 @@
 
 #include "tools/mimesis/launch/command.h"
 #include "tools/mimesis/launch/graph_file.h"
-#include "tools/mimesis/launch/managed_node.h"
+#include "tools/mimesis/launch/supervisor.h"
 #include "tools/mimesis/launch/test/graph_text.h"
 
 namespace mimesis::launch {

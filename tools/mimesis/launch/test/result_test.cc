@@ -9,8 +9,8 @@
 #include "proto/motion.pb.h"
 #include "proto/planner.pb.h"
 #include "proto/world.pb.h"
+#include "tools/mimesis/field_text.h"
 #include "tools/mimesis/launch/test/graph_text.h"
-#include "tools/mimesis/message_json.h"
 
 namespace mimesis::launch {
 namespace {
@@ -104,8 +104,8 @@ TEST(MessageJson, HasEveryFieldByName) {
   EXPECT_EQ(json["header"]["stamp_ns"], std::uint64_t{1} << 60);
   EXPECT_EQ(json["state"], "TASK_STATE_DONE");
   EXPECT_EQ(json["plan_succeeded"], false);
-  EXPECT_EQ(tool::field_word(m, "state"), "done");
-  EXPECT_EQ(tool::field_word(m, "phase"), nullptr);
+  EXPECT_EQ(tool::field_json(m, "state", true), "done");
+  EXPECT_EQ(tool::field_json(m, "phase", true), nullptr);
   EXPECT_EQ(tool::field_json(m, "header.seq"), 0);
   EXPECT_THROW(tool::field_json(m, "state.x"), ConfigError);
 }

@@ -5,9 +5,9 @@
 
 #include "common/error.h"
 #include "proto/steps.pb.h"
+#include "tools/mimesis/field_text.h"
 #include "tools/mimesis/log/info.h"
 #include "tools/mimesis/log/test/tool_logs.h"
-#include "tools/mimesis/message_json.h"
 
 namespace mimesis::tool {
 namespace {
@@ -63,7 +63,7 @@ class Cat : public testlogs::ToolLogs {
   std::vector<ordered_json> cat(const CatOptions& options, int code = 0) {
     std::string text;
     const auto logs = open_logs(options.files);
-    EXPECT_EQ(cat_messages(*logs, options, [&](std::string_view part) { text += part; }), code);
+    EXPECT_EQ(cat_messages(logs, options, [&](std::string_view part) { text += part; }), code);
     std::vector<ordered_json> lines;
     std::istringstream in(text);
     for (std::string line; std::getline(in, line);) lines.push_back(ordered_json::parse(line));
@@ -140,10 +140,10 @@ TEST_F(Cat, InfoOfPartsIsOneLog) {
   options.metadata = {{kCountsName, {{"a/out (a)", "received=2 lost=3"}}},
                       {"mimesis.run", {{"host", "h"}}}};
   std::vector<OpenLog> logs;
-  logs.push_back(*open_log(save(
+  logs.push_back(open_log(save(
       "0.mcap",
       log_bytes({{"a/out", "a", 1, 1'000'000'000}, {"a/out", "a", 2, 2'000'000'000}}, options))));
-  logs.push_back(*open_log(
+  logs.push_back(open_log(
       save("1.mcap", log_bytes({{"a/out", "a", 6, 5'000'000'000, "x", false, "7"}}, options))));
   const auto json = info_json(logs, true);
   EXPECT_EQ(json["messages"], 3);

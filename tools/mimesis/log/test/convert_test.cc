@@ -120,8 +120,9 @@ OpenLog converted(const TestFolder& folder, const std::string& bytes, ConvertRes
                   const std::string& from = "") {
   const log::MemorySource source(bytes);
   *result = convert_log(
-      source, {.input = "in", .output = folder.file("out.mcap"), .from = from, .force = true});
-  return std::move(*open_log(folder.file("out.mcap")));
+      source,
+      {.input = "in", .output = {.path = folder.file("out.mcap"), .force = true}, .from = from});
+  return open_log(folder.file("out.mcap"));
 }
 
 TEST(Convert, CandumpThereAndBack) {
@@ -138,7 +139,8 @@ TEST(Convert, CandumpThereAndBack) {
     EXPECT_EQ(log.summary.statistics.channel_message_counts.at(2), 4u);
     EXPECT_EQ(log.summary.statistics.message_start_time, 1'436'509'052'249'713'000u);
     static_cast<void>(convert_log(
-        *log.source, {.input = log.path, .output = folder.file("back.log"), .force = true}));
+        *log.source,
+        {.input = log.path, .output = {.path = folder.file("back.log"), .force = true}}));
     EXPECT_EQ(folder.read("back.log"), kLog);
   }
 }
@@ -149,7 +151,7 @@ TEST(Convert, TheInputIsNeverOverwritten) {
   const OpenLog log = converted(folder, kLog, &result);
   const std::string before = folder.read("out.mcap");
   EXPECT_THROW(static_cast<void>(convert_log(
-                   *log.source, {.input = log.path, .output = log.path, .force = true})),
+                   *log.source, {.input = log.path, .output = {.path = log.path, .force = true}})),
                ConfigError);
   EXPECT_EQ(folder.read("out.mcap"), before);
 }
@@ -303,14 +305,16 @@ TEST(Convert, AnOutputThatExistsIsKept) {
   const TestFolder folder;
   const std::string out = folder.write("out.mcap", "mine");
   const log::MemorySource source(kLog);
-  EXPECT_THROW(static_cast<void>(convert_log(source, {.input = "in", .output = out})), ConfigError);
+  EXPECT_THROW(static_cast<void>(convert_log(source, {.input = "in", .output = {.path = out}})),
+               ConfigError);
   EXPECT_EQ(folder.read("out.mcap"), "mine");
   LogBuilder none;
   none.add_bytes("x", 1, "y");
   const std::string mcap = folder.write("x.mcap", none.finish());
   const auto log = open_log(mcap);
-  EXPECT_THROW(static_cast<void>(convert_log(*log->source, {.input = mcap, .output = "-"})),
-               ConfigError);
+  EXPECT_THROW(
+      static_cast<void>(convert_log(*log.source, {.input = mcap, .output = {.path = "-"}})),
+      ConfigError);
 }
 
 }  // namespace

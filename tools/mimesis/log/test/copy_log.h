@@ -16,12 +16,11 @@ inline void copy_log(const std::string& from, const std::string& to,
                      const std::function<bool(const log::Channel& channel, std::uint32_t seq,
                                               std::string& payload)>& keep) {
   const auto logs = open_logs({from});
-  ASSERT_TRUE(logs);
   const auto sink = log::create_file(to);
   ASSERT_TRUE(sink);
   log::Writer writer(**sink, {});
   std::map<std::uint16_t, std::uint16_t> channels;
-  auto reader = merged(*logs);
+  auto reader = merged(logs);
   while (const auto* item = reader.next()) {
     std::string payload(item->message->data);
     if (!keep(*item->channel, item->message->sequence, payload)) continue;

@@ -53,7 +53,7 @@ v1::JointState arm_state(std::vector<double> positions, const std::string& fault
 
 class ExportTest : public ::testing::Test {
  protected:
-  std::string csv(CsvOptions options) {
+  std::string csv(ExportOptions options) {
     if (options.output.empty()) options.output = folder_.file("out.csv");
     std::vector<OpenLog> logs;
     logs.push_back(log_.open());
@@ -68,7 +68,7 @@ class ExportTest : public ::testing::Test {
 TEST_F(ExportTest, NumbersAreExactTextsQuotedAndMissingElementsEmpty) {
   log_.add("x/arm", 2'000'000'000, arm_state({0.1, 1.0 / 3.0}));
   log_.add("x/arm", 2'000'000'001, arm_state({-0.0, NAN, 5e-324}, "axis \"3\", twice\n"));
-  EXPECT_EQ(csv({.fields = {"x/arm.position_rad[*],fault"}}),
+  EXPECT_EQ(csv({.csv = {"x/arm.position_rad[*],fault"}}),
             "log_time_s,publish_time_s,position_rad[0],position_rad[1],position_rad[2],fault\n"
             "0.000000000,-0.000000001,0.1,0.3333333333333333,,\n"
             "0.000000001,0.000000000,-0,nan,5e-324,\"axis \"\"3\"\", twice\n\"\n");
@@ -81,24 +81,22 @@ TEST_F(ExportTest, AbsoluteTimesAndAPartOfTheLog) {
     log_.add("x/arm", 1'795'275'600'250'000'000 + s * 1'000'000'000,
              arm_state({static_cast<double>(s)}));
   }
-  EXPECT_EQ(csv({.fields = {"x/arm.position_rad"},
-                 .absolute = true,
-                 .range = {.start = "1", .end = "2"}}),
-            "log_time_s,publish_time_s,position_rad[0]\n"
-            "1795275601.250000000,1795275601.249999999,1\n");
+  EXPECT_EQ(
+      csv({.csv = {"x/arm.position_rad"}, .time = "absolute", .range = {.start = "1", .end = "2"}}),
+      "log_time_s,publish_time_s,position_rad[0]\n"
+      "1795275601.250000000,1795275601.249999999,1\n");
 }
 
 TEST_F(ExportTest, SeveralTopicsAsOneTableOrAsFiles) {
   log_.add("x/arm", 1000, arm_state({1.0}))
       .add("y/arm", 2000, arm_state({2.0}))
       .add("x/arm", 3000, arm_state({3.0}));
-  EXPECT_EQ(
-      csv({.fields = {"x/arm.position_rad", "y/arm.position_rad[0]"}, .join = Join::previous}),
-      "log_time_s,x/arm.publish_time_s,x/arm.position_rad[0],y/arm.publish_time_s,"
-      "y/arm.position_rad[0]\n"
-      "0.000000000,-0.000000001,1,,\n"
-      "0.000002000,0.000001999,3,0.000000999,2\n");
-  csv({.fields = {"x/arm.position_rad", "y/arm.position_rad"}, .output = folder_.file("tables")});
+  EXPECT_EQ(csv({.csv = {"x/arm.position_rad", "y/arm.position_rad[0]"}, .join = "previous"}),
+            "log_time_s,x/arm.publish_time_s,x/arm.position_rad[0],y/arm.publish_time_s,"
+            "y/arm.position_rad[0]\n"
+            "0.000000000,-0.000000001,1,,\n"
+            "0.000002000,0.000001999,3,0.000000999,2\n");
+  csv({.csv = {"x/arm.position_rad", "y/arm.position_rad"}, .output = folder_.file("tables")});
   EXPECT_EQ(result_.files.size(), 2u);
   EXPECT_EQ(folder_.read("tables/y_arm.csv"),
             "log_time_s,publish_time_s,position_rad[0]\n0.000001000,0.000000999,2\n");
@@ -106,7 +104,7 @@ TEST_F(ExportTest, SeveralTopicsAsOneTableOrAsFiles) {
 
 TEST_F(ExportTest, TwoNodesOfOneTopicAreTold) {
   log_.add("x", 1, arm_state({1.0}), 1, "left").add("x", 2, arm_state({2.0}), 1, "right");
-  EXPECT_EQ(csv({.fields = {"x.position_rad[0]"}}),
+  EXPECT_EQ(csv({.csv = {"x.position_rad[0]"}}),
             "log_time_s,publish_time_s,node,position_rad[0]\n"
             "0.000000000,-0.000000001,left,1\n"
             "0.000000001,0.000000000,right,2\n");
@@ -114,7 +112,7 @@ TEST_F(ExportTest, TwoNodesOfOneTopicAreTold) {
 
 TEST_F(ExportTest, WhatCannotBeReadIsCountedAndTheRestWritten) {
   log_.add("x", 1, arm_state({1.0})).add_bytes("x", 2, "\xff\xff").add("x", 3, arm_state({3.0}));
-  EXPECT_EQ(csv({.fields = {"x.position_rad[0]"}}),
+  EXPECT_EQ(csv({.csv = {"x.position_rad[0]"}}),
             "log_time_s,publish_time_s,position_rad[0]\n"
             "0.000000000,-0.000000001,1\n0.000000002,0.000000001,3\n");
   EXPECT_EQ(result_.failures, 1u);
@@ -126,7 +124,7 @@ TEST_F(ExportTest, MistakesAreToldBeforeAnythingIsWritten) {
   logs.push_back(log_.open());
   const auto why = [&](std::vector<std::string> fields) -> std::string {
     try {
-      export_csv(logs, {.fields = std::move(fields), .output = folder_.file("never.csv")});
+      export_csv(logs, {.csv = std::move(fields), .output = folder_.file("never.csv")});
     } catch (const ConfigError& error) {
       return error.what();
     }
@@ -208,17 +206,17 @@ TEST(ExportImages, NamedBySequenceAndTime) {
   std::vector<OpenLog> logs;
   logs.push_back(builder.open());
   const TestFolder folder;
-  auto result = export_images(logs, {.topic = "cam", .folder = folder.file("")});
+  auto result = export_images(logs, {.images = "cam", .output = folder.file("")});
   EXPECT_EQ(result.items, 2u);
   EXPECT_EQ(result.failures, 1u);
   EXPECT_EQ(image::read_image(folder.file("000007_0.999999999.png"))->bgr, (Pixels{'c', 'b', 'a'}));
   EXPECT_TRUE(std::filesystem::exists(folder.file("000009_2.249999999.png")));
-  result = export_images(logs, {.topic = "small", .folder = folder.file("s")});
+  result = export_images(logs, {.images = "small", .output = folder.file("s")});
   EXPECT_EQ(result.items, 1u);
   EXPECT_EQ(result.failures, 1u);
   EXPECT_EQ(folder.read("s/000001_0.999999999.jpg"), "as it is");
-  EXPECT_THROW(export_images(logs, {.topic = "x", .folder = folder.file("")}), ConfigError);
-  EXPECT_THROW(export_images(logs, {.topic = "cams", .folder = folder.file("")}), ConfigError);
+  EXPECT_THROW(export_images(logs, {.images = "x", .output = folder.file("")}), ConfigError);
+  EXPECT_THROW(export_images(logs, {.images = "cams", .output = folder.file("")}), ConfigError);
 }
 
 }  // namespace

@@ -1,12 +1,12 @@
 // The parts of the paced player that need neither graph nor clock.
+#include "tools/mimesis/log/play_parts.h"
+
 #include <gtest/gtest.h>
 
 #include <atomic>
 #include <limits>
 
 #include "common/log/writer.h"
-#include "tools/mimesis/log/play_terminal.h"
-#include "tools/mimesis/log/play_timing.h"
 #include "tools/mimesis/log/playback.h"
 
 namespace mimesis::tool {

@@ -1,6 +1,4 @@
 // Recording without a graph.
-#include "tools/mimesis/log/recording.h"
-
 #include <gtest/gtest.h>
 
 #include "common/log/summary.h"

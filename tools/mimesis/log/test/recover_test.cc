@@ -49,7 +49,7 @@ TEST_F(Recover, AWholeLogComesThroughWithItsGapsNamed) {
       {.chunk_size = 1000, .metadata = {{"mimesis.run", {{"k", "v"}}}}, .attachment = "x"});
   EXPECT_EQ(run(bytes), 0);
   EXPECT_EQ(read_log(path("out.mcap")), sample());
-  const auto summary = open_log(path("out.mcap"))->summary;
+  const auto summary = open_log(path("out.mcap")).summary;
   EXPECT_EQ(summary.attachments.size(), 1u);
   EXPECT_EQ(summary.metadata.size(), 1u);
   const Recovered found = report(bytes);
@@ -105,11 +105,10 @@ TEST_F(Recover, DefinitionsComeFromTheSummaryWhereTheDataLostThem) {
   const std::uint64_t end = summary->segments.back().index.chunk_start_offset;
   EXPECT_EQ(run(bytes.substr(0, end)), 1);
   const auto unnamed = open_log(path("out.mcap"));
-  ASSERT_TRUE(unnamed);
   std::set<std::string> topics;
-  for (const auto& [id, channel] : unnamed->summary.channels) topics.insert(channel.topic);
+  for (const auto& [id, channel] : unnamed.summary.channels) topics.insert(channel.topic);
   EXPECT_TRUE(topics.contains("unknown/channel_1"));
-  EXPECT_GT(unnamed->summary.statistics.message_count, 200u);
+  EXPECT_GT(unnamed.summary.statistics.message_count, 200u);
 }
 
 TEST_F(Recover, ALogThatWasNotClosedHasLostNothingThatWasInIt) {

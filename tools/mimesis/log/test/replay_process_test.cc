@@ -370,8 +370,7 @@ TEST_F(Replay, ATruncatedLogIsReplayedAsFarAsItGoes) {
   const std::string cut = path("cut.mcap");
   fs::copy_file(log_, cut);
   const auto log = open_log(log_);
-  ASSERT_TRUE(log);
-  const auto& chunks = log->summary.segments;
+  const auto& chunks = log.summary.segments;
   fs::resize_file(cut, chunks[chunks.size() / 2].index.chunk_start_offset + 10);
   EXPECT_EQ(replay({"a", cut, "--json"}), 0) << output_;
   EXPECT_EQ(result()["result"], "equal");

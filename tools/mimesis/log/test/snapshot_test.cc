@@ -1,8 +1,7 @@
 // Snapshots of the last messages.
-#include "tools/mimesis/log/snapshot.h"
-
 #include <gtest/gtest.h>
 
+#include "tools/mimesis/log/record_file.h"
 #include "tools/mimesis/log/test/recorded_messages.h"
 
 namespace mimesis::tool {
