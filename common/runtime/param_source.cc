@@ -251,11 +251,15 @@ std::optional<T> ParamReader::number(const Found& found, T lo, T hi) {
 }
 
 void ParamReader::operator()(std::string_view key, double& value, double lo, double hi) {
-  value = number(look_up(key), lo, hi).value_or(value);
+  const Found found = look_up(key);
+  demand(found, lo <= value && value <= hi, fmt::format("a number in [{}, {}]", lo, hi));
+  value = number(found, lo, hi).value_or(value);
 }
 
 void ParamReader::operator()(std::string_view key, int& value, int lo, int hi) {
-  value = number(look_up(key), lo, hi).value_or(value);
+  const Found found = look_up(key);
+  demand(found, lo <= value && value <= hi, fmt::format("a whole number in [{}, {}]", lo, hi));
+  value = number(found, lo, hi).value_or(value);
 }
 
 void ParamReader::operator()(std::string_view key, bool& value) {
@@ -279,6 +283,7 @@ void ParamReader::operator()(std::string_view key, std::string& value,
   const Found found = look_up(key);
   const std::vector<std::string> known(choices.begin(), choices.end());
   const std::string expected = fmt::format("one of {}", fmt::join(known, ", "));
+  demand(found, std::ranges::find(known, value) != known.end(), expected);
   const auto text = scalar(found, expected);
   if (!text) return;
   if (std::ranges::find(known, *text) == known.end()) {
@@ -317,6 +322,7 @@ template <class T, class Read>
 void ParamReader::read_list(std::string_view key, std::vector<T>& value, std::size_t size,
                             const Read& read) {
   const Found found = look_up(key);
+  demand(found, size == 0 || value.size() == size, fmt::format("{} numbers", size));
   const auto items = sequence(found);
   if (!items) return;
   if (size != 0 && items->size() != size) {

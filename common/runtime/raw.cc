@@ -20,7 +20,7 @@
 
 namespace mimesis::runtime {
 
-GraphView::GraphView(std::string graph)
+GraphView::GraphView(const std::string& graph)
     : registry_(std::make_unique<Registry>(graph_directory(graph))) {
   registry_->poll();
 }

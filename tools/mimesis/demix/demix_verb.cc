@@ -89,13 +89,13 @@ ordered_json make_report(const mocap::Trials& set, const Mixture& mixture, const
       demix::components_of_equal_size(set, report["parameters"].get<std::int64_t>()), most);
   report["others"] = {
       measure("principal components (PCA)", set,
-              demix::principal_components(set, std::min(k, most)), Delays::kNone),
+              demix::principal_components(set, std::min(k, most)), Delays::none),
       measure("independent components (FastICA)", set,
-              demix::independent_components(set, std::min(k, most)), Delays::kNone),
+              demix::independent_components(set, std::min(k, most)), Delays::none),
       measure("sinusoids, free phases", set,
-              demix::sinusoids(set, std::min(k, most_harmonics(set))), Delays::kFree),
+              demix::sinusoids(set, std::min(k, most_harmonics(set))), Delays::free),
       measure("PCA of about as many parameters", set, demix::principal_components(set, equal),
-              Delays::kNone)};
+              Delays::none)};
   report["joints"] = joint_errors(set, mixture);
   return report;
 }
@@ -390,7 +390,7 @@ int run(Options& o) {
                                     o.method == "wigner" ? "anechoic (Wigner-Ville)"
                                     : o.sisa.tied        ? "anechoic, tied delays (SISA)"
                                                          : "anechoic (SISA)",
-                                    o.sisa.tied ? Delays::kTied : Delays::kFree);
+                                    o.sisa.tied ? Delays::tied : Delays::free);
   std::vector<std::string> plots;
   if (!o.plot_dir.empty()) {
     plots = plot_demixing(o.plot_dir, o.name, files.set, result.mixture, o.sisa, o.up_to);

@@ -73,11 +73,11 @@ void check_rows(const mocap::Trials& set, const mocap::Trials& first, const std:
 robot::RobotTree narrowed(const robot::RobotTree& tree, double margin_rad) {
   std::vector<robot::Link> links = tree.links();
   for (robot::Link& link : links) {
-    if (link.type == robot::JointType::kPrismatic) {
+    if (link.type == robot::JointType::prismatic) {
       throw ConfigError(tree.name() + ": joint " + link.joint + " slides, expected joints that " +
                         "turn: a motion model holds angles");
     }
-    if (link.type != robot::JointType::kRevolute || !std::isfinite(link.upper - link.lower)) {
+    if (link.type != robot::JointType::revolute || !std::isfinite(link.upper - link.lower)) {
       continue;
     }
     const double margin = std::min(margin_rad, 0.25 * (link.upper - link.lower));

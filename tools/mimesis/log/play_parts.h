@@ -109,7 +109,7 @@ class PlayLateness {
   runtime::Time worst_{};
 };
 
-enum class PlayKey { kPause, kStep, kBack, kForward, kFaster, kSlower, kQuit };
+enum class PlayKey { pause, step, back, forward, faster, slower, quit };
 
 /// Takes the keys off the front of a terminal's input; an unfinished escape sequence stays, unknown
 /// keys are dropped.
