@@ -29,7 +29,7 @@ struct SynthesizerParams {
   double rate_hz = 200.0;
   double offset_s = 0.0;                   ///< time of the first step within the period [s]
   std::string model = "walk.motion.json";  ///< file of the motion model
-  int characters = 1;                      ///< [1]
+  int characters = 1;                      ///< number of characters [1]
   Formation start;                         ///< where characters stand
   FirstGoalParams goal;
   bool drawer = false;           ///< learns the actions for drawers at the start (some seconds)

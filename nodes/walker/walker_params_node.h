@@ -25,7 +25,7 @@ struct GaitParams {
 
 /// Place of the robot at the start: middle of its feet in W.
 struct PlaceParams {
-  double x_m = 0.0, y_m = 0.0;  ///< [m]
+  double x_m = 0.0, y_m = 0.0;  ///< place in W [m]
   double heading_rad = 0.0;     ///< heading, + to the left [rad]
 };
 

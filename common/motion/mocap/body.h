@@ -10,7 +10,7 @@ namespace mimesis::mocap {
 
 /// One joint of a recorded skeleton.
 struct Joint {
-  std::string name;  ///< as in the file
+  std::string name;  ///< name in the file
   int parent = -1;   ///< index, below this joint's own; -1 for the root
   /// Joint centre in the parent's frame in the zero posture [m].
   Eigen::Vector3d offset_m = Eigen::Vector3d::Zero();
@@ -30,7 +30,7 @@ struct Clip {
   std::string name;  ///< file name without folder
   Skeleton skeleton;
   double rate_hz = 0.0;
-  Eigen::Matrix3Xd root_position_W_m;  ///< of the root joint, 3×frames
+  Eigen::Matrix3Xd root_position_W_m;  ///< position of the root joint, 3×frames
   /// Rotation of every joint relative to its parent (of the root: to W) as axis-angle θw [rad],
   /// without jumps by 2π: rows 3j..3j+2 of joint j, one column a frame.
   Eigen::MatrixXd rotation_rad;

@@ -33,10 +33,10 @@ void write_clip(const Clip& clip, const std::string& file);
 double bvh_unit_m(const Skeleton& skeleton);
 
 /// Reads the text of a BVH file. Any order of channels, per joint; a position channel stands in
-/// place of the joint's OFFSET. Joints other than the root may have position channels if  - they
-/// keep still (to 0.1 mm): their offset is then that of frame 0, or  - it is the only child of the
-/// root: if it moves, or the root stays at the origin, the two  become
-///    one root, which carries both motions (Bandai: joint_Root over Hips becomes Hips).
+/// place of the joint's OFFSET. Joints other than the root may have position channels if
+///  - they keep still (to 0.1 mm): their offset is then that of frame 0, or
+///  - it is the only child of the root: if it moves, or the root stays at the origin, the two
+///    become one root, which carries both motions (Bandai: joint_Root over Hips becomes Hips).
 /// Ends are named after their joint, "LeftToeBase_end". A frame time within 1e-4 of that of a whole
 /// rate means that rate (.0083333 s: 120 Hz).
 /// @param file  named in errors; its base name becomes the clip's.
@@ -55,7 +55,7 @@ struct AcclaimSkeleton {
   /// Meaning of a number of an AMC line: a shift along or a turn about an axis of this project.
   struct Freedom {
     int axis = 0;
-    bool position = false;  ///< of the root only
+    bool position = false;  ///< a position; only the root has one
   };
   /// Bone j of the file is joint j: it turns about its upper end.
   struct Bone {

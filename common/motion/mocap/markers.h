@@ -37,9 +37,9 @@ using MarkerGroup = std::vector<Eigen::Index>;
 /// Fills missing (NaN) marker positions in place. A marker of a group of which three others are
 /// seen is put at its place in the group's nominal geometry [M18 3.3.2]; the deviation of its own
 /// positions from there at the ends of the gap fades linearly through it, so that nothing jumps.
-/// What remains and is no longer than `longest_s` is bridged by a natural cubic spline through the
-/// marker's own positions. Longer gaps, and those at the ends of the recording, stay NaN; groups
-/// without a geometry (fewer than three markers, on one line, or never seen together) are left to
+/// Remaining gaps of at most `longest_s` are bridged by a natural cubic spline through the marker's
+/// own positions. Longer gaps, and those at the ends of the recording, stay NaN; groups without a
+/// geometry (fewer than three markers, on one line, or never seen together) are left to
 /// the splines.
 void fill_gaps(Markers& markers, std::span<const MarkerGroup> groups, double longest_s = 0.3);
 

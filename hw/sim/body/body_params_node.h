@@ -74,8 +74,8 @@ struct SimBodyParams {
   std::string plant = "springs";      ///< how joints follow: springs, servo
   double slope_forward_rad = 0.0;     ///< slope of the ground, + rises forward [rad]
   double slope_left_rad = 0.0;        ///< slope of the ground, + rises to the left [rad]
-  int seed = 0;                       ///< of the sensors' noise [1]
-  BodyOptions body{};                 ///< what else there is to say of robot and ground
+  int seed = 0;                       ///< seed of the sensors' noise [1]
+  BodyOptions body{};                 ///< further settings of robot and ground
   std::vector<Push> pushes{};         ///< impulses on links at given times
   std::vector<FaultParams> faults{};  ///< drives that fail at given times
   DrawerParams drawer{};

@@ -60,7 +60,7 @@ enum class MotorFault {
 struct BodyOptions {
   Plant plant = Plant::springs;
   double dt_s = 0.001;
-  double friction = 0.8;  ///< of the ground [1]
+  double friction = 0.8;  ///< friction of the ground [1]
   /// Springs of arms and neck in both plants: nothing of balance depends on them, a servo each
   /// would cost a third of the speed. 600 in docs/walking.md 7.3, where gravity was fed forward;
   /// drives that get positions only would let the hands sink by 10 mm.
@@ -73,12 +73,12 @@ struct BodyOptions {
   Eigen::Vector2d slope_rad = Eigen::Vector2d::Zero();
   std::vector<Plate> plates = {};  ///< boxes on the ground; the robot starts on the highest below
   double payload_kg = 0.0;         ///< unknown mass in the trunk, at its own centre [kg]
-  double motor_speed_share = 1.0, motor_torque_share = 1.0;  ///< of the model's limits [1]
+  double motor_speed_share = 1.0, motor_torque_share = 1.0;  ///< share of the model's limits [1]
   // noise of sensors, seeded
   std::uint64_t seed = 0;
   double imu_tilt_rad = 0.0;       ///< slowly wandering error of the attitude [rad]
-  double encoder_noise_rad = 0.0;  ///< [rad]
-  double force_noise_n = 0.0;      ///< of the feet's force sensors [N]
+  double encoder_noise_rad = 0.0;  ///< noise of the encoders [rad]
+  double force_noise_n = 0.0;      ///< noise of the feet's force sensors [N]
 };
 
 /// Readings of encoders, IMU and foot force sensors. The same layout as walker::Sensors.

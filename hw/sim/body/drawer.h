@@ -23,14 +23,14 @@ struct DrawerJump {
 /// A piece of furniture with one drawer [M18 fig. 3.12]. Its axis points into it, along the ground;
 /// "left" and "in front" are those of a robot that faces it.
 struct DrawerSettings {
-  /// closed front, direction into it, in W
+  /// middle of the closed front, direction of the axis, in W
   double front_x_m = 2.6, front_y_m = 0.0, yaw_rad = 0.0;
-  /// Heights 0: those of a drawer for a robot of this size, then handle_left_m is too.
+  /// Heights 0: heights and handle_left_m of a drawer for a robot of this size.
   double handle_height_m = 0.0, handle_left_m = 0.14;
   double object_height_m = 0.0, object_left_m = 0.0, object_depth_m = 0.25;
-  double longest_m = 0.40;                       ///< it opens so far
+  double longest_m = 0.40;                       ///< longest opening
   double friction_n = 7.0, viscous_n_s_m = 5.0;  ///< Coulomb and viscous friction of the rail
-  double near_m = 0.03, dwell_s = 0.1;           ///< a hand grips what it is so near, for so long
+  double near_m = 0.03, dwell_s = 0.1;           ///< a hand grips this near, after this time
   double slips_n = 40.0;                         ///< pulls the handle out of the hand
   std::vector<DrawerJump> jumps = {};            ///< moves of the front at given times
 };

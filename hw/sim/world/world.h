@@ -43,7 +43,7 @@ struct GraspContact {
 GraspContact grasp_contact(const HandShape& hand, Grip grip, const Eigen::Isometry3d& X_WE,
                            const Cylinder& object);
 
-/// What became of the object so far.
+/// State of the object.
 enum class ObjectState { resting, held, falling };
 
 /// The object to be grasped, without dynamics of its own: it rests, moves with the hand, or falls
@@ -86,15 +86,15 @@ class ObjectModel {
   bool upright_ = true, moved_ = false, was_held_ = false;
   std::string mishap_;
   double velocity_ = 0.0;    // downwards [m/s]
-  double landing_z_ = 0.0;   // of the support's surface
+  double landing_z_ = 0.0;   // height of the support's surface
   std::string will_topple_;  // why, on landing; empty if not
 };
 
-/// How the planner says it ended.
+/// End of the task according to the planner.
 struct TaskEnd {
   bool done = false;   ///< false: failed
   std::string goal;    ///< "high", "low", or empty if none was decided
-  std::string reason;  ///< of a failure
+  std::string reason;  ///< reason of a failure
 };
 
 struct Verdict {

@@ -80,7 +80,7 @@ Eigen::Vector2d nearest_within(const Eigen::Vector2d& wish_m_s, std::span<const 
 class Bounds {
  public:
   void add(const Bound& bound);
-  /// As `nearest_within`.
+  /// Like `nearest_within`.
   Eigen::Vector2d nearest(const Eigen::Vector2d& wish_m_s) const;
 
  private:

@@ -103,7 +103,7 @@ class FarCrowd {
   /// Our run begins where others are at work: all that it began with is theirs.
   void abandon(ScenarioRun& run);
 
-  /// Where two claim an agent, the first coordinator has it: after silence on the way, not death.
+  /// If two coordinators claim an agent, after an interrupted connection, the first one keeps it.
   /// Extrapolates the others' reports to `now`, the time of the run's present state, and adds them
   /// to the run. Returns why a group cannot take them, or empty: it continues without.
   std::string import(ScenarioRun& run, Time now);
