@@ -47,7 +47,7 @@ class MergedReader {
     heads_.pop();
     return &items_[delivered_];
   }
-  /// Of one log: chunks that could not be read.
+  /// Chunks of one log that could not be read.
   const std::vector<Damage>& damages(std::size_t log) const { return readers_[log]->damages(); }
 
  private:

@@ -49,8 +49,8 @@ bool data_end_starts(std::string_view bytes, std::uint64_t left) {
          d.integer<std::uint64_t>() <= behind - kRecordHead;
 }
 
-/// The first offset >= `from` where a Chunk or DataEnd record certainly starts: all lengths in its
-/// head agree with each other and with the size of the file. O(size) once.
+/// The first offset >= `from` where a Chunk or DataEnd record is certain to start: all lengths in
+/// its head agree with each other and with the size of the file. O(size) once.
 std::optional<std::uint64_t> find_record(Window& window, std::uint64_t file_size,
                                          std::uint64_t from) {
   while (from < file_size) {

@@ -14,7 +14,7 @@ namespace mimesis::log {
 /// Something in a file that is not as it should be.
 struct Damage {
   std::uint64_t offset = 0;  ///< in the file [bytes]
-  std::string what;          ///< what was expected, what is there, what it costs
+  std::string what;          ///< what was expected, what was found, what is lost
   bool operator==(const Damage&) const = default;
 };
 

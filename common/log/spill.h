@@ -28,7 +28,7 @@ class Spill {
   Spill(const Spill&) = delete;
   Spill& operator=(const Spill&) = delete;
 
-  /// Never fails: what the disk does not take stays in memory.
+  /// Never fails: data that the disk does not take stays in memory.
   void append(std::string_view bytes) {
     memory_.append(bytes);
     if (memory_.size() >= limit_ && !folder_.empty()) move_to_disk();

@@ -173,7 +173,7 @@ class FileBody {
   Compressor compressor_;
   Result status_;
   std::atomic<std::uint64_t> position_ = 0;
-  std::uint32_t crc_ = 0;  ///< of all bytes so far; of the summary once that has begun
+  std::uint32_t crc_ = 0;  ///< sum of all bytes so far; of the summary's bytes once it has begun
   std::string record_;     ///< scratch
 
   Spill chunk_indexes_;  ///< records: all that grows with the file
@@ -182,7 +182,7 @@ class FileBody {
 };
 
 /// Writes closed chunks into the file on a thread of its own, in the order they are handed over. At
-/// most kInFlight are on their way: then the caller waits. Their memory goes round.
+/// most kInFlight are pending: then the caller waits. Their memory is reused.
 class ChunkWorker {
  public:
   static constexpr std::size_t kInFlight = 3;
@@ -201,8 +201,9 @@ class ChunkWorker {
     thread_.join();
   }
 
-  /// Takes the chunk (nothing, if it is empty) and gives back a cleared one. `flush`: all so far
-  /// goes out of this process as soon as it is written. Returns what earlier ones met.
+  /// Takes the chunk (nothing, if it is empty) and gives back a cleared one. `flush`: the data so
+  /// far is handed to the operating system as soon as it is written. Returns errors of earlier
+  /// chunks.
   Result put(ChunkBuffer& chunk, bool flush) {
     std::unique_lock lock(mutex_);
     done_.wait(lock, [this] { return jobs_.size() < kInFlight; });

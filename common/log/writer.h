@@ -16,8 +16,8 @@ namespace mimesis::log {
 class ChunkWorker;
 class FileBody;
 
-/// The records of a chunk that is being filled, and what its indexes will say. Memory is kept when
-/// it is cleared.
+/// The records of a chunk that is being filled, and the contents of its indexes. Memory is kept
+/// when it is cleared.
 struct ChunkBuffer {
   std::string records;
   std::uint64_t start_time = 0, end_time = 0;  ///< of its messages; 0 without

@@ -31,14 +31,14 @@ class Conductor {
     v1::StepGo message;
   };
 
-  /// A node wants to take part; it does from the next `advance` on.
+  /// A node joins; it takes part from the next `advance` on.
   void join(const v1::LockstepJoin& join) {
     if (!(join.rate_hz() > 0.0)) return;
     joining_[join.node()] = join;
     awaited_.erase(join.node());
     if (!begun_) time_ = std::max(time_, Time(static_cast<std::int64_t>(join.resume_ns())));
   }
-  /// A node is gone: nobody waits for it any more.
+  /// A node has gone: the conductor no longer waits for it.
   void leave(std::uint64_t start_id) {
     std::erase_if(joining_, [&](const auto& entry) { return entry.second.start_id() == start_id; });
     std::erase_if(latched_, [&](const auto& entry) { return entry.first.second == start_id; });
@@ -55,7 +55,8 @@ class Conductor {
     reported_[it->second.name] = report.published();
   }
 
-  /// The next steps; none while a step is running, a participant is missing or nobody is there.
+  /// The next steps; none while a step is running, a participant is missing or there is no
+  /// participant.
   std::vector<Go> advance() {
     const auto stepping = [](const auto& entry) { return entry.second.stepping; };
     if (ended_ || !awaited_.empty() || std::any_of(members_.begin(), members_.end(), stepping))

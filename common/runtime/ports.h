@@ -92,7 +92,7 @@ struct Queue : EventPort<M> {
       : EventPort<M>(bus, port, {.policy = Policy::queue, .depth = N}) {}
 };
 
-/// Events none of which may be lost.
+/// Events that must not be lost.
 template <class M>
 struct Reliable : EventPort<M> {
   Reliable(Bus& bus, std::string_view port)

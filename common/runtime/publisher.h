@@ -133,7 +133,7 @@ class Publisher {
   // Per topic; whichever is reached first.
   static constexpr std::size_t kBacklogMessages = 100'000;
   static constexpr std::size_t kBacklogBytes = std::size_t{128} << 20U;
-  // A subscriber that takes nothing for so long, once the bound was reached, is stuck.
+  // A subscriber that takes nothing for this long, once the bound was reached, is stuck.
   static constexpr std::chrono::milliseconds kStuck{500};
   // Long enough for the last words of a node that stops, short enough for one whose peer is stuck.
   static constexpr int kLinger_ms = 1000;

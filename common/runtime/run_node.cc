@@ -72,7 +72,7 @@ class SelfReport {
   explicit SelfReport(ZmqBus& bus) : bus_(bus), health_(bus, kHealthPort), log_(bus, kLogPort) {}
 
   void step_begins() { began_ = std::chrono::steady_clock::now(); }
-  /// Publishes what is due. `overruns`: since the start.
+  /// Publishes reports that are due. `overruns`: since the start.
   void step_ended(Time now, std::uint64_t overruns) {
     const double took_s = to_seconds(std::chrono::steady_clock::now() - began_);
     ++steps_;
@@ -180,7 +180,7 @@ class StepReport {
   std::optional<Time> open_;  ///< time of the step that runs
 };
 
-/// How long a node that moves something may go on stepping after it was asked to stop.
+/// Longest time that a node that moves something may continue to step after it was asked to stop.
 constexpr std::chrono::milliseconds kRestGrace(1500);
 
 /// Steps until asked to stop and at rest; the exit code.

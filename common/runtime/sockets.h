@@ -37,7 +37,7 @@ class PacketSocket {
     return *this;
   }
 
-  /// Replaces what is at `path`. @throws ConfigError naming the path.
+  /// Replaces a file at `path`. @throws ConfigError naming the path.
   static PacketSocket listen(const std::string& path) {
     const sockaddr_un address = address_of(path);
     PacketSocket s(socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
@@ -49,7 +49,7 @@ class PacketSocket {
     }
     return s;
   }
-  /// Not valid() if nobody listens there.
+  /// Not valid() if no process listens there.
   static PacketSocket connect(const std::string& path) {
     const sockaddr_un address = address_of(path);
     PacketSocket s(socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0));
@@ -72,7 +72,7 @@ class PacketSocket {
   enum class Result { packet, nothing, closed };
   /// Does not wait.
   Result receive(std::string& packet) const {
-    // The length first: packets are not limited by a buffer of ours.
+    // The length first: packets are not limited by a buffer of this process.
     ssize_t size = 0;
     do {
       size = recv(fd_, nullptr, 0, MSG_PEEK | MSG_TRUNC | MSG_DONTWAIT);
@@ -200,7 +200,7 @@ class ZmqSocket {
   }
   void disconnect(const std::string& endpoint) { zmq_disconnect(handle_, endpoint.c_str()); }
 
-  /// False if it would block (or nobody is there to take it).
+  /// False if it would block (or there is no receiver).
   bool send(Frame& frame, bool more) {
     int rc = 0;
     do {
@@ -215,7 +215,7 @@ class ZmqSocket {
     } while (rc < 0 && errno == EINTR);
     return rc >= 0;
   }
-  /// Discards the remaining frames of a message of which `frame` was read.
+  /// Discards the remaining frames of a message whose `frame` was read.
   void skip_rest(const Frame& frame) {
     bool more = frame.more();
     while (more) {
@@ -256,14 +256,14 @@ class SubSocket {
   void connect(std::uint64_t publisher, const std::string& endpoint) {
     if (endpoints_.emplace(publisher, endpoint).second) socket_.connect(endpoint);
   }
-  /// The publisher is gone. The connection is closed a little later: its last words may be on their
-  /// way.
+  /// The publisher has ended. The connection is closed a little later, because its last messages
+  /// may be in transit.
   void retire(std::uint64_t publisher) {
     if (endpoints_.contains(publisher)) retired_.emplace(publisher, Clock::now() + kLastWords);
   }
   bool connected(std::uint64_t publisher) const { return endpoints_.contains(publisher); }
 
-  /// Next well-formed message; false if none is there now.
+  /// Next well-formed message; false if there is none now.
   bool receive(Incoming& incoming) {
     while (socket_.receive(incoming.header)) {
       const auto message = decode_frame(incoming.header.view());

@@ -151,7 +151,7 @@ BusOptions complete(BusOptions options) {
 struct ZmqBus::Impl {
   explicit Impl(BusOptions o);
 
-  /// Everything that others may want from this node now.
+  /// Serves all pending subscriptions and requests of other nodes.
   void serve();
   /// Waits for `deadline`, for a readable fd, or (`messages`) for a message to drain.
   enum class Woken { deadline, fd, message };
@@ -195,7 +195,7 @@ struct ZmqBus::Impl {
   std::set<std::pair<std::uint64_t, std::string>> said;  ///< mismatches, once per start
   std::vector<v1::Publication> published;
   Time tick{};
-  std::vector<int> served_fds;     ///< of the sockets that are always served
+  std::vector<int> served_fds;     ///< file descriptors of the sockets that are always served
   std::vector<pollfd> waiting_on;  ///< of the current wait
   bool info_changed = true;
   bool drains_while_waiting = false;  ///< a queue could overflow in the socket between slow steps
@@ -217,7 +217,7 @@ ZmqBus::Impl::Impl(BusOptions o)
     served_fds.push_back(zmq_fd(socket->handle()));
   }
   for (void* handle : peers.handles()) served_fds.push_back(zmq_fd(handle));
-  // Names of a start are unique: nobody reconnects to the socket of a predecessor.
+  // Names of a start are unique: no process reconnects to the socket of a predecessor.
   const std::string stem = "ipc://" + directory + "/" + options.name + "-" +
                            std::to_string(info.start_id() % 100'000'000);
   const auto bind = [&](ZmqSocket& socket, const char* suffix, int port_offset, auto& endpoints) {

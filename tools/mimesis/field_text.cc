@@ -207,7 +207,7 @@ Json to_json(const Message& message) {
 }
 
 Json short_word(const EnumValueDescriptor& value) {
-  std::string prefix;  // of the enum's values: TaskState -> task_state_
+  std::string prefix;  // prefix of the enum's values: TaskState -> task_state_
   for (const char c : value.type()->name()) {
     if (std::isupper(static_cast<unsigned char>(c)) != 0 && !prefix.empty()) prefix += '_';
     prefix += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));

@@ -54,7 +54,7 @@ struct Options {
   bool once = false, reliable = false, json = false;
   int count = 0;           ///< of messages or reports; 0: without end
   int window = 1000;       ///< messages
-  double timeout_s = 0.0;  ///< of the wait for each message [s]; 0: none
+  double timeout_s = 0.0;  ///< longest wait for each message [s]; 0: none
 };
 
 int list_topics(const Options& options) {

@@ -84,7 +84,7 @@ void print_stage(const Stage& stage, std::ostream& out, bool colour) {
   }
 }
 
-/// Groups of which the same is to be said are together.
+/// Groups with equal lines are printed together.
 void print_stages(const std::vector<Stage>& stages, std::ostream& out, bool colour) {
   struct Said {
     std::vector<std::string> groups;

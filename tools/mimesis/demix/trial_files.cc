@@ -112,7 +112,7 @@ class Robot {
     return mocap::cut_cycles(figure.clip, options, {motion.joints, motion.q});
   }
   mocap::Body body() const { return retarget::robot_body(biped_.tree, figure_); }
-  /// Of rows named as the robot's joints its limits, none of others.
+  /// Limits of the robot's joints for the rows named as they are; empty for other rows.
   std::vector<std::optional<motion::RowLimits>> limits(const std::vector<std::string>& rows) const {
     std::vector<std::optional<motion::RowLimits>> out;
     for (const std::string& row : rows) {

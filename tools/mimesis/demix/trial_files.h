@@ -14,8 +14,8 @@ namespace mimesis::tool {
 
 struct RobotChoice {
   std::string file;  ///< its description, such as biped.yaml; empty: no robot
-  /// Kept free at both ends of every joint when clips are retargeted, a quarter of its range at
-  /// most: for what the mixture adds [rad].
+  /// Margin at both ends of every joint when clips are retargeted, a quarter of its range at most:
+  /// for the overshoot of the mixture [rad].
   double limit_margin_rad = 0.05;
 };
 
@@ -24,7 +24,7 @@ struct RetargetedClip {
   std::string file;
   long frames = 0;
   retarget::RobotReport report;          ///< limits are those with the margin, speeds the robot's
-  retarget::Deviation ankle_m, wrist_m;  ///< of the figure in the model (figure_clip())
+  retarget::Deviation ankle_m, wrist_m;  ///< deviations of the figure in the model (figure_clip())
 };
 
 struct TrialFileOptions {

@@ -68,7 +68,7 @@ class Section {
     return map_.find(key);
   }
 
-  // Nothing if the key is absent or, with a mistake noted, if the value is wrong.
+  // Empty if the key is absent or, with a mistake noted, if the value is wrong.
   std::optional<Text> text(const std::string& key) {
     const runtime::Yaml* value = take(key);
     return value != nullptr ? expand(*value, key + " as text") : std::nullopt;

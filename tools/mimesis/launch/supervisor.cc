@@ -161,7 +161,7 @@ class LineLog {
       if (!partial->empty()) take(*partial);
     }
   }
-  /// The last line on standard error, empty before there is one: why a node ended, if it says so.
+  /// The last line on standard error, empty before there is one: often the reason why a node ended.
   const std::string& last_error() const { return last_error_; }
 
  private:
@@ -528,7 +528,7 @@ std::optional<WallTime> Backoff::next(WallTime now) {
   const double factor = std::pow(restart_.backoff, static_cast<double>(restarts_.size()));
   const auto delay = std::chrono::duration<double, std::nano>(
       static_cast<double>(restart_.delay.count()) * factor);
-  // Longer than the window makes no sense: by then the count starts anew.
+  // A longer pause than the window makes no sense: the count has started again by then.
   const nanoseconds bounded = delay < restart_.window
                                   ? std::chrono::duration_cast<nanoseconds>(delay)
                                   : std::max(restart_.window, restart_.delay);

@@ -136,7 +136,7 @@ class MessagePrinter {
 
   BytesText bytes_;
   const std::vector<std::string>& fields_;
-  google::protobuf::LogSilencer silence_;  // what is wrong with a message is told here
+  google::protobuf::LogSilencer silence_;  // errors of a message are reported here
   LogDecoder decoder_;
   std::unordered_map<const log::Channel*, ChannelPrinter> printers_;
   std::set<std::string> found_;
@@ -257,7 +257,7 @@ void add_cat(CLI::App& verb, int& exit_code) {
       "  mimesis log cat run.mcap --topic bridge/arm --start 12.5 --end 13 --field position_rad\n"
       "  mimesis log cat run.mcap --attachment imitation.yaml > imitation.yaml");
   on_run(*cat, exit_code, [o] {
-    static_cast<void>(filter_of(o->topics));  // says what is wrong with it first
+    static_cast<void>(filter_of(o->topics));  // reports its errors first
     const auto logs = open_logs(o->files);
     if (!o->attachment.empty()) return cat_attachment(logs, o->attachment);
     if (!o->metadata.empty()) return cat_metadata(logs, o->metadata);

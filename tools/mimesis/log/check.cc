@@ -326,9 +326,9 @@ class MessageCheck {
   bool in_summary_ = false;
 };
 
-/// Follows the records of a log by their lengths and holds every index against what it points at:
-/// message indexes, chunk index, attachment and metadata indexes, offsets of the summary. Sums were
-/// checked before; behind a record that cannot be it stops and says so.
+/// Follows the records of a log by their lengths and compares every index with its target: message
+/// indexes, chunk index, attachment and metadata indexes, offsets of the summary. Sums were checked
+/// before; after an impossible record it stops and reports it.
 class StructureCheck {
  public:
   StructureCheck(const log::Source& source, CheckedLog& checked)

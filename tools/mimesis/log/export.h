@@ -126,7 +126,7 @@ struct ExportOptions {
   std::string time = "relative";      ///< to the start of the log, or absolute
   std::string images = {};            ///< a topic
   std::string format = "png";         ///< of raw images, or jpeg
-  int quality = 90;                   ///< of JPEG, 1..100
+  int quality = 90;                   ///< quality of JPEG, 1..100
   int every = 1;                      ///< only each so-manieth image
   std::string attachments = {};       ///< a folder
   std::string output = {};            ///< file or folder; CSV: "" or "-" is standard output

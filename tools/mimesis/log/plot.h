@@ -29,7 +29,7 @@ class CurveThinning {
   struct Point {
     double time_s, value;
   };
-  /// Of [start_s, end_s] into `columns` > 0.
+  /// Thins [start_s, end_s] into `columns` > 0.
   CurveThinning(double start_s, double end_s, std::size_t columns)
       : start_s_(start_s),
         columns_per_s_(end_s > start_s ? static_cast<double>(columns) / (end_s - start_s) : 0.0),

@@ -49,7 +49,7 @@ struct Recorded {
   std::string clock;  ///< of that node: wall, sim or lockstep
   std::uint64_t type_hash = 0;
   bool latched = false;
-  std::uint64_t start_id = 0;  ///< tells a restarted node from its predecessor
+  std::uint64_t start_id = 0;  ///< distinguishes a restarted node from its predecessor
   std::uint64_t seq = 0;
   std::uint64_t lost_before = 0;  ///< missing between the one before and this one
   std::uint64_t log_time_ns = 0, publish_time_ns = 0;
@@ -86,7 +86,7 @@ class Recording {
  public:
   using Output = std::function<void(Recorded message, WallTime now)>;
 
-  /// A message is held for so long: until all of its graph time are there to be sorted.
+  /// Time that messages are held, until all of that graph time have arrived to be sorted.
   static constexpr std::chrono::milliseconds kHold{30};
 
   explicit Recording(Output output) : output_(std::move(output)) {}
@@ -106,7 +106,7 @@ class Recording {
     std::pair key{message.log_time_ns, message.node};
     held_.emplace(std::move(key), Held{std::move(message), now});
   }
-  /// Hands on what was held long enough.
+  /// Passes on messages that were held long enough.
   void advance(WallTime now) {
     // The first one held is the earliest of the graph, not the first to have come: it alone
     // decides.
@@ -504,17 +504,17 @@ class SplitLog {
 };
 
 struct SnapshotOptions {
-  std::chrono::nanoseconds duration{0};  ///< of wall time, kept in memory; 0: no snapshots
+  std::chrono::nanoseconds duration{0};  ///< wall time that is kept in memory; 0: no snapshots
   std::uint64_t size = 256'000'000;      ///< kept in memory at most [bytes]
-  std::chrono::nanoseconds after{0};     ///< goes on for so long behind the trigger
+  std::chrono::nanoseconds after{0};     ///< period after the trigger that is written too
   std::vector<std::string> topics = {};  ///< whose messages trigger one
   bool on() const { return duration.count() > 0; }
 };
 
 /// Keeps the last messages, bounded in time and bytes, and for each latched topic the value it had
 /// before them. Writes these to a file when something triggers it, in slices between which messages
-/// are received. Files NAME_YYYYMMDD-HHMMSS; metadata "mimesis.snapshot" says why. All calls that
-/// write throw WriteFailure.
+/// are received. Files NAME_YYYYMMDD-HHMMSS; metadata "mimesis.snapshot" has the reason. All calls
+/// that write throw WriteFailure.
 class Snapshots {
  public:
   /// Messages under way when the trigger came have arrived after this time.
@@ -536,7 +536,7 @@ class Snapshots {
     while (kept_bytes_ > options_.size && kept_.size() > 1) drop_oldest();
     if (file_ != nullptr && now <= until_) wait(m);
     if (std::ranges::find(options_.topics, m->topic) == options_.topics.end()) return;
-    // A topic that goes on and on would write the same again and again.
+    // A topic with frequent messages would write the same again and again.
     const auto [last, is_first] = triggered_.try_emplace(m->topic, now);
     if (!is_first && now < last->second + options_.duration) return;
     last->second = now;
@@ -551,7 +551,7 @@ class Snapshots {
   void advance(WallTime now) {
     forget(now);
     if (file_ == nullptr) return;
-    // Never more in memory than twice what was asked for, however slow the disk.
+    // At most twice the requested memory, however slow the disk.
     const std::uint64_t excess = waiting_bytes_ - std::min(waiting_bytes_, options_.size);
     write_waiting(std::max(excess, kSlice), now);
     file_->advance(now);

@@ -280,7 +280,7 @@ class LaunchReplay {
     return false;
   }
 
-  /// The launch ended, nothing of it is under way any more, and the log goes on.
+  /// The launch ended, no message is in transit any more, and the log continues.
   bool report_end(launch::OwnProcess& run) {
     const launch::Ending& how = *run.ending();
     if (report_.counts.outputs == 0 && how.exit_code() == 2) throw ConfigError(run.last_words());
