@@ -23,7 +23,7 @@ v1::LockstepJoin join(const std::string& name, std::uint64_t start_id, double ra
 }
 
 v1::StepReport published(std::uint64_t start_id, const std::string& topic,
-                         std::vector<std::uint64_t> seqs, bool latched = false) {
+                         const std::vector<std::uint64_t>& seqs, bool latched = false) {
   v1::StepReport report;
   for (const std::uint64_t seq : seqs) {
     v1::Publication& p = *report.add_published();

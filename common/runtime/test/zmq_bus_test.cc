@@ -336,7 +336,7 @@ TEST(ZmqBus, BadNamesAndPlacesAreRefused) {
   EXPECT_THROW(TestNode(graph, {{"in", "a//b"}}, {}), ConfigError);
   EXPECT_THROW(graph_directory("../elsewhere"), ConfigError);
   try {
-    TestNode(graph, {}, {}, std::string(64, 'n'));
+    const TestNode longest(graph, {}, {}, std::string(64, 'n'));
     const std::string long_graph(64, 'g');
     ZmqBus bus({.name = std::string(64, 'n'),
                 .graph = long_graph,

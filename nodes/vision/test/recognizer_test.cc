@@ -11,7 +11,7 @@ using Eigen::Vector2d;
 /// and 0.35.
 class Stage : public ::testing::Test {
  protected:
-  void show(const Vector2d& object, std::optional<Vector2d> palm, int frames) {
+  void show(const Vector2d& object, const std::optional<Vector2d>& palm, int frames) {
     for (int k = 0; k < frames; ++k) {
       sight_.object = object;
       sight_.palm = palm;

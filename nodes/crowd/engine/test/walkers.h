@@ -19,7 +19,7 @@ inline GroupSettings walkers() {
   return {rules, gait(), {}};
 }
 
-inline Agent walker(AgentId id, Eigen::Vector2d from, Eigen::Vector2d to) {
+inline Agent walker(AgentId id, const Eigen::Vector2d& from, const Eigen::Vector2d& to) {
   Agent a{.id = id};
   a.traits.omega_rad_s = 6.0;
   a.traits.goal_W_m = to;

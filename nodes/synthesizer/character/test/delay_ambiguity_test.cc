@@ -14,7 +14,7 @@
 namespace mimesis::synthesizer {
 namespace {
 
-Eigen::RowVectorXd wave(std::vector<std::pair<int, double>> harmonics, int length = 100) {
+Eigen::RowVectorXd wave(const std::vector<std::pair<int, double>>& harmonics, int length = 100) {
   Eigen::RowVectorXd s(length);
   for (int t = 0; t < length; ++t) {
     s[t] = 0.0;

@@ -38,7 +38,7 @@ struct Tasks {
   }
 };
 
-constexpr double kStep = 0.02;  // about what joints move within a tick [rad]
+constexpr double kTickStep = 0.02;  // about what joints move within a tick [rad]
 
 Tasks random_tasks(std::mt19937& random, int n, const std::vector<int>& rows, double room) {
   std::normal_distribution<double> normal;
@@ -48,10 +48,10 @@ Tasks random_tasks(std::mt19937& random, int n, const std::vector<int>& rows, do
   Tasks tasks;
   for (const int m : rows) {
     tasks.A.push_back(matrix(m, n));
-    tasks.b.push_back(kStep * matrix(m, 1));
+    tasks.b.push_back(kTickStep * matrix(m, 1));
   }
-  tasks.lower = -kStep * room * matrix(n, 1).cwiseAbs();
-  tasks.upper = kStep * room * matrix(n, 1).cwiseAbs();
+  tasks.lower = -kTickStep * room * matrix(n, 1).cwiseAbs();
+  tasks.upper = kTickStep * room * matrix(n, 1).cwiseAbs();
   return tasks;
 }
 
@@ -130,7 +130,7 @@ TEST(Cascade, UnderBoundsIsTheLexicographicOptimum) {
     EXPECT_LE((x - tasks.upper).maxCoeff(), 0.0);
     EXPECT_LE((tasks.lower - x).maxCoeff(), 0.0);
     bounded += cascade.bounded();
-    first_level_lost += cascade.first_residual() > 1e-3 * kStep;
+    first_level_lost += cascade.first_residual() > 1e-3 * kTickStep;
     const auto expected = values_by_equalities(tasks);
     for (std::size_t k = 0; k < 3; ++k) {
       EXPECT_NEAR((tasks.A[k] * x - expected[k]).cwiseAbs().maxCoeff(), 0.0, 5e-6)
@@ -175,7 +175,7 @@ TEST(Cascade, FindsASolutionWhereUpperLevelsLeaveNoRoom) {
   for (int trial = 0; trial < 400; ++trial) {
     Tasks tasks = random_tasks(random, 12, {5, 4, 3}, 1.0);
     for (Eigen::Index i = 0; i < 12; ++i) {
-      if (i % 12 < 4 + trial % 9) tasks.lower[i] = tasks.upper[i] = kStep * uniform(random);
+      if (i % 12 < 4 + trial % 9) tasks.lower[i] = tasks.upper[i] = kTickStep * uniform(random);
     }
     Cascade cascade(12, 12, 3, 1e-3);
     tasks.fill(cascade);

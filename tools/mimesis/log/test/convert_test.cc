@@ -291,7 +291,7 @@ TEST(Convert, OtherKindsAreNamed) {
     }
     return "";
   };
-  EXPECT_EQ(why("SQLite format 3\0xyz"),
+  EXPECT_EQ(why({"SQLite format 3\0xyz", 19}),
             "file: a rosbag2 of the sqlite3 kind: `ros2 bag convert` makes MCAP of it");
   EXPECT_EQ(why("#ROSBAG V2.0\n"), "file: a bag of ROS 1: `mcap convert` makes MCAP of it");
   EXPECT_NE(why("hello"), "");
