@@ -102,6 +102,10 @@ Truth Renderer::truth(double t_s) const {
   truth.goal_low = {table.goal_low_x_m, table.goal_low_y_m};
   truth.bridge_height = table.bridge_height_m;
   truth.bridge_in_view = !table.bridge_removed;
+  truth.held = pose.held;
+  const Eigen::Vector2d pixel = camera_.project(pose.palm);
+  truth.hand_in_view = pixel.x() >= 0.0 && pixel.x() < camera_.width() && pixel.y() >= 0.0 &&
+                       pixel.y() < camera_.height();
   return truth;
 }
 

@@ -40,7 +40,9 @@ struct Truth {
   Eigen::Vector2d object, palm;         ///< centres
   Eigen::Vector2d goal_high, goal_low;  ///< middle of the upper faces
   double bridge_height = 0.0;           ///< lower edge of the bar
+  bool hand_in_view = false;
   bool bridge_in_view = false;
+  bool held = false;
 };
 
 struct Picture {
@@ -63,6 +65,7 @@ class Renderer {
   /// @param t_s time since the start [s]; `out` is resized to the view.
   void render(double t_s, image::Image& out);
   Truth truth(double t_s) const;
+  double end_s() const { return motion_.end_s(); }
 
  private:
   Picture picture_;

@@ -14,7 +14,6 @@
 #include "common/motion/demix/baselines.h"
 #include "common/motion/demix/sisa.h"
 #include "common/motion/demix/spectrum.h"
-#include "common/motion/demix/wigner.h"
 #include "common/motion/mocap/body_map.h"
 #include "common/motion/mocap/clip_file.h"
 #include "common/motion/mocap/trials.h"
