@@ -38,9 +38,9 @@ inline Eigen::Vector3d log_so3(const Eigen::Matrix3d& rotation) {
   return log_so3(Eigen::Quaterniond(rotation));
 }
 
-/// Rotation by the smallest angle that turns `from` into the direction of `to`, neither zero; a
-/// half turn is about an axis perpendicular to `from`. Eigen's FromTwoVectors finds that axis by a
-/// singular value decomposition, which costs 10 s to compile.
+/// Rotation by the smallest angle that turns `from` into the direction of `to`, neither zero.
+/// Within 1.5e-6 rad of a half turn it is one, about an axis perpendicular to `from`. Eigen's
+/// FromTwoVectors finds that axis by a singular value decomposition, which costs 10 s to compile.
 inline Eigen::Matrix3d rotation_onto(const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
   const Eigen::Vector3d a = from.normalized(), b = to.normalized();
   const double cosine = b.dot(a);
