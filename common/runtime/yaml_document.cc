@@ -104,7 +104,8 @@ class OneDocument : public YAML::EventHandler {
 
   void OnDocumentStart(const YAML::Mark& mark) override {
     if (++documents_ == 1) return;
-    const auto at = static_cast<std::size_t>(std::max(mark.pos, 0));
+    // Marks count decoded characters: bytes that are no UTF-8 make more of them.
+    const std::size_t at = std::min(static_cast<std::size_t>(std::max(mark.pos, 0)), text_.size());
     throw ConfigError(to_string(places_.place(mark)) +
                       (text_.compare(at, 1, ",") == 0 ? ": a comma outside of brackets"
                                                       : ": a second document (---) is not read"));

@@ -115,6 +115,7 @@ const Mistake kMistakes[] = {
      "@:2:1: a second document (---) is not read"},
     {"comma_first", ", x\n", "@:1:1: a comma outside of brackets"},
     {"comma_after_comment", "# one\n, rate_hz: 10\n", "@:2:1: a comma outside of brackets"},
+    {"no_utf8", "#\xff\xff\xff\xff\n,", "@:2:1: a comma outside of brackets"},
     {"not_a_map", "- rate_hz\n", "@:1:1: expected a map of parameters, found a list"},
     {"variable_kind", "bus: ${argh:x}\n",
      "@:1:6: ${argh:x}: expected ${arg:NAME}, ${env:NAME} or ${run:NAME}"},
