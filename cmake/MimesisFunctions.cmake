@@ -13,21 +13,28 @@
 # Programs for a robot or a demo: everything but tests and benchmarks.
 add_custom_target(programs)
 
-# Precompiled headers of this tree (MimesisTargets.cmake); a target with other options than theirs sets
-# DISABLE_PRECOMPILE_HEADERS. Nodes outside of this tree have none.
+# Precompiled headers of this tree (MimesisTargets.cmake) and the options they were compiled with, since the compiler
+# keeps to those; a target with other options sets DISABLE_PRECOMPILE_HEADERS. Nodes outside of this tree have none.
 function(mimesis_reuse_headers name headers)
   if(TARGET ${headers})
+    get_target_property(options ${headers} COMPILE_OPTIONS)
+    if(options)
+      target_compile_options(${name} PRIVATE ${options})
+    endif()
     target_precompile_headers(${name} REUSE_FROM ${headers})
   endif()
 endfunction()
 
 # Libraries of common/ and proto/ are installed with their headers, for nodes outside of this tree.
 function(mimesis_library name)
-  cmake_parse_arguments(arg "" "" "SOURCES;LINK;PRIVATE_LINK" ${ARGN})
+  cmake_parse_arguments(arg "" "HEADERS" "SOURCES;LINK;PRIVATE_LINK" ${ARGN})
+  if(NOT arg_HEADERS)
+    set(arg_HEADERS mimesis_headers)
+  endif()
   add_library(${name} STATIC ${arg_SOURCES})
   target_include_directories(${name} PUBLIC $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}> $<INSTALL_INTERFACE:include/mimesis>)
   target_link_libraries(${name} PUBLIC ${arg_LINK} PRIVATE $<BUILD_INTERFACE:mimesis_warnings> ${arg_PRIVATE_LINK})
-  mimesis_reuse_headers(${name} mimesis_headers)
+  mimesis_reuse_headers(${name} ${arg_HEADERS})
   cmake_path(IS_PREFIX MIMESIS_INSTALLED_SOURCES ${CMAKE_CURRENT_SOURCE_DIR} installed)
   if(installed)
     install(TARGETS ${name} EXPORT MimesisExport ARCHIVE DESTINATION lib COMPONENT library)
@@ -62,9 +69,6 @@ function(mimesis_test name)
   endif()
   mimesis_executable(${name} SOURCES ${arg_SOURCES} LINK ${arg_LINK} GTest::gtest_main HEADERS mimesis_test_headers)
   set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/test)
-  if(TARGET mimesis_test_headers)
-    target_compile_options(${name} PRIVATE $<$<CONFIG:Release>:-Og>)
-  endif()
   target_compile_definitions(${name} PRIVATE
     MIMESIS_SOURCE_DIR="${PROJECT_SOURCE_DIR}" MIMESIS_BIN_DIR="${CMAKE_BINARY_DIR}/bin")
   add_test(NAME ${name} COMMAND ${name})

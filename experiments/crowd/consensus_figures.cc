@@ -8,6 +8,7 @@
 #include "common/math/integrator.h"
 #include "common/plot/gnuplot.h"
 #include "experiments/crowd/figures.h"
+#include "experiments/crowd/oscillators.h"
 #include "experiments/crowd/statistics.h"
 #include "nodes/crowd/certificate/rate_fit.h"
 #include "nodes/crowd/rules/rules.h"
@@ -22,20 +23,22 @@ using PlotDir = std::optional<std::filesystem::path>;
 using math::kTwoPi;
 
 constexpr int kAgents = 12;
-constexpr double kOmega = 6.0, kDt_s = 0.02, kSpeed_m_s = 1.2;
+constexpr double kTurnStep_s = 0.02, kSpeed_m_s = 1.2;
 /// Headings, then χ.
 using State = Eigen::Matrix<double, kAgents + 1, 1>;
 
 std::span<const double> headings(const State& x) { return {x.data(), kAgents}; }
 
 /// No common step cycle: every agent has its own frequency, within ±`uneven`.
-struct Group {
+struct Walkers {
   HeadingRule rule;
   double uneven = 0.0;
-  double omega(int i) const { return kOmega * (1.0 + uneven * (2.0 * i / (kAgents - 1) - 1.0)); }
+  double omega(int i) const {
+    return kOmega_rad_s * (1.0 + uneven * (2.0 * i / (kAgents - 1) - 1.0));
+  }
 };
 
-State step(const Group& group, const State& x) {
+State step(const Walkers& group, const State& x) {
   const bool filtered = group.rule.low_pass_s > 0.0;
   const auto f = [&](double, const State& s) {
     const double mean = circular_sum(headings(s)).angle();
@@ -49,7 +52,7 @@ State step(const Group& group, const State& x) {
     rate[kAgents] = filtered ? math::wrap_pi(mean - chi) / group.rule.low_pass_s : 0.0;
     return rate;
   };
-  return math::rk4_step(f, 0.0, x, kDt_s);
+  return math::rk4_step(f, 0.0, x, kTurnStep_s);
 }
 
 State start(std::mt19937_64& draw) {
@@ -60,12 +63,12 @@ State start(std::mt19937_64& draw) {
   return x;
 }
 
-struct Seen {
+struct Agreement {
   double share = 0.0;     ///< share of 500 starts that agree
   double rate_1_s = 0.0;  ///< median of the first 60
 };
 
-Seen agree(const Group& group) {
+Agreement agree(const Walkers& group) {
   constexpr int kStarts = 500, kRated = 60;
   std::mt19937_64 draw(23);
   std::vector<double> rates;
@@ -75,7 +78,7 @@ Seen agree(const Group& group) {
     RateFit fit(1e-6, 3e-2);
     const double end = s < kRated ? 1e-6 : 1e-3;
     double r = 1.0;
-    for (double t = 0.0; t < 60.0 && r > end; t += kDt_s) {
+    for (double t = 0.0; t < 60.0 && r > end; t += kTurnStep_s) {
       r = dispersion(headings(x));
       fit.add(t, r);
       x = step(group, x);
@@ -88,15 +91,15 @@ Seen agree(const Group& group) {
 }
 
 /// Rows: t, then ψᵢ (unwrapped), then x, y of every agent, then χ.
-Data course(const std::string& name, const Group& group, double seconds) {
+Data course(const std::string& name, const Walkers& group, double seconds) {
   std::mt19937_64 draw(29);
   State x = start(draw);
   Eigen::Matrix<double, 2, kAgents> p;
   for (int i = 0; i < kAgents; ++i) p.col(i) << 0.8 * (i % 4), 0.8 * (i / 4);
   Data out{name, {}};
-  for (int n = 0; n * kDt_s < seconds; ++n) {
+  for (int n = 0; n * kTurnStep_s < seconds; ++n) {
     if (n % 3 == 0) {
-      std::vector<double> row{n * kDt_s};
+      std::vector<double> row{n * kTurnStep_s};
       for (int i = 0; i < kAgents; ++i) row.push_back(math::wrap_pi(x[i]));
       for (int i = 0; i < kAgents; ++i) row.insert(row.end(), {p(0, i), p(1, i)});
       row.push_back(group.rule.low_pass_s > 0.0 ? math::wrap_pi(x[kAgents])
@@ -104,7 +107,7 @@ Data course(const std::string& name, const Group& group, double seconds) {
       out.rows.push_back(row);
     }
     for (int i = 0; i < kAgents; ++i) {
-      p.col(i) += kDt_s * kSpeed_m_s * Eigen::Vector2d(std::cos(x[i]), std::sin(x[i]));
+      p.col(i) += kTurnStep_s * kSpeed_m_s * Eigen::Vector2d(std::cos(x[i]), std::sin(x[i]));
     }
     x = step(group, x);
   }
@@ -112,14 +115,14 @@ Data course(const std::string& name, const Group& group, double seconds) {
 }
 
 Report consensus(const PlotDir& dir) {
-  const Group direct{{.kind = HeadingKind::consensus, .gain = 0.2}, 0.0};
-  Group filtered = direct, uneven = direct;
+  const Walkers direct{{.kind = HeadingKind::consensus, .gain = 0.2}, 0.0};
+  Walkers filtered = direct, uneven = direct;
   filtered.rule.low_pass_s = 0.8;
   uneven.uneven = uneven.rule.low_pass_s = 0.15;
   Report report;
-  const double rate = direct.rule.gain * kOmega;
-  const auto rows = [&](const std::string& name, const Group& group, bool rated) {
-    const Seen seen = agree(group);
+  const double rate = direct.rule.gain * kOmega_rad_s;
+  const auto rows = [&](const std::string& name, const Walkers& group, bool rated) {
+    const Agreement seen = agree(group);
     report.rows.push_back(
         near(name + ": share of 500 starts that agree", seen.share, 1.0, 0.0, "1"));
     if (rated) {

@@ -21,7 +21,7 @@ using PlotDir = std::optional<std::filesystem::path>;
 using Cycle = std::function<WarpedCycle(double phi)>;
 using math::kTwoPi;
 
-constexpr double kOmega = 1.0;  // φ is time, as in eq. 4.48
+constexpr double kPhaseRate_1_s = 1.0;  // φ is time, as in eq. 4.48
 constexpr int kPerTurn = 720;
 constexpr double kPi = std::numbers::pi;
 
@@ -40,19 +40,19 @@ WarpedCycle two_rates(double phi) { return {0.25, 0.0, upper(phi) ? 0.04 : 0.8};
 
 /// Rows φ, ρ from φ = 0 on.
 std::vector<std::vector<double>> orbit(const Cycle& cycle, double rho, int turns) {
-  const double dt = kTwoPi / kPerTurn / kOmega;
+  const double dt = kTwoPi / kPerTurn / kPhaseRate_1_s;
   // the halves are taken from the middle of a step: at its ends both have the same F, not the same
   // α
   std::vector<std::vector<double>> rows;
   for (int n = 0; n <= turns * kPerTurn; ++n) {
-    const double phi = kOmega * n * dt;
+    const double phi = kPhaseRate_1_s * n * dt;
     rows.push_back({phi, rho});
-    const double side = upper(phi + 0.5 * kOmega * dt) ? 0.25 * kPi : 1.25 * kPi;
+    const double side = upper(phi + 0.5 * kPhaseRate_1_s * dt) ? 0.25 * kPi : 1.25 * kPi;
     const double alpha = cycle(side).gain_1_s;
     const auto f = [&](double t, double r) {
-      WarpedCycle c = cycle(kOmega * t);
+      WarpedCycle c = cycle(kPhaseRate_1_s * t);
       c.gain_1_s = alpha;
-      return warped_rate(c, kOmega, r);
+      return warped_rate(c, kPhaseRate_1_s, r);
     };
     rho = math::rk4_step(f, n * dt, rho, dt);
   }
@@ -68,7 +68,7 @@ double off_closed_form(const Cycle& cycle, const std::vector<std::vector<double>
     const double turns = std::floor(r[0] / kTwoPi + 1e-9), rest = r[0] - turns * kTwoPi;
     const double integral = turns * kPi * (above + below) + above * std::min(rest, kPi) +
                             below * std::max(0.0, rest - kPi);
-    const double expected = cycle(r[0]).rho + start * std::exp(-integral / kOmega);
+    const double expected = cycle(r[0]).rho + start * std::exp(-integral / kPhaseRate_1_s);
     worst = std::max(worst, std::abs(r[1] - expected));
   }
   return worst;

@@ -15,7 +15,7 @@
 namespace mimesis::crowd {
 namespace {
 
-constexpr double kDt_s = 0.02, kSample_s = 0.1;
+constexpr double kCrowdStep_s = 0.02, kSample_s = 0.1;
 
 std::vector<Agent> agents_of(const FormationRun& run) {
   const auto from = starts(run.group, run.gait.eigenfrequency_rad_s, std::uint64_t(run.seed));
@@ -39,7 +39,7 @@ std::vector<Agent> agents_of(const FormationRun& run) {
 class Watch {
  public:
   explicit Watch(const FormationRun& run)
-      : crowd_(CrowdSettings{.dt_s = kDt_s}), agents_(agents_of(run)) {
+      : crowd_(CrowdSettings{.dt_s = kCrowdStep_s}), agents_(agents_of(run)) {
     group_ = crowd_.add_group({run.stages.front().rules, run.gait.speed(), {}});
     crowd_.add(group_, agents_);
   }
@@ -123,10 +123,10 @@ FormationOutcome run(const FormationRun& run) {
   FormationOutcome out;
   out.least_distance_m = std::numeric_limits<double>::infinity();
   std::size_t stage = 0;
-  const auto steps = static_cast<int>(std::lround(run.until_s / kDt_s));
-  const auto per_sample = static_cast<int>(std::lround(kSample_s / kDt_s));
+  const auto steps = static_cast<int>(std::lround(run.until_s / kCrowdStep_s));
+  const auto per_sample = static_cast<int>(std::lround(kSample_s / kCrowdStep_s));
   for (int n = 0; n <= steps; ++n) {
-    while (stage < run.stages.size() && n * kDt_s >= run.stages[stage].at_s - 1e-9) {
+    while (stage < run.stages.size() && n * kCrowdStep_s >= run.stages[stage].at_s - 1e-9) {
       watch.crowd().set_rules(watch.group(), run.stages[stage].rules);
       out.snapshots.push_back(watch.snapshot());
       if (++stage == run.stages.size()) certify(run, watch.sample(), out);

@@ -24,8 +24,8 @@ using reproduce::near;
 using reproduce::Report;
 using PlotDir = std::optional<std::filesystem::path>;
 
-constexpr double kMean_m_rad = 0.2, kAmplitude = 0.3;  // g_min = 0.7 ⟨g⟩
-constexpr double kDt_s = 0.005, kMostError_rad = 3e-2;
+constexpr double kAmplitude = 0.3;  // g_min = 0.7 ⟨g⟩
+constexpr double kFrequencyStep_s = 0.005, kMostError_rad = 3e-2;
 const double kCycle_m = math::kTwoPi * kMean_m_rad;
 
 FrequencyRun make(Topology topology, int n, double gain) {
@@ -54,11 +54,11 @@ double measured(Topology topology, int n, double gain, double seconds, double wi
     FrequencyRun::State x = run.tied(random_phases(n, width, draw));
     // late: growth when the fastest mode leads, decay when the slowest remains
     RateFit fit(1e-5, kMostError_rad);  // below, what RK4 does to z and to G(φ) differs
-    for (double t = 0.0; t < seconds; t += kDt_s) {
+    for (double t = 0.0; t < seconds; t += kFrequencyStep_s) {
       const double error = FrequencyRun::phase_error_rad(x);
       if (gain < 0.0 && error > kMostError_rad) break;
       fit.add(t, error);
-      run.step(x, kDt_s);
+      run.step(x, kFrequencyStep_s);
     }
     if (const auto rate = fit.rate_1_s()) rates.push_back(*rate);
   }
@@ -69,7 +69,7 @@ double measured(Topology topology, int n, double gain, double seconds, double wi
 Data courses(const std::string& name, const FrequencyRun& run, FrequencyRun::State x,
              double seconds) {
   Data out{name, {}};
-  for (double t = 0.0; t < seconds; t += kDt_s) {
+  for (double t = 0.0; t < seconds; t += kFrequencyStep_s) {
     if (out.rows.empty() || t - out.rows.back()[0] > 0.04) {
       std::vector<double> row{t};
       for (Eigen::Index i = 0; i < x.rows(); ++i) {
@@ -77,7 +77,7 @@ Data courses(const std::string& name, const FrequencyRun& run, FrequencyRun::Sta
       }
       out.rows.push_back(row);
     }
-    run.step(x, kDt_s);
+    run.step(x, kFrequencyStep_s);
   }
   return out;
 }
@@ -110,9 +110,9 @@ FrequencyRun::State scattered(const FrequencyRun& run) {
 double residual(const FrequencyRun& run) {
   FrequencyRun::State x = scattered(run);
   double worst = 0.0;
-  for (double t = 0.0; t < 40.0; t += kDt_s) {
+  for (double t = 0.0; t < 40.0; t += kFrequencyStep_s) {
     if (t > 30.0) worst = std::max(worst, run.error_m(x));
-    run.step(x, kDt_s);
+    run.step(x, kFrequencyStep_s);
   }
   return worst;
 }
@@ -178,9 +178,9 @@ Report divergence(const PlotDir& dir) {
     std::mt19937_64 draw(9);
     FrequencyRun::State x = run.tied(random_phases(5, 1e-4, draw));
     Data d{"d" + std::to_string(data.size()), {}};
-    for (double t = 0.0; t < seconds; t += kDt_s) {
+    for (double t = 0.0; t < seconds; t += kFrequencyStep_s) {
       d.rows.push_back({t, run.error_m(x), 3e-5 * std::exp(expected * t)});
-      run.step(x, kDt_s);
+      run.step(x, kFrequencyStep_s);
     }
     const std::string c = std::to_string(data.size() + 1);
     curves += (data.empty() ? "plot $" : ", $") + d.name + " using 1:2 with lines lc " + c +

@@ -7,6 +7,9 @@
 
 namespace mimesis::crowd {
 
+/// ⟨g⟩ of their gaits.
+inline constexpr double kMean_m_rad = 0.2;
+
 /// Agents behind each other that keep their distances by the frequency of their steps alone
 /// [M18 eq. 4.28, 4.29; M10 with a low-pass], one column each of φ, z and ε.
 struct FrequencyRun {

@@ -25,14 +25,14 @@ using reproduce::Report;
 using PlotDir = std::optional<std::filesystem::path>;
 
 constexpr int kFollowers = 4;  // five characters with the leader, as in the movies
-constexpr double kOmega = 6.0, kDt = 0.01;
-using States = Eigen::Matrix<double, 2, kFollowers + 1>;  // the leader is the last
+constexpr double kStep_s = 0.01;
+using LedStates = Eigen::Matrix<double, 2, kFollowers + 1>;  // the leader is the last
 using Angles = std::array<double, kFollowers>;
 
-States rate_of(const States& x, double k, double alpha) {
+LedStates rate_of(const LedStates& x, double k, double alpha) {
   static const auto graph = CouplingGraph::make(Topology::all_to_all, kFollowers);
-  const dmp::AndronovHopf oscillator{kOmega};
-  States rate;
+  const dmp::AndronovHopf oscillator{kOmega_rad_s};
+  LedStates rate;
   rate.col(kFollowers) = oscillator.rate(x.col(kFollowers));
   Eigen::Matrix2Xd group = x.leftCols<kFollowers>(), group_rate(2, kFollowers);
   hopf_network_rate(graph, oscillator, k, {alpha, x.col(kFollowers)}, group, group_rate);
@@ -40,11 +40,12 @@ States rate_of(const States& x, double k, double alpha) {
   return rate;
 }
 
-States step(const States& x, double k, double alpha) {
-  return math::rk4_step([&](double, const States& s) { return rate_of(s, k, alpha); }, 0.0, x, kDt);
+LedStates step(const LedStates& x, double k, double alpha) {
+  return math::rk4_step([&](double, const LedStates& s) { return rate_of(s, k, alpha); }, 0.0, x,
+                        kStep_s);
 }
 
-Angles to_leader(const States& x) {
+Angles to_leader(const LedStates& x) {
   Angles out;
   const double leader = dmp::phase_of(x.col(kFollowers));
   for (int i = 0; i < kFollowers; ++i) {
@@ -54,15 +55,15 @@ Angles to_leader(const States& x) {
 }
 
 /// To the phases given, on the limit cycle.
-States at(const std::array<double, kFollowers + 1>& phases) {
-  States x;
+LedStates at(const std::array<double, kFollowers + 1>& phases) {
+  LedStates x;
   for (int i = 0; i <= kFollowers; ++i) {
     x.col(i) << std::cos(phases[std::size_t(i)]), std::sin(phases[std::size_t(i)]);
   }
   return x;
 }
 
-States random_start(std::mt19937_64& draw) {
+LedStates random_start(std::mt19937_64& draw) {
   std::uniform_real_distribution<double> uniform(0.0, 2.0 * std::numbers::pi);
   std::array<double, kFollowers + 1> phases;
   for (double& p : phases) p = uniform(draw);
@@ -80,8 +81,8 @@ Rates measure(double k, double alpha) {
   std::mt19937_64 draw(7);
   for (int trial = 0; trial < 20; ++trial) {
     RateFit group(1e-11, 1e-5), leader(1e-6, 3e-2);
-    States x = random_start(draw);
-    for (double t = 0.0; t < 18.0 / alpha; t += kDt) {
+    LedStates x = random_start(draw);
+    for (double t = 0.0; t < 18.0 / alpha; t += kStep_s) {
       const Angles off = to_leader(x);
       group.add(t, dispersion(off));
       leader.add(t, std::abs(circular_sum(off).angle()));
@@ -99,8 +100,8 @@ double dispersion_after(double k, double alpha, int cycles) {
   double sum = 0.0;
   constexpr int kTrials = 20;
   for (int trial = 0; trial < kTrials; ++trial) {
-    States x = random_start(draw);
-    for (double t = 0.0; t < cycles * 2.0 * std::numbers::pi / kOmega; t += kDt) {
+    LedStates x = random_start(draw);
+    for (double t = 0.0; t < cycles * 2.0 * std::numbers::pi / kOmega_rad_s; t += kStep_s) {
       x = step(x, k, alpha);
     }
     sum += dispersion(to_leader(x)) / kTrials;
@@ -113,14 +114,14 @@ constexpr double kCoupled_s = 6.0, kLeader_s = 36.0, kMember_s = 66.0, kEnd_s = 
 
 Data scene() {
   Data out{"scene", {}};
-  States x = at({0.4, 2.2, 4.0, 5.3, 1.1});
+  LedStates x = at({0.4, 2.2, 4.0, 5.3, 1.1});
   const auto push = [&](int i, double by) {
     x.col(i) = Eigen::Rotation2Dd(by).toRotationMatrix() * x.col(i);
   };
-  for (int n = 0; n * kDt < kEnd_s; ++n) {
-    const double t = n * kDt;
-    if (n == std::lround(kLeader_s / kDt)) push(kFollowers, 2.0);
-    if (n == std::lround(kMember_s / kDt)) push(1, 2.0);
+  for (int n = 0; n * kStep_s < kEnd_s; ++n) {
+    const double t = n * kStep_s;
+    if (n == std::lround(kLeader_s / kStep_s)) push(kFollowers, 2.0);
+    if (n == std::lround(kMember_s / kStep_s)) push(1, 2.0);
     const Angles off = to_leader(x);
     if (n % 5 == 0) {
       out.rows.push_back({t, off[0], off[1], off[2], off[3], dispersion(off),
@@ -132,7 +133,7 @@ Data scene() {
   return out;
 }
 
-void plot(const std::filesystem::path& png) {
+void plot_leader(const std::filesystem::path& png) {
   std::ostringstream s;
   const auto bar = [&](int id, double from, double to, const char* colour) {
     s << "set object " << id << " rect from " << from << ",-4.1 to " << to << ",-3.6 fc rgb '"
@@ -185,7 +186,7 @@ Report leader(const PlotDir& dir) {
                                            "movie 7: a leader makes it fast"));
   if (dir) {
     report.plots.push_back(*dir / "fig-4.7.png");
-    plot(report.plots.back());
+    plot_leader(report.plots.back());
   }
   return report;
 }

@@ -11,6 +11,7 @@
 #include "common/plot/gnuplot.h"
 #include "experiments/crowd/figures.h"
 #include "experiments/crowd/frequency_runs.h"
+#include "experiments/crowd/oscillators.h"
 #include "nodes/crowd/certificate/contraction.h"
 
 namespace mimesis::crowd {
@@ -21,7 +22,7 @@ using reproduce::near;
 using reproduce::Report;
 using PlotDir = std::optional<std::filesystem::path>;
 
-constexpr double kMean_m_rad = 0.2, kOmega = 6.0, kDt_s = 0.01, kUntil_s = 80.0;
+constexpr double kDt_s = 0.01, kUntil_s = 80.0;
 constexpr double kFactors[] = {0.05, 0.1, 0.25, 1.0, 2.0};
 
 struct Case {
@@ -34,7 +35,7 @@ double most_lambda(const Case& c) { return extremes(c.topology, c.n).most; }
 
 /// m ⟨g⟩ [1/s²] with which the fastest mode swings at √(m⟨g⟩λ_max) = ω, half as fast as g: behind a
 /// slow low-pass the gait pumps it.
-double gain_of(const Case& c) { return kOmega * kOmega / most_lambda(c); }
+double gain_of(const Case& c) { return kOmega_rad_s * kOmega_rad_s / most_lambda(c); }
 
 double bound_of(const Case& c) {
   return std::sqrt(gain_of(c) * (1.0 + c.amplitude) * most_lambda(c));
@@ -44,7 +45,7 @@ FrequencyRun make(const Case& c, double alpha) {
   FrequencyRun run{CouplingGraph::make(c.topology, c.n),
                    {.gain_rad_m_s = gain_of(c) / kMean_m_rad / alpha, .low_pass_rad_s = alpha},
                    gait_of(kMean_m_rad, c.amplitude),
-                   kOmega,
+                   kOmega_rad_s,
                    {}};
   for (int i = 0; i < c.n; ++i) run.place_m.push_back(-i * math::kTwoPi * kMean_m_rad);
   return run;
@@ -123,7 +124,7 @@ Report low_pass(const PlotDir& dir) {
       std::mt19937_64 draw(17);
       FrequencyRun::State x = start(run, draw);
       Data d{"d" + std::to_string(data.size()), {}};
-      const auto per_cycle = static_cast<int>(math::kTwoPi / kOmega / kDt_s);
+      const auto per_cycle = static_cast<int>(math::kTwoPi / kOmega_rad_s / kDt_s);
       for (double t = 0.0; t < kUntil_s;) {
         double most = 0.0;
         for (int n = 0; n < per_cycle; ++n, t += kDt_s) {

@@ -27,7 +27,7 @@ using PlotDir = std::optional<std::filesystem::path>;
 constexpr double kLong_m = 1.25, kShort_m = 0.8;
 constexpr std::array kBetas{-1.0 / 3.0, 0.0, 1.0 / 3.0, 2.0 / 3.0};
 constexpr std::array kNames{"-1/3", "0", "1/3", "2/3"};
-constexpr double kDt_s = 0.005;
+constexpr double kPathStep_s = 0.005;
 
 dmp::PowerLawField field(double beta) {
   return dmp::PowerLawField(
@@ -43,10 +43,10 @@ template <class Velocity>
 Trace trace(const Velocity& velocity, Vector2d p, double seconds) {
   Trace out;
   const auto f = [&](double, const Vector2d& x) { return velocity(x); };
-  for (double t = 0.0; t < seconds; t += kDt_s) {
+  for (double t = 0.0; t < seconds; t += kPathStep_s) {
     out.p.push_back(p);
     out.speed.push_back(velocity(p).norm());
-    p = math::rk4_step(f, 0.0, p, kDt_s);
+    p = math::rk4_step(f, 0.0, p, kPathStep_s);
   }
   return out;
 }
@@ -98,7 +98,7 @@ std::vector<Trace> traces(const Velocity& velocity, double a, double b) {
   return out;
 }
 
-void plot(const std::filesystem::path& png) {
+void plot_paths(const std::filesystem::path& png) {
   std::vector<Data> data;
   // plain oscillator with inverted squared radius, eq. 4.50, and its image under the affine map
   const auto plain = [](const Vector2d& x) -> Vector2d {
@@ -171,7 +171,7 @@ Report power_laws(const PlotDir& dir) {
   }
   if (dir) {
     report.plots.push_back(*dir / "fig-4.14.png");
-    plot(report.plots.back());
+    plot_paths(report.plots.back());
   }
   return report;
 }

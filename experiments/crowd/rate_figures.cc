@@ -10,6 +10,7 @@
 #include "common/plot/gnuplot.h"
 #include "experiments/crowd/figures.h"
 #include "experiments/crowd/hopf_trials.h"
+#include "experiments/crowd/oscillators.h"
 #include "experiments/crowd/statistics.h"
 #include "nodes/crowd/certificate/rate_fit.h"
 
@@ -23,7 +24,7 @@ using PlotDir = std::optional<std::filesystem::path>;
 
 constexpr std::array kGraphs{Topology::star, Topology::chain, Topology::ring, Topology::all_to_all};
 constexpr int kLeastN = 3, kMostN = 10;
-constexpr double kOmega = 6.0, kCycle_s = 2.0 * std::numbers::pi / kOmega;
+constexpr double kCycle_s = 2.0 * std::numbers::pi / kOmega_rad_s;
 
 std::string label(Topology t) {
   return t == Topology::all_to_all ? "all-to-all" : std::string(to_string(t));
@@ -60,7 +61,7 @@ std::vector<Ratio> ratios(Topology topology, double promised) {
                                .n = n,
                                .k_1_s = k,
                                .until_s = 10.0 + 24.0 / promised,
-                               .omega_rad_s = kOmega});
+                               .omega_rad_s = kOmega_rad_s});
     out.push_back({n, promised, median(o.rate_1_s) / promised});
   }
   return out;
@@ -117,7 +118,7 @@ HopfOutcome five(Topology topology, double k, double until_s) {
               .k_1_s = k,
               .trials = 100,
               .until_s = until_s,
-              .omega_rad_s = kOmega,
+              .omega_rad_s = kOmega_rad_s,
               .sample_s = 0.02,
               .curve = true});
 }
@@ -231,7 +232,7 @@ Data rates_over_k(const std::string& name, Topology topology, int n) {
   for (const double promised : {1.1, 1.4, 1.7, 2.0, 2.3}) {
     const double k = promised / printed_lambda(topology, n);
     const HopfOutcome o =
-        run({.topology = topology, .n = n, .k_1_s = k, .trials = 40, .omega_rad_s = kOmega});
+        run({.topology = topology, .n = n, .k_1_s = k, .trials = 40, .omega_rad_s = kOmega_rad_s});
     out.rows.push_back({k, median(o.rate_1_s)});
   }
   return out;

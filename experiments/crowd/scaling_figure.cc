@@ -19,8 +19,8 @@ using Clock = std::chrono::steady_clock;
 using plot::Data;
 using reproduce::Report;
 
-constexpr double kBegin_s = 0.5, kEnd_s = 3.5;  // simulated time
-constexpr double kGoal = 1.2;                   // our agent-steps/s over those of RVO2
+constexpr double kTimedFrom_s = 0.5, kTimedTo_s = 3.5;  // simulated time
+constexpr double kGoal = 1.2;                           // our agent-steps/s over those of RVO2
 
 double since_s(Clock::time_point begin) {
   return std::chrono::duration<double>(Clock::now() - begin).count();
@@ -43,11 +43,11 @@ double step_s(const std::function<Stepping()>& make, int agents, int threads) {
     const auto warm = Clock::now();
     do {
       crowd.step();
-    } while (crowd.time_s() < kBegin_s && since_s(warm) < 2.0);
+    } while (crowd.time_s() < kTimedFrom_s && since_s(warm) < 2.0);
     const auto wall = Clock::now();
     const std::clock_t processor = std::clock();
     int steps = 0;
-    for (; steps < most && crowd.time_s() < kEnd_s; ++steps) crowd.step();
+    for (; steps < most && crowd.time_s() < kTimedTo_s; ++steps) crowd.step();
     const double processor_s = static_cast<double>(std::clock() - processor) / CLOCKS_PER_SEC;
     const double spent_s = threads > 1 || processor_s == 0.0 ? since_s(wall) : processor_s;
     best = std::min(best, spent_s / std::max(1, steps));

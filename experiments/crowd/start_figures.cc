@@ -179,15 +179,15 @@ double led(Topology topology) {
 }
 
 Report starts(const PlotDir& dir) {
-  constexpr Topology kGraphs[] = {Topology::chain, Topology::star, Topology::ring, Topology::wheel,
-                                  Topology::all_to_all};
+  constexpr Topology kStartGraphs[] = {Topology::chain, Topology::star, Topology::ring,
+                                       Topology::wheel, Topology::all_to_all};
   Report report;
   std::vector<Data> data(3);
   for (int w = 0; w < 3; ++w) {
     Data& bars = data[std::size_t(w)];
     bars.name = "way" + std::to_string(w);
     double place = 0.0;
-    for (const Topology topology : kGraphs) {
+    for (const Topology topology : kStartGraphs) {
       for (const int n : {5, 8, 16}) {
         const double share = synchronised(Way(w), topology, n);
         bars.rows.push_back({place + 0.27 * (w - 1), share});
@@ -231,7 +231,7 @@ Report starts(const PlotDir& dir) {
               "set key top horizontal center\nset bmargin 4\nset boxwidth 0.25\n"
               "set style fill solid 0.8 noborder\nset grid y\nset xtics (";
     double place = 0.0;
-    for (const Topology topology : kGraphs) {
+    for (const Topology topology : kStartGraphs) {
       for (const int n : {5, 8, 16}) {
         script << (place > 0.0 ? ", \"" : "\"") << n;
         if (n == 8) script << "\\n" << to_string(topology);
