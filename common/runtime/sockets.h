@@ -18,6 +18,7 @@
 #include <utility>
 
 #include "common/error.h"
+#include "common/runtime/log.h"
 #include "common/runtime/wire.h"
 
 namespace mimesis::runtime {
@@ -59,9 +60,12 @@ class PacketSocket {
     return s;
   }
   /// Next connection of a listener; not valid() if there is none.
-  PacketSocket accept() const { return PacketSocket(accept4(fd_, nullptr, nullptr, SOCK_CLOEXEC)); }
+  PacketSocket accept() const {
+    return PacketSocket(accept4(fd_, nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK));
+  }
 
-  /// Waits while the receiver's buffer is full. False if the other end is gone.
+  /// Waits while the receiver's buffer is full, if this end has connected. False if the other end
+  /// is gone, or the packet cannot be sent.
   bool send(std::string_view packet) const {
     ssize_t sent = 0;
     do {
@@ -254,7 +258,12 @@ class SubSocket {
     if (topics_.insert(topic).second) socket_.set(ZMQ_SUBSCRIBE, subscription(topic));
   }
   void connect(std::uint64_t publisher, const std::string& endpoint) {
-    if (endpoints_.emplace(publisher, endpoint).second) socket_.connect(endpoint);
+    if (!endpoints_.emplace(publisher, endpoint).second) return;
+    try {
+      socket_.connect(endpoint);
+    } catch (const ConfigError& e) {  // another process wrote it
+      warn("a node's entry in the graph: {}; its messages do not arrive", e.what());
+    }
   }
   /// The publisher has ended. The connection is closed a little later, because its last messages
   /// may be in transit.

@@ -662,8 +662,11 @@ tl::expected<std::string, Status> ZmqBus::call(std::string_view service, const s
   const std::string server_name = server->name();
   // Out of the bus's hands during the call: it closes the clients of nodes that die.
   std::unique_ptr<ServiceClient> client = std::move(impl_->clients[start_id]);
-  if (!client) {
-    client = std::make_unique<ServiceClient>(impl_->context, server->service_endpoints(0), true);
+  try {
+    if (!client)
+      client = std::make_unique<ServiceClient>(impl_->context, server->service_endpoints(0), true);
+  } catch (const ConfigError& e) {  // another process wrote the endpoint
+    return tl::unexpected(Status{"service " + name + ": " + e.what()});
   }
   const std::uint64_t number = client->send(name, request);
   for (;;) {
