@@ -158,9 +158,9 @@ struct Tap::Impl {
     while (socket.receive(incoming)) {
       const WireHeader& header = incoming.message.header;
       std::string topic(incoming.message.topic);
-      std::uint64_t& last = last_seq[{header.start_id, topic}];
-      if (header.seq <= last) continue;  // a latched message again
-      last = header.seq;
+      std::uint64_t lost = 0;  // its reader sees it in seq
+      if (order[{header.start_id, topic}].place(header.seq, lost) != SeqOrder::Place::next)
+        continue;
       const v1::NodeInfo& node = nodes[header.start_id];
       return Tapped{.topic = std::move(topic),
                     .type = types[header.type_hash],
@@ -203,7 +203,7 @@ struct Tap::Impl {
   std::map<std::uint64_t, v1::NodeInfo> nodes;  ///< ever met, by start_id
   std::map<std::uint64_t, std::string> types;   ///< by hash
   std::map<std::string, std::string> sets;      ///< FileDescriptorSet by type
-  std::map<std::pair<std::uint64_t, std::string>, std::uint64_t> last_seq;
+  std::map<std::pair<std::uint64_t, std::string>, SeqOrder> order;
   std::deque<Tapped> pending;
 };
 

@@ -8,6 +8,7 @@
 #include <cerrno>
 #include <chrono>
 #include <cstdint>
+#include <cstdlib>
 #include <cstring>
 #include <map>
 #include <memory>
@@ -151,6 +152,20 @@ class Frame {
   char* data() { return static_cast<char*>(zmq_msg_data(&msg_)); }
   std::size_t size() const { return zmq_msg_size(&msg_); }
   std::string_view view() { return {data(), size()}; }
+  /// Process that sent a frame over a Unix socket, attested by the kernel; 0 if it came by tcp.
+  int peer_pid() const {
+    const char* address = zmq_msg_gets(&msg_, "Peer-Address");  // localhost:UID:GID:PID
+    if (address == nullptr || !std::string_view(address).starts_with("localhost:")) return 0;
+    return std::atoi(std::strrchr(address, ':') + 1);
+  }
+  /// Ends the connection that the frame came by, if it still exists.
+  void end_connection() const {
+    const int fd = zmq_msg_get(&msg_, ZMQ_SRCFD);
+    ucred peer{};
+    socklen_t size = sizeof peer;
+    if (getsockopt(fd, SOL_SOCKET, SO_PEERCRED, &peer, &size) == 0 && peer.pid == peer_pid())
+      shutdown(fd, SHUT_RDWR);
+  }
   bool more() const { return zmq_msg_more(&msg_) != 0; }
   zmq_msg_t* msg() { return &msg_; }
 
@@ -166,6 +181,7 @@ class ZmqSocket {
     set(ZMQ_LINGER, 0);
     set(ZMQ_RECONNECT_IVL, kReconnect_ms);
     set(ZMQ_RECONNECT_IVL_MAX, kReconnectMax_ms);
+    limit_frames(kLargestMessage);
   }
   ~ZmqSocket() { zmq_close(handle_); }
   ZmqSocket(const ZmqSocket&) = delete;
@@ -173,6 +189,11 @@ class ZmqSocket {
 
   void set(int option, int value) {
     MIMESIS_ASSERT(zmq_setsockopt(handle_, option, &value, sizeof value) == 0);
+  }
+  /// A connection that sends a larger frame is closed for good.
+  void limit_frames(std::size_t bytes) {
+    const auto value = static_cast<std::int64_t>(bytes);
+    MIMESIS_ASSERT(zmq_setsockopt(handle_, ZMQ_MAXMSGSIZE, &value, sizeof value) == 0);
   }
   void set(int option, std::string_view value) {
     MIMESIS_ASSERT(zmq_setsockopt(handle_, option, value.data(), value.size()) == 0);
