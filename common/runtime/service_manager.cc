@@ -54,7 +54,7 @@ class Manager {
   sockaddr_un address_{};
   socklen_t size_ = 0;
   std::chrono::nanoseconds period_ = std::chrono::hours(1);
-  Clock::time_point told_ = Clock::now();
+  Clock::time_point told_{};
 };
 
 Manager& manager() {
