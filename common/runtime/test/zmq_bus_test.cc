@@ -32,7 +32,7 @@ bool both(TestNode& a, TestNode& b, Done done, std::chrono::milliseconds timeout
   return a.until(
       [&] {
         b.until([] { return true; });
-        b.bus().wait(std::chrono::system_clock::now());
+        b.bus().wait(std::chrono::steady_clock::now());
         return done();
       },
       timeout);
@@ -146,7 +146,7 @@ TEST(ZmqBus, AStuckSubscriberNeitherFillsTheMemoryNorStopsTheOthers) {
   stuck.until([] { return true; });
   sender.open();
   ASSERT_TRUE(both(sender, well, [&] {
-    stuck.bus().wait(std::chrono::system_clock::now());
+    stuck.bus().wait(std::chrono::steady_clock::now());
     return out.subscribers() == 2;
   }));
   auto m = numbered(1);
