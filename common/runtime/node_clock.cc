@@ -13,39 +13,47 @@
 namespace mimesis::runtime {
 namespace {
 
-using WallTime = ZmqBus::WallTime;
-
-Time wall_now() { return std::chrono::system_clock::now().time_since_epoch(); }
-
 class WallClock final : public NodeClock {
  public:
   WallClock(ZmqBus& bus, double rate_hz, double offset_s, int stop_fd)
       : bus_(bus),
         stop_({stop_fd}),
         // Whole seconds as the common origin keep the offsets between nodes.
-        schedule_(rate_hz, offset_s, std::chrono::floor<std::chrono::seconds>(wall_now())) {
-    schedule_.skip_past(wall_now());
+        schedule_(rate_hz, offset_s, std::chrono::floor<std::chrono::seconds>(now())),
+        ahead_(bus.time().system_ahead()) {
+    schedule_.skip_past(now());
   }
 
   std::optional<Time> wait() override {
-    if (bus_.wait(WallTime(schedule_.due()), stop_)) return std::nullopt;
+    if (bus_.wait(bus_.time().when(schedule_.due()), stop_)) return std::nullopt;
     bus_.drain();
-    return wall_now();
+    return now();
   }
 
   void done() override {
+    watch_system_clock();
     schedule_.advance();
-    if (const Time t = wall_now(); t >= schedule_.due()) {
+    if (const Time t = now(); t >= schedule_.due()) {
       ++overruns_;
       schedule_.skip_past(t);  // no burst of late steps
     }
   }
-  Time now() const override { return wall_now(); }
+  Time now() const override { return bus_.time().now(); }
 
  private:
+  void watch_system_clock() {
+    constexpr Time kStep = std::chrono::milliseconds(100);
+    const Time ahead = bus_.time().system_ahead(), by = ahead - ahead_;
+    if (by > -kStep && by < kStep) return;
+    ahead_ = ahead;
+    warn("the system clock was set by {:+.3f} s; the graph's time goes on as before",
+         to_seconds(by));
+  }
+
   ZmqBus& bus_;
   std::array<int, 1> stop_;
   Schedule schedule_;
+  Time ahead_;  ///< of the system clock, when last looked at
 };
 
 using namespace std::chrono_literals;
@@ -64,11 +72,11 @@ class SimClock final : public NodeClock {
     for (bool said = false;;) {
       bus_.drain();
       if (!follow()) return std::nullopt;
-      const Time wall = wall_now();
+      const Time wall = bus_.time().now();
       if (schedule_ && now() >= schedule_->due()) return now();
       Time until = wall + kLook;
       if (schedule_) until = std::min(until, wall_of(schedule_->due()));
-      if (bus_.wait(WallTime(until), stop_)) return std::nullopt;
+      if (bus_.wait(bus_.time().when(until), stop_)) return std::nullopt;
       if (!schedule_ && !std::exchange(said, true)) info("waits for the clock (topic clock/time)");
     }
   }
@@ -81,7 +89,8 @@ class SimClock final : public NodeClock {
     }
   }
   Time now() const override {
-    return time_ + Time(std::llround(factor_ * static_cast<double>((wall_now() - wall_).count())));
+    return time_ +
+           Time(std::llround(factor_ * static_cast<double>((bus_.time().now() - wall_).count())));
   }
 
  private:
@@ -134,14 +143,14 @@ class LockstepClock final : public NodeClock {
       if (!conductor_.valid() && !join()) return std::nullopt;
       const std::array<int, 2> fds{stop_fd_, conductor_.fd()};
       // A deadline far away: nothing but a packet or the end is awaited.
-      if (!bus_.wait(std::chrono::system_clock::now() + 1h, fds)) continue;
+      if (!bus_.wait(std::chrono::steady_clock::now() + 1h, fds)) continue;
       switch (conductor_.receive(packet_)) {
         case PacketSocket::Result::nothing:  // so it was the stop signal
           return std::nullopt;
         case PacketSocket::Result::closed:
           if (gone_.pass()) warn("the clock is gone, or refuses this node; waiting for it");
           conductor_ = PacketSocket();
-          if (bus_.wait(std::chrono::system_clock::now() + kRefused, {&stop_fd_, 1}))
+          if (bus_.wait(std::chrono::steady_clock::now() + kRefused, {&stop_fd_, 1}))
             return std::nullopt;
           break;
         case PacketSocket::Result::packet:
@@ -195,7 +204,7 @@ class LockstepClock final : public NodeClock {
         info("waits for the clock (node mimesis_clock)");
       }
       const std::array<int, 1> stop{stop_fd_};
-      if (bus_.wait(std::chrono::system_clock::now() + 5ms, stop)) return false;
+      if (bus_.wait(std::chrono::steady_clock::now() + 5ms, stop)) return false;
     }
   }
 

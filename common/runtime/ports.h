@@ -72,7 +72,7 @@ class Latest : private InPort {
   Time since_{};
 };
 
-/// Events, each for itself.
+/// Events: each message is popped once, in order of arrival.
 template <class M>
 class EventPort : private InPort {
  public:

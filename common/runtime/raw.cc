@@ -16,6 +16,7 @@
 #include <utility>
 
 #include "common/runtime/registry.h"
+#include "common/runtime/service_manager.h"
 #include "common/runtime/sockets.h"
 
 namespace mimesis::runtime {
@@ -215,6 +216,7 @@ Tap::~Tap() = default;
 std::optional<Tapped> Tap::next(std::chrono::milliseconds timeout) {
   const auto deadline = std::chrono::steady_clock::now() + timeout;
   for (;;) {
+    notify_alive();
     impl_->follow();
     if (auto message = impl_->take()) return message;
     const auto left =

@@ -18,6 +18,7 @@
 #include "common/runtime/param_source.h"
 #include "common/runtime/ports.h"
 #include "common/runtime/replay.h"
+#include "common/runtime/service_manager.h"
 #include "common/runtime/step_recorder.h"
 #include "common/runtime/stop_signal.h"
 #include "common/runtime/value_text.h"

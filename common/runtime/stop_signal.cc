@@ -1,16 +1,10 @@
 #include "common/runtime/stop_signal.h"
 
-#include <sys/socket.h>
 #include <sys/timerfd.h>
-#include <sys/un.h>
 #include <unistd.h>
 
 #include <csignal>
-#include <cstddef>
 #include <cstdint>
-#include <cstdlib>
-#include <cstring>
-#include <string_view>
 
 #include "common/error.h"
 
@@ -55,25 +49,5 @@ StopSignal::~StopSignal() {
 int StopSignal::fd() const { return stop_fd; }
 
 bool StopSignal::requested() const { return signalled != 0; }
-
-void notify_ready() {
-  const char* path = std::getenv("NOTIFY_SOCKET");
-  if (path == nullptr || (*path != '/' && *path != '@')) return;
-  sockaddr_un address{};
-  address.sun_family = AF_UNIX;
-  const std::string_view name(path);
-  if (name.size() >= sizeof address.sun_path) return;
-  std::memcpy(address.sun_path, name.data(), name.size());
-  if (*path == '@') address.sun_path[0] = '\0';  // abstract namespace
-  const int fd = socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0);
-  if (fd < 0) return;
-  constexpr std::string_view kReady = "READY=1";
-  // Best effort by the protocol's design: a service manager that does not listen is not our
-  // failure.
-  [[maybe_unused]] const auto sent = sendto(
-      fd, kReady.data(), kReady.size(), MSG_NOSIGNAL, reinterpret_cast<const sockaddr*>(&address),
-      static_cast<socklen_t>(offsetof(sockaddr_un, sun_path) + name.size()));
-  close(fd);
-}
 
 }  // namespace mimesis::runtime

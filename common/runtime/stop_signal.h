@@ -17,8 +17,4 @@ class StopSignal {
   bool requested() const;  ///< there was a signal
 };
 
-/// Tells systemd (or the launcher) through $NOTIFY_SOCKET that the node is ready; nothing without
-/// it.
-void notify_ready();
-
 }  // namespace mimesis::runtime

@@ -16,6 +16,7 @@
 #include "common/runtime/publisher.h"
 #include "common/runtime/raw.h"
 #include "common/runtime/registry.h"
+#include "common/runtime/service_manager.h"
 #include "common/runtime/services.h"
 #include "common/runtime/subscriber.h"
 
@@ -132,8 +133,6 @@ v1::NodeInfo describe(const BusOptions& options) {
     info.set_executable(executable.data());
   }
   info.set_clock(std::string(clock_name(options.clock)));
-  info.set_started_ns(static_cast<std::uint64_t>(
-      std::chrono::nanoseconds(std::chrono::system_clock::now().time_since_epoch()).count()));
   return info;
 }
 
@@ -180,6 +179,7 @@ struct ZmqBus::Impl {
 
   BusOptions options;
   std::string directory;
+  GraphTime time;
   RegistryEntry entry;
   v1::NodeInfo info;
   ZmqContext context;  // before the sockets: destroyed after them
@@ -205,6 +205,7 @@ struct ZmqBus::Impl {
 ZmqBus::Impl::Impl(BusOptions o)
     : options(complete(std::move(o))),
       directory(graph_directory(options.graph)),
+      time(directory),
       entry(directory, options.name),
       info(describe(options)),
       publisher(context, info.start_id()),
@@ -212,6 +213,7 @@ ZmqBus::Impl::Impl(BusOptions o)
       server(context),
       peers(context, options.peers),
       registry(directory) {
+  info.set_started_ns(static_cast<std::uint64_t>(time.now().count()));
   for (ZmqSocket* socket :
        {&server.socket(), &publisher.data_socket(), &publisher.reliable_socket()}) {
     served_fds.push_back(zmq_fd(socket->handle()));
@@ -259,6 +261,7 @@ void ZmqBus::Impl::publish_info() {
 }
 
 void ZmqBus::Impl::serve() {
+  notify_alive();
   publish_info();
   discover();
   publisher.serve();
@@ -321,9 +324,10 @@ ZmqBus::Impl::Woken ZmqBus::Impl::wait(WallTime deadline, std::span<const int> f
            (reply != nullptr && readable(reply));
   };
   for (;;) {
+    notify_alive();
     serve_arrived();
     if (arrived()) return Woken::message;
-    const auto left = std::chrono::nanoseconds(deadline - std::chrono::system_clock::now());
+    const auto left = std::chrono::nanoseconds(deadline - std::chrono::steady_clock::now());
     const auto pause = std::clamp(left, std::chrono::nanoseconds(0), patience(messages));
     const timespec ts{pause.count() / 1'000'000'000, pause.count() % 1'000'000'000};
     const int ready = ppoll(waiting_on.data(), waiting_on.size(), &ts, nullptr);
@@ -337,18 +341,18 @@ ZmqBus::Impl::Woken ZmqBus::Impl::wait(WallTime deadline, std::span<const int> f
 }
 
 std::chrono::nanoseconds ZmqBus::Impl::patience(bool messages) {
-  auto patience = registry.patience();
-  if (publisher.backlog() > 0) patience = std::min(patience, 1ms);
-  if (!peers.empty()) patience = std::min<std::chrono::milliseconds>(patience, kPeerPeriod);
+  auto patience = std::min<std::chrono::nanoseconds>(registry.patience(), alive_period());
+  if (publisher.backlog() > 0) patience = std::min<std::chrono::nanoseconds>(patience, 1ms);
+  if (!peers.empty()) patience = std::min<std::chrono::nanoseconds>(patience, kPeerPeriod);
   if (drains_while_waiting && !messages) {
     subscriber.drain();
-    patience = std::min<std::chrono::milliseconds>(patience, kDrainPeriod);
+    patience = std::min<std::chrono::nanoseconds>(patience, kDrainPeriod);
   }
   return patience;
 }
 
 void ZmqBus::Impl::await_greetings(const std::function<bool(const v1::NodeInfo&)>& selects) {
-  const auto deadline = std::chrono::system_clock::now() + kGreetingPatience;
+  const auto deadline = std::chrono::steady_clock::now() + kGreetingPatience;
   for (;;) {
     serve();
     std::string missing;
@@ -356,11 +360,11 @@ void ZmqBus::Impl::await_greetings(const std::function<bool(const v1::NodeInfo&)
       if (!publisher.greeted_by(start_id) && selects(node)) missing += " " + node.name();
     }
     if (missing.empty()) return;
-    if (std::chrono::system_clock::now() >= deadline) {
+    if (std::chrono::steady_clock::now() >= deadline) {
       warn("still without a connection to{}: first messages may be missing there", missing);
       return;
     }
-    wait(std::min(deadline, std::chrono::system_clock::now() + 1ms), {}, false);
+    wait(std::min(deadline, std::chrono::steady_clock::now() + 1ms), {}, false);
   }
 }
 
@@ -525,6 +529,7 @@ void ZmqBus::drain() { impl_->subscriber.drain(); }
 bool ZmqBus::lockstep() const { return impl_->options.clock == ClockKind::lockstep; }
 const std::string& ZmqBus::node() const { return impl_->options.name; }
 const std::string& ZmqBus::directory() const { return impl_->directory; }
+const GraphTime& ZmqBus::time() const { return impl_->time; }
 const v1::NodeInfo& ZmqBus::info() const { return impl_->info; }
 std::uint64_t ZmqBus::sent() const { return impl_->publisher.sent(); }
 std::uint64_t ZmqBus::backlog() const { return impl_->publisher.backlog(); }
@@ -586,7 +591,7 @@ void ZmqBus::deliver(Time tick,
           error("message {} on topic {} did not arrive", publication.seq(), publication.topic());
         break;
       }
-      impl_->wait(std::chrono::system_clock::now() + 20ms, {}, true);
+      impl_->wait(std::chrono::steady_clock::now() + 20ms, {}, true);
       impl_->subscriber.drain();
     }
   }
@@ -649,10 +654,10 @@ const v1::NodeInfo* ZmqBus::Impl::server_of(std::string_view service) const {
 tl::expected<std::string, Status> ZmqBus::call(std::string_view service, const std::string& request,
                                                std::chrono::milliseconds timeout) {
   const std::string name(service);
-  const auto deadline = std::chrono::system_clock::now() + timeout;
-  const auto left = [&] { return std::chrono::system_clock::now() < deadline; };
+  const auto deadline = std::chrono::steady_clock::now() + timeout;
+  const auto left = [&] { return std::chrono::steady_clock::now() < deadline; };
   const auto next_look = [&] {  // a wait ends at its deadline only, and news come in between
-    return std::min(deadline, std::chrono::system_clock::now() + 2ms);
+    return std::min(deadline, std::chrono::steady_clock::now() + 2ms);
   };
   impl_->serve();
   const v1::NodeInfo* server = impl_->server_of(service);

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "common/runtime/bus.h"
+#include "common/runtime/graph_time.h"
 #include "proto/runtime.pb.h"
 
 namespace mimesis::runtime {
@@ -37,7 +38,7 @@ class RawOut {
 /// happens inside the calls below, so its owner must call `wait` or `drain` regularly.
 class ZmqBus final : public Bus {
  public:
-  using WallTime = std::chrono::system_clock::time_point;
+  using WallTime = GraphTime::WallTime;
   struct Impl;
 
   /// Takes the name in the graph and binds the sockets.
@@ -90,6 +91,7 @@ class ZmqBus final : public Bus {
 
   std::vector<v1::NodeInfo> known_nodes() const;  ///< alive, without this one, by name
   const v1::NodeInfo& info() const;               ///< description of this node
+  const GraphTime& time() const;                  ///< the graph's wall clock
   std::vector<v1::InputHealth> input_health(Time now) const;
   std::uint64_t sent() const;           ///< messages since the start
   std::uint64_t backlog() const;        ///< messages waiting for reliable subscribers

@@ -170,12 +170,12 @@ bool TestNode::until_in_lockstep(const std::function<bool()>& done, runtime::Tim
 
 bool TestNode::until(const std::function<bool()>& done, std::chrono::milliseconds timeout) {
   if (clock_) return until_in_lockstep(done, timeout);
-  const auto deadline = std::chrono::system_clock::now() + timeout;
+  const auto deadline = std::chrono::steady_clock::now() + timeout;
   for (;;) {
     bus_->drain();
     if (done()) return true;
-    if (std::chrono::system_clock::now() >= deadline) return false;
-    bus_->wait_message(std::min(deadline, std::chrono::system_clock::now() + 2ms));
+    if (std::chrono::steady_clock::now() >= deadline) return false;
+    bus_->wait_message(std::min(deadline, std::chrono::steady_clock::now() + 2ms));
   }
 }
 

@@ -10,6 +10,7 @@
 #include "common/runtime/log.h"
 #include "common/runtime/param_source.h"
 #include "common/runtime/ports.h"
+#include "common/runtime/service_manager.h"
 #include "common/runtime/stop_signal.h"
 #include "proto/runtime.pb.h"
 
@@ -20,12 +21,9 @@ namespace {
 
 using namespace std::chrono_literals;
 using runtime::Time;
-using WallTime = runtime::ZmqBus::WallTime;
 
 constexpr auto kPeriod = 100ms;
 constexpr auto kFarewell = 1s;  // for nodes to hear that time has ended
-
-Time wall_now() { return std::chrono::system_clock::now().time_since_epoch(); }
 
 bool all_ready(const runtime::ZmqBus& bus, const std::vector<std::string>& names) {
   const auto nodes = bus.known_nodes();
@@ -45,11 +43,11 @@ void publish_time(const ClockParams& params, runtime::ZmqBus& bus, int stop_fd) 
   runtime::notify_ready();
   const std::array<int, 1> stop{stop_fd};
   while (!all_ready(bus, params.participants)) {
-    if (bus.wait(WallTime(wall_now() + kPeriod), stop)) return;
+    if (bus.wait(std::chrono::steady_clock::now() + kPeriod, stop)) return;
   }
-  const Time start = wall_now();
+  const Time start = bus.time().now();
   for (;;) {
-    const Time wall = wall_now();
+    const Time wall = bus.time().now();
     const Time time(std::llround(params.factor * static_cast<double>((wall - start).count())));
     v1::ClockTime message;
     message.set_time_ns(static_cast<std::uint64_t>(time.count()));
@@ -61,10 +59,10 @@ void publish_time(const ClockParams& params, runtime::ZmqBus& bus, int stop_fd) 
     Time next = wall + kPeriod;
     if (params.until_s > 0.0)
       next = std::min(next, start + runtime::from_seconds(params.until_s / params.factor));
-    if (bus.wait(WallTime(next), stop)) return;
+    if (bus.wait(bus.time().when(next), stop)) return;
   }
   runtime::info("simulated time ends at {} s", params.until_s);
-  bus.wait(WallTime(wall_now() + kFarewell), stop);
+  bus.wait(std::chrono::steady_clock::now() + kFarewell, stop);
 }
 
 int run_clock(int argc, char** argv) {

@@ -10,6 +10,7 @@
 #include "common/runtime/conductor.h"
 #include "common/runtime/log.h"
 #include "common/runtime/ports.h"
+#include "common/runtime/service_manager.h"
 #include "common/runtime/sockets.h"
 #include "common/runtime/stop_signal.h"
 #include "nodes/clock/clock_node.h"
@@ -59,7 +60,7 @@ class Hall {
   /// False at the end: asked to stop, or time is over and the nodes have gone.
   bool wait_for_packets() {
     if (const auto now = Wall::now(); now >= next_serve_) {
-      bus_.wait(std::chrono::system_clock::now());
+      bus_.wait(std::chrono::steady_clock::now());
       next_serve_ = now + kServePeriod;
       watch(now);
     }
@@ -183,8 +184,7 @@ class Hall {
   void publish(bool ended) {
     v1::ClockTime message;
     message.set_time_ns(static_cast<std::uint64_t>(conductor_.time().count()));
-    message.set_wall_ns(static_cast<std::uint64_t>(
-        std::chrono::nanoseconds(std::chrono::system_clock::now().time_since_epoch()).count()));
+    message.set_wall_ns(static_cast<std::uint64_t>(bus_.time().now().count()));
     message.set_factor(params_.factor);
     message.set_ended(ended);
     out_.send(message, conductor_.time());

@@ -65,6 +65,20 @@ def graph_directory(graph):
     return base / graph
 
 
+def _wall_clock(directory):
+    """The file that the graph's living nodes share, and the graph's time less monotonic time [ns] in it."""
+    file = open(os.open(directory / "wall_clock", os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW, 0o600), "r+")
+    try:
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        file.truncate()
+        print(time.time_ns() - time.monotonic_ns(), file=file, flush=True)
+    except BlockingIOError:
+        pass  # others are alive
+    fcntl.flock(file, fcntl.LOCK_SH)
+    file.seek(0)
+    return file, int(file.readline())
+
+
 class Publication:
     """One topic of this process. send() stamps `header` where the message has one, and counts seq."""
 
@@ -74,14 +88,14 @@ class Publication:
         self._seq, self._last = 0, None
 
     def send(self, message, stamp_ns=None):
-        """Publishes one message; never blocks. stamp_ns: time of the content, now (wall clock) by default."""
+        """Publishes one message; never blocks. stamp_ns: time of the content, now (now_ns) by default."""
         if message.DESCRIPTOR.full_name != self.message.DESCRIPTOR.full_name:
             raise types.MessageTypeError(
                 f"{self.topic} carries {self.message.DESCRIPTOR.full_name}, not {message.DESCRIPTOR.full_name}")
         if message.ByteSize() > LARGEST_MESSAGE:
             raise ValueError(f"{self.topic}: a message of {message.ByteSize()} bytes, expected at most {LARGEST_MESSAGE}")
         self._seq += 1
-        stamp = time.time_ns() if stamp_ns is None else int(stamp_ns)
+        stamp = self._graph.now_ns() if stamp_ns is None else int(stamp_ns)
         if "header" in message.DESCRIPTOR.fields_by_name:
             message.header.stamp_ns, message.header.seq = stamp, self._seq
         frame = self.topic.encode() + b"\0" + HEADER.pack(self._seq, stamp, self._hash, self._graph.start_id, 0)
@@ -108,6 +122,7 @@ class Graph:
         self._connected, self._wanted = set(), set()
         self._lost, self._subscribers = collections.Counter(), collections.Counter()
         self._take_name()
+        self._clock, self._offset_ns = _wall_clock(self.directory)
         self._context = zmq.Context()
         self.outputs = [self._socket(zmq.XPUB) for _ in range(2)]  # data, reliable
         for out, high_water in zip(self.outputs, (32, 0)):
@@ -118,7 +133,7 @@ class Graph:
             into.setsockopt(zmq.SUBSCRIBE, HELLO + struct.pack("<Q", self.start_id))
         self._info = types.message_type("mimesis.v1.NodeInfo")(
             name=self.name, host=socket.gethostname(), pid=os.getpid(), start_id=self.start_id, ready=True,
-            executable=sys.executable, clock="wall", started_ns=time.time_ns())
+            executable=sys.executable, clock="wall", started_ns=self.now_ns())
         stem = f"ipc://{self.directory}/{self.name}-{self.start_id % 100_000_000}"
         for out, suffix, listed in zip(self.outputs, (".d", ".r"),
                                        (self._info.data_endpoints, self._info.reliable_endpoints)):
@@ -163,6 +178,10 @@ class Graph:
         self._info.descriptors[descriptor.full_name] = types.descriptor_set(descriptor)
         self._announce()
         return publication
+
+    def now_ns(self):
+        """The graph's wall clock [ns]: setting the system's does not move it."""
+        return time.monotonic_ns() + self._offset_ns
 
     def wait_for_subscriber(self, topic, timeout_s=5.0):
         """True once a subscription to `topic` is in force."""

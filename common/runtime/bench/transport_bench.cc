@@ -37,7 +37,7 @@ class OursEcho {
     node.open();
     v1::Publication copy;
     while (!stop_) {
-      node.bus().wait_message(std::chrono::system_clock::now() + 10ms);
+      node.bus().wait_message(std::chrono::steady_clock::now() + 10ms);
       node.bus().drain();
       if (const v1::Publication* m = in.take()) {
         copy = *m;
@@ -67,7 +67,7 @@ void ours_round_trip(benchmark::State& state) {
   for ([[maybe_unused]] auto _ : state) {
     out.send(m, Time(1));
     do {
-      node.bus().wait_message(std::chrono::system_clock::now() + 1s);
+      node.bus().wait_message(std::chrono::steady_clock::now() + 1s);
       node.bus().drain();
     } while (in.take() == nullptr);
   }
@@ -83,7 +83,7 @@ void ours_throughput(benchmark::State& state) {
                                    {.policy = Policy::reliable});
     node.open();
     while (!stop) {
-      node.bus().wait_message(std::chrono::system_clock::now() + 10ms);
+      node.bus().wait_message(std::chrono::steady_clock::now() + 10ms);
       node.bus().drain();
       while (const auto message = in->pop()) {
         v1::Publication m;
@@ -104,7 +104,7 @@ void ours_throughput(benchmark::State& state) {
     // No more messages in flight than the sockets hold: the backlog is for stopped subscribers, not
     // for floods.
     for (++sent; node.bus().backlog() > 32; std::this_thread::yield()) {
-      node.bus().wait(std::chrono::system_clock::now());
+      node.bus().wait(std::chrono::steady_clock::now());
     }
   }
   node.until([&] { return received == sent; });

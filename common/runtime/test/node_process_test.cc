@@ -3,6 +3,7 @@
 
 #include <csignal>
 #include <filesystem>
+#include <fstream>
 
 #include "common/runtime/raw.h"
 #include "common/testing/process.h"
@@ -152,6 +153,46 @@ TEST(NodeProcess, ItsLogLinesAreATopic) {
   EXPECT_EQ(line->name(), "counter");
   EXPECT_EQ(line->level(), foxglove::Log::INFO);
   EXPECT_EQ(node.wait(), 0);
+}
+
+TEST(NodeProcess, SettingTheSystemClockMovesNothingAndIsReported) {
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+  GTEST_SKIP() << "a sanitizer must be the first library";
+#endif
+  TestGraph graph;
+  const std::string file = graph.directory() + "/test_clock";
+  const auto set_clock = [&](std::int64_t seconds) {
+    std::fstream(file, std::ios::in | std::ios::out)
+        .write(reinterpret_cast<const char*>(&seconds), sizeof seconds);
+  };
+  std::ofstream(file).write("\0\0\0\0\0\0\0\0", 8);
+  Tap tap(
+      graph.name(), [](const std::string& topic) { return topic == "counter/out"; },
+      Policy::reliable);
+  setenv("MIMESIS_TEST_CLOCK", file.c_str(), 1);
+  setenv("LD_PRELOAD", MIMESIS_PRELOADED_CLOCK, 1);
+  Process node(graph, kCounter, {"--set", "rate_hz=100"});
+  unsetenv("LD_PRELOAD");
+  unsetenv("MIMESIS_TEST_CLOCK");
+  const auto next_stamp = [&] {
+    const auto message = tap.next(2s);
+    return message ? message->message.stamp : Time(0);
+  };
+  Time last = next_stamp();
+  for (const std::int64_t ahead_s : {-5, 5, -60, 60, -3600, 3600}) {
+    set_clock(ahead_s);
+    for (int n = 0; n < 20; ++n) {
+      const Time next = next_stamp();
+      ASSERT_GT(next, last) << ahead_s << " s: " << node.errors();
+      EXPECT_LT(next, last + 1s) << ahead_s;
+      last = next;
+    }
+  }
+  EXPECT_EQ(node.terminate(), 0);
+  for (const std::string by : {"-5.000", "+10.000", "-65.000", "+120.000", "-3660.000"}) {
+    EXPECT_NE(node.errors().find("the system clock was set by " + by), std::string::npos)
+        << by << ": " << node.errors();
+  }
 }
 
 TEST(NodeProcess, ASecondNodeOfTheSameNameIsRefused) {

@@ -45,7 +45,7 @@ class Server {
           bus.serve("do", v1::Publication::default_instance(), v1::Publication::default_instance(),
                     handler);
           bus.ready();
-          while (!stop_) bus.wait(std::chrono::system_clock::now() + 5ms);
+          while (!stop_) bus.wait(std::chrono::steady_clock::now() + 5ms);
         }) {}
   ~Server() {
     stop_ = true;
@@ -90,7 +90,7 @@ TEST(Services, ASlowServerIsReportedWhenTheTimeIsUp) {
   });
   TestNode client(graph, {}, {}, "client");
   ASSERT_TRUE(client.until([&] {
-    client.bus().wait(std::chrono::system_clock::now() + 1ms);
+    client.bus().wait(std::chrono::steady_clock::now() + 1ms);
     return !client.bus().known_nodes().empty() && client.bus().known_nodes()[0].ready();
   }));
   const double took = seconds_of([&] {
@@ -178,8 +178,8 @@ TEST(Peers, NodesOfTwoHostsMeetOverTcpAndAgainAfterARestart) {
   const auto hears = [&](std::uint64_t start_id) {
     const auto deadline = std::chrono::steady_clock::now() + 10s;
     while (std::chrono::steady_clock::now() < deadline) {
-      sender->bus.wait(std::chrono::system_clock::now() + 1ms);
-      receiver.wait(std::chrono::system_clock::now() + 1ms);
+      sender->bus.wait(std::chrono::steady_clock::now() + 1ms);
+      receiver.wait(std::chrono::steady_clock::now() + 1ms);
       v1::Publication m;
       if (sender->out.subscribers() > 0) sender->out.send(m, 1s);
       receiver.drain();

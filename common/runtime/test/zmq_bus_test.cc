@@ -35,7 +35,7 @@ bool both(TestNode& a, TestNode& b, Done done, std::chrono::milliseconds timeout
   return a.until(
       [&] {
         b.until([] { return true; });
-        b.bus().wait(std::chrono::system_clock::now());
+        b.bus().wait(std::chrono::steady_clock::now());
         return done();
       },
       timeout);
@@ -149,7 +149,7 @@ TEST(ZmqBus, AStuckSubscriberNeitherFillsTheMemoryNorStopsTheOthers) {
   stuck.until([] { return true; });
   sender.open();
   ASSERT_TRUE(both(sender, well, [&] {
-    stuck.bus().wait(std::chrono::system_clock::now());
+    stuck.bus().wait(std::chrono::steady_clock::now());
     return out.subscribers() == 2;
   }));
   auto m = numbered(1);
@@ -317,7 +317,7 @@ TEST(ZmqBus, ASoleInputObeysTheNodeThatItsTopicNames) {
   owner.open();
   other.open();
   ASSERT_TRUE(both(owner, other, [&] {
-    listener.node.bus().wait(std::chrono::system_clock::now());
+    listener.node.bus().wait(std::chrono::steady_clock::now());
     return from_owner.subscribers() > 0 && from_other.subscribers() > 0;
   }));
   ::testing::internal::CaptureStderr();

@@ -59,6 +59,7 @@ void read_common(Section& s, NodeSpec& t) {
       t.ready_within = within.duration("within").value_or(t.ready_within);
     });
   }
+  t.hung_after = s.duration("hung_after").value_or(t.hung_after);
   if (auto host = s.text("host")) t.host = std::move(*host);
   s.entries("env", [&](const Text& name, const Yaml& value) {
     if (auto text = s.expand(value, "text")) t.env.emplace_back(name.text, text->text);

@@ -53,6 +53,7 @@ struct NodeSpec {
   Restart restart;
   Stop stop;
   nanoseconds ready_within = std::chrono::seconds(10);
+  nanoseconds hung_after = std::chrono::seconds(2);  ///< without a sign of life; 0: never
   bool ready_when_started = false;  ///< `ready: started`: a foreign program, no node
   Sched sched;
 

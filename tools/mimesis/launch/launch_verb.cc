@@ -13,6 +13,7 @@
 #include <nlohmann/json.hpp>
 
 #include "common/error.h"
+#include "common/runtime/graph_time.h"
 #include "common/runtime/raw.h"
 #include "tools/mimesis/launch/command.h"
 #include "tools/mimesis/launch/graph_file.h"
@@ -133,11 +134,11 @@ void print_summary(const Outcome& outcome, const Run& run) {
 }
 
 int run_graph(const GraphFile& graph, const Run& run, bool json) {
+  const runtime::GraphTime time(runtime::graph_directory(run.graph));  // one offset for all the run
   const auto start = std::chrono::steady_clock::now();
   std::unique_ptr<ResultWatcher> watcher;
   if (graph.result) {
-    const auto epoch = graph.clock == "wall" ? std::chrono::system_clock::now().time_since_epoch()
-                                             : std::chrono::nanoseconds(0);
+    const auto epoch = graph.clock == "wall" ? time.now() : std::chrono::nanoseconds(0);
     watcher = std::make_unique<ResultWatcher>(*graph.result, run.graph, epoch);
   }
   Outcome outcome = supervise(graph, run, watcher ? watcher->fd() : -1);

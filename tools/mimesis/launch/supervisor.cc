@@ -27,6 +27,7 @@
 #include "common/time.h"
 #include "tools/mimesis/launch/graph_file.h"
 #include "tools/mimesis/launch/process.h"
+#include "tools/mimesis/launch/watchdog.h"
 
 namespace mimesis::launch {
 namespace {
@@ -223,6 +224,8 @@ struct ManagedNode {
     child = spawn(command, spec.sched);
     if (state == State::delayed) ++restarts;
     ending.reset();
+    silent.reset();
+    hung = false;
     started = now;
     due = now + spec.ready_within;
     state = State::starting;
@@ -274,8 +277,10 @@ struct ManagedNode {
   State state = State::waiting;
   WallTime due{}, started{};  ///< due: of starting, delayed and stopping
   bool was_ready = false, killed = false;
+  bool hung = false;  ///< has been named
   int restarts = 0;
   std::optional<Ending> ending;
+  std::optional<nanoseconds> silent;  ///< since its last sign of life; nothing before the first
 };
 
 using State = ManagedNode::State;
@@ -286,7 +291,9 @@ class Supervisor {
   Supervisor(const GraphFile& graph, const Run& run, int end_fd)
       : groups_(stop_order(graph)), end_(end_fd), registry_(runtime::graph_directory(run.graph)) {
     for (const NodeSpec& spec : graph.nodes) {
-      nodes_.push_back(std::make_unique<ManagedNode>(spec, command(graph, spec, run),
+      Command how = command(graph, spec, run);
+      for (auto& variable : watchdog_.environment()) how.env.push_back(std::move(variable));
+      nodes_.push_back(std::make_unique<ManagedNode>(spec, std::move(how),
                                                      run.log + "/" + spec.name.text + ".log"));
     }
   }
@@ -302,6 +309,7 @@ class Supervisor {
       signalled();
       follow_endings();
       follow_registry();
+      follow_signs_of_life(Clock::now());
       follow_clock(Clock::now());
     }
     if (const int left = end_descendants(0); left > 0)
@@ -400,6 +408,37 @@ class Supervisor {
     }
   }
 
+  void follow_signs_of_life(WallTime now) {
+    // Time in which this process did not run itself is nobody's silence.
+    const auto passed = std::min<nanoseconds>(now - looked_, 2 * kLook);
+    looked_ = now;
+    while (const auto pid = watchdog_.next()) {
+      for (auto& node : nodes_) {
+        if (node->child.pid != *pid) continue;
+        if (std::exchange(node->hung, false))
+          say("{} goes on after {:.1f} s", node->name(), to_seconds(*node->silent));
+        node->silent = -passed;
+      }
+    }
+    for (auto& node : nodes_) {
+      if (node->state != State::ready || !node->silent) continue;
+      *node->silent += passed;
+      if (!node->hung && *node->silent >= Watchdog::kNamed) {
+        node->hung = true;
+        say("{} hangs: no sign of life for {:.1f} s ({})", node->name(), to_seconds(*node->silent),
+            activity(node->child.pid));
+      }
+      if (node->spec.hung_after == nanoseconds(0) || *node->silent < node->spec.hung_after)
+        continue;
+      if (node->spec.required) {
+        end_run(1, fmt::format("node '{}' hung for {:.1f} s ({})", node->name(),
+                               to_seconds(*node->silent), activity(node->child.pid)));
+      } else if (node->spec.restart.on_failure && !node->killed) {
+        node->child.send(SIGKILL);  // its ending starts it again
+      }
+    }
+  }
+
   void follow_clock(WallTime now) {
     bool any = false;
     for (auto& node : nodes_) {
@@ -461,7 +500,7 @@ class Supervisor {
   }
 
   WallTime next_due(WallTime now) const {
-    WallTime next = now + registry_.patience();
+    WallTime next = now + std::min<nanoseconds>(registry_.patience(), kLook);
     for (const auto& node : nodes_) {
       const bool timed = node->state == State::delayed || node->state == State::starting ||
                          (node->state == State::stopping && !node->killed);
@@ -471,7 +510,8 @@ class Supervisor {
   }
 
   void sleep() {
-    std::vector<pollfd> fds = {{signals_.get(), POLLIN, 0}, {registry_.fd(), POLLIN, 0}};
+    std::vector<pollfd> fds = {
+        {signals_.get(), POLLIN, 0}, {registry_.fd(), POLLIN, 0}, {watchdog_.fd(), POLLIN, 0}};
     if (end_ >= 0 && !stopping_) fds.push_back({end_, POLLIN, 0});
     for (const auto& node : nodes_) {
       const Child& child = node->child;
@@ -482,9 +522,13 @@ class Supervisor {
     const auto now = Clock::now();
     const auto wait = std::chrono::ceil<std::chrono::milliseconds>(next_due(now) - now);
     poll(fds.data(), fds.size(), static_cast<int>(std::clamp<long>(wait.count(), 0, 60'000)));
-    if (end_ >= 0 && !stopping_ && (fds[2].revents & POLLIN) != 0) end_run(0, "");
+    if (end_ >= 0 && !stopping_ && (fds[3].revents & POLLIN) != 0) end_run(0, "");
   }
 
+  static constexpr std::chrono::milliseconds kLook{100};  ///< period of looking for silence
+
+  Watchdog watchdog_;
+  WallTime looked_ = Clock::now();
   std::vector<std::unique_ptr<ManagedNode>> nodes_;
   std::vector<std::vector<std::string>> groups_;
   int end_;  ///< readable when the run shall end; -1: none

@@ -20,6 +20,7 @@
 #include "common/runtime/node_clock.h"
 #include "common/runtime/ports.h"
 #include "common/runtime/raw.h"
+#include "common/runtime/service_manager.h"
 #include "common/runtime/stop_signal.h"
 #include "common/runtime/zmq_bus.h"
 #include "proto/player.pb.h"
@@ -124,7 +125,7 @@ class PlayOutput {
 
  private:
   static constexpr std::string_view kPort = "time";
-  static Time wall() { return std::chrono::system_clock::now().time_since_epoch(); }
+  Time wall() const { return bus_.time().now(); }
 
   runtime::ZmqBus& bus_;
   RawOuts outs_;
@@ -306,7 +307,7 @@ class PacedPlayer {
     const std::array<int, 3> fds{stop_signal_.fd(), bell_.get(), keys_ ? keys_->fd() : -1};
     unserved_ = unserved_bytes_ = 0;
     const auto left = std::max<Wall::duration>(until - now(), 0ns);
-    if (bus_.wait(std::chrono::system_clock::now() + left, fds)) {
+    if (bus_.wait(std::chrono::steady_clock::now() + left, fds)) {
       eventfd_t count = 0;
       [[maybe_unused]] const auto rang = eventfd_read(bell_.get(), &count);
       if (keys_) press_keys();

@@ -17,6 +17,7 @@
 
 #include "common/error.h"
 #include "common/log/codec.h"
+#include "common/runtime/graph_time.h"
 #include "common/runtime/raw.h"
 #include "common/runtime/value_text.h"
 #include "tools/mimesis/log/record_file.h"
@@ -50,17 +51,14 @@ struct RecordOptions {
   bool json = false;
 };
 
-std::uint64_t wall_ns() {
-  return static_cast<std::uint64_t>(
-      std::chrono::nanoseconds(std::chrono::system_clock::now().time_since_epoch()).count());
-}
-
 Provenance own_provenance() {
   std::ifstream in("/proc/self/cmdline", std::ios::binary);
   std::vector<std::string> words;
   for (std::string word; std::getline(in, word, '\0');) words.push_back(word);
   const char* launch = std::getenv("MIMESIS_LAUNCH");
-  return provenance(runtime::graph_name(), words, wall_ns(), launch != nullptr ? launch : "");
+  const std::chrono::nanoseconds started = std::chrono::system_clock::now().time_since_epoch();
+  return provenance(runtime::graph_name(), words, static_cast<std::uint64_t>(started.count()),
+                    launch != nullptr ? launch : "");
 }
 
 /// A tapped message as it goes into a log. Its log time: on a simulated clock the graph's, so that
@@ -108,7 +106,7 @@ class Recorder {
     std::signal(SIGPIPE, SIG_IGN);  // the reader of our lines may go away, the log is to be closed
     tap_.emplace(runtime::graph_name(), filter_, runtime::Policy::reliable);
     graph_.emplace(runtime::graph_name());
-    ready_ns_ = wall_ns();
+    ready_ns_ = now_ns();
   }
 
   /// Returns the exit code: 0 if something was recorded and nothing was lost, else 1.
@@ -180,7 +178,7 @@ class Recorder {
       if (now >= next_look_ || bytes_received_ > kLookBytes) keep_house(now);
     }
     display_.clear();
-    drain_.emplace(steady_clock::now(), wall_ns());
+    drain_.emplace(steady_clock::now(), now_ns());
     while (flaw_.empty() && !drain_->over(steady_clock::now())) take();
     if (flaw_.empty() && drain_->gave_up(steady_clock::now())) {
       flaw_ = fmt::format(
@@ -196,7 +194,7 @@ class Recorder {
     if (tapped) {
       const bool from_first =
           tapped->publisher != nullptr && tapped->publisher->started_ns() > ready_ns_;
-      Recorded message = recorded(*std::move(tapped), wall_ns());
+      Recorded message = recorded(*std::move(tapped), now_ns());
       bytes_received_ += message.payload.size();
       if (message.ordered) {
         graph_time_ = std::max(graph_time_, std::chrono::nanoseconds(message.log_time_ns));
@@ -210,6 +208,8 @@ class Recorder {
     recording_.advance(now);
     std::visit([&](auto& output) { output.advance(now); }, output_);
   }
+
+  std::uint64_t now_ns() const { return static_cast<std::uint64_t>(time_.now().count()); }
 
   void keep_house(WallTime now) {
     next_look_ = now + kLook;
@@ -305,6 +305,7 @@ class Recorder {
   const RecordOptions& options_;
   const TopicFilter filter_;
   const StopSignals stop_;  // to the end: the file is to be closed
+  runtime::GraphTime time_{runtime::graph_directory(runtime::graph_name())};
   std::optional<runtime::Tap> tap_;
   std::optional<runtime::GraphView> graph_;
   std::uint64_t ready_ns_ = 0;  ///< nodes that start later wait for the recorder

@@ -172,6 +172,51 @@ TEST_F(Launch, RestartedNodeComesBack) {
   EXPECT_EQ(launch->wait(), 130);
 }
 
+TEST_F(Launch, NamesAHungNodeAndEndsTheRunIfItIsRequired) {
+  const auto start_two = [&](const std::string& more) {
+    auto launch = start("nodes:\n  a: {exec: " + counter_ + "}\n  b: {exec: " + counter_ + more +
+                        ", after: [a], stop: {timeout: 100ms}}\n");
+    EXPECT_TRUE(until([&] { return pids().size() == 2; })) << launch->errors();
+    return launch;
+  };
+  const auto said = [&](const testing::Process& launch, const std::string& text) {
+    return until([&] { return launch.errors().find(text) != std::string::npos; });
+  };
+  auto launch = start_two(", required: true");
+  auto stopped = std::chrono::steady_clock::now();
+  kill(pids().at("b"), SIGSTOP);
+  ASSERT_TRUE(said(*launch, "b hangs: no sign of life for ")) << launch->errors();
+  EXPECT_LT(std::chrono::steady_clock::now() - stopped, 1500ms);
+  EXPECT_EQ(launch->wait(), 1);
+  EXPECT_TRUE(std::string(summary(*launch)["reason"]).starts_with("node 'b' hung for 2."))
+      << summary(*launch);
+  EXPECT_NE(launch->errors().find("(stopped by a signal)"), std::string::npos);
+
+  launch = start_two("");
+  kill(pids().at("b"), SIGSTOP);
+  ASSERT_TRUE(said(*launch, "b hangs")) << launch->errors();
+  kill(pids().at("b"), SIGCONT);
+  EXPECT_TRUE(said(*launch, "b goes on after ")) << launch->errors();
+  launch->signal(SIGINT);
+  EXPECT_EQ(launch->wait(), 130);
+
+  launch = start_two(", params: {hang_at_step: 50}, hung_after: 1s, restart: on-failure");
+  EXPECT_TRUE(said(*launch, "(it waits)")) << launch->errors();
+  EXPECT_TRUE(said(*launch, "b was killed by SIGKILL; starting it again")) << launch->errors();
+  launch->signal(SIGINT);
+  EXPECT_EQ(launch->wait(), 130);
+}
+
+TEST_F(Launch, AHungNodeEndsARunInLockstep) {
+  auto launch = start("clock: lockstep\nnodes:\n  a: {exec: " + counter_ +
+                      ", required: true}\n  b: {exec: " + counter_ + "}\n");
+  ASSERT_TRUE(until([&] { return pids().size() == 3; })) << launch->errors();
+  kill(pids().at("a"), SIGSTOP);
+  EXPECT_EQ(launch->wait(), 1);
+  EXPECT_TRUE(std::string(summary(*launch)["reason"]).starts_with("node 'a' hung for 2."));
+  EXPECT_EQ(launch->errors().find("b hangs"), std::string::npos) << launch->errors();
+}
+
 TEST_F(Launch, KillsWhatDoesNotStop) {
   auto launch = start(
       "nodes:\n  deaf: {exec: sh, ready: started, stop: {timeout: 100ms}, args: [-c, \"trap '' INT "

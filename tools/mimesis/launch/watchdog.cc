@@ -1,0 +1,79 @@
+#include "tools/mimesis/launch/watchdog.h"
+
+#include <sys/socket.h>
+#include <sys/un.h>
+
+#include <array>
+#include <cerrno>
+#include <cstddef>
+#include <cstring>
+#include <fstream>
+#include <stdexcept>
+#include <string_view>
+
+namespace mimesis::launch {
+
+Watchdog::Watchdog() : socket_(socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0)) {
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
+  socklen_t size = sizeof address;
+  const int on = 1;
+  auto* const any = reinterpret_cast<sockaddr*>(&address);
+  // Bound without a name the kernel finds a free abstract one.
+  if (bind(socket_.get(), any, sizeof address.sun_family) != 0 ||
+      getsockname(socket_.get(), any, &size) != 0 ||
+      setsockopt(socket_.get(), SOL_SOCKET, SO_PASSCRED, &on, sizeof on) != 0) {
+    throw std::runtime_error(std::string("no socket for the nodes' signs of life: ") +
+                             std::strerror(errno));
+  }
+  address_ = "@" + std::string(address.sun_path + 1, size - offsetof(sockaddr_un, sun_path) - 1);
+}
+
+std::vector<std::pair<std::string, std::string>> Watchdog::environment() const {
+  const std::chrono::microseconds period = kNamed;
+  return {{"NOTIFY_SOCKET", address_}, {"WATCHDOG_USEC", std::to_string(period.count())}};
+}
+
+std::optional<pid_t> Watchdog::next() {
+  for (;;) {
+    std::array<char, 64> word{};
+    alignas(cmsghdr) std::array<char, CMSG_SPACE(sizeof(ucred))> control{};
+    iovec part{word.data(), word.size()};
+    msghdr message{};
+    message.msg_iov = &part;
+    message.msg_iovlen = 1;
+    message.msg_control = control.data();
+    message.msg_controllen = control.size();
+    const ssize_t n = recvmsg(socket_.get(), &message, MSG_CMSG_CLOEXEC);
+    if (n < 0) return std::nullopt;
+    if (std::string_view(word.data(), static_cast<std::size_t>(n)) != "WATCHDOG=1") continue;
+    for (cmsghdr* c = CMSG_FIRSTHDR(&message); c != nullptr; c = CMSG_NXTHDR(&message, c)) {
+      if (c->cmsg_level != SOL_SOCKET || c->cmsg_type != SCM_CREDENTIALS) continue;
+      ucred sender{};
+      std::memcpy(&sender, CMSG_DATA(c), sizeof sender);
+      return sender.pid;
+    }
+  }
+}
+
+std::string activity(pid_t pid) {
+  std::ifstream stat("/proc/" + std::to_string(pid) + "/stat");
+  std::string text;
+  std::getline(stat, text);
+  const std::size_t bracket = text.rfind(')');  // ends the name, which may hold anything
+  const char state = bracket + 2 < text.size() ? text[bracket + 2] : '?';
+  switch (state) {
+    case 'R':
+      return "it computes";
+    case 'D':
+      return "it waits for a device";
+    case 'T':
+      return "stopped by a signal";
+    case 't':
+      return "stopped by a debugger";
+    default:
+      return "it waits";
+  }
+}
+
+}  // namespace mimesis::launch
