@@ -150,6 +150,15 @@ BusOptions complete(BusOptions options) {
 /// The parts of ZmqBus put together: its sockets, its entry in the graph, the other nodes.
 struct ZmqBus::Impl {
   explicit Impl(BusOptions o);
+  /// ZeroMQ leaves the files of its sockets; the lock of `entry` is still ours.
+  ~Impl() {
+    for (const auto* list :
+         {&info.service_endpoints(), &info.data_endpoints(), &info.reliable_endpoints()}) {
+      for (const std::string& endpoint : *list) {
+        if (endpoint.starts_with("ipc://")) unlink(endpoint.c_str() + 6);
+      }
+    }
+  }
 
   /// Serves all pending subscriptions and requests of other nodes.
   void serve();
