@@ -167,6 +167,7 @@ struct ZmqBus::Impl {
   /// How long one may sleep before looking again.
   std::chrono::nanoseconds patience(bool messages);
   void serve_arrived();
+  void serve_publisher();
   Woken wait(WallTime deadline, std::span<const int> fds, bool messages, void* reply = nullptr);
   void discover();
   void meet(const v1::NodeInfo& node);
@@ -209,6 +210,8 @@ struct ZmqBus::Impl {
   bool info_changed = true;
   bool drains_while_waiting = false;  ///< a queue could overflow in the socket between slow steps
   bool behind = false;                ///< flush() gave up
+  std::uint64_t told_overflow = 0;
+  Throttle overflow_throttle{1s};
 };
 
 ZmqBus::Impl::Impl(BusOptions o)
@@ -267,8 +270,15 @@ void ZmqBus::Impl::publish_info() {
 void ZmqBus::Impl::serve() {
   publish_info();
   discover();
-  publisher.serve();
+  serve_publisher();
   server.serve();
+}
+
+void ZmqBus::Impl::serve_publisher() {
+  publisher.serve();
+  if (publisher.overflow() == told_overflow || !overflow_throttle.pass()) return;
+  told_overflow = publisher.overflow();
+  warn("reliable subscribers that took nothing have missed {} messages", told_overflow);
 }
 
 void ZmqBus::Impl::discover() {
@@ -302,7 +312,7 @@ void ZmqBus::Impl::serve_arrived() {
   if (!peers.empty()) discover();
   if (readable(publisher.data_socket().handle()) ||
       readable(publisher.reliable_socket().handle()) || publisher.backlog() > 0) {
-    publisher.serve();
+    serve_publisher();
   }
   if (readable(server.socket().handle())) server.serve();
 }

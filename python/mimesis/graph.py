@@ -311,7 +311,11 @@ class Graph:
             if last is not None and seq <= last:
                 continue  # a latched message again
             self._seen[start_id, topic] = seq
-            self._lost[topic] += 0 if last is None else seq - last - 1
+            gap = 0 if last is None else seq - last - 1
+            self._lost[topic] += gap
+            if gap and into is self._inputs["reliable"]:  # the publisher counts what it could not deliver
+                for tell in (zmq.SUBSCRIBE, zmq.UNSUBSCRIBE):
+                    into.setsockopt(tell, HELLO + struct.pack("<QQ", start_id, gap))
             node = next((n for n in self._nodes.values() if n.start_id == start_id), None)
             output = node and next((o for o in node.outputs if o.topic == topic and o.type_hash == kind), None)
             if not output:
