@@ -119,6 +119,7 @@ class Publisher {
     for (const auto& [name, topic] : topics_) n += topic->waiting_bytes;
     return n;
   }
+  /// Messages that stuck subscribers missed: exact once they read again, before from below.
   std::uint64_t overflow() const { return overflow_; }
 
   static std::size_t subscribers(const Topic& topic) {
@@ -144,6 +145,10 @@ class Publisher {
     message.remove_prefix(1);
     if (const auto start_id = decode_hello(message)) {
       if (reliable && (greetings_[*start_id] += joined ? 1 : -1) <= 0) greetings_.erase(*start_id);
+      return;
+    }
+    if (const auto messages = decode_missed(message, start_id_)) {
+      if (joined) count_missed(*messages);
       return;
     }
     message.remove_suffix(1);  // the NUL
@@ -198,11 +203,19 @@ class Publisher {
       topic.last_progress = now;
     }
   }
+  /// A subscriber reads again and tells what it has missed: the forced messages, which are counted,
+  /// and all that the others got after them.
+  void count_missed(std::uint64_t messages) {
+    const std::uint64_t counted = std::min(messages, forced_);
+    forced_ -= counted;
+    overflow_ += messages - counted;
+  }
   void force(Topic& topic) {
     // Without NODROP the socket delivers to all that have room, and from then on does not ask those
     // that had none until they have read something: one message frees the way for the others.
     ++overflow_;
     if (!held_) {
+      ++forced_;
       reliable_.set(ZMQ_XPUB_NODROP, 0);
       send_frames(reliable_, topic.waiting.front().header, topic.waiting.front().payload);
       reliable_.set(ZMQ_XPUB_NODROP, 1);
@@ -215,6 +228,7 @@ class Publisher {
   std::map<std::string, std::unique_ptr<Topic>, std::less<>> topics_;
   std::unordered_map<std::uint64_t, int> greetings_;
   std::uint64_t sent_ = 0, overflow_ = 0;
+  std::uint64_t forced_ = 0;  ///< counted in `overflow_`, and told by no subscriber yet
   bool held_ = true;
 };
 

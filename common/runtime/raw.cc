@@ -161,6 +161,9 @@ struct Tap::Impl {
       std::string topic(incoming.message.topic);
       std::uint64_t& last = last_seq[{header.start_id, topic}];
       if (header.seq <= last) continue;  // a latched message again
+      if (reliable && last > 0 && header.seq > last + 1) {
+        socket.tell_missed(header.start_id, header.seq - last - 1);
+      }
       last = header.seq;
       const v1::NodeInfo& node = nodes[header.start_id];
       return Tapped{.topic = std::move(topic),

@@ -263,6 +263,13 @@ class SubSocket {
   }
   bool connected(std::uint64_t publisher) const { return endpoints_.contains(publisher); }
 
+  /// Tells a publisher how many of its messages did not come.
+  void tell_missed(std::uint64_t publisher, std::uint64_t messages) {
+    const std::string telling = missed(publisher, messages);
+    socket_.set(ZMQ_SUBSCRIBE, telling);
+    socket_.set(ZMQ_UNSUBSCRIBE, telling);
+  }
+
   /// Next well-formed message; false if there is none now.
   bool receive(Incoming& incoming) {
     while (socket_.receive(incoming.header)) {
