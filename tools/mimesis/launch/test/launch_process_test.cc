@@ -389,14 +389,14 @@ TEST_F(Launch, RemovesWhatAKilledRunHasLeftAndNothingOfALivingNode) {
   const testing::Process live(graph_, counter_, {"--name", "live"});
   ASSERT_TRUE(until([&] { return pids().contains("live"); }));
   const auto of_live = left_in_graph();
-  EXPECT_EQ(of_live.size(), 5U);  // entry, lock, three sockets
+  EXPECT_EQ(of_live.size(), 6U);  // entry, lock, three sockets, wall_clock
   for (const char* file : {"/dead-1.s", "/dead-77.d", "/gone-2-3.r", "/clock.sock", "/nodes/dead",
                            "/nodes/.dead", "/nodes/.gone.new"}) {
     std::ofstream(folder + file) << "x";
   }
   auto launch = start("nodes:\n  a: {exec: " + counter_ + "}\n");
   ASSERT_TRUE(until([&] { return pids().contains("a"); }));
-  EXPECT_EQ(left_in_graph().size(), 10U);  // before the first node starts
+  EXPECT_EQ(left_in_graph().size(), 11U);  // before the first node starts
   launch->signal(SIGINT);
   EXPECT_EQ(launch->wait(), 130);
   EXPECT_EQ(left_in_graph(), of_live);
