@@ -148,8 +148,8 @@ class Graph:
         """Leaves the graph; a second call does nothing."""
         if self._context.closed:
             return
-        for path in (self._entry, self._entry.with_name("." + self.name), *(e[len("ipc://"):] for e in (*self._info.data_endpoints,
-                                                                *self._info.reliable_endpoints))):
+        sockets = [e.removeprefix("ipc://") for e in (*self._info.data_endpoints, *self._info.reliable_endpoints)]
+        for path in (self._entry, self._entry.with_name("." + self.name), *sockets):
             pathlib.Path(path).unlink(missing_ok=True)
         self._context.destroy(linger=1000)
         os.close(self._claim)
