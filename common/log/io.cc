@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -124,8 +125,23 @@ class FileSource final : public Source {
 }  // namespace
 
 tl::expected<std::unique_ptr<Sink>, Status> create_file(const std::string& path) {
-  const int fd = ::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
+  const int fd = ::open(path.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0600);
   if (fd < 0) return failed("create", path);
+  struct stat info {};
+  if (::fstat(fd, &info) == 0 && S_ISREG(info.st_mode)) {
+    // Emptied only by the one that writes it; file systems without locks are written to as before.
+    if (::flock(fd, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
+      ::close(fd);
+      return tl::unexpected(Status{fmt::format(
+          "cannot create '{}': another process is writing it, expected a file of its own", path)});
+    }
+    if (::ftruncate(fd, 0) != 0) {
+      const int error = errno;
+      ::close(fd);
+      errno = error;
+      return failed("create", path);
+    }
+  }
   return std::make_unique<FileSink>(fd, path);
 }
 

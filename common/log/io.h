@@ -38,7 +38,8 @@ class Source {
                                                                std::size_t size) const = 0;
 };
 
-/// A new file, replaced if it exists.
+/// A new file that its owner alone may read (logs hold pictures); one that exists is replaced and
+/// keeps its mode. It is locked while it is open: fails if another process writes it.
 tl::expected<std::unique_ptr<Sink>, Status> create_file(const std::string& path);
 /// An existing file; its size is taken now.
 tl::expected<std::unique_ptr<Source>, Status> open_file(const std::string& path);

@@ -101,6 +101,7 @@ std::optional<Summary> own_summary(const Source& source) {
   std::ranges::sort(summary.segments, {},
                     [](const Segment& a) { return a.index.chunk_start_offset; });
   summary.from_file = true;
+  summary.start = footer.summary_start;
   return summary;
 }
 
@@ -174,6 +175,32 @@ tl::expected<Summary, Status> scan(const Source& source, const ReaderLimits& lim
 tl::expected<Summary, Status> summarize(const Source& source, const ReaderLimits& limits) {
   if (auto summary = own_summary(source)) return std::move(*summary);
   return scan(source, limits);
+}
+
+std::optional<Damage> check_data_sum(const Source& source, const Summary& summary) {
+  constexpr std::uint64_t kDataEnd = kRecordHead + sizeof(std::uint32_t), kPart = 256 * 1024;
+  const std::uint64_t end = summary.start - std::min(summary.start, kDataEnd);
+  const auto record = read_all(source, end, kDataEnd);
+  Decoder d(record ? std::string_view(*record) : std::string_view());
+  DataEnd says;
+  if (d.integer<Opcode>() != Opcode::data_end || !decode(d.raw(d.integer<std::uint64_t>()), says) ||
+      !d.ok()) {
+    return Damage{end, "no end of the data stands before the summary"};
+  }
+  if (says.data_section_crc == 0) return std::nullopt;  // its writer made no sum
+  Window window(source);
+  std::uint32_t crc = 0;
+  for (std::uint64_t at = 0; at < end;) {
+    const auto part = window.view(at, static_cast<std::size_t>(std::min(end - at, kPart)));
+    if (!part || part->empty()) {
+      return Damage{at, part ? "the file became shorter while it was read" : part.error().reason};
+    }
+    crc = crc32(crc, *part);
+    at += part->size();
+  }
+  if (crc == says.data_section_crc) return std::nullopt;
+  return Damage{end, fmt::format("data section: CRC-32 is {:08x}, the file says {:08x}", crc,
+                                 says.data_section_crc)};
 }
 
 tl::expected<Attachment, Status> read_attachment(const Source& source, const AttachmentIndex& index,

@@ -1,6 +1,7 @@
 #pragma once
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -31,6 +32,7 @@ struct Summary {
   std::vector<AttachmentIndex> attachments;
   std::vector<MetadataIndex> metadata;
   bool from_file = false;       ///< the file's own summary; false: the whole file was read
+  std::uint64_t start = 0;      ///< of the file's own summary: the data ends there
   std::vector<Damage> damages;  ///< found by that reading
   std::uint64_t damage_count = 0;
 };
@@ -42,6 +44,10 @@ tl::expected<Summary, Status> summarize(const Source& source, const ReaderLimits
 
 /// Makes the summary from the data alone: checks every sum.
 tl::expected<Summary, Status> scan(const Source& source, const ReaderLimits& limits = {});
+
+/// Reads the data of a log whose own summary was taken, unpacks nothing, and compares its sum: the
+/// damage, if there is one.
+std::optional<Damage> check_data_sum(const Source& source, const Summary& summary);
 
 /// The record at an index entry; the data of the attachment is put into `data`, its CRC is checked.
 tl::expected<Attachment, Status> read_attachment(const Source& source, const AttachmentIndex& index,

@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <sys/file.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -23,33 +24,40 @@ Time system_offset() {
 
 }  // namespace
 
-GraphTime::GraphTime(const std::string& directory) {
-  const std::string path = directory + "/wall_clock";
-  lock_ = open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK, 0600);
-  if (lock_ < 0) throw ConfigError("cannot open " + path + ": " + std::strerror(errno));
-  if (flock(lock_, LOCK_EX | LOCK_NB) == 0) {  // nobody else is alive
-    const std::string text = std::to_string(system_offset().count()) + "\n";
-    const bool written = ftruncate(lock_, 0) == 0 &&
-                         pwrite(lock_, text.data(), text.size(), 0) == ssize_t(text.size());
-    if (!written) {
-      const std::string why = std::strerror(errno);
-      close(lock_);
-      throw ConfigError("cannot write " + path + ": " + why);
+GraphTime::GraphTime(const std::string& directory) : path_(directory + "/wall_clock") {
+  const auto fail = [this](const std::string& what) {
+    if (lock_ >= 0) close(lock_);
+    throw ConfigError(path_ + ": " + what);
+  };
+  for (bool kept = false; !kept;) {  // the last of those before may remove the file meanwhile
+    if (lock_ >= 0) close(lock_);
+    lock_ = open(path_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK, 0600);
+    if (lock_ < 0) fail(std::string("cannot open it: ") + std::strerror(errno));
+    if (flock(lock_, LOCK_EX | LOCK_NB) == 0) {  // nobody else is alive
+      const std::string text = std::to_string(system_offset().count()) + "\n";
+      if (ftruncate(lock_, 0) != 0 ||
+          pwrite(lock_, text.data(), text.size(), 0) != static_cast<ssize_t>(text.size())) {
+        fail(std::string("cannot write it: ") + std::strerror(errno));
+      }
     }
+    flock(lock_, LOCK_SH);
+    struct stat held {
+    }, named{};
+    kept =
+        fstat(lock_, &held) == 0 && stat(path_.c_str(), &named) == 0 && held.st_ino == named.st_ino;
   }
-  flock(lock_, LOCK_SH);
   std::array<char, 32> text{};
   const ssize_t n = pread(lock_, text.data(), text.size(), 0);
   std::int64_t offset_ns = 0;
   const auto end = std::from_chars(text.data(), text.data() + std::max<ssize_t>(n, 0), offset_ns);
-  if (end.ec != std::errc{}) {
-    close(lock_);
-    throw ConfigError(path + ": expected a number of nanoseconds; remove it when no node runs");
-  }
+  if (end.ec != std::errc{}) fail("expected a number of nanoseconds; remove it when no node runs");
   offset_ = Time(offset_ns);
 }
 
-GraphTime::~GraphTime() { close(lock_); }
+GraphTime::~GraphTime() {
+  if (flock(lock_, LOCK_EX | LOCK_NB) == 0) unlink(path_.c_str());  // the last one
+  close(lock_);
+}
 
 Time GraphTime::system_ahead() const { return system_offset() - offset_; }
 

@@ -27,6 +27,7 @@ class GraphTime {
   Time system_ahead() const;
 
  private:
+  std::string path_;
   int lock_ = -1;
   Time offset_{};  ///< graph time - monotonic time
 };

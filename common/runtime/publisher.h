@@ -5,8 +5,10 @@
 #include <deque>
 #include <map>
 #include <memory>
+#include <set>
 #include <string>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
 #include "common/error.h"
@@ -130,6 +132,7 @@ class Publisher {
     for (const auto& [name, topic] : topics_) n += topic->waiting_bytes;
     return n;
   }
+  /// Messages that stuck subscribers missed: exact once they read again, before from below.
   std::uint64_t overflow() const { return overflow_; }
   std::uint64_t refused() const { return refused_; }  ///< subscriptions beyond the limit
 
@@ -154,11 +157,18 @@ class Publisher {
   static constexpr int kLinger_ms = 1000;
 
   /// ZeroMQ keeps every subscription, up to 200 bytes for each of its own, and knows no limit.
-  /// Subscriptions that a process takes back count, too: it could name others than it made.
+  /// Those that a connection takes back do not count: `missed` is one.
   void limit_subscriptions(Frame& message) {
-    if (message.view().substr(0, 1) != "\1") return;
+    if (message.size() < 2) return;
     const int pid = message.peer_pid();
-    if ((subscribed_bytes_[pid] += message.size()) <= kMostSubscribedBytes) return;
+    std::size_t& bytes = subscribed_bytes_[pid];
+    const std::pair key(message.connection(), std::string(message.view().substr(1)));
+    if (message.view().substr(0, 1) != "\1") {
+      if (subscriptions_.erase(key) > 0) bytes -= std::min(bytes, message.size());
+      return;
+    }
+    if (subscriptions_.insert(key).second) bytes += message.size();
+    if (bytes <= kMostSubscribedBytes) return;
     if (refused_++ == 0) {
       warn("{} subscribes to more than {} bytes of topics: its connections are closed",
            pid == 0 ? "tcp" : "process " + std::to_string(pid), kMostSubscribedBytes);
@@ -171,6 +181,10 @@ class Publisher {
     message.remove_prefix(1);
     if (const auto start_id = decode_hello(message)) {
       if (reliable && (greetings_[*start_id] += joined ? 1 : -1) <= 0) greetings_.erase(*start_id);
+      return;
+    }
+    if (const auto messages = decode_missed(message, start_id_)) {
+      if (joined) count_missed(*messages);
       return;
     }
     message.remove_suffix(1);  // the NUL
@@ -225,11 +239,19 @@ class Publisher {
       topic.last_progress = now;
     }
   }
+  /// A subscriber reads again and tells what it has missed: the forced messages, which are counted,
+  /// and all that the others got after them.
+  void count_missed(std::uint64_t messages) {
+    const std::uint64_t counted = std::min(messages, forced_);
+    forced_ -= counted;
+    overflow_ += messages - counted;
+  }
   void force(Topic& topic) {
     // Without NODROP the socket delivers to all that have room, and from then on does not ask those
     // that had none until they have read something: one message frees the way for the others.
     ++overflow_;
     if (!held_) {
+      ++forced_;
       reliable_.set(ZMQ_XPUB_NODROP, 0);
       send_frames(reliable_, topic.waiting.front().header, topic.waiting.front().payload);
       reliable_.set(ZMQ_XPUB_NODROP, 1);
@@ -241,9 +263,11 @@ class Publisher {
   ZmqSocket data_, reliable_;
   std::map<std::string, std::unique_ptr<Topic>, std::less<>> topics_;
   std::unordered_map<std::uint64_t, int> greetings_;
+  std::set<std::pair<int, std::string>> subscriptions_;    ///< by connection, which may have ended
   std::unordered_map<int, std::size_t> subscribed_bytes_;  ///< by process; 0: tcp
   Throttle too_large_{std::chrono::seconds(1)};
   std::uint64_t sent_ = 0, overflow_ = 0, refused_ = 0;
+  std::uint64_t forced_ = 0;  ///< counted in `overflow_`, and told by no subscriber yet
   bool held_ = true;
 };
 

@@ -159,9 +159,10 @@ struct Tap::Impl {
     while (socket.receive(incoming)) {
       const WireHeader& header = incoming.message.header;
       std::string topic(incoming.message.topic);
-      std::uint64_t lost = 0;  // its reader sees it in seq
+      std::uint64_t lost = 0;
       if (order[{header.start_id, topic}].place(header.seq, lost) != SeqOrder::Place::next)
         continue;
+      if (reliable && lost > 0) socket.tell_missed(header.start_id, lost);
       const v1::NodeInfo& node = nodes[header.start_id];
       return Tapped{.topic = std::move(topic),
                     .type = types[header.type_hash],

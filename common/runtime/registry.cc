@@ -21,6 +21,7 @@
 #include "common/error.h"
 #include "common/runtime/log.h"
 #include "common/runtime/raw.h"
+#include "common/runtime/sockets.h"
 
 namespace mimesis::runtime {
 namespace {
@@ -71,6 +72,7 @@ using namespace std::chrono_literals;
 constexpr auto kScanPeriod = 20ms;  // without inotify
 constexpr int kLooks = 20;  // 1 ms apart: a dying process closes its files, then drops the locks
 constexpr auto kNamePatience = 500ms;  // for a predecessor that is just dying
+constexpr std::string_view kConductorSocket = "clock.sock";
 
 struct flock whole_file(short type) {
   struct flock lock {};
@@ -116,6 +118,14 @@ bool held(const std::string& lock_path) {
   return other;
 }
 
+/// The open file still has this name: no other process has removed it.
+bool names_file(const std::string& path, int fd) {
+  struct stat named {};
+  struct stat opened {};
+  return stat(path.c_str(), &named) == 0 && fstat(fd, &opened) == 0 &&
+         named.st_ino == opened.st_ino && named.st_dev == opened.st_dev;
+}
+
 std::optional<v1::NodeInfo> read_info(const std::string& path, const std::string& name) {
   const int fd = open_entry(path, O_RDONLY);
   if (fd < 0) return std::nullopt;
@@ -131,29 +141,66 @@ std::optional<v1::NodeInfo> read_info(const std::string& path, const std::string
   return std::nullopt;
 }
 
-/// Removes the entry of a dead node and its sockets; a process that takes the name meanwhile keeps
-/// it.
+std::vector<std::string> entries(const std::string& directory) {
+  std::vector<std::string> names;
+  DIR* dir = opendir(directory.c_str());
+  if (dir == nullptr) return names;
+  while (const dirent* entry = readdir(dir)) names.emplace_back(entry->d_name);
+  closedir(dir);
+  return names;
+}
+
+/// Name of the node that a socket file in a graph's folder is of: NAME-START.s, .d or .r;
+/// clock.sock is the conductor's. Empty: it is no socket of ours.
+std::string socket_owner(const std::string& file) {
+  if (file == kConductorSocket) return "clock";
+  const std::size_t dash = file.rfind('-');
+  if (dash == std::string::npos || file.size() < dash + 4) return {};
+  const std::string_view start = std::string_view(file).substr(dash + 1, file.size() - dash - 3);
+  const bool ours = start.find_first_not_of("0123456789") == std::string_view::npos &&
+                    file[file.size() - 2] == '.' &&
+                    std::string_view("sdr").find(file.back()) != std::string_view::npos;
+  return ours ? file.substr(0, dash) : std::string();
+}
+
+/// Removes the entry, the sockets and the lock of a dead node; a process that takes the name
+/// meanwhile keeps it.
 void clean(const std::string& directory, const std::string& name) {
-  const int fd = open_entry(directory + "/." + name, O_RDWR);
+  const std::string path = directory + "/" + name, hidden_path = directory + "/." + name;
+  const int fd = open_entry(hidden_path, O_RDWR | O_CREAT);
   if (fd < 0) return;
   struct flock lock = whole_file(F_WRLCK);
-  if (fcntl(fd, F_OFD_SETLK, &lock) == 0) {
-    const std::string path = directory + "/" + name;
+  if (fcntl(fd, F_OFD_SETLK, &lock) == 0 && names_file(hidden_path, fd)) {
     const std::string graph = directory.substr(0, directory.rfind('/') + 1);
-    if (const auto info = read_info(path, name)) {
-      for (const auto* list :
-           {&info->data_endpoints(), &info->reliable_endpoints(), &info->service_endpoints()}) {
-        for (const std::string& endpoint : *list) {
-          if (endpoint.starts_with("ipc://" + graph)) unlink(endpoint.c_str() + 6);
-        }
+    for (const std::string& file : entries(graph)) {
+      // A conductor may bear another name than clock: then it listens.
+      if (socket_owner(file) == name &&
+          (file != kConductorSocket || !PacketSocket::connect(graph + file).valid())) {
+        unlink((graph + file).c_str());
       }
     }
     unlink(path.c_str());
+    const std::string temporary = hidden_path + ".new";
+    if (!held(temporary)) unlink(temporary.c_str());  // not the lock of a node NAME.new
+    unlink(hidden_path.c_str());
   }
   close(fd);
 }
 
 }  // namespace
+
+void clean_graph(const std::string& directory) {
+  const std::string nodes = nodes_directory(directory);
+  std::set<std::string> names;
+  for (const std::string& file : entries(directory)) names.insert(socket_owner(file));
+  for (std::string file : entries(nodes)) {
+    if (file.ends_with(".new")) file.resize(file.size() - 4);
+    names.insert(file.substr(file.find_first_not_of('.') == 1 ? 1 : 0));
+  }
+  for (const std::string& name : names) {
+    if (is_name(name)) clean(nodes, name);
+  }
+}
 
 void check_name(std::string_view what, std::string_view name) {
   if (is_name(name)) return;
@@ -208,15 +255,15 @@ RegistryEntry::RegistryEntry(const std::string& directory, const std::string& na
   const std::string nodes = nodes_directory(directory);
   path_ = nodes + "/" + name;
   hidden_path_ = nodes + "/." + name;
-  lock_ = open_entry(hidden_path_, O_RDWR | O_CREAT);
-  if (lock_ < 0) throw ConfigError("cannot open " + hidden_path_ + ": " + std::strerror(errno));
   const auto deadline = std::chrono::steady_clock::now() + kNamePatience;
   for (;;) {
+    lock_ = open_entry(hidden_path_, O_RDWR | O_CREAT);
+    if (lock_ < 0) throw ConfigError("cannot open " + hidden_path_ + ": " + std::strerror(errno));
     struct flock lock = whole_file(F_WRLCK);
-    if (fcntl(lock_, F_OFD_SETLK, &lock) == 0) break;
+    if (fcntl(lock_, F_OFD_SETLK, &lock) == 0 && names_file(hidden_path_, lock_)) break;
+    close(lock_);
     if (std::chrono::steady_clock::now() >= deadline) {
       const auto other = read_info(path_, name);
-      close(lock_);
       throw ConfigError("a node '" + name + "' runs already in " + directory +
                         (other ? " (process " + std::to_string(other->pid()) + ")" : ""));
     }
@@ -227,6 +274,7 @@ RegistryEntry::RegistryEntry(const std::string& directory, const std::string& na
 
 RegistryEntry::~RegistryEntry() {
   unlink(path_.c_str());
+  unlink(hidden_path_.c_str());  // while it is locked: the next owner makes a new one
   close(lock_);
 }
 

@@ -21,6 +21,10 @@ void check_topic(std::string_view topic);
 /// Random, never 0.
 std::uint64_t new_start_id();
 
+/// Removes from a graph's folder (graph_directory) all that is of no living process: entries, locks
+/// and sockets that kills and crashes have left. What a process holds is known by its lock.
+void clean_graph(const std::string& directory);
+
 /// A node's claim to its name: a lock on GRAPH/nodes/.NAME for the life of the process, however it
 /// ends, and its NodeInfo in GRAPH/nodes/NAME, replaced atomically.
 class RegistryEntry {

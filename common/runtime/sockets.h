@@ -158,9 +158,11 @@ class Frame {
     if (address == nullptr || !std::string_view(address).starts_with("localhost:")) return 0;
     return std::atoi(std::strrchr(address, ':') + 1);
   }
+  /// File descriptor of the connection that it came by; -1: of none that lives.
+  int connection() const { return zmq_msg_get(&msg_, ZMQ_SRCFD); }
   /// Ends the connection that the frame came by, if it still exists.
   void end_connection() const {
-    const int fd = zmq_msg_get(&msg_, ZMQ_SRCFD);
+    const int fd = connection();
     ucred peer{};
     socklen_t size = sizeof peer;
     if (getsockopt(fd, SOL_SOCKET, SO_PEERCRED, &peer, &size) == 0 && peer.pid == peer_pid())
@@ -292,6 +294,13 @@ class SubSocket {
     if (endpoints_.contains(publisher)) retired_.emplace(publisher, Clock::now() + kLastWords);
   }
   bool connected(std::uint64_t publisher) const { return endpoints_.contains(publisher); }
+
+  /// Tells a publisher how many of its messages did not come.
+  void tell_missed(std::uint64_t publisher, std::uint64_t messages) {
+    const std::string telling = missed(publisher, messages);
+    socket_.set(ZMQ_SUBSCRIBE, telling);
+    socket_.set(ZMQ_UNSUBSCRIBE, telling);
+  }
 
   /// Next well-formed message; false if there is none now.
   bool receive(Incoming& incoming) {

@@ -198,11 +198,16 @@ class Subscriber {
                      .seq = header.seq,
                      .source = known->second.name,
                      .start_id = header.start_id};
+    bool told = false;
     const auto usable = [&](Input& input) {
+      const std::uint64_t lost = input.counters.lost;
       if (uses_reliable_socket(input) != reliable ||
           !obeyed(input, header, known->second, incoming.header) ||
           !input.fresh(header.start_id, header.seq))
         return false;
+      if (reliable && input.counters.lost > lost && !std::exchange(told, true)) {
+        reliable_.tell_missed(header.start_id, input.counters.lost - lost);
+      }
       if (header.type_hash == input.type_hash()) return true;
       ++input.counters.rejected;  // why was said when the nodes met
       return false;

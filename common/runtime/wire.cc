@@ -77,6 +77,17 @@ std::optional<std::uint64_t> decode_hello(std::string_view subscription) {
   return le64toh(word);
 }
 
+std::string missed(std::uint64_t publisher_start_id, std::uint64_t messages) {
+  return hello(publisher_start_id) + hello(messages).substr(1);
+}
+
+std::optional<std::uint64_t> decode_missed(std::string_view subscription,
+                                           std::uint64_t publisher_start_id) {
+  const std::string head = hello(publisher_start_id);
+  if (!subscription.starts_with(head)) return std::nullopt;
+  return decode_hello(kHelloMark + std::string(subscription.substr(head.size())));
+}
+
 void serialise(const google::protobuf::Message& message, void* out, std::size_t size) {
   google::protobuf::io::ArrayOutputStream array(out, static_cast<int>(size));
   google::protobuf::io::CodedOutputStream coded(&array);

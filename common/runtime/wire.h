@@ -80,4 +80,11 @@ std::string hello(std::uint64_t start_id);
 /// start_id of a hello, or nothing.
 std::optional<std::uint64_t> decode_hello(std::string_view subscription);
 
+/// Subscription, taken back at once, by which a reliable subscriber tells a publisher that it has
+/// missed messages of it: only the receiver can know how many.
+std::string missed(std::uint64_t publisher_start_id, std::uint64_t messages);
+/// Number in a `missed` for this publisher, or nothing.
+std::optional<std::uint64_t> decode_missed(std::string_view subscription,
+                                           std::uint64_t publisher_start_id);
+
 }  // namespace mimesis::runtime

@@ -149,6 +149,15 @@ BusOptions complete(BusOptions options) {
 /// The parts of ZmqBus put together: its sockets, its entry in the graph, the other nodes.
 struct ZmqBus::Impl {
   explicit Impl(BusOptions o);
+  /// ZeroMQ leaves the files of its sockets; the lock of `entry` is still ours.
+  ~Impl() {
+    for (const auto* list :
+         {&info.service_endpoints(), &info.data_endpoints(), &info.reliable_endpoints()}) {
+      for (const std::string& endpoint : *list) {
+        if (endpoint.starts_with("ipc://")) unlink(endpoint.c_str() + 6);
+      }
+    }
+  }
 
   /// Serves all pending subscriptions and requests of other nodes.
   void serve();
@@ -157,6 +166,7 @@ struct ZmqBus::Impl {
   /// How long one may sleep before looking again.
   std::chrono::nanoseconds patience(bool messages);
   void serve_arrived();
+  void serve_publisher();
   Woken wait(WallTime deadline, std::span<const int> fds, bool messages, void* reply = nullptr);
   void discover();
   void meet(const v1::NodeInfo& node);
@@ -200,6 +210,8 @@ struct ZmqBus::Impl {
   bool info_changed = true;
   bool drains_while_waiting = false;  ///< a queue could overflow in the socket between slow steps
   bool behind = false;                ///< flush() gave up
+  std::uint64_t told_overflow = 0;
+  Throttle overflow_throttle{1s};
 };
 
 ZmqBus::Impl::Impl(BusOptions o)
@@ -264,8 +276,15 @@ void ZmqBus::Impl::serve() {
   notify_alive();
   publish_info();
   discover();
-  publisher.serve();
+  serve_publisher();
   server.serve();
+}
+
+void ZmqBus::Impl::serve_publisher() {
+  publisher.serve();
+  if (publisher.overflow() == told_overflow || !overflow_throttle.pass()) return;
+  told_overflow = publisher.overflow();
+  warn("reliable subscribers that took nothing have missed {} messages", told_overflow);
 }
 
 void ZmqBus::Impl::discover() {
@@ -299,7 +318,7 @@ void ZmqBus::Impl::serve_arrived() {
   if (!peers.empty()) discover();
   if (readable(publisher.data_socket().handle()) ||
       readable(publisher.reliable_socket().handle()) || publisher.backlog() > 0) {
-    publisher.serve();
+    serve_publisher();
   }
   if (readable(server.socket().handle())) server.serve();
 }

@@ -30,7 +30,8 @@ GateLimits gate_limits(const BridgeParams& p, const Joints& joints) {
           .jump_rad = p.jump_rad,
           .v_max_rad_s = {joints.limits.v_max.begin(), joints.limits.v_max.end()},
           .names = joints.names,
-          .hold_on_silence = holds(p, joints)};
+          .hold_on_silence = holds(p, joints),
+          .cycle = runtime::from_seconds(1.0 / joints.rate_hz)};
 }
 
 v1::JointLimits to_proto(const std::string& robot, const Joints& joints) {

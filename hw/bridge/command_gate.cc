@@ -10,7 +10,9 @@
 namespace mimesis::hw::bridge {
 
 CommandGate::CommandGate(GateLimits limits)
-    : limits_(std::move(limits)), command_(limits_.v_max_rad_s.size(), 0.0) {}
+    : limits_(std::move(limits)),
+      command_(limits_.v_max_rad_s.size(), 0.0),
+      track_(command_.size(), limits_.cycle) {}
 
 std::string CommandGate::name_of(std::size_t joint) const {
   return limits_.names.empty() ? "A" + std::to_string(joint + 1) : limits_.names[joint];
@@ -64,6 +66,7 @@ std::string CommandGate::offer(Time now, Time stamp, std::span<const double> pos
     return refusal;
   }
   std::ranges::copy(position_rad, command_.begin());
+  open_ ? track_.add(sent, position_rad) : track_.begin(sent, position_rad);
   accepted_ = sent;
   open_ = true;
   return {};
@@ -94,7 +97,7 @@ Setpoint CommandGate::decide(Time now, const Reading& arm) {
     return {.mode = Mode::hold};
   }
   reason_.clear();
-  return {.mode = Mode::follow, .position_rad = command_};
+  return {.mode = Mode::follow, .position_rad = track_.advance()};
 }
 
 }  // namespace mimesis::hw::bridge

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "hw/actuators.h"
+#include "hw/bridge/command_track.h"
 
 namespace mimesis::hw::bridge {
 
@@ -17,6 +18,7 @@ struct GateLimits {
   std::vector<double> v_max_rad_s;   ///< one per joint
   std::vector<std::string> names{};  ///< names of the joints, for reasons; empty: A1, A2 ...
   bool hold_on_silence = false;      ///< instead of a quick stop: come to rest, powered
+  Time cycle = std::chrono::milliseconds(5);  ///< period of `decide`
 };
 
 /// Decides in every cycle whether the stream of commands is obeyed. A stream starts with a command
@@ -44,6 +46,7 @@ class CommandGate {
 
   GateLimits limits_;
   std::vector<double> command_;  // accepted last
+  CommandTrack track_;           // all accepted ones
   Time accepted_{};              // its stamp
   Time heard_{};                 // stamp of any command, also refused ones
   bool open_ = false;

@@ -151,8 +151,8 @@ class Graph:
         """Leaves the graph; a second call does nothing."""
         if self._context.closed:
             return
-        for path in (self._entry, *(e[len("ipc://"):] for e in (*self._info.data_endpoints,
-                                                                *self._info.reliable_endpoints))):
+        sockets = [e.removeprefix("ipc://") for e in (*self._info.data_endpoints, *self._info.reliable_endpoints)]
+        for path in (self._entry, self._entry.with_name("." + self.name), *sockets):
             pathlib.Path(path).unlink(missing_ok=True)
         self._context.destroy(linger=1000)
         os.close(self._claim)
@@ -235,12 +235,20 @@ class Graph:
 
     def _take_name(self):
         self._entry = self.directory / "nodes" / self.name
-        self._claim = os.open(self._entry.with_name("." + self.name), os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o600)
-        try:
-            fcntl.fcntl(self._claim, fcntl.F_OFD_SETLK, _lock(fcntl.F_WRLCK))
-        except OSError:
-            os.close(self._claim)
-            raise ValueError(f"a node '{self.name}' runs already in {self.directory}") from None
+        hidden = self._entry.with_name("." + self.name)
+        while True:
+            self._claim = os.open(hidden, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o600)
+            try:
+                fcntl.fcntl(self._claim, fcntl.F_OFD_SETLK, _lock(fcntl.F_WRLCK))
+            except OSError:
+                os.close(self._claim)
+                raise ValueError(f"a node '{self.name}' runs already in {self.directory}") from None
+            try:
+                if os.path.samestat(hidden.stat(), os.fstat(self._claim)):
+                    return
+            except FileNotFoundError:
+                pass
+            os.close(self._claim)  # a process that cleans has removed it in between
 
     def _announce(self):
         temporary = self._entry.with_name("." + self.name + ".new")
@@ -326,7 +334,11 @@ class Graph:
             if last is not None and seq <= last:
                 continue  # a latched message again
             self._seen[start_id, topic] = seq
-            self._lost[topic] += 0 if last is None else seq - last - 1
+            gap = 0 if last is None else seq - last - 1
+            self._lost[topic] += gap
+            if gap and into is self._inputs["reliable"]:  # the publisher counts what it could not deliver
+                for tell in (zmq.SUBSCRIBE, zmq.UNSUBSCRIBE):
+                    into.setsockopt(tell, HELLO + struct.pack("<QQ", start_id, gap))
             node = next((n for n in self._nodes.values() if n.start_id == start_id), None)
             output = node and next((o for o in node.outputs if o.topic == topic and o.type_hash == kind), None)
             if not output:

@@ -1,6 +1,7 @@
 #pragma once
 #include <iosfwd>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace mimesis::tool {
@@ -17,6 +18,10 @@ class Table {
  private:
   std::vector<std::vector<std::string>> rows_;
 };
+
+/// Text of other programs as it may go to a terminal: control characters but `kept`, and
+/// bytes that are no UTF-8, become \u00XX, as in JSON.
+std::string printable(std::string_view text, std::string_view kept = {});
 
 /// As a shell takes it: with quotes where it needs them.
 std::string shell_word(const std::string& word);

@@ -10,6 +10,7 @@
 #include "common/error.h"
 #include "common/runtime/value_text.h"
 #include "tools/mimesis/known_verbs.h"
+#include "tools/mimesis/table.h"
 
 namespace mimesis::tool {
 namespace {
@@ -91,10 +92,10 @@ int run_verb(const std::string& verb, int argc, char** argv, void (*add)(CLI::Ap
   } catch (const CLI::ParseError& e) {
     return report_usage(program, e);
   } catch (const ConfigError& e) {
-    std::cerr << e.what() << '\n';
+    std::cerr << printable(e.what(), "\n") << '\n';
     return 2;
   } catch (const std::exception& e) {
-    std::cerr << "mimesis: " << e.what() << '\n';
+    std::cerr << "mimesis: " << printable(e.what(), "\n") << '\n';
     return 1;
   }
   return exit_code;

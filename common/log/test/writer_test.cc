@@ -121,6 +121,28 @@ TEST(Writer, TheKernelsErrorNamesTheFile) {
   EXPECT_FALSE(create_file("/no/such/folder/x.mcap"));
 }
 
+TEST(Writer, AFileIsItsOwnersAndOfOneWriter) {
+  const std::string path =
+      std::filesystem::temp_directory_path() / ("mimesis-log-one-" + std::to_string(getpid()));
+  std::filesystem::remove(path);
+  auto first = create_file(path);
+  ASSERT_TRUE(first);
+  ASSERT_TRUE((*first)->write("first"));
+  ASSERT_TRUE((*first)->flush());
+  using std::filesystem::perms;
+  EXPECT_EQ(std::filesystem::status(path).permissions(), perms::owner_read | perms::owner_write);
+  const auto second = create_file(path);
+  ASSERT_FALSE(second);
+  EXPECT_EQ(second.error().reason, "cannot create '" + path +
+                                       "': another process is writing it, expected a file of its "
+                                       "own");
+  EXPECT_EQ(std::filesystem::file_size(path), 5u);
+  ASSERT_TRUE((*first)->close());
+  EXPECT_TRUE(create_file(path));
+  EXPECT_EQ(std::filesystem::file_size(path), 0u);
+  std::filesystem::remove(path);
+}
+
 TEST(Writer, FilesAreWhatMemoryWouldBe) {
   const auto path =
       std::filesystem::temp_directory_path() / ("mimesis-log-" + std::to_string(getpid()));

@@ -146,13 +146,17 @@ TEST(ZmqBus, AStuckSubscriberNeitherFillsTheMemoryNorStopsTheOthers) {
   TestNode stuck(graph, {{"in", "t/x"}}, {}, "stuck"), well(graph, {{"in", "t/x"}}, {}, "well");
   Out<v1::Publication> out(sender.bus(), "out");
   Reliable<v1::Publication> in_stuck(stuck.bus(), "in"), in_well(well.bus(), "in");
+  Tap recorder(
+      graph.name(), [](const std::string& topic) { return topic == "t/x"; }, Policy::reliable);
   stuck.until([] { return true; });
+  sender.bus().wait(std::chrono::steady_clock::now());
+  recorder.next(0ms);  // meets the sender
   sender.open();
   ASSERT_TRUE(both(sender, well, [&] {
     stuck.bus().wait(std::chrono::steady_clock::now());
-    return out.subscribers() == 2;
+    return out.subscribers() == 3;
   }));
-  auto m = numbered(1);
+  auto m = numbered(1), numbered_small = m;
   m.set_topic(std::string(1'000'000, 'x'));
   std::uint64_t received = 0;
   constexpr std::uint64_t kCount = 400;  // 400 MB: more than sockets and backlog take
@@ -172,6 +176,24 @@ TEST(ZmqBus, AStuckSubscriberNeitherFillsTheMemoryNorStopsTheOthers) {
     while (in_well.pop()) ++received;
     return received == kCount;
   })) << received;
+
+  // The stuck ones, of which the recorder is one, read again: the next message shows them how many
+  // they have missed.
+  std::uint64_t sent = kCount, taken = 0, lost = 0, recorded = 0, newest = 0;
+  const auto read_again = [&] {
+    well.bus().drain();
+    while (in_well.pop()) ++received;
+    while (in_stuck.pop()) ++taken;
+    for (; const auto tapped = recorder.next(0ms); ++recorded) newest = tapped->message.seq;
+    lost = stuck.bus().input_health(Time(0)).at(0).lost();
+    if ((lost == 0 || newest == recorded) && taken > 10) out.send(numbered_small, Time(++sent));
+    return lost > 0 && taken + lost == sent && newest == sent && newest > recorded &&
+           sender.bus().overflow() == lost + newest - recorded;
+  };
+  EXPECT_TRUE(both(stuck, sender, read_again))
+      << "overflow " << sender.bus().overflow() << ", lost " << lost << ", taken " << taken
+      << ", recorded " << recorded << " of " << sent;
+  EXPECT_GT(lost, 1U);
 }
 
 TEST(ZmqBus, GapsAreCounted) {

@@ -1,5 +1,7 @@
 #include "hw/sim/world/world_node.h"
 
+#include <fmt/format.h>
+
 #include "common/model/files.h"
 #include "common/model/viewer.h"
 
@@ -139,6 +141,9 @@ void WorldNode::publish_state(runtime::Time now) {
   state.set_dropped(!object.mishap().empty());
   state.set_collisions(static_cast<std::uint32_t>(world_.collisions().count()));
   state.set_last_collision(world_.collisions().last());
+  if (collisions_said_ != world_.collisions().count())
+    runtime::warn("collision: {}", world_.collisions().last());
+  collisions_said_ = world_.collisions().count();
   state_.send(state, now);
 
   v1::HandContact contact;
@@ -169,9 +174,13 @@ void WorldNode::publish_outcome(runtime::Time now) {
   outcome.set_placement_error_m(verdict.placement_error);
   outcome.set_collisions(static_cast<std::uint32_t>(world_.collisions().count()));
   outcome.set_dropped(!world_.object().mishap().empty());
-  outcome.set_reason(verdict.reason);
+  outcome.set_success(verdict.placed && outcome.collisions() == 0);
+  outcome.set_reason(verdict.placed && !outcome.success()
+                         ? fmt::format("{} collisions, the last: {}", outcome.collisions(),
+                                       world_.collisions().last())
+                         : verdict.reason);
   outcome_.send(outcome, now);
-  runtime::info("verdict: {}", verdict.placed ? "placed" : verdict.reason);
+  runtime::info("verdict: {}", outcome.success() ? "placed" : outcome.reason());
 }
 
 }  // namespace mimesis::world

@@ -72,6 +72,7 @@ class WorldNode {
   TaskEnd task_end_;
   v1::Goal goal_ = v1::GOAL_UNSPECIFIED;
   bool scene_due_ = true, outcome_sent_ = false, wrong_size_reported_ = false;
+  int collisions_said_ = 0;
 
   runtime::Latest<v1::JointState> arm_;
   runtime::Latest<v1::HandState> hand_;

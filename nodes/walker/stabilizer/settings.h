@@ -77,7 +77,7 @@ struct StabilizerSettings {
     v("edge_margin_m", edge_margin_m, 0.0, 0.03);
     v("velocity_filter_s", velocity_filter_s, 0.0, 0.1);
     v("wrench_filter_s", wrench_filter_s, 0.0, 0.1);
-    v("delay_ticks", delay_ticks, 0, 8);
+    v("delay_ticks", delay_ticks, 1, 8);
     v("cop_rad_s_n_m", cop_rad_s_n_m, 0.0, 0.1);
     v("cop_alone", cop_alone, 0.0, 1.0);
     v("cop_pivot", cop_pivot, 0.0, 1.0);

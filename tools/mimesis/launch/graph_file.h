@@ -60,6 +60,11 @@ struct NodeSpec {
   /// False for programs without the options of nodes and no part in the graph's clock: foreign
   /// ones, and `exec: mimesis` (the recorder).
   bool takes_node_options() const { return !ready_when_started && exec.text != "mimesis"; }
+  /// It writes the log: its bad end makes the run a failure, though the others go on without it.
+  bool records() const {
+    return exec.text == "mimesis" && args.size() > 1 && args[0].text == "log" &&
+           args[1].text == "record";
+  }
 };
 
 /// A machine that is reached by ssh.

@@ -15,6 +15,7 @@
 #include "common/error.h"
 #include "common/runtime/graph_time.h"
 #include "common/runtime/raw.h"
+#include "common/runtime/registry.h"
 #include "tools/mimesis/launch/command.h"
 #include "tools/mimesis/launch/graph_file.h"
 #include "tools/mimesis/launch/result.h"
@@ -38,7 +39,10 @@ struct Options {
 using Json = nlohmann::ordered_json;
 namespace fs = std::filesystem;
 
-void print(const Json& json) { fmt::print("{}\n", json.dump()); }
+/// A reason may hold what a node said, in any bytes.
+void print(const Json& json) {
+  fmt::print("{}\n", json.dump(-1, ' ', false, Json::error_handler_t::replace));
+}
 
 std::string after_text(const NodeSpec& node) {
   std::string names;
@@ -146,7 +150,9 @@ int run_graph(const GraphFile& graph, const Run& run, bool json) {
   Json result;
   if (watcher != nullptr) {
     watcher->stop();
-    if (outcome.reason.empty()) outcome.reason = watcher->failure();
+    if (const std::string& failure = watcher->failure(); !failure.empty()) {
+      outcome.reason = failure + (outcome.reason.empty() ? "" : "; " + outcome.reason);
+    }
     if (outcome.reason.empty() && !watcher->collector().end()) outcome.reason = "all nodes ended";
     if (watcher->misconfigured()) outcome.exit_code = 2;
     result = watcher->collector().line(outcome.reason);
@@ -160,6 +166,18 @@ int run_graph(const GraphFile& graph, const Run& run, bool json) {
   if (!result.is_null()) print(result);
   fmt::print(stderr, "mimesis: logs in {}\n", run.log);
   return outcome.exit_code;
+}
+
+/// In place of `run_graph`, which was killed.
+void report_killed(const GraphFile& graph, const Run& run, const std::string& why, bool json) {
+  if (json) print_summary({.exit_code = 1, .reason = why, .nodes = {}}, run);
+  if (graph.result) {
+    Json result = ResultCollector(*graph.result).line(why);
+    result["log"] = run.log;
+    print(result);
+  }
+  std::fflush(stdout);
+  runtime::clean_graph(runtime::graph_directory(run.graph));
 }
 
 /// Returns the exit code. @throws ConfigError
@@ -184,7 +202,8 @@ int check_show_or_run(const Options& options) {
   std::error_code error;
   fs::create_directories(run.log, error);
   if (error) throw ConfigError(run.log + ": " + error.message());
-  return keep([&] { return run_graph(graph, run, options.json); });
+  return keep([&] { return run_graph(graph, run, options.json); },
+              [&](const std::string& why) { report_killed(graph, run, why, options.json); });
 }
 
 }  // namespace

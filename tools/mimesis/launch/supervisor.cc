@@ -86,7 +86,8 @@ int end_descendants(int grace_ms) {
   }
 }
 
-int wait_for(pid_t worker, const sigset_t& set) {
+int wait_for(pid_t worker, const sigset_t& set,
+             const std::function<void(const std::string&)>& killed) {
   while (true) {
     siginfo_t info{};
     if (sigwaitinfo(&set, &info) < 0) continue;
@@ -102,9 +103,9 @@ int wait_for(pid_t worker, const sigset_t& set) {
       return WEXITSTATUS(status);
     }
     const int left = end_descendants(kGraceMs);
-    const Ending ending{.signal = WTERMSIG(status)};
-    std::fprintf(stderr, "mimesis: the launcher %s; ended the %d processes it left\n",
-                 ending.text().c_str(), left);
+    const std::string why = "the launcher " + Ending{.signal = WTERMSIG(status)}.text();
+    std::fprintf(stderr, "mimesis: %s; ended the %d processes it left\n", why.c_str(), left);
+    killed(why);
     return 1;
   }
 }
@@ -289,7 +290,11 @@ using State = ManagedNode::State;
 class Supervisor {
  public:
   Supervisor(const GraphFile& graph, const Run& run, int end_fd)
-      : groups_(stop_order(graph)), end_(end_fd), registry_(runtime::graph_directory(run.graph)) {
+      : groups_(stop_order(graph)),
+        end_(end_fd),
+        directory_(runtime::graph_directory(run.graph)),
+        registry_(directory_) {
+    runtime::clean_graph(directory_);  // a run before this one may have been killed
     for (const NodeSpec& spec : graph.nodes) {
       Command how = command(graph, spec, run);
       for (auto& variable : watchdog_.environment()) how.env.push_back(std::move(variable));
@@ -319,7 +324,9 @@ class Supervisor {
       outcome_.nodes.push_back({node->name(),
                                 ending.signal != 0 ? 128 + ending.signal : ending.code,
                                 node->restarts, node->killed});
+      if (node->spec.records()) judge_log(*node, ending);
     }
+    runtime::clean_graph(directory_);
     return outcome_;
   }
 
@@ -386,6 +393,19 @@ class Supervisor {
         failed(*node, *ending);
       }
     }
+  }
+
+  /// A run without its whole log has failed. A recorder that was started again has begun anew.
+  void judge_log(const ManagedNode& recorder, const Ending& ending) {
+    if (ending.good() && recorder.restarts == 0) return;
+    std::string what = fmt::format("the log is not whole: node '{}' ", recorder.name());
+    what += ending.good() ? "was started again" : ending.text();
+    if (ending.signal == 0 && !ending.good()) what += ": " + recorder.log.last_error();
+    say("{}", what);
+    if (outcome_.exit_code > 0 && outcome_.exit_code < 128)
+      return;  // it failed before: that is why
+    outcome_.reason += (outcome_.reason.empty() ? "" : "; ") + what;
+    if (outcome_.exit_code == 0) outcome_.exit_code = ending.good() ? 1 : ending.exit_code();
   }
 
   /// A node has ended by itself.
@@ -531,7 +551,8 @@ class Supervisor {
   WallTime looked_ = Clock::now();
   std::vector<std::unique_ptr<ManagedNode>> nodes_;
   std::vector<std::vector<std::string>> groups_;
-  int end_;  ///< readable when the run shall end; -1: none
+  int end_;                ///< readable when the run shall end; -1: none
+  std::string directory_;  ///< of the graph
   runtime::Registry registry_;
   Fd signals_ = open_signals();
   Outcome outcome_;
@@ -542,7 +563,7 @@ class Supervisor {
 
 }  // namespace
 
-int keep(const std::function<int()>& work) {
+int keep(const std::function<int()>& work, const std::function<void(const std::string&)>& killed) {
   std::fflush(nullptr);
   const sigset_t set = set_of({SIGINT, SIGTERM, SIGHUP, SIGCHLD});
   sigset_t before;
@@ -555,7 +576,7 @@ int keep(const std::function<int()>& work) {
     std::perror("mimesis: fork");
     return 1;
   }
-  if (worker > 0) return wait_for(worker, set);
+  if (worker > 0) return wait_for(worker, set, killed);
   // A group of its own: Ctrl-C reaches the keeper alone, which passes it on once.
   setpgid(0, 0);
   signal(SIGTTOU, SIG_IGN);

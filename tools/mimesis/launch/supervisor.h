@@ -14,9 +14,11 @@ namespace mimesis::launch {
 ///  - kill -9 of this process: the child gets SIGTERM and stops its nodes in order;
 ///  - kill -9 of the child: this process inherits all that the child had started (it is a
 ///    subreaper), sends SIGTERM, and after 3 s SIGKILL.
-/// SIGINT, SIGTERM and SIGHUP are passed on. Returns the exit code of `work`, 1 if it was killed.
+/// SIGINT, SIGTERM and SIGHUP are passed on. Returns the exit code of `work`, 1 if it was killed:
+/// then `killed` says why in its stead, when all it had started is gone.
 /// In the child it returns, too, with the result of `work`.
-int keep(const std::function<int()>& work);
+int keep(const std::function<int()>& work,
+         const std::function<void(const std::string& why)>& killed);
 
 using WallTime = std::chrono::steady_clock::time_point;
 

@@ -23,6 +23,7 @@
 #include "tools/mimesis/log/field_columns.h"
 #include "tools/mimesis/log/verb_options.h"
 #include "tools/mimesis/number_check.h"
+#include "tools/mimesis/table.h"
 
 namespace mimesis::tool {
 namespace {
@@ -130,8 +131,10 @@ class MessagePrinter {
   }
 
   static void note(const Item& item, std::string_view what) {
-    std::cerr << fmt::format("{} ({}): {}\n", item.channel->topic,
-                             item.schema == nullptr ? "no schema" : item.schema->name, what);
+    std::cerr << printable(fmt::format("{} ({}): {}", item.channel->topic,
+                                       item.schema == nullptr ? "no schema" : item.schema->name,
+                                       what))
+              << '\n';
   }
 
   BytesText bytes_;

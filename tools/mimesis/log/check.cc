@@ -19,6 +19,7 @@
 #include "tools/mimesis/log/human.h"
 #include "tools/mimesis/log/verb_options.h"
 #include "tools/mimesis/progress.h"
+#include "tools/mimesis/table.h"
 
 namespace mimesis::tool {
 namespace {
@@ -63,7 +64,7 @@ class MessageCheck {
       take(*record);
       progress.at(reader_.offset());
     }
-    conclude();
+    conclude(any);
     return any;
   }
 
@@ -90,9 +91,9 @@ class MessageCheck {
     }
   }
 
-  void conclude() {
+  void conclude(bool any) {
     for (const log::Damage& d : reader_.damages()) {
-      const bool cut = d.offset >= source_.size();
+      const bool cut = any && d.offset >= source_.size();
       checked_.add(cut ? warning : error, cut ? "not-closed" : kDamage, d.offset, "{}", d.what);
     }
     if (const auto more = reader_.damage_count() - reader_.damages().size(); more > 0) {
@@ -634,7 +635,8 @@ int check_files(const std::vector<std::string>& paths, bool json) {
                           {"what", f.what}});
       if (json) continue;
       std::cout << fmt::format("{}: {}: {}{}\n", word(f.severity), log.path,
-                               f.offset ? fmt::format("byte {}: ", *f.offset) : "", f.what);
+                               f.offset ? fmt::format("byte {}: ", *f.offset) : "",
+                               printable(f.what));
     }
     files.push_back({{"file", log.path},
                      {"size", log.size},

@@ -214,9 +214,9 @@ Json stream_json(const StreamDiff& s, const OpenLog& a) {
 }
 
 void print_stream(const StreamDiff& s, const OpenLog& a) {
-  std::cout << '\n' << s.topic << (s.node.empty() ? "" : " of " + s.node) << '\n';
+  std::cout << '\n' << printable(s.topic + (s.node.empty() ? "" : " of " + s.node)) << '\n';
   if (s.type_a != s.type_b && s.a > 0 && s.b > 0) {
-    std::cout << fmt::format("  type: {} | {}\n", s.type_a, s.type_b);
+    std::cout << fmt::format("  type: {} | {}\n", printable(s.type_a), printable(s.type_b));
   }
   if (s.first) {
     const auto& first = *s.first;
@@ -224,7 +224,9 @@ void print_stream(const StreamDiff& s, const OpenLog& a) {
         "  first difference: seq {}, at {} s\n", first.sequence,
         seconds_text(first.time_a_ns, a.summary.statistics.message_start_time));
     for (const FieldDifference& f : first.difference.fields) {
-      std::cout << fmt::format("    {}: {} | {}\n", f.path.empty() ? "payload" : f.path, f.a, f.b);
+      const std::string line =
+          fmt::format("    {}: {} | {}", f.path.empty() ? "payload" : f.path, f.a, f.b);
+      std::cout << printable(line) << '\n';
     }
     const std::uint64_t more = first.difference.count - first.difference.fields.size();
     if (more > 0) std::cout << fmt::format("    and {} more fields\n", more);

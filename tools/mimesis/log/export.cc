@@ -17,6 +17,7 @@
 #include "tools/mimesis/field_text.h"
 #include "tools/mimesis/log/field_columns.h"
 #include "tools/mimesis/log/verb_options.h"
+#include "tools/mimesis/table.h"
 
 namespace mimesis::tool {
 namespace {
@@ -36,10 +37,14 @@ class FileNames {
       throw ConfigError("cannot make folder '" + folder + "': " + error.message());
     }
   }
-  /// "bridge/arm" -> "FOLDER/bridge_arm.csv", and "FOLDER/bridge_arm_2.csv" the next time.
-  std::string unique(const std::string& name, const std::string& extension) {
+  /// "bridge/arm" -> "FOLDER/bridge_arm.csv", and "FOLDER/bridge_arm_2.csv" the next time. A name
+  /// that is too long for a file is cut.
+  std::string unique(const std::string& name, std::string extension) {
+    constexpr std::size_t kLongest = 200, kLongestExtension = 32;  // a file's name has 255 bytes
     std::string stem;
     for (const char c : name) stem += c == '/' || c == '\\' || c == '\0' ? '_' : c;
+    cut(stem, kLongest);
+    cut(extension, kLongestExtension);
     if (stem.empty() || stem.starts_with('.')) stem = "_" + stem;  // no hidden file, no ".."
     std::string file = stem + extension;
     for (int i = 2; !taken_.insert(file).second; ++i)
@@ -48,6 +53,13 @@ class FileNames {
   }
 
  private:
+  /// Between two characters of UTF-8.
+  static void cut(std::string& text, std::size_t longest) {
+    if (text.size() <= longest) return;
+    while (longest > 0 && (static_cast<unsigned char>(text[longest]) & 0xC0) == 0x80) --longest;
+    text.resize(longest);
+  }
+
   fs::path folder_;
   std::set<std::string> taken_;
 };
@@ -466,8 +478,9 @@ ExportResult export_attachments(const std::vector<OpenLog>& logs, const std::str
       const auto attachment = log::read_attachment(*log.source, index, data);
       if (!attachment) {
         ++result.failures;
-        std::cerr << fmt::format("{}: attachment {}: {}\n", log.path, index.name,
-                                 attachment.error().reason);
+        std::cerr << printable(fmt::format("{}: attachment {}: {}", log.path, index.name,
+                                           attachment.error().reason))
+                  << '\n';
         continue;
       }
       const fs::path name = fs::path(index.name).filename();

@@ -162,8 +162,10 @@ ordered_json info_json(const std::vector<OpenLog>& logs, bool sizes) {
   std::optional<std::unordered_map<const log::Channel*, std::uint64_t>> bytes;
   if (sizes) {
     bytes.emplace();
-    scan_logs(logs, {}, "info",
-              [&](const Item& item) { (*bytes)[item.channel] += item.message->data.size(); });
+    scan_logs(
+        logs, {}, "info",
+        [&](const Item& item) { (*bytes)[item.channel] += item.message->data.size(); },
+        /*silent=*/true);  // the verb reports damages
   }
   std::uint64_t size = 0, messages = 0, chunks = 0, compressed = 0, uncompressed = 0;
   std::set<std::string> compressions;
@@ -228,7 +230,7 @@ ordered_json info_json(const std::vector<OpenLog>& logs, bool sizes) {
 std::string info_text(const std::vector<OpenLog>& logs, const ordered_json& info, bool colour) {
   std::ostringstream out;
   const auto line = [&](std::string_view label, const std::string& value) {
-    out << fmt::format("{:<12} {}\n", label, value);
+    out << fmt::format("{:<12} {}\n", label, printable(value));
   };
   if (logs.size() > 1) {
     print_info_files(logs, colour, out);
@@ -279,20 +281,29 @@ void add_info(CLI::App& verb, int& exit_code) {
   info->add_flag("--sizes", options->sizes, "Bytes per topic: reads all messages");
   info->add_flag("--json", options->json, "One JSON object");
   info->footer(
+      "Reads the data of a log once for its sum. Exit code 1 if it is damaged: 'check' says "
+      "where.\n"
       "Examples:\n  mimesis log info run.mcap --json | jq '.topics[].topic'\n"
       "  mimesis log info run_*.mcap --sizes");
   on_run(*info, exit_code, [options] {
-    const auto logs = open_logs(options->files);
+    auto logs = open_logs(options->files);
+    for (OpenLog& log : logs) {
+      const auto damage =
+          log.summary.from_file ? log::check_data_sum(*log.source, log.summary) : std::nullopt;
+      if (damage) log.summary.damages.push_back(*damage);
+      log.summary.damage_count += damage ? 1 : 0;
+    }
     const ordered_json found = info_json(logs, options->sizes);
     if (options->json) {
       print_json(found);
     } else {
       std::cout << info_text(logs, found, use_colour(1));
     }
+    std::uint64_t damages = 0;
     for (const OpenLog& log : logs) {
-      if (!options->sizes) report_damages(log, {});  // otherwise reading has reported them
+      damages += report_losses(log, log.summary.damages, log.summary.damage_count);
     }
-    return 0;
+    return damages == 0 ? 0 : 1;
   });
 }
 

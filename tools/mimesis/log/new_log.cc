@@ -14,6 +14,7 @@
 #include "tools/mimesis/log/human.h"
 #include "tools/mimesis/log/verb_options.h"
 #include "tools/mimesis/stop_signals.h"
+#include "tools/mimesis/table.h"
 
 namespace mimesis::tool {
 namespace {
@@ -211,7 +212,7 @@ void NewLog::copy_attachments(const std::vector<OpenLog>& logs) {
       if (const auto attachment = log::read_attachment(*log.source, index, data)) {
         attach(*attachment);
       } else {
-        std::cerr << log.path << ": " << attachment.error().reason << '\n';
+        std::cerr << log.path << ": " << printable(attachment.error().reason) << '\n';
         ++damages_;
       }
     }

@@ -15,6 +15,7 @@
 #include "common/error.h"
 #include "common/log/crc32.h"
 #include "common/runtime/value_text.h"
+#include "tools/mimesis/table.h"
 
 namespace mimesis::tool {
 namespace {
@@ -156,7 +157,7 @@ std::uint64_t each_metadata(const std::vector<OpenLog>& logs, const std::string&
       if (const auto record = log::read_metadata(*log.source, index)) {
         take(*record);
       } else {
-        if (!silent) std::cerr << log.path << ": " << record.error().reason << '\n';
+        if (!silent) std::cerr << log.path << ": " << printable(record.error().reason) << '\n';
         ++failures;
       }
     }
@@ -233,7 +234,7 @@ void LogProgress::at(std::uint64_t log_time_ns) {
 std::uint64_t report_damages(const std::string& path, const std::vector<log::Damage>& damages,
                              std::uint64_t count) {
   for (const log::Damage& d : damages)
-    std::cerr << fmt::format("{}: byte {}: {}\n", path, d.offset, d.what);
+    std::cerr << fmt::format("{}: byte {}: {}\n", path, d.offset, printable(d.what));
   if (count > damages.size())
     std::cerr << fmt::format("{}: and {} more\n", path, count - damages.size());
   return count;

@@ -17,6 +17,7 @@
 
 #include "common/error.h"
 #include "common/log/codec.h"
+#include "common/log/summary.h"
 #include "common/runtime/graph_time.h"
 #include "common/runtime/raw.h"
 #include "common/runtime/value_text.h"
@@ -90,6 +91,22 @@ Recorded recorded(runtime::Tapped tapped, std::uint64_t now_ns) {
   return m;
 }
 
+/// What stands in the files of a recording that failed.
+struct Standing {
+  std::uint64_t messages = 0, bytes = 0;
+};
+Standing standing_in(const std::vector<std::string>& paths) {
+  Standing standing;
+  for (const std::string& path : paths) {
+    const auto source = log::open_file(path);
+    if (!source) continue;
+    standing.bytes += (*source)->size();
+    const auto summary = log::summarize(**source);
+    if (summary) standing.messages += summary->statistics.message_count;
+  }
+  return standing;
+}
+
 volatile std::sig_atomic_t snapshot_wanted = 0;  // SIGUSR1 has come
 
 class Recorder {
@@ -104,6 +121,7 @@ class Recorder {
         }) {
     std::signal(SIGUSR1, [](int) { snapshot_wanted = 1; });
     std::signal(SIGPIPE, SIG_IGN);  // the reader of our lines may go away, the log is to be closed
+    std::signal(SIGXFSZ, SIG_IGN);  // a limit of file sizes is met as a full disk is
     tap_.emplace(runtime::graph_name(), filter_, runtime::Policy::reliable);
     graph_.emplace(runtime::graph_name());
     ready_ns_ = now_ns();
@@ -126,7 +144,7 @@ class Recorder {
     attempt([&] { std::visit([&](auto& output) { output.finish(now); }, output_); });
     if (failure.empty()) return report(flaw_);
     for (const std::string& path : files().paths()) remove_if_empty(path);
-    return report(failure);
+    return report(failure, standing_in(files().paths()));
   }
 
  private:
@@ -262,14 +280,18 @@ class Recorder {
 
   void say(const std::string& line) {
     display_.clear();
-    std::cerr << line << std::endl;
+    std::cerr << printable(line) << std::endl;
   }
 
-  int report(const std::string& error) {
+  /// `standing`: in the files, if not all that was written.
+  int report(const std::string& error, std::optional<Standing> standing = {}) {
     const Counts& counts = recording_.counts();
     const std::vector<std::string> paths = files().paths();
-    const std::uint64_t messages =
-        std::visit([](const auto& output) { return output.messages(); }, output_);
+    if (!standing) {
+      standing = {std::visit([](const auto& output) { return output.messages(); }, output_),
+                  files().total()};
+    }
+    const auto [messages, bytes] = *standing;
     Table table({"TOPIC", "NODE", "RECEIVED", "LOST"});
     auto topics = nlohmann::ordered_json::array();
     for (const auto& [key, count] : counts.topics) {
@@ -279,15 +301,15 @@ class Recorder {
           {{"topic", topic}, {"node", node}, {"received", count.received}, {"lost", count.lost}});
     }
     if (options_.json) {
-      const nlohmann::ordered_json all{{"file", options_.output},  {"files", paths},
-                                       {"messages", messages},     {"lost", counts.total.lost},
-                                       {"bytes", files().total()}, {"error", error},
+      const nlohmann::ordered_json all{{"file", options_.output}, {"files", paths},
+                                       {"messages", messages},    {"lost", counts.total.lost},
+                                       {"bytes", bytes},          {"error", error},
                                        {"topics", topics}};
-      std::cout << all.dump() << std::endl;
+      std::cout << printable(all.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace))
+                << std::endl;
     } else if (!options_.quiet) {
       table.print(std::cerr, use_colour(2));
     }
-    if (!error.empty()) say("recording stopped: " + error);
     for (const std::string& topic : filter_.topics()) {
       const bool seen =
           std::ranges::any_of(counts.topics, [&](const auto& c) { return c.first.first == topic; });
@@ -297,8 +319,10 @@ class Recorder {
     if (options_.snapshot.on()) what = fmt::format("{} snapshots", paths.size());
     if (options_.split.on()) what = fmt::format("{} files up to {}", paths.size(), files().last());
     say(fmt::format("{}: {} messages, {} lost, {}", what, messages, counts.total.lost,
-                    bytes_text(files().total())));
+                    bytes_text(bytes)));
     if (counts.total.received == 0) say("nothing was recorded: no message came");
+    // The last line: a launcher gives it as the reason.
+    if (!error.empty()) say("recording stopped: " + error);
     return error.empty() && counts.total.lost == 0 && counts.total.received > 0 ? 0 : 1;
   }
 
@@ -482,6 +506,7 @@ void add_record(CLI::App& log, int& exit_code) {
       "ms.\n"
       "Exit code 1 if a message was lost or could not be written, a limit was reached, or no "
       "message came.\n"
+      "A new log can be read by its owner alone (mode 0600); two recorders cannot write one file.\n"
       "Examples:\n"
       "  mimesis log record --all --exclude '.*/health' -o run.mcap\n"
       "  mimesis log record --all -o run.mcap --split-size 1GB --max-size 20GB --when-full "

@@ -7,6 +7,7 @@
 
 #include "common/error.h"
 #include "tools/mimesis/log/human.h"
+#include "tools/mimesis/table.h"
 
 namespace mimesis::tool {
 void add_topic_options(CLI::App& verb, TopicOptions& options) {
@@ -71,14 +72,15 @@ void on_run(CLI::App& verb, int& exit_code, std::function<int()> run) {
     try {
       exit_code = run();
     } catch (const VerbEnd& end) {
-      if (!end.line.empty()) std::cerr << end.line << '\n';
+      if (!end.line.empty()) std::cerr << printable(end.line) << '\n';
       exit_code = end.exit_code;
     }
   });
 }
 
 std::string json_line(const nlohmann::ordered_json& object) {
-  return object.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + '\n';
+  return printable(object.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace)) +
+         '\n';
 }
 
 void print_json(const nlohmann::ordered_json& object) { std::cout << json_line(object); }

@@ -107,7 +107,29 @@ TEST_F(WorldNodeTest, APlacedObjectIsJudgedOnceAndMovesTheScene) {
   EXPECT_EQ(outcome->goal(), v1::GOAL_HIGH);
   EXPECT_LT(outcome->placement_error_m(), 1e-3);
   EXPECT_EQ(outcome->collisions(), 0u);
+  EXPECT_TRUE(outcome->success());
   EXPECT_FALSE(bus_.take<v1::TrialOutcome>("outcome"));
+}
+
+TEST_F(WorldNodeTest, APlacedObjectThatTouchedSomethingOnTheWayIsNoSuccess) {
+  const Reach grasp = search_.grasps(Grip::precision, 200).at(0);
+  const Reach place = search_.places(Grip::precision, 200, table_.goals[0].position).at(0);
+  act(grasp.at, 0.0);
+  send_task(v1::TASK_STATE_EXECUTING, v1::GOAL_HIGH);
+  act(grasp.at, 0.3);
+  for (double share = 0.0; share < 1.0; share += 0.05)  // straight on, not around the bridge
+    act(grasp.at + share * (place.at - grasp.at), 0.3);
+  act(place.at, 0.3);
+  act(place.at, 0.0, 10);
+  act(place.before, 0.0);
+  send_task(v1::TASK_STATE_DONE, v1::GOAL_HIGH);
+  act(arm_.home, 0.0, 20);
+  const auto outcome = bus_.take<v1::TrialOutcome>("outcome");
+  ASSERT_TRUE(outcome);
+  EXPECT_TRUE(outcome->placed());
+  EXPECT_GT(outcome->collisions(), 0u);
+  EXPECT_FALSE(outcome->success());
+  EXPECT_NE(outcome->reason().find("collisions, the last: "), std::string::npos);
 }
 
 TEST_F(WorldNodeTest, TheSceneFollowsTheObjectWhenItRests) {

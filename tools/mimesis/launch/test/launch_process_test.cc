@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 #include <signal.h>
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 
 #include "common/testing/process.h"
@@ -44,6 +45,29 @@ class Launch : public ::testing::Test {
     return all;
   }
   static bool alive(pid_t pid) { return kill(pid, 0) == 0; }
+  /// Of a node: the process that supervises.
+  static pid_t parent(pid_t pid) {
+    std::ifstream in("/proc/" + std::to_string(pid) + "/stat");
+    const std::string stat{std::istreambuf_iterator<char>(in), {}};
+    return std::stoi(stat.substr(stat.rfind(')') + 4));
+  }
+  /// Files in the folder of the graph.
+  std::vector<std::string> left_in_graph() const {
+    std::vector<std::string> files;
+    for (const auto& entry : std::filesystem::recursive_directory_iterator(graph_.directory())) {
+      if (!entry.is_directory()) files.push_back(entry.path().filename());
+    }
+    std::ranges::sort(files);
+    return files;
+  }
+  /// A recorder, and a program that ends well once the file `go` is there.
+  std::string recorded(const std::string& options) const {
+    return "nodes:\n  a: {exec: " + counter_ +
+           "}\n  r: {exec: mimesis, args: [log, record, --all, -o, " + folder_.path() + "/x.mcap" +
+           options +
+           "]}\n  end: {exec: sh, ready: started, required: true, args: " + "[-c, \"until [ -e " +
+           folder_.path() + "/go ]; do sleep 0.02; done\"]}\n";
+  }
   static json summary(const testing::Process& p) {
     return json::parse(p.output().substr(0, p.output().find('\n')));
   }
@@ -107,6 +131,13 @@ TEST_F(Launch, TellsWhatARequiredNodeSaidThatCouldNotBegin) {
                       "exit 2'], required: true}\n");
   EXPECT_EQ(launch->wait(), 2);
   EXPECT_EQ(summary(*launch)["reason"], "node 'b' ended with exit code 2: two");
+}
+
+TEST_F(Launch, AReasonMayHoldAnyBytes) {
+  auto launch = start(
+      "nodes:\n  b: {exec: sh, args: [-c, 'printf \"a\\377\" >&2; exit 2'], required: true}\n");
+  EXPECT_EQ(launch->wait(), 2);
+  EXPECT_EQ(summary(*launch)["reason"], "node 'b' ended with exit code 2: a\uFFFD");
 }
 
 TEST_F(Launch, NamesTheSignalThatKilledTheRequiredNode) {
@@ -257,14 +288,8 @@ class NoOrphan : public Launch {
     ASSERT_TRUE(until_written("grandchild", "\n"));
     all_ = {pids().at("a"), std::stoi(folder_.read("child")),
             std::stoi(folder_.read("grandchild"))};
-    // The process that supervises is the parent of the nodes.
-    const std::string stat = read_stat(all_[0]);
-    worker_ = std::stoi(stat.substr(stat.rfind(')') + 4));
+    worker_ = parent(all_[0]);
     ASSERT_NE(worker_, launch_->pid());
-  }
-  static std::string read_stat(pid_t pid) {
-    std::ifstream in("/proc/" + std::to_string(pid) + "/stat");
-    return {std::istreambuf_iterator<char>(in), {}};
   }
   bool all_gone() {
     return until([&] { return std::none_of(all_.begin(), all_.end(), alive); });
@@ -286,12 +311,16 @@ TEST_F(NoOrphan, AfterKillOfItsSupervisor) {
   EXPECT_EQ(launch_->wait(), 1);
   EXPECT_TRUE(all_gone());
   EXPECT_NE(launch_->errors().find("the launcher was killed by SIGKILL"), std::string::npos);
+  EXPECT_EQ(summary(*launch_)["exit_code"], 1);
+  EXPECT_EQ(summary(*launch_)["reason"], "the launcher was killed by SIGKILL");
+  EXPECT_EQ(left_in_graph(), std::vector<std::string>{});
 }
 
 TEST_F(NoOrphan, AfterAnInterrupt) {
   launch_->signal(SIGINT);
   EXPECT_EQ(launch_->wait(), 130);
   EXPECT_TRUE(all_gone());
+  EXPECT_EQ(left_in_graph(), std::vector<std::string>{});
 }
 
 TEST_F(Launch, ResultIsTheLastLine) {
@@ -315,6 +344,62 @@ TEST_F(Launch, ResultWithoutConditionSucceedsWithTheFirstMessage) {
   const json line = last_line(*launch);
   EXPECT_EQ(line["n"], 0.5);  // the first message: none was lost
   EXPECT_EQ(line["success"], true);
+}
+
+TEST_F(Launch, ResultTellsOfTheDeathOfTheSupervisor) {
+  auto launch = start("nodes:\n  a: {exec: " + counter_ +
+                      "}\nresult: {until: a/other, fields: {n: a/out.seq}}\n");
+  ASSERT_TRUE(until([&] { return pids().contains("a"); }));
+  kill(parent(pids().at("a")), SIGKILL);
+  EXPECT_EQ(launch->wait(), 1);
+  EXPECT_EQ(last_line(*launch)["success"], false);
+  EXPECT_EQ(last_line(*launch)["reason"], "the launcher was killed by SIGKILL");
+}
+
+TEST_F(Launch, ALogThatIsNotWholeIsAFailure) {
+  auto launch = start(recorded(""));
+  pid_t recorder = 0;
+  ASSERT_TRUE(until([&] {
+    const auto all = pids();
+    for (const auto& [name, pid] : all) recorder = name.starts_with("tap-") ? pid : recorder;
+    return recorder != 0 && all.contains("a");
+  })) << launch->errors();
+  kill(recorder, SIGKILL);
+  ASSERT_TRUE(until([&] { return !alive(recorder); }));
+  folder_.write("go", "");
+  EXPECT_EQ(launch->wait(), 1) << launch->errors();
+  EXPECT_EQ(
+      summary(*launch)["reason"],
+      "node 'end' ended with exit code 0; the log is not whole: node 'r' was killed by SIGKILL");
+
+  std::filesystem::remove(folder_.path() + "/go");
+  launch = start(recorded(", --min-free, 99.9%"));
+  ASSERT_TRUE(until([&] {
+    return launch->errors().find("node 'r' ended with exit code 1") != std::string::npos;
+  })) << launch->errors();
+  folder_.write("go", "");
+  EXPECT_EQ(launch->wait(), 1) << launch->errors();
+  EXPECT_NE(summary(*launch)["reason"].get<std::string>().find(
+                "the log is not whole: node 'r' ended with exit code 1: recording stopped: "),
+            std::string::npos);
+}
+
+TEST_F(Launch, RemovesWhatAKilledRunHasLeftAndNothingOfALivingNode) {
+  const std::string folder = graph_.directory();
+  const testing::Process live(graph_, counter_, {"--name", "live"});
+  ASSERT_TRUE(until([&] { return pids().contains("live"); }));
+  const auto of_live = left_in_graph();
+  EXPECT_EQ(of_live.size(), 6U);  // entry, lock, three sockets, wall_clock
+  for (const char* file : {"/dead-1.s", "/dead-77.d", "/gone-2-3.r", "/clock.sock", "/nodes/dead",
+                           "/nodes/.dead", "/nodes/.gone.new"}) {
+    std::ofstream(folder + file) << "x";
+  }
+  auto launch = start("nodes:\n  a: {exec: " + counter_ + "}\n");
+  ASSERT_TRUE(until([&] { return pids().contains("a"); }));
+  EXPECT_EQ(left_in_graph().size(), 11U);  // before the first node starts
+  launch->signal(SIGINT);
+  EXPECT_EQ(launch->wait(), 130);
+  EXPECT_EQ(left_in_graph(), of_live);
 }
 
 TEST_F(Launch, LockstepStartsTheClockAndGivesTheSameResultTwice) {

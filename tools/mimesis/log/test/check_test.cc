@@ -157,6 +157,7 @@ TEST(Check, DamageCutsAndCounts) {
   const CheckedLog damaged = check(bytes);
   EXPECT_EQ(damaged.findings.front().kind, "damage");
   EXPECT_EQ(kinds("what is this"), Kinds{"error damage"});
+  EXPECT_EQ(kinds(""), Kinds{"error damage"});
 
   const auto counts = [](const std::string& text, std::vector<log::Metadata> more = {}) {
     more.push_back({kCountsName, {{"a/out (a)", text}}});

@@ -147,6 +147,12 @@ TEST_F(ExportTest, AttachmentsKeepTheirNamesWithinTheFolder) {
   EXPECT_EQ(export_attachments(logs, folder_.file("out")).items, 2u);
   EXPECT_EQ(folder_.read("out/launch.yaml"), "one");
   EXPECT_EQ(folder_.read("out/launch_2.yaml"), "two");
+  const std::string name = "a" + std::string(300, 'x') + "." + std::string(300, 'y');
+  LogBuilder longer;
+  ASSERT_TRUE(longer.writer().attach({0, 0, name, "text/plain", "long"}));
+  logs.clear();
+  logs.push_back(longer.open());
+  EXPECT_EQ(export_attachments(logs, folder_.file("long")).items, 1u);
 }
 
 foxglove::RawImage raw(const std::string& encoding, std::uint32_t width, std::uint32_t height,

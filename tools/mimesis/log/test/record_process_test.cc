@@ -234,6 +234,37 @@ TEST_F(RecordProcess, AFullDiskLeavesAFileThatOpensUpToTheFailure) {
   }
 }
 
+TEST_F(RecordProcess, ALimitOfFileSizesIsAFullDiskAndTheCountIsThatOfTheFile) {
+  const std::string script = "ulimit -f 4000; exec \"$0\" log record --all --json -o \"$1\"";
+  Process recorder("/bin/sh",
+                   {"-c", script, fs::path(MIMESIS_BIN_DIR) / "mimesis", path("run.mcap")});
+  Sender sender(graph_);
+  std::optional<int> code;
+  const auto ended = [&] {
+    if (sender.count.subscribers() > 0) sender.send(30, 1000);
+    return (code = recorder.wait(0ms)).has_value();
+  };
+  ASSERT_TRUE(sender.node.until(ended, kPatience)) << recorder.errors();
+  EXPECT_EQ(code, 1) << recorder.errors();
+  EXPECT_TRUE(says(recorder, "File too large")) << recorder.errors();
+  std::uint64_t standing = 0;
+  for (const auto& [topic, seqs] : LogContents(path("run.mcap")).seqs) standing += seqs.size();
+  EXPECT_GT(standing, 100u);
+  EXPECT_EQ(nlohmann::json::parse(recorder.output())["messages"], standing);
+}
+
+TEST_F(RecordProcess, ASecondRecorderOfAFileIsRefused) {
+  const auto recorder = record({"--all"});
+  Process second("mimesis", {"log", "record", "--all", "-o", path("run.mcap")});
+  EXPECT_EQ(second.wait(), 2);
+  EXPECT_TRUE(says(second, "'" + path("run.mcap") + "': another process is writing it"))
+      << second.errors();
+  Sender sender(graph_);
+  sender.send(10);
+  EXPECT_EQ(recorder->terminate(), 0) << recorder->errors();
+  EXPECT_EQ(LogContents(path("run.mcap")).seqs.at("sender/count"), from_to(1, 10));
+}
+
 TEST_F(RecordProcess, NothingRecordedIsAFailureAndASilentPublisherIsTold) {
   const auto recorder = record({"--all"});
   testing::TestNode silent(graph_, {}, {}, "silent");

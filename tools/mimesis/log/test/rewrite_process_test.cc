@@ -46,6 +46,23 @@ TEST_F(LogTools, Info) {
   EXPECT_EQ(json::parse(run({"info", in_, in_, "--sizes", "--json"}, 0))["files"].size(), 2u);
   run({"info", "/no/file.mcap"}, 3, "cannot open '/no/file.mcap'");
   run({"info", kText}, 1, "not an MCAP log");
+  run({"info", save("empty.mcap", "")}, 1, "not an MCAP log");
+  EXPECT_EQ(json::parse(run({"info", bad_, "--json"}, 1, "data section: CRC-32"))["messages"], 200);
+  run({"info", save("cut.mcap", good_.substr(0, good_.size() / 2))}, 1, "byte");
+}
+
+TEST_F(LogTools, NoWordOfALogCommandsTheTerminal) {
+  const std::string log =
+      save("evil.mcap", log_bytes({{"a/\033[2J\x9b\u009bx", "n\007\n", 1, 1}, {"b", "b", 2, 2}}));
+  for (const std::string verb : {"info", "check"}) {
+    for (const std::string form : {"", "--json"}) {
+      std::vector<std::string> words{verb, log};
+      if (!form.empty()) words.push_back(form);
+      const std::string out = run(words, 0);
+      for (const char* bad : {"\033", "\007", "\x9b"}) EXPECT_EQ(out.find(bad), std::string::npos);
+    }
+  }
+  EXPECT_NE(run({"info", log}, 0).find("a/\\u001b[2J"), std::string::npos);
 }
 
 TEST_F(LogTools, Cat) {
@@ -72,6 +89,7 @@ TEST_F(LogTools, Check) {
   EXPECT_EQ(run({"check", in_}, 0, "0 errors, 0 warnings"), "");
   const std::string found = run({"check", bad_}, 1, "199 messages");
   EXPECT_EQ(found.substr(0, found.find("byte")), "error: " + bad_ + ": ");
+  EXPECT_NE(run({"check", save("empty.mcap", "")}, 1).find("error: "), std::string::npos);
   EXPECT_GT(json::parse(run({"check", in_, bad_, "--json"}, 1))["errors"], 0);
   run({"check", "/no/file.mcap"}, 3, "cannot open '/no/file.mcap'");
 }
