@@ -1,4 +1,6 @@
 #pragma once
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cstdint>
 #include <map>
@@ -32,11 +34,29 @@ class Conductor {
   };
 
   /// A node joins; it takes part from the next `advance` on.
-  void join(const v1::LockstepJoin& join) {
-    if (!(join.rate_hz() > 0.0)) return;
+  /// @return empty, or why it is refused
+  std::string join(const v1::LockstepJoin& join) {
+    const auto between = [](double x, double low, double high) { return x >= low && x <= high; };
+    if (!between(join.rate_hz(), 1.0 / kLongest_s, kFastest_hz)) {
+      return fmt::format("its rate is {} Hz, expected {} to {}", join.rate_hz(), 1.0 / kLongest_s,
+                         kFastest_hz);
+    }
+    if (!between(join.offset_s(), 0.0, kLongest_s))
+      return fmt::format("its offset is {} s, expected 0 to {}", join.offset_s(), kLongest_s);
+    if (join.resume_ns() > kLatest_ns)
+      return fmt::format("it resumes at {} ns, expected at most {}", join.resume_ns(), kLatest_ns);
+    if (!all_of(join.published(), join.start_id())) return "it reports messages of another node";
+    const bool taken = members_.contains(join.start_id()) || joining_.contains(join.node()) ||
+                       std::ranges::any_of(
+                           members_, [&](const auto& m) { return m.second.name == join.node(); }) ||
+                       std::ranges::any_of(joining_, [&](const auto& j) {
+                         return j.second.start_id() == join.start_id();
+                       });
+    if (taken) return "a node with its name or start id takes part already";
     joining_[join.node()] = join;
     awaited_.erase(join.node());
     if (!begun_) time_ = std::max(time_, Time(static_cast<std::int64_t>(join.resume_ns())));
+    return {};
   }
   /// A node has gone: the conductor no longer waits for it.
   void leave(std::uint64_t start_id) {
@@ -44,15 +64,18 @@ class Conductor {
     std::erase_if(latched_, [&](const auto& entry) { return entry.first.second == start_id; });
     members_.erase(start_id);
   }
-  void report(std::uint64_t start_id, const v1::StepReport& report) {
+  /// A step is done. False if the report names messages of another node: then nothing is done.
+  bool report(std::uint64_t start_id, const v1::StepReport& report) {
+    if (!all_of(report.published(), start_id)) return false;
     const auto it = members_.find(start_id);
-    if (it == members_.end() || !it->second.stepping) return;
+    if (it == members_.end() || !it->second.stepping) return true;
     it->second.stepping = false;
     if (report.next_ns() > 0) {
       it->second.next =
           std::max(Time(static_cast<std::int64_t>(report.next_ns())), time_ + Time(1));
     }
     reported_[it->second.name] = report.published();
+    return true;
   }
 
   /// The next steps; none while a step is running, a participant is missing or there is no
@@ -98,9 +121,21 @@ class Conductor {
   /// Names of participants that have not joined yet.
   std::vector<std::string> missing() const { return {awaited_.begin(), awaited_.end()}; }
   std::size_t members() const { return members_.size(); }
+  /// True if time waits for this node's report.
+  bool awaits(std::uint64_t start_id) const {
+    const auto it = members_.find(start_id);
+    return it != members_.end() && it->second.stepping;
+  }
 
  private:
+  static constexpr double kFastest_hz = 1e6, kLongest_s = 1e6;
+  static constexpr std::uint64_t kLatest_ns = std::uint64_t{1} << 62U;  // far from an overflow
+
   using Published = google::protobuf::RepeatedPtrField<v1::Publication>;
+  static bool all_of(const Published& published, std::uint64_t start_id) {
+    return std::ranges::all_of(published,
+                               [start_id](const auto& p) { return p.start_id() == start_id; });
+  }
   struct Member {
     std::string name;
     Schedule schedule;

@@ -60,6 +60,7 @@ using namespace std::chrono_literals;
 
 constexpr std::string_view kPort = ".clock";  // begins with a dot: no port of a node's own
 constexpr auto kLook = 20ms;                  // for news of the clock
+constexpr auto kRefused = 5ms;                // before the next attempt to join
 
 /// Simulated time runs on between the clock's messages: t = t₀ + factor·(wall − wall₀).
 class SimClock final : public NodeClock {
@@ -147,8 +148,10 @@ class LockstepClock final : public NodeClock {
         case PacketSocket::Result::nothing:  // so it was the stop signal
           return std::nullopt;
         case PacketSocket::Result::closed:
-          warn("the clock is gone; waiting for it");
+          if (gone_.pass()) warn("the clock is gone, or refuses this node; waiting for it");
           conductor_ = PacketSocket();
+          if (bus_.wait(std::chrono::steady_clock::now() + kRefused, {&stop_fd_, 1}))
+            return std::nullopt;
           break;
         case PacketSocket::Result::packet:
           if (!go_.ParseFromString(packet_) || go_.ended()) return std::nullopt;
@@ -214,6 +217,7 @@ class LockstepClock final : public NodeClock {
   std::string packet_;
   Time time_{};
   std::uint64_t generation_ = 0;
+  Throttle gone_{1s};
 };
 
 }  // namespace

@@ -38,7 +38,8 @@ class InPort {
 template <class M>
 class Latest : private InPort {
  public:
-  Latest(Bus& bus, std::string_view port) : InPort(bus, port, M::default_instance(), {}) {}
+  Latest(Bus& bus, std::string_view port, const InOptions& options = {})
+      : InPort(bus, port, M::default_instance(), options) {}
 
   /// Newest message, or null before the first.
   const M* get() { return static_cast<const M*>(newest()); }

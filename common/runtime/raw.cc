@@ -159,12 +159,10 @@ struct Tap::Impl {
     while (socket.receive(incoming)) {
       const WireHeader& header = incoming.message.header;
       std::string topic(incoming.message.topic);
-      std::uint64_t& last = last_seq[{header.start_id, topic}];
-      if (header.seq <= last) continue;  // a latched message again
-      if (reliable && last > 0 && header.seq > last + 1) {
-        socket.tell_missed(header.start_id, header.seq - last - 1);
-      }
-      last = header.seq;
+      std::uint64_t lost = 0;
+      if (order[{header.start_id, topic}].place(header.seq, lost) != SeqOrder::Place::next)
+        continue;
+      if (reliable && lost > 0) socket.tell_missed(header.start_id, lost);
       const v1::NodeInfo& node = nodes[header.start_id];
       return Tapped{.topic = std::move(topic),
                     .type = types[header.type_hash],
@@ -207,7 +205,7 @@ struct Tap::Impl {
   std::map<std::uint64_t, v1::NodeInfo> nodes;  ///< ever met, by start_id
   std::map<std::uint64_t, std::string> types;   ///< by hash
   std::map<std::string, std::string> sets;      ///< FileDescriptorSet by type
-  std::map<std::pair<std::uint64_t, std::string>, std::uint64_t> last_seq;
+  std::map<std::pair<std::uint64_t, std::string>, SeqOrder> order;
   std::deque<Tapped> pending;
 };
 

@@ -2,6 +2,7 @@
 
 #include <dirent.h>
 #include <fcntl.h>
+#include <google/protobuf/io/zero_copy_stream_impl.h>
 #include <sys/inotify.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -12,19 +13,22 @@
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
-#include <fstream>
 #include <optional>
 #include <random>
+#include <set>
 #include <thread>
 
 #include "common/error.h"
+#include "common/runtime/log.h"
 #include "common/runtime/raw.h"
 #include "common/runtime/sockets.h"
 
 namespace mimesis::runtime {
 namespace {
 
-constexpr std::size_t kMaxName = 64;
+constexpr std::size_t kMaxName = 64, kMaxTopic = 255;
+constexpr int kMaxInfo = 16 << 20;      // bytes of a NodeInfo; it holds its messages' descriptors
+constexpr std::size_t kMostSaid = 100;  // bad entries
 
 /// Creates `path` for this user alone, or checks that it is: write access there is command of the
 /// robot.
@@ -85,8 +89,28 @@ std::string nodes_directory(const std::string& graph) {
   return path;
 }
 
+/// Says once per place what is wrong with an entry that another process put there.
+void skip(const std::string& path, std::string_view what) {
+  thread_local std::set<std::string> said;
+  if (said.size() < kMostSaid && said.insert(path).second)
+    warn("{}: {}; it is skipped", path, what);
+}
+
+/// Never blocks and follows no link; -1 unless the entry is a regular file.
+int open_entry(const std::string& path, int flags) {
+  const int fd = open(path.c_str(), flags | O_NONBLOCK | O_NOFOLLOW | O_CLOEXEC, 0600);
+  struct stat st {};
+  if (fd >= 0 && fstat(fd, &st) == 0 && S_ISREG(st.st_mode)) return fd;
+  if (fd < 0 && errno == ENOENT) return -1;
+  skip(path, std::string("expected a regular file") +
+                 (fd < 0 ? std::string(": ") + std::strerror(errno) : ""));
+  if (fd >= 0) close(fd);
+  errno = EINVAL;
+  return -1;
+}
+
 bool held(const std::string& lock_path) {
-  const int fd = open(lock_path.c_str(), O_RDONLY | O_CLOEXEC);
+  const int fd = open_entry(lock_path, O_RDONLY);
   if (fd < 0) return false;
   struct flock lock = whole_file(F_WRLCK);
   const bool other = fcntl(fd, F_OFD_GETLK, &lock) == 0 && lock.l_type != F_UNLCK;
@@ -103,10 +127,18 @@ bool names_file(const std::string& path, int fd) {
 }
 
 std::optional<v1::NodeInfo> read_info(const std::string& path, const std::string& name) {
-  std::ifstream file(path, std::ios::binary);
+  const int fd = open_entry(path, O_RDONLY);
+  if (fd < 0) return std::nullopt;
+  google::protobuf::io::FileInputStream file(fd);
+  file.SetCloseOnDelete(true);
+  struct stat st {};
   v1::NodeInfo info;
-  if (!file || !info.ParseFromIstream(&file) || info.name() != name) return std::nullopt;
-  return info;
+  if (fstat(fd, &st) == 0 && st.st_size <= kMaxInfo &&
+      info.ParseFromBoundedZeroCopyStream(&file, static_cast<int>(st.st_size)) &&
+      info.name() == name && info.start_id() != 0)
+    return info;
+  skip(path, fmt::format("expected the NodeInfo of node {} in at most {} bytes", name, kMaxInfo));
+  return std::nullopt;
 }
 
 std::vector<std::string> entries(const std::string& directory) {
@@ -135,7 +167,7 @@ std::string socket_owner(const std::string& file) {
 /// meanwhile keeps it.
 void clean(const std::string& directory, const std::string& name) {
   const std::string path = directory + "/" + name, hidden_path = directory + "/." + name;
-  const int fd = open(hidden_path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600);
+  const int fd = open_entry(hidden_path, O_RDWR | O_CREAT);
   if (fd < 0) return;
   struct flock lock = whole_file(F_WRLCK);
   if (fcntl(fd, F_OFD_SETLK, &lock) == 0 && names_file(hidden_path, fd)) {
@@ -178,6 +210,10 @@ void check_name(std::string_view what, std::string_view name) {
 }
 
 void check_topic(std::string_view topic) {
+  if (topic.size() > kMaxTopic) {
+    throw ConfigError("topic '" + std::string(topic) + "' is invalid: expected at most " +
+                      std::to_string(kMaxTopic) + " bytes");
+  }
   for (std::string_view rest = topic;;) {
     const std::size_t slash = rest.find('/');
     if (!is_name(rest.substr(0, slash))) {
@@ -221,7 +257,7 @@ RegistryEntry::RegistryEntry(const std::string& directory, const std::string& na
   hidden_path_ = nodes + "/." + name;
   const auto deadline = std::chrono::steady_clock::now() + kNamePatience;
   for (;;) {
-    lock_ = open(hidden_path_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600);
+    lock_ = open_entry(hidden_path_, O_RDWR | O_CREAT);
     if (lock_ < 0) throw ConfigError("cannot open " + hidden_path_ + ": " + std::strerror(errno));
     struct flock lock = whole_file(F_WRLCK);
     if (fcntl(lock_, F_OFD_SETLK, &lock) == 0 && names_file(hidden_path_, lock_)) break;
@@ -244,12 +280,11 @@ RegistryEntry::~RegistryEntry() {
 
 void RegistryEntry::publish(const v1::NodeInfo& info) {
   const std::string temporary = hidden_path_ + ".new";
-  {
-    std::ofstream file(temporary, std::ios::binary | std::ios::trunc);
-    if (!info.SerializeToOstream(&file) || !file.flush()) {
-      throw ConfigError("cannot write " + temporary + ": " + std::strerror(errno));
-    }
-  }
+  unlink(temporary.c_str());  // whatever lies there, this file is ours
+  const int fd = open(temporary.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0600);
+  const bool written = fd >= 0 && info.SerializeToFileDescriptor(fd);
+  if (fd >= 0) close(fd);
+  if (!written) throw ConfigError("cannot write " + temporary + ": " + std::strerror(errno));
   if (std::rename(temporary.c_str(), path_.c_str()) != 0) {
     throw ConfigError("cannot write " + path_ + ": " + std::strerror(errno));
   }
@@ -322,6 +357,7 @@ std::vector<RegistryChange> Registry::poll() {
 }
 
 void Registry::refresh(const std::string& name, std::vector<RegistryChange>& changes) {
+  if (!is_name(name)) return skip(directory_, "a file in it has a name that no node can have");
   const std::string path = directory_ + "/" + name;
   const bool alive = held(directory_ + "/." + name);
   std::optional<v1::NodeInfo> info;

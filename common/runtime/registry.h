@@ -15,7 +15,7 @@ namespace mimesis::runtime {
 /// with `.`: it becomes a file name. `what`: "node name", "graph name".
 void check_name(std::string_view what, std::string_view name);
 
-/// @throws ConfigError unless `topic` is names (check_name) joined by `/`.
+/// @throws ConfigError unless `topic` is names (check_name) joined by `/`, of at most 255 bytes.
 void check_topic(std::string_view topic);
 
 /// Random, never 0.
@@ -49,7 +49,7 @@ struct RegistryChange {
 
 /// The nodes of a graph, kept current through inotify. The kernel reports the closing of a dead
 /// process's lock file, so a death is known as fast as a birth; without inotify the directory is
-/// read every 20 ms.
+/// read every 20 ms. Entries that are no regular files of a bounded size are skipped, said once.
 class Registry {
  public:
   explicit Registry(const std::string& directory);

@@ -8,6 +8,7 @@
 #include <cerrno>
 #include <chrono>
 #include <cstdint>
+#include <cstdlib>
 #include <cstring>
 #include <map>
 #include <memory>
@@ -18,6 +19,7 @@
 #include <utility>
 
 #include "common/error.h"
+#include "common/runtime/log.h"
 #include "common/runtime/wire.h"
 
 namespace mimesis::runtime {
@@ -59,9 +61,12 @@ class PacketSocket {
     return s;
   }
   /// Next connection of a listener; not valid() if there is none.
-  PacketSocket accept() const { return PacketSocket(accept4(fd_, nullptr, nullptr, SOCK_CLOEXEC)); }
+  PacketSocket accept() const {
+    return PacketSocket(accept4(fd_, nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK));
+  }
 
-  /// Waits while the receiver's buffer is full. False if the other end is gone.
+  /// Waits while the receiver's buffer is full, if this end has connected. False if the other end
+  /// is gone, or the packet cannot be sent.
   bool send(std::string_view packet) const {
     ssize_t sent = 0;
     do {
@@ -147,6 +152,22 @@ class Frame {
   char* data() { return static_cast<char*>(zmq_msg_data(&msg_)); }
   std::size_t size() const { return zmq_msg_size(&msg_); }
   std::string_view view() { return {data(), size()}; }
+  /// Process that sent a frame over a Unix socket, attested by the kernel; 0 if it came by tcp.
+  int peer_pid() const {
+    const char* address = zmq_msg_gets(&msg_, "Peer-Address");  // localhost:UID:GID:PID
+    if (address == nullptr || !std::string_view(address).starts_with("localhost:")) return 0;
+    return std::atoi(std::strrchr(address, ':') + 1);
+  }
+  /// File descriptor of the connection that it came by; -1: of none that lives.
+  int connection() const { return zmq_msg_get(&msg_, ZMQ_SRCFD); }
+  /// Ends the connection that the frame came by, if it still exists.
+  void end_connection() const {
+    const int fd = connection();
+    ucred peer{};
+    socklen_t size = sizeof peer;
+    if (getsockopt(fd, SOL_SOCKET, SO_PEERCRED, &peer, &size) == 0 && peer.pid == peer_pid())
+      shutdown(fd, SHUT_RDWR);
+  }
   bool more() const { return zmq_msg_more(&msg_) != 0; }
   zmq_msg_t* msg() { return &msg_; }
 
@@ -162,6 +183,7 @@ class ZmqSocket {
     set(ZMQ_LINGER, 0);
     set(ZMQ_RECONNECT_IVL, kReconnect_ms);
     set(ZMQ_RECONNECT_IVL_MAX, kReconnectMax_ms);
+    limit_frames(kLargestMessage);
   }
   ~ZmqSocket() { zmq_close(handle_); }
   ZmqSocket(const ZmqSocket&) = delete;
@@ -169,6 +191,11 @@ class ZmqSocket {
 
   void set(int option, int value) {
     MIMESIS_ASSERT(zmq_setsockopt(handle_, option, &value, sizeof value) == 0);
+  }
+  /// A connection that sends a larger frame is closed for good.
+  void limit_frames(std::size_t bytes) {
+    const auto value = static_cast<std::int64_t>(bytes);
+    MIMESIS_ASSERT(zmq_setsockopt(handle_, ZMQ_MAXMSGSIZE, &value, sizeof value) == 0);
   }
   void set(int option, std::string_view value) {
     MIMESIS_ASSERT(zmq_setsockopt(handle_, option, value.data(), value.size()) == 0);
@@ -254,7 +281,12 @@ class SubSocket {
     if (topics_.insert(topic).second) socket_.set(ZMQ_SUBSCRIBE, subscription(topic));
   }
   void connect(std::uint64_t publisher, const std::string& endpoint) {
-    if (endpoints_.emplace(publisher, endpoint).second) socket_.connect(endpoint);
+    if (!endpoints_.emplace(publisher, endpoint).second) return;
+    try {
+      socket_.connect(endpoint);
+    } catch (const ConfigError& e) {  // another process wrote it
+      warn("a node's entry in the graph: {}; its messages do not arrive", e.what());
+    }
   }
   /// The publisher has ended. The connection is closed a little later, because its last messages
   /// may be in transit.

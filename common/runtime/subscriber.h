@@ -4,11 +4,13 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "common/runtime/bus.h"
+#include "common/runtime/log.h"
 #include "common/runtime/sockets.h"
 #include "proto/runtime.pb.h"
 
@@ -24,14 +26,19 @@ class Input {
   std::uint64_t type_hash() const { return hash_; }
   Policy policy() const { return options_.policy; }
 
-  /// False for a repetition (of a latched message), which is then ignored. Counts gaps.
+  /// If the input is `sole`: name of the node that it obeys, else empty.
+  std::string_view owner() const {
+    return options_.sole ? std::string_view(topic_).substr(0, topic_.find('/')) : "";
+  }
+
+  /// False for a repetition (of a latched message) and for a number far from the others, which are
+  /// then ignored. Counts gaps.
   bool fresh(std::uint64_t start_id, std::uint64_t seq) {
-    const auto [it, first] = last_seq_.emplace(start_id, seq);
-    if (first) return true;
-    if (seq <= it->second) return false;
-    counters.lost += seq - it->second - 1;
-    it->second = seq;
-    return true;
+    std::uint64_t lost = 0;
+    const SeqOrder::Place place = order_[start_id].place(seq, lost);
+    counters.lost += lost;
+    if (place == SeqOrder::Place::far) ++counters.rejected;
+    return place == SeqOrder::Place::next;
   }
   void push(Received message) {
     ++counters.received;
@@ -62,7 +69,7 @@ class Input {
   std::uint64_t hash_;
   InOptions options_;
   std::deque<Received> pending_;
-  std::map<std::uint64_t, std::uint64_t> last_seq_;  ///< by start_id
+  std::map<std::uint64_t, SeqOrder> order_;  ///< by start_id
 };
 
 /// Receiving half of a node: `latest` and `queue` inputs on a lossy socket, `reliable` ones (in
@@ -84,7 +91,9 @@ class Subscriber {
   }
   /// Connects to a node if one of its outputs is wired here.
   void meet(const v1::NodeInfo& node) {
-    known_[node.start_id()] = {node.name(), node.clock() == "lockstep"};
+    known_[node.start_id()] = {node.name(), node.clock() == "lockstep",
+                               static_cast<int>(node.pid())};
+    current_[node.name()] = node.start_id();
     for (const v1::TopicInfo& output : node.outputs()) {
       const auto it = inputs_.find(output.topic());
       if (it == inputs_.end()) continue;
@@ -111,6 +120,9 @@ class Subscriber {
   bool deliver(const v1::Publication& publication) {
     const auto inputs = inputs_.find(publication.topic());
     if (inputs == inputs_.end() || publication.start_id() == own_) return true;
+    const std::string_view owner = inputs->second.front()->owner();
+    const auto known = known_.find(publication.start_id());
+    if (!owner.empty() && known != known_.end() && known->second.name != owner) return true;
     const auto it = kept_.find({publication.start_id(), publication.topic()});
     if (it == kept_.end()) return false;
     std::deque<Received>& kept = it->second;
@@ -135,16 +147,18 @@ class Subscriber {
 
   void* data_handle() const { return data_.handle(); }
   void* reliable_handle() const { return reliable_.handle(); }
-  std::uint64_t malformed() const { return data_.malformed() + reliable_.malformed(); }
+  std::uint64_t malformed() const { return data_.malformed() + reliable_.malformed() + strangers_; }
 
  private:
   static constexpr int kDataHighWater = 32;
   static constexpr int kReliableHighWater = 64;
+  static constexpr std::size_t kMostSaid = 100;
   static constexpr int kDrainMessages = 20'000;  // at most, so that a flood cannot stop the node
 
   struct Known {
     std::string name;
     bool member = false;  ///< member of the lock-step
+    int pid = 0;
   };
   bool drain(SubSocket& socket, bool reliable) {
     Incoming incoming;
@@ -154,20 +168,42 @@ class Subscriber {
     }
     return n > 0;
   }
+  /// True unless `input` obeys one node alone and the message is not from its present process on
+  /// this host, whatever start its header names.
+  bool obeyed(Input& input, const WireHeader& header, const Known& known, const Frame& frame) {
+    if (input.owner().empty()) return true;
+    const int pid = frame.peer_pid();
+    const auto current = current_.find(input.owner());
+    if (known.name == input.owner() && pid == known.pid && current->second == header.start_id)
+      return true;
+    ++input.counters.rejected;
+    if (said_.size() < kMostSaid && said_.emplace(header.start_id, pid).second) {
+      warn("topic {}: messages of node {}, {}, are refused: only node {} on this host is obeyed",
+           input.topic(), known.name, pid == 0 ? "by tcp" : fmt::format("process {}", pid),
+           input.owner());
+    }
+    return false;
+  }
   void dispatch(const Incoming& incoming, Frame& payload, bool reliable) {
     const WireHeader& header = incoming.message.header;
     const auto it = inputs_.find(incoming.message.topic);
     if (it == inputs_.end()) return;
     const auto known = known_.find(header.start_id);
+    if (known == known_.end()) {  // no socket of ours is connected to it
+      ++strangers_;
+      return;
+    }
     Received message{.payload = {},
                      .stamp = header.stamp,
                      .seq = header.seq,
-                     .source = known == known_.end() ? std::string() : known->second.name,
+                     .source = known->second.name,
                      .start_id = header.start_id};
     bool told = false;
     const auto usable = [&](Input& input) {
       const std::uint64_t lost = input.counters.lost;
-      if (uses_reliable_socket(input) != reliable || !input.fresh(header.start_id, header.seq))
+      if (uses_reliable_socket(input) != reliable ||
+          !obeyed(input, header, known->second, incoming.header) ||
+          !input.fresh(header.start_id, header.seq))
         return false;
       if (reliable && input.counters.lost > lost && !std::exchange(told, true)) {
         reliable_.tell_missed(header.start_id, input.counters.lost - lost);
@@ -176,7 +212,7 @@ class Subscriber {
       ++input.counters.rejected;  // why was said when the nodes met
       return false;
     };
-    if (lockstep_ && (known == known_.end() || known->second.member)) {
+    if (lockstep_ && known->second.member) {
       if (!usable(*it->second.front())) return;
       message.payload = payload.view();
       kept_[{header.start_id, it->first}].push_back(std::move(message));
@@ -196,7 +232,10 @@ class Subscriber {
   SubSocket data_, reliable_;
   bool lockstep_;
   std::map<std::string, std::vector<std::shared_ptr<Input>>, std::less<>> inputs_;
-  std::map<std::uint64_t, Known> known_;  ///< by start_id
+  std::map<std::uint64_t, Known> known_;                       ///< by start_id
+  std::map<std::string, std::uint64_t, std::less<>> current_;  ///< start_id last met, by name
+  std::set<std::pair<std::uint64_t, int>> said_;  ///< starts and processes that were refused
+  std::uint64_t strangers_ = 0;                   ///< messages of starts that were never met
   std::map<std::pair<std::uint64_t, std::string>, std::deque<Received>> kept_;
 };
 

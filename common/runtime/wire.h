@@ -22,6 +22,38 @@ struct WireHeader {
   std::uint64_t tick = 0;       ///< graph time of the publishing step [ns], 0 outside lock-step
 };
 
+/// Largest frame that a socket takes or a node publishes [bytes]: images have about 1 MB.
+constexpr std::size_t kLargestMessage = std::size_t{64} << 20U;
+
+/// Order of the numbers of one publisher's messages on one topic. A single number far from the
+/// others (a forged one) changes nothing.
+class SeqOrder {
+ public:
+  enum class Place { next, repetition, far };
+  /// `lost`: numbers left out before `seq`, if it is `next`. A number more than kFar away counts
+  /// once the one after it is beyond it, too: then the publisher really is there.
+  Place place(std::uint64_t seq, std::uint64_t& lost) {
+    lost = 0;
+    const std::uint64_t distance = seq > last_ ? seq - last_ : last_ - seq;
+    if (last_ != 0 && distance > kFar) {
+      if (far_ == 0 || seq <= far_) {
+        far_ = seq;
+        return Place::far;
+      }
+    } else if (seq <= last_) {
+      return Place::repetition;
+    }
+    if (last_ != 0 && seq > last_) lost = seq - last_ - 1;
+    last_ = seq;
+    far_ = 0;
+    return Place::next;
+  }
+
+ private:
+  static constexpr std::uint64_t kFar = 1000;
+  std::uint64_t last_ = 0, far_ = 0;  // 0: none, as numbers count from 1
+};
+
 struct WireMessage {
   std::string_view topic;  ///< points into the frame
   WireHeader header;

@@ -231,6 +231,9 @@ ZmqBus::Impl::Impl(BusOptions o)
     served_fds.push_back(zmq_fd(socket->handle()));
   }
   for (void* handle : peers.handles()) served_fds.push_back(zmq_fd(handle));
+  if (!options.bind.empty() || !options.peers.empty()) {
+    warn("tcp has no keys yet: whoever is on its network may read, call and publish here");
+  }
   // Names of a start are unique: no process reconnects to the socket of a predecessor.
   const std::string stem = "ipc://" + directory + "/" + options.name + "-" +
                            std::to_string(info.start_id() % 100'000'000);
@@ -497,7 +500,7 @@ void ZmqBus::Impl::send(Publisher::Topic& topic, Frame payload, Time stamp) {
   const bool lockstep = options.clock == ClockKind::lockstep;
   const std::uint64_t seq = publisher.send(topic, std::move(payload), stamp,
                                            lockstep ? static_cast<std::uint64_t>(tick.count()) : 0);
-  if (!lockstep) return;
+  if (!lockstep || seq == 0) return;
   v1::Publication& publication = published.emplace_back();
   publication.set_topic(topic.name);
   publication.set_start_id(info.start_id());
@@ -551,7 +554,9 @@ std::uint64_t ZmqBus::sent() const { return impl_->publisher.sent(); }
 std::uint64_t ZmqBus::backlog() const { return impl_->publisher.backlog(); }
 std::uint64_t ZmqBus::backlog_bytes() const { return impl_->publisher.backlog_bytes(); }
 std::uint64_t ZmqBus::overflow() const { return impl_->publisher.overflow(); }
-std::uint64_t ZmqBus::malformed() const { return impl_->subscriber.malformed(); }
+std::uint64_t ZmqBus::malformed() const {
+  return impl_->subscriber.malformed() + impl_->publisher.refused();
+}
 
 std::vector<v1::NodeInfo> ZmqBus::known_nodes() const {
   std::map<std::string, v1::NodeInfo> by_name;
@@ -686,8 +691,11 @@ tl::expected<std::string, Status> ZmqBus::call(std::string_view service, const s
   const std::string server_name = server->name();
   // Out of the bus's hands during the call: it closes the clients of nodes that die.
   std::unique_ptr<ServiceClient> client = std::move(impl_->clients[start_id]);
-  if (!client) {
-    client = std::make_unique<ServiceClient>(impl_->context, server->service_endpoints(0), true);
+  try {
+    if (!client)
+      client = std::make_unique<ServiceClient>(impl_->context, server->service_endpoints(0), true);
+  } catch (const ConfigError& e) {  // another process wrote the endpoint
+    return tl::unexpected(Status{"service " + name + ": " + e.what()});
   }
   const std::uint64_t number = client->send(name, request);
   for (;;) {

@@ -97,7 +97,9 @@ class ZmqBus final : public Bus {
   std::uint64_t backlog() const;        ///< messages waiting for reliable subscribers
   std::uint64_t backlog_bytes() const;  ///< size of their payloads
   std::uint64_t overflow() const;       ///< messages a stuck reliable subscriber has missed
-  std::uint64_t malformed() const;      ///< received frames that were no messages of Mimesis
+  /// Received frames that were no messages of Mimesis, came from a stranger, or were subscriptions
+  /// beyond the limit.
+  std::uint64_t malformed() const;
 
  private:
   LiveOutside outside_;

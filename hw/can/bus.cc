@@ -16,21 +16,25 @@
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
+#include <utility>
 #include <vector>
 
 #include "common/error.h"
+#include "common/runtime/log.h"
 
 namespace mimesis::hw::can {
 namespace {
 
 namespace fs = std::filesystem;
 
+constexpr std::size_t kLongestPath = sizeof(sockaddr_un::sun_path) - 1;
+
 sockaddr_un socket_address(const std::string& path) {
   sockaddr_un address{};
   address.sun_family = AF_UNIX;
-  if (path.size() >= sizeof(address.sun_path)) {
-    throw ConfigError("CAN bus: the socket's path is longer than " +
-                      std::to_string(sizeof(address.sun_path) - 1) + " bytes: " + path);
+  if (path.size() > kLongestPath) {
+    throw ConfigError("CAN bus: the socket's path is longer than " + std::to_string(kLongestPath) +
+                      " bytes: " + path);
   }
   std::copy(path.begin(), path.end(), address.sun_path);
   return address;
@@ -115,15 +119,29 @@ class EmbeddedBus final : public Bus {
     return filled;
   }
 
-  static constexpr std::size_t kBatch = 64;  ///< most frames per datagram
+  static constexpr std::size_t kBatch = 64;      ///< most frames per datagram
+  static constexpr std::size_t kMostPeers = 64;  ///< most other participants
 
  private:
   void find_peers() {
     peers_.clear();
     std::error_code error;
     std::vector<std::string> paths;
-    for (const auto& entry : fs::directory_iterator(folder_, error)) {
-      if (entry.path() != path_) paths.push_back(entry.path().string());
+    bool strange = false;
+    for (fs::directory_iterator it(folder_, error), end; !error && it != end; it.increment(error)) {
+      const std::string path = it->path();
+      std::error_code gone;
+      const auto type = it->symlink_status(gone).type();
+      if (gone || path == path_) continue;
+      const bool usable =
+          type == fs::file_type::socket && path.size() <= kLongestPath && paths.size() < kMostPeers;
+      if (usable) paths.push_back(path);
+      strange = strange || !usable;
+    }
+    if (strange && !std::exchange(said_strange_, true)) {
+      runtime::warn(
+          "CAN bus: entries of {} are skipped: expected at most {} sockets with paths of {} bytes",
+          folder_, kMostPeers, kLongestPath);
     }
     std::sort(paths.begin(), paths.end());  // one order of delivery, independent of the file system
     for (const std::string& path : paths) peers_.push_back(socket_address(path));
@@ -156,6 +174,7 @@ class EmbeddedBus final : public Bus {
   int socket_ = -1;
   int watch_ = -1;  // inotify on the folder: participants that come and go
   std::vector<sockaddr_un> peers_;
+  bool said_strange_ = false;
   std::vector<Frame> arrived_;  // last datagram, consumed from `next_`
   std::size_t count_ = 0, next_ = 0;
 };

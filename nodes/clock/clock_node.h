@@ -12,12 +12,14 @@ struct ClockParams {
   double factor = 0.0;            ///< simulated seconds per second; 0: as fast as possible [1]
   std::vector<std::string> participants;  ///< nodes without which time does not begin
   double until_s = 0.0;                   ///< end of simulated time [s]; 0: none
+  double patience_s = 120.0;  ///< a node whose step takes longer leaves the lock-step [s]
 
   void visit(runtime::ParamVisitor& v) {
     v("mode", mode, {"sim", "lockstep"});
     v("factor", factor, 0.0, 1000.0);
     v("participants", participants);
     v("until_s", until_s, 0.0, 1e9);
+    v("patience_s", patience_s, 0.1, 1e6);
   }
 };
 

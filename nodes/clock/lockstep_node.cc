@@ -26,6 +26,8 @@ using Wall = std::chrono::steady_clock;
 constexpr auto kServePeriod = 5ms;     // period of serving the bus: discovery, late joiners
 constexpr Time kPublishPeriod = 10ms;  // period of clock/time, in simulated time
 constexpr auto kStopPatience = 2s;     // for nodes to stop after the end of time
+constexpr auto kLong = 5s;             // a step that takes longer is reported
+constexpr std::size_t kMostConnections = 512;
 
 struct Connection {
   PacketSocket socket;
@@ -60,6 +62,7 @@ class Hall {
     if (const auto now = Wall::now(); now >= next_serve_) {
       bus_.wait(std::chrono::steady_clock::now());
       next_serve_ = now + kServePeriod;
+      watch(now);
     }
     items_.assign({{stop_fd_, POLLIN, 0}, {listener_.fd(), POLLIN, 0}});
     for (const auto& connection : connections_)
@@ -75,9 +78,27 @@ class Hall {
     return (items_[0].revents & POLLIN) == 0;
   }
 
+  /// Names the nodes that time waits for, and leaves them out in the end.
+  void watch(Wall::time_point now) {
+    const auto patience = std::chrono::duration<double>(params_.patience_s);
+    const bool out = now - began_ > patience;
+    if (ended_ || !next_.empty() || !(out || (now - began_ > kLong && !said_late_))) return;
+    said_late_ = true;
+    std::erase_if(connections_, [&](const Connection& c) {
+      if (!conductor_.awaits(c.start_id)) return false;
+      runtime::warn("node {}: its step at {} s has not ended for {:.1f} s: {}", c.name,
+                    runtime::to_seconds(conductor_.time()),
+                    std::chrono::duration<double>(now - began_).count(),
+                    out ? "it is left out" : "time waits for it");
+      if (out) conductor_.leave(c.start_id);
+      return out;
+    });
+  }
+
   void accept() {
     for (PacketSocket s = listener_.accept(); s.valid(); s = listener_.accept()) {
-      connections_.push_back({.socket = std::move(s), .name = {}});
+      if (connections_.size() < kMostConnections)
+        connections_.push_back({.socket = std::move(s), .name = {}});
     }
   }
 
@@ -107,12 +128,14 @@ class Hall {
       }
       if (from.start_id == 0) {
         if (!join_.ParseFromString(packet_) || join_.start_id() == 0) return false;
+        if (const std::string why = conductor_.join(join_); !why.empty()) {
+          if (refusals_.pass()) runtime::warn("node {} may not join: {}", join_.node(), why);
+          return false;
+        }
         from.start_id = join_.start_id();
         from.name = join_.node();
-        conductor_.join(join_);
-      } else if (report_.ParseFromString(packet_)) {
-        conductor_.report(from.start_id, report_);
-      } else {
+      } else if (!report_.ParseFromString(packet_) || !conductor_.report(from.start_id, report_)) {
+        runtime::warn("node {}: its report is none, or names messages of another node", from.name);
         return false;
       }
     }
@@ -131,6 +154,8 @@ class Hall {
       next_ = gos;
       return false;
     }
+    began_ = Wall::now();
+    said_late_ = false;
     for (const auto& go : gos) {
       for (const auto& connection : connections_) {
         if (connection.start_id != go.start_id) continue;
@@ -176,6 +201,9 @@ class Hall {
   std::vector<pollfd> items_;
   std::vector<runtime::Conductor::Go> next_;  ///< held back by the pace
   std::optional<Wall::time_point> start_, paced_until_, ended_;
+  Wall::time_point began_{};  ///< of the steps that run
+  bool said_late_ = false;
+  runtime::Throttle refusals_{1s};
   Wall::time_point next_serve_{};
   Time next_publish_{};
   std::string packet_;

@@ -21,6 +21,7 @@ HEADER = struct.Struct("<QqQQQ")  # seq, stamp [ns], type hash, start id, tick [
 FLOCK = struct.Struct("@hhqqi4x")  # struct flock of 64-bit Linux
 HELLO = b"\xff"  # begins the subscription by which a reliable subscriber names itself
 POLL_MS = 20
+LARGEST_MESSAGE = 64 << 20  # bytes of a frame, as in common/runtime/wire.h
 
 
 class ServiceError(Exception):
@@ -91,6 +92,8 @@ class Publication:
         if message.DESCRIPTOR.full_name != self.message.DESCRIPTOR.full_name:
             raise types.MessageTypeError(
                 f"{self.topic} carries {self.message.DESCRIPTOR.full_name}, not {message.DESCRIPTOR.full_name}")
+        if message.ByteSize() > LARGEST_MESSAGE:
+            raise ValueError(f"{self.topic}: a message of {message.ByteSize()} bytes, expected at most {LARGEST_MESSAGE}")
         self._seq += 1
         stamp = self._graph.now_ns() if stamp_ns is None else int(stamp_ns)
         if "header" in message.DESCRIPTOR.fields_by_name:
@@ -227,6 +230,7 @@ class Graph:
     def _socket(self, kind):
         made = self._context.socket(kind)
         made.setsockopt(zmq.LINGER, 1000)
+        made.setsockopt(zmq.MAXMSGSIZE, LARGEST_MESSAGE)
         return made
 
     def _take_name(self):

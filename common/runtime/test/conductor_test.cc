@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <chrono>
+#include <cmath>
+#include <limits>
 #include <optional>
 
 namespace mimesis::runtime {
@@ -172,6 +174,35 @@ TEST(Conductor, MessagesOfConstructorsAreSeenByTheFirstSteps) {
   c.join(join("b", 2, 10.0, 0.0, {"a/map"}));
   c.join(a);
   EXPECT_EQ(seen(c.advance()[1]), "1:1");
+}
+
+TEST(Conductor, RefusesWhatWouldStopTimeOrTakeAnothersPlace) {
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  Conductor c({"a"}, kNoEnd);
+  EXPECT_EQ(c.join(join("x", 9, kInfinity)), "its rate is inf Hz, expected 1e-06 to 1000000");
+  for (const double rate : {0.0, -1.0, 1e-300, 1e9, std::nan("")})
+    EXPECT_NE(c.join(join("x", 9, rate)), "") << rate;
+  for (const double offset : {-1.0, kInfinity, 1e12, std::nan("")})
+    EXPECT_NE(c.join(join("x", 9, 10.0, offset)), "") << offset;
+  auto late = join("x", 9, 10.0);
+  late.set_resume_ns(~std::uint64_t{0});
+  EXPECT_NE(c.join(late), "");
+  auto foreign = join("x", 9, 10.0);
+  *foreign.mutable_published() = published(1, "a/map", {1}).published();
+  EXPECT_EQ(c.join(foreign), "it reports messages of another node");
+
+  EXPECT_EQ(c.join(join("a", 1, 10.0)), "");
+  for (int k = 0; k < 2; ++k) {  // before and after the first step
+    EXPECT_NE(c.join(join("x", 1, 10.0)), "") << "start id of a";
+    EXPECT_NE(c.join(join("a", 9, 10.0)), "") << "name of a";
+    const auto gos = c.advance();
+    ASSERT_EQ(gos.size(), 1U);
+    EXPECT_EQ(gos[0].start_id, 1U);
+    EXPECT_TRUE(c.awaits(1));
+    EXPECT_FALSE(c.report(1, published(2, "b/out", {1}))) << "messages of another";
+    EXPECT_TRUE(c.report(1, published(1, "a/out", {1})));
+    EXPECT_FALSE(c.awaits(1));
+  }
 }
 
 TEST(Conductor, EndsAfterTheLastStep) {

@@ -145,7 +145,7 @@ struct FarSender {
       : bus({.name = "sender",
              .graph = graph.name(),
              .in = {},
-             .out = {{"out", "t/x"}},
+             .out = {{"out", "sender/x"}},
              .bind = bind,
              .peers = {}}),
         out(bus, "out") {
@@ -160,16 +160,21 @@ struct FarSender {
 
 TEST(Peers, NodesOfTwoHostsMeetOverTcpAndAgainAfterARestart) {
   TestGraph here, there;  // two directories: they can meet over tcp only
+  ::testing::internal::CaptureStderr();
   auto sender = std::make_unique<FarSender>(there, "tcp://127.0.0.1:*");
+  EXPECT_NE(::testing::internal::GetCapturedStderr().find("tcp has no keys yet"),
+            std::string::npos);
   const std::string endpoint = sender->bus.info().service_endpoints(1);
   ASSERT_TRUE(endpoint.starts_with("tcp://127.0.0.1:")) << endpoint;
   ZmqBus receiver({.name = "receiver",
                    .graph = here.name(),
-                   .in = {{"in", "t/x"}},
+                   .in = {{"in", "sender/x"}, {"command", "sender/x"}},
                    .out = {},
                    .bind = {},
                    .peers = {endpoint}});
   Reliable<v1::Publication> in(receiver, "in");
+  auto command = receiver.subscribe("command", v1::Publication::default_instance(),
+                                    {.policy = Policy::reliable, .sole = true});
   const auto hears = [&](std::uint64_t start_id) {
     const auto deadline = std::chrono::steady_clock::now() + 10s;
     while (std::chrono::steady_clock::now() < deadline) {
@@ -183,7 +188,14 @@ TEST(Peers, NodesOfTwoHostsMeetOverTcpAndAgainAfterARestart) {
     }
     return false;
   };
+  ::testing::internal::CaptureStderr();
   ASSERT_TRUE(hears(sender->bus.info().start_id()));
+  EXPECT_FALSE(command->pop()) << "one who is obeyed alone is on this host";
+  EXPECT_GT(command->counters().rejected, 0U);
+  const std::string said = ::testing::internal::GetCapturedStderr();
+  EXPECT_NE(said.find("topic sender/x: messages of node sender, by tcp, are refused"),
+            std::string::npos)
+      << said;
   EXPECT_TRUE(receiver.known_nodes()[0].service_endpoints(0).starts_with("tcp://"));
   sender.reset();
   sender = std::make_unique<FarSender>(there, endpoint);

@@ -2,7 +2,10 @@
 
 #include <gtest/gtest.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
+#include <algorithm>
+#include <fstream>
 #include <random>
 
 #include "common/runtime/ports.h"
@@ -275,6 +278,181 @@ TEST(ZmqBus, TwoGraphsDoNotMeet) {
   ASSERT_TRUE(both(stranger, p.receiver, [&] { return in->counters().received == 1; }));
   EXPECT_TRUE(stranger.bus().known_nodes().empty());
   EXPECT_EQ(strange->counters().received, 0U);
+}
+
+/// A publisher of t/x that speaks for itself, announced as node "t" of this process, or of `pid`.
+struct Liar {
+  Liar(const TestGraph& graph, const std::string& endpoint, pid_t pid = getpid())
+      : entry(graph.directory(), "t") {
+    if (endpoint.starts_with("ipc://")) socket.bind(endpoint);
+    v1::NodeInfo info;
+    info.set_name("t");
+    info.set_pid(static_cast<std::uint32_t>(pid));
+    info.set_start_id(kStart);
+    info.add_data_endpoints(endpoint);
+    v1::TopicInfo& output = *info.add_outputs();
+    output.set_topic("t/x");
+    output.set_type_hash(kHash);
+    entry.publish(info);
+  }
+  /// True once a connection takes it.
+  bool send(std::uint64_t seq, std::size_t size = 1) {
+    Frame header(std::string_view(
+        encode_frame("t/x", {.seq = seq, .type_hash = kHash, .start_id = kStart})));
+    Frame payload(size);
+    for (Frame subscribed; socket.receive(subscribed);) connected = true;
+    return connected && socket.send(header, true) && socket.send(payload, false);
+  }
+  static constexpr std::uint64_t kStart = 5;
+  const std::uint64_t kHash = type_hash(*v1::Publication::descriptor());
+  ZmqContext context;
+  ZmqSocket socket{context, ZMQ_XPUB};
+  RegistryEntry entry;
+  bool connected = false;
+};
+
+struct Listener {
+  explicit Listener(bool sole = false)
+      : in(node.bus().subscribe("in", v1::Publication::default_instance(),
+                                {.policy = Policy::queue, .depth = 100, .sole = sole})) {
+    node.open();
+  }
+  /// Numbers of what arrives until `count` messages have been received or refused.
+  std::string until(std::uint64_t count) {
+    EXPECT_TRUE(
+        node.until([&] { return in->counters().received + in->counters().rejected >= count; }));
+    std::string seqs;
+    while (const auto got = in->pop()) seqs += std::to_string(got->seq) + " ";
+    return seqs;
+  }
+  TestGraph graph;
+  const std::string endpoint = "ipc://" + graph.directory() + "/liar";
+  TestNode node{graph, {{"in", "t/x"}}, {}, "receiver"};
+  std::unique_ptr<InChannel> in;
+};
+
+TEST(ZmqBus, ASoleInputObeysTheNodeThatItsTopicNames) {
+  Listener listener(true);
+  TestNode owner(listener.graph, {}, {{"out", "t/x"}}, "t");
+  TestNode other(listener.graph, {}, {{"out", "t/x"}}, "other");
+  Out<v1::Publication> from_owner(owner.bus(), "out"), from_other(other.bus(), "out");
+  owner.open();
+  other.open();
+  ASSERT_TRUE(both(owner, other, [&] {
+    listener.node.bus().wait(std::chrono::steady_clock::now());
+    return from_owner.subscribers() > 0 && from_other.subscribers() > 0;
+  }));
+  ::testing::internal::CaptureStderr();
+  auto m = numbered(1);
+  for (int i = 0; i < 3; ++i) from_other.send(m, 1s);
+  from_owner.send(m, 1s);
+  EXPECT_EQ(listener.until(4), "1 ");
+  EXPECT_EQ(listener.in->counters().rejected, 3U);
+  const std::string said = ::testing::internal::GetCapturedStderr();
+  EXPECT_NE(said.find("topic t/x: messages of node other, process "), std::string::npos) << said;
+  EXPECT_EQ(std::ranges::count(said, '\n'), 1) << said;
+}
+
+TEST(ZmqBus, ASoleInputAsksTheKernelWhoSpeaks) {
+  Listener listener(true);
+  Liar liar(listener.graph, listener.endpoint, getppid());  // has the start id, is another process
+  ASSERT_TRUE(listener.node.until([&] { return liar.send(1); }));
+  EXPECT_EQ(listener.until(1), "");
+}
+
+TEST(ZmqBus, OneForgedNumberMakesNobodyDeaf) {
+  Listener listener;
+  Liar liar(listener.graph, listener.endpoint);
+  ASSERT_TRUE(listener.node.until([&] { return liar.send(1); }));
+  constexpr std::uint64_t kForged = std::uint64_t{1} << 63U;
+  for (const std::uint64_t seq : {std::uint64_t{2}, kForged, std::uint64_t{3}}) liar.send(seq);
+  EXPECT_EQ(listener.until(4), "1 2 3 ");
+  EXPECT_EQ(listener.in->counters().rejected, 1U);
+  EXPECT_EQ(listener.in->counters().lost, 0U);
+  for (const std::uint64_t seq : {5000U, 5001U, 5002U}) liar.send(seq);  // it was not heard so long
+  EXPECT_EQ(listener.until(7), "5001 5002 ");
+  EXPECT_EQ(listener.in->counters().lost, 5001U - 4U);
+  for (const std::uint64_t seq : {6U, 7U}) liar.send(seq);  // those were forged, all three
+  EXPECT_EQ(listener.until(9), "7 ");
+}
+
+TEST(ZmqBus, AnEndpointThatIsNoneIsSaidAndSurvived) {
+  Listener listener;
+  ::testing::internal::CaptureStderr();
+  const Liar liar(listener.graph, "garbage://x");
+  EXPECT_TRUE(listener.node.until([&] { return !listener.node.bus().known_nodes().empty(); }));
+  const std::string said = ::testing::internal::GetCapturedStderr();
+  EXPECT_NE(said.find("cannot connect to garbage://x"), std::string::npos) << said;
+}
+
+TEST(ZmqBus, FramesHaveALimit) {
+  Listener listener;
+  Liar liar(listener.graph, listener.endpoint);
+  ASSERT_TRUE(listener.node.until([&] { return liar.send(1); }));
+  EXPECT_EQ(listener.until(1), "1 ");
+  ASSERT_TRUE(liar.send(2, kLargestMessage + 1));
+  EXPECT_TRUE(listener.node.until([&] {  // its subscriptions end with the connection
+    Frame message;
+    return liar.socket.receive(message) && message.view().front() == 0;
+  }));
+  EXPECT_EQ(listener.in->counters().received, 1U);
+
+  Out<v1::Publication> out(listener.node.bus(), "out");
+  auto m = numbered(1);
+  m.set_topic(std::string(kLargestMessage, 'x'));
+  out.send(m, 1s);
+  EXPECT_EQ(listener.node.bus().overflow(), 1U) << "what nobody would take is not sent";
+}
+
+TEST(ZmqBus, SubscriptionsHaveALimit) {
+  Pair p;
+  Out<v1::Publication> out(p.sender.bus(), "out");
+  auto in = p.receiver.bus().subscribe("in", v1::Publication::default_instance(), {});
+  p.sender.open();
+  ASSERT_TRUE(both(p.sender, p.receiver, [&] { return out.subscribers() > 0; }));
+  ::testing::internal::CaptureStderr();
+  ZmqContext context;
+  ZmqSocket greedy(context, ZMQ_SUB);
+  greedy.set(ZMQ_SNDHWM, 0);
+  for (int i = 0; i < 20'000; ++i)
+    greedy.set(ZMQ_SUBSCRIBE, std::string(40, 'x') + std::to_string(i));
+  greedy.connect(p.sender.bus().info().data_endpoints(0));
+  EXPECT_TRUE(p.sender.until([&] { return p.sender.bus().malformed() > 0; }));
+  const std::string said = ::testing::internal::GetCapturedStderr();
+  EXPECT_NE(said.find("process " + std::to_string(getpid()) + " subscribes to more than"),
+            std::string::npos)
+      << said;
+  EXPECT_EQ(std::ranges::count(said, '\n'), 1) << said;
+  auto m = numbered(1);
+  out.send(m, 1s);
+  EXPECT_TRUE(p.receiver.until([&] { return in->counters().received == 1; }));
+}
+
+TEST(Registry, SkipsEntriesThatAreNoSmallFiles) {
+  TestGraph graph;
+  const std::string nodes = graph.directory() + "/nodes/";
+  const RegistryEntry fifo(graph.directory(), "fifo"), large(graph.directory(), "large"),
+      empty(graph.directory(), "empty");  // names are taken, as by a node that runs
+  ASSERT_EQ(mkfifo((nodes + "fifo").c_str(), 0600), 0);
+  ASSERT_EQ(mkfifo((nodes + ".lock").c_str(), 0600), 0);
+  ASSERT_EQ(mkfifo((nodes + "lock").c_str(), 0600), 0);
+  std::ofstream(nodes + "large");
+  ASSERT_EQ(truncate((nodes + "large").c_str(), 1 << 30), 0);
+  std::ofstream(nodes + "empty");
+  std::ofstream(nodes + std::string(120, 'n'));
+  ::testing::internal::CaptureStderr();
+  for (int k = 0; k < 3; ++k) {
+    Registry registry(graph.directory());
+    EXPECT_TRUE(registry.poll().empty());
+    EXPECT_TRUE(registry.nodes().empty());
+  }
+  const std::string said = ::testing::internal::GetCapturedStderr();
+  for (const std::string name : {"fifo", ".lock", "large", "empty"}) {
+    const std::size_t at = said.find(nodes + name + ": expected");
+    ASSERT_NE(at, std::string::npos) << name << ": " << said;
+  }
+  EXPECT_NE(said.find("a name that no node can have"), std::string::npos) << said;
+  EXPECT_EQ(std::ranges::count(said, '\n'), 5) << "each is said once: " << said;
 }
 
 TEST(ZmqBus, BytesThatAreNoMessagesAreCounted) {

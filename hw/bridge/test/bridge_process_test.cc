@@ -150,6 +150,29 @@ TEST_F(Robot, FollowsAndStopsWhenTheStreamFallsSilent) {
   EXPECT_TRUE(peer.until([&] { return enabled(); }));
 }
 
+TEST_F(Robot, ObeysTheNodeOfItsTopicAlone) {
+  start_bridge();
+  TestNode intruder(graph, {}, {{"command", "test/command"}}, "intruder");
+  runtime::Out<v1::JointCommand> other(intruder.bus(), "command");
+  intruder.open();
+  ASSERT_TRUE(intruder.wait_subscriber(other));
+  int sent = 0;
+  ASSERT_TRUE(peer.until([&] {
+    v1::JointCommand c;
+    for (const double q : start) c.add_position_rad(q);
+    other.send(c, peer.graph_time());
+    return ++sent > 200;
+  }));
+  EXPECT_EQ(status.get()->state(), "idle") << status.get()->reason();
+  const std::string said = bridge->errors();
+  const std::string line = "topic test/command: messages of node intruder, process ";
+  const std::size_t at = said.find(line);
+  ASSERT_NE(at, std::string::npos) << said;
+  EXPECT_NE(said.find("only node test on this host is obeyed"), std::string::npos) << said;
+  EXPECT_EQ(said.find(line, at + 1), std::string::npos) << "said twice: " << said;
+  follow();  // the true one is obeyed beside it
+}
+
 TEST_F(Robot, MovesTheHand) {
   start_hand();
   start_bridge();

@@ -1,12 +1,15 @@
 #include <gtest/gtest.h>
 #include <linux/can.h>
 #include <sys/socket.h>
+#include <sys/stat.h>
 #include <sys/un.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstring>
 #include <filesystem>
+#include <fstream>
 
 #include "common/error.h"
 #include "common/testing/loopback.h"
@@ -136,6 +139,27 @@ TEST(EmbeddedBus, RemovesTheSocketOfAKilledParticipant) {
   EXPECT_EQ(a->counters().errors, 0u);
   const auto sockets = std::distance(std::filesystem::directory_iterator(folder), {});
   EXPECT_EQ(sockets, 2);
+}
+
+TEST(EmbeddedBus, SkipsWhatIsNoParticipant) {
+  testing::Loopback graph;
+  auto a = open("embedded:x", graph.directory()), b = open("embedded:x", graph.directory());
+  const auto folder = std::filesystem::path(graph.directory()) / "can-x";
+  std::ofstream(folder / std::string(120, 'n'));
+  std::ofstream(folder / "file");
+  std::filesystem::create_directory(folder / "folder");
+  ASSERT_EQ(mkfifo((folder / "fifo").c_str(), 0600), 0);
+  ::testing::internal::CaptureStderr();
+  for (int k = 0; k < 3; ++k) {
+    std::ofstream(folder / ("more" + std::to_string(k)));
+    a->send(std::array{frame(1)});
+  }
+  const std::string said = ::testing::internal::GetCapturedStderr();
+  EXPECT_NE(said.find("entries of " + folder.string() + " are skipped"), std::string::npos) << said;
+  EXPECT_EQ(std::ranges::count(said, '\n'), 1) << said;
+  EXPECT_EQ(receive_all(*b).size(), 3U);
+  EXPECT_EQ(a->counters().sent, 3U);
+  EXPECT_TRUE(std::filesystem::exists(folder / "file"));
 }
 
 TEST(EmbeddedBus, RejectsForeignDatagrams) {
