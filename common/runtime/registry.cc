@@ -19,6 +19,7 @@
 #include <thread>
 
 #include "common/error.h"
+#include "common/runtime/graph_time.h"
 #include "common/runtime/log.h"
 #include "common/runtime/raw.h"
 #include "common/runtime/sockets.h"
@@ -199,6 +200,10 @@ void clean_graph(const std::string& directory) {
   }
   for (const std::string& name : names) {
     if (is_name(name)) clean(nodes, name);
+  }
+  try {
+    const GraphTime last(directory);  // takes its file along if nobody else holds it
+  } catch (const ConfigError&) {      // the next node says why
   }
 }
 
