@@ -16,7 +16,7 @@
 namespace mimesis::hw::modbus {
 namespace {
 
-constexpr int kBacklog = 4;
+constexpr int kBacklog = 16;
 
 sockaddr_un local_address(const std::string& path) {
   sockaddr_un address{};

@@ -54,7 +54,7 @@ TEST_P(KilledNode, StopsTheArmAndLeavesNothingBehind) {
   EXPECT_NE(run.process().errors().find(victim), std::string::npos) << "the line names who died";
   const nlohmann::json result = run.result();
   ASSERT_TRUE(result.is_object()) << run.process().output();
-  EXPECT_EQ(result["placed"], false);
+  EXPECT_EQ(result["success"], false);
   EXPECT_FALSE(result["reason"].get<std::string>().empty());
   for (const auto& [name, pid] : before) {
     if (pid == getpid()) continue;  // this test's own tap

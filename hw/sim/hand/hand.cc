@@ -7,9 +7,13 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
+#include <cerrno>
+#include <chrono>
 #include <cmath>
 #include <mutex>
 #include <thread>
+#include <utility>
 #include <vector>
 
 namespace mimesis::hw::sim {
@@ -29,7 +33,10 @@ using modbus::kOutputAddress;
 using modbus::kRegisters;
 using modbus::Registers;
 
+using Clock = std::chrono::steady_clock;
 constexpr std::size_t kMostClients = 8;
+constexpr std::chrono::milliseconds kPatience(500);  ///< with a request that has begun
+constexpr int kLook_ms = 100;
 constexpr unsigned kIndex =
     kInputAddress - kOutputAddress;  // offset of the input within the holding registers
 
@@ -103,52 +110,83 @@ struct HandServer::Impl {
   ~Impl() {
     eventfd_write(wake, 1);
     thread.join();
-    for (const int client : clients) close(client);
+    for (const Client& client : clients) close(client.socket);
     close(listener);
     close(wake);
     if (!path.empty()) unlink(path.c_str());
   }
 
+  /// One connection; its request may come in pieces, and nobody waits for them.
+  struct Client {
+    int socket;
+    std::array<std::uint8_t, MODBUS_TCP_MAX_ADU_LENGTH> request{};
+    std::size_t size = 0;  ///< bytes of the request that have come
+    Clock::time_point begun{};
+  };
+
   void serve() {
     for (;;) {
       std::vector<pollfd> waiting = {{wake, POLLIN, 0}, {listener, POLLIN, 0}};
-      for (const int client : clients) waiting.push_back({client, POLLIN, 0});
-      if (poll(waiting.data(), waiting.size(), -1) < 0) continue;
+      for (const Client& client : clients) waiting.push_back({client.socket, POLLIN, 0});
+      const bool partial = std::ranges::any_of(clients, [](const Client& c) { return c.size > 0; });
+      if (poll(waiting.data(), waiting.size(), partial ? kLook_ms : -1) < 0) continue;
       if (waiting[0].revents != 0) return;
-      for (std::size_t i = 2; i < waiting.size(); ++i) {
-        if (waiting[i].revents != 0) answer(waiting[i].fd);
-      }
+      std::size_t i = 2;
+      std::erase_if(clients, [&](Client& client) {
+        const bool stays = waiting[i++].revents == 0 ? in_time(client) : answer(client);
+        if (!stays) close(client.socket);
+        return !stays;
+      });
       if (waiting[1].revents != 0) accept_client();
     }
   }
 
   void accept_client() {
-    const int client = accept4(listener, nullptr, nullptr, SOCK_CLOEXEC);
+    const int client = accept4(listener, nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK);
     if (client < 0) return;
     if (clients.size() < kMostClients) {
-      clients.push_back(client);
+      clients.push_back({.socket = client});
     } else {
       close(client);
     }
   }
 
-  void answer(int client) {
-    std::uint8_t request[MODBUS_TCP_MAX_ADU_LENGTH];
-    modbus_set_socket(context.get(), client);
-    const int length = modbus_receive(context.get(), request);
-    if (length >= 0) {
-      const std::lock_guard lock(mutex);  // modbus_reply reads and writes the mapping
-      if (length == 0 || modbus_reply(context.get(), request, length, mapping.get()) >= 0) return;
+  static bool in_time(const Client& client) {
+    return client.size == 0 || Clock::now() - client.begun < kPatience;
+  }
+
+  /// Takes what has come of the request, and answers it once it is whole. False if the connection
+  /// is to be closed: gone, not Modbus, or not reading its answers.
+  bool answer(Client& client) {
+    // MBAP header: transaction, protocol 0, number of bytes that follow (unit, function, data)
+    constexpr std::size_t kHead = 6, kLeast = 2;
+    auto& request = client.request;
+    if (client.size == 0) client.begun = Clock::now();
+    const auto whole = [&] {
+      return client.size < kHead ? kHead
+                                 : kHead + 256 * std::size_t{request[4]} + std::size_t{request[5]};
+    };
+    while (client.size < whole()) {
+      const ssize_t n = recv(client.socket, request.data() + client.size, whole() - client.size, 0);
+      if (n < 0 && errno == EAGAIN) return in_time(client);
+      if (n <= 0) return false;
+      client.size += static_cast<std::size_t>(n);
+      if (client.size < kHead) continue;
+      if (request[2] != 0 || request[3] != 0 || whole() < kHead + kLeast ||
+          whole() > request.size())
+        return false;
     }
-    close(client);  // gone, or not Modbus
-    std::erase(clients, client);
+    const auto length = static_cast<int>(std::exchange(client.size, 0));
+    modbus_set_socket(context.get(), client.socket);
+    const std::lock_guard lock(mutex);  // modbus_reply reads and writes the mapping
+    return modbus_reply(context.get(), request.data(), length, mapping.get()) >= 0;
   }
 
   std::unique_ptr<modbus_t, decltype(&modbus_free)> context;
   std::unique_ptr<modbus_mapping_t, decltype(&modbus_mapping_free)> mapping;
   std::string path;
   int listener, wake;
-  std::vector<int> clients;
+  std::vector<Client> clients;
   std::mutex mutex;
   std::thread thread;
 };

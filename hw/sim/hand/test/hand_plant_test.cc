@@ -1,6 +1,13 @@
 #include <gtest/gtest.h>
+#include <sys/socket.h>
+#include <sys/un.h>
+#include <unistd.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <string_view>
+#include <vector>
 
 #include "common/testing/loopback.h"
 #include "hw/modbus/hand.h"
@@ -74,6 +81,40 @@ TEST(HandPlant, ModeChangeTakesItsTimeAndNoFingerMoves) {
   run(plant, 0.1, pinch);
   EXPECT_EQ(plant.input().mode, modbus::HandMode::pinch);
   EXPECT_GT(plant.closure(), 0.0);
+}
+
+TEST(HandNode, WaitsForNobodysRequest) {
+  testing::Loopback graph;
+  HandNode node({}, graph);
+  const modbus::Address address = modbus::parse_address("unix:hand", graph.directory());
+  sockaddr_un name{};
+  name.sun_family = AF_UNIX;
+  ASSERT_LT(address.path.size(), sizeof name.sun_path);
+  std::ranges::copy(address.path, name.sun_path);
+  std::vector<int> others;
+  const auto connect_other = [&](std::string_view bytes) {
+    others.push_back(socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0));
+    ASSERT_EQ(connect(others.back(), reinterpret_cast<sockaddr*>(&name), sizeof name), 0);
+    ASSERT_EQ(write(others.back(), bytes.data(), bytes.size()), static_cast<ssize_t>(bytes.size()));
+  };
+  using namespace std::string_view_literals;
+  for (int i = 0; i < 3; ++i) connect_other("\0\1\0"sv);  // half a header
+  connect_other("\0\1\0\0\0\x6\x9"sv);                    // no function
+  connect_other("\0\1\0\0\xff\xff\x9\x3"sv);              // too long
+  modbus::HandClient client(address, 300ms);
+  for (runtime::Time now = 1s; now < 1100ms; now += 10ms) {
+    const auto answer = client.exchange(now, kClose);
+    EXPECT_TRUE(answer.has_value()) << answer.error().reason;
+  }
+  // A request in pieces is answered.
+  connect_other("\0\1\0\0\0\x6"sv);
+  connect_other("\0\2\0\0\0\x6\x9\x4\x7\xd0\0\x1"sv);
+  ASSERT_EQ(write(others[5], "\x9\x4\x7\xd0\0\x1", 6), 6);
+  for (const int other : {others[5], others[6]}) {
+    std::array<char, 16> answer{};
+    EXPECT_EQ(recv(other, answer.data(), answer.size(), 0), 11);  // one register
+  }
+  for (const int other : others) close(other);
 }
 
 TEST(HandNode, ObeysRegistersAndMeetsTheObjectOfTheWorld) {
