@@ -78,7 +78,7 @@ void print_json(const Figure& figure, const Report& report, const Paths& films, 
   Json out = {{"name", figure.name}, {"source", figure.source}, {"passed", report.passed()},
               {"rows", rows},        {"plots", plots},          {"seconds", seconds}};
   for (const auto& film : films) out["films"].push_back(film.string());
-  std::cout << out.dump() << '\n';
+  std::cout << out.dump() << std::endl;  // figures may take minutes, and be interrupted
 }
 
 void print_text(const Figure& figure, const Report& report, const Paths& films, double seconds) {
