@@ -27,15 +27,17 @@ const std::vector<double>& CommandTrack::advance() {
                               ? behind
                               : std::clamp(behind / 50, -cycle_ / 10, cycle_ / 10);
   read_ = std::min(read_ + cycle_ + correction, newest + cycle_);
-  // The two commands around the reading time, or the last two.
-  std::size_t n = 0;
+  // The two commands around the reading time; beyond the newest it and one at least half a cycle
+  // before, since two at almost the same time would make a line of any steepness.
+  std::size_t n = 0, before = 1;
   while (n + 1 < count_ && back(n).stamp > read_) ++n;
+  while (before < count_ && newest - back(before).stamp < cycle_ / 2) ++before;
   const Sample& from = back(n);
-  if (from.stamp == read_ || count_ == 1 || from.stamp > read_) {
+  if (from.stamp >= read_ || (n == 0 && before >= count_)) {
     position_ = from.position_rad;
     return position_;
   }
-  const Sample& a = n == 0 ? back(1) : from;
+  const Sample& a = n == 0 ? back(before) : from;
   const Sample& b = n == 0 ? from : back(n - 1);
   const double share = to_seconds(read_ - a.stamp) / to_seconds(b.stamp - a.stamp);
   for (std::size_t i = 0; i < position_.size(); ++i) {

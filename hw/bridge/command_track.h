@@ -25,7 +25,7 @@ class CommandTrack {
   /// Its next command; one that is not newer than the last replaces it.
   void add(Time stamp, std::span<const double> position_rad);
   /// The positions of this cycle [rad], valid until the next call. Before the oldest command kept
-  /// the oldest; after the newest the line through the last two, for at most a cycle.
+  /// the oldest; after the newest on in its direction, for at most a cycle.
   const std::vector<double>& advance();
 
  private:

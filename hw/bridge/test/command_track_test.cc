@@ -50,6 +50,14 @@ TEST(CommandTrack, AStreamThatEndsGoesOnForACycleAtMost) {
   for (int k = 0; k < 50; ++k) EXPECT_LE(track.advance()[0], 0.02 + 1e-12);
 }
 
+TEST(CommandTrack, TwoCommandsAtAlmostTheSameTimeMakeNoSpeed) {
+  CommandTrack track(1, kCycle);
+  track.begin(0ms, std::array{0.0});
+  track.advance();
+  track.add(1ns, std::array{0.1});
+  for (int k = 0; k < 50; ++k) EXPECT_LE(track.advance()[0], 0.2 + 1e-12);
+}
+
 /// Sender and bridge step at the same rate, each late by up to `late` of its own; the bridge takes
 /// the newest command.
 TEST(CommandTrack, WithJitterTheLimiterStaysOnThePathOfTheStream) {

@@ -176,7 +176,7 @@ void WorldNode::publish_outcome(runtime::Time now) {
   outcome.set_dropped(!world_.object().mishap().empty());
   outcome.set_success(verdict.placed && outcome.collisions() == 0);
   outcome.set_reason(verdict.placed && !outcome.success()
-                         ? fmt::format("{} collisions, the last: {}", outcome.collisions(),
+                         ? fmt::format("collisions: {}, the last: {}", outcome.collisions(),
                                        world_.collisions().last())
                          : verdict.reason);
   outcome_.send(outcome, now);

@@ -129,7 +129,7 @@ TEST_F(WorldNodeTest, APlacedObjectThatTouchedSomethingOnTheWayIsNoSuccess) {
   EXPECT_TRUE(outcome->placed());
   EXPECT_GT(outcome->collisions(), 0u);
   EXPECT_FALSE(outcome->success());
-  EXPECT_NE(outcome->reason().find("collisions, the last: "), std::string::npos);
+  EXPECT_NE(outcome->reason().find(", the last: "), std::string::npos);
 }
 
 TEST_F(WorldNodeTest, TheSceneFollowsTheObjectWhenItRests) {
