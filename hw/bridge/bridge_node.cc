@@ -29,6 +29,7 @@ GateLimits gate_limits(const BridgeParams& p, const Joints& joints) {
           .start_tolerance_rad = p.start_tolerance_rad,
           .jump_rad = p.jump_rad,
           .v_max_rad_s = {joints.limits.v_max.begin(), joints.limits.v_max.end()},
+          .a_max_rad_s2 = {joints.limits.a_max.begin(), joints.limits.a_max.end()},
           .names = joints.names,
           .hold_on_silence = holds(p, joints),
           .cycle = runtime::from_seconds(1.0 / joints.rate_hz)};
@@ -87,8 +88,9 @@ void BridgeNode::take_command(runtime::Time now, const Reading& arm) {
   const v1::JointCommand* command = command_.take();
   if (command == nullptr) return;
   const auto& q = command->position_rad();
+  ahead_.assign(command->ahead_rad().begin(), command->ahead_rad().end());
   const std::string refusal = gate_.offer(
-      now, command_.stamp(), std::span(q.data(), static_cast<std::size_t>(q.size())), arm);
+      now, command_.stamp(), std::span(q.data(), static_cast<std::size_t>(q.size())), arm, ahead_);
   if (!refusal.empty() && refusals_.pass()) runtime::warn("command refused: {}", refusal);
 }
 

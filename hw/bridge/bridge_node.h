@@ -31,6 +31,7 @@ class BridgeNode {
 
   Params params_;
   v1::JointLimits limits_message_;
+  std::vector<double> ahead_;  // of the newest command
   CommandGate gate_;
   std::unique_ptr<Actuators> driver_;
   std::unique_ptr<outside::RecordedHand> hand_driver_;

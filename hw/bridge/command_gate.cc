@@ -8,18 +8,35 @@
 #include "common/time.h"
 
 namespace mimesis::hw::bridge {
+namespace {
+
+constexpr Time kLongestStop = std::chrono::milliseconds(200);  // on the path, after silence
+
+}  // namespace
 
 CommandGate::CommandGate(GateLimits limits)
     : limits_(std::move(limits)),
       command_(limits_.v_max_rad_s.size(), 0.0),
-      track_(command_.size(), limits_.cycle) {}
+      track_(limits_.cycle, limits_.a_max_rad_s2) {}
 
 std::string CommandGate::name_of(std::size_t joint) const {
   return limits_.names.empty() ? "A" + std::to_string(joint + 1) : limits_.names[joint];
 }
 
+/// The way ahead has a wrong size, or a step that no joint could make.
+bool CommandGate::runs_wild(std::span<const double> position_rad,
+                            std::span<const double> ahead) const {
+  const std::size_t n = position_rad.size();
+  for (std::size_t k = 0; k < ahead.size(); ++k) {
+    const double from = k < n ? position_rad[k] : ahead[k - n];
+    const double allowed = 2.0 * limits_.v_max_rad_s[k % n] * to_seconds(limits_.cycle);
+    if (!(std::abs(ahead[k] - from) <= allowed)) return true;
+  }
+  return ahead.size() % n != 0;
+}
+
 std::string CommandGate::why_not(Time now, Time stamp, std::span<const double> position_rad,
-                                 const Reading& arm) const {
+                                 const Reading& arm, std::span<const double> ahead) const {
   if (position_rad.size() != command_.size()) {
     return fmt::format("command for {} joints, the arm has {}", position_rad.size(),
                        command_.size());
@@ -27,6 +44,10 @@ std::string CommandGate::why_not(Time now, Time stamp, std::span<const double> p
   if (!std::ranges::all_of(position_rad, [](double q) { return std::isfinite(q); })) {
     return "command holds a position that is not a finite number";
   }
+  if (runs_wild(position_rad, ahead)) {
+    return fmt::format("the way ahead of the command is no motion of {} joints", command_.size());
+  }
+  if (ending_) return "the stream has ended; the arm comes to rest";
   if (now - stamp > limits_.silence)
     return fmt::format("command is {:.3f} s old", to_seconds(now - stamp));
   if (stamp - now > limits_.hold_after) {
@@ -56,8 +77,8 @@ std::string CommandGate::why_not(Time now, Time stamp, std::span<const double> p
 }
 
 std::string CommandGate::offer(Time now, Time stamp, std::span<const double> position_rad,
-                               const Reading& arm) {
-  std::string refusal = why_not(now, stamp, position_rad, arm);
+                               const Reading& arm, std::span<const double> ahead) {
+  std::string refusal = why_not(now, stamp, position_rad, arm, ahead);
   // Silence counts from a time that has passed, whatever the sender's clock says.
   const Time sent = std::min(stamp, now);
   heard_ = std::max(heard_, sent);
@@ -66,7 +87,7 @@ std::string CommandGate::offer(Time now, Time stamp, std::span<const double> pos
     return refusal;
   }
   std::ranges::copy(position_rad, command_.begin());
-  open_ ? track_.add(sent, position_rad) : track_.begin(sent, position_rad);
+  open_ ? track_.add(sent, position_rad, ahead) : track_.begin(sent, position_rad, ahead);
   accepted_ = sent;
   open_ = true;
   return {};
@@ -78,7 +99,7 @@ Setpoint CommandGate::decide(Time now, const Reading& arm) {
     reason_ = "ready for a new stream";
   }
   if (arm.phase == Phase::fault && open_) {
-    open_ = false;
+    open_ = ending_ = false;
     needs_silence_ = true;
     reason_ = arm.reason;
   }
@@ -86,6 +107,8 @@ Setpoint CommandGate::decide(Time now, const Reading& arm) {
   if (!open_) return {.mode = rest_};
   const Time age = now - accepted_;
   if (age > limits_.silence) {
+    ending_ = track_.can_brake() && !track_.at_rest() && age <= limits_.silence + kLongestStop;
+    if (ending_) return follow(true);
     open_ = false;
     rest_ = limits_.hold_on_silence ? Mode::hold : Mode::idle;
     reason_ = fmt::format("no command for {:.3g} s{}", to_seconds(limits_.silence),
@@ -94,10 +117,14 @@ Setpoint CommandGate::decide(Time now, const Reading& arm) {
   }
   if (age > limits_.hold_after) {
     reason_ = "command is late: holding";
-    return {.mode = Mode::hold};
+    return track_.can_brake() ? follow(true) : Setpoint{.mode = Mode::hold};
   }
   reason_.clear();
-  return {.mode = Mode::follow, .position_rad = track_.advance()};
+  return follow(false);
+}
+
+Setpoint CommandGate::follow(bool brake) {
+  return {.mode = Mode::follow, .position_rad = track_.advance(brake)};
 }
 
 }  // namespace mimesis::hw::bridge

@@ -16,22 +16,26 @@ struct GateLimits {
       0.0;                ///< largest distance of a stream's start from the actual posture
   double jump_rad = 0.0;  ///< largest jump beyond what v_max explains
   std::vector<double> v_max_rad_s;   ///< one per joint
+  std::vector<double> a_max_rad_s2;  ///< one per joint
   std::vector<std::string> names{};  ///< names of the joints, for reasons; empty: A1, A2 ...
   bool hold_on_silence = false;      ///< instead of a quick stop: come to rest, powered
   Time cycle = std::chrono::milliseconds(5);  ///< period of `decide`
 };
 
 /// Decides in every cycle whether the stream of commands is obeyed. A stream starts with a command
-/// at the actual posture; it ends by silence. After a fault only a new stream counts: one that
-/// comes after silence. Pure: knows graph time as argument.
+/// at the actual posture; it ends by silence. Late or silent commands stop the arm: on its path, if
+/// the last command said how it goes on, else joint by joint. After a fault only a new stream
+/// counts: one that comes after silence. Pure: knows graph time as argument.
 class CommandGate {
  public:
   explicit CommandGate(GateLimits limits);
 
   /// A command that has arrived. One that is older than `silence` or stamped more than `hold_after`
-  /// ahead of `now` is refused. Both times are those of the graph, since its start.
+  /// ahead of `now` is refused. Both times are those of the graph, since its start. `ahead`: see
+  /// CommandTrack.
   /// @return empty, or why it is refused: one line
-  std::string offer(Time now, Time stamp, std::span<const double> position_rad, const Reading& arm);
+  std::string offer(Time now, Time stamp, std::span<const double> position_rad, const Reading& arm,
+                    std::span<const double> ahead = {});
 
   /// Set-point of this cycle; valid until the next call of either function.
   Setpoint decide(Time now, const Reading& arm);
@@ -42,7 +46,9 @@ class CommandGate {
  private:
   std::string name_of(std::size_t joint) const;
   std::string why_not(Time now, Time stamp, std::span<const double> position_rad,
-                      const Reading& arm) const;
+                      const Reading& arm, std::span<const double> ahead) const;
+  bool runs_wild(std::span<const double> position_rad, std::span<const double> ahead) const;
+  Setpoint follow(bool brake);
 
   GateLimits limits_;
   std::vector<double> command_;  // accepted last
@@ -50,6 +56,7 @@ class CommandGate {
   Time accepted_{};              // its stamp
   Time heard_{};                 // stamp of any command, also refused ones
   bool open_ = false;
+  bool ending_ = false;  // silent: comes to rest on its path
   bool needs_silence_ = false;
   Mode rest_ = Mode::idle;  // without a stream
   std::string reason_ = "no command yet";

@@ -147,6 +147,9 @@ void CognitionNode::publish_decision(Time now) {
   message.set_decided_ns(static_cast<std::uint64_t>(decided_.count()));
   message.set_learning(imitator_.learning());
   message.set_learned(imitator_.learned());
+  message.set_sight_lost(params_.sight_s > 0.0 && observation_.get() != nullptr &&
+                         observation_.fresh(now, runtime::from_seconds(params_.sight_s)) ==
+                             nullptr);
   decision_.send(message, now);
 }
 

@@ -13,6 +13,7 @@ struct CognitionParams {
   double rate_hz = 100.0;   ///< step rate; its period is a multiple of dt_s [Hz]
   double fields_hz = 25.0;  ///< rate of port `fields`; 0: never [Hz]
   double stale_s = 0.5;     ///< an older observation is not used [s]
+  double sight_s = 0.08;    ///< sight is lost with an older observation; 0: never [s]
   double task_stale_s =
       2.5;  ///< an older task status rewards nothing (the planner repeats it at 1 Hz) [s]
   ImitatorParams imitator{};
@@ -21,6 +22,7 @@ struct CognitionParams {
     v("rate_hz", rate_hz, 1.0, 1000.0);
     v("fields_hz", fields_hz, 0.0, 1000.0);
     v("stale_s", stale_s, 0.01, 60.0);
+    v("sight_s", sight_s, 0.0, 60.0);
     v("task_stale_s", task_stale_s, 0.01, 60.0);
     v("practice", imitator.practice);
     v("patience_s", imitator.patience_s, 0.1, 600.0);

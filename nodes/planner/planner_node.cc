@@ -131,7 +131,7 @@ TaskSettings task_settings(const PlannerParams& p) {
 
 namespace {
 
-SequenceSettings sequence_settings(const PlannerParams& p) {
+SequenceSettings sequence_settings(const PlannerParams& p, const kin::ArmModel& arm) {
   SequenceSettings s;
   s.period_s = 1.0 / p.rate_hz;
   s.ready_s = p.ready_s;
@@ -139,6 +139,7 @@ SequenceSettings sequence_settings(const PlannerParams& p) {
   s.tracking_rad = p.tracking_rad;
   s.object_moved_m = p.object_moved_m;
   s.grip_force = p.grip_force;
+  s.a_max_rad_s2 = 0.95 * arm.a_max;  // the rest is for the rounding of periods
   return s;
 }
 
@@ -154,7 +155,7 @@ PlannerNode::PlannerNode(const Params& params, runtime::Bus& bus)
       params_(params),
       arm_(model::load_arm(params.robot)),
       settings_(task_settings(params)),
-      sequence_(sequence_settings(params)),
+      sequence_(sequence_settings(params, arm_)),
       job_(bus),
       decision_in_(bus, "decision"),
       scene_in_(bus, "scene"),
@@ -168,8 +169,8 @@ PlannerNode::PlannerNode(const Params& params, runtime::Bus& bus)
 void PlannerNode::step(runtime::Time now) {
   read_inputs(now);
   take_plan();
-  sequence_.step(
-      {pointer(decided_), pointer(table_), pointer(arm_reading_), pointer(hand_reading_)});
+  sequence_.step({pointer(decided_), pointer(table_), pointer(arm_reading_), pointer(hand_reading_),
+                  missing(now), periods_since_last(now)});
   if (auto request = sequence_.take_request()) waiting_request_ = std::move(request);
   if (waiting_request_ && !job_.running()) {
     start_planning(*std::exchange(waiting_request_, std::nullopt));
@@ -193,6 +194,27 @@ void PlannerNode::read_inputs(runtime::Time now) {
   }
   const auto* hand = hand_in_.fresh(now, stale);
   hand_reading_ = hand == nullptr ? std::nullopt : std::optional(to_reading(*hand));
+}
+
+/// What the motion depends on and was not heard of for too long. Called in every step.
+std::string PlannerNode::missing(runtime::Time now) {
+  if (params_.upstream_s == 0.0) return {};
+  const runtime::Time oldest = runtime::from_seconds(params_.upstream_s);
+  const auto* decision = decision_in_.fresh(now, oldest);
+  const auto* scene = scene_in_.fresh(now, oldest);
+  if (scene == nullptr) return "the scene";
+  if (decision == nullptr) return "the decision";
+  return decision->sight_lost() ? "the sight of the teacher" : "";
+}
+
+/// Steps may be left out on a busy machine; the motion goes on in time.
+int PlannerNode::periods_since_last(runtime::Time now) {
+  const auto period_of = [this](runtime::Time t) {
+    return std::floor((runtime::to_seconds(t) - params_.offset_s) * params_.rate_hz + 1e-6);
+  };
+  const double periods = last_step_ ? period_of(now) - period_of(*last_step_) : 1.0;
+  last_step_ = now;
+  return static_cast<int>(std::clamp(periods, 1.0, 1000.0));
 }
 
 void PlannerNode::start_planning(PlanRequest request) {
@@ -239,6 +261,8 @@ void PlannerNode::publish_commands(runtime::Time now) {
     command.add_position_rad(point->q[j]);
     command.add_velocity_rad_s(point->dq[j]);
   }
+  command.mutable_ahead_rad()->Assign(point->ahead.data(),
+                                      point->ahead.data() + point->ahead.size());
   command_.send(command, now);
   if (const auto& order = sequence_.hand_order()) {
     v1::HandCommand hand;
@@ -254,7 +278,9 @@ void PlannerNode::publish_status(runtime::Time now) {
   status.set_plan_compute_s(compute_s_);
   const bool changed = status.SerializeAsString() != last_status_.SerializeAsString();
   if (!changed && now < status_due_) return;
-  if (changed && status.state() != last_status_.state()) {
+  // A busy machine makes the arm wait again and again.
+  if (status.state() != last_status_.state() ||
+      (!status.reason().empty() && status.reason() != last_status_.reason() && waits_.pass())) {
     runtime::info("task {}{}{}", v1::TaskState_Name(status.state()),
                   status.reason().empty() ? "" : ": ", status.reason());
   }

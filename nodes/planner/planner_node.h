@@ -49,6 +49,7 @@ struct PlannerParams {
   /// share of the limits for straight motions to and from contact [1]
   double contact_speed = 0.3;
   double stale_s = 0.1;           ///< older states of arm or hand stop the task [s]
+  double upstream_s = 0.08;       ///< older scenes or decisions make the arm wait; 0: never [s]
   double ready_s = 10.0;          ///< longest wait for scene, arm and hand [s]
   double hand_s = 5.0;            ///< longest time of the hand to open or close [s]
   double tracking_rad = 0.25;     ///< largest allowed following error [rad]
@@ -74,6 +75,7 @@ struct PlannerParams {
     v("speed", speed, 0.05, 0.95);
     v("contact_speed", contact_speed, 0.05, 0.95);
     v("stale_s", stale_s, 0.02, 2.0);
+    v("upstream_s", upstream_s, 0.0, 60.0);
     v("ready_s", ready_s, 0.1, 100.0);
     v("hand_s", hand_s, 0.1, 60.0);
     v("tracking_rad", tracking_rad, 0.01, 1.0);
@@ -102,6 +104,8 @@ class PlannerNode {
   };
 
   void read_inputs(runtime::Time now);
+  std::string missing(runtime::Time now);
+  int periods_since_last(runtime::Time now);
   void start_planning(PlanRequest request);
   void take_plan();
   void publish_commands(runtime::Time now);
@@ -122,10 +126,11 @@ class PlannerNode {
   std::optional<DecidedTask> decided_;
   std::optional<kin::Table> table_;
   std::optional<ArmReading> arm_reading_;
-  runtime::Throttle unusable_{std::chrono::seconds(1)};
+  runtime::Throttle unusable_{std::chrono::seconds(1)}, waits_{std::chrono::seconds(1)};
   std::optional<HandReading> hand_reading_;
   v1::TaskStatus last_status_;
   runtime::Time status_due_{};
+  std::optional<runtime::Time> last_step_;
 
   runtime::Latest<v1::Decision> decision_in_;
   runtime::Latest<v1::Scene> scene_in_;

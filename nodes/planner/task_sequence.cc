@@ -11,11 +11,12 @@ std::string degrees(double rad) { return std::to_string(std::lround(rad * 180.0 
 
 }  // namespace
 
-TaskSequence::TaskSequence(const SequenceSettings& settings) : settings_(settings) {}
+TaskSequence::TaskSequence(const SequenceSettings& settings)
+    : settings_(settings), playback_(settings.a_max_rad_s2) {}
 
 void TaskSequence::step(const SequenceInput& input) {
   started_.reset();
-  waited_s_ += settings_.period_s;
+  waited_s_ += input.periods * settings_.period_s;
   const bool at_rest = state_ == State::idle || state_ == State::done || state_ == State::failed;
   if (at_rest) {
     if (input.decision != nullptr && input.decision->id != decision_id_) await_inputs(input);
@@ -49,7 +50,7 @@ void TaskSequence::begin(const SequenceInput& input) {
   decision_id_ = input.decision->id;
   task_ = input.decision->task;
   hand_ = HandOrder{task_->grip, 0.0, settings_.grip_force};
-  if (!set_point_) set_point_ = {input.arm->q, Eigen::VectorXd::Zero(input.arm->q.size())};
+  if (!set_point_) set_point_ = {input.arm->q, Eigen::VectorXd::Zero(input.arm->q.size()), {}};
   plan_from_here(*input.table);
 }
 
@@ -103,12 +104,21 @@ void TaskSequence::start_motion(std::size_t index) {
 void TaskSequence::step_executing(const SequenceInput& input) {
   if (phase_ == Phase::grasp) return step_grasp(*input.hand);
   if (phase_ == Phase::release) return step_release(*input.hand);
+  step_motion(input);
+}
+
+void TaskSequence::step_motion(const SequenceInput& input) {
   if (!stop_) stop_ = reason_to_stop(input);
-  if (stop_) playback_.brake();
+  playback_.brake(stop_.has_value() || !input.missing.empty());
+  reason_ = input.missing.empty() ? "" : "waits for " + input.missing;
   if (!playback_.at_rest()) {
-    playback_.advance();
-    set_point_ = {playback_.position(), playback_.velocity()};
+    for (int i = 0; i < input.periods; ++i) playback_.advance();
+    set_point_ = {playback_.position(), playback_.velocity(), playback_.ahead(settings_.ahead)};
     waited_s_ = 0.0;
+    return;
+  }
+  if (!input.missing.empty() && !stop_ && !playback_.ended()) {
+    if (late(settings_.resume_s)) fail("waited in vain for " + input.missing, false);
     return;
   }
   const double away = (input.arm->q - set_point_->q).cwiseAbs().maxCoeff();
@@ -203,7 +213,7 @@ void TaskSequence::fail(std::string reason, bool silent) {
   state_ = State::failed;
   reason_ = std::move(reason);
   request_.reset();
-  if (set_point_) set_point_->dq.setZero();
+  if (set_point_) set_point_ = {set_point_->q, 0.0 * set_point_->dq, {}};
   if (silent) set_point_.reset();
 }
 

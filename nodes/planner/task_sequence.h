@@ -19,8 +19,11 @@ struct SequenceSettings {
   double tracking_rad = 0.25;  ///< largest allowed difference of set-point and posture [rad]
   double object_moved_m =
       0.005;  ///< the object moved if farther than this from where it was planned for [m]
-  double open_closure = 0.05;  ///< the hand is open below this [1]
-  double grip_force = 0.5;     ///< commanded force, 0 .. 1 [1]
+  double open_closure = 0.05;    ///< the hand is open below this [1]
+  double grip_force = 0.5;       ///< commanded force, 0 .. 1 [1]
+  double resume_s = 1.0;         ///< a motion that waits for what it depends on goes on within [s]
+  Eigen::Index ahead = 60;       ///< periods of `SetPoint::ahead` [1]
+  Eigen::VectorXd a_max_rad_s2;  ///< accelerations that braking on the path may use, n [rad/s²]
 };
 
 /// A settled decision; `id` changes with every new one.
@@ -49,11 +52,15 @@ struct SequenceInput {
   const kin::Table* table = nullptr;
   const ArmReading* arm = nullptr;
   const HandReading* hand = nullptr;
+  /// What the motion depends on and is not heard ("the scene"); empty: all is well.
+  std::string missing{};
+  int periods = 1;  ///< since the last step; more if steps were left out
 };
 
 struct SetPoint {
-  Eigen::VectorXd q;   ///< [rad]
-  Eigen::VectorXd dq;  ///< [rad/s]
+  Eigen::VectorXd q;      ///< [rad]
+  Eigen::VectorXd dq;     ///< [rad/s]
+  Eigen::MatrixXd ahead;  ///< of a motion: the following periods, n × at most `ahead` [rad]
 };
 
 struct HandOrder {
@@ -70,10 +77,10 @@ struct PlanRequest {
 
 /// The task from a settled decision to the released object, one step per period:
 ///   idle → planning → executing {reach, approach, grasp, transport, release, retreat} → done,
-/// and from anywhere → failed with a reason. The whole plan exists before the first motion starts.
-/// Set-points flow from the first decision on (the posture at that time is held) and end with a
-/// fault of arm or hand: silence stops the drives. After done or failed a new decision starts
-/// again.
+/// and from anywhere → failed with a reason. While something is missing, a motion waits on its
+/// path. The whole plan exists before the first motion starts. Set-points flow from the first
+/// decision on (the posture at that time is held) and end with a fault of arm or hand: silence
+/// stops the drives. After done or failed a new decision starts again.
 class TaskSequence {
  public:
   enum class State { idle, planning, executing, done, failed };
@@ -110,6 +117,7 @@ class TaskSequence {
   void plan_from_here(const kin::Table& table);
   void step_planning(const SequenceInput& input);
   void step_executing(const SequenceInput& input);
+  void step_motion(const SequenceInput& input);
   void step_grasp(const HandReading& hand);
   void step_release(const HandReading& hand);
   void start_motion(std::size_t index);

@@ -5,6 +5,8 @@
 #include <limits>
 #include <vector>
 
+#include "common/math/path_pace.h"
+
 namespace mimesis::planner {
 namespace {
 
@@ -127,7 +129,7 @@ JointTrajectory time_optimal(const SmoothPath& path, const Eigen::VectorXd& v_ma
 }
 
 void Playback::start(JointTrajectory trajectory) {
-  trajectory_ = std::move(trajectory);
+  trajectory_ = std::make_shared<const JointTrajectory>(std::move(trajectory));
   at_ = 0.0;
   pace_ = 1.0;
   braking_ = false;
@@ -135,34 +137,57 @@ void Playback::start(JointTrajectory trajectory) {
 
 void Playback::advance() {
   if (at_rest()) return;
-  const double period = trajectory_.period_s;
-  if (braking_) pace_ = std::max(0.0, pace_ - period / brake_s_);
-  at_ = std::min(at_ + pace_ * period, trajectory_.duration_s());
+  const double period = trajectory_->period_s, wanted = braking_ ? 0.0 : 1.0;
+  if (pace_ != wanted) {
+    // Accelerations jump from one sample to the next: those around count.
+    const auto& v = trajectory_->velocity;
+    const Eigen::Index here = sample().first, last = std::min(here + 1, v.cols() - 2);
+    double lowest = -std::numeric_limits<double>::infinity(), highest = -lowest;
+    for (Eigen::Index k = std::max(here - 1, Eigen::Index{0}); k <= last; ++k) {
+      const auto rates =
+          math::pace_rates(v.col(here), (v.col(k + 1) - v.col(k)) / period, pace_, a_max_);
+      lowest = std::max(lowest, rates.lowest);
+      highest = std::min(highest, rates.highest);
+    }
+    pace_ = std::min(std::max(wanted, pace_ + lowest * period), pace_ + highest * period);
+  }
+  at_ = std::min(at_ + pace_ * period, trajectory_->duration_s());
+}
+
+Eigen::MatrixXd Playback::ahead(Eigen::Index periods) const {
+  Eigen::MatrixXd positions(trajectory_->position.rows(), periods);
+  Playback later = *this;
+  Eigen::Index k = 0;
+  for (; k < periods && !later.at_rest(); ++k) {
+    later.advance();
+    positions.col(k) = later.position();
+  }
+  return positions.leftCols(k);
 }
 
 std::pair<Eigen::Index, double> Playback::sample() const {
   // Whole periods come out exactly: without braking every sample is played as planned.
-  const double periods = at_ / trajectory_.period_s, whole = std::floor(periods + 1e-6);
-  const auto k = std::min(static_cast<Eigen::Index>(whole), trajectory_.samples() - 1);
+  const double periods = at_ / trajectory_->period_s, whole = std::floor(periods + 1e-6);
+  const auto k = std::min(static_cast<Eigen::Index>(whole), trajectory_->samples() - 1);
   return {k, std::max(0.0, periods - static_cast<double>(k))};
 }
 
 Eigen::VectorXd Playback::position() const {
+  const auto& [h, q, dq] = *trajectory_;
   const auto [k, u] = sample();
-  if (u < 1e-6 || k + 1 >= trajectory_.samples()) return trajectory_.position.col(k);
+  if (u < 1e-6 || k + 1 >= q.cols()) return q.col(k);
   // Cubic Hermite between the samples.
-  const double h = trajectory_.period_s, v = 1.0 - u;
-  return (1.0 + 2.0 * u) * v * v * trajectory_.position.col(k) +
-         u * u * (3.0 - 2.0 * u) * trajectory_.position.col(k + 1) +
-         h * u * v * v * trajectory_.velocity.col(k) -
-         h * u * u * v * trajectory_.velocity.col(k + 1);
+  const double v = 1.0 - u;
+  return (1.0 + 2.0 * u) * v * v * q.col(k) + u * u * (3.0 - 2.0 * u) * q.col(k + 1) +
+         h * u * v * v * dq.col(k) - h * u * u * v * dq.col(k + 1);
 }
 
 Eigen::VectorXd Playback::velocity() const {
+  const auto& dq = trajectory_->velocity;
   const auto [k, u] = sample();
-  if (at_rest()) return Eigen::VectorXd::Zero(trajectory_.position.rows());
-  if (u < 1e-6 || k + 1 >= trajectory_.samples()) return pace_ * trajectory_.velocity.col(k);
-  return pace_ * ((1.0 - u) * trajectory_.velocity.col(k) + u * trajectory_.velocity.col(k + 1));
+  if (at_rest()) return Eigen::VectorXd::Zero(dq.rows());
+  if (u < 1e-6 || k + 1 >= dq.cols()) return pace_ * dq.col(k);
+  return pace_ * ((1.0 - u) * dq.col(k) + u * dq.col(k + 1));
 }
 
 }  // namespace mimesis::planner

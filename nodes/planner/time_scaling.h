@@ -1,5 +1,6 @@
 #pragma once
 #include <Eigen/Core>
+#include <memory>
 
 #include "nodes/planner/smooth_path.h"
 
@@ -25,20 +26,22 @@ struct JointTrajectory {
 JointTrajectory time_optimal(const SmoothPath& path, const Eigen::VectorXd& v_max_rad_s,
                              const Eigen::VectorXd& a_max_rad_s2, double period_s);
 
-/// Plays a trajectory, one call a period; can brake on the path.
+/// Plays a trajectory q(σ(t)), period by period; brakes and goes on without leaving the path.
 class Playback {
  public:
-  /// @param brake_s  time in which `brake` brings a motion at full pace to rest [s]
-  explicit Playback(double brake_s = 0.5) : brake_s_(brake_s) {}
+  /// @param a_max_rad_s2  accelerations within which the pace σ̇ changes, n [rad/s²]
+  explicit Playback(Eigen::VectorXd a_max_rad_s2) : a_max_(std::move(a_max_rad_s2)) {}
 
   void start(JointTrajectory trajectory);
-  /// From now on the pace falls evenly to zero: q(σ(t)), σ̇ from 1 to 0 in brake_s. Stays on the
-  /// path.
-  void brake() { braking_ = true; }
+  /// From now on the pace falls to zero, or rises to one again.
+  void brake(bool on = true) { braking_ = on; }
   /// Advances by one period.
   void advance();
+  bool ended() const { return at_ >= trajectory_->duration_s(); }
   /// At the end, or braked to rest.
-  bool at_rest() const { return pace_ <= 0.0 || at_ >= trajectory_.duration_s(); }
+  bool at_rest() const { return ended() || (braking_ && pace_ <= 0.0); }
+  /// The positions of the next periods, up to rest: n × at most `periods` [rad].
+  Eigen::MatrixXd ahead(Eigen::Index periods) const;
 
   Eigen::VectorXd position() const;  ///< [rad]
   Eigen::VectorXd velocity() const;  ///< [rad/s]
@@ -47,8 +50,8 @@ class Playback {
   /// Sample before `at_` and the part of a period since then.
   std::pair<Eigen::Index, double> sample() const;
 
-  double brake_s_;
-  JointTrajectory trajectory_;
+  Eigen::VectorXd a_max_;
+  std::shared_ptr<const JointTrajectory> trajectory_ = std::make_shared<JointTrajectory>();
   double at_ = 0.0;    // σ [s]
   double pace_ = 0.0;  // σ̇ [1]
   bool braking_ = false;

@@ -32,7 +32,8 @@ class Gate : public ::testing::Test {
                     .silence = 100ms,
                     .start_tolerance_rad = 0.02,
                     .jump_rad = 0.1,
-                    .v_max_rad_s = {2.0, 2.0}}};
+                    .v_max_rad_s = {2.0, 2.0},
+                    .a_max_rad_s2 = {8.0, 8.0}}};
   Reading arm;
   Time now = 1s;
 };
@@ -60,12 +61,60 @@ TEST_F(Gate, HoldsAfterThreeCyclesAndStopsAfterSilence) {
   EXPECT_EQ(gate.reason(), "no command for 0.1 s");
 }
 
+TEST_F(Gate, StopsOnThePathThatTheLastCommandTold) {
+  const double v = 1.0, cycle_s = 0.005;
+  std::vector<double> ahead(2 * 40);
+  const auto command = [&](double q) {
+    for (std::size_t k = 0; k < 40; ++k)
+      ahead[2 * k] = ahead[2 * k + 1] = q + v * cycle_s * double(k + 1);
+    return gate.offer(now, now, std::array{q, q}, arm, ahead);
+  };
+  double q = 0.0, last = 0.0, speed = v;
+  for (int k = 0; k < 20; ++k, now += 5ms, q += v * cycle_s) {
+    ASSERT_EQ(command(q), "");
+    ASSERT_EQ(gate.decide(now, arm).mode, Mode::follow);
+    arm.phase = Phase::following;
+    last = q;
+  }
+  int cycles = 0;
+  for (Mode mode = Mode::follow; mode == Mode::follow; now += 5ms, ++cycles) {
+    const Setpoint s = gate.decide(now, arm);
+    mode = s.mode;
+    if (mode != Mode::follow) break;
+    EXPECT_EQ(s.position_rad[0], s.position_rad[1]) << "off the path";
+    const double next = (s.position_rad[0] - last) / cycle_s;
+    EXPECT_LE(std::abs(next - speed), 8.0 * cycle_s + 1e-9);
+    EXPECT_GE(next, 0.0);
+    last = s.position_rad[0], speed = next;
+    if (cycles == 25) {
+      EXPECT_EQ(command(q), "the stream has ended; the arm comes to rest");
+    }
+  }
+  EXPECT_EQ(speed, 0.0);
+  EXPECT_LE(cycles * 5ms, 300ms);
+  EXPECT_EQ(gate.reason(), "no command for 0.1 s");
+  EXPECT_EQ(mode(), Mode::idle);
+}
+
+TEST_F(Gate, RefusesAWayAheadThatIsNoMotion) {
+  follow();
+  now += 5ms;
+  const auto refusal = [&](std::vector<double> ahead) {
+    return gate.offer(now, now, std::array{0.0, 0.0}, arm, ahead);
+  };
+  EXPECT_EQ(refusal({0.01, 0.01, 0.02}), "the way ahead of the command is no motion of 2 joints");
+  EXPECT_NE(refusal({0.01, 0.03}), "") << "2 rad/s and as much again in 5 ms are 0.02";
+  EXPECT_NE(refusal({0.01, 0.01, 0.01, std::nan("")}), "");
+  EXPECT_EQ(refusal({0.01, 0.01, 0.02, 0.02}), "");
+}
+
 TEST_F(Gate, HoldsForEverIfARobotWouldFall) {
   CommandGate holds({.hold_after = 17500us,
                      .silence = 100ms,
                      .start_tolerance_rad = 0.02,
                      .jump_rad = 0.1,
                      .v_max_rad_s = {2.0, 2.0},
+                     .a_max_rad_s2 = {8.0, 8.0},
                      .names = {"hip", "knee"},
                      .hold_on_silence = true});
   const auto offer_at = [&](double q) { return holds.offer(now, now, std::array{0.0, q}, arm); };

@@ -85,7 +85,7 @@ void WorldNode::step(runtime::Time now) {
 
   follow_task(now);
   publish_state(now);
-  if (scene_due_) publish_scene(now);
+  publish_scene(now);
   const bool settled = task_ended_ && runtime::to_seconds(now - *task_ended_) >= params_.settle_s;
   if (settled && !outcome_sent_ && after != ObjectState::falling) publish_outcome(now);
 }
@@ -156,11 +156,16 @@ void WorldNode::publish_state(runtime::Time now) {
   transforms_.send(transforms, now);
 }
 
+/// Over and over, so that whoever moves by it knows that it still holds; measured when it changes.
 void WorldNode::publish_scene(runtime::Time now) {
+  constexpr auto kPeriod = std::chrono::milliseconds(30);
+  if (!scene_due_ && now < scene_sent_ + kPeriod) return;
+  scene_sent_ = now;
+  if (!scene_due_) return scene_.send(scene_message_, now);
   scene_due_ = false;
   table_.object = world_.object().cylinder().X_WO.translation();
-  v1::Scene scene = model::to_proto(measured(table_, params_.measurement_sigma_m, random_));
-  scene_.send(scene, now);
+  scene_message_ = model::to_proto(measured(table_, params_.measurement_sigma_m, random_));
+  scene_.send(scene_message_, now);
   foxglove::SceneUpdate entities = model::to_entities(table_, arm_model_, now);
   entities_.send(entities, now);
 }

@@ -12,6 +12,7 @@
 #include "proto/foxglove/scene.pb.h"
 #include "proto/foxglove/transform.pb.h"
 #include "proto/planner.pb.h"
+#include "proto/scene.pb.h"
 #include "proto/world.pb.h"
 
 namespace mimesis::world {
@@ -71,6 +72,8 @@ class WorldNode {
   std::optional<runtime::Time> last_step_, task_ended_;
   TaskEnd task_end_;
   v1::Goal goal_ = v1::GOAL_UNSPECIFIED;
+  v1::Scene scene_message_;
+  runtime::Time scene_sent_{};
   bool scene_due_ = true, outcome_sent_ = false, wrong_size_reported_ = false;
   int collisions_said_ = 0;
 

@@ -167,6 +167,23 @@ TEST(CognitionNode, IgnoresStaleObservations) {
   EXPECT_TRUE(rig.decision().settled());
 }
 
+TEST(CognitionNode, SaysThatTheTeacherIsOutOfSight) {
+  Rig rig;
+  rig.vision_alive = false;
+  rig.run(500ms);
+  EXPECT_FALSE(rig.decision().sight_lost()) << "never seen is not lost";
+  rig.vision_alive = true;
+  rig.run(100ms);
+  rig.vision_alive = false;
+  rig.run(70ms);
+  EXPECT_FALSE(rig.decision().sight_lost()) << "a lost image";
+  rig.run(40ms);
+  EXPECT_TRUE(rig.decision().sight_lost());
+  rig.vision_alive = true;
+  rig.run(20ms);
+  EXPECT_FALSE(rig.decision().sight_lost());
+}
+
 TEST(CognitionNode, IgnoresWrongValues) {
   Rig rig;
   v1::Observation wrong = kPreferred;

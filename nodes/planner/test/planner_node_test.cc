@@ -13,7 +13,8 @@ using namespace std::chrono_literals;
 /// The node with an arm that follows at once and a hand that stops at the object.
 class Bench {
  public:
-  explicit Bench(const PlannerParams& params = {}) : node(params, bus) {
+  /// Scene and decision are told once, unless they are watched.
+  explicit Bench(const PlannerParams& params = {.upstream_s = 0.0}) : node(params, bus) {
     arm_q = model::load_arm("lwr4.yaml").home;
     scene = model::to_proto(model::load_table("bridge_table.yaml"));
   }
@@ -135,6 +136,41 @@ TEST(PlannerNode, IgnoresWhatIsNotSettledOrNotWhole) {
   EXPECT_FALSE(bench.commanded);
 }
 
+TEST(PlannerNode, WaitsWhenScenesDecisionsOrTheTeacherAreLost) {
+  Bench bench{PlannerParams{}};
+  bool scenes = true, decisions = true, sight = true;
+  const auto step = [&] {
+    if (scenes) bench.bus.send("scene", bench.scene, bench.now);
+    v1::Decision decision;
+    decision.set_grip(v1::GRIP_PRECISION);
+    decision.set_transport(v1::TRANSPORT_ABOVE);
+    decision.set_goal(v1::GOAL_HIGH);
+    decision.set_settled(true);
+    decision.set_decided_ns(42);
+    decision.set_sight_lost(!sight);
+    if (decisions) bench.bus.send("decision", decision, bench.now);
+    const Eigen::VectorXd before = bench.arm_q;
+    bench.step();
+    return (bench.arm_q - before).cwiseAbs().maxCoeff();
+  };
+  const auto until_moving = [&] {
+    for (int i = 0; i < 2000; ++i) {
+      if (step() > 0.003) return true;
+    }
+    return false;
+  };
+  for (bool* lost : {&scenes, &decisions, &sight}) {
+    ASSERT_TRUE(until_moving());
+    *lost = false;
+    int periods = 0;
+    while (step() > 0.0 && periods < 100) ++periods;
+    EXPECT_LE(periods * 5ms, 300ms);
+    for (int i = 0; i < 50; ++i) EXPECT_EQ(step(), 0.0);
+    *lost = true;
+  }
+  EXPECT_TRUE(until_moving());
+}
+
 TEST(PlannerNode, FallsSilentWhenTheArmDoes) {
   Bench bench;
   bench.bus.send("scene", bench.scene, bench.now);
@@ -149,7 +185,7 @@ TEST(PlannerNode, FallsSilentWhenTheArmDoes) {
 }
 
 TEST(PlannerNode, AJointStateWithAnotherNumberOfJointsIsNoState) {
-  PlannerParams params;
+  PlannerParams params{.upstream_s = 0.0};
   params.ready_s = 0.1;
   Bench bench(params);
   bench.bus.send("scene", bench.scene, bench.now);
@@ -174,7 +210,7 @@ TEST(PlannerNode, TellsItsStatusOnceASecond) {
 
 TEST(PlannerNode, RefusesAMissingModelFile) {
   testing::Loopback bus;
-  PlannerParams params;
+  PlannerParams params{.upstream_s = 0.0};
   params.robot = "nowhere.yaml";
   EXPECT_THROW(PlannerNode(params, bus), ConfigError);
 }

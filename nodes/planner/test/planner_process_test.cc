@@ -78,8 +78,12 @@ struct Rest {
 };
 
 std::vector<std::string> wired() {
-  return {"--in", "decision=test/decision", "--in",  "scene=test/scene", "--in", "arm=test/arm",
-          "--in", "hand=test/hand",         "--set", "speed=0.9"};
+  return {"--in",  "decision=test/decision",
+          "--in",  "scene=test/scene",
+          "--in",  "arm=test/arm",
+          "--in",  "hand=test/hand",
+          "--set", "speed=0.9",
+          "--set", "upstream_s=0"};  // scene and decision are told once
 }
 
 TEST(PlannerProcess, PlansAndMovesTheArmToTheObject) {

@@ -67,7 +67,7 @@ std::vector<Outputs> run(testing::OutsideTape& tape) {
   constexpr std::size_t kMost = 20'000, kPolls = 100;
   const auto threads = threads_of_this_process();
   testing::Loopback graph({.lockstep = false, .outside = &tape});
-  PlannerNode node({}, graph);
+  PlannerNode node({.upstream_s = 0.0}, graph);  // the task is told once
   Robot robot;
   send_task(graph, 10s);
   std::vector<Outputs> steps;

@@ -29,7 +29,7 @@ TaskPlan small_plan() {
 /// A task with an arm that follows at once and a hand that takes 20 steps.
 class Trial {
  public:
-  Trial() : sequence({}) {
+  Trial() : sequence({.a_max_rad_s2 = both(4.0)}) {
     decision.id = 7;
     arm.q = both(0.0);
     arm.operational = true;
@@ -39,7 +39,7 @@ class Trial {
 
   void step() {
     sequence.step({decided ? &decision : nullptr, has_table ? &table : nullptr,
-                   has_arm ? &arm : nullptr, has_hand ? &hand : nullptr});
+                   has_arm ? &arm : nullptr, has_hand ? &hand : nullptr, missing, periods});
     if (const auto request = sequence.take_request()) {
       requests.push_back(*request);
       if (answer) sequence.set_plan(answer());
@@ -66,6 +66,8 @@ class Trial {
   HandReading hand;
   bool decided = true, has_table = true, has_arm = true, has_hand = true, follows = true;
   bool object_there = true;
+  std::string missing;
+  int periods = 1;
   std::function<tl::expected<TaskPlan, Status>()> answer = [] { return small_plan(); };
   std::vector<PlanRequest> requests;
   std::vector<Phase> phases;
@@ -198,6 +200,60 @@ TEST(TaskSequence, ALostObjectBrakesTheArmBeforeItFails) {
   });
   EXPECT_EQ(trial.sequence.reason(), "the object was lost in transport");
   EXPECT_LT(trial.arm.q[0], 2.0);
+}
+
+TEST(TaskSequence, WaitsOnItsPathForWhatIsMissingAndGoesOn) {
+  Trial trial;
+  trial.until([&] { return trial.arm.q[0] > 0.4; });
+  trial.missing = "the scene";
+  for (int i = 0; i < 60; ++i) trial.step();  // 0.3 s
+  const Eigen::VectorXd waits = trial.arm.q;
+  EXPECT_LT(waits[0], 0.4 + 0.005 + 1.0 / (2.0 * 4.0) + 0.01);
+  EXPECT_EQ(trial.sequence.reason(), "waits for the scene");
+  for (int i = 0; i < 60; ++i) trial.step();
+  EXPECT_EQ(trial.arm.q, waits);
+  trial.missing.clear();
+  trial.until_rest();
+  EXPECT_EQ(trial.sequence.state(), State::done);
+  EXPECT_EQ(trial.sequence.reason(), "");
+  EXPECT_EQ(trial.requests.size(), 1u) << "it is the same plan";
+}
+
+TEST(TaskSequence, DoesNotWaitForEver) {
+  Trial trial;
+  trial.until([&] { return trial.arm.q[0] > 0.4; });
+  trial.missing = "the decision";
+  trial.until_rest();
+  EXPECT_EQ(trial.sequence.reason(), "waited in vain for the decision");
+  EXPECT_TRUE(trial.sequence.set_point()) << "the arm is well and held";
+  trial.missing.clear();
+  const Eigen::VectorXd rest = trial.arm.q;
+  for (int i = 0; i < 1000; ++i) trial.step();
+  EXPECT_EQ(trial.arm.q, rest) << "no motion after a stop";
+}
+
+TEST(TaskSequence, LeftOutStepsDoNotSlowTheMotion) {
+  Trial one, three;
+  three.periods = 3;
+  three.follows = false;
+  one.until_phase(Phase::reach);
+  three.until_phase(Phase::reach);
+  for (int i = 0; i < 30; ++i) one.step();
+  for (int i = 0; i < 10; ++i) three.step();
+  EXPECT_EQ(one.sequence.set_point()->q, three.sequence.set_point()->q);
+}
+
+TEST(TaskSequence, SaysHowTheMotionGoesOn) {
+  Trial trial;
+  trial.until([&] { return trial.arm.q[0] > 0.2; });
+  const Eigen::MatrixXd ahead = trial.sequence.set_point()->ahead;
+  ASSERT_EQ(ahead.cols(), 60);
+  for (Eigen::Index k = 0; k < ahead.cols(); ++k) {
+    trial.step();
+    EXPECT_EQ(trial.sequence.set_point()->q, ahead.col(k));
+  }
+  trial.until([&] { return trial.sequence.phase() == Phase::grasp; });
+  EXPECT_EQ(trial.sequence.set_point()->ahead.cols(), 0) << "at rest there is nothing ahead";
 }
 
 TEST(TaskSequence, PlansAgainWhenTheObjectMovesDuringTheReach) {

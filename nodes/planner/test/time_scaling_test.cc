@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <random>
 
 #include "nodes/planner/roadmap.h"
 
@@ -96,7 +97,7 @@ TEST(SmoothPath, DerivativesAreThoseOfThePath) {
 
 TEST(Playback, PlaysEverySampleExactly) {
   const auto motion = time_optimal(line(0.5), one(1.0), one(2.0), kPeriod);
-  Playback playback;
+  Playback playback(one(2.0));
   playback.start(motion);
   Eigen::Index k = 0;
   for (; !playback.at_rest(); playback.advance(), ++k) {
@@ -107,23 +108,68 @@ TEST(Playback, PlaysEverySampleExactly) {
   EXPECT_EQ(playback.position(), motion.position.rightCols(1));
 }
 
-TEST(Playback, BrakesOnThePathToRest) {  // from full speed v in b seconds: v b / 2
+TEST(Playback, BrakesFromFullSpeedInTheTimeOfTheLimits) {  // v / a, over v² / 2a
   const auto motion = time_optimal(line(5.0), one(1.0), one(4.0), kPeriod);
-  Playback playback(0.5);
+  Playback playback(one(4.0));
   playback.start(motion);
   for (int k = 0; k < 300; ++k) playback.advance();
   const double from = playback.position()[0];
   playback.brake();
-  double last = from, speed = 1.0;
-  while (!playback.at_rest()) {
-    playback.advance();
-    const double next = (playback.position()[0] - last) / kPeriod;
-    EXPECT_LT(std::abs(next - speed), 2.0 * kPeriod / 0.5 + 1e-9);  // v / b, no jump
-    speed = next;
-    last = playback.position()[0];
-  }
-  EXPECT_NEAR(last - from, 0.25, 0.005);
+  int periods = 0;
+  for (; !playback.at_rest(); ++periods) playback.advance();
+  EXPECT_NEAR(periods * kPeriod, 0.25, 0.011);
+  EXPECT_NEAR(playback.position()[0] - from, 0.125, 0.005);
   EXPECT_EQ(playback.velocity()[0], 0.0);
+}
+
+/// Motions of any size and limits are stopped and resumed at any time.
+TEST(Playback, BrakesAndGoesOnWithinTheLimitsWithoutLeavingThePath) {
+  for (unsigned seed = 0; seed < 200; ++seed) {
+    std::mt19937 random(seed);
+    const auto draw = [&](double lo, double hi) {
+      return std::uniform_real_distribution<double>(lo, hi)(random);
+    };
+    const int n = 1 + static_cast<int>(seed % 7);
+    std::vector<Eigen::VectorXd> waypoints;
+    for (int i = 0; i < 5; ++i) waypoints.emplace_back(draw(0.2, 2.0) * Eigen::VectorXd::Random(n));
+    Eigen::VectorXd v(n), a(n);
+    for (int j = 0; j < n; ++j) v[j] = draw(0.5, 3.0), a[j] = draw(3.0, 15.0);
+    const auto motion =
+        time_optimal(SmoothPath(waypoints, draw(0.05, 0.3), kAlways), 0.6 * v, 0.6 * a, kPeriod);
+    Playback playback(0.95 * a);
+    playback.start(motion);
+    std::vector<Eigen::VectorXd> driven{playback.position()};
+    Eigen::Index before = 0;
+    for (int k = 0; !playback.ended(); ++k) {
+      ASSERT_LT(k, 100'000) << seed;
+      if (draw(0.0, 1.0) < 0.01) playback.brake();
+      if (playback.at_rest() && draw(0.0, 1.0) < 0.1) playback.brake(false);
+      const Eigen::MatrixXd ahead = playback.ahead(40);
+      playback.advance();
+      const Eigen::VectorXd q = playback.position();
+      if (ahead.cols() > 0) {
+        EXPECT_EQ(ahead.col(0), q);
+      }
+      driven.push_back(q);
+      // Over 25 ms, since the samples' accelerations jump.
+      if (const std::size_t m = driven.size(); m > 10) {
+        const Eigen::VectorXd mean =
+            (q - 2.0 * driven[m - 6] + driven[m - 11]) / (25.0 * kPeriod * kPeriod);
+        EXPECT_LE(mean.cwiseQuotient(a).cwiseAbs().maxCoeff(), 1.03) << seed << " " << k;
+      }
+      double nearest = 1.0;  // of the planned samples and the lines between
+      for (Eigen::Index i = before; i < std::min(before + 3, motion.samples() - 1); ++i) {
+        const Eigen::VectorXd along = motion.position.col(i + 1) - motion.position.col(i);
+        const double share = std::clamp(
+            (q - motion.position.col(i)).dot(along) / std::max(along.squaredNorm(), 1e-300), 0.0,
+            1.0);
+        const double away = (q - motion.position.col(i) - share * along).norm();
+        if (away < nearest) nearest = away, before = i;
+      }
+      EXPECT_LT(nearest, 15.0 * kPeriod * kPeriod / 8.0)
+          << seed << ": more than a chord leaves an arc";
+    }
+  }
 }
 
 }  // namespace

@@ -70,7 +70,7 @@ class WorldNodeTest : public ::testing::Test {
   runtime::Time now_ = 1s;
 };
 
-TEST_F(WorldNodeTest, TellsTheSceneOnceAndTheStateAlways) {
+TEST_F(WorldNodeTest, TellsTheSceneAgainAndAgainAndTheStateAlways) {
   step(3);
   const auto scene = bus_.take<v1::Scene>("scene");
   ASSERT_TRUE(scene);
@@ -80,6 +80,13 @@ TEST_F(WorldNodeTest, TellsTheSceneOnceAndTheStateAlways) {
   EXPECT_FALSE(bus_.take<v1::Scene>("scene"));
   EXPECT_TRUE(bus_.take<foxglove::SceneUpdate>("entities"));
   for (int i = 0; i < 3; ++i) EXPECT_TRUE(bus_.take<v1::WorldState>("state"));
+  step(300);
+  int again = 0;
+  while (const auto next = bus_.take<v1::Scene>("scene")) {
+    EXPECT_EQ(next->object().ShortDebugString(), scene->object().ShortDebugString());
+    ++again;
+  }
+  EXPECT_EQ(again, 100) << "every 30 ms";
 }
 
 TEST_F(WorldNodeTest, APlacedObjectIsJudgedOnceAndMovesTheScene) {
