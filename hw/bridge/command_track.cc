@@ -109,11 +109,12 @@ Time CommandTrack::bounded(Time wanted) {
 
 const std::vector<double>& CommandTrack::advance(bool brake) {
   const Time newest = back(0).stamp, behind = newest - (read_ + cycle_);
-  // A change of pace is an acceleration: a fiftieth of what is missing, a tenth of a cycle at most.
+  // A change of pace is an acceleration: a fiftieth of what is missing; a tenth of a cycle at most,
+  // a fifth where the joints' limits bound it, too.
+  const Time most = can_brake() ? cycle_ / 5 : cycle_ / 10;
   constexpr Time kEqual = std::chrono::microseconds(1);  // rounding of rates
-  const Time correction = behind < kEqual && behind > -kEqual
-                              ? behind
-                              : std::clamp(behind / 50, -cycle_ / 10, cycle_ / 10);
+  const Time correction =
+      behind < kEqual && behind > -kEqual ? behind : std::clamp(behind / 50, -most, most);
   const Time wanted = brake ? Time(0) : cycle_ + correction;
   step_ = can_brake() ? bounded(wanted) : wanted;
   const Time end = newest + cycle_ * static_cast<int>(std::max(rows_, std::size_t{1}));

@@ -109,19 +109,21 @@ void TaskSequence::step_executing(const SequenceInput& input) {
 
 void TaskSequence::step_motion(const SequenceInput& input) {
   if (!stop_) stop_ = reason_to_stop(input);
-  playback_.brake(stop_.has_value() || !input.missing.empty());
-  reason_ = input.missing.empty() ? "" : "waits for " + input.missing;
+  const double away = (input.arm->q - set_point_->q).cwiseAbs().maxCoeff();
+  const std::string missing =
+      input.missing.empty() && away > 0.5 * settings_.tracking_rad ? "the arm" : input.missing;
+  playback_.brake(stop_.has_value() || !missing.empty());
+  reason_ = missing.empty() ? "" : "waits for " + missing;
   if (!playback_.at_rest()) {
     for (int i = 0; i < input.periods; ++i) playback_.advance();
     set_point_ = {playback_.position(), playback_.velocity(), playback_.ahead(settings_.ahead)};
     waited_s_ = 0.0;
     return;
   }
-  if (!input.missing.empty() && !stop_ && !playback_.ended()) {
-    if (late(settings_.resume_s)) fail("waited in vain for " + input.missing, false);
+  if (!missing.empty() && !stop_ && !playback_.ended()) {
+    if (late(settings_.resume_s)) fail("waited in vain for " + missing, false);
     return;
   }
-  const double away = (input.arm->q - set_point_->q).cwiseAbs().maxCoeff();
   if (away > settings_.arrival_rad) {
     if (late(settings_.settle_s))
       fail("the arm did not arrive, it is " + degrees(away) + " off", false);

@@ -21,7 +21,7 @@ struct SequenceSettings {
       0.005;  ///< the object moved if farther than this from where it was planned for [m]
   double open_closure = 0.05;    ///< the hand is open below this [1]
   double grip_force = 0.5;       ///< commanded force, 0 .. 1 [1]
-  double resume_s = 1.0;         ///< a motion that waits for what it depends on goes on within [s]
+  double resume_s = 2.0;         ///< a motion that waits for what it depends on goes on within [s]
   Eigen::Index ahead = 60;       ///< periods of `SetPoint::ahead` [1]
   Eigen::VectorXd a_max_rad_s2;  ///< accelerations that braking on the path may use, n [rad/s²]
 };
@@ -77,10 +77,11 @@ struct PlanRequest {
 
 /// The task from a settled decision to the released object, one step per period:
 ///   idle → planning → executing {reach, approach, grasp, transport, release, retreat} → done,
-/// and from anywhere → failed with a reason. While something is missing, a motion waits on its
-/// path. The whole plan exists before the first motion starts. Set-points flow from the first
-/// decision on (the posture at that time is held) and end with a fault of arm or hand: silence
-/// stops the drives. After done or failed a new decision starts again.
+/// and from anywhere → failed with a reason. While something is missing or the arm lags by half of
+/// `tracking_rad`, a motion waits on its path. The whole plan exists before the first motion
+/// starts. Set-points flow from the first decision on (the posture at that time is held) and end
+/// with a fault of arm or hand: silence stops the drives. After done or failed a new decision
+/// starts again.
 class TaskSequence {
  public:
   enum class State { idle, planning, executing, done, failed };

@@ -219,6 +219,23 @@ TEST(TaskSequence, WaitsOnItsPathForWhatIsMissingAndGoesOn) {
   EXPECT_EQ(trial.requests.size(), 1u) << "it is the same plan";
 }
 
+/// An arm that can do only half of the speed: without waiting it were 0.5 rad behind.
+TEST(TaskSequence, WaitsForAnArmThatLags) {
+  Trial trial;
+  trial.until([&] { return trial.arm.q[0] > 0.1; });
+  trial.follows = false;
+  double worst = 0.0;
+  trial.until([&] {
+    const Eigen::VectorXd lag = trial.sequence.set_point()->q - trial.arm.q;
+    trial.arm.q += lag.cwiseMin(0.0025).cwiseMax(-0.0025);
+    worst = std::max(worst, lag.cwiseAbs().maxCoeff());
+    return trial.sequence.state() == State::done || trial.sequence.state() == State::failed;
+  });
+  EXPECT_EQ(trial.sequence.state(), State::done) << trial.sequence.reason();
+  EXPECT_GT(worst, 0.125);
+  EXPECT_LT(worst, 0.2);
+}
+
 TEST(TaskSequence, DoesNotWaitForEver) {
   Trial trial;
   trial.until([&] { return trial.arm.q[0] > 0.4; });
