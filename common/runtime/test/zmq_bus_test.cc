@@ -353,6 +353,46 @@ TEST(ZmqBus, ASoleInputObeysTheNodeThatItsTopicNames) {
   EXPECT_EQ(std::ranges::count(said, '\n'), 1) << said;
 }
 
+TEST(ZmqBus, ASoleInputObeysThePublisherThatItIsTold) {
+  TestGraph graph;
+  BusOptions options{.name = "receiver",
+                     .graph = graph.name(),
+                     .in = {{"in", "arm/command"}},
+                     .out = {},
+                     .from = {{"in", "planner"}},
+                     .bind = {},
+                     .peers = {}};
+  ZmqBus receiver(options);
+  auto in = receiver.subscribe("in", v1::Publication::default_instance(), {.sole = true});
+  EXPECT_EQ(receiver.info().inputs(0).obeys(), "planner");
+  TestNode planner(graph, {}, {{"out", "arm/command"}}, "planner");
+  TestNode arm(graph, {}, {{"out", "arm/command"}}, "arm");
+  Out<v1::Publication> from_planner(planner.bus(), "out"), from_arm(arm.bus(), "out");
+  planner.open();
+  arm.open();
+  const auto served = [&](const auto& done) {
+    return both(planner, arm, [&] {
+      receiver.wait(std::chrono::steady_clock::now());
+      receiver.drain();
+      return done();
+    });
+  };
+  ASSERT_TRUE(served([&] { return from_planner.subscribers() > 0 && from_arm.subscribers() > 0; }));
+  auto m = numbered(1);
+  from_planner.send(m, 1s);
+  from_arm.send(m, 1s);
+  ASSERT_TRUE(served([&] { return in->counters().received + in->counters().rejected == 2; }));
+  EXPECT_EQ(in->pop()->source, "planner");
+  EXPECT_FALSE(in->pop());
+
+  options.name = "other";
+  options.from["in"] = "planner,rival";
+  ZmqBus other(options);
+  EXPECT_NO_THROW(other.subscribe("any", v1::Publication::default_instance(), {}));
+  EXPECT_THROW(other.subscribe("in", v1::Publication::default_instance(), {.sole = true}),
+               ConfigError);
+}
+
 TEST(ZmqBus, ASoleInputAsksTheKernelWhoSpeaks) {
   Listener listener(true);
   Liar liar(listener.graph, listener.endpoint, getppid());  // has the start id, is another process
