@@ -444,6 +444,31 @@ TEST(ZmqBus, FramesHaveALimit) {
   EXPECT_EQ(listener.node.bus().overflow(), 1U) << "what nobody would take is not sent";
 }
 
+TEST(ZmqBus, AMessageOfManyFramesIsRefusedAndEndsItsConnection) {
+  Listener listener;
+  Liar liar(listener.graph, listener.endpoint);
+  ASSERT_TRUE(listener.node.until([&] { return liar.send(1); }));
+  EXPECT_EQ(listener.until(1), "1 ");
+  Frame header(std::string_view(
+      encode_frame("t/x", {.seq = 2, .type_hash = liar.kHash, .start_id = Liar::kStart})));
+  ASSERT_TRUE(liar.socket.send(header, true));
+  for (int i = 100'000; i > 0; --i) {
+    Frame part(std::size_t{0});
+    ASSERT_TRUE(liar.socket.send(part, i > 1));
+  }
+  EXPECT_TRUE(listener.node.until([&] {  // its subscriptions end with the connection
+    Frame message;
+    return liar.socket.receive(message) && message.view().front() == 0;
+  }));
+  EXPECT_EQ(listener.node.bus().malformed(), 1U);
+  std::uint64_t seq = 2;
+  EXPECT_TRUE(listener.node.until([&] {  // it connects again, and the next message is one
+    liar.send(++seq);
+    return listener.in->counters().received > 1;
+  }));
+  EXPECT_EQ(listener.node.bus().malformed(), 1U);
+}
+
 TEST(ZmqBus, SubscriptionsHaveALimit) {
   Pair p;
   Out<v1::Publication> out(p.sender.bus(), "out");
