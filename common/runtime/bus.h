@@ -28,9 +28,9 @@ enum class Policy {
 struct InOptions {
   Policy policy = Policy::latest;
   std::size_t depth = 1;  ///< length of the queue of Policy::queue
-  /// Obeys one node alone: the one that the topic names (NODE of NODE/PORT), in its present start
-  /// and on this host. Messages of others are refused, said once per sender, and counted as
-  /// rejected.
+  /// Obeys one node alone: the topic's publisher in the launch file, else the one that the topic
+  /// names (NODE of NODE/PORT); in its present start and on this host. Messages of others are
+  /// refused, said once per sender, and counted as rejected.
   bool sole = false;
 };
 

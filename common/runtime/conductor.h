@@ -26,7 +26,9 @@ class Conductor {
   /// @param participants  names of the nodes without which time does not begin
   /// @param until         last time of a step; later than any due time: no end
   Conductor(std::vector<std::string> participants, Time until)
-      : awaited_(participants.begin(), participants.end()), until_(until) {}
+      : awaited_(participants.begin(), participants.end()),
+        named_(!awaited_.empty()),
+        until_(until) {}
 
   struct Go {
     std::uint64_t start_id = 0;  ///< id of the node it is for
@@ -45,6 +47,11 @@ class Conductor {
       return fmt::format("its offset is {} s, expected 0 to {}", join.offset_s(), kLongest_s);
     if (join.resume_ns() > kLatest_ns)
       return fmt::format("it resumes at {} ns, expected at most {}", join.resume_ns(), kLatest_ns);
+    const auto resume = Time(static_cast<std::int64_t>(join.resume_ns()));
+    if (!begun_ && resume > time_ && named_ && !awaited_.contains(join.node())) {
+      return fmt::format("it resumes at {} s, but is no participant: time begins without it",
+                         to_seconds(resume));
+    }
     if (!all_of(join.published(), join.start_id())) return "it reports messages of another node";
     const bool taken = members_.contains(join.start_id()) || joining_.contains(join.node()) ||
                        std::ranges::any_of(
@@ -55,7 +62,7 @@ class Conductor {
     if (taken) return "a node with its name or start id takes part already";
     joining_[join.node()] = join;
     awaited_.erase(join.node());
-    if (!begun_) time_ = std::max(time_, Time(static_cast<std::int64_t>(join.resume_ns())));
+    if (!begun_) time_ = std::max(time_, resume);
     return {};
   }
   /// A node has gone: the conductor no longer waits for it.
@@ -64,18 +71,27 @@ class Conductor {
     std::erase_if(latched_, [&](const auto& entry) { return entry.first.second == start_id; });
     members_.erase(start_id);
   }
-  /// A step is done. False if the report names messages of another node: then nothing is done.
-  bool report(std::uint64_t start_id, const v1::StepReport& report) {
-    if (!all_of(report.published(), start_id)) return false;
+  enum class Reported {
+    done,
+    foreign,  ///< it names messages of another node: nothing is done
+    hurried,  ///< done; for the first time the node asks for more steps than are given
+  };
+  /// A step is done.
+  Reported report(std::uint64_t start_id, const v1::StepReport& report) {
+    if (!all_of(report.published(), start_id)) return Reported::foreign;
     const auto it = members_.find(start_id);
-    if (it == members_.end() || !it->second.stepping) return true;
-    it->second.stepping = false;
-    if (report.next_ns() > 0) {
-      it->second.next =
-          std::max(Time(static_cast<std::int64_t>(report.next_ns())), time_ + Time(1));
-    }
-    reported_[it->second.name] = report.published();
-    return true;
+    if (it == members_.end() || !it->second.stepping) return Reported::done;
+    Member& member = it->second;
+    member.stepping = false;
+    reported_[member.name] = report.published();
+    if (report.next_ns() == 0) return Reported::done;
+    // Steps that are asked for cost kShortest each, and no more than kBurst is on credit.
+    member.paid = std::max(member.paid, time_) + kShortest;
+    const Time asked = std::max(
+        Time(static_cast<std::int64_t>(std::min(report.next_ns(), kLatest_ns))), time_ + Time(1));
+    member.next = std::max(asked, member.paid - kBurst);
+    return *member.next > asked && !std::exchange(member.hurried, true) ? Reported::hurried
+                                                                        : Reported::done;
   }
 
   /// The next steps; none while a step is running, a participant is missing or there is no
@@ -128,8 +144,10 @@ class Conductor {
   }
 
  private:
-  static constexpr double kFastest_hz = 1e6, kLongest_s = 1e6;
-  static constexpr std::uint64_t kLatest_ns = std::uint64_t{1} << 62U;  // far from an overflow
+  static constexpr double kFastest_hz = 1e5, kLongest_s = 1e6;
+  static constexpr Time kShortest = std::chrono::microseconds(10);  // 1 / kFastest_hz
+  static constexpr Time kBurst = std::chrono::milliseconds(100);
+  static constexpr std::uint64_t kLatest_ns = 1'000'000'000'000'000'000;  // far from an overflow
 
   using Published = google::protobuf::RepeatedPtrField<v1::Publication>;
   static bool all_of(const Published& published, std::uint64_t start_id) {
@@ -140,6 +158,8 @@ class Conductor {
     std::string name;
     Schedule schedule;
     std::optional<Time> next = {};  ///< as reported, instead of the schedule
+    Time paid{};                    ///< time that its steps so far are worth
+    bool hurried = false;           ///< has asked for more steps than are given
     std::set<std::string> inputs;
     bool stepping = false;
     Published pending;  ///< for its next step
@@ -152,7 +172,8 @@ class Conductor {
                     .schedule = Schedule(join.rate_hz(), join.offset_s(), Time(0)),
                     .inputs = {join.inputs().begin(), join.inputs().end()},
                     .pending = {}};
-      if (begun_ || time_ > Time(0)) member.schedule.skip_past(time_);
+      const Time from = std::max(time_, Time(static_cast<std::int64_t>(join.resume_ns())));
+      if (begun_ || from > Time(0)) member.schedule.skip_past(from);
       for (const auto& [key, publication] : latched_) {
         if (member.inputs.contains(key.first)) *member.pending.Add() = publication;
       }
@@ -173,6 +194,7 @@ class Conductor {
   }
 
   std::set<std::string> awaited_;
+  bool named_;  ///< participants are
   Time until_, time_{};
   bool begun_ = false, ended_ = false;
   std::uint64_t generation_ = 0;

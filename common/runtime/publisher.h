@@ -103,10 +103,10 @@ class Publisher {
   /// Late joiners get latched messages, waiting messages are tried again.
   void serve() {
     for (ZmqSocket* socket : {&data_, &reliable_}) {
-      for (Frame message; socket->receive(message);) {
+      for (Frame message; socket->receive_first(message);) {
         limit_subscriptions(message);
         on_subscription(message.view(), socket == &reliable_);
-        socket->skip_rest(message);
+        refused_ += message.more() ? 1 : 0;  // a subscription has one frame
       }
     }
     for (auto& [name, topic] : topics_) {
@@ -134,7 +134,7 @@ class Publisher {
   }
   /// Messages that stuck subscribers missed: exact once they read again, before from below.
   std::uint64_t overflow() const { return overflow_; }
-  std::uint64_t refused() const { return refused_; }  ///< subscriptions beyond the limit
+  std::uint64_t refused() const { return refused_; }  ///< subscriptions beyond the limits
 
   static std::size_t subscribers(const Topic& topic) {
     return topic.data_subscribers + topic.reliable_subscribers;

@@ -27,13 +27,13 @@
 namespace mimesis::runtime {
 namespace {
 
-/// PORT=TOPIC.
+/// PORT=TOPIC or PORT=NODE.
 void wire(const std::vector<std::string>& pairs, const char* option,
           std::map<std::string, std::string, std::less<>>& wiring) {
   for (const std::string& pair : pairs) {
     const std::size_t equals = pair.find('=');
     if (equals == std::string::npos || equals == 0 || equals + 1 == pair.size()) {
-      throw ConfigError(std::string(option) + " '" + pair + "': expected PORT=TOPIC");
+      throw ConfigError(std::string(option) + " '" + pair + "': expected PORT=NAME");
     }
     if (!wiring.emplace(pair.substr(0, equals), pair.substr(equals + 1)).second) {
       throw ConfigError(std::string(option) + " " + pair.substr(0, equals) + " is given twice");
@@ -286,7 +286,7 @@ std::optional<int> parse_command_line(int argc, char** argv, const NodeAbout& ab
   CLI::App app(std::string(about.about), program);
   app.set_version_flag("--version", program + " " MIMESIS_VERSION);
   options.bus.name = about.name;
-  std::vector<std::string> in, out;
+  std::vector<std::string> in, out, from;
   const std::map<std::string, ClockKind> clocks{
       {"wall", ClockKind::wall}, {"sim", ClockKind::sim}, {"lockstep", ClockKind::lockstep}};
   std::string clock = "wall";
@@ -306,6 +306,10 @@ std::optional<int> parse_command_line(int argc, char** argv, const NodeAbout& ab
   repeated("--arg", options.args, "Replaces the default of an argument that the file declares",
            "NAME=VALUE");
   repeated("--in", in, "Wires an input to a topic; unwired inputs receive nothing", "PORT=TOPIC");
+  repeated("--from", from,
+           "Publisher of an input's topic (default: the node that it names), for inputs that obey "
+           "one node",
+           "PORT=NODE");
   repeated("--out", out, "Wires an output to a topic (default: NAME/PORT)", "PORT=TOPIC");
   app.add_option(
          "--bind", options.bus.bind,
@@ -333,6 +337,7 @@ std::optional<int> parse_command_line(int argc, char** argv, const NodeAbout& ab
     options.bus.clock = chosen->second;
     wire(in, "--in", options.bus.in);
     wire(out, "--out", options.bus.out);
+    wire(from, "--from", options.bus.from);
   } catch (const CLI::ParseError& e) {
     return report(app, e);
   } catch (const ConfigError& e) {
@@ -352,6 +357,7 @@ int run(int argc, char** argv, const NodeAbout& about, AnyNode& node) {
     const ParamSource source(options.params, options.args, options.sets);
     source.read(about.name, visit);
     take_robot_rate(node, source, options, about.name);
+    for (const std::string_view port : node.sole_inputs()) options.bus.obeyed(port);
     if (options.check) return 0;
     if (options.replay_fd >= 0) return run_replay(options.bus, options.replay_fd, node);
     return run_configured(options, effective_params(visit, defaults), node);

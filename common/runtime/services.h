@@ -29,15 +29,11 @@ class ServiceServer {
   void add(const std::string& service, Handler handler) { handlers_[service] = std::move(handler); }
   /// Answers all that has arrived.
   void serve() {
-    for (Frame identity; socket_.receive(identity);) {
+    for (Frame identity; socket_.receive_first(identity);) {
       Frame number, service, request;
       if (!identity.more() || !socket_.receive(number)) continue;
       if (!number.more() || !socket_.receive(service)) continue;
-      if (!service.more() || !socket_.receive(request)) continue;
-      if (request.more()) {
-        socket_.skip_rest(request);
-        continue;
-      }
+      if (!service.more() || !socket_.receive(request) || request.more()) continue;
       const auto result = answer(std::string(service.view()), std::string(request.view()));
       const char status = result ? kAnswerDone : kAnswerFailed;
       Frame kind(std::string_view(&status, 1));
@@ -85,11 +81,10 @@ class ServiceClient {
   }
   /// Answer to request `number` if it is there. Answers to others (given up) are discarded.
   std::optional<tl::expected<std::string, Status>> receive(std::uint64_t expected) {
-    for (Frame number; socket_.receive(number);) {
+    for (Frame number; socket_.receive_first(number);) {
       Frame kind, body;
       if (!number.more() || !socket_.receive(kind) || !kind.more() || !socket_.receive(body))
         continue;
-      socket_.skip_rest(body);
       std::uint64_t n = 0;
       if (number.size() != sizeof n || kind.size() != 1) continue;
       std::memcpy(&n, number.data(), sizeof n);

@@ -19,17 +19,15 @@ namespace mimesis::runtime {
 /// One input port: applies the policy, counts lost and dropped messages.
 class Input {
  public:
-  Input(std::string topic, std::uint64_t type_hash, const InOptions& options)
-      : topic_(std::move(topic)), hash_(type_hash), options_(options) {}
+  /// `owner`: name of the only node that it obeys; empty: any.
+  Input(std::string topic, std::uint64_t type_hash, const InOptions& options, std::string owner)
+      : topic_(std::move(topic)), owner_(std::move(owner)), hash_(type_hash), options_(options) {}
 
   const std::string& topic() const { return topic_; }
   std::uint64_t type_hash() const { return hash_; }
   Policy policy() const { return options_.policy; }
 
-  /// If the input is `sole`: name of the node that it obeys, else empty.
-  std::string_view owner() const {
-    return options_.sole ? std::string_view(topic_).substr(0, topic_.find('/')) : "";
-  }
+  const std::string& owner() const { return owner_; }
 
   /// False for a repetition (of a latched message) and for a number far from the others, which are
   /// then ignored. Counts gaps.
@@ -65,7 +63,7 @@ class Input {
  private:
   static constexpr std::size_t kReliableDepth = 200'000;  // of an input nobody reads
 
-  std::string topic_;
+  std::string topic_, owner_;
   std::uint64_t hash_;
   InOptions options_;
   std::deque<Received> pending_;
@@ -83,8 +81,8 @@ class Subscriber {
         lockstep_(lockstep) {}
 
   std::shared_ptr<Input> add(const std::string& topic, std::uint64_t type_hash,
-                             const InOptions& options) {
-    auto input = std::make_shared<Input>(topic, type_hash, options);
+                             const InOptions& options, const std::string& owner) {
+    auto input = std::make_shared<Input>(topic, type_hash, options, owner);
     inputs_[topic].push_back(input);
     (uses_reliable_socket(*input) ? reliable_ : data_).subscribe(topic);
     return input;
@@ -120,7 +118,7 @@ class Subscriber {
   bool deliver(const v1::Publication& publication) {
     const auto inputs = inputs_.find(publication.topic());
     if (inputs == inputs_.end() || publication.start_id() == own_) return true;
-    const std::string_view owner = inputs->second.front()->owner();
+    const std::string& owner = inputs->second.front()->owner();
     const auto known = known_.find(publication.start_id());
     if (!owner.empty() && known != known_.end() && known->second.name != owner) return true;
     const auto it = kept_.find({publication.start_id(), publication.topic()});

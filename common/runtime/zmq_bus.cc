@@ -146,6 +146,19 @@ BusOptions complete(BusOptions options) {
 
 }  // namespace
 
+std::string BusOptions::obeyed(std::string_view port) const {
+  const auto wired = in.find(port);
+  if (wired == in.end()) return {};
+  const auto publisher = from.find(port);
+  if (publisher == from.end()) return wired->second.substr(0, wired->second.find('/'));
+  if (publisher->second.find(',') != std::string::npos) {
+    throw ConfigError(
+        fmt::format("--in {}={}: this input obeys one node, and the topic is published by {}", port,
+                    wired->second, publisher->second));
+  }
+  return publisher->second;
+}
+
 /// The parts of ZmqBus put together: its sockets, its entry in the graph, the other nodes.
 struct ZmqBus::Impl {
   explicit Impl(BusOptions o);
@@ -425,9 +438,10 @@ std::unique_ptr<InChannel> ZmqBus::subscribe(std::string_view port, const Messag
   if (wired == impl_->options.in.end()) {
     runtime::info("input {} ({}) is not wired: it will receive nothing", port, type.full_name());
     return std::make_unique<ZmqIn>(std::string(port),
-                                   std::make_shared<Input>("", type_hash(type), options));
+                                   std::make_shared<Input>("", type_hash(type), options, ""));
   }
-  auto input = impl_->subscriber.add(wired->second, type_hash(type), options);
+  const std::string obeyed = options.sole ? impl_->options.obeyed(port) : "";
+  auto input = impl_->subscriber.add(wired->second, type_hash(type), options, obeyed);
   if (options.policy != Policy::latest) impl_->drains_while_waiting = !lockstep();
   v1::TopicInfo& entry = *impl_->info.add_inputs();
   entry.set_topic(wired->second);
@@ -435,6 +449,7 @@ std::unique_ptr<InChannel> ZmqBus::subscribe(std::string_view port, const Messag
   entry.set_type(type.full_name());
   entry.set_type_hash(input->type_hash());
   entry.set_policy(std::string(policy_name(options.policy)));
+  entry.set_obeys(obeyed);
   impl_->info_changed = true;
   impl_->inputs.emplace(port, input);
   for (const auto& [start_id, node] : impl_->known) impl_->meet(v1::NodeInfo(node));
@@ -519,6 +534,7 @@ void ZmqBus::Impl::check_wiring() const {
     }
   };
   check("input", options.in, in_ports);
+  check("input", options.from, in_ports);
   check("output", options.out, out_ports);
 }
 

@@ -21,8 +21,14 @@ struct BusOptions {
   std::string graph;  ///< empty: graph_name()
   ClockKind clock = ClockKind::wall;
   std::map<std::string, std::string, std::less<>> in, out;  ///< wiring: port -> topic
+  /// Publisher of an input's topic, or several with commas between; default: the one it names.
+  std::map<std::string, std::string, std::less<>> from = {};
   std::string bind;                ///< tcp://ADDRESS:PORT for other hosts; empty: this host only
   std::vector<std::string> peers;  ///< tcp://HOST:PORT, `bind` of nodes on other hosts
+
+  /// The node that a sole input obeys; empty if it is not wired. @throws ConfigError if several
+  /// publish its topic.
+  std::string obeyed(std::string_view port) const;
 };
 
 /// Sending end for messages that are serialised already: log player, converters.

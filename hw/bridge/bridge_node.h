@@ -1,4 +1,5 @@
 #pragma once
+#include <array>
 #include <memory>
 #include <string>
 #include <vector>
@@ -18,6 +19,7 @@ namespace mimesis::hw::bridge {
 class BridgeNode {
  public:
   using Params = BridgeParams;
+  static constexpr std::array<std::string_view, 2> kSoleInputs{"command", "hand_command"};
   BridgeNode(const Params& params, runtime::Bus& bus);
   void step(runtime::Time now);
   void stop(runtime::Time now) noexcept;  ///< quick stop of all joints; the hand keeps its object

@@ -134,10 +134,19 @@ class Hall {
         }
         from.start_id = join_.start_id();
         from.name = join_.node();
-      } else if (!report_.ParseFromString(packet_) || !conductor_.report(from.start_id, report_)) {
+        continue;
+      }
+      using enum runtime::Conductor::Reported;
+      const auto how =
+          report_.ParseFromString(packet_) ? conductor_.report(from.start_id, report_) : foreign;
+      if (how == foreign) {
         runtime::warn("node {}: its report is none, or names messages of another node", from.name);
         return false;
       }
+      if (how == hurried)
+        runtime::warn(
+            "node {} asks for steps that follow each other too fast: it gets 100 000 a second",
+            from.name);
     }
   }
 

@@ -133,6 +133,17 @@ TEST(Conductor, ShowsWhatWasPublishedBeforeInOneOrder) {
   EXPECT_EQ(seen(c.advance()[2]), "") << "shown once";
 }
 
+TEST(Conductor, AReportOfNoStepIsIgnored) {
+  Conductor c({"a", "b"}, kNoEnd);
+  c.join(join("a", 1, 10.0));
+  c.join(join("b", 2, 10.0, 0.0, {"a/out"}));
+  c.advance();
+  c.report(1, published(1, "a/out", {1}));
+  c.report(1, published(1, "a/out", {2}));
+  c.report(2, {});
+  EXPECT_EQ(seen(c.advance()[1]), "1:1");
+}
+
 TEST(Conductor, NobodyWaitsForTheDead) {
   Conductor c({"a", "b"}, kNoEnd);
   c.join(join("a", 1, 10.0));
@@ -179,7 +190,7 @@ TEST(Conductor, MessagesOfConstructorsAreSeenByTheFirstSteps) {
 TEST(Conductor, RefusesWhatWouldStopTimeOrTakeAnothersPlace) {
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
   Conductor c({"a"}, kNoEnd);
-  EXPECT_EQ(c.join(join("x", 9, kInfinity)), "its rate is inf Hz, expected 1e-06 to 1000000");
+  EXPECT_EQ(c.join(join("x", 9, kInfinity)), "its rate is inf Hz, expected 1e-06 to 100000");
   for (const double rate : {0.0, -1.0, 1e-300, 1e9, std::nan("")})
     EXPECT_NE(c.join(join("x", 9, rate)), "") << rate;
   for (const double offset : {-1.0, kInfinity, 1e12, std::nan("")})
@@ -199,9 +210,60 @@ TEST(Conductor, RefusesWhatWouldStopTimeOrTakeAnothersPlace) {
     ASSERT_EQ(gos.size(), 1U);
     EXPECT_EQ(gos[0].start_id, 1U);
     EXPECT_TRUE(c.awaits(1));
-    EXPECT_FALSE(c.report(1, published(2, "b/out", {1}))) << "messages of another";
-    EXPECT_TRUE(c.report(1, published(1, "a/out", {1})));
+    EXPECT_EQ(c.report(1, published(2, "b/out", {1})), Conductor::Reported::foreign);
+    EXPECT_EQ(c.report(1, published(1, "a/out", {1})), Conductor::Reported::done);
     EXPECT_FALSE(c.awaits(1));
+  }
+}
+
+TEST(Conductor, NobodyStepsFasterThanTimeCanGoOn) {
+  Conductor c({"node"}, kNoEnd);
+  c.join(join("node", 1, 100.0));
+  c.join(join("hasty", 2, 100.0));
+  int steps = 0, named = 0;
+  while (c.time() < 2s && steps < 150'000) {
+    for (const Conductor::Go& go : c.advance()) {
+      v1::StepReport report;  // patience before is no credit
+      if (go.start_id == 2)
+        report.set_next_ns(go.message.time_ns() + (c.time() < 1s ? 10'000'000 : 1));
+      named += c.report(go.start_id, report) == Conductor::Reported::hurried ? 1 : 0;
+      ++steps;
+    }
+  }
+  EXPECT_GE(c.time(), 2s);
+  EXPECT_EQ(named, 1);
+}
+
+TEST(Conductor, AStepFarAwayIsWithinBounds) {
+  Conductor c({"far"}, kNoEnd);
+  c.join(join("far", 1, 100.0));
+  v1::StepReport report;
+  report.set_next_ns(~std::uint64_t{0});
+  for (const Time expected : {Time(0), Time(1'000'000'000s), Time(1'000'000'000s + 1ns)}) {
+    EXPECT_EQ(c.advance().size(), 1U);
+    EXPECT_EQ(c.time(), expected);
+    c.report(1, report);
+  }
+}
+
+TEST(Conductor, OnlyParticipantsSayWhereTimeBegins) {
+  Conductor c({"a"}, kNoEnd);
+  auto stranger = join("x", 9, 10.0), a = join("a", 1, 10.0);
+  stranger.set_resume_ns(1'250'000'000);
+  a.set_resume_ns(1'200'000'000);
+  EXPECT_EQ(c.join(stranger),
+            "it resumes at 1.25 s, but is no participant: time begins without it");
+  EXPECT_EQ(c.join(a), "");
+  EXPECT_EQ(c.advance().size(), 1U);
+  EXPECT_EQ(c.time(), 1300ms);
+  stranger.set_resume_ns(1'450'000'000);
+  EXPECT_EQ(c.join(stranger), "") << "and then it may come, but decides nothing";
+  for (const auto& [time, who] : {std::pair(1400ms, "1"), {1500ms, "19"}}) {
+    c.report(1, {});
+    std::string stepping;
+    for (const auto& go : c.advance()) stepping += std::to_string(go.start_id);
+    EXPECT_EQ(stepping, who);
+    EXPECT_EQ(c.time(), time);
   }
 }
 
@@ -231,6 +293,11 @@ TEST(Conductor, ARestartedConductorGoesOnWhereTheNodesAre) {
   ASSERT_EQ(gos.size(), 1U);
   EXPECT_EQ(gos[0].start_id, 2U);
   EXPECT_EQ(c.time(), 1250ms);
+
+  Conductor by_hand({}, kNoEnd);  // without participants whoever comes first
+  EXPECT_EQ(by_hand.join(a), "");
+  by_hand.advance();
+  EXPECT_EQ(by_hand.time(), 1300ms);
 }
 
 }  // namespace

@@ -11,7 +11,11 @@
 namespace mimesis::runtime {
 
 CounterNode::CounterNode(const Params& params, Bus& bus)
-    : params_(params), a_(bus, "a"), b_(bus, "b"), latest_(bus, "latest"), out_(bus, "out") {
+    : params_(params),
+      a_(bus, "a"),
+      b_(bus, "b"),
+      latest_(bus, kSoleInputs[0], {.sole = true}),
+      out_(bus, "out") {
   hash_ ^= static_cast<std::uint64_t>(params.salt);
   if (params.mode == "refuse") throw ConfigError("counter.mode: refuses");
   bus.serve("add_one", v1::Publication::default_instance(), v1::Publication::default_instance(),

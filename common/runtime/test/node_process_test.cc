@@ -119,7 +119,7 @@ TEST(NodeProcess, MistakesOnTheCommandLineExitWith2) {
   EXPECT_NE(mistake({"--set", "rate_hz=0"}).find("rate_hz"), std::string::npos);
   EXPECT_NE(mistake({"--set", "mode=refuse"}).find("counter.mode: refuses"), std::string::npos);
   EXPECT_NE(mistake({"--in", "aa=x/y"}).find("has no input 'aa'"), std::string::npos);
-  EXPECT_NE(mistake({"--in", "a"}).find("expected PORT=TOPIC"), std::string::npos);
+  EXPECT_NE(mistake({"--in", "a"}).find("expected PORT=NAME"), std::string::npos);
   EXPECT_NE(mistake({"--clock", "lock"}).find("lockstep"), std::string::npos);
   EXPECT_NE(mistake({"--name", "a/b"}).find("node name 'a/b'"), std::string::npos);
 }

@@ -353,6 +353,46 @@ TEST(ZmqBus, ASoleInputObeysTheNodeThatItsTopicNames) {
   EXPECT_EQ(std::ranges::count(said, '\n'), 1) << said;
 }
 
+TEST(ZmqBus, ASoleInputObeysThePublisherThatItIsTold) {
+  TestGraph graph;
+  BusOptions options{.name = "receiver",
+                     .graph = graph.name(),
+                     .in = {{"in", "arm/command"}},
+                     .out = {},
+                     .from = {{"in", "planner"}},
+                     .bind = {},
+                     .peers = {}};
+  ZmqBus receiver(options);
+  auto in = receiver.subscribe("in", v1::Publication::default_instance(), {.sole = true});
+  EXPECT_EQ(receiver.info().inputs(0).obeys(), "planner");
+  TestNode planner(graph, {}, {{"out", "arm/command"}}, "planner");
+  TestNode arm(graph, {}, {{"out", "arm/command"}}, "arm");
+  Out<v1::Publication> from_planner(planner.bus(), "out"), from_arm(arm.bus(), "out");
+  planner.open();
+  arm.open();
+  const auto served = [&](const auto& done) {
+    return both(planner, arm, [&] {
+      receiver.wait(std::chrono::steady_clock::now());
+      receiver.drain();
+      return done();
+    });
+  };
+  ASSERT_TRUE(served([&] { return from_planner.subscribers() > 0 && from_arm.subscribers() > 0; }));
+  auto m = numbered(1);
+  from_planner.send(m, 1s);
+  from_arm.send(m, 1s);
+  ASSERT_TRUE(served([&] { return in->counters().received + in->counters().rejected == 2; }));
+  EXPECT_EQ(in->pop()->source, "planner");
+  EXPECT_FALSE(in->pop());
+
+  options.name = "other";
+  options.from["in"] = "planner,rival";
+  ZmqBus other(options);
+  EXPECT_NO_THROW(other.subscribe("any", v1::Publication::default_instance(), {}));
+  EXPECT_THROW(other.subscribe("in", v1::Publication::default_instance(), {.sole = true}),
+               ConfigError);
+}
+
 TEST(ZmqBus, ASoleInputAsksTheKernelWhoSpeaks) {
   Listener listener(true);
   Liar liar(listener.graph, listener.endpoint, getppid());  // has the start id, is another process
@@ -402,6 +442,31 @@ TEST(ZmqBus, FramesHaveALimit) {
   m.set_topic(std::string(kLargestMessage, 'x'));
   out.send(m, 1s);
   EXPECT_EQ(listener.node.bus().overflow(), 1U) << "what nobody would take is not sent";
+}
+
+TEST(ZmqBus, AMessageOfManyFramesIsRefusedAndEndsItsConnection) {
+  Listener listener;
+  Liar liar(listener.graph, listener.endpoint);
+  ASSERT_TRUE(listener.node.until([&] { return liar.send(1); }));
+  EXPECT_EQ(listener.until(1), "1 ");
+  Frame header(std::string_view(
+      encode_frame("t/x", {.seq = 2, .type_hash = liar.kHash, .start_id = Liar::kStart})));
+  ASSERT_TRUE(liar.socket.send(header, true));
+  for (int i = 100'000; i > 0; --i) {
+    Frame part(std::size_t{0});
+    ASSERT_TRUE(liar.socket.send(part, i > 1));
+  }
+  EXPECT_TRUE(listener.node.until([&] {  // its subscriptions end with the connection
+    Frame message;
+    return liar.socket.receive(message) && message.view().front() == 0;
+  }));
+  EXPECT_EQ(listener.node.bus().malformed(), 1U);
+  std::uint64_t seq = 2;
+  EXPECT_TRUE(listener.node.until([&] {  // it connects again, and the next message is one
+    liar.send(++seq);
+    return listener.in->counters().received > 1;
+  }));
+  EXPECT_EQ(listener.node.bus().malformed(), 1U);
 }
 
 TEST(ZmqBus, SubscriptionsHaveALimit) {

@@ -237,6 +237,32 @@ TEST_F(Robot, DrivesStopThemselvesWhenTheBridgeIsKilled) {
   EXPECT_EQ(bridge->wait(), 128 + SIGKILL);
 }
 
+TEST_F(Robot, DrivesStopThemselvesWhenTheBridgeHangs) {
+  start_bridge();
+  follow();
+  ASSERT_TRUE(stream(swing, [&] { return truth.get()->position_rad(1) - start[1] > 0.05; }));
+  bridge->signal(SIGSTOP);
+  const Time stopped = peer.graph_time();
+  ASSERT_TRUE(peer.until([&] { return !enabled(); }));
+  EXPECT_LE(runtime::to_seconds(truth.stamp() - stopped), 0.3);
+  const auto still = [&] {
+    return std::ranges::all_of(truth.get()->velocity_rad_s(), [](double v) { return v == 0.0; });
+  };
+  ASSERT_TRUE(peer.until(still));
+  EXPECT_LE(runtime::to_seconds(truth.stamp() - stopped), 0.5);
+  const double rest = truth.get()->position_rad(1);
+  bridge->signal(SIGCONT);
+  const Time again = peer.graph_time();
+  peer.until([&] {
+    EXPECT_TRUE(!enabled() && still());
+    return ::testing::Test::HasFailure() || peer.graph_time() > again + 1s;
+  });
+  EXPECT_EQ(truth.get()->position_rad(1), rest);
+  EXPECT_EQ(status.get()->state(), "fault");
+  EXPECT_NE(status.get()->reason().find("RPDO timed out"), std::string::npos)
+      << status.get()->reason();
+}
+
 TEST_F(Robot, ReportsKilledDrivesAndTakesThemBack) {
   start_bridge();
   follow();

@@ -242,7 +242,7 @@ void SimBodyNode::step(runtime::Time now) {
   move_world(now);
   last_ = now;
   measure();
-  for (const auto& rack : racks_) rack->answer(now);
+  for (const auto& rack : racks_) rack->answer();
   judge_.step(now, world_.truth(), drawer_ ? &*drawer_ : nullptr);
   publish(now);
   ++steps_;

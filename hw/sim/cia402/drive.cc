@@ -175,19 +175,19 @@ void Drive::connection_lost(std::uint16_t code, std::vector<Frame>& out) {
   if (objects_.get(obj::kAbortOption) == 1) fail(code, out);
 }
 
-void Drive::supervise(Time now, std::vector<Frame>& out) {
+void Drive::supervise(std::vector<Frame>& out) {
   const std::uint32_t heartbeat_ms = objects_.get(obj::kHeartbeatTime);
-  if (heartbeat_ms > 0 && now >= heartbeat_due_.value_or(now)) {
+  if (heartbeat_ms > 0 && own_time_ >= heartbeat_due_.value_or(own_time_)) {
     out.push_back(cia402::heartbeat(config_.axis.node_id, nmt_));
-    heartbeat_due_ = now + milliseconds(heartbeat_ms);
+    heartbeat_due_ = own_time_ + milliseconds(heartbeat_ms);
   }
   const milliseconds master_ms(objects_.get(obj::kMasterHeartbeat) & 0xFFFF);
-  if (master_seen_ && now - *master_seen_ > master_ms) {
+  if (master_seen_ && own_time_ - *master_seen_ > master_ms) {
     master_seen_ = std::nullopt;  // watched again from its next heartbeat on
     connection_lost(0x8130, out);
   }
   const milliseconds deadline_ms(objects_.get(obj::kRpdo1Deadline));
-  if (rpdo_seen_ && deadline_ms.count() > 0 && now - *rpdo_seen_ > deadline_ms) {
+  if (rpdo_seen_ && deadline_ms.count() > 0 && own_time_ - *rpdo_seen_ > deadline_ms) {
     rpdo_seen_ = std::nullopt;
     connection_lost(0x8250, out);
   }
@@ -223,22 +223,24 @@ void Drive::move(Time now, std::vector<Frame>& out) {
     if (mute_) out.resize(before);
   }
   started_ = true;
-  moved_s_ = now > now_ ? to_seconds(now - now_) : 0.0;
-  if (moved_s_ > 0.0) move_joint(moved_s_);
+  const Time passed = std::max(now - now_, Time(0));
+  own_time_ += passed;
   now_ = now;
+  moved_s_ = to_seconds(passed);
+  if (moved_s_ > 0.0) move_joint(moved_s_);
 }
 
-void Drive::watch(Time now, std::vector<Frame>& out) {
+void Drive::watch(std::vector<Frame>& out) {
   const std::size_t before = out.size();
   if (state_ == DriveState::operation_enabled && moved_s_ > 0.0) {
     lag_s_ = lags() ? lag_s_ + moved_s_ : 0.0;
   }
-  supervise(now, out);
+  supervise(out);
   update_objects();
   if (mute_) out.resize(before);
 }
 
-void Drive::handle(const Frame& frame, Time now, std::vector<Frame>& out) {
+void Drive::handle(const Frame& frame, std::vector<Frame>& out) {
   if (mute_) return;
   using Kind = cia402::Identity::Kind;
   const cia402::Identity id = cia402::identify(frame);
@@ -249,14 +251,14 @@ void Drive::handle(const Frame& frame, Time now, std::vector<Frame>& out) {
     case Kind::sync:
       return on_sync(out);
     case Kind::rpdo:
-      if (mine && id.n == 1) on_rpdo(frame, now);
+      if (mine && id.n == 1) on_rpdo(frame);
       return;
     case Kind::sdo_request:
       if (mine && nmt_ != NmtState::stopped) on_sdo(frame, out);
       return;
     case Kind::heartbeat: {
       const std::uint32_t watched = objects_.get(obj::kMasterHeartbeat);
-      if (watched != 0 && static_cast<int>(watched >> 16) == id.node) master_seen_ = now;
+      if (watched != 0 && static_cast<int>(watched >> 16) == id.node) master_seen_ = own_time_;
       return;
     }
     default:
@@ -274,13 +276,13 @@ void Rack::move(Time now) {
   for (Drive& drive : drives_) drive.move(now, outbox_);
 }
 
-void Rack::answer(Time now) {
-  for (Drive& drive : drives_) drive.watch(now, outbox_);
+void Rack::answer() {
+  for (Drive& drive : drives_) drive.watch(outbox_);
   std::size_t count = 0;
   do {
     count = bus_->receive(inbox_);
     for (const can::Frame& frame : std::span(inbox_).first(count)) {
-      for (Drive& drive : drives_) drive.handle(frame, now, outbox_);
+      for (Drive& drive : drives_) drive.handle(frame, outbox_);
     }
   } while (count == inbox_.size());
   if (!outbox_.empty()) bus_->send(outbox_);
@@ -393,7 +395,7 @@ void Drive::on_sdo(const Frame& frame, std::vector<Frame>& out) {
   if (code != 0) out.push_back(cia402::sdo_abort(node, o, code));
 }
 
-void Drive::on_rpdo(const Frame& frame, Time now) {
+void Drive::on_rpdo(const Frame& frame) {
   if (nmt_ != NmtState::operational || (objects_.get({0x1400, 1}) & kInvalid) != 0) return;
   int offset = 0;
   const std::uint32_t count = objects_.get({0x1600, 0});
@@ -404,7 +406,7 @@ void Drive::on_rpdo(const Frame& frame, Time now) {
     objects_.set(mapped_object(entry), *value);
     offset += mapped_bytes(entry);
   }
-  rpdo_seen_ = now;
+  rpdo_seen_ = own_time_;
 }
 
 void Drive::on_sync(std::vector<Frame>& out) {
@@ -437,7 +439,7 @@ void Drive::obey(std::uint16_t controlword) {
   if (before != DriveState::operation_enabled) {
     reference_ = held();
     lag_s_ = 0.0;
-    rpdo_seen_ = now_;
+    rpdo_seen_ = own_time_;
   }
   const std::int32_t increments = std::clamp(
       objects_.get_signed(obj::kTarget), objects_.get_signed(obj::kPositionMin),

@@ -70,13 +70,13 @@ class Drive {
   /// Motion and watchdogs from the last call up to `now`; appends the drive's own messages.
   void advance(Time now, std::vector<can::Frame>& out) {
     move(now, out);
-    watch(now, out);
+    watch(out);
   }
   /// The two halves of `advance`: between them a physics world moves the joint.
   void move(Time now, std::vector<can::Frame>& out);
-  void watch(Time now, std::vector<can::Frame>& out);
+  void watch(std::vector<can::Frame>& out);
   /// One frame from the bus; appends answers.
-  void handle(const can::Frame& frame, Time now, std::vector<can::Frame>& out);
+  void handle(const can::Frame& frame, std::vector<can::Frame>& out);
   void inject(Trouble trouble);
 
   /// State of the joint: the truth, or readings of a world's sensors.
@@ -95,14 +95,14 @@ class Drive {
   bool lags() const;
   bool at_rest() const;
   double held() const;
-  void supervise(Time now, std::vector<can::Frame>& out);
+  void supervise(std::vector<can::Frame>& out);
   cia402::QuickStop quick_stop() const;
   void update_objects();
   void on_nmt(const can::Frame& frame, std::vector<can::Frame>& out);
   void on_sdo(const can::Frame& frame, std::vector<can::Frame>& out);
   std::uint32_t download(const cia402::Sdo& request);
   std::uint32_t check_mapping(const cia402::Sdo& request) const;
-  void on_rpdo(const can::Frame& frame, Time now);
+  void on_rpdo(const can::Frame& frame);
   void on_sync(std::vector<can::Frame>& out);
   void obey(std::uint16_t controlword);
   void fail(std::uint16_t code, std::vector<can::Frame>& out);
@@ -120,7 +120,8 @@ class Drive {
   double interpolation_left_s_ = 0.0;
   double lag_s_ = 0.0;    // how long the following error is too large
   double moved_s_ = 0.0;  // in the last move
-  Time now_{};
+  Time now_{};            // of the last move
+  Time own_time_{};       // sum of all moves, of heartbeat and watchdogs: never goes back
   bool started_ = false, mute_ = false;
   std::optional<Trouble> trouble_;
   std::optional<Time> heartbeat_due_, master_seen_, rpdo_seen_;
@@ -134,11 +135,11 @@ class Rack {
   /// Moves all drives up to `now`, then lets them answer what has arrived, in one batch.
   void step(Time now) {
     move(now);
-    answer(now);
+    answer();
   }
   /// The two halves of `step`: between them a physics world moves the joints.
   void move(Time now);
-  void answer(Time now);
+  void answer();
 
   std::vector<Drive>& drives() { return drives_; }
   const std::vector<Drive>& drives() const { return drives_; }

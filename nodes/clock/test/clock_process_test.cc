@@ -54,7 +54,7 @@ struct Member {
     EXPECT_TRUE(socket.send(join.SerializeAsString()));
   }
   /// Time of the next step, reported as done; nothing without one within 10 s.
-  std::optional<std::uint64_t> step() {
+  std::optional<std::uint64_t> step(std::uint64_t next_in_ns = 0) {
     std::string packet;
     v1::StepGo go;
     v1::StepReport report;
@@ -63,9 +63,9 @@ struct Member {
     while (std::chrono::steady_clock::now() < deadline) {
       const auto result = socket.receive(packet);
       if (result == runtime::PacketSocket::Result::closed) return std::nullopt;
-      if (result == runtime::PacketSocket::Result::packet && go.ParseFromString(packet) &&
-          socket.send(report.SerializeAsString()))
-        return go.time_ns();
+      if (result != runtime::PacketSocket::Result::packet || !go.ParseFromString(packet)) continue;
+      if (next_in_ns > 0) report.set_next_ns(go.time_ns() + next_in_ns);
+      if (socket.send(report.SerializeAsString())) return go.time_ns();
     }
     return std::nullopt;
   }
@@ -83,6 +83,21 @@ TEST(ClockProcess, LeavesOutANodeThatNeverReports) {
   EXPECT_NE(clock.errors().find("node mute: its step at 0 s has not ended for "), std::string::npos)
       << clock.errors();
   EXPECT_EQ(clock.terminate(), 0);
+}
+
+TEST(ClockProcess, NamesANodeThatStepsTooFast) {
+  TestGraph graph;
+  Process clock(graph, "mimesis_clock", {});
+  ASSERT_TRUE(clock.wait_ready(graph, "clock")) << clock.errors();
+  Member hasty(graph, "hasty", 7);
+  std::optional<std::uint64_t> time;
+  for (int k = 0; k < 10'200; ++k) time = hasty.step(1);
+  EXPECT_GT(time, 1'000'000);
+  EXPECT_EQ(clock.terminate(), 0);
+  const std::string said = clock.errors(), line = "node hasty asks for steps";
+  const std::size_t at = said.find(line);
+  ASSERT_NE(at, std::string::npos) << said;
+  EXPECT_EQ(said.find(line, at + 1), std::string::npos) << "said twice: " << said;
 }
 
 TEST(ClockProcess, GivesNobodyThePlaceOfAnother) {

@@ -38,6 +38,26 @@ std::string launch_json(const GraphFile& graph, const Run& run) {
   return json.dump();
 }
 
+/// Nodes that publish `topic`, but not `reader`: those that name it in `out`, and the one that it
+/// names (NODE of NODE/PORT) unless that one's PORT is wired elsewhere.
+std::vector<std::string> publishers(const GraphFile& graph, const std::string& topic,
+                                    const std::string& reader = "") {
+  const std::size_t slash = topic.find('/');
+  std::vector<std::string> names;
+  for (const NodeSpec& node : graph.nodes) {
+    bool publishes = slash != std::string::npos && node.name.text == topic.substr(0, slash);
+    for (const Wire& wire : node.out) {
+      if (publishes && wire.port == topic.substr(slash + 1)) publishes = false;
+      if (wire.topic.text == topic) {
+        publishes = true;
+        break;
+      }
+    }
+    if (publishes && node.name.text != reader) names.push_back(node.name.text);
+  }
+  return names;
+}
+
 /// Topics of the file: those named in `out`, and NODE/... for outputs with their default names.
 class Published {
  public:
@@ -49,11 +69,8 @@ class Published {
 
   void demand(const Text& topic, Mistakes& mistakes) const {
     if (topic.text.empty()) return;  // reported as missing
-    if (std::ranges::find(known_, topic.text) != known_.end()) return;
-    const std::size_t slash = topic.text.find('/');
-    const std::string publisher = topic.text.substr(0, slash);
-    if (slash != std::string::npos && graph_.find(publisher) != nullptr) return;
-    if (publisher == "clock" && graph_.clock != "wall") return;
+    if (!publishers(graph_, topic.text).empty()) return;
+    if (topic.text.starts_with("clock/") && graph_.clock != "wall") return;
     mistakes.add(topic.place,
                  fmt::format("no node publishes '{}'{}", topic.text, suggestion(topic.text)));
   }
@@ -62,8 +79,10 @@ class Published {
   std::string suggestion(const std::string& topic) const {
     std::vector<std::string> candidates = known_;
     const std::size_t slash = std::min(topic.find('/'), topic.size());
-    for (const NodeSpec& node : graph_.nodes)
-      candidates.push_back(node.name.text + topic.substr(slash));
+    for (const NodeSpec& node : graph_.nodes) {
+      const std::string candidate = node.name.text + topic.substr(slash);
+      if (candidate != topic) candidates.push_back(candidate);
+    }
     return runtime::did_you_mean(topic, candidates);
   }
 
@@ -141,7 +160,14 @@ Command local_command(const GraphFile& graph, const NodeSpec& node, const Run& r
   for (const auto& [target, set] : run.sets) {
     if (target == node.name.text) add("--set", set);
   }
-  for (const Wire& wire : node.in) add("--in", wire.port + "=" + wire.topic.text);
+  for (const Wire& wire : node.in) {
+    const std::string& topic = wire.topic.text;
+    add("--in", wire.port + "=" + topic);
+    const std::string from =
+        fmt::format("{}", fmt::join(publishers(graph, topic, node.name.text), ","));
+    if (!from.empty() && from != topic.substr(0, topic.find('/')))
+      add("--from", wire.port + "=" + from);
+  }
   for (const Wire& wire : node.out) add("--out", wire.port + "=" + wire.topic.text);
   return c;
 }
@@ -233,7 +259,14 @@ void check_parameters(const GraphFile& graph, const Run& run, Mistakes& mistakes
     bool any = false;
     for (std::string line; std::getline(lines, line);) {
       any = any || !line.empty();
-      if (!line.empty()) mistakes.add_line(node.name.place, line);
+      const auto wire = std::ranges::find_if(node.in, [&](const Wire& w) {
+        return line.starts_with("--in " + w.port + "=" + w.topic.text + ": ");
+      });
+      if (wire != node.in.end()) {
+        mistakes.add(wire->topic.place, line.substr(line.find(": ") + 2));
+      } else if (!line.empty()) {
+        mistakes.add_line(node.name.place, line);
+      }
     }
     const std::string how = check.ending()->text();
     if (!answered) {

@@ -74,6 +74,22 @@ RawOuts advertise(runtime::ZmqBus& bus, const std::deque<PlayedTopic>& topics) {
   return outs;
 }
 
+/// @throws ConfigError if a node that is there takes a played topic from another node alone, as a
+/// bridge its commands: it would refuse ours.
+void demand_ears(const runtime::ZmqBus& bus, const std::deque<PlayedTopic>& topics) {
+  for (const v1::NodeInfo& node : bus.known_nodes()) {
+    for (const v1::TopicInfo& input : node.inputs()) {
+      if (input.obeys().empty() || input.obeys() == bus.node() ||
+          std::ranges::find(topics, input.topic(), &PlayedTopic::topic) == topics.end())
+        continue;
+      throw ConfigError(fmt::format(
+          "node {0} takes {1} from node {2} alone: --name {2} plays in its place, --exclude {1} "
+          "leaves the topic out",
+          node.name(), input.topic(), input.obeys()));
+    }
+  }
+}
+
 /// The player's side of the graph: its topics and, if it drives it, the graph's clock.
 class PlayOutput {
  public:
@@ -153,6 +169,7 @@ class PacedPlayer {
     prctl(PR_SET_TIMERSLACK, kTimerSlack_ns);
     jump(playback.start_ns());  // requests are answered from now on
     bus_.ready();
+    demand_ears(bus_, playback.topics());
   }
 
   /// Plays until the end or a signal; returns the exit code.
@@ -586,6 +603,7 @@ int play_in_lockstep(const PlayOptions& options, Playback& playback) {
   while (const auto now = leave ? std::nullopt : clock->wait()) {
     leave = !more && !options.stay;
     if (!std::exchange(begun, true)) {
+      demand_ears(bus, playback.topics());
       for (const Played& value : playback.seek(playback.start_ns())) {
         outs[value.topic]->send_raw(value.payload, graph_time(playback.start_ns()));
       }
@@ -675,6 +693,8 @@ constexpr const char* kPlayFooter =
     "Messages leave at their recorded times. Slow reliable subscribers are waited for, and "
     "recorded\n"
     "time stands meanwhile; all others get the newest.\n"
+    "A bridge takes its commands from one node alone (planner of planner/command): --name planner\n"
+    "plays in its place.\n"
     "Exit code 1 if something could not be read, or a reliable subscriber missed something.\n"
     "Examples:\n"
     "  mimesis log play run.mcap --rate 0.5 --topic camera/image --topic planner/status\n"

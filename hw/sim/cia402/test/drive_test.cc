@@ -59,7 +59,7 @@ TEST_F(OneDrive, AnswersSdoAsTheStandardAsks) {
   segmented.data[0] = 0x60;
   EXPECT_EQ(abort_of(segmented), 0x05040001u);
   out.clear();
-  drive.handle(cia402::sdo_upload(5, obj::kDeviceType), now, out);
+  drive.handle(cia402::sdo_upload(5, obj::kDeviceType), out);
   EXPECT_TRUE(out.empty()) << "not its node";
 }
 
@@ -82,11 +82,11 @@ TEST_F(OneDrive, MapsPdosOnlyInTheOrderOfTheStandard) {
 TEST_F(OneDrive, ObeysOnlyWhenOperational) {
   command(cia402::controlword::kShutdown);
   EXPECT_EQ(drive.state(), DriveState::switch_on_disabled);
-  drive.handle(cia402::nmt(cia402::Nmt::start, 4), now, out);
+  drive.handle(cia402::nmt(cia402::Nmt::start, 4), out);
   command(cia402::controlword::kShutdown);
   EXPECT_EQ(drive.state(), DriveState::ready_to_switch_on);
   out.clear();
-  drive.handle(cia402::sync(), now, out);
+  drive.handle(cia402::sync(), out);
   ASSERT_EQ(out.size(), 1u);
   EXPECT_EQ(out[0].id, 0x184u);
   EXPECT_EQ(
@@ -106,7 +106,7 @@ TEST_F(OneDrive, TellsOfALostMasterAndStops) {
   ask(cia402::sdo_download(4, obj::kMasterHeartbeat, 0x7F00FA, 4));
   ask(cia402::sdo_download(4, obj::kAbortOption, 3, 2));
   enable();
-  drive.handle(cia402::heartbeat(0x7F, cia402::NmtState::operational), now, out);
+  drive.handle(cia402::heartbeat(0x7F, cia402::NmtState::operational), out);
   out.clear();
   pass(250ms);
   EXPECT_EQ(drive.state(), DriveState::operation_enabled);

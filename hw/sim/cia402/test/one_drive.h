@@ -18,7 +18,7 @@ class OneDrive : public ::testing::Test {
 
   cia402::Sdo ask(const can::Frame& request) {
     out.clear();
-    drive.handle(request, now, out);
+    drive.handle(request, out);
     return out.empty() ? cia402::Sdo{} : cia402::parse_sdo_response(out.back());
   }
   std::uint32_t abort_of(const can::Frame& request) {
@@ -38,14 +38,14 @@ class OneDrive : public ::testing::Test {
   void hear(std::uint16_t word) {
     can::Frame f = cia402::rpdo(1, 4);
     cia402::append(f, word, 2);
-    drive.handle(f, now, out);
+    drive.handle(f, out);
   }
-  void sync() { drive.handle(cia402::sync(), now, out); }
+  void sync() { drive.handle(cia402::sync(), out); }
   void command(std::uint16_t word) {
     hear(word);
     sync();
   }
-  void tell(cia402::Nmt what) { drive.handle(cia402::nmt(what, 4), now, out); }
+  void tell(cia402::Nmt what) { drive.handle(cia402::nmt(what, 4), out); }
   void enable() {
     tell(cia402::Nmt::start);
     for (const int word : {0x06, 0x07, 0x0F}) command(static_cast<std::uint16_t>(word));

@@ -25,6 +25,23 @@ TEST_F(Watchdogs, NoSetPointsForLongerThanTheDeadlineIsAQuickStop) {
   EXPECT_EQ(out[0], cia402::emergency(4, 0x8250, 0x10));
 }
 
+/// The graph's clock may be set back; what a drive waits for comes all the same.
+TEST_F(Watchdogs, HaveATimeOfTheirOwn) {
+  set(obj::kRpdo1Deadline, 100, 2);
+  set(obj::kHeartbeatTime, 60, 2);
+  set(obj::kAbortOption, 3, 2);
+  enable();
+  pass(60ms);
+  now -= 10s;
+  out.clear();
+  drive.advance(now, out);
+  pass(40ms);
+  EXPECT_EQ(drive.state(), DriveState::operation_enabled);
+  EXPECT_EQ(out.size(), 1u) << "its heartbeat";
+  pass(1ms);
+  EXPECT_NE(drive.state(), DriveState::operation_enabled);
+}
+
 /// Enabled by a SYNC alone, long after the last set-point.
 TEST_F(Watchdogs, SetPointsAreWatchedFromTheMomentItIsEnabled) {
   set(obj::kRpdo1Deadline, 100, 2);
@@ -46,7 +63,7 @@ TEST_F(Watchdogs, SetPointsAreWatchedFromTheMomentItIsEnabled) {
 TEST_F(Watchdogs, ALostMasterIsAFaultUnlessItIsToldOtherwise) {
   set(obj::kMasterHeartbeat, 0x7F0032, 4);
   enable();
-  drive.handle(cia402::heartbeat(0x7F, cia402::NmtState::operational), now, out);
+  drive.handle(cia402::heartbeat(0x7F, cia402::NmtState::operational), out);
   pass(53ms);
   EXPECT_EQ(drive.state(), DriveState::fault);
 }

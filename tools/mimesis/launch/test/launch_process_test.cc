@@ -481,6 +481,32 @@ TEST_F(Launch, CheckFindsWhatCannotWork) {
   EXPECT_NE(found[3].get<std::string>().find("there is no host 'moon'"), std::string::npos);
 }
 
+/// `latest` of a counter obeys one node.
+TEST_F(Launch, AnInputObeysWhoeverTheFileLetsPublishItsTopic) {
+  const std::string planner = "nodes:\n  planner: {exec: " + counter_ + ", out: {out: arm/go}}\n",
+                    arm = "  arm: {exec: " + counter_ + ", in: {latest: arm/go}}\n";
+  auto launch = start(planner + arm +
+                      "result: {until: arm/health, fields: {n: 'arm/health.inputs.0.received', "
+                      "refused: 'arm/health.inputs.0.rejected'}}\n");
+  EXPECT_EQ(launch->wait(), 0) << launch->errors();
+  EXPECT_GT(last_line(*launch)["n"], 0) << last_line(*launch);
+  EXPECT_EQ(last_line(*launch)["refused"], 0);
+
+  const auto mistake = [&](const std::string& nodes) {
+    auto check = start(nodes, {"--check"});
+    EXPECT_EQ(check->wait(), 2) << check->errors();
+    const json found = json::parse(check->output())["mistakes"];
+    EXPECT_EQ(found.size(), 1U) << found;
+    return found.at(0).get<std::string>().substr(folder_.path().size());
+  };
+  const std::string at = ":" + std::to_string(arm.find("arm/go") + 1) + ": ";
+  EXPECT_EQ(
+      mistake(planner + arm + "  rival: {exec: " + counter_ + ", out: {out: arm/go}}\n"),
+      "/g.yaml:4" + at + "this input obeys one node, and the topic is published by planner,rival");
+  EXPECT_EQ(mistake(planner + "  arm: {exec: " + counter_ + ", in: {latest: planner/out}}\n"),
+            "/g.yaml:4" + at + "no node publishes 'planner/out'");
+}
+
 TEST_F(Launch, DryRunStartsNothing) {
   auto launch =
       start("nodes:\n  b: {exec: " + counter_ + ", after: [a]}\n  a: {exec: " + counter_ + "}\n",

@@ -372,6 +372,39 @@ TEST_F(LogPlay, DamageIsReportedAndTheRestIsPlayed) {
       << player->errors();
 }
 
+/// As a bridge takes its commands.
+TEST_F(LogPlay, PlaysToAnInputThatObeysTheRecordedNodeInItsPlaceOnly) {
+  {
+    LogFile log(file_);
+    for (std::uint32_t i = 1; i <= 3; ++i) log.put("sender/count", false, i, 1e-3 * i);
+    log.put("sender/rare", false, 1, 4e-3);
+    log.close();
+  }
+  TestNode bridge(graph_, {{"count", "sender/count"}}, {}, "bridge");
+  runtime::Latest<v1::Publication> count(bridge.bus(), "count", {.sole = true});
+  bridge.open();
+  const auto played = [&](const std::vector<std::string>& options, int code) {
+    const auto player = play(options);
+    EXPECT_TRUE(bridge.until([&] { return player->wait(0ms).has_value(); }));
+    EXPECT_EQ(player->wait(), code) << player->errors();
+    return player->errors();
+  };
+  const std::string refused =
+      "node bridge takes sender/count from node sender alone: --name sender plays in its place, "
+      "--exclude sender/count leaves the topic out";
+  EXPECT_NE(played({}, 2).find(refused), std::string::npos);
+  played({"--exclude", "sender/count"}, 0);
+  EXPECT_EQ(count.get(), nullptr);
+  played({"--name", "sender"}, 0);
+  ASSERT_NE(count.get(), nullptr);
+  EXPECT_EQ(count.get()->seq(), 3U);
+
+  Process clock(graph_, "mimesis_clock", {"--set", "participants=player"});
+  ASSERT_TRUE(clock.wait_ready(graph_, "clock")) << clock.errors();
+  EXPECT_NE(played({"--lockstep"}, 2).find(refused), std::string::npos);
+  EXPECT_EQ(clock.terminate(), 0);
+}
+
 TEST_F(LogPlay, MistakesAreOneLineAndAnExitCode) {
   write_slow_log();
   const auto run = [](std::vector<std::string> arguments, int code, const std::string& says) {
