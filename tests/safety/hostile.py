@@ -71,10 +71,10 @@ def _value(field, rng):
         return rng.random() < 0.5
     if kind == field.CPPTYPE_ENUM:
         return rng.choice([v.number for v in field.enum_type.values] + [77])
-    if kind == field.CPPTYPE_STRING:
-        return "".join(rng.choice("a/\0\x1bé.~") for _ in range(rng.choice((0, 1, 20, 3000))))
     if field.type == field.TYPE_BYTES:
         return rubbish(rng)
+    if kind == field.CPPTYPE_STRING:
+        return "".join(rng.choice("a/\0\x1bé.~") for _ in range(rng.choice((0, 1, 20, 3000))))
     value = rng.choice(INTEGERS)
     return abs(value) if kind in (field.CPPTYPE_UINT32, field.CPPTYPE_UINT64) else value
 
@@ -272,7 +272,7 @@ def folders(run, rng, count):
                 with socket.socket(socket.AF_UNIX, rng.choice((socket.SOCK_DGRAM, socket.SOCK_STREAM))) as one:
                     one.bind(str(path))
             elif how == 4:
-                with open(path, "wb") as file:
+                with open(path, "xb") as file:
                     file.truncate(rng.choice((0, 1, 1 << 40)))
             else:  # a node that lives: it holds its lock
                 claim = os.open(place / f".{name}", os.O_RDWR | os.O_CREAT, 0o600)
@@ -285,7 +285,8 @@ def folders(run, rng, count):
                 for endpoint in rng.sample((info.data_endpoints, info.reliable_endpoints, info.service_endpoints), 2):
                     endpoint[:] = [rng.choice(("garbage://x", "ipc://", "ipc:///nowhere", "tcp://127.0.0.1:1", "tcp://:*", "", "é" * 300))]
                 info = info.SerializeToString()
-                (place / f".{name}.new").write_bytes(rng.choice((info, info, mutated(rng, info))))
+                with open(place / f".{name}.new", "xb") as file:  # not into a FIFO
+                    file.write(rng.choice((info, info, mutated(rng, info))))
                 (place / f".{name}.new").rename(place / name)
         if rng.random() < 0.3:
             with contextlib.suppress(OSError):
