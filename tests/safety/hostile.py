@@ -94,6 +94,7 @@ def topics(run, rng, count):
         inputs = sorted({(i.topic, i.type) for n in nodes.values() for i in n.inputs if n.name != "observer"} - {("", "")})
         inputs = [(t, k) for t, k in inputs if k]
         starts = {o.topic: (n.start_id, o.type_hash) for n in nodes.values() for o in n.outputs}
+        starts[run.scenario.truth] = (0, starts[run.scenario.truth][1])  # the observer believes it
         for topic, kind in inputs:
             with contextlib.suppress(ValueError):
                 rogue.publish(topic, kind)
