@@ -171,7 +171,8 @@ class Case:
     def _run(self):
         """Exit code (nothing: it had to be killed) and all that was said. A node is ended once it is ready."""
         def limits():
-            resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
+            if MEMORY:
+                resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
             resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
         environment = os.environ | {"XDG_RUNTIME_DIR": str(self.folder), "XDG_STATE_HOME": str(self.folder), "MIMESIS_GRAPH": "g"}
         told = self.folder / "told"

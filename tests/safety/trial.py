@@ -26,14 +26,15 @@ class Scenario:
     moves_s: float  # graph time from the first motion that a moment is drawn from
     still_rad_s: float  # slower than this is at rest
     upstream: tuple = ()  # nodes whose loss must bring the joints to rest
-    args: tuple = ()
+    options: tuple = ()  # of the launch
+    lockstep_options: tuple = ()  # more of them
 
 
 SCENARIOS = {s.name: s for s in (
     Scenario("imitation", "sim_drives/arm", "world/outcome", 6.0, 0.01,
-             ("camera", "vision", "cognition", "planner", "world", "bridge")),
+             ("camera", "vision", "cognition", "planner", "world", "bridge"), ("--set", "camera.duration_s=3")),
     Scenario("biped", "sim_body/arm", "sim_body/outcome", 8.0, 0.1, ("synthesizer", "walker", "bridge")),
-    Scenario("crowd", "crowd/status", "crowd/outcome", 6.0, 0.0, args=("until=12",)),
+    Scenario("crowd", "crowd/status", "crowd/outcome", 6.0, 0.0, (), ("--arg", "until=12"), ("--arg", "until=600")),
 )}
 NOT_NODES = ("supervisor", "keeper")
 
@@ -101,9 +102,9 @@ class Run:
         os.environ["MIMESIS_PROTOSET"] = str(build / "generated/mimesis.protoset")
         self.graph = self.runtime / "mimesis/g"
         environment = os.environ | {"XDG_STATE_HOME": str(self.folder / "state"), "TMPDIR": str(self.scratch)} | (preload or {})
-        command = [str(build / "bin/mimesis"), "launch", str(ROOT / f"launch/{scenario.name}.yaml"), "--json"]
-        for arg in (f"clock={clock}", f"log={self.log}", *scenario.args):
-            command += ["--arg", arg]
+        command = [str(build / "bin/mimesis"), "launch", str(ROOT / f"launch/{scenario.name}.yaml"), "--json", "--arg",
+                   f"clock={clock}", "--arg", f"log={self.log}", *scenario.options]
+        command += scenario.lockstep_options if clock == "lockstep" else ()
         self.observer = Observer(scenario)
         self.observer.start()
         self.errors = []  # (time of receipt, line)
