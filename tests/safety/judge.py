@@ -17,6 +17,7 @@ class Story:
     event: float  # when
     samples: list  # of the truth, in order
     still_rad_s: float
+    lockstep: bool = False
     upstream: bool = False  # the joints must come to rest
     lost: bool = True  # the run cannot succeed any more
     resumed: float | None = None  # when the victim was continued
@@ -42,12 +43,18 @@ class Verdict:
         self.breaches.setdefault(kind, what)
 
 
-def rest_after(samples, event, still_rad_s, until=None):
-    """Time from the event to the last motion that was seen [s]; None without a sample."""
-    seen = [s for s in samples if s.at >= event and (until is None or s.at < until)]
-    if not samples:
+def rest_after(story):
+    """Time from the event to the last motion before the victim was continued [s]; None without a sample. In lock-step a
+    watchdog counts graph time and the launcher wall time: the shorter one is taken."""
+    before = [s.graph for s in story.samples if s.at < story.event]
+    if not before:
         return None
-    return max((s.at - event for s in seen if s.speed > still_rad_s), default=0.0)
+    moving = [s for s in story.samples if s.at >= story.event and s.speed > story.still_rad_s
+              and (story.resumed is None or s.at < story.resumed)]
+    if not moving:
+        return 0.0
+    wall_s = moving[-1].at - story.event
+    return min(wall_s, moving[-1].graph - before[-1]) if story.lockstep else wall_s
 
 
 def moved_after_stop(samples, event, still_rad_s):
@@ -83,8 +90,7 @@ def judge(story):
     _judge_end(story, v)
     if story.lost:
         _judge_report(story, v, named)
-    until = story.resumed
-    v.rest_s = rest_after(story.samples, story.event, story.still_rad_s, until) if story.upstream else None
+    v.rest_s = rest_after(story) if story.upstream else None
     if v.rest_s is not None and v.rest_s > REST_S:
         v.breach("rest", f"moved for {v.rest_s:.2f} s, expected {REST_S} s")
     again = moved_after_stop(story.samples, story.event, story.still_rad_s)
@@ -100,7 +106,8 @@ def _judge_end(story, v):
         code = node["exit_code"] - 128
         if code in CRASHES and not node["killed"] and node["name"] != story.victim:
             v.breach("crash", f"{node['name']} ended by SIG{CRASHES[code]}")
-        if node["killed"] and node["name"] != story.victim:
+        began = any(line.startswith(f"mimesis: {node['name']} is ready") for _, line in story.errors)
+        if node["killed"] and node["name"] != story.victim and began:
             v.breach("hang", f"{node['name']} had to be killed")
     for _, line in story.errors:
         if WRECK.search(line) and not names(story.victim or "-", line):

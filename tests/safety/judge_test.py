@@ -15,7 +15,7 @@ def trace(*parts):
     at, samples = 0.0, []
     for length, speed, powered in parts:
         for _ in range(round(length / 0.005)):
-            samples.append(trial.Sample(at, speed, powered))
+            samples.append(trial.Sample(at, at, speed, powered))
             at += 0.005
     return samples
 
@@ -43,7 +43,7 @@ class Judge(unittest.TestCase):
         self.assertAlmostEqual(verdict.rest_s, 0.095, places=3)
 
     def test_motion_after_the_stop(self):
-        again = STOPS + [trial.Sample(3.0, 0.3, True)]
+        again = STOPS + [trial.Sample(3.0, 3.0, 0.3, True)]
         self.assertEqual(self.breaches(again), {"motion after stop", "rest"})
 
     def test_a_pause_of_a_powered_arm_is_no_stop(self):
@@ -57,6 +57,11 @@ class Judge(unittest.TestCase):
     def test_motion_before_the_event_does_not_count(self):
         before = trace((0.4, 0.0, False), (0.6, 0.5, True), (1.0, 0.0, False))
         self.assertEqual(self.breaches(before), set())
+
+    def test_in_lockstep_the_shorter_time_counts(self):
+        slow = [trial.Sample(s.at, s.at / 2, s.speed, s.powered) for s in trace((1.5, 0.5, True), (1.0, 0.0, False))]
+        self.assertEqual(self.breaches(slow), {"rest"})
+        self.assertEqual(self.breaches(slow, lockstep=True), set())
 
     def test_silence(self):
         self.assertEqual(self.breaches(exit_code=0), {"silent"})
@@ -75,7 +80,8 @@ class Judge(unittest.TestCase):
     def test_hangs_and_what_is_left(self):
         self.assertEqual(self.breaches(ended=None), {"hang"})
         node = {"name": "world", "exit_code": 137, "killed": True}
-        self.assertEqual(self.breaches(summary={"reason": "x", "nodes": [node]}), {"hang"})
+        ready = [(0.5, "mimesis: world is ready (0.5 s)")] + story(STOPS).errors
+        self.assertEqual(self.breaches(summary={"reason": "x", "nodes": [node]}, errors=ready), {"hang"})
         self.assertEqual(self.breaches(orphans=["vision"], leftovers=["g/x.s"]), {"orphans", "leftovers"})
         self.assertEqual(self.breaches(log_check=1), {"log"})
 

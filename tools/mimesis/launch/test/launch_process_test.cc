@@ -334,7 +334,7 @@ TEST_F(Launch, ANodeIsAskedOnceWhenTheSupervisorDies) {
   auto launch = start("nodes:\n  a: {exec: " + counter_ +
                       "}\n  b: {exec: bash, ready: started, args: [-c, \"trap 'echo t >> " + in +
                       "terms; n=1' TERM; mkfifo " + in + "f; exec 3<>" + in + "f; echo > " + in +
-                      "up; until [ $n ]; do read x <&3; done; sleep 0.5\"]}\n");
+                      "up; until [ $n ]; do read x <&3; done; sleep 0.5; exit\"]}\n");
   ASSERT_TRUE(until([&] { return pids().contains("a"); }));
   ASSERT_TRUE(until_written("up", "\n"));
   kill(parent(pids().at("a")), SIGKILL);
