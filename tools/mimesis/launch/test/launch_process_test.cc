@@ -330,11 +330,10 @@ TEST_F(NoOrphan, AfterKillOfItsSupervisor) {
 }
 
 TEST_F(Launch, ANodeIsAskedOnceWhenTheSupervisorDies) {
-  const std::string in = folder_.path() + "/";  // `read` is interrupted at once, `sleep` is not
+  const std::string in = folder_.path() + "/";  // a signal interrupts `wait` at once
   auto launch = start("nodes:\n  a: {exec: " + counter_ +
-                      "}\n  b: {exec: bash, ready: started, args: [-c, \"trap 'echo t >> " + in +
-                      "terms; n=1' TERM; mkfifo " + in + "f; exec 3<>" + in + "f; echo > " + in +
-                      "up; until [ $n ]; do read x <&3; done; sleep 0.5; exit\"]}\n");
+                      "}\n  b: {exec: sh, ready: started, args: [-c, \"trap 'echo t >> " + in +
+                      "terms' TERM; sleep 1000 & echo > " + in + "up; wait; sleep 0.5; exit\"]}\n");
   ASSERT_TRUE(until([&] { return pids().contains("a"); }));
   ASSERT_TRUE(until_written("up", "\n"));
   kill(parent(pids().at("a")), SIGKILL);
