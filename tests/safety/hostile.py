@@ -13,7 +13,7 @@ import trial  # noqa: F401  finds the package mimesis
 import mimesis
 from mimesis import graph as wire
 
-SPREAD_S = 4.0  # the messages of a trial come over this time
+SPREADS_S = (4.0, 4.0, 0.1)  # the messages of a trial come over one of these times
 NUMBERS = (float("nan"), float("inf"), -float("inf"), 0.0, -1.0, 1e300, -1e-300, 7.5)
 INTEGERS = (0, 1, -1, 7, 2**31 - 1, -2**31)
 STAMPS = (0, 1, -1, 2**63 - 1, -2**63, 10**9, 4 * 10**18)
@@ -79,11 +79,11 @@ def _value(field, rng):
     return abs(value) if kind in (field.CPPTYPE_UINT32, field.CPPTYPE_UINT64) else value
 
 
-def pace(count):
-    """Numbers 0 .. count - 1, spread evenly over the time of a trial."""
-    begin = time.monotonic()
+def pace(rng, count):
+    """Numbers 0 .. count - 1, spread evenly over a time that the seed chooses."""
+    begin, spread_s = time.monotonic(), rng.choice(SPREADS_S)
     for n in range(count):
-        time.sleep(max(0.0, begin + SPREAD_S * n / count - time.monotonic()))
+        time.sleep(max(0.0, begin + spread_s * n / count - time.monotonic()))
         yield n
 
 
@@ -99,7 +99,7 @@ def topics(run, rng, count):
             with contextlib.suppress(ValueError):
                 rogue.publish(topic, kind)
         time.sleep(0.2)
-        for n in pace(count):
+        for n in pace(rng, count):
             topic, kind = rng.choice(inputs)
             start, kind_hash = starts.get(topic, (rogue.start_id, 0))
             header = wire.HEADER.pack(rng.choice((n + 1, 0, 2**64 - 1, rng.randrange(10**6))),
@@ -140,7 +140,7 @@ def endpoints(run, rng, count):
     """Bytes of no protocol, and half greetings of ZeroMQ, to the sockets of all nodes; connections stay open."""
     greeting = b"\xff" + bytes(8) + b"\x7f\x03\0NULL" + bytes(48)
     paths, held = _sockets(run, ".d", ".r", ".s"), []
-    for _ in pace(count):
+    for _ in pace(rng, count):
         data = rng.choice((rubbish(rng), greeting[:rng.randrange(64)], mutated(rng, greeting), greeting + rubbish(rng),
                            greeting + b"\x04\x26\x05READY\x0bSocket-Type\0\0\0\x03SUB\x08Identity\0\0\0\0" + rubbish(rng)))
         _stream(rng.choice(paths), data, held)
@@ -157,7 +157,7 @@ def subscriptions(run, rng, count):
         one.setsockopt(zmq.LINGER, 0)
         one.connect("ipc://" + path)
         subscribers.append(one)
-    for n in pace(count):
+    for n in pace(rng, count):
         one = rng.choice(subscribers)
         word = rng.choice((rubbish(rng), b"", f"{n}/topic\0".encode(), b"\xff" + rubbish(rng, 20), bytes(300),
                            wire.HELLO + struct.pack("<Q", rng.choice((0, 1, 2**64 - 1)))))
@@ -178,7 +178,7 @@ def services(run, rng, count):
         one.setsockopt(zmq.LINGER, 0)
         one.connect("ipc://" + path)
         clients.append(one)
-    for _ in pace(count):
+    for _ in pace(rng, count):
         frames = [rng.choice((rng.randbytes(8), rubbish(rng))), rng.choice(known + [rubbish(rng)]), rubbish(rng)]
         frames = frames[:rng.choice((1, 2, 3, 3, 3))] + [b"x"] * rng.choice((0, 0, 5))
         with contextlib.suppress(zmq.ZMQError):
@@ -192,7 +192,7 @@ def clock(run, rng, count):
     held, path, kinds = [], str(run.graph / "clock.sock"), ("LockstepJoin", "StepReport", "StepGo")
     with mimesis.Graph("rogue") as rogue:
         known = [(n.name, n.start_id) for n in rogue.nodes().values()]
-    for n in pace(count):
+    for n in pace(rng, count):
         message = fill(mimesis.message_type("mimesis.v1." + rng.choice(kinds + kinds[:1]))(), rng)
         if "rate_hz" in message.DESCRIPTOR.fields_by_name and rng.random() < 0.7:
             message.node, message.start_id = rng.choice(known + [(f"rogue{n}", n + 1), ("rogue", 1)])
@@ -209,7 +209,7 @@ def clock(run, rng, count):
 def hand(run, rng, count):
     """Modbus requests to the simulated hand: half, mutated, of other functions and lengths."""
     held = []
-    for n in pace(count):
+    for n in pace(rng, count):
         body = struct.pack(">BBHH", 9, rng.choice((3, 4, 16, 23, rng.randrange(256))), rng.choice((0, 1000, 2000, 65535)),
                            rng.choice((1, 3, 125, 65535)))
         data = struct.pack(">HHH", n & 0xFFFF, 0, rng.choice((len(body), len(body), 0, 65535))) + body
@@ -224,7 +224,7 @@ def can(run, rng, count):
     """Datagrams and frames on the simulated buses, of all identifiers and lengths."""
     with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as one:
         one.setblocking(False)
-        for _ in pace(count):
+        for _ in pace(rng, count):
             paths = [p for p in run.graph.glob("can-*/*") if p.is_socket()]
             base = rng.choice((0, 0x80, 0x180, 0x280, 0x200, 0x580, 0x600, 0x700, rng.randrange(2**32)))
             frame = struct.pack("<IBBH64s", base + rng.randrange(1, 10), rng.choice((0, 2, 6, 8, 64, 255)), rng.choice((0, 255)), 0,
@@ -241,7 +241,7 @@ def life(run, rng, count):
     address = next(e for e in environment if e.startswith(b"NOTIFY_SOCKET=")).partition(b"=")[2]
     with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as one:
         one.setblocking(False)
-        for _ in pace(count):
+        for _ in pace(rng, count):
             data = rng.choice((b"WATCHDOG=1", b"READY=1", b"STOPPING=1", bytes(30000), rubbish(rng)))
             with contextlib.suppress(OSError):
                 one.sendto(data, b"\0" + address[1:] if address[:1] == b"@" else address)
@@ -257,7 +257,7 @@ def folders(run, rng, count):
     claims = []
     with mimesis.Graph("rogue") as rogue:
         infos = [n.SerializeToString() for n in rogue.nodes().values()]
-    for n in pace(count):
+    for n in pace(rng, count):
         place = rng.choice(places)
         name = RUBBISH + rng.choice((f"-{n}", f"-{n}.s", f"-{n % 7}", "x" * rng.choice((57, 58, 90, 240)), f" {n}\n\x1b[31m", f"-{n}.new"))
         path = place / (rng.choice(("", ".")) + name)

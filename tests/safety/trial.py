@@ -25,20 +25,18 @@ class Scenario:
     outcome: str
     moves_s: float  # graph time from the first motion that a moment is drawn from
     still_rad_s: float  # slower than this is at rest; a robot that falls bends its springs
-    upstream: tuple = ()  # nodes whose loss must bring the joints to rest
+    upstream: tuple = ()  # processes whose loss must bring the joints to rest; a walker ends its step first
     options: tuple = ()  # of the launch
     lockstep_options: tuple = ()  # more of them
 
 
+NOT_NODES = ("supervisor", "keeper")
 SCENARIOS = {s.name: s for s in (
     Scenario("imitation", "sim_drives/arm", "world/outcome", 6.0, 0.01,
-             ("camera", "vision", "cognition", "planner", "world", "bridge"), ("--set", "camera.duration_s=3")),
-    Scenario("biped", "sim_body/arm", "sim_body/outcome", 8.0, 0.8, ("synthesizer", "walker", "bridge")),
+             ("camera", "vision", "cognition", "planner", "world", "bridge", *NOT_NODES), ("--set", "camera.duration_s=3")),
+    Scenario("biped", "sim_body/arm", "sim_body/outcome", 8.0, 0.8, ("walker", "bridge")),
     Scenario("crowd", "crowd/status", "crowd/outcome", 6.0, 0.0, (), ("--arg", "until=12"), ("--arg", "until=1000")),
 )}
-NOT_NODES = ("supervisor", "keeper")
-
-
 @dataclasses.dataclass(frozen=True)
 class Sample:
     """Joints of the simulation, as received."""
