@@ -2,7 +2,6 @@
 import contextlib
 import os
 import pathlib
-import random
 import socket
 import struct
 import time
@@ -124,39 +123,45 @@ def _sockets(run, *suffixes):
                   and not p.name.startswith(("observer", "rogue")))
 
 
-def _stream(path, data, held, family=socket.SOCK_STREAM):
-    """Connects, writes, and leaves the connection open in `held`, of which there are at most 200."""
-    one = socket.socket(socket.AF_UNIX, family)
-    one.settimeout(0.05)
-    with contextlib.suppress(OSError):
-        one.connect(path)
-        one.send(data)
-    held.append(one)
-    if len(held) > 200:
-        held.pop(random.Random(len(data)).randrange(len(held))).close()
+def _connections(rng, count, make, family=socket.SOCK_STREAM):
+    """Connects to and writes what make(number) gives (path, bytes). Connections stay open, at most 200, or end at once."""
+    with contextlib.ExitStack() as held:
+        ones = []
+        for n in pace(rng, count):
+            path, data = make(n)
+            one = held.enter_context(socket.socket(socket.AF_UNIX, family))
+            one.settimeout(0.05)
+            with contextlib.suppress(OSError):
+                one.connect(path)
+                one.send(data)
+            ones.append(one)
+            if len(ones) > 200 or rng.random() < 0.2:
+                ones.pop(rng.randrange(len(ones))).close()
+    return count
 
 
 def endpoints(run, rng, count):
-    """Bytes of no protocol, and half greetings of ZeroMQ, to the sockets of all nodes; connections stay open."""
+    """Bytes of no protocol, and half greetings of ZeroMQ, to the sockets of all nodes."""
     greeting = b"\xff" + bytes(8) + b"\x7f\x03\0NULL" + bytes(48)
-    paths, held = _sockets(run, ".d", ".r", ".s"), []
-    for _ in pace(rng, count):
-        data = rng.choice((rubbish(rng), greeting[:rng.randrange(64)], mutated(rng, greeting), greeting + rubbish(rng),
-                           greeting + b"\x04\x26\x05READY\x0bSocket-Type\0\0\0\x03SUB\x08Identity\0\0\0\0" + rubbish(rng)))
-        _stream(rng.choice(paths), data, held)
-    for one in held:
-        one.close()
-    return count
+    ready = b"\x04\x26\x05READY\x0bSocket-Type\0\0\0\x03SUB\x08Identity\0\0\0\0"
+    paths = _sockets(run, ".d", ".r", ".s")
+    return _connections(rng, count, lambda n: (rng.choice(paths), rng.choice((
+        rubbish(rng), greeting[:rng.randrange(64)], mutated(rng, greeting), greeting + rubbish(rng), greeting + ready + rubbish(rng)))))
+
+
+def _clients(run, kind, *suffixes):
+    context, clients = zmq.Context(), []
+    for path in _sockets(run, *suffixes):
+        one = context.socket(kind)
+        one.setsockopt(zmq.LINGER, 0)
+        one.connect("ipc://" + path)
+        clients.append(one)
+    return context, clients
 
 
 def subscriptions(run, rng, count):
     """Many subscribers, with many, long and strange subscriptions."""
-    context, subscribers = zmq.Context(), []
-    for path in _sockets(run, ".d", ".r"):
-        one = context.socket(zmq.SUB)
-        one.setsockopt(zmq.LINGER, 0)
-        one.connect("ipc://" + path)
-        subscribers.append(one)
+    context, subscribers = _clients(run, zmq.SUB, ".d", ".r")
     for n in pace(rng, count):
         one = rng.choice(subscribers)
         word = rng.choice((rubbish(rng), b"", f"{n}/topic\0".encode(), b"\xff" + rubbish(rng, 20), bytes(300),
@@ -170,14 +175,9 @@ def subscriptions(run, rng, count):
 
 def services(run, rng, count):
     """Requests in half, in excess, of unknown names, and answered too late."""
-    context, clients = zmq.Context(), []
+    context, clients = _clients(run, zmq.DEALER, ".s")
     with mimesis.Graph("rogue") as rogue:
         known = [s.service.encode() for n in rogue.nodes().values() for s in n.services] + [b"info", b""]
-    for path in _sockets(run, ".s"):
-        one = context.socket(zmq.DEALER)
-        one.setsockopt(zmq.LINGER, 0)
-        one.connect("ipc://" + path)
-        clients.append(one)
     for _ in pace(rng, count):
         frames = [rng.choice((rng.randbytes(8), rubbish(rng))), rng.choice(known + [rubbish(rng)]), rubbish(rng)]
         frames = frames[:rng.choice((1, 2, 3, 3, 3))] + [b"x"] * rng.choice((0, 0, 5))
@@ -189,35 +189,29 @@ def services(run, rng, count):
 
 def clock(run, rng, count):
     """Joins and reports of the lock-step that contradict the order of the barrier."""
-    held, path, kinds = [], str(run.graph / "clock.sock"), ("LockstepJoin", "StepReport", "StepGo")
     with mimesis.Graph("rogue") as rogue:
         known = [(n.name, n.start_id) for n in rogue.nodes().values()]
-    for n in pace(rng, count):
-        message = fill(mimesis.message_type("mimesis.v1." + rng.choice(kinds + kinds[:1]))(), rng)
+
+    def make(n):
+        message = fill(mimesis.message_type("mimesis.v1." + rng.choice(("LockstepJoin", "LockstepJoin", "StepReport", "StepGo")))(), rng)
         if "rate_hz" in message.DESCRIPTOR.fields_by_name and rng.random() < 0.7:
             message.node, message.start_id = rng.choice(known + [(f"rogue{n}", n + 1), ("rogue", 1)])
             message.rate_hz = rng.choice((message.rate_hz, 100.0))
         data = message.SerializePartialToString()
-        _stream(path, rng.choice((data, data, mutated(rng, data), rubbish(rng))), held, socket.SOCK_SEQPACKET)
-        if rng.random() < 0.5:
-            held.pop().close()
-    for one in held:
-        one.close()
-    return count
+        return str(run.graph / "clock.sock"), rng.choice((data, data, mutated(rng, data), rubbish(rng)))
+
+    return _connections(rng, count, make, socket.SOCK_SEQPACKET)
 
 
 def hand(run, rng, count):
     """Modbus requests to the simulated hand: half, mutated, of other functions and lengths."""
-    held = []
-    for n in pace(rng, count):
+    def make(n):
         body = struct.pack(">BBHH", 9, rng.choice((3, 4, 16, 23, rng.randrange(256))), rng.choice((0, 1000, 2000, 65535)),
                            rng.choice((1, 3, 125, 65535)))
         data = struct.pack(">HHH", n & 0xFFFF, 0, rng.choice((len(body), len(body), 0, 65535))) + body
-        data = rng.choice((data, mutated(rng, data), data[:rng.randrange(12)], rubbish(rng)))
-        _stream(str(run.graph / "hand.modbus"), data, held)
-    for one in held:
-        one.close()
-    return count
+        return str(run.graph / "hand.modbus"), rng.choice((data, mutated(rng, data), data[:rng.randrange(12)], rubbish(rng)))
+
+    return _connections(rng, count, make)
 
 
 def can(run, rng, count):
