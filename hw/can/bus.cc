@@ -57,25 +57,19 @@ class EmbeddedBus final : public Bus {
     static std::atomic<int> participants{0};
     path_ = folder_ + "/" + std::to_string(getpid()) + "." + std::to_string(participants++);
     const sockaddr_un address = socket_address(path_);
-    std::error_code error;
-    fs::create_directories(folder_, error);
-    if (error) throw ConfigError("CAN bus: cannot make " + folder_ + ": " + error.message());
-
-    watch_ = inotify_init1(IN_NONBLOCK | IN_CLOEXEC);
-    if (watch_ < 0 || inotify_add_watch(watch_, folder_.c_str(), IN_CREATE | IN_DELETE) < 0) {
-      fail("cannot watch " + folder_);
-    }
     socket_ = ::socket(AF_UNIX, SOCK_DGRAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
-    unlink(path_.c_str());  // socket of a dead process that had our number
-    if (socket_ < 0 ||
-        bind(socket_, reinterpret_cast<const sockaddr*>(&address), sizeof(address)) < 0) {
-      fail("cannot bind " + path_);
+    watch_ = inotify_init1(IN_NONBLOCK | IN_CLOEXEC);
+    if (socket_ < 0 || watch_ < 0) fail("cannot open a socket and a watch");
+    // The last of another group of participants may remove the folder at any time.
+    for (int left = kTries; !enter(address); --left) {
+      if (errno != ENOENT || left == 0) fail("cannot bind " + path_);
     }
     find_peers();
   }
 
   ~EmbeddedBus() override {
     unlink(path_.c_str());
+    rmdir(folder_.c_str());  // stays while others are in it
     if (socket_ >= 0) close(socket_);
     if (watch_ >= 0) close(watch_);
   }
@@ -123,6 +117,18 @@ class EmbeddedBus final : public Bus {
   static constexpr std::size_t kMostPeers = 64;  ///< most other participants
 
  private:
+  static constexpr int kTries = 100;
+
+  /// Makes, watches and joins the folder; false with errno if that fails.
+  bool enter(const sockaddr_un& address) {
+    std::error_code error;
+    fs::create_directories(folder_, error);
+    if (error) throw ConfigError("CAN bus: cannot make " + folder_ + ": " + error.message());
+    if (inotify_add_watch(watch_, folder_.c_str(), IN_CREATE | IN_DELETE) < 0) return false;
+    unlink(path_.c_str());  // socket of a dead process that had our number
+    return bind(socket_, reinterpret_cast<const sockaddr*>(&address), sizeof(address)) == 0;
+  }
+
   void find_peers() {
     peers_.clear();
     std::error_code error;

@@ -14,6 +14,7 @@ import time
 import typing
 
 import zmq
+from google.protobuf.message import DecodeError
 
 from . import types
 
@@ -22,6 +23,7 @@ FLOCK = struct.Struct("@hhqqi4x")  # struct flock of 64-bit Linux
 HELLO = b"\xff"  # begins the subscription by which a reliable subscriber names itself
 POLL_MS = 20
 LARGEST_MESSAGE = 64 << 20  # bytes of a frame, as in common/runtime/wire.h
+LARGEST_INFO = 16 << 20  # bytes of a NodeInfo, as in common/runtime/registry.cc
 
 
 class ServiceError(Exception):
@@ -156,6 +158,7 @@ class Graph:
             pathlib.Path(path).unlink(missing_ok=True)
         self._context.destroy(linger=1000)
         os.close(self._claim)
+        self._clock.close()
 
     def nodes(self):
         """The v1.NodeInfo of every live node of the graph, by name; not this process."""
@@ -255,10 +258,45 @@ class Graph:
         temporary.write_bytes(self._info.SerializeToString())
         temporary.rename(self._entry)
 
-    def _is_alive(self, name):
+    def _complain(self, about, what):
+        if about not in self._complained:
+            self._complained.add(about)
+            print(f"mimesis: {what}", file=sys.stderr)
+
+    def _open_entry(self, name):
+        """Descriptor of a regular file in nodes/, or None: others may put links, FIFOs or folders there."""
+        path = self._entry.with_name(name)
         try:
-            fd = os.open(self._entry.with_name("." + name), os.O_RDONLY | os.O_CLOEXEC)
+            fd = os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_NOFOLLOW | os.O_CLOEXEC)
+            if stat.S_ISREG(os.fstat(fd).st_mode):
+                return fd
+            os.close(fd)
         except FileNotFoundError:
+            return None
+        except OSError:
+            pass
+        self._complain(path, f"{str(path)!r}: expected a regular file; it is skipped")
+        return None
+
+    def _read_info(self, name):
+        """The NodeInfo of a node, or None."""
+        fd = self._open_entry(name)
+        if fd is None:
+            return None
+        with open(fd, "rb") as file:
+            try:
+                info = types.message_type("mimesis.v1.NodeInfo").FromString(file.read(LARGEST_INFO))
+                if info.name == name and info.start_id != 0:
+                    return info
+            except DecodeError:
+                pass
+        path = self._entry.with_name(name)
+        self._complain(path, f"{str(path)!r}: expected the NodeInfo of node {name!r}; it is skipped")
+        return None
+
+    def _is_alive(self, name):
+        fd = self._open_entry("." + name)
+        if fd is None:
             return False
         try:
             return FLOCK.unpack(fcntl.fcntl(fd, fcntl.F_OFD_GETLK, _lock(fcntl.F_WRLCK)))[0] != fcntl.F_UNLCK
@@ -270,10 +308,9 @@ class Graph:
         for path in self._entry.parent.iterdir():
             if path.name.startswith(".") or path.name == self.name or not self._is_alive(path.name):
                 continue
-            try:
-                found[path.name] = types.message_type("mimesis.v1.NodeInfo").FromString(path.read_bytes())
-            except FileNotFoundError:
-                continue
+            info = self._read_info(path.name)
+            if info:
+                found[path.name] = info
         self._nodes = found
         for node in found.values():
             for output in node.outputs:
@@ -285,8 +322,11 @@ class Graph:
         """Connects to a publisher, and announces an input of the type that the publisher announced."""
         endpoints = node.reliable_endpoints if policy == "reliable" else node.data_endpoints
         if endpoints and endpoints[0] not in self._connected:
-            self._inputs[policy].connect(endpoints[0])
             self._connected.add(endpoints[0])
+            try:
+                self._inputs[policy].connect(endpoints[0])
+            except zmq.ZMQError as error:
+                self._complain(endpoints[0], f"node {node.name}: endpoint {endpoints[0]!r}: {error}")
         if not any(i.topic == output.topic for i in self._info.inputs):
             self._info.inputs.add(topic=output.topic, port=output.topic.replace("/", "_"), type=output.type,
                                   type_hash=output.type_hash, policy=policy)
@@ -342,12 +382,14 @@ class Graph:
             node = next((n for n in self._nodes.values() if n.start_id == start_id), None)
             output = node and next((o for o in node.outputs if o.topic == topic and o.type_hash == kind), None)
             if not output:
-                if (start_id, topic) not in self._complained:
-                    self._complained.add((start_id, topic))
-                    print(f"mimesis: {topic}: messages of a type that no node announced are ignored", file=sys.stderr)
+                self._complain((start_id, topic), f"{topic!r}: messages of a type that no node announced are ignored")
                 continue
-            message = types.classes_of(node.descriptors[output.type])[output.type].FromString(frames[1])
-            self._inbox[topic].append(Received(topic, message, stamp, seq, node.name))
+            try:
+                content = types.classes_of(node.descriptors[output.type])[output.type].FromString(frames[1])
+            except (DecodeError, KeyError, TypeError) as error:
+                self._complain((start_id, topic), f"{topic!r}: messages of node {node.name} cannot be read: {error}")
+                continue
+            self._inbox[topic].append(Received(topic, content, stamp, seq, node.name))
 
     def _ask(self, node, offered, request, timeout_s):
         kind, answer = (types.classes_of(node.descriptors[t])[t] for t in (offered.request_type, offered.response_type))

@@ -1,5 +1,7 @@
 #!/usr/bin/python3
 """The Python package against a real node and the recorded logs: usage: python_test.py PROTOSET COUNTER LOGS"""
+import contextlib
+import io
 import os
 import pathlib
 import subprocess
@@ -101,6 +103,23 @@ class Live(unittest.TestCase):
             again.close()  # and once more at the end
         with self.assertRaisesRegex(ValueError, "is invalid"):
             mimesis.Graph("no/slash")
+
+    def test_skips_entries_that_are_no_nodes(self):
+        self.start()
+        nodes = pathlib.Path(self.folder.name, "mimesis/default/nodes")
+        with mimesis.Graph("listener") as graph, mimesis.Graph("liar") as liar, contextlib.redirect_stderr(io.StringIO()) as said:
+            os.mkfifo(nodes / ".fifo")  # whoever opens it waits for ever
+            (nodes / "fifo").write_bytes(b"")
+            (nodes / "folder").mkdir()
+            (nodes / ".folder").symlink_to("/dev/zero")
+            liar.publish("counter/out", "mimesis.v1.Publication")
+            liar._info.data_endpoints[:] = ["garbage://x"]
+            liar._announce()
+            self.assertIsNotNone(next(graph.subscribe("counter/out", timeout_s=5.0), None))
+            (nodes / "liar").write_bytes(b"rubbish")
+            self.assertEqual(set(graph.nodes()), {"counter"})
+        for part in ("/.fifo': expected a regular file", "'garbage://x'", "expected the NodeInfo of node 'liar'"):
+            self.assertIn(part, said.getvalue())
 
 
 class Logs(unittest.TestCase):

@@ -10,6 +10,7 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <thread>
 
 #include "common/error.h"
 #include "common/testing/loopback.h"
@@ -111,6 +112,24 @@ TEST(EmbeddedBus, NeverBlocksOnAFullReceiverAndCounts) {
   EXPECT_EQ(receive_all(*deaf).size(), a->counters().sent);
   a->send(std::array{frame(2)});  // the bus recovers
   EXPECT_EQ(receive_all(*deaf).size(), 1u);
+}
+
+TEST(EmbeddedBus, TheLastParticipantRemovesTheFolder) {
+  testing::Loopback graph;
+  const auto folder = std::filesystem::path(graph.directory()) / "can-x";
+  auto a = open("embedded:x", graph.directory()), b = open("embedded:x", graph.directory());
+  a.reset();
+  EXPECT_TRUE(std::filesystem::exists(folder));
+  b.reset();
+  EXPECT_FALSE(std::filesystem::exists(folder));
+  // Joining while others remove it.
+  const auto come_and_go = [&] {
+    for (int i = 0; i < 1000; ++i) open("embedded:x", graph.directory());
+  };
+  std::thread other(come_and_go);
+  EXPECT_NO_THROW(come_and_go());
+  other.join();
+  EXPECT_FALSE(std::filesystem::exists(folder));
 }
 
 TEST(EmbeddedBus, RemovesTheSocketOfAKilledParticipant) {

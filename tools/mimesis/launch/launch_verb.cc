@@ -20,6 +20,7 @@
 #include "tools/mimesis/launch/graph_file.h"
 #include "tools/mimesis/launch/result.h"
 #include "tools/mimesis/launch/supervisor.h"
+#include "tools/mimesis/table.h"
 #include "tools/mimesis/verb.h"
 
 namespace mimesis::launch {
@@ -89,7 +90,7 @@ void report_mistakes(const std::string& file, const Mistakes& mistakes, bool jso
     print({{"file", file}, {"ok", lines.empty()}, {"mistakes", lines}});
     return;
   }
-  for (const std::string& line : lines) fmt::print(stderr, "{}\n", line);
+  for (const std::string& line : lines) fmt::print(stderr, "{}\n", tool::printable(line));
   if (lines.empty()) fmt::print(stderr, "{}: no mistakes\n", file);
 }
 
@@ -177,7 +178,7 @@ void report_killed(const GraphFile& graph, const Run& run, const std::string& wh
     print(result);
   }
   std::fflush(stdout);
-  runtime::clean_graph(runtime::graph_directory(run.graph));
+  clean_folder(runtime::graph_directory(run.graph));
 }
 
 /// Returns the exit code. @throws ConfigError

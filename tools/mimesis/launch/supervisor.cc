@@ -6,6 +6,8 @@
 #include <signal.h>
 #include <sys/prctl.h>
 #include <sys/signalfd.h>
+#include <sys/socket.h>
+#include <sys/un.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -28,6 +30,7 @@
 #include "tools/mimesis/launch/graph_file.h"
 #include "tools/mimesis/launch/process.h"
 #include "tools/mimesis/launch/watchdog.h"
+#include "tools/mimesis/table.h"
 
 namespace mimesis::launch {
 namespace {
@@ -68,18 +71,23 @@ sigset_t set_of(std::initializer_list<int> signals) {
 /// Ends all descendants of this process that it inherited as a subreaper: SIGTERM, then SIGKILL
 /// after `grace_ms`. Returns how many there were. Precondition: SIGCHLD is blocked.
 int end_descendants(int grace_ms) {
-  const auto deadline = Clock::now() + std::chrono::milliseconds(grace_ms);
+  const auto grace = std::chrono::milliseconds(grace_ms);
+  const auto start = Clock::now();
   const sigset_t child_signal = set_of({SIGCHLD});
-  std::set<pid_t> told;
+  std::set<pid_t> seen, told;
   while (true) {
     while (waitpid(-1, nullptr, WNOHANG) > 0) {
     }
     const std::vector<pid_t> left = children();
-    if (left.empty()) return static_cast<int>(told.size());
-    const bool patient = Clock::now() < deadline;
+    if (left.empty()) return static_cast<int>(seen.size());
+    const auto passed = Clock::now() - start;
     for (const pid_t pid : left) {
-      if (told.insert(pid).second && patient) kill(pid, SIGTERM);
-      if (!patient) kill(pid, SIGKILL);
+      seen.insert(pid);
+      // A node leads its session and got SIGTERM when its parent died. A second one would end it
+      // before it has stopped what it moves.
+      const bool due = getsid(pid) != pid || passed > grace * 2 / 3;
+      if (passed < grace && due && told.insert(pid).second) kill(pid, SIGTERM);
+      if (passed >= grace) kill(pid, SIGKILL);
     }
     const timespec pause{0, 20'000'000};
     sigtimedwait(&child_signal, nullptr, &pause);
@@ -192,7 +200,7 @@ class LineLog {
   }
 
   void line(std::string_view text) {
-    write_all(STDERR_FILENO, prefix_ + std::string(text) + "\n");
+    write_all(STDERR_FILENO, prefix_ + tool::printable(text, "\t") + "\n");
     if (written_ > kMaxFile) return;
     written_ += text.size() + 1;
     write_all(file_.get(), std::string(text) + "\n");
@@ -294,7 +302,7 @@ class Supervisor {
         end_(end_fd),
         directory_(runtime::graph_directory(run.graph)),
         registry_(directory_) {
-    runtime::clean_graph(directory_);  // a run before this one may have been killed
+    clean_folder(directory_);  // a run before this one may have been killed
     for (const NodeSpec& spec : graph.nodes) {
       Command how = command(graph, spec, run);
       for (auto& variable : watchdog_.environment()) how.env.push_back(std::move(variable));
@@ -325,8 +333,13 @@ class Supervisor {
                                 ending.signal != 0 ? 128 + ending.signal : ending.code,
                                 node->restarts, node->killed});
       if (node->spec.records()) judge_log(*node, ending);
+      // It hung before: nobody knows since when, so what it was needed for has not been done.
+      if (node->spec.required && node->killed && outcome_.exit_code == 0) {
+        outcome_.exit_code = 1;
+        outcome_.reason = fmt::format("node '{}' did not stop in time", node->name());
+      }
     }
-    runtime::clean_graph(directory_);
+    clean_folder(directory_);
     return outcome_;
   }
 
@@ -584,6 +597,34 @@ int keep(const std::function<int()>& work, const std::function<void(const std::s
   prctl(PR_SET_CHILD_SUBREAPER, 1);
   if (getppid() != keeper) return 1;
   return work();  // with the signals still blocked: the supervisor reads them from a descriptor
+}
+
+void clean_folder(const std::string& directory) {
+  runtime::clean_graph(directory);
+  namespace fs = std::filesystem;
+  std::error_code ignored;
+  std::vector<fs::path> sockets, folders;
+  for (fs::recursive_directory_iterator it(directory, ignored), end; !ignored && it != end;
+       it.increment(ignored)) {
+    std::error_code gone;
+    if (it->symlink_status(gone).type() == fs::file_type::socket) sockets.push_back(it->path());
+    if (it->symlink_status(gone).type() == fs::file_type::directory &&
+        it->path().filename() != "nodes")
+      folders.push_back(it->path());
+    if (it.depth() > 0) it.disable_recursion_pending();
+  }
+  // A datagram socket is refused where nobody is bound; a bound socket of another type is not
+  // disturbed.
+  const Fd probe(socket(AF_UNIX, SOCK_DGRAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0));
+  for (const fs::path& path : sockets) {
+    sockaddr_un address{.sun_family = AF_UNIX, .sun_path = {}};
+    if (path.native().size() >= sizeof address.sun_path) continue;
+    path.native().copy(address.sun_path, path.native().size());
+    const auto* to = reinterpret_cast<const sockaddr*>(&address);
+    if (connect(probe.get(), to, sizeof address) != 0 && errno == ECONNREFUSED)
+      unlink(path.c_str());
+  }
+  for (const fs::path& folder : folders) rmdir(folder.c_str());  // stays unless it is empty
 }
 
 std::optional<WallTime> Backoff::next(WallTime now) {

@@ -48,6 +48,10 @@ struct Outcome {
   std::vector<NodeOutcome> nodes;
 };
 
+/// Removes what killed nodes have left in a graph's folder: entries, sockets that no process has
+/// bound (of simulated devices too), and folders that are empty then.
+void clean_folder(const std::string& directory);
+
 /// Starts the nodes of a graph in order of `after` and readiness, watches them, and stops them in
 /// reverse. Single-threaded; sleeps in poll(2) on the ends of processes, their output, signals and
 /// the graph's registry. Precondition: SIGINT, SIGTERM and SIGHUP are blocked; the graph was

@@ -19,6 +19,7 @@
 #include "tools/mimesis/field_text.h"
 #include "tools/mimesis/log/verb_options.h"
 #include "tools/mimesis/progress.h"
+#include "tools/mimesis/table.h"
 
 namespace mimesis::tool {
 namespace {
@@ -224,7 +225,7 @@ void each_line(const log::Source& source, const Take& take) {
 
 /// Says so for the first few.
 void say_damage(std::uint64_t& count, const std::string& where, const std::string& what) {
-  if (count++ < kShownDamages) std::cerr << where << ": " << what << '\n';
+  if (count++ < kShownDamages) std::cerr << where << ": " << printable(what) << '\n';
 }
 
 void say_more(std::uint64_t count) {

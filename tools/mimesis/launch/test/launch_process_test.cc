@@ -1,6 +1,8 @@
 // The real launcher with real nodes (mimesis_counter) and shell scripts.
 #include <gtest/gtest.h>
 #include <signal.h>
+#include <sys/socket.h>
+#include <sys/un.h>
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
@@ -260,6 +262,17 @@ TEST_F(Launch, KillsWhatDoesNotStop) {
   EXPECT_FALSE(alive(std::stoi(folder_.read("pid"))));
 }
 
+TEST_F(Launch, ARequiredNodeThatHadToBeKilledIsAFailure) {
+  auto launch = start(
+      "nodes:\n  a: {exec: " + counter_ +
+      "}\n  deaf: {exec: sh, ready: started, required: true, stop: {timeout: 100ms}, args: [-c, "
+      "\"trap '' INT TERM; sleep 1000 & wait\"]}\n"
+      "result: {until: a/out, fields: {n: a/out.seq}}\n");
+  EXPECT_EQ(launch->wait(), 1) << launch->errors();
+  EXPECT_EQ(last_line(*launch)["reason"], "node 'deaf' did not stop in time");
+  EXPECT_EQ(last_line(*launch)["success"], false);
+}
+
 TEST_F(Launch, SecondInterruptHastens) {
   auto launch = start(
       "nodes:\n  deaf: {exec: sh, ready: started, stop: {timeout: 1h}, args: [-c, \"trap '' INT; "
@@ -314,6 +327,18 @@ TEST_F(NoOrphan, AfterKillOfItsSupervisor) {
   EXPECT_EQ(summary(*launch_)["exit_code"], 1);
   EXPECT_EQ(summary(*launch_)["reason"], "the launcher was killed by SIGKILL");
   EXPECT_EQ(left_in_graph(), std::vector<std::string>{});
+}
+
+TEST_F(Launch, ANodeIsAskedOnceWhenTheSupervisorDies) {
+  const std::string in = folder_.path() + "/";  // a signal interrupts `wait` at once
+  auto launch = start("nodes:\n  a: {exec: " + counter_ +
+                      "}\n  b: {exec: sh, ready: started, args: [-c, \"trap 'echo t >> " + in +
+                      "terms' TERM; sleep 1000 & echo > " + in + "up; wait; sleep 0.5; exit\"]}\n");
+  ASSERT_TRUE(until([&] { return pids().contains("a"); }));
+  ASSERT_TRUE(until_written("up", "\n"));
+  kill(parent(pids().at("a")), SIGKILL);
+  EXPECT_EQ(launch->wait(), 1);
+  EXPECT_EQ(folder_.read("terms"), "t\n");
 }
 
 TEST_F(NoOrphan, AfterAnInterrupt) {
@@ -400,6 +425,31 @@ TEST_F(Launch, RemovesWhatAKilledRunHasLeftAndNothingOfALivingNode) {
   launch->signal(SIGINT);
   EXPECT_EQ(launch->wait(), 130);
   EXPECT_EQ(left_in_graph(), of_live);
+}
+
+TEST_F(Launch, RemovesSocketsOfDevicesThatNobodyHasBound) {
+  const std::filesystem::path folder = graph_.directory();
+  const auto bound = [&](const std::string& name, int type) {
+    const int fd = socket(AF_UNIX, type | SOCK_CLOEXEC, 0);
+    sockaddr_un address{.sun_family = AF_UNIX, .sun_path = {}};
+    const std::string path = folder / name;
+    std::filesystem::create_directories(std::filesystem::path(path).parent_path());
+    path.copy(address.sun_path, sizeof address.sun_path - 1);
+    EXPECT_EQ(bind(fd, reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
+    return fd;
+  };
+  for (const int dead : {bound("can-dead/1.0", SOCK_DGRAM), bound("dead.modbus", SOCK_STREAM)})
+    close(dead);
+  const int frames = bound("can-live/2.0", SOCK_DGRAM),
+            requests = bound("live.modbus", SOCK_STREAM);
+  auto launch = start("nodes:\n  a: {exec: " + counter_ + "}\n");
+  ASSERT_TRUE(until([&] { return pids().contains("a"); }));
+  launch->signal(SIGINT);
+  EXPECT_EQ(launch->wait(), 130);
+  EXPECT_EQ(left_in_graph(), (std::vector<std::string>{"2.0", "live.modbus"}));
+  EXPECT_FALSE(std::filesystem::exists(folder / "can-dead"));
+  EXPECT_TRUE(std::filesystem::exists(folder / "nodes"));
+  close(frames), close(requests);
 }
 
 TEST_F(Launch, LockstepStartsTheClockAndGivesTheSameResultTwice) {

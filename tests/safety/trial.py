@@ -1,0 +1,219 @@
+"""One run of a scenario, its processes, and an observer outside of it: what happened, and when on the monotonic clock."""
+import contextlib
+import dataclasses
+import json
+import os
+import pathlib
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "python"))
+import mimesis  # noqa: E402
+
+
+@dataclasses.dataclass(frozen=True)
+class Scenario:
+    """truth: topic of the simulator's own joints, by which a run is judged; outcome: topic that ends the run."""
+    name: str
+    truth: str
+    outcome: str
+    moves_s: float  # graph time from the first motion that a moment is drawn from
+    still_rad_s: float  # slower than this is at rest; a robot that falls bends its springs
+    upstream: tuple = ()  # processes whose loss must bring the joints to rest; a walker ends its step first
+    options: tuple = ()  # of the launch
+    lockstep_options: tuple = ()  # more of them
+
+
+NOT_NODES = ("supervisor", "keeper")
+SCENARIOS = {s.name: s for s in (
+    Scenario("imitation", "sim_drives/arm", "world/outcome", 6.0, 0.01,
+             ("camera", "vision", "cognition", "planner", "world", "bridge", *NOT_NODES), ("--set", "camera.duration_s=3")),
+    Scenario("biped", "sim_body/arm", "sim_body/outcome", 8.0, 0.8, ("walker", "bridge")),
+    Scenario("crowd", "crowd/status", "crowd/outcome", 6.0, 0.0, (), ("--arg", "until=12"), ("--arg", "until=1000")),
+)}
+@dataclasses.dataclass(frozen=True)
+class Sample:
+    """Joints of the simulation, as received."""
+    at: float  # receipt [s], monotonic
+    graph: float  # graph time [s]
+    speed: float  # of the fastest joint [rad/s]
+    powered: bool  # any drive is in operation
+
+
+class Observer(threading.Thread):
+    """Listens to the truth. It is no member of the lock-step and is seen by nobody."""
+
+    def __init__(self, scenario):
+        super().__init__(daemon=True)
+        self.samples, self.stamp_ns, self.moved_ns, self.outcome, self.error = [], 0, None, False, ""
+        self._scenario, self._end = scenario, False
+        self._graph = mimesis.Graph("observer")
+
+    def run(self):
+        try:
+            topics = (self._scenario.truth, self._scenario.outcome)
+            while not self._end:
+                for got in self._graph.subscribe(*topics, policy="reliable", timeout_s=0.1):
+                    self._take(got)
+                    if self._end:
+                        break
+        except Exception as error:  # a thread's exception would be seen by nobody
+            self.error = f"the observer failed: {error}"
+        finally:
+            self._graph.close()
+
+    def _take(self, got):
+        if got.source == "rogue":  # hostile.py
+            return
+        if got.topic == self._scenario.outcome:
+            self.outcome = True
+            return
+        self.stamp_ns = got.stamp_ns
+        joints = hasattr(got.message, "drives")
+        speed = max((abs(v) for v in got.message.velocity_rad_s), default=0.0) if joints else 1.0
+        powered = joints and 5 in got.message.drives  # DRIVE_STATE_OPERATION_ENABLED
+        if self._scenario.name == "biped" and not powered:
+            speed = 0.0  # its drives hold it, whatever it falls on
+        self.samples.append(Sample(time.monotonic(), got.stamp_ns / 1e9, speed, powered))
+        if self.moved_ns is None and speed > self._scenario.still_rad_s and (powered or not joints):
+            self.moved_ns = got.stamp_ns
+
+    def close(self):
+        self._end = True
+        self.join()
+
+
+class Run:
+    """A scenario that was launched in folders of its own; `with` removes them, and every process that is left."""
+
+    def __init__(self, build, scenario, clock, preload=None):
+        self.scenario, self.build, self.clock = scenario, build, clock
+        self.folder = pathlib.Path(tempfile.mkdtemp(prefix="safety-", dir="/dev/shm"))  # logs have 150 MB
+        self.runtime, self.scratch = self.folder / "r", self.folder / "tmp"
+        for path in (self.runtime, self.scratch, self.folder / "state"):
+            path.mkdir(mode=0o700)
+        self.log = self.folder / "run.mcap"
+        os.environ["XDG_RUNTIME_DIR"], os.environ["MIMESIS_GRAPH"] = str(self.runtime), "g"
+        os.environ["MIMESIS_PROTOSET"] = str(build / "generated/mimesis.protoset")
+        self.graph = self.runtime / "mimesis/g"
+        environment = os.environ | {"XDG_STATE_HOME": str(self.folder / "state"), "TMPDIR": str(self.scratch)} | (preload or {})
+        command = [str(build / "bin/mimesis"), "launch", str(ROOT / f"launch/{scenario.name}.yaml"), "--json", "--arg",
+                   f"clock={clock}", "--arg", f"log={self.log}", *scenario.options]
+        command += scenario.lockstep_options if clock == "lockstep" else ()
+        self.observer = Observer(scenario)
+        self.observer.start()
+        self.errors = []  # (time of receipt, line)
+        self.began, self.ended = time.monotonic(), None
+        self.process = subprocess.Popen(command, env=environment, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
+                                        stderr=subprocess.PIPE, text=True, errors="replace", start_new_session=True)
+        self.output = []
+        self._readers = [threading.Thread(target=self._read, args=(self.process.stderr, self.errors), daemon=True),
+                         threading.Thread(target=self._read, args=(self.process.stdout, self.output), daemon=True)]
+        for reader in self._readers:
+            reader.start()
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.observer.close()
+        self.kill_rest()
+        self.process.wait()
+        for reader in self._readers:
+            reader.join()
+        self.process.stdout.close(), self.process.stderr.close()
+        shutil.rmtree(self.folder, ignore_errors=True)
+
+    def _read(self, stream, into):
+        for line in stream:
+            into.append((time.monotonic(), line.rstrip("\n")))
+
+    def processes(self):
+        """Living processes of this run by node name, "keeper" and "supervisor"; others by their pid."""
+        mark, found = f"XDG_RUNTIME_DIR={self.runtime}\0".encode(), {}
+        for entry in pathlib.Path("/proc").iterdir():
+            if not entry.name.isdigit() or int(entry.name) == os.getpid():
+                continue
+            with contextlib.suppress(OSError):
+                if mark not in (entry / "environ").read_bytes():
+                    continue
+                words = (entry / "cmdline").read_bytes().decode(errors="replace").split("\0")
+                parent = int((entry / "stat").read_text().rpartition(")")[2].split()[1])
+                if not words[0]:
+                    continue  # ended, and not waited for
+                name = entry.name
+                if int(entry.name) == self.process.pid:
+                    name = "keeper"
+                elif "--name" in words:
+                    name = words[words.index("--name") + 1]
+                elif "record" in words or words[0].endswith("mimesis-log-record"):
+                    name = "recorder"
+                elif "launch" in words[0] and parent == self.process.pid:
+                    name = "supervisor"
+                found[name] = int(entry.name)
+        return found
+
+    def wait_until(self, condition, timeout_s):
+        """False if the run ended or the time is up before the condition holds."""
+        deadline = time.monotonic() + timeout_s
+        while not condition():
+            if time.monotonic() > deadline or self.process.poll() is not None or self.observer.error:
+                return False
+            time.sleep(0.002)
+        return True
+
+    def wait_end(self, timeout_s):
+        """True when no process is left and both streams are closed."""
+        deadline = time.monotonic() + timeout_s
+        while time.monotonic() < deadline:
+            if not any(r.is_alive() for r in self._readers) and self.process.poll() is not None and not self.processes():
+                self.ended = time.monotonic()
+                return True
+            time.sleep(0.02)
+        return False
+
+    def kill_rest(self):
+        """Kills what is left; returns the names."""
+        left = self.processes()
+        for pid in left.values():
+            with contextlib.suppress(ProcessLookupError):
+                os.kill(pid, signal.SIGKILL)
+        return sorted(left)
+
+    def json_lines(self):
+        """The summary of the nodes and the result, of those that were printed."""
+        found = []
+        for _, line in self.output:
+            with contextlib.suppress(ValueError):
+                found.append(json.loads(line))
+        summary = next((f for f in found if "nodes" in f and "exit_code" in f), None)
+        return summary, next((f for f in found if f is not summary), None)
+
+    def leftovers(self):
+        """Files that nobody needs any more. wall_clock is the observer's as well."""
+        ours = {"mimesis", "mimesis/g", "mimesis/g/nodes", "mimesis/g/wall_clock"}
+        found = [str(p.relative_to(self.runtime)) for p in self.runtime.rglob("*")]
+        return sorted(set(found) - ours) + [str(p) for p in self.scratch.rglob("*")]
+
+    def log_state(self):
+        """Exit code of `log check`, and graph time of the last message [ns]; None without a readable log."""
+        mimesis_program = str(self.build / "bin/mimesis")
+        run = lambda *words: subprocess.run([mimesis_program, "log", *words, str(self.log)], capture_output=True, text=True)
+        told = run("info", "--json").stdout
+        with contextlib.suppress(ValueError, KeyError, TypeError):
+            return run("check").returncode, int(json.loads(told)["end_ns"])
+        return run("check").returncode, None
+
+
+def node_names(build, scenario, clock):
+    """Nodes of a launch file in order of start."""
+    command = [str(build / "bin/mimesis"), "launch", str(ROOT / f"launch/{scenario.name}.yaml"), "--dry-run", "--json",
+               "--arg", f"clock={clock}"]
+    told = subprocess.run(command, capture_output=True, text=True, check=True).stdout
+    return [node["name"] for node in json.loads(told)["start"]]
