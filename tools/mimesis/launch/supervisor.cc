@@ -290,6 +290,7 @@ struct ManagedNode {
   int restarts = 0;
   std::optional<Ending> ending;
   std::optional<nanoseconds> silent;  ///< since its last sign of life; nothing before the first
+  Activity does;                      ///< when last looked at
 };
 
 using State = ManagedNode::State;
@@ -455,17 +456,18 @@ class Supervisor {
     }
     for (auto& node : nodes_) {
       if (node->state != State::ready || !node->silent) continue;
-      *node->silent += passed;
+      const Activity now_does = activity(node->child.pid);
+      *node->silent += silence(passed, std::exchange(node->does, now_does), now_does);
       if (!node->hung && *node->silent >= Watchdog::kNamed) {
         node->hung = true;
         say("{} hangs: no sign of life for {:.1f} s ({})", node->name(), to_seconds(*node->silent),
-            activity(node->child.pid));
+            now_does.text());
       }
       if (node->spec.hung_after == nanoseconds(0) || *node->silent < node->spec.hung_after)
         continue;
       if (node->spec.required) {
         end_run(1, fmt::format("node '{}' hung for {:.1f} s ({})", node->name(),
-                               to_seconds(*node->silent), activity(node->child.pid)));
+                               to_seconds(*node->silent), now_does.text()));
       } else if (node->spec.restart.on_failure && !node->killed) {
         node->child.send(SIGKILL);  // its ending starts it again
       }

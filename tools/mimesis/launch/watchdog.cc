@@ -2,12 +2,15 @@
 
 #include <sys/socket.h>
 #include <sys/un.h>
+#include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <cstddef>
 #include <cstring>
 #include <fstream>
+#include <sstream>
 #include <stdexcept>
 #include <string_view>
 
@@ -56,12 +59,7 @@ std::optional<pid_t> Watchdog::next() {
   }
 }
 
-std::string activity(pid_t pid) {
-  std::ifstream stat("/proc/" + std::to_string(pid) + "/stat");
-  std::string text;
-  std::getline(stat, text);
-  const std::size_t bracket = text.rfind(')');  // ends the name, which may hold anything
-  const char state = bracket + 2 < text.size() ? text[bracket + 2] : '?';
+std::string Activity::text() const {
   switch (state) {
     case 'R':
       return "it computes";
@@ -74,6 +72,27 @@ std::string activity(pid_t pid) {
     default:
       return "it waits";
   }
+}
+
+Activity activity(pid_t pid) {
+  std::ifstream stat("/proc/" + std::to_string(pid) + "/stat");
+  std::string text;
+  std::getline(stat, text);
+  const std::size_t bracket = text.rfind(')');  // ends the name, which may hold anything
+  if (bracket == std::string::npos) return {};
+  std::istringstream fields(text.substr(bracket + 1));
+  Activity found;
+  fields >> found.state;
+  std::int64_t ticks = 0, user = 0, system = 0;
+  for (int field = 4; field < 14; ++field) fields >> ticks;
+  if (!(fields >> user >> system)) return {};
+  found.cpu = std::chrono::nanoseconds((user + system) * (1'000'000'000 / sysconf(_SC_CLK_TCK)));
+  return found;
+}
+
+std::chrono::nanoseconds silence(std::chrono::nanoseconds passed, const Activity& before,
+                                 const Activity& now) {
+  return before.state == 'R' && now.state == 'R' ? std::min(passed, now.cpu - before.cpu) : passed;
 }
 
 }  // namespace mimesis::launch

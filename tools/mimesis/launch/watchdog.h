@@ -29,7 +29,19 @@ class Watchdog {
   std::string address_;  ///< as in $NOTIFY_SOCKET
 };
 
-/// What a process does, from /proc: "stopped by a signal", "waits for the disk", ...
-std::string activity(pid_t pid);
+/// What a process does, from /proc.
+struct Activity {
+  char state = '?';                ///< as in proc(5): R, S, D, T ...
+  std::chrono::nanoseconds cpu{};  ///< time it has computed for
+
+  /// "stopped by a signal", "it waits for a device", ...
+  std::string text() const;
+};
+Activity activity(pid_t pid);
+
+/// By how much a process has been silent for longer, `passed` after it did `before`. A machine that
+/// is busy lets a process that computes wait: then the time counts that it had.
+std::chrono::nanoseconds silence(std::chrono::nanoseconds passed, const Activity& before,
+                                 const Activity& now);
 
 }  // namespace mimesis::launch
