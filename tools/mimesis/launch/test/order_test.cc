@@ -1,9 +1,11 @@
 #include <gtest/gtest.h>
+#include <sys/prctl.h>
 
 #include "tools/mimesis/launch/command.h"
 #include "tools/mimesis/launch/graph_file.h"
 #include "tools/mimesis/launch/supervisor.h"
 #include "tools/mimesis/launch/test/graph_text.h"
+#include "tools/mimesis/launch/watchdog.h"
 
 namespace mimesis::launch {
 namespace {
@@ -69,6 +71,11 @@ TEST(Command, GoesThroughSshToOtherHosts) {
   EXPECT_TRUE(c.argv.back().starts_with(
       "exec env MIMESIS_GRAPH=g1 MIMESIS_RUN_LOG=/log /opt/m/bin/mimesis_x "))
       << c.argv.back();
+}
+
+TEST(Activity, IsReadWhateverTheProcessIsCalled) {
+  prctl(PR_SET_NAME, "x) T (y");
+  EXPECT_EQ(activity(getpid()), "it computes");
 }
 
 TEST(Backoff, GrowsAndGivesUpAndForgets) {
