@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
+#include <thread>
 
 #include "common/testing/process.h"
 #include "tools/mimesis/launch/test/graph_text.h"
@@ -220,7 +221,10 @@ TEST_F(Launch, NamesAHungNodeAndEndsTheRunIfItIsRequired) {
   kill(pids().at("b"), SIGSTOP);
   ASSERT_TRUE(said(*launch, "b hangs: no sign of life for ")) << launch->errors();
   EXPECT_LT(std::chrono::steady_clock::now() - stopped, 1500ms);
+  EXPECT_GT(std::chrono::steady_clock::now() - stopped, 500ms);
   EXPECT_EQ(launch->wait(), 1);
+  const std::string line = launch->errors().substr(launch->errors().find("b hangs") + 1);
+  EXPECT_EQ(line.find("b hangs"), std::string::npos) << "said once: " << launch->errors();
   EXPECT_TRUE(std::string(summary(*launch)["reason"]).starts_with("node 'b' hung for 2."))
       << summary(*launch);
   EXPECT_NE(launch->errors().find("(stopped by a signal)"), std::string::npos);
@@ -238,6 +242,28 @@ TEST_F(Launch, NamesAHungNodeAndEndsTheRunIfItIsRequired) {
   EXPECT_TRUE(said(*launch, "b was killed by SIGKILL; starting it again")) << launch->errors();
   launch->signal(SIGINT);
   EXPECT_EQ(launch->wait(), 130);
+}
+
+TEST_F(Launch, TimeInWhichItStoodItselfIsNobodysSilence) {
+  auto launch =
+      start("nodes:\n  a: {exec: " + counter_ + ", required: true}\n  b: {exec: " + counter_ +
+            ", required: true, hung_after: 0s, stop: {timeout: 100ms}}\n");
+  ASSERT_TRUE(until([&] { return pids().size() == 2; })) << launch->errors();
+  const pid_t a = pids().at("a"), b = pids().at("b"), supervisor = parent(a);
+  const auto pause = [](std::chrono::milliseconds time) { std::this_thread::sleep_for(time); };
+  pause(300ms);  // a sign of life has come
+  kill(supervisor, SIGSTOP);
+  kill(a, SIGSTOP);
+  pause(2500ms);
+  kill(supervisor, SIGCONT);
+  pause(100ms);
+  kill(a, SIGCONT);
+  kill(b, SIGSTOP);
+  EXPECT_TRUE(until([&] { return launch->errors().find("b hangs") != std::string::npos; }));
+  pause(2s);  // it is required, but may hang for ever
+  EXPECT_EQ(launch->errors().find("a hangs"), std::string::npos) << launch->errors();
+  launch->signal(SIGINT);
+  EXPECT_EQ(launch->wait(), 130) << launch->errors();
 }
 
 TEST_F(Launch, AHungNodeEndsARunInLockstep) {
@@ -529,6 +555,24 @@ TEST_F(Launch, CheckFindsWhatCannotWork) {
   EXPECT_NE(found[2].get<std::string>().find("no node publishes 'aa/out', did you mean 'a/out'?"),
             std::string::npos);
   EXPECT_NE(found[3].get<std::string>().find("there is no host 'moon'"), std::string::npos);
+}
+
+TEST_F(Launch, CheckKnowsWhatASimulatedClockNeeds) {
+  const std::string text = "clock: lockstep\nnodes:\n  clock: {exec: " + counter_ + "}\n";
+  auto launch = start(text, {"--check"});
+  EXPECT_EQ(launch->wait(), 2);
+  EXPECT_NE(launch->output().find(
+                "g.yaml:4:3: the name 'clock' belongs to the node that the launcher starts"),
+            std::string::npos)
+      << launch->output();
+  // A launcher without the clock beside it.
+  const std::string alone = folder_.path() + "/mimesis-launch";
+  std::filesystem::copy_file(MIMESIS_BIN_DIR "/mimesis-launch", alone);
+  testing::Process check(alone, {folder_.path() + "/g.yaml", "--check"});
+  EXPECT_EQ(check.wait(), 2);
+  EXPECT_NE(check.errors().find("clock lockstep needs the program mimesis_clock"),
+            std::string::npos)
+      << check.errors();
 }
 
 /// `latest` of a counter obeys one node.
