@@ -261,7 +261,8 @@ class Graph:
     def _complain(self, about, what):
         if about not in self._complained:
             self._complained.add(about)
-            print(f"mimesis: {what}", file=sys.stderr)
+            printable = "".join(c if c.isprintable() else f"\\u{ord(c):04x}" for c in what)
+            print(f"mimesis: {printable}", file=sys.stderr)
 
     def _open_entry(self, name):
         """Descriptor of a regular file in nodes/, or None: others may put links, FIFOs or folders there."""
@@ -275,7 +276,7 @@ class Graph:
             return None
         except OSError:
             pass
-        self._complain(path, f"{str(path)!r}: expected a regular file; it is skipped")
+        self._complain(path, f"{path}: expected a regular file; it is skipped")
         return None
 
     def _read_info(self, name):
@@ -291,7 +292,7 @@ class Graph:
             except DecodeError:
                 pass
         path = self._entry.with_name(name)
-        self._complain(path, f"{str(path)!r}: expected the NodeInfo of node {name!r}; it is skipped")
+        self._complain(path, f"{path}: expected the NodeInfo of node {name}; it is skipped")
         return None
 
     def _is_alive(self, name):
@@ -326,7 +327,7 @@ class Graph:
             try:
                 self._inputs[policy].connect(endpoints[0])
             except zmq.ZMQError as error:
-                self._complain(endpoints[0], f"node {node.name}: endpoint {endpoints[0]!r}: {error}")
+                self._complain(endpoints[0], f"node {node.name}: endpoint '{endpoints[0]}': {error}")
         if not any(i.topic == output.topic for i in self._info.inputs):
             self._info.inputs.add(topic=output.topic, port=output.topic.replace("/", "_"), type=output.type,
                                   type_hash=output.type_hash, policy=policy)
@@ -382,12 +383,12 @@ class Graph:
             node = next((n for n in self._nodes.values() if n.start_id == start_id), None)
             output = node and next((o for o in node.outputs if o.topic == topic and o.type_hash == kind), None)
             if not output:
-                self._complain((start_id, topic), f"{topic!r}: messages of a type that no node announced are ignored")
+                self._complain((start_id, topic), f"{topic}: messages of a type that no node announced are ignored")
                 continue
             try:
                 content = types.classes_of(node.descriptors[output.type])[output.type].FromString(frames[1])
             except (DecodeError, KeyError, TypeError) as error:
-                self._complain((start_id, topic), f"{topic!r}: messages of node {node.name} cannot be read: {error}")
+                self._complain((start_id, topic), f"{topic}: messages of node {node.name} cannot be read: {error}")
                 continue
             self._inbox[topic].append(Received(topic, content, stamp, seq, node.name))
 

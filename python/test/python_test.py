@@ -111,6 +111,8 @@ class Live(unittest.TestCase):
             os.mkfifo(nodes / ".fifo")  # whoever opens it waits for ever
             (nodes / "fifo").write_bytes(b"")
             (nodes / "folder").mkdir()
+            (nodes / ".\x1b[31m").mkdir()
+            (nodes / "\x1b[31m").write_bytes(b"")
             (nodes / ".folder").symlink_to("/dev/zero")
             liar.publish("counter/out", "mimesis.v1.Publication")
             liar._info.data_endpoints[:] = ["garbage://x"]
@@ -118,7 +120,7 @@ class Live(unittest.TestCase):
             self.assertIsNotNone(next(graph.subscribe("counter/out", timeout_s=5.0), None))
             (nodes / "liar").write_bytes(b"rubbish")
             self.assertEqual(set(graph.nodes()), {"counter"})
-        for part in ("/.fifo': expected a regular file", "'garbage://x'", "expected the NodeInfo of node 'liar'"):
+        for part in ("/.fifo: expected a regular file", "'garbage://x'", "expected the NodeInfo of node liar", "/.\\u001b[31m: "):
             self.assertIn(part, said.getvalue())
 
 

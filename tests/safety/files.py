@@ -197,7 +197,7 @@ class Case:
         """The verdict, and what was called."""
         code, told = self._run()
         v = judge.Verdict()
-        text = told.decode(errors="replace")
+        text = re.sub(r"\x1b\[(1;33m)?Warning.*?\x1b\[0m", "", told.decode(errors="replace"))  # in colour, of DART
         if code is None:
             v.breach("hang", f"no end within {LIMIT_S:.0f} s")
         elif code < 0 and -code != signal.SIGTERM or judge.WRECK.search(text):

@@ -292,8 +292,9 @@ def folders(run, rng, count):
 
 
 def remove_rubbish(story):
-    """What `folders` made is not the run's to remove."""
-    story.leftovers = [path for path in story.leftovers if RUBBISH not in path]
+    """What `folders` made, and a folder that it is in, are not the run's to remove."""
+    kept = [path for path in story.leftovers if RUBBISH in path]
+    story.leftovers = [path for path in story.leftovers if not any(k.startswith(path) for k in kept)]
 
 
 KINDS = {f.__name__: f for f in (topics, endpoints, subscriptions, services, clock, hand, can, life, folders)}
