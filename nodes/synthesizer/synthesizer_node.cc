@@ -1,8 +1,5 @@
 #include "nodes/synthesizer/synthesizer_node.h"
 
-#include <algorithm>
-#include <cmath>
-
 #include "common/error.h"
 #include "common/model/files.h"
 #include "common/motion/model/motion_model.h"

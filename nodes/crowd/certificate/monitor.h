@@ -1,7 +1,6 @@
 #pragma once
 #include <cstdint>
 #include <optional>
-#include <string>
 
 #include "nodes/crowd/certificate/certificate.h"
 #include "nodes/crowd/certificate/rate_fit.h"

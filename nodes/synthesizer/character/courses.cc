@@ -1,7 +1,6 @@
 #include "nodes/synthesizer/character/courses.h"
 
 #include <algorithm>
-#include <cmath>
 #include <numbers>
 
 #include "common/error.h"

@@ -1,5 +1,4 @@
 #pragma once
-#include <string>
 
 #include "nodes/synthesizer/robot/robot_feedback.h"
 

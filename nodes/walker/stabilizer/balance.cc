@@ -1,7 +1,6 @@
 #include "nodes/walker/stabilizer/balance.h"
 
 #include "common/robot/dynamics.h"
-#include "nodes/walker/stabilizer/settings.h"
 
 // Equation numbers are those of docs/walking.md.
 namespace mimesis::walker {

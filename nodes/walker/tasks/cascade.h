@@ -1,6 +1,5 @@
 #pragma once
 #include <Eigen/Core>
-#include <memory>
 #include <vector>
 
 #include "common/qp/active_set.h"
