@@ -5,7 +5,7 @@
 
 #include "common/math/circle.h"
 #include "common/testing/no_malloc.h"
-#include "nodes/synthesizer/director().h"
+#include "nodes/synthesizer/director.h"
 #include "nodes/synthesizer/sequence/trials.h"
 #include "nodes/synthesizer/test/models.h"
 

@@ -131,7 +131,7 @@ class Cascade {
   qp::Outcome outcome() const { return outcome_; }
 
  private:
-  using Eigen::Index;
+  using Index = Eigen::Index;
   // Sine of the angle between a row and those before it below which the level is damped.
   static constexpr double kNearlySingular = 0.02;
   // Cost of the coordinates of lower levels, against 1 for a row: nearly nothing, but the program
