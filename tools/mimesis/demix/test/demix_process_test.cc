@@ -306,7 +306,7 @@ TEST_F(Demix, KnowsTheWignerMethodAndItsLimits) {
 TEST_F(Demix, RefusesWhatCannotBe) {
   const std::string out = path("m.motion.json");
   refuses({path("none.bvh"), "-o", out}, "none.bvh");
-  std::ofstream(path("empty.csv"));
+  std::ofstream(path("empty.csv")).close();
   refuses({path("empty.csv"), "-o", out}, "empty.csv");
   refuses({path("waves.csv"), "-k", "40", "-o", out}, "40");
   refuses({path("waves.csv"), "--average", "-o", out}, "--average: needs --tied");
