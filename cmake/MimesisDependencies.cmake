@@ -4,9 +4,9 @@ find_package(PkgConfig REQUIRED)
 find_package(Protobuf REQUIRED)
 find_package(Eigen3 3.4 REQUIRED NO_MODULE)
 if(MIMESIS_SANITIZE MATCHES "address")
-  # Else Eigen allocates otherwise under this sanitizer than in DART, which frees what we allocate.
-  set_property(TARGET Eigen3::Eigen APPEND PROPERTY
-    INTERFACE_COMPILE_DEFINITIONS EIGEN_MALLOC_ALREADY_ALIGNED=1)
+  # Else Eigen allocates otherwise under this sanitizer than in DART, which frees what we allocate. For all targets: they
+  # share precompiled headers.
+  add_compile_definitions(EIGEN_MALLOC_ALREADY_ALIGNED=1)
 endif()
 find_package(spdlog REQUIRED)
 find_package(fmt REQUIRED)

@@ -52,5 +52,7 @@ set(CMAKE_UNITY_BUILD_BATCH_SIZE 8)
 
 # All targets of this project link this; generated code does not.
 add_library(mimesis_warnings INTERFACE)
-target_compile_options(mimesis_warnings INTERFACE -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Werror)
+# Without clang's -Wshadow, which takes the constants of another file of a batch for shadowed.
+target_compile_options(mimesis_warnings INTERFACE
+  -Wall -Wextra -Wpedantic $<$<CXX_COMPILER_ID:GNU>:-Wshadow> -Wconversion -Werror)
 target_link_libraries(mimesis_warnings INTERFACE fmt::fmt)  # its macro must be the same in all that share headers

@@ -1,8 +1,6 @@
 #pragma once
 #include <array>
 #include <memory>
-#include <string>
-#include <vector>
 
 #include "common/runtime/log.h"
 #include "common/runtime/ports.h"

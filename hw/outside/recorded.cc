@@ -3,7 +3,6 @@
 #include <stdexcept>
 
 #include "common/log/wire.h"
-#include "common/runtime/bus.h"
 
 namespace mimesis::hw::outside {
 namespace {

@@ -5,7 +5,6 @@
 #include "common/runtime/bus.h"
 #include "common/runtime/log.h"
 #include "nodes/camera/recorded_device_node.h"
-#include "nodes/camera/source/source.h"
 
 namespace mimesis::camera {
 namespace {

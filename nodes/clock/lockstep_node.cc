@@ -2,8 +2,6 @@
 #include <poll.h>
 
 #include <cmath>
-#include <limits>
-#include <map>
 #include <optional>
 #include <vector>
 

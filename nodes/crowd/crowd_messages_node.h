@@ -2,7 +2,6 @@
 #include <chrono>
 #include <span>
 #include <string>
-#include <vector>
 
 #include "nodes/crowd/external/external_agents.h"
 #include "nodes/crowd/regions/far_crowd.h"

@@ -1,10 +1,12 @@
 #pragma once
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "nodes/synthesizer/character/characters.h"
 #include "nodes/synthesizer/robot/biped_sequence.h"
+#include "nodes/synthesizer/robot/robot_walk.h"
 
 namespace mimesis::synthesizer {
 
@@ -32,7 +34,7 @@ struct DirectedMotion {
   const char* action = "stand";
 };
 
-/// Turns goals into motion: of figures (FigureDirector) or of one robot (RobotDirector).
+/// Turns goals into motion: of figures or of one robot.
 class Director {
  public:
   Director(const motion::MotionModel& model, std::span<const CharacterStart> starts,
@@ -72,5 +74,18 @@ class Director {
  protected:
   Characters characters_;
 };
+
+/// Directs figures. Whatever a pointer leads to must outlive the director.
+/// @param drawer  actions for goals of that kind; null: they are refused
+std::unique_ptr<Director> make_figure_director(const motion::MotionModel& model,
+                                               std::span<const CharacterStart> starts,
+                                               const CharactersSettings& settings,
+                                               const ActionMaps* drawer);
+/// Directs a walking robot. @throws ConfigError if the model has no row of a joint that drawer
+/// moves
+std::unique_ptr<Director> make_robot_director(const motion::MotionModel& model,
+                                              const CharacterStart& start,
+                                              const CharactersSettings& settings,
+                                              const RobotLimits& limits, const BipedDrawer* drawer);
 
 }  // namespace mimesis::synthesizer

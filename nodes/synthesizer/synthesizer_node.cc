@@ -1,16 +1,11 @@
 #include "nodes/synthesizer/synthesizer_node.h"
 
-#include <algorithm>
-#include <cmath>
-
 #include "common/error.h"
 #include "common/model/files.h"
 #include "common/motion/model/motion_model.h"
 #include "common/runtime/param_source.h"
 #include "common/time.h"
-#include "nodes/synthesizer/figure_director.h"
 #include "nodes/synthesizer/messages_node.h"
-#include "nodes/synthesizer/robot_director.h"
 
 namespace mimesis::synthesizer {
 namespace {
@@ -45,14 +40,13 @@ std::unique_ptr<Director> make_director(const SynthesizerParams& params, const A
   const auto starts = form(params.characters, params.start);
   const CharactersSettings settings = params.character_settings();
   if (params.robot.description.empty()) {
-    return std::make_unique<FigureDirector>(model, starts, settings, drawer);
+    return make_figure_director(model, starts, settings, drawer);
   }
   if (params.characters != 1) {
     throw ConfigError("synthesizer.robot.description: one robot, but synthesizer.characters is " +
                       std::to_string(params.characters));
   }
-  return std::make_unique<RobotDirector>(model, starts, settings, params.robot.asked(),
-                                         robot_drawer);
+  return make_robot_director(model, starts.front(), settings, params.robot.asked(), robot_drawer);
 }
 
 }  // namespace

@@ -1,6 +1,9 @@
 #pragma once
+#include <algorithm>
+#include <numbers>
 #include <string>
 
+#include "common/model/files.h"
 #include "common/runtime/params.h"
 #include "nodes/synthesizer/character/characters.h"
 #include "nodes/synthesizer/robot/robot_walk.h"
@@ -21,7 +24,12 @@ struct RobotParams {
   double step_s = 0.0;      ///< duration of one step; 0: the robot's own [s]
   double stale_s = 0.25;    ///< older feedback is ignored [s]
 
-  RobotLimits asked() const;  ///< `limits` with this or the robot's step_s. @throws ConfigError
+  /// `limits` with this or the robot's step_s. @throws ConfigError
+  RobotLimits asked() const {
+    RobotLimits asked = limits;
+    asked.step_s = step_s > 0.0 ? step_s : model::load_biped(description).step_s;
+    return asked;
+  }
 };
 
 struct SynthesizerParams {
@@ -39,9 +47,67 @@ struct SynthesizerParams {
   double beat_stale_s = 5.0;  ///< a beat has ended after this time without a message [s]
   double gait_stale_s = 0.5;  ///< a crowd command is released after this time without a new one [s]
 
-  void visit(runtime::ParamVisitor& v);
-  double robot_rate_hz() const;  ///< see run_node
-  CharactersSettings character_settings() const;
+  void visit(runtime::ParamVisitor& v) {
+    constexpr double kFarthest_m = 1e4;
+    v("rate_hz", rate_hz, 20.0, 1000.0);
+    v("offset_s", offset_s, 0.0, 1.0);
+    v("model", model);
+    v("characters", characters, 1, 20000);
+    v("style", character.style);
+    v.group("start", [this](runtime::ParamVisitor& g) {
+      g("arrangement", start.arrangement, {"grid", "row", "circle"});
+      g("spacing_m", start.spacing_m, 0.1, 100.0);
+      g("x_m", start.centre_W_m.x(), -kFarthest_m, kFarthest_m);
+      g("y_m", start.centre_W_m.y(), -kFarthest_m, kFarthest_m);
+      g("heading_rad", start.heading_rad, -std::numbers::pi, std::numbers::pi);
+      g("walking", character.walking);
+      g("spread_phases", start.spread_phases);
+    });
+    v.group("goal", [this](runtime::ParamVisitor& g) {
+      g("kind", goal.kind, {"none", "walk_to", "drawer"});
+      g("x_m", goal.x_m, -kFarthest_m, kFarthest_m);
+      g("y_m", goal.y_m, -kFarthest_m, kFarthest_m);
+      g("object_depth_m", goal.object_depth_m, 0.0, 1.0);
+    });
+    v("drawer", drawer);
+    v("drawer_seed", drawer_seed, 0, 1'000'000'000);
+    v("style_beta", character.walk.style_beta, 0.01, 1.0);
+    v("turn_gain_1_s", character.walk.turn_gain_1_s, 0.1, 10.0);
+    v("turn_max_rad_s", character.walk.turn_max_rad_s, 0.05, 3.0);
+    v("goal_tolerance_m", character.walk.goal_tolerance_m, 0.02, 2.0);
+    v("longest_step", character.walk.longest_step, 0.5, 1.5);
+    v("shortest_cycle", character.walk.shortest_cycle, 0.3, 1.0);
+    v("longest_cycle", character.walk.longest_cycle, 1.0, 5.0);
+    v("give_up_s", character.walk.give_up_s, 1.0, 600.0);
+    v.group("robot", [this](runtime::ParamVisitor& g) {
+      RobotLimits& limits = robot.limits;
+      g("description", robot.description);
+      g("max_forward_m_s", limits.forward_m_s, 0.02, 1.0);
+      g("max_left_m_s", limits.left_m_s, 0.0, 0.5);
+      g("max_turn_rad_s", limits.turn_rad_s, 0.01, 1.0);
+      g("acceleration_m_s2", limits.acceleration_m_s2, 0.02, 10.0);
+      g("turn_acceleration_rad_s2", limits.turn_acceleration_rad_s2, 0.02, 10.0);
+      g("step_s", robot.step_s, 0.0, 3.0);
+      g("stale_s", robot.stale_s, 0.02, 10.0);
+    });
+    v("beat_alpha_1_s", character.beat_alpha_1_s, 0.0, 100.0);
+    v("crowd_alpha_1_s", character.crowd_alpha_1_s, 0.0, 100.0);
+    v("beat_stale_s", beat_stale_s, 0.05, 600.0);
+    v("gait_stale_s", gait_stale_s, 0.05, 60.0);
+    v("foot_lock", character.foot_lock);
+  }
+  /// see run_node
+  double robot_rate_hz() const {
+    return robot.description.empty() ? 0.0 : model::rate_of_robot(robot.description);
+  }
+  CharactersSettings character_settings() const {
+    CharactersSettings s = character;
+    s.walk.dt_s = 1.0 / rate_hz;
+    if (robot.description.empty()) return s;
+    s.walk.longest_cycle = std::max(s.walk.longest_cycle, 5.0);  // robots step slower than people
+    s.foot_lock = false;                                         // robots have feet of their own
+    return s;
+  }
 };
 
 }  // namespace mimesis::synthesizer

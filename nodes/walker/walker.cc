@@ -3,7 +3,6 @@
 #include "common/math/minimum_jerk.h"
 #include "nodes/walker/pattern/generators.h"
 #include "nodes/walker/pattern/preview_control.h"
-#include "nodes/walker/upper_body.h"
 
 namespace mimesis::walker {
 namespace {

@@ -2,7 +2,6 @@
 #include <memory>
 #include <optional>
 #include <string>
-#include <vector>
 
 #include "nodes/walker/filter/dynamic_filter.h"
 #include "nodes/walker/pattern/pattern.h"

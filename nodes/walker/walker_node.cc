@@ -1,6 +1,5 @@
 #include "nodes/walker/walker_node.h"
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>

@@ -4,9 +4,7 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
-#include <complex>
 #include <numeric>
-#include <vector>
 
 #include "common/math/circle.h"
 #include "common/motion/demix/spectrum.h"

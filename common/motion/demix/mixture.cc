@@ -1,8 +1,6 @@
 #include "common/motion/demix/mixture.h"
 
 #include <cmath>
-#include <complex>
-#include <numbers>
 #include <unsupported/Eigen/FFT>
 
 namespace mimesis::demix {

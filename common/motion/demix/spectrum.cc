@@ -1,7 +1,5 @@
 #include "common/motion/demix/spectrum.h"
 
-#include <algorithm>
-#include <cmath>
 #include <complex>
 #include <unsupported/Eigen/FFT>
 

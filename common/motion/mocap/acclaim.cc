@@ -237,7 +237,7 @@ class Tree {
       bone = found->second;
       by_name_.erase(found);  // once only: neither two parents nor a ring
     }
-    Joint& joint = out.skeleton.joints.emplace_back(std::string(name), parent);
+    Joint& joint = out.skeleton.joints.emplace_back(Joint{std::string(name), parent});
     if (parent >= 0) joint.offset_m = tips_[static_cast<std::size_t>(parent)];
     out.bones.push_back(bone->bone);
     out.bones.back().axes = axes_of(*bone, asf_.degrees);

@@ -3,7 +3,6 @@
 #include <Eigen/Geometry>
 #include <Eigen/SVD>
 #include <algorithm>
-#include <cmath>
 
 #include "common/math/so3.h"
 

@@ -1,9 +1,7 @@
 #pragma once
 #include <Eigen/Core>
 #include <array>
-#include <string>
 #include <string_view>
-#include <vector>
 
 #include "common/motion/mocap/body.h"
 #include "common/motion/mocap/body_map.h"

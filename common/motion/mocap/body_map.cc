@@ -1,7 +1,6 @@
 #include "common/motion/mocap/body_map.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <vector>
 

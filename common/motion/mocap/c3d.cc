@@ -3,14 +3,10 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <cstddef>
-#include <cstdint>
 #include <cstdlib>
 #include <limits>
 #include <map>
 #include <optional>
-#include <span>
-#include <string>
 #include <vector>
 
 #include "common/error.h"

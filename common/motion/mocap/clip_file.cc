@@ -1,6 +1,5 @@
 #include "common/motion/mocap/clip_file.h"
 
-#include <cmath>
 #include <filesystem>
 
 #include "common/error.h"

@@ -3,7 +3,6 @@
 #include <Eigen/LU>
 #include <Eigen/SVD>
 #include <cmath>
-#include <vector>
 
 #include "common/motion/mocap/resampling.h"
 

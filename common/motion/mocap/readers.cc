@@ -1,8 +1,6 @@
 #include "common/motion/mocap/readers.h"
 
 #include <algorithm>
-#include <charconv>
-#include <cmath>
 #include <filesystem>
 #include <fstream>
 

@@ -6,7 +6,6 @@
 #include <charconv>
 #include <cmath>
 #include <numeric>
-#include <string_view>
 
 #include "common/error.h"
 #include "common/motion/mocap/body.h"

@@ -6,7 +6,6 @@
 #include <numbers>
 
 #include "common/error.h"
-#include "common/motion/demix/mixture.h"
 
 namespace mimesis::motion {
 namespace {

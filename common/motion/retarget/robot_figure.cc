@@ -1,6 +1,5 @@
 #include "common/motion/retarget/robot_figure.h"
 
-#include <algorithm>
 #include <numbers>
 
 #include "common/error.h"

@@ -1,7 +1,6 @@
 #pragma once
 #include <Eigen/Core>
 #include <array>
-#include <vector>
 
 #include "common/motion/mocap/body_map.h"
 

@@ -3,11 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <set>
-#include <span>
 
 #include "common/error.h"
 #include "common/math/so3.h"
-#include "common/motion/retarget/to_body.h"
 
 namespace mimesis::retarget {
 namespace {

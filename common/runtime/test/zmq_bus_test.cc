@@ -501,10 +501,10 @@ TEST(Registry, SkipsEntriesThatAreNoSmallFiles) {
   ASSERT_EQ(mkfifo((nodes + "fifo").c_str(), 0600), 0);
   ASSERT_EQ(mkfifo((nodes + ".lock").c_str(), 0600), 0);
   ASSERT_EQ(mkfifo((nodes + "lock").c_str(), 0600), 0);
-  std::ofstream(nodes + "large");
+  std::ofstream(nodes + "large").close();
   ASSERT_EQ(truncate((nodes + "large").c_str(), 1 << 30), 0);
-  std::ofstream(nodes + "empty");
-  std::ofstream(nodes + std::string(120, 'n'));
+  std::ofstream(nodes + "empty").close();
+  std::ofstream(nodes + std::string(120, 'n')).close();
   ::testing::internal::CaptureStderr();
   for (int k = 0; k < 3; ++k) {
     Registry registry(graph.directory());

@@ -113,7 +113,7 @@ TEST(MotionMap, GivesParametersOfTheTask) {
 TEST(MotionMap, ConfigurationErrors) {
   motion::MotionModel model = walks();
   try {
-    MotionMap(model, {TaskInput::task("height")}, LocalRegressionOptions{});
+    const MotionMap map(model, {TaskInput::task("height")}, LocalRegressionOptions{});
     FAIL();
   } catch (const ConfigError& e) {
     EXPECT_STREQ(e.what(), "map: model 'walks' has no task parameter 'height'");

@@ -16,7 +16,8 @@ namespace {
 
 constexpr double kStylesPi = std::numbers::pi;
 
-Eigen::RowVectorXd styles_wave(std::vector<std::pair<int, double>> harmonics, int length = 100) {
+Eigen::RowVectorXd styles_wave(const std::vector<std::pair<int, double>>& harmonics,
+                               int length = 100) {
   Eigen::RowVectorXd s(length);
   for (int t = 0; t < length; ++t) {
     s[t] = 0.0;

@@ -258,7 +258,7 @@ TEST(Announced, IsOnceWhatTheRobotsFileSaysOfItsJoints) {
 }
 
 TEST_F(Node, BadConfigurationIsRefused) {
-  const auto refusal = [&](BridgeParams params) -> std::string {
+  const auto refusal = [&](const BridgeParams& params) -> std::string {
     testing::Loopback other;
     try {
       BridgeNode refused(params, other);

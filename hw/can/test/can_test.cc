@@ -164,13 +164,13 @@ TEST(EmbeddedBus, SkipsWhatIsNoParticipant) {
   testing::Loopback graph;
   auto a = open("embedded:x", graph.directory()), b = open("embedded:x", graph.directory());
   const auto folder = std::filesystem::path(graph.directory()) / "can-x";
-  std::ofstream(folder / std::string(120, 'n'));
-  std::ofstream(folder / "file");
+  std::ofstream(folder / std::string(120, 'n')).close();
+  std::ofstream(folder / "file").close();
   std::filesystem::create_directory(folder / "folder");
   ASSERT_EQ(mkfifo((folder / "fifo").c_str(), 0600), 0);
   ::testing::internal::CaptureStderr();
   for (int k = 0; k < 3; ++k) {
-    std::ofstream(folder / ("more" + std::to_string(k)));
+    std::ofstream(folder / ("more" + std::to_string(k))).close();
     a->send(std::array{frame(1)});
   }
   const std::string said = ::testing::internal::GetCapturedStderr();

@@ -1,4 +1,6 @@
 #pragma once
+#include <algorithm>
+#include <cmath>
 namespace mimesis::hw::sim {
 
 /// One simulated joint with its drive's position loop.
@@ -18,23 +20,42 @@ class AxisPlant {
   AxisPlant(const PlantParams& params, double q_rad) : params_(params), q_(q_rad) {}
 
   /// Tracks a reference that moves at `v_ref` and reaches `q_ref` after `dt` [s].
-  void track(double q_ref, double v_ref, double dt);
+  void track(double q_ref, double v_ref, double dt) {
+    if (jammed_) return lock();
+    const int steps = std::max(1, static_cast<int>(std::ceil(dt / kLongestStep)));
+    const double h = dt / steps, w = params_.bandwidth_rad_s;
+    for (int i = 1; i <= steps; ++i) {
+      const double reference = q_ref - v_ref * (dt - i * h);
+      a_ = std::clamp(w * w * (reference - q_) + 2.0 * w * (v_ref - v_), -params_.a_max_rad_s2,
+                      params_.a_max_rad_s2);
+      v_ = std::clamp(v_ + a_ * h, -params_.v_max_rad_s, params_.v_max_rad_s);
+      q_ += v_ * h;
+    }
+  }
   /// Decelerates at `deceleration` [rad/s²] for `dt` [s].
-  void brake(double deceleration, double dt);
+  void brake(double deceleration, double dt) {
+    const double slowing = std::min(std::abs(v_), deceleration * dt);
+    const double v = v_ - std::copysign(slowing, v_);
+    const double time = deceleration > 0.0 ? slowing / deceleration : dt;
+    a_ = (v - v_) / dt;
+    q_ += 0.5 * (v_ + v) * time;
+    v_ = v;
+  }
   /// The mechanical brake: at rest at once.
-  void lock();
+  void lock() { v_ = a_ = 0.0; }
   /// An obstacle holds the joint from now on.
   void jam() { jammed_ = true; }
 
   double position() const { return q_; }  ///< [rad]
   double velocity() const { return v_; }  ///< [rad/s]
-  double torque() const {
-    return params_.inertia_kg_m2 * a_ + params_.friction_n_m_s * v_;
-  }  ///< [N m]
+  /// [N m]
+  double torque() const { return params_.inertia_kg_m2 * a_ + params_.friction_n_m_s * v_; }
   bool at_rest() const { return v_ == 0.0; }
   double held() const { return q_; }  ///< position from which a powered motor continues [rad]
 
  private:
+  static constexpr double kLongestStep = 0.5e-3;  // [s]
+
   PlantParams params_;
   double q_, v_ = 0.0, a_ = 0.0;
   bool jammed_ = false;
@@ -47,8 +68,18 @@ class WorldJoint {
   explicit WorldJoint(double q_rad) : motor_(q_rad), position_(q_rad) {}
 
   // From the drive: the same calls as AxisPlant's, here for the motor.
-  void track(double q_ref, double v_ref, double dt);
-  void brake(double deceleration, double dt);
+  void track(double q_ref, double v_ref, double) {
+    if (jammed_) return lock();
+    motor_ = q_ref;
+    rate_ = v_ref;
+  }
+  void brake(double deceleration, double dt) {
+    const double slowing = std::min(std::abs(rate_), deceleration * dt);
+    const double rate = rate_ - std::copysign(slowing, rate_);
+    const double time = deceleration > 0.0 ? slowing / deceleration : dt;
+    motor_ += 0.5 * (rate_ + rate) * time;
+    rate_ = rate;
+  }
   /// The brake on the motor's shaft: it stays where it is.
   void lock() { rate_ = 0.0; }
   void jam() { jammed_ = true; }
@@ -59,7 +90,11 @@ class WorldJoint {
   double held() const { return motor_; }  ///< position from which a powered motor continues [rad]
 
   // From and to the world.
-  void measure(double position_rad, double velocity_rad_s, double torque_n_m);
+  void measure(double position_rad, double velocity_rad_s, double torque_n_m) {
+    position_ = position_rad;
+    velocity_ = velocity_rad_s;
+    torque_ = torque_n_m;
+  }
   double motor() const { return motor_; }  ///< set-point at the end of the last move [rad]
 
  private:

@@ -1,5 +1,7 @@
 #pragma once
 #include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
 #include <map>
 #include <string>
 #include <utility>
@@ -17,20 +19,56 @@ struct Cylinder {
   double height = 0.0;  ///< [m]
 };
 
+/// From the distances along independent directions, each negative inside.
+inline double combine(double a, double b) {
+  if (a <= 0.0 && b <= 0.0) return std::max(a, b);
+  return std::hypot(std::max(a, 0.0), std::max(b, 0.0));
+}
+
 /// Distance of point `p` from the surface, negative inside [m].
-double signed_distance(const kin::Box& box, const Eigen::Vector3d& p);
-double signed_distance(const Cylinder& cylinder, const Eigen::Vector3d& p);
+inline double signed_distance(const kin::Box& box, const Eigen::Vector3d& p) {
+  const Eigen::Vector3d d = (p - box.center).cwiseAbs() - box.half_extent;
+  return d.maxCoeff() <= 0.0 ? d.maxCoeff() : d.cwiseMax(0.0).norm();
+}
+inline double signed_distance(const Cylinder& cylinder, const Eigen::Vector3d& p) {
+  const Eigen::Vector3d p_O = cylinder.X_WO.inverse() * p;
+  return combine(p_O.head<2>().norm() - cylinder.radius, std::abs(p_O.z()) - cylinder.height / 2);
+}
 
 /// Angle between the cylinder's axis and the vertical, [0, π/2] [rad].
-double tilt(const Cylinder& cylinder);
+inline double tilt(const Cylinder& cylinder) {
+  const Eigen::Vector3d axis = cylinder.X_WO.linear().col(2);
+  return std::atan2(axis.head<2>().norm(), std::abs(axis.z()));
+}
 
 /// Height of the lowest point: z − ½h cos θ − r sin θ at tilt θ [m].
-double lowest_point(const Cylinder& cylinder);
+inline double lowest_point(const Cylinder& cylinder) {
+  const double theta = tilt(cylinder);
+  return cylinder.X_WO.translation().z() - cylinder.height / 2 * std::cos(theta) -
+         cylinder.radius * std::sin(theta);
+}
 
 /// Balls inside the cylinder that touch its surface: five along the axis, and points (radius 0),
 /// twelve on each rim. A flat face that touches none of them cuts the rims by less than r·(1 − cos
 /// 15°).
-std::vector<kin::Ball> covering_balls(const Cylinder& cylinder);
+inline std::vector<kin::Ball> covering_balls(const Cylinder& cylinder) {
+  constexpr int kAlongAxis = 5, kOnRim = 12;
+  std::vector<kin::Ball> balls;
+  const double half = std::max(cylinder.height / 2 - cylinder.radius, 0.0);
+  for (int i = 0; i < kAlongAxis; ++i) {
+    const double z = half * (2.0 * i / (kAlongAxis - 1) - 1.0);
+    balls.push_back({cylinder.X_WO * Eigen::Vector3d(0, 0, z), cylinder.radius});
+  }
+  for (const double z : {-cylinder.height / 2, cylinder.height / 2}) {
+    for (int i = 0; i < kOnRim; ++i) {
+      const double phi = 2.0 * M_PI * i / kOnRim;
+      const Eigen::Vector3d rim(cylinder.radius * std::cos(phi), cylinder.radius * std::sin(phi),
+                                z);
+      balls.push_back({cylinder.X_WO * rim, 0.0});
+    }
+  }
+  return balls;
+}
 
 /// The object as the collision check sees it.
 struct ObjectInScene {
@@ -52,10 +90,33 @@ struct Contact {
 /// each box. A contact of two bodies counts once, from the first overlap until they part.
 class CollisionMonitor {
  public:
-  CollisionMonitor(const kin::ArmModel& arm, const kin::Table& table);
+  CollisionMonitor(const kin::ArmModel& arm, const kin::Table& table)
+      : arm_(arm),
+        table_(table),
+        object_(static_cast<int>(arm.groups.size())),
+        bridge_(object_ + 1),
+        first_box_(object_ + 2) {
+    for (const kin::SafetyBall& ball : arm_.balls) {
+      if (ball.frame == arm_.dof()) hand_ = ball.group;
+    }
+    for (std::size_t i = 0; i < arm_.balls.size(); ++i) {
+      const int group = arm_.balls[i].group;
+      parts_.push_back(
+          {group, Eigen::Vector3d::Zero(), arm_.balls[i].radius,
+           arm_.groups[static_cast<std::size_t>(group)] + " ball " + std::to_string(i)});
+    }
+  }
 
   /// `X`: frames of the arm (kin::forward). O(balls of the arm × balls and boxes of the table).
-  void update(const std::vector<Eigen::Isometry3d>& X, const ObjectInScene& object);
+  void update(const std::vector<Eigen::Isometry3d>& X, const ObjectInScene& object) {
+    now_.clear();
+    push_ = {};
+    place(X, object);
+    for (const Part& part : parts_) meet_table(part);
+    meet_itself();
+    if (!object.falling) meet_object(object);
+    count_episodes();
+  }
 
   int count() const { return count_; }               ///< contacts since the start
   const std::string& last() const { return last_; }  ///< name of the newest one
@@ -64,6 +125,10 @@ class CollisionMonitor {
   const Contact& push() const { return push_; }
 
  private:
+  // The held object may be pressed this deep into a box.
+  static constexpr double kSupport_m = 0.003;
+  static constexpr double kRelease_m = 0.001;  // a contact ends when the bodies are this far apart
+
   struct Part {  // a ball of a moving body
     int body;
     Eigen::Vector3d center;
@@ -75,13 +140,72 @@ class CollisionMonitor {
     std::string name;
   };
 
-  void place(const std::vector<Eigen::Isometry3d>& X, const ObjectInScene& object);
-  void meet_table(const Part& part);
-  void meet_itself();
-  void meet_object(const ObjectInScene& object);
+  void place(const std::vector<Eigen::Isometry3d>& X, const ObjectInScene& object) {
+    kin::ball_centers(arm_, X, centers_);
+    parts_.resize(arm_.balls.size());
+    for (std::size_t i = 0; i < parts_.size(); ++i) {
+      parts_[i].center = centers_.col(static_cast<Eigen::Index>(i));
+    }
+    if (!object.held) return;
+    for (const kin::Ball& ball : covering_balls(object.cylinder)) {
+      parts_.push_back({object_, ball.center, ball.radius, "object"});
+    }
+  }
+  void meet_table(const Part& part) {
+    const bool is_object = part.body == object_;
+    if (!is_object && std::find(arm_.env_groups.begin(), arm_.env_groups.end(), part.body) ==
+                          arm_.env_groups.end()) {
+      return;
+    }
+    for (const kin::Ball& ball : table_.balls) {
+      note(part.body, bridge_, part.radius + ball.radius - (part.center - ball.center).norm(),
+           part.name, "bridge");
+    }
+    for (std::size_t k = 0; k < table_.boxes.size(); ++k) {
+      const kin::Box& box = table_.boxes[k];
+      const double depth = part.radius - signed_distance(box, part.center);
+      note(part.body, first_box_ + static_cast<int>(k), depth - (is_object ? kSupport_m : 0.0),
+           part.name, box.name);
+    }
+  }
+  void meet_itself() {
+    for (const auto& [a, b] : arm_.self_pairs) {
+      for (const Part& first : parts_) {
+        if (first.body != a) continue;
+        for (const Part& second : parts_) {
+          if (second.body != b) continue;
+          note(a, b, first.radius + second.radius - (first.center - second.center).norm(),
+               first.name, second.name);
+        }
+      }
+    }
+  }
+  void meet_object(const ObjectInScene& object) {
+    const bool hand_may_touch = object.held || object.between_fingers;
+    for (std::size_t i = 0; i < arm_.balls.size(); ++i) {
+      const Part& part = parts_[i];
+      if (hand_may_touch && part.body == hand_) continue;
+      const double depth = part.radius - signed_distance(object.cylinder, part.center);
+      note(part.body, object_, depth, part.name, "object");
+      if (!object.held && depth > push_.depth) push_ = {part.name, depth};
+    }
+  }
   void note(int body, int other, double depth, const std::string& name,
-            const std::string& other_name);
-  void count_episodes();
+            const std::string& other_name) {
+    if (depth < -kRelease_m) return;
+    Overlap& overlap = now_.try_emplace({body, other}, Overlap{-kRelease_m, {}}).first->second;
+    if (depth >= overlap.depth) overlap = {depth, name + " with " + other_name};
+  }
+  void count_episodes() {
+    for (auto& [pair, touching] : touching_) touching = touching && now_.contains(pair);
+    for (const auto& [pair, overlap] : now_) {
+      bool& touching = touching_[pair];
+      if (touching || overlap.depth <= 0.0) continue;
+      touching = true;
+      ++count_;
+      last_ = overlap.name;
+    }
+  }
 
   kin::ArmModel arm_;
   kin::Table table_;

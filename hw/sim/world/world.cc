@@ -1,7 +1,6 @@
 #include "hw/sim/world/world.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include "common/error.h"
 

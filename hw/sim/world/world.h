@@ -1,6 +1,5 @@
 #pragma once
 #include <cmath>
-#include <cstdlib>
 #include <string>
 
 #include "hw/sim/world/collisions.h"

@@ -11,7 +11,6 @@
 #include <cerrno>
 #include <cmath>
 #include <cstring>
-#include <filesystem>
 #include <opencv2/imgproc.hpp>
 #include <sstream>
 

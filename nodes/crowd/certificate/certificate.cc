@@ -8,15 +8,10 @@
 #include <numbers>
 #include <numeric>
 #include <sstream>
-#include <string>
 #include <utility>
-#include <vector>
 
 #include "common/error.h"
 #include "common/math/circle.h"
-#include "nodes/crowd/certificate/contraction.h"
-#include "nodes/crowd/rules/rules.h"
-#include "nodes/crowd/scenario/scenario.h"
 
 namespace mimesis::crowd {
 namespace {

@@ -4,11 +4,9 @@
 #include <cmath>
 #include <string>
 #include <utility>
-#include <vector>
 
 #include "common/error.h"
 #include "nodes/crowd/engine/crowd_impl.h"
-#include "nodes/crowd/rules/rules.h"
 
 namespace mimesis::crowd {
 namespace {

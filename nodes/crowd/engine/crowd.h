@@ -3,7 +3,6 @@
 #include <memory>
 #include <optional>
 #include <span>
-#include <vector>
 
 #include "nodes/crowd/engine/agent.h"
 #include "nodes/crowd/rules/gait.h"

@@ -1,9 +1,7 @@
 #include "nodes/crowd/engine/neighbours.h"
 
 #include <algorithm>
-#include <cmath>
 #include <string>
-#include <utility>
 
 #include "common/error.h"
 

@@ -1,7 +1,6 @@
 #pragma once
 #include <Eigen/Core>
 #include <chrono>
-#include <cstdint>
 #include <string>
 #include <vector>
 

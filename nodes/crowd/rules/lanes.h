@@ -1,6 +1,5 @@
 #pragma once
 #include <bit>
-#include <cmath>
 #include <cstdint>
 
 // For functions that hold or enter such loops: they become part of their caller, and so are

@@ -4,12 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numbers>
-#include <utility>
 
 #include "common/math/circle.h"
-#include "nodes/crowd/rules/rules.h"
 
 namespace mimesis::crowd {
 

@@ -5,7 +5,6 @@
 #include <filesystem>
 #include <limits>
 #include <string_view>
-#include <utility>
 
 #include "common/error.h"
 #include "common/runtime/param_source.h"

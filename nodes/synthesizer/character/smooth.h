@@ -1,6 +1,5 @@
 #pragma once
 #include <algorithm>
-#include <cmath>
 
 #include "common/math/minimum_jerk.h"
 

@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "common/math/vector_clones.h"
-#include "nodes/synthesizer/dynamics/lanes.h"
 
 namespace mimesis::synthesizer {
 

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "common/math/circle.h"
 #include "nodes/synthesizer/character/smooth.h"

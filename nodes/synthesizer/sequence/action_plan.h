@@ -1,5 +1,4 @@
 #pragma once
-#include <span>
 #include <tl/expected.hpp>
 #include <vector>
 

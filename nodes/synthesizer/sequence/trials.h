@@ -1,7 +1,6 @@
 #pragma once
 #include <cstdint>
 #include <random>
-#include <string>
 #include <vector>
 
 #include "common/motion/mocap/body.h"

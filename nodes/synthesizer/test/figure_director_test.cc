@@ -1,5 +1,3 @@
-#include "nodes/synthesizer/figure_director.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -7,6 +5,8 @@
 
 #include "common/math/circle.h"
 #include "common/testing/no_malloc.h"
+#include "nodes/synthesizer/director.h"
+#include "nodes/synthesizer/sequence/trials.h"
 #include "nodes/synthesizer/test/models.h"
 
 namespace mimesis::synthesizer {
@@ -24,19 +24,19 @@ const ActionMaps& actions() {
 class FigureRig {
  public:
   explicit FigureRig(const ActionMaps* maps = &actions(), const CharacterStart& start = {})
-      : director(testing::three_styles(), {&start, 1}, settings(), maps) {}
+      : owner_(make_figure_director(testing::three_styles(), {&start, 1}, settings(), maps)) {}
 
   /// Until the goal is reached or `limit_s` is over. True: reached.
   bool run(double limit_s) {
     for (int k = 0; k < std::lround(limit_s / kFigureDt); ++k) {
-      director.step(nullptr, nullptr);
+      director().step(nullptr, nullptr);
       watch();
-      if (director.progress(0).reached) return true;
+      if (director().progress(0).reached) return true;
     }
     return false;
   }
 
-  FigureDirector director;
+  Director& director() { return *owner_; }
   double longest_jump_m = 0.0, largest_jump_rad = 0.0;  // in one step, of pelvis and rows
   double largest_kick_rad_s = 0.0;                      // change of a row's rate in one step
   std::vector<std::string> actions_seen;
@@ -48,8 +48,8 @@ class FigureRig {
     return s;
   }
   void watch() {
-    const CharacterState& state = director.state(0);
-    const auto angles = director.angles(0);
+    const CharacterState& state = director().state(0);
+    const auto angles = director().angles(0);
     std::vector<double> jumps(last_.size());
     if (!last_.empty()) {
       const Eigen::Vector3d p(state.root.position_W_m.x(), state.root.position_W_m.y(),
@@ -58,7 +58,7 @@ class FigureRig {
       for (std::size_t r = 0; r < angles.size(); ++r) {
         const double jump = static_cast<double>(angles[r]) - static_cast<double>(last_[r]);
         largest_jump_rad = std::max(largest_jump_rad, std::abs(jump));
-        if (jump_.size() > r && in_sequence_ != (director.plan(0) != nullptr)) {
+        if (jump_.size() > r && in_sequence_ != (director().plan(0) != nullptr)) {
           largest_kick_rad_s = std::max(largest_kick_rad_s, std::abs(jump - jump_[r]) / kFigureDt);
         }
         jumps[r] = jump;
@@ -66,12 +66,13 @@ class FigureRig {
     }
     place_ << state.root.position_W_m, state.root.height_m;
     jump_ = jumps;
-    in_sequence_ = director.plan(0) != nullptr;
+    in_sequence_ = director().plan(0) != nullptr;
     last_.assign(angles.begin(), angles.end());
-    if (actions_seen.empty() || actions_seen.back() != director.action(0)) {
-      actions_seen.emplace_back(director.action(0));
+    if (actions_seen.empty() || actions_seen.back() != director().motion(0).action) {
+      actions_seen.emplace_back(director().motion(0).action);
     }
   }
+  std::unique_ptr<Director> owner_;
   Eigen::Vector3d place_;
   std::vector<float> last_;
   std::vector<double> jump_;
@@ -81,10 +82,10 @@ class FigureRig {
 TEST(FigureDirector, GoesToADrawerAndTakesWhatIsInIt) {
   for (const double far : {1.5, 2.6, 4.4, 9.0}) {
     FigureRig rig;
-    ASSERT_EQ(rig.director.to_drawer(0, {{far, 0.0}, 0.2}), "");
-    EXPECT_TRUE(rig.run(25.0)) << far << " " << rig.director.progress(0).reason;
-    EXPECT_NEAR(rig.director.progress(0).distance_m, 0.60, 0.13) << far;
-    EXPECT_NEAR(rig.director.state(0).root.position_W_m.x(), far - 0.6, 0.13);
+    ASSERT_EQ(rig.director().to_drawer(0, {{far, 0.0}, 0.2}), "");
+    EXPECT_TRUE(rig.run(25.0)) << far << " " << rig.director().progress(0).reason;
+    EXPECT_NEAR(rig.director().progress(0).distance_m, 0.60, 0.13) << far;
+    EXPECT_NEAR(rig.director().state(0).root.position_W_m.x(), far - 0.6, 0.13);
     EXPECT_EQ(rig.actions_seen.back(), "take");
     EXPECT_LT(rig.longest_jump_m, 0.04) << far;  // in 5 ms
     EXPECT_LT(rig.largest_jump_rad, 0.12) << far;
@@ -93,9 +94,9 @@ TEST(FigureDirector, GoesToADrawerAndTakesWhatIsInIt) {
 
 TEST(FigureDirector, TurnsToADrawerThatIsAside) {
   FigureRig rig;
-  ASSERT_EQ(rig.director.to_drawer(0, {{1.0, 5.0}, 0.2}), "");
+  ASSERT_EQ(rig.director().to_drawer(0, {{1.0, 5.0}, 0.2}), "");
   EXPECT_TRUE(rig.run(25.0));
-  const RootPose& root = rig.director.state(0).root;
+  const RootPose& root = rig.director().state(0).root;
   EXPECT_NEAR((root.position_W_m - Eigen::Vector2d(1.0, 5.0)).norm(), 0.6, 0.13);
   const Eigen::Vector2d to = Eigen::Vector2d(1.0, 5.0) - root.position_W_m;
   EXPECT_NEAR(math::wrap_pi(root.heading_rad - std::atan2(to.y(), to.x())), 0.0, 0.05);
@@ -107,26 +108,26 @@ TEST(FigureDirector, TurnsToADrawerThatIsAside) {
 
 TEST(FigureDirector, FollowsADrawerThatJumps) {
   FigureRig rig;
-  ASSERT_EQ(rig.director.to_drawer(0, {{2.6, 0.0}, 0.2}), "");
+  ASSERT_EQ(rig.director().to_drawer(0, {{2.6, 0.0}, 0.2}), "");
   EXPECT_FALSE(rig.run(0.6));
-  ASSERT_NE(rig.director.plan(0), nullptr);
-  const std::size_t before = rig.director.plan(0)->size();
-  ASSERT_EQ(rig.director.to_drawer(0, {{3.9, 0.0}, 0.2}), "");  // along the way
+  ASSERT_NE(rig.director().plan(0), nullptr);
+  const std::size_t before = rig.director().plan(0)->size();
+  ASSERT_EQ(rig.director().to_drawer(0, {{3.9, 0.0}, 0.2}), "");  // along the way
   EXPECT_FALSE(rig.run(0.1));
-  EXPECT_GT(rig.director.plan(0)->size(), before);
+  EXPECT_GT(rig.director().plan(0)->size(), before);
   EXPECT_TRUE(rig.run(15.0));
-  EXPECT_NEAR(rig.director.state(0).root.position_W_m.x(), 3.3, 0.13);
+  EXPECT_NEAR(rig.director().state(0).root.position_W_m.x(), 3.3, 0.13);
   EXPECT_LT(rig.longest_jump_m, 0.04);
 }
 
 TEST(FigureDirector, WalksAgainToADrawerThatJumpsAside) {
   FigureRig rig;
-  ASSERT_EQ(rig.director.to_drawer(0, {{4.0, 0.0}, 0.2}), "");
+  ASSERT_EQ(rig.director().to_drawer(0, {{4.0, 0.0}, 0.2}), "");
   EXPECT_FALSE(rig.run(1.5));
-  ASSERT_EQ(rig.director.to_drawer(0, {{4.0, 3.0}, 0.2}), "");
-  EXPECT_EQ(rig.director.plan(0), nullptr);  // out of the sequence
+  ASSERT_EQ(rig.director().to_drawer(0, {{4.0, 3.0}, 0.2}), "");
+  EXPECT_EQ(rig.director().plan(0), nullptr);  // out of the sequence
   EXPECT_TRUE(rig.run(25.0));
-  EXPECT_NEAR((rig.director.state(0).root.position_W_m - Eigen::Vector2d(4.0, 3.0)).norm(), 0.6,
+  EXPECT_NEAR((rig.director().state(0).root.position_W_m - Eigen::Vector2d(4.0, 3.0)).norm(), 0.6,
               0.13);
   EXPECT_LT(rig.longest_jump_m, 0.04);
   EXPECT_LT(rig.largest_jump_rad, 0.15);
@@ -134,43 +135,43 @@ TEST(FigureDirector, WalksAgainToADrawerThatJumpsAside) {
 
 TEST(FigureDirector, AnotherGoalTakesItOut) {
   FigureRig rig;
-  ASSERT_EQ(rig.director.to_drawer(0, {{2.6, 0.0}, 0.2}), "");
+  ASSERT_EQ(rig.director().to_drawer(0, {{2.6, 0.0}, 0.2}), "");
   EXPECT_TRUE(rig.run(15.0));
-  rig.director.walk_to(0, {0.0, 0.0});
-  EXPECT_EQ(rig.director.progress(0).kind, GoalKind::walk_to);
+  rig.director().walk_to(0, {0.0, 0.0});
+  EXPECT_EQ(rig.director().progress(0).kind, GoalKind::walk_to);
   EXPECT_TRUE(rig.run(20.0));
-  EXPECT_LT(rig.director.state(0).root.position_W_m.norm(), 0.15);
+  EXPECT_LT(rig.director().state(0).root.position_W_m.norm(), 0.15);
   EXPECT_LT(rig.longest_jump_m, 0.04);
 
-  ASSERT_EQ(rig.director.to_drawer(0, {{5.0, 0.0}, 0.2}), "");
+  ASSERT_EQ(rig.director().to_drawer(0, {{5.0, 0.0}, 0.2}), "");
   EXPECT_FALSE(rig.run(6.0));
-  rig.director.stop(0);
+  rig.director().stop(0);
   EXPECT_TRUE(rig.run(2.5));
-  EXPECT_STREQ(rig.director.action(0), "stand");
+  EXPECT_STREQ(rig.director().motion(0).action, "stand");
 }
 
 TEST(FigureDirector, WithoutADrawerItDoesNotAllocate) {
   FigureRig rig(nullptr);
   const mimesis::testing::NoMalloc guard;
   for (int k = 0; k < 500; ++k) {
-    if (k == 50) rig.director.walk_to(0, {2.0, 1.0});
-    if (k == 300) rig.director.stop(0);
-    rig.director.step(nullptr, nullptr);
+    if (k == 50) rig.director().walk_to(0, {2.0, 1.0});
+    if (k == 300) rig.director().stop(0);
+    rig.director().step(nullptr, nullptr);
   }
 }
 
 TEST(FigureDirector, SaysWhyNot) {
   FigureRig without(nullptr);
-  EXPECT_EQ(without.director.to_drawer(0, {{2.6, 0.0}, 0.2}),
+  EXPECT_EQ(without.director().to_drawer(0, {{2.6, 0.0}, 0.2}),
             "no actions for drawers are loaded (parameter drawer)");
   FigureRig rig;
-  ASSERT_EQ(rig.director.to_drawer(0, {{0.2, 0.0}, 0.2}), "");  // no sequence leads there
+  ASSERT_EQ(rig.director().to_drawer(0, {{0.2, 0.0}, 0.2}), "");  // no sequence leads there
   EXPECT_FALSE(rig.run(20.0));
-  EXPECT_NE(rig.director.progress(0).reason, "");
-  EXPECT_EQ(rig.director.progress(0).kind, GoalKind::drawer);
+  EXPECT_NE(rig.director().progress(0).reason, "");
+  EXPECT_EQ(rig.director().progress(0).kind, GoalKind::drawer);
   const CharacterStart start;
-  FigureDirector robot(testing::robot_model(), {&start, 1}, {}, &actions());
-  EXPECT_EQ(robot.to_drawer(0, {{2.6, 0.0}, 0.2}), "the model's rows are not those of a body");
+  const auto robot = make_figure_director(testing::robot_model(), {&start, 1}, {}, &actions());
+  EXPECT_EQ(robot->to_drawer(0, {{2.6, 0.0}, 0.2}), "the model's rows are not those of a body");
 }
 
 }  // namespace

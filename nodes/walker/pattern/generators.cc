@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "common/math/circle.h"
-#include "nodes/walker/pattern/preview_control.h"
 
 namespace mimesis::walker {
 namespace {

@@ -5,7 +5,6 @@
 
 #include "common/error.h"
 #include "common/math/so3.h"
-#include "nodes/walker/stabilizer/estimator.h"
 #include "nodes/walker/stabilizer/settings.h"
 
 // Equation numbers are those of docs/walking.md.

@@ -1,7 +1,5 @@
 #include "tools/mimesis/log/convert.h"
 
-#include <fmt/format.h>
-
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cerrno>
@@ -13,7 +11,6 @@
 #include <set>
 #include <span>
 
-#include "common/error.h"
 #include "common/runtime/raw.h"
 #include "common/runtime/value_text.h"
 #include "tools/mimesis/field_text.h"

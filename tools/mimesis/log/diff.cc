@@ -14,7 +14,6 @@
 #include "common/runtime/own_topics.h"
 #include "common/runtime/value_text.h"
 #include "tools/mimesis/log/field_columns.h"
-#include "tools/mimesis/log/open_log.h"
 #include "tools/mimesis/log/verb_options.h"
 #include "tools/mimesis/number_check.h"
 #include "tools/mimesis/progress.h"

@@ -4,16 +4,12 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cinttypes>
 #include <cmath>
-#include <cstdio>
 #include <filesystem>
 #include <iostream>
 #include <set>
-#include <utility>
 
 #include "common/error.h"
-#include "common/log/crc32.h"
 #include "common/runtime/value_text.h"
 #include "tools/mimesis/table.h"
 

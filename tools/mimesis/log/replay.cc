@@ -6,8 +6,6 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <array>
-#include <chrono>
-#include <filesystem>
 #include <fstream>
 #include <iostream>
 #include <limits>

@@ -185,11 +185,32 @@ TEST_F(Demix, ExportsTheLearnedMotion) {
   const Eigen::MatrixXd angles =
       demix::Mixture{model.sources, p.weight_rad, p.delay_rad, p.mean_rad, model.fixed}
           .reconstruct();
-  const int knee = clip.skeleton.find("lknee");
-  EXPECT_LT((clip.rotation_rad.middleRows(3 * knee, 3) - angles.middleRows(3 * mocap::kLeftKnee, 3))
-                .cwiseAbs()
-                .maxCoeff(),
-            1e-5);
+  for (int j = 0; j < mocap::kBodyJoints; ++j) {
+    const auto name = mocap::kBodyJointNames[static_cast<std::size_t>(j)];
+    const int joint = clip.skeleton.find(name);
+    ASSERT_GE(joint, 0) << name;
+    EXPECT_TRUE(
+        clip.rotation_rad.middleRows(3 * joint, 3).isApprox(angles.middleRows(3 * j, 3), 1e-4))
+        << name;
+  }
+  // The pelvis goes forward by the step length in a period, and the lowest foot is on the ground.
+  mocap::BodyClip body{.body = model.body,
+                       .root_position_W_m = clip.root_position_W_m,
+                       .angles_rad = angles.topRows(mocap::kBodyRows)};
+  ASSERT_GT(p.trial.step_length_m, 0.1);
+  const double advance_m = p.trial.step_length_m / static_cast<double>(clip.frames());
+  for (Eigen::Index t = 0; t < clip.frames(); ++t) {
+    EXPECT_NEAR(clip.root_position_W_m(0, t), advance_m * static_cast<double>(t), 1e-5);
+    EXPECT_NEAR(clip.root_position_W_m(1, t), 0.0, 1e-5);
+    const mocap::BodyPose pose = body.pose(t);
+    double lowest_m = 1.0;
+    for (const auto& [ankle, side] : {std::pair{mocap::kLeftAnkle, mocap::kLeft},
+                                      std::pair{mocap::kRightAnkle, mocap::kRight}}) {
+      lowest_m = std::min({lowest_m, pose.point(ankle, body.body.heel_m[side]).z(),
+                           pose.point(ankle, body.body.toe_m[side]).z()});
+    }
+    EXPECT_NEAR(lowest_m, 0.0, 1e-5);
+  }
   fs::remove(out);
   refuses({path("walker.bvh"), "-k", "3", "-o", out, "--export", path("walk.txt")},
           "expected .bvh or .csv");
@@ -285,7 +306,7 @@ TEST_F(Demix, KnowsTheWignerMethodAndItsLimits) {
 TEST_F(Demix, RefusesWhatCannotBe) {
   const std::string out = path("m.motion.json");
   refuses({path("none.bvh"), "-o", out}, "none.bvh");
-  std::ofstream(path("empty.csv"));
+  std::ofstream(path("empty.csv")).close();
   refuses({path("empty.csv"), "-o", out}, "empty.csv");
   refuses({path("waves.csv"), "-k", "40", "-o", out}, "40");
   refuses({path("waves.csv"), "--average", "-o", out}, "--average: needs --tied");

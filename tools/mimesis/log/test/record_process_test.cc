@@ -27,6 +27,19 @@ bool says(const Process& process, const std::string& text) {
   return process.errors().find(text) != std::string::npos;
 }
 
+/// Publishes to a recorder until it ends; its exit code, or none if it does not end.
+std::optional<int> send_until_ended(const testing::TestGraph& graph, Process& recorder) {
+  Sender sender(graph);
+  std::optional<int> code;
+  sender.node.until(
+      [&] {
+        if (sender.count.subscribers() > 0) sender.send(30, 1000);
+        return (code = recorder.wait(0ms)).has_value();
+      },
+      kPatience);
+  return code;
+}
+
 /// Names of the logs in a folder, sorted.
 std::vector<std::string> logs_in(const fs::path& folder) {
   std::vector<std::string> names;
@@ -209,13 +222,7 @@ TEST_F(RecordProcess, AFullDiskLeavesAFileThatOpensUpToTheFailure) {
     fs::current_path(folder_);
     Process recorder("/usr/bin/unshare", arguments);
     fs::current_path(here);
-    Sender sender(graph_);
-    std::optional<int> code;
-    const auto ended = [&] {
-      if (sender.count.subscribers() > 0) sender.send(30, 1000);
-      return (code = recorder.wait(0ms)).has_value();
-    };
-    ASSERT_TRUE(sender.node.until(ended, kPatience)) << recorder.errors();
+    const std::optional<int> code = send_until_ended(graph_, recorder);
     if (code == 77 || says(recorder, "unshare failed")) GTEST_SKIP() << "no mount namespaces here";
     EXPECT_EQ(code, 1) << recorder.errors();
     EXPECT_TRUE(says(recorder, "recording stopped: cannot write")) << recorder.errors();
@@ -238,13 +245,7 @@ TEST_F(RecordProcess, ALimitOfFileSizesIsAFullDiskAndTheCountIsThatOfTheFile) {
   const std::string script = "ulimit -f 4000; exec \"$0\" log record --all --json -o \"$1\"";
   Process recorder("/bin/sh",
                    {"-c", script, fs::path(MIMESIS_BIN_DIR) / "mimesis", path("run.mcap")});
-  Sender sender(graph_);
-  std::optional<int> code;
-  const auto ended = [&] {
-    if (sender.count.subscribers() > 0) sender.send(30, 1000);
-    return (code = recorder.wait(0ms)).has_value();
-  };
-  ASSERT_TRUE(sender.node.until(ended, kPatience)) << recorder.errors();
+  const std::optional<int> code = send_until_ended(graph_, recorder);
   EXPECT_EQ(code, 1) << recorder.errors();
   EXPECT_TRUE(says(recorder, "File too large")) << recorder.errors();
   std::uint64_t standing = 0;
