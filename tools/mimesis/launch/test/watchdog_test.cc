@@ -1,6 +1,9 @@
 #include "tools/mimesis/launch/watchdog.h"
 
 #include <gtest/gtest.h>
+#include <sys/prctl.h>
+#include <sys/socket.h>
+#include <sys/un.h>
 #include <unistd.h>
 
 namespace mimesis::launch {
@@ -22,6 +25,28 @@ TEST(Watchdog, SeesWhatAProcessDoes) {
   }
   EXPECT_EQ(activity(getpid()).state, 'R');
   EXPECT_EQ(activity(1 << 30).state, '?') << "no such process";
+}
+
+TEST(Watchdog, HearsSignsOfLifeAlone) {
+  Watchdog watchdog;
+  const std::string name = watchdog.environment().at(0).second;  // @NAME
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
+  std::ranges::copy(name.substr(1), address.sun_path + 1);
+  const auto size = static_cast<socklen_t>(offsetof(sockaddr_un, sun_path) + name.size());
+  const Fd sender(socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0));
+  for (const std::string word : {"READY=1", "WATCHDOG=1", "WATCHDOG=10"}) {
+    EXPECT_EQ(sendto(sender.get(), word.data(), word.size(), 0,
+                     reinterpret_cast<const sockaddr*>(&address), size),
+              static_cast<ssize_t>(word.size()));
+  }
+  EXPECT_EQ(watchdog.next(), getpid());
+  EXPECT_EQ(watchdog.next(), std::nullopt);
+}
+
+TEST(Activity, IsReadWhateverTheProcessIsCalled) {
+  prctl(PR_SET_NAME, "x) T (y");
+  EXPECT_EQ(activity(getpid()).text(), "it computes");
 }
 
 }  // namespace
