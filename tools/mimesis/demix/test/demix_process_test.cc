@@ -194,9 +194,10 @@ TEST_F(Demix, ExportsTheLearnedMotion) {
         << name;
   }
   // The pelvis goes forward by the step length in a period, and the lowest foot is on the ground.
-  mocap::BodyClip body{.body = model.body,
-                       .root_position_W_m = clip.root_position_W_m,
-                       .angles_rad = angles.topRows(mocap::kBodyRows)};
+  mocap::BodyClip body;
+  body.body = model.body;
+  body.root_position_W_m = clip.root_position_W_m;
+  body.angles_rad = angles.topRows(mocap::kBodyRows);
   ASSERT_GT(p.trial.step_length_m, 0.1);
   const double advance_m = p.trial.step_length_m / static_cast<double>(clip.frames());
   for (Eigen::Index t = 0; t < clip.frames(); ++t) {
