@@ -1,6 +1,7 @@
 #pragma once
 #include <stdexcept>
 #include <string>
+#include <string_view>
 
 namespace mimesis {
 
@@ -15,6 +16,10 @@ class ConfigError : public std::runtime_error {
 struct Status {
   std::string reason;  ///< one line, complete
 };
+
+/// Text of other programs as it may go to a terminal: control characters but `kept`, and
+/// bytes that are no UTF-8, become \u00XX, as in JSON.
+std::string printable(std::string_view text, std::string_view kept = {});
 
 [[noreturn]] void assertion_failed(const char* condition, const char* file, int line);
 

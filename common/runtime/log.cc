@@ -7,6 +7,8 @@
 #include <deque>
 #include <mutex>
 
+#include "common/error.h"
+
 namespace mimesis::runtime {
 namespace {
 
@@ -49,8 +51,9 @@ void keep(Level level, std::string_view line) {
 
 }  // namespace
 
-void log(Level level, std::string_view line) {
-  logger()->log(to_spdlog(level), spdlog::string_view_t(line.data(), line.size()));
+void log(Level level, std::string_view text) {
+  const std::string line = printable(text, "\n\t");  // others' names may be in it
+  logger()->log(to_spdlog(level), line);
   if (logger()->should_log(to_spdlog(level))) keep(level, line);
 }
 

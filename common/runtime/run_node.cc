@@ -341,7 +341,7 @@ std::optional<int> parse_command_line(int argc, char** argv, const NodeAbout& ab
   } catch (const CLI::ParseError& e) {
     return report(app, e);
   } catch (const ConfigError& e) {
-    std::cerr << program << ": " << e.what() << '\n';
+    std::cerr << program << ": " << printable(e.what(), "\n") << '\n';
     return 2;
   }
   return std::nullopt;
@@ -362,10 +362,10 @@ int run(int argc, char** argv, const NodeAbout& about, AnyNode& node) {
     if (options.replay_fd >= 0) return run_replay(options.bus, options.replay_fd, node);
     return run_configured(options, effective_params(visit, defaults), node);
   } catch (const ConfigError& e) {
-    std::cerr << e.what() << '\n';
+    std::cerr << printable(e.what(), "\n") << '\n';
     return 2;
   } catch (const std::exception& e) {
-    std::cerr << options.bus.name << ": " << e.what() << '\n';
+    std::cerr << options.bus.name << ": " << printable(e.what(), "\n") << '\n';
     return 1;
   }
 }

@@ -4,6 +4,8 @@
 #include <string_view>
 #include <vector>
 
+#include "common/error.h"
+
 namespace mimesis::tool {
 
 /// Columns for people: a heading, then rows, each column as wide as its widest cell. The heading is
@@ -18,10 +20,6 @@ class Table {
  private:
   std::vector<std::vector<std::string>> rows_;
 };
-
-/// Text of other programs as it may go to a terminal: control characters but `kept`, and
-/// bytes that are no UTF-8, become \u00XX, as in JSON.
-std::string printable(std::string_view text, std::string_view kept = {});
 
 /// As a shell takes it: with quotes where it needs them.
 std::string shell_word(const std::string& word);

@@ -189,7 +189,7 @@ TEST_F(Gate, RefusesNumbersThatAreNotFinite) {
 
 TEST_F(Gate, NoStampPutsTheWatchdogOff) {
   constexpr Time kMost = Time::max();
-  for (const Time ahead : {Time(10s), Time(3600s), kMost - Time(2s)}) {
+  for (const Time ahead : {Time(10s), Time(3600s), kMost - Time(100s)}) {
     follow();
     EXPECT_NE(gate.offer(now, now + ahead, std::array{0.0, 0.0}, arm), "");
     now += 100ms;

@@ -5,7 +5,7 @@
 
 #include "nodes/synthesizer/character/characters.h"
 #include "nodes/synthesizer/dynamics/testing/synthetic_model.h"
-#include "nodes/synthesizer/figure_director.h"
+#include "nodes/synthesizer/director.h"
 #include "nodes/synthesizer/messages_node.h"
 
 namespace mimesis::synthesizer {
@@ -18,7 +18,8 @@ void node_step(benchmark::State& state, Load load) {
   CharactersSettings settings;
   settings.walking = true;
   const auto starts = form(count, {.spread_phases = true});
-  FigureDirector director(testing::random_model(1), starts, settings, nullptr);
+  const auto owner = make_figure_director(testing::random_model(1), starts, settings, nullptr);
+  Director& director = *owner;
   v1::MotionBatch message;
   std::string bytes;
   double t = 0.0;

@@ -90,7 +90,7 @@ void report_mistakes(const std::string& file, const Mistakes& mistakes, bool jso
     print({{"file", file}, {"ok", lines.empty()}, {"mistakes", lines}});
     return;
   }
-  for (const std::string& line : lines) fmt::print(stderr, "{}\n", tool::printable(line));
+  for (const std::string& line : lines) fmt::print(stderr, "{}\n", printable(line));
   if (lines.empty()) fmt::print(stderr, "{}: no mistakes\n", file);
 }
 

@@ -200,7 +200,7 @@ class LineLog {
   }
 
   void line(std::string_view text) {
-    write_all(STDERR_FILENO, prefix_ + tool::printable(text, "\t") + "\n");
+    write_all(STDERR_FILENO, prefix_ + printable(text, "\t") + "\n");
     if (written_ > kMaxFile) return;
     written_ += text.size() + 1;
     write_all(file_.get(), std::string(text) + "\n");
