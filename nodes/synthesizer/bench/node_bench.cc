@@ -4,8 +4,8 @@
 #include <cmath>
 
 #include "nodes/synthesizer/character/characters.h"
-#include "nodes/synthesizer/dynamics/testing/synthetic_model.h"
 #include "nodes/synthesizer/director.h"
+#include "nodes/synthesizer/dynamics/testing/synthetic_model.h"
 #include "nodes/synthesizer/messages_node.h"
 
 namespace mimesis::synthesizer {
