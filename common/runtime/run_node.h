@@ -23,9 +23,8 @@ class AnyNode {
   virtual void create(Bus& bus) = 0;        ///< constructs the node; may throw ConfigError
   virtual void step(Time now) = 0;
   virtual void stop(Time now) noexcept = 0;  ///< last call: actuators to a safe state
-  virtual bool comes_to_rest() const {
-    return false;
-  }  ///< a stop request waits (bounded) for at_rest
+  /// a stop request waits (bounded) for at_rest
+  virtual bool comes_to_rest() const { return false; }
   virtual bool at_rest() const { return true; }
   /// Inputs that obey one node (InOptions::sole): `Node::kSoleInputs`, so that --check knows them.
   virtual std::span<const std::string_view> sole_inputs() const { return {}; }

@@ -71,9 +71,8 @@ class Loopback final : public runtime::Bus {
   bool lockstep() const override { return lockstep_; }
   runtime::Outside& outside() override { return outside_; }
   const std::string& node() const override { return node_; }
-  const std::string& directory() const override {
-    return directory_;
-  }  ///< a fresh temporary folder
+  /// a fresh temporary folder
+  const std::string& directory() const override { return directory_; }
 
   struct Input {
     runtime::InOptions options;

@@ -58,9 +58,8 @@ class HandClient {
   tl::expected<HandInput, Status> exchange(Time now, const HandOutput& output);
 
   std::uint64_t transactions() const { return transactions_; }  ///< answered requests
-  std::uint64_t errors() const {
-    return errors_;
-  }  ///< refused connections, missing or wrong answers
+  /// refused connections, missing or wrong answers
+  std::uint64_t errors() const { return errors_; }
 
  private:
   struct Connection;

@@ -78,9 +78,8 @@ class Imitator {
   const Decision& decision() const { return decision_; }
   const Demonstration& shown() const { return seen_; }
   bool learning() const { return learning_; }  ///< links changed in the last advance()
-  bool learned() const {
-    return decided() && reward_left_ == 0;
-  }  ///< a whole window, for this decision
+  /// a whole window, for this decision
+  bool learned() const { return decided() && reward_left_ == 0; }
   bool decided() const { return stage_ == Stage::decided; }
   double deciding_s() const { return deciding_s_; }  ///< since the onset of the inputs [s]
   /// Practice sequences that the robot would not do, because it had learned another before.

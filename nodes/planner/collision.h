@@ -48,9 +48,8 @@ class CollisionChecker {
   bool certify_curve(const Eigen::MatrixXd& control_points);
 
   const kin::ArmModel& arm() const { return arm_; }
-  long postures_checked() const {
-    return postures_;
-  }  ///< since construction, whole motions included
+  /// since construction, whole motions included
+  long postures_checked() const { return postures_; }
 
  private:
   enum class Verdict { touches, free, certified };  // certified: free during the whole motion

@@ -101,12 +101,10 @@ class TaskSequence {
   const std::optional<Task>& task() const { return task_; }
   bool plan_succeeded() const { return plan_.has_value() && state_ != State::failed; }
   const std::optional<TaskPlan>& plan() const { return plan_; }
-  const std::optional<SetPoint>& set_point() const {
-    return set_point_;
-  }  ///< set-point of this step; empty: none is sent
-  const std::optional<HandOrder>& hand_order() const {
-    return hand_;
-  }  ///< empty before the first decision
+  /// set-point of this step; empty: none is sent
+  const std::optional<SetPoint>& set_point() const { return set_point_; }
+  /// empty before the first decision
+  const std::optional<HandOrder>& hand_order() const { return hand_; }
   /// Index into plan().motions that this step started.
   std::optional<std::size_t> started_motion() const { return started_; }
 

@@ -127,12 +127,10 @@ class World {
   const GraspContact& contact() const { return contact_; }
   const ObjectModel& object() const { return object_; }
   const CollisionMonitor& collisions() const { return collisions_; }
-  const std::vector<Eigen::Isometry3d>& frames() const {
-    return X_;
-  }  ///< frames of the arm, empty before the first step
-  Eigen::Isometry3d tool() const {
-    return X_.back() * arm_.X_LE;
-  }  ///< precondition: frames() not empty
+  /// frames of the arm, empty before the first step
+  const std::vector<Eigen::Isometry3d>& frames() const { return X_; }
+  /// precondition: frames() not empty
+  Eigen::Isometry3d tool() const { return X_.back() * arm_.X_LE; }
 
  private:
   void handle_object(const Eigen::Isometry3d& X_WE, const Hand& hand);
