@@ -207,14 +207,18 @@ std::string PlannerNode::missing(runtime::Time now) {
   return decision->sight_lost() ? "the sight of the teacher" : "";
 }
 
-/// Steps may be left out on a busy machine; the motion goes on in time.
+/// A step on the wall clock is late by what the machine makes of it; the motion is not: its
+/// positions are those of even times. Steps may be left out.
 int PlannerNode::periods_since_last(runtime::Time now) {
-  const auto period_of = [this](runtime::Time t) {
-    return std::floor((runtime::to_seconds(t) - params_.offset_s) * params_.rate_hz + 1e-6);
-  };
-  const double periods = last_step_ ? period_of(now) - period_of(*last_step_) : 1.0;
-  last_step_ = now;
-  return static_cast<int>(std::clamp(periods, 1.0, 1000.0));
+  const runtime::Time period = runtime::from_seconds(1.0 / params_.rate_hz);
+  const runtime::Time late = (now - runtime::from_seconds(params_.offset_s)) % period;
+  constexpr auto kRounding = std::chrono::microseconds(1);
+  const runtime::Time even = late < kRounding || period - late < kRounding ? now : now - late;
+  const double periods = even_ == runtime::Time(0)
+                             ? 1.0
+                             : runtime::to_seconds(even - even_) / runtime::to_seconds(period);
+  even_ = even;
+  return static_cast<int>(std::clamp(std::round(periods), 1.0, 1000.0));
 }
 
 void PlannerNode::start_planning(PlanRequest request) {
@@ -263,7 +267,7 @@ void PlannerNode::publish_commands(runtime::Time now) {
   }
   command.mutable_ahead_rad()->Assign(point->ahead.data(),
                                       point->ahead.data() + point->ahead.size());
-  command_.send(command, now);
+  command_.send(command, even_);
   if (const auto& order = sequence_.hand_order()) {
     v1::HandCommand hand;
     hand.set_grip(to_proto(order->grip));

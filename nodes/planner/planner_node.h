@@ -130,7 +130,7 @@ class PlannerNode {
   std::optional<HandReading> hand_reading_;
   v1::TaskStatus last_status_;
   runtime::Time status_due_{};
-  std::optional<runtime::Time> last_step_;
+  runtime::Time even_{};  // of the last step, without what it was late
 
   runtime::Latest<v1::Decision> decision_in_;
   runtime::Latest<v1::Scene> scene_in_;

@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <map>
+#include <random>
+
 #include "common/error.h"
 #include "common/model/files.h"
 #include "common/testing/loopback.h"
@@ -169,6 +172,37 @@ TEST(PlannerNode, WaitsWhenScenesDecisionsOrTheTeacherAreLost) {
     *lost = true;
   }
   EXPECT_TRUE(until_moving());
+}
+
+/// Steps that come late or not at all change neither the path nor its times.
+TEST(PlannerNode, CommandsAreThoseOfEvenTimes) {
+  std::map<std::uint64_t, double> commanded[2];  // stamp, first joint
+  for (const bool late : {false, true}) {
+    Bench bench;
+    bench.bus.send("scene", bench.scene, bench.now);
+    bench.decide(v1::GRIP_PRECISION, v1::TRANSPORT_ABOVE, v1::GOAL_HIGH);
+    std::mt19937 random(3);
+    for (int k = 0; k < 400; ++k, bench.now += 5ms) {
+      const runtime::Time even = bench.now;
+      if (late) bench.now += std::chrono::microseconds(random() % 5000);
+      if (late && k > 100 && random() % 10 == 0) {
+        bench.now = even;
+        continue;  // left out
+      }
+      bench.send_states();
+      bench.node.step(bench.now);
+      bench.now = even;
+      while (const auto command = bench.bus.take<v1::JointCommand>("command")) {
+        commanded[late][command->header().stamp_ns()] = command->position_rad(0);
+        for (int j = 0; j < 7; ++j) bench.arm_q[j] = command->position_rad(j);
+      }
+    }
+  }
+  EXPECT_GT(commanded[1].size(), 300U);
+  for (const auto& [stamp, q] : commanded[1]) {
+    ASSERT_TRUE(commanded[0].contains(stamp)) << stamp;
+    EXPECT_EQ(commanded[0].at(stamp), q) << stamp;
+  }
 }
 
 TEST(PlannerNode, FallsSilentWhenTheArmDoes) {
