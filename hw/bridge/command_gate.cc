@@ -8,11 +8,6 @@
 #include "common/time.h"
 
 namespace mimesis::hw::bridge {
-namespace {
-
-constexpr Time kLongestStop = std::chrono::milliseconds(200);  // on the path, after silence
-
-}  // namespace
 
 CommandGate::CommandGate(GateLimits limits)
     : limits_(std::move(limits)),

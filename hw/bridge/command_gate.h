@@ -50,6 +50,8 @@ class CommandGate {
   bool runs_wild(std::span<const double> position_rad, std::span<const double> ahead) const;
   Setpoint follow(bool brake);
 
+  static constexpr Time kLongestStop =
+      std::chrono::milliseconds(200);  // on the path, after silence
   GateLimits limits_;
   std::vector<double> command_;  // accepted last
   CommandTrack track_;           // all accepted ones

@@ -22,13 +22,15 @@ class Bench {
     scene = model::to_proto(model::load_table("bridge_table.yaml"));
   }
 
-  void decide(v1::Grip grip, v1::Transport transport, v1::Goal goal, bool settled = true) {
+  void decide(v1::Grip grip, v1::Transport transport, v1::Goal goal, bool settled = true,
+              bool sight_lost = false) {
     v1::Decision decision;
     decision.set_grip(grip);
     decision.set_transport(transport);
     decision.set_goal(goal);
     decision.set_settled(settled);
     decision.set_decided_ns(42);
+    decision.set_sight_lost(sight_lost);
     bus.send("decision", decision, now);
   }
   void send_states() {
@@ -144,14 +146,8 @@ TEST(PlannerNode, WaitsWhenScenesDecisionsOrTheTeacherAreLost) {
   bool scenes = true, decisions = true, sight = true;
   const auto step = [&] {
     if (scenes) bench.bus.send("scene", bench.scene, bench.now);
-    v1::Decision decision;
-    decision.set_grip(v1::GRIP_PRECISION);
-    decision.set_transport(v1::TRANSPORT_ABOVE);
-    decision.set_goal(v1::GOAL_HIGH);
-    decision.set_settled(true);
-    decision.set_decided_ns(42);
-    decision.set_sight_lost(!sight);
-    if (decisions) bench.bus.send("decision", decision, bench.now);
+    if (decisions)
+      bench.decide(v1::GRIP_PRECISION, v1::TRANSPORT_ABOVE, v1::GOAL_HIGH, true, !sight);
     const Eigen::VectorXd before = bench.arm_q;
     bench.step();
     return (bench.arm_q - before).cwiseAbs().maxCoeff();
