@@ -18,6 +18,7 @@
 #include <stdexcept>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "common/error.h"
@@ -141,7 +142,7 @@ class ResultWatcher {
         newest_(epoch),
         collector_(spec),
         tap_(
-            graph,
+            std::in_place, graph,
             // Every node says once a second that it lives: this shows graph time though nothing
             // else happens.
             [this](const std::string& topic) {
@@ -179,7 +180,7 @@ class ResultWatcher {
     auto last_messages = Clock::time_point::max();
     while (!stop_ && failure_.empty() && !collector_.complete() && Clock::now() < last_messages) {
       try {
-        if (const auto tapped = tap_.next(kTurn)) take(*tapped);
+        if (const auto tapped = tap_->next(kTurn)) take(*tapped);
       } catch (const ConfigError& e) {
         failure_ = e.what();
         misconfigured_ = true;
@@ -194,13 +195,14 @@ class ResultWatcher {
                                to_seconds(spec_.wall_timeout));
       }
     }
+    tap_.reset();  // publishers wait for a reliable subscriber that takes nothing
     const std::uint64_t one = 1;
     if (write(event_.get(), &one, sizeof one) != sizeof one) failure_ = "eventfd failed";
   }
   void take(const runtime::Tapped& tapped) {
     newest_ = std::max(newest_, tapped.message.stamp);
     if (!collector_.wants(tapped.topic)) return;
-    const auto message = types_.make(tapped.type, tap_.descriptors(tapped.type));
+    const auto message = types_.make(tapped.type, tap_->descriptors(tapped.type));
     if (message == nullptr || !message->ParseFromString(tapped.message.payload)) {
       failure_ = fmt::format("a message on {} cannot be read as {}", tapped.topic, tapped.type);
       return;
@@ -212,7 +214,7 @@ class ResultWatcher {
   std::chrono::nanoseconds epoch_, newest_;
   ResultCollector collector_;
   runtime::TypePool types_;
-  runtime::Tap tap_;
+  std::optional<runtime::Tap> tap_;  ///< while the result is not complete
   Fd event_;
   std::string failure_;
   bool misconfigured_ = false;

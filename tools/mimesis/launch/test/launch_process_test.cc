@@ -493,6 +493,15 @@ TEST_F(Launch, LockstepStartsTheClockAndGivesTheSameResultTwice) {
   EXPECT_EQ(lines[0], lines[1]);
 }
 
+TEST_F(Launch, NobodyWaitsForTheLauncherOnceTheResultIsThere) {
+  auto launch = start("clock: lockstep\nnodes:\n  a: {exec: " + counter_ +
+                      ", required: true, params: {rate_hz: 1000}, stop: {order: last}}\n"
+                      "  slow: {exec: sh, ready: started, args: [-c, \"trap 'sleep 1; exit 0' INT; "
+                      "sleep 1000 & wait\"]}\nresult: {until: a/out}\n");
+  EXPECT_EQ(launch->wait(), 0) << launch->errors();
+  EXPECT_EQ(last_line(*launch)["success"], true) << "a was killed: " << launch->errors();
+}
+
 TEST_F(Launch, ResultTellsOfTheDeathOfANode) {
   auto launch = start("nodes:\n  a: {exec: " + counter_ +
                       ", required: true, params: {fail_at_step: 3}}\n"
