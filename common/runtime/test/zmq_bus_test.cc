@@ -284,6 +284,7 @@ TEST(ZmqBus, TwoGraphsDoNotMeet) {
 struct Liar {
   Liar(const TestGraph& graph, const std::string& endpoint, pid_t pid = getpid())
       : entry(graph.directory(), "t") {
+    socket.set(ZMQ_XPUB_VERBOSER, 1);  // tells of ends of connections though there is a new one
     if (endpoint.starts_with("ipc://")) socket.bind(endpoint);
     v1::NodeInfo info;
     info.set_name("t");
