@@ -210,6 +210,7 @@ void JointDriver::publish() {
 }
 
 const Reading& JointDriver::read(Time now) {
+  const Time pause = begun_ ? now - now_ : Time(0);
   now_ = now;
   outbox_.clear();
   if (!std::exchange(begun_, true)) {
@@ -224,6 +225,12 @@ const Reading& JointDriver::read(Time now) {
     reading_.phase = std::ranges::all_of(axes_, fresh) ? Phase::idle : Phase::starting;
     reading_.reason = "read-only";
   } else if (now >= silent_until_) {
+    // The drives have stopped by themselves; what has come of them is older. The next set-point
+    // would enable again those that stay powered.
+    if (pause > milliseconds(kRpdoDeadlineMs) &&
+        (reading_.phase == Phase::following || reading_.phase == Phase::enabling)) {
+      fault("no cycle for " + fmt::format("{:.3g} s", to_seconds(pause)));
+    }
     configured_ ? supervise() : set_up();
   }
   publish();

@@ -234,6 +234,31 @@ TEST_F(Group, DrivesThatLoseTheirMasterStayPoweredIfToldSo) {
   EXPECT_EQ(reading.phase, Phase::following) << reading.reason;
 }
 
+TEST_F(Group, DrivesThatStoppedByThemselvesAreNotEnabledByTheNextSetPoint) {
+  for (const QuickStop quick_stop : {QuickStop::stays_powered, QuickStop::disables}) {
+    enable(quick_stop);
+    target = {1.5, 1.5, 1.5};
+    run(Mode::follow, 300ms);
+    ASSERT_GT(drive(0).velocity_rad_s(), 0.5);
+    for (int k = 0; k < 200; ++k) {  // the bridge's process stands still
+      now += kGroupCycle;
+      for (auto& rack : racks) rack->step(now);
+    }
+    ASSERT_EQ(in(DriveState::operation_enabled), "000");
+    const double q = drive(0).position_rad();
+    for (int k = 0; k < 100; ++k) {
+      cycle(Mode::follow);
+      ASSERT_EQ(in(DriveState::operation_enabled), "000") << k;
+    }
+    EXPECT_EQ(drive(0).position_rad(), q);
+    EXPECT_EQ(reading.phase, Phase::fault);
+    EXPECT_EQ(reading.reason, "no cycle for 1 s");
+    run(Mode::idle, 100ms);
+    run(Mode::follow, 100ms);
+    EXPECT_EQ(reading.phase, Phase::following) << "after it was told to rest";
+  }
+}
+
 TEST_F(Group, StopGoesToEveryBus) {
   enable(QuickStop::disables);
   std::array taps = {wires[0].join(), wires[1].join()};
