@@ -192,6 +192,9 @@ TEST_F(Demix, ExportsTheLearnedMotion) {
     EXPECT_TRUE(
         clip.rotation_rad.middleRows(3 * joint, 3).isApprox(angles.middleRows(3 * j, 3), 1e-4))
         << name;
+    if (j == 0) continue;  // the root has none
+    const Eigen::Vector3d bone_m = clip.skeleton.joints[static_cast<std::size_t>(joint)].offset_m;
+    EXPECT_LT((bone_m - model.body.offset_m[static_cast<std::size_t>(j)]).norm(), 1e-5) << name;
   }
   // The pelvis goes forward by the step length in a period, and the lowest foot is on the ground.
   mocap::BodyClip body;
