@@ -110,12 +110,10 @@ Setpoint CommandGate::decide(Time now, const Reading& arm) {
                           limits_.hold_on_silence ? ": holding" : "");
     return {.mode = rest_};
   }
-  if (age > limits_.hold_after) {
-    reason_ = "command is late: holding";
-    return track_.can_brake() ? follow(true) : Setpoint{.mode = Mode::hold};
-  }
-  reason_.clear();
-  return follow(false);
+  const bool late = age > limits_.hold_after;
+  reason_ = late ? "command is late: holding" : "";
+  if (late && !track_.can_brake()) return {.mode = Mode::hold};
+  return follow(late);
 }
 
 Setpoint CommandGate::follow(bool brake) {

@@ -165,7 +165,10 @@ void JointDriver::supervise_axis(AxisMaster& axis) {
 void JointDriver::supervise() {
   for (AxisMaster& axis : axes_) supervise_axis(axis);
   if (!configured_) return;
-  if (reading_.phase == Phase::enabling && all_are(DriveState::operation_enabled)) {
+  const auto enabled = [](const AxisMaster& a) {
+    return a.reading().drive == DriveState::operation_enabled;
+  };
+  if (reading_.phase == Phase::enabling && std::ranges::all_of(axes_, enabled)) {
     for (std::size_t i = 0; i < axes_.size(); ++i) posture_[i] = axes_[i].target_rad;
     limiter_.reset(posture_);
     enter(Phase::following);
@@ -184,11 +187,6 @@ void JointDriver::supervise() {
     default:
       return;
   }
-}
-
-bool JointDriver::all_are(DriveState state) const {
-  return std::ranges::all_of(axes_,
-                             [&](const AxisMaster& a) { return a.reading().drive == state; });
 }
 
 bool JointDriver::stopped(const AxisMaster& axis) const {
@@ -229,7 +227,7 @@ const Reading& JointDriver::read(Time now) {
     // would enable again those that stay powered.
     if (pause > milliseconds(kRpdoDeadlineMs) &&
         (reading_.phase == Phase::following || reading_.phase == Phase::enabling)) {
-      fault("no cycle for " + fmt::format("{:.3g} s", to_seconds(pause)));
+      fault("no cycle for " + seconds(to_seconds(pause)));
     }
     configured_ ? supervise() : set_up();
   }

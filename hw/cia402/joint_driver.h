@@ -52,7 +52,6 @@ class JointDriver final : public Actuators {
   void command_axes();
   void enable(AxisMaster& axis);
   void send_setpoints();
-  bool all_are(DriveState state) const;
   bool stopped(const AxisMaster& axis) const;
   Phase rest() const;
   bool stays_powered() const { return options_.quick_stop == QuickStop::stays_powered; }

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <numbers>
 #include <utility>
 
@@ -21,14 +22,10 @@ constexpr std::array<std::pair<TaskKind, const char*>, 6> kKinds = {{
 }};
 
 void visit_kind(runtime::ParamVisitor& v, TaskKind& kind) {
-  std::string text;
-  for (const auto& [known, word] : kKinds) {
-    if (known == kind) text = word;
-  }
+  using Kind = decltype(kKinds)::value_type;
+  std::string text = std::ranges::find(kKinds, kind, &Kind::first)->second;
   v("kind", text, {"com", "foot", "orientation", "position", "posture", "regularisation"});
-  for (const auto& [known, word] : kKinds) {
-    if (text == word) kind = known;
-  }
+  kind = std::ranges::find(kKinds, text, &Kind::second)->first;
 }
 
 void visit_axes(runtime::ParamVisitor& v, std::vector<bool>& axes) {

@@ -97,7 +97,8 @@ TEST(Playback, GoesByLogTimeThenByFile) {
   ASSERT_EQ(playback.topics().size(), 2U);
   EXPECT_EQ(playback.topics()[0].type, "test.Type");
   EXPECT_EQ(playback.topics()[0].descriptors, "descriptors of test.Type");
-  EXPECT_EQ(playback.log_start_ns(), kBase);
+  EXPECT_EQ(playback.position_s(kBase), 0.0);
+  EXPECT_EQ(playback.position_s(kBase - 500'000'000), -0.5);
   EXPECT_EQ(playback.end_ns(), kBase + 3 * kSecond);
   EXPECT_DOUBLE_EQ(playback.position_s(kBase + kSecond / 2), 0.5);
 
