@@ -153,7 +153,7 @@ Report posture_before_stand(const PlotDir& plot_dir) {
     };
     place(far, red);
     place(near_by, green);
-    frame.label = "red: action 2 of 0.53 m, green: 0.39 m";
+    frame.label = "red 0.53 m, green 0.39 m";
     frame.camera = side_view(std::span(&frame, 1), 700, 700);
     save(draw(frame), *plot_dir / "fig-3.38.png", report);
   }
