@@ -17,7 +17,7 @@ using std::chrono::milliseconds;
 constexpr milliseconds kRetry(1000);  // between attempts to set up, and after bus-off
 constexpr milliseconds kLongestStop(2000);
 
-std::string seconds(double s) { return fmt::format("{:g} s", s); }
+std::string seconds(double s) { return fmt::format("{:.3g} s", s); }
 
 bool powered(DriveState state) {
   return state == DriveState::operation_enabled || state == DriveState::quick_stop_active ||

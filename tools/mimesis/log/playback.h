@@ -130,7 +130,8 @@ class Playback {
   std::uint64_t start_ns() const { return start_ns_; }  ///< log times [start_ns, end_ns]
   std::uint64_t end_ns() const { return end_ns_; }      ///< are played
   double position_s(std::uint64_t log_time_ns) const {
-    return static_cast<double>(static_cast<std::int64_t>(log_time_ns - span_.start_ns)) / 1e9;
+    return log_time_ns < span_.start_ns ? -static_cast<double>(span_.start_ns - log_time_ns) / 1e9
+                                        : static_cast<double>(log_time_ns - span_.start_ns) / 1e9;
   }
   std::uint64_t log_time_ns(double position_s) const {
     constexpr double kLongest_s = 1e10;  // 317 years: in 64 bits of nanoseconds
