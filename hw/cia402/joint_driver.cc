@@ -223,9 +223,9 @@ const Reading& JointDriver::read(Time now) {
     reading_.phase = std::ranges::all_of(axes_, fresh) ? Phase::idle : Phase::starting;
     reading_.reason = "read-only";
   } else if (now >= silent_until_) {
-    // The drives have stopped by themselves; what has come of them is older. The next set-point
-    // would enable again those that stay powered.
-    if (pause > milliseconds(kRpdoDeadlineMs) &&
+    // The drives have stopped by themselves, or may before a frame reaches them; what has come of
+    // them is older. The next set-point would enable again those that stay powered.
+    if (pause > milliseconds(kRpdoDeadlineMs * 4 / 5) &&
         (reading_.phase == Phase::following || reading_.phase == Phase::enabling)) {
       fault("no cycle for " + seconds(to_seconds(pause)));
     }

@@ -259,6 +259,18 @@ TEST_F(Group, DrivesThatStoppedByThemselvesAreNotEnabledByTheNextSetPoint) {
   }
 }
 
+TEST_F(Group, APauseIsAFaultBeforeTheDrivesDeadline) {
+  enable(QuickStop::stays_powered);
+  now += 70ms;
+  cycle(Mode::follow);
+  EXPECT_EQ(reading.phase, Phase::following) << reading.reason;
+  now += 80ms;
+  cycle(Mode::follow);
+  EXPECT_EQ(reading.reason, "no cycle for 0.085 s");
+  run(Mode::follow, 100ms);
+  EXPECT_EQ(in(DriveState::operation_enabled), "000");
+}
+
 TEST_F(Group, StopGoesToEveryBus) {
   enable(QuickStop::disables);
   std::array taps = {wires[0].join(), wires[1].join()};
