@@ -165,7 +165,7 @@ class LockstepClock final : public NodeClock {
   }
 
   void done() override {
-    bus_.flush();
+    bus_.flush(stop_fd_);
     report_.clear_published();
     for (v1::Publication& p : bus_.take_published()) *report_.add_published() = std::move(p);
     report_.set_step(report_.step() + 1);
@@ -183,7 +183,7 @@ class LockstepClock final : public NodeClock {
       bus_.connect_members();
     }
     time_ = Time(static_cast<std::int64_t>(go_.time_ns()));
-    bus_.deliver(time_, go_.visible());
+    bus_.deliver(time_, go_.visible(), stop_fd_);
     return time_;
   }
 

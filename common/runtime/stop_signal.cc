@@ -11,21 +11,21 @@
 namespace mimesis::runtime {
 namespace {
 
-int stop_fd = -1;
+int signal_fd = -1;
 itimerspec stop_after{};
 volatile std::sig_atomic_t signalled = 0;
 
 void on_signal(int) {
   signalled = 1;
-  timerfd_settime(stop_fd, 0, &stop_after, nullptr);
+  timerfd_settime(signal_fd, 0, &stop_after, nullptr);
 }
 
 }  // namespace
 
 StopSignal::StopSignal(std::chrono::milliseconds grace) {
-  MIMESIS_ASSERT(stop_fd < 0);
-  stop_fd = timerfd_create(CLOCK_MONOTONIC, TFD_NONBLOCK | TFD_CLOEXEC);
-  MIMESIS_ASSERT(stop_fd >= 0);
+  MIMESIS_ASSERT(signal_fd < 0);
+  signal_fd = timerfd_create(CLOCK_MONOTONIC, TFD_NONBLOCK | TFD_CLOEXEC);
+  MIMESIS_ASSERT(signal_fd >= 0);
   signalled = 0;
   const auto whole = std::chrono::floor<std::chrono::seconds>(grace);
   stop_after.it_value.tv_sec = whole.count();
@@ -42,11 +42,11 @@ StopSignal::StopSignal(std::chrono::milliseconds grace) {
 StopSignal::~StopSignal() {
   std::signal(SIGINT, SIG_DFL);
   std::signal(SIGTERM, SIG_DFL);
-  close(stop_fd);
-  stop_fd = -1;
+  close(signal_fd);
+  signal_fd = -1;
 }
 
-int StopSignal::fd() const { return stop_fd; }
+int StopSignal::fd() const { return signal_fd; }
 
 bool StopSignal::requested() const { return signalled != 0; }
 

@@ -58,9 +58,16 @@ Frame serialised(const Message& message) {
   return frame;
 }
 
-constexpr auto kAfterDeath = 50ms;  // for bytes of a dead publisher that are still under way
-constexpr auto kPatience = 5s;      // for a living one: then a message must have been lost
+constexpr auto kAfterDeath = 50ms;     // for bytes of a dead publisher that are still under way
+constexpr auto kPatience = 5s;         // for a living one: then a message must have been lost
+constexpr auto kLastPatience = 500ms;  // of a node that was asked to stop: it is killed after 3 s
 constexpr auto kRetry = 100us;
+
+/// How long a node waits for one that is alive.
+std::chrono::milliseconds patience(int stop_fd) {
+  pollfd stop{.fd = stop_fd, .events = POLLIN, .revents = 0};
+  return poll(&stop, 1, 0) > 0 ? kLastPatience : kPatience;
+}
 
 std::string within(std::chrono::milliseconds timeout) {
   return " within " + std::to_string(timeout.count()) + " ms";
@@ -608,27 +615,33 @@ void ZmqBus::connect_members() {
   impl_->publisher.release();
 }
 
-void ZmqBus::deliver(Time tick,
-                     const google::protobuf::RepeatedPtrField<v1::Publication>& visible) {
+void ZmqBus::deliver(Time tick, const google::protobuf::RepeatedPtrField<v1::Publication>& visible,
+                     int stop_fd) {
   impl_->tick = tick;
   impl_->subscriber.drain();
-  for (const v1::Publication& publication : visible) {
-    auto give_up = std::chrono::steady_clock::now() + kPatience;
-    bool dying = false;
-    while (!impl_->subscriber.deliver(publication)) {
+  using Clock = std::chrono::steady_clock;
+  auto since = Clock::now();
+  /// False: it is given up.
+  const auto arrives = [&](const v1::Publication& publication) {
+    for (bool dying = false;;) {
       if (!dying && !impl_->known.contains(publication.start_id())) {
         dying = true;
-        give_up = std::chrono::steady_clock::now() + kAfterDeath;
+        since = Clock::now();
       }
-      if (std::chrono::steady_clock::now() >= give_up) {
+      if (Clock::now() - since >= (dying ? kAfterDeath : patience(stop_fd))) {
         impl_->subscriber.give_up(publication);
         if (!dying)
           error("message {} on topic {} did not arrive", publication.seq(), publication.topic());
-        break;
+        return false;
       }
-      impl_->wait(std::chrono::steady_clock::now() + 20ms, {}, true);
+      impl_->wait(Clock::now() + 20ms, {}, true);
       impl_->subscriber.drain();
+      if (impl_->subscriber.deliver(publication)) return true;
     }
+  };
+  for (const v1::Publication& publication : visible) {
+    // Not since the call for each: who stands still holds more than one message back.
+    if (!impl_->subscriber.deliver(publication) && arrives(publication)) since = Clock::now();
   }
 }
 
@@ -636,20 +649,20 @@ std::vector<v1::Publication> ZmqBus::take_published() {
   return std::exchange(impl_->published, {});
 }
 
-void ZmqBus::flush() {
+void ZmqBus::flush(int stop_fd) {
   std::uint64_t waiting = impl_->publisher.backlog();
   if (waiting == 0) {
     impl_->behind = false;
     return;
   }
-  auto give_up = std::chrono::steady_clock::now() + kPatience;
+  auto since = std::chrono::steady_clock::now();
   while (waiting > 0 && !impl_->behind) {
     std::this_thread::sleep_for(kRetry);
     impl_->serve();
     const std::uint64_t now_waiting = impl_->publisher.backlog();
-    if (now_waiting < waiting) give_up = std::chrono::steady_clock::now() + kPatience;
+    if (now_waiting < waiting) since = std::chrono::steady_clock::now();
     waiting = now_waiting;
-    if (std::chrono::steady_clock::now() >= give_up) {
+    if (std::chrono::steady_clock::now() - since >= patience(stop_fd)) {
       impl_->behind = true;
       warn("a reliable subscriber takes nothing; {} messages wait for it", waiting);
     }

@@ -85,15 +85,18 @@ class ZmqBus final : public Bus {
   void drain();
 
   /// Lock-step: the step at `tick` begins. Makes exactly `visible` appear at the inputs, in this
-  /// order; waits for messages in transit, but not for publishers that died.
-  void deliver(Time tick, const google::protobuf::RepeatedPtrField<v1::Publication>& visible);
+  /// order; waits for messages in transit, but not for publishers that died. Of a living one a
+  /// message is given up after 5 s, or 0.5 s once `stop_fd` is readable.
+  void deliver(Time tick, const google::protobuf::RepeatedPtrField<v1::Publication>& visible,
+               int stop_fd);
   /// Lock-step: waits (at most 2 s) until every live lock-step node wired to this one's outputs has
   /// connected, and lets held messages go.
   void connect_members();
   /// Lock-step: messages published since the last call.
   std::vector<v1::Publication> take_published();
-  /// Lock-step: waits until no reliable subscriber is behind; gives up after 5 s without progress.
-  void flush();
+  /// Lock-step: waits until no reliable subscriber is behind; gives up after 5 s without progress,
+  /// or 0.5 s once `stop_fd` is readable.
+  void flush(int stop_fd);
 
   std::vector<v1::NodeInfo> known_nodes() const;  ///< alive, without this one, by name
   const v1::NodeInfo& info() const;               ///< description of this node

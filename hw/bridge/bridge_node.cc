@@ -12,8 +12,9 @@ constexpr double kHandRateHz = 100.0, kJointsRateHz = 50.0;
 constexpr milliseconds kStatusPeriod(1000);
 constexpr int kHoldCycles = 3;
 constexpr milliseconds kHandTimeout(50);
-// In lock-step graph time stands still meanwhile, and the machine's speed must not decide.
-constexpr milliseconds kHandTimeoutLockstep(5000);
+// In lock-step graph time stands still meanwhile, and the machine's speed must not decide. A node
+// that is asked to stop has 3 s.
+constexpr milliseconds kHandTimeoutLockstep(2000);
 
 static_assert(static_cast<int>(DriveState::switch_on_disabled) ==
               v1::DRIVE_STATE_SWITCH_ON_DISABLED);

@@ -12,6 +12,7 @@ namespace {
 using std::chrono::milliseconds;
 
 constexpr Time kFirstPause = milliseconds(100), kLongestPause = milliseconds(2000);
+constexpr milliseconds kLastTimeout(200);
 
 std::uint8_t to_byte(double fraction) {
   return static_cast<std::uint8_t>(std::lround(255.0 * std::clamp(fraction, 0.0, 1.0)));
@@ -22,14 +23,17 @@ std::uint8_t to_byte(double fraction) {
 struct HandClient::Connection {
   Connection(int socket, milliseconds timeout) : context(modbus_new_tcp(nullptr, 0), &modbus_free) {
     MIMESIS_ASSERT(context != nullptr);
-    const auto microseconds = static_cast<std::uint32_t>(timeout.count() % 1000 * 1000);
-    const auto whole = static_cast<std::uint32_t>(timeout.count() / 1000);
     modbus_set_socket(context.get(), socket);
     modbus_set_slave(context.get(), kUnit);
+    set_timeout(timeout);
+  }
+  ~Connection() { modbus_close(context.get()); }
+  void set_timeout(milliseconds timeout) const {
+    const auto microseconds = static_cast<std::uint32_t>(timeout.count() % 1000 * 1000);
+    const auto whole = static_cast<std::uint32_t>(timeout.count() / 1000);
     modbus_set_response_timeout(context.get(), whole, microseconds);
     modbus_set_byte_timeout(context.get(), whole, microseconds);
   }
-  ~Connection() { modbus_close(context.get()); }
 
   std::unique_ptr<modbus_t, decltype(&modbus_free)> context;
 };
@@ -38,6 +42,11 @@ HandClient::HandClient(Address address, milliseconds timeout)
     : address_(std::move(address)), timeout_(timeout), pause_(kFirstPause) {}
 
 HandClient::~HandClient() = default;
+
+void HandClient::hurry() {
+  timeout_ = std::min(timeout_, kLastTimeout);
+  if (connection_) connection_->set_timeout(timeout_);
+}
 
 tl::unexpected<Status> HandClient::fail(Time now, const std::string& why) {
   ++errors_;
@@ -150,6 +159,7 @@ void HandDriver::stop() noexcept {
   try {
     if (stopping_.exchange(true)) return;
     if (thread_.joinable()) thread_.join();
+    client_.hurry();
     client_.exchange(Time::max() / 2, to_output({.mode = last_.mode}, last_));
   } catch (...) {  // the hand stands still by itself without commands
   }

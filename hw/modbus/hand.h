@@ -56,6 +56,8 @@ class HandClient {
   /// Writes `output` if it has changed, reads the hand's state. `now` counts the pauses between
   /// attempts.
   tl::expected<HandInput, Status> exchange(Time now, const HandOutput& output);
+  /// From now on waits for 0.2 s at most: the process ends.
+  void hurry();
 
   std::uint64_t transactions() const { return transactions_; }  ///< answered requests
   /// refused connections, missing or wrong answers

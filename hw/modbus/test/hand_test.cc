@@ -68,6 +68,17 @@ TEST_F(Hand, WithoutAnObjectItClosesWholly) {
   EXPECT_FALSE(reading.moving);
 }
 
+TEST(HandDriver, DoesNotWaitLongForASilentHandWhenItStops) {
+  testing::Loopback graph;
+  const Address address = parse_address("unix:silent", graph.directory());
+  const int silent = listen(address);  // takes connections, never answers
+  HandDriver driver(address, {.threaded = false, .timeout = std::chrono::minutes(10)});
+  const auto begin = std::chrono::steady_clock::now();
+  driver.stop();
+  EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::minutes(5));
+  close(silent);
+}
+
 TEST_F(Hand, StopLeavesTheFingersWhereTheyAre) {
   HandDriver driver(address, {.threaded = false, .timeout = kPatience});
   run(driver, {.move = true, .closure = 1.0}, 1000ms);
