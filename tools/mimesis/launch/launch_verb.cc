@@ -138,7 +138,7 @@ void print_summary(const Outcome& outcome, const Run& run) {
          {"nodes", nodes}});
 }
 
-int run_graph(const GraphFile& graph, const Run& run, bool json) {
+int run_graph(const GraphFile& graph, const Run& run, bool json, Fd life) {
   const runtime::GraphTime time(runtime::graph_directory(run.graph));  // one offset for all the run
   const auto start = std::chrono::steady_clock::now();
   std::unique_ptr<ResultWatcher> watcher;
@@ -146,7 +146,7 @@ int run_graph(const GraphFile& graph, const Run& run, bool json) {
     const auto epoch = graph.clock == "wall" ? time.now() : std::chrono::nanoseconds(0);
     watcher = std::make_unique<ResultWatcher>(*graph.result, run.graph, epoch);
   }
-  Outcome outcome = supervise(graph, run, watcher ? watcher->fd() : -1);
+  Outcome outcome = supervise(graph, run, watcher ? watcher->fd() : -1, std::move(life));
   const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - start;
   Json result;
   if (watcher != nullptr) {
@@ -203,7 +203,7 @@ int check_show_or_run(const Options& options) {
   std::error_code error;
   fs::create_directories(run.log, error);
   if (error) throw ConfigError(run.log + ": " + error.message());
-  return keep([&] { return run_graph(graph, run, options.json); },
+  return keep([&](Fd life) { return run_graph(graph, run, options.json, std::move(life)); },
               [&](const std::string& why) { report_killed(graph, run, why, options.json); });
 }
 

@@ -94,13 +94,55 @@ int end_descendants(int grace_ms) {
   }
 }
 
-int wait_for(pid_t worker, const sigset_t& set,
+template <class... Args>
+void say(fmt::format_string<Args...> format, Args&&... args) {
+  const std::string line = fmt::format(format, std::forward<Args>(args)...);
+  std::fprintf(stderr, "mimesis: %s\n", line.c_str());
+}
+
+constexpr std::chrono::milliseconds kLook{100};  ///< period of looking for silence
+constexpr std::chrono::seconds kLauncherHung{2};
+
+/// The time since the last call. Time in which this process did not run itself is nobody's silence.
+class Watched {
+ public:
+  nanoseconds passed(WallTime now) {
+    return std::min<nanoseconds>(now - std::exchange(looked_, now), 2 * kLook);
+  }
+
+ private:
+  WallTime looked_ = Clock::now();
+};
+
+int wait_for(pid_t worker, const Fd& life, const sigset_t& set,
              const std::function<void(const std::string&)>& killed) {
+  Watched time;
+  Silence silence;
+  std::string hung;
   while (true) {
     siginfo_t info{};
-    if (sigwaitinfo(&set, &info) < 0) continue;
-    if (info.si_signo != SIGCHLD) {
-      kill(worker, info.si_signo);
+    const timespec look{0, nanoseconds(kLook).count()};
+    const int signal = sigtimedwait(&set, &info, &look);
+    const nanoseconds passed = time.passed(Clock::now());
+    std::array<char, 65536> signs;  // all that a pipe holds
+    const ssize_t n = read(life.get(), signs.data(), signs.size());
+    // Who reads our output may let the worker wait.
+    pollfd output{STDERR_FILENO, POLLOUT, 0};
+    if (n > 0 || (n < 0 && poll(&output, 1, 0) == 0)) {
+      if (const auto stood = silence.heard(passed))
+        say("the launcher goes on after {:.1f} s", to_seconds(*stood));
+    } else if (n == 0) {
+      silence = {};
+    }
+    if (silence.look(worker, passed))
+      say("the launcher hangs: no sign of life for {}", silence.text());
+    if (hung.empty() && silence.reached(kLauncherHung)) {
+      hung = "the launcher hung for " + silence.text();
+      kill(worker, SIGKILL);
+    }
+    if (signal < 0) continue;
+    if (signal != SIGCHLD) {
+      kill(worker, signal);
       continue;
     }
     // Only the worker is waited for: its remaining processes are ended together afterwards.
@@ -111,20 +153,15 @@ int wait_for(pid_t worker, const sigset_t& set,
       return WEXITSTATUS(status);
     }
     const int left = end_descendants(kGraceMs);
-    const std::string why = "the launcher " + Ending{.signal = WTERMSIG(status)}.text();
-    std::fprintf(stderr, "mimesis: %s; ended the %d processes it left\n", why.c_str(), left);
+    const std::string why =
+        hung.empty() ? "the launcher " + Ending{.signal = WTERMSIG(status)}.text() : hung;
+    say("{}; ended the {} processes it left", why, left);
     killed(why);
     return 1;
   }
 }
 
 constexpr std::chrono::milliseconds kHurry{500};  ///< time to stop after a second Ctrl-C
-
-template <class... Args>
-void say(fmt::format_string<Args...> format, Args&&... args) {
-  const std::string line = fmt::format(format, std::forward<Args>(args)...);
-  std::fprintf(stderr, "mimesis: %s\n", line.c_str());
-}
 
 Fd open_signals() {
   const sigset_t set = set_of({SIGINT, SIGTERM, SIGHUP});
@@ -233,8 +270,7 @@ struct ManagedNode {
     child = spawn(command, spec.sched);
     if (state == State::delayed) ++restarts;
     ending.reset();
-    silent.reset();
-    hung = false;
+    silence = {};
     started = now;
     due = now + spec.ready_within;
     state = State::starting;
@@ -286,11 +322,9 @@ struct ManagedNode {
   State state = State::waiting;
   WallTime due{}, started{};  ///< due: of starting, delayed and stopping
   bool was_ready = false, killed = false;
-  bool hung = false;  ///< has been named
   int restarts = 0;
   std::optional<Ending> ending;
-  std::optional<nanoseconds> silent;  ///< since its last sign of life; nothing before the first
-  Activity does;                      ///< when last looked at
+  Silence silence;
 };
 
 using State = ManagedNode::State;
@@ -298,8 +332,9 @@ using State = ManagedNode::State;
 /// Starts the nodes of a graph, watches them, stops them in reverse.
 class Supervisor {
  public:
-  Supervisor(const GraphFile& graph, const Run& run, int end_fd)
-      : groups_(stop_order(graph)),
+  Supervisor(const GraphFile& graph, const Run& run, int end_fd, Fd life)
+      : life_(std::move(life)),
+        groups_(stop_order(graph)),
         end_(end_fd),
         directory_(runtime::graph_directory(run.graph)),
         registry_(directory_) {
@@ -341,6 +376,7 @@ class Supervisor {
       }
     }
     clean_folder(directory_);
+    life_.reset();  // nothing is left that needs us
     return outcome_;
   }
 
@@ -443,31 +479,24 @@ class Supervisor {
   }
 
   void follow_signs_of_life(WallTime now) {
-    // Time in which this process did not run itself is nobody's silence.
-    const auto passed = std::min<nanoseconds>(now - looked_, 2 * kLook);
-    looked_ = now;
+    const nanoseconds passed = watched_.passed(now);
+    // A full pipe has what the keeper needs.
+    if (passed > nanoseconds(0) && write(life_.get(), "", 1) < 0 && errno != EAGAIN) life_.reset();
     while (const auto pid = watchdog_.next()) {
       for (auto& node : nodes_) {
         if (node->child.pid != *pid) continue;
-        if (std::exchange(node->hung, false))
-          say("{} goes on after {:.1f} s", node->name(), to_seconds(*node->silent));
-        node->silent = -passed;
+        if (const auto hung = node->silence.heard(passed))
+          say("{} goes on after {:.1f} s", node->name(), to_seconds(*hung));
       }
     }
     for (auto& node : nodes_) {
-      if (node->state != State::ready || !node->silent) continue;
-      const Activity now_does = activity(node->child.pid);
-      *node->silent += silence(passed, std::exchange(node->does, now_does), now_does);
-      if (!node->hung && *node->silent >= Watchdog::kNamed) {
-        node->hung = true;
-        say("{} hangs: no sign of life for {:.1f} s ({})", node->name(), to_seconds(*node->silent),
-            now_does.text());
-      }
-      if (node->spec.hung_after == nanoseconds(0) || *node->silent < node->spec.hung_after)
+      if (node->state != State::ready) continue;
+      if (node->silence.look(node->child.pid, passed))
+        say("{} hangs: no sign of life for {}", node->name(), node->silence.text());
+      if (node->spec.hung_after == nanoseconds(0) || !node->silence.reached(node->spec.hung_after))
         continue;
       if (node->spec.required) {
-        end_run(1, fmt::format("node '{}' hung for {:.1f} s ({})", node->name(),
-                               to_seconds(*node->silent), now_does.text()));
+        end_run(1, fmt::format("node '{}' hung for {}", node->name(), node->silence.text()));
       } else if (node->spec.restart.on_failure && !node->killed) {
         node->child.send(SIGKILL);  // its ending starts it again
       }
@@ -560,10 +589,9 @@ class Supervisor {
     if (end_ >= 0 && !stopping_ && (fds[3].revents & POLLIN) != 0) end_run(0, "");
   }
 
-  static constexpr std::chrono::milliseconds kLook{100};  ///< period of looking for silence
-
   Watchdog watchdog_;
-  WallTime looked_ = Clock::now();
+  Watched watched_;
+  Fd life_;  ///< to the keeper
   std::vector<std::unique_ptr<ManagedNode>> nodes_;
   std::vector<std::vector<std::string>> groups_;
   int end_;                ///< readable when the run shall end; -1: none
@@ -578,7 +606,8 @@ class Supervisor {
 
 }  // namespace
 
-int keep(const std::function<int()>& work, const std::function<void(const std::string&)>& killed) {
+int keep(const std::function<int(Fd)>& work,
+         const std::function<void(const std::string&)>& killed) {
   std::fflush(nullptr);
   const sigset_t set = set_of({SIGINT, SIGTERM, SIGHUP, SIGCHLD});
   sigset_t before;
@@ -586,19 +615,26 @@ int keep(const std::function<int()>& work, const std::function<void(const std::s
   prctl(PR_SET_CHILD_SUBREAPER, 1);
   signal(SIGPIPE, SIG_IGN);
   const pid_t keeper = getpid();
-  const pid_t worker = fork();
+  int life[2] = {-1, -1};
+  const pid_t worker = pipe2(life, O_CLOEXEC | O_NONBLOCK) == 0 ? fork() : -1;
+  Fd watched(life[0]), lives(life[1]);
   if (worker < 0) {
     std::perror("mimesis: fork");
     return 1;
   }
-  if (worker > 0) return wait_for(worker, set, killed);
+  if (worker > 0) {
+    lives.reset();
+    return wait_for(worker, watched, set, killed);
+  }
+  watched.reset();
   // A group of its own: Ctrl-C reaches the keeper alone, which passes it on once.
   setpgid(0, 0);
   signal(SIGTTOU, SIG_IGN);
   prctl(PR_SET_PDEATHSIG, SIGTERM);
   prctl(PR_SET_CHILD_SUBREAPER, 1);
   if (getppid() != keeper) return 1;
-  return work();  // with the signals still blocked: the supervisor reads them from a descriptor
+  return work(std::move(
+      lives));  // with the signals still blocked: the supervisor reads them from a descriptor
 }
 
 void clean_folder(const std::string& directory) {
@@ -644,8 +680,8 @@ std::optional<WallTime> Backoff::next(WallTime now) {
   return now + bounded;
 }
 
-Outcome supervise(const GraphFile& graph, const Run& run, int end_fd) {
-  return Supervisor(graph, run, end_fd).run();
+Outcome supervise(const GraphFile& graph, const Run& run, int end_fd, Fd life) {
+  return Supervisor(graph, run, end_fd, std::move(life)).run();
 }
 
 }  // namespace mimesis::launch

@@ -7,17 +7,21 @@
 #include <vector>
 
 #include "tools/mimesis/launch/command.h"
+#include "tools/mimesis/launch/process.h"
 
 namespace mimesis::launch {
 
 /// Runs `work` in a child process and stays its parent, so that nothing can outlive a launch:
 ///  - kill -9 of this process: the child gets SIGTERM and stops its nodes in order;
 ///  - kill -9 of the child: this process inherits all that the child had started (it is a
-///    subreaper), sends SIGTERM, and after 3 s SIGKILL.
+///    subreaper), sends SIGTERM, and after 3 s SIGKILL;
+///  - a child that hangs is named, and killed when it has given no sign of life for 2 s.
 /// SIGINT, SIGTERM and SIGHUP are passed on. Returns the exit code of `work`, 1 if it was killed:
 /// then `killed` says why in its stead, when all it had started is gone.
 /// In the child it returns, too, with the result of `work`.
-int keep(const std::function<int()>& work,
+/// @param work  gets the descriptor that it gives its signs of life on: a byte ten times a second.
+///              It is watched from the first to the closing.
+int keep(const std::function<int(Fd life)>& work,
          const std::function<void(const std::string& why)>& killed);
 
 using WallTime = std::chrono::steady_clock::time_point;
@@ -57,6 +61,7 @@ void clean_folder(const std::string& directory);
 /// the graph's registry. Precondition: SIGINT, SIGTERM and SIGHUP are blocked; the graph was
 /// checked.
 /// @param end_fd  readable when the run shall end; -1: none
-Outcome supervise(const GraphFile& graph, const Run& run, int end_fd);
+/// @param life    of `keep`
+Outcome supervise(const GraphFile& graph, const Run& run, int end_fd, Fd life);
 
 }  // namespace mimesis::launch

@@ -1,5 +1,6 @@
 #include "tools/mimesis/launch/watchdog.h"
 
+#include <fmt/format.h>
 #include <sys/socket.h>
 #include <sys/un.h>
 #include <unistd.h>
@@ -13,6 +14,8 @@
 #include <sstream>
 #include <stdexcept>
 #include <string_view>
+
+#include "common/time.h"
 
 namespace mimesis::launch {
 
@@ -93,6 +96,23 @@ Activity activity(pid_t pid) {
 std::chrono::nanoseconds silence(std::chrono::nanoseconds passed, const Activity& before,
                                  const Activity& now) {
   return before.state == 'R' && now.state == 'R' ? std::min(passed, now.cpu - before.cpu) : passed;
+}
+
+std::optional<std::chrono::nanoseconds> Silence::heard(std::chrono::nanoseconds passed) {
+  const auto before = std::exchange(length_, -passed);
+  return std::exchange(named_, false) ? before : std::nullopt;
+}
+
+bool Silence::look(pid_t pid, std::chrono::nanoseconds passed) {
+  if (!length_) return false;
+  const Activity now = activity(pid);
+  *length_ += silence(passed, std::exchange(does_, now), now);
+  return !named_ && reached(Watchdog::kNamed) && (named_ = true);
+}
+
+std::string Silence::text() const {
+  return fmt::format("{:.1f} s ({})", to_seconds(length_.value_or(std::chrono::nanoseconds(0))),
+                     does_.text());
 }
 
 }  // namespace mimesis::launch

@@ -44,4 +44,21 @@ Activity activity(pid_t pid);
 std::chrono::nanoseconds silence(std::chrono::nanoseconds passed, const Activity& before,
                                  const Activity& now);
 
+/// For how long a process has given no sign of life; before the first it is not expected to.
+class Silence {
+ public:
+  /// A sign came in the time that passed since the last look. Returns for how long the process hung
+  /// before, if that had been named.
+  std::optional<std::chrono::nanoseconds> heard(std::chrono::nanoseconds passed);
+  /// Looks at the process; true if it is to be named now.
+  bool look(pid_t pid, std::chrono::nanoseconds passed);
+  bool reached(std::chrono::nanoseconds limit) const { return length_ && *length_ >= limit; }
+  std::string text() const;  ///< "2.1 s (stopped by a signal)"
+
+ private:
+  std::optional<std::chrono::nanoseconds> length_;
+  bool named_ = false;
+  Activity does_;  ///< when last looked at
+};
+
 }  // namespace mimesis::launch

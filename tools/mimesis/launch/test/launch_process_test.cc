@@ -254,7 +254,7 @@ TEST_F(Launch, TimeInWhichItStoodItselfIsNobodysSilence) {
   pause(300ms);  // a sign of life has come
   kill(supervisor, SIGSTOP);
   kill(a, SIGSTOP);
-  pause(2500ms);
+  pause(1500ms);
   kill(supervisor, SIGCONT);
   pause(100ms);
   kill(a, SIGCONT);
@@ -264,6 +264,64 @@ TEST_F(Launch, TimeInWhichItStoodItselfIsNobodysSilence) {
   EXPECT_EQ(launch->errors().find("a hangs"), std::string::npos) << launch->errors();
   launch->signal(SIGINT);
   EXPECT_EQ(launch->wait(), 130) << launch->errors();
+}
+
+TEST_F(Launch, AHungLauncherIsNamedAndEnded) {
+  const auto start_one = [&] {
+    auto launch = start("nodes:\n  a: {exec: " + counter_ + "}\n");
+    EXPECT_TRUE(until([&] { return pids().size() == 1; })) << launch->errors();
+    std::this_thread::sleep_for(300ms);  // a sign of life has come
+    kill(parent(pids().at("a")), SIGSTOP);
+    EXPECT_TRUE(until([&] {
+      return launch->errors().find("the launcher hangs: no sign of life") != std::string::npos;
+    })) << launch->errors();
+    return launch;
+  };
+  auto launch = start_one();
+  const pid_t a = pids().at("a");
+  EXPECT_EQ(launch->wait(), 1);
+  EXPECT_TRUE(std::string(summary(*launch)["reason"]).starts_with("the launcher hung for 2."))
+      << summary(*launch);
+  EXPECT_NE(launch->errors().find("(stopped by a signal)"), std::string::npos);
+  EXPECT_FALSE(alive(a));
+
+  launch = start_one();
+  kill(parent(pids().at("a")), SIGCONT);
+  EXPECT_TRUE(until([&] {
+    return launch->errors().find("the launcher goes on after ") != std::string::npos;
+  })) << launch->errors();
+  launch->signal(SIGINT);
+  EXPECT_EQ(launch->wait(), 130);
+}
+
+TEST_F(Launch, ALauncherThatWaitsForItsReaderDoesNotHang) {
+  const std::string file = folder_.write(
+      "g.yaml",
+      "version: 1\nnodes:\n  loud: {exec: sh, ready: started, required: true, args: [-c, \"yes | "
+      "head -c 300000 >&2; sleep 1\"]}\n");
+  const auto bin = std::filesystem::read_symlink("/proc/self/exe").parent_path() / "../bin";
+  testing::Process shell(
+      "/bin/sh", {"-c", (bin / "mimesis launch ").string() + file + " --graph " + graph_.name() +
+                            " 2>&1 | (sleep 4; exec tail -n 3)"});
+  EXPECT_EQ(shell.wait(), 0);
+  EXPECT_EQ(shell.output().find("the launcher"), std::string::npos) << shell.output();
+  EXPECT_NE(shell.output().find("logs in"), std::string::npos) << shell.output();
+}
+
+TEST_F(Launch, AStoppedRecorderDoesNotKeepOthersFromStopping) {
+  auto launch = start("clock: lockstep\nnodes:\n  a: {exec: " + counter_ +
+                      ", params: {rate_hz: 1000}}\n  r: {exec: mimesis, args: [log, record, --all, "
+                      "-o, " +
+                      folder_.path() + "/x.mcap]}\n");
+  ASSERT_TRUE(until([&] { return pids().size() == 3; })) << launch->errors();
+  for (const auto& [name, pid] : pids()) {
+    if (name != "a" && name != "clock") kill(pid, SIGSTOP);
+  }
+  std::this_thread::sleep_for(500ms);  // its queues are full
+  launch->signal(SIGINT);
+  EXPECT_EQ(launch->wait(), 130) << launch->errors();
+  for (const json& node : summary(*launch)["nodes"])
+    EXPECT_EQ(node["killed"], node["name"] == "r") << node;
 }
 
 TEST_F(Launch, AHungNodeEndsARunInLockstep) {
