@@ -23,6 +23,7 @@ struct Condition {
   std::string_view actuators;  ///< why the drives do not follow
   std::string_view posture;    ///< why balance cannot begin from how the robot stands
   std::string_view falling;    ///< why it counts as falling
+  std::string_view paused;     ///< that the walker itself stood still, so the robot was held
   bool stands = true;          ///< the plan has no step in it
   bool approached = false;     ///< half-sitting is reached
 };
@@ -115,6 +116,7 @@ class Conduct {
       fell_ = true;
       return;
     }
+    if (!now.paused.empty()) return enter(Phase::safe, now.paused);
     if (now.sensors.empty()) {
       blind_for_s_ = 0.0;
       reason_.clear();

@@ -32,6 +32,8 @@ Eigen::Vector3d up_in_imu(const robot::Biped& biped) {
   return kinematics.X_WL(biped.imu).linear().transpose() * Eigen::Vector3d::UnitZ();
 }
 
+// After this silence the bridge brakes and holds the robot.
+constexpr std::chrono::milliseconds kLongestPause(100);
 constexpr std::uint64_t kTransformsEvery = 8;  // steps: 25 Hz
 
 const char* name(v1::WalkState state) {
@@ -77,6 +79,10 @@ WalkerNode::WalkerNode(const Params& params, runtime::Bus& bus)
 }
 
 void WalkerNode::step(runtime::Time now) {
+  const runtime::Time passed = now - std::exchange(last_, now);
+  pause_line_ = steps_ > 0 && passed > kLongestPause
+                    ? fmt::format("the walker stood still for {:.1f} s", to_seconds(passed))
+                    : "";
   take_sensors(now);
   take_motion(now);
   const Phase before = conduct_.phase();
@@ -181,6 +187,7 @@ Condition WalkerNode::condition() {
                 .actuators = drives_fault_,
                 .posture = posture_line_,
                 .falling = {},
+                .paused = pause_line_,
                 .stands = true,
                 .approached = approach_.done()};
   if (balances && tick_ != nullptr) {

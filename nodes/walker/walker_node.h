@@ -65,12 +65,13 @@ class WalkerNode {
   Sensors sensors_, blind_;
   std::string body_fault_ = "nothing heard of IMU and foot forces",
               joints_fault_ = "nothing heard of encoders", drives_fault_ = "no bridge heard";
-  std::string sensors_line_, posture_line_, refusal_;  // log lines of this tick
+  std::string sensors_line_, posture_line_, pause_line_, refusal_;  // log lines of this tick
   MotionWish motion_;
   bool motion_heard_ = false;
   Eigen::VectorXd q_, dq_;              // set-points
   const WalkerOutput* tick_ = nullptr;  // the walker's last one
   GroundPose place_;                    // middle of the feet
+  runtime::Time last_{};                // step
   std::uint64_t steps_ = 0, failed_ = 0, clipped_ = 0, limited_ = 0;
   Took took_;
   Told told_;

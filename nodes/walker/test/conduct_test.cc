@@ -31,6 +31,7 @@ struct ConductRig {
                 .actuators = "drives are off",
                 .posture = {},
                 .falling = {},
+                .paused = {},
                 .stands = true,
                 .approached = false};
   Conduct conduct;
@@ -88,6 +89,21 @@ TEST(Conduct, LostSensorsWhileWalkingEndTheStepsFirst) {
   rig.now.sensors = "IMU is silent";
   EXPECT_EQ(rig.run(2.9), Phase::balancing);
   EXPECT_EQ(rig.run(0.2), Phase::safe);  // independent of the plan
+}
+
+TEST(Conduct, AWalkThatThePlanHasLeftBehindIsNotGoneOn) {
+  ConductRig rig;
+  rig.balance();
+  rig.now.stands = false;
+  rig.now.paused = "stood still";
+  EXPECT_EQ(rig.run(kTick_s), Phase::safe);
+  EXPECT_EQ(rig.conduct.reason(), "stood still");
+  rig.now.paused = {};
+  rig.now.posture = "on one foot";
+  EXPECT_EQ(rig.run(10.0), Phase::safe);
+  rig.now.posture = {};
+  rig.now.approached = false;
+  EXPECT_EQ(rig.run(0.6), Phase::approaching);
 }
 
 TEST(Conduct, WhoFellStaysSafeUntilTheDrivesWereOff) {

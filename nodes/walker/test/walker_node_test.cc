@@ -124,6 +124,27 @@ TEST(WalkerNode, WalksAsAMotionWishesAndStopsWhenItEnds) {
   EXPECT_LE(rig.feedback.steps() - steps, 3U);  // the one it was in, and two
 }
 
+TEST(WalkerNode, HoldsThePostureOnceItStoodStillItself) {
+  for (const auto pause : {90ms, 110ms}) {
+    Rig rig;
+    rig.ready();
+    rig.walk(0.2);
+    rig.run(4s);
+    ASSERT_EQ(rig.state(), v1::WALK_STATE_WALKING);
+    const v1::JointCommand last = *rig.command;
+    rig.now += pause;  // a step ends 5 ms before `now`
+    rig.run(5ms);
+    if (pause < 100ms) {
+      EXPECT_EQ(rig.state(), v1::WALK_STATE_WALKING);
+      continue;
+    }
+    EXPECT_EQ(rig.state(), v1::WALK_STATE_SAFE);
+    EXPECT_EQ(rig.status.reason(), "the walker stood still for 0.1 s");
+    for (int j = 0; j < last.position_rad_size(); ++j)
+      EXPECT_EQ(rig.command->position_rad(j), last.position_rad(j));
+  }
+}
+
 TEST(WalkerNode, StopsForAMotionThatStands) {
   Rig rig;
   rig.ready();
