@@ -13,7 +13,7 @@ struct CognitionParams {
   double rate_hz = 100.0;   ///< step rate; its period is a multiple of dt_s [Hz]
   double fields_hz = 25.0;  ///< rate of port `fields`; 0: never [Hz]
   double stale_s = 0.5;     ///< an older observation is not used [s]
-  double sight_s = 0.08;    ///< sight is lost with an older observation; 0: never [s]
+  double sight_s = 0.07;    ///< sight is lost with an older observation; 0: never [s]
   double task_stale_s =
       2.5;  ///< an older task status rewards nothing (the planner repeats it at 1 Hz) [s]
   ImitatorParams imitator{};

@@ -49,7 +49,7 @@ struct PlannerParams {
   /// share of the limits for straight motions to and from contact [1]
   double contact_speed = 0.3;
   double stale_s = 0.1;           ///< older states of arm or hand stop the task [s]
-  double upstream_s = 0.08;       ///< older scenes or decisions make the arm wait; 0: never [s]
+  double upstream_s = 0.06;       ///< older scenes or decisions make the arm wait; 0: never [s]
   double ready_s = 10.0;          ///< longest wait for scene, arm and hand [s]
   double hand_s = 5.0;            ///< longest time of the hand to open or close [s]
   double tracking_rad = 0.25;     ///< largest allowed following error [rad]

@@ -158,7 +158,7 @@ void WorldNode::publish_state(runtime::Time now) {
 
 /// Over and over, so that whoever moves by it knows that it still holds; measured when it changes.
 void WorldNode::publish_scene(runtime::Time now) {
-  constexpr auto kPeriod = std::chrono::milliseconds(30);
+  constexpr auto kPeriod = std::chrono::milliseconds(20);
   if (!scene_due_ && now < scene_sent_ + kPeriod) return;
   scene_sent_ = now;
   if (!scene_due_) return scene_.send(scene_message_, now);
