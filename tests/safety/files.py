@@ -63,6 +63,11 @@ def _candump():
     return "".join(f"({1436509052 + n / 100:.6f}) vcan0 {0x180 + n % 9:03X}#{n:016X}\n" for n in range(200)).encode()
 
 
+def _lcm():
+    event = lambda n, channel, data: struct.pack(">IQQII", 0xEDA1DA01, n, 10**6 + n, len(channel), len(data)) + channel + data
+    return b"".join(event(n, (b"POSE", b"ROBOT_STATE")[n % 2], struct.pack(">Qq", 0xFEEDFACECAFEBEEF, n) * 3) for n in range(50))
+
+
 def _launches(names=("imitation", "biped", "crowd", "drawer", "walk")):
     return [trial.ROOT / f"launch/{name}.yaml" for name in names]
 
@@ -125,6 +130,8 @@ KINDS = {
     "log": (_log_seeds, False, _log),
     "candump": (lambda: [("a.log", _candump())], True,
                 lambda rng, file, folder: ["mimesis", "log", "convert", file, folder / "out.mcap"]),
+    "lcm": (lambda: [("a.00", _lcm())], False,
+            lambda rng, file, folder: ["mimesis", "log", "convert", "--from", "lcm", file, folder / "out.mcap"]),
     "picture": (lambda: [("a.png", _png())], False,
                 lambda rng, file, folder: ["mimesis_camera", "--set", "source=folder", "--set", f"path={folder / 'pictures'}"]),
     "mocap": (_mocap_seeds, False, _mocap),
