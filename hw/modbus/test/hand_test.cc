@@ -72,10 +72,10 @@ TEST(HandDriver, DoesNotWaitLongForASilentHandWhenItStops) {
   testing::Loopback graph;
   const Address address = parse_address("unix:silent", graph.directory());
   const int silent = listen(address);  // takes connections, never answers
-  HandDriver driver(address, {.threaded = false, .timeout = std::chrono::minutes(10)});
+  HandDriver driver(address, {.threaded = false, .timeout = 1min});
   const auto begin = std::chrono::steady_clock::now();
   driver.stop();
-  EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::minutes(5));
+  EXPECT_LT(std::chrono::steady_clock::now() - begin, 30s);
   close(silent);
 }
 

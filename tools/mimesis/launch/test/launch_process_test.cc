@@ -320,8 +320,9 @@ TEST_F(Launch, AStoppedRecorderDoesNotKeepOthersFromStopping) {
   std::this_thread::sleep_for(500ms);  // its queues are full
   launch->signal(SIGINT);
   EXPECT_EQ(launch->wait(), 130) << launch->errors();
-  for (const json& node : summary(*launch)["nodes"])
-    EXPECT_EQ(node["killed"], node["name"] == "r") << node;
+  const json nodes = summary(*launch)["nodes"];
+  ASSERT_EQ(nodes.size(), 3U);
+  for (const json& node : nodes) EXPECT_EQ(node["killed"], node["name"] == "r") << node;
 }
 
 TEST_F(Launch, AHungNodeEndsARunInLockstep) {
