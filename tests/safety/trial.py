@@ -53,7 +53,8 @@ class Observer(threading.Thread):
 
     def __init__(self, scenario):
         super().__init__(daemon=True)
-        self.samples, self.stamp_ns, self.moved_ns, self.outcome, self.error = [], 0, None, False, ""
+        self.samples, self.stamp_ns, self.moved_ns, self.error = [], 0, None, ""
+        self.outcome = None  # when the topic that ends the run was heard [s], monotonic
         self._scenario, self._end = scenario, False
         self._postures = collections.deque()  # (stamp, joints) of the last mean_s
         self._graph = mimesis.Graph("observer")
@@ -75,7 +76,7 @@ class Observer(threading.Thread):
         if got.source == "rogue":  # hostile.py
             return
         if got.topic == self._scenario.outcome:
-            self.outcome = True
+            self.outcome = self.outcome or time.monotonic()
             return
         self.stamp_ns = got.stamp_ns
         joints = hasattr(got.message, "drives")
