@@ -4,6 +4,7 @@
 
 #include "common/error.h"
 #include "common/model/files.h"
+#include "common/robot/bodies.h"
 #include "common/runtime/param_source.h"
 #include "common/runtime/params.h"
 #include "common/shared_data.h"
@@ -282,7 +283,13 @@ robot::Biped load_biped(const std::string& file) {
     for (const PostureEntry& j : entry.half_sitting) {
       names.half_sitting.emplace_back(j.joint, j.angle_rad);
     }
-    return robot::make_biped(tree_of(path, entry), names);
+    robot::Biped biped = robot::make_biped(tree_of(path, entry), names);
+    for (const robot::Body& body : robot::bodies_of(biped.tree)) {
+      if (body.mass > 0.0) continue;
+      throw ConfigError("link '" + biped.tree.link(body.link).name +
+                        "' has no mass, expected one on every link that moves");
+    }
+    return biped;
   } catch (const ConfigError& e) {
     const std::string what = e.what();
     throw ConfigError(what.starts_with(path) ? what : path + ": " + what);

@@ -14,19 +14,21 @@ namespace {
 
 using Eigen::Vector3d;
 
-/// Error of load_biped for biped.yaml with `from` replaced by `to`; empty: none.
-std::string refusal(const std::string& from, const std::string& to) {
-  std::string text = slurp(kModels + "biped.yaml");
+/// Error of load_biped with `from` replaced by `to` in `file`; empty: none.
+std::string refusal(const std::string& from, const std::string& to,
+                    const std::string& file = "biped.yaml") {
+  std::string text = slurp(kModels + file);
   const std::size_t at = text.find(from);
   EXPECT_NE(at, std::string::npos) << from;
   text.replace(at, from.size(), to);
   std::string folder = (std::filesystem::temp_directory_path() / "mimesis-biped-XXXXXX").string();
   EXPECT_NE(mkdtemp(folder.data()), nullptr);
-  std::filesystem::copy(kModels + "biped.urdf", folder);
-  std::ofstream(folder + "/edited.yaml") << text;
+  for (const std::string name : {"biped.urdf", "biped.yaml"})
+    std::filesystem::copy(kModels + name, folder);
+  std::ofstream(folder + "/" + file) << text;
   std::string what;
   try {
-    (void)load_biped(folder + "/edited.yaml");
+    (void)load_biped(folder + "/biped.yaml");
   } catch (const ConfigError& e) {
     what = e.what();
   }
@@ -74,6 +76,16 @@ TEST(BipedFile, Jvrc1StandsAsWell) {
     EXPECT_NEAR(kinematics.X_WL(biped.leg[side].sole).translation().x(), 0.0, 1e-12);
   }
   EXPECT_NEAR(kinematics.com().x(), 0.01, 0.005);  // above the soles
+}
+
+TEST(BipedFile, EveryLinkThatMovesHasAMass) {
+  const std::string chest = slurp(kModels + "biped.urdf");
+  const std::size_t link = chest.find("<link name=\"chest\">"), end = chest.find("</link>", link);
+  const std::string whole = chest.substr(link, end - link);
+  EXPECT_TRUE(
+      refusal(whole, "<link name=\"chest\">", "biped.urdf")
+          .ends_with(
+              "biped.yaml: link 'chest' has no mass, expected one on every link that moves"));
 }
 
 TEST(BipedFile, SaysWhatIsWrongWithAFile) {

@@ -501,7 +501,7 @@ void add_demix(CLI::App& program, int& exit_code) {
       "Exit codes: 0 done, 1 a plot failed, 2 usage, or a file that cannot be used.\nExamples:\n"
       "  mimesis demix walks/*.bvh --sources 4 --out walk.motion.json --plot /tmp\n"
       "  mimesis demix *.amc --tied --average --style 16_15.amc=slow -k 5 -o gaits.motion.json\n"
-      "  mimesis demix *.bvh --robot models/biped.urdf --tied --average -k 6 -o b.motion.json");
+      "  mimesis demix *.bvh --robot models/biped.yaml --tied --average -k 6 -o b.motion.json");
   verb->callback([o, &exit_code] { exit_code = run(*o); });
 }
 
