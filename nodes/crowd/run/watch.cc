@@ -203,12 +203,20 @@ void Watch::certify(const ScenarioRun& run, int group, int agents, const std::st
   const Group& described = run.scenario().groups[at(group)];
   kept.wanted = wanted_of(described, rules, kept.passes);
   if (hears_beat(run, group)) rules.phase.leader_gain_1_s = 0.0;  // no agent leads
-  Certificate certificate = crowd::certify(rules, agents,
-                                           {.gait = run.crowd().group(group).gait,
-                                            .eigenfrequency_rad_s = run.eigenfrequency_rad_s(group),
-                                            .spread_rad_s = described.spread_rad_s,
-                                            .beat_gain_1_s = described.beat_gain_1_s,
-                                            .sway = run.crowd().group(group).sway});
+  const Crowd::Rows rows = run.crowd().rows(group);
+  double off = 0.0;
+  for (const double h : run.crowd().heading_rad().subspan(at(rows.first), at(rows.count))) {
+    off = std::max(off, std::abs(math::wrap_pi(h - described.heading_rad)));
+  }
+  Certificate certificate =
+      crowd::certify(rules, agents,
+                     {.gait = run.crowd().group(group).gait,
+                      .eigenfrequency_rad_s =
+                          pace_rad_s(run.scenario(), described, run.eigenfrequency_rad_s(group)),
+                      .spread_rad_s = described.spread_rad_s,
+                      .beat_gain_1_s = described.beat_gain_1_s,
+                      .sway = run.crowd().group(group).sway,
+                      .off_path_rad = off});
   certificate.agents = agents;
   kept.monitor.certify(std::move(certificate));
   kept.expected.clear();
