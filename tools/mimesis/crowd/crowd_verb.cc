@@ -135,14 +135,10 @@ Json to_json(const Stage& stage) {
     if (r->guarantee != Guarantee::off || !r->why.empty()) rules.push_back(to_json(name, *r));
   }
   const auto rate = c.rate_1_s();
-  return {{"group", stage.group},
-          {"from_s", stage.from_s},
-          {"gait", stage.gait},
-          {"agents", stage.agents},
-          {"holds", c.holds()},
-          {"rate_1_s", rate ? Json(*rate) : Json(nullptr)},
-          {"rules", rules},
-          {"notes", c.notes}};
+  return {{"group", stage.group}, {"from_s", stage.from_s},
+          {"gait", stage.gait},   {"agents", stage.agents},
+          {"holds", c.holds()},   {"rate_1_s", rate ? Json(*rate) : Json(nullptr)},
+          {"rules", rules},       {"notes", c.notes}};
 }
 
 bool all_hold(const std::vector<Stage>& stages) {
