@@ -88,13 +88,10 @@ class Watch {
 };
 
 /// Reads the certificate of the last stage.
-void certify(const FormationRun& run, const FormationOutcome::Sample& now, FormationOutcome& out) {
+void certify(const FormationRun& run, FormationOutcome& out) {
   const Rules& rules = run.stages.back().rules;
   const GaitRange gait{run.gait.speed(), run.gait.eigenfrequency_rad_s, 0.0};
   const Certificate certificate = certify(rules, run.group.count, gait);
-  const auto needed =
-      formation_time_s(certificate, rules, gait, now.error_m, now.lane_error_m, kFormed_m);
-  if (needed) out.certified_s = now.time_s + *needed;
   out.expected_length_1_s = certificate.length.expected_1_s;
   out.expected_phase_1_s = certificate.phase.expected_1_s;
 }
@@ -108,9 +105,6 @@ void judge(FormationOutcome& out) {
     if (formed && std::isnan(out.formed_s)) out.formed_s = s.time_s;
     length.add(s.time_s, s.error_m);
     phase.add(s.time_s, s.dispersion);
-    if (out.certified_s && s.time_s >= *out.certified_s) {
-      out.certified_error_m = std::max({out.certified_error_m, s.error_m, s.lane_error_m});
-    }
   }
   out.length_rate_1_s = length.rate_1_s().value_or(std::nan(""));
   out.phase_rate_1_s = phase.rate_1_s().value_or(std::nan(""));
@@ -129,7 +123,7 @@ FormationOutcome run(const FormationRun& run) {
     while (stage < run.stages.size() && n * kCrowdStep_s >= run.stages[stage].at_s - 1e-9) {
       watch.crowd().set_rules(watch.group(), run.stages[stage].rules);
       out.snapshots.push_back(watch.snapshot());
-      if (++stage == run.stages.size()) certify(run, watch.sample(), out);
+      if (++stage == run.stages.size()) certify(run, out);
     }
     if (n % per_sample == 0) out.samples.push_back(watch.sample());
     if (n == steps) break;

@@ -32,14 +32,12 @@ struct FormationOutcome {
   struct Sample {
     double time_s, error_m, lane_error_m, dispersion;
   };
-  std::vector<Sample> samples;        ///< every 0.05 s
-  std::vector<Snapshot> snapshots;    ///< at the start, at each later stage, at the end
-  std::optional<double> certified_s;  ///< by when all are in formation within 1 cm
-  double formed_s = 0.0;              ///< from when on they were, NaN if not at the end
-  double certified_error_m = 0.0;     ///< largest error from the certified time on
-  double length_rate_1_s = 0.0;       ///< measured decay of the formation error at the end
-  double phase_rate_1_s = 0.0;        ///< decay rate of the dispersion
-  double expected_length_1_s = 0.0;   ///< expected rate of the step lengths, from the certificate
+  std::vector<Sample> samples;       ///< every 0.05 s
+  std::vector<Snapshot> snapshots;   ///< at the start, at each later stage, at the end
+  double formed_s = 0.0;             ///< from when on they were, NaN if not at the end
+  double length_rate_1_s = 0.0;      ///< measured decay of the formation error at the end
+  double phase_rate_1_s = 0.0;       ///< decay rate of the dispersion
+  double expected_length_1_s = 0.0;  ///< expected rate of the step lengths, from the certificate
   double expected_phase_1_s = 0.0;
   double least_distance_m = 0.0;  ///< between centres, while a stage avoids
   int overlapping = 0;            ///< agent-steps with overlap, while a stage avoids

@@ -6,7 +6,6 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
-#include <numeric>
 #include <sstream>
 #include <utility>
 
@@ -56,20 +55,18 @@ Extremes extremes_of(const GraphSettings& settings, int n,
   }
 }
 
-/// The rate is proportional to λ⁺.
-void add_lost_link(RuleCertificate& c, const GraphSettings& graph, int n) {
-  c.without_link_1_s =
-      c.guaranteed_1_s * connectivity_without_link(coupling(graph, n)) / c.extremes.least;
-}
-
 /// Adds the verdict of theorem 6 on this graph and this ratio β of speeds.
-void add_theorem6(RuleCertificate& c, const GraphSettings& graph, int n, double beta) {
+void add_theorem6(RuleCertificate& c, const GraphSettings& graph, int n, double beta, bool advise) {
   c.theorem6 = theorem6_sum(c.extremes.ratio(), beta);
   if (graph.topology != Topology::weighted) {
     c.largest_agents = largest_agents(graph.topology, beta, Condition::theorem6);
   }
   if (c.theorem6 < 1.0) return;
-  c.overshoot = std::sqrt(1.0 / c.extremes.ratio());
+  if (!advise) {
+    c.why += say("; theorem 6 does not hold (", c.theorem6,
+                 ") but is not needed once phases agree by III");
+    return;
+  }
   c.why += say("; theorem 6 does not hold (zeta^2 + eta^2 = ", c.theorem6,
                "): differences may first grow, by ", c.overshoot, " at most");
   if (c.largest_agents) {
@@ -80,101 +77,10 @@ void add_theorem6(RuleCertificate& c, const GraphSettings& graph, int n, double 
                          least_gait_ratio(c.extremes.ratio()), " (it is ", beta, ")"));
 }
 
-RuleCertificate certify_frequency(const FrequencyRule& r, int n, const GaitRange& gait) {
-  RuleCertificate c;
-  if (r.gain_rad_m_s == 0.0) return c;
-  if (n < 2) return alone(n);
-  std::optional<RuleCertificate> refusal;
-  c.extremes = extremes_of(r.graph, n, refusal);
-  if (refusal) return *refusal;
-  const SpeedFunction& g = gait.gait;
-  const double m = r.gain_rad_m_s;
-  if (m < 0.0) {
-    return refused(say("m_d = ", m, " < 0: agents drive each other apart, at up to ",
-                       -m * g.most() * c.extremes.most, " 1/s (4.28)"),
-                   {"m_d > 0"});
-  }
-  c.guarantee = Guarantee::contracting;
-  c.expected_1_s = m * g.mean() * c.extremes.least;
-  c.guaranteed_1_s = m * g.least() * c.extremes.least;
-  c.why = say("rate >= m_d g_min lambda+ = ", m, " * ", g.least(), " * ", c.extremes.least);
-  add_lost_link(c, r.graph, n);
-  add_theorem6(c, r.graph, n, g.least() / g.most());
-  if (r.low_pass_rad_s > 0.0) {
-    const double alpha = r.low_pass_rad_s, bound = m * g.most() * c.extremes.most;
-    c.expected_1_s = low_pass_mode_rate(alpha, c.expected_1_s);
-    c.guaranteed_1_s =
-        low_pass_rate(m, alpha, g.least(), g.most(), c.extremes.least, c.extremes.most);
-    c.why += say("; low-pass: alpha = ", alpha, " against m_d g_max lambda_max = ", bound);
-    // A lost link makes no eigenvalue larger [M18 A.7]: the bound by λ_max stays.
-    c.without_link_1_s = std::min(c.without_link_1_s, c.guaranteed_1_s);
-    if (c.guaranteed_1_s <= 0.0) {
-      c.guarantee = Guarantee::none;
-      c.guaranteed_1_s = c.without_link_1_s = 0.0;
-      c.change.push_back(say("low_pass_rad_s above ", bound, ", or m_d below ",
-                             alpha / (g.most() * c.extremes.most)));
-    }
-  }
-  if (r.saturation_m > 0.0 && c.guarantee == Guarantee::contracting) {
-    // With e = L (z − d), V = (z − d)ᵀe/2 has V̇ = −m_d Σ g eᵢ sat(eᵢ), and sat(e)/e falls slowly.
-    constexpr double kPart = 0.25;
-    c.within = kPart * r.saturation_m;
-    c.guaranteed_1_s *= std::tanh(kPart) / kPart;
-    c.without_link_1_s *= std::tanh(kPart) / kPart;
-    c.why += say("; while sums of errors are below ", c.within, " m; beyond, the saturation of ",
-                 r.saturation_m, " m slows it down, and V = (z-d)' L (z-d)/2 still falls");
-  }
-  return c;
-}
-
-RuleCertificate certify_length(const LengthRule& r, int n, const GaitRange& gait,
-                               bool phases_agree) {
-  RuleCertificate c;
-  if (r.gain_1_m == 0.0) return c;
-  if (n < 2) return alone(n);
-  std::optional<RuleCertificate> refusal;
-  c.extremes = extremes_of(r.graph, n, refusal);
-  if (refusal) return *refusal;
-  const SpeedFunction& g = gait.gait;
-  const double m = r.gain_1_m, omega = gait.eigenfrequency_rad_s;
-  if (m < 0.0) {
-    return refused(say("m_z = ", m, " < 0: agents drive each other apart, at up to ",
-                       -m * omega * g.most() * c.extremes.most, " 1/s (4.30)"),
-                   {"m_z > 0"});
-  }
-  const double slowest = omega - gait.spread_rad_s, fastest = omega + gait.spread_rad_s;
-  if (!(slowest > 0.0)) {
-    return refused("a phase does not advance: contraction needs omega > 0 (4.4.2)",
-                   {"a spread of eigenfrequencies below omega_0"});
-  }
-  c.guarantee = Guarantee::contracting;
-  c.within = r.limit / m;
-  c.expected_1_s = m * omega * g.mean() * c.extremes.least;
-  c.guaranteed_1_s = m * slowest * g.least() * c.extremes.least;
-  c.why = say("rate >= m_z omega g_min lambda+ = ", m, " * ", slowest, " * ", g.least(), " * ",
-              c.extremes.least, ", while sums of errors are below ", c.within,
-              " m (|mu| <= ", r.limit, ")");
-  add_lost_link(c, r.graph, n);
-  const double beta = slowest * g.least() / (fastest * g.most());
-  if (!phases_agree) {
-    add_theorem6(c, r.graph, n, beta);
-    return c;
-  }
-  // Once phases agree D is g(φ) I, which commutes with L.
-  RuleCertificate before = c;
-  add_theorem6(before, r.graph, n, beta);
-  c.theorem6 = before.theorem6;
-  c.largest_agents = before.largest_agents;
-  if (before.theorem6 >= 1.0) {
-    c.why += say("; theorem 6 does not hold (", c.theorem6,
-                 ") but is not needed once phases agree by III");
-  }
-  return c;
-}
-
 constexpr double kPi = std::numbers::pi;
-constexpr double kFar = 5.0;           // v/k that goals are away at least
-constexpr double kNearLane_rad = 0.3;  // where sines are angles, within 1.5 %
+constexpr double kFar = 5.0;          // v/k that goals are away at least
+constexpr double kNear_rad = 0.3;     // phases to their leader, for a rate near α
+constexpr double kOnPath_rad = 1e-6;  // headings that are kept
 
 /// Derivative of sin Δ exp(−Δ²/2σ²), σ = 0: of sin Δ.
 double pull_slope(double delta, double sigma) {
@@ -183,175 +89,465 @@ double pull_slope(double delta, double sigma) {
   return (std::cos(delta) - delta / s2 * std::sin(delta)) * std::exp(-0.5 * delta * delta / s2);
 }
 
-RuleCertificate certify_coupled_heading(const HeadingRule& r, int n) {
-  if (n < 2) return alone(n);
-  std::optional<RuleCertificate> refusal;
-  RuleCertificate c;
-  c.extremes = extremes_of(r.graph, n, refusal);
-  if (refusal) return *refusal;
-  double zero = 0.5 * kPi;  // zero of the slope
-  for (double delta = 0.0; delta < 0.5 * kPi; delta += 1e-3) {
-    if (pull_slope(delta, r.spread_rad) > 0.0) continue;
-    zero = delta;
-    break;
-  }
-  c.guarantee = Guarantee::contracting;
-  c.within = 2.0 / 3.0 * zero;
-  c.expected_1_s = r.gain * c.extremes.least;
-  c.guaranteed_1_s = c.expected_1_s * pull_slope(c.within, r.spread_rad);
-  c.without_link_1_s =
-      c.guaranteed_1_s * connectivity_without_link(coupling(r.graph, n)) / c.extremes.least;
-  c.why = say("contracts while all headings are within ", zero,
-              " rad of each other (4.45); rate >= k lambda+ f'(", c.within,
-              ") = ", c.guaranteed_1_s, " up to ", c.within, " rad");
-  return c;
+bool same(const GraphSettings& a, const GraphSettings& b) {
+  const auto equal = [](const Edge& x, const Edge& y) {
+    return x.i == y.i && x.j == y.j && x.weight == y.weight;
+  };
+  return a.topology == b.topology && std::ranges::equal(a.edges, b.edges, equal);
 }
 
-void certify_phase(const PhaseRule& r, int n, double beat_gain_1_s, Certificate& all) {
-  const bool beat = beat_gain_1_s != 0.0;
-  const double k = r.gain_1_s, alpha = beat ? beat_gain_1_s : r.leader_gain_1_s;
-  RuleCertificate& c = all.phase;
-  if (k == 0.0 && alpha == 0.0) return;
-  if (n < (beat ? 1 : 2)) {
-    c = alone(n);
-    return;
-  }
-  if (k < 0.0 || alpha < 0.0) {
-    c = refused(say("k = ", k, ", alpha = ", alpha, ": a negative gain repels phases (4.31, 4.26)"),
-                {"k > 0", "alpha >= 0"});
-    return;
-  }
-  const int coupled = alpha > 0.0 && !beat ? n - 1 : n;  // the leader is coupled to no agent
-  std::optional<RuleCertificate> refusal;
-  if (k > 0.0 && coupled > 1) c.extremes = extremes_of(r.graph, coupled, refusal);
-  if (refusal && alpha == 0.0) {
-    c = *refusal;
-    return;
-  }
-  c.guarantee = Guarantee::contracting;
-  c.guaranteed_1_s = c.expected_1_s = k * c.extremes.least + alpha;
-  c.without_link_1_s =
-      alpha +
-      (c.extremes.least > 0.0 ? k * connectivity_without_link(coupling(r.graph, coupled)) : 0.0);
-  c.why = alpha > 0.0 ? say("rate of followers k lambda+ + alpha = ", k, " * ", c.extremes.least,
-                            " + ", alpha)
-                      : say("rate k lambda+ = ", k, " * ", c.extremes.least, " for every k > 0");
-  if (alpha == 0.0) return;
-  all.tracking.guarantee = Guarantee::contracting;
-  all.tracking.guaranteed_1_s = all.tracking.expected_1_s = alpha;
-  all.tracking.why =
-      beat ? say("to the beat at alpha = ", alpha, ", whoever else is there")
-           : say("to the leader at alpha = ", alpha,
-                 " alone: coupling among followers does not move their mean (eigenvalue 0)");
+/// Largest sum of weights at a node.
+double most_links(const GraphSettings& settings, int n) {
+  if (settings.topology == Topology::none) return 0.0;
+  const CouplingGraph graph = coupling(settings, n);
+  if (graph.complete()) return n;
+  double most = 0.0;
+  for (int i = 0; i < n; ++i) most = std::max(most, graph.degree(i));
+  return most;
 }
 
-RuleCertificate certify_heading(const HeadingRule& r, int n, const GaitRange& gait,
-                                double stretch) {
-  RuleCertificate c;
-  if (r.kind == HeadingKind::keep) return c;
-  if (!(r.gain > 0.0)) {
-    return refused(say("gain ", r.gain, ": headings are repelled or free (4.32, 4.41)"),
-                   {"a gain > 0"});
+/// What the rules of one group guarantee together. Which acts on which decides: III is autonomous
+/// without I; phases drive II, both drive lanes, and lanes drive the way along the path by cos ψ.
+/// In such a hierarchy the slowest rate above a rule is its own [M18 4.4.2, 3]. I closes a loop
+/// with II and III, for which there is one joint certificate.
+class Certifier {
+ public:
+  Certifier(const Rules& rules, int n, const GaitRange& gait) : r_(rules), n_(n), gait_(gait) {}
+
+  Certificate run() {
+    all_.agents = n_;
+    phase();
+    all_.frequency = graphed(r_.frequency.gain_rad_m_s, r_.frequency.graph);
+    all_.length = graphed(r_.length.gain_1_m, r_.length.graph);
+    if (on(all_.frequency) && on(all_.length)) {
+      joint();
+    } else if (on(all_.frequency)) {
+      frequency();
+    } else if (on(all_.length)) {
+      length();
+    }
+    heading();
+    if (r_.heading.kind == HeadingKind::lane) {
+      for (RuleCertificate* rule : {&all_.frequency, &all_.length}) behind_lanes(*rule);
+      if (on(all_.frequency)) behind_lanes(all_.phase);
+    }
+    notes();
+    return std::move(all_);
   }
-  if (r.kind == HeadingKind::coupled) return certify_coupled_heading(r, n);
-  if (r.kind == HeadingKind::consensus && n < 2) return alone(n);
-  const double slowest = gait.eigenfrequency_rad_s - gait.spread_rad_s;
-  c.guarantee = Guarantee::contracting;
-  c.within = kPi;
-  c.guaranteed_1_s = r.gain * slowest;
-  c.expected_1_s = r.gain * gait.eigenfrequency_rad_s;
-  c.why = "contracts up to pi from its attractor in the metric 1/(1 + cos), rate ";
-  if (r.kind == HeadingKind::goal) {
-    // A walker beside the direction to its goal turns that direction: with e = ψ − ψ_goal at the
-    // distance r ė = −(k − v/r) sin e, so tan(e/2) decays at k − v/r.
+
+ private:
+  static bool on(const RuleCertificate& c) { return c.guarantee != Guarantee::off; }
+  static bool sure(const RuleCertificate& c) { return c.guarantee == Guarantee::contracting; }
+  static void refuse(RuleCertificate& c, std::string why, std::string change) {
+    const Extremes kept = c.extremes;
+    c = refused(std::move(why), {std::move(change)});
+    c.extremes = kept;
+  }
+  static void promise(RuleCertificate& c, double guaranteed, double expected, double without_link) {
+    c.guarantee = Guarantee::contracting;
+    c.guaranteed_1_s = guaranteed;
+    c.expected_1_s = expected;
+    c.without_link_1_s = without_link;
+  }
+  /// A rule that another one disturbs ends no faster than that one.
+  static void behind(RuleCertificate& c, const RuleCertificate& first, const char* what,
+                     double power = 1.0) {
+    if (!sure(c) || !on(first)) return;
+    if (!sure(first)) return refuse(c, say("nothing is known of ", what), say("see ", what));
+    c.in_the_end = true;
+    const double other = power * first.guaranteed_1_s;
+    if (other >= c.guaranteed_1_s) return;
+    c.why += say("; waits for ", what, " at ", other, " 1/s");
+    for (double* rate : {&c.guaranteed_1_s, &c.expected_1_s, &c.without_link_1_s}) {
+      *rate = std::min(*rate, other);
+    }
+  }
+  /// ż = v cos ψ, and 1 − cos ψ is ψ²/2.
+  void behind_lanes(RuleCertificate& c) const { behind(c, all_.heading, "lanes", 2.0); }
+  void behind_phases(RuleCertificate& c) const {
+    behind(c, all_.phase, "phases");
+    behind(c, all_.tracking, "the leader's phase");
+  }
+
+  double slowest() const { return gait_.eigenfrequency_rad_s - gait_.spread_rad_s; }
+  bool led() const { return gait_.beat_gain_1_s != 0.0 || r_.phase.leader_gain_1_s != 0.0; }
+  bool even() const { return gait_.gait.least() == gait_.gait.most(); }
+  /// In the end g(φ) is the same for all.
+  bool agree() const {
+    return even() || (sure(all_.phase) && gait_.spread_rad_s == 0.0 && !on(all_.frequency));
+  }
+  double lost(const GraphSettings& graph) const {
+    return connectivity_without_link(coupling(graph, n_));
+  }
+
+  RuleCertificate graphed(double gain, const GraphSettings& graph) const {
+    if (gain == 0.0) return {};
+    if (n_ < 2) return alone(n_);
+    std::optional<RuleCertificate> refusal;
+    RuleCertificate c;
+    c.extremes = extremes_of(graph, n_, refusal);
+    if (refusal) return *refusal;
+    c.guarantee = Guarantee::none;
+    return c;
+  }
+
+  void phase() {
+    const bool beat = gait_.beat_gain_1_s != 0.0;
+    const double k = r_.phase.gain_1_s;
+    const double alpha = beat ? gait_.beat_gain_1_s : r_.phase.leader_gain_1_s;
+    RuleCertificate& c = all_.phase;
+    if (k == 0.0 && alpha == 0.0) return;
+    if (n_ < (beat ? 1 : 2)) {
+      c = alone(n_);
+      return;
+    }
+    if (k < 0.0 || alpha < 0.0) {
+      c = refused(
+          say("k = ", k, ", alpha = ", alpha, ": a negative gain repels phases (4.31, 4.26)"),
+          {"k > 0", "alpha >= 0"});
+      return;
+    }
+    const int coupled = alpha > 0.0 && !beat ? n_ - 1 : n_;  // the leader is coupled to no agent
+    std::optional<RuleCertificate> refusal;
+    if (k > 0.0 && coupled > 1) c.extremes = extremes_of(r_.phase.graph, coupled, refusal);
+    if (refusal && alpha == 0.0) {
+      c = *refusal;
+      return;
+    }
+    const bool joined = c.extremes.most > 0.0,
+               all_to_all = r_.phase.graph.topology == Topology::all_to_all;
+    const double rate = k * c.extremes.least + alpha;
+    promise(
+        c, rate, rate,
+        alpha + (joined ? k * connectivity_without_link(coupling(r_.phase.graph, coupled)) : 0.0));
+    c.why = alpha > 0.0 ? say("rate of followers k lambda+ + alpha = ", k, " * ", c.extremes.least,
+                              " + ", alpha)
+                        : say("rate k lambda+ = ", k, " * ", c.extremes.least, " for every k > 0");
+    // Nobody walks backwards: the engine's φ̇ >= 0 slows down who is further ahead. All-to-all
+    // agents follow the circular mean, which is among them if they are in half a circle.
+    const double pull = (joined ? k * most_links(r_.phase.graph, coupled) : 0.0) + alpha;
+    c.within = slowest() / pull;
+    if (all_to_all || !joined) c.within = std::min(kPi, c.within);
+    c.why += say(" while phases are within ", c.within, " rad, where nobody has to wait");
+    if (2.0 * gait_.spread_rad_s / rate >= c.within) {
+      return refuse(c,
+                    say("eigenfrequencies that differ by ", 2.0 * gait_.spread_rad_s,
+                        " rad/s lock no nearer than ", 2.0 * gait_.spread_rad_s / rate, " rad"),
+                    "a smaller spread, or a larger k");
+    }
+    if (alpha == 0.0) return;
+    RuleCertificate& t = all_.tracking;
+    promise(t, alpha, alpha, alpha);
+    t.within = c.within;
+    t.why = beat ? say("to the beat at alpha = ", alpha, ", whoever else is there")
+                 : say("to the leader at alpha = ", alpha,
+                       " alone: coupling among followers does not move their mean (eigenvalue 0)");
+    if (!all_to_all || !joined) return;
+    // All go to arg(k Σ e^{iφ} + α e^{iφ₀}), so the farthest, at e, comes at
+    // (k N + α) atan2(α sin e, k N + α cos e) >= α e cos e.
+    t.within = std::min(kNear_rad, 0.5 * c.within);
+    t.guaranteed_1_s = t.without_link_1_s = alpha * std::cos(t.within);
+    t.why += say("; at ", t.guaranteed_1_s, " at least while within ", t.within, " rad");
+  }
+
+  /// Rules I and II act along the path only if headings do.
+  bool off_path(RuleCertificate& c) const {
+    const HeadingKind kind = r_.heading.kind;
+    if (kind == HeadingKind::lane) return false;
+    if (kind == HeadingKind::keep && gait_.off_path_rad <= kOnPath_rad) return false;
+    refuse(c, "headings do not follow the path along which distances are kept (ż = v cos psi)",
+           "headings along the path, or to lanes");
+    return true;
+  }
+
+  bool repels(RuleCertificate& c, const char* gain, double value, double factor) const {
+    if (value > 0.0) return false;
+    refuse(c,
+           say(gain, " = ", value, " < 0: agents drive each other apart, at up to ",
+               -value * factor * gait_.gait.most() * c.extremes.most, " 1/s (4.28, 4.30)"),
+           say(gain, " > 0"));
+    return true;
+  }
+
+  /// φ̇ = ω − m L (z − d), z = G(φ) + c, with the mean phase as an input, which nothing but ω moves:
+  /// J = −m L D contracts in the metric L⁺ [M18 4.4.2, 2; B.3], towards a motion in which distances
+  /// oscillate.
+  void frequency() {
+    RuleCertificate& c = all_.frequency;
+    const FrequencyRule& r = r_.frequency;
+    const SpeedFunction& g = gait_.gait;
+    const double m = r.gain_rad_m_s;
+    const bool filtered = r.low_pass_rad_s > 0.0;
+    const auto give_up = [&](std::string why, std::string change) {
+      refuse(c, why, change);
+      if (on(all_.phase))
+        refuse(all_.phase, "I moves phases, and is not certified: " + why, change);
+      if (on(all_.tracking)) all_.tracking = all_.phase;
+    };
+    if (c.extremes.least == 0.0 || repels(c, "m_d", m, 1.0) || off_path(c)) {
+      return give_up(c.why, c.change[0]);
+    }
+    if (on(all_.phase)) {
+      return give_up("no bound is known for I and III without II", "I alone, or II and III");
+    }
+    if (r.saturation_m > 0.0) {
+      return give_up("a saturation moves the mean phase: no bound is known", "no saturation");
+    }
+    const double least = c.extremes.least, most = c.extremes.most;
+    c.overshoot = std::sqrt(most / least);  // Euclidean against L⁺
+    c.within = slowest() / m;
+    const auto rate = [&](double connectivity) {
+      return filtered ? low_pass_rate(m, r.low_pass_rad_s, g.least(), g.most(), connectivity, most)
+                      : m * g.least() * connectivity;
+    };
+    promise(c, rate(least), m * g.mean() * least, std::max(0.0, rate(lost(r.graph))));
+    c.why = say("rate >= m_d g_min lambda+ = ", m, " * ", g.least(), " * ", least,
+                " while sums of errors are below ", c.within, " m, where nobody has to wait");
+    if (filtered) {
+      const double alpha = r.low_pass_rad_s, bound = m * g.most() * most;
+      c.in_the_end = true;
+      c.overshoot *= std::numbers::sqrt2;
+      c.expected_1_s = low_pass_mode_rate(alpha, c.expected_1_s);
+      c.why += say("; low-pass: alpha = ", alpha, " against m_d g_max lambda_max = ", bound);
+      if (c.guaranteed_1_s <= 0.0) {
+        return give_up(c.why, say("low_pass_rad_s above ", bound, ", or m_d below ",
+                                  alpha / (g.most() * most)));
+      }
+    }
+    add_theorem6(c, r.graph, n_, g.least() / g.most(), true);
+  }
+
+  /// ẋ = −m Φ̇ D L x: contracts in the metric L whatever the phases are, if they advance [M18 4.4.2,
+  /// 3]. Once they agree Φ̇ D is φ̇ g(φ) I, and x decays as exp(−m λ⁺ ∫ g dφ).
+  void length() {
+    RuleCertificate& c = all_.length;
+    const LengthRule& r = r_.length;
+    const SpeedFunction& g = gait_.gait;
+    const double m = r.gain_1_m, omega = gait_.eigenfrequency_rad_s;
+    if (c.extremes.least == 0.0 || repels(c, "m_z", m, omega) || off_path(c)) return;
+    if (!(slowest() > 0.0)) {
+      return refuse(c, "a phase does not advance: contraction needs omega > 0 (4.4.2)",
+                    "a spread of eigenfrequencies below omega_0");
+    }
+    const double per_link = m * (agree() ? slowest() * g.mean() : slowest() * g.least());
+    promise(c, per_link * c.extremes.least, m * omega * g.mean() * c.extremes.least,
+            per_link * lost(r.graph));
+    c.within = r.limit / m;
+    c.overshoot = std::sqrt(c.extremes.most / c.extremes.least);
+    c.why = say("rate m_z omega ", agree() ? "<g>" : "g_min", " lambda+ = ", m, " * ", slowest(),
+                " * ", agree() ? g.mean() : g.least(), " * ", c.extremes.least,
+                ", while sums of errors are below ", c.within, " m (|mu| <= ", r.limit, ")");
+    const double beta = slowest() * g.least() / ((omega + gait_.spread_rad_s) * g.most());
+    add_theorem6(c, r.graph, n_, beta, !agree());
+    behind_phases(c);
+  }
+
+  /// I, II and III: with y = z − d − g δφ of agents near formation and an eigenvalue λ of L
+  ///   δφ̇ = −(m_d g + k) λ δφ − m_d λ y,  ẏ = −ω m_z g λ (g δφ + y),
+  /// g = g(ωt); for constant g s² + (a + b + c) s + a c = 0, a = k λ, b = m_d g λ, c = m_z ω g λ.
+  /// Not a hierarchy: the slow mode is slower than each of a, b, c. [M18 4.4.2, 4] shows it,
+  /// without a bound.
+  void joint() {
+    const double m_d = r_.frequency.gain_rad_m_s, m_z = r_.length.gain_1_m;
+    const double k = r_.phase.gain_1_s, omega = gait_.eigenfrequency_rad_s;
+    const SpeedFunction& g = gait_.gait;
+    const auto rate = [&](double least, double most) {
+      constexpr int kModes = 8;
+      double slow = least > 0.0 ? std::numeric_limits<double>::infinity() : 0.0;
+      for (int i = 0; slow > 0.0 && i <= (most > least ? kModes : 0); ++i) {
+        const double lambda = least + (most - least) * i / kModes;
+        slow = std::min(slow, omega * periodic_rate([&](double phi) {
+                                const double at = g(phi);
+                                return Eigen::Matrix2d{
+                                    {-(m_d * at + k) * lambda / omega, -m_d * lambda / omega},
+                                    {-m_z * lambda * at * at, -m_z * lambda * at}};
+                              }));
+      }
+      return slow;
+    };
+    RuleCertificate c = all_.frequency;
+    std::string why;
+    if (c.extremes.least == 0.0 || repels(c, "m_d", m_d, 1.0) || repels(c, "m_z", m_z, omega) ||
+        off_path(c)) {
+      why = c.why;
+    } else if (!sure(all_.phase) || led() || gait_.spread_rad_s != 0.0) {
+      why =
+          "no bound is known for I and II but with III, without leader and with one eigenfrequency";
+    } else if (!same(r_.frequency.graph, r_.length.graph) ||
+               !same(r_.frequency.graph, r_.phase.graph)) {
+      why = "no bound is known for I, II and III along different graphs";
+    } else if (r_.frequency.low_pass_rad_s > 0.0) {
+      why = "no bound is known for I, II and III with a low-pass";
+    } else {
+      const double together = rate(c.extremes.least, c.extremes.most);
+      if (together <= 0.0) why = "I, II and III: the slow mode grows";
+      promise(c, together, together, rate(lost(r_.frequency.graph), c.extremes.most));
+    }
+    c.in_the_end = true;
+    c.why = say("I, II and III are one loop: the slow mode near formation decays at ",
+                c.guaranteed_1_s, " 1/s");
+    for (RuleCertificate* rule : {&all_.frequency, &all_.length, &all_.phase, &all_.tracking}) {
+      if (!on(*rule)) continue;
+      if (why.empty()) {
+        *rule = c;
+      } else {
+        refuse(*rule, why, "I alone, or II and III");
+      }
+    }
+  }
+
+  void heading() {
+    const HeadingRule& r = r_.heading;
+    if (r.kind == HeadingKind::keep) return;
+    RuleCertificate& c = all_.heading;
+    if (!(r.gain > 0.0)) {
+      c = refused(say("gain ", r.gain, ": headings are repelled or free (4.32, 4.41)"),
+                  {"a gain > 0"});
+    } else if (r.kind == HeadingKind::coupled) {
+      coupled_headings(c);
+    } else if (on(all_.frequency) && !sure(all_.frequency)) {
+      refuse(c, "I moves phases, and is not certified", "see rule I");
+    } else if (on(all_.phase) && !sure(all_.phase)) {
+      refuse(c, "nothing is known of phases", "see rule III");
+    } else if (r.kind == HeadingKind::goal) {
+      goals(c);
+    } else if (r.kind == HeadingKind::consensus) {
+      consensus(c);
+    } else {
+      lanes(c);
+    }
+    if (sure(c) && r.avoid) c.why += "; avoidance disturbs it while others are near";
+  }
+
+  void coupled_headings(RuleCertificate& c) const {
+    const HeadingRule& r = r_.heading;
+    if (n_ < 2) {
+      c = alone(n_);
+      return;
+    }
+    c = graphed(r.gain, r.graph);
+    if (c.extremes.least == 0.0) return;
+    double zero = 0.5 * kPi;  // zero of the slope
+    for (double delta = 0.0; delta < 0.5 * kPi; delta += 1e-3) {
+      if (pull_slope(delta, r.spread_rad) > 0.0) continue;
+      zero = delta;
+      break;
+    }
+    c.within = zero / 3.0;
+    const double per_link = r.gain * pull_slope(c.within, r.spread_rad);
+    promise(c, per_link * c.extremes.least, r.gain * c.extremes.least, per_link * lost(r.graph));
+    c.why = say("contracts while all headings are within ", zero,
+                " rad of each other (4.45); rate >= k lambda+ f'(", c.within,
+                ") = ", c.guaranteed_1_s, " up to ", c.within, " rad");
+  }
+
+  /// A walker beside the direction to its goal turns that direction: with e = ψ − ψ_goal at the
+  /// distance r ė = −(k − v/r) sin e, so tan(e/2) decays at k − v/r.
+  void goals(RuleCertificate& c) const {
+    const double k = r_.heading.gain;
+    const double stretch = on(all_.length) ? 1.0 + r_.length.limit : 1.0;
     const double fastest =
-        stretch * (gait.eigenfrequency_rad_s + gait.spread_rad_s) * gait.gait.most();
-    c.expected_1_s = r.gain;
-    c.guaranteed_1_s = r.gain * (1.0 - 1.0 / kFar);
-    c.beyond_m = kFar * fastest / r.gain;
-    c.why += say("k - v/r = ", r.gain, " - v/r, r the way to the goal: at least ", c.guaranteed_1_s,
-                 " while that is more than ", c.beyond_m, " m");
-  } else {
-    c.why += say("m_psi omega = ", c.guaranteed_1_s);
+        stretch * (gait_.eigenfrequency_rad_s + gait_.spread_rad_s) * gait_.gait.most();
+    promise(c, k * (1.0 - 1.0 / kFar), k, 0.0);
+    c.within = kPi;
+    c.beyond_m = kFar * fastest / k;
+    c.why =
+        say("contracts up to pi from its attractor in the metric 1/(1 + cos), rate k - v/r = ", k,
+            " - v/r, r the way to the goal: at least ", c.guaranteed_1_s,
+            " while that is more than ", c.beyond_m, " m");
+    c.in_the_end = on(all_.phase) || on(all_.frequency);  // may hurry until phases agree
   }
-  if (r.kind == HeadingKind::lane) {
-    // Near the lane ψ̇ = −ω m (ψ + ξ/Δz), ξ̇ = ω g ψ: s² + ω m s + ω² m g/Δz = 0.
-    const double omega = gait.eigenfrequency_rad_s;
-    const SpeedFunction& g = gait.gait;
-    c.expected_1_s = low_pass_mode_rate(omega * r.gain, omega * g.mean() / r.ahead_m);
-    c.guaranteed_1_s = low_pass_mode_rate(slowest * r.gain, slowest * g.least() / r.ahead_m);
-    c.within = kNearLane_rad;
-    c.why +=
-        say("; so headings come to their sliding goals, and near their lanes walkers to these at ",
-            c.guaranteed_1_s, " 1/s");
-    const double least = 4.0 * g.mean() / r.ahead_m;
-    if (r.gain < least) c.change.push_back(say("m_psi above ", least, ": lanes do not overshoot"));
+
+  /// All in an arc D < π turn towards χ among them: with a + b = D
+  /// Ḋ = −m (φ̇₁ sin a + φ̇₂ sin b) <= −m ω sin D, so tan(D/2) decays at m ω [M18 eq. 4.33, 4.35].
+  void consensus(RuleCertificate& c) const {
+    if (n_ < 2) {
+      c = alone(n_);
+      return;
+    }
+    const double rate = r_.heading.gain * slowest();
+    if (on(all_.frequency) && !on(all_.length)) {
+      return refuse(c, "I lets phases advance unevenly for ever: omega is no bound", "II instead");
+    }
+    if (!gait_.sway.none() && !(sure(all_.phase) && gait_.spread_rad_s == 0.0)) {
+      return refuse(c, "headings sway (g^psi) with phases that do not agree", "rule III");
+    }
+    promise(c, rate, r_.heading.gain * gait_.eigenfrequency_rad_s, 0.0);
+    c.in_the_end = on(all_.phase) || r_.heading.low_pass_s > 0.0;
+    c.within = kPi;
+    c.why = say("rate m_psi omega = ", rate,
+                c.in_the_end ? " near the common heading" : " of tan(D/2), all in an arc D < pi");
+    if (!gait_.sway.none()) behind_phases(c);  // all sway as one once phases agree
   }
-  if (!gait.sway.none() && r.kind != HeadingKind::goal) {
-    // An input of what contracts: no rate changes [M18 4.4.2].
-    c.why += say("; it sways by ", gait.sway.amplitude_rad(r.gain), " rad with the steps (g^psi)");
+
+  /// Near the lane, per radian of gait with y = ξ/Δz: ψ' = −m (ψ + y), y' = g(φ) ψ/Δz. Periodic, so
+  /// its rate is that of a whole cycle: roots for one g say nothing [M18 eq. 4.32].
+  void lanes(RuleCertificate& c) const {
+    const double m = r_.heading.gain, ahead = r_.heading.ahead_m;
+    const SpeedFunction& g = gait_.gait;
+    if (on(all_.length) && !(sure(all_.length) && (agree() || on(all_.frequency)))) {
+      return refuse(c, "step lengths vary for ever (II without III), and lanes with them",
+                    "rule III");
+    }
+    if (!gait_.sway.none()) {
+      return refuse(c, "headings sway (g^psi): no bound is known of walkers about their lanes",
+                    "no sway");
+    }
+    const double rate = slowest() * periodic_rate([&](double phi) {
+                          return Eigen::Matrix2d{{-m, -m}, {g(phi) / ahead, 0.0}};
+                        });
+    if (!(rate > 0.0)) {
+      return refuse(c, "walkers swing about their lanes more and more, at the pace of their steps",
+                    "a larger m_psi, or a goal further ahead");
+    }
+    promise(c, rate, rate, 0.0);
+    c.in_the_end = true;
+    c.why = say("walkers near their lanes come to them at ", rate, " 1/s, averaged over a cycle");
+    const double least = 4.0 * g.mean() / ahead;
+    if (m < least) c.change.push_back(say("m_psi above ", least, ": lanes do not overshoot"));
   }
-  if (r.avoid) c.why += "; avoidance disturbs it while others are near";
-  return c;
-}
+
+  void notes() {
+    Certificate& c = all_;
+    const bool distances = on(c.frequency) || on(c.length);
+    if (distances && !even() && !(sure(c.phase) && (on(c.length) || !on(c.frequency)))) {
+      c.notes.push_back(
+          "distances keep oscillating where phases differ, as g(phi) does: rule III takes that "
+          "away");
+    }
+    if (on(c.frequency) && on(c.phase) && !on(c.length)) {
+      c.notes.push_back(
+          say("I and III both set the phase: distances and phases agree together only "
+              "where distances are whole cycles of ",
+              gait_.gait.cycle_m(), " m; rule II frees them"));
+    }
+    if (gait_.spread_rad_s > 0.0 && sure(c.phase)) {
+      c.notes.push_back(say("eigenfrequencies differ by ", 2.0 * gait_.spread_rad_s,
+                            " rad/s: phases lock, apart by about ",
+                            2.0 * gait_.spread_rad_s / c.phase.expected_1_s, " rad"));
+    }
+  }
+
+  const Rules& r_;
+  int n_;
+  const GaitRange& gait_;
+  Certificate all_;
+};
 
 std::array<const RuleCertificate*, 5> rules_of(const Certificate& c) {
   return {&c.frequency, &c.length, &c.phase, &c.tracking, &c.heading};
 }
 
-double periodic_range_m(const SpeedFunction& g) {
-  constexpr int kSamples = 360;
-  double least = 0.0, most = 0.0;
-  for (int i = 0; i < kSamples; ++i) {
-    const double phi = math::kTwoPi * i / kSamples;
-    const double part = g.integral(phi) - g.mean() * phi;
-    least = std::min(least, part);
-    most = std::max(most, part);
-  }
-  return most - least;
-}
-
-/// √(xᵀLx/2) of where agents begin, or the most that agents within `error` of each other have.
-double begin_of(const RuleCertificate& c, const LengthRule& rule, int n, double error,
-                std::span<const double> ahead) {
-  const double most = std::sqrt(c.extremes.most * n / 8.0) * error;
-  if (static_cast<int>(ahead.size()) != n) return most;
-  const std::vector<double> nowhere(ahead.size(), 0.0);
-  std::vector<double> summed(ahead.size());
-  spacing_errors(coupling(rule.graph, n), ahead, nowhere, summed);
-  return std::min(most, std::sqrt(0.5 * std::max(0.0, std::inner_product(ahead.begin(), ahead.end(),
-                                                                         summed.begin(), 0.0))));
-}
-
-/// Longest way along the path [m] until x = z − d, that begins with max − min = `error` and is
-/// moved by `shift` on the way, has ‖x‖ √2 <= tolerance, with dx/ds = −clamp(m L x, ±limit): speeds
-/// agree, s is the way walked.
-double way_m(const RuleCertificate& c, const LengthRule& rule, int n, double error, double shift,
-             std::span<const double> ahead, double tolerance) {
-  const double m = rule.gain_1_m, limit = rule.limit;
-  if (rule.graph.topology == Topology::all_to_all) {
-    // max − min shrinks by min(m N (max − min), limit) per way at least.
-    const double apart = error + shift;
-    const double linear = std::min(apart, limit / (m * n));
-    return (apart - linear) / limit + std::log(std::max(1.0, linear / tolerance)) / (m * n);
-  }
-  // V = xᵀLx/2, √V a norm, so at most that of the start and that of the shift. With e = L x, dV/ds
-  // = −Σ |eᵢ| min(m |eᵢ|, limit) <= −‖e‖ min(m ‖e‖, limit): where agents are clamped, E = √(Σ eᵢ²)
-  // over them is limit/m or more, and E limit + m r² >= limit √(E² + r²) with r the root over the
-  // others. As ‖e‖² >= 2 λ⁺ V, √V falls by limit √(λ⁺/2) per way at least, and once √(2 λ⁺ V) <=
-  // limit/m as exp(−m λ⁺ s). Then ‖x‖ <= √(2 V/λ⁺).
-  const double begin =
-      begin_of(c, rule, n, error, ahead) + std::sqrt(c.extremes.most * n / 8.0) * shift;
-  const double linear = std::min(begin, limit / m / std::sqrt(2.0 * c.extremes.least));
-  const double end = tolerance * 0.5 * std::sqrt(c.extremes.least);
-  return (begin - linear) / (limit * std::sqrt(0.5 * c.extremes.least)) +
-         std::log(std::max(1.0, linear / end)) / (m * c.extremes.least);
-}
-
 GaitRange range_of(const Scenario& scenario, const Stage& stage, const Group& group) {
   const Gait* gait = scenario.gait(stage.gait);
-  return {gait->speed(), gait->eigenfrequency_rad_s, group.spread_rad_s, group.beat_gain_1_s,
-          gait->sway()};
+  double off = 0.0;
+  for (const AgentStart& a :
+       starts(group, gait->eigenfrequency_rad_s, static_cast<std::uint64_t>(scenario.seed))) {
+    off = std::max(off, std::abs(math::wrap_pi(a.heading_rad - group.heading_rad)));
+  }
+  return {gait->speed(),      pace_rad_s(scenario, group, gait->eigenfrequency_rad_s),
+          group.spread_rad_s, group.beat_gain_1_s,
+          gait->sway(),       off};
 }
 
 Certificate certified(const Scenario& scenario, const Stage& stage, const Group& group) {
@@ -360,7 +556,7 @@ Certificate certified(const Scenario& scenario, const Stage& stage, const Group&
   const int least = group.beat_gain_1_s > 0.0 ? 1 : 0;
   Certificate c = certify(stage.rules, std::max(least, stage.agents), gait);
   c.agents = stage.agents;
-  const double off = gait.eigenfrequency_rad_s - scenario.beat.rate_rad_s;
+  const double off = scenario.gait(stage.gait)->eigenfrequency_rad_s - scenario.beat.rate_rad_s;
   if (group.beat_gain_1_s > 0.0 && off != 0.0) {
     c.notes.push_back(say("omega_0 is off the beat by ", off, " rad/s: feet are ",
                           off / group.beat_gain_1_s, " rad ahead of it"));
@@ -368,32 +564,12 @@ Certificate certified(const Scenario& scenario, const Stage& stage, const Group&
   return c;
 }
 
-/// From where the group's agents stand at the beginning.
-std::optional<double> formation_time(const Scenario& scenario, const Group& group,
-                                     const Stage& stage) {
-  if (group.formation.shape == Shape::none || group.count < 2) return std::nullopt;
-  const GaitRange gait = range_of(scenario, stage, group);
-  const auto begin = starts(group, gait.eigenfrequency_rad_s, static_cast<unsigned>(scenario.seed));
-  const auto wished = places(group);
-  const Eigen::Vector2d along(std::cos(group.heading_rad), std::sin(group.heading_rad));
-  const Eigen::Vector2d left(-along.y(), along.x());
-  const Eigen::Vector2d origin(group.origin_x_m, group.origin_y_m);
-  double least = std::numeric_limits<double>::infinity(), most = -least, lane = 0.0;
-  std::vector<double> all_ahead;
-  for (std::size_t i = 0; i < begin.size(); ++i) {
-    const Eigen::Vector2d p = begin[i].p_W_m - origin;
-    const double ahead = along.dot(p) - wished[i].place_m;
-    all_ahead.push_back(ahead);
-    least = std::min(least, ahead);
-    most = std::max(most, ahead);
-    lane = std::max(lane, std::abs(left.dot(p) - wished[i].lane_m));
-  }
-  if (stage.rules.heading.kind == HeadingKind::keep) lane = 0.0;  // lanes are not controlled
-  return formation_time_s(stage.certificate, stage.rules, gait, most - least, lane,
-                          scenario.formed_m, all_ahead);
-}
-
 }  // namespace
+
+double pace_rad_s(const Scenario& scenario, const Group& group, double eigenfrequency_rad_s) {
+  return group.beat_gain_1_s > 0.0 ? std::min(eigenfrequency_rad_s, scenario.beat.rate_rad_s)
+                                   : eigenfrequency_rad_s;
+}
 
 const char* to_string(Guarantee guarantee) {
   constexpr std::array kNames = {"off", "none", "contracting"};
@@ -416,76 +592,7 @@ std::optional<double> Certificate::rate_1_s() const {
 }
 
 Certificate certify(const Rules& rules, int n, const GaitRange& gait) {
-  Certificate c;
-  c.agents = n;
-  certify_phase(rules.phase, n, gait.beat_gain_1_s, c);
-  const bool phases_agree = c.phase.guarantee == Guarantee::contracting && gait.spread_rad_s == 0.0;
-  c.frequency = certify_frequency(rules.frequency, n, gait);
-  c.length = certify_length(rules.length, n, gait, phases_agree);
-  const double stretch = rules.length.gain_1_m != 0.0 ? 1.0 + rules.length.limit : 1.0;
-  c.heading = certify_heading(rules.heading, n, gait, stretch);
-  const bool distances =
-      c.frequency.guarantee != Guarantee::off || c.length.guarantee != Guarantee::off;
-  if (distances && c.phase.guarantee != Guarantee::contracting) {
-    c.residual_m = periodic_range_m(gait.gait);
-    c.notes.push_back(say("distances oscillate by up to ", c.residual_m,
-                          " m where phases differ, as g(phi) does: rule III takes that away"));
-  }
-  if (c.frequency.guarantee != Guarantee::off && c.phase.guarantee != Guarantee::off &&
-      c.length.guarantee == Guarantee::off) {
-    c.notes.push_back(
-        say("I and III both set the phase: distances and phases agree together only "
-            "where distances are whole cycles of ",
-            gait.gait.cycle_m(), " m; rule II frees them"));
-  }
-  if (gait.spread_rad_s > 0.0 && c.phase.guarantee == Guarantee::contracting) {
-    c.notes.push_back(say("eigenfrequencies differ by ", 2.0 * gait.spread_rad_s,
-                          " rad/s: phases lock, apart by about ",
-                          2.0 * gait.spread_rad_s / c.phase.expected_1_s, " rad"));
-  }
-  return c;
-}
-
-std::optional<double> formation_time_s(const Certificate& certificate, const Rules& rules,
-                                       const GaitRange& gait, double error_m, double lane_m,
-                                       double tolerance_m, std::span<const double> ahead_m) {
-  const bool certified = certificate.length.guarantee == Guarantee::contracting &&
-                         certificate.phase.guarantee == Guarantee::contracting &&
-                         certificate.frequency.guarantee == Guarantee::off;
-  const HeadingKind kind = rules.heading.kind;
-  const bool lanes = kind == HeadingKind::lane && !rules.heading.avoid;
-  if (!certified || !(tolerance_m > 0.0) || gait.spread_rad_s != 0.0 ||
-      (!lanes && kind != HeadingKind::keep) || (kind == HeadingKind::keep && lane_m != 0.0)) {
-    return std::nullopt;
-  }
-  const SpeedFunction& g = gait.gait;
-  const double stretch = 1.0 + rules.length.limit;  // stretch of the longest steps
-  // First phases, until their errors move no agent by a quarter of the tolerance; meanwhile two
-  // agents part by one longest cycle at most.
-  const double rate =
-      certificate.tracking.guarantee == Guarantee::contracting
-          ? std::min(certificate.tracking.guaranteed_1_s, certificate.phase.guaranteed_1_s)
-          : certificate.phase.guaranteed_1_s;
-  const double in_phase_rad = 0.25 * tolerance_m / (stretch * g.most());
-  const double phases_s =
-      std::log(2.0 * kPi * std::sqrt(static_cast<double>(certificate.agents)) / in_phase_rad) /
-      rate;
-  double shift_m = stretch * 2.0 * kPi * g.most();
-  double lanes_s = 0.0;
-  if (lanes) {
-    // A way at the angle ψ loses 1 − cos ψ: ∫ tan(ψ/2) dξ to the lane, and while turning from ±π/2
-    // (⟨g⟩/m_ψ) ln 2.
-    const double slope = std::atan(lane_m / rules.heading.ahead_m);
-    shift_m +=
-        std::tan(0.5 * slope) * lane_m + stretch * g.mean() / rules.heading.gain * std::log(2.0);
-    const double off_m = std::max(lane_m, g.mean() / rules.heading.gain);
-    lanes_s =
-        std::log(std::max(1.0, 2.0 * kPi * off_m / tolerance_m)) / certificate.heading.expected_1_s;
-  }
-  const double way = way_m(certificate.length, rules.length, certificate.agents, error_m, shift_m,
-                           ahead_m, 0.5 * tolerance_m) +
-                     2.0 * kPi * g.mean();  // a cycle may begin at its slow end
-  return std::max(phases_s, lanes_s) + way / (gait.eigenfrequency_rad_s * g.mean());
+  return Certifier(rules, n, gait).run();
 }
 
 std::vector<Stage> certify(const Scenario& scenario) {
@@ -496,7 +603,6 @@ std::vector<Stage> certify(const Scenario& scenario) {
         group.count + static_cast<int>(std::ranges::count_if(scenario.externals, comes));
     Stage stage{group.name, group.gait, 0.0, group.rules, agents};
     stage.certificate = certified(scenario, stage, group);
-    stage.formation_s = formation_time(scenario, group, stage);
     stages.push_back(stage);
     for (const Change& change : scenario.schedule) {
       if (change.group != group.name) continue;
@@ -504,7 +610,6 @@ std::vector<Stage> certify(const Scenario& scenario) {
       stage.rules = change.rules;
       if (!change.gait.empty()) stage.gait = change.gait;
       stage.certificate = certified(scenario, stage, group);
-      stage.formation_s.reset();
       stages.push_back(stage);
     }
   }

@@ -1,6 +1,5 @@
 #pragma once
 #include <optional>
-#include <span>
 #include <string>
 #include <vector>
 
@@ -18,16 +17,26 @@ enum class Guarantee {
 };
 const char* to_string(Guarantee guarantee);
 
-/// Guarantee of contraction theory for one rule in one group. Rates are of differences between
-/// agents (of angles, of distances to places).
+/// Guarantee of contraction theory for one rule in one group. Rates are of the error e of all
+/// agents, the root of its squares: of φ to the mean phase (I, III), of z − d to its mean (II), of
+/// ψ to the mean or wished one, tan(D/2) of the arc D of a consensus, tan(e/2) to a goal; largest
+/// of |φ − φ₀| (tracking). They are bounds of |e| <= overshoot |e₀| exp(−rate t) while e is
+/// `within`, or, where `in_the_end`, of −d log|e|/dt for t → ∞ of what comes near its goal. Where
+/// phases do not agree the errors of I and II are differences to the motion that all come to, in
+/// which distances oscillate.
 struct RuleCertificate {
   Guarantee guarantee = Guarantee::off;
   double guaranteed_1_s = 0.0;  ///< bound from below on the rate; 0 unless contracting
   double expected_1_s = 0.0;    ///< rate near the goal, averaged over a gait cycle
-  double within = 0.0;          ///< the bound holds for errors up to this [m or rad]; 0: all
+  /// the bound holds up to this: sums Σⱼ Aᵢⱼ (zᵢ − zⱼ − dᵢⱼ) of I and II [m], range of phases (the
+  /// leader's too) and headings [rad]; 0: all
+  double within = 0.0;
   /// the bound holds while goals are farther than this; 0: everywhere
   double beyond_m = 0.0;
-  double overshoot = 1.0;         ///< factor by which differences may grow before they decay [1]
+  /// the bound is that of small errors, once others have settled: nothing is said about the way
+  /// there
+  bool in_the_end = false;
+  double overshoot = 1.0;         ///< factor of the bound: differences may first grow [1]
   Extremes extremes{};            ///< eigenvalues of the coupling graph, if there is one
   double without_link_1_s = 0.0;  ///< the bound when the worst of its links has broken; 0: none
   double theorem6 = 0.0;  ///< ζ² + η² of graph and gait, rules I and II; below 1: no overshoot
@@ -42,10 +51,7 @@ struct RuleCertificate {
 struct Certificate {
   int agents = 0;
   RuleCertificate frequency, length, phase, tracking, heading;  ///< tracking: to the leader
-  /// Distances between agents oscillate by up to this after convergence: rule I while phases
-  /// differ, as g(φᵢ) differ [M18 4.4.2, 2]. 0: none.
-  double residual_m = 0.0;
-  std::vector<std::string> notes{};  ///< on rules that act together
+  std::vector<std::string> notes{};                             ///< on rules that act together
 
   /// Every rule in force is contracting.
   bool holds() const;
@@ -61,6 +67,7 @@ struct GaitRange {
   double spread_rad_s = 0.0;          ///< eigenfrequencies within ω ± this
   double beat_gain_1_s = 0.0;         ///< α to a rhythm from outside, that leads all n; 0: none
   HeadingSway sway{};                 ///< g^ψ of lane and consensus headings
+  double off_path_rad = 0.0;          ///< largest angle between headings that are kept and the path
 };
 
 /// Guarantees for n agents with these rules: rates, largest number of agents, and advice. Never
@@ -68,16 +75,8 @@ struct GaitRange {
 /// reason. n < 2: nothing to agree on.
 Certificate certify(const Rules& rules, int n, const GaitRange& gait);
 
-/// Time after which no agent of a group with rules II and III, and IV or keep, is farther than
-/// `tolerance_m` from its place relative to any other, from every start of phases and from places
-/// that are off by up to `error_m` (max − min of z − d) and lanes by `lane_m`: an upper bound;
-/// formations stand much earlier. Empty without rules II and III contracting, or where
-/// `tolerance_m` is not positive.
-/// @param ahead_m  z − d of every agent at the start, for a tighter bound on graphs other than
-///                 all-to-all; none: anywhere within error_m
-std::optional<double> formation_time_s(const Certificate& certificate, const Rules& rules,
-                                       const GaitRange& gait, double error_m, double lane_m,
-                                       double tolerance_m, std::span<const double> ahead_m = {});
+/// ω of a group's phases in the end, or less: a beat that it hears may be slower than it is.
+double pace_rad_s(const Scenario& scenario, const Group& group, double eigenfrequency_rad_s);
 
 /// A group between two changes of its rules or gait.
 struct Stage {
@@ -86,8 +85,6 @@ struct Stage {
   Rules rules{};
   int agents = 0;  ///< external ones included
   Certificate certificate{};
-  /// Bound on the time to formation from the start [s], of first stages (formation_time_s).
-  std::optional<double> formation_s{};
 };
 
 /// Certificates of all groups, in the order of groups and time.

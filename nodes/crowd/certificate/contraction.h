@@ -1,5 +1,6 @@
 #pragma once
 #include <Eigen/Core>
+#include <functional>
 #include <optional>
 
 #include "nodes/crowd/rules/coupling_graph.h"
@@ -67,5 +68,10 @@ double low_pass_rate(double m, double low_pass_rad_s, double g_least, double g_m
 /// Slowest mode of the same with constant g, from s = m g λ⁺, the rate without low-pass:
 /// (α/2)(1 − √(1 − 4 s/α)), or α/2 where it oscillates. [1/s]
 double low_pass_mode_rate(double low_pass_rad_s, double slope_1_s);
+
+/// Rate of decay of ẋ = A(φ) x per radian, A of period 2π: −ln r/2π, r the largest size of an
+/// eigenvalue of its map over one period [Floquet]; below zero it grows. By Runge and Kutta's
+/// method; allocates nothing. An A too stiff for that is a rate below zero.
+double periodic_rate(const std::function<Eigen::Matrix2d(double phi_rad)>& a);
 
 }  // namespace mimesis::crowd

@@ -65,6 +65,9 @@ class Monitor {
   void step(double t_s, const GroupErrors& errors) {
     phase_.add(t_s, errors.dispersion);
     tracking_.add(t_s, errors.tracking_rad);
+    // What waits for others is slower until they have settled.
+    const bool settled = !(errors.dispersion > kSettled) && !(errors.heading_rad > kMost_rad);
+    if (rule_of_spacing().in_the_end && !settled) spacing_.restart();
     spacing_.add(t_s, errors.spacing_m);
     heading_.add(t_s, errors.heading_rad);
   }
@@ -87,8 +90,7 @@ class Monitor {
     r.agents = certificate_.agents;
     r.phase = beside(certificate_.phase, phase_);
     r.tracking = beside(certificate_.tracking, tracking_);
-    const bool by_length = certificate_.length.guarantee != Guarantee::off;
-    r.spacing = beside(by_length ? certificate_.length : certificate_.frequency, spacing_);
+    r.spacing = beside(rule_of_spacing(), spacing_);
     r.heading = beside(certificate_.heading, heading_);
     if (by_tracks_) r.tracking.measured_1_s = tracks_.rate_1_s();
     if (by_turns_) r.heading.measured_1_s = turns_.rate_1_s();
@@ -101,6 +103,11 @@ class Monitor {
   static constexpr double kLeastR = 1e-6, kMostR = 3e-2;
   static constexpr double kLeast_rad = 1e-5, kMost_rad = 0.1;
   static constexpr double kLeast_m = 1e-3, kMost_m = 1.0;
+  static constexpr double kSettled = 1e-2;  // dispersion
+  const RuleCertificate& rule_of_spacing() const {
+    return certificate_.length.guarantee != Guarantee::off ? certificate_.length
+                                                           : certificate_.frequency;
+  }
   static constexpr double kLeastTurn = 1e-3, kMostTurn = 1.5;
   static RuleReport beside(const RuleCertificate& c, const RateFit& fit) {
     return {c.guarantee, c.guaranteed_1_s, c.expected_1_s, fit.rate_1_s()};

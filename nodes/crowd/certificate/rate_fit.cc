@@ -9,7 +9,7 @@ namespace {
 constexpr double kFallOfDecay = 2.0;  // fall of log R
 constexpr double kLeastSamples = 8.0;
 
-constexpr double kFallOfTurn = 1.0;  // fall of the logarithm
+constexpr double kWentOfTurns = 1.0, kLasted_s = 5.0;  // of the logarithm
 constexpr double kPause_s = 1.0;
 
 }  // namespace
@@ -56,39 +56,33 @@ std::optional<double> RateFit::reaches_s(double value) const {
   return line_.origin_s + line_.mean_t + (line_.mean_y - std::log(value)) / *rate;
 }
 
-bool TurnFit::counts(const LogLine& turn) {
-  return turn.count >= kLeastSamples && turn.first_y - turn.last_y >= kFallOfTurn;
+void TurnFit::Sums::add(const LogLine& turn) {
+  if (turn.count < kLeastSamples) return;
+  var_t += turn.var_t;
+  cov += turn.cov;
+  went += std::abs(turn.first_y - turn.last_y);
+  lasted_s += turn.last_s - turn.origin_s;
 }
 
-void TurnFit::end(LogLine& turn) {
-  if (counts(turn)) {
-    var_t_ += turn.var_t;
-    cov_ += turn.cov;
-  }
-  turn = {};
-}
-
-void TurnFit::restart() {
-  var_t_ = cov_ = 0.0;
-  turns_.clear();
-}
+void TurnFit::restart() { *this = TurnFit(least_, most_); }
 
 void TurnFit::add(std::uint64_t agent, double t_s, double error) {
   LogLine& turn = turns_[agent];
   const bool taken = error >= least_ && error <= most_;  // false for NaN
-  if (turn.count > 0.0 && (!taken || t_s - turn.last_s > kPause_s)) end(turn);
+  if (turn.count > 0.0 && (!taken || t_s - turn.last_s > kPause_s)) {
+    ended_.add(turn);
+    turn = {};
+  }
   if (taken) turn.add(t_s, error);
 }
 
 std::optional<double> TurnFit::rate_1_s() const {
-  double var = var_t_, cov = cov_;
-  for (const auto& [agent, turn] : turns_) {
-    if (!counts(turn)) continue;
-    var += turn.var_t;
-    cov += turn.cov;
+  Sums all = ended_;
+  for (const auto& [agent, turn] : turns_) all.add(turn);
+  if (!(all.var_t > 0.0) || (all.went < kWentOfTurns && all.lasted_s < kLasted_s)) {
+    return std::nullopt;
   }
-  if (!(var > 0.0)) return std::nullopt;
-  return -cov / var;
+  return -all.cov / all.var_t;
 }
 
 }  // namespace mimesis::crowd

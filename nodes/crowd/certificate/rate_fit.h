@@ -40,7 +40,8 @@ class RateFit {
 
 /// Rate at which headings of many agents converge to their wished ones, one slope of the logarithm
 /// for all of their turns: each is a line of its own, pooled by least squares. A disturbance ends a
-/// turn. O(1) a sample; allocates for an agent that is seen for the first time.
+/// turn. Turns that stall or grow count as those that fall. O(1) a sample; allocates for an agent
+/// that is seen for the first time.
 class TurnFit {
  public:
   /// 0 < least < most, of the errors that are taken
@@ -51,15 +52,18 @@ class TurnFit {
   void add(std::uint64_t agent, double t_s, double error);
   void restart();
 
-  /// Rate of turns that fell by the factor e at least, in eight samples or more [1/s].
+  /// Of turns of eight samples or more, once together they fell and grew by the factor e, or lasted
+  /// five seconds [1/s]; below zero they grow.
   std::optional<double> rate_1_s() const;
 
  private:
-  static bool counts(const LogLine& turn);
-  void end(LogLine& turn);
+  struct Sums {
+    double var_t = 0.0, cov = 0.0, went = 0.0, lasted_s = 0.0;
+    void add(const LogLine& turn);
+  };
 
   double least_, most_;
-  double var_t_ = 0.0, cov_ = 0.0;  // sums over the turns that ended
+  Sums ended_;
   std::unordered_map<std::uint64_t, LogLine> turns_;
 };
 

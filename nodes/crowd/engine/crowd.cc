@@ -133,11 +133,24 @@ int Crowd::add_group(const GroupSettings& settings) {
   return number;
 }
 
+double Crowd::Impl::coupled_agents(const GroupRows& g, std::span<const Agent> more) const {
+  double summed = g.outside.count, coupled = 0.0;
+  const auto count = [&](Role role) {
+    summed += is_summed(role) ? 1.0 : 0.0;
+    coupled += is_coupled(role) ? 1.0 : 0.0;
+  };
+  for (int row = g.first; row < g.first + g.count; ++row) {
+    count(table.role[static_cast<std::size_t>(row)]);
+  }
+  for (const Agent& agent : more) count(agent.role);
+  return std::max(summed, coupled);
+}
+
 void Crowd::set_rules(int group, const Rules& rules) {
   GroupRows& g = impl_->groups.at(static_cast<std::size_t>(group));
   check_edges(rules);
   const GroupSettings next{rules, g.settings.gait, g.settings.path, g.settings.sway};
-  check_stiffness(next, dt_s(), g.count + g.outside.count, fastest(impl_->table, g.first, g.count),
+  check_stiffness(next, dt_s(), impl_->coupled_agents(g), fastest(impl_->table, g.first, g.count),
                   name_of(group));
   impl_->prepare(g);  // edges are between the members of now
   GroupRows changed = g;
@@ -157,7 +170,7 @@ void Crowd::set_rules(int group, const Rules& rules) {
 void Crowd::set_gait(int group, const SpeedFunction& gait, const HeadingSway& sway) {
   GroupRows& g = impl_->groups.at(static_cast<std::size_t>(group));
   const GroupSettings next{g.settings.rules, gait, g.settings.path, sway};
-  check_stiffness(next, dt_s(), g.count + g.outside.count, fastest(impl_->table, g.first, g.count),
+  check_stiffness(next, dt_s(), impl_->coupled_agents(g), fastest(impl_->table, g.first, g.count),
                   name_of(group));
   g.settings = next;
 }
@@ -184,9 +197,7 @@ void Crowd::add(int group, std::span<const Agent> agents) {
     if (!flaw.empty()) throw ConfigError(who + ", " + flaw);
     omega = std::max(omega, sorted[i].traits.omega_rad_s);
   }
-  check_stiffness(g.settings, dt_s(),
-                  g.count + static_cast<double>(sorted.size()) + g.outside.count, omega,
-                  name_of(group));
+  check_stiffness(g.settings, dt_s(), impl_->coupled_agents(g, sorted), omega, name_of(group));
   if (sorted.empty()) return;
   table.merge(g.first, g.count, sorted);
   const int more = static_cast<int>(sorted.size());

@@ -56,6 +56,10 @@ struct Crowd::Impl {
   int find_row(AgentId id) const;
   GroupRows& group_at(int row);
 
+  /// How many agents react to each other in a group, and `more`. Those of other coordinators are in
+  /// the sums from outside, or, along sparse graphs, mirrors here; ghosts are not coupled.
+  double coupled_agents(const GroupRows& group, std::span<const Agent> more = {}) const;
+
   /// Graphs, members, scratch; before a step.
   void prepare(GroupRows& group);
   bool leads_from_outside(const GroupRows& group) const;

@@ -200,14 +200,25 @@ void ScenarioRun::hear_beat() {
   }
 }
 
+/// A change that the engine refuses is tried again: a group may have too many agents for it now.
 void ScenarioRun::follow_schedule() {
   while (next_change_ < scenario_.schedule.size() &&
          time_s() >= scenario_.schedule[next_change_].at_s) {
-    const Change& change = scenario_.schedule[next_change_++];
+    const Change& change = scenario_.schedule[next_change_];
     const int g = scenario_.group_number(change.group);
-    crowd_.set_rules(
-        g, heard(change.rules, scenario_.groups[static_cast<std::size_t>(g)].beat_gain_1_s));
-    if (!change.gait.empty()) set_gait(g, change.gait);
+    const Rules before = crowd_.group(g).rules;
+    bool ruled = false;
+    try {
+      crowd_.set_rules(
+          g, heard(change.rules, scenario_.groups[static_cast<std::size_t>(g)].beat_gain_1_s));
+      ruled = true;
+      if (!change.gait.empty()) set_gait(g, change.gait);
+    } catch (const ConfigError& e) {
+      if (ruled) crowd_.set_rules(g, before);
+      trouble_ = "group " + change.group + " keeps its rules: " + e.what();
+      return;
+    }
+    ++next_change_;
     changed_.push_back(g);
   }
 }

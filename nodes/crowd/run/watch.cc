@@ -49,10 +49,9 @@ double heading_error(const Group& group, HeadingKind kind, std::span<const doubl
   return most;
 }
 
-// Largest share of avoidance in the turning by the rule. A lane is given up for it but not the way
-// back: a constant push shifts the lane and leaves headings as they are.
-constexpr double kFreeGoal = 0.05, kFreeLane = 0.1;
-constexpr double kNearLane_rad = 0.1;  // where the slow mode is left, that of the lane
+// Largest share of avoidance in the rate at which the rule reduces the error.
+constexpr double kFree = 0.05;
+constexpr double kNearLane_rad = 0.1;  // where sines are angles
 
 constexpr double kLost = 10.0;  // times the tolerance: bodies are disturbed
 
@@ -161,24 +160,30 @@ void Closeness::observe(std::span<const Disc> discs) {
 }
 
 double turn_error(const Group& group, const HeadingRule& rule, const RuleCertificate& certificate,
-                  double omega_rad_s, const Observed& agent) {
+                  const Observed& agent) {
   const bool to_goal = rule.kind == HeadingKind::goal;
   if (!to_goal && rule.kind != HeadingKind::lane) return kNan;
   const Eigen::Vector2d way = agent.goal_W_m - agent.p_W_m;
   if (to_goal && way.norm() < certificate.beyond_m) return kNan;
   const double wished = to_goal ? std::atan2(way.y(), way.x()) : group.heading_rad;
-  const double off = std::abs(math::wrap_pi(agent.heading_rad - wished));
-  const double gain_1_s = to_goal ? rule.gain : rule.gain * omega_rad_s;
-  const double free = to_goal ? kFreeGoal : kFreeLane;
-  if (!(std::abs(agent.avoid_rad_s) <= free * gain_1_s * std::sin(off))) return kNan;  // NaN too
-  if (to_goal) return 2.0 * std::tan(0.5 * off);
-  return off <= kNearLane_rad ? off : kNan;
+  double error = std::abs(math::wrap_pi(agent.heading_rad - wished));
+  double rate_rad_s = rule.gain * std::sin(error);
+  if (!to_goal) {
+    const Eigen::Vector2d from = agent.p_W_m - Eigen::Vector2d(group.origin_x_m, group.origin_y_m);
+    const double across =
+        from.y() * std::cos(group.heading_rad) - from.x() * std::sin(group.heading_rad);
+    error = std::hypot(error, (across - agent.lane_m) / rule.ahead_m);
+    if (error > kNearLane_rad) return kNan;
+    rate_rad_s = certificate.guaranteed_1_s * error;
+  }
+  if (!(std::abs(agent.avoid_rad_s) <= kFree * rate_rad_s)) return kNan;  // NaN too
+  return to_goal ? 2.0 * std::tan(0.5 * error) : error;
 }
 
 void measure_turns(Monitor& monitor, const Group& group, const HeadingRule& rule,
-                   double omega_rad_s, std::span<const Observed> agents, double t_s) {
+                   std::span<const Observed> agents, double t_s) {
   for (const Observed& a : agents) {
-    monitor.turn(a.id, t_s, turn_error(group, rule, monitor.certificate().heading, omega_rad_s, a));
+    monitor.turn(a.id, t_s, turn_error(group, rule, monitor.certificate().heading, a));
   }
 }
 
@@ -203,12 +208,20 @@ void Watch::certify(const ScenarioRun& run, int group, int agents, const std::st
   const Group& described = run.scenario().groups[at(group)];
   kept.wanted = wanted_of(described, rules, kept.passes);
   if (hears_beat(run, group)) rules.phase.leader_gain_1_s = 0.0;  // no agent leads
-  Certificate certificate = crowd::certify(rules, agents,
-                                           {.gait = run.crowd().group(group).gait,
-                                            .eigenfrequency_rad_s = run.eigenfrequency_rad_s(group),
-                                            .spread_rad_s = described.spread_rad_s,
-                                            .beat_gain_1_s = described.beat_gain_1_s,
-                                            .sway = run.crowd().group(group).sway});
+  const Crowd::Rows rows = run.crowd().rows(group);
+  double off = 0.0;
+  for (const double h : run.crowd().heading_rad().subspan(at(rows.first), at(rows.count))) {
+    off = std::max(off, std::abs(math::wrap_pi(h - described.heading_rad)));
+  }
+  Certificate certificate =
+      crowd::certify(rules, agents,
+                     {.gait = run.crowd().group(group).gait,
+                      .eigenfrequency_rad_s =
+                          pace_rad_s(run.scenario(), described, run.eigenfrequency_rad_s(group)),
+                      .spread_rad_s = described.spread_rad_s,
+                      .beat_gain_1_s = described.beat_gain_1_s,
+                      .sway = run.crowd().group(group).sway,
+                      .off_path_rad = off});
   certificate.agents = agents;
   kept.monitor.certify(std::move(certificate));
   kept.expected.clear();
@@ -293,8 +306,10 @@ void Watch::measure(const ScenarioRun& run, int group, double time_s) {
   }
   const HeadingRule& heading = run.crowd().group(group).rules.heading;
   if (heading.avoid || kept.passes) {
-    measure_turns(kept.monitor, run.scenario().groups[at(group)], heading,
-                  run.eigenfrequency_rad_s(group), members_, time_s);
+    for (Observed& a : members_) {
+      if (run.waiting(a.id)) a.avoid_rad_s = kNan;  // marks time, and goes nowhere
+    }
+    measure_turns(kept.monitor, run.scenario().groups[at(group)], heading, members_, time_s);
   }
   if (kept.passes && hears_beat(run, group)) {
     for (const Observed& a : members_) {

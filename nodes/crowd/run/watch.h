@@ -96,19 +96,18 @@ class Closeness {
   std::vector<std::pair<AgentId, AgentId>> overlapping_, before_;
 };
 
-/// Error of an agent's heading against its rule, where headings are disturbed by avoidance: in the
-/// coordinates in which that decays exponentially, 2 tan(e/2) of the angle e to a goal, e itself to
-/// the direction of a lane. NaN where the rate is not to be measured: avoidance turns it (by more
-/// than a twentieth of what the rule does, a tenth for lanes, or by an unknown amount), the goal is
-/// nearer than the certificate holds for, or the rule has none.
-/// @param omega_rad_s  of the group's gait
+/// Error of an agent's heading against its rule, where headings are disturbed by avoidance, in the
+/// coordinates in which it decays exponentially: 2 tan(e/2) of the angle e to a goal; √(e² +
+/// (ξ/Δz)²) of the angle to the direction of a lane and the way ξ to it. NaN where the rate is not
+/// to be measured: avoidance changes it by more than a twentieth, or by an unknown amount, the goal
+/// is nearer than the certificate holds for, the lane is far, or the rule has none.
 double turn_error(const Group& group, const HeadingRule& rule, const RuleCertificate& certificate,
-                  double omega_rad_s, const Observed& agent);
+                  const Observed& agent);
 
 /// Gives a monitor the state of all agents of a group in which each has turns of its own: some
 /// avoid, or agents come and go.
 void measure_turns(Monitor& monitor, const Group& group, const HeadingRule& rule,
-                   double omega_rad_s, std::span<const Observed> agents, double t_s);
+                   std::span<const Observed> agents, double t_s);
 
 enum class Rule { frequency, length, phase, tracking, heading };
 

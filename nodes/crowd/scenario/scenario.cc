@@ -58,8 +58,8 @@ class RuleFaults {
   }
 
   void check(const HeadingRule& r) {
-    if (r.kind == HeadingKind::keep) return;
     gain("heading.gain", "the gain", r.gain, "headings are repelled (4.32, 4.41)");
+    if (r.kind == HeadingKind::keep) return;
     if (r.gain == 0.0) add("heading.gain", "is 0: nothing turns; keep says that");
     not_negative("heading.low_pass_s", "the low-pass", r.low_pass_s);
     not_negative("heading.spread_rad", "sigma", r.spread_rad);

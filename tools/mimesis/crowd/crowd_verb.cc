@@ -79,9 +79,6 @@ void print_stage(const Stage& stage, std::ostream& out, bool colour) {
   }
   for (const std::string& note : c.notes) out << "  note: " << note << '\n';
   if (const auto rate = c.rate_1_s()) out << "  guaranteed: " << number(*rate) << " 1/s\n";
-  if (stage.formation_s) {
-    out << "  formation stands after " << number(*stage.formation_s) << " s at the latest\n";
-  }
 }
 
 /// Groups with equal lines are printed together.
@@ -120,6 +117,7 @@ Json to_json(const char* name, const RuleCertificate& r) {
       {"expected_1_s", r.expected_1_s},
       {"without_link_1_s", r.extremes.most > 0.0 ? Json(r.without_link_1_s) : Json(nullptr)},
       {"within", r.within > 0.0 ? Json(r.within) : Json(nullptr)},
+      {"in_the_end", r.in_the_end},
       {"overshoot", r.overshoot},
       {"connectivity", r.extremes.least},
       {"lambda_max", r.extremes.most},
@@ -137,16 +135,10 @@ Json to_json(const Stage& stage) {
     if (r->guarantee != Guarantee::off || !r->why.empty()) rules.push_back(to_json(name, *r));
   }
   const auto rate = c.rate_1_s();
-  return {{"group", stage.group},
-          {"from_s", stage.from_s},
-          {"gait", stage.gait},
-          {"agents", stage.agents},
-          {"holds", c.holds()},
-          {"rate_1_s", rate ? Json(*rate) : Json(nullptr)},
-          {"formation_s", stage.formation_s ? Json(*stage.formation_s) : Json(nullptr)},
-          {"residual_m", c.residual_m},
-          {"rules", rules},
-          {"notes", c.notes}};
+  return {{"group", stage.group}, {"from_s", stage.from_s},
+          {"gait", stage.gait},   {"agents", stage.agents},
+          {"holds", c.holds()},   {"rate_1_s", rate ? Json(*rate) : Json(nullptr)},
+          {"rules", rules},       {"notes", c.notes}};
 }
 
 bool all_hold(const std::vector<Stage>& stages) {

@@ -112,15 +112,19 @@ TEST(Monitor, MeasuresAnewWhenCertifiedAnew) {
   EXPECT_GT(report.phase.guaranteed_1_s, 1.5);
 }
 
-TEST(Monitor, SpacingIsThatOfStepLengthIfBothRulesAct) {
+TEST(Monitor, SpacingThatWaitsForPhasesIsMeasuredOnceTheyAgree) {
   Rules rules = phase_rules();
-  rules.frequency = {.graph = {Topology::all_to_all}, .gain_rad_m_s = 0.1};
+  rules.length = {.graph = {Topology::all_to_all}, .gain_1_m = 0.05};
   Monitor monitor;
   monitor.certify(certify(rules, 6, gait()));
-  EXPECT_NEAR(monitor.report().spacing.guaranteed_1_s, 0.1 * 0.2 * 6, 1e-12);
-  rules.length = {.graph = {Topology::all_to_all}, .gain_1_m = 0.05};
-  monitor.certify(certify(rules, 6, gait()));
-  EXPECT_NEAR(monitor.report().spacing.guaranteed_1_s, 0.05 * 5.0 * 0.2 * 6, 1e-12);
+  const double rate = monitor.report().spacing.guaranteed_1_s;
+  EXPECT_NEAR(rate, 0.05 * 5.0 * 0.2 * 6, 1e-12);
+  for (int i = 0; i < 3000; ++i) {
+    const double t = 0.01 * i;
+    monitor.step(t, {.dispersion = i < 600 ? 0.1 : 1e-3,
+                     .spacing_m = i < 600 ? 1.0 : std::exp(-rate * (t - 6.0))});
+  }
+  EXPECT_NEAR(monitor.report().spacing.measured_1_s.value(), rate, 1e-3 * rate);
 }
 
 }  // namespace

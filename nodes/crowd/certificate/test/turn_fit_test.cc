@@ -36,16 +36,23 @@ TEST(TurnFit, PoolsTheTurnsOfAll) {
   EXPECT_FALSE(both.rate_1_s());
 }
 
-TEST(TurnFit, LeavesOutWhatDoesNotFallByE) {
+TEST(TurnFit, CountsTurnsThatStallAndGrow) {
   TurnFit fit(1e-3, 1.5);
-  turn(fit, 1, 0.0, 0.8, 1.0, 0.9);
-  EXPECT_FALSE(fit.rate_1_s());
-  turn(fit, 2, 0.0, 0.1, -1.0, 2.0);  // grows
-  EXPECT_FALSE(fit.rate_1_s());
   turn(fit, 3, 0.0, 0.8, 10.0, 0.12);  // seven samples
-  EXPECT_FALSE(fit.rate_1_s());
-  turn(fit, 4, 0.0, 0.8, 1.0, 1.1);
+  turn(fit, 1, 0.0, 0.8, 1.0, 0.9);
+  EXPECT_FALSE(fit.rate_1_s()) << "too early";
+  turn(fit, 4, 0.0, 0.8, 1.0, 2.0);
   EXPECT_NEAR(fit.rate_1_s().value(), 1.0, 1e-9);
+  turn(fit, 5, 0.0, 0.3, 0.0, 2.0);  // half of the headings stall: half of the rate
+  EXPECT_NEAR(fit.rate_1_s().value(), 0.52, 0.02);
+  TurnFit grows(1e-3, 1.5);
+  turn(grows, 2, 0.0, 0.1, -1.0, 2.0);
+  EXPECT_NEAR(grows.rate_1_s().value(), -1.0, 1e-9);
+  TurnFit stalls(1e-3, 1.5);
+  turn(stalls, 2, 0.0, 0.1, 0.0, 4.9);
+  EXPECT_FALSE(stalls.rate_1_s());
+  turn(stalls, 2, 4.9, 0.1, 0.0, 0.5);
+  EXPECT_NEAR(stalls.rate_1_s().value(), 0.0, 1e-9);
 }
 
 TEST(TurnFit, EndsATurnWhereItIsDisturbedOrOutOfTheBand) {
@@ -53,8 +60,8 @@ TEST(TurnFit, EndsATurnWhereItIsDisturbedOrOutOfTheBand) {
     TurnFit fit(1e-3, 1.5);
     turn(fit, 1, 0.0, 0.8, 1.0, 0.6);
     fit.add(1, 0.6, disturbed);
-    turn(fit, 1, 0.62, 0.4, 1.0, 0.6);
-    EXPECT_FALSE(fit.rate_1_s()) << disturbed;  // together they fell by e, none did alone
+    turn(fit, 1, 0.62, 0.8, 1.0, 0.6);
+    EXPECT_NEAR(fit.rate_1_s().value(), 1.0, 1e-9) << disturbed;
   }
 }
 

@@ -248,6 +248,21 @@ TEST(Members, MistakesAreRefusedBeforeAnythingChanges) {
   EXPECT_THROW(crowd.set_obstacles(std::span(&pillar, 1), {}), ConfigError);
 }
 
+TEST(Members, GhostsAreCountedOnce) {
+  Crowd crowd({.dt_s = 0.02});
+  Rules rules;
+  rules.phase = {{Topology::all_to_all}, 1.0};
+  crowd.add_group({rules, plain_gait(), {}});
+  crowd.set_outside(0, {.count = 25.0});
+  auto all = some_agents(40);
+  for (std::size_t i = 20; i < all.size(); ++i) all[i].role = Role::ghost;  // of those 25
+  EXPECT_NO_THROW(crowd.add(0, all));                                       // k N dt = .9
+  rules.phase.gain_1_s = 1.1;
+  EXPECT_NO_THROW(crowd.set_rules(0, rules));
+  rules.phase.gain_1_s = 1.12;
+  EXPECT_THROW(crowd.set_rules(0, rules), ConfigError);
+}
+
 TEST(Members, NobodyAndOneAreCrowdsToo) {
   Crowd crowd({.dt_s = 0.02});
   crowd.add_group({all_rules(Topology::ring), plain_gait(), {}});

@@ -181,6 +181,24 @@ double error_after_a_second(const Rules& rules, double dt, double rate, bool of_
   return std::abs(left - 0.2 * std::exp(-rate));
 }
 
+TEST(Walk, WhoIsFarAheadWaitsAndDoesNotWalkBackwards) {  // as in dance.yaml: 2.3 rad, 3.5 1/s
+  Crowd crowd({.dt_s = 0.01});
+  Rules rules = phase_rules(Topology::all_to_all, 0.1, 3.4);
+  rules.heading = {.kind = HeadingKind::lane, .gain = 1.2, .ahead_m = 1.0};
+  crowd.add_group(group(rules));
+  std::vector<Agent> two = agents(2, 1, 0.0, 0.0);
+  two[1].state.phase_rad = 2.3;
+  two[1].state.heading_rad = 0.5;
+  two[1].traits.lane_m = 0.0;
+  two[1].state.position_W_m.y() = 0.0;
+  crowd.add(0, two);
+  for (int i = 0; i < 100; ++i) {
+    crowd.step();
+    EXPECT_GE(crowd.phase_rate_rad_s()[1], 0.0);
+    EXPECT_LE(crowd.heading_rad()[1], 0.5) << "turns away from its lane";
+  }
+}
+
 TEST(Walk, ErrorsAreOfOrderTwoInTheStep) {
   Rules length;
   length.length = {{Topology::all_to_all}, 1.5 / (2 * 6.0 * 0.22), 0.9};

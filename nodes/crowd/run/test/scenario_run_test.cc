@@ -94,6 +94,22 @@ TEST(ScenarioRun, TheScheduleChangesRulesAndGaitsAtItsTime) {
       << "who is faster than others stays so";
 }
 
+TEST(ScenarioRun, AChangeThatIsRefusedIsNotForgotten) {
+  Scenario s = scenario({group("a", 3)});
+  Change change{.at_s = 0.1, .group = "a", .gait = "happy", .rules = s.groups[0].rules};
+  change.rules.phase = {.graph = {Topology::all_to_all}, .gain_1_s = 20.0};  // k N dt = 1.2
+  s.schedule = {change};
+  ScenarioRun run(s);
+  steps(run, 0.1);
+  for (int again = 0; again < 3; ++again) {
+    const double before_s = run.time_s();
+    EXPECT_THROW(run.step(), ConfigError);
+    EXPECT_GT(run.time_s(), before_s) << "the others stand still";
+    EXPECT_TRUE(run.changed_groups().empty());
+    EXPECT_EQ(run.gait(0), 0);
+  }
+}
+
 TEST(ScenarioRun, AgentsFollowTheBeat) {
   Scenario s = scenario({group("a", 5)});
   s.beat = {.phase_rad = 0.4, .rate_rad_s = 5.7};

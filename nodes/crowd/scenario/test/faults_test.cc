@@ -99,6 +99,8 @@ TEST(Faults, AreFoundAndNamed) {
          s.groups[0].count = 1;
          s.groups[0].rules = {.phase = {.leader_gain_1_s = 1.0}};
        }},
+      {"groups.0.rules.heading.gain", "contraction needs the gain > 0",
+       [](Scenario& s) { s.groups[0].rules.heading = {.kind = HeadingKind::keep, .gain = -1.0}; }},
       {"groups.0.rules.heading.gain", "nothing turns",
        [](Scenario& s) { s.groups[0].rules.heading = {.kind = HeadingKind::goal, .gain = 0.0}; }},
       {"groups.0.rules.heading.ahead_m", "must be > 0",
