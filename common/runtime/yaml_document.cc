@@ -35,7 +35,7 @@ class Converter {
     switch (from.Type()) {
       case YAML::NodeType::Scalar:
         to.kind = Yaml::Kind::scalar;
-        to.text = from.Scalar();
+        to.text = text(from, to.place);
         to.quoted = from.Tag() == "!";
         if (to.quoted) demand_closed(static_cast<std::size_t>(from.Mark().pos), to.place);
         break;
@@ -59,10 +59,18 @@ class Converter {
   }
 
  private:
+  /// Names from files reach terminals, logs and other files.
+  static const std::string& text(const YAML::Node& scalar, const Place& at) {
+    const std::string& all = scalar.Scalar();
+    if (const std::string shown = printable(all, "\t\r\n"); shown != all) {
+      throw ConfigError(to_string(at) + ": '" + shown + "' has control characters or is no UTF-8");
+    }
+    return all;
+  }
   void add_entry(Yaml& map, const YAML::Node& key, const YAML::Node& value, int depth) {
     const Place at = place(key.Mark());
     if (!key.IsScalar()) throw ConfigError(to_string(at) + ": a key must be text");
-    if (key.Scalar() == "<<") {
+    if (text(key, at) == "<<") {
       throw ConfigError(to_string(at) + ": merge keys (<<) are not supported");
     }
     if (const Yaml* first = map.find(key.Scalar())) {

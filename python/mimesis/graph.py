@@ -240,7 +240,7 @@ class Graph:
         self._entry = self.directory / "nodes" / self.name
         hidden = self._entry.with_name("." + self.name)
         while True:
-            self._claim = os.open(hidden, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o600)
+            self._claim = os.open(hidden, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW | os.O_CLOEXEC, 0o600)
             try:
                 fcntl.fcntl(self._claim, fcntl.F_OFD_SETLK, _lock(fcntl.F_WRLCK))
             except OSError:

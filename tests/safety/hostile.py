@@ -270,7 +270,7 @@ def folders(run, rng, count):
                 with open(path, "xb") as file:
                     file.truncate(rng.choice((0, 1, 1 << 40)))
             else:  # a node that lives: it holds its lock
-                claim = os.open(place / f".{name}", os.O_RDWR | os.O_CREAT, 0o600)
+                claim = os.open(place / f".{name}", os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW, 0o600)
                 wire.fcntl.fcntl(claim, wire.fcntl.F_OFD_SETLK, wire._lock(wire.fcntl.F_WRLCK))
                 claims.append(claim)
                 info = mimesis.message_type("mimesis.v1.NodeInfo").FromString(rng.choice(infos))

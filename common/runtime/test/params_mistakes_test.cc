@@ -194,6 +194,8 @@ TEST(BrokenYaml, IsReportedAtItsPlace) {
       {"bus: *nowhere\n", "f.yaml:1:6: "},
       {"? [a]\n: 1\n", "f.yaml:1:3: a key must be text"},
       {"a: &x [*x]\n", "f.yaml:1:"},
+      {"bus: \"a\\e[31mb\"\n", "f.yaml:1:6: 'a\\u001b[31mb' has control characters or is no UTF-8"},
+      {"\"b\\0\": 1\n", "f.yaml:1:1: 'b\\u0000' has control characters or is no UTF-8"},
   };
   for (const auto& [text, expected] : broken) {
     try {
