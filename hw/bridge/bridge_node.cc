@@ -11,6 +11,9 @@ using std::chrono::milliseconds;
 constexpr double kHandRateHz = 100.0, kJointsRateHz = 50.0;
 constexpr milliseconds kStatusPeriod(1000);
 constexpr int kHoldCycles = 3;
+// Each time the arm brakes on its path it falls behind, and comes to rest later when it has to. A
+// machine that lets the planner wait for 20 ms now and then shall not add that up.
+constexpr milliseconds kBrakeAfter(40);
 constexpr milliseconds kHandTimeout(50);
 // In lock-step graph time stands still meanwhile, and the machine's speed must not decide. A node
 // that is asked to stop has 3 s.
@@ -26,6 +29,7 @@ bool holds(const BridgeParams& p, const Joints& joints) {
 
 GateLimits gate_limits(const BridgeParams& p, const Joints& joints) {
   return {.hold_after = runtime::from_seconds((kHoldCycles + 0.5) / joints.rate_hz),
+          .brake_after = kBrakeAfter,
           .silence = runtime::from_seconds(p.silence_s),
           .start_tolerance_rad = p.start_tolerance_rad,
           .jump_rad = p.jump_rad,

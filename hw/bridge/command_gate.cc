@@ -110,7 +110,8 @@ Setpoint CommandGate::decide(Time now, const Reading& arm) {
                           limits_.hold_on_silence ? ": holding" : "");
     return {.mode = rest_};
   }
-  const bool late = age > limits_.hold_after;
+  const bool late = age > (track_.can_brake() ? std::max(limits_.brake_after, limits_.hold_after)
+                                              : limits_.hold_after);
   reason_ = late ? "command is late: holding" : "";
   if (late && !track_.can_brake()) return {.mode = Mode::hold};
   return follow(late);

@@ -10,8 +10,9 @@
 namespace mimesis::hw::bridge {
 
 struct GateLimits {
-  Time hold_after{};  ///< older: come to rest, powered
-  Time silence{};     ///< older: the stream has ended
+  Time hold_after{};   ///< older: come to rest, powered
+  Time brake_after{};  ///< the same, where the last command told its path; `hold_after` if less
+  Time silence{};      ///< older: the stream has ended
   double start_tolerance_rad =
       0.0;                ///< largest distance of a stream's start from the actual posture
   double jump_rad = 0.0;  ///< largest jump beyond what v_max explains

@@ -96,6 +96,30 @@ TEST_F(Gate, StopsOnThePathThatTheLastCommandTold) {
   EXPECT_EQ(mode(), Mode::idle);
 }
 
+TEST_F(Gate, AKnownPathIsFollowedLongerThanAnUnknownOne) {
+  CommandGate patient({.hold_after = 17500us,
+                       .brake_after = 40ms,
+                       .silence = 100ms,
+                       .start_tolerance_rad = 0.02,
+                       .jump_rad = 0.1,
+                       .v_max_rad_s = {2.0, 2.0},
+                       .a_max_rad_s2 = {8.0, 8.0}});
+  double step = 0.005;  // 1 rad/s
+  std::vector<double> ahead;
+  for (int k = 1; k <= 40; ++k) ahead.insert(ahead.end(), 2, step * k);
+  ASSERT_EQ(patient.offer(now, now, std::array{0.0, 0.0}, arm, ahead), "");
+  double last = patient.decide(now, arm).position_rad[0];
+  arm.phase = Phase::following;
+  for (const runtime::Time end = now + 40ms; (now += 5ms) <= end;) {
+    const double q = patient.decide(now, arm).position_rad[0];
+    EXPECT_GT(q - last, 0.8 * step);
+    EXPECT_EQ(patient.reason(), "");
+    step = q - last, last = q;
+  }
+  EXPECT_LT(patient.decide(now, arm).position_rad[0] - last, step - 0.0001) << "it brakes";
+  EXPECT_EQ(patient.reason(), "command is late: holding");
+}
+
 TEST_F(Gate, RefusesAWayAheadThatIsNoMotion) {
   follow();
   now += 5ms;
