@@ -295,10 +295,10 @@ TEST_F(Launch, AHungLauncherIsNamedAndEnded) {
 }
 
 TEST_F(Launch, ALauncherThatWaitsForItsReaderDoesNotHang) {
-  const std::string file = folder_.write(
-      "g.yaml",
-      "version: 1\nnodes:\n  loud: {exec: sh, ready: started, required: true, args: [-c, \"sleep 1; yes | "
-      "head -c 300000 >&2; sleep 1\"]}\n");
+  const std::string file = folder_.write("g.yaml",
+                                         "version: 1\nnodes:\n  loud: {exec: sh, ready: started, "
+                                         "required: true, args: [-c, \"sleep 1; yes | "
+                                         "head -c 300000 >&2; sleep 1\"]}\n");
   const auto bin = std::filesystem::read_symlink("/proc/self/exe").parent_path() / "../bin";
   testing::Process shell(
       "/bin/sh", {"-c", (bin / "mimesis launch ").string() + file + " --graph " + graph_.name() +
