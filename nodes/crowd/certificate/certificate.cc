@@ -561,6 +561,10 @@ Certificate certified(const Scenario& scenario, const Stage& stage, const Group&
     c.notes.push_back(say("omega_0 is off the beat by ", off, " rad/s: feet are ",
                           off / group.beat_gain_1_s, " rad ahead of it"));
   }
+  if (stage.agents > group.count) {
+    c.notes.push_back(say("agents from outside follow by laws of their own: nothing is said of ",
+                          stage.agents - group.count, " of ", stage.agents));
+  }
   return c;
 }
 
