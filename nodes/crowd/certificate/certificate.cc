@@ -278,11 +278,11 @@ class Certifier {
     const SpeedFunction& g = gait_.gait;
     const double m = r.gain_rad_m_s;
     const bool filtered = r.low_pass_rad_s > 0.0;
-    const auto give_up = [&](std::string why, std::string change) {
-      refuse(c, why, change);
+    const auto give_up = [&](const std::string& why, const std::string& change) {
       if (on(all_.phase))
         refuse(all_.phase, "I moves phases, and is not certified: " + why, change);
       if (on(all_.tracking)) all_.tracking = all_.phase;
+      refuse(c, why, change);  // last: they may be its own
     };
     if (c.extremes.least == 0.0 || repels(c, "m_d", m, 1.0) || off_path(c)) {
       return give_up(c.why, c.change[0]);
