@@ -17,6 +17,8 @@ using std::chrono::milliseconds;
 
 constexpr std::uint32_t kInvalid = 0x80000000;  // bit of a PDO's COB-ID
 constexpr Object kErrorRegister{0x1001, 0};
+// A bus keeps no more frames for a process that waits; beyond, the drives' watchdogs decide.
+constexpr milliseconds kLongestWait(50);
 
 std::uint32_t bits(std::int32_t value) { return static_cast<std::uint32_t>(value); }
 
@@ -267,25 +269,58 @@ void Drive::handle(const Frame& frame, std::vector<Frame>& out) {
 }
 
 Rack::Rack(const std::vector<DriveConfig>& configs, std::unique_ptr<can::Bus> bus)
-    : bus_(std::move(bus)), inbox_(256) {
+    : bus_(std::move(bus)) {
   for (const DriveConfig& config : configs) drives_.emplace_back(config);
 }
 
 void Rack::move(Time now) {
-  outbox_.clear();
   for (Drive& drive : drives_) drive.move(now, outbox_);
 }
 
-void Rack::answer() {
+/// What has arrived; of a flood the rest waits for the next step.
+void Rack::receive() {
+  constexpr std::size_t kAtOnce = 256, kMost = 16 * kAtOnce;
+  std::size_t count = kAtOnce, filled = 0;
+  for (; count == kAtOnce && filled < kMost; filled += count) {
+    inbox_.resize(filled + kAtOnce);
+    count = bus_->receive(std::span(inbox_).subspan(filled));
+  }
+  inbox_.resize(filled);
+}
+
+void Rack::answer(std::span<const Frame> frames) {
   for (Drive& drive : drives_) drive.watch(outbox_);
-  std::size_t count = 0;
-  do {
-    count = bus_->receive(inbox_);
-    for (const can::Frame& frame : std::span(inbox_).first(count)) {
-      for (Drive& drive : drives_) drive.handle(frame, outbox_);
-    }
-  } while (count == inbox_.size());
+  for (const Frame& frame : frames) {
+    for (Drive& drive : drives_) drive.handle(frame, outbox_);
+  }
+}
+
+void Rack::answer() {
+  receive();
+  answer(inbox_);
   if (!outbox_.empty()) bus_->send(outbox_);
+  outbox_.clear();
+}
+
+void Rack::step(Time now) {
+  receive();
+  const auto is_sync = [](const Frame& frame) {
+    return cia402::identify(frame).kind == cia402::Identity::Kind::sync;
+  };
+  const Time passed = std::max(now - stepped_.value_or(now), Time(0));
+  stepped_ = now;
+  const bool brief = passed <= kLongestWait;
+  const auto parts =
+      brief ? std::max(std::ranges::count_if(inbox_, is_sync), std::ptrdiff_t{1}) : 1;
+  auto begin = inbox_.begin();
+  for (auto left = parts; left-- > 0;) {
+    auto end = left == 0 ? inbox_.end() : std::next(std::find_if(begin, inbox_.end(), is_sync));
+    move(now - passed * left / parts);
+    answer({begin, end});
+    begin = end;
+  }
+  if (!outbox_.empty()) bus_->send(outbox_);
+  outbox_.clear();
 }
 
 void Dictionary::add(cia402::Object object, int bytes, Access access, std::uint32_t value) {

@@ -1,6 +1,8 @@
 // When a drive stops by itself, and how it can continue.
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "hw/can/testing/memory_wire.h"
 #include "hw/sim/cia402/drive.h"
 #include "hw/sim/cia402/test/one_drive.h"
@@ -118,6 +120,55 @@ TEST(Rack, AnswersAllThatHasArrived) {
   std::size_t answers = 0;
   for (std::size_t n = master->receive(frames); n > 0; n = master->receive(frames)) answers += n;
   EXPECT_EQ(answers, 600u);
+}
+
+/// Fastest motion [rad/s] with commands of 5 ms each, if the process takes in `together` of them at
+/// once.
+double fastest_when_taken(int together) {
+  can::MemoryWire wire;
+  const auto master = wire.join();
+  Rack rack({{.axis = {.node_id = 1}}}, wire.join());
+  const cia402::Axis axis{};
+  std::vector<can::Frame> frames{cia402::nmt(cia402::Nmt::start, 1)};
+  const auto step = [&](int cycle) {
+    master->send(frames);
+    frames.clear();
+    rack.step(1s + cycle * 5ms);
+  };
+  const auto write = [&](cia402::Object object, std::uint32_t value, int bytes) {
+    frames.push_back(cia402::sdo_download(1, object, value, bytes));
+  };
+  write(obj::kPeriodValue, 5, 1);
+  write(obj::kPeriodExponent, 0xFD, 1);
+  step(0);
+  const auto command = [&](std::uint16_t word, double rad) {
+    write(obj::kTarget, static_cast<std::uint32_t>(axis.to_increments(rad)), 4);
+    frames.push_back(cia402::rpdo(1, 1));
+    cia402::append(frames.back(), word, 2);
+    frames.push_back(cia402::sync());
+  };
+  int cycle = 0;
+  for (const int word : {0x06, 0x07, 0x0F, 0x0F}) {
+    command(static_cast<std::uint16_t>(word), 0.0);
+    step(++cycle);
+  }
+  double most = 0.0;
+  for (int k = 1; k <= 80; ++k) {  // 0.1 rad in 0.2 s, then it stands
+    command(0x0F, 0.05 * (1.0 - std::cos(M_PI * std::min(k, 40) / 40.0)));
+    if (++cycle % together == 0) step(cycle);
+    most = std::max(most, std::abs(rack.drives()[0].velocity_rad_s()));
+  }
+  EXPECT_EQ(rack.drives()[0].state(), DriveState::operation_enabled);
+  EXPECT_NEAR(rack.drives()[0].position_rad(), 0.1, 1e-4) << together;
+  return most;
+}
+
+/// The machine lets the process wait for 10 or 20 ms: a drive follows its set-points all the same.
+TEST(Rack, FollowsSetPointsThatItTakesInLate) {
+  const double most = fastest_when_taken(1);
+  EXPECT_NEAR(most, 0.05 * M_PI / 0.2, 0.01);
+  EXPECT_NEAR(fastest_when_taken(2), most, 0.005);
+  EXPECT_NEAR(fastest_when_taken(4), most, 0.005);
 }
 
 }  // namespace
