@@ -1,11 +1,14 @@
 #include "nodes/planner/task_sequence.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace mimesis::planner {
 namespace {
 
 constexpr double kClosedOnNothing = 0.98;  // closure of an empty hand [1]
+// Shares of `tracking_rad`: an arm that lags by more slows the motion down, or makes it wait.
+constexpr double kSlower = 0.25, kWaits = 0.5;
 
 std::string degrees(double rad) { return std::to_string(std::lround(rad * 180.0 / M_PI)) + " deg"; }
 
@@ -110,12 +113,15 @@ void TaskSequence::step_executing(const SequenceInput& input) {
 void TaskSequence::step_motion(const SequenceInput& input) {
   if (!stop_) stop_ = reason_to_stop(input);
   const double away = (input.arm->q - set_point_->q).cwiseAbs().maxCoeff();
-  const std::string missing =
-      input.missing.empty() && away > 0.5 * settings_.tracking_rad ? "the arm" : input.missing;
-  playback_.brake(stop_.has_value() || !missing.empty());
+  const double lag = away / settings_.tracking_rad;
+  const std::string missing = input.missing.empty() && lag > kWaits ? "the arm" : input.missing;
+  // In the periods left out the bridge went on as the last command told it.
+  for (int i = 1; i < input.periods; ++i) playback_.advance();
+  const bool waits = stop_.has_value() || !missing.empty();
+  playback_.aim_at(waits ? 0.0 : std::clamp((kWaits - lag) / (kWaits - kSlower), 0.0, 1.0));
   reason_ = missing.empty() ? "" : "waits for " + missing;
   if (!playback_.at_rest()) {
-    for (int i = 0; i < input.periods; ++i) playback_.advance();
+    playback_.advance();
     set_point_ = {playback_.position(), playback_.velocity(), playback_.ahead(settings_.ahead)};
     waited_s_ = 0.0;
     return;

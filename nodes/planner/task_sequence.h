@@ -78,10 +78,10 @@ struct PlanRequest {
 /// The task from a settled decision to the released object, one step per period:
 ///   idle → planning → executing {reach, approach, grasp, transport, release, retreat} → done,
 /// and from anywhere → failed with a reason. While something is missing or the arm lags by half of
-/// `tracking_rad`, a motion waits on its path. The whole plan exists before the first motion
-/// starts. Set-points flow from the first decision on (the posture at that time is held) and end
-/// with a fault of arm or hand: silence stops the drives. After done or failed a new decision
-/// starts again.
+/// `tracking_rad`, a motion waits on its path; from a quarter on it is slower. The whole plan
+/// exists before the first motion starts. Set-points flow from the first decision on (the posture
+/// at that time is held) and end with a fault of arm or hand: silence stops the drives. After done
+/// or failed a new decision starts again.
 class TaskSequence {
  public:
   enum class State { idle, planning, executing, done, failed };

@@ -132,13 +132,13 @@ void Playback::start(JointTrajectory trajectory) {
   trajectory_ = std::make_shared<const JointTrajectory>(std::move(trajectory));
   at_ = 0.0;
   pace_ = 1.0;
-  braking_ = false;
+  wanted_ = 1.0;
 }
 
 void Playback::advance() {
   if (at_rest()) return;
-  const double period = trajectory_->period_s, wanted = braking_ ? 0.0 : 1.0;
-  if (pace_ != wanted) {
+  const double period = trajectory_->period_s;
+  if (pace_ != wanted_) {
     // Accelerations jump from one sample to the next: those around count.
     const auto& v = trajectory_->velocity;
     const Eigen::Index here = sample().first, last = std::min(here + 1, v.cols() - 2);
@@ -149,7 +149,7 @@ void Playback::advance() {
       lowest = std::max(lowest, rates.lowest);
       highest = std::min(highest, rates.highest);
     }
-    pace_ = std::min(std::max(wanted, pace_ + lowest * period), pace_ + highest * period);
+    pace_ = std::min(std::max(wanted_, pace_ + lowest * period), pace_ + highest * period);
   }
   at_ = std::min(at_ + pace_ * period, trajectory_->duration_s());
 }

@@ -33,13 +33,13 @@ class Playback {
   explicit Playback(Eigen::VectorXd a_max_rad_s2) : a_max_(std::move(a_max_rad_s2)) {}
 
   void start(JointTrajectory trajectory);
-  /// From now on the pace falls to zero, or rises to one again.
-  void brake(bool on = true) { braking_ = on; }
+  /// The pace falls or rises to `pace` from now on: 1 as planned, 0 at rest.
+  void aim_at(double pace) { wanted_ = pace; }
   /// Advances by one period.
   void advance();
   bool ended() const { return at_ >= trajectory_->duration_s(); }
   /// At the end, or braked to rest.
-  bool at_rest() const { return ended() || (braking_ && pace_ <= 0.0); }
+  bool at_rest() const { return ended() || (wanted_ <= 0.0 && pace_ <= 0.0); }
   /// The positions of the next periods, up to rest: n × at most `periods` [rad].
   Eigen::MatrixXd ahead(Eigen::Index periods) const;
 
@@ -54,7 +54,7 @@ class Playback {
   std::shared_ptr<const JointTrajectory> trajectory_ = std::make_shared<JointTrajectory>();
   double at_ = 0.0;    // σ [s]
   double pace_ = 0.0;  // σ̇ [1]
-  bool braking_ = false;
+  double wanted_ = 1.0;
 };
 
 }  // namespace mimesis::planner

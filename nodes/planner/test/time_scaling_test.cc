@@ -114,7 +114,7 @@ TEST(Playback, BrakesFromFullSpeedInTheTimeOfTheLimits) {  // v / a, over v² / 
   playback.start(motion);
   for (int k = 0; k < 300; ++k) playback.advance();
   const double from = playback.position()[0];
-  playback.brake();
+  playback.aim_at(0.0);
   int periods = 0;
   for (; !playback.at_rest(); ++periods) playback.advance();
   EXPECT_NEAR(periods * kPeriod, 0.25, 0.011);
@@ -142,8 +142,8 @@ TEST(Playback, BrakesAndGoesOnWithinTheLimitsWithoutLeavingThePath) {
     Eigen::Index before = 0;
     for (int k = 0; !playback.ended(); ++k) {
       ASSERT_LT(k, 100'000) << seed;
-      if (draw(0.0, 1.0) < 0.01) playback.brake();
-      if (playback.at_rest() && draw(0.0, 1.0) < 0.1) playback.brake(false);
+      if (draw(0.0, 1.0) < 0.01) playback.aim_at(0.0);
+      if (playback.at_rest() && draw(0.0, 1.0) < 0.1) playback.aim_at(1.0);
       const Eigen::MatrixXd ahead = playback.ahead(40);
       playback.advance();
       const Eigen::VectorXd q = playback.position();
