@@ -12,7 +12,7 @@ namespace mimesis::hw::bridge {
 CommandGate::CommandGate(GateLimits limits)
     : limits_(std::move(limits)),
       command_(limits_.v_max_rad_s.size(), 0.0),
-      track_(limits_.cycle, limits_.a_max_rad_s2) {}
+      track_(limits_.cycle, limits_.v_max_rad_s, limits_.a_max_rad_s2) {}
 
 std::string CommandGate::name_of(std::size_t joint) const {
   return limits_.names.empty() ? "A" + std::to_string(joint + 1) : limits_.names[joint];

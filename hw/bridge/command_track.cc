@@ -1,22 +1,27 @@
 #include "hw/bridge/command_track.h"
 
 #include <algorithm>
-
-#include "common/math/path_pace.h"
+#include <cmath>
+#include <limits>
 
 namespace mimesis::hw::bridge {
 namespace {
 
-constexpr double kShare =
-    0.95;  // of the acceleration limits: the limiter behind shall not interfere
+constexpr double kShare = 0.99;  // of the limits: the limiter behind shall not interfere
+
+Eigen::VectorXd share_of(std::span<const double> limits) {
+  return kShare * Eigen::Map<const Eigen::VectorXd>(limits.data(), std::ssize(limits));
+}
 
 }  // namespace
 
-CommandTrack::CommandTrack(Time cycle, std::span<const double> a_max)
+CommandTrack::CommandTrack(Time cycle, std::span<const double> v_max, std::span<const double> a_max)
     : cycle_(cycle),
-      a_max_(kShare * Eigen::Map<const Eigen::VectorXd>(a_max.data(), std::ssize(a_max))),
+      v_max_(share_of(v_max)),
+      a_max_(share_of(a_max)),
       ahead_(kAhead * a_max.size()),
       position_(a_max.size(), 0.0),
+      moved_(Eigen::VectorXd::Zero(a_max_.size())),
       before_(a_max_),
       here_(a_max_),
       behind_(a_max_) {
@@ -26,9 +31,12 @@ CommandTrack::CommandTrack(Time cycle, std::span<const double> a_max)
 void CommandTrack::begin(Time stamp, std::span<const double> position_rad,
                          std::span<const double> ahead) {
   count_ = rows_ = 0;
+  told_ = false;
   add(stamp, position_rad, ahead);
   read_ = stamp - cycle_;
   step_ = cycle_;
+  moved_.setZero();
+  std::ranges::copy(position_rad, position_.begin());
 }
 
 void CommandTrack::push(Time stamp, std::span<const double> position_rad) {
@@ -54,6 +62,7 @@ void CommandTrack::add(Time stamp, std::span<const double> position_rad,
     std::ranges::copy(position_rad, samples_[newest_].position_rad.begin());
   }
   rows_ = std::min(ahead.size() / position_.size(), kAhead);
+  told_ = told_ || rows_ > 0;
   std::ranges::copy(ahead.first(rows_ * position_.size()), ahead_.begin());
 }
 
@@ -88,23 +97,74 @@ void CommandTrack::read(Time at, Eigen::VectorXd& position) const {
   position = sample(a) + share * (sample(b) - sample(a));
 }
 
-/// The step of the reading time nearest to `wanted` that the joints' accelerations allow.
-Time CommandTrack::bounded(Time wanted) {
+/// The pace nearest to `wanted` at which the way ahead can be driven: where it turns or brakes
+/// almost as hard as the joints may, it has its own pace, which falls to that by 1/s.
+double CommandTrack::fastest(double wanted) {
+  constexpr double kHard = 0.9;
   const double cycle_s = to_seconds(cycle_);
-  read(read_ - cycle_, before_);
+  double pace = wanted;
+  read(read_, before_);
+  read(read_ + cycle_, here_);
+  for (int k = 0; pace * pace > 1.0 + 2.0 * k * cycle_s; ++k) {
+    read(read_ + (k + 2) * cycle_, behind_);
+    const double share =
+        ((behind_ - 2.0 * here_ + before_).array().abs() / a_max_.array()).maxCoeff() /
+        (kHard * cycle_s * cycle_s);
+    const double there = share > 1.0 ? 1.0 : 1.0 / std::max(share, 1e-9);
+    pace = std::min(pace, std::sqrt(there + 2.0 * k * cycle_s));
+    std::swap(before_, here_);
+    std::swap(here_, behind_);
+  }
+  return pace;
+}
+
+/// The step of the reading time nearest to `wanted` that takes no joint beyond its acceleration and
+/// speed. A way that has none is left to the guard behind.
+Time CommandTrack::bounded(Time wanted) {
+  const Eigen::Map<const Eigen::VectorXd> last(position_.data(), std::ssize(position_));
+  const double cycle_s = to_seconds(cycle_);
+  const auto a = a_max_.array() * (cycle_s * cycle_s), v = v_max_.array() * cycle_s;
+  const Time most = std::min(end() - read_, 2 * cycle_);
+  Time best = wanted;
+  double nearest = std::numeric_limits<double>::infinity();
   read(read_, here_);
-  read(read_ + cycle_, behind_);
-  const double pace = to_seconds(step_) / cycle_s;
-  auto [lowest, highest] =
-      math::pace_rates((behind_ - here_) / cycle_s,
-                       (behind_ - 2.0 * here_ + before_) / (cycle_s * cycle_s), pace, a_max_);
-  // At rest before the way ends, even if a joint shall brake harder than it may.
-  const double way_s = to_seconds(back(0).stamp - read_) + cycle_s * static_cast<double>(rows_);
-  lowest = std::min(lowest, -pace * pace / (2.0 * std::max(way_s, cycle_s)));
-  const auto step = [&](double rate) { return from_seconds((pace + rate * cycle_s) * cycle_s); };
-  if (to_seconds(wanted) < (pace + lowest * cycle_s) * cycle_s) return step(lowest);
-  if (to_seconds(wanted) > (pace + highest * cycle_s) * cycle_s) return step(highest);
-  return wanted;
+  here_ -= last;
+  // From one command to the next the positions are on a line.
+  const Time grid = (back(0).stamp - read_) % cycle_;
+  Time from{}, to = std::min(grid > Time(0) ? grid : grid + cycle_, most);
+  for (; from < most; from = to, to = std::min(to + cycle_, most)) {
+    read(read_ + to, behind_);
+    behind_ -= last;
+    double lowest = 0.0, highest = 1.0;  // share of the line
+    for (Eigen::Index j = 0; j < here_.size(); ++j) {
+      const double way = behind_[j] - here_[j];
+      double low = std::max(moved_[j] - a[j], -v[j]) - here_[j];
+      double high = std::min(moved_[j] + a[j], v[j]) - here_[j];
+      if (std::abs(way) < 1e-12) {
+        if (low > 0.0 || high < 0.0) highest = -1.0;
+        continue;
+      }
+      if (way < 0.0) std::swap(low, high);
+      lowest = std::max(lowest, low / way);
+      highest = std::min(highest, high / way);
+    }
+    if (lowest <= highest) {
+      const auto at = [&](double share) {
+        return from + from_seconds(share * to_seconds(to - from));
+      };
+      const Time step = std::clamp(wanted, at(lowest), at(highest));
+      const double distance = std::abs(to_seconds(step - wanted));
+      if (distance < nearest) best = step;
+      nearest = std::min(nearest, distance);
+    }
+    std::swap(here_, behind_);
+  }
+  return best;
+}
+
+/// Of the way that is known.
+Time CommandTrack::end() const {
+  return back(0).stamp + cycle_ * static_cast<int>(std::max(rows_, std::size_t{1}));
 }
 
 const std::vector<double>& CommandTrack::advance(bool brake) {
@@ -115,13 +175,16 @@ const std::vector<double>& CommandTrack::advance(bool brake) {
   constexpr Time kEqual = std::chrono::microseconds(1);  // rounding of rates
   const Time correction =
       behind < kEqual && behind > -kEqual ? behind : std::clamp(behind / 50, -most, most);
-  const Time wanted = brake ? Time(0) : cycle_ + correction;
+  Time wanted = brake ? Time(0) : cycle_ + correction;
+  if (can_brake() && wanted > cycle_)
+    wanted = from_seconds(fastest(to_seconds(wanted) / to_seconds(cycle_)) * to_seconds(cycle_));
   step_ = can_brake() ? bounded(wanted) : wanted;
-  const Time end = newest + cycle_ * static_cast<int>(std::max(rows_, std::size_t{1}));
-  if (read_ + step_ > end) step_ = std::max(Time(0), end - read_);
+  if (read_ + step_ > end()) step_ = std::max(Time(0), end() - read_);
   read_ += step_;
   read(read_, here_);
-  std::ranges::copy(here_, position_.begin());
+  Eigen::Map<Eigen::VectorXd> position(position_.data(), std::ssize(position_));
+  moved_ = here_ - position;
+  position = here_;
   return position_;
 }
 

@@ -20,8 +20,9 @@ class CommandTrack {
   /// Rows of `ahead` that are kept; the rest is ignored.
   static constexpr std::size_t kAhead = 64;
 
-  /// `cycle` is the period of `advance`; `a_max` [rad/s²], one per joint, is what braking may use.
-  CommandTrack(Time cycle, std::span<const double> a_max);
+  /// `cycle` is the period of `advance`; `v_max` [rad/s] and `a_max` [rad/s²], one per joint, bound
+  /// a motion whose way is told.
+  CommandTrack(Time cycle, std::span<const double> v_max, std::span<const double> a_max);
 
   /// The stream begins at the actual posture.
   void begin(Time stamp, std::span<const double> position_rad, std::span<const double> ahead = {});
@@ -32,8 +33,8 @@ class CommandTrack {
   /// the oldest; after the newest `ahead`, or on in its direction for at most a cycle. `brake`: the
   /// pace falls to rest as fast as the joints allow.
   const std::vector<double>& advance(bool brake = false);
-  /// The newest command says how the motion goes on.
-  bool can_brake() const { return rows_ > 0; }
+  /// The stream says how its motion goes on.
+  bool can_brake() const { return told_; }
   bool at_rest() const { return step_ == Time(0); }
 
  private:
@@ -44,15 +45,19 @@ class CommandTrack {
   const Sample& back(std::size_t n) const { return samples_[(newest_ + kKept - n) % kKept]; }
   void push(Time stamp, std::span<const double> position_rad);
   void read(Time at, Eigen::VectorXd& position) const;
+  Time end() const;
+  double fastest(double wanted);
   Time bounded(Time wanted);
 
   static constexpr std::size_t kKept = 256;  ///< more than the reading may be late
   Time cycle_, read_{}, step_{};             ///< reading time, and what it advanced by last
-  Eigen::VectorXd a_max_;
+  Eigen::VectorXd v_max_, a_max_;
   std::array<Sample, kKept> samples_;
   std::size_t newest_ = 0, count_ = 0, rows_ = 0;
+  bool told_ = false;  // at the end of a motion no row is left
   std::vector<double> ahead_;
   std::vector<double> position_;
+  Eigen::VectorXd moved_;                   // by the last `advance`
   Eigen::VectorXd before_, here_, behind_;  // scratch
 };
 

@@ -12,6 +12,13 @@ namespace {
 
 using namespace std::chrono_literals;
 
+/// From rest with 7 rad/s² to 1 rad/s.
+double way(Time t) {
+  constexpr double kV = 1.0, kA = 7.0, kReached_s = kV / kA;
+  const double s = to_seconds(t);
+  return s < kReached_s ? 0.5 * kA * s * s : kV * (s - 0.5 * kReached_s);
+}
+
 class Gate : public ::testing::Test {
  protected:
   Gate() {
@@ -62,20 +69,21 @@ TEST_F(Gate, HoldsAfterThreeCyclesAndStopsAfterSilence) {
 }
 
 TEST_F(Gate, StopsOnThePathThatTheLastCommandTold) {
-  const double v = 1.0, cycle_s = 0.005;
+  const double cycle_s = 0.005;
+  const Time begin = now;
   std::vector<double> ahead(2 * 40);
-  const auto command = [&](double q) {
-    for (std::size_t k = 0; k < 40; ++k)
-      ahead[2 * k] = ahead[2 * k + 1] = q + v * cycle_s * double(k + 1);
+  const auto command = [&] {
+    for (int k = 0; k < 80; ++k)
+      ahead[static_cast<std::size_t>(k)] = way(now - begin + (k / 2 + 1) * 5ms);
+    const double q = way(now - begin);
     return gate.offer(now, now, std::array{q, q}, arm, ahead);
   };
-  double q = 0.0, last = 0.0, speed = v;
-  for (int k = 0; k < 20; ++k, now += 5ms, q += v * cycle_s) {
-    ASSERT_EQ(command(q), "");
+  for (; now < begin + 200ms; now += 5ms) {
+    ASSERT_EQ(command(), "");
     ASSERT_EQ(gate.decide(now, arm).mode, Mode::follow);
     arm.phase = Phase::following;
-    last = q;
   }
+  double last = way(now - begin - 5ms), speed = 1.0;
   int cycles = 0;
   for (Mode mode = Mode::follow; mode == Mode::follow; now += 5ms, ++cycles) {
     const Setpoint s = gate.decide(now, arm);
@@ -87,7 +95,7 @@ TEST_F(Gate, StopsOnThePathThatTheLastCommandTold) {
     EXPECT_GE(next, 0.0);
     last = s.position_rad[0], speed = next;
     if (cycles == 25) {
-      EXPECT_EQ(command(q), "the stream has ended; the arm comes to rest");
+      EXPECT_EQ(command(), "the stream has ended; the arm comes to rest");
     }
   }
   EXPECT_EQ(speed, 0.0);
@@ -104,13 +112,18 @@ TEST_F(Gate, AKnownPathIsFollowedLongerThanAnUnknownOne) {
                        .jump_rad = 0.1,
                        .v_max_rad_s = {2.0, 2.0},
                        .a_max_rad_s2 = {8.0, 8.0}});
+  const Time begin = now, sent = now + 200ms;
+  double last = 0.0;
+  for (; now <= sent; now += 5ms) {
+    std::vector<double> ahead;
+    for (int k = 1; k <= 40; ++k) ahead.insert(ahead.end(), 2, way(now - begin + k * 5ms));
+    const double q = way(now - begin);
+    ASSERT_EQ(patient.offer(now, now, std::array{q, q}, arm, ahead), "");
+    last = patient.decide(now, arm).position_rad[0];
+    arm.phase = Phase::following;
+  }
   double step = 0.005;  // 1 rad/s
-  std::vector<double> ahead;
-  for (int k = 1; k <= 40; ++k) ahead.insert(ahead.end(), 2, step * k);
-  ASSERT_EQ(patient.offer(now, now, std::array{0.0, 0.0}, arm, ahead), "");
-  double last = patient.decide(now, arm).position_rad[0];
-  arm.phase = Phase::following;
-  for (const runtime::Time end = now + 40ms; (now += 5ms) <= end;) {
+  for (; now <= sent + 40ms; now += 5ms) {
     const double q = patient.decide(now, arm).position_rad[0];
     EXPECT_GT(q - last, 0.8 * step);
     EXPECT_EQ(patient.reason(), "");
