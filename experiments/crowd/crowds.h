@@ -22,9 +22,9 @@ Crowd one_group(const GroupSettings& group, std::span<const Agent> agents, doubl
 
 /// g with one harmonic of two steps a cycle: ⟨g⟩ (1 + a cos 2φ).
 SpeedFunction gait_of(double amplitude);
-/// Agents that keep their distances by the frequency of their steps alone [M18 eq. 4.28; M10 with a
-/// low-pass]. zᵢ = G(φᵢ) + dᵢ: phases decide about places, as eq. 4.29 has it with cᵢ = dᵢ, so
-/// formation is synchrony.
+/// Agents that keep their distances by the frequency of their steps alone [M18 eq. 4.28, 4.29; M10
+/// with a low-pass]. zᵢ = G(φᵢ) + dᵢ: phases decide about places, cᵢ = dᵢ, so formation is
+/// synchrony.
 Crowd tied_crowd(const FrequencyRule& rule, const SpeedFunction& gait,
                  std::span<const double> place_m, std::span<const double> phi_rad, double dt_s);
 /// max − min of z − d.
