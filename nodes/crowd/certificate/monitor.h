@@ -23,10 +23,10 @@ struct RuleReport {
   Guarantee guarantee = Guarantee::off;
   double guaranteed_1_s = 0.0, expected_1_s = 0.0;
   std::optional<double> measured_1_s{};  ///< since the last disturbance, once it is known
-  /// Measured, and slower than guaranteed by more than 5 %.
+  /// Measured, and slower than guaranteed by more than 2 %.
   bool broken() const {
     return guarantee == Guarantee::contracting && measured_1_s &&
-           *measured_1_s < 0.95 * guaranteed_1_s;
+           *measured_1_s < 0.98 * guaranteed_1_s;
   }
 };
 
