@@ -86,6 +86,9 @@ FormationRun forty_nine(double length_1_m) {
 void rows_of(const std::string& name, const FormationOutcome& o, Report& report) {
   const auto add = [&](const reproduce::Row& row) { report.rows.push_back(row); };
   add(at_most(name + "in formation within 1 cm at", o.formed_s, 60.0, "s", "and still at the end"));
+  const double last_s = std::log(kNear_m / kFormed_m) / o.expected_length_1_s;
+  add(near(name + "from 10 to 1 cm, ln 10 / m_z ω⟨g⟩N", o.formed_s - o.near_s, last_s, 0.1 * last_s,
+           "s", "phases are not quite in step yet"));
   add(near(name + "rate of the formation error, m_z ω⟨g⟩N", o.length_rate_1_s,
            o.expected_length_1_s, 0.01 * o.expected_length_1_s, "1/s"));
   add(near(name + "rate of the dispersion of phases, kN", o.phase_rate_1_s, o.expected_phase_1_s,

@@ -1,4 +1,6 @@
 // Rates of synchronisation of Andronov-Hopf networks, measured and promised [M18 4.3.4-4.3.6].
+// They are coupled by their states (eq. 4.24), the engine's agents by phases: an integrator of
+// their own.
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
@@ -8,6 +10,7 @@
 #include <string>
 
 #include "common/plot/gnuplot.h"
+#include "experiments/crowd/crowds.h"
 #include "experiments/crowd/figures.h"
 #include "experiments/crowd/hopf_trials.h"
 #include "experiments/crowd/oscillators.h"

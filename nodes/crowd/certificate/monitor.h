@@ -13,7 +13,9 @@ struct GroupErrors {
   double dispersion = 0.0;    ///< R̂ of phases (of followers, if there is a leader) [1]
   double tracking_rad = 0.0;  ///< largest |φ − φ₀|, if there is a leader
   double spacing_m = 0.0;     ///< max − min of z − d
-  double heading_rad = 0.0;   ///< largest distance from the heading wished, where all are free
+  /// largest distance from the heading wished, where all are free; of lanes √(ψ² + (ξ/Δz)²)
+  double heading_rad = 0.0;
+  double phases_rad = 0.0;  ///< range of phases, the leader's too
 };
 
 /// Guaranteed, expected and measured side by side, of one rule.
@@ -21,10 +23,10 @@ struct RuleReport {
   Guarantee guarantee = Guarantee::off;
   double guaranteed_1_s = 0.0, expected_1_s = 0.0;
   std::optional<double> measured_1_s{};  ///< since the last disturbance, once it is known
-  /// Measured, and slower than guaranteed by more than 5 %.
+  /// Measured, and slower than guaranteed by more than 2 %.
   bool broken() const {
     return guarantee == Guarantee::contracting && measured_1_s &&
-           *measured_1_s < 0.95 * guaranteed_1_s;
+           *measured_1_s < 0.98 * guaranteed_1_s;
   }
 };
 
@@ -65,10 +67,18 @@ class Monitor {
   void step(double t_s, const GroupErrors& errors) {
     phase_.add(t_s, errors.dispersion);
     tracking_.add(t_s, errors.tracking_rad);
-    // What waits for others is slower until they have settled.
-    const bool settled = !(errors.dispersion > kSettled) && !(errors.heading_rad > kMost_rad);
-    if (rule_of_spacing().in_the_end && !settled) spacing_.restart();
-    spacing_.add(t_s, errors.spacing_m);
+    // What waits for others has its rate once they have settled.
+    const RuleCertificate& rule = rule_of_spacing();
+    const double phases = or_none(errors.phases_rad), lanes = or_none(errors.heading_rad);
+    const bool in_step = !(errors.dispersion > kSettled);
+    const double added = rule.per_phase_m_rad * phases + rule.per_lane_m * lanes * lanes;
+    const bool settled = in_step && lanes <= kMost_rad && !(added > kRemainder * errors.spacing_m);
+    if (!rule.in_the_end || settled) {
+      spacing_.add(t_s, errors.spacing_m);
+    } else if (errors.spacing_m >= kLeast_m) {  // below, what is left is rounding
+      spacing_.restart();
+    }
+    if (certificate_.heading.in_the_end && !in_step) heading_.restart();
     heading_.add(t_s, errors.heading_rad);
   }
   /// One agent's heading where avoidance turns some, or agents come and go: how far it is from the
@@ -102,8 +112,10 @@ class Monitor {
   // Bands in which errors decay exponentially: linear above rounding and single precision states.
   static constexpr double kLeastR = 1e-6, kMostR = 3e-2;
   static constexpr double kLeast_rad = 1e-5, kMost_rad = 0.1;
-  static constexpr double kLeast_m = 1e-3, kMost_m = 1.0;
-  static constexpr double kSettled = 1e-2;  // dispersion
+  static constexpr double kLeast_m = 1e-6, kMost_m = 1.0;
+  static constexpr double kSettled = 1e-2;    // dispersion
+  static constexpr double kRemainder = 1e-2;  // of the error, what others add to it
+  static double or_none(double x) { return x > 0.0 ? x : 0.0; }  // 0 of NaN
   const RuleCertificate& rule_of_spacing() const {
     return certificate_.length.guarantee != Guarantee::off ? certificate_.length
                                                            : certificate_.frequency;

@@ -33,18 +33,30 @@ void measure_places(const Group& group, bool lanes, std::span<const Observed> ag
   }
 }
 
-/// Largest distance of a heading from the one of its rule; agents at their goals do not count.
-double heading_error(const Group& group, HeadingKind kind, std::span<const double> headings,
+/// Distance of an agent from its lane as its certificate has it: √(ψ² + (ξ/Δz)²) of the angle ψ to
+/// the lane's direction and the way ξ to it.
+double lane_error(const Group& group, double ahead_m, const Observed& agent) {
+  const Eigen::Vector2d from = agent.p_W_m - Eigen::Vector2d(group.origin_x_m, group.origin_y_m);
+  const double across =
+      from.y() * std::cos(group.heading_rad) - from.x() * std::sin(group.heading_rad);
+  return std::hypot(math::wrap_pi(agent.heading_rad - group.heading_rad),
+                    (across - agent.lane_m) / ahead_m);
+}
+
+/// Largest error of a heading in its rule; agents at their goals do not count.
+double heading_error(const Group& group, const HeadingRule& rule, std::span<const double> headings,
                      std::span<const Observed> agents) {
+  const HeadingKind kind = rule.kind;
   if (kind == HeadingKind::consensus || kind == HeadingKind::coupled) return spread(headings);
   if (kind == HeadingKind::keep) return kNan;
   double most = 0.0;
   for (const Observed& a : agents) {
     const Eigen::Vector2d way = a.goal_W_m - a.p_W_m;
     if (kind == HeadingKind::goal && way.norm() <= group.goals.reached_m) continue;
-    const double wished =
-        kind == HeadingKind::lane ? group.heading_rad : std::atan2(way.y(), way.x());
-    most = std::max(most, std::abs(math::wrap_pi(a.heading_rad - wished)));
+    most =
+        std::max(most, kind == HeadingKind::lane
+                           ? lane_error(group, rule.ahead_m, a)
+                           : std::abs(math::wrap_pi(a.heading_rad - std::atan2(way.y(), way.x()))));
   }
   return most;
 }
@@ -80,7 +92,7 @@ GroupOrder Observer::measure(const Group& group, const Rules& rules,
                              std::span<const Observed> agents, std::optional<double> beat_rad) {
   GroupOrder order;
   order.agents = static_cast<int>(agents.size());
-  order.errors = {kNan, kNan, kNan, kNan};
+  order.errors = {kNan, kNan, kNan, kNan, kNan};
   if (agents.empty()) return order;
   phases_.clear();
   headings_.clear();
@@ -100,7 +112,10 @@ GroupOrder Observer::measure(const Group& group, const Rules& rules,
           std::max(order.errors.tracking_rad, std::abs(math::wrap_pi(phase - leader)));
     }
   }
-  order.errors.heading_rad = heading_error(group, rules.heading.kind, headings_, agents);
+  if (rules.phase.gain_1_s > 0.0 || led) {
+    order.errors.phases_rad = 2.0 * order.phase_most_rad + (led ? order.errors.tracking_rad : 0.0);
+  }
+  order.errors.heading_rad = heading_error(group, rules.heading, headings_, agents);
   measure_places(group, rules.heading.kind == HeadingKind::lane, agents, order);
   for (const Observed& a : agents) {
     order.goal_most_m = std::max(order.goal_most_m, (a.goal_W_m - a.p_W_m).norm());
@@ -165,17 +180,12 @@ double turn_error(const Group& group, const HeadingRule& rule, const RuleCertifi
   if (!to_goal && rule.kind != HeadingKind::lane) return kNan;
   const Eigen::Vector2d way = agent.goal_W_m - agent.p_W_m;
   if (to_goal && way.norm() < certificate.beyond_m) return kNan;
-  const double wished = to_goal ? std::atan2(way.y(), way.x()) : group.heading_rad;
-  double error = std::abs(math::wrap_pi(agent.heading_rad - wished));
-  double rate_rad_s = rule.gain * std::sin(error);
-  if (!to_goal) {
-    const Eigen::Vector2d from = agent.p_W_m - Eigen::Vector2d(group.origin_x_m, group.origin_y_m);
-    const double across =
-        from.y() * std::cos(group.heading_rad) - from.x() * std::sin(group.heading_rad);
-    error = std::hypot(error, (across - agent.lane_m) / rule.ahead_m);
-    if (error > kNearLane_rad) return kNan;
-    rate_rad_s = certificate.guaranteed_1_s * error;
-  }
+  const double error =
+      to_goal ? std::abs(math::wrap_pi(agent.heading_rad - std::atan2(way.y(), way.x())))
+              : lane_error(group, rule.ahead_m, agent);
+  if (!to_goal && error > kNearLane_rad) return kNan;
+  const double rate_rad_s =
+      to_goal ? rule.gain * std::sin(error) : certificate.guaranteed_1_s * error;
   if (!(std::abs(agent.avoid_rad_s) <= kFree * rate_rad_s)) return kNan;  // NaN too
   return to_goal ? 2.0 * std::tan(0.5 * error) : error;
 }
@@ -277,6 +287,7 @@ void Watch::observe(const ScenarioRun& run, double time_s, std::span<const Obser
       greet(run, everybody[i], beat);
       if (everybody[i].coupled) members_.push_back(everybody[i]);
     }
+    groups_[at(g)].guests = static_cast<int>(std::ranges::count_if(members_, &Observed::external));
     const std::string why = change_of(run, g, static_cast<int>(members_.size()));
     if (!why.empty()) certify(run, g, static_cast<int>(members_.size()), why);
     const Group& group = run.scenario().groups[at(g)];
@@ -293,7 +304,8 @@ void Watch::observe(const ScenarioRun& run, double time_s, std::span<const Obser
 void Watch::measure(const ScenarioRun& run, int group, double time_s) {
   Kept& kept = groups_[at(group)];
   GroupErrors errors = kept.order.errors;
-  if (std::ranges::any_of(members_, &Observed::external)) {
+  if (kept.guests > 0) {
+    errors.phases_rad = kNan;  // of bodies it has no end
     const auto settle = [](bool& settled, double now, double tolerance, double& error) {
       settled = now < (settled ? kLost : 1.0) * tolerance;
       if (settled) error = std::numeric_limits<double>::quiet_NaN();
@@ -330,8 +342,13 @@ std::vector<RuleLine> Watch::lines() const {
                          double disorder) {
       if (rule_certificate.guarantee == Guarantee::off) return;
       if (c.agents == 0 && !kept.passes) return;  // otherwise the counts of agents that left stay
-      lines.push_back(
-          {g, rule, rule_certificate, measured, std::isfinite(disorder) ? disorder : 0.0});
+      lines.push_back({g, rule, rule_certificate, measured,
+                       std::isfinite(disorder) ? disorder : 0.0, kept.guests});
+      if (kept.guests == 0) return;
+      lines.back().certificate.why += fmt::format(
+          "; not of {} of {} agents, which come from outside and follow by laws of "
+          "their own",
+          kept.guests, c.agents);
     };
     RuleReport by_frequency = report.spacing;
     if (c.length.guarantee != Guarantee::off) by_frequency.measured_1_s.reset();  // is of rule II
@@ -392,7 +409,8 @@ double Watch::place_most_m() const {
 }
 
 bool Watch::broken() const {
-  return std::ranges::any_of(lines(), [](const RuleLine& line) { return line.report.broken(); });
+  return std::ranges::any_of(
+      lines(), [](const RuleLine& line) { return line.guests == 0 && line.report.broken(); });
 }
 
 }  // namespace mimesis::crowd

@@ -118,6 +118,7 @@ struct RuleLine {
   RuleCertificate certificate{};
   RuleReport report{};
   double disorder = 0.0;  ///< the error that the rate was measured of
+  int guests = 0;         ///< agents from outside: the guarantee is not of a group with some
 };
 
 /// Watches all groups of a run: certificates of the groups as they are, rates measured beside them,
@@ -152,7 +153,8 @@ class Watch {
   /// Names the groups and rules that are not in order.
   std::string disorder(const ScenarioRun& run) const;
   double place_most_m() const;  ///< farthest from its place, of groups with a formation
-  bool broken() const;          ///< something was measured to be slower than guaranteed
+  /// A rule was measured to be slower than guaranteed, in a group without agents from outside.
+  bool broken() const;
 
   /// Entrances into a group that hears the beat, through a zone where people gather: number, and
   /// phase errors as they came.
@@ -173,6 +175,7 @@ class Watch {
     std::string expected;
     Wanted wanted;
     bool passes = false;
+    int guests = 0;  // coupled agents from outside
     Settled settled;
   };
   void certify(const ScenarioRun& run, int group, int agents, const std::string& why);

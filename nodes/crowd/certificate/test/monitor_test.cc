@@ -127,5 +127,25 @@ TEST(Monitor, SpacingThatWaitsForPhasesIsMeasuredOnceTheyAgree) {
   EXPECT_NEAR(monitor.report().spacing.measured_1_s.value(), rate, 1e-3 * rate);
 }
 
+TEST(Monitor, SpacingIsMeasuredWherePhasesAddNoMoreThanAHundredth) {
+  Rules rules;
+  rules.phase = {.graph = {Topology::all_to_all}, .gain_1_s = 0.15};  // 0.9 1/s
+  rules.length = {.graph = {Topology::all_to_all}, .gain_1_m = 0.05};
+  Monitor monitor;
+  monitor.certify(certify(rules, 6, gait()));
+  const RuleCertificate& c = monitor.certificate().length;
+  const double rate = c.guaranteed_1_s;
+  EXPECT_NEAR(c.per_phase_m_rad, 0.2 * 0.9 / (0.9 - rate), 1e-12);
+  // ẋ = −r x + r g δ, δ = exp(−0.9 t) of phases, with x(0) against it: the error grows first
+  const double a = 0.2 * rate / (0.9 - rate);
+  for (int i = 0; i < 4000; ++i) {
+    const double t = 0.01 * i, phases = std::exp(-0.9 * t);
+    monitor.step(t, {.dispersion = 0.01 * phases,
+                     .spacing_m = 0.3 * std::exp(-rate * t) - a * phases,
+                     .phases_rad = phases});
+  }
+  EXPECT_NEAR(monitor.report().spacing.measured_1_s.value(), rate, 2e-3 * rate);
+}
+
 }  // namespace
 }  // namespace mimesis::crowd

@@ -67,6 +67,60 @@ TEST(Watch, RatesOfBodiesAreMeasuredUntilTheirGroupIsFormed) {
   EXPECT_FALSE(with.broken());
 }
 
+TEST(Watch, AGroupWithAgentsFromOutsideIsNotBlamedForItsRate) {
+  Scenario s = scenario({squad("a", 6, Topology::all_to_all)});
+  s.groups[0].start.phase = PhaseStart::equal;
+  s.groups[0].rules.heading.kind = HeadingKind::keep;
+  ScenarioRun run(s);
+  Watch with(run), without(run);
+  for (; run.time_s() < 60.0; run.step()) {
+    std::vector<Observed> all = everybody(run);
+    all[2].p_W_m.x() += 0.05 * std::sin(run.crowd().phase_rad()[2]);
+    without.observe(run, run.time_s(), all);
+    all[2].external = true;
+    with.observe(run, run.time_s(), all);
+  }
+  EXPECT_TRUE(without.broken());
+  EXPECT_FALSE(with.broken());
+  EXPECT_TRUE(line(with.lines(), Rule::length)->report.broken()) << "it is shown all the same";
+  EXPECT_EQ(line(with.lines(), Rule::length)->guests, 1);
+  EXPECT_NE(line(with.lines(), Rule::length)->certificate.why.find("not of 1 of 6 agents"),
+            std::string::npos);
+  EXPECT_EQ(line(without.lines(), Rule::length)->certificate.why.find("from outside"),
+            std::string::npos);
+}
+
+TEST(Watch, RatesThatHoldInTheEndAreMeasuredThere) {
+  ScenarioRun run(scenario({squad("a", 9, Topology::all_to_all)}));
+  Watch watch(run);
+  walk(run, watch, 60.0);
+  for (const Rule rule : {Rule::length, Rule::heading}) {
+    const auto lines = watch.lines();
+    const RuleLine& l = *line(lines, rule);
+    EXPECT_TRUE(l.certificate.in_the_end);
+    EXPECT_GE(l.report.measured_1_s.value_or(0.0), 0.99 * l.certificate.guaranteed_1_s);
+    EXPECT_LE(l.report.measured_1_s.value_or(0.0), 1.05 * l.certificate.expected_1_s);
+  }
+}
+
+TEST(Watch, WhoIsBesideItsLaneIsNotOnItThoughItLooksAlong) {
+  Scenario s = scenario({squad("a", 6, Topology::all_to_all)});
+  s.groups[0].rules.heading = {.kind = HeadingKind::lane, .gain = 0.6, .ahead_m = 2.0};
+  ScenarioRun run(s);
+  Watch watch(run);
+  std::vector<Observed> all = everybody(run);
+  for (Observed& a : all) {
+    a.heading_rad = 0.0;
+    a.p_W_m.y() = a.lane_m;
+  }
+  watch.observe(run, 0.0, all);
+  EXPECT_NEAR(line(watch.lines(), Rule::heading)->disorder, 0.0, 1e-12);
+  all[1].p_W_m.y() += 0.5;
+  all[1].heading_rad = 0.1;
+  watch.observe(run, 0.02, all);
+  EXPECT_NEAR(line(watch.lines(), Rule::heading)->disorder, std::hypot(0.1, 0.25), 1e-12);
+}
+
 TEST(Watch, MeasuresTheRateThatIsExpected) {
   Scenario s = scenario({group("a", 6)});
   s.groups[0].rules.phase = {.graph = {Topology::all_to_all}, .gain_1_s = 0.2};
