@@ -1,14 +1,11 @@
 // Headings agree through their common mean: quorum sensing [M18 4.4.2, 5; eq. 4.33].
-#include <Eigen/Core>
-#include <cmath>
 #include <random>
 #include <string>
 
 #include "common/math/circle.h"
-#include "common/math/integrator.h"
 #include "common/plot/gnuplot.h"
+#include "experiments/crowd/crowds.h"
 #include "experiments/crowd/figures.h"
-#include "experiments/crowd/oscillators.h"
 #include "experiments/crowd/statistics.h"
 #include "nodes/crowd/certificate/rate_fit.h"
 #include "nodes/crowd/rules/rules.h"
@@ -23,45 +20,26 @@ using PlotDir = std::optional<std::filesystem::path>;
 using math::kTwoPi;
 
 constexpr int kAgents = 12;
-constexpr double kTurnStep_s = 0.02, kSpeed_m_s = 1.2;
-/// Headings, then χ.
-using State = Eigen::Matrix<double, kAgents + 1, 1>;
+constexpr double kTurnStep_s = 0.02;
 
-std::span<const double> headings(const State& x) { return {x.data(), kAgents}; }
-
-/// No common step cycle: every agent has its own frequency, within ±`uneven`.
+/// Headings anywhere. No common step cycle: every agent has its own frequency, within ±`uneven`.
 struct Walkers {
   HeadingRule rule;
   double uneven = 0.0;
-  double omega(int i) const {
-    return kOmega_rad_s * (1.0 + uneven * (2.0 * i / (kAgents - 1) - 1.0));
+
+  Crowd start(std::mt19937_64& draw) const {
+    const std::vector<double> headings = uniform(kAgents, -0.5 * kTwoPi, 0.5 * kTwoPi, draw);
+    std::vector<Agent> agents(kAgents);
+    for (int i = 0; i < kAgents; ++i) {
+      Agent& a = agents[std::size_t(i)];
+      a.id = static_cast<AgentId>(i + 1);
+      a.state.position_W_m << 0.8 * (i % 4), 0.8 * (i / 4);
+      a.state.heading_rad = headings[std::size_t(i)];
+      a.traits.omega_rad_s = kOmega_rad_s * (1.0 + uneven * (2.0 * i / (kAgents - 1) - 1.0));
+    }
+    return one_group({Rules{.heading = rule}, gait_of(0.0), {}}, agents, kTurnStep_s);
   }
 };
-
-State step(const Walkers& group, const State& x) {
-  const bool filtered = group.rule.low_pass_s > 0.0;
-  const auto f = [&](double, const State& s) {
-    const double mean = circular_sum(headings(s)).angle();
-    const double chi = filtered ? s[kAgents] : mean;
-    State rate;
-    for (int i = 0; i < kAgents; ++i) {
-      rate[i] =
-          consensus_turn(group.rule.gain, group.omega(i), cos_sin_lane(s[i]), cos_sin_lane(chi));
-    }
-    // τ χ̇ = arg Σ e^{iψ} − χ on the circle [M18 4.4.2]
-    rate[kAgents] = filtered ? math::wrap_pi(mean - chi) / group.rule.low_pass_s : 0.0;
-    return rate;
-  };
-  return math::rk4_step(f, 0.0, x, kTurnStep_s);
-}
-
-State start(std::mt19937_64& draw) {
-  std::uniform_real_distribution<double> uniform(-0.5 * kTwoPi, 0.5 * kTwoPi);
-  State x;
-  for (int i = 0; i < kAgents; ++i) x[i] = uniform(draw);
-  x[kAgents] = circular_sum(headings(x)).angle();
-  return x;
-}
 
 struct Agreement {
   double share = 0.0;     ///< share of 500 starts that agree
@@ -74,14 +52,14 @@ Agreement agree(const Walkers& group) {
   std::vector<double> rates;
   int agreed = 0;
   for (int s = 0; s < kStarts; ++s) {
-    State x = start(draw);
+    Crowd crowd = group.start(draw);
     RateFit fit(1e-6, 3e-2);
     const double end = s < kRated ? 1e-6 : 1e-3;
     double r = 1.0;
-    for (double t = 0.0; t < 60.0 && r > end; t += kTurnStep_s) {
-      r = dispersion(headings(x));
-      fit.add(t, r);
-      x = step(group, x);
+    while (crowd.time_s() < 60.0 && r > end) {
+      r = dispersion(crowd.heading_rad());
+      fit.add(crowd.time_s(), r);
+      crowd.step();
     }
     agreed += r <= 1e-3;
     if (s >= kRated) continue;
@@ -90,26 +68,20 @@ Agreement agree(const Walkers& group) {
   return {double(agreed) / kStarts, median(rates)};
 }
 
-/// Rows: t, then ψᵢ (unwrapped), then x, y of every agent, then χ.
+/// Rows: t, then ψᵢ (unwrapped), then x, y of every agent, then the mean heading.
 Data course(const std::string& name, const Walkers& group, double seconds) {
   std::mt19937_64 draw(29);
-  State x = start(draw);
-  Eigen::Matrix<double, 2, kAgents> p;
-  for (int i = 0; i < kAgents; ++i) p.col(i) << 0.8 * (i % 4), 0.8 * (i / 4);
+  Crowd crowd = group.start(draw);
   Data out{name, {}};
-  for (int n = 0; n * kTurnStep_s < seconds; ++n) {
-    if (n % 3 == 0) {
-      std::vector<double> row{n * kTurnStep_s};
-      for (int i = 0; i < kAgents; ++i) row.push_back(math::wrap_pi(x[i]));
-      for (int i = 0; i < kAgents; ++i) row.insert(row.end(), {p(0, i), p(1, i)});
-      row.push_back(group.rule.low_pass_s > 0.0 ? math::wrap_pi(x[kAgents])
-                                                : circular_sum(headings(x)).angle());
-      out.rows.push_back(row);
+  for (int n = 0; crowd.time_s() < seconds; ++n, crowd.step()) {
+    if (n % 3 != 0) continue;
+    std::vector<double> row{crowd.time_s()};
+    for (const double h : crowd.heading_rad()) row.push_back(math::wrap_pi(h));
+    for (std::size_t i = 0; i < kAgents; ++i) {
+      row.insert(row.end(), {crowd.x_m()[i], crowd.y_m()[i]});
     }
-    for (int i = 0; i < kAgents; ++i) {
-      p.col(i) += kTurnStep_s * kSpeed_m_s * Eigen::Vector2d(std::cos(x[i]), std::sin(x[i]));
-    }
-    x = step(group, x);
+    row.push_back(circular_sum(crowd.heading_rad()).angle());
+    out.rows.push_back(row);
   }
   return out;
 }
@@ -123,10 +95,11 @@ Report consensus(const PlotDir& dir) {
   const double rate = direct.rule.gain * kOmega_rad_s;
   const auto rows = [&](const std::string& name, const Walkers& group, bool rated) {
     const Agreement seen = agree(group);
-    report.rows.push_back(
-        near(name + ": share of 500 starts that agree", seen.share, 1.0, 0.0, "1"));
+    report.rows.push_back(near(name + ": share of 500 starts that agree", seen.share,
+                               reproduce::goal(1.0), 0.0, "1"));
     if (rated) {
-      report.rows.push_back(near(name + ": rate, m_ψ ω", seen.rate_1_s, rate, 0.01 * rate, "1/s"));
+      report.rows.push_back(near(name + ": rate", seen.rate_1_s,
+                                 reproduce::closed_form(rate, "m_ψ ω"), 0.01 * rate, "1/s"));
     }
   };
   rows("mean heading", direct, true);
@@ -141,7 +114,7 @@ Report consensus(const PlotDir& dir) {
              std::to_string(i % 6 + 1) + " notitle, ";
       }
       return s + "$" + name + " using 1:" + std::to_string(3 * kAgents + 2) +
-             " with lines lw 2 lc 8 dt 2 title 'χ'\n";
+             " with lines lw 2 lc 8 dt 2 title 'mean'\n";
     };
     std::string paths = "plot ";
     for (int i = 0; i < kAgents; ++i) {
@@ -167,7 +140,11 @@ Report consensus(const PlotDir& dir) {
 }  // namespace
 
 void add_consensus_figures(std::vector<reproduce::Figure>& to) {
-  to.push_back({"consensus", "headings agree by quorum sensing", "M18", consensus});
+  to.push_back({"consensus",
+                "headings agree by quorum sensing",
+                "M18",
+                {.closed_form = 2, .goal = 3},
+                consensus});
 }
 
 }  // namespace mimesis::crowd

@@ -1,9 +1,9 @@
 #include "experiments/crowd/crowds.h"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
-#include <random>
-#include <vector>
 
 namespace mimesis::crowd {
 namespace {
@@ -14,6 +14,55 @@ SpeedFunction gait() {
 }
 
 }  // namespace
+
+std::vector<double> uniform(int n, double least, double most, std::mt19937_64& draw) {
+  std::uniform_real_distribution<double> of(least, most);
+  std::vector<double> out;
+  for (int i = 0; i < n; ++i) out.push_back(of(draw));
+  return out;
+}
+
+Crowd one_group(const GroupSettings& group, std::span<const Agent> agents, double dt_s) {
+  Crowd crowd({.dt_s = dt_s});
+  crowd.add_group(group);
+  crowd.add(0, agents);
+  return crowd;
+}
+
+Crowd one_group(const Rules& rules, std::span<const double> phi_rad, double dt_s) {
+  std::vector<Agent> agents;
+  for (const double phi : phi_rad) {
+    agents.push_back({.id = agents.size() + 1});
+    agents.back().state.phase_rad = phi;
+    agents.back().traits.omega_rad_s = kOmega_rad_s;
+  }
+  return one_group({rules, gait_of(0.0), {}}, agents, dt_s);
+}
+
+SpeedFunction gait_of(double amplitude) {
+  const std::array cosine{0.0, amplitude * kMean_m_rad};
+  return {kMean_m_rad, cosine, {}};
+}
+
+Crowd tied_crowd(const FrequencyRule& rule, const SpeedFunction& gait,
+                 std::span<const double> place_m, std::span<const double> phi_rad, double dt_s) {
+  std::vector<Agent> agents(phi_rad.size());
+  for (std::size_t i = 0; i < agents.size(); ++i) {
+    agents[i].id = i + 1;
+    agents[i].state.phase_rad = phi_rad[i];
+    agents[i].state.position_W_m.x() = gait.integral(phi_rad[i]) + place_m[i];
+    agents[i].traits.place_m = place_m[i];
+    agents[i].traits.omega_rad_s = kOmega_rad_s;
+  }
+  return one_group({Rules{.frequency = rule}, gait, {}}, agents, dt_s);
+}
+
+double formation_error_m(const Crowd& crowd) {
+  std::vector<double> off(static_cast<std::size_t>(crowd.size()));
+  crowd.spacing(0, off);
+  const auto [least, most] = std::ranges::minmax(off);
+  return most - least;
+}
 
 Crowd crossing_crowd(int n) {
   Crowd crowd({.dt_s = 1.0 / 60.0});

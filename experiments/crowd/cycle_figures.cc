@@ -1,4 +1,5 @@
-// Limit cycles of other shapes and with other rates of attraction [M18 4.5, fig. 4.12, 4.13].
+// Limit cycles of other shapes and with other rates of attraction [M18 4.5, fig. 4.12, 4.13]. The
+// engine's agents have phases and no radius: an integrator of its own.
 #include <algorithm>
 #include <cmath>
 #include <functional>

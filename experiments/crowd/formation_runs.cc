@@ -98,11 +98,12 @@ void certify(const FormationRun& run, FormationOutcome& out) {
 
 void judge(FormationOutcome& out) {
   RateFit length(1e-6, 1e-3), phase(1e-6, 1e-2);
-  out.formed_s = std::nan("");
+  const auto since = [](bool is, double& from_s, double now_s) {
+    from_s = !is ? FormationOutcome::kNone : std::isnan(from_s) ? now_s : from_s;
+  };
   for (const auto& s : out.samples) {
-    const bool formed = s.error_m <= kFormed_m && s.lane_error_m <= kFormed_m;
-    if (!formed) out.formed_s = std::nan("");
-    if (formed && std::isnan(out.formed_s)) out.formed_s = s.time_s;
+    since(s.error_m <= kFormed_m && s.lane_error_m <= kFormed_m, out.formed_s, s.time_s);
+    since(s.error_m <= kNear_m, out.near_s, s.time_s);
     length.add(s.time_s, s.error_m);
     phase.add(s.time_s, s.dispersion);
   }

@@ -1,4 +1,5 @@
 #pragma once
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -29,21 +30,23 @@ struct Snapshot {
 };
 
 struct FormationOutcome {
+  static constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
   struct Sample {
     double time_s, error_m, lane_error_m, dispersion;
   };
-  std::vector<Sample> samples;       ///< every 0.05 s
-  std::vector<Snapshot> snapshots;   ///< at the start, at each later stage, at the end
-  double formed_s = 0.0;             ///< from when on they were, NaN if not at the end
-  double length_rate_1_s = 0.0;      ///< measured decay of the formation error at the end
-  double phase_rate_1_s = 0.0;       ///< decay rate of the dispersion
-  double expected_length_1_s = 0.0;  ///< expected rate of the step lengths, from the certificate
-  double expected_phase_1_s = 0.0;
-  double least_distance_m = 0.0;  ///< between centres, while a stage avoids
-  int overlapping = 0;            ///< agent-steps with overlap, while a stage avoids
+  std::vector<Sample> samples;         ///< every 0.05 s
+  std::vector<Snapshot> snapshots;     ///< at the start, at each later stage, at the end
+  double formed_s = kNone;             ///< from when on they were, none if not at the end
+  double near_s = kNone;               ///< from when on the error along was below `kNear_m`
+  double length_rate_1_s = kNone;      ///< measured decay of the formation error at the end
+  double phase_rate_1_s = kNone;       ///< decay rate of the dispersion
+  double expected_length_1_s = kNone;  ///< expected rate of the step lengths, from the certificate
+  double expected_phase_1_s = kNone;
+  double least_distance_m = kNone;  ///< between centres, while a stage avoids
+  int overlapping = 0;              ///< agent-steps with overlap, while a stage avoids
 };
 
-inline constexpr double kFormed_m = 0.01;
+inline constexpr double kFormed_m = 0.01, kNear_m = 0.1;
 
 FormationOutcome run(const FormationRun& run);
 

@@ -4,11 +4,12 @@
 #include <random>
 #include <sstream>
 #include <string>
+#include <utility>
 
 #include "common/math/circle.h"
 #include "common/plot/gnuplot.h"
+#include "experiments/crowd/crowds.h"
 #include "experiments/crowd/figures.h"
-#include "experiments/crowd/frequency_runs.h"
 #include "experiments/crowd/hopf_trials.h"
 #include "experiments/crowd/statistics.h"
 #include "nodes/crowd/certificate/contraction.h"
@@ -18,47 +19,38 @@ namespace mimesis::crowd {
 namespace {
 
 using plot::Data;
-using reproduce::at_least;
-using reproduce::at_most;
 using reproduce::near;
 using reproduce::Report;
 using PlotDir = std::optional<std::filesystem::path>;
 
 constexpr double kAmplitude = 0.3;  // g_min = 0.7 ⟨g⟩
 constexpr double kFrequencyStep_s = 0.005, kMostError_rad = 3e-2;
-const double kCycle_m = math::kTwoPi * kMean_m_rad;
 
-FrequencyRun make(Topology topology, int n, double gain) {
-  FrequencyRun run{CouplingGraph::make(topology, n),
-                   {.gain_rad_m_s = gain},
-                   gait_of(kMean_m_rad, kAmplitude),
-                   6.0,
-                   {}};
-  for (int i = 0; i < n; ++i) run.place_m.push_back(-i * kCycle_m);  // one cycle apart
-  return run;
+FrequencyRule rule_of(Topology topology, double gain) {
+  return {.graph = {topology}, .gain_rad_m_s = gain};
 }
 
-std::vector<double> random_phases(int n, double width, std::mt19937_64& draw) {
-  std::uniform_real_distribution<double> uniform(0.0, width);
-  std::vector<double> phi;
-  for (int i = 0; i < n; ++i) phi.push_back(uniform(draw));
-  return phi;
+/// Agents behind each other, one cycle apart, with phases in [0, width).
+Crowd queue(Topology topology, int n, double gain, double width, std::mt19937_64& draw) {
+  std::vector<double> place;
+  for (int i = 0; i < n; ++i) place.push_back(-i * math::kTwoPi * kMean_m_rad);
+  return tied_crowd(rule_of(topology, gain), gait_of(kAmplitude), place,
+                    uniform(n, 0.0, width, draw), kFrequencyStep_s);
 }
 
 /// Median rate of differences over random starts; < 0 where it grows.
 double measured(Topology topology, int n, double gain, double seconds, double width) {
-  const FrequencyRun run = make(topology, n, gain);
   std::mt19937_64 draw(5);
   std::vector<double> rates;
   for (int trial = 0; trial < 15; ++trial) {
-    FrequencyRun::State x = run.tied(random_phases(n, width, draw));
-    // late: growth when the fastest mode leads, decay when the slowest remains
-    RateFit fit(1e-5, kMostError_rad);  // below, what RK4 does to z and to G(φ) differs
-    for (double t = 0.0; t < seconds; t += kFrequencyStep_s) {
-      const double error = FrequencyRun::phase_error_rad(x);
+    // Phases: for tied agents they decay like places, without the swing of g in front. Late: growth
+    // when the fastest mode leads, decay when the slowest remains.
+    RateFit fit(1e-5, kMostError_rad);
+    for (Crowd crowd = queue(topology, n, gain, width, draw); crowd.time_s() < seconds;
+         crowd.step()) {
+      const double error = spread(crowd.phase_rad());
       if (gain < 0.0 && error > kMostError_rad) break;
-      fit.add(t, error);
-      run.step(x, kFrequencyStep_s);
+      fit.add(crowd.time_s(), error);
     }
     if (const auto rate = fit.rate_1_s()) rates.push_back(*rate);
   }
@@ -66,18 +58,15 @@ double measured(Topology topology, int n, double gain, double seconds, double wi
 }
 
 /// Rows: t, then zᵢ − t ω ⟨g⟩ of all.
-Data courses(const std::string& name, const FrequencyRun& run, FrequencyRun::State x,
-             double seconds) {
+Data courses(const std::string& name, Crowd crowd, double seconds) {
   Data out{name, {}};
-  for (double t = 0.0; t < seconds; t += kFrequencyStep_s) {
-    if (out.rows.empty() || t - out.rows.back()[0] > 0.04) {
-      std::vector<double> row{t};
-      for (Eigen::Index i = 0; i < x.rows(); ++i) {
-        row.push_back(x(i, 1) - t * run.omega_rad_s * kMean_m_rad);
-      }
-      out.rows.push_back(row);
+  for (; crowd.time_s() < seconds; crowd.step()) {
+    if (!out.rows.empty() && crowd.time_s() - out.rows.back()[0] <= 0.04) continue;
+    std::vector<double> row{crowd.time_s()};
+    for (const double z : crowd.x_m()) {
+      row.push_back(z - crowd.time_s() * kOmega_rad_s * kMean_m_rad);
     }
-    run.step(x, kFrequencyStep_s);
+    out.rows.push_back(row);
   }
   return out;
 }
@@ -92,29 +81,39 @@ std::string lines(const std::string& name, int n) {
 }
 
 /// Nine agents in three rows: places and phases that do not belong together.
-FrequencyRun three_rows(double gain) {
-  FrequencyRun run = make(Topology::all_to_all, 9, gain);
-  for (int i = 0; i < 9; ++i) run.place_m[std::size_t(i)] = -1.5 * (i / 3);
-  return run;
-}
-
-FrequencyRun::State scattered(const FrequencyRun& run) {
+Crowd three_rows(double gain) {
   std::mt19937_64 draw(3);
-  FrequencyRun::State x = run.tied(random_phases(9, math::kTwoPi, draw));
-  std::uniform_real_distribution<double> uniform(-2.5, 1.0);
-  for (Eigen::Index i = 0; i < 9; ++i) x(i, 1) = uniform(draw);
-  return x;
+  const std::vector<double> phases = uniform(9, 0.0, math::kTwoPi, draw);
+  std::vector<Agent> agents(9);
+  for (std::size_t i = 0; i < 9; ++i) {
+    agents[i].id = i + 1;
+    agents[i].state.phase_rad = phases[i];
+    agents[i].state.position_W_m.x() = uniform(1, -2.5, 1.0, draw)[0];
+    agents[i].traits.place_m = -1.5 * static_cast<double>(i / 3);
+    agents[i].traits.omega_rad_s = kOmega_rad_s;
+  }
+  Rules rules;
+  rules.frequency = rule_of(Topology::all_to_all, gain);
+  return one_group({rules, gait_of(kAmplitude), {}}, agents, kFrequencyStep_s);
 }
 
-/// Largest error after the transient.
-double residual(const FrequencyRun& run) {
-  FrequencyRun::State x = scattered(run);
-  double worst = 0.0;
-  for (double t = 0.0; t < 40.0; t += kFrequencyStep_s) {
-    if (t > 30.0) worst = std::max(worst, run.error_m(x));
-    run.step(x, kFrequencyStep_s);
+/// Largest formation error of the last two seconds, and the one that phases make: differences of
+/// zᵢ − dᵢ obey ẏ = −m⟨g⟩N y + d/dt (a⟨g⟩/2) sin 2φᵢ [M18 4.4.2, 2], to first order in a.
+std::pair<double, double> residual(Crowd crowd, double gain) {
+  while (crowd.time_s() < 30.0) crowd.step();
+  double worst = 0.0, expected = 0.0;
+  for (; crowd.time_s() < 32.0; crowd.step()) worst = std::max(worst, formation_error_m(crowd));
+  const double swing = 0.5 * kAmplitude * kMean_m_rad /
+                       std::hypot(1.0, gain * kMean_m_rad * 9.0 / (2.0 * kOmega_rad_s));
+  for (double t = 0.0; t < math::kTwoPi; t += 0.01) {
+    double least = 1.0, most = -1.0;
+    for (const double phi : crowd.phase_rad()) {
+      least = std::min(least, std::sin(2.0 * phi + t));
+      most = std::max(most, std::sin(2.0 * phi + t));
+    }
+    expected = std::max(expected, swing * (most - least));
   }
-  return worst;
+  return {worst, expected};
 }
 
 Report rows_of_agents(const PlotDir& dir) {
@@ -134,23 +133,19 @@ Report rows_of_agents(const PlotDir& dir) {
     std::ostringstream name;
     name << to_string(c.topology) << " of " << c.n << ", m_d⟨g⟩ = " << c.gain << "/s: ";
     const double expected = c.gain * lambda;
-    report.rows.push_back(
-        near(name.str() + "rate, m_d⟨g⟩λ⁺", rate, expected, 0.01 * expected, "1/s"));
-    report.rows.push_back(at_least(name.str() + "rate / bound m_d g_min λ⁺",
-                                   rate / (expected * (1.0 - kAmplitude)), 1.0, "1",
-                                   "contraction guarantees the bound"));
+    report.rows.push_back(near(name.str() + "rate", rate,
+                               reproduce::closed_form(expected, "m_d⟨g⟩λ⁺"), 0.01 * expected,
+                               "1/s"));
   }
-  const FrequencyRun good = three_rows(0.5);
-  report.rows.push_back(at_most("three rows of phases of their own: error that stays",
-                                residual(good), 2.0 * kAmplitude * kMean_m_rad, "m",
-                                "places oscillate where phases differ [M18 4.4.2, 2]; G differs "
-                                "from ⟨g⟩φ by ±a⟨g⟩/2"));
+  const auto [stays, expected] = residual(three_rows(0.5), 0.5);
+  report.rows.push_back(near("three rows of phases of their own: error that stays", stays,
+                             reproduce::closed_form(expected, "first order in the swing of g"),
+                             0.1 * expected, "m", "a swing of ± 30 %"));
   if (dir) {
     report.plots.push_back(*dir / "fig-4.11.png");
-    const FrequencyRun bad = three_rows(-0.5);
     plot::plot_png(
         report.plots.back(), 1100, 470,
-        {courses("good", good, scattered(good), 12.0), courses("bad", bad, scattered(bad), 12.0)},
+        {courses("good", three_rows(0.5), 12.0), courses("bad", three_rows(-0.5), 12.0)},
         "set multiplot layout 1,2 title 'Nine agents, three rows 1.5 m apart: places relative to "
         "the walk, by step frequency alone (all-to-all)'\nset grid\nset xlabel 'time [s]'\n"
         "set ylabel 'z - ω⟨g⟩t [m]'\nset xrange [0:12]\nset yrange [-5:3]\n"
@@ -172,15 +167,15 @@ Report divergence(const PlotDir& dir) {
     const double expected = -gain * lambda, seconds = 14.0 / expected;
     const std::string name(to_string(topology));
     const double rate = measured(topology, 5, gain / kMean_m_rad, 26.0 / expected, 1e-10);
-    report.rows.push_back(near(name + " of 5, m_d⟨g⟩ = -0.5/s: growth, |m_d|⟨g⟩λ_max", -rate,
-                               expected, 0.01 * expected, "1/s"));
-    const FrequencyRun run = make(topology, 5, gain / kMean_m_rad);
+    report.rows.push_back(near(name + " of 5, m_d⟨g⟩ = -0.5/s: growth", -rate,
+                               reproduce::closed_form(expected, "|m_d|⟨g⟩λ_max"), 0.01 * expected,
+                               "1/s"));
     std::mt19937_64 draw(9);
-    FrequencyRun::State x = run.tied(random_phases(5, 1e-4, draw));
+    Crowd crowd = queue(topology, 5, gain / kMean_m_rad, 1e-4, draw);
     Data d{"d" + std::to_string(data.size()), {}};
-    for (double t = 0.0; t < seconds; t += kFrequencyStep_s) {
-      d.rows.push_back({t, run.error_m(x), 3e-5 * std::exp(expected * t)});
-      run.step(x, kFrequencyStep_s);
+    for (; crowd.time_s() < seconds; crowd.step()) {
+      d.rows.push_back(
+          {crowd.time_s(), formation_error_m(crowd), 3e-5 * std::exp(expected * crowd.time_s())});
     }
     const std::string c = std::to_string(data.size() + 1);
     curves += (data.empty() ? "plot $" : ", $") + d.name + " using 1:2 with lines lc " + c +
@@ -189,9 +184,9 @@ Report divergence(const PlotDir& dir) {
     data.push_back(std::move(d));
   }
   // with the other sign the agents of this start come together
-  report.rows.push_back(near("all_to_all of 5, m_d⟨g⟩ = +0.5/s: rate, m_d⟨g⟩λ⁺",
-                             measured(Topology::all_to_all, 5, 0.5 / kMean_m_rad, 8.0, 1.0), 2.5,
-                             0.025, "1/s"));
+  report.rows.push_back(near("all_to_all of 5, m_d⟨g⟩ = +0.5/s: rate",
+                             measured(Topology::all_to_all, 5, 0.5 / kMean_m_rad, 8.0, 1.0),
+                             reproduce::closed_form(2.5, "m_d⟨g⟩λ⁺"), 0.025, "1/s"));
   if (dir) {
     report.plots.push_back(*dir / "divergence.png");
     plot::plot_png(report.plots.back(), 760, 480, data,
@@ -207,9 +202,16 @@ Report divergence(const PlotDir& dir) {
 }  // namespace
 
 void add_frequency_figures(std::vector<reproduce::Figure>& to) {
-  to.push_back({"fig-4.11", "row distances kept by step frequency, and lost where m_d < 0", "M18",
+  to.push_back({"fig-4.11",
+                "row distances kept by step frequency, and lost where m_d < 0",
+                "M18",
+                {.closed_form = 5},
                 rows_of_agents});
-  to.push_back({"divergence", "growth of the formation error for m_d < 0", "M18", divergence});
+  to.push_back({"divergence",
+                "growth of the formation error for m_d < 0",
+                "M18",
+                {.closed_form = 4},
+                divergence});
 }
 
 }  // namespace mimesis::crowd

@@ -1,17 +1,14 @@
 // A leader and its group [M18 4.3.7, fig. 4.7].
-#include <Eigen/Geometry>
 #include <array>
 #include <cmath>
-#include <numbers>
 #include <random>
 #include <sstream>
 #include <string>
 
 #include "common/math/circle.h"
-#include "common/math/integrator.h"
 #include "common/plot/gnuplot.h"
+#include "experiments/crowd/crowds.h"
 #include "experiments/crowd/figures.h"
-#include "experiments/crowd/oscillators.h"
 #include "experiments/crowd/statistics.h"
 #include "nodes/crowd/certificate/rate_fit.h"
 #include "nodes/crowd/rules/rules.h"
@@ -25,68 +22,42 @@ using reproduce::Report;
 using PlotDir = std::optional<std::filesystem::path>;
 
 constexpr int kFollowers = 4;  // five characters with the leader, as in the movies
-constexpr double kStep_s = 0.01;
-using LedStates = Eigen::Matrix<double, 2, kFollowers + 1>;  // the leader is the last
-using Angles = std::array<double, kFollowers>;
+constexpr double kLedStep_s = 0.01;
 
-LedStates rate_of(const LedStates& x, double k, double alpha) {
-  static const auto graph = CouplingGraph::make(Topology::all_to_all, kFollowers);
-  const dmp::AndronovHopf oscillator{kOmega_rad_s};
-  LedStates rate;
-  rate.col(kFollowers) = oscillator.rate(x.col(kFollowers));
-  Eigen::Matrix2Xd group = x.leftCols<kFollowers>(), group_rate(2, kFollowers);
-  hopf_network_rate(graph, oscillator, k, {alpha, x.col(kFollowers)}, group, group_rate);
-  rate.leftCols<kFollowers>() = group_rate;
-  return rate;
+/// The leader is the first.
+Crowd led(double k, double alpha, std::span<const double> phases) {
+  Rules rules;
+  rules.phase = {{Topology::all_to_all}, k, alpha};
+  return one_group(rules, phases, kLedStep_s);
 }
 
-LedStates step(const LedStates& x, double k, double alpha) {
-  return math::rk4_step([&](double, const LedStates& s) { return rate_of(s, k, alpha); }, 0.0, x,
-                        kStep_s);
+Crowd led_from_anywhere(double k, double alpha, std::mt19937_64& draw) {
+  return led(k, alpha, uniform(kFollowers + 1, 0.0, math::kTwoPi, draw));
 }
 
-Angles to_leader(const LedStates& x) {
-  Angles out;
-  const double leader = dmp::phase_of(x.col(kFollowers));
-  for (int i = 0; i < kFollowers; ++i) {
-    out[std::size_t(i)] = math::wrap_pi(dmp::phase_of(x.col(i)) - leader);
+std::vector<double> to_leader(const Crowd& crowd) {
+  std::vector<double> out;
+  for (const double phi : crowd.phase_rad().subspan(1)) {
+    out.push_back(math::wrap_pi(phi - crowd.phase_rad()[0]));
   }
   return out;
-}
-
-/// To the phases given, on the limit cycle.
-LedStates at(const std::array<double, kFollowers + 1>& phases) {
-  LedStates x;
-  for (int i = 0; i <= kFollowers; ++i) {
-    x.col(i) << std::cos(phases[std::size_t(i)]), std::sin(phases[std::size_t(i)]);
-  }
-  return x;
-}
-
-LedStates random_start(std::mt19937_64& draw) {
-  std::uniform_real_distribution<double> uniform(0.0, 2.0 * std::numbers::pi);
-  std::array<double, kFollowers + 1> phases;
-  for (double& p : phases) p = uniform(draw);
-  return at(phases);
 }
 
 struct Rates {
   double mutual, tracking;
 };
 
-/// Median rates over random starts, near synchrony: while the leader is far away, its pull acts by
-/// α cos(distance) on differences in the group; hence the low window.
+/// Median rates over random starts.
 Rates measure(double k, double alpha) {
   std::vector<double> mutual, tracking;
   std::mt19937_64 draw(7);
   for (int trial = 0; trial < 20; ++trial) {
-    RateFit group(1e-11, 1e-5), leader(1e-6, 3e-2);
-    LedStates x = random_start(draw);
-    for (double t = 0.0; t < 18.0 / alpha; t += kStep_s) {
-      const Angles off = to_leader(x);
-      group.add(t, dispersion(off));
-      leader.add(t, std::abs(circular_sum(off).angle()));
-      x = step(x, k, alpha);
+    RateFit group(1e-6, 3e-2), leader(1e-6, 3e-2);
+    for (Crowd crowd = led_from_anywhere(k, alpha, draw); crowd.time_s() < 18.0 / alpha;
+         crowd.step()) {
+      const auto off = to_leader(crowd);
+      group.add(crowd.time_s(), dispersion(off));
+      leader.add(crowd.time_s(), std::abs(circular_sum(off).angle()));
     }
     mutual.push_back(group.rate_1_s().value_or(std::nan("")));
     tracking.push_back(leader.rate_1_s().value_or(std::nan("")));
@@ -94,19 +65,16 @@ Rates measure(double k, double alpha) {
   return {median(mutual), median(tracking)};
 }
 
-/// R after some gait cycles.
+/// Mean R after some gait cycles.
 double dispersion_after(double k, double alpha, int cycles) {
   std::mt19937_64 draw(11);
-  double sum = 0.0;
-  constexpr int kTrials = 20;
-  for (int trial = 0; trial < kTrials; ++trial) {
-    LedStates x = random_start(draw);
-    for (double t = 0.0; t < cycles * 2.0 * std::numbers::pi / kOmega_rad_s; t += kStep_s) {
-      x = step(x, k, alpha);
-    }
-    sum += dispersion(to_leader(x)) / kTrials;
+  std::vector<double> r;
+  for (int trial = 0; trial < 20; ++trial) {
+    Crowd crowd = led_from_anywhere(k, alpha, draw);
+    while (crowd.time_s() < cycles * math::kTwoPi / kOmega_rad_s) crowd.step();
+    r.push_back(dispersion(to_leader(crowd)));
   }
-  return sum;
+  return mean(r);
 }
 
 /// Stages as in the movies: uncoupled, coupled, the leader is pushed, a member is pushed.
@@ -114,21 +82,22 @@ constexpr double kCoupled_s = 6.0, kLeader_s = 36.0, kMember_s = 66.0, kEnd_s = 
 
 Data scene() {
   Data out{"scene", {}};
-  LedStates x = at({0.4, 2.2, 4.0, 5.3, 1.1});
-  const auto push = [&](int i, double by) {
-    x.col(i) = Eigen::Rotation2Dd(by).toRotationMatrix() * x.col(i);
+  Crowd crowd = led(0.0, 0.0, std::array{1.1, 0.4, 2.2, 4.0, 5.3});
+  const auto push = [&](AgentId id) {
+    AgentState state = crowd.find(id)->state;
+    state.phase_rad += 2.0;
+    return crowd.set_state(id, state);
   };
-  for (int n = 0; n * kStep_s < kEnd_s; ++n) {
-    const double t = n * kStep_s;
-    if (n == std::lround(kLeader_s / kStep_s)) push(kFollowers, 2.0);
-    if (n == std::lround(kMember_s / kStep_s)) push(1, 2.0);
-    const Angles off = to_leader(x);
-    if (n % 5 == 0) {
-      out.rows.push_back({t, off[0], off[1], off[2], off[3], dispersion(off),
-                          std::abs(circular_sum(off).angle())});
+  for (int n = 0; n * kLedStep_s < kEnd_s; ++n, crowd.step()) {
+    if (n == std::lround(kCoupled_s / kLedStep_s)) {
+      crowd.set_rules(0, {.phase = {{Topology::all_to_all}, 0.2, 0.25}});
     }
-    const bool on = t >= kCoupled_s;
-    x = step(x, on ? 0.2 : 0.0, on ? 0.25 : 0.0);
+    if (n == std::lround(kLeader_s / kLedStep_s) && !push(1)) break;
+    if (n == std::lround(kMember_s / kLedStep_s) && !push(3)) break;
+    if (n % 5 != 0) continue;
+    const auto off = to_leader(crowd);
+    out.rows.push_back({crowd.time_s(), off[0], off[1], off[2], off[3], dispersion(off),
+                        std::abs(circular_sum(off).angle())});
   }
   return out;
 }
@@ -173,14 +142,15 @@ Report leader(const PlotDir& dir) {
     std::ostringstream name;
     name << "k = " << k << ", α = " << alpha << ": ";
     const double group = k * kFollowers + alpha;
-    report.rows.push_back(
-        near(name.str() + "rate in the group, kN + α", r.mutual, group, 0.02 * group, "1/s"));
-    report.rows.push_back(near(name.str() + "rate to the leader, α (not kN + α)", r.tracking, alpha,
-                               0.02 * alpha, "1/s"));
+    report.rows.push_back(near(name.str() + "rate in the group", r.mutual,
+                               reproduce::closed_form(group, "kN + α"), 0.02 * group, "1/s"));
+    report.rows.push_back(near(name.str() + "rate to the leader", r.tracking,
+                               reproduce::closed_form(alpha, "α, not kN + α"), 0.02 * alpha,
+                               "1/s"));
   }
   report.rows.push_back(reproduce::at_least(
-      "k = 0.01, α = 0: R after 20 cycles", dispersion_after(0.01, 0.0, 20), 0.3, "1",
-      "movie 6: no coordinated behaviour; random phases of four have R = 0.7"));
+      "k = 0.01, α = 0: R after 20 cycles", dispersion_after(0.01, 0.0, 20), 0.2, "1",
+      "movie 6: no coordinated behaviour; R of random phases is 0.7, and exp(-kNt) 0.43"));
   report.rows.push_back(reproduce::at_most("k = 0.01, α = 1: R after 20 cycles",
                                            dispersion_after(0.01, 1.0, 20), 1e-6, "1",
                                            "movie 7: a leader makes it fast"));
@@ -194,8 +164,11 @@ Report leader(const PlotDir& dir) {
 }  // namespace
 
 void add_leader_figures(std::vector<reproduce::Figure>& to) {
-  to.push_back(
-      {"fig-4.7", "a leader and its group: kN + α among them, α to the leader", "M18", leader});
+  to.push_back({"fig-4.7",
+                "a leader and its group: kN + α among them, α to the leader",
+                "M18",
+                {.closed_form = 8, .goal = 2},
+                leader});
 }
 
 }  // namespace mimesis::crowd

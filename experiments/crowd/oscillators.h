@@ -7,9 +7,6 @@
 // Oscillators of [M18 4.3, 4.5]. The crowd's agents have phases alone; figures compare.
 namespace mimesis::crowd {
 
-/// Step frequency of figures of [M18 4.3, 4.4].
-inline constexpr double kOmega_rad_s = 6.0;
-
 /// States of a network of oscillators, one column each.
 using HopfStates = Eigen::Ref<const Eigen::Matrix2Xd>;
 

@@ -1,4 +1,5 @@
-// Power laws all over the phase plane of a morphed oscillator [M18 4.5.1, fig. 4.14].
+// Power laws all over the phase plane of a morphed oscillator [M18 4.5.1, fig. 4.14]. The engine's
+// agents have phases and no radius: an integrator of its own.
 #include <fmt/format.h>
 
 #include <Eigen/Core>

@@ -31,6 +31,7 @@ namespace {
 using reproduce::Figure;
 using reproduce::Report;
 using reproduce::Row;
+using reproduce::to_text;
 using Json = nlohmann::ordered_json;
 
 constexpr int kFailed = 1, kUsage = 2, kNotFound = 3;

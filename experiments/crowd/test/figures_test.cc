@@ -6,8 +6,7 @@
 #include <algorithm>
 #include <set>
 
-#include "experiments/crowd/formation_runs.h"
-#include "experiments/crowd/frequency_runs.h"
+#include "experiments/crowd/crowds.h"
 #include "experiments/crowd/hopf_trials.h"
 #include "experiments/crowd/statistics.h"
 
@@ -31,7 +30,8 @@ TEST_P(FigureRows, Hold) {
   EXPECT_FALSE(report.rows.empty());
   EXPECT_TRUE(report.plots.empty());
   for (const reproduce::Row& row : report.rows) {
-    EXPECT_TRUE(row.passed) << row.what << ": " << row.ours << ' ' << row.unit;
+    EXPECT_TRUE(row.passed) << row.what << ": " << row.ours << " of " << row.reference.value << ' '
+                            << row.unit;
   }
 }
 
@@ -78,18 +78,16 @@ TEST(HopfTrials, WeakCouplingOnARingLeavesTwistedStates) {  // below the bound n
   EXPECT_GT(o.synchronised, 75);
 }
 
-TEST(FrequencyRun, PhasesAndPlacesStayTied) {
-  FrequencyRun run{CouplingGraph::make(Topology::ring, 3),
-                   {.gain_rad_m_s = 2.0},
-                   gait_of(0.2, 0.3),
-                   6.0,
-                   {0.0, -1.0, -2.5}};
-  FrequencyRun::State x = run.tied({0.3, 1.0, 2.0});
-  for (int n = 0; n < 500; ++n) run.step(x, 0.01);
-  for (int i = 0; i < 3; ++i) {
-    EXPECT_NEAR(x(i, 1), run.gait.integral(x(i, 0)) + run.place_m[std::size_t(i)], 1e-6);
+TEST(TiedCrowd, PhasesAndPlacesStayTied) {
+  const std::vector<double> places{0.0, -1.0, -2.5};
+  const SpeedFunction gait = gait_of(0.3);
+  Crowd crowd = tied_crowd({.graph = {Topology::ring}, .gain_rad_m_s = 2.0}, gait, places,
+                           std::vector{0.3, 1.0, 2.0}, 0.01);
+  for (int n = 0; n < 500; ++n) crowd.step();
+  for (std::size_t i = 0; i < 3; ++i) {
+    EXPECT_NEAR(crowd.x_m()[i], gait.integral(crowd.phase_rad()[i]) + places[i], 1e-6);
   }
-  EXPECT_LT(run.error_m(x), 0.05);
+  EXPECT_LT(formation_error_m(crowd), 0.05);
 }
 
 TEST(Statistics, MedianOfEvenAndOdd) {
