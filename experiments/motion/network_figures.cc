@@ -138,14 +138,13 @@ void scan_rows(const Scan& ours, const Scan& pca, const Scan& pca_as_fast, Repor
   add(at_least("best k of each, same pull: artifact of PCA / ours",
                best(pca_as_fast).artifact / best(ours).artifact, published(1.0, "M18 3.6"), "1",
                kNothing));
-  add(at_least(
-      "best k of each, same couplings: artifact of PCA / ours",
-      best(pca).artifact / best(ours).artifact, 0.0, "1",
-      "below 1: PCA that may take its time looks better; the text's claim is not general"));
+  add(at_most("best k of each, same couplings: artifact of PCA / ours",
+              best(pca).artifact / best(ours).artifact, 1.0, "1",
+              "PCA that may take its time looks better; the text's claim is not general"));
   add(at_most("best k, ours: turns by", best(ours).heading_rad, 0.5, "rad", "foot contact turns"));
-  add(at_least("best k of each, same pull: turning of PCA / ours",
-               best(pca_as_fast).heading_rad / best(ours).heading_rad, 0.0, "1",
-               "the text sees the PCA avatar turn more: not so here where below 1"));
+  add(at_most("best k of each, same pull: turning of PCA / ours",
+              best(pca_as_fast).heading_rad / best(ours).heading_rad, 1.0, "1",
+              "the text sees the PCA avatar turn more: not so here"));
   add(at_most("PCA: time at the strongest k / at the middle one",
               pca[2].synchronised_s / pca[1].synchronised_s, 1.05, "1",
               "the text says stronger coupling slows it down: not so here"));
@@ -172,7 +171,7 @@ Report followers(const PlotDir& dir) {
   const Transient twelve = worst(ours, more, 8.0, same_pull(12));
   const Transient three = worst(ours, ours, 8.0, kExternal);
   report.rows.push_back(at_least("12 components, k = 8/s, same pull: artifact of PCA / ours",
-                                 twelve.artifact / three.artifact, 0.0, "1",
+                                 twelve.artifact / three.artifact, published(1.0, "M18 3.6"), "1",
                                  "the text: similar problems remain"));
   if (dir) {
     report.plots.push_back(*dir / "fig-3.31.png");
@@ -224,7 +223,7 @@ void add_network_figures(std::vector<reproduce::Figure>& to) {
   to.push_back({"fig-3.31",
                 "coming into step with a leader: mixture with delays against PCA",
                 "M18",
-                {.published = 6, .goal = 11},
+                {.published = 7, .goal = 10},
                 followers,
                 film_network});
 }
