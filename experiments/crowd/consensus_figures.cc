@@ -95,10 +95,11 @@ Report consensus(const PlotDir& dir) {
   const double rate = direct.rule.gain * kOmega_rad_s;
   const auto rows = [&](const std::string& name, const Walkers& group, bool rated) {
     const Agreement seen = agree(group);
-    report.rows.push_back(
-        near(name + ": share of 500 starts that agree", seen.share, 1.0, 0.0, "1"));
+    report.rows.push_back(near(name + ": share of 500 starts that agree", seen.share,
+                               reproduce::goal(1.0), 0.0, "1"));
     if (rated) {
-      report.rows.push_back(near(name + ": rate, m_ψ ω", seen.rate_1_s, rate, 0.01 * rate, "1/s"));
+      report.rows.push_back(near(name + ": rate", seen.rate_1_s,
+                                 reproduce::closed_form(rate, "m_ψ ω"), 0.01 * rate, "1/s"));
     }
   };
   rows("mean heading", direct, true);
@@ -139,7 +140,11 @@ Report consensus(const PlotDir& dir) {
 }  // namespace
 
 void add_consensus_figures(std::vector<reproduce::Figure>& to) {
-  to.push_back({"consensus", "headings agree by quorum sensing", "M18", consensus});
+  to.push_back({"consensus",
+                "headings agree by quorum sensing",
+                "M18",
+                {.closed_form = 2, .goal = 3},
+                consensus});
 }
 
 }  // namespace mimesis::crowd

@@ -42,8 +42,8 @@ Passage pass(Crowd crowd, double until_s, int drawn) {
 }
 
 void report_passage(const Passage& p, int all, double free_s, Report& report) {
-  report.rows.push_back(near("agents that arrive", p.arrived, all, 0.0, "1"));
-  report.rows.push_back(near("overlaps, over all steps", p.overlaps, 0.0, 0.0, "1"));
+  report.rows.push_back(near("agents that arrive", p.arrived, reproduce::goal(all), 0.0, "1"));
+  report.rows.push_back(near("overlaps, over all steps", p.overlaps, reproduce::goal(0), 0.0, "1"));
   report.rows.push_back(reproduce::at_least("least gap between discs", p.least_gap_m, 0.0, "m",
                                             "discs do not overlap"));
   report.rows.push_back(reproduce::at_most("time until the last arrives", p.time_s, 2.0 * free_s,
@@ -84,8 +84,9 @@ Report head_on(const PlotDir&) {
 }  // namespace
 
 void add_engine_figures(std::vector<reproduce::Figure>& to) {
-  to.push_back({"circle-250", "250 agents change places across a circle", "M18", circle});
-  to.push_back({"head-on", "1000 pairs meet head on", "M18", head_on});
+  to.push_back(
+      {"circle-250", "250 agents change places across a circle", "M18", {.goal = 4}, circle});
+  to.push_back({"head-on", "1000 pairs meet head on", "M18", {.goal = 4}, head_on});
 }
 
 }  // namespace mimesis::crowd

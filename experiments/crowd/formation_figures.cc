@@ -87,12 +87,14 @@ void rows_of(const std::string& name, const FormationOutcome& o, Report& report)
   const auto add = [&](const reproduce::Row& row) { report.rows.push_back(row); };
   add(at_most(name + "in formation within 1 cm at", o.formed_s, 60.0, "s", "and still at the end"));
   const double last_s = std::log(kNear_m / kFormed_m) / o.expected_length_1_s;
-  add(near(name + "from 10 to 1 cm, ln 10 / m_z ω⟨g⟩N", o.formed_s - o.near_s, last_s, 0.1 * last_s,
-           "s", "phases are not quite in step yet"));
-  add(near(name + "rate of the formation error, m_z ω⟨g⟩N", o.length_rate_1_s,
-           o.expected_length_1_s, 0.01 * o.expected_length_1_s, "1/s"));
-  add(near(name + "rate of the dispersion of phases, kN", o.phase_rate_1_s, o.expected_phase_1_s,
-           0.01 * o.expected_phase_1_s, "1/s"));
+  add(near(name + "from 10 to 1 cm", o.formed_s - o.near_s,
+           reproduce::closed_form(last_s, "ln 10 / m_z ω⟨g⟩N"), 0.1 * last_s, "s",
+           "phases are not quite in step yet"));
+  add(near(name + "rate of the formation error", o.length_rate_1_s,
+           reproduce::closed_form(o.expected_length_1_s, "m_z ω⟨g⟩N"), 0.01 * o.expected_length_1_s,
+           "1/s"));
+  add(near(name + "rate of the dispersion of phases", o.phase_rate_1_s,
+           reproduce::closed_form(o.expected_phase_1_s, "kN"), 0.01 * o.expected_phase_1_s, "1/s"));
 }
 
 Data agents(const std::string& name, const Snapshot& s) {
@@ -171,8 +173,8 @@ Report of_sixteen(const PlotDir& dir) {
   const FormationOutcome o = run(r);
   Report report;
   rows_of("", o, report);
-  report.rows.push_back(
-      near("agents in another's disc while they avoid, sum over steps", o.overlapping, 0, 0, "1"));
+  report.rows.push_back(near("agents in another's disc while they avoid, sum over steps",
+                             o.overlapping, reproduce::goal(0), 0, "1"));
   report.rows.push_back(reproduce::at_least("least distance of centres while they avoid",
                                             o.least_distance_m, 2.0 * kRadius_m - 1e-6, "m",
                                             "two radii"));
@@ -229,10 +231,21 @@ Report of_forty_nine(const PlotDir& dir) {
 }  // namespace
 
 void add_formation_figures(std::vector<reproduce::Figure>& to) {
-  to.push_back({"formation-16", "16 agents order themselves out of a crowd", "M18", of_sixteen});
-  to.push_back({"formation-36", "36 agents order themselves in step", "M10", of_thirty_six});
-  to.push_back(
-      {"formation-49", "49 agents, two strengths of step-length control", "M18", of_forty_nine});
+  to.push_back({"formation-16",
+                "16 agents order themselves out of a crowd",
+                "M18",
+                {.closed_form = 3, .goal = 3},
+                of_sixteen});
+  to.push_back({"formation-36",
+                "36 agents order themselves in step",
+                "M10",
+                {.closed_form = 3, .goal = 1},
+                of_thirty_six});
+  to.push_back({"formation-49",
+                "49 agents, two strengths of step-length control",
+                "M18",
+                {.closed_form = 6, .goal = 2},
+                of_forty_nine});
 }
 
 }  // namespace mimesis::crowd

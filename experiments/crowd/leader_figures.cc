@@ -142,10 +142,11 @@ Report leader(const PlotDir& dir) {
     std::ostringstream name;
     name << "k = " << k << ", α = " << alpha << ": ";
     const double group = k * kFollowers + alpha;
-    report.rows.push_back(
-        near(name.str() + "rate in the group, kN + α", r.mutual, group, 0.02 * group, "1/s"));
-    report.rows.push_back(near(name.str() + "rate to the leader, α (not kN + α)", r.tracking, alpha,
-                               0.02 * alpha, "1/s"));
+    report.rows.push_back(near(name.str() + "rate in the group", r.mutual,
+                               reproduce::closed_form(group, "kN + α"), 0.02 * group, "1/s"));
+    report.rows.push_back(near(name.str() + "rate to the leader", r.tracking,
+                               reproduce::closed_form(alpha, "α, not kN + α"), 0.02 * alpha,
+                               "1/s"));
   }
   report.rows.push_back(reproduce::at_least(
       "k = 0.01, α = 0: R after 20 cycles", dispersion_after(0.01, 0.0, 20), 0.2, "1",
@@ -163,8 +164,11 @@ Report leader(const PlotDir& dir) {
 }  // namespace
 
 void add_leader_figures(std::vector<reproduce::Figure>& to) {
-  to.push_back(
-      {"fig-4.7", "a leader and its group: kN + α among them, α to the leader", "M18", leader});
+  to.push_back({"fig-4.7",
+                "a leader and its group: kN + α among them, α to the leader",
+                "M18",
+                {.closed_form = 8, .goal = 2},
+                leader});
 }
 
 }  // namespace mimesis::crowd

@@ -107,9 +107,10 @@ Report low_pass(const PlotDir& dir) {
       const bool rough = factor == 1.0 || (c.topology == Topology::ring && rate < 0.0);
       const double seen = rough ? 0.15 : 0.02;
       report.rows.push_back(
-          near(what.str(), measured(c, alpha, rate < 0.0), rate,
+          near(what.str(), measured(c, alpha, rate < 0.0),
+               reproduce::closed_form(rate, "Floquet rate of the equation"),
                seen * std::abs(rate) + kOmega_rad_s * kOmega_rad_s * kFilterStep_s / 3.0, "1/s",
-               "Floquet rate of the equation; the engine's filter is half a step behind"));
+               "the engine's filter is half a step behind"));
       if (factor < 1.0) continue;
       Crowd crowd = filtered(c, alpha, math::kTwoPi);
       double error = 1.0;
@@ -149,7 +150,10 @@ Report low_pass(const PlotDir& dir) {
 }  // namespace
 
 void add_low_pass_figures(std::vector<reproduce::Figure>& to) {
-  to.push_back({"low-pass", "spacing control behind a low-pass, above and below its bound", "M10",
+  to.push_back({"low-pass",
+                "spacing control behind a low-pass, above and below its bound",
+                "M10",
+                {.closed_form = 20, .goal = 8},
                 low_pass});
 }
 

@@ -151,24 +151,25 @@ Report power_laws(const PlotDir& dir) {
     const auto velocity = [&](const Vector2d& p) { return f.velocity(p); };
     const std::string name = std::string("β = ") + kNames[i];
     report.rows.push_back(near(name + ": exponent of one lap on the ellipse",
-                               exponent(trace(velocity, f.on_path(0.0), f.lap_s())), kBetas[i],
-                               1e-3, "1"));
+                               exponent(trace(velocity, f.on_path(0.0), f.lap_s())),
+                               reproduce::closed_form(kBetas[i], "law of the field"), 1e-3, "1"));
     double worst = kBetas[i];
     for (const double s : {0.85, 1.15}) {  // where all are curved to the left
       const double beta = exponent(trace(velocity, s * f.on_path(0.4), 2.0));
       if (std::abs(beta - kBetas[i]) > std::abs(worst - kBetas[i])) worst = beta;
     }
-    report.rows.push_back(
-        near(name + ": exponent of transients, worst of two", worst, kBetas[i], 2e-3, "1"));
+    report.rows.push_back(near(name + ": exponent of transients, worst of two", worst,
+                               reproduce::closed_form(kBetas[i], "law of the field"), 2e-3, "1"));
     const Trace far = trace(velocity, kScale.back() * f.on_path(0.4), 4.0 * f.lap_s());
     report.rows.push_back(near(name + ": distance from the ellipse after 4 laps",
-                               off_ellipse(far.p.back()), 0.0, 1e-6, "1"));
+                               off_ellipse(far.p.back()), reproduce::goal(0.0), 1e-6, "1"));
     // radial contraction [eq. 4.53]
     bool closer = true;
     for (std::size_t n = 1; n < far.p.size(); ++n) {
       closer = closer && off_ellipse(far.p[n]) <= off_ellipse(far.p[n - 1]) + 1e-12;
     }
-    report.rows.push_back(reproduce::holds(name + ": comes closer at every step", closer));
+    report.rows.push_back(reproduce::holds(name + ": comes closer at every step", closer,
+                                           reproduce::closed_form("eq. 4.53")));
   }
   if (dir) {
     report.plots.push_back(*dir / "fig-4.14.png");
@@ -180,8 +181,11 @@ Report power_laws(const PlotDir& dir) {
 }  // namespace
 
 void add_power_law_figures(std::vector<reproduce::Figure>& to) {
-  to.push_back(
-      {"fig-4.14", "power laws over the phase plane of a morphed oscillator", "M18", power_laws});
+  to.push_back({"fig-4.14",
+                "power laws over the phase plane of a morphed oscillator",
+                "M18",
+                {.closed_form = 12, .goal = 4},
+                power_laws});
 }
 
 }  // namespace mimesis::crowd

@@ -81,7 +81,7 @@ Report table(const PlotDir& dir) {
           std::max(off, std::abs(second_eigenvalue(kGraphs[g], n) - printed_lambda(kGraphs[g], n)));
     }
     report.rows.push_back(near(name + ": λ⁺ of the table - eigenvalue, largest for N = 3 ... 10",
-                               off, 0.0, 1e-12, "1"));
+                               off, reproduce::published(0.0, "M18 table 4.1"), 1e-12, "1"));
     data.push_back({"g" + std::to_string(g), {}});
     for (const double promised : {0.3, 1.2, 2.0}) {
       const auto all = ratios(kGraphs[g], promised);
@@ -91,7 +91,8 @@ Report table(const PlotDir& dir) {
       what << name << ", kλ⁺ = " << promised << "/s: measured rate / kλ⁺, worst N (" << worst->n
            << ")";
       if (promised < 1.0) what << ", below the bound, of those that come into step";
-      report.rows.push_back(near(what.str(), worst->ratio, 1.0, 0.01, "1"));
+      report.rows.push_back(
+          near(what.str(), worst->ratio, reproduce::closed_form(1.0, "kλ⁺"), 0.01, "1"));
       for (const Ratio& r : all) {
         const double aside = 0.12 * (double(g) - 1.5) + (promised > 1.5   ? 0.06
                                                          : promised > 1.0 ? 0.03
@@ -143,9 +144,10 @@ void decay_rows(Report& report) {
   for (const Topology topology : kGraphs) {
     const HopfOutcome o = five(topology, kStrength, 20.0);
     const double promised = kStrength * printed_lambda(topology, 5) * kCycle_s;
-    report.rows.push_back(near(label(topology) + ", N = 5, k = 3/s: rate of the mean curve, kλ⁺",
-                               fit_of(o, geometric_mean(o)).rate_1_s().value() * kCycle_s, promised,
-                               0.01 * promised, "1/cycle"));
+    report.rows.push_back(near(label(topology) + ", N = 5, k = 3/s: rate of the mean curve",
+                               fit_of(o, geometric_mean(o)).rate_1_s().value() * kCycle_s,
+                               reproduce::closed_form(promised, "kλ⁺"), 0.01 * promised,
+                               "1/cycle"));
   }
 }
 
@@ -180,7 +182,8 @@ void offset_panel(Report& report, std::vector<Data>& data) {
     if (kGraphs[g] != Topology::chain) {
       report.rows.push_back(reproduce::at_least(
           label(kGraphs[g]) + ": offset at k = 0.4/s - at 3/s",
-          offsets.rows.front()[1] - offsets.rows.back()[1], 0.0, "cycles",
+          offsets.rows.front()[1] - offsets.rows.back()[1],
+          reproduce::published(0.0, "M18 fig. 4.5"), "cycles",
           "the figure shows offsets that fall as the coupling grows; no numbers are printed"));
     }
     data.push_back(std::move(offsets));
@@ -256,10 +259,11 @@ Report rates(const PlotDir& dir) {
       if (std::abs(ratio - 1.0) > std::abs(worst - 1.0)) worst = ratio;
     }
     report.rows.push_back(near(label(kGraphs[g]) + ", N = 3: slope of rate over k",
-                               slope(data.back().rows), printed_lambda(kGraphs[g], 3),
+                               slope(data.back().rows),
+                               reproduce::closed_form(printed_lambda(kGraphs[g], 3), "λ⁺"),
                                0.01 * printed_lambda(kGraphs[g], 3), "1"));
-    report.rows.push_back(
-        near(label(kGraphs[g]) + ": slope / λ⁺, worst of N = 3 ... 10", worst, 1.0, 0.01, "1"));
+    report.rows.push_back(near(label(kGraphs[g]) + ": slope / λ⁺, worst of N = 3 ... 10", worst,
+                               reproduce::closed_form(1.0, "λ⁺"), 0.01, "1"));
     data.push_back(std::move(measured));
     data.push_back(std::move(theory));
   }
@@ -290,11 +294,21 @@ Report rates(const PlotDir& dir) {
 }  // namespace
 
 void add_rate_figures(std::vector<reproduce::Figure>& to) {
-  to.push_back(
-      {"table-4.1", "rates of synchronisation of four coupling graphs against kλ⁺", "M18", table});
-  to.push_back({"fig-4.5", "dispersion over time, and the offset before its decay", "M18", decay});
-  to.push_back(
-      {"fig-4.6", "measured rates over coupling strength and size of the group", "M18", rates});
+  to.push_back({"table-4.1",
+                "rates of synchronisation of four coupling graphs against kλ⁺",
+                "M18",
+                {.published = 4, .closed_form = 12},
+                table});
+  to.push_back({"fig-4.5",
+                "dispersion over time, and the offset before its decay",
+                "M18",
+                {.published = 3, .closed_form = 4},
+                decay});
+  to.push_back({"fig-4.6",
+                "measured rates over coupling strength and size of the group",
+                "M18",
+                {.closed_form = 8},
+                rates});
 }
 
 }  // namespace mimesis::crowd

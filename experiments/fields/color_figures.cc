@@ -7,6 +7,8 @@ namespace mimesis::cognition {
 namespace {
 
 using reproduce::holds;
+using reproduce::prototype;
+using reproduce::published;
 using reproduce::Report;
 using PlotDir = std::optional<std::filesystem::path>;
 
@@ -44,20 +46,22 @@ Report color_to_goal(const PlotDir& dir) {
     const Recording r = record(ladder, {.shown = {.color = color}});
     report.rows.push_back(
         holds(name + " object: PFC holds " + std::string(site_label(Layer::pfc, site)),
-              r.result.site(Layer::pfc) == site));
+              r.result.site(Layer::pfc) == site, published("M18 fig. 2.23")));
     report.rows.push_back(
         holds(name + " object: PF holds " + std::string(site_label(Layer::pf, site)),
-              r.result.site(Layer::pf) == (site == 0 ? kPgAt : kFgBt)));
+              r.result.site(Layer::pf) == (site == 0 ? kPgAt : kFgBt), published("M18 2.4.4")));
     report.rows.push_back(
         holds(name + " object: F5 holds " + std::string(site_label(Layer::f5_grip, site)) +
                   " and " + std::string(site_label(Layer::f5_transport, site)),
               r.result.site(Layer::f5_grip) == site && r.result.site(Layer::f5_transport) == site &&
-                  r.result.decision.settled));
+                  r.result.decision.settled,
+              prototype("fields.md")));
     const TrialResult before = run_trial(blind, {.shown = {.color = color}});
     report.rows.push_back(
         holds("control, before learning: " + name + " says nothing about the goal",
               before.site(Layer::color) == site && std::isnan(before.onset(Layer::pfc)) &&
-                  std::isnan(before.onset(Layer::pf))));
+                  std::isnan(before.onset(Layer::pf)),
+              prototype("fields.md")));
     plot_colours(report, dir, site == 0 ? "fig-2.23-light" : "fig-2.23-dark",
                  "Fig. 2.23: a " + name + " object, nothing else seen", r);
   }
@@ -74,14 +78,15 @@ Report goal_to_color(const PlotDir& dir) {
     const Recording r = record(ladder, {.shown = {.goal = goal}});
     report.rows.push_back(
         holds(name + " goal: COL holds " + std::string(site_label(Layer::color, site)),
-              r.result.site(Layer::color) == site));
+              r.result.site(Layer::color) == site, published("M18 fig. 2.24")));
     report.rows.push_back(
         holds(name + " goal: PF holds " + std::string(site_label(Layer::pf, site)),
-              r.result.site(Layer::pf) == (site == 0 ? kPgAt : kFgBt)));
+              r.result.site(Layer::pf) == (site == 0 ? kPgAt : kFgBt), reproduce::goal()));
     const TrialResult before = run_trial(blind, {.shown = {.goal = goal}});
     report.rows.push_back(
         holds("control, before learning: the " + name + " goal names no colour",
-              before.site(Layer::pfc) == site && std::isnan(before.onset(Layer::color))));
+              before.site(Layer::pfc) == site && std::isnan(before.onset(Layer::color)),
+              prototype("fields.md")));
     plot_colours(report, dir, site == 0 ? "fig-2.24-high" : "fig-2.24-low",
                  "Fig. 2.24: the " + name + " goal, nothing else seen", r);
   }
@@ -91,9 +96,16 @@ Report goal_to_color(const PlotDir& dir) {
 }  // namespace
 
 void add_color_figures(std::vector<reproduce::Figure>& to) {
-  to.push_back({"fig-2.23", "A colour cue triggers the goal and the means", "M18", color_to_goal});
-  to.push_back(
-      {"fig-2.24", "The goal triggers the colour of the object to grasp", "M18", goal_to_color});
+  to.push_back({"fig-2.23",
+                "A colour cue triggers the goal and the means",
+                "M18",
+                {.published = 4, .prototype = 4},
+                color_to_goal});
+  to.push_back({"fig-2.24",
+                "The goal triggers the colour of the object to grasp",
+                "M18",
+                {.published = 2, .prototype = 2, .goal = 2},
+                goal_to_color});
 }
 
 }  // namespace mimesis::cognition

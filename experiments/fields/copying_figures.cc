@@ -9,8 +9,12 @@ namespace mimesis::cognition {
 namespace {
 
 using reproduce::at_least;
+using reproduce::closed_form;
+using reproduce::goal;
 using reproduce::holds;
 using reproduce::near;
+using reproduce::prototype;
+using reproduce::published;
 using reproduce::Report;
 using PlotDir = std::optional<std::filesystem::path>;
 
@@ -51,7 +55,8 @@ Report copying(const Demonstration& shown, int pf, int site, const std::string& 
     const Peaks& peaks = r.result.peaks[index(layer)];
     std::ostringstream what;
     what << "one peak in " << layer_name(layer) << ", at " << site_label(layer, expected);
-    report.rows.push_back(holds(what.str(), peaks.count == 1 && peaks.site == expected));
+    report.rows.push_back(
+        holds(what.str(), peaks.count == 1 && peaks.site == expected, published("M18 " + name)));
   };
   label(Layer::sts_grip, site);
   label(Layer::sts_transport, site);
@@ -59,18 +64,21 @@ Report copying(const Demonstration& shown, int pf, int site, const std::string& 
   label(Layer::f5_grip, site);
   label(Layer::f5_transport, site);
   label(Layer::pfc, site);
-  report.rows.push_back(holds("the colour field stays at rest", r.result.site(Layer::color) < 0));
+  report.rows.push_back(
+      holds("the colour field stays at rest", r.result.site(Layer::color) < 0, goal()));
   report.rows.push_back(holds("without reward the links keep every bit",
-                              weights(ladder, Connection::pf_pfc) == untouched));
+                              weights(ladder, Connection::pf_pfc) == untouched,
+                              closed_form("eq. 2.3 times 0")));
   const bool rewarded = rehearse(ladder, shown);
   run_trial(ladder, {.shown = shown});
   report.rows.push_back(near("links after 2 s of reward: distance to eq. 2.4",
-                             rewarded ? distance_to_closed_form(ladder) : 1.0, std::exp(-5.0),
-                             0.003, "1"));
+                             rewarded ? distance_to_closed_form(ladder) : 1.0,
+                             closed_form(std::exp(-5.0), "eq. 2.3 after 5 τ_s"), 0.003, "1"));
   const TrialResult alone = run_trial(ladder, {.shown = {}});
   bool quiet = true;
   for (const Layer layer : kAllLayers) quiet = quiet && std::isnan(alone.onset(layer));
-  report.rows.push_back(holds("control: task input alone ignites no field, trained or not", quiet));
+  report.rows.push_back(holds("control: task input alone ignites no field, trained or not", quiet,
+                              published("M18 2.4.2")));
   if (plot_dir) {
     report.plots.push_back(*plot_dir / (name + ".png"));
     plot_snapshot(report.plots.back(), title, r);
@@ -134,7 +142,8 @@ Report task_strength(const PlotDir& plot_dir) {
     const TrialResult& now = runs.back().result;
     std::ostringstream what;
     what << "goal decided, task input x " << factor;
-    report.rows.push_back(near(what.str(), 1000 * now.onset(Layer::pfc), pfc_ms, 3.0, "ms"));
+    report.rows.push_back(
+        near(what.str(), 1000 * now.onset(Layer::pfc), prototype(pfc_ms, "fields.md"), 3.0, "ms"));
     always_high = always_high && now.site(Layer::pfc) == 0;
     const int grip = now.site(Layer::pf) == kPgAt ? 0 : 1;
     f5_follows =
@@ -145,18 +154,22 @@ Report task_strength(const PlotDir& plot_dir) {
     monotone = monotone && now.onset(Layer::pfc) > before.onset(Layer::pfc);
   }
   const TrialResult &strong = runs.front().result, &weak = runs.back().result;
-  report.rows.push_back(near("STS crosses", 1000 * weak.onset(Layer::sts_grip), 49.0, 3.0, "ms"));
+  report.rows.push_back(near("STS crosses", 1000 * weak.onset(Layer::sts_grip),
+                             prototype(49.0, "fields.md"), 3.0, "ms"));
+  report.rows.push_back(holds("strong task input: PF holds the preferred PG-AT",
+                              strong.site(Layer::pf) == kPgAt, published("M18 fig. 2.19")));
+  report.rows.push_back(holds("weak task input: PF holds the demonstrated FG-BT",
+                              weak.site(Layer::pf) == kFgBt, published("M18 fig. 2.19")));
   report.rows.push_back(
-      holds("strong task input: PF holds the preferred PG-AT", strong.site(Layer::pf) == kPgAt));
+      near("switches of PF over the six strengths", switches, goal(1.0), 0.0, "1"));
   report.rows.push_back(
-      holds("weak task input: PF holds the demonstrated FG-BT", weak.site(Layer::pf) == kFgBt));
-  report.rows.push_back(near("switches of PF over the six strengths", switches, 1.0, 0.0, "1"));
-  report.rows.push_back(holds("a weaker task input always delays the goal", monotone));
+      holds("a weaker task input always delays the goal", monotone, published("M18 2.4.1")));
   report.rows.push_back(at_least("delay of the goal, weakest / strongest",
                                  weak.onset(Layer::pfc) / strong.onset(Layer::pfc), 1.8, "1",
                                  "the prototype has 2.16"));
-  report.rows.push_back(holds("PFC holds the perceived goal in all runs", always_high));
-  report.rows.push_back(holds("F5 follows PF in all runs", f5_follows));
+  report.rows.push_back(
+      holds("PFC holds the perceived goal in all runs", always_high, published("M18 2.4.1")));
+  report.rows.push_back(holds("F5 follows PF in all runs", f5_follows, goal()));
   if (plot_dir) {
     report.plots.push_back(*plot_dir / "fig-2.19.png");
     plot_switch(report.plots.back(), runs);
@@ -167,20 +180,28 @@ Report task_strength(const PlotDir& plot_dir) {
 }  // namespace
 
 void add_copying_figures(std::vector<reproduce::Figure>& to) {
-  to.push_back({"fig-2.17", "Copying the means: precision grip, above the bridge, high goal", "M18",
+  to.push_back({"fig-2.17",
+                "Copying the means: precision grip, above the bridge, high goal",
+                "M18",
+                {.published = 7, .closed_form = 2, .goal = 1},
                 [](const PlotDir& dir) {
                   return copying(parse_sequence("precision,above,high"), kPgAt, 0,
                                  "Fig. 2.17: precision grip and transport above are copied",
                                  "fig-2.17", dir);
                 }});
-  to.push_back({"fig-2.18", "Copying the means: full grip, below the bridge, low goal", "M18",
+  to.push_back({"fig-2.18",
+                "Copying the means: full grip, below the bridge, low goal",
+                "M18",
+                {.published = 7, .closed_form = 2, .goal = 1},
                 [](const PlotDir& dir) {
                   return copying(parse_sequence("full,below,low"), kFgBt, 1,
                                  "Fig. 2.18: full grip and transport below are copied", "fig-2.18",
                                  dir);
                 }});
   to.push_back({"fig-2.19",
-                "The strength of the task input decides whether goal or means are imitated", "M18",
+                "The strength of the task input decides whether goal or means are imitated",
+                "M18",
+                {.published = 4, .prototype = 7, .goal = 3},
                 task_strength});
 }
 

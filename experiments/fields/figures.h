@@ -6,8 +6,7 @@
 namespace mimesis::cognition {
 
 /// Figures of M18 chapter 2 that the neural fields show, without sequence learning (2.25 to 2.27).
-/// The references are the numbers of one published-model reimplementation: M18 prints labels and
-/// orders only.
+/// M18 prints labels and orders only: all times and activities are a prototype's.
 std::vector<reproduce::Figure> figures();
 
 // Parts of the list, one per file.

@@ -31,6 +31,7 @@ namespace {
 using reproduce::Figure;
 using reproduce::Report;
 using reproduce::Row;
+using reproduce::to_text;
 using Json = nlohmann::ordered_json;
 
 constexpr int kFailed = 1, kUsage = 2, kNotFound = 3;
@@ -56,12 +57,18 @@ struct Options {
 
 std::string number(double v) { return std::isnan(v) ? "-" : fmt::format("{:.5g}", v); }
 
+std::string origin_name(const Row& row) {
+  return reproduce::kOriginNames[static_cast<std::size_t>(row.reference.origin)];
+}
+
 Json to_json(const Row& row) {
   // JSON has no NaN: a quantity that never came about is null
   const auto value = [](double v) { return std::isfinite(v) ? Json(v) : Json(nullptr); };
   Json out = {{"what", row.what},
               {"ours", value(row.ours)},
-              {"reference", row.reference ? value(*row.reference) : Json(nullptr)},
+              {"reference", value(row.reference.value)},
+              {"origin", origin_name(row)},
+              {"where", row.reference.where},
               {"tolerance", value(row.tolerance)},
               {"unit", row.unit},
               {"passed", row.passed}};
@@ -83,7 +90,7 @@ void print_json(const Figure& figure, const Report& report, const Paths& films, 
 
 void print_text(const Figure& figure, const Report& report, const Paths& films, double seconds) {
   std::cout << figure.name << " [" << figure.source << "]: " << figure.title << '\n';
-  Table table({"", "what", "ours", "reference", "tolerance", "unit", "note"});
+  Table table({"", "what", "ours", "reference", "tolerance", "unit", "origin", "note"});
   std::vector<std::string> notes;  // notes of several rows appear once
   for (const Row& row : report.rows) {
     std::string note;
@@ -92,9 +99,10 @@ void print_text(const Figure& figure, const Report& report, const Paths& films, 
       if (at == std::ssize(notes)) notes.push_back(row.why);
       note = std::to_string(at + 1);
     }
+    const std::string& where = row.reference.where;
     table.row({row.passed ? "ok" : "FAILED", row.what, number(row.ours),
-               row.reference ? number(*row.reference) : "-", number(row.tolerance), row.unit,
-               note});
+               number(row.reference.value), number(row.tolerance), row.unit,
+               origin_name(row) + (where.empty() ? "" : ": " + where), note});
   }
   table.print(std::cout, use_colour(STDOUT_FILENO));
   for (std::size_t i = 0; i < notes.size(); ++i) {
@@ -109,19 +117,28 @@ void print_list(const std::vector<Figure>& all, bool json) {
   if (json) {
     Json out = Json::array();
     for (const Figure& f : all) {
+      Json rows;
+      for (std::size_t i = 0; i < reproduce::kOriginNames.size(); ++i) {
+        rows[reproduce::kOriginNames[i]] = f.rows.counts()[i];
+      }
       out.push_back({{"name", f.name},
                      {"source", f.source},
                      {"cpu_minutes", f.cpu_minutes},
+                     {"rows", rows},
                      {"title", f.title}});
     }
     std::cout << out.dump() << '\n';
     return;
   }
-  Table table({"name", "source", "CPU min", "title"});
+  Table table({"name", "source", "CPU min", "title", "rows"});
+  reproduce::RowCounts rows{};
   for (const Figure& f : all) {
-    table.row({f.name, f.source, f.cpu_minutes > 0.0 ? number(f.cpu_minutes) : "<1", f.title});
+    table.row({f.name, f.source, f.cpu_minutes > 0.0 ? number(f.cpu_minutes) : "<1", f.title,
+               to_text(f.rows.counts())});
+    std::ranges::transform(rows, f.rows.counts(), rows.begin(), std::plus{});
   }
   table.print(std::cout, use_colour(STDOUT_FILENO));
+  std::cout << all.size() << " figures, rows: " << to_text(rows) << '\n';
 }
 
 struct Outcome {

@@ -109,15 +109,10 @@ plot 1.15 with lines lc rgb '#2b8c4a' dt 2 lw 2 title 'goal', \
 void add_prototype(Report& report, const char* what, const std::vector<BlendingJerk>& pairs,
                    double happy, double sad) {
   for (const auto& [style, reference] : {std::pair{"happy", happy}, std::pair{"sad", sad}}) {
-    reproduce::Row row;
-    row.what = std::string(what) + ", normal to " + style;
-    row.ours = pair(pairs, "normal", style).ratio;
-    row.reference = reference;
-    row.tolerance = 0.35 * reference;
-    row.unit = "1";
-    row.passed = std::abs(row.ours - reference) <= row.tolerance;
-    row.why = "a prototype's, whose denominator ('the steady style') is not known exactly";
-    report.rows.push_back(row);
+    report.rows.push_back(reproduce::near(
+        std::string(what) + ", normal to " + style, pair(pairs, "normal", style).ratio,
+        reproduce::prototype(reference, "motion.md"), 0.35 * reference, "1",
+        "its denominator ('the steady style') is not known exactly"));
   }
 }
 
@@ -148,8 +143,9 @@ void add_spread(Report& report, const std::string& what, const std::vector<Blend
 Report blending(const PlotDir& dir) {
   Report report;
   if (!std::filesystem::exists(set_file())) {
-    report.rows.push_back(reproduce::holds("recordings are there", false));
-    report.rows.front().why = set_file().string() + " is absent; MIMESIS_SHARED names the folder";
+    report.rows.push_back(
+        reproduce::holds("recordings are there", false, reproduce::goal(),
+                         set_file().string() + " is absent; MIMESIS_SHARED names the folder"));
     return report;
   }
   const Learned m = learn(false), closed = learn(true);
@@ -194,8 +190,11 @@ Report blending(const PlotDir& dir) {
 }  // namespace
 
 void add_blending_figures(std::vector<reproduce::Figure>& to) {
-  to.push_back(
-      {"blending", "Jerk of transitions between all pairs of recorded styles", "M18", blending});
+  to.push_back({"blending",
+                "Jerk of transitions between all pairs of recorded styles",
+                "M18",
+                {.prototype = 6, .goal = 22},
+                blending});
 }
 
 }  // namespace mimesis::synthesizer

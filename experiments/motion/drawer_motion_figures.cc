@@ -11,7 +11,10 @@ namespace {
 
 using reproduce::at_least;
 using reproduce::at_most;
+using reproduce::goal;
 using reproduce::near;
+using reproduce::prototype;
+using reproduce::published;
 using reproduce::Report;
 using PlotDir = std::optional<std::filesystem::path>;
 using Paths = std::vector<std::filesystem::path>;
@@ -32,12 +35,13 @@ image::Image poses(const DrawerRun& run) {
 
 void quality_rows(const DrawerRun& run, const std::string& what, Report& report) {
   const SequenceState& end = run.states.back();
+  report.rows.push_back(near(what + ": distance of the stand", run.final_distance_m,
+                             published(0.6, "M18 3.4.2"), 0.01, "m"));
   report.rows.push_back(
-      near(what + ": distance of the stand", run.final_distance_m, 0.6, 0.01, "m"));
-  report.rows.push_back(at_most(what + ": hands to handle and object",
-                                std::max(end.left_error_m, end.right_error_m), 0.01, "m",
-                                "printed for the robot: reaching errors below 10 mm (3.8.3)"));
-  report.rows.push_back(at_most(what + ": speed of standing feet", run.foot_speed_m_s, 0.083, "m/s",
+      at_most(what + ": hands to handle and object", std::max(end.left_error_m, end.right_error_m),
+              published(0.01, "M18 3.8.3"), "m", "printed for the robot's reaching errors"));
+  report.rows.push_back(at_most(what + ": speed of standing feet", run.foot_speed_m_s,
+                                prototype(0.083, "motion.md"), "m/s",
                                 "recorded feet slide as fast"));
 }
 
@@ -80,8 +84,8 @@ Report two_distances(const PlotDir& plot_dir) {
   for (const double d : {2.34, 2.45, 2.85, 2.94}) {
     const DrawerRun run = run_drawer(d);
     const std::string what = std::to_string(d).substr(0, 4) + " m";
-    report.rows.push_back(
-        near(what + ": actions", static_cast<double>(run.history.size()), 3, 0, "1"));
+    report.rows.push_back(near(what + ": actions", static_cast<double>(run.history.size()),
+                               published(3, "M18 3.7"), 0, "1"));
     quality_rows(run, what, report);
     mixture_rows(run, what, report);
     if (plot_dir && (d == 2.45 || d == 2.85))
@@ -90,17 +94,18 @@ Report two_distances(const PlotDir& plot_dir) {
   for (const auto& [d, cycles] : {std::pair{3.84, 2}, {4.62, 2}, {5.3, 3}}) {
     const DrawerRun run = run_drawer(d);
     const std::string what = std::to_string(d).substr(0, 4) + " m";
-    report.rows.push_back(near(what + ": normal cycles", run.count(kNormalStep), cycles, 0, "1"));
+    report.rows.push_back(near(what + ": normal cycles", run.count(kNormalStep),
+                               d == 5.3 ? published(cycles, "M18 3.7") : goal(cycles), 0, "1"));
     quality_rows(run, what, report);
   }
   report.rows.push_back(near("range of distances with three actions, lengths as drawn",
-                             drawn_range(1), 0.60, 0.15, "m"));
-  report.rows.push_back(
-      near("range with one more, lengths as drawn", drawn_range(2), 0.78, 0.15, "m"));
+                             drawn_range(1), published(0.60, "M18 3.7"), 0.15, "m"));
+  report.rows.push_back(near("range with one more, lengths as drawn", drawn_range(2),
+                             published(0.78, "M18 3.7"), 0.15, "m"));
   report.rows.push_back(at_least("range with three actions, trained lengths", reachable_range(1),
-                                 0.60, "m", "the paces widen it"));
-  report.rows.push_back(at_least("range with one more, trained lengths", reachable_range(2), 0.78,
-                                 "m", "the paces widen it"));
+                                 published(0.60, "M18 3.7"), "m", "the paces widen it"));
+  report.rows.push_back(at_least("range with one more, trained lengths", reachable_range(2),
+                                 published(0.78, "M18 3.7"), "m", "the paces widen it"));
   double worst = 0.0;
   for (int i = 0; i <= 150; ++i) {
     const double d = 0.7 + 0.05 * i;
@@ -127,10 +132,10 @@ Report posture_before_stand(const PlotDir& plot_dir) {
   auto second = [&](double d) {
     return (d - settings.final_distance_m) * (1.0 - 2.0 * settings.gamma);
   };
-  report.rows.push_back(
-      near("length of action 2 for the farthest start, 2.94 m", second(2.94), 0.53, 0.015, "m"));
-  report.rows.push_back(
-      near("length of action 2 for the nearest start, 2.34 m", second(2.34), 0.39, 0.015, "m"));
+  report.rows.push_back(near("length of action 2 for the farthest start, 2.94 m", second(2.94),
+                             published(0.53, "M18 fig. 3.38"), 0.015, "m"));
+  report.rows.push_back(near("length of action 2 for the nearest start, 2.34 m", second(2.34),
+                             published(0.39, "M18 fig. 3.38"), 0.015, "m"));
   auto distance = [&](double length) {
     return settings.final_distance_m + length / (1.0 - 2.0 * settings.gamma);
   };
@@ -166,10 +171,10 @@ const std::vector<DrawerJump> kJump = {{1.6, 0.5}};
 Report jump(const PlotDir& plot_dir) {
   Report report;
   const DrawerRun calm = run_drawer(kStart), jumped = run_drawer(kStart, kJump);
-  report.rows.push_back(
-      near("actions without the jump", static_cast<double>(calm.history.size()), 3, 0, "1"));
-  report.rows.push_back(
-      near("short steps (type 2) with it", jumped.count(kReachingStep), 2, 0, "1"));
+  report.rows.push_back(near("actions without the jump", static_cast<double>(calm.history.size()),
+                             published(3, "M18 3.7"), 0, "1"));
+  report.rows.push_back(near("short steps (type 2) with it", jumped.count(kReachingStep),
+                             published(2, "M18 fig. 3.39"), 0, "1"));
   quality_rows(jumped, "jump by 0.5 m in action 2", report);
   int followed = 0, all = 0;
   double worst = 0.0;
@@ -181,7 +186,7 @@ Report jump(const PlotDir& plot_dir) {
       worst = std::max(worst, std::abs(run.final_distance_m - 0.6));
     }
   report.rows.push_back(near("jumps by 0.2, 0.5, 1 m at any time: share followed",
-                             static_cast<double>(followed) / all, 1.0, 0.0, "1"));
+                             static_cast<double>(followed) / all, goal(1.0), 0.0, "1"));
   report.rows.push_back(at_most("their largest error of the final distance", worst, 0.085, "m",
                                 "what arms and trunk make up for"));
   if (plot_dir) save(poses(jumped), *plot_dir / "fig-3.39.png", report);
@@ -199,13 +204,24 @@ Paths film_drawer(const DrawerRun& run, const std::filesystem::path& dir, const 
 }  // namespace
 
 void add_drawer_motion_figures(std::vector<reproduce::Figure>& to) {
-  to.push_back({"fig-3.37", "walking to a drawer from distances that were not trained", "M18",
-                two_distances, [](const std::filesystem::path& dir) {
+  to.push_back({"fig-3.37",
+                "walking to a drawer from distances that were not trained",
+                "M18",
+                {.published = 23, .prototype = 7, .goal = 15},
+                two_distances,
+                [](const std::filesystem::path& dir) {
                   return film_drawer(run_drawer(2.85), dir, "fig-3.37");
                 }});
-  to.push_back({"fig-3.38", "posture before the stand depends on the step before", "M18",
+  to.push_back({"fig-3.38",
+                "posture before the stand depends on the step before",
+                "M18",
+                {.published = 2, .goal = 1},
                 posture_before_stand});
-  to.push_back({"fig-3.39", "the drawer jumps away during the approach", "M18", jump,
+  to.push_back({"fig-3.39",
+                "the drawer jumps away during the approach",
+                "M18",
+                {.published = 4, .prototype = 1, .goal = 2},
+                jump,
                 [](const std::filesystem::path& dir) {
                   return film_drawer(run_drawer(kStart, kJump), dir, "fig-3.39");
                 }});

@@ -14,8 +14,10 @@ using Eigen::VectorXd;
 using plot::Data;
 using plot::plot_png;
 using reproduce::at_most;
+using reproduce::closed_form;
 using reproduce::holds;
 using reproduce::near;
+using reproduce::published;
 using reproduce::Report;
 using PlotDir = std::optional<std::filesystem::path>;
 
@@ -59,26 +61,30 @@ Report planning(const PlotDir& plot_dir) {
   }
   Report report;
   const Regression normal = regression(initial, first), reaching = regression(initial, second);
-  report.rows.push_back(near("trials", static_cast<double>(n), 10, 0, "1"));
-  report.rows.push_back(near("first action on initial distance: R², put in by the generator",
-                             normal.r_squared, 0.08, 1e-6, "1"));
-  report.rows.push_back(near("first action on initial distance: p", normal.p, 0.429, 0.005, "1"));
-  report.rows.push_back(
-      near("second action on initial distance: R²", reaching.r_squared, 0.95, 0.05, "1"));
+  report.rows.push_back(near("first action on initial distance: R²", normal.r_squared,
+                             closed_form(0.08, "put in, M18 3.3.1"), 1e-6, "1"));
+  report.rows.push_back(near("first action on initial distance: p", normal.p,
+                             published(0.429, "M18 3.3.1"), 0.005, "1"));
+  report.rows.push_back(near("second action on initial distance: R²", reaching.r_squared,
+                             published(0.95, "M18 3.3.1"), 0.05, "1"));
   report.rows.push_back(near("second action on initial distance: log10 p", std::log10(reaching.p),
-                             std::log10(1.4e-6), 1.5, "1"));
-  report.rows.push_back(near("nearest start, put in", initial.minCoeff(), 2.34, 1e-6, "m"));
-  report.rows.push_back(near("farthest start, put in", initial.maxCoeff(), 2.94, 1e-6, "m"));
-  report.rows.push_back(near("final distance, mean", last.mean(), 0.6, 0.02, "m"));
+                             published(std::log10(1.4e-6), "M18 3.3.1"), 1.5, "1"));
+  report.rows.push_back(
+      near("nearest start", initial.minCoeff(), closed_form(2.34, "put in, M18 3.7"), 1e-6, "m"));
+  report.rows.push_back(
+      near("farthest start", initial.maxCoeff(), closed_form(2.94, "put in, M18 3.7"), 1e-6, "m"));
+  report.rows.push_back(
+      near("final distance, mean", last.mean(), closed_form(0.6, "put in, M18 3.4.2"), 0.02, "m"));
   report.rows.push_back(at_most("final distance, largest deviation",
                                 (last.array() - last.mean()).abs().maxCoeff(), 0.05, "m",
                                 "\"almost constant\""));
   report.rows.push_back(
       holds("final distance rises with the object's depth",
-            regression(depth, last).slope > 0.0 && regression(depth, last).p < 0.05));
+            regression(depth, last).slope > 0.0 && regression(depth, last).p < 0.05,
+            closed_form("put in, M18 3.3.1")));
   report.rows.push_back(near("share of the first step: mean of half of action 1 over D - 0.6 m",
-                             (0.5 * first.array() / (initial.array() - 0.6)).mean(), 0.385, 0.02,
-                             "1"));
+                             (0.5 * first.array() / (initial.array() - 0.6)).mean(),
+                             closed_form(0.385, "put in, M18 3.4.2"), 0.02, "1"));
   if (plot_dir) {
     const auto png = *plot_dir / "fig-3.7.png";
     plot_png(png, 900, 480, {bars},
@@ -98,8 +104,11 @@ Report planning(const PlotDir& plot_dir) {
 }  // namespace
 
 void add_drawer_plan_figures(std::vector<reproduce::Figure>& to) {
-  to.push_back(
-      {"fig-3.7", "how the way to the drawer is divided (generated trials)", "M18", planning});
+  to.push_back({"fig-3.7",
+                "how the way to the drawer is divided (generated trials)",
+                "M18",
+                {.published = 3, .closed_form = 6, .goal = 1},
+                planning});
 }
 
 }  // namespace mimesis::synthesizer

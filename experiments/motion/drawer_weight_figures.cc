@@ -17,6 +17,7 @@ using Eigen::VectorXd;
 using plot::Data;
 using plot::plot_png;
 using reproduce::at_least;
+using reproduce::published;
 using reproduce::Report;
 using PlotDir = std::optional<std::filesystem::path>;
 
@@ -62,15 +63,15 @@ Report weights(const PlotDir& plot_dir) {
     bars.rows.push_back(
         {double(r), first[0](r), first[1](r), first[2](r), ramp[0](r), ramp[1](r), ramp[2](r)});
   auto joints = [](const VectorXd& w) { return w.head(mocap::kBodyRows).sum(); };
-  report.rows.push_back(at_least("action 1: lowest periodic over non-periodic weights",
-                                 joints(first[0]) / joints(ramp[0]), 1.0, "1",
-                                 "the text: the periodic source dominates"));
-  report.rows.push_back(at_least("action 2: non-periodic over lowest periodic weights",
-                                 joints(ramp[1]) / joints(first[1]), 1.0, "1",
-                                 "the text: the non-periodic source dominates"));
-  report.rows.push_back(at_least("action 3: non-periodic over lowest periodic weights",
-                                 joints(ramp[2]) / joints(first[2]), 1.0, "1",
-                                 "the text: the non-periodic source dominates"));
+  report.rows.push_back(at_least(
+      "action 1: lowest periodic over non-periodic weights", joints(first[0]) / joints(ramp[0]),
+      published(1.0, "M18 fig. 3.15"), "1", "the text: the periodic source dominates"));
+  report.rows.push_back(at_least(
+      "action 2: non-periodic over lowest periodic weights", joints(ramp[1]) / joints(first[1]),
+      published(1.0, "M18 fig. 3.15"), "1", "the text: the non-periodic source dominates"));
+  report.rows.push_back(at_least(
+      "action 3: non-periodic over lowest periodic weights", joints(ramp[2]) / joints(first[2]),
+      published(1.0, "M18 fig. 3.15"), "1", "the text: the non-periodic source dominates"));
   report.rows.push_back(at_least("action 1: share of the legs in the periodic source",
                                  share_of(first[0], mocap::kLeftHip, mocap::kRightAnkle), 0.4, "1",
                                  "the text: hip and leg joints strongly; 18 of 51 rows"));
@@ -225,8 +226,12 @@ Report maps(const PlotDir& plot_dir) {
 }  // namespace
 
 void add_drawer_weight_figures(std::vector<reproduce::Figure>& to) {
-  to.push_back({"fig-3.15", "weights of two sources in the three actions", "M18", weights});
-  to.push_back({"fig-3.20", "maps from length and duration to a weight", "M18", maps});
+  to.push_back({"fig-3.15",
+                "weights of two sources in the three actions",
+                "M18",
+                {.published = 3, .goal = 3},
+                weights});
+  to.push_back({"fig-3.20", "maps from length and duration to a weight", "M18", {.goal = 6}, maps});
 }
 
 }  // namespace mimesis::synthesizer

@@ -39,6 +39,7 @@ namespace {
 using plot::Data;
 using reproduce::at_least;
 using reproduce::at_most;
+using reproduce::published;
 using reproduce::Report;
 
 /// Fraction of i times an irrational: spread evenly, the same on every machine.
@@ -129,20 +130,22 @@ Pursuit pursue(int trained) {
 reproduce::Report style_preserving_reach(const std::optional<std::filesystem::path>& dir) {
   const Pursuit many = pursue(160), few = pursue(80);
   Report report;
-  const char* why =
-      "M18 fig. 3.27 prints 1-2 cm against 7-8 cm, for a 7-joint arm and its own data";
+  const char* why = "1-2 cm against 7-8 cm, for a 7-joint arm and its own data";
   const double with_cm = 100.0 * many.with.mean_m;
-  report.rows = {
-      at_most("style-preserving, 160 reaches: miss, mean", with_cm, 2.0, "cm", why),
-      at_most("style-preserving: miss, largest", 100.0 * many.with.worst_m, 2.0, "cm", why),
-      at_least("by goal alone: miss, mean", 100.0 * many.without.mean_m, 7.0, "cm", why),
-      at_least("by goal alone: miss, largest", 100.0 * many.without.worst_m, 8.0, "cm", why),
-      at_least("style without prior: miss, mean", 100.0 * many.averaged.mean_m, 7.0, "cm",
-               "the mean style lies between the two elbows"),
-      at_most("style-preserving, 80 reaches: miss, mean", 100.0 * few.with.mean_m, 3.0, "cm",
-              "how much depends on the number of reaches"),
-      at_most("style-preserving, 80 reaches: miss, largest", 100.0 * few.with.worst_m, 8.0, "cm",
-              "how much depends on the number of reaches")};
+  report.rows = {at_most("style-preserving, 160 reaches: miss, mean", with_cm,
+                         published(2.0, "M18 fig. 3.27"), "cm", why),
+                 at_most("style-preserving: miss, largest", 100.0 * many.with.worst_m,
+                         published(2.0, "M18 fig. 3.27"), "cm", why),
+                 at_least("by goal alone: miss, mean", 100.0 * many.without.mean_m,
+                          published(7.0, "M18 fig. 3.27"), "cm", why),
+                 at_least("by goal alone: miss, largest", 100.0 * many.without.worst_m,
+                          published(8.0, "M18 fig. 3.27"), "cm", why),
+                 at_least("style without prior: miss, mean", 100.0 * many.averaged.mean_m, 7.0,
+                          "cm", "the mean style lies between the two elbows"),
+                 at_most("style-preserving, 80 reaches: miss, mean", 100.0 * few.with.mean_m, 3.0,
+                         "cm", "how much depends on the number of reaches"),
+                 at_most("style-preserving, 80 reaches: miss, largest", 100.0 * few.with.worst_m,
+                         8.0, "cm", "how much depends on the number of reaches")};
   if (dir) {
     report.plots.push_back(*dir / "style-preserving-reach.png");
     plot::plot_png(report.plots.back(), 760, 640, {many.target, many.hit, many.missed},
@@ -164,6 +167,8 @@ using Eigen::Index;
 using plot::Data;
 using reproduce::at_least;
 using reproduce::at_most;
+using reproduce::closed_form;
+using reproduce::goal;
 using reproduce::holds;
 using reproduce::Report;
 using PlotDir = std::optional<std::filesystem::path>;
@@ -198,8 +203,9 @@ Report two_elbows(const PlotDir& dir) {
   report.rows = {
       at_most("hand off the vertical line", 1e3 * off_path, 1.0, "mm", same),
       at_most("hand of one style off that of the other", 1e3 * apart, 1.0, "mm", same),
-      holds("elbow up: bent to the negative side at the goal", up(1, kReachSamples - 1) < -0.3),
-      holds("elbow down: bent to the positive side", down(1, kReachSamples - 1) > 0.3),
+      holds("elbow up: bent to the negative side at the goal", up(1, kReachSamples - 1) < -0.3,
+            goal()),
+      holds("elbow down: bent to the positive side", down(1, kReachSamples - 1) > 0.3, goal()),
       at_least("shoulder, up against down", up(0, kReachSamples - 1) - down(0, kReachSamples - 1),
                0.5, "rad", "the two reaches must look different")};
   if (dir) {
@@ -292,10 +298,12 @@ Report distributions(const PlotDir& dir) {
     const Eigen::Vector2d first = style_axis(0.0), last = style_axis(1.0);
     const double turn = std::acos(std::clamp(first.dot(last), -1.0, 1.0));
     const std::string name = name_of(variable);
-    report.rows.push_back(at_most(name + ": the style fibres are straight", bent, 1e-9, "1",
+    report.rows.push_back(at_most(name + ": the style fibres are straight", bent,
+                                  closed_form(1e-9, "put in"), "1",
                                   "one dimension per goal, as the text has it"));
-    report.rows.push_back(at_least(name + ": turn of the style axis over the goals", turn, 1.5,
-                                   "rad", "no fixed direction of the feature space would do"));
+    report.rows.push_back(reproduce::near(name + ": turn of the style axis over the goals", turn,
+                                          closed_form(2.2, "put in"), 1e-9, "rad",
+                                          "no fixed direction of the feature space would do"));
     if (!dir) continue;
     report.plots.push_back(*dir / (variable ? "fig-3.24-variable.png" : "fig-3.24-constant.png"));
     plot::plot_png(report.plots.back(), 760, 640, {points_of(d), lines},
@@ -379,13 +387,22 @@ Report regression(const PlotDir& dir) {
 }  // namespace
 
 void add_style_content_figures(std::vector<reproduce::Figure>& to) {
-  to.push_back({"fig-3.22", "Reaching with elbow up or down: prioritised inverse kinematics", "M18",
+  to.push_back({"fig-3.22",
+                "Reaching with elbow up or down: prioritised inverse kinematics",
+                "M18",
+                {.goal = 5},
                 two_elbows});
-  to.push_back({"fig-3.24", "Synthetic goal-style distributions", "M18", distributions});
   to.push_back(
-      {"fig-3.25", "Style-content separation: inferred means and styles", "M18", regression});
+      {"fig-3.24", "Synthetic goal-style distributions", "M18", {.closed_form = 4}, distributions});
+  to.push_back({"fig-3.25",
+                "Style-content separation: inferred means and styles",
+                "M18",
+                {.goal = 8},
+                regression});
   to.push_back({"style-preserving-reach",
-                "Reaching a moving target with and without style inference", "M18",
+                "Reaching a moving target with and without style inference",
+                "M18",
+                {.published = 4, .goal = 3},
                 style_preserving_reach});
 }
 

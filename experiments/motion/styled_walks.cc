@@ -47,8 +47,8 @@ RecordedWalks recorded_walks(const std::vector<std::string>& clips) {
 
 reproduce::Report report_absent(const std::string& clip) {
   reproduce::Report report;
-  report.rows = {reproduce::holds("the recordings are there", false)};
-  report.rows.front().why = clip + " is absent; MIMESIS_SHARED names the folder";
+  report.rows = {reproduce::holds("the recordings are there", false, reproduce::goal(),
+                                  clip + " is absent; MIMESIS_SHARED names the folder")};
   return report;
 }
 

@@ -193,7 +193,8 @@ Report walk_styles(const PlotDir& dir) {
   for (const std::string& name : kWalkStyles) {
     const MotionParameters& p = styles.parameters[styles.index(name)];
     report.rows.push_back(at_most(name + ": feet on the ground slide, with lock",
-                                  foot_slide(model, p, true), 0.083, "m/s",
+                                  foot_slide(model, p, true),
+                                  reproduce::prototype(0.083, "motion.md"), "m/s",
                                   "what feet of recordings do; without lock " +
                                       std::to_string(foot_slide(model, p, false)).substr(0, 5)));
   }
@@ -236,7 +237,11 @@ Paths film_styles(const std::filesystem::path& dir) {
 }  // namespace
 
 void add_walk_styles_figure(std::vector<reproduce::Figure>& to) {
-  to.push_back({"walk-styles", "one character walks through recorded styles", "M18", walk_styles,
+  to.push_back({"walk-styles",
+                "one character walks through recorded styles",
+                "M18",
+                {.prototype = 6, .goal = 4},
+                walk_styles,
                 film_styles});
 }
 

@@ -70,9 +70,9 @@ Report figure(const std::optional<std::filesystem::path>& plot_dir) {
         "rms ZMP error in " + name + ", full body, two iterations", 1e3 * second[axis],
         axis == 0 ? 1.5 : 1.0, "mm", curves + "1.2 and 0.5 mm were measured in a trial"));
   }
-  report.rows.push_back(
-      reproduce::holds("every leg reaches its planned sole",
-                       full.unreachable + legs.unreachable + twice.unreachable == 0));
+  report.rows.push_back(reproduce::holds(
+      "every leg reaches its planned sole",
+      full.unreachable + legs.unreachable + twice.unreachable == 0, reproduce::goal()));
   if (plot_dir) {
     report.plots.push_back(*plot_dir / "fig-3.43.png");
     plot(report.plots.back(), full, legs);
@@ -87,7 +87,8 @@ std::vector<reproduce::Figure> figures() {
            .title = "ZMP in walking direction: planned, unfiltered, filter of the legs only and "
                     "of the full body",
            .source = "M18",
-           .run = figure}};
+           .rows = {.goal = 9},
+           .compute = figure}};
 }
 
 }  // namespace mimesis::walker

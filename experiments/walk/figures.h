@@ -16,19 +16,40 @@ std::vector<reproduce::Figure> films();
 
 struct Title {
   const char *name, *title;
+  reproduce::Declared rows;
   double cpu_minutes;  ///< about, run alone; figures of one call share their walks
   const char* source = "M18";
 };
 inline constexpr std::array kTitles = {
-    Title{"power-law", "ellipses walked by power laws of speed and curvature [sec. 4.5.1]", 1},
-    Title{"fig-3.41", "accuracy of step sizes and reach of resynthesized robot walks", 3},
-    Title{"fig-3.44", "robot behaviours for the smallest and largest steps and reaches", 3},
-    Title{"fig-3.45", "the robot walks to a drawer that jumps", 2},
-    Title{"fig-3.46", "lateral spread of the ZMP: originals, resynthesis, novel goals", 4},
-    Title{"table-3.1", "falls: learned joint angles beside our method", 10},
-    Title{"fig-3.47", "peak ankle torques and ground forces: WPG, naive, ours", 5},
+    Title{"power-law",
+          "ellipses walked by power laws of speed and curvature [sec. 4.5.1]",
+          {.closed_form = 4, .goal = 12},
+          1},
+    Title{"fig-3.41",
+          "accuracy of step sizes and reach of resynthesized robot walks",
+          {.published = 9, .goal = 6},
+          3},
+    Title{"fig-3.44",
+          "robot behaviours for the smallest and largest steps and reaches",
+          {.published = 4, .goal = 1},
+          3},
+    Title{"fig-3.45", "the robot walks to a drawer that jumps", {.published = 2, .goal = 6}, 2},
+    Title{"fig-3.46",
+          "lateral spread of the ZMP: originals, resynthesis, novel goals",
+          {.goal = 7},
+          4},
+    Title{"table-3.1",
+          "falls: learned joint angles beside our method",
+          {.published = 40, .goal = 14},
+          10},
+    Title{"fig-3.47",
+          "peak ankle torques and ground forces: WPG, naive, ours",
+          {.published = 16, .goal = 1},
+          5},
     Title{"second-robot",
-          "JVRC-1 walks, is pushed, steps on plates and opens drawers (needs the shared data)", 5,
+          "JVRC-1 walks, is pushed, steps on plates and opens drawers (needs the shared data)",
+          {.goal = 24},
+          5,
           "own"},
 };
 
@@ -50,11 +71,15 @@ reproduce::Report second_robot(const PlotDir& plot_dir);
 
 struct FilmTitle {
   const char *name, *title;
+  reproduce::Declared rows;
 };
-inline constexpr FilmTitle kWalkArms{"walk-arms", "the biped walks at 0.3 m/s and swings its arms"};
+inline constexpr FilmTitle kWalkArms{
+    "walk-arms", "the biped walks at 0.3 m/s and swings its arms", {.closed_form = 1, .goal = 2}};
 inline constexpr FilmTitle kWalkDrawer{
-    "walk-drawer", "the biped walks to a drawer, opens it and takes an object out [sec. 3.8]"};
-inline constexpr FilmTitle kWalkPush{"walk-push",
-                                     "the biped is pushed aside by 10 N s while it walks"};
+    "walk-drawer",
+    "the biped walks to a drawer, opens it and takes an object out [sec. 3.8]",
+    {.goal = 5}};
+inline constexpr FilmTitle kWalkPush{
+    "walk-push", "the biped is pushed aside by 10 N s while it walks", {.goal = 2}};
 
 }  // namespace mimesis::walk

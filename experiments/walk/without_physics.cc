@@ -20,7 +20,7 @@ auto refusal(const std::string& name) {
 std::vector<reproduce::Figure> figures() {
   std::vector<reproduce::Figure> out;
   for (const Title& t : kTitles) {
-    out.push_back({t.name, t.title, t.source, refusal(t.name), {}, t.cpu_minutes});
+    out.push_back({t.name, t.title, t.source, t.rows, refusal(t.name), {}, t.cpu_minutes});
   }
   return out;
 }
@@ -28,7 +28,7 @@ std::vector<reproduce::Figure> figures() {
 std::vector<reproduce::Figure> films() {
   std::vector<reproduce::Figure> out;
   for (const FilmTitle& t : {kWalkArms, kWalkDrawer, kWalkPush}) {
-    out.push_back({t.name, t.title, "M18", refusal(t.name)});
+    out.push_back({t.name, t.title, "M18", t.rows, refusal(t.name)});
   }
   return out;
 }

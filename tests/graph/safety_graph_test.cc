@@ -5,8 +5,11 @@
 
 #include <filesystem>
 
+#include "common/model/files.h"
+#include "hw/sim/world/collisions.h"
 #include "proto/bridge.pb.h"
 #include "proto/planner.pb.h"
+#include "proto/world.pb.h"
 #include "tests/graph/scenario.h"
 
 namespace mimesis::testing {
@@ -72,6 +75,28 @@ TEST_P(KilledNode, StopsTheArmAndLeavesNothingBehind) {
     EXPECT_NE(last.drives(i), v1::DRIVE_STATE_OPERATION_ENABLED)
         << "axis " << i << " is still powered";
   }
+
+  if (victim != "world") {
+    const auto worlds = run.messages("world/state");
+    ASSERT_FALSE(worlds.empty());
+    v1::WorldState world;
+    ASSERT_TRUE(world.ParseFromString(worlds.back().payload));
+    EXPECT_EQ(world.collisions(), 0U) << world.last_collision();
+  }
+  // The launcher ends the world before the drives: the arm's last way is judged here.
+  const std::string models = MIMESIS_SOURCE_DIR "/models/";
+  const kin::ArmModel arm = model::load_arm(models + "lwr4.yaml");
+  world::CollisionMonitor contacts(arm, model::load_table(models + "bridge_table.yaml"));
+  std::vector<Eigen::Isometry3d> frames;
+  for (const auto& message : states) {
+    v1::JointState state;
+    ASSERT_TRUE(state.ParseFromString(message.payload));
+    ASSERT_EQ(state.position_rad_size(), arm.dof());
+    kin::forward(arm, Eigen::Map<const Eigen::VectorXd>(state.position_rad().data(), arm.dof()),
+                 frames);
+    contacts.update(frames, {.cylinder = {}, .falling = true});
+  }
+  EXPECT_EQ(contacts.count(), 0) << contacts.last();
 }
 
 INSTANTIATE_TEST_SUITE_P(Nodes, KilledNode,

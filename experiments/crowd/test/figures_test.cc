@@ -30,8 +30,8 @@ TEST_P(FigureRows, Hold) {
   EXPECT_FALSE(report.rows.empty());
   EXPECT_TRUE(report.plots.empty());
   for (const reproduce::Row& row : report.rows) {
-    EXPECT_TRUE(row.passed) << row.what << ": " << row.ours << " of "
-                            << row.reference.value_or(row.tolerance) << ' ' << row.unit;
+    EXPECT_TRUE(row.passed) << row.what << ": " << row.ours << " of " << row.reference.value << ' '
+                            << row.unit;
   }
 }
 

@@ -11,7 +11,7 @@ TEST(WalkerFigures, AllRowsHold) {
     EXPECT_FALSE(report.rows.empty());
     for (const reproduce::Row& row : report.rows) {
       EXPECT_TRUE(row.passed) << figure.name << ": " << row.what << ": " << row.ours << ' '
-                              << row.unit << ", tolerance " << row.tolerance;
+                              << row.unit << ", reference " << row.reference.value;
     }
   }
 }

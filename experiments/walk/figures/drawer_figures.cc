@@ -11,6 +11,8 @@
 namespace mimesis::walk {
 
 using hw::sim::Plant;
+using reproduce::goal;
+using reproduce::published;
 using reproduce::Report;
 
 // Sizes of the first two actions and reach when the full control system resynthesizes training
@@ -82,15 +84,15 @@ Report accuracy(const PlotDir& plot_dir) {
   Report report;
   for (const Sources& s : kSources) {
     const auto outcomes = study.resynthesis(s);
-    report.rows.push_back(reproduce::near(s.text() + " sources: falls", falls(outcomes), 0, 0, "1",
-                                          "none is told of"));
+    report.rows.push_back(reproduce::near(s.text() + " sources: falls", falls(outcomes), goal(0), 0,
+                                          "1", "none is told of"));
     std::vector<double> all;
     for (const Quantity& q : kQuantities) {
       const std::vector<double> e = sizes_of(outcomes, q);
       all.insert(all.end(), e.begin(), e.end());
-      report.rows.push_back(reproduce::within(s.text() + " sources: " + q.name + ", largest error",
-                                              largest(outcomes, q.error_m), kMostError_m, "m",
-                                              "\"always below 10 mm\" [M18 3.8.3]"));
+      report.rows.push_back(reproduce::at_most(
+          s.text() + " sources: " + q.name + ", largest error", largest(outcomes, q.error_m),
+          published(kMostError_m, "M18 3.8.3"), "m", "\"always below 10 mm\""));
     }
     const auto small =
         static_cast<double>(std::ranges::count_if(all, [](double e) { return e < 0.005; }));
@@ -137,17 +139,16 @@ Report extremes(const PlotDir& plot_dir) {
   DrawerStudy& study = DrawerStudy::shared();
   const auto outcomes = study.extremes();
   Report report;
-  report.rows.push_back(
-      reproduce::near("sequences", static_cast<double>(outcomes.size()), 30, 0, "1"));
-  report.rows.push_back(reproduce::near("falls", falls(outcomes), 0, 0, "1",
-                                        "\"for all tested step sizes a human-like coordinated "
-                                        "behavior was generated\" [M18 3.8.4]"));
-  report.rows.push_back(
-      reproduce::holds("every object is taken",
-                       std::ranges::all_of(outcomes, [](const Outcome& o) { return o.taken; })));
+  report.rows.push_back(reproduce::near("falls", falls(outcomes), published(0, "M18 3.8.4"), 0, "1",
+                                        "\"for all tested intermediate step sizes a human-like "
+                                        "coordinated behavior was generated\""));
+  report.rows.push_back(reproduce::holds(
+      "every object is taken",
+      std::ranges::all_of(outcomes, [](const Outcome& o) { return o.taken; }), goal()));
   const auto row = [&](const char* what, double (*value)(const Outcome&)) {
-    report.rows.push_back(reproduce::within(what, largest(outcomes, value), kMostError_m, "m",
-                                            "\"always below 10 mm\" [M18 3.8.3, fig. 3.41]"));
+    report.rows.push_back(reproduce::at_most(what, largest(outcomes, value),
+                                             published(kMostError_m, "M18 3.8.3"), "m",
+                                             "\"always below 10 mm\", of training trials"));
   };
   row("size of action 1 (50.5-56.1 cm), largest error", normal_error);
   row("size of action 2 (16.3-35.9 cm), largest error", reaching_error);
@@ -223,12 +224,13 @@ Report jumps(const PlotDir& plot_dir) {
     });
     const std::string what = std::string(row.what) + ": ";
     const Outcome outcome = outcome_of(result.walk, {});
-    report.rows.push_back(reproduce::near(what + "falls", outcome.fell, 0, 0, "1"));
+    report.rows.push_back(reproduce::near(what + "falls", outcome.fell, goal(0), 0, "1"));
     report.rows.push_back(reproduce::holds(what + "the object is taken", result.taken,
+                                           published("M18 fig. 3.45"),
                                            "moments d and e of the figure"));
     report.rows.push_back(reproduce::near(
-        what + "middle of the feet before the front, at the end", kFinal_m - feet_m, 0.51, 0.055,
-        "m", "reference: where the trained robot is at ease; half of the distances it knows"));
+        what + "middle of the feet before the front, at the end", kFinal_m - feet_m, goal(0.51),
+        0.055, "m", "where the trained robot is at ease; half of the distances it knows"));
     report.rows.push_back(reproduce::at_most(what + "hand at the object, error",
                                              result.taken ? result.reach_error_m : std::nan(""),
                                              0.010, "m", "goal of the task; no figure published"));
@@ -317,27 +319,28 @@ void add_ours(const std::string& name, const std::vector<Outcome>& all, Report& 
   for (std::size_t c = 0; c < kSpeeds.size(); ++c) {
     const std::vector<Outcome> ten = speed_class(all, c);
     const std::string what = name + ", " + kSpeeds[c] + ": ";
-    report.rows.push_back(reproduce::near(what + "falls of 10", falls(ten), 0, 0, "1"));
+    report.rows.push_back(
+        reproduce::near(what + "falls of 10", falls(ten), published(0, "M18 table 3.1"), 0, "1"));
     report.rows.push_back(
         reproduce::near(what + "objects taken of 10",
-                        static_cast<double>(std::ranges::count_if(ten, &Outcome::taken)), 10, 0,
-                        "1", "every sequence ends with the object in the hand"));
-    report.rows.push_back(reproduce::within(what + "ankle pitch torque, largest",
-                                            largest(ten, ankle), kMostAnkle_n_m, "N m",
-                                            "limit of HRP-2 [M18 fig. 3.47]; low-passed by 20 ms"));
-    report.rows.push_back(reproduce::within(what + "ground reaction force, largest",
-                                            largest(ten, normal_force), kMostNormal_n, "N",
-                                            "limit of HRP-2 [M18 fig. 3.47]; low-passed by 20 ms"));
+                        static_cast<double>(std::ranges::count_if(ten, &Outcome::taken)), goal(10),
+                        0, "1", "every sequence ends with the object in the hand"));
+    report.rows.push_back(reproduce::at_most(
+        what + "ankle pitch torque, largest", largest(ten, ankle),
+        published(kMostAnkle_n_m, "M18 3.8.4"), "N m", "limit of HRP-2; low-passed by 20 ms"));
+    report.rows.push_back(reproduce::at_most(
+        what + "ground reaction force, largest", largest(ten, normal_force),
+        published(kMostNormal_n, "M18 3.8.4"), "N", "limit of HRP-2; low-passed by 20 ms"));
     report.rows.push_back(reproduce::at_most(what + "sole off its planned place, largest",
                                              largest(ten, step_error), kMostError_m, "m",
                                              "goal of the project; published are travels only"));
     const double travel = std::max(largest(ten, normal_error), largest(ten, reaching_error));
-    report.rows.push_back(reproduce::within(what + "size of actions 1 and 2, largest error", travel,
-                                            kMostError_m, "m",
-                                            "\"always below 10 mm\" [M18 3.8.3, fig. 3.41]"));
-    report.rows.push_back(reproduce::within(what + "reach, largest error",
-                                            largest(ten, reach_error), kMostError_m, "m",
-                                            "\"always below 10 mm\" [M18 3.8.3, fig. 3.41]"));
+    report.rows.push_back(reproduce::at_most(what + "size of actions 1 and 2, largest error",
+                                             travel, published(kMostError_m, "M18 3.8.3"), "m",
+                                             "\"always below 10 mm\", of training trials"));
+    report.rows.push_back(reproduce::at_most(
+        what + "reach, largest error", largest(ten, reach_error),
+        published(kMostError_m, "M18 3.8.3"), "m", "\"always below 10 mm\", of training trials"));
   }
 }
 
@@ -360,20 +363,12 @@ std::array<double, 3> add_naive(DrawerStudy& study, Report& report) {
       all[c] += spread_of(fell).mean;
       report.rows.push_back(reproduce::beside(
           "ML " + kSources[i].text() + ", " + kSpeeds[c] + ": falls of 10", spread_of(fell).mean,
-          kPrinted[i][c], "1",
+          published(kPrinted[i][c], "M18 table 3.1"), "1",
           fmt::format("of {} models: {}; \"varies in a non-systematic manner\" [M18 3.8.4]",
                       kNaiveModels, fmt::join(fell, ", "))));
     }
   }
   return all;
-}
-
-/// A row of its own for the case of the printed numbers.
-reproduce::Row at_least_of_printed(const std::string& what, double ours, double bound,
-                                   double printed, const std::string& why) {
-  reproduce::Row row = reproduce::at_least(what, ours, bound, "1", why);
-  row.reference = printed;
-  return row;
 }
 
 std::filesystem::path plot_falls(const std::filesystem::path& dir, DrawerStudy& study) {
@@ -427,18 +422,18 @@ Report falls_table(const PlotDir& plot_dir) {
   DrawerStudy& study = DrawerStudy::shared();
   Report report;
   const std::array<double, 3> naive = add_naive(study, report);
-  report.rows.push_back(at_least_of_printed(
-      "ML, all: falls of 90", naive[0] + naive[1] + naive[2], 9, 35,
+  report.rows.push_back(reproduce::at_least(
+      "ML, all: falls of 90 (printed: 35)", naive[0] + naive[1] + naive[2], 9, "1",
       "\"often resulted in falling\" [M18 3.8.4]: a tenth of all at the least"));
   report.rows.push_back(
-      at_least_of_printed("ML, fast: falls of 30", naive[2], 3, 19,
+      reproduce::at_least("ML, fast: falls of 30 (printed: 19)", naive[2], 3, "1",
                           "\"a significant number of cases\" [M18 3.8.4]: a tenth at the least"));
   add_ours("ours, springs", study.inference(kSources[1], Goals::all), report);
   add_ours("ours, servos", study.inference(kSources[1], Goals::all, Plant::servo), report);
   const std::string alone = "controls: the way of playing alone, with the WPG's own angles; ";
-  report.rows.push_back(reproduce::near("WPG's angles played with feedback: falls of 8",
-                                        falls(study.played_originals()), 0, 0, "1",
-                                        alone + "what falls above falls by the learned angles"));
+  report.rows.push_back(reproduce::near(
+      "WPG's angles played with feedback: falls of 8", falls(study.played_originals()),
+      published(0, "M18 3.8.4"), 0, "1", alone + "what falls above falls by the learned angles"));
   if (plot_dir) report.plots.push_back(plot_falls(*plot_dir, study));
   return report;
 }
@@ -466,11 +461,13 @@ std::vector<Bar> peak_bars(DrawerStudy& study, double (*value)(const Outcome&)) 
 }
 
 void add_limits(const std::string& what, const std::vector<Outcome>& o, Report& report) {
-  const char* why = "limit of HRP-2 [M18 fig. 3.47]; low-passed by 20 ms";
-  report.rows.push_back(reproduce::within(what + ": ankle pitch torque, largest peak",
-                                          largest(o, ankle), kMostAnkle_n_m, "N m", why));
-  report.rows.push_back(reproduce::within(what + ": ground reaction force, largest peak",
-                                          largest(o, normal_force), kMostNormal_n, "N", why));
+  const char* why = "limit of HRP-2; low-passed by 20 ms";
+  report.rows.push_back(reproduce::at_most(what + ": ankle pitch torque, largest peak",
+                                           largest(o, ankle),
+                                           published(kMostAnkle_n_m, "M18 3.8.4"), "N m", why));
+  report.rows.push_back(reproduce::at_most(what + ": ground reaction force, largest peak",
+                                           largest(o, normal_force),
+                                           published(kMostNormal_n, "M18 3.8.4"), "N", why));
 }
 
 double share_beyond(const std::vector<Outcome>& o, double (*value)(const Outcome&), double limit) {
@@ -497,13 +494,13 @@ Report peaks(const PlotDir& plot_dir) {
       "\"almost all torque peak values exceed 30 Nm\", no figure [M18 3.8.4]; falls included"));
   report.rows.push_back(reproduce::beside(
       "naive, novel goals: share of walks beyond the ground force's limit",
-      share_beyond(novel, normal_force, kMostNormal_n), 1.0, "1",
+      share_beyond(novel, normal_force, kMostNormal_n), published(1.0, "M18 3.8.4"), "1",
       "\"always infeasible\" [M18 3.8.4], of HRP-2's soles in OpenHRP; peaks end with a fall"));
   report.rows.push_back(
       reproduce::at_least("naive, resynthesis: mean ankle torque / ours",
                           spread_of(values_of(again, ankle)).mean /
                               spread_of(values_of(study.resynthesis(kSources[1]), ankle)).mean,
-                          1.0, "1", "above ours in fig. 3.47.a, no figures"));
+                          published(1.0, "M18 fig. 3.47"), "1", "above ours, no figures"));
   if (plot_dir) {
     std::vector<plot::Data> data;
     const std::string a = bars_panel(peak_bars(study, ankle), "ankle", 120.0, kMostAnkle_n_m, data);
@@ -525,7 +522,7 @@ std::vector<reproduce::Figure> figures() {
   std::vector<reproduce::Figure> out;
   for (std::size_t i = 0; i < kTitles.size(); ++i) {
     const Title& t = kTitles[i];
-    out.push_back({t.name, t.title, t.source, runs[i], {}, t.cpu_minutes});
+    out.push_back({t.name, t.title, t.source, t.rows, runs[i], {}, t.cpu_minutes});
     if (runs[i] == &extremes) out.back().film = &extremes_film;
     if (runs[i] == &jumps) out.back().film = &jumps_film;
   }

@@ -158,9 +158,11 @@ Report power_law(const std::optional<std::filesystem::path>& plot_dir) {
     const Lap& lap = laps[i];
     const auto& [beta, name] = laws[i];
     const std::string law = name;
-    report.rows.push_back(near(law + ": falls", lap.result.figures.fell, 0, 0, "1"));
-    report.rows.push_back(near(law + ": exponent of what was walked", lap.exponent, beta, 0.03, "1",
-                               "reference: what was wished; a tenth of the way to the next law"));
+    report.rows.push_back(
+        near(law + ": falls", lap.result.figures.fell, reproduce::goal(0), 0, "1"));
+    report.rows.push_back(near(law + ": exponent of what was walked", lap.exponent,
+                               reproduce::closed_form(beta, "wished"), 0.03, "1",
+                               "a tenth of the way to the next law"));
     report.rows.push_back(at_most(law + ": off the path, largest", lap.off_path_m, 0.02, "m",
                                   "middle of the feet at landings; nothing is published"));
     report.rows.push_back(at_most(law + ": work of all joints", lap.work_j_m, 300.0, "J/m",

@@ -77,8 +77,8 @@ class Rows {
   explicit Rows(const Robot& robot) : weight_n_(robot.biped.tree.mass_kg() * robot::kGravity) {}
 
   void falls(const std::string& what, const Worst& worst, std::size_t n) {
-    report.rows.push_back(reproduce::near(fmt::format("{}falls of {}", what, n), worst.fell, 0, 0,
-                                          "1", "goal of the project"));
+    report.rows.push_back(reproduce::near(fmt::format("{}falls of {}", what, n), worst.fell,
+                                          reproduce::goal(0), 0, "1"));
   }
   void limits(const std::string& what, const Worst& worst) {
     report.rows.push_back(reproduce::at_most(what + "sole off its planned place, largest",
@@ -102,8 +102,8 @@ class Rows {
     }
     falls(what, worst, results.size());
     const int n = static_cast<int>(results.size());
-    report.rows.push_back(reproduce::near(fmt::format("{}objects taken of {}", what, n), taken, n,
-                                          0, "1", "goal of the project"));
+    report.rows.push_back(reproduce::near(fmt::format("{}objects taken of {}", what, n), taken,
+                                          reproduce::goal(n), 0, "1"));
     report.rows.push_back(reproduce::at_most(what + "hand off handle or object, largest", reach,
                                              kMostError_m, "m", "as asked of biped.urdf"));
     limits(what, worst);

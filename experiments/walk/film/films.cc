@@ -22,7 +22,7 @@ TrialSpec from_suite(const std::string& suite, const std::string& name, const Ro
 }
 
 void add_balance(const TrialResult& result, Report& report) {
-  report.rows.push_back(near("falls", result.figures.fell, 0, 0, "1"));
+  report.rows.push_back(near("falls", result.figures.fell, reproduce::goal(0), 0, "1"));
   report.rows.push_back(at_most("divergent component off the plan, largest", result.dcm_max_m, 0.1,
                                 "m", "half of a sole's length; nothing is published"));
 }
@@ -37,7 +37,8 @@ Report arms(const PlotDir&) {
   Report report;
   const TrialResult result = run_trial(arms_trial(robot));
   add_balance(result, report);
-  report.rows.push_back(near("walked in 11 s at 0.3 m/s", result.walked_m, 3.3, 0.4, "m"));
+  report.rows.push_back(near("walked in 11 s at 0.3 m/s", result.walked_m,
+                             reproduce::closed_form(3.3, "speed times time"), 0.4, "m"));
   return report;
 }
 
@@ -90,7 +91,7 @@ Report drawer(const PlotDir&) {
   Report report;
   const DrawerResult result = run_drawer(robot, {});
   add_balance(result.walk, report);
-  report.rows.push_back(reproduce::holds("the object is taken", result.taken));
+  report.rows.push_back(reproduce::holds("the object is taken", result.taken, reproduce::goal()));
   report.rows.push_back(
       at_most("hand at the handle, error", result.handle_error_m, 0.01, "m", "goal of the task"));
   report.rows.push_back(
@@ -117,7 +118,7 @@ Paths film_drawer(const std::filesystem::path& dir) {
 
 std::vector<reproduce::Figure> films() {
   const auto figure = [](const FilmTitle& t, auto run, auto film) {
-    return reproduce::Figure{t.name, t.title, "M18", run, film};
+    return reproduce::Figure{t.name, t.title, "M18", t.rows, run, film};
   };
   return {figure(kWalkArms, arms, film_arms), figure(kWalkDrawer, drawer, film_drawer),
           figure(kWalkPush, push, film_push)};

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <numbers>
 
@@ -23,6 +24,20 @@ constexpr Eigen::Index kJoints = 18, kRows = kJoints + 3;
 Eigen::MatrixXd rows_of(const DrawerData& data, Action action, std::size_t trial) {
   const auto& set = data.action[action];
   return set.samples.middleRows(static_cast<Eigen::Index>(trial) * kRows, kRows);
+}
+
+/// How far the pelvis comes along its first heading: the velocities, which are those of a turning
+/// frame, added up pose by pose.
+double walked_m(const Eigen::MatrixXd& rows, double duration_s) {
+  const double dt = duration_s / static_cast<double>(rows.cols());
+  double x = 0.0, heading = 0.0;
+  for (Eigen::Index t = 0; t < rows.cols(); ++t) {
+    const double forward = rows(kJoints, t), left = rows(kJoints + 1, t);
+    const double middle = heading + 0.5 * dt * rows(kJoints + 2, t);
+    x += dt * (forward * std::cos(middle) - left * std::sin(middle));
+    heading += dt * rows(kJoints + 2, t);
+  }
+  return x;
 }
 
 TEST(RobotTrials, AreFiftyOfTheUpperBodyAndThePelvisVelocity) {
@@ -137,8 +152,8 @@ TEST(RobotTrials, VelocitiesCarryThePelvisByTheLengths) {
   for (std::size_t i = 0; i < 50; ++i) {
     for (const Action a : {kNormalStep, kReachingStep}) {
       const mocap::Trial& trial = data.action[a].trials[i];
-      const double travel = travel_m(data.action[a].rows, rows_of(data, a, i), trial.duration_s);
-      EXPECT_NEAR(travel, trial.step_length_m, 1e-9) << "action " << a << " trial " << i;
+      EXPECT_NEAR(walked_m(rows_of(data, a, i), trial.duration_s), trial.step_length_m, 0.003)
+          << "action " << a << " trial " << i;
     }
     least = std::min(least, data.action[0].trials[i].step_length_m);
     most = std::max(most, data.action[0].trials[i].step_length_m);
@@ -175,8 +190,7 @@ TEST(LearnedActions, ReconstructWhatTheyLearned) {
       const Eigen::MatrixXd off = (made - was).cwiseAbs();
       worst_rad = std::max(worst_rad, off.topRows(kJoints).maxCoeff());
       const double seconds = data.action[a].trials[i].duration_s;
-      worst_m = std::max(worst_m, std::abs(travel_m(learned.rows(), made, seconds) -
-                                           travel_m(learned.rows(), was, seconds)));
+      worst_m = std::max(worst_m, std::abs(walked_m(made, seconds) - walked_m(was, seconds)));
     }
   }
   EXPECT_LT(worst_m, 0.005);  // the goal of the steps' errors [M18 3.8.3]
@@ -191,10 +205,8 @@ TEST(LearnedActions, InferLengthsThatWereNotTrained) {
     const ActionTask one{.length_m = 0.505 + 0.056 * u, .duration_s = 1.6};
     const ActionTask two{
         .length_m = 0.163 + 0.196 * u, .duration_s = 1.6, .previous_length_m = one.length_m};
-    EXPECT_NEAR(travel_m(learned.rows(), learned.infer(kNormalStep, one), 1.6), one.length_m,
-                0.006);
-    EXPECT_NEAR(travel_m(learned.rows(), learned.infer(kReachingStep, two), 1.6), two.length_m,
-                0.02);
+    EXPECT_NEAR(walked_m(learned.infer(kNormalStep, one), 1.6), one.length_m, 0.006);
+    EXPECT_NEAR(walked_m(learned.infer(kReachingStep, two), 1.6), two.length_m, 0.02);
   }
 }
 
