@@ -342,25 +342,26 @@ void add_ours(const std::string& name, const std::vector<Outcome>& all, Report& 
 }
 
 /// Falls of ten at a speed, of each model.
-std::vector<double> naive_falls(DrawerStudy& study, Sources sources, std::size_t speed) {
+std::vector<double> naive_falls(DrawerStudy& study, Sources sources, std::size_t speed,
+                                const Playing& how = {}) {
   std::vector<double> out;
   for (std::size_t model = 0; model < kNaiveModels; ++model) {
-    const auto all = study.naive_inference(sources, Goals::all, model);
+    const auto all = study.naive_inference(sources, Goals::all, model, how);
     out.push_back(falls(speed_class(all, speed)));
   }
   return out;
 }
 
 /// @return falls of thirty at each speed, mean of the models
-std::array<double, 3> add_naive(DrawerStudy& study, Report& report) {
+std::array<double, 3> add_naive(DrawerStudy& study, const Playing& how, Report& report) {
   std::array<double, 3> all{};
   for (std::size_t i = 0; i < kSources.size(); ++i) {
     for (std::size_t c = 0; c < kSpeeds.size(); ++c) {
-      const std::vector<double> fell = naive_falls(study, kSources[i], c);
+      const std::vector<double> fell = naive_falls(study, kSources[i], c, how);
       all[c] += spread_of(fell).mean;
       report.rows.push_back(reproduce::beside(
-          "ML " + kSources[i].text() + ", " + kSpeeds[c] + ": falls of 10", spread_of(fell).mean,
-          kPrinted[i][c], "1",
+          fmt::format("ML {}, {}, {}: falls of 10", how.text(), kSources[i].text(), kSpeeds[c]),
+          spread_of(fell).mean, kPrinted[i][c], "1",
           fmt::format("of {} models: {}; \"varies in a non-systematic manner\" [M18 3.8.4]",
                       kNaiveModels, fmt::join(fell, ", "))));
     }
