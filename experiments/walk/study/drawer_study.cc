@@ -291,28 +291,30 @@ DrawerStudy::Outcomes DrawerStudy::naive_resynthesis(Sources s, std::size_t mode
   const synthesizer::LearnedActions& learned = joints(s, model);
   const std::string name = "naive resynthesis " + s.text() + " " + std::to_string(model);
   return known_or(name, chosen_trials(), [&](std::size_t i) {
-    return played(naive_track(learned, reconstructed(learned, i), feasible_->recordings[i]));
+    return played(naive_track(learned, reconstructed(learned, i), feasible_->recordings[i]), {});
   });
 }
 
-DrawerStudy::Outcomes DrawerStudy::naive_inference(Sources s, Goals which, std::size_t model) {
+DrawerStudy::Outcomes DrawerStudy::naive_inference(Sources s, Goals which, std::size_t model,
+                                                   const Playing& how) {
   const synthesizer::LearnedActions& learned = joints(s, model);
   const auto goals = novel_goals();
   const std::vector<Recording>& walk = walks();
-  const std::string name = "naive inference " + s.text() + " " + std::to_string(model);
+  const std::string name =
+      "naive inference " + s.text() + " " + std::to_string(model) + " " + how.text();
   return known_or(name, numbers_of(which), [&](std::size_t i) {
-    return played(naive_track(learned, inferred(learned, goals[i]), walk[i]));
+    return played(naive_track(learned, inferred(learned, goals[i]), walk[i]), how);
   });
 }
 
-DrawerStudy::Outcomes DrawerStudy::played_originals() {
+DrawerStudy::Outcomes DrawerStudy::played_originals(const Playing& how) {
   const FeasibleData& data = feasible();
-  return known_or("played originals", chosen_trials(),
-                  [&](std::size_t i) { return played(track_of(data.recordings[i])); });
+  return known_or("played originals " + how.text(), chosen_trials(),
+                  [&](std::size_t i) { return played(track_of(data.recordings[i]), how); });
 }
 
-Outcome DrawerStudy::played(const JointTrack& track) const {
-  return outcome_of(play(biped_, track, Feedback::own), {});
+Outcome DrawerStudy::played(const JointTrack& track, const Playing& how) const {
+  return outcome_of(play(biped_, track, how), {});
 }
 
 }  // namespace mimesis::walk

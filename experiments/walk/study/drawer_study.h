@@ -119,14 +119,15 @@ class DrawerStudy {
                      hw::sim::Plant plant = hw::sim::Plant::springs);  ///< novel_goals() online
   Outcomes extremes();  ///< extreme_goals() online, 4+3 sources
   Outcomes naive_resynthesis(Sources sources, std::size_t model = 0);
-  Outcomes naive_inference(Sources sources, Goals which, std::size_t model = 0);
+  Outcomes naive_inference(Sources sources, Goals which, std::size_t model = 0,
+                           const Playing& how = {});
   /// The recorded angles of originals, played: the effect of the way of playing alone.
-  Outcomes played_originals();
+  Outcomes played_originals(const Playing& how = {});
 
  private:
   /// walks of novel_goals(): timing and start of naive ones
   const std::vector<Recording>& walks();
-  Outcome played(const JointTrack& track) const;  ///< with Feedback::own
+  Outcome played(const JointTrack& track, const Playing& how) const;
   /// Computes the missing ones of `numbers`, on all processors.
   template <class Run>
   Outcomes known_or(const std::string& experiment, const std::vector<std::size_t>& numbers,

@@ -222,13 +222,23 @@ class Corrected {
         stabilizer_(biped, walker::gait_settings(biped), settings),
         ik_{robot::LegIk(biped, robot::kLeft), robot::LegIk(biped, robot::kRight)} {}
 
+  double dcm_error_m() const { return dcm_error_m_; }
   Eigen::VectorXd step(const walker::StabilizerPlan& plan, const Eigen::VectorXd& q,
                        const walker::Sensors& sensors) {
     walker::StabilizerPlan p = plan;
-    p.X_WB_last = X_WB_ ? *X_WB_ : plan.X_WB_last;
-    const walker::StabilizerCommand& c = stabilizer_.step(p, sensors);
+    p.pattern.zmp_W_m += moved_W_m_;
+    p.pattern.com.p_W_m += moved_W_m_;
+    p.com.p_W_m += moved_W_m_;
+    for (auto& foot : p.pattern.foot) {
+      foot.X_WS.translation().head<2>() += moved_W_m_;
+    }
     Isometry3d X_WB = plan.X_WB_last;
+    X_WB.translation().head<2>() += moved_W_m_;
+    p.X_WB_last = X_WB_ ? *X_WB_ : X_WB;
+    const walker::StabilizerCommand& c = stabilizer_.step(p, sensors);
     X_WB.translation().head<2>() += c.com_shift_W_m;
+    moved_W_m_ += c.pattern_shift_W_m;
+    dcm_error_m_ = std::max(dcm_error_m_, c.dcm_error_W_m.norm());
     Eigen::VectorXd out = q;
     for (const robot::Side s : robot::kSides) {
       const auto legs = ik_[s].solve(X_WB.inverse() * c.X_WS[s]);
@@ -245,28 +255,42 @@ class Corrected {
   walker::Stabilizer stabilizer_;
   std::array<robot::LegIk, 2> ik_;
   std::optional<Isometry3d> X_WB_;
+  /// By all adjusted steps: what is played goes on from where they came down, like the walker's
+  /// pattern. Otherwise the stabilizer takes each for a jump of the plan and pushes the robot over.
+  Eigen::Vector2d moved_W_m_ = Eigen::Vector2d::Zero();
+  double dcm_error_m_ = 0.0;
 };
 
 }  // namespace
 
-TrialResult play(const Robot& robot, const JointTrack& track, Feedback feedback) {
-  hw::sim::BodyWorld world(robot.biped, robot.urdf_file, {});
+std::string Playing::text() const {
+  std::string out = plant == hw::sim::Plant::servo ? "servos" : "springs";
+  if (!adjust_steps) out += ", steps as planned";
+  return out;
+}
+
+TrialResult play(const Robot& robot, const JointTrack& track, const Playing& how,
+                 std::span<const hw::sim::Push> pushes) {
+  hw::sim::BodyWorld world(robot.biped, robot.urdf_file, {.plant = how.plant});
+  for (const hw::sim::Push& push : pushes) world.push(push);
   hw::sim::WalkJudge judge;
-  Corrected corrected(robot.biped, launched_walker().stabilizer);
+  walker::StabilizerSettings settings = launched_walker().stabilizer;
+  settings.step_adjustment = how.adjust_steps;
+  Corrected corrected(robot.biped, settings);
   std::vector<walker::StabilizerPlan> reference;
-  if (feedback == Feedback::own) reference = implied_reference(robot.biped, track);
+  if (how.feedback) reference = implied_reference(robot.biped, track);
   std::deque<walker::Sensors> on_their_way(kSensorDelayTicks, to_walker(world.sensors()));
   TrialResult result;
   for (std::size_t k = 0; k < track.q.size() && !world.truth().fell; ++k) {
     on_their_way.push_back(to_walker(world.sensors()));
-    const Eigen::VectorXd q = feedback == Feedback::own
-                                  ? corrected.step(reference[k], track.q[k], on_their_way.front())
-                                  : track.q[k];
+    const Eigen::VectorXd q =
+        how.feedback ? corrected.step(reference[k], track.q[k], on_their_way.front()) : track.q[k];
     on_their_way.pop_front();
     world.step({q.data(), static_cast<std::size_t>(q.size())}, kTick_s);
     judge.tick(world.truth(), std::nullopt);
   }
   result.figures = judge.figures();
+  result.dcm_max_m = corrected.dcm_error_m();
   if (world.truth().fell) result.fell_at_s = world.time_s();
   return result;
 }

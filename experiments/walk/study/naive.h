@@ -34,13 +34,16 @@ JointTrack naive_track(const synthesizer::LearnedActions& joints, const JointAct
 /// The recorded angles themselves.
 JointTrack track_of(const Recording& walk);
 
-enum class Feedback {
-  none,  ///< set-points as they are
-  own,   ///< the walker's stabilizer around the reference that the angles imply
+struct Playing {
+  bool feedback = true;      ///< the walker's stabilizer around the reference that the angles imply
+  bool adjust_steps = true;  ///< by that stabilizer
+  hw::sim::Plant plant = hw::sim::Plant::springs;
+  std::string text() const;  ///< "springs", "servos, steps as planned"
 };
 
-/// Plays angles on the springs plant until the robot falls or they end, with the delays and gains
-/// of launched_walker(). Sets figures and fell_at_s of the result. Deterministic.
-TrialResult play(const Robot& robot, const JointTrack& track, Feedback feedback);
+/// Plays angles until the robot falls or they end, with the delays and gains of launched_walker().
+/// Sets figures, fell_at_s and, as the stabilizer estimates it, dcm_max_m. Deterministic.
+TrialResult play(const Robot& robot, const JointTrack& track, const Playing& how,
+                 std::span<const hw::sim::Push> pushes = {});
 
 }  // namespace mimesis::walk

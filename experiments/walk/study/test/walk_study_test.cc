@@ -203,13 +203,22 @@ TEST(ImpliedReference, OfAPlannedWalkIsThatPlan) {
 }
 
 TEST(Playback, FeasibleAnglesStandWithTheirOwnFeedbackAndWrongOnesFall) {
-  EXPECT_FALSE(play(biped(), walked(), Feedback::own).figures.fell);
+  EXPECT_FALSE(play(biped(), walked(), {}).figures.fell);
   JointTrack wrong = walked();
   for (std::size_t k = 300; k < wrong.q.size(); ++k) {
     wrong.q[k][biped().biped.leg[0].dof[2]] -= 0.5;  // hip
     wrong.q[k][biped().biped.leg[1].dof[2]] -= 0.5;
   }
-  EXPECT_TRUE(play(biped(), wrong, Feedback::none).figures.fell);
+  EXPECT_TRUE(play(biped(), wrong, {.feedback = false}).figures.fell);
+}
+
+TEST(Playback, GoesOnFromWhereAnAdjustedStepCameDown) {
+  for (const double at_s : {2.0, 2.3}) {
+    const hw::sim::Push push{.at_s = at_s, .impulse_W_ns = {0.0, 12.0, 0.0}};  // adjusts by 0.12 m
+    const TrialResult r = play(biped(), walked(), {}, {&push, 1});
+    EXPECT_FALSE(r.figures.fell);
+    EXPECT_LT(r.dcm_max_m, 0.4) << "2.7 m if the plan stays where it was";
+  }
 }
 
 }  // namespace
