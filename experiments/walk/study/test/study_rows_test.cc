@@ -46,7 +46,7 @@ TEST(StudyRows, LargestIsASizeAndNoneIfAWalkDidNotComeToIt) {
   two[1].normal_error_m = 0.01;
   EXPECT_EQ(largest(two, normal_error), 0.02);
   EXPECT_TRUE(std::isnan(largest(two, reach_error)));
-  EXPECT_FALSE(reproduce::within("reach", largest(two, reach_error), 1.0, "m", "").passed)
+  EXPECT_FALSE(reproduce::at_most("reach", largest(two, reach_error), 1.0, "m", "").passed)
       << "a robot that never reached did not reach well";
 }
 
