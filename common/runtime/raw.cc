@@ -75,6 +75,24 @@ void collect(const FileDescriptor& file, std::set<std::string>& seen,
   file.CopyTo(set.add_file());
 }
 
+/// Protobuf ends a program that reads such a field.
+bool has_weak_field(const google::protobuf::DescriptorProto& type) {
+  return std::ranges::any_of(type.field(), [](const auto& f) { return f.options().weak(); }) ||
+         std::ranges::any_of(type.nested_type(), has_weak_field);
+}
+
+/// The type as a set defines it, null if it does not.
+const Descriptor* find(google::protobuf::DescriptorPool& pool, const std::string& type,
+                       const std::string& descriptor_set) {
+  google::protobuf::FileDescriptorSet files;
+  if (files.ParseFromString(descriptor_set)) {
+    for (const auto& file : files.file()) {
+      if (std::ranges::none_of(file.message_type(), has_weak_field)) pool.BuildFile(file);
+    }
+  }
+  return pool.FindMessageTypeByName(type);
+}
+
 constexpr int kLatestTapHighWater = 32;
 constexpr int kReliableTapHighWater = 64;  // the rest waits at the publishers, bounded in bytes
 
@@ -141,10 +159,9 @@ struct Tap::Impl {
 
   void meet(const v1::NodeInfo& node) {
     nodes[node.start_id()] = node;
-    for (const auto& [type, set] : node.descriptors()) sets[type] = set;
     bool wanted = false;
     for (const v1::TopicInfo& output : node.outputs()) {
-      types[output.type_hash()] = output.type();
+      learn(output, node);
       if (!accept(output.topic())) continue;
       wanted = true;
       socket.subscribe(output.topic());
@@ -152,6 +169,17 @@ struct Tap::Impl {
     // A reliable tap connects to all: a node that starts waits for its greeting.
     const auto& endpoints = reliable ? node.reliable_endpoints() : node.data_endpoints();
     if ((wanted || reliable) && !endpoints.empty()) socket.connect(node.start_id(), endpoints[0]);
+  }
+
+  /// A set that does not define the type with this hash is no one's: a stranger may say anything.
+  void learn(const v1::TopicInfo& output, const v1::NodeInfo& node) {
+    const auto set = node.descriptors().find(output.type());
+    if (types.contains(output.type_hash()) || set == node.descriptors().end()) return;
+    google::protobuf::DescriptorPool pool;
+    const Descriptor* type = find(pool, output.type(), set->second);
+    if (type != nullptr && type_hash(*type) == output.type_hash()) {
+      types.emplace(output.type_hash(), std::pair(output.type(), set->second));
+    }
   }
 
   std::optional<Tapped> receive() {
@@ -165,7 +193,7 @@ struct Tap::Impl {
       if (reliable && lost > 0) socket.tell_missed(header.start_id, lost);
       const v1::NodeInfo& node = nodes[header.start_id];
       return Tapped{.topic = std::move(topic),
-                    .type = types[header.type_hash],
+                    .type = types[header.type_hash].first,
                     .type_hash = header.type_hash,
                     .message = {.payload = std::string(incoming.payload.view()),
                                 .stamp = header.stamp,
@@ -203,8 +231,8 @@ struct Tap::Impl {
   std::unique_ptr<RegistryEntry> entry;
   Registry registry;
   std::map<std::uint64_t, v1::NodeInfo> nodes;  ///< ever met, by start_id
-  std::map<std::uint64_t, std::string> types;   ///< by hash
-  std::map<std::string, std::string> sets;      ///< FileDescriptorSet by type
+  /// Name and FileDescriptorSet, by hash.
+  std::map<std::uint64_t, std::pair<std::string, std::string>> types;
   std::map<std::pair<std::uint64_t, std::string>, SeqOrder> order;
   std::deque<Tapped> pending;
 };
@@ -230,9 +258,9 @@ std::optional<Tapped> Tap::next(std::chrono::milliseconds timeout) {
   }
 }
 
-std::string Tap::descriptors(const std::string& type) const {
-  const auto it = impl_->sets.find(type);
-  return it == impl_->sets.end() ? std::string() : it->second;
+std::string Tap::descriptors(std::uint64_t type_hash) const {
+  const auto it = impl_->types.find(type_hash);
+  return it == impl_->types.end() ? std::string() : it->second.second;
 }
 
 struct TypePool::Impl {
@@ -252,12 +280,9 @@ std::unique_ptr<google::protobuf::Message> TypePool::make(const std::string& typ
   std::unique_ptr<Impl::Set>& set = impl_->sets[descriptor_set];
   if (!set) {
     set = std::make_unique<Impl::Set>();
-    google::protobuf::FileDescriptorSet files;
-    if (files.ParseFromString(descriptor_set)) {
-      for (const auto& file : files.file()) set->pool.BuildFile(file);
-    }
+    find(set->pool, type, descriptor_set);
   }
-  const google::protobuf::Descriptor* descriptor = set->pool.FindMessageTypeByName(type);
+  const Descriptor* descriptor = set->pool.FindMessageTypeByName(type);
   if (descriptor == nullptr) return nullptr;
   return std::unique_ptr<google::protobuf::Message>(set->factory.GetPrototype(descriptor)->New());
 }

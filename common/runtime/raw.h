@@ -64,8 +64,9 @@ class Tap {
   ~Tap();
   /// Next message in order of arrival; nothing after `timeout` of wall time.
   std::optional<Tapped> next(std::chrono::milliseconds timeout);
-  /// Serialised FileDescriptorSet of a type seen on this graph, empty if unknown.
-  std::string descriptors(const std::string& type) const;
+  /// Serialised FileDescriptorSet of a type seen on this graph, empty if nobody announced one that
+  /// has this hash.
+  std::string descriptors(std::uint64_t type_hash) const;
 
  private:
   struct Impl;

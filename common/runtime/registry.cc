@@ -2,11 +2,11 @@
 
 #include <dirent.h>
 #include <fcntl.h>
-#include <google/protobuf/io/zero_copy_stream_impl.h>
 #include <sys/inotify.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <cstdio>
@@ -130,14 +130,17 @@ bool names_file(const std::string& path, int fd) {
 std::optional<v1::NodeInfo> read_info(const std::string& path, const std::string& name) {
   const int fd = open_entry(path, O_RDONLY);
   if (fd < 0) return std::nullopt;
-  google::protobuf::io::FileInputStream file(fd);
-  file.SetCloseOnDelete(true);
+  // Not from the file itself: Protobuf throws if it becomes shorter meanwhile.
+  std::string bytes;
   struct stat st {};
+  if (fstat(fd, &st) == 0 && st.st_size <= kMaxInfo) {
+    bytes.resize(static_cast<std::size_t>(st.st_size));
+    bytes.resize(
+        static_cast<std::size_t>(std::max<ssize_t>(read(fd, bytes.data(), bytes.size()), 0)));
+  }
+  close(fd);
   v1::NodeInfo info;
-  if (fstat(fd, &st) == 0 && st.st_size <= kMaxInfo &&
-      info.ParseFromBoundedZeroCopyStream(&file, static_cast<int>(st.st_size)) &&
-      info.name() == name && info.start_id() != 0)
-    return info;
+  if (info.ParseFromString(bytes) && info.name() == name && info.start_id() != 0) return info;
   skip(path, fmt::format("expected the NodeInfo of node {} in at most {} bytes", name, kMaxInfo));
   return std::nullopt;
 }
@@ -164,21 +167,29 @@ std::string socket_owner(const std::string& file) {
   return ours ? file.substr(0, dash) : std::string();
 }
 
+/// Sockets in a graph's folder, by node. Whoever cleans after many reads the folder once.
+using Sockets = std::multimap<std::string, std::string>;
+Sockets sockets_in(const std::string& graph) {
+  Sockets sockets;
+  for (const std::string& file : entries(graph)) sockets.emplace(socket_owner(file), file);
+  sockets.erase("");
+  return sockets;
+}
+
 /// Removes the entry, the sockets and the lock of a dead node; a process that takes the name
 /// meanwhile keeps it.
-void clean(const std::string& directory, const std::string& name) {
+void clean(const std::string& directory, const std::string& name, const Sockets& sockets) {
   const std::string path = directory + "/" + name, hidden_path = directory + "/." + name;
   const int fd = open_entry(hidden_path, O_RDWR | O_CREAT);
   if (fd < 0) return;
   struct flock lock = whole_file(F_WRLCK);
   if (fcntl(fd, F_OFD_SETLK, &lock) == 0 && names_file(hidden_path, fd)) {
     const std::string graph = directory.substr(0, directory.rfind('/') + 1);
-    for (const std::string& file : entries(graph)) {
+    for (auto [it, end] = sockets.equal_range(name); it != end; ++it) {
+      const std::string& file = it->second;
       // A conductor may bear another name than clock: then it listens.
-      if (socket_owner(file) == name &&
-          (file != kConductorSocket || !PacketSocket::connect(graph + file).valid())) {
+      if (file != kConductorSocket || !PacketSocket::connect(graph + file).valid())
         unlink((graph + file).c_str());
-      }
     }
     unlink(path.c_str());
     const std::string temporary = hidden_path + ".new";
@@ -193,13 +204,14 @@ void clean(const std::string& directory, const std::string& name) {
 void clean_graph(const std::string& directory) {
   const std::string nodes = nodes_directory(directory);
   std::set<std::string> names;
-  for (const std::string& file : entries(directory)) names.insert(socket_owner(file));
+  const Sockets sockets = sockets_in(directory);
+  for (const auto& [name, file] : sockets) names.insert(name);
   for (std::string file : entries(nodes)) {
     if (file.ends_with(".new")) file.resize(file.size() - 4);
     names.insert(file.substr(file.find_first_not_of('.') == 1 ? 1 : 0));
   }
   for (const std::string& name : names) {
-    if (is_name(name)) clean(nodes, name);
+    if (is_name(name)) clean(nodes, name, sockets);
   }
   try {
     const GraphTime last(directory);  // takes its file along if nobody else holds it
@@ -354,20 +366,25 @@ std::vector<RegistryChange> Registry::poll() {
     scan();
   }
   std::vector<RegistryChange> changes;
+  std::optional<Sockets> sockets;
   for (auto it = suspects_.begin(); it != suspects_.end();) {
-    refresh(it->first, changes);
+    refresh(it->first, changes, sockets);
     it = nodes_.contains(it->first) && it->second-- > 0 ? std::next(it) : suspects_.erase(it);
   }
   return changes;
 }
 
-void Registry::refresh(const std::string& name, std::vector<RegistryChange>& changes) {
+void Registry::refresh(const std::string& name, std::vector<RegistryChange>& changes,
+                       std::optional<Sockets>& sockets) {
   if (!is_name(name)) return skip(directory_, "a file in it has a name that no node can have");
   const std::string path = directory_ + "/" + name;
   const bool alive = held(directory_ + "/." + name);
   std::optional<v1::NodeInfo> info;
   if (alive) info = read_info(path, name);
-  if (!alive) clean(directory_, name);
+  if (!alive) {
+    if (!sockets) sockets = sockets_in(directory_.substr(0, directory_.rfind('/') + 1));
+    clean(directory_, name, *sockets);
+  }
 
   const auto known = nodes_.find(name);
   if (known != nodes_.end() && (!info || info->start_id() != known->second.start_id())) {

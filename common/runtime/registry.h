@@ -2,6 +2,7 @@
 #include <chrono>
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <set>
 #include <string>
 #include <string_view>
@@ -69,7 +70,9 @@ class Registry {
  private:
   void read_events();
   void scan();
-  void refresh(const std::string& name, std::vector<RegistryChange>& changes);
+  /// @param sockets in the graph's folder, by node; read when first needed
+  void refresh(const std::string& name, std::vector<RegistryChange>& changes,
+               std::optional<std::multimap<std::string, std::string>>& sockets);
 
   std::string directory_;
   int inotify_;

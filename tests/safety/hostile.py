@@ -7,6 +7,7 @@ import struct
 import time
 
 import zmq
+from google.protobuf import descriptor_pb2
 
 import trial  # noqa: F401  finds the package mimesis
 import mimesis
@@ -76,6 +77,16 @@ def _value(field, rng):
         return "".join(rng.choice("a/\0\x1bé.~") for _ in range(rng.choice((0, 1, 20, 3000))))
     value = rng.choice(INTEGERS)
     return abs(value) if kind in (field.CPPTYPE_UINT32, field.CPPTYPE_UINT64) else value
+
+
+def redefined(rng, kind, definition):
+    """A FileDescriptorSet that turns on an option of one field of a type: Protobuf throws when it reads a weak one."""
+    files = descriptor_pb2.FileDescriptorSet.FromString(definition)
+    fields = [f for file in files.file for m in file.message_type if kind.endswith("." + m.name) for f in m.field]
+    if fields:
+        options = rng.choice(fields).options
+        setattr(options, rng.choice([f.name for f in options.DESCRIPTOR.fields if f.type == f.TYPE_BOOL]), True)
+    return files.SerializeToString()
 
 
 def pace(rng, count):
@@ -279,6 +290,9 @@ def folders(run, rng, count):
                     info.start_id = n + 1
                 for endpoint in rng.sample((info.data_endpoints, info.reliable_endpoints, info.service_endpoints), 2):
                     endpoint[:] = [rng.choice(("garbage://x", "ipc://", "ipc:///nowhere", "tcp://127.0.0.1:1", "tcp://:*", "", "é" * 300))]
+                for kind in info.descriptors:
+                    if rng.random() < 0.2:
+                        info.descriptors[kind] = redefined(rng, kind, info.descriptors[kind])
                 info = info.SerializeToString()
                 with open(place / f".{name}.new", "xb") as file:  # not into a FIFO
                     file.write(rng.choice((info, info, mutated(rng, info))))

@@ -148,7 +148,7 @@ int echo_topic(const Options& options) {
       if (Clock::now() >= limit) return timed_out(options.topic, options.timeout_s);
       continue;
     }
-    const auto message = types.make(tapped->type, tap.descriptors(tapped->type));
+    const auto message = types.make(tapped->type, tap.descriptors(tapped->type_hash));
     if (message == nullptr || !message->ParseFromString(tapped->message.payload)) {
       std::cerr << options.topic << ": a message is not a valid " << tapped->type << '\n';
       return 1;

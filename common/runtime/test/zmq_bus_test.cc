@@ -1,6 +1,8 @@
 #include "common/runtime/zmq_bus.h"
 
+#include <google/protobuf/descriptor.pb.h>
 #include <gtest/gtest.h>
+#include <sys/eventfd.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -194,6 +196,25 @@ TEST(ZmqBus, AStuckSubscriberNeitherFillsTheMemoryNorStopsTheOthers) {
       << "overflow " << sender.bus().overflow() << ", lost " << lost << ", taken " << taken
       << ", recorded " << recorded << " of " << sent;
   EXPECT_GT(lost, 1U);
+}
+
+TEST(ZmqBus, ANodeThatIsAskedToStopDoesNotWaitLongForAMessage) {
+  TestGraph graph;
+  TestNode silent(graph, {}, {{"out", "t/x"}}, "silent"), waiting(graph, {{"in", "t/x"}}, {}, "w");
+  Out<v1::Publication> out(silent.bus(), "out");
+  Reliable<v1::Publication> in(waiting.bus(), "in");
+  silent.open();
+  ASSERT_TRUE(both(silent, waiting, [&] { return out.subscribers() == 1; }));
+  google::protobuf::RepeatedPtrField<v1::Publication> visible;
+  visible.Add()->set_topic("t/x");
+  visible.at(0).set_start_id(silent.bus().info().start_id());
+  visible.at(0).set_seq(1);
+  const int stop = eventfd(1, EFD_CLOEXEC);
+  const auto begin = std::chrono::steady_clock::now();
+  waiting.bus().deliver(1s, visible, stop);
+  close(stop);
+  EXPECT_LT(std::chrono::steady_clock::now() - begin, 3s) << "then the launcher kills it";
+  EXPECT_EQ(waiting.bus().input_health(Time(0)).at(0).lost(), 1U);
 }
 
 TEST(ZmqBus, GapsAreCounted) {
@@ -589,11 +610,59 @@ TEST(ZmqBus, RawMessagesAreOfTheTypeTheirDescriptorsSay) {
   EXPECT_EQ(tapped->message.source, "sender");
   EXPECT_EQ(tapped->message.stamp, 3s);
   TypePool pool;
-  const auto dynamic = pool.make(tapped->type, tap.descriptors(tapped->type));
+  const auto dynamic = pool.make(tapped->type, tap.descriptors(tapped->type_hash));
   ASSERT_TRUE(dynamic);
   ASSERT_TRUE(dynamic->ParseFromString(tapped->message.payload));
   EXPECT_EQ(dynamic->SerializeAsString(), numbered(42).SerializeAsString());
-  EXPECT_EQ(pool.make("mimesis.v1.Nothing", tap.descriptors(tapped->type)), nullptr);
+  EXPECT_EQ(pool.make("mimesis.v1.Nothing", tap.descriptors(tapped->type_hash)), nullptr);
+}
+
+TEST(Tap, AStrangersWordsOnATypeAreNotBelieved) {
+  TestGraph graph;
+  const auto announce = [&](RegistryEntry& entry, std::uint64_t start_id, const std::string& set) {
+    v1::NodeInfo info;
+    info.set_name("n" + std::to_string(start_id));
+    info.set_start_id(start_id);
+    v1::TopicInfo& output = *info.add_outputs();
+    output.set_topic("t/x");
+    output.set_type("mimesis.v1.Publication");
+    output.set_type_hash(type_hash(*v1::Publication::descriptor()));
+    (*info.mutable_descriptors())[output.type()] = set;
+    entry.publish(info);
+  };
+  const std::string right = descriptor_set(*v1::Publication::descriptor());
+  google::protobuf::FileDescriptorSet other;
+  ASSERT_TRUE(other.ParseFromString(right));
+  for (auto& file : *other.mutable_file()) {
+    for (auto& type : *file.mutable_message_type()) type.mutable_field()->RemoveLast();
+  }
+  RegistryEntry before(graph.directory(), "n1"), honest(graph.directory(), "n2"),
+      after(graph.directory(), "n3");
+  Tap tap(
+      graph.name(), [](const std::string&) { return true; }, Policy::latest);
+  announce(before, 1, other.SerializeAsString());
+  tap.next(0ms);
+  announce(honest, 2, right);
+  tap.next(0ms);
+  announce(after, 3, "no set");
+  tap.next(0ms);
+  EXPECT_EQ(tap.descriptors(type_hash(*v1::Publication::descriptor())), right);
+}
+
+TEST(TypePool, DoesNotMakeWhatProtobufCannotRead) {
+  google::protobuf::FileDescriptorSet set;
+  ASSERT_TRUE(set.ParseFromString(descriptor_set(*v1::Publication::descriptor())));
+  for (auto& file : *set.mutable_file()) {
+    for (auto& type : *file.mutable_message_type()) {
+      type.mutable_field(0)->mutable_options()->set_weak(true);
+    }
+  }
+  TypePool pool;
+  const auto made = pool.make("mimesis.v1.Publication", set.SerializeAsString());
+  EXPECT_EQ(made, nullptr);
+  if (made) {
+    EXPECT_NO_THROW(made->ParseFromString(numbered(42).SerializeAsString()));
+  }
 }
 
 TEST(ZmqBus, BadNamesAndPlacesAreRefused) {

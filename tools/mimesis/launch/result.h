@@ -184,6 +184,8 @@ class ResultWatcher {
       } catch (const ConfigError& e) {
         failure_ = e.what();
         misconfigured_ = true;
+      } catch (const std::exception& e) {  // Protobuf's, of types that a stranger announced
+        failure_ = fmt::format("the result cannot be read: {}", e.what());
       }
       if (collector_.end()) {
         last_messages = std::min(last_messages, Clock::now() + kLastMessages);
@@ -202,7 +204,7 @@ class ResultWatcher {
   void take(const runtime::Tapped& tapped) {
     newest_ = std::max(newest_, tapped.message.stamp);
     if (!collector_.wants(tapped.topic)) return;
-    const auto message = types_.make(tapped.type, tap_->descriptors(tapped.type));
+    const auto message = types_.make(tapped.type, tap_->descriptors(tapped.type_hash));
     if (message == nullptr || !message->ParseFromString(tapped.message.payload)) {
       failure_ = fmt::format("a message on {} cannot be read as {}", tapped.topic, tapped.type);
       return;

@@ -161,7 +161,7 @@ class Recorder {
         options_.attach, own_provenance(),
         {.writer = {.library = "mimesis " MIMESIS_VERSION,
                     .compression = *log::parse_compression(options_.compression)},
-         .descriptors = [this](const std::string& type) { return tap_->descriptors(type); },
+         .descriptors = [this](std::uint64_t type_hash) { return tap_->descriptors(type_hash); },
          .sync = options_.sync});
     const auto stamp = [] {
       return fmt::format("{:%Y%m%d-%H%M%S}", fmt::localtime(std::time(nullptr)));

@@ -217,8 +217,8 @@ class RecordFile {
  public:
   struct Options {
     log::WriterOptions writer;
-    /// Serialised FileDescriptorSet of a type.
-    std::function<std::string(const std::string& type)> descriptors;
+    /// Serialised FileDescriptorSet of the type with a hash.
+    std::function<std::string(std::uint64_t type_hash)> descriptors;
     /// Everything is brought to the disk so often, against power cuts; 0: never.
     std::chrono::nanoseconds sync{0};
   };
@@ -295,11 +295,11 @@ class RecordFile {
     std::tuple key{message.topic, message.node, message.type, message.start_id};
     if (const auto it = channels_.find(key); it != channels_.end()) return it->second;
     const std::size_t start = writer_.open_chunk_bytes();
-    auto schema = schemas_.find(message.type);
+    auto schema = schemas_.find({message.type, message.type_hash});
     if (schema == schemas_.end()) {
-      const auto id =
-          written(writer_.add_schema(message.type, "protobuf", options_.descriptors(message.type)));
-      schema = schemas_.emplace(message.type, id).first;
+      const auto id = written(
+          writer_.add_schema(message.type, "protobuf", options_.descriptors(message.type_hash)));
+      schema = schemas_.emplace(std::pair(message.type, message.type_hash), id).first;
     }
     const std::size_t middle = writer_.open_chunk_bytes();
     const auto id =
@@ -323,7 +323,7 @@ class RecordFile {
   Options options_;
   std::unique_ptr<log::Sink> sink_;
   log::Writer writer_;
-  std::map<std::string, std::uint16_t> schemas_;  ///< by type
+  std::map<std::pair<std::string, std::uint64_t>, std::uint16_t> schemas_;  ///< by type and hash
   /// By topic, node, type and start.
   std::map<std::tuple<std::string, std::string, std::string, std::uint64_t>, std::uint16_t>
       channels_;

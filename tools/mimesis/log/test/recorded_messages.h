@@ -20,7 +20,7 @@ struct MemoryFiles {
           std::make_unique<log::MemorySink>(files[path]),
           RecordFile::Options{
               .writer = {.compression = log::Compression::none, .background = false},
-              .descriptors = [](const std::string& type) { return "descriptors of " + type; }});
+              .descriptors = [](std::uint64_t hash) { return "set of " + std::to_string(hash); }});
     };
   }
   std::string refused;  ///< this one cannot be opened

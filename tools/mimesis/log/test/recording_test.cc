@@ -27,8 +27,8 @@ Recorded recording_message(const std::string& node, std::uint64_t seq, std::uint
 struct Recorder {
   std::string bytes;
   RecordFile file{std::make_unique<log::MemorySink>(bytes),
-                  {.writer = {.background = false}, .descriptors = [](const std::string& type) {
-                     return "descriptors of " + type;
+                  {.writer = {.background = false}, .descriptors = [](std::uint64_t hash) {
+                     return "descriptors of " + std::to_string(hash);
                    }}};
   Recording recording{[this](const Recorded& m, WallTime now) { file.write(m, now); }};
 
