@@ -104,6 +104,28 @@ TEST_F(Gate, StopsOnThePathThatTheLastCommandTold) {
   EXPECT_EQ(mode(), Mode::idle);
 }
 
+TEST_F(Gate, WhoBrakesSlowlyStopsOffThePathAtLast) {
+  gate = CommandGate({.hold_after = 17500us,
+                      .silence = 100ms,
+                      .start_tolerance_rad = 0.02,
+                      .jump_rad = 0.1,
+                      .v_max_rad_s = {2.0, 2.0},
+                      .a_max_rad_s2 = {2.0, 2.0}});  // half a second to rest
+  const auto slow = [begin = now](Time t) { return 0.95 * std::pow(to_seconds(t - begin), 2); };
+  std::vector<double> ahead(2 * 100);
+  for (const Time begin = now; now < begin + 500ms; now += 5ms) {
+    for (int k = 0; k < 200; ++k)
+      ahead[static_cast<std::size_t>(k)] = slow(now + (k / 2 + 1) * 5ms);
+    ASSERT_EQ(gate.offer(now, now, std::array{slow(now), slow(now)}, arm, ahead), "");
+    ASSERT_EQ(gate.decide(now, arm).mode, Mode::follow);
+    arm.phase = Phase::following;
+  }
+  const Time last = now - 5ms;
+  while (mode() == Mode::follow && now < last + 1s) now += 5ms;
+  EXPECT_EQ(now - last, 305ms) << "100 ms of silence, 200 ms more on the path";
+  EXPECT_EQ(mode(), Mode::idle);
+}
+
 TEST_F(Gate, AKnownPathIsFollowedLongerThanAnUnknownOne) {
   CommandGate patient({.hold_after = 17500us,
                        .brake_after = 40ms,
