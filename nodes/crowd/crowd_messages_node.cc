@@ -88,7 +88,7 @@ void paint_still(const Scenario& scenario, foxglove::SceneEntity& entity) {
 
 }  // namespace
 
-std::string fault(const v1::CrowdStates& states, const Scenario& scenario) {
+std::string fault(const v1::CrowdStates& states, const Scenario& scenario, int coordinators) {
   const int n = states.id_size();
   const bool coordinates = states.coordinator() > 0;
   const bool fits = states.position_in_world_m_size() == 2 * n && states.heading_rad_size() == n &&
@@ -96,6 +96,16 @@ std::string fault(const v1::CrowdStates& states, const Scenario& scenario) {
                     states.phase_rate_rad_s_size() == n &&
                     (!coordinates || (states.group_size() == n && states.external_size() == n));
   if (!fits) return fmt::format("{} agents, but lists of other lengths", n);
+  const v1::CrowdOwnership& ownership = states.ownership();
+  const int members = ownership.member_since_ns_size();
+  if (coordinators > 0 && states.has_ownership() &&
+      ((members != 0 && members != coordinators) || (members == 0) != (ownership.view_ns() == 0) ||
+       ownership.leader() > static_cast<std::uint32_t>(coordinators) ||
+       ownership.heard_ns_size() != coordinators ||
+       ownership.heard_since_ns_size() != coordinators ||
+       (ownership.epoch_size() != 0 && ownership.epoch_size() != n))) {
+    return fmt::format("ownership among {} coordinators, but lists of other lengths", coordinators);
+  }
   if (!all_within(states.position_in_world_m(), kFar_m) ||
       !all_within(states.velocity_in_world_m_s(), kFast) ||
       !all_within(states.heading_rad(), kTurns_rad) ||
@@ -187,10 +197,59 @@ void to_proto(const ScenarioRun& run, v1::CrowdStates& states) {
   }
 }
 
+namespace {
+
+std::uint64_t ns(Time t) { return static_cast<std::uint64_t>(t.count()); }
+Time time(std::uint64_t ns) { return Time(static_cast<Time::rep>(ns)); }
+
+/// Without the agents: to_far.
+OwnershipReport from_proto(const v1::CrowdOwnership& in) {
+  OwnershipReport report;
+  report.since = time(in.since_ns());
+  report.settled = in.settled();
+  report.view = {.stamp = time(in.view_ns()), .leader = static_cast<int>(in.leader()) - 1};
+  for (const std::uint64_t since : in.member_since_ns()) report.view.since.push_back(time(since));
+  for (int c = 0; c < in.heard_ns_size(); ++c) {
+    report.heard.push_back({time(in.heard_since_ns(c)), time(in.heard_ns(c))});
+  }
+  return report;
+}
+
+}  // namespace
+
+/// Epochs in the order of the agents; all 0, as most of the time, they are left out.
+void to_proto(const OwnershipReport& report, v1::CrowdStates& states) {
+  v1::CrowdOwnership& out = *states.mutable_ownership();
+  out.Clear();
+  out.set_since_ns(ns(report.since));
+  out.set_view_ns(ns(report.view.stamp));
+  out.set_leader(static_cast<std::uint32_t>(report.view.leader + 1));
+  out.set_settled(report.settled);
+  for (const Time since : report.view.since) out.add_member_since_ns(ns(since));
+  for (const OwnershipReport::Heard& heard : report.heard) {
+    out.add_heard_since_ns(ns(heard.since));
+    out.add_heard_ns(ns(heard.stamp));
+  }
+  for (const AgentId id : report.offered) out.add_offered(id);
+  const auto changed = [](const Claim& claim) { return claim.epoch > 0; };
+  if (std::ranges::none_of(report.owned, changed)) return;
+  for (const std::uint64_t id : states.id()) {
+    const auto claim = std::ranges::lower_bound(report.owned, id, {}, &Claim::id);
+    out.add_epoch(claim != report.owned.end() && claim->id == id ? claim->epoch : 0);
+  }
+}
+
 FarReport to_far(const v1::CrowdStates& states, const Roster& roster) {
   FarReport report;
-  report.stamp = std::chrono::nanoseconds(states.header().stamp_ns());
-  report.time_s = states.time_s();
+  report.stamp = time(states.header().stamp_ns());
+  const bool begun = states.ownership().view_ns() > 0;
+  const auto owned_here = [&](AgentId id) { return roster.known(id) && roster.external(id) < 0; };
+  report.ownership = from_proto(states.ownership());
+  report.ownership.from = static_cast<int>(states.coordinator()) - 1;
+  report.ownership.stamp = report.stamp;
+  for (const AgentId id : states.ownership().offered()) {
+    if (owned_here(id)) report.ownership.offered.push_back(id);
+  }
   report.agents.reserve(static_cast<std::size_t>(states.id_size()));
   for (int i = 0; i < states.id_size(); ++i) {
     FarAgent agent{.id = states.id(i), .group = static_cast<int>(states.group(i))};
@@ -204,6 +263,10 @@ FarReport to_far(const v1::CrowdStates& states, const Roster& roster) {
     agent.state.phase_rate_rad_s = states.phase_rate_rad_s(i);
     agent.external = states.external(i) != 0;
     agent.trusted = states.external(i) != 2;
+    if (i < states.ownership().epoch_size()) agent.epoch = states.ownership().epoch(i);
+    if (begun && owned_here(agent.id)) {
+      report.ownership.owned.push_back({agent.id, agent.epoch});
+    }
     report.agents.push_back(agent);
   }
   for (const v1::CrowdSums& s : states.sums()) {
@@ -273,6 +336,8 @@ void to_proto(const Traveller& traveller, v1::CrowdTraveller& out) {
   out.set_waiting(traveller.waiting);
 }
 
+namespace {
+
 Traveller from_proto(const v1::CrowdTraveller& in) {
   Traveller traveller{.group = static_cast<int>(in.group())};
   traveller.agent.id = in.id();
@@ -297,6 +362,37 @@ Traveller from_proto(const v1::CrowdTraveller& in) {
   traveller.leg = static_cast<int>(in.leg());
   traveller.waiting = in.waiting();
   return traveller;
+}
+
+}  // namespace
+
+void to_proto(std::span<const Passing> passing, v1::CrowdHandover& out) {
+  const Offer& offer = passing.front().offer;
+  out.set_from(static_cast<std::uint32_t>(offer.from + 1));
+  out.set_to(static_cast<std::uint32_t>(offer.to + 1));
+  out.set_view_ns(ns(offer.view.first));
+  out.set_leader(static_cast<std::uint32_t>(offer.view.second + 1));
+  out.set_until_ns(ns(offer.until));
+  out.clear_agents();
+  for (const Passing& p : passing) {
+    v1::CrowdTraveller& traveller = *out.add_agents();
+    to_proto(p.traveller, traveller);
+    traveller.set_epoch(p.offer.claim.epoch);
+  }
+}
+
+std::vector<Passing> from_proto(const v1::CrowdHandover& in) {
+  std::vector<Passing> out;
+  for (const v1::CrowdTraveller& agent : in.agents()) {
+    out.push_back({.traveller = from_proto(agent),
+                   .offer = {.from = static_cast<int>(in.from()) - 1,
+                             .to = static_cast<int>(in.to()) - 1,
+                             .claim = {agent.id(), agent.epoch()},
+                             .view = {time(in.view_ns()), static_cast<int>(in.leader()) - 1},
+                             .until = time(in.until_ns())},
+                   .stamp = time(in.header().stamp_ns())});
+  }
+  return out;
 }
 
 v1::CrowdInfo to_info(const ScenarioRun& run, int coordinators) {

@@ -15,6 +15,7 @@ namespace mimesis::crowd {
 namespace {
 
 constexpr double kFarCut_m = 1e5;
+constexpr double kClocks_s = 0.004;  // twice the largest offset between clocks of coordinators
 
 using runtime::Time;
 
@@ -106,7 +107,8 @@ FarSettings CrowdParams::far() const {
   return {.coordinators = count,
           .own = regions.own - 1,
           .sight_m = regions.sight_m,
-          .stale_s = regions.stale_s};
+          .stale_s = regions.stale_s,
+          .slack_s = 1.0 / rate_hz + kClocks_s};
 }
 
 void CrowdNode::Took::add(double s, int agents) {
@@ -163,19 +165,20 @@ void CrowdNode::step(Time now) {
   ++steps_;
   const auto begin = std::chrono::steady_clock::now();
   const Time state_time = now - period_;  // time of the run's state and of the others' last reports
+  far_.begin_step(run_, now);
   take_peers(now);
   take_handovers(state_time);
   take_agents(now);
   take_characters(now);
   take_robot(now);
   take_styles();
-  first_ = params_.regions.own == 1;
-  if (!runs_ && (join_others(now) || all_here(now))) {
+  if (!far_.started()) first_ = params_.regions.own == 1;
+  share(state_time);
+  if (!runs_ && begins(now)) {
     runs_ = status_changed_ = true;
     reason_.clear();
   }
   if (runs_) {
-    look_after_orphans(now, state_time);
     if (const std::string why = far_.import(run_, state_time); !why.empty()) say(why);
     judge_externals(now, state_time);
     observe();
@@ -283,6 +286,7 @@ void CrowdNode::publish_states(Time now) {
   states_message_.set_hears(hears);
   states_message_.set_time_s(runs_ ? run_.time_s() : 0.0);
   to_proto(run_, states_message_);
+  if (coordinators() > 1) to_proto(far_.report(), states_message_);
   states_message_.set_collisions(closeness_.collisions());
   if (std::isfinite(closeness_.least_gap_m())) {
     states_message_.set_least_gap_m(closeness_.least_gap_m());

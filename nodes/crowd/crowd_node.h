@@ -26,7 +26,7 @@ struct RegionParams {
   std::vector<double> x_m{}, y_m{};  ///< cuts of the plane; none: one coordinator
   double margin_m = 0.5;             ///< an agent this far beyond the border is handed over
   double sight_m = 6.0;              ///< distance within which agents of others are avoided
-  double stale_s = 0.5;              ///< a coordinator silent for this long is gone
+  double stale_s = 0.5;              ///< a coordinator silent for this long is left out
 
   RegionMap map() const { return {x_m, y_m}; }
 };
@@ -110,9 +110,8 @@ class CrowdNode {
   void judge_externals(Time now, Time state_time);
   void trust_changed(const ExternalAgents::Change& change, Time state_time);
 
-  bool all_here(Time now);
-  bool join_others(Time now);
-  void look_after_orphans(Time now, Time state_time);
+  bool begins(Time now);
+  void share(Time state_time);
   void observe();
   void advance();
   void hand_over(Time now);

@@ -274,10 +274,11 @@ void CrowdNode::take_peers(Time now) {
   while (auto states = peers_in_.pop()) {
     const auto from = static_cast<int>(states->coordinator());
     if (from == params_.regions.own) continue;
-    std::string why = fault(*states, run_.scenario());
+    std::string why = fault(*states, run_.scenario(), coordinators());
     if (from < 1 || from > coordinators()) why = fmt::format("there is no coordinator {}", from);
     const Time stamp(states->header().stamp_ns());
-    if (stamp > now + runtime::from_seconds(params_.regions.stale_s)) {
+    if (std::max(stamp, Time(states->ownership().view_ns())) >
+        now + runtime::from_seconds(params_.regions.stale_s)) {
       why = "they are of the future";  // would hide all that comes after them
     }
     if (!why.empty()) {
@@ -296,93 +297,65 @@ void CrowdNode::take_peers(Time now) {
 
 void CrowdNode::take_handovers(Time state_time) {
   while (const auto handover = handovers_in_.pop()) {
-    const auto from = static_cast<int>(handover->from()), to = static_cast<int>(handover->to());
+    const auto from = static_cast<int>(handover->from());
     if (from == params_.regions.own) continue;
     if (const std::string why = fault(*handover, run_, coordinators()); !why.empty()) {
       if (bad_handovers_.pass()) runtime::warn("handover: {}; ignored", why);
       continue;
     }
-    const Time stamp(handover->header().stamp_ns());
-    for (const v1::CrowdTraveller& traveller : handover->agents()) {
-      if (to != params_.regions.own) {
-        far_.pass(from_proto(traveller), to - 1, stamp);
-        continue;
-      }
+    for (const Passing& passing : from_proto(*handover)) {
       try {
-        far_.take(run_, from_proto(traveller), stamp, state_time);
-        ++taken_;
+        taken_ += far_.hear(run_, passing, state_time) ? 1 : 0;
       } catch (const ConfigError& e) {
-        say(fmt::format("agent {} of coordinator {} cannot come: {}", traveller.id(), from,
+        say(fmt::format("agent {} of coordinator {} cannot come: {}", passing.offer.claim.id, from,
                         e.what()));
       }
     }
   }
 }
 
-/// All coordinators hear all, so that all begin at the same time.
-bool CrowdNode::all_here(Time now) {
-  bool all = true;
+/// The run begins once all coordinators hear each other. Started again while the others walk: they
+/// have looked after our region, and hand it back.
+bool CrowdNode::begins(Time now) {
+  if (far_.started()) {
+    double time_s = 0.0;
+    for (const Peer& peer : peers_) time_s = std::max(time_s, peer.time_s);
+    if (time_s > 0.0 && !far_.member(params_.regions.own - 1)) {
+      run_.join(time_s);
+      runtime::info("the others are at work since {:.1f} s: they hand over who is here", time_s);
+    }
+    return true;
+  }
   std::string missing;
   for (int c = 0; c < coordinators(); ++c) {
-    const bool own = c + 1 == params_.regions.own;
-    const Peer& peer = peers_[static_cast<std::size_t>(c)];
-    if (!own && !far_.heard(c, now)) {
-      missing += fmt::format("{}{}", missing.empty() ? "" : ", ", c + 1);
-    }
-    all = all && static_cast<int>(own ? states_message_.hears() : peer.hears) == coordinators();
+    if (c + 1 == params_.regions.own || far_.heard(c, now)) continue;
+    missing += fmt::format("{}{}", missing.empty() ? "" : ", ", c + 1);
   }
-  if (coordinators() == 1) return true;
   reason_ = missing.empty() ? "waits until all coordinators hear each other"
                             : "waits for coordinator " + missing;
-  return all && missing.empty();
+  return false;
 }
 
-/// Started again while the others walk: they have looked after our region, and hand it back.
-bool CrowdNode::join_others(Time now) {
-  double time_s = 0.0;
-  for (int c = 0; c < coordinators(); ++c) {
-    if (far_.heard(c, now)) time_s = std::max(time_s, peers_[static_cast<std::size_t>(c)].time_s);
-  }
-  if (time_s <= params_.regions.stale_s) return false;
-  far_.abandon(run_);
-  run_.join(time_s);
-  runtime::info("the others are at work since {:.1f} s: they hand over who is here", time_s);
-  return true;
-}
-
-/// Adopts agents of a coordinator that fell silent, if ours is the nearest region, from
-/// where it last had them.
-void CrowdNode::look_after_orphans(Time now, Time state_time) {
+/// Adopts agents that nobody owns; what the others' regions are then is for hand_over.
+void CrowdNode::share(Time state_time) {
   const int own = params_.regions.own - 1;
-  there_.assign(static_cast<std::size_t>(coordinators()), false);
-  for (int c = 0; c < coordinators(); ++c) {
-    there_[static_cast<std::size_t>(c)] = c == own || far_.heard(c, now);
-  }
+  const FarCrowd::Decided decided = far_.decide(run_, state_time);
+  if (!far_.started()) return;
   const bool was_first = first_;
+  there_.assign(static_cast<std::size_t>(coordinators()), false);
+  for (int c = 0; c < coordinators(); ++c) there_[static_cast<std::size_t>(c)] = far_.member(c);
   first_ = std::ranges::find(there_, true) - there_.begin() == own;
-  for (const FarCrowd::Orphans& orphans : far_.take_orphans(run_, state_time)) {
-    const int heir = map_.heir(orphans.coordinator, there_);
-    const std::string what = fmt::format("coordinator {} fell silent, {} has its region",
-                                         orphans.coordinator + 1, heir + 1);
-    runtime::warn("{}; agents that it had: {}", what, orphans.agents.size());
+  taken_ += static_cast<std::uint64_t>(decided.taken);
+  if (!decided.trouble.empty()) say("an agent stands: " + decided.trouble);
+  for (const FarCrowd::Left& left : decided.left) {
+    const std::string what =
+        fmt::format("coordinator {} fell silent, {} has its region", left.coordinator + 1,
+                    map_.heir(left.coordinator, there_) + 1);
+    runtime::warn("{}", what);
     status_changed_ = true;
-    std::vector<int> groups;
-    for (const Traveller& agent : orphans.agents) {
-      groups.push_back(agent.group);
-      if (heir != own) continue;
-      try {
-        far_.adopt(run_, agent, state_time);
-        ++taken_;
-      } catch (const ConfigError& e) {
-        say(fmt::format("agent {} of coordinator {} is lost: {}", agent.agent.id,
-                        orphans.coordinator + 1, e.what()));
-      }
-    }
-    std::ranges::sort(groups);
-    groups.erase(std::unique(groups.begin(), groups.end()), groups.end());
-    for (const int g : groups) watch_.disturb(run_, g, what);
+    for (const int g : left.groups) watch_.disturb(run_, g, what);
   }
-  if (first_ && !was_first) status_changed_ = true;
+  if (first_ != was_first) status_changed_ = true;
 }
 
 /// Hands agents that left our region to the coordinator of the next, if that is there.
@@ -398,21 +371,22 @@ void CrowdNode::hand_over(Time now) {
     if (to != own && far_.heard(to, now)) leaving.emplace_back(to, crowd.ids()[r]);
   }
   std::ranges::sort(leaving);
-  v1::CrowdHandover message;
-  const auto send = [&] {
-    if (message.agents_size() > 0) handovers_.send(message, now);
-    message.clear_agents();
-  };
+  std::vector<Passing> offers = far_.repeats(now);
   for (const auto& [to, id] : leaving) {
-    if (static_cast<int>(message.to()) != to + 1) send();
-    message.set_from(static_cast<std::uint32_t>(own + 1));
-    message.set_to(static_cast<std::uint32_t>(to + 1));
-    if (const auto traveller = far_.give(run_, id, to, now)) {
-      to_proto(*traveller, *message.add_agents());
+    if (const auto passing = far_.give(run_, id, to, now)) {
+      offers.push_back(*passing);
       ++given_;
     }
   }
-  send();
+  const auto of = [](const Passing& p) { return std::pair(p.stamp, p.offer.to); };
+  for (auto first = offers.begin(); first != offers.end();) {
+    const auto last =
+        std::find_if(first, offers.end(), [&](const Passing& p) { return of(p) != of(*first); });
+    v1::CrowdHandover message;
+    to_proto(std::span(first, last), message);
+    handovers_.send(message, first->stamp);
+    first = last;
+  }
 }
 
 }  // namespace mimesis::crowd

@@ -81,6 +81,12 @@ class Told {
     v1::CrowdStates other;
     other.set_coordinator(2);
     other.set_hears(2);
+    v1::CrowdOwnership& ownership = *other.mutable_ownership();  // it knows our first report
+    ownership.set_since_ns(kFuzzBegin_ns);
+    for (const std::uint64_t ns : {kFuzzBegin_ns, std::uint64_t{0}}) {
+      ownership.add_heard_since_ns(ns);
+      ownership.add_heard_ns(ns);
+    }
     for (int k = 0; k < 3; ++k) step(other);
   }
 

@@ -1,6 +1,10 @@
 #pragma once
+#include <cstdint>
 
 namespace mimesis::crowd {
+
+/// Time of the first step of the coordinator under test.
+inline constexpr std::uint64_t kFuzzBegin_ns = 100'020'000'000;
 
 /// Scenario of the coordinator under test: routes, a graph, all-to-all, avoidance, an external
 /// agent, a character.

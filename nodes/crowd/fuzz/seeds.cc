@@ -48,11 +48,27 @@ void add_messages(const Seeds& seeds) {
   to_proto(run, states);
   states.set_coordinator(2);
   states.set_hears(2);
+  v1::CrowdOwnership& ownership = *states.mutable_ownership();
+  ownership.set_since_ns(kFuzzBegin_ns);
+  ownership.set_view_ns(kFuzzBegin_ns);
+  ownership.set_settled(true);
+  for (const std::uint64_t ns : {kFuzzBegin_ns, kFuzzBegin_ns}) {
+    ownership.add_member_since_ns(ns);
+    ownership.add_heard_since_ns(ns);
+    ownership.add_heard_ns(ns);
+  }
+  for (const std::uint64_t id : states.id())
+    ownership.add_epoch(static_cast<std::uint32_t>(id % 2));
   seeds.add("peer", 1, states.SerializeAsString());
   v1::CrowdHandover handover;
   handover.set_from(2);
   handover.set_to(1);
-  for (const AgentId id : {1U, 4U, 7U}) to_proto(*run.release(id), *handover.add_agents());
+  handover.set_view_ns(kFuzzBegin_ns);
+  handover.set_until_ns(2 * kFuzzBegin_ns);
+  for (const AgentId id : {1U, 4U, 7U}) {
+    to_proto(*run.release(id), *handover.add_agents());
+    handover.mutable_agents(handover.agents_size() - 1)->set_epoch(1);
+  }
   seeds.add("handover", 2, handover.SerializeAsString());
   handover.set_to(2);
   seeds.add("passing", 2, handover.SerializeAsString());

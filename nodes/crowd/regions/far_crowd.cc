@@ -51,8 +51,9 @@ GroupSums later(const FarSums& far, double ahead_s) {
   return sums;
 }
 
-GroupSums sums_of_one(const ScenarioRun& run, const FarAgent& agent) {
-  const Group& group = run.scenario().groups[static_cast<std::size_t>(agent.group)];
+GroupSums sums_of_one(const ScenarioRun& run, const Traveller& traveller) {
+  const Group& group = run.scenario().groups[static_cast<std::size_t>(traveller.group)];
+  const Agent& agent = traveller.agent;
   const Eigen::Vector2d origin(group.origin_x_m, group.origin_y_m);
   const Eigen::Vector2d ahead(std::cos(group.heading_rad), std::sin(group.heading_rad));
   const AgentState& s = agent.state;
@@ -124,10 +125,26 @@ FarSums own_sums(const ScenarioRun& run, int group) {
   return own;
 }
 
+namespace {
+
+std::vector<AgentId> own_agents(const Crowd& crowd) {
+  std::vector<AgentId> own;
+  for (std::size_t r = 0; r < crowd.ids().size(); ++r) {
+    if (crowd.roles()[r] == Role::own) own.push_back(crowd.ids()[r]);
+  }
+  return own;
+}
+
+}  // namespace
+
 FarCrowd::FarCrowd(const FarSettings& settings, const ScenarioRun& run)
     : settings_(settings),
-      reports_(static_cast<std::size_t>(settings.coordinators)),
-      ran_(reports_.size(), false) {
+      ownership_({.coordinators = settings.coordinators,
+                  .own = settings.own,
+                  .stale = from_seconds(settings.stale_s),
+                  .slack = from_seconds(settings.slack_s)},
+                 run.roster().agents(), own_agents(run.crowd())),
+      reports_(static_cast<std::size_t>(settings.coordinators)) {
   const Crowd& crowd = run.crowd();
   for (std::size_t r = 0; r < crowd.ids().size(); ++r) {
     const AgentId id = crowd.ids()[r];
@@ -135,79 +152,127 @@ FarCrowd::FarCrowd(const FarSettings& settings, const ScenarioRun& run)
   }
 }
 
+void FarCrowd::begin_step(ScenarioRun& run, Time now) {
+  const bool first = life_ == Time{};
+  ownership_.begin_step(now);
+  if (first) life_ = ownership_.since();
+  follow(run);
+}
+
+/// A new life of ours owns nothing.
+void FarCrowd::follow(ScenarioRun& run) {
+  if (life_ == ownership_.since()) return;
+  life_ = ownership_.since();
+  for (const AgentId id : own_agents(run.crowd())) {
+    const std::optional<Traveller> traveller = run.release(id);
+    imported_[id] = {traveller->group, Role::mirror, round_};
+  }
+  std::erase_if(passing_, [this](const Passing& p) { return p.offer.from == settings_.own; });
+}
+
 void FarCrowd::hear(int coordinator, FarReport report) {
   const auto c = static_cast<std::size_t>(coordinator);
   if (report.stamp < reports_[c].stamp) return;
-  if (report.time_s > 0.0) {
-    ran_[c] = true;
-  } else if (ran_[c]) {  // restarted: it does not have its initial agents
-    report.agents.clear();
-    report.sums.clear();
-  }
+  if (!report.ownership.heard.empty()) ownership_.hear(report.ownership);
   reports_[c] = std::move(report);
 }
 
-void FarCrowd::pass(const Traveller& traveller, int to, Time stamp) {
-  const Agent& agent = traveller.agent;
-  passing_.push_back(
-      {{.id = agent.id, .group = traveller.group, .state = agent.state}, to, stamp, traveller});
+void FarCrowd::admit(ScenarioRun& run, const Traveller& traveller) {
+  imported_.erase(traveller.agent.id);
+  run.admit(traveller);
 }
 
-std::optional<Traveller> FarCrowd::give(ScenarioRun& run, AgentId id, int to, Time stamp) {
-  std::optional<Traveller> traveller = run.release(id);
+bool FarCrowd::hear(ScenarioRun& run, const Passing& passing, Time state_time) {
+  follow(run);
+  const AgentId id = passing.offer.claim.id;
+  if (passing.offer.to == settings_.own) {
+    if (!ownership_.acceptable(passing.offer)) return false;
+    Traveller traveller = passing.traveller;
+    AgentState& state = traveller.agent.state;  // it stands since the offer
+    state = later(state, std::min(to_seconds(state_time - passing.stamp), run.crowd().dt_s()));
+    admit(run, traveller);
+    ownership_.take(passing.offer);
+    return true;
+  }
+  const bool newer = passing.offer.view == ownership_.view().id() && !ownership_.owns(id) &&
+                     !ownership_.offered(id) && passing.offer.claim.epoch > ownership_.epoch(id);
+  if (!newer) return false;
+  std::erase_if(passing_, [&](const Passing& p) { return p.offer.claim.id == id; });
+  passing_.push_back(passing);
+  return false;
+}
+
+/// Where and how it was when somebody last spoke of it; else where it began.
+Traveller FarCrowd::last_seen(const ScenarioRun& run, AgentId id) const {
+  const auto on_the_way =
+      std::ranges::find(passing_, id, [](const Passing& p) { return p.offer.claim.id; });
+  if (on_the_way != passing_.end()) return on_the_way->traveller;
+  const auto seen = std::ranges::lower_bound(agents_, id, {}, &FarAgent::id);
+  if (seen != agents_.end() && seen->id == id) {
+    return run.traveller(id, seen->group, seen->state);
+  }
+  return run.traveller(id, run.roster().home(id), run.roster().start(id).state);
+}
+
+FarCrowd::Decided FarCrowd::decide(ScenarioRun& run, Time state_time) {
+  follow(run);
+  ownership_.decide();
+  follow(run);
+  Decided out;
+  for (int c = 0; c < settings_.coordinators && view_.id() != ownership_.view().id(); ++c) {
+    const auto k = static_cast<std::size_t>(c);
+    const bool was = k < view_.since.size() && view_.since[k] != Time{};
+    if (!was || c == settings_.own || ownership_.view().since[k] != Time{}) continue;
+    Left left{.coordinator = c, .groups = {}};
+    for (const FarAgent& agent : reports_[k].agents) left.groups.push_back(agent.group);
+    std::ranges::sort(left.groups);
+    left.groups.erase(std::unique(left.groups.begin(), left.groups.end()), left.groups.end());
+    out.left.push_back(std::move(left));
+  }
+  view_ = ownership_.view();
+  const auto bring = [&](const Traveller& traveller) {
+    try {
+      admit(run, traveller);
+      ++out.taken;
+      return true;
+    } catch (const ConfigError& e) {
+      out.trouble = e.what();
+      return false;
+    }
+  };
+  for (const AgentId id : std::vector(ownership_.orphans())) {
+    if (!ownership_.may_own()) break;
+    if (bring(last_seen(run, id))) ownership_.adopt(id);
+  }
+  for (const Passing& p : passing_) {
+    const AgentId id = p.offer.claim.id;
+    if (p.offer.from != settings_.own || !ownership_.refused(id)) continue;
+    if (bring(p.traveller)) ownership_.take_back(id);
+  }
+  forget_arrived(state_time);
+  return out;
+}
+
+std::optional<Passing> FarCrowd::give(ScenarioRun& run, AgentId id, int to, Time now) {
+  if (!ownership_.can_offer(id, to)) return std::nullopt;
+  const std::optional<Traveller> traveller = run.release(id);
   if (!traveller) return std::nullopt;
   imported_[id] = {traveller->group, Role::mirror, round_};
-  pass(*traveller, to, stamp);
-  return traveller;
+  passing_.push_back({*traveller, ownership_.offer(id, to), now, now});
+  return passing_.back();
 }
 
-void FarCrowd::take(ScenarioRun& run, Traveller traveller, Time stamp, Time now) {
-  AgentState& state = traveller.agent.state;
-  state = later(state, to_seconds(now - stamp));
-  imported_.erase(traveller.agent.id);
-  run.admit(traveller);
-  since_[traveller.agent.id] = stamp;
-}
-
-std::vector<FarCrowd::Orphans> FarCrowd::take_orphans(const ScenarioRun& run, Time now) {
-  std::vector<Orphans> silent;
-  for (int c = 0; c < settings_.coordinators; ++c) {
-    FarReport& report = reports_[static_cast<std::size_t>(c)];
-    if (c == settings_.own || report.stamp == Time{} || heard(c, now)) continue;
-    Orphans orphans{.coordinator = c, .agents = {}};
-    const auto ours = [&](AgentId id) {
-      return run.crowd().group_of(id).has_value() && !imported_.contains(id);
-    };
-    for (const FarAgent& agent : report.agents) {
-      if (agent.external || ours(agent.id)) continue;
-      orphans.agents.push_back(
-          run.traveller(agent.id, agent.group, later(agent.state, to_seconds(now - report.stamp))));
-    }
-    for (const Passing& passing : passing_) {
-      if (passing.to != c || ours(passing.agent.id)) continue;
-      Traveller traveller = passing.traveller;
-      traveller.agent.state = later(traveller.agent.state, to_seconds(now - passing.stamp));
-      orphans.agents.push_back(traveller);
-    }
-    std::erase_if(passing_, [c](const Passing& p) { return p.to == c; });
-    report = {};
-    silent.push_back(std::move(orphans));
+std::vector<Passing> FarCrowd::repeats(Time now) {
+  constexpr Time kEvery = std::chrono::milliseconds(100);
+  std::vector<Passing> due;
+  for (Passing& p : passing_) {
+    const AgentId id = p.offer.claim.id;
+    if (p.offer.from != settings_.own || !ownership_.offered(id) || now - p.sent < kEvery) continue;
+    p.offer = ownership_.repeat(id);
+    p.sent = now;
+    due.push_back(p);
   }
-  return silent;
-}
-
-void FarCrowd::adopt(ScenarioRun& run, const Traveller& traveller, Time now) {
-  imported_.erase(traveller.agent.id);
-  run.admit(traveller);
-  since_[traveller.agent.id] = now;
-}
-
-void FarCrowd::abandon(ScenarioRun& run) {
-  const std::vector<AgentId> ids(run.crowd().ids().begin(), run.crowd().ids().end());
-  for (const AgentId id : ids) {
-    const std::optional<Traveller> traveller = run.release(id);
-    if (traveller) imported_[id] = {traveller->group, Role::mirror, round_};
-  }
+  return due;
 }
 
 bool FarCrowd::heard(int coordinator, Time now) const {
@@ -215,43 +280,61 @@ bool FarCrowd::heard(int coordinator, Time now) const {
   return stamp != Time{} && to_seconds(now - stamp) <= settings_.stale_s;
 }
 
-/// Every agent that is moved elsewhere, once. Our own run knows better which agents it moves
-/// itself.
+bool FarCrowd::member(int coordinator) const {
+  const FarReport& report = reports_[static_cast<std::size_t>(coordinator)];
+  return coordinator == settings_.own
+             ? ownership_.member()
+             : !started() || ownership_.view().has(coordinator, report.ownership.since);
+}
+
+/// Our own run knows better which agents it moves itself.
+bool FarCrowd::ours(const ScenarioRun& run, AgentId id) const {
+  return run.crowd().group_of(id).has_value() && !imported_.contains(id);
+}
+
+/// Every agent that is moved elsewhere, once.
 void FarCrowd::collect(const ScenarioRun& run, Time now) {
+  const std::vector<FarAgent> before = std::move(agents_);
   agents_.clear();
-  const auto ours = [&](AgentId id) {
-    return run.crowd().group_of(id).has_value() && !imported_.contains(id);
-  };
   for (int c = 0; c < settings_.coordinators; ++c) {
-    if (c == settings_.own || !heard(c, now)) continue;
+    if (c == settings_.own || !heard(c, now) || !member(c)) continue;
     const FarReport& report = reports_[static_cast<std::size_t>(c)];
     const double ahead_s = to_seconds(now - report.stamp);
     for (FarAgent agent : report.agents) {
-      if (!run.roster().known(agent.id)) continue;
-      if (ours(agent.id)) {
-        const auto since = since_.find(agent.id);
-        const bool newer = since == since_.end() || report.stamp > since->second;
-        if (c > settings_.own || agent.external || !newer) continue;
-        claimed_.push_back(agent.id);
-      }
+      if (!run.roster().known(agent.id) || ours(run, agent.id)) continue;
       agent.state = later(agent.state, ahead_s);
       agents_.push_back(agent);
     }
   }
   for (const Passing& passing : passing_) {
-    if (ours(passing.agent.id)) continue;
-    FarAgent agent = passing.agent;
-    agent.state = later(agent.state, to_seconds(now - passing.stamp));
-    agents_.push_back(agent);
+    const Agent& agent = passing.traveller.agent;
+    if (ours(run, agent.id)) continue;
+    agents_.push_back({.id = agent.id,
+                       .group = passing.traveller.group,
+                       .state = agent.state,
+                       .epoch = passing.offer.claim.epoch});
   }
-  std::ranges::stable_sort(agents_, {}, &FarAgent::id);
+  std::ranges::stable_sort(agents_, {},
+                           [](const FarAgent& a) { return std::pair(a.id, ~a.epoch); });
   const auto same = [](const FarAgent& a, const FarAgent& b) { return a.id == b.id; };
   agents_.erase(std::unique(agents_.begin(), agents_.end(), same), agents_.end());
+  const auto known = static_cast<std::ptrdiff_t>(agents_.size());
+  for (FarAgent agent : before) {
+    const auto end = agents_.begin() + known;
+    const auto now_at = std::ranges::lower_bound(agents_.begin(), end, agent.id, {}, &FarAgent::id);
+    if (agent.external || ours(run, agent.id) || (now_at != end && now_at->id == agent.id))
+      continue;
+    agent.state.velocity_W_m_s.setZero();
+    agent.state.phase_rate_rad_s = 0.0;
+    agent.trusted = false;
+    agents_.push_back(agent);
+  }
+  std::ranges::inplace_merge(agents_, agents_.begin() + known, {}, &FarAgent::id);
 }
 
 void FarCrowd::add_sums(const ScenarioRun& run, Time now, std::vector<GroupSums>& sums) const {
   for (int c = 0; c < settings_.coordinators; ++c) {
-    if (c == settings_.own || !heard(c, now)) continue;
+    if (c == settings_.own || !heard(c, now) || !member(c)) continue;
     const FarReport& report = reports_[static_cast<std::size_t>(c)];
     for (const FarSums& far : report.sums) {
       GroupSums& sum = sums[static_cast<std::size_t>(far.group)];
@@ -259,19 +342,19 @@ void FarCrowd::add_sums(const ScenarioRun& run, Time now, std::vector<GroupSums>
     }
   }
   for (const Passing& passing : passing_) {
-    FarAgent agent = passing.agent;
-    agent.state = later(agent.state, to_seconds(now - passing.stamp));
-    GroupSums& sum = sums[static_cast<std::size_t>(agent.group)];
-    sum = sum + sums_of_one(run, agent);
+    GroupSums& sum = sums[static_cast<std::size_t>(passing.traveller.group)];
+    sum = sum + sums_of_one(run, passing.traveller);
   }
 }
 
 /// Forgets passing agents that have arrived, or whose new coordinator never said so.
 void FarCrowd::forget_arrived(Time now) {
   std::erase_if(passing_, [&](const Passing& p) {
-    const FarReport& report = reports_[static_cast<std::size_t>(p.to)];
-    return to_seconds(now - p.stamp) > settings_.stale_s ||
-           std::ranges::find(report.agents, p.agent.id, &FarAgent::id) != report.agents.end();
+    const AgentId id = p.offer.claim.id;
+    if (p.offer.from == settings_.own) return !ownership_.offered(id);
+    const FarReport& report = reports_[static_cast<std::size_t>(p.offer.to)];
+    return now >= p.offer.until || ownership_.owns(id) ||
+           std::ranges::find(report.agents, id, &FarAgent::id) != report.agents.end();
   });
 }
 
@@ -308,15 +391,7 @@ Role FarCrowd::role_of(const FarAgent& agent, bool whole) const {
 std::string FarCrowd::import(ScenarioRun& run, Time now) {
   Crowd& crowd = run.crowd();
   ++round_;
-  forget_arrived(now);
-  claimed_.clear();
   collect(run, now);
-  for (const AgentId id : claimed_) {
-    const std::optional<Traveller> traveller = run.release(id);
-    if (!traveller) continue;
-    imported_[id] = {traveller->group, Role::mirror, round_};
-    since_.erase(id);
-  }
   mark_cells(crowd);
   joining_.resize(static_cast<std::size_t>(crowd.groups()));
   for (auto& joining : joining_) joining.clear();

@@ -6,6 +6,7 @@
 #include <unordered_map>
 #include <vector>
 
+#include "nodes/crowd/regions/ownership.h"
 #include "nodes/crowd/run/scenario_run.h"
 
 namespace mimesis::crowd {
@@ -41,6 +42,7 @@ struct FarAgent {
   AgentState state{};
   bool external = false;  ///< neither its coordinator moves it
   bool trusted = true;    ///< false: not coupled
+  std::uint32_t epoch = 0;
 };
 
 /// Sums over one group of another coordinator, with the rates at which they change.
@@ -53,10 +55,18 @@ struct FarSums {
 
 /// Report of a coordinator about one instant.
 struct FarReport {
-  std::chrono::nanoseconds stamp{};
-  double time_s = 0.0;  ///< time of its run; 0: it has not begun
+  Time stamp{};
   std::vector<FarAgent> agents{};
   std::vector<FarSums> sums{};
+  OwnershipReport ownership{};  ///< empty lists: none, it says nothing about it
+};
+
+/// An agent that one coordinator offers to another, in its state of `stamp`.
+struct Passing {
+  Traveller traveller{};
+  Offer offer{};
+  Time stamp{};
+  Time sent{};
 };
 
 /// Sums and rates of a group's agents that a run moves itself.
@@ -64,46 +74,53 @@ FarSums own_sums(const ScenarioRun& run, int group);
 
 struct FarSettings {
   int coordinators = 1;
-  int own = 0;           ///< number of this one, from 0
-  double sight_m = 6.0;  ///< distance within which agents of others are avoided
-  double stale_s = 0.5;  ///< a coordinator silent for this long is gone, with its agents
+  int own = 0;             ///< number of this one, from 0
+  double sight_m = 6.0;    ///< distance within which agents of others are avoided
+  double stale_s = 0.5;    ///< OwnershipSettings::stale
+  double slack_s = 0.024;  ///< OwnershipSettings::slack
 };
 
 /// The agents of other coordinators, as one coordinator's crowd needs them: near ones as ghosts and
 /// the rest in sums; all of them, as mirrors, in groups that are coupled along graphs
 /// (ScenarioRun::whole). An agent on the way from one coordinator to another counts as far until
-/// the new one reports it.
+/// the new one reports it; one that nobody reports stands where it was last seen. Of the run's
+/// agents, those that Ownership says are ours are `own`.
 class FarCrowd {
  public:
-  using Time = std::chrono::nanoseconds;
-
   /// Mirrors that the run has begun with are ours to refresh.
   FarCrowd(const FarSettings& settings, const ScenarioRun& run);
 
+  /// In every step: `begin_step`, then reports and offers, then `decide`. What of our agents is no
+  /// longer ours stays in the run as a mirror.
+  void begin_step(ScenarioRun& run, Time now);
   /// @param coordinator from 0. A report older than the last is passed over.
   void hear(int coordinator, FarReport report);
-  /// An agent goes to coordinator `to` at `stamp`: no report of that time has it.
-  void pass(const Traveller& traveller, int to, Time stamp);
-  /// Takes an agent out of the run for coordinator `to`; nothing if the run does not move it.
-  std::optional<Traveller> give(ScenarioRun& run, AgentId id, int to, Time stamp);
-  /// Brings an agent, whose state is of `stamp`, into the run at `now`.
-  void take(ScenarioRun& run, Traveller traveller, Time stamp, Time now);
-  bool heard(int coordinator, Time now) const;
-
-  /// Coordinators that fell silent since the last call, and the agents they had, those on the way
-  /// to it too: in their last reported state, extrapolated to `now`. The coordinator is forgotten;
-  /// external agents do not belong to it.
-  struct Orphans {
+  /// An offer, to us or another. True if the agent is in the run now, which is at `state_time`.
+  /// @throws ConfigError if it cannot be: then it is offered again, or taken back by its owner
+  bool hear(ScenarioRun& run, const Passing& passing, Time state_time);
+  /// A coordinator that the view has left out, and groups of the agents that it had.
+  struct Left {
     int coordinator;
-    std::vector<Traveller> agents;
+    std::vector<int> groups;
   };
-  std::vector<Orphans> take_orphans(const ScenarioRun& run, Time now);
-  /// An agent of one that fell silent is ours from now on.
-  void adopt(ScenarioRun& run, const Traveller& traveller, Time now);
-  /// Our run begins where others are at work: all that it began with is theirs.
-  void abandon(ScenarioRun& run);
+  struct Decided {
+    std::vector<Left> left;
+    int taken = 0;        ///< agents that nobody owned, and our own that nobody took
+    std::string trouble;  ///< why one of them cannot be in the run; tried again
+  };
+  Decided decide(ScenarioRun& run, Time state_time);
 
-  /// If two coordinators claim an agent, after an interrupted connection, the first one keeps it.
+  /// Offers an agent to coordinator `to`; nothing if that is not possible now.
+  std::optional<Passing> give(ScenarioRun& run, AgentId id, int to, Time now);
+  /// Our offers that are to be sent again.
+  std::vector<Passing> repeats(Time now);
+  OwnershipReport report() const { return ownership_.report(); }
+
+  bool heard(int coordinator, Time now) const;
+  /// The crowd has begun for us.
+  bool started() const { return ownership_.started(); }
+  /// Whether a coordinator, and we ourselves, may own agents.
+  bool member(int coordinator) const;
   /// Extrapolates the others' reports to `now`, the time of the run's present state, and adds them
   /// to the run. Returns why a group cannot take them, or empty: it continues without.
   std::string import(ScenarioRun& run, Time now);
@@ -112,17 +129,15 @@ class FarCrowd {
   int taken_into_account() const { return static_cast<int>(imported_.size()); }
 
  private:
-  struct Passing {
-    FarAgent agent;
-    int to;
-    Time stamp;
-    Traveller traveller;
-  };
   struct Imported {
     int group;
     Role role;
     std::uint64_t round;
   };
+  bool ours(const ScenarioRun& run, AgentId id) const;
+  void follow(ScenarioRun& run);
+  void admit(ScenarioRun& run, const Traveller& traveller);
+  Traveller last_seen(const ScenarioRun& run, AgentId id) const;
   void forget_arrived(Time now);
   void import(ScenarioRun& run, const FarAgent& agent);
   void collect(const ScenarioRun& run, Time now);
@@ -132,10 +147,10 @@ class FarCrowd {
   Role role_of(const FarAgent& agent, bool whole) const;
 
   FarSettings settings_;
+  Ownership ownership_;
+  Time life_{};  // life in which the run's agents are ours
+  View view_;    // of the last decide
   std::vector<FarReport> reports_;
-  std::vector<bool> ran_;                    // had begun, by number
-  std::unordered_map<AgentId, Time> since_;  // agents are ours that were not at the start
-  std::vector<AgentId> claimed_;
   std::vector<Passing> passing_;
   std::vector<FarAgent> agents_;
   std::unordered_map<AgentId, Imported> imported_;

@@ -2,7 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
+#include <optional>
 
 #include "nodes/crowd/run/test/small_scenario.h"
 
@@ -119,39 +121,95 @@ TEST(FarCrowd, WhoeverIsNotTrustedIsCoupledToNobody) {
   EXPECT_EQ(run.crowd().find(2)->role, Role::seen);
 }
 
-TEST(FarCrowd, ForgetsWhomASilentCoordinatorHad) {
+TEST(FarCrowd, WhoNobodySpeaksOfStandsWhereItWas) {
   ScenarioRun run(scenario({squad("a", 4, Topology::chain)}), nobody);
   FarCrowd far({.coordinators = 2, .own = 0, .stale_s = 0.5}, run);
   far.hear(1, {.stamp = 10s, .agents = {walker(2, 1.0, 1.0)}, .sums = {}});
   far.import(run, 10s + 400ms);
   EXPECT_TRUE(far.heard(1, 10s + 400ms));
-  EXPECT_EQ(run.crowd().size(), 1);
-  far.import(run, 10s + 600ms);
-  EXPECT_FALSE(far.heard(1, 10s + 600ms));
-  EXPECT_EQ(run.crowd().size(), 0);
-  EXPECT_TRUE(far.agents().empty());
+  EXPECT_EQ(run.crowd().find(2)->role, Role::mirror);
+  for (const auto later : {600ms, 5000ms}) {
+    far.import(run, 10s + later);
+    EXPECT_FALSE(far.heard(1, 10s + later));
+    ASSERT_EQ(far.agents().size(), 1u);
+    EXPECT_NEAR(far.agents()[0].state.position_W_m.x(), 1.48, 1e-12);
+    EXPECT_EQ(far.agents()[0].state.velocity_W_m_s.norm(), 0.0);
+    EXPECT_FALSE(far.agents()[0].trusted) << "an obstacle, coupled to nobody";
+  }
 }
 
+/// Two coordinators in step, with one agent between them.
+struct Pair {
+  Pair() {
+    for (int k = 0; k < 4; ++k) step();
+  }
+  void step() {
+    now += 20ms;
+    for (std::size_t c = 0; c < 2; ++c) {
+      fars[c].begin_step(runs[c], now);
+      if (heard[c]) fars[c].hear(1 - static_cast<int>(c), *heard[c]);
+      decided[c] = fars[c].decide(runs[c], now);
+      fars[c].import(runs[c], now);
+    }
+    for (std::size_t c = 0; c < 2; ++c) {
+      FarReport report{.stamp = now, .agents = {}, .sums = {}, .ownership = fars[c].report()};
+      for (const Claim& claim : report.ownership.owned) {
+        report.agents.push_back({.id = claim.id,
+                                 .group = 0,
+                                 .state = runs[c].crowd().find(claim.id)->state,
+                                 .epoch = claim.epoch});
+      }
+      heard[1 - c] = report;
+    }
+  }
+
+  Scenario squads = scenario({squad("a", 4, Topology::chain)});
+  std::array<ScenarioRun, 2> runs{ScenarioRun(squads), ScenarioRun(squads, nobody)};
+  std::array<FarCrowd, 2> fars{FarCrowd({.coordinators = 2, .own = 0}, runs[0]),
+                               FarCrowd({.coordinators = 2, .own = 1}, runs[1])};
+  std::array<std::optional<FarReport>, 2> heard{};
+  std::array<FarCrowd::Decided, 2> decided{};
+  Time now = 10s;
+};
+
 TEST(FarCrowd, WhoIsOnTheWayIsSomewhereAndOnlyOnce) {
-  ScenarioRun giver(scenario({squad("a", 4, Topology::chain)}));
-  FarCrowd far({.coordinators = 2, .own = 0}, giver);
-  const auto traveller = far.give(giver, 3, 1, 10s);
-  ASSERT_TRUE(traveller.has_value());
-  EXPECT_FALSE(far.give(giver, 3, 1, 10s).has_value()) << "it is not ours any more";
-  far.import(giver, 10s);
-  ASSERT_EQ(far.agents().size(), 1u);
-  EXPECT_EQ(far.agents()[0].id, 3u);
-  EXPECT_EQ(giver.crowd().find(3)->role, Role::mirror);
-  // Its new coordinator speaks of it, elsewhere.
-  far.hear(1, {.stamp = 10s + 20ms, .agents = {walker(3, 7.0, 7.0)}, .sums = {}});
-  far.import(giver, 10s + 20ms);
-  ASSERT_EQ(far.agents().size(), 1u);
-  EXPECT_EQ(giver.crowd().find(3)->state.position_W_m.x(), 7.0);
-  // It comes back, as from any other.
-  far.take(giver, *traveller, 10s + 40ms, 10s + 40ms);
-  EXPECT_EQ(giver.crowd().find(3)->role, Role::own);
-  far.import(giver, 10s + 40ms);
-  EXPECT_TRUE(far.agents().empty()) << "we know better";
+  Pair two;
+  auto& [giver, taker] = two.fars;
+  EXPECT_EQ(taker.agents().size(), 4u);
+  const auto passing = giver.give(two.runs[0], 3, 1, two.now);
+  ASSERT_TRUE(passing.has_value());
+  EXPECT_FALSE(giver.give(two.runs[0], 3, 1, two.now).has_value()) << "it is not ours any more";
+  giver.import(two.runs[0], two.now);
+  ASSERT_EQ(giver.agents().size(), 1u);
+  EXPECT_EQ(giver.agents()[0].id, 3u);
+  EXPECT_EQ(two.runs[0].crowd().find(3)->role, Role::mirror);
+  EXPECT_TRUE(taker.hear(two.runs[1], *passing, two.now));
+  EXPECT_FALSE(taker.hear(two.runs[1], *passing, two.now)) << "once";
+  EXPECT_EQ(two.runs[1].crowd().find(3)->role, Role::own);
+  two.step();
+  two.step();
+  EXPECT_EQ(giver.agents().size(), 1u);
+  EXPECT_EQ(taker.agents().size(), 3u);
+  EXPECT_TRUE(giver.repeats(two.now + 10s).empty()) << "it has arrived";
+}
+
+TEST(FarCrowd, AnOfferThatIsLostIsRepeatedAndOneThatIsNotTakenComesBack) {
+  Pair two;
+  FarCrowd& giver = two.fars[0];
+  ASSERT_TRUE(giver.give(two.runs[0], 3, 1, two.now).has_value());
+  const AgentState before = two.runs[0].crowd().find(3)->state;
+  int repeated = 0;
+  for (int k = 0; k < 30 && two.runs[0].crowd().find(3)->role != Role::own; ++k) {
+    two.step();
+    for (const Passing& passing : giver.repeats(two.now)) {
+      ++repeated;
+      EXPECT_EQ(passing.stamp, 10s + 80ms) << "it stands";
+    }
+  }
+  EXPECT_EQ(repeated, 5);
+  EXPECT_EQ(two.decided[0].taken, 1);
+  EXPECT_EQ(two.runs[0].crowd().find(3)->role, Role::own);
+  EXPECT_EQ(two.runs[0].crowd().find(3)->state.position_W_m, before.position_W_m);
 }
 
 }  // namespace
