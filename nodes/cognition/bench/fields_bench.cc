@@ -2,7 +2,10 @@
 #include <benchmark/benchmark.h>
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <cmath>
+#include <numeric>
+#include <vector>
 
 #include "nodes/cognition/trial.h"
 
@@ -53,8 +56,8 @@ void eigen_dense(benchmark::State& state) {
   Vector u = Eigen::Map<const Vector>(ours.activity().data(), p.neurons);
   const Vector input = Vector::Zero(p.neurons);
   const Matrix w = Matrix::NullaryExpr(p.neurons, p.neurons, [&](Eigen::Index i, Eigen::Index j) {
-    const double d = static_cast<double>(i - j) / p.width;
-    return static_cast<Real>(p.excitation * std::exp(-0.5 * d * d));
+    const double d = static_cast<double>(i - j) / p.width;  // cut off as ours is
+    return std::abs(d) > 4.0 ? Real(0) : static_cast<Real>(p.excitation * std::exp(-0.5 * d * d));
   });
   const auto h = static_cast<Real>(p.resting_level), beta = static_cast<Real>(p.slope);
   const auto theta1 = static_cast<Real>(p.threshold1), theta2 = static_cast<Real>(p.threshold2);
@@ -81,6 +84,55 @@ BENCHMARK(eigen_dense<double>)
     ->Arg(128)
     ->Arg(256)
     ->Arg(512);
+
+/// The scheme of dnf-composer: a kernel cut off, here where ours is, slid along the rates between
+/// zeros, in plain loops. Its activity must be ours.
+template <class Real>
+void sliding_kernel(benchmark::State& state) {
+  const FieldParams p = sized(state.range(0));
+  NeuralField<Real> ours(p, kDt_s);
+  ignite(ours);
+  const auto n = static_cast<std::size_t>(p.neurons);
+  const auto halo = static_cast<std::size_t>(std::ceil(4.0 * p.width));
+  std::vector<Real> kernel(2 * halo + 1), u(ours.activity().begin(), ours.activity().end());
+  for (std::size_t j = 0; j < kernel.size(); ++j) {
+    const double d = (static_cast<double>(j) - static_cast<double>(halo)) / p.width;
+    kernel[j] = static_cast<Real>(p.excitation * std::exp(-0.5 * d * d));
+  }
+  const auto h = static_cast<Real>(p.resting_level), beta = static_cast<Real>(p.slope);
+  const auto theta1 = static_cast<Real>(p.threshold1), theta2 = static_cast<Real>(p.threshold2);
+  const auto inhibition = static_cast<Real>(p.inhibition), a = static_cast<Real>(kDt_s / p.tau_s);
+  std::vector<Real> rate(n + 2 * halo), input(n), lateral(n);
+  const auto step = [&] {
+    for (std::size_t i = 0; i < n; ++i)
+      rate[halo + i] = Real(1) / (Real(1) + std::exp(-beta * (u[i] - theta2)));
+    const Real all = std::accumulate(rate.begin(), rate.end(), Real(0));
+    for (std::size_t i = 0; i < n; ++i) {
+      Real sum = 0;
+      for (std::size_t j = 0; j < kernel.size(); ++j) sum += kernel[j] * rate[i + j];
+      lateral[i] = sum - inhibition * all;
+    }
+    for (std::size_t i = 0; i < n; ++i) {
+      const Real gate = Real(1) / (Real(1) + std::exp(-beta * (u[i] - theta1)));
+      u[i] += a * (h - u[i] + input[i] + gate * lateral[i]);
+    }
+  };
+  double apart = 0.0;
+  for (int t = 0; t < 200; ++t) {
+    ours.step(), step();
+    for (std::size_t i = 0; i < n; ++i)
+      apart = std::max(apart, std::abs(static_cast<double>(u[i] - ours.activity()[i])));
+  }
+  state.counters["apart"] = apart;
+  if (!(apart < 2e-3)) return state.SkipWithError("the outputs differ");
+  for (auto _ : state) {
+    step();
+    benchmark::DoNotOptimize(u.data());
+  }
+  state.SetItemsProcessed(state.iterations());
+}
+BENCHMARK(sliding_kernel<float>)->Name("peer/sliding_kernel/float")->Arg(101)->Arg(128)->Arg(512);
+BENCHMARK(sliding_kernel<double>)->Name("peer/sliding_kernel/double")->Arg(101)->Arg(128)->Arg(512);
 
 /// Seven fields, ten links, four of them learning if `learn`; all layers active. Items:
 /// ladder-steps/s.

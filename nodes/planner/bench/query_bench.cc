@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <memory>
+#include <numeric>
 
 #include "nodes/planner/path_search.h"
 #include "nodes/planner/roadmap.h"
@@ -52,7 +53,10 @@ void plan_blocked_queries(benchmark::State& state, const PrepareScene& prepare) 
   }
   const ProblemScene& scene = set->scenes.at(static_cast<std::size_t>(state.range(0)));
   const std::vector<Query> asked = blocked(set->arm, scene);
+  const auto preparing = std::chrono::steady_clock::now();
   const PlanQuery plan = prepare(set->arm, scene.obstacles);
+  const std::chrono::duration<double, std::milli> prepared =
+      std::chrono::steady_clock::now() - preparing;
   CollisionChecker judge(set->arm, scene.obstacles, 0.0);
   std::vector<double> ms;
   int solved = 0, certified = 0;
@@ -77,6 +81,10 @@ void plan_blocked_queries(benchmark::State& state, const PrepareScene& prepare) 
   if (ms.empty()) return;
   state.counters["median_ms"] = ms[ms.size() / 2];
   state.counters["p95_ms"] = ms[ms.size() * 95 / 100];
+  state.counters["prepare_ms"] = prepared.count();
+  state.counters["mean_prepared_ms"] =
+      (prepared.count() + std::accumulate(ms.begin(), ms.end(), 0.0)) /
+      static_cast<double>(ms.size());
 }
 
 }  // namespace mimesis::planner
