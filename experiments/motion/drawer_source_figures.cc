@@ -49,7 +49,7 @@ double sisa_q2(const mocap::Trials& set, int periodic, bool tied) {
   demix::SisaOptions options;
   options.sources = 1 + periodic;
   options.tied = tied;
-  options.fixed = drawer_ramp(set.samples.cols());
+  options.fixed = demix::non_periodic(1, set.samples.cols());
   options.turns = 15;
   options.finalists = 1;
   return demix::sisa(set, options).quality_squared;
@@ -58,7 +58,7 @@ double sisa_q2(const mocap::Trials& set, int periodic, bool tied) {
 // The ramp and the first K principal components of the residual: the same stepwise regression.
 std::vector<double> pca_q2(const mocap::Trials& set, int most) {
   const MatrixXd centred = set.samples.colwise() - set.samples.rowwise().mean();
-  Eigen::RowVectorXd ramp = drawer_ramp(set.samples.cols());
+  Eigen::RowVectorXd ramp = demix::non_periodic(1, set.samples.cols());
   ramp.array() -= ramp.mean();
   const MatrixXd rest = centred - (centred * ramp.transpose()) * ramp / ramp.squaredNorm();
   const VectorXd energy = thin_svd(rest).s.cwiseAbs2();

@@ -371,8 +371,7 @@ SisaResult sisa(const mocap::Trials& set, const SisaOptions& options) {
 MatrixXd non_periodic(int count, Index samples) {
   MatrixXd out(count, samples);
   for (Index t = 0; t < samples; ++t) {
-    const double angle =
-        0.5 * math::kTwoPi * static_cast<double>(t + 1) / static_cast<double>(samples);
+    const double angle = 0.5 * math::kTwoPi * static_cast<double>(t) / static_cast<double>(samples);
     if (count > 0) out(0, t) = std::cos(angle);
     if (count > 1) out(1, t) = std::cos(0.5 * angle);
     if (count > 2) out(2, t) = std::sin(0.5 * angle);

@@ -57,8 +57,9 @@ struct SisaResult {
 /// components describe it exactly)
 SisaResult sisa(const mocap::Trials& set, const SisaOptions& options);
 
-/// The `count` (1..3) non-periodic sources of [M18 3.3.3], t = 1..T:
-/// cos(πt/T), cos(πt/2T), sin(πt/2T).
+/// The `count` (1..3) non-periodic sources of [M18 3.3.3], t = 0..T−1: cos(πt/T), cos(πt/2T),
+/// sin(πt/2T). (The text counts t = 1..T; then the first would be cos(φ/2) but for one sample, and
+/// transitions [M18 after eq. 3.23] need it exactly.)
 Eigen::MatrixXd non_periodic(int count, Eigen::Index samples);
 
 /// The periodic sources of a tied mixture with their delays, for another action.

@@ -22,7 +22,7 @@ demix::SisaResult demixed(const mocap::Trials& set, int sources, const demix::Kn
   options.tolerance = wished.tolerance;
   options.seed = wished.seed;
   options.tied = true;
-  options.fixed = drawer_ramp(set.samples.cols());
+  options.fixed = demix::non_periodic(1, set.samples.cols());
   options.known = known;
   options.sources = sources;
   return demix::sisa(set, options);
@@ -113,13 +113,6 @@ Eigen::VectorXi clips_of(const motion::MotionModel& model) {
 }
 
 }  // namespace
-
-Eigen::MatrixXd drawer_ramp(Eigen::Index samples) {
-  Eigen::MatrixXd ramp(1, samples);
-  for (Eigen::Index t = 0; t < samples; ++t)
-    ramp(0, t) = std::cos(std::numbers::pi * static_cast<double>(t) / static_cast<double>(samples));
-  return ramp;
-}
 
 DrawerModel learn_drawer_model(const DrawerData& data, const DrawerModelOptions& options) {
   MIMESIS_ASSERT(options.first_sources >= 1 && options.further_sources >= 1);

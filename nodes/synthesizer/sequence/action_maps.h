@@ -32,10 +32,6 @@ struct DrawerModel {
   double first_quality_squared = 0.0;  ///< Q2 of action 1 with its sources
 };
 
-/// s₀ at t = 0..T−1, a row of T. (The text counts t = 1..T; then s₀ would be cos(φ/2) but for one
-/// sample, and transitions [M18 after eq. 3.23] need it exactly.)
-Eigen::MatrixXd drawer_ramp(Eigen::Index samples);
-
 /// Learns the model: action 1 with tied delays; then actions 2 and 3 with those sources and delays,
 /// weights estimated again, and the further sources from the residual of both. (The text takes the
 /// residuals of action 2 for the further sources and only new weights for action 3: its residuals

@@ -116,7 +116,8 @@ TEST(Sisa, NonNegativeWeightsAreNotNegative) {
 TEST(Sisa, FixedSourcesStayAndTheirMeansGoIntoTheRows) {
   Known known = known_mixture({.trials = 8, .rows = 8, .sources = 1, .seed = 8});
   const Eigen::MatrixXd ramp = non_periodic(1, 64);
-  EXPECT_NEAR(ramp(0, 63), -1.0, 1e-12);  // t = T
+  EXPECT_EQ(ramp(0, 0), 1.0);
+  EXPECT_NEAR(ramp(0, 32), 0.0, 1e-12);  // φ = π
   for (Index n = 0; n < known.set.samples.rows(); ++n) {
     known.set.samples.row(n) += 0.1 * static_cast<double>(n % 5 - 2) * ramp;
   }

@@ -26,11 +26,11 @@ Eigen::VectorXd mixture_at(const motion::MotionModel& model, const motion::Patte
     for (Eigen::Index k = 0; k < model.sources.rows(); ++k) {
       const double at = phase - p.delay_rad(r, k);
       if (k < model.fixed) {
-        auto slow = [k](double x) {  // demix::non_periodic: one sample ahead
-          const double a = 0.5 * (x + math::kTwoPi / 100.0);
-          return k == 0 ? std::cos(a) : k == 1 ? std::cos(a / 2.0) : std::sin(a / 2.0);
+        auto slow = [k](double x) {  // demix::non_periodic
+          return k == 0 ? std::cos(x / 2.0) : k == 1 ? std::cos(x / 4.0) : std::sin(x / 4.0);
         };
-        xi[r] += p.weight_rad(r, k) * model.sources(k, 50) * slow(phase) / slow(math::kTwoPi / 2.0);
+        const double scale = model.sources(k, length / 4) / slow(math::kTwoPi / 4.0);
+        xi[r] += p.weight_rad(r, k) * scale * slow(phase);
         continue;
       }
       for (Eigen::Index t = 0; t < length; ++t) {  // periodic sinc of an even count
