@@ -71,6 +71,7 @@ enum class Mode : std::uint8_t {
 struct Setpoint {
   Mode mode = Mode::idle;
   std::span<const double> position_rad{};  ///< targets of Mode::follow, one per joint
+  int missed = 0;  ///< cycles left out before this one, in which the drives went on at their rate
 };
 
 /// Interface between the bridge and the actuators. Per cycle: read, write. Never blocks.

@@ -38,6 +38,7 @@ class PerfectActuators final : public Actuators {
     if (options_.readonly) return;
     if (setpoint.mode == Mode::idle) return stop();
     if (reading_.phase == Phase::following) {
+      limiter_.coast(setpoint.missed);
       if (setpoint.mode == Mode::hold) {
         limiter_.hold();
       } else {

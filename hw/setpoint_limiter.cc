@@ -70,6 +70,14 @@ void SetpointLimiter::rest() noexcept {
   target_ = q_;
 }
 
+void SetpointLimiter::coast(int cycles) {
+  for (Eigen::Index i = 0; i < q_.size(); ++i) {
+    const double way = cycles * dt_ * v_[i];
+    q_[i] += way;
+    target_[i] += way;
+  }
+}
+
 void SetpointLimiter::hold() {
   for (Eigen::Index i = 0; i < q_.size(); ++i) advance(i, 0.0);
   target_ = q_;

@@ -29,6 +29,8 @@ class SetpointLimiter {
   /// set-point
   bool follow(std::span<const double> target);
   void rest() noexcept;
+  /// The drives went on at their last velocity for `cycles` of which nobody told them.
+  void coast(int cycles);
   /// Moves one cycle while coming to rest at a_max.
   void hold();
 

@@ -35,8 +35,9 @@ struct ArmModel {
   Eigen::VectorXd a_max;                                   ///< n [rad/s²]
   std::string drives = "cia402";                           ///< kind of its actuators: hw/bridge
   double rate_hz = 200.0;                                  ///< rate of commands to the joints
-  Eigen::VectorXd home;                                    ///< n [rad]
-  std::vector<std::string> groups;                         ///< names: base, upper, fore, hand
+  int extrapolated_cycles = 0;  ///< without a command the drives go on at their rate for so long
+  Eigen::VectorXd home;         ///< n [rad]
+  std::vector<std::string> groups;  ///< names: base, upper, fore, hand
   std::vector<SafetyBall> balls;
   std::vector<std::pair<int, int>> self_pairs;  ///< groups checked against each other
   std::vector<int> env_groups;                  ///< groups checked against obstacles

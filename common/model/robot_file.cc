@@ -69,6 +69,7 @@ struct ArmFile {
     v("name", arm.name);
     v("drives", arm.drives);
     v("rate_hz", arm.rate_hz, kLeastRate_hz, kMostRate_hz);
+    v("extrapolated_cycles", arm.extrapolated_cycles, 0, 10);
     v("base_m", base_m, -10.0, 10.0, 3);
     v("tool_m", tool_m, -10.0, 10.0, 3);
     list(v, "joints", joints);

@@ -37,7 +37,8 @@ GateLimits gate_limits(const BridgeParams& p, const Joints& joints) {
           .a_max_rad_s2 = {joints.limits.a_max.begin(), joints.limits.a_max.end()},
           .names = joints.names,
           .hold_on_silence = holds(p, joints),
-          .cycle = runtime::from_seconds(1.0 / joints.rate_hz)};
+          .cycle = runtime::from_seconds(1.0 / joints.rate_hz),
+          .extrapolated_cycles = joints.extrapolated_cycles};
 }
 
 v1::JointLimits to_proto(const std::string& robot, const Joints& joints) {

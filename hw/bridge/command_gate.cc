@@ -88,7 +88,16 @@ std::string CommandGate::offer(Time now, Time stamp, std::span<const double> pos
   return {};
 }
 
+/// Cycles left out since the last one, as far as the drives went on without them.
+int CommandGate::missed(Time now) {
+  const Time since = now - decided_.value_or(now);
+  decided_ = now;
+  const auto cycles = (since + limits_.cycle / 2) / limits_.cycle;
+  return static_cast<int>(std::clamp<Time::rep>(cycles - 1, 0, limits_.extrapolated_cycles));
+}
+
 Setpoint CommandGate::decide(Time now, const Reading& arm) {
+  const int missed = this->missed(now);
   if (needs_silence_ && now - heard_ > limits_.silence) {
     needs_silence_ = false;
     reason_ = "ready for a new stream";
@@ -103,7 +112,7 @@ Setpoint CommandGate::decide(Time now, const Reading& arm) {
   const Time age = now - accepted_;
   if (age > limits_.silence) {
     ending_ = track_.can_brake() && !track_.at_rest() && age <= limits_.silence + kLongestStop;
-    if (ending_) return follow(true);
+    if (ending_) return follow(missed, true);
     open_ = false;
     rest_ = limits_.hold_on_silence ? Mode::hold : Mode::idle;
     reason_ = fmt::format("no command for {:.3g} s{}", to_seconds(limits_.silence),
@@ -113,12 +122,13 @@ Setpoint CommandGate::decide(Time now, const Reading& arm) {
   const bool late = age > (track_.can_brake() ? std::max(limits_.brake_after, limits_.hold_after)
                                               : limits_.hold_after);
   reason_ = late ? "command is late: holding" : "";
-  if (late && !track_.can_brake()) return {.mode = Mode::hold};
-  return follow(late);
+  if (late && !track_.can_brake()) return {.mode = Mode::hold, .missed = missed};
+  return follow(missed, late);
 }
 
-Setpoint CommandGate::follow(bool brake) {
-  return {.mode = Mode::follow, .position_rad = track_.advance(brake)};
+Setpoint CommandGate::follow(int missed, bool brake) {
+  track_.coast(missed);
+  return {.mode = Mode::follow, .position_rad = track_.advance(brake), .missed = missed};
 }
 
 }  // namespace mimesis::hw::bridge

@@ -21,6 +21,7 @@ struct GateLimits {
   std::vector<std::string> names{};  ///< names of the joints, for reasons; empty: A1, A2 ...
   bool hold_on_silence = false;      ///< instead of a quick stop: come to rest, powered
   Time cycle = std::chrono::milliseconds(5);  ///< period of `decide`
+  int extrapolated_cycles = 0;  ///< that may be left out: the drives go on at their rate
 };
 
 /// Decides in every cycle whether the stream of commands is obeyed. A stream starts with a command
@@ -49,7 +50,8 @@ class CommandGate {
   std::string why_not(Time now, Time stamp, std::span<const double> position_rad,
                       const Reading& arm, std::span<const double> ahead) const;
   bool runs_wild(std::span<const double> position_rad, std::span<const double> ahead) const;
-  Setpoint follow(bool brake);
+  int missed(Time now);
+  Setpoint follow(int missed, bool brake);
 
   static constexpr Time kLongestStop =
       std::chrono::milliseconds(200);  // on the path, after silence
@@ -58,6 +60,7 @@ class CommandGate {
   CommandTrack track_;           // all accepted ones
   Time accepted_{};              // its stamp
   Time heard_{};                 // stamp of any command, also refused ones
+  std::optional<Time> decided_;  // last
   bool open_ = false;
   bool ending_ = false;  // silent: comes to rest on its path
   bool needs_silence_ = false;

@@ -167,6 +167,11 @@ Time CommandTrack::end() const {
   return back(0).stamp + cycle_ * static_cast<int>(std::max(rows_, std::size_t{1}));
 }
 
+void CommandTrack::coast(int cycles) {
+  read_ = std::min(read_ + cycles * cycle_, std::max(read_, end()));
+  Eigen::Map<Eigen::VectorXd>(position_.data(), std::ssize(position_)) += cycles * moved_;
+}
+
 const std::vector<double>& CommandTrack::advance(bool brake) {
   const Time newest = back(0).stamp, behind = newest - (read_ + cycle_);
   // A change of pace is an acceleration: a fiftieth of what is missing; a tenth of a cycle at most,

@@ -33,6 +33,8 @@ class CommandTrack {
   /// the oldest; after the newest `ahead`, or on in its direction for at most a cycle. `brake`: the
   /// pace falls to rest as fast as the joints allow.
   const std::vector<double>& advance(bool brake = false);
+  /// Cycles without `advance` have passed, in which the joints went on at their last rate.
+  void coast(int cycles);
   /// The stream says how its motion goes on.
   bool can_brake() const { return told_; }
   bool at_rest() const { return step_ == Time(0); }

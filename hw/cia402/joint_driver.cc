@@ -251,6 +251,7 @@ void JointDriver::obey(const Setpoint& setpoint) {
       if (setpoint.mode == Mode::idle) enter(Phase::stopping);
       return;
     case Phase::following:
+      limiter_.coast(setpoint.missed);
       if (setpoint.mode == Mode::idle) {
         enter(Phase::stopping);
       } else if (setpoint.mode == Mode::hold) {
@@ -385,7 +386,8 @@ void GroupDriver::write(Time now, const Setpoint& setpoint) {
     const auto position_rad = ready && setpoint.mode == Mode::follow
                                   ? setpoint.position_rad.subspan(first, joints)
                                   : std::span<const double>{};
-    parts_[i]->write(now, {.mode = modes_[i], .position_rad = position_rad});
+    parts_[i]->write(now,
+                     {.mode = modes_[i], .position_rad = position_rad, .missed = setpoint.missed});
     first += joints;
   }
   combine();

@@ -21,7 +21,8 @@ Joints arm_joints(const kin::ArmModel& model) {
                 .home = model.home,
                 .effort_n_m = Eigen::VectorXd::Zero(model.dof()),
                 .drives = model.drives,
-                .rate_hz = model.rate_hz};
+                .rate_hz = model.rate_hz,
+                .extrapolated_cycles = model.extrapolated_cycles};
   for (int i = 1; i <= model.dof(); ++i) joints.names.push_back("A" + std::to_string(i));
   return joints;
 }

@@ -14,11 +14,12 @@ namespace mimesis::hw {
 struct Joints {
   std::vector<std::string> names{};  ///< names of the joints; of an arm A1 ... An
   JointLimits limits;
-  Eigen::VectorXd home;        ///< where a simulation starts [rad]
-  Eigen::VectorXd effort_n_m;  ///< largest torque; 0: not in the file
-  bool walks = false;          ///< would fall without power
-  std::string drives;          ///< kind of its actuators, see hw/bridge/actuators_node.h
-  double rate_hz = 200.0;      ///< rate of commands and readings
+  Eigen::VectorXd home;         ///< where a simulation starts [rad]
+  Eigen::VectorXd effort_n_m;   ///< largest torque; 0: not in the file
+  bool walks = false;           ///< would fall without power
+  std::string drives;           ///< kind of its actuators, see hw/bridge/actuators_node.h
+  double rate_hz = 200.0;       ///< rate of commands and readings
+  int extrapolated_cycles = 0;  ///< without a set-point the drives go on at their rate for so long
 
   int count() const { return static_cast<int>(names.size()); }
 };

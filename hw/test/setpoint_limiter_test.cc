@@ -103,5 +103,19 @@ TEST(SetpointLimiter, DoesNotAllocate) {
   l.hold();
 }
 
+TEST(SetpointLimiter, GoesOnWhereTheDrivesHaveGone) {
+  SetpointLimiter l = limiter();
+  l.reset(std::array{0.0});
+  const auto q = [](double t) { return 0.3 * (1.0 - std::cos(4.0 * t)); };
+  run(l, 0.4, q);  // almost at its fastest
+  const double v = l.velocity()[0];
+  l.coast(3);
+  EXPECT_NEAR(l.position()[0], q(0.4) + 3 * kT * v, 1e-12);
+  const double target = q(0.4 + 4 * kT);
+  l.follow(std::span(&target, 1));
+  EXPECT_NEAR(l.position()[0], target, 1e-12);
+  EXPECT_NEAR(l.velocity()[0], v, kA * kT);
+}
+
 }  // namespace
 }  // namespace mimesis::hw

@@ -104,6 +104,34 @@ TEST_F(Gate, StopsOnThePathThatTheLastCommandTold) {
   EXPECT_EQ(mode(), Mode::idle);
 }
 
+/// The machine lets the bridge wait, and the drives went on: the path is read where they are.
+TEST_F(Gate, CyclesThatAreLeftOutAreGoneOnThePath) {
+  gate = CommandGate({.hold_after = 17500us,
+                      .silence = 100ms,
+                      .start_tolerance_rad = 0.02,
+                      .jump_rad = 0.1,
+                      .v_max_rad_s = {2.0, 2.0},
+                      .a_max_rad_s2 = {8.0, 8.0},
+                      .extrapolated_cycles = 4});
+  follow();
+  const auto after = [&, begin = now](Time pause) {
+    now += pause;
+    const double q = to_seconds(now - begin);  // 1 rad/s
+    EXPECT_EQ(offer(q, 0.0), "");
+    return gate.decide(now, arm);
+  };
+  for (int k = 1; k <= 10; ++k) EXPECT_EQ(after(5ms).missed, 0);
+  Setpoint s = after(20ms);
+  EXPECT_EQ(s.missed, 3);
+  EXPECT_NEAR(s.position_rad[0], 0.07, 1e-12);
+  s = after(5ms);
+  EXPECT_EQ(s.missed, 0);
+  EXPECT_NEAR(s.position_rad[0], 0.075, 1e-12);
+  s = after(60ms);
+  EXPECT_EQ(s.missed, 4) << "no longer than the drives";
+  EXPECT_NEAR(s.position_rad[0], 0.1, 0.0025 + 1e-12) << "and a tenth of a cycle a step";
+}
+
 TEST_F(Gate, WhoBrakesSlowlyStopsOffThePathAtLast) {
   gate = CommandGate({.hold_after = 17500us,
                       .silence = 100ms,

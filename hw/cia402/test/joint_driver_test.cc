@@ -38,12 +38,14 @@ class Bench : public ::testing::Test {
   std::optional<JointDriver> driver;
   Time now = 1s;
   std::vector<double> target = {0.3, -0.2, 0.1};
+  int goes_on = 0;                                    // cycles, of the drives
   double fastest_motion = 0.0, fastest_change = 0.0;  // [rad/s], [rad/s²] seen at the drives
 
   void plug(int count = kAxes) {
     std::vector<sim::DriveConfig> configs;
     for (const Axis& axis : axes()) {
-      configs.push_back({.axis = axis, .home_rad = target[configs.size()]});
+      configs.push_back(
+          {.axis = axis, .home_rad = target[configs.size()], .extrapolated_cycles = goes_on});
     }
     configs.resize(static_cast<std::size_t>(count));
     rack.emplace(configs, wire.join());
@@ -53,8 +55,8 @@ class Bench : public ::testing::Test {
   }
   const Reading& reading() { return last_; }
 
-  void cycle(const Setpoint& setpoint) {
-    if (driver) {
+  void cycle(const Setpoint& setpoint, bool left_out = false) {
+    if (driver && !left_out) {
       last_ = driver->read(now);
       driver->write(now, setpoint);
     }
@@ -233,6 +235,25 @@ TEST_F(Bench, LimitsWhateverIsAsked) {
   EXPECT_GT(reading().limited, 0u);
   EXPECT_NEAR(reading().joints[0].position_rad, 1.9, 1e-3);
   EXPECT_NEAR(reading().joints[2].position_rad, 2.0, 1e-3) << "at the joint's end";
+}
+
+/// Of every ten cycles the machine leaves out three.
+TEST_F(Bench, CyclesThatAreLeftOutAreNoJerks) {
+  goes_on = 4;
+  enable();
+  const std::vector<double> start = target;
+  double off = 0.0;
+  for (int k = 1; k <= 200; ++k) {
+    for (std::size_t i = 0; i < kAxes; ++i)
+      target[i] = start[i] + 0.4 * (1.0 - std::cos(M_PI * k / 200.0));
+    cycle({.mode = Mode::follow, .position_rad = target, .missed = k % 10 == 7 ? 3 : 0},
+          k % 10 > 3 && k % 10 < 7);
+    for (std::size_t i = 0; i < kAxes; ++i)
+      off = std::max(off, std::abs(rack->drives()[i].position_rad() - target[i]));
+  }
+  EXPECT_LE(fastest_change, kA * 2.0) << "or the motors brake as hard as they can";
+  EXPECT_LE(off, 0.02);
+  EXPECT_EQ(reading().phase, Phase::following);
 }
 
 TEST_F(Bench, HoldComesToRestPowered) {

@@ -141,9 +141,9 @@ void Drive::move_joint(double dt) {
   };
   switch (state_) {
     case DriveState::operation_enabled: {
-      const double left = std::min(dt, interpolation_left_s_);
+      const double left = std::min(dt, moves_on_s_);
       const double rate = dt > 0.0 ? reference_rate_ * left / dt : 0.0;
-      interpolation_left_s_ -= left;
+      moves_on_s_ -= left;
       reference_ += reference_rate_ * left;
       std::visit([&](auto& joint) { joint.track(reference_, rate, dt); }, joint_);
       return;
@@ -480,8 +480,8 @@ void Drive::obey(std::uint16_t controlword) {
       objects_.get_signed(obj::kTarget), objects_.get_signed(obj::kPositionMin),
       std::max(objects_.get_signed(obj::kPositionMin), objects_.get_signed(obj::kPositionMax)));
   const double target = config_.axis.to_rad(increments);
-  interpolation_left_s_ = period_s();
-  reference_rate_ = (target - reference_) / interpolation_left_s_;
+  reference_rate_ = (target - reference_) / period_s();
+  moves_on_s_ = (1 + config_.extrapolated_cycles) * period_s();
 }
 
 }  // namespace mimesis::hw::sim

@@ -56,6 +56,7 @@ struct DriveConfig {
   PlantParams plant{};
   bool in_a_world = false;             ///< a physics world moves the joint: Drive::world_joint
   double home_rad = 0.0;               ///< position at power-on
+  int extrapolated_cycles = 0;         ///< without a set-point it goes on at its rate for so long
   double following_window_rad = 0.05;  ///< default of 6065h
   double following_time_s = 0.05;      ///< default of 6066h
 };
@@ -117,11 +118,11 @@ class Drive {
   DriveState state_ = DriveState::switch_on_disabled;
   std::uint16_t controlword_ = 0;                  // obeyed last
   double reference_ = 0.0, reference_rate_ = 0.0;  // interpolated set-point [rad], [rad/s]
-  double interpolation_left_s_ = 0.0;
-  double lag_s_ = 0.0;    // how long the following error is too large
-  double moved_s_ = 0.0;  // in the last move
-  Time now_{};            // of the last move
-  Time own_time_{};       // sum of all moves, of heartbeat and watchdogs: never goes back
+  double moves_on_s_ = 0.0;                        // how long the reference still moves
+  double lag_s_ = 0.0;                             // how long the following error is too large
+  double moved_s_ = 0.0;                           // in the last move
+  Time now_{};                                     // of the last move
+  Time own_time_{};  // sum of all moves, of heartbeat and watchdogs: never goes back
   bool started_ = false, mute_ = false;
   std::optional<Trouble> trouble_;
   std::optional<Time> heartbeat_due_, master_seen_, rpdo_seen_;

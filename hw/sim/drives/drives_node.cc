@@ -23,6 +23,7 @@ std::vector<DriveConfig> configs(const DrivesParams& p) {
                                 .v_max_rad_s = p.v_margin * model.v_max[i],
                                 .a_max_rad_s2 = p.a_margin * model.a_max[i]},
                       .home_rad = model.home[i],
+                      .extrapolated_cycles = model.extrapolated_cycles,
                       .following_window_rad = p.following_window_rad,
                       .following_time_s = p.following_time_s});
   }

@@ -117,5 +117,31 @@ TEST_F(OneDrive, TellsOfALostMasterAndStops) {
   EXPECT_EQ(out[0], cia402::emergency(4, 0x8130, 0x10));
 }
 
+class OneDriveThatGoesOn : public OneDrive {
+ protected:
+  OneDriveThatGoesOn() : OneDrive({.axis = {.node_id = 4}, .extrapolated_cycles = 4}) {}
+};
+
+/// From rest to 1 rad/s in 0.1 s, then set-points are missing.
+TEST_F(OneDriveThatGoesOn, KeepsItsRateWhileSetPointsAreMissing) {
+  set(obj::kPeriodValue, 5, 1);
+  set(obj::kPeriodExponent, 0xFD, 1);
+  aim(0.0);
+  enable();
+  double at = 0.0;
+  for (int k = 1; k <= 40; ++k) {
+    at += 0.005 * std::min(1.0, k / 20.0);
+    aim(at);
+    command(0x0F);
+    pass(5ms);
+  }
+  pass(20ms);
+  EXPECT_NEAR(drive.velocity_rad_s(), 1.0, 1e-3);
+  EXPECT_NEAR(drive.position_rad(), at + 0.02, 1e-3);
+  pass(300ms);  // not for ever
+  EXPECT_NEAR(drive.velocity_rad_s(), 0.0, 1e-3);
+  EXPECT_NEAR(drive.position_rad(), at + 0.02, 1e-3);
+}
+
 }  // namespace
 }  // namespace mimesis::hw::sim
