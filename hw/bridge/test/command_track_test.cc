@@ -242,5 +242,32 @@ TEST(CommandTrack, WithTheWayAheadARegularStreamPassesBitForBit) {
   }
 }
 
+TEST(CommandTrack, BrakesFromWhereTheJointsHaveGoneInLeftOutCycles) {
+  constexpr double kA = 12.0, kCycle_s = 0.005;
+  CommandTrack track(kCycle, kFast, std::array{kA, kA});
+  const auto line = [](Time t) { return std::array{to_seconds(t), 0.0}; };  // 1 rad/s
+  double last = 0.0, speed = 0.0;
+  for (int k = 0; k < 400; ++k) {
+    std::vector<double> ahead;
+    for (int row = 1; row <= 60; ++row)
+      std::ranges::copy(line((k + row) * kCycle), std::back_inserter(ahead));
+    k == 0 ? track.begin(1s, line(0s), ahead) : track.add(1s + k * kCycle, line(k * kCycle), ahead);
+    const double next = track.advance()[0];
+    speed = (next - last) / kCycle_s;
+    last = next;
+  }
+  EXPECT_NEAR(speed, 1.0, 1e-3);
+  last += 3 * speed * kCycle_s;
+  track.coast(3);
+  while (speed > 0.0) {
+    const double next = track.advance(true)[0];
+    ASSERT_NEAR((next - last) / kCycle_s, std::max(0.0, speed - kA * kCycle_s),
+                0.02 * kA * kCycle_s);
+    ASSERT_LT(next, 2.2) << "it does not come to rest";
+    speed = (next - last) / kCycle_s;
+    last = next;
+  }
+}
+
 }  // namespace
 }  // namespace mimesis::hw::bridge
