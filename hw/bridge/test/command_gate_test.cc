@@ -35,12 +35,13 @@ class Gate : public ::testing::Test {
     arm.phase = Phase::following;
   }
 
-  CommandGate gate{{.hold_after = 17500us,
+  GateLimits limits{.hold_after = 17500us,
                     .silence = 100ms,
                     .start_tolerance_rad = 0.02,
                     .jump_rad = 0.1,
                     .v_max_rad_s = {2.0, 2.0},
-                    .a_max_rad_s2 = {8.0, 8.0}}};
+                    .a_max_rad_s2 = {8.0, 8.0}};
+  CommandGate gate{limits};
   Reading arm;
   Time now = 1s;
 };
@@ -106,13 +107,8 @@ TEST_F(Gate, StopsOnThePathThatTheLastCommandTold) {
 
 /// The machine lets the bridge wait, and the drives went on: the path is read where they are.
 TEST_F(Gate, CyclesThatAreLeftOutAreGoneOnThePath) {
-  gate = CommandGate({.hold_after = 17500us,
-                      .silence = 100ms,
-                      .start_tolerance_rad = 0.02,
-                      .jump_rad = 0.1,
-                      .v_max_rad_s = {2.0, 2.0},
-                      .a_max_rad_s2 = {8.0, 8.0},
-                      .extrapolated_cycles = 4});
+  limits.extrapolated_cycles = 4;
+  gate = CommandGate(limits);
   follow();
   const auto after = [&, begin = now](Time pause) {
     now += pause;
@@ -133,12 +129,8 @@ TEST_F(Gate, CyclesThatAreLeftOutAreGoneOnThePath) {
 }
 
 TEST_F(Gate, WhoBrakesSlowlyStopsOffThePathAtLast) {
-  gate = CommandGate({.hold_after = 17500us,
-                      .silence = 100ms,
-                      .start_tolerance_rad = 0.02,
-                      .jump_rad = 0.1,
-                      .v_max_rad_s = {2.0, 2.0},
-                      .a_max_rad_s2 = {2.0, 2.0}});  // half a second to rest
+  limits.a_max_rad_s2 = {2.0, 2.0};  // half a second to rest
+  gate = CommandGate(limits);
   const auto slow = [begin = now](Time t) { return 0.95 * std::pow(to_seconds(t - begin), 2); };
   std::vector<double> ahead(2 * 100);
   for (const Time begin = now; now < begin + 500ms; now += 5ms) {
