@@ -72,10 +72,11 @@ struct GaitRange {
   double beat_gain_1_s = 0.0;         ///< α to a rhythm from outside, that leads all n; 0: none
   HeadingSway sway{};                 ///< g^ψ of lane and consensus headings
   double off_path_rad = 0.0;          ///< largest angle between headings that are kept and the path
+  double step_s = 0.0;                ///< of the engine; 0: continuous time
 };
 
-/// Guarantees for n agents with these rules: rates, largest number of agents, and advice. Never
-/// throws: a graph that does not exist or is not connected is a guarantee of `none` with the
+/// Guarantees for n agents with these rules: rates, largest number of agents, and advice. Steps of
+/// the engine leave 98 % of a rate or more, and at most 0.2/step_s is guaranteed. Never throws: a graph that does not exist or is not connected is a guarantee of `none` with the
 /// reason. n < 2: nothing to agree on.
 Certificate certify(const Rules& rules, int n, const GaitRange& gait);
 

@@ -231,7 +231,8 @@ void Watch::certify(const ScenarioRun& run, int group, int agents, const std::st
                       .spread_rad_s = described.spread_rad_s,
                       .beat_gain_1_s = described.beat_gain_1_s,
                       .sway = run.crowd().group(group).sway,
-                      .off_path_rad = off});
+                      .off_path_rad = off,
+                      .step_s = run.crowd().dt_s()});
   certificate.agents = agents;
   kept.monitor.certify(std::move(certificate));
   kept.expected.clear();

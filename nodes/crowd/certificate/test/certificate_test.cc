@@ -38,6 +38,19 @@ TEST(Certificate, PhaseRateIsMeasuredOnEveryGraph) {
   }
 }
 
+TEST(Certificate, StepsOfTheEngineFollowNoRateAboveAFifth) {
+  GaitRange walk = gait();
+  walk.step_s = 0.02;
+  Rules rules;
+  for (const double gain : {0.1, 1.9, 2.1, 5.0}) {  // decays by 5 times that: 0.5 a step at most
+    rules.phase = {.graph = {Topology::all_to_all}, .gain_1_s = gain};
+    const RuleCertificate c = certify(rules, 5, walk).phase;
+    EXPECT_NEAR(c.guaranteed_1_s, std::min(5.0 * gain, 0.2 / 0.02), 1e-12);
+    EXPECT_EQ(c.expected_1_s, 5.0 * gain);
+    EXPECT_EQ(c.why.find("steps of 0.02 s") != std::string::npos, gain > 2.0) << c.why;
+  }
+}
+
 TEST(Certificate, StepLengthConvergesAtTheAveragedRateOncePhasesAgree) {
   for (const Topology topology : {Topology::ring, Topology::all_to_all}) {
     Rules rules;

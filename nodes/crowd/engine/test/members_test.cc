@@ -209,7 +209,7 @@ TEST(Members, RulesChangeWhileItRuns) {
 }
 
 TEST(Members, MistakesAreRefusedBeforeAnythingChanges) {
-  Crowd crowd({.dt_s = 0.02});
+  Crowd crowd({.dt_s = 0.011});
   Rules rules;
   rules.phase = {{Topology::all_to_all}, 1.0};
   crowd.add_group({rules, plain_gait(), {}});
@@ -231,7 +231,7 @@ TEST(Members, MistakesAreRefusedBeforeAnythingChanges) {
   refused([](Agent& a) { a.traits.stride = 0.0; }, "stride");
   refused([](Agent& a) { a.traits.radius_m = -0.1; }, "radius");
   refused([](Agent& a) { a.traits.lane_m = INFINITY; }, "lane");
-  EXPECT_THROW(crowd.add(0, some_agents(60)), ConfigError);  // k N dt = 1.2
+  EXPECT_THROW(crowd.add(0, some_agents(60)), ConfigError);  // k N dt = .66
   crowd.add(0, some_agents(40));
   rules.phase.gain_1_s = 2.0;
   EXPECT_THROW(crowd.set_rules(0, rules), ConfigError);
@@ -249,14 +249,14 @@ TEST(Members, MistakesAreRefusedBeforeAnythingChanges) {
 }
 
 TEST(Members, GhostsAreCountedOnce) {
-  Crowd crowd({.dt_s = 0.02});
+  Crowd crowd({.dt_s = 0.011});
   Rules rules;
   rules.phase = {{Topology::all_to_all}, 1.0};
   crowd.add_group({rules, plain_gait(), {}});
   crowd.set_outside(0, {.count = 25.0});
   auto all = some_agents(40);
   for (std::size_t i = 20; i < all.size(); ++i) all[i].role = Role::ghost;  // of those 25
-  EXPECT_NO_THROW(crowd.add(0, all));                                       // k N dt = .9
+  EXPECT_NO_THROW(crowd.add(0, all));                                       // k N dt = .495
   rules.phase.gain_1_s = 1.1;
   EXPECT_NO_THROW(crowd.set_rules(0, rules));
   rules.phase.gain_1_s = 1.12;

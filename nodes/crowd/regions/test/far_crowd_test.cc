@@ -56,7 +56,7 @@ TEST(FarCrowd, BringsOthersToThePresent) {
 
 TEST(FarCrowd, AGroupThatCannotTakeMoreGoesOnWithoutThem) {
   Group a = squad("a", 4, Topology::star);
-  a.rules.phase.gain_1_s = 10.0;  // fast enough for steps of 0.02 s with 4, not with 6
+  a.rules.phase.gain_1_s = 6.0;  // fast enough for steps of 0.02 s with 4, not with 6
   ScenarioRun run(scenario({a, squad("b", 2, Topology::chain)}), nobody);
   FarCrowd far({.coordinators = 2, .own = 0}, run);
   FarReport report{.stamp = 10s};

@@ -130,7 +130,7 @@ TEST(CertifiedRun, FormationsStandNoSlowerThanCertified) {
     const Scenario scenario =
         read_scenario(find_scenario("formation"),
                       {"groups.0.rules.length.graph=" + word, "groups.0.rules.phase.graph=" + word,
-                       "groups.0.rules.length.gain_1_m=0.3", "groups.0.rules.phase.gain_1_s=2"});
+                       "groups.0.rules.length.gain_1_m=0.3", "groups.0.rules.phase.gain_1_s=1.5"});
     GroupRun run(scenario);
     run.run_until(150.0);
     EXPECT_LE(run.apart_m(), 0.01)
