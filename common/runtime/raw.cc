@@ -76,8 +76,10 @@ void collect(const FileDescriptor& file, std::set<std::string>& seen,
 }
 
 /// Protobuf ends a program that reads such a field.
+bool is_weak(const google::protobuf::FieldDescriptorProto& field) { return field.options().weak(); }
 bool has_weak_field(const google::protobuf::DescriptorProto& type) {
-  return std::ranges::any_of(type.field(), [](const auto& f) { return f.options().weak(); }) ||
+  return std::ranges::any_of(type.field(), is_weak) ||
+         std::ranges::any_of(type.extension(), is_weak) ||
          std::ranges::any_of(type.nested_type(), has_weak_field);
 }
 
@@ -87,7 +89,11 @@ const Descriptor* find(google::protobuf::DescriptorPool& pool, const std::string
   google::protobuf::FileDescriptorSet files;
   if (files.ParseFromString(descriptor_set)) {
     for (const auto& file : files.file()) {
-      if (std::ranges::none_of(file.message_type(), has_weak_field)) pool.BuildFile(file);
+      if (std::ranges::any_of(file.message_type(), has_weak_field) ||
+          std::ranges::any_of(file.extension(), is_weak)) {
+        continue;
+      }
+      pool.BuildFile(file);
     }
   }
   return pool.FindMessageTypeByName(type);

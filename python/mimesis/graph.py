@@ -387,13 +387,16 @@ class Graph:
                 continue
             try:
                 content = types.classes_of(node.descriptors[output.type])[output.type].FromString(frames[1])
-            except (DecodeError, KeyError, TypeError) as error:
+            except (DecodeError, KeyError, types.MessageTypeError) as error:
                 self._complain((start_id, topic), f"{topic}: messages of node {node.name} cannot be read: {error}")
                 continue
             self._inbox[topic].append(Received(topic, content, stamp, seq, node.name))
 
     def _ask(self, node, offered, request, timeout_s):
-        kind, answer = (types.classes_of(node.descriptors[t])[t] for t in (offered.request_type, offered.response_type))
+        try:
+            kind, answer = (types.classes_of(node.descriptors[t])[t] for t in (offered.request_type, offered.response_type))
+        except (KeyError, types.MessageTypeError) as error:
+            raise ServiceError(f"service {offered.service} of node {node.name}: {error}") from None
         if isinstance(request, dict):
             try:
                 request = kind(**request)

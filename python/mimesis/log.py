@@ -132,7 +132,7 @@ def read_log(path, *topics):
 
     try:
         yield from walk(data[len(MAGIC):], False)
-    except (struct.error, KeyError, UnicodeDecodeError) as error:
+    except (struct.error, KeyError, UnicodeDecodeError, types.MessageTypeError) as error:
         raise LogError(f"{path}: damaged: {error}") from None
     except LogError as error:
         raise LogError(f"{path}: {error}") from None

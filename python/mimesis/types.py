@@ -4,6 +4,7 @@ import os
 import pathlib
 
 from google.protobuf import descriptor_pb2, descriptor_pool, message_factory
+from google.protobuf.message import DecodeError
 
 PROTOSET = "mimesis.protoset"  # all messages of the project, written by the build
 
@@ -12,22 +13,33 @@ class MessageTypeError(Exception):
     """A message type that is unknown, or not what the other end means by it."""
 
 
-def _forget_json_names(messages):
-    """protoc writes them into sets of files, but not into generated code: hashes are over descriptors without."""
-    for message in messages:
-        for field in message.field:
-            field.ClearField("json_name")
-        _forget_json_names(message.nested_type)
+def _fields(part):
+    """Of a file or of a message, with its extensions and nested types."""
+    yield from part.extension
+    for message in getattr(part, "message_type", ()) or getattr(part, "nested_type", ()):
+        yield from message.field
+        yield from _fields(message)
+
+
+def _pool(descriptor_set):
+    pool = descriptor_pool.DescriptorPool()
+    try:
+        files = descriptor_pb2.FileDescriptorSet.FromString(descriptor_set).file
+        for file in files:  # imports come first
+            for field in _fields(file):
+                if field.options.weak:  # Protobuf ends a program that reads one
+                    raise TypeError(f"field {field.name} is weak")
+                field.ClearField("json_name")  # protoc writes it here, not into generated code: hashes are without
+            pool.Add(file)
+    except (DecodeError, TypeError) as error:
+        raise MessageTypeError(f"no valid definition of types: {error}") from None
+    return files, pool
 
 
 @functools.lru_cache(maxsize=None)
 def classes_of(descriptor_set):
     """Message classes by full name of one FileDescriptorSet (bytes). Sets may contradict each other: one pool a set."""
-    files = descriptor_pb2.FileDescriptorSet.FromString(descriptor_set)
-    pool = descriptor_pool.DescriptorPool()
-    for file in files.file:  # imports come first
-        _forget_json_names(file.message_type)
-        pool.Add(file)
+    files, pool = _pool(descriptor_set)
     factory = message_factory.MessageFactory(pool)
     found = {}
 
@@ -36,7 +48,7 @@ def classes_of(descriptor_set):
             found[descriptor.full_name] = factory.GetPrototype(descriptor)
             add(descriptor.nested_types)
 
-    for file in files.file:
+    for file in files:
         add(pool.FindFileByName(file.name).message_types_by_name.values())
     return found
 

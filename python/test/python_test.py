@@ -11,6 +11,8 @@ import unittest
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
 import mimesis  # noqa: E402
+from google.protobuf import descriptor_pb2  # noqa: E402
+from mimesis import types  # noqa: E402
 
 COUNTER, LOGS = "", pathlib.Path()
 
@@ -21,6 +23,27 @@ class Types(unittest.TestCase):
         self.assertEqual(status.header.seq, 0)
         with self.assertRaisesRegex(mimesis.MessageTypeError, "no message type 'mimesis.v1.Nothing'"):
             mimesis.message_type("mimesis.v1.Nothing")
+
+    def test_definitions_that_end_programs_are_refused(self):
+        def weak(part):
+            part.field[0].options.weak = True
+
+        def nested(part):
+            part.nested_type.add(name="Inner").field.add(name="x", number=1, type=5, label=1).options.weak = True
+
+        def extended(part):
+            part.extension.add(name="x", number=1000, type=5, label=1, extendee=".mimesis.v1.Health").options.weak = True
+
+        def lazy(part):
+            part.field[1].options.lazy = True
+
+        for spoil in (weak, nested, extended, lazy):
+            files = descriptor_pb2.FileDescriptorSet.FromString(types.own_set())
+            spoil(next(m for f in files.file for m in f.message_type if m.name == "Health"))
+            with self.assertRaisesRegex(mimesis.MessageTypeError, "no valid definition"):
+                types.classes_of(files.SerializeToString())
+        with self.assertRaisesRegex(mimesis.MessageTypeError, "no valid definition"):
+            types.classes_of(b"\xff" * 9)
 
 
 class Live(unittest.TestCase):

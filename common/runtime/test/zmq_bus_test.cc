@@ -650,18 +650,30 @@ TEST(Tap, AStrangersWordsOnATypeAreNotBelieved) {
 }
 
 TEST(TypePool, DoesNotMakeWhatProtobufCannotRead) {
-  google::protobuf::FileDescriptorSet set;
-  ASSERT_TRUE(set.ParseFromString(descriptor_set(*v1::Publication::descriptor())));
-  for (auto& file : *set.mutable_file()) {
-    for (auto& type : *file.mutable_message_type()) {
-      type.mutable_field(0)->mutable_options()->set_weak(true);
+  using google::protobuf::DescriptorProto;
+  const auto field = [](DescriptorProto& type) { return type.mutable_field(0); };
+  const auto extension = [](DescriptorProto& type) {
+    auto* added = type.add_extension();
+    added->set_name("more");
+    added->set_extendee(".mimesis.v1.Publication");
+    return added;
+  };
+  for (const auto& part :
+       {std::function<google::protobuf::FieldDescriptorProto*(DescriptorProto&)>(field),
+        {extension}}) {
+    google::protobuf::FileDescriptorSet set;
+    ASSERT_TRUE(set.ParseFromString(descriptor_set(*v1::Publication::descriptor())));
+    for (auto& file : *set.mutable_file()) {
+      for (auto& type : *file.mutable_message_type()) {
+        part(type)->mutable_options()->set_weak(true);
+      }
     }
-  }
-  TypePool pool;
-  const auto made = pool.make("mimesis.v1.Publication", set.SerializeAsString());
-  EXPECT_EQ(made, nullptr);
-  if (made) {
-    EXPECT_NO_THROW(made->ParseFromString(numbered(42).SerializeAsString()));
+    TypePool pool;
+    const auto made = pool.make("mimesis.v1.Publication", set.SerializeAsString());
+    EXPECT_EQ(made, nullptr);
+    if (made) {
+      EXPECT_NO_THROW(made->ParseFromString(numbered(42).SerializeAsString()));
+    }
   }
 }
 
