@@ -653,9 +653,15 @@ TEST(TypePool, DoesNotMakeWhatProtobufCannotRead) {
   using google::protobuf::DescriptorProto;
   const auto field = [](DescriptorProto& type) { return type.mutable_field(0); };
   const auto extension = [](DescriptorProto& type) {
+    auto* room = type.add_extension_range();
+    room->set_start(1000);
+    room->set_end(1001);
     auto* added = type.add_extension();
     added->set_name("more");
-    added->set_extendee(".mimesis.v1.Publication");
+    added->set_number(1000);
+    added->set_label(google::protobuf::FieldDescriptorProto::LABEL_OPTIONAL);
+    added->set_type(google::protobuf::FieldDescriptorProto::TYPE_INT32);
+    added->set_extendee("." + std::string(v1::Publication::descriptor()->full_name()));
     return added;
   };
   for (const auto& part :
@@ -665,7 +671,9 @@ TEST(TypePool, DoesNotMakeWhatProtobufCannotRead) {
     ASSERT_TRUE(set.ParseFromString(descriptor_set(*v1::Publication::descriptor())));
     for (auto& file : *set.mutable_file()) {
       for (auto& type : *file.mutable_message_type()) {
+        if (type.name() != "Publication") continue;
         part(type)->mutable_options()->set_weak(true);
+        file.set_syntax("proto2");  // others have no extensions
       }
     }
     TypePool pool;
