@@ -67,7 +67,7 @@ double ours_s(Crowd (*make)(int), int n, int threads) {
 
 double peer_s(Crowd (*make)(int), int n, int threads) {
   const auto stepping = [&]() -> Stepping {
-    const std::shared_ptr crowd = Rvo2::make(make(n), threads);
+    const std::shared_ptr crowd = Rvo2::make(make(n), {.threads = threads});
     return {[crowd] { crowd->step(); }, [crowd] { return crowd->time_s(); }};
   };
   return step_s(stepping, n, threads);

@@ -1,12 +1,19 @@
 // Steps of crowds, and of RVO2 on the same agents. items_per_second is agent-steps per second, of
 // processor time on one thread and of wall time on several; hz how often a step can be made. All
 // start again after some simulated seconds, so that crowds are equally dense in both.
+//
+// streams and peer/rvo2_streams compare simulated seconds at equal quality: times at several steps
+// and densities, and beside each how well the crowd walks (quality.h); `as_good` is 1 where this is
+// no worse than RVO2 with its step of 0.1 s. Compare each one's largest step with as_good = 1.
 #include <benchmark/benchmark.h>
 
+#include <map>
 #include <memory>
+#include <tuple>
 
 #include "common/parallel/team.h"
 #include "experiments/crowd/crowds.h"
+#include "experiments/crowd/quality.h"
 #include "experiments/crowd/rvo2.h"
 
 namespace mimesis::crowd {
@@ -31,7 +38,6 @@ auto run(benchmark::State& state, Make make, Step step) {
     }
     step(*crowd);
   }
-  state.SetItemsProcessed(state.iterations() * state.range(0));
   state.counters["hz"] =
       benchmark::Counter(static_cast<double>(state.iterations()), benchmark::Counter::kIsRate);
   return crowd;
@@ -43,6 +49,7 @@ void ours(benchmark::State& state, Crowd (*make)(int)) {
   const auto crowd = run(
       state, [&] { return std::make_unique<Crowd>(make(n)); },
       [&](Crowd& c) { c.step(team.get()); });
+  state.SetItemsProcessed(state.iterations() * n);
   state.counters["bytes_per_agent"] = crowd->bytes_per_agent();
   state.counters["held"] = crowd->contacts().held;
   state.counters["overlapping"] = crowd->contacts().overlapping;
@@ -55,7 +62,48 @@ void peer(benchmark::State& state, Crowd (*make)(int)) {
   }
   const int n = static_cast<int>(state.range(0)), threads = static_cast<int>(state.range(1));
   run(
-      state, [&] { return Rvo2::make(make(n), threads); }, [](Rvo2& r) { r.step(); });
+      state, [&] { return Rvo2::make(make(n), {.threads = threads}); },
+      [](Movers& r) { r.step(); });
+  state.SetItemsProcessed(state.iterations() * n);
+}
+
+enum class Who { engine, rvo2 };
+
+std::unique_ptr<Movers> moved_by(Who who, World world, double step_s) {
+  if (who == Who::engine) return move_by_engine(std::move(world.crowd), 1);
+  return Rvo2::make(world.crowd, {.step_s = step_s}, world.walls);
+}
+
+/// Quality does not depend on the machine: once is enough.
+const Quality& quality_of(Who who, double per_m2, double step_s) {
+  static std::map<std::tuple<Who, double, double>, Quality> known;
+  const auto [at, fresh] = known.try_emplace({who, per_m2, step_s});
+  if (fresh) {
+    at->second = quality([&](World w) { return moved_by(who, std::move(w), step_s); }, per_m2,
+                         {.dt_s = step_s});
+  }
+  return at->second;
+}
+
+void streaming(benchmark::State& state, Who who) {
+  if (!Rvo2::built()) {
+    state.SkipWithError("RVO2 is not here: cmake --build build --target peers, and build again");
+    return;
+  }
+  constexpr int kAgents = 10'000;
+  const double per_m2 = 0.01 * static_cast<double>(state.range(0));
+  const double step_s = 1e-6 * static_cast<double>(state.range(1));
+  run(
+      state, [&] { return moved_by(who, streams(kAgents, per_m2, {.dt_s = step_s}, 1), step_s); },
+      [](Movers& m) { m.step(); });
+  const double simulated_s = static_cast<double>(state.iterations()) * step_s;
+  state.counters["agent_s"] =
+      benchmark::Counter(kAgents * simulated_s, benchmark::Counter::kIsRate);
+  const Quality& q = quality_of(who, per_m2, step_s);
+  state.counters["overlaps"] = q.overlaps;
+  state.counters["flow_1_s"] = q.flow_1_s;
+  state.counters["delay_s"] = q.delay_s;
+  state.counters["as_good"] = q.as_good_as(quality_of(Who::rvo2, per_m2, 0.1)) ? 1.0 : 0.0;
 }
 
 void full_crossing(benchmark::State& state) { ours(state, crossing_crowd); }
@@ -80,6 +128,16 @@ MIMESIS_SIZES(rvo2_crossing, "peer/rvo2_crossing", 100'000);
 MIMESIS_SIZES(full_circle, "full_circle", 100'000);
 MIMESIS_SIZES(rvo2_circle, "peer/rvo2_circle", 100'000);
 MIMESIS_SIZES(formation_only, "formation_only", 1'000'000);
+
+void streams_ours(benchmark::State& state) { streaming(state, Who::engine); }
+void streams_rvo2(benchmark::State& state) { streaming(state, Who::rvo2); }
+
+void densities(benchmark::internal::Benchmark* b) {
+  b->ArgNames({"per_100_m2", "step_us"})->Unit(benchmark::kMillisecond);
+  b->ArgsProduct({{25, 100, 200, 400}, {16'667, 33'333, 50'000, 100'000, 200'000, 250'000}});
+}
+BENCHMARK(streams_ours)->Name("streams")->Apply(densities);
+BENCHMARK(streams_rvo2)->Name("peer/rvo2_streams")->Apply(densities);
 
 }  // namespace
 }  // namespace mimesis::crowd

@@ -15,12 +15,14 @@ RVO::Vector2 to_rvo(const Eigen::Vector2d& v) {
 
 class Built : public Rvo2 {
  public:
-  Built(const Crowd& start, int threads)
-      : simulator_(static_cast<float>(kStep_s), static_cast<float>(kReach_m), kNeighbours,
-                   static_cast<float>(kHorizon_s), static_cast<float>(kHorizon_s), 0.3F,
-                   static_cast<float>(kMost_m_s)),
-        threads_(threads) {
+  Built(const Crowd& start, const Rvo2Settings& s, std::span<const Wall> walls)
+      : simulator_(static_cast<float>(s.step_s), static_cast<float>(s.reach_m),
+                   static_cast<std::size_t>(s.neighbours), static_cast<float>(s.horizon_s),
+                   static_cast<float>(s.wall_horizon_s), 0.3F, static_cast<float>(s.most_m_s)),
+        threads_(s.threads) {
     for (int group = 0; group < start.groups(); ++group) add(start, group);
+    for (const Wall& w : walls) simulator_.addObstacle({to_rvo(w.from_W_m), to_rvo(w.to_W_m)});
+    simulator_.processObstacles();
   }
 
   void step() override {
@@ -42,6 +44,11 @@ class Built : public Rvo2 {
     const RVO::Vector2& p = simulator_.getAgentPosition(static_cast<std::size_t>(agent));
     return {static_cast<double>(p.x()), static_cast<double>(p.y())};
   }
+  void set_goal(int agent, const Eigen::Vector2d& goal_W_m) override {
+    Wish& wish = wishes_[static_cast<std::size_t>(agent)];
+    wish.to = to_rvo(goal_W_m);
+    wish.is_goal = true;
+  }
 
  private:
   struct Wish {
@@ -58,6 +65,7 @@ class Built : public Rvo2 {
     for (int row = first; row < first + count; ++row) {
       const Agent a = start.agent(row);
       const std::size_t i = simulator_.addAgent(to_rvo(a.state.position_W_m));
+      simulator_.setAgentVelocity(i, to_rvo(a.state.velocity_W_m_s));
       simulator_.setAgentRadius(i, static_cast<float>(a.traits.radius_m));
       const Eigen::Vector2d ahead(std::cos(direction), std::sin(direction));
       const double speed = a.traits.stride * a.traits.omega_rad_s * settings.gait.mean();
@@ -74,8 +82,9 @@ class Built : public Rvo2 {
 }  // namespace
 
 bool Rvo2::built() { return true; }
-std::unique_ptr<Rvo2> Rvo2::make(const Crowd& start, int threads) {
-  return std::make_unique<Built>(start, threads);
+std::unique_ptr<Rvo2> Rvo2::make(const Crowd& start, const Rvo2Settings& settings,
+                                 std::span<const Wall> walls) {
+  return std::make_unique<Built>(start, settings, walls);
 }
 
 }  // namespace mimesis::crowd

@@ -19,7 +19,7 @@ class Rvo2Test : public ::testing::Test {
 
 TEST_F(Rvo2Test, GoesToTheGoalsOfTheCrowd) {
   const Crowd start = circle_crowd(20);
-  const auto peer = Rvo2::make(start, 1);
+  const auto peer = Rvo2::make(start);
   ASSERT_EQ(peer->size(), 20);
   for (int i = 0; i < 20; ++i) {
     EXPECT_LT((peer->position_W_m(i) - start.agent(i).state.position_W_m).norm(), 1e-5);
@@ -43,7 +43,7 @@ TEST_F(Rvo2Test, GoesToTheGoalsOfTheCrowd) {
 TEST_F(Rvo2Test, StreamsGoAlongTheirLanesAsFastAsOursWould) {
   const Crowd start = crossing_crowd(100);
   for (const int threads : {1, 2}) {
-    const auto peer = Rvo2::make(start, threads);
+    const auto peer = Rvo2::make(start, {.threads = threads});
     while (peer->time_s() < 2.0) peer->step();
     for (int group = 0; group < 2; ++group) {
       const auto [first, count] = start.rows(group);

@@ -35,7 +35,10 @@ float steer(const Surroundings& around, const Steered& self, const SteerParams& 
 
 namespace {
 
-constexpr int kAround = 2;              // cells of a reach
+constexpr int kAround = 4;  // cells of a reach
+// Who is in a crowd steers by those who are near: by all in a square of cells that has so many in
+// it, or that holds the reach.
+constexpr int kEnough = 32;
 constexpr float kObstacleDepth = 0.3F;  // an obstacle is felt as an agent that touches its surface
 
 constexpr double kSkin = 1e-4;  // gaps are taken smaller by this, for rounding [m]
@@ -85,13 +88,20 @@ Eigen::Vector2d with_length_up_to(const Eigen::Vector2d& v, double most) {
   return length > most ? Eigen::Vector2d(v * (most / length)) : v;
 }
 
+}  // namespace
+
 /// Collects the bounds on one agent, and the agents that press it.
 class Meeting {
  public:
   Meeting(const AvoidSettings& settings, const Eigen::Vector2d& wish)
-      : settings_(settings), wish_(wish), fast_(std::sqrt(wish.squaredNorm())) {}
+      : settings_(&settings), wish_(wish), fast_(std::sqrt(wish.squaredNorm())) {}
 
   double fast() const { return fast_; }
+  /// No velocity is larger.
+  double fastest() const {
+    return std::max(settings_->separate_m_s, std::sqrt(wish_.squaredNorm()) + strongest_);
+  }
+  double least_gap() const { return least_gap_; }
 
   /// @param limit  of the velocity along n; below zero it has to step back
   void meet(const Eigen::Vector2d& n, double gap, double limit) {
@@ -139,9 +149,9 @@ class Meeting {
     found.overlapping += inside_ ? 1 : 0;
     Eigen::Vector2d v = wish_ + with_length_up_to(pushed_, strongest_);
     if (inside_) {
-      v = with_length_up_to(out_ / settings_.headway_s, settings_.separate_m_s);
+      v = with_length_up_to(out_ / settings_->headway_s, settings_->separate_m_s);
     } else if (pressed_ > 0 && !retreats_) {
-      v = with_length_up_to(1e3 * aside_, settings_.separate_m_s);
+      v = with_length_up_to(1e3 * aside_, settings_->separate_m_s);
     }
     const bool walks = !inside_ && !retreats_ && pressed_ == 0;
     const Eigen::Vector2d within = walks && blocked_ > 0.0 ? past(v) : bounds_.nearest(v);
@@ -159,13 +169,13 @@ class Meeting {
     const double fast = std::sqrt(wish.squaredNorm());
     const double still = 1.0 - std::sqrt(held.squaredNorm()) / (kStill * fast);
     if (!(still > 0.0)) return held;  // or no motion is wished
-    const double side = still * std::min(blocked_, settings_.separate_m_s);
+    const double side = still * std::min(blocked_, settings_->separate_m_s);
     const Eigen::Vector2d within = bounds_.nearest(with_length_up_to(wish + side * right, fast));
     if (goes_first_ || within.dot(right) > kAside * side) return within;
     return bounds_.nearest(-side * facing_);
   }
 
-  const AvoidSettings& settings_;
+  const AvoidSettings* settings_;
   Eigen::Vector2d wish_;
   double fast_;
   Bounds bounds_;
@@ -178,6 +188,17 @@ class Meeting {
   bool goes_first_ = false;
   int pressed_ = 0;
 };
+
+namespace {
+
+int around_with_enough(const Grid& grid, Cell here) {
+  for (const int around : {1, 2, 3}) {
+    int count = 0;
+    grid.for_each_range(here, around, [&](int from, int to) { count += to - from; });
+    if (count >= kEnough) return around;
+  }
+  return kAround;
+}
 
 }  // namespace
 
@@ -210,8 +231,11 @@ void Bounds::add(const Bound& bound) {
 }
 
 Eigen::Vector2d Bounds::nearest(const Eigen::Vector2d& wish) const {
-  if (count_ == 0) return wish;
-  const Eigen::Vector2d v = nearest_within(wish, {bounds_, count_});
+  const double most = std::sqrt(wish.squaredNorm());
+  Bound tight[kMost];  // others bound no velocity up to the wish's
+  const auto end = std::copy_if(bounds_, bounds_ + count_, tight,
+                                [&](const Bound& b) { return b.limit_m_s < most; });
+  const Eigen::Vector2d v = nearest_within(wish, {tight, end});
   const double fast = std::sqrt(v.squaredNorm());
   return fast > speed_ ? Eigen::Vector2d(v * (speed_ / fast)) : v;
 }
@@ -258,7 +282,7 @@ void Crowd::Impl::steer_row(int grid_row) {
         near.count = 0;
       };
       near.count = 0;
-      grid.for_each_range(here, kAround, [&](int from, int to) {
+      grid.for_each_range(here, around_with_enough(grid, here), [&](int from, int to) {
         for (auto j = static_cast<std::size_t>(from); j < static_cast<std::size_t>(to); ++j) {
           near.add(grid.x[j] - origin.x(), grid.y[j] - origin.y(), grid.vx[j], grid.vy[j]);
           if (near.full()) flush();
@@ -315,52 +339,104 @@ void Crowd::Impl::part(std::size_t at, Contacts& found) {
 }
 
 Eigen::Vector2d Crowd::Impl::parted(std::size_t at, const Eigen::Vector2d& wish, Contacts& found) {
+  const double fast = std::max(std::sqrt(wish.squaredNorm()), settings.avoid.separate_m_s);
+  Meeting meeting = met(at, wish, fast);
+  const double faster = meeting.fastest();  // others may push it
+  if (faster > fast) meeting = met(at, wish, faster);
+  table.pressed[static_cast<std::size_t>(grid.row[at])] =
+      static_cast<std::uint8_t>(meeting.pressed());
+  return meeting.velocity(found);
+}
+
+namespace {
+
+constexpr int kBatch = 64;
+
+/// An agent that others may bound.
+struct Reach {
+  Eigen::Vector2d p, u;
+  double radius, headway_s, fastest, range2;
+};
+
+/// Squares of the distances of agents whose bound may be below `fastest`, or that are near; -1 of
+/// others. Without roots: the limit is gap/headway + v·r/d of those that do not yield, of others no
+/// more than gap/headway nor gap/(2 headway) + (u + v)·r/(2d).
+MIMESIS_VECTOR_CLONES
+void measure(const Grid& grid, int begin, int end, const Reach& a, double* out) {
+  const double *x = grid.x.data() + begin, *y = grid.y.data() + begin;
+  const float *vx = grid.vx.data() + begin, *vy = grid.vy.data() + begin;
+  const float* radius = grid.radius.data() + begin;
+  const std::uint8_t* yields = grid.yields.data() + begin;
+  const double px = a.p.x(), py = a.p.y(), ux = a.u.x(), uy = a.u.y(), own = a.radius;
+  const double headway = a.headway_s, fastest = a.fastest, range2 = a.range2;
+  const int n = end - begin;
+  for (int k = 0; k < n; ++k) {
+    const double dx = x[k] - px, dy = y[k] - py, d2 = dx * dx + dy * dy;
+    const double ox = static_cast<double>(vx[k]), oy = static_cast<double>(vy[k]);
+    const double half = yields[k] != 0 ? 0.5 : 1.0, with = yields[k] != 0 ? 1.0 : 0.0;
+    const double time = headway / half;
+    const double lead = d2 + time * half * ((with * ux + ox) * dx + (with * uy + oy) * dy);
+    const double touch = own + static_cast<double>(radius[k]) + kSkin;
+    const double most = time * fastest + touch;
+    const double near = touch + (headway * fastest > kTouch ? headway * fastest : kTouch);
+    const bool bounds = (d2 <= near * near) | (lead <= 0.0) | (lead * lead <= most * most * d2);
+    out[k] = bounds & (d2 <= range2) ? d2 : -1.0;
+  }
+}
+
+}  // namespace
+
+/// All that bound an agent which goes no faster than this; limits above that bound nothing.
+Meeting Crowd::Impl::met(std::size_t at, const Eigen::Vector2d& wish, double fastest) const {
   const AvoidSettings& s = settings.avoid;
   const auto row = static_cast<std::size_t>(grid.row[at]);
   const Eigen::Vector2d p(grid.x[at], grid.y[at]);
   const Eigen::Vector2d u(static_cast<double>(grid.vx[at]), static_cast<double>(grid.vy[at]));
   const double radius = static_cast<double>(grid.radius[at]);
   Meeting meeting(s, wish);
-  // Farther away, no bound is tighter than any wished speed.
-  const double fast = std::max(meeting.fast(), s.separate_m_s) + grid.fastest();
-  const double range =
-      std::min(s.reach_m, radius + grid.largest_radius() + kSkin + 2.0 * s.headway_s * fast);
+  const double range = std::min(s.reach_m, radius + grid.largest_radius() + kSkin +
+                                               2.0 * s.headway_s * (fastest + grid.fastest()));
   const int around = static_cast<int>(std::ceil(range / grid.cell_m()));
+  const Reach reach{p, u, radius, s.headway_s, fastest, range * range};
   grid.for_each_range(grid.cell_at(p.x(), p.y()), around, [&](int from, int to) {
-    for (auto j = static_cast<std::size_t>(from); j < static_cast<std::size_t>(to); ++j) {
-      const double dx = grid.x[j] - p.x(), dy = grid.y[j] - p.y();
-      const double d2 = dx * dx + dy * dy;
-      if (d2 > range * range || j == at) continue;
-      const double d = std::sqrt(d2);
-      const auto other = static_cast<std::size_t>(grid.row[j]);
-      const Eigen::Vector2d n =
-          d > 1e-9 ? Eigen::Vector2d(dx / d, dy / d) : apart(table.id[row], table.id[other]);
-      const double gap = d - (radius + static_cast<double>(grid.radius[j]));
-      const double along =
-          static_cast<double>(grid.vx[j]) * n.x() + static_cast<double>(grid.vy[j]) * n.y();
-      meeting.meet(n, gap,
-                   grid.yields[j] != 0
-                       ? shared_limit(gap - kSkin, s.headway_s, 0.5 * (u.dot(n) + along))
-                       : lone_limit(gap - kSkin, s.headway_s, along));
-      if (gap > kTouch || avoids[other] == 0) continue;
-      const Eigen::Vector2d its(wish_x[other], wish_y[other]);
-      const bool first = table.id[row] < table.id[other];
-      if (table.role[other] == Role::own) {
-        meeting.face(n, gap, its, first);
-        // the wishes of another coordinator's agents are unknown
-      } else if (yields(table.role[other])) {
-        const CosSin h = cos_sin_lane(table.heading[other]);
-        meeting.face(n, gap, meeting.fast() * Eigen::Vector2d(h.cos, h.sin), first);
+    for (int base = from; base < to; base += kBatch) {
+      std::array<double, kBatch> d2s;  // of those that may bound it, or negative
+      measure(grid, base, std::min(base + kBatch, to), reach, d2s.data());
+      for (auto j = static_cast<std::size_t>(base);
+           j < static_cast<std::size_t>(std::min(base + kBatch, to)); ++j) {
+        const double d2 = d2s[j - static_cast<std::size_t>(base)];
+        if (d2 < 0.0 || j == at) continue;
+        const double dx = grid.x[j] - p.x(), dy = grid.y[j] - p.y();
+        const double touch = radius + static_cast<double>(grid.radius[j]);
+        const double ox = static_cast<double>(grid.vx[j]), oy = static_cast<double>(grid.vy[j]);
+        const bool shares = grid.yields[j] != 0;
+        const double d = std::sqrt(d2);
+        const auto other = static_cast<std::size_t>(grid.row[j]);
+        const Eigen::Vector2d n =
+            d > 1e-9 ? Eigen::Vector2d(dx / d, dy / d) : apart(table.id[row], table.id[other]);
+        const double gap = d - touch, along = ox * n.x() + oy * n.y();
+        meeting.meet(n, gap,
+                     shares ? shared_limit(gap - kSkin, s.headway_s, 0.5 * (u.dot(n) + along))
+                            : lone_limit(gap - kSkin, s.headway_s, along));
+        if (gap > kTouch || avoids[other] == 0) continue;
+        const Eigen::Vector2d its(wish_x[other], wish_y[other]);
+        const bool first = table.id[row] < table.id[other];
+        if (table.role[other] == Role::own) {
+          meeting.face(n, gap, its, first);
+          // the wishes of another coordinator's agents are unknown
+        } else if (yields(table.role[other])) {
+          const CosSin h = cos_sin_lane(table.heading[other]);
+          meeting.face(n, gap, meeting.fast() * Eigen::Vector2d(h.cos, h.sin), first);
+        }
+        meeting.feel(n, its, grid.pressed[j]);
       }
-      meeting.feel(n, its, grid.pressed[j]);
     }
   });
   obstacles.for_each_near(p, [&](const Obstacles::Near& o) {
     const double gap = o.distance_m - radius;
     meeting.meet(o.n, gap, lone_limit(gap - kSkin, s.headway_s, 0.0));
   });
-  table.pressed[row] = static_cast<std::uint8_t>(meeting.pressed());
-  return meeting.velocity(found);
+  return meeting;
 }
 
 }  // namespace mimesis::crowd

@@ -142,7 +142,7 @@ class Crowd {
   struct Contacts {
     int held = 0;         ///< agents whose velocity was bounded by others or obstacles
     int overlapping = 0;  ///< agents in another's disc, or in an obstacle, at the step's begin
-    /// between discs, since the start
+    /// between discs, and to obstacles; where more than 0.1 m, of those that bound somebody
     double least_gap_m = std::numeric_limits<double>::infinity();
   };
   Contacts contacts() const;

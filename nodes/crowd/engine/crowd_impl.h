@@ -34,6 +34,8 @@ struct GroupRows {
   double chi_rad = 0.0;
 };
 
+class Meeting;
+
 struct Crowd::Impl {
   CrowdSettings settings;
   std::vector<GroupRows> groups;
@@ -78,6 +80,7 @@ struct Crowd::Impl {
   void part_row(int grid_row);
   void part(std::size_t place, Contacts& contacts);
   Eigen::Vector2d parted(std::size_t place, const Eigen::Vector2d& wish, Contacts& contacts);
+  Meeting met(std::size_t place, const Eigen::Vector2d& wish, double fastest_m_s) const;
   void walk_group(GroupRows& group, const WalkField& field, parallel::Team* team);
 };
 

@@ -10,7 +10,7 @@ namespace mimesis::crowd {
 void Grid::build(const Table& t, const std::vector<std::uint8_t>& avoids, double cell_m) {
   const auto n = static_cast<std::size_t>(t.size());
   cell_m_ = cell_m;
-  while ((std::size_t{1} << (2 * bits_)) < n) ++bits_;
+  while ((std::size_t{1} << (2 * bits_)) < 4 * n) ++bits_;  // few cells are another's, too
   const std::int64_t mask = side() - 1;
   const std::size_t cells = std::size_t{1} << (2 * bits_);
   start_.assign(cells + 1, 0);

@@ -62,7 +62,7 @@ class Grid {
 
  private:
   double cell_m_ = 1.0, largest_radius_ = 0.0, fastest_ = 0.0;
-  int bits_ = 3;
+  int bits_ = 5;  // more cells a side than `for_each_range` looks at
   std::vector<int> start_, next_, cell_;
 };
 
