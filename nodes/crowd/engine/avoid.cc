@@ -380,7 +380,7 @@ void measure(const Grid& grid, int begin, int end, const Reach& a, double* out) 
     const double most = time * fastest + touch;
     const double near = touch + (headway * fastest > kTouch ? headway * fastest : kTouch);
     const bool bounds = (d2 <= near * near) | (lead <= 0.0) | (lead * lead <= most * most * d2);
-    out[k] = bounds & (d2 <= range2) ? d2 : -1.0;
+    out[k] = (bounds & (d2 <= range2)) ? d2 : -1.0;
   }
 }
 
