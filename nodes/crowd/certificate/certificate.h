@@ -76,8 +76,9 @@ struct GaitRange {
 };
 
 /// Guarantees for n agents with these rules: rates, largest number of agents, and advice. Steps of
-/// the engine leave 98 % of a rate or more, and at most 0.2/step_s is guaranteed. Never throws: a graph that does not exist or is not connected is a guarantee of `none` with the
-/// reason. n < 2: nothing to agree on.
+/// the engine leave 98 % of a rate or more, and at most 0.2/step_s is guaranteed. Never throws: a
+/// graph that does not exist or is not connected is a guarantee of `none` with the reason. n < 2:
+/// nothing to agree on.
 Certificate certify(const Rules& rules, int n, const GaitRange& gait);
 
 /// ω of a group's phases in the end, or less: a beat that it hears may be slower than it is.
