@@ -169,10 +169,8 @@ class Writer {
       at += MujocoModel::kPose;
     }
     model_.imu = at;
-    for (const char* kind : {"framelinvel", "frameangvel"}) {
-      add("<{} objtype=\"xbody\" objname=\"{}\"/>\n", kind, biped_.tree.link(biped_.imu).name);
-    }
-    model_.com = at += 6;
+    add("<framelinvel objtype=\"xbody\" objname=\"{}\"/>\n", biped_.tree.link(biped_.imu).name);
+    model_.com = at += 3;
     add("<subtreecom body=\"{}\"/>\n<subtreelinvel body=\"{}\"/>\n", root, root);
     model_.contacts = at += 6;
     for (const robot::Biped::Leg& leg : biped_.leg) {

@@ -19,7 +19,7 @@ struct MujocoModel {
   static constexpr Eigen::Index kPose = 7;     ///< position, quaternion w x y z
   static constexpr Eigen::Index kContact = 9;  ///< force, torque, point that both are about; in W
   /// First number of: positions, velocities, torques of springs (dof each); poses of all links;
-  /// velocity and turning of the IMU's link, in W; CoM and its velocity; contacts of the soles;
+  /// velocity of the IMU's link, in W; CoM and its velocity; contacts of the soles;
   /// torques of the servos. End: numbers in a row.
   Eigen::Index q, dq, torque, poses, imu, com, contacts, servo_torque, end;
 };

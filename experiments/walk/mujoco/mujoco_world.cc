@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "common/error.h"
+#include "common/math/so3.h"
 #include "common/robot/dynamics.h"
 
 namespace mimesis::walk {
@@ -19,8 +20,11 @@ MujocoWorld::MujocoWorld(const robot::Biped& biped, const hw::sim::BodyOptions& 
                        (Eigen::AngleAxisd(options.slope_rad.y(), Eigen::Vector3d::UnitX()) *
                         Eigen::Vector3d::UnitZ())),
       set_point_(biped.half_sitting),
+      row_(Row(engine_.start().data(), static_cast<Eigen::Index>(engine_.start().size()))),
+      ramp_(biped.half_sitting),
       motor_(biped.half_sitting),
-      row_(Row(engine_.start().data(), static_cast<Eigen::Index>(engine_.start().size()))) {
+      motor_before_(biped.half_sitting),
+      errors_(options.senses, options.seed) {
   MIMESIS_ASSERT(row_.size() == model_.end);
   sensors_.torque = Eigen::VectorXd::Zero(biped.tree.dof());
   observe(0.0);
@@ -56,7 +60,8 @@ void MujocoWorld::step(std::span<const double> target, double duration_s) {
   truth_.most_normal_n = 0.0;
   Ground ground;
   for (int i = 0; i < steps; ++i) {
-    feel(Row(rows.data() + i * model_.end, model_.end), ground);
+    feel(std::span(wishes).subspan(static_cast<std::size_t>(i) * width, width),
+         Row(rows.data() + i * model_.end, model_.end), ground);
   }
   row_ = Row(rows.data() + steps * model_.end, model_.end);
   done_ += steps;
@@ -77,8 +82,8 @@ void MujocoWorld::wish(long step, std::span<double> row) {
   std::size_t at = 0;
   const auto put = [&](int joint) {
     const double most = model_.motors[static_cast<std::size_t>(joint)].speed_rad_s * options_.dt_s;
-    motor_[joint] = std::clamp(set_point_[joint], motor_[joint] - most, motor_[joint] + most);
-    row[at++] = motor_[joint];
+    ramp_[joint] = std::clamp(set_point_[joint], ramp_[joint] - most, ramp_[joint] + most);
+    row[at++] = ramp_[joint];
   };
   std::ranges::for_each(model_.springs, put);
   std::ranges::for_each(model_.servos, put);
@@ -91,10 +96,17 @@ void MujocoWorld::wish(long step, std::span<double> row) {
   }
 }
 
-/// Adds a step's forces.
-void MujocoWorld::feel(const Row& row, Ground& ground) {
+/// Adds a step's forces, and moves the motors. `wish`: what was asked of the step.
+void MujocoWorld::feel(std::span<const double> wish, const Row& row, Ground& ground) {
   row_ = row;
   sensors_.torque += row.segment(model_.torque, sensors_.torque.size());
+  motor_before_ = motor_;
+  for (std::size_t i = 0; i < model_.springs.size(); ++i) {
+    const int joint = model_.springs[i];
+    const hw::sim::MotorModel& motor = model_.motors[static_cast<std::size_t>(joint)];
+    const double most = motor.torque_n_m / motor.stiffness_n_m_rad, q = row[model_.q + joint];
+    motor_[joint] = std::clamp(wish[i], q - most, q + most);
+  }
   for (std::size_t i = 0; i < model_.servos.size(); ++i) {
     sensors_.torque[model_.servos[i]] += row[model_.servo_torque + static_cast<Eigen::Index>(i)];
   }
@@ -129,14 +141,24 @@ void MujocoWorld::observe(double duration_s) {
   const int dof = biped_->tree.dof();
   sensors_.q = row_.segment(model_.q, dof);
   sensors_.dq = row_.segment(model_.dq, dof);
+  if (options_.senses.motor_encoders) {
+    for (const int joint : model_.springs) {
+      sensors_.q[joint] = motor_[joint];
+      sensors_.dq[joint] = (motor_[joint] - motor_before_[joint]) / options_.dt_s;
+    }
+  }
   const Eigen::Matrix3d R_WI = X_WL(biped_->imu).linear();
   const Eigen::Vector3d v_W = row_.segment<3>(model_.imu);
-  const Eigen::Vector3d a_W =
-      duration_s > 0.0 ? ((v_W - v_imu_W_) / duration_s).eval() : Eigen::Vector3d::Zero().eval();
+  Eigen::Vector3d felt_W(0.0, 0.0, robot::kGravity);
+  sensors_.gyro_I.setZero();
+  if (duration_s > 0.0) {
+    sensors_.gyro_I = math::log_so3(R_WI_.transpose() * R_WI) / duration_s;
+    felt_W += (v_W - v_imu_W_) / duration_s;
+  }
   v_imu_W_ = v_W;
+  R_WI_ = R_WI;
   sensors_.R_WI = Eigen::Quaterniond(R_WI);
-  sensors_.gyro_I = R_WI.transpose() * row_.segment<3>(model_.imu + 3);
-  sensors_.specific_force_I = R_WI.transpose() * (a_W + Eigen::Vector3d(0.0, 0.0, robot::kGravity));
+  sensors_.specific_force_I = R_WI.transpose() * felt_W;
 
   truth_.time_s = static_cast<double>(done_) * options_.dt_s;
   truth_.X_WB = X_WL(0);
@@ -148,6 +170,7 @@ void MujocoWorld::observe(double duration_s) {
   truth_.com_v_W = row_.segment<3>(model_.com + 3);
   if (done_ == 0) truth_.zmp_W_m = truth_.com_W_m.head<2>();
   judge();
+  errors_.spoil(truth_.time_s, sensors_);
 }
 
 void MujocoWorld::judge() {

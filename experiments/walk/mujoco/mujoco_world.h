@@ -37,7 +37,7 @@ class MujocoWorld {
     double vertical_n = 0.0;
   };
   void wish(long step, std::span<double> row);
-  void feel(const Row& row, Ground& ground);
+  void feel(std::span<const double> wish, const Row& row, Ground& ground);
   void observe(double duration_s);
   void judge();
 
@@ -47,8 +47,13 @@ class MujocoWorld {
   MujocoEngine engine_;
   hw::sim::FallJudge fall_;
   std::vector<RunningPush> pushes_;
-  Eigen::VectorXd set_point_, motor_, row_;  ///< motor_: set-points that the motors' ramps reached
-  Eigen::Vector3d v_imu_W_;
+  Eigen::VectorXd set_point_, row_;
+  /// Set-points that the motors' ramps reached; where the motors are, and were a step ago: a load
+  /// may turn them back.
+  Eigen::VectorXd ramp_, motor_, motor_before_;
+  Eigen::Vector3d v_imu_W_ = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d R_WI_ = Eigen::Matrix3d::Identity();
+  hw::sim::SensorErrors errors_;
   long done_ = 0;
   hw::sim::BodySensors sensors_;
   hw::sim::BodyTruth truth_;

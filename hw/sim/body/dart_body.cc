@@ -331,7 +331,7 @@ Motors::Motors(const robot::Biped& biped, const DartBody& body, const BodyOption
     motor.torque_n_m = model.torque_n_m;
     motor.lower_rad = model.lower_rad;
     motor.upper_rad = model.upper_rad;
-    motor.wanted_rad = motor.dof->getPosition();
+    motor.wanted_rad = motor.at_rad = motor.before_rad = motor.dof->getPosition();
     set_up(motor);
   }
 }
@@ -379,7 +379,9 @@ void Motors::drive(Motor& motor, double set_point) {
   const double beyond_rad = motor.beyond_spring_n_m / motor.stiffness_n_m_rad;
   motor.stretch_rad =
       std::clamp(motor.wanted_rad - q, -most_rad - beyond_rad, most_rad - beyond_rad);
-  motor.dof->setRestPosition(q + motor.stretch_rad);
+  motor.before_rad = motor.at_rad;
+  motor.at_rad = q + motor.stretch_rad;
+  motor.dof->setRestPosition(motor.at_rad);
 }
 
 void Motors::drive(const Eigen::VectorXd& set_point) {
@@ -395,6 +397,17 @@ void Motors::feel(const Eigen::VectorXd& torque) {
     motor.beyond_spring_n_m =
         torque[static_cast<Eigen::Index>(i)] - motor.stiffness_n_m_rad * motor.stretch_rad;
   }
+}
+
+double Motors::position(std::size_t joint) const {
+  const Motor& motor = motors_[joint];
+  return motor.servo || motor.off ? motor.dof->getPosition() : motor.at_rad;
+}
+
+double Motors::speed(std::size_t joint) const {
+  const Motor& motor = motors_[joint];
+  return motor.servo || motor.off ? motor.dof->getVelocity()
+                                  : (motor.at_rad - motor.before_rad) / dt_s_;
 }
 
 }  // namespace mimesis::hw::sim

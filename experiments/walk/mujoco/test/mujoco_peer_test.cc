@@ -256,6 +256,18 @@ TEST_F(MujocoPeer, ServosHaveTheTorqueOfTheirMotors) {
   EXPECT_DOUBLE_EQ(most, limit);
 }
 
+TEST_F(MujocoPeer, EncodersOnTheMotorsDoNotSeeTheSprings) {
+  BodyOptions options;
+  options.senses.motor_encoders = true;
+  MujocoWorld motors(biped().biped, options), joints(biped().biped, {});
+  hold(motors, 0.3);
+  hold(joints, 0.3);
+  const int knee = biped().biped.leg[robot::kLeft].dof[robot::kKnee];
+  EXPECT_EQ(motors.sensors().q[knee], biped().biped.half_sitting[knee]);
+  EXPECT_GT(std::abs(joints.sensors().q[knee] - biped().biped.half_sitting[knee]), 1e-3);
+  EXPECT_EQ(motors.truth().com_W_m, joints.truth().com_W_m) << "sensors move no robot";
+}
+
 TrialSpec walk(Plant plant, double duration_s) {
   TrialSpec spec;
   spec.robot = &biped();
