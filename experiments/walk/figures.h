@@ -51,6 +51,11 @@ inline constexpr std::array kTitles = {
           {.goal = 24},
           5,
           "own"},
+    Title{"second-engine",
+          "the walker judged by MuJoCo beside DART: steps and pushes (needs npm's @mujoco/mujoco)",
+          {.goal = 12},
+          21,
+          "own"},
 };
 
 using PlotDir = std::optional<std::filesystem::path>;
@@ -68,6 +73,8 @@ reproduce::Report falls_table(const PlotDir& plot_dir);
 reproduce::Report peaks(const PlotDir& plot_dir);
 // Another robot.
 reproduce::Report second_robot(const PlotDir& plot_dir);
+// Another physics.
+reproduce::Report second_engine(const PlotDir& plot_dir);
 
 struct FilmTitle {
   const char *name, *title;

@@ -535,8 +535,8 @@ Report peaks(const PlotDir& plot_dir) {
 }
 
 std::vector<reproduce::Figure> figures() {
-  constexpr std::array runs = {&power_law,  &accuracy,    &extremes, &jumps,
-                               &zmp_spread, &falls_table, &peaks,    &second_robot};
+  constexpr std::array runs = {&power_law,   &accuracy, &extremes,     &jumps,        &zmp_spread,
+                               &falls_table, &peaks,    &second_robot, &second_engine};
   static_assert(runs.size() == kTitles.size());
   std::vector<reproduce::Figure> out;
   for (std::size_t i = 0; i < kTitles.size(); ++i) {
