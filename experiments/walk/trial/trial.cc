@@ -22,23 +22,13 @@ walker::Sensors to_walker(const hw::sim::BodySensors& s) {
   return {s.q, s.dq, s.R_WI, s.gyro_I, s.specific_force_I, s.foot_S};
 }
 
-hw::sim::PlannedGround ground(const walker::PatternSample& plan) {
-  hw::sim::PlannedGround ground{.zmp_W_m = plan.zmp_W_m};
-  for (const Side side : robot::kSides) {
-    const Eigen::Isometry3d& X_WS = plan.foot[side].X_WS;
-    ground.foot_W_m[side] = X_WS.translation().head<2>();
-    ground.foot_yaw_rad[side] = math::yaw_of(X_WS.linear());
-  }
-  return ground;
-}
-
 /// Sums over a trial.
 class Observer {
  public:
   explicit Observer(double omega_1_s) : omega_(omega_1_s) {}
 
   void tick(const walker::WalkerOutput& out, const hw::sim::BodyTruth& truth) {
-    const hw::sim::PlannedGround plan = ground(out.pattern);
+    const hw::sim::PlannedGround plan = planned_ground(out.pattern);
     judge_.tick(truth, plan);
     if (!truth.fell) add_dcm(hw::sim::truth_to_plan(plan, truth), out, truth);
     for (Side s : robot::kSides) {
@@ -138,6 +128,16 @@ TrialResult walk_in(World& world, const TrialSpec& spec, const Watch& watch) {
 }
 
 }  // namespace
+
+hw::sim::PlannedGround planned_ground(const walker::PatternSample& plan) {
+  hw::sim::PlannedGround ground{.zmp_W_m = plan.zmp_W_m};
+  for (const Side side : robot::kSides) {
+    const Eigen::Isometry3d& X_WS = plan.foot[side].X_WS;
+    ground.foot_W_m[side] = X_WS.translation().head<2>();
+    ground.foot_yaw_rad[side] = math::yaw_of(X_WS.linear());
+  }
+  return ground;
+}
 
 Robot load_robot(const std::string& name) {
   const std::string file = name.ends_with(".yaml") ? name : name + ".yaml";

@@ -62,6 +62,9 @@ struct TrialResult {
   double real_time_factor = 0.0;  ///< simulated seconds per second, for the physics
 };
 
+/// Ground of a plan, for truth_to_plan().
+hw::sim::PlannedGround planned_ground(const walker::PatternSample& plan);
+
 /// Deterministic except for its times. `watch`: called every tick, in DART alone.
 TrialResult run_trial(const TrialSpec& spec,
                       const std::function<void(const TrialTick&)>& watch = {});
