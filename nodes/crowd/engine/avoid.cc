@@ -466,7 +466,7 @@ void bound(Candidates& c, const Reach& a) {
       ny[k] = to_y;
       gap[k] = room;
       limit[k] = most;
-      heeded[k] = ((most < fastest) | (room <= kTouchF)) & (d2 <= range2) ? 1 : 0;
+      heeded[k] = (((most < fastest) | (room <= kTouchF)) & (d2 <= range2)) ? 1 : 0;
     }
   }
   int chosen = 0;

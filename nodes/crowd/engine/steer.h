@@ -180,8 +180,8 @@ MIMESIS_PART float steer_around(const Surroundings& around, const Steered& self,
         const float cosine_then = here ? cos_right : (hx * qx + hy * qy) * per_q;
         const float size = squared_angle(cosine_then) * per_angle +
                            (cx * cx + cy * cy) * per_distance + time * per_time;
-        to_sine[l] = near & ahead ? predict_gain * sine_then : 0.0F;
-        to_exponent[l] = near & ahead ? -size : 0.0F;  // in the past it may be too large
+        to_sine[l] = (near & ahead) ? predict_gain * sine_then : 0.0F;
+        to_exponent[l] = (near & ahead) ? -size : 0.0F;  // in the past it may be too large
       }
     }
     for (int k = 0; k < end; k += kLanes) {
