@@ -131,6 +131,8 @@ TrialResult run_trial(const TrialSpec& spec, const std::function<void(const Tria
   }
   TrialResult result = observer.result();
   result.name = spec.name;
+  result.self = world.truth().self;
+  result.furniture = world.truth().furniture;
   result.walked_m = (world.truth().X_WB.translation().head<2>() - start).norm();
   for (Side s : robot::kSides) {
     if (wish.hand[s].share < 1.0) continue;
