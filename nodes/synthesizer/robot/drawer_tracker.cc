@@ -83,13 +83,12 @@ void DrawerTracker::see(const DrawerSenses::Sight& sight, const Vector3d& way) {
   const auto look = [&](TrackedPlace& place, TrackedPlace& other, const Vector3d& p_H_m) {
     const Vector3d closes = -seen_.opened_m * way;
     const auto moved = place.see(X_WH * p_H_m - closes);
-    if (!moved) return;
+    if (!moved || seen_.held) return;
     place.shift(closes);
     other.shift(*moved + closes);
     seen_.opened_m = 0.0;
   };
-  if (seen_.held) return;  // the hand knows better
-  if (sight.handle_H_m) look(handle_, object_, *sight.handle_H_m);
+  if (sight.handle_H_m && !seen_.held) look(handle_, object_, *sight.handle_H_m);
   if (sight.object_H_m && !seen_.taken) look(object_, handle_, *sight.object_H_m);
 }
 
@@ -115,7 +114,8 @@ const DrawerSeen* DrawerTracker::step(const RobotFeedback* robot, double heading
   const Vector3d way(std::cos(heading_rad), std::sin(heading_rad), 0.0);
   const double drift_m = robot->moves() ? settings_.walking_m : settings_.standing_m;
   handle_.step(drift_m);
-  object_.step(drift_m);
+  // a drawer that is pulled need not run along the way: its object drifts aside
+  object_.step(seen_.held ? settings_.walking_m : drift_m);
   move_with_hand(*robot, senses, way);
   if (senses.sight) see(*senses.sight, way);
   if (!handle_.known() || !object_.known()) return nullptr;

@@ -184,6 +184,23 @@ TEST_F(TrackerTest, ADrawerInTheHandOpensWithIt) {
   EXPECT_LT((seen_->object_W_m - object_).norm(), 1e-6);
 }
 
+/// The robot comes 0.06 rad askew: what the hand pulls 0.2 m along its way goes 12 mm aside of it.
+TEST_F(TrackerTest, AnObjectThatIsPulledAskewIsSeen) {
+  heading_ = 0.06;
+  run(600);
+  holds_[0] = true;
+  robot_.hand_W_m[0] = handle_;
+  run(1);
+  for (int i = 0; i < 200; ++i) {
+    robot_.hand_W_m[0].x() -= 0.001;
+    object_.x() -= 0.001;
+    run(1);
+  }
+  run(100);
+  EXPECT_NEAR(seen_->opened_m, 0.2, 0.001);
+  EXPECT_LT((seen_->object_W_m - object_).norm(), 0.005);
+}
+
 TEST_F(TrackerTest, AnObjectInTheHandIsAtTheHand) {
   run(600);
   robot_.hand_W_m[1] = {0.3, -0.2, 1.0};
