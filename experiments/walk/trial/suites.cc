@@ -105,6 +105,7 @@ hw::sim::Push push(double at_s, double impulse_ns, double direction_rad) {
 TrialSpec plain(const Robot& robot, const SuiteOptions& o) {
   TrialSpec spec;
   spec.robot = &robot;
+  spec.engine = o.engine;
   spec.body.plant = o.plant;
   spec.body.seed = o.seed;
   spec.body.ankle_pitch_n_m = o.ankle_pitch_n_m;

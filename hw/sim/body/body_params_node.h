@@ -77,7 +77,7 @@ struct SimBodyParams {
   std::string plant = "springs";      ///< how joints follow: springs, servo
   double slope_forward_rad = 0.0;     ///< slope of the ground, + rises forward [rad]
   double slope_left_rad = 0.0;        ///< slope of the ground, + rises to the left [rad]
-  int seed = 0;                       ///< seed of the sensors' noise [1]
+  int seed = 0;                       ///< seed of the sensors' errors [1]
   BodyOptions body{};                 ///< further settings of robot and ground
   std::vector<Push> pushes{};         ///< impulses on links at given times
   std::vector<FaultParams> faults{};  ///< drives that fail at given times
@@ -107,9 +107,7 @@ struct SimBodyParams {
     v("motor_torque_share", body.motor_torque_share, 0.01, 100.0);
     v("ankle_pitch_n_m", body.ankle_pitch_n_m, 0.0, 1000.0);
     v("seed", seed, 0, 1'000'000'000);
-    v("imu_tilt_rad", body.imu_tilt_rad, 0.0, 0.5);
-    v("encoder_noise_rad", body.encoder_noise_rad, 0.0, 0.1);
-    v("force_noise_n", body.force_noise_n, 0.0, 1000.0);
+    body.senses.visit(v);
     runtime::list(v, "pushes", pushes);
     runtime::list(v, "faults", faults);
     v.group("drawer", [&](auto& g) { drawer.visit(g); });

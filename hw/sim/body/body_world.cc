@@ -6,47 +6,19 @@
 #include <dart/dynamics/DegreeOfFreedom.hpp>
 #include <dart/dynamics/Skeleton.hpp>
 #include <dart/simulation/World.hpp>
-#include <numbers>
 
 #include "common/error.h"
+#include "common/math/so3.h"
 #include "hw/sim/body/dart_body.h"
+#include "hw/sim/body/fall_judge.h"
 #include "hw/sim/body/obstacles.h"
 
 namespace mimesis::hw::sim {
 namespace {
 
-// A fall [docs/walking.md 7.1]: the CoM below this share of the standing height, or this tilt of
-// the trunk from the set-points' tilt on level soles: a robot that bends for a low drawer has not
-// fallen.
-constexpr double kFallenShare = 0.6, kFallenTilt_rad = 0.9;
 constexpr double kObject_m = 0.03;  ///< radius of the object in the hand: a ball
-/// Speed of a joint by differences of its encoder over this time.
-constexpr double kEncoderSpan_s = 0.01;
 
 }  // namespace
-
-Noise::Noise(std::uint64_t seed, double tilt_rad) : random_(seed), tilt_rad_(tilt_rad) {
-  std::uniform_real_distribution<double> phase(0.0, 2.0 * std::numbers::pi), slow(0.05, 0.15),
-      fast(0.2, 0.4);
-  for (auto& axis : wave_) {
-    axis[0] = {slow(random_), phase(random_)};
-    axis[1] = {fast(random_), phase(random_)};
-  }
-}
-
-double Noise::normal() { return normal_(random_); }
-
-Eigen::Quaterniond Noise::tilt(double time_s) const {
-  Eigen::Vector3d error = Eigen::Vector3d::Zero();
-  for (int axis = 0; axis < 2; ++axis) {
-    for (const Wave& wave : wave_[axis]) {
-      error[axis] += 0.5 * tilt_rad_ *
-                     std::sin(2.0 * std::numbers::pi * wave.frequency_hz * time_s + wave.phase_rad);
-    }
-  }
-  return Eigen::AngleAxisd(error.y(), Eigen::Vector3d::UnitY()) *
-         Eigen::AngleAxisd(error.x(), Eigen::Vector3d::UnitX());
-}
 
 struct BodyWorld::Impl {
   struct RunningPush {
@@ -61,24 +33,24 @@ struct BodyWorld::Impl {
         obstacles(biped, file, options.drawer, body),
         motors(biped, body, options),
         loads(biped, options.payload_kg, options.dt_s),
-        noise(options.seed, options.imu_tilt_rad),
-        wished(biped.tree) {
+        errors(options.senses, options.seed),
+        fall(biped, body.R_WG.col(2)) {
     const int dof = biped.tree.dof();
     set_point = goal = biped.half_sitting;
     start = between = set_point;
     sensors.q = sensors.dq = sensors.torque = Eigen::VectorXd::Zero(dof);
     sensors.specific_force_I = Eigen::Vector3d(0.0, 0.0, robot::kGravity);
-    sense(Eigen::Vector3d::Zero(), 0.0);
+    sense(Eigen::Vector3d::Zero(), body.X_WL(biped.imu).linear(), 0.0);
     observe();
   }
 
   void take_target(std::span<const double> target);
   void advance(long steps);
   void force(long step);
-  void sense(const Eigen::Vector3d& v_before_W, double duration_s);
+  void sense(const Eigen::Vector3d& v_before_W, const Eigen::Matrix3d& R_WI_before,
+             double duration_s);
   void observe();
   void judge_fall();
-  double trunk_tilt();
   void soles(std::array<Eigen::Isometry3d, 2>& X_WS) const;
 
   const robot::Biped biped;
@@ -87,8 +59,8 @@ struct BodyWorld::Impl {
   Obstacles obstacles;
   Motors motors;
   JointLoads loads;
-  Noise noise;
-  robot::Kinematics wished;                         ///< kinematics of the set-points
+  SensorErrors errors;
+  FallJudge fall;
   Eigen::VectorXd start, goal, set_point, between;  ///< dof [rad]
   std::vector<RunningPush> pushes;
   std::vector<LinkForce> pulls, forces;  ///< forces: all that act in this step
@@ -183,34 +155,23 @@ void BodyWorld::Impl::advance(long steps) {
   }
 }
 
-void BodyWorld::Impl::sense(const Eigen::Vector3d& v_before_W, double duration_s) {
+void BodyWorld::Impl::sense(const Eigen::Vector3d& v_before_W, const Eigen::Matrix3d& R_WI_before,
+                            double duration_s) {
   for (std::size_t i = 0; i < body.dof.size(); ++i) {
     const auto k = static_cast<Eigen::Index>(i);
-    sensors.q[k] = body.dof[i]->getPosition();
-    sensors.dq[k] = body.dof[i]->getVelocity();
-    if (options.encoder_noise_rad > 0.0) {
-      sensors.q[k] += options.encoder_noise_rad * noise.normal();
-      sensors.dq[k] += options.encoder_noise_rad / kEncoderSpan_s * noise.normal();
-    }
+    sensors.q[k] = options.senses.motor_encoders ? motors.position(i) : body.dof[i]->getPosition();
+    sensors.dq[k] = options.senses.motor_encoders ? motors.speed(i) : body.dof[i]->getVelocity();
   }
   const Eigen::Matrix3d R_WI = body.X_WL(biped.imu).linear();
-  sensors.R_WI = noise.tilt(static_cast<double>(done) * options.dt_s) * Eigen::Quaterniond(R_WI);
-  sensors.gyro_I = R_WI.transpose() * body.at(biped.imu).node->getAngularVelocity();
+  sensors.R_WI = Eigen::Quaterniond(R_WI);
+  Eigen::Vector3d felt_W(0.0, 0.0, robot::kGravity);
+  sensors.gyro_I.setZero();
   if (duration_s > 0.0) {
-    const Eigen::Vector3d a_W = (body.velocity(biped.imu) - v_before_W) / duration_s;
-    sensors.specific_force_I =
-        R_WI.transpose() * (a_W + Eigen::Vector3d(0.0, 0.0, robot::kGravity));
-  } else {
-    sensors.specific_force_I = R_WI.transpose() * Eigen::Vector3d(0.0, 0.0, robot::kGravity);
+    sensors.gyro_I = math::log_so3(R_WI_before.transpose() * R_WI) / duration_s;
+    felt_W += (body.velocity(biped.imu) - v_before_W) / duration_s;
   }
-  if (options.force_noise_n <= 0.0) return;
-  for (robot::Wrench& wrench : sensors.foot_S) {
-    for (int axis = 0; axis < 3; ++axis) {
-      wrench.force[axis] += options.force_noise_n * noise.normal();
-      // a sensor of about 0.1 m turns errors of force into such of moment
-      wrench.moment[axis] += 0.1 * options.force_noise_n * noise.normal();
-    }
-  }
+  sensors.specific_force_I = R_WI.transpose() * felt_W;
+  errors.spoil(static_cast<double>(done) * options.dt_s, sensors);
 }
 
 void BodyWorld::Impl::observe() {
@@ -228,18 +189,6 @@ void BodyWorld::Impl::observe() {
   judge_fall();
 }
 
-/// The trunk's z axis from where the set-points have it above a level sole: the loaded one.
-double BodyWorld::Impl::trunk_tilt() {
-  const bool left =
-      sensors.foot_S[robot::kLeft].force.z() >= sensors.foot_S[robot::kRight].force.z();
-  wished.update(Eigen::Isometry3d::Identity(), set_point);
-  const Eigen::Matrix3d& R_BS =
-      wished.X_WL(biped.leg[left ? robot::kLeft : robot::kRight].sole).linear();
-  const Eigen::Vector3d up_T = wished.X_WL(biped.trunk).linear().transpose() * R_BS.col(2);
-  const Eigen::Vector3d z_T = body.X_WL(biped.trunk).linear().row(2).transpose();
-  return std::acos(std::clamp(up_T.dot(z_T), -1.0, 1.0));
-}
-
 void BodyWorld::Impl::judge_fall() {
   if (!truth.com_W_m.allFinite() || !sensors.q.allFinite()) {
     diverged = true;
@@ -248,13 +197,10 @@ void BodyWorld::Impl::judge_fall() {
     return;
   }
   if (truth.fell) return;
-  const double height = body.R_WG.col(2).dot(truth.com_W_m);
-  const double tilt = trunk_tilt();
-  if (height < kFallenShare * biped.com_height_m) {
-    truth.how = "centre of mass at " + std::to_string(height) + " m";
-  } else if (tilt > kFallenTilt_rad) {
-    truth.how = "trunk tilted by " + std::to_string(tilt) + " rad";
-  }
+  const bool left =
+      sensors.foot_S[robot::kLeft].force.z() >= sensors.foot_S[robot::kRight].force.z();
+  truth.how = fall.how(truth.com_W_m, body.X_WL(biped.trunk).linear(), set_point,
+                       left ? robot::kLeft : robot::kRight);
   truth.fell = !truth.how.empty();
 }
 
@@ -270,8 +216,9 @@ void BodyWorld::step(std::span<const double> target, double duration_s) {
   const long steps = std::max(1L, std::lround(duration_s / my.options.dt_s));
   my.take_target(target);
   const Eigen::Vector3d v_before = my.body.velocity(my.biped.imu);
+  const Eigen::Matrix3d R_before = my.body.X_WL(my.biped.imu).linear();
   my.advance(steps);
-  my.sense(v_before, static_cast<double>(steps) * my.options.dt_s);
+  my.sense(v_before, R_before, static_cast<double>(steps) * my.options.dt_s);
   my.observe();
 }
 

@@ -2,7 +2,6 @@
 #include <array>
 #include <memory>
 #include <optional>
-#include <random>
 #include <span>
 #include <string>
 #include <vector>
@@ -10,6 +9,7 @@
 #include "common/robot/biped.h"
 #include "common/robot/dynamics.h"
 #include "hw/sim/body/drawer.h"
+#include "hw/sim/body/senses.h"
 
 namespace mimesis::hw::sim {
 
@@ -78,20 +78,8 @@ struct BodyOptions {
   double motor_speed_share = 1.0, motor_torque_share = 1.0;  ///< share of the model's limits [1]
   double ankle_pitch_n_m = 0.0;               ///< limit of these motors; 0: the model's
   std::optional<DrawerSettings> drawer = {};  ///< furniture that the robot can knock against
-  // noise of sensors, seeded
-  std::uint64_t seed = 0;
-  double imu_tilt_rad = 0.0;       ///< slowly wandering error of the attitude [rad]
-  double encoder_noise_rad = 0.0;  ///< noise of the encoders [rad]
-  double force_noise_n = 0.0;      ///< noise of the feet's force sensors [N]
-};
-
-/// Readings of encoders, IMU and foot force sensors. The same layout as walker::Sensors.
-struct BodySensors {
-  Eigen::VectorXd q, dq;   ///< dof; [rad], [rad/s]
-  Eigen::VectorXd torque;  ///< dof; of the motors, mean of the step [N m]
-  Eigen::Quaterniond R_WI = Eigen::Quaterniond::Identity();
-  Eigen::Vector3d gyro_I = Eigen::Vector3d::Zero(), specific_force_I = Eigen::Vector3d::Zero();
-  std::array<robot::Wrench, 2> foot_S;  ///< about the sole's origin, in S, mean of the step
+  std::uint64_t seed = 0;                     ///< of the sensors' errors
+  Senses senses = {};
 };
 
 /// Contacts that a robot should not have, since the start.
@@ -120,28 +108,6 @@ struct BodyTruth {
   bool fell = false;
   std::string how;  ///< it fell
   Collisions self, furniture;
-};
-
-/// Errors of sensors; the same for the same seed.
-class Noise {
- public:
-  /// `tilt_rad`: bound of the attitude's error
-  Noise(std::uint64_t seed, double tilt_rad);
-
-  /// Normal with deviation 1.
-  double normal();
-  /// Error of the attitude at a time: about x and y of W, slow and smooth (0.05 to 0.4 Hz), at most
-  /// `tilt_rad` about each.
-  Eigen::Quaterniond tilt(double time_s) const;
-
- private:
-  struct Wave {
-    double frequency_hz, phase_rad;
-  };
-  std::mt19937_64 random_;
-  std::normal_distribution<double> normal_;
-  double tilt_rad_;
-  Wave wave_[2][2];
 };
 
 /// The biped in DART: contacts, joints, sensors, trouble. W: origin on the ground between the first

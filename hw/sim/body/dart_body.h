@@ -109,6 +109,9 @@ class Motors {
   void drive(const Eigen::VectorXd& set_point);
   /// After it: the true loads of the joints (JointLoads), dof [N m].
   void feel(const Eigen::VectorXd& torque);
+  /// Where the motor's own encoder is, before the spring [rad], [rad/s]; behind it on rigid joints.
+  double position(std::size_t joint) const;
+  double speed(std::size_t joint) const;
 
  private:
   struct Motor {
@@ -122,6 +125,8 @@ class Motors {
     /// the real torque.
     double beyond_spring_n_m = 0.0;
     double stretch_rad = 0.0;  ///< stretch of the spring, before the step
+    /// Where the motor is, and was a step ago: its load may have turned it back.
+    double at_rad = 0.0, before_rad = 0.0;
     bool off = false, locked = false;
   };
   void set_up(Motor& motor);

@@ -279,7 +279,7 @@ TEST_P(Plants, APullIsInTheLoadOfTheArm) {
 /// Equal bits, independent of other simulations in this process.
 TEST_P(Plants, AreDeterministicAndApart) {
   const TestRobot robot = test_robot();
-  const BodyOptions options{.plant = GetParam(), .seed = 7, .encoder_noise_rad = 1e-4};
+  const BodyOptions options{.plant = GetParam(), .seed = 7, .senses = {.encoder_noise_rad = 1e-4}};
   const Push push{.at_s = 0.1, .impulse_W_ns = {2.0, 3.0, 0.0}};
   const auto state = [](const BodyWorld& world) {
     Eigen::VectorXd all(world.sensors().q.size() * 2 + 9);
