@@ -28,6 +28,7 @@ struct Options {
               pattern = "nonlinear", out;
   std::vector<std::string> set;
   std::uint64_t seed = 1;
+  double ankle_n_m = 0.0;
   int delay = 1, only = -1, jobs = 1;
   bool json = false;
 };
@@ -92,6 +93,7 @@ walk::SuiteOptions suite_options(const Options& o) {
   suite.engine = o.engine == "mujoco" ? walk::Engine::mujoco : walk::Engine::dart;
   suite.plant = o.plant == "servo" ? hw::sim::Plant::servo : hw::sim::Plant::springs;
   suite.seed = o.seed;
+  suite.ankle_pitch_n_m = o.ankle_n_m;
   suite.delay_ticks = o.delay;
   suite.walker.pattern = o.pattern == "linear"    ? walker::PatternKind::linear
                          : o.pattern == "preview" ? walker::PatternKind::preview
@@ -193,6 +195,10 @@ void add_walk_trials(CLI::App& program, int& exit_code) {
       ->capture_default_str();
   verb->add_option("--delay", o->delay, "Delay of the sensors, in ticks of 5 ms")
       ->check(CLI::Range(0, 7))
+      ->capture_default_str();
+  verb->add_option("--ankle", o->ankle_n_m,
+                   "Limit of the ankles' pitch motors [N m]; 0: the robot's description")
+      ->check(CLI::Range(0.0, 1000.0))
       ->capture_default_str();
   verb->add_option("--set", o->set, "A setting of the stabilizer")->type_name("KEY=NUMBER");
   verb->add_option("--only", o->only, "Number of one trial")->check(number_not_below_zero);

@@ -61,8 +61,8 @@ class Director {
 
   /// Advances all by dt.
   /// @param robot  where the robot is; null: unknown, it is assumed to obey
-  /// @param seen  the drawer; null: it is at the goal's place
-  virtual void step(const RobotFeedback* robot, const DrawerSeen* seen) = 0;
+  /// @param senses  of a drawer; until it was seen, it is at the goal's place
+  virtual void step(const RobotFeedback* robot, const DrawerSenses& senses) = 0;
 
   virtual const CharacterState& state(int i) const { return characters_.state(i); }
   virtual std::span<const float> angles(int i) const = 0;  ///< rows of the model [rad]

@@ -72,7 +72,7 @@ class FigureDirector : public Director {
   }
   void release(int i) override { characters_.release(i); }
   /// Allocates only for characters in a drawer's sequence.
-  void step(const RobotFeedback*, const DrawerSeen*) override {
+  void step(const RobotFeedback*, const DrawerSenses&) override {
     for (int i = 0; i < size(); ++i) {
       Act* act = acts_[static_cast<std::size_t>(i)].get();
       if (act == nullptr || !act->active) continue;

@@ -235,6 +235,12 @@ std::string fault(const v1::WalkFeedback& f) {
   for (const v1::Footprint& print : {f.feet(0), f.feet(1), f.landing()}) {
     if (!near(print.position_in_world_m()) || !near(print.yaw_rad())) return "a foot is nowhere";
   }
+  if (f.has_world_from_head()) {
+    const v1::Quaternion& q = f.world_from_head();
+    const double length = Eigen::Vector4d(q.w(), q.x(), q.y(), q.z()).norm();
+    if (!near(f.head_in_world_m()) || !(std::abs(length - 1.0) < 1e-3))
+      return "the head is nowhere";
+  }
   return hands_fault(f.hands_in_world_m());
 }
 
@@ -252,30 +258,26 @@ RobotFeedback to_feedback(const v1::WalkFeedback& m) {
   for (int i = 0; i < m.hands_in_world_m_size(); ++i) {
     f.hand_W_m[static_cast<std::size_t>(i)] = to_eigen(m.hands_in_world_m(i));
   }
+  if (m.has_world_from_head()) {
+    const v1::Quaternion& q = m.world_from_head();
+    f.X_WH.emplace(Eigen::Translation3d(to_eigen(m.head_in_world_m())) *
+                   Eigen::Quaterniond(q.w(), q.x(), q.y(), q.z()).normalized());
+  }
   return f;
 }
 
-std::string fault(const v1::DrawerState& d) {
-  if (!near(d.front_in_world_m()) || !near(d.handle_in_world_m()) || !near(d.object_in_world_m())) {
-    return "front, handle or object is nowhere";
+std::string fault(const v1::HeadSight& sight) {
+  if (!near(sight.handle_in_head_m()) || !near(sight.object_in_head_m())) {
+    return "handle or object is nowhere";
   }
-  if (!(d.opened_m() >= -0.1 && d.opened_m() <= 2.0)) {
-    return fmt::format("{:g} m open, expected 0 .. 2", d.opened_m());
-  }
-  return hands_fault(d.hands_in_world_m());
+  return {};
 }
 
-DrawerSeen to_seen(const v1::DrawerState& m) {
-  DrawerSeen seen{.front_W_m = to_eigen(m.front_in_world_m()).head<2>(),
-                  .handle_W_m = to_eigen(m.handle_in_world_m()),
-                  .object_W_m = to_eigen(m.object_in_world_m()),
-                  .opened_m = m.opened_m(),
-                  .held = m.held(),
-                  .taken = m.taken()};
-  if (m.hands_in_world_m_size() == 2) {
-    seen.hand_W_m = {to_eigen(m.hands_in_world_m(0)), to_eigen(m.hands_in_world_m(1))};
-  }
-  return seen;
+DrawerSenses::Sight to_sight(const v1::HeadSight& m, double age_s) {
+  DrawerSenses::Sight sight{.age_s = age_s, .handle_H_m = {}, .object_H_m = {}};
+  if (m.has_handle_in_head_m()) sight.handle_H_m = to_eigen(m.handle_in_head_m());
+  if (m.has_object_in_head_m()) sight.object_H_m = to_eigen(m.object_in_head_m());
+  return sight;
 }
 
 void to_proto(const Director& director, int i, const LimitedMotion& limited, v1::Motion& message) {

@@ -15,7 +15,7 @@ std::string fault(const v1::StyleWish& wish, const Characters& characters);
 std::string fault(const v1::Beat& beat);
 std::string fault(const v1::GaitCommand& gait, const Characters& characters);
 std::string fault(const v1::WalkFeedback& feedback);
-std::string fault(const v1::DrawerState& drawer);
+std::string fault(const v1::HeadSight& sight);
 
 /// Shares of all styles of the repertoire, sum 1. The wish has no fault.
 std::vector<double> to_shares(const v1::StyleWish& wish, const Repertoire& repertoire);
@@ -35,6 +35,7 @@ v1::MotionStatus to_proto(int i, const Progress& progress, const std::vector<Pla
 
 /// Of messages without fault.
 RobotFeedback to_feedback(const v1::WalkFeedback& message);
-DrawerSeen to_seen(const v1::DrawerState& message);
+/// `age_s`: since the image was taken.
+DrawerSenses::Sight to_sight(const v1::HeadSight& message, double age_s);
 
 }  // namespace mimesis::synthesizer

@@ -53,6 +53,7 @@ class RobotDirector : public Director {
     const auto angles = characters_.angles(0);
     angles_.assign(angles.begin(), angles.end());
     if (drawer == nullptr) return;
+    tracker_.emplace(drawer->drawer.handle_lateral_m, dt_s_);
     row_ = rows_of(drawer->upper.joint_names(), characters_.repertoire().model().rows);
     left_rad_ = left_rate_ = Eigen::VectorXd::Zero(drawer->upper.dof());
   }
@@ -88,7 +89,12 @@ class RobotDirector : public Director {
   void release(int) override {
     if (kind_ == GoalKind::none) walk_.stop();
   }
-  void step(const RobotFeedback* robot, const DrawerSeen* seen) override {
+  void step(const RobotFeedback* robot, const DrawerSenses& senses) override {
+    const DrawerSeen* seen = nullptr;
+    if (tracker_) {
+      seen =
+          tracker_->step(robot, sequence_ ? sequence_->heading_rad() : walk_.heading_rad(), senses);
+    }
     if (kind_ == GoalKind::drawer) {
       if (seen != nullptr && !sequence_) task_.front_W_m = seen->front_W_m;
       if (!sequence_) approach(robot);
@@ -245,6 +251,7 @@ class RobotDirector : public Director {
   GoalKind kind_ = GoalKind::none;
   DrawerPlace task_;
   std::string refused_;  // why its sequence does not begin
+  std::optional<DrawerTracker> tracker_;
   std::optional<BipedDrawerSequence> sequence_;
   std::vector<PlannedAction> actions_;
   DirectedMotion motion_;

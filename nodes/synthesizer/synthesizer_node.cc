@@ -85,7 +85,8 @@ SynthesizerNode::SynthesizerNode(const Params& params, runtime::Bus& bus)
       beat_in_(bus, "beat"),
       crowd_in_(bus, "crowd"),
       feedback_in_(bus, "feedback"),
-      drawer_in_(bus, "drawer"),
+      sight_in_(bus, "sight"),
+      touch_in_(bus, "touch"),
       rows_(bus, "rows", {.latched = true}),
       motion_(bus, "motion"),
       batch_(bus, "characters"),
@@ -125,10 +126,10 @@ void SynthesizerNode::step(Time now) {
   take_beat(now);
   if (director_->leads_robot()) {
     take_feedback(now);
-    take_drawer(now);
+    take_senses(now);
   }
   take_crowd(now);
-  director_->step(feedback(now), seen(now));
+  director_->step(feedback(now), senses_);
   publish_rows(now);
   publish_motion(now);
   publish_status(now);
@@ -174,21 +175,20 @@ const RobotFeedback* SynthesizerNode::feedback(Time now) {
   return nullptr;
 }
 
-void SynthesizerNode::take_drawer(Time now) {
-  const v1::DrawerState* message = drawer_in_.take();
-  const Time stamp = drawer_in_.stamp();
-  if (message == nullptr || stamp < seen_stamp_ || stamp > now) return;
+void SynthesizerNode::take_senses(Time now) {
+  const v1::HandTouch* touch = touch_in_.fresh(now, runtime::from_seconds(params_.robot.stale_s));
+  senses_.holds = {touch != nullptr && touch->left_holds(),
+                   touch != nullptr && touch->right_holds()};
+  senses_.sight.reset();
+  const v1::HeadSight* message = sight_in_.take();
+  const Time stamp = sight_in_.stamp();
+  if (message == nullptr || stamp < sight_stamp_ || stamp > now) return;
   if (const std::string why = fault(*message); !why.empty()) {
-    if (bad_drawer_.pass()) runtime::warn("drawer: {}; ignored", why);
+    if (bad_sight_.pass()) runtime::warn("sight: {}; ignored", why);
     return;
   }
-  seen_ = to_seen(*message);
-  seen_stamp_ = stamp;
-}
-
-const DrawerSeen* SynthesizerNode::seen(Time now) const {
-  const bool fresh = seen_ && now - seen_stamp_ <= runtime::from_seconds(params_.robot.stale_s);
-  return fresh ? &*seen_ : nullptr;
+  senses_.sight = to_sight(*message, to_seconds(now - stamp));
+  sight_stamp_ = stamp;
 }
 
 void SynthesizerNode::take_goals(Time now) {

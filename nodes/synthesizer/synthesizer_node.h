@@ -35,9 +35,8 @@ class SynthesizerNode {
   std::string set_goal(const v1::MotionGoal& goal);
   void set_first_goal();
   void take_feedback(runtime::Time now);
-  void take_drawer(runtime::Time now);
+  void take_senses(runtime::Time now);
   const RobotFeedback* feedback(runtime::Time now);
-  const DrawerSeen* seen(runtime::Time now) const;
   void take_goals(runtime::Time now);
   void take_styles(runtime::Time now);
   void take_beat(runtime::Time now);
@@ -55,9 +54,9 @@ class SynthesizerNode {
   std::unique_ptr<const BipedDrawer> robot_drawer_;
   std::unique_ptr<Director> director_;
   std::optional<RobotFeedback> feedback_;
-  std::optional<DrawerSeen> seen_;
+  DrawerSenses senses_;  // of a drawer, in this step
   bool rows_sent_ = false, beat_heard_ = false;
-  runtime::Time beat_stamp_{}, feedback_stamp_{}, seen_stamp_{};
+  runtime::Time beat_stamp_{}, feedback_stamp_{}, sight_stamp_{};
   std::vector<runtime::Time> commanded_;  // per character: stamp of the command it obeys, or 0
   std::vector<Told> told_;
   // rates of a single character
@@ -65,7 +64,7 @@ class SynthesizerNode {
   std::vector<float> angles_, last_angles_;
   runtime::Throttle bad_goal_{std::chrono::seconds(1)}, bad_style_{std::chrono::seconds(1)},
       bad_beat_{std::chrono::seconds(1)}, bad_crowd_{std::chrono::seconds(1)},
-      bad_feedback_{std::chrono::seconds(1)}, bad_drawer_{std::chrono::seconds(1)};
+      bad_feedback_{std::chrono::seconds(1)}, bad_sight_{std::chrono::seconds(1)};
   v1::Motion motion_message_;  // kept, so that their buffers are
   v1::MotionBatch batch_message_;
 
@@ -74,7 +73,8 @@ class SynthesizerNode {
   runtime::Latest<v1::Beat> beat_in_;
   runtime::Queue<v1::CrowdCommand, 64> crowd_in_;
   runtime::Latest<v1::WalkFeedback> feedback_in_;
-  runtime::Latest<v1::DrawerState> drawer_in_;
+  runtime::Latest<v1::HeadSight> sight_in_;
+  runtime::Latest<v1::HandTouch> touch_in_;
   runtime::Out<v1::MotionRows> rows_;
   runtime::Out<v1::Motion> motion_;
   runtime::Out<v1::MotionBatch> batch_;

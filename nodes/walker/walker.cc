@@ -72,6 +72,7 @@ struct Walker::Impl {
   void reset(const Eigen::Vector2d& p_W_m, double yaw_rad);
   void plan(const WalkerWish& wish);
   void balance(const Sensors& sensors);
+  void feel(const Sensors& sensors);
   void move(const WalkerWish& wish);
   Eigen::Matrix3d wished_trunk();
   void note(std::string_view reason);
@@ -84,7 +85,7 @@ struct Walker::Impl {
   Stabilizer stabilizer;
   Stack stack;
   UpperBodyFollower upper_body;
-  robot::Kinematics kinematics;    ///< kinematics of the wished upper body
+  robot::Kinematics kinematics;    ///< kinematics of the wished or of the measured body
   Eigen::VectorXd q_upper;         ///< dof [rad]; legs half-sitting
   Eigen::Vector3d start_offset_m;  ///< offset of half-sitting's CoM from the pattern's, in W
   double time_s = 0.0;
@@ -157,6 +158,7 @@ void Walker::Impl::balance(const Sensors& sensors) {
   planned.X_WB_last = out.X_WB;
   if (!settings.stabilize) {
     out.stabilizer.X_WS = {planned.pattern.foot[kLeft].X_WS, planned.pattern.foot[kRight].X_WS};
+    out.stabilizer.X_WB = planned.X_WB_last;
     return;
   }
   out.stabilizer = stabilizer.step(planned, sensors);
@@ -165,6 +167,16 @@ void Walker::Impl::balance(const Sensors& sensors) {
   }
   note(out.stabilizer.reason);
   stay = out.stabilizer.falling || !out.stabilizer.reason.empty();
+}
+
+/// Hands and head where the encoders have them; in a tick without encoders, where they were sent.
+void Walker::Impl::feel(const Sensors& sensors) {
+  const bool felt = sensors.q.size() == biped.tree.dof() && sensors.q.allFinite();
+  kinematics.update(out.stabilizer.X_WB, felt ? sensors.q : out.q);
+  for (Side s : robot::kSides) {
+    if (biped.hand[s] >= 0) out.hand_W_m[s] = kinematics.X_WL(biped.hand[s]).translation();
+  }
+  if (biped.head >= 0) out.X_WH = kinematics.X_WL(biped.head);
 }
 
 /// Orientation of the trunk that the wished waist gives above an upright pelvis with the plan's
@@ -219,6 +231,7 @@ const WalkerOutput& Walker::step(const WalkerWish& wish, const Sensors& sensors)
   out.trouble.clear();
   impl_->plan(wish);
   impl_->balance(sensors);
+  impl_->feel(sensors);
   impl_->move(wish);
   const PatternTrouble& trouble = impl_->pattern->trouble();
   impl_->note(trouble.reason);

@@ -37,7 +37,11 @@ struct WalkerOutput {
   ComState com;           ///< planned, with the filter's shift
   StabilizerCommand stabilizer;
   Eigen::Isometry3d X_WB;  ///< planned pelvis
-  std::string trouble;     ///< first trouble of the tick in one line; empty: none
+  /// By encoders and IMU from the standing feet; as planned where sensors cannot be used. Zero, or
+  /// identity, for a hand or a head that the robot has not.
+  std::array<Eigen::Vector3d, 2> hand_W_m{Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};
+  Eigen::Isometry3d X_WH = Eigen::Isometry3d::Identity();  ///< link of the head
+  std::string trouble;  ///< first trouble of the tick in one line; empty: none
   // Deviations from the wish at this tick:
   bool failed = false;   ///< a solve of pattern or stack failed; the last good plan continues
   bool clipped = false;  ///< the wish was beyond the robot and was cut

@@ -149,6 +149,13 @@ void to_proto(const Eigen::Vector3d& point, v1::Vector3& out) {
   out.set_z_m(point.z());
 }
 
+void to_proto(const Eigen::Quaterniond& turn, v1::Quaternion& out) {
+  out.set_w(turn.w());
+  out.set_x(turn.x());
+  out.set_y(turn.y());
+  out.set_z(turn.z());
+}
+
 void to_proto(const Footprint& footprint, v1::Footprint& out) {
   out.set_foot(foot_of(footprint.side));
   set(footprint.p_W_m, 0.0, *out.mutable_position_in_world_m());

@@ -38,7 +38,8 @@ std::string read_joints(const v1::JointState& message, Sensors& sensors);
 
 void to_proto(const Footprint& footprint, v1::Footprint& out);
 void to_proto(const Eigen::Vector3d& point, v1::Vector3& out);
-/// Fills all fields except the state and the hands.
+void to_proto(const Eigen::Quaterniond& turn, v1::Quaternion& out);
+/// Fills all fields except the state, hands and head.
 void to_proto(const WalkerOutput& tick, v1::WalkFeedback& out);
 void to_proto(const WalkerOutput& tick, v1::WalkBalance& out);
 v1::WalkState to_proto(Gait gait);

@@ -298,9 +298,16 @@ void WalkerNode::publish_feedback(runtime::Time now) {
   to_proto(X_WB.translation(), *feedback_message_.mutable_position_pelvis_in_world_m());
   feedback_message_.set_heading_rad(math::yaw_of(X_WB.linear()));
   feedback_message_.clear_hands_in_world_m();
-  for (const int hand : biped_.hand) {
-    if (hand < 0) continue;
-    to_proto(kinematics_.X_WL(hand).translation(), *feedback_message_.add_hands_in_world_m());
+  for (const Side side : robot::kSides) {
+    if (biped_.hand[side] < 0) continue;
+    to_proto(tick_ != nullptr ? tick_->hand_W_m[side]
+                              : kinematics_.X_WL(biped_.hand[side]).translation().eval(),
+             *feedback_message_.add_hands_in_world_m());
+  }
+  if (biped_.head >= 0) {
+    const Eigen::Isometry3d& X_WH = tick_ != nullptr ? tick_->X_WH : kinematics_.X_WL(biped_.head);
+    to_proto(X_WH.translation(), *feedback_message_.mutable_head_in_world_m());
+    to_proto(Eigen::Quaterniond(X_WH.linear()), *feedback_message_.mutable_world_from_head());
   }
   feedback_.send(feedback_message_, now);
 }

@@ -10,6 +10,7 @@
 #include "common/error.h"
 #include "common/math/so3.h"
 #include "experiments/walk/trial/suites.h"
+#include "hw/sim/body/head_camera.h"
 #include "nodes/walker/walk_wish.h"
 #include "tools/mimesis/table.h"
 
@@ -55,6 +56,9 @@ RobotFeedback to_feedback(const walker::WalkerOutput& out) {
     f.feet[s] = {to_person(s), X.translation().head<2>(), math::yaw_of(X.linear())};
   }
   f.steps = plan.steps;
+  f.hands_known = true;
+  f.hand_W_m = out.hand_W_m;
+  f.X_WH = out.X_WH;
   return f;
 }
 
@@ -94,30 +98,31 @@ class Task {
       : spec_(spec),
         joint_(joints_of(spec.robot->biped, spec.actions->upper)),
         wish_(spec.robot->biped, walker::gait_settings(spec.robot->biped), {}),
-        drawer_(settings(spec)) {}
+        drawer_(settings(spec)),
+        camera_(camera_settings(spec)),
+        tracker_(spec.actions->drawer.handle_lateral_m, kTick_s) {}
 
   walker::WalkerWish wish(double time_s) {
     if (!sequence_ && feedback_ && result.refused.empty() && time_s >= spec_.stand_s) begin();
     if (!sequence_) return wish_.step(nullptr, {}, kTick_s);
-    const auto& state = sequence_->step(&*feedback_, &seen_);
+    const auto& state = sequence_->step(&*feedback_, seen_);
     if (!state.refused.empty()) result.refused = state.refused;
     const walker::MotionWish motion = to_motion(state, joint_);
     return wish_.step(&motion, {feedback_->pelvis_W_m.head<2>(), feedback_->heading_rad}, kTick_s);
   }
 
   void see(const TrialTick& tick) {
-    feedback_ = to_feedback(tick.out);
-    const auto* state = sequence_ ? &sequence_->state() : nullptr;
-    hw::sim::DrawerHands hands{.p_W_m = tick.truth.hand_W_m, .grips = {}};
-    for (Side s : robot::kSides) {
-      hands.grips[s] = state != nullptr && state->hand[s] && state->hand[s]->closes;
-    }
-    const Eigen::Vector3d force_W_n = drawer_.step(tick.time_s, kTick_s, hands);
-    tick.world.pull(spec_.robot->biped.hand[robot::kLeft], Eigen::Vector3d::Zero(), force_W_n);
+    move_drawer(tick);
     const hw::sim::DrawerNow& now = drawer_.now();
-    seen_ = {
-        now.front_W_m.head<2>(), now.handle_W_m, now.object_W_m, now.opened_m, now.held, now.taken,
-        tick.truth.hand_W_m};
+    feedback_ = to_feedback(tick.out);
+    synthesizer::DrawerSenses senses{.sight = {}, .holds = {now.held, now.taken}};
+    const hw::sim::BodyTruth& truth = tick.truth;
+    camera_.look(tick.time_s, {truth.X_WH, now.handle_W_m, now.object_W_m, truth.hand_W_m});
+    if (const hw::sim::HeadSight* sight = camera_.arrived(tick.time_s)) {
+      senses.sight = {tick.time_s - sight->taken_s, sight->handle_H_m, sight->object_H_m};
+    }
+    seen_ = tracker_.step(&*feedback_,
+                          sequence_ ? sequence_->heading_rad() : feedback_->heading_rad, senses);
     measure(tick);
     if (now.taken && !result.taken) {
       result.taken = true;
@@ -134,7 +139,6 @@ class Task {
 
   DrawerResult result;
 
- private:
   static hw::sim::DrawerSettings settings(const DrawerTrialSpec& spec) {
     hw::sim::DrawerSettings out;
     out.front_x_m = spec.front_m;
@@ -145,6 +149,23 @@ class Task {
     out.object_height_m = drawer.object_height_m;
     out.object_depth_m = spec.object_depth_m;
     out.jumps = spec.jumps;
+    return out;
+  }
+
+ private:
+  /// The physics of drawer and hands: theirs are the true places.
+  void move_drawer(const TrialTick& tick) {
+    const auto* state = sequence_ ? &sequence_->state() : nullptr;
+    std::array<bool, 2> grips{};
+    for (Side s : robot::kSides) {
+      grips[s] = state != nullptr && state->hand[s] && state->hand[s]->closes;
+    }
+    tick.world.move(drawer_, grips, kTick_s);
+  }
+
+  static hw::sim::HeadCameraSettings camera_settings(const DrawerTrialSpec& spec) {
+    hw::sim::HeadCameraSettings out;
+    out.seed = spec.body.seed;
     return out;
   }
 
@@ -187,7 +208,9 @@ class Task {
   hw::sim::Drawer drawer_;
   std::optional<BipedDrawerSequence> sequence_;
   std::optional<RobotFeedback> feedback_;
-  synthesizer::DrawerSeen seen_;
+  hw::sim::HeadCamera camera_;
+  synthesizer::DrawerTracker tracker_;
+  const synthesizer::DrawerSeen* seen_ = nullptr;
   std::size_t begun_ = 0;  ///< actions
   double start_m_ = 0.0;   ///< place of the feet when the last action began
 };
@@ -208,6 +231,7 @@ DrawerResult run_drawer_trial(const DrawerTrialSpec& spec,
   trial.name = spec.name;
   trial.robot = spec.robot;
   trial.body = spec.body;
+  trial.body.drawer = Task::settings(spec);
   trial.walker = spec.walker;
   trial.pushes = spec.pushes;
   trial.duration_s = spec.time_limit_s;
@@ -227,6 +251,7 @@ DrawerResult run_drawer_trial(const DrawerTrialSpec& spec,
 namespace {
 
 constexpr double kStep_s = 0.8;
+constexpr double kTaskAnkle_n_m = 30.0;  // HRP-2's limit of pitch [M18 3.8.4]
 enum class Jumps { stays, on_the_way, before_it };
 
 /// Time until the robot stands before a front at this distance: from a stand, two steps per 0.45 m.
@@ -245,6 +270,8 @@ std::vector<DrawerTrialSpec> drawers30(const Robot& robot, const synthesizer::Bi
       spec.actions = &actions;
       spec.body.plant = options.plant;
       spec.body.seed = options.seed;
+      spec.body.ankle_pitch_n_m =
+          options.ankle_pitch_n_m > 0.0 ? options.ankle_pitch_n_m : kTaskAnkle_n_m;
       spec.walker = options.walker;
       spec.delay_ticks = options.delay_ticks;
       spec.front_m = draw.between(1.2, 2.8);

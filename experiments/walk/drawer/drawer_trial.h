@@ -62,7 +62,8 @@ DrawerResult run_drawer_trial(const DrawerTrialSpec& spec,
 
 /// Thirty drawer tasks at random: fronts 1.2 to 2.8 m away and up to 0.06 rad aside, objects 0.124
 /// to 0.273 m deep [M18 3.8.4]; ten drawers stay, ten jump by up to 10 cm either way while the
-/// robot is on its way, ten when it is about to stand before it or reaches for it.
+/// robot is on its way, ten when it is about to stand before it or reaches for it. The ankles'
+/// pitch motors give 30 N m at most, unless the options say otherwise.
 /// @param robot, actions  outlive the trials
 std::vector<DrawerTrialSpec> drawers30(const Robot& robot, const synthesizer::BipedDrawer& actions,
                                        const SuiteOptions& options);

@@ -108,6 +108,7 @@ TrialSpec plain(const Robot& robot, const SuiteOptions& o) {
   spec.engine = o.engine;
   spec.body.plant = o.plant;
   spec.body.seed = o.seed;
+  spec.body.ankle_pitch_n_m = o.ankle_pitch_n_m;
   spec.walker = o.walker;
   spec.delay_ticks = o.delay_ticks;
   return spec;
@@ -246,6 +247,14 @@ void run_trials(std::span<const TrialSpec> trials, int jobs,
 
 using nlohmann::ordered_json;
 
+namespace {
+
+ordered_json collisions_json(const hw::sim::Collisions& c) {
+  return {{"steps", c.steps}, {"deepest_m", c.deepest_m}, {"between", c.deepest_between}};
+}
+
+}  // namespace
+
 ordered_json to_json(const TrialResult& r) {
   const hw::sim::WalkFigures& f = r.figures;
   ordered_json j{{"name", r.name}, {"fell", f.fell}};
@@ -269,6 +278,8 @@ ordered_json to_json(const TrialResult& r) {
   j["clipped_ticks"] = r.clipped_ticks;
   j["failed_ticks"] = r.failed_ticks;
   j["saturated_ticks"] = r.saturated_ticks;
+  j["self_collisions"] = collisions_json(r.self);
+  j["furniture_collisions"] = collisions_json(r.furniture);
   j["trouble"] = r.trouble;
   j["tick_s"] = {{"p50", r.tick_p50_s}, {"p99", r.tick_p99_s}, {"max", r.tick_max_s}};
   j["real_time_factor"] = r.real_time_factor;
@@ -277,6 +288,7 @@ ordered_json to_json(const TrialResult& r) {
 
 ordered_json summary_json(std::span<const TrialResult> results) {
   ordered_json falls = ordered_json::array();
+  int self = 0, furniture = 0;
   double step = 0.0, dcm = 0.0, ankle = 0.0, ankle_slow = 0.0, normal = 0.0, p99 = 0.0;
   for (const TrialResult& r : results) {
     const hw::sim::WalkFigures& f = r.figures;
@@ -285,6 +297,8 @@ ordered_json summary_json(std::span<const TrialResult> results) {
       continue;  // measures of a falling robot do not describe walking
     }
     step = std::max(step, f.step_error_max_m);
+    self += r.self.steps > 0;
+    furniture += r.furniture.steps > 0;
     dcm = std::max(dcm, r.dcm_max_m);
     ankle = std::max(ankle, f.ankle_pitch_peak_n_m);
     ankle_slow = std::max(ankle_slow, f.ankle_pitch_slow_peak_n_m);
@@ -299,6 +313,8 @@ ordered_json summary_json(std::span<const TrialResult> results) {
           {"ankle_pitch_peak_n_m", ankle},
           {"ankle_pitch_slow_peak_n_m", ankle_slow},
           {"normal_peak_n", normal},
+          {"self_collisions", self},
+          {"furniture_collisions", furniture},
           {"tick_p99_s", p99}};
 }
 

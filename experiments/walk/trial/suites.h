@@ -67,8 +67,9 @@ const std::vector<std::string>& suite_names();
 struct SuiteOptions {
   Engine engine = Engine::dart;
   hw::sim::Plant plant = hw::sim::Plant::springs;
-  std::uint64_t seed = 1;  ///< seed of all random numbers
-  int delay_ticks = 1;     ///< 5 ms each
+  std::uint64_t seed = 1;        ///< seed of all random numbers
+  double ankle_pitch_n_m = 0.0;  ///< limit of these motors; 0: the robot's own
+  int delay_ticks = 1;           ///< 5 ms each
   walker::WalkerSettings walker;
 };
 

@@ -116,6 +116,8 @@ TrialResult walk_in(World& world, const TrialSpec& spec, const Watch& watch) {
   }
   TrialResult result = observer.result();
   result.name = spec.name;
+  result.self = truth.self;
+  result.furniture = truth.furniture;
   result.walked_m = (truth.X_WB.translation().head<2>() - start).norm();
   for (Side s : robot::kSides) {
     if (wish.hand[s].share < 1.0) continue;

@@ -56,6 +56,7 @@ struct TrialResult {
   double dcm_max_m = 0.0;
   double reach_error_m = 0.0;  ///< error of a wished hand at the end; 0 without one
   int limited_ticks = 0, clipped_ticks = 0, failed_ticks = 0, saturated_ticks = 0;
+  hw::sim::Collisions self, furniture;
   std::string trouble;  ///< first one that the walker told
   /// Times of Walker::step on this machine; not reproducible.
   double tick_p50_s = 0.0, tick_p99_s = 0.0, tick_max_s = 0.0;

@@ -7,12 +7,13 @@ namespace mimesis::hw::sim {
 
 double SimBodyParams::robot_rate_hz() const { return model::rate_of_robot(robot); }
 
-BodyOptions body_options(const SimBodyParams& p) {
+BodyOptions body_options(const SimBodyParams& p, const robot::Biped& biped) {
   BodyOptions options = p.body;
   options.plant = p.plant == "servo" ? Plant::servo : Plant::springs;
   // A turn by the right hand about y lowers what lies ahead.
   options.slope_rad = {-p.slope_forward_rad, p.slope_left_rad};
   options.seed = static_cast<std::uint64_t>(p.seed);
+  if (p.drawer.present) options.drawer = drawer_settings(p.drawer.drawer, biped);
   return options;
 }
 

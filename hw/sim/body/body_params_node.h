@@ -7,6 +7,7 @@
 #include "hw/joints/joints.h"
 #include "hw/sim/body/body_world.h"
 #include "hw/sim/body/drawer.h"
+#include "hw/sim/body/head_camera.h"
 
 namespace mimesis::hw::sim {
 
@@ -51,6 +52,8 @@ struct DrawerParams {
     v("object_height_m", drawer.object_height_m, 0.0, 3.0);
     v("object_left_m", drawer.object_left_m, -1.0, 1.0);
     v("object_depth_m", drawer.object_depth_m, 0.0, 1.0);
+    v("object_kg", drawer.object_kg, 0.0, 5.0);
+    v("collides", drawer.collides);
     v("friction_n", drawer.friction_n, 0.0, 100.0);
     v("viscous_n_s_m", drawer.viscous_n_s_m, 0.0, 1000.0);
     runtime::list(v, "jumps", drawer.jumps);
@@ -79,6 +82,7 @@ struct SimBodyParams {
   std::vector<Push> pushes{};         ///< impulses on links at given times
   std::vector<FaultParams> faults{};  ///< drives that fail at given times
   DrawerParams drawer{};
+  HeadCameraSettings camera{};  ///< camera in the head that finds the drawer
 
   double time_limit_s = 0.0;  ///< the outcome is a failure after this time; 0: no limit [s]
   double settle_s = 1.0;  ///< the outcome is a success after standing at the goal for this time [s]
@@ -101,18 +105,21 @@ struct SimBodyParams {
     v("payload_kg", body.payload_kg, 0.0, 100.0);
     v("motor_speed_share", body.motor_speed_share, 0.01, 100.0);
     v("motor_torque_share", body.motor_torque_share, 0.01, 100.0);
+    v("ankle_pitch_n_m", body.ankle_pitch_n_m, 0.0, 1000.0);
     v("seed", seed, 0, 1'000'000'000);
     body.senses.visit(v);
     runtime::list(v, "pushes", pushes);
     runtime::list(v, "faults", faults);
     v.group("drawer", [&](auto& g) { drawer.visit(g); });
+    v.group("camera", [&](auto& g) { camera.visit(g); });
     v("time_limit_s", time_limit_s, 0.0, 1e6);
     v("settle_s", settle_s, 0.0, 100.0);
   }
   double robot_rate_hz() const;  ///< see run_node
 };
 
-BodyOptions body_options(const SimBodyParams& params);
+/// @throws ConfigError as robot::drawer_size(), if there is a drawer
+BodyOptions body_options(const SimBodyParams& params, const robot::Biped& biped);
 /// Heights of 0 become the robot's. @throws ConfigError as robot::drawer_size()
 DrawerSettings drawer_settings(DrawerSettings settings, const robot::Biped& biped);
 

@@ -11,8 +11,14 @@
 #include "common/math/so3.h"
 #include "hw/sim/body/dart_body.h"
 #include "hw/sim/body/fall_judge.h"
+#include "hw/sim/body/obstacles.h"
 
 namespace mimesis::hw::sim {
+namespace {
+
+constexpr double kObject_m = 0.03;  ///< radius of the object in the hand: a ball
+
+}  // namespace
 
 struct BodyWorld::Impl {
   struct RunningPush {
@@ -24,6 +30,7 @@ struct BodyWorld::Impl {
       : biped(robot),
         options(wanted),
         body(make_dart_body(biped, file, options)),
+        obstacles(biped, file, options.drawer, body),
         motors(biped, body, options),
         loads(biped, options.payload_kg, options.dt_s),
         errors(options.senses, options.seed),
@@ -49,6 +56,7 @@ struct BodyWorld::Impl {
   const robot::Biped biped;
   const BodyOptions options;
   DartBody body;
+  Obstacles obstacles;
   Motors motors;
   JointLoads loads;
   SensorErrors errors;
@@ -56,6 +64,8 @@ struct BodyWorld::Impl {
   Eigen::VectorXd start, goal, set_point, between;  ///< dof [rad]
   std::vector<RunningPush> pushes;
   std::vector<LinkForce> pulls, forces;  ///< forces: all that act in this step
+  std::vector<ContactForce> contacts;    ///< beside those of feet, in this step
+  bool carries = false;                  ///< the object
   long done = 0;                         ///< steps of the world
   bool diverged = false;  ///< numbers that are none: the world stands still from then on
   BodySensors sensors;
@@ -108,11 +118,13 @@ void BodyWorld::Impl::advance(long steps) {
     motors.drive(between);
     force(done);
     soles(truth.X_WS);
+    obstacles.move(share, static_cast<double>(steps) * options.dt_s);
     loads.before(body);
     body.world->step();
     ++done;
     const GroundContact now = read_contacts(body, biped, truth.X_WS);
-    const Eigen::VectorXd& torque = loads.after(body, now, truth.X_WS, forces);
+    obstacles.read(contacts);
+    const Eigen::VectorXd& torque = loads.after(body, now, truth.X_WS, forces, contacts);
     motors.feel(torque);
     sensors.torque += torque;
     for (const robot::Side side : robot::kSides) {
@@ -124,6 +136,9 @@ void BodyWorld::Impl::advance(long steps) {
     truth.most_normal_n =
         std::max(truth.most_normal_n, now.foot_S[0].force.z() + now.foot_S[1].force.z());
   }
+  obstacles.arrive();
+  truth.self = obstacles.self();
+  truth.furniture = obstacles.furniture();
   set_point = goal;
   const double n = static_cast<double>(steps);
   sensors.torque /= n;
@@ -167,6 +182,7 @@ void BodyWorld::Impl::observe() {
     truth.hand_W_m[side] = biped.hand[side] < 0 ? Eigen::Vector3d::Zero().eval()
                                                 : body.X_WL(biped.hand[side]).translation();
   }
+  if (biped.head >= 0) truth.X_WH = body.X_WL(biped.head);
   truth.com_W_m = body.robot->getCOM();
   truth.com_v_W = body.robot->getCOMLinearVelocity();
   if (done == 0) truth.zmp_W_m = truth.com_W_m.head<2>();
@@ -233,6 +249,25 @@ void BodyWorld::pull(int link, const Eigen::Vector3d& point_L_m, const Eigen::Ve
     return;
   }
   my.pulls.push_back({link, point_L_m, force_W_n});
+}
+
+void BodyWorld::move(Drawer& drawer, const std::array<bool, 2>& grips, double duration_s) {
+  Impl& my = *impl_;
+  MIMESIS_ASSERT(my.options.drawer.has_value());
+  const Eigen::Vector3d force_W_n =
+      drawer.step(my.truth.time_s, duration_s, {my.truth.hand_W_m, grips});
+  pull(my.biped.hand[robot::kLeft], Eigen::Vector3d::Zero(), force_W_n);
+  my.obstacles.aim(drawer.now());
+  if (!drawer.now().taken || my.carries) return;
+  my.carries = true;
+  const double mass = my.options.drawer->object_kg;
+  if (mass <= 0.0) return;
+  const robot::Inertia object{
+      .mass_kg = mass,
+      .com_m = Eigen::Vector3d::Zero(),
+      .about_com_kg_m2 = 0.4 * mass * kObject_m * kObject_m * Eigen::Matrix3d::Identity()};
+  carry(my.body, my.biped.hand[robot::kRight], object);
+  my.loads.carry(my.biped.hand[robot::kRight], object);
 }
 
 const BodySensors& BodyWorld::sensors() const { return impl_->sensors; }

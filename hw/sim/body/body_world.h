@@ -1,12 +1,14 @@
 #pragma once
 #include <array>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "common/robot/biped.h"
 #include "common/robot/dynamics.h"
+#include "hw/sim/body/drawer.h"
 #include "hw/sim/body/senses.h"
 
 namespace mimesis::hw::sim {
@@ -74,8 +76,17 @@ struct BodyOptions {
   std::vector<Plate> plates = {};  ///< boxes on the ground; the robot starts on the highest below
   double payload_kg = 0.0;         ///< unknown mass in the trunk, at its own centre [kg]
   double motor_speed_share = 1.0, motor_torque_share = 1.0;  ///< share of the model's limits [1]
-  std::uint64_t seed = 0;                                    ///< of the sensors' errors
+  double ankle_pitch_n_m = 0.0;               ///< limit of these motors; 0: the model's
+  std::optional<DrawerSettings> drawer = {};  ///< furniture that the robot can knock against
+  std::uint64_t seed = 0;                     ///< of the sensors' errors
   Senses senses = {};
+};
+
+/// Contacts that a robot should not have, since the start.
+struct Collisions {
+  long steps = 0;  ///< of the physics, with one at least
+  double deepest_m = 0.0;
+  std::string deepest_between;  ///< what with what, at the deepest
 };
 
 /// True state of the world.
@@ -85,6 +96,7 @@ struct BodyTruth {
   std::array<Eigen::Isometry3d, 2> X_WS{Eigen::Isometry3d::Identity(),
                                         Eigen::Isometry3d::Identity()};
   std::array<Eigen::Vector3d, 2> hand_W_m{Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};
+  Eigen::Isometry3d X_WH = Eigen::Isometry3d::Identity();  ///< link of the head, if it has one
   Eigen::Vector3d com_W_m = Eigen::Vector3d::Zero(), com_v_W = Eigen::Vector3d::Zero();
   Eigen::Vector2d zmp_W_m =
       Eigen::Vector2d::Zero();       ///< from the contact forces; the last one while in the air
@@ -95,12 +107,14 @@ struct BodyTruth {
   /// level soles: stays true.
   bool fell = false;
   std::string how;  ///< it fell
+  Collisions self, furniture;
 };
 
 /// The biped in DART: contacts, joints, sensors, trouble. W: origin on the ground between the first
-/// soles, x forward, z up against gravity. The soles are boxes made of the biped's rectangles; the
-/// robot does not collide with itself, and its other links not with the ground. Deterministic:
-/// the same calls give the same bits. Instances do not disturb each other; one thread an instance.
+/// soles, x forward, z up against gravity. The soles are boxes made of the biped's rectangles;
+/// links with boxes in the URDF collide with each other and with furniture, not with the ground.
+/// Deterministic: the same calls give the same bits. Instances do not disturb each other; one
+/// thread an instance.
 class BodyWorld {
  public:
   /// Reads the same URDF as RobotTree did (shapes are ignored); half-sitting on the ground.
@@ -118,6 +132,10 @@ class BodyWorld {
   /// Precondition: a link of the robot.
   void push(const Push& push);
   void fail(int joint, MotorFault fault);
+  /// A drawer moves on by `duration_s` with the hands, which feel it: the left one the rail, the
+  /// right one the mass of the object. `grips`: hands that are closed. Precondition:
+  /// options.drawer.
+  void move(Drawer& drawer, const std::array<bool, 2>& grips, double duration_s);
   /// Constant force on a link's point from now on, until it is set again; in W.
   void pull(int link, const Eigen::Vector3d& point_L_m, const Eigen::Vector3d& force_W_n);
 

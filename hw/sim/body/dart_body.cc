@@ -239,6 +239,23 @@ DartBody make_dart_body(const robot::Biped& biped, const std::string& urdf_file,
   return body;
 }
 
+void carry(DartBody& body, int link, const robot::Inertia& load) {
+  const DartLink& at = body.at(link);
+  const dart::dynamics::Inertia& own = at.node->getInertia();
+  const double mass = own.getMass() + load.mass_kg;
+  const Eigen::Vector3d load_N = at.X_NL * load.com_m;
+  const Eigen::Vector3d com = (own.getMass() * own.getLocalCOM() + load.mass_kg * load_N) / mass;
+  const auto from = [&](double m, const Eigen::Vector3d& p) -> Eigen::Matrix3d {
+    const Eigen::Vector3d d = p - com;
+    return m * (d.squaredNorm() * Eigen::Matrix3d::Identity() - d * d.transpose());
+  };
+  const Eigen::Matrix3d R = at.X_NL.linear();
+  const Eigen::Matrix3d moment = own.getMoment() + from(own.getMass(), own.getLocalCOM()) +
+                                 R * load.about_com_kg_m2 * R.transpose() +
+                                 from(load.mass_kg, load_N);
+  at.node->setInertia(dart::dynamics::Inertia(mass, com, moment));
+}
+
 GroundContact read_contacts(const DartBody& body, const robot::Biped& biped,
                             const std::array<Eigen::Isometry3d, 2>& X_WS) {
   GroundContact out;
@@ -282,7 +299,8 @@ void JointLoads::before(const DartBody& body) {
 
 const Eigen::VectorXd& JointLoads::after(const DartBody& body, const GroundContact& ground,
                                          const std::array<Eigen::Isometry3d, 2>& X_WS,
-                                         const std::vector<LinkForce>& forces) {
+                                         const std::vector<LinkForce>& forces,
+                                         const std::vector<ContactForce>& contacts) {
   for (std::size_t i = 0; i < body.dof.size(); ++i) {
     const auto k = static_cast<Eigen::Index>(i);
     motion_.ddq[k] = (body.dof[i]->getVelocity() - motion_.dq[k]) / dt_s_;
@@ -306,7 +324,18 @@ const Eigen::VectorXd& JointLoads::after(const DartBody& body, const GroundConta
     take_off(force.link, kinematics_.X_WL(force.link) * force.point_L_m, force.force_W_n,
              Eigen::Vector3d::Zero());
   }
+  for (const ContactForce& contact : contacts) {
+    take_off(contact.link, contact.p_W_m, contact.force_W_n, Eigen::Vector3d::Zero());
+  }
   return torque_;
+}
+
+void JointLoads::carry(int link, const robot::Inertia& load) {
+  std::vector<robot::Link> links = loaded_.links();
+  MIMESIS_ASSERT(links[static_cast<std::size_t>(link)].inertia.mass_kg == 0.0);
+  links[static_cast<std::size_t>(link)].inertia = load;
+  loaded_ = robot::RobotTree(loaded_.name(), std::move(links));
+  dynamics_ = robot::Dynamics(loaded_);
 }
 
 void JointLoads::take_off(int link, const Eigen::Vector3d& p_W_m, const Eigen::Vector3d& force_W,

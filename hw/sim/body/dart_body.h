@@ -45,6 +45,9 @@ struct GroundContact {
   double vertical_n = 0.0;                               ///< sum of f_z
 };
 
+/// A link bears this beside its own mass from now on.
+void carry(DartBody& body, int link, const robot::Inertia& load);
+
 /// Reads the contacts of the last step. `X_WS`: soles before that step, at which DART computed
 /// them.
 GroundContact read_contacts(const DartBody& body, const robot::Biped& biped,
@@ -54,6 +57,12 @@ GroundContact read_contacts(const DartBody& body, const robot::Biped& biped,
 struct LinkForce {
   int link;
   Eigen::Vector3d point_L_m, force_W_n;
+};
+
+/// A contact's force on a link.
+struct ContactForce {
+  int link;
+  Eigen::Vector3d p_W_m, force_W_n;
 };
 
 /// True loads of the joints in a step of the world: inverse dynamics of the resulting motion.
@@ -70,7 +79,10 @@ class JointLoads {
   /// After it. Torque of motors and end stops on their links, dof [N m], mean of the step.
   const Eigen::VectorXd& after(const DartBody& body, const GroundContact& ground,
                                const std::array<Eigen::Isometry3d, 2>& X_WS,
-                               const std::vector<LinkForce>& forces);
+                               const std::vector<LinkForce>& forces,
+                               const std::vector<ContactForce>& contacts);
+  /// A link bears this beside its own mass from now on.
+  void carry(int link, const robot::Inertia& load);
 
  private:
   void take_off(int link, const Eigen::Vector3d& p_W_m, const Eigen::Vector3d& force_W,

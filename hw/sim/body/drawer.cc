@@ -12,6 +12,7 @@ using Eigen::Vector3d;
 constexpr double kFrictionFrom_m_s = 0.05;
 constexpr double kSpeedFilter_s = 0.02;
 constexpr double kEndStop_n_m = 2000.0;
+constexpr double kJump_m_s = 1.0;
 
 }  // namespace
 
@@ -29,14 +30,20 @@ Vector3d Drawer::place(double depth_m, double left_m, double height_m) const {
          (depth_m - now_.opened_m) * axis_W_ + left_m * left_W_;
 }
 
-void Drawer::jump(double time_s) {
+void Drawer::jump(double time_s, double dt_s) {
   while (jumped_ < settings_.jumps.size() && time_s >= settings_.jumps[jumped_].at_s) {
-    settings_.front_x_m += settings_.jumps[jumped_].by_m * axis_W_.x();
-    settings_.front_y_m += settings_.jumps[jumped_].by_m * axis_W_.y();
-    now_.opened_m = 0.0;
-    lose();
+    to_go_m_ += settings_.jumps[jumped_].by_m;
+    closes_ = true;
     ++jumped_;
   }
+  if (to_go_m_ == 0.0 && !closes_) return;
+  lose();
+  const double most_m = kJump_m_s * dt_s, by_m = std::clamp(to_go_m_, -most_m, most_m);
+  to_go_m_ -= by_m;
+  settings_.front_x_m += by_m * axis_W_.x();
+  settings_.front_y_m += by_m * axis_W_.y();
+  now_.opened_m = std::max(0.0, now_.opened_m - most_m);
+  closes_ = now_.opened_m > 0.0;
 }
 
 void Drawer::lose() {
@@ -94,7 +101,7 @@ void Drawer::show(const DrawerHands& hands) {
 }
 
 Vector3d Drawer::step(double time_s, double dt_s, const DrawerHands& hands) {
-  jump(time_s);
+  jump(time_s, dt_s);
   show(hands);
   Vector3d force = Vector3d::Zero();
   for (const robot::Side side : robot::kSides) {

@@ -8,7 +8,7 @@
 
 namespace mimesis::hw::sim {
 
-/// The whole piece is pushed to another place at a time; it is closed there.
+/// The whole piece is pushed to another place from a time on, at 1 m/s; it closes meanwhile.
 struct DrawerJump {
   double at_s = 0.0;
   double by_m = 0.0;  ///< along its axis, + away from the robot
@@ -28,6 +28,8 @@ struct DrawerSettings {
   /// Heights 0: heights and handle_left_m of a drawer for a robot of this size.
   double handle_height_m = 0.0, handle_left_m = 0.14;
   double object_height_m = 0.0, object_left_m = 0.0, object_depth_m = 0.25;
+  double object_kg = 0.3;                        ///< in the right hand once it has it
+  bool collides = true;                          ///< with the robot
   double longest_m = 0.40;                       ///< longest opening
   double friction_n = 7.0, viscous_n_s_m = 5.0;  ///< Coulomb and viscous friction of the rail
   double near_m = 0.03, dwell_s = 0.1;           ///< a hand grips this near, after this time
@@ -67,7 +69,7 @@ class Drawer {
   std::optional<double> reach_error_m() const { return error_m_[robot::kRight]; }
 
  private:
-  void jump(double time_s);
+  void jump(double time_s, double dt_s);
   void lose();
   void grip(robot::Side side, double dt_s, const DrawerHands& hands);
   Eigen::Vector3d follow(double dt_s, const Eigen::Vector3d& hand_W_m);
@@ -83,6 +85,8 @@ class Drawer {
   Eigen::Vector3d handle_to_hand_W_m_ = Eigen::Vector3d::Zero();  ///< when it gripped
   double hand_m_ = 0.0, speed_m_s_ = 0.0;                         ///< along the axis, low-passed
   std::size_t jumped_ = 0;
+  double to_go_m_ = 0.0;  ///< of jumps
+  bool closes_ = false;   ///< because of a jump
 };
 
 }  // namespace mimesis::hw::sim

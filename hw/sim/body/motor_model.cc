@@ -1,6 +1,7 @@
 #include "hw/sim/body/motor_model.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 namespace mimesis::hw::sim {
@@ -30,6 +31,10 @@ bool in_ankle(const robot::Biped& biped, int joint) {
   });
 }
 
+bool pitches_ankle(const robot::Biped& biped, int joint) {
+  return in_ankle(biped, joint) && std::abs(biped.tree.moved(joint).axis.y()) > 0.5;
+}
+
 bool in_knee(const robot::Biped& biped, int joint) {
   return std::any_of(biped.leg.begin(), biped.leg.end(),
                      [&](const robot::Biped::Leg& leg) { return leg.dof[robot::kKnee] == joint; });
@@ -57,6 +62,9 @@ std::vector<MotorModel> motor_models(const robot::Biped& biped, const BodyOption
     motor.damping_n_m_s_rad = kDamping_s * motor.stiffness_n_m_rad;
     motor.speed_rad_s = options.motor_speed_share * or_infinite(link.max_speed);
     motor.torque_n_m = options.motor_torque_share * or_infinite(link.max_effort);
+    if (options.ankle_pitch_n_m > 0.0 && pitches_ankle(biped, joint)) {
+      motor.torque_n_m = std::min(motor.torque_n_m, options.ankle_pitch_n_m);
+    }
     motor.lower_rad = link.lower;
     motor.upper_rad = link.upper;
   }

@@ -51,6 +51,12 @@ void to_proto(const BodySensors& sensors, v1::BodySensors& out) {
   }
 }
 
+void to_proto(const Collisions& collisions, v1::BodyCollisions& out) {
+  out.set_steps(static_cast<std::uint64_t>(collisions.steps));
+  out.set_deepest_m(collisions.deepest_m);
+  out.set_deepest_between(collisions.deepest_between);
+}
+
 void to_proto(const BodyTruth& truth, const Eigen::VectorXd& torque_n_m, v1::BodyTruth& out) {
   set(out.mutable_position_pelvis_in_world_m(), truth.X_WB.translation());
   set(out.mutable_world_from_pelvis(), Eigen::Quaterniond(truth.X_WB.linear()));
@@ -77,17 +83,17 @@ void to_proto(const BodyTruth& truth, const Eigen::VectorXd& torque_n_m, v1::Bod
   out.mutable_torque_n_m()->Assign(torque_n_m.begin(), torque_n_m.end());
   out.set_fell(truth.fell);
   out.set_how(truth.how);
+  if (truth.self.steps > 0) to_proto(truth.self, *out.mutable_self_collisions());
+  if (truth.furniture.steps > 0) to_proto(truth.furniture, *out.mutable_furniture_collisions());
 }
 
-void to_proto(const DrawerNow& drawer, const BodyTruth& truth, v1::DrawerState& out) {
+void to_proto(const DrawerNow& drawer, v1::DrawerState& out) {
   set(out.mutable_front_in_world_m(), drawer.front_W_m);
   set(out.mutable_handle_in_world_m(), drawer.handle_W_m);
   set(out.mutable_object_in_world_m(), drawer.object_W_m);
   out.set_opened_m(drawer.opened_m);
   out.set_held(drawer.held);
   out.set_taken(drawer.taken);
-  out.clear_hands_in_world_m();
-  for (const Eigen::Vector3d& hand : truth.hand_W_m) set(out.add_hands_in_world_m(), hand);
 }
 
 constexpr double kTransformsRateHz = 50.0;
@@ -125,7 +131,7 @@ SimBodyNode::SimBodyNode(const Params& params, runtime::Bus& bus)
     : params_(params),
       biped_(model::load_biped(params.robot)),
       joints_(load_joints(params.robot)),
-      world_(biped_, model::urdf_of_biped(params.robot), body_options(params)),
+      world_(biped_, model::urdf_of_biped(params.robot), body_options(params, biped_)),
       motors_(joints_.home.begin(), joints_.home.end()),
       troubles_(bus, "trouble"),
       judge_({.settle_s = params.settle_s, .time_limit_s = params.time_limit_s}, bus),
@@ -133,6 +139,8 @@ SimBodyNode::SimBodyNode(const Params& params, runtime::Bus& bus)
       truth_(bus, "truth"),
       arm_(bus, "arm"),
       drawer_state_(bus, "drawer"),
+      sight_(bus, "sight"),
+      touch_(bus, "touch"),
       transforms_(bus, "transforms") {
   for (const Push& push : params.pushes) world_.push(push);
   if (params.drawer.present) {
@@ -141,7 +149,12 @@ SimBodyNode::SimBodyNode(const Params& params, runtime::Bus& bus)
         throw ConfigError("drawer.present: '" + biped_.tree.name() + "' has not two hands");
       }
     }
-    drawer_.emplace(drawer_settings(params.drawer.drawer, biped_));
+    drawer_.emplace(drawer_settings(params.drawer.drawer, biped_));  // as the world's
+    if (biped_.head >= 0) {
+      HeadCameraSettings camera = params.camera;
+      camera.seed = static_cast<std::uint64_t>(params.seed);
+      camera_.emplace(camera);
+    }
     gripper_ = {gripper_of(params.drawer.left_gripper, robot::kLeft),
                 gripper_of(params.drawer.right_gripper, robot::kRight)};
   }
@@ -229,11 +242,25 @@ bool SimBodyNode::closed(const robot::Biped::Gripper& gripper) const {
 }
 
 void SimBodyNode::move_drawer(double dt_s) {
-  const DrawerHands hands{
-      .p_W_m = world_.truth().hand_W_m,
-      .grips = {closed(gripper_[robot::kLeft]), closed(gripper_[robot::kRight])}};
-  const Eigen::Vector3d force_W_n = drawer_->step(world_.time_s(), dt_s, hands);
-  world_.pull(biped_.hand[robot::kLeft], Eigen::Vector3d::Zero(), force_W_n);
+  world_.move(*drawer_, {closed(gripper_[robot::kLeft]), closed(gripper_[robot::kRight])}, dt_s);
+}
+
+/// What of the drawer the robot can know: what its camera sees and what its fingers feel.
+void SimBodyNode::see_drawer(runtime::Time now) {
+  const DrawerNow& drawer = drawer_->now();
+  touch_message_.set_left_holds(drawer.held);
+  touch_message_.set_right_holds(drawer.taken);
+  touch_.send(touch_message_, now);
+  if (!camera_) return;
+  const BodyTruth& truth = world_.truth();
+  const double now_s = runtime::to_seconds(now);
+  camera_->look(now_s, {truth.X_WH, drawer.handle_W_m, drawer.object_W_m, truth.hand_W_m});
+  while (const HeadSight* sight = camera_->arrived(now_s)) {
+    sight_message_.Clear();
+    if (sight->handle_H_m) set(sight_message_.mutable_handle_in_head_m(), *sight->handle_H_m);
+    if (sight->object_H_m) set(sight_message_.mutable_object_in_head_m(), *sight->object_H_m);
+    sight_.send(sight_message_, runtime::from_seconds(sight->taken_s));
+  }
 }
 
 void SimBodyNode::step(runtime::Time now) {
@@ -267,8 +294,9 @@ void SimBodyNode::publish(runtime::Time now) {
   arm_.send(arm_message_, now);
 
   if (drawer_) {
-    to_proto(drawer_->now(), world_.truth(), drawer_message_);
+    to_proto(drawer_->now(), drawer_message_);
     drawer_state_.send(drawer_message_, now);
+    see_drawer(now);
   }
   const auto every =
       static_cast<std::uint64_t>(std::max(1.0, std::round(params_.rate_hz / kTransformsRateHz)));

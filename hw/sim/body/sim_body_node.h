@@ -34,6 +34,7 @@ class SimBodyNode {
   void make_trouble();
   void move_world(runtime::Time now);
   void move_drawer(double dt_s);
+  void see_drawer(runtime::Time now);
   robot::Biped::Gripper gripper_of(const GripperParams& params, robot::Side side) const;
   bool closed(const robot::Biped::Gripper& gripper) const;
   void measure();
@@ -44,6 +45,7 @@ class SimBodyNode {
   Joints joints_;
   BodyWorld world_;
   std::optional<Drawer> drawer_;
+  std::optional<HeadCamera> camera_;
   std::array<robot::Biped::Gripper, 2> gripper_{};
   std::vector<std::unique_ptr<Rack>> racks_;
   std::vector<Drive*> drives_;  // drives of all racks, in the model's order
@@ -60,11 +62,15 @@ class SimBodyNode {
   runtime::Out<v1::BodyTruth> truth_;
   runtime::Out<v1::JointState> arm_;
   runtime::Out<v1::DrawerState> drawer_state_;
+  runtime::Out<v1::HeadSight> sight_;
+  runtime::Out<v1::HandTouch> touch_;
   runtime::Out<foxglove::FrameTransforms> transforms_;
   v1::BodySensors sensors_message_;
   v1::BodyTruth truth_message_;
   v1::JointState arm_message_;
   v1::DrawerState drawer_message_;
+  v1::HeadSight sight_message_;
+  v1::HandTouch touch_message_;
 };
 
 }  // namespace mimesis::hw::sim

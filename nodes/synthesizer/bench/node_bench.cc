@@ -31,7 +31,7 @@ void node_step(benchmark::State& state, Load load) {
                           .heading_rad = 3.0 * t};
       director.characters().set_gait(i, wish, 6.0 * t);
     }
-    director.step(nullptr, nullptr);
+    director.step(nullptr, {});
     to_proto(director, message);
     message.SerializeToString(&bytes);
     benchmark::DoNotOptimize(bytes.data());

@@ -19,6 +19,12 @@ constexpr double kLead_1_s = 1.5, kMostLead_m = 0.04;
 constexpr double kGrip_m = 0.005, kGrip_s = 0.1;  // distance and time after which a hand grips
 constexpr double kThere = 0.95, kAtIt = 0.995;    // share of a reach
 constexpr double kEdge_m = 0.10;                  // over the edge of the drawer, not through it
+// A hand is so far above the object's height from this far before the drawer's front on until it is
+// near the object, and comes down there.
+constexpr double kOver_m = 0.08, kBefore_m = 0.10, kRise_m = 0.12, kDown_m = 0.07;
+// A hand that has nothing after this time goes aside, by so much, at least for a while.
+constexpr double kMissed_s = 0.8, kAside_m = 0.12, kAside_s = 0.5;
+constexpr double kFreshSight_s = 0.12;
 constexpr double kGripper_rad_s = 2.0;
 constexpr double kSteady_s = 0.15;  // mean of the opening that is seen
 // The right arm may be too short for the object in a drawer that is open as in the trials.
@@ -73,8 +79,28 @@ void BipedDrawerSequence::release() {
     Hand& hand = hand_[side];
     if (hand.started) turn_hand(side, false, kLetGo_s);
     hand.started = hand.closes = false;
+    hand.missed_s = 0.0;
+    hand.aside_s = -1.0;
   }
   state_.opened_m = 0.0;
+}
+
+/// A closed hand that holds nothing hides where its target has gone: it opens beside it, and comes
+/// back once the target has been seen.
+void BipedDrawerSequence::look_again(const DrawerSeen* seen) {
+  for (const mocap::Side side : {mocap::kLeft, mocap::kRight}) {
+    Hand& hand = hand_[side];
+    const bool has = seen == nullptr || (side == mocap::kLeft ? seen->held : seen->taken);
+    hand.missed_s = hand.closes && !has ? hand.missed_s + options_.dt_s : 0.0;
+    if (hand.missed_s > kMissed_s) {
+      hand.missed_s = hand.aside_s = 0.0;
+      hand.closes = false;
+    }
+    if (hand.aside_s < 0.0) continue;
+    hand.aside_s += options_.dt_s;
+    const bool sees = seen == nullptr || seen->age_s[side] < kFreshSight_s;
+    if (hand.aside_s > kAside_s && sees) hand.aside_s = -1.0;
+  }
 }
 
 void BipedDrawerSequence::move_hands(const DrawerSeen* seen) {
@@ -107,8 +133,17 @@ void BipedDrawerSequence::move_hands(const DrawerSeen* seen) {
     handle = seen->handle_W_m + seen->opened_m * way;
     object = seen->taken ? hand_[mocap::kRight].last_target_m : steady_object(*seen, way);
   }
-  move_hand(mocap::kLeft, handle - state_.opened_m * way, 0.0);
-  move_hand(mocap::kRight, object, kEdge_m);
+  const auto aside = [&](mocap::Side side) -> Vector3d {
+    const double by_m = side == mocap::kLeft ? kAside_m : -kAside_m;
+    return hand_[side].aside_s < 0.0 ? Vector3d::Zero() : Vector3d(by_m * left);
+  };
+  move_hand(mocap::kLeft, handle - state_.opened_m * way + aside(mocap::kLeft), 0.0);
+  move_hand(mocap::kRight, object + aside(mocap::kRight), kEdge_m);
+  if (state_.hand[mocap::kRight] && !(seen != nullptr && seen->taken)) {
+    Vector3d& p = state_.hand[mocap::kRight]->p_W_m;
+    const double open = seen != nullptr ? seen->opened_m : state_.opened_m;
+    p.z() = over_front(on_way(p.head<2>()).x(), p.z(), handle - open * way, object);
+  }
 }
 
 /// The object in a drawer that is open as wished, corrected by the mean difference over some time.
@@ -161,13 +196,25 @@ void BipedDrawerSequence::move_hand(mocap::Side side, const Vector3d& target, do
     hand.led_m += options_.dt_s * kLead_1_s * (goal - robot_.hand_W_m[side]);
     if (hand.led_m.norm() > kMostLead_m) hand.led_m *= kMostLead_m / hand.led_m.norm();
   }
-  const bool near = x > kAtIt && hand.gap_m.norm() < kGrip_m &&
+  const bool near = x > kAtIt && hand.gap_m.norm() < kGrip_m && hand.aside_s < 0.0 &&
                     (!robot_.hands_known || (goal - robot_.hand_W_m[side]).norm() < kGrip_m);
   hand.near_s = near ? hand.near_s + options_.dt_s : 0.0;
   if (hand.started && hand.near_s >= kGrip_s) hand.closes = true;
   Vector3d p = p_joints + x * (goal + hand.led_m - p_joints);
   p.z() += 4.0 * x * (1.0 - x) * over_m;
   state_.hand[side] = HandWish{p, std::clamp(10.0 * x, 0.0, 1.0), hand.closes};
+}
+
+/// Height of a hand that passes over a front to an object; `along_m`: of the hand, on the way.
+double BipedDrawerSequence::over_front(double along_m, double z_m, const Vector3d& front,
+                                       const Vector3d& object) const {
+  const double edge = on_way(front.head<2>()).x(), at = on_way(object.head<2>()).x();
+  const double risen = minimum_jerk(along_m, edge - kBefore_m - kRise_m, edge - kBefore_m),
+               sunk = minimum_jerk(along_m, at - kDown_m, at - 0.2 * kDown_m);
+  constexpr double kFree_m = 0.3, kSoft_m = 0.01;
+  const double least = object.z() + kOver_m - kFree_m * (1.0 - risen) - (kOver_m + 0.1) * sunk;
+  const double off = z_m - least;  // the larger one, without a kink
+  return least + 0.5 * (off + std::sqrt(off * off + kSoft_m * kSoft_m));
 }
 
 void BipedDrawerSequence::move_grippers() {

@@ -12,7 +12,9 @@ namespace mimesis::synthesizer {
 
 namespace {
 
-constexpr double kMoved_m = 0.003;     // move of the measured drawer
+// Move of the drawer that changes the task: on the way, where a new plan costs nothing, and for a
+// robot that stands before it, whose hands follow handle and object by themselves.
+constexpr double kMoved_m = 0.01, kMovedStanding_m = 0.03;
 constexpr double kMargin_rad = 0.005;  // from the joints' limits
 
 constexpr double kSideBySide_m = 0.05;  // feet that may stand so
@@ -151,10 +153,11 @@ std::string BipedDrawerSequence::set_task(const DrawerPlace& task) {
 void BipedDrawerSequence::see_drawer(const DrawerSeen* seen) {
   if (seen == nullptr || seen->taken) return;
   DrawerPlace task = task_;
-  if ((seen->front_W_m - task_.front_W_m).norm() > kMoved_m) task.front_W_m = seen->front_W_m;
+  const double least = state_.action == kStanding ? kMovedStanding_m : kMoved_m;
+  if ((seen->front_W_m - task_.front_W_m).norm() > least) task.front_W_m = seen->front_W_m;
   const double depth =
       on_way(seen->object_W_m.head<2>()).x() + seen->opened_m - on_way(seen->front_W_m).x();
-  if (std::abs(depth - task_.object_depth_m) > kMoved_m) task.object_depth_m = depth;
+  if (std::abs(depth - task_.object_depth_m) > least) task.object_depth_m = depth;
   set_task(task);  // one that moved across stays where it was: see across()
 }
 
@@ -163,15 +166,12 @@ const BipedSequenceState& BipedDrawerSequence::step(const RobotFeedback* robot,
   state_.time_s += options_.dt_s;
   see_drawer(seen);
   see(robot);
-  if (seen != nullptr && seen->hand_W_m) {
-    robot_.hand_W_m = *seen->hand_W_m;
-    robot_.hands_known = true;
-  }
   advance_phase(seen);
   move_upper_body();
   wish_velocity();
   wish_landings();
   start_hands();
+  look_again(seen);
   move_hands(seen);
   state_.distance_m = front_m_ - middle_m();
   return state_;

@@ -5,6 +5,7 @@
 #include "common/math/circle.h"
 #include "common/robot/drawer_size.h"
 #include "common/robot/kinematics.h"
+#include "nodes/synthesizer/robot/drawer_tracker.h"
 #include "nodes/synthesizer/robot/robot_feedback.h"
 #include "nodes/synthesizer/robot/robot_trials.h"
 #include "nodes/synthesizer/sequence/action_maps.h"
@@ -32,17 +33,6 @@ BipedDrawer make_biped_drawer(const robot::Biped& biped);
 /// Learns from given training data, such as trajectories made feasible by a pattern generator.
 BipedDrawer make_biped_drawer(const robot::Biped& biped, const DrawerData& data,
                               const DrawerModelOptions& options = kSevenSources);
-
-/// Measured state of the drawer during the task.
-struct DrawerSeen {
-  Eigen::Vector2d front_W_m = Eigen::Vector2d::Zero();  ///< middle of the closed front
-  Eigen::Vector3d handle_W_m = Eigen::Vector3d::Zero(), object_W_m = Eigen::Vector3d::Zero();
-  double opened_m = 0.0;
-  bool held = false, taken = false;
-  /// The robot's hands, measured by the same sensor: their distance from handle and object does not
-  /// depend on the robot's estimate of its own place. Empty: not seen.
-  std::optional<std::array<Eigen::Vector3d, 2>> hand_W_m = {};
-};
 
 struct BipedSequenceOptions {
   double dt_s = 1.0 / 200.0;
@@ -88,8 +78,9 @@ struct BipedSequenceState {
 /// its steps (GaitClock). At every landing, and when the drawer jumps, the steps are planned again
 /// from where the feet are (plan_steps()). ArmReach corrects the distance of the mixture's hands
 /// from handle and object; a hand that the robot reports elsewhere than wished is led back slowly.
-/// A hand closes when it is there, with its gripper if it has one. The drawer opens on as long as
-/// it is held, and beyond the trials' 0.2 m while the right hand at its end does not reach the
+/// A hand closes when it is there, with its gripper if it has one. One that closes on nothing hides
+/// where its target is now: it goes aside until the camera has seen it. The drawer opens on as long
+/// as it is held, and beyond the trials' 0.2 m while the right hand at its end does not reach the
 /// object. Without feedback the robot is assumed to obey. If no plan leads to the drawer after a
 /// jump, the robot stops with the reason, until the drawer jumps again.
 ///
@@ -161,10 +152,13 @@ class BipedDrawerSequence {
   void wish_landings();
   SolePrint print(const PlannedStep& step, int steps_ahead) const;
   void start_hands();
+  void look_again(const DrawerSeen* seen);
   void turn_hand(mocap::Side side, bool to_target, double duration_s);
   double share_of(mocap::Side side) const;
   void move_hands(const DrawerSeen* seen);
   Eigen::Vector3d steady_object(const DrawerSeen& seen, const Eigen::Vector3d& way) const;
+  double over_front(double along_m, double z_m, const Eigen::Vector3d& front,
+                    const Eigen::Vector3d& object) const;
   void draw_on(const Eigen::Vector3d& object_W_m, const Eigen::Vector3d& way);
   void move_hand(mocap::Side side, const Eigen::Vector3d& target, double over_m);
   void release();
@@ -204,8 +198,10 @@ class BipedDrawerSequence {
     Eigen::Vector3d gap_m = Eigen::Vector3d::Zero(), gap_rate = Eigen::Vector3d::Zero(),
                     led_m = Eigen::Vector3d::Zero(), last_target_m = Eigen::Vector3d::Zero();
     bool has_target = false, closes = false;
-    double near_s = 0.0;  // time at its target
-    int gripper = -1;     // joint
+    double near_s = 0.0;    // time at its target
+    double missed_s = 0.0;  // time closed without getting it
+    double aside_s = -1.0;  // time out of the camera's sight; negative: it is not
+    int gripper = -1;       // joint
     double open_rad = 0.0, closed_rad = 0.0, gripper_rad = 0.0;
   };
   std::array<Hand, 2> hand_;

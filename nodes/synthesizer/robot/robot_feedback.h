@@ -1,5 +1,5 @@
 #pragma once
-#include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <array>
 #include <numbers>
 #include <optional>
@@ -28,8 +28,9 @@ struct RobotFeedback {
   SolePrint landing;                  ///< planned
   std::array<SolePrint, 2> feet;      ///< where they are now: left, right
   int steps = 0;                      ///< landed since the start
-  bool hands_known = false;
+  bool hands_known = false;           ///< by the encoders, as the head
   std::array<Eigen::Vector3d, 2> hand_W_m{Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};
+  std::optional<Eigen::Isometry3d> X_WH = {};  ///< link of the head
 
   bool moves() const {
     return gait == RobotGait::starting || gait == RobotGait::walking || gait == RobotGait::stopping;

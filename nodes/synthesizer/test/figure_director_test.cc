@@ -29,7 +29,7 @@ class FigureRig {
   /// Until the goal is reached or `limit_s` is over. True: reached.
   bool run(double limit_s) {
     for (int k = 0; k < std::lround(limit_s / kFigureDt); ++k) {
-      director().step(nullptr, nullptr);
+      director().step(nullptr, {});
       watch();
       if (director().progress(0).reached) return true;
     }
@@ -156,7 +156,7 @@ TEST(FigureDirector, WithoutADrawerItDoesNotAllocate) {
   for (int k = 0; k < 500; ++k) {
     if (k == 50) rig.director().walk_to(0, {2.0, 1.0});
     if (k == 300) rig.director().stop(0);
-    rig.director().step(nullptr, nullptr);
+    rig.director().step(nullptr, {});
   }
 }
 

@@ -76,6 +76,7 @@ void Stabilizer::without_feedback(const StabilizerPlan& plan, const char* why) {
   command_.X_WS = feet_.fade(plan.pattern);
   command_.dcm_error_W_m.setZero();
   command_.com_W_m.head<2>() = plan.com.p_W_m;
+  command_.X_WB = plan.X_WB_last;
   command_.zmp_W_m = command_.wished_zmp_W_m = zmp;
   command_.saturated = false;
   if (!command_.falling) command_.reason.assign(why);
@@ -135,6 +136,7 @@ const StabilizerCommand& Stabilizer::step(const StabilizerPlan& unadjusted,
   measure_give(sent);
   feedback_.measure(past.com, body.com_W_m.head<2>(), body.com_v_W);
   command_.com_W_m = body.com_W_m;
+  command_.X_WB = body.X_WB;
   command_.dcm_error_W_m = feedback_.error_m();
   watch_fall(body, sent.plan.X_WB_last);
 

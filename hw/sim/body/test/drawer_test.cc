@@ -131,7 +131,10 @@ TEST_F(DrawerTest, JumpsClosedOutOfTheHand) {
   move(handle, kFar, 1);
   move(handle - Vector3d(0.1, 0.0, 0.0), kFar, 100);
   ASSERT_TRUE(drawer_->now().held);
-  move(hands_.p_W_m[0], kFar, 100);  // past 0.9 s
+  move(hands_.p_W_m[0], kFar, 100);  // past 0.9 s, at 1 m/s
+  EXPECT_NEAR(drawer_->now().front_W_m.x(), 1.11, 0.011);
+  EXPECT_FALSE(drawer_->now().held);
+  move(hands_.p_W_m[0], kFar, 50);
   EXPECT_FALSE(drawer_->now().held);
   EXPECT_EQ(drawer_->now().opened_m, 0.0);
   EXPECT_TRUE(drawer_->now().front_W_m.isApprox(Vector3d(1.3, 0.5, 0.0)));
