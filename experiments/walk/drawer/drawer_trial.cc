@@ -140,9 +140,11 @@ class Task {
     out.front_x_m = spec.front_m;
     out.front_y_m = spec.left_m;
     const synthesizer::Drawer& drawer = spec.actions->drawer;
-    out.handle_height_m = drawer.handle_height_m;
+    const double ground_m =
+        hw::sim::ground_height_m(spec.body.slope_rad, {spec.front_m, spec.left_m});
+    out.handle_height_m = ground_m + drawer.handle_height_m;
     out.handle_left_m = drawer.handle_lateral_m;
-    out.object_height_m = drawer.object_height_m;
+    out.object_height_m = ground_m + drawer.object_height_m;
     out.object_depth_m = spec.object_depth_m;
     out.jumps = spec.jumps;
     return out;
@@ -243,8 +245,7 @@ std::vector<DrawerTrialSpec> drawers30(const Robot& robot, const synthesizer::Bi
       DrawerTrialSpec spec;
       spec.robot = &robot;
       spec.actions = &actions;
-      spec.body.plant = options.plant;
-      spec.body.seed = options.seed;
+      spec.body = body_of(options, trials.size());
       spec.walker = options.walker;
       spec.delay_ticks = options.delay_ticks;
       spec.front_m = draw.between(1.2, 2.8);

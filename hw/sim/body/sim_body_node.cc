@@ -141,7 +141,12 @@ SimBodyNode::SimBodyNode(const Params& params, runtime::Bus& bus)
         throw ConfigError("drawer.present: '" + biped_.tree.name() + "' has not two hands");
       }
     }
-    drawer_.emplace(drawer_settings(params.drawer.drawer, biped_));
+    DrawerSettings drawer = drawer_settings(params.drawer.drawer, biped_);
+    const double ground_m =  // it stands there
+        ground_height_m(body_options(params).slope_rad, {drawer.front_x_m, drawer.front_y_m});
+    drawer.handle_height_m += ground_m;
+    drawer.object_height_m += ground_m;
+    drawer_.emplace(drawer);
     gripper_ = {gripper_of(params.drawer.left_gripper, robot::kLeft),
                 gripper_of(params.drawer.right_gripper, robot::kRight)};
   }

@@ -142,16 +142,15 @@ TEST_F(BodySensorsTest, GyroIsTheRateOfTheAttitude) {
 
 /// A hand that is pulled gives way behind the motor, which stays: its encoder sees nothing.
 TEST_F(BodySensorsTest, EncodersOnTheMotorsDoNotSeeTheSprings) {
-  const int elbow = robot_.biped.tree.require_joint("left_elbow");
   BodyWorld joint(robot_.biped, robot_.urdf, {});
   BodyWorld motor(robot_.biped, robot_.urdf, {.senses = {.motor_encoders = true}});
   turn("left_elbow", -0.01);
   for (BodyWorld* world : {&joint, &motor}) {
     world->pull(robot_.biped.hand[0], Vector3d::Zero(), Vector3d(0.0, 0.0, 20.0));
-    step(*world, 400);
+    step(*world, 100);
   }
-  EXPECT_NEAR(motor.sensors().q[elbow], target_[elbow], 1e-9);
-  EXPECT_GT(std::abs(joint.sensors().q[elbow] - target_[elbow]), 1e-3);
+  EXPECT_LT((motor.sensors().q - target_).cwiseAbs().maxCoeff(), 1e-9);
+  EXPECT_GT((joint.sensors().q - target_).cwiseAbs().maxCoeff(), 1e-3);
   EXPECT_EQ(joint.truth().hand_W_m[0], motor.truth().hand_W_m[0]) << "sensors move no robot";
 }
 

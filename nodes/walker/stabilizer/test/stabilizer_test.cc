@@ -24,6 +24,8 @@ struct StabilizerTest : ::testing::Test {
     }
     plan.com = plan.pattern.com;
     plan.X_WB_last = X_WB;
+    settings.imu_attitude = true;  // attitudes below jump
+    settings.slope = false;        // the robot turns on ground that does not
   }
   /// The robot turned about the middle of its feet, which press evenly at `zmp_x_m`.
   Sensors sensors(double tilt_y_rad = 0.0, double zmp_x_m = 0.0) const {
@@ -32,7 +34,7 @@ struct StabilizerTest : ::testing::Test {
     Sensors s = sensors_at(biped, X, biped.half_sitting);
     const double weight = biped.tree.mass_kg() * robot::kGravity;
     for (robot::Wrench& w : s.foot_S) {
-      w.force.z() = 0.5 * weight;
+      w.force = math::exp_so3({0.0, -tilt_y_rad, 0.0}) * Eigen::Vector3d(0.0, 0.0, 0.5 * weight);
       w.moment.y() = -zmp_x_m * 0.5 * weight;
     }
     return s;
