@@ -51,8 +51,8 @@ class AttitudeFilter {
   static constexpr double kLeast_m_s2 = 1.0;
   /// Low pass of e: a foot that lands shakes the accelerometer far more than the robot tilts.
   static constexpr double kSmooth_s = 0.1;
-  /// Limit of e: more is a push, not a tilt. 15 N s from the front tilted the estimate by 0.02 rad,
-  /// and the robot fell.
+  /// Limit of e: more is a push, not a tilt. It does not save a robot that 15 N s push from the
+  /// front at a stand [docs/walking.md 6.8].
   static constexpr double kMost = 0.02;
   /// T at the start: a bias of a usual gyro is small, so that no line through few readings is
   /// trusted to show it.
