@@ -13,7 +13,7 @@ namespace {
 constexpr double kDisc_m = 0.2, kFarGoal_m = 1e4;
 constexpr double kRhythm = 6.0, kStride_m = 0.22;  // 1.32 m/s
 constexpr double kDeep_m = 0.01, kLook_s = 1.0 / 60.0;
-constexpr int kStreaming = 1000, kQueuing = 240, kSeeds = 3;
+constexpr int kStreaming = 1000, kQueuing = 240, kSeeds = 8;
 constexpr double kStreams_s = 6.0, kDoor_s = 30.0;
 constexpr double kCorridor_m = 4.0, kDoor_m = 1.2;
 
@@ -158,13 +158,15 @@ World door(double per_m2, const CrowdSettings& settings, unsigned seed) {
   return world;
 }
 
-bool Quality::as_good_as(const Quality& other) const {
-  return overlaps <= other.overlaps + 1e-3 && flow_1_s >= 0.95 * other.flow_1_s &&
-         delay_s <= 1.05 * other.delay_s + 0.02;
+bool Quality::admissible(const Quality& finest) const {
+  const double unsure_1_s = 2.0 * std::hypot(flow_error_1_s, finest.flow_error_1_s);
+  return overlaps <= 1e-3 && delay_s <= 1.05 * finest.delay_s + 0.02 &&
+         flow_1_s >= 0.95 * finest.flow_1_s - unsure_1_s;
 }
 
 Quality quality(const MakeMovers& make, double per_m2, const CrowdSettings& settings) {
   Quality q{};
+  double squares = 0.0;
   for (unsigned seed = 1; seed <= kSeeds; ++seed) {
     const auto streaming = make(streams(kStreaming, per_m2, settings, seed));
     const auto from = places_of(*streaming);
@@ -180,9 +182,13 @@ Quality quality(const MakeMovers& make, double per_m2, const CrowdSettings& sett
     const auto through = std::ranges::count_if(
         places_of(*queuing), [](const Eigen::Vector2d& p) { return p.x() > 0.0; });
     q.overlaps += 0.5 * (streaming_pairs / kStreaming + queuing_pairs / kQueuing) / kSeeds;
-    q.flow_1_s += static_cast<double>(through) / queuing->time_s() / kSeeds;
+    const double flow_1_s = static_cast<double>(through) / queuing->time_s();
+    q.flow_1_s += flow_1_s / kSeeds;
+    squares += flow_1_s * flow_1_s / kSeeds;
     q.delay_s += (streaming->time_s() - way_m / (kRhythm * kStride_m)) / kSeeds;
   }
+  const double variance = std::max(squares - q.flow_1_s * q.flow_1_s, 0.0);
+  q.flow_error_1_s = std::sqrt(variance / (kSeeds - 1));
   return q;
 }
 

@@ -19,7 +19,6 @@
 #include "experiments/fields/figures.h"
 #include "experiments/harness/figure.h"
 #include "experiments/motion/figures.h"
-#include "experiments/pattern/figures.h"
 #include "experiments/walk/figures.h"
 #include "tools/mimesis/number_check.h"
 #include "tools/mimesis/table.h"
@@ -41,7 +40,6 @@ std::vector<Figure> all_figures() {
   std::vector<Figure> all;
   std::ranges::move(cognition::figures(), std::back_inserter(all));
   std::ranges::move(synthesizer::figures(), std::back_inserter(all));
-  std::ranges::move(walker::figures(), std::back_inserter(all));
   std::ranges::move(crowd::figures(), std::back_inserter(all));
   std::ranges::move(walk::figures(), std::back_inserter(all));
   std::ranges::move(walk::films(), std::back_inserter(all));

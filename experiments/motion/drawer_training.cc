@@ -2,7 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 #include <stdexcept>
+
+#include "common/motion/demix/held_out.h"
 
 namespace mimesis::synthesizer {
 namespace {
@@ -52,7 +55,80 @@ void add_furniture(FilmFrame& to, double front_W_m, const SequenceState& state) 
   add_dot(to, state.object_W_m, 0.035, {40, 150, 80});
 }
 
+// Task of a trial of the data, as ActionMaps::task_of() has it for those it was learned from.
+ActionTask task_of(const std::array<mocap::Trials, kActions>& sets, std::size_t a, std::size_t i) {
+  const mocap::Trial& trial = sets[a].trials[i];
+  return {.length_m = trial.step_length_m,
+          .duration_s = trial.duration_s,
+          .previous_length_m = a == 0 ? 0.0 : sets[a - 1].trials[i].step_length_m,
+          .final_distance_m = trial.task.at(1),
+          .object_depth_m = trial.task.at(2),
+          .object_lateral_m = trial.task.at(3)};
+}
+
+// The mixture that the parameters of an action say, for the rows of one trial.
+demix::Mixture as_mixture(const motion::MotionModel& model, const MotionParameters& p,
+                          Eigen::Index sources) {
+  return {model.sources.topRows(sources), p.weight_rad.leftCols(sources),
+          p.delay_rad.leftCols(sources), p.mean_rad, model.fixed};
+}
+
+double q_about(const Eigen::VectorXd& posture, const Eigen::MatrixXd& truth,
+               const Eigen::MatrixXd& guess) {
+  return 1.0 - (truth - guess).norm() / (truth.colwise() - posture).norm();
+}
+
 }  // namespace
+
+LeftOutDrawer leave_recordings_out(const DrawerData& data) {
+  LeftOutDrawer out;
+  double missing = 0.0, all = 0.0;
+  std::set<std::string> clips;
+  for (const mocap::Trial& t : data.action[0].trials) clips.insert(t.clip);
+  for (const std::string& clip : clips) {
+    const auto is_it = [&](const mocap::Trial& t) { return t.clip == clip; };
+    DrawerData others = data, asked = data;
+    for (std::size_t a = 0; a < kActions; ++a) {
+      others.action[a] = demix::subset(data.action[a], std::not_fn(is_it));
+      asked.action[a] = demix::subset(data.action[a], is_it);
+    }
+    const ActionMaps maps(learn_drawer_model(others));
+    for (const Action a : {kNormalStep, kReachingStep, kStanding}) {
+      const motion::MotionModel& model = maps.model().action[a];
+      const auto rows = asked.action[a].rows_per_trial();
+      const auto sources = a == kNormalStep ? 1 + maps.model().options.first_sources
+                                            : static_cast<int>(model.sources.rows());
+      const demix::Mixture learned =
+          as_mixture(model, parameters_of(model.patterns.front()), sources);
+      const Eigen::MatrixXd& x = asked.action[a].samples;
+      const Eigen::MatrixXd fit =
+          demix::fit_to(asked.action[a], learned, demix::Delays::tied).reconstruct();
+      missing += (x - fit).squaredNorm();
+      all += (x.colwise() - x.rowwise().mean()).squaredNorm();
+      Eigen::MatrixXd mean = Eigen::MatrixXd::Zero(rows, x.cols());
+      const auto count = static_cast<Eigen::Index>(others.action[a].trials.size());
+      for (Eigen::Index i = 0; i < count; ++i) {
+        mean += others.action[a].samples.middleRows(i * rows, rows) / static_cast<double>(count);
+      }
+      for (std::size_t i = 0; i < asked.action[a].trials.size(); ++i) {
+        const auto first = static_cast<Eigen::Index>(i) * rows;
+        const auto q = [&, truth = Eigen::MatrixXd(x.middleRows(first, rows))](const auto& guess) {
+          return q_about(mean.rowwise().mean(), truth, guess);
+        };
+        const MotionParameters p = maps.at(a, task_of(asked.action, a, i));
+        out.action[a].push_back({q(as_mixture(model, p, model.sources.rows()).reconstruct()),
+                                 q(fit.middleRows(first, rows)), q(mean)});
+      }
+    }
+  }
+  out.quality_squared = 1.0 - missing / all;
+  return out;
+}
+
+const LeftOutDrawer& drawer_left_out() {
+  static const LeftOutDrawer out = leave_recordings_out(drawer_data());
+  return out;
+}
 
 const DrawerData& drawer_data() {
   static const DrawerData data = generate_drawer_data(mocap::standard_body(), {}, {});

@@ -12,6 +12,22 @@ const DrawerData& drawer_data();
 /// Learned from them with 3 + 2 periodic sources, with the maps; once per process, some seconds.
 const ActionMaps& drawer_maps();
 
+/// A trial whose recording, with its other paces, was left out of all that is learned: sources,
+/// delays, weights, widths of the maps. Q is about the mean posture of the others: means count.
+struct LeftOutTrial {
+  double predicted;  ///< Q of the motion that the maps give for the trial's task; nothing is fitted
+  double fitted;     ///< Q of weights and means fitted to the trial (demix::fit_to)
+  double mean;       ///< Q of the mean of the other trials
+};
+struct LeftOutDrawer {
+  std::array<std::vector<LeftOutTrial>, kActions> action;
+  double quality_squared;  ///< Q2 of all actions, fitted, means removed as in-sample
+};
+/// Learns once for each recording.
+LeftOutDrawer leave_recordings_out(const DrawerData& data);
+/// Of drawer_data(); once per process.
+const LeftOutDrawer& drawer_left_out();
+
 /// The drawer jumps by `by_m` away from the walker, `at_s` after the start.
 struct DrawerJump {
   double at_s, by_m;

@@ -23,12 +23,17 @@ struct Title {
 inline constexpr std::array kTitles = {
     Title{"power-law",
           "ellipses walked by power laws of speed and curvature [sec. 4.5.1]",
-          {.closed_form = 4, .goal = 12},
+          {.closed_form = 4, .goal = 8},
           1},
     Title{"fig-3.41",
           "accuracy of step sizes and reach of resynthesized robot walks",
-          {.published = 9, .goal = 6},
-          3},
+          {.published = 9, .goal = 12},
+          5},
+    Title{"fig-3.43",
+          "ZMP in walking direction: planned, and measured without filter, with that of the legs "
+          "and of the full body",
+          {.prototype = 2, .goal = 6},
+          0},
     Title{"fig-3.44",
           "robot behaviours for the smallest and largest steps and reaches",
           {.published = 4, .goal = 1},
@@ -51,6 +56,11 @@ inline constexpr std::array kTitles = {
           {.goal = 24},
           5,
           "own"},
+    Title{"second-engine",
+          "the walker judged by MuJoCo beside DART: steps and pushes (needs npm's @mujoco/mujoco)",
+          {.goal = 12},
+          21,
+          "own"},
 };
 
 using PlotDir = std::optional<std::filesystem::path>;
@@ -59,6 +69,7 @@ using Paths = std::vector<std::filesystem::path>;
 reproduce::Report power_law(const PlotDir& plot_dir);
 // The experiments of the drawer study, on shared walks.
 reproduce::Report accuracy(const PlotDir& plot_dir);
+reproduce::Report filtered_zmp(const PlotDir& plot_dir);
 reproduce::Report extremes(const PlotDir& plot_dir);
 Paths extremes_film(const std::filesystem::path& dir);
 reproduce::Report jumps(const PlotDir& plot_dir);
@@ -68,6 +79,8 @@ reproduce::Report falls_table(const PlotDir& plot_dir);
 reproduce::Report peaks(const PlotDir& plot_dir);
 // Another robot.
 reproduce::Report second_robot(const PlotDir& plot_dir);
+// Another physics.
+reproduce::Report second_engine(const PlotDir& plot_dir);
 
 struct FilmTitle {
   const char *name, *title;

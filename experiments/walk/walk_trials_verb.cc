@@ -24,8 +24,8 @@ namespace {
 constexpr const char* kDrawers = "drawers30";
 
 struct Options {
-  std::string suite = "steps30", plant = "springs", robot = "biped", pattern = "nonlinear",
-              senses = "real", out;
+  std::string suite = "steps30", engine = "dart", plant = "springs", robot = "biped",
+              pattern = "nonlinear", senses = "real", out;
   std::vector<std::string> set;
   std::uint64_t seed = 1;
   double slope_forward = 0.0, slope_left = 0.0;
@@ -90,6 +90,7 @@ void set(walker::StabilizerSettings& settings, const std::string& word) {
 
 walk::SuiteOptions suite_options(const Options& o) {
   walk::SuiteOptions suite;
+  suite.engine = o.engine == "mujoco" ? walk::Engine::mujoco : walk::Engine::dart;
   suite.plant = o.plant == "servo" ? hw::sim::Plant::servo : hw::sim::Plant::springs;
   suite.seed = o.seed;
   suite.senses = o.senses == "exact" ? hw::sim::kExactSenses : hw::sim::kRealSenses;
@@ -130,6 +131,7 @@ nlohmann::ordered_json walk_all(const Options& o, std::vector<Spec> trials, cons
   }
   nlohmann::ordered_json summary = walk::summary_json(results);
   summary["suite"] = o.suite;
+  summary["engine"] = o.engine;
   summary["plant"] = o.plant;
   summary["robot"] = o.robot;
   summary["senses"] = o.senses;
@@ -153,7 +155,10 @@ int run_drawers(const Options& o, const walk::Robot& robot) {
 
 int run(const Options& o) {
   const walk::Robot robot = walk::load_robot(o.robot);
-  if (o.suite == kDrawers) return run_drawers(o, robot);
+  if (o.suite == kDrawers) {
+    if (o.engine != "dart") throw ConfigError("--engine: drawers are in DART alone");
+    return run_drawers(o, robot);
+  }
   const auto summary = walk_all<walk::TrialSpec, walk::TrialResult>(
       o, walk::make_suite(o.suite, robot, suite_options(o)), walk::run_trials);
   return summary["falls"] == 0 ? 0 : 1;
@@ -173,6 +178,10 @@ void add_walk_trials(CLI::App& program, int& exit_code) {
       "walk-trials", "Walks of the biped in a physics world, many at once: falls, forces, errors");
   verb->add_option("--suite", o->suite, "Set of trials")
       ->check(CLI::IsMember(suites()))
+      ->capture_default_str();
+  verb->add_option("--engine", o->engine,
+                   "Physics: dart, or mujoco from npm (cmake --build build --target peers)")
+      ->check(CLI::IsMember({"dart", "mujoco"}))
       ->capture_default_str();
   verb->add_option("--plant", o->plant,
                    "How the joints follow: springs, or servos with soft ankles")

@@ -6,27 +6,48 @@
 #include "common/runtime/param_source.h"
 #include "common/time.h"
 #include "nodes/synthesizer/messages_node.h"
+#include "nodes/synthesizer/sequence/drawer_files.h"
 
 namespace mimesis::synthesizer {
 namespace {
 
 using runtime::Time;
 
+/// The trials in the folder of the parameters.
+DrawerData read_drawer(const std::string& folder, const std::vector<std::string>& rows,
+                       const mocap::Body& body) {
+  std::array<mocap::Trials, kActions> sets;
+  for (std::size_t a = 0; a < kActions; ++a) {
+    sets[a] = mocap::read_trials(runtime::find_model_file(folder + "/" + kActionFiles[a]));
+  }
+  return join_actions(std::move(sets), rows, body, folder);
+}
+
 std::unique_ptr<const ActionMaps> learn_drawer(const SynthesizerParams& params) {
   if (!params.drawer) {
+    if (!params.drawer_trials.empty()) {
+      throw ConfigError("synthesizer.drawer_trials: needs synthesizer.drawer: true");
+    }
     if (params.goal.kind != "drawer") return nullptr;
     throw ConfigError("synthesizer.goal.kind: 'drawer' needs synthesizer.drawer: true");
   }
   if (!params.robot.description.empty()) return nullptr;
+  const mocap::Body body = mocap::standard_body();
   GeneratorSettings settings;
   settings.seed = static_cast<std::uint64_t>(params.drawer_seed);
-  return std::make_unique<const ActionMaps>(
-      learn_drawer_model(generate_drawer_data(mocap::standard_body(), Drawer{}, settings)));
+  return std::make_unique<const ActionMaps>(learn_drawer_model(
+      params.drawer_trials.empty() ? generate_drawer_data(body, Drawer{}, settings)
+                                   : read_drawer(params.drawer_trials, drawer_rows(), body)));
 }
 
 std::unique_ptr<const BipedDrawer> learn_robot_drawer(const SynthesizerParams& params) {
   if (!params.drawer || params.robot.description.empty()) return nullptr;
   const robot::Biped biped = model::load_biped(params.robot.description);
+  if (!params.drawer_trials.empty()) {
+    const mocap::Body body = retarget::robot_body(biped.tree, retarget::figure_of(biped));
+    return std::make_unique<const BipedDrawer>(
+        make_biped_drawer(biped, read_drawer(params.drawer_trials, robot_rows(biped), body)));
+  }
   RobotTrialSettings settings = robot_trial_settings(biped);
   settings.seed = static_cast<std::uint64_t>(params.drawer_seed);
   settings.cycle_s = 2.0 * params.robot.asked().step_s;

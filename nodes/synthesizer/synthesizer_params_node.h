@@ -40,8 +40,11 @@ struct SynthesizerParams {
   int characters = 1;                      ///< number of characters [1]
   Formation start;                         ///< where characters stand
   FirstGoalParams goal;
-  bool drawer = false;           ///< learns the actions for drawers at the start (some seconds)
-  int drawer_seed = 1;           ///< seed of the trials of the drawer actions [1]
+  bool drawer = false;  ///< learns the actions for drawers at the start (some seconds)
+  /// folder of the trials that drawer actions are learned from, as `mimesis drawer-trials` writes
+  /// them; empty: they are generated
+  std::string drawer_trials;
+  int drawer_seed = 1;           ///< seed of generated trials of the drawer actions [1]
   CharactersSettings character;  ///< its walk.dt_s follows from rate_hz
   RobotParams robot;
   double beat_stale_s = 5.0;  ///< a beat has ended after this time without a message [s]
@@ -70,6 +73,7 @@ struct SynthesizerParams {
       g("object_depth_m", goal.object_depth_m, 0.0, 1.0);
     });
     v("drawer", drawer);
+    v("drawer_trials", drawer_trials);
     v("drawer_seed", drawer_seed, 0, 1'000'000'000);
     v("style_beta", character.walk.style_beta, 0.01, 1.0);
     v("turn_gain_1_s", character.walk.turn_gain_1_s, 0.1, 10.0);

@@ -16,6 +16,7 @@ constexpr std::array kKnownVerbs{
     KnownVerb{"log", "Records, plays, replays, checks, changes and shows message logs (MCAP)"},
     KnownVerb{"crowd", "Shows the guarantees of theory for a crowd scenario"},
     KnownVerb{"demix", "Learns motion primitives: sources, weights and delays"},
+    KnownVerb{"drawer-trials", "Writes generated trials of the drawer task as files"},
     KnownVerb{"reproduce", "Recomputes a published figure and compares it with its reference"},
     KnownVerb{"walk-trials", "Walks of the biped in the physics world, many at once"}};
 

@@ -18,6 +18,7 @@ void add_node(CLI::App& program, int& exit_code);
 void add_log(CLI::App& program, int& exit_code);
 void add_crowd(CLI::App& program, int& exit_code);
 void add_demix(CLI::App& program, int& exit_code);
+void add_drawer_trials(CLI::App& program, int& exit_code);
 void add_reproduce(CLI::App& program, int& exit_code);
 void add_walk_trials(CLI::App& program, int& exit_code);  ///< only where DART is found
 

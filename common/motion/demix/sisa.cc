@@ -165,7 +165,9 @@ class Demixing {
     const MatrixXd data = with_half(full_, half);
     left_out_ = removed_energy() - data.squaredNorm();
     const std::vector<Start> all =
-        starts(left_by_given(data), options_.sources - given_, options_.tied, given_ > 0);
+        options_.start.rows() > 0
+            ? std::vector<Start>{{to_spectrum(options_.start, kept_, half).colwise().normalized()}}
+            : starts(left_by_given(data), options_.sources - given_, options_.tied, given_ > 0);
     const std::vector<Index> sample = sample_of_groups();
     const bool whole = static_cast<Index>(sample.size()) == groups_.groups;
     const MatrixXd part = whole ? data : MatrixXd(data(Eigen::all, sample));
@@ -262,23 +264,6 @@ VectorXd filter(int half_window, int order) {
   return powers.colPivHouseholderQr().solve(unit).row(0).transpose();
 }
 
-/// Weights of all rows, for sources and delays as they are.
-void fit_weights(const mocap::Trials& set, bool nonnegative, Mixture& m) {
-  const Index harmonics = harmonic_count(set.samples.cols()), half = (harmonics + 3) / 4 * 4;
-  const MatrixXd data = to_spectrum(set.samples, harmonics, half);
-  const Index count = m.source_count();
-  GroupFit fit(half, count, 1, count, nonnegative);
-  fit.set_sources(to_spectrum(m.sources, harmonics, half));
-  VectorXd phi(count), w(count);
-  for (Index n = 0; n < data.cols(); ++n) {
-    phi = m.delay_rad.row(n).transpose();
-    fit.weights(data.col(n).data(), data.col(n).squaredNorm(), phi.data(), w.data());
-    m.weights.row(n) = w.transpose();
-  }
-  m.means = set.samples.rowwise().mean() -
-            m.weights.leftCols(m.fixed) * m.sources.topRows(m.fixed).rowwise().mean();
-}
-
 /// `sources` (named `what` in the message) have the set's period and are finite and not constant.
 void check_given(const MatrixXd& sources, const char* what, Index samples) {
   if (sources.rows() == 0) return;
@@ -306,6 +291,22 @@ void check_known(const mocap::Trials& set, const KnownSources& known) {
 }
 
 }  // namespace
+
+void fit_weights(const mocap::Trials& set, bool nonnegative, Mixture& m) {
+  const Index harmonics = harmonic_count(set.samples.cols()), half = (harmonics + 3) / 4 * 4;
+  const MatrixXd data = to_spectrum(set.samples, harmonics, half);
+  const Index count = m.source_count();
+  GroupFit fit(half, count, 1, count, nonnegative);
+  fit.set_sources(to_spectrum(m.sources, harmonics, half));
+  VectorXd phi(count), w(count);
+  for (Index n = 0; n < data.cols(); ++n) {
+    phi = m.delay_rad.row(n).transpose();
+    fit.weights(data.col(n).data(), data.col(n).squaredNorm(), phi.data(), w.data());
+    m.weights.row(n) = w.transpose();
+  }
+  m.means = set.samples.rowwise().mean() -
+            m.weights.leftCols(m.fixed) * m.sources.topRows(m.fixed).rowwise().mean();
+}
 
 void check_set(const mocap::Trials& set) {
   const Index rows = set.rows_per_trial(), trials = static_cast<Index>(set.trials.size());
@@ -363,8 +364,10 @@ SisaResult sisa(const mocap::Trials& set, const SisaOptions& options) {
   check_given(options.fixed, "fixed", samples);
   check_given(options.known.sources, "known", samples);
   if (options.known.sources.rows() > 0) check_known(set, options.known);
-  check_count(set, options.sources,
-              static_cast<int>(options.fixed.rows() + options.known.sources.rows()));
+  const Index given = options.fixed.rows() + options.known.sources.rows();
+  check_count(set, options.sources, static_cast<int>(given));
+  check_given(options.start, "start", samples);
+  MIMESIS_ASSERT(options.start.rows() == 0 || options.start.rows() + given == options.sources);
   return Demixing(set, options).run();
 }
 

@@ -26,6 +26,9 @@ struct SisaOptions {
   /// Stepwise regression: these follow the fixed ones unchanged; their weights are estimated again
   /// and the other sources are learned from the residual. @see known_sources()
   KnownSources known = {};
+  /// Sources that the learned ones start from instead of harmonics, rows of T samples: those of a
+  /// set that differs little (held_out()). Empty: none.
+  Eigen::MatrixXd start = {};
   int turns = 40;           ///< largest number of alternations (τ, W, S), for each start
   int restarts = 2;         ///< random delays each row starts from in every turn, beside its own
   double tolerance = 1e-4;  ///< a turn that gains less of Q is the last
@@ -82,6 +85,9 @@ struct SmoothOptions {
 /// @throws ConfigError for the window, as sisa() for the set, or if the mixture is not of the set
 SisaResult smooth_sources(const mocap::Trials& set, const Mixture& mixture,
                           const SmoothOptions& options);
+
+/// Weights and means of all rows by least squares, for sources and delays as they are.
+void fit_weights(const mocap::Trials& set, bool nonnegative, Mixture& m);
 
 struct WignerOptions {
   int sources = 4;                            ///< K

@@ -16,9 +16,9 @@ namespace {
 
 using Eigen::Index;
 
-constexpr std::string_view kHeader = "clip,cycle,start_frame,end_frame,duration_s,joint,axis";
+constexpr std::string_view kTrialColumns = "clip,cycle,start_frame,end_frame,duration_s";
 constexpr std::string_view kHouseAxes = "# axes: x forward, y left, z up";
-constexpr std::size_t kNames = 7;  // columns before the samples
+constexpr std::size_t kFirstOption = 5;  // column
 
 std::vector<std::string_view> split(std::string_view line) {
   std::vector<std::string_view> cells;
@@ -69,10 +69,23 @@ class Reader {
       house_axes_ = true;
       any = next_line();
     }
-    if (!any || !line_.starts_with(kHeader)) {
-      fail(fmt::format("not a header of trials, expected '{},t0,t1,...'", kHeader));
+    const std::vector<std::string_view> cells =
+        any ? split(line_) : std::vector<std::string_view>();
+    joint_ = static_cast<std::size_t>(std::ranges::find(cells, "joint") - cells.begin());
+    if (!line_.starts_with(kTrialColumns) || joint_ < kFirstOption || joint_ + 1 >= cells.size() ||
+        cells[kFirstOption - 1] != "duration_s" || cells[joint_ + 1] != "axis") {
+      fail(
+          fmt::format("not a header of trials, expected '{},joint,axis,t0,t1,...'", kTrialColumns));
     }
-    samples_ = split(line_).size() - kNames;
+    for (std::size_t c = kFirstOption; c < joint_; ++c) {
+      if (std::find(cells.begin(), cells.begin() + static_cast<long>(c), cells[c]) !=
+          cells.begin() + static_cast<long>(c)) {
+        fail(fmt::format("column {}: '{}' twice, expected each name once", c + 1, cells[c]));
+      }
+      options_.emplace_back(cells[c]);
+      if (!is_of_trial(cells[c])) set_.task_names.emplace_back(cells[c]);
+    }
+    samples_ = cells.size() - joint_ - 2;
     if (samples_ < 4) fail(fmt::format("{} samples a row, expected at least 4", samples_));
   }
 
@@ -89,10 +102,15 @@ class Reader {
     return value;
   }
 
+  static bool is_of_trial(std::string_view column) {
+    return column == "style" || column == "step_length_m" || column == "turn_rad";
+  }
+
   void add_line() {
     const std::vector<std::string_view> cells = split(line_);
-    if (cells.size() != kNames + samples_) {
-      fail(fmt::format("{} columns, expected {} as the header", cells.size(), kNames + samples_));
+    const std::size_t first = joint_ + 2;  // column of t0
+    if (cells.size() != first + samples_) {
+      fail(fmt::format("{} columns, expected {} as the header", cells.size(), first + samples_));
     }
     Trial trial;
     trial.clip = cells[0];
@@ -101,21 +119,38 @@ class Reader {
     trial.last_frame = parsed<long>(cells[3], 3);
     trial.duration_s = parsed<double>(cells[4], 4);
     if (trial.duration_s <= 0.0) fail("duration_s: expected more than 0");
+    for (std::size_t c = kFirstOption; c < joint_; ++c) add_option(cells[c], c, trial);
     if (set_.trials.empty() || trial.clip != set_.trials.back().clip ||
         trial.cycle != set_.trials.back().cycle) {
       begin_trial(trial);
     }
-    const std::string_view joint = joint_name(cells[5]);
-    add_row(cells[6].empty() ? std::string(joint) : fmt::format("{}.{}", joint, cells[6]));
+    const std::string_view joint = joint_name(cells[joint_]), axis = cells[joint_ + 1];
+    add_row(axis.empty() ? std::string(joint) : fmt::format("{}.{}", joint, axis));
     for (std::size_t t = 0; t < samples_; ++t) {
-      values_.push_back(parsed<double>(cells[kNames + t], kNames + t));
+      values_.push_back(parsed<double>(cells[first + t], first + t));
+    }
+  }
+
+  void add_option(std::string_view cell, std::size_t column, Trial& trial) const {
+    const std::string& name = options_[column - kFirstOption];
+    if (name == "style") {
+      trial.style = cell;
+      return;
+    }
+    const auto value = parsed<double>(cell, column);
+    if (name == "step_length_m") {
+      trial.step_length_m = value;
+    } else if (name == "turn_rad") {
+      trial.turn_rad = value;
+    } else {
+      trial.task.push_back(value);
     }
   }
 
   /// The sets number the joints of the body.
   std::string_view joint_name(std::string_view cell) const {
     if (house_axes_ || cell.find_first_not_of("0123456789") != std::string_view::npos) return cell;
-    const int joint = parsed<int>(cell, 5);
+    const int joint = parsed<int>(cell, joint_);
     if (joint >= kBodyJoints)
       fail(fmt::format("joint {}, expected 0 to {}", joint, kBodyJoints - 1));
     return kBodyJointNames[static_cast<std::size_t>(joint)];
@@ -188,7 +223,8 @@ class Reader {
   std::string file_;
   long number_ = 0;
   bool house_axes_ = false;
-  std::size_t samples_ = 0, row_ = 0;
+  std::size_t joint_ = 0, samples_ = 0, row_ = 0;  // column of the joint; numbers
+  std::vector<std::string> options_;               // names of the columns before the joint's
   std::vector<double> values_;
   Trials set_;
 };
@@ -202,7 +238,9 @@ Trials parse_trials(std::string_view text, const std::string& file) {
 Trials read_trials(const std::string& file) { return parse_trials(read_bytes(file), file); }
 
 void write_trials(const Trials& set, const std::string& file) {
-  std::string text = fmt::format("{}\n{}", kHouseAxes, kHeader);
+  std::string text = fmt::format("{}\n{},style,step_length_m,turn_rad", kHouseAxes, kTrialColumns);
+  for (const std::string& name : set.task_names) text += ',' + name;
+  text += ",joint,axis";
   for (Index t = 0; t < set.samples.cols(); ++t) text += fmt::format(",t{}", t);
   text += '\n';
   const Index rows = set.rows_per_trial();
@@ -210,8 +248,11 @@ void write_trials(const Trials& set, const std::string& file) {
     const Trial& trial = set.trials[static_cast<std::size_t>(n / rows)];
     const std::string& name = set.rows[static_cast<std::size_t>(n % rows)];
     const std::size_t dot = name.rfind('.');
-    text += fmt::format("{},{},{},{},{},{},{}", trial.clip, trial.cycle, trial.first_frame,
-                        trial.last_frame, trial.duration_s, name.substr(0, dot),
+    text += fmt::format("{},{},{},{},{},{},{},{}", trial.clip, trial.cycle, trial.first_frame,
+                        trial.last_frame, trial.duration_s, trial.style, trial.step_length_m,
+                        trial.turn_rad);
+    for (const double value : trial.task) text += fmt::format(",{}", value);
+    text += fmt::format(",{},{}", name.substr(0, dot),
                         dot == std::string::npos ? "" : name.substr(dot + 1));
     for (Index t = 0; t < set.samples.cols(); ++t) text += fmt::format(",{}", set.samples(n, t));
     text += '\n';

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 namespace mimesis::crowd {
 namespace {
 
@@ -44,9 +46,20 @@ TEST(Quality, OfTheBlindIsInTheirOverlaps) {
   EXPECT_GT(ours.delay_s, 0.1);
   EXPECT_GT(ours.flow_1_s, 1.0);
   EXPECT_LT(ours.flow_1_s, blind.flow_1_s);
-  EXPECT_FALSE(blind.as_good_as(ours));
-  EXPECT_FALSE(ours.as_good_as(blind));
-  EXPECT_TRUE(ours.as_good_as(ours));
+  EXPECT_GT(ours.flow_error_1_s, 0.0);
+  EXPECT_FALSE(blind.admissible(blind));
+  EXPECT_TRUE(ours.admissible(ours));
+  const auto worse = [&](double Quality::*what, double by) {
+    Quality q = ours;
+    q.*what += by;
+    return q.admissible(ours);
+  };
+  EXPECT_FALSE(worse(&Quality::overlaps, 2e-3));
+  EXPECT_FALSE(worse(&Quality::delay_s, 0.06 * ours.delay_s + 0.02));
+  EXPECT_TRUE(worse(&Quality::delay_s, -0.1));
+  EXPECT_FALSE(worse(&Quality::flow_1_s,
+                     -0.06 * ours.flow_1_s - 2.0 * std::sqrt(2.0) * ours.flow_error_1_s));
+  EXPECT_TRUE(worse(&Quality::flow_1_s, 0.1));
 }
 
 }  // namespace

@@ -27,7 +27,6 @@ struct Lap {
   TrialResult result;
   double exponent = 0.0;            // exponent of the walked path
   double off_path_m = 0.0;          // mean of the feet, largest
-  double work_j_m = 0.0;            // work of all joints, per metre
   std::vector<Vector2d> track_W_m;  // middle of the feet at every landing
 };
 
@@ -98,7 +97,6 @@ Lap walk_half(const Robot& robot, double beta) {
 
   Lap lap;
   std::vector<Landing> landings;
-  double work_j = 0.0;
   TrialSpec spec;
   spec.name = "power law";
   spec.robot = &robot;
@@ -107,7 +105,6 @@ Lap walk_half(const Robot& robot, double beta) {
   lap.result = run_trial(spec, [&](const TrialTick& tick) {
     const int steps = static_cast<int>(landings.size());
     steering.see(tick.out.pattern);
-    work_j += tick.sensors.torque.cwiseProduct(tick.sensors.dq).cwiseAbs().sum() * walker::kTick_s;
     if (tick.out.pattern.steps <= steps) return;
     const Vector2d p = steering.place();
     landings.push_back({tick.time_s, p});
@@ -116,11 +113,6 @@ Lap walk_half(const Robot& robot, double beta) {
     lap.off_path_m = std::max(lap.off_path_m, (p - p / q.norm()).norm());
   });
   lap.exponent = exponent_of(landings, field);
-  double walked_m = 0.0;
-  for (std::size_t i = 1; i < landings.size(); ++i) {
-    walked_m += (landings[i].middle_W_m - landings[i - 1].middle_W_m).norm();
-  }
-  lap.work_j_m = work_j / walked_m;
   return lap;
 }
 
@@ -165,8 +157,6 @@ Report power_law(const std::optional<std::filesystem::path>& plot_dir) {
                                "a tenth of the way to the next law"));
     report.rows.push_back(at_most(law + ": off the path, largest", lap.off_path_m, 0.02, "m",
                                   "middle of the feet at landings; nothing is published"));
-    report.rows.push_back(at_most(law + ": work of all joints", lap.work_j_m, 300.0, "J/m",
-                                  "bound of what was seen; nothing is published"));
   }
   if (plot_dir) report.plots.push_back(plot(*plot_dir, laps));
   return report;

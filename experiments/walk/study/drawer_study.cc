@@ -291,7 +291,8 @@ DrawerStudy::Outcomes DrawerStudy::naive_resynthesis(Sources s, std::size_t mode
   const synthesizer::LearnedActions& learned = joints(s, model);
   const std::string name = "naive resynthesis " + s.text() + " " + std::to_string(model);
   return known_or(name, chosen_trials(), [&](std::size_t i) {
-    return played(naive_track(learned, reconstructed(learned, i), feasible_->recordings[i]), {});
+    return played(naive_track(learned, reconstructed(learned.maps(), i), feasible_->recordings[i]),
+                  {});
   });
 }
 
@@ -303,7 +304,7 @@ DrawerStudy::Outcomes DrawerStudy::naive_inference(Sources s, Goals which, std::
   const std::string name =
       "naive inference " + s.text() + " " + std::to_string(model) + " " + how.text();
   return known_or(name, numbers_of(which), [&](std::size_t i) {
-    return played(naive_track(learned, inferred(learned, goals[i]), walk[i]), how);
+    return played(naive_track(learned, inferred(learned.maps(), goals[i]), walk[i]), how);
   });
 }
 

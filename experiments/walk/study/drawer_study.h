@@ -113,8 +113,9 @@ class DrawerStudy {
   std::vector<std::size_t> chosen_trials() const;
 
   using Outcomes = std::vector<Outcome>;
-  Outcomes originals();                   ///< chosen trials, straight into the walker
-  Outcomes resynthesis(Sources sources);  ///< their mixtures
+  Outcomes originals();  ///< chosen trials, straight into the walker
+  /// Their mixtures, with feet and hands led to the labels: for forces and ZMP, not for places.
+  Outcomes resynthesis(Sources sources);
   Outcomes inference(Sources sources, Goals which,
                      hw::sim::Plant plant = hw::sim::Plant::springs);  ///< novel_goals() online
   Outcomes extremes();  ///< extreme_goals() online, 4+3 sources

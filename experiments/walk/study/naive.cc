@@ -123,7 +123,7 @@ constexpr double kBeta = 0.2, kTakeOver_s = 0.4;
 /// Plays the three actions at action and phase [0, 1].
 class Player {
  public:
-  Player(const synthesizer::LearnedActions& joints, const JointActions& actions)
+  Player(const synthesizer::LearnedActions& joints, const ActionParameters& actions)
       : joints_(joints), actions_(actions), mixed_(actions[0]) {}
 
   Eigen::VectorXd at(std::size_t action, double share) {
@@ -144,31 +144,31 @@ class Player {
 
  private:
   const synthesizer::LearnedActions& joints_;
-  const JointActions& actions_;
+  const ActionParameters& actions_;
   MotionParameters mixed_;
 };
 
 }  // namespace
 
-JointActions reconstructed(const synthesizer::LearnedActions& joints, std::size_t trial) {
-  JointActions out;
+ActionParameters reconstructed(const synthesizer::ActionMaps& maps, std::size_t trial) {
+  ActionParameters out;
   for (std::size_t a = 0; a < out.size(); ++a) {
-    out[a] = synthesizer::parameters_of(joints.maps().model().action[a].patterns.at(trial));
+    out[a] = synthesizer::parameters_of(maps.model().action[a].patterns.at(trial));
   }
   return out;
 }
 
-JointActions inferred(const synthesizer::LearnedActions& joints, const DrawerGoal& goal) {
-  JointActions out;
+ActionParameters inferred(const synthesizer::ActionMaps& maps, const DrawerGoal& goal) {
+  ActionParameters out;
   synthesizer::ActionTask task = goal.task();
   task.length_m = task.previous_length_m = goal.normal_m;
-  out[0] = joints.maps().at(synthesizer::kNormalStep, task);
+  out[0] = maps.at(synthesizer::kNormalStep, task);
   task.length_m = goal.reaching_m;
-  out[1] = joints.maps().at(synthesizer::kReachingStep, task);
+  out[1] = maps.at(synthesizer::kReachingStep, task);
   task.length_m = 0.0;
   task.duration_s = kStanding_s;
   task.previous_length_m = goal.reaching_m;
-  out[2] = joints.maps().at(synthesizer::kStanding, task);
+  out[2] = maps.at(synthesizer::kStanding, task);
   return out;
 }
 
@@ -181,7 +181,7 @@ JointTrack track_of(const Recording& walk) {
   return out;
 }
 
-JointTrack naive_track(const synthesizer::LearnedActions& joints, const JointActions& actions,
+JointTrack naive_track(const synthesizer::LearnedActions& joints, const ActionParameters& actions,
                        const Recording& walk) {
   JointTrack out = track_of(walk);
   const std::size_t from = walk.begin(1).value();

@@ -19,16 +19,16 @@ struct JointTrack {
 std::vector<walker::StabilizerPlan> implied_reference(const robot::Biped& biped,
                                                       const JointTrack& track);
 
-/// Parameters of the actions 1, 2, 3 for all joints: of a training trial, or for a goal.
-using JointActions = std::array<synthesizer::MotionParameters, synthesizer::kActions>;
-JointActions reconstructed(const synthesizer::LearnedActions& joints, std::size_t trial);
-JointActions inferred(const synthesizer::LearnedActions& joints, const DrawerGoal& goal);
+/// Parameters of the actions 1, 2, 3: of a training trial, or for a goal.
+using ActionParameters = std::array<synthesizer::MotionParameters, synthesizer::kActions>;
+ActionParameters reconstructed(const synthesizer::ActionMaps& maps, std::size_t trial);
+ActionParameters inferred(const synthesizer::ActionMaps& maps, const DrawerGoal& goal);
 
 /// The naive approach [M18 3.8.4, table 3.1]: angles of all joints from their mixture, actions
 /// joined by eq. 3.23. The start from standing, which was not learned, is that of `walk`, from the
 /// pattern generator with the same goal; the mixture takes over in its second action, the
 /// difference fading within half a step. Timing of steps as there, too.
-JointTrack naive_track(const synthesizer::LearnedActions& joints, const JointActions& actions,
+JointTrack naive_track(const synthesizer::LearnedActions& joints, const ActionParameters& actions,
                        const Recording& walk);
 
 /// The recorded angles themselves.

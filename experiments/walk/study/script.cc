@@ -18,11 +18,27 @@ constexpr double kLambda_1_s = 20.0, kFade_s = 0.8;  // as in BipedDrawerSequenc
 // part of action 3 in which the hands' shares grow
 constexpr double kGrowFrom = 0.0, kGrowTo = 0.15;
 constexpr double kPullTo = 0.65;  // as in the trials
+// before a landing, when the pattern generator changes it no more
+constexpr double kFrozen_s = 0.1;
+// sideways, while it stands: tells the generator which foot begins
+constexpr double kRightFirst_m_s = 1e-6;
 
 Action action_of(int number) {
   return number < 2    ? synthesizer::kNormalStep
          : number == 2 ? synthesizer::kReachingStep
                        : synthesizer::kStanding;
+}
+
+/// Travel of the pelvis that the velocity rows of actions 1, 1, 2 ask for, until each sample.
+Eigen::MatrixXd asked_travel(const ActionRows& rows) {
+  const Eigen::Index n = rows[0].cols();
+  Eigen::MatrixXd out = Eigen::MatrixXd::Zero(3, 3 * n);
+  const double dt_s = 2.0 * kStep_s / static_cast<double>(n);
+  for (Eigen::Index k = 1; k < out.cols(); ++k) {
+    const auto& action = rows[action_of(static_cast<int>((k - 1) / n))];
+    out.col(k) = out.col(k - 1) + dt_s * action.col((k - 1) % n).tail<3>();
+  }
+  return out;
 }
 
 }  // namespace
@@ -70,13 +86,16 @@ ScriptRobot::ScriptRobot(const Robot& r)
   }
 }
 
-Script::Script(const ScriptRobot& robot, ActionRows rows, const DrawerGoal& goal)
+Script::Script(const ScriptRobot& robot, ActionRows rows, const DrawerGoal& goal, Led led)
     : robot_(&robot),
       rows_(std::move(rows)),
+      led_(led),
+      travel_(asked_travel(rows_)),
       feet_distance_m_(robot.robot->biped.feet_distance_m),
       kinematics_(robot.upper) {
   const double step = 0.5 * goal.normal_m, last = 3.5 * step + goal.reaching_m;
   landing_m_ = {step, 2.0 * step, 3.0 * step, 4.0 * step, last, last};
+  stand_m_ = last;
   const double front = last + goal.final_distance_m;
   const synthesizer::Drawer& d = robot.drawer;
   target_W_m_[robot::kLeft] << front, d.handle_lateral_m, d.handle_height_m;
@@ -97,7 +116,7 @@ Script::Script(const ScriptRobot& robot, ActionRows rows, const DrawerGoal& goal
 /// Where the joints have a hand in action 3, if the pelvis is above the feet.
 Eigen::Vector3d Script::hand_W_m(robot::Side side, double phase) {
   Eigen::Isometry3d X_WB = Eigen::Isometry3d::Identity();
-  X_WB.translation() << landing_m_.back(), 0.0, robot_->pelvis_height_m;
+  X_WB.translation() << stand_m_, 0.0, robot_->pelvis_height_m;
   kinematics_.update(X_WB,
                      at_phase(rows_[synthesizer::kStanding], phase).head(robot_->upper.dof()));
   return kinematics_.X_WL(robot_->upper.require_link(robot_->figure.wrist[side])) *
@@ -118,6 +137,11 @@ void Script::find_phase(const walker::PatternSample* plan) {
     phase_ = 0.5 * (steps_ % 2 + done);
   }
   if (number_ == last) return;
+  if (number_ == 3 && !led_.feet) {
+    const double off = 0.5 * (plan->foot[0].X_WS(0, 3) + plan->foot[1].X_WS(0, 3)) - stand_m_;
+    stand_m_ += off;
+    for (Eigen::Vector3d& target : target_W_m_) target.x() += off;
+  }
   const Eigen::Index joints = aim_.size();
   const Eigen::MatrixXd& rows = rows_[action_of(number_)];
   const double duration_s = number_ == 3 ? kStanding_s : 2.0 * kStep_s;
@@ -154,6 +178,7 @@ void Script::wish_feet(const walker::PatternSample& plan) {
         0.0};
   };
   w.landing = {};
+  if (!led_.feet) return wish_velocity(plan);
   if (steps_ < 6) w.landing[0] = print(steps_);
   if (steps_ < 6) w.landing[1] = print(steps_ < 5 ? steps_ + 1 : 4);
   w.walk = steps_ < 4;
@@ -163,8 +188,27 @@ void Script::wish_feet(const walker::PatternSample& plan) {
   }
 }
 
+/// The mean that the rows ask for about the next landing. The walk is told to stop when the fifth
+/// landing can no longer be changed: the generator closes the feet in the step after it.
+void Script::wish_velocity(const walker::PatternSample& plan) {
+  walker::Wish& w = wish_.walk;
+  const bool stands = plan.gait == walker::Gait::standing;
+  w.walk = steps_ < 4 || (steps_ == 4 && plan.to_landing_s > kFrozen_s);
+  w.velocity_m_s.setZero();
+  w.yaw_rate_rad_s = 0.0;
+  if (!w.walk) return;
+  // of the samples of the three actions
+  const double share = 1.0 / (3.0 * 2.0 * kStep_s), middle_s = (steps_ + 1) * kStep_s;
+  const Eigen::Vector3d v = (at_phase(travel_, share * (middle_s + 0.5 * kStep_s)) -
+                             at_phase(travel_, share * (middle_s - 0.5 * kStep_s))) /
+                            kStep_s;
+  w.velocity_m_s = v.head<2>();
+  w.yaw_rate_rad_s = v.z();
+  if (stands) w.velocity_m_s.y() = -kRightFirst_m_s;
+}
+
 void Script::wish_hands() {
-  const double share = number_ == 3 ? minimum_jerk(phase_, kGrowFrom, kGrowTo) : 0.0;
+  const double share = led_.hands && number_ == 3 ? minimum_jerk(phase_, kGrowFrom, kGrowTo) : 0.0;
   for (const robot::Side s : robot::kSides) {
     wish_.hand[s].share = share;
     if (share <= 0.0) continue;
@@ -202,7 +246,9 @@ Eigen::RowVectorXd without_sway(const Eigen::RowVectorXd& v) {
   return out;
 }
 
-MatrixXd velocity(const Recording& r, int number, int samples, double length_m) {
+/// Forward velocity of the pelvis; the trials walk straight, and the sway to the sides is the
+/// walker's.
+MatrixXd velocity(const Recording& r, int number, int samples) {
   const MatrixXd p = resample(r, number, samples, [](const Recording::Tick& t) {
     return VectorXd(t.X_WB.translation().head<2>());
   });
@@ -212,10 +258,14 @@ MatrixXd velocity(const Recording& r, int number, int samples, double length_m) 
     v.col(k).head<2>() = (p.col(k + 1) - p.col(k)) * samples / duration_s;
   }
   v.col(samples - 1) = v.col(samples - 2);
-  v.row(0) = without_sway(v.row(0));
-  v.row(0).array() += length_m / duration_s - v.row(0).mean();
   v.row(1).setZero();
   return v;
+}
+
+/// With the travel of the feet.
+void give_travel(Eigen::Ref<MatrixXd> v, double length_m) {
+  v.row(0) = without_sway(v.row(0));
+  v.row(0).array() += length_m / (2.0 * kStep_s) - v.row(0).mean();
 }
 
 /// Joints between pelvis and trunk that turn about y.
@@ -269,11 +319,11 @@ Recording record(const ScriptRobot& robot, Script script) {
   return out;
 }
 
-FeasibleData make_feasible(const ScriptRobot& robot, const synthesizer::DrawerData& data) {
+FeasibleData make_feasible(const ScriptRobot& robot, const synthesizer::DrawerData& data, Led led) {
   const std::size_t trials = data.action[0].trials.size();
   FeasibleData out{data, data, {}};
   out.recordings = in_parallel(trials, [&](std::size_t i) {
-    return record(robot, Script(robot, rows_of(data, i), goal_of(data, i)));
+    return record(robot, Script(robot, rows_of(data, i), goal_of(data, i), led));
   });
   const auto joints = static_cast<Index>(robot.robot->biped.tree.dof());
   const auto upper = static_cast<Index>(robot.upper.dof());
@@ -300,7 +350,8 @@ FeasibleData make_feasible(const ScriptRobot& robot, const synthesizer::DrawerDa
       const MatrixXd above =
           resample(r, number, n, [&](const Recording::Tick& t) { return upright(t, waist); });
       block.topRows(upper) = above(of_tree, Eigen::all);
-      block.bottomRows(3) = velocity(r, number, n, data.action[a].trials[i].step_length_m);
+      block.bottomRows(3) = velocity(r, number, n);
+      if (led.feet) give_travel(block.bottomRows(3), data.action[a].trials[i].step_length_m);
     }
   }
   return out;

@@ -42,13 +42,25 @@ inline constexpr double kArrives = 0.95;  ///< right hand at the object: share o
 inline constexpr double kHolds_s = 1.0;   ///< after action 3
 inline constexpr double kScript_s = kBegin_s + kStep_s + 6 * kStep_s + kStanding_s + kHolds_s;
 
+/// What a script tells a walker of its goal, beside rows.
+struct Led {
+  /// Landings of the feet. False: the pattern generator makes them from the velocity rows alone,
+  /// which ask for each landing the mean from half a step before it until half a step after it: the
+  /// pelvis passes above a foot in the middle of its stance. [M18 3.8.2: "returning the foot
+  /// placements"]
+  bool feet = true;
+  /// Handle and object. False: the hands are where the joints' rows have them.
+  bool hands = true;
+};
+
 /// Actions 1, 1, 2, 3 of given rows as a walker's wishes, without a synthesizer: the first action
 /// is action 1 from standing (one and a half steps long). Feet land where `goal` has them; in
 /// action 3 the hands are where the joints have them from a pelvis above the feet, plus the
-/// remaining distance to handle and object, growing in [M18 eq. 3.12].
+/// remaining distance to handle and object, growing in [M18 eq. 3.12]. `led` takes either away;
+/// what is left of the goal are then handle and object, as seen from the feet that stand.
 class Script {
  public:
-  Script(const ScriptRobot& robot, ActionRows rows, const DrawerGoal& goal);
+  Script(const ScriptRobot& robot, ActionRows rows, const DrawerGoal& goal, Led led = {});
 
   /// `plan`: the walker's last one; null before the first.
   const walker::WalkerWish& step(const walker::PatternSample* plan);
@@ -61,13 +73,17 @@ class Script {
   void find_phase(const walker::PatternSample* plan);
   void move_upper_body();
   void wish_feet(const walker::PatternSample& plan);
+  void wish_velocity(const walker::PatternSample& plan);
   void wish_hands();
   Eigen::Vector3d hand_W_m(robot::Side side, double phase);
 
   const ScriptRobot* robot_;
   ActionRows rows_;
+  Led led_;
+  Eigen::MatrixXd travel_;  ///< asked by the velocity rows, at every sample of the four actions
   double feet_distance_m_;
   std::array<double, 6> landing_m_;  ///< x of the steps, right foot first
+  double stand_m_;                   ///< x of the feet in action 3
   int number_ = -1, steps_ = 0;
   double time_s_ = 0.0, phase_ = 0.0, stood_s_ = 0.0, since_s_ = 0.0;
   robot::Kinematics kinematics_;
@@ -123,12 +139,14 @@ Eigen::MatrixXd resample(const Recording& recording, int number, int samples, co
 /// Training data that a pattern generator has made feasible: the trials of `data` in the same
 /// order, with recorded rows.
 struct FeasibleData {
-  /// Rows as those of `data`: upper-body joints, then kVelocityRows without the sway of a step,
-  /// with the travel of the feet.
+  /// Rows as those of `data`: upper-body joints, then kVelocityRows.
   synthesizer::DrawerData upper_body;
   synthesizer::DrawerData joints;  ///< angles of all joints
   std::vector<Recording> recordings;
 };
-FeasibleData make_feasible(const ScriptRobot& robot, const synthesizer::DrawerData& data);
+/// @param led  in the walks that are recorded. With landings, the forward rows are the mean of a
+/// step and have the labels' travel; without, they are the pelvis' velocity as it is.
+FeasibleData make_feasible(const ScriptRobot& robot, const synthesizer::DrawerData& data,
+                           Led led = {});
 
 }  // namespace mimesis::walk

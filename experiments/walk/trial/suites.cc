@@ -105,6 +105,7 @@ hw::sim::Push push(double at_s, double impulse_ns, double direction_rad) {
 TrialSpec plain(const Robot& robot, const SuiteOptions& o, std::size_t number) {
   TrialSpec spec;
   spec.robot = &robot;
+  spec.engine = o.engine;
   spec.body = body_of(o, number);
   spec.walker = o.walker;
   spec.delay_ticks = o.delay_ticks;

@@ -65,6 +65,7 @@ auto in_parallel(std::size_t n, const Job& job) {
 const std::vector<std::string>& suite_names();
 
 struct SuiteOptions {
+  Engine engine = Engine::dart;
   hw::sim::Plant plant = hw::sim::Plant::springs;
   std::uint64_t seed = 1;  ///< seed of all random numbers
   hw::sim::Senses senses = hw::sim::kRealSenses;

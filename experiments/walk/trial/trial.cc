@@ -7,6 +7,7 @@
 #include "common/error.h"
 #include "common/math/so3.h"
 #include "common/model/files.h"
+#include "experiments/walk/mujoco/mujoco_world.h"
 
 namespace mimesis::walk {
 namespace {
@@ -21,23 +22,13 @@ walker::Sensors to_walker(const hw::sim::BodySensors& s) {
   return {s.q, s.dq, s.R_WI, s.gyro_I, s.specific_force_I, s.foot_S};
 }
 
-hw::sim::PlannedGround ground(const walker::PatternSample& plan) {
-  hw::sim::PlannedGround ground{.zmp_W_m = plan.zmp_W_m};
-  for (const Side side : robot::kSides) {
-    const Eigen::Isometry3d& X_WS = plan.foot[side].X_WS;
-    ground.foot_W_m[side] = X_WS.translation().head<2>();
-    ground.foot_yaw_rad[side] = math::yaw_of(X_WS.linear());
-  }
-  return ground;
-}
-
 /// Sums over a trial.
 class Observer {
  public:
   explicit Observer(double omega_1_s) : omega_(omega_1_s) {}
 
   void tick(const walker::WalkerOutput& out, const hw::sim::BodyTruth& truth) {
-    const hw::sim::PlannedGround plan = ground(out.pattern);
+    const hw::sim::PlannedGround plan = planned_ground(out.pattern);
     judge_.tick(truth, plan);
     if (!truth.fell) {
       add_dcm(hw::sim::truth_to_plan(plan, truth), out, truth);
@@ -102,17 +93,10 @@ void add_times(std::vector<double>& times, TrialResult& result) {
   result.tick_max_s = times.back();
 }
 
-}  // namespace
-
-Robot load_robot(const std::string& name) {
-  const std::string file = name.ends_with(".yaml") ? name : name + ".yaml";
-  return {name, model::urdf_of_biped(file), model::load_biped(file)};
-}
-
-TrialResult run_trial(const TrialSpec& spec, const std::function<void(const TrialTick&)>& watch) {
-  MIMESIS_ASSERT(spec.robot != nullptr);
+/// `watch(out, ends)`: after every tick.
+template <class World, class Watch>
+TrialResult walk_in(World& world, const TrialSpec& spec, const Watch& watch) {
   const robot::Biped& biped = spec.robot->biped;
-  hw::sim::BodyWorld world(biped, spec.robot->urdf_file, spec.body);
   walker::Walker walker(biped, spec.walker);
   for (const hw::sim::Push& push : spec.pushes) world.push(push);
   Observer observer(std::sqrt(robot::kGravity / biped.com_height_m));
@@ -124,9 +108,10 @@ TrialResult run_trial(const TrialSpec& spec, const std::function<void(const Tria
   times.reserve(std::size_t(ticks));
   Clock::duration physics{};
   walker::WalkerWish wish;
-  const Eigen::Vector2d start = world.truth().X_WB.translation().head<2>();
+  const hw::sim::BodyTruth& truth = world.truth();
+  const Eigen::Vector2d start = truth.X_WB.translation().head<2>();
   bool ends = false;
-  for (int k = 0; k < ticks && !world.truth().fell && !ends; ++k) {
+  for (int k = 0; k < ticks && !truth.fell && !ends; ++k) {
     if (spec.wish) wish = spec.wish(k * kTick_s);
     on_their_way.push_back(to_walker(world.sensors()));
     const auto before = Clock::now();
@@ -136,20 +121,50 @@ TrialResult run_trial(const TrialSpec& spec, const std::function<void(const Tria
     world.step({out.q.data(), std::size_t(out.q.size())}, kTick_s);
     physics += Clock::now() - after;
     times.push_back(seconds(after - before));
-    observer.tick(out, world.truth());
-    if (watch) watch({world.time_s(), out, world.truth(), world.sensors(), world, ends});
+    observer.tick(out, truth);
+    watch(out, ends);
   }
   TrialResult result = observer.result();
   result.name = spec.name;
-  result.walked_m = (world.truth().X_WB.translation().head<2>() - start).norm();
+  result.walked_m = (truth.X_WB.translation().head<2>() - start).norm();
   for (Side s : robot::kSides) {
     if (wish.hand[s].share < 1.0) continue;
     result.reach_error_m =
-        std::max(result.reach_error_m, (world.truth().hand_W_m[s] - wish.hand[s].p_W_m).norm());
+        std::max(result.reach_error_m, (truth.hand_W_m[s] - wish.hand[s].p_W_m).norm());
   }
   result.real_time_factor = double(times.size()) * kTick_s / seconds(physics);
   add_times(times, result);
   return result;
+}
+
+}  // namespace
+
+hw::sim::PlannedGround planned_ground(const walker::PatternSample& plan) {
+  hw::sim::PlannedGround ground{.zmp_W_m = plan.zmp_W_m};
+  for (const Side side : robot::kSides) {
+    const Eigen::Isometry3d& X_WS = plan.foot[side].X_WS;
+    ground.foot_W_m[side] = X_WS.translation().head<2>();
+    ground.foot_yaw_rad[side] = math::yaw_of(X_WS.linear());
+  }
+  return ground;
+}
+
+Robot load_robot(const std::string& name) {
+  const std::string file = name.ends_with(".yaml") ? name : name + ".yaml";
+  return {name, model::urdf_of_biped(file), model::load_biped(file)};
+}
+
+TrialResult run_trial(const TrialSpec& spec, const std::function<void(const TrialTick&)>& watch) {
+  MIMESIS_ASSERT(spec.robot != nullptr);
+  if (spec.engine == Engine::mujoco) {
+    MIMESIS_ASSERT(!watch);
+    MujocoWorld world(spec.robot->biped, spec.body);
+    return walk_in(world, spec, [](const walker::WalkerOutput&, bool&) {});
+  }
+  hw::sim::BodyWorld world(spec.robot->biped, spec.robot->urdf_file, spec.body);
+  return walk_in(world, spec, [&](const walker::WalkerOutput& out, bool& ends) {
+    if (watch) watch({world.time_s(), out, world.truth(), world.sensors(), world, ends});
+  });
 }
 
 }  // namespace mimesis::walk

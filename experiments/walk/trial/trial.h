@@ -16,7 +16,12 @@ struct Robot {
 /// @throws ConfigError if it cannot be read
 Robot load_robot(const std::string& name);
 
-/// One walk of the whole chain in the physics, without messages: Walker, delay, BodyWorld.
+enum class Engine {
+  dart,    ///< BodyWorld
+  mujoco,  ///< MujocoWorld, to judge by another physics
+};
+
+/// One walk of the whole chain in the physics, without messages: Walker, delay, world.
 struct TrialSpec {
   std::string name;
   const Robot* robot = nullptr;
@@ -27,6 +32,7 @@ struct TrialSpec {
   std::vector<hw::sim::Push> pushes;
   double duration_s = 10.0;
   int delay_ticks = 1;  ///< delay of sensor readings on their way to the walker
+  Engine engine = Engine::dart;
 };
 
 /// One tick, for plots and for worlds with more than a robot in them.
@@ -58,7 +64,10 @@ struct TrialResult {
   double real_time_factor = 0.0;  ///< simulated seconds per second, for the physics
 };
 
-/// Deterministic except for its times. `watch`: called every tick.
+/// Ground of a plan, for truth_to_plan().
+hw::sim::PlannedGround planned_ground(const walker::PatternSample& plan);
+
+/// Deterministic except for its times. `watch`: called every tick, in DART alone.
 TrialResult run_trial(const TrialSpec& spec,
                       const std::function<void(const TrialTick&)>& watch = {});
 

@@ -10,16 +10,9 @@
 #include "common/error.h"
 #include "common/math/so3.h"
 #include "hw/sim/body/dart_body.h"
+#include "hw/sim/body/fall_judge.h"
 
 namespace mimesis::hw::sim {
-namespace {
-
-// A fall [docs/walking.md 7.1]: the CoM below this share of the standing height, or this tilt of
-// the trunk from the set-points' tilt on level soles: a robot that bends for a low drawer has not
-// fallen.
-constexpr double kFallenShare = 0.6, kFallenTilt_rad = 0.9;
-
-}  // namespace
 
 Eigen::Matrix3d ground_rotation(const Eigen::Vector2d& slope_rad) {
   return (Eigen::AngleAxisd(slope_rad.x(), Eigen::Vector3d::UnitY()) *
@@ -45,7 +38,7 @@ struct BodyWorld::Impl {
         motors(biped, body, options),
         loads(biped, options.payload_kg, options.dt_s),
         errors(options.senses, options.seed),
-        wished(biped.tree) {
+        fall(biped, body.R_WG.col(2)) {
     const int dof = biped.tree.dof();
     set_point = goal = biped.half_sitting;
     start = between = set_point;
@@ -62,7 +55,6 @@ struct BodyWorld::Impl {
              double duration_s);
   void observe();
   void judge_fall();
-  double trunk_tilt();
   void soles(std::array<Eigen::Isometry3d, 2>& X_WS) const;
 
   const robot::Biped biped;
@@ -71,7 +63,7 @@ struct BodyWorld::Impl {
   Motors motors;
   JointLoads loads;
   SensorErrors errors;
-  robot::Kinematics wished;                         ///< kinematics of the set-points
+  FallJudge fall;
   Eigen::VectorXd start, goal, set_point, between;  ///< dof [rad]
   std::vector<RunningPush> pushes;
   std::vector<LinkForce> pulls, forces;  ///< forces: all that act in this step
@@ -192,18 +184,6 @@ void BodyWorld::Impl::observe() {
   judge_fall();
 }
 
-/// The trunk's z axis from where the set-points have it above a level sole: the loaded one.
-double BodyWorld::Impl::trunk_tilt() {
-  const bool left =
-      sensors.foot_S[robot::kLeft].force.z() >= sensors.foot_S[robot::kRight].force.z();
-  wished.update(Eigen::Isometry3d::Identity(), set_point);
-  const Eigen::Matrix3d& R_BS =
-      wished.X_WL(biped.leg[left ? robot::kLeft : robot::kRight].sole).linear();
-  const Eigen::Vector3d up_T = wished.X_WL(biped.trunk).linear().transpose() * R_BS.col(2);
-  const Eigen::Vector3d z_T = body.X_WL(biped.trunk).linear().row(2).transpose();
-  return std::acos(std::clamp(up_T.dot(z_T), -1.0, 1.0));
-}
-
 void BodyWorld::Impl::judge_fall() {
   if (!truth.com_W_m.allFinite() || !sensors.q.allFinite()) {
     diverged = true;
@@ -212,13 +192,10 @@ void BodyWorld::Impl::judge_fall() {
     return;
   }
   if (truth.fell) return;
-  const double height = body.R_WG.col(2).dot(truth.com_W_m);
-  const double tilt = trunk_tilt();
-  if (height < kFallenShare * biped.com_height_m) {
-    truth.how = "centre of mass at " + std::to_string(height) + " m";
-  } else if (tilt > kFallenTilt_rad) {
-    truth.how = "trunk tilted by " + std::to_string(tilt) + " rad";
-  }
+  const bool left =
+      sensors.foot_S[robot::kLeft].force.z() >= sensors.foot_S[robot::kRight].force.z();
+  truth.how = fall.how(truth.com_W_m, body.X_WL(biped.trunk).linear(), set_point,
+                       left ? robot::kLeft : robot::kRight);
   truth.fell = !truth.how.empty();
 }
 

@@ -21,6 +21,7 @@
 #include <limits>
 
 #include "common/error.h"
+#include "hw/sim/body/motor_model.h"
 
 namespace mimesis::hw::sim {
 namespace {
@@ -193,40 +194,8 @@ robot::RobotTree with_payload(const robot::Biped& biped, double payload_kg) {
   return {biped.tree.name(), std::move(links)};
 }
 
-// Figures of the plants [docs/walking.md 7.3]. The damping is small because DART's contact impulses
-// do not know the springs: a strong damper would make loaded joints soft [docs/walking.md 7.2].
-constexpr double kStrong_n_m_rad = 6000.0;  ///< legs and trunk
-constexpr double kAnkleBush_n_m_rad = 1500.0;
-constexpr double kDamping_s = 0.003;  ///< share of the stiffness
-constexpr double kServoGain_1_s = 200.0;
 constexpr double kWeak = 0.2;  ///< share of its torque
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
-
-/// Between the root and the trunk: bears the upper body.
-bool bears_trunk(const robot::Biped& biped, int joint) {
-  const auto& tree = biped.tree;
-  return tree.carries(tree.moved_link(joint), biped.trunk);
-}
-
-bool in_leg(const robot::Biped& biped, int joint) {
-  return std::any_of(biped.leg.begin(), biped.leg.end(), [&](const robot::Biped::Leg& leg) {
-    return std::find(leg.dof.begin(), leg.dof.end(), joint) != leg.dof.end();
-  });
-}
-
-bool in_ankle(const robot::Biped& biped, int joint) {
-  return std::any_of(biped.leg.begin(), biped.leg.end(), [&](const robot::Biped::Leg& leg) {
-    return leg.dof[robot::kAnkleFirst] == joint || leg.dof[robot::kAnkleLast] == joint;
-  });
-}
-
-bool in_knee(const robot::Biped& biped, int joint) {
-  return std::any_of(biped.leg.begin(), biped.leg.end(),
-                     [&](const robot::Biped::Leg& leg) { return leg.dof[robot::kKnee] == joint; });
-}
-
-/// A URDF that says nothing about a motor does not limit it.
-double or_infinite(double limit) { return limit > 0.0 ? limit : kInfinite; }
 
 }  // namespace
 
@@ -348,22 +317,18 @@ void JointLoads::take_off(int link, const Eigen::Vector3d& p_W_m, const Eigen::V
 
 Motors::Motors(const robot::Biped& biped, const DartBody& body, const BodyOptions& options)
     : dt_s_(options.dt_s), motors_(body.dof.size()) {
+  const std::vector<MotorModel> models = motor_models(biped, options);
   for (std::size_t i = 0; i < motors_.size(); ++i) {
-    const int joint = static_cast<int>(i);
-    const robot::Link& link = biped.tree.moved(joint);
     Motor& motor = motors_[i];
+    const MotorModel& model = models[i];
     motor.dof = body.dof[i];
-    const bool strong = in_leg(biped, joint) || bears_trunk(biped, joint);
-    const bool bush = options.plant == Plant::servo && in_ankle(biped, joint);
-    const bool knee = in_knee(biped, joint) && !options.rigid_knees;
-    motor.servo = options.plant == Plant::servo && strong && !bush && !knee;
-    motor.stiffness_n_m_rad =
-        bush ? kAnkleBush_n_m_rad : (strong ? kStrong_n_m_rad : options.arm_stiffness_n_m_rad);
-    motor.damping_n_m_s_rad = kDamping_s * motor.stiffness_n_m_rad;
-    motor.speed_rad_s = options.motor_speed_share * or_infinite(link.max_speed);
-    motor.torque_n_m = options.motor_torque_share * or_infinite(link.max_effort);
-    motor.lower_rad = link.lower;
-    motor.upper_rad = link.upper;
+    motor.servo = model.servo;
+    motor.stiffness_n_m_rad = model.stiffness_n_m_rad;
+    motor.damping_n_m_s_rad = model.damping_n_m_s_rad;
+    motor.speed_rad_s = model.speed_rad_s;
+    motor.torque_n_m = model.torque_n_m;
+    motor.lower_rad = model.lower_rad;
+    motor.upper_rad = model.upper_rad;
     motor.wanted_rad = motor.at_rad = motor.before_rad = motor.dof->getPosition();
     set_up(motor);
   }

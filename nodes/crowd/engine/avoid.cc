@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <utility>
 
@@ -44,7 +45,8 @@ constexpr float kObstacleDepth = 0.3F;  // an obstacle is felt as an agent that 
 constexpr double kSkin = 1e-4;  // gaps are taken smaller by this, for rounding [m]
 constexpr double kClear =
     1e-3;  // gap at which an agent leaves another's disc; without it, it would never be out [m]
-constexpr double kTouch = 0.1;  // gap at which agents push each other [m]
+constexpr double kRounding = 1e-9;  // bounds are kept to this [m/s]
+constexpr double kTouch = 0.1;      // gap at which agents push each other [m]
 // An agent at rest makes room for one that touches it and wants to pass, or rings of agents that
 // have arrived would lock others out.
 constexpr double kIdle = 2.0;  // the other wants to go this much faster
@@ -52,26 +54,26 @@ constexpr double kIdle = 2.0;  // the other wants to go this much faster
 constexpr double kStill = 0.3;  // an agent slower than this share of its wish counts as held
 constexpr double kAside = 0.1;  // less of a step aside than this part is no room
 
-/// The point nearest to `wish` on the line of bound k that is within all others.
-bool on_line(const Eigen::Vector2d& wish, std::span<const Bound> bounds, std::size_t k,
+/// The point nearest to `wish` on a line that is within other bounds.
+bool on_line(const Eigen::Vector2d& wish, const Bound& line, std::span<const Bound* const> others,
              Eigen::Vector2d& best) {
-  const Bound& line = bounds[k];
-  const Eigen::Vector2d along(-line.n.y(), line.n.x()), foot = line.limit_m_s * line.n;
+  const double per = 1.0 / line.n.squaredNorm();  // n may have been rounded
+  const Eigen::Vector2d along(-line.n.y(), line.n.x()), foot = line.limit_m_s * per * line.n;
   double low = -std::numeric_limits<double>::infinity(), high = -low;
-  for (std::size_t j = 0; j < bounds.size(); ++j) {
-    if (j == k) continue;
-    const double slope = bounds[j].n.dot(along);
-    const double room = bounds[j].limit_m_s - bounds[j].n.dot(foot);
+  for (const Bound* other : others) {
+    const double slope = other->n.dot(along);
+    const double room = other->limit_m_s - other->n.dot(foot);
     if (std::abs(slope) < 1e-12) {
-      if (room < -1e-12) return false;
+      if (room < -kRounding) return false;
     } else if (slope > 0.0) {
       high = std::min(high, room / slope);
     } else {
       low = std::max(low, room / slope);
     }
-    if (low > high) return false;
   }
-  best = foot + std::clamp(wish.dot(along), low, high) * along;
+  if (low > high + kRounding) return false;
+  best = foot +
+         (low > high ? 0.5 * (low + high) : std::clamp(wish.dot(along) * per, low, high)) * along;
   return true;
 }
 
@@ -191,33 +193,124 @@ class Meeting {
 
 namespace {
 
+Cell moved(Cell c, int by) { return {c.x + by, c.y + by}; }
+
+/// Agents [from, to) of the grid.
+struct Range {
+  int from, to;
+};
+
+MIMESIS_PART void copy_block(const Grid& grid, int from, const Eigen::Vector2d& origin,
+                             Surroundings& to) {
+  const double *x = grid.x.data() + from, *y = grid.y.data() + from;
+  const float *vx = grid.vx.data() + from, *vy = grid.vy.data() + from;
+  const double ox = origin.x(), oy = origin.y();
+  float* __restrict tx = to.x + to.count;
+  float* __restrict ty = to.y + to.count;
+  float* __restrict tvx = to.vx + to.count;
+  float* __restrict tvy = to.vy + to.count;
+  for (int l = 0; l < Surroundings::kBlock; ++l) tx[l] = static_cast<float>(x[l] - ox);
+  for (int l = 0; l < Surroundings::kBlock; ++l) ty[l] = static_cast<float>(y[l] - oy);
+  for (int l = 0; l < Surroundings::kBlock; ++l) tvx[l] = vx[l];
+  for (int l = 0; l < Surroundings::kBlock; ++l) tvy[l] = vy[l];
+}
+
+MIMESIS_PART void copy_block(const Grid& grid, int from, const Eigen::Vector2d& origin,
+                             Candidates& to) {
+  copy_block(grid, from, origin, static_cast<Surroundings&>(to));
+  const float* radius = grid.radius.data() + from;
+  const std::uint8_t* yields = grid.yields.data() + from;
+  float* __restrict tr = to.radius + to.count;
+  int* __restrict ty = to.yields + to.count;
+  int* __restrict at = to.at + to.count;
+  for (int l = 0; l < Surroundings::kBlock; ++l) tr[l] = radius[l];
+  for (int l = 0; l < Surroundings::kBlock; ++l) ty[l] = yields[l];
+  for (int l = 0; l < Surroundings::kBlock; ++l) at[l] = from + l;
+}
+
+/// Copies ranges, in blocks: what a block has too much, the next one overwrites.
+template <class To>
+MIMESIS_PART void copy_ranges(const Grid& grid, std::span<const Range> ranges,
+                              const Eigen::Vector2d& origin, To& to) {
+  to.count = 0;
+  for (const Range& range : ranges) {
+    int from = range.from;
+    for (; from + Surroundings::kBlock < range.to; from += Surroundings::kBlock) {
+      copy_block(grid, from, origin, to);
+      to.count += Surroundings::kBlock;
+    }
+    copy_block(grid, from, origin, to);
+    to.count += range.to - from;
+  }
+}
+
+MIMESIS_VECTOR_CLONES
+void copy(const Grid& grid, std::span<const Range> ranges, const Eigen::Vector2d& origin,
+          Surroundings& to) {
+  copy_ranges(grid, ranges, origin, to);
+}
+MIMESIS_VECTOR_CLONES
+void copy(const Grid& grid, std::span<const Range> ranges, const Eigen::Vector2d& origin,
+          Candidates& to) {
+  copy_ranges(grid, ranges, origin, to);
+}
+
+/// Copies the agents in the cells from low to high, as many as have room at a time, and calls f.
+template <class To, class F>
+void for_each_batch(const Grid& grid, Cell low, Cell high, const Eigen::Vector2d& origin, To& to,
+                    F&& f) {
+  std::array<Range, 64> ranges;
+  std::size_t count = 0;
+  int total = 0;
+  const auto flush = [&] {
+    copy(grid, {ranges.data(), count}, origin, to);
+    f();
+    count = 0;
+    total = 0;
+  };
+  grid.for_each_range(low, high, [&](int from, int end) {
+    while (from < end) {
+      const int some = std::min(end - from, Surroundings::kMost - total);
+      ranges[count++] = {from, from + some};
+      total += some;
+      from += some;
+      if (total == Surroundings::kMost || count == ranges.size()) flush();
+    }
+  });
+  if (count > 0) flush();
+}
+
 int around_with_enough(const Grid& grid, Cell here) {
-  for (const int around : {1, 2, 3}) {
+  const int most = grid.cells_of_reach();
+  for (int around = most / 4; around < most; ++around) {
     int count = 0;
-    grid.for_each_range(here, around, [&](int from, int to) { count += to - from; });
+    grid.for_each_range(moved(here, -around), moved(here, around),
+                        [&](int from, int to) { count += to - from; });
     if (count >= kEnough) return around;
   }
-  return kAround;
+  return most;
 }
 
 }  // namespace
 
 Eigen::Vector2d nearest_within(const Eigen::Vector2d& wish, std::span<const Bound> bounds) {
-  const auto keeps = [&](const Bound& b) { return b.n.dot(wish) <= b.limit_m_s; };
-  if (std::ranges::all_of(bounds, keeps)) return wish;
-  // The nearest point is on the line of a bound that the wish breaks, or else no motion.
-  Eigen::Vector2d best = Eigen::Vector2d::Zero();
-  double least = wish.squaredNorm();
-  for (std::size_t k = 0; k < bounds.size(); ++k) {
-    Eigen::Vector2d v;
-    if (keeps(bounds[k]) || !on_line(wish, bounds, k, v)) continue;
-    const double off = (v - wish).squaredNorm();
-    if (off < least) {
-      least = off;
-      best = v;
+  // The nearest point within some bounds breaks others: the one that it breaks most goes to these
+  // some, and the nearest point is on its line then [Seidel 1991, linear programs one by one].
+  std::array<const Bound*, Bounds::kMost> kept;
+  std::size_t count = 0;
+  Eigen::Vector2d v = wish;
+  for (;;) {
+    const Bound* worst = nullptr;
+    double most = kRounding;
+    for (const Bound& b : bounds) {
+      const double by = b.n.dot(v) - b.limit_m_s;
+      if (by > most) most = by, worst = &b;
     }
+    if (worst == nullptr) return v;
+    const bool found = on_line(wish, *worst, {kept.data(), count}, v);
+    if (!found || count == kept.size()) return Eigen::Vector2d::Zero();
+    kept[count++] = worst;
   }
-  return best;
 }
 
 void Bounds::add(const Bound& bound) {
@@ -231,17 +324,13 @@ void Bounds::add(const Bound& bound) {
 }
 
 Eigen::Vector2d Bounds::nearest(const Eigen::Vector2d& wish) const {
-  const double most = std::sqrt(wish.squaredNorm());
-  Bound tight[kMost];  // others bound no velocity up to the wish's
-  const auto end = std::copy_if(bounds_, bounds_ + count_, tight,
-                                [&](const Bound& b) { return b.limit_m_s < most; });
-  const Eigen::Vector2d v = nearest_within(wish, {tight, end});
+  const Eigen::Vector2d v = nearest_within(wish, {bounds_, count_});
   const double fast = std::sqrt(v.squaredNorm());
   return fast > speed_ ? Eigen::Vector2d(v * (speed_ / fast)) : v;
 }
 
 void Crowd::Impl::steer_all(parallel::Team* team) {
-  grid.build(table, avoids, settings.avoid.reach_m / kAround);
+  grid.build(table, avoids, settings.avoid.reach_m);
   parallel::for_each(team, grid.side(), [this](int row) { steer_row(row); });
 }
 
@@ -265,34 +354,27 @@ void Crowd::Impl::steer_row(int grid_row) {
     const auto begin = static_cast<std::size_t>(grid.begin(cell));
     const auto end = static_cast<std::size_t>(grid.end(cell));
     for (std::size_t first = begin; first < end; ++first) {
-      const Cell here = grid.cell_at(grid.x[first], grid.y[first]);
-      const auto same = [&](std::size_t i) { return grid.cell_at(grid.x[i], grid.y[i]) == here; };
+      const Cell here = grid.cell[first];
+      const auto same = [&](std::size_t i) { return grid.cell[i] == here; };
       bool done = false;
       for (std::size_t i = begin; i < first; ++i) done = done || same(i);
       if (done) continue;
       const Eigen::Vector2d origin((static_cast<double>(here.x) + 0.5) * grid.cell_m(),
                                    (static_cast<double>(here.y) + 0.5) * grid.cell_m());
-      const auto flush = [&] {
+      const int around = around_with_enough(grid, here);
+      for_each_batch(grid, moved(here, -around), moved(here, around), origin, near, [&] {
         near.pad();
         for (std::size_t i = first; i < end; ++i) {
           if (!is_ours(i) || !same(i)) continue;
           turn[static_cast<std::size_t>(grid.row[i])] +=
               static_cast<double>(steer(near, steered(i, origin), params));
         }
-        near.count = 0;
-      };
-      near.count = 0;
-      grid.for_each_range(here, around_with_enough(grid, here), [&](int from, int to) {
-        for (auto j = static_cast<std::size_t>(from); j < static_cast<std::size_t>(to); ++j) {
-          near.add(grid.x[j] - origin.x(), grid.y[j] - origin.y(), grid.vx[j], grid.vy[j]);
-          if (near.full()) flush();
-        }
       });
-      if (near.count > 0) flush();
       if (obstacles.empty()) continue;
       for (std::size_t i = first; i < end; ++i) {
         if (!is_ours(i) || !same(i)) continue;
         const Eigen::Vector2d p(grid.x[i], grid.y[i]);
+        near.count = 0;
         obstacles.for_each_near(p, [&](const Obstacles::Near& o) {
           const Eigen::Vector2d at = (o.distance_m + static_cast<double>(kObstacleDepth)) * o.n;
           if (!near.full()) near.add(at.x(), at.y(), 0.0F, 0.0F);
@@ -301,7 +383,6 @@ void Crowd::Impl::steer_row(int grid_row) {
         near.pad();
         turn[static_cast<std::size_t>(grid.row[i])] +=
             static_cast<double>(steer(near, steered(i, p), params));
-        near.count = 0;
       }
     }
   }
@@ -350,38 +431,50 @@ Eigen::Vector2d Crowd::Impl::parted(std::size_t at, const Eigen::Vector2d& wish,
 
 namespace {
 
-constexpr int kBatch = 64;
-
-/// An agent that others may bound.
+/// An agent that others may bound, at the origin of its candidates.
 struct Reach {
-  Eigen::Vector2d p, u;
-  double radius, headway_s, fastest, range2;
+  float ux, uy, radius, headway_s, fastest, range;
 };
 
-/// Squares of the distances of agents whose bound may be below `fastest`, or that are near; -1 of
-/// others. Without roots: the limit is gap/headway + v·r/d of those that do not yield, of others no
-/// more than gap/headway nor gap/(2 headway) + (u + v)·r/(2d).
+/// Bounds of all candidates; `chosen` are those that the agent has to heed. At the same point there
+/// is no direction: that is left to the caller.
 MIMESIS_VECTOR_CLONES
-void measure(const Grid& grid, int begin, int end, const Reach& a, double* out) {
-  const double *x = grid.x.data() + begin, *y = grid.y.data() + begin;
-  const float *vx = grid.vx.data() + begin, *vy = grid.vy.data() + begin;
-  const float* radius = grid.radius.data() + begin;
-  const std::uint8_t* yields = grid.yields.data() + begin;
-  const double px = a.p.x(), py = a.p.y(), ux = a.u.x(), uy = a.u.y(), own = a.radius;
-  const double headway = a.headway_s, fastest = a.fastest, range2 = a.range2;
-  const int n = end - begin;
-  for (int k = 0; k < n; ++k) {
-    const double dx = x[k] - px, dy = y[k] - py, d2 = dx * dx + dy * dy;
-    const double ox = static_cast<double>(vx[k]), oy = static_cast<double>(vy[k]);
-    const double half = yields[k] != 0 ? 0.5 : 1.0, with = yields[k] != 0 ? 1.0 : 0.0;
-    const double time = headway / half;
-    const double lead = d2 + time * half * ((with * ux + ox) * dx + (with * uy + oy) * dy);
-    const double touch = own + static_cast<double>(radius[k]) + kSkin;
-    const double most = time * fastest + touch;
-    const double near = touch + (headway * fastest > kTouch ? headway * fastest : kTouch);
-    const bool bounds = (d2 <= near * near) | (lead <= 0.0) | (lead * lead <= most * most * d2);
-    out[k] = (bounds & (d2 <= range2)) ? d2 : -1.0;
+void bound(Candidates& c, const Reach& a) {
+  const float ux = a.ux, uy = a.uy, own = a.radius, fastest = a.fastest;
+  const float per = 1.0F / a.headway_s, range2 = a.range * a.range;
+  constexpr float kSkinF = static_cast<float>(kSkin), kTouchF = static_cast<float>(kTouch);
+  const int end =
+      (c.count + Surroundings::kBlock - 1) / Surroundings::kBlock * Surroundings::kBlock;
+  const float* __restrict x = c.x, * __restrict y = c.y, * __restrict vx = c.vx, * __restrict vy = c.vy;
+  const float* __restrict radius = c.radius;
+  const int* __restrict yields = c.yields;
+  float* __restrict nx = c.nx, * __restrict ny = c.ny, * __restrict gap = c.gap, * __restrict limit = c.limit;
+  int* __restrict heeded = c.heeded;
+  for (int base = 0; base < end; base += Surroundings::kBlock) {
+    for (int k = base; k < base + Surroundings::kBlock; ++k) {
+      const float d2 = x[k] * x[k] + y[k] * y[k];
+      const float d = std::sqrt(d2), per_d = 1.0F / (d > 1e-9F ? d : 1e-9F);
+      const float to_x = x[k] * per_d, to_y = y[k] * per_d;
+      const float room = d - (own + radius[k]);
+      const float along = vx[k] * to_x + vy[k] * to_y;
+      const float mean = 0.5F * (ux * to_x + uy * to_y + along);
+      const float open = room - kSkinF > 0.0F ? (room - kSkinF) * per : 0.0F;
+      const float h = 0.5F * open, below = mean < h ? mean : h;
+      const float shared = h + (below > -h ? below : -h), lone = open + along;
+      const float most = yields[k] != 0 ? shared : lone;
+      nx[k] = to_x;
+      ny[k] = to_y;
+      gap[k] = room;
+      limit[k] = most;
+      heeded[k] = ((most < fastest) | (room <= kTouchF)) & (d2 <= range2) ? 1 : 0;
+    }
   }
+  int chosen = 0;
+  for (int k = 0; k < c.count; ++k) {
+    c.chosen[chosen] = k;
+    chosen += heeded[k];
+  }
+  c.heed = chosen;
 }
 
 }  // namespace
@@ -394,44 +487,47 @@ Meeting Crowd::Impl::met(std::size_t at, const Eigen::Vector2d& wish, double fas
   const Eigen::Vector2d u(static_cast<double>(grid.vx[at]), static_cast<double>(grid.vy[at]));
   const double radius = static_cast<double>(grid.radius[at]);
   Meeting meeting(s, wish);
-  const double range = std::min(s.reach_m, radius + grid.largest_radius() + kSkin +
-                                               2.0 * s.headway_s * (fastest + grid.fastest()));
-  const int around = static_cast<int>(std::ceil(range / grid.cell_m()));
-  const Reach reach{p, u, radius, s.headway_s, fastest, range * range};
-  grid.for_each_range(grid.cell_at(p.x(), p.y()), around, [&](int from, int to) {
-    for (int base = from; base < to; base += kBatch) {
-      std::array<double, kBatch> d2s;  // of those that may bound it, or negative
-      measure(grid, base, std::min(base + kBatch, to), reach, d2s.data());
-      for (auto j = static_cast<std::size_t>(base);
-           j < static_cast<std::size_t>(std::min(base + kBatch, to)); ++j) {
-        const double d2 = d2s[j - static_cast<std::size_t>(base)];
-        if (d2 < 0.0 || j == at) continue;
-        const double dx = grid.x[j] - p.x(), dy = grid.y[j] - p.y();
-        const double touch = radius + static_cast<double>(grid.radius[j]);
-        const double ox = static_cast<double>(grid.vx[j]), oy = static_cast<double>(grid.vy[j]);
-        const bool shares = grid.yields[j] != 0;
-        const double d = std::sqrt(d2);
-        const auto other = static_cast<std::size_t>(grid.row[j]);
-        const Eigen::Vector2d n =
-            d > 1e-9 ? Eigen::Vector2d(dx / d, dy / d) : apart(table.id[row], table.id[other]);
-        const double gap = d - touch, along = ox * n.x() + oy * n.y();
-        meeting.meet(n, gap,
-                     shares ? shared_limit(gap - kSkin, s.headway_s, 0.5 * (u.dot(n) + along))
-                            : lone_limit(gap - kSkin, s.headway_s, along));
-        if (gap > kTouch || avoids[other] == 0) continue;
-        const Eigen::Vector2d its(wish_x[other], wish_y[other]);
-        const bool first = table.id[row] < table.id[other];
-        if (table.role[other] == Role::own) {
-          meeting.face(n, gap, its, first);
-          // the wishes of another coordinator's agents are unknown
-        } else if (yields(table.role[other])) {
-          const CosSin h = cos_sin_lane(table.heading[other]);
-          meeting.face(n, gap, meeting.fast() * Eigen::Vector2d(h.cos, h.sin), first);
-        }
-        meeting.feel(n, its, grid.pressed[j]);
-      }
-    }
-  });
+  // Limits of who yields are gap/(2 headway) + (u + v)·n/2 or more, of others gap/headway + v·n.
+  const double range = std::min(
+      s.reach_m, radius + grid.largest_radius() + kSkin +
+                     s.headway_s * (2.0 * fastest + std::sqrt(u.squaredNorm()) + grid.fastest()));
+  const Reach reach{grid.vx[at],
+                    grid.vy[at],
+                    grid.radius[at],
+                    static_cast<float>(s.headway_s),
+                    static_cast<float>(fastest),
+                    static_cast<float>(range)};
+  Candidates near;
+  for_each_batch(grid, grid.cell_at(p.x() - range, p.y() - range),
+                 grid.cell_at(p.x() + range, p.y() + range), p, near, [&] {
+                   bound(near, reach);
+                   for (int chosen = 0; chosen < near.heed; ++chosen) {
+                     const int k = near.chosen[chosen];
+                     const auto j = static_cast<std::size_t>(near.at[k]);
+                     if (j == at) continue;
+                     const auto other = static_cast<std::size_t>(grid.row[j]);
+                     Eigen::Vector2d n(static_cast<double>(near.nx[k]),
+                                       static_cast<double>(near.ny[k]));
+                     const double gap = static_cast<double>(near.gap[k]);
+                     double limit = static_cast<double>(near.limit[k]);
+                     if (near.x[k] == 0.0F && near.y[k] == 0.0F) {
+                       n = apart(table.id[row], table.id[other]);
+                       limit = 0.0;
+                     }
+                     meeting.meet(n, gap, limit);
+                     if (gap > kTouch || avoids[other] == 0) continue;
+                     const Eigen::Vector2d its(wish_x[other], wish_y[other]);
+                     const bool first = table.id[row] < table.id[other];
+                     if (table.role[other] == Role::own) {
+                       meeting.face(n, gap, its, first);
+                       // the wishes of another coordinator's agents are unknown
+                     } else if (yields(table.role[other])) {
+                       const CosSin h = cos_sin_lane(table.heading[other]);
+                       meeting.face(n, gap, meeting.fast() * Eigen::Vector2d(h.cos, h.sin), first);
+                     }
+                     meeting.feel(n, its, grid.pressed[j]);
+                   }
+                 });
   obstacles.for_each_near(p, [&](const Obstacles::Near& o) {
     const double gap = o.distance_m - radius;
     meeting.meet(o.n, gap, lone_limit(gap - kSkin, s.headway_s, 0.0));

@@ -7,30 +7,40 @@
 
 namespace mimesis::crowd {
 
-void Grid::build(const Table& t, const std::vector<std::uint8_t>& avoids, double cell_m) {
+std::int64_t Grid::count(const Table& t, double cell_m) {
   const auto n = static_cast<std::size_t>(t.size());
   cell_m_ = cell_m;
+  start_.assign((std::size_t{1} << (2 * bits_)) + 1, 0);
+  const double per = 1.0 / cell_m;
+  std::int64_t squares = 0;
+  for (std::size_t i = 0; i < n; ++i) {
+    const Cell c = cell_by_row_[i] = cell_of(t.x[i], t.y[i], per);
+    squares += 2 * start_[torus(c)]++ + 1;
+  }
+  return squares;
+}
+
+void Grid::build(const Table& t, const std::vector<std::uint8_t>& avoids, double reach_m) {
+  const auto n = static_cast<std::size_t>(t.size());
   while ((std::size_t{1} << (2 * bits_)) < 4 * n) ++bits_;  // few cells are another's, too
-  const std::int64_t mask = side() - 1;
-  const std::size_t cells = std::size_t{1} << (2 * bits_);
-  start_.assign(cells + 1, 0);
-  cell_.resize(n);
   for (auto* column : {&x, &y}) column->resize(n + kPad);
   for (auto* column : {&vx, &vy, &radius}) column->resize(n + kPad);
   yields.resize(n + kPad);
   pressed.resize(n + kPad);
   row.resize(n + kPad);
-  const double per = 1.0 / cell_m;
-  for (std::size_t i = 0; i < n; ++i) {
-    const Cell c = cell_of(t.x[i], t.y[i], per);
-    cell_[i] = static_cast<int>(((c.y & mask) << bits_) | (c.x & mask));
-    ++start_[static_cast<std::size_t>(cell_[i]) + 1];
+  cell.resize(n);
+  cell_by_row_.resize(n);
+  cells_of_reach_ = 4;
+  if (count(t, reach_m / cells_of_reach_) > kCrowded * static_cast<std::int64_t>(n)) {
+    cells_of_reach_ = 8;
+    count(t, reach_m / cells_of_reach_);
   }
-  for (std::size_t c = 0; c < cells; ++c) start_[c + 1] += start_[c];
-  next_.assign(start_.begin(), start_.end() - 1);
+  for (std::size_t c = 1; c < start_.size(); ++c) start_[c] += start_[c - 1];
   float largest = 0.0F, fastest = 0.0F;
-  for (std::size_t i = 0; i < n; ++i) {
-    const auto to = static_cast<std::size_t>(next_[static_cast<std::size_t>(cell_[i])]++);
+  for (std::size_t i = n; i-- > 0;) {  // ends of the cells become their begins
+    const Cell c = cell_by_row_[i];
+    const auto to = static_cast<std::size_t>(--start_[torus(c)]);
+    cell[to] = c;
     x[to] = t.x[i];
     y[to] = t.y[i];
     vx[to] = t.vx[i];

@@ -14,9 +14,10 @@ namespace mimesis::crowd {
 /// Others around one agent, in floats relative to a point near it [m, m/s].
 struct Surroundings {
   static constexpr int kLanes = 16;
+  static constexpr int kBlock = 8;    // copied at a time
   static constexpr int kMost = 1024;  // a multiple of the lanes
 
-  float x[kMost], y[kMost], vx[kMost], vy[kMost];
+  float x[kMost + kBlock], y[kMost + kBlock], vx[kMost + kBlock], vy[kMost + kBlock];
   int count = 0;
   bool full() const { return count == kMost; }
   void add(double x_m, double y_m, float vx_m_s, float vy_m_s) {
@@ -27,6 +28,15 @@ struct Surroundings {
   }
   /// Fills the last lanes up to a multiple of 16 with an agent out of reach.
   void pad();
+};
+
+/// Others that may bound an agent's velocity, relative to it, and their bounds.
+struct Candidates : Surroundings {
+  float radius[kMost + kBlock];
+  int yields[kMost + kBlock], at[kMost + kBlock];  // place in the grid
+  float nx[kMost], ny[kMost], gap[kMost], limit[kMost];
+  int heeded[kMost], chosen[kMost];
+  int heed = 0;  // how many are chosen
 };
 
 struct SteerParams {
@@ -73,18 +83,18 @@ inline double lone_limit(double gap_m, double headway_s, double other_m_s) {
 }
 
 /// The velocity within all bounds that is nearest to the wish; never faster than the wish.
-/// O(bounds²), in the order of the bounds.
+/// A few times O(bounds).
 Eigen::Vector2d nearest_within(const Eigen::Vector2d& wish_m_s, std::span<const Bound> bounds);
 
 /// The tightest of all bounds, and below them a speed that keeps those that found no room.
 class Bounds {
  public:
+  static constexpr std::size_t kMost = 48;  // discs that are equal: no more than 6 touch one
   void add(const Bound& bound);
   /// Like `nearest_within`.
   Eigen::Vector2d nearest(const Eigen::Vector2d& wish_m_s) const;
 
  private:
-  static constexpr std::size_t kMost = 48;  // discs that are equal: no more than 6 touch one
   Bound bounds_[kMost];
   std::size_t count_ = 0;
   double speed_ = std::numeric_limits<double>::infinity();
@@ -93,29 +103,25 @@ class Bounds {
 /// Parts of `steer`, compiled for the instruction set of their caller.
 namespace rows {
 
-/// e^x of x ≤ 0, to 2e-7; 0 below -80.
+/// e^x of x ≤ 0, to 3e-6; 0 below -80.
 MIMESIS_PART float exp_lane(float x) {
   constexpr float kMagic = 12582912.0F;  // 1.5·2²³; its low bits take n
   const float y = x > -80.0F ? x : -80.0F;
   const float n = (y * 1.44269504F + kMagic) - kMagic;
-  const float r = (y - n * 0.693359375F) + n * 2.12194440e-4F;
-  float p = 1.0F / 720.0F;
-  p = p * r + 1.0F / 120.0F;
-  p = p * r + 1.0F / 24.0F;
-  p = p * r + 1.0F / 6.0F;
-  p = p * r + 0.5F;
-  p = p * r + 1.0F;
-  p = p * r + 1.0F;
+  const float r = (y - n * 0.693359375F) + n * 2.12194440e-4F, r2 = r * r;
+  const float p =
+      (1.0F + r) + r2 * ((0.5F + r * (1.0F / 6.0F)) + r2 * (1.0F / 24.0F + r * (1.0F / 120.0F)));
   const auto bits = (std::bit_cast<std::uint32_t>(n + kMagic) + 127U) << 23U;
   return p * std::bit_cast<float>(bits);
 }
 
 /// θ² of cos θ, θ in [0, π], to 7e-5 of θ [Abramowitz, Stegun, 4.4.45].
 MIMESIS_PART float squared_angle(float cosine) {
-  const float c = cosine < 0.0F ? -cosine : cosine;
+  const float c = std::fabs(cosine);  // a selection would make two branches of all below
   const float rest = 1.0F - c;
   const float root = std::sqrt(rest > 0.0F ? rest : 0.0F);
-  const float front = root * (((-0.0187293F * c + 0.0742610F) * c - 0.2121144F) * c + 1.5707288F);
+  const float front =
+      root * ((1.5707288F - 0.2121144F * c) + c * c * (0.0742610F - 0.0187293F * c));
   const float theta = cosine < 0.0F ? 3.14159265F - front : front;
   return theta * theta;
 }
@@ -132,34 +138,57 @@ MIMESIS_PART float steer_around(const Surroundings& around, const Steered& self,
   // The heading less the angle by which others stand further left.
   const float hx = self.cos_heading * p.cos_right + self.sin_heading * p.sin_right;
   const float hy = self.sin_heading * p.cos_right - self.cos_heading * p.sin_right;
-  for (int k = 0; k < around.count; k += kLanes) {
-    const float *ox = around.x + k, *oy = around.y + k, *ovx = around.vx + k, *ovy = around.vy + k;
-    for (int l = 0; l < kLanes; ++l) {
-      const float rx = ox[l] - x, ry = oy[l] - y;
-      const float d2 = rx * rx + ry * ry;
-      const bool near = (d2 < reach2) & (d2 > 1e-12F);
-      const float per_d = 1.0F / std::sqrt(d2 + 1e-20F);
-      const float sine = (hy * rx - hx * ry) * per_d, cosine = (hx * rx + hy * ry) * per_d;
-      // sin(φ − φᵢⱼ) exp(−(φᵢⱼ − φ)²/2σ_φ²) exp(−d²/2σ_d²) [M18 eq. 3.26]
-      const float avoid = sine * exp_lane(-(squared_angle(cosine) * per_angle + d2 * per_distance));
-
-      // avoidance at the closest approach of two agents that go straight on [M18 eq. 3.27]
-      const float wx = ovx[l] - vx, wy = ovy[l] - vy;
-      const float w2 = wx * wx + wy * wy, rw = rx * wx + ry * wy;
-      const bool ahead = (w2 > 1e-12F) & (rw < 0.0F);
-      const float time = -rw / (w2 + 1e-20F);
-      const float cx = rx + time * wx, cy = ry + time * wy;          // closest
-      const float qx = rx + time * ovx[l], qy = ry + time * ovy[l];  // where the other is then
-      const float q2 = qx * qx + qy * qy;
-      const bool here = q2 < 1e-12F;  // it comes to where the agent stands: as if straight ahead
-      const float per_q = 1.0F / std::sqrt(q2 + 1e-20F);
-      const float there_sine = here ? -sin_right : (hy * qx - hx * qy) * per_q;
-      const float there_cosine = here ? cos_right : (hx * qx + hy * qy) * per_q;
-      const float predict =
-          there_sine * exp_lane(-(squared_angle(there_cosine) * per_angle +
-                                  (cx * cx + cy * cy) * per_distance + time * per_time));
-      const float both = avoid_gain * avoid + (ahead ? predict_gain * predict : 0.0F);
-      sum[l] += near ? both : 0.0F;
+  // In stages, each over some lanes: one lane after the other would wait for its roots and
+  // quotients.
+  constexpr int kStage = 4 * kLanes;
+  float sine[kStage], exponent[kStage], there_sine[kStage], there_exponent[kStage];
+  for (int begin = 0; begin < around.count; begin += kStage) {
+    const int end = around.count - begin < kStage ? around.count - begin : kStage;
+    for (int k = 0; k < end; k += kLanes) {
+      const float *ox = around.x + begin + k, *oy = around.y + begin + k;
+      float *to_sine = sine + k, *to_exponent = exponent + k;
+      for (int l = 0; l < kLanes; ++l) {
+        const float rx = ox[l] - x, ry = oy[l] - y;
+        const float d2 = rx * rx + ry * ry;
+        const bool near = (d2 < reach2) & (d2 > 1e-12F);
+        const float per_d = 1.0F / std::sqrt(d2 + 1e-20F);
+        // sin(φ − φᵢⱼ) exp(−(φᵢⱼ − φ)²/2σ_φ²) exp(−d²/2σ_d²) [M18 eq. 3.26]
+        to_sine[l] = near ? avoid_gain * ((hy * rx - hx * ry) * per_d) : 0.0F;
+        to_exponent[l] =
+            -(squared_angle((hx * rx + hy * ry) * per_d) * per_angle + d2 * per_distance);
+      }
+    }
+    for (int k = 0; k < end; k += kLanes) {
+      const float *ox = around.x + begin + k, *oy = around.y + begin + k;
+      const float *ovx = around.vx + begin + k, *ovy = around.vy + begin + k;
+      float *to_sine = there_sine + k, *to_exponent = there_exponent + k;
+      for (int l = 0; l < kLanes; ++l) {
+        const float rx = ox[l] - x, ry = oy[l] - y;
+        const float d2 = rx * rx + ry * ry;
+        const bool near = (d2 < reach2) & (d2 > 1e-12F);
+        // avoidance at the closest approach of two agents that go straight on [M18 eq. 3.27]
+        const float wx = ovx[l] - vx, wy = ovy[l] - vy;
+        const float w2 = wx * wx + wy * wy, rw = rx * wx + ry * wy;
+        const bool ahead = (w2 > 1e-12F) & (rw < 0.0F);
+        const float time = -rw / (w2 + 1e-20F);
+        const float cx = rx + time * wx, cy = ry + time * wy;          // closest
+        const float qx = rx + time * ovx[l], qy = ry + time * ovy[l];  // where the other is then
+        const float q2 = qx * qx + qy * qy;
+        const bool here = q2 < 1e-12F;  // it comes to where the agent stands: as if straight ahead
+        const float per_q = 1.0F / std::sqrt(q2 + 1e-20F);
+        const float sine_then = here ? -sin_right : (hy * qx - hx * qy) * per_q;
+        const float cosine_then = here ? cos_right : (hx * qx + hy * qy) * per_q;
+        const float size = squared_angle(cosine_then) * per_angle +
+                           (cx * cx + cy * cy) * per_distance + time * per_time;
+        to_sine[l] = near & ahead ? predict_gain * sine_then : 0.0F;
+        to_exponent[l] = near & ahead ? -size : 0.0F;  // in the past it may be too large
+      }
+    }
+    for (int k = 0; k < end; k += kLanes) {
+      for (int l = 0; l < kLanes; ++l) {
+        sum[l] += sine[k + l] * exp_lane(exponent[k + l]) +
+                  there_sine[k + l] * exp_lane(there_exponent[k + l]);
+      }
     }
   }
   float total = 0.0F;

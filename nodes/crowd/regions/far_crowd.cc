@@ -159,14 +159,16 @@ void FarCrowd::begin_step(ScenarioRun& run, Time now) {
   follow(run);
 }
 
-/// A new life of ours owns nothing.
+/// A new life of ours owns nothing. Where our agents stand nobody else may know.
 void FarCrowd::follow(ScenarioRun& run) {
   if (life_ == ownership_.since()) return;
   life_ = ownership_.since();
   for (const AgentId id : own_agents(run.crowd())) {
     const std::optional<Traveller> traveller = run.release(id);
     imported_[id] = {traveller->group, Role::mirror, round_};
+    agents_.push_back({.id = id, .group = traveller->group, .state = traveller->agent.state});
   }
+  std::ranges::sort(agents_, {}, &FarAgent::id);
   std::erase_if(passing_, [this](const Passing& p) { return p.offer.from == settings_.own; });
 }
 

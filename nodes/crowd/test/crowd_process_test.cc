@@ -1,12 +1,8 @@
-// The real process, with an agent that lives in another one: killed, late, and back; two of them on
-// hosts of their own.
+// The real process, with an agent that lives in another one: killed, late, and back.
 #include <gtest/gtest.h>
 #include <signal.h>
 #include <sys/wait.h>
 #include <unistd.h>
-
-#include <filesystem>
-#include <map>
 
 #include "common/testing/process.h"
 #include "nodes/crowd/test/guests.h"
@@ -171,117 +167,6 @@ TEST(CrowdProcess, BadConfigurationExitsWith2AndSaysWhere) {
   refused("set=gaits.0.mean_m_rad=0.01", "gaits.0.mean_m_rad");
   refused("set=groups.0.colour=red", "colour");
   refused("trust.forget_s=0.1", "crowd.trust.forget_s");
-}
-
-/// A coordinator in a network namespace of its own, which knows the other one by tcp alone, and
-/// what it publishes.
-struct Host {
-  Host(const testing::ScenarioFile& file, int number)
-      : process("/usr/bin/unshare", command(file, number)),
-        peer(graph, {{"status", name(number) + "/status"}, {"states", "crowd/states"}}, {},
-             "watcher"),
-        status_in(peer.bus(), "status"),
-        states_in(peer.bus(), "states"),
-        own(static_cast<std::uint32_t>(number)) {
-    peer.open();
-  }
-  static std::string name(int number) { return "crowd" + std::to_string(number); }
-  static std::string address(int number) { return "10.97.0." + std::to_string(number); }
-  std::vector<std::string> command(const testing::ScenarioFile& file, int number) const {
-    const std::string here = address(number), there = address(3 - number);
-    const std::string program = std::string(kCrowd) + " --graph " + graph.name() + " --name " +
-                                name(number) + " --bind tcp://" + here + ":7310 --peer tcp://" +
-                                there + ":7310 --set scenario=" + file.path() +
-                                " --set regions.own=" + std::to_string(number) +
-                                " --set regions.x_m=[0] --in peers=crowd/states"
-                                " --in handovers=crowd/handover --out states=crowd/states"
-                                " --out handover=crowd/handover";
-    return {"-n", "sh", "-c",
-            "until ip link set eth up 2>/dev/null; do sleep 0.02; done; ip addr add " + here +
-                "/24 dev eth; exec " + program};
-  }
-  /// Sets the link up or down.
-  void link(const std::string& state) const {
-    Process set("/usr/bin/nsenter",
-                {"-t", std::to_string(process.pid()), "-n", "ip", "link", "set", "eth", state});
-    EXPECT_EQ(set.wait(), 0) << set.errors();
-  }
-
-  TestGraph graph;
-  Process process;
-  TestNode peer;
-  runtime::Reliable<v1::CrowdStatus> status_in;
-  runtime::Reliable<v1::CrowdStates> states_in;
-  std::uint32_t own;
-  v1::CrowdStatus status;
-  v1::CrowdStates states;
-};
-
-TEST(CrowdProcess, TwoHostsHandOverByTcpAndACutBetweenThemDoublesNobody) {
-  if (geteuid() != 0 || Process("/usr/bin/unshare", {"-n", "ip", "link"}).wait() != 0) {
-    GTEST_SKIP() << "no network namespaces here";
-  }
-  const testing::ScenarioFile file(testing::kFormation);
-  Host one(file, 1), two(file, 2);
-  const auto netns = [](pid_t pid) {
-    std::error_code gone;
-    return std::filesystem::read_symlink("/proc/" + std::to_string(pid) + "/ns/net", gone).string();
-  };
-  for (const Host* host : {&one, &two}) {
-    one.peer.until([&] { return netns(host->process.pid()) != netns(getpid()); });
-  }
-  Process wire("/usr/sbin/ip",
-               {"link", "add", "eth", "netns", std::to_string(one.process.pid()), "type", "veth",
-                "peer", "name", "eth", "netns", std::to_string(two.process.pid())});
-  if (wire.wait() != 0) GTEST_SKIP() << "no virtual network here: " << wire.errors();
-
-  std::map<std::uint64_t, std::pair<std::uint32_t, std::uint64_t>> moved;  // by whom, last
-  int twice = 0;
-  std::multimap<std::uint64_t, std::pair<std::uint32_t, std::vector<std::uint64_t>>> steps;
-  const auto drain = [&](Host& host) {
-    host.peer.until([] { return false; }, 5ms);
-    while (const auto status = host.status_in.pop()) host.status = *status;
-    while (const auto states = host.states_in.pop()) {
-      host.states = *states;
-      if (!host.status.runs()) continue;
-      steps.insert(
-          {states->header().stamp_ns(), {host.own, {states->id().begin(), states->id().end()}}});
-    }
-  };
-  const auto until = [&](int agents_of_one, int agents_of_two) {
-    const runtime::Time end = TestNode::now() + 30s;
-    while (TestNode::now() < end) {
-      drain(one);
-      drain(two);
-      const bool run = one.status.runs() && two.status.runs();
-      if (run && one.states.id_size() == agents_of_one && two.states.id_size() == agents_of_two) {
-        return true;
-      }
-    }
-    return false;
-  };
-  const auto said = [&] {
-    return std::to_string(one.states.id_size()) + " and " + std::to_string(two.states.id_size()) +
-           " agents\n" + one.process.errors() + two.process.errors();
-  };
-  ASSERT_TRUE(until(0, 16)) << "all walk over the cut: " << said();
-  EXPECT_GE(one.status.given(), 4u);
-  one.link("down");
-  ASSERT_TRUE(until(16, 0)) << "only the half with number 1 goes on: " << said();
-  one.link("up");
-  ASSERT_TRUE(until(0, 16)) << "it gives them back: " << said();
-  // Who reports an agent has moved it in that step, and moves it on until the next one.
-  for (const auto& [stamp, step] : steps) {
-    for (const std::uint64_t id : step.second) {
-      auto& [by, last] = moved[id];
-      if (by != 0 && by != step.first && stamp < last + 20'000'000) ++twice;
-      by = step.first, last = stamp;
-    }
-  }
-  EXPECT_EQ(moved.size(), 16u);
-  EXPECT_EQ(twice, 0);
-  EXPECT_EQ(one.process.terminate(), 0) << one.process.errors();
-  EXPECT_EQ(two.process.terminate(), 0) << two.process.errors();
 }
 
 }  // namespace

@@ -243,6 +243,13 @@ double easy_pelvis_height(const robot::RobotTree& tree, const retarget::RobotFig
   return -(X * figure.heel_m[0]).z();
 }
 
+std::vector<std::string> robot_rows(const robot::Biped& biped) {
+  std::vector<std::string> rows =
+      upper_body_tree(biped.tree, retarget::figure_of(biped)).joint_names();
+  rows.insert(rows.end(), kVelocityRows.begin(), kVelocityRows.end());
+  return rows;
+}
+
 DrawerData generate_robot_data(const robot::Biped& biped, const RobotTrialSettings& settings,
                                RobotTrialReport* report) {
   if (!(settings.cycle_s > 0.2)) throw ConfigError("robot trials: an action of no duration");
@@ -253,8 +260,7 @@ DrawerData generate_robot_data(const robot::Biped& biped, const RobotTrialSettin
   const Retargeting retargeting(tree, figure, height);
   DrawerData data{.body = retarget::robot_body(tree, figure), .drawer = drawer, .action = {}};
   for (mocap::Trials& set : data.action) {
-    set.rows = retargeting.tree().joint_names();
-    set.rows.insert(set.rows.end(), kVelocityRows.begin(), kVelocityRows.end());
+    set.rows = robot_rows(biped);
     set.task_names.assign(kTaskNames.begin(), kTaskNames.end());
   }
   RobotTrialReport seen;

@@ -48,10 +48,13 @@ struct RobotTrialReport {
 inline constexpr std::array<const char*, 3> kVelocityRows = {
     "pelvis.forward_m_s", "pelvis.left_m_s", "pelvis.turn_rad_s"};
 
+/// Rows of a robot's trials: joints of upper_body_tree(), then kVelocityRows.
+std::vector<std::string> robot_rows(const robot::Biped& biped);
+
 /// Human-like trials before robot_drawer() of a person with the robot's segments
 /// (trials.h), retargeted to its upper body [M18 3.3.2, 3.8.3]: hands exactly, chest, head
 /// and elbows as near as the joints allow; the pelvis stays upright at the height of the robot's
-/// easy posture. Rows: upper-body joints, then kVelocityRows. Task parameters as kTaskNames.
+/// easy posture. Rows: robot_rows(). Task parameters as kTaskNames.
 /// Deterministic.
 /// @throws ConfigError for actions of no duration, and as retarget::figure_of(), robot_drawer()
 DrawerData generate_robot_data(const robot::Biped& biped, const RobotTrialSettings& settings,

@@ -115,7 +115,7 @@ Eigen::VectorXi clips_of(const motion::MotionModel& model) {
 }  // namespace
 
 DrawerModel learn_drawer_model(const DrawerData& data, const DrawerModelOptions& options) {
-  MIMESIS_ASSERT(options.first_sources >= 1 && options.further_sources >= 1);
+  MIMESIS_ASSERT(options.first_sources >= 1 && options.further_sources >= 0);
   const auto rows = data.action[0].rows_per_trial();
   const int first = 1 + options.first_sources, all = first + options.further_sources;
   const auto one = demixed(data.action[kNormalStep], first, {}, options);

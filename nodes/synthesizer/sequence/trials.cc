@@ -7,6 +7,7 @@
 
 #include "common/error.h"
 #include "common/math/so3.h"
+#include "nodes/synthesizer/sequence/drawer_files.h"
 #include "nodes/synthesizer/sequence/performer.h"
 
 namespace mimesis::synthesizer {
@@ -15,13 +16,12 @@ namespace {
 
 constexpr double kMeanNormalLength = 1.57;   // m: two of three steps of 0.385 (2.64 m − 0.6 m)
 constexpr double kNormalDeviation = 0.042;   // m
-constexpr double kPublishedR2 = 0.08;        // R² of action 1's length on the initial distance
 constexpr double kMeanFinalDistance = 0.60;  // m
 constexpr double kFrontObject = 0.15, kBackObject = 0.33, kSideObject = 0.11;  // m
 
 // Noise of action 1's length: what of it goes with the distance is taken out and put back in the
 // share that R² asks for.
-Eigen::VectorXd normal_lengths(const Eigen::VectorXd& distance_m, Draw& draw) {
+Eigen::VectorXd normal_lengths(const Eigen::VectorXd& distance_m, double r_squared, Draw& draw) {
   const Eigen::VectorXd d = (distance_m.array() - distance_m.mean()).matrix().normalized();
   Eigen::VectorXd e(d.size());
   for (double& x : e) x = draw.normal();
@@ -29,7 +29,7 @@ Eigen::VectorXd normal_lengths(const Eigen::VectorXd& distance_m, Draw& draw) {
   e -= d.dot(e) * d;
   const double size = kNormalDeviation * std::sqrt(static_cast<double>(d.size()));
   const Eigen::VectorXd noise =
-      size * (std::sqrt(kPublishedR2) * d + std::sqrt(1.0 - kPublishedR2) * e.normalized());
+      size * (std::sqrt(r_squared) * d + std::sqrt(1.0 - r_squared) * e.normalized());
   return noise.array() + kMeanNormalLength;
 }
 
@@ -134,7 +134,7 @@ std::vector<TrialPlan> draw_plans(const GeneratorSettings& settings) {
   const int n = settings.trials;
   const Eigen::VectorXd distance =
       Eigen::VectorXd::LinSpaced(n, settings.nearest_m, settings.farthest_m);
-  const Eigen::VectorXd normal = normal_lengths(distance, draw);
+  const Eigen::VectorXd normal = normal_lengths(distance, settings.length_r_squared, draw);
   std::vector<TrialPlan> plans;
   for (int i = 0; i < n; ++i) {
     TrialPlan p;
@@ -245,8 +245,7 @@ DrawerData generate_drawer_data(const mocap::Body& body, const Drawer& drawer,
   const Eigen::Index samples = settings.samples;
   DrawerData data{.body = body, .drawer = drawer, .action = {}};
   for (auto& set : data.action) {
-    for (int row = 0; row < mocap::kBodyRows; ++row) set.rows.push_back(mocap::body_row_name(row));
-    for (const char* row : {"pelvis.x", "pelvis.y", "pelvis.z"}) set.rows.emplace_back(row);
+    set.rows = drawer_rows();
     set.task_names.assign(kTaskNames.begin(), kTaskNames.end());
     set.samples.resize(static_cast<Eigen::Index>(plans.size()) * kDrawerRows, samples);
   }

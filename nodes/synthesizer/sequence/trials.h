@@ -20,6 +20,7 @@ struct Drawer {
   double handle_height_m = 0.92, handle_lateral_m = 0.14;  ///< lateral: + to the left
   double object_height_m = 0.90;
   double pull_m = 0.26;  ///< how far the left hand opens it
+  bool operator==(const Drawer&) const = default;
 };
 
 /// How one person moves in one trial: what varies beside the lengths.
@@ -62,12 +63,15 @@ struct GeneratorSettings {
   /// times the factor, durations and upper body as they were.
   std::vector<double> paces = {0.8, 0.92, 1.2};
   int samples = 100;  ///< T, of each action
+  /// R² of action 1's length on the initial distance: 0.08 as people had it [M18 3.3.1]. Within
+  /// [0, 1].
+  double length_r_squared = 0.08;
 };
 
 /// Draws the plans, in the order of the initial distance, then the augmented ones. Distances are
 /// spread evenly; the object stands front or back, left or right in turn; the length of action 1 is
-/// drawn apart from the distance but for a share that gives R² = 0.08, the final distance rises
-/// with the object's depth, action 2 takes the rest: what fig. 3.7 reports of the human.
+/// drawn apart from the distance but for a share that gives length_r_squared, the final distance
+/// rises with the object's depth, action 2 takes the rest: what fig. 3.7 reports of the human.
 /// Variations are normal, cut at two standard deviations. @pre at least 4 trials, distances within
 /// [2.3, 3.2] m, paces within [0.5, 1.25]
 std::vector<TrialPlan> draw_plans(const GeneratorSettings& settings);

@@ -9,9 +9,11 @@
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "common/error.h"
 #include "common/motion/demix/baselines.h"
+#include "common/motion/demix/held_out.h"
 #include "common/motion/demix/sisa.h"
 #include "common/motion/demix/spectrum.h"
 #include "common/motion/mocap/body_map.h"
@@ -37,15 +39,21 @@ using demix::Delays;
 using demix::Mixture;
 using nlohmann::ordered_json;
 
-/// How well one way to describe the set does; parameters without the means.
+/// How well one way to describe the set does; parameters without the means. `held`: on clips that
+/// were left out; null: not asked for.
 ordered_json measure(const std::string& name, const mocap::Trials& set, const Mixture& mixture,
-                     Delays delays) {
+                     Delays delays, const demix::HeldOut* held) {
   const Eigen::MatrixXd fit = mixture.reconstruct();
-  return {{"name", name},
-          {"sources", mixture.sources.rows()},
-          {"parameters", demix::parameter_count(mixture, set, delays)},
-          {"Q", demix::quality(set.samples, fit)},
-          {"Q2", demix::quality_squared(set.samples, fit)}};
+  ordered_json out{{"name", name},
+                   {"sources", mixture.sources.rows()},
+                   {"parameters", demix::parameter_count(mixture, set, delays)},
+                   {"Q", demix::quality(set.samples, fit)},
+                   {"Q2", demix::quality_squared(set.samples, fit)}};
+  if (held == nullptr) return out;
+  const bool some = held->groups > 0;
+  out["Q_held_out"] = some ? ordered_json(held->quality) : ordered_json(nullptr);
+  out["Q2_held_out"] = some ? ordered_json(held->quality_squared) : ordered_json(nullptr);
+  return out;
 }
 
 /// "lhip" of "lhip.x".
@@ -77,24 +85,34 @@ int most_harmonics(const mocap::Trials& set) {
 }
 
 /// Q and Q2 of a mixture, beside principal components, sinusoids, and as many principal components
-/// as have the same number of parameters.
+/// as have the same number of parameters. `held`: of the mixture; null: none is asked for.
 ordered_json make_report(const mocap::Trials& set, const Mixture& mixture, const std::string& name,
-                         Delays delays) {
+                         Delays delays, const demix::HeldOut* held) {
   ordered_json report{
       {"trials", set.trials.size()}, {"rows", set.rows.size()}, {"samples", set.samples.cols()}};
-  report.update(measure(name, set, mixture, delays));
+  report.update(measure(name, set, mixture, delays, held));
   const int k = report["sources"], most = static_cast<int>(demix::rank(set));
   const int equal = std::min(
       demix::components_of_equal_size(set, report["parameters"].get<std::int64_t>()), most);
-  report["others"] = {
-      measure("principal components (PCA)", set,
-              demix::principal_components(set, std::min(k, most)), Delays::none),
-      measure("independent components (FastICA)", set,
-              demix::independent_components(set, std::min(k, most)), Delays::none),
-      measure("sinusoids, free phases", set,
-              demix::sinusoids(set, std::min(k, most_harmonics(set))), Delays::free),
-      measure("PCA of about as many parameters", set, demix::principal_components(set, equal),
-              Delays::none)};
+  using Learn = std::function<Mixture(const mocap::Trials&)>;
+  const auto other = [&](const char* title, Delays has, const Learn& learn) {
+    demix::HeldOut its;
+    if (held != nullptr) its = demix::held_out(set, has, false, learn);
+    return measure(title, set, learn(set), has, held == nullptr ? nullptr : &its);
+  };
+  const auto pca = [](int count) {
+    return [count](const mocap::Trials& of) { return demix::principal_components(of, count); };
+  };
+  report["others"] = {other("principal components (PCA)", Delays::none, pca(std::min(k, most))),
+                      other("independent components (FastICA)", Delays::none,
+                            [&](const mocap::Trials& of) {
+                              return demix::independent_components(of, std::min(k, most));
+                            }),
+                      other("sinusoids, free phases", Delays::free,
+                            [&](const mocap::Trials& of) {
+                              return demix::sinusoids(of, std::min(k, most_harmonics(of)));
+                            }),
+                      other("PCA of about as many parameters", Delays::none, pca(equal))};
   report["joints"] = joint_errors(set, mixture);
   return report;
 }
@@ -103,15 +121,29 @@ void print(const ordered_json& report) {
   std::cout << fmt::format("{} trials of {} rows, {} samples a period\n", report["trials"].dump(),
                            report["rows"].dump(), report["samples"].dump());
   const bool bold = use_colour(STDOUT_FILENO);
-  Table table({"method", "sources", "parameters", "Q", "Q2"});
+  Table table({"method", "sources", "parameters", "Q", "Q2", "Q held out", "Q2 held out"});
   const auto row = [&table](const ordered_json& m) {
-    table.row({m["name"], m["sources"].dump(), m["parameters"].dump(),
-               fmt::format("{:.4f}", m["Q"].get<double>()),
-               fmt::format("{:.4f}", m["Q2"].get<double>())});
+    const auto digits = [&m](const char* key) {
+      return m.contains(key) && m[key].is_number() ? fmt::format("{:.4f}", m[key].get<double>())
+                                                   : std::string("-");
+    };
+    table.row({m["name"], m["sources"].dump(), m["parameters"].dump(), digits("Q"), digits("Q2"),
+               digits("Q_held_out"), digits("Q2_held_out")});
   };
   row(report);
   for (const ordered_json& m : report["others"]) row(m);
   table.print(std::cout, bold);
+  if (report.contains("held_out")) {
+    const ordered_json& held = report["held_out"];
+    if (held["groups"].get<int>() == 0) {
+      std::cout << fmt::format("held out: none: {}\n", held["reason"].get<std::string>());
+    } else {
+      std::cout << fmt::format("held out: each of {} {}s once ({:.1f} s, learning {:.1f} s)\n",
+                               held["groups"].dump(), held["by"].get<std::string>(),
+                               held["seconds"].get<double>(),
+                               report["learning_seconds"].get<double>());
+    }
+  }
   std::cout << '\n';
   Table joints({"joint", "rms error [rad]"});
   for (const ordered_json& j : report["joints"]) {
@@ -241,7 +273,7 @@ struct Options {
   TrialFileOptions trials;
   demix::SisaOptions sisa;
   int fixed = 0, smooth = 0, up_to = 8;
-  bool average = false, whole_clips = false, json = false;
+  bool average = false, whole_clips = false, json = false, held_out = true;
   std::string method = "sisa";
   std::string out, name, plot_dir, trials_out, export_to;
 };
@@ -284,23 +316,39 @@ void check(const Options& o) {
   }
 }
 
-demix::SisaResult learn(Options& o, const mocap::Trials& set) {
-  if (o.fixed > 0) o.sisa.fixed = demix::non_periodic(o.fixed, set.samples.cols());
-  Progress bar("demixing", 1000, Progress::Unit::none);
-  const auto progress = [&bar](double share) {
-    bar.at(std::uint64_t(std::lround(1000.0 * share)));
-  };
-  demix::SisaResult result;
+/// @param start  learned sources to start from (SisaOptions::start), or none
+Mixture learn(const Options& o, const mocap::Trials& set, const Eigen::MatrixXd& start,
+              const std::function<void(double)>& progress) {
+  Mixture mixture;
   if (o.method == "wigner") {
-    result = demix::wigner(set, {.sources = o.sisa.sources, .progress = progress});
+    mixture = demix::wigner(set, {.sources = o.sisa.sources, .progress = progress}).mixture;
   } else {
     demix::SisaOptions options = o.sisa;
+    options.start = start;
     options.progress = progress;
-    result = demix::sisa(set, options);
+    mixture = demix::sisa(set, options).mixture;
   }
-  if (o.smooth == 0) return result;
-  return demix::smooth_sources(set, result.mixture,
-                               {.half_window = o.smooth, .nonnegative = o.sisa.nonnegative});
+  if (o.smooth == 0) return mixture;
+  return demix::smooth_sources(set, mixture,
+                               {.half_window = o.smooth, .nonnegative = o.sisa.nonnegative})
+      .mixture;
+}
+
+/// Calls `work` with a function that shows the share done.
+template <class Work>
+auto with_progress(const char* what, const Work& work) {
+  Progress bar(what, 1000, Progress::Unit::none);
+  return work([&bar](double share) { bar.at(std::uint64_t(std::lround(1000.0 * share))); });
+}
+
+/// Everything is learned as for all clips, from where that has led.
+demix::HeldOut hold_out(const Options& o, const mocap::Trials& set, const Mixture& whole) {
+  const Eigen::MatrixXd start = whole.sources.bottomRows(whole.source_count() - whole.fixed);
+  return with_progress("leaving out", [&](const auto& progress) {
+    return demix::held_out(
+        set, o.sisa.tied ? Delays::tied : Delays::free, o.sisa.nonnegative,
+        [&](const mocap::Trials& others) { return learn(o, others, start, {}); }, progress);
+  });
 }
 
 std::string command_line(const Options& o) {
@@ -379,22 +427,41 @@ int run(Options& o) {
     std::cerr << file << ": left out: " << reason << '\n';
   }
   if (!o.trials_out.empty()) mocap::write_trials(files.set, o.trials_out);
-  const demix::SisaResult result = learn(o, files.set);
+  if (o.fixed > 0) o.sisa.fixed = demix::non_periodic(o.fixed, files.set.samples.cols());
+  const auto seconds_since = [](std::chrono::steady_clock::time_point t) {
+    return to_seconds(std::chrono::steady_clock::now() - t);
+  };
+  const auto learning = std::chrono::steady_clock::now();
+  const Mixture mixture = with_progress(
+      "demixing", [&](const auto& progress) { return learn(o, files.set, {}, progress); });
+  const double learning_seconds = seconds_since(learning);
   if (files.standard_body) {
     std::cerr
         << "no clip tells the lengths of the figure's limbs: a standard one of 1.70 m is taken\n";
   }
-  const motion::MotionModel model = save(o, files, result.mixture);
-  ordered_json report = make_report(files.set, result.mixture,
-                                    o.method == "wigner" ? "anechoic (Wigner-Ville)"
-                                    : o.sisa.tied        ? "anechoic, tied delays (SISA)"
-                                                         : "anechoic (SISA)",
-                                    o.sisa.tied ? Delays::tied : Delays::free);
+  const motion::MotionModel model = save(o, files, mixture);
+  std::optional<demix::HeldOut> held;
+  const auto holding = std::chrono::steady_clock::now();
+  if (o.held_out) held = hold_out(o, files.set, mixture);
+  const double held_out_seconds = seconds_since(holding);
+  ordered_json report =
+      make_report(files.set, mixture,
+                  o.method == "wigner" ? "anechoic (Wigner-Ville)"
+                  : o.sisa.tied        ? "anechoic, tied delays (SISA)"
+                                       : "anechoic (SISA)",
+                  o.sisa.tied ? Delays::tied : Delays::free, held ? &*held : nullptr);
+  report["learning_seconds"] = learning_seconds;
+  if (held) {
+    report["held_out"] = {{"by", held->by_clip ? "clip" : "trial"},
+                          {"groups", held->groups},
+                          {"reason", held->reason},
+                          {"seconds", held_out_seconds}};
+  }
   std::vector<std::string> plots;
   if (!o.plot_dir.empty()) {
-    plots = plot_demixing(o.plot_dir, o.name, files.set, result.mixture, o.sisa, o.up_to);
+    plots = plot_demixing(o.plot_dir, o.name, files.set, mixture, o.sisa, o.up_to);
   }
-  const double seconds = to_seconds(std::chrono::steady_clock::now() - started);
+  const double seconds = seconds_since(started);
   if (!o.json) {
     if (!files.retargeted.empty()) print_retargeting(files.retargeted);
     print(report);
@@ -438,6 +505,8 @@ void add_learning_options(CLI::App& verb, Options& o) {
                   "weights only; its plot of Q is that of sisa")
       ->check(CLI::IsMember({"sisa", "wigner"}))
       ->capture_default_str();
+  verb.add_flag("!--no-held-out", o.held_out,
+                "Do not learn again without each clip: one run less per clip");
   verb.add_flag("--average", o.average, "One pattern per style in the model, not one per trial");
 }
 
@@ -497,7 +566,10 @@ void add_demix(CLI::App& program, int& exit_code) {
       ->capture_default_str();
   verb->add_flag("--json", o->json, "Print one JSON object at the end");
   verb->footer(
-      "Q = 1 - |X - X'|/|X| and Q2 = 1 - |X - X'|^2/|X|^2 over all rows, means removed.\n"
+      "Q = 1 - |X - X'|/|X| and Q2 = 1 - |X - X'|^2/|X|^2 over all rows, means removed, of the\n"
+      "trials that sources are learned from. Held out: of each clip (of one clip: each trial),\n"
+      "sources and tied delays learned from the others alone, weights, means and free delays\n"
+      "fitted to it.\n"
       "Exit codes: 0 done, 1 a plot failed, 2 usage, or a file that cannot be used.\nExamples:\n"
       "  mimesis demix walks/*.bvh --sources 4 --out walk.motion.json --plot /tmp\n"
       "  mimesis demix *.amc --tied --average --style 16_15.amc=slow -k 5 -o gaits.motion.json\n"

@@ -65,11 +65,16 @@ TEST_F(TrialsFile, NamesTheJointsThatTheSetsNumber) {
 TEST_F(TrialsFile, ComesBackBitByBit) {
   Trials set;
   set.rows = {"hip.x", "knee", "hip.z"};
+  set.task_names = {"distance_m", "depth_m"};
   for (int i = 0; i < 2; ++i) {
     Trial trial;
     trial.clip = "a.bvh";
     trial.cycle = i;
     trial.duration_s = 1.0 / 3.0;
+    trial.style = i == 0 ? "brisk" : "";
+    trial.step_length_m = 1.0 / 7.0;
+    trial.turn_rad = -0.1 * i;
+    trial.task = {0.3, 2.0 / 3.0 + i};
     set.trials.push_back(trial);
   }
   set.samples = Eigen::MatrixXd::Random(6, 5);
@@ -79,6 +84,13 @@ TEST_F(TrialsFile, ComesBackBitByBit) {
   EXPECT_EQ(back.samples, set.samples);
   EXPECT_EQ(back.trials[1].cycle, 1);
   EXPECT_EQ(back.trials[1].duration_s, 1.0 / 3.0);
+  EXPECT_EQ(back.task_names, set.task_names);
+  for (std::size_t i = 0; i < 2; ++i) {
+    EXPECT_EQ(back.trials[i].style, set.trials[i].style);
+    EXPECT_EQ(back.trials[i].step_length_m, set.trials[i].step_length_m);
+    EXPECT_EQ(back.trials[i].turn_rad, set.trials[i].turn_rad);
+    EXPECT_EQ(back.trials[i].task, set.trials[i].task);
+  }
   EXPECT_THROW(write_trials(set, (dir_ / "no" / "folder").string()), ConfigError);
 }
 
@@ -103,6 +115,20 @@ TEST_F(TrialsFile, SaysWhichLineIsWrong) {
   EXPECT_EQ(refusal(kHead + "a,0,1,9,1.5,hip,x,1,2\r,3,4\n"),  // one line, with any content
             "set.csv:2: column 9: '2?', expected a finite number");
   EXPECT_EQ(refusal("").substr(0, 36), "set.csv:0: not a header of trials, e");
+  const auto with_columns = [](const std::string& columns, const std::string& cells) {
+    return "clip,cycle,start_frame,end_frame,duration_s," + columns +
+           "joint,axis,t0,t1,t2,t3\na,0,1,9,1.5," + cells + "hip,x,1,2,3,4\n";
+  };
+  EXPECT_EQ(refusal(with_columns("depth_m,style,", "0.2,calm,")), "taken");
+  EXPECT_EQ(refusal(with_columns("depth_m,style,", "deep,calm,")),
+            "set.csv:2: column 6: 'deep', expected a finite number");
+  EXPECT_EQ(refusal(with_columns("depth_m,style,", "0.2,")),
+            "set.csv:2: 12 columns, expected 13 as the header");
+  EXPECT_EQ(refusal(with_columns("depth_m,depth_m,", "0.2,0.2,")),
+            "set.csv:1: column 7: 'depth_m' twice, expected each name once");
+  EXPECT_EQ(refusal("clip,cycle,start_frame,end_frame,duration_s,depth_m,axis,t0,t1,t2,t3\n")
+                .substr(0, 36),
+            "set.csv:1: not a header of trials, e");
   EXPECT_THROW(read_trials(file_ + ".none"), ConfigError);
   EXPECT_THROW(read_trials(dir_.string()), ConfigError);
 }

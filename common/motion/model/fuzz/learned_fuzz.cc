@@ -23,7 +23,9 @@ void check(const mocap::Trials& set) {
   MIMESIS_ASSERT(set.samples.rows() ==
                  static_cast<Eigen::Index>(set.trials.size() * set.rows.size()));
   MIMESIS_ASSERT(set.samples.cols() >= 4 && set.samples.allFinite());
-  for (const mocap::Trial& trial : set.trials) MIMESIS_ASSERT(trial.duration_s > 0.0);
+  for (const mocap::Trial& trial : set.trials) {
+    MIMESIS_ASSERT(trial.duration_s > 0.0 && trial.task.size() == set.task_names.size());
+  }
 }
 
 void check(const motion::MotionModel& model) {

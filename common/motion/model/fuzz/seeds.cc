@@ -15,6 +15,7 @@ namespace fs = std::filesystem;
 mocap::Trials small_set() {
   mocap::Trials set;
   set.rows = {"lhip.x", "lhip.y"};
+  set.task_names = {"distance_m"};
   for (int i = 0; i < 2; ++i) {
     mocap::Trial trial;
     trial.clip = "walk";
@@ -22,6 +23,7 @@ mocap::Trials small_set() {
     trial.first_frame = 10 * i;
     trial.last_frame = 10 * i + 9;
     trial.duration_s = 1.1;
+    trial.task = {0.5};
     set.trials.push_back(trial);
   }
   set.samples = Eigen::MatrixXd::Random(4, 5);
@@ -39,8 +41,7 @@ motion::MotionModel small_model(bool tied) {
   model.sources = Eigen::MatrixXd::Random(2, 6);
   model.fixed = tied ? 1 : 0;
   model.tied = tied;
-  for (mocap::Trial trial : small_set().trials) {
-    trial.task = {0.5};
+  for (const mocap::Trial& trial : small_set().trials) {
     model.patterns.push_back({trial, Eigen::VectorXd::Random(2), Eigen::MatrixXd::Random(2, 2),
                               Eigen::MatrixXd::Random(2, 2)});
   }

@@ -138,6 +138,58 @@ TEST_F(Demix, LearnsAModelWithItsProvenance) {
   EXPECT_EQ(model.learned_from[0].sha256, sha256_of(path("waves.csv")));
 }
 
+TEST_F(Demix, SaysHowWellLeftOutTrialsAreDescribed) {
+  mocap::Trials set = waves();
+  for (int i = 4; i < 6; ++i) set.trials[static_cast<std::size_t>(i)].clip = "other";
+  for (int t = 0; t < 50; ++t) {  // the other clip moves otherwise
+    set.samples.bottomRows(6).col(t).array() += 0.5 * std::cos(6.0 * M_PI * t / 50.0);
+  }
+  mocap::write_trials(set, path("clips.csv"));
+  const auto report_of = [this](const std::string& file, std::vector<std::string> more = {}) {
+    std::vector<std::string> words = {path(file),           "-k", "3", "--tied", "--json", "-o",
+                                      path("m.motion.json")};
+    words.insert(words.end(), more.begin(), more.end());
+    EXPECT_EQ(run(words), 0) << errors_;
+    return json::parse(output_);
+  };
+  const json clips = report_of("clips.csv");
+  EXPECT_GT(clips["Q"], 0.99);
+  EXPECT_LT(clips["Q_held_out"], 0.9);
+  EXPECT_GT(clips["Q2_held_out"], clips["Q_held_out"]);
+  EXPECT_EQ(clips["held_out"]["by"], "clip");
+  EXPECT_EQ(clips["held_out"]["groups"], 2);
+  for (const json& other : clips["others"]) {
+    EXPECT_LE(other["Q_held_out"].get<double>(), other["Q"].get<double>() + 1e-3) << other["name"];
+  }
+  const json none = report_of("clips.csv", {"--no-held-out"});
+  EXPECT_FALSE(none.contains("held_out"));
+  EXPECT_FALSE(none.contains("Q_held_out"));
+  EXPECT_EQ(none["Q"], clips["Q"]);
+  const std::string out = path("m.motion.json");
+  ASSERT_EQ(run({path("waves.csv"), "-k", "2", "--tied", "-o", out}), 0) << errors_;
+  EXPECT_NE(output_.find("held out: each of 6 trials once"), std::string::npos) << output_;
+}
+
+TEST_F(Demix, LearnsFromWrittenDrawerTrials) {
+  Process p("mimesis", {"drawer-trials", path("drawer"), "--seed", "2", "--json"});
+  ASSERT_EQ(p.wait(60s), 0) << p.errors();
+  const json report = json::parse(p.output());
+  EXPECT_EQ(report["files"][2], path("drawer/standing.csv"));
+  EXPECT_EQ(report["trials"], 40);
+  EXPECT_EQ(report["rows"], 54);
+  ASSERT_EQ(run({path("drawer/standing.csv"), "-k", "3", "--tied", "--no-held-out", "-o",
+                 path("m.motion.json")}),
+            0)
+      << errors_;
+  const auto model = motion::load_motion_model(path("m.motion.json"));
+  ASSERT_EQ(model.task_names.size(), 8U);
+  EXPECT_EQ(model.task_names[1], "final_distance_m");
+  EXPECT_NEAR(model.patterns[0].trial.task[1], 0.6, 0.05);
+  Process bad("mimesis", {"drawer-trials", path("waves.csv")});  // no folder
+  EXPECT_EQ(bad.wait(60s), 2);
+  EXPECT_EQ(std::ranges::count(bad.errors(), '\n'), 1) << bad.errors();
+}
+
 TEST_F(Demix, TheTableSaysTheSame) {
   ASSERT_EQ(run({path("waves.csv"), "-k", "3", "--fixed", "1", "-o", path("m.motion.json")}), 0)
       << errors_;
