@@ -25,7 +25,7 @@ constexpr const char* kDrawers = "drawers30";
 
 struct Options {
   std::string suite = "steps30", engine = "dart", plant = "springs", robot = "biped",
-              pattern = "nonlinear", senses = "real", out;
+              pattern = "nonlinear", senses = "exact", out;
   std::vector<std::string> set;
   std::uint64_t seed = 1;
   double slope_forward = 0.0, slope_left = 0.0;
@@ -219,7 +219,8 @@ void add_walk_trials(CLI::App& program, int& exit_code) {
       "failed without a reason), 2 usage.\n"
       "Examples:\n"
       "  mimesis walk-trials --suite steps30 --plant servo --seed 7\n"
-      "  mimesis walk-trials --suite steps30 --slope-forward 0.05\n"
+      "  mimesis walk-trials --suite steps30 --senses real --slope-forward 0.05 --set slope=1 "
+      "imu_attitude=0\n"
       "  mimesis walk-trials --suite drawers30 --delay 2 --set delay_ticks=5\n"
       "  mimesis walk-trials --suite pushes --out pushes.jsonl --set kd_1_s=3");
   verb->callback([o, &exit_code] { exit_code = run(*o); });

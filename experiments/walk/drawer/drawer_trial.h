@@ -24,7 +24,7 @@ struct DrawerTrialSpec {
   double object_depth_m = 0.2;
   std::vector<hw::sim::DrawerJump> jumps;
   synthesizer::BipedSequenceOptions sequence;
-  hw::sim::BodyOptions body{.senses = hw::sim::kRealSenses};
+  hw::sim::BodyOptions body;
   walker::WalkerSettings walker;
   std::vector<hw::sim::Push> pushes;
   double stand_s = 1.0;        ///< before it begins

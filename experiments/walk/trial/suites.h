@@ -68,7 +68,7 @@ struct SuiteOptions {
   Engine engine = Engine::dart;
   hw::sim::Plant plant = hw::sim::Plant::springs;
   std::uint64_t seed = 1;  ///< seed of all random numbers
-  hw::sim::Senses senses = hw::sim::kRealSenses;
+  hw::sim::Senses senses = hw::sim::kExactSenses;
   Eigen::Vector2d slope_rad = Eigen::Vector2d::Zero();  ///< see BodyOptions
   int delay_ticks = 1;                                  ///< 5 ms each
   walker::WalkerSettings walker;

@@ -25,7 +25,7 @@ enum class Engine {
 struct TrialSpec {
   std::string name;
   const Robot* robot = nullptr;
-  hw::sim::BodyOptions body{.senses = hw::sim::kRealSenses};
+  hw::sim::BodyOptions body;
   walker::WalkerSettings walker;
   /// Wish as a function of the time since the start, called once per tick. Empty: stands.
   std::function<walker::WalkerWish(double)> wish;

@@ -28,10 +28,10 @@ struct StabilizerSettings {
   int delay_ticks = 2;  ///< age of a sensor reading: one tick of the control, one of the bus
 
   // attitude and ground
-  bool imu_attitude = false;      ///< takes the IMU's own attitude instead of AttitudeFilter's
+  bool imu_attitude = true;       ///< the IMU's own attitude; false: AttitudeFilter's
   double attitude_s = 10.0;       ///< forgetting time of AttitudeFilter
   double attitude_planned = 1.0;  ///< share of the planned acceleration that it takes off [1]
-  bool slope = true;              ///< ground that is not level is felt by the soles (SlopeEstimate)
+  bool slope = false;             ///< ground that is not level is felt by the soles (SlopeEstimate)
   double slope_filter_s = 1.0;    ///< low pass of the slope
 
   // feet: gain, leak and limit of each law

@@ -39,7 +39,11 @@ TEST(GroundPlane, LevelGroundChangesNothing) {
 }
 
 struct SlopeEstimateTest : ::testing::Test {
-  StabilizerSettings settings;
+  StabilizerSettings settings = [] {
+    StabilizerSettings s;
+    s.slope = true;
+    return s;
+  }();
   SlopeEstimate estimate{settings};
   PatternSample plan = standing();
   std::array<double, 2> load{300.0, 300.0};

@@ -24,8 +24,6 @@ struct StabilizerTest : ::testing::Test {
     }
     plan.com = plan.pattern.com;
     plan.X_WB_last = X_WB;
-    settings.imu_attitude = true;  // attitudes below jump
-    settings.slope = false;        // the robot turns on ground that does not
   }
   /// The robot turned about the middle of its feet, which press evenly at `zmp_x_m`.
   Sensors sensors(double tilt_y_rad = 0.0, double zmp_x_m = 0.0) const {
