@@ -23,7 +23,7 @@ struct StabilizerSettings {
       0.002;  ///< wished ZMPs stay this far inside the soles; 10 mm: falls at 10 N s
 
   // time constants of low passes of the measurement
-  double velocity_filter_s = 0.04;  ///< 1/λ of the CoM's velocity (Estimator)
+  double velocity_filter_s = 0.01;  ///< 1/λ of the CoM's velocity (Estimator)
   double wrench_filter_s = 0.005;
   int delay_ticks = 2;  ///< age of a sensor reading: one tick of the control, one of the bus
 
