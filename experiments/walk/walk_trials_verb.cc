@@ -25,10 +25,10 @@ constexpr const char* kDrawers = "drawers30";
 
 struct Options {
   std::string suite = "steps30", engine = "dart", plant = "springs", robot = "biped",
-              pattern = "nonlinear", out;
+              pattern = "nonlinear", senses = "exact", out;
   std::vector<std::string> set;
   std::uint64_t seed = 1;
-  double ankle_n_m = 0.0;
+  double ankle_n_m = 0.0, slope_forward = 0.0, slope_left = 0.0;
   int delay = 1, only = -1, jobs = 1;
   bool json = false;
 };
@@ -94,6 +94,8 @@ walk::SuiteOptions suite_options(const Options& o) {
   suite.plant = o.plant == "servo" ? hw::sim::Plant::servo : hw::sim::Plant::springs;
   suite.seed = o.seed;
   suite.ankle_pitch_n_m = o.ankle_n_m;
+  suite.senses = o.senses == "exact" ? hw::sim::kExactSenses : hw::sim::kRealSenses;
+  suite.slope_rad = {-o.slope_forward, o.slope_left};  // + rises
   suite.delay_ticks = o.delay;
   suite.walker.pattern = o.pattern == "linear"    ? walker::PatternKind::linear
                          : o.pattern == "preview" ? walker::PatternKind::preview
@@ -133,6 +135,7 @@ nlohmann::ordered_json walk_all(const Options& o, std::vector<Spec> trials, cons
   summary["engine"] = o.engine;
   summary["plant"] = o.plant;
   summary["robot"] = o.robot;
+  summary["senses"] = o.senses;
   summary["seed"] = o.seed;
   if (write) lines << summary.dump() << '\n';
   if (!o.json) {
@@ -185,6 +188,15 @@ void add_walk_trials(CLI::App& program, int& exit_code) {
                    "How the joints follow: springs, or servos with soft ankles")
       ->check(CLI::IsMember({"springs", "servo"}))
       ->capture_default_str();
+  verb->add_option("--senses", o->senses,
+                   "Errors of the sensors: as in a lab, encoders on the motors, or none")
+      ->check(CLI::IsMember({"real", "exact"}))
+      ->capture_default_str();
+  verb->add_option("--slope-forward", o->slope_forward,
+                   "Slope of the ground, + rises forward [rad]")
+      ->check(CLI::Range(-0.3, 0.3));
+  verb->add_option("--slope-left", o->slope_left, "Slope of the ground, + rises to the left [rad]")
+      ->check(CLI::Range(-0.3, 0.3));
   verb->add_option("--robot", o->robot, "biped, jvrc1, or a file like models/biped.yaml")
       ->capture_default_str();
   verb->add_option("--pattern", o->pattern, "Pattern generator")
@@ -212,6 +224,8 @@ void add_walk_trials(CLI::App& program, int& exit_code) {
       "failed without a reason), 2 usage.\n"
       "Examples:\n"
       "  mimesis walk-trials --suite steps30 --plant servo --seed 7\n"
+      "  mimesis walk-trials --suite steps30 --senses real --slope-forward 0.05 --set slope=1 "
+      "imu_attitude=0\n"
       "  mimesis walk-trials --suite drawers30 --delay 2 --set delay_ticks=5\n"
       "  mimesis walk-trials --suite pushes --out pushes.jsonl --set kd_1_s=3");
   verb->callback([o, &exit_code] { exit_code = run(*o); });

@@ -107,6 +107,7 @@ void Walker::Impl::reset(const Eigen::Vector2d& p_W_m, double yaw_rad) {
   pattern->reset(feet);
   filter.reset();
   stabilizer.reset();
+  out.stabilizer.ground = {};
   stack.reset(X_WB, biped.half_sitting);
   upper_body.reset();
   start_offset_m = kinematics.com();
@@ -151,6 +152,7 @@ void Walker::Impl::plan(const WalkerWish& wish) {
   const double left = settle(time_s / kSettle_s);
   planned.com.p_W_m += left * start_offset_m.head<2>();
   planned.pattern.zmp_W_m += left * start_offset_m.head<2>();
+  for (FootState& foot : planned.pattern.foot) out.stabilizer.ground.carry(foot);
   time_s += kTick_s;
 }
 
@@ -197,9 +199,10 @@ Eigen::Matrix3d Walker::Impl::wished_trunk() {
 void Walker::Impl::move(const WalkerWish& wish) {
   const StabilizerCommand& c = out.stabilizer;
   goals.com_W_m.head<2>() = planned.com.p_W_m + c.com_shift_W_m;
-  goals.com_W_m.z() = gait.com_height_m + settle(time_s / kSettle_s) * start_offset_m.z();
+  goals.com_W_m.z() = gait.com_height_m + settle(time_s / kSettle_s) * start_offset_m.z() +
+                      c.ground.height(goals.com_W_m.head<2>());
   goals.com_v_W.head<2>() = planned.com.v_W + c.com_shift_v_W;
-  goals.com_v_W.z() = 0.0;
+  goals.com_v_W.z() = c.ground.slope.dot(goals.com_v_W.head<2>());
   for (Side s : robot::kSides) {
     goals.foot[s] = planned.pattern.foot[s];
     goals.foot[s].X_WS = c.X_WS[s];
@@ -224,6 +227,10 @@ Walker::~Walker() = default;
 void Walker::reset(const Eigen::Vector2d& p_W_m, double yaw_rad) {
   impl_->reset(p_W_m, yaw_rad);
   impl_->out.trouble.clear();
+}
+
+const Eigen::Quaterniond& Walker::watch(const Sensors& sensors) {
+  return impl_->stabilizer.watch(sensors);
 }
 
 const WalkerOutput& Walker::step(const WalkerWish& wish, const Sensors& sensors) {

@@ -59,6 +59,9 @@ class Walker {
   ~Walker();
   /// Stands in half-sitting with the middle of its feet at `p_W_m`, heading `yaw_rad`.
   void reset(const Eigen::Vector2d& p_W_m, double yaw_rad);
+  /// Follows the IMU while nobody balances, once a tick, so that its errors are known before.
+  /// @return its attitude, of any heading
+  const Eigen::Quaterniond& watch(const Sensors& sensors);
   /// Advances by one tick. The result is valid until the next call.
   const WalkerOutput& step(const WalkerWish& wish, const Sensors& sensors);
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "common/math/so3.h"
 #include "common/model/drawing.h"
@@ -107,9 +108,12 @@ std::string MotionReader::read(const v1::Motion& message, double age_s, bool smo
 }
 
 std::string read_body(const v1::BodySensors& message, Sensors& sensors) {
+  const bool announced = message.has_world_from_imu();
+  const bool felt = message.has_gyro_in_imu() && message.has_specific_force_in_imu();
+  if (!announced && !felt) return "an IMU without attitude, and without gyro and accelerometer";
   const v1::Quaternion& q = message.world_from_imu();
   const Eigen::Quaterniond R_WI(q.w(), q.x(), q.y(), q.z());
-  if (std::abs(R_WI.norm() - 1.0) > kUnitTolerance) {
+  if (announced && std::abs(R_WI.norm() - 1.0) > kUnitTolerance) {
     return fmt::format("attitude of the IMU has length {:.3g}, expected 1", R_WI.norm());
   }
   std::array<bool, 2> heard{};
@@ -122,7 +126,13 @@ std::string read_body(const v1::BodySensors& message, Sensors& sensors) {
         .moment = {foot.moment_x_n_m(), foot.moment_y_n_m(), foot.moment_z_n_m()}};
   }
   if (!heard[kLeft] || !heard[kRight]) return "foot forces of one foot only, expected both";
-  sensors.R_WI = R_WI.normalized();
+  // what it does not say is not a number, which nobody takes
+  constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+  sensors.R_WI.coeffs().setConstant(kUnknown);
+  sensors.gyro_I.setConstant(kUnknown);
+  sensors.specific_force_I.setConstant(kUnknown);
+  if (announced) sensors.R_WI = R_WI.normalized();
+  if (!felt) return {};
   const auto& w = message.gyro_in_imu();
   const auto& f = message.specific_force_in_imu();
   sensors.gyro_I = {w.x_rad_s(), w.y_rad_s(), w.z_rad_s()};

@@ -157,8 +157,8 @@ void WalkerNode::take_motion(runtime::Time now) {
 }
 
 /// @return why balance cannot begin from the present posture; empty if it can.
-std::string WalkerNode::posture_fault() const {
-  const Eigen::Vector3d up_I = sensors_.R_WI.conjugate() * Eigen::Vector3d::UnitZ();
+std::string WalkerNode::posture_fault(const Eigen::Quaterniond& R_WI) const {
+  const Eigen::Vector3d up_I = R_WI.conjugate() * Eigen::Vector3d::UnitZ();
   const double tilt_rad = std::acos(std::clamp(up_I.dot(up_I_), -1.0, 1.0));
   if (tilt_rad > params_.ready.tilt_rad) {
     return fmt::format("the trunk is tilted by {:.2f} rad, at most {:.2f} to begin", tilt_rad,
@@ -182,7 +182,12 @@ std::string WalkerNode::posture_fault() const {
 
 Condition WalkerNode::condition() {
   const bool balances = conduct_.phase() == Phase::balancing;
-  posture_line_ = balances || !sensors_line_.empty() ? std::string() : posture_fault();
+  posture_line_.clear();
+  if (!balances) {
+    const bool good = sensors_line_.empty();
+    const Eigen::Quaterniond& R_WI = walker_.watch(good ? sensors_ : blind_);
+    if (good) posture_line_ = posture_fault(R_WI);
+  }
   Condition now{.sensors = sensors_line_,
                 .actuators = drives_fault_,
                 .posture = posture_line_,

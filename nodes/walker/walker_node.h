@@ -40,7 +40,7 @@ class WalkerNode {
   void take_sensors(runtime::Time now);
   void take_motion(runtime::Time now);
   Condition condition();
-  std::string posture_fault() const;
+  std::string posture_fault(const Eigen::Quaterniond& R_WI) const;
   void enter(Phase phase);
   void hold_actual_posture();
   void balance();

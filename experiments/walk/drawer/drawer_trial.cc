@@ -144,9 +144,11 @@ class Task {
     out.front_x_m = spec.front_m;
     out.front_y_m = spec.left_m;
     const synthesizer::Drawer& drawer = spec.actions->drawer;
-    out.handle_height_m = drawer.handle_height_m;
+    const double ground_m =
+        hw::sim::ground_height_m(spec.body.slope_rad, {spec.front_m, spec.left_m});
+    out.handle_height_m = ground_m + drawer.handle_height_m;
     out.handle_left_m = drawer.handle_lateral_m;
-    out.object_height_m = drawer.object_height_m;
+    out.object_height_m = ground_m + drawer.object_height_m;
     out.object_depth_m = spec.object_depth_m;
     out.jumps = spec.jumps;
     return out;
@@ -268,10 +270,8 @@ std::vector<DrawerTrialSpec> drawers30(const Robot& robot, const synthesizer::Bi
       DrawerTrialSpec spec;
       spec.robot = &robot;
       spec.actions = &actions;
-      spec.body.plant = options.plant;
-      spec.body.seed = options.seed;
-      spec.body.ankle_pitch_n_m =
-          options.ankle_pitch_n_m > 0.0 ? options.ankle_pitch_n_m : kTaskAnkle_n_m;
+      spec.body = body_of(options, trials.size());
+      if (!(options.ankle_pitch_n_m > 0.0)) spec.body.ankle_pitch_n_m = kTaskAnkle_n_m;
       spec.walker = options.walker;
       spec.delay_ticks = options.delay_ticks;
       spec.front_m = draw.between(1.2, 2.8);

@@ -102,13 +102,11 @@ hw::sim::Push push(double at_s, double impulse_ns, double direction_rad) {
   return p;
 }
 
-TrialSpec plain(const Robot& robot, const SuiteOptions& o) {
+TrialSpec plain(const Robot& robot, const SuiteOptions& o, std::size_t number) {
   TrialSpec spec;
   spec.robot = &robot;
   spec.engine = o.engine;
-  spec.body.plant = o.plant;
-  spec.body.seed = o.seed;
-  spec.body.ankle_pitch_n_m = o.ankle_pitch_n_m;
+  spec.body = body_of(o, number);
   spec.walker = o.walker;
   spec.delay_ticks = o.delay_ticks;
   return spec;
@@ -134,7 +132,7 @@ std::vector<TrialSpec> thirty(const Robot& robot, const SuiteOptions& o, bool pl
   Draw draw(o.seed);
   for (double speed : {0.1, 0.2, 0.3}) {
     for (int i = 0; i < 10; ++i) {
-      TrialSpec spec = plain(robot, o);
+      TrialSpec spec = plain(robot, o, trials.size());
       Walk walk;
       walk.velocity_m_s = {speed, draw.between(-0.05, 0.05)};
       walk.turn_rad_s = draw.between(-0.15, 0.15);
@@ -164,7 +162,7 @@ std::vector<TrialSpec> pushes(const Robot& robot, const SuiteOptions& o) {
     const int instants = speed > 0.0 ? 8 : 1;
     for (int direction = 0; direction < 8; ++direction) {
       for (int k = 0; k < instants; ++k) {
-        TrialSpec spec = plain(robot, o);
+        TrialSpec spec = plain(robot, o, trials.size());
         const double at = speed > 0.0 ? 5.05 + 0.2 * k : 3.0,
                      angle = direction * std::numbers::pi / 4.0;
         Walk walk;
@@ -203,7 +201,7 @@ std::vector<TrialSpec> speeds(const Robot& robot, const SuiteOptions& o) {
   };
   std::vector<TrialSpec> trials;
   for (const Case& c : kCases) {
-    TrialSpec spec = plain(robot, o);
+    TrialSpec spec = plain(robot, o, trials.size());
     spec.name = c.name;
     spec.wish = wish_of({.velocity_m_s = {c.forward, c.left}, .turn_rad_s = c.turn},
                         Arms(robot.biped, c.arms_rad, 0.5));
@@ -223,6 +221,14 @@ std::vector<TrialSpec> naive(const Robot& robot, const SuiteOptions& o) {
 }
 
 }  // namespace
+
+hw::sim::BodyOptions body_of(const SuiteOptions& options, std::size_t number) {
+  return {.plant = options.plant,
+          .slope_rad = options.slope_rad,
+          .ankle_pitch_n_m = options.ankle_pitch_n_m,
+          .seed = 1000 * options.seed + number,
+          .senses = options.senses};
+}
 
 const std::vector<std::string>& suite_names() {
   static const std::vector<std::string> names{"steps30", "plates30", "pushes", "speeds", "naive"};
@@ -268,6 +274,8 @@ ordered_json to_json(const TrialResult& r) {
   j["step_error_max_m"] = f.step_error_max_m;
   j["dcm_rms_m"] = {r.dcm_rms_m.x(), r.dcm_rms_m.y()};
   j["dcm_max_m"] = r.dcm_max_m;
+  j["tilt_error_rms_rad"] = r.tilt_error_rms_rad;
+  j["tilt_error_max_rad"] = r.tilt_error_max_rad;
   j["zmp_error_rms_m"] = {f.zmp_error_rms_m.x(), f.zmp_error_rms_m.y()};
   j["ankle_pitch_peak_n_m"] = f.ankle_pitch_peak_n_m;
   j["ankle_pitch_slow_peak_n_m"] = f.ankle_pitch_slow_peak_n_m;
@@ -289,7 +297,7 @@ ordered_json to_json(const TrialResult& r) {
 ordered_json summary_json(std::span<const TrialResult> results) {
   ordered_json falls = ordered_json::array();
   int self = 0, furniture = 0;
-  double step = 0.0, dcm = 0.0, ankle = 0.0, ankle_slow = 0.0, normal = 0.0, p99 = 0.0;
+  double step = 0.0, dcm = 0.0, ankle = 0.0, ankle_slow = 0.0, normal = 0.0, p99 = 0.0, tilt = 0.0;
   for (const TrialResult& r : results) {
     const hw::sim::WalkFigures& f = r.figures;
     if (f.fell) {
@@ -304,12 +312,14 @@ ordered_json summary_json(std::span<const TrialResult> results) {
     ankle_slow = std::max(ankle_slow, f.ankle_pitch_slow_peak_n_m);
     normal = std::max(normal, f.normal_peak_n);
     p99 = std::max(p99, r.tick_p99_s);
+    tilt = std::max(tilt, r.tilt_error_max_rad);
   }
   return {{"trials", results.size()},
           {"falls", falls.size()},
           {"fell", falls},
           {"step_error_max_m", step},
           {"dcm_max_m", dcm},
+          {"tilt_error_max_rad", tilt},
           {"ankle_pitch_peak_n_m", ankle},
           {"ankle_pitch_slow_peak_n_m", ankle_slow},
           {"normal_peak_n", normal},

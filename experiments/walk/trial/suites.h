@@ -69,9 +69,14 @@ struct SuiteOptions {
   hw::sim::Plant plant = hw::sim::Plant::springs;
   std::uint64_t seed = 1;        ///< seed of all random numbers
   double ankle_pitch_n_m = 0.0;  ///< limit of these motors; 0: the robot's own
-  int delay_ticks = 1;           ///< 5 ms each
+  hw::sim::Senses senses = hw::sim::kExactSenses;
+  Eigen::Vector2d slope_rad = Eigen::Vector2d::Zero();  ///< see BodyOptions
+  int delay_ticks = 1;                                  ///< 5 ms each
   walker::WalkerSettings walker;
 };
+
+/// World of trial `number` of a suite: each has an IMU and noise of its own.
+hw::sim::BodyOptions body_of(const SuiteOptions& options, std::size_t number);
 
 /// Trials of a suite:
 ///   steps30  thirty walks of 16 s at 0.1, 0.2 and 0.3 m/s with moving arms, turning, side drift,

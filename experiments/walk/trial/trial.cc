@@ -30,7 +30,13 @@ class Observer {
   void tick(const walker::WalkerOutput& out, const hw::sim::BodyTruth& truth) {
     const hw::sim::PlannedGround plan = planned_ground(out.pattern);
     judge_.tick(truth, plan);
-    if (!truth.fell) add_dcm(hw::sim::truth_to_plan(plan, truth), out, truth);
+    if (!truth.fell) {
+      add_dcm(hw::sim::truth_to_plan(plan, truth), out, truth);
+      const Eigen::Vector3d up_B = truth.X_WB.linear().row(2).transpose();
+      const double tilt_rad = out.stabilizer.X_WB.linear().row(2).transpose().cross(up_B).norm();
+      tilt_squares_ += tilt_rad * tilt_rad;
+      result_.tilt_error_max_rad = std::max(result_.tilt_error_max_rad, tilt_rad);
+    }
     for (Side s : robot::kSides) {
       if (out.pattern.contact[s] && !contact_[s]) judge_landing(s, out.pattern);
       contact_[s] = out.pattern.contact[s];
@@ -45,7 +51,10 @@ class Observer {
 
   TrialResult result() {
     result_.figures = judge_.figures();
-    if (count_ > 0) result_.dcm_rms_m = (squares_ / double(count_)).cwiseSqrt();
+    if (count_ > 0) {
+      result_.dcm_rms_m = (squares_ / double(count_)).cwiseSqrt();
+      result_.tilt_error_rms_rad = std::sqrt(tilt_squares_ / double(count_));
+    }
     return result_;
   }
 
@@ -68,6 +77,7 @@ class Observer {
   hw::sim::WalkJudge judge_;
   std::array<bool, 2> contact_{true, true};
   Eigen::Vector2d squares_ = Eigen::Vector2d::Zero();
+  double tilt_squares_ = 0.0;
   long count_ = 0;
   TrialResult result_;
 };

@@ -54,7 +54,9 @@ struct TrialResult {
   /// Divergent component in truth against the plan, seen from the standing foot [m].
   Eigen::Vector2d dcm_rms_m = Eigen::Vector2d::Zero();
   double dcm_max_m = 0.0;
-  double reach_error_m = 0.0;  ///< error of a wished hand at the end; 0 without one
+  double tilt_error_rms_rad = 0.0,
+         tilt_error_max_rad = 0.0;  ///< of what the walker takes for upright
+  double reach_error_m = 0.0;       ///< error of a wished hand at the end; 0 without one
   int limited_ticks = 0, clipped_ticks = 0, failed_ticks = 0, saturated_ticks = 0;
   hw::sim::Collisions self, furniture;
   std::string trouble;  ///< first one that the walker told

@@ -13,7 +13,13 @@ BodyOptions body_options(const SimBodyParams& p, const robot::Biped& biped) {
   // A turn by the right hand about y lowers what lies ahead.
   options.slope_rad = {-p.slope_forward_rad, p.slope_left_rad};
   options.seed = static_cast<std::uint64_t>(p.seed);
-  if (p.drawer.present) options.drawer = drawer_settings(p.drawer.drawer, biped);
+  if (p.drawer.present) {
+    DrawerSettings& drawer = options.drawer.emplace(drawer_settings(p.drawer.drawer, biped));
+    const double ground_m =
+        ground_height_m(options.slope_rad, {drawer.front_x_m, drawer.front_y_m});
+    drawer.handle_height_m += ground_m;
+    drawer.object_height_m += ground_m;
+  }
   return options;
 }
 

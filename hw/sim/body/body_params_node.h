@@ -118,7 +118,8 @@ struct SimBodyParams {
   double robot_rate_hz() const;  ///< see run_node
 };
 
-/// @throws ConfigError as robot::drawer_size(), if there is a drawer
+/// A drawer stands on the sloped ground. @throws ConfigError as robot::drawer_size(), if there is
+/// one
 BodyOptions body_options(const SimBodyParams& params, const robot::Biped& biped);
 /// Heights of 0 become the robot's. @throws ConfigError as robot::drawer_size()
 DrawerSettings drawer_settings(DrawerSettings settings, const robot::Biped& biped);

@@ -20,6 +20,17 @@ constexpr double kObject_m = 0.03;  ///< radius of the object in the hand: a bal
 
 }  // namespace
 
+Eigen::Matrix3d ground_rotation(const Eigen::Vector2d& slope_rad) {
+  return (Eigen::AngleAxisd(slope_rad.x(), Eigen::Vector3d::UnitY()) *
+          Eigen::AngleAxisd(slope_rad.y(), Eigen::Vector3d::UnitX()))
+      .toRotationMatrix();
+}
+
+double ground_height_m(const Eigen::Vector2d& slope_rad, const Eigen::Vector2d& p_W_m) {
+  const Eigen::Vector3d up_W = ground_rotation(slope_rad).col(2);
+  return -up_W.head<2>().dot(p_W_m) / up_W.z();
+}
+
 struct BodyWorld::Impl {
   struct RunningPush {
     LinkForce force;

@@ -89,6 +89,11 @@ struct Collisions {
   std::string deepest_between;  ///< what with what, at the deepest
 };
 
+/// Rotation of the ground: its z is the normal. `slope_rad`: see BodyOptions.
+Eigen::Matrix3d ground_rotation(const Eigen::Vector2d& slope_rad);
+/// Height of the ground in W below a point of it, without plates.
+double ground_height_m(const Eigen::Vector2d& slope_rad, const Eigen::Vector2d& p_W_m);
+
 /// True state of the world.
 struct BodyTruth {
   double time_s = 0.0;

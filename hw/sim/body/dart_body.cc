@@ -219,9 +219,7 @@ DartBody make_dart_body(const robot::Biped& biped, const std::string& urdf_file,
   body.robot = load(urdf_file);
   map_joints(biped.tree, urdf_file, body);
   map_links(biped.tree, urdf_file, body);
-  body.R_WG = (Eigen::AngleAxisd(options.slope_rad.x(), Eigen::Vector3d::UnitY()) *
-               Eigen::AngleAxisd(options.slope_rad.y(), Eigen::Vector3d::UnitX()))
-                  .toRotationMatrix();
+  body.R_WG = ground_rotation(options.slope_rad);
   BodyNode& trunk = *body.at(biped.trunk).node;
   trunk.setMass(trunk.getMass() + options.payload_kg);
   body.robot->disableSelfCollisionCheck();

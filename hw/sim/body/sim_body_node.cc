@@ -149,7 +149,7 @@ SimBodyNode::SimBodyNode(const Params& params, runtime::Bus& bus)
         throw ConfigError("drawer.present: '" + biped_.tree.name() + "' has not two hands");
       }
     }
-    drawer_.emplace(drawer_settings(params.drawer.drawer, biped_));  // as the world's
+    drawer_.emplace(*body_options(params, biped_).drawer);
     if (biped_.head >= 0) {
       HeadCameraSettings camera = params.camera;
       camera.seed = static_cast<std::uint64_t>(params.seed);

@@ -11,24 +11,15 @@ namespace mimesis::walker {
 class DcmFeedback {
  public:
   DcmFeedback(double com_height_m, const StabilizerSettings& settings)
-      : settings_(&settings),
-        omega_(std::sqrt(robot::kGravity / com_height_m)),
-        velocity_share_(low_pass_share(settings.velocity_filter_s)) {}
+      : settings_(&settings), omega_(std::sqrt(robot::kGravity / com_height_m)) {}
 
   void reset() {
-    first_ = true;
     error_.setZero();
     integral_.setZero();
   }
-  /// The planned velocity passes the filter of the measured one (see Estimator), so that a late
-  /// measurement of a correct motion is no error.
   void measure(const ComState& planned, const Eigen::Vector2d& com_W_m,
                const Eigen::Vector2d& com_v_W) {
-    planned_v_ = first_
-                     ? planned.v_W
-                     : Eigen::Vector2d(planned_v_ + velocity_share_ * (planned.v_W - planned_v_));
-    first_ = false;
-    error_ = com_W_m - planned.p_W_m + (com_v_W - planned_v_) / omega_;
+    error_ = com_W_m - planned.p_W_m + (com_v_W - planned.v_W) / omega_;
   }
   /// @return z_d − z_r. `saturated`: the last one was cut; ∫e only forgets. Along the heading
   /// `yaw_rad` the term of kd is limited (forward_limit_m).
@@ -51,10 +42,8 @@ class DcmFeedback {
 
  private:
   const StabilizerSettings* settings_;
-  double omega_, velocity_share_;
-  bool first_ = true;
-  Eigen::Vector2d planned_v_ = Eigen::Vector2d::Zero(), error_ = Eigen::Vector2d::Zero(),
-                  integral_ = Eigen::Vector2d::Zero();
+  double omega_;
+  Eigen::Vector2d error_ = Eigen::Vector2d::Zero(), integral_ = Eigen::Vector2d::Zero();
 };
 
 /// CoM admittance: shift x of the CoM that brings the measured ZMP to the wished one

@@ -37,55 +37,80 @@ inline double left_weight(const PatternSample& plan) {
 
 /// Estimates the body from encoders, the IMU's attitude and the kinematic chain to the standing
 /// feet [docs/walking.md 6.1]. The heading is that of the standing feet, not the IMU's; in double
-/// support both feet count by their planned shares of the weight.
+/// support both feet count by their planned shares of the weight. The velocity of the CoM follows
+/// the force of the ground, and the kinematics with poles at −λ [eq. 6.9]:
+///   v̂' = F/m − g ẑ + λ² (c − ĉ),  ĉ' = v̂ + 2λ (c − ĉ)
+/// so that it is neither late nor as noisy as a difference of encoders.
 class Estimator {
  public:
   Estimator(const robot::Biped& biped, const StabilizerSettings& settings)
       : biped_(&biped),
         kinematics_(biped.tree),
-        velocity_share_(low_pass_share(settings.velocity_filter_s)) {}
+        mass_kg_(biped.tree.mass_kg()),
+        pole_1_s_(1.0 / settings.velocity_filter_s) {}
 
   void reset() { first_ = true; }
   /// @param plan  the plan for the instant of the measurement
+  /// @param R_WI  attitude of the IMU, of any heading
   /// No allocation. Precondition: !unusable(sensors).
-  const BodyEstimate& step(const PatternSample& plan, const Sensors& sensors) {
-    kinematics_.update(Eigen::Isometry3d::Identity(), sensors.q);
+  const BodyEstimate& step(const PatternSample& plan, const Eigen::VectorXd& q,
+                           const Eigen::Quaterniond& R_WI,
+                           const std::array<robot::Wrench, 2>& foot_S) {
+    kinematics_.update(Eigen::Isometry3d::Identity(), q);
     const Eigen::Matrix3d R_IB =
-        sensors.R_WI.toRotationMatrix() * kinematics_.X_WL(biped_->imu).linear().transpose();
+        R_WI.toRotationMatrix() * kinematics_.X_WL(biped_->imu).linear().transpose();
     const std::array<Anchored, 2> seen{anchor(kLeft, plan, R_IB), anchor(kRight, plan, R_IB)};
     const double left = left_weight(plan);
-    const auto blend = [left](const auto& l, const auto& r) { return left * l + (1.0 - left) * r; };
+    const auto blend = [left](const auto& l, const auto& r) {
+      return (left * l + (1.0 - left) * r).eval();
+    };
 
     const double turn = std::remainder(seen[kLeft].yaw_rad - seen[kRight].yaw_rad, 2.0 * M_PI);
     now_.X_WB.linear() = about_z(seen[kRight].yaw_rad + left * turn) * R_IB;
     now_.X_WB.translation() = blend(seen[kLeft].p_WB_m, seen[kRight].p_WB_m);
     now_.com_W_m = blend(seen[kLeft].com_W_m, seen[kRight].com_W_m);
 
-    // Each foot's view is differentiated on its own: a change of the blend is no motion.
+    Eigen::Vector2d a_W = Eigen::Vector2d::Zero();
+    for (Side s : robot::kSides) {
+      a_W += (now_.X_WB.linear() * (X_BS(s).linear() * foot_S[s].force)).head<2>() / mass_kg_;
+    }
+    // Each foot's view is followed on its own: a change of the blend is no motion.
+    std::array<Eigen::Vector2d, 2> off;
+    for (Side s : robot::kSides) {
+      const bool carries = (s == kLeft ? left : 1.0 - left) > 0.0;
+      if (first_ || !carries) com_[s] = seen[s].com_W_m.head<2>();
+      off[s] = seen[s].com_W_m.head<2>() - com_[s];
+    }
     if (first_) {
       now_.com_v_W.setZero();
     } else {
-      const Eigen::Vector3d v = blend(Eigen::Vector3d(seen[kLeft].com_W_m - last_com_[kLeft]),
-                                      Eigen::Vector3d(seen[kRight].com_W_m - last_com_[kRight])) /
-                                kTick_s;
-      now_.com_v_W += velocity_share_ * (v.head<2>() - now_.com_v_W);
+      now_.com_v_W += kTick_s * (a_W + pole_1_s_ * pole_1_s_ * blend(off[kLeft], off[kRight]));
     }
-    for (Side s : robot::kSides) last_com_[s] = seen[s].com_W_m;
+    for (Side s : robot::kSides) com_[s] += kTick_s * (now_.com_v_W + 2.0 * pole_1_s_ * off[s]);
     first_ = false;
     return now_;
   }
+  const BodyEstimate& now() const { return now_; }
+  Eigen::Matrix3d R_BI() const { return kinematics_.X_WL(biped_->imu).linear(); }
   /// Pose of a sole in the base by the encoders of the last step.
   const Eigen::Isometry3d& X_BS(Side side) const {
     return kinematics_.X_WL(biped_->leg[side].sole);
   }
+  static const char* unusable_imu(const Sensors& sensors, bool imu_attitude) {
+    if (imu_attitude) {
+      const bool turns = std::abs(sensors.R_WI.norm() - 1.0) <= 1e-3;  // false for NaN
+      return turns ? nullptr : "inertial measurement unit: attitude is not a rotation";
+    }
+    return sensors.gyro_I.allFinite() && sensors.specific_force_I.allFinite()
+               ? nullptr
+               : "inertial measurement unit: a value is not finite";
+  }
   /// nullptr, or the fault of the sensors: size or a value that is not finite.
-  const char* unusable(const Sensors& sensors) const {
+  const char* unusable(const Sensors& sensors, bool imu_attitude) const {
     const auto dof = biped_->tree.dof();
     if (sensors.q.size() != dof) return "encoders: wrong number of joints";
     if (!sensors.q.allFinite()) return "encoders: a position is not finite";
-    if (!sensors.R_WI.coeffs().allFinite() || std::abs(sensors.R_WI.norm() - 1.0) > 1e-3) {
-      return "inertial measurement unit: attitude is not a rotation";
-    }
+    if (const char* why = unusable_imu(sensors, imu_attitude)) return why;
     for (const robot::Wrench& w : sensors.foot_S) {
       if (!w.force.allFinite() || !w.moment.allFinite()) {
         return "foot force sensors: a value is not finite";
@@ -118,9 +143,9 @@ class Estimator {
 
   const robot::Biped* biped_;
   robot::Kinematics kinematics_;  ///< with the base at the origin
-  double velocity_share_;
+  double mass_kg_, pole_1_s_;
   bool first_ = true;
-  std::array<Eigen::Vector3d, 2> last_com_;  ///< CoM seen from each foot
+  std::array<Eigen::Vector2d, 2> com_;  ///< ĉ seen from each foot, at the next tick
   BodyEstimate now_;
 };
 

@@ -8,6 +8,8 @@ namespace {
 
 constexpr double kLeastShare =
     0.2;  ///< share of the weight on the ground below which a ZMP is noise
+constexpr double kAcceleration_s = 0.02;  ///< low pass of the planned acceleration
+constexpr int kForgotten_ticks = 100;     ///< without an IMU: the old attitude means nothing
 
 }  // namespace
 
@@ -16,7 +18,10 @@ Stabilizer::Stabilizer(const robot::Biped& biped, const GaitSettings& gait,
     : settings_(settings),
       weight_n_(biped.tree.mass_kg() * robot::kGravity),
       wrench_share_(low_pass_share(settings.wrench_filter_s)),
+      attitude_(settings.attitude_s),
+      acceleration_(kAcceleration_s),
       estimator_(biped, settings_),
+      slope_(settings_),
       feedback_(gait.com_height_m, settings_),
       admittance_(settings_),
       adjustment_(settings_),
@@ -37,6 +42,9 @@ void Stabilizer::reset() {
   adjustment_.reset();
   give_.reset();
   feet_.reset();
+  acceleration_.reset();
+  slope_.reset();
+  command_.ground = {};
   at_ = remembered_ = 0;
   blind_ = true;
   command_.falling = command_.saturated = false;
@@ -82,6 +90,38 @@ void Stabilizer::without_feedback(const StabilizerPlan& plan, const char* why) {
   if (!command_.falling) command_.reason.assign(why);
 }
 
+const Eigen::Quaterniond& Stabilizer::watch(const Sensors& sensors) {
+  return attitude(sensors, Eigen::Vector3d::Zero());
+}
+
+const Eigen::Quaterniond& Stabilizer::attitude(const Sensors& sensors, const Eigen::Vector3d& a_I) {
+  if (settings_.imu_attitude) return sensors.R_WI;
+  if (Estimator::unusable_imu(sensors, false) != nullptr) {
+    if (++unseen_ >= kForgotten_ticks) attitude_.reset();
+    return attitude_.R_WI();
+  }
+  unseen_ = 0;
+  return attitude_.step(sensors.gyro_I, sensors.specific_force_I, a_I, kTick_s);
+}
+
+/// Of the pelvis as it was sent, in the IMU's frame of the last measurement.
+Eigen::Vector3d Stabilizer::planned_acceleration_I(const Past& sent) {
+  const Eigen::Vector3d& a_W = acceleration_.step(sent.plan.X_WB_last.translation());
+  if (blind_) return Eigen::Vector3d::Zero();
+  return settings_.attitude_planned * estimator_.R_BI().transpose() *
+         (estimator_.now().X_WB.linear().transpose() * a_W);
+}
+
+void Stabilizer::measure_ground(const PatternSample& plan, const BodyEstimate& body) {
+  std::array<Eigen::Vector3d, 2> up_W;
+  std::array<double, 2> load_n;
+  for (Side s : robot::kSides) {
+    up_W[s] = body.X_WB.linear() * estimator_.X_BS(s).linear().col(2);
+    load_n[s] = wrench_S_[s].force.z();
+  }
+  command_.ground = slope_.step(plan, up_W, load_n, kLeastShare * weight_n_);
+}
+
 void Stabilizer::measure_give(const Past& sent) {
   for (Side s : robot::kSides) {
     const Eigen::Isometry3d X_BS = sent.plan.X_WB_last.inverse() * sent.X_WS_last[s];
@@ -122,7 +162,8 @@ const StabilizerCommand& Stabilizer::step(const StabilizerPlan& unadjusted,
                                           const Sensors& sensors) {
   const StabilizerPlan& plan = adjusted(unadjusted);
   const StabilizerPlan& past = remember(plan);
-  if (const char* why = estimator_.unusable(sensors)) {
+  if (const char* why = estimator_.unusable(sensors, settings_.imu_attitude)) {
+    watch(sensors);
     without_feedback(plan, why);
     return command_;
   }
@@ -130,8 +171,10 @@ const StabilizerCommand& Stabilizer::step(const StabilizerPlan& unadjusted,
   const int back = std::min(settings_.delay_ticks, remembered_ - 1);
   const Past& sent = history_[std::size_t((at_ + kHistory - std::max(back - 1, 0)) % kHistory)];
 
-  const BodyEstimate& body = estimator_.step(past.pattern, sensors);
+  const Eigen::Quaterniond& R_WI = attitude(sensors, planned_acceleration_I(sent));
+  const BodyEstimate& body = estimator_.step(past.pattern, sensors.q, R_WI, sensors.foot_S);
   filter(sensors.foot_S);
+  measure_ground(past.pattern, body);
   blind_ = false;
   measure_give(sent);
   feedback_.measure(past.com, body.com_W_m.head<2>(), body.com_v_W);

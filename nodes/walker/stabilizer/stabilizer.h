@@ -2,9 +2,11 @@
 #include <string>
 
 #include "nodes/walker/pattern/pattern.h"
+#include "nodes/walker/stabilizer/attitude.h"
 #include "nodes/walker/stabilizer/balance.h"
 #include "nodes/walker/stabilizer/estimator.h"
 #include "nodes/walker/stabilizer/feet.h"
+#include "nodes/walker/stabilizer/slope.h"
 
 namespace mimesis::walker {
 
@@ -22,6 +24,7 @@ struct StabilizerCommand {
   std::array<Eigen::Isometry3d, 2> X_WS;  ///< soles to track, corrected
   /// Movement of the whole pattern before the next tick, because a step was adjusted.
   Eigen::Vector2d pattern_shift_W_m = Eigen::Vector2d::Zero();
+  GroundPlane ground;  ///< where the next plan's level ground is
   // for logs and plots
   Eigen::Vector2d dcm_error_W_m = Eigen::Vector2d::Zero();
   Eigen::Vector2d zmp_W_m = Eigen::Vector2d::Zero(), wished_zmp_W_m = Eigen::Vector2d::Zero();
@@ -41,7 +44,11 @@ class Stabilizer {
              const StabilizerSettings& settings);
   Stabilizer(const Stabilizer&) = delete;
   Stabilizer& operator=(const Stabilizer&) = delete;
+  /// The attitude is kept: it does not depend on the plan.
   void reset();
+  /// Attitude of the IMU before balance begins, once a tick. @return as the last step() with usable
+  /// sensors
+  const Eigen::Quaterniond& watch(const Sensors& sensors);
   /// Does not allocate. With unusable sensors: the plan without feedback; `reason` says which one.
   const StabilizerCommand& step(const StabilizerPlan& plan, const Sensors& sensors);
 
@@ -51,6 +58,9 @@ class Stabilizer {
     StabilizerPlan plan;
     std::array<Eigen::Isometry3d, 2> X_WS_last;  ///< soles of the set-points that were sent last
   };
+  const Eigen::Quaterniond& attitude(const Sensors& sensors, const Eigen::Vector3d& a_I);
+  Eigen::Vector3d planned_acceleration_I(const Past& sent);
+  void measure_ground(const PatternSample& plan, const BodyEstimate& body);
   void measure_give(const Past& sent);
   const StabilizerPlan& remember(const StabilizerPlan& plan);
   const StabilizerPlan& adjusted(const StabilizerPlan& plan);
@@ -61,7 +71,10 @@ class Stabilizer {
 
   StabilizerSettings settings_;
   double weight_n_, wrench_share_;
+  AttitudeFilter attitude_;
+  PlannedAcceleration acceleration_;
   Estimator estimator_;
+  SlopeEstimate slope_;
   DcmFeedback feedback_;
   ComAdmittance admittance_;
   StepAdjustment adjustment_;
@@ -71,6 +84,7 @@ class Stabilizer {
   std::array<Past, kHistory> history_;  ///< ring: the last plans
   int at_ = 0, remembered_ = 0;
   bool blind_ = true;  ///< no measurement in the last tick
+  int unseen_ = 0;     ///< ticks without an IMU
   std::array<robot::Wrench, 2> wrench_S_;
   StabilizerPlan plan_;  ///< plan of this tick, with adjusted feet
   StabilizerCommand command_;

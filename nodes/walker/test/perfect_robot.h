@@ -1,6 +1,7 @@
 #pragma once
 #include <Eigen/Geometry>
 
+#include "common/math/so3.h"
 #include "common/robot/dynamics.h"
 #include "nodes/walker/pattern/pattern.h"
 #include "proto/bridge.pb.h"
@@ -62,7 +63,11 @@ class PerfectRobot {
     message.mutable_world_from_imu()->set_x(attitude.x());
     message.mutable_world_from_imu()->set_y(attitude.y());
     message.mutable_world_from_imu()->set_z(attitude.z());
-    message.mutable_gyro_in_imu();
+    const Eigen::Vector3d turn_I = math::log_so3(Eigen::Matrix3d(R_WI_.transpose() * R_WI));
+    R_WI_ = R_WI;
+    message.mutable_gyro_in_imu()->set_x_rad_s(turn_I.x() / kTick_s);
+    message.mutable_gyro_in_imu()->set_y_rad_s(turn_I.y() / kTick_s);
+    message.mutable_gyro_in_imu()->set_z_rad_s(turn_I.z() / kTick_s);
     const Eigen::Vector3d up_I = R_WI.transpose() * Eigen::Vector3d(0.0, 0.0, robot::kGravity);
     message.mutable_specific_force_in_imu()->set_x_m_s2(up_I.x());
     message.mutable_specific_force_in_imu()->set_y_m_s2(up_I.y());
@@ -108,6 +113,7 @@ class PerfectRobot {
   std::array<Eigen::Vector3d, 2> foot_W_m_;
   std::array<double, 2> yaw_rad_{};
   Eigen::Vector2d zmp_W_m_;
+  Eigen::Matrix3d R_WI_ = Eigen::Matrix3d::Identity();  ///< of the last reading
 };
 
 }  // namespace mimesis::walker::testing

@@ -62,9 +62,9 @@ TEST_P(WholeTick, DoesNotAllocate) {
   for (int i = 0; i < ticks(11.0); ++i) {
     const double t_s = i * kTick_s;
     motion_at(t_s, motion);
+    if (t_s > 10.5) loop.robot.tilt = Eigen::AngleAxisd(1.5, Eigen::Vector3d::UnitX());  // fallen
     Sensors sensors = loop.sense();
-    if (t_s > 9.5 && t_s < 9.7) sensors.q[3] = kNan;                        // blind
-    if (t_s > 10.5) sensors.R_WI = Eigen::Quaterniond(0.5, 0.5, 0.5, 0.5);  // fallen
+    if (t_s > 9.5 && t_s < 9.7) sensors.q[3] = kNan;  // blind
     const WalkerOutput* out = nullptr;
     if (i == 0) {
       out = &loop.walker.step(wish.step(&motion, place, kTick_s), sensors);

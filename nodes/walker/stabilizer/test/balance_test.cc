@@ -26,7 +26,6 @@ struct Pendulum {
 StabilizerSettings without_integral() {
   StabilizerSettings s;
   s.ki_1_s = 0.0;
-  s.velocity_filter_s = 0.0;
   s.forward_limit_m = 0.3;
   return s;
 }
@@ -70,7 +69,6 @@ TEST(DcmFeedback, LargeErrorsForwardGoBackAtALimitedSpeedSidewaysAtKd) {
 
 TEST(DcmFeedback, IntegralTakesAwayAConstantOffset) {
   StabilizerSettings settings;
-  settings.velocity_filter_s = 0.0;
   const auto left_over = [&](double ki) {
     settings.ki_1_s = ki;
     DcmFeedback feedback(kHeight, settings);
@@ -85,17 +83,6 @@ TEST(DcmFeedback, IntegralTakesAwayAConstantOffset) {
   EXPECT_NEAR(left_over(0.0), -0.01 * omega / 4.5, 2e-4);
   // at rest e (kd + ki·leak) = -ω·offset
   EXPECT_NEAR(left_over(1.5), -0.01 * omega / (4.5 + 15.0), 2e-4);
-}
-
-TEST(DcmFeedback, LatePlanIsFilteredAsTheMeasurementIs) {
-  StabilizerSettings settings;
-  DcmFeedback feedback(kHeight, settings);
-  ComState planned;
-  planned.v_W = {0.3, 0.0};
-  feedback.measure({}, Eigen::Vector2d::Zero(), Eigen::Vector2d::Zero());
-  const double share = -std::expm1(-kTick_s / settings.velocity_filter_s);
-  feedback.measure(planned, Eigen::Vector2d::Zero(), share * planned.v_W);
-  EXPECT_LT(feedback.error_m().norm(), 1e-12);
 }
 
 TEST(DcmFeedback, IntegralForgetsWhileTheFeedbackIsCut) {

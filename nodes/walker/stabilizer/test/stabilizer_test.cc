@@ -32,7 +32,7 @@ struct StabilizerTest : ::testing::Test {
     Sensors s = sensors_at(biped, X, biped.half_sitting);
     const double weight = biped.tree.mass_kg() * robot::kGravity;
     for (robot::Wrench& w : s.foot_S) {
-      w.force.z() = 0.5 * weight;
+      w.force = math::exp_so3({0.0, -tilt_y_rad, 0.0}) * Eigen::Vector3d(0.0, 0.0, 0.5 * weight);
       w.moment.y() = -zmp_x_m * 0.5 * weight;
     }
     return s;

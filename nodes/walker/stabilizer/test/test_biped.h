@@ -44,6 +44,7 @@ inline Sensors sensors_at(const robot::Biped& biped, const Eigen::Isometry3d& X_
   sensors.q = q;
   sensors.dq = Eigen::VectorXd::Zero(q.size());
   sensors.R_WI = Eigen::Quaterniond(kinematics.X_WL(biped.imu).linear());
+  sensors.specific_force_I = sensors.R_WI.conjugate() * Eigen::Vector3d(0, 0, robot::kGravity);
   return sensors;
 }
 
