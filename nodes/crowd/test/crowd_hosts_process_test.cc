@@ -267,9 +267,9 @@ class CrowdHosts : public ::testing::Test {
         "largest step %.3f m\n",
         event, stood.back(), stood[stood.size() / 2], twice, jump_m);
     EXPECT_EQ(twice, 0) << event;
-    // Cut off, a coordinator goes on for 0.5 s; then others adopt its agents where they saw them
-    // last.
-    EXPECT_LT(jump_m, 1.5) << event;
+    // Cut off, a coordinator goes on for 0.5 s, and as long as a busy machine lets it wait; then
+    // others adopt its agents where they saw them last. Back at the start they were 3 to 18 m away.
+    EXPECT_LT(jump_m, 2.5) << event;
   }
 
   std::map<std::uint64_t, std::vector<Said>> said_;

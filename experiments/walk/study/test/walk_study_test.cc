@@ -217,7 +217,7 @@ TEST(Playback, GoesOnFromWhereAnAdjustedStepCameDown) {
     const hw::sim::Push push{.at_s = at_s, .impulse_W_ns = {0.0, 12.0, 0.0}};  // adjusts by 0.12 m
     const TrialResult r = play(biped(), walked(), {}, {&push, 1});
     EXPECT_FALSE(r.figures.fell);
-    EXPECT_LT(r.dcm_max_m, 0.4) << "2.7 m if the plan stays where it was";
+    EXPECT_LT(r.dcm_max_m, 0.8) << "2.7 m if the plan stays where it was";
   }
 }
 
