@@ -12,9 +12,9 @@ namespace mimesis::runtime {
 
 CounterNode::CounterNode(const Params& params, Bus& bus)
     : params_(params),
-      a_(bus, "a"),
-      b_(bus, "b"),
-      latest_(bus, kSoleInputs[0], {.sole = true}),
+      a_(bus, "a", true),
+      b_(bus, "b", true),
+      latest_(bus, "latest", {.sole = true, .optional = true}),
       out_(bus, "out") {
   hash_ ^= static_cast<std::uint64_t>(params.salt);
   if (params.mode == "refuse") throw ConfigError("counter.mode: refuses");
