@@ -53,7 +53,7 @@ function(mimesis_executable name)
 endfunction()
 
 # The words of --help and --describe for the parameters of the node in this folder: comments at their declarations.
-find_program(MIMESIS_PYTHON python3)
+find_program(MIMESIS_PYTHON NAMES python3 PATHS /usr/bin NO_DEFAULT_PATH)
 function(mimesis_explain name)
   set(shared)
   if(EXISTS ${PROJECT_SOURCE_DIR}/common/runtime/params.h)

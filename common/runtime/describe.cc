@@ -12,9 +12,10 @@
 
 #include "common/error.h"
 #include "common/runtime/own_topics.h"
+#include "common/runtime/value_text.h"
 #include "proto/foxglove/log.pb.h"
-#include "proto/steps.pb.h"
 #include "proto/runtime.pb.h"
+#include "proto/steps.pb.h"
 
 namespace mimesis::runtime {
 namespace {
@@ -183,6 +184,26 @@ Json param_json(const ParamInfo& info, const ParamInfo& present) {
   return json;
 }
 
+/// "'brsk' is none of the model's: walk, brisk": the known words stand behind the unknown one.
+std::string suggestion_in(const std::string& line) {
+  if (line.find("did you mean") != std::string::npos) return {};
+  for (std::size_t open = line.find('\''); open != std::string::npos;) {
+    const std::size_t close = line.find('\'', open + 1);
+    if (close == std::string::npos) break;
+    std::vector<std::string> words(1);
+    for (const char c : line.substr(close + 1)) {
+      if (std::string_view(" ,:;'").find(c) == std::string_view::npos)
+        words.back() += c;
+      else if (!words.back().empty())
+        words.emplace_back();
+    }
+    const std::string found = did_you_mean(line.substr(open + 1, close - open - 1), words);
+    if (!found.empty()) return found;
+    open = line.find('\'', close + 1);
+  }
+  return {};
+}
+
 /// Path, "buses.0.can", of the parameter with this value.
 std::string path_of_value(const std::vector<std::string>& flat, const std::string& value) {
   for (const std::string& entry : flat) {
@@ -268,11 +289,13 @@ std::string params_text(const std::vector<ParamInfo>& infos) {
   return lines;
 }
 
-std::string placed(const std::string& line, const std::string& owner,
-                   const std::vector<ParamInfo>& infos, const ParamSource& source) {
+std::string placed(const std::string& line, const std::string& owner, const VisitParams& visit,
+                   const ParamSource& source) {
+  const std::vector<ParamInfo> infos = param_infos(visit);
   const auto at = [&](const std::string& path, const std::string& rest) {
     const std::string place = to_string(source.place_of(path));
-    return fmt::format("{}{}{}.{}: {}", place, place.empty() ? "" : ": ", owner, path, rest);
+    return fmt::format("{}{}{}.{}: {}{}", place, place.empty() ? "" : ": ", owner, path, rest,
+                       suggestion_in(rest));
   };
   const std::size_t colon = line.find(": ");
   std::string key = line.substr(0, colon);
@@ -289,8 +312,21 @@ std::string placed(const std::string& line, const std::string& owner,
   for (const ParamInfo& info : infos) {
     if (info.file_of.empty() || info.value.size() <= 2) continue;
     const std::string file = info.value.substr(1, info.value.size() - 2);
-    if (line.starts_with(file + ": ") || line.find("/" + file + ": ") < colon)
-      return at(info.key, line);
+    const std::size_t named = line.starts_with(file + ":") ? 0 : line.find("/" + file + ":");
+    if (named >= colon) continue;
+    const std::size_t behind = line.find(file, named) + file.size();
+    if (line.compare(behind, 2, ": ") == 0) return at(info.key, line);
+    std::size_t end = 0;  // of the first lines: a file of another kind has nothing right
+    for (int i = 0; i < 3 && end < line.size(); ++i)
+      end = std::min(line.find('\n', end + 1), line.size());
+    return at(info.key, fmt::format("'{}' cannot be read, expected the file of: {}\n{}", file,
+                                    info.file_of, line.substr(0, end)));
+  }
+  for (const std::string& entry : flat_params(visit)) {
+    const std::size_t equals = entry.find('=');
+    const std::string value = entry.substr(equals + 1);
+    if (!value.empty() && line.find("'" + value + "'") != std::string::npos)
+      return at(entry.substr(0, equals), line);
   }
   return line.starts_with(owner + ".") ? line : owner + ": " + line;
 }

@@ -411,7 +411,8 @@ void ParamReader::report_unknown_keys() {
 
 void ParamReader::enter(const std::string& path, const Yaml* map, const VisitParams& visit) {
   const Yaml* outer_map = std::exchange(map_, map);
-  const Place outer_here = std::exchange(here_, map != nullptr ? map->place : here_);
+  const Place outer_here = here_;
+  if (map != nullptr) here_ = map->place;
   const std::string outer_prefix = std::exchange(prefix_, path);
   std::vector<std::string> outer_keys = std::exchange(keys_, {});
   visit(*this);

@@ -239,7 +239,7 @@ class Named {
     try {
       return check();
     } catch (const ConfigError& e) {
-      throw ConfigError(placed(e.what(), owner_, param_infos(visit_), source_));
+      throw ConfigError(placed(e.what(), owner_, visit_, source_));
     }
   }
 

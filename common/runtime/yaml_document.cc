@@ -201,9 +201,12 @@ class Advice {
           quote = c;
         } else if (c == '#' && (k == 0 || lines_[i][k - 1] == ' ')) {
           break;
-        } else if (c == '$' && !open.empty() && lines_[i].compare(k, 2, "${") == 0) {
-          say(line, column, "a variable within brackets, expected it in quotes: \"${...}\"");
-          return true;
+        } else if (lines_[i].compare(k, 2, "${") == 0) {
+          if (!open.empty()) {
+            say(line, column, "a variable within brackets, expected it in quotes: \"${...}\"");
+            return true;
+          }
+          k = std::min(lines_[i].find('}', k), lines_[i].size());
         } else if ((c == '{' || c == '[') && begins) {
           open.push_back({c, line, column});
         } else if ((c == '}' || c == ']') && open.empty() && k + 1 == lines_[i].size()) {

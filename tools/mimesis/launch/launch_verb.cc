@@ -215,7 +215,14 @@ void report_killed(const GraphFile& graph, const Run& run, const std::string& wh
 int check_show_or_run(const Options& options) {
   const Run run = make_run(options);
   Mistakes mistakes;
-  const GraphFile file = read_graph_file(options.file, options.args, run.log, mistakes);
+  GraphFile file;
+  try {
+    file = read_graph_file(options.file, options.args, run.log, mistakes);
+  } catch (const ConfigError& e) {  // no YAML
+    mistakes.add_line({options.file}, e.what());
+    report_mistakes(options.file, mistakes, options.json);
+    return 2;
+  }
   // In a plain launch the nodes find themselves what shows only when all of them is made.
   check_graph(file, run, options.check, mistakes);
   GraphFile graph = with_clock(file);
