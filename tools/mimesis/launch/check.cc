@@ -187,7 +187,7 @@ class Wiring {
         check_ports(node, description->second);
       } else {
         for (const Wire& wire : node.in) {
-          if (!wire.topic.text.empty()) demand(wire.topic, "", false);
+          if (!wire.topic.text.empty()) demand(wire.topic);
         }
       }
     }
@@ -232,17 +232,21 @@ class Wiring {
 
   /// The likeliest topic: of the right type with a similar name, else any similar one, else the
   /// only one of the right type.
-  std::string suggestion(const std::string& topic, const std::string& type) const {
+  std::string suggestion(const std::string& topic, const std::string& type,
+                         const NodeSpec* reader) const {
     std::vector<std::string> all, fitting;
     for (const Topic& t : topics_) {
-      if (t.name == topic || (t.node != nullptr && runtime::is_own_topic(t.name))) continue;
+      const bool own = t.node != nullptr && (t.node == reader || runtime::is_own_topic(t.name));
+      if (t.name == topic || own) continue;
       all.push_back(t.name);
       if (!type.empty() && t.type == type) fitting.push_back(t.name);
     }
     const std::size_t slash = std::min(topic.find('/'), topic.size());
     for (const NodeSpec& node : graph_.nodes) {
       const std::string named = node.name.text + topic.substr(slash);
-      if (named != topic && may_publish(named)) all.push_back(named);
+      if (named == topic || !may_publish(named)) continue;
+      all.push_back(named);
+      fitting.push_back(named);
     }
     std::string text = did_you_mean(topic, fitting);
     if (text.empty()) text = did_you_mean(topic, all);
@@ -251,16 +255,18 @@ class Wiring {
   }
 
   /// A topic that somebody publishes, of this type if it is not empty.
-  void demand(const Text& topic, const std::string& type, bool optional) {
+  void demand(const Text& topic, const std::string& type = "", const NodeSpec* reader = nullptr,
+              bool optional = false) {
     const Topic* found = find(topic.text);
     if (found == nullptr) {
       if (may_publish(topic.text) || (optional && disabled(topic.text))) return;
       const std::string expected = type.empty() ? "" : ", expected one with " + type;
       mistakes_.add(topic.place, fmt::format("no node publishes '{}'{}{}", topic.text, expected,
-                                             suggestion(topic.text, type)));
+                                             suggestion(topic.text, type, reader)));
     } else if (!type.empty() && !found->type.empty() && found->type != type) {
-      mistakes_.add(topic.place, fmt::format("'{}' carries {}, expected {}{}", topic.text,
-                                             found->type, type, suggestion(topic.text, type)));
+      mistakes_.add(topic.place,
+                    fmt::format("'{}' carries {}, expected {}{}", topic.text, found->type, type,
+                                suggestion(topic.text, type, reader)));
     }
   }
 
@@ -297,7 +303,7 @@ class Wiring {
         continue;
       }
       if (wire->topic.text.empty()) continue;
-      demand(wire->topic, port.type, port.optional);
+      demand(wire->topic, port.type, &node, port.optional);
       if (port.sole) check_sole(node, *wire);
     }
   }
@@ -319,7 +325,7 @@ class Wiring {
                   fmt::format("node '{}': input '{}' is left out, expected in: {{{}: a topic with "
                               "{}}}{}",
                               node.name.text, port.name, port.name, port.type,
-                              suggestion(node.name.text + "/" + port.name, port.type)));
+                              suggestion(node.name.text + "/" + port.name, port.type, &node)));
   }
 
   void check_sole(const NodeSpec& node, const Wire& wire) {
@@ -336,7 +342,7 @@ class Wiring {
   }
 
   void check_result(const ResultSpec& result) {
-    if (!result.until.text.empty()) demand(result.until, "", false);
+    if (!result.until.text.empty()) demand(result.until);
     std::vector<FieldPath> paths;
     for (const ResultField& field : result.fields) paths.push_back(field.from);
     if (result.success) {
@@ -352,7 +358,7 @@ class Wiring {
 
   /// Null: its type is not known here, or it is a mistake.
   const google::protobuf::FieldDescriptor* check_field(const FieldPath& path) {
-    demand({path.topic, path.place}, "", false);
+    demand({path.topic, path.place});
     const Topic* topic = find(path.topic);
     if (topic == nullptr) return nullptr;
     const auto* type =

@@ -103,7 +103,10 @@ Json to_json(const Mistake& mistake) {
   const std::size_t suggested = what.rfind(", did you mean '");
   Json expected = between(what.substr(0, suggested), "expected ", ", found ");
   if (expected.is_null()) expected = between(what.substr(0, suggested), " is outside ", "\n");
-  return {{"file", placed ? Json(part.str(1)) : Json(mistake.near.file)},
+  const bool option = mistake.text.starts_with("--");  // --set, --arg: in no file
+  return {{"file", placed   ? Json(part.str(1))
+                   : option ? Json(nullptr)
+                            : Json(mistake.near.file)},
           {"line", placed ? Json(std::stoi(part.str(2))) : Json(nullptr)},
           {"column", placed ? Json(std::stoi(part.str(3))) : Json(nullptr)},
           {"message", what},
