@@ -50,7 +50,7 @@ def comments_of(folder, shared):
 def keys_of(folder, shared):
     """Last parts of all keys that visits name."""
     text = "".join(p.read_text() for top in (folder, shared) if top for p in sorted(top.rglob("*.[hc]*"))
-                   if "ParamVisitor" in p.read_text())
+                   if "visit(" in p.read_text())
     return set(re.findall(r'"(\w+)"', text))
 
 

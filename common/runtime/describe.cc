@@ -289,7 +289,8 @@ std::string params_text(const std::vector<ParamInfo>& infos) {
   return lines;
 }
 
-std::string placed(const std::string& line, const std::string& owner, const VisitParams& visit,
+std::string placed(const std::string& line, const std::string& owner,
+                   const std::vector<ParamInfo>& defaults, const VisitParams& visit,
                    const ParamSource& source) {
   const std::vector<ParamInfo> infos = param_infos(visit);
   const auto at = [&](const std::string& path, const std::string& rest) {
@@ -309,8 +310,17 @@ std::string placed(const std::string& line, const std::string& owner, const Visi
     if (colon != std::string::npos && info.key.substr(0, info.key.find('.')) == first)
       return at(key, line.substr(colon + 2));
   }
-  for (const ParamInfo& info : infos) {
-    if (info.file_of.empty() || info.value.size() <= 2) continue;
+  // Two parameters may name one file: the default is right.
+  std::vector<ParamInfo> files;
+  std::ranges::copy_if(infos, std::back_inserter(files), [](const ParamInfo& info) {
+    return !info.file_of.empty() && info.value.size() > 2;
+  });
+  std::ranges::stable_partition(files, [&](const ParamInfo& info) {
+    return std::ranges::none_of(defaults, [&](const ParamInfo& other) {
+      return other.key == info.key && other.value == info.value;
+    });
+  });
+  for (const ParamInfo& info : files) {
     const std::string file = info.value.substr(1, info.value.size() - 2);
     const std::size_t named = line.starts_with(file + ":") ? 0 : line.find("/" + file + ":");
     if (named >= colon) continue;

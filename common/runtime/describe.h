@@ -60,7 +60,8 @@ std::string params_text(const std::vector<ParamInfo>& infos);
 
 /// `line` of a ConfigError, with the place of the parameter that it is about in front: it begins
 /// with "KEY: " or "OWNER.KEY: ", or with the file that a parameter names, or quotes its value.
-std::string placed(const std::string& line, const std::string& owner, const VisitParams& visit,
+std::string placed(const std::string& line, const std::string& owner,
+                   const std::vector<ParamInfo>& defaults, const VisitParams& visit,
                    const ParamSource& source);
 
 /// Meaning of parameters, "KEY\tTEXT\n" for each last part of a key: called before main() by a file

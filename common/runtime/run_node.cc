@@ -231,20 +231,22 @@ EffectiveParams effective_params(const VisitParams& visit,
 /// Puts before errors of the node's own checks, which name no place, that of the parameter.
 class Named {
  public:
-  Named(const std::string& owner, const VisitParams& visit, const ParamSource& source)
-      : owner_(owner), visit_(visit), source_(source) {}
+  Named(std::string_view owner, const std::vector<ParamInfo>& defaults, const VisitParams& visit,
+        const ParamSource& source)
+      : owner_(owner), defaults_(defaults), visit_(visit), source_(source) {}
 
   template <class Check>
   auto operator()(const Check& check) const {
     try {
       return check();
     } catch (const ConfigError& e) {
-      throw ConfigError(placed(e.what(), owner_, visit_, source_));
+      throw ConfigError(placed(e.what(), owner_, defaults_, visit_, source_));
     }
   }
 
  private:
   std::string owner_;
+  const std::vector<ParamInfo>& defaults_;
   const VisitParams& visit_;
   const ParamSource& source_;
 };
@@ -295,7 +297,7 @@ int show_node(const NodeOptions& options, const NodeAbout& about, const CreateNo
               const ParamSource& source) {
   set_log_level(Level::error);
   const bool lockstep = options.bus.clock == ClockKind::lockstep;
-  const Named named(std::string(about.name), visit, source);
+  const Named named(about.name, defaults, visit, source);
   Declared declared;
   int exit_code = 0;
   try {
@@ -402,7 +404,7 @@ int run(int argc, char** argv, const NodeAbout& about, AnyNode& node) {
     const std::vector<ParamInfo> infos = param_infos(visit);
     const ParamSource source(options.params, options.args, options.sets);
     source.read(about.name, visit);
-    const Named named(std::string(about.name), visit, source);
+    const Named named(about.name, infos, visit, source);
     take_robot_rate(node, source, named, about.name);
     if (options.check || options.describe)
       return show_node(options, about, create, visit, infos, source);

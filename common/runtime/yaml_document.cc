@@ -188,6 +188,7 @@ class Advice {
     };
     std::vector<Open> open;
     char quote = 0;
+    Open quoted{};
     for (std::size_t i = 0; i < lines_.size(); ++i) {
       char before = ':';  // last character that is no space: brackets open at the begin of a value
       for (std::size_t k = 0; k < lines_[i].size(); ++k) {
@@ -195,10 +196,18 @@ class Advice {
         const int line = static_cast<int>(i) + 1, column = static_cast<int>(k) + 1;
         const bool begins = std::string_view(":,[{-").find(before) != std::string_view::npos;
         if (quote != 0) {
+          before = c;
           if (c == '\\' && quote == '"') ++k;
-          if (c == quote) quote = 0;
-        } else if ((c == '"' || c == '\'') && begins) {
+          if (c != quote) continue;
+          quote = 0;
+          if (quoted.line == line || line != refused_.line) continue;
+          say(quoted.line, quoted.column,
+              "this quote is not closed on its line, expected it to be");
+          return true;
+        }
+        if ((c == '"' || c == '\'') && begins) {
           quote = c;
+          quoted = {c, line, column};
         } else if (c == '#' && (k == 0 || lines_[i][k - 1] == ' ')) {
           break;
         } else if (lines_[i].compare(k, 2, "${") == 0) {
@@ -257,6 +266,8 @@ class Advice {
     if (reason_.find("end of map") != std::string::npos ||
         reason_.find("end of sequence") != std::string::npos)
       return "this line begins in a column of its own, expected that of a line above";
+    if (reason_.find("anchor") != std::string::npos)
+      return "no value above has this name, expected an alias (*NAME) of an anchor (&NAME)";
     return reason_;
   }
 

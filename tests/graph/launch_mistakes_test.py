@@ -74,6 +74,9 @@ class LaunchMistakes(unittest.TestCase):
     def test_first(self):
         self.assertEqual(faults(table.FIRST), {})
 
+    def test_second(self):
+        self.assertEqual(faults(table.SECOND), {})
+
     def test_shipped_files_are_clean(self):
         self.assertEqual(set(CLEAN), {p.name for p in (ROOT / "launch").glob("*.yaml")})
         runs = [(name, args) for name, all_args in CLEAN.items() for args in all_args]

@@ -138,9 +138,12 @@ class Questions {
     bool any = false;
     for (std::string line; std::getline(lines, line);) {
       if (line.starts_with("{\"program\":")) {
-        const Json json = Json::parse(line, nullptr, /*allow_exceptions=*/false);
-        if (json.is_object() && json.value("complete", false))
-          answers_[node.name.text] = read_description(json, node, graph_.file);
+        try {
+          const Json json = Json::parse(line);
+          if (json.at("complete"))
+            answers_[node.name.text] = read_description(json, node, graph_.file);
+        } catch (const Json::exception&) {  // a program of another version: as if it did not answer
+        }
       } else if (!line.empty() && !ending.good()) {
         any = true;
         const runtime::Place place = place_in(line, graph_.file);
@@ -167,7 +170,7 @@ class Questions {
 
 /// A topic of the graph; `type` is empty if nobody described the publisher.
 struct Topic {
-  std::string name, type;
+  std::string name, port, type;
   const NodeSpec* node = nullptr;
 };
 
@@ -176,7 +179,7 @@ class Wiring {
   Wiring(const GraphFile& graph, const Descriptions& described, Mistakes& mistakes)
       : graph_(graph), described_(described), mistakes_(mistakes) {
     for (const NodeSpec& node : graph.nodes) add_topics(node);
-    for (const Text& topic : graph.outside) topics_.push_back({topic.text, "", nullptr});
+    for (const Text& topic : graph.outside) topics_.push_back({topic.text, "", "", nullptr});
   }
 
   void check() {
@@ -196,17 +199,17 @@ class Wiring {
 
  private:
   void add_topics(const NodeSpec& node) {
-    for (const Wire& wire : node.out) topics_.push_back({wire.topic.text, "", &node});
+    for (const Wire& wire : node.out) topics_.push_back({wire.topic.text, wire.port, "", &node});
     const auto description = described_.find(node.name.text);
     if (description == described_.end()) return;
     for (const Port& port : description->second.ports) {
       if (port.input) continue;
       const auto wire = std::ranges::find(node.out, port.name, &Wire::port);
       if (wire == node.out.end()) {
-        topics_.push_back({node.name.text + "/" + port.name, port.type, &node});
+        topics_.push_back({node.name.text + "/" + port.name, port.name, port.type, &node});
       } else {
         for (Topic& topic : topics_) {
-          if (topic.node == &node && topic.name == wire->topic.text) topic.type = port.type;
+          if (topic.node == &node && topic.port == port.name) topic.type = port.type;
         }
       }
     }
@@ -215,7 +218,7 @@ class Wiring {
   /// A node that nobody described may publish any NODE/PORT.
   bool may_publish(const std::string& topic) const {
     const NodeSpec* node = graph_.find(topic.substr(0, topic.find('/')));
-    return node != nullptr && topic.find('/') != std::string::npos &&
+    return node != nullptr && topic.find('/') != std::string::npos && !node->records() &&
            !described_.contains(node->name.text);
   }
   bool disabled(const std::string& topic) const {
@@ -235,12 +238,15 @@ class Wiring {
   std::string suggestion(const std::string& topic, const std::string& type,
                          const NodeSpec* reader) const {
     std::vector<std::string> all, fitting;
+    std::set<std::string> typed;
     for (const Topic& t : topics_) {
       const bool own = t.node != nullptr && (t.node == reader || runtime::is_own_topic(t.name));
+      if (topic.starts_with(t.name + ".")) return ", did you mean '" + t.name + "'?";
       if (t.name == topic || own) continue;
       all.push_back(t.name);
-      if (!type.empty() && t.type == type) fitting.push_back(t.name);
+      if (!type.empty() && t.type == type) typed.insert(t.name);
     }
+    fitting.assign(typed.begin(), typed.end());
     const std::size_t slash = std::min(topic.find('/'), topic.size());
     for (const NodeSpec& node : graph_.nodes) {
       const std::string named = node.name.text + topic.substr(slash);
@@ -250,7 +256,7 @@ class Wiring {
     }
     std::string text = did_you_mean(topic, fitting);
     if (text.empty()) text = did_you_mean(topic, all);
-    if (text.empty() && fitting.size() == 1) text = ", did you mean '" + fitting[0] + "'?";
+    if (text.empty() && typed.size() == 1) text = ", did you mean '" + *typed.begin() + "'?";
     return text;
   }
 
@@ -276,7 +282,7 @@ class Wiring {
       for (const Wire& wire : node.out) {
         const Topic* first = find(wire.topic.text);
         for (const Topic& other : topics_) {
-          if (other.node != &node || other.name != first->name || other.type == first->type ||
+          if (other.node != &node || other.port != wire.port || other.type == first->type ||
               other.type.empty() || first->type.empty())
             continue;
           mistakes_.add(wire.topic.place,
