@@ -293,14 +293,15 @@ std::string placed(const std::string& line, const std::string& owner,
                    const std::vector<ParamInfo>& defaults, const VisitParams& visit,
                    const ParamSource& source) {
   const std::vector<ParamInfo> infos = param_infos(visit);
-  const auto at = [&](const std::string& path, const std::string& rest) {
+  const auto at = [&](const std::string& path, const std::string& name, const std::string& rest) {
     const std::string place = to_string(source.place_of(path));
-    return fmt::format("{}{}{}.{}: {}{}", place, place.empty() ? "" : ": ", owner, path, rest,
+    return fmt::format("{}{}{}.{}: {}{}", place, place.empty() ? "" : ": ", owner, name, rest,
                        suggestion_in(rest));
   };
   const std::size_t colon = line.find(": ");
   std::string key = line.substr(0, colon);
   if (key.starts_with(owner + ".")) key.erase(0, owner.size() + 1);
+  const std::string shown = key;
   for (std::size_t open; (open = key.find('[')) != std::string::npos;) {  // practice[0]
     key[open] = '.';
     key.erase(std::min(key.find(']'), key.size() - 1), 1);
@@ -308,14 +309,14 @@ std::string placed(const std::string& line, const std::string& owner,
   const std::string first = key.substr(0, key.find('.'));
   for (const ParamInfo& info : infos) {
     if (colon != std::string::npos && info.key.substr(0, info.key.find('.')) == first)
-      return at(key, line.substr(colon + 2));
+      return at(key, shown, line.substr(colon + 2));
   }
   // Two parameters may name one file: the default is right.
   std::vector<ParamInfo> files;
   std::ranges::copy_if(infos, std::back_inserter(files), [](const ParamInfo& info) {
     return !info.file_of.empty() && info.value.size() > 2;
   });
-  std::ranges::stable_partition(files, [&](const ParamInfo& info) {
+  std::stable_partition(files.begin(), files.end(), [&](const ParamInfo& info) {
     return std::ranges::none_of(defaults, [&](const ParamInfo& other) {
       return other.key == info.key && other.value == info.value;
     });
@@ -325,18 +326,19 @@ std::string placed(const std::string& line, const std::string& owner,
     const std::size_t named = line.starts_with(file + ":") ? 0 : line.find("/" + file + ":");
     if (named >= colon) continue;
     const std::size_t behind = line.find(file, named) + file.size();
-    if (line.compare(behind, 2, ": ") == 0) return at(info.key, line);
+    if (line.compare(behind, 2, ": ") == 0) return at(info.key, info.key, line);
     std::size_t end = 0;  // of the first lines: a file of another kind has nothing right
     for (int i = 0; i < 3 && end < line.size(); ++i)
       end = std::min(line.find('\n', end + 1), line.size());
-    return at(info.key, fmt::format("'{}' cannot be read, expected the file of: {}\n{}", file,
-                                    info.file_of, line.substr(0, end)));
+    return at(info.key, info.key,
+              fmt::format("'{}' cannot be read, expected the file of: {}\n{}", file, info.file_of,
+                          line.substr(0, end)));
   }
   for (const std::string& entry : flat_params(visit)) {
     const std::size_t equals = entry.find('=');
     const std::string value = entry.substr(equals + 1);
     if (!value.empty() && line.find("'" + value + "'") != std::string::npos)
-      return at(entry.substr(0, equals), line);
+      return at(entry.substr(0, equals), entry.substr(0, equals), line);
   }
   return line.starts_with(owner + ".") ? line : owner + ": " + line;
 }

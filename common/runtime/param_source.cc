@@ -504,7 +504,7 @@ bool ParamSource::gives(std::string_view key) const {
 
 Place ParamSource::place_of(std::string_view path) const {
   for (const auto& [key, text] : sets_) {
-    if (key == path) return {"--set"};
+    if (key == path || path.starts_with(key + ".")) return {"--set"};
   }
   const Yaml* at = section_ != nullptr ? section_ : &document_;
   for (std::size_t begin = 0; begin < path.size();) {

@@ -99,7 +99,7 @@ bool is_node_program(const NodeSpec& node) {
 class Questions {
  public:
   Questions(const GraphFile& graph, const Run& run, bool whole, Mistakes& mistakes)
-      : graph_(graph), whole_(whole), mistakes_(mistakes) {
+      : graph_(graph), mistakes_(mistakes) {
     const auto most = static_cast<std::size_t>(sysconf(_SC_NPROCESSORS_ONLN)) + 1;
     for (const NodeSpec& node : graph.nodes) {
       if (!node.takes_node_options() || (!whole && !is_node_program(node))) continue;
@@ -162,7 +162,6 @@ class Questions {
   }
 
   const GraphFile& graph_;
-  bool whole_;
   Mistakes& mistakes_;
   std::deque<Asked> asked_;
   Descriptions answers_;
