@@ -144,6 +144,11 @@ class Questions {
             answers_[node.name.text] = read_description(json, node, graph_.file);
         } catch (const Json::exception&) {  // a program of another version: as if it did not answer
         }
+      } else if (line.find("unknown option '--describe'") != std::string::npos) {
+        any = true;
+        mistakes_.warn(node.name.place, fmt::format("node '{}' does not know --describe: its ports "
+                                                    "are not checked",
+                                                    node.name.text));
       } else if (!line.empty() && !ending.good()) {
         any = true;
         const runtime::Place place = place_in(line, graph_.file);
