@@ -52,9 +52,30 @@ function(mimesis_executable name)
   mimesis_reuse_headers(${name} ${arg_HEADERS})
 endfunction()
 
+# The words of --help and --describe for the parameters of the node in this folder: comments at their declarations.
+find_program(MIMESIS_PYTHON NAMES python3 PATHS /usr/bin NO_DEFAULT_PATH)
+function(mimesis_explain name)
+  set(shared)
+  if(EXISTS ${PROJECT_SOURCE_DIR}/common/runtime/params.h)
+    set(shared ${PROJECT_SOURCE_DIR}/common)
+  endif()
+  file(GLOB_RECURSE sources CONFIGURE_DEPENDS *.h *.cc)
+  list(FILTER sources EXCLUDE REGEX "/(test|bench|fuzz)/")
+  set(script ${CMAKE_CURRENT_FUNCTION_LIST_DIR}/param_help.py)
+  set(output ${CMAKE_CURRENT_BINARY_DIR}/${name}_help.cc)
+  add_custom_command(OUTPUT ${output}
+    COMMAND ${MIMESIS_PYTHON} ${script} ${output} ${CMAKE_CURRENT_SOURCE_DIR} ${shared}
+    DEPENDS ${script} ${sources} VERBATIM)
+  set_source_files_properties(${output} PROPERTIES SKIP_PRECOMPILE_HEADERS ON)
+  target_sources(${name} PRIVATE ${output})
+endfunction()
+
 # A program of build/bin.
 function(mimesis_program name)
   mimesis_executable(${name} ${ARGN})
+  if(MIMESIS_PYTHON AND name MATCHES "^mimesis_" AND EXISTS ${CMAKE_CURRENT_SOURCE_DIR}/main.cc)
+    mimesis_explain(${name})
+  endif()
   add_dependencies(programs ${name})
   install(TARGETS ${name} RUNTIME DESTINATION bin COMPONENT programs)
 endfunction()

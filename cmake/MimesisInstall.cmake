@@ -8,7 +8,7 @@ install(DIRECTORY ${CMAKE_BINARY_DIR}/generated/proto DESTINATION include/mimesi
 install(DIRECTORY proto DESTINATION share/mimesis COMPONENT library FILES_MATCHING PATTERN "*.proto")
 install(EXPORT MimesisExport DESTINATION ${package} COMPONENT library)
 write_basic_package_version_file(${CMAKE_BINARY_DIR}/MimesisConfigVersion.cmake COMPATIBILITY SameMinorVersion)
-install(FILES cmake/MimesisConfig.cmake cmake/MimesisFunctions.cmake ${CMAKE_BINARY_DIR}/MimesisConfigVersion.cmake
+install(FILES cmake/MimesisConfig.cmake cmake/MimesisFunctions.cmake cmake/param_help.py ${CMAKE_BINARY_DIR}/MimesisConfigVersion.cmake
   DESTINATION ${package} COMPONENT library)
 
 # Programs look for launch files, scenarios of the crowd and models in share/mimesis beside their bin/ (find_project_file).

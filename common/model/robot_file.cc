@@ -151,6 +151,8 @@ class Builder {
 }  // namespace
 
 kin::ArmModel load_arm(const std::string& file) {
+  if (is_biped(file))
+    throw ConfigError(file + ": is a biped's, expected an arm's file, did you mean 'lwr4.yaml'?");
   ArmFile entry;
   runtime::load_params(file, [&](ParamVisitor& v) { entry.visit(v); });
   return Builder(file, entry).build();
@@ -270,6 +272,9 @@ std::array<std::string, 2> two(const std::vector<std::string>& names, const std:
 
 robot::Biped load_biped(const std::string& file) {
   const std::string path = runtime::find_model_file(file);
+  if (!is_biped(file)) {
+    throw ConfigError(file + ": has no urdf:, expected a biped's file, did you mean 'biped.yaml'?");
+  }
   const BipedEntry entry = read_entry(path);
   try {
     robot::BipedNames names = entry.names;

@@ -32,6 +32,8 @@ struct InOptions {
   /// names (NODE of NODE/PORT); in its present start and on this host. Messages of others are
   /// refused, said once per sender, and counted as rejected.
   bool sole = false;
+  /// The node works without it: `mimesis launch` says nothing if it is not wired.
+  bool optional = false;
 };
 
 struct OutOptions {
@@ -98,6 +100,10 @@ class Outside {
   virtual std::string replay(std::string_view name) = 0;
   /// Bytes that go out, in both cases: recorded live, compared with the record in a replay.
   virtual void written(std::string_view name, std::string_view bytes) = 0;
+  /// True if the node is made for its description alone: replaying, but there is no record.
+  virtual bool describing() const { return false; }
+  /// Announces a bus or device that the node opens (or would, in a replay): "can", "embedded:arm".
+  virtual void opens(std::string_view /*kind*/, std::string_view /*address*/) {}
 };
 
 /// Implementation without a recorder.
@@ -136,6 +142,8 @@ class Bus {
 
   /// True in lock-step: results must not depend on how long anything takes (see Job).
   virtual bool lockstep() const = 0;
+  /// All ports exist (PortsEnd): a description needs no more of the node.
+  virtual void ports_end() {}
   virtual Outside& outside() = 0;
   /// Name of the node, for messages.
   virtual const std::string& node() const = 0;

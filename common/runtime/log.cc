@@ -57,6 +57,8 @@ void log(Level level, std::string_view text) {
   if (logger()->should_log(to_spdlog(level))) keep(level, line);
 }
 
+void set_log_level(Level least) { logger()->set_level(to_spdlog(least)); }
+
 void record(std::string_view line) { keep(Level::debug, line); }
 
 void set_log_name(std::string_view name) { logger() = logger()->clone(std::string(name)); }

@@ -50,6 +50,9 @@ struct LogLine {
 /// Name in front of every line of this process on standard error.
 void set_log_name(std::string_view name);
 
+/// Lines below this level are written nowhere.
+void set_log_level(Level least);
+
 /// Keeps one text for topic NODE/log that is too long for standard error: the parameters.
 void record(std::string_view text);
 

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <filesystem>
 #include <utility>
 
@@ -55,6 +56,25 @@ const Yaml* section_of(const Yaml& document, const std::string& path) {
   return at;
 }
 
+std::array<fs::path, 2> project_folders(const std::string& folder) {
+  std::error_code ignored;
+  const fs::path program = fs::read_symlink("/proc/self/exe", ignored);
+  return {fs::path(MIMESIS_SOURCE_DIR) / folder,
+          program.parent_path().parent_path() / "share/mimesis" / folder};
+}
+
+/// Names of the files in models/ that end like this: candidates for one that is not there.
+std::vector<std::string> model_files(const fs::path& extension) {
+  std::vector<std::string> names;
+  std::error_code ignored;
+  for (const fs::path& folder : project_folders("models")) {
+    for (const auto& entry : fs::directory_iterator(folder, ignored)) {
+      if (entry.path().extension() == extension) names.push_back(entry.path().filename());
+    }
+  }
+  return names;
+}
+
 std::string quoted_text(const std::string& text) {
   std::string out = "\"";
   for (const char c : text) {
@@ -78,37 +98,54 @@ std::string flow(const std::vector<std::string>& values) {
   return "[" + out + "]";
 }
 
-/// Base of the two writers: the value and its range as text, for a key.
+/// Base of the two writers: each value with all that the visit says about it.
 class Writer : public ParamVisitor {
  public:
   void operator()(std::string_view key, double& value, double lo, double hi) override {
-    leaf(key, fmt::format("{}", value), fmt::format("[{}, {}]", lo, hi));
+    leaf({std::string(key), "number", fmt::format("{}", value), fmt::format("[{}, {}]", lo, hi),
+          std::pair(lo, hi)});
   }
   void operator()(std::string_view key, int& value, int lo, int hi) override {
-    leaf(key, fmt::format("{}", value), fmt::format("[{}, {}] whole", lo, hi));
+    leaf({std::string(key), "integer", fmt::format("{}", value),
+          fmt::format("[{}, {}] whole", lo, hi), std::pair<double, double>(lo, hi)});
   }
   void operator()(std::string_view key, bool& value) override {
-    leaf(key, fmt::format("{}", value), "true or false");
+    leaf({std::string(key), "bool", fmt::format("{}", value), "true or false"});
   }
   void operator()(std::string_view key, std::string& value) override {
-    leaf(key, quoted_text(value), "text");
+    leaf({std::string(key), "text", quoted_text(value), "text"});
   }
   void operator()(std::string_view key, std::string& value,
                   std::initializer_list<std::string_view> choices) override {
-    leaf(key, quoted_text(value), fmt::format("one of {}", fmt::join(choices, ", ")));
+    leaf({.key = std::string(key),
+          .type = "text",
+          .value = quoted_text(value),
+          .allowed = fmt::format("one of {}", fmt::join(choices, ", ")),
+          .choices = {choices.begin(), choices.end()}});
+  }
+  void file(std::string_view key, std::string& value, std::string_view kind, bool) override {
+    leaf({.key = std::string(key),
+          .type = "text",
+          .value = quoted_text(value),
+          .allowed = fmt::format("file: {}", kind),
+          .file_of = std::string(kind)});
   }
   void operator()(std::string_view key, std::vector<double>& value, double lo, double hi,
                   std::size_t size) override {
-    leaf(key, flow(value),
-         fmt::format("{} in [{}, {}]", size != 0 ? fmt::format("{} numbers", size) : "numbers", lo,
-                     hi));
+    const std::string count = size != 0 ? fmt::format("{} numbers", size) : "numbers";
+    leaf({.key = std::string(key),
+          .type = "numbers",
+          .value = flow(value),
+          .allowed = fmt::format("{} in [{}, {}]", count, lo, hi),
+          .range = std::pair(lo, hi),
+          .size = size});
   }
   void operator()(std::string_view key, std::vector<std::string>& value) override {
-    leaf(key, flow(value), "list of text");
+    leaf({std::string(key), "texts", flow(value), "list of text"});
   }
 
  private:
-  virtual void leaf(std::string_view key, const std::string& value, const std::string& allowed) = 0;
+  virtual void leaf(ParamInfo info) = 0;
 };
 
 class YamlWriter final : public Writer {
@@ -133,9 +170,7 @@ class YamlWriter final : public Writer {
   }
 
  private:
-  void leaf(std::string_view key, const std::string& value, const std::string&) override {
-    line(fmt::format("{}: {}", key, value));
-  }
+  void leaf(ParamInfo info) override { line(fmt::format("{}: {}", info.key, info.value)); }
   void line(const std::string& text) {
     const std::size_t spaces = dash_ ? indent_ - 2 : indent_;
     out += std::string(spaces, ' ') + (dash_ ? "- " : "") + text + "\n";
@@ -149,10 +184,7 @@ class YamlWriter final : public Writer {
 /// One entry per value: "view.focal_px", "axes.0.node".
 class FlatWriter final : public Writer {
  public:
-  struct Entry {
-    std::string path, value, allowed;
-  };
-  /// `lists`: their elements have entries; else the whole list has one.
+  /// `lists`: their elements have entries; else the list has one, and its elements "axes.N.node".
   FlatWriter(const VisitParams& visit, bool lists) : lists_(lists) { visit(*this); }
 
   void group(std::string_view key, const VisitParams& visit) override {
@@ -160,19 +192,26 @@ class FlatWriter final : public Writer {
     visit(*this);
     prefix_ = outer;
   }
-  void elements(std::string_view key, std::size_t size, const std::function<void(std::size_t)>&,
+  void elements(std::string_view key, std::size_t size,
+                const std::function<void(std::size_t)>& resize,
                 const std::function<void(ParamVisitor&, std::size_t)>& visit) override {
-    if (!lists_) return leaf(key, fmt::format("({})", size), "list");
-    for (std::size_t i = 0; i < size; ++i) {
+    if (!lists_) {
+      leaf({std::string(key), "list", fmt::format("({})", size), "list"});
+      if (size == 0) resize(1);
+      group(fmt::format("{}.N", key), [&](ParamVisitor& v) { visit(v, 0); });
+      if (size == 0) resize(0);
+    }
+    for (std::size_t i = 0; lists_ && i < size; ++i) {
       group(fmt::format("{}.{}", key, i), [&](ParamVisitor& v) { visit(v, i); });
     }
   }
 
-  std::vector<Entry> entries;
+  std::vector<ParamInfo> entries;
 
  private:
-  void leaf(std::string_view key, const std::string& value, const std::string& allowed) override {
-    entries.push_back({prefix_ + std::string(key), value, allowed});
+  void leaf(ParamInfo info) override {
+    info.key.insert(0, prefix_);
+    entries.push_back(std::move(info));
   }
 
   bool lists_;
@@ -294,6 +333,20 @@ void ParamReader::operator()(std::string_view key, std::string& value,
   }
 }
 
+void ParamReader::file(std::string_view key, std::string& value, std::string_view kind,
+                       bool in_models) {
+  const Found found = look_up(key);
+  value = scalar(found, fmt::format("the file of: {}", kind)).value_or(value);
+  if (found.yaml == nullptr || value.empty() || !in_models) return;
+  try {
+    find_model_file(value);
+  } catch (const ConfigError& e) {
+    mistake(found.yaml->place, found.path,
+            e.what() + fmt::format(", expected the file of: {}", kind) +
+                did_you_mean(value, model_files(fs::path(value).extension())));
+  }
+}
+
 std::optional<std::vector<Yaml>> ParamReader::sequence(const Found& found) {
   if (found.yaml == nullptr) return std::nullopt;
   if (found.yaml->kind == Yaml::Kind::sequence) return found.yaml->items;
@@ -358,7 +411,8 @@ void ParamReader::report_unknown_keys() {
 
 void ParamReader::enter(const std::string& path, const Yaml* map, const VisitParams& visit) {
   const Yaml* outer_map = std::exchange(map_, map);
-  const Place outer_here = std::exchange(here_, map != nullptr ? map->place : here_);
+  const Place outer_here = here_;
+  if (map != nullptr) here_ = map->place;
   const std::string outer_prefix = std::exchange(prefix_, path);
   std::vector<std::string> outer_keys = std::exchange(keys_, {});
   visit(*this);
@@ -450,7 +504,7 @@ bool ParamSource::gives(std::string_view key) const {
 
 Place ParamSource::place_of(std::string_view path) const {
   for (const auto& [key, text] : sets_) {
-    if (key == path) return {"--set"};
+    if (key == path || path.starts_with(key + ".")) return {"--set"};
   }
   const Yaml* at = section_ != nullptr ? section_ : &document_;
   for (std::size_t begin = 0; begin < path.size();) {
@@ -476,9 +530,7 @@ std::string find_project_file(const std::string& folder, const std::string& file
   const fs::path name(file);
   std::string searched = fs::current_path(ignored).string();
   if (name.is_relative()) {
-    const fs::path program = fs::read_symlink("/proc/self/exe", ignored);
-    for (const fs::path& place : {fs::path(MIMESIS_SOURCE_DIR) / folder,
-                                  program.parent_path().parent_path() / "share/mimesis" / folder}) {
+    for (const fs::path& place : project_folders(folder)) {
       if (fs::exists(place / name, ignored)) return (place / name).string();
       searched += ", " + place.string();
     }
@@ -500,19 +552,16 @@ std::string dump_params(const VisitParams& visit) {
 
 std::vector<std::string> flat_params(const VisitParams& visit) {
   std::vector<std::string> lines;
-  for (const auto& [path, value, allowed] : FlatWriter(visit, true).entries) {
+  for (const ParamInfo& info : FlatWriter(visit, true).entries) {
+    const std::string& value = info.value;
     const bool bare = value.starts_with('"') && value.find_first_of(" \\") == std::string::npos;
-    lines.push_back(path + "=" + (bare ? value.substr(1, value.size() - 2) : value));
+    lines.push_back(info.key + "=" + (bare ? value.substr(1, value.size() - 2) : value));
   }
   return lines;
 }
 
-std::string describe_params(const VisitParams& visit) {
-  std::string lines;
-  for (const auto& [path, value, allowed] : FlatWriter(visit, false).entries) {
-    lines += fmt::format("  {:<28} {:<16} {}\n", path, value, allowed);
-  }
-  return lines;
+std::vector<ParamInfo> param_infos(const VisitParams& visit) {
+  return FlatWriter(visit, false).entries;
 }
 
 }  // namespace mimesis::runtime

@@ -28,6 +28,8 @@ class ParamReader final : public ParamVisitor {
   void operator()(std::string_view key, std::string& value) override;
   void operator()(std::string_view key, std::string& value,
                   std::initializer_list<std::string_view> choices) override;
+  void file(std::string_view key, std::string& value, std::string_view kind,
+            bool in_models) override;
   void operator()(std::string_view key, std::vector<double>& value, double lo, double hi,
                   std::size_t size) override;
   void operator()(std::string_view key, std::vector<std::string>& value) override;
@@ -124,8 +126,20 @@ std::string dump_params(const VisitParams& visit);
 /// quoted.
 std::vector<std::string> flat_params(const VisitParams& visit);
 
-/// One line per parameter for --help: "k_1_s  0.5  [0.001, 10]".
-std::string describe_params(const VisitParams& visit);
+/// A parameter as --describe and --help show it.
+struct ParamInfo {
+  std::string key;        ///< "view.focal_px"; "axes.N.node" of each element of a list
+  std::string type;       ///< number, integer, bool, text, numbers, texts, list
+  std::string value;      ///< present one, as YAML
+  std::string allowed{};  ///< range or choices, for people
+  std::optional<std::pair<double, double>> range{};  ///< closed
+  std::vector<std::string> choices{};
+  std::size_t size = 0;   ///< number of elements that a list must have; 0: any
+  std::string file_of{};  ///< kind of the file it names; empty: it names none
+};
+/// All parameters behind `visit`, with their present values. Elements of empty lists are made for
+/// the time of the call.
+std::vector<ParamInfo> param_infos(const VisitParams& visit);
 
 /// Path of a file named in a parameter: as given, else in this folder of the project (source tree,
 /// or share/mimesis beside the program's bin/). @throws ConfigError that names the places searched.

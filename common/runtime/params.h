@@ -22,6 +22,12 @@ class ParamVisitor {
   /// One of `choices`.
   virtual void operator()(std::string_view key, std::string& value,
                           std::initializer_list<std::string_view> choices) = 0;
+  /// A file or folder that the node reads; empty: none. `kind`, for people: "arm", "motion model".
+  /// With `in_models` it must exist: as given, or in models/; else the node looks for it itself.
+  virtual void file(std::string_view key, std::string& value, std::string_view /*kind*/,
+                    bool /*in_models*/ = true) {
+    (*this)(key, value);
+  }
   /// Every element within [lo, hi]; `size` elements unless 0.
   virtual void operator()(std::string_view key, std::vector<double>& value, double lo, double hi,
                           std::size_t size) = 0;

@@ -89,15 +89,15 @@ class EventPort : private InPort {
 /// Events: up to N between two steps, the oldest are dropped and counted.
 template <class M, std::size_t N>
 struct Queue : EventPort<M> {
-  Queue(Bus& bus, std::string_view port)
-      : EventPort<M>(bus, port, {.policy = Policy::queue, .depth = N}) {}
+  Queue(Bus& bus, std::string_view port, bool optional = false)
+      : EventPort<M>(bus, port, {.policy = Policy::queue, .depth = N, .optional = optional}) {}
 };
 
 /// Events that must not be lost.
 template <class M>
 struct Reliable : EventPort<M> {
-  Reliable(Bus& bus, std::string_view port)
-      : EventPort<M>(bus, port, {.policy = Policy::reliable}) {}
+  Reliable(Bus& bus, std::string_view port, bool optional = false)
+      : EventPort<M>(bus, port, {.policy = Policy::reliable, .optional = optional}) {}
 };
 
 /// Output port. Fills `header` (or the `timestamp` of foxglove.* messages) and publishes.
@@ -122,6 +122,12 @@ class Out {
 
  private:
   std::unique_ptr<OutChannel> channel_;
+};
+
+/// Member behind the ports of a node that takes long to construct: `--describe` stops there, so the
+/// ports come before what costs time.
+struct PortsEnd {
+  explicit PortsEnd(Bus& bus) { bus.ports_end(); }
 };
 
 }  // namespace mimesis::runtime

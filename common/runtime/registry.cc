@@ -201,6 +201,24 @@ void clean(const std::string& directory, const std::string& name, const Sockets&
 
 }  // namespace
 
+std::vector<std::string> type_mismatches(const v1::NodeInfo& a, const v1::NodeInfo& b) {
+  std::vector<std::string> lines;
+  const auto compare = [&lines](const v1::NodeInfo& publisher, const v1::NodeInfo& subscriber) {
+    for (const v1::TopicInfo& out : publisher.outputs()) {
+      for (const v1::TopicInfo& in : subscriber.inputs()) {
+        if (in.topic() != out.topic() || in.type_hash() == out.type_hash()) continue;
+        std::string line = "topic " + out.topic() + ": node " + publisher.name() + " publishes " +
+                           out.type() + ", node " + subscriber.name() + " expects " + in.type();
+        if (in.type() == out.type()) line += " with other fields (different builds)";
+        lines.push_back(line);
+      }
+    }
+  };
+  compare(a, b);
+  compare(b, a);
+  return lines;
+}
+
 void clean_graph(const std::string& directory) {
   const std::string nodes = nodes_directory(directory);
   std::set<std::string> names;

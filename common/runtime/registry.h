@@ -22,6 +22,9 @@ void check_topic(std::string_view topic);
 /// Random, never 0.
 std::uint64_t new_start_id();
 
+/// One line for every topic that wires these two together with different types.
+std::vector<std::string> type_mismatches(const v1::NodeInfo& a, const v1::NodeInfo& b);
+
 /// Removes from a graph's folder (graph_directory) all that is of no living process: entries, locks
 /// and sockets that kills and crashes have left. What a process holds is known by its lock.
 void clean_graph(const std::string& directory);

@@ -12,6 +12,7 @@
 
 #include "common/error.h"
 #include "common/runtime/command_line.h"
+#include "common/runtime/describe.h"
 #include "common/runtime/log.h"
 #include "common/runtime/node_clock.h"
 #include "common/runtime/own_topics.h"
@@ -227,22 +228,33 @@ EffectiveParams effective_params(const VisitParams& visit,
   return {dump_params(visit), changed.empty() ? "all parameters at their defaults" : changed};
 }
 
-/// Puts the node's name before errors of its own checks, which name no place.
-template <class Check>
-auto named(const std::string& node, const Check& check) {
-  try {
-    return check();
-  } catch (const ConfigError& e) {
-    const std::string what = e.what();
-    if (what.starts_with(node + ".")) throw;
-    throw ConfigError(node + ": " + what);
+/// Puts before errors of the node's own checks, which name no place, that of the parameter.
+class Named {
+ public:
+  Named(std::string_view owner, const std::vector<ParamInfo>& defaults, const VisitParams& visit,
+        const ParamSource& source)
+      : owner_(owner), defaults_(defaults), visit_(visit), source_(source) {}
+
+  template <class Check>
+  auto operator()(const Check& check) const {
+    try {
+      return check();
+    } catch (const ConfigError& e) {
+      throw ConfigError(placed(e.what(), owner_, defaults_, visit_, source_));
+    }
   }
-}
+
+ private:
+  std::string owner_;
+  const std::vector<ParamInfo>& defaults_;
+  const VisitParams& visit_;
+  const ParamSource& source_;
+};
 
 /// A node that moves a robot steps at the robot's rate, whether or not its parameters repeat it.
-void take_robot_rate(AnyNode& node, const ParamSource& source, const NodeOptions& options,
+void take_robot_rate(AnyNode& node, const ParamSource& source, const Named& named,
                      std::string_view owner) {
-  const double robot_hz = named(options.bus.name, [&] { return node.robot_rate_hz(); });
+  const double robot_hz = named([&] { return node.robot_rate_hz(); });
   if (robot_hz == 0.0) return;
   if (source.gives("rate_hz") && std::abs(node.rate_hz() / robot_hz - 1.0) > 1e-9) {
     throw ConfigError(fmt::format("{}: {}.rate_hz: {} contradicts the robot's file, which says {}",
@@ -252,7 +264,8 @@ void take_robot_rate(AnyNode& node, const ParamSource& source, const NodeOptions
   node.set_rate_hz(robot_hz);
 }
 
-int run_configured(const NodeOptions& options, const EffectiveParams& effective, AnyNode& node) {
+int run_configured(const NodeOptions& options, const EffectiveParams& effective, const Named& named,
+                   AnyNode& node) {
   StopSignal stop(node.comes_to_rest() ? kRestGrace : std::chrono::milliseconds(0));
   set_log_name(options.bus.name);
   BusOptions bus_options = options.bus;
@@ -262,7 +275,7 @@ int run_configured(const NodeOptions& options, const EffectiveParams& effective,
   StepReport steps(bus, options.bus, effective.all);
   try {
     steps.begin(v1::STEP_KIND_CREATE, Time(0));
-    named(options.bus.name, [&] { node.create(steps.bus()); });
+    named([&] { node.create(steps.bus()); });
     steps.end();
     const auto clock =
         make_clock(options.bus.clock, bus, node.rate_hz(), node.offset_s(), stop.fd());
@@ -279,8 +292,31 @@ int run_configured(const NodeOptions& options, const EffectiveParams& effective,
 
 }  // namespace
 
+int show_node(const NodeOptions& options, const NodeAbout& about, const CreateNode& create,
+              const VisitParams& visit, const std::vector<ParamInfo>& defaults,
+              const ParamSource& source) {
+  set_log_level(Level::error);
+  const bool lockstep = options.bus.clock == ClockKind::lockstep;
+  const Named named(about.name, defaults, visit, source);
+  Declared declared;
+  int exit_code = 0;
+  try {
+    named([&] { declare(create, options.bus.name, lockstep, options.check, declared); });
+  } catch (const ConfigError& e) {
+    std::cerr << printable(e.what(), "\n") << '\n';
+    exit_code = 2;
+  }
+  if (options.describe) {
+    std::cout << description(about, declared, defaults, param_infos(visit), flat_params(visit),
+                             source)
+              << std::endl;
+  }
+  return exit_code;
+}
+
 std::optional<int> parse_command_line(int argc, char** argv, const NodeAbout& about,
                                       const std::function<void(ParamVisitor&)>& visit,
+                                      const std::function<void(Bus&)>& create,
                                       NodeOptions& options) {
   const std::string program = "mimesis_" + std::string(about.name);
   CLI::App app(std::string(about.about), program);
@@ -317,14 +353,24 @@ std::optional<int> parse_command_line(int argc, char** argv, const NodeAbout& ab
       ->type_name("tcp://ADDRESS:PORT");
   repeated("--peer", options.bus.peers, "A node on another host: its --bind address",
            "tcp://HOST:PORT");
-  app.add_flag("--check", options.check, "Reads the parameters and stops: exit code 0 or 2");
+  app.add_flag("--check", options.check,
+               "Makes the node without sockets and devices and stops: exit code 0 or 2");
+  app.add_flag("--describe", options.describe,
+               "Prints ports, services, parameters and files as JSON and stops");
   app.add_option("--replay", options.replay_fd,
                  "Runs recorded steps that `mimesis log replay` sends over this socket")
       ->type_name("FD");
   app.footer([&] {
-    return "Parameters (key, default, range):\n" + describe_params(visit) + "\nExamples:\n  " +
-           program + " --params launch/imitation.yaml#nodes." + std::string(about.name) +
-           ".params\n  " + program +
+    Declared declared;
+    set_log_level(Level::error);
+    try {
+      declare(create, options.bus.name, true, false, declared);
+    } catch (const std::exception&) {  // its defaults do not make a node: what is known is shown
+    }
+    return "Ports (name, message, policy):\n" + ports_text(declared) +
+           "\nParameters (key, default, range):\n" + params_text(param_infos(visit)) +
+           "\nExamples:\n  " + program + " --params launch/imitation.yaml#nodes." +
+           std::string(about.name) + ".params\n  " + program +
            " --name other --graph trial --set rate_hz=50 --in PORT=node/topic\n";
   });
   try {
@@ -348,19 +394,22 @@ std::optional<int> parse_command_line(int argc, char** argv, const NodeAbout& ab
 }
 
 int run(int argc, char** argv, const NodeAbout& about, AnyNode& node) {
-  const auto visit = [&node](ParamVisitor& v) { node.visit(v); };
+  const VisitParams visit = [&node](ParamVisitor& v) { node.visit(v); };
+  const CreateNode create = [&node](Bus& bus) { node.create(bus); };
   NodeOptions options;
-  if (const auto exit_code = parse_command_line(argc, argv, about, visit, options))
+  if (const auto exit_code = parse_command_line(argc, argv, about, visit, create, options))
     return *exit_code;
   try {
     const std::vector<std::string> defaults = flat_params(visit);
+    const std::vector<ParamInfo> infos = param_infos(visit);
     const ParamSource source(options.params, options.args, options.sets);
     source.read(about.name, visit);
-    take_robot_rate(node, source, options, about.name);
-    for (const std::string_view port : node.sole_inputs()) options.bus.obeyed(port);
-    if (options.check) return 0;
+    const Named named(about.name, infos, visit, source);
+    take_robot_rate(node, source, named, about.name);
+    if (options.check || options.describe)
+      return show_node(options, about, create, visit, infos, source);
     if (options.replay_fd >= 0) return run_replay(options.bus, options.replay_fd, node);
-    return run_configured(options, effective_params(visit, defaults), node);
+    return run_configured(options, effective_params(visit, defaults), named, node);
   } catch (const ConfigError& e) {
     std::cerr << printable(e.what(), "\n") << '\n';
     return 2;

@@ -1,6 +1,5 @@
 #pragma once
 #include <memory>
-#include <span>
 #include <string_view>
 
 #include "common/runtime/bus.h"
@@ -26,8 +25,6 @@ class AnyNode {
   /// a stop request waits (bounded) for at_rest
   virtual bool comes_to_rest() const { return false; }
   virtual bool at_rest() const { return true; }
-  /// Inputs that obey one node (InOptions::sole): `Node::kSoleInputs`, so that --check knows them.
-  virtual std::span<const std::string_view> sole_inputs() const { return {}; }
   virtual double rate_hz() const = 0;
   virtual double robot_rate_hz() const {
     return 0.0;
@@ -64,10 +61,6 @@ class NodeAdapter final : public AnyNode {
   bool at_rest() const override {
     if constexpr (requires(const Node& node) { node.at_rest(); }) return node_->at_rest();
     return true;
-  }
-  std::span<const std::string_view> sole_inputs() const override {
-    if constexpr (requires { Node::kSoleInputs; }) return Node::kSoleInputs;
-    return {};
   }
   double rate_hz() const override { return params_.rate_hz; }
   double robot_rate_hz() const override {

@@ -148,6 +148,136 @@ class OneDocument : public YAML::EventHandler {
   int documents_ = 0, nodes_ = 0;
 };
 
+/// The lines of a text that the parser refused, and what in them is the likely reason: where the
+/// parser gives up is often far behind it.
+class Advice {
+ public:
+  Advice(const std::string& text, const std::string& file, const Place& refused,
+         const std::string& reason)
+      : file_(file), refused_(refused), reason_(reason) {
+    std::istringstream in(text);
+    for (std::string line; std::getline(in, line);) lines_.push_back(line);
+  }
+
+  /// "file:line:col: what, expected what"
+  std::string text() {
+    if (!tab() && !bracket() && !space()) say(refused_.line, refused_.column, general());
+    return found_;
+  }
+
+ private:
+  void say(int line, int column, const std::string& what) {
+    found_ = to_string({file_, line, column}) + ": " + what;
+  }
+  bool tab() {
+    for (int i = 0; i < std::min<int>(refused_.line, static_cast<int>(lines_.size())); ++i) {
+      const std::string& line = lines_[static_cast<std::size_t>(i)];
+      const std::size_t begin = std::min(line.find_first_not_of(" \t"), line.size());
+      if (begin == line.size() || line.find('\t') >= begin) continue;
+      say(i + 1, static_cast<int>(line.find('\t')) + 1,
+          "a tab in the indentation, expected spaces: put two for each level in its place");
+      return true;
+    }
+    return false;
+  }
+  /// The first bracket without its other half.
+  bool bracket() {
+    struct Open {
+      char what;
+      int line, column;
+    };
+    std::vector<Open> open;
+    char quote = 0;
+    Open quoted{};
+    for (std::size_t i = 0; i < lines_.size(); ++i) {
+      char before = ':';  // last character that is no space: brackets open at the begin of a value
+      for (std::size_t k = 0; k < lines_[i].size(); ++k) {
+        const char c = lines_[i][k];
+        const int line = static_cast<int>(i) + 1, column = static_cast<int>(k) + 1;
+        const bool begins = std::string_view(":,[{-").find(before) != std::string_view::npos;
+        if (quote != 0) {
+          before = c;
+          if (c == '\\' && quote == '"') ++k;
+          if (c != quote) continue;
+          quote = 0;
+          if (quoted.line == line || line != refused_.line) continue;
+          say(quoted.line, quoted.column,
+              "this quote is not closed on its line, expected it to be");
+          return true;
+        }
+        if ((c == '"' || c == '\'') && begins) {
+          quote = c;
+          quoted = {c, line, column};
+        } else if (c == '#' && (k == 0 || lines_[i][k - 1] == ' ')) {
+          break;
+        } else if (lines_[i].compare(k, 2, "${") == 0) {
+          if (!open.empty()) {
+            say(line, column, "a variable within brackets, expected it in quotes: \"${...}\"");
+            return true;
+          }
+          k = std::min(lines_[i].find('}', k), lines_[i].size());
+        } else if ((c == '{' || c == '[') && begins) {
+          open.push_back({c, line, column});
+        } else if ((c == '}' || c == ']') && open.empty() && k + 1 == lines_[i].size()) {
+          say(line, column, std::string("a ") + c + " too much: nothing is open here");
+          return true;
+        } else if ((c == '}' || c == ']') && !open.empty()) {
+          if ((c == '}') != (open.back().what == '{')) {
+            say(line, column,
+                std::string("found ") + c + ", expected the other half of the " + open.back().what +
+                    " on line " + std::to_string(open.back().line));
+            return true;
+          }
+          open.pop_back();
+        }
+        if (c != ' ') before = c;
+      }
+    }
+    if (open.empty()) return false;
+    say(open.back().line, open.back().column,
+        std::string("this ") + open.back().what + " is never closed, expected a " +
+            (open.back().what == '{' ? '}' : ']'));
+    return true;
+  }
+  /// "exec:mimesis_camera" above the line that was refused.
+  bool space() {
+    for (int i = refused_.line; i > std::max(0, refused_.line - 2); --i) {
+      if (i > static_cast<int>(lines_.size())) continue;
+      const std::string& line = lines_[static_cast<std::size_t>(i - 1)];
+      const std::size_t begin = std::min(line.find_first_not_of(" -"), line.size());
+      const std::size_t colon = line.find(':', begin);
+      if (colon == std::string::npos || colon + 1 >= line.size() || line[colon + 1] == ' ')
+        continue;
+      if (line.find_first_not_of("abcdefghijklmnopqrstuvwxyz_0123456789", begin) != colon) continue;
+      say(i, static_cast<int>(colon) + 1,
+          "no space behind the colon, expected '" + line.substr(begin, colon - begin) + ": " +
+              line.substr(colon + 1) + "'");
+      return true;
+    }
+    return false;
+  }
+  std::string general() const {
+    if (reason_.find("flow not found") != std::string::npos)
+      return "a comma is missing before this, or quotes around a text with ':', expected , or a "
+             "closing bracket";
+    if (reason_.find("illegal map value") != std::string::npos)
+      return "a second value on this line, or a line deeper than the one above, expected quotes "
+             "around a text with ':', or the column of the keys around";
+    if (reason_.find("end of map") != std::string::npos ||
+        reason_.find("end of sequence") != std::string::npos)
+      return "this line begins in a column of its own, expected that of a line above";
+    if (reason_.find("anchor") != std::string::npos)
+      return "no value above has this name, expected an alias (*NAME) of an anchor (&NAME)";
+    return reason_;
+  }
+
+  const std::string& file_;
+  const Place& refused_;
+  const std::string& reason_;
+  std::vector<std::string> lines_;
+  std::string found_;
+};
+
 constexpr int kMaxDepth = 16;  // defaults may name other arguments, but not in a circle
 
 std::string upper(std::string text) {
@@ -209,7 +339,7 @@ Yaml parse_yaml(const std::string& text, const std::string& name) {
     }
     return converter.convert(YAML::Load(text), 0);
   } catch (const YAML::Exception& e) {
-    throw ConfigError(to_string(converter.place(e.mark)) + ": " + e.msg);
+    throw ConfigError(Advice(text, name, converter.place(e.mark), e.msg).text());
   }
 }
 

@@ -73,19 +73,6 @@ std::string within(std::chrono::milliseconds timeout) {
   return " within " + std::to_string(timeout.count()) + " ms";
 }
 
-void compare(const v1::NodeInfo& publisher, const v1::NodeInfo& subscriber,
-             std::vector<std::string>& lines) {
-  for (const v1::TopicInfo& out : publisher.outputs()) {
-    for (const v1::TopicInfo& in : subscriber.inputs()) {
-      if (in.topic() != out.topic() || in.type_hash() == out.type_hash()) continue;
-      std::string line = "topic " + out.topic() + ": node " + publisher.name() + " publishes " +
-                         out.type() + ", node " + subscriber.name() + " expects " + in.type();
-      if (in.type() == out.type()) line += " with other fields (different builds)";
-      lines.push_back(line + "; its messages are ignored");
-    }
-  }
-}
-
 constexpr auto kGreetingPatience = 2s;
 constexpr auto kDrainPeriod = 20ms;
 constexpr auto kPeerPeriod = 50ms;
@@ -278,11 +265,9 @@ ZmqBus::Impl::Impl(BusOptions o)
 }
 
 void ZmqBus::Impl::tell_mismatches(const v1::NodeInfo& other) {
-  std::vector<std::string> lines;
-  compare(info, other, lines);
-  compare(other, info, lines);
-  for (const std::string& line : lines) {
-    if (said.emplace(other.start_id(), line).second) log(Level::error, line);
+  for (const std::string& line : type_mismatches(info, other)) {
+    if (said.emplace(other.start_id(), line).second)
+      log(Level::error, line + "; its messages are ignored");
   }
 }
 

@@ -33,7 +33,7 @@ struct BridgeParams {
   void visit(runtime::ParamVisitor& v) {
     v("rate_hz", rate_hz, 10.0, 1000.0);
     v("offset_s", offset_s, 0.0, 1.0);
-    v("robot", robot);
+    v.file("robot", robot, "arm or biped");
     v("can", can);
     runtime::list(v, "buses", buses);
     v("hand", hand);

@@ -1,5 +1,4 @@
 #pragma once
-#include <array>
 #include <memory>
 
 #include "common/runtime/log.h"
@@ -17,7 +16,6 @@ namespace mimesis::hw::bridge {
 class BridgeNode {
  public:
   using Params = BridgeParams;
-  static constexpr std::array<std::string_view, 2> kSoleInputs{"command", "hand_command"};
   BridgeNode(const Params& params, runtime::Bus& bus);
   void step(runtime::Time now);
   void stop(runtime::Time now) noexcept;  ///< quick stop of all joints; the hand keeps its object

@@ -280,15 +280,20 @@ class SocketCan final : public Bus {
 
 }  // namespace
 
-std::unique_ptr<Bus> open(const std::string& address, const std::string& directory) {
+void check_address(const std::string& address) {
   const std::size_t colon = address.find(':');
   const std::string kind = address.substr(0, colon);
-  const std::string name = colon == std::string::npos ? "" : address.substr(colon + 1);
-  if (kind == "embedded" && !name.empty() && name.find('/') == std::string::npos) {
-    return std::make_unique<EmbeddedBus>(name, directory);
-  }
-  if (kind == "socketcan" && !name.empty()) return std::make_unique<SocketCan>(name);
+  const bool named = colon != std::string::npos && colon + 1 < address.size();
+  if (named && kind == "embedded" && address.find('/') == std::string::npos) return;
+  if (named && kind == "socketcan") return;
   throw ConfigError("CAN bus '" + address + "': expected embedded:NAME or socketcan:INTERFACE");
+}
+
+std::unique_ptr<Bus> open(const std::string& address, const std::string& directory) {
+  check_address(address);
+  const std::string name = address.substr(address.find(':') + 1);
+  if (address.starts_with("embedded")) return std::make_unique<EmbeddedBus>(name, directory);
+  return std::make_unique<SocketCan>(name);
 }
 
 }  // namespace mimesis::hw::can

@@ -60,4 +60,7 @@ class Bus {
 /// the kernel
 std::unique_ptr<Bus> open(const std::string& address, const std::string& directory);
 
+/// @throws ConfigError unless the address is one of these.
+void check_address(const std::string& address);
+
 }  // namespace mimesis::hw::can

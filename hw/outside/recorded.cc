@@ -144,6 +144,8 @@ std::unique_ptr<can::Bus> record_can(std::unique_ptr<can::Bus> wire, runtime::Bu
 }
 
 std::unique_ptr<can::Bus> open_can(const std::string& address, runtime::Bus& graph) {
+  can::check_address(address);
+  graph.outside().opens(kCan, address);
   const bool live = !graph.outside().replaying();
   return record_can(live ? can::open(address, graph.directory()) : nullptr, graph);
 }
@@ -151,9 +153,10 @@ std::unique_ptr<can::Bus> open_can(const std::string& address, runtime::Bus& gra
 RecordedHand::RecordedHand(const std::string& address, const modbus::HandDriver::Options& options,
                            runtime::Bus& graph)
     : graph_(graph) {
+  const modbus::Address server = modbus::parse_address(address, graph.directory());
+  graph.outside().opens(kHand, address);
   if (graph.outside().replaying()) return;
-  driver_ = std::make_unique<modbus::HandDriver>(modbus::parse_address(address, graph.directory()),
-                                                 options);
+  driver_ = std::make_unique<modbus::HandDriver>(server, options);
 }
 
 const modbus::HandReading& RecordedHand::exchange(Time now, const modbus::HandSetpoint& setpoint) {

@@ -23,6 +23,7 @@ std::chrono::nanoseconds monotonic() { return std::chrono::steady_clock::now().t
 
 std::unique_ptr<Source> open_camera(const CameraParams& p, runtime::Bus& bus) {
   const bool replaying = bus.outside().replaying();
+  if (bus.outside().describing()) return nullptr;
   if (replaying && !p.record_frames) {
     throw ConfigError(
         "source: v4l2 is a live camera, a source of the graph: it can be replayed only if "
@@ -52,7 +53,7 @@ std::unique_ptr<Source> open_source(const CameraParams& p, runtime::Bus& bus) {
 void CameraParams::visit(runtime::ParamVisitor& v) {
   v("rate_hz", rate_hz, 1.0, 240.0);
   v("source", source, {"renderer", "v4l2", "video", "folder"});
-  v("path", path);
+  v.file("path", path, "device, film or folder of images", false);
   v("record_frames", record_frames);
   v("repeat", repeat, 1, 1000000);
   v("teacher", teacher);
@@ -74,6 +75,7 @@ void CameraParams::visit(runtime::ParamVisitor& v) {
 
 CameraNode::CameraNode(const Params& params, runtime::Bus& bus)
     : image_(bus, "image"), truth_(bus, "truth") {
+  bus.ports_end();
   if (params.source == "renderer") {
     auto rendered = std::make_unique<Rendered>(picture_of(params));
     rendered_ = rendered.get();

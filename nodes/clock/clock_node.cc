@@ -36,9 +36,13 @@ bool all_ready(const runtime::ZmqBus& bus, const std::vector<std::string>& names
 
 }  // namespace
 
+runtime::Out<v1::ClockTime> time_port(runtime::Bus& bus) {
+  return runtime::Out<v1::ClockTime>(bus, "time", {.latched = true});
+}
+
 void publish_time(const ClockParams& params, runtime::ZmqBus& bus, int stop_fd) {
   if (params.factor <= 0.0) throw ConfigError("clock.factor: sim needs a factor above 0");
-  runtime::Out<v1::ClockTime> out(bus, "time", {.latched = true});
+  auto out = time_port(bus);
   bus.ready();
   runtime::notify_ready();
   const std::array<int, 1> stop{stop_fd};
@@ -71,11 +75,15 @@ int run_clock(int argc, char** argv) {
   runtime::NodeOptions options;
   const runtime::NodeAbout about{
       .name = "clock", .about = "Simulated time: conducts lock-step, or publishes clock/time"};
-  if (const auto code = runtime::parse_command_line(argc, argv, about, visit, options))
+  const auto create = [](runtime::Bus& bus) { time_port(bus); };
+  if (const auto code = runtime::parse_command_line(argc, argv, about, visit, create, options))
     return *code;
   try {
-    runtime::ParamSource(options.params, options.args, options.sets).read(about.name, visit);
-    if (options.check) return 0;
+    const auto defaults = runtime::param_infos(visit);
+    const runtime::ParamSource source(options.params, options.args, options.sets);
+    source.read(about.name, visit);
+    if (options.check || options.describe)
+      return runtime::show_node(options, about, create, visit, defaults, source);
     runtime::StopSignal stop;
     runtime::set_log_name(options.bus.name);
     options.bus.clock = runtime::ClockKind::wall;  // it waits for no participant

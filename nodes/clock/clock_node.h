@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "common/runtime/params.h"
+#include "common/runtime/ports.h"
 #include "common/runtime/zmq_bus.h"
 
 namespace mimesis::clock {
@@ -22,6 +23,9 @@ struct ClockParams {
     v("patience_s", patience_s, 0.1, 1e6);
   }
 };
+
+/// The output clock/time.
+runtime::Out<v1::ClockTime> time_port(runtime::Bus& bus);
 
 /// Runs simulated time until `stop_fd` is readable or time is over.
 /// Lock-step: conducts the nodes (common/runtime/conductor.h); time also goes out on clock/time.

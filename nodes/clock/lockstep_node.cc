@@ -41,7 +41,7 @@ class Hall {
         stop_fd_(stop_fd),
         conductor_(params.participants,
                    params.until_s > 0.0 ? runtime::from_seconds(params.until_s) : Time::max()),
-        out_(bus, "time", {.latched = true}),
+        out_(time_port(bus)),
         listener_(PacketSocket::listen(bus.directory() + "/clock.sock")) {}
 
   void run() {

@@ -66,15 +66,16 @@ long whole_steps(const CognitionParams& p) {
 
 CognitionNode::CognitionNode(const Params& params, runtime::Bus& bus)
     : params_(params),
+      observation_(bus, "observation"),
+      task_(bus, "task"),
+      decision_(bus, "decision"),
+      fields_(bus, "fields"),
+      ports_end_(bus),
       period_s_(static_cast<double>(whole_steps(params)) * params.imitator.ladder.dt_s),
       fields_every_(params.fields_hz > 0.0
                         ? std::max(1L, std::lround(params.rate_hz / params.fields_hz))
                         : 0),
-      imitator_(params.imitator),
-      observation_(bus, "observation"),
-      task_(bus, "task"),
-      decision_(bus, "decision"),
-      fields_(bus, "fields") {
+      imitator_(params.imitator) {
   for (const std::string& sequence : imitator_.refused()) {
     runtime::warn(
         "practice '{}': the robot settles on something it learned before; nothing learned",

@@ -46,6 +46,11 @@ class CognitionNode {
   void publish_fields(runtime::Time now);
 
   Params params_;
+  runtime::Latest<v1::Observation> observation_;
+  runtime::Latest<v1::TaskStatus> task_;
+  runtime::Out<v1::Decision> decision_;
+  runtime::Out<v1::FieldActivity> fields_;
+  runtime::PortsEnd ports_end_;
   double period_s_;
   long fields_every_, tick_ = 0;  // steps between two messages on `fields`; steps since the start
   Imitator imitator_;
@@ -53,10 +58,6 @@ class CognitionNode {
   bool failure_told_ = false, indecision_told_ = false;
   v1::FieldActivity activity_;  // kept, so that its buffers are
   runtime::Throttle bad_input_{std::chrono::seconds(1)};
-  runtime::Latest<v1::Observation> observation_;
-  runtime::Latest<v1::TaskStatus> task_;
-  runtime::Out<v1::Decision> decision_;
-  runtime::Out<v1::FieldActivity> fields_;
 };
 
 }  // namespace mimesis::cognition

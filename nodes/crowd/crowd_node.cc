@@ -64,7 +64,7 @@ void to_proto(const RuleLine& line, int agents, v1::CrowdGuarantee& out) {
 void CrowdParams::visit(runtime::ParamVisitor& v) {
   v("rate_hz", rate_hz, 1.0, 1000.0);
   v("offset_s", offset_s, 0.0, 1.0);
-  v("scenario", scenario);
+  v.file("scenario", scenario, "scenario, by name or file", false);
   v("set", set);
   v("until_s", until_s, 0.0, 1e6);
   v.group("regions", [this](runtime::ParamVisitor& g) {
@@ -130,12 +130,12 @@ CrowdNode::CrowdNode(const Params& params, runtime::Bus& bus)
       watch_(run_),
       peers_(static_cast<std::size_t>(far_settings_.coordinators)),
       external_reasons_(static_cast<std::size_t>(run_.roster().externals())),
-      peers_in_(bus, "peers"),
-      handovers_in_(bus, "handovers"),
-      agents_in_(bus, "agents"),
-      characters_in_(bus, "characters"),
-      robot_in_(bus, "robot"),
-      styles_in_(bus, "style"),
+      peers_in_(bus, "peers", far_settings_.coordinators == 1),
+      handovers_in_(bus, "handovers", far_settings_.coordinators == 1),
+      agents_in_(bus, "agents", true),
+      characters_in_(bus, "characters", {.optional = true}),
+      robot_in_(bus, "robot", {.optional = params.robot.agent < 0}),
+      styles_in_(bus, "style", true),
       states_(bus, "states"),
       handovers_(bus, "handover"),
       command_(bus, "command"),

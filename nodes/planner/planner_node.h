@@ -59,7 +59,7 @@ struct PlannerParams {
   void visit(runtime::ParamVisitor& v) {
     v("rate_hz", rate_hz, 10.0, 1000.0);
     v("offset_s", offset_s, 0.0, 1.0);
-    v("robot", robot);
+    v.file("robot", robot, "arm");
     v("roadmap_nodes", roadmap_nodes, 100, 20000);
     v("neighbours", neighbours, 2, 32);
     v("seed", seed, 0, 1'000'000'000);

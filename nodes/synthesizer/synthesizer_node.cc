@@ -23,7 +23,12 @@ DrawerData read_drawer(const std::string& folder, const std::vector<std::string>
   return join_actions(std::move(sets), rows, body, folder);
 }
 
-std::unique_ptr<const ActionMaps> learn_drawer(const SynthesizerParams& params) {
+/// A robot takes objects from drawers, and has to see them.
+bool grasps(const SynthesizerParams& params) {
+  return params.drawer && !params.robot.description.empty();
+}
+
+std::unique_ptr<const ActionMaps> learn_drawer(const SynthesizerParams& params, runtime::Bus& bus) {
   if (!params.drawer) {
     if (!params.drawer_trials.empty()) {
       throw ConfigError("synthesizer.drawer_trials: needs synthesizer.drawer: true");
@@ -31,7 +36,7 @@ std::unique_ptr<const ActionMaps> learn_drawer(const SynthesizerParams& params) 
     if (params.goal.kind != "drawer") return nullptr;
     throw ConfigError("synthesizer.goal.kind: 'drawer' needs synthesizer.drawer: true");
   }
-  if (!params.robot.description.empty()) return nullptr;
+  if (!params.robot.description.empty() || bus.outside().describing()) return nullptr;
   const mocap::Body body = mocap::standard_body();
   GeneratorSettings settings;
   settings.seed = static_cast<std::uint64_t>(params.drawer_seed);
@@ -40,8 +45,9 @@ std::unique_ptr<const ActionMaps> learn_drawer(const SynthesizerParams& params) 
                                    : read_drawer(params.drawer_trials, drawer_rows(), body)));
 }
 
-std::unique_ptr<const BipedDrawer> learn_robot_drawer(const SynthesizerParams& params) {
-  if (!params.drawer || params.robot.description.empty()) return nullptr;
+std::unique_ptr<const BipedDrawer> learn_robot_drawer(const SynthesizerParams& params,
+                                                      runtime::Bus& bus) {
+  if (!grasps(params) || bus.outside().describing()) return nullptr;
   const robot::Biped biped = model::load_biped(params.robot.description);
   if (!params.drawer_trials.empty()) {
     const mocap::Body body = retarget::robot_body(biped.tree, retarget::figure_of(biped));
@@ -75,29 +81,31 @@ std::unique_ptr<Director> make_director(const SynthesizerParams& params, const A
 SynthesizerNode::SynthesizerNode(const Params& params, runtime::Bus& bus)
     : params_(params),
       period_s_(1.0 / params.rate_hz),
-      drawer_(learn_drawer(params)),
-      robot_drawer_(learn_robot_drawer(params)),
-      director_(make_director(params, drawer_.get(), robot_drawer_.get())),
-      commanded_(static_cast<std::size_t>(params.characters), Time{}),
-      told_(static_cast<std::size_t>(params.characters)),
-      goal_in_(bus, "goal"),
-      style_in_(bus, "style"),
-      beat_in_(bus, "beat"),
-      crowd_in_(bus, "crowd"),
-      feedback_in_(bus, "feedback"),
-      sight_in_(bus, "sight"),
-      touch_in_(bus, "touch"),
+      goal_in_(bus, "goal", true),
+      style_in_(bus, "style", true),
+      beat_in_(bus, "beat", {.optional = true}),
+      crowd_in_(bus, "crowd", true),
+      feedback_in_(bus, "feedback", {.optional = params.robot.description.empty()}),
+      sight_in_(bus, "sight", {.optional = !grasps(params)}),
+      touch_in_(bus, "touch", {.optional = !grasps(params)}),
       rows_(bus, "rows", {.latched = true}),
       motion_(bus, "motion"),
       batch_(bus, "characters"),
       status_(bus, "status"),
-      reached_(bus, "reached") {
+      reached_(bus, "reached"),
+      ports_end_(bus),
+      drawer_(learn_drawer(params, bus)),
+      robot_drawer_(learn_robot_drawer(params, bus)),
+      director_(make_director(params, drawer_.get(), robot_drawer_.get())),
+      commanded_(static_cast<std::size_t>(params.characters), Time{}),
+      told_(static_cast<std::size_t>(params.characters)) {
   const auto angles = director_->angles(0);
   last_angles_.assign(angles.begin(), angles.end());
   motion::clamp_to_limits(director_->characters().repertoire().model(),
                           std::span<float>(last_angles_));
   velocity_rad_s_.assign(angles.size(), 0.0);
-  set_first_goal();
+  // A check does not learn what drawers are, which takes seconds.
+  if (!params.drawer || !bus.outside().describing()) set_first_goal();
   const Repertoire& repertoire = director_->characters().repertoire();
   runtime::info("model '{}': {} rows, {} sources; styles {}", repertoire.model().name,
                 repertoire.model().rows.size(), repertoire.model().sources.rows(),

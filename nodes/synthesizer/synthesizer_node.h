@@ -50,6 +50,19 @@ class SynthesizerNode {
 
   Params params_;
   double period_s_;
+  runtime::Queue<v1::MotionGoal, 4096> goal_in_;
+  runtime::Queue<v1::StyleWish, 4096> style_in_;
+  runtime::Latest<v1::Beat> beat_in_;
+  runtime::Queue<v1::CrowdCommand, 64> crowd_in_;
+  runtime::Latest<v1::WalkFeedback> feedback_in_;
+  runtime::Latest<v1::HeadSight> sight_in_;
+  runtime::Latest<v1::HandTouch> touch_in_;
+  runtime::Out<v1::MotionRows> rows_;
+  runtime::Out<v1::Motion> motion_;
+  runtime::Out<v1::MotionBatch> batch_;
+  runtime::Out<v1::MotionStatus> status_;
+  runtime::Out<v1::MotionStatus> reached_;
+  runtime::PortsEnd ports_end_;
   std::unique_ptr<const ActionMaps> drawer_;
   std::unique_ptr<const BipedDrawer> robot_drawer_;
   std::unique_ptr<Director> director_;
@@ -67,19 +80,6 @@ class SynthesizerNode {
       bad_feedback_{std::chrono::seconds(1)}, bad_sight_{std::chrono::seconds(1)};
   v1::Motion motion_message_;  // kept, so that their buffers are
   v1::MotionBatch batch_message_;
-
-  runtime::Queue<v1::MotionGoal, 4096> goal_in_;
-  runtime::Queue<v1::StyleWish, 4096> style_in_;
-  runtime::Latest<v1::Beat> beat_in_;
-  runtime::Queue<v1::CrowdCommand, 64> crowd_in_;
-  runtime::Latest<v1::WalkFeedback> feedback_in_;
-  runtime::Latest<v1::HeadSight> sight_in_;
-  runtime::Latest<v1::HandTouch> touch_in_;
-  runtime::Out<v1::MotionRows> rows_;
-  runtime::Out<v1::Motion> motion_;
-  runtime::Out<v1::MotionBatch> batch_;
-  runtime::Out<v1::MotionStatus> status_;
-  runtime::Out<v1::MotionStatus> reached_;
 };
 
 }  // namespace mimesis::synthesizer

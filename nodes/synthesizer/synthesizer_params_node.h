@@ -54,7 +54,7 @@ struct SynthesizerParams {
     constexpr double kFarthest_m = 1e4;
     v("rate_hz", rate_hz, 20.0, 1000.0);
     v("offset_s", offset_s, 0.0, 1.0);
-    v("model", model);
+    v.file("model", model, "motion model");
     v("characters", characters, 1, 20000);
     v("style", character.style);
     v.group("start", [this](runtime::ParamVisitor& g) {
@@ -73,7 +73,7 @@ struct SynthesizerParams {
       g("object_depth_m", goal.object_depth_m, 0.0, 1.0);
     });
     v("drawer", drawer);
-    v("drawer_trials", drawer_trials);
+    v.file("drawer_trials", drawer_trials, "folder of trials");
     v("drawer_seed", drawer_seed, 0, 1'000'000'000);
     v("style_beta", character.walk.style_beta, 0.01, 1.0);
     v("turn_gain_1_s", character.walk.turn_gain_1_s, 0.1, 10.0);
@@ -85,7 +85,7 @@ struct SynthesizerParams {
     v("give_up_s", character.walk.give_up_s, 1.0, 600.0);
     v.group("robot", [this](runtime::ParamVisitor& g) {
       RobotLimits& limits = robot.limits;
-      g("description", robot.description);
+      g.file("description", robot.description, "biped");
       g("max_forward_m_s", limits.forward_m_s, 0.02, 1.0);
       g("max_left_m_s", limits.left_m_s, 0.0, 0.5);
       g("max_turn_rad_s", limits.turn_rad_s, 0.01, 1.0);

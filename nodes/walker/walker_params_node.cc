@@ -106,7 +106,7 @@ GaitSettings GaitParams::over(GaitSettings robot) const {
 void WalkerParams::visit(runtime::ParamVisitor& v) {
   v("rate_hz", rate_hz, 1.0 / kTick_s, 1.0 / kTick_s);
   v("offset_s", offset_s, 0.0, 1.0);
-  v("robot", robot);
+  v.file("robot", robot, "biped");
   v("pattern", pattern, {"nonlinear", "linear", "preview"});
   v("filter", filter);
   v("filter_iterations", filter_iterations, 1, 5);

@@ -12,12 +12,11 @@ namespace mimesis::runtime {
 
 CounterNode::CounterNode(const Params& params, Bus& bus)
     : params_(params),
-      a_(bus, "a"),
-      b_(bus, "b"),
-      latest_(bus, kSoleInputs[0], {.sole = true}),
+      a_(bus, "a", true),
+      b_(bus, "b", true),
+      latest_(bus, "latest", {.sole = true, .optional = true}),
       out_(bus, "out") {
   hash_ ^= static_cast<std::uint64_t>(params.salt);
-  if (params.mode == "refuse") throw ConfigError("counter.mode: refuses");
   bus.serve("add_one", v1::Publication::default_instance(), v1::Publication::default_instance(),
             [](const std::string& request) -> tl::expected<std::string, Status> {
               v1::Publication p;
@@ -25,6 +24,8 @@ CounterNode::CounterNode(const Params& params, Bus& bus)
               p.set_seq(p.seq() + 1);
               return p.SerializeAsString();
             });
+  bus.ports_end();
+  if (params.mode == "refuse") throw ConfigError("counter.mode: refuses");
 }
 
 void CounterNode::mix(std::uint64_t word) { hash_ = (hash_ ^ word) * 0x100000001b3U; }

@@ -1,6 +1,4 @@
 #pragma once
-#include <array>
-
 #include "common/runtime/params.h"
 #include "common/runtime/ports.h"
 #include "proto/runtime.pb.h"
@@ -33,7 +31,6 @@ struct CounterParams {
 class CounterNode {
  public:
   using Params = CounterParams;
-  static constexpr std::array<std::string_view, 1> kSoleInputs{"latest"};
   CounterNode(const Params& params, Bus& bus);
   void step(Time now);
   void stop(Time now) noexcept;

@@ -131,7 +131,33 @@ TEST(NodeProcess, CheckAndHelpPrintOnlyWhatTheyShould) {
   Process help(kCounter, {"--help"});
   EXPECT_EQ(help.wait(), 0);
   EXPECT_NE(help.output().find("fail_at_step"), std::string::npos);
+  EXPECT_NE(help.output().find("mimesis.v1.Publication       latest, of one node, optional"),
+            std::string::npos);
   EXPECT_NE(help.output().find("Examples"), std::string::npos);
+}
+
+TEST(NodeProcess, DescribesItselfWithoutSockets) {
+  TestGraph graph;
+  Process describe(graph, kCounter, {"--describe", "--set", "work=3", "--set", "mode=refuse"});
+  EXPECT_EQ(describe.wait(), 0) << describe.errors();
+  EXPECT_EQ(describe.errors(), "");
+  EXPECT_TRUE(std::filesystem::is_empty(graph.directory()));
+  const auto says = [&](const std::string& text) {
+    EXPECT_NE(describe.output().find(text), std::string::npos) << text << describe.output();
+  };
+  says(R"({"program":"mimesis_counter")");
+  says(R"("complete":true)");
+  says(R"({"name":"latest","direction":"in","type":"mimesis.v1.Publication","policy":"latest",)"
+       R"("optional":true,"sole":true})");
+  says(R"({"name":"out","direction":"out","type":"mimesis.v1.Publication","latched":false})");
+  says(R"({"name":"health","direction":"out","type":"mimesis.v1.Health")");
+  says(R"({"name":"add_one","request":"mimesis.v1.Publication")");
+  says(R"({"key":"work","type":"integer","default":0,"value":3,)");
+  says(R"("unit":"Hz","range":[0.1,10000.0])");
+  says(R"("choices":["mix","refuse"])");
+  Process check(graph, kCounter, {"--check", "--set", "mode=refuse"});
+  EXPECT_EQ(check.wait(), 2);
+  EXPECT_EQ(check.errors(), "--set: counter.mode: refuses\n");
 }
 
 TEST(NodeProcess, AnExceptionInAStepStopsTheNodeWithExitCode1) {

@@ -5,6 +5,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <map>
 
 #include "common/error.h"
 #include "common/runtime/param_source.h"
@@ -141,10 +142,19 @@ TEST_F(Params, DumpOfListsOfStructs) {
 
 TEST_F(Params, DescribesRangesAndChoices) {
   CrowdParams p;
-  const std::string help = describe_params([&p](ParamVisitor& v) { p.visit(v); });
-  EXPECT_NE(help.find("drive.limit_rad_s"), std::string::npos);
-  EXPECT_NE(help.find("[0.001, 10]"), std::string::npos);
-  EXPECT_NE(help.find("one of ring, line, all_to_all"), std::string::npos);
+  std::map<std::string, ParamInfo> by_key;
+  for (const ParamInfo& info : param_infos([&p](ParamVisitor& v) { p.visit(v); }))
+    by_key[info.key] = info;
+  EXPECT_TRUE(by_key.contains("drive.limit_rad_s"));
+  EXPECT_EQ(by_key["k_1_s"].allowed, "[0.001, 10]");
+  EXPECT_EQ(by_key["k_1_s"].range, std::pair(0.001, 10.0));
+  EXPECT_EQ(by_key["graph"].choices, (std::vector<std::string>{"ring", "line", "all_to_all"}));
+  EXPECT_EQ(by_key["balls"].type, "list");
+  EXPECT_EQ(by_key["balls.N.radius_m"].type, "number");
+  p.balls.clear();
+  const auto infos = param_infos([&p](ParamVisitor& v) { p.visit(v); });
+  EXPECT_EQ(infos.back().key, "balls.N.name");  // the element was made for its keys alone
+  EXPECT_TRUE(p.balls.empty());
 }
 
 TEST_F(Params, LoadParamsNamesThePlacesItSearched) {

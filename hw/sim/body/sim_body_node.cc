@@ -133,7 +133,7 @@ SimBodyNode::SimBodyNode(const Params& params, runtime::Bus& bus)
       joints_(load_joints(params.robot)),
       world_(biped_, model::urdf_of_biped(params.robot), body_options(params, biped_)),
       motors_(joints_.home.begin(), joints_.home.end()),
-      troubles_(bus, "trouble"),
+      troubles_(bus, "trouble", true),
       judge_({.settle_s = params.settle_s, .time_limit_s = params.time_limit_s}, bus),
       sensors_(bus, "sensors"),
       truth_(bus, "truth"),

@@ -32,7 +32,7 @@ struct DrivesParams {
     v("rate_hz", rate_hz, 10.0, 1000.0);
     v("offset_s", offset_s, 0.0, 1.0);
     v("bus", bus);
-    v("robot", robot);
+    v.file("robot", robot, "arm");
     v("v_margin", v_margin, 0.1, 10.0);
     v("a_margin", a_margin, 0.1, 10.0);
     v("bandwidth_rad_s", bandwidth_rad_s, 1.0, 1000.0);

@@ -6,8 +6,10 @@ namespace mimesis::hw::sim {
 
 HandNode::HandNode(const Params& params, runtime::Bus& bus)
     : bus_(bus), plant_(params.hand), contact_(bus, "contact"), hand_(bus, "hand") {
+  const modbus::Address address = modbus::parse_address(params.address, bus.directory());
+  bus.outside().opens("hand", params.address);
   if (bus.outside().replaying()) return;
-  server_ = std::make_unique<HandServer>(modbus::parse_address(params.address, bus.directory()));
+  server_ = std::make_unique<HandServer>(address);
 }
 
 /// Shows `input` to clients and returns their last output. Both are recorded as registers.

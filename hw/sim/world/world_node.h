@@ -35,8 +35,8 @@ struct WorldParams {
   void visit(runtime::ParamVisitor& v) {
     v("rate_hz", rate_hz, 1.0, 1000.0);
     v("offset_s", offset_s, 0.0, 1.0);
-    v("robot", robot);
-    v("table", table);
+    v.file("robot", robot, "arm");
+    v.file("table", table, "table");
     v("bridge_height_m", bridge_height_m, 0.0, 2.0);
     v("goal_blocked", goal_blocked, {"none", "high", "low"});
     v("object_offset_m", object_offset_m, -0.02, 0.02, 2);

@@ -202,7 +202,7 @@ TEST(SynthesizerProcess, BadConfigurationExitsWith2AndNamesTheKey) {
   refused("rate_hz=5", "synthesizer.rate_hz");
   refused("start.arrangement=heap", "start.arrangement");
   refused("goal.kind=drawer", "'drawer' needs synthesizer.drawer: true");
-  refused("drawer_trials=/nowhere", "synthesizer.drawer_trials: needs synthesizer.drawer: true");
+  refused("drawer_trials=/tmp", "synthesizer.drawer_trials: needs synthesizer.drawer: true");
   refused("style=happy", "'happy' is none of the model's: walk, slow, brisk");
   refused("colour=red", "colour");
   refused("model=/nowhere/x.motion.json", "/nowhere/x.motion.json: no such file");

@@ -9,16 +9,12 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "common/runtime/value_text.h"
-#include "tools/mimesis/launch/process.h"
 #include "tools/mimesis/table.h"
 
 namespace mimesis::launch {
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr std::chrono::milliseconds kCheck{10'000};  // for a node that reads its parameters
 
 bool executable(const fs::path& path) {
   std::error_code ignored;
@@ -41,7 +37,7 @@ std::string launch_json(const GraphFile& graph, const Run& run) {
 /// Nodes that publish `topic`, but not `reader`: those that name it in `out`, and the one that it
 /// names (NODE of NODE/PORT) unless that one's PORT is wired elsewhere.
 std::vector<std::string> publishers(const GraphFile& graph, const std::string& topic,
-                                    const std::string& reader = "") {
+                                    const std::string& reader) {
   const std::size_t slash = topic.find('/');
   std::vector<std::string> names;
   for (const NodeSpec& node : graph.nodes) {
@@ -58,66 +54,11 @@ std::vector<std::string> publishers(const GraphFile& graph, const std::string& t
   return names;
 }
 
-/// Topics of the file: those named in `out`, and NODE/... for outputs with their default names.
-class Published {
- public:
-  explicit Published(const GraphFile& graph) : graph_(graph) {
-    for (const NodeSpec& node : graph.nodes) {
-      for (const Wire& wire : node.out) known_.push_back(wire.topic.text);
-    }
-  }
-
-  void demand(const Text& topic, Mistakes& mistakes) const {
-    if (topic.text.empty()) return;  // reported as missing
-    if (!publishers(graph_, topic.text).empty()) return;
-    if (topic.text.starts_with("clock/") && graph_.clock != "wall") return;
-    mistakes.add(topic.place,
-                 fmt::format("no node publishes '{}'{}", topic.text, suggestion(topic.text)));
-  }
-
- private:
-  std::string suggestion(const std::string& topic) const {
-    std::vector<std::string> candidates = known_;
-    const std::size_t slash = std::min(topic.find('/'), topic.size());
-    for (const NodeSpec& node : graph_.nodes) {
-      const std::string candidate = node.name.text + topic.substr(slash);
-      if (candidate != topic) candidates.push_back(candidate);
-    }
-    return runtime::did_you_mean(topic, candidates);
-  }
-
-  const GraphFile& graph_;
-  std::vector<std::string> known_;
-};
-
 /// The host that a node names; null: none that is declared.
 const Host* host_of(const GraphFile& graph, const NodeSpec& node) {
   const auto host = std::ranges::find_if(
       graph.hosts, [&](const Host& h) { return node.host && h.name.text == node.host->text; });
   return host == graph.hosts.end() ? nullptr : &*host;
-}
-
-bool remote(const GraphFile& graph, const NodeSpec& node) {
-  const Host* host = host_of(graph, node);
-  return host != nullptr && host->address != "localhost";
-}
-
-void check_host(const GraphFile& graph, const NodeSpec& node, Mistakes& mistakes) {
-  if (!node.host || host_of(graph, node) != nullptr) return;
-  std::vector<std::string> known;
-  for (const Host& host : graph.hosts) known.push_back(host.name.text);
-  mistakes.add(node.host->place, fmt::format("there is no host '{}'{}", node.host->text,
-                                             runtime::did_you_mean(node.host->text, known)));
-}
-
-void check_sets(const GraphFile& graph, const Run& run, Mistakes& mistakes) {
-  std::vector<std::string> known = {"clock"};
-  for (const NodeSpec& node : graph.nodes) known.push_back(node.name.text);
-  for (const auto& [target, set] : run.sets) {
-    if (std::ranges::find(known, target) != known.end()) continue;
-    mistakes.add({"--set"}, fmt::format("{}.{}: there is no node '{}'{}", target, set, target,
-                                        runtime::did_you_mean(target, known)));
-  }
 }
 
 }  // namespace
@@ -133,6 +74,11 @@ std::string find_executable(const std::string& exec) {
     if (const fs::path file = fs::path(folder) / exec; executable(file)) return file.string();
   }
   return "";
+}
+
+bool remote(const GraphFile& graph, const NodeSpec& node) {
+  const Host* host = host_of(graph, node);
+  return host != nullptr && host->address != "localhost";
 }
 
 Command local_command(const GraphFile& graph, const NodeSpec& node, const Run& run) {
@@ -162,6 +108,7 @@ Command local_command(const GraphFile& graph, const NodeSpec& node, const Run& r
   }
   for (const Wire& wire : node.in) {
     const std::string& topic = wire.topic.text;
+    if (topic.empty()) continue;
     add("--in", wire.port + "=" + topic);
     const std::string from =
         fmt::format("{}", fmt::join(publishers(graph, topic, node.name.text), ","));
@@ -214,70 +161,6 @@ std::string shell_line(const Command& command) {
   for (std::size_t i = 0; i < command.argv.size(); ++i)
     line += (i > 0 ? " " : "") + tool::shell_word(command.argv[i]);
   return line;
-}
-
-void check_graph(const GraphFile& graph, const Run& run, Mistakes& mistakes) {
-  const Published published(graph);
-  if (graph.clock != "wall" && find_executable("mimesis_clock").empty()) {
-    mistakes.add({graph.file},
-                 "clock " + graph.clock + " needs the program mimesis_clock beside mimesis");
-  }
-  for (const NodeSpec& node : graph.nodes) {
-    if (!node.exec.text.empty() && !remote(graph, node) &&
-        find_executable(node.exec.text).empty()) {
-      mistakes.add(node.exec.place,
-                   fmt::format("node '{}': there is no program '{}' beside mimesis or on PATH",
-                               node.name.text, node.exec.text));
-    }
-    if (node.name.text == "clock" && node.name.place.line > 0 && graph.clock != "wall") {
-      mistakes.add(node.name.place,
-                   "the name 'clock' belongs to the node that the launcher starts");
-    }
-    check_host(graph, node, mistakes);
-    for (const Wire& wire : node.in) published.demand(wire.topic, mistakes);
-  }
-  if (graph.result) {
-    published.demand(graph.result->until, mistakes);
-    std::vector<FieldPath> paths;
-    if (graph.result->success) paths.push_back(*graph.result->success);
-    for (const ResultField& field : graph.result->fields) paths.push_back(field.from);
-    for (const FieldPath& path : paths) published.demand({path.topic, path.place}, mistakes);
-  }
-  check_sets(graph, run, mistakes);
-}
-
-void check_parameters(const GraphFile& graph, const Run& run, Mistakes& mistakes) {
-  for (const NodeSpec& node : graph.nodes) {
-    if (!node.takes_node_options() || remote(graph, node)) continue;
-    Command c = local_command(graph, node, run);
-    if (find_executable(c.argv[0]).empty()) continue;
-    c.argv.push_back("--check");
-    OwnProcess check(c);
-    const bool answered = check.wait(kCheck);
-    if (check.ending()->good()) continue;
-    std::istringstream lines(check.last_words(1 << 16));
-    bool any = false;
-    for (std::string line; std::getline(lines, line);) {
-      any = any || !line.empty();
-      const auto wire = std::ranges::find_if(node.in, [&](const Wire& w) {
-        return line.starts_with("--in " + w.port + "=" + w.topic.text + ": ");
-      });
-      if (wire != node.in.end()) {
-        mistakes.add(wire->topic.place, line.substr(line.find(": ") + 2));
-      } else if (!line.empty()) {
-        mistakes.add_line(node.name.place, line);
-      }
-    }
-    const std::string how = check.ending()->text();
-    if (!answered) {
-      mistakes.add_line(node.name.place, fmt::format("no answer within {} ms", kCheck.count()));
-    }
-    if (check.ending()->signal != 0) {
-      mistakes.add_line(node.name.place, c.argv[0] + ": " + how);
-    } else if (!any) {
-      mistakes.add(node.name.place, fmt::format("node '{}': its check {}", node.name.text, how));
-    }
-  }
 }
 
 }  // namespace mimesis::launch

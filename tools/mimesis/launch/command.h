@@ -25,6 +25,9 @@ struct Command {
 /// empty if there is none.
 std::string find_executable(const std::string& exec);
 
+/// Whether a node runs on another host.
+bool remote(const GraphFile& graph, const NodeSpec& node);
+
 /// How a node is started on this machine.
 Command local_command(const GraphFile& graph, const NodeSpec& node, const Run& run);
 
@@ -38,13 +41,5 @@ GraphFile with_clock(GraphFile graph);
 
 /// For people: words with quotes where a shell would need them.
 std::string shell_line(const Command& command);
-
-/// Checks all that can be seen without starting a node: programs exist, hosts are declared, inputs
-/// are wired to topics that a node of the file can publish, --set names nodes.
-void check_graph(const GraphFile& graph, const Run& run, Mistakes& mistakes);
-
-/// Starts every local node with --check, which reads its parameters and exits, and collects their
-/// output.
-void check_parameters(const GraphFile& graph, const Run& run, Mistakes& mistakes);
 
 }  // namespace mimesis::launch

@@ -44,6 +44,7 @@ void read_common(Section& s, NodeSpec& t) {
     t.stop.timeout = stop.duration("timeout").value_or(t.stop.timeout);
   });
   s.section("sched", [&](Section& sched) {
+    t.sched.place = sched.place();
     t.sched.policy = sched.choice("policy", {"other", "fifo", "rr"}).value_or(t.sched.policy);
     if (!sched.has("priority") && t.sched.policy != "other" && t.sched.priority == 0) {
       sched.mistakes().add(sched.place(),
@@ -69,7 +70,11 @@ void read_common(Section& s, NodeSpec& t) {
 std::vector<Wire> read_wires(Section& node, const std::string& key) {
   std::vector<Wire> wires;
   node.entries(key, [&](const Text& port, const Yaml& topic) {
-    if (auto text = node.expand(topic, "a topic")) wires.push_back({port.text, std::move(*text)});
+    if (key == "in" && topic.kind == Yaml::Kind::empty) {
+      wires.push_back({port.text, {"", topic.place}, port.place});
+    } else if (auto text = node.expand(topic, "a topic")) {
+      wires.push_back({port.text, std::move(*text), port.place});
+    }
   });
   return wires;
 }
@@ -270,6 +275,7 @@ GraphFile read_graph_file(const std::string& file, const std::vector<std::string
   NodeSpec defaults;
   top.section("defaults", [&](Section& s) { read_common(s, defaults); });
   read_nodes(top, graph, defaults);
+  graph.outside = top.texts("outside");
   if (const Yaml* result = top.take("result");
       result != nullptr && result->kind == Yaml::Kind::map) {
     Section s(*result, variables, mistakes);
@@ -316,6 +322,8 @@ void check_order(const GraphFile& graph, Mistakes& mistakes) {
 }
 
 void drop_disabled(GraphFile& graph) {
+  std::ranges::copy_if(graph.nodes, std::back_inserter(graph.disabled),
+                       [](const NodeSpec& node) { return !node.enabled; });
   std::erase_if(graph.nodes, [](const NodeSpec& node) { return !node.enabled; });
   for (NodeSpec& node : graph.nodes) {
     std::erase_if(node.after,

@@ -32,12 +32,14 @@ struct Sched {
   std::string policy = "other";  ///< other, fifo or rr
   int priority = 0;              ///< 1..99 for fifo and rr
   std::vector<int> cpus;         ///< empty: any
+  runtime::Place place;
 };
 
-/// A port of a node and the topic it is wired to.
+/// A port of a node and the topic it is wired to; an input with none is left out on purpose.
 struct Wire {
   std::string port;
   Text topic;
+  runtime::Place place;  ///< of the port
 };
 
 struct NodeSpec {
@@ -102,6 +104,8 @@ struct GraphFile {
   std::vector<std::pair<std::string, std::string>> args;  ///< effective values of all arguments
   std::vector<Host> hosts;
   std::vector<NodeSpec> nodes;  ///< enabled ones, in the order of the file
+  std::vector<NodeSpec> disabled;
+  std::vector<Text> outside;  ///< topics that programs outside of the file publish
   std::optional<ResultSpec> result;
 
   const NodeSpec* find(const std::string& node) const;

@@ -11,11 +11,13 @@
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <regex>
 
 #include "common/error.h"
 #include "common/runtime/graph_time.h"
 #include "common/runtime/raw.h"
 #include "common/runtime/registry.h"
+#include "tools/mimesis/launch/check.h"
 #include "tools/mimesis/launch/command.h"
 #include "tools/mimesis/launch/graph_file.h"
 #include "tools/mimesis/launch/result.h"
@@ -83,15 +85,46 @@ Run make_run(const Options& options) {
   return run;
 }
 
-/// Prints mistakes to standard error, or with `json` as an object to standard output.
+/// The part of a line between these two; null if there is no `from`.
+Json between(const std::string& text, std::string_view from, std::string_view to) {
+  const std::size_t begin = text.rfind(from);
+  if (begin == std::string::npos) return nullptr;
+  const std::size_t at = begin + from.size();
+  return text.substr(at, text.find(to, at) - at);
+}
+
+/// All messages have one form, whoever makes them: "PLACE: what, expected what, found 'what', did
+/// you mean 'what'?"; or "what is outside [0, 1]".
+Json to_json(const Mistake& mistake) {
+  static const std::regex kPlaced(R"(^(.*?):(\d+):(\d+): ([^]*)$)");
+  std::smatch part;
+  const bool placed = std::regex_match(mistake.text, part, kPlaced);
+  const std::string what = placed ? part.str(4) : mistake.text;
+  const std::size_t suggested = what.rfind(", did you mean '");
+  Json expected = between(what.substr(0, suggested), "expected ", ", found ");
+  if (expected.is_null()) expected = between(what.substr(0, suggested), " is outside ", "\n");
+  const bool option = mistake.text.starts_with("--");  // --set, --arg: in no file
+  return {{"file", placed   ? Json(part.str(1))
+                   : option ? Json(nullptr)
+                            : Json(mistake.near.file)},
+          {"line", placed ? Json(std::stoi(part.str(2))) : Json(nullptr)},
+          {"column", placed ? Json(std::stoi(part.str(3))) : Json(nullptr)},
+          {"message", what},
+          {"expected", expected},
+          {"suggestion", between(what, ", did you mean '", "'?")},
+          {"severity", mistake.warning ? "warning" : "error"}};
+}
+
+/// Prints mistakes to standard error, or with `json` as an array to standard output.
 void report_mistakes(const std::string& file, const Mistakes& mistakes, bool json) {
-  const std::vector<std::string> lines = mistakes.lines();
-  if (json) {
-    print({{"file", file}, {"ok", lines.empty()}, {"mistakes", lines}});
-    return;
+  Json all = Json::array();
+  for (const Mistake& mistake : mistakes.sorted()) {
+    all.push_back(to_json(mistake));
+    if (!json)
+      fmt::print(stderr, "{}{}\n", mistake.warning ? "warning: " : "", printable(mistake.text));
   }
-  for (const std::string& line : lines) fmt::print(stderr, "{}\n", printable(line));
-  if (lines.empty()) fmt::print(stderr, "{}: no mistakes\n", file);
+  if (json) return print(all);
+  if (mistakes.empty()) fmt::print(stderr, "{}: no mistakes\n", file);
 }
 
 /// Prints the commands in order of start and the order of stopping.
@@ -185,11 +218,17 @@ void report_killed(const GraphFile& graph, const Run& run, const std::string& wh
 int check_show_or_run(const Options& options) {
   const Run run = make_run(options);
   Mistakes mistakes;
-  const GraphFile file = read_graph_file(options.file, options.args, run.log, mistakes);
-  check_graph(file, run, mistakes);
-  // Nodes read their own parameters, so in a plain launch they find their mistakes themselves.
+  GraphFile file;
+  try {
+    file = read_graph_file(options.file, options.args, run.log, mistakes);
+  } catch (const ConfigError& e) {  // no YAML
+    mistakes.add_line({options.file}, e.what());
+    report_mistakes(options.file, mistakes, options.json);
+    return 2;
+  }
+  // In a plain launch the nodes find themselves what shows only when all of them is made.
+  check_graph(file, run, options.check, mistakes);
   GraphFile graph = with_clock(file);
-  if (options.check && mistakes.empty()) check_parameters(graph, run, mistakes);
   if (options.check || !mistakes.empty()) {
     report_mistakes(options.file, mistakes, options.json);
     return mistakes.empty() ? 0 : 2;

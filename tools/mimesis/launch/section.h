@@ -15,34 +15,48 @@
 
 namespace mimesis::launch {
 
+/// Something that is wrong in a launch file, or, as a warning, that could not be looked at.
+struct Mistake {
+  runtime::Place near;  ///< orders the list
+  std::string text;     ///< "file:line:col: what, expected what, did you mean 'what'?"
+  bool warning = false;
+};
+
 /// All mistakes of a launch file: a check continues after the first one.
 class Mistakes {
  public:
   void add(const runtime::Place& place, const std::string& what) {
-    all_.push_back({place.line, place.column, to_string(place) + ": " + what});
+    all_.push_back({place, to_string(place) + ": " + what});
+  }
+  void warn(const runtime::Place& place, const std::string& what) {
+    all_.push_back({place, to_string(place) + ": " + what, true});
   }
   /// A line that has its place already (from a ConfigError, or from a node's own check).
   void add_line(const runtime::Place& near, const std::string& line) {
-    all_.push_back({near.line, near.column, line});
+    all_.push_back({near, line});
   }
-  bool empty() const { return all_.empty(); }
-  /// "file:line:col: what", in the order of the file, each once.
-  std::vector<std::string> lines() const {
+  bool empty() const { return std::ranges::all_of(all_, &Mistake::warning); }
+  /// In the order of the file, each once.
+  std::vector<Mistake> sorted() const {
     std::vector<Mistake> sorted = all_;
-    std::ranges::stable_sort(sorted, {},
-                             [](const Mistake& m) { return std::pair(m.line, m.column); });
+    std::ranges::stable_sort(
+        sorted, {}, [](const Mistake& m) { return std::pair(m.near.line, m.near.column); });
+    std::vector<Mistake> once;
+    for (Mistake& m : sorted) {
+      if (std::ranges::find(once, m.text, &Mistake::text) == once.end())
+        once.push_back(std::move(m));
+    }
+    return once;
+  }
+  std::vector<std::string> lines() const {
     std::vector<std::string> lines;
-    for (const Mistake& m : sorted) {
-      if (std::find(lines.begin(), lines.end(), m.text) == lines.end()) lines.push_back(m.text);
+    for (const Mistake& m : sorted()) {
+      if (!m.warning) lines.push_back(m.text);
     }
     return lines;
   }
 
  private:
-  struct Mistake {
-    int line, column;
-    std::string text;
-  };
   std::vector<Mistake> all_;
 };
 

@@ -27,7 +27,6 @@
 #include "common/runtime/raw.h"
 #include "common/runtime/registry.h"
 #include "common/time.h"
-#include "tools/mimesis/launch/graph_file.h"
 #include "tools/mimesis/launch/process.h"
 #include "tools/mimesis/launch/watchdog.h"
 #include "tools/mimesis/table.h"
@@ -102,7 +101,6 @@ void say(fmt::format_string<Args...> format, Args&&... args) {
 
 constexpr std::chrono::milliseconds kLook{100};  ///< period of looking for silence
 constexpr std::chrono::seconds kLauncherHung{2};
-
 /// The time since the last call. Time in which this process did not run itself is nobody's silence.
 class Watched {
  public:
@@ -416,15 +414,30 @@ class Supervisor {
     }
   }
 
+  /// By pid: the name a program has in the graph may differ from the one in the file (recorder).
+  static bool is(const ManagedNode& node, const v1::NodeInfo& info) {
+    return node.spec.host ? info.name() == node.name()
+                          : static_cast<pid_t>(info.pid()) == node.child.pid;
+  }
+
+  /// Nodes of the run that do not understand each other: a lock-step would wait at every message.
+  void compare_types() {
+    const auto ours = [this](const v1::NodeInfo& info) {
+      return std::ranges::any_of(nodes_, [&](const auto& node) { return is(*node, info); });
+    };
+    for (const auto& [name_a, a] : registry_.nodes()) {
+      for (const auto& [name_b, b] : registry_.nodes()) {
+        const auto lines = runtime::type_mismatches(a, b);
+        if (!lines.empty() && ours(a) && ours(b)) return end_run(2, lines.front());
+      }
+    }
+  }
+
   void follow_registry() {
-    registry_.poll();
+    if (!registry_.poll().empty()) compare_types();
     for (const auto& [name, info] : registry_.nodes()) {
       for (auto& node : nodes_) {
-        // By pid: the name a program has in the graph may differ from the one in the file
-        // (recorder).
-        const bool same = node->spec.host ? name == node->name()
-                                          : static_cast<pid_t>(info.pid()) == node->child.pid;
-        if (!same || !info.ready() || node->state != State::starting) continue;
+        if (!is(*node, info) || !info.ready() || node->state != State::starting) continue;
         node->set_ready();
         say("{} is ready ({:.2f} s)", node->name(), to_seconds(Clock::now() - node->started));
       }

@@ -12,6 +12,7 @@
 #include "common/runtime/own_topics.h"
 #include "common/runtime/raw.h"
 #include "common/time.h"
+#include "tools/mimesis/launch/check.h"
 #include "tools/mimesis/launch/command.h"
 #include "tools/mimesis/launch/graph_file.h"
 #include "tools/mimesis/log/packet_process.h"
@@ -399,8 +400,7 @@ LaunchPlan plan_launch(const std::vector<OpenLog>& logs, const ReplayOptions& op
   const launch::GraphFile graph =
       launch::read_graph_file(options.launch, plan.args, "/nowhere", mistakes);
   const launch::Run run = as_run(plan.sets);
-  launch::check_graph(graph, run, mistakes);
-  if (mistakes.empty()) launch::check_parameters(graph, run, mistakes);
+  launch::check_graph(graph, run, /*whole=*/true, mistakes);
   if (!mistakes.empty()) throw ConfigError(fmt::format("{}", fmt::join(mistakes.lines(), "\n")));
   if (graph.clock != "lockstep") {
     throw ConfigError(

@@ -71,6 +71,14 @@ class Launch : public ::testing::Test {
            "]}\n  end: {exec: sh, ready: started, required: true, args: " + "[-c, \"until [ -e " +
            folder_.path() + "/go ]; do sleep 0.02; done\"]}\n";
   }
+  /// The counter under a name that is no node's: a plain launch does not ask it what it is.
+  std::string undescribed() const {
+    const std::string link = folder_.path() + "/plain";
+    if (!std::filesystem::exists(link)) std::filesystem::create_symlink(counter_, link);
+    return link;
+  }
+  /// What --check prints.
+  static json mistakes(const testing::Process& p) { return json::parse(p.output()); }
   static json summary(const testing::Process& p) {
     return json::parse(p.output().substr(0, p.output().find('\n')));
   }
@@ -171,7 +179,7 @@ TEST_F(Launch, NamesTheNodeThatDoesNotBecomeReady) {
 }
 
 TEST_F(Launch, PassesOnTheCodeOfBadParameters) {
-  auto launch = start("nodes:\n  a:\n    exec: " + counter_ +
+  auto launch = start("nodes:\n  a:\n    exec: " + undescribed() +
                       "\n    required: true\n    params: {rate_hz: 0}\n");
   EXPECT_EQ(launch->wait(), 2);
   EXPECT_NE(launch->errors().find("g.yaml:6:23: counter.rate_hz: 0 is outside"), std::string::npos)
@@ -435,7 +443,7 @@ TEST_F(NoOrphan, AfterAnInterrupt) {
 
 TEST_F(Launch, ResultIsTheLastLine) {
   auto launch =
-      start("nodes:\n  a: {exec: " + counter_ +
+      start("nodes:\n  a: {exec: " + undescribed() +
             ", params: {rate_hz: 100}}\nresult:\n  until: a/out\n  success: a/out.seq\n  fields:\n"
             "    topic: a/out.topic\n    seq: {from: a/out.seq, scale: 0.5, digits: 1}\n");
   EXPECT_EQ(launch->wait(), 1);  // a/out.seq is not `true`
@@ -457,7 +465,7 @@ TEST_F(Launch, ResultWithoutConditionSucceedsWithTheFirstMessage) {
 }
 
 TEST_F(Launch, ResultTellsOfTheDeathOfTheSupervisor) {
-  auto launch = start("nodes:\n  a: {exec: " + counter_ +
+  auto launch = start("nodes:\n  a: {exec: " + undescribed() +
                       "}\nresult: {until: a/other, fields: {n: a/out.seq}}\n");
   ASSERT_TRUE(until([&] { return pids().contains("a"); }));
   kill(parent(pids().at("a")), SIGKILL);
@@ -562,7 +570,7 @@ TEST_F(Launch, NobodyWaitsForTheLauncherOnceTheResultIsThere) {
 }
 
 TEST_F(Launch, ResultTellsOfTheDeathOfANode) {
-  auto launch = start("nodes:\n  a: {exec: " + counter_ +
+  auto launch = start("nodes:\n  a: {exec: " + undescribed() +
                       ", required: true, params: {fail_at_step: 3}}\n"
                       "result: {until: a/other, fields: {n: a/out.seq}}\n");
   EXPECT_EQ(launch->wait(), 1);
@@ -571,14 +579,14 @@ TEST_F(Launch, ResultTellsOfTheDeathOfANode) {
 }
 
 TEST_F(Launch, ResultTellsOfTheTimeOut) {
-  auto launch = start("nodes:\n  a: {exec: " + counter_ +
+  auto launch = start("nodes:\n  a: {exec: " + undescribed() +
                       "}\nresult: {until: a/other, timeout: 300ms, fields: {n: a/out.seq}}\n");
   EXPECT_EQ(launch->wait(), 1);
   EXPECT_EQ(last_line(*launch)["reason"], "nothing on a/other within 0.3 s of graph time");
 }
 
 TEST_F(Launch, ResultFieldThatTheTypeLacksIsAMistakeOfTheFile) {
-  auto launch = start("nodes:\n  a: {exec: " + counter_ +
+  auto launch = start("nodes:\n  a: {exec: " + undescribed() +
                       "}\nresult: {until: a/out, fields: {n: a/out.sq}}\n");
   EXPECT_EQ(launch->wait(), 2);
   EXPECT_NE(last_line(*launch)["reason"].get<std::string>().find(
@@ -594,17 +602,22 @@ TEST_F(Launch, CheckReadsTheParametersOfTheNodes) {
                 "\n    params:\n      rate_hz: 0\n      wrok: 3\n  b: {exec: " + counter_ + "}\n",
             {"--check", "--set", "b.work=-1"});
   EXPECT_EQ(launch->wait(), 2);
-  const json found = json::parse(launch->output());
-  EXPECT_FALSE(found["ok"]);
-  ASSERT_EQ(found["mistakes"].size(), 3U) << found;
-  EXPECT_NE(
-      found["mistakes"][0].get<std::string>().find("g.yaml:6:16: counter.rate_hz: 0 is outside"),
-      std::string::npos);
-  EXPECT_NE(
-      found["mistakes"][1].get<std::string>().find("g.yaml:7:7: counter.wrok: unknown parameter"),
-      std::string::npos);
+  const json found = mistakes(*launch);
+  ASSERT_EQ(found.size(), 3U) << found;
+  const std::string file = folder_.path() + "/g.yaml";
+  EXPECT_EQ(found[0], json({{"file", file},
+                            {"line", 6},
+                            {"column", 16},
+                            {"message", "counter.rate_hz: 0 is outside [0.1, 10000]"},
+                            {"expected", "[0.1, 10000]"},
+                            {"suggestion", nullptr},
+                            {"severity", "error"}}));
+  EXPECT_EQ(found[1]["line"], 7);
+  EXPECT_EQ(found[1]["suggestion"], "work");
+  EXPECT_EQ(found[2]["file"], nullptr);
+  EXPECT_EQ(found[2]["line"], nullptr);
   EXPECT_TRUE(
-      found["mistakes"][2].get<std::string>().starts_with("--set: counter.work: -1 is outside"));
+      found[2]["message"].get<std::string>().starts_with("--set: counter.work: -1 is outside"));
 }
 
 TEST_F(Launch, CheckFindsWhatCannotWork) {
@@ -612,27 +625,26 @@ TEST_F(Launch, CheckFindsWhatCannotWork) {
                           ", in: {a: aa/out}, host: moon}\n",
                       {"--check", "--set", "c.work=1"});
   EXPECT_EQ(launch->wait(), 2);
-  const json found = json::parse(launch->output())["mistakes"];
+  const json found = mistakes(*launch);
   ASSERT_EQ(found.size(), 4U) << found;
-  EXPECT_EQ(found[0], "--set: c.work=1: there is no node 'c'");
-  const std::string file = folder_.path() + "/g.yaml";
-  EXPECT_EQ(
-      found[1],
-      file + ":3:13: node 'a': there is no program 'mimesis_nothing' beside mimesis or on PATH");
-  EXPECT_EQ(found[2].get<std::string>().substr(file.size()).find(":4:"), 0U);
-  EXPECT_NE(found[2].get<std::string>().find("no node publishes 'aa/out', did you mean 'a/out'?"),
-            std::string::npos);
-  EXPECT_NE(found[3].get<std::string>().find("there is no host 'moon'"), std::string::npos);
+  EXPECT_EQ(found[0]["message"], "--set: c.work=1: there is no node 'c'");
+  EXPECT_EQ(found[1]["line"], 3);
+  EXPECT_EQ(found[1]["message"],
+            "node 'a': there is no program 'mimesis_nothing' beside mimesis or on PATH");
+  EXPECT_EQ(found[2]["line"], 4);
+  EXPECT_EQ(found[2]["message"],
+            "no node publishes 'aa/out', expected one with mimesis.v1.Publication, did you mean "
+            "'a/out'?");
+  EXPECT_EQ(found[3]["message"], "there is no host 'moon'");
 }
 
 TEST_F(Launch, CheckKnowsWhatASimulatedClockNeeds) {
   const std::string text = "clock: lockstep\nnodes:\n  clock: {exec: " + counter_ + "}\n";
   auto launch = start(text, {"--check"});
   EXPECT_EQ(launch->wait(), 2);
-  EXPECT_NE(launch->output().find(
-                "g.yaml:4:3: the name 'clock' belongs to the node that the launcher starts"),
-            std::string::npos)
-      << launch->output();
+  EXPECT_EQ(mistakes(*launch).at(0)["line"], 4);
+  EXPECT_EQ(mistakes(*launch).at(0)["message"],
+            "the name 'clock' belongs to the node that the launcher starts");
   // A launcher without the clock beside it.
   const std::string alone = folder_.path() + "/mimesis-launch";
   std::filesystem::copy_file(MIMESIS_BIN_DIR "/mimesis-launch", alone);
@@ -657,16 +669,51 @@ TEST_F(Launch, AnInputObeysWhoeverTheFileLetsPublishItsTopic) {
   const auto mistake = [&](const std::string& nodes) {
     auto check = start(nodes, {"--check"});
     EXPECT_EQ(check->wait(), 2) << check->errors();
-    const json found = json::parse(check->output())["mistakes"];
+    const json found = mistakes(*check);
     EXPECT_EQ(found.size(), 1U) << found;
-    return found.at(0).get<std::string>().substr(folder_.path().size());
+    EXPECT_EQ(found.at(0)["column"], arm.find("arm/go") + 1);
+    return found.at(0)["message"];
   };
-  const std::string at = ":" + std::to_string(arm.find("arm/go") + 1) + ": ";
+  EXPECT_EQ(mistake(planner + arm + "  rival: {exec: " + counter_ + ", out: {out: arm/go}}\n"),
+            "this input obeys one node, and the topic is published by planner,rival");
   EXPECT_EQ(
-      mistake(planner + arm + "  rival: {exec: " + counter_ + ", out: {out: arm/go}}\n"),
-      "/g.yaml:4" + at + "this input obeys one node, and the topic is published by planner,rival");
-  EXPECT_EQ(mistake(planner + "  arm: {exec: " + counter_ + ", in: {latest: planner/out}}\n"),
-            "/g.yaml:4" + at + "no node publishes 'planner/out'");
+      mistake(planner + "  arm: {exec: " + counter_ + ", in: {latest: planner/out}}\n"),
+      "no node publishes 'planner/out', expected one with mimesis.v1.Publication, did you mean "
+      "'arm/go'?");
+}
+
+TEST_F(Launch, APlainLaunchChecksTheWiringBeforeItStarts) {
+  auto launch = start("nodes:\n  a: {exec: " + counter_ + ", in: {latset: a/out}}\n");
+  EXPECT_EQ(launch->wait(), 2);
+  EXPECT_EQ(mistakes(*launch).at(0)["message"],
+            "node 'a' has no input 'latset', expected a, b, latest, did you mean 'latest'?");
+  EXPECT_EQ(
+      mistakes(*launch).at(0)["column"],
+      std::string("  a: {exec: ").size() + counter_.size() + std::string(", in: {").size() + 1);
+  EXPECT_FALSE(std::filesystem::exists(folder_.path() + "/mimesis"));
+}
+
+/// A lock-step waited 5 s for every message of another type.
+TEST_F(Launch, AnotherTypeOnAWireStopsTheRun) {
+  const std::string text =
+      "clock: lockstep\nnodes:\n  a: {exec: " + undescribed() + ", in: {latest: clock/time}}\n";
+  auto launch = start(text);
+  EXPECT_EQ(launch->wait(), 2) << launch->errors();
+  EXPECT_EQ(summary(*launch)["reason"],
+            "topic clock/time: node clock publishes mimesis.v1.ClockTime, node a expects "
+            "mimesis.v1.Publication");
+  auto check = start(text, {"--check"});
+  EXPECT_EQ(check->wait(), 2);
+  EXPECT_EQ(mistakes(*check).at(0)["message"],
+            "'clock/time' carries mimesis.v1.ClockTime, expected mimesis.v1.Publication");
+}
+
+TEST_F(Launch, TopicsFromOutsideAndInputsLeftOutOnPurposeAreNoMistakes) {
+  auto check = start("outside: [far/away]\nnodes:\n  a: {exec: " + counter_ +
+                         ", in: {a: far/away, b: }}\nresult: {until: far/away}\n",
+                     {"--check"});
+  EXPECT_EQ(check->wait(), 0) << check->output();
+  EXPECT_EQ(mistakes(*check), json::array());
 }
 
 TEST_F(Launch, DryRunStartsNothing) {
