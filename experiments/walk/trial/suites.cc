@@ -19,7 +19,6 @@ using walker::WalkerWish;
 
 constexpr double kStart_s = 1.0;   ///< standing before
 constexpr double kSettle_s = 3.0;  ///< who reads a gyro itself stands until the bias is known
-constexpr double kSprings_n_m_rad = 6000.0;  ///< nominal, of Plant::springs
 
 /// First moment of mass of an arm about its shoulder over the robot's mass, half-sitting [m]:
 /// measures how much its swing disturbs the robot.
@@ -239,7 +238,11 @@ void use_real_senses(SuiteOptions& options) {
   s.imu_attitude = false;
   s.velocity_filter_s = 0.02;
   s.com_offset_s = 5.0;
-  if (options.plant == hw::sim::Plant::springs) s.leg_stiffness_n_m_rad = kSprings_n_m_rad;
+  // nominal, of the plant [docs/walking.md 7.3]
+  const bool springs = options.plant == hw::sim::Plant::springs;
+  s.hip_stiffness_n_m_rad = springs ? 6000.0 : 0.0;
+  s.knee_stiffness_n_m_rad = 6000.0;
+  s.ankle_stiffness_n_m_rad = springs ? 6000.0 : 1500.0;
 }
 
 const std::vector<std::string>& suite_names() {

@@ -51,9 +51,14 @@ class Estimator {
         kinematics_(biped.tree),
         mass_kg_(biped.tree.mass_kg()),
         pole_1_s_(1.0 / settings.velocity_filter_s),
-        per_stiffness_(settings.leg_stiffness_n_m_rad > 0.0 ? 1.0 / settings.leg_stiffness_n_m_rad
-                                                            : 0.0),
-        q_(biped.tree.dof()) {}
+        q_(biped.tree.dof()) {
+    for (std::size_t i = 0; i < give_.size(); ++i) {
+      const double stiffness = i <= robot::kHipLast ? settings.hip_stiffness_n_m_rad
+                               : i == robot::kKnee  ? settings.knee_stiffness_n_m_rad
+                                                    : settings.ankle_stiffness_n_m_rad;
+      give_[i] = stiffness > 0.0 ? 1.0 / stiffness : 0.0;
+    }
+  }
 
   void reset() { first_ = true; }
   /// First call of a tick: the encoders. Precondition: !unusable(sensors).
@@ -65,7 +70,7 @@ class Estimator {
                                           const std::array<robot::Wrench, 2>& foot_S,
                                           const Eigen::Vector3d& turn_I) {
     kinematics_.update(Eigen::Isometry3d::Identity(), q);
-    if (per_stiffness_ > 0.0) bend_legs(q, foot_S);
+    bend_legs(q, foot_S);
     const Eigen::Isometry3d X_IB = kinematics_.X_WL(biped_->imu).inverse();
     const Eigen::Matrix3d R_before = math::exp_so3(-turn_I);
     const double left = left_weight(plan);
@@ -151,15 +156,17 @@ class Estimator {
 
   /// Joints where the ground's force on the foot has turned them to, k (q − q_motor) = τ.
   void bend_legs(const Eigen::VectorXd& q, const std::array<robot::Wrench, 2>& foot_S) {
+    if (give_ == decltype(give_){}) return;
     q_ = q;
     for (Side s : robot::kSides) {
       const Eigen::Vector3d force_B = X_BS(s).linear() * foot_S[s].force,
                             moment_B = X_BS(s).linear() * foot_S[s].moment;
-      for (int dof : biped_->leg[s].dof) {
+      for (std::size_t i = 0; i < give_.size(); ++i) {
+        const int dof = biped_->leg[s].dof[i];
         const Eigen::Isometry3d& X_BL = kinematics_.X_WL(biped_->tree.moved_link(dof));
         const Eigen::Vector3d lever_B = X_BS(s).translation() - X_BL.translation();
         q_[dof] +=
-            per_stiffness_ *
+            give_[i] *
             (X_BL.linear() * biped_->tree.moved(dof).axis).dot(moment_B + lever_B.cross(force_B));
       }
     }
@@ -184,8 +191,9 @@ class Estimator {
   }
 
   const robot::Biped* biped_;
-  robot::Kinematics kinematics_;               ///< with the base at the origin
-  double mass_kg_, pole_1_s_, per_stiffness_;  ///< [rad/(N m)]; 0: rigid
+  robot::Kinematics kinematics_;  ///< with the base at the origin
+  double mass_kg_, pole_1_s_;
+  std::array<double, 6> give_{};  ///< of a leg's joints [rad/(N m)]
   Eigen::VectorXd q_;
   bool first_ = true;
   std::array<Eigen::Isometry3d, 2> X_IS_;  ///< soles in the IMU's frame

@@ -25,9 +25,9 @@ struct StabilizerSettings {
   // time constants of low passes of the measurement
   double velocity_filter_s = 0.01;  ///< 1/λ of the CoM's velocity (Estimator)
   double wrench_filter_s = 0.005;
-  /// Stiffness of the legs' joints between encoders on the motors and the links; 0: encoders on the
-  /// links, or rigid.
-  double leg_stiffness_n_m_rad = 0.0;
+  /// Stiffness of joints whose encoders are on the motors' side; 0: rigid, or encoders on the
+  /// links.
+  double hip_stiffness_n_m_rad = 0.0, knee_stiffness_n_m_rad = 0.0, ankle_stiffness_n_m_rad = 0.0;
   double com_offset_s = 0.0;  ///< mean of the CoM's constant error (ComOffset); 0: without
   int delay_ticks = 2;        ///< age of a sensor reading: one tick of the control, one of the bus
 
@@ -87,7 +87,9 @@ struct StabilizerSettings {
     v("edge_margin_m", edge_margin_m, 0.0, 0.03);
     v("velocity_filter_s", velocity_filter_s, 0.01, 1.0);
     v("wrench_filter_s", wrench_filter_s, 0.0, 0.1);
-    v("leg_stiffness_n_m_rad", leg_stiffness_n_m_rad, 0.0, 1e6);
+    v("hip_stiffness_n_m_rad", hip_stiffness_n_m_rad, 0.0, 1e6);
+    v("knee_stiffness_n_m_rad", knee_stiffness_n_m_rad, 0.0, 1e6);
+    v("ankle_stiffness_n_m_rad", ankle_stiffness_n_m_rad, 0.0, 1e6);
     v("com_offset_s", com_offset_s, 0.0, 1000.0);
     v("delay_ticks", delay_ticks, 1, 8);
     v("imu_attitude", imu_attitude);
