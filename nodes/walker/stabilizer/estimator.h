@@ -154,7 +154,7 @@ class Estimator {
     return Eigen::AngleAxisd(angle_rad, Eigen::Vector3d::UnitZ()).toRotationMatrix();
   }
 
-  /// Joints where the ground's force on the foot has turned them to, k (q − q_motor) = τ.
+  /// Joints where the ground's force on the foot has turned them to, q = q_motor + τ/k [eq. 6.11].
   void bend_legs(const Eigen::VectorXd& q, const std::array<robot::Wrench, 2>& foot_S) {
     if (give_ == decltype(give_){}) return;
     q_ = q;
