@@ -94,7 +94,7 @@ walk::SuiteOptions suite_options(const Options& o) {
   suite.plant = o.plant == "servo" ? hw::sim::Plant::servo : hw::sim::Plant::springs;
   suite.seed = o.seed;
   suite.ankle_pitch_n_m = o.ankle_n_m;
-  suite.senses = o.senses == "exact" ? hw::sim::kExactSenses : hw::sim::kRealSenses;
+  if (o.senses == "real") walk::use_real_senses(suite);
   suite.slope_rad = {-o.slope_forward, o.slope_left};  // + rises
   suite.delay_ticks = o.delay;
   suite.walker.pattern = o.pattern == "linear"    ? walker::PatternKind::linear

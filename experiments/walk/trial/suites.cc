@@ -17,7 +17,8 @@ namespace {
 
 using walker::WalkerWish;
 
-constexpr double kStart_s = 1.0;  ///< standing before
+constexpr double kStart_s = 1.0;   ///< standing before
+constexpr double kSettle_s = 3.0;  ///< who reads a gyro itself stands until the bias is known
 
 /// First moment of mass of an arm about its shoulder over the robot's mass, half-sitting [m]:
 /// measures how much its swing disturbs the robot.
@@ -108,6 +109,7 @@ TrialSpec plain(const Robot& robot, const SuiteOptions& o, std::size_t number) {
   spec.engine = o.engine;
   spec.body = body_of(o, number);
   spec.walker = o.walker;
+  if (!o.walker.stabilizer.imu_attitude) spec.settle_s = kSettle_s;
   spec.delay_ticks = o.delay_ticks;
   return spec;
 }
@@ -228,6 +230,19 @@ hw::sim::BodyOptions body_of(const SuiteOptions& options, std::size_t number) {
           .ankle_pitch_n_m = options.ankle_pitch_n_m,
           .seed = 1000 * options.seed + number,
           .senses = options.senses};
+}
+
+void use_real_senses(SuiteOptions& options) {
+  options.senses = hw::sim::kRealSenses;
+  walker::StabilizerSettings& s = options.walker.stabilizer;
+  s.imu_attitude = false;
+  s.velocity_filter_s = 0.02;
+  s.com_offset_s = 5.0;
+  // nominal, of the plant [docs/walking.md 7.3]
+  const bool springs = options.plant == hw::sim::Plant::springs;
+  s.hip_stiffness_n_m_rad = springs ? 6000.0 : 0.0;
+  s.knee_stiffness_n_m_rad = 6000.0;
+  s.ankle_stiffness_n_m_rad = springs ? 6000.0 : 1500.0;
 }
 
 const std::vector<std::string>& suite_names() {

@@ -75,6 +75,10 @@ struct SuiteOptions {
   walker::WalkerSettings walker;
 };
 
+/// kRealSenses, and a walker that is told of them: it finds its attitude itself and knows the
+/// nominal stiffness of springs that its encoders do not see. `options.plant` is set before.
+void use_real_senses(SuiteOptions& options);
+
 /// World of trial `number` of a suite: each has an IMU and noise of its own.
 hw::sim::BodyOptions body_of(const SuiteOptions& options, std::size_t number);
 

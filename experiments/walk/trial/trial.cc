@@ -98,10 +98,14 @@ template <class World, class Watch>
 TrialResult walk_in(World& world, const TrialSpec& spec, const Watch& watch) {
   const robot::Biped& biped = spec.robot->biped;
   walker::Walker walker(biped, spec.walker);
-  for (const hw::sim::Push& push : spec.pushes) world.push(push);
+  for (hw::sim::Push push : spec.pushes) {
+    push.at_s += spec.settle_s;
+    world.push(push);
+  }
   Observer observer(std::sqrt(robot::kGravity / biped.com_height_m));
 
-  const int ticks = static_cast<int>(std::lround(spec.duration_s / kTick_s));
+  const int ticks = static_cast<int>(std::lround(spec.duration_s / kTick_s)),
+            settles = static_cast<int>(std::lround(spec.settle_s / kTick_s));
   std::deque<walker::Sensors> on_their_way(std::size_t(spec.delay_ticks),
                                            to_walker(world.sensors()));
   std::vector<double> times;
@@ -111,8 +115,8 @@ TrialResult walk_in(World& world, const TrialSpec& spec, const Watch& watch) {
   const hw::sim::BodyTruth& truth = world.truth();
   const Eigen::Vector2d start = truth.X_WB.translation().head<2>();
   bool ends = false;
-  for (int k = 0; k < ticks && !truth.fell && !ends; ++k) {
-    if (spec.wish) wish = spec.wish(k * kTick_s);
+  for (int k = -settles; k < ticks && !truth.fell && !ends; ++k) {
+    if (spec.wish) wish = spec.wish(std::max(k, 0) * kTick_s);
     on_their_way.push_back(to_walker(world.sensors()));
     const auto before = Clock::now();
     const walker::WalkerOutput& out = walker.step(wish, on_their_way.front());
@@ -120,12 +124,14 @@ TrialResult walk_in(World& world, const TrialSpec& spec, const Watch& watch) {
     on_their_way.pop_front();
     world.step({out.q.data(), std::size_t(out.q.size())}, kTick_s);
     physics += Clock::now() - after;
+    if (k < 0) continue;
     times.push_back(seconds(after - before));
     observer.tick(out, truth);
     watch(out, ends);
   }
   TrialResult result = observer.result();
   result.name = spec.name;
+  if (result.fell_at_s > 0.0) result.fell_at_s -= spec.settle_s;
   result.self = truth.self;
   result.furniture = truth.furniture;
   result.walked_m = (truth.X_WB.translation().head<2>() - start).norm();

@@ -30,6 +30,7 @@ struct TrialSpec {
   /// Wish as a function of the time since the start, called once per tick. Empty: stands.
   std::function<walker::WalkerWish(double)> wish;
   std::vector<hw::sim::Push> pushes;
+  double settle_s = 0.0;  ///< it has stood for so long when its time begins
   double duration_s = 10.0;
   int delay_ticks = 1;  ///< delay of sensor readings on their way to the walker
   Engine engine = Engine::dart;

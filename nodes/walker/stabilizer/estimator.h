@@ -2,11 +2,14 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
+#include <optional>
+#include <utility>
 
 #include "common/math/so3.h"
 #include "common/robot/dynamics.h"
 #include "common/robot/kinematics.h"
 #include "nodes/walker/pattern/pattern.h"
+#include "nodes/walker/stabilizer/attitude.h"
 #include "nodes/walker/stabilizer/settings.h"
 
 namespace mimesis::walker {
@@ -47,16 +50,44 @@ class Estimator {
       : biped_(&biped),
         kinematics_(biped.tree),
         mass_kg_(biped.tree.mass_kg()),
-        pole_1_s_(1.0 / settings.velocity_filter_s) {}
+        pole_1_s_(1.0 / settings.velocity_filter_s),
+        q_(biped.tree.dof()) {
+    for (std::size_t i = 0; i < give_.size(); ++i) {
+      const double stiffness = i <= robot::kHipLast ? settings.hip_stiffness_n_m_rad
+                               : i == robot::kKnee  ? settings.knee_stiffness_n_m_rad
+                                                    : settings.ankle_stiffness_n_m_rad;
+      give_[i] = stiffness > 0.0 ? 1.0 / stiffness : 0.0;
+    }
+  }
 
   void reset() { first_ = true; }
+  /// First call of a tick: the encoders. Precondition: !unusable(sensors).
   /// @param plan  the plan for the instant of the measurement
-  /// @param R_WI  attitude of the IMU, of any heading
-  /// No allocation. Precondition: !unusable(sensors).
-  const BodyEstimate& step(const PatternSample& plan, const Eigen::VectorXd& q,
-                           const Eigen::Quaterniond& R_WI,
-                           const std::array<robot::Wrench, 2>& foot_S) {
+  /// @param foot_S  bends the legs' springs, if encoders do not see them
+  /// @param turn_I  turn of the IMU since the last tick [rad]
+  /// @return nothing at first; motion of the IMU if the soles that carry do not move
+  std::optional<AttitudeFilter::Seen> see(const PatternSample& plan, const Eigen::VectorXd& q,
+                                          const std::array<robot::Wrench, 2>& foot_S,
+                                          const Eigen::Vector3d& turn_I) {
     kinematics_.update(Eigen::Isometry3d::Identity(), q);
+    bend_legs(q, foot_S);
+    const Eigen::Isometry3d X_IB = kinematics_.X_WL(biped_->imu).inverse();
+    const Eigen::Matrix3d R_before = math::exp_so3(-turn_I);
+    const double left = left_weight(plan);
+    AttitudeFilter::Seen seen{Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};
+    for (Side s : robot::kSides) {
+      const double share = s == kLeft ? left : 1.0 - left;
+      const Eigen::Isometry3d X_IS = X_IB * X_BS(s), before = std::exchange(X_IS_[s], X_IS);
+      seen.v_I += share / kTick_s * (R_before * before.translation() - X_IS.translation());
+      seen.rate_I += share / kTick_s *
+                     math::log_so3(Eigen::Matrix3d(before.linear() * X_IS.linear().transpose()));
+    }
+    if (first_) return std::nullopt;
+    return seen;
+  }
+  /// After see(). @param R_WI  attitude of the IMU, of any heading. No allocation.
+  const BodyEstimate& step(const PatternSample& plan, const Eigen::Quaterniond& R_WI,
+                           const std::array<robot::Wrench, 2>& foot_S) {
     const Eigen::Matrix3d R_IB =
         R_WI.toRotationMatrix() * kinematics_.X_WL(biped_->imu).linear().transpose();
     const std::array<Anchored, 2> seen{anchor(kLeft, plan, R_IB), anchor(kRight, plan, R_IB)};
@@ -91,7 +122,6 @@ class Estimator {
     return now_;
   }
   const BodyEstimate& now() const { return now_; }
-  Eigen::Matrix3d R_BI() const { return kinematics_.X_WL(biped_->imu).linear(); }
   /// Pose of a sole in the base by the encoders of the last step.
   const Eigen::Isometry3d& X_BS(Side side) const {
     return kinematics_.X_WL(biped_->leg[side].sole);
@@ -124,6 +154,25 @@ class Estimator {
     return Eigen::AngleAxisd(angle_rad, Eigen::Vector3d::UnitZ()).toRotationMatrix();
   }
 
+  /// Joints where the ground's force on the foot has turned them to, q = q_motor + τ/k [eq. 6.11].
+  void bend_legs(const Eigen::VectorXd& q, const std::array<robot::Wrench, 2>& foot_S) {
+    if (give_ == decltype(give_){}) return;
+    q_ = q;
+    for (Side s : robot::kSides) {
+      const Eigen::Vector3d force_B = X_BS(s).linear() * foot_S[s].force,
+                            moment_B = X_BS(s).linear() * foot_S[s].moment;
+      for (std::size_t i = 0; i < give_.size(); ++i) {
+        const int dof = biped_->leg[s].dof[i];
+        const Eigen::Isometry3d& X_BL = kinematics_.X_WL(biped_->tree.moved_link(dof));
+        const Eigen::Vector3d lever_B = X_BS(s).translation() - X_BL.translation();
+        q_[dof] +=
+            give_[i] *
+            (X_BL.linear() * biped_->tree.moved(dof).axis).dot(moment_B + lever_B.cross(force_B));
+      }
+    }
+    kinematics_.update(Eigen::Isometry3d::Identity(), q_);
+  }
+
   struct Anchored {
     double yaw_rad;  ///< turns the IMU's heading into the plan's
     Eigen::Vector3d com_W_m, p_WB_m;
@@ -144,8 +193,11 @@ class Estimator {
   const robot::Biped* biped_;
   robot::Kinematics kinematics_;  ///< with the base at the origin
   double mass_kg_, pole_1_s_;
+  std::array<double, 6> give_{};  ///< of a leg's joints [rad/(N m)]
+  Eigen::VectorXd q_;
   bool first_ = true;
-  std::array<Eigen::Vector2d, 2> com_;  ///< ĉ seen from each foot, at the next tick
+  std::array<Eigen::Isometry3d, 2> X_IS_;  ///< soles in the IMU's frame
+  std::array<Eigen::Vector2d, 2> com_;     ///< ĉ seen from each foot, at the next tick
   BodyEstimate now_;
 };
 

@@ -25,14 +25,17 @@ struct StabilizerSettings {
   // time constants of low passes of the measurement
   double velocity_filter_s = 0.01;  ///< 1/λ of the CoM's velocity (Estimator)
   double wrench_filter_s = 0.005;
-  int delay_ticks = 2;  ///< age of a sensor reading: one tick of the control, one of the bus
+  /// Stiffness of joints whose encoders are on the motors' side; 0: rigid, or encoders on the
+  /// links.
+  double hip_stiffness_n_m_rad = 0.0, knee_stiffness_n_m_rad = 0.0, ankle_stiffness_n_m_rad = 0.0;
+  double com_offset_s = 0.0;  ///< mean of the CoM's constant error (ComOffset); 0: without
+  int delay_ticks = 2;        ///< age of a sensor reading: one tick of the control, one of the bus
 
   // attitude and ground
-  bool imu_attitude = true;       ///< the IMU's own attitude; false: AttitudeFilter's
-  double attitude_s = 10.0;       ///< forgetting time of AttitudeFilter
-  double attitude_planned = 1.0;  ///< share of the planned acceleration that it takes off [1]
-  bool slope = false;             ///< ground that is not level is felt by the soles (SlopeEstimate)
-  double slope_filter_s = 1.0;    ///< low pass of the slope
+  bool imu_attitude = true;     ///< the IMU's own attitude; false: AttitudeFilter's
+  double attitude_s = 10.0;     ///< forgetting time of AttitudeFilter
+  bool slope = false;           ///< ground that is not level is felt by the soles (SlopeEstimate)
+  double slope_filter_s = 1.0;  ///< low pass of the slope
 
   // feet: gain, leak and limit of each law
   double cop_rad_s_n_m = 0.03;  ///< gain of the centre of pressure [K10, C19: 0.01]
@@ -84,10 +87,13 @@ struct StabilizerSettings {
     v("edge_margin_m", edge_margin_m, 0.0, 0.03);
     v("velocity_filter_s", velocity_filter_s, 0.01, 1.0);
     v("wrench_filter_s", wrench_filter_s, 0.0, 0.1);
+    v("hip_stiffness_n_m_rad", hip_stiffness_n_m_rad, 0.0, 1e6);
+    v("knee_stiffness_n_m_rad", knee_stiffness_n_m_rad, 0.0, 1e6);
+    v("ankle_stiffness_n_m_rad", ankle_stiffness_n_m_rad, 0.0, 1e6);
+    v("com_offset_s", com_offset_s, 0.0, 1000.0);
     v("delay_ticks", delay_ticks, 1, 8);
     v("imu_attitude", imu_attitude);
     v("attitude_s", attitude_s, 1.0, 1000.0);
-    v("attitude_planned", attitude_planned, 0.0, 1.0);
     v("slope", slope);
     v("slope_filter_s", slope_filter_s, 0.01, 100.0);
     v("cop_rad_s_n_m", cop_rad_s_n_m, 0.0, 0.1);

@@ -10,7 +10,7 @@
 
 namespace mimesis::walker {
 
-/// The ground as a plane of W, z = h + s·(p − p₀) [docs/walking.md 6.8]. Patterns are planned on
+/// The ground as a plane of W, z = h + s·(p − p₀) [docs/walking.md 6.9]. Patterns are planned on
 /// level ground and hold on any plane: with the CoM at a constant height above it the linear
 /// inverted pendulum is the same along x and y [Kajita 2001].
 struct GroundPlane {

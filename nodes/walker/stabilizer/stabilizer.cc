@@ -8,8 +8,7 @@ namespace {
 
 constexpr double kLeastShare =
     0.2;  ///< share of the weight on the ground below which a ZMP is noise
-constexpr double kAcceleration_s = 0.02;  ///< low pass of the planned acceleration
-constexpr int kForgotten_ticks = 100;     ///< without an IMU: the old attitude means nothing
+constexpr int kForgotten_ticks = 100;  ///< without an IMU: the old attitude means nothing
 
 }  // namespace
 
@@ -19,10 +18,10 @@ Stabilizer::Stabilizer(const robot::Biped& biped, const GaitSettings& gait,
       weight_n_(biped.tree.mass_kg() * robot::kGravity),
       wrench_share_(low_pass_share(settings.wrench_filter_s)),
       attitude_(settings.attitude_s),
-      acceleration_(kAcceleration_s),
       estimator_(biped, settings_),
       slope_(settings_),
       feedback_(gait.com_height_m, settings_),
+      offset_(feedback_.omega_1_s(), settings_),
       admittance_(settings_),
       adjustment_(settings_),
       ground_(biped, settings_.edge_margin_m),
@@ -38,11 +37,11 @@ Stabilizer::Stabilizer(const robot::Biped& biped, const GaitSettings& gait,
 void Stabilizer::reset() {
   estimator_.reset();
   feedback_.reset();
+  offset_.reset();
   admittance_.reset();
   adjustment_.reset();
   give_.reset();
   feet_.reset();
-  acceleration_.reset();
   slope_.reset();
   command_.ground = {};
   at_ = remembered_ = 0;
@@ -75,6 +74,7 @@ void Stabilizer::filter(const std::array<robot::Wrench, 2>& foot_S) {
 void Stabilizer::without_feedback(const StabilizerPlan& plan, const char* why) {
   estimator_.reset();
   feedback_.reset();
+  offset_.lost();
   blind_ = true;
   const Eigen::Vector2d zmp = plan.pattern.zmp_W_m;
   admittance_.step(zmp, zmp);
@@ -91,25 +91,20 @@ void Stabilizer::without_feedback(const StabilizerPlan& plan, const char* why) {
 }
 
 const Eigen::Quaterniond& Stabilizer::watch(const Sensors& sensors) {
-  return attitude(sensors, Eigen::Vector3d::Zero());
+  return attitude(sensors, AttitudeFilter::Seen{Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()},
+                  true);
 }
 
-const Eigen::Quaterniond& Stabilizer::attitude(const Sensors& sensors, const Eigen::Vector3d& a_I) {
+const Eigen::Quaterniond& Stabilizer::attitude(const Sensors& sensors,
+                                               const std::optional<AttitudeFilter::Seen>& seen,
+                                               bool rests) {
   if (settings_.imu_attitude) return sensors.R_WI;
   if (Estimator::unusable_imu(sensors, false) != nullptr) {
     if (++unseen_ >= kForgotten_ticks) attitude_.reset();
     return attitude_.R_WI();
   }
   unseen_ = 0;
-  return attitude_.step(sensors.gyro_I, sensors.specific_force_I, a_I, kTick_s);
-}
-
-/// Of the pelvis as it was sent, in the IMU's frame of the last measurement.
-Eigen::Vector3d Stabilizer::planned_acceleration_I(const Past& sent) {
-  const Eigen::Vector3d& a_W = acceleration_.step(sent.plan.X_WB_last.translation());
-  if (blind_) return Eigen::Vector3d::Zero();
-  return settings_.attitude_planned * estimator_.R_BI().transpose() *
-         (estimator_.now().X_WB.linear().transpose() * a_W);
+  return attitude_.step({sensors.gyro_I, sensors.specific_force_I, seen, rests}, kTick_s);
 }
 
 void Stabilizer::measure_ground(const PatternSample& plan, const BodyEstimate& body) {
@@ -163,7 +158,7 @@ const StabilizerCommand& Stabilizer::step(const StabilizerPlan& unadjusted,
   const StabilizerPlan& plan = adjusted(unadjusted);
   const StabilizerPlan& past = remember(plan);
   if (const char* why = estimator_.unusable(sensors, settings_.imu_attitude)) {
-    watch(sensors);
+    attitude(sensors, std::nullopt, false);
     without_feedback(plan, why);
     return command_;
   }
@@ -171,14 +166,23 @@ const StabilizerCommand& Stabilizer::step(const StabilizerPlan& unadjusted,
   const int back = std::min(settings_.delay_ticks, remembered_ - 1);
   const Past& sent = history_[std::size_t((at_ + kHistory - std::max(back - 1, 0)) % kHistory)];
 
-  const Eigen::Quaterniond& R_WI = attitude(sensors, planned_acceleration_I(sent));
-  const BodyEstimate& body = estimator_.step(past.pattern, sensors.q, R_WI, sensors.foot_S);
   filter(sensors.foot_S);
+  const auto seen = estimator_.see(past.pattern, sensors.q, wrench_S_,
+                                   kTick_s * (sensors.gyro_I - attitude_.gyro_bias_I()));
+  const Eigen::Quaterniond& R_WI = attitude(sensors, seen, past.pattern.gait == Gait::standing);
+  const BodyEstimate& body = estimator_.step(past.pattern, R_WI, sensors.foot_S);
   measure_ground(past.pattern, body);
   blind_ = false;
   measure_give(sent);
-  feedback_.measure(past.com, body.com_W_m.head<2>(), body.com_v_W);
+  const auto zmp = measured_zmp(past.pattern, wrench_S_, kLeastShare * weight_n_);
   command_.com_W_m = body.com_W_m;
+  if (zmp) {
+    offset_.measure(body.com_W_m.head<2>(), body.com_v_W, *zmp, past.pattern.yaw_rad);
+  } else {
+    offset_.lost();
+  }
+  command_.com_W_m.head<2>() -= offset_.offset_W_m(past.pattern.yaw_rad);
+  feedback_.measure(past.com, command_.com_W_m.head<2>(), body.com_v_W);
   command_.X_WB = body.X_WB;
   command_.dcm_error_W_m = feedback_.error_m();
   watch_fall(body, sent.plan.X_WB_last);
@@ -188,7 +192,6 @@ const StabilizerCommand& Stabilizer::step(const StabilizerPlan& unadjusted,
   command_.wished_zmp_W_m = ground_.reachable(plan.pattern, wished);
   command_.saturated = command_.wished_zmp_W_m != wished;
 
-  const auto zmp = measured_zmp(past.pattern, wrench_S_, kLeastShare * weight_n_);
   if (zmp) {
     command_.zmp_W_m = *zmp;
     admittance_.step(*zmp, command_.wished_zmp_W_m);

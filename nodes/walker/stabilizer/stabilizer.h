@@ -4,6 +4,7 @@
 #include "nodes/walker/pattern/pattern.h"
 #include "nodes/walker/stabilizer/attitude.h"
 #include "nodes/walker/stabilizer/balance.h"
+#include "nodes/walker/stabilizer/com_offset.h"
 #include "nodes/walker/stabilizer/estimator.h"
 #include "nodes/walker/stabilizer/feet.h"
 #include "nodes/walker/stabilizer/slope.h"
@@ -28,7 +29,8 @@ struct StabilizerCommand {
   // for logs and plots
   Eigen::Vector2d dcm_error_W_m = Eigen::Vector2d::Zero();
   Eigen::Vector2d zmp_W_m = Eigen::Vector2d::Zero(), wished_zmp_W_m = Eigen::Vector2d::Zero();
-  Eigen::Vector3d com_W_m = Eigen::Vector3d::Zero();       ///< measured, in the W of the plan
+  Eigen::Vector3d com_W_m =
+      Eigen::Vector3d::Zero();  ///< measured, without its offset, in the W of the plan
   Eigen::Isometry3d X_WB = Eigen::Isometry3d::Identity();  ///< pelvis likewise
   bool saturated = false;
   bool falling = false;
@@ -58,8 +60,8 @@ class Stabilizer {
     StabilizerPlan plan;
     std::array<Eigen::Isometry3d, 2> X_WS_last;  ///< soles of the set-points that were sent last
   };
-  const Eigen::Quaterniond& attitude(const Sensors& sensors, const Eigen::Vector3d& a_I);
-  Eigen::Vector3d planned_acceleration_I(const Past& sent);
+  const Eigen::Quaterniond& attitude(const Sensors& sensors,
+                                     const std::optional<AttitudeFilter::Seen>& seen, bool rests);
   void measure_ground(const PatternSample& plan, const BodyEstimate& body);
   void measure_give(const Past& sent);
   const StabilizerPlan& remember(const StabilizerPlan& plan);
@@ -72,10 +74,10 @@ class Stabilizer {
   StabilizerSettings settings_;
   double weight_n_, wrench_share_;
   AttitudeFilter attitude_;
-  PlannedAcceleration acceleration_;
   Estimator estimator_;
   SlopeEstimate slope_;
   DcmFeedback feedback_;
+  ComOffset offset_;
   ComAdmittance admittance_;
   StepAdjustment adjustment_;
   LegGive give_;

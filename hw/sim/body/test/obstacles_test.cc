@@ -1,6 +1,7 @@
 // What the robot can knock against: itself, furniture; what it carries; what its ankles can bear.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "hw/sim/body/body_world.h"
@@ -104,6 +105,36 @@ TEST_F(ObstaclesTest, FurnitureThatIsPushedPushesAHand) {
   EXPECT_NEAR(drawer.now().front_W_m.x(), 0.25, 1e-9);
   EXPECT_GT(world.truth().furniture.steps, 0);
   EXPECT_LT(world.truth().hand_W_m[robot::kLeft].x(), before - 0.005);
+}
+
+/// The panel comes out of the cabinet with the hand that pulls its handle, to the other hand.
+TEST_F(ObstaclesTest, ADrawerThatIsPulledPushesTheOtherHand) {
+  for (const char* side : {"left", "right"}) {
+    set(std::string(side) + "_shoulder_roll", 0.0);
+    set(std::string(side) + "_elbow", -1.3);
+  }
+  BodyWorld alone(robot_.biped, robot_.urdf, {});
+  go(alone, 1.0);
+  const Vector3d hand = alone.truth().hand_W_m[robot::kLeft];
+  const DrawerSettings settings{.front_x_m = hand.x(),
+                                .handle_height_m = hand.z(),
+                                .handle_left_m = hand.y(),
+                                .object_height_m = hand.z() + 0.1};
+  BodyWorld world(robot_.biped, robot_.urdf, {.drawer = settings});
+  Drawer drawer(settings);
+  go(world, 1.0);
+  ASSERT_EQ(world.truth().furniture.steps, 0);
+  const double before = world.truth().hand_W_m[robot::kRight].x();
+  const Eigen::VectorXd from = q_;
+  set("left_shoulder_pitch", q_[robot_.biped.tree.require_joint("left_shoulder_pitch")] + 0.4);
+  for (int i = 0; i < 300; ++i) {
+    const Eigen::VectorXd q = from + std::clamp((i - 60) / 200.0, 0.0, 1.0) * (q_ - from);
+    world.move(drawer, {true, false}, kTick_s);
+    world.step({q.data(), static_cast<std::size_t>(q.size())}, kTick_s);
+  }
+  ASSERT_GT(drawer.now().opened_m, 0.04);
+  EXPECT_GT(world.truth().furniture.steps, 0);
+  EXPECT_LT(world.truth().hand_W_m[robot::kRight].x(), before - 0.005);
 }
 
 /// The ground bears the object's weight, and the elbow m g times its lever.

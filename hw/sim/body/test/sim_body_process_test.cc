@@ -2,9 +2,12 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <csignal>
 
 #include "common/testing/process.h"
+#include "hw/sim/body/body_params_node.h"
+#include "hw/sim/body/test/bodies.h"
 #include "proto/bridge.pb.h"
 #include "proto/walker.pb.h"
 
@@ -15,6 +18,18 @@ using testing::Process;
 using testing::TestGraph;
 using testing::TestNode;
 using namespace std::chrono_literals;
+
+/// Uphill ahead, the furniture stands that much higher.
+TEST(SimBodyParams, TheDrawerStandsOnTheSlope) {
+  SimBodyParams params;
+  params.slope_forward_rad = 0.05;
+  params.drawer.present = true;
+  params.drawer.drawer = {.front_x_m = 2.0, .handle_height_m = 0.9, .object_height_m = 1.0};
+  const BodyOptions options = body_options(params, test_robot().biped);
+  ASSERT_TRUE(options.drawer);
+  EXPECT_NEAR(options.drawer->handle_height_m, 0.9 + 2.0 * std::tan(0.05), 1e-3);
+  EXPECT_NEAR(options.drawer->object_height_m, 1.0 + 2.0 * std::tan(0.05), 1e-3);
+}
 
 class RobotProcess : public ::testing::Test {
  protected:

@@ -13,6 +13,12 @@ inline robot::Biped test_biped() {
     biped.leg[s].sole = biped.tree.require_link(s == kLeft ? "left_sole" : "right_sole");
     biped.leg[s].min_S_m = {-0.1, s == kLeft ? -0.056 : -0.075};
     biped.leg[s].max_S_m = {0.13, s == kLeft ? 0.075 : 0.056};
+    std::size_t i = 0;
+    for (const char* joint :
+         {"hip_yaw", "hip_roll", "hip_pitch", "knee", "ankle_pitch", "ankle_roll"}) {
+      biped.leg[s].dof[i++] =
+          biped.tree.require_joint(std::string(s == kLeft ? "left_" : "right_") + joint);
+    }
   }
   biped.imu = biped.tree.require_link("chest");
   biped.half_sitting = Eigen::VectorXd::Zero(biped.tree.dof());
