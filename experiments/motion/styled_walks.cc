@@ -136,9 +136,14 @@ mocap::Trials without_straight_ends(const mocap::Trials& all) {
 
 }  // namespace
 
-motion::MotionModel styled_walks(const RecordedWalks& walks, int sources) {
+mocap::Trials styled_cycles(const RecordedWalks& walks) {
   mocap::Trials trials = without_straight_ends(walks.trials);
   align_rotation_branches(trials);
+  return trials;
+}
+
+motion::MotionModel styled_walks(const RecordedWalks& walks, int sources) {
+  const mocap::Trials trials = styled_cycles(walks);
   demix::SisaOptions options;
   options.sources = sources;
   options.tied = true;

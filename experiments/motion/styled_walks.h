@@ -63,9 +63,10 @@ mocap::BodyPose figure_pose(const mocap::Body& body,
 /// By row of the model the body's row. @throws ConfigError if one is none.
 std::vector<int> body_rows(const motion::MotionModel& model);
 
-/// One pattern a style (the mean of its cycles), with tied delays: the input of blends. Rotations
-/// are brought to common branches first. For styles that turn ("walk-turn-left_normal") the cycle
-/// that turns most is used: the others go straight again.
+/// The cycles that styles are learned from, rotations brought to common branches. For styles that
+/// turn ("walk-turn-left_normal") the cycle that turns most is used: the others go straight again.
+mocap::Trials styled_cycles(const RecordedWalks& walks);
+/// One pattern a style (the mean of its cycles), with tied delays: the input of blends.
 motion::MotionModel styled_walks(const RecordedWalks& walks, int sources);
 
 /// Number of the pattern of a style. @throws ConfigError if there is none.

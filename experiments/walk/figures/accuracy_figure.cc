@@ -156,7 +156,7 @@ Report accuracy(const PlotDir& plot_dir) {
     report.rows.push_back(reproduce::at_most(
         std::string("novel goals, ") + kSources[1].text() + " sources: " + q.name +
             ", largest error",
-        largest_error(novel, q), 0.02, "m",
+        largest_error(novel, q), kMostError_m, "m",
         "by the maps, in the middle between two trained places; nothing is published, 10 mm are of "
         "training trials"));
   }

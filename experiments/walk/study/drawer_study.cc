@@ -103,24 +103,31 @@ Outcome run_online(const DrawerTrialSpec& spec,
   return o;
 }
 
-Outcome run_script(const ScriptRobot& robot, const ActionRows& rows, const DrawerGoal& goal,
-                   const DrawerGoal& wished) {
-  Script script(robot, rows, goal);
-  StanceZmp zmp;
+TrialResult walk_script(const ScriptRobot& robot, Script& script,
+                        const std::function<void(const TrialTick&)>& watch) {
   walker::PatternSample plan;
   bool first = true;
-  int number = -1;
-  double start_m = 0.0;
-  Outcome seen;
   TrialSpec spec;
   spec.robot = robot.robot;
   spec.walker = launched_walker();
   spec.delay_ticks = kSensorDelayTicks;
   spec.duration_s = kScript_s;
   spec.wish = [&](double) { return script.step(first ? nullptr : &plan); };
-  const TrialResult r = run_trial(spec, [&](const TrialTick& tick) {
+  return run_trial(spec, [&](const TrialTick& tick) {
     first = false;
     plan = tick.out.pattern;
+    watch(tick);
+  });
+}
+
+Outcome run_script(const ScriptRobot& robot, const ActionRows& rows, const DrawerGoal& goal,
+                   const DrawerGoal& wished) {
+  Script script(robot, rows, goal);
+  StanceZmp zmp;
+  int number = -1;
+  double start_m = 0.0;
+  Outcome seen;
+  const TrialResult r = walk_script(robot, script, [&](const TrialTick& tick) {
     zmp.tick(tick.out, tick.truth);
     if (script.number() != number) {
       const double middle = middle_m(tick.truth);
@@ -145,7 +152,7 @@ Outcome run_script(const ScriptRobot& robot, const ActionRows& rows, const Drawe
 
 namespace {
 
-using synthesizer::kNormalStep, synthesizer::kReachingStep, synthesizer::kStanding;
+using synthesizer::kReachingStep;
 
 constexpr std::size_t kNovelGoals = 30, kChosen = 8;  // numbers of training trials
 
@@ -193,16 +200,15 @@ const synthesizer::BipedDrawer& DrawerStudy::actions(Sources s) {
   return *a;
 }
 
-const synthesizer::LearnedActions& DrawerStudy::joints(Sources s, std::size_t model) {
+const synthesizer::ActionMaps& DrawerStudy::joints(Sources s, std::size_t model) {
   auto& j = joints_[{s, model}];
   if (!j) {
-    j = std::make_unique<synthesizer::LearnedActions>(
-        feasible().joints,
-        synthesizer::DrawerModelOptions{.first_sources = s.first,
-                                        .further_sources = s.further,
-                                        .turns = 200,
-                                        .tolerance = 1e-6,
-                                        .seed = 1 + static_cast<std::uint32_t>(model)});
+    j = std::make_unique<synthesizer::ActionMaps>(synthesizer::learn_drawer_model(
+        feasible().joints, {.first_sources = s.first,
+                            .further_sources = s.further,
+                            .turns = 200,
+                            .tolerance = 1e-6,
+                            .seed = 1 + static_cast<std::uint32_t>(model)}));
   }
   return *j;
 }
@@ -239,14 +245,16 @@ DrawerStudy::Outcomes DrawerStudy::originals() {
 }
 
 DrawerStudy::Outcomes DrawerStudy::resynthesis(Sources s) {
-  const synthesizer::LearnedActions& learned = actions(s).actions;
+  const synthesizer::ActionMaps& learned = actions(s).actions;
   return known_or("resynthesis " + s.text(), chosen_trials(), [&](std::size_t i) {
     const DrawerGoal wished = goal_of(trials_, i);
-    const ActionRows rows{learned.reconstruct(kNormalStep, i),
-                          learned.reconstruct(kReachingStep, i), learned.reconstruct(kStanding, i)};
+    const ActionRows rows = mixed_rows(learned, reconstructed(learned, i));
+    const auto travel_m = [](const Eigen::MatrixXd& r) {  // kVelocityRows are the last
+      return 2.0 * kStep_s * r.row(r.rows() - 3).mean();
+    };
     DrawerGoal goal = wished;  // it walks as far as the mixture says
-    goal.normal_m = synthesizer::travel_m(learned.rows(), rows[kNormalStep], 2.0 * kStep_s);
-    goal.reaching_m = synthesizer::travel_m(learned.rows(), rows[kReachingStep], 2.0 * kStep_s);
+    goal.normal_m = travel_m(rows[kNormalStep]);
+    goal.reaching_m = travel_m(rows[kReachingStep]);
     return run_script(script_robot_, rows, goal, wished);
   });
 }
@@ -271,40 +279,32 @@ DrawerStudy::Outcomes DrawerStudy::extremes() {
 
 const std::vector<Recording>& DrawerStudy::walks() {
   if (!walks_.empty()) return walks_;
-  const synthesizer::LearnedActions& learned = actions(kSources[1]).actions;
+  const synthesizer::ActionMaps& learned = actions(kSources[1]).actions;
   const auto goals = novel_goals();
   walks_ = in_parallel(goals.size(), [&](std::size_t i) {
-    synthesizer::ActionTask task = goals[i].task();
-    ActionRows rows;
-    task.length_m = goals[i].normal_m;
-    rows[kNormalStep] = learned.infer(kNormalStep, task);
-    task.length_m = goals[i].reaching_m;
-    task.previous_length_m = goals[i].normal_m;
-    rows[kReachingStep] = learned.infer(kReachingStep, task);
-    rows[kStanding] = learned.infer(kStanding, goals[i].task());
+    ActionRows rows = mixed_rows(learned, inferred(learned, goals[i]));
     return record(script_robot_, Script(script_robot_, std::move(rows), goals[i]));
   });
   return walks_;
 }
 
 DrawerStudy::Outcomes DrawerStudy::naive_resynthesis(Sources s, std::size_t model) {
-  const synthesizer::LearnedActions& learned = joints(s, model);
+  const synthesizer::ActionMaps& learned = joints(s, model);
   const std::string name = "naive resynthesis " + s.text() + " " + std::to_string(model);
   return known_or(name, chosen_trials(), [&](std::size_t i) {
-    return played(naive_track(learned, reconstructed(learned.maps(), i), feasible_->recordings[i]),
-                  {});
+    return played(naive_track(learned, reconstructed(learned, i), feasible_->recordings[i]), {});
   });
 }
 
 DrawerStudy::Outcomes DrawerStudy::naive_inference(Sources s, Goals which, std::size_t model,
                                                    const Playing& how) {
-  const synthesizer::LearnedActions& learned = joints(s, model);
+  const synthesizer::ActionMaps& learned = joints(s, model);
   const auto goals = novel_goals();
   const std::vector<Recording>& walk = walks();
   const std::string name =
       "naive inference " + s.text() + " " + std::to_string(model) + " " + how.text();
   return known_or(name, numbers_of(which), [&](std::size_t i) {
-    return played(naive_track(learned, inferred(learned.maps(), goals[i]), walk[i]), how);
+    return played(naive_track(learned, inferred(learned, goals[i]), walk[i]), how);
   });
 }
 

@@ -77,6 +77,9 @@ DrawerTrialSpec online_spec(const Robot& robot, const synthesizer::BipedDrawer& 
 /// Like run_drawer_trial(), observed by a watch.
 Outcome run_online(const DrawerTrialSpec& spec,
                    const std::function<void(const DrawerTick&)>& watch = {});
+/// Walks a script in the physics with launched_walker()'s settings and delays.
+TrialResult walk_script(const ScriptRobot& robot, Script& script,
+                        const std::function<void(const TrialTick&)>& watch);
 Outcome run_script(const ScriptRobot& robot, const ActionRows& rows, const DrawerGoal& goal,
                    const DrawerGoal& wished);
 
@@ -108,7 +111,7 @@ class DrawerStudy {
   const FeasibleData& feasible();
   const synthesizer::BipedDrawer& actions(Sources sources);  ///< learned from feasible()
   /// The naive approach's. @param model  < kNaiveModels
-  const synthesizer::LearnedActions& joints(Sources sources, std::size_t model);
+  const synthesizer::ActionMaps& joints(Sources sources, std::size_t model);
   /// Numbers of the trials that originals and resyntheses are made of: eight, of all paces.
   std::vector<std::size_t> chosen_trials() const;
 
@@ -139,7 +142,7 @@ class DrawerStudy {
   synthesizer::DrawerData trials_;
   std::unique_ptr<FeasibleData> feasible_;
   std::map<Sources, std::unique_ptr<synthesizer::BipedDrawer>> actions_;
-  std::map<std::pair<Sources, std::size_t>, std::unique_ptr<synthesizer::LearnedActions>> joints_;
+  std::map<std::pair<Sources, std::size_t>, std::unique_ptr<synthesizer::ActionMaps>> joints_;
   std::vector<Recording> walks_;
   std::map<std::string, std::map<std::size_t, Outcome>> outcomes_;  // by experiment, number
 };

@@ -10,6 +10,7 @@
 #include "experiments/walk/study/drawer_study.h"
 #include "nodes/synthesizer/character/parameters.h"
 #include "nodes/synthesizer/character/smooth.h"
+#include "nodes/synthesizer/sequence/action_course.h"
 #include "nodes/walker/pattern/generators.h"
 #include "nodes/walker/stabilizer/estimator.h"
 #include "nodes/walker/stabilizer/stabilizer.h"
@@ -123,7 +124,7 @@ constexpr double kBeta = 0.2, kTakeOver_s = 0.4;
 /// Plays the three actions at action and phase [0, 1].
 class Player {
  public:
-  Player(const synthesizer::LearnedActions& joints, const ActionParameters& actions)
+  Player(const synthesizer::ActionMaps& joints, const ActionParameters& actions)
       : joints_(joints), actions_(actions), mixed_(actions[0]) {}
 
   Eigen::VectorXd at(std::size_t action, double share) {
@@ -138,12 +139,12 @@ class Player {
       p = &mixed_;
     }
     Eigen::VectorXd q(joints_.row_count());
-    joints_.at(*p, phase, q);
+    synthesizer::mixture_at(joints_.model().action[0], *p, phase, synthesizer::Between::cubic, q);
     return q;
   }
 
  private:
-  const synthesizer::LearnedActions& joints_;
+  const synthesizer::ActionMaps& joints_;
   const ActionParameters& actions_;
   MotionParameters mixed_;
 };
@@ -172,6 +173,14 @@ ActionParameters inferred(const synthesizer::ActionMaps& maps, const DrawerGoal&
   return out;
 }
 
+ActionRows mixed_rows(const synthesizer::ActionMaps& maps, const ActionParameters& actions) {
+  ActionRows out;
+  for (std::size_t a = 0; a < out.size(); ++a) {
+    out[a] = synthesizer::mixture_rows(maps.model().action[a], actions[a]);
+  }
+  return out;
+}
+
 JointTrack track_of(const Recording& walk) {
   JointTrack out;
   for (const Recording::Tick& t : walk.ticks) {
@@ -181,7 +190,7 @@ JointTrack track_of(const Recording& walk) {
   return out;
 }
 
-JointTrack naive_track(const synthesizer::LearnedActions& joints, const ActionParameters& actions,
+JointTrack naive_track(const synthesizer::ActionMaps& joints, const ActionParameters& actions,
                        const Recording& walk) {
   JointTrack out = track_of(walk);
   const std::size_t from = walk.begin(1).value();

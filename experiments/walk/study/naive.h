@@ -23,12 +23,14 @@ std::vector<walker::StabilizerPlan> implied_reference(const robot::Biped& biped,
 using ActionParameters = std::array<synthesizer::MotionParameters, synthesizer::kActions>;
 ActionParameters reconstructed(const synthesizer::ActionMaps& maps, std::size_t trial);
 ActionParameters inferred(const synthesizer::ActionMaps& maps, const DrawerGoal& goal);
+/// Rows that their mixtures make, as many samples as were learned from.
+ActionRows mixed_rows(const synthesizer::ActionMaps& maps, const ActionParameters& actions);
 
 /// The naive approach [M18 3.8.4, table 3.1]: angles of all joints from their mixture, actions
 /// joined by eq. 3.23. The start from standing, which was not learned, is that of `walk`, from the
 /// pattern generator with the same goal; the mixture takes over in its second action, the
 /// difference fading within half a step. Timing of steps as there, too.
-JointTrack naive_track(const synthesizer::LearnedActions& joints, const ActionParameters& actions,
+JointTrack naive_track(const synthesizer::ActionMaps& joints, const ActionParameters& actions,
                        const Recording& walk);
 
 /// The recorded angles themselves.

@@ -1,15 +1,15 @@
 #include "experiments/walk/study/velocity_study.h"
 
 #include "common/error.h"
-#include "common/math/circle.h"
 #include "common/math/so3.h"
+#include "common/robot/kinematics.h"
 #include "experiments/walk/trial/suites.h"
 #include "nodes/synthesizer/sequence/action_course.h"
 
 namespace mimesis::walk {
 namespace {
 
-using synthesizer::kNormalStep, synthesizer::kReachingStep;
+using synthesizer::kNormalStep, synthesizer::kReachingStep, synthesizer::kStanding;
 
 Eigen::Vector2d middle_of_feet(const hw::sim::BodyTruth& truth) {
   return 0.5 * (truth.X_WS[0].translation() + truth.X_WS[1].translation()).head<2>();
@@ -19,20 +19,42 @@ double heading_of_feet(const hw::sim::BodyTruth& truth) {
   return 0.5 * (math::yaw_of(truth.X_WS[0].linear()) + math::yaw_of(truth.X_WS[1].linear()));
 }
 
-/// Rows that the mixtures of the three actions make, as many samples as were learned from.
-ActionRows mixed_rows(const synthesizer::ActionMaps& maps, const ActionParameters& actions) {
-  ActionRows out;
-  for (std::size_t a = 0; a < out.size(); ++a) {
-    const motion::MotionModel& model = maps.model().action[a];
-    const Eigen::Index samples = model.sources.cols();
-    out[a].resize(actions[a].mean_rad.size(), samples);
-    for (Eigen::Index t = 0; t < samples; ++t) {
-      const double phase_rad = math::kTwoPi * static_cast<double>(t) / static_cast<double>(samples);
-      synthesizer::mixture_at(model, actions[a], phase_rad, synthesizer::Between::cubic,
-                              out[a].col(t));
-    }
+/// Right hand of the mixture at the end of its way, as the pelvis sees it.
+Eigen::Vector3d hand_B_m(const ScriptRobot& robot, const synthesizer::ActionMaps& maps,
+                         const synthesizer::MotionParameters& standing) {
+  const Eigen::MatrixXd rows = synthesizer::mixture_rows(maps.model().action[kStanding], standing);
+  robot::Kinematics kinematics(robot.upper);
+  kinematics.update(Eigen::Isometry3d::Identity(),
+                    at_phase(rows, kArrives).head(robot.upper.dof()));
+  const int wrist = robot.upper.require_link(robot.figure.wrist[robot::kRight]);
+  return kinematics.X_WL(wrist) * robot.figure.hand_m[robot::kRight];
+}
+
+/// hand_B_m() of the training trials by their task, with the joints' wide kernel.
+synthesizer::LocalRegression learned_hands(const ScriptRobot& robot,
+                                           const synthesizer::ActionMaps& maps) {
+  const auto& patterns = maps.model().action[kStanding].patterns;
+  Eigen::MatrixXd task(std::ssize(patterns), 4), hand(std::ssize(patterns), 3);
+  for (std::size_t i = 0; i < patterns.size(); ++i) {
+    const auto row = static_cast<Eigen::Index>(i);
+    task.row(row) = maps.inputs(kStanding, maps.task_of(kStanding, i));
+    hand.row(row) = hand_B_m(robot, maps, synthesizer::parameters_of(patterns[i]));
   }
-  return out;
+  return {task, hand, {.bandwidth = 4.0, .ridge = 1e-3}};
+}
+
+/// Joints between those of trials have the hand beside the place between its places, for it moves
+/// on curves: the map is asked for a goal as far on the other side.
+ActionParameters with_hand_at(const ScriptRobot& robot, const synthesizer::ActionMaps& maps,
+                              const synthesizer::LocalRegression& hands, DrawerGoal goal) {
+  constexpr int kTurns = 4;  // each leaves about a quarter
+  const Eigen::Vector3d wished = hands.at(maps.inputs(kStanding, goal.task())).value;
+  for (int k = 0; k < kTurns; ++k) {
+    const Eigen::Vector3d off = wished - hand_B_m(robot, maps, inferred(maps, goal)[kStanding]);
+    goal.final_distance_m += off.x();
+    goal.object_lateral_m += off.y();
+  }
+  return inferred(maps, goal);
 }
 
 }  // namespace
@@ -49,23 +71,14 @@ Places middle(const Places& a, const Places& b) {
 
 FreeWalk walk_free(const ScriptRobot& robot, const ActionRows& rows) {
   Script script(robot, rows, {}, {.feet = false, .hands = false});
-  walker::PatternSample plan;
-  bool first = true, reached = false;
+  bool reached = false;
   int number = -1;
   Eigen::Vector2d start = Eigen::Vector2d::Zero();
   FreeWalk out;
   const double none = std::nan("");
   out.came = {Eigen::Vector2d::Constant(none), Eigen::Vector2d::Constant(none),
               Eigen::Vector3d::Constant(none), none};
-  TrialSpec spec;
-  spec.robot = robot.robot;
-  spec.walker = launched_walker();
-  spec.delay_ticks = kSensorDelayTicks;
-  spec.duration_s = kScript_s;
-  spec.wish = [&](double) { return script.step(first ? nullptr : &plan); };
-  const TrialResult r = run_trial(spec, [&](const TrialTick& tick) {
-    first = false;
-    plan = tick.out.pattern;
+  const TrialResult r = walk_script(robot, script, [&](const TrialTick& tick) {
     const Eigen::Vector2d middle = middle_of_feet(tick.truth);
     if (script.number() != number) {
       if (number == 1) out.came.normal_m = middle - start;
@@ -130,6 +143,7 @@ std::vector<FreeWalk> VelocityStudy::resynthesis(Sources sources,
 
 std::vector<FreeWalk> VelocityStudy::inference(Sources sources, const std::vector<Pair>& between) {
   const synthesizer::ActionMaps& learned = maps(sources);
+  const synthesizer::LocalRegression hands = learned_hands(*robot_, learned);
   return in_parallel(between.size(), [&](std::size_t k) {
     const auto& [i, j] = between[k];
     const DrawerGoal a = goal_of(*trials_, i), b = goal_of(*trials_, j);
@@ -137,7 +151,8 @@ std::vector<FreeWalk> VelocityStudy::inference(Sources sources, const std::vecto
                           0.5 * (a.final_distance_m + b.final_distance_m),
                           0.5 * (a.object_depth_m + b.object_depth_m),
                           0.5 * (a.object_lateral_m + b.object_lateral_m)};
-    FreeWalk walk = walk_free(*robot_, mixed_rows(learned, inferred(learned, goal)));
+    FreeWalk walk =
+        walk_free(*robot_, mixed_rows(learned, with_hand_at(*robot_, learned, hands, goal)));
     walk.came = walk.came - middle(labels_[i], labels_[j]);
     return walk;
   });

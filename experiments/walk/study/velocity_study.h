@@ -42,7 +42,8 @@ class VelocityStudy {
 
   /// Walks of the mixtures of training trials; errors against their labels.
   std::vector<FreeWalk> resynthesis(Sources sources, const std::vector<std::size_t>& trials);
-  /// Walks by the learned maps to the places in the middle between those of two training trials.
+  /// Walks by the learned maps to the places in the middle between those of two training trials;
+  /// action 3 is inferred for a goal moved by what kinematics say its hand misses.
   using Pair = std::array<std::size_t, 2>;
   std::vector<FreeWalk> inference(Sources sources, const std::vector<Pair>& between);
 

@@ -39,7 +39,7 @@ BipedDrawer make_biped_drawer(const robot::Biped& biped, const DrawerData& data,
                    .pelvis_height_m = easy_pelvis_height(biped.tree, figure),
                    .feet_distance_m = biped.feet_distance_m,
                    .gripper = {},
-                   .actions = LearnedActions(data, options)};
+                   .actions = ActionMaps(learn_drawer_model(data, options))};
   for (const robot::Side side : robot::kSides) {
     const int dof = biped.gripper[side].dof;
     if (dof >= 0) made.gripper[side] = biped.tree.moved(dof).joint;
@@ -332,7 +332,7 @@ Action BipedDrawerSequence::played(std::size_t first) const {
 /// Parameters of the action that begins with step `first` of the plan, from `start_m`.
 MotionParameters BipedDrawerSequence::parameters(std::size_t first, double start_m,
                                                  double previous_m) const {
-  const LearnedActions& learned = drawer_->actions;
+  const ActionMaps& learned = drawer_->actions;
   ActionTask task{.length_m = 0.0,
                   .duration_s = learned.ranges().standing_s,
                   .previous_length_m = previous_m,
@@ -340,10 +340,10 @@ MotionParameters BipedDrawerSequence::parameters(std::size_t first, double start
                   .object_depth_m = task_.object_depth_m,
                   .object_lateral_m = 0.0};
   const Action action = played(first);
-  if (action == kStanding) return learned.maps().at(action, task);
+  if (action == kStanding) return learned.at(action, task);
   task.length_m = middle_after(end_of_action(first)) - start_m;
   task.duration_s = 2.0 * options_.step_s;
-  MotionParameters p = learned.maps().at(action, task);
+  MotionParameters p = learned.at(action, task);
   const double least = learned.ranges().normal.least_m;
   if (action == kNormalStep && task.length_m < least) {
     p.mean_rad.tail<3>() *= task.length_m / least;
@@ -431,8 +431,8 @@ const MotionParameters& BipedDrawerSequence::mix() {
 
 void BipedDrawerSequence::move_upper_body() {
   const MotionParameters& mixed = mix();
-  const LearnedActions& learned = drawer_->actions;
-  learned.at(mixed, state_.phase_rad, rows_);
+  const motion::MotionModel& model = drawer_->actions.model().action[0];
+  mixture_at(model, mixed, state_.phase_rad, Between::cubic, rows_);
   move_grippers();
   const Eigen::Index joints = state_.q.size();
   if (fade_begins_) {
@@ -445,7 +445,7 @@ void BipedDrawerSequence::move_upper_body() {
     if (!course_.has_previous()) {  // otherwise the transition continues as it was
       const double ahead = kAhead_s * state_.phase_rate_rad_s;
       const double soon = std::min(state_.phase_rad + ahead, std::nextafter(math::kTwoPi, 0.0));
-      learned.at(mixed, soon, soon_);
+      mixture_at(model, mixed, soon, Between::cubic, soon_);
       for (const Hand& hand : hand_) {
         if (hand.gripper >= 0) soon_[hand.gripper] = rows_[hand.gripper];
       }

@@ -22,10 +22,10 @@ struct BipedDrawer {
   StepPlanSettings plan;  ///< robot_step_plan()
   double pelvis_height_m = 0.65, feet_distance_m = 0.19;
   std::array<std::string, 2> gripper;  ///< joints that close the hands; empty: none
-  LearnedActions actions;              ///< rows: joints of `upper`, then kVelocityRows
+  ActionMaps actions;                  ///< rows: joints of `upper`, then kVelocityRows
 };
 inline constexpr DrawerModelOptions kSevenSources{.first_sources = 4, .further_sources = 3};
-/// Trials, learning and maps: 2 s. @throws ConfigError as generate_robot_data(), LearnedActions
+/// Trials, learning and maps: 2 s. @throws ConfigError as generate_robot_data(), ActionMaps
 BipedDrawer make_biped_drawer(const robot::Biped& biped, const RobotTrialSettings& settings,
                               const DrawerModelOptions& options = kSevenSources);
 /// Learns from trials with the settings of robot_trial_settings().

@@ -49,6 +49,15 @@ void mixture_at(const motion::MotionModel& model, const MotionParameters& p, dou
   }
 }
 
+Eigen::MatrixXd mixture_rows(const motion::MotionModel& model, const MotionParameters& p) {
+  Eigen::MatrixXd rows(p.mean_rad.size(), model.sources.cols());
+  for (Eigen::Index t = 0; t < rows.cols(); ++t) {
+    const double share = static_cast<double>(t) / static_cast<double>(rows.cols());
+    mixture_at(model, p, math::kTwoPi * share, Between::cubic, rows.col(t));
+  }
+  return rows;
+}
+
 ActionCourse::ActionCourse(double beta, double settle_s, double dt_s)
     : beta_(beta), settling_(1.0 - std::exp(-dt_s / settle_s)) {}
 

@@ -12,6 +12,9 @@ enum class Between { linear, cubic };
 void mixture_at(const motion::MotionModel& model, const MotionParameters& p, double phase_rad,
                 Between between, Eigen::Ref<Eigen::VectorXd> rows);
 
+/// The same, cubic, at as many even phases as the sources have samples: rows × samples.
+Eigen::MatrixXd mixture_rows(const motion::MotionModel& model, const MotionParameters& p);
+
 /// Parameters of a mixture while actions follow each other. The action under way takes new
 /// parameters gradually, with time constant `settle_s`; around its ends the mixture goes over to
 /// the next one and from the previous one [M18 eq. 3.23], the first source being non-periodic.

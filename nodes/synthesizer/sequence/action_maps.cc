@@ -1,15 +1,12 @@
 #include "nodes/synthesizer/sequence/action_maps.h"
 
-#include <algorithm>
-#include <cmath>
 #include <map>
 #include <numbers>
 #include <string>
+#include <utility>
 
 #include "common/error.h"
-#include "common/math/circle.h"
 #include "common/motion/demix/sisa.h"
-#include "nodes/synthesizer/sequence/action_course.h"
 
 namespace mimesis::synthesizer {
 
@@ -91,14 +88,24 @@ ActionRanges learned_ranges(const DrawerModel& model) {
   return ranges_of(trials);
 }
 
-constexpr int kLegRows = 3 * (mocap::kRightAnkle - mocap::kLeftHip + 1);
 constexpr double kWide = 4.0, kSmallRidge = 1e-3;  // standard deviations of the inputs; relative
 
-// Means, then weights column by column.
-Eigen::RowVectorXd flat(const motion::Pattern& p) {
-  Eigen::RowVectorXd y(p.mean_rad.size() + p.weight_rad.size());
-  y << p.mean_rad.transpose(), p.weight_rad.reshaped().transpose();
-  return y;
+// Legs of the standing body and its pelvis, if `rows` are kDrawerRows.
+bool stands(std::size_t row, const std::vector<std::string>& rows) {
+  if (std::ssize(rows) != kDrawerRows) return false;
+  constexpr std::size_t kFirst = 3 * mocap::kLeftHip, kEnd = 3 * (mocap::kRightAnkle + 1);
+  return (row >= kFirst && row < kEnd) || row >= mocap::kBodyRows;
+}
+
+bool is_velocity(const std::string& row) {
+  return row.ends_with("_m_s") || row.ends_with("_rad_s");
+}
+
+// Means and weights of some rows: means, then weights column by column.
+Eigen::RowVectorXd flat(const motion::Pattern& p, const std::vector<Eigen::Index>& rows) {
+  Eigen::MatrixXd y(std::ssize(rows), 1 + p.weight_rad.cols());
+  y << p.mean_rad(rows), p.weight_rad(rows, Eigen::all);
+  return y.reshaped().transpose();
 }
 
 Eigen::VectorXi clips_of(const motion::MotionModel& model) {
@@ -161,76 +168,52 @@ ActionTask ActionMaps::task_of(Action action, std::size_t i) const {
           .object_lateral_m = trial.task.at(3)};
 }
 
-ActionMaps::ActionMaps(DrawerModel model, const LocalRegressionOptions& options)
+ActionMaps::ActionMaps(DrawerModel model)
     : model_(std::move(model)), ranges_(learned_ranges(model_)) {
   for (const Action a : {kNormalStep, kReachingStep, kStanding}) {
-    const auto& patterns = model_.action[a].patterns;
-    const auto n = static_cast<Eigen::Index>(patterns.size());
-    Eigen::MatrixXd x(n, inputs(a, {}).size()), y(n, flat(patterns.front()).size());
-    for (Eigen::Index i = 0; i < n; ++i) {
-      x.row(i) = inputs(a, task_of(a, static_cast<std::size_t>(i)));
-      y.row(i) = flat(patterns[static_cast<std::size_t>(i)]);
+    const motion::MotionModel& learned = model_.action[a];
+    std::vector<Eigen::Index> rows, apart;
+    for (std::size_t r = 0; r < learned.rows.size(); ++r) {
+      const bool other = a == kStanding ? stands(r, learned.rows) : is_velocity(learned.rows[r]);
+      (other ? apart : rows).push_back(static_cast<Eigen::Index>(r));
     }
     // objects stood at few places, so that trials left out are predicted by others of the same
     // place and a narrow kernel wins, which has no data between places: there the kernel has to be
     // wide
-    LocalRegressionOptions chosen = options;
-    if (a == kStanding && options.bandwidth == 0.0) chosen.bandwidth = kWide;
-    if (a == kStanding && options.ridge == 0.0) chosen.ridge = kSmallRidge;
-    if (a == kStanding && patterns.front().mean_rad.size() == kDrawerRows)
-      standing_legs_.emplace_back(x.leftCols(1), y, options, clips_of(model_.action[a]));
-    maps_.emplace_back(x, y, chosen, clips_of(model_.action[a]));
+    add(a, rows, inputs(a, {}).size(),
+        a == kStanding ? LocalRegressionOptions{.bandwidth = kWide, .ridge = kSmallRidge}
+                       : LocalRegressionOptions{});
+    // a person's manner in `rows` is noise for the task, and asks for a ridge that would flatten
+    // velocities
+    if (!apart.empty()) add(a, apart, a == kStanding ? 1 : inputs(a, {}).size(), {});
   }
+}
+
+void ActionMaps::add(Action action, const std::vector<Eigen::Index>& rows, Eigen::Index inputs_used,
+                     const LocalRegressionOptions& options) {
+  const auto& patterns = model_.action[action].patterns;
+  const auto n = std::ssize(patterns);
+  Eigen::MatrixXd x(n, inputs_used), y(n, flat(patterns.front(), rows).size());
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const auto trial = static_cast<std::size_t>(i);
+    x.row(i) = inputs(action, task_of(action, trial)).head(inputs_used);
+    y.row(i) = flat(patterns[trial], rows);
+  }
+  parts_[action].push_back({rows, {x, y, options, clips_of(model_.action[action])}});
 }
 
 MotionParameters ActionMaps::at(Action action, const ActionTask& task) const {
   const motion::Pattern& like = model_.action[action].patterns.front();
-  const Eigen::VectorXd y = maps_[action].at(inputs(action, task)).value;
-  const auto rows = like.mean_rad.size();
-  Eigen::MatrixXd all = y.reshaped(rows, 1 + like.weight_rad.cols());  // means and weights
-  if (action == kStanding && !standing_legs_.empty()) {
-    const Eigen::VectorXd length = Eigen::VectorXd::Constant(1, task.previous_length_m);
-    const Eigen::MatrixXd legs = standing_legs_.front().at(length).value.reshaped(rows, all.cols());
-    all.middleRows(3 * mocap::kLeftHip, kLegRows) = legs.middleRows(3 * mocap::kLeftHip, kLegRows);
-    all.bottomRows(kPelvisRows) = legs.bottomRows(kPelvisRows);
+  const Eigen::VectorXd x = inputs(action, task);
+  Eigen::MatrixXd all(like.mean_rad.size(), 1 + like.weight_rad.cols());  // means and weights
+  for (const Part& part : parts_[action]) {
+    const Eigen::VectorXd y = part.map.at(x.head(part.map.inputs())).value;
+    all(part.rows, Eigen::all) = y.reshaped(std::ssize(part.rows), all.cols());
   }
   return {.mean_rad = all.col(0),
           .weight_rad = all.rightCols(like.weight_rad.cols()),
           .delay_rad = like.delay_rad,
           .frequency_rad_s = 2.0 * std::numbers::pi / task.duration_s};
-}
-
-LearnedActions::LearnedActions(const DrawerData& data, const DrawerModelOptions& options)
-    : maps_(learn_drawer_model(data, options)) {}
-
-void LearnedActions::at(const MotionParameters& p, double phase_rad,
-                        Eigen::Ref<Eigen::VectorXd> out) const {
-  mixture_at(maps_.model().action[0], p, phase_rad, Between::cubic, out);
-}
-
-Eigen::MatrixXd LearnedActions::played(const MotionParameters& parameters) const {
-  const Eigen::Index samples = maps_.model().action[0].sources.cols();
-  Eigen::MatrixXd rows(row_count(), samples);
-  for (Eigen::Index t = 0; t < samples; ++t) {
-    at(parameters, math::kTwoPi * static_cast<double>(t) / static_cast<double>(samples),
-       rows.col(t));
-  }
-  return rows;
-}
-
-Eigen::MatrixXd LearnedActions::reconstruct(Action action, std::size_t trial) const {
-  return played(parameters_of(maps_.model().action[action].patterns.at(trial)));
-}
-
-Eigen::MatrixXd LearnedActions::infer(Action action, const ActionTask& task) const {
-  return played(maps_.at(action, task));
-}
-
-double travel_m(const std::vector<std::string>& names, const Eigen::MatrixXd& rows,
-                double duration_s) {
-  const auto found = std::ranges::find(names, "pelvis.forward_m_s");
-  if (found == names.end()) throw ConfigError("no row 'pelvis.forward_m_s'");
-  return duration_s * rows.row(found - names.begin()).mean();
 }
 
 }  // namespace mimesis::synthesizer

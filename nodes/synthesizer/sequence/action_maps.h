@@ -50,63 +50,40 @@ struct ActionTask {
 
 /// Nonlinear maps from the task of an action to the parameters of its mixture: weights and means by
 /// locally weighted linear regression, one map for each action, clamped to the trained range [M18
-/// 3.4.2].
+/// 3.4.2]. Trials may have any rows: a body and its pelvis (kDrawerRows), a robot's upper body and
+/// its velocity (robot_trials.h), or, for comparison, the angles of all joints [M18 3.8.3].
 class ActionMaps {
  public:
   /// `model`'s patterns of all actions are the same trials in the same order; those of one clip
-  /// are left out together where bandwidths are searched; action 3 has a wide kernel unless one is
-  /// given, but for its legs (where the rows are those of a body and its pelvis, kDrawerRows),
-  /// which stand where the step before has put them: those have a map of that length alone. @throws
-  /// ConfigError from the regression.
-  explicit ActionMaps(DrawerModel model, const LocalRegressionOptions& options = {});
+  /// are left out together where kernels are searched. Each action has one kernel for its rows, a
+  /// wide one in action 3, but
+  /// - velocities (names in _m_s, _rad_s) of actions 1 and 2 have their own: length alone decides
+  ///   them, posture has a person's manner in it;
+  /// - legs and pelvis of action 3 (kDrawerRows) have a map of the length of the step before, which
+  ///   has put them where they stand.
+  /// @throws ConfigError from the regression.
+  explicit ActionMaps(DrawerModel model);
 
   /// Parameters of an action at `task`; frequency_rad_s from its duration.
   MotionParameters at(Action action, const ActionTask& task) const;
   const DrawerModel& model() const { return model_; }
   const ActionRanges& ranges() const { return ranges_; }
-  const LocalRegression& map(Action action) const { return maps_[action]; }
+  Eigen::Index row_count() const { return std::ssize(model_.action[0].rows); }
 
   static Eigen::VectorXd inputs(Action action, const ActionTask& task);
   ActionTask task_of(Action action, std::size_t i) const;
 
  private:
+  struct Part {
+    std::vector<Eigen::Index> rows;
+    LocalRegression map;  ///< of the first so many inputs
+  };
+  void add(Action action, const std::vector<Eigen::Index>& rows, Eigen::Index inputs_used,
+           const LocalRegressionOptions& options);
+
   DrawerModel model_;
   ActionRanges ranges_;
-  std::vector<LocalRegression> maps_;
-  std::vector<LocalRegression> standing_legs_;  ///< one, by the length of the step before
+  std::array<std::vector<Part>, kActions> parts_;
 };
-
-/// The drawer task's actions as learned from trials with any rows: upper body and pelvis velocity
-/// (robot_trials.h, or trials made feasible by a pattern generator), or, for comparison, the angles
-/// of all joints. Sources are learned stepwise, n₁ periodic ones from action 1 and n₂ more from the
-/// residual of the others, beside the non-periodic one [M18 3.3.3, 3.8.3]; maps lead from the task
-/// of an action to weights and means [M18 3.4.2].
-class LearnedActions {
- public:
-  /// Some seconds for 40 trials. @throws ConfigError from learn_drawer_model() and ActionMaps
-  LearnedActions(const DrawerData& data, const DrawerModelOptions& options);
-
-  const ActionMaps& maps() const { return maps_; }
-  const ActionRanges& ranges() const { return maps_.ranges(); }
-  const std::vector<std::string>& rows() const { return maps_.model().action[0].rows; }
-  Eigen::Index row_count() const { return static_cast<Eigen::Index>(rows().size()); }
-
-  /// Values of all rows at phase φ of an action, [0, 2π). `out`: row_count(). No allocation.
-  void at(const MotionParameters& parameters, double phase_rad,
-          Eigen::Ref<Eigen::VectorXd> out) const;
-  /// The mixture of a training trial, rows × samples (as many as were learned from).
-  Eigen::MatrixXd reconstruct(Action action, std::size_t trial) const;
-  /// Result of the maps for a task that was not in the training, rows × samples.
-  Eigen::MatrixXd infer(Action action, const ActionTask& task) const;
-
- private:
-  Eigen::MatrixXd played(const MotionParameters& parameters) const;
-  ActionMaps maps_;
-};
-
-/// Mean of a velocity row times the duration: the travel that rows ask for [m]. `rows`: of one
-/// action, rows × samples. @throws ConfigError if there is no row pelvis.forward_m_s.
-double travel_m(const std::vector<std::string>& names, const Eigen::MatrixXd& rows,
-                double duration_s);
 
 }  // namespace mimesis::synthesizer

@@ -67,8 +67,8 @@ class LocalRegression {
                   const LocalRegressionOptions& options = {}, const Eigen::VectorXi& group = {});
 
   MapValue at(const Eigen::Ref<const Eigen::VectorXd>& input) const;
+  Eigen::Index inputs() const { return domain_.scaled().cols(); }
   double bandwidth() const { return bandwidth_; }
-  double ridge() const { return ridge_; }
 
  private:
   InputDomain domain_;

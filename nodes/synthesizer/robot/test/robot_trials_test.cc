@@ -11,6 +11,7 @@
 #include "common/robot/kinematics.h"
 #include "common/shared_data.h"
 #include "nodes/synthesizer/robot/test/learned_biped.h"
+#include "nodes/synthesizer/sequence/action_course.h"
 #include "nodes/synthesizer/sequence/action_maps.h"
 
 namespace mimesis::synthesizer {
@@ -179,13 +180,22 @@ TEST(RobotTrials, RefuseActionsOfNoDuration) {
   EXPECT_THROW(generate_robot_data(described_biped(), {.cycle_s = 0.0}), ConfigError);
 }
 
-TEST(LearnedActions, ReconstructWhatTheyLearned) {
+Eigen::MatrixXd reconstructed(const ActionMaps& learned, Action action, std::size_t trial) {
+  const motion::MotionModel& model = learned.model().action[action];
+  return mixture_rows(model, parameters_of(model.patterns.at(trial)));
+}
+
+Eigen::MatrixXd inferred(const ActionMaps& learned, Action action, const ActionTask& task) {
+  return mixture_rows(learned.model().action[action], learned.at(action, task));
+}
+
+TEST(RobotActionMaps, ReconstructWhatTheyLearned) {
   const DrawerData& data = biped_data();
   double worst_m = 0.0, worst_rad = 0.0;
-  const LearnedActions& learned = testing::biped_drawer().actions;
+  const ActionMaps& learned = testing::biped_drawer().actions;
   for (const Action a : {kNormalStep, kReachingStep, kStanding}) {
     for (std::size_t i = 0; i < 50; ++i) {
-      const Eigen::MatrixXd made = learned.reconstruct(a, i), was = rows_of(data, a, i);
+      const Eigen::MatrixXd made = reconstructed(learned, a, i), was = rows_of(data, a, i);
       ASSERT_EQ(made.rows(), was.rows());
       const Eigen::MatrixXd off = (made - was).cwiseAbs();
       worst_rad = std::max(worst_rad, off.topRows(kJoints).maxCoeff());
@@ -195,22 +205,23 @@ TEST(LearnedActions, ReconstructWhatTheyLearned) {
   }
   EXPECT_LT(worst_m, 0.005);  // the goal of the steps' errors [M18 3.8.3]
   EXPECT_LT(worst_rad, 0.12);
-  EXPECT_GT(learned.maps().model().quality_squared, 0.999);
+  EXPECT_GT(learned.model().quality_squared, 0.999);
 }
 
-TEST(LearnedActions, InferLengthsThatWereNotTrained) {
-  const LearnedActions& learned = testing::biped_drawer().actions;
-  for (int k = 0; k < 30; ++k) {  // the novel goals of [M18 3.8.4]
+TEST(RobotActionMaps, InferLengthsThatWereNotTrained) {
+  const ActionMaps& learned = testing::biped_drawer().actions;
+  // novel goals of [M18 3.8.4]; one kernel for joints and velocities misses action 2 by 13 mm
+  for (int k = 0; k < 30; ++k) {
     const double u = k / 29.0;
     const ActionTask one{.length_m = 0.505 + 0.056 * u, .duration_s = 1.6};
     const ActionTask two{
         .length_m = 0.163 + 0.196 * u, .duration_s = 1.6, .previous_length_m = one.length_m};
-    EXPECT_NEAR(walked_m(learned.infer(kNormalStep, one), 1.6), one.length_m, 0.006);
-    EXPECT_NEAR(walked_m(learned.infer(kReachingStep, two), 1.6), two.length_m, 0.02);
+    EXPECT_NEAR(walked_m(inferred(learned, kNormalStep, one), 1.6), one.length_m, 0.002);
+    EXPECT_NEAR(walked_m(inferred(learned, kReachingStep, two), 1.6), two.length_m, 0.007);
   }
 }
 
-TEST(LearnedActions, LearnAnyRows) {
+TEST(RobotActionMaps, LearnAnyRows) {
   // compared are the angles of all joints, no velocities
   DrawerData data = biped_data();
   constexpr Eigen::Index kAll = kJoints + 12;
@@ -231,14 +242,13 @@ TEST(LearnedActions, LearnAnyRows) {
     set.rows.resize(static_cast<std::size_t>(kJoints));
     for (int leg = 0; leg < 12; ++leg) set.rows.push_back("leg_" + std::to_string(leg));
   }
-  const LearnedActions learned(data, {.first_sources = 3, .further_sources = 2});
+  const ActionMaps learned(learn_drawer_model(data, {.first_sources = 3, .further_sources = 2}));
   EXPECT_EQ(learned.row_count(), kAll);
-  const Eigen::MatrixXd made = learned.reconstruct(kNormalStep, 7);
+  const Eigen::MatrixXd made = reconstructed(learned, kNormalStep, 7);
   const Eigen::MatrixXd was = data.action[0].samples.middleRows(7 * kAll, kAll);
   EXPECT_LT((made - was).cwiseAbs().maxCoeff(), 0.02);
-  EXPECT_THROW(travel_m(learned.rows(), made, 1.6), ConfigError);
   const ActionTask task{.length_m = 0.5, .duration_s = 1.6};
-  EXPECT_NEAR(learned.infer(kNormalStep, task).bottomRows<12>().maxCoeff(), 0.05, 0.003);
+  EXPECT_NEAR(inferred(learned, kNormalStep, task).bottomRows<12>().maxCoeff(), 0.05, 0.003);
 }
 
 }  // namespace
