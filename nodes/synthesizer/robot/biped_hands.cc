@@ -37,7 +37,8 @@ void BipedDrawerSequence::start_hands() {
   const double share = state_.phase_rad / math::kTwoPi;
   if (halted_) return;
   const bool stands = state_.action == kStanding;
-  const bool last = state_.action == kReachingStep && plan_.steps.size() <= 2;
+  // on its way back the robot is still too near for its arms
+  const bool last = state_.action == kReachingStep && plan_.steps.size() <= 2 && !leads_back();
   const auto start = [&](mocap::Side side, double duration_s) {
     hand_[side].started = true;
     turn_hand(side, true, std::max(kLeastReach_s, duration_s));
