@@ -190,8 +190,10 @@ double BipedDrawerSequence::middle_after(std::size_t step) const {
   return 0.5 * (s.x_m + (step > 0 ? plan_.steps[step - 1].x_m : foot_m(other(s.side))));
 }
 
-bool BipedDrawerSequence::leads_back() const {
-  return !plan_.steps.empty() && middle_after(end_of_action(0)) < action_start_m_ - kRounding_m;
+bool BipedDrawerSequence::leads_back(std::size_t first) const {
+  if (first >= plan_.steps.size()) return false;
+  const double start = first > 0 ? middle_after(first - 1) : action_start_m_;
+  return middle_after(end_of_action(first)) < start - kRounding_m;
 }
 
 std::vector<PlannedAction> BipedDrawerSequence::plan() const {
@@ -282,7 +284,8 @@ void BipedDrawerSequence::replan() {
   const bool stood = state_.action == kStanding, stands = plan_.steps.empty();
   const bool last = plan_.steps.size() <= 2 && !stands && plan_.steps[0].action == kReachingStep;
   const bool anew = stood && elsewhere;  // the drawer has moved since the robot stood
-  if (anew || (!stands && !last)) release();
+  const bool back = !stands && plan_.steps.back().x_m < feet.support_m - kRounding_m;
+  if (anew || (!stands && (!last || back))) release(back);
   if (stood != stands || halted_ || anew) {
     from_stand_ = !moving;
     halted_ = false;
@@ -306,7 +309,7 @@ void BipedDrawerSequence::halt() {
   halted_ = true;
   plan_.steps.clear();
   course_.drop_next();
-  release();
+  release(false);
 }
 
 SolePrint BipedDrawerSequence::print(const PlannedStep& step, int steps_ahead) const {
@@ -333,11 +336,12 @@ void BipedDrawerSequence::wish_landings() {
 }
 
 /// The learned action that is played for the one that begins with this step: arms do not reach in
-/// an action 2 after which another one follows; it is a short action 1.
+/// an action 2 after which another one follows, nor in one that leads back; it is a short action 1.
 Action BipedDrawerSequence::played(std::size_t first) const {
   if (first >= plan_.steps.size()) return kStanding;
   const std::size_t end = end_of_action(first);
-  return end + 1 == plan_.steps.size() ? plan_.steps[end].action : kNormalStep;
+  const bool last = end + 1 == plan_.steps.size();
+  return last && !leads_back(first) ? plan_.steps[end].action : kNormalStep;
 }
 
 /// Parameters of the action that begins with step `first` of the plan, from `start_m`. Steps back
@@ -356,11 +360,11 @@ MotionParameters BipedDrawerSequence::parameters(std::size_t first, double start
   const Action action = played(first);
   if (action == kStanding) return learned.maps().at(action, task);
   const double length_m = middle_after(end_of_action(first)) - start_m;
-  const double least_m = action == kNormalStep ? ranges.normal.least_m : ranges.reaching.least_m;
+  const double least_m = ranges.normal.least_m;
   task.length_m = length_m < 0.0 ? least_m : length_m;
   task.duration_s = 2.0 * options_.step_s;
   MotionParameters p = learned.maps().at(action, task);
-  if (length_m < (action == kNormalStep ? least_m : 0.0)) {
+  if (action == kNormalStep && length_m < least_m) {
     p.mean_rad.tail<3>() *= length_m / least_m;
     p.weight_rad.bottomRows<3>() *= length_m / least_m;
   }

@@ -141,7 +141,7 @@ class BipedDrawerSequence {
   Action played(std::size_t first) const;
   std::size_t end_of_action(std::size_t first) const;
   double middle_after(std::size_t step) const;
-  bool leads_back() const;  ///< the action under way
+  bool leads_back(std::size_t first) const;
   MotionParameters parameters(std::size_t first, double start_m, double previous_m) const;
   MotionParameters wanted() const;
   MotionParameters following() const;
@@ -163,7 +163,7 @@ class BipedDrawerSequence {
                     const Eigen::Vector3d& object) const;
   void draw_on(const Eigen::Vector3d& object_W_m, const Eigen::Vector3d& way);
   void move_hand(mocap::Side side, const Eigen::Vector3d& target, double over_m);
-  void release();
+  void release(bool too_near);
 
   const BipedDrawer* drawer_;
   DrawerPlace task_;
@@ -203,7 +203,9 @@ class BipedDrawerSequence {
     double near_s = 0.0;    // time at its target
     double missed_s = 0.0;  // time closed without getting it
     double aside_s = -1.0;  // time out of the camera's sight; negative: it is not
-    int gripper = -1;       // joint
+    bool leaves = false;    // goes to before the front first, until `leaves_s` are over
+    double leaves_s = 0.0;
+    int gripper = -1;  // joint
     double open_rad = 0.0, closed_rad = 0.0, gripper_rad = 0.0;
   };
   std::array<Hand, 2> hand_;
