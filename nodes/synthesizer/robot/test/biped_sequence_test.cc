@@ -140,6 +140,29 @@ TEST(BipedSequence, TakesADrawerThatJumpsNearer) {
   EXPECT_GT(back, 20);
 }
 
+TEST(BipedSequence, AHandLeavesADrawerThatCameTooNearBeforeItSinks) {
+  FakeRobot walker({});
+  FakeDrawer furniture(1.7, 0.2);
+  auto sequence = BipedDrawerSequence::start(drawer(), {{1.7, 0.0}, 0.2}, walker.now());
+  ASSERT_TRUE(sequence.has_value());
+  bool behind = false, left = false;
+  for (int i = 0; i < 1300; ++i) {
+    if (i == 1080) furniture.jump(-0.12);  // the left hand is about to be at the handle
+    const auto& state = sequence->step(walker.feedback(), furniture.seen());
+    walker.step(state);
+    furniture.step(walker, state);
+    const auto& hand = state.hand[mocap::kLeft];
+    if (i < 1080 || left) continue;
+    ASSERT_TRUE(hand.has_value()) << i;
+    const double before_m = furniture.seen()->handle_W_m.x() - hand->p_W_m.x();
+    behind = behind || before_m < -0.03;
+    left = before_m > 0.04;
+    EXPECT_GT(hand->p_W_m.z(), 0.84) << i;  // the front's rim
+  }
+  EXPECT_TRUE(behind);
+  EXPECT_TRUE(left);
+}
+
 TEST(BipedSequence, StopsBeforeADrawerThatIsTooNearForStepsBack) {
   for (const double at : {4.0, 6.0, 7.0}) {
     const Outcome out = play({.front_m = 1.7, .jump_at_s = at, .jump_m = -1.1});
