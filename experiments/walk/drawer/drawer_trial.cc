@@ -196,7 +196,7 @@ class Task {
     const double middle = 0.5 * way.dot(tick.truth.X_WS[0].translation().head<2>() +
                                         tick.truth.X_WS[1].translation().head<2>());
     for (; begun_ < history.size(); ++begun_) {
-      if (begun_ > 0 && history[begun_ - 1].length_m > 0.0) {
+      if (begun_ > 0 && history[begun_ - 1].length_m != 0.0) {
         const synthesizer::PlannedAction& over = history[begun_ - 1];
         result.lengths.push_back({over.action, over.length_m, middle - start_m_});
       }

@@ -26,7 +26,7 @@ inline constexpr std::array kSpeeds = {"slow", "middle", "fast"};
 std::vector<Outcome> speed_class(const std::vector<Outcome>& thirty, std::size_t number);
 
 /// Limits of HRP-2 [M18 3.8.4], and the largest error of steps and reaches.
-inline constexpr double kMostAnkle_n_m = 30.0, kMostNormal_n = 800.0, kMostError_m = 0.010;
+inline constexpr double kMostNormal_n = 800.0, kMostError_m = 0.010;
 
 inline double ankle(const Outcome& o) { return o.ankle_n_m; }
 inline double normal_force(const Outcome& o) { return o.normal_n; }

@@ -74,6 +74,7 @@ DrawerTrialSpec online_spec(const Robot& robot, const synthesizer::BipedDrawer& 
   DrawerTrialSpec spec;
   spec.robot = &robot;
   spec.body.plant = plant;
+  spec.body.ankle_pitch_n_m = kMostAnkle_n_m;
   spec.actions = &actions;
   spec.front_m = goal.front_m();
   spec.object_depth_m = goal.object_depth_m;
@@ -109,6 +110,7 @@ TrialResult walk_script(const ScriptRobot& robot, Script& script,
   bool first = true;
   TrialSpec spec;
   spec.robot = robot.robot;
+  spec.body.ankle_pitch_n_m = kMostAnkle_n_m;
   spec.walker = launched_walker();
   spec.delay_ticks = kSensorDelayTicks;
   spec.duration_s = kScript_s;

@@ -71,6 +71,10 @@ std::vector<DrawerGoal> extreme_goals();
 inline constexpr int kSensorDelayTicks = 2;
 walker::WalkerSettings launched_walker();
 
+/// Limit of the ankles' pitch motors in online and scripted walks, as HRP-2's [M18 3.8.4]. Played
+/// joint angles have the motors of the robot's description: how far they go beyond it is a result.
+inline constexpr double kMostAnkle_n_m = 30.0;
+
 /// The online task whose plan is that of the goal.
 DrawerTrialSpec online_spec(const Robot& robot, const synthesizer::BipedDrawer& actions,
                             const DrawerGoal& goal, hw::sim::Plant plant = hw::sim::Plant::springs);

@@ -12,6 +12,8 @@ using Eigen::Vector3d;
 constexpr double kLeftReaches = 0.30;  // share of action 2 until its end
 constexpr double kRightReaches = 0.20, kRightArrives = 0.95;
 constexpr double kLeastReach_s = 0.8, kLetGo_s = 0.6;
+// A hand leaves a drawer that came too near: so far before its front and above its handle.
+constexpr double kLeave_s = 0.8, kLeave_m = 0.07, kLeaveUp_m = 0.04;
 constexpr double kTurn_s = 0.4;  // braking time of a hand that turns back
 // jump of a target, and rate at which a hand follows
 constexpr double kJump_m = 0.02, kFollow_1_s = 10.0;
@@ -37,9 +39,11 @@ void BipedDrawerSequence::start_hands() {
   const double share = state_.phase_rad / math::kTwoPi;
   if (halted_) return;
   const bool stands = state_.action == kStanding;
-  const bool last = state_.action == kReachingStep && plan_.steps.size() <= 2;
+  // on its way back the robot is still too near for its arms
+  const bool last = state_.action == kReachingStep && plan_.steps.size() <= 2 && !leads_back(0);
   const auto start = [&](mocap::Side side, double duration_s) {
     hand_[side].started = true;
+    hand_[side].leaves = false;
     turn_hand(side, true, std::max(kLeastReach_s, duration_s));
   };
   if (!hand_[mocap::kLeft].started && (stands || (last && share >= kLeftReaches))) {
@@ -73,11 +77,17 @@ double BipedDrawerSequence::share_of(mocap::Side side) const {
   return std::clamp(hand.reach.share() + turning, 0.0, 1.0);
 }
 
-/// Hands go back to where the arms have them; the drawer is let be.
-void BipedDrawerSequence::release() {
+/// Hands go back to where the arms have them; the drawer is let be. One that has come through its
+/// handle or over its front (`too_near`) would be caught behind it: such hands leave it first.
+void BipedDrawerSequence::release(bool too_near) {
   for (const mocap::Side side : {mocap::kLeft, mocap::kRight}) {
     Hand& hand = hand_[side];
-    if (hand.started) turn_hand(side, false, kLetGo_s);
+    if (hand.started && too_near) {
+      hand.leaves = true;
+      hand.leaves_s = kLeave_s;
+    } else if (hand.started) {
+      turn_hand(side, false, kLetGo_s);
+    }
     hand.started = hand.closes = false;
     hand.missed_s = 0.0;
     hand.aside_s = -1.0;
@@ -137,8 +147,19 @@ void BipedDrawerSequence::move_hands(const DrawerSeen* seen) {
     const double by_m = side == mocap::kLeft ? kAside_m : -kAside_m;
     return hand_[side].aside_s < 0.0 ? Vector3d::Zero() : Vector3d(by_m * left);
   };
-  move_hand(mocap::kLeft, handle - state_.opened_m * way + aside(mocap::kLeft), 0.0);
-  move_hand(mocap::kRight, object + aside(mocap::kRight), kEdge_m);
+  std::array<Vector3d, 2> target{handle - state_.opened_m * way + aside(mocap::kLeft),
+                                 object + aside(mocap::kRight)};
+  for (const mocap::Side side : {mocap::kLeft, mocap::kRight}) {
+    Hand& hand = hand_[side];
+    if (!hand.leaves) continue;
+    target[side] -= (way.dot(target[side] - handle) + kLeave_m) * way;
+    target[side].z() += kLeaveUp_m;
+    hand.leaves_s -= options_.dt_s;
+    if (hand.leaves_s <= 0.0 && hand.leaves_s > -options_.dt_s) turn_hand(side, false, kLetGo_s);
+    hand.leaves = hand.leaves_s > -kLetGo_s;
+  }
+  move_hand(mocap::kLeft, target[mocap::kLeft], 0.0);
+  move_hand(mocap::kRight, target[mocap::kRight], kEdge_m);
   if (state_.hand[mocap::kRight] && !(seen != nullptr && seen->taken)) {
     Vector3d& p = state_.hand[mocap::kRight]->p_W_m;
     const double open = seen != nullptr ? seen->opened_m : state_.opened_m;

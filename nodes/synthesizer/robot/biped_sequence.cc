@@ -18,8 +18,11 @@ constexpr double kMoved_m = 0.01, kMovedStanding_m = 0.03;
 constexpr double kMargin_rad = 0.005;  // from the joints' limits
 
 constexpr double kSideBySide_m = 0.05;  // feet that may stand so
+constexpr double kOnGround_s = 0.05;    // after a landing, when the next foot has not yet lifted
 
 mocap::Side other(mocap::Side side) { return side == mocap::kLeft ? mocap::kRight : mocap::kLeft; }
+
+constexpr double kRounding_m = 1e-3;  // less is no step back
 
 constexpr double kFade_s = 0.8, kAhead_s = 0.1;
 constexpr double kLambda_1_s = 20.0;  // bandwidth of the joints' low-pass
@@ -187,6 +190,12 @@ double BipedDrawerSequence::middle_after(std::size_t step) const {
   return 0.5 * (s.x_m + (step > 0 ? plan_.steps[step - 1].x_m : foot_m(other(s.side))));
 }
 
+bool BipedDrawerSequence::leads_back(std::size_t first) const {
+  if (first >= plan_.steps.size()) return false;
+  const double start = first > 0 ? middle_after(first - 1) : action_start_m_;
+  return middle_after(end_of_action(first)) < start - kRounding_m;
+}
+
 std::vector<PlannedAction> BipedDrawerSequence::plan() const {
   std::vector<PlannedAction> actions;
   double start = action_start_m_;
@@ -256,6 +265,10 @@ void BipedDrawerSequence::replan() {
     feet.other_m = foot_m(mocap::kRight);  // in the air: where it was does not count
   }
   const bool beside = std::abs(feet.support_m - feet.other_m) < kSideBySide_m;
+  const bool on_ground = kept || robot_.to_landing_s > options_.step_s - kOnGround_s;
+  const bool goes_back = !kept && !plan_.steps.empty() && plan_.steps[0].side == feet.swing &&
+                         plan_.steps[0].x_m < feet.support_m - kRounding_m;
+  feet.may_step_back = goes_back || (on_ground && beside);
   if (moving && feet.swing == mocap::kRight && beside && plan_.steps.size() <= (kept ? 1U : 0U)) {
     feet.stands = true;
   }
@@ -271,7 +284,8 @@ void BipedDrawerSequence::replan() {
   const bool stood = state_.action == kStanding, stands = plan_.steps.empty();
   const bool last = plan_.steps.size() <= 2 && !stands && plan_.steps[0].action == kReachingStep;
   const bool anew = stood && elsewhere;  // the drawer has moved since the robot stood
-  if (anew || (!stands && !last)) release();
+  const bool back = !stands && plan_.steps.back().x_m < feet.support_m - kRounding_m;
+  if (anew || (!stands && (!last || back))) release(back);
   if (stood != stands || halted_ || anew) {
     from_stand_ = !moving;
     halted_ = false;
@@ -295,7 +309,7 @@ void BipedDrawerSequence::halt() {
   halted_ = true;
   plan_.steps.clear();
   course_.drop_next();
-  release();
+  release(false);
 }
 
 SolePrint BipedDrawerSequence::print(const PlannedStep& step, int steps_ahead) const {
@@ -322,32 +336,37 @@ void BipedDrawerSequence::wish_landings() {
 }
 
 /// The learned action that is played for the one that begins with this step: arms do not reach in
-/// an action 2 after which another one follows; it is a short action 1.
+/// an action 2 after which another one follows, nor in one that leads back; it is a short action 1.
 Action BipedDrawerSequence::played(std::size_t first) const {
   if (first >= plan_.steps.size()) return kStanding;
   const std::size_t end = end_of_action(first);
-  return end + 1 == plan_.steps.size() ? plan_.steps[end].action : kNormalStep;
+  const bool last = end + 1 == plan_.steps.size();
+  return last && !leads_back(first) ? plan_.steps[end].action : kNormalStep;
 }
 
-/// Parameters of the action that begins with step `first` of the plan, from `start_m`.
+/// Parameters of the action that begins with step `first` of the plan, from `start_m`. Steps back
+/// were not trained: lengths are clamped to the shortest trained one, so that the upper body has
+/// its posture; the pelvis' velocity is scaled to the length.
 MotionParameters BipedDrawerSequence::parameters(std::size_t first, double start_m,
                                                  double previous_m) const {
   const ActionMaps& learned = drawer_->actions;
+  const ActionRanges& ranges = learned.ranges();
   ActionTask task{.length_m = 0.0,
-                  .duration_s = learned.ranges().standing_s,
-                  .previous_length_m = previous_m,
+                  .duration_s = ranges.standing_s,
+                  .previous_length_m = previous_m < 0.0 ? ranges.reaching.least_m : previous_m,
                   .final_distance_m = plan_.final_distance_m,
                   .object_depth_m = task_.object_depth_m,
                   .object_lateral_m = 0.0};
   const Action action = played(first);
   if (action == kStanding) return learned.at(action, task);
-  task.length_m = middle_after(end_of_action(first)) - start_m;
+  const double length_m = middle_after(end_of_action(first)) - start_m;
+  const double least_m = ranges.normal.least_m;
+  task.length_m = length_m < 0.0 ? least_m : length_m;
   task.duration_s = 2.0 * options_.step_s;
   MotionParameters p = learned.at(action, task);
-  const double least = learned.ranges().normal.least_m;
-  if (action == kNormalStep && task.length_m < least) {
-    p.mean_rad.tail<3>() *= task.length_m / least;
-    p.weight_rad.bottomRows<3>() *= task.length_m / least;
+  if (action == kNormalStep && length_m < least_m) {
+    p.mean_rad.tail<3>() *= length_m / least_m;
+    p.weight_rad.bottomRows<3>() *= length_m / least_m;
   }
   return p;
 }

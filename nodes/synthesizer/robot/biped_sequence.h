@@ -81,8 +81,9 @@ struct BipedSequenceState {
 /// A hand closes when it is there, with its gripper if it has one. One that closes on nothing hides
 /// where its target is now: it goes aside until the camera has seen it. The drawer opens on as long
 /// as it is held, and beyond the trials' 0.2 m while the right hand at its end does not reach the
-/// object. Without feedback the robot is assumed to obey. If no plan leads to the drawer after a
-/// jump, the robot stops with the reason, until the drawer jumps again.
+/// object. Without feedback the robot is assumed to obey. From a drawer that is too near the robot
+/// steps back, its hands withdrawn, which goes beyond [M18 3.8.4]. If no plan leads to the drawer
+/// after a jump, the robot stops with the reason, until the drawer jumps again.
 ///
 /// step() does not allocate but at the beginning of actions and after jumps.
 class BipedDrawerSequence {
@@ -140,6 +141,7 @@ class BipedDrawerSequence {
   Action played(std::size_t first) const;
   std::size_t end_of_action(std::size_t first) const;
   double middle_after(std::size_t step) const;
+  bool leads_back(std::size_t first) const;
   MotionParameters parameters(std::size_t first, double start_m, double previous_m) const;
   MotionParameters wanted() const;
   MotionParameters following() const;
@@ -161,7 +163,7 @@ class BipedDrawerSequence {
                     const Eigen::Vector3d& object) const;
   void draw_on(const Eigen::Vector3d& object_W_m, const Eigen::Vector3d& way);
   void move_hand(mocap::Side side, const Eigen::Vector3d& target, double over_m);
-  void release();
+  void release(bool too_near);
 
   const BipedDrawer* drawer_;
   DrawerPlace task_;
@@ -201,7 +203,9 @@ class BipedDrawerSequence {
     double near_s = 0.0;    // time at its target
     double missed_s = 0.0;  // time closed without getting it
     double aside_s = -1.0;  // time out of the camera's sight; negative: it is not
-    int gripper = -1;       // joint
+    bool leaves = false;    // goes to before the front first, until `leaves_s` are over
+    double leaves_s = 0.0;
+    int gripper = -1;  // joint
     double open_rad = 0.0, closed_rad = 0.0, gripper_rad = 0.0;
   };
   std::array<Hand, 2> hand_;

@@ -309,7 +309,7 @@ StepPlanSettings robot_step_plan(const robot::Biped& biped) {
   const Scale steps = steps_of(biped);
   for (double* length :
        {&s.normal_m, &s.normal_half_m, &s.reaching_m, &s.reaching_half_m, &s.least_normal_m,
-        &s.longest_step_m, &s.shortest_step_m, &s.most_reaching_m}) {
+        &s.longest_step_m, &s.shortest_step_m, &s.most_reaching_m, &s.longest_back_m}) {
     steps(*length);
   }
   const Scale arms(robot::drawer_size(biped).pull_m / kArmsPull_m);

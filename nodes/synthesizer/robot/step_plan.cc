@@ -21,7 +21,7 @@ struct Length {
 
 /// Lengths within their bounds that add up to `total` and cost the least Σ nᵢ((xᵢ − wᵢ)/hᵢ)²:
 /// x = w + λh², those beyond a bound are put there and the rest solved again.
-bool share_out(std::array<Length, 3>& lengths, double total) {
+bool share_out(std::array<Length, 4>& lengths, double total) {
   double least = 0.0, most = 0.0;
   for (Length& l : lengths) {
     least += l.count * l.least;
@@ -58,11 +58,12 @@ bool share_out(std::array<Length, 3>& lengths, double total) {
   return true;
 }
 
-/// How many steps of each kind: a closing step of the left foot first, then steps of action 1,
-/// then actions 2.
+/// How many steps of each kind: first a closing step of the foot in the air (and of the left one
+/// after it: actions end with the left foot), then steps of action 1, then actions 2, or those that
+/// lead back.
 struct Kinds {
   bool close = false;
-  int normal = 0, reaching = 0;
+  int normal = 0, reaching = 0, back = 0;
 };
 
 class Search {
@@ -85,18 +86,29 @@ class Search {
         }
       }
     }
+    if (!found_) offer_back();
     return found_;
   }
 
  private:
+  void offer_back() {
+    const bool may = feet_.swing == mocap::kRight && (feet_.stands || feet_.may_step_back);
+    if (!feet_.stands) offer({.close = true});
+    if (found_) return;
+    for (int m = 1; m <= s_.most_back; ++m) {
+      if (may) offer({.back = m});
+      if (!may) offer({.close = true, .back = m});
+    }
+  }
+
   void offer(const Kinds& k) {
-    const bool stays = !k.close && k.normal == 0 && k.reaching == 0;
+    const bool stays = !k.close && k.normal == 0 && k.reaching == 0 && k.back == 0;
     const double from = stays ? 0.5 * (feet_.support_m + feet_.other_m) : feet_.support_m;
     const double step = 0.5 * s_.normal_m, way = front_m_ - from;
     // how far the middle of the feet is behind the foot that action 2 begins from
     double behind = k.normal > 0 ? 0.5 * step : 0.0;
     if (k.normal == 0 && !k.close) behind = 0.5 * (feet_.support_m - feet_.other_m);
-    std::array<Length, 3> l{
+    std::array<Length, 4> l{
         Length{.count = static_cast<double>(k.normal),
                .wished = step,
                .half = 0.5 * s_.normal_half_m,
@@ -108,22 +120,28 @@ class Search {
                .least = s_.shortest_step_m,
                .most = std::min(s_.longest_step_m,
                                 behind > 0.01 ? s_.most_reaching_m - behind : s_.longest_step_m)},
+        Length{.count = static_cast<double>(k.back),
+               .wished = -0.5 * s_.longest_back_m,
+               .half = 0.5 * s_.longest_back_m,
+               .least = -s_.longest_back_m,
+               .most = -s_.shortest_step_m},
         Length{.count = 1.0,
                .wished = comfortable_m_,
                .half = s_.stand_half_m,
                .least = comfortable_m_ - s_.stand_nearer_m,
                .most = comfortable_m_ + s_.stand_farther_m}};
     if (l[1].most < l[1].least || !share_out(l, way)) return;
-    double cost = squared((l[2].value - l[2].wished) / l[2].half);
+    double cost = squared((l[3].value - l[3].wished) / l[3].half);
     if (k.normal > 0) cost += 0.5 * k.normal * squared((l[0].value - l[0].wished) / l[0].half);
     if (k.reaching > 0) {
       cost += k.reaching * squared((l[1].value - l[1].wished) / l[1].half) + (k.reaching - 1);
     }
+    if (k.back > 0) cost += k.back * (squared((l[2].value - l[2].wished) / l[2].half) + 1.0);
     cost += change(k);
     if (found_ && cost >= found_->cost - 1e-9) return;
-    found_ = spelled(k, l[0].value, l[1].value);
+    found_ = spelled(k, l[0].value, k.back > 0 ? l[2].value : l[1].value);
     found_->cost = cost;
-    found_->final_distance_m = l[2].value;
+    found_->final_distance_m = l[3].value;
   }
 
   /// Cost of making the current action another one, or of stepping on the spot.
@@ -143,8 +161,9 @@ class Search {
       side = side == mocap::kLeft ? mocap::kRight : mocap::kLeft;
     };
     if (k.close) add(kReachingStep, 0.0);
+    if (k.close && side == mocap::kLeft) add(kReachingStep, 0.0);
     for (int i = 0; i < k.normal; ++i) add(kNormalStep, normal_m);
-    for (int i = 0; i < k.reaching; ++i) {
+    for (int i = 0; i < k.reaching + k.back; ++i) {
       add(kReachingStep, reaching_m);
       add(kReachingStep, 0.0);
     }
@@ -163,7 +182,7 @@ tl::expected<StepPlan, Status> plan_steps(const FeetAlongWay& feet, double front
                                           double comfortable_m, const StepPlanSettings& settings) {
   if (auto plan = Search(feet, front_m, comfortable_m, settings).best()) return std::move(*plan);
   const double way = front_m - feet.support_m, most = comfortable_m + settings.stand_farther_m;
-  const char* why = way < comfortable_m ? "that is too near, and steps back were not trained"
+  const char* why = way < comfortable_m ? "that is too near, even for steps back"
                     : way > settings.most_normal * settings.normal_m
                         ? "that is farther than the longest plan"
                         : "no sequence of trained steps ends there";

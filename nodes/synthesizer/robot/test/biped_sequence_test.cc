@@ -109,27 +109,68 @@ TEST(BipedSequence, FollowsADrawerThatJumpsAway) {
   }
 }
 
-TEST(BipedSequence, ADrawerThatJumpsNearerIsReachedOrTheRobotStops) {
-  int stopped = 0, reached = 0;
-  for (double at = 0.2; at < 7.0; at += 0.7) {
-    for (const double by : {-0.15, -0.5}) {
-      Scene scene{.front_m = 1.7, .jump_at_s = at, .jump_m = by};
-      const Outcome out = play(scene);
-      EXPECT_LT(out.most_rate_jump, 0.4) << by << " m at " << at << " s";
-      if (out.done) {
-        ++reached;
-        EXPECT_GE(out.final_m, 0.51 - 0.081);
-        EXPECT_LE(out.final_m, 0.51 + 0.031);
-        continue;
+TEST(BipedSequence, TakesADrawerThatJumpsNearer) {
+  int back = 0;
+  for (const bool seen : {true, false}) {
+    for (double at = 0.2; at < 9.0; at += 0.35) {
+      for (const double by : {-0.09, -0.15, -0.25}) {
+        Scene scene{.front_m = 1.7, .jump_at_s = at, .jump_m = by, .seen = seen};
+        const Outcome out = play(scene);
+        ASSERT_TRUE(out.done) << by << " m at " << at << " s: " << out.refused;
+        EXPECT_LT(out.most_rate_jump, 0.4) << by << " m at " << at << " s";
+        EXPECT_LT(out.most_speed, 0.85) << by << " m at " << at << " s";
+        if (out.time_s < at) continue;  // taken before the jump
+        EXPECT_GE(out.final_m, 0.51 - 0.081) << by << " m at " << at << " s";
+        EXPECT_LE(out.final_m, 0.51 + 0.031) << by << " m at " << at << " s";
+        for (std::size_t i = 1; i < out.landed.size(); ++i) {
+          const SolePrint &a = out.landed[i - 1], &b = out.landed[i];
+          EXPECT_NE(a.side, b.side);
+          EXPECT_GE(b.p_W_m.x() - a.p_W_m.x(), -0.1501);
+          // feet keep to their sides
+          EXPECT_NEAR(std::abs(b.p_W_m.y() - a.p_W_m.y()), 0.19, 1e-6);
+          if (b.p_W_m.x() >= a.p_W_m.x() - 1e-6) continue;
+          ++back;
+          EXPECT_EQ(b.side, mocap::kRight);
+          // the right foot was beside the left one
+          EXPECT_NEAR(out.landed[i - (i > 1 ? 2 : 1)].p_W_m.x(), a.p_W_m.x(), 1e-6);
+        }
       }
-      ++stopped;
-      EXPECT_NE(out.refused.find("too near"), std::string::npos) << out.refused;
-      EXPECT_TRUE(out.stands);
-      EXPECT_FALSE(out.hands);  // the hands are not stretched out to an object out of reach
     }
   }
-  EXPECT_GT(reached, 4);
-  EXPECT_GT(stopped, 4);
+  EXPECT_GT(back, 20);
+}
+
+TEST(BipedSequence, AHandLeavesADrawerThatCameTooNearBeforeItSinks) {
+  FakeRobot walker({});
+  FakeDrawer furniture(1.7, 0.2);
+  auto sequence = BipedDrawerSequence::start(drawer(), {{1.7, 0.0}, 0.2}, walker.now());
+  ASSERT_TRUE(sequence.has_value());
+  bool behind = false, left = false;
+  for (int i = 0; i < 1300; ++i) {
+    if (i == 1080) furniture.jump(-0.12);  // the left hand is about to be at the handle
+    const auto& state = sequence->step(walker.feedback(), furniture.seen());
+    walker.step(state);
+    furniture.step(walker, state);
+    const auto& hand = state.hand[mocap::kLeft];
+    if (i < 1080 || left) continue;
+    ASSERT_TRUE(hand.has_value()) << i;
+    const double before_m = furniture.seen()->handle_W_m.x() - hand->p_W_m.x();
+    behind = behind || before_m < -0.03;
+    left = before_m > 0.04;
+    EXPECT_GT(hand->p_W_m.z(), 0.84) << i;  // the front's rim
+  }
+  EXPECT_TRUE(behind);
+  EXPECT_TRUE(left);
+}
+
+TEST(BipedSequence, StopsBeforeADrawerThatIsTooNearForStepsBack) {
+  for (const double at : {4.0, 6.0, 7.0}) {
+    const Outcome out = play({.front_m = 1.7, .jump_at_s = at, .jump_m = -1.1});
+    EXPECT_FALSE(out.done);
+    EXPECT_NE(out.refused.find("too near"), std::string::npos) << out.refused;
+    EXPECT_TRUE(out.stands);
+    EXPECT_FALSE(out.hands);  // the hands are not stretched out to an object out of reach
+  }
 }
 
 TEST(BipedSequence, GoesOnWhenTheDrawerComesBack) {
@@ -139,11 +180,11 @@ TEST(BipedSequence, GoesOnWhenTheDrawerComesBack) {
   ASSERT_TRUE(sequence.has_value());
   bool done = false;
   for (int i = 0; i < 5000 && !done; ++i) {
-    if (i == 800) furniture.jump(-0.6);
+    if (i == 800) furniture.jump(-1.2);
     if (i == 1600) {
       EXPECT_FALSE(sequence->state().refused.empty());
       EXPECT_EQ(walker.now().gait, RobotGait::standing);
-      furniture.jump(0.6);
+      furniture.jump(1.2);
     }
     const auto& state = sequence->step(walker.feedback(), furniture.seen());
     walker.step(state);
@@ -154,7 +195,7 @@ TEST(BipedSequence, GoesOnWhenTheDrawerComesBack) {
 }
 
 TEST(BipedSequence, RefusesWhatNoPlanReaches) {
-  for (const double front : {0.2, 0.40, 9.0}) {
+  for (const double front : {0.02, 0.12, 9.0}) {
     const Outcome out = play({.front_m = front});
     EXPECT_FALSE(out.done);
     EXPECT_NE(out.refused.find(front < 1.0 ? "too near" : "farther"), std::string::npos)

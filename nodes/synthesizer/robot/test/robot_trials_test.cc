@@ -119,12 +119,13 @@ TEST(RobotSize, TheBipedsSettingsAreTheDefaults) {
     EXPECT_EQ(s.*length, one.*length);
   }
   const StepPlanSettings p = robot_step_plan(described_biped()), standard;
-  for (const auto length : {&StepPlanSettings::normal_m, &StepPlanSettings::normal_half_m,
-                            &StepPlanSettings::reaching_m, &StepPlanSettings::reaching_half_m,
-                            &StepPlanSettings::least_normal_m, &StepPlanSettings::longest_step_m,
-                            &StepPlanSettings::shortest_step_m, &StepPlanSettings::most_reaching_m,
-                            &StepPlanSettings::stand_half_m, &StepPlanSettings::stand_nearer_m,
-                            &StepPlanSettings::stand_farther_m}) {
+  for (const auto length :
+       {&StepPlanSettings::normal_m, &StepPlanSettings::normal_half_m,
+        &StepPlanSettings::reaching_m, &StepPlanSettings::reaching_half_m,
+        &StepPlanSettings::least_normal_m, &StepPlanSettings::longest_step_m,
+        &StepPlanSettings::shortest_step_m, &StepPlanSettings::most_reaching_m,
+        &StepPlanSettings::longest_back_m, &StepPlanSettings::stand_half_m,
+        &StepPlanSettings::stand_nearer_m, &StepPlanSettings::stand_farther_m}) {
     EXPECT_EQ(p.*length, standard.*length);
   }
 }

@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <random>
+
 namespace mimesis::synthesizer {
 namespace {
 
@@ -21,7 +24,10 @@ void expect_sound(const FeetAlongWay& feet, double front_m, const StepPlan& plan
   for (const PlannedStep& step : plan.steps) {
     EXPECT_EQ(step.side, side);
     EXPECT_LE(step.x_m - support, 0.28 + 1e-9) << "front at " << front_m;
-    EXPECT_GE(step.x_m - support, -1e-9);
+    EXPECT_GE(step.x_m - support, -0.15 - 1e-9);
+    if (step.side == mocap::kLeft || step.action == kNormalStep) {
+      EXPECT_GE(step.x_m - support, -1e-9);  // only the right foot leads back; the left one closes
+    }
     other = support;
     support = step.x_m;
     side = side == mocap::kLeft ? mocap::kRight : mocap::kLeft;
@@ -111,8 +117,74 @@ TEST(StepPlan, ARightFootBeginsAnActionWhateverWasUnderWay) {
   }
 }
 
+TEST(StepPlan, StepsBackFromADrawerThatIsTooNearAlone) {
+  EXPECT_TRUE(plan_for({}, kComfort - 0.08).steps.empty());
+  // cheapest end: (x/0.075 + 1)² + ((0.41 − x − 0.51)/0.03)² of the step x and the final distance
+  const StepPlan back = plan_for({}, kComfort - 0.10);
+  ASSERT_EQ(back.steps.size(), 2U);
+  const double x =
+      -(1.0 / 0.075 + 0.10 / (0.03 * 0.03)) / (1.0 / (0.075 * 0.075) + 1.0 / (0.03 * 0.03));
+  EXPECT_NEAR(back.steps[0].x_m, x, 1e-6);
+  EXPECT_NEAR(back.steps[1].x_m, x, 1e-6);
+  EXPECT_EQ(plan_for({}, kComfort - 0.28).steps.size(), 4U);
+}
+
+TEST(StepPlan, AFootInTheAirIsPutDownBeforeTheRobotStepsBack) {
+  FeetAlongWay feet{.support_m = 0.3, .other_m = 0.1, .stands = false};
+  const double front = 0.3 + kComfort - 0.12;
+  const StepPlan closes = plan_for(feet, front);
+  ASSERT_EQ(closes.steps.size(), 4U);
+  for (const std::size_t i : {0U, 1U}) EXPECT_EQ(closes.steps[i].x_m, 0.3);
+  EXPECT_LT(closes.steps[2].x_m, 0.3 - 0.03);
+  feet.may_step_back = true;
+  ASSERT_EQ(plan_for(feet, front).steps.size(), 2U);
+  feet.swing = mocap::kLeft;
+  const StepPlan left = plan_for(feet, front);
+  ASSERT_EQ(left.steps.size(), 3U);
+  EXPECT_EQ(left.steps[0].x_m, 0.3);
+  EXPECT_EQ(left.steps[1].side, mocap::kRight);
+  // no step back where closing is enough
+  feet.swing = mocap::kRight;
+  feet.may_step_back = false;
+  EXPECT_EQ(plan_for(feet, 0.3 + kComfort - 0.07).steps.size(), 2U);
+}
+
+TEST(StepPlan, DrawnPlansAreSoundAndRefusedOnlyTooNear) {
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> share(0.0, 1.0);
+  int refused = 0, back = 0;
+  for (int i = 0; i < 20000; ++i) {
+    FeetAlongWay feet{.support_m = std::lerp(-1.0, 1.0, share(random))};
+    feet.stands = share(random) < 0.3;
+    feet.swing = !feet.stands && share(random) < 0.5 ? mocap::kLeft : mocap::kRight;
+    feet.other_m = feet.support_m - (feet.stands ? 0.0 : std::lerp(-0.15, 0.28, share(random)));
+    feet.action = share(random) < 0.5 ? kNormalStep : kReachingStep;
+    feet.may_step_back = !feet.stands && share(random) < 0.3;
+    const double front = feet.support_m + std::lerp(-0.1, 3.0, share(random) * share(random));
+    const auto plan = plan_steps(feet, front, kComfort);
+    // nearest stand, and two steps back to it
+    const bool too_near = front - feet.support_m < kComfort - 0.08 - 2.0 * 0.15 - 1e-6;
+    ASSERT_EQ(plan.has_value(), !too_near) << front - feet.support_m << " " << feet.swing;
+    if (!plan) {
+      ++refused;
+      EXPECT_NE(plan.error().reason.find("too near"), std::string::npos);
+      continue;
+    }
+    expect_sound(feet, front, *plan);
+    const bool leads_back = !plan->steps.empty() && plan->steps.back().x_m < feet.support_m - 1e-9;
+    back += leads_back;
+    if (!leads_back) continue;
+    EXPECT_LT(front - feet.support_m, kComfort - 0.08);
+    // the step under way is not turned around
+    const bool may = feet.stands || (feet.may_step_back && feet.swing == mocap::kRight);
+    EXPECT_TRUE(may || plan->steps[0].x_m == feet.support_m);
+  }
+  EXPECT_GT(refused, 1000);
+  EXPECT_GT(back, 1000);
+}
+
 TEST(StepPlan, SaysWhyNot) {
-  EXPECT_NE(plan_steps({}, 0.4, kComfort).error().reason.find("too near"), std::string::npos);
+  EXPECT_NE(plan_steps({}, 0.12, kComfort).error().reason.find("too near"), std::string::npos);
   EXPECT_NE(plan_steps({}, 12.0, kComfort).error().reason.find("farther"), std::string::npos);
 }
 
