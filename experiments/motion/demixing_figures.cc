@@ -374,7 +374,9 @@ void add_demixing_figures(std::vector<reproduce::Figure>& to) {
                 "Accuracy on the recorded sets A and B",
                 "M18",
                 {.published = 2, .prototype = 6, .goal = 20},
-                accuracy});
+                accuracy,
+                {},
+                5});
 }
 
 }  // namespace mimesis::synthesizer
