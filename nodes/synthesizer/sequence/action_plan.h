@@ -53,8 +53,8 @@ struct PlannedAction {
 /// by shortened steps alone. Lengths stay within the trained range; among the possible plans the
 /// one with least Σ((length − trained mean)/half trained range)² + the same of the final distance +
 /// 1 for every shortened step but one (it interrupts the walk) is taken. Deterministic; some 10 µs
-/// (replanning: 100). Fails with the reason if no trained sequence leads there; a drawer that is too
-/// near is refused, as in the dissertation (a robot steps back: plan_steps()).
+/// (replanning: 100). Fails with the reason if no trained sequence leads there; a drawer that is
+/// too near is refused, as in the dissertation (a robot steps back: plan_steps()).
 tl::expected<std::vector<PlannedAction>, Status> plan_actions(double distance_m,
                                                               const ActionRanges& ranges,
                                                               const PlanSettings& settings = {});
