@@ -189,7 +189,7 @@ void add_walk_trials(CLI::App& program, int& exit_code) {
       ->check(CLI::IsMember({"springs", "servo"}))
       ->capture_default_str();
   verb->add_option("--senses", o->senses,
-                   "Errors of the sensors: as in a lab, encoders on the motors, or none")
+                   "Errors of the sensors, which the walker is told of: as in a lab, or none")
       ->check(CLI::IsMember({"real", "exact"}))
       ->capture_default_str();
   verb->add_option("--slope-forward", o->slope_forward,
@@ -224,8 +224,7 @@ void add_walk_trials(CLI::App& program, int& exit_code) {
       "failed without a reason), 2 usage.\n"
       "Examples:\n"
       "  mimesis walk-trials --suite steps30 --plant servo --seed 7\n"
-      "  mimesis walk-trials --suite steps30 --senses real --slope-forward 0.05 --set slope=1 "
-      "imu_attitude=0\n"
+      "  mimesis walk-trials --suite steps30 --senses real --slope-forward 0.05 --set slope=1\n"
       "  mimesis walk-trials --suite drawers30 --delay 2 --set delay_ticks=5\n"
       "  mimesis walk-trials --suite pushes --out pushes.jsonl --set kd_1_s=3");
   verb->callback([o, &exit_code] { exit_code = run(*o); });

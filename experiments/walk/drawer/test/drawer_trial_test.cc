@@ -21,9 +21,18 @@ TEST(DrawerTrial, TakesTheObjectAndWalksTheLengthsThatWereWished) {
   EXPECT_LT(result.walk.figures.ankle_pitch_slow_peak_n_m, 30.0);
 }
 
+TEST(DrawerTrial, StepsBackFromADrawerThatIsTooNear) {
+  DrawerTrialSpec spec = setting().spec();
+  spec.front_m = 0.25;
+  const DrawerResult result = run_drawer_trial(spec);
+  EXPECT_TRUE(result.taken) << result.refused;
+  EXPECT_FALSE(result.walk.figures.fell);
+  EXPECT_LT(result.reach_error_m, 0.01);
+}
+
 TEST(DrawerTrial, SaysWhyAGoalCannotBeReached) {
   DrawerTrialSpec spec = setting().spec();
-  spec.front_m = 0.2;
+  spec.front_m = 0.05;
   spec.time_limit_s = 3.0;
   const DrawerResult result = run_drawer_trial(spec);
   EXPECT_FALSE(result.taken);
