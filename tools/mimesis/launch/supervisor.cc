@@ -206,7 +206,8 @@ class LineLog {
       if (!partial->empty()) take(*partial);
     }
   }
-  /// The last line on standard error, empty before there is one: often the reason why a node ended.
+  /// The last line on standard error that is no information of a node's log, empty before there is
+  /// one: often the reason why a node ended.
   const std::string& last_error() const { return last_error_; }
 
  private:
@@ -230,7 +231,7 @@ class LineLog {
 
   void take(std::string& partial) {
     line(partial);
-    if (&partial == &err_) last_error_ = partial;
+    if (&partial == &err_ && partial.find("] info: ") == std::string::npos) last_error_ = partial;
     partial.clear();
   }
 

@@ -139,7 +139,7 @@ TEST_F(Launch, EndsWithTheCodeOfTheRequiredNode) {
 TEST_F(Launch, TellsWhatARequiredNodeSaidThatCouldNotBegin) {
   auto launch = start("nodes:\n  a: {exec: " + counter_ +
                       "}\n  b: {exec: sh, args: [-c, 'echo one >&2; echo two >&2; echo out; "
-                      "exit 2'], required: true}\n");
+                      "echo \"[09:00:00.000] [b] info: ready\" >&2; exit 2'], required: true}\n");
   EXPECT_EQ(launch->wait(), 2);
   EXPECT_EQ(summary(*launch)["reason"], "node 'b' ended with exit code 2: two");
 }
