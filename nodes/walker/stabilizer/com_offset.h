@@ -11,7 +11,7 @@ namespace mimesis::walker {
 ///   o = ⟨c − z − c̈/ω²⟩
 /// over the last T, along and across the heading. The mean of the rate of angular momentum, which
 /// the pendulum neglects, is 0. A push is no offset: what differs from o by more than a limit
-/// counts as the limit. [Caron 2020] estimates it likewise, by a Kalman filter.
+/// counts as the limit. A Kalman filter with the same model is in JRL's state-observation.
 class ComOffset {
  public:
   ComOffset(double omega_1_s, const StabilizerSettings& settings)

@@ -29,8 +29,7 @@ struct StabilizerCommand {
   // for logs and plots
   Eigen::Vector2d dcm_error_W_m = Eigen::Vector2d::Zero();
   Eigen::Vector2d zmp_W_m = Eigen::Vector2d::Zero(), wished_zmp_W_m = Eigen::Vector2d::Zero();
-  Eigen::Vector3d com_W_m =
-      Eigen::Vector3d::Zero();  ///< measured, without its offset, in the W of the plan
+  Eigen::Vector3d com_W_m = Eigen::Vector3d::Zero();       ///< measured, in W, less its offset
   Eigen::Isometry3d X_WB = Eigen::Isometry3d::Identity();  ///< pelvis likewise
   bool saturated = false;
   bool falling = false;

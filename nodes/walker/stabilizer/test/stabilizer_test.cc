@@ -75,6 +75,17 @@ TEST_F(StabilizerTest, LeaningForwardPressesTheToesAndHoldsTheCentreOfMassBack) 
   }
 }
 
+/// An IMU that takes a tilt for upright: the ZMP shows that the robot does not lean.
+TEST_F(StabilizerTest, LeanThatTheZmpDoesNotShowIsAnOffset) {
+  settings.com_offset_s = 1.0;
+  Stabilizer stabilizer(biped, gait, settings);
+  const Sensors s = sensors(0.01, plan.pattern.zmp_W_m.x());
+  const double lean = stabilizer.step(plan, s).dcm_error_W_m.x();
+  EXPECT_NEAR(lean, 0.01 * gait.com_height_m, 0.1 * 0.01 * gait.com_height_m);
+  for (int i = 0; i < 4000; ++i) stabilizer.step(plan, s);
+  EXPECT_NEAR(stabilizer.step(plan, s).dcm_error_W_m.x(), 0.0, 0.05 * lean);
+}
+
 TEST_F(StabilizerTest, MeasurementIsComparedWithThePlanOfItsTime) {
   settings.delay_ticks = 3;
   Stabilizer stabilizer(biped, gait, settings);
