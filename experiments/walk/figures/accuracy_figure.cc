@@ -157,8 +157,9 @@ Report accuracy(const PlotDir& plot_dir) {
         std::string("novel goals, ") + kSources[1].text() + " sources: " + q.name +
             ", largest error",
         largest_error(novel, q), kMostError_m, "m",
-        "by the maps, in the middle between two trained places; nothing is published, 10 mm are of "
-        "training trials"));
+        "by the maps, for the reach with the goal moved by what kinematics say the hand misses; in "
+        "the "
+        "middle between two trained places; nothing is published, 10 mm are of training trials"));
   }
   if (plot_dir) report.plots.push_back(plot_accuracy(*plot_dir, walks));
   return report;
