@@ -31,8 +31,9 @@ void TrackedPlace::put(const Vector3d& p_W_m, double variance) {
   known_ = true;
 }
 
-void TrackedPlace::shift(const Vector3d& by_W_m) {
+void TrackedPlace::shift(const Vector3d& by_W_m, double deviation_m) {
   p_W_m_ += by_W_m;
+  variance_ += square(deviation_m);
   elsewhere_ = 0;
 }
 
@@ -84,8 +85,10 @@ void DrawerTracker::see(const DrawerSenses::Sight& sight, const Vector3d& way) {
     const Vector3d closes = -seen_.opened_m * way;
     const auto moved = place.see(X_WH * p_H_m - closes);
     if (!moved || seen_.held) return;
-    place.shift(closes);
-    other.shift(*moved + closes);
+    place.shift(closes, 0.0);
+    // A drawer moves both, a wrong estimate moves one. What is seen of the other decides, and must
+    // not shift this one back.
+    other.shift(*moved + closes, moved->norm());
     seen_.opened_m = 0.0;
   };
   if (sight.handle_H_m && !seen_.held) look(handle_, object_, *sight.handle_H_m);

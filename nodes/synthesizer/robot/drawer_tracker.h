@@ -48,8 +48,8 @@ class TrackedPlace {
   void step(double drift_m);
   /// @return how far it has been moved, if it has: not by a correction
   std::optional<Eigen::Vector3d> see(const Eigen::Vector3d& p_W_m);
-  /// It has been moved along with something else.
-  void shift(const Eigen::Vector3d& by_W_m);
+  /// It has been moved along with something else; `deviation_m`: of each coordinate of `by_W_m`.
+  void shift(const Eigen::Vector3d& by_W_m, double deviation_m);
 
   bool known() const { return known_; }
   Eigen::Vector3d p_W_m() const { return p_W_m_ - left_W_m_; }

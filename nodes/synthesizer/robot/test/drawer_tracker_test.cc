@@ -155,6 +155,19 @@ TEST_F(TrackerTest, SmallMovesAreFollowedSoon) {
   EXPECT_LT((seen_->handle_W_m - handle_).norm(), 0.007);
 }
 
+/// An estimate that was wrong is not a drawer that moved: the handle's must not take the object's
+/// with it, whose correction would bring the handle's error back, and so on.
+TEST_F(TrackerTest, WhatOneEstimateMissedDoesNotMoveTheOther) {
+  run(600);
+  handle_.x() += 0.05;
+  run(100);
+  for (int i = 0; i < 300; ++i) {
+    run(1);
+    ASSERT_LT((seen_->handle_W_m - handle_).norm(), 0.01) << i;
+    ASSERT_LT((seen_->object_W_m - object_).norm(), 0.01) << i;
+  }
+}
+
 TEST_F(TrackerTest, ADrawerInTheHandOpensWithIt) {
   noise_m_ = 0.0;
   run(600);
