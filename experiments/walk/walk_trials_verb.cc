@@ -25,7 +25,7 @@ constexpr const char* kDrawers = "drawers30";
 
 struct Options {
   std::string suite = "steps30", engine = "dart", plant = "springs", robot = "biped",
-              pattern = "nonlinear", senses = "exact", out;
+              pattern = "nonlinear", senses = "real", out;
   std::vector<std::string> set;
   std::uint64_t seed = 1;
   double ankle_n_m = 0.0, slope_forward = 0.0, slope_left = 0.0;
@@ -89,13 +89,12 @@ void set(walker::StabilizerSettings& settings, const std::string& word) {
 }
 
 walk::SuiteOptions suite_options(const Options& o) {
-  walk::SuiteOptions suite;
+  walk::SuiteOptions suite(o.plant == "servo" ? hw::sim::Plant::servo : hw::sim::Plant::springs,
+                           o.senses == "real");
   suite.engine = o.engine == "mujoco" ? walk::Engine::mujoco : walk::Engine::dart;
-  suite.plant = o.plant == "servo" ? hw::sim::Plant::servo : hw::sim::Plant::springs;
   suite.seed = o.seed;
-  suite.ankle_pitch_n_m = o.ankle_n_m;
-  if (o.senses == "real") walk::use_real_senses(suite);
-  suite.slope_rad = {-o.slope_forward, o.slope_left};  // + rises
+  suite.body.ankle_pitch_n_m = o.ankle_n_m;
+  suite.body.slope_rad = {-o.slope_forward, o.slope_left};  // + rises
   suite.delay_ticks = o.delay;
   suite.walker.pattern = o.pattern == "linear"    ? walker::PatternKind::linear
                          : o.pattern == "preview" ? walker::PatternKind::preview
@@ -224,7 +223,7 @@ void add_walk_trials(CLI::App& program, int& exit_code) {
       "failed without a reason), 2 usage.\n"
       "Examples:\n"
       "  mimesis walk-trials --suite steps30 --plant servo --seed 7\n"
-      "  mimesis walk-trials --suite steps30 --senses real --slope-forward 0.05 --set slope=1\n"
+      "  mimesis walk-trials --suite steps30 --slope-forward 0.05 --set slope=1\n"
       "  mimesis walk-trials --suite drawers30 --delay 2 --set delay_ticks=5\n"
       "  mimesis walk-trials --suite pushes --out pushes.jsonl --set kd_1_s=3");
   verb->callback([o, &exit_code] { exit_code = run(*o); });

@@ -10,10 +10,8 @@ namespace {
 /// with the walker; the walker's ticks in µs.
 void walking(benchmark::State& state, hw::sim::Plant plant) {
   const Robot robot = load_robot("biped");
-  SuiteOptions options;
-  options.plant = plant;
   TrialSpec spec;
-  for (const TrialSpec& trial : make_suite("speeds", robot, options)) {
+  for (const TrialSpec& trial : make_suite("speeds", robot, SuiteOptions(plant))) {
     if (trial.name == "0.2 m/s") spec = trial;
   }
   if (spec.robot == nullptr) return state.SkipWithError("suite 'speeds' has no trial '0.2 m/s'");

@@ -270,9 +270,8 @@ std::vector<DrawerTrialSpec> drawers30(const Robot& robot, const synthesizer::Bi
       DrawerTrialSpec spec;
       spec.robot = &robot;
       spec.actions = &actions;
-      spec.body = body_of(options, trials.size());
-      if (!(options.ankle_pitch_n_m > 0.0)) spec.body.ankle_pitch_n_m = kTaskAnkle_n_m;
-      spec.walker = options.walker;
+      set_up(options, trials.size(), spec.body, spec.walker);
+      if (!(spec.body.ankle_pitch_n_m > 0.0)) spec.body.ankle_pitch_n_m = kTaskAnkle_n_m;
       spec.delay_ticks = options.delay_ticks;
       spec.front_m = draw.between(1.2, 2.8);
       spec.left_m = spec.front_m * std::tan(draw.between(-0.06, 0.06));

@@ -20,8 +20,7 @@ struct Judged {
 };
 
 Judged judge(const char* suite, const Robot& robot, Plant plant, Engine engine) {
-  SuiteOptions options;
-  options.plant = plant;
+  SuiteOptions options(plant);
   options.engine = engine;
   const std::vector<TrialSpec> trials = make_suite(suite, robot, options);
   Judged out{.walks = trials.size()};

@@ -23,9 +23,7 @@ constexpr std::array kParts = {Part{"steps30", "walks", 1, 3}, Part{"plates30", 
                                Part{"pushes", "pushed", 0, 9}};
 
 std::vector<TrialResult> run(const Robot& robot, Plant plant, const Part& part) {
-  SuiteOptions options;
-  options.plant = plant;
-  const std::vector<TrialSpec> all = make_suite(part.suite, robot, options);
+  const std::vector<TrialSpec> all = make_suite(part.suite, robot, SuiteOptions(plant));
   const std::size_t n = (all.size() - part.first + part.stride - 1) / part.stride;
   return in_parallel(n,
                      [&](std::size_t i) { return run_trial(all[part.first + i * part.stride]); });
@@ -54,6 +52,7 @@ std::vector<DrawerResult> run_drawers(const Robot& robot, const synthesizer::Bip
     spec.left_m = task.left_m;
     if (task.jump.by_m != 0.0) spec.jumps.push_back(task.jump);
     spec.walker = launched_walker();
+    use_real_senses(spec.body, spec.walker.stabilizer);
     spec.delay_ticks = kSensorDelayTicks;
     return run_drawer_trial(spec);
   });

@@ -15,7 +15,7 @@ using reproduce::Report;
 
 /// A trial of `mimesis walk-trials`.
 TrialSpec from_suite(const std::string& suite, const std::string& name, const Robot& robot) {
-  for (TrialSpec& spec : make_suite(suite, robot, {})) {
+  for (TrialSpec& spec : make_suite(suite, robot, SuiteOptions())) {
     if (spec.name == name) return spec;
   }
   throw ConfigError("walk-trials: suite " + suite + " has no trial '" + name + "'");

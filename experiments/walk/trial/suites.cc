@@ -17,8 +17,7 @@ namespace {
 
 using walker::WalkerWish;
 
-constexpr double kStart_s = 1.0;   ///< standing before
-constexpr double kSettle_s = 3.0;  ///< who reads a gyro itself stands until the bias is known
+constexpr double kStart_s = 1.0;  ///< standing before
 
 /// First moment of mass of an arm about its shoulder over the robot's mass, half-sitting [m]:
 /// measures how much its swing disturbs the robot.
@@ -107,9 +106,7 @@ TrialSpec plain(const Robot& robot, const SuiteOptions& o, std::size_t number) {
   TrialSpec spec;
   spec.robot = &robot;
   spec.engine = o.engine;
-  spec.body = body_of(o, number);
-  spec.walker = o.walker;
-  if (!o.walker.stabilizer.imu_attitude) spec.settle_s = kSettle_s;
+  set_up(o, number, spec.body, spec.walker);
   spec.delay_ticks = o.delay_ticks;
   return spec;
 }
@@ -224,25 +221,34 @@ std::vector<TrialSpec> naive(const Robot& robot, const SuiteOptions& o) {
 
 }  // namespace
 
-hw::sim::BodyOptions body_of(const SuiteOptions& options, std::size_t number) {
-  return {.plant = options.plant,
-          .slope_rad = options.slope_rad,
-          .ankle_pitch_n_m = options.ankle_pitch_n_m,
-          .seed = 1000 * options.seed + number,
-          .senses = options.senses};
+void use_real_senses(hw::sim::BodyOptions& body, walker::StabilizerSettings& walker) {
+  body.senses = hw::sim::kRealSenses;
+  walker.imu_attitude = false;
+  walker.velocity_filter_s = 0.02;
+  walker.com_offset_s = 5.0;
+  // nominal, of the plant [docs/walking.md 7.3]
+  const bool springs = body.plant == hw::sim::Plant::springs;
+  walker.hip_stiffness_n_m_rad = springs ? 6000.0 : 0.0;
+  walker.knee_stiffness_n_m_rad = 6000.0;
+  walker.ankle_stiffness_n_m_rad = springs ? 6000.0 : 1500.0;
 }
 
-void use_real_senses(SuiteOptions& options) {
-  options.senses = hw::sim::kRealSenses;
-  walker::StabilizerSettings& s = options.walker.stabilizer;
-  s.imu_attitude = false;
-  s.velocity_filter_s = 0.02;
-  s.com_offset_s = 5.0;
-  // nominal, of the plant [docs/walking.md 7.3]
-  const bool springs = options.plant == hw::sim::Plant::springs;
-  s.hip_stiffness_n_m_rad = springs ? 6000.0 : 0.0;
-  s.knee_stiffness_n_m_rad = 6000.0;
-  s.ankle_stiffness_n_m_rad = springs ? 6000.0 : 1500.0;
+SuiteOptions::SuiteOptions(hw::sim::Plant plant, bool real_senses) {
+  body.plant = plant;
+  if (real_senses) use_real_senses(body, walker.stabilizer);
+}
+
+void set_up(const SuiteOptions& options, std::size_t number, hw::sim::BodyOptions& body,
+            walker::WalkerSettings& walker) {
+  body = options.body;
+  body.seed = 1000 * options.seed + number;
+  walker = options.walker;
+  Draw draw(body.seed);
+  walker::StabilizerSettings& s = walker.stabilizer;
+  for (double* k :
+       {&s.hip_stiffness_n_m_rad, &s.knee_stiffness_n_m_rad, &s.ankle_stiffness_n_m_rad}) {
+    *k *= 1.0 + draw.between(-options.stiffness_error, options.stiffness_error);
+  }
 }
 
 const std::vector<std::string>& suite_names() {

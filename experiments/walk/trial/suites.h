@@ -64,23 +64,29 @@ auto in_parallel(std::size_t n, const Job& job) {
 /// Names that make_suite() knows.
 const std::vector<std::string>& suite_names();
 
+/// The errors of a lab's sensors, and a walker that is told of them: it finds its attitude itself
+/// and knows the nominal stiffness of springs that its encoders do not see. `body.plant` is set
+/// before.
+void use_real_senses(hw::sim::BodyOptions& body, walker::StabilizerSettings& walker);
+
+/// With real senses unless told otherwise.
 struct SuiteOptions {
+  explicit SuiteOptions(hw::sim::Plant plant = hw::sim::Plant::springs, bool real_senses = true);
+
   Engine engine = Engine::dart;
-  hw::sim::Plant plant = hw::sim::Plant::springs;
-  std::uint64_t seed = 1;        ///< seed of all random numbers
-  double ankle_pitch_n_m = 0.0;  ///< limit of these motors; 0: the robot's own
-  hw::sim::Senses senses = hw::sim::kExactSenses;
-  Eigen::Vector2d slope_rad = Eigen::Vector2d::Zero();  ///< see BodyOptions
-  int delay_ticks = 1;                                  ///< 5 ms each
+  std::uint64_t seed = 1;  ///< seed of all random numbers
+  int delay_ticks = 1;     ///< 5 ms each
+  hw::sim::BodyOptions body;
   walker::WalkerSettings walker;
+  /// What the walker takes for the stiffness of each group of joints is wrong by up to this share,
+  /// at random.
+  double stiffness_error = 0.2;
 };
 
-/// kRealSenses, and a walker that is told of them: it finds its attitude itself and knows the
-/// nominal stiffness of springs that its encoders do not see. `options.plant` is set before.
-void use_real_senses(SuiteOptions& options);
-
-/// World of trial `number` of a suite: each has an IMU and noise of its own.
-hw::sim::BodyOptions body_of(const SuiteOptions& options, std::size_t number);
+/// Settings for trial `number` of a suite: each has an IMU, noise, and errors of stiffness of its
+/// own.
+void set_up(const SuiteOptions& options, std::size_t number, hw::sim::BodyOptions& body,
+            walker::WalkerSettings& walker);
 
 /// Trials of a suite:
 ///   steps30  thirty walks of 16 s at 0.1, 0.2 and 0.3 m/s with moving arms, turning, side drift,

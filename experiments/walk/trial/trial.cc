@@ -16,6 +16,9 @@ using Clock = std::chrono::steady_clock;
 using walker::kTick_s;
 using walker::Side;
 
+/// Time of standing before a trial, see TrialSpec.
+double settle_s(const TrialSpec& spec) { return spec.walker.stabilizer.imu_attitude ? 0.0 : 3.0; }
+
 double seconds(Clock::duration d) { return std::chrono::duration<double>(d).count(); }
 
 walker::Sensors to_walker(const hw::sim::BodySensors& s) {
@@ -99,13 +102,13 @@ TrialResult walk_in(World& world, const TrialSpec& spec, const Watch& watch) {
   const robot::Biped& biped = spec.robot->biped;
   walker::Walker walker(biped, spec.walker);
   for (hw::sim::Push push : spec.pushes) {
-    push.at_s += spec.settle_s;
+    push.at_s += settle_s(spec);
     world.push(push);
   }
   Observer observer(std::sqrt(robot::kGravity / biped.com_height_m));
 
   const int ticks = static_cast<int>(std::lround(spec.duration_s / kTick_s)),
-            settles = static_cast<int>(std::lround(spec.settle_s / kTick_s));
+            settles = static_cast<int>(std::lround(settle_s(spec) / kTick_s));
   std::deque<walker::Sensors> on_their_way(std::size_t(spec.delay_ticks),
                                            to_walker(world.sensors()));
   std::vector<double> times;
@@ -131,7 +134,7 @@ TrialResult walk_in(World& world, const TrialSpec& spec, const Watch& watch) {
   }
   TrialResult result = observer.result();
   result.name = spec.name;
-  if (result.fell_at_s > 0.0) result.fell_at_s -= spec.settle_s;
+  if (result.fell_at_s > 0.0) result.fell_at_s -= settle_s(spec);
   result.self = truth.self;
   result.furniture = truth.furniture;
   result.walked_m = (truth.X_WB.translation().head<2>() - start).norm();
@@ -171,7 +174,8 @@ TrialResult run_trial(const TrialSpec& spec, const std::function<void(const Tria
   }
   hw::sim::BodyWorld world(spec.robot->biped, spec.robot->urdf_file, spec.body);
   return walk_in(world, spec, [&](const walker::WalkerOutput& out, bool& ends) {
-    if (watch) watch({world.time_s(), out, world.truth(), world.sensors(), world, ends});
+    if (watch)
+      watch({world.time_s() - settle_s(spec), out, world.truth(), world.sensors(), world, ends});
   });
 }
 

@@ -21,7 +21,9 @@ enum class Engine {
   mujoco,  ///< MujocoWorld, to judge by another physics
 };
 
-/// One walk of the whole chain in the physics, without messages: Walker, delay, world.
+/// One walk of the whole chain in the physics, without messages: Walker, delay, world. A walker
+/// that finds its attitude itself has stood for 3 s, until its gyro's bias is known, when the time
+/// of a trial begins.
 struct TrialSpec {
   std::string name;
   const Robot* robot = nullptr;
@@ -30,7 +32,6 @@ struct TrialSpec {
   /// Wish as a function of the time since the start, called once per tick. Empty: stands.
   std::function<walker::WalkerWish(double)> wish;
   std::vector<hw::sim::Push> pushes;
-  double settle_s = 0.0;  ///< it has stood for so long when its time begins
   double duration_s = 10.0;
   int delay_ticks = 1;  ///< delay of sensor readings on their way to the walker
   Engine engine = Engine::dart;
@@ -38,7 +39,7 @@ struct TrialSpec {
 
 /// One tick, for plots and for worlds with more than a robot in them.
 struct TrialTick {
-  double time_s;
+  double time_s;                    ///< since the start
   const walker::WalkerOutput& out;  ///< output of the walker
   const hw::sim::BodyTruth& truth;  ///< after it
   const hw::sim::BodySensors& sensors;

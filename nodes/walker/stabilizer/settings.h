@@ -38,7 +38,7 @@ struct StabilizerSettings {
   double slope_filter_s = 1.0;  ///< low pass of the slope
 
   // feet: gain, leak and limit of each law
-  double cop_rad_s_n_m = 0.03;  ///< gain of the centre of pressure [K10, C19: 0.01]
+  double cop_rad_s_n_m = 0.015;  ///< gain of the centre of pressure [K10, C19: 0.01]
   double cop_alone =
       0.1;  ///< share of a foot's own rate in double support, the rest is the mean [1]
   double cop_leak_s = 0.5, cop_limit_rad = 0.25;
