@@ -433,7 +433,7 @@ namespace {
 
 /// An agent that others may bound, at the origin of its candidates.
 struct Reach {
-  float ux, uy, radius, headway_s, fastest, range;
+  float ux, uy, radius, headway_s, fastest, range, dt_s;
 };
 
 /// Bounds of all candidates; `chosen` are those that the agent has to heed. At the same point there
@@ -441,6 +441,7 @@ struct Reach {
 MIMESIS_VECTOR_CLONES
 void bound(Candidates& c, const Reach& a) {
   const float ux = a.ux, uy = a.uy, own = a.radius, fastest = a.fastest;
+  const float dt = a.dt_s, per_dt = 1.0F / dt;
   const float per = 1.0F / a.headway_s, range2 = a.range * a.range;
   constexpr float kSkinF = static_cast<float>(kSkin), kTouchF = static_cast<float>(kTouch);
   const int end =
@@ -457,16 +458,30 @@ void bound(Candidates& c, const Reach& a) {
       const float to_x = x[k] * per_d, to_y = y[k] * per_d;
       const float room = d - (own + radius[k]);
       const float along = vx[k] * to_x + vy[k] * to_y;
-      const float mean = 0.5F * (ux * to_x + uy * to_y + along);
       const float open = room - kSkinF > 0.0F ? (room - kSkinF) * per : 0.0F;
-      const float h = 0.5F * open, below = mean < h ? mean : h;
+      // The line that keeps them apart faces where the other is after the step, as seen from here,
+      // if they would close too fast; as far as it keeps the gap at the step's begin, too.
+      const float wx = ux - vx[k], wy = uy - vy[k], closing = wx * to_x + wy * to_y;
+      const float en = d - dt * closing, et = dt * (wx * to_y - wy * to_x);
+      const float per_e = 1.0F / std::sqrt(en * en + et * et + 1e-20F);
+      const float spare = open * dt * per_d, least = 1.0F - spare;  // cosine
+      const float most2 = spare * (1.0F + least), most = std::sqrt(most2 > 0.0F ? most2 : 0.0F);
+      const bool free = en * per_e > least;
+      const bool turned = (closing > open) & (spare < 1.0F) & (yields[k] != 0);
+      const float sine = free ? et * per_e : (et > 0.0F ? most : -most);
+      const float cosine = free ? en * per_e : least;
+      const float sn = turned ? sine : 0.0F, cn = turned ? cosine : 1.0F;
+      const float left = open - d * per_dt * (sn * sn) / (1.0F + cn);
+      const float px = cn * to_x - sn * to_y, py = cn * to_y + sn * to_x;
+      const float mean = 0.5F * ((ux + vx[k]) * px + (uy + vy[k]) * py);
+      const float h = left > 0.0F ? 0.5F * left : 0.0F, below = mean < h ? mean : h;
       const float shared = h + (below > -h ? below : -h), lone = open + along;
-      const float most = yields[k] != 0 ? shared : lone;
-      nx[k] = to_x;
-      ny[k] = to_y;
+      const float tightest = yields[k] != 0 ? shared : lone;
+      nx[k] = px;
+      ny[k] = py;
       gap[k] = room;
-      limit[k] = most;
-      heeded[k] = (((most < fastest) | (room <= kTouchF)) & (d2 <= range2)) ? 1 : 0;
+      limit[k] = tightest;
+      heeded[k] = (((tightest < fastest) | (room <= kTouchF)) & (d2 <= range2)) ? 1 : 0;
     }
   }
   int chosen = 0;
@@ -496,7 +511,8 @@ Meeting Crowd::Impl::met(std::size_t at, const Eigen::Vector2d& wish, double fas
                     grid.radius[at],
                     static_cast<float>(s.headway_s),
                     static_cast<float>(fastest),
-                    static_cast<float>(range)};
+                    static_cast<float>(range),
+                    static_cast<float>(settings.dt_s)};
   Candidates near;
   for_each_batch(grid, grid.cell_at(p.x() - range, p.y() - range),
                  grid.cell_at(p.x() + range, p.y() + range), p, near, [&] {

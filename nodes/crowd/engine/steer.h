@@ -68,9 +68,11 @@ struct Bound {
 /// Largest speed of an agent towards another: with h = gap/(2 headway) and m the mean of both
 /// velocities along n, v·n ≤ h + clamp(m, ±h). The other has n and m with the opposite sign, so
 /// together they close at most gap/headway: the gap never gets negative, in steps shorter than the
-/// headway. An agent that follows another may go as fast as that one. Barrier functions of this
-/// form are in [Ames et al., ECC 2019], halves of the velocity in RVO [van den Berg et al., ICRA
-/// 2008].
+/// headway. An agent that follows another may go as fast as that one. In a step of dt this line may
+/// also face another way n', at an angle θ to n with h' = h − d (1 − cos θ)/(2 dt) ≥ 0 of both:
+/// then |r·n'| ≥ 2 radii + (1 − dt/headway) gap before and after the step, and between. Barrier
+/// functions of this form are in [Ames et al., ECC 2019], halves of the velocity in RVO [van den
+/// Berg et al., ICRA 2008].
 inline double shared_limit(double gap_m, double headway_s, double mean_m_s) {
   const double h = gap_m > 0.0 ? gap_m / (2.0 * headway_s) : 0.0;
   const double m = mean_m_s < h ? mean_m_s : h;
