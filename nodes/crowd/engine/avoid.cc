@@ -433,7 +433,7 @@ namespace {
 
 /// An agent that others may bound, at the origin of its candidates.
 struct Reach {
-  float ux, uy, radius, headway_s, fastest, range, dt_s;
+  float ux, uy, radius, headway_s, fastest, range;
 };
 
 /// Bounds of all candidates; `chosen` are those that the agent has to heed. At the same point there
@@ -441,7 +441,6 @@ struct Reach {
 MIMESIS_VECTOR_CLONES
 void bound(Candidates& c, const Reach& a) {
   const float ux = a.ux, uy = a.uy, own = a.radius, fastest = a.fastest;
-  const float dt = a.dt_s, per_dt = 1.0F / dt;
   const float per = 1.0F / a.headway_s, range2 = a.range * a.range;
   constexpr float kSkinF = static_cast<float>(kSkin), kTouchF = static_cast<float>(kTouch);
   const int end =
@@ -458,30 +457,19 @@ void bound(Candidates& c, const Reach& a) {
       const float to_x = x[k] * per_d, to_y = y[k] * per_d;
       const float room = d - (own + radius[k]);
       const float along = vx[k] * to_x + vy[k] * to_y;
+      const float own_along = ux * to_x + uy * to_y, mean = 0.5F * (own_along + along);
       const float open = room - kSkinF > 0.0F ? (room - kSkinF) * per : 0.0F;
-      // The line that keeps them apart faces where the other is after the step, as seen from here,
-      // if they would close too fast; as far as it keeps the gap at the step's begin, too.
-      const float wx = ux - vx[k], wy = uy - vy[k], closing = wx * to_x + wy * to_y;
-      const float en = d - dt * closing, et = dt * (wx * to_y - wy * to_x);
-      const float per_e = 1.0F / std::sqrt(en * en + et * et + 1e-20F);
-      const float spare = open * dt * per_d, least = 1.0F - spare;  // cosine
-      const float most2 = spare * (1.0F + least), most = std::sqrt(most2 > 0.0F ? most2 : 0.0F);
-      const bool free = en * per_e > least;
-      const bool turned = (closing > open) & (spare < 1.0F) & (yields[k] != 0);
-      const float sine = free ? et * per_e : (et > 0.0F ? most : -most);
-      const float cosine = free ? en * per_e : least;
-      const float sn = turned ? sine : 0.0F, cn = turned ? cosine : 1.0F;
-      const float left = open - d * per_dt * (sn * sn) / (1.0F + cn);
-      const float px = cn * to_x - sn * to_y, py = cn * to_y + sn * to_x;
-      const float mean = 0.5F * ((ux + vx[k]) * px + (uy + vy[k]) * py);
-      const float h = left > 0.0F ? 0.5F * left : 0.0F, below = mean < h ? mean : h;
+      const float h = 0.5F * open, below = mean < h ? mean : h;
       const float shared = h + (below > -h ? below : -h), lone = open + along;
-      const float tightest = yields[k] != 0 ? shared : lone;
-      nx[k] = px;
-      ny[k] = py;
+      const float most = yields[k] != 0 ? shared : lone;
+      nx[k] = to_x;
+      ny[k] = to_y;
       gap[k] = room;
-      limit[k] = tightest;
-      heeded[k] = (((tightest < fastest) | (room <= kTouchF)) & (d2 <= range2)) ? 1 : 0;
+      limit[k] = most;
+      heeded[k] =
+          (((most < fastest) | (room <= kTouchF) | (own_along - along > open)) & (d2 <= range2))
+              ? 1
+              : 0;
     }
   }
   int chosen = 0;
@@ -490,6 +478,29 @@ void bound(Candidates& c, const Reach& a) {
     chosen += heeded[k];
   }
   c.heed = chosen;
+}
+
+}  // namespace
+
+namespace {
+
+/// Turns the bound of two who would close too fast to where the other is after the step, as seen
+/// from here, as far as it keeps the gap at the step's begin, too (`shared_limit`).
+void face_step_end(const Eigen::Vector2d& u, const Eigen::Vector2d& v, double distance,
+                   const AvoidSettings& s, double dt, double gap, Eigen::Vector2d& n,
+                   double& limit) {
+  const Eigen::Vector2d w = u - v, across(-n.y(), n.x());
+  const double open = std::max(gap - kSkin, 0.0) / s.headway_s, closing = w.dot(n);
+  const double spare = open * dt / distance, least = 1.0 - spare;  // cosine
+  if (closing <= open || spare >= 1.0) return;
+  const Eigen::Vector2d end(distance - dt * closing, -dt * w.dot(across));
+  const double length = std::sqrt(end.squaredNorm());
+  double cosine = least, sine = std::copysign(std::sqrt(spare * (1.0 + least)), end.y());
+  if (end.x() > least * length) cosine = end.x() / length, sine = end.y() / length;
+  n = cosine * n + sine * across;
+  const double left = open - distance / dt * sine * sine / (1.0 + cosine);
+  const double h = 0.5 * std::max(left, 0.0);
+  limit = h + std::clamp(0.5 * (u + v).dot(n), -h, h);
 }
 
 }  // namespace
@@ -511,8 +522,7 @@ Meeting Crowd::Impl::met(std::size_t at, const Eigen::Vector2d& wish, double fas
                     grid.radius[at],
                     static_cast<float>(s.headway_s),
                     static_cast<float>(fastest),
-                    static_cast<float>(range),
-                    static_cast<float>(settings.dt_s)};
+                    static_cast<float>(range)};
   Candidates near;
   for_each_batch(grid, grid.cell_at(p.x() - range, p.y() - range),
                  grid.cell_at(p.x() + range, p.y() + range), p, near, [&] {
@@ -529,6 +539,11 @@ Meeting Crowd::Impl::met(std::size_t at, const Eigen::Vector2d& wish, double fas
                      if (near.x[k] == 0.0F && near.y[k] == 0.0F) {
                        n = apart(table.id[row], table.id[other]);
                        limit = 0.0;
+                     } else if (near.yields[k] != 0) {
+                       const Eigen::Vector2d v(static_cast<double>(near.vx[k]),
+                                               static_cast<double>(near.vy[k]));
+                       face_step_end(u, v, gap + radius + static_cast<double>(near.radius[k]), s,
+                                     settings.dt_s, gap, n, limit);
                      }
                      meeting.meet(n, gap, limit);
                      if (gap > kTouch || avoids[other] == 0) continue;
