@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <span>
 
 #include "nodes/crowd/rules/lanes.h"
@@ -68,16 +69,29 @@ struct Bound {
 /// Largest speed of an agent towards another: with h = gap/(2 headway) and m the mean of both
 /// velocities along n, v·n ≤ h + clamp(m, ±h). The other has n and m with the opposite sign, so
 /// together they close at most gap/headway: the gap never gets negative, in steps shorter than the
-/// headway. An agent that follows another may go as fast as that one. In a step of dt this line may
-/// also face another way n', at an angle θ to n with h' = h − d (1 − cos θ)/(2 dt) ≥ 0 of both:
-/// then |r·n'| ≥ 2 radii + (1 − dt/headway) gap before and after the step, and between. Barrier
-/// functions of this form are in [Ames et al., ECC 2019], halves of the velocity in RVO [van den
-/// Berg et al., ICRA 2008].
+/// headway. An agent that follows another may go as fast as that one. Barrier functions of this
+/// form are in [Ames et al., ECC 2019], halves of the velocity in RVO [van den Berg et al., ICRA
+/// 2008].
 inline double shared_limit(double gap_m, double headway_s, double mean_m_s) {
   const double h = gap_m > 0.0 ? gap_m / (2.0 * headway_s) : 0.0;
   const double m = mean_m_s < h ? mean_m_s : h;
   return h + (m > -h ? m : -h);
 }
+
+/// Two agents as one of them sees the other.
+struct Pair {
+  Eigen::Vector2d n;  ///< unit vector to the other
+  double distance_m, gap_m;
+  Eigen::Vector2d own_m_s, other_m_s;
+};
+
+/// The bound of two that would close faster than the gap allows, for a whole step: its line faces
+/// the place where the other would be after the step, or who turn about each other within a step
+/// would hold each other. At an angle θ to n, and with h' = h − distance (1 − cos θ)/(2 dt) ≥ 0 in
+/// place of shared_limit's h, a place r of the other has |r·n'| ≥ radii + (1 − dt/headway) gap
+/// before and after the step, and between. The other's bound has the opposite n'. Empty: they close
+/// slowly.
+std::optional<Bound> step_end_bound(const Pair& pair, double headway_s, double dt_s);
 
 /// Limit where the other does not yield and goes at `other_m_s` along n. Below zero: step back.
 inline double lone_limit(double gap_m, double headway_s, double other_m_s) {

@@ -72,7 +72,7 @@ TEST(Navigate, WhoIsTurnedAwayFromItsLaneListensLessToOthers) {
   }
 }
 
-TEST(Navigate, StepsOfAQuarterOfASecondKeepDiscsApartAndHoldNobodyWhoPasses) {
+TEST(Navigate, StepsOfAQuarterOfASecondKeepDiscsApartAndHoldNobodyFarAside) {
   for (const double side : {-1.0, 1.0}) {
     for (double across = 0.0; across < 0.8; across += 0.05) {
       CrowdSettings settings{.dt_s = 0.25};
