@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
 #include <utility>
 
 #include "common/math/vector_clones.h"
@@ -457,7 +458,7 @@ void bound(Candidates& c, const Reach& a) {
       const float to_x = x[k] * per_d, to_y = y[k] * per_d;
       const float room = d - (own + radius[k]);
       const float along = vx[k] * to_x + vy[k] * to_y;
-      const float mean = 0.5F * (ux * to_x + uy * to_y + along);
+      const float own_along = ux * to_x + uy * to_y, mean = 0.5F * (own_along + along);
       const float open = room - kSkinF > 0.0F ? (room - kSkinF) * per : 0.0F;
       const float h = 0.5F * open, below = mean < h ? mean : h;
       const float shared = h + (below > -h ? below : -h), lone = open + along;
@@ -466,7 +467,10 @@ void bound(Candidates& c, const Reach& a) {
       ny[k] = to_y;
       gap[k] = room;
       limit[k] = most;
-      heeded[k] = (((most < fastest) | (room <= kTouchF)) & (d2 <= range2)) ? 1 : 0;
+      heeded[k] =
+          (((most < fastest) | (room <= kTouchF) | (own_along - along > open)) & (d2 <= range2))
+              ? 1
+              : 0;
     }
   }
   int chosen = 0;
@@ -478,6 +482,21 @@ void bound(Candidates& c, const Reach& a) {
 }
 
 }  // namespace
+
+std::optional<Bound> step_end_bound(const Pair& p, double headway_s, double dt_s) {
+  const Eigen::Vector2d w = p.own_m_s - p.other_m_s, across(-p.n.y(), p.n.x());
+  const double open = std::max(p.gap_m - kSkin, 0.0) / headway_s, closing = w.dot(p.n);
+  const double spare = open * dt_s / p.distance_m, least = 1.0 - spare;  // cosine
+  if (closing <= open || spare >= 1.0) return std::nullopt;
+  const Eigen::Vector2d end(p.distance_m - dt_s * closing, -dt_s * w.dot(across));
+  const double length = std::sqrt(end.squaredNorm());
+  double cosine = least, sine = std::copysign(std::sqrt(spare * (1.0 + least)), end.y());
+  if (end.x() > least * length) cosine = end.x() / length, sine = end.y() / length;
+  const Eigen::Vector2d n = cosine * p.n + sine * across;
+  const double left = open - p.distance_m / dt_s * sine * sine / (1.0 + cosine);
+  const double h = 0.5 * std::max(left, 0.0);
+  return Bound{n, h + std::clamp(0.5 * (p.own_m_s + p.other_m_s).dot(n), -h, h)};
+}
 
 /// All that bound an agent which goes no faster than this; limits above that bound nothing.
 Meeting Crowd::Impl::met(std::size_t at, const Eigen::Vector2d& wish, double fastest) const {
@@ -498,36 +517,44 @@ Meeting Crowd::Impl::met(std::size_t at, const Eigen::Vector2d& wish, double fas
                     static_cast<float>(fastest),
                     static_cast<float>(range)};
   Candidates near;
-  for_each_batch(grid, grid.cell_at(p.x() - range, p.y() - range),
-                 grid.cell_at(p.x() + range, p.y() + range), p, near, [&] {
-                   bound(near, reach);
-                   for (int chosen = 0; chosen < near.heed; ++chosen) {
-                     const int k = near.chosen[chosen];
-                     const auto j = static_cast<std::size_t>(near.at[k]);
-                     if (j == at) continue;
-                     const auto other = static_cast<std::size_t>(grid.row[j]);
-                     Eigen::Vector2d n(static_cast<double>(near.nx[k]),
-                                       static_cast<double>(near.ny[k]));
-                     const double gap = static_cast<double>(near.gap[k]);
-                     double limit = static_cast<double>(near.limit[k]);
-                     if (near.x[k] == 0.0F && near.y[k] == 0.0F) {
-                       n = apart(table.id[row], table.id[other]);
-                       limit = 0.0;
-                     }
-                     meeting.meet(n, gap, limit);
-                     if (gap > kTouch || avoids[other] == 0) continue;
-                     const Eigen::Vector2d its(wish_x[other], wish_y[other]);
-                     const bool first = table.id[row] < table.id[other];
-                     if (table.role[other] == Role::own) {
-                       meeting.face(n, gap, its, first);
-                       // the wishes of another coordinator's agents are unknown
-                     } else if (yields(table.role[other])) {
-                       const CosSin h = cos_sin_lane(table.heading[other]);
-                       meeting.face(n, gap, meeting.fast() * Eigen::Vector2d(h.cos, h.sin), first);
-                     }
-                     meeting.feel(n, its, grid.pressed[j]);
-                   }
-                 });
+  for_each_batch(
+      grid, grid.cell_at(p.x() - range, p.y() - range), grid.cell_at(p.x() + range, p.y() + range),
+      p, near, [&] {
+        bound(near, reach);
+        for (int chosen = 0; chosen < near.heed; ++chosen) {
+          const int k = near.chosen[chosen];
+          const auto j = static_cast<std::size_t>(near.at[k]);
+          if (j == at) continue;
+          const auto other = static_cast<std::size_t>(grid.row[j]);
+          Eigen::Vector2d n(static_cast<double>(near.nx[k]), static_cast<double>(near.ny[k]));
+          const double gap = static_cast<double>(near.gap[k]);
+          double limit = static_cast<double>(near.limit[k]);
+          if (near.x[k] == 0.0F && near.y[k] == 0.0F) {
+            n = apart(table.id[row], table.id[other]);
+            limit = 0.0;
+          } else if (near.yields[k] != 0) {
+            const Eigen::Vector2d v(static_cast<double>(near.vx[k]),
+                                    static_cast<double>(near.vy[k]));
+            const double d = gap + radius + static_cast<double>(near.radius[k]);
+            if (const auto b = step_end_bound({n, d, gap, u, v}, s.headway_s, settings.dt_s)) {
+              n = b->n;
+              limit = b->limit_m_s;
+            }
+          }
+          meeting.meet(n, gap, limit);
+          if (gap > kTouch || avoids[other] == 0) continue;
+          const Eigen::Vector2d its(wish_x[other], wish_y[other]);
+          const bool first = table.id[row] < table.id[other];
+          if (table.role[other] == Role::own) {
+            meeting.face(n, gap, its, first);
+            // the wishes of another coordinator's agents are unknown
+          } else if (yields(table.role[other])) {
+            const CosSin h = cos_sin_lane(table.heading[other]);
+            meeting.face(n, gap, meeting.fast() * Eigen::Vector2d(h.cos, h.sin), first);
+          }
+          meeting.feel(n, its, grid.pressed[j]);
+        }
+      });
   obstacles.for_each_near(p, [&](const Obstacles::Near& o) {
     const double gap = o.distance_m - radius;
     meeting.meet(o.n, gap, lone_limit(gap - kSkin, s.headway_s, 0.0));

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <span>
 
 #include "nodes/crowd/rules/lanes.h"
@@ -76,6 +77,21 @@ inline double shared_limit(double gap_m, double headway_s, double mean_m_s) {
   const double m = mean_m_s < h ? mean_m_s : h;
   return h + (m > -h ? m : -h);
 }
+
+/// Two agents as one of them sees the other.
+struct Pair {
+  Eigen::Vector2d n;  ///< unit vector to the other
+  double distance_m, gap_m;
+  Eigen::Vector2d own_m_s, other_m_s;
+};
+
+/// The bound of two that would close faster than the gap allows, for a whole step: its line faces
+/// the place where the other would be after the step, or who turn about each other within a step
+/// would hold each other. At an angle θ to n, and with h' = h − distance (1 − cos θ)/(2 dt) ≥ 0 in
+/// place of shared_limit's h, a place r of the other has |r·n'| ≥ radii + (1 − dt/headway) gap
+/// before and after the step, and between. The other's bound has the opposite n'. Empty: they close
+/// slowly.
+std::optional<Bound> step_end_bound(const Pair& pair, double headway_s, double dt_s);
 
 /// Limit where the other does not yield and goes at `other_m_s` along n. Below zero: step back.
 inline double lone_limit(double gap_m, double headway_s, double other_m_s) {

@@ -279,6 +279,10 @@ WalkField Crowd::Impl::field(GroupRows& g) {
   if (r.heading.avoid) {
     if (f.turn == nullptr) std::fill_n(turn.begin() + g.first, g.count, 0.0);
     f.turn = turn.data();
+    // coupled headings share the column, and are guaranteed as they are
+    if (f.heading != HeadingKind::coupled) {
+      f.per_width = f.dt / settings.avoid.navigation.sigma_angle_rad;
+    }
     f.wish_x = wish_x.data();
     f.wish_y = wish_y.data();
   }

@@ -29,6 +29,7 @@ struct WalkField {
   CosSin mean_heading{0.0, 0.0};  // consensus: e^{iχ}; coupled, all-to-all: Σ e^{iψ}
   double arrive = 0.5;
   const double* turn = nullptr;  // added to ψ̇: navigation, coupled headings
+  double per_width = 0.0;        // dt/σ_φ of navigation, 0: explicit [s/rad]
   // Receives velocities that others may bound before the step is made; else the step is made here.
   double *wish_x = nullptr, *wish_y = nullptr;
   // Rows that are not all our own, and the demands of the rules on every row.

@@ -193,7 +193,12 @@ MIMESIS_PART void headings(const WalkField& f, const Table& t, int row, int m, c
     for (int l = 0; l < m; ++l) turn[l] += rate[l] * f.sway(phase[l]);
   }
   if (f.turn != nullptr) {
-    for (int l = 0; l < m; ++l) turn[l] += share[l] * f.turn[row + l];
+    // Linearly implicit: terms of navigation vanish where an agent has turned by their width, so
+    // Δψ = dt f (1 − |Δψ|/σ_φ). Explicit steps of 0.1 s and more turn beyond that, and back.
+    for (int l = 0; l < m; ++l) {
+      const double navigation = share[l] * f.turn[row + l];
+      turn[l] += navigation / (1.0 + f.per_width * std::fabs(navigation));
+    }
   }
 }
 

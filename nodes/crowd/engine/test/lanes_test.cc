@@ -143,6 +143,51 @@ TEST(Contact, LimitsOfTwoCloseAtMostTheGapInOneHeadway) {
   }
 }
 
+/// Two discs of 0.3 m that close faster than their gap allows, at random; whatever they do within
+/// their bounds keeps the gap.
+TEST(Contact, BoundsFaceWhereTheOtherIsAfterTheStepAndKeepTheGap) {
+  constexpr double kHeadway_s = 0.3, kDt_s = 0.25, kRadii_m = 0.6, kSkin_m = 1e-4;
+  std::mt19937 random(11);
+  std::uniform_real_distribution<double> gap(0.0, 0.5), v(-1.5, 1.5), angle(0.0, math::kTwoPi);
+  const auto cross = [](const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
+    return a.x() * b.y() - a.y() * b.x();
+  };
+  int facing = 0, as_far = 0;
+  for (int i = 0; i < 3000; ++i) {
+    const double a = angle(random), g = gap(random), d = kRadii_m + g;
+    const Eigen::Vector2d n(std::cos(a), std::sin(a));
+    const Pair pair{n, d, g, {v(random), v(random)}, {v(random), v(random)}};
+    const auto own = step_end_bound(pair, kHeadway_s, kDt_s);
+    const auto its = step_end_bound({-n, d, g, pair.other_m_s, pair.own_m_s}, kHeadway_s, kDt_s);
+    const Eigen::Vector2d closing = pair.own_m_s - pair.other_m_s, end = d * n - kDt_s * closing;
+    if (closing.dot(n) <= std::max(g - kSkin_m, 0.0) / kHeadway_s) {
+      ASSERT_FALSE(own.has_value());
+      continue;
+    }
+    if (!own) continue;  // the gap is as long as the way
+    ASSERT_TRUE(its.has_value());
+    EXPECT_LT((own->n + its->n).norm(), 1e-9);
+    EXPECT_NEAR(own->n.norm(), 1.0, 1e-12);
+    EXPECT_GE(own->limit_m_s, 0.0);
+    // between n and the other's place after the step, as near to that as the gap allows
+    EXPECT_GE(cross(n, own->n) * cross(n, end), 0.0);
+    const double both = own->limit_m_s + its->limit_m_s;
+    const bool faces = (own->n - end.normalized()).norm() < 1e-9;
+    EXPECT_TRUE(faces || both < 1e-6) << both;
+    faces ? ++facing : ++as_far;
+    EXPECT_NEAR(own->limit_m_s - its->limit_m_s,
+                std::clamp((pair.own_m_s + pair.other_m_s).dot(own->n), -both, both), 1e-9);
+    // as fast as both may go along n', and anyhow across
+    const Eigen::Vector2d across(-own->n.y(), own->n.x());
+    const Eigen::Vector2d after = d * n + kDt_s * (its->limit_m_s * its->n + v(random) * across -
+                                                   own->limit_m_s * own->n - v(random) * across);
+    EXPECT_GE(after.dot(own->n), kRadii_m + (1.0 - kDt_s / kHeadway_s) * g - 1e-9);
+    EXPECT_NEAR(after.dot(own->n), d - kDt_s * (std::max(g - kSkin_m, 0.0) / kHeadway_s), 1e-9);
+  }
+  EXPECT_GT(facing, 200);
+  EXPECT_GT(as_far, 200);
+}
+
 TEST(Contact, NearestWithinBoundsIsFeasibleAndNearest) {
   std::mt19937 random(7);
   std::uniform_real_distribution<double> angle(0.0, math::kTwoPi), limit(0.0, 1.0);

@@ -65,8 +65,30 @@ TEST(Navigate, WhoIsTurnedAwayFromItsLaneListensLessToOthers) {
     const double avoid = crowd.avoidance_rad_s(0);
     EXPECT_GT(std::abs(avoid), 0.05);
     const double share = heading < 1.0 ? 1.0 : 1.0 + std::cos(heading);
-    EXPECT_NEAR(crowd.agent(0).state.heading_rate_rad_s,
-                -6.0 * 0.6 * std::sin(heading) + share * avoid, 1e-9);
+    // in a step of 0.02 s, linearly implicit over the width σ_φ of its terms
+    const double steered = share * avoid / (1.0 + 0.02 / 0.6 * std::abs(share * avoid));
+    EXPECT_NEAR(crowd.agent(0).state.heading_rate_rad_s, -6.0 * 0.6 * std::sin(heading) + steered,
+                1e-9);
+  }
+}
+
+TEST(Navigate, StepsOfAQuarterOfASecondKeepDiscsApartAndHoldNobodyFarAside) {
+  for (const double side : {-1.0, 1.0}) {
+    for (double across = 0.0; across < 0.8; across += 0.05) {
+      CrowdSettings settings{.dt_s = 0.25};
+      settings.avoid.navigation.avoid_1_s = settings.avoid.navigation.predict_1_s = 0.0;
+      Crowd crowd(settings);
+      crowd.add_group(walkers());
+      const double y = side * across;
+      crowd.add(0, std::vector<Agent>{walker(1, {-2.0, 0.0}, {90.0, 0.0}),
+                                      walker(2, {2.0, y}, {-90.0, y})});
+      for (int i = 0; i < 12; ++i) {
+        crowd.step();
+        EXPECT_EQ(crowd.contacts().overlapping, 0) << y;
+      }
+      const double way = crowd.x_m()[0] + 2.0;
+      EXPECT_GT(way, across > 0.64 ? 0.95 * 3.0 * 6.0 * 0.22 : 0.0) << y;
+    }
   }
 }
 
