@@ -382,8 +382,7 @@ TEST(ZmqBus, ASoleInputObeysThePublisherThatItIsTold) {
                      .in = {{"in", "arm/command"}},
                      .out = {},
                      .from = {{"in", "planner"}},
-                     .bind = {},
-                     .peers = {}};
+                     .bind = {}};
   ZmqBus receiver(options);
   auto in = receiver.subscribe("in", v1::Publication::default_instance(), {.sole = true});
   EXPECT_EQ(receiver.info().inputs(0).obeys(), "planner");
@@ -697,8 +696,7 @@ TEST(ZmqBus, BadNamesAndPlacesAreRefused) {
                 .graph = long_graph,
                 .in = {},
                 .out = {},
-                .bind = {},
-                .peers = {}});
+                .bind = {}});
     ADD_FAILURE() << "a socket path of more than 107 bytes was accepted";
   } catch (const ConfigError& e) {
     EXPECT_NE(std::string(e.what()).find("107"), std::string::npos) << e.what();
