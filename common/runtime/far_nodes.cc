@@ -51,8 +51,8 @@ void FarNodes::show(const v1::NodeInfo& node) {
 }
 
 bool FarNodes::shows(std::uint64_t start_id) const {
-  return std::ranges::any_of(
-      shown_, [&](const auto& shown) { return shown.second.start_id == start_id; });
+  return std::ranges::any_of(shown_,
+                             [&](const auto& shown) { return shown.second.start_id == start_id; });
 }
 
 }  // namespace mimesis::runtime

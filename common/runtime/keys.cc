@@ -40,9 +40,9 @@ void write_file(const fs::path& path, const std::string& text) {
   const std::string temporary = path.string() + ".new";
   unlink(temporary.c_str());
   const int fd = open(temporary.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0600);
-  const bool written =
-      fd >= 0 && write(fd, text.data(), text.size()) == static_cast<ssize_t>(text.size()) &&
-      rename(temporary.c_str(), path.c_str()) == 0;
+  const bool written = fd >= 0 &&
+                       write(fd, text.data(), text.size()) == static_cast<ssize_t>(text.size()) &&
+                       rename(temporary.c_str(), path.c_str()) == 0;
   const int why = errno;
   if (fd >= 0) close(fd);
   if (!written) throw ConfigError("cannot write " + path.string() + ": " + std::strerror(why));
@@ -93,8 +93,10 @@ std::map<std::string, std::string> trusted_keys() {
 
 void trust_key(const std::string& name, const std::string& key) {
   if (!is_key(key)) {
-    throw ConfigError("'" + key + "' is no key: expected the 40 characters that `mimesis key show` "
-                      "prints on host " + name);
+    throw ConfigError("'" + key +
+                      "' is no key: expected the 40 characters that `mimesis key show` "
+                      "prints on host " +
+                      name);
   }
   const fs::path path = config_folder() / "trusted";
   std::string text;

@@ -100,8 +100,7 @@ class Subscriber {
       for (const auto& input : it->second) {
         const bool reliable = uses_reliable_socket(*input);
         const auto& endpoints = reliable ? node.reliable_endpoints() : node.data_endpoints();
-        if (!endpoints.empty())
-          (reliable ? reliable_ : data_).connect(node, endpoints[0]);
+        if (!endpoints.empty()) (reliable ? reliable_ : data_).connect(node, endpoints[0]);
       }
     }
   }
@@ -158,7 +157,7 @@ class Subscriber {
   struct Known {
     std::string name;
     bool member = false;  ///< member of the lock-step
-    int pid = 0;  ///< 0: on another host
+    int pid = 0;          ///< 0: on another host
   };
   bool drain(SubSocket& socket, bool reliable) {
     Incoming incoming;

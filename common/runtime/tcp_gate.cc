@@ -7,7 +7,7 @@ namespace mimesis::runtime {
 namespace {
 
 constexpr int kHeartbeat_ms = 500, kHeartbeatTimeout_ms = 2000;  // a host may vanish without a word
-constexpr int kHandshake_ms = 5000;     // who says nothing for longer is no node
+constexpr int kHandshake_ms = 5000;  // who says nothing for longer is no node
 constexpr std::size_t kMostRefusals = 100;
 
 int fd_of(const ZmqSocket& socket) {
@@ -21,7 +21,8 @@ int fd_of(const ZmqSocket& socket) {
 
 const KeyPair& TcpGate::key() {
   if (!key_) key_ = own_key();
-  if (!key_) throw ConfigError("this host has no key to talk to others with; make one: mimesis key new");
+  if (!key_)
+    throw ConfigError("this host has no key to talk to others with; make one: mimesis key new");
   return *key_;
 }
 

@@ -42,7 +42,7 @@ class TcpGate {
   ZmqContext& context_;
   std::optional<KeyPair> key_;
   std::string bound_key_;
-  std::unique_ptr<ZmqSocket> asked_;  ///< libzmq's questions
+  std::unique_ptr<ZmqSocket> asked_;                     ///< libzmq's questions
   std::map<void*, std::unique_ptr<ZmqSocket>> watched_;  ///< handshakes, by socket
   std::set<std::string> said_;
 };

@@ -18,8 +18,9 @@ int show_keys(bool json) {
   if (json) {
     Json trusted = Json::object();
     for (const auto& [key, name] : runtime::trusted_keys()) trusted[key] = name;
-    fmt::print("{}\n", Json{{"key", own ? Json(own->public_key) : Json(nullptr)}, {"trusted", trusted}}
-                           .dump());
+    fmt::print(
+        "{}\n",
+        Json{{"key", own ? Json(own->public_key) : Json(nullptr)}, {"trusted", trusted}}.dump());
     return own ? 0 : 3;
   }
   for (const auto& [key, name] : runtime::trusted_keys())
@@ -39,7 +40,8 @@ void add_key(CLI::App& program, int& exit_code) {
     bool replace = false, json = false;
   };
   auto options = std::make_shared<Options>();
-  CLI::App* make = verb->add_subcommand("new", "Makes the key of this host and prints its public part");
+  CLI::App* make =
+      verb->add_subcommand("new", "Makes the key of this host and prints its public part");
   make->add_flag("--replace", options->replace, "In the place of the one there is");
   make->footer("Examples:\n  mimesis key new");
   make->callback([options, &exit_code] {

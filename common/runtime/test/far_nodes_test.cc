@@ -120,8 +120,8 @@ class Keys : public ::testing::Test {
   static int lines(const std::string& text) {
     return static_cast<int>(std::ranges::count(text, '\n'));
   }
-  const std::string folder_ = (std::filesystem::temp_directory_path() /
-                               ("keys-" + std::to_string(getpid()))).string();
+  const std::string folder_ =
+      (std::filesystem::temp_directory_path() / ("keys-" + std::to_string(getpid()))).string();
 };
 
 // 0.0.0.0 leaves the host by its name, and is this one for connect(2).

@@ -36,11 +36,7 @@ class Server {
  public:
   Server(const TestGraph& graph, Handler handler)
       : thread_([this, &graph, handler = std::move(handler)] {
-          ZmqBus bus({.name = "server",
-                      .graph = graph.name(),
-                      .in = {},
-                      .out = {},
-                      .bind = {}});
+          ZmqBus bus({.name = "server", .graph = graph.name(), .in = {}, .out = {}, .bind = {}});
           bus.serve("do", v1::Publication::default_instance(), v1::Publication::default_instance(),
                     handler);
           bus.ready();

@@ -692,11 +692,8 @@ TEST(ZmqBus, BadNamesAndPlacesAreRefused) {
   try {
     const TestNode longest(graph, {}, {}, std::string(64, 'n'));
     const std::string long_graph(64, 'g');
-    ZmqBus bus({.name = std::string(64, 'n'),
-                .graph = long_graph,
-                .in = {},
-                .out = {},
-                .bind = {}});
+    ZmqBus bus(
+        {.name = std::string(64, 'n'), .graph = long_graph, .in = {}, .out = {}, .bind = {}});
     ADD_FAILURE() << "a socket path of more than 107 bytes was accepted";
   } catch (const ConfigError& e) {
     EXPECT_NE(std::string(e.what()).find("107"), std::string::npos) << e.what();

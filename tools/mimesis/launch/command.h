@@ -28,8 +28,8 @@ std::string find_executable(const std::string& exec);
 /// How a node is started on its host.
 Command command(const GraphFile& graph, const NodeSpec& node, const Run& run);
 
-/// tcp://ADDRESS:PORT where a node is reached from other hosts, the port of the file or *, which the
-/// graph's directory tells; empty if all nodes are on one host.
+/// tcp://ADDRESS:PORT where a node is reached from other hosts, the port of the file or *, which
+/// the graph's directory tells; empty if all nodes are on one host.
 std::string bind_address(const GraphFile& graph, const NodeSpec& node);
 
 /// The same for a person or the check: on another host through ssh.

@@ -18,13 +18,13 @@ namespace {
 using Kind = HostEvent::Kind;
 using namespace std::chrono_literals;
 
-constexpr auto kSilent = 2s;          // then it is lost
+constexpr auto kSilent = 2s;  // then it is lost
 constexpr auto kPing = 500ms;
-constexpr auto kFirstPing = 20ms;     // until the clock is known
-constexpr std::size_t kEnough = 8;    // samples for that
+constexpr auto kFirstPing = 20ms;   // until the clock is known
+constexpr std::size_t kEnough = 8;  // samples for that
 constexpr auto kReconnect = 1s;
-constexpr auto kConnecting = 30s;     // ssh with its logins
-constexpr Time kAhead = 1ms;          // clocks further apart are named
+constexpr auto kConnecting = 30s;  // ssh with its logins
+constexpr Time kAhead = 1ms;       // clocks further apart are named
 
 Time system_offset() {
   return std::chrono::system_clock::now().time_since_epoch() -
@@ -41,9 +41,9 @@ FarHost::FarHost(Host spec, std::string graph, const runtime::GraphTime& time)
 void FarHost::connect() {
   // Shorter than ours, so that its nodes have ended when we start them again.
   const double lease_s = to_seconds(spec_.lost_after) - 1.0;
-  const std::string line = fmt::format(
-      "exec {}/bin/mimesis-host --graph {} --host {} --lease {:g}", tool::shell_word(spec_.prefix),
-      tool::shell_word(graph_), tool::shell_word(name()), lease_s);
+  const std::string line = fmt::format("exec {}/bin/mimesis-host --graph {} --host {} --lease {:g}",
+                                       tool::shell_word(spec_.prefix), tool::shell_word(graph_),
+                                       tool::shell_word(name()), lease_s);
   int in[2];
   if (pipe2(in, O_CLOEXEC) != 0) throw std::runtime_error("no pipe to ssh");
   Fd read_end(in[0]), write_end(in[1]);
@@ -186,8 +186,8 @@ void FarHost::measure(const v1::HostReport& report) {
   link_.put(order);
   graph_ahead_ = up_ ? Time(report.graph_offset_ns()) - best.graph_minus_there : Time(0);
   // Monotonic times: there - here = time_.offset() - graph_minus_there.
-  system_ahead_ = time_.offset() - best.graph_minus_there +
-                  Time(report.system_offset_ns()) - system_offset();
+  system_ahead_ =
+      time_.offset() - best.graph_minus_there + Time(report.system_offset_ns()) - system_offset();
   if (!up_ && was_up_) say("host '{}' is back", name());
   up_ = was_up_ = true;
   const bool apart = std::abs(system_ahead_.count()) > (kAhead + best.delay / 2).count();
@@ -222,6 +222,12 @@ void FarHost::close(const std::string& why, std::vector<HostEvent>& events) {
   while (!nodes_.empty()) forget(std::string(nodes_.begin()->first));
   for (const auto& [node, pid] : std::exchange(running_, {}))
     events.push_back({.node = node, .kind = Kind::ended, .ending = {.code = 255, .lost = name()}});
+}
+
+bool FarHost::disconnect(bool in_time) {
+  link_ = {};
+  if (!in_time || silent_) ssh_.send(SIGKILL);
+  return ssh_.pid <= 0 || ssh_.reap().has_value();
 }
 
 void FarHost::watch(std::vector<pollfd>& fds) const {

@@ -26,8 +26,8 @@ class ClockOffset {
   /// @param sent, back  graph time here
   /// @param received, answered  monotonic time there
   void add(Time sent, Time received, Time answered, Time back) {
-    samples_.push_back({((sent - received) + (back - answered)) / 2,
-                        (back - sent) - (answered - received)});
+    samples_.push_back(
+        {((sent - received) + (back - answered)) / 2, (back - sent) - (answered - received)});
     if (samples_.size() > kKept) samples_.pop_front();
   }
   std::size_t size() const { return samples_.size(); }
@@ -58,6 +58,8 @@ class FarHost final : public NodeHost {
   const std::string& address() const { return spec_.address; }
   /// Connects again if the connection has ended; at most once a second.
   void reconnect();
+  /// Ends the connection, which ends what is left there. False: call again, ssh is not gone yet.
+  bool disconnect(bool in_time);
   /// Why the first connection failed; empty: it has not.
   const std::string& failure() const { return failure_; }
   /// First report of the present connection: keys. Null before it.

@@ -72,10 +72,10 @@ struct NodeSpec {
 /// A machine: this one, or one that is reached by ssh.
 struct Host {
   Text name;
-  std::string address;         ///< by which the others reach its nodes, and ssh it
-  std::string user, ssh;       ///< ssh: other target than USER@ADDRESS
+  std::string address;    ///< by which the others reach its nodes, and ssh it
+  std::string user, ssh;  ///< ssh: other target than USER@ADDRESS
   std::string prefix = "/usr";
-  int first_port = 0;          ///< of its nodes, three each in the order of the file; 0: any
+  int first_port = 0;  ///< of its nodes, three each in the order of the file; 0: any
   nanoseconds lost_after = std::chrono::seconds(30);  ///< then its nodes count as dead
 
   std::string target() const;  ///< for ssh

@@ -64,7 +64,8 @@ class HostLink {
     std::memcpy(&size, arrived_.data(), sizeof size);
     if (arrived_.size() < sizeof size + size) return std::nullopt;
     M message;
-    const bool whole = message.ParseFromArray(arrived_.data() + sizeof size, static_cast<int>(size));
+    const bool whole =
+        message.ParseFromArray(arrived_.data() + sizeof size, static_cast<int>(size));
     arrived_.erase(0, sizeof size + size);
     return whole ? std::optional(std::move(message)) : std::nullopt;
   }

@@ -24,8 +24,8 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 constexpr std::size_t kMostWaiting = std::size_t{4} << 20;  // bytes for a launcher that reads not
-constexpr std::chrono::seconds kStop{3};                     // for nodes whose launcher is gone
-constexpr Time kSlew = std::chrono::microseconds(100);       // of graph time, twice a second
+constexpr std::chrono::seconds kStop{3};                    // for nodes whose launcher is gone
+constexpr Time kSlew = std::chrono::microseconds(100);      // of graph time, twice a second
 
 struct HostOptions {
   std::string graph, host;
@@ -96,7 +96,7 @@ class Hand {
     if (order.has_start()) start(order.start());
     if (!order.signalled().empty()) local_.send(order.signalled(), order.signal());
     for (const std::string& node : order.gone()) far_.hide(node);
-    for (const v1::NodeInfo& node : order.came()) 
+    for (const v1::NodeInfo& node : order.came())
       far_.show(runtime::seen_from_afar(node, launcher_));
     if (order.graph_offset_ns() != 0) follow(Time(order.graph_offset_ns()));
     if (order.ping_ns() == 0) return;
@@ -139,7 +139,8 @@ class Hand {
   }
 
   void tell(const HostEvent& event) {
-    const bool output = event.kind == HostEvent::Kind::output || event.kind == HostEvent::Kind::error;
+    const bool output =
+        event.kind == HostEvent::Kind::output || event.kind == HostEvent::Kind::error;
     if (output && link_.waiting() > kMostWaiting) return void(++left_out_);
     if (left_out_ > 0 && link_.waiting() < kMostWaiting / 2) {
       runtime::warn("{} lines of output did not reach the launcher", std::exchange(left_out_, 0));
@@ -170,9 +171,8 @@ class Hand {
   }
 
   void sleep() {
-    std::vector<pollfd> fds{{link_.in(), POLLIN, 0},
-                            {registry_.fd(), POLLIN, 0},
-                            {signalled_[0].fd, POLLIN, 0}};
+    std::vector<pollfd> fds{
+        {link_.in(), POLLIN, 0}, {registry_.fd(), POLLIN, 0}, {signalled_[0].fd, POLLIN, 0}};
     if (link_.waiting() > 0) fds.push_back({link_.out(), POLLOUT, 0});
     local_.watch(fds);
     const auto wait = std::min<std::chrono::milliseconds>(registry_.patience(), kLook);
@@ -211,9 +211,9 @@ void add_host(CLI::App& program, int& exit_code) {
   verb->footer("Examples:\n  ssh robot@spine mimesis host --graph default --host spine < orders");
   verb->callback([options, &exit_code] {
     runtime::set_log_name("host");
-    exit_code = launch::keep(
-        [&](launch::Fd life) { return launch::Hand(*options, std::move(life)).run(); },
-        [](const std::string&) {});
+    exit_code =
+        launch::keep([&](launch::Fd life) { return launch::Hand(*options, std::move(life)).run(); },
+                     [](const std::string&) {});
   });
 }
 

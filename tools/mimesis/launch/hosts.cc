@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <thread>
 
 #include "common/runtime/keys.h"
 #include "tools/mimesis/launch/keeper.h"
@@ -42,9 +43,8 @@ Hosts::Hosts(const GraphFile& graph, const Run& run, const std::string& director
   self.name.text = "launcher";
   node_.emplace(run.graph, bind_address(graph, self));
   for (const Host& host : graph.hosts) {
-    const bool used = std::ranges::any_of(graph.nodes, [&](const NodeSpec& node) {
-      return graph.far(node) == &host;
-    });
+    const bool used = std::ranges::any_of(
+        graph.nodes, [&](const NodeSpec& node) { return graph.far(node) == &host; });
     if (used) far_.push_back(std::make_unique<FarHost>(host, run.graph, time_));
   }
 }
@@ -66,8 +66,7 @@ bool Hosts::runs(const NodeSpec& node, const v1::NodeInfo& info) const {
   if (host == nullptr)
     return static_cast<pid_t>(info.pid()) == here_.pid(node.name.text) &&
            !shown_.shows(info.start_id());
-  return info.host() == host->name() &&
-         static_cast<pid_t>(info.pid()) == host->pid(node.name.text);
+  return info.host() == host->name() && static_cast<pid_t>(info.pid()) == host->pid(node.name.text);
 }
 
 bool Hosts::ready(const NodeSpec& node) {
@@ -92,7 +91,8 @@ void Hosts::exchange() {
       change.alive ? shown_.show(change.node) : shown_.hide(change.node.name());
       for (const auto& other : far_) {
         if (other == host) continue;
-        change.alive ? other->show(change.node) : other->hide(change.node.name(), change.node.start_id());
+        change.alive ? other->show(change.node)
+                     : other->hide(change.node.name(), change.node.start_id());
       }
     }
   }
@@ -102,7 +102,8 @@ void Hosts::tell(const std::vector<runtime::RegistryChange>& news) {
   for (const runtime::RegistryChange& change : news) {
     if (shown_.shows(change.node.start_id())) continue;
     for (const auto& host : far_) {
-      change.alive ? host->show(change.node) : host->hide(change.node.name(), change.node.start_id());
+      change.alive ? host->show(change.node)
+                   : host->hide(change.node.name(), change.node.start_id());
     }
   }
 }
@@ -117,24 +118,35 @@ void Hosts::publish() {
   }
 }
 
+void Hosts::disconnect() {
+  const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(2);
+  for (const auto& host : far_) {
+    while (!host->disconnect(std::chrono::steady_clock::now() < end))
+      std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+}
+
 void Hosts::watch(std::vector<pollfd>& fds) const {
   here_.watch(fds);
   for (const auto& host : far_) host->watch(fds);
 }
 
-std::string Hosts::failure() const {
-  std::vector<Keys> all{keys_here()};
+std::string Hosts::failure() {
+  std::vector<Keys> all;
   for (const auto& host : far_) {
     if (!host->failure().empty()) return host->failure();
     const v1::HostReport* hello = host->hello();
-    if (hello == nullptr || !runtime::leaves_host("tcp://" + host->address())) continue;
-    all.push_back({"host " + host->name(), hello->public_key(),
+    if (hello == nullptr || trust_checked_) return {};
+    if (!runtime::leaves_host("tcp://" + host->address())) continue;
+    all.push_back({"host " + host->name(),
+                   hello->public_key(),
                    {hello->trusted().begin(), hello->trusted().end()}});
   }
+  trust_checked_ = true;
+  if (!all.empty()) all.push_back(keys_here());
   for (const Keys& a : all) {
     for (const Keys& b : all) {
-      const std::string why = &a != &b && all.size() > 1 ? distrust(a, b) : "";
-      if (!why.empty()) return why;
+      if (const std::string why = distrust(a, b); !why.empty()) return why;
     }
   }
   return {};

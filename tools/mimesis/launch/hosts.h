@@ -29,8 +29,11 @@ class Hosts {
   /// @param news  of the graph's directory here
   void tell(const std::vector<runtime::RegistryChange>& news);
   void watch(std::vector<pollfd>& fds) const;
-  /// Why the run cannot go on; empty: it can.
-  std::string failure() const;
+  /// The run is over. Waits at most 2 s for the programs on other hosts.
+  void disconnect();
+  /// Why the run cannot go on: a host that is not reached at first, or two that do not trust each
+  /// other; empty: it can.
+  std::string failure();
 
  private:
   FarHost* far(const NodeSpec& node) const;
@@ -53,6 +56,7 @@ class Hosts {
   };
   std::optional<Node> node_;
   WallTime next_status_{};
+  bool trust_checked_ = false;  ///< once, when all are there
 };
 
 }  // namespace mimesis::launch

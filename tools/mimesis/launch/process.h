@@ -37,8 +37,8 @@ class Fd {
 
 /// How a process ended.
 struct Ending {
-  int code = 0;    ///< exit code, if signal is 0
-  int signal = 0;  ///< signal that killed it
+  int code = 0;           ///< exit code, if signal is 0
+  int signal = 0;         ///< signal that killed it
   std::string lost = {};  ///< host that it was lost with: nobody knows how it ended
   bool good() const { return code == 0 && signal == 0 && lost.empty(); }
   std::string text() const;  ///< "ended with exit code 3", "was killed by SIGSEGV"

@@ -181,6 +181,7 @@ class Supervisor {
       if (write(life_.get(), "", 1) < 0 && errno != EAGAIN) life_.reset();
       follow_clock(Clock::now());
     }
+    hosts_.disconnect();
     if (const int left = end_descendants(0); left > 0)
       say("ended {} processes that nodes had left", left);
     for (const auto& node : nodes_) {
@@ -220,20 +221,27 @@ class Supervisor {
   }
 
   void start_what_can() {
+    awaits_host_ = false;
     for (auto& node : nodes_) {
       bool due = node->state == State::delayed && node->due <= Clock::now();
       if (node->state == State::waiting) {
         due = true;
         for (const Text& before : node->spec.after) due = due && is_ready(before.text);
       }
-      if (due && !stopping_ && hosts_.ready(node->spec)) node->start(Clock::now());
+      if (!due || stopping_) continue;
+      if (hosts_.ready(node->spec)) {
+        node->start(Clock::now());
+      } else {
+        awaits_host_ = true;
+      }
     }
   }
 
   /// Nodes of the run that do not understand each other: a lock-step would wait at every message.
   void compare_types() {
     const auto ours = [this](const v1::NodeInfo& info) {
-      return std::ranges::any_of(nodes_, [&](const auto& node) { return hosts_.runs(node->spec, info); });
+      return std::ranges::any_of(nodes_,
+                                 [&](const auto& node) { return hosts_.runs(node->spec, info); });
     };
     for (const auto& [name_a, a] : registry_.nodes()) {
       for (const auto& [name_b, b] : registry_.nodes()) {
@@ -258,7 +266,8 @@ class Supervisor {
   }
 
   void follow(const HostEvent& event) {
-    const auto found = std::ranges::find(nodes_, event.node, [](const auto& n) { return n->name(); });
+    const auto found =
+        std::ranges::find(nodes_, event.node, [](const auto& n) { return n->name(); });
     if (found == nodes_.end()) return;
     ManagedNode& node = **found;
     switch (event.kind) {
@@ -333,7 +342,7 @@ class Supervisor {
   }
 
   void follow_clock(WallTime now) {
-    bool any = false;
+    bool any = awaits_host_;
     for (auto& node : nodes_) {
       any = any || (node->state != State::ended && node->state != State::waiting);
       if (node->state == State::starting && node->due <= now &&
@@ -423,7 +432,8 @@ class Supervisor {
   Fd signals_ = open_signals();
   Outcome outcome_;
   bool stopping_ = false, done_ = false;
-  std::size_t group_ = 0;  ///< index in `groups_` of the group being stopped
+  bool awaits_host_ = false;  ///< a node could start if its host were there
+  std::size_t group_ = 0;     ///< index in `groups_` of the group being stopped
   int interrupts_ = 0;
 };
 

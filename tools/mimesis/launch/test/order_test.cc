@@ -1,8 +1,8 @@
 #include <gtest/gtest.h>
 
 #include "tools/mimesis/launch/command.h"
-#include "tools/mimesis/launch/graph_file.h"
 #include "tools/mimesis/launch/far_host.h"
+#include "tools/mimesis/launch/graph_file.h"
 #include "tools/mimesis/launch/supervisor.h"
 #include "tools/mimesis/launch/test/graph_text.h"
 
@@ -49,7 +49,7 @@ TEST(Command, SaysAllThatANodeNeeds) {
       "in: {i: t/i}, out: {o: t/o}}\n");
   const launch::Run run{
       .graph = "g1", .log = "/log", .sets = {{"eye", "rate_hz=3"}, {"arm", "x=1"}}};
-  const Command c = local_command(g, g.nodes[0], run);
+  const Command c = command(g, g.nodes[0], run);
   const std::vector<std::string> expected = {
       "/bin/true", "-v",      "--name", "eye",       "--graph",
       "g1",        "--clock", "wall",   "--params",  g.file + "#nodes.eye.params",
@@ -64,8 +64,7 @@ TEST(Command, GoesThroughSshToOtherHosts) {
   const GraphFile g = read_text(
       "version: 1\nhosts: {spine: {address: biped, user: robot, prefix: /opt/m}}\n"
       "nodes: {a: {exec: mimesis_x, host: spine}}\n");
-  const Command c =
-      command_from_here(g, g.nodes[0], {.graph = "g1", .log = "/log", .sets = {}});
+  const Command c = command_from_here(g, g.nodes[0], {.graph = "g1", .log = "/log", .sets = {}});
   EXPECT_EQ(c.argv.at(0), "ssh");
   EXPECT_EQ(c.argv.at(6), "robot@biped");
   EXPECT_TRUE(c.argv.back().starts_with(
@@ -75,8 +74,10 @@ TEST(Command, GoesThroughSshToOtherHosts) {
 
 TEST(Command, NodesOfSeveralHostsAreBoundToTcp) {
   const GraphFile g = read_text(
-      "version: 1\nhosts: {spine: {address: 10.9.9.9, first_port: 7400}, here: {address: localhost}}\n"
-      "nodes: {a: {exec: x}, b: {exec: x, host: spine}, c: {exec: x, host: here}, d: {exec: x, host: "
+      "version: 1\nhosts: {spine: {address: 10.9.9.9, first_port: 7400}, here: {address: "
+      "localhost}}\n"
+      "nodes: {a: {exec: x}, b: {exec: x, host: spine}, c: {exec: x, host: here}, d: {exec: x, "
+      "host: "
       "spine}}\n");
   std::vector<std::string> bound;
   for (const NodeSpec& node : g.nodes) bound.push_back(bind_address(g, node));
