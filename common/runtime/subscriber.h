@@ -177,8 +177,10 @@ class Subscriber {
       return true;
     ++input.counters.rejected;
     if (said_.size() < kMostSaid && said_.emplace(header.start_id, pid).second) {
-      warn("topic {}: messages of node {}, {}, are refused: only node {} is obeyed", input.topic(),
-           known.name, pid == 0 ? "by tcp" : fmt::format("process {}", pid), input.owner());
+      const bool far = current != current_.end() && known_[current->second].pid == 0;
+      warn("topic {}: messages of node {}, {}, are refused: only node {} on {} host is obeyed",
+           input.topic(), known.name, pid == 0 ? "by tcp" : fmt::format("process {}", pid),
+           input.owner(), far ? "another" : "this");
     }
     return false;
   }

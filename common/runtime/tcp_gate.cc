@@ -1,5 +1,7 @@
 #include "common/runtime/tcp_gate.h"
 
+#include <sys/resource.h>
+
 #include <array>
 #include <cstring>
 
@@ -7,6 +9,7 @@ namespace mimesis::runtime {
 namespace {
 
 constexpr int kHeartbeat_ms = 500, kHeartbeatTimeout_ms = 2000;  // a host may vanish without a word
+constexpr int kConnect_ms = 1000;    // tcp itself doubles its pauses while a host is away
 constexpr int kHandshake_ms = 5000;  // who says nothing for longer is no node
 constexpr std::size_t kMostRefusals = 100;
 
@@ -15,6 +18,15 @@ int fd_of(const ZmqSocket& socket) {
   std::size_t size = sizeof fd;
   zmq_getsockopt(socket.handle(), ZMQ_FD, &fd, &size);
   return fd;
+}
+
+/// Connections of strangers take descriptors until their handshake fails: without any left this
+/// process could not even look into the graph's directory.
+void allow_many_connections() {
+  rlimit limit{};
+  if (getrlimit(RLIMIT_NOFILE, &limit) != 0) return;
+  limit.rlim_cur = limit.rlim_max;
+  setrlimit(RLIMIT_NOFILE, &limit);
 }
 
 }  // namespace
@@ -40,12 +52,15 @@ void TcpGate::bind(ZmqSocket& socket, const std::string& endpoint) {
     if (!asked_) {
       asked_ = std::make_unique<ZmqSocket>(context_, ZMQ_REP);
       asked_->bind("inproc://zeromq.zap.01");
+      fds_.push_back(fd_of(*asked_));
+      allow_many_connections();
     }
     socket.set(ZMQ_CURVE_SERVER, 1);
     socket.set(ZMQ_CURVE_SECRETKEY, key().secret_key);
     socket.set(ZMQ_HANDSHAKE_IVL, kHandshake_ms);
     bound_key_ = key().public_key;
-    watch(socket, ZMQ_EVENT_HANDSHAKE_FAILED_PROTOCOL);
+    // It depends on who hangs up first.
+    watch(socket, ZMQ_EVENT_HANDSHAKE_FAILED_PROTOCOL | ZMQ_EVENT_HANDSHAKE_FAILED_NO_DETAIL);
   }
   socket.bind(endpoint);
 }
@@ -60,6 +75,7 @@ bool TcpGate::connect(ZmqSocket& socket, const std::string& endpoint, const std:
   if (endpoint.starts_with("tcp://")) {
     socket.set(ZMQ_HEARTBEAT_IVL, kHeartbeat_ms);
     socket.set(ZMQ_HEARTBEAT_TIMEOUT, kHeartbeatTimeout_ms);
+    socket.set(ZMQ_CONNECT_TIMEOUT, kConnect_ms);
   }
   if (far) {
     socket.set(ZMQ_CURVE_SERVERKEY, host_key);
@@ -80,6 +96,7 @@ void TcpGate::watch(ZmqSocket& socket, int events) {
   MIMESIS_ASSERT(zmq_socket_monitor(socket.handle(), name.c_str(), events) == 0);
   watched = std::make_unique<ZmqSocket>(context_, ZMQ_PAIR);
   watched->connect(name);
+  fds_.push_back(fd_of(*watched));
 }
 
 void TcpGate::serve() {
@@ -90,9 +107,9 @@ void TcpGate::serve() {
       std::memcpy(&number, event.data(), std::min(sizeof number, event.size()));
       Frame endpoint;
       if (!event.more() || !events->receive(endpoint)) continue;
-      if (number == ZMQ_EVENT_HANDSHAKE_FAILED_PROTOCOL) {
-        say_once("somebody without a key knocks at " + std::string(endpoint.view()) +
-                 " and is refused");
+      if (number != ZMQ_EVENT_HANDSHAKE_FAILED_AUTH) {
+        say_once("somebody knocks at " + std::string(endpoint.view()) +
+                 " without showing a key, and is refused");
       } else {
         const std::string_view address = endpoint.view();
         say_once(std::string(address.substr(0, address.rfind(':'))) +
@@ -130,13 +147,6 @@ void TcpGate::answer() {
       asked_->send(frame, i + 1 < reply.size());
     }
   }
-}
-
-std::vector<int> TcpGate::fds() const {
-  std::vector<int> fds;
-  if (asked_) fds.push_back(fd_of(*asked_));
-  for (const auto& [socket, events] : watched_) fds.push_back(fd_of(*events));
-  return fds;
 }
 
 void TcpGate::say_once(const std::string& line) {

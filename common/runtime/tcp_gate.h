@@ -28,7 +28,7 @@ class TcpGate {
 
   /// Answers what libzmq has asked, and tells of refusals.
   void serve();
-  std::vector<int> fds() const;  ///< readable: `serve` may have work
+  const std::vector<int>& fds() const { return fds_; }  ///< readable: `serve` may have work
   /// Public key of this host if a socket is bound beyond it, else empty.
   const std::string& public_key() const { return bound_key_; }
 
@@ -44,6 +44,7 @@ class TcpGate {
   std::string bound_key_;
   std::unique_ptr<ZmqSocket> asked_;                     ///< libzmq's questions
   std::map<void*, std::unique_ptr<ZmqSocket>> watched_;  ///< handshakes, by socket
+  std::vector<int> fds_;  ///< of those two
   std::set<std::string> said_;
 };
 

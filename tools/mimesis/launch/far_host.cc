@@ -51,7 +51,7 @@ void FarHost::connect() {
   link_ = HostLink(std::move(ssh_.out), std::move(write_end));
   connected_ = heard_ = std::chrono::steady_clock::now();
   next_ping_ = {};
-  greeted_ = up_ = false;
+  greeted_ = up_ = pinged_ = false;
   hello_.reset();
   offset_ = {};
   for (const auto& [node, info] : shown_) show(info);
@@ -112,7 +112,8 @@ std::vector<HostEvent> FarHost::poll() {
   const auto now = std::chrono::steady_clock::now();
   if (now >= next_ping_) {
     next_ping_ = now + (greeted_ && !up_ ? std::chrono::milliseconds(kFirstPing) : kPing);
-    if (link_.waiting() == 0 && greeted_) {
+    // One at a time: those that a cut has held back would tell of it, not of the clocks.
+    if (greeted_ && !std::exchange(pinged_, true)) {
       v1::HostOrder order;
       order.set_ping_ns(time_.now().count());
       link_.put(order);
@@ -148,7 +149,10 @@ std::vector<HostEvent> FarHost::poll() {
 
 void FarHost::take(const v1::HostReport& report, std::vector<HostEvent>& events) {
   if (!hello_) hello_ = report;
-  if (report.ping_ns() != 0) measure(report);
+  if (report.ping_ns() != 0) {
+    pinged_ = false;
+    measure(report);
+  }
   if (report.pid() != 0) running_[report.node()] = report.pid();
   if (report.pid() == 0 && !report.node().empty()) {
     HostEvent event{.node = report.node(),

@@ -88,6 +88,7 @@ class FarHost final : public NodeHost {
   std::string errors_, last_error_;  ///< of ssh and the program there
   std::optional<v1::HostReport> hello_;
   bool greeted_ = false, up_ = false, was_up_ = false, silent_ = false, abandoned_ = false;
+  bool pinged_ = false;  ///< and not answered yet
   std::string failure_;
   WallTime heard_{}, next_ping_{}, connected_{};
   std::map<std::string, pid_t> running_;

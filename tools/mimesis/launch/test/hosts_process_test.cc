@@ -4,6 +4,7 @@
 #include <sys/stat.h>
 
 #include <algorithm>
+#include <cstdlib>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <set>
@@ -147,10 +148,11 @@ class LaunchHosts : public ::testing::Test {
   }
   SshHost& at(int number) { return *hosts_[static_cast<std::size_t>(number - 1)]; }
 
-  /// Starts the nodes on hosts h1 (this one), h2 ...
-  void start(const std::string& nodes, const std::string& more = "", const std::string& top = "") {
+  /// Starts the nodes on hosts h1 (this one, declared only if `first` is 1), h2 ...
+  void start(const std::string& nodes, const std::string& more = "", const std::string& top = "",
+             std::size_t first = 1) {
     std::string text = "version: 1\n" + top + "hosts:\n";
-    for (std::size_t n = 1; n <= hosts_.size(); ++n) {
+    for (std::size_t n = first; n <= hosts_.size(); ++n) {
       text += "  h" + std::to_string(n) + ": {address: 10.97.0." + std::to_string(n) +
               ", user: root, prefix: " MIMESIS_BIN_DIR "/.." + more + "}\n";
     }
@@ -213,6 +215,9 @@ TEST_F(LaunchHosts, EveryHostSeesTheWholeGraphAndItStopsInReverse) {
                                        graph_ + " " + topic);
     EXPECT_EQ(echo->wait(15s), 0) << "host " << host << ", " << topic << ": " << echo->errors();
   }
+  const auto check = at(1).mimesis("launch --check " + folder_.path() + "/g.yaml",
+                                   "export PATH=" + folder_.path() + "/bin:$PATH; ");
+  EXPECT_EQ(check->wait(30s), 0) << check->errors();  // asks nodes there, too
   launch_->signal(SIGINT);
   EXPECT_EQ(launch_->wait(), 130) << launch_->errors();
   const auto report = nlohmann::json::parse(launch_->output());
@@ -239,7 +244,7 @@ TEST_F(LaunchHosts, NothingIsLeftWhenTheLauncherIsKilled) {
 TEST_F(LaunchHosts, AHostThatIsCutOffComesBackWithItsNodes) {
   begin(2);
   if (HasFatalFailure()) return;
-  start(counter("a", ", in: {a: b/out}") + counter("b", ", host: h2"));
+  start(counter("a", ", in: {a: b/out}") + counter("b", ", host: h2"), "", "", 2);
   ASSERT_TRUE(all_see({"a", "b", "launcher"})) << launch_->errors();
   const auto before = at(1).sees(graph_);
   ASSERT_TRUE(at(1).cut(at(2)));
@@ -248,19 +253,22 @@ TEST_F(LaunchHosts, AHostThatIsCutOffComesBackWithItsNodes) {
   ASSERT_TRUE(until_says("host 'h2' is back")) << launch_->errors();
   EXPECT_TRUE(all_see({"a", "b", "launcher"}));
   EXPECT_EQ(at(1).sees(graph_), before) << "nobody has been started again";
-  const auto echo = at(1).mimesis("topic echo --once --timeout 15 --graph " + graph_ + " b/out");
-  EXPECT_EQ(echo->wait(20s), 0) << echo->errors();
+  for (const auto& [host, topic] : {std::pair(1, " b/out"), std::pair(2, " a/out")}) {
+    const auto echo =
+        at(host).mimesis("topic echo --once --reliable --timeout 15 --graph " + graph_ + topic);
+    EXPECT_EQ(echo->wait(20s), 0) << echo->errors();
+  }
   launch_->signal(SIGINT);
   EXPECT_EQ(launch_->wait(), 130);
   EXPECT_GE(all_gone(), 0.0);
 }
 
-TEST_F(LaunchHosts, ALostHostsNodesEndAndAreStartedAgain) {
+TEST_F(LaunchHosts, NodesOfAnEndedConnectionEndAndAreStartedAgain) {
   begin(2);
   if (HasFatalFailure()) return;
   start(counter("a") + counter("b", ", host: h2, restart: on-failure"), ", lost_after: 4s");
   ASSERT_TRUE(all_see({"a", "b", "launcher"})) << launch_->errors();
-  auto before = at(1).sees(graph_);
+  const auto before = at(1).sees(graph_);
   // The session's sshd is killed: the program there has lost its launcher.
   at(2).end_sessions();
   ASSERT_TRUE(until_says("host 'h2' is lost")) << launch_->errors();
@@ -271,19 +279,8 @@ TEST_F(LaunchHosts, ALostHostsNodesEndAndAreStartedAgain) {
   };
   ASSERT_TRUE(until(again)) << launch_->errors();
   EXPECT_TRUE(says("b was lost with host 'h2'; starting it again")) << launch_->errors();
-  before = at(1).sees(graph_);
-  ASSERT_TRUE(at(1).cut(at(2)));  // for longer than lost_after
-  ASSERT_TRUE(until([&] { return !at(2).sees(graph_).contains("b"); })) << launch_->errors();
-  ASSERT_TRUE(until_says("no sign of life for 4 s; its nodes end by themselves"));
-  ASSERT_TRUE(at(1).up(at(2)) && at(2).up(at(1)));
-  ASSERT_TRUE(until(again)) << launch_->errors();
-  ASSERT_TRUE(at(1).cut(at(2)));  // and a stop while it is away
-  ASSERT_TRUE(until([&] {
-    return launch_->errors().rfind("is lost: no sign of life for 2 s") >
-           launch_->errors().rfind("is back");
-  }));
   launch_->signal(SIGINT);
-  EXPECT_EQ(launch_->wait(20s), 130) << launch_->errors();
+  EXPECT_EQ(launch_->wait(), 130) << launch_->errors();
   EXPECT_GE(all_gone(), 0.0);
 }
 
@@ -332,6 +329,70 @@ TEST_F(LaunchHosts, GraphTimeIsOneAndClocksThatDifferAreNamed) {
   EXPECT_NEAR(age_s, 0.0, 1.0);
   launch_->signal(SIGINT);
   EXPECT_EQ(launch_->wait(), 130);
+}
+
+TEST_F(LaunchHosts, DISABLED_SlowNodesOfALostHostEndAndAreStartedAgain) {
+  begin(2);
+  if (HasFatalFailure()) return;
+  start(counter("a") + counter("b", ", host: h2, restart: on-failure"), ", lost_after: 4s");
+  ASSERT_TRUE(all_see({"a", "b", "launcher"})) << launch_->errors();
+  const auto before = at(1).sees(graph_);
+  const auto again = [&] {
+    const auto now = at(1).sees(graph_);
+    return now.contains("b") && now.at("b") != before.at("b");
+  };
+  ASSERT_TRUE(at(1).cut(at(2)));  // for longer than lost_after
+  ASSERT_TRUE(until([&] { return !at(2).sees(graph_).contains("b"); })) << launch_->errors();
+  ASSERT_TRUE(until_says("no sign of life for 4 s; its nodes end by themselves"));
+  ASSERT_TRUE(at(1).up(at(2)) && at(2).up(at(1)));
+  ASSERT_TRUE(until(again)) << launch_->errors();
+  ASSERT_TRUE(at(1).cut(at(2)));  // and a stop while it is away
+  ASSERT_TRUE(until([&] {
+    return launch_->errors().rfind("is lost: no sign of life for 2 s") >
+           launch_->errors().rfind("is back");
+  }));
+  launch_->signal(SIGINT);
+  EXPECT_EQ(launch_->wait(20s), 130) << launch_->errors();
+  EXPECT_GE(all_gone(), 0.0);
+}
+
+TEST_F(LaunchHosts, DISABLED_SlowTenSecondsCutAndWhatIsKilledLeavesNothing) {
+  begin(2);
+  if (HasFatalFailure()) return;
+  const std::string nodes = counter("a", ", in: {a: b/out}") +
+                            counter("b", ", host: h2, restart: on-failure, in: {a: a/out}");
+  start(nodes);
+  ASSERT_TRUE(all_see({"a", "b", "launcher"})) << launch_->errors();
+  const auto before = at(1).sees(graph_);
+  ASSERT_TRUE(at(1).cut(at(2)));
+  std::this_thread::sleep_for(10s);
+  ASSERT_TRUE(at(1).up(at(2)) && at(2).up(at(1)));
+  ASSERT_TRUE(until_says("host 'h2' is back", 60s)) << launch_->errors();
+  EXPECT_EQ(at(1).sees(graph_), before);
+  launch_->signal(SIGINT);
+  EXPECT_EQ(launch_->wait(), 130);
+  ASSERT_GE(all_gone(), 0.0);
+  double longest_s = 0.0;
+  for (int trial = 0; trial < 20; ++trial) {
+    start(nodes);
+    ASSERT_TRUE(until_says("b is ready")) << launch_->errors();
+    std::vector<pid_t> victims;
+    for (const pid_t pid : processes_with(graph_)) victims.push_back(pid);
+    const pid_t victim = victims[static_cast<std::size_t>(std::rand()) % victims.size()];
+    std::ifstream in("/proc/" + std::to_string(victim) + "/cmdline");
+    std::string line{std::istreambuf_iterator<char>(in), {}};
+    std::ranges::replace(line, '\0', ' ');
+    kill(victim, SIGKILL);
+    std::this_thread::sleep_for(std::chrono::milliseconds(std::rand() % 2000));
+    launch_->signal(SIGINT);
+    EXPECT_TRUE(launch_->wait(30s)) << launch_->errors();
+    const double took_s = all_gone();
+    EXPECT_GE(took_s, 0.0) << line;
+    longest_s = std::max(longest_s, took_s);
+    std::printf("%2d: all gone %.2f s after the launcher; killed: %.60s\n", trial, took_s,
+                line.c_str());
+  }
+  std::printf("20 kills: nothing left, at most %.2f s after the launcher\n", longest_s);
 }
 
 }  // namespace
