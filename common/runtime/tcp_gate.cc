@@ -11,6 +11,7 @@ namespace {
 constexpr int kHeartbeat_ms = 500, kHeartbeatTimeout_ms = 2000;  // a host may vanish without a word
 constexpr int kConnect_ms = 1000;    // tcp itself doubles its pauses while a host is away
 constexpr int kHandshake_ms = 5000;  // who says nothing for longer is no node
+constexpr std::string_view kNoKey = ": this host has no key; make one: mimesis key new";
 constexpr std::size_t kMostRefusals = 100;
 
 int fd_of(const ZmqSocket& socket) {
@@ -31,15 +32,13 @@ void allow_many_connections() {
 
 }  // namespace
 
-const KeyPair& TcpGate::key() {
+bool TcpGate::has_key() {
   if (!key_) key_ = own_key();
-  if (!key_)
-    throw ConfigError("this host has no key to talk to others with; make one: mimesis key new");
-  return *key_;
+  return key_.has_value();
 }
 
 std::string TcpGate::name_of(const std::string& host_key) {
-  if (host_key == key().public_key) return "this host";
+  if (host_key == key_->public_key) return "this host";
   const auto trusted = trusted_keys();  // read again: who is trusted now need not start us again
   const auto known = trusted.find(host_key);
   return known != trusted.end() ? known->second : "";
@@ -49,6 +48,7 @@ void TcpGate::bind(ZmqSocket& socket, const std::string& endpoint) {
   socket.set(ZMQ_HEARTBEAT_IVL, kHeartbeat_ms);
   socket.set(ZMQ_HEARTBEAT_TIMEOUT, kHeartbeatTimeout_ms);
   if (leaves_host(endpoint)) {
+    if (!has_key()) throw ConfigError("--bind " + endpoint + std::string(kNoKey));
     if (!asked_) {
       asked_ = std::make_unique<ZmqSocket>(context_, ZMQ_REP);
       asked_->bind("inproc://zeromq.zap.01");
@@ -56,9 +56,9 @@ void TcpGate::bind(ZmqSocket& socket, const std::string& endpoint) {
       allow_many_connections();
     }
     socket.set(ZMQ_CURVE_SERVER, 1);
-    socket.set(ZMQ_CURVE_SECRETKEY, key().secret_key);
+    socket.set(ZMQ_CURVE_SECRETKEY, key_->secret_key);
     socket.set(ZMQ_HANDSHAKE_IVL, kHandshake_ms);
-    bound_key_ = key().public_key;
+    bound_key_ = key_->public_key;
     // It depends on who hangs up first.
     watch(socket, ZMQ_EVENT_HANDSHAKE_FAILED_PROTOCOL | ZMQ_EVENT_HANDSHAKE_FAILED_NO_DETAIL);
   }
@@ -67,6 +67,10 @@ void TcpGate::bind(ZmqSocket& socket, const std::string& endpoint) {
 
 bool TcpGate::connect(ZmqSocket& socket, const std::string& endpoint, const std::string& host_key) {
   const bool far = leaves_host(endpoint);
+  if (far && !has_key()) {
+    say_once("nodes of other hosts are not heard" + std::string(kNoKey));
+    return false;
+  }
   if (far && name_of(host_key).empty()) {
     say_once(endpoint.substr(0, endpoint.rfind(':')) + " is not listened to: its key '" + host_key +
              "' is not trusted here (mimesis key trust HOST '" + host_key + "')");
@@ -79,8 +83,8 @@ bool TcpGate::connect(ZmqSocket& socket, const std::string& endpoint, const std:
   }
   if (far) {
     socket.set(ZMQ_CURVE_SERVERKEY, host_key);
-    socket.set(ZMQ_CURVE_PUBLICKEY, key().public_key);
-    socket.set(ZMQ_CURVE_SECRETKEY, key().secret_key);
+    socket.set(ZMQ_CURVE_PUBLICKEY, key_->public_key);
+    socket.set(ZMQ_CURVE_SECRETKEY, key_->secret_key);
     watch(socket, ZMQ_EVENT_HANDSHAKE_FAILED_AUTH);
   } else {
     socket.set(ZMQ_CURVE_SERVER, 0);  // no keys; endpoints before keep theirs
@@ -113,7 +117,7 @@ void TcpGate::serve() {
       } else {
         const std::string_view address = endpoint.view();
         say_once(std::string(address.substr(0, address.rfind(':'))) +
-                 " does not trust this host; there: mimesis key trust HOST '" + key().public_key +
+                 " does not trust this host; there: mimesis key trust HOST '" + key_->public_key +
                  "'");
       }
     }

@@ -23,7 +23,7 @@ class TcpGate {
   /// @throws ConfigError if it leaves the host and this host has no key, or it cannot be bound.
   void bind(ZmqSocket& socket, const std::string& endpoint);
   /// Connects. False, said once, if the endpoint is on a host whose key (empty: none) is not
-  /// trusted here. @throws ConfigError if it is no endpoint.
+  /// trusted here, or this one has no key. @throws ConfigError if it is no endpoint.
   bool connect(ZmqSocket& socket, const std::string& endpoint, const std::string& host_key);
 
   /// Answers what libzmq has asked, and tells of refusals.
@@ -33,8 +33,9 @@ class TcpGate {
   const std::string& public_key() const { return bound_key_; }
 
  private:
-  const KeyPair& key();
-  std::string name_of(const std::string& host_key);  ///< empty: it is not trusted
+  bool has_key();
+  /// Empty: it is not trusted. Precondition: has_key().
+  std::string name_of(const std::string& host_key);
   void watch(ZmqSocket& socket, int events);
   void answer();
   void say_once(const std::string& line);
@@ -44,7 +45,7 @@ class TcpGate {
   std::string bound_key_;
   std::unique_ptr<ZmqSocket> asked_;                     ///< libzmq's questions
   std::map<void*, std::unique_ptr<ZmqSocket>> watched_;  ///< handshakes, by socket
-  std::vector<int> fds_;  ///< of those two
+  std::vector<int> fds_;                                 ///< of those two
   std::set<std::string> said_;
 };
 

@@ -1,15 +1,18 @@
 // Real coordinators on hosts of their own: network namespaces joined by wires, which know each
 // other by tcp alone. Wires are cut one way and both ways, a coordinator is killed and restarted.
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <cstdlib>
 #include <filesystem>
 #include <map>
 
 #include "common/runtime/far_nodes.h"
+#include "common/runtime/keys.h"
 #include "common/testing/net_host.h"
 #include "nodes/crowd/test/scenario_file.h"
 #include "proto/crowd.pb.h"
@@ -37,15 +40,13 @@ struct Said {
 /// A coordinator on a host, and what it publishes.
 class Coordinator {
  public:
-  Coordinator(Host& host, int number, const std::string& settings)
+  Coordinator(Host& host, int number, const std::string& keys, const std::string& settings)
       : host_(&host),
         number_(number),
         peer_(graph_, {{"status", name() + "/status"}, {"states", "crowd/states"}}, {}, "watcher"),
         status_in_(peer_.bus(), "status"),
         states_in_(peer_.bus(), "states") {
-    line_ = "export XDG_CONFIG_HOME=" + std::filesystem::temp_directory_path().string() +
-            "/crowd-hosts-keys; " MIMESIS_BIN_DIR
-            "/mimesis-key new 2> /dev/null; exec " MIMESIS_BIN_DIR "/mimesis_crowd --graph " +
+    line_ = "export XDG_CONFIG_HOME=" + keys + "; exec " MIMESIS_BIN_DIR "/mimesis_crowd --graph " +
             graph_.name() + " --name " + name() + " --bind tcp://" + host.address() +
             ":7310 --set regions.own=" + std::to_string(number) +
             " --in peers=crowd/states --in handovers=crowd/handover --out states=crowd/states"
@@ -121,8 +122,11 @@ class CrowdHosts : public ::testing::Test {
         if (!why.empty()) GTEST_SKIP() << why;
       }
     }
+    setenv("XDG_CONFIG_HOME", keys_.c_str(), 1);
+    runtime::make_key(false);  // one for all, and none for this process
+    unsetenv("XDG_CONFIG_HOME");
     for (int c = 1; c <= coordinators; ++c) {
-      all_.push_back(std::make_unique<Coordinator>(host(c), c, settings));
+      all_.push_back(std::make_unique<Coordinator>(host(c), c, keys_, settings));
     }
   }
   Host& host(int number) { return *hosts_[static_cast<std::size_t>(number - 1)]; }
@@ -224,9 +228,14 @@ class CrowdHosts : public ::testing::Test {
     EXPECT_LT(jump_m, 2.5) << event;
   }
 
+  ~CrowdHosts() override { std::filesystem::remove_all(keys_); }
+
   std::map<std::uint64_t, std::vector<Said>> said_;
 
  private:
+  const std::string keys_ =
+      (std::filesystem::temp_directory_path() / ("crowd-keys-" + std::to_string(getpid())))
+          .string();
   std::vector<std::unique_ptr<Host>> hosts_;
   std::vector<std::unique_ptr<Coordinator>> all_;
 };

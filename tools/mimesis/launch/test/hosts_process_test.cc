@@ -356,6 +356,47 @@ TEST_F(LaunchHosts, DISABLED_SlowNodesOfALostHostEndAndAreStartedAgain) {
   EXPECT_GE(all_gone(), 0.0);
 }
 
+TEST_F(LaunchHosts, DISABLED_SlowTheArmStopsWhenTheHostThatCommandsItIsCutOff) {
+  begin(2);
+  if (HasFatalFailure()) return;
+  std::ifstream in(MIMESIS_SOURCE_DIR "/launch/imitation.yaml");
+  const std::string file{std::istreambuf_iterator<char>(in), {}};
+  std::string nodes = file.substr(file.find("  sim_drives:"));
+  nodes.resize(nodes.find("result:"));
+  const auto replace = [&](const std::string& from, const std::string& to) {
+    for (std::size_t at; (at = nodes.find(from)) != std::string::npos;)
+      nodes.replace(at, from.size(), to);
+  };
+  replace("    after: [recorder]\n", "");
+  replace(", recorder]", "]");
+  replace("${arg:teacher}", "precision,above,high");
+  for (const std::string node : {"planner", "cognition", "vision", "camera"}) {
+    if (access((MIMESIS_BIN_DIR "/mimesis_" + node).c_str(), X_OK) != 0)
+      GTEST_SKIP() << "mimesis_" << node << " is not built";
+    replace("exec: mimesis_" + node + "\n", "exec: \"mimesis_" + node + "\"\n    host: h2\n");
+  }
+  start(nodes);
+  const auto state = [&] {
+    const auto told = at(1).told("topic echo --once --json --timeout 5 --field state --graph " +
+                                 graph_ + " bridge/status");
+    const auto json = nlohmann::json::parse(told, nullptr, false);
+    return json.is_discarded() ? "" : json.value("value", "");
+  };
+  ASSERT_TRUE(until([&] { return state() == "following"; }, 90s)) << launch_->errors();
+  ASSERT_TRUE(at(1).cut(at(2)));
+  const auto begin = Clock::now();
+  ASSERT_TRUE(until([&] { return state() == "quick_stop" || state() == "idle"; }))
+      << state() << launch_->errors();
+  std::printf("cut off: the bridge is in state %s after %.2f s\n", state().c_str(),
+              std::chrono::duration<double>(Clock::now() - begin).count());
+  ASSERT_TRUE(until_says("host 'h2' is lost")) << launch_->errors();
+  ASSERT_TRUE(at(1).up(at(2)) && at(2).up(at(1)));
+  ASSERT_TRUE(until_says("host 'h2' is back", 60s)) << launch_->errors();
+  launch_->signal(SIGINT);
+  EXPECT_EQ(launch_->wait(20s), 130) << launch_->errors();
+  EXPECT_GE(all_gone(), 0.0);
+}
+
 TEST_F(LaunchHosts, DISABLED_SlowTenSecondsCutAndWhatIsKilledLeavesNothing) {
   begin(2);
   if (HasFatalFailure()) return;
