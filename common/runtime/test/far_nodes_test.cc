@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cstdlib>
 #include <filesystem>
+#include <fstream>
 
 #include "common/runtime/keys.h"
 #include "common/runtime/log.h"
@@ -201,6 +202,21 @@ TEST_F(Keys, AFileThatOthersReadIsRefused) {
   std::filesystem::permissions(path, std::filesystem::perms(0640));
   EXPECT_THROW(own_key(), ConfigError);
   EXPECT_THROW(trust_key("b", "short"), ConfigError);
+}
+
+TEST(GraphTime, AllOfAHostFollowWhoSetsIt) {
+  TestGraph graph;
+  GraphTime one(graph.directory());
+  const GraphTime other(graph.directory());
+  const Time before = one.offset();
+  one.set_offset(before + 5s);
+  EXPECT_EQ(other.offset(), before + 5s);
+  EXPECT_EQ(other.when(before + 5s), GraphTime::WallTime{});
+  EXPECT_EQ(GraphTime(graph.directory()).offset(), before + 5s);
+  std::ifstream file(graph.directory() + "/wall_clock");  // as Python reads it
+  std::int64_t line = 0;
+  file >> line;
+  EXPECT_EQ(Time(line), before + 5s);
 }
 
 TEST(Bind, BadAddressesAreRefused) {

@@ -60,7 +60,6 @@ class Hand {
   /// Until the launcher is gone or silent for too long, and its nodes have ended.
   int run() {
     WallTime heard = Clock::now(), killed{};
-    bool ending = false;
     for (;;) {
       sleep();
       if (write(life_.get(), "", 1) < 0 && errno != EAGAIN) life_.reset();
@@ -72,13 +71,14 @@ class Hand {
       }
       for (const HostEvent& event : local_.poll()) tell(event);
       for (const auto& change : registry_.poll()) tell(change);
-      const bool signalled = ::poll(signalled_, 1, 0) > 0;
-      if (!ending && (!open || signalled || now - heard > lease_)) {
-        ending = true;
+      pollfd signals{signals_.get(), POLLIN, 0};
+      const bool signalled = ::poll(&signals, 1, 0) > 0;
+      if (!ending_ && (!open || signalled || now - heard > lease_)) {
+        ending_ = true;
         killed = now + kStop;
         for (const std::string& node : local_.running()) local_.send(node, SIGINT);
       }
-      if (!ending) continue;
+      if (!ending_) continue;
       if (local_.running().empty()) break;
       if (now >= killed) {
         for (const std::string& node : local_.running()) local_.send(node, SIGKILL);
@@ -171,9 +171,9 @@ class Hand {
   }
 
   void sleep() {
-    std::vector<pollfd> fds{
-        {link_.in(), POLLIN, 0}, {registry_.fd(), POLLIN, 0}, {signalled_[0].fd, POLLIN, 0}};
-    if (link_.waiting() > 0) fds.push_back({link_.out(), POLLOUT, 0});
+    std::vector<pollfd> fds{{registry_.fd(), POLLIN, 0}};
+    if (!ending_) fds.insert(fds.end(), {{link_.in(), POLLIN, 0}, {signals_.get(), POLLIN, 0}});
+    if (!ending_ && link_.waiting() > 0) fds.push_back({link_.out(), POLLOUT, 0});
     local_.watch(fds);
     const auto wait = std::min<std::chrono::milliseconds>(registry_.patience(), kLook);
     ::poll(fds.data(), fds.size(), static_cast<int>(wait.count()));
@@ -189,9 +189,8 @@ class Hand {
   LocalHost local_;
   HostLink link_{Fd(dup(STDIN_FILENO)), Fd(dup(STDOUT_FILENO))};
   Fd signals_ = open_signals();
-  pollfd signalled_[1] = {{signals_.get(), POLLIN, 0}};
   std::map<std::string, std::uint64_t> told_;  ///< start ids that the launcher knows
-  bool followed_ = false;
+  bool followed_ = false, ending_ = false;
   std::size_t left_out_ = 0;
 };
 
