@@ -17,7 +17,7 @@
 
 #include "common/runtime/registry.h"
 #include "common/runtime/service_manager.h"
-#include "common/runtime/sockets.h"
+#include "common/runtime/sub_socket.h"
 
 namespace mimesis::runtime {
 
@@ -140,7 +140,7 @@ struct Tap::Impl {
       : accept(std::move(a)),
         reliable(p == Policy::reliable),
         start_id(new_start_id()),
-        socket(context, reliable ? kReliableTapHighWater : kLatestTapHighWater, start_id),
+        socket(context, gate, reliable ? kReliableTapHighWater : kLatestTapHighWater, start_id),
         registry(graph_directory(graph)) {
     if (reliable) {
       v1::NodeInfo info;
@@ -174,7 +174,7 @@ struct Tap::Impl {
     }
     // A reliable tap connects to all: a node that starts waits for its greeting.
     const auto& endpoints = reliable ? node.reliable_endpoints() : node.data_endpoints();
-    if ((wanted || reliable) && !endpoints.empty()) socket.connect(node.start_id(), endpoints[0]);
+    if ((wanted || reliable) && !endpoints.empty()) socket.connect(node, endpoints[0]);
   }
 
   /// A set that does not define the type with this hash is no one's: a stranger may say anything.
@@ -233,6 +233,7 @@ struct Tap::Impl {
   bool reliable;
   std::uint64_t start_id;
   ZmqContext context;
+  TcpGate gate{context};
   SubSocket socket;
   std::unique_ptr<RegistryEntry> entry;
   Registry registry;
@@ -253,6 +254,7 @@ std::optional<Tapped> Tap::next(std::chrono::milliseconds timeout) {
   for (;;) {
     notify_alive();
     impl_->follow();
+    impl_->gate.serve();
     if (auto message = impl_->take()) return message;
     const auto left =
         std::chrono::ceil<std::chrono::milliseconds>(deadline - std::chrono::steady_clock::now());

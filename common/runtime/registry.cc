@@ -72,7 +72,6 @@ using namespace std::chrono_literals;
 
 constexpr auto kScanPeriod = 20ms;  // without inotify
 constexpr int kLooks = 20;  // 1 ms apart: a dying process closes its files, then drops the locks
-constexpr auto kNamePatience = 500ms;  // for a predecessor that is just dying
 constexpr std::string_view kConductorSocket = "clock.sock";
 
 struct flock whole_file(short type) {
@@ -285,12 +284,13 @@ std::string graph_directory(const std::string& graph) {
   return base + "/" + graph;
 }
 
-RegistryEntry::RegistryEntry(const std::string& directory, const std::string& name) {
+RegistryEntry::RegistryEntry(const std::string& directory, const std::string& name,
+                             std::chrono::milliseconds patience) {
   check_name("node name", name);
   const std::string nodes = nodes_directory(directory);
   path_ = nodes + "/" + name;
   hidden_path_ = nodes + "/." + name;
-  const auto deadline = std::chrono::steady_clock::now() + kNamePatience;
+  const auto deadline = std::chrono::steady_clock::now() + patience;
   for (;;) {
     lock_ = open_entry(hidden_path_, O_RDWR | O_CREAT);
     if (lock_ < 0) throw ConfigError("cannot open " + hidden_path_ + ": " + std::strerror(errno));

@@ -33,8 +33,10 @@ void clean_graph(const std::string& directory);
 /// ends, and its NodeInfo in GRAPH/nodes/NAME, replaced atomically.
 class RegistryEntry {
  public:
+  /// @param patience  with a predecessor that is just dying
   /// @throws ConfigError if a live process holds the name.
-  RegistryEntry(const std::string& directory, const std::string& name);
+  RegistryEntry(const std::string& directory, const std::string& name,
+                std::chrono::milliseconds patience = std::chrono::milliseconds(500));
   ~RegistryEntry();
   RegistryEntry(const RegistryEntry&) = delete;
   RegistryEntry& operator=(const RegistryEntry&) = delete;

@@ -349,10 +349,9 @@ std::optional<int> parse_command_line(int argc, char** argv, const NodeAbout& ab
   repeated("--out", out, "Wires an output to a topic (default: NAME/PORT)", "PORT=TOPIC");
   app.add_option(
          "--bind", options.bus.bind,
-         "Reachable from other hosts: services on PORT, data on PORT+1, reliable data on PORT+2")
+         "Reachable from other hosts (the launcher's business): services on PORT, data on PORT+1, "
+         "reliable data on PORT+2; PORT *: any")
       ->type_name("tcp://ADDRESS:PORT");
-  repeated("--peer", options.bus.peers, "A node on another host: its --bind address",
-           "tcp://HOST:PORT");
   app.add_flag("--check", options.check,
                "Makes the node without sockets and devices and stops: exit code 0 or 2");
   app.add_flag("--describe", options.describe,

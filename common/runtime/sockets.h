@@ -6,20 +6,14 @@
 
 #include <array>
 #include <cerrno>
-#include <chrono>
 #include <cstdint>
 #include <cstdlib>
 #include <cstring>
-#include <map>
-#include <memory>
-#include <optional>
-#include <set>
 #include <string>
 #include <string_view>
 #include <utility>
 
 #include "common/error.h"
-#include "common/runtime/log.h"
 #include "common/runtime/wire.h"
 
 namespace mimesis::runtime {
@@ -264,86 +258,6 @@ class ZmqSocket {
   void* handle_;
   bool more_ = false;  ///< frames of the last message are left
   int skipped_ = 0;    ///< of that message
-};
-
-struct Incoming {
-  WireMessage message;  ///< points into `header`
-  Frame header, payload;
-};
-
-/// Receiving socket: subscriptions, and connections by the publisher's start_id.
-class SubSocket {
- public:
-  /// `start_id`: own, for the greeting.
-  SubSocket(ZmqContext& context, int high_water_messages, std::uint64_t start_id)
-      : socket_(context, ZMQ_SUB) {
-    socket_.set(ZMQ_RCVHWM, high_water_messages);
-    socket_.set(ZMQ_SUBSCRIBE, hello(start_id));
-  }
-
-  /// Idempotent.
-  void subscribe(const std::string& topic) {
-    if (topics_.insert(topic).second) socket_.set(ZMQ_SUBSCRIBE, subscription(topic));
-  }
-  void connect(std::uint64_t publisher, const std::string& endpoint) {
-    if (!endpoints_.emplace(publisher, endpoint).second) return;
-    try {
-      socket_.connect(endpoint);
-    } catch (const ConfigError& e) {  // another process wrote it
-      warn("a node's entry in the graph: {}; its messages do not arrive", e.what());
-    }
-  }
-  /// The publisher has ended. The connection is closed a little later, because its last messages
-  /// may be in transit.
-  void retire(std::uint64_t publisher) {
-    if (endpoints_.contains(publisher)) retired_.emplace(publisher, Clock::now() + kLastWords);
-  }
-  bool connected(std::uint64_t publisher) const { return endpoints_.contains(publisher); }
-
-  /// Tells a publisher how many of its messages did not come.
-  void tell_missed(std::uint64_t publisher, std::uint64_t messages) {
-    const std::string telling = missed(publisher, messages);
-    socket_.set(ZMQ_SUBSCRIBE, telling);
-    socket_.set(ZMQ_UNSUBSCRIBE, telling);
-  }
-
-  /// Next well-formed message; false if there is none now.
-  bool receive(Incoming& incoming) {
-    while (socket_.receive_first(incoming.header)) {
-      const auto message = decode_frame(incoming.header.view());
-      if (!message || !incoming.header.more() || !socket_.receive(incoming.payload) ||
-          incoming.payload.more()) {
-        ++malformed_;
-        continue;
-      }
-      incoming.message = *message;
-      return true;
-    }
-    if (!retired_.empty()) disconnect_retired();  // only now: what had arrived of them is read
-    return false;
-  }
-  std::uint64_t malformed() const { return malformed_; }
-  void* handle() const { return socket_.handle(); }
-
- private:
-  static constexpr std::chrono::milliseconds kLastWords{200};
-  using Clock = std::chrono::steady_clock;
-  void disconnect_retired() {
-    const auto now = Clock::now();
-    std::erase_if(retired_, [&](const auto& entry) {
-      if (now < entry.second) return false;
-      const auto it = endpoints_.find(entry.first);
-      socket_.disconnect(it->second);
-      endpoints_.erase(it);
-      return true;
-    });
-  }
-
-  ZmqSocket socket_;
-  std::set<std::string> topics_;
-  std::map<std::uint64_t, std::string> endpoints_;      ///< by start_id
-  std::map<std::uint64_t, Clock::time_point> retired_;  ///< start_id -> when to disconnect
-  std::uint64_t malformed_ = 0;
 };
 
 }  // namespace mimesis::runtime

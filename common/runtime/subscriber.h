@@ -11,7 +11,7 @@
 
 #include "common/runtime/bus.h"
 #include "common/runtime/log.h"
-#include "common/runtime/sockets.h"
+#include "common/runtime/sub_socket.h"
 #include "proto/runtime.pb.h"
 
 namespace mimesis::runtime {
@@ -74,10 +74,10 @@ class Input {
 /// lock-step: all) on a second one.
 class Subscriber {
  public:
-  Subscriber(ZmqContext& context, std::uint64_t start_id, bool lockstep)
+  Subscriber(ZmqContext& context, TcpGate& gate, std::uint64_t start_id, bool lockstep)
       : own_(start_id),
-        data_(context, kDataHighWater, start_id),
-        reliable_(context, kReliableHighWater, start_id),
+        data_(context, gate, kDataHighWater, start_id),
+        reliable_(context, gate, kReliableHighWater, start_id),
         lockstep_(lockstep) {}
 
   std::shared_ptr<Input> add(const std::string& topic, std::uint64_t type_hash,
@@ -89,8 +89,10 @@ class Subscriber {
   }
   /// Connects to a node if one of its outputs is wired here.
   void meet(const v1::NodeInfo& node) {
+    // By tcp only hosts are heard whose keys are trusted; their processes have no pid here.
+    const bool far = !node.data_endpoints().empty() && node.data_endpoints(0).starts_with("tcp://");
     known_[node.start_id()] = {node.name(), node.clock() == "lockstep",
-                               static_cast<int>(node.pid())};
+                               far ? 0 : static_cast<int>(node.pid())};
     current_[node.name()] = node.start_id();
     for (const v1::TopicInfo& output : node.outputs()) {
       const auto it = inputs_.find(output.topic());
@@ -98,8 +100,7 @@ class Subscriber {
       for (const auto& input : it->second) {
         const bool reliable = uses_reliable_socket(*input);
         const auto& endpoints = reliable ? node.reliable_endpoints() : node.data_endpoints();
-        if (!endpoints.empty())
-          (reliable ? reliable_ : data_).connect(node.start_id(), endpoints[0]);
+        if (!endpoints.empty()) (reliable ? reliable_ : data_).connect(node, endpoints[0]);
       }
     }
   }
@@ -156,7 +157,7 @@ class Subscriber {
   struct Known {
     std::string name;
     bool member = false;  ///< member of the lock-step
-    int pid = 0;
+    int pid = 0;          ///< 0: on another host
   };
   bool drain(SubSocket& socket, bool reliable) {
     Incoming incoming;
@@ -166,8 +167,8 @@ class Subscriber {
     }
     return n > 0;
   }
-  /// True unless `input` obeys one node alone and the message is not from its present process on
-  /// this host, whatever start its header names.
+  /// True unless `input` obeys one node alone and the message is not from its present process (by
+  /// tcp, if that is on another host), whatever start its header names.
   bool obeyed(Input& input, const WireHeader& header, const Known& known, const Frame& frame) {
     if (input.owner().empty()) return true;
     const int pid = frame.peer_pid();
@@ -176,9 +177,10 @@ class Subscriber {
       return true;
     ++input.counters.rejected;
     if (said_.size() < kMostSaid && said_.emplace(header.start_id, pid).second) {
-      warn("topic {}: messages of node {}, {}, are refused: only node {} on this host is obeyed",
+      const bool far = current != current_.end() && known_[current->second].pid == 0;
+      warn("topic {}: messages of node {}, {}, are refused: only node {} on {} host is obeyed",
            input.topic(), known.name, pid == 0 ? "by tcp" : fmt::format("process {}", pid),
-           input.owner());
+           input.owner(), far ? "another" : "this");
     }
     return false;
   }

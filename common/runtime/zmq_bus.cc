@@ -75,30 +75,11 @@ std::string within(std::chrono::milliseconds timeout) {
 
 constexpr auto kGreetingPatience = 2s;
 constexpr auto kDrainPeriod = 20ms;
-constexpr auto kPeerPeriod = 50ms;
 constexpr auto kSettled = 1min;  // a registry more patient than this waits for its descriptor only
-constexpr int kHeartbeat_ms = 500, kHeartbeatTimeout_ms = 2000;
 
 std::string_view clock_name(ClockKind clock) {
   constexpr std::array kNames = {"wall", "sim", "lockstep"};
   return kNames.at(static_cast<std::size_t>(clock));
-}
-
-/// tcp://ADDRESS:PORT + n; a wildcard port stays one.
-std::string port_after(const std::string& address, int n) {
-  const std::size_t colon = address.rfind(':');
-  if (!address.starts_with("tcp://") || colon <= 5 || colon + 1 == address.size()) {
-    throw ConfigError("--bind '" + address + "': expected tcp://ADDRESS:PORT");
-  }
-  const std::string port = address.substr(colon + 1);
-  if (port == "*" || port == "0") return address.substr(0, colon) + ":*";
-  const bool digits =
-      std::all_of(port.begin(), port.end(), [](char c) { return c >= '0' && c <= '9'; });
-  const long number = digits && port.size() < 6 ? std::stol(port) : 0;
-  if (number < 1 || number + 2 > 65535) {
-    throw ConfigError("--bind '" + address + "': expected a port in [1, 65533]");
-  }
-  return address.substr(0, colon + 1) + std::to_string(number + n);
 }
 
 bool readable(void* socket) {
@@ -130,30 +111,10 @@ v1::NodeInfo describe(const BusOptions& options) {
   return info;
 }
 
-BusOptions complete(BusOptions options) {
-  if (options.graph.empty()) options.graph = graph_name();
-  for (const auto* wiring : {&options.in, &options.out}) {
-    for (const auto& [port, topic] : *wiring) check_topic(topic);
-  }
-  return options;
-}
-
 }  // namespace
 
-std::string BusOptions::obeyed(std::string_view port) const {
-  const auto wired = in.find(port);
-  if (wired == in.end()) return {};
-  const auto publisher = from.find(port);
-  if (publisher == from.end()) return wired->second.substr(0, wired->second.find('/'));
-  if (publisher->second.find(',') != std::string::npos) {
-    throw ConfigError(
-        fmt::format("--in {}={}: this input obeys one node, and the topic is published by {}", port,
-                    wired->second, publisher->second));
-  }
-  return publisher->second;
-}
-
-/// The parts of ZmqBus put together: its sockets, its entry in the graph, the other nodes.
+/// The parts of ZmqBus put together: its sockets, its entry in the graph, the other nodes. Those of
+/// other hosts are in the directory like ours (far_nodes.h).
 struct ZmqBus::Impl {
   explicit Impl(BusOptions o);
   /// ZeroMQ leaves the files of its sockets; the lock of `entry` is still ours.
@@ -200,10 +161,10 @@ struct ZmqBus::Impl {
   RegistryEntry entry;
   v1::NodeInfo info;
   ZmqContext context;  // before the sockets: destroyed after them
+  TcpGate gate;
   Publisher publisher;
   Subscriber subscriber;
   ServiceServer server;
-  Peers peers;
   Registry registry;
   std::map<std::uint64_t, v1::NodeInfo> known;  ///< alive, without this one, by start_id
   std::map<std::uint64_t, std::unique_ptr<ServiceClient>> clients;
@@ -222,46 +183,32 @@ struct ZmqBus::Impl {
 };
 
 ZmqBus::Impl::Impl(BusOptions o)
-    : options(complete(std::move(o))),
+    : options(std::move(o).complete()),
       directory(graph_directory(options.graph)),
       time(directory),
       entry(directory, options.name),
       info(describe(options)),
+      gate(context),
       publisher(context, info.start_id()),
-      subscriber(context, info.start_id(), options.clock == ClockKind::lockstep),
+      subscriber(context, gate, info.start_id(), options.clock == ClockKind::lockstep),
       server(context),
-      peers(context, options.peers),
       registry(directory) {
   info.set_started_ns(static_cast<std::uint64_t>(time.now().count()));
-  for (ZmqSocket* socket :
-       {&server.socket(), &publisher.data_socket(), &publisher.reliable_socket()}) {
-    served_fds.push_back(zmq_fd(socket->handle()));
-  }
-  for (void* handle : peers.handles()) served_fds.push_back(zmq_fd(handle));
-  if (!options.bind.empty() || !options.peers.empty()) {
-    warn("tcp has no keys yet: whoever is on its network may read, call and publish here");
-  }
   // Names of a start are unique: no process reconnects to the socket of a predecessor.
   const std::string stem = "ipc://" + directory + "/" + options.name + "-" +
                            std::to_string(info.start_id() % 100'000'000);
   const auto bind = [&](ZmqSocket& socket, const char* suffix, int port_offset, auto& endpoints) {
+    served_fds.push_back(zmq_fd(socket.handle()));
     socket.bind(stem + suffix);
     *endpoints.Add() = stem + suffix;
     if (options.bind.empty()) return;
-    socket.set(ZMQ_HEARTBEAT_IVL, kHeartbeat_ms);  // a host may vanish without a word
-    socket.set(ZMQ_HEARTBEAT_TIMEOUT, kHeartbeatTimeout_ms);
-    socket.bind(port_after(options.bind, port_offset));
+    gate.bind(socket, options.tcp_endpoint(port_offset));
     *endpoints.Add() = socket.bound_endpoint();
   };
   bind(server.socket(), ".s", 0, *info.mutable_service_endpoints());
   bind(publisher.data_socket(), ".d", 1, *info.mutable_data_endpoints());
   bind(publisher.reliable_socket(), ".r", 2, *info.mutable_reliable_endpoints());
-  server.add("", [this](const std::string& request) -> tl::expected<std::string, Status> {
-    v1::NodeInfo asking;
-    if (!asking.ParseFromString(request)) return tl::unexpected(Status{"no NodeInfo"});
-    tell_mismatches(asking);
-    return info.SerializeAsString();
-  });
+  info.set_public_key(gate.public_key());
 }
 
 void ZmqBus::Impl::tell_mismatches(const v1::NodeInfo& other) {
@@ -281,6 +228,7 @@ void ZmqBus::Impl::serve() {
   notify_alive();
   publish_info();
   discover();
+  gate.serve();
   serve_publisher();
   server.serve();
 }
@@ -295,13 +243,6 @@ void ZmqBus::Impl::serve_publisher() {
 void ZmqBus::Impl::discover() {
   for (const RegistryChange& change : registry.poll()) {
     if (change.node.start_id() == info.start_id()) continue;
-    change.alive ? meet(change.node) : forget(change.node);
-  }
-  for (const RegistryChange& change : peers.poll(info)) {
-    if (registry.nodes().contains(change.node.name()) ||
-        change.node.start_id() == info.start_id()) {
-      continue;  // a peer on this host is met in the directory
-    }
     change.alive ? meet(change.node) : forget(change.node);
   }
 }
@@ -320,7 +261,7 @@ void ZmqBus::Impl::forget(const v1::NodeInfo& node) {
 
 void ZmqBus::Impl::serve_arrived() {
   publish_info();
-  if (!peers.empty()) discover();
+  gate.serve();
   if (readable(publisher.data_socket().handle()) ||
       readable(publisher.reliable_socket().handle()) || publisher.backlog() > 0) {
     serve_publisher();
@@ -337,6 +278,7 @@ ZmqBus::Impl::Woken ZmqBus::Impl::wait(WallTime deadline, std::span<const int> f
   for (const int fd : fds) watch(fd);
   watch(registry.fd());  // -1 is ignored
   for (const int fd : served_fds) watch(fd);
+  for (const int fd : gate.fds()) watch(fd);
   if (messages) {
     watch(zmq_fd(subscriber.data_handle()));
     watch(zmq_fd(subscriber.reliable_handle()));
@@ -367,7 +309,6 @@ ZmqBus::Impl::Woken ZmqBus::Impl::wait(WallTime deadline, std::span<const int> f
 std::chrono::nanoseconds ZmqBus::Impl::patience(bool messages) {
   auto patience = std::min<std::chrono::nanoseconds>(registry.patience(), alive_period());
   if (publisher.backlog() > 0) patience = std::min<std::chrono::nanoseconds>(patience, 1ms);
-  if (!peers.empty()) patience = std::min<std::chrono::nanoseconds>(patience, kPeerPeriod);
   if (drains_while_waiting && !messages) {
     subscriber.drain();
     patience = std::min<std::chrono::nanoseconds>(patience, kDrainPeriod);
@@ -707,8 +648,9 @@ tl::expected<std::string, Status> ZmqBus::call(std::string_view service, const s
   std::unique_ptr<ServiceClient> client = std::move(impl_->clients[start_id]);
   try {
     if (!client)
-      client = std::make_unique<ServiceClient>(impl_->context, server->service_endpoints(0), true);
-  } catch (const ConfigError& e) {  // another process wrote the endpoint
+      client = std::make_unique<ServiceClient>(impl_->context, impl_->gate,
+                                               server->service_endpoints(0), server->public_key());
+  } catch (const ConfigError& e) {  // another process wrote the endpoint, or no key is trusted
     return tl::unexpected(Status{"service " + name + ": " + e.what()});
   }
   const std::uint64_t number = client->send(name, request);

@@ -23,12 +23,18 @@ struct BusOptions {
   std::map<std::string, std::string, std::less<>> in, out;  ///< wiring: port -> topic
   /// Publisher of an input's topic, or several with commas between; default: the one it names.
   std::map<std::string, std::string, std::less<>> from = {};
-  std::string bind;                ///< tcp://ADDRESS:PORT for other hosts; empty: this host only
-  std::vector<std::string> peers;  ///< tcp://HOST:PORT, `bind` of nodes on other hosts
+  /// tcp://ADDRESS:PORT for other hosts, PORT * for any; empty: this host only. Unless it is a
+  /// loopback address, it needs a key (keys.h).
+  std::string bind;
 
   /// The node that a sole input obeys; empty if it is not wired. @throws ConfigError if several
   /// publish its topic.
   std::string obeyed(std::string_view port) const;
+  /// Endpoint of the node's n-th socket: `bind` with its port + n, or any port.
+  /// @throws ConfigError unless `bind` is tcp://ADDRESS:PORT.
+  std::string tcp_endpoint(int n) const;
+  /// With the graph's name. @throws ConfigError if a topic is invalid.
+  BusOptions complete() &&;
 };
 
 /// Sending end for messages that are serialised already: log player, converters.

@@ -147,8 +147,7 @@ TestNode::TestNode(const TestGraph& graph, Wiring in, Wiring out, std::string na
                                                                  .clock = clock,
                                                                  .in = std::move(in),
                                                                  .out = std::move(out),
-                                                                 .bind = {},
-                                                                 .peers = {}})) {}
+                                                                 .bind = {}})) {}
 
 void TestNode::open_lockstep(double rate_hz, double offset_s) {
   MIMESIS_ASSERT(bus_->lockstep());

@@ -69,7 +69,7 @@ def graph_directory(graph):
 
 def _wall_clock(directory):
     """The file that the graph's living nodes share, and the graph's time less monotonic time [ns] in it."""
-    file = open(os.open(directory / "wall_clock", os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW, 0o600), "r+")
+    file = open(os.open(directory / "wall_clock", os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW, 0o600), "r+", encoding="latin-1")
     try:
         fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         file.truncate()

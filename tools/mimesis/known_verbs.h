@@ -11,6 +11,8 @@ struct KnownVerb {
 /// The verbs of this project, for the help of `mimesis` and of each verb.
 constexpr std::array kKnownVerbs{
     KnownVerb{"launch", "Starts the nodes of a launch file and watches them"},
+    KnownVerb{"host", "The launcher's hand on another host; called through ssh"},
+    KnownVerb{"key", "Keys of this host, and of hosts that it trusts"},
     KnownVerb{"topic", "Shows topics and their messages"},
     KnownVerb{"node", "Shows the nodes of a graph"},
     KnownVerb{"log", "Records, plays, replays, checks, changes and shows message logs (MCAP)"},

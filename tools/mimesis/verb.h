@@ -13,6 +13,8 @@ namespace mimesis::tool {
 /// interrupted. The verb's description is that of known_verbs.h, if it is there. Every verb is a
 /// program of its own, mimesis-VERB (mimesis_verb in cmake/).
 void add_launch(CLI::App& program, int& exit_code);
+void add_host(CLI::App& program, int& exit_code);
+void add_key(CLI::App& program, int& exit_code);
 void add_topic(CLI::App& program, int& exit_code);
 void add_node(CLI::App& program, int& exit_code);
 void add_log(CLI::App& program, int& exit_code);

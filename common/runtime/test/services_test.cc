@@ -36,12 +36,7 @@ class Server {
  public:
   Server(const TestGraph& graph, Handler handler)
       : thread_([this, &graph, handler = std::move(handler)] {
-          ZmqBus bus({.name = "server",
-                      .graph = graph.name(),
-                      .in = {},
-                      .out = {},
-                      .bind = {},
-                      .peers = {}});
+          ZmqBus bus({.name = "server", .graph = graph.name(), .in = {}, .out = {}, .bind = {}});
           bus.serve("do", v1::Publication::default_instance(), v1::Publication::default_instance(),
                     handler);
           bus.ready();
@@ -137,84 +132,6 @@ TEST(Services, TheDeathOfTheServerEndsACallEarly) {
   server.wait();
   Process again(graph, kCounter, {});
   EXPECT_TRUE(client.bus().call("counter/add_one", numbered(1), 10s)) << again.errors();
-}
-
-/// A sender on another host, reached at one address over and over.
-struct FarSender {
-  FarSender(const TestGraph& graph, const std::string& bind)
-      : bus({.name = "sender",
-             .graph = graph.name(),
-             .in = {},
-             .out = {{"out", "sender/x"}},
-             .bind = bind,
-             .peers = {}}),
-        out(bus, "out") {
-    bus.serve(
-        "do", v1::Publication::default_instance(), v1::Publication::default_instance(),
-        [](const std::string& request) -> tl::expected<std::string, Status> { return request; });
-    bus.ready();
-  }
-  ZmqBus bus;
-  Out<v1::Publication> out;
-};
-
-TEST(Peers, NodesOfTwoHostsMeetOverTcpAndAgainAfterARestart) {
-  TestGraph here, there;  // two directories: they can meet over tcp only
-  ::testing::internal::CaptureStderr();
-  auto sender = std::make_unique<FarSender>(there, "tcp://127.0.0.1:*");
-  EXPECT_NE(::testing::internal::GetCapturedStderr().find("tcp has no keys yet"),
-            std::string::npos);
-  const std::string endpoint = sender->bus.info().service_endpoints(1);
-  ASSERT_TRUE(endpoint.starts_with("tcp://127.0.0.1:")) << endpoint;
-  ZmqBus receiver({.name = "receiver",
-                   .graph = here.name(),
-                   .in = {{"in", "sender/x"}, {"command", "sender/x"}},
-                   .out = {},
-                   .bind = {},
-                   .peers = {endpoint}});
-  Reliable<v1::Publication> in(receiver, "in");
-  auto command = receiver.subscribe("command", v1::Publication::default_instance(),
-                                    {.policy = Policy::reliable, .sole = true});
-  const auto hears = [&](std::uint64_t start_id) {
-    const auto deadline = std::chrono::steady_clock::now() + 10s;
-    while (std::chrono::steady_clock::now() < deadline) {
-      sender->bus.wait(std::chrono::steady_clock::now() + 1ms);
-      receiver.wait(std::chrono::steady_clock::now() + 1ms);
-      v1::Publication m;
-      if (sender->out.subscribers() > 0) sender->out.send(m, 1s);
-      receiver.drain();
-      const auto nodes = receiver.known_nodes();
-      if (in.pop() && nodes.size() == 1 && nodes[0].start_id() == start_id) return true;
-    }
-    return false;
-  };
-  ::testing::internal::CaptureStderr();
-  ASSERT_TRUE(hears(sender->bus.info().start_id()));
-  EXPECT_FALSE(command->pop()) << "one who is obeyed alone is on this host";
-  EXPECT_GT(command->counters().rejected, 0U);
-  const std::string said = ::testing::internal::GetCapturedStderr();
-  EXPECT_NE(said.find("topic sender/x: messages of node sender, by tcp, are refused"),
-            std::string::npos)
-      << said;
-  EXPECT_TRUE(receiver.known_nodes()[0].service_endpoints(0).starts_with("tcp://"));
-  sender.reset();
-  sender = std::make_unique<FarSender>(there, endpoint);
-  EXPECT_TRUE(hears(sender->bus.info().start_id()));
-}
-
-TEST(Peers, BadAddressesAreRefused) {
-  TestGraph graph;
-  const auto open = [&](const std::string& bind, std::vector<std::string> peers) {
-    ZmqBus bus({.name = "n",
-                .graph = graph.name(),
-                .in = {},
-                .out = {},
-                .bind = bind,
-                .peers = std::move(peers)});
-  };
-  EXPECT_THROW(open("127.0.0.1:5000", {}), ConfigError);
-  EXPECT_THROW(open("tcp://127.0.0.1:70000", {}), ConfigError);
-  EXPECT_THROW(open("", {"otherhost:5000"}), ConfigError);
 }
 
 }  // namespace

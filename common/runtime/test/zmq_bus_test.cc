@@ -382,8 +382,7 @@ TEST(ZmqBus, ASoleInputObeysThePublisherThatItIsTold) {
                      .in = {{"in", "arm/command"}},
                      .out = {},
                      .from = {{"in", "planner"}},
-                     .bind = {},
-                     .peers = {}};
+                     .bind = {}};
   ZmqBus receiver(options);
   auto in = receiver.subscribe("in", v1::Publication::default_instance(), {.sole = true});
   EXPECT_EQ(receiver.info().inputs(0).obeys(), "planner");
@@ -693,12 +692,8 @@ TEST(ZmqBus, BadNamesAndPlacesAreRefused) {
   try {
     const TestNode longest(graph, {}, {}, std::string(64, 'n'));
     const std::string long_graph(64, 'g');
-    ZmqBus bus({.name = std::string(64, 'n'),
-                .graph = long_graph,
-                .in = {},
-                .out = {},
-                .bind = {},
-                .peers = {}});
+    ZmqBus bus(
+        {.name = std::string(64, 'n'), .graph = long_graph, .in = {}, .out = {}, .bind = {}});
     ADD_FAILURE() << "a socket path of more than 107 bytes was accepted";
   } catch (const ConfigError& e) {
     EXPECT_NE(std::string(e.what()).find("107"), std::string::npos) << e.what();

@@ -7,10 +7,13 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <cstdlib>
 #include <filesystem>
 #include <map>
 
-#include "common/testing/process.h"
+#include "common/runtime/far_nodes.h"
+#include "common/runtime/keys.h"
+#include "common/testing/net_host.h"
 #include "nodes/crowd/test/scenario_file.h"
 #include "proto/crowd.pb.h"
 
@@ -18,70 +21,13 @@ namespace mimesis::crowd {
 namespace {
 
 using namespace std::chrono_literals;
+using Host = mimesis::testing::NetHost;
 using mimesis::testing::Process;
 using mimesis::testing::TestGraph;
 using mimesis::testing::TestNode;
 using runtime::Time;
 
 constexpr Time kPeriod = 20ms;
-
-std::filesystem::path network_of(pid_t pid) {
-  std::error_code gone;
-  return std::filesystem::read_symlink("/proc/" + std::to_string(pid) + "/ns/net", gone);
-}
-
-/// A network namespace that lives as long as this, with one address, and wires to others by name.
-class Host {
- public:
-  explicit Host(int number) : number_(number) {
-    const auto end = TestNode::now() + 10s;
-    while (network_of(keeper_.pid()) == network_of(getpid()) && TestNode::now() < end) usleep(2000);
-    made_ = network_of(keeper_.pid()) != network_of(getpid()) &&
-            runs("ip link set lo up && ip addr add " + address() + "/32 dev lo");
-  }
-  /// Empty, or why there is no wire.
-  std::string wire(const Host& other) {
-    Process make(
-        "/usr/sbin/ip",
-        {"link", "add", device(other), "netns", std::to_string(keeper_.pid()), "type", "veth",
-         "peer", "name", other.device(*this), "netns", std::to_string(other.keeper_.pid())});
-    if (make.wait() != 0) return "no virtual network here: " + make.errors();
-    return up(other) && other.up(*this) ? "" : "a wire cannot be set up";
-  }
-  bool made() const { return made_; }
-  std::string address() const { return "10.97.0." + std::to_string(number_); }
-  std::vector<std::string> command(const std::string& line) const {
-    return {"-t", std::to_string(keeper_.pid()), "-n", "sh", "-c", line};
-  }
-
-  /// Sends what is for another host to a station that is not there: it does not hear us, we hear
-  /// it.
-  bool mute(const Host& other) const {
-    return runs("ip neigh replace " + other.address() +
-                " lladdr 02:00:00:00:00:01 nud permanent dev " + device(other));
-  }
-  bool unmute(const Host& other) const {
-    return runs("ip neigh del " + other.address() + " dev " + device(other));
-  }
-  bool cut(const Host& other) const { return runs("ip link set " + device(other) + " down"); }
-  bool up(const Host& other) const {
-    return runs("ip link set " + device(other) + " up && ip route replace " + other.address() +
-                "/32 dev " + device(other) + " src " + address());
-  }
-
- private:
-  std::string device(const Host& other) const { return "to" + std::to_string(other.number_); }
-  bool runs(const std::string& line) const {
-    Process shell("/usr/bin/nsenter", command(line));
-    const auto code = shell.wait();
-    if (code != 0) std::printf("%s: %s", line.c_str(), shell.errors().c_str());
-    return code == 0;
-  }
-
-  int number_;
-  Process keeper_{"/usr/bin/unshare", {"-n", "sleep", "600"}};
-  bool made_ = false;
-};
 
 /// What one coordinator said of an agent that it moves.
 struct Said {
@@ -94,26 +40,23 @@ struct Said {
 /// A coordinator on a host, and what it publishes.
 class Coordinator {
  public:
-  Coordinator(Host& host, int number, int of, const std::string& settings)
+  Coordinator(Host& host, int number, const std::string& keys, const std::string& settings)
       : host_(&host),
         number_(number),
         peer_(graph_, {{"status", name() + "/status"}, {"states", "crowd/states"}}, {}, "watcher"),
         status_in_(peer_.bus(), "status"),
         states_in_(peer_.bus(), "states") {
-    line_ = "exec " MIMESIS_BIN_DIR "/mimesis_crowd --graph " + graph_.name() + " --name " +
-            name() + " --bind tcp://" + host.address() +
+    line_ = "export XDG_CONFIG_HOME=" + keys + "; exec " MIMESIS_BIN_DIR "/mimesis_crowd --graph " +
+            graph_.name() + " --name " + name() + " --bind tcp://" + host.address() +
             ":7310 --set regions.own=" + std::to_string(number) +
             " --in peers=crowd/states --in handovers=crowd/handover --out states=crowd/states"
             " --out handover=crowd/handover " +
             settings;
-    for (int other = 1; other <= of; ++other) {
-      if (other != number) line_ += " --peer tcp://10.97.0." + std::to_string(other) + ":7310";
-    }
     peer_.open();
     start();
   }
   void start() {
-    process_ = std::make_unique<Process>("/usr/bin/nsenter", host_->command(line_));
+    process_ = host_->start(line_);
     status = {};
   }
   void kill() {
@@ -126,6 +69,12 @@ class Coordinator {
   int number() const { return number_; }
   Host& host() { return *host_; }
 
+  /// Shows the other coordinators to this one's host, as a launcher does.
+  void meet(const Coordinator& other) {
+    for (const v1::NodeInfo& node : runtime::GraphView(other.graph_.name()).nodes()) {
+      if (node.name() == other.name()) far_.show(runtime::seen_from_afar(node, ""));
+    }
+  }
   void drain(std::map<std::uint64_t, std::vector<Said>>& said) {
     peer_.until([] { return false; }, 5ms);
     while (const auto s = status_in_.pop()) status = *s;
@@ -151,6 +100,7 @@ class Coordinator {
   int number_;
   long reports_ = 0;
   TestGraph graph_;
+  runtime::FarNodes far_{graph_.directory()};
   std::string line_;
   std::unique_ptr<Process> process_;
   TestNode peer_;
@@ -163,9 +113,7 @@ class CrowdHosts : public ::testing::Test {
  protected:
   /// Skips where there are no network namespaces.
   void begin(int coordinators, const std::string& settings) {
-    if (geteuid() != 0 || Process("/usr/bin/unshare", {"-n", "ip", "link"}).wait() != 0) {
-      GTEST_SKIP() << "no network namespaces here";
-    }
+    if (const std::string why = Host::missing(); !why.empty()) GTEST_SKIP() << why;
     for (int c = 1; c <= coordinators; ++c) {
       hosts_.push_back(std::make_unique<Host>(c));
       if (!hosts_.back()->made()) GTEST_SKIP() << "no address in a network namespace here";
@@ -174,8 +122,11 @@ class CrowdHosts : public ::testing::Test {
         if (!why.empty()) GTEST_SKIP() << why;
       }
     }
+    setenv("XDG_CONFIG_HOME", keys_.c_str(), 1);
+    runtime::make_key(false);  // one for all, and none for this process
+    unsetenv("XDG_CONFIG_HOME");
     for (int c = 1; c <= coordinators; ++c) {
-      all_.push_back(std::make_unique<Coordinator>(host(c), c, coordinators, settings));
+      all_.push_back(std::make_unique<Coordinator>(host(c), c, keys_, settings));
     }
   }
   Host& host(int number) { return *hosts_[static_cast<std::size_t>(number - 1)]; }
@@ -184,7 +135,12 @@ class CrowdHosts : public ::testing::Test {
   bool until(const std::function<bool()>& done, Time most = 60s) {
     const Time end = TestNode::now() + most;
     do {
-      for (auto& c : all_) c->drain(said_);
+      for (auto& c : all_) {
+        c->drain(said_);
+        for (auto& other : all_) {
+          if (other != c) c->meet(*other);
+        }
+      }
       if (done()) return true;
     } while (TestNode::now() < end);
     return false;
@@ -272,9 +228,14 @@ class CrowdHosts : public ::testing::Test {
     EXPECT_LT(jump_m, 2.5) << event;
   }
 
+  ~CrowdHosts() override { std::filesystem::remove_all(keys_); }
+
   std::map<std::uint64_t, std::vector<Said>> said_;
 
  private:
+  const std::string keys_ =
+      (std::filesystem::temp_directory_path() / ("crowd-keys-" + std::to_string(getpid())))
+          .string();
   std::vector<std::unique_ptr<Host>> hosts_;
   std::vector<std::unique_ptr<Coordinator>> all_;
 };

@@ -95,7 +95,8 @@ bool is_node_program(const NodeSpec& node) {
   return fs::path(node.exec.text).filename().string().starts_with("mimesis_");
 }
 
-/// Asks the nodes of this machine, as many at a time as it has CPUs and one more.
+/// Asks the nodes, as many at a time as this machine has CPUs and one more; those of other hosts,
+/// through ssh, only in a whole check.
 class Questions {
  public:
   Questions(const GraphFile& graph, const Run& run, bool whole, Mistakes& mistakes)
@@ -103,15 +104,9 @@ class Questions {
     const auto most = static_cast<std::size_t>(sysconf(_SC_NPROCESSORS_ONLN)) + 1;
     for (const NodeSpec& node : graph.nodes) {
       if (!node.takes_node_options() || (!whole && !is_node_program(node))) continue;
-      Command c = local_command(graph, node, run);
-      if (remote(graph, node)) {
-        if (whole) {
-          mistakes.warn(node.name.place, fmt::format("node '{}' runs on another host: its ports "
-                                                     "and parameters are not checked here",
-                                                     node.name.text));
-        }
-        continue;
-      }
+      const Host* host = graph.far(node);
+      if (host != nullptr && !whole) continue;  // its node finds its mistakes itself
+      Command c = command_from_here(graph, node, run);
       if (find_executable(c.argv[0]).empty()) continue;
       c.argv.push_back("--describe");
       if (whole) c.argv.push_back("--check");
@@ -421,6 +416,18 @@ void check_host(const GraphFile& graph, const NodeSpec& node, Mistakes& mistakes
                                              did_you_mean(node.host->text, known)));
 }
 
+/// Lock-step waits at every step for every node: that is for one machine.
+void check_lockstep(const GraphFile& file, Mistakes& mistakes) {
+  for (const NodeSpec& node : file.nodes) {
+    if (file.clock != "lockstep" || file.far(node) == nullptr) continue;
+    mistakes.add(node.host->place,
+                 fmt::format("clock lockstep stays on one host, and node '{}' is on '{}', expected "
+                             "clock wall or sim",
+                             node.name.text, node.host->text));
+    return;
+  }
+}
+
 void check_program(const NodeSpec& node, Mistakes& mistakes) {
   if (node.exec.text.empty() || !find_executable(node.exec.text).empty()) return;
   std::vector<std::string> known;
@@ -473,10 +480,11 @@ void check_graph(const GraphFile& file, const Run& run, bool whole, Mistakes& mi
                    "the name 'clock' belongs to the node that the launcher starts");
     }
     check_host(file, node, mistakes);
-    if (remote(file, node)) continue;
+    if (file.far(node) != nullptr) continue;
     check_program(node, mistakes);
     check_cpus(node, mistakes);
   }
+  check_lockstep(file, mistakes);
   check_sets(file, run, mistakes);
   const GraphFile graph = with_clock(file);
   const Questions questions(graph, run, whole, mistakes);

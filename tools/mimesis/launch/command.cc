@@ -1,5 +1,6 @@
 #include "tools/mimesis/launch/command.h"
 
+#include <arpa/inet.h>
 #include <fmt/format.h>
 #include <unistd.h>
 
@@ -54,13 +55,6 @@ std::vector<std::string> publishers(const GraphFile& graph, const std::string& t
   return names;
 }
 
-/// The host that a node names; null: none that is declared.
-const Host* host_of(const GraphFile& graph, const NodeSpec& node) {
-  const auto host = std::ranges::find_if(
-      graph.hosts, [&](const Host& h) { return node.host && h.name.text == node.host->text; });
-  return host == graph.hosts.end() ? nullptr : &*host;
-}
-
 }  // namespace
 
 std::string find_executable(const std::string& exec) {
@@ -76,14 +70,32 @@ std::string find_executable(const std::string& exec) {
   return "";
 }
 
-bool remote(const GraphFile& graph, const NodeSpec& node) {
-  const Host* host = host_of(graph, node);
-  return host != nullptr && host->address != "localhost";
+std::string bind_address(const GraphFile& graph, const NodeSpec& node) {
+  if (!graph.several_hosts()) return {};
+  const auto host = std::ranges::find_if(graph.hosts, [&](const Host& h) {
+    return node.host ? h.name.text == node.host->text : h.here();
+  });
+  in_addr any{};
+  // A name is resolved by those who connect.
+  const bool number =
+      host != graph.hosts.end() && inet_pton(AF_INET, host->address.c_str(), &any) == 1;
+  std::string port = "*";
+  if (host != graph.hosts.end() && host->first_port != 0) {
+    int before = 0;
+    for (const NodeSpec& other : graph.nodes) {
+      if (other.name.text == node.name.text) break;
+      const bool same = graph.far(other) == graph.far(node);
+      before += same ? 1 : 0;
+    }
+    port = std::to_string(host->first_port + 3 * before);
+  }
+  return "tcp://" + (number ? host->address : "0.0.0.0") + ":" + port;
 }
 
-Command local_command(const GraphFile& graph, const NodeSpec& node, const Run& run) {
+Command command(const GraphFile& graph, const NodeSpec& node, const Run& run) {
   Command c;
-  const std::string path = find_executable(node.exec.text);
+  const bool far = graph.far(node) != nullptr;
+  const std::string path = far ? "" : find_executable(node.exec.text);
   c.argv.push_back(path.empty() ? node.exec.text : path);
   for (const Text& arg : node.args) c.argv.push_back(arg.text);
   c.env = node.env;
@@ -100,7 +112,8 @@ Command local_command(const GraphFile& graph, const NodeSpec& node, const Run& r
   add("--graph", run.graph);
   add("--clock", graph.clock);
   if (node.name.place.line > 0) {  // the clock is written in no file
-    add("--params", graph.file + "#nodes." + node.name.text + ".params");
+    const std::string file = far ? fs::absolute(graph.file).string() : graph.file;
+    add("--params", file + "#nodes." + node.name.text + ".params");
     for (const auto& [name, value] : graph.args) add("--arg", name + "=" + value);
   }
   for (const auto& [target, set] : run.sets) {
@@ -116,19 +129,26 @@ Command local_command(const GraphFile& graph, const NodeSpec& node, const Run& r
       add("--from", wire.port + "=" + from);
   }
   for (const Wire& wire : node.out) add("--out", wire.port + "=" + wire.topic.text);
+  if (const std::string bind = bind_address(graph, node); !bind.empty()) add("--bind", bind);
   return c;
 }
 
-Command command(const GraphFile& graph, const NodeSpec& node, const Run& run) {
-  Command local = local_command(graph, node, run);
-  if (!remote(graph, node)) return local;
-  const Host* host = host_of(graph, node);
+Command ssh(const Host& host, const std::string& line, const std::vector<std::string>& more) {
+  Command c{{"ssh", "-T", "-o", "BatchMode=yes", "-o", "ConnectTimeout=5"}, {}};
+  c.argv.insert(c.argv.end(), more.begin(), more.end());
+  c.argv.insert(c.argv.end(), {host.target(), "--", line});
+  return c;
+}
+
+Command command_from_here(const GraphFile& graph, const NodeSpec& node, const Run& run) {
+  Command c = command(graph, node, run);
+  const Host* host = graph.far(node);
+  if (host == nullptr) return c;
   std::string line = "exec env";
-  for (const auto& [name, value] : local.env) line += " " + name + "=" + tool::shell_word(value);
-  local.argv[0] = host->prefix + "/bin/" + fs::path(node.exec.text).filename().string();
-  for (const std::string& word : local.argv) line += " " + tool::shell_word(word);
-  const std::string target = host->user.empty() ? host->address : host->user + "@" + host->address;
-  return {{"ssh", "-tt", "-o", "BatchMode=yes", target, "--", line}, {}};
+  for (const auto& [name, value] : c.env) line += " " + name + "=" + tool::shell_word(value);
+  if (c.argv[0].find('/') == std::string::npos) c.argv[0] = host->prefix + "/bin/" + c.argv[0];
+  for (const std::string& word : c.argv) line += " " + tool::shell_word(word);
+  return ssh(*host, line);
 }
 
 GraphFile with_clock(GraphFile graph) {

@@ -25,15 +25,18 @@ struct Command {
 /// empty if there is none.
 std::string find_executable(const std::string& exec);
 
-/// Whether a node runs on another host.
-bool remote(const GraphFile& graph, const NodeSpec& node);
-
-/// How a node is started on this machine.
-Command local_command(const GraphFile& graph, const NodeSpec& node, const Run& run);
-
-/// How a node is started: on this machine, or through ssh on the host it names. The remote end runs
-/// in a terminal session of its own (-tt), so that it is hung up when the connection ends.
+/// How a node is started on its host.
 Command command(const GraphFile& graph, const NodeSpec& node, const Run& run);
+
+/// tcp://ADDRESS:PORT where a node is reached from other hosts, the port of the file or *, which
+/// the graph's directory tells; empty if all nodes are on one host.
+std::string bind_address(const GraphFile& graph, const NodeSpec& node);
+
+/// The same for a person or the check: on another host through ssh.
+Command command_from_here(const GraphFile& graph, const NodeSpec& node, const Run& run);
+
+/// ssh without questions, running `line` on a host. `more`: options of ssh
+Command ssh(const Host& host, const std::string& line, const std::vector<std::string>& more = {});
 
 /// The graph as it is started: on a simulated clock with the node `clock` in front, for which all
 /// nodes that step with the graph wait.

@@ -1,18 +1,27 @@
 #include "tools/mimesis/launch/graph_file.h"
 
+#include <arpa/inet.h>
 #include <fmt/format.h>
+#include <ifaddrs.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <array>
+#include <climits>
+#include <cstring>
 #include <map>
 #include <set>
 
 #include "common/error.h"
 #include "common/runtime/value_text.h"
+#include "common/time.h"
 
 namespace mimesis::launch {
 namespace {
 
 using runtime::Yaml;
+
+constexpr nanoseconds kShortestLoss = std::chrono::seconds(3);  // it is noticed after 2 s
 
 void read_restart(Section& node, Restart& restart) {
   const Yaml* value = node.take("restart");
@@ -138,14 +147,24 @@ void read_args(Section& top, GraphFile& graph) {
 void read_hosts(Section& top, GraphFile& graph) {
   top.entries("hosts", [&](const Text& name, const Yaml& map) {
     Section s(map, top.variables(), top.mistakes());
-    Host host{.name = name, .address = {}, .user = {}, .prefix = "/usr"};
+    Host host;
+    host.name = name;
     if (const auto address = s.text("address")) {
       host.address = address->text;
     } else if (!s.has("address")) {
       top.mistakes().add(name.place, fmt::format("host '{}' has no address", name.text));
     }
-    if (const auto user = s.text("user")) host.user = user->text;
-    if (const auto prefix = s.text("prefix")) host.prefix = prefix->text;
+    for (auto& [key, value] : {std::pair("user", &host.user), std::pair("ssh", &host.ssh),
+                               std::pair("prefix", &host.prefix)}) {
+      if (const auto text = s.text(key)) *value = text->text;
+    }
+    s.choice("engine", {"process"});
+    host.first_port = s.whole("first_port", 1, 65000).value_or(0);
+    host.lost_after = s.duration("lost_after").value_or(host.lost_after);
+    if (host.lost_after < kShortestLoss) {
+      s.mistakes().add(name.place, fmt::format("host '{}': lost_after: expected at least {:g} s",
+                                               name.text, to_seconds(kShortestLoss)));
+    }
     s.finish();
     graph.hosts.push_back(std::move(host));
   });
@@ -241,6 +260,39 @@ void add_with_all_before(const GraphFile& graph, const NodeSpec& node,
 }
 
 }  // namespace
+
+std::string Host::target() const {
+  return !ssh.empty() ? ssh : user.empty() ? address : user + "@" + address;
+}
+
+bool Host::here() const {
+  std::array<char, HOST_NAME_MAX + 1> own{};
+  gethostname(own.data(), own.size() - 1);
+  if (address == "localhost" || address == own.data()) return true;
+  ifaddrs* all = nullptr;
+  if (getifaddrs(&all) != 0) return false;
+  bool found = false;
+  for (const ifaddrs* one = all; one != nullptr; one = one->ifa_next) {
+    if (one->ifa_addr == nullptr || one->ifa_addr->sa_family != AF_INET) continue;
+    std::array<char, INET_ADDRSTRLEN> text{};
+    sockaddr_in ip{};
+    std::memcpy(&ip, one->ifa_addr, sizeof ip);
+    inet_ntop(AF_INET, &ip.sin_addr, text.data(), text.size());
+    found = found || address == text.data();
+  }
+  freeifaddrs(all);
+  return found;
+}
+
+const Host* GraphFile::far(const NodeSpec& node) const {
+  const auto host = std::ranges::find_if(
+      hosts, [&](const Host& h) { return node.host && h.name.text == node.host->text; });
+  return host == hosts.end() || host->here() ? nullptr : &*host;
+}
+
+bool GraphFile::several_hosts() const {
+  return std::ranges::any_of(nodes, [&](const NodeSpec& node) { return far(node) != nullptr; });
+}
 
 const NodeSpec* GraphFile::find(const std::string& node) const {
   const auto it =

@@ -69,10 +69,17 @@ struct NodeSpec {
   }
 };
 
-/// A machine that is reached by ssh.
+/// A machine: this one, or one that is reached by ssh.
 struct Host {
   Text name;
-  std::string address, user, prefix;
+  std::string address;    ///< by which the others reach its nodes, and ssh it
+  std::string user, ssh;  ///< ssh: other target than USER@ADDRESS
+  std::string prefix = "/usr";
+  int first_port = 0;  ///< of its nodes, three each in the order of the file; 0: any
+  nanoseconds lost_after = std::chrono::seconds(30);  ///< then its nodes count as dead
+
+  std::string target() const;  ///< for ssh
+  bool here() const;           ///< it is this machine
 };
 
 /// TOPIC.FIELD of a message: the topic ends at the first dot.
@@ -109,6 +116,9 @@ struct GraphFile {
   std::optional<ResultSpec> result;
 
   const NodeSpec* find(const std::string& node) const;
+  /// The host of a node, if that is another one than this machine; else null.
+  const Host* far(const NodeSpec& node) const;
+  bool several_hosts() const;  ///< a node is on another host
 };
 
 /// Reads `file`. Mistakes are collected; the result is usable if there are none.

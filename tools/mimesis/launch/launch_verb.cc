@@ -20,6 +20,7 @@
 #include "tools/mimesis/launch/check.h"
 #include "tools/mimesis/launch/command.h"
 #include "tools/mimesis/launch/graph_file.h"
+#include "tools/mimesis/launch/keeper.h"
 #include "tools/mimesis/launch/result.h"
 #include "tools/mimesis/launch/supervisor.h"
 #include "tools/mimesis/table.h"
@@ -133,7 +134,7 @@ void print_plan(const GraphFile& graph, const Run& run, bool json) {
   if (!json) {
     for (const NodeSpec& node : graph.nodes) {
       fmt::print("# {}{}\n{}\n", node.name.text, after_text(node),
-                 shell_line(command(graph, node, run)));
+                 shell_line(command_from_here(graph, node, run)));
     }
     fmt::print("# stop:");
     for (const auto& group : stop) fmt::print(" [{}]", fmt::join(group, " "));
@@ -142,7 +143,7 @@ void print_plan(const GraphFile& graph, const Run& run, bool json) {
   }
   Json start = Json::array();
   for (const NodeSpec& node : graph.nodes) {
-    const Command c = command(graph, node, run);
+    const Command c = command_from_here(graph, node, run);
     Json after = Json::array(), env = Json::object();
     for (const Text& before : node.after) after.push_back(before.text);
     for (const auto& [name, value] : c.env) env[name] = value;

@@ -52,7 +52,7 @@ std::vector<char*> pointers(std::vector<std::string>& texts) {
 struct Prepared {
   std::vector<char*> argv, env;
   pid_t parent = 0;
-  int out = -1, err = -1, kept = -1, report = -1;
+  int in = -1, out = -1, err = -1, kept = -1, report = -1;
   bool pinned = false;
   cpu_set_t cpus{};
   int policy = SCHED_OTHER;
@@ -70,8 +70,7 @@ enum Stage : int { kAffinity, kScheduler, kExec };
   sigemptyset(&none);
   sigprocmask(SIG_SETMASK, &none, nullptr);
   for (const int s : {SIGPIPE, SIGINT, SIGTERM, SIGHUP, SIGTTOU}) signal(s, SIG_DFL);
-  const int null = open("/dev/null", O_RDONLY);
-  dup2(null, STDIN_FILENO);
+  dup2(p.in >= 0 ? p.in : open("/dev/null", O_RDONLY), STDIN_FILENO);
   dup2(p.out, STDOUT_FILENO);
   dup2(p.err, STDERR_FILENO);
   if (p.kept >= 0) fcntl(p.kept, F_SETFD, 0);  // not closed by exec
@@ -99,6 +98,7 @@ void set_schedule(Prepared& p, const Sched& sched) {
 }  // namespace
 
 std::string Ending::text() const {
+  if (!lost.empty()) return "was lost with host '" + lost + "'";
   if (signal == 0) return "ended with exit code " + std::to_string(code);
   const char* name = sigabbrev_np(signal);
   return "was killed by " + (name != nullptr ? "SIG" + std::string(name) : std::to_string(signal));
@@ -131,6 +131,7 @@ Child spawn(const Command& command, const Sched& sched, const Shared& shared) {
   Prepared prepared{.argv = pointers(argv), .env = pointers(env), .parent = getpid()};
   prepared.out = shared.output < 0 ? out.write.get() : shared.output;
   prepared.err = shared.output < 0 ? err.write.get() : shared.output;
+  prepared.in = shared.input;
   prepared.kept = shared.kept;
   prepared.report = report.write.get();
   set_schedule(prepared, sched);

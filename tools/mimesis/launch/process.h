@@ -37,11 +37,12 @@ class Fd {
 
 /// How a process ended.
 struct Ending {
-  int code = 0;    ///< exit code, if signal is 0
-  int signal = 0;  ///< signal that killed it
-  bool good() const { return code == 0 && signal == 0; }
+  int code = 0;           ///< exit code, if signal is 0
+  int signal = 0;         ///< signal that killed it
+  std::string lost = {};  ///< host that it was lost with: nobody knows how it ended
+  bool good() const { return code == 0 && signal == 0 && lost.empty(); }
   std::string text() const;  ///< "ended with exit code 3", "was killed by SIGSEGV"
-  int exit_code() const { return signal != 0 ? 1 : code; }
+  int exit_code() const { return signal != 0 || !lost.empty() ? 1 : code; }
 };
 
 /// A running child in a session of its own, which gets SIGTERM if this process dies.
@@ -60,6 +61,7 @@ struct Child {
 struct Shared {
   int kept = -1;    ///< open in the child, under the same number
   int output = -1;  ///< for its standard output and error, instead of the pipes of `Child`
+  int input = -1;   ///< its standard input
 };
 
 /// Starts a program. Call from the main thread: the child gets a signal when that thread ends.

@@ -4,173 +4,33 @@
 #include <fmt/format.h>
 #include <poll.h>
 #include <signal.h>
-#include <sys/prctl.h>
 #include <sys/signalfd.h>
-#include <sys/socket.h>
-#include <sys/un.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
-#include <array>
 #include <cerrno>
 #include <cmath>
-#include <cstdio>
 #include <cstring>
-#include <filesystem>
-#include <fstream>
-#include <set>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "common/runtime/raw.h"
 #include "common/runtime/registry.h"
 #include "common/time.h"
-#include "tools/mimesis/launch/process.h"
-#include "tools/mimesis/launch/watchdog.h"
+#include "tools/mimesis/launch/hosts.h"
+#include "tools/mimesis/launch/keeper.h"
 #include "tools/mimesis/table.h"
 
 namespace mimesis::launch {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-
-constexpr int kGraceMs = 3000;
-
-/// Children of this process. Their parent is field 4 of /proc/PID/stat, after the name in brackets.
-std::vector<pid_t> children() {
-  std::vector<pid_t> all;
-  std::error_code ignored;
-  for (const auto& entry : std::filesystem::directory_iterator("/proc", ignored)) {
-    const std::string name = entry.path().filename().string();
-    if (name.find_first_not_of("0123456789") != std::string::npos) continue;
-    std::ifstream stat(entry.path() / "stat");
-    std::string text;
-    std::getline(stat, text);
-    const std::size_t bracket = text.rfind(')');
-    char state = 0;
-    int parent = 0;
-    if (bracket != std::string::npos &&
-        std::sscanf(text.c_str() + bracket + 1, " %c %d", &state, &parent) == 2 &&
-        parent == getpid()) {
-      all.push_back(std::stoi(name));
-    }
-  }
-  return all;
-}
-
-sigset_t set_of(std::initializer_list<int> signals) {
-  sigset_t set;
-  sigemptyset(&set);
-  for (const int s : signals) sigaddset(&set, s);
-  return set;
-}
-
-/// Ends all descendants of this process that it inherited as a subreaper: SIGTERM, then SIGKILL
-/// after `grace_ms`. Returns how many there were. Precondition: SIGCHLD is blocked.
-int end_descendants(int grace_ms) {
-  const auto grace = std::chrono::milliseconds(grace_ms);
-  const auto start = Clock::now();
-  const sigset_t child_signal = set_of({SIGCHLD});
-  std::set<pid_t> seen, told;
-  while (true) {
-    while (waitpid(-1, nullptr, WNOHANG) > 0) {
-    }
-    const std::vector<pid_t> left = children();
-    if (left.empty()) return static_cast<int>(seen.size());
-    const auto passed = Clock::now() - start;
-    for (const pid_t pid : left) {
-      seen.insert(pid);
-      // A node leads its session and got SIGTERM when its parent died. A second one would end it
-      // before it has stopped what it moves.
-      const bool due = getsid(pid) != pid || passed > grace * 2 / 3;
-      if (passed < grace && due && told.insert(pid).second) kill(pid, SIGTERM);
-      if (passed >= grace) kill(pid, SIGKILL);
-    }
-    const timespec pause{0, 20'000'000};
-    sigtimedwait(&child_signal, nullptr, &pause);
-  }
-}
-
-template <class... Args>
-void say(fmt::format_string<Args...> format, Args&&... args) {
-  const std::string line = fmt::format(format, std::forward<Args>(args)...);
-  std::fprintf(stderr, "mimesis: %s\n", line.c_str());
-}
-
-constexpr std::chrono::milliseconds kLook{100};  ///< period of looking for silence
-constexpr std::chrono::seconds kLauncherHung{2};
-/// The time since the last call. Time in which this process did not run itself is nobody's silence.
-class Watched {
- public:
-  nanoseconds passed(WallTime now) {
-    return std::min<nanoseconds>(now - std::exchange(looked_, now), 2 * kLook);
-  }
-
- private:
-  WallTime looked_ = Clock::now();
-};
-
-int wait_for(pid_t worker, const Fd& life, const sigset_t& set,
-             const std::function<void(const std::string&)>& killed) {
-  Watched time;
-  Silence silence;
-  std::string hung;
-  while (true) {
-    siginfo_t info{};
-    const timespec look{0, nanoseconds(kLook).count()};
-    const int signal = sigtimedwait(&set, &info, &look);
-    const nanoseconds passed = time.passed(Clock::now());
-    std::array<char, 65536> signs;  // all that a pipe holds
-    const ssize_t n = read(life.get(), signs.data(), signs.size());
-    // Who reads our output may let the worker wait.
-    pollfd output{STDERR_FILENO, POLLOUT, 0};
-    if (n > 0 || (n < 0 && poll(&output, 1, 0) == 0)) {
-      if (const auto stood = silence.heard(passed))
-        say("the launcher goes on after {:.1f} s", to_seconds(*stood));
-    } else if (n == 0) {
-      silence = {};
-    }
-    if (silence.look(worker, passed))
-      say("the launcher hangs: no sign of life for {}", silence.text());
-    if (hung.empty() && silence.reached(kLauncherHung)) {
-      hung = "the launcher hung for " + silence.text();
-      kill(worker, SIGKILL);
-    }
-    if (signal < 0) continue;
-    if (signal != SIGCHLD) {
-      kill(worker, signal);
-      continue;
-    }
-    // Only the worker is waited for: its remaining processes are ended together afterwards.
-    int status = 0;
-    if (waitpid(worker, &status, WNOHANG) != worker) continue;
-    if (WIFEXITED(status)) {
-      end_descendants(0);
-      return WEXITSTATUS(status);
-    }
-    const int left = end_descendants(kGraceMs);
-    const std::string why =
-        hung.empty() ? "the launcher " + Ending{.signal = WTERMSIG(status)}.text() : hung;
-    say("{}; ended the {} processes it left", why, left);
-    killed(why);
-    return 1;
-  }
-}
+using Kind = HostEvent::Kind;
 
 constexpr std::chrono::milliseconds kHurry{500};  ///< time to stop after a second Ctrl-C
-
-Fd open_signals() {
-  const sigset_t set = set_of({SIGINT, SIGTERM, SIGHUP});
-  Fd fd(signalfd(-1, &set, SFD_NONBLOCK | SFD_CLOEXEC));
-  if (!fd.open()) throw std::runtime_error("signalfd failed");
-  return fd;
-}
-
-constexpr std::size_t kMaxLine = 4096;
 constexpr std::size_t kMaxFile = std::size_t{64} << 20;
-constexpr int kReadsPerTurn = 16;
 
 /// Gives up silently: a log on a full disk or a closed terminal must not stop the robot's launcher.
 void write_all(int fd, std::string_view text) {
@@ -182,9 +42,8 @@ void write_all(int fd, std::string_view text) {
   }
 }
 
-/// Copies the standard output and error of a node line by line to a file, and with the node's
-/// name in front to our standard error. Bounded: a line of more than 4 KiB is broken, the file ends
-/// at 64 MiB.
+/// Copies the lines of a node to a file, which ends at 64 MiB, and with the node's name in front to
+/// our standard error.
 class LineLog {
  public:
   /// @throws std::runtime_error if the file cannot be opened.
@@ -194,59 +53,22 @@ class LineLog {
     if (!file_.open()) throw std::runtime_error(file + ": " + std::strerror(errno));
   }
 
-  /// Takes what is readable (at most 256 KiB a stream, so that others get their turn); closes
-  /// streams at their end. The lines of the two do not mix.
-  void pump(Child& child) {
-    pump(child.out, out_);
-    pump(child.err, err_);
-  }
-  /// Writes out a last line without its end.
-  void flush() {
-    for (std::string* partial : {&out_, &err_}) {
-      if (!partial->empty()) take(*partial);
-    }
+  void take(const std::string& text, bool error) {
+    if (error && text.find("] info: ") == std::string::npos) last_error_ = text;
+    write_all(STDERR_FILENO, prefix_ + printable(text, "\t") + "\n");
+    if (written_ > kMaxFile) return;
+    written_ += text.size() + 1;
+    write_all(file_.get(), text + "\n");
+    if (written_ > kMaxFile) write_all(file_.get(), "(64 MiB written: the rest is not kept)\n");
   }
   /// The last line on standard error that is no information of a node's log, empty before there is
   /// one: often the reason why a node ended.
   const std::string& last_error() const { return last_error_; }
 
  private:
-  void pump(Fd& from, std::string& partial) {
-    std::array<char, 16384> buffer;
-    for (int turn = 0; turn < kReadsPerTurn && from.open(); ++turn) {
-      const ssize_t n = read(from.get(), buffer.data(), buffer.size());
-      if (n < 0) return;
-      if (n == 0) return from.reset();
-      std::string_view bytes(buffer.data(), static_cast<std::size_t>(n));
-      while (!bytes.empty()) {
-        const std::size_t room = kMaxLine - partial.size();
-        const std::size_t end = std::min({bytes.find('\n'), bytes.size(), room});
-        partial.append(bytes.substr(0, end));
-        const bool newline = end < bytes.size() && bytes[end] == '\n';
-        bytes.remove_prefix(newline ? end + 1 : end);
-        if (newline || partial.size() == kMaxLine) take(partial);
-      }
-    }
-  }
-
-  void take(std::string& partial) {
-    line(partial);
-    if (&partial == &err_ && partial.find("] info: ") == std::string::npos) last_error_ = partial;
-    partial.clear();
-  }
-
-  void line(std::string_view text) {
-    write_all(STDERR_FILENO, prefix_ + printable(text, "\t") + "\n");
-    if (written_ > kMaxFile) return;
-    written_ += text.size() + 1;
-    write_all(file_.get(), std::string(text) + "\n");
-    if (written_ > kMaxFile) write_all(file_.get(), "(64 MiB written: the rest is not kept)\n");
-  }
-
   std::string prefix_;
   Fd file_;
   std::size_t written_ = 0;
-  std::string out_, err_;  ///< begun lines
   std::string last_error_;
 };
 
@@ -261,15 +83,19 @@ struct ManagedNode {
     ended,
   };
 
-  ManagedNode(const NodeSpec& node, Command how, const std::string& log_file)
-      : spec(node), command(std::move(how)), log(name(), log_file), backoff(spec.restart) {}
+  ManagedNode(const NodeSpec& node, Command how, NodeHost& where, const std::string& log_file)
+      : spec(node),
+        command(std::move(how)),
+        host(where),
+        log(name(), log_file),
+        backoff(spec.restart) {}
 
-  /// @throws std::runtime_error if it cannot be started.
   void start(WallTime now) {
-    child = spawn(command, spec.sched);
+    host.start(name(), command, spec.sched);
+    running = true;
     if (state == State::delayed) ++restarts;
     ending.reset();
-    silence = {};
+    silence = unheard = {};
     started = now;
     due = now + spec.ready_within;
     state = State::starting;
@@ -278,31 +104,23 @@ struct ManagedNode {
   void set_ready() {
     state = State::ready;
     was_ready = true;
+    unheard = silence;
   }
   /// Asks it to stop; `due` is `timeout` later.
   void stop(WallTime now, nanoseconds timeout) {
-    child.send(spec.stop.signal);
+    host.send(name(), spec.stop.signal);
     state = State::stopping;
     due = now + timeout;
   }
   void kill() {
-    child.send(SIGKILL);
+    host.send(name(), SIGKILL);
     killed = true;
-  }
-  /// Reads its output, and its ending if it has one.
-  std::optional<Ending> poll() {
-    if (!alive()) return std::nullopt;
-    log.pump(child);
-    auto end = child.reap();
-    if (!end) return std::nullopt;
-    log.pump(child);
-    log.flush();
-    child = {};
-    return ending = end;
   }
   /// Decides what follows an ending: `delayed` or `ended`.
   void ended(const Ending& how, WallTime now) {
     const bool by_itself = state == State::starting || state == State::ready;
+    ending = how;
+    running = false;
     state = State::ended;
     if (!by_itself || how.good()) return;
     if (const auto again = backoff.next(now)) {
@@ -310,20 +128,21 @@ struct ManagedNode {
       due = *again;
     }
   }
-  bool alive() const { return child.pid > 0; }
+  bool alive() const { return running; }
   const std::string& name() const { return spec.name.text; }
 
   const NodeSpec spec;
   const Command command;
+  NodeHost& host;
   LineLog log;
-  Child child;
   Backoff backoff;
   State state = State::waiting;
   WallTime due{}, started{};  ///< due: of starting, delayed and stopping
-  bool was_ready = false, killed = false;
+  bool running = false, was_ready = false, killed = false, named_silent = false;
   int restarts = 0;
   std::optional<Ending> ending;
-  Silence silence;
+  nanoseconds silence{};  ///< time without a sign of life, if it is long
+  nanoseconds unheard{};  ///< of it, before it was ready: nobody's business
 };
 
 using State = ManagedNode::State;
@@ -336,12 +155,12 @@ class Supervisor {
         groups_(stop_order(graph)),
         end_(end_fd),
         directory_(runtime::graph_directory(run.graph)),
-        registry_(directory_) {
-    clean_folder(directory_);  // a run before this one may have been killed
+        // A run before this one may have been killed.
+        registry_((clean_folder(directory_), directory_)),
+        hosts_(graph, run, directory_) {
     for (const NodeSpec& spec : graph.nodes) {
-      Command how = command(graph, spec, run);
-      for (auto& variable : watchdog_.environment()) how.env.push_back(std::move(variable));
-      nodes_.push_back(std::make_unique<ManagedNode>(spec, std::move(how),
+      nodes_.push_back(std::make_unique<ManagedNode>(spec, command(graph, spec, run),
+                                                     hosts_.of(spec),
                                                      run.log + "/" + spec.name.text + ".log"));
     }
   }
@@ -355,11 +174,14 @@ class Supervisor {
       }
       sleep();
       signalled();
-      follow_endings();
       follow_registry();
-      follow_signs_of_life(Clock::now());
+      for (const HostEvent& event : hosts_.poll()) follow(event);
+      if (const std::string why = hosts_.failure(); !why.empty()) end_run(2, why);
+      // A full pipe has what the keeper needs.
+      if (write(life_.get(), "", 1) < 0 && errno != EAGAIN) life_.reset();
       follow_clock(Clock::now());
     }
+    hosts_.disconnect();
     if (const int left = end_descendants(0); left > 0)
       say("ended {} processes that nodes had left", left);
     for (const auto& node : nodes_) {
@@ -399,6 +221,7 @@ class Supervisor {
   }
 
   void start_what_can() {
+    awaits_host_ = false;
     for (auto& node : nodes_) {
       bool due = node->state == State::delayed && node->due <= Clock::now();
       if (node->state == State::waiting) {
@@ -406,25 +229,19 @@ class Supervisor {
         for (const Text& before : node->spec.after) due = due && is_ready(before.text);
       }
       if (!due || stopping_) continue;
-      try {
+      if (hosts_.ready(node->spec)) {
         node->start(Clock::now());
-      } catch (const std::runtime_error& e) {
-        node->state = State::ended;
-        end_run(1, fmt::format("node '{}' cannot be started: {}", node->name(), e.what()));
+      } else {
+        awaits_host_ = true;
       }
     }
-  }
-
-  /// By pid: the name a program has in the graph may differ from the one in the file (recorder).
-  static bool is(const ManagedNode& node, const v1::NodeInfo& info) {
-    return node.spec.host ? info.name() == node.name()
-                          : static_cast<pid_t>(info.pid()) == node.child.pid;
   }
 
   /// Nodes of the run that do not understand each other: a lock-step would wait at every message.
   void compare_types() {
     const auto ours = [this](const v1::NodeInfo& info) {
-      return std::ranges::any_of(nodes_, [&](const auto& node) { return is(*node, info); });
+      return std::ranges::any_of(nodes_,
+                                 [&](const auto& node) { return hosts_.runs(node->spec, info); });
     };
     for (const auto& [name_a, a] : registry_.nodes()) {
       for (const auto& [name_b, b] : registry_.nodes()) {
@@ -435,27 +252,45 @@ class Supervisor {
   }
 
   void follow_registry() {
-    if (!registry_.poll().empty()) compare_types();
+    const auto news = registry_.poll();
+    hosts_.tell(news);
+    if (!news.empty()) compare_types();
     for (const auto& [name, info] : registry_.nodes()) {
       for (auto& node : nodes_) {
-        if (!is(*node, info) || !info.ready() || node->state != State::starting) continue;
+        if (node->state != State::starting || !info.ready() || !hosts_.runs(node->spec, info))
+          continue;
         node->set_ready();
         say("{} is ready ({:.2f} s)", node->name(), to_seconds(Clock::now() - node->started));
       }
     }
   }
 
-  void follow_endings() {
-    for (auto& node : nodes_) {
-      const auto ending = node->poll();
-      if (!ending) continue;
-      node->ended(*ending, Clock::now());
-      if (stopping_) {
-        node->state = State::ended;
-        if (!ending->good()) say("{} {}", node->name(), ending->text());
-      } else {
-        failed(*node, *ending);
-      }
+  void follow(const HostEvent& event) {
+    const auto found =
+        std::ranges::find(nodes_, event.node, [](const auto& n) { return n->name(); });
+    if (found == nodes_.end()) return;
+    ManagedNode& node = **found;
+    switch (event.kind) {
+      case Kind::output:
+      case Kind::error:
+        return node.log.take(event.text, event.kind == Kind::error);
+      case Kind::silent:
+        node.silence = event.time;
+        return follow_silence(node, event.text);
+      case Kind::heard:
+        if (std::exchange(node.named_silent, false))
+          say("{} goes on after {:.1f} s", node.name(), to_seconds(event.time - node.unheard));
+        node.silence = node.unheard = {};
+        return;
+      case Kind::failed:
+        node.running = false;
+        node.state = State::ended;
+        return end_run(1, fmt::format("node '{}' cannot be started: {}", node.name(), event.text));
+      case Kind::ended:
+        node.ended(event.ending, Clock::now());
+        if (!stopping_) return failed(node, event.ending);
+        node.state = State::ended;
+        if (!event.ending.good()) say("{} {}", node.name(), event.ending.text());
     }
   }
 
@@ -492,33 +327,22 @@ class Supervisor {
     }
   }
 
-  void follow_signs_of_life(WallTime now) {
-    const nanoseconds passed = watched_.passed(now);
-    // A full pipe has what the keeper needs.
-    if (passed > nanoseconds(0) && write(life_.get(), "", 1) < 0 && errno != EAGAIN) life_.reset();
-    while (const auto pid = watchdog_.next()) {
-      for (auto& node : nodes_) {
-        if (node->child.pid != *pid) continue;
-        if (const auto hung = node->silence.heard(passed))
-          say("{} goes on after {:.1f} s", node->name(), to_seconds(*hung));
-      }
-    }
-    for (auto& node : nodes_) {
-      if (node->state != State::ready) continue;
-      if (node->silence.look(node->child.pid, passed))
-        say("{} hangs: no sign of life for {}", node->name(), node->silence.text());
-      if (node->spec.hung_after == nanoseconds(0) || !node->silence.reached(node->spec.hung_after))
-        continue;
-      if (node->spec.required) {
-        end_run(1, fmt::format("node '{}' hung for {}", node->name(), node->silence.text()));
-      } else if (node->spec.restart.on_failure && !node->killed) {
-        node->child.send(SIGKILL);  // its ending starts it again
-      }
+  void follow_silence(ManagedNode& node, const std::string& does) {
+    const nanoseconds silence = node.silence - node.unheard;
+    if (node.state != State::ready || silence < Watchdog::kNamed) return;
+    const std::string how = fmt::format("{:.1f} s ({})", to_seconds(silence), does);
+    if (!std::exchange(node.named_silent, true))
+      say("{} hangs: no sign of life for {}", node.name(), how);
+    if (node.spec.hung_after == nanoseconds(0) || silence < node.spec.hung_after) return;
+    if (node.spec.required) {
+      end_run(1, fmt::format("node '{}' hung for {}", node.name(), how));
+    } else if (node.spec.restart.on_failure && !node.killed) {
+      node.host.send(node.name(), SIGKILL);  // its ending starts it again
     }
   }
 
   void follow_clock(WallTime now) {
-    bool any = false;
+    bool any = awaits_host_;
     for (auto& node : nodes_) {
       any = any || (node->state != State::ended && node->state != State::waiting);
       if (node->state == State::starting && node->due <= now &&
@@ -588,96 +412,32 @@ class Supervisor {
   }
 
   void sleep() {
-    std::vector<pollfd> fds = {
-        {signals_.get(), POLLIN, 0}, {registry_.fd(), POLLIN, 0}, {watchdog_.fd(), POLLIN, 0}};
-    if (end_ >= 0 && !stopping_) fds.push_back({end_, POLLIN, 0});
-    for (const auto& node : nodes_) {
-      const Child& child = node->child;
-      for (const Fd* fd : {&child.pidfd, &child.out, &child.err}) {
-        if (fd->open()) fds.push_back({fd->get(), POLLIN, 0});
-      }
-    }
+    std::vector<pollfd> fds = {{signals_.get(), POLLIN, 0},
+                               {registry_.fd(), POLLIN, 0},
+                               {end_ >= 0 && !stopping_ ? end_ : -1, POLLIN, 0}};
+    hosts_.watch(fds);
     const auto now = Clock::now();
     const auto wait = std::chrono::ceil<std::chrono::milliseconds>(next_due(now) - now);
     poll(fds.data(), fds.size(), static_cast<int>(std::clamp<long>(wait.count(), 0, 60'000)));
-    if (end_ >= 0 && !stopping_ && (fds[3].revents & POLLIN) != 0) end_run(0, "");
+    if ((fds[2].revents & POLLIN) != 0) end_run(0, "");
   }
 
-  Watchdog watchdog_;
-  Watched watched_;
   Fd life_;  ///< to the keeper
-  std::vector<std::unique_ptr<ManagedNode>> nodes_;
   std::vector<std::vector<std::string>> groups_;
   int end_;                ///< readable when the run shall end; -1: none
   std::string directory_;  ///< of the graph
   runtime::Registry registry_;
+  Hosts hosts_;
+  std::vector<std::unique_ptr<ManagedNode>> nodes_;
   Fd signals_ = open_signals();
   Outcome outcome_;
   bool stopping_ = false, done_ = false;
-  std::size_t group_ = 0;  ///< index in `groups_` of the group being stopped
+  bool awaits_host_ = false;  ///< a node could start if its host were there
+  std::size_t group_ = 0;     ///< index in `groups_` of the group being stopped
   int interrupts_ = 0;
 };
 
 }  // namespace
-
-int keep(const std::function<int(Fd)>& work,
-         const std::function<void(const std::string&)>& killed) {
-  std::fflush(nullptr);
-  const sigset_t set = set_of({SIGINT, SIGTERM, SIGHUP, SIGCHLD});
-  sigset_t before;
-  sigprocmask(SIG_BLOCK, &set, &before);
-  prctl(PR_SET_CHILD_SUBREAPER, 1);
-  signal(SIGPIPE, SIG_IGN);
-  const pid_t keeper = getpid();
-  int life[2] = {-1, -1};
-  const pid_t worker = pipe2(life, O_CLOEXEC | O_NONBLOCK) == 0 ? fork() : -1;
-  Fd watched(life[0]), lives(life[1]);
-  if (worker < 0) {
-    std::perror("mimesis: fork");
-    return 1;
-  }
-  if (worker > 0) {
-    lives.reset();
-    return wait_for(worker, watched, set, killed);
-  }
-  watched.reset();
-  // A group of its own: Ctrl-C reaches the keeper alone, which passes it on once.
-  setpgid(0, 0);
-  signal(SIGTTOU, SIG_IGN);
-  prctl(PR_SET_PDEATHSIG, SIGTERM);
-  prctl(PR_SET_CHILD_SUBREAPER, 1);
-  if (getppid() != keeper) return 1;
-  return work(std::move(
-      lives));  // with the signals still blocked: the supervisor reads them from a descriptor
-}
-
-void clean_folder(const std::string& directory) {
-  runtime::clean_graph(directory);
-  namespace fs = std::filesystem;
-  std::error_code ignored;
-  std::vector<fs::path> sockets, folders;
-  for (fs::recursive_directory_iterator it(directory, ignored), end; !ignored && it != end;
-       it.increment(ignored)) {
-    std::error_code gone;
-    if (it->symlink_status(gone).type() == fs::file_type::socket) sockets.push_back(it->path());
-    if (it->symlink_status(gone).type() == fs::file_type::directory &&
-        it->path().filename() != "nodes")
-      folders.push_back(it->path());
-    if (it.depth() > 0) it.disable_recursion_pending();
-  }
-  // A datagram socket is refused where nobody is bound; a bound socket of another type is not
-  // disturbed.
-  const Fd probe(socket(AF_UNIX, SOCK_DGRAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0));
-  for (const fs::path& path : sockets) {
-    sockaddr_un address{.sun_family = AF_UNIX, .sun_path = {}};
-    if (path.native().size() >= sizeof address.sun_path) continue;
-    path.native().copy(address.sun_path, path.native().size());
-    const auto* to = reinterpret_cast<const sockaddr*>(&address);
-    if (connect(probe.get(), to, sizeof address) != 0 && errno == ECONNREFUSED)
-      unlink(path.c_str());
-  }
-  for (const fs::path& folder : folders) rmdir(folder.c_str());  // stays unless it is empty
-}
 
 std::optional<WallTime> Backoff::next(WallTime now) {
   if (!restart_.on_failure) return std::nullopt;

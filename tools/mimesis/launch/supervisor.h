@@ -1,30 +1,14 @@
 #pragma once
 #include <chrono>
 #include <deque>
-#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "tools/mimesis/launch/command.h"
-#include "tools/mimesis/launch/process.h"
+#include "tools/mimesis/launch/node_host.h"
 
 namespace mimesis::launch {
-
-/// Runs `work` in a child process and stays its parent, so that nothing can outlive a launch:
-///  - kill -9 of this process: the child gets SIGTERM and stops its nodes in order;
-///  - kill -9 of the child: this process inherits all that the child had started (it is a
-///    subreaper), sends SIGTERM, and after 3 s SIGKILL;
-///  - a child that hangs is named, and killed when it has given no sign of life for 2 s.
-/// SIGINT, SIGTERM and SIGHUP are passed on. Returns the exit code of `work`, 1 if it was killed:
-/// then `killed` says why in its stead, when all it had started is gone.
-/// In the child it returns, too, with the result of `work`.
-/// @param work  gets the descriptor that it gives its signs of life on: a byte ten times a second.
-///              It is watched from the first to the closing.
-int keep(const std::function<int(Fd life)>& work,
-         const std::function<void(const std::string& why)>& killed);
-
-using WallTime = std::chrono::steady_clock::time_point;
 
 /// When a failed node may be started again: a delay that grows with every restart in the window.
 class Backoff {
@@ -51,10 +35,6 @@ struct Outcome {
   std::string reason;  ///< why the run ended, empty if it ended as it should
   std::vector<NodeOutcome> nodes;
 };
-
-/// Removes what killed nodes have left in a graph's folder: entries, sockets that no process has
-/// bound (of simulated devices too), and folders that are empty then.
-void clean_folder(const std::string& directory);
 
 /// Starts the nodes of a graph in order of `after` and readiness, watches them, and stops them in
 /// reverse. Single-threaded; sleeps in poll(2) on the ends of processes, their output, signals and

@@ -53,12 +53,27 @@ class Silence {
   /// Looks at the process; true if it is to be named now.
   bool look(pid_t pid, std::chrono::nanoseconds passed);
   bool reached(std::chrono::nanoseconds limit) const { return length_ && *length_ >= limit; }
+  std::chrono::nanoseconds length() const { return length_.value_or(std::chrono::nanoseconds(0)); }
+  std::string doing() const { return does_.text(); }
   std::string text() const;  ///< "2.1 s (stopped by a signal)"
 
  private:
   std::optional<std::chrono::nanoseconds> length_;
   bool named_ = false;
   Activity does_;  ///< when last looked at
+};
+
+constexpr std::chrono::milliseconds kLook{100};  ///< period of looking for silence
+
+/// The time since the last call. Time in which this process did not run itself is nobody's silence.
+class Watched {
+ public:
+  std::chrono::nanoseconds passed(std::chrono::steady_clock::time_point now) {
+    return std::min<std::chrono::nanoseconds>(now - std::exchange(looked_, now), 2 * kLook);
+  }
+
+ private:
+  std::chrono::steady_clock::time_point looked_ = std::chrono::steady_clock::now();
 };
 
 }  // namespace mimesis::launch

@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include "tools/mimesis/launch/command.h"
+#include "tools/mimesis/launch/far_host.h"
 #include "tools/mimesis/launch/graph_file.h"
 #include "tools/mimesis/launch/supervisor.h"
 #include "tools/mimesis/launch/test/graph_text.h"
@@ -48,7 +49,7 @@ TEST(Command, SaysAllThatANodeNeeds) {
       "in: {i: t/i}, out: {o: t/o}}\n");
   const launch::Run run{
       .graph = "g1", .log = "/log", .sets = {{"eye", "rate_hz=3"}, {"arm", "x=1"}}};
-  const Command c = local_command(g, g.nodes[0], run);
+  const Command c = command(g, g.nodes[0], run);
   const std::vector<std::string> expected = {
       "/bin/true", "-v",      "--name", "eye",       "--graph",
       "g1",        "--clock", "wall",   "--params",  g.file + "#nodes.eye.params",
@@ -63,12 +64,37 @@ TEST(Command, GoesThroughSshToOtherHosts) {
   const GraphFile g = read_text(
       "version: 1\nhosts: {spine: {address: biped, user: robot, prefix: /opt/m}}\n"
       "nodes: {a: {exec: mimesis_x, host: spine}}\n");
-  const Command c = command(g, g.nodes[0], {.graph = "g1", .log = "/log", .sets = {}});
+  const Command c = command_from_here(g, g.nodes[0], {.graph = "g1", .log = "/log", .sets = {}});
   EXPECT_EQ(c.argv.at(0), "ssh");
-  EXPECT_EQ(c.argv.at(4), "robot@biped");
+  EXPECT_EQ(c.argv.at(6), "robot@biped");
   EXPECT_TRUE(c.argv.back().starts_with(
       "exec env MIMESIS_GRAPH=g1 MIMESIS_RUN_LOG=/log /opt/m/bin/mimesis_x "))
       << c.argv.back();
+}
+
+TEST(Command, NodesOfSeveralHostsAreBoundToTcp) {
+  const GraphFile g = read_text(
+      "version: 1\nhosts: {spine: {address: 10.9.9.9, first_port: 7400}, here: {address: "
+      "localhost}}\n"
+      "nodes: {a: {exec: x}, b: {exec: x, host: spine}, c: {exec: x, host: here}, d: {exec: x, "
+      "host: "
+      "spine}}\n");
+  std::vector<std::string> bound;
+  for (const NodeSpec& node : g.nodes) bound.push_back(bind_address(g, node));
+  EXPECT_EQ(bound, (std::vector<std::string>{"tcp://0.0.0.0:*", "tcp://10.9.9.9:7400",
+                                             "tcp://0.0.0.0:*", "tcp://10.9.9.9:7403"}));
+  EXPECT_EQ(bind_address(read_text("version: 1\nnodes: {a: {exec: x}}\n"), g.nodes[0]), "");
+}
+
+TEST(ClockOffset, TheShortestWayCounts) {
+  ClockOffset offset;  // there: 5 s less than the graph's time
+  offset.add(Time(10s), Time(5s + 9ms), Time(5s + 9ms), Time(10s + 10ms));  // slow on the way there
+  EXPECT_EQ(offset.best().graph_minus_there, Time(5s - 4ms));
+  offset.add(Time(11s), Time(6s + 1ms), Time(6s + 3ms), Time(11s + 4ms));
+  EXPECT_EQ(offset.best().graph_minus_there, Time(5s));
+  EXPECT_EQ(offset.best().delay, Time(2ms));
+  for (int i = 0; i < 16; ++i) offset.add(Time(12s), Time(8s), Time(8s), Time(12s + 6ms));
+  EXPECT_EQ(offset.best().graph_minus_there, Time(4s + 3ms)) << "old ones are forgotten";
 }
 
 TEST(Backoff, GrowsAndGivesUpAndForgets) {

@@ -1,0 +1,28 @@
+#pragma once
+#include <map>
+#include <optional>
+#include <string>
+
+namespace mimesis::runtime {
+
+// Keys of hosts (CURVE, Z85: 40 characters). Files in $XDG_CONFIG_HOME/mimesis (~/.config/mimesis):
+// `key`, mode 0600: the public and the secret key of this host, a line each; `trusted`: KEY NAME in
+// each line; /etc/mimesis/trusted counts as well.
+
+struct KeyPair {
+  std::string public_key, secret_key;
+};
+
+/// Nothing if there is no file. @throws ConfigError if others may read it or it holds no keys.
+std::optional<KeyPair> own_key();
+/// @throws ConfigError if there is one already and `replace` is false, or it cannot be written.
+KeyPair make_key(bool replace);
+/// Name by public key.
+std::map<std::string, std::string> trusted_keys();
+/// Adds or renames a key. @throws ConfigError unless `key` is a public key, or on a failed write.
+void trust_key(const std::string& name, const std::string& key);
+
+/// A tcp endpoint that is not in 127.0.0.0/8: what goes there needs keys.
+bool leaves_host(const std::string& endpoint);
+
+}  // namespace mimesis::runtime

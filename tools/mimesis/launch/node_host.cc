@@ -1,0 +1,117 @@
+#include "tools/mimesis/launch/node_host.h"
+
+#include <algorithm>
+#include <array>
+#include <string_view>
+
+namespace mimesis::launch {
+namespace {
+
+using Kind = HostEvent::Kind;
+
+constexpr std::size_t kMaxLine = 4096;
+constexpr int kReadsPerTurn = 16;
+
+/// Takes what is readable (at most 256 KiB, so that others get their turn); closes a stream at its
+/// end. A line of more than 4 KiB is broken.
+void pump(Fd& from, std::string& partial, const std::function<void(std::string)>& line) {
+  std::array<char, 16384> buffer;
+  for (int turn = 0; turn < kReadsPerTurn && from.open(); ++turn) {
+    const ssize_t n = read(from.get(), buffer.data(), buffer.size());
+    if (n < 0) return;
+    if (n == 0) return from.reset();
+    std::string_view bytes(buffer.data(), static_cast<std::size_t>(n));
+    while (!bytes.empty()) {
+      const std::size_t room = kMaxLine - partial.size();
+      const std::size_t end = std::min({bytes.find('\n'), bytes.size(), room});
+      partial.append(bytes.substr(0, end));
+      const bool newline = end < bytes.size() && bytes[end] == '\n';
+      bytes.remove_prefix(newline ? end + 1 : end);
+      if (newline || partial.size() == kMaxLine) line(std::exchange(partial, {}));
+    }
+  }
+}
+
+}  // namespace
+
+void LocalHost::start(const std::string& node, const Command& command, const Sched& sched) {
+  Command watched = command;
+  for (auto& variable : watchdog_.environment()) watched.env.push_back(std::move(variable));
+  try {
+    running_[node] = {.child = spawn(watched, sched), .out = {}, .err = {}, .silence = {}};
+  } catch (const std::runtime_error& e) {
+    running_.erase(node);
+    failed_.push_back({.node = node, .kind = Kind::failed, .text = e.what()});
+  }
+}
+
+void LocalHost::send(const std::string& node, int signal) {
+  const auto it = running_.find(node);
+  if (it != running_.end()) it->second.child.send(signal);
+}
+
+pid_t LocalHost::pid(const std::string& node) const {
+  const auto it = running_.find(node);
+  return it != running_.end() ? it->second.child.pid : 0;
+}
+
+std::vector<std::string> LocalHost::running() const {
+  std::vector<std::string> names;
+  for (const auto& [name, process] : running_) names.push_back(name);
+  return names;
+}
+
+std::vector<HostEvent> LocalHost::poll() {
+  std::vector<HostEvent> events = std::exchange(failed_, {});
+  const nanoseconds passed = watched_.passed(std::chrono::steady_clock::now());
+  while (const auto pid = watchdog_.next()) {
+    for (auto& [name, process] : running_) {
+      if (process.child.pid != *pid) continue;
+      if (const auto hung = process.silence.heard(passed))
+        events.push_back({.node = name, .kind = Kind::heard, .time = *hung});
+    }
+  }
+  for (auto it = running_.begin(); it != running_.end();) {
+    auto& [name, process] = *it;
+    const auto read_all = [&] {
+      for (const Kind kind : {Kind::output, Kind::error}) {
+        const bool out = kind == Kind::output;
+        pump(out ? process.child.out : process.child.err, out ? process.out : process.err,
+             [&](std::string line) {
+               events.push_back({.node = name, .kind = kind, .text = std::move(line)});
+             });
+      }
+    };
+    read_all();
+    if (const auto ending = process.child.reap()) {
+      read_all();
+      for (std::string* partial : {&process.out, &process.err}) {
+        const Kind kind = partial == &process.out ? Kind::output : Kind::error;
+        if (!partial->empty()) events.push_back({.node = name, .kind = kind, .text = *partial});
+      }
+      events.push_back({.node = name, .kind = Kind::ended, .ending = *ending});
+      it = running_.erase(it);
+      continue;
+    }
+    process.silence.look(process.child.pid, passed);
+    if (process.silence.reached(Watchdog::kNamed)) {
+      events.push_back({.node = name,
+                        .kind = Kind::silent,
+                        .text = process.silence.doing(),
+                        .time = process.silence.length()});
+    }
+    ++it;
+  }
+  return events;
+}
+
+void LocalHost::watch(std::vector<pollfd>& fds) const {
+  fds.push_back({watchdog_.fd(), POLLIN, 0});
+  for (const auto& [name, process] : running_) {
+    for (const Fd* fd : {&process.child.pidfd, &process.child.out, &process.child.err}) {
+      if (fd->open()) fds.push_back({fd->get(), POLLIN, 0});
+    }
+  }
+}
+
+}  // namespace mimesis::launch

@@ -1,0 +1,71 @@
+#pragma once
+#include <poll.h>
+
+#include <chrono>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "proto/runtime.pb.h"
+#include "tools/mimesis/launch/process.h"
+#include "tools/mimesis/launch/watchdog.h"
+
+namespace mimesis::launch {
+
+using WallTime = std::chrono::steady_clock::time_point;
+
+/// What a node's process did.
+struct HostEvent {
+  enum class Kind : int {
+    output,  ///< `text`: a line on standard output
+    error,   ///< `text`: a line on standard error
+    silent,  ///< no sign of life for `time`; `text`: what it does
+    heard,   ///< it goes on after `time`
+    ended,   ///< as `ending` says; after all its lines
+    failed,  ///< it could not be started: `text`
+  };
+  std::string node;
+  Kind kind = Kind::output;
+  std::string text = {};
+  nanoseconds time{};
+  Ending ending = {};
+};
+
+/// Where nodes run: this machine, or one behind ssh (far_host.h).
+class NodeHost {
+ public:
+  virtual ~NodeHost() = default;
+  virtual bool up() const = 0;  ///< nodes can be started
+  virtual void start(const std::string& node, const Command& command, const Sched& sched) = 0;
+  virtual void send(const std::string& node, int signal) = 0;
+  /// What has happened since the last call; to be called at least every kLook.
+  virtual std::vector<HostEvent> poll() = 0;
+  virtual void watch(std::vector<pollfd>& fds) const = 0;  ///< adds what wakes `poll`
+  /// The process of a node; 0: it does not run.
+  virtual pid_t pid(const std::string& node) const = 0;
+};
+
+class LocalHost final : public NodeHost {
+ public:
+  bool up() const override { return true; }
+  void start(const std::string& node, const Command& command, const Sched& sched) override;
+  void send(const std::string& node, int signal) override;
+  std::vector<HostEvent> poll() override;
+  void watch(std::vector<pollfd>& fds) const override;
+  pid_t pid(const std::string& node) const override;
+  std::vector<std::string> running() const;
+
+ private:
+  struct Running {
+    Child child;
+    std::string out, err;  ///< begun lines
+    Silence silence;
+  };
+  Watchdog watchdog_;
+  Watched watched_;
+  std::map<std::string, Running> running_;
+  std::vector<HostEvent> failed_;
+};
+
+}  // namespace mimesis::launch
