@@ -29,6 +29,7 @@
 #include "common/time.h"
 #include "tools/mimesis/launch/process.h"
 #include "tools/mimesis/launch/watchdog.h"
+#include "tools/mimesis/progress.h"
 #include "tools/mimesis/table.h"
 
 namespace mimesis::launch {
@@ -93,9 +94,16 @@ int end_descendants(int grace_ms) {
   }
 }
 
+/// Of this process: other lines take it away first.
+tool::StatusLine& status_line() {
+  static tool::StatusLine line;
+  return line;
+}
+
 template <class... Args>
 void say(fmt::format_string<Args...> format, Args&&... args) {
   const std::string line = fmt::format(format, std::forward<Args>(args)...);
+  status_line().clear();
   std::fprintf(stderr, "mimesis: %s\n", line.c_str());
 }
 
@@ -182,14 +190,25 @@ void write_all(int fd, std::string_view text) {
   }
 }
 
+/// "info: ready" of a node's log line "[20:29:56.316] [vision] info: ready"; empty for other lines.
+std::string_view log_words(std::string_view line) {
+  constexpr std::size_t kTime = 13;  // "[20:29:56.316"
+  if (!line.starts_with('[') || line.size() < kTime || line.substr(kTime, 3) != "] [") return {};
+  const std::size_t end = line.find("] ", kTime + 3);
+  return end == std::string_view::npos ? std::string_view() : line.substr(end + 2);
+}
+
 /// Copies the standard output and error of a node line by line to a file, and with the node's
-/// name in front to our standard error. Bounded: a line of more than 4 KiB is broken, the file ends
-/// at 64 MiB.
+/// name in front to our standard error: all of them, or none, or those that are no information of
+/// its log. Bounded: a line of more than 4 KiB is broken, the file ends at 64 MiB.
 class LineLog {
  public:
+  enum class Shown { all, no_information, none };
+
   /// @throws std::runtime_error if the file cannot be opened.
-  LineLog(const std::string& name, const std::string& file)
+  LineLog(const std::string& name, const std::string& file, Shown shown)
       : prefix_("[" + name + "] "),
+        shown_(shown),
         file_(open(file.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0644)) {
     if (!file_.open()) throw std::runtime_error(file + ": " + std::strerror(errno));
   }
@@ -236,14 +255,25 @@ class LineLog {
   }
 
   void line(std::string_view text) {
-    write_all(STDERR_FILENO, prefix_ + printable(text, "\t") + "\n");
+    show(text);
     if (written_ > kMaxFile) return;
     written_ += text.size() + 1;
     write_all(file_.get(), std::string(text) + "\n");
     if (written_ > kMaxFile) write_all(file_.get(), "(64 MiB written: the rest is not kept)\n");
   }
 
+  void show(std::string_view text) const {
+    const std::string_view words = log_words(text);
+    const bool information = words.starts_with("info: ") || words.starts_with("debug: ");
+    if (shown_ == Shown::none || (information && shown_ != Shown::all)) return;
+    status_line().clear();
+    // The name stands in front already.
+    const std::string time = words.empty() ? "" : std::string(text.substr(1, 12)) + " ";
+    write_all(STDERR_FILENO, prefix_ + time + printable(words.empty() ? text : words, "\t") + "\n");
+  }
+
   std::string prefix_;
+  Shown shown_;
   Fd file_;
   std::size_t written_ = 0;
   std::string out_, err_;  ///< begun lines
@@ -261,8 +291,14 @@ struct ManagedNode {
     ended,
   };
 
-  ManagedNode(const NodeSpec& node, Command how, const std::string& log_file)
-      : spec(node), command(std::move(how)), log(name(), log_file), backoff(spec.restart) {}
+  ManagedNode(const NodeSpec& node, Command how, const std::string& log_file, bool verbose)
+      : spec(node),
+        command(std::move(how)),
+        log(name(), log_file,
+            verbose          ? LineLog::Shown::all
+            : node.records() ? LineLog::Shown::none  // a failure is reported at the end
+                             : LineLog::Shown::no_information),
+        backoff(spec.restart) {}
 
   /// @throws std::runtime_error if it cannot be started.
   void start(WallTime now) {
@@ -331,8 +367,9 @@ using State = ManagedNode::State;
 /// Starts the nodes of a graph, watches them, stops them in reverse.
 class Supervisor {
  public:
-  Supervisor(const GraphFile& graph, const Run& run, int end_fd, Fd life)
+  Supervisor(const GraphFile& graph, const Run& run, int end_fd, Fd life, News news)
       : life_(std::move(life)),
+        news_(std::move(news)),
         groups_(stop_order(graph)),
         end_(end_fd),
         directory_(runtime::graph_directory(run.graph)),
@@ -341,8 +378,8 @@ class Supervisor {
     for (const NodeSpec& spec : graph.nodes) {
       Command how = command(graph, spec, run);
       for (auto& variable : watchdog_.environment()) how.env.push_back(std::move(variable));
-      nodes_.push_back(std::make_unique<ManagedNode>(spec, std::move(how),
-                                                     run.log + "/" + spec.name.text + ".log"));
+      nodes_.push_back(std::make_unique<ManagedNode>(
+          spec, std::move(how), run.log + "/" + spec.name.text + ".log", run.verbose));
     }
   }
 
@@ -359,7 +396,9 @@ class Supervisor {
       follow_registry();
       follow_signs_of_life(Clock::now());
       follow_clock(Clock::now());
+      show_progress(Clock::now());
     }
+    status_line().clear();
     if (const int left = end_descendants(0); left > 0)
       say("ended {} processes that nodes had left", left);
     for (const auto& node : nodes_) {
@@ -534,6 +573,20 @@ class Supervisor {
     if (!any && !stopping_) end_run(0, "");  // nothing runs and nothing will
   }
 
+  void show_progress(WallTime now) {
+    std::size_t ready = 0, running = 0;
+    for (const auto& node : nodes_) {
+      ready += node->state == State::ready ? 1 : 0;
+      running += node->alive() ? 1 : 0;
+    }
+    const std::string news = news_ ? news_() : "";
+    status_line().show(
+        stopping_ ? fmt::format("stopping: {} nodes run", running)
+                  : fmt::format("{:.0f} s: {} of {} nodes ready{}{}", to_seconds(now - started_),
+                                ready, nodes_.size(), news.empty() ? "" : ", ", news),
+        now);
+  }
+
   void end_run(int code, const std::string& why) {
     if (stopping_) return;
     stopping_ = true;
@@ -606,6 +659,8 @@ class Supervisor {
   Watchdog watchdog_;
   Watched watched_;
   Fd life_;  ///< to the keeper
+  News news_;
+  const WallTime started_ = Clock::now();
   std::vector<std::unique_ptr<ManagedNode>> nodes_;
   std::vector<std::vector<std::string>> groups_;
   int end_;                ///< readable when the run shall end; -1: none
@@ -694,8 +749,8 @@ std::optional<WallTime> Backoff::next(WallTime now) {
   return now + bounded;
 }
 
-Outcome supervise(const GraphFile& graph, const Run& run, int end_fd, Fd life) {
-  return Supervisor(graph, run, end_fd, std::move(life)).run();
+Outcome supervise(const GraphFile& graph, const Run& run, int end_fd, Fd life, News news) {
+  return Supervisor(graph, run, end_fd, std::move(life), std::move(news)).run();
 }
 
 }  // namespace mimesis::launch

@@ -11,7 +11,7 @@
 #include <tuple>
 #include <unordered_map>
 
-#include "tools/mimesis/log/human.h"
+#include "tools/mimesis/human.h"
 #include "tools/mimesis/log/verb_options.h"
 #include "tools/mimesis/table.h"
 
