@@ -113,11 +113,12 @@ std::string meaning_of(const std::string& key) {
 }
 
 /// The unit at the end of a meaning, "rate of steps [Hz]", else the suffix of the key
-/// (proto/README.md). [1] is no unit.
+/// (proto/README.md). [1] is no unit, nor is a source: [M18 Fig. 2.21].
 std::string unit_of(const std::string& key, const std::string& meaning) {
   if (meaning.ends_with(']')) {
     const std::string unit = meaning.substr(meaning.rfind('[') + 1);
-    return unit == "1]" ? "" : unit.substr(0, unit.size() - 1);
+    const bool source = unit.starts_with("M1");
+    return source || unit == "1]" ? "" : unit.substr(0, unit.size() - 1);
   }
   constexpr std::array<std::pair<std::string_view, std::string_view>, 16> kUnits{
       {{"_rad_s2", "rad/s²"},

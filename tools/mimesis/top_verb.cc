@@ -77,11 +77,16 @@ struct Watched {
         1e-9 * static_cast<double>(health->header().stamp_ns() - before->header().stamp_ns());
     return seconds > 0.0 ? static_cast<double>(health->sent() - before->sent()) / seconds : 0.0;
   }
+  /// Messages that should have been taken: an input that keeps the latest overwrites by design.
   std::uint64_t dropped() const {
     std::uint64_t sum = health ? health->overflow() : 0;
     if (health) {
-      for (const v1::InputHealth& in : health->inputs())
-        sum += in.lost() + in.dropped() + in.rejected();
+      for (const v1::InputHealth& in : health->inputs()) {
+        const bool latest = std::ranges::any_of(info.inputs(), [&](const v1::TopicInfo& input) {
+          return input.topic() == in.topic() && input.policy() == "latest";
+        });
+        sum += in.rejected() + (latest ? 0 : in.lost() + in.dropped());
+      }
     }
     return sum;
   }
@@ -268,7 +273,7 @@ void add_top(CLI::App& program, int& exit_code) {
   verb->add_option("-n", o->count, "Number of refreshes, then end")->check(number_above_zero);
   add_graph_options(*verb, *o);
   verb->footer(
-      "LATE: steps that ended after the next was due; DROPPED: lost, overwritten or refused "
+      "LATE: steps that ended after the next was due; DROPPED: lost or refused "
       "inputs; "
       "figures\nof the node's last NODE/health. A key that stops or restarts a node asks once "
       "more.\n"
