@@ -113,7 +113,7 @@ std::string meaning_of(const std::string& key) {
 }
 
 /// The unit at the end of a meaning, "rate of steps [Hz]", else the suffix of the key
-/// (proto/README.md). [1] is no unit, nor is a source: [M18 Fig. 2.21].
+/// (proto/README.md). [1] is no unit, nor is a source that stands there.
 std::string unit_of(const std::string& key, const std::string& meaning) {
   if (meaning.ends_with(']')) {
     const std::string unit = meaning.substr(meaning.rfind('[') + 1);
