@@ -113,11 +113,12 @@ std::string meaning_of(const std::string& key) {
 }
 
 /// The unit at the end of a meaning, "rate of steps [Hz]", else the suffix of the key
-/// (proto/README.md). [1] is no unit.
+/// (proto/README.md). [1] is no unit, nor is a source that stands there.
 std::string unit_of(const std::string& key, const std::string& meaning) {
   if (meaning.ends_with(']')) {
     const std::string unit = meaning.substr(meaning.rfind('[') + 1);
-    return unit == "1]" ? "" : unit.substr(0, unit.size() - 1);
+    const bool source = unit.starts_with("M1");
+    return source || unit == "1]" ? "" : unit.substr(0, unit.size() - 1);
   }
   constexpr std::array<std::pair<std::string_view, std::string_view>, 16> kUnits{
       {{"_rad_s2", "rad/s²"},
@@ -180,6 +181,7 @@ Json param_json(const ParamInfo& info, const ParamInfo& present) {
   if (info.size != 0) json["size"] = info.size;
   if (!info.file_of.empty()) json["file"] = info.file_of;
   json["allowed"] = info.allowed;
+  json["changeable"] = info.changeable;
   json["help"] = meaning;
   return json;
 }
@@ -282,7 +284,8 @@ std::string ports_text(const Declared& declared) {
 std::string params_text(const std::vector<ParamInfo>& infos) {
   std::string lines;
   for (const ParamInfo& info : infos) {
-    lines += fmt::format("  {:<28} {:<16} {}\n", info.key, info.value, info.allowed);
+    lines += fmt::format("  {:<28} {:<16} {}{}\n", info.key, info.value, info.allowed,
+                         info.changeable ? ", changeable" : "");
     const std::string meaning = meaning_of(info.key);
     if (!meaning.empty()) lines += fmt::format("      {}\n", meaning);
   }
@@ -342,6 +345,9 @@ std::string placed(const std::string& line, const std::string& owner,
   }
   return line.starts_with(owner + ".") ? line : owner + ": " + line;
 }
+
+std::string param_meaning(const std::string& key) { return meaning_of(key); }
+std::string param_unit(const std::string& key) { return unit_of(key, meaning_of(key)); }
 
 bool explain(const char* lines) {
   meanings() += lines;

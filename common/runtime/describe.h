@@ -58,6 +58,10 @@ std::string description(const NodeAbout& about, const Declared& declared,
 std::string ports_text(const Declared& declared);
 std::string params_text(const std::vector<ParamInfo>& infos);
 
+/// Meaning of a parameter, empty if none is known, and its unit.
+std::string param_meaning(const std::string& key);
+std::string param_unit(const std::string& key);
+
 /// `line` of a ConfigError, with the place of the parameter that it is about in front: it begins
 /// with "KEY: " or "OWNER.KEY: ", or with the file that a parameter names, or quotes its value.
 std::string placed(const std::string& line, const std::string& owner,

@@ -102,49 +102,53 @@ std::string flow(const std::vector<std::string>& values) {
 class Writer : public ParamVisitor {
  public:
   void operator()(std::string_view key, double& value, double lo, double hi) override {
-    leaf({std::string(key), "number", fmt::format("{}", value), fmt::format("[{}, {}]", lo, hi),
-          std::pair(lo, hi)});
+    put({std::string(key), "number", fmt::format("{}", value), fmt::format("[{}, {}]", lo, hi),
+         std::pair(lo, hi)});
   }
   void operator()(std::string_view key, int& value, int lo, int hi) override {
-    leaf({std::string(key), "integer", fmt::format("{}", value),
-          fmt::format("[{}, {}] whole", lo, hi), std::pair<double, double>(lo, hi)});
+    put({std::string(key), "integer", fmt::format("{}", value),
+         fmt::format("[{}, {}] whole", lo, hi), std::pair<double, double>(lo, hi)});
   }
   void operator()(std::string_view key, bool& value) override {
-    leaf({std::string(key), "bool", fmt::format("{}", value), "true or false"});
+    put({std::string(key), "bool", fmt::format("{}", value), "true or false"});
   }
   void operator()(std::string_view key, std::string& value) override {
-    leaf({std::string(key), "text", quoted_text(value), "text"});
+    put({std::string(key), "text", quoted_text(value), "text"});
   }
   void operator()(std::string_view key, std::string& value,
                   std::initializer_list<std::string_view> choices) override {
-    leaf({.key = std::string(key),
-          .type = "text",
-          .value = quoted_text(value),
-          .allowed = fmt::format("one of {}", fmt::join(choices, ", ")),
-          .choices = {choices.begin(), choices.end()}});
+    put({.key = std::string(key),
+         .type = "text",
+         .value = quoted_text(value),
+         .allowed = fmt::format("one of {}", fmt::join(choices, ", ")),
+         .choices = {choices.begin(), choices.end()}});
   }
   void file(std::string_view key, std::string& value, std::string_view kind, bool) override {
-    leaf({.key = std::string(key),
-          .type = "text",
-          .value = quoted_text(value),
-          .allowed = fmt::format("file: {}", kind),
-          .file_of = std::string(kind)});
+    put({.key = std::string(key),
+         .type = "text",
+         .value = quoted_text(value),
+         .allowed = fmt::format("file: {}", kind),
+         .file_of = std::string(kind)});
   }
   void operator()(std::string_view key, std::vector<double>& value, double lo, double hi,
                   std::size_t size) override {
     const std::string count = size != 0 ? fmt::format("{} numbers", size) : "numbers";
-    leaf({.key = std::string(key),
-          .type = "numbers",
-          .value = flow(value),
-          .allowed = fmt::format("{} in [{}, {}]", count, lo, hi),
-          .range = std::pair(lo, hi),
-          .size = size});
+    put({.key = std::string(key),
+         .type = "numbers",
+         .value = flow(value),
+         .allowed = fmt::format("{} in [{}, {}]", count, lo, hi),
+         .range = std::pair(lo, hi),
+         .size = size});
   }
   void operator()(std::string_view key, std::vector<std::string>& value) override {
-    leaf({std::string(key), "texts", flow(value), "list of text"});
+    put({std::string(key), "texts", flow(value), "list of text"});
   }
 
  private:
+  void put(ParamInfo info) {
+    info.changeable = changeable_;
+    leaf(std::move(info));
+  }
   virtual void leaf(ParamInfo info) = 0;
 };
 
@@ -562,6 +566,10 @@ std::vector<std::string> flat_params(const VisitParams& visit) {
 
 std::vector<ParamInfo> param_infos(const VisitParams& visit) {
   return FlatWriter(visit, false).entries;
+}
+
+std::vector<ParamInfo> param_values(const VisitParams& visit) {
+  return FlatWriter(visit, true).entries;
 }
 
 }  // namespace mimesis::runtime

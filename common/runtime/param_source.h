@@ -134,12 +134,15 @@ struct ParamInfo {
   std::string allowed{};  ///< range or choices, for people
   std::optional<std::pair<double, double>> range{};  ///< closed
   std::vector<std::string> choices{};
-  std::size_t size = 0;   ///< number of elements that a list must have; 0: any
-  std::string file_of{};  ///< kind of the file it names; empty: it names none
+  std::size_t size = 0;     ///< number of elements that a list must have; 0: any
+  std::string file_of{};    ///< kind of the file it names; empty: it names none
+  bool changeable = false;  ///< while the node runs
 };
 /// All parameters behind `visit`, with their present values. Elements of empty lists are made for
 /// the time of the call.
 std::vector<ParamInfo> param_infos(const VisitParams& visit);
+/// The same for each value: "axes.0.node" of each element that there is.
+std::vector<ParamInfo> param_values(const VisitParams& visit);
 
 /// Path of a file named in a parameter: as given, else in this folder of the project (source tree,
 /// or share/mimesis beside the program's bin/). @throws ConfigError that names the places searched.

@@ -4,6 +4,7 @@
 #include <limits>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 namespace mimesis::runtime {
@@ -38,6 +39,18 @@ class ParamVisitor {
   virtual void elements(std::string_view key, std::size_t size,
                         const std::function<void(std::size_t)>& resize,
                         const std::function<void(ParamVisitor&, std::size_t)>& visit) = 0;
+
+  /// Parameters that `visit` visits may change while the node runs, if it has `change(const
+  /// Params&)`: `v.changeable([&] { v("gain", gain, 0.0, 1.0); })`.
+  template <class Visit>
+  void changeable(const Visit& visit) {
+    const bool before = std::exchange(changeable_, true);
+    visit();
+    changeable_ = before;
+  }
+
+ protected:
+  bool changeable_ = false;  ///< what is visited now
 };
 
 /// A list of structs that have `visit`: `list(v, "balls", balls)`.

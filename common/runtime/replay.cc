@@ -10,6 +10,7 @@
 #include <iostream>
 
 #include "common/error.h"
+#include "common/runtime/live_params.h"
 #include "common/runtime/log.h"
 #include "common/runtime/step_recorder.h"
 #include "common/runtime/wire.h"
@@ -113,6 +114,7 @@ bool read_packet(int fd, google::protobuf::MessageLite& message) {
 int run_replay(const BusOptions& options, int fd, AnyNode& node) {
   set_log_name(options.name);
   ReplayBus bus(options.name, options.clock == ClockKind::lockstep, options.out);
+  serve_params(bus, node);
   v1::ReplayStep step;
   int exit_code = 0;
   while (exit_code == 0 && read_packet(fd, step)) {

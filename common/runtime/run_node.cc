@@ -13,6 +13,7 @@
 #include "common/error.h"
 #include "common/runtime/command_line.h"
 #include "common/runtime/describe.h"
+#include "common/runtime/live_params.h"
 #include "common/runtime/log.h"
 #include "common/runtime/node_clock.h"
 #include "common/runtime/own_topics.h"
@@ -273,6 +274,7 @@ int run_configured(const NodeOptions& options, const EffectiveParams& effective,
   ZmqBus bus(std::move(bus_options));
   SelfReport report(bus);
   StepReport steps(bus, options.bus, effective.all);
+  serve_params(steps.bus(), node);
   try {
     steps.begin(v1::STEP_KIND_CREATE, Time(0));
     named([&] { node.create(steps.bus()); });

@@ -1,6 +1,8 @@
 #pragma once
+#include <functional>
 #include <memory>
 #include <string_view>
+#include <utility>
 
 #include "common/runtime/bus.h"
 #include "common/runtime/params.h"
@@ -31,6 +33,12 @@ class AnyNode {
   }                                     ///< 0: moves no robot; may throw ConfigError
   virtual void set_rate_hz(double) {}   ///< to that of the robot
   virtual double offset_s() const = 0;  ///< time of the first step within the period
+  /// It takes other parameters while it runs.
+  virtual bool changeable() const { return false; }
+  /// Between two steps: `read` changes a copy of the parameters, which the node then takes; both
+  /// may throw ConfigError, then nothing changes.
+  virtual void change(
+      const std::function<void(const std::function<void(ParamVisitor&)>&)>& /*read*/) {}
 };
 
 /// Parses the command line, loads parameters, joins the graph, steps at the node's rate on the
@@ -41,8 +49,11 @@ int run(int argc, char** argv, const NodeAbout& about, AnyNode& node);
 /// `Node` has: `using Params` (with `rate_hz`, optionally `offset_s`, and `visit`), a constructor
 /// `(const Params&, Bus&)`, `step(Time)`, optionally `stop(Time) noexcept`, and `bool at_rest()
 /// const` if it should continue to step (for 1.5 s at most) after a stop request until it is.
-/// `Params` of a node that moves a robot also has `double robot_rate_hz() const`: the robot's file
-/// owns the rate, so `rate_hz` becomes it, and another one that is given is refused.
+/// A node that takes other parameters while it runs has `void change(const Params&)`, called
+/// between two steps with values that differ only in parameters that `visit` declares as
+/// changeable; a ConfigError refuses them. `Params` of a node that moves a robot also has `double
+/// robot_rate_hz() const`: the robot's file owns the rate, so `rate_hz` becomes it, and another one
+/// that is given is refused.
 template <class Node>
 class NodeAdapter final : public AnyNode {
  public:
@@ -68,6 +79,17 @@ class NodeAdapter final : public AnyNode {
     return 0.0;
   }
   void set_rate_hz(double rate_hz) override { params_.rate_hz = rate_hz; }
+  bool changeable() const override {
+    return requires(Node & node, const typename Node::Params& params) { node.change(params); };
+  }
+  void change(const std::function<void(const std::function<void(ParamVisitor&)>&)>& read) override {
+    if constexpr (requires { node_->change(params_); }) {
+      typename Node::Params params = params_;
+      read([&params](ParamVisitor& v) { params.visit(v); });
+      node_->change(params);
+      params_ = std::move(params);
+    }
+  }
   double offset_s() const override {
     if constexpr (requires { params_.offset_s; }) return params_.offset_s;
     return 0.0;

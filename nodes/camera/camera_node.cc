@@ -65,10 +65,12 @@ void CameraParams::visit(runtime::ParamVisitor& v) {
   v("pause_s", picture.script.pause_s, 0.0, 3600.0);
   v("bridge_height_m", picture.table.bridge_height_m, 0.13, 0.30);
   v("bridge_removed", picture.table.bridge_removed);
-  v("noise", picture.faults.noise, 0.0, 40.0);
-  v("blur_px", picture.faults.blur_px, 0.0, 10.0);
-  v("gain", picture.faults.gain, 0.1, 4.0);
-  v("warmth", picture.faults.warmth, 0.5, 2.0);
+  v.changeable([&] {
+    v("noise", picture.faults.noise, 0.0, 40.0);
+    v("blur_px", picture.faults.blur_px, 0.0, 10.0);
+    v("gain", picture.faults.gain, 0.1, 4.0);
+    v("warmth", picture.faults.warmth, 0.5, 2.0);
+  });
   v("clutter", picture.clutter, 0, 200);
   v.group("view", [this](runtime::ParamVisitor& g) { picture.view.visit(g); });
 }
@@ -98,6 +100,12 @@ void CameraNode::step(runtime::Time now) {
   message_.set_data(image.bgr.data(), image.bgr.size());
   image_.send(message_, frame->stamp);
   if (rendered_ != nullptr) publish_truth(frame->stamp);
+}
+
+void CameraNode::change(const Params& params) {
+  if (rendered_ == nullptr)
+    throw ConfigError("source: light and lens are those of the renderer, this is " + params.source);
+  rendered_->change(picture_of(params));
 }
 
 void CameraNode::publish_truth(runtime::Time stamp) {

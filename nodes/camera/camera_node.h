@@ -24,6 +24,7 @@ class Rendered final : public Source {
   }
   std::string news() override { return {}; }
   Truth truth() const { return renderer_.truth(shown_s_); }
+  void change(const Picture& picture) { renderer_.change_faults(picture.faults); }
 
  private:
   Renderer renderer_;
@@ -53,6 +54,7 @@ class CameraNode {
   using Params = CameraParams;
   CameraNode(const Params& params, runtime::Bus& bus);
   void step(runtime::Time now);
+  void change(const Params& params);  ///< light and lens, from the next image on
 
  private:
   void publish_truth(runtime::Time stamp);

@@ -64,6 +64,8 @@ class Renderer {
 
   /// @param t_s time since the start [s]; `out` is resized to the view.
   void render(double t_s, image::Image& out);
+  /// Light and lens of the images to come; the still part of the table stays as it was painted.
+  void change_faults(const Faults& faults) { faults_ = PictureFaults(faults, picture_.seed); }
   Truth truth(double t_s) const;
   double end_s() const { return motion_.end_s(); }
 

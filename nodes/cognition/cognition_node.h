@@ -21,9 +21,11 @@ struct CognitionParams {
   void visit(runtime::ParamVisitor& v) {
     v("rate_hz", rate_hz, 1.0, 1000.0);
     v("fields_hz", fields_hz, 0.0, 1000.0);
-    v("stale_s", stale_s, 0.01, 60.0);
-    v("sight_s", sight_s, 0.0, 60.0);
-    v("task_stale_s", task_stale_s, 0.01, 60.0);
+    v.changeable([&] {
+      v("stale_s", stale_s, 0.01, 60.0);
+      v("sight_s", sight_s, 0.0, 60.0);
+      v("task_stale_s", task_stale_s, 0.01, 60.0);
+    });
     v("practice", imitator.practice);
     v("patience_s", imitator.patience_s, 0.1, 600.0);
     imitator.ladder.visit(v);
@@ -38,6 +40,7 @@ class CognitionNode {
   /// unknown word.
   CognitionNode(const Params& params, runtime::Bus& bus);
   void step(runtime::Time now);
+  void change(const Params& params) { params_ = params; }
 
  private:
   void watch(runtime::Time now);

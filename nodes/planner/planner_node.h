@@ -74,8 +74,10 @@ struct PlannerParams {
     v("corner_rad", corner_rad, 0.001, 1.0);
     v("speed", speed, 0.05, 0.95);
     v("contact_speed", contact_speed, 0.05, 0.95);
-    v("stale_s", stale_s, 0.02, 2.0);
-    v("upstream_s", upstream_s, 0.0, 60.0);
+    v.changeable([&] {
+      v("stale_s", stale_s, 0.02, 2.0);
+      v("upstream_s", upstream_s, 0.0, 60.0);
+    });
     v("ready_s", ready_s, 0.1, 100.0);
     v("hand_s", hand_s, 0.1, 60.0);
     v("tracking_rad", tracking_rad, 0.01, 1.0);
@@ -94,6 +96,7 @@ class PlannerNode {
   using Params = PlannerParams;
   PlannerNode(const Params& params, runtime::Bus& bus);
   void step(runtime::Time now);  ///< called at rate_hz
+  void change(const Params& params) { params_ = params; }
 
  private:
   /// Result of the planning job.

@@ -198,9 +198,9 @@ FieldPath::FieldPath(const Descriptor& type, const std::string& path) : text_(pa
   }
 }
 
-Json to_json(const Message& message) {
+Json to_json(const Message& message, BytesText bytes) {
   std::string text;
-  JsonText(text, BytesText::length).message(message);
+  JsonText(text, bytes).message(message);
   return Json::parse(text);
 }
 

@@ -127,7 +127,8 @@ class FieldPath {
 };
 
 /// A message as JSON, as JsonText writes it.
-nlohmann::ordered_json to_json(const google::protobuf::Message& message);
+nlohmann::ordered_json to_json(const google::protobuf::Message& message,
+                               BytesText bytes = BytesText::length);
 
 /// Value at "object_position_in_world_m.x_m" or "blobs.0.u_px"; null for what is not there.
 /// `words`: enum values as short words. @throws ConfigError as FieldPath

@@ -15,11 +15,20 @@ constexpr std::array kKnownVerbs{
     KnownVerb{"key", "Keys of this host, and of hosts that it trusts"},
     KnownVerb{"topic", "Shows topics and their messages"},
     KnownVerb{"node", "Shows the nodes of a graph"},
+    KnownVerb{"param", "Shows and changes parameters of nodes that run"},
+    KnownVerb{"service", "Shows services and calls them"},
+    KnownVerb{"graph", "Shows the graphs that run"},
     KnownVerb{"log", "Records, plays, replays, checks, changes and shows message logs (MCAP)"},
+    KnownVerb{"top", "Shows the nodes of a graph with load and health, once a second"},
+    KnownVerb{"doctor", "Looks at this computer: what keeps a graph from running well"},
+    KnownVerb{"completion", "Prints the completion of bash, zsh or fish"},
     KnownVerb{"crowd", "Shows the guarantees of theory for a crowd scenario"},
     KnownVerb{"demix", "Learns motion primitives: sources, weights and delays"},
     KnownVerb{"drawer-trials", "Writes generated trials of the drawer task as files"},
     KnownVerb{"reproduce", "Recomputes a published figure and compares it with its reference"},
     KnownVerb{"walk-trials", "Walks of the biped in the physics world, many at once"}};
+
+/// First word of a call that asks for completions: `mimesis __complete VERB WORD ...`.
+inline constexpr std::string_view kComplete = "__complete";
 
 }  // namespace mimesis::tool

@@ -71,6 +71,17 @@ int help() {
   return 0;
 }
 
+int complete_verb(const std::string& begun) {
+  auto verbs = installed_verbs();
+  for (const auto& [name, about] : mimesis::tool::kKnownVerbs) {
+    if (verbs.erase(std::string(name)) > 0 && name.starts_with(begun)) fmt::print("{}\n", name);
+  }
+  for (const auto& [name, file] : verbs) {
+    if (!is_known(name) && name.starts_with(begun)) fmt::print("{}\n", name);
+  }
+  return 0;
+}
+
 int mistake(const std::string& what) {
   fmt::print(stderr, "mimesis: {}\nSee: mimesis --help\n", what);
   return 2;
@@ -88,13 +99,21 @@ int main(int argc, char** argv) {
     verb = words[1];
     words = {words[1], const_cast<char*>("--help")};
   }
+  const bool complete = verb == mimesis::tool::kComplete;
+  if (complete) {  // the program of the verb knows what may follow
+    if (words.size() < 3) return complete_verb(words.size() < 2 ? "" : words[1]);
+    verb = words[1];
+    std::swap(words[0], words[1]);
+  }
   if (verb.starts_with('-')) return mistake("unknown option '" + verb + "'");
   const auto verbs = installed_verbs();
   auto found = verbs.find(verb);
-  if (words.size() > 1 && is_known(verb)) {
-    const auto sub = verbs.find(verb + "-" + words[1]);
+  const std::size_t part = complete ? 2 : 1;
+  if (words.size() > part && is_known(verb)) {
+    const auto sub = verbs.find(verb + "-" + words[part]);
     if (sub != verbs.end()) found = sub;
   }
+  if (complete && (found == verbs.end() || !is_known(verb))) return 0;
   if (found != verbs.end()) {
     words.push_back(nullptr);
     execv(found->second.c_str(), words.data());

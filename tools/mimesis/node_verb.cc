@@ -1,3 +1,4 @@
+#include <fmt/format.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
@@ -5,6 +6,8 @@
 #include <nlohmann/json.hpp>
 
 #include "common/runtime/raw.h"
+#include "tools/mimesis/graph_tools.h"
+#include "tools/mimesis/human.h"
 #include "tools/mimesis/table.h"
 #include "tools/mimesis/verb.h"
 
@@ -56,19 +59,53 @@ int list_nodes(const std::string& graph, bool json) {
   return 0;
 }
 
+/// One node: who it is, its ports and services.
+int node_info(const GraphOptions& options, const std::string& name) {
+  std::vector<v1::NodeInfo> nodes;
+  const v1::NodeInfo* node = find_node(options, name, nodes);
+  if (node == nullptr) return kNotFound;
+  if (options.json) {
+    std::cout << node_json(*node).dump() << '\n';
+    return 0;
+  }
+  std::cout << fmt::format(
+      "node     {}\nprogram  {}\nprocess  {} on {}\nclock    {}\nstarted  {}\n", node->name(),
+      node->executable(), node->pid(), node->host(), node->clock(), human_time(node->started_ns()));
+  Table table({"", "PORT", "TOPIC", "TYPE", "POLICY"});
+  for (const v1::TopicInfo& in : node->inputs()) {
+    if (in.port().starts_with('.')) continue;  // the runtime's
+    table.row({"in", in.port(), in.topic().empty() ? "(not wired)" : in.topic(), in.type(),
+               in.policy() + (in.obeys().empty() ? "" : ", of " + in.obeys() + " alone")});
+  }
+  for (const v1::TopicInfo& out : node->outputs())
+    table.row({"out", out.port(), out.topic(), out.type(), out.latched() ? "latched" : ""});
+  for (const v1::ServiceInfo& s : node->services())
+    table.row({"service", "", s.service(), s.request_type() + " -> " + s.response_type(), ""});
+  table.print(std::cout, use_colour(STDOUT_FILENO));
+  return 0;
+}
+
 }  // namespace
 
 void add_node(CLI::App& program, int& exit_code) {
   CLI::App* node = program.add_subcommand("node");
   node->require_subcommand(1);
   CLI::App* list = node->add_subcommand("list", "Nodes that run now");
-  auto graph = std::make_shared<std::string>();
-  auto json = std::make_shared<bool>(false);
-  list->add_option("--graph", *graph, "Name of the graph (default: MIMESIS_GRAPH, or default)");
-  list->add_flag("--json", *json, "Machine-readable output (tools/mimesis/README.md)");
+  auto o = std::make_shared<GraphOptions>();
+  auto name = std::make_shared<std::string>();
+  add_graph_options(*list, *o);
   list->footer("Examples:\n  mimesis node list\n  mimesis node list --json --graph demo");
-  list->callback([=, &exit_code] {
-    exit_code = list_nodes(graph->empty() ? runtime::graph_name() : *graph, *json);
+  list->callback([=, &exit_code] { exit_code = list_nodes(chosen_graph(*o), o->json); });
+
+  CLI::App* info = node->add_subcommand("info", "A node's process, ports and services");
+  info->add_option("node", *name, "Name of the node")->required();
+  add_graph_options(*info, *o, "the node to be ready");
+  info->footer(
+      "Parameters: mimesis param list NODE.\n"
+      "Examples:\n  mimesis node info planner\n  mimesis node info planner --json");
+  info->callback([=, &exit_code] {
+    o->graph = chosen_graph(*o);
+    exit_code = node_info(*o, *name);
   });
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 #include <fmt/format.h>
+#include <sys/ioctl.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -58,6 +59,37 @@ class Progress {
   bool shown_;
   Clock::time_point started_ = Clock::now(), next_ = started_;
   bool drawn_ = false;
+};
+
+/// One line on standard error about something that goes on: in place on a terminal, else now and
+/// then. Clear it before other lines.
+class StatusLine {
+ public:
+  using Clock = std::chrono::steady_clock;
+
+  void show(const std::string& text, Clock::time_point now) {
+    if (now < next_) return;
+    next_ = now + (terminal_ ? kInPlace : kLines);
+    if (!terminal_) {
+      std::cerr << "mimesis: " + text + "\n" << std::flush;
+    } else {
+      std::cerr << "\r\033[K" + text.substr(0, columns() - 1) << std::flush;
+      drawn_ = true;
+    }
+  }
+  void clear() {
+    if (drawn_) std::cerr << "\r\033[K" << std::flush;
+    drawn_ = false;
+  }
+
+ private:
+  static constexpr std::chrono::milliseconds kInPlace{200}, kLines{10'000};
+  static std::size_t columns() {
+    struct winsize size {};
+    return ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 1 ? size.ws_col : 80;
+  }
+  bool terminal_ = isatty(STDERR_FILENO) == 1, drawn_ = false;
+  Clock::time_point next_ = Clock::now() + (terminal_ ? kInPlace : kLines);
 };
 
 }  // namespace mimesis::tool

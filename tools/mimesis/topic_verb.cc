@@ -1,18 +1,28 @@
+#include "tools/mimesis/topic_verb.h"
+
 #include <fmt/format.h>
 #include <google/protobuf/message.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <chrono>
+#include <deque>
 #include <iostream>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <numeric>
 #include <set>
+#include <tuple>
+#include <utility>
 
 #include "common/error.h"
+#include "common/runtime/graph_time.h"
 #include "common/runtime/raw.h"
 #include "common/runtime/value_text.h"
+#include "common/time.h"
 #include "tools/mimesis/field_text.h"
+#include "tools/mimesis/graph_tools.h"
+#include "tools/mimesis/human.h"
 #include "tools/mimesis/number_check.h"
 #include "tools/mimesis/rate_window.h"
 #include "tools/mimesis/table.h"
@@ -48,10 +58,14 @@ std::map<std::string, Topic> topics_of(const std::string& graph) {
   return topics;
 }
 
+enum class Measure { rate, bandwidth, delay };
+
 struct Options {
   std::string graph, topic;
   std::string field;  ///< empty: the whole message
+  std::string bytes = "length";
   bool once = false, reliable = false, json = false;
+  Measure measure = Measure::rate;
   int count = 0;           ///< of messages or reports; 0: without end
   int window = 1000;       ///< messages
   double timeout_s = 0.0;  ///< longest wait for each message [s]; 0: none
@@ -154,25 +168,99 @@ int echo_topic(const Options& options) {
       return 1;
     }
     const bool field = !options.field.empty();
-    print(*tapped, field ? field_json(*message, options.field) : to_json(*message), field,
-          options.json);
+    print(*tapped,
+          field ? field_json(*message, options.field)
+                : to_json(*message,
+                          options.bytes == "base64" ? BytesText::base64 : BytesText::length),
+          field, options.json);
     ++printed;
     limit = deadline(options.timeout_s);
   }
   return 0;
 }
 
-/// Prints the rate of a topic once a second; returns the exit code.
-int topic_rate(const Options& options) {
+/// Sizes or ages of the last messages.
+class Samples {
+ public:
+  explicit Samples(std::size_t most) : most_(most) {}
+  void add(double value) {
+    values_.push_back(value);
+    if (values_.size() > most_) values_.pop_front();
+  }
+  bool empty() const { return values_.empty(); }
+  double least() const { return *std::ranges::min_element(values_); }
+  double most() const { return *std::ranges::max_element(values_); }
+  double mean() const {
+    return std::accumulate(values_.begin(), values_.end(), 0.0) /
+           static_cast<double>(values_.size());
+  }
+
+ private:
+  std::size_t most_;
+  std::deque<double> values_;
+};
+
+/// A line about the last messages: JSON, and for people.
+std::pair<Json, std::string> measured(const Options& options, const RateWindow::Rate& rate,
+                                      const Samples& samples) {
+  const std::string& topic = options.topic;
+  switch (options.measure) {
+    case Measure::rate:
+      return {{{"topic", topic},
+               {"rate_hz", rate.hz},
+               {"min_s", rate.min_s},
+               {"max_s", rate.max_s},
+               {"messages", rate.messages}},
+              fmt::format("{:.3f} Hz   between messages {:.4f} .. {:.4f} s   {} messages", rate.hz,
+                          rate.min_s, rate.max_s, rate.messages)};
+    case Measure::bandwidth:
+      return {{{"topic", topic},
+               {"bytes_s", samples.mean() * rate.hz},
+               {"mean_bytes", samples.mean()},
+               {"min_bytes", samples.least()},
+               {"max_bytes", samples.most()},
+               {"messages", rate.messages}},
+              fmt::format("{}/s   messages of {} ({} .. {})",
+                          bytes_text(static_cast<std::uint64_t>(samples.mean() * rate.hz)),
+                          bytes_text(static_cast<std::uint64_t>(samples.mean())),
+                          bytes_text(static_cast<std::uint64_t>(samples.least())),
+                          bytes_text(static_cast<std::uint64_t>(samples.most())))};
+    case Measure::delay:
+      break;
+  }
+  return {{{"topic", topic},
+           {"mean_s", samples.mean()},
+           {"min_s", samples.least()},
+           {"max_s", samples.most()},
+           {"messages", rate.messages}},
+          fmt::format("{:.6f} s   {:.6f} .. {:.6f} s   {} messages", samples.mean(),
+                      samples.least(), samples.most(), rate.messages)};
+}
+
+/// Prints rate, bandwidth or delay of a topic once a second; returns the exit code.
+int measure_topic(const Options& options) {
   runtime::Tap tap(
       options.graph, [&](const std::string& topic) { return topic == options.topic; },
       runtime::Policy::latest);
+  const runtime::GraphTime time(runtime::graph_directory(options.graph));
   RateWindow window(static_cast<std::size_t>(options.window));
+  Samples samples(static_cast<std::size_t>(options.window));
   auto report = Clock::now() + std::chrono::seconds(1);
   auto limit = deadline(options.timeout_s);
   for (int reports = 0; options.count == 0 || reports < options.count;) {
     if (const auto tapped = tap.next(turn(std::min(limit, report)))) {
+      if (options.measure == Measure::delay && tapped->publisher != nullptr &&
+          tapped->publisher->clock() != "wall") {
+        std::cerr << fmt::format(
+            "{}: node '{}' is on the clock '{}', whose time stands still between steps: only "
+            "messages with wall time have a delay\n",
+            options.topic, tapped->publisher->name(), tapped->publisher->clock());
+        return 1;
+      }
       window.add(Clock::now(), tapped->message.seq);
+      samples.add(options.measure == Measure::delay
+                      ? to_seconds(time.now() - tapped->message.stamp)
+                      : static_cast<double>(tapped->message.payload.size()));
       limit = deadline(options.timeout_s);
     }
     if (Clock::now() >= limit) return timed_out(options.topic, options.timeout_s);
@@ -180,21 +268,68 @@ int topic_rate(const Options& options) {
     report += std::chrono::seconds(1);
     const auto rate = window.rate();
     if (!rate) continue;
-    if (options.json) {
-      std::cout << Json{{"topic", options.topic},
-                        {"rate_hz", rate->hz},
-                        {"min_s", rate->min_s},
-                        {"max_s", rate->max_s},
-                        {"messages", rate->messages}}
-                       .dump()
-                << std::endl;
-    } else {
-      std::cout << fmt::format("{:.3f} Hz   between messages {:.4f} .. {:.4f} s   {} messages\n",
-                               rate->hz, rate->min_s, rate->max_s, rate->messages)
-                << std::flush;
-    }
+    const auto [json, text] = measured(options, *rate, samples);
+    std::cout << (options.json ? json.dump() : text) << std::endl;
     ++reports;
   }
+  return 0;
+}
+
+/// Who publishes and who listens, and what a message looks like.
+int topic_info(const Options& options) {
+  const auto nodes = runtime::GraphView(options.graph).nodes();
+  Json publishers = Json::array(), subscribers = Json::array(), fields;
+  std::string type, descriptors;
+  bool latched = false;
+  for (const v1::NodeInfo& node : nodes) {
+    for (const v1::TopicInfo& out : node.outputs()) {
+      if (out.topic() != options.topic) continue;
+      type = out.type();
+      latched = out.latched();
+      publishers.push_back({{"node", node.name()},
+                            {"port", out.port()},
+                            {"host", node.host()},
+                            {"pid", node.pid()},
+                            {"clock", node.clock()}});
+    }
+    for (const v1::TopicInfo& in : node.inputs()) {
+      if (in.topic() != options.topic) continue;
+      if (type.empty()) type = in.type();
+      subscribers.push_back({{"node", node.name()},
+                             {"port", in.port()},
+                             {"host", node.host()},
+                             {"policy", in.policy()},
+                             {"obeys", in.obeys()}});
+    }
+    const auto set = node.descriptors().find(type);
+    if (!type.empty() && set != node.descriptors().end()) descriptors = set->second;
+  }
+  if (type.empty()) return kTimedOut;  // told already
+  runtime::TypePool types;
+  if (const auto message = types.make(type, descriptors)) fields = to_json(*message);
+  if (options.json) {
+    std::cout << Json{{"topic", options.topic},     {"type", type},
+                      {"latched", latched},         {"publishers", publishers},
+                      {"subscribers", subscribers}, {"empty_message", fields}}
+                     .dump()
+              << '\n';
+    return 0;
+  }
+  std::cout << fmt::format("topic  {}{}\ntype   {}\n", options.topic, latched ? " (latched)" : "",
+                           type);
+  Table table({"", "NODE", "PORT", "HOST", "POLICY"});
+  const auto text = [](const Json& entry, const char* key) {
+    return entry[key].get<std::string>();
+  };
+  for (const Json& p : publishers)
+    table.row({"publishes", text(p, "node"), text(p, "port"), text(p, "host"), ""});
+  for (const Json& s : subscribers) {
+    const std::string obeys = text(s, "obeys");
+    table.row({"listens", text(s, "node"), text(s, "port"), text(s, "host"),
+               text(s, "policy") + (obeys.empty() ? "" : ", of " + obeys + " alone")});
+  }
+  table.print(std::cout, use_colour(STDOUT_FILENO));
+  std::cout << "empty message for topic pub: " << fields.dump() << '\n';
   return 0;
 }
 
@@ -205,12 +340,13 @@ void add_topic(CLI::App& program, int& exit_code) {
   topic->require_subcommand(1);
   auto o = std::make_shared<Options>();
   const auto add_common = [o](CLI::App* verb) {
-    verb->add_option("--graph", o->graph, "Name of the graph (default: MIMESIS_GRAPH, or default)");
+    verb->add_option("--graph", o->graph,
+                     "Name of the graph (default: MIMESIS_GRAPH, or the only one that runs)");
     verb->add_flag("--json", o->json, "Machine-readable output (tools/mimesis/README.md)");
   };
   const auto on = [o, &exit_code](CLI::App* verb, int (*run)(const Options&)) {
     verb->callback([=, &exit_code] {
-      if (o->graph.empty()) o->graph = runtime::graph_name();
+      o->graph = chosen_graph({.graph = o->graph});
       if (!o->topic.empty()) note_if_unknown(o->graph, o->topic);
       exit_code = run(*o);
     });
@@ -218,6 +354,7 @@ void add_topic(CLI::App& program, int& exit_code) {
 
   CLI::App* list =
       topic->add_subcommand("list", "Topics with their types, publishers and subscribers");
+  list->add_option("--timeout", o->timeout_s, "Accepted by every verb; this one waits for nothing");
   add_common(list);
   list->footer("Examples:\n  mimesis topic list\n  mimesis topic list --json --graph demo");
   on(list, list_topics);
@@ -227,6 +364,9 @@ void add_topic(CLI::App& program, int& exit_code) {
   echo->add_flag("--once", o->once, "One message, then end");
   echo->add_option("-n", o->count, "Number of messages, then end")->check(number_above_zero);
   echo->add_option("--field", o->field, "Only this field, such as header.seq or blobs.0.u_px");
+  echo->add_option("--bytes", o->bytes, "Fields of bytes: their length, or base64 (for topic pub)")
+      ->check(CLI::IsMember({"length", "base64"}))
+      ->capture_default_str();
   echo->add_flag("--reliable", o->reliable,
                  "Lose none: the publisher waits with what does not fit");
   echo->add_option("--timeout", o->timeout_s, "Longest wait for a message [s]; then exit code 3")
@@ -238,16 +378,40 @@ void add_topic(CLI::App& program, int& exit_code) {
   on(echo, echo_topic);
 
   CLI::App* hz = topic->add_subcommand("hz", "Rate of a topic, once a second");
-  hz->add_option("topic", o->topic, "Name of the topic")->required();
-  hz->add_option("-w,--window", o->window, "Messages to look at")->check(CLI::Range(2, 1'000'000));
-  hz->add_option("-n", o->count, "Number of lines, then end")->check(number_above_zero);
-  hz->add_option("--timeout", o->timeout_s, "Longest wait for a message [s]; then exit code 3")
-      ->check(number_above_zero);
-  add_common(hz);
-  hz->footer(
-      "Examples:\n  mimesis topic hz camera/image\n  mimesis topic hz bridge/arm -w 200 -n 1 "
-      "--json");
-  on(hz, topic_rate);
+  CLI::App* bw = topic->add_subcommand("bw", "Bandwidth of a topic, once a second");
+  CLI::App* delay = topic->add_subcommand(
+      "delay", "Time from the stamp of messages to their arrival here, once a second");
+  for (const auto& [verb, measure, examples] :
+       {std::tuple(
+            hz, Measure::rate,
+            "Examples:\n  mimesis topic hz camera/image\n  mimesis topic hz bridge/arm -w 200 "
+            "-n 1 --json"),
+        {bw, Measure::bandwidth,
+         "Examples:\n  mimesis topic bw camera/image\n  mimesis topic bw bridge/arm -n 1 --json"},
+        {delay, Measure::delay,
+         "Examples:\n  mimesis topic delay camera/image\n  mimesis topic delay bridge/arm -n 1 "
+         "--json"}}) {
+    verb->add_option("topic", o->topic, "Name of the topic")->required();
+    verb->add_option("-w,--window", o->window, "Messages to look at")
+        ->check(CLI::Range(2, 1'000'000));
+    verb->add_option("-n", o->count, "Number of lines, then end")->check(number_above_zero);
+    verb->add_option("--timeout", o->timeout_s, "Longest wait for a message [s]; then exit code 3")
+        ->check(number_above_zero);
+    add_common(verb);
+    verb->footer(examples);
+    verb->preparse_callback([o, measure = measure](std::size_t) { o->measure = measure; });
+    on(verb, measure_topic);
+  }
+
+  CLI::App* info = topic->add_subcommand("info", "Publishers, subscribers and type of a topic");
+  info->add_option("topic", o->topic, "Name of the topic")->required();
+  info->add_option("--timeout", o->timeout_s, "Accepted by every verb; this one waits for nothing");
+  add_common(info);
+  info->footer(
+      "Examples:\n  mimesis topic info camera/image\n  mimesis topic info bridge/arm --json");
+  on(info, topic_info);
+
+  add_pub(*topic, exit_code);
 }
 
 }  // namespace mimesis::tool

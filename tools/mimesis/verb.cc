@@ -74,6 +74,60 @@ int report_usage(const CLI::App& program, const CLI::ParseError& error) {
   return 2;
 }
 
+LiveNames live_names = nullptr;
+
+std::vector<std::string> completions(const CLI::App& verb, const std::vector<std::string>& words) {
+  const CLI::App* at = &verb;
+  std::vector<std::string> before;  // arguments of `at`
+  std::string graph;
+  const CLI::Option* open = nullptr;  // an option that waits for its value
+  const auto takes_value = [](const CLI::Option* o) {
+    return o != nullptr && o->get_items_expected_max() > 0;
+  };
+  for (std::size_t i = 0; i + 1 < words.size(); ++i) {
+    const std::string& word = words[i];
+    if (open != nullptr) {
+      if (open->check_lname("graph")) graph = word;
+      open = nullptr;
+    } else if (word.starts_with('-')) {
+      if (word.starts_with("--graph=")) graph = word.substr(8);
+      const CLI::Option* option = at->get_option_no_throw(word);
+      if (takes_value(option)) open = option;
+    } else if (const auto subs =
+                   at->get_subcommands([&](const CLI::App* sub) { return sub->check_name(word); });
+               before.empty() && !subs.empty()) {
+      at = subs.front();
+    } else {
+      before.push_back(word);
+    }
+  }
+  const std::string last = words.empty() ? "" : words.back();
+  std::vector<std::string> found;
+  const auto offer = [&](const std::vector<std::string>& candidates) {
+    for (const std::string& candidate : candidates) {
+      if (candidate.starts_with(last)) found.push_back(candidate);
+    }
+  };
+  const auto live = [&](const std::string& what) {
+    if (live_names != nullptr) offer(live_names(what, graph, before));
+  };
+  if (open != nullptr) {
+    live(open->get_lnames().empty() ? "" : open->get_lnames().front());
+  } else if (last.starts_with('-')) {
+    offer(known_words(*at, /*options=*/true));
+  } else {
+    if (before.empty()) offer(known_words(*at, /*options=*/false));
+    std::vector<const CLI::Option*> places;
+    for (const CLI::Option* option : at->get_options()) {
+      if (option->get_positional()) places.push_back(option);
+    }
+    if (!places.empty())
+      live(places[std::min(before.size(), places.size() - 1)]->get_name(/*positional=*/true));
+  }
+  std::ranges::sort(found);
+  return found;
+}
+
 int run_verb(const std::string& verb, int argc, char** argv, void (*add)(CLI::App&, int&)) {
   CLI::App program("Starts, watches and records graphs of robot nodes.", "mimesis");
   program.set_version_flag("--version", "mimesis " MIMESIS_VERSION);
@@ -82,6 +136,12 @@ int run_verb(const std::string& verb, int argc, char** argv, void (*add)(CLI::Ap
   add(program, exit_code);
   for (const KnownVerb& known : kKnownVerbs) {
     if (known.name == verb) program.get_subcommand(verb)->description(std::string(known.about));
+  }
+  if (argc > 1 && std::string_view(argv[1]) == kComplete) {
+    const std::vector<std::string> words(argv + 2, argv + argc);
+    for (const std::string& word : completions(*program.get_subcommand(verb), words))
+      std::cout << word << '\n';
+    return 0;
   }
   // CLI11 takes the arguments in reverse order.
   std::vector<std::string> arguments(std::make_reverse_iterator(argv + argc),

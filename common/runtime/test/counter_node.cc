@@ -52,6 +52,12 @@ void CounterNode::step(Time now) {
   out_.send(m, now);
 }
 
+void CounterNode::change(const Params& params) {
+  if (params.salt == 13) throw ConfigError("counter.salt: 13 brings bad luck");
+  if (params.salt != params_.salt) mix(static_cast<std::uint64_t>(params.salt));
+  params_ = params;
+}
+
 void CounterNode::stop(Time) noexcept { info("stopped after {} steps", steps_); }
 
 }  // namespace mimesis::runtime

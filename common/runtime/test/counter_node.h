@@ -17,10 +17,10 @@ struct CounterParams {
   void visit(ParamVisitor& v) {
     v("rate_hz", rate_hz, 0.1, 10'000.0);
     v("offset_s", offset_s, 0.0, 10.0);
-    v("work", work, 0, 1'000'000'000);
+    v.changeable([&] { v("work", work, 0, 1'000'000'000); });
     v("fail_at_step", fail_at_step, 0, 1'000'000'000);
     v("hang_at_step", hang_at_step, 0, 1'000'000'000);
-    v("salt", salt, 0, 1'000'000'000);
+    v.changeable([&] { v("salt", salt, 0, 1'000'000'000); });
     v("mode", mode, {"mix", "refuse"});
   }
 };
@@ -33,6 +33,7 @@ class CounterNode {
   using Params = CounterParams;
   CounterNode(const Params& params, Bus& bus);
   void step(Time now);
+  void change(const Params& params);  ///< a salt is mixed in
   void stop(Time now) noexcept;
 
  private:

@@ -40,10 +40,10 @@ struct WorldParams {
     v("bridge_height_m", bridge_height_m, 0.0, 2.0);
     v("goal_blocked", goal_blocked, {"none", "high", "low"});
     v("object_offset_m", object_offset_m, -0.02, 0.02, 2);
-    v("measurement_sigma_m", measurement_sigma_m, 0.0, 0.02);
+    v.changeable([&] { v("measurement_sigma_m", measurement_sigma_m, 0.0, 0.02); });
     v("seed", seed, 0, 1'000'000);
     v("settle_s", settle_s, 0.0, 60.0);
-    v("stale_s", stale_s, 0.01, 10.0);
+    v.changeable([&] { v("stale_s", stale_s, 0.01, 10.0); });
   }
 };
 
@@ -53,6 +53,7 @@ class WorldNode {
   using Params = WorldParams;
   WorldNode(const Params& params, runtime::Bus& bus);
   void step(runtime::Time now);
+  void change(const Params& params) { params_ = params; }
 
  private:
   void read_posture();

@@ -12,7 +12,8 @@ struct Run {
   std::string graph;  ///< name of the graph
   std::string log;    ///< folder for the run's logs
   std::vector<std::pair<std::string, std::string>>
-      sets;  ///< --set NODE.KEY=VALUE as (node, KEY=VALUE)
+      sets;              ///< --set NODE.KEY=VALUE as (node, KEY=VALUE)
+  bool verbose = false;  ///< all that nodes print is shown
 };
 
 /// A program to start.

@@ -1,12 +1,10 @@
 #pragma once
-#include <fmt/format.h>
-
-#include <cstdio>
 #include <functional>
 #include <string>
 #include <utility>
 
 #include "tools/mimesis/launch/process.h"
+#include "tools/mimesis/launch/say.h"
 
 namespace mimesis::launch {
 
@@ -34,11 +32,5 @@ void clean_folder(const std::string& directory);
 /// SIGINT, SIGTERM and SIGHUP, which are blocked, as a file descriptor.
 /// @throws std::runtime_error
 Fd open_signals();
-
-template <class... Args>
-void say(fmt::format_string<Args...> format, Args&&... args) {
-  const std::string line = fmt::format(format, std::forward<Args>(args)...);
-  std::fprintf(stderr, "mimesis: %s\n", line.c_str());
-}
 
 }  // namespace mimesis::launch

@@ -1,13 +1,10 @@
 // `mimesis launch`: checks, shows or runs a launch file.
-#include <fmt/chrono.h>
 #include <fmt/format.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <cmath>
 #include <cstdio>
-#include <cstdlib>
-#include <ctime>
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -17,13 +14,14 @@
 #include "common/runtime/graph_time.h"
 #include "common/runtime/raw.h"
 #include "common/runtime/registry.h"
+#include "tools/mimesis/human.h"
 #include "tools/mimesis/launch/check.h"
 #include "tools/mimesis/launch/command.h"
 #include "tools/mimesis/launch/graph_file.h"
 #include "tools/mimesis/launch/keeper.h"
 #include "tools/mimesis/launch/result.h"
 #include "tools/mimesis/launch/supervisor.h"
-#include "tools/mimesis/table.h"
+#include "tools/mimesis/log_folder.h"
 #include "tools/mimesis/verb.h"
 
 namespace mimesis::launch {
@@ -38,6 +36,8 @@ struct Options {
   std::string name;               ///< name of the run; empty: made from the time
   bool check = false, dry_run = false, json = false;
   bool keep_running = false;  ///< the result does not end the run
+  bool verbose = false;
+  std::uint64_t log_limit = tool::kLogLimit;  ///< of older runs [bytes]
 };
 
 using Json = nlohmann::ordered_json;
@@ -54,27 +54,13 @@ std::string after_text(const NodeSpec& node) {
   return names.empty() ? "" : "  after " + names;
 }
 
-/// $XDG_STATE_HOME/mimesis/log/RUN
-fs::path log_folder(const std::string& run) {
-  const char* state = std::getenv("XDG_STATE_HOME");
-  const char* home = std::getenv("HOME");
-  fs::path base = state != nullptr && *state != '\0' ? fs::path(state)
-                  : home != nullptr && *home != '\0' ? fs::path(home) / ".local/state"
-                                                     : fs::temp_directory_path();
-  return base / "mimesis/log" / run;
-}
-
-/// The process id makes it unique among runs that start in the same second.
-std::string run_name(const Options& options) {
-  if (!options.name.empty()) return options.name;
-  return fmt::format("{:%Y%m%d-%H%M%S}-{}-{}", fmt::localtime(std::time(nullptr)),
-                     fs::path(options.file).stem().string(), getpid());
-}
-
 Run make_run(const Options& options) {
   Run run;
   run.graph = options.graph.empty() ? runtime::graph_name() : options.graph;
-  run.log = log_folder(run_name(options)).string();
+  run.log =
+      (tool::log_root() / (options.name.empty() ? tool::new_run_name(options.file) : options.name))
+          .string();
+  run.verbose = options.verbose;
   for (const std::string& set : options.sets) {
     const std::size_t dot = set.find('.');
     if (dot == std::string::npos || dot == 0 || set.find('=') == std::string::npos ||
@@ -172,6 +158,16 @@ void print_summary(const Outcome& outcome, const Run& run) {
          {"nodes", nodes}});
 }
 
+std::uint64_t folder_size(const std::string& folder) {
+  std::uint64_t bytes = 0;
+  std::error_code ignored;
+  for (const auto& file : fs::recursive_directory_iterator(folder, ignored)) {
+    const std::uint64_t size = file.is_regular_file(ignored) ? file.file_size(ignored) : 0;
+    if (!ignored) bytes += size;
+  }
+  return bytes;
+}
+
 int run_graph(const GraphFile& graph, const Run& run, bool json, Fd life) {
   const runtime::GraphTime time(runtime::graph_directory(run.graph));  // one offset for all the run
   const auto start = std::chrono::steady_clock::now();
@@ -180,7 +176,10 @@ int run_graph(const GraphFile& graph, const Run& run, bool json, Fd life) {
     const auto epoch = graph.clock == "wall" ? time.now() : std::chrono::nanoseconds(0);
     watcher = std::make_unique<ResultWatcher>(*graph.result, run.graph, epoch);
   }
-  Outcome outcome = supervise(graph, run, watcher ? watcher->fd() : -1, std::move(life));
+  const News news = [&] {
+    return watcher ? fmt::format("{:.1f} s of graph time", watcher->graph_now_s()) : "";
+  };
+  Outcome outcome = supervise(graph, run, watcher ? watcher->fd() : -1, std::move(life), news);
   const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - start;
   Json result;
   if (watcher != nullptr) {
@@ -199,8 +198,20 @@ int run_graph(const GraphFile& graph, const Run& run, bool json, Fd life) {
   }
   if (json) print_summary(outcome, run);
   if (!result.is_null()) print(result);
-  fmt::print(stderr, "mimesis: logs in {}\n", run.log);
+  fmt::print(stderr, "mimesis: logs in {} ({})\n", run.log, tool::bytes_text(folder_size(run.log)));
   return outcome.exit_code;
+}
+
+/// Logs of older runs make room for this one's.
+void limit_logs(std::uint64_t limit) {
+  for (const tool::RunFolder& old : tool::beyond(tool::run_folders(), {.bytes = limit})) {
+    const std::string failure = tool::remove_run(old);
+    fmt::print(stderr, "mimesis: {}\n",
+               failure.empty()
+                   ? fmt::format("removed the log of {} ({}): older logs take at most {}", old.name,
+                                 tool::bytes_text(old.bytes), tool::bytes_text(limit))
+                   : failure);
+  }
 }
 
 /// In place of `run_graph`, which was killed.
@@ -240,9 +251,8 @@ int check_show_or_run(const Options& options) {
     print_plan(graph, run, options.json);
     return 0;
   }
-  std::error_code error;
-  fs::create_directories(run.log, error);
-  if (error) throw ConfigError(run.log + ": " + error.message());
+  const tool::RunLock running(run.log);
+  limit_logs(options.log_limit);
   return keep([&](Fd life) { return run_graph(graph, run, options.json, std::move(life)); },
               [&](const std::string& why) { report_killed(graph, run, why, options.json); });
 }
@@ -272,6 +282,17 @@ void add_launch(CLI::App& program, int& exit_code) {
                    "Name of the run and its log folder (default: date and time)");
   verb->add_flag("--keep-running", options->keep_running,
                  "Run until stopped, even if `result:` of the file is reached");
+  verb->add_option_function<std::string>(
+          "--log-limit",
+          [options](const std::string& text) { options->log_limit = *tool::to_bytes(text); },
+          "Logs of older runs beyond this size are removed first, the oldest first (default: " +
+              tool::bytes_text(tool::kLogLimit) + ")")
+      ->envname("MIMESIS_LOG_LIMIT")
+      ->check([](const std::string& text) {
+        return tool::to_bytes(text) ? "" : "expected a size such as 500MB, found '" + text + "'";
+      });
+  verb->add_flag("-v,--verbose", options->verbose,
+                 "Show all that nodes print, not warnings alone (their .log files have all)");
   verb->add_flag("--json", options->json, "Machine-readable output (tools/mimesis/README.md)");
   verb->footer(
       "Examples:\n"

@@ -165,8 +165,10 @@ class ResultWatcher {
   const ResultCollector& collector() const { return collector_; }
   const std::string& failure() const { return failure_; }  ///< why there is no result, or empty
   bool misconfigured() const { return misconfigured_; }    ///< the failure is the launch file's
+  /// Time from the start to the newest message seen [s]. From any thread.
+  double graph_now_s() const { return to_seconds(newest_.load() - epoch_); }
   /// Time from the start to the result, or to the newest message seen [s].
-  double graph_s() const { return to_seconds(collector_.end().value_or(newest_) - epoch_); }
+  double graph_s() const { return to_seconds(collector_.end().value_or(newest_.load()) - epoch_); }
 
  private:
   using Clock = std::chrono::steady_clock;
@@ -189,7 +191,7 @@ class ResultWatcher {
       }
       if (collector_.end()) {
         last_messages = std::min(last_messages, Clock::now() + kLastMessages);
-      } else if (newest_ - epoch_ > spec_.timeout) {
+      } else if (newest_.load() - epoch_ > spec_.timeout) {
         failure_ = fmt::format("nothing on {} within {:g} s of graph time", spec_.until.text,
                                to_seconds(spec_.timeout));
       } else if (Clock::now() > give_up) {
@@ -202,7 +204,7 @@ class ResultWatcher {
     if (write(event_.get(), &one, sizeof one) != sizeof one) failure_ = "eventfd failed";
   }
   void take(const runtime::Tapped& tapped) {
-    newest_ = std::max(newest_, tapped.message.stamp);
+    newest_ = std::max(newest_.load(), tapped.message.stamp);
     if (!collector_.wants(tapped.topic)) return;
     const auto message = types_.make(tapped.type, tap_->descriptors(tapped.type_hash));
     if (message == nullptr || !message->ParseFromString(tapped.message.payload)) {
@@ -213,7 +215,8 @@ class ResultWatcher {
   }
 
   ResultSpec spec_;
-  std::chrono::nanoseconds epoch_, newest_;
+  std::chrono::nanoseconds epoch_;
+  std::atomic<std::chrono::nanoseconds> newest_;
   ResultCollector collector_;
   runtime::TypePool types_;
   std::optional<runtime::Tap> tap_;  ///< while the result is not complete

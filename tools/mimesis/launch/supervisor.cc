@@ -21,6 +21,7 @@
 #include "common/time.h"
 #include "tools/mimesis/launch/hosts.h"
 #include "tools/mimesis/launch/keeper.h"
+#include "tools/mimesis/launch/line_log.h"
 #include "tools/mimesis/table.h"
 
 namespace mimesis::launch {
@@ -30,47 +31,6 @@ using Clock = std::chrono::steady_clock;
 using Kind = HostEvent::Kind;
 
 constexpr std::chrono::milliseconds kHurry{500};  ///< time to stop after a second Ctrl-C
-constexpr std::size_t kMaxFile = std::size_t{64} << 20;
-
-/// Gives up silently: a log on a full disk or a closed terminal must not stop the robot's launcher.
-void write_all(int fd, std::string_view text) {
-  while (!text.empty()) {
-    const ssize_t n = write(fd, text.data(), text.size());
-    if (n < 0 && errno == EINTR) continue;
-    if (n <= 0) return;
-    text.remove_prefix(static_cast<std::size_t>(n));
-  }
-}
-
-/// Copies the lines of a node to a file, which ends at 64 MiB, and with the node's name in front to
-/// our standard error.
-class LineLog {
- public:
-  /// @throws std::runtime_error if the file cannot be opened.
-  LineLog(const std::string& name, const std::string& file)
-      : prefix_("[" + name + "] "),
-        file_(open(file.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0644)) {
-    if (!file_.open()) throw std::runtime_error(file + ": " + std::strerror(errno));
-  }
-
-  void take(const std::string& text, bool error) {
-    if (error && text.find("] info: ") == std::string::npos) last_error_ = text;
-    write_all(STDERR_FILENO, prefix_ + printable(text, "\t") + "\n");
-    if (written_ > kMaxFile) return;
-    written_ += text.size() + 1;
-    write_all(file_.get(), text + "\n");
-    if (written_ > kMaxFile) write_all(file_.get(), "(64 MiB written: the rest is not kept)\n");
-  }
-  /// The last line on standard error that is no information of a node's log, empty before there is
-  /// one: often the reason why a node ended.
-  const std::string& last_error() const { return last_error_; }
-
- private:
-  std::string prefix_;
-  Fd file_;
-  std::size_t written_ = 0;
-  std::string last_error_;
-};
 
 /// One node of a run: its process, its output, and where it stands.
 struct ManagedNode {
@@ -83,11 +43,15 @@ struct ManagedNode {
     ended,
   };
 
-  ManagedNode(const NodeSpec& node, Command how, NodeHost& where, const std::string& log_file)
+  ManagedNode(const NodeSpec& node, Command how, NodeHost& where, const std::string& log_file,
+              bool verbose)
       : spec(node),
         command(std::move(how)),
         host(where),
-        log(name(), log_file),
+        log(name(), log_file,
+            verbose          ? LineLog::Shown::all
+            : node.records() ? LineLog::Shown::none  // a failure is reported at the end
+                             : LineLog::Shown::no_information),
         backoff(spec.restart) {}
 
   void start(WallTime now) {
@@ -150,8 +114,9 @@ using State = ManagedNode::State;
 /// Starts the nodes of a graph, watches them, stops them in reverse.
 class Supervisor {
  public:
-  Supervisor(const GraphFile& graph, const Run& run, int end_fd, Fd life)
+  Supervisor(const GraphFile& graph, const Run& run, int end_fd, Fd life, News news)
       : life_(std::move(life)),
+        news_(std::move(news)),
         groups_(stop_order(graph)),
         end_(end_fd),
         directory_(runtime::graph_directory(run.graph)),
@@ -159,9 +124,9 @@ class Supervisor {
         registry_((clean_folder(directory_), directory_)),
         hosts_(graph, run, directory_) {
     for (const NodeSpec& spec : graph.nodes) {
-      nodes_.push_back(std::make_unique<ManagedNode>(spec, command(graph, spec, run),
-                                                     hosts_.of(spec),
-                                                     run.log + "/" + spec.name.text + ".log"));
+      nodes_.push_back(
+          std::make_unique<ManagedNode>(spec, command(graph, spec, run), hosts_.of(spec),
+                                        run.log + "/" + spec.name.text + ".log", run.verbose));
     }
   }
 
@@ -180,7 +145,9 @@ class Supervisor {
       // A full pipe has what the keeper needs.
       if (write(life_.get(), "", 1) < 0 && errno != EAGAIN) life_.reset();
       follow_clock(Clock::now());
+      show_progress(Clock::now());
     }
+    status_line().clear();
     hosts_.disconnect();
     if (const int left = end_descendants(0); left > 0)
       say("ended {} processes that nodes had left", left);
@@ -411,6 +378,20 @@ class Supervisor {
     return next;
   }
 
+  void show_progress(WallTime now) {
+    std::size_t ready = 0, running = 0;
+    for (const auto& node : nodes_) {
+      ready += node->state == State::ready ? 1 : 0;
+      running += node->alive() ? 1 : 0;
+    }
+    const std::string news = news_ ? news_() : "";
+    status_line().show(
+        stopping_ ? fmt::format("stopping: {} nodes run", running)
+                  : fmt::format("{:.0f} s: {} of {} nodes ready{}{}", to_seconds(now - started_),
+                                ready, nodes_.size(), news.empty() ? "" : ", ", news),
+        now);
+  }
+
   void sleep() {
     std::vector<pollfd> fds = {{signals_.get(), POLLIN, 0},
                                {registry_.fd(), POLLIN, 0},
@@ -423,6 +404,8 @@ class Supervisor {
   }
 
   Fd life_;  ///< to the keeper
+  News news_;
+  const WallTime started_ = Clock::now();
   std::vector<std::vector<std::string>> groups_;
   int end_;                ///< readable when the run shall end; -1: none
   std::string directory_;  ///< of the graph
@@ -454,8 +437,8 @@ std::optional<WallTime> Backoff::next(WallTime now) {
   return now + bounded;
 }
 
-Outcome supervise(const GraphFile& graph, const Run& run, int end_fd, Fd life) {
-  return Supervisor(graph, run, end_fd, std::move(life)).run();
+Outcome supervise(const GraphFile& graph, const Run& run, int end_fd, Fd life, News news) {
+  return Supervisor(graph, run, end_fd, std::move(life), std::move(news)).run();
 }
 
 }  // namespace mimesis::launch

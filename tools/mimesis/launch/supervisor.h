@@ -42,6 +42,8 @@ struct Outcome {
 /// checked.
 /// @param end_fd  readable when the run shall end; -1: none
 /// @param life    of `keep`
-Outcome supervise(const GraphFile& graph, const Run& run, int end_fd, Fd life);
+/// @param news    how far the run is, for the progress line; null: nothing is known
+using News = std::function<std::string()>;
+Outcome supervise(const GraphFile& graph, const Run& run, int end_fd, Fd life, News news = {});
 
 }  // namespace mimesis::launch

@@ -16,7 +16,7 @@
 #include "common/log/stream_reader.h"
 #include "common/log/wire.h"
 #include "common/runtime/raw.h"
-#include "tools/mimesis/log/human.h"
+#include "tools/mimesis/human.h"
 #include "tools/mimesis/log/verb_options.h"
 #include "tools/mimesis/progress.h"
 #include "tools/mimesis/table.h"

@@ -13,7 +13,9 @@
 #include "common/error.h"
 #include "common/runtime/own_topics.h"
 #include "common/runtime/value_text.h"
+#include "tools/mimesis/human.h"
 #include "tools/mimesis/log/field_columns.h"
+#include "tools/mimesis/log/lockstep_run.h"
 #include "tools/mimesis/log/verb_options.h"
 #include "tools/mimesis/number_check.h"
 #include "tools/mimesis/progress.h"
@@ -123,7 +125,8 @@ class LogComparison {
     }
     side.reader = std::make_unique<log::IndexedReader>(
         *log.source, log.summary,
-        log::Selection{[&side](const log::Channel& c) { return side.streams.contains(c.id); }});
+        log::Selection{[&side](const log::Channel& c) { return side.streams.contains(c.id); }, 0,
+                       options_.end_ns});
     side.next = side.reader->next();
   }
 
@@ -255,9 +258,27 @@ void print_streams(const std::vector<StreamDiff>& streams, const OpenLog& a) {
                     : fmt::format("\ndifferent: {} of {} topics\n", different, streams.size()));
 }
 
+/// Which part is compared: up to a message on the topic `until`, or, unless `whole`, what two runs
+/// in lock-step share. Returns the reason, for people; empty for all of the logs.
+std::string limit(const std::string& path_a, const std::string& path_b, const std::string& until,
+                  bool whole, DiffOptions& options) {
+  const auto a = open_logs({path_a}), b = open_logs({path_b});
+  const bool lockstep = !whole && in_lockstep(a) && in_lockstep(b);
+  options.wall_fields = !lockstep;
+  if (until.empty() && !lockstep) return {};
+  for (const auto* logs : {&a, &b}) {
+    if (!until.empty()) require_topic(*logs, until);
+  }
+  const RunLimit in_a = run_limit(a, until), in_b = run_limit(b, until);
+  const RunLimit& first = in_a.until_ns <= in_b.until_ns ? in_a : in_b;
+  options.end_ns = first.until_ns + 1;
+  return fmt::format("up to {}: {}{}", human_time(first.until_ns), first.why,
+                     lockstep ? "; without durations on the wall clock (--whole: all)" : "");
+}
+
 /// Exit code 0 if the logs are equal, 1 if not or if one is damaged.
 int compare_files(const std::string& path_a, const std::string& path_b, const DiffOptions& options,
-                  bool json) {
+                  const std::string& part, bool json) {
   const auto logs = open_logs({path_a, path_b});
   std::uint64_t damages = 0;
   const OpenLog& a = logs.front();
@@ -269,10 +290,15 @@ int compare_files(const std::string& path_a, const std::string& path_b, const Di
   if (json) {
     Json topics = Json::array();
     for (const StreamDiff& s : streams) topics.push_back(stream_json(s, a));
-    print_json(
-        {{"a", path_a}, {"b", path_b}, {"equal", equal}, {"damages", damages}, {"topics", topics}});
+    print_json({{"a", path_a},
+                {"b", path_b},
+                {"equal", equal},
+                {"damages", damages},
+                {"topics", topics},
+                {"part", part}});
   } else {
     print_streams(streams, a);
+    if (!part.empty()) std::cout << "compared " << part << '\n';
   }
   return equal && damages == 0 ? 0 : 1;
 }
@@ -291,6 +317,8 @@ std::map<std::string, DiffRules> diff_rules(const DiffOptions& options, const Op
       if (rules.try_emplace(topic, DiffRules{.tolerance = options.tolerance}).second) {
         topics.push_back(topic);
       }
+      const auto wall = wall_fields().find(c.type());
+      if (!options.wall_fields && wall != wall_fields().end()) rules[topic].ignore = wall->second;
       const auto* type = c.schema == nullptr ? nullptr : decoder.make(*c.schema);
       if (type != nullptr) types.emplace(topic, type->GetDescriptor());
     }
@@ -354,7 +382,8 @@ void add_diff(CLI::App& verb, int& exit_code) {
     std::string a, b;
     DiffOptions diff;
     TopicOptions topics;
-    bool all_topics = false, json = false;
+    bool all_topics = false, whole = false, json = false;
+    std::string until;
   };
   auto o = std::make_shared<Options>();
   diff->add_option("A", o->a, "An MCAP file")->required();
@@ -373,11 +402,16 @@ void add_diff(CLI::App& verb, int& exit_code) {
   diff->add_option("--ignore", o->diff.ignore,
                    "TOPIC.FIELD with all below it; *.FIELD: in every topic (repeatable)")
       ->allow_extra_args(false);
+  diff->add_option("--until", o->until, "Compare up to the first message on this topic");
+  diff->add_flag("--whole", o->whole,
+                 "Of two lock-step runs also what differs though they are equal: all after the "
+                 "first node stopped, and durations on the wall clock");
   diff->add_flag("--times", o->diff.times, "Log and publish times must be equal, too");
   diff->add_flag("--json", o->json, "One JSON object");
   diff->footer(
       "Messages are matched by topic, publishing node and sequence number. NaN is equal to NaN.\n"
-      "Exit code 0: equal, 1: different.\n"
+      "Two runs in lock-step are compared as far as they can be equal. Exit code 0: equal, 1: "
+      "different.\n"
       "Example: mimesis log diff yesterday.mcap today.mcap --tolerance 1e-9 "
       "--ignore '*.header.stamp_ns'");
   on_run(*diff, exit_code, [o] {
@@ -386,7 +420,8 @@ void add_diff(CLI::App& verb, int& exit_code) {
       const bool named = std::ranges::find(filter.topics(), topic) != filter.topics().end();
       return filter(topic) && (all || named || !is_runtime_topic(topic));
     };
-    return compare_files(o->a, o->b, o->diff, o->json);
+    const std::string part = limit(o->a, o->b, o->until, o->whole, o->diff);
+    return compare_files(o->a, o->b, o->diff, part, o->json);
   });
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 #include <cstdint>
 #include <functional>
+#include <limits>
 #include <map>
 #include <optional>
 #include <string>
@@ -16,7 +17,9 @@ struct DiffOptions {
   double tolerance = 0.0;                                    ///< DiffRules::tolerance
   std::vector<std::string> field_tolerances = {};            ///< "TOPIC.FIELD=X"
   std::vector<std::string> ignore = {};                      ///< "TOPIC.FIELD"
-  bool times = false;  ///< log and publish times must be equal, too
+  bool times = false;       ///< log and publish times must be equal, too
+  bool wall_fields = true;  ///< compare durations on the wall clock (wall_fields())
+  std::uint64_t end_ns = std::numeric_limits<std::uint64_t>::max();  ///< log time of the end
 };
 
 /// Topics that differ between equal runs, or that describe the run: those of the runtime.

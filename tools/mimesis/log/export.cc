@@ -16,6 +16,7 @@
 #include "common/image/image_file.h"
 #include "tools/mimesis/field_text.h"
 #include "tools/mimesis/log/field_columns.h"
+#include "tools/mimesis/log/reference.h"
 #include "tools/mimesis/log/verb_options.h"
 #include "tools/mimesis/table.h"
 
@@ -449,6 +450,13 @@ ExportResult export_images(const std::vector<OpenLog>& logs, const ExportOptions
   FileNames names(options.output);
   const Span span = span_of(logs);
   const LogTimes times = resolve(options.range, span);
+  for (const OpenChannel& c : channels_of(logs)) {
+    if (c.channel->topic == options.images && is_reference(*c.channel)) {
+      throw VerbEnd{options.images + " is in the log as references: mimesis log restore " +
+                        c.log->path + " WHOLE.mcap writes the images, then export from there",
+                    1};
+    }
+  }
   const auto wanted = [&](const log::Channel& c) { return c.topic == options.images; };
   ExportResult result{.files = {options.output}};
   std::uint64_t count = 0;

@@ -11,7 +11,8 @@
 #include <tuple>
 #include <unordered_map>
 
-#include "tools/mimesis/log/human.h"
+#include "tools/mimesis/human.h"
+#include "tools/mimesis/log/reference.h"
 #include "tools/mimesis/log/verb_options.h"
 #include "tools/mimesis/table.h"
 
@@ -116,8 +117,10 @@ void print_info_topics(const ordered_json& topics, bool colour, std::ostream& ou
   for (const ordered_json& t : topics) total += sizes ? t["bytes"].get<double>() : 0.0;
   Table table(std::move(heading));
   for (const ordered_json& t : topics) {
+    // Messages that are computed again (reference.h).
+    const bool reference = t["metadata"].is_object() && t["metadata"].contains(kReferenceKey);
     std::vector<std::string> cells{t["topic"],
-                                   t["type"],
+                                   t["type"].get<std::string>() + (reference ? " (reference)" : ""),
                                    t["node"],
                                    t["messages"].dump(),
                                    t["lost"].is_null() ? "?" : t["lost"].dump(),

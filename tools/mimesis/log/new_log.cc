@@ -11,7 +11,7 @@
 
 #include "common/error.h"
 #include "common/log/crc32.h"
-#include "tools/mimesis/log/human.h"
+#include "tools/mimesis/human.h"
 #include "tools/mimesis/log/verb_options.h"
 #include "tools/mimesis/stop_signals.h"
 #include "tools/mimesis/table.h"

@@ -28,6 +28,7 @@
 #include "tools/mimesis/launch/process.h"
 #include "tools/mimesis/log/play_parts.h"
 #include "tools/mimesis/log/playback.h"
+#include "tools/mimesis/log/restore.h"
 #include "tools/mimesis/log/verb_options.h"
 #include "tools/mimesis/number_check.h"
 
@@ -628,7 +629,7 @@ int play_in_lockstep(const PlayOptions& options, Playback& playback) {
 int log_play(PlayOptions& options) {
   options.playback.filter = filter_of(options.topics);
   options.playback.remap = PlayRemap(options.remaps);
-  Playback playback(open_logs(options.files), options.playback);
+  Playback playback(open_whole_logs(options.files), options.playback);
   for (const std::string& line : playback.notes()) std::cerr << line << '\n';
   return options.lockstep ? play_in_lockstep(options, playback)
                           : PacedPlayer(options, playback).run();

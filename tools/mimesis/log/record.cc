@@ -19,8 +19,11 @@
 #include "common/log/codec.h"
 #include "common/log/summary.h"
 #include "common/runtime/graph_time.h"
+#include "common/runtime/own_topics.h"
 #include "common/runtime/raw.h"
 #include "common/runtime/value_text.h"
+#include "common/runtime/yaml_document.h"
+#include "proto/steps.pb.h"
 #include "tools/mimesis/log/record_file.h"
 #include "tools/mimesis/log/record_watch.h"
 #include "tools/mimesis/log/verb_options.h"
@@ -47,8 +50,9 @@ struct RecordOptions {
   SnapshotOptions snapshot;
   DiskLimits limits;
   std::string when_full = "stop";
-  std::chrono::nanoseconds sync{0};  ///< period of fsync; 0: never
-  bool quiet = false;                ///< no live counts
+  std::vector<std::string> references;  ///< TOPIC:KEY=VALUE
+  std::chrono::nanoseconds sync{0};     ///< period of fsync; 0: never
+  bool quiet = false;                   ///< no live counts
   bool json = false;
 };
 
@@ -91,6 +95,51 @@ Recorded recorded(runtime::Tapped tapped, std::uint64_t now_ns) {
   return m;
 }
 
+/// Topics that are recorded as references, and when: a node whose parameters do not show that it
+/// can compute its messages again keeps them whole.
+class References {
+ public:
+  /// "TOPIC:KEY=VALUE". @throws ConfigError
+  explicit References(const std::vector<std::string>& options) {
+    for (const std::string& text : options) {
+      const std::size_t colon = text.find(':'), equals = text.find('=', colon + 1);
+      if (colon == std::string::npos || equals == std::string::npos)
+        throw ConfigError("--reference '" + text + "': expected TOPIC:KEY=VALUE");
+      wanted_[text.substr(0, colon)] = {text.substr(colon + 1, equals - colon - 1),
+                                        text.substr(equals + 1)};
+    }
+  }
+
+  void apply(Recorded& message) {
+    if (wanted_.empty()) return;
+    if (runtime::is_own_topic(message.topic, runtime::kStartPort)) return read(message);
+    const auto wanted = wanted_.find(message.topic);
+    if (wanted == wanted_.end()) return;
+    const auto parameters = parameters_.find({message.node, message.start_id});
+    if (parameters == parameters_.end()) return;
+    const runtime::Yaml* value = parameters->second.find(wanted->second.key);
+    if (value == nullptr || value->text != wanted->second.value) return;
+    message.payload = reference_to(message.payload);
+    message.reference = true;
+  }
+
+ private:
+  struct Condition {
+    std::string key, value;
+  };
+  /// A node says its parameters before its first message.
+  void read(const Recorded& message) {
+    v1::NodeStart start;
+    if (start.ParseFromString(message.payload)) {
+      parameters_[{start.node(), start.start_id()}] =
+          runtime::parse_yaml(start.parameters(), message.topic);
+    }
+  }
+
+  std::map<std::string, Condition> wanted_;  ///< by topic
+  std::map<std::pair<std::string, std::uint64_t>, runtime::Yaml> parameters_;
+};
+
 /// What stands in the files of a recording that failed.
 struct Standing {
   std::uint64_t messages = 0, bytes = 0;
@@ -115,6 +164,7 @@ class Recorder {
   explicit Recorder(const RecordOptions& options)
       : options_(options),
         filter_(options.topics, options.regex, options.exclude),
+        references_(options.references),
         output_(open_output()),
         recording_([this](Recorded message, WallTime now) {
           std::visit([&](auto& output) { output.write(std::move(message), now); }, output_);
@@ -214,6 +264,7 @@ class Recorder {
           tapped->publisher != nullptr && tapped->publisher->started_ns() > ready_ns_;
       Recorded message = recorded(*std::move(tapped), now_ns());
       bytes_received_ += message.payload.size();
+      references_.apply(message);
       if (message.ordered) {
         graph_time_ = std::max(graph_time_, std::chrono::nanoseconds(message.log_time_ns));
       }
@@ -328,6 +379,7 @@ class Recorder {
 
   const RecordOptions& options_;
   const TopicFilter filter_;
+  References references_;
   const StopSignals stop_;  // to the end: the file is to be closed
   runtime::GraphTime time_{runtime::graph_directory(runtime::graph_name())};
   std::optional<runtime::Tap> tap_;
@@ -443,6 +495,13 @@ void add_recorded(CLI::App& record, RecordOptions& o) {
   record.add_option("--duration", o.duration_s, "Stop after this wall time [s]")
       ->check(number_above_zero);
   record.add_option("--attach", o.attach, "Store this file in the log (repeatable)")
+      ->allow_extra_args(false);
+  record
+      .add_option("--reference", o.references,
+                  "Store messages of TOPIC without their large fields if KEY of their node's "
+                  "parameters is VALUE, by which it can compute them again: mimesis log restore "
+                  "(repeatable)")
+      ->type_name("TOPIC:KEY=VALUE")
       ->allow_extra_args(false);
   add_duration(record, "--sync", o.sync,
                "Period of syncing the file to the disk, against power cuts (default: never)");

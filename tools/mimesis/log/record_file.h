@@ -23,8 +23,9 @@
 #include "common/log/io.h"
 #include "common/log/writer.h"
 #include "common/runtime/raw.h"
-#include "tools/mimesis/log/human.h"
+#include "tools/mimesis/human.h"
 #include "tools/mimesis/log/provenance.h"
+#include "tools/mimesis/log/reference.h"
 
 // A recording: messages on their way into it, its files, and snapshots.
 namespace mimesis::tool {
@@ -53,7 +54,8 @@ struct Recorded {
   std::uint64_t seq = 0;
   std::uint64_t lost_before = 0;  ///< missing between the one before and this one
   std::uint64_t log_time_ns = 0, publish_time_ns = 0;
-  bool ordered = false;  ///< log_time is a time of the graph: equal ones are sorted by node
+  bool ordered = false;    ///< log_time is a time of the graph: equal ones are sorted by node
+  bool reference = false;  ///< the payload is reference_to() what was published
   std::string payload;
 };
 
@@ -292,7 +294,7 @@ class RecordFile {
   static constexpr std::size_t kUnderWay = 3;  ///< chunks that the writer keeps before it waits
 
   std::uint16_t channel(const Recorded& message) {
-    std::tuple key{message.topic, message.node, message.type, message.start_id};
+    std::tuple key{message.topic, message.node, message.type, message.start_id, message.reference};
     if (const auto it = channels_.find(key); it != channels_.end()) return it->second;
     const std::size_t start = writer_.open_chunk_bytes();
     auto schema = schemas_.find({message.type, message.type_hash});
@@ -302,12 +304,14 @@ class RecordFile {
       schema = schemas_.emplace(std::pair(message.type, message.type_hash), id).first;
     }
     const std::size_t middle = writer_.open_chunk_bytes();
-    const auto id =
-        written(writer_.add_channel(schema->second, message.topic, "protobuf",
-                                    {{"node", message.node},
-                                     {"latched", message.latched ? "true" : "false"},
-                                     {"type_hash", fmt::format("{:016x}", message.type_hash)},
-                                     {"start_id", std::to_string(message.start_id)}}));
+    std::map<std::string, std::string> metadata{
+        {"node", message.node},
+        {"latched", message.latched ? "true" : "false"},
+        {"type_hash", fmt::format("{:016x}", message.type_hash)},
+        {"start_id", std::to_string(message.start_id)}};
+    if (message.reference) metadata[kReferenceKey] = "mimesis log restore";
+    const auto id = written(
+        writer_.add_channel(schema->second, message.topic, "protobuf", std::move(metadata)));
     schema_bytes_ += middle - start;
     channel_bytes_ += writer_.open_chunk_bytes() - middle;
     channels_.emplace(std::move(key), id);
@@ -324,8 +328,8 @@ class RecordFile {
   std::unique_ptr<log::Sink> sink_;
   log::Writer writer_;
   std::map<std::pair<std::string, std::uint64_t>, std::uint16_t> schemas_;  ///< by type and hash
-  /// By topic, node, type and start.
-  std::map<std::tuple<std::string, std::string, std::string, std::uint64_t>, std::uint16_t>
+  /// By topic, node, type, start, and whether they are references.
+  std::map<std::tuple<std::string, std::string, std::string, std::uint64_t, bool>, std::uint16_t>
       channels_;
   std::uint64_t schema_bytes_ = 0, channel_bytes_ = 0;  ///< the summary repeats them
   std::uint64_t chunk_messages_ = 0;                    ///< in the open chunk

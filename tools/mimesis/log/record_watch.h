@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "common/time.h"
-#include "tools/mimesis/log/human.h"
+#include "tools/mimesis/human.h"
 #include "tools/mimesis/log/record_file.h"
 #include "tools/mimesis/table.h"
 

@@ -6,7 +6,6 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <array>
-#include <fstream>
 #include <iostream>
 #include <limits>
 #include <nlohmann/json.hpp>
@@ -14,10 +13,10 @@
 
 #include "common/runtime/value_text.h"
 #include "common/time.h"
-#include "tools/mimesis/launch/command.h"
 #include "tools/mimesis/log/open_log.h"
-#include "tools/mimesis/log/packet_process.h"
 #include "tools/mimesis/log/provenance.h"
+#include "tools/mimesis/log/replay_step.h"
+#include "tools/mimesis/log/restore.h"
 #include "tools/mimesis/log/verb_options.h"
 #include "tools/mimesis/number_check.h"
 #include "tools/mimesis/table.h"
@@ -29,36 +28,6 @@ using nlohmann::ordered_json;
 
 constexpr int kNotInLog = 3, kReplayTimedOut = 3;
 constexpr std::size_t kFieldsShown = 20;
-
-std::vector<std::string> node_arguments(const std::string& program, const Life& life,
-                                        const std::string& parameters,
-                                        const std::vector<std::string>& sets, int socket) {
-  std::vector<std::string> argv{program,     "--replay", std::to_string(socket), "--name",
-                                life.node(), "--clock",  life.start.clock(),     "--params",
-                                parameters};
-  for (const std::string& set : sets) argv.insert(argv.end(), {"--set", set});
-  const auto wire = [&argv](const char* option, const auto& topics) {
-    for (const v1::TopicInfo& t : topics) {
-      if (t.port().starts_with('.') || runtime::is_own_topic(t.topic())) continue;  // the runtime's
-      argv.insert(argv.end(), {option, t.port() + "=" + t.topic()});
-    }
-  };
-  wire("--in", life.start.inputs());
-  wire("--out", life.start.outputs());
-  return argv;
-}
-
-std::string missing_input(const LifeReader& reader, const RecordedStep& step,
-                          const v1::InputSource& source, std::uint64_t seq) {
-  std::string why = "the message is not in the log: lost";
-  if (!reader.has_input(source)) why = "the log does not hold this topic of that node";
-  if (reader.was_let_go(source, seq)) {
-    why = fmt::format("it was let go: more than {} MB of inputs waited to be taken",
-                      kMostInputBytes / 1'000'000);
-  }
-  return fmt::format("step {} took {} #{} of node '{}' on input '{}': {}", step.number,
-                     source.topic(), seq, source.node(), source.port(), why);
-}
 
 /// One life of a node, run again step by step: the program steps with the recorded inputs, and all
 /// outputs are compared.
@@ -75,13 +44,10 @@ class LifeReplay {
 
   ReplayReport run(const std::string& program, const ReplayProgress& progress) {
     const auto started = std::chrono::steady_clock::now();
-    const std::string parameters =
-        folder_.path() + "/" + std::filesystem::path(life_.node()).filename().string() + ".yaml";
-    std::ofstream(parameters) << life_.start.parameters();
     PacketProcess node(
         "the node",
-        [&](int socket) -> launch::Command {
-          return {node_arguments(program, life_, parameters, options_.sets, socket), {}};
+        [&](int socket) {
+          return replay_command(program, life_, folder_.path(), options_.sets, socket);
         },
         options_.timeout_s);
     while (advance(node)) progress(reader_.log_time_ns());
@@ -97,8 +63,12 @@ class LifeReplay {
     auto step = reader_.next();
     if (!step) return false;
     v1::ReplayStep message;
-    *message.mutable_step() = step->record;
-    if (!add_inputs(*step, message)) return false;
+    report_.problem = fill_step(reader_, *step, message);
+    if (!report_.problem.empty()) return false;
+    for (const v1::ReplayMessage& input : message.inputs()) {
+      ++comparison_.counts().inputs;
+      comparison_.counts().bytes += input.payload().size();
+    }
     if (failed_) return throws_no_more(*step);
     v1::ReplayOutcome outcome;
     try {
@@ -133,30 +103,6 @@ class LifeReplay {
     d.time_s = end_s_;
     d.what = "the replayed step failed, the recorded one did not: " + *failed_;
     return d;
-  }
-
-  bool add_inputs(const RecordedStep& step, v1::ReplayStep& message) {
-    for (const v1::TakenMessage& taken : step.record.taken()) {
-      if (taken.source() >= step.sources.size()) {
-        report_.problem = fmt::format("step {} names an input that is not described", step.number);
-        return false;
-      }
-      const v1::InputSource& source = step.sources[taken.source()];
-      const KeptMessage* input = reader_.input(source, taken.seq());
-      if (input == nullptr) {
-        report_.problem = missing_input(reader_, step, source, taken.seq());
-        return false;
-      }
-      v1::ReplayMessage& in = *message.add_inputs();
-      in.set_port(source.port());
-      in.set_payload(input->payload);
-      in.set_stamp_ns(input->publish_time_ns);
-      in.set_seq(taken.seq());
-      in.set_node(source.node());
-      ++comparison_.counts().inputs;
-      comparison_.counts().bytes += input->payload.size();
-    }
-    return true;
   }
 
   void follow_time(const RecordedStep& step) {
@@ -375,20 +321,6 @@ int report_absent(const std::vector<OpenLog>& logs, const std::vector<Life>& liv
   return absent;
 }
 
-std::string program_of(const Life& life, const ReplayOptions& options) {
-  std::string wanted = options.program.empty() ? life.start.executable() : options.program;
-  if (std::error_code ignored; std::filesystem::is_directory(wanted, ignored)) {
-    wanted += "/" + life.start.executable();
-  }
-  const std::string path = launch::find_executable(wanted);
-  if (path.empty()) {
-    throw ConfigError(fmt::format(
-        "node '{}': there is no program '{}' beside this one or on PATH; --exec PATH names another",
-        life.node(), wanted));
-  }
-  return path;
-}
-
 int replay_nodes(const std::vector<OpenLog>& logs, const ReplayOptions& options,
                  const StopSignals& stop) {
   std::vector<Life> lives = find_lives(logs);
@@ -405,7 +337,7 @@ int replay_nodes(const std::vector<OpenLog>& logs, const ReplayOptions& options,
   }
   int exit_code = absent > 0 ? kNotInLog : 0;
   for (const Life& life : lives) {
-    const std::string program = program_of(life, options);
+    const std::string program = program_of(life, options.program);
     const RunCount count =
         repeat("replay " + life.node(), logs, options, [&](const ReplayProgress& progress) {
           return LifeReplay(logs, life, options, stop).run(program, progress);
@@ -481,7 +413,7 @@ void choose_tolerance(const std::vector<OpenLog>& logs, ReplayOptions& options) 
 /// Returns the exit code.
 int log_replay(ReplayOptions& options) {
   const StopSignals stop;
-  const std::vector<OpenLog> logs = open_logs(options.logs);
+  const std::vector<OpenLog> logs = open_whole_logs(options.logs);
   for (const OpenLog& log : logs) report_damages(log, {});
   choose_tolerance(logs, options);
   return options.launch.empty() ? replay_nodes(logs, options, stop)

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "tools/mimesis/log/lockstep_run.h"
 #include "tools/mimesis/log/replay_compare.h"
 #include "tools/mimesis/stop_signals.h"
 
@@ -55,13 +56,6 @@ struct ReplayReport {
 
 /// Called with the log time read so far [ns].
 using ReplayProgress = std::function<void(std::uint64_t log_time_ns)>;
-
-/// Up to when a recorded run is the same in every run.
-struct RunLimit {
-  std::uint64_t until_ns = 0;  ///< last log time to be compared
-  std::string why;             ///< reason of the end
-  bool cut_off = false;        ///< just the end of the log: its last messages may be incomplete
-};
 
 /// How a recorded launch was started, and until when it can be compared.
 struct LaunchPlan {

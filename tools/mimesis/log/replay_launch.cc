@@ -27,14 +27,6 @@ using namespace std::chrono_literals;
 constexpr auto kListen = 50ms;
 /// In a log that was cut off, nodes may be this far apart.
 constexpr std::uint64_t kRaggedEnd = 1'000'000'000;
-/// Durations on the wall clock: they are not the same twice.
-const std::map<std::string, std::set<std::string>> kWallFields{
-    {"mimesis.v1.ClockTime", {"wall_ns"}},
-    {"mimesis.v1.TaskStatus", {"plan_compute_s"}},
-    {"mimesis.v1.WalkerStatus", {"mean_tick_s", "worst_tick_s"}},
-    {"mimesis.v1.CrowdStatus", {"mean_step_s", "worst_step_s"}},
-    {"mimesis.v1.CrowdOutcome", {"steps_1_s", "agent_steps_1_s"}}};
-
 double ns_to_s(std::uint64_t ns) { return static_cast<double>(ns) * 1e-9; }
 
 /// Arguments and sets of the recorded run; false if the log does not tell.
@@ -217,31 +209,6 @@ class RecordedRun {
   log::MergedReader reader_;
 };
 
-/// After the first message on `until_topic` (may be empty) the launcher stops the nodes, in wall
-/// time; without one, the first node that stopped ends what can be compared.
-RunLimit run_limit(const std::vector<OpenLog>& logs, const std::string& until_topic) {
-  auto verdicts = merged(
-      logs, {.channel = [&](const log::Channel& channel) { return channel.topic == until_topic; }});
-  if (const Item* verdict = verdicts.next()) {
-    return {verdict->message->log_time, fmt::format("{} ended the run", until_topic), false};
-  }
-  std::optional<std::pair<std::uint64_t, std::string>> first;  // graph time, node
-  auto steps = merged(logs, {.channel = [](const log::Channel& channel) {
-                        return runtime::is_own_topic(channel.topic, runtime::kStepsPort);
-                      }});
-  v1::StepLog log;
-  while (const Item* item = steps.next()) {
-    if (!parse(*item, log)) continue;
-    for (const v1::StepRecord& step : log.steps()) {
-      if (step.kind() != v1::STEP_KIND_STOP || (first && first->first <= step.time_ns())) continue;
-      first = {step.time_ns(), sender_of(*item->channel)};
-    }
-  }
-  if (!first) return {span_of(logs).end_ns, "the log ends", true};
-  return {first->first == 0 ? 0 : first->first - 1, fmt::format("node '{}' stopped", first->second),
-          false};
-}
-
 /// One run of the launch file beside the recorded one.
 class LaunchReplay {
  public:
@@ -250,7 +217,7 @@ class LaunchReplay {
       : plan_(plan),
         options_(options),
         recorded_(logs, plan.limit.until_ns),
-        messages_(options.tolerance, kWallFields) {}
+        messages_(options.tolerance, wall_fields()) {}
 
   ReplayReport run(const StopSignals& stop, const ReplayProgress& progress) {
     const auto started = std::chrono::steady_clock::now();

@@ -12,7 +12,7 @@
 #include "common/error.h"
 #include "common/runtime/value_text.h"
 #include "proto/steps.pb.h"
-#include "tools/mimesis/log/human.h"
+#include "tools/mimesis/human.h"
 #include "tools/mimesis/log/verb_options.h"
 
 namespace mimesis::tool {

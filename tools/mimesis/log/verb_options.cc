@@ -6,7 +6,7 @@
 #include <iostream>
 
 #include "common/error.h"
-#include "tools/mimesis/log/human.h"
+#include "tools/mimesis/human.h"
 #include "tools/mimesis/table.h"
 
 namespace mimesis::tool {

@@ -32,6 +32,8 @@ void add_export(CLI::App& log, int& exit_code);
 void add_convert(CLI::App& log, int& exit_code);
 void add_plot(CLI::App& log, int& exit_code);
 void add_view(CLI::App& log, int& exit_code);
+void add_restore(CLI::App& log, int& exit_code);
+void add_clean(CLI::App& log, int& exit_code);
 
 /// --topic, --regex, --exclude.
 void add_topic_options(CLI::App& verb, TopicOptions& options);

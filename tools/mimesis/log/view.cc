@@ -18,6 +18,7 @@
 #include "tools/mimesis/log/open_log.h"
 #include "tools/mimesis/log/packet_process.h"
 #include "tools/mimesis/log/replay_log.h"
+#include "tools/mimesis/log/restore.h"
 #include "tools/mimesis/log/verb_options.h"
 #include "tools/mimesis/log/view_drawings.h"
 
@@ -259,7 +260,7 @@ struct ViewOptions {
 
 /// Returns the exit code. @throws ConfigError, VerbEnd
 int log_view(const ViewOptions& options) {
-  const std::vector<OpenLog> logs = open_logs(options.inputs);
+  const std::vector<OpenLog> logs = open_whole_logs(options.inputs);
   require_topics(options.layers, logs);
   LayerPainter painter(options.layers, logs);
   NewLog out(options.output, logs);

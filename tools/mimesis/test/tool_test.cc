@@ -1,8 +1,11 @@
 #include <gtest/gtest.h>
 
 #include <CLI/CLI.hpp>
+#include <filesystem>
+#include <fstream>
 #include <sstream>
 
+#include "tools/mimesis/log_folder.h"
 #include "tools/mimesis/rate_window.h"
 #include "tools/mimesis/table.h"
 #include "tools/mimesis/verb.h"
@@ -94,6 +97,42 @@ TEST(Usage, SuggestsOnTheLevelOfTheMistake) {
   EXPECT_EQ(usage_of({"topic", "--help"}, err), 0);
   EXPECT_EQ(usage_of({"topic", "echo", "--once"}, err), 0);
   EXPECT_EQ(err, "");
+}
+
+TEST(LogFolder, OldestRunsGoButNotThoseThatRunOrWereNamed) {
+  const std::string state = ::testing::TempDir() + "log_folder_test";
+  std::filesystem::remove_all(state);
+  setenv("XDG_STATE_HOME", state.c_str(), 1);
+  const auto add = [](const std::string& name) {
+    std::filesystem::create_directories(log_root() / name);
+    std::ofstream(log_root() / name / "a.log") << std::string(100, 'x');
+  };
+  const std::vector<std::string> names{"20260101-000000-a-1", "20260102-000000-a-2",
+                                       "20260103-named", "20260104-000000-a-4",
+                                       "20260105-000000-a-5"};
+  for (const std::string& name : names) add(name);
+  const RunLock second(log_root() / names[1]);
+  EXPECT_THROW(RunLock(log_root() / names[1]), ConfigError);
+
+  const std::vector<RunFolder> runs = run_folders();
+  ASSERT_EQ(runs.size(), 5U);
+  EXPECT_EQ(runs[0].bytes, 100U);
+  EXPECT_TRUE(runs[1].running && !runs[0].running);
+  EXPECT_TRUE(runs[2].kept && !runs[3].kept);
+  const auto gone = [&](const LogLimit& limit) {
+    std::vector<std::string> list;
+    for (const RunFolder& run : beyond(runs, limit)) list.push_back(run.name);
+    return list;
+  };
+  using Names = std::vector<std::string>;
+  EXPECT_EQ(gone({}), Names{});
+  EXPECT_EQ(gone({.bytes = 500}), Names{});
+  EXPECT_EQ(gone({.bytes = 499}), (Names{names[0]}));
+  EXPECT_EQ(gone({.runs = 3}), (Names{names[0], names[3]}));
+  EXPECT_EQ(gone({.runs = 0}), (Names{names[0], names[3], names[4]}));
+  EXPECT_EQ(remove_run(runs[0]), "");
+  EXPECT_FALSE(std::filesystem::exists(log_root() / names[0]));
+  std::filesystem::remove_all(state);
 }
 
 }  // namespace

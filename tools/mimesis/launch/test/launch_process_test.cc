@@ -101,7 +101,8 @@ class Launch : public ::testing::Test {
 
 TEST_F(Launch, StartsWhenThoseBeforeAreReadyAndStopsInReverse) {
   auto launch = start("nodes:\n  c: {exec: " + counter_ + ", after: [b]}\n  b: {exec: " + counter_ +
-                      ", after: [a]}\n  a: {exec: " + counter_ + "}\n");
+                          ", after: [a]}\n  a: {exec: " + counter_ + "}\n",
+                      {"--verbose"});
   ASSERT_TRUE(until([&] { return pids().size() == 3; })) << launch->errors();
   launch->signal(SIGINT);
   EXPECT_EQ(launch->wait(), 130);
@@ -745,6 +746,44 @@ TEST_F(Launch, ARecorderLearnsWhatItRecords) {
   EXPECT_EQ(told["clock"], "wall");
   EXPECT_EQ(told["graph"], plan["graph"]);
   EXPECT_FALSE(plan["start"][1]["env"].contains("MIMESIS_LAUNCH"));
+}
+
+TEST_F(Launch, ShowsALineANodeAndWarnings) {
+  const std::string nodes =
+      "nodes:\n  a: {exec: " + counter_ +
+      "}\n  b: {exec: sh, after: [a], ready: started, required: true, args: [-c, "
+      "'echo \"[09:00:00.000] [b] info: hidden\" >&2; echo \"[09:00:00.000] [b] warning: shown\" "
+      ">&2; echo plain']}\n";
+  auto quiet = start(nodes);
+  EXPECT_EQ(quiet->wait(), 0) << quiet->errors();
+  const std::string err = quiet->errors();
+  EXPECT_EQ(err.find("info:"), std::string::npos) << err;
+  EXPECT_NE(err.find("[b] 09:00:00.000 warning: shown\n"), std::string::npos) << err;
+  EXPECT_NE(err.find("[b] plain\n"), std::string::npos) << err;
+  EXPECT_EQ(err.find("a is ready"), err.rfind("a is ready")) << err;
+  EXPECT_NE(folder_.read("mimesis/log/run/b.log").find("hidden"), std::string::npos);
+
+  auto verbose = start(nodes, {"-v"});
+  EXPECT_EQ(verbose->wait(), 0);
+  EXPECT_NE(verbose->errors().find("[b] 09:00:00.000 info: hidden\n"), std::string::npos);
+}
+
+TEST_F(Launch, LogsOfOlderRunsAreBounded) {
+  const auto old_run = [&](const std::string& name) {
+    std::filesystem::create_directories(folder_.path() + "/mimesis/log/" + name);
+    return folder_.write("mimesis/log/" + name + "/a.log", std::string(1000, 'x'));
+  };
+  const auto there = [](const std::string& file) { return std::filesystem::exists(file); };
+  const std::string oldest = old_run("20200101-000000-x-1"),
+                    second = old_run("20200102-000000-x-2"), named = old_run("20200101-kept");
+  auto launch = start("nodes: {a: {exec: sh, ready: started, args: [-c, 'true']}}\n",
+                      {"--log-limit", "2500B"});
+  EXPECT_EQ(launch->wait(), 0) << launch->errors();
+  EXPECT_FALSE(there(oldest));
+  EXPECT_TRUE(there(second) && there(named));
+  EXPECT_NE(launch->errors().find("removed the log of 20200101-000000-x-1 (1.0 kB)"),
+            std::string::npos)
+      << launch->errors();
 }
 
 TEST_F(Launch, MistakesEndWithTwo) {

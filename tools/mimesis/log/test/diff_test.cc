@@ -3,8 +3,13 @@
 
 #include <gtest/gtest.h>
 
+#include <tuple>
+
 #include "common/error.h"
 #include "proto/bridge.pb.h"
+#include "proto/planner.pb.h"
+#include "proto/steps.pb.h"
+#include "tools/mimesis/log/lockstep_run.h"
 #include "tools/mimesis/log/test/log_builder.h"
 
 namespace mimesis::tool {
@@ -143,6 +148,45 @@ TEST(LogDiff, TopicsOfTheRuntime) {
   EXPECT_FALSE(is_runtime_topic("world/state"));
   EXPECT_FALSE(is_runtime_topic("a/logs"));
   EXPECT_FALSE(is_runtime_topic("start"));
+}
+
+TEST(LogDiff, LockstepRunsAreComparedAsFarAsTheyCanBeEqual) {
+  // Node a stops at 50 in one run, at 70 in the other; both plan for other times on the wall clock.
+  LogBuilder a, b;
+  for (auto [log, stop_ns, plan_s] : {std::tuple(&a, 50U, 0.25), std::tuple(&b, 70U, 0.5)}) {
+    v1::TaskStatus status;
+    status.set_plan_compute_s(plan_s);
+    v1::StepLog steps;
+    v1::StepRecord& stop = *steps.add_steps();
+    stop.set_kind(v1::STEP_KIND_STOP);
+    stop.set_time_ns(stop_ns);
+    for (std::uint32_t t = 10; t < stop_ns; t += 10) log->add("x/arm", t, stamped_arm(t), t);
+    log->add("x/status", 40, status).add("a/steps", stop_ns, steps, 1, "a");
+    EXPECT_TRUE(log->writer().add_metadata({"mimesis.launch", {{"clock", "lockstep"}}}));
+  }
+  std::vector<OpenLog> logs_a, logs_b;
+  logs_a.push_back(a.open());
+  logs_b.push_back(b.open());
+  EXPECT_TRUE(in_lockstep(logs_a));
+  EXPECT_EQ(run_limit(logs_a, "").until_ns, 49u);
+  EXPECT_EQ(run_limit(logs_b, "").until_ns, 69u);
+  EXPECT_EQ(run_limit(logs_b, "x/status").until_ns, 40u);
+  const auto different = [&](const DiffOptions& options) {
+    std::uint64_t damages = 0;
+    std::vector<std::string> topics;
+    for (const StreamDiff& s : diff_logs(logs_a[0], logs_b[0], options, damages)) {
+      if (!s.same()) topics.push_back(s.topic);
+    }
+    return topics;
+  };
+  using Topics = std::vector<std::string>;
+  DiffOptions options;
+  options.topic = [](const std::string& topic) { return !is_runtime_topic(topic); };
+  EXPECT_EQ(different(options), (Topics{"x/arm", "x/status"}));
+  options.end_ns = 50;
+  EXPECT_EQ(different(options), (Topics{"x/status"}));
+  options.wall_fields = false;
+  EXPECT_EQ(different(options), Topics{});
 }
 
 }  // namespace

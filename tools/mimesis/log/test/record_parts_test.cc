@@ -3,7 +3,7 @@
 
 #include <sstream>
 
-#include "tools/mimesis/log/human.h"
+#include "tools/mimesis/human.h"
 #include "tools/mimesis/log/provenance.h"
 #include "tools/mimesis/log/record_file.h"
 #include "tools/mimesis/log/record_watch.h"

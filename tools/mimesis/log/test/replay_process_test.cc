@@ -186,6 +186,28 @@ TEST_F(Replay, OnTheWallClockAndInSimulatedTime) {
   }
 }
 
+TEST_F(Replay, AParameterSetAtRunTimeIsSetAgainAtTheSameStep) {
+  const std::string log = path("set.mcap");
+  {
+    RecordedCounters run("lockstep", log);
+    ASSERT_TRUE(run.run()) << run.a().errors();
+    Process set("mimesis", {"param", "set", "a", "salt", "5"});
+    EXPECT_EQ(set.wait(), 0) << set.errors();
+    Process refused("mimesis", {"param", "set", "a", "salt", "-5"});
+    EXPECT_EQ(refused.wait(), 2) << refused.errors();
+    ASSERT_TRUE(run.run()) << run.a().errors();
+    run.stop();
+  }
+  EXPECT_EQ(replay({"a", log, "--json"}), 0) << output_ << errors_;
+  EXPECT_EQ(result()["result"], "equal");
+  EXPECT_GE(result()["responses"], 3);  // asked before, set, refused
+  // The change matters: without it the outputs are others from there on.
+  Process said("mimesis", {"log", "cat", log, "--topic", "a/log"});
+  EXPECT_EQ(said.wait(), 0);
+  EXPECT_NE(said.output().find("parameter salt: 5 instead of 0"), std::string::npos)
+      << said.output();
+}
+
 TEST_F(Replay, AChangedParameterIsShownWhereItFirstMatters) {
   EXPECT_EQ(replay({"a", log_, "--set", "salt=7"}), 1);
   EXPECT_TRUE(says("a: step 1 at 0.000000 s: a/out #1 differs in 1 field\n")) << output_;

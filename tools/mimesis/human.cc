@@ -1,4 +1,4 @@
-#include "tools/mimesis/log/human.h"
+#include "tools/mimesis/human.h"
 
 #include <fmt/chrono.h>
 #include <fmt/format.h>

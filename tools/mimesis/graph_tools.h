@@ -1,0 +1,60 @@
+#pragma once
+#include <chrono>
+#include <string>
+#include <tl/expected.hpp>
+#include <vector>
+
+#include "common/error.h"
+#include "common/runtime/raw.h"
+
+namespace CLI {
+class App;
+}  // namespace CLI
+
+// Shared by the verbs that look at a running graph.
+namespace mimesis::tool {
+
+constexpr int kNotFound = 3;  ///< exit code: not there, or timed out
+
+/// Thrown to end a verb: a line for standard error, or none, and the exit code.
+struct VerbFailure {
+  std::string line;
+  int exit_code;
+};
+
+/// Options that all of these verbs have.
+struct GraphOptions {
+  std::string graph;
+  bool json = false;
+  double timeout_s = 2.0;
+};
+/// --graph, --json and --timeout. `wait`: what the time-out is for; empty: the verb waits for
+/// nothing.
+void add_graph_options(CLI::App& verb, GraphOptions& options, const std::string& wait = {});
+/// The graph that is meant: --graph, MIMESIS_GRAPH, or the only one that runs; for standard error
+/// if that is neither of the first.
+std::string chosen_graph(const GraphOptions& options);
+
+/// Graphs of this user that have nodes, by name.
+std::vector<std::string> running_graphs();
+
+/// Name of nodes, topics or services; for suggestions and completion.
+std::vector<std::string> node_names(const std::vector<v1::NodeInfo>& nodes);
+std::vector<std::string> topic_names(const std::vector<v1::NodeInfo>& nodes);
+std::vector<std::string> service_names(const std::vector<v1::NodeInfo>& nodes);
+
+/// Waits until the node is ready. Null, told on standard error, if it is not after the time-out.
+const v1::NodeInfo* find_node(const GraphOptions& options, const std::string& name,
+                              std::vector<v1::NodeInfo>& nodes);
+
+/// Calls NODE/NAME of `nodes`: the serialised response, or why there is none.
+tl::expected<std::string, Status> call_service(const std::vector<v1::NodeInfo>& nodes,
+                                               const std::string& service,
+                                               const std::string& request,
+                                               std::chrono::milliseconds timeout);
+
+inline std::chrono::milliseconds milliseconds(double seconds) {
+  return std::chrono::milliseconds(static_cast<std::int64_t>(1e3 * seconds));
+}
+
+}  // namespace mimesis::tool

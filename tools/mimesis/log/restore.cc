@@ -1,0 +1,173 @@
+// `mimesis log restore`: runs the nodes whose messages a log holds as references again, and writes
+// the log with the messages as they were.
+#include "tools/mimesis/log/restore.h"
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <iostream>
+#include <set>
+
+#include "tools/mimesis/log/reference.h"
+#include "tools/mimesis/log/replay_step.h"
+#include "tools/mimesis/log/rewrite.h"
+#include "tools/mimesis/log/verb_options.h"
+
+namespace mimesis::tool {
+namespace {
+
+constexpr double kStepTimeout_s = 60.0;
+
+/// A node that runs again, as far as its messages are asked for.
+class Producer {
+ public:
+  Producer(const std::vector<OpenLog>& logs, const Life& life)
+      : life_(life),
+        reader_(logs, life),
+        node_(
+            "node '" + life.node() + "'",
+            [&](int socket) {
+              return replay_command(program_of(life, ""), life, folder_.path(), {}, socket);
+            },
+            kStepTimeout_s) {}
+
+  /// @throws VerbEnd if the node does not publish it again
+  std::string take(const std::string& topic, std::uint64_t seq) {
+    auto& waiting = waiting_[topic];
+    while (!waiting.contains(seq)) advance(topic, seq);
+    std::string payload = std::move(waiting.at(seq));
+    waiting.erase(waiting.begin(), waiting.upper_bound(seq));
+    return payload;
+  }
+
+ private:
+  void advance(const std::string& topic, std::uint64_t seq) {
+    const auto fail = [&](const std::string& why) {
+      throw VerbEnd{fmt::format("{} #{} cannot be computed again: {}", topic, seq, why), 1};
+    };
+    const auto step = reader_.next();
+    if (!step) fail(reader_.problem().empty() ? "the node's steps end before" : reader_.problem());
+    v1::ReplayStep message;
+    if (const std::string why = fill_step(reader_, *step, message); !why.empty()) fail(why);
+    v1::ReplayOutcome outcome;
+    try {
+      node_.ask(message, outcome);
+    } catch (const PacketProcess::Gone& gone) {
+      fail(gone.what());
+    }
+    if (outcome.failed()) fail(outcome.problem());
+    for (v1::ReplayMessage& output : *outcome.mutable_outputs()) {
+      if (const auto it = waiting_.find(output.topic()); it != waiting_.end())
+        it->second[logged_seq(output.seq())] = std::move(*output.mutable_payload());
+    }
+  }
+
+  const Life& life_;
+  LifeReader reader_;
+  TemporaryFolder folder_;
+  PacketProcess node_;
+  std::map<std::string, std::map<std::uint64_t, std::string>> waiting_;  ///< by topic and seq
+};
+
+/// Makes whole messages of references.
+class Restorer {
+ public:
+  explicit Restorer(const std::vector<OpenLog>& logs) : logs_(logs), lives_(find_lives(logs)) {}
+
+  /// @throws VerbEnd if it cannot be computed, or if other bytes are
+  std::string whole(const Item& item) {
+    const log::Channel& channel = *item.channel;
+    auto& producer = producers_[{sender_of(channel), start_id_of(channel)}];
+    if (producer == nullptr) producer = make(channel);
+    std::string payload = producer->take(channel.topic, item.message->sequence);
+    if (reference_to(payload) != item.message->data) {
+      throw VerbEnd{fmt::format("{} #{} is computed differently here than it was recorded: another "
+                                "version of the program, or another machine",
+                                channel.topic, item.message->sequence),
+                    1};
+    }
+    return payload;
+  }
+
+ private:
+  std::unique_ptr<Producer> make(const log::Channel& channel) {
+    const auto life = std::ranges::find_if(lives_, [&](const Life& l) {
+      return l.node() == sender_of(channel) && l.start.start_id() == start_id_of(channel);
+    });
+    if (life == lives_.end()) {
+      throw VerbEnd{fmt::format("{}: its messages are references, but the log holds no {}/start",
+                                channel.topic, sender_of(channel)),
+                    1};
+    }
+    return std::make_unique<Producer>(logs_, *life);
+  }
+
+  const std::vector<OpenLog>& logs_;
+  std::vector<Life> lives_;
+  std::map<std::pair<std::string, std::uint64_t>, std::unique_ptr<Producer>> producers_;
+};
+
+/// Copies all messages, references as what they stand for.
+void restore(const std::vector<OpenLog>& logs, NewLog& out) {
+  Restorer restorer(logs);
+  std::map<const log::Channel*, log::Channel> whole;
+  out.read("restore", logs, {}, [&](const Item& item) {
+    if (!is_reference(*item.channel)) return out.copy(item);
+    const auto [channel, fresh] = whole.try_emplace(item.channel, *item.channel);
+    if (fresh) channel->second.metadata.erase(kReferenceKey);
+    const std::string payload = restorer.whole(item);
+    log::Message message = *item.message;
+    message.channel_id = out.channel(channel->second, item.schema);
+    message.data = payload;
+    out.write(message);
+  });
+  out.copy_attachments(logs);
+  out.copy_metadata(logs, read_losses(logs));
+}
+
+int log_restore(const RewriteOptions& options) {
+  const auto logs = open_logs(options.inputs);
+  NewLog out(options.output, logs);
+  restore(logs, out);
+  return out.conclude(options.json);
+}
+
+}  // namespace
+
+std::vector<OpenLog> open_whole_logs(const std::vector<std::string>& paths) {
+  auto logs = open_logs(paths);
+  std::set<std::string> topics;
+  for (const OpenChannel& c : channels_of(logs)) {
+    if (is_reference(*c.channel)) topics.insert(c.channel->topic);
+  }
+  if (topics.empty()) return logs;
+  std::cerr << fmt::format("{}: {} is computed again\n", paths.front(), fmt::join(topics, ", "));
+  const TemporaryFolder folder;  // an open file needs no name
+  const std::string path = folder.path() + "/whole.mcap";
+  NewLog out({.path = path, .compression = log::Compression::lz4}, logs);
+  restore(logs, out);
+  out.finish();
+  auto whole = open_logs({path});
+  whole.front().path = paths.front();
+  return whole;
+}
+
+void add_restore(CLI::App& log, int& exit_code) {
+  CLI::App* verb = log.add_subcommand(
+      "restore", "Computes messages again that a log holds as references (record --reference)");
+  auto o = std::make_shared<RewriteOptions>();
+  add_input_output(*verb, o->inputs, o->output);
+  add_output_options(*verb, o->output);
+  verb->add_flag("--json", o->json, "Print the result as one JSON object");
+  verb->footer(
+      "Their node runs again step by step; every message is checked against the sum in the log.\n"
+      "play, replay and view do the same by themselves.\n"
+      "Example: mimesis log restore imitation.mcap whole.mcap");
+  on_run(*verb, exit_code, [o] {
+    take_output(o->inputs, o->output);
+    return log_restore(*o);
+  });
+}
+
+}  // namespace mimesis::tool

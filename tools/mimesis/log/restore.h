@@ -1,0 +1,13 @@
+#pragma once
+#include <string>
+#include <vector>
+
+#include "tools/mimesis/log/open_log.h"
+
+namespace mimesis::tool {
+
+/// As open_logs, but references (reference.h) are whole messages: their nodes run again, which is
+/// told on standard error. @throws VerbEnd also if that gives other bytes than were recorded.
+std::vector<OpenLog> open_whole_logs(const std::vector<std::string>& paths);
+
+}  // namespace mimesis::tool

@@ -1,0 +1,287 @@
+// `mimesis top`: the nodes of a graph, their load and their health, once a second.
+#include <fmt/format.h>
+#include <signal.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <iostream>
+#include <iterator>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <sstream>
+
+#include "common/error.h"
+#include "common/runtime/own_topics.h"
+#include "proto/foxglove/log.pb.h"
+#include "tools/mimesis/graph_tools.h"
+#include "tools/mimesis/human.h"
+#include "tools/mimesis/number_check.h"
+#include "tools/mimesis/stop_signals.h"
+#include "tools/mimesis/table.h"
+#include "tools/mimesis/terminal_keys.h"
+#include "tools/mimesis/verb.h"
+
+namespace mimesis::tool {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+struct Options : GraphOptions {
+  int count = 0;  ///< of refreshes; 0: until stopped
+};
+
+/// Load of a process, from /proc.
+struct Load {
+  double cpu_s = 0.0;  ///< since its start
+  std::uint64_t memory_bytes = 0;
+};
+/// Nothing if there is no such process on this host.
+std::optional<Load> load_of(std::uint32_t pid) {
+  std::ifstream in(fmt::format("/proc/{}/stat", pid));
+  std::string text{std::istreambuf_iterator<char>(in), {}};
+  const std::size_t bracket = text.rfind(')');  // behind the name, which may hold anything
+  if (bracket == std::string::npos) return std::nullopt;
+  std::istringstream fields(text.substr(bracket + 2));
+  std::vector<std::string> f{std::istream_iterator<std::string>(fields), {}};
+  constexpr std::size_t kUser = 11, kSystem = 12, kResident = 21;  // proc(5), less the first two
+  if (f.size() <= kResident) return std::nullopt;
+  const double ticks = std::stod(f[kUser]) + std::stod(f[kSystem]);
+  return Load{ticks / static_cast<double>(sysconf(_SC_CLK_TCK)),
+              std::stoull(f[kResident]) * static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE))};
+}
+
+/// One node over time.
+struct Watched {
+  v1::NodeInfo info;
+  std::optional<v1::Health> health, before;
+  std::optional<Load> load;
+  Clock::time_point loaded{};
+  double cpu_percent = 0.0;
+  std::string warning;  ///< its last one
+
+  void look(Clock::time_point now) {
+    const auto next = load_of(info.pid());
+    const double seconds = to_seconds(now - loaded);
+    if (next && load && seconds > 0.0) cpu_percent = 100.0 * (next->cpu_s - load->cpu_s) / seconds;
+    load = next;
+    loaded = now;
+  }
+  /// Messages a second of its own clock.
+  double rate_hz() const {
+    if (!health || !before) return 0.0;
+    const double seconds =
+        1e-9 * static_cast<double>(health->header().stamp_ns() - before->header().stamp_ns());
+    return seconds > 0.0 ? static_cast<double>(health->sent() - before->sent()) / seconds : 0.0;
+  }
+  /// Messages that should have been taken: an input that keeps the latest overwrites by design.
+  std::uint64_t dropped() const {
+    std::uint64_t sum = health ? health->overflow() : 0;
+    if (health) {
+      for (const v1::InputHealth& in : health->inputs()) {
+        const bool latest = std::ranges::any_of(info.inputs(), [&](const v1::TopicInfo& input) {
+          return input.topic() == in.topic() && input.policy() == "latest";
+        });
+        sum += in.rejected() + (latest ? 0 : in.lost() + in.dropped());
+      }
+    }
+    return sum;
+  }
+  /// Age of its oldest input [s]; negative: none has come.
+  double age_s() const {
+    double age = -1.0;
+    if (health) {
+      for (const v1::InputHealth& in : health->inputs()) {
+        if (in.received() > 0) age = std::max(age, in.age_s());
+      }
+    }
+    return age;
+  }
+  std::string state() const {
+    if (!info.ready()) return "starting";
+    if (!health) return "ready";
+    const bool stale = std::ranges::any_of(health->inputs(), &v1::InputHealth::stale);
+    const bool late = before && health->overruns() > before->overruns();
+    return stale ? "stale input" : late ? "late" : "ok";
+  }
+};
+
+class Top {
+ public:
+  explicit Top(const Options& options)
+      : options_(options),
+        view_(options.graph),
+        tap_(
+            options.graph,
+            [](const std::string& topic) {
+              return runtime::is_own_topic(topic, runtime::kHealthPort) ||
+                     runtime::is_own_topic(topic, runtime::kLogPort);
+            },
+            runtime::Policy::latest),
+        terminal_(!options.json && isatty(STDOUT_FILENO) == 1) {}
+
+  int run() {
+    const StopSignals stop;
+    TerminalKeys keys;
+    follow_nodes();
+    if (nodes_.empty()) {
+      std::cerr << "graph '" << options_.graph << "' has no nodes\n";
+      return kNotFound;
+    }
+    auto refresh = Clock::now() + std::chrono::seconds(1);
+    for (int shown = 0; !stop.requested() && !quit_;) {
+      if (const auto tapped = tap_.next(std::chrono::milliseconds(50))) take(*tapped);
+      bool changed = false;
+      for (const char key : keys.read()) changed = press(key) || changed;
+      if (changed && terminal_) draw();
+      if (Clock::now() < refresh) continue;
+      refresh += std::chrono::seconds(1);
+      follow_nodes();
+      options_.json ? print_json_line() : draw();
+      if (options_.count > 0 && ++shown >= options_.count) return 0;
+    }
+    return stop.requested() ? 128 + stop.signal() : 0;
+  }
+
+ private:
+  void follow_nodes() {
+    std::map<std::string, Watched> now;
+    for (v1::NodeInfo& info : view_.nodes()) {
+      Watched& node = now[info.name()];
+      const auto known = nodes_.find(info.name());
+      if (known != nodes_.end() && known->second.info.start_id() == info.start_id())
+        node = std::move(known->second);
+      node.info = std::move(info);
+      node.look(Clock::now());
+    }
+    nodes_ = std::move(now);
+    selected_ = std::min(selected_, nodes_.empty() ? 0 : nodes_.size() - 1);
+  }
+  void take(const runtime::Tapped& tapped) {
+    const auto node = nodes_.find(tapped.message.source);
+    if (node == nodes_.end()) return;
+    v1::Health health;
+    foxglove::Log line;
+    if (tapped.type == health.GetDescriptor()->full_name() &&
+        health.ParseFromString(tapped.message.payload)) {
+      node->second.before = std::move(node->second.health);
+      node->second.health = std::move(health);
+    } else if (tapped.type == line.GetDescriptor()->full_name() &&
+               line.ParseFromString(tapped.message.payload) &&
+               line.level() >= foxglove::Log::WARNING) {
+      node->second.warning = line.message();
+    }
+  }
+
+  /// True if the picture changes.
+  bool press(char key) {
+    const auto chosen = std::next(nodes_.begin(), static_cast<std::ptrdiff_t>(selected_));
+    if (key == 'q') quit_ = true;
+    if (key == 'j' || key == 'B') selected_ = std::min(selected_ + 1, nodes_.size() - 1);
+    if ((key == 'k' || key == 'A') && selected_ > 0) --selected_;
+    if (chosen == nodes_.end()) return true;
+    const auto pid = static_cast<pid_t>(chosen->second.info.pid());
+    // A launcher starts a node again that failed, if its launch file says so (restart: on-failure).
+    const bool asked = std::exchange(asked_, 0) == key;
+    if ((key == 's' || key == 'r') && !asked) {
+      asked_ = key;
+      note_ = fmt::format("{} again: {} node {} (process {})", key,
+                          key == 's' ? "stops" : "kills, so that its launcher restarts it,",
+                          chosen->first, pid);
+    } else if (key == 's' || key == 'r') {
+      const bool done =
+          load_of(chosen->second.info.pid()) && kill(pid, key == 's' ? SIGTERM : SIGKILL) == 0;
+      note_ = fmt::format("{} {}", chosen->first, done ? "was told" : "is not on this host");
+    } else {
+      note_.clear();
+    }
+    return true;
+  }
+
+  void draw() const {
+    std::ostringstream text;
+    Table table({"", "NODE", "STATE", "CPU", "MEMORY", "MSG/S", "STEP MEAN", "WORST", "LATE",
+                 "DROPPED", "INPUT AGE", "BACKLOG"});
+    std::size_t row = 0;
+    std::string warnings;
+    for (const auto& [name, node] : nodes_) {
+      const auto ms = [](double seconds) { return fmt::format("{:.2f} ms", 1e3 * seconds); };
+      const v1::Health health = node.health.value_or(v1::Health());
+      const bool known = node.health.has_value();
+      table.row({terminal_ && row++ == selected_ ? ">" : " ", name, node.state(),
+                 node.load ? fmt::format("{:.0f} %", node.cpu_percent) : "-",
+                 node.load ? bytes_text(node.load->memory_bytes) : "-",
+                 known ? fmt::format("{:.0f}", node.rate_hz()) : "-",
+                 known ? ms(health.mean_step_s()) : "-", known ? ms(health.worst_step_s()) : "-",
+                 known ? std::to_string(health.overruns()) : "-",
+                 known ? std::to_string(node.dropped()) : "-",
+                 node.age_s() >= 0.0 ? ms(node.age_s()) : "-",
+                 known ? std::to_string(health.backlog()) : "-"});
+      if (!node.warning.empty()) warnings += fmt::format("{}: {}\n", name, node.warning);
+    }
+    if (terminal_) text << "\033[H\033[J";
+    text << fmt::format("graph {}: {} nodes\n\n", options_.graph, nodes_.size());
+    table.print(text, use_colour(STDOUT_FILENO));
+    if (!warnings.empty()) text << "\nlast warnings\n" << printable(warnings, "\n");
+    if (terminal_)
+      text << "\nup, down: choose   s: stop   r: restart   q: quit   " << note_ << '\n';
+    std::cout << text.str() << std::flush;
+  }
+
+  void print_json_line() const {
+    auto list = nlohmann::ordered_json::array();
+    for (const auto& [name, node] : nodes_) {
+      const v1::Health health = node.health.value_or(v1::Health());
+      nlohmann::ordered_json entry{
+          {"node", name}, {"pid", node.info.pid()}, {"state", node.state()}};
+      entry["cpu_percent"] = node.load ? nlohmann::ordered_json(node.cpu_percent) : nullptr;
+      entry["memory_bytes"] = node.load ? nlohmann::ordered_json(node.load->memory_bytes) : nullptr;
+      if (node.health) {
+        entry.update({{"messages_s", node.rate_hz()},
+                      {"mean_step_s", health.mean_step_s()},
+                      {"worst_step_s", health.worst_step_s()},
+                      {"overruns", health.overruns()},
+                      {"dropped", node.dropped()},
+                      {"backlog", health.backlog()}});
+        entry["input_age_s"] = node.age_s() >= 0.0 ? nlohmann::ordered_json(node.age_s()) : nullptr;
+      }
+      entry["warning"] = node.warning;
+      list.push_back(std::move(entry));
+    }
+    std::cout << nlohmann::ordered_json{{"graph", options_.graph}, {"nodes", list}}.dump()
+              << std::endl;
+  }
+
+  const Options& options_;
+  runtime::GraphView view_;
+  runtime::Tap tap_;
+  bool terminal_, quit_ = false;
+  std::map<std::string, Watched> nodes_;
+  std::size_t selected_ = 0;
+  char asked_ = 0;
+  std::string note_;
+};
+
+}  // namespace
+
+void add_top(CLI::App& program, int& exit_code) {
+  CLI::App* verb = program.add_subcommand("top");
+  auto o = std::make_shared<Options>();
+  verb->add_option("-n", o->count, "Number of refreshes, then end")->check(number_above_zero);
+  add_graph_options(*verb, *o);
+  verb->footer(
+      "LATE: steps that ended after the next was due; DROPPED: lost or refused "
+      "inputs; "
+      "figures\nof the node's last NODE/health. A key that stops or restarts a node asks once "
+      "more.\n"
+      "Examples:\n  mimesis top\n  mimesis top -n 1 --json");
+  verb->callback([=, &exit_code] {
+    o->graph = chosen_graph(*o);
+    exit_code = Top(*o).run();
+  });
+}
+
+}  // namespace mimesis::tool
