@@ -5,6 +5,9 @@
 #include <array>
 #include <cstring>
 
+#include "common/error.h"
+#include "common/runtime/log.h"
+
 namespace mimesis::runtime {
 namespace {
 

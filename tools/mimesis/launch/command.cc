@@ -73,7 +73,7 @@ std::string find_executable(const std::string& exec) {
 std::string bind_address(const GraphFile& graph, const NodeSpec& node) {
   if (!graph.several_hosts()) return {};
   const auto host = std::ranges::find_if(graph.hosts, [&](const Host& h) {
-    return node.host ? h.name.text == node.host->text : h.here();
+    return node.host ? h.name.text == node.host->text : h.here;
   });
   in_addr any{};
   // A name is resolved by those who connect.

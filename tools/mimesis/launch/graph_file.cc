@@ -144,6 +144,26 @@ void read_args(Section& top, GraphFile& graph) {
   });
 }
 
+/// Its name, localhost or one of its own addresses.
+bool is_this_machine(const std::string& address) {
+  std::array<char, HOST_NAME_MAX + 1> own{};
+  gethostname(own.data(), own.size() - 1);
+  if (address == "localhost" || address == own.data()) return true;
+  ifaddrs* all = nullptr;
+  if (getifaddrs(&all) != 0) return false;
+  bool found = false;
+  for (const ifaddrs* one = all; one != nullptr; one = one->ifa_next) {
+    if (one->ifa_addr == nullptr || one->ifa_addr->sa_family != AF_INET) continue;
+    std::array<char, INET_ADDRSTRLEN> text{};
+    sockaddr_in ip{};
+    std::memcpy(&ip, one->ifa_addr, sizeof ip);
+    inet_ntop(AF_INET, &ip.sin_addr, text.data(), text.size());
+    found = found || address == text.data();
+  }
+  freeifaddrs(all);
+  return found;
+}
+
 void read_hosts(Section& top, GraphFile& graph) {
   top.entries("hosts", [&](const Text& name, const Yaml& map) {
     Section s(map, top.variables(), top.mistakes());
@@ -151,6 +171,7 @@ void read_hosts(Section& top, GraphFile& graph) {
     host.name = name;
     if (const auto address = s.text("address")) {
       host.address = address->text;
+      host.here = is_this_machine(host.address);
     } else if (!s.has("address")) {
       top.mistakes().add(name.place, fmt::format("host '{}' has no address", name.text));
     }
@@ -265,29 +286,10 @@ std::string Host::target() const {
   return !ssh.empty() ? ssh : user.empty() ? address : user + "@" + address;
 }
 
-bool Host::here() const {
-  std::array<char, HOST_NAME_MAX + 1> own{};
-  gethostname(own.data(), own.size() - 1);
-  if (address == "localhost" || address == own.data()) return true;
-  ifaddrs* all = nullptr;
-  if (getifaddrs(&all) != 0) return false;
-  bool found = false;
-  for (const ifaddrs* one = all; one != nullptr; one = one->ifa_next) {
-    if (one->ifa_addr == nullptr || one->ifa_addr->sa_family != AF_INET) continue;
-    std::array<char, INET_ADDRSTRLEN> text{};
-    sockaddr_in ip{};
-    std::memcpy(&ip, one->ifa_addr, sizeof ip);
-    inet_ntop(AF_INET, &ip.sin_addr, text.data(), text.size());
-    found = found || address == text.data();
-  }
-  freeifaddrs(all);
-  return found;
-}
-
 const Host* GraphFile::far(const NodeSpec& node) const {
   const auto host = std::ranges::find_if(
       hosts, [&](const Host& h) { return node.host && h.name.text == node.host->text; });
-  return host == hosts.end() || host->here() ? nullptr : &*host;
+  return host == hosts.end() || host->here ? nullptr : &*host;
 }
 
 bool GraphFile::several_hosts() const {

@@ -78,8 +78,8 @@ struct Host {
   int first_port = 0;  ///< of its nodes, three each in the order of the file; 0: any
   nanoseconds lost_after = std::chrono::seconds(30);  ///< then its nodes count as dead
 
+  bool here = false;           ///< it is this machine
   std::string target() const;  ///< for ssh
-  bool here() const;           ///< it is this machine
 };
 
 /// TOPIC.FIELD of a message: the topic ends at the first dot.

@@ -139,8 +139,8 @@ class Supervisor {
       }
       sleep();
       signalled();
-      follow_registry();
       for (const HostEvent& event : hosts_.poll()) follow(event);
+      follow_registry();
       if (const std::string why = hosts_.failure(); !why.empty()) end_run(2, why);
       // A full pipe has what the keeper needs.
       if (write(life_.get(), "", 1) < 0 && errno != EAGAIN) life_.reset();
