@@ -224,7 +224,7 @@ std::vector<TrialSpec> naive(const Robot& robot, const SuiteOptions& o) {
 void use_real_senses(hw::sim::BodyOptions& body, walker::StabilizerSettings& walker) {
   body.senses = hw::sim::kRealSenses;
   walker.imu_attitude = false;
-  walker.velocity_filter_s = 0.02;
+  walker.velocity_filter_s = 0.015;
   walker.com_offset_s = 5.0;
   // nominal, of the plant [docs/walking.md 7.3]
   const bool springs = body.plant == hw::sim::Plant::springs;
