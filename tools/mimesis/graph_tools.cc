@@ -118,7 +118,8 @@ tl::expected<std::string, Status> call_service(const std::vector<v1::NodeInfo>& 
                                  runtime::did_you_mean(service, service_names(nodes))});
   }
   runtime::ZmqContext context;
-  runtime::ServiceClient client(context, server->service_endpoints(0), true);
+  runtime::TcpGate gate(context);
+  runtime::ServiceClient client(context, gate, server->service_endpoints(0), server->public_key());
   const std::uint64_t number = client.send(service, request);
   const auto deadline = Clock::now() + timeout;
   for (;;) {
