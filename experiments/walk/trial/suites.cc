@@ -224,7 +224,7 @@ std::vector<TrialSpec> naive(const Robot& robot, const SuiteOptions& o) {
 void use_real_senses(hw::sim::BodyOptions& body, walker::StabilizerSettings& walker) {
   body.senses = hw::sim::kRealSenses;
   walker.imu_attitude = false;
-  walker.velocity_filter_s = 0.015;
+  walker.velocity_filter_s = 0.02;
   walker.com_offset_s = 5.0;
   // nominal, of the plant [docs/walking.md 7.3]
   const bool springs = body.plant == hw::sim::Plant::springs;
@@ -235,6 +235,8 @@ void use_real_senses(hw::sim::BodyOptions& body, walker::StabilizerSettings& wal
 
 SuiteOptions::SuiteOptions(hw::sim::Plant plant, bool real_senses) {
   body.plant = plant;
+  // ankles of 1500 N m/rad: half of the default's loop gain A dt k [docs/walking.md 6.5]
+  if (plant == hw::sim::Plant::servo) walker.stabilizer.cop_rad_s_n_m = 0.03;
   if (real_senses) use_real_senses(body, walker.stabilizer);
 }
 
