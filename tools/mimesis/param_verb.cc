@@ -232,7 +232,7 @@ int load_params_of(const Options& options) {
   const v1::ParamSet present = ask(options, options.node);
   for (const auto& [key, text] : all) {
     const auto param = std::ranges::find(present.params(), key, &v1::Param::key);
-    const auto same = [&] {
+    const auto same = [&, &text = text] {
       const Json value = value_of(*param);
       if (value.is_number()) return runtime::to_double(text) == value.get<double>();
       return text == (value.is_string() ? value.get<std::string>() : param->value());

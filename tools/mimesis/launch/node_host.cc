@@ -72,7 +72,8 @@ std::vector<HostEvent> LocalHost::poll() {
     }
   }
   for (auto it = running_.begin(); it != running_.end();) {
-    auto& [name, process] = *it;
+    const std::string& name = it->first;
+    auto& process = it->second;
     const auto read_all = [&] {
       for (const Kind kind : {Kind::output, Kind::error}) {
         const bool out = kind == Kind::output;
