@@ -21,10 +21,15 @@ TEST(Reference, KeepsSmallFieldsAndASumOfAll) {
   EXPECT_EQ(read.encoding(), "bgr8");
   EXPECT_TRUE(read.data().empty());
 
-  for (const std::size_t at : {std::size_t{0}, std::size_t{50'001}, std::size_t{99'999}}) {
-    foxglove::RawImage other = image;
-    (*other.mutable_data())[at] = 'y';
-    EXPECT_NE(reference_to(other.SerializeAsString()), reference) << at;
+  // each bit of a word counts, wherever the word ends
+  for (const std::size_t from : {std::size_t{0}, std::size_t{50'001}, std::size_t{99'984}}) {
+    for (std::size_t at = from; at < from + 16; ++at) {
+      for (int bit = 0; bit < 8; ++bit) {
+        foxglove::RawImage other = image;
+        (*other.mutable_data())[at] = static_cast<char>('x' ^ (1 << bit));
+        EXPECT_NE(reference_to(other.SerializeAsString()), reference) << at << ", " << bit;
+      }
+    }
   }
   EXPECT_EQ(reference_to(image.SerializeAsString()), reference);
 }
