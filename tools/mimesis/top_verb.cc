@@ -70,12 +70,13 @@ struct Watched {
     load = next;
     loaded = now;
   }
-  /// Messages a second of its own clock.
-  double rate_hz() const {
-    if (!health || !before) return 0.0;
+  /// Messages a second of its own clock; nothing before its second health: one says no rate.
+  std::optional<double> rate_hz() const {
+    if (!health || !before) return std::nullopt;
     const double seconds =
         1e-9 * static_cast<double>(health->header().stamp_ns() - before->header().stamp_ns());
-    return seconds > 0.0 ? static_cast<double>(health->sent() - before->sent()) / seconds : 0.0;
+    if (seconds <= 0.0) return std::nullopt;
+    return static_cast<double>(health->sent() - before->sent()) / seconds;
   }
   /// Messages that should have been taken: an input that keeps the latest overwrites by design.
   std::uint64_t dropped() const {
@@ -214,7 +215,7 @@ class Top {
       table.row({terminal_ && row++ == selected_ ? ">" : " ", name, node.state(),
                  node.load ? fmt::format("{:.0f} %", node.cpu_percent) : "-",
                  node.load ? bytes_text(node.load->memory_bytes) : "-",
-                 known ? fmt::format("{:.0f}", node.rate_hz()) : "-",
+                 node.rate_hz() ? fmt::format("{:.0f}", *node.rate_hz()) : "-",
                  known ? ms(health.mean_step_s()) : "-", known ? ms(health.worst_step_s()) : "-",
                  known ? std::to_string(health.overruns()) : "-",
                  known ? std::to_string(node.dropped()) : "-",
@@ -240,8 +241,9 @@ class Top {
       entry["cpu_percent"] = node.load ? nlohmann::ordered_json(node.cpu_percent) : nullptr;
       entry["memory_bytes"] = node.load ? nlohmann::ordered_json(node.load->memory_bytes) : nullptr;
       if (node.health) {
-        entry.update({{"messages_s", node.rate_hz()},
-                      {"mean_step_s", health.mean_step_s()},
+        const auto rate_hz = node.rate_hz();
+        entry["messages_s"] = rate_hz ? nlohmann::ordered_json(*rate_hz) : nullptr;
+        entry.update({{"mean_step_s", health.mean_step_s()},
                       {"worst_step_s", health.worst_step_s()},
                       {"overruns", health.overruns()},
                       {"dropped", node.dropped()},
