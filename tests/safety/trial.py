@@ -104,30 +104,26 @@ class Observer(threading.Thread):
         self.join()
 
 
-class Run:
-    """A scenario that was launched in folders of its own; `with` removes them, and every process that is left."""
+class Launch:
+    """A launch in folders of its own; `with` removes them, and every process that is left."""
 
-    def __init__(self, build, scenario, clock, preload=None):
-        self.scenario, self.build, self.clock = scenario, build, clock
-        self.folder = pathlib.Path(tempfile.mkdtemp(prefix="safety-", dir="/dev/shm"))  # logs have 150 MB
+    def __init__(self, build):
+        self.build = build
+        self.folder = pathlib.Path(tempfile.mkdtemp(prefix="safety-", dir="/dev/shm"))
         self.runtime, self.scratch = self.folder / "r", self.folder / "tmp"
         for path in (self.runtime, self.scratch, self.folder / "state"):
             path.mkdir(mode=0o700)
-        self.log = self.folder / "run.mcap"
         os.environ["XDG_RUNTIME_DIR"], os.environ["MIMESIS_GRAPH"] = str(self.runtime), "g"
         os.environ["MIMESIS_PROTOSET"] = str(build / "generated/mimesis.protoset")
         self.graph = self.runtime / "mimesis/g"
+
+    def start(self, file, options=(), preload=None):
         environment = os.environ | {"XDG_STATE_HOME": str(self.folder / "state"), "TMPDIR": str(self.scratch)} | (preload or {})
-        command = [str(build / "bin/mimesis"), "launch", str(ROOT / f"launch/{scenario.name}.yaml"), "--json", "--arg",
-                   f"clock={clock}", "--arg", f"log={self.log}", *scenario.options]
-        command += scenario.lockstep_options if clock == "lockstep" else ()
-        self.observer = Observer(scenario)
-        self.observer.start()
-        self.errors = []  # (time of receipt, line)
+        command = [str(self.build / "bin/mimesis"), "launch", str(file), "--json", *options]
+        self.errors, self.output = [], []  # (time of receipt, line)
         self.began, self.ended = time.monotonic(), None
         self.process = subprocess.Popen(command, env=environment, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
                                         stderr=subprocess.PIPE, text=True, errors="replace", start_new_session=True)
-        self.output = []
         self._readers = [threading.Thread(target=self._read, args=(self.process.stderr, self.errors), daemon=True),
                          threading.Thread(target=self._read, args=(self.process.stdout, self.output), daemon=True)]
         for reader in self._readers:
@@ -137,7 +133,6 @@ class Run:
         return self
 
     def __exit__(self, *_):
-        self.observer.close()
         self.kill_rest()
         self.process.wait()
         for reader in self._readers:
@@ -174,15 +169,6 @@ class Run:
                 found[name] = int(entry.name)
         return found
 
-    def wait_until(self, condition, timeout_s):
-        """False if the run ended or the time is up before the condition holds."""
-        deadline = time.monotonic() + timeout_s
-        while not condition():
-            if time.monotonic() > deadline or self.process.poll() is not None or self.observer.error:
-                return False
-            time.sleep(0.002)
-        return True
-
     def wait_end(self, timeout_s):
         """True when no process is left and both streams are closed."""
         deadline = time.monotonic() + timeout_s
@@ -211,10 +197,36 @@ class Run:
         return summary, next((f for f in found if f is not summary), None)
 
     def leftovers(self):
-        """Files that nobody needs any more. wall_clock is the observer's as well."""
+        """Files that nobody needs any more. wall_clock is everybody's."""
         ours = {"mimesis", "mimesis/g", "mimesis/g/nodes", "mimesis/g/wall_clock"}
         found = [str(p.relative_to(self.runtime)) for p in self.runtime.rglob("*")]
         return sorted(set(found) - ours) + [str(p) for p in self.scratch.rglob("*")]
+
+
+class Run(Launch):
+    """A scenario that was launched, and its observer."""
+
+    def __init__(self, build, scenario, clock, preload=None):
+        super().__init__(build)
+        self.scenario, self.clock, self.log = scenario, clock, self.folder / "run.mcap"  # logs have 150 MB
+        self.observer = Observer(scenario)
+        self.observer.start()
+        options = ["--arg", f"clock={clock}", "--arg", f"log={self.log}", *scenario.options]
+        options += scenario.lockstep_options if clock == "lockstep" else ()
+        self.start(ROOT / f"launch/{scenario.name}.yaml", options, preload)
+
+    def __exit__(self, *_):
+        self.observer.close()
+        super().__exit__()
+
+    def wait_until(self, condition, timeout_s):
+        """False if the run ended or the time is up before the condition holds."""
+        deadline = time.monotonic() + timeout_s
+        while not condition():
+            if time.monotonic() > deadline or self.process.poll() is not None or self.observer.error:
+                return False
+            time.sleep(0.002)
+        return True
 
     def log_state(self):
         """Exit code of `log check`, and graph time of the last message [ns]; None without a readable log."""

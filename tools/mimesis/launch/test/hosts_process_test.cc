@@ -331,6 +331,43 @@ TEST_F(LaunchHosts, GraphTimeIsOneAndClocksThatDifferAreNamed) {
   EXPECT_EQ(launch_->wait(), 130);
 }
 
+// It overhears a handshake and says it again; it scans, talks rubbish and holds 10 000 connections.
+TEST_F(LaunchHosts, DISABLED_SlowAStrangerGetsAndGivesNothing) {
+  begin(3);
+  if (HasFatalFailure()) return;
+  const std::unique_ptr<SshHost> third = std::move(hosts_.back());
+  hosts_.pop_back();
+  const std::string script = MIMESIS_SOURCE_DIR "/tools/mimesis/launch/test/stranger.py ",
+                    file = folder_.path() + "/heard", ports = " 7100 7101 7102";  // of b
+  const auto overhears = at(2).start("exec " + script + "overhear " + file + " 8" + ports);
+  start(counter("a", ", in: {a: b/out}, params: {rate_hz: 200}") +
+            counter("b", ", host: h2, in: {a: a/out}, params: {rate_hz: 200}"),
+        ", first_port: 7100");
+  ASSERT_TRUE(all_see({"a", "b", "launcher"})) << launch_->errors();
+  const auto before = at(1).sees(graph_);
+  ASSERT_EQ(overhears->wait(20s), 0) << overhears->errors();
+  const auto attacks = third->start("exec " + script + "attack " + file + " 10.97.0.2" + ports);
+  EXPECT_EQ(attacks->wait(120s), 0) << attacks->errors();
+  const auto told = nlohmann::json::parse(attacks->output());
+  std::printf("stranger: %s\n%s", told.dump().c_str(), launch_->errors().c_str());
+  EXPECT_GE(told["open"], 3);
+  EXPECT_GE(told["replayed"], 1);
+  EXPECT_GE(told["held"], 9000);
+  for (const auto& [host, node] : {std::pair(1, "a"), std::pair(2, "b")}) {
+    const auto health = nlohmann::json::parse(
+        at(host).told(std::string("topic echo --once --json --timeout 10 --graph ") + graph_ + " " +
+                      node + "/health"));
+    const auto& input = health["message"]["inputs"][0];
+    EXPECT_GT(input["received"], 1000) << health;
+    EXPECT_EQ(input["lost"], 0) << health;
+    EXPECT_LT(input["age_s"], 0.5) << health;
+  }
+  EXPECT_EQ(at(1).sees(graph_), before) << "nobody has been started again";
+  launch_->signal(SIGINT);
+  EXPECT_EQ(launch_->wait(20s), 130) << launch_->errors();
+  EXPECT_GE(all_gone(), 0.0);
+}
+
 TEST_F(LaunchHosts, DISABLED_SlowNodesOfALostHostEndAndAreStartedAgain) {
   begin(2);
   if (HasFatalFailure()) return;
