@@ -322,7 +322,17 @@ class Supervisor {
         node->kill();
       }
     }
-    if (!any && !stopping_) end_run(0, "");  // nothing runs and nothing will
+    if (!any && !stopping_) end_by_itself();
+  }
+
+  /// Nothing runs and nothing will.
+  void end_by_itself() {
+    for (const auto& node : nodes_) {
+      if (const Ending ending = node->ending.value_or(Ending{}); !ending.good())
+        return end_run(ending.exit_code(), fmt::format("no node is left, and node '{}' {}",
+                                                       node->name(), ending.text()));
+    }
+    end_run(0, "");
   }
 
   void end_run(int code, const std::string& why) {

@@ -137,6 +137,14 @@ TEST_F(Launch, EndsWithTheCodeOfTheRequiredNode) {
   EXPECT_TRUE(pids().empty());
 }
 
+TEST_F(Launch, FailsIfNoNodeIsLeftAndOneFailed) {
+  auto launch = start(
+      "nodes:\n  a: {exec: sh, ready: started, args: [-c, exit 0]}\n"
+      "  b: {exec: sh, ready: started, args: [-c, kill -9 $$]}\n");
+  EXPECT_EQ(launch->wait(), 1);
+  EXPECT_EQ(summary(*launch)["reason"], "no node is left, and node 'b' was killed by SIGKILL");
+}
+
 TEST_F(Launch, TellsWhatARequiredNodeSaidThatCouldNotBegin) {
   auto launch = start("nodes:\n  a: {exec: " + counter_ +
                       "}\n  b: {exec: sh, args: [-c, 'echo one >&2; echo two >&2; echo out; "
