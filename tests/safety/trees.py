@@ -53,7 +53,9 @@ def kill_one(build, seed):
         file.write_text(text)
         run.start(file)
         run.wait_end(rng.uniform(0.0, 1.5))
-        pid = rng.choice(sorted(run.processes().values()))
+        while not (living := sorted(run.processes().values())) and run.process.poll() is None:
+            time.sleep(0.002)
+        pid = rng.choice(living)
         victim = name_of(pid, run, nodes)
         settled = sum(" is ready" in line or " has started" in line for _, line in run.errors) >= len(nodes)
         event = time.monotonic()
@@ -89,6 +91,9 @@ def judge_code(verdict, victim, code, summary, nodes, settled):
     if victim == "supervisor" or (required and not restarted):
         if code != 1 or not summary.get("reason"):
             verdict.breach("code", f"{code}, expected 1 and a reason; {summary}")
+    elif "no node is left" in summary["reason"]:  # it was the last one
+        if code != 1:
+            verdict.breach("code", f"{code}, expected 1; {summary}")
     elif code != 130 and settled:
         verdict.breach("code", f"{code}, expected 130; {summary}")
     return None
