@@ -6,6 +6,7 @@
 #include <cerrno>
 #include <cstring>
 #include <stdexcept>
+#include <utility>
 
 #include "tools/mimesis/launch/say.h"
 #include "tools/mimesis/table.h"
@@ -14,6 +15,7 @@ namespace mimesis::launch {
 namespace {
 
 constexpr std::size_t kMaxFile = std::size_t{64} << 20;
+constexpr std::size_t kMostShown = 500;  // lines a second
 
 void write_all(int fd, std::string_view text) {
   while (!text.empty()) {
@@ -50,10 +52,28 @@ void LineLog::take(const std::string& text, bool error) {
   if (written_ > kMaxFile) write_all(file_.get(), "(64 MiB written: the rest is not kept)\n");
 }
 
-void LineLog::show(std::string_view text) const {
+bool LineLog::too_many() {
+  if (const auto now = std::chrono::steady_clock::now(); now >= second_) {
+    tell_held();
+    second_ = now + std::chrono::seconds(1);
+    shown_in_second_ = 0;
+  }
+  if (++shown_in_second_ <= kMostShown) return false;
+  ++held_;
+  return true;
+}
+
+void LineLog::tell_held() {
+  if (held_ == 0) return;
+  status_line().clear();
+  write_all(STDERR_FILENO, prefix_ + "(" + std::to_string(std::exchange(held_, 0)) +
+                               " lines more: see its .log)\n");
+}
+
+void LineLog::show(std::string_view text) {
   const std::string_view words = log_words(text);
   const bool information = words.starts_with("info: ") || words.starts_with("debug: ");
-  if (shown_ == Shown::none || (information && shown_ != Shown::all)) return;
+  if (shown_ == Shown::none || (information && shown_ != Shown::all) || too_many()) return;
   status_line().clear();
   // The name stands in front already.
   const std::string time = words.empty() ? "" : std::string(text.substr(1, 12)) + " ";

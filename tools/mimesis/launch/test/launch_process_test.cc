@@ -137,6 +137,15 @@ TEST_F(Launch, EndsWithTheCodeOfTheRequiredNode) {
   EXPECT_TRUE(pids().empty());
 }
 
+TEST_F(Launch, ShowsSoManyLinesASecondAndKeepsAll) {
+  auto launch = start("nodes:\n  a: {exec: seq, ready: started, args: ['100000']}\n");
+  EXPECT_EQ(launch->wait(), 0);
+  const std::string err = launch->errors(), log = folder_.read("mimesis/log/run/a.log");
+  EXPECT_LT(std::ranges::count(err, '\n'), 20'000) << "500 a second";
+  EXPECT_NE(err.find(" lines more: see its .log)\n"), std::string::npos);
+  EXPECT_EQ(std::ranges::count(log, '\n'), 100'000);
+}
+
 TEST_F(Launch, FailsIfNoNodeIsLeftAndOneFailed) {
   auto launch = start(
       "nodes:\n  a: {exec: sh, ready: started, args: [-c, exit 0]}\n"
