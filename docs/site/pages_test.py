@@ -202,12 +202,14 @@ class Pages(unittest.TestCase):
             tried = {page: two.submit(self.run_page, page, *script(page)) for page in CHOSEN}
         for page, trial in tried.items():
             with self.subTest(page):
-                trial.result()
+                if trial.exception():  # once more, alone: on the wall clock a bridge stops if the machine lets it wait
+                    print(f"{page}: {trial.exception()}", file=sys.stderr)
+                    self.run_page(page, *script(page), again="-again")
 
-    def run_page(self, page, text, expected):
+    def run_page(self, page, text, expected, again=""):
         if text.count("\n") == 1:
             return
-        folder = tree(WORK / page.replace("/", "_"), f'exec "{BIN}/mimesis" "$@"')
+        folder = tree(WORK / (page.replace("/", "_") + again), f'exec "{BIN}/mimesis" "$@"')
         environment = dict(ENVIRONMENT, HOME=str(folder), MIMESIS_GRAPH=f"page-{CHOSEN.index(page)}", PATH=f"{folder}/build/bin:{os.environ['PATH']}")
         begin = time.monotonic()
         with open(folder / "@said", "w", encoding="utf-8") as said:
