@@ -197,6 +197,14 @@ class Pages(unittest.TestCase):
                         self.assertEqual(check(argv), "")
                 COUNTS["blocks not run"] += not run
 
+    def test_mistakes_are_found(self):
+        for wrong in ("mimesis topic lost", "mimesis tup", "mimesis log clean --keeep 1", "mimesis_camera --set nois=1", "tools/setup kore",
+                      "tools/demo --teecher full", "cmake --build build --target programmes", "cmake --preset fast", "mimesys top"):
+            self.assertNotEqual(check(wrong.split()), "", wrong)
+        plain, wanted = pattern("placed after 3.2 s ...\nok")
+        self.assertTrue(wanted.fullmatch(plain("placed after 14 s\nmore\nok\n")))
+        self.assertFalse(wanted.fullmatch(plain("placed after 14 s\nmore\nnot o.k.\n")))
+
     def test_commands_run(self):
         with concurrent.futures.ThreadPoolExecutor(2) as two:
             tried = {page: two.submit(self.run_page, page, *script(page)) for page in CHOSEN}
