@@ -27,15 +27,17 @@ void shoot(double picture_s, const Use& use) {
   DrawerStudy& study = DrawerStudy::shared();
   const Robot& robot = *study.robot().robot;
   const std::vector<DrawerGoal> goals = extreme_goals();
-  for (const auto& [name, goal] : {std::pair{"fig-3.44-smallest", goals.front()},
-                                   std::pair{"fig-3.44-largest", goals.back()}}) {
+  for (const auto& [name, number] : {std::pair{"fig-3.44-smallest", std::size_t{0}},
+                                     std::pair{"fig-3.44-largest", goals.size() - 1}}) {
     Scene scene(robot, {.from_s = 1.5,
                         .camera_rad = -1.25,
                         .height_m = 1.9,
                         .aspect = 1.35,
                         .fixed_W_m = Eigen::Vector2d(0.95, 0.0),
                         .picture_s = picture_s});
-    run_online(online_spec(robot, study.actions(kSources[1]), goal), [&](const DrawerTick& tick) {
+    const DrawerTrialSpec spec = online_spec(robot, study.actions(kSources[1]), goals[number],
+                                             hw::sim::Plant::springs, number);
+    run_online(spec, [&](const DrawerTick& tick) {
       const film::FilmDrawer seen{tick.drawer.front_W_m, tick.drawer.handle_W_m,
                                   tick.drawer.object_W_m};
       scene.see(tick.trial, &seen);
@@ -100,8 +102,7 @@ DrawerTrialSpec spec_of(DrawerStudy& study, const Row& row) {
   spec.front_m = kFinal_m - row.by_m;
   spec.object_depth_m = kDepth_m;
   spec.jumps = {{row.at_s, row.by_m}};
-  spec.walker = launched_walker();
-  spec.delay_ticks = kSensorDelayTicks;
+  sense(spec, spec.body.plant, 0);
   return spec;
 }
 

@@ -52,9 +52,13 @@ reproduce::Report second_engine(const PlotDir&) {
       const std::string what = fmt::format("{}, {}: ", suite, name);
       report.rows.push_back(reproduce::near(fmt::format("{}falls of {}", what, mujoco.walks),
                                             mujoco.falls, reproduce::goal(0), 0, "1"));
-      report.rows.push_back(reproduce::at_most(what + "sole off its planned place, rms",
-                                               mujoco.step_m, kMostError_m, "m",
-                                               fmt::format("{:.4f} m in DART", dart.step_m)));
+      const std::string step = what + "sole off its planned place, rms";
+      const std::string in_dart = fmt::format("{:.4f} m in DART", dart.step_m);
+      report.rows.push_back(
+          std::string_view(suite) == "steps30"
+              ? reproduce::at_most(step, mujoco.step_m, kMostError_m, "m", in_dart)
+              : reproduce::at_most(step + ", over DART's", mujoco.step_m / dart.step_m, 1.5, "1",
+                                   in_dart + "; who is pushed steps elsewhere"));
       report.rows.push_back(reproduce::at_most(
           what + "DCM off the plan, rms, over DART's", mujoco.dcm_m / dart.dcm_m, 1.5, "1",
           fmt::format("{:.4f} m in DART; another physics may add half as much", dart.dcm_m)));

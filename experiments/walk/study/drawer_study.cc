@@ -69,12 +69,19 @@ walker::WalkerSettings launched_walker() {
   return s;
 }
 
+void sense(DrawerTrialSpec& spec, hw::sim::Plant plant, std::size_t number) {
+  SuiteOptions options(plant);
+  options.body.ankle_pitch_n_m = kMostAnkle_n_m;
+  options.walker.stabilizer.delay_ticks = launched_walker().stabilizer.delay_ticks;
+  set_up(options, number, spec.body, spec.walker);
+  spec.delay_ticks = kSensorDelayTicks;
+}
+
 DrawerTrialSpec online_spec(const Robot& robot, const synthesizer::BipedDrawer& actions,
-                            const DrawerGoal& goal, hw::sim::Plant plant) {
+                            const DrawerGoal& goal, hw::sim::Plant plant, std::size_t number) {
   DrawerTrialSpec spec;
   spec.robot = &robot;
-  spec.body.plant = plant;
-  spec.body.ankle_pitch_n_m = kMostAnkle_n_m;
+  sense(spec, plant, number);
   spec.actions = &actions;
   spec.front_m = goal.front_m();
   spec.object_depth_m = goal.object_depth_m;
@@ -84,8 +91,6 @@ DrawerTrialSpec online_spec(const Robot& robot, const synthesizer::BipedDrawer& 
   plan.normal_half_m = plan.reaching_half_m = 0.01;  // other plans are out of the question
   plan.least_normal_m = 0.33;
   plan.longest_step_m = 0.285;
-  spec.walker = launched_walker();
-  spec.delay_ticks = kSensorDelayTicks;
   return spec;
 }
 
@@ -267,7 +272,7 @@ DrawerStudy::Outcomes DrawerStudy::inference(Sources s, Goals which, hw::sim::Pl
   const std::string name =
       "inference " + s.text() + (plant == hw::sim::Plant::servo ? " servo" : "");
   return known_or(name, numbers_of(which), [&](std::size_t i) {
-    return run_online(online_spec(biped_, learned, goals[i], plant));
+    return run_online(online_spec(biped_, learned, goals[i], plant, i));
   });
 }
 
@@ -275,7 +280,7 @@ DrawerStudy::Outcomes DrawerStudy::extremes() {
   const synthesizer::BipedDrawer& learned = actions(kSources[1]);
   const auto goals = extreme_goals();
   return known_or("extremes", numbers_of(Goals::all), [&](std::size_t i) {
-    return run_online(online_spec(biped_, learned, goals[i]));
+    return run_online(online_spec(biped_, learned, goals[i], hw::sim::Plant::springs, i));
   });
 }
 

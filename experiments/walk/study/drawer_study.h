@@ -70,14 +70,18 @@ std::vector<DrawerGoal> extreme_goals();
 /// bridge, and the stabilizer compares with the plan of five ticks ago [docs/walking.md 6.7].
 inline constexpr int kSensorDelayTicks = 2;
 walker::WalkerSettings launched_walker();
+/// Senses, errors of stiffness and gains of the suites (set_up, seed 1), these delays, ankles of
+/// kMostAnkle_n_m.
+void sense(DrawerTrialSpec& spec, hw::sim::Plant plant, std::size_t number);
 
 /// Limit of the ankles' pitch motors in online and scripted walks, as HRP-2's [M18 3.8.4]. Played
 /// joint angles have the motors of the robot's description: how far they go beyond it is a result.
 inline constexpr double kMostAnkle_n_m = 30.0;
 
-/// The online task whose plan is that of the goal.
+/// The online task whose plan is that of the goal; `number` draws its senses.
 DrawerTrialSpec online_spec(const Robot& robot, const synthesizer::BipedDrawer& actions,
-                            const DrawerGoal& goal, hw::sim::Plant plant = hw::sim::Plant::springs);
+                            const DrawerGoal& goal, hw::sim::Plant plant = hw::sim::Plant::springs,
+                            std::size_t number = 0);
 /// Like run_drawer_trial(), observed by a watch.
 Outcome run_online(const DrawerTrialSpec& spec,
                    const std::function<void(const DrawerTick&)>& watch = {});
