@@ -141,7 +141,9 @@ void read_implied(Section& s, const Yaml& declared) {
   });
 }
 
-void read_args(Section& top, GraphFile& graph, const std::vector<Given>& given) {
+/// After a mistake an argument has its default: one mistake is one line.
+void read_args(Section& top, runtime::Variables& variables, GraphFile& graph,
+               const std::vector<Given>& given) {
   const Yaml* declared = top.take("args");
   top.entries("args", [&](const Text& name, const Yaml& declaration) {
     Section s(declaration, top.variables(), top.mistakes());
@@ -158,15 +160,18 @@ void read_args(Section& top, GraphFile& graph, const std::vector<Given>& given) 
     reference.kind = Yaml::Kind::scalar;
     reference.text = "${arg:" + name.text + "}";
     reference.place = declaration.place;
-    const auto value = s.expand(reference, "text");
+    auto value = s.expand(reference, "text");
     if (!value) return;
     if (!fits(value->text, type)) {
       const auto from = std::ranges::find(given, name.text, &Given::name);
-      const Yaml* fallback = top.variables().default_of(name.text);
+      const Yaml* fallback = variables.default_of(name.text);
       top.mistakes().add(from != given.end()   ? from->place
                          : fallback != nullptr ? fallback->place
                                                : runtime::Place{"--arg"},
                          fmt::format("{}: expected {}, found '{}'", name.text, type, value->text));
+      if (from != given.end() && fallback != nullptr) value = s.expand(*fallback, "text");
+      if (!value) return;
+      variables.bind(name.text, value->text);
     }
     graph.args.emplace_back(name.text, value->text);
   });
@@ -250,7 +255,7 @@ class FileReader {
     }
     if (!check_given(file, variables, given)) return graph;
     graph.clock = top.choice("clock", {"wall", "sim", "lockstep"}).value_or("wall");
-    read_args(top, graph, given);
+    read_args(top, variables, graph, given);
     read_hosts(top, graph);
     NodeSpec defaults;
     top.section("defaults", [&](Section& s) { read_common(s, defaults); });

@@ -147,7 +147,7 @@ ResultSpec read_result(Section& section);
 /// Notes every `after` that names no node of the file, and every circle of them.
 void check_order(const GraphFile& graph, Mistakes& mistakes);
 
-/// Removes nodes with a false `if`, and the waiting for them; and hosts, whose nodes run here.
+/// Removes nodes with a false `if`, and the waiting for them. Nodes of a host with one run here.
 void drop_disabled(GraphFile& graph);
 
 /// The nodes in an order in which each comes after those it waits for, otherwise as in the file.

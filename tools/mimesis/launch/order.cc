@@ -78,7 +78,7 @@ void drop_disabled(GraphFile& graph) {
         graph.hosts, [&](const Host& h) { return node.host && h.name.text == node.host->text; });
     if (host != graph.hosts.end() && !host->enabled) node.host.reset();
   }
-  std::erase_if(graph.hosts, [](const Host& host) { return !host.enabled; });
+  for (Host& host : graph.hosts) host.here = host.here && host.enabled;
   std::ranges::copy_if(graph.nodes, std::back_inserter(graph.disabled),
                        [](const NodeSpec& node) { return !node.enabled; });
   std::erase_if(graph.nodes, [](const NodeSpec& node) { return !node.enabled; });
