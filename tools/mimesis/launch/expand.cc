@@ -47,10 +47,12 @@ std::optional<Repetition> read_for(const Yaml& value, const Written& around, Mis
     all.values = section.texts(entry.key);
   }
   std::set<std::string> once;
-  for (const Text& item : all.values) {
-    if (!once.insert(item.text).second)
+  std::erase_if(all.values, [&](const Text& item) {
+    const bool again = !once.insert(item.text).second;
+    if (again)
       mistakes.add(item.place, fmt::format("for: the value '{}' appears twice", item.text));
-  }
+    return again;
+  });
   return all;
 }
 

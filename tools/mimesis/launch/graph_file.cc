@@ -251,9 +251,11 @@ class FileReader {
     // Version first: a newer file may have keys that mean nothing here.
     if (const auto version = top.text("version"); !version || version->text != "1") {
       mistakes_.add(version ? version->place : document.place, "expected version: 1");
+      graph.incomplete = true;
       return graph;
     }
-    if (!check_given(file, variables, given)) return graph;
+    graph.incomplete = !check_given(file, variables, given);
+    if (graph.incomplete) return graph;
     graph.clock = top.choice("clock", {"wall", "sim", "lockstep"}).value_or("wall");
     read_args(top, variables, graph, given);
     read_hosts(top, graph);
@@ -264,7 +266,7 @@ class FileReader {
     if (none && top.take("groups") == nullptr && top.take("include") == nullptr)
       mistakes_.add(nodes != nullptr ? nodes->place : top.place(), "there are no nodes");
     for (const std::string& key : document.keys()) {  // the order of the file is that of nodes
-      if (key == "nodes") read_nodes(top, "nodes", all, defaults, graph);
+      if (key == "nodes") read_nodes(top, "nodes", all, defaults, graph, nullptr);
       if (key == "groups") read_groups(top, all, defaults, graph);
       if (key == "include") include(top, graph);
     }
@@ -309,9 +311,9 @@ class FileReader {
   }
 
   void read_nodes(Section& section, const std::string& path, const Written& around,
-                  const NodeSpec& base, GraphFile& graph, Group* group = nullptr) {
+                  const NodeSpec& base, GraphFile& graph, Group* group) {
     section.entries("nodes", [](const Text&, const Yaml&) {});  // a map
-    for (const Written& one : expand(*section.take("nodes"), path, around, true, mistakes_)) {
+    for (const Written& one : expanded(*section.take("nodes"), path, around, true, graph)) {
       Section s(*one.map, one.variables, mistakes_);
       s.take("for");
       NodeSpec node = read_node(one.name, s, base);
@@ -323,9 +325,17 @@ class FileReader {
     }
   }
 
+  std::vector<Written> expanded(const Yaml& map, const std::string& path, const Written& around,
+                                bool named, GraphFile& graph) {
+    const std::size_t mistakes = mistakes_.size();
+    auto all = expand(map, path, around, named, mistakes_);
+    graph.incomplete = graph.incomplete || mistakes_.size() > mistakes;
+    return all;
+  }
+
   void read_groups(Section& top, const Written& all, const NodeSpec& defaults, GraphFile& graph) {
     top.entries("groups", [](const Text&, const Yaml&) {});  // a map
-    for (const Written& one : expand(*top.take("groups"), "groups", all, false, mistakes_)) {
+    for (const Written& one : expanded(*top.take("groups"), "groups", all, false, graph)) {
       Section s(*one.map, one.variables, mistakes_);
       NodeSpec base = defaults;
       read_common(s, base);
@@ -360,12 +370,16 @@ class FileReader {
       s.finish();
       if (item.kind == Yaml::Kind::map && !s.has("file"))
         mistakes_.add(item.place, "an include needs file: FILE");
-      if (!file || !may_include(graph.file, *file)) continue;
+      if (!file || !may_include(graph.file, *file)) {
+        graph.incomplete = true;
+        continue;
+      }
       GraphFile part;
       try {
         part = read(beside(graph.file, file->text), given);
       } catch (const ConfigError& e) {
         mistakes_.add_line(file->place, e.what());
+        graph.incomplete = true;
       }
       reading_.pop_back();
       if (part.file.empty()) continue;
@@ -462,7 +476,7 @@ GraphFile read_graph_file(const std::string& file, const std::vector<std::string
   open_groups(graph, mistakes);
   check_order(graph, mistakes);
   drop_disabled(graph);
-  check_names(graph, mistakes);
+  if (!check_names(graph, mistakes)) graph.incomplete = true;
   return graph;
 }
 

@@ -117,8 +117,9 @@ struct ResultSpec {
 /// A launch file with those that it includes, checked and with its variables replaced.
 struct GraphFile {
   std::string file;
-  std::vector<std::string> included;                      ///< other files, each once
-  std::string clock = "wall";                             ///< wall, sim or lockstep
+  std::vector<std::string> included;  ///< other files, each once
+  bool incomplete = false;            ///< nodes are missing or double, by mistakes that are noted
+  std::string clock = "wall";         ///< wall, sim or lockstep
   std::vector<std::pair<std::string, std::string>> args;  ///< effective values of all arguments
   std::vector<Host> hosts;
   std::vector<NodeSpec> nodes;  ///< enabled ones, in the order of the file

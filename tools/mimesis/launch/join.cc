@@ -60,6 +60,7 @@ void join(GraphFile& graph, GraphFile&& part, Mistakes& mistakes) {
                                       host.name.text, to_string(same->name.place)));
     }
   }
+  graph.incomplete = graph.incomplete || part.incomplete;
   std::ranges::move(part.nodes, std::back_inserter(graph.nodes));
   std::ranges::move(part.outside, std::back_inserter(graph.outside));
   for (Group& group : part.groups) join(graph, std::move(group));
@@ -103,17 +104,20 @@ bool check_name(const Text& name, const std::string& what, Mistakes& mistakes) {
   }
 }
 
-void check_names(const GraphFile& graph, Mistakes& mistakes) {
+bool check_names(const GraphFile& graph, Mistakes& mistakes) {
+  bool good = true;
   std::map<std::string, runtime::Place> places;
   for (const NodeSpec& node : graph.nodes) {
-    check_name(node.name, "node name", mistakes);
+    good = check_name(node.name, "node name", mistakes) && good;
     const auto [first, is_new] = places.emplace(node.name.text, node.name.place);
     if (is_new) continue;
+    good = false;
     mistakes.add(node.name.place,
                  fmt::format("there is a node '{}' already ({}), expected another name, or a "
                              "namespace of what is included",
                              node.name.text, to_string(first->second)));
   }
+  return good;
 }
 
 }  // namespace mimesis::launch

@@ -18,7 +18,7 @@ void open_groups(GraphFile& graph, Mistakes& mistakes);
 /// False, with a mistake noted, if the name of `what` cannot be one.
 bool check_name(const Text& name, const std::string& what, Mistakes& mistakes);
 
-/// Notes names of nodes that are none, and nodes of one name.
-void check_names(const GraphFile& graph, Mistakes& mistakes);
+/// Notes names of nodes that are none, and nodes of one name. False if there are some.
+bool check_names(const GraphFile& graph, Mistakes& mistakes);
 
 }  // namespace mimesis::launch

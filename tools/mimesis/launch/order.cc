@@ -60,9 +60,10 @@ void add_with_all_before(const GraphFile& graph, const NodeSpec& node,
 void check_order(const GraphFile& graph, Mistakes& mistakes) {
   std::vector<std::string> known;
   for (const NodeSpec& node : graph.nodes) known.push_back(node.name.text);
+  for (const Group& group : graph.groups) known.push_back(group.name.text);
   for (const NodeSpec& node : graph.nodes) {
     for (const Text& before : node.after) {
-      if (graph.find(before.text) == nullptr) {
+      if (graph.find(before.text) == nullptr && !graph.incomplete) {
         mistakes.add(before.place, "after: there is no node '" + before.text + "'" +
                                        runtime::did_you_mean(before.text, known));
       }

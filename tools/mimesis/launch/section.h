@@ -36,6 +36,7 @@ class Mistakes {
   void add_line(const runtime::Place& near, const std::string& line) {
     all_.push_back({near, line});
   }
+  std::size_t size() const { return all_.size(); }
   bool empty() const { return std::ranges::all_of(all_, &Mistake::warning); }
   /// In the order of the files, each once; those of no file are first.
   std::vector<Mistake> sorted() const {

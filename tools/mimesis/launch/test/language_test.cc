@@ -179,7 +179,7 @@ include:
   EXPECT_EQ(g.find("drives")->args.at(1).text, "5");
 
   // The recorder learns which files to keep; nodes elsewhere read the same path.
-  const Run run{.graph = "g", .log = "/log", .sets = {}};
+  const launch::Run run{.graph = "g", .log = "/log", .sets = {}};
   GraphFile foreign = g;
   foreign.nodes[0].ready_when_started = true;
   const Command recorder = command(foreign, foreign.nodes[0], run);
@@ -301,7 +301,7 @@ const Case kCases[] = {
     {"include_itself", "include: [{file: g.yaml}]\n",
      "@/g.yaml:2:18: files include each other: @/g.yaml includes the next (@/g.yaml:2:18)"},
     {"include_key", "include: [{file: part.yaml, as: a}]\n",
-     "@/g.yaml:2:29: unknown key 'as', did you mean 'args'?"},
+     "@/g.yaml:2:29: unknown key 'as', expected one of file, namespace, if, args"},
     {"include_namespace", "include: [{file: part.yaml, namespace: a/b}]\n",
      "@/g.yaml:2:40: namespace 'a/b' is invalid: expected 1 to 64 letters, digits, '_', '-' or "
      "'.', not beginning with '.'"},
@@ -314,7 +314,8 @@ const Case kCases[] = {
      "@/g.yaml:3:30: after: there is no node 'p'"},
     {"group_no_nodes", "groups:\n  g: {host: here}\n", "@/g.yaml:3:3: group 'g' has no nodes"},
     {"group_key", "groups: {g: {exec: x, nodes: {a: {exec: x}}}}\n",
-     "@/g.yaml:2:14: unknown key 'exec', did you mean 'sched'?"},
+     "@/g.yaml:2:14: unknown key 'exec', expected one of restart, stop, sched, ready, hung_after, "
+     "host, env, if, after, for, nodes"},
     {"group_list", "groups: [a]\nnodes: {a: {exec: x}}\n",
      "@/g.yaml:2:9: expected groups as a map, found a list"},
     {"group_node_name", "groups: {a: {nodes: {b: {exec: x}}}}\nnodes: {a: {exec: x}}\n",
@@ -341,7 +342,7 @@ const Case kCases[] = {
     {"for_argument", "args: {i: {default: 1}}\nnodes:\n  a${arg:i}: {exec: x, for: {i: [1]}}\n",
      "@/g.yaml:4:30: for: 'i' is an argument already, expected another name"},
     {"for_inner", "groups: {g: {for: {i: [1]}, nodes: {'a${arg:i}': {exec: x, for: {i: [1]}}}}}\n",
-     "@/g.yaml:2:67: for: 'i' is the name of a `for` around this already, expected another name"},
+     "@/g.yaml:2:66: for: 'i' is the name of a `for` around this already, expected another name"},
     {"for_twice", "nodes:\n  a${arg:i}: {exec: x, for: {i: [1, 2, 2]}}\n",
      "@/g.yaml:3:40: for: the value '2' appears twice"},
     {"for_variable", "nodes:\n  a${arg:k}_${arg:i}: {exec: x, for: {i: [1]}}\n",
