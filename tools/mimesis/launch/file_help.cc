@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <fstream>
 #include <nlohmann/json.hpp>
 
@@ -48,18 +49,32 @@ Json node_json(const NodeSpec& node, bool enabled) {
           {"file", node.name.place.file}};
 }
 
-std::string argument_line(const Json& arg) {
-  const std::string name = arg["name"], type = arg["type"];
-  const std::string fallback =
-      arg["default"].is_null() ? "(needed)" : arg["default"].get<std::string>();
-  std::string line =
-      fmt::format("  {:<14} {:<8} {:<12} {}", name, type, fallback.empty() ? "''" : fallback,
-                  arg["help"].is_null() ? "" : arg["help"].get<std::string>());
-  std::string implied;
-  for (const auto& [other, value] : arg["implies"].items())
-    implied += fmt::format(" {}={}", other, value.get<std::string>());
-  if (!implied.empty()) line += fmt::format("\n{:<38}true implies{}", "", implied);
-  return line.substr(0, line.find_last_not_of(' ') + 1) + "\n";
+std::string shown_default(const Json& arg) {
+  return arg["default"].is_null() ? "(needed)" : arg["default"].get<std::string>();
+}
+
+/// One line each; the help of those with a long default is out of its column.
+std::string argument_lines(const Json& args) {
+  constexpr std::size_t kWidest = 24;
+  std::size_t name = 0, fallback = 0;
+  for (const Json& arg : args) {
+    name = std::max(name, std::min(kWidest, arg["name"].get<std::string>().size()));
+    fallback = std::max(fallback, std::min(kWidest, shown_default(arg).size()));
+  }
+  std::string text;
+  for (const Json& arg : args) {
+    std::string line =
+        fmt::format("  {:<{}}  {:<8}  {:<{}}  {}", arg["name"].get<std::string>(), name,
+                    arg["type"].get<std::string>(), shown_default(arg), fallback,
+                    arg["help"].is_null() ? "" : arg["help"].get<std::string>());
+    std::string implied;
+    for (const auto& [other, value] : arg["implies"].items())
+      implied += fmt::format(" {}={}", other, value.get<std::string>());
+    if (!implied.empty())
+      line += fmt::format("\n{:<{}}true implies{}", "", name + fallback + 16, implied);
+    text += line.substr(0, line.find_last_not_of(' ') + 1) + "\n";
+  }
+  return text;
 }
 
 }  // namespace
@@ -81,7 +96,7 @@ std::string file_help(const std::string& file, const std::vector<std::string>& a
 
   std::string text = fmt::format("{}\n{}", file, help["about"].get<std::string>());
   if (!help["args"].empty()) text += "\nArguments (--arg NAME=VALUE; type, default):\n";
-  for (const Json& arg : help["args"]) text += argument_line(arg);
+  text += argument_lines(help["args"]);
   text += "\nNodes:\n";
   for (const Json& node : help["nodes"]) {
     text += fmt::format("  {:<22} {}", node["name"].get<std::string>(),

@@ -766,10 +766,10 @@ TEST_F(Launch, HelpOfAFileSaysWhatItIs) {
   EXPECT_EQ(help.output(), file +
                                "\nAn arm.\n  mimesis launch help.yaml\n\n"
                                "Arguments (--arg NAME=VALUE; type, default):\n"
-                               "  log            path     (needed)     where\n"
-                               "  sim            bool     false        no arm\n"
-                               "                                       true implies bus=virtual\n"
-                               "  bus            string   can0\n\n"
+                               "  log  path      (needed)  where\n"
+                               "  sim  bool      false     no arm\n"
+                               "                           true implies bus=virtual\n"
+                               "  bus  string    can0\n\n"
                                "Nodes:\n  arm                    x on spine\n"
                                "  world                  y (switched off)\n\n"
                                "Options of every launch: mimesis launch --help\n");
