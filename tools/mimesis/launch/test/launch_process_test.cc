@@ -748,7 +748,7 @@ TEST_F(Launch, RunsNodesThatAreIncludedAndRepeated) {
   ASSERT_EQ(found.size(), 1U) << found;
   EXPECT_EQ(found[0]["file"], folder_.path() + "/part.yaml");
   EXPECT_EQ(found[0]["line"], 9);
-  EXPECT_EQ(found[0]["column"], 37);
+  EXPECT_EQ(found[0]["column"], 39);
   EXPECT_EQ(found[0]["suggestion"], "work");
 }
 
